@@ -1,0 +1,4 @@
+//! rodsweep: batched static Cosserat rods with their Jacobians.
+
+pub mod backend;
+pub mod model;

@@ -1,0 +1,33 @@
+//! Plain data in SI units, no I/O: what a rod is, which of its numbers vary, what comes back.
+//!
+//! `Scene` is what a user writes. `Rod` is the mechanics of one sample (stiffness, dipole, load), the same for
+//! every backend. `Plan` fixes what all samples of a sweep share. `Batch` goes in, `Solutions` come out.
+
+mod blocks;
+mod parameter;
+mod plan;
+mod rod;
+mod scene;
+mod solution;
+mod status;
+mod stepper;
+mod units;
+mod validate;
+
+pub use blocks::{BLOCK, Blocks};
+pub use parameter::{Axis, Parameter, ParameterError, SegmentParameter, StiffnessAxis, closest};
+pub use plan::{Batch, Derivative, Entry, Plan, PlanError, PlanOptions, SegmentPlan, Terms};
+pub use rod::{BASE_RECORD, FLEXIBLE_RECORD, RIGID_RECORD, Rod, RodSegment, Slot, record_offsets};
+pub use scene::{
+    Base, Coil, CoilWinding, Density, Flexible, Loads, Rigid, STANDARD_GRAVITY, Scene, SceneError, Segment,
+    SegmentKind, ShearElasticity, Stiffness,
+};
+pub use solution::{Quantity, ROWS, Solutions};
+pub use status::Status;
+pub use stepper::Stepper;
+pub use units::Units;
+
+/// Three numbers along x, y, z.
+pub type Vector = [f64; 3];
+/// A 3 x 3 matrix by rows.
+pub type Matrix = [[f64; 3]; 3];

@@ -1,0 +1,448 @@
+//! What all samples of a sweep share: terms, record layout, derivatives, resolution. And the batch that varies.
+
+use super::rod::{BASE_RECORD, Slot, record_offsets};
+use super::{
+    BLOCK, Blocks, CoilWinding, Parameter, ParameterError, Rigid, Rod, RodSegment, Scene, SceneError, SegmentKind,
+    Stepper, Units, parameter::SegmentParameter, parameter::StiffnessAxis,
+};
+use rayon::prelude::*;
+use std::collections::BTreeSet;
+
+/// Which terms of the model the samples use. Kernels leave the others out.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Terms {
+    /// An internal force: tip force or distributed load.
+    pub force: bool,
+    /// A force per length; implies `force`.
+    pub load: bool,
+    /// Different stiffness about body x and y somewhere.
+    pub anisotropic: bool,
+    /// A dead couple at the tip.
+    pub tip_moment: bool,
+    /// A dipole in a field.
+    pub dipole: bool,
+}
+
+/// A number of the record or a chain-rule coefficient.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Entry {
+    /// The same for all samples, SI.
+    Constant(f64),
+    /// A column of the batch.
+    Varying(usize),
+}
+
+/// A parameter to differentiate by: combination of slots.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Derivative {
+    pub parameter: Parameter,
+    pub name: String,
+    /// Slots and the entries that hold their rates (SI per unit of the parameter).
+    pub terms: Vec<(Slot, usize)>,
+}
+
+/// One segment as the kernels see it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SegmentPlan {
+    pub is_flexible: bool,
+    /// A rigid segment that may carry a dipole.
+    pub has_dipole: bool,
+    /// First entry of its record.
+    pub record: usize,
+    /// Integration steps over a flexible segment.
+    pub steps: usize,
+}
+
+/// Choices that the scene does not make.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlanOptions {
+    /// Target error of tip position over rod length and of tip rotation [rad].
+    pub tolerance: f64,
+    pub stepper: Stepper,
+    /// Steps over the whole rod, shared out by length.
+    pub steps: usize,
+}
+
+impl Default for PlanOptions {
+    fn default() -> Self {
+        Self { tolerance: 1e-6, stepper: Stepper::Dop853, steps: 6 }
+    }
+}
+
+/// Everything about a sweep that does not change from sample to sample.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plan {
+    /// The scene with unswept values in place.
+    pub scene: Scene,
+    /// Parameters that each sample sets; an axis may drive several.
+    pub axes: Vec<Vec<Parameter>>,
+    pub units: Units,
+    pub terms: Terms,
+    pub segments: Vec<SegmentPlan>,
+    /// The rod's record, then the coefficients of the derivatives.
+    pub entries: Vec<Entry>,
+    /// Columns of a batch.
+    pub input_count: usize,
+    pub derivatives: Vec<Derivative>,
+    pub options: PlanOptions,
+}
+
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum PlanError {
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+    #[error("`insertion` needs a flexible first segment: `{0}` is rigid")]
+    InsertionIntoRigid(String),
+}
+
+/// Inputs of a batch: the varying entries of each sample, SI.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Batch {
+    pub inputs: Blocks<f64>,
+    /// Samples whose values make no rod; their inputs hold the plan's own scene.
+    pub bad: Vec<bool>,
+}
+
+impl Batch {
+    pub fn sample_count(&self) -> usize {
+        self.bad.len()
+    }
+}
+
+impl Plan {
+    /// Plans a sweep of `scene` along `axes`, differentiated by `wrt`.
+    pub fn new(
+        scene: &Scene,
+        axes: &[Vec<Parameter>],
+        wrt: &[Parameter],
+        options: PlanOptions,
+    ) -> Result<Plan, PlanError> {
+        scene.validate()?;
+        let swept: Vec<Parameter> = axes.iter().flatten().copied().collect();
+        let mut probe = scene.clone();
+        for parameter in &swept {
+            parameter.set(&mut probe, parameter.get(scene))?;
+        }
+        let inserts = swept.iter().chain(wrt).any(|parameter| *parameter == Parameter::Insertion);
+        if inserts && matches!(scene.segments[0].kind, SegmentKind::Rigid(_)) {
+            return Err(PlanError::InsertionIntoRigid(scene.segments[0].name.clone()));
+        }
+        let rod = scene.rod();
+        let mut record = Vec::new();
+        rod.write_record(&mut record);
+        let varying: BTreeSet<usize> =
+            swept.iter().flat_map(|parameter| touched_entries(*parameter, scene, &rod, &swept)).collect();
+        let mut entries: Vec<Entry> = record.into_iter().map(Entry::Constant).collect();
+        for (column, entry) in varying.iter().enumerate() {
+            entries[*entry] = Entry::Varying(column);
+        }
+        let mut input_count = varying.len();
+        let mut derivatives = Vec::new();
+        for parameter in wrt {
+            let varies = swept.iter().any(|other| changes_chain(*parameter, *other));
+            let mut terms = Vec::new();
+            for (slot, rate) in parameter.chain(scene) {
+                if rate == 0.0 && !varies {
+                    continue;
+                }
+                terms.push((slot, entries.len()));
+                entries.push(if varies { Entry::Varying(input_count) } else { Entry::Constant(rate) });
+                input_count += usize::from(varies);
+            }
+            derivatives.push(Derivative { parameter: *parameter, name: parameter.name(scene), terms });
+        }
+        let mut plan = Plan {
+            scene: scene.clone(),
+            axes: axes.to_vec(),
+            units: natural_units(&rod),
+            terms: terms_of(scene, &rod, &swept),
+            segments: Vec::new(),
+            entries,
+            input_count,
+            derivatives,
+            options,
+        };
+        plan.segments = segment_plans(scene, &rod, options.steps, &swept);
+        Ok(plan)
+    }
+
+    /// A plan for one scene, nothing swept.
+    pub fn single(scene: &Scene, wrt: &[Parameter], options: PlanOptions) -> Result<Plan, PlanError> {
+        Self::new(scene, &[], wrt, options)
+    }
+
+    /// The same plan at another resolution.
+    pub fn with_options(&self, options: PlanOptions) -> Plan {
+        let swept: Vec<Parameter> = self.axes.iter().flatten().copied().collect();
+        let segments = segment_plans(&self.scene, &self.scene.rod(), options.steps, &swept);
+        Plan { segments, options, ..self.clone() }
+    }
+
+    /// Builds a batch: `values(i, &mut row)` writes the value of each axis for sample `i` of the batch.
+    pub fn batch(&self, sample_count: usize, values: impl Fn(usize, &mut [f64]) + Sync) -> Batch {
+        let mut inputs = Blocks::new(self.input_count, sample_count);
+        let mut bad = vec![false; sample_count];
+        let block_len = inputs.block_len().max(1);
+        let fill = |block: usize, out: &mut [f64], bad: &mut [bool]| {
+            let mut scene = self.scene.clone();
+            let mut row = vec![0.0; self.axes.len()];
+            let mut entries = Vec::with_capacity(self.entries.len());
+            for (lane, bad) in bad.iter_mut().enumerate() {
+                values(block * BLOCK + lane, &mut row);
+                *bad = !self.sample_entries(&row, &mut scene, &mut entries);
+                for (entry, value) in self.entries.iter().zip(&entries) {
+                    if let Entry::Varying(column) = entry {
+                        out[column * BLOCK + lane] = *value;
+                    }
+                }
+            }
+        };
+        if self.input_count == 0 {
+            return Batch { inputs, bad };
+        }
+        inputs
+            .data_mut()
+            .par_chunks_mut(block_len)
+            .zip(bad.par_chunks_mut(BLOCK))
+            .enumerate()
+            .for_each(|(block, (out, bad))| fill(block, out, bad));
+        Batch { inputs, bad }
+    }
+
+    /// The scene with a sample's axis values in place. Insertion is applied after the other lengths.
+    pub fn sample_scene(&self, row: &[f64]) -> Scene {
+        let mut scene = self.scene.clone();
+        self.set_axes(row, &mut scene);
+        scene
+    }
+
+    fn set_axes(&self, row: &[f64], scene: &mut Scene) {
+        for last in [false, true] {
+            for (axis, value) in self.axes.iter().zip(row) {
+                for parameter in axis.iter().filter(|parameter| (**parameter == Parameter::Insertion) == last) {
+                    // Checked for every swept parameter when the plan was made.
+                    let _ = parameter.set(scene, *value);
+                }
+            }
+        }
+    }
+
+    /// Entries of one sample, SI; false, with the plan's own entries, where the values make no rod.
+    fn sample_entries(&self, row: &[f64], scene: &mut Scene, entries: &mut Vec<f64>) -> bool {
+        self.set_axes(row, scene);
+        let mut rod = scene.rod();
+        let valid = rod.is_valid();
+        if !valid {
+            *scene = self.scene.clone();
+            rod = scene.rod();
+        }
+        rod.write_record(entries);
+        for derivative in &self.derivatives {
+            match derivative.terms.first().map(|(_, entry)| self.entries[*entry]) {
+                Some(Entry::Varying(_)) => {
+                    entries.extend(derivative.parameter.chain(scene).iter().map(|(_, rate)| rate))
+                }
+                _ => entries.extend(derivative.terms.iter().map(|_| 0.0)),
+            }
+        }
+        valid
+    }
+
+    /// Value of an entry for one sample of a batch, SI.
+    pub fn entry(&self, batch: &Batch, sample: usize, entry: usize) -> f64 {
+        match self.entries[entry] {
+            Entry::Constant(value) => value,
+            Entry::Varying(column) => batch.inputs.get(sample, column),
+        }
+    }
+
+    /// The rod of one sample of a batch.
+    pub fn sample_rod(&self, batch: &Batch, sample: usize) -> Rod {
+        let mut rod = self.scene.rod();
+        let record: Vec<f64> = (0..self.record_len()).map(|entry| self.entry(batch, sample, entry)).collect();
+        rod.read_record(&record);
+        rod
+    }
+
+    /// Entries of the rod's record, before the coefficients.
+    pub fn record_len(&self) -> usize {
+        self.segments.last().map_or(BASE_RECORD, |last| {
+            last.record + if last.is_flexible { super::FLEXIBLE_RECORD } else { super::RIGID_RECORD }
+        })
+    }
+
+    /// Unit of each entry in the plan's units: divide an SI value by it.
+    pub fn entry_units(&self) -> Vec<f64> {
+        let units = &self.units;
+        let mut scale = vec![1.0; 6];
+        scale.extend([units.field; 3]);
+        scale.extend([units.force; 3]);
+        scale.extend([units.moment(); 3]);
+        scale.extend([units.length; 3]);
+        for segment in &self.segments {
+            scale.push(units.length);
+            if segment.is_flexible {
+                scale.extend([units.stiffness(); 3]);
+                scale.extend([units.curvature(); 3]);
+            } else {
+                scale.extend([units.dipole(); 3]);
+            }
+            scale.extend([units.load(); 3]);
+        }
+        for derivative in &self.derivatives {
+            scale.extend(derivative.terms.iter().map(|(slot, _)| slot.unit(units)));
+        }
+        scale
+    }
+}
+
+impl Slot {
+    /// One unit of the slot, SI.
+    pub fn unit(&self, units: &Units) -> f64 {
+        match self {
+            Slot::BaseRotation(_) => 1.0,
+            Slot::BasePosition(_) | Slot::Insertion | Slot::Length(_) => units.length,
+            Slot::FluxDensity(_) => units.field,
+            Slot::TipForce(_) => units.force,
+            Slot::TipMoment(_) => units.moment(),
+            Slot::Stiffness(..) => units.stiffness(),
+            Slot::RestCurvature(..) => units.curvature(),
+            Slot::Dipole(..) => units.dipole(),
+            Slot::Load(..) => units.load(),
+        }
+    }
+}
+
+/// Length: the rod's. Moment: what bends the mean rod by one radian. Field: the scene's.
+fn natural_units(rod: &Rod) -> Units {
+    let length = rod.total_length();
+    let (mut flexible, mut compliance) = (0.0, 0.0);
+    for segment in &rod.segments {
+        if let RodSegment::Flexible { length, stiffness, .. } = segment {
+            flexible += length;
+            compliance += length / (stiffness[0] * stiffness[1]).sqrt();
+        }
+    }
+    let stiffness = if compliance > 0.0 { flexible / compliance } else { 1.0 };
+    let field = rod.flux_density.iter().map(|b| b * b).sum::<f64>().sqrt();
+    Units { length, force: stiffness / (length * length), field: if field > 0.0 { field } else { 1.0 } }
+}
+
+fn terms_of(scene: &Scene, rod: &Rod, swept: &[Parameter]) -> Terms {
+    let sweeps = |test: fn(&Parameter) -> bool| swept.iter().any(test);
+    let load =
+        scene.has_distributed_load() || sweeps(|p| matches!(p, Parameter::Gravity(_) | Parameter::DistributedForce(_)));
+    let differs = |segment: &RodSegment| match segment {
+        RodSegment::Flexible { stiffness, .. } => stiffness[0] != stiffness[1],
+        RodSegment::Rigid { .. } => false,
+    };
+    let one_sided = |parameter: &Parameter| {
+        use StiffnessAxis::{BendingX, BendingY};
+        matches!(parameter, Parameter::Segment(_, SegmentParameter::Stiffness(BendingX | BendingY)))
+    };
+    Terms {
+        force: load || scene.loads.tip_force.is_some() || sweeps(|p| matches!(p, Parameter::TipForce(_))),
+        load,
+        anisotropic: rod.segments.iter().any(differs) || swept.iter().any(one_sided),
+        tip_moment: scene.loads.tip_moment.is_some() || sweeps(|p| matches!(p, Parameter::TipMoment(_))),
+        dipole: scene.segments.iter().any(|s| matches!(&s.kind, SegmentKind::Rigid(Rigid { coil: Some(_), .. }))),
+    }
+}
+
+/// Shares the steps out by length; a segment of no length takes none, unless its length is swept.
+fn segment_plans(scene: &Scene, rod: &Rod, steps: usize, swept: &[Parameter]) -> Vec<SegmentPlan> {
+    let is_flexible = |segment: &RodSegment| matches!(segment, RodSegment::Flexible { .. });
+    let flexible: f64 = rod.segments.iter().filter(|s| is_flexible(s)).map(RodSegment::length).sum();
+    let offsets = record_offsets(&rod.segments);
+    let plan = |index: usize| {
+        let (segment, kind) = (&rod.segments[index], &scene.segments[index].kind);
+        let is_swept = swept.contains(&Parameter::Segment(index, SegmentParameter::Length))
+            || index == 0 && swept.contains(&Parameter::Insertion);
+        let share = if flexible > 0.0 { segment.length() / flexible } else { 1.0 };
+        let share = (steps as f64 * share - 1e-9).ceil().max(f64::from(u8::from(is_swept))) as usize;
+        SegmentPlan {
+            is_flexible: is_flexible(segment),
+            has_dipole: matches!(kind, SegmentKind::Rigid(Rigid { coil: Some(_), .. })),
+            record: offsets[index],
+            steps: if is_flexible(segment) { share } else { 0 },
+        }
+    };
+    (0..rod.segments.len()).map(plan).collect()
+}
+
+/// Record entries that a swept parameter changes.
+fn touched_entries(parameter: Parameter, scene: &Scene, rod: &Rod, swept: &[Parameter]) -> Vec<usize> {
+    let offsets = record_offsets(&rod.segments);
+    // Length comes first in a segment's record; the load's three entries come last.
+    let load = |segment: usize| offsets[segment] + rod.segments[segment].record_len() - 3;
+    match parameter {
+        Parameter::BaseRotation(_) => (0..6).collect(),
+        Parameter::FluxDensity(axis) => vec![6 + axis.index()],
+        Parameter::TipForce(axis) => vec![9 + axis.index()],
+        Parameter::TipMoment(axis) => vec![12 + axis.index()],
+        Parameter::BasePosition(axis) => vec![15 + axis.index()],
+        Parameter::Insertion => vec![offsets[0]],
+        Parameter::Gravity(axis) | Parameter::DistributedForce(axis) => {
+            (0..offsets.len()).map(|segment| load(segment) + axis.index()).collect()
+        }
+        Parameter::FluidDensity => (0..offsets.len()).flat_map(|s| load(s)..load(s) + 3).collect(),
+        Parameter::Segment(index, parameter) => {
+            let at = offsets[index];
+            let loads = load(index)..load(index) + 3;
+            use SegmentParameter as S;
+            match parameter {
+                S::Length => std::iter::once(at).chain(loads).collect(),
+                S::RestCurvature(axis) => vec![at + 4 + axis.index()],
+                S::Stiffness(StiffnessAxis::Bending) => vec![at + 1, at + 2],
+                S::Stiffness(StiffnessAxis::BendingX) => vec![at + 1],
+                S::Stiffness(StiffnessAxis::BendingY) => vec![at + 2],
+                S::Stiffness(StiffnessAxis::Torsion) => vec![at + 3],
+                S::YoungsModulus | S::ShearModulus | S::PoissonRatio => (at + 1..at + 4).collect(),
+                S::InnerRadius | S::OuterRadius => (at + 1..at + 4).chain(loads).collect(),
+                S::Density | S::LinearDensity | S::Mass => loads.collect(),
+                S::Current(axis) | S::Turns(axis) | S::Area(axis) => {
+                    if is_aligned(scene, index, swept) {
+                        vec![at + 1 + axis.index()]
+                    } else {
+                        (at + 1..at + 4).collect()
+                    }
+                }
+                S::Alignment(_) => (at + 1..at + 4).collect(),
+            }
+        }
+    }
+}
+
+/// Whether each current of a coil set moves one component of the dipole.
+fn is_aligned(scene: &Scene, index: usize, swept: &[Parameter]) -> bool {
+    let tilts = |p: &Parameter| matches!(p, Parameter::Segment(i, SegmentParameter::Alignment(_)) if *i == index);
+    match &scene.segments[index].kind {
+        SegmentKind::Rigid(Rigid { coil: Some(coil), .. }) => {
+            matches!(coil.winding, CoilWinding::Axes { .. }) && coil.alignment == [0.0; 3] && !swept.iter().any(tilts)
+        }
+        _ => false,
+    }
+}
+
+/// Whether sweeping `other` may change the chain-rule coefficients of `parameter`.
+fn changes_chain(parameter: Parameter, other: Parameter) -> bool {
+    use Parameter as P;
+    use SegmentParameter as S;
+    match (parameter, other) {
+        (P::BaseRotation(_), P::BaseRotation(_)) => true,
+        // Densities weigh gravity's derivative; gravity weighs the derivative by densities.
+        (P::Gravity(_), P::Segment(_, parameter)) => {
+            matches!(parameter, S::Density | S::LinearDensity | S::Mass | S::Length | S::InnerRadius | S::OuterRadius)
+        }
+        (P::Gravity(_), P::FluidDensity) | (P::FluidDensity, P::Gravity(_)) => true,
+        (P::FluidDensity, P::Segment(_, S::InnerRadius | S::OuterRadius)) => true,
+        (P::Segment(..), P::Gravity(_) | P::FluidDensity) => true,
+        (P::Segment(a, of), P::Segment(b, by)) => {
+            let linear = |p: S| matches!(p, S::Current(_) | S::RestCurvature(_) | S::Stiffness(_));
+            a == b && !(linear(of) && linear(by)) && !matches!(of, S::RestCurvature(_) | S::Stiffness(_))
+        }
+        _ => false,
+    }
+}

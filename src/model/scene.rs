@@ -1,0 +1,293 @@
+//! One rod in one field, as a user describes it.
+
+use super::{Matrix, Rod, RodSegment, Vector};
+use std::f64::consts::PI;
+
+/// [m/s²]
+pub const STANDARD_GRAVITY: f64 = 9.80665;
+
+/// A rod, clamped at its base, in a uniform field. Lengths, forces and so on in SI units.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scene {
+    pub name: String,
+    pub base: Base,
+    /// Uniform flux density, world frame [T]
+    pub flux_density: Vector,
+    pub loads: Loads,
+    /// Base to tip.
+    pub segments: Vec<Segment>,
+    /// Whether a force acts on the lever arm of a rigid segment. `false` reproduces published codes.
+    pub rigid_force_arm: bool,
+}
+
+/// Pose of the clamped end.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Base {
+    /// World frame [m]
+    pub position: Vector,
+    /// Rotation vector, body to world [rad]
+    pub rotation: Vector,
+}
+
+/// Dead loads in the world frame. A term that is `None` is not modelled.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Loads {
+    /// [N]
+    pub tip_force: Option<Vector>,
+    /// [N·m]
+    pub tip_moment: Option<Vector>,
+    /// [m/s²]
+    pub gravity: Option<Vector>,
+    /// Along the whole rod [N/m]
+    pub distributed_force: Option<Vector>,
+    /// For buoyancy [kg/m³]
+    pub fluid_density: Option<f64>,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub struct Segment {
+    pub name: String,
+    /// [m]
+    pub length: f64,
+    pub kind: SegmentKind,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub enum SegmentKind {
+    Flexible(Flexible),
+    Rigid(Rigid),
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub struct Flexible {
+    pub stiffness: Stiffness,
+    /// Body frame [1/m]
+    pub rest_curvature: Vector,
+    pub density: Option<Density>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Stiffness {
+    /// Principal stiffnesses about body x, y, z [N·m²]
+    Direct { bending_x: f64, bending_y: f64, torsion: f64 },
+    /// A homogeneous round tube: radii [m], modulus [Pa]
+    Tube { inner_radius: f64, outer_radius: f64, youngs_modulus: f64, shear: ShearElasticity },
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ShearElasticity {
+    /// [Pa]
+    Modulus(f64),
+    PoissonRatio(f64),
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Density {
+    /// Of the material [kg/m³]; needs a tube.
+    Volume(f64),
+    /// Of the rod [kg/m]; taken as given, without buoyancy.
+    Linear(f64),
+}
+
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Rigid {
+    /// Spread over the length; taken as given, without buoyancy [kg]
+    pub mass: Option<f64>,
+    pub coil: Option<Coil>,
+}
+
+/// A set of three coils: dipole (body frame) = alignment x winding x current.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Coil {
+    pub winding: CoilWinding,
+    /// [A]
+    pub current: Vector,
+    /// Rotation vector applied to the dipole [rad]
+    pub alignment: Vector,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum CoilWinding {
+    /// Coils about body x, y, z: turns, area of a turn [m²]
+    Axes { turns: Vector, area: Vector },
+    /// Columns: dipole per ampere of each current [m²]
+    Matrix(Matrix),
+}
+
+/// Why a scene describes no rod. Each names the parameter and the remedy.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SceneError {
+    #[error("the scene has no [[segment]]: a rod needs at least one flexible segment")]
+    NoSegment,
+    #[error("every segment is rigid: a rod needs at least one flexible segment")]
+    NoFlexible,
+    #[error("`{name}` is {value}: it must be {requirement}")]
+    OutOfRange { name: String, value: f64, requirement: &'static str },
+    #[error("two segments are named `{0}`: give each its own name")]
+    DuplicateName(String),
+    #[error("`{segment}.density` needs a `tube` to know the cross-section: give `linear_density` instead")]
+    DensityWithoutTube { segment: String },
+    #[error("`loads.gravity` acts on nothing: give a segment `density`, `linear_density` or `mass`, or remove gravity")]
+    GravityWithoutMass,
+}
+
+impl Scene {
+    /// Sum of the segments' lengths [m].
+    pub fn total_length(&self) -> f64 {
+        self.segments.iter().map(|segment| segment.length).sum()
+    }
+
+    /// Whether weight or another force per length acts.
+    pub fn has_distributed_load(&self) -> bool {
+        self.loads.gravity.is_some() || self.loads.distributed_force.is_some()
+    }
+
+    /// Checks that the numbers describe a rod.
+    pub fn validate(&self) -> Result<(), SceneError> {
+        super::validate::validate(self)
+    }
+
+    /// The mechanics of this scene: stiffness, dipole and load of every segment.
+    pub fn rod(&self) -> Rod {
+        Rod {
+            base_position: self.base.position,
+            base_rotation: rotation_matrix(self.base.rotation),
+            flux_density: self.flux_density,
+            tip_force: self.loads.tip_force.unwrap_or_default(),
+            tip_moment: self.loads.tip_moment.unwrap_or_default(),
+            rigid_force_arm: self.rigid_force_arm,
+            segments: self.segments.iter().map(|segment| self.rod_segment(segment)).collect(),
+        }
+    }
+
+    fn rod_segment(&self, segment: &Segment) -> RodSegment {
+        let load = self.load(segment);
+        match &segment.kind {
+            SegmentKind::Flexible(flexible) => RodSegment::Flexible {
+                length: segment.length,
+                stiffness: flexible.stiffness.principal(),
+                rest_curvature: flexible.rest_curvature,
+                load,
+            },
+            SegmentKind::Rigid(rigid) => RodSegment::Rigid {
+                length: segment.length,
+                dipole: rigid.coil.map_or([0.0; 3], |coil| coil.dipole()),
+                load,
+            },
+        }
+    }
+
+    /// Force per length on a segment, world frame [N/m].
+    pub fn load(&self, segment: &Segment) -> Vector {
+        let mut load = self.loads.distributed_force.unwrap_or_default();
+        if let Some(gravity) = self.loads.gravity {
+            let density = self.linear_density(segment);
+            for axis in 0..3 {
+                load[axis] += density * gravity[axis];
+            }
+        }
+        load
+    }
+
+    /// Mass per length, net of displaced fluid where the density is of the material [kg/m].
+    pub fn linear_density(&self, segment: &Segment) -> f64 {
+        match &segment.kind {
+            SegmentKind::Flexible(flexible) => match flexible.density {
+                None => 0.0,
+                Some(Density::Linear(density)) => density,
+                Some(Density::Volume(density)) => {
+                    let area = flexible.stiffness.cross_section().unwrap_or(0.0);
+                    (density - self.loads.fluid_density.unwrap_or(0.0)) * area
+                }
+            },
+            SegmentKind::Rigid(rigid) => match rigid.mass {
+                Some(mass) if segment.length > 0.0 => mass / segment.length,
+                _ => 0.0,
+            },
+        }
+    }
+}
+
+impl Stiffness {
+    /// Stiffness about body x, y, z: EI, EI, GJ [N·m²].
+    pub fn principal(&self) -> Vector {
+        match *self {
+            Stiffness::Direct { bending_x, bending_y, torsion } => [bending_x, bending_y, torsion],
+            Stiffness::Tube { inner_radius, outer_radius, youngs_modulus, .. } => {
+                // A negative radius must not pass as its own fourth power.
+                let inner_radius = if inner_radius >= 0.0 { inner_radius } else { f64::NAN };
+                let second_moment = PI / 4.0 * (outer_radius.powi(4) - inner_radius.powi(4));
+                let bending = youngs_modulus * second_moment;
+                [bending, bending, self.shear_modulus().unwrap_or(0.0) * 2.0 * second_moment]
+            }
+        }
+    }
+
+    /// [Pa]
+    pub fn shear_modulus(&self) -> Option<f64> {
+        match *self {
+            Stiffness::Direct { .. } => None,
+            Stiffness::Tube { shear: ShearElasticity::Modulus(modulus), .. } => Some(modulus),
+            Stiffness::Tube { shear: ShearElasticity::PoissonRatio(ratio), youngs_modulus, .. } => {
+                Some(youngs_modulus / (2.0 * (1.0 + ratio)))
+            }
+        }
+    }
+
+    /// Area of the tube's wall [m²].
+    pub fn cross_section(&self) -> Option<f64> {
+        match *self {
+            Stiffness::Direct { .. } => None,
+            Stiffness::Tube { inner_radius, outer_radius, .. } => {
+                Some(PI * (outer_radius.powi(2) - inner_radius.powi(2)))
+            }
+        }
+    }
+}
+
+impl Coil {
+    /// Dipole moment, body frame [A·m²].
+    pub fn dipole(&self) -> Vector {
+        let per_ampere = self.dipole_per_ampere();
+        std::array::from_fn(|row| (0..3).map(|k| per_ampere[row][k] * self.current[k]).sum())
+    }
+
+    /// Columns: dipole per ampere of each current, body frame [m²].
+    pub fn dipole_per_ampere(&self) -> Matrix {
+        let winding = match self.winding {
+            CoilWinding::Axes { turns, area } => {
+                let mut diagonal = [[0.0; 3]; 3];
+                for axis in 0..3 {
+                    diagonal[axis][axis] = turns[axis] * area[axis];
+                }
+                diagonal
+            }
+            CoilWinding::Matrix(matrix) => matrix,
+        };
+        multiply(&rotation_matrix(self.alignment), &winding)
+    }
+}
+
+/// Product of two 3 x 3 matrices.
+pub(super) fn multiply(a: &Matrix, b: &Matrix) -> Matrix {
+    std::array::from_fn(|row| std::array::from_fn(|col| (0..3).map(|k| a[row][k] * b[k][col]).sum()))
+}
+
+/// Rotation by a rotation vector (Rodrigues).
+pub fn rotation_matrix(vector: Vector) -> Matrix {
+    let [x, y, z] = vector;
+    let angle2 = x * x + y * y + z * z;
+    let angle = angle2.sqrt();
+    // The series agree with the quotients to the last bit below the bound.
+    let (sine, cosine) = if angle < 1e-4 {
+        (1.0 - angle2 / 6.0, 0.5 - angle2 / 24.0)
+    } else {
+        (angle.sin() / angle, (1.0 - angle.cos()) / angle2)
+    };
+    let diagonal = 1.0 - cosine * angle2;
+    [
+        [diagonal + cosine * x * x, cosine * x * y - sine * z, cosine * x * z + sine * y],
+        [cosine * x * y + sine * z, diagonal + cosine * y * y, cosine * y * z - sine * x],
+        [cosine * x * z - sine * y, cosine * y * z + sine * x, diagonal + cosine * z * z],
+    ]
+}

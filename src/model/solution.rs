@@ -1,0 +1,120 @@
+//! What a backend returns for a batch.
+
+use super::{Blocks, Status};
+
+/// Columns of a solution before the derivatives; SI units, world frame unless said otherwise.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(usize)]
+pub enum Quantity {
+    /// Tip position [m], three columns.
+    TipPosition = 0,
+    /// First director (body x) of the tip, three columns.
+    TipD1 = 3,
+    /// Tangent (body z) of the tip, three columns.
+    TipTangent = 6,
+    /// Internal moment at the base [N·m], three columns.
+    BaseMoment = 9,
+    /// |m(L) - l_tip| at the end of Newton's iteration, in units of the plan's moment.
+    Residual = 12,
+    /// Estimated error of tip position over rod length or of tip rotation [rad], whichever is larger.
+    ErrorEstimate = 13,
+    /// sqrt(3) over the Frobenius norm of (dr/dm0)^-1, negative when unstable: 1 at rest, 0 at a fold.
+    StabilityMargin = 14,
+    /// Number of negative eigenvalues of the second variation; 0 is stable.
+    StabilityIndex = 15,
+    /// Passes over the rod spent on Newton's iteration.
+    Iterations = 16,
+    /// Share of the full load reached from rest.
+    LoadFraction = 17,
+    /// A `Status` code.
+    Status = 18,
+}
+
+impl Quantity {
+    /// Columns before the first derivative.
+    pub const COUNT: usize = 19;
+
+    pub fn column(self) -> usize {
+        self as usize
+    }
+}
+
+/// Rows of one derivative: tip position (3), tip rotation w (3), base moment (3).
+pub const ROWS: usize = 9;
+
+/// Solutions of a batch: one row a sample; `Quantity` columns, then `ROWS` columns for each derivative of the plan.
+///
+/// A derivative's rows are d(tip position) [m/unit], the world-frame virtual rotation w with dR = hat(w) R
+/// [rad/unit] and d(base moment) [N·m/unit]. Failed samples hold the last iterate or NaN.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Solutions {
+    pub values: Blocks<f64>,
+}
+
+impl Solutions {
+    pub fn new(derivative_count: usize, sample_count: usize) -> Self {
+        Self { values: Blocks::new(Quantity::COUNT + ROWS * derivative_count, sample_count) }
+    }
+
+    pub fn sample_count(&self) -> usize {
+        self.values.sample_count()
+    }
+
+    pub fn get(&self, sample: usize, quantity: Quantity) -> f64 {
+        self.values.get(sample, quantity.column())
+    }
+
+    pub fn set(&mut self, sample: usize, quantity: Quantity, value: f64) {
+        self.values.set(sample, quantity.column(), value);
+    }
+
+    pub fn vector(&self, sample: usize, quantity: Quantity) -> [f64; 3] {
+        std::array::from_fn(|axis| self.values.get(sample, quantity.column() + axis))
+    }
+
+    pub fn set_vector(&mut self, sample: usize, quantity: Quantity, value: [f64; 3]) {
+        for (axis, x) in value.into_iter().enumerate() {
+            self.values.set(sample, quantity.column() + axis, x);
+        }
+    }
+
+    pub fn status(&self, sample: usize) -> Status {
+        let code = self.get(sample, Quantity::Status);
+        if code >= 0.0 { Status::from_code(code as u8).unwrap_or(Status::NonFinite) } else { Status::NonFinite }
+    }
+
+    pub fn set_status(&mut self, sample: usize, status: Status) {
+        self.set(sample, Quantity::Status, f64::from(status.code()));
+    }
+
+    /// Column of one row of a derivative.
+    pub fn derivative_column(derivative: usize, row: usize) -> usize {
+        Quantity::COUNT + ROWS * derivative + row
+    }
+
+    pub fn derivative(&self, sample: usize, derivative: usize, row: usize) -> f64 {
+        self.values.get(sample, Self::derivative_column(derivative, row))
+    }
+
+    /// Tip rotation, body to world, by rows; made orthonormal.
+    pub fn tip_rotation(&self, sample: usize) -> [[f64; 3]; 3] {
+        let t = normalised(self.vector(sample, Quantity::TipTangent));
+        let d1 = self.vector(sample, Quantity::TipD1);
+        let along: f64 = (0..3).map(|k| d1[k] * t[k]).sum();
+        let d1 = normalised(std::array::from_fn(|k| d1[k] - along * t[k]));
+        let d2 = [t[1] * d1[2] - t[2] * d1[1], t[2] * d1[0] - t[0] * d1[2], t[0] * d1[1] - t[1] * d1[0]];
+        std::array::from_fn(|row| [d1[row], d2[row], t[row]])
+    }
+
+    /// Copies one sample's row from another table of the same columns.
+    pub fn copy_row(&mut self, sample: usize, from: &Solutions, from_sample: usize) {
+        for column in 0..self.values.column_count() {
+            self.values.set(sample, column, from.values.get(from_sample, column));
+        }
+    }
+}
+
+fn normalised(v: [f64; 3]) -> [f64; 3] {
+    let norm = v.iter().map(|x| x * x).sum::<f64>().sqrt();
+    v.map(|x| x / norm)
+}

@@ -1,0 +1,78 @@
+//! What became of a sample. The codes are shared with WGSL and written beside every row.
+
+/// Outcome of one sample. The first three carry a converged solution, `Unstable` a converged but elastically
+/// unstable one; the others carry no trustworthy numbers.
+#[repr(u8)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Default)]
+pub enum Status {
+    /// Converged, directly from rest.
+    Ok = 0,
+    /// Converged after a second attempt in f64 or with more steps.
+    Refined = 1,
+    /// Converged by raising the loads in several steps.
+    Ramped = 2,
+    /// The path from rest ends at a fold before the full load.
+    Fold = 3,
+    /// Converged, but to an elastically unstable equilibrium.
+    Unstable = 4,
+    /// The allowed number of passes was used up.
+    StepLimit = 5,
+    /// Newton's method found no equilibrium.
+    NotConverged = 6,
+    /// The swept values make no rod (for example a negative length).
+    BadParameter = 7,
+    /// A number overflowed or became undefined.
+    NonFinite = 8,
+    /// Not solved yet. Never leaves a backend.
+    #[default]
+    Pending = 9,
+}
+
+impl Status {
+    pub const ALL: [Status; 10] = [
+        Status::Ok,
+        Status::Refined,
+        Status::Ramped,
+        Status::Fold,
+        Status::Unstable,
+        Status::StepLimit,
+        Status::NotConverged,
+        Status::BadParameter,
+        Status::NonFinite,
+        Status::Pending,
+    ];
+
+    pub fn from_code(code: u8) -> Option<Status> {
+        Self::ALL.get(code as usize).copied()
+    }
+
+    pub fn code(self) -> u8 {
+        self as u8
+    }
+
+    /// The word written to files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Status::Ok => "ok",
+            Status::Refined => "refined",
+            Status::Ramped => "ramped",
+            Status::Fold => "fold",
+            Status::Unstable => "unstable",
+            Status::StepLimit => "step-limit",
+            Status::NotConverged => "not-converged",
+            Status::BadParameter => "bad-parameter",
+            Status::NonFinite => "non-finite",
+            Status::Pending => "pending",
+        }
+    }
+
+    /// Whether the row's numbers satisfy the equilibrium equations.
+    pub fn is_converged(self) -> bool {
+        matches!(self, Status::Ok | Status::Refined | Status::Ramped | Status::Unstable)
+    }
+
+    /// Whether the row can be used as it stands: converged and not known to be unstable.
+    pub fn is_success(self) -> bool {
+        matches!(self, Status::Ok | Status::Refined | Status::Ramped)
+    }
+}

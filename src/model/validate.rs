@@ -1,0 +1,132 @@
+//! Whether a scene's numbers describe a rod.
+
+use super::{CoilWinding, Density, Scene, SceneError, SegmentKind, ShearElasticity, Stiffness, Vector};
+use std::collections::HashSet;
+
+/// Checks one number; `requirement` words the condition for the message.
+fn check(name: String, value: f64, holds: bool, requirement: &'static str) -> Result<(), SceneError> {
+    if holds { Ok(()) } else { Err(SceneError::OutOfRange { name, value, requirement }) }
+}
+
+fn check_finite(name: &str, vector: Vector) -> Result<(), SceneError> {
+    for (axis, value) in ["x", "y", "z"].iter().zip(vector) {
+        check(format!("{name}.{axis}"), value, value.is_finite(), "finite")?;
+    }
+    Ok(())
+}
+
+fn check_positive(name: String, value: f64) -> Result<(), SceneError> {
+    check(name, value, value.is_finite() && value > 0.0, "finite and greater than zero")
+}
+
+/// Checks every number of a scene, in the order a user wrote them.
+pub(super) fn validate(scene: &Scene) -> Result<(), SceneError> {
+    check_finite("base.position", scene.base.position)?;
+    check_finite("base.rotation", scene.base.rotation)?;
+    check_finite("field.flux_density", scene.flux_density)?;
+    check_finite("loads.tip_force", scene.loads.tip_force.unwrap_or_default())?;
+    check_finite("loads.tip_moment", scene.loads.tip_moment.unwrap_or_default())?;
+    check_finite("loads.gravity", scene.loads.gravity.unwrap_or_default())?;
+    check_finite("loads.distributed_force", scene.loads.distributed_force.unwrap_or_default())?;
+    if let Some(density) = scene.loads.fluid_density {
+        check("loads.fluid_density".into(), density, density.is_finite() && density >= 0.0, "finite and not negative")?;
+    }
+    if scene.segments.is_empty() {
+        return Err(SceneError::NoSegment);
+    }
+    let mut names = HashSet::new();
+    let mut massive = false;
+    let mut flexible_count = 0;
+    for segment in &scene.segments {
+        let name = &segment.name;
+        if !names.insert(name.as_str()) {
+            return Err(SceneError::DuplicateName(name.clone()));
+        }
+        let length = segment.length;
+        check(format!("{name}.length"), length, length.is_finite() && length >= 0.0, "finite and not negative")?;
+        match &segment.kind {
+            SegmentKind::Flexible(flexible) => {
+                flexible_count += 1;
+                check_stiffness(name, &flexible.stiffness)?;
+                check_finite(&format!("{name}.rest_curvature"), flexible.rest_curvature)?;
+                let is_tube = matches!(flexible.stiffness, Stiffness::Tube { .. });
+                match flexible.density {
+                    None => {}
+                    Some(Density::Volume(density)) => {
+                        if !is_tube {
+                            return Err(SceneError::DensityWithoutTube { segment: name.clone() });
+                        }
+                        check(
+                            format!("{name}.density"),
+                            density,
+                            density.is_finite() && density >= 0.0,
+                            "finite and not negative",
+                        )?;
+                        massive = true;
+                    }
+                    Some(Density::Linear(density)) => {
+                        check(format!("{name}.linear_density"), density, density.is_finite(), "finite")?;
+                        massive = true;
+                    }
+                }
+            }
+            SegmentKind::Rigid(rigid) => {
+                if let Some(mass) = rigid.mass {
+                    check(format!("{name}.mass"), mass, mass.is_finite(), "finite")?;
+                    let spread = mass == 0.0 || length > 0.0;
+                    check(format!("{name}.length"), length, spread, "greater than zero to carry a mass")?;
+                    massive = true;
+                }
+                if let Some(coil) = rigid.coil {
+                    check_finite(&format!("{name}.coil.current"), coil.current)?;
+                    check_finite(&format!("{name}.coil.alignment"), coil.alignment)?;
+                    match coil.winding {
+                        CoilWinding::Axes { turns, area } => {
+                            check_finite(&format!("{name}.coil.turns"), turns)?;
+                            check_finite(&format!("{name}.coil.area"), area)?;
+                        }
+                        CoilWinding::Matrix(rows) => {
+                            for row in rows {
+                                check_finite(&format!("{name}.coil.turns_area"), row)?;
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+    if flexible_count == 0 {
+        return Err(SceneError::NoFlexible);
+    }
+    check_positive("the rod's total length".into(), scene.total_length())?;
+    if scene.loads.gravity.is_some() && !massive { Err(SceneError::GravityWithoutMass) } else { Ok(()) }
+}
+
+fn check_stiffness(name: &str, stiffness: &Stiffness) -> Result<(), SceneError> {
+    match *stiffness {
+        Stiffness::Direct { bending_x, bending_y, torsion } => {
+            check_positive(format!("{name}.stiffness.bending_x"), bending_x)?;
+            check_positive(format!("{name}.stiffness.bending_y"), bending_y)?;
+            check_positive(format!("{name}.stiffness.torsion"), torsion)
+        }
+        Stiffness::Tube { inner_radius, outer_radius, youngs_modulus, shear } => {
+            check_positive(format!("{name}.tube.outer_radius"), outer_radius)?;
+            check(
+                format!("{name}.tube.inner_radius"),
+                inner_radius,
+                inner_radius >= 0.0 && inner_radius < outer_radius,
+                "not negative and below `tube.outer_radius`",
+            )?;
+            check_positive(format!("{name}.youngs_modulus"), youngs_modulus)?;
+            match shear {
+                ShearElasticity::Modulus(modulus) => check_positive(format!("{name}.shear_modulus"), modulus),
+                ShearElasticity::PoissonRatio(ratio) => check(
+                    format!("{name}.poisson_ratio"),
+                    ratio,
+                    ratio.is_finite() && ratio > -1.0,
+                    "finite and greater than -1",
+                ),
+            }
+        }
+    }
+}
