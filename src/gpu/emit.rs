@@ -1,0 +1,305 @@
+//! Turns shader pieces into one WGSL source that knows where each of its lines came from.
+//!
+//! Directives:
+//! `//@if NAME`, `//@if !NAME`, `//@else`, `//@end`: keep or drop lines by a named term.
+//! `const NAME: T = value; //@spec`: the value of this specialisation instead.
+//! `for (var i = A; i < B; i++) { //@unroll` ... `} //@end`: one copy of the body, in braces, for each value of i.
+//! In a copy the word `i` is a literal, and `name_i` is `name_3`; `//@if NAME[i]` asks for the term `NAME[3]`.
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+
+/// A shader file, or text generated for one plan.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Piece {
+    /// Shown in error messages.
+    pub name: Cow<'static, str>,
+    pub text: Cow<'static, str>,
+}
+
+/// A constant's value, with its type.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Value {
+    U32(u32),
+    F32(f32),
+    /// Not empty, all of one type.
+    Array(Vec<Value>),
+}
+
+/// What distinguishes one specialisation of the shaders from another.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Specialisation {
+    pub terms: BTreeMap<String, bool>,
+    pub constants: BTreeMap<String, Value>,
+}
+
+/// Complete WGSL, each line with its origin.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Source {
+    pub text: String,
+    names: Vec<Cow<'static, str>>,
+    /// Piece and line of each line of the text.
+    origins: Vec<(usize, usize)>,
+}
+
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{piece}:{line}: {kind}")]
+pub struct EmitError {
+    pub piece: String,
+    pub line: usize,
+    pub kind: EmitErrorKind,
+}
+
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum EmitErrorKind {
+    #[error("no directive is named `{0}`")]
+    UnknownDirective(String),
+    #[error("no term is named `{0}`")]
+    UnknownTerm(String),
+    #[error("no constant is named `{0}`")]
+    UnknownConstant(String),
+    #[error("this block has no `//@end`")]
+    NoEnd,
+    #[error("`{0}` stands outside a block")]
+    Stray(&'static str),
+    #[error("`//@spec` needs `const NAME: T = value;`")]
+    BadConstant,
+    #[error("`//@unroll` needs `for (var i = A; i < B; i++) {{`, A and B literals or constants")]
+    BadLoop,
+}
+
+impl Value {
+    pub fn wgsl_type(&self) -> String {
+        match self {
+            Value::U32(_) => "u32".into(),
+            Value::F32(_) => "f32".into(),
+            Value::Array(values) => format!("array<{}, {}>", values[0].wgsl_type(), values.len()),
+        }
+    }
+
+    /// An expression of this value, to the last bit.
+    pub fn wgsl(&self) -> String {
+        match self {
+            Value::U32(value) => format!("{value}u"),
+            Value::F32(value) => format!("{value:?}f"),
+            Value::Array(values) => {
+                let values: Vec<_> = values.iter().map(Value::wgsl).collect();
+                format!("{}({})", self.wgsl_type(), values.join(", "))
+            }
+        }
+    }
+
+    pub fn f32_array(values: impl IntoIterator<Item = f64>) -> Value {
+        Value::Array(values.into_iter().map(|value| Value::F32(value as f32)).collect())
+    }
+
+    pub fn u32_array(values: impl IntoIterator<Item = usize>) -> Value {
+        Value::Array(values.into_iter().map(|value| Value::U32(value as u32)).collect())
+    }
+}
+
+impl Specialisation {
+    pub fn term(&mut self, name: impl Into<String>, holds: bool) {
+        self.terms.insert(name.into(), holds);
+    }
+
+    pub fn constant(&mut self, name: impl Into<String>, value: Value) {
+        self.constants.insert(name.into(), value);
+    }
+}
+
+impl Source {
+    /// Piece and line, from 1, of a line of the text, from 1.
+    pub fn origin(&self, line: usize) -> Option<(&str, usize)> {
+        let (piece, line) = *self.origins.get(line.checked_sub(1)?)?;
+        Some((&self.names[piece], line))
+    }
+}
+
+/// Joins pieces, in order, into one source.
+pub fn emit(pieces: &[Piece], specialisation: &Specialisation) -> Result<Source, EmitError> {
+    let mut source = Source::default();
+    for (index, piece) in pieces.iter().enumerate() {
+        source.names.push(piece.name.clone());
+        let lines: Vec<&str> = piece.text.lines().collect();
+        let mut emitter = Emitter { lines: &lines, piece: index, specialisation, source: &mut source };
+        let at = |(line, kind): Trouble| EmitError { piece: piece.name.to_string(), line: line + 1, kind };
+        emitter.block(0..lines.len(), &mut Vec::new()).map_err(at)?;
+    }
+    Ok(source)
+}
+
+/// Line, from 0, and what is wrong there.
+type Trouble = (usize, EmitErrorKind);
+
+/// A variable of an unrolled loop and its value; the suffix keeps its type.
+struct Bound {
+    name: String,
+    value: u32,
+    suffix: &'static str,
+}
+
+struct Emitter<'a> {
+    lines: &'a [&'a str],
+    piece: usize,
+    specialisation: &'a Specialisation,
+    source: &'a mut Source,
+}
+
+impl Emitter<'_> {
+    fn block(&mut self, range: std::ops::Range<usize>, bounds: &mut Vec<Bound>) -> Result<(), Trouble> {
+        let mut at = range.start;
+        while at < range.end {
+            let line = self.lines[at];
+            let Some((code, directive)) = line.split_once("//@") else {
+                self.push(substitute(line, bounds), at);
+                at += 1;
+                continue;
+            };
+            match directive.split_whitespace().next() {
+                Some("if") => {
+                    let (middle, end) = self.find_end(at, range.end)?;
+                    let name = substitute_plain(directive.trim_start_matches("if").trim(), bounds);
+                    if self.holds(&name).ok_or((at, EmitErrorKind::UnknownTerm(name)))? {
+                        self.block(at + 1..middle.unwrap_or(end), bounds)?;
+                    } else if let Some(middle) = middle {
+                        self.block(middle + 1..end, bounds)?;
+                    }
+                    at = end;
+                }
+                Some("unroll") => {
+                    let (_, end) = self.find_end(at, range.end)?;
+                    let (name, values, suffix) = self.parse_loop(&substitute(code, bounds), at)?;
+                    for value in values {
+                        bounds.push(Bound { name: name.clone(), value, suffix });
+                        self.push(format!("{{ // {name} = {value}"), at);
+                        self.block(at + 1..end, bounds)?;
+                        self.push("}".into(), end);
+                        bounds.pop();
+                    }
+                    at = end;
+                }
+                Some("spec") => {
+                    let text = self.specialise(code, at)?;
+                    self.push(text, at);
+                }
+                Some("else") => return Err((at, EmitErrorKind::Stray("//@else"))),
+                Some("end") => return Err((at, EmitErrorKind::Stray("//@end"))),
+                other => return Err((at, EmitErrorKind::UnknownDirective(other.unwrap_or_default().into()))),
+            }
+            at += 1;
+        }
+        Ok(())
+    }
+
+    fn push(&mut self, text: String, line: usize) {
+        self.source.text.push_str(&text);
+        self.source.text.push('\n');
+        self.source.origins.push((self.piece, line + 1));
+    }
+
+    /// The `//@else` and the `//@end` of the block that starts at `start`.
+    fn find_end(&self, start: usize, limit: usize) -> Result<(Option<usize>, usize), Trouble> {
+        let (mut depth, mut middle) = (0, None);
+        for at in start..limit {
+            let directive = self.lines[at].split_once("//@").and_then(|(_, rest)| rest.split_whitespace().next());
+            match directive {
+                Some("if" | "unroll") => depth += 1,
+                Some("else") if depth == 1 => middle = Some(at),
+                Some("end") if depth == 1 => return Ok((middle, at)),
+                Some("end") => depth -= 1,
+                _ => {}
+            }
+        }
+        Err((start, EmitErrorKind::NoEnd))
+    }
+
+    fn holds(&self, name: &str) -> Option<bool> {
+        match name.strip_prefix('!') {
+            Some(name) => self.specialisation.terms.get(name).map(|holds| !holds),
+            None => self.specialisation.terms.get(name).copied(),
+        }
+    }
+
+    fn specialise(&self, code: &str, at: usize) -> Result<String, Trouble> {
+        let bad = || (at, EmitErrorKind::BadConstant);
+        let (name, _) =
+            code.trim().strip_prefix("const ").and_then(|rest| rest.split_once([':', '='])).ok_or_else(bad)?;
+        let name = name.trim();
+        let unknown = || (at, EmitErrorKind::UnknownConstant(name.into()));
+        let value = self.specialisation.constants.get(name).ok_or_else(unknown)?;
+        Ok(format!("const {name}: {} = {};", value.wgsl_type(), value.wgsl()))
+    }
+
+    /// Variable, values and literal suffix of `for (var i = A; i < B; i++) {`.
+    fn parse_loop(&self, code: &str, at: usize) -> Result<(String, std::ops::Range<u32>, &'static str), Trouble> {
+        let parse = || {
+            let head = code.trim().strip_prefix("for")?.trim().strip_prefix('(')?;
+            let (head, _) = head.rsplit_once(')').filter(|(_, brace)| brace.trim() == "{")?;
+            let [init, test, step] = head.split(';').collect::<Vec<_>>().try_into().ok()?;
+            let (name, first) = init.trim().strip_prefix("var ")?.split_once('=')?;
+            let name = name.split(':').next()?.trim();
+            let (tested, last) = test.split_once('<')?;
+            let stepped = step.trim().strip_suffix("++")?;
+            if tested.trim() != name || stepped.trim() != name {
+                return None;
+            }
+            let (first, suffix) = self.bound(first.trim())?;
+            let (last, _) = self.bound(last.trim())?;
+            Some((name.to_owned(), first..last, suffix))
+        };
+        parse().ok_or((at, EmitErrorKind::BadLoop))
+    }
+
+    /// An integer literal or a constant, and the suffix of its type.
+    fn bound(&self, text: &str) -> Option<(u32, &'static str)> {
+        if let Some(Value::U32(value)) = self.specialisation.constants.get(text) {
+            return Some((*value, "u"));
+        }
+        match text.strip_suffix('u') {
+            Some(digits) => Some((digits.parse().ok()?, "u")),
+            None => Some((text.parse().ok()?, "")),
+        }
+    }
+}
+
+/// Puts the values of loop variables into a line of code; comments stay.
+fn substitute(line: &str, bounds: &[Bound]) -> String {
+    let (code, comment) = line.split_at(line.find("//").unwrap_or(line.len()));
+    replace(code, bounds, |bound| format!("{}{}", bound.value, bound.suffix)) + comment
+}
+
+/// Puts the values of loop variables into the name of a term.
+fn substitute_plain(text: &str, bounds: &[Bound]) -> String {
+    replace(text, bounds, |bound| bound.value.to_string())
+}
+
+fn replace(text: &str, bounds: &[Bound], literal: impl Fn(&Bound) -> String) -> String {
+    if bounds.is_empty() {
+        return text.into();
+    }
+    let is_word = |c: char| c.is_alphanumeric() || c == '_';
+    let mut out = String::with_capacity(text.len());
+    let mut rest = text;
+    while let Some(start) = rest.find(is_word) {
+        let end = rest[start..].find(|c| !is_word(c)).map_or(rest.len(), |length| start + length);
+        out.push_str(&rest[..start]);
+        let (word, is_member) = (&rest[start..end], out.ends_with('.'));
+        rest = &rest[end..];
+        match bounds.iter().find(|bound| bound.name == word) {
+            Some(bound) if !is_member => out.push_str(&literal(bound)),
+            _ if word.starts_with(|c: char| c.is_ascii_digit()) => out.push_str(word),
+            _ => out.push_str(&paste(word, bounds)),
+        }
+    }
+    out + rest
+}
+
+/// `name_i` with the value of i.
+fn paste(word: &str, bounds: &[Bound]) -> String {
+    let part = |(at, part): (usize, &str)| match bounds.iter().find(|bound| at > 0 && bound.name == part) {
+        Some(bound) => bound.value.to_string(),
+        None => part.to_owned(),
+    };
+    word.split('_').enumerate().map(part).collect::<Vec<_>>().join("_")
+}

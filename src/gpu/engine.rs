@@ -1,0 +1,372 @@
+//! The GPU engine: cuts a batch into dispatches, keeps two in flight, converts what comes back to SI.
+//!
+//! The kernel computes in the plan's units, in f32, with the base at the origin.
+
+use super::buffers::{Flight, Settings, Sizes, Slot, bind_group_layout};
+use super::check::check;
+use super::device::{Device, failed};
+use super::kernel::{KERNELS, Kernel, WORKGROUP_SIZE, output_count};
+use super::pace::Pace;
+use super::record::{constants, input_units};
+use crate::backend::{Backend, BackendError, BackendInfo, BackendKind, Precision};
+use crate::model::{BLOCK, Batch, Entry, Plan, Quantity, ROWS, Solutions, Status};
+use rayon::prelude::*;
+use std::collections::VecDeque;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Instant;
+use wgpu::BufferUsages as Usage;
+
+/// Dispatches in flight: one computes while the other is unpacked.
+const SLOTS: usize = 2;
+
+/// Outputs of one dispatch at most [bytes].
+const OUTPUT_BUDGET: u64 = 32 << 20;
+
+/// Full dispatches in a batch of the recommended size.
+const DISPATCHES_PER_BATCH: usize = 4;
+
+/// Distance of two marks; above every status code.
+const MARK_STEP: u32 = 16;
+
+/// Marks before the first comes back; all exact in f32.
+const MARK_COUNT: u32 = 4096;
+
+/// Where the time went, summed over all batches [s].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Timings {
+    /// Finding and opening the device.
+    pub open: f64,
+    /// Checking the shader and making the pipeline.
+    pub compile: f64,
+    /// An empty dispatch, in which drivers compile.
+    pub first_dispatch: f64,
+    /// Converting and handing over inputs.
+    pub upload: f64,
+    /// The kernel: by the device's timestamps, else from submission to completion.
+    pub kernel: f64,
+    /// The host's wait for kernels and copies.
+    pub wait: f64,
+    /// Converting outputs.
+    pub unpack: f64,
+    pub dispatch_count: u64,
+    pub sample_count: u64,
+}
+
+/// The GPU engine for one plan.
+pub struct Gpu {
+    device: Device,
+    plan: Plan,
+    layout: wgpu::BindGroupLayout,
+    pipeline: wgpu::ComputePipeline,
+    constants: wgpu::Buffer,
+    slots: Vec<Slot>,
+    pace: Pace,
+    block_limit: usize,
+    mark: u32,
+    input_units: Vec<f64>,
+    output_units: Vec<f64>,
+    timings: Timings,
+}
+
+/// A dispatch in flight and the blocks it solves.
+struct Piece {
+    slot: usize,
+    first_block: usize,
+    block_count: usize,
+    mark: f32,
+    submitted: Instant,
+    flight: Flight,
+}
+
+impl Gpu {
+    /// Prepares the solving kernel for a plan.
+    pub fn new(device: Device, plan: &Plan) -> Result<Self, BackendError> {
+        let entry = KERNELS.first().ok_or_else(|| BackendError::Unsupported {
+            backend: BackendKind::Gpu,
+            what: "rods yet".into(),
+            remedy: "use `--backend cpu`".into(),
+        })?;
+        let kernel = Kernel::new(entry, plan).map_err(failed)?;
+        Self::with_kernel(device, plan, &kernel)
+    }
+
+    /// Prepares a kernel for a plan. It must call `store_status` for every sample.
+    pub fn with_kernel(device: Device, plan: &Plan, kernel: &Kernel) -> Result<Self, BackendError> {
+        let start = Instant::now();
+        check(&kernel.source).map_err(failed)?;
+        let layout = bind_group_layout(&device)?;
+        let pipeline = pipeline(&device, &layout, kernel)?;
+        let compile = start.elapsed().as_secs_f64();
+        let values = constants(plan);
+        let constants = device.buffer("constants", 4 * values.len() as u64, Usage::STORAGE | Usage::COPY_DST)?;
+        device.queue.write_buffer(&constants, 0, bytemuck::cast_slice(&values));
+        let block_limit = block_limit(&device, plan);
+        let mut gpu = Self {
+            timings: Timings { open: device.open_seconds, compile, ..Timings::default() },
+            device,
+            plan: plan.clone(),
+            layout,
+            pipeline,
+            constants,
+            slots: Vec::new(),
+            pace: Pace::new(block_limit),
+            block_limit,
+            mark: 0,
+            input_units: input_units(plan),
+            output_units: output_units(plan),
+        };
+        gpu.warm_up()?;
+        Ok(gpu)
+    }
+
+    pub fn device(&self) -> &Device {
+        &self.device
+    }
+
+    pub fn timings(&self) -> &Timings {
+        &self.timings
+    }
+
+    /// Dispatches no samples, so that the driver compiles now.
+    fn warm_up(&mut self) -> Result<(), BackendError> {
+        let start = Instant::now();
+        self.reserve(0, 1)?;
+        let slot = &self.slots[0];
+        let flight = slot.submit(&self.device, &self.pipeline, Settings::default(), &[], 1, self.output_bytes(1));
+        slot.finish(&self.device, flight, |_| {})?;
+        self.timings.first_dispatch = start.elapsed().as_secs_f64();
+        Ok(())
+    }
+
+    fn output_bytes(&self, block_count: usize) -> u64 {
+        (4 * BLOCK * self.output_units.len() * block_count) as u64
+    }
+
+    /// Makes sure that a slot exists and holds so many blocks.
+    fn reserve(&mut self, slot: usize, block_count: usize) -> Result<(), BackendError> {
+        let outputs = self.output_bytes(block_count);
+        if self.slots.get(slot).is_some_and(|slot| slot.capacity.outputs >= outputs) {
+            return Ok(());
+        }
+        let inputs = (4 * BLOCK * self.input_units.len() * block_count) as u64;
+        let made = Slot::new(&self.device, &self.layout, &self.constants, Sizes { inputs, outputs })?;
+        match self.slots.get_mut(slot) {
+            Some(old) => *old = made,
+            None => self.slots.push(made),
+        }
+        Ok(())
+    }
+
+    fn submit(&mut self, batch: &Batch, slot: usize, first_block: usize) -> Result<Piece, BackendError> {
+        let start = Instant::now();
+        let block_count = self.pace.blocks().min(batch.sample_count().div_ceil(BLOCK) - first_block);
+        self.reserve(slot, block_count)?;
+        self.mark = self.mark % MARK_COUNT + 1;
+        let samples = (batch.sample_count() - first_block * BLOCK).min(block_count * BLOCK);
+        let mark = (self.mark * MARK_STEP) as f32;
+        let tolerance = self.plan.options.tolerance as f32;
+        let settings = Settings { sample_count: samples as u32, mark, tolerance, zero: 0 };
+        let inputs = self.pack(batch, first_block, block_count);
+        let workgroups = (samples as u32).div_ceil(WORKGROUP_SIZE);
+        let bytes = self.output_bytes(block_count);
+        let flight = self.slots[slot].submit(&self.device, &self.pipeline, settings, &inputs, workgroups, bytes);
+        self.timings.upload += start.elapsed().as_secs_f64();
+        Ok(Piece { slot, first_block, block_count, mark, submitted: Instant::now(), flight })
+    }
+
+    /// Inputs of some blocks in the plan's units.
+    fn pack(&self, batch: &Batch, first_block: usize, block_count: usize) -> Vec<f32> {
+        let block_len = batch.inputs.block_len();
+        let values = &batch.inputs.data()[first_block * block_len..(first_block + block_count) * block_len];
+        let mut packed = vec![0.0; values.len()];
+        packed.par_chunks_mut(BLOCK).zip(values.par_chunks(BLOCK)).enumerate().for_each(|(at, (to, from))| {
+            let unit = self.input_units[at % self.input_units.len()];
+            for (to, from) in to.iter_mut().zip(from) {
+                *to = (from / unit) as f32;
+            }
+        });
+        packed
+    }
+
+    fn finish(&mut self, batch: &Batch, piece: Piece, solutions: &mut Solutions) -> Result<(), BackendError> {
+        let start = Instant::now();
+        let (mut waited, mut unpacked) = (0.0, 0.0);
+        let unwritten = AtomicUsize::new(0);
+        let block_len = solutions.values.block_len();
+        let range = piece.first_block * block_len..(piece.first_block + piece.block_count) * block_len;
+        let rows = &mut solutions.values.data_mut()[range];
+        let unpack = Unpack { plan: &self.plan, batch, units: &self.output_units, mark: piece.mark };
+        let seconds = self.slots[piece.slot].finish(&self.device, piece.flight, |outputs| {
+            waited = start.elapsed().as_secs_f64();
+            rows.par_chunks_mut(block_len).zip(outputs.par_chunks(block_len)).enumerate().for_each(
+                |(at, (to, from))| {
+                    unwritten.fetch_add(unpack.block(piece.first_block + at, from, to), Ordering::Relaxed);
+                },
+            );
+            unpacked = start.elapsed().as_secs_f64() - waited;
+        })?;
+        let samples = (batch.sample_count() - piece.first_block * BLOCK).min(piece.block_count * BLOCK);
+        let seconds = seconds.unwrap_or(start.duration_since(piece.submitted).as_secs_f64() + waited);
+        self.pace.learn(piece.block_count, seconds);
+        self.timings.kernel += seconds;
+        self.timings.wait += waited;
+        self.timings.unpack += unpacked;
+        self.timings.dispatch_count += 1;
+        self.timings.sample_count += samples as u64;
+        match unwritten.into_inner() {
+            0 => Ok(()),
+            count => Err(failed(format!(
+                "{}: the kernel left {count} of {samples} samples unwritten",
+                self.device.adapter().name
+            ))),
+        }
+    }
+
+    fn solve_pieces(&mut self, batch: &Batch) -> Result<Solutions, BackendError> {
+        let mut solutions = Solutions::new(self.plan.derivatives.len(), batch.sample_count());
+        let block_count = batch.sample_count().div_ceil(BLOCK);
+        let (mut next_block, mut next_slot) = (0, 0);
+        let mut flying = VecDeque::new();
+        loop {
+            if next_block < block_count && flying.len() < SLOTS {
+                let piece = self.submit(batch, next_slot, next_block)?;
+                next_block += piece.block_count;
+                next_slot = (next_slot + 1) % SLOTS;
+                flying.push_back(piece);
+            } else if let Some(piece) = flying.pop_front() {
+                self.finish(batch, piece, &mut solutions)?;
+            } else {
+                return Ok(solutions);
+            }
+        }
+    }
+}
+
+impl Backend for Gpu {
+    fn info(&self) -> BackendInfo {
+        let adapter = self.device.adapter();
+        BackendInfo {
+            kind: BackendKind::Gpu,
+            precision: Precision::F32,
+            device: format!("{}, {}", adapter.name, adapter.kind),
+            driver: format!("{} {}", adapter.api, adapter.driver),
+        }
+    }
+
+    fn plan(&self) -> &Plan {
+        &self.plan
+    }
+
+    fn batch_size(&self) -> usize {
+        DISPATCHES_PER_BATCH * self.block_limit * BLOCK
+    }
+
+    fn solve(&mut self, batch: &Batch) -> Result<Solutions, BackendError> {
+        self.device.check()?;
+        let solved = self.solve_pieces(batch);
+        if solved.is_err() {
+            // Buffers may still be in flight or mapped.
+            self.slots.clear();
+        }
+        solved
+    }
+}
+
+/// How one dispatch's outputs become solutions.
+struct Unpack<'a> {
+    plan: &'a Plan,
+    batch: &'a Batch,
+    units: &'a [f64],
+    mark: f32,
+}
+
+impl Unpack<'_> {
+    /// Converts one block and returns how many of its samples the kernel has not written.
+    fn block(&self, block: usize, from: &[f32], to: &mut [f64]) -> usize {
+        let first = block * BLOCK;
+        let lanes = (self.batch.sample_count() - first).min(BLOCK);
+        let columns = from.chunks_exact(BLOCK).zip(to.chunks_exact_mut(BLOCK)).zip(self.units);
+        for ((from, to), unit) in columns {
+            for (to, from) in to[..lanes].iter_mut().zip(from) {
+                *to = f64::from(*from) * unit;
+            }
+        }
+        let record = crate::model::BASE_RECORD - 3;
+        for axis in 0..3 {
+            let column = &mut to[(Quantity::TipPosition.column() + axis) * BLOCK..][..lanes];
+            match self.plan.entries[record + axis] {
+                Entry::Constant(base) => column.iter_mut().for_each(|x| *x += base),
+                Entry::Varying(input) => {
+                    (first..).zip(column).for_each(|(sample, x)| *x += self.batch.inputs.get(sample, input));
+                }
+            }
+        }
+        let mut unwritten = 0;
+        let status = Quantity::Status.column() * BLOCK;
+        for lane in 0..lanes {
+            match written_status(from[status + lane], self.mark) {
+                None => unwritten += 1,
+                Some(_) if self.batch.bad[first + lane] => {
+                    to.iter_mut().skip(lane).step_by(BLOCK).for_each(|x| *x = f64::NAN);
+                    to[status + lane] = f64::from(Status::BadParameter.code());
+                }
+                Some(code) => to[status + lane] = f64::from(code.code()),
+            }
+        }
+        unwritten
+    }
+}
+
+/// The status that a kernel stored under this mark.
+fn written_status(stored: f32, mark: f32) -> Option<Status> {
+    let code = stored - mark;
+    let is_code = (0.0..f32::from(Status::Pending.code())).contains(&code) && code.fract() == 0.0;
+    if is_code { Status::from_code(code as u8) } else { None }
+}
+
+/// Unit of each output column.
+fn output_units(plan: &Plan) -> Vec<f64> {
+    let units = &plan.units;
+    let mut scale = vec![1.0; output_count(plan)];
+    let mut set = |first: usize, unit: f64| scale[first..first + 3].fill(unit);
+    set(Quantity::TipPosition.column(), units.length);
+    set(Quantity::BaseMoment.column(), units.moment());
+    for derivative in 0..plan.derivatives.len() {
+        set(Quantity::COUNT + ROWS * derivative, units.length);
+        set(Quantity::COUNT + ROWS * derivative + 6, units.moment());
+    }
+    scale
+}
+
+/// Blocks of one dispatch that the device's limits and our budget allow.
+fn block_limit(device: &Device, plan: &Plan) -> usize {
+    let limits = device.adapter();
+    let columns = output_count(plan).max(plan.input_count);
+    let bytes = OUTPUT_BUDGET.min(limits.max_buffer_size / 2).min(limits.max_storage_binding_size);
+    let by_size = bytes / (4 * BLOCK * columns) as u64;
+    let by_workgroups = u64::from(limits.max_workgroups) * u64::from(WORKGROUP_SIZE) / BLOCK as u64;
+    by_size.min(by_workgroups).max(1) as usize
+}
+
+fn pipeline(
+    device: &Device,
+    layout: &wgpu::BindGroupLayout,
+    kernel: &Kernel,
+) -> Result<wgpu::ComputePipeline, BackendError> {
+    let source = wgpu::ShaderSource::Wgsl(kernel.source.text.as_str().into());
+    let descriptor = wgpu::ShaderModuleDescriptor { label: Some(kernel.entry_point), source };
+    let module = device.scoped("shader module", || device.raw.create_shader_module(descriptor))?;
+    let layouts = [Some(layout)];
+    let descriptor =
+        wgpu::PipelineLayoutDescriptor { label: Some("batch"), bind_group_layouts: &layouts, immediate_size: 0 };
+    let layout = device.scoped("pipeline layout", || device.raw.create_pipeline_layout(&descriptor))?;
+    let descriptor = wgpu::ComputePipelineDescriptor {
+        label: Some(kernel.entry_point),
+        layout: Some(&layout),
+        module: &module,
+        entry_point: Some(kernel.entry_point),
+        compilation_options: Default::default(),
+        cache: None,
+    };
+    device.scoped("compute pipeline", || device.raw.create_compute_pipeline(&descriptor))
+}

@@ -1,0 +1,29 @@
+//! Host side of the GPU engine: devices, shader sources, kernels, buffers. Only this module names wgpu.
+//!
+//! `Device` opens an adapter, `Kernel` turns shader pieces and a plan into one WGSL source, `Gpu` feeds batches
+//! through it and is a `Backend`.
+
+mod adapter;
+mod buffers;
+mod check;
+mod device;
+mod emit;
+mod engine;
+mod kernel;
+mod pace;
+mod record;
+mod require;
+mod self_test;
+mod tableau;
+
+pub use adapter::{AdapterKind, AdapterSummary, adapters};
+pub use buffers::{SETTINGS_MEMBERS, Settings};
+pub use check::{Reflection, ShaderError, check};
+pub use device::Device;
+pub use emit::{EmitError, Piece, Source, Specialisation, Value, emit};
+pub use engine::{Gpu, Timings};
+pub use kernel::{KERNELS, Kernel, KernelEntry, Part, WORKGROUP_SIZE, specialisation};
+pub use record::record_functions;
+pub use require::device_or_skip;
+pub use self_test::{Check, SelfTest, self_test};
+pub use tableau::Tableau;

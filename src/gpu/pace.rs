@@ -1,0 +1,70 @@
+//! How much work to give the device at once, so that no dispatch keeps it busy for long.
+
+/// Time that a dispatch should take [s]; some systems reset a device that is busy much longer.
+const TARGET: f64 = 0.1;
+
+/// Blocks of the first dispatch on an unknown device.
+const FIRST_BLOCKS: usize = 16;
+
+/// Growth from one dispatch to the next at most.
+const GROWTH: f64 = 4.0;
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pace {
+    blocks: usize,
+    limit: usize,
+}
+
+impl Pace {
+    /// Starts small; never exceeds `limit` blocks.
+    pub fn new(limit: usize) -> Self {
+        Self { blocks: FIRST_BLOCKS.min(limit), limit }
+    }
+
+    /// Blocks of the next dispatch.
+    pub fn blocks(&self) -> usize {
+        self.blocks
+    }
+
+    /// Learns from a dispatch of `blocks` that took `seconds`.
+    pub fn learn(&mut self, blocks: usize, seconds: f64) {
+        let ratio = (TARGET / seconds.max(1e-9)).min(GROWTH);
+        let next = ((blocks as f64 * ratio) as usize).clamp(1, self.limit);
+        // A short dispatch at the end of a batch says little about a full one, unless it took too long.
+        if blocks >= self.blocks || ratio < 1.0 {
+            self.blocks = next;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Pace;
+
+    #[test]
+    fn grows_to_the_target_and_no_further() {
+        let seconds_per_block = 0.001;
+        let mut pace = Pace::new(1000);
+        for _ in 0..5 {
+            pace.learn(pace.blocks(), pace.blocks() as f64 * seconds_per_block);
+        }
+        assert_eq!(pace.blocks(), 100);
+    }
+
+    #[test]
+    fn respects_its_limit_and_stays_above_zero() {
+        let mut pace = Pace::new(20);
+        pace.learn(16, 0.0);
+        assert_eq!(pace.blocks(), 20);
+        pace.learn(20, 1e6);
+        assert_eq!(pace.blocks(), 1);
+    }
+
+    #[test]
+    fn a_short_last_dispatch_does_not_slow_the_next_batch() {
+        let mut pace = Pace::new(1000);
+        pace.learn(16, 0.001);
+        pace.learn(1, 0.05);
+        assert_eq!(pace.blocks(), 64);
+    }
+}

@@ -1,0 +1,73 @@
+//! WGSL functions that load one sample's numbers: from the constants that all samples share, or from the inputs.
+//!
+//! Base: `base_d1`, `base_t`, `flux_density`, `tip_force`, `tip_moment`, `base_position`. Segment j: `length_j`,
+//! `load_j` and `stiffness_j`, `rest_curvature_j` or `dipole_j`. Rate k of derivative d: `rate_d_k`. All in the
+//! plan's units.
+
+use super::emit::Piece;
+use crate::model::{Entry, Plan};
+use std::fmt::Write;
+
+/// The loading functions of a plan.
+pub fn record_functions(plan: &Plan) -> Piece {
+    let mut text = String::new();
+    let base = ["base_d1", "base_t", "flux_density", "tip_force", "tip_moment", "base_position"];
+    for (at, name) in base.iter().enumerate() {
+        vector(&mut text, plan, name, 3 * at);
+    }
+    for (index, segment) in plan.segments.iter().enumerate() {
+        let at = segment.record;
+        scalar(&mut text, plan, &format!("length_{index}"), at);
+        if segment.is_flexible {
+            vector(&mut text, plan, &format!("stiffness_{index}"), at + 1);
+            vector(&mut text, plan, &format!("rest_curvature_{index}"), at + 4);
+            vector(&mut text, plan, &format!("load_{index}"), at + 7);
+        } else {
+            vector(&mut text, plan, &format!("dipole_{index}"), at + 1);
+            vector(&mut text, plan, &format!("load_{index}"), at + 4);
+        }
+    }
+    for (index, derivative) in plan.derivatives.iter().enumerate() {
+        for (term, (_, entry)) in derivative.terms.iter().enumerate() {
+            scalar(&mut text, plan, &format!("rate_{index}_{term}"), *entry);
+        }
+    }
+    Piece { name: "record functions of the plan".into(), text: text.into() }
+}
+
+/// Values of the constant entries in the plan's units; zero for varying ones.
+pub(super) fn constants(plan: &Plan) -> Vec<f32> {
+    let value = |(entry, unit): (&Entry, f64)| match entry {
+        Entry::Constant(value) => (value / unit) as f32,
+        Entry::Varying(_) => 0.0,
+    };
+    plan.entries.iter().zip(plan.entry_units()).map(value).collect()
+}
+
+/// Unit of each input column.
+pub(super) fn input_units(plan: &Plan) -> Vec<f64> {
+    let mut units = vec![1.0; plan.input_count];
+    for (entry, unit) in plan.entries.iter().zip(plan.entry_units()) {
+        if let Entry::Varying(column) = entry {
+            units[*column] = unit;
+        }
+    }
+    units
+}
+
+fn expression(plan: &Plan, entry: usize) -> String {
+    match plan.entries[entry] {
+        Entry::Constant(_) => format!("constants[{entry}u]"),
+        Entry::Varying(column) => format!("input({column}u)"),
+    }
+}
+
+fn scalar(text: &mut String, plan: &Plan, name: &str, entry: usize) {
+    // Writing to a string cannot fail.
+    let _ = writeln!(text, "fn {name}() -> f32 {{ return {}; }}", expression(plan, entry));
+}
+
+fn vector(text: &mut String, plan: &Plan, name: &str, first: usize) {
+    let parts: Vec<_> = (first..first + 3).map(|entry| expression(plan, entry)).collect();
+    let _ = writeln!(text, "fn {name}() -> vec3<f32> {{ return vec3<f32>({}); }}", parts.join(", "));
+}
