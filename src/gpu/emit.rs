@@ -6,32 +6,10 @@
 //! `for (var i = A; i < B; i++) { //@unroll` ... `} //@end`: one copy of the body, in braces, for each value of i.
 //! In a copy the word `i` is a literal, and `name_i` is `name_3`; `//@if NAME[i]` asks for the term `NAME[3]`.
 
+use super::specialise::{Piece, Specialisation, Value};
+use super::substitute::{Bound, substitute, substitute_plain};
 use std::borrow::Cow;
-use std::collections::BTreeMap;
-
-/// A shader file, or text generated for one plan.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Piece {
-    /// Shown in error messages.
-    pub name: Cow<'static, str>,
-    pub text: Cow<'static, str>,
-}
-
-/// A constant's value, with its type.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Value {
-    U32(u32),
-    F32(f32),
-    /// Not empty, all of one type.
-    Array(Vec<Value>),
-}
-
-/// What distinguishes one specialisation of the shaders from another.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Specialisation {
-    pub terms: BTreeMap<String, bool>,
-    pub constants: BTreeMap<String, Value>,
-}
+use std::ops::Range;
 
 /// Complete WGSL, each line with its origin.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -68,46 +46,6 @@ pub enum EmitErrorKind {
     BadLoop,
 }
 
-impl Value {
-    pub fn wgsl_type(&self) -> String {
-        match self {
-            Value::U32(_) => "u32".into(),
-            Value::F32(_) => "f32".into(),
-            Value::Array(values) => format!("array<{}, {}>", values[0].wgsl_type(), values.len()),
-        }
-    }
-
-    /// An expression of this value, to the last bit.
-    pub fn wgsl(&self) -> String {
-        match self {
-            Value::U32(value) => format!("{value}u"),
-            Value::F32(value) => format!("{value:?}f"),
-            Value::Array(values) => {
-                let values: Vec<_> = values.iter().map(Value::wgsl).collect();
-                format!("{}({})", self.wgsl_type(), values.join(", "))
-            }
-        }
-    }
-
-    pub fn f32_array(values: impl IntoIterator<Item = f64>) -> Value {
-        Value::Array(values.into_iter().map(|value| Value::F32(value as f32)).collect())
-    }
-
-    pub fn u32_array(values: impl IntoIterator<Item = usize>) -> Value {
-        Value::Array(values.into_iter().map(|value| Value::U32(value as u32)).collect())
-    }
-}
-
-impl Specialisation {
-    pub fn term(&mut self, name: impl Into<String>, holds: bool) {
-        self.terms.insert(name.into(), holds);
-    }
-
-    pub fn constant(&mut self, name: impl Into<String>, value: Value) {
-        self.constants.insert(name.into(), value);
-    }
-}
-
 impl Source {
     /// Piece and line, from 1, of a line of the text, from 1.
     pub fn origin(&self, line: usize) -> Option<(&str, usize)> {
@@ -132,13 +70,6 @@ pub fn emit(pieces: &[Piece], specialisation: &Specialisation) -> Result<Source,
 /// Line, from 0, and what is wrong there.
 type Trouble = (usize, EmitErrorKind);
 
-/// A variable of an unrolled loop and its value; the suffix keeps its type.
-struct Bound {
-    name: String,
-    value: u32,
-    suffix: &'static str,
-}
-
 struct Emitter<'a> {
     lines: &'a [&'a str],
     piece: usize,
@@ -147,7 +78,7 @@ struct Emitter<'a> {
 }
 
 impl Emitter<'_> {
-    fn block(&mut self, range: std::ops::Range<usize>, bounds: &mut Vec<Bound>) -> Result<(), Trouble> {
+    fn block(&mut self, range: Range<usize>, bounds: &mut Vec<Bound>) -> Result<(), Trouble> {
         let mut at = range.start;
         while at < range.end {
             let line = self.lines[at];
@@ -232,7 +163,7 @@ impl Emitter<'_> {
     }
 
     /// Variable, values and literal suffix of `for (var i = A; i < B; i++) {`.
-    fn parse_loop(&self, code: &str, at: usize) -> Result<(String, std::ops::Range<u32>, &'static str), Trouble> {
+    fn parse_loop(&self, code: &str, at: usize) -> Result<(String, Range<u32>, &'static str), Trouble> {
         let parse = || {
             let head = code.trim().strip_prefix("for")?.trim().strip_prefix('(')?;
             let (head, _) = head.rsplit_once(')').filter(|(_, brace)| brace.trim() == "{")?;
@@ -261,45 +192,4 @@ impl Emitter<'_> {
             None => Some((text.parse().ok()?, "")),
         }
     }
-}
-
-/// Puts the values of loop variables into a line of code; comments stay.
-fn substitute(line: &str, bounds: &[Bound]) -> String {
-    let (code, comment) = line.split_at(line.find("//").unwrap_or(line.len()));
-    replace(code, bounds, |bound| format!("{}{}", bound.value, bound.suffix)) + comment
-}
-
-/// Puts the values of loop variables into the name of a term.
-fn substitute_plain(text: &str, bounds: &[Bound]) -> String {
-    replace(text, bounds, |bound| bound.value.to_string())
-}
-
-fn replace(text: &str, bounds: &[Bound], literal: impl Fn(&Bound) -> String) -> String {
-    if bounds.is_empty() {
-        return text.into();
-    }
-    let is_word = |c: char| c.is_alphanumeric() || c == '_';
-    let mut out = String::with_capacity(text.len());
-    let mut rest = text;
-    while let Some(start) = rest.find(is_word) {
-        let end = rest[start..].find(|c| !is_word(c)).map_or(rest.len(), |length| start + length);
-        out.push_str(&rest[..start]);
-        let (word, is_member) = (&rest[start..end], out.ends_with('.'));
-        rest = &rest[end..];
-        match bounds.iter().find(|bound| bound.name == word) {
-            Some(bound) if !is_member => out.push_str(&literal(bound)),
-            _ if word.starts_with(|c: char| c.is_ascii_digit()) => out.push_str(word),
-            _ => out.push_str(&paste(word, bounds)),
-        }
-    }
-    out + rest
-}
-
-/// `name_i` with the value of i.
-fn paste(word: &str, bounds: &[Bound]) -> String {
-    let part = |(at, part): (usize, &str)| match bounds.iter().find(|bound| at > 0 && bound.name == part) {
-        Some(bound) => bound.value.to_string(),
-        None => part.to_owned(),
-    };
-    word.split('_').enumerate().map(part).collect::<Vec<_>>().join("_")
 }

@@ -1,7 +1,8 @@
 //! The kernels: entry points, the pieces they are made of, and what a plan fixes in them.
 
-use super::emit::{EmitError, Piece, Source, Specialisation, Value, emit};
+use super::emit::{EmitError, Source, emit};
 use super::record::record_functions;
+use super::specialise::{Piece, Specialisation, Value};
 use super::tableau::Tableau;
 use crate::model::{BLOCK, Plan, Quantity, ROWS, Slot, Status};
 use std::borrow::Cow;

@@ -4,7 +4,7 @@
 //! `load_j` and `stiffness_j`, `rest_curvature_j` or `dipole_j`. Rate k of derivative d: `rate_d_k`. All in the
 //! plan's units.
 
-use super::emit::Piece;
+use super::specialise::Piece;
 use crate::model::{Entry, Plan};
 use std::fmt::Write;
 

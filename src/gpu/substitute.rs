@@ -1,0 +1,49 @@
+//! Variables of unrolled loops and their values in a line.
+
+/// A variable of an unrolled loop and its value; the suffix keeps its type.
+pub struct Bound {
+    pub name: String,
+    pub value: u32,
+    pub suffix: &'static str,
+}
+
+/// Puts the values of loop variables into a line of code; comments stay.
+pub fn substitute(line: &str, bounds: &[Bound]) -> String {
+    let (code, comment) = line.split_at(line.find("//").unwrap_or(line.len()));
+    replace(code, bounds, |bound| format!("{}{}", bound.value, bound.suffix)) + comment
+}
+
+/// Puts the values of loop variables into the name of a term.
+pub fn substitute_plain(text: &str, bounds: &[Bound]) -> String {
+    replace(text, bounds, |bound| bound.value.to_string())
+}
+
+fn replace(text: &str, bounds: &[Bound], literal: impl Fn(&Bound) -> String) -> String {
+    if bounds.is_empty() {
+        return text.into();
+    }
+    let is_word = |c: char| c.is_alphanumeric() || c == '_';
+    let mut out = String::with_capacity(text.len());
+    let mut rest = text;
+    while let Some(start) = rest.find(is_word) {
+        let end = rest[start..].find(|c| !is_word(c)).map_or(rest.len(), |length| start + length);
+        out.push_str(&rest[..start]);
+        let (word, is_member) = (&rest[start..end], out.ends_with('.'));
+        rest = &rest[end..];
+        match bounds.iter().find(|bound| bound.name == word) {
+            Some(bound) if !is_member => out.push_str(&literal(bound)),
+            _ if word.starts_with(|c: char| c.is_ascii_digit()) => out.push_str(word),
+            _ => out.push_str(&paste(word, bounds)),
+        }
+    }
+    out + rest
+}
+
+/// `name_i` with the value of i.
+fn paste(word: &str, bounds: &[Bound]) -> String {
+    let part = |(at, part): (usize, &str)| match bounds.iter().find(|bound| at > 0 && bound.name == part) {
+        Some(bound) => bound.value.to_string(),
+        None => part.to_owned(),
+    };
+    word.split('_').enumerate().map(part).collect::<Vec<_>>().join("_")
+}

@@ -1,0 +1,70 @@
+//! What comes back from the device, in SI and f64.
+
+use super::kernel::output_count;
+use crate::model::{BASE_RECORD, BLOCK, Batch, Entry, Plan, Quantity, ROWS, Status};
+
+/// How one dispatch's outputs become solutions.
+pub struct Unpack<'a> {
+    pub plan: &'a Plan,
+    pub batch: &'a Batch,
+    pub units: &'a [f64],
+    pub mark: f32,
+}
+
+impl Unpack<'_> {
+    /// Converts one block and returns how many of its samples the kernel has not written.
+    pub fn block(&self, block: usize, from: &[f32], to: &mut [f64]) -> usize {
+        let first = block * BLOCK;
+        let lanes = (self.batch.sample_count() - first).min(BLOCK);
+        let columns = from.chunks_exact(BLOCK).zip(to.chunks_exact_mut(BLOCK)).zip(self.units);
+        for ((from, to), unit) in columns {
+            for (to, from) in to[..lanes].iter_mut().zip(from) {
+                *to = f64::from(*from) * unit;
+            }
+        }
+        let record = BASE_RECORD - 3;
+        for axis in 0..3 {
+            let column = &mut to[(Quantity::TipPosition.column() + axis) * BLOCK..][..lanes];
+            match self.plan.entries[record + axis] {
+                Entry::Constant(base) => column.iter_mut().for_each(|x| *x += base),
+                Entry::Varying(input) => {
+                    (first..).zip(column).for_each(|(sample, x)| *x += self.batch.inputs.get(sample, input));
+                }
+            }
+        }
+        let mut unwritten = 0;
+        let status = Quantity::Status.column() * BLOCK;
+        for lane in 0..lanes {
+            match written_status(from[status + lane], self.mark) {
+                None => unwritten += 1,
+                Some(_) if self.batch.bad[first + lane] => {
+                    to.iter_mut().skip(lane).step_by(BLOCK).for_each(|x| *x = f64::NAN);
+                    to[status + lane] = f64::from(Status::BadParameter.code());
+                }
+                Some(code) => to[status + lane] = f64::from(code.code()),
+            }
+        }
+        unwritten
+    }
+}
+
+/// The status that a kernel stored under this mark.
+fn written_status(stored: f32, mark: f32) -> Option<Status> {
+    let code = stored - mark;
+    let is_code = (0.0..f32::from(Status::Pending.code())).contains(&code) && code.fract() == 0.0;
+    if is_code { Status::from_code(code as u8) } else { None }
+}
+
+/// Unit of each output column.
+pub fn output_units(plan: &Plan) -> Vec<f64> {
+    let units = &plan.units;
+    let mut scale = vec![1.0; output_count(plan)];
+    let mut set = |first: usize, unit: f64| scale[first..first + 3].fill(unit);
+    set(Quantity::TipPosition.column(), units.length);
+    set(Quantity::BaseMoment.column(), units.moment());
+    for derivative in 0..plan.derivatives.len() {
+        set(Quantity::COUNT + ROWS * derivative, units.length);
+        set(Quantity::COUNT + ROWS * derivative + 6, units.moment());
+    }
+    scale
+}
