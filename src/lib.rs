@@ -1,4 +1,5 @@
 //! rodsweep: batched static Cosserat rods with their Jacobians.
 
 pub mod backend;
+pub mod lanes;
 pub mod model;

@@ -1,0 +1,304 @@
+//! The boundary value problem: from rest to full load, Newton's method on the base moment. R4, J5
+//!
+//! A sample's iterations depend on that sample alone: a lane that has finished is frozen while its neighbours go on.
+
+use super::algebra::{Mat3, Vec3, axpy, cross, inverse, length, transpose};
+use super::column::Columns;
+use super::lane::{Lane, Scalar};
+use super::program::{Inputs, Program};
+use super::rod::{Rod, Segment, Terms};
+use super::rows::{Responses, write_rows};
+use super::shoot::{Tip, Workspace, force_columns, moment_columns, rotation_columns, shoot, tip_moment_columns};
+use super::stability::stability_index;
+use crate::model::{Quantity, Status};
+
+/// How to reach the full load.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Path {
+    /// In one step, accepted only if Newton's method contracts at once and the answer is stable.
+    Direct,
+    /// In as many steps as keep every accepted state stable.
+    Ramp,
+}
+
+/// Newton's steps on the path end below this change of the base moment (plan units).
+const PATH_TOLERANCE: f64 = 1e-3;
+/// On the path each step must be smaller than this share of the one before.
+const CONTRACTION: f64 = 0.5;
+/// A first correction above this many plan units of moment (radians of bending) is not trusted.
+const TRUST: f64 = 1.0;
+/// Newton steps on one load step.
+const CORRECTIONS: f64 = 8.0;
+/// The ramp's first and smallest load step.
+const FIRST_RAMP_STEP: f64 = 0.25;
+const SMALLEST_RAMP_STEP: f64 = 1.0 / 4096.0;
+/// Passes over the rod on one path.
+const PASS_LIMIT: f64 = 400.0;
+/// Chord steps on the fine grid, and full Newton steps after them.
+const CHORD_LIMIT: usize = 4;
+const NEWTON_LIMIT: usize = 5;
+
+/// Where a group stands after the path.
+struct PathEnd<L: Lane> {
+    m0: Vec3<L>,
+    inverse: Mat3<L>,
+    lambda: L,
+    passes: L,
+    reached: L::Mask,
+    exhausted: L::Mask,
+}
+
+/// dm0/dlambda at rest: the moment of all loads on the unbent rod, R4 at u = u*.
+#[inline(always)]
+fn rest_slope<L: Lane, T: Terms>(program: &Program, rod: &Rod<L>, workspace: &mut Workspace<L>) -> Vec3<L> {
+    let zero = rod.t.x.constant(0.0);
+    let mut stiff = Rod { segments: Vec::with_capacity(rod.segments.len()), ..*rod };
+    for segment in &rod.segments {
+        stiff.segments.push(match segment {
+            Segment::Flexible(flexible) => {
+                let mut flexible = *flexible;
+                flexible.compliance = Vec3::splat(zero);
+                Segment::Flexible(flexible)
+            }
+            Segment::Rigid(rigid) => Segment::Rigid(*rigid),
+        });
+    }
+    let one = zero.constant(1.0);
+    let tip = shoot::<L, T>(program, &program.coarse, &stiff, one, Vec3::splat(zero), &mut [], false, workspace);
+    rod.l_tip - tip.m
+}
+
+/// Follows the equilibrium from rest to the full load on the coarse grid.
+#[inline(always)]
+fn follow_path<L: Lane, T: Terms>(
+    program: &Program,
+    rod: &Rod<L>,
+    path: Path,
+    workspace: &mut Workspace<L>,
+) -> PathEnd<L> {
+    let zero = rod.t.x.constant(0.0);
+    let one = zero.constant(1.0);
+    let nobody = one.lt(zero);
+    let first_step = if path == Path::Ramp { zero.constant(FIRST_RAMP_STEP) } else { one };
+    let smallest_step = if path == Path::Ramp { zero.constant(SMALLEST_RAMP_STEP) } else { one };
+    let mut slope = rest_slope::<L, T>(program, rod, workspace);
+    let (mut lambda, mut m_lambda) = (zero, Vec3::splat(zero));
+    let mut step = first_step;
+    let mut target = first_step;
+    let mut m0 = slope * first_step;
+    let mut last_size = zero.constant(TRUST / CONTRACTION);
+    let mut corrections = zero;
+    let mut passes = one;
+    let mut inverse_w = Mat3 { x: Vec3::splat(zero), y: Vec3::splat(zero), z: Vec3::splat(zero) };
+    let (mut reached, mut failed, mut exhausted) = (nobody, nobody, nobody);
+    loop {
+        let active = !(reached | failed);
+        if !L::any(active) {
+            break;
+        }
+        let mut columns = [moment_columns(one), rotation_columns(m0)];
+        let used = if path == Path::Ramp { 2 } else { 1 };
+        let columns = &mut columns[..used];
+        let ramp = path == Path::Ramp;
+        let tip = shoot::<L, T>(program, &program.coarse, rod, target, m0, columns, ramp, workspace);
+        let residual = tip.m - rod.l_tip * target;
+        let w_inverse = inverse(tip_moment_columns::<L, T>(&tip, &columns[0]));
+        let delta = -(w_inverse * residual); // R4
+        let size = length(delta);
+        let m_new = m0 + delta;
+        let converged = size.lt(zero.constant(PATH_TOLERANCE) * (one + length(m0)));
+        let contracting = size.lt(last_size * zero.constant(CONTRACTION)) & corrections.lt(zero.constant(CORRECTIONS));
+        let stable = if path == Path::Ramp {
+            stability_index::<L, T>(&workspace.stations, &tip, columns).lt(zero.constant(0.5))
+        } else {
+            one.is_finite()
+        };
+        let accept = active & converged & stable & size.is_finite();
+        let go_on = active & !converged & contracting;
+        let reject = active & !accept & !go_on;
+
+        inverse_w = select_matrix::<L>(accept | go_on, w_inverse, inverse_w);
+        let advance = target - lambda;
+        slope = Vec3::select(accept, (m_new - m_lambda) * (one / advance), slope);
+        lambda = L::select(accept, target, lambda);
+        m_lambda = Vec3::select(accept, m_new, m_lambda);
+        reached = reached | (accept & !target.lt(one));
+        let easy = corrections.lt(zero.constant(3.5));
+        step = L::select(accept & easy, step + step, step);
+        step = L::select(reject, step * zero.constant(0.5), step);
+        failed = failed | (reject & step.lt(smallest_step));
+        let restart = accept | reject;
+        let next = (lambda + step).min(one);
+        target = L::select(restart, next, target);
+        m0 = Vec3::select(restart & !reached, axpy(target - lambda, slope, m_lambda), m0);
+        m0 = Vec3::select(reached & active, m_new, m0);
+        m0 = Vec3::select(go_on, m_new, m0);
+        last_size = L::select(go_on, size, zero.constant(TRUST / CONTRACTION));
+        corrections = L::select(go_on, corrections + one, zero);
+        passes = L::select(active, passes + one, passes);
+        let over = active & !reached & !passes.lt(zero.constant(PASS_LIMIT));
+        exhausted = exhausted | over;
+        failed = failed | over;
+    }
+    PathEnd { m0, inverse: inverse_w, lambda, passes, reached, exhausted }
+}
+
+#[inline(always)]
+fn select_matrix<L: Lane>(mask: L::Mask, if_true: Mat3<L>, if_false: Mat3<L>) -> Mat3<L> {
+    Mat3 {
+        x: Vec3::select(mask, if_true.x, if_false.x),
+        y: Vec3::select(mask, if_true.y, if_false.y),
+        z: Vec3::select(mask, if_true.z, if_false.z),
+    }
+}
+
+/// Moves the base moment to the fine grid's equilibrium by chord steps, without columns.
+#[inline(always)]
+fn chord_steps<L: Lane, T: Terms>(program: &Program, rod: &Rod<L>, end: &mut PathEnd<L>, workspace: &mut Workspace<L>) {
+    let one = end.lambda.constant(1.0);
+    let tolerance = one.constant(program.newton_tolerance);
+    let mut moving = end.reached;
+    for _ in 0..CHORD_LIMIT {
+        if !L::any(moving) {
+            break;
+        }
+        let tip = shoot::<L, T>(program, &program.fine, rod, one, end.m0, &mut [], false, workspace);
+        let delta = -(end.inverse * (tip.m - rod.l_tip));
+        let size = length(delta);
+        // A chord step that is not small says that the coarse grid was too coarse: Newton's method takes over.
+        let small = moving & size.lt(one.constant(0.1));
+        end.m0 = Vec3::select(small, end.m0 + delta, end.m0);
+        end.passes = L::select(moving, end.passes + one, end.passes);
+        moving = small & !size.lt(tolerance * one.constant(30.0));
+    }
+}
+
+/// Solves one group and writes its rows, in the plan's units, through `store(column, value)`.
+///
+/// Lanes that are not reached directly keep the status `Pending` on `Path::Direct`.
+#[inline(always)]
+pub fn solve_group<L: Lane, T: Terms>(
+    program: &Program,
+    token: L::Token,
+    inputs: &Inputs<'_, L::Scalar>,
+    path: Path,
+    rod: &mut Rod<L>,
+    workspace: &mut Workspace<L>,
+    mut store: impl FnMut(usize, L),
+) {
+    rod.load(program, token, inputs);
+    let zero = L::splat(token, 0.0);
+    let one = L::splat(token, 1.0);
+    let mut end = follow_path::<L, T>(program, rod, path, workspace);
+    chord_steps::<L, T>(program, rod, &mut end, workspace);
+
+    let mut moving = end.reached;
+    let mut converged = one.lt(zero);
+    let mut columns = [moment_columns(one), rotation_columns(end.m0), force_columns(one)];
+    let mut tip = Tip { p: rod.t, d1: rod.t, t: rod.t, m: rod.t, n: rod.t };
+    let (mut delta, mut size) = (Vec3::splat(zero), one);
+    let mut w_inverse = end.inverse;
+    for pass in 0..NEWTON_LIMIT {
+        columns = [moment_columns(one), rotation_columns(end.m0), force_columns(one)];
+        tip = shoot::<L, T>(program, &program.fine, rod, one, end.m0, &mut columns, true, workspace);
+        w_inverse = inverse(tip_moment_columns::<L, T>(&tip, &columns[0]));
+        delta = -(w_inverse * (tip.m - rod.l_tip)); // J5
+        size = length(delta);
+        converged = end.reached & size.lt(one.constant(program.newton_tolerance) * (one + length(end.m0)));
+        end.passes = L::select(moving, end.passes + one, end.passes);
+        moving = moving & !converged & size.lt(one.constant(TRUST));
+        if pass + 1 == NEWTON_LIMIT || !L::any(moving) {
+            break;
+        }
+        end.m0 = Vec3::select(moving, end.m0 + delta, end.m0);
+    }
+    // What is left of the residual is taken out to first order.
+    let tip_position = tip.p + columns[0].dp * delta;
+    let turn = columns[0].w * delta;
+    let (d1, t) = (tip.d1 + cross(turn, tip.d1), tip.t + cross(turn, tip.t));
+    let m0 = end.m0 + delta;
+    let residual = length(tip.m - rod.l_tip);
+
+    let index = stability_index::<L, T>(&workspace.stations, &tip, &columns);
+    let stable = index.lt(one.constant(0.5));
+    let norm = length(w_inverse.x) * length(w_inverse.x)
+        + length(w_inverse.y) * length(w_inverse.y)
+        + length(w_inverse.z) * length(w_inverse.z);
+    let margin = (one.constant(3.0) / norm).sqrt();
+    let margin = L::select(stable, margin, -margin);
+    let status = status_codes(&end, path, converged, stable, size);
+
+    for (quantity, v) in [
+        (Quantity::TipPosition, tip_position),
+        (Quantity::TipD1, d1),
+        (Quantity::TipTangent, t),
+        (Quantity::BaseMoment, m0),
+    ] {
+        store(quantity.column(), v.x);
+        store(quantity.column() + 1, v.y);
+        store(quantity.column() + 2, v.z);
+    }
+    store(Quantity::Residual.column(), residual);
+    store(Quantity::StabilityMargin.column(), margin);
+    store(Quantity::StabilityIndex.column(), index);
+    store(Quantity::Iterations.column(), end.passes);
+    store(Quantity::LoadFraction.column(), end.lambda);
+    store(Quantity::Status.column(), status);
+
+    let mut n0 = rod.f_tip;
+    if T::LOAD {
+        for segment in &rod.segments {
+            let (length, w) = match segment {
+                Segment::Flexible(flexible) => (flexible.length, flexible.w),
+                Segment::Rigid(rigid) => (rigid.length, rigid.w),
+            };
+            n0 = axpy(length, w, n0);
+        }
+    }
+    let responses = Responses::new::<T>(rod, &tip, &columns);
+    let coefficient = |entry: usize| program.entry::<L>(token, inputs, entry);
+    write_rows::<L, T>(program, rod, end.m0, n0, &columns, &responses, workspace, coefficient, |column, value| {
+        store(Quantity::COUNT + column, value);
+    });
+
+    let error = error_estimate::<L, T>(program, rod, &end, &columns[0], w_inverse, (tip_position, d1, t), workspace);
+    store(Quantity::ErrorEstimate.column(), error);
+}
+
+/// Status of each lane, as codes.
+#[inline(always)]
+fn status_codes<L: Lane>(end: &PathEnd<L>, path: Path, converged: L::Mask, stable: L::Mask, size: L) -> L {
+    let code = |status: Status| size.constant(f64::from(status.code()));
+    let good = if path == Path::Direct { code(Status::Ok) } else { code(Status::Ramped) };
+    if path == Path::Direct {
+        return L::select(converged & stable, good, code(Status::Pending));
+    }
+    let lost = L::select(end.exhausted, code(Status::StepLimit), code(Status::Fold));
+    let unsolved = L::select(size.is_finite(), code(Status::NotConverged), code(Status::NonFinite));
+    let done = L::select(stable, good, code(Status::Unstable));
+    L::select(end.reached, L::select(converged, done, unsolved), lost)
+}
+
+/// Difference to the equilibrium on twice as many steps, plus what round-off can do through dm0/dr.
+#[inline(always)]
+fn error_estimate<L: Lane, T: Terms>(
+    program: &Program,
+    rod: &Rod<L>,
+    end: &PathEnd<L>,
+    by_moment: &Columns<L>,
+    w_inverse: Mat3<L>,
+    (p, d1, t): (Vec3<L>, Vec3<L>, Vec3<L>),
+    workspace: &mut Workspace<L>,
+) -> L {
+    let one = end.lambda.constant(1.0);
+    let tip = shoot::<L, T>(program, &program.check, rod, one, end.m0, &mut [], false, workspace);
+    let delta = -(w_inverse * (tip.m - rod.l_tip));
+    let turn = by_moment.w * delta;
+    let dp = length(tip.p + by_moment.dp * delta - p);
+    let dd1 = length(tip.d1 + cross(turn, tip.d1) - d1);
+    let dt = length(tip.t + cross(turn, tip.t) - t);
+    let columns = transpose(by_moment.w * w_inverse);
+    let amplification = length(columns.x) + length(columns.y) + length(columns.z);
+    let round_off = (one + amplification) * one.constant(4.0 * L::Scalar::EPSILON);
+    dp.max(dd1).max(dt) + round_off * (one + length(end.m0))
+}
