@@ -49,6 +49,12 @@ pub fn column_moment<L: Lane, T: Terms>(unit_force: bool, p: Vec3<L>, n: Vec3<L>
     if T::FORCE { columns_cross_sub(dp, n, dm) } else { dm } // J3
 }
 
+/// `a row^T + sum`
+#[inline(always)]
+fn outer<L: Lane>(a: Vec3<L>, row: Vec3<L>, sum: Mat3<L>) -> Mat3<L> {
+    Mat3 { x: axpy(row.x, a, sum.x), y: axpy(row.y, a, sum.y), z: axpy(row.z, a, sum.z) }
+}
+
 /// C x = R K^-1 R^T x for three vectors.
 #[inline(always)]
 fn compliance_times<L: Lane, T: Terms>(
@@ -59,11 +65,6 @@ fn compliance_times<L: Lane, T: Terms>(
     x: Mat3<L>,
 ) -> Mat3<L> {
     let k = segment.compliance;
-    let outer = |a: Vec3<L>, row: Vec3<L>, sum: Mat3<L>| Mat3 {
-        x: axpy(row.x, a, sum.x),
-        y: axpy(row.y, a, sum.y),
-        z: axpy(row.z, a, sum.z),
-    };
     if T::ANISOTROPIC {
         let (x1, x2, x3) = (row_times(d1, x) * k.x, row_times(d2, x) * k.y, row_times(t, x) * k.z);
         let sum = Mat3 { x: t * x3.x, y: t * x3.y, z: t * x3.z };

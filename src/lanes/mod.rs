@@ -18,7 +18,7 @@ mod step;
 use crate::backend::{Backend, BackendError, BackendInfo, BackendKind, Precision};
 use crate::model::{BLOCK, Batch, Entry, Plan, Quantity, ROWS, Solutions, Status};
 use lane::{F32, F64, Lane, Scalar};
-use program::{Inputs, Program};
+use program::{Inputs, Outputs, Program};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 use rod::{Rod, TermSet, Terms};
@@ -200,9 +200,7 @@ fn solve_job<L: Lane, T: Terms>(token: L::Token, job: Job<'_, L::Scalar>) {
             path: Path::Direct,
             rod: &mut rod,
             workspace: &mut workspace,
-            out,
-            stride: BLOCK,
-            offset,
+            out: Outputs { data: out, stride: BLOCK, offset },
             terms: PhantomData,
         };
         L::vectorize(token, group);
@@ -231,9 +229,7 @@ fn solve_job<L: Lane, T: Terms>(token: L::Token, job: Job<'_, L::Scalar>) {
             path: Path::Ramp,
             rod: &mut rod,
             workspace: &mut workspace,
-            out: &mut rows,
-            stride: L::COUNT,
-            offset: 0,
+            out: Outputs { data: &mut rows, stride: L::COUNT, offset: 0 },
             terms: PhantomData,
         };
         L::vectorize(token, group);
@@ -258,9 +254,7 @@ struct Group<'a, L: Lane, T: Terms> {
     path: Path,
     rod: &'a mut Rod<L>,
     workspace: &'a mut Workspace<L>,
-    out: &'a mut [L::Scalar],
-    stride: usize,
-    offset: usize,
+    out: Outputs<'a, L::Scalar>,
     terms: PhantomData<T>,
 }
 
@@ -269,8 +263,7 @@ impl<L: Lane, T: Terms> WithSimd for Group<'_, L, T> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Group { program, token, inputs, path, rod, workspace, out, stride, offset, .. } = self;
-        let store = |column: usize, value: L| value.store(&mut out[column * stride + offset..]);
-        solve_group::<L, T>(program, token, &inputs, path, rod, workspace, store);
+        let Group { program, token, inputs, path, rod, workspace, mut out, .. } = self;
+        solve_group::<L, T>(program, token, &inputs, path, rod, workspace, &mut out);
     }
 }

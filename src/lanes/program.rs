@@ -1,5 +1,6 @@
 //! A plan made ready for the kernel: entries in the plan's units, steps, and what to collect for the derivatives.
 
+use super::algebra::Vec3;
 use super::lane::{Lane, Scalar};
 use crate::model::{Entry, Plan, SegmentPlan, Slot, Stepper, Tableau, Terms};
 
@@ -95,6 +96,37 @@ impl Program {
             Source::Constant(value) => L::splat(token, value),
             Source::Input(column) => L::load(token, &inputs.data[column * inputs.stride + inputs.offset..]),
         }
+    }
+
+    /// Three entries in a row.
+    #[inline(always)]
+    pub fn vector<L: Lane>(&self, token: L::Token, inputs: &Inputs<'_, L::Scalar>, entry: usize) -> Vec3<L> {
+        Vec3 {
+            x: self.entry(token, inputs, entry),
+            y: self.entry(token, inputs, entry + 1),
+            z: self.entry(token, inputs, entry + 2),
+        }
+    }
+}
+
+/// Where a group's results go, in the plan's units, column by column.
+pub struct Outputs<'a, S: Scalar> {
+    pub data: &'a mut [S],
+    pub stride: usize,
+    pub offset: usize,
+}
+
+impl<S: Scalar> Outputs<'_, S> {
+    #[inline(always)]
+    pub fn store<L: Lane<Scalar = S>>(&mut self, column: usize, value: L) {
+        value.store(&mut self.data[column * self.stride + self.offset..]);
+    }
+
+    #[inline(always)]
+    pub fn store_vector<L: Lane<Scalar = S>>(&mut self, column: usize, value: Vec3<L>) {
+        self.store(column, value.x);
+        self.store(column + 1, value.y);
+        self.store(column + 2, value.z);
     }
 }
 

@@ -66,23 +66,42 @@ pub struct Rod<L> {
 
 impl<L: Lane> Rod<L> {
     /// Reads the records of a group.
+    #[inline(always)]
     pub fn load(&mut self, program: &Program, token: L::Token, inputs: &Inputs<'_, L::Scalar>) {
-        let scalar = |entry: usize| program.entry::<L>(token, inputs, entry);
-        let vector = |entry: usize| Vec3 { x: scalar(entry), y: scalar(entry + 1), z: scalar(entry + 2) };
-        (self.d1, self.t) = (vector(0), vector(3));
-        (self.B, self.f_tip, self.l_tip) = (vector(6), vector(9), vector(12));
+        (self.d1, self.t) = (program.vector(token, inputs, 0), program.vector(token, inputs, 3));
+        self.B = program.vector(token, inputs, 6);
+        (self.f_tip, self.l_tip) = (program.vector(token, inputs, 9), program.vector(token, inputs, 12));
         self.segments.clear();
         for segment in &program.segments {
-            let (length, at) = (scalar(segment.record), segment.record + 1);
+            let at = segment.record + 1;
+            let length: L = program.entry(token, inputs, segment.record);
             self.segments.push(if segment.is_flexible {
-                let stiffness = vector(at);
+                let stiffness = program.vector::<L>(token, inputs, at);
                 let one = length.constant(1.0);
                 let compliance = Vec3 { x: one / stiffness.x, y: one / stiffness.y, z: one / stiffness.z };
-                Segment::Flexible(Flexible { length, compliance, u_star: vector(at + 3), w: vector(at + 6) })
+                let u_star = program.vector(token, inputs, at + 3);
+                Segment::Flexible(Flexible { length, compliance, u_star, w: program.vector(token, inputs, at + 6) })
             } else {
-                Segment::Rigid(Rigid { length, mu: vector(at), w: vector(at + 3) })
+                let (mu, w) = (program.vector(token, inputs, at), program.vector(token, inputs, at + 3));
+                Segment::Rigid(Rigid { length, mu, w })
             });
         }
+    }
+
+    /// n at the base under full loads: tip force and all the weight.
+    #[inline(always)]
+    pub fn base_force<T: Terms>(&self) -> Vec3<L> {
+        let mut n = self.f_tip;
+        if T::LOAD {
+            for segment in &self.segments {
+                let (length, w) = match segment {
+                    Segment::Flexible(flexible) => (flexible.length, flexible.w),
+                    Segment::Rigid(rigid) => (rigid.length, rigid.w),
+                };
+                n = axpy(length, w, n); // R1
+            }
+        }
+        n
     }
 
     pub fn new(token: L::Token) -> Self {

@@ -3,10 +3,10 @@
 use super::algebra::{Mat3, Vec3, axpy, columns_cross_sub, cross, inverse, row_times, transpose};
 use super::column::Columns;
 use super::lane::Lane;
-use super::program::Program;
+use super::program::{Inputs, Outputs, Program};
 use super::rod::{Rod, Segment, Terms, curvature};
 use super::shoot::{Tip, Workspace, tip_moment_columns};
-use crate::model::{ROWS, Slot};
+use crate::model::{Axis, Quantity, ROWS, Slot};
 
 /// A linear functional of the three threes of columns: by base moment, by base rotation, by tip force.
 #[derive(Clone, Copy)]
@@ -29,14 +29,16 @@ impl<L: Lane> Responses<L> {
     /// Solves the (adjoint) tip condition dm(L) - w(L) x l_tip = unit for each load. J5
     #[inline(always)]
     pub fn new<T: Terms>(rod: &Rod<L>, tip: &Tip<L>, columns: &[Columns<L>; 3]) -> Self {
-        let dm = |k: usize| tip_moment_columns::<L, T>(tip, &columns[k]);
-        let adjoint = |k: usize| columns_cross_sub(columns[k].w, rod.l_tip, dm(k));
-        let moment = inverse(adjoint(0));
+        let [by_moment, by_rotation, by_force] = columns;
+        let dm_moment = tip_moment_columns::<L, T>(tip, by_moment);
+        let dm_rotation = tip_moment_columns::<L, T>(tip, by_rotation);
+        let dm_force = tip_moment_columns::<L, T>(tip, by_force);
+        let moment = inverse(columns_cross_sub(by_moment.w, rod.l_tip, dm_moment));
         Self {
-            force: -(moment * adjoint(2)),
-            rotation: -(moment * adjoint(1)),
+            force: -(moment * columns_cross_sub(by_force.w, rod.l_tip, dm_force)),
+            rotation: -(moment * columns_cross_sub(by_rotation.w, rod.l_tip, dm_rotation)),
             moment,
-            base_rotation: -(inverse(dm(0)) * dm(1)),
+            base_rotation: -(inverse(dm_moment) * dm_rotation),
         }
     }
 
@@ -59,52 +61,65 @@ impl<L: Lane> Responses<L> {
     }
 }
 
-/// Writes the rows of every derivative: `ROWS` columns each, through `store(column, value)`.
+/// Writes the rows of every derivative, `ROWS` columns each.
 #[inline(always)]
+#[allow(clippy::too_many_arguments)]
 pub fn write_rows<L: Lane, T: Terms>(
     program: &Program,
+    token: L::Token,
+    inputs: &Inputs<'_, L::Scalar>,
     rod: &Rod<L>,
     m0: Vec3<L>,
     n0: Vec3<L>,
     columns: &[Columns<L>; 3],
     responses: &Responses<L>,
     workspace: &Workspace<L>,
-    coefficient: impl Fn(usize) -> L,
-    mut store: impl FnMut(usize, L),
+    out: &mut Outputs<'_, L::Scalar>,
 ) {
     let zero = Vec3::splat(m0.x.constant(0.0));
     for (index, terms) in program.derivatives.iter().enumerate() {
         let mut sum = Functional { by_moment: zero, by_rotation: zero, by_force: zero };
         let mut extra = [zero; 3];
         for (slot, entry) in terms {
-            let rate = coefficient(*entry);
-            let unit = |axis: usize| {
-                let mut v = [rate.constant(0.0); 3];
-                v[axis] = rate;
-                Vec3 { x: v[0], y: v[1], z: v[2] }
-            };
+            let rate: L = program.entry(token, inputs, *entry);
             match *slot {
-                Slot::BasePosition(axis) => extra[0] = extra[0] + unit(axis.index()),
-                Slot::BaseRotation(axis) => add(&mut extra, responses.base_rotation_rows(m0, unit(axis.index()))),
-                Slot::Insertion => add(&mut extra, insertion_rows::<L, T>(rod, m0, n0, responses, rate)),
-                _ => accumulate(*slot, rate, rod, columns, workspace, &mut sum),
+                Slot::BasePosition(axis) => extra[0] = extra[0] + along(axis, rate),
+                Slot::BaseRotation(axis) => {
+                    extra = add(extra, responses.base_rotation_rows(m0, along(axis, rate)));
+                }
+                Slot::Insertion => extra = add(extra, insertion_rows::<L, T>(rod, m0, n0, responses, rate)),
+                _ => {
+                    let by_moment = functional(*slot, rod, &columns[0], workspace, 0);
+                    let by_rotation = functional(*slot, rod, &columns[1], workspace, 1);
+                    let by_force = functional(*slot, rod, &columns[2], workspace, 2);
+                    sum.by_moment = axpy(rate, by_moment, sum.by_moment);
+                    sum.by_rotation = axpy(rate, by_rotation, sum.by_rotation);
+                    sum.by_force = axpy(rate, by_force, sum.by_force);
+                }
             }
         }
-        add(&mut extra, responses.rows(&sum));
-        for (k, row) in extra.into_iter().enumerate() {
-            let at = ROWS * index + 3 * k;
-            store(at, row.x);
-            store(at + 1, row.y);
-            store(at + 2, row.z);
-        }
+        let [position, rotation, base_moment] = add(extra, responses.rows(&sum));
+        let at = Quantity::COUNT + ROWS * index;
+        out.store_vector(at, position);
+        out.store_vector(at + 3, rotation);
+        out.store_vector(at + 6, base_moment);
+    }
+}
+
+/// `rate` along a world axis.
+#[inline(always)]
+fn along<L: Lane>(axis: Axis, rate: L) -> Vec3<L> {
+    let zero = rate.constant(0.0);
+    match axis {
+        Axis::X => Vec3 { x: rate, y: zero, z: zero },
+        Axis::Y => Vec3 { x: zero, y: rate, z: zero },
+        Axis::Z => Vec3 { x: zero, y: zero, z: rate },
     }
 }
 
 #[inline(always)]
-fn add<L: Lane>(sum: &mut [Vec3<L>; 3], rows: [Vec3<L>; 3]) {
-    for (sum, row) in sum.iter_mut().zip(rows) {
-        *sum = *sum + row;
-    }
+fn add<L: Lane>(a: [Vec3<L>; 3], b: [Vec3<L>; 3]) -> [Vec3<L>; 3] {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
 /// More rod past the entry: the base is displaced by t and rotated by R0 u(0); the moment is that at the new base.
@@ -127,47 +142,38 @@ fn insertion_rows<L: Lane, T: Terms>(
     rows
 }
 
-/// Adds `rate` times the functional of a slot.
+/// The functional of a slot on three columns, number `k` in the traces.
 #[inline(always)]
-fn accumulate<L: Lane>(
-    slot: Slot,
-    rate: L,
-    rod: &Rod<L>,
-    columns: &[Columns<L>; 3],
-    workspace: &Workspace<L>,
-    sum: &mut Functional<L>,
-) {
-    let row = |k: usize| -> Vec3<L> {
-        match slot {
-            Slot::TipForce(axis) => component(transpose(columns[k].dp), axis.index()),
-            Slot::TipMoment(axis) => component(transpose(columns[k].w), axis.index()),
-            Slot::FluxDensity(axis) => {
-                let mut total = Vec3::splat(rate.constant(0.0));
-                for trace in &workspace.traces {
-                    total = total + trace[k].field[axis.index()];
-                }
-                total
+fn functional<L: Lane>(slot: Slot, rod: &Rod<L>, columns: &Columns<L>, workspace: &Workspace<L>, k: usize) -> Vec3<L> {
+    let zero = rod.t.x.constant(0.0);
+    match slot {
+        Slot::TipForce(axis) => component(transpose(columns.dp), axis),
+        Slot::TipMoment(axis) => component(transpose(columns.w), axis),
+        Slot::FluxDensity(axis) => {
+            let mut total = Vec3::splat(zero);
+            for trace in &workspace.traces {
+                total = total + trace[k].field[axis.index()];
             }
-            Slot::Length(segment) => workspace.traces[segment][k].length,
-            Slot::RestCurvature(segment, axis) => workspace.traces[segment][k].rest_curvature[axis.index()],
-            Slot::Stiffness(segment, axis) => {
-                let Segment::Flexible(flexible) = &rod.segments[segment] else {
-                    return Vec3::splat(rate.constant(0.0));
-                };
-                let k_inverse = [flexible.compliance.x, flexible.compliance.y, flexible.compliance.z][axis.index()];
-                workspace.traces[segment][k].stiffness[axis.index()] * -(k_inverse * k_inverse)
-            }
-            Slot::Dipole(segment, axis) => workspace.traces[segment][k].dipole[axis.index()],
-            Slot::Load(segment, axis) => workspace.traces[segment][k].load[axis.index()],
-            Slot::BasePosition(_) | Slot::BaseRotation(_) | Slot::Insertion => Vec3::splat(rate.constant(0.0)),
+            total
         }
-    };
-    sum.by_moment = axpy(rate, row(0), sum.by_moment);
-    sum.by_rotation = axpy(rate, row(1), sum.by_rotation);
-    sum.by_force = axpy(rate, row(2), sum.by_force);
+        Slot::Length(segment) => workspace.traces[segment][k].length,
+        Slot::RestCurvature(segment, axis) => workspace.traces[segment][k].rest_curvature[axis.index()],
+        Slot::Stiffness(segment, axis) => {
+            let Segment::Flexible(flexible) = &rod.segments[segment] else { return Vec3::splat(zero) };
+            let compliance = [flexible.compliance.x, flexible.compliance.y, flexible.compliance.z][axis.index()];
+            workspace.traces[segment][k].stiffness[axis.index()] * -(compliance * compliance)
+        }
+        Slot::Dipole(segment, axis) => workspace.traces[segment][k].dipole[axis.index()],
+        Slot::Load(segment, axis) => workspace.traces[segment][k].load[axis.index()],
+        Slot::BasePosition(_) | Slot::BaseRotation(_) | Slot::Insertion => Vec3::splat(zero),
+    }
 }
 
 #[inline(always)]
-fn component<L: Lane>(rows: Mat3<L>, axis: usize) -> Vec3<L> {
-    [rows.x, rows.y, rows.z][axis]
+fn component<L: Lane>(rows: Mat3<L>, axis: Axis) -> Vec3<L> {
+    match axis {
+        Axis::X => rows.x,
+        Axis::Y => rows.y,
+        Axis::Z => rows.z,
+    }
 }

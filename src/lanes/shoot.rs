@@ -118,16 +118,7 @@ fn integrate<L: Lane, T: Terms>(pass: Pass<'_, L, T>) -> Tip<L> {
     let Pass { program, resolution, rod, lambda, m0, columns, record, workspace, .. } = pass;
     let zero = lambda.constant(0.0);
     let mut state = State { p: Vec3::splat(zero), d1: rod.d1, t: rod.t, M: m0 };
-    let mut n = rod.f_tip * lambda;
-    if T::LOAD {
-        for segment in &rod.segments {
-            let (length, w) = match segment {
-                Segment::Flexible(flexible) => (flexible.length, flexible.w),
-                Segment::Rigid(rigid) => (rigid.length, rigid.w),
-            };
-            n = axpy(lambda * length, w, n); // R1
-        }
-    }
+    let mut n = rod.base_force::<T>() * lambda;
     if record {
         workspace.stations.clear();
         workspace.stations.push([columns[0].w, columns[1].w]);
@@ -150,7 +141,7 @@ fn integrate<L: Lane, T: Terms>(pass: Pass<'_, L, T>) -> Tip<L> {
                 for _ in 0..steps {
                     step_rod::<L, T>(flexible, lambda, h, n, stages, &mut state);
                     for (k, three) in columns.iter_mut().enumerate() {
-                        let trace = integrates.then(|| &mut workspace.traces[index][k]);
+                        let trace = if integrates { Some(&mut workspace.traces[index][k]) } else { None };
                         step_columns::<L, T>(flexible, lambda, stages, trace, collect, three);
                     }
                     if T::LOAD {

@@ -5,7 +5,7 @@
 use super::algebra::{Mat3, Vec3, axpy, cross, inverse, length, transpose};
 use super::column::Columns;
 use super::lane::{Lane, Scalar};
-use super::program::{Inputs, Program};
+use super::program::{Inputs, Outputs, Program};
 use super::rod::{Rod, Segment, Terms};
 use super::rows::{Responses, write_rows};
 use super::shoot::{Tip, Workspace, force_columns, moment_columns, rotation_columns, shoot, tip_moment_columns};
@@ -173,7 +173,7 @@ fn chord_steps<L: Lane, T: Terms>(program: &Program, rod: &Rod<L>, end: &mut Pat
     }
 }
 
-/// Solves one group and writes its rows, in the plan's units, through `store(column, value)`.
+/// Solves one group and writes its rows, in the plan's units, to `out`.
 ///
 /// Lanes that are not reached directly keep the status `Pending` on `Path::Direct`.
 #[inline(always)]
@@ -184,7 +184,7 @@ pub fn solve_group<L: Lane, T: Terms>(
     path: Path,
     rod: &mut Rod<L>,
     workspace: &mut Workspace<L>,
-    mut store: impl FnMut(usize, L),
+    out: &mut Outputs<'_, L::Scalar>,
 ) {
     rod.load(program, token, inputs);
     let zero = L::splat(token, 0.0);
@@ -228,55 +228,43 @@ pub fn solve_group<L: Lane, T: Terms>(
     let margin = L::select(stable, margin, -margin);
     let status = status_codes(&end, path, converged, stable, size);
 
-    for (quantity, v) in [
-        (Quantity::TipPosition, tip_position),
-        (Quantity::TipD1, d1),
-        (Quantity::TipTangent, t),
-        (Quantity::BaseMoment, m0),
-    ] {
-        store(quantity.column(), v.x);
-        store(quantity.column() + 1, v.y);
-        store(quantity.column() + 2, v.z);
-    }
-    store(Quantity::Residual.column(), residual);
-    store(Quantity::StabilityMargin.column(), margin);
-    store(Quantity::StabilityIndex.column(), index);
-    store(Quantity::Iterations.column(), end.passes);
-    store(Quantity::LoadFraction.column(), end.lambda);
-    store(Quantity::Status.column(), status);
+    out.store_vector(Quantity::TipPosition.column(), tip_position);
+    out.store_vector(Quantity::TipD1.column(), d1);
+    out.store_vector(Quantity::TipTangent.column(), t);
+    out.store_vector(Quantity::BaseMoment.column(), m0);
+    out.store(Quantity::Residual.column(), residual);
+    out.store(Quantity::StabilityMargin.column(), margin);
+    out.store(Quantity::StabilityIndex.column(), index);
+    out.store(Quantity::Iterations.column(), end.passes);
+    out.store(Quantity::LoadFraction.column(), end.lambda);
+    out.store(Quantity::Status.column(), status);
 
-    let mut n0 = rod.f_tip;
-    if T::LOAD {
-        for segment in &rod.segments {
-            let (length, w) = match segment {
-                Segment::Flexible(flexible) => (flexible.length, flexible.w),
-                Segment::Rigid(rigid) => (rigid.length, rigid.w),
-            };
-            n0 = axpy(length, w, n0);
-        }
-    }
+    let n0 = rod.base_force::<T>();
     let responses = Responses::new::<T>(rod, &tip, &columns);
-    let coefficient = |entry: usize| program.entry::<L>(token, inputs, entry);
-    write_rows::<L, T>(program, rod, end.m0, n0, &columns, &responses, workspace, coefficient, |column, value| {
-        store(Quantity::COUNT + column, value);
-    });
+    write_rows::<L, T>(program, token, inputs, rod, end.m0, n0, &columns, &responses, workspace, out);
 
     let error = error_estimate::<L, T>(program, rod, &end, &columns[0], w_inverse, (tip_position, d1, t), workspace);
-    store(Quantity::ErrorEstimate.column(), error);
+    out.store(Quantity::ErrorEstimate.column(), error);
 }
 
 /// Status of each lane, as codes.
 #[inline(always)]
 fn status_codes<L: Lane>(end: &PathEnd<L>, path: Path, converged: L::Mask, stable: L::Mask, size: L) -> L {
-    let code = |status: Status| size.constant(f64::from(status.code()));
-    let good = if path == Path::Direct { code(Status::Ok) } else { code(Status::Ramped) };
-    if path == Path::Direct {
-        return L::select(converged & stable, good, code(Status::Pending));
+    let ok = code(size, Status::Ok);
+    let unsolved = L::select(size.is_finite(), code(size, Status::NotConverged), code(size, Status::NonFinite));
+    match path {
+        Path::Direct => L::select(converged & stable, ok, code(size, Status::Pending)),
+        Path::Ramp => {
+            let lost = L::select(end.exhausted, code(size, Status::StepLimit), code(size, Status::Fold));
+            let done = L::select(stable, code(size, Status::Ramped), code(size, Status::Unstable));
+            L::select(end.reached, L::select(converged, done, unsolved), lost)
+        }
     }
-    let lost = L::select(end.exhausted, code(Status::StepLimit), code(Status::Fold));
-    let unsolved = L::select(size.is_finite(), code(Status::NotConverged), code(Status::NonFinite));
-    let done = L::select(stable, good, code(Status::Unstable));
-    L::select(end.reached, L::select(converged, done, unsolved), lost)
+}
+
+#[inline(always)]
+fn code<L: Lane>(of: L, status: Status) -> L {
+    of.constant(f64::from(status.code()))
 }
 
 /// Difference to the equilibrium on twice as many steps, plus what round-off can do through dm0/dr.

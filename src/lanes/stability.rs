@@ -12,22 +12,37 @@ use super::shoot::{Tip, tip_moment_columns};
 /// Number of negative eigenvalues of the second variation; `columns` are those by moment and by rotation.
 #[inline(always)]
 pub fn stability_index<L: Lane, T: Terms>(stations: &[[Mat3<L>; 2]], tip: &Tip<L>, columns: &[Columns<L>]) -> L {
-    let half_m = tip.m * tip.m.x.constant(0.5);
-    let canonical = |three: &Columns<L>| columns_cross_sub(three.w, half_m, tip_moment_columns::<L, T>(tip, three));
-    let by_moment = transpose(canonical(&columns[0]));
-    let by_rotation = transpose(canonical(&columns[1]));
-    // Columns that leave the tip free, everywhere along the rod.
-    let free = |station: &[Mat3<L>; 2]| station[1] * by_moment - station[0] * by_rotation;
+    let by_moment = transpose(canonical::<L, T>(tip, &columns[0]));
+    let by_rotation = transpose(canonical::<L, T>(tip, &columns[1]));
     let mut index = tip.m.x.constant(0.0);
-    let mut proximal = free(&stations[0]);
+    let mut proximal = free(&stations[0], by_moment, by_rotation);
     for pair in stations.windows(2) {
-        let distal = free(&pair[1]);
+        let distal = free(&pair[1], by_moment, by_rotation);
         let b = pair[1][0] * transpose(pair[0][1]) - pair[1][1] * transpose(pair[0][0]);
         let q = transpose(distal) * (transpose(inverse(b)) * proximal);
         index = index + negative_count(q);
         proximal = distal;
     }
     index
+}
+
+/// mu = dm - w x m / 2 of three columns at the tip.
+#[inline(always)]
+fn canonical<L: Lane, T: Terms>(tip: &Tip<L>, columns: &Columns<L>) -> Mat3<L> {
+    let half_m = tip.m * tip.m.x.constant(0.5);
+    columns_cross_sub(columns.w, half_m, tip_moment_columns::<L, T>(tip, columns))
+}
+
+/// w of the columns that leave the tip free, at a station.
+#[inline(always)]
+fn free<L: Lane>(station: &[Mat3<L>; 2], by_moment: Mat3<L>, by_rotation: Mat3<L>) -> Mat3<L> {
+    station[1] * by_moment - station[0] * by_rotation
+}
+
+/// 1 where the mask holds, else 0.
+#[inline(always)]
+fn count<L: Lane>(mask: L::Mask, one: L) -> L {
+    L::select(mask, one, one.constant(0.0))
 }
 
 /// Number of negative eigenvalues of the symmetric part, by the signs of its leading minors.
@@ -40,6 +55,5 @@ fn negative_count<L: Lane>(q: Mat3<L>) -> L {
     let first = s.x.x;
     let second = s.y.x.neg_mul_add(s.y.x, s.x.x * s.y.y);
     let third = super::algebra::dot(s.x, super::algebra::cross(s.y, s.z));
-    let count = |mask: L::Mask| L::select(mask, one, zero);
-    count(first.lt(zero)) + count((first * second).lt(zero)) + count((second * third).lt(zero))
+    count(first.lt(zero), one) + count((first * second).lt(zero), one) + count((second * third).lt(zero), one)
 }
