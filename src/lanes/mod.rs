@@ -212,30 +212,32 @@ fn solve_job<L: Lane, T: Terms>(token: L::Token, job: Job<'_, L::Scalar>) {
             out[status + lane] = code(Status::BadParameter);
         }
     }
-    let pending: Vec<usize> = (0..count).filter(|lane| !is_settled(out[status + lane])).collect();
     let (input_count, output_count) = (inputs.len() / BLOCK, out.len() / BLOCK);
     let mut packed = vec![L::Scalar::default(); input_count * L::COUNT];
     let mut rows = vec![L::Scalar::default(); output_count * L::COUNT];
-    for samples in pending.chunks(L::COUNT) {
-        for column in 0..input_count {
-            for (lane, to) in packed[column * L::COUNT..][..L::COUNT].iter_mut().enumerate() {
-                *to = inputs[column * BLOCK + samples[lane.min(samples.len() - 1)]];
+    for path in [Path::Ramp, Path::GuardedRamp] {
+        let pending: Vec<usize> = (0..count).filter(|lane| !is_settled(out[status + lane])).collect();
+        for samples in pending.chunks(L::COUNT) {
+            for column in 0..input_count {
+                for (lane, to) in packed[column * L::COUNT..][..L::COUNT].iter_mut().enumerate() {
+                    *to = inputs[column * BLOCK + samples[lane.min(samples.len() - 1)]];
+                }
             }
-        }
-        let group = Group::<L, T> {
-            program,
-            token,
-            inputs: Inputs { data: &packed, stride: L::COUNT, offset: 0 },
-            path: Path::Ramp,
-            rod: &mut rod,
-            workspace: &mut workspace,
-            out: Outputs { data: &mut rows, stride: L::COUNT, offset: 0 },
-            terms: PhantomData,
-        };
-        L::vectorize(token, group);
-        for column in 0..output_count {
-            for (lane, sample) in samples.iter().enumerate() {
-                out[column * BLOCK + sample] = rows[column * L::COUNT + lane];
+            let group = Group::<L, T> {
+                program,
+                token,
+                inputs: Inputs { data: &packed, stride: L::COUNT, offset: 0 },
+                path,
+                rod: &mut rod,
+                workspace: &mut workspace,
+                out: Outputs { data: &mut rows, stride: L::COUNT, offset: 0 },
+                terms: PhantomData,
+            };
+            L::vectorize(token, group);
+            for column in 0..output_count {
+                for (lane, sample) in samples.iter().enumerate() {
+                    out[column * BLOCK + sample] = rows[column * L::COUNT + lane];
+                }
             }
         }
     }

@@ -73,7 +73,7 @@ impl Program {
         let tableau = stepper.tableau();
         let coarse = match stepper {
             Stepper::Rk4 => steps(&|n| if n == 0 { 0 } else { n.div_ceil(3).max(2).min(n) }),
-            Stepper::Dop853 => steps(&|n| n),
+            Stepper::Dop853 => steps(&|n| if n == 0 { 0 } else { n.div_ceil(2).max(2) }),
         };
         Self {
             terms: plan.terms,

@@ -2,7 +2,7 @@
 //!
 //! A sample's iterations depend on that sample alone: a lane that has finished is frozen while its neighbours go on.
 
-use super::algebra::{Mat3, Vec3, axpy, cross, inverse, length, transpose};
+use super::algebra::{Mat3, Vec3, axpy, cross, dot, inverse, length, transpose};
 use super::column::Columns;
 use super::lane::{Lane, Scalar};
 use super::program::{Inputs, Outputs, Program};
@@ -12,13 +12,15 @@ use super::shoot::{Tip, Workspace, force_columns, moment_columns, rotation_colum
 use super::stability::stability_index;
 use crate::model::{Quantity, Status};
 
-/// How to reach the full load.
+/// How to reach the full load; each is tried where the one before did not lead to a stable equilibrium.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Path {
-    /// In one step, accepted only if Newton's method contracts at once and the answer is stable.
+    /// In one step, if Newton's method contracts at once.
     Direct,
-    /// In as many steps as keep every accepted state stable.
+    /// In as many steps as it takes to contract, never across a change of sign of det(dr/dm0).
     Ramp,
+    /// The same, with a stability index of zero on every step.
+    GuardedRamp,
 }
 
 /// Newton's steps on the path end below this change of the base moment (plan units).
@@ -29,9 +31,12 @@ const CONTRACTION: f64 = 0.5;
 const TRUST: f64 = 1.0;
 /// Newton steps on one load step.
 const CORRECTIONS: f64 = 8.0;
-/// The ramp's first and smallest load step.
+/// A load step that took fewer corrections than this lets the next be twice as long.
+const EASY: f64 = 3.5;
+/// The first load step of a ramp, and the smallest.
 const FIRST_RAMP_STEP: f64 = 0.25;
-const SMALLEST_RAMP_STEP: f64 = 1.0 / 4096.0;
+const SMALLEST_RAMP_STEP: f64 = 1.0 / 64.0;
+const SMALLEST_GUARDED_STEP: f64 = 1.0 / 4096.0;
 /// Passes over the rod on one path.
 const PASS_LIMIT: f64 = 400.0;
 /// Chord steps on the fine grid, and full Newton steps after them.
@@ -68,6 +73,40 @@ fn rest_slope<L: Lane, T: Terms>(program: &Program, rod: &Rod<L>, workspace: &mu
     rod.l_tip - tip.m
 }
 
+/// The last accepted states, for the prediction of the next.
+struct History<L> {
+    /// Load fraction and base moment accepted last.
+    lambda: L,
+    m0: Vec3<L>,
+    /// Load fraction before that, and the secant between the two.
+    lambda_before: L,
+    secant: Vec3<L>,
+    /// Second divided difference.
+    bend: Vec3<L>,
+}
+
+impl<L: Lane> History<L> {
+    /// Base moment at load fraction `target` by quadratic extrapolation.
+    #[inline(always)]
+    fn predict(&self, target: L) -> Vec3<L> {
+        let ahead = target - self.lambda;
+        let slope = axpy(ahead + self.lambda - self.lambda_before, self.bend, self.secant);
+        axpy(ahead, slope, self.m0)
+    }
+
+    #[inline(always)]
+    fn accept(&mut self, accept: L::Mask, target: L, m0: Vec3<L>) {
+        let one = target.constant(1.0);
+        let secant = (m0 - self.m0) * (one / (target - self.lambda));
+        let bend = (secant - self.secant) * (one / (target - self.lambda_before));
+        self.bend = Vec3::select(accept, bend, self.bend);
+        self.secant = Vec3::select(accept, secant, self.secant);
+        self.lambda_before = L::select(accept, self.lambda, self.lambda_before);
+        self.lambda = L::select(accept, target, self.lambda);
+        self.m0 = Vec3::select(accept, m0, self.m0);
+    }
+}
+
 /// Follows the equilibrium from rest to the full load on the coarse grid.
 #[inline(always)]
 fn follow_path<L: Lane, T: Terms>(
@@ -79,17 +118,23 @@ fn follow_path<L: Lane, T: Terms>(
     let zero = rod.t.x.constant(0.0);
     let one = zero.constant(1.0);
     let nobody = one.lt(zero);
-    let first_step = if path == Path::Ramp { zero.constant(FIRST_RAMP_STEP) } else { one };
-    let smallest_step = if path == Path::Ramp { zero.constant(SMALLEST_RAMP_STEP) } else { one };
-    let mut slope = rest_slope::<L, T>(program, rod, workspace);
-    let (mut lambda, mut m_lambda) = (zero, Vec3::splat(zero));
+    let guarded = path == Path::GuardedRamp;
+    let (first_step, smallest_step) = match path {
+        Path::Direct => (one, one),
+        Path::Ramp => (zero.constant(FIRST_RAMP_STEP), zero.constant(SMALLEST_RAMP_STEP)),
+        Path::GuardedRamp => (zero.constant(FIRST_RAMP_STEP), zero.constant(SMALLEST_GUARDED_STEP)),
+    };
+    let no_vector = Vec3::splat(zero);
+    let secant = rest_slope::<L, T>(program, rod, workspace);
+    let mut history = History { lambda: zero, m0: no_vector, lambda_before: zero, secant, bend: no_vector };
     let mut step = first_step;
     let mut target = first_step;
-    let mut m0 = slope * first_step;
-    let mut last_size = zero.constant(TRUST / CONTRACTION);
+    let mut m0 = history.predict(target);
+    let first_bound = zero.constant(TRUST / CONTRACTION);
+    let mut last_size = first_bound;
     let mut corrections = zero;
     let mut passes = one;
-    let mut inverse_w = Mat3 { x: Vec3::splat(zero), y: Vec3::splat(zero), z: Vec3::splat(zero) };
+    let mut inverse_w = Mat3 { x: no_vector, y: no_vector, z: no_vector };
     let (mut reached, mut failed, mut exhausted) = (nobody, nobody, nobody);
     loop {
         let active = !(reached | failed);
@@ -97,50 +142,44 @@ fn follow_path<L: Lane, T: Terms>(
             break;
         }
         let mut columns = [moment_columns(one), rotation_columns(m0)];
-        let used = if path == Path::Ramp { 2 } else { 1 };
-        let columns = &mut columns[..used];
-        let ramp = path == Path::Ramp;
-        let tip = shoot::<L, T>(program, &program.coarse, rod, target, m0, columns, ramp, workspace);
+        let columns = &mut columns[..if guarded { 2 } else { 1 }];
+        let tip = shoot::<L, T>(program, &program.coarse, rod, target, m0, columns, guarded, workspace);
         let residual = tip.m - rod.l_tip * target;
-        let w_inverse = inverse(tip_moment_columns::<L, T>(&tip, &columns[0]));
+        let w = tip_moment_columns::<L, T>(&tip, &columns[0]);
+        let w_inverse = inverse(w);
         let delta = -(w_inverse * residual); // R4
         let size = length(delta);
         let m_new = m0 + delta;
         let converged = size.lt(zero.constant(PATH_TOLERANCE) * (one + length(m0)));
         let contracting = size.lt(last_size * zero.constant(CONTRACTION)) & corrections.lt(zero.constant(CORRECTIONS));
-        let stable = if path == Path::Ramp {
-            stability_index::<L, T>(&workspace.stations, &tip, columns).lt(zero.constant(0.5))
-        } else {
-            one.is_finite()
-        };
-        let accept = active & converged & stable & size.is_finite();
+        let mut same_branch = zero.lt(dot(w.x, cross(w.y, w.z)));
+        if guarded {
+            let index = stability_index::<L, T>(&workspace.stations, &tip, columns);
+            same_branch = same_branch & index.lt(zero.constant(0.5));
+        }
+        let accept = active & converged & same_branch;
         let go_on = active & !converged & contracting;
         let reject = active & !accept & !go_on;
 
         inverse_w = select_matrix::<L>(accept | go_on, w_inverse, inverse_w);
-        let advance = target - lambda;
-        slope = Vec3::select(accept, (m_new - m_lambda) * (one / advance), slope);
-        lambda = L::select(accept, target, lambda);
-        m_lambda = Vec3::select(accept, m_new, m_lambda);
+        history.accept(accept, target, m_new);
         reached = reached | (accept & !target.lt(one));
-        let easy = corrections.lt(zero.constant(3.5));
+        let easy = corrections.lt(zero.constant(EASY));
         step = L::select(accept & easy, step + step, step);
         step = L::select(reject, step * zero.constant(0.5), step);
         failed = failed | (reject & step.lt(smallest_step));
         let restart = accept | reject;
-        let next = (lambda + step).min(one);
-        target = L::select(restart, next, target);
-        m0 = Vec3::select(restart & !reached, axpy(target - lambda, slope, m_lambda), m0);
-        m0 = Vec3::select(reached & active, m_new, m0);
+        target = L::select(restart, (history.lambda + step).min(one), target);
+        m0 = Vec3::select(restart, Vec3::select(reached, m_new, history.predict(target)), m0);
         m0 = Vec3::select(go_on, m_new, m0);
-        last_size = L::select(go_on, size, zero.constant(TRUST / CONTRACTION));
+        last_size = L::select(go_on, size, first_bound);
         corrections = L::select(go_on, corrections + one, zero);
         passes = L::select(active, passes + one, passes);
         let over = active & !reached & !passes.lt(zero.constant(PASS_LIMIT));
         exhausted = exhausted | over;
         failed = failed | over;
     }
-    PathEnd { m0, inverse: inverse_w, lambda, passes, reached, exhausted }
+    PathEnd { m0, inverse: inverse_w, lambda: history.lambda, passes, reached, exhausted }
 }
 
 #[inline(always)]
@@ -175,7 +214,7 @@ fn chord_steps<L: Lane, T: Terms>(program: &Program, rod: &Rod<L>, end: &mut Pat
 
 /// Solves one group and writes its rows, in the plan's units, to `out`.
 ///
-/// Lanes that are not reached directly keep the status `Pending` on `Path::Direct`.
+/// Lanes that the path does not lead to a stable equilibrium are `Pending`, except on the last path.
 #[inline(always)]
 pub fn solve_group<L: Lane, T: Terms>(
     program: &Program,
@@ -254,7 +293,8 @@ fn status_codes<L: Lane>(end: &PathEnd<L>, path: Path, converged: L::Mask, stabl
     let unsolved = L::select(size.is_finite(), code(size, Status::NotConverged), code(size, Status::NonFinite));
     match path {
         Path::Direct => L::select(converged & stable, ok, code(size, Status::Pending)),
-        Path::Ramp => {
+        Path::Ramp => L::select(converged & stable, code(size, Status::Ramped), code(size, Status::Pending)),
+        Path::GuardedRamp => {
             let lost = L::select(end.exhausted, code(size, Status::StepLimit), code(size, Status::Fold));
             let done = L::select(stable, code(size, Status::Ramped), code(size, Status::Unstable));
             L::select(end.reached, L::select(converged, done, unsolved), lost)
