@@ -2,4 +2,5 @@
 
 pub mod backend;
 pub mod gpu;
+pub mod lanes;
 pub mod model;

@@ -24,7 +24,7 @@ pub use scene::{
 };
 pub use solution::{Quantity, ROWS, Solutions};
 pub use status::Status;
-pub use stepper::Stepper;
+pub use stepper::{Stepper, Tableau};
 pub use units::Units;
 
 /// Three numbers along x, y, z.

@@ -1,0 +1,271 @@
+//! The CPU engine: the reduced form, SIMD across samples, rayon across blocks of samples.
+//!
+//! A block's samples are solved directly from rest, a register at a time; those that do not get there are packed
+//! anew and led up a ramp of loads. Files and functions have a twin of the same name in `shaders/`.
+#![allow(non_snake_case)]
+
+mod algebra;
+mod column;
+mod lane;
+mod program;
+mod rod;
+mod rows;
+mod shoot;
+mod solve;
+mod stability;
+mod step;
+
+use crate::backend::{Backend, BackendError, BackendInfo, BackendKind, Precision};
+use crate::model::{BLOCK, Batch, Entry, Plan, Quantity, ROWS, Solutions, Status};
+use lane::{F32, F64, Lane, Scalar};
+use program::{Inputs, Outputs, Program};
+use pulp::{Arch, Simd, WithSimd};
+use rayon::prelude::*;
+use rod::{Rod, TermSet, Terms};
+use shoot::Workspace;
+use solve::{Path, solve_group};
+use std::marker::PhantomData;
+
+/// The CPU engine, prepared for a plan.
+pub struct Lanes {
+    plan: Plan,
+    precision: Precision,
+    program: Program,
+    arch: Arch,
+}
+
+impl Lanes {
+    pub fn new(plan: &Plan, precision: Precision) -> Result<Self, BackendError> {
+        if !plan.scene.rigid_force_arm && !plan.derivatives.is_empty() {
+            return Err(BackendError::Unsupported {
+                backend: BackendKind::Cpu,
+                what: "derivatives without the force arm of rigid segments".into(),
+                remedy: "use `--backend reference`, or leave `model.rigid_force_arm` out".into(),
+            });
+        }
+        let epsilon = match precision {
+            Precision::F32 => f32::EPSILON.into(),
+            Precision::F64 => f64::EPSILON,
+        };
+        Ok(Self { plan: plan.clone(), precision, program: Program::new(plan, epsilon), arch: Arch::new() })
+    }
+
+    /// The instruction set in use.
+    pub fn instruction_set(&self) -> &'static str {
+        match self.arch {
+            #[cfg(target_arch = "x86_64")]
+            Arch::V4(_) => "AVX-512",
+            #[cfg(target_arch = "x86_64")]
+            Arch::V3(_) => "AVX2",
+            #[cfg(target_arch = "aarch64")]
+            Arch::Neon(_) => "NEON",
+            _ => "scalar",
+        }
+    }
+}
+
+impl Backend for Lanes {
+    fn info(&self) -> BackendInfo {
+        let threads = rayon::current_num_threads();
+        let device = format!("{}, {threads} thread{}", self.instruction_set(), if threads == 1 { "" } else { "s" });
+        BackendInfo { kind: BackendKind::Cpu, precision: self.precision, device, driver: String::new() }
+    }
+
+    fn plan(&self) -> &Plan {
+        &self.plan
+    }
+
+    fn batch_size(&self) -> usize {
+        65_536
+    }
+
+    fn solve(&mut self, batch: &Batch) -> Result<Solutions, BackendError> {
+        let mut solutions = Solutions::new(self.plan.derivatives.len(), batch.sample_count());
+        let block_len = solutions.values.block_len();
+        let scales = self.output_scales();
+        solutions.values.data_mut().par_chunks_mut(block_len).enumerate().for_each(|(block, out)| {
+            match self.precision {
+                Precision::F64 => self.solve_block::<f64>(batch, block, &scales, out),
+                Precision::F32 => self.solve_block::<f32>(batch, block, &scales, out),
+            }
+        });
+        Ok(solutions)
+    }
+}
+
+impl Lanes {
+    /// Factors that turn the kernel's columns into SI.
+    fn output_scales(&self) -> Vec<f64> {
+        let units = &self.plan.units;
+        let mut scales = vec![1.0; Quantity::COUNT];
+        scales[..3].fill(units.length);
+        scales[Quantity::BaseMoment.column()..][..3].fill(units.moment());
+        let derivative: [f64; ROWS] = std::array::from_fn(|row| [units.length, 1.0, units.moment()][row / 3]);
+        scales.extend(derivative.repeat(self.plan.derivatives.len()));
+        scales
+    }
+
+    fn solve_block<S: BlockScalar>(&self, batch: &Batch, block: usize, scales: &[f64], out: &mut [f64]) {
+        let count = (batch.sample_count() - block * BLOCK).min(BLOCK);
+        let bad = &batch.bad[block * BLOCK..][..count];
+        let input_len = BLOCK * self.plan.input_count;
+        let units = self.plan.entry_units();
+        let mut inputs = vec![S::default(); input_len];
+        for (entry, unit) in self.plan.entries.iter().zip(units) {
+            if let Entry::Varying(column) = *entry {
+                let from = &batch.inputs.data()[block * input_len + column * BLOCK..][..BLOCK];
+                for (to, value) in inputs[column * BLOCK..][..BLOCK].iter_mut().zip(from) {
+                    *to = S::from_f64(value / unit);
+                }
+            }
+        }
+        let mut values = vec![S::default(); out.len()];
+        let job = Job { program: &self.program, inputs: &inputs, count, bad, out: &mut values };
+        S::run(self.arch, job);
+        for ((column, to), from) in out.chunks_mut(BLOCK).enumerate().zip(values.chunks(BLOCK)) {
+            for (to, from) in to.iter_mut().zip(from) {
+                *to = from.to_f64() * scales[column];
+            }
+        }
+        for axis in 0..3 {
+            for lane in 0..count {
+                out[axis * BLOCK + lane] += self.plan.entry(batch, block * BLOCK + lane, 15 + axis);
+            }
+        }
+    }
+}
+
+/// One block of samples for the kernel.
+struct Job<'a, S: Scalar> {
+    program: &'a Program,
+    inputs: &'a [S],
+    count: usize,
+    bad: &'a [bool],
+    out: &'a mut [S],
+}
+
+/// Chooses the register type of a precision.
+trait BlockScalar: Scalar {
+    fn run(arch: Arch, job: Job<'_, Self>);
+}
+
+impl BlockScalar for f64 {
+    fn run(arch: Arch, job: Job<'_, f64>) {
+        arch.dispatch(ByTerms::<f64>(job));
+    }
+}
+
+impl BlockScalar for f32 {
+    fn run(arch: Arch, job: Job<'_, f32>) {
+        arch.dispatch(ByTerms::<f32>(job));
+    }
+}
+
+struct ByTerms<'a, S: Scalar>(Job<'a, S>);
+
+macro_rules! by_terms {
+    ($scalar:ty, $lane:ident) => {
+        impl WithSimd for ByTerms<'_, $scalar> {
+            type Output = ();
+
+            #[inline(always)]
+            fn with_simd<S: Simd>(self, token: S) {
+                let terms = self.0.program.terms;
+                match (terms.load, terms.force, terms.anisotropic) {
+                    (true, _, false) => solve_job::<$lane<S>, TermSet<true, true, false>>(token, self.0),
+                    (true, _, true) => solve_job::<$lane<S>, TermSet<true, true, true>>(token, self.0),
+                    (_, true, false) => solve_job::<$lane<S>, TermSet<true, false, false>>(token, self.0),
+                    (_, true, true) => solve_job::<$lane<S>, TermSet<true, false, true>>(token, self.0),
+                    (_, _, false) => solve_job::<$lane<S>, TermSet<false, false, false>>(token, self.0),
+                    (_, _, true) => solve_job::<$lane<S>, TermSet<false, false, true>>(token, self.0),
+                }
+            }
+        }
+    };
+}
+by_terms!(f64, F64);
+by_terms!(f32, F32);
+
+/// Solves a block: directly, then what is left by the ramp.
+#[inline(always)]
+fn solve_job<L: Lane, T: Terms>(token: L::Token, job: Job<'_, L::Scalar>) {
+    let Job { program, inputs, count, bad, out } = job;
+    let mut rod = Rod::new(token);
+    let mut workspace = Workspace::new(token, program);
+    for offset in (0..count).step_by(L::COUNT) {
+        let group = Group::<L, T> {
+            program,
+            token,
+            inputs: Inputs { data: inputs, stride: BLOCK, offset },
+            path: Path::Direct,
+            rod: &mut rod,
+            workspace: &mut workspace,
+            out: Outputs { data: out, stride: BLOCK, offset },
+            terms: PhantomData,
+        };
+        L::vectorize(token, group);
+    }
+    let status = Quantity::Status.column() * BLOCK;
+    let code = |status: Status| L::Scalar::from_f64(f64::from(status.code()));
+    for (lane, bad) in bad.iter().enumerate() {
+        if *bad {
+            out[status + lane] = code(Status::BadParameter);
+        }
+    }
+    let (input_count, output_count) = (inputs.len() / BLOCK, out.len() / BLOCK);
+    let mut packed = vec![L::Scalar::default(); input_count * L::COUNT];
+    let mut rows = vec![L::Scalar::default(); output_count * L::COUNT];
+    for path in [Path::Ramp, Path::GuardedRamp] {
+        let pending: Vec<usize> = (0..count).filter(|lane| !is_settled(out[status + lane])).collect();
+        for samples in pending.chunks(L::COUNT) {
+            for column in 0..input_count {
+                for (lane, to) in packed[column * L::COUNT..][..L::COUNT].iter_mut().enumerate() {
+                    *to = inputs[column * BLOCK + samples[lane.min(samples.len() - 1)]];
+                }
+            }
+            let group = Group::<L, T> {
+                program,
+                token,
+                inputs: Inputs { data: &packed, stride: L::COUNT, offset: 0 },
+                path,
+                rod: &mut rod,
+                workspace: &mut workspace,
+                out: Outputs { data: &mut rows, stride: L::COUNT, offset: 0 },
+                terms: PhantomData,
+            };
+            L::vectorize(token, group);
+            for column in 0..output_count {
+                for (lane, sample) in samples.iter().enumerate() {
+                    out[column * BLOCK + sample] = rows[column * L::COUNT + lane];
+                }
+            }
+        }
+    }
+}
+
+/// Whether a status is final: anything but `Pending`, NaN included in pending.
+fn is_settled<S: Scalar>(status: S) -> bool {
+    status.to_f64() < f64::from(Status::Pending.code())
+}
+
+/// The arguments of [`solve_group`]: one compiled function for both paths.
+struct Group<'a, L: Lane, T: Terms> {
+    program: &'a Program,
+    token: L::Token,
+    inputs: Inputs<'a, L::Scalar>,
+    path: Path,
+    rod: &'a mut Rod<L>,
+    workspace: &'a mut Workspace<L>,
+    out: Outputs<'a, L::Scalar>,
+    terms: PhantomData<T>,
+}
+
+impl<L: Lane, T: Terms> WithSimd for Group<'_, L, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Group { program, token, inputs, path, rod, workspace, mut out, .. } = self;
+        solve_group::<L, T>(program, token, &inputs, path, rod, workspace, &mut out);
+    }
+}

@@ -1,0 +1,179 @@
+//! Every derivative from nine columns: rows of the Jacobian by reciprocity. J5 and the table of model loads.
+
+use super::algebra::{Mat3, Vec3, axpy, columns_cross_sub, cross, inverse, row_times, transpose};
+use super::column::Columns;
+use super::lane::Lane;
+use super::program::{Inputs, Outputs, Program};
+use super::rod::{Rod, Segment, Terms, curvature};
+use super::shoot::{Tip, Workspace, tip_moment_columns};
+use crate::model::{Axis, Quantity, ROWS, Slot};
+
+/// A linear functional of the three threes of columns: by base moment, by base rotation, by tip force.
+#[derive(Clone, Copy)]
+struct Functional<L> {
+    by_moment: Vec3<L>,
+    by_rotation: Vec3<L>,
+    by_force: Vec3<L>,
+}
+
+/// How the columns combine to the responses to a unit tip force, a unit tip moment and a unit base rotation.
+pub struct Responses<L> {
+    force: Mat3<L>,
+    moment: Mat3<L>,
+    rotation: Mat3<L>,
+    /// dm0 by base rotation, less its canonical part.
+    base_rotation: Mat3<L>,
+}
+
+impl<L: Lane> Responses<L> {
+    /// Solves the (adjoint) tip condition dm(L) - w(L) x l_tip = unit for each load. J5
+    #[inline(always)]
+    pub fn new<T: Terms>(rod: &Rod<L>, tip: &Tip<L>, columns: &[Columns<L>; 3]) -> Self {
+        let [by_moment, by_rotation, by_force] = columns;
+        let dm_moment = tip_moment_columns::<L, T>(tip, by_moment);
+        let dm_rotation = tip_moment_columns::<L, T>(tip, by_rotation);
+        let dm_force = tip_moment_columns::<L, T>(tip, by_force);
+        let moment = inverse(columns_cross_sub(by_moment.w, rod.l_tip, dm_moment));
+        Self {
+            force: -(moment * columns_cross_sub(by_force.w, rod.l_tip, dm_force)),
+            rotation: -(moment * columns_cross_sub(by_rotation.w, rod.l_tip, dm_rotation)),
+            moment,
+            base_rotation: -(inverse(dm_moment) * dm_rotation),
+        }
+    }
+
+    /// Rows of a parameter whose load columns have functional `q`: tip position, tip rotation, base moment.
+    #[inline(always)]
+    fn rows(&self, q: &Functional<L>) -> [Vec3<L>; 3] {
+        [
+            q.by_force + row_times(q.by_moment, self.force),
+            row_times(q.by_moment, self.moment),
+            q.by_rotation + row_times(q.by_moment, self.rotation),
+        ]
+    }
+
+    /// Rows of a virtual rotation of the base about a world axis given by its components.
+    #[inline(always)]
+    fn base_rotation_rows(&self, m0: Vec3<L>, axis: Vec3<L>) -> [Vec3<L>; 3] {
+        let half = m0.x.constant(0.5);
+        let canonical = cross(axis, m0) * half;
+        [transpose(self.force) * axis, transpose(self.moment) * axis, canonical + self.base_rotation * axis]
+    }
+}
+
+/// Writes the rows of every derivative, `ROWS` columns each.
+#[inline(always)]
+#[allow(clippy::too_many_arguments)]
+pub fn write_rows<L: Lane, T: Terms>(
+    program: &Program,
+    token: L::Token,
+    inputs: &Inputs<'_, L::Scalar>,
+    rod: &Rod<L>,
+    m0: Vec3<L>,
+    n0: Vec3<L>,
+    columns: &[Columns<L>; 3],
+    responses: &Responses<L>,
+    workspace: &Workspace<L>,
+    out: &mut Outputs<'_, L::Scalar>,
+) {
+    let zero = Vec3::splat(m0.x.constant(0.0));
+    for (index, terms) in program.derivatives.iter().enumerate() {
+        let mut sum = Functional { by_moment: zero, by_rotation: zero, by_force: zero };
+        let mut extra = [zero; 3];
+        for (slot, entry) in terms {
+            let rate: L = program.entry(token, inputs, *entry);
+            match *slot {
+                Slot::BasePosition(axis) => extra[0] = extra[0] + along(axis, rate),
+                Slot::BaseRotation(axis) => {
+                    extra = add(extra, responses.base_rotation_rows(m0, along(axis, rate)));
+                }
+                Slot::Insertion => extra = add(extra, insertion_rows::<L, T>(rod, m0, n0, responses, rate)),
+                _ => {
+                    let by_moment = functional(*slot, rod, &columns[0], workspace, 0);
+                    let by_rotation = functional(*slot, rod, &columns[1], workspace, 1);
+                    let by_force = functional(*slot, rod, &columns[2], workspace, 2);
+                    sum.by_moment = axpy(rate, by_moment, sum.by_moment);
+                    sum.by_rotation = axpy(rate, by_rotation, sum.by_rotation);
+                    sum.by_force = axpy(rate, by_force, sum.by_force);
+                }
+            }
+        }
+        let [position, rotation, base_moment] = add(extra, responses.rows(&sum));
+        let at = Quantity::COUNT + ROWS * index;
+        out.store_vector(at, position);
+        out.store_vector(at + 3, rotation);
+        out.store_vector(at + 6, base_moment);
+    }
+}
+
+/// `rate` along a world axis.
+#[inline(always)]
+fn along<L: Lane>(axis: Axis, rate: L) -> Vec3<L> {
+    let zero = rate.constant(0.0);
+    match axis {
+        Axis::X => Vec3 { x: rate, y: zero, z: zero },
+        Axis::Y => Vec3 { x: zero, y: rate, z: zero },
+        Axis::Z => Vec3 { x: zero, y: zero, z: rate },
+    }
+}
+
+#[inline(always)]
+fn add<L: Lane>(a: [Vec3<L>; 3], b: [Vec3<L>; 3]) -> [Vec3<L>; 3] {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
+}
+
+/// More rod past the entry: the base is displaced by t and rotated by R0 u(0); the moment is that at the new base.
+#[inline(always)]
+fn insertion_rows<L: Lane, T: Terms>(
+    rod: &Rod<L>,
+    m0: Vec3<L>,
+    n0: Vec3<L>,
+    responses: &Responses<L>,
+    rate: L,
+) -> [Vec3<L>; 3] {
+    let Segment::Flexible(first) = &rod.segments[0] else { return [Vec3::splat(rate.constant(0.0)); 3] };
+    let d2 = cross(rod.t, rod.d1);
+    let omega = curvature::<L, T>(first, rod.d1, d2, rod.t, m0);
+    let mut rows = responses.base_rotation_rows(m0, omega * rate);
+    rows[0] = axpy(rate, rod.t, rows[0]);
+    if T::FORCE {
+        rows[2] = axpy(rate, cross(rod.t, n0), rows[2]);
+    }
+    rows
+}
+
+/// The functional of a slot on three columns, number `k` in the traces.
+#[inline(always)]
+fn functional<L: Lane>(slot: Slot, rod: &Rod<L>, columns: &Columns<L>, workspace: &Workspace<L>, k: usize) -> Vec3<L> {
+    let zero = rod.t.x.constant(0.0);
+    match slot {
+        Slot::TipForce(axis) => component(transpose(columns.dp), axis),
+        Slot::TipMoment(axis) => component(transpose(columns.w), axis),
+        Slot::FluxDensity(axis) => {
+            let mut total = Vec3::splat(zero);
+            for trace in &workspace.traces {
+                total = total + trace[k].field[axis.index()];
+            }
+            total
+        }
+        Slot::Length(segment) => workspace.traces[segment][k].length,
+        Slot::RestCurvature(segment, axis) => workspace.traces[segment][k].rest_curvature[axis.index()],
+        Slot::Stiffness(segment, axis) => {
+            let Segment::Flexible(flexible) = &rod.segments[segment] else { return Vec3::splat(zero) };
+            let compliance = [flexible.compliance.x, flexible.compliance.y, flexible.compliance.z][axis.index()];
+            workspace.traces[segment][k].stiffness[axis.index()] * -(compliance * compliance)
+        }
+        Slot::Dipole(segment, axis) => workspace.traces[segment][k].dipole[axis.index()],
+        Slot::Load(segment, axis) => workspace.traces[segment][k].load[axis.index()],
+        Slot::BasePosition(_) | Slot::BaseRotation(_) | Slot::Insertion => Vec3::splat(zero),
+    }
+}
+
+#[inline(always)]
+fn component<L: Lane>(rows: Mat3<L>, axis: Axis) -> Vec3<L> {
+    match axis {
+        Axis::X => rows.x,
+        Axis::Y => rows.y,
+        Axis::Z => rows.z,
+    }
+}
