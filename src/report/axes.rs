@@ -57,7 +57,13 @@ impl Axis {
         } else {
             let largest = low.abs().max(high.abs());
             let narrow = high - low <= 1e-9 * largest;
-            let rim = if !narrow { 0.05 * (high - low) } else if largest > 0.0 { 0.1 * largest } else { 1.0 };
+            let rim = if !narrow {
+                0.05 * (high - low)
+            } else if largest > 0.0 {
+                0.1 * largest
+            } else {
+                1.0
+            };
             (low - rim, high + rim)
         };
         Some(Self::exactly(label, low, high))
@@ -77,9 +83,10 @@ impl Axis {
         }
     }
 
+    /// About `count` ticks; half as many again on a logarithmic axis, whose labels are short.
     fn ticks(&self, count: f64) -> Ticks {
         match self.label.scale {
-            Scale::Logarithmic => ticks::logarithmic(self.low, self.high, count),
+            Scale::Logarithmic => ticks::logarithmic(self.low, self.high, 1.5 * count),
             Scale::Linear => {
                 let factor = 10f64.powi(self.power);
                 let mut ticks = ticks::linear(self.low / factor, self.high / factor, count);

@@ -80,9 +80,9 @@ impl Panel for Counts {
         let names = bars.iter().map(|(status, _)| width(status.name())).fold(0.0, f64::max);
         let numbers = bars.iter().map(|(_, n)| width(&words(*n))).fold(0.0, f64::max);
         let top = rect.top + if self.title.is_empty() { 4.0 } else { 20.0 };
-        let left = rect.left + 22.0 + names;
+        let left = rect.left + (16.0 + names).max(42.0);
         let longest = rect.right() - 14.0 - numbers - left;
-        canvas.text(Text::new(&self.title, [rect.left + 16.0, rect.top + 9.0], TITLE).bold());
+        canvas.text(Text::new(&self.title, [rect.left + 42.0, rect.top + 9.0], TITLE).bold());
         let step = ((rect.bottom() - 6.0 - top) / bars.len() as f64).min(20.0);
         for (index, (status, n)) in bars.iter().enumerate() {
             let y = top + step * (index as f64 + 0.5);

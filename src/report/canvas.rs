@@ -124,15 +124,44 @@ pub struct Dot {
     pub colour: Colour,
 }
 
+impl Dot {
+    pub fn rim(&self) -> Colour {
+        self.colour.mix(Colour::BLACK, 0.45)
+    }
+}
+
 #[derive(Clone, Debug, PartialEq)]
 pub enum Shape {
-    Path { points: Vec<Point>, closed: bool, fill: Option<Colour>, stroke: Option<Stroke>, clip: Option<Rect> },
-    Circle { centre: Point, radius: f64, fill: Option<Colour>, stroke: Option<Stroke>, clip: Option<Rect> },
+    Path {
+        points: Vec<Point>,
+        closed: bool,
+        fill: Option<Colour>,
+        stroke: Option<Stroke>,
+        clip: Option<Rect>,
+    },
+    Circle {
+        centre: Point,
+        radius: f64,
+        fill: Option<Colour>,
+        stroke: Option<Stroke>,
+        clip: Option<Rect>,
+    },
     Text(Text),
     /// `width` by `height` pixels by rows from the top, stretched over `rect`.
-    Image { rect: Rect, width: usize, height: usize, pixels: Vec<Colour>, smooth: bool },
-    /// Dots in painting order, cut at `clip`; a bitmap in every format when they are many.
-    Dots { clip: Rect, radius: f64, dots: Vec<Dot> },
+    Image {
+        rect: Rect,
+        width: usize,
+        height: usize,
+        pixels: Vec<Colour>,
+        smooth: bool,
+    },
+    /// Dots in painting order, cut at `clip`, with a darker rim; a bitmap in every format when they are many.
+    Dots {
+        clip: Rect,
+        radius: f64,
+        rim: f64,
+        dots: Vec<Dot>,
+    },
 }
 
 /// A page and the shapes on it.

@@ -86,7 +86,7 @@ impl ColourMap {
             ColourMap::Diverging => {
                 let signed = 2.0 * share - 1.0;
                 let hue = if signed < 0.0 { 255.0 } else { 32.0 };
-                oklch(0.96 - 0.54 * signed.abs(), 0.15 * signed.abs(), hue)
+                oklch(0.94 - 0.52 * signed.abs(), 0.15 * signed.abs(), hue)
             }
         }
     }

@@ -29,9 +29,11 @@ impl Marker {
                 Some(colour),
                 rim,
             ),
-            Marker::Triangle => {
-                canvas.polygon([[x, y - 1.2 * r], [x + 1.1 * r, y + 0.8 * r], [x - 1.1 * r, y + 0.8 * r]], Some(colour), rim)
-            }
+            Marker::Triangle => canvas.polygon(
+                [[x, y - 1.2 * r], [x + 1.1 * r, y + 0.8 * r], [x - 1.1 * r, y + 0.8 * r]],
+                Some(colour),
+                rim,
+            ),
             Marker::Diamond => {
                 let r = 1.25 * r;
                 canvas.polygon([[x, y - r], [x + r, y], [x, y + r], [x - r, y]], Some(colour), rim)

@@ -74,9 +74,8 @@ pub fn outlines(text: &str, bold: bool) -> Vec<Pen> {
     for run in runs(text) {
         for c in run.text.chars() {
             let glyph = font.glyph_id(c);
-            let place = |p: ab_glyph::Point| {
-                [x + run.size * f64::from(p.x) / em, run.rise + run.size * f64::from(p.y) / em]
-            };
+            let place =
+                |p: ab_glyph::Point| [x + run.size * f64::from(p.x) / em, run.rise + run.size * f64::from(p.y) / em];
             for curve in font.outline(glyph).map(|outline| outline.curves).unwrap_or_default() {
                 pens.push(match curve {
                     OutlineCurve::Line(a, b) => Pen::Line([place(a), place(b)]),

@@ -19,7 +19,8 @@ pub fn encode(canvas: &Canvas, dots_per_inch: f64) -> Result<Vec<u8>, ReportErro
     for shape in &canvas.shapes {
         painter.shape(shape);
     }
-    let opaque: Vec<u8> = painter.pixmap.data().chunks_exact(4).flat_map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect();
+    let opaque: Vec<u8> =
+        painter.pixmap.data().chunks_exact(4).flat_map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect();
     let per_metre = (dots_per_inch / 0.0254).round() as u32;
     Ok(compress(width as u32, height as u32, png::ColorType::Rgb, &opaque, Some(per_metre)))
 }
@@ -39,9 +40,11 @@ fn compress(width: u32, height: u32, colour: png::ColorType, bytes: &[u8], per_m
     encoder.set_color(colour);
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_compression(png::Compression::Balanced);
-    encoder.set_pixel_dims(
-        per_metre.map(|density| png::PixelDimensions { xppu: density, yppu: density, unit: png::Unit::Meter }),
-    );
+    encoder.set_pixel_dims(per_metre.map(|density| png::PixelDimensions {
+        xppu: density,
+        yppu: density,
+        unit: png::Unit::Meter,
+    }));
     let mut writer = encoder.write_header().expect("writing to memory");
     writer.write_image_data(bytes).expect("as many bytes as pixels");
     writer.finish().expect("writing to memory");
@@ -78,12 +81,12 @@ impl Painter {
             Shape::Image { rect, width, height, pixels, smooth } => {
                 self.image(*rect, *width, *height, pixels, *smooth);
             }
-            Shape::Dots { clip, radius, dots } => {
+            Shape::Dots { clip, radius, rim, dots } => {
                 // The bitmap starts on a whole pixel so that it is copied without blur.
                 let left = (clip.left * self.scale).floor() / self.scale;
                 let top = (clip.top * self.scale).floor() / self.scale;
                 let clip = Rect { left, top, width: clip.right() - left, height: clip.bottom() - top };
-                let (width, height, pixels) = cloud::rasterise(dots, clip, *radius, self.scale);
+                let (width, height, pixels) = cloud::rasterise(dots, clip, *radius, *rim, self.scale);
                 let (width_pt, height_pt) = (width as f64 / self.scale, height as f64 / self.scale);
                 let rect = Rect { left, top, width: width_pt, height: height_pt };
                 self.image(rect, width, height, &pixels, false);
@@ -181,7 +184,8 @@ impl Painter {
             .flat_map(|pixel| {
                 let part = |channel: u8| (f64::from(channel) * pixel.alpha).round() as u8;
                 let alpha = (255.0 * pixel.alpha).round() as u8;
-                let colour = PremultipliedColorU8::from_rgba(part(pixel.red), part(pixel.green), part(pixel.blue), alpha);
+                let colour =
+                    PremultipliedColorU8::from_rgba(part(pixel.red), part(pixel.green), part(pixel.blue), alpha);
                 let colour = colour.unwrap_or(PremultipliedColorU8::TRANSPARENT);
                 [colour.red(), colour.green(), colour.blue(), colour.alpha()]
             })

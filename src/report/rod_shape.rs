@@ -1,6 +1,6 @@
 //! The shape of one rod in three projections and in space, with its coils' dipoles, the field and the tip.
 
-use super::canvas::{Align, Canvas, Point, Rect, Stroke, TITLE, Text, NORMAL};
+use super::canvas::{Align, Canvas, NORMAL, Point, Rect, Stroke, TITLE, Text};
 use super::colour::Colour;
 use super::legend::{self, Entry};
 use super::symbols::{arrow, clamp, flat_arrow};
@@ -67,7 +67,8 @@ impl Figure for RodShape {
             let reason = "no point of the centreline is finite".into();
             return Err(ReportError::Empty { figure: FIGURE, reason });
         };
-        let direction = centreline.iter().find(|point| **point != base).map_or([0.0, 0.0, 1.0], |next| minus(*next, base));
+        let direction =
+            centreline.iter().find(|point| **point != base).map_or([0.0, 0.0, 1.0], |next| minus(*next, base));
         let rest = finite(self.rest.as_deref().unwrap_or_default());
         let mut marks = centreline.clone();
         marks.extend(&rest);
@@ -95,15 +96,19 @@ impl Figure for RodShape {
             }
             clamp(&mut canvas, view, base, direction, PLATE * widest);
             self.draw_stretches(&mut canvas, view);
+            let mut labels: Vec<Text> = Vec::new();
             for mark in &arrows {
                 let head = arrow(&mut canvas, view, mark.from, mark.vector, mark.colour, mark.width);
-                if view.axes.is_none() && !mark.label.is_empty() {
-                    canvas.text(beside(mark.label, view, mark.vector, head, mark.colour));
+                if view.axes.is_none() {
+                    labels.push(beside(mark.label, view, mark.vector, head, mark.colour, &labels));
                 }
             }
+            labels.into_iter().for_each(|label| canvas.text(label));
             if let Some(flux_density) = self.flux_density.filter(|b| nonzero(*b)) {
                 let vector = scaled(flux_density, FIELD * widest);
-                draw_field(&mut canvas, view, vector, &marks_on(view, &centreline, &arrows));
+                let from = field_place(&views, view, vector, &occupied(view, &centreline, &rest, &arrows));
+                let head = arrow(&mut canvas, view, from, vector, FIELD_COLOUR, 1.5);
+                canvas.text(beside("B", view, vector, head, FIELD_COLOUR, &[]));
             }
         }
         legend::flow(Some(&mut canvas), &entries, [left, legend_top], width);
@@ -170,11 +175,8 @@ impl RodShape {
 
     fn entries(&self, rest: bool) -> Vec<Entry> {
         let mut entries = Vec::new();
-        let kinds = [
-            (StretchKind::Flexible, "flexible"),
-            (StretchKind::Rigid, "rigid"),
-            (StretchKind::Coil, "coil (rigid)"),
-        ];
+        let kinds =
+            [(StretchKind::Flexible, "flexible"), (StretchKind::Rigid, "rigid"), (StretchKind::Coil, "coil (rigid)")];
         for (kind, words) in kinds {
             if self.stretches.iter().any(|stretch| stretch.kind == kind) {
                 let (colour, width) = style(kind);
@@ -190,7 +192,8 @@ impl RodShape {
             let plate = Rect { left: x - 3.0, top: y - 3.5, width: 6.0, height: 7.0 };
             canvas.rect(plate, Some(Colour::hex(0xc9c9c9)), Some(Stroke::new(Colour::MUTED, 0.6)));
         }));
-        let dipoles: Vec<f64> = self.stretches.iter().filter_map(|s| s.dipole).filter(|m| nonzero(*m)).map(norm).collect();
+        let dipoles: Vec<f64> =
+            self.stretches.iter().filter_map(|s| s.dipole).filter(|m| nonzero(*m)).map(norm).collect();
         match dipoles[..] {
             [] => {}
             [one] => entries.push(arrow_entry(format!("dipole moment µ, {} A·m²", compact(one)), DIPOLE_COLOUR)),
@@ -238,37 +241,46 @@ fn arrow_entry(words: String, colour: Colour) -> Entry {
     })
 }
 
-/// The field's arrow in the corner of a panel that lies farthest from everything else.
-fn draw_field(canvas: &mut Canvas, view: &View, vector: Vector, occupied: &[Point]) {
-    let [dx, dy] = view.along(vector);
-    let inner = if view.axes.is_some() { view.rect.inset(9.0) } else { view.rect.inset(24.0) };
-    let (half_width, half_height) = (0.5 * dx.abs() + 3.0, 0.5 * dy.abs() + 3.0);
-    let (x, y) = ([inner.left + half_width, inner.right() - half_width - 8.0], [inner.top + half_height, inner.bottom() - half_height]);
-    let free = |place: &Point| {
-        occupied.iter().map(|[x, y]| (x - place[0]).hypot(y - place[1])).fold(f64::INFINITY, f64::min)
+/// Where the field's arrow starts: of the places along the rim of the limits, the one farthest from everything else.
+fn field_place(views: &FourViews, view: &View, vector: Vector, occupied: &[Point]) -> Vector {
+    let shares = [-1.0, 0.0, 1.0];
+    let start = |place: [f64; 3]| -> Vector {
+        std::array::from_fn(|k| {
+            let [low, high] = views.limits[k];
+            let half = (0.5 * (high - low) - 0.5 * vector[k].abs()).max(0.0) * 0.84;
+            0.5 * (low + high) + half * place[k] - 0.5 * vector[k]
+        })
     };
-    let places = [[x[1], y[0]], [x[0], y[0]], [x[1], y[1]], [x[0], y[1]]];
-    let middle = places.into_iter().max_by(|a, b| free(a).total_cmp(&free(b))).unwrap_or(places[0]);
-    // The camera's plane through the middle of the figure.
-    let offset = [(middle[0] - view.middle[0]) / view.scale, (view.middle[1] - middle[1]) / view.scale];
-    let from = std::array::from_fn(|k| {
-        view.centre[k] + offset[0] * view.right[k] + offset[1] * view.up[k] - 0.5 * vector[k]
-    });
-    let head = arrow(canvas, view, from, vector, FIELD_COLOUR, 1.5);
-    canvas.text(beside("B", view, vector, head, FIELD_COLOUR));
+    let free = |from: &Vector| {
+        // The arrow, and the letter beyond its head.
+        let along = (0..=6).map(|k| view.place(std::array::from_fn(|i| from[i] + 0.22 * f64::from(k) * vector[i])));
+        along.flat_map(|[x, y]| occupied.iter().map(move |[a, b]| (x - a).hypot(y - b))).fold(f64::INFINITY, f64::min)
+    };
+    let places = shares.into_iter().flat_map(|x| shares.into_iter().flat_map(move |y| shares.map(|z| [x, y, z])));
+    let starts = places.map(start);
+    starts.max_by(|a, b| free(a).total_cmp(&free(b))).unwrap_or(view.centre)
 }
 
-/// A letter at the head of an arrow.
-fn beside(label: &str, view: &View, vector: Vector, head: Point, colour: Colour) -> Text {
+/// A letter at the head of an arrow, moved on where it would touch another.
+fn beside(label: &str, view: &View, vector: Vector, head: Point, colour: Colour, others: &[Text]) -> Text {
     let [dx, dy] = view.along(vector);
     let length = dx.hypot(dy);
-    let [x, y] = if length < 4.0 { [8.0, 0.0] } else { [7.0 * dx / length, 7.0 * dy / length] };
-    Text::new(label, [head[0] + x, head[1] + y], NORMAL).bold().colour(colour).align(Align::Middle).halo()
+    let [ux, uy] = if length < 4.0 { [1.0, 0.0] } else { [dx / length, dy / length] };
+    let mut text = Text::new(label, head, NORMAL).bold().colour(colour).align(Align::Middle).halo();
+    for distance in [7.0, 13.0, 19.0, 25.0] {
+        text.at = [head[0] + distance * ux, head[1] + distance * uy];
+        let touches = |other: &Text| (other.at[0] - text.at[0]).abs() < 11.0 && (other.at[1] - text.at[1]).abs() < 8.0;
+        if !others.iter().any(touches) {
+            break;
+        }
+    }
+    text
 }
 
-fn marks_on(view: &View, centreline: &[Vector], arrows: &[Mark]) -> Vec<Point> {
+/// Places on the page that a symbol should not cover.
+fn occupied(view: &View, centreline: &[Vector], rest: &[Vector], arrows: &[Mark]) -> Vec<Point> {
     let heads = arrows.iter().map(|arrow| plus(arrow.from, arrow.vector));
-    centreline.iter().copied().chain(heads).map(|point| view.place(point)).collect()
+    centreline.iter().chain(rest).copied().chain(heads).map(|point| view.place(point)).collect()
 }
 
 fn finite(points: &[Vector]) -> Vec<Vector> {

@@ -65,17 +65,18 @@ impl Writer {
             Shape::Image { rect, width, height, pixels, smooth } => {
                 self.image(rect, *width, *height, pixels, *smooth);
             }
-            Shape::Dots { clip, radius, dots } if dots.len() > MOST_VECTOR_DOTS => {
-                let (width, height, pixels) = cloud::rasterise(dots, *clip, *radius, DOTS_PER_INCH / 72.0);
+            Shape::Dots { clip, radius, rim, dots } if dots.len() > MOST_VECTOR_DOTS => {
+                let (width, height, pixels) = cloud::rasterise(dots, *clip, *radius, *rim, DOTS_PER_INCH / 72.0);
                 self.image(clip, width, height, &pixels, true);
             }
-            Shape::Dots { clip, radius, dots } => {
+            Shape::Dots { clip, radius, rim, dots } => {
                 let clip = self.clip(Some(*clip));
                 self.line(format_args!("<g{clip}>"));
                 for dot in dots {
                     let [x, y] = dot.at.map(number);
-                    let style = style(Some(dot.colour), None);
-                    self.line(format_args!("<circle cx=\"{x}\" cy=\"{y}\" r=\"{}\"{style}/>", number(*radius)));
+                    let rim_stroke = (*rim > 0.0).then(|| Stroke::new(dot.rim(), *rim));
+                    let (style, r) = (style(Some(dot.colour), rim_stroke), number(radius - 0.5 * rim));
+                    self.line(format_args!("<circle cx=\"{x}\" cy=\"{y}\" r=\"{r}\"{style}/>"));
                 }
                 self.line(format_args!("</g>"));
             }

@@ -31,7 +31,7 @@ pub fn flat_arrow(canvas: &mut Canvas, start: Point, end: Point, colour: Colour,
     let neck = [end[0] - 0.85 * head * ux, end[1] - 0.85 * head * uy];
     let back = [end[0] - head * ux, end[1] - head * uy];
     let tips = [end, [back[0] - half * uy, back[1] + half * ux], neck, [back[0] + half * uy, back[1] - half * ux]];
-    canvas.line([start, neck], Stroke::new(Colour::WHITE, width + 1.4));
+    canvas.line([start, neck], Stroke::new(Colour::WHITE, width + 0.7));
     canvas.line([start, neck], Stroke::new(colour, width));
     canvas.polygon(tips, Some(colour), Some(Stroke::new(colour, 0.3)));
     end
@@ -60,7 +60,9 @@ pub fn clamp(canvas: &mut Canvas, view: &View, base: Vector, direction: Vector, 
     let side = side.map(|x| x / dot(side, side).sqrt());
     let other = cross(side, along);
     let corner = |a: f64, b: f64, c: f64| -> Point {
-        view.place(std::array::from_fn(|k| base[k] + size * (0.5 * a * side[k] + 0.5 * b * other[k] - 0.22 * c * along[k])))
+        view.place(std::array::from_fn(|k| {
+            base[k] + size * (0.5 * a * side[k] + 0.5 * b * other[k] - 0.22 * c * along[k])
+        }))
     };
     let mut corners = Vec::new();
     for a in [-1.0, 1.0] {

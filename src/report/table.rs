@@ -66,7 +66,13 @@ fn is_number(cell: &str) -> bool {
 pub fn engineering(x: f64) -> String {
     match x {
         x if x.is_nan() => "nan".into(),
-        x if x.is_infinite() => if x > 0.0 { "inf".into() } else { "-inf".into() },
+        x if x.is_infinite() => {
+            if x > 0.0 {
+                "inf".into()
+            } else {
+                "-inf".into()
+            }
+        }
         0.0 => "0".into(),
         x => format!("{x:.1e}"),
     }

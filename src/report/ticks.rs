@@ -72,7 +72,7 @@ pub fn compact(x: f64) -> String {
         return if x == 0.0 { "0".into() } else { x.to_string() };
     }
     let power = x.abs().log10().floor() as i32;
-    if (-3..5).contains(&power) {
+    if (-2..5).contains(&power) {
         let text = fixed(x, (2 - power).max(0) as usize);
         if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
     } else {

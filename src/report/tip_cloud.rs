@@ -1,6 +1,6 @@
 //! Where the tip goes: a cloud of positions coloured by a quantity, in three projections and in space.
 
-use super::canvas::{Align, Canvas, Dot, NORMAL, Rect, Shape, SMALL, Stroke, TITLE, Text};
+use super::canvas::{Align, Canvas, Dot, NORMAL, Rect, SMALL, Shape, Stroke, TITLE, Text};
 use super::colour::{Colour, ColourMap};
 use super::colour_bar::ColourRange;
 use super::table::count;
@@ -60,12 +60,12 @@ impl Figure for Cloud {
         for view in &views.views {
             let depth: Vec<f64> = cloud.iter().map(|(point, _)| view.depth(*point)).collect();
             order.sort_unstable_by(|&a, &b| depth[a].total_cmp(&depth[b]));
-            let dots: Vec<Dot> = order
-                .iter()
-                .map(|&i| Dot { at: view.place(cloud[i].0), colour: range.colour(cloud[i].1) })
-                .collect();
+            let dots: Vec<Dot> =
+                order.iter().map(|&i| Dot { at: view.place(cloud[i].0), colour: range.colour(cloud[i].1) }).collect();
             let radius = dot_radius(view.rect, cloud.len());
-            canvas.shapes.push(Shape::Dots { clip: view.rect, radius, dots });
+            // A rim keeps pale dots apart from the paper where they are large enough to carry one.
+            let rim = if radius > 1.0 { 0.3 } else { 0.0 };
+            canvas.shapes.push(Shape::Dots { clip: view.rect, radius, rim, dots });
             if rod.len() > 1 {
                 let line: Vec<_> = rod.iter().map(|point| view.place(*point)).collect();
                 canvas.clipped_line(line.clone(), Stroke::new(Colour::WHITE, 3.0), view.rect);

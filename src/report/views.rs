@@ -79,17 +79,17 @@ impl FourViews {
         // A single point still gets a panel with readable numbers around it.
         let widest = if widest > 1e-9 * largest { widest } else { 0.2 * largest };
         let widest = if widest > 0.0 { widest } else { 1e-3 };
-        let mut ranges = bounds.map(|[low, high]| (high - low).max(NARROWEST * widest) * (1.0 + 2.0 * RIM));
+        let ranges = bounds.map(|[low, high]| (high - low).max(NARROWEST * widest) * (1.0 + 2.0 * RIM));
         let free_width = width - LEFT - GAP_X - margin;
         let scale = (free_width / (ranges[0] + ranges[1])).min((TALLEST - GAP_Y) / (ranges[1] + ranges[2]));
-        // Where the height decides the scale, the rest of the width goes to x.
-        ranges[0] = free_width / scale - ranges[1];
+        // Where the height decides the scale, both columns of panels become wider than their limits.
+        let spare = 0.5 * (free_width - scale * (ranges[0] + ranges[1]));
         let middle = bounds.map(|[low, high]| 0.5 * (low + high));
-        let limits: [[f64; 2]; 3] =
-            std::array::from_fn(|k| [middle[k] - 0.5 * ranges[k], middle[k] + 0.5 * ranges[k]]);
+        let limits: [[f64; 2]; 3] = std::array::from_fn(|k| [middle[k] - 0.5 * ranges[k], middle[k] + 0.5 * ranges[k]]);
         let extent = limits.iter().flatten().fold(0.0f64, |extent, x| extent.max(x.abs())).min(10.0 * widest);
         let [x, y, z] = ranges.map(|range| range * scale);
-        let (second, lower) = (LEFT + x + GAP_X, top + z + GAP_Y);
+        let (first, second) = (x + spare, y + spare);
+        let (right, lower) = (LEFT + first + GAP_X, top + z + GAP_Y);
         let panel = |left, top, width, height| Rect { left, top, width, height };
         let flat = |rect: Rect, axes: [usize; 2]| {
             let unit = |axis| std::array::from_fn(|k| if k == axis { 1.0 } else { 0.0 });
@@ -97,11 +97,13 @@ impl FourViews {
             let toward = cross(right, up);
             View { rect, right, up, toward, scale, centre: middle, middle: rect.centre(), axes: Some(axes) }
         };
-        let space = panel(second - 0.75 * GAP_X, lower - 0.4 * GAP_Y, y + 0.75 * GAP_X + 0.5 * margin, y + 0.4 * GAP_Y + BOTTOM);
+        let wider = 0.75 * GAP_X;
+        let space_width = second + wider + (margin - 4.0).min(30.0);
+        let space = panel(right - wider, lower - 0.4 * GAP_Y, space_width, y + 0.4 * GAP_Y + BOTTOM);
         let views = [
-            flat(panel(LEFT, top, x, z), [0, 2]),
-            flat(panel(second, top, y, z), [1, 2]),
-            flat(panel(LEFT, lower, x, y), [0, 1]),
+            flat(panel(LEFT, top, first, z), [0, 2]),
+            flat(panel(right, top, second, z), [1, 2]),
+            flat(panel(LEFT, lower, first, y), [0, 1]),
             spatial(space, limits, middle),
         ];
         Self { limits, unit: LengthUnit::for_extent(extent), views, bottom: lower + y + BOTTOM }
@@ -126,10 +128,10 @@ impl FourViews {
         format!("{} ({})", NAMES[axis], self.unit.name)
     }
 
-    /// Ticks of an axis [m], at least `spacing` metres apart.
-    fn ticks(&self, axis: usize, spacing: f64) -> (Vec<f64>, Vec<String>) {
+    /// Ticks of an axis between limits [m], at least `spacing` metres apart.
+    fn ticks(&self, limits: [f64; 2], spacing: f64) -> (Vec<f64>, Vec<String>) {
         let metres = self.unit.metres;
-        let [low, high] = self.limits[axis].map(|x| x / metres);
+        let [low, high] = limits.map(|x| x / metres);
         let ticks = ticks::multiples(low, high, ticks::round_up(spacing / metres));
         (ticks.values.into_iter().map(|x| x * metres).collect(), ticks.labels)
     }
@@ -138,9 +140,13 @@ impl FourViews {
         let rect = view.rect;
         let frame = Stroke::new(Colour::MUTED, 0.6);
         let grid = Stroke::new(Colour::GRID, 0.5);
-        let spacing = 30.0 / view.scale;
+        let spacing = 23.0 / view.scale;
+        let shown = |axis: usize, extent: f64| {
+            let half = 0.5 * extent / view.scale;
+            [view.centre[axis] - half, view.centre[axis] + half]
+        };
         let mut point = view.centre;
-        let (values, labels) = self.ticks(horizontal, spacing);
+        let (values, labels) = self.ticks(shown(horizontal, rect.width), spacing);
         for (value, label) in values.into_iter().zip(labels) {
             point[horizontal] = value;
             let x = view.place(point)[0];
@@ -149,7 +155,7 @@ impl FourViews {
             canvas.text(Text::new(label, [x, rect.bottom() + 9.0], SMALL).align(Align::Middle));
         }
         let mut point = view.centre;
-        let (values, labels) = self.ticks(vertical, spacing);
+        let (values, labels) = self.ticks(shown(vertical, rect.height), spacing);
         let mut widest = 0.0f64;
         for (value, label) in values.into_iter().zip(labels) {
             point[vertical] = value;
@@ -180,7 +186,8 @@ impl FourViews {
             canvas.polygon(pane.map(|corner| view.place(corner)), Some(Colour::PANE), Some(grid));
         }
         // Each axis: the edge that carries its ticks, and the direction in which these point.
-        let edges = [([x0, y0, z0], [0.0, -1.0, 0.0]), ([x1, y0, z0], [1.0, 0.0, 0.0]), ([x0, y0, z0], [-1.0, -1.0, 0.0])];
+        let edges =
+            [([x0, y0, z0], [0.0, -1.0, 0.0]), ([x1, y0, z0], [1.0, 0.0, 0.0]), ([x0, y0, z0], [-1.0, -1.0, 0.0])];
         let frame = Stroke::new(Colour::MUTED, 0.6);
         for (axis, (start, out)) in edges.into_iter().enumerate() {
             let mut end = start;
@@ -193,9 +200,9 @@ impl FourViews {
             let [a, b] = [view.place(start), view.place(end)];
             canvas.line([a, b], frame);
             let length = (b[0] - a[0]).hypot(b[1] - a[1]);
-            let spacing = (self.limits[axis][1] - self.limits[axis][0]) * 24.0 / length;
+            let spacing = (self.limits[axis][1] - self.limits[axis][0]) * 19.0 / length;
             let out = if axis == 2 { [-1.0, 0.0] } else { unit(view.along(out)) };
-            let (values, labels) = self.ticks(axis, spacing);
+            let (values, labels) = self.ticks(self.limits[axis], spacing);
             let mut widest = 0.0f64;
             for (value, label) in values.into_iter().zip(labels) {
                 let [x, y] = place(value);
@@ -218,7 +225,11 @@ impl FourViews {
             } else {
                 let (side, align) = if axis == 0 { (-1.0, Align::End) } else { (1.0, Align::Start) };
                 let at = [x + side * (widest + 4.0) * 0.6 + 8.0 * out[0], y + 17.0];
-                canvas.text(Text::new(self.label(axis), at, NORMAL).align(align));
+                let mut text = Text::new(self.label(axis), at, NORMAL).align(align);
+                if axis == 1 {
+                    text.at[0] = text.at[0].min(view.rect.right() - text.width());
+                }
+                canvas.text(text);
             }
         }
         for (a, b) in [([x0, y0, z1], [x0, y1, z1]), ([x0, y1, z1], [x1, y1, z1]), ([x1, y1, z0], [x1, y1, z1])] {
@@ -237,7 +248,7 @@ fn spatial(rect: Rect, limits: [[f64; 2]; 3], centre: Vector) -> View {
     let half = limits.map(|[low, high]| 0.5 * (high - low));
     let reach = |direction: Vector| (0..3).map(|k| half[k] * direction[k].abs()).sum::<f64>();
     // Labels stand on the left (z), on the right (y) and below (x and y).
-    let (left, side, below, above) = (32.0, 12.0, 26.0, 8.0);
+    let (left, side, below, above) = (32.0, 24.0, 26.0, 8.0);
     let scale = (0.5 * (rect.width - left - side) / reach(right)).min(0.5 * (rect.height - below - above) / reach(up));
     let [x, y] = rect.centre();
     let middle = [x + 0.5 * (left - side), y + 0.5 * (above - below)];
