@@ -83,10 +83,9 @@ impl Axis {
         }
     }
 
-    /// About `count` ticks; half as many again on a logarithmic axis, whose labels are short.
     fn ticks(&self, count: f64) -> Ticks {
         match self.label.scale {
-            Scale::Logarithmic => ticks::logarithmic(self.low, self.high, 1.5 * count),
+            Scale::Logarithmic => ticks::logarithmic(self.low, self.high, count),
             Scale::Linear => {
                 let factor = 10f64.powi(self.power);
                 let mut ticks = ticks::linear(self.low / factor, self.high / factor, count);
@@ -141,14 +140,14 @@ impl Axes {
         let rect = self.rect;
         let frame = Stroke::new(Colour::MUTED, 0.6);
         let grid = Stroke::new(Colour::GRID, 0.5);
-        let marks = self.x.ticks(rect.width / 42.0);
+        let marks = self.x.ticks(rect.width / 30.0);
         for (value, label) in marks.values.into_iter().zip(marks.labels) {
             let x = rect.left + rect.width * self.x.share(value);
             canvas.line([[x, rect.top], [x, rect.bottom()]], grid);
             canvas.line([[x, rect.bottom()], [x, rect.bottom() + 3.0]], frame);
             canvas.text(Text::new(label, [x, rect.bottom() + 9.0], SMALL).align(Align::Middle));
         }
-        let marks = self.y.ticks(rect.height / 24.0);
+        let marks = self.y.ticks(rect.height / 18.0);
         let mut widest = 0.0f64;
         for (value, label) in marks.values.into_iter().zip(marks.labels) {
             let y = rect.bottom() - rect.height * self.y.share(value);

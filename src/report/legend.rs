@@ -8,10 +8,13 @@ const LINE: f64 = 11.0;
 const PAD: f64 = 4.0;
 const GAP: f64 = 14.0;
 
+/// Draws the sample of an entry into a small rectangle.
+type Sample = dyn Fn(&mut Canvas, Rect);
+
 /// One entry: its words, and how its sample is drawn into a small rectangle.
 pub struct Entry {
     pub words: String,
-    pub sample: Box<dyn Fn(&mut Canvas, Rect)>,
+    pub sample: Box<Sample>,
 }
 
 impl Entry {

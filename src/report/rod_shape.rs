@@ -247,7 +247,8 @@ fn field_place(views: &FourViews, view: &View, vector: Vector, occupied: &[Point
     let start = |place: [f64; 3]| -> Vector {
         std::array::from_fn(|k| {
             let [low, high] = views.limits[k];
-            let half = (0.5 * (high - low) - 0.5 * vector[k].abs()).max(0.0) * 0.84;
+            let room = 14.0 / view.scale;
+            let half = (0.5 * (high - low) - 0.5 * vector[k].abs() - room).max(0.0);
             0.5 * (low + high) + half * place[k] - 0.5 * vector[k]
         })
     };
@@ -267,9 +268,11 @@ fn beside(label: &str, view: &View, vector: Vector, head: Point, colour: Colour,
     let length = dx.hypot(dy);
     let [ux, uy] = if length < 4.0 { [1.0, 0.0] } else { [dx / length, dy / length] };
     let mut text = Text::new(label, head, NORMAL).bold().colour(colour).align(Align::Middle).halo();
-    for distance in [7.0, 13.0, 19.0, 25.0] {
-        text.at = [head[0] + distance * ux, head[1] + distance * uy];
-        let touches = |other: &Text| (other.at[0] - text.at[0]).abs() < 11.0 && (other.at[1] - text.at[1]).abs() < 8.0;
+    let turns = [0.0f64, -50.0, 50.0, -100.0, 100.0].map(f64::to_radians);
+    for (distance, turn) in [7.5, 13.0].into_iter().flat_map(|distance| turns.map(|turn| (distance, turn))) {
+        let (sin, cos) = turn.sin_cos();
+        text.at = [head[0] + distance * (cos * ux - sin * uy), head[1] + distance * (sin * ux + cos * uy)];
+        let touches = |other: &Text| (other.at[0] - text.at[0]).abs() < 10.0 && (other.at[1] - text.at[1]).abs() < 8.0;
         if !others.iter().any(touches) {
             break;
         }

@@ -11,6 +11,8 @@ const FIGURE: &str = "the tip cloud";
 /// Room for the title and for the colour bar [pt].
 const TOP: f64 = 30.0;
 const MARGIN: f64 = 62.0;
+/// Most dots that are drawn with a rim.
+const MOST_RIMS: usize = 1500;
 
 /// Tip positions with one value each.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -63,8 +65,8 @@ impl Figure for Cloud {
             let dots: Vec<Dot> =
                 order.iter().map(|&i| Dot { at: view.place(cloud[i].0), colour: range.colour(cloud[i].1) }).collect();
             let radius = dot_radius(view.rect, cloud.len());
-            // A rim keeps pale dots apart from the paper where they are large enough to carry one.
-            let rim = if radius > 1.0 { 0.3 } else { 0.0 };
+            // A rim keeps pale dots apart from the paper; many would darken the cloud.
+            let rim = if cloud.len() <= MOST_RIMS { 0.3 } else { 0.0 };
             canvas.shapes.push(Shape::Dots { clip: view.rect, radius, rim, dots });
             if rod.len() > 1 {
                 let line: Vec<_> = rod.iter().map(|point| view.place(*point)).collect();
@@ -98,5 +100,5 @@ impl Cloud {
 
 /// Few points are drawn large, many so that they just cover the panel.
 fn dot_radius(rect: Rect, point_count: usize) -> f64 {
-    (0.55 * (rect.width * rect.height / point_count as f64).sqrt()).clamp(0.36, 0.3 * NORMAL)
+    (0.47 * (rect.width * rect.height / point_count as f64).sqrt()).clamp(0.36, 0.3 * NORMAL)
 }

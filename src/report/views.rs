@@ -200,7 +200,7 @@ impl FourViews {
             let [a, b] = [view.place(start), view.place(end)];
             canvas.line([a, b], frame);
             let length = (b[0] - a[0]).hypot(b[1] - a[1]);
-            let spacing = (self.limits[axis][1] - self.limits[axis][0]) * 19.0 / length;
+            let spacing = (self.limits[axis][1] - self.limits[axis][0]) * [19.0, 12.0, 14.0][axis] / length;
             let out = if axis == 2 { [-1.0, 0.0] } else { unit(view.along(out)) };
             let (values, labels) = self.ticks(self.limits[axis], spacing);
             let mut widest = 0.0f64;
