@@ -4,6 +4,9 @@ use super::canvas::{Align, Canvas, NORMAL, Point, Rect, SMALL, Stroke, TITLE, Te
 use super::colour::Colour;
 use super::ticks::{self, Ticks};
 
+/// Least distance between ticks of a vertical axis [pt].
+const TICK_HEIGHT: f64 = 18.0;
+
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Scale {
     #[default]
@@ -125,8 +128,12 @@ impl Axes {
     /// Fits the frame with its labels and a title into a panel.
     pub fn within(panel: Rect, x: Axis, y: Axis, title: &str) -> Self {
         let top = if title.is_empty() { 6.0 } else { 18.0 };
-        let (left, right, bottom) = (42.0, 10.0, 32.0);
-        let (width, height) = (panel.width - left - right, panel.height - top - bottom);
+        let (right, bottom) = (10.0, 32.0);
+        let height = panel.height - top - bottom;
+        let labels = y.ticks(height / TICK_HEIGHT).labels.into_iter();
+        let widest = labels.map(|label| Text::new(label, [0.0; 2], SMALL).width()).fold(0.0, f64::max);
+        let left = (widest + 21.0).max(42.0);
+        let width = panel.width - left - right;
         Self { rect: Rect { left: panel.left + left, top: panel.top + top, width, height }, x, y }
     }
 
@@ -147,7 +154,7 @@ impl Axes {
             canvas.line([[x, rect.bottom()], [x, rect.bottom() + 3.0]], frame);
             canvas.text(Text::new(label, [x, rect.bottom() + 9.0], SMALL).align(Align::Middle));
         }
-        let marks = self.y.ticks(rect.height / 18.0);
+        let marks = self.y.ticks(rect.height / TICK_HEIGHT);
         let mut widest = 0.0f64;
         for (value, label) in marks.values.into_iter().zip(marks.labels) {
             let y = rect.bottom() - rect.height * self.y.share(value);

@@ -50,6 +50,7 @@ impl Panel for Histogram {
                 canvas.rect(bar, Some(Colour::BLUE.mix(Colour::WHITE, 0.25)), Some(Stroke::new(Colour::WHITE, 0.4)));
             }
         }
+        canvas.rect(axes.rect, None, Some(Stroke::new(Colour::MUTED, 0.6)));
         if skipped > 0 {
             let note = format!("{} left out", count(skipped as u64));
             let at = [axes.rect.right(), axes.rect.top - if self.title.is_empty() { -8.0 } else { 9.0 }];
@@ -82,7 +83,7 @@ impl Panel for Counts {
         let top = rect.top + if self.title.is_empty() { 4.0 } else { 20.0 };
         let left = rect.left + (16.0 + names).max(42.0);
         let longest = rect.right() - 14.0 - numbers - left;
-        canvas.text(Text::new(&self.title, [rect.left + 42.0, rect.top + 9.0], TITLE).bold());
+        canvas.text(Text::new(&self.title, [left, rect.top + 9.0], TITLE).bold());
         let step = ((rect.bottom() - 6.0 - top) / bars.len() as f64).min(20.0);
         for (index, (status, n)) in bars.iter().enumerate() {
             let y = top + step * (index as f64 + 0.5);

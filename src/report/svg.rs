@@ -7,6 +7,8 @@ use std::fmt::Write;
 
 /// More dots than this become an image.
 const MOST_VECTOR_DOTS: usize = 1500;
+/// Pixels along the longer side of an image whose cells keep sharp edges.
+const FINE_IMAGE: usize = 800;
 /// Resolution of embedded point clouds [1/inch].
 const DOTS_PER_INCH: f64 = 400.0;
 
@@ -135,8 +137,12 @@ impl Writer {
     }
 
     fn image(&mut self, rect: &Rect, width: usize, height: usize, pixels: &[Colour], smooth: bool) {
-        let data = base64(&png::encode_image(width, height, pixels));
-        let rendering = if smooth { "" } else { " image-rendering=\"pixelated\"" };
+        // Viewers blur between pixels, whatever they are asked for: cells are repeated to keep their edges.
+        let repeat = if smooth { 1 } else { (FINE_IMAGE / width.max(height)).max(1) };
+        let cell = |row: usize, column: usize| pixels[row / repeat * width + column / repeat];
+        let rows = (0..height * repeat).flat_map(|row| (0..width * repeat).map(move |column| cell(row, column)));
+        let data = base64(&png::encode_image(width * repeat, height * repeat, &rows.collect::<Vec<_>>()));
+        let rendering = if smooth { "" } else { " image-rendering=\"optimizeSpeed\"" };
         self.line(format_args!(
             "<image {} preserveAspectRatio=\"none\"{rendering} xlink:href=\"data:image/png;base64,{data}\"/>",
             place(rect)

@@ -78,7 +78,7 @@ pub fn compact(x: f64) -> String {
     } else {
         let lead = fixed(x / 10f64.powi(power), 2);
         let lead = lead.trim_end_matches('0').trim_end_matches('.');
-        format!("{lead} × {}", power_of_ten(power))
+        if lead == "1" { power_of_ten(power) } else { format!("{lead} × {}", power_of_ten(power)) }
     }
 }
 

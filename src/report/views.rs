@@ -15,7 +15,7 @@ const NARROWEST: f64 = 0.6;
 /// White rim between data and limits over their range.
 const RIM: f64 = 0.05;
 /// Room for tick labels and axis labels [pt].
-const LEFT: f64 = 37.0;
+const LEFT: f64 = 40.0;
 const BOTTOM: f64 = 31.0;
 const GAP_X: f64 = 43.0;
 const GAP_Y: f64 = 44.0;
