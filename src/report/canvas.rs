@@ -1,0 +1,207 @@
+//! What a figure draws on: shapes in points (1/72 inch), x to the right, y down, later shapes on top.
+
+use super::colour::Colour;
+use super::font;
+
+/// A place on the page [pt].
+pub type Point = [f64; 2];
+
+/// Size of tick labels, axis labels and titles [pt].
+pub const SMALL: f64 = 7.0;
+pub const NORMAL: f64 = 8.0;
+pub const TITLE: f64 = 9.0;
+
+/// An upright rectangle [pt].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rect {
+    pub left: f64,
+    pub top: f64,
+    pub width: f64,
+    pub height: f64,
+}
+
+impl Rect {
+    pub fn right(&self) -> f64 {
+        self.left + self.width
+    }
+
+    pub fn bottom(&self) -> f64 {
+        self.top + self.height
+    }
+
+    pub fn centre(&self) -> Point {
+        [self.left + 0.5 * self.width, self.top + 0.5 * self.height]
+    }
+
+    pub fn contains(&self, [x, y]: Point) -> bool {
+        (self.left..=self.right()).contains(&x) && (self.top..=self.bottom()).contains(&y)
+    }
+
+    pub fn corners(&self) -> [Point; 4] {
+        let (left, top, right, bottom) = (self.left, self.top, self.right(), self.bottom());
+        [[left, top], [right, top], [right, bottom], [left, bottom]]
+    }
+
+    /// Moves every side inwards (outwards when negative).
+    pub fn inset(&self, by: f64) -> Rect {
+        let (width, height) = (self.width - 2.0 * by, self.height - 2.0 * by);
+        Rect { left: self.left + by, top: self.top + by, width, height }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stroke {
+    pub colour: Colour,
+    pub width: f64,
+    /// Lengths on and off [pt].
+    pub dash: Option<[f64; 2]>,
+}
+
+impl Stroke {
+    pub fn new(colour: Colour, width: f64) -> Self {
+        Self { colour, width, dash: None }
+    }
+}
+
+/// Which end of a text its place refers to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Align {
+    Start,
+    Middle,
+    End,
+}
+
+/// One line of text; `at` lies at half the height of its capitals.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Text {
+    pub content: String,
+    pub at: Point,
+    pub size: f64,
+    pub bold: bool,
+    pub colour: Colour,
+    pub align: Align,
+    /// Counter-clockwise [deg].
+    pub angle: f64,
+    /// A white rim keeps the text readable on top of data.
+    pub halo: bool,
+}
+
+impl Text {
+    pub fn new(content: impl Into<String>, at: Point, size: f64) -> Self {
+        let colour = Colour::INK;
+        Self { content: content.into(), at, size, bold: false, colour, align: Align::Start, angle: 0.0, halo: false }
+    }
+
+    pub fn align(self, align: Align) -> Self {
+        Self { align, ..self }
+    }
+
+    pub fn bold(self) -> Self {
+        Self { bold: true, ..self }
+    }
+
+    pub fn colour(self, colour: Colour) -> Self {
+        Self { colour, ..self }
+    }
+
+    pub fn angle(self, angle: f64) -> Self {
+        Self { angle, ..self }
+    }
+
+    pub fn halo(self) -> Self {
+        Self { halo: true, ..self }
+    }
+
+    pub fn width(&self) -> f64 {
+        font::width(&self.content, self.size, self.bold)
+    }
+}
+
+/// One dot of a point cloud.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dot {
+    pub at: Point,
+    pub colour: Colour,
+}
+
+impl Dot {
+    pub fn rim(&self) -> Colour {
+        self.colour.mix(Colour::BLACK, 0.45)
+    }
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub enum Shape {
+    Path {
+        points: Vec<Point>,
+        closed: bool,
+        fill: Option<Colour>,
+        stroke: Option<Stroke>,
+        clip: Option<Rect>,
+    },
+    Circle {
+        centre: Point,
+        radius: f64,
+        fill: Option<Colour>,
+        stroke: Option<Stroke>,
+        clip: Option<Rect>,
+    },
+    Text(Text),
+    /// `width` by `height` pixels by rows from the top, stretched over `rect`.
+    Image {
+        rect: Rect,
+        width: usize,
+        height: usize,
+        pixels: Vec<Colour>,
+        smooth: bool,
+    },
+    /// Dots in painting order, cut at `clip`, with a darker rim; a bitmap in every format when they are many.
+    Dots {
+        clip: Rect,
+        radius: f64,
+        rim: f64,
+        dots: Vec<Dot>,
+    },
+}
+
+/// A page and the shapes on it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Canvas {
+    pub width: f64,
+    pub height: f64,
+    pub shapes: Vec<Shape>,
+}
+
+impl Canvas {
+    pub fn new(width: f64, height: f64) -> Self {
+        Self { width, height, shapes: Vec::new() }
+    }
+
+    pub fn line(&mut self, points: impl Into<Vec<Point>>, stroke: Stroke) {
+        let points = points.into();
+        self.shapes.push(Shape::Path { points, closed: false, fill: None, stroke: Some(stroke), clip: None });
+    }
+
+    pub fn clipped_line(&mut self, points: impl Into<Vec<Point>>, stroke: Stroke, clip: Rect) {
+        let points = points.into();
+        self.shapes.push(Shape::Path { points, closed: false, fill: None, stroke: Some(stroke), clip: Some(clip) });
+    }
+
+    pub fn polygon(&mut self, points: impl Into<Vec<Point>>, fill: Option<Colour>, stroke: Option<Stroke>) {
+        self.shapes.push(Shape::Path { points: points.into(), closed: true, fill, stroke, clip: None });
+    }
+
+    pub fn rect(&mut self, rect: Rect, fill: Option<Colour>, stroke: Option<Stroke>) {
+        self.polygon(rect.corners(), fill, stroke);
+    }
+
+    pub fn circle(&mut self, centre: Point, radius: f64, fill: Option<Colour>, stroke: Option<Stroke>) {
+        self.shapes.push(Shape::Circle { centre, radius, fill, stroke, clip: None });
+    }
+
+    pub fn text(&mut self, text: Text) {
+        if !text.content.is_empty() {
+            self.shapes.push(Shape::Text(text));
+        }
+    }
+}

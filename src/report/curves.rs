@@ -1,0 +1,214 @@
+//! Lines and markers over two axes, linear or logarithmic, with error bands and a legend.
+
+use super::axes::{Axes, Axis, AxisLabel};
+use super::canvas::{Canvas, Point, Rect, Shape, Stroke, TITLE, Text};
+use super::colour::Colour;
+use super::legend::{self, Entry};
+use super::{Panel, ReportError};
+
+const FIGURE: &str = "the curves";
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Marker {
+    Circle,
+    Square,
+    Triangle,
+    Diamond,
+}
+
+impl Marker {
+    pub const ALL: [Marker; 4] = [Marker::Circle, Marker::Square, Marker::Triangle, Marker::Diamond];
+
+    fn draw(self, canvas: &mut Canvas, [x, y]: Point, colour: Colour) {
+        let rim = Some(Stroke::new(Colour::WHITE, 0.5));
+        let r = 2.3;
+        match self {
+            Marker::Circle => canvas.circle([x, y], r, Some(colour), rim),
+            Marker::Square => canvas.rect(
+                Rect { left: x - 0.9 * r, top: y - 0.9 * r, width: 1.8 * r, height: 1.8 * r },
+                Some(colour),
+                rim,
+            ),
+            Marker::Triangle => canvas.polygon(
+                [[x, y - 1.2 * r], [x + 1.1 * r, y + 0.8 * r], [x - 1.1 * r, y + 0.8 * r]],
+                Some(colour),
+                rim,
+            ),
+            Marker::Diamond => {
+                let r = 1.25 * r;
+                canvas.polygon([[x, y - r], [x + r, y], [x, y + r], [x - r, y]], Some(colour), rim)
+            }
+        }
+    }
+}
+
+/// One series of a panel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Series {
+    /// Words in the legend; empty for none.
+    pub name: String,
+    /// In the axes' units; what is not finite, or not positive on a logarithmic axis, interrupts the line.
+    pub points: Vec<[f64; 2]>,
+    /// Lower and upper bound at each point, or none.
+    pub band: Vec<[f64; 2]>,
+    pub line: bool,
+    pub dashed: bool,
+    pub marker: Option<Marker>,
+    /// The next colour of the palette unless chosen.
+    pub colour: Option<Colour>,
+}
+
+impl Series {
+    /// A line without markers.
+    pub fn line(name: impl Into<String>, points: Vec<[f64; 2]>) -> Self {
+        let band = Vec::new();
+        Self { name: name.into(), points, band, line: true, dashed: false, marker: None, colour: None }
+    }
+
+    /// Markers without a line.
+    pub fn scatter(name: impl Into<String>, points: Vec<[f64; 2]>, marker: Marker) -> Self {
+        Self { line: false, marker: Some(marker), ..Self::line(name, points) }
+    }
+
+    pub fn marker(self, marker: Marker) -> Self {
+        Self { marker: Some(marker), ..self }
+    }
+
+    pub fn dashed(self) -> Self {
+        Self { dashed: true, ..self }
+    }
+
+    pub fn colour(self, colour: Colour) -> Self {
+        Self { colour: Some(colour), ..self }
+    }
+
+    pub fn band(self, band: Vec<[f64; 2]>) -> Self {
+        Self { band, ..self }
+    }
+}
+
+/// A panel of series.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Curves {
+    pub title: String,
+    pub x: AxisLabel,
+    pub y: AxisLabel,
+    pub series: Vec<Series>,
+}
+
+impl Panel for Curves {
+    fn draw_into(&self, canvas: &mut Canvas, rect: Rect) -> Result<(), ReportError> {
+        for series in &self.series {
+            let (expected, found) = (series.points.len(), series.band.len());
+            if found != 0 && found != expected {
+                return Err(ReportError::Length { figure: FIGURE, what: "the error band", expected, found });
+            }
+        }
+        let points = || self.series.iter().flat_map(|series| &series.points);
+        let bands = self.series.iter().flat_map(|series| series.band.iter().flatten());
+        let x = Axis::spanning(&self.x, points().map(|point| point[0]));
+        let y = Axis::spanning(&self.y, points().map(|point| &point[1]).chain(bands).copied());
+        let (Some(x), Some(y)) = (x, y) else {
+            let reason = format!("no point of `{}` against `{}` can be shown", self.y.label, self.x.label);
+            return Err(ReportError::Empty { figure: FIGURE, reason });
+        };
+        let entries = self.entries();
+        let mut axes = Axes::within(rect, x, y, &self.title);
+        let boxed = legend::corner(&entries, axes.rect, &self.trace(&axes));
+        if boxed.is_none() {
+            // No corner is free: the legend stands between title and frame.
+            let height = legend::flow(None, &entries, [0.0; 2], axes.rect.width) + 4.0;
+            let top = axes.rect.top - 3.0;
+            (axes.rect.top, axes.rect.height) = (axes.rect.top + height, axes.rect.height - height);
+            axes.draw(canvas, "");
+            canvas.text(Text::new(&self.title, [axes.rect.left, rect.top + 9.0], TITLE).bold());
+            legend::flow(Some(canvas), &entries, [axes.rect.left, top], axes.rect.width);
+        } else {
+            axes.draw(canvas, &self.title);
+        }
+        self.draw_series(canvas, &axes);
+        if let Some(place) = boxed.filter(|_| !entries.is_empty()) {
+            legend::draw_box(canvas, &entries, place);
+        }
+        Ok(())
+    }
+}
+
+impl Curves {
+    fn colour(&self, index: usize) -> Colour {
+        self.series[index].colour.unwrap_or(Colour::SERIES[index % Colour::SERIES.len()])
+    }
+
+    fn stroke(&self, index: usize) -> Stroke {
+        let dash = self.series[index].dashed.then_some([3.5, 2.5]);
+        Stroke { dash, ..Stroke::new(self.colour(index), 1.2) }
+    }
+
+    fn entries(&self) -> Vec<Entry> {
+        let named = self.series.iter().enumerate().filter(|(_, series)| !series.name.is_empty());
+        named
+            .map(|(index, series)| {
+                let (line, marker, stroke) = (series.line, series.marker, self.stroke(index));
+                Entry::new(&series.name, move |canvas, rect| {
+                    let y = rect.centre()[1];
+                    if line {
+                        canvas.line([[rect.left, y], [rect.right(), y]], stroke);
+                    }
+                    if let Some(marker) = marker {
+                        marker.draw(canvas, rect.centre(), stroke.colour);
+                    }
+                })
+            })
+            .collect()
+    }
+
+    /// Stretches of a series without gaps, on the page.
+    fn stretches(points: &[[f64; 2]], axes: &Axes) -> Vec<Vec<Point>> {
+        let places: Vec<Point> = points.iter().map(|point| axes.place(*point)).collect();
+        let stretches = places.split(|place| !place.iter().all(|x| x.is_finite()));
+        stretches.filter(|stretch| !stretch.is_empty()).map(<[Point]>::to_vec).collect()
+    }
+
+    /// Places that a legend should not hide: points, and steps of a few points along the lines.
+    fn trace(&self, axes: &Axes) -> Vec<Point> {
+        let mut trace = Vec::new();
+        for series in &self.series {
+            for stretch in Self::stretches(&series.points, axes) {
+                for pair in stretch.windows(2).filter(|_| series.line) {
+                    let [[x0, y0], [x1, y1]] = [pair[0], pair[1]];
+                    let count = ((x1 - x0).hypot(y1 - y0) / 4.0).ceil().min(500.0) as usize;
+                    trace.extend((0..count).map(|k| {
+                        let share = k as f64 / count as f64;
+                        [x0 + share * (x1 - x0), y0 + share * (y1 - y0)]
+                    }));
+                }
+                trace.extend(stretch);
+            }
+        }
+        trace
+    }
+
+    fn draw_series(&self, canvas: &mut Canvas, axes: &Axes) {
+        let clip = Some(axes.rect);
+        for (index, series) in self.series.iter().enumerate().filter(|(_, series)| !series.band.is_empty()) {
+            let side = |k: usize| series.points.iter().zip(&series.band).map(move |(point, band)| [point[0], band[k]]);
+            let edge = side(0).chain(side(1).collect::<Vec<_>>().into_iter().rev()).map(|point| axes.place(point));
+            let points: Vec<Point> = edge.filter(|place| place.iter().all(|x| x.is_finite())).collect();
+            let fill = Some(self.colour(index).with_alpha(0.18));
+            canvas.shapes.push(Shape::Path { points, closed: true, fill, stroke: None, clip });
+        }
+        for (index, series) in self.series.iter().enumerate().filter(|(_, series)| series.line) {
+            for stretch in Self::stretches(&series.points, axes) {
+                canvas.clipped_line(stretch, self.stroke(index), axes.rect);
+            }
+        }
+        for (index, series) in self.series.iter().enumerate() {
+            let places = series.points.iter().map(|point| axes.place(*point));
+            if let Some(marker) = series.marker {
+                places
+                    .filter(|place| place.iter().all(|x| x.is_finite()))
+                    .for_each(|place| marker.draw(canvas, place, self.colour(index)));
+            }
+        }
+    }
+}

@@ -1,0 +1,312 @@
+//! The shape of one rod in three projections and in space, with its coils' dipoles, the field and the tip.
+
+use super::canvas::{Align, Canvas, NORMAL, Point, Rect, Stroke, TITLE, Text};
+use super::colour::Colour;
+use super::legend::{self, Entry};
+use super::symbols::{arrow, clamp, flat_arrow};
+use super::ticks::compact;
+use super::views::{FourViews, Vector, View, bounds, dot};
+use super::{Figure, ReportError, TWO_COLUMNS};
+
+const FIGURE: &str = "the rod's shape";
+const TOP: f64 = 30.0;
+const MARGIN: f64 = 14.0;
+/// Lengths of arrows and symbols over the widest extent of the rod.
+const FIELD: f64 = 0.16;
+const DIPOLE: f64 = 0.20;
+const FORCE: f64 = 0.18;
+const FRAME: f64 = 0.10;
+const PLATE: f64 = 0.10;
+
+const FLEXIBLE: Colour = Colour::hex(0x333333);
+const RIGID: Colour = Colour::GREY;
+const COIL: Colour = Colour::ORANGE;
+const DIPOLE_COLOUR: Colour = Colour::VERMILION;
+const FIELD_COLOUR: Colour = Colour::BLUE;
+const FORCE_COLOUR: Colour = Colour::GREEN;
+const FRAME_COLOURS: [Colour; 3] = [Colour::hex(0xb03060), Colour::hex(0x4daf4a), Colour::hex(0x3b6fb6)];
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StretchKind {
+    Flexible,
+    Rigid,
+    Coil,
+}
+
+/// One segment of the rod.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stretch {
+    pub name: String,
+    pub kind: StretchKind,
+    /// Along the centreline, base to tip [m].
+    pub points: Vec<Vector>,
+    /// Of the coil, world frame [A·m²].
+    pub dipole: Option<Vector>,
+}
+
+/// A rod and what acts on it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RodShape {
+    pub title: String,
+    /// Base to tip.
+    pub stretches: Vec<Stretch>,
+    /// Tip orientation, body to world, by rows; columns are the directors.
+    pub tip_rotation: Option<[[f64; 3]; 3]>,
+    /// World frame [T].
+    pub flux_density: Option<Vector>,
+    /// World frame [N].
+    pub tip_force: Option<Vector>,
+    /// Centreline at rest [m].
+    pub rest: Option<Vec<Vector>>,
+}
+
+impl Figure for RodShape {
+    fn draw(&self) -> Result<Canvas, ReportError> {
+        let centreline: Vec<Vector> = self.stretches.iter().flat_map(|stretch| finite(&stretch.points)).collect();
+        let (Some(&base), Some(&tip)) = (centreline.first(), centreline.last()) else {
+            let reason = "no point of the centreline is finite".into();
+            return Err(ReportError::Empty { figure: FIGURE, reason });
+        };
+        let direction =
+            centreline.iter().find(|point| **point != base).map_or([0.0, 0.0, 1.0], |next| minus(*next, base));
+        let rest = finite(self.rest.as_deref().unwrap_or_default());
+        let mut marks = centreline.clone();
+        marks.extend(&rest);
+        let widest = bounds(marks.iter().copied()).iter().map(|[low, high]| high - low).fold(0.0, f64::max);
+        let arrows = self.arrows(tip, widest);
+        marks.extend(arrows.iter().flat_map(|arrow| [arrow.from, plus(arrow.from, arrow.vector)]));
+        let views = FourViews::new(bounds(marks), TWO_COLUMNS, TOP, MARGIN);
+
+        let entries = self.entries(!rest.is_empty());
+        let (left, width) = (views.views[0].rect.left, TWO_COLUMNS - views.views[0].rect.left - MARGIN);
+        let legend_top = views.bottom + 4.0;
+        let height = legend_top + legend::flow(None, &entries, [0.0; 2], width) + 5.0;
+        let mut canvas = Canvas::new(TWO_COLUMNS, height);
+        canvas.text(Text::new(&self.title, [left, 9.0], TITLE).bold());
+        views.draw_axes(&mut canvas);
+        for view in &views.views {
+            if view.axes.is_none() {
+                let floor = views.limits[2][0];
+                let shadow: Vec<Point> = centreline.iter().map(|p| view.place([p[0], p[1], floor])).collect();
+                canvas.line(shadow, Stroke::new(Colour::hex(0xcfcfcf), 1.6));
+            }
+            if rest.len() > 1 {
+                let line: Vec<Point> = rest.iter().map(|point| view.place(*point)).collect();
+                canvas.line(line, Stroke { dash: Some([3.0, 2.5]), ..Stroke::new(Colour::GREY, 0.9) });
+            }
+            clamp(&mut canvas, view, base, direction, PLATE * widest);
+            self.draw_stretches(&mut canvas, view);
+            let mut labels: Vec<Text> = Vec::new();
+            for mark in &arrows {
+                let head = arrow(&mut canvas, view, mark.from, mark.vector, mark.colour, mark.width);
+                if view.axes.is_none() {
+                    labels.push(beside(mark.label, view, mark.vector, head, mark.colour, &labels));
+                }
+            }
+            labels.into_iter().for_each(|label| canvas.text(label));
+            if let Some(flux_density) = self.flux_density.filter(|b| nonzero(*b)) {
+                let vector = scaled(flux_density, FIELD * widest);
+                let from = field_place(&views, view, vector, &occupied(view, &centreline, &rest, &arrows));
+                let head = arrow(&mut canvas, view, from, vector, FIELD_COLOUR, 1.5);
+                canvas.text(beside("B", view, vector, head, FIELD_COLOUR, &[]));
+            }
+        }
+        legend::flow(Some(&mut canvas), &entries, [left, legend_top], width);
+        Ok(canvas)
+    }
+}
+
+/// An arrow at the rod [m].
+struct Mark {
+    from: Vector,
+    vector: Vector,
+    colour: Colour,
+    width: f64,
+    label: &'static str,
+}
+
+impl RodShape {
+    fn arrows(&self, tip: Vector, widest: f64) -> Vec<Mark> {
+        let mut arrows = Vec::new();
+        let directors = self.tip_rotation.filter(|rows| rows.iter().flatten().all(|x| x.is_finite()));
+        if let Some(rows) = directors {
+            for (k, label) in ["d₁", "d₂", "d₃"].into_iter().enumerate() {
+                let vector = rows.map(|row| FRAME * widest * row[k]);
+                arrows.push(Mark { from: tip, vector, colour: FRAME_COLOURS[k], width: 0.9, label });
+            }
+        }
+        let largest = self.largest_dipole();
+        for stretch in &self.stretches {
+            let points = finite(&stretch.points);
+            if let (Some(dipole), false) = (stretch.dipole.filter(|m| nonzero(*m)), points.is_empty()) {
+                let (a, b) = (points[0], points[points.len() - 1]);
+                let from = std::array::from_fn(|k| 0.5 * (a[k] + b[k]));
+                let vector = dipole.map(|x| DIPOLE * widest * x / largest);
+                arrows.push(Mark { from, vector, colour: DIPOLE_COLOUR, width: 1.5, label: "µ" });
+            }
+        }
+        if let Some(force) = self.tip_force.filter(|f| nonzero(*f)) {
+            let vector = scaled(force, FORCE * widest);
+            arrows.push(Mark { from: tip, vector, colour: FORCE_COLOUR, width: 1.5, label: "F" });
+        }
+        arrows
+    }
+
+    /// [A·m²]
+    fn largest_dipole(&self) -> f64 {
+        self.stretches.iter().filter_map(|stretch| stretch.dipole).filter(|m| nonzero(*m)).map(norm).fold(0.0, f64::max)
+    }
+
+    fn draw_stretches(&self, canvas: &mut Canvas, view: &View) {
+        let mut nearest_last: Vec<(&Stretch, Vec<Vector>)> =
+            self.stretches.iter().map(|stretch| (stretch, finite(&stretch.points))).collect();
+        nearest_last.retain(|(_, points)| !points.is_empty());
+        let depth = |points: &[Vector]| points.iter().map(|p| view.depth(*p)).sum::<f64>() / points.len() as f64;
+        nearest_last.sort_by(|a, b| depth(&a.1).total_cmp(&depth(&b.1)));
+        for (stretch, points) in nearest_last {
+            let line: Vec<Point> = points.iter().map(|point| view.place(*point)).collect();
+            let (colour, width) = style(stretch.kind);
+            if stretch.kind != StretchKind::Flexible {
+                canvas.line(line.clone(), Stroke::new(colour.mix(Colour::BLACK, 0.35), width + 0.9));
+            }
+            canvas.line(line, Stroke::new(colour, width));
+        }
+    }
+
+    fn entries(&self, rest: bool) -> Vec<Entry> {
+        let mut entries = Vec::new();
+        let kinds =
+            [(StretchKind::Flexible, "flexible"), (StretchKind::Rigid, "rigid"), (StretchKind::Coil, "coil (rigid)")];
+        for (kind, words) in kinds {
+            if self.stretches.iter().any(|stretch| stretch.kind == kind) {
+                let (colour, width) = style(kind);
+                entries.push(line_entry(words, Stroke::new(colour, width)));
+            }
+        }
+        if rest {
+            let stroke = Stroke { dash: Some([3.0, 2.5]), ..Stroke::new(Colour::GREY, 0.9) };
+            entries.push(line_entry("at rest", stroke));
+        }
+        entries.push(Entry::new("base clamp", |canvas, rect| {
+            let [x, y] = rect.centre();
+            let plate = Rect { left: x - 3.0, top: y - 3.5, width: 6.0, height: 7.0 };
+            canvas.rect(plate, Some(Colour::hex(0xc9c9c9)), Some(Stroke::new(Colour::MUTED, 0.6)));
+        }));
+        let dipoles: Vec<f64> =
+            self.stretches.iter().filter_map(|s| s.dipole).filter(|m| nonzero(*m)).map(norm).collect();
+        match dipoles[..] {
+            [] => {}
+            [one] => entries.push(arrow_entry(format!("dipole moment µ, {} A·m²", compact(one)), DIPOLE_COLOUR)),
+            _ => {
+                let words = format!("dipole moments µ, longest {} A·m²", compact(self.largest_dipole()));
+                entries.push(arrow_entry(words, DIPOLE_COLOUR));
+            }
+        }
+        if let Some(flux_density) = self.flux_density.filter(|b| nonzero(*b)) {
+            entries.push(arrow_entry(format!("field B, {} T", compact(norm(flux_density))), FIELD_COLOUR));
+        }
+        if let Some(force) = self.tip_force.filter(|f| nonzero(*f)) {
+            let newtons = norm(force);
+            let (factor, unit) = if newtons < 0.1 { (1e3, "mN") } else { (1.0, "N") };
+            entries.push(arrow_entry(format!("tip force F, {} {unit}", compact(newtons * factor)), FORCE_COLOUR));
+        }
+        if self.tip_rotation.is_some() {
+            for (colour, words) in FRAME_COLOURS.into_iter().zip(["tip d₁", "tip d₂", "tip d₃ (tangent)"]) {
+                entries.push(arrow_entry(words.into(), colour));
+            }
+        }
+        entries
+    }
+}
+
+fn style(kind: StretchKind) -> (Colour, f64) {
+    match kind {
+        StretchKind::Flexible => (FLEXIBLE, 1.7),
+        StretchKind::Rigid => (RIGID, 3.2),
+        StretchKind::Coil => (COIL, 4.2),
+    }
+}
+
+fn line_entry(words: &str, stroke: Stroke) -> Entry {
+    Entry::new(words, move |canvas, rect| {
+        let y = rect.centre()[1];
+        canvas.line([[rect.left + 2.0, y], [rect.right() - 2.0, y]], stroke);
+    })
+}
+
+fn arrow_entry(words: String, colour: Colour) -> Entry {
+    Entry::new(words, move |canvas, rect| {
+        let y = rect.centre()[1];
+        flat_arrow(canvas, [rect.left + 1.0, y], [rect.right() - 1.0, y], colour, 1.2);
+    })
+}
+
+/// Where the field's arrow starts: of the places along the rim of the limits, the one farthest from everything else.
+fn field_place(views: &FourViews, view: &View, vector: Vector, occupied: &[Point]) -> Vector {
+    let shares = [-1.0, 0.0, 1.0];
+    let start = |place: [f64; 3]| -> Vector {
+        std::array::from_fn(|k| {
+            let [low, high] = views.limits[k];
+            let room = 14.0 / view.scale;
+            let half = (0.5 * (high - low) - 0.5 * vector[k].abs() - room).max(0.0);
+            0.5 * (low + high) + half * place[k] - 0.5 * vector[k]
+        })
+    };
+    let free = |from: &Vector| {
+        // The arrow, and the letter beyond its head.
+        let along = (0..=6).map(|k| view.place(std::array::from_fn(|i| from[i] + 0.22 * f64::from(k) * vector[i])));
+        along.flat_map(|[x, y]| occupied.iter().map(move |[a, b]| (x - a).hypot(y - b))).fold(f64::INFINITY, f64::min)
+    };
+    let places = shares.into_iter().flat_map(|x| shares.into_iter().flat_map(move |y| shares.map(|z| [x, y, z])));
+    let starts = places.map(start);
+    starts.max_by(|a, b| free(a).total_cmp(&free(b))).unwrap_or(view.centre)
+}
+
+/// A letter at the head of an arrow, moved on where it would touch another.
+fn beside(label: &str, view: &View, vector: Vector, head: Point, colour: Colour, others: &[Text]) -> Text {
+    let [dx, dy] = view.along(vector);
+    let length = dx.hypot(dy);
+    let [ux, uy] = if length < 4.0 { [1.0, 0.0] } else { [dx / length, dy / length] };
+    let mut text = Text::new(label, head, NORMAL).bold().colour(colour).align(Align::Middle).halo();
+    let turns = [0.0f64, -50.0, 50.0, -100.0, 100.0].map(f64::to_radians);
+    for (distance, turn) in [7.5, 13.0].into_iter().flat_map(|distance| turns.map(|turn| (distance, turn))) {
+        let (sin, cos) = turn.sin_cos();
+        text.at = [head[0] + distance * (cos * ux - sin * uy), head[1] + distance * (sin * ux + cos * uy)];
+        let touches = |other: &Text| (other.at[0] - text.at[0]).abs() < 10.0 && (other.at[1] - text.at[1]).abs() < 8.0;
+        if !others.iter().any(touches) {
+            break;
+        }
+    }
+    text
+}
+
+/// Places on the page that a symbol should not cover.
+fn occupied(view: &View, centreline: &[Vector], rest: &[Vector], arrows: &[Mark]) -> Vec<Point> {
+    let heads = arrows.iter().map(|arrow| plus(arrow.from, arrow.vector));
+    centreline.iter().chain(rest).copied().chain(heads).map(|point| view.place(point)).collect()
+}
+
+fn finite(points: &[Vector]) -> Vec<Vector> {
+    points.iter().copied().filter(|point| point.iter().all(|x| x.is_finite())).collect()
+}
+
+fn nonzero(v: Vector) -> bool {
+    v.iter().all(|x| x.is_finite()) && norm(v) > 0.0
+}
+
+fn norm(v: Vector) -> f64 {
+    dot(v, v).sqrt()
+}
+
+fn scaled(v: Vector, length: f64) -> Vector {
+    let norm = norm(v);
+    v.map(|x| length * x / norm)
+}
+
+fn plus(a: Vector, b: Vector) -> Vector {
+    std::array::from_fn(|k| a[k] + b[k])
+}
+
+fn minus(a: Vector, b: Vector) -> Vector {
+    std::array::from_fn(|k| a[k] - b[k])
+}

@@ -1,0 +1,104 @@
+//! Where the tip goes: a cloud of positions coloured by a quantity, in three projections and in space.
+
+use super::canvas::{Align, Canvas, Dot, NORMAL, Rect, SMALL, Shape, Stroke, TITLE, Text};
+use super::colour::{Colour, ColourMap};
+use super::colour_bar::ColourRange;
+use super::table::count;
+use super::views::{FourViews, Vector, bounds};
+use super::{Figure, ReportError, TWO_COLUMNS};
+
+const FIGURE: &str = "the tip cloud";
+/// Room for the title and for the colour bar [pt].
+const TOP: f64 = 30.0;
+const MARGIN: f64 = 62.0;
+/// Most dots that are drawn with a rim.
+const MOST_RIMS: usize = 1500;
+
+/// Tip positions with one value each.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Cloud {
+    /// [m]; points that are not finite, in position or value, are left out and counted.
+    pub points: Vec<Vector>,
+    /// One for each point, in `unit`.
+    pub values: Vec<f64>,
+    /// What the values are.
+    pub quantity: String,
+    pub unit: String,
+    pub title: String,
+    /// Sequential, or diverging where values have both signs, unless chosen here.
+    pub map: Option<ColourMap>,
+    /// The rod at rest, drawn as a line [m].
+    pub rod: Option<Vec<Vector>>,
+}
+
+impl Figure for Cloud {
+    fn draw(&self) -> Result<Canvas, ReportError> {
+        let (expected, found) = (self.points.len(), self.values.len());
+        if expected != found {
+            return Err(ReportError::Length { figure: FIGURE, what: "the quantity", expected, found });
+        }
+        let pairs = self.points.iter().copied().zip(self.values.iter().copied());
+        let finite = |(point, value): &(Vector, f64)| value.is_finite() && point.iter().all(|x| x.is_finite());
+        let cloud: Vec<(Vector, f64)> = pairs.filter(finite).collect();
+        if cloud.is_empty() {
+            let reason = match expected {
+                0 => "no points were given".into(),
+                _ => format!("none of {} points is finite", count(expected as u64)),
+            };
+            return Err(ReportError::Empty { figure: FIGURE, reason });
+        }
+        let rod = self.rod.iter().flatten().copied().filter(|point| point.iter().all(|x| x.is_finite()));
+        let rod: Vec<Vector> = rod.collect();
+        let bounds = bounds(cloud.iter().map(|(point, _)| *point).chain(rod.iter().copied()));
+        let views = FourViews::new(bounds, TWO_COLUMNS, TOP, MARGIN);
+        let range = ColourRange::new(cloud.iter().map(|(_, value)| *value), self.map);
+
+        let mut canvas = Canvas::new(TWO_COLUMNS, views.bottom + 4.0);
+        canvas.text(Text::new(&self.title, [views.views[0].rect.left, 9.0], TITLE).bold());
+        let note = self.note(cloud.len(), expected - cloud.len(), &range, !rod.is_empty());
+        canvas.text(Text::new(note, [TWO_COLUMNS - 6.0, 9.0], SMALL).align(Align::End).colour(Colour::MUTED));
+        views.draw_axes(&mut canvas);
+        let mut order: Vec<usize> = (0..cloud.len()).collect();
+        for view in &views.views {
+            let depth: Vec<f64> = cloud.iter().map(|(point, _)| view.depth(*point)).collect();
+            order.sort_unstable_by(|&a, &b| depth[a].total_cmp(&depth[b]));
+            let dots: Vec<Dot> =
+                order.iter().map(|&i| Dot { at: view.place(cloud[i].0), colour: range.colour(cloud[i].1) }).collect();
+            let radius = dot_radius(view.rect, cloud.len());
+            // A rim keeps pale dots apart from the paper; many would darken the cloud.
+            let rim = if cloud.len() <= MOST_RIMS { 0.3 } else { 0.0 };
+            canvas.shapes.push(Shape::Dots { clip: view.rect, radius, rim, dots });
+            if rod.len() > 1 {
+                let line: Vec<_> = rod.iter().map(|point| view.place(*point)).collect();
+                canvas.clipped_line(line.clone(), Stroke::new(Colour::WHITE, 3.0), view.rect);
+                canvas.clipped_line(line, Stroke::new(Colour::INK, 1.4), view.rect);
+            }
+        }
+        let upper = views.views[1].rect;
+        let height = upper.height.max(110.0);
+        let bar = Rect { left: TWO_COLUMNS - MARGIN + 14.0, top: upper.top, width: 0.0, height };
+        range.draw(&mut canvas, bar, &self.quantity, &self.unit);
+        Ok(canvas)
+    }
+}
+
+impl Cloud {
+    fn note(&self, drawn: usize, skipped: usize, range: &ColourRange, rod: bool) -> String {
+        let mut parts = vec![format!("{} tip position{}", count(drawn as u64), if drawn == 1 { "" } else { "s" })];
+        if skipped > 0 {
+            parts.push(format!("{} not finite, left out", count(skipped as u64)));
+        }
+        if range.clipped.contains(&true) {
+            parts.push("colours span percentiles 1 to 99".into());
+        }
+        if rod {
+            parts.push("black: rod at rest".into());
+        }
+        parts.join(" · ")
+    }
+}
+
+/// Few points are drawn large, many so that they just cover the panel.
+fn dot_radius(rect: Rect, point_count: usize) -> f64 {
+    (0.47 * (rect.width * rect.height / point_count as f64).sqrt()).clamp(0.36, 0.3 * NORMAL)
+}
