@@ -26,9 +26,9 @@ pub enum Path {
 /// Newton's steps on the path end below this change of the base moment (plan units).
 const PATH_TOLERANCE: f64 = 1e-3;
 /// On the path each step must be smaller than this share of the one before.
-const CONTRACTION: f64 = 0.5;
+const CONTRACTION: f64 = 0.3;
 /// A first correction above this many plan units of moment (radians of bending) is not trusted.
-const TRUST: f64 = 1.0;
+const TRUST: f64 = 0.3;
 /// Newton steps on one load step.
 const CORRECTIONS: f64 = 8.0;
 /// A load step that took fewer corrections than this lets the next be twice as long.
@@ -229,6 +229,10 @@ pub fn solve_group<L: Lane, T: Terms>(
     let zero = L::splat(token, 0.0);
     let one = L::splat(token, 1.0);
     let mut end = follow_path::<L, T>(program, rod, path, workspace);
+    if path != Path::GuardedRamp && !L::any(end.reached) {
+        out.store(Quantity::Status.column(), code(one, Status::Pending));
+        return;
+    }
     chord_steps::<L, T>(program, rod, &mut end, workspace);
 
     let mut moving = end.reached;
