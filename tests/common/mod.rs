@@ -1,0 +1,6 @@
+//! What the tests of all engines share.
+#![allow(dead_code, non_snake_case)]
+
+pub mod check;
+pub mod golden;
+pub mod random;
