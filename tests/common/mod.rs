@@ -2,5 +2,6 @@
 #![allow(dead_code, non_snake_case)]
 
 pub mod check;
+pub mod dual;
 pub mod golden;
 pub mod random;

@@ -1,6 +1,6 @@
 //! Reproducible random numbers and rods for tests.
 
-use rodsweep::model::{Matrix, Rod, RodSegment, Vector};
+use rodsweep::model::{Axis, Matrix, Rod, RodSegment, Slot, Units, Vector};
 
 /// SplitMix64.
 pub struct Random(pub u64);
@@ -64,4 +64,75 @@ impl Random {
             RodSegment::Rigid { length: self.within(0.005, 0.02), dipole: self.vector(1e-4), load }
         }
     }
+}
+
+/// Every slot of a rod.
+pub fn all_slots(rod: &Rod) -> Vec<Slot> {
+    let mut slots = vec![Slot::Insertion];
+    let vectors: [fn(Axis) -> Slot; 5] =
+        [Slot::BasePosition, Slot::BaseRotation, Slot::FluxDensity, Slot::TipForce, Slot::TipMoment];
+    slots.extend(vectors.iter().flat_map(|vector| Axis::ALL.map(vector)));
+    for (j, segment) in rod.segments.iter().enumerate() {
+        slots.push(Slot::Length(j));
+        slots.extend(Axis::ALL.map(|axis| Slot::Load(j, axis)));
+        match segment {
+            RodSegment::Flexible { .. } => {
+                slots.extend(Axis::ALL.map(|axis| Slot::Stiffness(j, axis)));
+                slots.extend(Axis::ALL.map(|axis| Slot::RestCurvature(j, axis)));
+            }
+            RodSegment::Rigid { .. } => slots.extend(Axis::ALL.map(|axis| Slot::Dipole(j, axis))),
+        }
+    }
+    slots
+}
+
+/// The rod moved along a slot. Insertion lengthens the first segment, whose rest curvature is constant.
+pub fn moved(rod: &Rod, slot: Slot, by: f64) -> Rod {
+    let mut rod = rod.clone();
+    match slot {
+        Slot::BasePosition(axis) => rod.base_position[axis.index()] += by,
+        Slot::BaseRotation(axis) => {
+            let turn = nalgebra::Rotation3::new(nalgebra::Vector3::ith(axis.index(), by));
+            let R = turn.matrix() * nalgebra::Matrix3::from_fn(|row, col| rod.base_rotation[row][col]);
+            rod.base_rotation = std::array::from_fn(|row| std::array::from_fn(|col| R[(row, col)]));
+        }
+        Slot::FluxDensity(axis) => rod.flux_density[axis.index()] += by,
+        Slot::TipForce(axis) => rod.tip_force[axis.index()] += by,
+        Slot::TipMoment(axis) => rod.tip_moment[axis.index()] += by,
+        Slot::Insertion => return moved(&rod, Slot::Length(0), by),
+        Slot::Length(j)
+        | Slot::Stiffness(j, _)
+        | Slot::RestCurvature(j, _)
+        | Slot::Dipole(j, _)
+        | Slot::Load(j, _) => move_segment(&mut rod.segments[j], slot, by),
+    }
+    rod
+}
+
+fn move_segment(segment: &mut RodSegment, slot: Slot, by: f64) {
+    use RodSegment::{Flexible, Rigid};
+    match (segment, slot) {
+        (Flexible { length, .. } | Rigid { length, .. }, Slot::Length(_)) => *length += by,
+        (Flexible { load, .. } | Rigid { load, .. }, Slot::Load(_, axis)) => load[axis.index()] += by,
+        (Flexible { stiffness, .. }, Slot::Stiffness(_, axis)) => stiffness[axis.index()] += by,
+        (Flexible { rest_curvature, .. }, Slot::RestCurvature(_, axis)) => rest_curvature[axis.index()] += by,
+        (Rigid { dipole, .. }, Slot::Dipole(_, axis)) => dipole[axis.index()] += by,
+        (segment, slot) => panic!("{segment:?} has no {slot:?}"),
+    }
+}
+
+/// Length, mean stiffness over its square, and field of a rod.
+pub fn rod_units(rod: &Rod) -> Units {
+    let length = rod.total_length();
+    let stiffness: Vec<f64> = rod
+        .segments
+        .iter()
+        .filter_map(|s| match s {
+            RodSegment::Flexible { stiffness, .. } => Some((stiffness[0] * stiffness[1]).sqrt()),
+            RodSegment::Rigid { .. } => None,
+        })
+        .collect();
+    let stiffness = stiffness.iter().sum::<f64>() / stiffness.len() as f64;
+    let field = rod.flux_density.iter().map(|b| b * b).sum::<f64>().sqrt();
+    Units { length, force: stiffness / (length * length), field: if field > 0.0 { field } else { 1.0 } }
 }
