@@ -4,9 +4,7 @@ mod common;
 
 use common::check::{Tolerance, check_golden, column_error, difference, natural_size, norm};
 use common::golden;
-use rodsweep::model::{
-    Axis, Density, Flexible, Parameter, Plan, PlanOptions, Quantity, SegmentKind, SegmentParameter,
-};
+use rodsweep::model::{Axis, Density, Flexible, Parameter, Plan, PlanOptions, Quantity, SegmentKind, SegmentParameter};
 use rodsweep::reference::{Reference, base_curvature, solve_rod, stability_at};
 
 /// The golden Jacobians are good to 2.4e-11, poses to 1e-14; the worst scenes amplify errors a hundredfold.

@@ -187,7 +187,9 @@ fn differentiate(
         if *slot == Slot::Insertion {
             // So far at the former base; the new one lies proximal to it.
             let t: Vector3<f64> = chain.R0.column(2).into();
-            dm0 += t.cross(&chain.n_start(0));
+            if chain.is_flexible[0] || chain.rigid_force_arm {
+                dm0 += t.cross(&chain.n_start(0));
+            }
             if chain.is_flexible[0] {
                 du0 -= Flexible::new(chain, 0, &[]).u_slope(&chain.R0, passage.u_first, chain.n_start(0));
             }

@@ -44,12 +44,7 @@ pub(super) struct Passage {
 /// The state at the base.
 pub(super) fn base_state(chain: &Chain, m0_body: Vector3<f64>, variations: &[Variation]) -> State {
     let column = |v: &Variation| Column { w: v.w0, dp: v.dp0, dm_body: v.dm0_body };
-    State {
-        p: Vector3::zeros(),
-        R: chain.R0,
-        m_body: m0_body,
-        columns: variations.iter().map(column).collect(),
-    }
+    State { p: Vector3::zeros(), R: chain.R0, m_body: m0_body, columns: variations.iter().map(column).collect() }
 }
 
 /// Integrates the rod from the base with the given moment.

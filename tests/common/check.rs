@@ -2,7 +2,9 @@
 
 use super::golden::GoldenCase;
 use rodsweep::backend::Backend;
-use rodsweep::model::{Axis, Matrix, Parameter, Plan, PlanOptions, Quantity, Scene, Slot, Solutions, Status, Units, Vector};
+use rodsweep::model::{
+    Axis, Matrix, Parameter, Plan, PlanOptions, Quantity, Scene, Slot, Solutions, Status, Units, Vector,
+};
 
 /// Columns smaller than this share of their natural size are measured against it.
 pub const SMALL_COLUMN: f64 = 1e-3;

@@ -144,7 +144,8 @@ pub fn shoot<D: DualNum<Primitive = f64> + Copy>(rod: &DualRod<D>, m0: V<D>) -> 
 pub fn dual_rod(rod: &Rod, slot: Option<Slot>) -> DualRod<Dual64> {
     let constant = |v: [f64; 3]| v.map(Dual64::from);
     let zero = constant([0.0; 3]);
-    let R0: [V<Dual64>; 3] = std::array::from_fn(|col| constant(std::array::from_fn(|row| rod.base_rotation[row][col])));
+    let R0: [V<Dual64>; 3] =
+        std::array::from_fn(|col| constant(std::array::from_fn(|row| rod.base_rotation[row][col])));
     let segment = |segment: &RodSegment| match *segment {
         RodSegment::Flexible { length, stiffness, rest_curvature, load } => DualSegment {
             is_flexible: true,

@@ -87,8 +87,7 @@ pub fn p6_scene() -> Scene {
             density: Some(rodsweep::model::Density::Linear(2.8814e-4)),
         }),
     };
-    let winding =
-        CoilWinding::Axes { turns: [30.0, 30.0, 100.0], area: [46.665e-6, 46.665e-6, 11.251791e-6] };
+    let winding = CoilWinding::Axes { turns: [30.0, 30.0, 100.0], area: [46.665e-6, 46.665e-6, 11.251791e-6] };
     // The published code lays the coil's mass on top of the tube's.
     let mass = Some(5.7736e-5 + 2.8814e-4 * 0.0183);
     let coil = Rigid { mass, coil: Some(Coil { winding, current: [0.0; 3], alignment: [0.0; 3] }) };

@@ -100,11 +100,9 @@ pub fn moved(rod: &Rod, slot: Slot, by: f64) -> Rod {
         Slot::TipForce(axis) => rod.tip_force[axis.index()] += by,
         Slot::TipMoment(axis) => rod.tip_moment[axis.index()] += by,
         Slot::Insertion => return moved(&rod, Slot::Length(0), by),
-        Slot::Length(j)
-        | Slot::Stiffness(j, _)
-        | Slot::RestCurvature(j, _)
-        | Slot::Dipole(j, _)
-        | Slot::Load(j, _) => move_segment(&mut rod.segments[j], slot, by),
+        Slot::Length(j) | Slot::Stiffness(j, _) | Slot::RestCurvature(j, _) | Slot::Dipole(j, _) | Slot::Load(j, _) => {
+            move_segment(&mut rod.segments[j], slot, by)
+        }
     }
     rod
 }
