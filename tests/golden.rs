@@ -4,7 +4,10 @@ mod common;
 
 use common::check::{Tolerance, check_golden, column_error, difference, natural_size, norm};
 use common::golden;
-use rodsweep::model::{Axis, Density, Flexible, Parameter, Plan, PlanOptions, Quantity, SegmentKind, SegmentParameter};
+use rodsweep::backend::Backend;
+use rodsweep::model::{
+    Axis, Density, Flexible, Parameter, Plan, PlanOptions, Quantity, SegmentKind, SegmentParameter, Status,
+};
 use rodsweep::reference::{Reference, base_curvature, solve_rod, stability_at};
 
 /// The golden Jacobians are good to 2.4e-11, poses to 1e-14; the worst scenes amplify errors a hundredfold.
@@ -87,7 +90,7 @@ fn published_code_on_p6() {
             row[4..].copy_from_slice(&sample.tip_force);
         }
     });
-    let solutions = rodsweep::backend::Backend::solve(&mut Reference::new(&plan), &batch).expect("solved");
+    let solutions = Reference::new(&plan).solve(&batch).expect("solved");
     let (mut tip, mut jacobian) = ((0.0, 0), (0.0, 0, String::new()));
     let mut report = Vec::new();
     for (i, sample) in samples.iter().enumerate() {
@@ -111,4 +114,27 @@ fn published_code_on_p6() {
     println!("worst tip {tip:?}, worst column {jacobian:?}");
     assert!(report.is_empty(), "{}", report.join("\n"));
     assert!(jacobian.0 <= PUBLISHED_JACOBIAN, "{jacobian:?}");
+}
+
+#[test]
+fn rows_do_not_depend_on_the_batch() {
+    let mut scene = golden::p6_scene();
+    scene.rigid_force_arm = true;
+    let current = |axis| Parameter::Segment(1, SegmentParameter::Current(axis));
+    let axes = [vec![current(Axis::X)], vec![current(Axis::Y)], vec![Parameter::Insertion]];
+    let wrt = [current(Axis::X), Parameter::Gravity(Axis::Z), Parameter::Segment(0, SegmentParameter::YoungsModulus)];
+    let plan = Plan::new(&scene, &axes, &wrt, PlanOptions::default()).expect("a valid plan");
+    let values = |i: usize| [0.05 * i as f64 - 0.1, 0.1, if i == 3 { 0.01 } else { 0.12 }];
+    let mut reference = Reference::new(&plan);
+    let batch = plan.batch(6, |i, row| row.copy_from_slice(&values(i)));
+    let all = reference.solve(&batch).expect("solved");
+    for i in 0..6 {
+        let alone = reference.solve(&plan.batch(1, |_, row| row.copy_from_slice(&values(i)))).expect("solved");
+        // Insertion by 10 mm leaves the first segment a negative length.
+        let status = if i == 3 { Status::BadParameter } else { all.status(i) };
+        assert_eq!((all.status(i), alone.status(0)), (status, status));
+        for column in 0..all.values.column_count() {
+            assert_eq!(all.values.get(i, column), alone.values.get(0, column), "sample {i} column {column}");
+        }
+    }
 }

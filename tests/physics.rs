@@ -177,10 +177,12 @@ fn euler_load() {
             let margin = if index > 0 { -size } else { size };
             assert!((found.margin - margin).abs() <= CLOSED_FORM, "{} against {margin} at {share}", found.margin);
         }
-        let folded = solve_rod(&compressed(2.0), &[]);
-        assert_eq!(folded.status, Status::Fold);
-        assert!((folded.load_fraction - 0.5).abs() <= FOLD, "{}", folded.load_fraction);
-        assert!(folded.p_tip.iter().all(|x| x.is_finite()));
+        for share in [1.001, 1.37, 2.0, 7.3] {
+            let folded = solve_rod(&compressed(share), &[]);
+            assert_eq!(folded.status, Status::Fold, "at {share} of the Euler load");
+            assert!((folded.load_fraction - 1.0 / share).abs() <= FOLD, "{}", folded.load_fraction);
+            assert!(folded.p_tip.iter().all(|x| x.is_finite()));
+        }
     }
 }
 

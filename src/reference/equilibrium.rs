@@ -119,7 +119,7 @@ pub fn solve_rod(rod: &Rod, slots: &[Slot]) -> Equilibrium {
         if path.gave_up { Status::StepLimit } else { Status::Fold }
     } else if passage.residual.norm().is_nan() {
         Status::NonFinite
-    } else if passage.residual.norm() > RESIDUAL_FACTOR * TOLERANCE * passage.growth() {
+    } else if passage.residual.norm() > RESIDUAL_FACTOR * TOLERANCE * passage.growth() || index.is_none() {
         Status::NotConverged
     } else if index != Some(0) {
         Status::Unstable
@@ -128,7 +128,7 @@ pub fn solve_rod(rod: &Rod, slots: &[Slot]) -> Equilibrium {
     } else {
         Status::Ok
     };
-    let index = index.unwrap_or(usize::MAX);
+    let index = index.unwrap_or_default();
     let derivatives = differentiate(&chain, &units, m0_body, slots, &mut integrator);
     Equilibrium {
         m0: SI(chain.R0 * m0_body, units.moment()),

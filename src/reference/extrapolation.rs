@@ -57,8 +57,9 @@ impl Extrapolation {
             let steps = (rest / self.step).ceil();
             let (h, is_last) = (rest / steps, steps == 1.0);
             let error = self.try_step(field, s, h, y);
-            let growth = if error > 0.0 { 0.9 * (self.tolerance / error).powf(1.0 / ESTIMATE_ORDER) } else { 3.0 };
-            let proposal = h * if growth.is_finite() { growth.clamp(0.1, 3.0) } else { 0.1 };
+            // No error at all allows the largest growth, an undefined one the smallest.
+            let growth = 0.9 * (self.tolerance / error).powf(1.0 / ESTIMATE_ORDER);
+            let proposal = h * if growth.is_nan() { 0.1 } else { growth.clamp(0.1, 3.0) };
             if error <= self.tolerance {
                 y.iter_mut().zip(&self.table[0]).for_each(|(y, increment)| *y += increment);
                 s = if is_last { end } else { s + h };
@@ -66,7 +67,7 @@ impl Extrapolation {
                 self.step = if h < self.step { self.step.max(proposal) } else { proposal };
             } else {
                 self.step = proposal;
-                if self.step < SMALLEST_STEP {
+                if self.step.is_nan() || self.step < SMALLEST_STEP {
                     return Err(RunAway);
                 }
             }

@@ -167,7 +167,7 @@ impl Field for Flexible {
     }
 
     fn measure(&self, y: &[f64], error: &[f64]) -> f64 {
-        let largest = |v: &[f64]| v.iter().fold(0.0_f64, |m, x| if x.is_finite() { m.max(x.abs()) } else { f64::NAN });
+        let largest = |v: &[f64]| v.iter().fold(0.0, |m, x| worse(m, x.abs()));
         // Curvature counts by the moment it makes.
         let smallest_curvature = 1.0 / self.K.max().max(1.0);
         let mut measure = largest(&error[..12]);

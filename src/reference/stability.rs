@@ -9,7 +9,7 @@ use super::extrapolation::Extrapolation;
 use super::flexible::Flexible;
 use super::rigid;
 use super::shooting::{Column, Passage, State, base_state};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 use std::f64::consts::PI;
 
 /// Share of the buckling bound that an interval may reach.
@@ -40,10 +40,20 @@ pub(super) fn index(chain: &Chain, m0_body: Vector3<f64>, integrator: &mut Extra
     let mut beyond = Matrix3::zeros();
     for interval in intervals(chain, m0_body, integrator)?.iter().rev() {
         let pivot = interval.h11 + interval.h_rigid + beyond;
-        index += pivot.symmetric_eigenvalues().iter().filter(|value| **value < 0.0).count();
+        index += negative_eigenvalues(pivot)?;
         beyond = interval.h00 - interval.h01 * pivot.try_inverse()? * interval.h01.transpose();
     }
     Some(index)
+}
+
+/// `None` for a matrix that is not finite, on which the decomposition would not end.
+fn negative_eigenvalues(matrix: Matrix3<f64>) -> Option<usize> {
+    const MOST_ITERATIONS: usize = 200;
+    if !matrix.iter().all(|x| x.is_finite()) {
+        return None;
+    }
+    let eigen = SymmetricEigen::try_new(matrix, f64::EPSILON, MOST_ITERATIONS)?;
+    Some(eigen.eigenvalues.iter().filter(|value| **value < 0.0).count())
 }
 
 fn intervals(chain: &Chain, m0_body: Vector3<f64>, integrator: &mut Extrapolation) -> Option<Vec<Interval>> {
