@@ -4,4 +4,5 @@ pub mod backend;
 pub mod gpu;
 pub mod lanes;
 pub mod model;
+pub mod reference;
 pub mod report;
