@@ -166,6 +166,14 @@ pub(super) struct Layout {
     parameter_axes: Vec<usize>,
 }
 
+/// A batch and what came back.
+#[derive(Clone, Copy)]
+pub(super) struct SolvedBatch<'a> {
+    pub plan: &'a Plan,
+    pub batch: &'a Batch,
+    pub solutions: &'a Solutions,
+}
+
 const XYZ: [&str; 3] = ["x", "y", "z"];
 
 impl Layout {
@@ -239,17 +247,8 @@ impl Layout {
     }
 
     /// Adds one sample's row: `values` of its axes, row `at` of a solved batch.
-    #[allow(clippy::too_many_arguments)]
-    pub fn push(
-        &self,
-        table: &mut Table,
-        index: u64,
-        values: &[f64],
-        plan: &Plan,
-        batch: &Batch,
-        solutions: &Solutions,
-        at: usize,
-    ) {
+    pub fn push(&self, table: &mut Table, index: u64, values: &[f64], solved: &SolvedBatch, at: usize) {
+        let SolvedBatch { plan, batch, solutions } = *solved;
         let status = solutions.status(at);
         let mut columns = table.columns.iter_mut().map(|column| &mut column.values);
         if let Some(Values::Index(samples)) = columns.next() {

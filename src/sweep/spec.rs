@@ -157,11 +157,13 @@ impl SweepSpec {
         self.axes.iter().map(|axis| axis.parameters.clone()).collect()
     }
 
-    /// The plan of this sweep at a resolution; tolerance and fixed steps come from the file.
+    /// The plan of this sweep at a resolution; tolerance and fixed steps come from the file. Without rows there are
+    /// no derivatives.
     pub fn plan(&self, options: PlanOptions) -> Result<Plan, PlanError> {
         let steps = self.steps.unwrap_or(options.steps);
         let options = PlanOptions { tolerance: self.tolerance, steps, ..options };
-        Plan::new(&self.scene, &self.axis_parameters(), &self.wrt, options)
+        let wrt = if self.format == Format::None { &[] } else { &self.wrt[..] };
+        Plan::new(&self.scene, &self.axis_parameters(), wrt, options)
     }
 
     pub fn sampler(&self) -> Sampler {
