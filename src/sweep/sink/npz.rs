@@ -4,7 +4,7 @@ use super::SweepError;
 use crate::model::Status;
 use crate::sweep::columns::{Column, Table, Values};
 use npyz::npz::{NpzArchive, NpzWriter};
-use npyz::{AutoSerialize, DType, FixedSizeBytes, TypeStr, WriterBuilder};
+use npyz::{AutoSerialize, DType, TypeStr, WriterBuilder};
 use std::io::Cursor;
 use std::path::Path;
 
@@ -41,12 +41,10 @@ fn array<T: AutoSerialize + Copy>(archive: &mut Archive, name: &str, values: &[T
 
 fn words(archive: &mut Archive, name: &str, values: &[Status]) -> std::io::Result<()> {
     let kind: TypeStr = format!("|S{WORD}").parse().map_err(std::io::Error::other)?;
-    let builder = archive.array::<FixedSizeBytes<WORD>>(name, Default::default())?;
+    let builder = archive.array::<[u8]>(name, Default::default())?;
     let mut writer = builder.dtype(DType::Plain(kind)).shape(&[values.len() as u64]).begin_nd()?;
     for status in values {
-        let mut word = [0; WORD];
-        word[..status.name().len()].copy_from_slice(status.name().as_bytes());
-        writer.push(&FixedSizeBytes(word))?;
+        writer.push(status.name().as_bytes())?;
     }
     writer.finish()
 }
@@ -74,10 +72,10 @@ fn read_array(archive: &mut NpzArchive<std::io::BufReader<std::fs::File>>, colum
             Values::Flag(flags.into_iter().map(|flag| (flag >= 0).then_some(flag > 0)).collect())
         }
         Values::Status(_) => {
-            let words: Vec<FixedSizeBytes<WORD>> = array.into_vec()?;
-            let of = |word: &FixedSizeBytes<WORD>| {
-                let end = word.0.iter().position(|byte| *byte == 0).unwrap_or(WORD);
-                Status::ALL.into_iter().find(|status| status.name().as_bytes() == &word.0[..end]).unwrap_or_default()
+            let words: Vec<Vec<u8>> = array.into_vec()?;
+            let of = |word: &Vec<u8>| {
+                let word = word.split(|byte| *byte == 0).next().unwrap_or_default();
+                Status::ALL.into_iter().find(|status| status.name().as_bytes() == word).unwrap_or_default()
             };
             Values::Status(words.iter().map(of).collect())
         }
