@@ -236,7 +236,8 @@ fn every_format_holds_the_same_rows() {
         for other in &tables[1..] {
             for (one, two) in tables[0].columns.iter().zip(&other.columns) {
                 assert_eq!((&one.name, &one.unit), (&two.name, &two.unit));
-                let numbers = |values: &Values| (0..values.len()).map(|k| values.number(k).to_bits()).collect::<Vec<_>>();
+                let numbers =
+                    |values: &Values| (0..values.len()).map(|k| values.number(k).to_bits()).collect::<Vec<_>>();
                 assert_eq!(numbers(&one.values), numbers(&two.values), "{}", one.name);
             }
         }
@@ -421,6 +422,18 @@ fn a_run_without_rows_leaves_its_workspace() {
     let total: f64 = voxels.numbers("count").unwrap().iter().sum();
     assert_eq!(total as u64, 5000 - summary.failed());
     assert_eq!(read_parquet_table(&without.join(TIPS_FILE)).unwrap().row_count(), 5000);
+    let shards: Vec<PathBuf> = (1..=2).map(|k| dir.path().join(format!("none-{k}"))).collect();
+    for (index, out) in (1..).zip(&shards) {
+        run(&none, &mut arc(&none), &RunOptions { shard: Shard { index, count: 2 }, ..options(out) }).unwrap();
+    }
+    let merged = dir.path().join("merged");
+    assert!(matches!(merge(&shards[..1], &merged), Err(SweepError::MissingParts { first: 2, .. })));
+    assert_eq!(merge(&shards, &merged).unwrap().samples_done, 5000);
+    let cells = |table: &Table| {
+        let number = |row: usize| table.columns.iter().map(|c| c.values.number(row).to_bits()).collect::<Vec<_>>();
+        (0..table.row_count()).map(number).collect::<std::collections::BTreeSet<_>>()
+    };
+    assert_eq!(cells(&read_parquet_table(&merged.join(WORKSPACE_FILE)).unwrap()), cells(&voxels));
 }
 
 #[test]
@@ -459,4 +472,22 @@ fn inputs_from_parquet_and_csv_agree() {
     let resolved = dir.path().join("resolved");
     run(&table, &mut arc(&table), &options(&resolved)).unwrap();
     assert_eq!(read_spec(&resolved).unwrap().table, table.table);
+}
+
+/// Ten million samples in bounded memory: takes a minute, so on request only.
+#[test]
+#[ignore]
+fn ten_million_samples_stay_below_one_gibibyte() {
+    let spec = SweepSpec::read(&shipped().join("ten_million.toml")).unwrap();
+    let dir = tempfile::tempdir().unwrap();
+    let mut backend = Arc { batch_size: 1 << 16, fails: false, ..arc(&spec) };
+    let summary = run(&spec, &mut backend, &RunOptions::new(dir.path())).unwrap();
+    assert_eq!(summary.count(Status::Ok), 10_000_000);
+    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+    let peak = peak.and_then(|text| text.split_whitespace().next()).and_then(|number| number.parse::<u64>().ok());
+    if let Some(peak) = peak {
+        assert!(peak < 1 << 20, "{peak} kB");
+        eprintln!("peak {} MiB, {:.0} samples a second, {:?}", peak >> 10, summary.rate, summary.timings);
+    }
 }

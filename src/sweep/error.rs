@@ -13,7 +13,7 @@ pub struct InputError {
     pub line: Option<usize>,
     /// Path into the file, such as `segment[1].length`; empty where the whole file is meant.
     pub key: String,
-    pub problem: Problem,
+    pub problem: Box<Problem>,
 }
 
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

@@ -8,6 +8,7 @@ mod directory;
 mod error;
 mod manifest;
 mod pilot;
+mod pipeline;
 mod read;
 mod reduce;
 mod refine;

@@ -3,6 +3,7 @@
 use super::columns::{Column, Table};
 use super::directory::{self, MANIFEST_FILE, RUN_FILE, RunRecord, SWEEP_FILE};
 use super::error::SweepError;
+use super::manifest::{TIPS_FILE, WORKSPACE_FILE};
 use super::reduce::Reduction;
 use super::sink;
 use super::spec::{Format, RESOLVED_TABLE, SweepSpec};
@@ -133,6 +134,9 @@ pub fn reduce_directory(dir: &Path, voxel: f64) -> Result<Reduction, SweepError>
 pub fn merge(dirs: &[PathBuf], out: &Path) -> Result<DirectoryStatus, SweepError> {
     let Some(first) = dirs.first() else { return Err(SweepError::NoRun { dir: out.into() }) };
     let record = RunRecord::read(first)?;
+    if record.format() == Format::None {
+        return merge_workspaces(dirs, out, &record);
+    }
     let mut sources: BTreeMap<u64, PathBuf> = BTreeMap::new();
     for dir in dirs {
         record.check_same(dir, &RunRecord::read(dir)?)?;
@@ -160,7 +164,17 @@ pub fn merge(dirs: &[PathBuf], out: &Path) -> Result<DirectoryStatus, SweepError
         }
         copy(path, &to, false)?;
     }
-    let status = directory_status(out)?;
+    finish_merge(dirs, out, &record, &spec, directory_status(out)?)
+}
+
+/// Writes the manifest of a merged result.
+fn finish_merge(
+    dirs: &[PathBuf],
+    out: &Path,
+    record: &RunRecord,
+    spec: &SweepSpec,
+    status: DirectoryStatus,
+) -> Result<DirectoryStatus, SweepError> {
     let manifests: Vec<serde_json::Value> = dirs.iter().filter_map(|dir| read_manifest(dir).ok()).collect();
     let counts: BTreeMap<&str, u64> =
         Status::ALL.into_iter().map(|s| (s.name(), status.counts[s.code() as usize])).filter(|(_, n)| *n > 0).collect();
@@ -180,6 +194,60 @@ pub fn merge(dirs: &[PathBuf], out: &Path) -> Result<DirectoryStatus, SweepError
     let text = serde_json::to_string_pretty(&merged).unwrap_or_default() + "\n";
     sink::write_atomically(&out.join(MANIFEST_FILE), text.as_bytes(), true)?;
     Ok(status)
+}
+
+/// Adds up the voxels of shards without rows; every shard must be there once and complete.
+fn merge_workspaces(dirs: &[PathBuf], out: &Path, record: &RunRecord) -> Result<DirectoryStatus, SweepError> {
+    let mut seen: BTreeMap<u64, u64> = BTreeMap::new();
+    let (mut voxels, mut tips) = (BTreeMap::<[u64; 3], (usize, u64)>::new(), Table::default());
+    let (mut centres, mut counts, mut done) = (Table::default(), [0; Status::ALL.len()], 0);
+    for dir in dirs {
+        record.check_same(dir, &RunRecord::read(dir)?)?;
+        let manifest = read_manifest(dir)?;
+        let shard = |key: &str| manifest["shard"][key].as_u64().unwrap_or(0);
+        if manifest["complete"] != true || seen.insert(shard("index"), shard("count")).is_some() {
+            let reason = "the shard is not complete, or is given twice".into();
+            return Err(SweepError::Damaged { path: dir.join(MANIFEST_FILE), reason });
+        }
+        done += manifest["samples_of_shard"].as_u64().unwrap_or(0);
+        for status in Status::ALL {
+            counts[status.code() as usize] += manifest["counts"][status.name()].as_u64().unwrap_or(0);
+        }
+        let table = read_parquet_table(&dir.join(WORKSPACE_FILE))?;
+        let position = table.vector_columns("voxel");
+        if let (Some(position), Some(count)) = (position, table.column("count")) {
+            for row in 0..table.row_count() {
+                let key = position.map(|column| column.number(row).to_bits());
+                let entry = voxels.entry(key).or_insert((centres.row_count() + row, 0));
+                entry.1 += count.values.number(row) as u64;
+            }
+        }
+        centres.append(&table);
+        tips.append(&read_parquet_table(&dir.join(TIPS_FILE))?);
+    }
+    let expected = seen.values().next().copied().unwrap_or(1);
+    if let Some(first) = (1..=expected).find(|index| seen.get(index) != Some(&expected)) {
+        let count = expected.saturating_sub(seen.len() as u64).max(1);
+        return Err(SweepError::MissingParts { count, total: expected, first });
+    }
+    let spec = read_spec(&dirs[0])?;
+    directory::open(out, record, &spec, true)?;
+    let metadata = directory::metadata(&spec, record);
+    let mut rows: Vec<(usize, u64)> = voxels.into_values().collect();
+    rows.sort_unstable();
+    let mut merged = centres.empty();
+    for (row, total) in rows {
+        for (to, from) in merged.columns.iter_mut().zip(&centres.columns) {
+            match &mut to.values {
+                super::columns::Values::Index(counts) => counts.push(total),
+                values => values.append_row(&from.values, row),
+            }
+        }
+    }
+    sink::write_table(&out.join(WORKSPACE_FILE), &merged, &metadata)?;
+    sink::write_table(&out.join(TIPS_FILE), &tips, &metadata)?;
+    let status = DirectoryStatus { samples_done: done, counts, ..directory_status(out)? };
+    finish_merge(dirs, out, record, &spec, status)
 }
 
 fn copy(from: &Path, to: &Path, replace: bool) -> Result<(), SweepError> {

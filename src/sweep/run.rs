@@ -4,22 +4,21 @@
 //! batches and four chunks of rows are in memory, whatever the number of samples.
 
 use super::check::{Kept, SpotCheck, SpotCheckOptions};
-use super::columns::{Layout, SolvedBatch, Table};
+use super::columns::{Layout, Table};
 use super::directory::{self, RunRecord};
 use super::error::SweepError;
 use super::manifest;
 use super::pilot::PilotChoice;
+use super::pipeline::{Finisher, pieces, pipeline};
 use super::reduce::Reduction;
 use super::refine::Refiners;
-use super::sampling::Sampler;
 use super::sink;
 use super::spec::{Format, SweepSpec};
 use crate::backend::{Backend, BackendError, BackendInfo};
-use crate::model::{Batch, Plan, Quantity, Solutions, Status};
+use crate::model::{Plan, Status};
 use serde::Serialize;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::time::{Duration, Instant};
 
 /// Makes a backend for a plan.
@@ -157,7 +156,7 @@ impl<'a> RunOptions<'a> {
         }
     }
 
-    fn is_interrupted(&self) -> bool {
+    pub(super) fn is_interrupted(&self) -> bool {
         self.interrupt.is_some_and(|flag| flag.load(Ordering::Relaxed))
     }
 }
@@ -171,20 +170,6 @@ impl Summary {
     pub fn failed(&self) -> u64 {
         Status::ALL.into_iter().filter(|status| !status.is_success()).map(|status| self.count(status)).sum()
     }
-}
-
-/// Consecutive samples of one chunk within a batch.
-#[derive(Clone, Copy)]
-struct Piece {
-    chunk: u64,
-    start: u64,
-    len: u64,
-    is_last: bool,
-}
-
-struct Job {
-    pieces: Vec<Piece>,
-    batch: Batch,
 }
 
 /// Runs a sweep on a backend that was made for its plan.
@@ -287,206 +272,4 @@ fn check_plan(spec: &SweepSpec, plan: &Plan) -> Result<(), SweepError> {
         return Ok(());
     };
     Err(SweepError::WrongPlan { what })
-}
-
-/// Shares chunks out over batches: a batch holds several chunks or a piece of one.
-fn pieces(record: &RunRecord, chunks: &[u64], batch_size: u64) -> Vec<Vec<Piece>> {
-    let mut jobs: Vec<Vec<Piece>> = Vec::new();
-    let mut room = 0;
-    for chunk in chunks {
-        let (mut start, mut left) = record.chunk_range(*chunk);
-        while left > 0 {
-            if room == 0 {
-                jobs.push(Vec::new());
-                room = batch_size;
-            }
-            let len = left.min(room);
-            let piece = Piece { chunk: *chunk, start, len, is_last: len == left };
-            if let Some(job) = jobs.last_mut() {
-                job.push(piece);
-            }
-            (start, left, room) = (start + len, left - len, room - len);
-        }
-    }
-    jobs
-}
-
-/// Sample at a place of a batch.
-fn index_at(pieces: &[Piece], at: usize) -> Option<u64> {
-    let mut at = at as u64;
-    for piece in pieces {
-        if at < piece.len {
-            return Some(piece.start + at);
-        }
-        at -= piece.len;
-    }
-    None
-}
-
-/// Runs the four stages; returns the busy seconds of building, solving and writing.
-fn pipeline(
-    jobs: Vec<Vec<Piece>>,
-    backend: &mut dyn Backend,
-    finisher: &mut Finisher,
-    write: impl Fn(u64, Table) -> Result<(), SweepError> + Send,
-) -> Result<(f64, f64, f64), SweepError> {
-    let (plan, sampler, options) = (finisher.plan, finisher.sampler, finisher.options);
-    std::thread::scope(|scope| {
-        let (built, to_solve) = sync_channel::<Job>(1);
-        let (solved, to_finish) = sync_channel::<(Job, Solutions)>(1);
-        let (finished, to_write) = sync_channel::<(u64, Table)>(1);
-        let builder = scope.spawn(move || {
-            let mut busy = Duration::ZERO;
-            for pieces in jobs {
-                let begin = Instant::now();
-                let count = pieces.iter().map(|piece| piece.len).sum::<u64>() as usize;
-                let batch = plan.batch(count, |at, row| {
-                    if let Some(index) = index_at(&pieces, at) {
-                        sampler.values(index, row);
-                    }
-                });
-                busy += begin.elapsed();
-                if options.is_interrupted() || built.send(Job { pieces, batch }).is_err() {
-                    break;
-                }
-            }
-            busy.as_secs_f64()
-        });
-        let finishing = scope.spawn(move || finisher.finish_all(to_finish, finished));
-        let writer = scope.spawn(move || -> Result<f64, SweepError> {
-            let mut busy = Duration::ZERO;
-            for (chunk, table) in to_write {
-                let begin = Instant::now();
-                write(chunk, table)?;
-                busy += begin.elapsed();
-            }
-            Ok(busy.as_secs_f64())
-        });
-        let solving = solve_all(backend, options, to_solve, solved);
-        // A stage that fails drops its queue, which ends the others; the error nearest the disk is the cause.
-        let build = builder.join().unwrap_or(0.0);
-        let finishing = join(finishing.join());
-        let write = join(writer.join())?;
-        finishing?;
-        Ok((build, solving?, write))
-    })
-}
-
-fn join<T>(result: std::thread::Result<T>) -> T {
-    result.unwrap_or_else(|panic| std::panic::resume_unwind(panic))
-}
-
-fn solve_all(
-    backend: &mut dyn Backend,
-    options: &RunOptions,
-    jobs: Receiver<Job>,
-    solved: SyncSender<(Job, Solutions)>,
-) -> Result<f64, SweepError> {
-    let mut busy = Duration::ZERO;
-    for job in jobs {
-        if options.is_interrupted() {
-            break;
-        }
-        let begin = Instant::now();
-        let solutions = backend.solve(&job.batch)?;
-        busy += begin.elapsed();
-        if solved.send((job, solutions)).is_err() {
-            break;
-        }
-    }
-    Ok(busy.as_secs_f64())
-}
-
-/// Turns solutions into rows: second attempts, statistics, tables of whole chunks.
-struct Finisher<'a> {
-    spec: &'a SweepSpec,
-    plan: &'a Plan,
-    layout: &'a Layout,
-    sampler: &'a Sampler,
-    options: &'a RunOptions<'a>,
-    refiners: Refiners<'a>,
-    kept: Option<Kept>,
-    reduction: Reduction,
-    /// Rows of the chunk that is being filled.
-    table: Table,
-    total: u64,
-    resumed: u64,
-    start: Instant,
-    solved: u64,
-    failed: u64,
-    above_tolerance: u64,
-    worst_residual: f64,
-    worst_error_estimate: f64,
-    timings: Timings,
-}
-
-impl Finisher<'_> {
-    fn finish_all(
-        &mut self,
-        jobs: Receiver<(Job, Solutions)>,
-        finished: SyncSender<(u64, Table)>,
-    ) -> Result<(), SweepError> {
-        for (job, mut solutions) in jobs {
-            let begin = Instant::now();
-            let index = |at: usize| index_at(&job.pieces, at).unwrap_or(0);
-            self.refiners.refine(self.plan, self.sampler, &job.batch, &mut solutions, &index)?;
-            let refined = Instant::now();
-            let mut at = 0;
-            for piece in &job.pieces {
-                for index in piece.start..piece.start + piece.len {
-                    self.add_row(index, &job.batch, &solutions, at);
-                    at += 1;
-                }
-                if piece.is_last {
-                    let table = std::mem::replace(&mut self.table, self.layout.empty().clone());
-                    self.solved += table.row_count() as u64;
-                    self.reduction.add(&table);
-                    if self.spec.format != Format::None && finished.send((piece.chunk, table)).is_err() {
-                        return Ok(());
-                    }
-                }
-            }
-            self.timings.refine += (refined - begin).as_secs_f64();
-            self.timings.rows += refined.elapsed().as_secs_f64();
-            self.report(false);
-        }
-        Ok(())
-    }
-
-    fn add_row(&mut self, index: u64, batch: &Batch, solutions: &Solutions, at: usize) {
-        let mut values = [0.0; 64];
-        let mut many = Vec::new();
-        let row = match values.get_mut(..self.sampler.axis_count()) {
-            Some(row) => row,
-            None => {
-                many.resize(self.sampler.axis_count(), 0.0);
-                &mut many[..]
-            }
-        };
-        self.sampler.values(index, row);
-        self.layout.push(&mut self.table, index, row, &SolvedBatch { plan: self.plan, batch, solutions }, at);
-        if let Some(kept) = &mut self.kept {
-            kept.offer(index, solutions, at);
-        }
-        let status = solutions.status(at);
-        if status.is_converged() {
-            self.worst_residual = self.worst_residual.max(solutions.get(at, Quantity::Residual));
-        }
-        if status.is_success() {
-            let estimate = solutions.get(at, Quantity::ErrorEstimate);
-            self.worst_error_estimate = self.worst_error_estimate.max(estimate);
-            self.above_tolerance += u64::from(estimate > self.spec.tolerance);
-        } else {
-            self.failed += 1;
-        }
-    }
-
-    fn report(&self, checking: bool) {
-        let Some(progress) = self.options.progress else { return };
-        let rows = self.solved + self.table.row_count() as u64;
-        let rate = rows as f64 / self.start.elapsed().as_secs_f64().max(1e-9);
-        let done = self.resumed + rows;
-        let left = (rate > 0.0).then(|| Duration::from_secs_f64((self.total - done) as f64 / rate));
-        progress(&Progress { done, total: self.total, failed: self.failed, rate, left, checking });
-    }
 }

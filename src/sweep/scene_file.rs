@@ -65,7 +65,7 @@ pub(super) fn read_text(file: &Path) -> Result<String, InputError> {
         file: file.into(),
         line: None,
         key: String::new(),
-        problem: Problem::Unreadable(reason),
+        problem: Problem::Unreadable(reason).into(),
     };
     let bytes = std::fs::read(file).map_err(|error| unreadable(error.to_string()))?;
     String::from_utf8(bytes).map_err(|_| unreadable("it is not UTF-8 text".into()))

@@ -191,7 +191,7 @@ fn check_overlaps(root: &Reader, scene: &Scene, axes: &[AxisSpec], method: Metho
                 let remedy = format!("both set `{}`: drop one", parameter.name(scene));
                 let key = match method {
                     Method::Table => "sampling.file".to_owned(),
-                    _ => format!("axis[{index}].parameter"),
+                    _ => axis_key(root, index),
                 };
                 return Err(root.error(&key, Problem::Conflict { with: other.name(scene), remedy }));
             }
@@ -282,7 +282,7 @@ fn grouped(number: u64) -> String {
     let digits = number.to_string();
     let mut text = String::new();
     for (index, digit) in digits.chars().enumerate() {
-        if index > 0 && (digits.len() - index) % 3 == 0 {
+        if index > 0 && (digits.len() - index).is_multiple_of(3) {
             text.push(',');
         }
         text.push(digit);
@@ -362,6 +362,12 @@ fn voxel(root: &Reader) -> Result<f64, InputError> {
     Err(workspace.error("voxel", Problem::Range { value: voxel.to_string(), expected }))
 }
 
+/// The key that names what an axis drives.
+fn axis_key(root: &Reader, index: usize) -> String {
+    let several = format!("axis[{index}].parameters");
+    if root.source().contains(&several) { several } else { format!("axis[{index}].parameter") }
+}
+
 /// Finds the key that a plan error is about.
 fn plan_problem(root: &Reader, spec: &SweepSpec, error: PlanError) -> InputError {
     let is_meant = |parameter: &Parameter| match &error {
@@ -374,10 +380,7 @@ fn plan_problem(root: &Reader, spec: &SweepSpec, error: PlanError) -> InputError
     let axis = spec.axes.iter().position(|axis| axis.parameters.iter().any(is_meant));
     let key = match axis {
         Some(_) if spec.method == Method::Table => "sampling.file".to_owned(),
-        Some(index) if root.source().contains(&format!("axis[{index}].parameters")) => {
-            format!("axis[{index}].parameters")
-        }
-        Some(index) => format!("axis[{index}].parameter"),
+        Some(index) => axis_key(root, index),
         None => "output.derivatives".to_owned(),
     };
     let problem = match error {

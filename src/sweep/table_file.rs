@@ -56,7 +56,7 @@ pub(super) fn read_input_table(file: &Path, scene: &Scene) -> Result<InputTable,
 }
 
 fn error(file: &Path, line: Option<usize>, key: &str, problem: Problem) -> InputError {
-    InputError { file: file.into(), line, key: key.into(), problem }
+    InputError { file: file.into(), line, key: key.into(), problem: problem.into() }
 }
 
 /// The parameter of each column, `None` for `sample`.

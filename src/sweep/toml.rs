@@ -28,7 +28,7 @@ impl Source {
             file: file.into(),
             line: error.span().map(|span| line_of(text, span.start)),
             key: String::new(),
-            problem: Problem::Syntax(error.message().trim().replace('\n', ", ")),
+            problem: Problem::Syntax(error.message().trim().replace('\n', ", ")).into(),
         })?;
         let mut lines = BTreeMap::new();
         index_table(text, document.as_table(), "", &mut lines);
@@ -56,7 +56,7 @@ impl Source {
 
     pub fn error(&self, key: impl Into<String>, problem: impl Into<Problem>) -> InputError {
         let key = key.into();
-        InputError { file: self.file.clone(), line: self.line(&key), key, problem: problem.into() }
+        InputError { file: self.file.clone(), line: self.line(&key), key, problem: Box::new(problem.into()) }
     }
 }
 
