@@ -66,7 +66,7 @@ impl Backend for Arc {
                     solutions.values.set(at, column, tip[row % 3] * (1.0 + row as f64));
                 }
             }
-            let fails = self.fails && (tip[0] * 1e9).abs() as u64 % 97 == 0;
+            let fails = self.fails && ((tip[0] * 1e9).abs() as u64).is_multiple_of(97);
             solutions.set_status(at, if fails { Status::NotConverged } else { Status::Ok });
         }
         Ok(solutions)
@@ -306,7 +306,7 @@ fn an_interrupted_run_keeps_whole_parts_and_resumes() {
     let flag = AtomicBool::new(false);
     let mut backend = Interrupting { arc: arc(&spec), flag: &flag, left: AtomicUsize::new(4) };
     let summary = run(&spec, &mut backend, &RunOptions { interrupt: Some(&flag), ..options(&cut) }).unwrap();
-    assert!(summary.interrupted && summary.solved < 5000 && summary.solved % 1000 == 0);
+    assert!(summary.interrupted && summary.solved < 5000 && summary.solved.is_multiple_of(1000));
     let status = directory_status(&cut).unwrap();
     assert_eq!(status.samples_done, summary.solved);
     assert!(!status.is_complete());
@@ -474,9 +474,58 @@ fn inputs_from_parquet_and_csv_agree() {
     assert_eq!(read_spec(&resolved).unwrap().table, table.table);
 }
 
-/// Ten million samples in bounded memory: takes a minute, so on request only.
 #[test]
-#[ignore]
+fn rotation_vectors_survive_small_and_half_turns() {
+    let mut scene = read_scene(&shipped().join("scenes/cantilever.toml")).unwrap();
+    let pi = std::f64::consts::PI;
+    for angle in [0.0, 1e-12, 1e-7, 1e-3, 1.0, pi - 1e-3, pi - 1e-7, pi - 1e-12] {
+        for axis in [[1.0, 0.0, 0.0], [0.6, 0.0, -0.8], [-2.0 / 3.0, 1.0 / 3.0, 2.0 / 3.0]] {
+            scene.base.rotation = axis.map(|a| a * angle);
+            let v = rotation_vector(&scene.rod().base_rotation);
+            for k in 0..3 {
+                assert!((v[k] - axis[k] * angle).abs() < 1e-14 + 1e-15 * angle, "{angle} {axis:?}: {v:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn base_curvature_takes_leading_rigid_segments_into_account() {
+    let mut rod = read_scene(&shipped().join("scenes/cantilever.toml")).unwrap().rod();
+    rod.base_rotation = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    rod.flux_density = [0.0, 3.0, 0.0];
+    rod.tip_force = [1.0, 0.0, 0.0];
+    let (dipole, load) = ([1e-3, 0.0, 0.0], [0.0, 2.0, 0.0]);
+    rod.segments.insert(0, RodSegment::Rigid { length: 0.1, dipole, load });
+    let RodSegment::Flexible { stiffness, .. } = rod.segments[1] else { panic!() };
+    // m - mu x B - L t x n - L^2/2 t x w; t x (1, 0, 0) = (0, 1, 0), t x (0, 2, 0) = (-2, 0, 0).
+    let m = [0.5 + 0.01, 0.6 - 0.1, 0.7 - 3e-3];
+    let u = base_curvature(&rod, [0.5, 0.6, 0.7]);
+    for k in 0..3 {
+        assert!((u[k] * stiffness[k] - m[k]).abs() < 1e-14, "{u:?}");
+    }
+    rod.rigid_force_arm = false;
+    let u = base_curvature(&rod, [0.5, 0.6, 0.7]);
+    assert!((u[1] * stiffness[1] - 0.6).abs() < 1e-14 && (u[2] * stiffness[2] - 0.697).abs() < 1e-14);
+}
+
+#[test]
+fn assignments_set_scenes() {
+    let mut scene = read_scene(&shipped().join("scenes/p6.toml")).unwrap();
+    assign(&mut scene, &["insertion=90 mm", "coil.current.x=20 mA", "distal.length=0.02", "base.position=1 mm"])
+        .unwrap();
+    assert!((scene.total_length() - 0.09).abs() < 1e-15 && scene.segments[2].length == 0.02);
+    assert_eq!(scene.base.position, [1e-3; 3]);
+    let mut refused = |text: &str| assign(&mut scene, &[text]).unwrap_err().to_string();
+    assert!(refused("coil.current.x").contains("write NAME=VALUE"));
+    assert!(refused("coil.curent.x=1").contains("did you mean `coil.current.x`?"));
+    assert!(refused("coil.current.x=1 m").contains("`coil.current.x`: \"1 m\" is a length"));
+    assert!(refused("proximal.stiffness.torsion=1").contains("follows from `tube`"));
+    assert!(refused("insertion=1 mm").contains("must be finite and not negative"));
+}
+
+/// Ten million samples in bounded memory.
+#[test]
 fn ten_million_samples_stay_below_one_gibibyte() {
     let spec = SweepSpec::read(&shipped().join("ten_million.toml")).unwrap();
     let dir = tempfile::tempdir().unwrap();

@@ -2,6 +2,7 @@
 //!
 //! Knows the model and the `Backend` trait only.
 
+mod assign;
 mod check;
 mod columns;
 mod directory;
@@ -23,6 +24,7 @@ mod table_file;
 mod toml;
 mod units;
 
+pub use assign::{AssignError, assign};
 pub use check::{ErrorDistribution, SpotCheck, SpotCheckOptions};
 pub use columns::{Column, Table, Values, base_curvature, rotation_angle, rotation_vector};
 pub use directory::RunRecord;
