@@ -11,6 +11,7 @@ use super::sampling::Sampler;
 use super::spec::{Format, SweepSpec};
 use crate::backend::Backend;
 use crate::model::{Batch, Plan, Quantity, Solutions};
+use rayon::prelude::*;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::time::{Duration, Instant};
 
@@ -172,10 +173,8 @@ impl Finisher<'_> {
             let refined = Instant::now();
             let mut at = 0;
             for piece in &job.pieces {
-                for index in piece.start..piece.start + piece.len {
-                    self.add_row(index, &job.batch, &solutions, at);
-                    at += 1;
-                }
+                self.add_rows(piece, &job.batch, &solutions, at);
+                at += piece.len as usize;
                 if piece.is_last {
                     let table = std::mem::replace(&mut self.table, self.layout.empty().clone());
                     self.solved += table.row_count() as u64;
@@ -192,18 +191,30 @@ impl Finisher<'_> {
         Ok(())
     }
 
-    fn add_row(&mut self, index: u64, batch: &Batch, solutions: &Solutions, at: usize) {
-        let mut values = [0.0; 64];
-        let mut many = Vec::new();
-        let row = match values.get_mut(..self.sampler.axis_count()) {
-            Some(row) => row,
-            None => {
-                many.resize(self.sampler.axis_count(), 0.0);
-                &mut many[..]
+    /// Adds the rows of a piece that starts at row `at` of a batch.
+    fn add_rows(&mut self, piece: &Piece, batch: &Batch, solutions: &Solutions, at: usize) {
+        const ROWS: usize = 4096;
+        let solved = SolvedBatch { plan: self.plan, batch, solutions };
+        let (layout, sampler, count) = (self.layout, self.sampler, piece.len as usize);
+        let rows_from = |first: usize| {
+            let mut table = layout.empty().clone();
+            let mut values = vec![0.0; sampler.axis_count()];
+            for row in first..count.min(first + ROWS) {
+                let index = piece.start + row as u64;
+                sampler.values(index, &mut values);
+                layout.push(&mut table, index, &values, &solved, at + row);
             }
+            table
         };
-        self.sampler.values(index, row);
-        self.layout.push(&mut self.table, index, row, &SolvedBatch { plan: self.plan, batch, solutions }, at);
+        let tables: Vec<Table> = (0..count.div_ceil(ROWS)).into_par_iter().map(|k| rows_from(k * ROWS)).collect();
+        tables.iter().for_each(|table| self.table.append(table));
+        for row in 0..count {
+            self.note(piece.start + row as u64, solutions, at + row);
+        }
+    }
+
+    /// Statistics of one sample.
+    fn note(&mut self, index: u64, solutions: &Solutions, at: usize) {
         if let Some(kept) = &mut self.kept {
             kept.offer(index, solutions, at);
         }

@@ -107,7 +107,7 @@ pub fn parse_quantity(text: &str, expected: Dimension) -> Result<f64, QuantityEr
             let (found, expected) = (unit.dimension.name(), expected.name());
             return Err(QuantityError::Dimension { text: text.into(), found, expected, example });
         }
-        scale(number * unit.factor, unit.power)
+        shifted(&trimmed[..split], unit.power).unwrap_or(f64::NAN) * unit.factor
     };
     if value.is_finite() {
         Ok(value)
@@ -116,10 +116,10 @@ pub fn parse_quantity(text: &str, expected: Dimension) -> Result<f64, QuantityEr
     }
 }
 
-/// Multiplies by a power of ten with one rounding where the power is exact.
-fn scale(value: f64, power: i32) -> f64 {
-    let ten = 10f64.powi(power.abs());
-    if power < 0 { value / ten } else { value * ten }
+/// The double nearest to a decimal number times a power of ten.
+fn shifted(number: &str, power: i32) -> Option<f64> {
+    let (digits, exponent) = number.split_once(['e', 'E']).unwrap_or((number, "0"));
+    format!("{digits}e{}", exponent.parse::<i32>().ok()?.checked_add(power)?).parse().ok()
 }
 
 /// Bytes of the leading decimal number.
@@ -275,6 +275,8 @@ mod tests {
             assert!((parsed - value).abs() <= value.abs() * 2.3e-16, "{text}: {parsed}");
         }
         assert_eq!(parse_quantity("94.3 mm", Dimension::of("m")), Ok(0.0943));
+        assert_eq!(parse_quantity("0.9906 mm", Dimension::of("m")), Ok(0.0009906));
+        assert_eq!(parse_quantity("-9.906e2 um", Dimension::of("m")), Ok(-0.0009906));
     }
 
     #[test]
