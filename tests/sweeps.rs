@@ -319,6 +319,44 @@ fn an_interrupted_run_keeps_whole_parts_and_resumes() {
     assert_eq!((again.resumed, again.solved), (5000, 0));
 }
 
+const KILLED: &str = "RODSWEEP_TEST_KILLED_RUN";
+
+/// Not a test of its own: the process that the next test kills.
+#[test]
+fn child_that_is_killed() {
+    let Ok(dir) = std::env::var(KILLED) else { return };
+    let spec = small("parquet");
+    let mut backend = Arc { batch_size: 50, ..arc(&spec) };
+    let slow = |_: &Progress| std::thread::sleep(std::time::Duration::from_millis(1));
+    let options = RunOptions { resume: true, chunk: 100, progress: Some(&slow), ..options(Path::new(&dir)) };
+    run(&spec, &mut backend, &options).unwrap();
+}
+
+#[test]
+fn killed_runs_leave_whole_parts_and_resume() {
+    let spec = small("parquet");
+    let dir = tempfile::tempdir().unwrap();
+    let (whole, cut) = (dir.path().join("whole"), dir.path().join("cut"));
+    run(&spec, &mut arc(&spec), &RunOptions { chunk: 100, ..options(&whole) }).unwrap();
+    for wait in [5, 20, 35, 50, 65] {
+        let mut child = std::process::Command::new(std::env::current_exe().unwrap())
+            .args(["child_that_is_killed", "--exact"])
+            .env(KILLED, &cut)
+            .stdout(std::process::Stdio::null())
+            .spawn()
+            .unwrap();
+        std::thread::sleep(std::time::Duration::from_millis(wait));
+        child.kill().unwrap();
+        child.wait().unwrap();
+        if cut.join("run.json").exists() {
+            let status = directory_status(&cut).unwrap();
+            assert!(status.damaged.is_empty(), "{:?}", status.damaged);
+        }
+    }
+    run(&spec, &mut arc(&spec), &RunOptions { resume: true, chunk: 100, ..options(&cut) }).unwrap();
+    assert_eq!(contents(&whole), contents(&cut));
+}
+
 #[test]
 fn damaged_parts_are_moved_away_and_solved_again() {
     for format in ["parquet", "csv", "npz"] {
