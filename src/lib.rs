@@ -6,3 +6,4 @@ pub mod lanes;
 pub mod model;
 pub mod reference;
 pub mod report;
+pub mod sweep;

@@ -1,0 +1,40 @@
+//! `NAME=VALUE` on a command line: sets parameters of a scene, values with units.
+
+use super::units::{Dimension, QuantityError, parse_quantity};
+use crate::model::{Parameter, ParameterError, PlanError, Scene, SceneError, SegmentKind};
+
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum AssignError {
+    #[error("`{text}` has no `=`; write NAME=VALUE, such as coil.current.x=0.2 or insertion=\"90 mm\"")]
+    NoEquals { text: String },
+    #[error("{0}")]
+    Parameter(#[from] ParameterError),
+    #[error("`{name}`: {problem}")]
+    Value { name: String, problem: QuantityError },
+    #[error("{0}")]
+    Plan(#[from] PlanError),
+    #[error("{0}")]
+    Scene(#[from] SceneError),
+}
+
+/// Sets parameters in order, insertion last, then checks the scene. A group sets all its components.
+pub fn assign(scene: &mut Scene, assignments: &[impl AsRef<str>]) -> Result<(), AssignError> {
+    let mut values = Vec::new();
+    for text in assignments.iter().map(AsRef::as_ref) {
+        let (name, value) = text.split_once('=').ok_or_else(|| AssignError::NoEquals { text: text.into() })?;
+        for parameter in Parameter::parse(scene, name.trim())? {
+            let value = parse_quantity(value, Dimension::of(parameter.unit()));
+            let value = value.map_err(|problem| AssignError::Value { name: name.trim().into(), problem })?;
+            values.push((parameter, value));
+        }
+    }
+    for last in [false, true] {
+        for (parameter, value) in values.iter().filter(|(parameter, _)| (*parameter == Parameter::Insertion) == last) {
+            if let (true, SegmentKind::Rigid(_)) = (last, &scene.segments[0].kind) {
+                return Err(PlanError::InsertionIntoRigid(scene.segments[0].name.clone()).into());
+            }
+            parameter.set(scene, *value)?;
+        }
+    }
+    Ok(scene.validate()?)
+}

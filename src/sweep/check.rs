@@ -1,0 +1,179 @@
+//! Spot check: a fixed choice of samples is solved again by a trusted backend and the differences are reported.
+
+use super::columns::rotation_angle;
+use super::error::SweepError;
+use super::run::BackendFactory;
+use super::sampling::{Sampler, Selection};
+use crate::model::{Plan, Quantity, Solutions};
+use serde::Serialize;
+
+/// How many samples are checked.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpotCheckOptions {
+    pub share: f64,
+    pub least: u64,
+    pub most: u64,
+}
+
+impl Default for SpotCheckOptions {
+    fn default() -> Self {
+        Self { share: 1e-3, least: 64, most: 16_384 }
+    }
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct ErrorDistribution {
+    pub median: f64,
+    pub p95: f64,
+    pub max: f64,
+}
+
+/// Differences between a run and the trusted backend.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct SpotCheck {
+    /// Samples solved twice.
+    pub checked: u64,
+    /// Of these, samples that both solved.
+    pub compared: u64,
+    /// Solved by the run, not by the trusted backend.
+    pub only_run: u64,
+    /// Solved by the trusted backend, not by the run.
+    pub only_trusted: u64,
+    /// |dp| / rod length.
+    pub position: ErrorDistribution,
+    /// Angle between tip frames [rad].
+    pub rotation: ErrorDistribution,
+    /// Worst derivative column of each sample: |d(dp/L, w)| over the column's norm, at least 1 % of its typical norm.
+    pub derivative: ErrorDistribution,
+    /// Sample with the largest position or rotation error.
+    pub worst_sample: Option<u64>,
+    pub worst_values: Vec<(String, f64)>,
+    pub worst_derivative: Option<String>,
+}
+
+/// Samples of a run set aside for the check.
+pub(super) struct Kept {
+    selection: Selection,
+    indices: Vec<u64>,
+    /// Solution columns, sample after sample.
+    rows: Vec<f64>,
+}
+
+impl Kept {
+    pub fn new(sample_count: u64, options: SpotCheckOptions) -> Kept {
+        let wanted = (sample_count as f64 * options.share).ceil() as u64;
+        let wanted = wanted.max(options.least).min(options.most.max(options.least)).min(sample_count);
+        Kept { selection: Selection::new(sample_count, wanted, 0x5b07), indices: Vec::new(), rows: Vec::new() }
+    }
+
+    pub fn offer(&mut self, index: u64, solutions: &Solutions, at: usize) {
+        if self.selection.contains(index) {
+            self.indices.push(index);
+            self.rows.extend((0..solutions.values.column_count()).map(|column| solutions.values.get(at, column)));
+        }
+    }
+
+    /// Solves the kept samples again and compares.
+    pub fn compare(self, plan: &Plan, sampler: &Sampler, trusted: BackendFactory) -> Result<SpotCheck, SweepError> {
+        let mut check = SpotCheck { checked: self.indices.len() as u64, ..SpotCheck::default() };
+        if self.indices.is_empty() {
+            return Ok(check);
+        }
+        let mut backend = trusted(plan)?;
+        let batch = plan.batch(self.indices.len(), |at, row| {
+            if let Some(index) = self.indices.get(at) {
+                sampler.values(*index, row);
+            }
+        });
+        let truth = backend.solve(&batch)?;
+        let mut ours = Solutions::new(plan.derivatives.len(), self.indices.len());
+        let width = ours.values.column_count();
+        for (at, value) in self.rows.iter().enumerate() {
+            ours.values.set(at / width, at % width, *value);
+        }
+        let typical = typical_norms(plan, &truth);
+        let (mut position, mut rotation, mut derivative) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut worst, mut worst_derivative) = (-1.0, -1.0);
+        for (at, index) in self.indices.iter().enumerate() {
+            match (ours.status(at).is_converged(), truth.status(at).is_converged()) {
+                (true, true) => check.compared += 1,
+                (true, false) => check.only_run += 1,
+                (false, true) => check.only_trusted += 1,
+                (false, false) => {}
+            }
+            if !(ours.status(at).is_converged() && truth.status(at).is_converged()) {
+                continue;
+            }
+            let length = plan.sample_rod(&batch, at).total_length();
+            let (p, q) = (ours.vector(at, Quantity::TipPosition), truth.vector(at, Quantity::TipPosition));
+            let dp = (0..3).map(|k| (p[k] - q[k]).powi(2)).sum::<f64>().sqrt() / length;
+            let angle = rotation_angle(&ours.tip_rotation(at), &truth.tip_rotation(at));
+            position.push(dp);
+            rotation.push(angle);
+            if dp.max(angle) > worst {
+                worst = dp.max(angle);
+                check.worst_sample = Some(*index);
+            }
+            let mut largest = 0.0f64;
+            for (column, typical) in typical.iter().enumerate() {
+                let found = column_of(&ours, at, column, length);
+                let expected = column_of(&truth, at, column, length);
+                let difference = norm(&std::array::from_fn(|k| found[k] - expected[k]));
+                let scale = norm(&expected).max(0.01 * typical);
+                let error = if scale > 0.0 { difference / scale } else { difference };
+                largest = largest.max(error);
+                if error > worst_derivative {
+                    worst_derivative = error;
+                    check.worst_derivative = Some(plan.derivatives[column].name.clone());
+                }
+            }
+            derivative.push(largest);
+        }
+        check.position = distribution(position);
+        check.rotation = distribution(rotation);
+        check.derivative = distribution(derivative);
+        check.worst_values = check.worst_sample.map(|index| named_values(plan, sampler, index)).unwrap_or_default();
+        Ok(check)
+    }
+}
+
+/// A sample's swept parameters by name.
+pub(super) fn named_values(plan: &Plan, sampler: &Sampler, index: u64) -> Vec<(String, f64)> {
+    let mut row = vec![0.0; sampler.axis_count()];
+    sampler.values(index, &mut row);
+    let named = |(axis, value): (&Vec<_>, f64)| {
+        axis.iter()
+            .map(move |parameter: &crate::model::Parameter| (parameter.name(&plan.scene), value))
+            .collect::<Vec<_>>()
+    };
+    plan.axes.iter().zip(row).flat_map(named).collect()
+}
+
+/// One derivative: (dp / L, w).
+fn column_of(solutions: &Solutions, at: usize, column: usize, length: f64) -> [f64; 6] {
+    std::array::from_fn(|row| solutions.derivative(at, column, row) / if row < 3 { length } else { 1.0 })
+}
+
+fn norm(column: &[f64; 6]) -> f64 {
+    column.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+/// Root mean square norm of each derivative over the converged samples.
+fn typical_norms(plan: &Plan, truth: &Solutions) -> Vec<f64> {
+    let length = plan.units.length;
+    let converged: Vec<usize> = (0..truth.sample_count()).filter(|at| truth.status(*at).is_converged()).collect();
+    let mean = |column: usize| {
+        let squares: f64 = converged.iter().map(|at| norm(&column_of(truth, *at, column, length)).powi(2)).sum();
+        (squares / converged.len().max(1) as f64).sqrt()
+    };
+    (0..plan.derivatives.len()).map(mean).collect()
+}
+
+pub(super) fn distribution(mut errors: Vec<f64>) -> ErrorDistribution {
+    errors.sort_by(f64::total_cmp);
+    let at = |share: f64| match errors.len() {
+        0 => 0.0,
+        count => errors[((count - 1) as f64 * share).ceil() as usize],
+    };
+    ErrorDistribution { median: at(0.5), p95: at(0.95), max: at(1.0) }
+}

@@ -1,0 +1,45 @@
+//! Sweeps: scene and sweep files, sample index to parameters, runs in chunks, result directories.
+//!
+//! Knows the model and the `Backend` trait only.
+
+mod assign;
+mod check;
+mod columns;
+mod directory;
+mod error;
+mod manifest;
+mod pilot;
+mod pipeline;
+mod read;
+mod reduce;
+mod refine;
+mod run;
+mod sampling;
+mod scene_file;
+mod scene_text;
+mod sink;
+mod spec;
+mod sweep_file;
+mod table_file;
+mod toml;
+mod units;
+
+pub use assign::{AssignError, assign};
+pub use check::{ErrorDistribution, SpotCheck, SpotCheckOptions};
+pub use columns::{Column, Table, Values, base_curvature, rotation_angle, rotation_vector};
+pub use directory::RunRecord;
+pub use error::{InputError, Problem, SweepError};
+pub use manifest::{TIPS_FILE, WORKSPACE_FILE, WORST_FILE};
+pub use pilot::{PilotChoice, STEPS, choose_steps};
+pub use read::{
+    DirectoryStatus, directory_status, for_each_part, merge, read_columns, read_manifest, read_parquet_table,
+    read_spec, reduce_directory,
+};
+pub use reduce::{MAX_TIPS, Reduction};
+pub use run::{BackendFactory, CHUNK, Progress, RunOptions, Shard, Summary, Timings, run};
+pub use sampling::{MAX_SOBOL_DIMENSIONS, Sampler};
+pub use scene_file::{parse_scene, read_scene, scene_notes};
+pub use scene_text::write_scene;
+pub use spec::{AxisSpec, Format, MAX_ROWS, MAX_SAMPLES, Method, OutputQuantity, RESOLVED_TABLE, SweepSpec};
+pub use table_file::InputTable;
+pub use units::{Dimension, QuantityError, parse_quantity};

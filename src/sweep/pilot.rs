@@ -1,0 +1,97 @@
+//! Chooses the number of integration steps by solving a few samples at increasing resolution.
+
+use super::columns::rotation_angle;
+use super::run::BackendFactory;
+use super::sampling::{Sampler, Selection};
+use crate::backend::BackendError;
+use crate::model::{Batch, Plan, PlanOptions, Quantity, Solutions};
+use serde::Serialize;
+
+/// Resolutions that are tried.
+pub const STEPS: [usize; 10] = [4, 8, 12, 16, 24, 32, 48, 64, 96, 128];
+const SAMPLES: u64 = 64;
+
+/// The resolution that a pilot found.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PilotChoice {
+    pub steps: usize,
+    /// Largest difference to twice the steps: tip position over length, or tip rotation [rad].
+    pub error: f64,
+    pub tolerance: f64,
+    /// Whether `error` is below half the tolerance.
+    pub reached: bool,
+    /// Samples that converged at both resolutions.
+    pub compared: usize,
+    /// Steps and error of every resolution tried.
+    pub tried: Vec<(usize, f64)>,
+}
+
+impl PilotChoice {
+    /// One line that says what was picked and why.
+    pub fn explain(&self) -> String {
+        let PilotChoice { steps, error, tolerance, compared, .. } = self;
+        if *compared == 0 {
+            format!("{steps} steps: no pilot sample converged, so the error is unknown")
+        } else if self.reached {
+            format!(
+                "{steps} steps: {compared} pilot samples differ by at most {error:.1e} from twice the steps (tolerance {tolerance:.0e})"
+            )
+        } else {
+            format!(
+                "{steps} steps: {compared} pilot samples still differ by {error:.1e} from twice the steps; tolerance {tolerance:.0e} is not reached"
+            )
+        }
+    }
+}
+
+/// Picks the smallest number of steps whose tips stay within half the tolerance of those with twice the steps.
+///
+/// Where none does, the differences have stopped falling (rounding) or 128 is too few: then the smallest number
+/// within twice the least difference is taken, and `reached` is false.
+pub fn choose_steps(plan: &Plan, sampler: &Sampler, factory: BackendFactory) -> Result<PilotChoice, BackendError> {
+    let selection = Selection::new(sampler.sample_count(), SAMPLES, 0x9170);
+    let batch = plan.batch(selection.len() as usize, |at, row| {
+        if (at as u64) < selection.len() {
+            sampler.values(selection.get(at as u64), row);
+        }
+    });
+    let tolerance = plan.options.tolerance;
+    let mut solved: Vec<(usize, Solutions)> = Vec::new();
+    let mut tried = Vec::new();
+    let mut compared = 0;
+    for steps in STEPS {
+        for steps in [steps, 2 * steps] {
+            if !solved.iter().any(|(done, _)| *done == steps) {
+                let mut backend = factory(&plan.with_options(PlanOptions { steps, ..plan.options }))?;
+                solved.push((steps, backend.solve(&batch)?));
+            }
+        }
+        let of = |steps: usize| solved.iter().find(|(done, _)| *done == steps).map(|(_, solutions)| solutions);
+        let (Some(coarse), Some(fine)) = (of(steps), of(2 * steps)) else { continue };
+        let (error, count) = difference(plan, &batch, coarse, fine);
+        compared = count;
+        tried.push((steps, error));
+        if count > 0 && error < 0.5 * tolerance {
+            return Ok(PilotChoice { steps, error, tolerance, reached: true, compared, tried });
+        }
+    }
+    let least = tried.iter().map(|(_, error)| *error).fold(f64::INFINITY, f64::min);
+    let good = tried.iter().find(|(_, error)| compared > 0 && *error <= 2.0 * least);
+    let (steps, error) = good.copied().unwrap_or((STEPS[STEPS.len() - 1], f64::NAN));
+    Ok(PilotChoice { steps, error, tolerance, reached: false, compared, tried })
+}
+
+/// Largest difference over the samples that converged in both, and their number.
+fn difference(plan: &Plan, batch: &Batch, a: &Solutions, b: &Solutions) -> (f64, usize) {
+    let (mut largest, mut count) = (0.0f64, 0);
+    for at in 0..a.sample_count() {
+        if !(a.status(at).is_success() && b.status(at).is_success()) {
+            continue;
+        }
+        count += 1;
+        let (p, q) = (a.vector(at, Quantity::TipPosition), b.vector(at, Quantity::TipPosition));
+        let dp = (0..3).map(|k| (p[k] - q[k]).powi(2)).sum::<f64>().sqrt() / plan.sample_rod(batch, at).total_length();
+        largest = largest.max(dp).max(rotation_angle(&a.tip_rotation(at), &b.tip_rotation(at)));
+    }
+    (largest, count)
+}

@@ -1,0 +1,242 @@
+//! The overlapping stages of a run: build batches, solve, finish rows, write. Each queue holds one item.
+
+use super::check::Kept;
+use super::columns::{Layout, SolvedBatch, Table};
+use super::directory::RunRecord;
+use super::error::SweepError;
+use super::reduce::Reduction;
+use super::refine::Refiners;
+use super::run::{Progress, RunOptions, Timings};
+use super::sampling::Sampler;
+use super::spec::{Format, SweepSpec};
+use crate::backend::Backend;
+use crate::model::{Batch, Plan, Quantity, Solutions};
+use rayon::prelude::*;
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::time::{Duration, Instant};
+
+/// Consecutive samples of one chunk within a batch.
+#[derive(Clone, Copy)]
+pub(super) struct Piece {
+    chunk: u64,
+    start: u64,
+    len: u64,
+    is_last: bool,
+}
+
+struct Job {
+    pieces: Vec<Piece>,
+    batch: Batch,
+}
+
+/// Shares chunks out over batches: a batch holds several chunks or a piece of one.
+pub(super) fn pieces(record: &RunRecord, chunks: &[u64], batch_size: u64) -> Vec<Vec<Piece>> {
+    let mut jobs: Vec<Vec<Piece>> = Vec::new();
+    let mut room = 0;
+    for chunk in chunks {
+        let (mut start, mut left) = record.chunk_range(*chunk);
+        while left > 0 {
+            if room == 0 {
+                jobs.push(Vec::new());
+                room = batch_size;
+            }
+            let len = left.min(room);
+            let piece = Piece { chunk: *chunk, start, len, is_last: len == left };
+            if let Some(job) = jobs.last_mut() {
+                job.push(piece);
+            }
+            (start, left, room) = (start + len, left - len, room - len);
+        }
+    }
+    jobs
+}
+
+/// Sample at a place of a batch.
+fn index_at(pieces: &[Piece], at: usize) -> Option<u64> {
+    let mut at = at as u64;
+    for piece in pieces {
+        if at < piece.len {
+            return Some(piece.start + at);
+        }
+        at -= piece.len;
+    }
+    None
+}
+
+/// Runs the four stages; returns the busy seconds of building, solving and writing.
+pub(super) fn pipeline(
+    jobs: Vec<Vec<Piece>>,
+    backend: &mut dyn Backend,
+    finisher: &mut Finisher,
+    write: impl Fn(u64, Table) -> Result<(), SweepError> + Send,
+) -> Result<(f64, f64, f64), SweepError> {
+    let (plan, sampler, options) = (finisher.plan, finisher.sampler, finisher.options);
+    std::thread::scope(|scope| {
+        let (built, to_solve) = sync_channel::<Job>(1);
+        let (solved, to_finish) = sync_channel::<(Job, Solutions)>(1);
+        let (finished, to_write) = sync_channel::<(u64, Table)>(1);
+        let builder = scope.spawn(move || {
+            let mut busy = Duration::ZERO;
+            for pieces in jobs {
+                let begin = Instant::now();
+                let count = pieces.iter().map(|piece| piece.len).sum::<u64>() as usize;
+                let batch = plan.batch(count, |at, row| {
+                    if let Some(index) = index_at(&pieces, at) {
+                        sampler.values(index, row);
+                    }
+                });
+                busy += begin.elapsed();
+                if options.is_interrupted() || built.send(Job { pieces, batch }).is_err() {
+                    break;
+                }
+            }
+            busy.as_secs_f64()
+        });
+        let finishing = scope.spawn(move || finisher.finish_all(to_finish, finished));
+        let writer = scope.spawn(move || -> Result<f64, SweepError> {
+            let mut busy = Duration::ZERO;
+            for (chunk, table) in to_write {
+                let begin = Instant::now();
+                write(chunk, table)?;
+                busy += begin.elapsed();
+            }
+            Ok(busy.as_secs_f64())
+        });
+        let solving = solve_all(backend, options, to_solve, solved);
+        // A stage that fails drops its queue, which ends the others; the error nearest the disk is the cause.
+        let build = builder.join().unwrap_or(0.0);
+        let finishing = join(finishing.join());
+        let write = join(writer.join())?;
+        finishing?;
+        Ok((build, solving?, write))
+    })
+}
+
+fn join<T>(result: std::thread::Result<T>) -> T {
+    result.unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+}
+
+fn solve_all(
+    backend: &mut dyn Backend,
+    options: &RunOptions,
+    jobs: Receiver<Job>,
+    solved: SyncSender<(Job, Solutions)>,
+) -> Result<f64, SweepError> {
+    let mut busy = Duration::ZERO;
+    for job in jobs {
+        if options.is_interrupted() {
+            break;
+        }
+        let begin = Instant::now();
+        let solutions = backend.solve(&job.batch)?;
+        busy += begin.elapsed();
+        if solved.send((job, solutions)).is_err() {
+            break;
+        }
+    }
+    Ok(busy.as_secs_f64())
+}
+
+/// Turns solutions into rows: second attempts, statistics, tables of whole chunks.
+pub(super) struct Finisher<'a> {
+    pub spec: &'a SweepSpec,
+    pub plan: &'a Plan,
+    pub layout: &'a Layout,
+    pub sampler: &'a Sampler,
+    pub options: &'a RunOptions<'a>,
+    pub refiners: Refiners<'a>,
+    pub kept: Option<Kept>,
+    pub reduction: Reduction,
+    /// Rows of the chunk that is being filled.
+    pub table: Table,
+    pub total: u64,
+    pub resumed: u64,
+    pub start: Instant,
+    pub solved: u64,
+    pub failed: u64,
+    pub above_tolerance: u64,
+    pub worst_residual: f64,
+    pub worst_error_estimate: f64,
+    pub timings: Timings,
+}
+
+impl Finisher<'_> {
+    fn finish_all(
+        &mut self,
+        jobs: Receiver<(Job, Solutions)>,
+        finished: SyncSender<(u64, Table)>,
+    ) -> Result<(), SweepError> {
+        for (job, mut solutions) in jobs {
+            let begin = Instant::now();
+            let index = |at: usize| index_at(&job.pieces, at).unwrap_or(0);
+            self.refiners.refine(self.plan, self.sampler, &job.batch, &mut solutions, &index)?;
+            let refined = Instant::now();
+            let mut at = 0;
+            for piece in &job.pieces {
+                self.add_rows(piece, &job.batch, &solutions, at);
+                at += piece.len as usize;
+                if piece.is_last {
+                    let table = std::mem::replace(&mut self.table, self.layout.empty().clone());
+                    self.solved += table.row_count() as u64;
+                    self.reduction.add(&table);
+                    if self.spec.format != Format::None && finished.send((piece.chunk, table)).is_err() {
+                        return Ok(());
+                    }
+                }
+            }
+            self.timings.refine += (refined - begin).as_secs_f64();
+            self.timings.rows += refined.elapsed().as_secs_f64();
+            self.report(false);
+        }
+        Ok(())
+    }
+
+    /// Adds the rows of a piece that starts at row `at` of a batch.
+    fn add_rows(&mut self, piece: &Piece, batch: &Batch, solutions: &Solutions, at: usize) {
+        const ROWS: usize = 4096;
+        let solved = SolvedBatch { plan: self.plan, batch, solutions };
+        let (layout, sampler, count) = (self.layout, self.sampler, piece.len as usize);
+        let rows_from = |first: usize| {
+            let mut table = layout.empty().clone();
+            let mut values = vec![0.0; sampler.axis_count()];
+            for row in first..count.min(first + ROWS) {
+                let index = piece.start + row as u64;
+                sampler.values(index, &mut values);
+                layout.push(&mut table, index, &values, &solved, at + row);
+            }
+            table
+        };
+        let tables: Vec<Table> = (0..count.div_ceil(ROWS)).into_par_iter().map(|k| rows_from(k * ROWS)).collect();
+        tables.iter().for_each(|table| self.table.append(table));
+        for row in 0..count {
+            self.note(piece.start + row as u64, solutions, at + row);
+        }
+    }
+
+    /// Statistics of one sample.
+    fn note(&mut self, index: u64, solutions: &Solutions, at: usize) {
+        if let Some(kept) = &mut self.kept {
+            kept.offer(index, solutions, at);
+        }
+        let status = solutions.status(at);
+        if status.is_converged() {
+            self.worst_residual = self.worst_residual.max(solutions.get(at, Quantity::Residual));
+        }
+        if status.is_success() {
+            let estimate = solutions.get(at, Quantity::ErrorEstimate);
+            self.worst_error_estimate = self.worst_error_estimate.max(estimate);
+            self.above_tolerance += u64::from(estimate > self.spec.tolerance);
+        } else {
+            self.failed += 1;
+        }
+    }
+
+    pub fn report(&self, checking: bool) {
+        let Some(progress) = self.options.progress else { return };
+        let rows = self.solved + self.table.row_count() as u64;
+        let rate = rows as f64 / self.start.elapsed().as_secs_f64().max(1e-9);
+        let done = self.resumed + rows;
+        let left = (rate > 0.0).then(|| Duration::from_secs_f64((self.total - done) as f64 / rate));
+        progress(&Progress { done, total: self.total, failed: self.failed, rate, left, checking });
+    }
+}

@@ -1,0 +1,94 @@
+//! Writes a scene as TOML that reads back identically: SI numbers, shortest digits that round-trip.
+
+use super::toml::quoted;
+use crate::model::{CoilWinding, Density, Flexible, Rigid, Scene, Segment, SegmentKind, ShearElasticity, Stiffness};
+use std::fmt::Write;
+
+/// The text of a scene file.
+pub fn write_scene(scene: &Scene) -> String {
+    let mut text = format!("name = {}\n", quoted(&scene.name));
+    write_tables(&mut text, scene, "");
+    text
+}
+
+/// The scene as `[scene]` of a sweep file.
+pub(super) fn write_inline_scene(scene: &Scene) -> String {
+    let mut text = format!("[scene]\nname = {}\n", quoted(&scene.name));
+    write_tables(&mut text, scene, "scene.");
+    text
+}
+
+fn write_tables(text: &mut String, scene: &Scene, prefix: &str) {
+    // Writing to a String cannot fail.
+    let _ = try_write_tables(text, scene, prefix);
+}
+
+fn try_write_tables(text: &mut String, scene: &Scene, prefix: &str) -> std::fmt::Result {
+    writeln!(text, "\n[{prefix}base]")?;
+    writeln!(text, "position = {:?}\nrotation = {:?}", scene.base.position, scene.base.rotation)?;
+    writeln!(text, "\n[{prefix}field]\nflux_density = {:?}", scene.flux_density)?;
+    writeln!(text, "\n[{prefix}loads]")?;
+    let loads = &scene.loads;
+    let vectors = [
+        ("tip_force", loads.tip_force),
+        ("tip_moment", loads.tip_moment),
+        ("gravity", loads.gravity),
+        ("distributed_force", loads.distributed_force),
+    ];
+    for (name, vector) in vectors {
+        if let Some(vector) = vector {
+            writeln!(text, "{name} = {vector:?}")?;
+        }
+    }
+    if let Some(density) = loads.fluid_density {
+        writeln!(text, "fluid_density = {density:?}")?;
+    }
+    for segment in &scene.segments {
+        writeln!(text, "\n[[{prefix}segment]]")?;
+        write_segment(text, segment)?;
+    }
+    writeln!(text, "\n[{prefix}model]\nrigid_force_arm = {}", scene.rigid_force_arm)
+}
+
+fn write_segment(text: &mut String, segment: &Segment) -> std::fmt::Result {
+    let kind = match segment.kind {
+        SegmentKind::Flexible(_) => "flexible",
+        SegmentKind::Rigid(_) => "rigid",
+    };
+    writeln!(text, "name = {}\nkind = \"{kind}\"\nlength = {:?}", quoted(&segment.name), segment.length)?;
+    match &segment.kind {
+        SegmentKind::Flexible(Flexible { stiffness, rest_curvature, density }) => {
+            match stiffness {
+                Stiffness::Direct { bending_x, bending_y, torsion } => writeln!(
+                    text,
+                    "stiffness = {{ bending_x = {bending_x:?}, bending_y = {bending_y:?}, torsion = {torsion:?} }}"
+                )?,
+                Stiffness::Tube { inner_radius, outer_radius, youngs_modulus, shear } => {
+                    writeln!(text, "tube = {{ inner_radius = {inner_radius:?}, outer_radius = {outer_radius:?} }}")?;
+                    writeln!(text, "youngs_modulus = {youngs_modulus:?}")?;
+                    match shear {
+                        ShearElasticity::Modulus(modulus) => writeln!(text, "shear_modulus = {modulus:?}")?,
+                        ShearElasticity::PoissonRatio(ratio) => writeln!(text, "poisson_ratio = {ratio:?}")?,
+                    }
+                }
+            }
+            match density {
+                None => {}
+                Some(Density::Volume(density)) => writeln!(text, "density = {density:?}")?,
+                Some(Density::Linear(density)) => writeln!(text, "linear_density = {density:?}")?,
+            }
+            writeln!(text, "rest_curvature = {rest_curvature:?}")
+        }
+        SegmentKind::Rigid(Rigid { mass, coil }) => {
+            if let Some(mass) = mass {
+                writeln!(text, "mass = {mass:?}")?;
+            }
+            let Some(coil) = coil else { return Ok(()) };
+            let winding = match coil.winding {
+                CoilWinding::Axes { turns, area } => format!("turns = {turns:?}, area = {area:?}"),
+                CoilWinding::Matrix(rows) => format!("turns_area = {rows:?}"),
+            };
+            writeln!(text, "coil = {{ {winding}, current = {:?}, alignment = {:?} }}", coil.current, coil.alignment)
+        }
+    }
+}

@@ -1,0 +1,176 @@
+//! Part files: encode in memory, write whole or not at all, read back, check.
+//!
+//! Only this module names Parquet and Arrow. A Parquet part carries the XXH3 of its data pages and its counts in
+//! the footer; a CSV or NPZ part has them in a sidecar `<part>.json`, written before it.
+
+mod csv;
+mod npz;
+mod parquet;
+
+use super::columns::Table;
+use super::error::SweepError;
+use super::spec::Format;
+use crate::model::Status;
+use serde::{Deserialize, Serialize};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+use xxhash_rust::xxh3::xxh3_64;
+
+pub(super) use parquet::read_numbers;
+
+/// What a part says about itself.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct PartInfo {
+    pub run_id: String,
+    pub rows: u64,
+    /// First sample.
+    pub first: u64,
+    /// Rows by status code.
+    pub counts: Vec<u64>,
+    pub checksum: String,
+}
+
+/// What every file of a run carries.
+#[derive(Clone, Debug)]
+pub(super) struct FileMetadata {
+    pub run_id: String,
+    /// The resolved sweep.
+    pub sweep: String,
+    pub seed: u64,
+}
+
+/// Name of a chunk's part.
+pub(super) fn part_name(chunk: u64, format: Format) -> String {
+    format!("part-{chunk:010}.{}", format.name())
+}
+
+/// Chunk of a part file's name.
+pub(super) fn part_chunk(name: &str, format: Format) -> Option<u64> {
+    let digits = name.strip_prefix("part-")?.strip_suffix(format.name())?.strip_suffix('.')?;
+    (digits.len() >= 10).then(|| digits.parse().ok()).flatten()
+}
+
+pub(super) fn info_of(table: &Table, run_id: &str) -> PartInfo {
+    let mut counts = vec![0; Status::ALL.len()];
+    for status in table.statuses() {
+        counts[status.code() as usize] += 1;
+    }
+    PartInfo {
+        run_id: run_id.into(),
+        rows: table.row_count() as u64,
+        first: table.samples().first().copied().unwrap_or(0),
+        counts,
+        checksum: String::new(),
+    }
+}
+
+/// Writes a part unless one is there; then the one there is checked and kept. Returns what lies on disk.
+pub(super) fn write_part(
+    path: &Path,
+    table: &Table,
+    format: Format,
+    metadata: &FileMetadata,
+) -> Result<PartInfo, SweepError> {
+    let mut info = info_of(table, &metadata.run_id);
+    let bytes = match format {
+        Format::Parquet => parquet::encode(path, table, metadata, &mut info)?,
+        Format::Csv => csv::encode(table),
+        Format::Npz | Format::None => npz::encode(table).map_err(SweepError::io(path, "encoding"))?,
+    };
+    if format != Format::Parquet {
+        info.checksum = checksum(&bytes);
+        let text = serde_json::to_string(&info).unwrap_or_default();
+        write_atomically(&sidecar(path), text.as_bytes(), true)?;
+    }
+    if write_atomically(path, &bytes, false)? { Ok(info) } else { check_part(path, format) }
+}
+
+/// Checks a part's checksum and returns what it says about itself.
+pub(super) fn check_part(path: &Path, format: Format) -> Result<PartInfo, SweepError> {
+    let bytes = std::fs::read(path).map_err(SweepError::io(path, "reading"))?;
+    if format == Format::Parquet {
+        return parquet::check(path, &bytes);
+    }
+    let damaged = |reason: &str| SweepError::Damaged { path: path.into(), reason: reason.into() };
+    let text = std::fs::read_to_string(sidecar(path)).map_err(|_| damaged("its checksum file is missing"))?;
+    let info: PartInfo = serde_json::from_str(&text).map_err(|_| damaged("its checksum file cannot be read"))?;
+    if info.checksum == checksum(&bytes) { Ok(info) } else { Err(damaged("the checksum differs")) }
+}
+
+/// Reads the columns named (all, if none are) of a part, in the part's order. `like` gives the kinds of text formats.
+pub(super) fn read_part(path: &Path, format: Format, names: &[&str], like: &Table) -> Result<Table, SweepError> {
+    match format {
+        Format::Parquet => parquet::read(path, names),
+        Format::Csv => csv::read(path, names, like),
+        Format::Npz | Format::None => npz::read(path, names, like),
+    }
+}
+
+/// Writes a table that is not a part (voxels, tips) as Parquet, replacing what is there.
+pub(super) fn write_table(path: &Path, table: &Table, metadata: &FileMetadata) -> Result<(), SweepError> {
+    let mut info = info_of(table, &metadata.run_id);
+    let bytes = parquet::encode(path, table, metadata, &mut info)?;
+    write_atomically(path, &bytes, true).map(|_| ())
+}
+
+/// Moves a damaged part and its sidecar out of the way.
+pub(super) fn quarantine(path: &Path) -> Result<PathBuf, SweepError> {
+    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let free = (0..).map(|k| path.with_file_name(format!("{name}.bad-{k}"))).find(|to| !to.exists());
+    let to = free.unwrap_or_else(|| path.with_file_name(format!("{name}.bad")));
+    std::fs::rename(path, &to).map_err(SweepError::io(path, "moving a damaged part away"))?;
+    let _ = std::fs::remove_file(sidecar(path));
+    Ok(to)
+}
+
+pub(super) fn sidecar(path: &Path) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".json");
+    name.into()
+}
+
+fn checksum(bytes: &[u8]) -> String {
+    format!("xxh3:{:016x}:{}", xxh3_64(bytes), bytes.len())
+}
+
+/// Temporary file, fsync, then link (fails if the name is taken) or rename, fsync of the folder. False: taken.
+pub(super) fn write_atomically(path: &Path, bytes: &[u8], replace: bool) -> Result<bool, SweepError> {
+    static COUNTER: AtomicU64 = AtomicU64::new(0);
+    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let unique = COUNTER.fetch_add(1, Ordering::Relaxed);
+    let temporary = path.with_file_name(format!(".{name}.tmp-{}-{unique}", std::process::id()));
+    let written = (|| {
+        let mut file = std::fs::File::create_new(&temporary)?;
+        file.write_all(bytes)?;
+        file.sync_all()
+    })();
+    let placed = written.and_then(|()| place(&temporary, path, replace));
+    let _ = std::fs::remove_file(&temporary);
+    let placed = placed.map_err(SweepError::io(path, "writing"))?;
+    sync_folder(path);
+    Ok(placed)
+}
+
+fn place(temporary: &Path, path: &Path, replace: bool) -> std::io::Result<bool> {
+    if replace {
+        return std::fs::rename(temporary, path).map(|()| true);
+    }
+    match std::fs::hard_link(temporary, path) {
+        Ok(()) => Ok(true),
+        Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => Ok(false),
+        // A file system without hard links.
+        Err(_) if path.exists() => Ok(false),
+        Err(_) => std::fs::rename(temporary, path).map(|()| true),
+    }
+}
+
+/// Makes a new name in a folder survive a power loss, where the system can.
+fn sync_folder(path: &Path) {
+    if let Some(folder) = path.parent() {
+        let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+        if let Ok(folder) = std::fs::File::open(folder) {
+            let _ = folder.sync_all();
+        }
+    }
+}

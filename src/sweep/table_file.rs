@@ -1,0 +1,145 @@
+//! Samples given as a table: CSV or Parquet whose columns are parameter names.
+
+use super::error::{InputError, Problem};
+use super::scene_file::read_text;
+use super::sink;
+use super::units::{Dimension, parse_quantity};
+use crate::model::{Parameter, Scene};
+use std::path::Path;
+
+/// Values by row, one column a parameter, SI.
+#[derive(Clone, Debug, PartialEq)]
+pub struct InputTable {
+    parameters: Vec<Parameter>,
+    values: Vec<f64>,
+}
+
+impl InputTable {
+    pub fn parameters(&self) -> &[Parameter] {
+        &self.parameters
+    }
+
+    pub fn row_count(&self) -> usize {
+        self.values.len() / self.parameters.len().max(1)
+    }
+
+    pub fn row(&self, index: usize) -> &[f64] {
+        let width = self.parameters.len();
+        &self.values[index * width..(index + 1) * width]
+    }
+
+    /// As CSV that reads back identically.
+    pub fn to_csv(&self, scene: &Scene) -> String {
+        let names: Vec<String> = self.parameters.iter().map(|parameter| parameter.name(scene)).collect();
+        let mut text = names.join(",") + "\n";
+        for row in 0..self.row_count() {
+            let cells: Vec<String> = self.row(row).iter().map(|value| format!("{value:?}")).collect();
+            text += &(cells.join(",") + "\n");
+        }
+        text
+    }
+}
+
+/// Reads the table of a sweep; a column `sample` is ignored.
+pub(super) fn read_input_table(file: &Path, scene: &Scene) -> Result<InputTable, InputError> {
+    let is_parquet = file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("parquet"));
+    let table = if is_parquet { read_parquet(file, scene)? } else { parse_csv(file, &read_text(file)?, scene)? };
+    if table.row_count() == 0 {
+        return Err(error(
+            file,
+            None,
+            "",
+            Problem::Missing { remedy: "the table has no rows: give at least one".into() },
+        ));
+    }
+    Ok(table)
+}
+
+fn error(file: &Path, line: Option<usize>, key: &str, problem: Problem) -> InputError {
+    InputError { file: file.into(), line, key: key.into(), problem: problem.into() }
+}
+
+/// The parameter of each column, `None` for `sample`.
+fn columns(
+    file: &Path,
+    line: Option<usize>,
+    names: &[&str],
+    scene: &Scene,
+) -> Result<Vec<Option<Parameter>>, InputError> {
+    let mut columns: Vec<Option<Parameter>> = Vec::new();
+    for name in names {
+        if *name == "sample" {
+            columns.push(None);
+            continue;
+        }
+        let parameters =
+            Parameter::parse(scene, name).map_err(|problem| error(file, line, name, Problem::Parameter(problem)))?;
+        if parameters.len() > 1 {
+            let expected = format!("one component, such as {}.x", name);
+            let value = format!("a group of {}", parameters.len());
+            return Err(error(file, line, name, Problem::Range { value, expected }));
+        }
+        if columns.contains(&Some(parameters[0])) {
+            let problem = Problem::Conflict { with: (*name).into(), remedy: "drop one of the two columns".into() };
+            return Err(error(file, line, name, problem));
+        }
+        columns.push(Some(parameters[0]));
+    }
+    if columns.iter().all(Option::is_none) {
+        let remedy = "the first line must name parameters, such as coil.current.x".into();
+        return Err(error(file, line, "", Problem::Missing { remedy }));
+    }
+    Ok(columns)
+}
+
+fn parse_csv(file: &Path, text: &str, scene: &Scene) -> Result<InputTable, InputError> {
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let lines = text.lines().enumerate().map(|(index, line)| (index + 1, line.trim()));
+    let mut lines = lines.filter(|(_, line)| !line.is_empty() && !line.starts_with('#'));
+    let Some((header_line, header)) = lines.next() else {
+        let remedy = "the first line must name parameters, such as coil.current.x".into();
+        return Err(error(file, None, "", Problem::Missing { remedy }));
+    };
+    let names: Vec<&str> = cells(header).collect();
+    let columns = columns(file, Some(header_line), &names, scene)?;
+    let mut values = Vec::new();
+    for (line, row) in lines {
+        let found = cells(row).count();
+        if found != names.len() {
+            return Err(error(file, Some(line), "", Problem::Columns { found, expected: names.len() }));
+        }
+        for ((cell, name), parameter) in cells(row).zip(&names).zip(&columns) {
+            let Some(parameter) = parameter else { continue };
+            let value = parse_quantity(cell, Dimension::of(parameter.unit()));
+            values.push(value.map_err(|problem| error(file, Some(line), name, Problem::Quantity(problem)))?);
+        }
+    }
+    Ok(InputTable { parameters: columns.into_iter().flatten().collect(), values })
+}
+
+fn cells(line: &str) -> impl Iterator<Item = &str> {
+    line.split(',').map(|cell| cell.trim().trim_matches('"'))
+}
+
+fn read_parquet(file: &Path, scene: &Scene) -> Result<InputTable, InputError> {
+    let named =
+        sink::read_numbers(file).map_err(|problem| error(file, None, "", Problem::Unreadable(problem.to_string())))?;
+    let names: Vec<&str> = named.iter().map(|(name, _)| name.as_str()).collect();
+    let columns = columns(file, None, &names, scene)?;
+    let used: Vec<&(String, Vec<f64>)> =
+        named.iter().zip(&columns).filter(|(_, column)| column.is_some()).map(|(named, _)| named).collect();
+    let mut values = Vec::new();
+    for row in 0..used[0].1.len() {
+        for (name, column) in &used {
+            if !column[row].is_finite() {
+                let problem = Problem::Range {
+                    value: format!("{} in row {row}", column[row]),
+                    expected: "a finite number".into(),
+                };
+                return Err(error(file, None, name, problem));
+            }
+            values.push(column[row]);
+        }
+    }
+    Ok(InputTable { parameters: columns.into_iter().flatten().collect(), values })
+}
