@@ -23,7 +23,14 @@ fn print(engine: &str, errors: &[Errors]) {
         worst(|e| e.jacobian)
     );
     for e in errors.iter().take(12) {
-        println!("  {:30} {:8} pose {:.1e} column {:.1e} ({})", e.name, e.status.name(), e.pose, e.jacobian, e.worst_column);
+        println!(
+            "  {:30} {:8} pose {:.1e} column {:.1e} ({})",
+            e.name,
+            e.status.name(),
+            e.pose,
+            e.jacobian,
+            e.worst_column
+        );
     }
 }
 

@@ -1,7 +1,7 @@
 //! Shipped sweeps, and runs that are cut short, resumed, damaged, sharded: with a small analytic backend.
 
 use rodsweep::backend::{Backend, BackendError, BackendInfo, BackendKind, Precision};
-use rodsweep::model::{Batch, Plan, PlanOptions, Quantity, RodSegment, Solutions, Status};
+use rodsweep::model::{Batch, Plan, PlanOptions, Quantity, RodSegment, Solutions, Status, base_curvature};
 use rodsweep::sweep::*;
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -3,6 +3,7 @@
 //! `Scene` is what a user writes. `Rod` is the mechanics of one sample (stiffness, dipole, load), the same for
 //! every backend. `Plan` fixes what all samples of a sweep share. `Batch` goes in, `Solutions` come out.
 
+mod base_curvature;
 mod blocks;
 mod parameter;
 mod plan;
@@ -14,6 +15,7 @@ mod stepper;
 mod units;
 mod validate;
 
+pub use base_curvature::{base_curvature, base_curvature_rate};
 pub use blocks::{BLOCK, Blocks};
 pub use parameter::{Axis, Parameter, ParameterError, SegmentParameter, StiffnessAxis, closest};
 pub use plan::{Batch, Derivative, Entry, Plan, PlanError, PlanOptions, SegmentPlan, Terms};

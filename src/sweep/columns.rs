@@ -2,7 +2,7 @@
 
 use super::spec::{Format, OutputQuantity, SweepSpec};
 use crate::backend::Precision;
-use crate::model::{Batch, Plan, Quantity, Rod, RodSegment, Solutions, Status, Vector};
+use crate::model::{Batch, Plan, Quantity, Solutions, Status, Vector, base_curvature};
 
 /// Values of one column; NaN stands for "none".
 #[derive(Clone, Debug, PartialEq)]
@@ -332,45 +332,6 @@ pub fn rotation_vector(r: &[[f64; 3]; 3]) -> Vector {
     // Below the bound atan2(s, w)/s is 1/w to the last bit.
     let scale = if sine < 1e-9 * w { 2.0 / w } else { 2.0 * sine.atan2(w) / sine };
     v.map(|x| x * scale)
-}
-
-/// u at the start of the first flexible segment [1/m]: u* + K^-1 R0^T (m0 less the jumps of leading rigid segments) (R3, R4).
-pub fn base_curvature(rod: &Rod, base_moment: Vector) -> Vector {
-    let rotation = &rod.base_rotation;
-    let t: Vector = std::array::from_fn(|row| rotation[row][2]);
-    let mut n = rod.tip_force;
-    for segment in &rod.segments {
-        add(&mut n, segment.load(), segment.length());
-    }
-    let mut m = base_moment;
-    for segment in &rod.segments {
-        match segment {
-            RodSegment::Rigid { length, dipole, load } => {
-                add(&mut n, *load, -length);
-                let mu: Vector = std::array::from_fn(|row| (0..3).map(|k| rotation[row][k] * dipole[k]).sum());
-                add(&mut m, cross(mu, rod.flux_density), -1.0);
-                if rod.rigid_force_arm {
-                    add(&mut m, cross(t, n), -length);
-                    add(&mut m, cross(t, *load), -0.5 * length * length);
-                }
-            }
-            RodSegment::Flexible { stiffness, rest_curvature, .. } => {
-                let body: Vector = std::array::from_fn(|k| (0..3).map(|row| rotation[row][k] * m[row]).sum());
-                return std::array::from_fn(|k| rest_curvature[k] + body[k] / stiffness[k]);
-            }
-        }
-    }
-    [f64::NAN; 3]
-}
-
-fn add(to: &mut Vector, v: Vector, factor: f64) {
-    for (to, x) in to.iter_mut().zip(v) {
-        *to += factor * x;
-    }
-}
-
-fn cross(a: Vector, b: Vector) -> Vector {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 /// Angle of the rotation between two orthonormal frames [rad].

@@ -26,7 +26,7 @@ mod units;
 
 pub use assign::{AssignError, assign};
 pub use check::{ErrorDistribution, SpotCheck, SpotCheckOptions};
-pub use columns::{Column, Table, Values, base_curvature, rotation_angle, rotation_vector};
+pub use columns::{Column, Table, Values, rotation_angle, rotation_vector};
 pub use directory::RunRecord;
 pub use error::{InputError, Problem, SweepError};
 pub use manifest::{TIPS_FILE, WORKSPACE_FILE, WORST_FILE};

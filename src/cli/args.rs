@@ -1,0 +1,147 @@
+//! The arguments, as clap reads them.
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use rodsweep::backend::Precision;
+use std::path::PathBuf;
+
+/// Batched parameter sweeps of magnetic catheters and other rod-like continuum robots.
+#[derive(Debug, Parser)]
+#[command(name = "rodsweep", version, propagate_version = true)]
+pub struct Arguments {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Solve a sweep and write its result directory
+    Run(RunArguments),
+    /// Solve one scene with its Jacobian
+    Solve(SolveArguments),
+    /// Check every engine against the reference on this machine
+    Verify(VerifyArguments),
+    /// Tell what this machine has and what would be used
+    Doctor,
+    /// Tell what of a run is done, failed and left
+    Status {
+        /// A result directory
+        directory: PathBuf,
+    },
+    /// Put the shards of one sweep together
+    Merge {
+        /// Result directories of the shards
+        #[arg(required = true, value_name = "DIR")]
+        directories: Vec<PathBuf>,
+        /// Directory of the whole
+        #[arg(long, value_name = "DIR")]
+        out: PathBuf,
+    },
+    /// Print a completion script for a shell
+    Completions { shell: clap_complete::Shell },
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum BackendName {
+    /// A GPU where there is one, else the CPU engine
+    Auto,
+    Gpu,
+    Cpu,
+    /// Slow, scalar, trusted
+    Reference,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum PrecisionName {
+    F32,
+    F64,
+}
+
+impl From<PrecisionName> for Precision {
+    fn from(name: PrecisionName) -> Precision {
+        match name {
+            PrecisionName::F32 => Precision::F32,
+            PrecisionName::F64 => Precision::F64,
+        }
+    }
+}
+
+#[derive(Debug, Args)]
+pub struct EngineArguments {
+    /// What solves
+    #[arg(long, value_enum, default_value = "auto")]
+    pub backend: BackendName,
+    /// Arithmetic; the default is f32 on a GPU and f64 elsewhere
+    #[arg(long, value_enum)]
+    pub precision: Option<PrecisionName>,
+}
+
+#[derive(Debug, Args)]
+pub struct RunArguments {
+    /// Sweep file (TOML)
+    pub sweep: PathBuf,
+    /// Result directory [default: results/NAME-OF-THE-SWEEP]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    #[command(flatten)]
+    pub engine: EngineArguments,
+    /// Solve part K of N only; `merge` puts the parts together
+    #[arg(long, value_name = "K/N", default_value = "1/1")]
+    pub shard: String,
+    /// Go on with what the result directory holds
+    #[arg(long)]
+    pub resume: bool,
+    /// Say what would be done, and do nothing
+    #[arg(long)]
+    pub dry_run: bool,
+    /// Solve the first N samples only
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    pub limit: Option<u64>,
+    /// No progress and no summary
+    #[arg(long)]
+    pub quiet: bool,
+    /// Exit with 3 if more samples than this fail [default: any number may]
+    #[arg(long, value_name = "N")]
+    pub max_failures: Option<u64>,
+    /// Draw no figures
+    #[arg(long)]
+    pub no_figures: bool,
+    /// Column that colours the tip cloud, for example stability.margin or coil.current.z
+    #[arg(long, value_name = "COLUMN")]
+    pub colour: Option<String>,
+}
+
+#[derive(Debug, Args)]
+pub struct SolveArguments {
+    /// Scene file (TOML)
+    pub scene: PathBuf,
+    /// Set a parameter, for example coil.current.x=0.2 or insertion="90 mm"
+    #[arg(long = "set", value_name = "NAME=VALUE")]
+    pub set: Vec<String>,
+    /// Parameters to differentiate by, separated by commas; groups such as coil.current are welcome
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
+    pub wrt: Option<Vec<String>>,
+    #[command(flatten)]
+    pub engine: EngineArguments,
+    /// Target error of tip position over rod length and of tip rotation [rad]
+    #[arg(long, default_value_t = 1e-9)]
+    pub tolerance: f64,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+    /// Draw the rod's shape (.png or .svg)
+    #[arg(long, value_name = "FILE")]
+    pub plot: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub struct VerifyArguments {
+    /// Random scenes beside the built-in ones
+    #[arg(long, value_name = "N", default_value_t = 200)]
+    pub samples: usize,
+    /// Seed of the random scenes
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+}

@@ -1,0 +1,46 @@
+//! `rodsweep status` and `rodsweep merge`.
+
+use super::{CommandError, Exit, print, say};
+use rodsweep::model::Status;
+use rodsweep::report::count;
+use rodsweep::sweep::{self, DirectoryStatus};
+use std::path::{Path, PathBuf};
+
+pub fn status(directory: &Path) -> Result<Exit, CommandError> {
+    print(&describe(directory, &sweep::directory_status(directory)?))?;
+    Ok(Exit::Done)
+}
+
+pub fn merge(directories: &[PathBuf], out: &Path) -> Result<Exit, CommandError> {
+    let status = sweep::merge(directories, out)?;
+    say(&format!(
+        "merged {} samples of {} directories into {}",
+        count(status.samples_done),
+        directories.len(),
+        out.display()
+    ));
+    Ok(Exit::Done)
+}
+
+fn describe(directory: &Path, status: &DirectoryStatus) -> String {
+    let mut text = format!(
+        "{}: {} of {} parts done, {} samples\n",
+        directory.display(),
+        status.parts_done,
+        status.parts_total,
+        count(status.samples_done)
+    );
+    for kind in Status::ALL {
+        let samples = status.counts[kind.code() as usize];
+        if samples > 0 {
+            text += &format!("  {:<14}{:>12}\n", kind.name(), count(samples));
+        }
+    }
+    for (path, reason) in &status.damaged {
+        text += &format!("damaged: {}: {reason}\n", path.display());
+    }
+    if !status.is_complete() {
+        text += &format!("left: {} parts; `rodsweep run ... --resume` goes on\n", status.missing.len());
+    }
+    text
+}

@@ -1,0 +1,90 @@
+//! Picks the engine and says why.
+
+use super::args::{BackendName, EngineArguments};
+use rodsweep::backend::{Backend, BackendError, BackendKind, Precision};
+use rodsweep::gpu::{self, Device, Gpu};
+use rodsweep::lanes::Lanes;
+use rodsweep::model::{Plan, Scene, Stepper};
+use rodsweep::reference::Reference;
+
+/// The finest tolerance that f32 meets on ordinary rods; finer ones need f64.
+pub const F32_TOLERANCE: f64 = 2e-5;
+
+/// An engine and why it was taken.
+#[derive(Clone, Debug)]
+pub struct Engine {
+    pub kind: BackendKind,
+    pub precision: Precision,
+    pub reason: String,
+}
+
+impl Engine {
+    /// Follows the arguments; `auto` takes a GPU that is no software, else the CPU.
+    pub fn choose(arguments: &EngineArguments, scene: &Scene, differentiates: bool) -> Result<Engine, BackendError> {
+        let engine = |kind, precision, reason: &str| Engine { kind, precision, reason: reason.into() };
+        let asked: Option<Precision> = arguments.precision.map(Into::into);
+        let f64_or_asked = asked.unwrap_or(Precision::F64);
+        match arguments.backend {
+            BackendName::Reference => match asked {
+                Some(Precision::F32) => Err(unsupported(BackendKind::Reference, "f32", "leave `--precision` out")),
+                _ => Ok(engine(BackendKind::Reference, Precision::F64, "asked for")),
+            },
+            BackendName::Cpu => Ok(engine(BackendKind::Cpu, f64_or_asked, "asked for")),
+            BackendName::Gpu => match asked {
+                Some(Precision::F64) => {
+                    Err(unsupported(BackendKind::Gpu, "f64", "use `--precision f32`, or `--backend cpu` for f64"))
+                }
+                _ => Ok(engine(BackendKind::Gpu, Precision::F32, "asked for")),
+            },
+            BackendName::Auto if !scene.rigid_force_arm && differentiates => {
+                let reason = "without the force arm of rigid segments only the reference differentiates";
+                Ok(engine(BackendKind::Reference, Precision::F64, reason))
+            }
+            BackendName::Auto => Ok(match gpu::adapters().first() {
+                _ if asked == Some(Precision::F64) => engine(BackendKind::Cpu, Precision::F64, "f64 was asked for"),
+                None => engine(BackendKind::Cpu, f64_or_asked, "this machine has no GPU"),
+                Some(adapter) if adapter.is_software() => {
+                    let reason = format!("the only GPU is software ({})", adapter.name);
+                    engine(BackendKind::Cpu, f64_or_asked, &reason)
+                }
+                Some(adapter) => engine(BackendKind::Gpu, Precision::F32, &format!("found {}", adapter.name)),
+            }),
+        }
+    }
+
+    pub fn stepper(&self) -> Stepper {
+        match self.kind {
+            BackendKind::Gpu => Stepper::Rk4,
+            BackendKind::Cpu | BackendKind::Reference => Stepper::Dop853,
+        }
+    }
+
+    /// The tolerance that this engine is held to.
+    pub fn tolerance(&self, asked: f64) -> f64 {
+        match self.precision {
+            Precision::F32 => asked.max(F32_TOLERANCE),
+            Precision::F64 => asked,
+        }
+    }
+
+    pub fn make(&self, plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
+        match self.kind {
+            BackendKind::Reference => Ok(reference(plan)),
+            BackendKind::Cpu => Ok(Box::new(Lanes::new(plan, self.precision)?)),
+            BackendKind::Gpu => Ok(Box::new(Gpu::new(Device::open()?, plan)?)),
+        }
+    }
+}
+
+pub fn reference(plan: &Plan) -> Box<dyn Backend> {
+    Box::new(Reference::new(plan))
+}
+
+/// The CPU engine in f64.
+pub fn cpu_f64(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
+    Ok(Box::new(Lanes::new(plan, Precision::F64)?))
+}
+
+fn unsupported(backend: BackendKind, what: &str, remedy: &str) -> BackendError {
+    BackendError::Unsupported { backend, what: what.into(), remedy: remedy.into() }
+}

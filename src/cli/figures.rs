@@ -1,0 +1,97 @@
+//! Figures of a run: where the tip goes, and where samples fail.
+
+use super::CommandError;
+use rodsweep::model::Status;
+use rodsweep::reference;
+use rodsweep::report::{self, Cloud, Counts, FailureMap, Panel, Sheet, SweptAxis};
+use rodsweep::sweep::{Column, Summary, SweepSpec, Table};
+use std::path::PathBuf;
+
+/// Points along the rod that is drawn in the cloud.
+const ROD_POINTS: usize = 101;
+/// Columns that colour the cloud, in order of preference; swept parameters follow.
+const COLOURS: [&str; 2] = ["stability.margin", "error_estimate"];
+
+/// Draws the figures of a run into its directory; returns their files.
+pub fn draw(spec: &SweepSpec, summary: &Summary, colour: Option<&str>) -> Result<Vec<PathBuf>, CommandError> {
+    let tips = &summary.reduction.tips;
+    let mut files = Vec::new();
+    if let Some(cloud) = cloud(spec, tips, colour)? {
+        for name in ["tips.png", "tips.svg"] {
+            let path = summary.out.join(name);
+            report::write(&cloud, &path)?;
+            files.push(path);
+        }
+    }
+    let path = summary.out.join("statuses.png");
+    let counts = Counts {
+        title: "Samples by status".into(),
+        counts: Status::ALL.into_iter().map(|status| (status, summary.count(status))).collect(),
+    };
+    let map = failure_map(tips);
+    let mut panels: Vec<&dyn Panel> = vec![&counts];
+    if let Some(map) = &map {
+        panels.push(map);
+    }
+    if summary.reduction.sample_count() > 0 {
+        report::write(&Sheet { columns: panels.len(), panels }, &path)?;
+        files.push(path);
+    }
+    Ok(files)
+}
+
+/// The tips that can be used; `None` where there are none.
+fn cloud(spec: &SweepSpec, tips: &Table, colour: Option<&str>) -> Result<Option<Cloud>, CommandError> {
+    let Some(position) = tips.vector_columns("tip.position") else { return Ok(None) };
+    let column = match colour {
+        Some(name) => tips.column(name).ok_or_else(|| {
+            let names: Vec<&str> = tips.columns.iter().map(|column| column.name.as_str()).collect();
+            CommandError::Usage(format!("`--colour {name}`: no such column; use one of: {}", names.join(", ")))
+        })?,
+        None => match COLOURS.iter().find_map(|name| tips.column(name)).or(tips.columns.get(1)) {
+            Some(column) => column,
+            None => return Ok(None),
+        },
+    };
+    let rows: Vec<usize> =
+        tips.statuses().iter().enumerate().filter(|(_, status)| status.is_success()).map(|(row, _)| row).collect();
+    if rows.is_empty() {
+        return Ok(None);
+    }
+    Ok(Some(Cloud {
+        points: rows.iter().map(|row| position.map(|values| values.number(*row))).collect(),
+        values: rows.iter().map(|row| column.values.number(*row)).collect(),
+        quantity: column.name.clone(),
+        unit: column.unit.clone(),
+        title: if spec.scene.name.is_empty() { "Tip positions".into() } else { spec.scene.name.clone() },
+        map: None,
+        rod: rod_at_rest(spec),
+    }))
+}
+
+/// The rod of the scene as it stands in the file, before the sweep moves it.
+fn rod_at_rest(spec: &SweepSpec) -> Option<Vec<[f64; 3]>> {
+    let rod = spec.scene.rod();
+    let equilibrium = reference::solve_rod(&rod, &[]);
+    let length = rod.total_length();
+    let at: Vec<f64> = (0..ROD_POINTS).map(|k| length * k as f64 / (ROD_POINTS - 1) as f64).collect();
+    let poses = reference::shape(&rod, &equilibrium, &at);
+    equilibrium.status.is_converged().then(|| poses.into_iter().map(|pose| pose.position).collect())
+}
+
+/// Failures over the first two swept parameters; `None` where there are not two, or nothing failed.
+fn failure_map(tips: &Table) -> Option<FailureMap> {
+    let status = tips.statuses();
+    let end = tips.columns.iter().position(|column| column.name == "status")?;
+    let swept = tips.columns.get(1..end)?;
+    if status.iter().all(|status| status.is_success()) {
+        return None;
+    }
+    let axis = |column: &Column| SweptAxis {
+        label: column.name.clone(),
+        unit: column.unit.clone(),
+        values: (0..status.len()).map(|row| column.values.number(row)).collect(),
+    };
+    let [x, y, ..] = swept else { return None };
+    Some(FailureMap { title: "Where samples fail".into(), x: axis(x), y: axis(y), status: status.to_vec() })
+}

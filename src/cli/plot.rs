@@ -1,0 +1,72 @@
+//! `--plot`: the rod's shape in space, with its coils, the field and the loads.
+
+use super::CommandError;
+use super::solve::Solved;
+use rodsweep::model::{Rod, RodSegment, SegmentPlan, Vector};
+use rodsweep::reference::{Pose, shape, solve_rod};
+use rodsweep::report::{self, RodShape, Stretch, StretchKind};
+use std::path::Path;
+
+/// Points along one segment.
+const POINTS: usize = 41;
+
+/// Draws the rod; its shape is integrated by the reference.
+pub fn draw(solved: &Solved, path: &Path) -> Result<(), CommandError> {
+    let rod = solved.plan.sample_rod(&solved.batch, 0);
+    let equilibrium = solve_rod(&rod, &[]);
+    if !equilibrium.status.is_converged() {
+        return Err(CommandError::Usage(format!(
+            "`--plot`: the reference finds no equilibrium to draw ({})",
+            equilibrium.status.name()
+        )));
+    }
+    let some = |v: Vector| v.iter().any(|x| *x != 0.0).then_some(v);
+    let mut start = 0.0;
+    let mut stretches = Vec::new();
+    for (index, segment) in rod.segments.iter().enumerate() {
+        let at: Vec<f64> = (0..POINTS).map(|k| start + segment.length() * k as f64 / (POINTS - 1) as f64).collect();
+        let poses = shape(&rod, &equilibrium, &at);
+        stretches.push(stretch(segment, &solved.plan.segments[index], &solved.scene.segments[index].name, &poses));
+        start += segment.length();
+    }
+    let figure = RodShape {
+        title: solved.scene.name.clone(),
+        stretches,
+        tip_rotation: Some(equilibrium.R_tip),
+        flux_density: some(rod.flux_density),
+        tip_force: some(rod.tip_force),
+        rest: rest(&rod),
+    };
+    Ok(report::write(&figure, path)?)
+}
+
+fn stretch(segment: &RodSegment, plan: &SegmentPlan, name: &str, poses: &[Pose]) -> Stretch {
+    let (kind, dipole) = match segment {
+        RodSegment::Flexible { .. } => (StretchKind::Flexible, None),
+        RodSegment::Rigid { dipole, .. } if plan.has_dipole => {
+            let world = poses
+                .first()
+                .map(|pose| std::array::from_fn(|row| (0..3).map(|k| pose.rotation[row][k] * dipole[k]).sum()));
+            (StretchKind::Coil, world)
+        }
+        RodSegment::Rigid { .. } => (StretchKind::Rigid, None),
+    };
+    Stretch { name: name.into(), kind, points: poses.iter().map(|pose| pose.position).collect(), dipole }
+}
+
+/// Centreline without loads.
+fn rest(rod: &Rod) -> Option<Vec<Vector>> {
+    let mut unloaded = rod.clone();
+    (unloaded.tip_force, unloaded.tip_moment) = ([0.0; 3], [0.0; 3]);
+    for segment in &mut unloaded.segments {
+        match segment {
+            RodSegment::Flexible { load, .. } => *load = [0.0; 3],
+            RodSegment::Rigid { dipole, load, .. } => (*dipole, *load) = ([0.0; 3], [0.0; 3]),
+        }
+    }
+    let equilibrium = solve_rod(&unloaded, &[]);
+    let length = rod.total_length();
+    let at: Vec<f64> = (0..=4 * POINTS).map(|k| length * k as f64 / (4 * POINTS) as f64).collect();
+    let points: Vec<Vector> = shape(&unloaded, &equilibrium, &at).into_iter().map(|pose| pose.position).collect();
+    equilibrium.status.is_converged().then_some(points)
+}

@@ -1,0 +1,225 @@
+//! `rodsweep run`: a sweep file to a result directory, a summary and figures.
+
+use super::args::{BackendName, RunArguments};
+use super::engine::{Engine, cpu_f64, reference};
+use super::progress::{Meter, duration};
+use super::{CommandError, Exit, figures, say};
+use rodsweep::backend::{Backend, BackendError};
+use rodsweep::model::{Plan, PlanOptions, Quantity, ROWS, Status};
+use rodsweep::report::{count, engineering};
+use rodsweep::sweep::{
+    self, Format, PilotChoice, Progress, RunOptions, Shard, Summary, SweepError, SweepSpec, choose_steps, scene_notes,
+};
+use std::path::PathBuf;
+use std::sync::atomic::AtomicBool;
+use std::time::Duration;
+
+/// Set by Ctrl-C.
+static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+
+pub fn run(arguments: &RunArguments) -> Result<Exit, CommandError> {
+    let tell = |line: &str| {
+        if !arguments.quiet {
+            say(line);
+        }
+    };
+    let mut spec = SweepSpec::read(&arguments.sweep)?;
+    let shard = Shard::parse(&arguments.shard)?;
+    let out = arguments.out.clone().unwrap_or_else(|| default_directory(&spec));
+    let mut engine = Engine::choose(&arguments.engine, &spec.scene, !spec.wrt.is_empty())?;
+    let asked = spec.tolerance;
+    spec.tolerance = engine.tolerance(asked);
+    for note in spec.notes.iter().chain(&scene_notes(&spec.scene)) {
+        tell(&format!("note: {note}"));
+    }
+    tell(&format!("engine: {} {} ({})", engine.kind, engine.precision, engine.reason));
+    if spec.tolerance > asked {
+        tell(&format!("note: tolerance {asked:.0e} is beyond f32; held to {:.0e}", spec.tolerance));
+    }
+    let options = PlanOptions { stepper: engine.stepper(), ..PlanOptions::default() };
+    let plan = spec.plan(options)?;
+    let pilot = pilot(&spec, &plan)?;
+    let steps = pilot.as_ref().map_or(plan.options.steps, |pilot| pilot.steps);
+    let plan = plan.with_options(PlanOptions { steps, ..plan.options });
+    let name = plan.options.stepper.name();
+    tell(&match &pilot {
+        Some(pilot) => format!("integration: {name}, {}", pilot.explain()),
+        None => format!("integration: {name}, {steps} steps, as the sweep file says"),
+    });
+    if arguments.dry_run {
+        describe(&spec, &plan, arguments, &out);
+        return Ok(Exit::Done);
+    }
+    // A second handler cannot be set; then Ctrl-C simply ends the program.
+    let _ = ctrlc::set_handler(|| INTERRUPTED.store(true, std::sync::atomic::Ordering::Relaxed));
+    let mut backend = make(&mut engine, arguments, &plan, &tell)?;
+    let meter = Meter::new(&backend.info());
+    let show = |progress: &Progress| meter.show(progress);
+    let trusted = |plan: &Plan| Ok(reference(plan));
+    let mut run_options = RunOptions::new(&out);
+    run_options.resume = arguments.resume;
+    run_options.shard = shard;
+    run_options.limit = arguments.limit;
+    run_options.interrupt = Some(&INTERRUPTED);
+    run_options.progress = if arguments.quiet { None } else { Some(&show) };
+    run_options.refiners = vec![&cpu_f64, &trusted];
+    run_options.trusted = Some(&trusted);
+    run_options.pilot = pilot;
+    let result = match sweep::run(&spec, backend.as_mut(), &run_options) {
+        Err(SweepError::Backend(BackendError::DeviceFailed { reason })) => {
+            meter.finish();
+            say(&format!("warning: the GPU failed ({reason}); going on with the CPU in the same precision"));
+            engine.kind = rodsweep::backend::BackendKind::Cpu;
+            run_options.resume = spec.format != Format::None;
+            sweep::run(&spec, engine.make(&plan)?.as_mut(), &run_options)
+        }
+        result => result,
+    };
+    meter.finish();
+    let summary = result?;
+    if !arguments.quiet {
+        print_summary(&spec, &summary);
+    }
+    if summary.interrupted {
+        say(&format!("interrupted; go on with: rodsweep run {} --out {} --resume", spec.file.display(), out.display()));
+        return Ok(Exit::Interrupted);
+    }
+    if !arguments.no_figures {
+        for path in figures::draw(&spec, &summary, arguments.colour.as_deref())? {
+            tell(&format!("figure: {}", path.display()));
+        }
+    }
+    Ok(match arguments.max_failures {
+        Some(most) if summary.failed() > most => {
+            say(&format!("error: {} samples failed; --max-failures allows {most}", count(summary.failed())));
+            Exit::TooManyFailures
+        }
+        _ => Exit::Done,
+    })
+}
+
+/// `results/` and the name of the sweep file.
+fn default_directory(spec: &SweepSpec) -> PathBuf {
+    PathBuf::from("results").join(spec.file.file_stem().unwrap_or(spec.file.as_os_str()))
+}
+
+/// Chooses the number of steps on the sweep itself, unless the file fixes it.
+fn pilot(spec: &SweepSpec, plan: &Plan) -> Result<Option<PilotChoice>, CommandError> {
+    if spec.steps.is_some() {
+        return Ok(None);
+    }
+    Ok(Some(choose_steps(plan, &spec.sampler(), &cpu_f64)?))
+}
+
+/// The engine; with `auto` a GPU that cannot be used gives way to the CPU.
+fn make(
+    engine: &mut Engine,
+    arguments: &RunArguments,
+    plan: &Plan,
+    tell: &dyn Fn(&str),
+) -> Result<Box<dyn Backend>, CommandError> {
+    match engine.make(plan) {
+        Err(error) if arguments.engine.backend == BackendName::Auto => {
+            tell(&format!("warning: {error}; taking the CPU"));
+            engine.kind = rodsweep::backend::BackendKind::Cpu;
+            Ok(engine.make(plan)?)
+        }
+        result => Ok(result?),
+    }
+}
+
+fn describe(spec: &SweepSpec, plan: &Plan, arguments: &RunArguments, out: &std::path::Path) {
+    let samples = arguments.limit.unwrap_or(u64::MAX).min(spec.sample_count);
+    let columns = 1 + spec.axes.len() + Quantity::COUNT + (ROWS - 3) * plan.derivatives.len();
+    say(&format!("samples: {} by {}", count(samples), spec.method.name()));
+    for axis in &spec.axes {
+        let names: Vec<String> = axis.parameters.iter().map(|parameter| parameter.name(&spec.scene)).collect();
+        say(&format!("  {}: {} to {} {}", names.join(", "), axis.from, axis.to, axis.parameters[0].unit()));
+    }
+    let names: Vec<&str> = plan.derivatives.iter().map(|derivative| derivative.name.as_str()).collect();
+    say(&format!("derivatives by: {}", if names.is_empty() { "nothing".into() } else { names.join(", ") }));
+    say(&format!("terms: {}", terms(plan)));
+    match spec.format {
+        Format::None => say(&format!("would write the reduced workspace to {}", out.display())),
+        format => {
+            let bytes = samples as f64 * columns as f64 * 8.0;
+            say(&format!(
+                "would write {} rows as {} to {} (at most {:.1} MB)",
+                count(samples),
+                format.name(),
+                out.display(),
+                bytes / 1e6
+            ));
+        }
+    }
+}
+
+/// The terms of the model that the kernels contain.
+pub fn terms(plan: &Plan) -> String {
+    let terms = plan.terms;
+    let words = [
+        (true, "bending and torsion"),
+        (terms.anisotropic, "anisotropic bending"),
+        (terms.dipole, "dipoles in the field"),
+        (terms.force, "internal force"),
+        (terms.load, "distributed load"),
+        (terms.tip_moment, "tip moment"),
+        (!plan.scene.rigid_force_arm, "no force arm over rigid segments"),
+    ];
+    words.iter().filter(|(used, _)| *used).map(|(_, word)| *word).collect::<Vec<_>>().join(", ")
+}
+
+fn print_summary(spec: &SweepSpec, summary: &Summary) {
+    let time = duration(Duration::from_secs_f64(summary.timings.total));
+    let resumed = if summary.resumed > 0 { format!(", {} found done", count(summary.resumed)) } else { String::new() };
+    say(&format!(
+        "solved {} samples in {time} ({}/s) on {}{resumed}",
+        count(summary.solved),
+        count(summary.rate.round() as u64),
+        summary.backend
+    ));
+    let stages = &summary.timings;
+    say(&format!(
+        "stages (busy seconds, overlapping): build {:.2}, solve {:.2}, solve again {:.2}, rows {:.2}, write {:.2}, check {:.2}",
+        stages.build, stages.solve, stages.refine, stages.rows, stages.write, stages.check
+    ));
+    let total = summary.reduction.sample_count().max(1);
+    let words: Vec<String> = Status::ALL
+        .into_iter()
+        .filter(|status| summary.count(*status) > 0)
+        .map(|status| format!("{} {}", count(summary.count(status)), status.name()))
+        .collect();
+    let share = 100.0 * (1.0 - summary.failed() as f64 / total as f64);
+    say(&format!("status: {}; {share:.3} % usable", words.join(", ")));
+    if let Some([low, high]) = summary.reduction.extents {
+        let span = |axis: usize| format!("{:.2} to {:.2}", low[axis] * 1e3, high[axis] * 1e3);
+        say(&format!("tip extents [mm]: x {}, y {}, z {}", span(0), span(1), span(2)));
+    }
+    say(&format!(
+        "worst residual {} (plan units of moment), worst error estimate {}, {} rows above the tolerance {:.0e}",
+        engineering(summary.worst_residual),
+        engineering(summary.worst_error_estimate),
+        count(summary.above_tolerance),
+        spec.tolerance
+    ));
+    for path in &summary.quarantined {
+        say(&format!("warning: a damaged part was put aside as {} and solved again", path.display()));
+    }
+    if let Some(check) = &summary.spot_check {
+        let distribution = |d: &sweep::ErrorDistribution| [d.median, d.p95, d.max].map(engineering).join(" / ");
+        say(&format!(
+            "spot check: {} samples against the reference; median / 95 % / max error: position over length {}, rotation {} rad, derivative column {}",
+            count(check.compared),
+            distribution(&check.position),
+            distribution(&check.rotation),
+            distribution(&check.derivative)
+        ));
+        if check.only_run + check.only_trusted > 0 {
+            say(&format!(
+                "spot check: {} samples solved here but not by the reference, {} the other way round",
+                check.only_run, check.only_trusted
+            ));
+        }
+    }
+    say(&format!("results: {}", summary.out.display()));
+}

@@ -1,0 +1,158 @@
+//! `rodsweep solve`: one equilibrium with its Jacobian.
+
+use super::args::{BackendName, SolveArguments};
+use super::engine::{Engine, cpu_f64};
+use super::{CommandError, Exit, plot, print, say, solution_json};
+use rodsweep::backend::BackendKind;
+use rodsweep::model::{Batch, Parameter, Plan, PlanOptions, Quantity, Scene, SegmentKind, SegmentParameter, Solutions};
+use rodsweep::report::engineering;
+use rodsweep::sweep::{assign, read_scene, scene_notes};
+
+/// Steps that are tried until the error estimate meets the tolerance.
+const STEPS: [usize; 5] = [8, 16, 32, 64, 128];
+
+/// One solved scene.
+pub struct Solved {
+    pub scene: Scene,
+    pub plan: Plan,
+    pub batch: Batch,
+    pub solutions: Solutions,
+    pub engine: String,
+}
+
+pub fn solve(arguments: &SolveArguments) -> Result<Exit, CommandError> {
+    if !(arguments.tolerance > 0.0 && arguments.tolerance < 1.0) {
+        let text = format!("`--tolerance {}`: give a number between 0 and 1, such as 1e-9", arguments.tolerance);
+        return Err(CommandError::Usage(text));
+    }
+    let mut scene = read_scene(&arguments.scene)?;
+    assign(&mut scene, &arguments.set)?;
+    for note in scene_notes(&scene) {
+        say(&format!("note: {note}"));
+    }
+    let wrt = match &arguments.wrt {
+        Some(names) => parse_parameters(&scene, names)?,
+        None => default_parameters(&scene),
+    };
+    let solved = solve_scene(scene, &wrt, arguments)?;
+    let text = if arguments.json { solution_json::text(&solved) } else { describe(&solved) };
+    print(&text)?;
+    if let Some(path) = &arguments.plot {
+        plot::draw(&solved, path)?;
+        say(&format!("figure: {}", path.display()));
+    }
+    let converged = solved.solutions.status(0).is_converged();
+    Ok(if converged { Exit::Done } else { Exit::Failed })
+}
+
+fn parse_parameters(scene: &Scene, names: &[String]) -> Result<Vec<Parameter>, CommandError> {
+    let mut parameters = Vec::new();
+    for name in names.iter().map(|name| name.trim()).filter(|name| !name.is_empty()) {
+        let parsed = Parameter::parse(scene, name).map_err(|error| CommandError::Usage(format!("`--wrt`: {error}")))?;
+        parameters.extend(parsed);
+    }
+    Ok(parameters)
+}
+
+/// Every current, insertion and tip force: what a robot can move and what may push it.
+fn default_parameters(scene: &Scene) -> Vec<Parameter> {
+    let mut parameters: Vec<Parameter> = Parameter::all(scene)
+        .into_iter()
+        .filter(|p| matches!(p, Parameter::Segment(_, SegmentParameter::Current(_))))
+        .collect();
+    if matches!(scene.segments[0].kind, SegmentKind::Flexible(_)) {
+        parameters.push(Parameter::Insertion);
+    }
+    parameters.extend(rodsweep::model::Axis::ALL.map(Parameter::TipForce));
+    parameters
+}
+
+/// One sample needs no GPU: `auto` is the CPU in f64, or the reference where only it can differentiate.
+fn solve_scene(scene: Scene, wrt: &[Parameter], arguments: &SolveArguments) -> Result<Solved, CommandError> {
+    let mut engine = Engine::choose(&arguments.engine, &scene, !wrt.is_empty())?;
+    if arguments.engine.backend == BackendName::Auto && engine.kind == BackendKind::Gpu {
+        engine.kind = BackendKind::Cpu;
+        engine.precision = arguments.engine.precision.map_or(rodsweep::backend::Precision::F64, Into::into);
+    }
+    let tolerance = engine.tolerance(arguments.tolerance);
+    let options = PlanOptions { tolerance, stepper: engine.stepper(), steps: STEPS[0] };
+    let plan = Plan::single(&scene, wrt, options)?;
+    let batch = plan.batch(1, |_, _| {});
+    let mut solved: Option<Solved> = None;
+    for steps in STEPS {
+        let plan = plan.with_options(PlanOptions { steps, ..options });
+        let mut backend = engine.make(&plan)?;
+        let solutions = backend.solve(&batch)?;
+        let engine_name = backend.info().to_string();
+        let met = solutions.status(0).is_success() && solutions.get(0, Quantity::ErrorEstimate) <= tolerance;
+        let worse = solved.as_ref().is_some_and(|before| {
+            before.solutions.status(0).is_success()
+                && before.solutions.get(0, Quantity::ErrorEstimate) < solutions.get(0, Quantity::ErrorEstimate)
+        });
+        if !worse {
+            solved = Some(Solved { scene: scene.clone(), plan, batch: batch.clone(), solutions, engine: engine_name });
+        }
+        if met || engine.kind == BackendKind::Reference {
+            break;
+        }
+    }
+    let mut solved = solved.ok_or_else(|| CommandError::Usage("nothing was solved".into()))?;
+    if engine.kind == BackendKind::Gpu && !solved.solutions.status(0).is_success() {
+        let plan = solved.plan.clone();
+        solved.solutions = cpu_f64(&plan)?.solve(&batch)?;
+        solved.engine = "cpu f64, after the GPU failed".into();
+    }
+    Ok(solved)
+}
+
+/// The answer for a person.
+fn describe(solved: &Solved) -> String {
+    let Solved { plan, solutions, scene, .. } = solved;
+    let status = solutions.status(0);
+    let mut text =
+        format!("{}: {} ({})\n", if scene.name.is_empty() { "rod" } else { &scene.name }, status.name(), solved.engine);
+    if !status.is_converged() {
+        let fraction = solutions.get(0, Quantity::LoadFraction);
+        text += &format!("no equilibrium at the full load; followed from rest to {:.1} % of it\n", 100.0 * fraction);
+        return text;
+    }
+    let numbers = |v: [f64; 3], factor: f64, digits: usize| v.map(|x| format!("{:.*}", digits, x * factor)).join(", ");
+    let m0 = solutions.vector(0, Quantity::BaseMoment);
+    let u0 = rodsweep::model::base_curvature(&plan.sample_rod(&solved.batch, 0), m0);
+    text += &format!("tip position       [mm]     {}\n", numbers(solutions.vector(0, Quantity::TipPosition), 1e3, 6));
+    text += &format!("tip tangent                 {}\n", numbers(solutions.vector(0, Quantity::TipTangent), 1.0, 6));
+    text += &format!("base curvature     [1/m]    {}\n", numbers(u0, 1.0, 6));
+    text += &format!("base moment        [mN·m]   {}\n", numbers(m0, 1e3, 6));
+    text += &format!(
+        "stability margin            {:.4} ({})\n",
+        solutions.get(0, Quantity::StabilityMargin),
+        if solutions.get(0, Quantity::StabilityIndex) < 0.5 { "stable" } else { "unstable" }
+    );
+    text += &format!(
+        "error estimate              {} of the length; residual {}, {} passes, {} steps of {}\n",
+        engineering(solutions.get(0, Quantity::ErrorEstimate)),
+        engineering(solutions.get(0, Quantity::Residual)),
+        solutions.get(0, Quantity::Iterations),
+        plan.options.steps,
+        plan.options.stepper.name()
+    );
+    for (segment, flexible) in scene.segments.iter().filter_map(|s| match &s.kind {
+        SegmentKind::Flexible(flexible) => Some((s, flexible)),
+        SegmentKind::Rigid(_) => None,
+    }) {
+        let [x, y, z] = flexible.stiffness.principal().map(engineering);
+        text += &format!("stiffness of {:<15}bending {x}, {y}, torsion {z} N·m²\n", segment.name);
+    }
+    if !plan.derivatives.is_empty() {
+        let mut table =
+            rodsweep::report::Table::new(["d/d", "x [m/unit]", "y", "z", "w.x [rad/unit]", "w.y", "w.z", "unit"]);
+        for (k, derivative) in plan.derivatives.iter().enumerate() {
+            let mut cells = vec![derivative.name.clone()];
+            cells.extend((0..6).map(|row| format!("{:.6e}", solutions.derivative(0, k, row))));
+            cells.push(derivative.parameter.unit().into());
+            table.row(cells);
+        }
+        text += &format!("{table}");
+    }
+    text
+}

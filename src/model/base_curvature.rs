@@ -1,0 +1,121 @@
+//! Curvature at the start of the first flexible segment, and how it moves with the rod's numbers.
+
+use super::{Rod, RodSegment, Slot, Vector};
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+/// A number and its rate.
+#[derive(Clone, Copy)]
+struct Dual {
+    value: f64,
+    rate: f64,
+}
+
+impl Add for Dual {
+    type Output = Dual;
+    fn add(self, b: Dual) -> Dual {
+        Dual { value: self.value + b.value, rate: self.rate + b.rate }
+    }
+}
+
+impl Sub for Dual {
+    type Output = Dual;
+    fn sub(self, b: Dual) -> Dual {
+        self + -b
+    }
+}
+
+impl Neg for Dual {
+    type Output = Dual;
+    fn neg(self) -> Dual {
+        Dual { value: -self.value, rate: -self.rate }
+    }
+}
+
+impl Mul for Dual {
+    type Output = Dual;
+    fn mul(self, b: Dual) -> Dual {
+        Dual { value: self.value * b.value, rate: self.rate * b.value + self.value * b.rate }
+    }
+}
+
+impl Div for Dual {
+    type Output = Dual;
+    fn div(self, b: Dual) -> Dual {
+        let value = self.value / b.value;
+        Dual { value, rate: (self.rate - value * b.rate) / b.value }
+    }
+}
+
+type DualVector = [Dual; 3];
+
+/// u0 = u* + K^-1 R0^T m at the start of the first flexible segment, body frame [1/m].
+///
+/// `base_moment` is m at s = 0+, before any rigid segment. NaN for a rod without a flexible segment.
+pub fn base_curvature(rod: &Rod, base_moment: Vector) -> Vector {
+    propagate(rod, base_moment, None).map(|u| u.value)
+}
+
+/// d(u0) by a slot, given d(base moment) by it.
+pub fn base_curvature_rate(rod: &Rod, base_moment: Vector, slot: Slot, base_moment_rate: Vector) -> Vector {
+    propagate(rod, base_moment, Some((slot, base_moment_rate))).map(|u| u.rate)
+}
+
+fn propagate(rod: &Rod, base_moment: Vector, by: Option<(Slot, Vector)>) -> DualVector {
+    let slot = by.map(|(slot, _)| slot);
+    let seed = |this: Slot| f64::from(u8::from(slot == Some(this)));
+    let with = |v: Vector, rate: Vector| -> DualVector { std::array::from_fn(|k| Dual { value: v[k], rate: rate[k] }) };
+    let seeded = |v: Vector, of: fn(super::Axis) -> Slot| with(v, super::Axis::ALL.map(|axis| seed(of(axis))));
+    let seeded_on = |v: Vector, segment: usize, of: fn(usize, super::Axis) -> Slot| {
+        with(v, super::Axis::ALL.map(|axis| seed(of(segment, axis))))
+    };
+    // Columns of the base rotation: d1, d2, t; a virtual rotation e turns each by e x d.
+    let turn = super::Axis::ALL.map(|axis| seed(Slot::BaseRotation(axis)));
+    let directors: [DualVector; 3] = std::array::from_fn(|col| {
+        let d = std::array::from_fn(|row| rod.base_rotation[row][col]);
+        with(d, [turn[1] * d[2] - turn[2] * d[1], turn[2] * d[0] - turn[0] * d[2], turn[0] * d[1] - turn[1] * d[0]])
+    });
+    let flux_density = seeded(rod.flux_density, Slot::FluxDensity);
+    let mut n = seeded(rod.tip_force, Slot::TipForce);
+    for (index, segment) in rod.segments.iter().enumerate() {
+        let length = Dual { value: segment.length(), rate: seed(Slot::Length(index)) };
+        n = add(n, seeded_on(segment.load(), index, Slot::Load), length);
+    }
+    let mut m = with(base_moment, by.map_or([0.0; 3], |(_, rate)| rate));
+    let half = Dual { value: 0.5, rate: 0.0 };
+    for (index, segment) in rod.segments.iter().enumerate() {
+        let length = Dual { value: segment.length(), rate: seed(Slot::Length(index)) };
+        let load = seeded_on(segment.load(), index, Slot::Load);
+        match segment {
+            RodSegment::Rigid { dipole, .. } => {
+                let mu = seeded_on(*dipole, index, Slot::Dipole);
+                let zero = [Dual { value: 0.0, rate: 0.0 }; 3];
+                let mu_world = (0..3).fold(zero, |sum, k| add(sum, directors[k], mu[k]));
+                n = add(n, load, -length); // R1
+                let one = Dual { value: 1.0, rate: 0.0 };
+                m = add(m, cross(mu_world, flux_density), -one); // R3
+                if rod.rigid_force_arm {
+                    m = add(m, cross(directors[2], n), -length); // R3
+                    m = add(m, cross(directors[2], load), -(half * length * length)); // R3
+                }
+            }
+            RodSegment::Flexible { stiffness, rest_curvature, .. } => {
+                let stiffness = seeded_on(*stiffness, index, Slot::Stiffness);
+                let u_star = seeded_on(*rest_curvature, index, Slot::RestCurvature);
+                return std::array::from_fn(|k| u_star[k] + dot(directors[k], m) / stiffness[k]); // R1
+            }
+        }
+    }
+    [Dual { value: f64::NAN, rate: f64::NAN }; 3]
+}
+
+fn add(a: DualVector, b: DualVector, factor: Dual) -> DualVector {
+    std::array::from_fn(|k| a[k] + b[k] * factor)
+}
+
+fn dot(a: DualVector, b: DualVector) -> Dual {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+fn cross(a: DualVector, b: DualVector) -> DualVector {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
