@@ -5,6 +5,7 @@
 
 mod blocks;
 mod parameter;
+pub mod path;
 mod plan;
 mod rod;
 mod scene;
