@@ -4,3 +4,4 @@ pub mod backend;
 pub mod gpu;
 pub mod lanes;
 pub mod model;
+pub mod reference;

@@ -82,10 +82,10 @@ fn broken(@builtin(global_invocation_id) id: vec3<u32>) {
 ";
 
 fn plan() -> Plan {
-    let scene = common::catheter();
-    let axes = common::parameters(&scene, &["base.position.y", "coil.current", "loads.tip_force", "distal.length"]);
+    let scene = common::scenes::catheter();
+    let axes = common::scenes::parameters(&scene, &["base.position.y", "coil.current", "loads.tip_force", "distal.length"]);
     let axes: Vec<_> = axes.into_iter().map(|parameter| vec![parameter]).collect();
-    let wrt = common::parameters(&scene, &["coil.current.x", "loads.tip_force.z"]);
+    let wrt = common::scenes::parameters(&scene, &["coil.current.x", "loads.tip_force.z"]);
     Plan::new(&scene, &axes, &wrt, PlanOptions::default()).unwrap()
 }
 

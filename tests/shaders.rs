@@ -9,14 +9,14 @@ const IDLE: &str = "@compute @workgroup_size(WORKGROUP)\nfn idle(@builtin(global
                     if select_sample(id.x) { store_status(STATUS_OK); }\n}\n";
 
 fn plans() -> Vec<Plan> {
-    let scene = common::catheter();
+    let scene = common::scenes::catheter();
     let mut plans = Vec::new();
     for stepper in Stepper::ALL {
         let options = PlanOptions { stepper, ..PlanOptions::default() };
         plans.push(Plan::single(&scene, &[], options).unwrap());
-        let axes = common::parameters(&scene, &["coil.current", "loads.tip_force"]);
+        let axes = common::scenes::parameters(&scene, &["coil.current", "loads.tip_force"]);
         let axes: Vec<_> = axes.into_iter().map(|parameter| vec![parameter]).collect();
-        let wrt = common::parameters(&scene, &["coil.current", "insertion", "distal.youngs_modulus"]);
+        let wrt = common::scenes::parameters(&scene, &["coil.current", "insertion", "distal.youngs_modulus"]);
         plans.push(Plan::new(&scene, &axes, &wrt, options).unwrap());
     }
     plans

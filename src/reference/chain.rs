@@ -1,0 +1,213 @@
+//! The rod in units of its own size, and its variations: what changes when one of its numbers does.
+
+use crate::model::{self, Axis, Rod, RodSegment, Slot, Units};
+use nalgebra::{Matrix3, Vector3};
+
+/// Numbers of one segment, or their differentials.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Segment {
+    pub length: f64,
+    /// EIx, EIy, GJ; only flexible segments.
+    pub K: Vector3<f64>,
+    /// Only flexible segments.
+    pub u_star: Vector3<f64>,
+    /// Only rigid segments.
+    pub mu: Vector3<f64>,
+    /// Force per length.
+    pub load: Vector3<f64>,
+}
+
+/// Numbers of a rod, or their differentials.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Numbers {
+    pub B: Vector3<f64>,
+    pub f_tip: Vector3<f64>,
+    pub l_tip: Vector3<f64>,
+    pub segments: Vec<Segment>,
+}
+
+/// A rod based at the origin, in units of its length, its mean stiffness and its field.
+#[derive(Clone, Debug)]
+pub(super) struct Chain {
+    pub numbers: Numbers,
+    pub R0: Matrix3<f64>,
+    pub is_flexible: Vec<bool>,
+    pub rigid_force_arm: bool,
+    /// n at the distal end of each segment.
+    pub n_end: Vec<Vector3<f64>>,
+}
+
+/// A direction in which a rod changes: of its base pose, its base moment and its numbers.
+#[derive(Clone, Debug)]
+pub(super) struct Variation {
+    pub w0: Vector3<f64>,
+    pub dp0: Vector3<f64>,
+    /// Of the base moment, body frame.
+    pub dm0_body: Vector3<f64>,
+    pub numbers: Numbers,
+    /// Change of n at the distal end of each segment.
+    pub dn_end: Vec<Vector3<f64>>,
+}
+
+/// Length of the rod; moment that bends its flexible part, on the mean, by one radian; field.
+pub(super) fn units(rod: &Rod) -> Units {
+    let length = rod.total_length();
+    let (mut flexible, mut compliance) = (0.0, 0.0);
+    for segment in &rod.segments {
+        if let RodSegment::Flexible { length, stiffness, .. } = segment {
+            flexible += length;
+            compliance += length / (stiffness[0] * stiffness[1]).sqrt();
+        }
+    }
+    let stiffness = if compliance > 0.0 { flexible / compliance } else { 1.0 };
+    let field = Vector3::from(rod.flux_density).norm();
+    Units { length, force: stiffness / (length * length), field: if field > 0.0 { field } else { 1.0 } }
+}
+
+/// A matrix given by rows.
+pub(super) fn matrix(rows: &model::Matrix) -> Matrix3<f64> {
+    Matrix3::from_fn(|row, col| rows[row][col])
+}
+
+/// Rows of a matrix.
+pub(super) fn rows(matrix: &Matrix3<f64>) -> model::Matrix {
+    std::array::from_fn(|row| std::array::from_fn(|col| matrix[(row, col)]))
+}
+
+/// The world axis of a name.
+pub(super) fn unit(axis: Axis) -> Vector3<f64> {
+    Vector3::ith(axis.index(), 1.0)
+}
+
+/// e3 x v
+pub(super) fn e3_cross(v: Vector3<f64>) -> Vector3<f64> {
+    Vector3::new(-v.y, v.x, 0.0)
+}
+
+impl Chain {
+    pub fn new(rod: &Rod, units: &Units) -> Self {
+        let segment = |segment: &RodSegment| match *segment {
+            RodSegment::Flexible { length, stiffness, rest_curvature, load } => Segment {
+                length: length / units.length,
+                K: Vector3::from(stiffness) / units.stiffness(),
+                u_star: Vector3::from(rest_curvature) / units.curvature(),
+                load: Vector3::from(load) / units.load(),
+                ..Segment::default()
+            },
+            RodSegment::Rigid { length, dipole, load } => Segment {
+                length: length / units.length,
+                mu: Vector3::from(dipole) / units.dipole(),
+                load: Vector3::from(load) / units.load(),
+                ..Segment::default()
+            },
+        };
+        let numbers = Numbers {
+            B: Vector3::from(rod.flux_density) / units.field,
+            f_tip: Vector3::from(rod.tip_force) / units.force,
+            l_tip: Vector3::from(rod.tip_moment) / units.moment(),
+            segments: rod.segments.iter().map(segment).collect(),
+        };
+        let mut chain = Self {
+            numbers,
+            R0: matrix(&rod.base_rotation),
+            is_flexible: rod.segments.iter().map(|s| matches!(s, RodSegment::Flexible { .. })).collect(),
+            rigid_force_arm: rod.rigid_force_arm,
+            n_end: Vec::new(),
+        };
+        chain.set_forces();
+        chain
+    }
+
+    /// n(L_j) = f_tip + the loads beyond segment j.
+    fn set_forces(&mut self) {
+        let mut n = self.numbers.f_tip;
+        self.n_end = vec![n; self.numbers.segments.len()];
+        for (segment, n_end) in self.numbers.segments.iter().zip(&mut self.n_end).rev() {
+            *n_end = n;
+            n += segment.load * segment.length;
+        }
+    }
+
+    /// The same rod under a share of its loads: dipoles, tip force, tip moment, distributed loads.
+    pub fn loaded(&self, lambda: f64) -> Self {
+        let mut chain = self.clone();
+        chain.numbers.f_tip *= lambda;
+        chain.numbers.l_tip *= lambda;
+        for segment in &mut chain.numbers.segments {
+            segment.mu *= lambda;
+            segment.load *= lambda;
+        }
+        chain.set_forces();
+        chain
+    }
+
+    /// n at the proximal end of segment j.
+    pub fn n_start(&self, segment: usize) -> Vector3<f64> {
+        let Segment { length, load, .. } = self.numbers.segments[segment];
+        self.n_end[segment] + load * length
+    }
+
+    /// u(0), if the rod starts with a flexible segment.
+    pub fn u_base(&self, m0_body: Vector3<f64>) -> Option<Vector3<f64>> {
+        let first = self.numbers.segments[0];
+        self.is_flexible[0].then(|| first.u_star + m0_body.component_div(&first.K))
+    }
+
+    fn no_variation(&self) -> Variation {
+        let zero = Vector3::zeros();
+        let count = self.numbers.segments.len();
+        let numbers = Numbers { segments: vec![Segment::default(); count], ..Numbers::default() };
+        Variation { w0: zero, dp0: zero, dm0_body: zero, numbers, dn_end: vec![zero; count] }
+    }
+
+    /// Fills in the change of the internal force.
+    fn with_forces(&self, mut variation: Variation) -> Variation {
+        let mut dn = variation.numbers.f_tip;
+        for j in (0..self.numbers.segments.len()).rev() {
+            variation.dn_end[j] = dn;
+            let (value, d) = (self.numbers.segments[j], variation.numbers.segments[j]);
+            dn += d.load * value.length + value.load * d.length;
+        }
+        variation
+    }
+
+    /// Unit changes of the base moment.
+    pub fn base_moment_variations(&self) -> [Variation; 3] {
+        std::array::from_fn(|k| Variation { dm0_body: Vector3::ith(k, 1.0), ..self.no_variation() })
+    }
+
+    /// Growth of all loads together; `self` is the rod under its full load.
+    pub fn load_variation(&self, lambda: f64) -> Variation {
+        let mut variation = self.no_variation();
+        variation.numbers.f_tip = self.numbers.f_tip;
+        variation.numbers.l_tip = self.numbers.l_tip;
+        for (d, segment) in variation.numbers.segments.iter_mut().zip(&self.numbers.segments) {
+            d.mu = segment.mu;
+            d.load = segment.load;
+        }
+        self.loaded(lambda).with_forces(variation)
+    }
+
+    /// Unit change of a slot, the body-frame base moment held.
+    pub fn slot_variation(&self, slot: Slot, m0_body: Vector3<f64>) -> Variation {
+        let mut variation = self.no_variation();
+        let numbers = &mut variation.numbers;
+        match slot {
+            Slot::BasePosition(axis) => variation.dp0 = unit(axis),
+            Slot::BaseRotation(axis) => variation.w0 = unit(axis),
+            Slot::FluxDensity(axis) => numbers.B = unit(axis),
+            Slot::TipForce(axis) => numbers.f_tip = unit(axis),
+            Slot::TipMoment(axis) => numbers.l_tip = unit(axis),
+            Slot::Insertion => {
+                variation.dp0 = self.R0.column(2).into();
+                variation.w0 = self.u_base(m0_body).map_or(Vector3::zeros(), |u| self.R0 * u);
+            }
+            Slot::Length(j) => numbers.segments[j].length = 1.0,
+            Slot::Stiffness(j, axis) => numbers.segments[j].K = unit(axis),
+            Slot::RestCurvature(j, axis) => numbers.segments[j].u_star = unit(axis),
+            Slot::Dipole(j, axis) => numbers.segments[j].mu = unit(axis),
+            Slot::Load(j, axis) => numbers.segments[j].load = unit(axis),
+        }
+        self.with_forces(variation)
+    }
+}

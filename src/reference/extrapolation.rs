@@ -1,0 +1,119 @@
+//! An adaptive integrator of order twelve: Gragg's midpoint rule, extrapolated (Bulirsch and Stoer).
+//!
+//! It shares no coefficient with the engines' Runge-Kutta methods.
+
+/// Midpoint results combined in one step, with 2, 4, ... substeps.
+const ROWS: usize = 6;
+/// Order of the error estimate.
+const ESTIMATE_ORDER: f64 = (2 * ROWS - 1) as f64;
+/// Steps shorter than this share of the rod mean that the solution has run away.
+const SMALLEST_STEP: f64 = 1e-9;
+
+/// The right-hand side of an autonomous-by-arc-length system, and how its errors are measured.
+pub(super) trait Field {
+    /// dy/ds at arc length s.
+    fn slope(&self, s: f64, y: &[f64], dy: &mut [f64]);
+    /// Largest error over the size it may have relative to; `y` gives the sizes.
+    fn measure(&self, y: &[f64], error: &[f64]) -> f64;
+}
+
+/// The solution cannot be continued.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct RunAway;
+
+/// Integrator with its step size and scratch space.
+#[derive(Clone, Debug)]
+pub(super) struct Extrapolation {
+    tolerance: f64,
+    /// Step to try next.
+    step: f64,
+    slope0: Vec<f64>,
+    slope: Vec<f64>,
+    point: Vec<f64>,
+    older: Vec<f64>,
+    newer: Vec<f64>,
+    table: [Vec<f64>; ROWS],
+    error: Vec<f64>,
+}
+
+impl Extrapolation {
+    /// `tolerance` is the error allowed in one step.
+    pub fn new(tolerance: f64) -> Self {
+        let (slope0, slope, point, older, newer, error) = Default::default();
+        Self { tolerance, step: 0.25, slope0, slope, point, older, newer, table: Default::default(), error }
+    }
+
+    /// Integrates y from s = start to s = end.
+    pub fn advance(&mut self, field: &impl Field, start: f64, end: f64, y: &mut [f64]) -> Result<(), RunAway> {
+        for buffer in [&mut self.slope0, &mut self.slope, &mut self.point, &mut self.older, &mut self.newer] {
+            buffer.resize(y.len(), 0.0);
+        }
+        self.error.resize(y.len(), 0.0);
+        self.table.iter_mut().for_each(|row| row.resize(y.len(), 0.0));
+        let mut s = start;
+        while s < end {
+            let rest = end - s;
+            // Equal steps rather than long ones and a tiny one.
+            let steps = (rest / self.step).ceil();
+            let (h, is_last) = (rest / steps, steps == 1.0);
+            let error = self.try_step(field, s, h, y);
+            // No error at all allows the largest growth, an undefined one the smallest.
+            let growth = 0.9 * (self.tolerance / error).powf(1.0 / ESTIMATE_ORDER);
+            let proposal = h * if growth.is_nan() { 0.1 } else { growth.clamp(0.1, 3.0) };
+            if error <= self.tolerance {
+                y.iter_mut().zip(&self.table[0]).for_each(|(y, increment)| *y += increment);
+                s = if is_last { end } else { s + h };
+                // A step cut short says nothing against longer ones.
+                self.step = if h < self.step { self.step.max(proposal) } else { proposal };
+            } else {
+                self.step = proposal;
+                if self.step.is_nan() || self.step < SMALLEST_STEP {
+                    return Err(RunAway);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Leaves the increment over one step in `table[0]` and returns its estimated error.
+    fn try_step(&mut self, field: &impl Field, s: f64, h: f64, y: &[f64]) -> f64 {
+        field.slope(s, y, &mut self.slope0);
+        for row in 0..ROWS {
+            let substeps = 2 * (row + 1);
+            self.midpoint(field, s, h, substeps, y);
+            std::mem::swap(&mut self.table[row], &mut self.newer);
+        }
+        // Aitken and Neville, in powers of the squared substep; table[row] climbs from column to column.
+        for column in 1..ROWS {
+            for row in 0..ROWS - column {
+                let ratio = ((row + column + 1) as f64 / (row + 1) as f64).powi(2);
+                let (low, high) = self.table.split_at_mut(row + 1);
+                for ((coarse, fine), error) in low[row].iter_mut().zip(&high[0]).zip(&mut self.error) {
+                    let better = fine + (fine - *coarse) / (ratio - 1.0);
+                    *error = better - fine;
+                    *coarse = better;
+                }
+            }
+        }
+        field.measure(y, &self.error)
+    }
+
+    /// Gragg's midpoint rule: the increment over h in `newer`.
+    fn midpoint(&mut self, field: &impl Field, s: f64, h: f64, substeps: usize, y: &[f64]) {
+        let step = h / substeps as f64;
+        self.older.fill(0.0);
+        for (newer, slope) in self.newer.iter_mut().zip(&self.slope0) {
+            *newer = step * slope;
+        }
+        for k in 1..substeps {
+            for ((point, y), newer) in self.point.iter_mut().zip(y).zip(&self.newer) {
+                *point = y + newer;
+            }
+            field.slope(s + k as f64 * step, &self.point, &mut self.slope);
+            for (older, slope) in self.older.iter_mut().zip(&self.slope) {
+                *older += 2.0 * step * slope;
+            }
+            std::mem::swap(&mut self.older, &mut self.newer);
+        }
+    }
+}

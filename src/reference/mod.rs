@@ -1,0 +1,114 @@
+//! The reference: scalar f64 in the literature's own form (p, R, u integrated; virtual angular velocities), adaptive,
+//! shot to machine precision, on the branch that leads from rest to the full load.
+//!
+//! Clear before fast. It shares neither formulation nor stepper with the engines, so that an error in either shows.
+//! Equations (1)-(4), (9)-(33), with the corrections listed in `EQUATIONS.md`.
+#![allow(non_snake_case)]
+
+mod chain;
+mod equilibrium;
+mod extrapolation;
+mod flexible;
+mod ramp;
+mod rigid;
+mod shooting;
+mod stability;
+
+pub use equilibrium::{
+    Equilibrium, Pose, SlotDerivative, Stability, base_curvature, shape, solve_rod, stability as stability_at,
+};
+
+use crate::backend::{Backend, BackendError, BackendInfo, BackendKind, Precision};
+use crate::model::{Batch, Plan, Quantity, ROWS, Slot, Solutions, Status};
+use rayon::prelude::*;
+
+/// Samples in one call: enough to keep the threads busy.
+const BATCH_SIZE: usize = 1024;
+
+/// The reference as a backend.
+pub struct Reference {
+    plan: Plan,
+    /// Slots that some derivative uses, each once.
+    slots: Vec<Slot>,
+}
+
+impl Reference {
+    /// A reference for a plan. The plan's resolution and tolerance do not matter to it.
+    pub fn new(plan: &Plan) -> Self {
+        let mut slots = Vec::new();
+        for (slot, _) in plan.derivatives.iter().flat_map(|derivative| &derivative.terms) {
+            if !slots.contains(slot) {
+                slots.push(*slot);
+            }
+        }
+        Self { plan: plan.clone(), slots }
+    }
+
+    fn solve_sample(&self, batch: &Batch, sample: usize) -> Vec<f64> {
+        let mut equilibrium = solve_rod(&self.plan.sample_rod(batch, sample), &self.slots);
+        if batch.bad[sample] {
+            equilibrium.status = Status::BadParameter;
+        }
+        let mut row = vec![0.0; Quantity::COUNT];
+        let mut put = |quantity: Quantity, values: &[f64]| {
+            row[quantity.column()..quantity.column() + values.len()].copy_from_slice(values);
+        };
+        put(Quantity::TipPosition, &equilibrium.p_tip);
+        put(Quantity::TipD1, &equilibrium.R_tip.map(|row| row[0]));
+        put(Quantity::TipTangent, &equilibrium.R_tip.map(|row| row[2]));
+        put(Quantity::BaseMoment, &equilibrium.m0);
+        put(Quantity::Residual, &[equilibrium.residual / self.plan.units.moment()]);
+        put(Quantity::ErrorEstimate, &[equilibrium.error_estimate]);
+        put(Quantity::StabilityMargin, &[equilibrium.margin]);
+        put(Quantity::StabilityIndex, &[equilibrium.index as f64]);
+        put(Quantity::Iterations, &[equilibrium.iterations as f64]);
+        put(Quantity::LoadFraction, &[equilibrium.load_fraction]);
+        put(Quantity::Status, &[f64::from(equilibrium.status.code())]);
+        for derivative in &self.plan.derivatives {
+            let mut rows = [0.0; ROWS];
+            for (slot, entry) in &derivative.terms {
+                let rate = self.plan.entry(batch, sample, *entry);
+                let of_slot = self.slots.iter().zip(&equilibrium.derivatives).find(|(other, _)| *other == slot);
+                if let Some((_, of_slot)) = of_slot {
+                    for (row, value) in rows.iter_mut().zip(of_slot.dp.iter().chain(&of_slot.w).chain(&of_slot.dm0)) {
+                        *row += rate * value;
+                    }
+                }
+            }
+            row.extend(rows);
+        }
+        row
+    }
+}
+
+impl Backend for Reference {
+    fn info(&self) -> BackendInfo {
+        BackendInfo {
+            kind: BackendKind::Reference,
+            precision: Precision::F64,
+            device: format!("{} threads", rayon::current_num_threads()),
+            driver: String::new(),
+        }
+    }
+
+    fn plan(&self) -> &Plan {
+        &self.plan
+    }
+
+    fn batch_size(&self) -> usize {
+        BATCH_SIZE
+    }
+
+    fn solve(&mut self, batch: &Batch) -> Result<Solutions, BackendError> {
+        let sample_count = batch.sample_count();
+        let rows: Vec<Vec<f64>> =
+            (0..sample_count).into_par_iter().map(|sample| self.solve_sample(batch, sample)).collect();
+        let mut solutions = Solutions::new(self.plan.derivatives.len(), sample_count);
+        for (sample, row) in rows.iter().enumerate() {
+            for (column, value) in row.iter().enumerate() {
+                solutions.values.set(sample, column, *value);
+            }
+        }
+        Ok(solutions)
+    }
+}

@@ -1,0 +1,121 @@
+//! One passage from base to tip, the tip condition (3) and Newton's iteration on the base moment.
+//!
+//! The paper's unknown is u(0); the moment at s = 0+ in the body frame, K (u(0) - u*(0)) where the first segment is
+//! flexible, takes its place so that a rod may also start rigid. Newton's iterates are the same.
+
+use super::chain::{Chain, Variation};
+use super::extrapolation::{Extrapolation, RunAway};
+use super::flexible::Flexible;
+use super::rigid;
+use nalgebra::{Matrix3, Vector3};
+
+/// Change of the state along a variation.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Column {
+    pub w: Vector3<f64>,
+    pub dp: Vector3<f64>,
+    pub dm_body: Vector3<f64>,
+}
+
+/// State at one point of the rod: pose, moment in the body frame, columns.
+#[derive(Clone, Debug)]
+pub(super) struct State {
+    pub p: Vector3<f64>,
+    pub R: Matrix3<f64>,
+    pub m_body: Vector3<f64>,
+    pub columns: Vec<Column>,
+}
+
+/// What one passage yields.
+#[derive(Clone, Debug)]
+pub(super) struct Passage {
+    /// At the tip.
+    pub tip: State,
+    /// u and its columns at the start of the first flexible segment.
+    pub u_first: Vector3<f64>,
+    pub du_first: Vec<Vector3<f64>>,
+    /// u at the end of the last flexible segment.
+    pub u_last: Vector3<f64>,
+    /// m(L) - l_tip in the tip's frame.
+    pub residual: Vector3<f64>,
+    pub dresidual: Vec<Vector3<f64>>,
+}
+
+/// The state at the base.
+pub(super) fn base_state(chain: &Chain, m0_body: Vector3<f64>, variations: &[Variation]) -> State {
+    let column = |v: &Variation| Column { w: v.w0, dp: v.dp0, dm_body: v.dm0_body };
+    State { p: Vector3::zeros(), R: chain.R0, m_body: m0_body, columns: variations.iter().map(column).collect() }
+}
+
+/// Integrates the rod from the base with the given moment.
+pub(super) fn pass(
+    chain: &Chain,
+    m0_body: Vector3<f64>,
+    variations: &[Variation],
+    integrator: &mut Extrapolation,
+) -> Result<Passage, RunAway> {
+    let mut state = base_state(chain, m0_body, variations);
+    let mut first = None;
+    let mut u_last = Vector3::zeros();
+    for j in 0..chain.is_flexible.len() {
+        if chain.is_flexible[j] {
+            let flexible = Flexible::new(chain, j, variations);
+            first.get_or_insert_with(|| flexible.curvature(&state));
+            flexible.advance(integrator, 0.0, chain.numbers.segments[j].length, &mut state)?;
+            flexible.lengthen(variations, j, &mut state);
+            u_last = flexible.curvature(&state).0;
+        } else {
+            rigid::cross(chain, j, variations, &mut state);
+        }
+    }
+    let l_tip = chain.numbers.l_tip;
+    let residual = state.m_body - state.R.tr_mul(&l_tip); // (3)
+    let dresidual = |(column, variation): (&Column, &Variation)| {
+        column.dm_body - state.R.tr_mul(&(variation.numbers.l_tip - column.w.cross(&l_tip))) // (31)
+    };
+    let dresidual = state.columns.iter().zip(variations).map(dresidual).collect();
+    let (u_first, du_first) = first.unwrap_or_default();
+    Ok(Passage { tip: state, u_first, du_first, u_last, residual, dresidual })
+}
+
+impl Passage {
+    /// dr/dm0 in tip and base frames; the first three columns must be those of the base moment.
+    pub fn matrix(&self) -> Matrix3<f64> {
+        Matrix3::from_columns(&self.dresidual[..3])
+    }
+
+    /// Largest entry of the base moment's columns: by how much errors grow along the rod.
+    pub fn growth(&self) -> f64 {
+        self.tip.columns[..3].iter().fold(1.0, |m: f64, c| m.max(c.w.amax()).max(c.dp.amax()).max(c.dm_body.amax()))
+    }
+}
+
+/// Full steps of Newton's iteration until neither residual nor step gets smaller.
+///
+/// Returns the base moment with the least residual, that passage, and the passages spent.
+pub(super) fn polish(
+    chain: &Chain,
+    m0_body: Vector3<f64>,
+    integrator: &mut Extrapolation,
+) -> Result<(Vector3<f64>, Passage, usize), RunAway> {
+    const MOST_PASSES: usize = 12;
+    let base = chain.base_moment_variations();
+    let mut best = (m0_body, pass(chain, m0_body, &base, integrator)?);
+    let mut last_step = f64::INFINITY;
+    for passes in 2..=MOST_PASSES {
+        let Some(step) = best.1.matrix().lu().solve(&-best.1.residual) else {
+            return Ok((best.0, best.1, passes - 1));
+        };
+        if step.norm() >= 0.5 * last_step || step.norm() <= f64::EPSILON * best.0.norm() {
+            return Ok((best.0, best.1, passes - 1));
+        }
+        last_step = step.norm();
+        let next = best.0 + step;
+        let passage = pass(chain, next, &base, integrator)?;
+        if passage.residual.norm() >= best.1.residual.norm() {
+            return Ok((best.0, best.1, passes));
+        }
+        best = (next, passage);
+    }
+    Ok((best.0, best.1, MOST_PASSES))
+}

@@ -1,0 +1,234 @@
+//! Golden scenes: inputs as scenes, expected outputs. SI units; matrices by rows.
+
+use rodsweep::model::{
+    Axis, Base, Coil, CoilWinding, Flexible, Loads, Matrix, Parameter, Rigid, Scene, Segment, SegmentKind,
+    SegmentParameter, Stiffness, StiffnessAxis, Vector,
+};
+use serde_json::Value;
+
+/// A scene with one equilibrium and its derivatives.
+pub struct GoldenCase {
+    pub scene: Scene,
+    /// Parameters of the columns of `J`.
+    pub parameters: Vec<Parameter>,
+    pub m0: Vector,
+    pub u0: Vector,
+    pub p_tip: Vector,
+    pub R_tip: Matrix,
+    pub u_tip: Vector,
+    /// Six rows (tip position, tip rotation), a column for each parameter.
+    pub J: Vec<Vec<f64>>,
+    /// Six rows, a column for each world axis about which the base turns.
+    pub J_R0: Vec<Vec<f64>>,
+    pub index: usize,
+}
+
+/// A scene with every equilibrium found: base moment, base curvature, tip position, index.
+pub struct StabilityCase {
+    pub scene: Scene,
+    pub equilibria: Vec<(Vector, Vector, Vector, usize)>,
+}
+
+/// One sample of the published code on prototype P6.
+pub struct P6Sample {
+    pub currents: Vector,
+    pub insertion: f64,
+    pub tip_force: Vector,
+    pub p_tip: Vector,
+    pub u0: Vector,
+    /// Columns: three currents, insertion, tip force.
+    pub J: Vec<Vec<f64>>,
+}
+
+/// The 60 scenes with derivatives.
+pub fn dev() -> Vec<GoldenCase> {
+    list(&parse(include_str!("../data/golden_dev.json"))["scenes"]).iter().map(golden_case).collect()
+}
+
+/// The 15 scenes with all equilibria.
+pub fn stability() -> Vec<StabilityCase> {
+    let case = |value: &Value| StabilityCase {
+        scene: scene(&value["name"], &value["input"]),
+        equilibria: list(&value["equilibria"])
+            .iter()
+            .map(|e| (vector(&e["m0"]), vector(&e["u0"]), vector(&e["p_tip"]), count(&e["morse_index"])))
+            .collect(),
+    };
+    list(&parse(include_str!("../data/golden_stability.json"))["dev"]).iter().map(case).collect()
+}
+
+/// The 50 samples of prototype P6.
+pub fn p6_samples() -> Vec<P6Sample> {
+    let sample = |value: &Value| P6Sample {
+        currents: vector(&value["currents"]),
+        insertion: number(&value["insertion"]),
+        tip_force: vector(&value["tip_force"]),
+        p_tip: vector(&value["ramp_tip"]),
+        u0: vector(&value["ramp_u0"]),
+        J: table(&value["ramp_J"]),
+    };
+    list(&parse(include_str!("../data/crm_p6_reference50.json"))["samples"]).iter().map(sample).collect()
+}
+
+/// Prototype P6 at full length, without the lever arm of its rigid segment.
+pub fn p6_scene() -> Scene {
+    let tube = Stiffness::Tube {
+        inner_radius: 0.9906e-3,
+        outer_radius: 1.5875e-3,
+        youngs_modulus: 5.3948e6,
+        shear: rodsweep::model::ShearElasticity::Modulus(2.3881e6),
+    };
+    let flexible = |name: &str, length: f64, rest_curvature: Vector| Segment {
+        name: name.into(),
+        length,
+        kind: SegmentKind::Flexible(Flexible {
+            stiffness: tube,
+            rest_curvature,
+            density: Some(rodsweep::model::Density::Linear(2.8814e-4)),
+        }),
+    };
+    let winding = CoilWinding::Axes { turns: [30.0, 30.0, 100.0], area: [46.665e-6, 46.665e-6, 11.251791e-6] };
+    // The published code lays the coil's mass on top of the tube's.
+    let mass = Some(5.7736e-5 + 2.8814e-4 * 0.0183);
+    let coil = Rigid { mass, coil: Some(Coil { winding, current: [0.0; 3], alignment: [0.0; 3] }) };
+    Scene {
+        name: "P6".into(),
+        base: Base::default(),
+        flux_density: [0.0, 3.0, 0.0],
+        loads: Loads { tip_force: Some([0.0; 3]), gravity: Some([0.0, 0.0, 9.81]), ..Loads::default() },
+        segments: vec![
+            flexible("proximal", 0.1008, [0.7399849479553774, -0.2292201697658481, 0.0]),
+            Segment { name: "coil".into(), length: 0.0183, kind: SegmentKind::Rigid(coil) },
+            flexible("distal", 0.0185, [0.0148626102272827, 0.094448815853795, 0.0]),
+        ],
+        rigid_force_arm: false,
+    }
+}
+
+fn golden_case(value: &Value) -> GoldenCase {
+    let output = &value["output"];
+    GoldenCase {
+        scene: scene(&value["name"], &value["input"]),
+        parameters: list(&output["params"]).iter().map(parameter).collect(),
+        m0: vector(&output["m0"]),
+        u0: vector(&output["u0"]),
+        p_tip: vector(&output["p_tip"]),
+        R_tip: matrix(&output["R_tip"]),
+        u_tip: vector(&output["u_tip"]),
+        J: table(&output["J"]),
+        J_R0: table(&output["J_R0"]),
+        index: count(&output["morse_index"]),
+    }
+}
+
+/// A golden input as a scene with segments seg0, seg1, ...
+pub fn scene(name: &Value, input: &Value) -> Scene {
+    let some = |v: Vector| v.iter().any(|x| *x != 0.0).then_some(v);
+    let loads = Loads {
+        tip_force: some(vector(&input["f_tip"])),
+        tip_moment: some(vector(&input["l_tip"])),
+        distributed_force: (!input["weight"].is_null()).then(|| vector(&input["weight"])),
+        ..Loads::default()
+    };
+    let segment = |(index, value): (usize, &Value)| Segment {
+        name: format!("seg{index}"),
+        length: number(&value["length"]),
+        kind: if value["type"] == "flexible" { flexible(value) } else { rigid(value) },
+    };
+    Scene {
+        name: name.as_str().expect("a name").into(),
+        base: Base { position: vector(&input["p0"]), rotation: rotation_vector(&matrix(&input["R0"])) },
+        flux_density: vector(&input["B"]),
+        loads,
+        segments: list(&input["segments"]).iter().enumerate().map(segment).collect(),
+        rigid_force_arm: true,
+    }
+}
+
+fn flexible(value: &Value) -> SegmentKind {
+    assert!(value["ustar_end"].is_null(), "rest curvature that varies along a segment is not modelled");
+    let [bending_x, bending_y, torsion] = ["EIx", "EIy", "GJ"].map(|name| number(&value[name]));
+    let stiffness = Stiffness::Direct { bending_x, bending_y, torsion };
+    SegmentKind::Flexible(Flexible { stiffness, rest_curvature: vector(&value["ustar"]), density: None })
+}
+
+fn rigid(value: &Value) -> SegmentKind {
+    let coil = &value["coil"];
+    let coil = (!coil.is_null()).then(|| Coil {
+        winding: CoilWinding::Axes { turns: [1.0; 3], area: vector(&coil["turns_area"]) },
+        current: vector(&coil["current"]),
+        alignment: [0.0; 3],
+    });
+    SegmentKind::Rigid(Rigid { mass: None, coil })
+}
+
+fn parameter(value: &Value) -> Parameter {
+    let segment = || count(&value[1]);
+    let axis = || Axis::ALL[count(&value[2])];
+    let of_segment = |parameter| Parameter::Segment(segment(), parameter);
+    match value[0].as_str().expect("a kind") {
+        "current" => of_segment(SegmentParameter::Current(axis())),
+        "f_tip" => Parameter::TipForce(axis()),
+        "l_tip" => Parameter::TipMoment(axis()),
+        "B" => Parameter::FluxDensity(axis()),
+        "length" => of_segment(SegmentParameter::Length),
+        "EIx" => of_segment(SegmentParameter::Stiffness(StiffnessAxis::BendingX)),
+        "EIy" => of_segment(SegmentParameter::Stiffness(StiffnessAxis::BendingY)),
+        "GJ" => of_segment(SegmentParameter::Stiffness(StiffnessAxis::Torsion)),
+        "ustar" => of_segment(SegmentParameter::RestCurvature(axis())),
+        other => panic!("unknown golden parameter {other}"),
+    }
+}
+
+/// Logarithm of a rotation by way of its quaternion; sound at every angle up to pi.
+pub fn rotation_vector(R: &Matrix) -> Vector {
+    let trace = R[0][0] + R[1][1] + R[2][2];
+    // Four times the square of each quaternion component; the largest one is computed first.
+    let squares = [1.0 + trace, 1.0 + 2.0 * R[0][0] - trace, 1.0 + 2.0 * R[1][1] - trace, 1.0 + 2.0 * R[2][2] - trace];
+    let largest = (0..4).max_by(|a, b| squares[*a].total_cmp(&squares[*b])).expect("four components");
+    let antisymmetric = [R[2][1] - R[1][2], R[0][2] - R[2][0], R[1][0] - R[0][1]];
+    let mut q = [0.0; 4];
+    q[largest] = squares[largest];
+    for k in (0..4).filter(|k| *k != largest) {
+        q[k] = match (largest, k) {
+            (0, k) => antisymmetric[k - 1],
+            (k, 0) => antisymmetric[k - 1],
+            (j, k) => R[j - 1][k - 1] + R[k - 1][j - 1],
+        };
+    }
+    let sine = (q[1] * q[1] + q[2] * q[2] + q[3] * q[3]).sqrt();
+    if sine == 0.0 {
+        return [0.0; 3];
+    }
+    let sign = if q[0] < 0.0 { -1.0 } else { 1.0 };
+    let angle = 2.0 * sine.atan2(q[0].abs());
+    [q[1], q[2], q[3]].map(|x| sign * angle * x / sine)
+}
+
+fn parse(text: &str) -> Value {
+    serde_json::from_str(text).expect("valid JSON")
+}
+
+fn list(value: &Value) -> &Vec<Value> {
+    value.as_array().expect("a list")
+}
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().expect("a number")
+}
+
+fn count(value: &Value) -> usize {
+    value.as_u64().expect("a count") as usize
+}
+
+fn vector(value: &Value) -> Vector {
+    std::array::from_fn(|k| number(&value[k]))
+}
+
+fn matrix(value: &Value) -> Matrix {
+    std::array::from_fn(|row| vector(&value[row]))
+}
+
+fn table(value: &Value) -> Vec<Vec<f64>> {
+    list(value).iter().map(|row| list(row).iter().map(number).collect()).collect()
+}
