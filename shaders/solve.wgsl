@@ -79,14 +79,10 @@ fn predict(history: History, goal: f32) -> vec3<f32> {
     return axpy(ahead, slope, history.m0);
 }
 
-fn accept(history: ptr<function, History>, goal: f32, m0: vec3<f32>) {
-    let secant = (m0 - (*history).m0) * (1.0 / (goal - (*history).lambda));
-    let bend = (secant - (*history).secant) * (1.0 / (goal - (*history).lambda_before));
-    (*history).bend = bend;
-    (*history).secant = secant;
-    (*history).lambda_before = (*history).lambda;
-    (*history).lambda = goal;
-    (*history).m0 = m0;
+fn accept(history: History, goal: f32, m0: vec3<f32>) -> History {
+    let secant = (m0 - history.m0) * (1.0 / (goal - history.lambda));
+    let bend = (secant - history.secant) * (1.0 / (goal - history.lambda_before));
+    return History(goal, m0, history.lambda, secant, bend);
 }
 
 // A path before its first pass.
@@ -125,7 +121,7 @@ fn follow_path(rod: Rod, path: u32, tip: Tip, index: f32, end: ptr<function, Pat
         now.corrections = now.corrections + 1.0;
     } else {
         if accepted {
-            accept(&now.history, now.goal, m_new);
+            now.history = accept(now.history, now.goal, m_new);
             now.reached = now.goal >= 1.0;
             if now.corrections < EASY { now.step = now.step + now.step; }
         } else {
