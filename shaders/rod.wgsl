@@ -25,6 +25,8 @@ struct Rigid {
 
 // A rod under full loads; its segments are loaded where they are crossed.
 struct Rod {
+    // 0 for a rod that does not bend.
+    softness: f32,
     d1: vec3<f32>,
     t: vec3<f32>,
     B: vec3<f32>,
@@ -35,6 +37,7 @@ struct Rod {
 // Reads the base of the sample's record.
 fn load() -> Rod {
     var rod: Rod;
+    rod.softness = 1.0;
     rod.d1 = base_d1();
     rod.t = base_t();
     rod.B = flux_density();

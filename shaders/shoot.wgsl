@@ -31,19 +31,6 @@ var<private> traces: array<array<Trace, THREES>, SEGMENT_COUNT>;
 var<private> stations: array<Station, STATION_COUNT>;
 var<private> station_count: u32;
 
-// What a pass is to do.
-struct Pass {
-    resolution: u32,
-    // 0 for a rod that does not bend.
-    softness: f32,
-    lambda: f32,
-    m0: vec3<f32>,
-    // Threes of columns.
-    threes: u32,
-    // Whether to keep stations and traces.
-    record: bool,
-}
-
 // The distal end of the rod after a pass.
 struct Tip {
     p: vec3<f32>,
@@ -102,47 +89,48 @@ fn add_station() {
     station_count += 1u;
 }
 
-// Integrates the rod from base moment `m0` at load fraction `lambda`, some columns with it.
-fn shoot(rod: Rod, task: Pass) -> Tip {
-    let lambda = task.lambda;
-    var state = State(vec3<f32>(), rod.d1, rod.t, task.m0);
+// Integrates the rod from base moment `m0` at load fraction `lambda`, with it as many threes of columns.
+//
+// With `record` set the columns leave traces and stations.
+fn shoot(resolution: u32, rod: Rod, lambda: f32, m0: vec3<f32>, threes: u32, record: bool) -> Tip {
+    var state = State(vec3<f32>(), rod.d1, rod.t, m0);
     var n = base_force(rod) * lambda;
-    let tableau = select(TABLEAU_COUNT - 1u, 0u, task.resolution == COARSE);
-    if task.threes > 0u {
+    let tableau = select(TABLEAU_COUNT - 1u, 0u, resolution == COARSE);
+    if threes > 0u {
         columns[BY_MOMENT] = moment_columns();
-        columns[BY_ROTATION] = rotation_columns(task.m0);
+        columns[BY_ROTATION] = rotation_columns(m0);
         //@if DERIVATIVES
         columns[BY_FORCE] = force_columns();
         //@end
     }
-    if task.record {
+    if record {
         station_count = 0u;
         add_station();
     }
     for (var index = 0u; index < SEGMENT_COUNT; index++) {
         //@if TRACES
-        if task.record { traces[index] = array<Trace, THREES>(); }
+        if record { traces[index] = array<Trace, THREES>(); }
         //@end
         if is_flexible(index) {
-            let segment = load_flexible(index, task.softness);
-            let steps = step_count(index, task.resolution);
+            let segment = load_flexible(index, rod.softness);
+            let steps = step_count(index, resolution);
             let h = segment.length / f32(steps);
             for (var i = 0u; i < steps; i++) {
                 for (var r = 0u; r < TABLEAU_COUNT; r++) { //@unroll
                     if tableau == r {
                         step_rod_r(segment, lambda, h, n, &state);
-                        for (var k = 0u; k < task.threes; k++) {
-                            step_columns_r(segment, lambda, h, index, k, task.record);
+                        for (var k = 0u; k < threes; k++) {
+                            step_columns_r(segment, lambda, h, index, k, record);
                         }
                     }
                 } //@end
                 //@if LOAD
                 n = axpy(-h * lambda, segment.w, n); // R1
                 //@end
-                if task.record { add_station(); }
+                if record { add_station(); }
             }
             //@if COLLECT_LENGTH
-            if task.record && steps > 0u {
+            if record && steps > 0u {
                 let m = moment(state.p, state.M, n);
                 let d2 = cross(state.t, state.d1);
                 let omega = curvature(segment, state.d1, d2, state.t, m);
@@ -152,18 +140,18 @@ fn shoot(rod: Rod, task: Pass) -> Tip {
         //@if RIGID
         } else {
             let segment = load_rigid(index);
-            for (var k = 0u; k < task.threes; k++) {
+            for (var k = 0u; k < threes; k++) {
                 //@if COLLECT_COIL
-                if task.record { collect_coil(rod, segment, lambda, state, index, k); }
+                if record { collect_coil(rod, segment, lambda, state, index, k); }
                 //@end
                 cross_rigid_columns(rod, segment, lambda, n, state, k);
                 //@if COLLECT_LOAD
-                if task.record { collect_rigid_load(segment.length, state.t, index, k); }
+                if record { collect_rigid_load(segment.length, state.t, index, k); }
                 //@end
             }
             cross_rigid(rod, segment, lambda, &n, &state);
             //@if COLLECT_LENGTH
-            if task.record {
+            if record {
                 let m = moment(state.p, state.M, n);
                 collect_length(index, state, m, n, segment.w, vec3<f32>());
             }
