@@ -7,21 +7,21 @@ struct Columns {
     dM: mat3x3<f32>,
 }
 
-// What three columns leave behind on a segment; `row[j]` holds component j of each column.
+// What three columns leave behind on a segment; `row[j]`, a column of WGSL, holds component j of each.
 struct Trace {
     //@if COLLECT_CURVATURE
     // Integral of dm_b,j, and of dm_b,j m_b,j.
-    rest_curvature: array<vec3<f32>, 3>,
-    stiffness: array<vec3<f32>, 3>,
+    rest_curvature: mat3x3<f32>,
+    stiffness: mat3x3<f32>,
     //@end
     //@if COLLECT_LOAD
     // Integral of dp_j.
-    load: array<vec3<f32>, 3>,
+    load: mat3x3<f32>,
     //@end
     //@if COLLECT_COIL
     // w . (R e_j x B) and (w x R mu)_j on a rigid segment.
-    dipole: array<vec3<f32>, 3>,
-    field: array<vec3<f32>, 3>,
+    dipole: mat3x3<f32>,
+    field: mat3x3<f32>,
     //@end
     // Change of H at the distal end.
     length: vec3<f32>,
@@ -61,7 +61,7 @@ fn compliance_times(
 
 //@repeat r TABLEAU_COUNT
 // Takes three columns, number `k` in the traces, over one step whose stages are known.
-fn step_columns_r(segment: Flexible, lambda: f32, h: f32, index: u32, k: u32, integrates: bool) {
+fn step_columns_r(segment: Flexible, lambda: f32, h: f32, k: u32, integrates: bool) {
     let unit_force = k == BY_FORCE;
     var three = columns[k];
     var dw: array<mat3x3<f32>, STAGES>;
@@ -113,7 +113,7 @@ fn step_columns_r(segment: Flexible, lambda: f32, h: f32, index: u32, k: u32, in
     } //@end
     columns[k] = three;
     //@if COLLECTS[r]
-    if integrates { collect_integrals(h, &x_stages, &dp_stages, index, k); }
+    if integrates { collect_integrals(h, &x_stages, &dp_stages, k); }
     //@end
 }
 //@end
@@ -124,10 +124,9 @@ fn collect_integrals(
     h: f32,
     x: ptr<function, array<mat3x3<f32>, STAGES>>,
     dp: ptr<function, array<mat3x3<f32>, STAGES>>,
-    index: u32,
     k: u32,
 ) {
-    var trace = traces[index][k];
+    var sum = trace[k];
     for (var i = 0u; i < STAGES; i++) { //@unroll
         //@if WEIGHT[i]
         let hb = h * B[TABLEAU_COUNT - 1u][i];
@@ -136,19 +135,19 @@ fn collect_integrals(
         let d = mat3x3<f32>(stage.d1, stage.d2, stage.t);
         for (var j = 0u; j < 3u; j++) { //@unroll
             let dm_body = row_times(d[j], (*x)[i]) * hb;
-            trace.rest_curvature[j] = trace.rest_curvature[j] + dm_body;
-            trace.stiffness[j] = axpy(dot(d[j], stage.m), dm_body, trace.stiffness[j]);
+            sum.rest_curvature[j] = sum.rest_curvature[j] + dm_body;
+            sum.stiffness[j] = axpy(dot(d[j], stage.m), dm_body, sum.stiffness[j]);
         } //@end
         //@end
         //@if COLLECT_LOAD
         let rows = transpose((*dp)[i]);
         for (var j = 0u; j < 3u; j++) { //@unroll
-            trace.load[j] = axpy(hb, rows[j], trace.load[j]);
+            sum.load[j] = axpy(hb, rows[j], sum.load[j]);
         } //@end
         //@end
         //@end
     } //@end
-    traces[index][k] = trace;
+    trace[k] = sum;
 }
 //@end
 
@@ -207,16 +206,16 @@ fn cross_rigid_columns(rod: Rod, segment: Rigid, lambda: f32, n: vec3<f32>, stat
 
 //@if COLLECT_COIL
 // What a coil contributes: w . (R e_j x B) and (w x R mu)_j.
-fn collect_coil(rod: Rod, segment: Rigid, lambda: f32, state: State, index: u32, k: u32) {
+fn collect_coil(rod: Rod, segment: Rigid, lambda: f32, state: State, k: u32) {
     let w = columns[k].w;
     let d = mat3x3<f32>(state.d1, cross(state.t, state.d1), state.t);
     for (var j = 0u; j < 3u; j++) { //@unroll
-        traces[index][k].dipole[j] = row_times(cross(d[j], rod.B), w);
+        trace[k].dipole[j] = row_times(cross(d[j], rod.B), w);
     } //@end
     let mu_world = world_dipole(segment, state, lambda);
     let field = transpose(columns_cross(w, mu_world));
     for (var j = 0u; j < 3u; j++) { //@unroll
-        traces[index][k].field[j] = field[j];
+        trace[k].field[j] = field[j];
     } //@end
 }
 //@end

@@ -160,33 +160,44 @@ fn functional(slot: Slot, k: u32) -> vec3<f32> {
         //@if WANT_FLUX_DENSITY
         case SLOT_FLUX_DENSITY: {
             var total = vec3<f32>();
-            for (var segment = 0u; segment < SEGMENT_COUNT; segment++) { //@unroll
-                total = total + traces[segment][k].field[slot.axis];
+            for (var j = 0u; j < SEGMENT_COUNT; j++) { //@unroll
+                total = total + component(traces[j][k].field, slot.axis);
             } //@end
             return total;
         }
         //@end
         //@if WANT_LENGTH
-        case SLOT_LENGTH: { return traces[slot.segment][k].length; }
+        case SLOT_LENGTH: { return trace_of(slot.segment, k).length; }
         //@end
         //@if WANT_REST_CURVATURE
-        case SLOT_REST_CURVATURE: { return traces[slot.segment][k].rest_curvature[slot.axis]; }
+        case SLOT_REST_CURVATURE: { return component(trace_of(slot.segment, k).rest_curvature, slot.axis); }
         //@end
         //@if WANT_STIFFNESS
         case SLOT_STIFFNESS: {
             let compliance = load_flexible(slot.segment, 1.0).compliance[slot.axis];
-            return traces[slot.segment][k].stiffness[slot.axis] * -(compliance * compliance);
+            return component(trace_of(slot.segment, k).stiffness, slot.axis) * -(compliance * compliance);
         }
         //@end
         //@if WANT_DIPOLE
-        case SLOT_DIPOLE: { return traces[slot.segment][k].dipole[slot.axis]; }
+        case SLOT_DIPOLE: { return component(trace_of(slot.segment, k).dipole, slot.axis); }
         //@end
         //@if WANT_LOAD
-        case SLOT_LOAD: { return traces[slot.segment][k].load[slot.axis]; }
+        case SLOT_LOAD: { return component(trace_of(slot.segment, k).load, slot.axis); }
         //@end
         default: { return vec3<f32>(); }
     }
 }
+
+//@if TRACES
+// A trace, without an index that the compiler does not know.
+fn trace_of(segment: u32, k: u32) -> Trace {
+    var found: Trace;
+    for (var j = 0u; j < SEGMENT_COUNT; j++) { //@unroll
+        if segment == j { found = traces[j][k]; }
+    } //@end
+    return found;
+}
+//@end
 
 fn component(rows: mat3x3<f32>, axis: u32) -> vec3<f32> {
     return select(select(rows[2], rows[1], axis == 1u), rows[0], axis == 0u);

@@ -24,10 +24,11 @@ struct Station {
 // The columns of the last pass that had any.
 var<private> columns: array<Columns, THREES>;
 //@if TRACES
-// For each segment, one trace for each three columns.
+// For each segment, one trace for each three columns; and those of the segment in hand.
 var<private> traces: array<array<Trace, THREES>, SEGMENT_COUNT>;
+var<private> trace: array<Trace, THREES>;
 //@end
-// Stations of the last recorded pass.
+// Stations of the last recorded pass, but for the one at the base.
 var<private> stations: array<Station, STATION_COUNT>;
 var<private> station_count: u32;
 
@@ -103,13 +104,10 @@ fn shoot(resolution: u32, rod: Rod, lambda: f32, m0: vec3<f32>, threes: u32, rec
         columns[BY_FORCE] = force_columns();
         //@end
     }
-    if record {
-        station_count = 0u;
-        add_station();
-    }
+    if record { station_count = 0u; }
     for (var index = 0u; index < SEGMENT_COUNT; index++) {
         //@if TRACES
-        if record { traces[index] = array<Trace, THREES>(); }
+        if record { trace = array<Trace, THREES>(); }
         //@end
         if is_flexible(index) {
             let segment = load_flexible(index, rod.softness);
@@ -119,9 +117,9 @@ fn shoot(resolution: u32, rod: Rod, lambda: f32, m0: vec3<f32>, threes: u32, rec
                 for (var r = 0u; r < TABLEAU_COUNT; r++) { //@unroll
                     if tableau == r {
                         step_rod_r(segment, lambda, h, n, &state);
-                        for (var k = 0u; k < threes; k++) {
-                            step_columns_r(segment, lambda, h, index, k, record);
-                        }
+                        for (var k = 0u; k < THREES; k++) { //@unroll
+                            if k < threes { step_columns_r(segment, lambda, h, k, record); }
+                        } //@end
                     }
                 } //@end
                 //@if LOAD
@@ -134,51 +132,58 @@ fn shoot(resolution: u32, rod: Rod, lambda: f32, m0: vec3<f32>, threes: u32, rec
                 let m = moment(state.p, state.M, n);
                 let d2 = cross(state.t, state.d1);
                 let omega = curvature(segment, state.d1, d2, state.t, m);
-                collect_length(index, state, m, n, segment.w, omega);
+                collect_length(state, m, n, segment.w, omega);
             }
             //@end
         //@if RIGID
         } else {
             let segment = load_rigid(index);
-            for (var k = 0u; k < threes; k++) {
-                //@if COLLECT_COIL
-                if record { collect_coil(rod, segment, lambda, state, index, k); }
-                //@end
-                cross_rigid_columns(rod, segment, lambda, n, state, k);
-                //@if COLLECT_LOAD
-                if record { collect_rigid_load(segment.length, state.t, index, k); }
-                //@end
-            }
+            for (var k = 0u; k < THREES; k++) { //@unroll
+                if k < threes {
+                    //@if COLLECT_COIL
+                    if record { collect_coil(rod, segment, lambda, state, k); }
+                    //@end
+                    cross_rigid_columns(rod, segment, lambda, n, state, k);
+                    //@if COLLECT_LOAD
+                    if record { collect_rigid_load(segment.length, state.t, k); }
+                    //@end
+                }
+            } //@end
             cross_rigid(rod, segment, lambda, &n, &state);
             //@if COLLECT_LENGTH
             if record {
                 let m = moment(state.p, state.M, n);
-                collect_length(index, state, m, n, segment.w, vec3<f32>());
+                collect_length(state, m, n, segment.w, vec3<f32>());
             }
             //@end
         //@end
         }
+        //@if TRACES
+        for (var j = 0u; j < SEGMENT_COUNT; j++) { //@unroll
+            if record && index == j { traces[j] = trace; }
+        } //@end
+        //@end
     }
     return Tip(state.p, state.d1, state.t, moment(state.p, state.M, n), n);
 }
 
 //@if COLLECT_LENGTH
 // The change of H of every three columns.
-fn collect_length(index: u32, state: State, m: vec3<f32>, n: vec3<f32>, w: vec3<f32>, curvature: vec3<f32>) {
-    for (var k = 0u; k < THREES; k++) {
-        traces[index][k].length = length_row(state, m, n, w, curvature, k == BY_FORCE, columns[k]);
-    }
+fn collect_length(state: State, m: vec3<f32>, n: vec3<f32>, w: vec3<f32>, curvature: vec3<f32>) {
+    for (var k = 0u; k < THREES; k++) { //@unroll
+        trace[k].length = length_row(state, m, n, w, curvature, k == BY_FORCE, columns[k]);
+    } //@end
 }
 //@end
 
 //@if COLLECT_LOAD
 // Integral of dp over a rigid segment, from the columns at its distal end.
-fn collect_rigid_load(length: f32, t: vec3<f32>, index: u32, k: u32) {
+fn collect_rigid_load(length: f32, t: vec3<f32>, k: u32) {
     let half = length * 0.5;
     let middle = columns_axpy(-half, columns_cross(columns[k].w, t), columns[k].dp);
     let rows = transpose(middle * length);
     for (var j = 0u; j < 3u; j++) { //@unroll
-        traces[index][k].load[j] = rows[j];
+        trace[k].load[j] = rows[j];
     } //@end
 }
 //@end

@@ -6,9 +6,9 @@ fn stability_index(tip: Tip) -> f32 {
     let by_moment = transpose(canonical(tip, BY_MOMENT));
     let by_rotation = transpose(canonical(tip, BY_ROTATION));
     var index = 0.0;
-    var before = stations[0];
+    var before = Station(zero_matrix(), identity());
     var proximal = free(before, by_moment, by_rotation);
-    for (var i = 1u; i < station_count; i++) {
+    for (var i = 0u; i < station_count; i++) {
         let station = stations[i];
         let distal = free(station, by_moment, by_rotation);
         let b = station.by_moment * transpose(before.by_rotation) - station.by_rotation * transpose(before.by_moment);
