@@ -70,6 +70,12 @@ fn store_vector(column: u32, value: vec3<f32>) {
     store(column + 2u, value.z);
 }
 
+// What this invocation has stored there.
+fn loaded_vector(column: u32) -> vec3<f32> {
+    let at = output_base + column * BLOCK;
+    return vec3<f32>(outputs[at], outputs[at + BLOCK], outputs[at + 2u * BLOCK]);
+}
+
 // Says what became of the sample; without it the whole dispatch is refused.
 fn store_status(code: u32) {
     store(STATUS_COLUMN, settings.mark + f32(code));

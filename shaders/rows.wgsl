@@ -1,24 +1,29 @@
 // Every derivative from nine columns: rows of the Jacobian by reciprocity. J5 and the table of model loads.
-// src/lanes/rows.rs; the table of slots lies behind the constants, see src/gpu/slots.rs.
+// src/lanes/rows.rs
+//
+// The functional of a derivative is gathered in its rows, segment by segment, and turned into them at the end. The
+// table of slots lies behind the constants, see src/gpu/slots.rs.
 
 const DERIVATIVE_COUNT: u32 = 1u; //@spec
 const DERIVATIVE_COLUMN: u32 = 19u; //@spec
 const ROWS: u32 = 9u; //@spec
 const SLOT_TABLE: u32 = 0u; //@spec
-const SLOT_BASE_POSITION: u32 = 0u; //@spec
-const SLOT_BASE_ROTATION: u32 = 1u; //@spec
-const SLOT_FLUX_DENSITY: u32 = 2u; //@spec
-const SLOT_TIP_FORCE: u32 = 3u; //@spec
-const SLOT_TIP_MOMENT: u32 = 4u; //@spec
-const SLOT_INSERTION: u32 = 5u; //@spec
-const SLOT_LENGTH: u32 = 6u; //@spec
-const SLOT_STIFFNESS: u32 = 7u; //@spec
-const SLOT_REST_CURVATURE: u32 = 8u; //@spec
-const SLOT_DIPOLE: u32 = 9u; //@spec
-const SLOT_LOAD: u32 = 10u; //@spec
+const SLOT_LENGTH: u32 = 5u; //@spec
+const KIND_BASE_POSITION: u32 = 0u; //@spec
+const KIND_BASE_ROTATION: u32 = 1u; //@spec
+const KIND_FLUX_DENSITY: u32 = 2u; //@spec
+const KIND_TIP_FORCE: u32 = 3u; //@spec
+const KIND_TIP_MOMENT: u32 = 4u; //@spec
+const KIND_INSERTION: u32 = 5u; //@spec
+const KIND_LENGTH: u32 = 6u; //@spec
+const KIND_STIFFNESS: u32 = 7u; //@spec
+const KIND_REST_CURVATURE: u32 = 8u; //@spec
+const KIND_DIPOLE: u32 = 9u; //@spec
+const KIND_LOAD: u32 = 10u; //@spec
 
 // One slot of a derivative; `source` is an entry of the constants, or past them a column of the inputs.
 struct Slot {
+    derivative: u32,
     kind: u32,
     segment: u32,
     axis: u32,
@@ -41,6 +46,7 @@ struct Responses {
     base_rotation: mat3x3<f32>,
 }
 
+//@if DERIVATIVES
 // Solves the (adjoint) tip condition dm(L) - w(L) x l_tip = unit for each load. J5
 fn new_responses(rod: Rod, tip: Tip) -> Responses {
     let dm_moment = tip_moment_columns(tip, BY_MOMENT);
@@ -80,25 +86,26 @@ fn base_rotation_rows(responses: Responses, m0: vec3<f32>, axis: vec3<f32>) -> m
 
 // Writes the rows of every derivative, `ROWS` columns each.
 fn write_rows(rod: Rod, m0: vec3<f32>, n0: vec3<f32>, responses: Responses) {
-    var at_slot = SLOT_TABLE + DERIVATIVE_COUNT;
     for (var index = 0u; index < DERIVATIVE_COUNT; index++) {
-        var sum = Functional();
+        let at = DERIVATIVE_COLUMN + ROWS * index;
+        var sum = Functional(loaded_vector(at), loaded_vector(at + 3u), loaded_vector(at + 6u));
         var extra = mat3x3<f32>();
-        let slot_end = at_slot + 4u * u32(constants[SLOT_TABLE + index]);
-        while at_slot < slot_end {
-            let slot = load_slot(at_slot);
+        let list = SLOT_TABLE + SEGMENT_COUNT + index;
+        let end = u32(constants[list + 1u]);
+        for (var i = u32(constants[list]); i < end; i += SLOT_LENGTH) {
+            let slot = load_slot(i);
             let rate = load_rate(slot);
             switch slot.kind {
                 //@if WANT_BASE_POSITION
-                case SLOT_BASE_POSITION: { extra[0] = extra[0] + along(slot.axis, rate); }
+                case KIND_BASE_POSITION: { extra[0] = extra[0] + along(slot.axis, rate); }
                 //@end
                 //@if WANT_BASE_ROTATION
-                case SLOT_BASE_ROTATION: {
+                case KIND_BASE_ROTATION: {
                     extra = extra + base_rotation_rows(responses, m0, along(slot.axis, rate));
                 }
                 //@end
                 //@if WANT_INSERTION
-                case SLOT_INSERTION: { extra = extra + insertion_rows(rod, m0, n0, responses, rate); }
+                case KIND_INSERTION: { extra = extra + insertion_rows(rod, m0, n0, responses, rate); }
                 //@end
                 default: {
                     sum.by_moment = axpy(rate, functional(slot, BY_MOMENT), sum.by_moment);
@@ -106,18 +113,49 @@ fn write_rows(rod: Rod, m0: vec3<f32>, n0: vec3<f32>, responses: Responses) {
                     sum.by_force = axpy(rate, functional(slot, BY_FORCE), sum.by_force);
                 }
             }
-            at_slot += 4u;
         }
         let block = extra + rows(responses, sum);
-        let at = DERIVATIVE_COLUMN + ROWS * index;
         store_vector(at, block[0]);
         store_vector(at + 3u, block[1]);
         store_vector(at + 6u, block[2]);
     }
 }
 
+// Empties every functional.
+fn clear_functionals() {
+    for (var index = 0u; index < DERIVATIVE_COUNT; index++) {
+        let at = DERIVATIVE_COLUMN + ROWS * index;
+        for (var row = 0u; row < ROWS; row += 3u) { //@unroll
+            store_vector(at + row, vec3<f32>());
+        } //@end
+    }
+}
+
+//@if TRACES
+// Adds to the functionals what the columns left on a segment.
+fn gather_functionals(segment: u32) {
+    let list = SLOT_TABLE + segment;
+    let end = u32(constants[list + 1u]);
+    for (var i = u32(constants[list]); i < end; i += SLOT_LENGTH) {
+        let slot = load_slot(i);
+        let rate = load_rate(slot);
+        let at = DERIVATIVE_COLUMN + ROWS * slot.derivative;
+        for (var k = 0u; k < THREES; k++) { //@unroll
+            let row = at + 3u * k;
+            store_vector(row, axpy(rate, trace_functional(slot, k), loaded_vector(row)));
+        } //@end
+    }
+}
+//@end
+
 fn load_slot(at: u32) -> Slot {
-    return Slot(u32(constants[at]), u32(constants[at + 1u]), u32(constants[at + 2u]), u32(constants[at + 3u]));
+    return Slot(
+        u32(constants[at]),
+        u32(constants[at + 1u]),
+        u32(constants[at + 2u]),
+        u32(constants[at + 3u]),
+        u32(constants[at + 4u]),
+    );
 }
 
 // The rate of a slot: the same for all samples, or an input.
@@ -148,57 +186,46 @@ fn insertion_rows(rod: Rod, m0: vec3<f32>, n0: vec3<f32>, responses: Responses, 
 }
 //@end
 
-// The functional of a slot on three columns, number `k` in the traces.
+// The functional of a slot on three columns, number `k`, at the tip.
 fn functional(slot: Slot, k: u32) -> vec3<f32> {
     switch slot.kind {
         //@if WANT_TIP_FORCE
-        case SLOT_TIP_FORCE: { return component(transpose(columns[k].dp), slot.axis); }
+        case KIND_TIP_FORCE: { return component(transpose(columns[k].dp), slot.axis); }
         //@end
         //@if WANT_TIP_MOMENT
-        case SLOT_TIP_MOMENT: { return component(transpose(columns[k].w), slot.axis); }
-        //@end
-        //@if WANT_FLUX_DENSITY
-        case SLOT_FLUX_DENSITY: {
-            var total = vec3<f32>();
-            for (var j = 0u; j < SEGMENT_COUNT; j++) { //@unroll
-                total = total + component(traces[j][k].field, slot.axis);
-            } //@end
-            return total;
-        }
-        //@end
-        //@if WANT_LENGTH
-        case SLOT_LENGTH: { return trace_of(slot.segment, k).length; }
-        //@end
-        //@if WANT_REST_CURVATURE
-        case SLOT_REST_CURVATURE: { return component(trace_of(slot.segment, k).rest_curvature, slot.axis); }
-        //@end
-        //@if WANT_STIFFNESS
-        case SLOT_STIFFNESS: {
-            let compliance = load_flexible(slot.segment, 1.0).compliance[slot.axis];
-            return component(trace_of(slot.segment, k).stiffness, slot.axis) * -(compliance * compliance);
-        }
-        //@end
-        //@if WANT_DIPOLE
-        case SLOT_DIPOLE: { return component(trace_of(slot.segment, k).dipole, slot.axis); }
-        //@end
-        //@if WANT_LOAD
-        case SLOT_LOAD: { return component(trace_of(slot.segment, k).load, slot.axis); }
+        case KIND_TIP_MOMENT: { return component(transpose(columns[k].w), slot.axis); }
         //@end
         default: { return vec3<f32>(); }
     }
 }
 
 //@if TRACES
-// A trace, without an index that the compiler does not know.
-fn trace_of(segment: u32, k: u32) -> Trace {
-    var found: Trace;
-    for (var j = 0u; j < SEGMENT_COUNT; j++) { //@unroll
-        if segment == j { found = traces[j][k]; }
-    } //@end
-    return found;
+// The functional of a slot of the segment whose traces are in hand.
+fn trace_functional(slot: Slot, k: u32) -> vec3<f32> {
+    switch slot.kind {
+        //@if COLLECT_COIL
+        case KIND_FLUX_DENSITY: { return component(trace[k].field, slot.axis); }
+        case KIND_DIPOLE: { return component(trace[k].dipole, slot.axis); }
+        //@end
+        //@if COLLECT_LENGTH
+        case KIND_LENGTH: { return trace[k].length; }
+        //@end
+        //@if COLLECT_CURVATURE
+        case KIND_REST_CURVATURE: { return component(trace[k].rest_curvature, slot.axis); }
+        case KIND_STIFFNESS: {
+            let compliance = load_flexible(slot.segment, 1.0).compliance[slot.axis];
+            return component(trace[k].stiffness, slot.axis) * -(compliance * compliance);
+        }
+        //@end
+        //@if COLLECT_LOAD
+        case KIND_LOAD: { return component(trace[k].load, slot.axis); }
+        //@end
+        default: { return vec3<f32>(); }
+    }
 }
 //@end
 
 fn component(rows: mat3x3<f32>, axis: u32) -> vec3<f32> {
     return select(select(rows[2], rows[1], axis == 1u), rows[0], axis == 0u);
 }
+//@end

@@ -24,8 +24,7 @@ struct Station {
 // The columns of the last pass that had any.
 var<private> columns: array<Columns, THREES>;
 //@if TRACES
-// For each segment, one trace for each three columns; and those of the segment in hand.
-var<private> traces: array<array<Trace, THREES>, SEGMENT_COUNT>;
+// What each three columns leave behind on the segment in hand.
 var<private> trace: array<Trace, THREES>;
 //@end
 // Stations of the last recorded pass, but for the one at the base.
@@ -104,7 +103,12 @@ fn shoot(resolution: u32, rod: Rod, lambda: f32, m0: vec3<f32>, threes: u32, rec
         columns[BY_FORCE] = force_columns();
         //@end
     }
-    if record { station_count = 0u; }
+    if record {
+        station_count = 0u;
+        //@if TRACES
+        if threes == THREES { clear_functionals(); }
+        //@end
+    }
     for (var index = 0u; index < SEGMENT_COUNT; index++) {
         //@if TRACES
         if record { trace = array<Trace, THREES>(); }
@@ -159,9 +163,7 @@ fn shoot(resolution: u32, rod: Rod, lambda: f32, m0: vec3<f32>, threes: u32, rec
         //@end
         }
         //@if TRACES
-        for (var j = 0u; j < SEGMENT_COUNT; j++) { //@unroll
-            if record && index == j { traces[j] = trace; }
-        } //@end
+        if record { gather_functionals(index); }
         //@end
     }
     return Tip(state.p, state.d1, state.t, moment(state.p, state.M, n), n);

@@ -8,6 +8,7 @@ use super::device::{Device, failed};
 use super::kernel::{KERNELS, Kernel, WORKGROUP_SIZE, output_count};
 use super::pace::Pace;
 use super::record::{constants, input_units};
+use super::terms::pass_limit;
 use super::unpack::{Unpack, output_units};
 use crate::backend::{Backend, BackendError, BackendInfo, BackendKind, Precision};
 use crate::model::path::newton_tolerance;
@@ -26,6 +27,9 @@ const OUTPUT_BUDGET: u64 = 32 << 20;
 
 /// Full dispatches in a batch of the recommended size.
 const DISPATCHES_PER_BATCH: usize = 4;
+
+/// A path over the rod needs this many passes in all but the hardest cases.
+const FEWEST_PASSES: f64 = 40.0;
 
 /// Distance of two marks; above every status code.
 const MARK_STEP: u32 = 16;
@@ -88,6 +92,13 @@ impl Gpu {
                 backend: BackendKind::Gpu,
                 what: "derivatives without the force arm of rigid segments".into(),
                 remedy: "use `--backend reference`, or leave `model.rigid_force_arm` out".into(),
+            });
+        }
+        if pass_limit(plan) < FEWEST_PASSES {
+            return Err(BackendError::Unsupported {
+                backend: BackendKind::Gpu,
+                what: format!("as many as {} steps", plan.segments.iter().map(|segment| segment.steps).sum::<usize>()),
+                remedy: "take fewer steps of a higher order (`--stepper dop853`), or use `--backend cpu`".into(),
             });
         }
         let kernel = Kernel::new(&KERNELS[0], plan).map_err(failed)?;
@@ -293,19 +304,7 @@ fn pipeline(
 ) -> Result<wgpu::ComputePipeline, BackendError> {
     let source = wgpu::ShaderSource::Wgsl(kernel.source.text.as_str().into());
     let descriptor = wgpu::ShaderModuleDescriptor { label: Some(kernel.entry_point), source };
-    let module = device.scoped("shader module", || match std::env::var("CHECKS") {
-        Ok(v) => {
-            let mut c = wgpu::ShaderRuntimeChecks::checked();
-            if v.contains('b') {
-                c.bounds_checks = false;
-            }
-            if v.contains('l') {
-                c.force_loop_bounding = false;
-            }
-            unsafe { device.raw.create_shader_module_trusted(descriptor, c) }
-        }
-        _ => device.raw.create_shader_module(descriptor),
-    })?;
+    let module = device.scoped("shader module", || device.raw.create_shader_module(descriptor))?;
     let layouts = [Some(layout)];
     let descriptor =
         wgpu::PipelineLayoutDescriptor { label: Some("batch"), bind_group_layouts: &layouts, immediate_size: 0 };

@@ -159,17 +159,18 @@ fn add_path(s: &mut Specialisation, plan: &Plan) {
 
 /// Passes over the rod on one path, such that an invocation never exceeds the iterations that drivers run.
 ///
-/// Samples that share a register also share its loops: a pass costs as much as the longest that any phase makes.
+/// Samples that share a register also share its loops, whichever of them needs an iteration.
 pub(super) fn pass_limit(plan: &Plan) -> f64 {
-    let fine: usize = plan.segments.iter().map(|segment| segment.steps).sum();
-    let coarse: usize = path_steps(plan).iter().sum();
-    let threes = if plan.derivatives.is_empty() { 2 } else { 3 };
-    let segments = (2 * threes + 1) * plan.segments.len();
-    // Steps, columns in each, and the stations of the index.
-    let pass = 1 + segments + ((threes + 2) * fine.max(coarse)).max(2 * fine);
-    let slots: usize = plan.derivatives.iter().map(|derivative| 1 + derivative.terms.len()).sum();
-    // The direct path, then what follows each of three paths.
-    let fixed = 1 + path::CORRECTIONS as usize + 2 + 3 * (path::CHORD_LIMIT + path::NEWTON_LIMIT) + 1;
-    let left = ITERATION_BUDGET.saturating_sub(slots) / pass;
-    path::PASS_LIMIT.min((left.saturating_sub(fixed) / 2) as f64)
+    let steps: usize = plan.segments.iter().map(|segment| segment.steps).sum();
+    let path_steps: usize = path_steps(plan).iter().sum();
+    let pass = |steps: usize| 1 + plan.segments.len() + steps;
+    let rows: usize = plan.derivatives.iter().map(|derivative| 1 + derivative.terms.len()).sum();
+    let gathered = rows * plan.segments.len();
+    let attempt = path::CHORD_LIMIT * pass(steps) + path::NEWTON_LIMIT * (pass(steps) + gathered) + steps;
+    let direct = (2 + path::CORRECTIONS as usize) * pass(path_steps);
+    // Each of the three paths may be the first that leads to an unstable equilibrium.
+    let fixed = rows + pass(path_steps) + pass(2 * steps) + 3 * attempt + direct;
+    // Both ramps in the first attempt, both in the second, the guarded one in the third; each pass with its index.
+    let left = ITERATION_BUDGET.saturating_sub(fixed) / (5 * pass(2 * path_steps));
+    path::PASS_LIMIT.min(left as f64)
 }

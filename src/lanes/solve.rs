@@ -11,8 +11,8 @@ use super::rows::{Responses, write_rows};
 use super::shoot::{Tip, Workspace, force_columns, moment_columns, rotation_columns, shoot, tip_moment_columns};
 use super::stability::stability_index;
 use crate::model::path::{
-    CHORD_LIMIT, CHORD_TOLERANCE, CHORD_TRUST, CONTRACTION, CORRECTIONS, EASY, FIRST_RAMP_STEP, NEWTON_LIMIT, PASS_LIMIT,
-    PATH_TOLERANCE, ROUND_OFF, SMALLEST_GUARDED_STEP, SMALLEST_RAMP_STEP, TRUST,
+    CHORD_LIMIT, CHORD_TOLERANCE, CHORD_TRUST, CONTRACTION, CORRECTIONS, EASY, FIRST_RAMP_STEP, NEWTON_LIMIT,
+    PASS_LIMIT, PATH_TOLERANCE, ROUND_OFF, SMALLEST_GUARDED_STEP, SMALLEST_RAMP_STEP, TRUST,
 };
 use crate::model::{Quantity, Status};
 
