@@ -88,7 +88,10 @@ fn base_rotation_rows(responses: Responses, m0: vec3<f32>, axis: vec3<f32>) -> m
 fn write_rows(rod: Rod, m0: vec3<f32>, n0: vec3<f32>, responses: Responses) {
     for (var index = 0u; index < DERIVATIVE_COUNT; index++) {
         let at = DERIVATIVE_COLUMN + ROWS * index;
-        var sum = Functional(loaded_vector(at), loaded_vector(at + 3u), loaded_vector(at + 6u));
+        var sum: Functional;
+        //@if TRACES
+        sum = Functional(loaded_vector(at), loaded_vector(at + 3u), loaded_vector(at + 6u));
+        //@end
         var extra = mat3x3<f32>();
         let list = SLOT_TABLE + SEGMENT_COUNT + index;
         let end = u32(constants[list + 1u]);
@@ -121,17 +124,17 @@ fn write_rows(rod: Rod, m0: vec3<f32>, n0: vec3<f32>, responses: Responses) {
     }
 }
 
+//@if TRACES
 // Empties every functional.
 fn clear_functionals() {
     for (var index = 0u; index < DERIVATIVE_COUNT; index++) {
         let at = DERIVATIVE_COLUMN + ROWS * index;
-        for (var row = 0u; row < ROWS; row += 3u) { //@unroll
-            store_vector(at + row, vec3<f32>());
-        } //@end
+        store_vector(at, vec3<f32>());
+        store_vector(at + 3u, vec3<f32>());
+        store_vector(at + 6u, vec3<f32>());
     }
 }
 
-//@if TRACES
 // Adds to the functionals what the columns left on a segment.
 fn gather_functionals(segment: u32) {
     let list = SLOT_TABLE + segment;

@@ -105,13 +105,14 @@ fn shoot(resolution: u32, rod: Rod, lambda: f32, m0: vec3<f32>, threes: u32, rec
     }
     if record {
         station_count = 0u;
-        //@if TRACES
-        if threes == THREES { clear_functionals(); }
-        //@end
     }
+    let collects = record && threes == THREES;
+    //@if TRACES
+    if collects { clear_functionals(); }
+    //@end
     for (var index = 0u; index < SEGMENT_COUNT; index++) {
         //@if TRACES
-        if record { trace = array<Trace, THREES>(); }
+        if collects { trace = array<Trace, THREES>(); }
         //@end
         if is_flexible(index) {
             let segment = load_flexible(index, rod.softness);
@@ -122,7 +123,7 @@ fn shoot(resolution: u32, rod: Rod, lambda: f32, m0: vec3<f32>, threes: u32, rec
                     if tableau == r {
                         step_rod_r(segment, lambda, h, n, &state);
                         for (var k = 0u; k < THREES; k++) { //@unroll
-                            if k < threes { step_columns_r(segment, lambda, h, k, record); }
+                            if k < threes { step_columns_r(segment, lambda, h, k, collects); }
                         } //@end
                     }
                 } //@end
@@ -132,7 +133,7 @@ fn shoot(resolution: u32, rod: Rod, lambda: f32, m0: vec3<f32>, threes: u32, rec
                 if record { add_station(); }
             }
             //@if COLLECT_LENGTH
-            if record && steps > 0u {
+            if collects && steps > 0u {
                 let m = moment(state.p, state.M, n);
                 let d2 = cross(state.t, state.d1);
                 let omega = curvature(segment, state.d1, d2, state.t, m);
@@ -145,17 +146,17 @@ fn shoot(resolution: u32, rod: Rod, lambda: f32, m0: vec3<f32>, threes: u32, rec
             for (var k = 0u; k < THREES; k++) { //@unroll
                 if k < threes {
                     //@if COLLECT_COIL
-                    if record { collect_coil(rod, segment, lambda, state, k); }
+                    if collects { collect_coil(rod, segment, lambda, state, k); }
                     //@end
                     cross_rigid_columns(rod, segment, lambda, n, state, k);
                     //@if COLLECT_LOAD
-                    if record { collect_rigid_load(segment.length, state.t, k); }
+                    if collects { collect_rigid_load(segment.length, state.t, k); }
                     //@end
                 }
             } //@end
             cross_rigid(rod, segment, lambda, &n, &state);
             //@if COLLECT_LENGTH
-            if record {
+            if collects {
                 let m = moment(state.p, state.M, n);
                 collect_length(state, m, n, segment.w, vec3<f32>());
             }
@@ -163,7 +164,7 @@ fn shoot(resolution: u32, rod: Rod, lambda: f32, m0: vec3<f32>, threes: u32, rec
         //@end
         }
         //@if TRACES
-        if record { gather_functionals(index); }
+        if collects { gather_functionals(index); }
         //@end
     }
     return Tip(state.p, state.d1, state.t, moment(state.p, state.M, n), n);
