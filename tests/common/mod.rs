@@ -1,10 +1,8 @@
 //! What the tests of all engines share.
 #![allow(dead_code, unused_imports, non_snake_case)]
 
-pub mod catheter;
 pub mod check;
 pub mod dual;
 pub mod golden;
 pub mod random;
-
-pub use catheter::{catheter, parameters};
+pub mod scenes;
