@@ -65,7 +65,7 @@ fn compare(plan: &Plan, found: &Solutions, expected: &Solutions, tolerance: Tole
         let (mut jacobian, mut name) = (0.0, String::new());
         for (k, derivative) in plan.derivatives.iter().enumerate() {
             let column = |s: &Solutions| -> [f64; 6] { std::array::from_fn(|row| s.derivative(sample, k, row)) };
-            let size = natural_size(&plan.scene, derivative.parameter, units);
+            let size = SMALL_COLUMN * natural_size(&plan.scene, derivative.parameter, units);
             let error = column_error(&column(found), &column(expected), size, units.length);
             if error.is_nan() || error > jacobian {
                 (jacobian, name) = (error, derivative.name.clone());
