@@ -14,6 +14,8 @@ const CHECK: u32 = 2u;
 const COARSE_STEPS: array<u32, 1> = array<u32, 1>(1u); //@spec
 const STEPS: array<u32, 1> = array<u32, 1>(1u); //@spec
 const STATION_COUNT: u32 = 2u; //@spec
+// Stations over a segment of many steps, at least.
+const STATIONS_EACH: u32 = 1u; //@spec
 
 // w of the first two threes at the end of a step.
 struct Station {
@@ -103,9 +105,7 @@ fn shoot(resolution: u32, rod: Rod, lambda: f32, m0: vec3<f32>, threes: u32, rec
         columns[BY_FORCE] = force_columns();
         //@end
     }
-    if record {
-        station_count = 0u;
-    }
+    if record { station_count = 0u; }
     let collects = record && threes == THREES;
     //@if TRACES
     if collects { clear_functionals(); }
@@ -118,6 +118,7 @@ fn shoot(resolution: u32, rod: Rod, lambda: f32, m0: vec3<f32>, threes: u32, rec
             let segment = load_flexible(index, rod.softness);
             let steps = step_count(index, resolution);
             let h = segment.length / f32(steps);
+            let stride = max(1u, steps / STATIONS_EACH);
             for (var i = 0u; i < steps; i++) {
                 for (var r = 0u; r < TABLEAU_COUNT; r++) { //@unroll
                     if tableau == r {
@@ -130,7 +131,7 @@ fn shoot(resolution: u32, rod: Rod, lambda: f32, m0: vec3<f32>, threes: u32, rec
                 //@if LOAD
                 n = axpy(-h * lambda, segment.w, n); // R1
                 //@end
-                if record { add_station(); }
+                if record && ((i + 1u) % stride == 0u || i + 1u == steps) { add_station(); }
             }
             //@if COLLECT_LENGTH
             if collects && steps > 0u {

@@ -291,7 +291,7 @@ fn the_hardest_samples_get_a_status() {
     scene.loads.distributed_force = Some([0.0, 0.0, -0.1]);
     let axes: Vec<_> = scenes::parameters(&scene, &["loads.distributed_force", "loads.tip_force"]);
     let axes: Vec<_> = axes.into_iter().map(|parameter| vec![parameter]).collect();
-    let options = PlanOptions { stepper: Stepper::Rk4, steps: 200, ..PlanOptions::default() };
+    let options = PlanOptions { stepper: Stepper::Rk4, steps: 120, ..PlanOptions::default() };
     let plan = Plan::new(&scene, &axes, &[], options).unwrap();
     let mut random = Random(7);
     let rows: Vec<Vec<f64>> =

@@ -9,6 +9,10 @@ use crate::model::{BLOCK, Plan, Quantity, ROWS, Slot, Status, Tableau};
 /// Loop iterations of one invocation that every driver runs; software Vulkan stops silently at 65,535.
 const ITERATION_BUDGET: usize = 60_000;
 
+/// Intervals of the stability index over a segment at least, where it has as many steps: drivers compile for long
+/// where every step has one.
+const STATIONS_EACH: usize = 8;
+
 /// Terms and constants of a plan.
 ///
 /// Terms: those of `Terms` in capitals; `RIGID_FORCE_ARM`, `DERIVATIVES`; for each segment j `FLEXIBLE[j]`,
@@ -70,11 +74,13 @@ fn path_steps(plan: &Plan) -> Vec<usize> {
 
 fn add_segments(s: &mut Specialisation, plan: &Plan) {
     let (fine, coarse) = (plan.segments.iter().map(|segment| segment.steps), path_steps(plan));
-    let stations = 1 + fine.clone().sum::<usize>().max(coarse.iter().sum());
+    let stations = |steps: usize| steps.div_ceil((steps / STATIONS_EACH).max(1));
+    let station_count: usize = fine.clone().zip(&coarse).map(|(a, b)| stations(a).max(stations(*b))).sum();
     s.constant("SEGMENT_COUNT", Value::U32(plan.segments.len() as u32));
     s.constant("STEPS", Value::u32_array(fine));
     s.constant("COARSE_STEPS", Value::u32_array(coarse));
-    s.constant("STATION_COUNT", Value::U32(stations as u32));
+    s.constant("STATION_COUNT", Value::U32(station_count as u32));
+    s.constant("STATIONS_EACH", Value::U32(STATIONS_EACH as u32));
     for (index, segment) in plan.segments.iter().enumerate() {
         s.term(format!("FLEXIBLE[{index}]"), segment.is_flexible);
         s.term(format!("DIPOLE[{index}]"), segment.has_dipole);
