@@ -4,11 +4,14 @@ use super::args::{BackendName, EngineArguments};
 use rodsweep::backend::{Backend, BackendError, BackendKind, Precision};
 use rodsweep::gpu::{self, Device, Gpu};
 use rodsweep::lanes::Lanes;
-use rodsweep::model::{Plan, Scene, Stepper};
+use rodsweep::model::{Plan, PlanOptions, Scene, Stepper};
 use rodsweep::reference::Reference;
 
 /// The finest tolerance that f32 meets on ordinary rods; finer ones need f64.
 pub const F32_TOLERANCE: f64 = 2e-5;
+
+/// Steps of a second attempt, at least.
+const SECOND_STEPS: usize = 24;
 
 /// An engine and why it was taken.
 #[derive(Clone, Debug)]
@@ -83,6 +86,12 @@ pub fn reference(plan: &Plan) -> Box<dyn Backend> {
 /// The CPU engine in f64.
 pub fn cpu_f64(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
     Ok(Box::new(Lanes::new(plan, Precision::F64)?))
+}
+
+/// The CPU engine in f64 at a resolution that leaves no doubt, for samples that failed or are doubtful.
+pub fn second_attempt(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
+    let steps = plan.options.steps.max(SECOND_STEPS);
+    cpu_f64(&plan.with_options(PlanOptions { stepper: Stepper::Dop853, steps, ..plan.options }))
 }
 
 fn unsupported(backend: BackendKind, what: &str, remedy: &str) -> BackendError {

@@ -1,7 +1,7 @@
 //! `rodsweep run`: a sweep file to a result directory, a summary and figures.
 
 use super::args::{BackendName, RunArguments};
-use super::engine::{Engine, cpu_f64, reference};
+use super::engine::{Engine, cpu_f64, reference, second_attempt};
 use super::progress::{Meter, duration};
 use super::{CommandError, Exit, figures, say};
 use rodsweep::backend::{Backend, BackendError};
@@ -62,7 +62,7 @@ pub fn run(arguments: &RunArguments) -> Result<Exit, CommandError> {
     run_options.limit = arguments.limit;
     run_options.interrupt = Some(&INTERRUPTED);
     run_options.progress = if arguments.quiet { None } else { Some(&show) };
-    run_options.refiners = vec![&cpu_f64, &trusted];
+    run_options.refiners = vec![&second_attempt, &trusted];
     run_options.trusted = Some(&trusted);
     run_options.pilot = pilot;
     let result = match sweep::run(&spec, backend.as_mut(), &run_options) {
