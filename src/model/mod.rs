@@ -5,11 +5,13 @@
 
 mod base_curvature;
 mod blocks;
+mod dependence;
 mod parameter;
 pub mod path;
 mod plan;
 mod rod;
 mod scene;
+mod segment_parameter;
 mod solution;
 mod status;
 mod stepper;
@@ -18,13 +20,14 @@ mod validate;
 
 pub use base_curvature::{base_curvature, base_curvature_rate};
 pub use blocks::{BLOCK, Blocks};
-pub use parameter::{Axis, Parameter, ParameterError, SegmentParameter, StiffnessAxis, closest};
+pub use parameter::{Axis, Parameter, ParameterError, StiffnessAxis, closest};
 pub use plan::{Batch, Derivative, Entry, Plan, PlanError, PlanOptions, SegmentPlan, Terms};
 pub use rod::{BASE_RECORD, FLEXIBLE_RECORD, RIGID_RECORD, Rod, RodSegment, Slot, record_offsets};
 pub use scene::{
     Base, Coil, CoilWinding, Density, Flexible, Loads, Rigid, STANDARD_GRAVITY, Scene, SceneError, Segment,
     SegmentKind, ShearElasticity, Stiffness,
 };
+pub use segment_parameter::SegmentParameter;
 pub use solution::{Quantity, ROWS, Solutions};
 pub use status::Status;
 pub use stepper::{Stepper, Tableau};
