@@ -41,13 +41,6 @@ const OWNERS: [(&str, &[&str]); 16] = [
 const FILE_LINES: usize = 400;
 const KERNEL_LINES: usize = 250;
 const NO_KERNELS: [&str; 3] = ["src/lanes/mod.rs", "src/lanes/lane.rs", "src/lanes/program.rs"];
-/// Longer files, how long they may be, and why they are not split.
-const LONG_FILES: [(&str, usize, &str); 4] = [
-    ("src/model/parameter.rs", 600, "name, unit, get, set and chain of each parameter, side by side to agree"),
-    ("src/model/plan.rs", 480, "which entries vary and which terms are used, for every parameter at once"),
-    ("src/lanes/solve.rs", 350, "one iteration, from rest to the written row, in the order of its twin"),
-    ("shaders/solve.wgsl", 350, "the twin of lanes/solve.rs"),
-];
 
 /// Everything that breaks a rule in one file, as `file:line: rule`.
 fn violations(file: &str, text: &str) -> Vec<String> {
@@ -62,16 +55,9 @@ fn violations(file: &str, text: &str) -> Vec<String> {
 
 fn size_violation(file: &str, text: &str) -> Vec<String> {
     let is_kernel = file.ends_with(".wgsl") || file.starts_with("src/lanes/") && !NO_KERNELS.contains(&file);
-    let usual = if is_kernel { KERNEL_LINES } else { FILE_LINES };
-    let granted = LONG_FILES.iter().find(|(long, ..)| *long == file);
-    let (limit, lines) = (granted.map_or(usual, |(_, limit, _)| *limit), text.lines().count());
-    if lines > limit {
-        vec![format!("{file}:{limit}: {lines} lines, at most {limit}: split it, or say why in tests/layering.rs")]
-    } else if granted.is_some() && lines <= usual {
-        vec![format!("{file}:1: {lines} lines need no exception: remove it from tests/layering.rs")]
-    } else {
-        Vec::new()
-    }
+    let limit = if is_kernel { KERNEL_LINES } else { FILE_LINES };
+    let lines = text.lines().count();
+    if lines > limit { vec![format!("{file}:{limit}: {lines} lines, at most {limit}: split it")] } else { Vec::new() }
 }
 
 fn layer_violations(file: &str, code: &str) -> Vec<String> {
@@ -309,5 +295,4 @@ fn a_file_that_is_too_long_is_found() {
     assert_eq!(violations("src/lanes/step.rs", &long[..KERNEL_LINES + 1]).len(), 1);
     assert_eq!(violations("shaders/step.wgsl", &long[..KERNEL_LINES + 1]).len(), 1);
     assert!(violations("src/lanes/mod.rs", &long[..KERNEL_LINES + 1]).is_empty());
-    assert_eq!(violations("src/model/plan.rs", "").len(), 1, "an exception that is not needed");
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-const STEMS: [&str; 8] = ["algebra", "rod", "step", "column", "shoot", "solve", "stability", "rows"];
+const STEMS: [&str; 9] = ["algebra", "rod", "step", "column", "shoot", "path", "solve", "stability", "rows"];
 
 /// Functions of one side alone, by stem: name and reason.
 struct Exceptions {
@@ -23,7 +23,8 @@ const EXCEPTIONS: Exceptions = Exceptions {
         ("column", &["zero"], "WGSL's own zero value"),
         ("shoot", &["new", "shoot", "with_simd"], "the workspace, and the wrapping of `integrate`"),
         ("rows", &["add"], "an operator of WGSL's matrices"),
-        ("solve", &["select_matrix", "code"], "masks of lanes"),
+        ("path", &["select_matrix"], "masks of lanes"),
+        ("solve", &["code"], "masks of lanes"),
     ],
     wgsl_only: &[
         ("rod", &["load_flexible", "load_rigid"], "segments are loaded where they are crossed"),

@@ -49,6 +49,7 @@ pub const KERNELS: &[KernelEntry] = &[KernelEntry {
         shader!("shoot"),
         shader!("stability"),
         shader!("rows"),
+        shader!("path"),
         shader!("solve"),
     ],
 }];

@@ -7,6 +7,7 @@
 mod algebra;
 mod column;
 mod lane;
+mod path;
 mod program;
 mod rod;
 mod rows;
@@ -18,12 +19,13 @@ mod step;
 use crate::backend::{Backend, BackendError, BackendInfo, BackendKind, Precision};
 use crate::model::{BLOCK, Batch, Entry, Plan, Quantity, ROWS, Solutions, Status};
 use lane::{F32, F64, Lane, Scalar};
+use path::Path;
 use program::{Inputs, Outputs, Program};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 use rod::{Rod, TermSet, Terms};
 use shoot::Workspace;
-use solve::{Path, solve_group};
+use solve::solve_group;
 use std::marker::PhantomData;
 
 /// The CPU engine, prepared for a plan.

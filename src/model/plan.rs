@@ -241,12 +241,13 @@ impl Plan {
         }
         rod.write_record(entries);
         for derivative in &self.derivatives {
-            match derivative.terms.first().map(|(_, entry)| self.entries[*entry]) {
-                Some(Entry::Varying(_)) => {
-                    entries.extend(derivative.parameter.chain(scene).iter().map(|(_, rate)| rate))
-                }
-                _ => entries.extend(derivative.terms.iter().map(|_| 0.0)),
+            let end = entries.len() + derivative.terms.len();
+            let first = derivative.terms.first().map(|(_, entry)| self.entries[*entry]);
+            if let Some(Entry::Varying(_)) = first {
+                entries.extend(derivative.parameter.chain(scene).iter().map(|(_, rate)| rate));
             }
+            // Constant coefficients are not read from here; a segment shrunk to nothing has fewer.
+            entries.resize(end, 0.0);
         }
         valid
     }

@@ -1,0 +1,132 @@
+// From rest to full load on the coarse grid: load steps, prediction, Newton's method with a bound. R4
+// src/lanes/path.rs
+
+const PATH_TOLERANCE: f32 = 0.0; //@spec
+const CONTRACTION: f32 = 0.0; //@spec
+const TRUST: f32 = 0.0; //@spec
+const CORRECTIONS: f32 = 0.0; //@spec
+const EASY: f32 = 0.0; //@spec
+const FIRST_RAMP_STEP: f32 = 0.0; //@spec
+const SMALLEST_RAMP_STEP: f32 = 0.0; //@spec
+const SMALLEST_GUARDED_STEP: f32 = 0.0; //@spec
+const PASS_LIMIT: f32 = 0.0; //@spec
+
+// How to reach the full load; each is tried where the one before did not lead to a stable equilibrium.
+const DIRECT: u32 = 0u;
+const RAMP: u32 = 1u;
+const GUARDED_RAMP: u32 = 2u;
+
+// The last accepted states, for the prediction of the next.
+struct History {
+    // Load fraction and base moment accepted last.
+    lambda: f32,
+    m0: vec3<f32>,
+    // Load fraction before that, and the secant between the two.
+    lambda_before: f32,
+    secant: vec3<f32>,
+    // Second divided difference.
+    bend: vec3<f32>,
+}
+
+// Where a sample stands on its path.
+struct PathEnd {
+    path: u32,
+    history: History,
+    m0: vec3<f32>,
+    inverse: mat3x3<f32>,
+    passes: f32,
+    reached: bool,
+    exhausted: bool,
+}
+
+// dm0/dlambda at rest: the moment of all loads on the unbent rod, R4 at u = u*.
+fn rest_slope(rod: Rod) -> vec3<f32> {
+    var stiff = rod;
+    stiff.softness = 0.0;
+    let tip = shoot(COARSE, stiff, 1.0, vec3<f32>(), 0u, false);
+    return rod.l_tip - tip.m;
+}
+
+// Base moment at load fraction `goal` by quadratic extrapolation.
+fn predict(history: History, goal: f32) -> vec3<f32> {
+    let ahead = goal - history.lambda;
+    let slope = axpy(ahead + history.lambda - history.lambda_before, history.bend, history.secant);
+    return axpy(ahead, slope, history.m0);
+}
+
+fn accept(history: History, goal: f32, m0: vec3<f32>) -> History {
+    let secant = (m0 - history.m0) * (1.0 / (goal - history.lambda));
+    let bend = (secant - history.secant) * (1.0 / (goal - history.lambda_before));
+    return History(goal, m0, history.lambda, secant, bend);
+}
+
+// Follows the equilibrium from rest to the full load on the coarse grid; where a path fails, the next.
+fn follow_path(rod: Rod, first: u32, secant: vec3<f32>) -> PathEnd {
+    var end: PathEnd;
+    var step = 0.0;
+    var goal = 0.0;
+    var last_size = 0.0;
+    var corrections = 0.0;
+    var started = false;
+    end.path = first;
+    loop {
+        let guarded = end.path == GUARDED_RAMP;
+        let first_step = select(FIRST_RAMP_STEP, 1.0, end.path == DIRECT);
+        let ramp_step = select(SMALLEST_RAMP_STEP, SMALLEST_GUARDED_STEP, guarded);
+        let smallest_step = select(ramp_step, 1.0, end.path == DIRECT);
+        if !started {
+            end.history = History(0.0, vec3<f32>(), 0.0, secant, vec3<f32>());
+            step = first_step;
+            goal = first_step;
+            end.m0 = predict(end.history, goal);
+            last_size = TRUST / CONTRACTION;
+            corrections = 0.0;
+            end.passes = 1.0;
+            end.exhausted = false;
+            started = true;
+        }
+        let tip = shoot(COARSE, rod, goal, end.m0, select(1u, 2u, guarded), guarded);
+        let residual = tip.m - rod.l_tip * goal;
+        let w = tip_moment_columns(tip, BY_MOMENT);
+        let w_inverse = inverse(w);
+        let delta = -(w_inverse * residual); // R4
+        let size = length(delta);
+        let m_new = end.m0 + delta;
+        let converged = size < PATH_TOLERANCE * (1.0 + length(end.m0));
+        let contracting = size < last_size * CONTRACTION && corrections < CORRECTIONS;
+        var same_branch = 0.0 < dot(w[0], cross(w[1], w[2]));
+        if guarded { same_branch = same_branch && stability_index(tip) < 0.5; }
+        let accepted = converged && same_branch;
+        let go_on = !converged && contracting;
+        var failed = false;
+
+        end.passes = end.passes + 1.0;
+        if accepted || go_on { end.inverse = w_inverse; }
+        if go_on {
+            end.m0 = m_new;
+            last_size = size;
+            corrections = corrections + 1.0;
+        } else {
+            if accepted {
+                end.history = accept(end.history, goal, m_new);
+                end.reached = goal >= 1.0;
+                if corrections < EASY { step = step + step; }
+            } else {
+                step = step * 0.5;
+                failed = step < smallest_step;
+            }
+            goal = min(end.history.lambda + step, 1.0);
+            end.m0 = select(predict(end.history, goal), m_new, end.reached);
+            last_size = TRUST / CONTRACTION;
+            corrections = 0.0;
+        }
+        end.exhausted = !end.reached && end.passes >= PASS_LIMIT;
+        failed = failed || end.exhausted;
+        if end.reached || failed && guarded { break; }
+        if failed {
+            end.path += 1u;
+            started = false;
+        }
+    }
+    return end;
+}

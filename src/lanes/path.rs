@@ -1,0 +1,173 @@
+//! From rest to full load on the coarse grid: load steps, prediction, Newton's method with a bound. R4
+//!
+//! A sample's iterations depend on that sample alone: a lane that has finished is frozen while its neighbours go on.
+
+use super::algebra::{Mat3, Vec3, axpy, cross, dot, inverse, length};
+use super::lane::Lane;
+use super::program::Program;
+use super::rod::{Rod, Segment, Terms};
+use super::shoot::{Workspace, moment_columns, rotation_columns, shoot, tip_moment_columns};
+use super::stability::stability_index;
+use crate::model::path::{
+    CONTRACTION, CORRECTIONS, EASY, FIRST_RAMP_STEP, PASS_LIMIT, PATH_TOLERANCE, SMALLEST_GUARDED_STEP,
+    SMALLEST_RAMP_STEP, TRUST,
+};
+
+/// How to reach the full load; each is tried where the one before did not lead to a stable equilibrium.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Path {
+    /// In one step, if Newton's method contracts at once.
+    Direct,
+    /// In as many steps as it takes to contract, never across a change of sign of det(dr/dm0).
+    Ramp,
+    /// The same, with a stability index of zero on every step.
+    GuardedRamp,
+}
+
+/// Where a group stands after the path.
+pub struct PathEnd<L: Lane> {
+    pub m0: Vec3<L>,
+    pub inverse: Mat3<L>,
+    pub lambda: L,
+    pub passes: L,
+    pub reached: L::Mask,
+    pub exhausted: L::Mask,
+}
+
+/// dm0/dlambda at rest: the moment of all loads on the unbent rod, R4 at u = u*.
+#[inline(always)]
+fn rest_slope<L: Lane, T: Terms>(program: &Program, rod: &Rod<L>, workspace: &mut Workspace<L>) -> Vec3<L> {
+    let zero = rod.t.x.constant(0.0);
+    let mut stiff = Rod { segments: Vec::with_capacity(rod.segments.len()), ..*rod };
+    for segment in &rod.segments {
+        stiff.segments.push(match segment {
+            Segment::Flexible(flexible) => {
+                let mut flexible = *flexible;
+                flexible.compliance = Vec3::splat(zero);
+                Segment::Flexible(flexible)
+            }
+            Segment::Rigid(rigid) => Segment::Rigid(*rigid),
+        });
+    }
+    let one = zero.constant(1.0);
+    let tip = shoot::<L, T>(program, &program.coarse, &stiff, one, Vec3::splat(zero), &mut [], false, workspace);
+    rod.l_tip - tip.m
+}
+
+/// The last accepted states, for the prediction of the next.
+struct History<L> {
+    /// Load fraction and base moment accepted last.
+    lambda: L,
+    m0: Vec3<L>,
+    /// Load fraction before that, and the secant between the two.
+    lambda_before: L,
+    secant: Vec3<L>,
+    /// Second divided difference.
+    bend: Vec3<L>,
+}
+
+impl<L: Lane> History<L> {
+    /// Base moment at load fraction `target` by quadratic extrapolation.
+    #[inline(always)]
+    fn predict(&self, target: L) -> Vec3<L> {
+        let ahead = target - self.lambda;
+        let slope = axpy(ahead + self.lambda - self.lambda_before, self.bend, self.secant);
+        axpy(ahead, slope, self.m0)
+    }
+
+    #[inline(always)]
+    fn accept(&mut self, accept: L::Mask, target: L, m0: Vec3<L>) {
+        let one = target.constant(1.0);
+        let secant = (m0 - self.m0) * (one / (target - self.lambda));
+        let bend = (secant - self.secant) * (one / (target - self.lambda_before));
+        self.bend = Vec3::select(accept, bend, self.bend);
+        self.secant = Vec3::select(accept, secant, self.secant);
+        self.lambda_before = L::select(accept, self.lambda, self.lambda_before);
+        self.lambda = L::select(accept, target, self.lambda);
+        self.m0 = Vec3::select(accept, m0, self.m0);
+    }
+}
+
+/// Follows the equilibrium from rest to the full load on the coarse grid.
+#[inline(always)]
+pub fn follow_path<L: Lane, T: Terms>(
+    program: &Program,
+    rod: &Rod<L>,
+    path: Path,
+    workspace: &mut Workspace<L>,
+) -> PathEnd<L> {
+    let zero = rod.t.x.constant(0.0);
+    let one = zero.constant(1.0);
+    let nobody = one.lt(zero);
+    let guarded = path == Path::GuardedRamp;
+    let (first_step, smallest_step) = match path {
+        Path::Direct => (one, one),
+        Path::Ramp => (zero.constant(FIRST_RAMP_STEP), zero.constant(SMALLEST_RAMP_STEP)),
+        Path::GuardedRamp => (zero.constant(FIRST_RAMP_STEP), zero.constant(SMALLEST_GUARDED_STEP)),
+    };
+    let no_vector = Vec3::splat(zero);
+    let secant = rest_slope::<L, T>(program, rod, workspace);
+    let mut history = History { lambda: zero, m0: no_vector, lambda_before: zero, secant, bend: no_vector };
+    let mut step = first_step;
+    let mut target = first_step;
+    let mut m0 = history.predict(target);
+    let first_bound = zero.constant(TRUST / CONTRACTION);
+    let mut last_size = first_bound;
+    let mut corrections = zero;
+    let mut passes = one;
+    let mut inverse_w = Mat3 { x: no_vector, y: no_vector, z: no_vector };
+    let (mut reached, mut failed, mut exhausted) = (nobody, nobody, nobody);
+    loop {
+        let active = !(reached | failed);
+        if !L::any(active) {
+            break;
+        }
+        let mut columns = [moment_columns(one), rotation_columns(m0)];
+        let columns = &mut columns[..if guarded { 2 } else { 1 }];
+        let tip = shoot::<L, T>(program, &program.coarse, rod, target, m0, columns, guarded, workspace);
+        let residual = tip.m - rod.l_tip * target;
+        let w = tip_moment_columns::<L, T>(&tip, &columns[0]);
+        let w_inverse = inverse(w);
+        let delta = -(w_inverse * residual); // R4
+        let size = length(delta);
+        let m_new = m0 + delta;
+        let converged = size.lt(zero.constant(PATH_TOLERANCE) * (one + length(m0)));
+        let contracting = size.lt(last_size * zero.constant(CONTRACTION)) & corrections.lt(zero.constant(CORRECTIONS));
+        let mut same_branch = zero.lt(dot(w.x, cross(w.y, w.z)));
+        if guarded {
+            let index = stability_index::<L, T>(&workspace.stations, &tip, columns);
+            same_branch = same_branch & index.lt(zero.constant(0.5));
+        }
+        let accept = active & converged & same_branch;
+        let go_on = active & !converged & contracting;
+        let reject = active & !accept & !go_on;
+
+        inverse_w = select_matrix::<L>(accept | go_on, w_inverse, inverse_w);
+        history.accept(accept, target, m_new);
+        reached = reached | (accept & !target.lt(one));
+        let easy = corrections.lt(zero.constant(EASY));
+        step = L::select(accept & easy, step + step, step);
+        step = L::select(reject, step * zero.constant(0.5), step);
+        failed = failed | (reject & step.lt(smallest_step));
+        let restart = accept | reject;
+        target = L::select(restart, (history.lambda + step).min(one), target);
+        m0 = Vec3::select(restart, Vec3::select(reached, m_new, history.predict(target)), m0);
+        m0 = Vec3::select(go_on, m_new, m0);
+        last_size = L::select(go_on, size, first_bound);
+        corrections = L::select(go_on, corrections + one, zero);
+        passes = L::select(active, passes + one, passes);
+        let over = active & !reached & !passes.lt(zero.constant(PASS_LIMIT));
+        exhausted = exhausted | over;
+        failed = failed | over;
+    }
+    PathEnd { m0, inverse: inverse_w, lambda: history.lambda, passes, reached, exhausted }
+}
+
+#[inline(always)]
+fn select_matrix<L: Lane>(mask: L::Mask, if_true: Mat3<L>, if_false: Mat3<L>) -> Mat3<L> {
+    Mat3 {
+        x: Vec3::select(mask, if_true.x, if_false.x),
+        y: Vec3::select(mask, if_true.y, if_false.y),
+        z: Vec3::select(mask, if_true.z, if_false.z),
+    }
+}
