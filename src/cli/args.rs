@@ -144,4 +144,7 @@ pub struct VerifyArguments {
     /// Print JSON
     #[arg(long)]
     pub json: bool,
+    /// Where the worst sample of a row beyond its limit is written, as a scene
+    #[arg(long, value_name = "DIR", default_value = ".")]
+    pub out: PathBuf,
 }
