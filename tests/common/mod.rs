@@ -6,5 +6,6 @@ pub mod check;
 pub mod dual;
 pub mod golden;
 pub mod random;
+pub mod sandbox;
 
 pub use catheter::{catheter, parameters};
