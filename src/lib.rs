@@ -1,4 +1,20 @@
-//! rodsweep: batched static Cosserat rods with their Jacobians.
+//! Batched static Cosserat rods with their Jacobians: parameter sweeps of magnetic catheters, on a GPU or the CPU.
+//!
+//! A [`model::Scene`] is what a user writes: one rod in one field. A [`model::Plan`] fixes what all samples of a sweep
+//! share, a [`model::Batch`] holds what varies, a [`backend::Backend`] turns it into [`model::Solutions`].
+//!
+//! | layer | modules | know |
+//! |---|---|---|
+//! | 5 | the program `rodsweep` | everything: chooses the engine, prints, exits |
+//! | 4 | [`report`] | [`model`] |
+//! | 3 | [`sweep`] | [`model`] and [`backend`] |
+//! | 2 | [`reference`](mod@reference), [`lanes`], [`gpu`] | [`model`] and [`backend`], not each other |
+//! | 1 | [`backend`] | [`model`] |
+//! | 0 | [`model`] | nothing |
+//!
+//! How it is built is told in [`architecture`], what it computes in [`equations`], how it is used in `README.md`.
+// Units stand in brackets, such as [m]; they are no links.
+#![allow(rustdoc::broken_intra_doc_links)]
 
 pub mod backend;
 pub mod gpu;
@@ -7,3 +23,14 @@ pub mod model;
 pub mod reference;
 pub mod report;
 pub mod sweep;
+
+#[doc = include_str!("ARCHITECTURE.md")]
+pub mod architecture {}
+
+#[doc = include_str!("EQUATIONS.md")]
+pub mod equations {}
+
+/// The examples of the README, as doc tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

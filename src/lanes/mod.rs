@@ -171,6 +171,10 @@ macro_rules! by_terms {
             #[inline(always)]
             fn with_simd<S: Simd>(self, token: S) {
                 let terms = self.0.program.terms;
+                // Machines without vector units are served, not tuned for: one kernel with every term.
+                if S::IS_SCALAR {
+                    return solve_job::<$lane<S>, TermSet<true, true, true>>(token, self.0);
+                }
                 match (terms.load, terms.force, terms.anisotropic) {
                     (true, _, false) => solve_job::<$lane<S>, TermSet<true, true, false>>(token, self.0),
                     (true, _, true) => solve_job::<$lane<S>, TermSet<true, true, true>>(token, self.0),

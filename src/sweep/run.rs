@@ -1,7 +1,7 @@
 //! Runs a sweep: chunk after chunk through a backend into part files, resumable, in bounded memory.
 //!
-//! Four stages overlap: build batches, solve, finish rows, write. Each queue holds one item, so at most four
-//! batches and four chunks of rows are in memory, whatever the number of samples.
+//! Four stages overlap: build batches, solve, finish rows, write. Each queue holds one item, so at most five batches
+//! (three of them with solutions) and four chunks of rows are in memory, whatever the number of samples.
 
 use super::check::{Kept, SpotCheck, SpotCheckOptions};
 use super::columns::{Layout, Table};
@@ -15,7 +15,7 @@ use super::refine::Refiners;
 use super::sink;
 use super::spec::{Format, SweepSpec};
 use crate::backend::{Backend, BackendError, BackendInfo};
-use crate::model::{Plan, Status};
+use crate::model::{BLOCK, Plan, Quantity, ROWS, Status};
 use serde::Serialize;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -26,8 +26,8 @@ pub type BackendFactory<'a> = &'a (dyn Fn(&Plan) -> Result<Box<dyn Backend>, Bac
 
 /// Samples in a part file.
 pub const CHUNK: u64 = 65_536;
-/// Samples in one call of a backend, whatever it asks for.
-const MAX_BATCH: usize = 1 << 21;
+/// Bytes that the inputs and solutions of one batch may take, whatever the backend asks for; five are alive at once.
+const BATCH_BYTES: usize = 96 << 20;
 
 /// Part `index` (from 1) of `count`: every count-th chunk.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -222,7 +222,9 @@ pub fn run(spec: &SweepSpec, backend: &mut dyn Backend, options: &RunOptions) ->
         worst_error_estimate: 0.0,
         timings: Timings::default(),
     };
-    let jobs = pieces(&record, &missing, backend.batch_size().clamp(1, MAX_BATCH) as u64);
+    let row_bytes = 8 * (plan.input_count + Quantity::COUNT + ROWS * plan.derivatives.len());
+    let batch_size = backend.batch_size().min(BATCH_BYTES / row_bytes).max(BLOCK);
+    let jobs = pieces(&record, &missing, batch_size as u64);
     let (build, solve, write) = pipeline(jobs, backend, &mut finisher, |chunk, table: Table| {
         let path = directory::part_path(&options.out, chunk, spec.format);
         sink::write_part(&path, &table, spec.format, &metadata).map(|_| ())

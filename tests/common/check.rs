@@ -6,8 +6,10 @@ use rodsweep::model::{
     Axis, Matrix, Parameter, Plan, PlanOptions, Quantity, Scene, Slot, Solutions, Status, Units, Vector,
 };
 
-/// Columns smaller than this share of their natural size are measured against it.
+/// In f64, columns smaller than this share of their natural size are measured against it.
 pub const SMALL_COLUMN: f64 = 1e-3;
+/// In f32 a column is a sum of terms of its natural size, rounded to 1e-7 of that: it is measured against at least it.
+pub const SMALL_COLUMN_F32: f64 = 1.0;
 
 /// Largest errors an engine may show.
 #[derive(Clone, Copy, Debug)]
@@ -18,6 +20,8 @@ pub struct Tolerance {
     pub moment: f64,
     /// Columns of (dp/L, w), relative.
     pub jacobian: f64,
+    /// Columns below this share of their natural size are measured against it.
+    pub small_column: f64,
 }
 
 /// Errors measured on one scene.
@@ -40,7 +44,7 @@ pub fn check_golden(
     make: impl Fn(&Plan) -> Box<dyn Backend>,
     tolerance: Tolerance,
 ) -> Vec<Errors> {
-    let mut all: Vec<Errors> = cases.iter().map(|case| measure(case, options, &make)).collect();
+    let mut all: Vec<Errors> = cases.iter().map(|case| measure(case, options, tolerance.small_column, &make)).collect();
     all.sort_by(|a, b| b.jacobian.total_cmp(&a.jacobian));
     let fails = |e: &&Errors| {
         let good = e.pose <= tolerance.pose && e.moment <= tolerance.moment && e.jacobian <= tolerance.jacobian;
@@ -52,7 +56,12 @@ pub fn check_golden(
 }
 
 /// Solves one case and measures its errors.
-pub fn measure(case: &GoldenCase, options: PlanOptions, make: impl Fn(&Plan) -> Box<dyn Backend>) -> Errors {
+pub fn measure(
+    case: &GoldenCase,
+    options: PlanOptions,
+    small_column: f64,
+    make: impl Fn(&Plan) -> Box<dyn Backend>,
+) -> Errors {
     let mut wrt = case.parameters.clone();
     wrt.extend(Axis::ALL.map(Parameter::BaseRotation));
     let plan = Plan::single(&case.scene, &wrt, options).expect("a valid plan");
@@ -63,7 +72,8 @@ pub fn measure(case: &GoldenCase, options: PlanOptions, make: impl Fn(&Plan) -> 
     for (k, parameter) in wrt.iter().enumerate() {
         let expected = expected_column(case, k, *parameter);
         let found: [f64; 6] = std::array::from_fn(|row| solutions.derivative(0, k, row));
-        let error = column_error(&found, &expected, natural_size(&case.scene, *parameter, &units), units.length);
+        let small = small_column * natural_size(&case.scene, *parameter, &units);
+        let error = column_error(&found, &expected, small, units.length);
         // Also takes NaN as the worst.
         if error.is_nan() || error > jacobian.0 {
             jacobian = (error, parameter.name(&case.scene));
@@ -109,14 +119,14 @@ pub fn natural_size(scene: &Scene, parameter: Parameter, units: &Units) -> f64 {
     parameter.chain(scene).iter().map(|(slot, rate)| (rate / slot.unit(units)).powi(2)).sum::<f64>().sqrt()
 }
 
-/// Relative error of a column (dp/L, w).
-pub fn column_error(found: &[f64; 6], expected: &[f64; 6], natural_size: f64, length: f64) -> f64 {
+/// Relative error of a column (dp/L, w); one smaller than `small` is measured against that.
+pub fn column_error(found: &[f64; 6], expected: &[f64; 6], small: f64, length: f64) -> f64 {
     let scaled = |column: [f64; 6]| -> f64 {
         let square = |(row, x): (usize, &f64)| if row < 3 { (x / length).powi(2) } else { x.powi(2) };
         column.iter().enumerate().map(square).sum::<f64>().sqrt()
     };
     let error = scaled(std::array::from_fn(|row| found[row] - expected[row]));
-    let size = scaled(*expected).max(SMALL_COLUMN * natural_size);
+    let size = scaled(*expected).max(small);
     if error == 0.0 { 0.0 } else { error / size }
 }
 

@@ -1,0 +1,313 @@
+//! House rules of `src/ARCHITECTURE.md`, kept by machine: layers, owners of crates, sizes of files.
+
+use std::fs;
+use std::path::Path;
+
+/// Modules of the crate and their layers; the three engines share a layer and may not see each other.
+const LAYERS: [(&str, u32); 10] = [
+    ("model", 0),
+    ("backend", 1),
+    ("reference", 2),
+    ("lanes", 2),
+    ("gpu", 2),
+    ("sweep", 3),
+    ("report", 4),
+    ("study", 4),
+    ("cli", 5),
+    ("main", 5),
+];
+/// Modules that may name less than their layer allows.
+const NARROW: [(&str, &[&str]); 2] = [("sweep", &["model", "backend"]), ("report", &["model"])];
+/// Crates that belong to one part of the source.
+const OWNERS: [(&str, &[&str]); 16] = [
+    ("wgpu", &["src/gpu/"]),
+    ("naga", &["src/gpu/"]),
+    ("pollster", &["src/gpu/"]),
+    ("pulp", &["src/lanes/"]),
+    ("nalgebra", &["src/reference/"]),
+    ("parquet", &["src/sweep/sink"]),
+    ("arrow", &["src/sweep/sink"]),
+    ("npyz", &["src/sweep/sink"]),
+    ("toml_edit", &["src/sweep/"]),
+    ("sobol", &["src/sweep/"]),
+    ("tiny_skia", &["src/report/"]),
+    ("ab_glyph", &["src/report/"]),
+    ("clap", &["src/cli/", "src/main.rs"]),
+    ("clap_complete", &["src/cli/", "src/main.rs"]),
+    ("indicatif", &["src/cli/", "src/main.rs"]),
+    ("ctrlc", &["src/cli/", "src/main.rs"]),
+];
+/// Lines of a file, and of a kernel: every shader, and the files of `lanes` that have a twin among them.
+const FILE_LINES: usize = 400;
+const KERNEL_LINES: usize = 250;
+const NO_KERNELS: [&str; 3] = ["src/lanes/mod.rs", "src/lanes/lane.rs", "src/lanes/program.rs"];
+/// Longer files, how long they may be, and why they are not split.
+const LONG_FILES: [(&str, usize, &str); 4] = [
+    ("src/model/parameter.rs", 600, "name, unit, get, set and chain of each parameter, side by side to agree"),
+    ("src/model/plan.rs", 480, "which entries vary and which terms are used, for every parameter at once"),
+    ("src/lanes/solve.rs", 350, "one iteration, from rest to the written row, in the order of its twin"),
+    ("shaders/solve.wgsl", 350, "the twin of lanes/solve.rs"),
+];
+
+/// Everything that breaks a rule in one file, as `file:line: rule`.
+fn violations(file: &str, text: &str) -> Vec<String> {
+    let mut found = size_violation(file, text);
+    if file.ends_with(".rs") {
+        let code = without_comments_and_strings(text);
+        found.extend(layer_violations(file, &code));
+        found.extend(owner_violations(file, &code));
+    }
+    found
+}
+
+fn size_violation(file: &str, text: &str) -> Vec<String> {
+    let is_kernel = file.ends_with(".wgsl") || file.starts_with("src/lanes/") && !NO_KERNELS.contains(&file);
+    let usual = if is_kernel { KERNEL_LINES } else { FILE_LINES };
+    let granted = LONG_FILES.iter().find(|(long, ..)| *long == file);
+    let (limit, lines) = (granted.map_or(usual, |(_, limit, _)| *limit), text.lines().count());
+    if lines > limit {
+        vec![format!("{file}:{limit}: {lines} lines, at most {limit}: split it, or say why in tests/layering.rs")]
+    } else if granted.is_some() && lines <= usual {
+        vec![format!("{file}:1: {lines} lines need no exception: remove it from tests/layering.rs")]
+    } else {
+        Vec::new()
+    }
+}
+
+fn layer_violations(file: &str, code: &str) -> Vec<String> {
+    let path = module_path(file);
+    let Some(own) = path.first().filter(|own| layer(own).is_some()) else { return Vec::new() };
+    let mut found = Vec::new();
+    for (at, name) in named_modules(code, &path) {
+        let Some(other) = layer(&name) else { continue };
+        let narrow = NARROW.iter().find(|(module, _)| module == own).map(|(_, allowed)| *allowed);
+        let allowed = name == *own
+            || match narrow {
+                Some(allowed) => allowed.contains(&name.as_str()),
+                None => Some(other) < layer(own) || layer(own) == Some(5),
+            };
+        if !allowed {
+            found.push(format!("{file}:{}: `{own}` may not name `{name}` (layers point down)", line(code, at)));
+        }
+    }
+    found
+}
+
+fn owner_violations(file: &str, code: &str) -> Vec<String> {
+    let mut found = Vec::new();
+    for (name, owners) in OWNERS.iter().filter(|(_, owners)| !owners.iter().any(|owner| file.starts_with(owner))) {
+        for (at, _) in words(code).filter(|(_, word)| word == name) {
+            let (before, after) = (code[..at].trim_end(), code[at + name.len()..].trim_start());
+            let is_path =
+                after.starts_with("::") && (!before.ends_with("::") || before.trim_end_matches(':').is_empty());
+            let is_import = ["use", "crate", "use ::"].iter().any(|word| before.ends_with(word)) && !is_path;
+            if is_path || is_import {
+                let owners = owners.join(", ");
+                found.push(format!("{file}:{}: only {owners} may name the crate `{name}`", line(code, at)));
+            }
+        }
+    }
+    found
+}
+
+fn layer(module: &str) -> Option<u32> {
+    LAYERS.iter().find(|(name, _)| *name == module).map(|(_, layer)| *layer)
+}
+
+/// `src/sweep/sink/mod.rs` is `sweep::sink`.
+fn module_path(file: &str) -> Vec<String> {
+    let inner = file.trim_start_matches("src/").trim_end_matches(".rs");
+    let mut path: Vec<String> = inner.split('/').map(str::to_owned).collect();
+    if path.last().is_some_and(|last| last == "mod") {
+        path.pop();
+    }
+    path
+}
+
+/// Top-level modules that the code of module `path` names: by `crate::`, `rodsweep::` or enough `super::`.
+fn named_modules(code: &str, path: &[String]) -> Vec<(usize, String)> {
+    let mut found = Vec::new();
+    for (at, word) in words(code) {
+        let after_root = match word {
+            _ if code[..at].trim_end().ends_with("::") => continue,
+            "crate" | "rodsweep" => &code[at + word.len()..],
+            "super" => {
+                let (mut rest, mut depth) = (&code[at + word.len()..], 1);
+                while let Some(next) =
+                    rest.trim_start().strip_prefix("::").and_then(|r| r.trim_start().strip_prefix("super"))
+                {
+                    (rest, depth) = (next, depth + 1);
+                }
+                if depth < path.len() {
+                    continue;
+                }
+                rest
+            }
+            _ => continue,
+        };
+        let Some(tail) = after_root.trim_start().strip_prefix("::") else { continue };
+        let start = code.len() - tail.len();
+        let names = first_names(tail);
+        found.extend(names.into_iter().map(|(offset, name)| (start + offset, name)));
+    }
+    found
+}
+
+/// The first name of a path, or of each path of `{a::b, c}`.
+fn first_names(tail: &str) -> Vec<(usize, String)> {
+    let grouped = tail.trim_start().starts_with('{');
+    let (mut names, mut depth, mut expects) = (Vec::new(), 0, !grouped);
+    let mut skip_to = 0;
+    for (at, c) in tail.char_indices().filter(|(_, c)| !c.is_whitespace()) {
+        match c {
+            '{' => {
+                depth += 1;
+                expects = grouped && depth == 1;
+            }
+            '}' => depth -= 1,
+            ',' => expects = grouped && depth == 1,
+            _ if expects && at >= skip_to => {
+                let name: String = tail[at..].chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
+                skip_to = at + name.len();
+                names.push((at, name));
+                expects = false;
+            }
+            _ => {}
+        }
+        if !grouped && !names.is_empty() || grouped && depth == 0 {
+            break;
+        }
+    }
+    names
+}
+
+/// Every word with its position.
+fn words(code: &str) -> impl Iterator<Item = (usize, &str)> {
+    let is_word = |c: char| c.is_alphanumeric() || c == '_';
+    code.split(move |c| !is_word(c)).filter(|word| !word.is_empty()).map(|word| (word.as_ptr() as usize, word)).map({
+        let start = code.as_ptr() as usize;
+        move |(at, word)| (at - start, word)
+    })
+}
+
+fn line(code: &str, at: usize) -> usize {
+    1 + code[..at].matches('\n').count()
+}
+
+/// Comments and the contents of strings as blanks; every line keeps its number.
+fn without_comments_and_strings(text: &str) -> String {
+    let bytes = text.as_bytes();
+    let mut out = bytes.to_vec();
+    let mut blank = |from: usize, to: usize| {
+        for byte in &mut out[from..to] {
+            if *byte != b'\n' {
+                *byte = b' ';
+            }
+        }
+    };
+    let find = |from: usize, what: &str| text[from..].find(what).map_or(text.len(), |k| from + k + what.len());
+    let mut at = 0;
+    while at < bytes.len() {
+        let starts = |what: &str| bytes[at..].starts_with(what.as_bytes());
+        let end = if starts("//") {
+            text[at..].find('\n').map_or(text.len(), |k| at + k)
+        } else if starts("/*") {
+            find(at, "*/")
+        } else if starts("r#\"") {
+            find(at + 3, "\"#")
+        } else if starts("\"") {
+            let mut end = at + 1;
+            while end < bytes.len() && bytes[end] != b'"' {
+                end += if bytes[end] == b'\\' { 2 } else { 1 };
+            }
+            (end + 1).min(bytes.len())
+        } else if starts("'\"'") || starts("'\\") {
+            find(at + 2, "'")
+        } else {
+            at += 1;
+            continue;
+        };
+        blank(at, end);
+        at = end;
+    }
+    String::from_utf8(out).expect("only whole characters were blanked")
+}
+
+fn sources(folder: &Path, found: &mut Vec<String>) {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    for entry in fs::read_dir(root.join(folder)).expect("a folder").flatten() {
+        let path = folder.join(entry.file_name());
+        if entry.path().is_dir() {
+            sources(&path, found);
+        } else if path.extension().is_some_and(|extension| extension == "rs" || extension == "wgsl") {
+            found.push(path.to_string_lossy().replace('\\', "/"));
+        }
+    }
+}
+
+#[test]
+fn the_house_rules_hold() {
+    let mut files = Vec::new();
+    sources(Path::new("src"), &mut files);
+    sources(Path::new("shaders"), &mut files);
+    files.sort();
+    assert!(files.len() > 50, "only {} files found", files.len());
+    let read = |file: &String| fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(file)).expect("a file");
+    let found: Vec<String> = files.iter().flat_map(|file| violations(file, &read(file))).collect();
+    assert!(found.is_empty(), "\n{}", found.join("\n"));
+}
+
+#[test]
+fn an_import_that_points_up_is_found() {
+    let check = |file: &str, text: &str| violations(file, text);
+    let found = check("src/model/rod.rs", "//! A rod.\n\nuse crate::sweep::SweepSpec;\n");
+    assert_eq!(found, ["src/model/rod.rs:3: `model` may not name `sweep` (layers point down)"]);
+    let found = check(
+        "src/sweep/run.rs",
+        "use crate::model::Plan;\nuse crate::{\n    backend::Backend,\n    lanes::Lanes,\n};",
+    );
+    assert_eq!(found, ["src/sweep/run.rs:4: `sweep` may not name `lanes` (layers point down)"]);
+    // Engines are blind to each other, by whatever path.
+    assert_eq!(check("src/lanes/step.rs", "fn f() { crate::reference::solve_rod() }").len(), 1);
+    assert_eq!(check("src/lanes/step.rs", "use super::super::gpu::Gpu;").len(), 1);
+    assert_eq!(check("src/gpu/mod.rs", "use super::lanes::{self, Lanes};").len(), 1);
+    assert_eq!(check("src/report/axes.rs", "use crate::backend::Precision;").len(), 1);
+    assert_eq!(check("src/study/fit.rs", "use crate::cli::Exit;").len(), 1);
+}
+
+#[test]
+fn imports_that_point_down_pass() {
+    let check = |file: &str, text: &str| violations(file, text);
+    let none: [String; 0] = [];
+    assert_eq!(check("src/lanes/mod.rs", "use crate::{backend::Backend, model::{Batch, Plan}};"), none);
+    assert_eq!(
+        check("src/lanes/step.rs", "use super::rod::Rod; // not crate::gpu\nconst A: &str = \"crate::gpu\";"),
+        none
+    );
+    assert_eq!(check("src/sweep/sink/csv.rs", "use super::super::columns::Table;\nuse crate::sweep::x;"), none);
+    assert_eq!(check("src/cli/engine.rs", "use rodsweep::{gpu::Gpu, lanes::Lanes};\nuse crate::cli::x;"), none);
+    assert_eq!(check("src/study/fit.rs", "use crate::{model, report, sweep};").len(), 1, "siblings stay apart");
+}
+
+#[test]
+fn a_crate_out_of_place_is_found() {
+    let check = |file: &str, text: &str| violations(file, text);
+    let found = check("src/sweep/run.rs", "\nuse parquet::file;\n");
+    assert_eq!(found, ["src/sweep/run.rs:2: only src/sweep/sink may name the crate `parquet`"]);
+    assert_eq!(check("src/lanes/rod.rs", "fn f(x: nalgebra::Vector3<f64>) {}").len(), 1);
+    assert_eq!(check("src/report/mod.rs", "use ::wgpu::Device;").len(), 1);
+    assert_eq!(check("src/model/mod.rs", "use wgpu;").len(), 1);
+    assert!(check("src/sweep/sink/parquet.rs", "use parquet::file;").is_empty());
+    assert!(check("src/gpu/check.rs", "use wgpu::naga;").is_empty());
+    assert!(check("src/sweep/read.rs", "use super::sink::parquet::read; let arrow = 1;").is_empty());
+}
+
+#[test]
+fn a_file_that_is_too_long_is_found() {
+    let long = "\n".repeat(FILE_LINES + 1);
+    assert_eq!(violations("src/sweep/run.rs", &long).len(), 1);
+    assert_eq!(violations("src/lanes/step.rs", &long[..KERNEL_LINES + 1]).len(), 1);
+    assert_eq!(violations("shaders/step.wgsl", &long[..KERNEL_LINES + 1]).len(), 1);
+    assert!(violations("src/lanes/mod.rs", &long[..KERNEL_LINES + 1]).is_empty());
+    assert_eq!(violations("src/model/plan.rs", "").len(), 1, "an exception that is not needed");
+}
