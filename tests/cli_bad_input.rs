@@ -51,7 +51,7 @@ const SWEEPS: &[Broken] = &[
     broken("missing scene file", "\"scene.toml\"", "\"none.toml\"", 1, "scene", "the path starts from the folder"),
     broken("syntax error", "method = \"grid\"", "method = ", 3, "", "TOML"),
     broken("unknown method", "\"grid\"", "\"gird\"", 3, "sampling.method", "did you mean `grid`?"),
-    broken("missing table", "method = \"grid\"", "method = \"table\"\nfile = \"none.csv\"", 4, "sampling.file", "the path starts from the folder"),
+    broken("table beside axes", "method = \"grid\"", "method = \"table\"\nfile = \"none.csv\"", 6, "axis", "remove [[axis]]"),
     broken("zero tolerance", "tolerance = 1e-6", "tolerance = 0", 11, "solver.tolerance", "give a number"),
     broken("unknown quantity", "\"tip_position\"", "\"tip_positon\"", 14, "output.quantities[0]", "did you mean `tip_position`?"),
     broken("unknown derivative", "[\"coil.current\"]", "[\"coil.voltage\"]", 15, "output.derivatives[0]", "no parameter"),
@@ -143,6 +143,8 @@ fn blocks_head(text: &str) -> &str {
 fn broken_tables() {
     let sandbox = Sandbox::new();
     sandbox.write("sweep.toml", "scene = \"scene.toml\"\n[sampling]\nmethod = \"table\"\nfile = \"inputs.csv\"\n");
+    let missing = broken("missing table", "", "", 4, "sampling.file", "the path starts from the folder");
+    check(&sandbox, &RUN, "sweep.toml", &missing);
     for (text, broken) in [
         ("coil.curent.x\n1\n", broken("unknown column", "", "", 1, "coil.curent.x", "did you mean `coil.current.x`?")),
         ("coil.current.x\n1\n2 T\n", broken("wrong unit", "", "", 3, "coil.current.x", "give a current")),

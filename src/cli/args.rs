@@ -65,7 +65,7 @@ impl From<PrecisionName> for Precision {
     }
 }
 
-#[derive(Debug, Args)]
+#[derive(Clone, Copy, Debug, Args)]
 pub struct EngineArguments {
     /// What solves
     #[arg(long, value_enum, default_value = "auto")]
