@@ -18,6 +18,17 @@ const WORKGROUP: u32 = 64u; //@spec
 const BLOCK: u32 = 256u; //@spec
 const INPUT_COUNT: u32 = 1u; //@spec
 const OUTPUT_COUNT: u32 = 19u; //@spec
+
+const TIP_POSITION_COLUMN: u32 = 0u; //@spec
+const TIP_D1_COLUMN: u32 = 3u; //@spec
+const TIP_TANGENT_COLUMN: u32 = 6u; //@spec
+const BASE_MOMENT_COLUMN: u32 = 9u; //@spec
+const RESIDUAL_COLUMN: u32 = 12u; //@spec
+const ERROR_ESTIMATE_COLUMN: u32 = 13u; //@spec
+const STABILITY_MARGIN_COLUMN: u32 = 14u; //@spec
+const STABILITY_INDEX_COLUMN: u32 = 15u; //@spec
+const ITERATIONS_COLUMN: u32 = 16u; //@spec
+const LOAD_FRACTION_COLUMN: u32 = 17u; //@spec
 const STATUS_COLUMN: u32 = 18u; //@spec
 
 const STATUS_OK: u32 = 0u; //@spec
@@ -29,6 +40,7 @@ const STATUS_STEP_LIMIT: u32 = 5u; //@spec
 const STATUS_NOT_CONVERGED: u32 = 6u; //@spec
 const STATUS_BAD_PARAMETER: u32 = 7u; //@spec
 const STATUS_NON_FINITE: u32 = 8u; //@spec
+const STATUS_PENDING: u32 = 9u; //@spec
 
 var<private> input_base: u32;
 var<private> output_base: u32;
@@ -56,6 +68,12 @@ fn store_vector(column: u32, value: vec3<f32>) {
     store(column, value.x);
     store(column + 1u, value.y);
     store(column + 2u, value.z);
+}
+
+// What this invocation has stored there.
+fn loaded_vector(column: u32) -> vec3<f32> {
+    let at = output_base + column * BLOCK;
+    return vec3<f32>(outputs[at], outputs[at + BLOCK], outputs[at + 2u * BLOCK]);
 }
 
 // Says what became of the sample; without it the whole dispatch is refused.

@@ -4,6 +4,7 @@
 //! `//@if NAME`, `//@if !NAME`, `//@else`, `//@end`: keep or drop lines by a named term.
 //! `const NAME: T = value; //@spec`: the value of this specialisation instead.
 //! `for (var i = A; i < B; i++) { //@unroll` ... `} //@end`: one copy of the body, in braces, for each value of i.
+//! `//@repeat i COUNT` ... `//@end`: the same for declarations, without braces, for i from 0 below COUNT.
 //! In a copy the word `i` is a literal, and `name_i` is `name_3`; `//@if NAME[i]` asks for the term `NAME[3]`.
 
 use super::specialise::{Piece, Specialisation, Value};
@@ -44,6 +45,8 @@ pub enum EmitErrorKind {
     BadConstant,
     #[error("`//@unroll` needs `for (var i = A; i < B; i++) {{`, A and B literals or constants")]
     BadLoop,
+    #[error("`//@repeat` needs a name and a count, a literal or a constant")]
+    BadRepeat,
 }
 
 impl Source {
@@ -110,6 +113,18 @@ impl Emitter<'_> {
                     }
                     at = end;
                 }
+                Some("repeat") => {
+                    let (_, end) = self.find_end(at, range.end)?;
+                    let words: Vec<&str> = directive.split_whitespace().collect();
+                    let [_, name, count] = words[..] else { return Err((at, EmitErrorKind::BadRepeat)) };
+                    let (count, suffix) = self.bound(count).ok_or((at, EmitErrorKind::BadRepeat))?;
+                    for value in 0..count {
+                        bounds.push(Bound { name: name.into(), value, suffix });
+                        self.block(at + 1..end, bounds)?;
+                        bounds.pop();
+                    }
+                    at = end;
+                }
                 Some("spec") => {
                     let text = self.specialise(code, at)?;
                     self.push(text, at);
@@ -135,7 +150,7 @@ impl Emitter<'_> {
         for at in start..limit {
             let directive = self.lines[at].split_once("//@").and_then(|(_, rest)| rest.split_whitespace().next());
             match directive {
-                Some("if" | "unroll") => depth += 1,
+                Some("if" | "unroll" | "repeat") => depth += 1,
                 Some("else") if depth == 1 => middle = Some(at),
                 Some("end") if depth == 1 => return Ok((middle, at)),
                 Some("end") => depth -= 1,

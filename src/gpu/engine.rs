@@ -8,8 +8,10 @@ use super::device::{Device, failed};
 use super::kernel::{KERNELS, Kernel, WORKGROUP_SIZE, output_count};
 use super::pace::Pace;
 use super::record::{constants, input_units};
+use super::terms::pass_limit;
 use super::unpack::{Unpack, output_units};
 use crate::backend::{Backend, BackendError, BackendInfo, BackendKind, Precision};
+use crate::model::path::newton_tolerance;
 use crate::model::{BLOCK, Batch, Plan, Solutions};
 use rayon::prelude::*;
 use std::collections::VecDeque;
@@ -25,6 +27,9 @@ const OUTPUT_BUDGET: u64 = 32 << 20;
 
 /// Full dispatches in a batch of the recommended size.
 const DISPATCHES_PER_BATCH: usize = 4;
+
+/// A path over the rod needs this many passes in all but the hardest cases.
+const FEWEST_PASSES: f64 = 40.0;
 
 /// Distance of two marks; above every status code.
 const MARK_STEP: u32 = 16;
@@ -82,12 +87,21 @@ struct Piece {
 impl Gpu {
     /// Prepares the solving kernel for a plan.
     pub fn new(device: Device, plan: &Plan) -> Result<Self, BackendError> {
-        let entry = KERNELS.first().ok_or_else(|| BackendError::Unsupported {
-            backend: BackendKind::Gpu,
-            what: "rods yet".into(),
-            remedy: "use `--backend cpu`".into(),
-        })?;
-        let kernel = Kernel::new(entry, plan).map_err(failed)?;
+        if !plan.scene.rigid_force_arm && !plan.derivatives.is_empty() {
+            return Err(BackendError::Unsupported {
+                backend: BackendKind::Gpu,
+                what: "derivatives without the force arm of rigid segments".into(),
+                remedy: "use `--backend reference`, or leave `model.rigid_force_arm` out".into(),
+            });
+        }
+        if pass_limit(plan) < FEWEST_PASSES {
+            return Err(BackendError::Unsupported {
+                backend: BackendKind::Gpu,
+                what: format!("as many as {} steps", plan.segments.iter().map(|segment| segment.steps).sum::<usize>()),
+                remedy: "take fewer steps of a higher order (`--stepper dop853`), or use `--backend cpu`".into(),
+            });
+        }
+        let kernel = Kernel::new(&KERNELS[0], plan).map_err(failed)?;
         Self::with_kernel(device, plan, &kernel)
     }
 
@@ -165,7 +179,7 @@ impl Gpu {
         self.mark = self.mark % MARK_COUNT + 1;
         let samples = (batch.sample_count() - first_block * BLOCK).min(block_count * BLOCK);
         let mark = (self.mark * MARK_STEP) as f32;
-        let tolerance = self.plan.options.tolerance as f32;
+        let tolerance = newton_tolerance(self.plan.options.tolerance, f32::EPSILON.into()) as f32;
         let settings = Settings { sample_count: samples as u32, mark, tolerance, zero: 0 };
         let inputs = self.pack(batch, first_block, block_count);
         let workgroups = (samples as u32).div_ceil(WORKGROUP_SIZE);

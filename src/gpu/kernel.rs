@@ -2,9 +2,9 @@
 
 use super::emit::{EmitError, Source, emit};
 use super::record::record_functions;
-use super::specialise::{Piece, Specialisation, Value};
-use super::tableau::Tableau;
-use crate::model::{BLOCK, Plan, Quantity, ROWS, Slot, Status};
+use super::specialise::Piece;
+use super::terms::specialisation;
+use crate::model::{Plan, Quantity, ROWS};
 use std::borrow::Cow;
 
 /// Invocations of a workgroup; a block of samples is a multiple.
@@ -37,7 +37,21 @@ pub struct KernelEntry {
 }
 
 /// Every kernel. The first solves a batch.
-pub const KERNELS: &[KernelEntry] = &[];
+pub const KERNELS: &[KernelEntry] = &[KernelEntry {
+    entry_point: "solve",
+    parts: &[
+        shader!("batch"),
+        Part::Record,
+        shader!("algebra"),
+        shader!("rod"),
+        shader!("step"),
+        shader!("column"),
+        shader!("shoot"),
+        shader!("stability"),
+        shader!("rows"),
+        shader!("solve"),
+    ],
+}];
 
 /// Layout and loading of a sample's numbers: what every kernel starts with.
 pub(super) const PRELUDE: &[Part] = &[shader!("batch"), Part::Record];
@@ -75,89 +89,4 @@ impl Part {
 /// Columns of the solutions of a plan.
 pub(super) fn output_count(plan: &Plan) -> usize {
     Quantity::COUNT + ROWS * plan.derivatives.len()
-}
-
-/// Terms and constants that a plan fixes.
-///
-/// Terms: those of `Terms` in capitals; `RIGID_FORCE_ARM`, `DERIVATIVES`; for each segment j `FLEXIBLE[j]`,
-/// `DIPOLE[j]`; for the tableau `A[i][j]`, `B[i]`, where not zero; for the slots to differentiate by
-/// `WANT_TIP_FORCE` and so on, `WANT_LENGTH[j]` and so on.
-pub fn specialisation(plan: &Plan) -> Specialisation {
-    let mut s = Specialisation::default();
-    s.constant("WORKGROUP", Value::U32(WORKGROUP_SIZE));
-    s.constant("BLOCK", Value::U32(BLOCK as u32));
-    s.constant("INPUT_COUNT", Value::U32(plan.input_count as u32));
-    s.constant("OUTPUT_COUNT", Value::U32(output_count(plan) as u32));
-    s.constant("STATUS_COLUMN", Value::U32(Quantity::Status.column() as u32));
-    s.constant("DERIVATIVE_COLUMN", Value::U32(Quantity::COUNT as u32));
-    s.constant("DERIVATIVE_COUNT", Value::U32(plan.derivatives.len() as u32));
-    for status in Status::ALL {
-        let name = format!("STATUS_{}", status.name().to_uppercase().replace('-', "_"));
-        s.constant(name, Value::U32(u32::from(status.code())));
-    }
-    s.term("FORCE", plan.terms.force);
-    s.term("LOAD", plan.terms.load);
-    s.term("ANISOTROPIC", plan.terms.anisotropic);
-    s.term("TIP_MOMENT", plan.terms.tip_moment);
-    s.term("DIPOLE", plan.terms.dipole);
-    s.term("RIGID_FORCE_ARM", plan.scene.rigid_force_arm);
-    s.term("DERIVATIVES", !plan.derivatives.is_empty());
-    add_segments(&mut s, plan);
-    add_tableau(&mut s, Tableau::of(plan.options.stepper));
-    add_slots(&mut s, plan);
-    s
-}
-
-fn add_segments(s: &mut Specialisation, plan: &Plan) {
-    s.constant("SEGMENT_COUNT", Value::U32(plan.segments.len() as u32));
-    s.constant("STEPS", Value::u32_array(plan.segments.iter().map(|segment| segment.steps)));
-    for (index, segment) in plan.segments.iter().enumerate() {
-        s.term(format!("FLEXIBLE[{index}]"), segment.is_flexible);
-        s.term(format!("DIPOLE[{index}]"), segment.has_dipole);
-    }
-}
-
-fn add_tableau(s: &mut Specialisation, tableau: Tableau) {
-    let stages = 0..tableau.stage_count();
-    s.constant("STAGE_COUNT", Value::U32(tableau.stage_count() as u32));
-    let row = |i: usize| Value::f32_array(stages.clone().map(|j| tableau.a(i, j)));
-    s.constant("A", Value::Array(stages.clone().map(row).collect()));
-    s.constant("B", Value::f32_array(tableau.b.iter().copied()));
-    s.constant("C", Value::f32_array(stages.clone().map(|i| tableau.c(i))));
-    for i in stages.clone() {
-        s.term(format!("B[{i}]"), tableau.b[i] != 0.0);
-        for j in stages.clone() {
-            s.term(format!("A[{i}][{j}]"), tableau.a(i, j) != 0.0);
-        }
-    }
-}
-
-fn add_slots(s: &mut Specialisation, plan: &Plan) {
-    for name in ["BASE_POSITION", "BASE_ROTATION", "FLUX_DENSITY", "TIP_FORCE", "TIP_MOMENT", "INSERTION"] {
-        s.term(format!("WANT_{name}"), false);
-    }
-    for index in 0..plan.segments.len() {
-        for name in ["LENGTH", "STIFFNESS", "REST_CURVATURE", "DIPOLE", "LOAD"] {
-            s.term(format!("WANT_{name}[{index}]"), false);
-        }
-    }
-    for (slot, _) in plan.derivatives.iter().flat_map(|derivative| &derivative.terms) {
-        s.term(format!("WANT_{}", slot_name(*slot)), true);
-    }
-}
-
-fn slot_name(slot: Slot) -> String {
-    match slot {
-        Slot::BasePosition(_) => "BASE_POSITION".into(),
-        Slot::BaseRotation(_) => "BASE_ROTATION".into(),
-        Slot::FluxDensity(_) => "FLUX_DENSITY".into(),
-        Slot::TipForce(_) => "TIP_FORCE".into(),
-        Slot::TipMoment(_) => "TIP_MOMENT".into(),
-        Slot::Insertion => "INSERTION".into(),
-        Slot::Length(j) => format!("LENGTH[{j}]"),
-        Slot::Stiffness(j, _) => format!("STIFFNESS[{j}]"),
-        Slot::RestCurvature(j, _) => format!("REST_CURVATURE[{j}]"),
-        Slot::Dipole(j, _) => format!("DIPOLE[{j}]"),
-        Slot::Load(j, _) => format!("LOAD[{j}]"),
-    }
 }

@@ -4,6 +4,7 @@
 //! `load_j` and `stiffness_j`, `rest_curvature_j` or `dipole_j`. Rate k of derivative d: `rate_d_k`. All in the
 //! plan's units.
 
+use super::slots::slot_table;
 use super::specialise::Piece;
 use crate::model::{Entry, Plan};
 use std::fmt::Write;
@@ -35,13 +36,13 @@ pub fn record_functions(plan: &Plan) -> Piece {
     Piece { name: "record functions of the plan".into(), text: text.into() }
 }
 
-/// Values of the constant entries in the plan's units; zero for varying ones.
+/// Values of the constant entries in the plan's units, zero for varying ones; then the table of slots.
 pub(super) fn constants(plan: &Plan) -> Vec<f32> {
     let value = |(entry, unit): (&Entry, f64)| match entry {
         Entry::Constant(value) => (value / unit) as f32,
         Entry::Varying(_) => 0.0,
     };
-    plan.entries.iter().zip(plan.entry_units()).map(value).collect()
+    plan.entries.iter().zip(plan.entry_units()).map(value).chain(slot_table(plan)).collect()
 }
 
 /// Unit of each input column.

@@ -2,7 +2,8 @@
 
 use super::algebra::Vec3;
 use super::lane::{Lane, Scalar};
-use crate::model::{Entry, Plan, SegmentPlan, Slot, Stepper, Tableau, Terms};
+use crate::model::path::{PATH_STEPPER, newton_tolerance};
+use crate::model::{Entry, Plan, SegmentPlan, Slot, Tableau, Terms};
 
 /// Where a number of the record comes from, in the plan's units.
 #[derive(Clone, Copy, Debug)]
@@ -71,10 +72,7 @@ impl Program {
         let steps = |scale: &dyn Fn(usize) -> usize| plan.segments.iter().map(|s| scale(s.steps)).collect();
         let stepper = plan.options.stepper;
         let tableau = stepper.tableau();
-        let coarse = match stepper {
-            Stepper::Rk4 => steps(&|n| if n == 0 { 0 } else { n.div_ceil(3).max(2).min(n) }),
-            Stepper::Dop853 => steps(&|n| if n == 0 { 0 } else { n.div_ceil(2).max(2) }),
-        };
+        let coarse = steps(&|n| stepper.path_steps(n));
         Self {
             terms: plan.terms,
             rigid_force_arm: plan.scene.rigid_force_arm,
@@ -82,10 +80,10 @@ impl Program {
             segments: plan.segments.clone(),
             collect,
             derivatives: plan.derivatives.iter().map(|derivative| derivative.terms.clone()).collect(),
-            coarse: Resolution { tableau: Stepper::Rk4.tableau(), steps: coarse },
+            coarse: Resolution { tableau: PATH_STEPPER.tableau(), steps: coarse },
             fine: Resolution { tableau, steps: steps(&|n| n) },
             check: Resolution { tableau, steps: steps(&|n| 2 * n) },
-            newton_tolerance: (0.1 * plan.options.tolerance).clamp(64.0 * epsilon, 1e-5),
+            newton_tolerance: newton_tolerance(plan.options.tolerance, epsilon),
         }
     }
 

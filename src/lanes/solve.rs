@@ -10,6 +10,10 @@ use super::rod::{Rod, Segment, Terms};
 use super::rows::{Responses, write_rows};
 use super::shoot::{Tip, Workspace, force_columns, moment_columns, rotation_columns, shoot, tip_moment_columns};
 use super::stability::stability_index;
+use crate::model::path::{
+    CHORD_LIMIT, CHORD_TOLERANCE, CHORD_TRUST, CONTRACTION, CORRECTIONS, EASY, FIRST_RAMP_STEP, NEWTON_LIMIT,
+    PASS_LIMIT, PATH_TOLERANCE, ROUND_OFF, SMALLEST_GUARDED_STEP, SMALLEST_RAMP_STEP, TRUST,
+};
 use crate::model::{Quantity, Status};
 
 /// How to reach the full load; each is tried where the one before did not lead to a stable equilibrium.
@@ -22,26 +26,6 @@ pub enum Path {
     /// The same, with a stability index of zero on every step.
     GuardedRamp,
 }
-
-/// Newton's steps on the path end below this change of the base moment (plan units).
-const PATH_TOLERANCE: f64 = 1e-3;
-/// On the path each step must be smaller than this share of the one before.
-const CONTRACTION: f64 = 0.3;
-/// A first correction above this many plan units of moment (radians of bending) is not trusted.
-const TRUST: f64 = 0.3;
-/// Newton steps on one load step.
-const CORRECTIONS: f64 = 8.0;
-/// A load step that took fewer corrections than this lets the next be twice as long.
-const EASY: f64 = 3.5;
-/// The first load step of a ramp, and the smallest.
-const FIRST_RAMP_STEP: f64 = 0.25;
-const SMALLEST_RAMP_STEP: f64 = 1.0 / 64.0;
-const SMALLEST_GUARDED_STEP: f64 = 1.0 / 4096.0;
-/// Passes over the rod on one path.
-const PASS_LIMIT: f64 = 400.0;
-/// Chord steps on the fine grid, and full Newton steps after them.
-const CHORD_LIMIT: usize = 4;
-const NEWTON_LIMIT: usize = 5;
 
 /// Where a group stands after the path.
 struct PathEnd<L: Lane> {
@@ -205,10 +189,10 @@ fn chord_steps<L: Lane, T: Terms>(program: &Program, rod: &Rod<L>, end: &mut Pat
         let delta = -(end.inverse * (tip.m - rod.l_tip));
         let size = length(delta);
         // A chord step that is not small says that the coarse grid was too coarse: Newton's method takes over.
-        let small = moving & size.lt(one.constant(0.1));
+        let small = moving & size.lt(one.constant(CHORD_TRUST));
         end.m0 = Vec3::select(small, end.m0 + delta, end.m0);
         end.passes = L::select(moving, end.passes + one, end.passes);
-        moving = small & !size.lt(tolerance * one.constant(30.0));
+        moving = small & !size.lt(tolerance * one.constant(CHORD_TOLERANCE));
     }
 }
 
@@ -331,6 +315,6 @@ fn error_estimate<L: Lane, T: Terms>(
     let dt = length(tip.t + cross(turn, tip.t) - t);
     let columns = transpose(by_moment.w * w_inverse);
     let amplification = length(columns.x) + length(columns.y) + length(columns.z);
-    let round_off = (one + amplification) * one.constant(4.0 * L::Scalar::EPSILON);
+    let round_off = (one + amplification) * one.constant(ROUND_OFF * L::Scalar::EPSILON);
     dp.max(dd1).max(dt) + round_off * (one + length(end.m0))
 }

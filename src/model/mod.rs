@@ -6,6 +6,7 @@
 mod base_curvature;
 mod blocks;
 mod parameter;
+pub mod path;
 mod plan;
 mod rod;
 mod scene;

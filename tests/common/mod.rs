@@ -1,7 +1,6 @@
 //! What the tests of all engines share.
 #![allow(dead_code, unused_imports, non_snake_case)]
 
-pub mod catheter;
 pub mod check;
 pub mod dual;
 pub mod golden;
@@ -9,3 +8,4 @@ pub mod random;
 pub mod sandbox;
 
 pub use catheter::{catheter, parameters};
+pub mod scenes;

@@ -1,4 +1,4 @@
-//! A scene that several tests share.
+//! Scenes by hand.
 
 use rodsweep::model::{
     Base, Coil, CoilWinding, Flexible, Loads, Parameter, Rigid, Scene, Segment, SegmentKind, ShearElasticity, Stiffness,

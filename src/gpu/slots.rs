@@ -1,0 +1,99 @@
+//! The table that tells the kernel what to differentiate by: it follows the constants in their buffer.
+//!
+//! First where each list of slots starts, one for each segment, one for each derivative, and where the last ends.
+//! Then the slots: derivative, kind, segment, axis and source of the rate. A source below the table is an entry of
+//! the constants; past its start, a column of the inputs.
+
+use super::specialise::{Specialisation, Value};
+use crate::model::{Axis, Entry, Plan, Slot};
+
+/// The kinds of slots, by their code.
+const KINDS: [&str; 11] = [
+    "BASE_POSITION",
+    "BASE_ROTATION",
+    "FLUX_DENSITY",
+    "TIP_FORCE",
+    "TIP_MOMENT",
+    "INSERTION",
+    "LENGTH",
+    "STIFFNESS",
+    "REST_CURVATURE",
+    "DIPOLE",
+    "LOAD",
+];
+
+/// The kinds from here on belong to a segment.
+const FIRST_OF_SEGMENT: usize = 6;
+
+/// Where the table starts: behind the entries of the plan.
+pub(super) fn slot_table_start(plan: &Plan) -> usize {
+    plan.entries.len()
+}
+
+/// Numbers of one slot.
+const SLOT_LENGTH: usize = 5;
+
+/// The table; whole numbers, exact in f32.
+pub(super) fn slot_table(plan: &Plan) -> Vec<f32> {
+    let start = slot_table_start(plan);
+    let mut lists = vec![Vec::new(); plan.segments.len() + plan.derivatives.len()];
+    for (index, derivative) in plan.derivatives.iter().enumerate() {
+        for (slot, entry) in &derivative.terms {
+            let (kind, segment, axis) = parts(*slot);
+            let source = match plan.entries[*entry] {
+                Entry::Constant(_) => *entry,
+                Entry::Varying(column) => start + column,
+            };
+            let row = [index, kind, segment, axis, source];
+            match slot {
+                // Every coil contributes.
+                Slot::FluxDensity(_) => {
+                    let coils = plan.segments.iter().zip(&mut lists).filter(|(segment, _)| segment.has_dipole);
+                    coils.for_each(|(_, list)| list.push(row));
+                }
+                _ if kind >= FIRST_OF_SEGMENT => lists[segment].push(row),
+                _ => lists[plan.segments.len() + index].push(row),
+            }
+        }
+    }
+    let mut at = start + lists.len() + 1;
+    let mut table = vec![at];
+    for list in &lists {
+        at += SLOT_LENGTH * list.len();
+        table.push(at);
+    }
+    table.extend(lists.into_iter().flatten().flatten());
+    table.into_iter().map(|number| number as f32).collect()
+}
+
+/// The codes of the kinds, and which kinds a plan uses.
+pub(super) fn add_slots(s: &mut Specialisation, plan: &Plan) {
+    s.constant("SLOT_LENGTH", Value::U32(SLOT_LENGTH as u32));
+    for (code, name) in KINDS.iter().enumerate() {
+        s.constant(format!("KIND_{name}"), Value::U32(code as u32));
+        s.term(format!("WANT_{name}"), false);
+    }
+    let slots = || plan.derivatives.iter().flat_map(|derivative| &derivative.terms);
+    for (slot, _) in slots() {
+        s.term(format!("WANT_{}", KINDS[parts(*slot).0]), true);
+    }
+    s.term("VARYING_RATES", slots().any(|(_, entry)| matches!(plan.entries[*entry], Entry::Varying(_))));
+}
+
+/// Kind, segment and axis.
+fn parts(slot: Slot) -> (usize, usize, usize) {
+    let at = |kind: usize, axis: Axis| (kind, 0, axis.index());
+    match slot {
+        Slot::BasePosition(axis) => at(0, axis),
+        Slot::BaseRotation(axis) => at(1, axis),
+        Slot::FluxDensity(axis) => at(2, axis),
+        Slot::TipForce(axis) => at(3, axis),
+        Slot::TipMoment(axis) => at(4, axis),
+        Slot::Insertion => (5, 0, 0),
+        Slot::Length(segment) => (6, segment, 0),
+        Slot::Stiffness(segment, axis) => (7, segment, axis.index()),
+        Slot::RestCurvature(segment, axis) => (8, segment, axis.index()),
+        Slot::Dipole(segment, axis) => (9, segment, axis.index()),
+        Slot::Load(segment, axis) => (10, segment, axis.index()),
+    }
+}

@@ -1,0 +1,176 @@
+//! Terms and constants that a plan fixes in the shaders.
+
+use super::kernel::{WORKGROUP_SIZE, output_count};
+use super::slots::{add_slots, slot_table_start};
+use super::specialise::{Specialisation, Value};
+use crate::model::path::{self, PATH_STEPPER};
+use crate::model::{BLOCK, Plan, Quantity, ROWS, Slot, Status, Tableau};
+
+/// Loop iterations of one invocation that every driver runs; software Vulkan stops silently at 65,535.
+const ITERATION_BUDGET: usize = 60_000;
+
+/// Terms and constants of a plan.
+///
+/// Terms: those of `Terms` in capitals; `RIGID_FORCE_ARM`, `DERIVATIVES`; for each segment j `FLEXIBLE[j]`,
+/// `DIPOLE[j]`; for tableau r `A[r][i][j]`, `B[r][i]`, where not zero; for the slots to differentiate by
+/// `WANT_TIP_FORCE` and so on; for what the columns leave behind `COLLECT_CURVATURE` and so on.
+pub fn specialisation(plan: &Plan) -> Specialisation {
+    let mut s = Specialisation::default();
+    let number = |value: usize| Value::U32(value as u32);
+    s.constant("WORKGROUP", Value::U32(WORKGROUP_SIZE));
+    s.constant("BLOCK", number(BLOCK));
+    s.constant("INPUT_COUNT", number(plan.input_count));
+    s.constant("OUTPUT_COUNT", number(output_count(plan)));
+    s.constant("DERIVATIVE_COLUMN", number(Quantity::COUNT));
+    s.constant("DERIVATIVE_COUNT", number(plan.derivatives.len()));
+    s.constant("ROWS", number(ROWS));
+    s.constant("SLOT_TABLE", number(slot_table_start(plan)));
+    s.constant("THREES", Value::U32(if plan.derivatives.is_empty() { 2 } else { 3 }));
+    for (name, quantity) in COLUMNS {
+        s.constant(format!("{name}_COLUMN"), number(quantity.column()));
+    }
+    for status in Status::ALL {
+        let name = format!("STATUS_{}", status.name().to_uppercase().replace('-', "_"));
+        s.constant(name, Value::U32(u32::from(status.code())));
+    }
+    s.term("FORCE", plan.terms.force);
+    s.term("LOAD", plan.terms.load);
+    s.term("ANISOTROPIC", plan.terms.anisotropic);
+    s.term("TIP_MOMENT", plan.terms.tip_moment);
+    s.term("DIPOLE", plan.terms.dipole);
+    s.term("RIGID", plan.segments.iter().any(|segment| !segment.is_flexible));
+    s.term("RIGID_FORCE_ARM", plan.scene.rigid_force_arm);
+    s.term("DERIVATIVES", !plan.derivatives.is_empty());
+    add_segments(&mut s, plan);
+    add_slots(&mut s, plan);
+    add_collect(&mut s, plan);
+    add_tableaux(&mut s, plan);
+    add_path(&mut s, plan);
+    s
+}
+
+const COLUMNS: [(&str, Quantity); 11] = [
+    ("TIP_POSITION", Quantity::TipPosition),
+    ("TIP_D1", Quantity::TipD1),
+    ("TIP_TANGENT", Quantity::TipTangent),
+    ("BASE_MOMENT", Quantity::BaseMoment),
+    ("RESIDUAL", Quantity::Residual),
+    ("ERROR_ESTIMATE", Quantity::ErrorEstimate),
+    ("STABILITY_MARGIN", Quantity::StabilityMargin),
+    ("STABILITY_INDEX", Quantity::StabilityIndex),
+    ("ITERATIONS", Quantity::Iterations),
+    ("LOAD_FRACTION", Quantity::LoadFraction),
+    ("STATUS", Quantity::Status),
+];
+
+/// Steps over each segment while following the path.
+fn path_steps(plan: &Plan) -> Vec<usize> {
+    plan.segments.iter().map(|segment| plan.options.stepper.path_steps(segment.steps)).collect()
+}
+
+fn add_segments(s: &mut Specialisation, plan: &Plan) {
+    let (fine, coarse) = (plan.segments.iter().map(|segment| segment.steps), path_steps(plan));
+    let stations = 1 + fine.clone().sum::<usize>().max(coarse.iter().sum());
+    s.constant("SEGMENT_COUNT", Value::U32(plan.segments.len() as u32));
+    s.constant("STEPS", Value::u32_array(fine));
+    s.constant("COARSE_STEPS", Value::u32_array(coarse));
+    s.constant("STATION_COUNT", Value::U32(stations as u32));
+    for (index, segment) in plan.segments.iter().enumerate() {
+        s.term(format!("FLEXIBLE[{index}]"), segment.is_flexible);
+        s.term(format!("DIPOLE[{index}]"), segment.has_dipole);
+    }
+}
+
+/// What the columns must leave behind for the derivatives.
+fn add_collect(s: &mut Specialisation, plan: &Plan) {
+    let wants = |test: fn(&Slot) -> bool| {
+        plan.derivatives.iter().flat_map(|derivative| &derivative.terms).any(|(slot, _)| test(slot))
+    };
+    let curvature = wants(|slot| matches!(slot, Slot::RestCurvature(..) | Slot::Stiffness(..)));
+    let load = wants(|slot| matches!(slot, Slot::Load(..)));
+    let coil = plan.terms.dipole && wants(|slot| matches!(slot, Slot::Dipole(..) | Slot::FluxDensity(_)));
+    let length = wants(|slot| matches!(slot, Slot::Length(_)));
+    s.term("COLLECT_CURVATURE", curvature);
+    s.term("COLLECT_LOAD", load);
+    s.term("COLLECT_COIL", coil);
+    s.term("COLLECT_LENGTH", length);
+    s.term("COLLECTS", curvature || load);
+    s.term("TRACES", curvature || load || coil || length);
+    let last = tableaux(plan).len() - 1;
+    for r in 0..=last {
+        s.term(format!("COLLECTS[{r}]"), r == last && (curvature || load));
+    }
+}
+
+/// The tableaux in use: that of the path, that of the answer.
+fn tableaux(plan: &Plan) -> Vec<&'static Tableau> {
+    let answer = plan.options.stepper;
+    if answer == PATH_STEPPER { vec![answer.tableau()] } else { vec![PATH_STEPPER.tableau(), answer.tableau()] }
+}
+
+fn add_tableaux(s: &mut Specialisation, plan: &Plan) {
+    let tableaux = tableaux(plan);
+    let stages = tableaux.iter().map(|tableau| tableau.b.len()).max().unwrap_or(0);
+    let padded = |row: &[f64]| Value::f32_array((0..stages).map(|j| row.get(j).copied().unwrap_or(0.0)));
+    let row = |tableau: &Tableau, i: usize| padded(tableau.a.get(i).copied().unwrap_or(&[]));
+    let matrix = |tableau: &&Tableau| Value::Array((0..stages).map(|i| row(tableau, i)).collect());
+    s.constant("TABLEAU_COUNT", Value::U32(tableaux.len() as u32));
+    s.constant("STAGES", Value::U32(stages as u32));
+    s.constant("A", Value::Array(tableaux.iter().map(matrix).collect()));
+    s.constant("B", Value::Array(tableaux.iter().map(|tableau| padded(tableau.b)).collect()));
+    s.constant("C", Value::Array(tableaux.iter().map(|tableau| padded(tableau.c)).collect()));
+    for (r, tableau) in tableaux.iter().enumerate() {
+        s.constant(format!("STAGE_COUNT_{r}"), Value::U32(tableau.b.len() as u32));
+        for (i, row) in tableau.a.iter().enumerate() {
+            s.term(format!("B[{r}][{i}]"), tableau.b[i] != 0.0);
+            if r + 1 == tableaux.len() {
+                s.term(format!("WEIGHT[{i}]"), tableau.b[i] != 0.0);
+            }
+            for (j, a) in row.iter().enumerate() {
+                s.term(format!("A[{r}][{i}][{j}]"), *a != 0.0);
+            }
+        }
+    }
+}
+
+/// How to follow the path, as the CPU engine does; passes are fewer where loops may not run as long.
+fn add_path(s: &mut Specialisation, plan: &Plan) {
+    let numbers = [
+        ("PATH_TOLERANCE", path::PATH_TOLERANCE),
+        ("CONTRACTION", path::CONTRACTION),
+        ("TRUST", path::TRUST),
+        ("CORRECTIONS", path::CORRECTIONS),
+        ("EASY", path::EASY),
+        ("FIRST_RAMP_STEP", path::FIRST_RAMP_STEP),
+        ("SMALLEST_RAMP_STEP", path::SMALLEST_RAMP_STEP),
+        ("SMALLEST_GUARDED_STEP", path::SMALLEST_GUARDED_STEP),
+        ("PASS_LIMIT", pass_limit(plan)),
+        ("CHORD_TRUST", path::CHORD_TRUST),
+        ("CHORD_TOLERANCE", path::CHORD_TOLERANCE),
+        ("EPSILON", f32::EPSILON.into()),
+        ("ROUND_OFF", path::ROUND_OFF),
+    ];
+    for (name, value) in numbers {
+        s.constant(name, Value::F32(value as f32));
+    }
+    s.constant("CHORD_LIMIT", Value::U32(path::CHORD_LIMIT as u32));
+    s.constant("NEWTON_LIMIT", Value::U32(path::NEWTON_LIMIT as u32));
+}
+
+/// Passes over the rod on one path, such that an invocation never exceeds the iterations that drivers run.
+///
+/// Samples that share a register also share its loops, whichever of them needs an iteration.
+pub(super) fn pass_limit(plan: &Plan) -> f64 {
+    let steps: usize = plan.segments.iter().map(|segment| segment.steps).sum();
+    let path_steps: usize = path_steps(plan).iter().sum();
+    let pass = |steps: usize| 1 + plan.segments.len() + steps;
+    let rows: usize = plan.derivatives.iter().map(|derivative| 1 + derivative.terms.len()).sum();
+    let gathered = rows * plan.segments.len();
+    let attempt = path::CHORD_LIMIT * pass(steps) + path::NEWTON_LIMIT * (pass(steps) + gathered) + steps;
+    let direct = (2 + path::CORRECTIONS as usize) * pass(path_steps);
+    // Each of the three paths may be the first that leads to an unstable equilibrium.
+    let fixed = rows + pass(path_steps) + pass(2 * steps) + 3 * attempt + direct;
+    // Both ramps in the first attempt, both in the second, the guarded one in the third; each pass with its index.
+    let left = ITERATION_BUDGET.saturating_sub(fixed) / (5 * pass(2 * path_steps));
+    path::PASS_LIMIT.min(left as f64)
+}

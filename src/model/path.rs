@@ -1,0 +1,47 @@
+//! How the engines follow the path from rest to full load: settings that all of them share.
+
+use super::Stepper;
+
+/// Newton's steps on the path end below this change of the base moment (plan units).
+pub const PATH_TOLERANCE: f64 = 1e-3;
+/// On the path each step must be smaller than this share of the one before.
+pub const CONTRACTION: f64 = 0.3;
+/// A first correction above this many plan units of moment (radians of bending) is not trusted.
+pub const TRUST: f64 = 0.3;
+/// Newton steps on one load step.
+pub const CORRECTIONS: f64 = 8.0;
+/// A load step that took fewer corrections than this lets the next be twice as long.
+pub const EASY: f64 = 3.5;
+/// The first load step of a ramp, and the smallest.
+pub const FIRST_RAMP_STEP: f64 = 0.25;
+pub const SMALLEST_RAMP_STEP: f64 = 1.0 / 64.0;
+pub const SMALLEST_GUARDED_STEP: f64 = 1.0 / 4096.0;
+/// Passes over the rod on one path.
+pub const PASS_LIMIT: f64 = 400.0;
+/// Chord steps on the fine grid, and full Newton steps after them.
+pub const CHORD_LIMIT: usize = 4;
+pub const NEWTON_LIMIT: usize = 5;
+/// Longest chord step that is taken (plan units of moment).
+pub const CHORD_TRUST: f64 = 0.1;
+/// Chord steps end below this many of Newton's tolerances.
+pub const CHORD_TOLERANCE: f64 = 30.0;
+/// Round-off of a pass, in units of the number format's epsilon.
+pub const ROUND_OFF: f64 = 4.0;
+/// The method that follows the path.
+pub const PATH_STEPPER: Stepper = Stepper::Rk4;
+
+impl Stepper {
+    /// Steps over a segment while following the path, where the answer takes `steps`.
+    pub fn path_steps(self, steps: usize) -> usize {
+        match (self, steps) {
+            (_, 0) => 0,
+            (Stepper::Rk4, _) => steps.div_ceil(3).max(2).min(steps),
+            (Stepper::Dop853, _) => steps.div_ceil(2).max(2),
+        }
+    }
+}
+
+/// Newton's last step must be below this (plan units of moment), for a target error and a number format.
+pub fn newton_tolerance(tolerance: f64, epsilon: f64) -> f64 {
+    (0.1 * tolerance).clamp(64.0 * epsilon, 1e-5)
+}
