@@ -6,6 +6,4 @@ pub mod dual;
 pub mod golden;
 pub mod random;
 pub mod sandbox;
-
-pub use catheter::{catheter, parameters};
 pub mod scenes;

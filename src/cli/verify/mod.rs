@@ -158,6 +158,10 @@ fn run(setup: Setup, cases: &[Case]) -> Run {
 }
 
 fn solve(run: &mut Run, case: &Case) -> Option<Solutions> {
+    if run.setup.kind == BackendKind::Gpu {
+        // Compiling may take a while on a software adapter.
+        say(&format!("{}: {}, {} samples", run.setup.name(), case.name, case.sample_count()));
+    }
     let plan = case.plan.with_options(run.setup.options());
     let solved = engine(run.setup.kind, run.setup.precision).make(&plan).and_then(|mut backend| {
         run.info.get_or_insert_with(|| backend.info());
