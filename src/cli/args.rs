@@ -65,7 +65,7 @@ impl From<PrecisionName> for Precision {
     }
 }
 
-#[derive(Debug, Args)]
+#[derive(Clone, Copy, Debug, Args)]
 pub struct EngineArguments {
     /// What solves
     #[arg(long, value_enum, default_value = "auto")]
@@ -144,4 +144,7 @@ pub struct VerifyArguments {
     /// Print JSON
     #[arg(long)]
     pub json: bool,
+    /// Where the worst sample of a row beyond its limit is written, as a scene
+    #[arg(long, value_name = "DIR", default_value = ".")]
+    pub out: PathBuf,
 }

@@ -12,6 +12,16 @@ const ROD_POINTS: usize = 101;
 /// Columns that colour the cloud, in order of preference; swept parameters follow.
 const COLOURS: [&str; 2] = ["stability.margin", "error_estimate"];
 
+/// Refuses a column that the sweep does not write, before anything is solved.
+pub fn check_colour(spec: &SweepSpec, name: &str) -> Result<(), CommandError> {
+    if spec.column_names().iter().any(|column| column == name) { Ok(()) } else { Err(no_colour(spec, name)) }
+}
+
+fn no_colour(spec: &SweepSpec, name: &str) -> CommandError {
+    let names = spec.column_names().join(", ");
+    CommandError::Usage(format!("`--colour {name}`: no such column; use one of: {names}"))
+}
+
 /// Draws the figures of a run into its directory; returns their files.
 pub fn draw(spec: &SweepSpec, summary: &Summary, colour: Option<&str>) -> Result<Vec<PathBuf>, CommandError> {
     let tips = &summary.reduction.tips;
@@ -44,10 +54,10 @@ pub fn draw(spec: &SweepSpec, summary: &Summary, colour: Option<&str>) -> Result
 fn cloud(spec: &SweepSpec, tips: &Table, colour: Option<&str>) -> Result<Option<Cloud>, CommandError> {
     let Some(position) = tips.vector_columns("tip.position") else { return Ok(None) };
     let column = match colour {
-        Some(name) => tips.column(name).ok_or_else(|| {
-            let names: Vec<&str> = tips.columns.iter().map(|column| column.name.as_str()).collect();
-            CommandError::Usage(format!("`--colour {name}`: no such column; use one of: {}", names.join(", ")))
-        })?,
+        Some(name) => match tips.column(name) {
+            Some(column) => column,
+            None => return Err(no_colour(spec, name)),
+        },
         None => match COLOURS.iter().find_map(|name| tips.column(name)).or(tips.columns.get(1)) {
             Some(column) => column,
             None => return Ok(None),

@@ -4,11 +4,20 @@ use super::CommandError;
 use super::solve::Solved;
 use rodsweep::model::{Rod, RodSegment, SegmentPlan, Vector};
 use rodsweep::reference::{Pose, shape, solve_rod};
-use rodsweep::report::{self, RodShape, Stretch, StretchKind};
+use rodsweep::report::{self, ReportError, RodShape, Stretch, StretchKind};
 use std::path::Path;
 
 /// Points along one segment.
 const POINTS: usize = 41;
+
+/// Refuses a file name that says neither PNG nor SVG, before anything is solved.
+pub fn check_extension(path: &Path) -> Result<(), ReportError> {
+    let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase());
+    match extension.as_deref() {
+        Some("png" | "svg") => Ok(()),
+        _ => Err(ReportError::Extension { path: path.to_owned() }),
+    }
+}
 
 /// Draws the rod; its shape is integrated by the reference.
 pub fn draw(solved: &Solved, path: &Path) -> Result<(), CommandError> {

@@ -8,7 +8,8 @@ use rodsweep::backend::{Backend, BackendError};
 use rodsweep::model::{Plan, PlanOptions, Quantity, ROWS, Status};
 use rodsweep::report::{count, engineering};
 use rodsweep::sweep::{
-    self, Format, PilotChoice, Progress, RunOptions, Shard, Summary, SweepError, SweepSpec, choose_steps, scene_notes,
+    self, Format, Method, PilotChoice, Progress, RunOptions, Shard, Summary, SweepError, SweepSpec, choose_steps,
+    scene_notes,
 };
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
@@ -25,6 +26,9 @@ pub fn run(arguments: &RunArguments) -> Result<Exit, CommandError> {
     };
     let mut spec = SweepSpec::read(&arguments.sweep)?;
     let shard = Shard::parse(&arguments.shard)?;
+    if let Some(name) = &arguments.colour {
+        figures::check_colour(&spec, name)?;
+    }
     let out = arguments.out.clone().unwrap_or_else(|| default_directory(&spec));
     let mut engine = Engine::choose(&arguments.engine, &spec.scene, !spec.wrt.is_empty())?;
     let asked = spec.tolerance;
@@ -134,7 +138,10 @@ fn describe(spec: &SweepSpec, plan: &Plan, arguments: &RunArguments, out: &std::
     say(&format!("samples: {} by {}", count(samples), spec.method.name()));
     for axis in &spec.axes {
         let names: Vec<String> = axis.parameters.iter().map(|parameter| parameter.name(&spec.scene)).collect();
-        say(&format!("  {}: {} to {} {}", names.join(", "), axis.from, axis.to, axis.parameters[0].unit()));
+        match spec.method {
+            Method::Table => say(&format!("  {}", names.join(", "))),
+            _ => say(&format!("  {}: {} to {} {}", names.join(", "), axis.from, axis.to, axis.parameters[0].unit())),
+        }
     }
     let names: Vec<&str> = plan.derivatives.iter().map(|derivative| derivative.name.as_str()).collect();
     say(&format!("derivatives by: {}", if names.is_empty() { "nothing".into() } else { names.join(", ") }));

@@ -1,6 +1,6 @@
 //! `rodsweep solve`: one equilibrium with its Jacobian.
 
-use super::args::{BackendName, SolveArguments};
+use super::args::{BackendName, EngineArguments, SolveArguments};
 use super::engine::{Engine, cpu_f64};
 use super::{CommandError, Exit, plot, print, say, solution_json};
 use rodsweep::backend::BackendKind;
@@ -24,6 +24,9 @@ pub fn solve(arguments: &SolveArguments) -> Result<Exit, CommandError> {
     if !(arguments.tolerance > 0.0 && arguments.tolerance < 1.0) {
         let text = format!("`--tolerance {}`: give a number between 0 and 1, such as 1e-9", arguments.tolerance);
         return Err(CommandError::Usage(text));
+    }
+    if let Some(path) = &arguments.plot {
+        plot::check_extension(path)?;
     }
     let mut scene = read_scene(&arguments.scene)?;
     assign(&mut scene, &arguments.set)?;
@@ -69,11 +72,12 @@ fn default_parameters(scene: &Scene) -> Vec<Parameter> {
 
 /// One sample needs no GPU: `auto` is the CPU in f64, or the reference where only it can differentiate.
 fn solve_scene(scene: Scene, wrt: &[Parameter], arguments: &SolveArguments) -> Result<Solved, CommandError> {
-    let mut engine = Engine::choose(&arguments.engine, &scene, !wrt.is_empty())?;
-    if arguments.engine.backend == BackendName::Auto && engine.kind == BackendKind::Gpu {
-        engine.kind = BackendKind::Cpu;
-        engine.precision = arguments.engine.precision.map_or(rodsweep::backend::Precision::F64, Into::into);
-    }
+    let needs_reference = !scene.rigid_force_arm && !wrt.is_empty();
+    let backend = match arguments.engine.backend {
+        BackendName::Auto if !needs_reference => BackendName::Cpu,
+        asked => asked,
+    };
+    let engine = Engine::choose(&EngineArguments { backend, ..arguments.engine }, &scene, !wrt.is_empty())?;
     let tolerance = engine.tolerance(arguments.tolerance);
     let options = PlanOptions { tolerance, stepper: engine.stepper(), steps: STEPS[0] };
     let plan = Plan::single(&scene, wrt, options)?;

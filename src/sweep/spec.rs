@@ -1,11 +1,14 @@
 //! Sweep files: which scene, which samples, which columns. A valid `SweepSpec` can be planned and run.
 
+use super::columns::Layout;
+use super::directory::plain_columns;
 use super::error::InputError;
 use super::sampling::Sampler;
 use super::scene_file::read_text;
 use super::scene_text::write_inline_scene;
 use super::sweep_file::parse_sweep;
 use super::table_file::InputTable;
+use crate::backend::Precision;
 use crate::model::{Parameter, Plan, PlanError, PlanOptions, Scene};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -164,6 +167,12 @@ impl SweepSpec {
         let options = PlanOptions { tolerance: self.tolerance, steps, ..options };
         let wrt = if self.format == Format::None { &[] } else { &self.wrt[..] };
         Plan::new(&self.scene, &self.axis_parameters(), wrt, options)
+    }
+
+    /// Names of the columns that are no derivatives.
+    pub fn column_names(&self) -> Vec<String> {
+        let layout = Layout::new(self, Precision::F64);
+        plain_columns(layout.empty()).into_iter().map(str::to_owned).collect()
     }
 
     pub fn sampler(&self) -> Sampler {

@@ -301,8 +301,7 @@ fn solver(root: &Reader) -> Result<(f64, Option<usize>), InputError> {
     match solver.string("branch")? {
         None | Some("from_rest") => {}
         Some("all") => {
-            let remedy =
-                "write branch = \"from_rest\"; `rodsweep solve SCENE --all-branches` lists the equilibria of one scene";
+            let remedy = "write branch = \"from_rest\", the equilibrium reached by raising the loads from zero";
             return Err(solver.error("branch", Problem::NotAvailable { remedy }));
         }
         Some(other) => {

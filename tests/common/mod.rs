@@ -5,4 +5,5 @@ pub mod check;
 pub mod dual;
 pub mod golden;
 pub mod random;
+pub mod sandbox;
 pub mod scenes;

@@ -4,6 +4,7 @@ use super::SweepError;
 use crate::model::Status;
 use crate::sweep::columns::{Column, Table, Values};
 use npyz::npz::{NpzArchive, NpzWriter};
+use npyz::zip::{DateTime, write::FileOptions};
 use npyz::{AutoSerialize, DType, TypeStr, WriterBuilder};
 use std::io::Cursor;
 use std::path::Path;
@@ -32,8 +33,13 @@ pub fn encode(table: &Table) -> std::io::Result<Vec<u8>> {
 
 type Archive<'a> = NpzWriter<&'a mut Cursor<Vec<u8>>>;
 
+/// The same time in every archive, so that the same rows make the same bytes.
+fn options() -> FileOptions {
+    FileOptions::default().last_modified_time(DateTime::default())
+}
+
 fn array<T: AutoSerialize + Copy>(archive: &mut Archive, name: &str, values: &[T]) -> std::io::Result<()> {
-    let builder = archive.array::<T>(name, Default::default())?.default_dtype().shape(&[values.len() as u64]);
+    let builder = archive.array::<T>(name, options())?.default_dtype().shape(&[values.len() as u64]);
     let mut writer = builder.begin_nd()?;
     writer.extend(values.iter().copied())?;
     writer.finish()
@@ -41,7 +47,7 @@ fn array<T: AutoSerialize + Copy>(archive: &mut Archive, name: &str, values: &[T
 
 fn words(archive: &mut Archive, name: &str, values: &[Status]) -> std::io::Result<()> {
     let kind: TypeStr = format!("|S{WORD}").parse().map_err(std::io::Error::other)?;
-    let builder = archive.array::<[u8]>(name, Default::default())?;
+    let builder = archive.array::<[u8]>(name, options())?;
     let mut writer = builder.dtype(DType::Plain(kind)).shape(&[values.len() as u64]).begin_nd()?;
     for status in values {
         writer.push(status.name().as_bytes())?;

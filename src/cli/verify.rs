@@ -1,6 +1,0 @@
-//! `rodsweep verify`.
-use super::args::VerifyArguments;
-use super::{CommandError, Exit};
-pub fn verify(_: &VerifyArguments) -> Result<Exit, CommandError> {
-    Ok(Exit::Done)
-}

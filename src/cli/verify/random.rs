@@ -1,0 +1,180 @@
+//! Random scenes: chains of segments with coil sets, each sample with its own stiffness, shape, loads and pose.
+
+use super::cases::{Case, derivatives};
+use crate::cli::CommandError;
+use rodsweep::model::{
+    Axis, Base, Coil, CoilWinding, Density, Flexible, Loads, Parameter, Rigid, STANDARD_GRAVITY, Scene, Segment,
+    SegmentKind, SegmentParameter, Stiffness, StiffnessAxis, Vector,
+};
+
+/// Each kind of load alone bends the rod by about so much, each component [rad].
+const BEND: f64 = 0.6;
+/// Largest current [A].
+const CURRENT: f64 = 0.1;
+/// Largest component of the field [T].
+const FIELD: f64 = 2.0;
+
+/// SplitMix64.
+pub struct Random(pub u64);
+
+impl Random {
+    /// Uniform in [0, 1).
+    pub fn unit(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    /// Uniform in [low, high).
+    pub fn within(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.unit()
+    }
+
+    fn vector(&mut self, size: f64) -> Vector {
+        std::array::from_fn(|_| self.within(-size, size))
+    }
+
+    fn chance(&mut self, probability: f64) -> bool {
+        self.unit() < probability
+    }
+}
+
+/// What a chain's numbers are drawn around.
+#[derive(Clone, Copy)]
+struct Sizes {
+    /// [m]
+    length: f64,
+    /// [N·m²]
+    stiffness: f64,
+    coil_sets: usize,
+}
+
+impl Sizes {
+    /// [N·m]
+    fn moment(&self) -> f64 {
+        BEND * self.stiffness / self.length
+    }
+
+    /// [N]
+    fn force(&self) -> f64 {
+        self.moment() / self.length
+    }
+
+    /// [N/m]
+    fn load(&self) -> f64 {
+        self.force() / self.length
+    }
+
+    /// Dipole per ampere [m²]
+    fn winding(&self) -> f64 {
+        self.moment() / (CURRENT * FIELD * self.coil_sets.max(1) as f64)
+    }
+}
+
+/// Samples of one random chain. The first chains have few terms, so that every kind of kernel is met.
+pub fn random_case(chain: usize, sample_count: usize, random: &mut Random) -> Result<Case, CommandError> {
+    let (scene, sizes) = random_scene(chain, random);
+    let axes = swept(&scene, chain);
+    let wrt = derivatives(&scene);
+    Case::new(&scene, &axes, &wrt, sample_count, |parameter| value(&scene, sizes, parameter, random))
+}
+
+/// `r` rigid, `f` flexible; the terms that a chain's number turns on.
+fn random_scene(chain: usize, random: &mut Random) -> (Scene, Sizes) {
+    let starts_rigid = chain % 4 == 3;
+    let count = 1 + (random.unit() * 4.999) as usize + usize::from(starts_rigid);
+    let kinds: Vec<bool> = (0..count).map(|k| (k % 2 == 0) != starts_rigid || random.chance(0.2)).collect();
+    let lengths: Vec<f64> = kinds
+        .iter()
+        .map(|flexible| if *flexible { random.within(0.02, 0.06) } else { random.within(5e-3, 0.015) })
+        .collect();
+    let sizes = Sizes {
+        length: lengths.iter().sum(),
+        stiffness: random.within(2e-5, 8e-5),
+        coil_sets: kinds.iter().filter(|flexible| !**flexible).count(),
+    };
+    let weighs = chain % 3 == 1;
+    let linear_density = sizes.load() / STANDARD_GRAVITY;
+    let segment = |(k, (flexible, length)): (usize, (&bool, &f64))| {
+        let kind = if *flexible {
+            let [bending_x, bending_y, torsion] = [1.0, 1.0, 0.8].map(|factor| factor * sizes.stiffness);
+            SegmentKind::Flexible(Flexible {
+                stiffness: Stiffness::Direct { bending_x, bending_y, torsion },
+                rest_curvature: [0.0; 3],
+                density: weighs.then_some(Density::Linear(linear_density)),
+            })
+        } else {
+            let winding = match k % 4 {
+                1 => CoilWinding::Axes {
+                    turns: [30.0, 30.0, 100.0],
+                    area: [30.0, 30.0, 100.0].map(|n| sizes.winding() / n),
+                },
+                _ => CoilWinding::Matrix(std::array::from_fn(|_| random.vector(sizes.winding()))),
+            };
+            let alignment = if k % 4 == 1 { random.vector(0.3) } else { [0.0; 3] };
+            let mass = weighs.then_some(linear_density * length);
+            SegmentKind::Rigid(Rigid { mass, coil: Some(Coil { winding, current: [0.0; 3], alignment }) })
+        };
+        Segment { name: format!("{}{}", if *flexible { "tube" } else { "coil" }, k + 1), length: *length, kind }
+    };
+    let segments: Vec<Segment> = kinds.iter().zip(&lengths).enumerate().map(segment).collect();
+    let loads = Loads {
+        tip_force: (chain % 2 == 1 || chain % 8 == 6).then_some([0.0; 3]),
+        tip_moment: (chain % 4 >= 2).then_some([0.0; 3]),
+        gravity: weighs.then_some([0.0, 0.0, -STANDARD_GRAVITY]),
+        distributed_force: (chain % 3 == 2).then_some([0.0; 3]),
+        fluid_density: None,
+    };
+    let word: String = kinds.iter().map(|flexible| if *flexible { 'f' } else { 'c' }).collect();
+    let scene = Scene {
+        name: format!("Random {} ({word})", chain + 1),
+        base: Base { position: random.vector(0.05), rotation: random.vector(1.0) },
+        flux_density: [0.0, FIELD, 0.0],
+        loads,
+        segments,
+        rigid_force_arm: true,
+    };
+    (scene, sizes)
+}
+
+/// Every number that makes a scene another; every other chain is anisotropic.
+fn swept(scene: &Scene, chain: usize) -> Vec<Parameter> {
+    use SegmentParameter as S;
+    use StiffnessAxis as A;
+    let anisotropic = chain % 2 == 1;
+    let is_swept = |parameter: &Parameter| match parameter {
+        Parameter::Insertion | Parameter::FluidDensity => false,
+        Parameter::TipForce(_) => scene.loads.tip_force.is_some(),
+        Parameter::TipMoment(_) => scene.loads.tip_moment.is_some(),
+        Parameter::Gravity(_) => scene.loads.gravity.is_some(),
+        Parameter::DistributedForce(_) => scene.loads.distributed_force.is_some(),
+        Parameter::BasePosition(_) | Parameter::BaseRotation(_) | Parameter::FluxDensity(_) => true,
+        Parameter::Segment(_, S::Stiffness(axis)) => match axis {
+            A::Bending => !anisotropic,
+            A::BendingX | A::BendingY => anisotropic,
+            A::Torsion => true,
+        },
+        Parameter::Segment(_, of) => matches!(of, S::Length | S::RestCurvature(_) | S::Current(_)),
+    };
+    Parameter::all(scene).into_iter().filter(is_swept).collect()
+}
+
+fn value(scene: &Scene, sizes: Sizes, parameter: Parameter, random: &mut Random) -> f64 {
+    use SegmentParameter as S;
+    let around = |random: &mut Random| random.within(0.7, 1.4) * parameter.get(scene);
+    let size = match parameter {
+        Parameter::BasePosition(_) => 0.05,
+        Parameter::BaseRotation(_) => 1.5,
+        Parameter::FluxDensity(Axis::X | Axis::Y | Axis::Z) => FIELD,
+        Parameter::TipForce(_) => sizes.force(),
+        Parameter::TipMoment(_) => sizes.moment(),
+        Parameter::Gravity(_) => STANDARD_GRAVITY,
+        Parameter::DistributedForce(_) => sizes.load(),
+        Parameter::Segment(_, S::Current(_)) => CURRENT,
+        Parameter::Segment(_, S::RestCurvature(_)) => BEND / sizes.length,
+        Parameter::Segment(..) | Parameter::Insertion | Parameter::FluidDensity => return around(random),
+    };
+    random.within(-size, size)
+}
