@@ -24,6 +24,13 @@ const NEAR_FOLD: f64 = 0.03;
 /// Share of samples that may lie that close to a fold.
 const FEW: f64 = 0.02;
 
+/// About as many steps as the GPU takes before it asks for fewer.
+const MOST_STEPS: usize = 400;
+/// Rods bent into several turns by loads far beyond their stiffness.
+const HARDEST_POSE: f64 = 1e-3;
+/// Samples of these whose path ends in f32 where it goes on in f64, or the other way.
+const HARDEST_DIFFERING: usize = 8;
+
 /// What a comparison found.
 #[derive(Debug, Default)]
 struct Worst {
@@ -283,31 +290,43 @@ fn golden_scenes() {
     }
 }
 
-/// Loads that no path reaches: every pass is spent, and no driver may stop the loops unseen.
+/// Loads up to some that no path reaches. A driver that stops long loops leaves wrong numbers, not an error.
 #[test]
-fn the_hardest_samples_get_a_status() {
-    let Some(device) = device_or_skip("the_hardest_samples_get_a_status") else { return };
+fn the_hardest_samples_are_right_or_say_that_passes_ran_out() {
+    let Some(device) = device_or_skip("the_hardest_samples") else { return };
     let mut scene = scenes::catheter();
     scene.loads.distributed_force = Some([0.0, 0.0, -0.1]);
     let axes: Vec<_> = scenes::parameters(&scene, &["loads.distributed_force", "loads.tip_force"]);
     let axes: Vec<_> = axes.into_iter().map(|parameter| vec![parameter]).collect();
-    let options = PlanOptions { stepper: Stepper::Rk4, steps: 120, ..PlanOptions::default() };
+    let options = PlanOptions { stepper: Stepper::Rk4, steps: MOST_STEPS, ..PlanOptions::default() };
     let plan = Plan::new(&scene, &axes, &[], options).unwrap();
     let mut random = Random(7);
-    let rows: Vec<Vec<f64>> =
-        (0..256).map(|k| (0..6).map(|_| random.within(-1.0, 1.0) * 1.03f64.powi(k)).collect()).collect();
+    let mut row = |k: i32| (0..6).map(|_| 1e-6 * random.within(-1.0, 1.0) * 1.05f64.powi(k)).collect();
+    let rows: Vec<Vec<f64>> = (0..256).map(&mut row).collect();
     let batch = plan.batch(rows.len(), |i, row| {
         if let Some(values) = rows.get(i) {
             row.copy_from_slice(values);
         }
     });
-    // A driver that stops the loops leaves samples unwritten, which is an error.
-    let solutions = Gpu::new(device, &plan).unwrap().solve(&batch).unwrap();
+    let found = Gpu::new(device, &plan).unwrap().solve(&batch).unwrap();
+    let expected = Lanes::new(&plan, Precision::F64).unwrap().solve(&batch).unwrap();
     let mut counts = [0; Status::ALL.len()];
-    (0..rows.len()).for_each(|sample| counts[solutions.status(sample).code() as usize] += 1);
-    eprintln!("{counts:?}");
+    let (mut worst, mut differing) = (0.0f64, Vec::new());
+    for sample in 0..rows.len() {
+        let (a, b) = (found.status(sample), expected.status(sample));
+        counts[a.code() as usize] += 1;
+        if a.is_success() && b.is_success() {
+            let p = expected.vector(sample, Quantity::TipPosition);
+            worst = worst.max(pose_error(&found, sample, &p, &expected.tip_rotation(sample), plan.units.length));
+        } else if a != b && a != Status::StepLimit {
+            differing.push((sample, a, b));
+        }
+    }
+    eprintln!("{counts:?}, worst pose {worst:.1e}, differing {differing:?}");
     assert!(counts[Status::StepLimit.code() as usize] > 0, "{counts:?}");
-    let plan = plan.with_options(PlanOptions { steps: 20_000, ..options });
+    assert!(worst < HARDEST_POSE && differing.len() <= HARDEST_DIFFERING, "{worst} {differing:?}");
+
+    let plan = plan.with_options(PlanOptions { steps: 10 * MOST_STEPS, ..options });
     let error = Gpu::new(Device::open().unwrap(), &plan).err().unwrap();
-    assert!(error.to_string().contains("20000 steps"), "{error}");
+    assert!(matches!(error, BackendError::Unsupported { .. }), "{error}");
 }

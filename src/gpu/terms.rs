@@ -4,7 +4,7 @@ use super::kernel::{WORKGROUP_SIZE, output_count};
 use super::slots::{add_slots, slot_table_start};
 use super::specialise::{Specialisation, Value};
 use crate::model::path::{self, PATH_STEPPER};
-use crate::model::{BLOCK, Plan, Quantity, ROWS, Slot, Status, Tableau};
+use crate::model::{BLOCK, Plan, Quantity, ROWS, SegmentPlan, Slot, Status, Tableau};
 
 /// Loop iterations of one invocation that every driver runs; software Vulkan stops silently at 65,535.
 const ITERATION_BUDGET: usize = 60_000;
@@ -72,14 +72,19 @@ fn path_steps(plan: &Plan) -> Vec<usize> {
     plan.segments.iter().map(|segment| plan.options.stepper.path_steps(segment.steps)).collect()
 }
 
-fn add_segments(s: &mut Specialisation, plan: &Plan) {
-    let (fine, coarse) = (plan.segments.iter().map(|segment| segment.steps), path_steps(plan));
+/// Stations of a recorded pass.
+fn station_count(plan: &Plan) -> usize {
     let stations = |steps: usize| steps.div_ceil((steps / STATIONS_EACH).max(1));
-    let station_count: usize = fine.clone().zip(&coarse).map(|(a, b)| stations(a).max(stations(*b))).sum();
+    let larger = |(segment, path): (&SegmentPlan, usize)| stations(segment.steps).max(stations(path));
+    plan.segments.iter().zip(path_steps(plan)).map(larger).sum()
+}
+
+fn add_segments(s: &mut Specialisation, plan: &Plan) {
+    let fine = plan.segments.iter().map(|segment| segment.steps);
     s.constant("SEGMENT_COUNT", Value::U32(plan.segments.len() as u32));
     s.constant("STEPS", Value::u32_array(fine));
-    s.constant("COARSE_STEPS", Value::u32_array(coarse));
-    s.constant("STATION_COUNT", Value::U32(station_count as u32));
+    s.constant("COARSE_STEPS", Value::u32_array(path_steps(plan)));
+    s.constant("STATION_COUNT", Value::U32(station_count(plan) as u32));
     s.constant("STATIONS_EACH", Value::U32(STATIONS_EACH as u32));
     for (index, segment) in plan.segments.iter().enumerate() {
         s.term(format!("FLEXIBLE[{index}]"), segment.is_flexible);
@@ -169,14 +174,15 @@ fn add_path(s: &mut Specialisation, plan: &Plan) {
 pub(super) fn pass_limit(plan: &Plan) -> f64 {
     let steps: usize = plan.segments.iter().map(|segment| segment.steps).sum();
     let path_steps: usize = path_steps(plan).iter().sum();
+    let stations = station_count(plan);
     let pass = |steps: usize| 1 + plan.segments.len() + steps;
     let rows: usize = plan.derivatives.iter().map(|derivative| 1 + derivative.terms.len()).sum();
     let gathered = rows * plan.segments.len();
-    let attempt = path::CHORD_LIMIT * pass(steps) + path::NEWTON_LIMIT * (pass(steps) + gathered) + steps;
+    let attempt = path::CHORD_LIMIT * pass(steps) + path::NEWTON_LIMIT * (pass(steps) + gathered) + stations;
     let direct = (2 + path::CORRECTIONS as usize) * pass(path_steps);
     // Each of the three paths may be the first that leads to an unstable equilibrium.
     let fixed = rows + pass(path_steps) + pass(2 * steps) + 3 * attempt + direct;
     // Both ramps in the first attempt, both in the second, the guarded one in the third; each pass with its index.
-    let left = ITERATION_BUDGET.saturating_sub(fixed) / (5 * pass(2 * path_steps));
+    let left = ITERATION_BUDGET.saturating_sub(fixed) / (5 * (pass(path_steps) + stations));
     path::PASS_LIMIT.min(left as f64)
 }
