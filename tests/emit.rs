@@ -76,6 +76,18 @@ fn loops_nest_with_bounds_from_constants_and_outer_variables() {
 }
 
 #[test]
+fn declarations_repeat_without_braces() {
+    let text = "//@repeat r COUNT\nfn f_r() {\n//@if A[r]\ng(r);\n//@end\n}\n//@end\n";
+    let mut s = specialisation();
+    s.constant("COUNT", Value::U32(2));
+    let source = emit(&[piece("a.wgsl", text)], &s).unwrap();
+    assert_eq!(source.text, "fn f_0() {\n}\nfn f_1() {\ng(1u);\n}\n");
+    assert_eq!(source.origin(4), Some(("a.wgsl", 4)));
+    assert!(error("//@repeat r\n//@end\n").contains("a name and a count"));
+    assert!(error("//@repeat r LAOD\n//@end\n").contains("a name and a count"));
+}
+
+#[test]
 fn terms_may_depend_on_the_loop() {
     let text = "for (var i = 0u; i < 2u; i++) { //@unroll\n//@if A[i]\nkept(i);\n//@end\n} //@end\n";
     assert_eq!(emitted(text).text, "{ // i = 0\n}\n{ // i = 1\nkept(1u);\n}\n");
