@@ -6,7 +6,7 @@ use common::check::{Errors, SMALL_COLUMN, SMALL_COLUMN_F32, Tolerance, check_gol
 use common::golden::{self, GoldenCase};
 use rodsweep::backend::{Backend, Precision};
 use rodsweep::gpu::{Gpu, device_or_skip};
-use rodsweep::lanes::Lanes;
+use rodsweep::lanes::{InstructionSet, Lanes};
 use rodsweep::model::{Plan, PlanOptions, Stepper};
 
 /// The answers are good to 2.4e-11 and 64 steps of order eight leave less; scenes near a fold amplify both.
@@ -57,6 +57,21 @@ fn lanes_f32() {
     let options = PlanOptions { tolerance: 1e-6, stepper: Stepper::Dop853, steps: 16 };
     let make = |plan: &Plan| Box::new(Lanes::new(plan, Precision::F32).expect("supported")) as Box<dyn Backend>;
     check_f32("cpu f32", options, make);
+}
+
+#[test]
+fn every_instruction_set() {
+    for set in InstructionSet::available() {
+        let make = |precision: Precision| {
+            move |plan: &Plan| {
+                Box::new(Lanes::with_instruction_set(plan, precision, set).expect("available")) as Box<dyn Backend>
+            }
+        };
+        let options = PlanOptions { tolerance: 1e-12, stepper: Stepper::Dop853, steps: 64 };
+        print(set.name(), &check_golden(&golden::dev(), options, make(Precision::F64), F64));
+        let options = PlanOptions { tolerance: 1e-6, stepper: Stepper::Dop853, steps: 16 };
+        check_f32(set.name(), options, make(Precision::F32));
+    }
 }
 
 #[test]

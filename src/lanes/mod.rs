@@ -28,48 +28,92 @@ use shoot::Workspace;
 use solve::solve_group;
 use std::marker::PhantomData;
 
+/// Vector instructions that a kernel is compiled for; all are in one binary.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum InstructionSet {
+    Avx512,
+    Avx2,
+    Neon,
+    Scalar,
+}
+
+impl InstructionSet {
+    /// Those of this machine, the best first.
+    pub fn available() -> Vec<InstructionSet> {
+        use InstructionSet::{Avx2, Avx512, Neon, Scalar};
+        [Avx512, Avx2, Neon, Scalar].into_iter().filter(|set| set.arch().is_some()).collect()
+    }
+
+    pub fn name(self) -> &'static str {
+        match self {
+            InstructionSet::Avx512 => "AVX-512",
+            InstructionSet::Avx2 => "AVX2",
+            InstructionSet::Neon => "NEON",
+            InstructionSet::Scalar => "scalar",
+        }
+    }
+
+    fn arch(self) -> Option<Arch> {
+        match self {
+            #[cfg(target_arch = "x86_64")]
+            InstructionSet::Avx512 => pulp::x86::V4::try_new().map(Arch::V4),
+            #[cfg(target_arch = "x86_64")]
+            InstructionSet::Avx2 => pulp::x86::V3::try_new().map(Arch::V3),
+            #[cfg(target_arch = "aarch64")]
+            InstructionSet::Neon => pulp::aarch64::Neon::try_new().map(Arch::Neon),
+            InstructionSet::Scalar => Some(Arch::Scalar),
+            #[allow(unreachable_patterns)]
+            _ => None,
+        }
+    }
+}
+
 /// The CPU engine, prepared for a plan.
 pub struct Lanes {
     plan: Plan,
     precision: Precision,
     program: Program,
+    set: InstructionSet,
     arch: Arch,
 }
 
 impl Lanes {
+    /// With the best instructions of this machine.
     pub fn new(plan: &Plan, precision: Precision) -> Result<Self, BackendError> {
+        Self::with_instruction_set(plan, precision, InstructionSet::available()[0])
+    }
+
+    /// With given instructions; those that this machine lacks are an error.
+    pub fn with_instruction_set(plan: &Plan, precision: Precision, set: InstructionSet) -> Result<Self, BackendError> {
+        let unsupported = |what: &str, remedy: &str| BackendError::Unsupported {
+            backend: BackendKind::Cpu,
+            what: what.into(),
+            remedy: remedy.into(),
+        };
+        let arch = set.arch().ok_or_else(|| unsupported(set.name(), "this machine lacks it"))?;
         if !plan.scene.rigid_force_arm && !plan.derivatives.is_empty() {
-            return Err(BackendError::Unsupported {
-                backend: BackendKind::Cpu,
-                what: "derivatives without the force arm of rigid segments".into(),
-                remedy: "use `--backend reference`, or leave `model.rigid_force_arm` out".into(),
-            });
+            return Err(unsupported(
+                "derivatives without the force arm of rigid segments",
+                "use `--backend reference`, or leave `model.rigid_force_arm` out",
+            ));
         }
         let epsilon = match precision {
             Precision::F32 => f32::EPSILON.into(),
             Precision::F64 => f64::EPSILON,
         };
-        Ok(Self { plan: plan.clone(), precision, program: Program::new(plan, epsilon), arch: Arch::new() })
+        Ok(Self { plan: plan.clone(), precision, program: Program::new(plan, epsilon), set, arch })
     }
 
-    /// The instruction set in use.
-    pub fn instruction_set(&self) -> &'static str {
-        match self.arch {
-            #[cfg(target_arch = "x86_64")]
-            Arch::V4(_) => "AVX-512",
-            #[cfg(target_arch = "x86_64")]
-            Arch::V3(_) => "AVX2",
-            #[cfg(target_arch = "aarch64")]
-            Arch::Neon(_) => "NEON",
-            _ => "scalar",
-        }
+    /// The instructions in use.
+    pub fn instruction_set(&self) -> InstructionSet {
+        self.set
     }
 }
 
 impl Backend for Lanes {
     fn info(&self) -> BackendInfo {
         let threads = rayon::current_num_threads();
-        let device = format!("{}, {threads} thread{}", self.instruction_set(), if threads == 1 { "" } else { "s" });
+        let device = format!("{}, {threads} thread{}", self.set.name(), if threads == 1 { "" } else { "s" });
         BackendInfo { kind: BackendKind::Cpu, precision: self.precision, device, driver: String::new() }
     }
 
