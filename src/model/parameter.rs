@@ -52,12 +52,24 @@ pub enum Parameter {
 
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ParameterError {
-    #[error("no parameter is named `{name}`{}", suggestion.as_ref().map(|s| format!(": did you mean `{s}`?")).unwrap_or_default())]
-    Unknown { name: String, suggestion: Option<String> },
+    #[error("no parameter is named `{name}`{}", remedy(suggestion, heads))]
+    Unknown {
+        name: String,
+        suggestion: Option<String>,
+        /// First words of the names that there are.
+        heads: Vec<String>,
+    },
     #[error(
         "`{name}` follows from `tube` and moduli in this scene: sweep `youngs_modulus`, or give `stiffness` instead of the tube"
     )]
     Derived { name: String },
+}
+
+fn remedy(suggestion: &Option<String>, heads: &[String]) -> String {
+    match suggestion {
+        Some(name) => format!(": did you mean `{name}`?"),
+        None => format!("; names in this scene begin with: {}", heads.join(", ")),
+    }
 }
 
 use Parameter as P;
@@ -96,7 +108,11 @@ impl Parameter {
         }
         let mut names: Vec<String> = all.iter().map(|parameter| parameter.name(scene)).collect();
         names.extend(all.iter().filter_map(|parameter| parameter.group_name(scene)));
-        Err(ParameterError::Unknown { name: name.into(), suggestion: closest(name, names.iter().map(String::as_str)) })
+        let suggestion = closest(name, names.iter().map(String::as_str));
+        let mut heads: Vec<String> = names.iter().filter_map(|name| name.split('.').next()).map(String::from).collect();
+        heads.sort();
+        heads.dedup();
+        Err(ParameterError::Unknown { name: name.into(), suggestion, heads })
     }
 
     /// The path that names this parameter.
