@@ -1,7 +1,7 @@
 //! The JSON of `rodsweep solve`. Metres, radians, 1/m, N·m; quaternion x, y, z, w, body to world.
 
 use super::solve::Solved;
-use rodsweep::model::{Matrix, Quantity, RodSegment, Slot, Vector, base_curvature, base_curvature_rate};
+use rodsweep::model::{Matrix, Quantity, Slot, Vector, base_curvature, base_curvature_rate, tip_curvature};
 use serde_json::{Value, json};
 
 pub fn text(solved: &Solved) -> String {
@@ -56,7 +56,7 @@ fn converged(solved: &Solved) -> Value {
             "position": solutions.vector(0, Quantity::TipPosition),
             "quaternion": quaternion(&rotation),
             "rotation": rotation,
-            "curvature": tip_curvature(solved),
+            "curvature": tip_curvature(&rod, &rotation),
         },
         "jacobian": {
             "parameters": names,
@@ -89,43 +89,6 @@ fn base_curvature_column(solved: &Solved, k: usize) -> Vector {
         }
     }
     sum
-}
-
-/// u at the end of the last flexible segment, from the tip backwards: every load beyond it is known there.
-fn tip_curvature(solved: &Solved) -> Value {
-    let Solved { plan, batch, solutions, .. } = solved;
-    let rod = plan.sample_rod(batch, 0);
-    let rotation = solutions.tip_rotation(0);
-    let t: Vector = std::array::from_fn(|row| rotation[row][2]);
-    let (mut m, mut n) = (rod.tip_moment, rod.tip_force);
-    for segment in rod.segments.iter().rev() {
-        match *segment {
-            RodSegment::Rigid { length, dipole, load } => {
-                let mu: Vector = std::array::from_fn(|row| (0..3).map(|k| rotation[row][k] * dipole[k]).sum());
-                add(&mut m, cross(mu, rod.flux_density), 1.0);
-                if rod.rigid_force_arm {
-                    add(&mut m, cross(t, n), length);
-                    add(&mut m, cross(t, load), 0.5 * length * length);
-                }
-                add(&mut n, load, length);
-            }
-            RodSegment::Flexible { stiffness, rest_curvature, .. } => {
-                let body = |k: usize| (0..3).map(|row| rotation[row][k] * m[row]).sum::<f64>();
-                return json!(Vector::from(std::array::from_fn(|k| rest_curvature[k] + body(k) / stiffness[k])));
-            }
-        }
-    }
-    Value::Null
-}
-
-fn add(to: &mut Vector, v: Vector, factor: f64) {
-    for (to, x) in to.iter_mut().zip(v) {
-        *to += factor * x;
-    }
-}
-
-fn cross(a: Vector, b: Vector) -> Vector {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 /// Unit quaternion x, y, z, w of a rotation, w not negative.

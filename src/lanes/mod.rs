@@ -73,6 +73,8 @@ pub struct Lanes {
     plan: Plan,
     precision: Precision,
     program: Program,
+    /// One unit of each entry, SI.
+    units: Vec<f64>,
     set: InstructionSet,
     arch: Arch,
 }
@@ -101,7 +103,14 @@ impl Lanes {
             Precision::F32 => f32::EPSILON.into(),
             Precision::F64 => f64::EPSILON,
         };
-        Ok(Self { plan: plan.clone(), precision, program: Program::new(plan, epsilon), set, arch })
+        Ok(Self {
+            plan: plan.clone(),
+            precision,
+            program: Program::new(plan, epsilon),
+            units: plan.entry_units(),
+            set,
+            arch,
+        })
     }
 
     /// The instructions in use.
@@ -155,9 +164,8 @@ impl Lanes {
         let count = (batch.sample_count() - block * BLOCK).min(BLOCK);
         let bad = &batch.bad[block * BLOCK..][..count];
         let input_len = BLOCK * self.plan.input_count;
-        let units = self.plan.entry_units();
         let mut inputs = vec![S::default(); input_len];
-        for (entry, unit) in self.plan.entries.iter().zip(units) {
+        for (entry, unit) in self.plan.entries.iter().zip(&self.units) {
             if let Entry::Varying(column) = *entry {
                 let from = &batch.inputs.data()[block * input_len + column * BLOCK..][..BLOCK];
                 for (to, value) in inputs[column * BLOCK..][..BLOCK].iter_mut().zip(from) {

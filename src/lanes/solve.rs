@@ -2,7 +2,7 @@
 //!
 //! A sample's iterations depend on that sample alone: a lane that has finished is frozen while its neighbours go on.
 
-use super::algebra::{Mat3, Vec3, cross, inverse, length, transpose};
+use super::algebra::{Mat3, Vec3, cross, dot, inverse, length, transpose};
 use super::column::Columns;
 use super::lane::{Lane, Scalar};
 use super::path::{Path, PathEnd, follow_path};
@@ -87,9 +87,7 @@ pub fn solve_group<L: Lane, T: Terms>(
 
     let index = stability_index::<L, T>(&workspace.stations, &tip, &columns);
     let stable = index.lt(one.constant(0.5));
-    let norm = length(w_inverse.x) * length(w_inverse.x)
-        + length(w_inverse.y) * length(w_inverse.y)
-        + length(w_inverse.z) * length(w_inverse.z);
+    let norm = dot(w_inverse.x, w_inverse.x) + dot(w_inverse.y, w_inverse.y) + dot(w_inverse.z, w_inverse.z);
     let margin = (one.constant(3.0) / norm).sqrt();
     let margin = L::select(stable, margin, -margin);
     let status = status_codes(&end, path, converged, stable, size);

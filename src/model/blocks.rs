@@ -19,12 +19,6 @@ impl<T: Copy + Default> Blocks<T> {
         Self { column_count, sample_count, data }
     }
 
-    /// Takes over data already in block order; its length must be `blocks x BLOCK x columns`.
-    pub fn from_data(column_count: usize, sample_count: usize, data: Vec<T>) -> Self {
-        assert_eq!(data.len(), sample_count.div_ceil(BLOCK) * BLOCK * column_count);
-        Self { column_count, sample_count, data }
-    }
-
     pub fn column_count(&self) -> usize {
         self.column_count
     }

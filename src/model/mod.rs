@@ -3,9 +3,9 @@
 //! `Scene` is what a user writes. `Rod` is the mechanics of one sample (stiffness, dipole, load), the same for
 //! every backend. `Plan` fixes what all samples of a sweep share. `Batch` goes in, `Solutions` come out.
 
-mod base_curvature;
 mod blocks;
 mod dependence;
+mod end_curvature;
 mod parameter;
 pub mod path;
 mod plan;
@@ -18,8 +18,8 @@ mod stepper;
 mod units;
 mod validate;
 
-pub use base_curvature::{base_curvature, base_curvature_rate};
 pub use blocks::{BLOCK, Blocks};
+pub use end_curvature::{base_curvature, base_curvature_rate, tip_curvature};
 pub use parameter::{Axis, Parameter, ParameterError, StiffnessAxis, closest};
 pub use plan::{Batch, Derivative, Entry, Plan, PlanError, PlanOptions, SegmentPlan, Terms};
 pub use rod::{BASE_RECORD, FLEXIBLE_RECORD, RIGID_RECORD, Rod, RodSegment, Slot, record_offsets};

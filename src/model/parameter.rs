@@ -184,7 +184,7 @@ impl Parameter {
         }
     }
 
-    /// Sets the value, SI. Insertion sets the first segment's length; set other lengths before it.
+    /// Sets the value, SI. Insertion sets the first segment's length: see [`Parameter::set_all`].
     pub fn set(&self, scene: &mut Scene, value: f64) -> Result<(), ParameterError> {
         let set = |vector: &mut Option<Vector>, axis: Axis| vector.get_or_insert([0.0; 3])[axis.index()] = value;
         match *self {
@@ -208,6 +208,19 @@ impl Parameter {
                     return Err(ParameterError::Derived { name: name() });
                 }
                 parameter.set(&mut scene.segments[index], value);
+            }
+        }
+        Ok(())
+    }
+
+    /// Sets several values, SI, in order but insertion last, for it depends on the other lengths.
+    pub fn set_all(
+        scene: &mut Scene,
+        values: impl Iterator<Item = (Parameter, f64)> + Clone,
+    ) -> Result<(), ParameterError> {
+        for last in [false, true] {
+            for (parameter, value) in values.clone().filter(|(parameter, _)| (*parameter == P::Insertion) == last) {
+                parameter.set(scene, value)?;
             }
         }
         Ok(())

@@ -220,14 +220,9 @@ impl Plan {
     }
 
     fn set_axes(&self, row: &[f64], scene: &mut Scene) {
-        for last in [false, true] {
-            for (axis, value) in self.axes.iter().zip(row) {
-                for parameter in axis.iter().filter(|parameter| (**parameter == Parameter::Insertion) == last) {
-                    // Checked for every swept parameter when the plan was made.
-                    let _ = parameter.set(scene, *value);
-                }
-            }
-        }
+        let values = self.axes.iter().zip(row).flat_map(|(axis, value)| axis.iter().map(|p| (*p, *value)));
+        // Every swept parameter was set once when the plan was made.
+        let _ = Parameter::set_all(scene, values);
     }
 
     /// Entries of one sample, SI; false, with the plan's own entries, where the values make no rod.

@@ -12,8 +12,6 @@ pub struct Units {
 }
 
 impl Units {
-    pub const SI: Units = Units { length: 1.0, force: 1.0, field: 1.0 };
-
     /// [N·m]
     pub fn moment(&self) -> f64 {
         self.force * self.length

@@ -28,13 +28,10 @@ pub fn assign(scene: &mut Scene, assignments: &[impl AsRef<str>]) -> Result<(), 
             values.push((parameter, value));
         }
     }
-    for last in [false, true] {
-        for (parameter, value) in values.iter().filter(|(parameter, _)| (*parameter == Parameter::Insertion) == last) {
-            if let (true, SegmentKind::Rigid(_)) = (last, &scene.segments[0].kind) {
-                return Err(PlanError::InsertionIntoRigid(scene.segments[0].name.clone()).into());
-            }
-            parameter.set(scene, *value)?;
-        }
+    Parameter::set_all(scene, values.iter().copied())?;
+    let inserts = values.iter().any(|(parameter, _)| *parameter == Parameter::Insertion);
+    if inserts && matches!(scene.segments[0].kind, SegmentKind::Rigid(_)) {
+        return Err(PlanError::InsertionIntoRigid(scene.segments[0].name.clone()).into());
     }
     Ok(scene.validate()?)
 }

@@ -184,14 +184,9 @@ impl SweepSpec {
         let mut row = vec![0.0; self.axes.len()];
         self.sampler().values(index, &mut row);
         let mut scene = self.scene.clone();
-        for last in [false, true] {
-            for (axis, value) in self.axes.iter().zip(&row) {
-                for parameter in axis.parameters.iter().filter(|p| (**p == Parameter::Insertion) == last) {
-                    // Checked when the file was read.
-                    let _ = parameter.set(&mut scene, *value);
-                }
-            }
-        }
+        let values = self.axes.iter().zip(&row).flat_map(|(axis, value)| axis.parameters.iter().map(|p| (*p, *value)));
+        // Checked when the file was read.
+        let _ = Parameter::set_all(&mut scene, values);
         scene
     }
 

@@ -1,6 +1,6 @@
-//! Curvature at the start of the first flexible segment, and how it moves with the rod's numbers.
+//! Curvature at either end of the flexible part of a rod; at the start, also how it moves with the rod's numbers.
 
-use super::{Rod, RodSegment, Slot, Vector};
+use super::{Matrix, Rod, RodSegment, Slot, Vector};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// A number and its rate.
@@ -60,6 +60,31 @@ pub fn base_curvature_rate(rod: &Rod, base_moment: Vector, slot: Slot, base_mome
     propagate(rod, base_moment, Some((slot, base_moment_rate))).map(|u| u.rate)
 }
 
+/// u at the end of the last flexible segment, from the tip backwards, body frame [1/m].
+///
+/// `tip_rotation` is body to world, by rows. NaN for a rod without a flexible segment.
+pub fn tip_curvature(rod: &Rod, tip_rotation: &Matrix) -> Vector {
+    let directors: [Vector; 3] = std::array::from_fn(|col| std::array::from_fn(|row| tip_rotation[row][col]));
+    let (mut m, mut n) = (rod.tip_moment, rod.tip_force);
+    for segment in rod.segments.iter().rev() {
+        match *segment {
+            RodSegment::Rigid { length, dipole, load } => {
+                let mu_world = (0..3).fold([0.0; 3], |sum, k| add(sum, directors[k], dipole[k]));
+                m = add(m, cross(mu_world, rod.flux_density), 1.0); // R3
+                if rod.rigid_force_arm {
+                    m = add(m, cross(directors[2], n), length); // R3
+                    m = add(m, cross(directors[2], load), 0.5 * length * length); // R3
+                }
+                n = add(n, load, length); // R1
+            }
+            RodSegment::Flexible { stiffness, rest_curvature, .. } => {
+                return std::array::from_fn(|k| rest_curvature[k] + dot(directors[k], m) / stiffness[k]); // R1
+            }
+        }
+    }
+    [f64::NAN; 3]
+}
+
 fn propagate(rod: &Rod, base_moment: Vector, by: Option<(Slot, Vector)>) -> DualVector {
     let slot = by.map(|(slot, _)| slot);
     let seed = |this: Slot| f64::from(u8::from(slot == Some(this)));
@@ -108,14 +133,14 @@ fn propagate(rod: &Rod, base_moment: Vector, by: Option<(Slot, Vector)>) -> Dual
     [Dual { value: f64::NAN, rate: f64::NAN }; 3]
 }
 
-fn add(a: DualVector, b: DualVector, factor: Dual) -> DualVector {
+fn add<T: Copy + Add<Output = T> + Mul<Output = T>>(a: [T; 3], b: [T; 3], factor: T) -> [T; 3] {
     std::array::from_fn(|k| a[k] + b[k] * factor)
 }
 
-fn dot(a: DualVector, b: DualVector) -> Dual {
+fn dot<T: Copy + Add<Output = T> + Mul<Output = T>>(a: [T; 3], b: [T; 3]) -> T {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-fn cross(a: DualVector, b: DualVector) -> DualVector {
+fn cross<T: Copy + Sub<Output = T> + Mul<Output = T>>(a: [T; 3], b: [T; 3]) -> [T; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
