@@ -1,51 +1,11 @@
 //! Broken input files: each gives one message that names the file, the line, the key and what to do.
 
+mod common;
+
+use common::sandbox::{SCENE, SWEEP};
 use rodsweep::sweep::{InputError, SweepSpec, parse_scene};
 use std::fs;
 use std::path::Path;
-
-const SCENE: &str = r#"name = "test"
-[base]
-position = [0, 0, 0]
-[field]
-flux_density = [0, "3 T", 0]
-[loads]
-tip_force = [0, 0, 0]
-[[segment]]
-name = "tube"
-kind = "flexible"
-length = "80 mm"
-tube = { inner_radius = "0.5 mm", outer_radius = "1 mm" }
-youngs_modulus = "5 MPa"
-shear_modulus = "2 MPa"
-rest_curvature = [0, 0, 0]
-[[segment]]
-name = "coil"
-kind = "rigid"
-length = "13 mm"
-mass = "58 mg"
-coil = { turns = [30, 30, 100], area = ["46.7 mm^2", "46.7 mm^2", "11.3 mm^2"], current = [0, 0, 0] }
-"#;
-
-const SWEEP: &str = r#"scene = "scene.toml"
-[sampling]
-method = "grid"
-seed = 7
-[[axis]]
-parameter = "coil.current.x"
-from = "-0.3 A"
-to = "0.3 A"
-points = 5
-[solver]
-tolerance = 1e-6
-branch = "from_rest"
-[output]
-quantities = ["tip_position"]
-derivatives = ["coil.current"]
-format = "parquet"
-[workspace]
-voxel = "1 mm"
-"#;
 
 /// One mistake: what to replace by what; line and key of the message, and words that must be in it.
 type Case = (&'static str, &'static str, usize, &'static str, &'static str);
@@ -274,14 +234,14 @@ fn broken_sweeps() {
         ),
         ("parameter = \"coil.current.x\"", "parameters = []", 6, "axis[0].parameters", "at least one name"),
         (
-            "from = \"-0.3 A\"",
+            "from = \"-0.1 A\"",
             "from = \"-0.3 T\"",
             7,
             "axis[0].from",
             "is a flux density; give a current such as \"200 mA\"",
         ),
-        ("from = \"-0.3 A\"", "from = -inf", 7, "axis[0].from", "give a finite number"),
-        ("to = \"0.3 A\"\n", "", 5, "axis[0].to", "an axis runs from `from` to `to`"),
+        ("from = \"-0.1 A\"", "from = -inf", 7, "axis[0].from", "give a finite number"),
+        ("to = \"0.1 A\"\n", "", 5, "axis[0].to", "an axis runs from `from` to `to`"),
         ("points = 5", "points = 0", 9, "axis[0].points", "a whole number of at least 1"),
         ("points = 5", "points = 5.5", 9, "axis[0].points", "a whole number"),
         ("points = 5\n", "", 5, "axis[0].points", "a grid needs the number of points"),
@@ -333,8 +293,8 @@ fn broken_sweeps() {
 fn sweeps_of_what_cannot_be_swept() {
     let stiffness = SWEEP
         .replace("coil.current.x", "tube.stiffness.bending")
-        .replace("-0.3 A", "1e-5 N·m²")
-        .replace("0.3 A", "2e-5 N·m²");
+        .replace("-0.1 A", "1e-5 N·m²")
+        .replace("0.1 A", "2e-5 N·m²");
     let error = sweep(&stiffness).unwrap_err();
     assert_eq!((error.line, error.key.as_str()), (Some(6), "axis[0].parameter"), "{error}");
     assert!(error.to_string().contains("sweep `youngs_modulus`"), "{error}");
@@ -364,7 +324,7 @@ fn insertion_needs_a_flexible_first_segment() {
     let swapped = format!("{}{}{}", &SCENE[..head], &SCENE[coil..], &SCENE[head..coil]);
     let dir = tempfile::tempdir().unwrap();
     fs::write(dir.path().join("scene.toml"), swapped).unwrap();
-    let text = SWEEP.replace("coil.current.x", "insertion").replace("-0.3 A", "50 mm").replace("0.3 A", "60 mm");
+    let text = SWEEP.replace("coil.current.x", "insertion").replace("-0.1 A", "50 mm").replace("0.1 A", "60 mm");
     let error = SweepSpec::parse(&dir.path().join("sweep.toml"), &text).unwrap_err();
     assert_eq!((error.line, error.key.as_str()), (Some(6), "axis[0].parameter"), "{error}");
     assert!(error.to_string().contains("`coil` is rigid"), "{error}");
