@@ -2,7 +2,7 @@
 
 use super::CommandError;
 use super::solve::Solved;
-use rodsweep::model::{Rod, RodSegment, SegmentPlan, Vector};
+use rodsweep::model::{RigidRod, Rod, RodSegment, SegmentPlan, Vector};
 use rodsweep::reference::{Pose, shape, solve_rod};
 use rodsweep::report::{self, ReportError, RodShape, Stretch, StretchKind};
 use std::path::Path;
@@ -32,11 +32,13 @@ pub fn draw(solved: &Solved, path: &Path) -> Result<(), CommandError> {
     let some = |v: Vector| v.iter().any(|x| *x != 0.0).then_some(v);
     let mut start = 0.0;
     let mut stretches = Vec::new();
-    for (index, segment) in rod.segments.iter().enumerate() {
-        let at: Vec<f64> = (0..POINTS).map(|k| start + segment.length() * k as f64 / (POINTS - 1) as f64).collect();
+    for (index, segment) in solved.scene.segments.iter().enumerate() {
+        let length = solved.scene.segment_length(index);
+        let at: Vec<f64> = (0..POINTS).map(|k| start + length * k as f64 / (POINTS - 1) as f64).collect();
         let poses = shape(&rod, &equilibrium, &at);
-        stretches.push(stretch(segment, &solved.plan.segments[index], &solved.scene.segments[index].name, &poses));
-        start += segment.length();
+        let piece = solved.scene.piece_indices(index).start;
+        stretches.push(stretch(&rod.segments[piece], &solved.plan.segments[piece], &segment.name, &poses));
+        start += length;
     }
     let figure = RodShape {
         title: solved.scene.name.clone(),
@@ -51,14 +53,14 @@ pub fn draw(solved: &Solved, path: &Path) -> Result<(), CommandError> {
 
 fn stretch(segment: &RodSegment, plan: &SegmentPlan, name: &str, poses: &[Pose]) -> Stretch {
     let (kind, dipole) = match segment {
-        RodSegment::Flexible { .. } => (StretchKind::Flexible, None),
-        RodSegment::Rigid { dipole, .. } if plan.has_dipole => {
+        RodSegment::Flexible(_) => (StretchKind::Flexible, None),
+        RodSegment::Rigid(RigidRod { dipole, .. }) if plan.has_dipole => {
             let world = poses
                 .first()
                 .map(|pose| std::array::from_fn(|row| (0..3).map(|k| pose.rotation[row][k] * dipole[k]).sum()));
             (StretchKind::Coil, world)
         }
-        RodSegment::Rigid { .. } => (StretchKind::Rigid, None),
+        RodSegment::Rigid(_) => (StretchKind::Rigid, None),
     };
     Stretch { name: name.into(), kind, points: poses.iter().map(|pose| pose.position).collect(), dipole }
 }
@@ -69,8 +71,8 @@ fn rest(rod: &Rod) -> Option<Vec<Vector>> {
     (unloaded.tip_force, unloaded.tip_moment) = ([0.0; 3], [0.0; 3]);
     for segment in &mut unloaded.segments {
         match segment {
-            RodSegment::Flexible { load, .. } => *load = [0.0; 3],
-            RodSegment::Rigid { dipole, load, .. } => (*dipole, *load) = ([0.0; 3], [0.0; 3]),
+            RodSegment::Flexible(flexible) => (flexible.load, flexible.dipole) = ([0.0; 3], [0.0; 3]),
+            RodSegment::Rigid(rigid) => (rigid.dipole, rigid.weight) = ([0.0; 3], [0.0; 3]),
         }
     }
     let equilibrium = solve_rod(&unloaded, &[]);

@@ -79,7 +79,7 @@ fn solve_scene(scene: Scene, wrt: &[Parameter], arguments: &SolveArguments) -> R
     };
     let engine = Engine::choose(&EngineArguments { backend, ..arguments.engine }, &scene, !wrt.is_empty())?;
     let tolerance = engine.tolerance(arguments.tolerance);
-    let options = PlanOptions { tolerance, stepper: engine.stepper(), steps: STEPS[0] };
+    let options = PlanOptions { tolerance, stepper: engine.stepper(), steps: STEPS[0], ..PlanOptions::default() };
     let plan = Plan::single(&scene, wrt, options)?;
     let batch = plan.batch(1, |_, _| {});
     let mut solved: Option<Solved> = None;

@@ -1,13 +1,29 @@
 //! WGSL functions that load one sample's numbers: from the constants that all samples share, or from the inputs.
 //!
-//! Base: `base_d1`, `base_t`, `flux_density`, `tip_force`, `tip_moment`, `base_position`. Segment j: `length_j`,
-//! `load_j` and `stiffness_j`, `rest_curvature_j` or `dipole_j`. Rate k of derivative d: `rate_d_k`. All in the
-//! plan's units.
+//! Base: `base_d1`, `base_t`, `flux_density`, `tip_force`, `tip_moment`, `base_position`. Segment j: `length_j` and the
+//! vectors of its record, such as `stiffness_j`. Rate k of derivative d: `rate_d_k`. All in the plan's units.
 
 use super::slots::slot_table;
 use super::specialise::Piece;
+use crate::model::rod::{
+    DIPOLE_AT, DIPOLE_PER_LENGTH_AT, LOAD_AT, REST_CURVATURE_AT, REST_CURVATURE_RISE_AT, SHEAR_COMPLIANCE_AT,
+    STIFFNESS_AT, STIFFNESS_RISE_AT, WEIGHT_AT,
+};
 use crate::model::{Entry, Plan};
 use std::fmt::Write;
+
+/// Vectors of a flexible segment and their places in its record.
+const FLEXIBLE_VECTORS: [(&str, usize); 7] = [
+    ("stiffness", STIFFNESS_AT),
+    ("stiffness_rise", STIFFNESS_RISE_AT),
+    ("rest_curvature", REST_CURVATURE_AT),
+    ("rest_curvature_rise", REST_CURVATURE_RISE_AT),
+    ("load", LOAD_AT),
+    ("dipole_per_length", DIPOLE_PER_LENGTH_AT),
+    ("shear_compliance", SHEAR_COMPLIANCE_AT),
+];
+/// The same of a rigid segment.
+const RIGID_VECTORS: [(&str, usize); 2] = [("dipole", DIPOLE_AT), ("weight", WEIGHT_AT)];
 
 /// The loading functions of a plan.
 pub fn record_functions(plan: &Plan) -> Piece {
@@ -19,13 +35,9 @@ pub fn record_functions(plan: &Plan) -> Piece {
     for (index, segment) in plan.segments.iter().enumerate() {
         let at = segment.record;
         scalar(&mut text, plan, &format!("length_{index}"), at);
-        if segment.is_flexible {
-            vector(&mut text, plan, &format!("stiffness_{index}"), at + 1);
-            vector(&mut text, plan, &format!("rest_curvature_{index}"), at + 4);
-            vector(&mut text, plan, &format!("load_{index}"), at + 7);
-        } else {
-            vector(&mut text, plan, &format!("dipole_{index}"), at + 1);
-            vector(&mut text, plan, &format!("load_{index}"), at + 4);
+        let vectors: &[(&str, usize)] = if segment.is_flexible { &FLEXIBLE_VECTORS } else { &RIGID_VECTORS };
+        for (name, place) in vectors {
+            vector(&mut text, plan, &format!("{name}_{index}"), at + place);
         }
     }
     for (index, derivative) in plan.derivatives.iter().enumerate() {

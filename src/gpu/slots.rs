@@ -8,7 +8,7 @@ use super::specialise::{Specialisation, Value};
 use crate::model::{Axis, Entry, Plan, Slot};
 
 /// The kinds of slots, by their code.
-const KINDS: [&str; 11] = [
+const KINDS: [&str; 16] = [
     "BASE_POSITION",
     "BASE_ROTATION",
     "FLUX_DENSITY",
@@ -17,9 +17,14 @@ const KINDS: [&str; 11] = [
     "INSERTION",
     "LENGTH",
     "STIFFNESS",
+    "STIFFNESS_RISE",
     "REST_CURVATURE",
-    "DIPOLE",
+    "REST_CURVATURE_RISE",
     "LOAD",
+    "DIPOLE_PER_LENGTH",
+    "SHEAR_COMPLIANCE",
+    "DIPOLE",
+    "WEIGHT",
 ];
 
 /// The kinds from here on belong to a segment.
@@ -92,8 +97,13 @@ fn parts(slot: Slot) -> (usize, usize, usize) {
         Slot::Insertion => (5, 0, 0),
         Slot::Length(segment) => (6, segment, 0),
         Slot::Stiffness(segment, axis) => (7, segment, axis.index()),
-        Slot::RestCurvature(segment, axis) => (8, segment, axis.index()),
-        Slot::Dipole(segment, axis) => (9, segment, axis.index()),
-        Slot::Load(segment, axis) => (10, segment, axis.index()),
+        Slot::StiffnessRise(segment, axis) => (8, segment, axis.index()),
+        Slot::RestCurvature(segment, axis) => (9, segment, axis.index()),
+        Slot::RestCurvatureRise(segment, axis) => (10, segment, axis.index()),
+        Slot::Load(segment, axis) => (11, segment, axis.index()),
+        Slot::DipolePerLength(segment, axis) => (12, segment, axis.index()),
+        Slot::ShearCompliance(segment, axis) => (13, segment, axis.index()),
+        Slot::Dipole(segment, axis) => (14, segment, axis.index()),
+        Slot::Weight(segment, axis) => (15, segment, axis.index()),
     }
 }

@@ -165,7 +165,7 @@ fn functional<L: Lane>(slot: Slot, rod: &Rod<L>, columns: &Columns<L>, workspace
         }
         Slot::Dipole(segment, axis) => workspace.traces[segment][k].dipole[axis.index()],
         Slot::Load(segment, axis) => workspace.traces[segment][k].load[axis.index()],
-        Slot::BasePosition(_) | Slot::BaseRotation(_) | Slot::Insertion => Vec3::splat(zero),
+        _ => Vec3::splat(zero),
     }
 }
 

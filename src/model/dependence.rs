@@ -1,47 +1,117 @@
 //! What changes with what: record entries and chain-rule coefficients that a swept parameter moves.
 
-use super::rod::record_offsets;
-use super::{CoilWinding, Parameter, Rigid, Rod, Scene, SegmentKind, SegmentParameter, StiffnessAxis};
+use super::rod::{
+    DIPOLE_AT, DIPOLE_PER_LENGTH_AT, LOAD_AT, REST_CURVATURE_AT, SHEAR_COMPLIANCE_AT, STIFFNESS_AT, WEIGHT_AT,
+    record_offsets,
+};
+use super::{
+    Axis, CoilWinding, Parameter, Rigid, Rod, RodSegment, Scene, SegmentKind, SegmentParameter, ShearAxis,
+    StiffnessAxis,
+};
+use std::ops::Range;
+
+/// Where the numbers of a scene stand in the rod's record.
+struct Record<'a> {
+    scene: &'a Scene,
+    rod: &'a Rod,
+    offsets: Vec<usize>,
+}
+
+impl Record<'_> {
+    /// First entries of the pieces of a segment.
+    fn pieces(&self, segment: usize) -> impl Iterator<Item = usize> + '_ {
+        self.scene.piece_indices(segment).map(|piece| self.offsets[piece])
+    }
+
+    /// Entries at some places in the record of each piece of a segment.
+    fn on(&self, segment: usize, places: &[usize]) -> Vec<usize> {
+        self.pieces(segment).flat_map(|at| places.iter().map(move |place| at + place)).collect()
+    }
+
+    fn all_of(&self, segment: usize) -> Vec<usize> {
+        let pieces = self.scene.piece_indices(segment);
+        pieces
+            .flat_map(|piece| (0..self.rod.segments[piece].record_len()).map(move |k| (piece, k)))
+            .map(|(piece, k)| self.offsets[piece] + k)
+            .collect()
+    }
+
+    /// Force per length, or force, along some world axes.
+    fn loads(&self, segment: usize, axes: Range<usize>) -> Vec<usize> {
+        let at = match self.rod.segments[self.scene.piece_indices(segment).start] {
+            RodSegment::Flexible(_) => LOAD_AT,
+            RodSegment::Rigid(_) => WEIGHT_AT,
+        };
+        self.on(segment, &axes.map(|axis| at + axis).collect::<Vec<_>>())
+    }
+
+    fn all_loads(&self, axes: Range<usize>) -> Vec<usize> {
+        (0..self.scene.segments.len()).flat_map(|segment| self.loads(segment, axes.clone())).collect()
+    }
+}
+
+fn places(at: usize, axes: &[Axis]) -> Vec<usize> {
+    axes.iter().map(|axis| at + axis.index()).collect()
+}
 
 /// Record entries that a swept parameter changes.
 pub(super) fn touched_entries(parameter: Parameter, scene: &Scene, rod: &Rod, swept: &[Parameter]) -> Vec<usize> {
-    let offsets = record_offsets(&rod.segments);
-    // Length comes first in a segment's record; the load's three entries come last.
-    let load = |segment: usize| offsets[segment] + rod.segments[segment].record_len() - 3;
+    let record = Record { scene, rod, offsets: record_offsets(&rod.segments) };
+    let component = |axis: Axis| axis.index()..axis.index() + 1;
     match parameter {
         Parameter::BaseRotation(_) => (0..6).collect(),
         Parameter::FluxDensity(axis) => vec![6 + axis.index()],
         Parameter::TipForce(axis) => vec![9 + axis.index()],
         Parameter::TipMoment(axis) => vec![12 + axis.index()],
         Parameter::BasePosition(axis) => vec![15 + axis.index()],
-        Parameter::Insertion => vec![offsets[0]],
-        Parameter::Gravity(axis) | Parameter::DistributedForce(axis) => {
-            (0..offsets.len()).map(|segment| load(segment) + axis.index()).collect()
+        Parameter::Insertion => with_length(&record, 0),
+        Parameter::Gravity(axis) | Parameter::DistributedForce(axis) => record.all_loads(component(axis)),
+        Parameter::FluidDensity => record.all_loads(0..3),
+        Parameter::Segment(index, parameter) => segment_entries(parameter, index, &record, swept),
+    }
+}
+
+/// Entries that change with the length of a segment: nodes cut it into pieces, whose values follow.
+fn with_length(record: &Record, index: usize) -> Vec<usize> {
+    let is_cut = record.scene.piece_indices(index).len() > 1;
+    match &record.scene.segments[index].kind {
+        SegmentKind::Flexible(_) if is_cut => record.all_of(index),
+        SegmentKind::Flexible(_) => record.on(index, &[0]),
+        SegmentKind::Rigid(_) => record.all_of(index),
+    }
+}
+
+fn segment_entries(parameter: SegmentParameter, index: usize, record: &Record, swept: &[Parameter]) -> Vec<usize> {
+    use SegmentParameter as S;
+    let stiffness = |axis: StiffnessAxis| places(STIFFNESS_AT, axis.axes());
+    let both = |at: usize| [at, at + 3];
+    match parameter {
+        S::Length => with_length(record, index),
+        S::RestCurvature(axis) => record.on(index, &places(REST_CURVATURE_AT, &[axis])),
+        S::RestCurvatureNode(_, axis) => record.on(index, &both(REST_CURVATURE_AT + axis.index())),
+        S::Stiffness(axis) => record.on(index, &stiffness(axis)),
+        S::StiffnessNode(_, axis) => {
+            let at: Vec<usize> = stiffness(axis).into_iter().flat_map(both).collect();
+            record.on(index, &at)
         }
-        Parameter::FluidDensity => (0..offsets.len()).flat_map(|s| load(s)..load(s) + 3).collect(),
-        Parameter::Segment(index, parameter) => {
-            let at = offsets[index];
-            let loads = load(index)..load(index) + 3;
-            use SegmentParameter as S;
-            match parameter {
-                S::Length => std::iter::once(at).chain(loads).collect(),
-                S::RestCurvature(axis) => vec![at + 4 + axis.index()],
-                S::Stiffness(StiffnessAxis::Bending) => vec![at + 1, at + 2],
-                S::Stiffness(StiffnessAxis::BendingX) => vec![at + 1],
-                S::Stiffness(StiffnessAxis::BendingY) => vec![at + 2],
-                S::Stiffness(StiffnessAxis::Torsion) => vec![at + 3],
-                S::YoungsModulus | S::ShearModulus | S::PoissonRatio => (at + 1..at + 4).collect(),
-                S::InnerRadius | S::OuterRadius => (at + 1..at + 4).chain(loads).collect(),
-                S::Density | S::LinearDensity | S::Mass => loads.collect(),
-                S::Current(axis) | S::Turns(axis) | S::Area(axis) => {
-                    if is_aligned(scene, index, swept) {
-                        vec![at + 1 + axis.index()]
-                    } else {
-                        (at + 1..at + 4).collect()
-                    }
-                }
-                S::Alignment(_) => (at + 1..at + 4).collect(),
-            }
+        S::StiffnessShear(axis) => record.on(index, &places(SHEAR_COMPLIANCE_AT, ShearAxis::axes(axis))),
+        S::StiffnessAxial => record.on(index, &[SHEAR_COMPLIANCE_AT + 2]),
+        S::YoungsModulus | S::ShearModulus | S::PoissonRatio => record.on(index, &places(STIFFNESS_AT, &Axis::ALL)),
+        S::InnerRadius | S::OuterRadius => {
+            let mut entries = record.on(index, &places(STIFFNESS_AT, &Axis::ALL));
+            entries.extend(record.loads(index, 0..3));
+            entries
+        }
+        S::Density | S::LinearDensity | S::Mass => record.loads(index, 0..3),
+        S::DipolePerLength(axis) => match record.scene.segments[index].kind {
+            SegmentKind::Flexible(_) => record.on(index, &[DIPOLE_PER_LENGTH_AT + axis.index()]),
+            SegmentKind::Rigid(_) => record.on(index, &[DIPOLE_AT + axis.index()]),
+        },
+        S::Current(axis) | S::Turns(axis) | S::Area(axis) if is_aligned(record.scene, index, swept) => {
+            record.on(index, &[DIPOLE_AT + axis.index()])
+        }
+        S::Current(_) | S::Turns(_) | S::Area(_) | S::TurnsArea(..) | S::Alignment(_) => {
+            record.on(index, &places(DIPOLE_AT, &Axis::ALL))
         }
     }
 }
@@ -65,15 +135,26 @@ pub(super) fn changes_chain(parameter: Parameter, other: Parameter) -> bool {
         (P::BaseRotation(_), P::BaseRotation(_)) => true,
         // Densities weigh gravity's derivative; gravity weighs the derivative by densities.
         (P::Gravity(_), P::Segment(_, parameter)) => {
-            matches!(parameter, S::Density | S::LinearDensity | S::Mass | S::Length | S::InnerRadius | S::OuterRadius)
+            matches!(parameter, S::Density | S::LinearDensity | S::Mass | S::InnerRadius | S::OuterRadius)
         }
         (P::Gravity(_), P::FluidDensity) | (P::FluidDensity, P::Gravity(_)) => true,
         (P::FluidDensity, P::Segment(_, S::InnerRadius | S::OuterRadius)) => true,
+        // The force on a rigid segment is its length times the force per length.
+        (P::DistributedForce(_), P::Segment(_, S::Length)) => true,
+        (P::Segment(_, S::Length), P::DistributedForce(_)) => true,
         (P::Segment(..), P::Gravity(_) | P::FluidDensity) => true,
+        // Nodes are attached to the material.
+        (P::Segment(0, of), P::Insertion) => is_of_node(of),
         (P::Segment(a, of), P::Segment(b, by)) => {
             let linear = |p: S| matches!(p, S::Current(_) | S::RestCurvature(_) | S::Stiffness(_));
-            a == b && !(linear(of) && linear(by)) && !matches!(of, S::RestCurvature(_) | S::Stiffness(_))
+            let never = matches!(of, S::RestCurvature(_) | S::Stiffness(_));
+            let only_by_length = is_of_node(of) && by != S::Length;
+            a == b && !(linear(of) && linear(by)) && !never && !only_by_length
         }
         _ => false,
     }
+}
+
+fn is_of_node(parameter: SegmentParameter) -> bool {
+    matches!(parameter, SegmentParameter::RestCurvatureNode(..) | SegmentParameter::StiffnessNode(..))
 }

@@ -1,6 +1,6 @@
 //! Curvature at either end of the flexible part of a rod; at the start, also how it moves with the rod's numbers.
 
-use super::{Matrix, Rod, RodSegment, Slot, Vector};
+use super::{Matrix, RigidRod, Rod, RodSegment, Slot, Vector};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// A number and its rate.
@@ -68,17 +68,18 @@ pub fn tip_curvature(rod: &Rod, tip_rotation: &Matrix) -> Vector {
     let (mut m, mut n) = (rod.tip_moment, rod.tip_force);
     for segment in rod.segments.iter().rev() {
         match *segment {
-            RodSegment::Rigid { length, dipole, load } => {
+            RodSegment::Rigid(RigidRod { length, dipole, weight }) => {
                 let mu_world = (0..3).fold([0.0; 3], |sum, k| add(sum, directors[k], dipole[k]));
                 m = add(m, cross(mu_world, rod.flux_density), 1.0); // R3
                 if rod.rigid_force_arm {
                     m = add(m, cross(directors[2], n), length); // R3
-                    m = add(m, cross(directors[2], load), 0.5 * length * length); // R3
+                    m = add(m, cross(directors[2], weight), 0.5 * length); // R3
                 }
-                n = add(n, load, length); // R1
+                n = add(n, weight, 1.0); // R1
             }
-            RodSegment::Flexible { stiffness, rest_curvature, .. } => {
-                return std::array::from_fn(|k| rest_curvature[k] + dot(directors[k], m) / stiffness[k]); // R1
+            RodSegment::Flexible(flexible) => {
+                let (stiffness, u_star) = (flexible.distal_stiffness(), flexible.distal_rest_curvature());
+                return std::array::from_fn(|k| u_star[k] + dot(directors[k], m) / stiffness[k]); // R1
             }
         }
     }
@@ -101,31 +102,36 @@ fn propagate(rod: &Rod, base_moment: Vector, by: Option<(Slot, Vector)>) -> Dual
     });
     let flux_density = seeded(rod.flux_density, Slot::FluxDensity);
     let mut n = seeded(rod.tip_force, Slot::TipForce);
-    for (index, segment) in rod.segments.iter().enumerate() {
-        let length = Dual { value: segment.length(), rate: seed(Slot::Length(index)) };
-        n = add(n, seeded_on(segment.load(), index, Slot::Load), length);
-    }
-    let mut m = with(base_moment, by.map_or([0.0; 3], |(_, rate)| rate));
+    let one = Dual { value: 1.0, rate: 0.0 };
     let half = Dual { value: 0.5, rate: 0.0 };
     for (index, segment) in rod.segments.iter().enumerate() {
-        let length = Dual { value: segment.length(), rate: seed(Slot::Length(index)) };
-        let load = seeded_on(segment.load(), index, Slot::Load);
+        n = match segment {
+            RodSegment::Rigid(rigid) => add(n, seeded_on(rigid.weight, index, Slot::Weight), one),
+            RodSegment::Flexible(flexible) => {
+                let length = Dual { value: flexible.length, rate: seed(Slot::Length(index)) };
+                add(n, seeded_on(flexible.load, index, Slot::Load), length)
+            }
+        };
+    }
+    let mut m = with(base_moment, by.map_or([0.0; 3], |(_, rate)| rate));
+    for (index, segment) in rod.segments.iter().enumerate() {
         match segment {
-            RodSegment::Rigid { dipole, .. } => {
-                let mu = seeded_on(*dipole, index, Slot::Dipole);
+            RodSegment::Rigid(rigid) => {
+                let length = Dual { value: rigid.length, rate: seed(Slot::Length(index)) };
+                let weight = seeded_on(rigid.weight, index, Slot::Weight);
+                let mu = seeded_on(rigid.dipole, index, Slot::Dipole);
                 let zero = [Dual { value: 0.0, rate: 0.0 }; 3];
                 let mu_world = (0..3).fold(zero, |sum, k| add(sum, directors[k], mu[k]));
-                n = add(n, load, -length); // R1
-                let one = Dual { value: 1.0, rate: 0.0 };
+                n = add(n, weight, -one); // R1
                 m = add(m, cross(mu_world, flux_density), -one); // R3
                 if rod.rigid_force_arm {
                     m = add(m, cross(directors[2], n), -length); // R3
-                    m = add(m, cross(directors[2], load), -(half * length * length)); // R3
+                    m = add(m, cross(directors[2], weight), -(half * length)); // R3
                 }
             }
-            RodSegment::Flexible { stiffness, rest_curvature, .. } => {
-                let stiffness = seeded_on(*stiffness, index, Slot::Stiffness);
-                let u_star = seeded_on(*rest_curvature, index, Slot::RestCurvature);
+            RodSegment::Flexible(flexible) => {
+                let stiffness = seeded_on(flexible.stiffness, index, Slot::Stiffness);
+                let u_star = seeded_on(flexible.rest_curvature, index, Slot::RestCurvature);
                 return std::array::from_fn(|k| u_star[k] + dot(directors[k], m) / stiffness[k]); // R1
             }
         }

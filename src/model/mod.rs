@@ -9,8 +9,10 @@ mod end_curvature;
 mod parameter;
 pub mod path;
 mod plan;
-mod rod;
+mod profile;
+pub mod rod;
 mod scene;
+mod segment_chain;
 mod segment_parameter;
 mod solution;
 mod status;
@@ -21,13 +23,16 @@ mod validate;
 pub use blocks::{BLOCK, Blocks};
 pub use end_curvature::{base_curvature, base_curvature_rate, tip_curvature};
 pub use parameter::{Axis, Parameter, ParameterError, StiffnessAxis, closest};
-pub use plan::{Batch, Derivative, Entry, Plan, PlanError, PlanOptions, SegmentPlan, Terms};
-pub use rod::{BASE_RECORD, FLEXIBLE_RECORD, RIGID_RECORD, Rod, RodSegment, Slot, record_offsets};
+pub use plan::{Batch, Derivative, Entry, Plan, PlanError, PlanOptions, SegmentPlan, Sensitivity, Terms};
+pub use profile::{Node, Piece, Profile};
+pub use rod::{
+    BASE_RECORD, FLEXIBLE_RECORD, FlexibleRod, RIGID_RECORD, RigidRod, Rod, RodSegment, Slot, record_offsets,
+};
 pub use scene::{
     Base, Coil, CoilWinding, Density, Flexible, Loads, Rigid, STANDARD_GRAVITY, Scene, SceneError, Segment,
     SegmentKind, ShearElasticity, Stiffness,
 };
-pub use segment_parameter::SegmentParameter;
+pub use segment_parameter::{SegmentParameter, ShearAxis};
 pub use solution::{Quantity, ROWS, Solutions};
 pub use status::Status;
 pub use stepper::{Stepper, Tableau};

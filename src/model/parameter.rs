@@ -3,8 +3,9 @@
 //! A parameter is a path into the scene. `chain` says by how much it moves the numbers of the rod, so that every
 //! parameter that can be swept can be differentiated by.
 
-use super::segment_parameter::{SegmentParameter, rotation_jacobian, weight_chain};
-use super::{Density, Flexible, Scene, SegmentKind, Slot, Stiffness, Vector};
+use super::segment_chain::{load_chain, rotation_jacobian, weight_chain};
+use super::segment_parameter::SegmentParameter;
+use super::{Density, Flexible, Scene, SegmentKind, Slot, Stiffness, Vector, segment_chain};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Axis {
@@ -102,12 +103,12 @@ impl Parameter {
         if let Some(exact) = all.iter().find(|parameter| parameter.name(scene) == name) {
             return Ok(vec![*exact]);
         }
-        let group: Vec<_> = all.iter().copied().filter(|p| p.group_name(scene).as_deref() == Some(name)).collect();
+        let group: Vec<_> = all.iter().copied().filter(|p| p.groups(scene).iter().any(|group| group == name)).collect();
         if !group.is_empty() {
             return Ok(group);
         }
         let mut names: Vec<String> = all.iter().map(|parameter| parameter.name(scene)).collect();
-        names.extend(all.iter().filter_map(|parameter| parameter.group_name(scene)));
+        names.extend(all.iter().flat_map(|parameter| parameter.groups(scene)));
         let suggestion = closest(name, names.iter().map(String::as_str));
         let mut heads: Vec<String> = names.iter().filter_map(|name| name.split('.').next()).map(String::from).collect();
         heads.sort();
@@ -117,39 +118,27 @@ impl Parameter {
 
     /// The path that names this parameter.
     pub fn name(&self, scene: &Scene) -> String {
-        match self.group_and_component(scene) {
-            (group, Some(component)) => format!("{group}.{component}"),
-            (group, None) => group,
-        }
-    }
-
-    /// The name of the group this is a component of. `stiffness.bending` is in none: it is two components at once.
-    pub fn group_name(&self, scene: &Scene) -> Option<String> {
-        match self {
-            P::Segment(_, S::Stiffness(StiffnessAxis::Bending)) => None,
-            _ => match self.group_and_component(scene) {
-                (group, Some(_)) => Some(group),
-                _ => None,
-            },
-        }
-    }
-
-    fn group_and_component(&self, scene: &Scene) -> (String, Option<&'static str>) {
         match *self {
-            P::Insertion => ("insertion".into(), None),
-            P::BasePosition(axis) => ("base.position".into(), Some(axis.name())),
-            P::BaseRotation(axis) => ("base.rotation".into(), Some(axis.name())),
-            P::FluxDensity(axis) => ("field.flux_density".into(), Some(axis.name())),
-            P::TipForce(axis) => ("loads.tip_force".into(), Some(axis.name())),
-            P::TipMoment(axis) => ("loads.tip_moment".into(), Some(axis.name())),
-            P::Gravity(axis) => ("loads.gravity".into(), Some(axis.name())),
-            P::DistributedForce(axis) => ("loads.distributed_force".into(), Some(axis.name())),
-            P::FluidDensity => ("loads.fluid_density".into(), None),
-            P::Segment(index, parameter) => {
-                let (group, component) = parameter.group_and_component();
-                (format!("{}.{group}", scene.segments[index].name), component)
-            }
+            P::Insertion => "insertion".into(),
+            P::BasePosition(axis) => format!("base.position.{}", axis.name()),
+            P::BaseRotation(axis) => format!("base.rotation.{}", axis.name()),
+            P::FluxDensity(axis) => format!("field.flux_density.{}", axis.name()),
+            P::TipForce(axis) => format!("loads.tip_force.{}", axis.name()),
+            P::TipMoment(axis) => format!("loads.tip_moment.{}", axis.name()),
+            P::Gravity(axis) => format!("loads.gravity.{}", axis.name()),
+            P::DistributedForce(axis) => format!("loads.distributed_force.{}", axis.name()),
+            P::FluidDensity => "loads.fluid_density".into(),
+            P::Segment(index, parameter) => format!("{}.{}", scene.segments[index].name, parameter.path()),
         }
+    }
+
+    /// Names of the groups this is a component of: its path, cut short. A parameter such as `stiffness.bending` is
+    /// in none, for it is two components at once.
+    pub fn groups(&self, scene: &Scene) -> Vec<String> {
+        let is_joint = matches!(self, P::Segment(_, parameter) if parameter.is_joint());
+        let name = self.name(scene);
+        let cuts = name.match_indices('.').skip(1).filter(|_| !is_joint);
+        cuts.map(|(at, _)| name[..at].to_owned()).collect()
     }
 
     /// SI unit of the parameter; empty for a pure number.
@@ -184,13 +173,13 @@ impl Parameter {
         }
     }
 
-    /// Sets the value, SI. Insertion sets the first segment's length: see [`Parameter::set_all`].
+    /// Sets the value, SI. Insertion depends on the segments' own lengths: see [`Parameter::set_all`].
     pub fn set(&self, scene: &mut Scene, value: f64) -> Result<(), ParameterError> {
         let set = |vector: &mut Option<Vector>, axis: Axis| vector.get_or_insert([0.0; 3])[axis.index()] = value;
         match *self {
             P::Insertion => {
-                let others: f64 = scene.segments[1..].iter().map(|segment| segment.length).sum();
-                scene.segments[0].length = value - others;
+                let own: f64 = scene.segments.iter().map(|segment| segment.length).sum();
+                scene.inserted = value - own;
             }
             P::BasePosition(axis) => scene.base.position[axis.index()] = value,
             P::BaseRotation(axis) => scene.base.rotation[axis.index()] = value,
@@ -238,25 +227,34 @@ impl Parameter {
             P::FluxDensity(axis) => vec![(Slot::FluxDensity(axis), 1.0)],
             P::TipForce(axis) => vec![(Slot::TipForce(axis), 1.0)],
             P::TipMoment(axis) => vec![(Slot::TipMoment(axis), 1.0)],
-            P::Gravity(axis) => {
-                let rate = |(index, segment)| (Slot::Load(index, axis), scene.linear_density(segment));
-                scene.segments.iter().enumerate().map(rate).collect()
-            }
-            P::DistributedForce(axis) => (0..scene.segments.len()).map(|i| (Slot::Load(i, axis), 1.0)).collect(),
+            P::Gravity(axis) => on_all(scene, axis, |segment| match &scene.segments[segment].kind {
+                SegmentKind::Flexible(flexible) => scene.linear_density(flexible),
+                SegmentKind::Rigid(rigid) => rigid.mass.unwrap_or(0.0),
+            }),
+            P::DistributedForce(axis) => on_all(scene, axis, |segment| match &scene.segments[segment].kind {
+                SegmentKind::Flexible(_) => 1.0,
+                SegmentKind::Rigid(_) => scene.segment_length(segment),
+            }),
             P::FluidDensity => {
-                let mut chain = Vec::new();
-                for (index, segment) in scene.segments.iter().enumerate() {
-                    if let SegmentKind::Flexible(Flexible { density: Some(Density::Volume(_)), stiffness, .. }) =
-                        &segment.kind
-                    {
-                        chain.extend(weight_chain(scene, index, -stiffness.cross_section().unwrap_or(0.0)));
-                    }
-                }
-                chain
+                let displaces = |segment: &usize| {
+                    let kind = &scene.segments[*segment].kind;
+                    matches!(kind, SegmentKind::Flexible(Flexible { density: Some(Density::Volume(_)), .. }))
+                };
+                let area = |segment: usize| match &scene.segments[segment].kind {
+                    SegmentKind::Flexible(flexible) => flexible.stiffness.cross_section().unwrap_or(0.0),
+                    SegmentKind::Rigid(_) => 0.0,
+                };
+                let segments = (0..scene.segments.len()).filter(displaces);
+                segments.flat_map(|segment| weight_chain(scene, segment, -area(segment))).collect()
             }
-            P::Segment(index, parameter) => parameter.chain(scene, index),
+            P::Segment(index, parameter) => segment_chain::chain(parameter, scene, index),
         }
     }
+}
+
+/// A load along a world axis on every segment, each with its own rate.
+fn on_all(scene: &Scene, axis: Axis, rate: impl Fn(usize) -> f64) -> Vec<(Slot, f64)> {
+    (0..scene.segments.len()).flat_map(|segment| load_chain(scene, segment, axis, rate(segment))).collect()
 }
 
 /// The candidate nearest to a misspelt name, if one is near (edit distance at most a third of the length).

@@ -3,8 +3,8 @@
 use super::dependence::{changes_chain, touched_entries};
 use super::rod::{BASE_RECORD, Slot, record_offsets};
 use super::{
-    BLOCK, Blocks, Parameter, ParameterError, Rigid, Rod, RodSegment, Scene, SceneError, SegmentKind, SegmentParameter,
-    Stepper, StiffnessAxis, Units,
+    BLOCK, Blocks, FlexibleRod, Parameter, ParameterError, Rigid, Rod, RodSegment, Scene, SceneError, SegmentKind,
+    SegmentParameter, Stepper, StiffnessAxis, Units,
 };
 use rayon::prelude::*;
 use std::collections::BTreeSet;
@@ -14,13 +14,21 @@ use std::collections::BTreeSet;
 pub struct Terms {
     /// An internal force: tip force or distributed load.
     pub force: bool,
-    /// A force per length; implies `force`.
+    /// A force per length, or a weight of rigid segments; implies `force`.
     pub load: bool,
+    /// A magnetic moment per length of flexible segments.
+    pub magnet: bool,
+    /// Shear or stretch under an internal force.
+    pub shear: bool,
+    /// Stiffness that varies along a segment.
+    pub taper: bool,
+    /// Rest curvature that varies along a segment.
+    pub curvature_rise: bool,
     /// Different stiffness about body x and y somewhere.
     pub anisotropic: bool,
     /// A dead couple at the tip.
     pub tip_moment: bool,
-    /// A dipole in a field.
+    /// A rigid segment with a dipole.
     pub dipole: bool,
 }
 
@@ -43,11 +51,19 @@ pub struct Derivative {
 }
 
 /// One segment as the kernels see it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SegmentPlan {
     pub is_flexible: bool,
     /// A rigid segment that may carry a dipole.
     pub has_dipole: bool,
+    /// A flexible segment that may carry a dipole per length.
+    pub has_magnet: bool,
+    /// A flexible segment that shears or stretches.
+    pub shears: bool,
+    /// Whose stiffness varies along it.
+    pub tapers: bool,
+    /// Whose rest curvature varies along it.
+    pub curvature_rises: bool,
     /// First entry of its record.
     pub record: usize,
     /// Integration steps over a flexible segment.
@@ -62,11 +78,24 @@ pub struct PlanOptions {
     pub stepper: Stepper,
     /// Steps over the whole rod, shared out by length.
     pub steps: usize,
+    pub sensitivity: Sensitivity,
+}
+
+/// How derivatives are computed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Sensitivity {
+    /// The cheaper of those that hold.
+    #[default]
+    Auto,
+    /// A column for each parameter.
+    Forward,
+    /// Six columns for all parameters, and integrals along the rod; only where the tangent problem is self-adjoint.
+    Reciprocity,
 }
 
 impl Default for PlanOptions {
     fn default() -> Self {
-        Self { tolerance: 1e-6, stepper: Stepper::Dop853, steps: 6 }
+        Self { tolerance: 1e-6, stepper: Stepper::Dop853, steps: 6, sensitivity: Sensitivity::Auto }
     }
 }
 
@@ -154,19 +183,18 @@ impl Plan {
             }
             derivatives.push(Derivative { parameter: *parameter, name: parameter.name(scene), terms });
         }
-        let mut plan = Plan {
+        let segments = segment_plans(scene, &rod, options.steps, &swept);
+        Ok(Plan {
             scene: scene.clone(),
             axes: axes.to_vec(),
             units: natural_units(&rod),
-            terms: terms_of(scene, &rod, &swept),
-            segments: Vec::new(),
+            terms: terms_of(scene, &segments, &rod, &swept),
+            segments,
             entries,
             input_count,
             derivatives,
             options,
-        };
-        plan.segments = segment_plans(scene, &rod, options.steps, &swept);
-        Ok(plan)
+        })
     }
 
     /// A plan for one scene, nothing swept.
@@ -281,12 +309,15 @@ impl Plan {
         for segment in &self.segments {
             scale.push(units.length);
             if segment.is_flexible {
-                scale.extend([units.stiffness(); 3]);
-                scale.extend([units.curvature(); 3]);
+                scale.extend([units.stiffness(); 6]);
+                scale.extend([units.curvature(); 6]);
+                scale.extend([units.load(); 3]);
+                scale.extend([units.dipole() / units.length; 3]);
+                scale.extend([1.0 / units.force; 3]);
             } else {
                 scale.extend([units.dipole(); 3]);
+                scale.extend([units.force; 3]);
             }
-            scale.extend([units.load(); 3]);
         }
         for derivative in &self.derivatives {
             scale.extend(derivative.terms.iter().map(|(slot, _)| slot.unit(units)));
@@ -302,10 +333,12 @@ impl Slot {
             Slot::BaseRotation(_) => 1.0,
             Slot::BasePosition(_) | Slot::Insertion | Slot::Length(_) => units.length,
             Slot::FluxDensity(_) => units.field,
-            Slot::TipForce(_) => units.force,
+            Slot::TipForce(_) | Slot::Weight(..) => units.force,
             Slot::TipMoment(_) => units.moment(),
-            Slot::Stiffness(..) => units.stiffness(),
-            Slot::RestCurvature(..) => units.curvature(),
+            Slot::Stiffness(..) | Slot::StiffnessRise(..) => units.stiffness(),
+            Slot::RestCurvature(..) | Slot::RestCurvatureRise(..) => units.curvature(),
+            Slot::DipolePerLength(..) => units.dipole() / units.length,
+            Slot::ShearCompliance(..) => 1.0 / units.force,
             Slot::Dipole(..) => units.dipole(),
             Slot::Load(..) => units.load(),
         }
@@ -317,9 +350,10 @@ fn natural_units(rod: &Rod) -> Units {
     let length = rod.total_length();
     let (mut flexible, mut compliance) = (0.0, 0.0);
     for segment in &rod.segments {
-        if let RodSegment::Flexible { length, stiffness, .. } = segment {
-            flexible += length;
-            compliance += length / (stiffness[0] * stiffness[1]).sqrt();
+        if let RodSegment::Flexible(segment) = segment {
+            let middle = |axis: usize| segment.stiffness[axis] + 0.5 * segment.stiffness_rise[axis];
+            flexible += segment.length;
+            compliance += segment.length / (middle(0) * middle(1)).sqrt();
         }
     }
     let stiffness = if compliance > 0.0 { flexible / compliance } else { 1.0 };
@@ -327,44 +361,67 @@ fn natural_units(rod: &Rod) -> Units {
     Units { length, force: stiffness / (length * length), field: if field > 0.0 { field } else { 1.0 } }
 }
 
-fn terms_of(scene: &Scene, rod: &Rod, swept: &[Parameter]) -> Terms {
+fn terms_of(scene: &Scene, segments: &[SegmentPlan], rod: &Rod, swept: &[Parameter]) -> Terms {
     let sweeps = |test: fn(&Parameter) -> bool| swept.iter().any(test);
     let load =
         scene.has_distributed_load() || sweeps(|p| matches!(p, Parameter::Gravity(_) | Parameter::DistributedForce(_)));
+    let force = load || scene.loads.tip_force.is_some() || sweeps(|p| matches!(p, Parameter::TipForce(_)));
     let differs = |segment: &RodSegment| match segment {
-        RodSegment::Flexible { stiffness, .. } => stiffness[0] != stiffness[1],
-        RodSegment::Rigid { .. } => false,
+        RodSegment::Flexible(FlexibleRod { stiffness, stiffness_rise, .. }) => {
+            stiffness[0] != stiffness[1] || stiffness_rise[0] != stiffness_rise[1]
+        }
+        RodSegment::Rigid(_) => false,
     };
     let one_sided = |parameter: &Parameter| {
+        use SegmentParameter::{Stiffness, StiffnessNode};
         use StiffnessAxis::{BendingX, BendingY};
-        matches!(parameter, Parameter::Segment(_, SegmentParameter::Stiffness(BendingX | BendingY)))
+        matches!(
+            parameter,
+            Parameter::Segment(_, Stiffness(BendingX | BendingY) | StiffnessNode(_, BendingX | BendingY))
+        )
     };
     Terms {
-        force: load || scene.loads.tip_force.is_some() || sweeps(|p| matches!(p, Parameter::TipForce(_))),
+        force,
         load,
+        magnet: segments.iter().any(|segment| segment.has_magnet),
+        shear: force && segments.iter().any(|segment| segment.shears),
+        taper: segments.iter().any(|segment| segment.tapers),
+        curvature_rise: segments.iter().any(|segment| segment.curvature_rises),
         anisotropic: rod.segments.iter().any(differs) || swept.iter().any(one_sided),
         tip_moment: scene.loads.tip_moment.is_some() || sweeps(|p| matches!(p, Parameter::TipMoment(_))),
-        dipole: scene.segments.iter().any(|s| matches!(&s.kind, SegmentKind::Rigid(Rigid { coil: Some(_), .. }))),
+        dipole: segments.iter().any(|segment| segment.has_dipole),
     }
 }
 
-/// Shares the steps out by length; a segment of no length takes none, unless its length is swept.
+/// Shares the steps out by length; a piece of no length takes none, unless its length is swept.
 fn segment_plans(scene: &Scene, rod: &Rod, steps: usize, swept: &[Parameter]) -> Vec<SegmentPlan> {
-    let is_flexible = |segment: &RodSegment| matches!(segment, RodSegment::Flexible { .. });
-    let flexible: f64 = rod.segments.iter().filter(|s| is_flexible(s)).map(RodSegment::length).sum();
+    let flexible: f64 = rod.segments.iter().filter(|s| s.is_flexible()).map(RodSegment::length).sum();
     let offsets = record_offsets(&rod.segments);
-    let plan = |index: usize| {
-        let (segment, kind) = (&rod.segments[index], &scene.segments[index].kind);
+    let mut plans = Vec::new();
+    for (index, segment) in scene.segments.iter().enumerate() {
         let is_swept = swept.contains(&Parameter::Segment(index, SegmentParameter::Length))
             || index == 0 && swept.contains(&Parameter::Insertion);
-        let share = if flexible > 0.0 { segment.length() / flexible } else { 1.0 };
-        let share = (steps as f64 * share - 1e-9).ceil().max(f64::from(u8::from(is_swept))) as usize;
-        SegmentPlan {
-            is_flexible: is_flexible(segment),
-            has_dipole: matches!(kind, SegmentKind::Rigid(Rigid { coil: Some(_), .. })),
-            record: offsets[index],
-            steps: if is_flexible(segment) { share } else { 0 },
+        for (piece, at) in scene.pieces(index).iter().zip(scene.piece_indices(index)) {
+            let plan = SegmentPlan { record: offsets[at], ..SegmentPlan::default() };
+            plans.push(match &segment.kind {
+                SegmentKind::Flexible(segment) => {
+                    let share = if flexible > 0.0 { rod.segments[at].length() / flexible } else { 1.0 };
+                    let share = (steps as f64 * share - 1e-9).ceil().max(f64::from(u8::from(is_swept)));
+                    SegmentPlan {
+                        is_flexible: true,
+                        has_magnet: segment.dipole_per_length.is_some(),
+                        shears: segment.stiffness_shear.is_some() || segment.stiffness_axial.is_some(),
+                        tapers: segment.stiffness.profile().varies_on(piece),
+                        curvature_rises: segment.rest_curvature.varies_on(piece),
+                        steps: share as usize,
+                        ..plan
+                    }
+                }
+                SegmentKind::Rigid(Rigid { coil, dipole_per_length, .. }) => {
+                    SegmentPlan { has_dipole: coil.is_some() || dipole_per_length.is_some(), ..plan }
+                }
+            });
         }
-    };
-    (0..rod.segments.len()).map(plan).collect()
+    }
+    plans
 }

@@ -23,24 +23,40 @@ pub struct Rod {
 /// One stretch of a rod.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum RodSegment {
-    Flexible {
-        /// [m]
-        length: f64,
-        /// EIx, EIy, GJ, body frame [N·m²]
-        stiffness: Vector,
-        /// u*, body frame [1/m]
-        rest_curvature: Vector,
-        /// Force per length [N/m]
-        load: Vector,
-    },
-    Rigid {
-        /// [m]
-        length: f64,
-        /// Magnetic moment, body frame [A·m²]
-        dipole: Vector,
-        /// Force per length [N/m]
-        load: Vector,
-    },
+    Flexible(FlexibleRod),
+    Rigid(RigidRod),
+}
+
+/// A stretch that bends. What varies along it does so linearly: x(s) = x + (s / length) x_rise.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FlexibleRod {
+    /// [m]
+    pub length: f64,
+    /// EIx, EIy, GJ at the proximal end, body frame [N·m²]
+    pub stiffness: Vector,
+    /// What is added to them towards the distal end [N·m²]
+    pub stiffness_rise: Vector,
+    /// u* at the proximal end, body frame [1/m]
+    pub rest_curvature: Vector,
+    /// What is added to it towards the distal end [1/m]
+    pub rest_curvature_rise: Vector,
+    /// Force per length [N/m]
+    pub load: Vector,
+    /// Magnetic moment per length, body frame [A·m]
+    pub dipole: Vector,
+    /// 1 / (shear stiffness along x, along y, axial stiffness); zero: neither shears nor stretches [1/N]
+    pub shear_compliance: Vector,
+}
+
+/// A stretch that does not bend.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct RigidRod {
+    /// [m]
+    pub length: f64,
+    /// Magnetic moment, body frame [A·m²]
+    pub dipole: Vector,
+    /// Dead force, spread over the length [N]
+    pub weight: Vector,
 }
 
 /// A number of the rod by which solutions are differentiated; every user parameter is a combination of these.
@@ -54,38 +70,95 @@ pub enum Slot {
     TipMoment(Axis),
     /// More rod past the entry point: a base-pose derivative with the loads fixed.
     Insertion,
+    /// More of a segment at its distal end; what varies along it goes on as it does there.
     Length(usize),
     Stiffness(usize, Axis),
+    StiffnessRise(usize, Axis),
     RestCurvature(usize, Axis),
-    Dipole(usize, Axis),
+    RestCurvatureRise(usize, Axis),
+    /// Force per length of a flexible segment.
     Load(usize, Axis),
+    /// Magnetic moment per length of a flexible segment.
+    DipolePerLength(usize, Axis),
+    ShearCompliance(usize, Axis),
+    /// Magnetic moment of a rigid segment.
+    Dipole(usize, Axis),
+    /// Force on a rigid segment.
+    Weight(usize, Axis),
 }
 
 /// Record entries before the first segment: d1, t (columns of the base rotation), B, f, l, p0.
 pub const BASE_RECORD: usize = 18;
-/// Record entries of a flexible segment: length, stiffness, rest curvature, load.
-pub const FLEXIBLE_RECORD: usize = 10;
-/// Record entries of a rigid segment: length, dipole, load.
+/// Record entries of a flexible segment: its length, then vectors from these offsets on.
+pub const FLEXIBLE_RECORD: usize = 22;
+pub const STIFFNESS_AT: usize = 1;
+pub const STIFFNESS_RISE_AT: usize = 4;
+pub const REST_CURVATURE_AT: usize = 7;
+pub const REST_CURVATURE_RISE_AT: usize = 10;
+pub const LOAD_AT: usize = 13;
+pub const DIPOLE_PER_LENGTH_AT: usize = 16;
+pub const SHEAR_COMPLIANCE_AT: usize = 19;
+/// Record entries of a rigid segment: its length, then vectors from these offsets on.
 pub const RIGID_RECORD: usize = 7;
+pub const DIPOLE_AT: usize = 1;
+pub const WEIGHT_AT: usize = 4;
+
+impl FlexibleRod {
+    /// EIx, EIy, GJ at the distal end [N·m²]
+    pub fn distal_stiffness(&self) -> Vector {
+        std::array::from_fn(|k| self.stiffness[k] + self.stiffness_rise[k])
+    }
+
+    /// u* at the distal end [1/m]
+    pub fn distal_rest_curvature(&self) -> Vector {
+        std::array::from_fn(|k| self.rest_curvature[k] + self.rest_curvature_rise[k])
+    }
+
+    /// The vectors in the order of the record.
+    fn vectors(&self) -> [&Vector; 7] {
+        [
+            &self.stiffness,
+            &self.stiffness_rise,
+            &self.rest_curvature,
+            &self.rest_curvature_rise,
+            &self.load,
+            &self.dipole,
+            &self.shear_compliance,
+        ]
+    }
+
+    fn is_valid(&self) -> bool {
+        let positive = |v: Vector| v.iter().all(|k| *k > 0.0);
+        self.vectors().iter().all(|v| v.iter().all(|x| x.is_finite()))
+            && positive(self.stiffness)
+            && positive(self.distal_stiffness())
+            && self.shear_compliance.iter().all(|c| *c >= 0.0)
+    }
+}
+
+impl RigidRod {
+    fn is_valid(&self) -> bool {
+        self.dipole.iter().chain(&self.weight).all(|x| x.is_finite())
+    }
+}
 
 impl RodSegment {
     pub fn length(&self) -> f64 {
-        match *self {
-            RodSegment::Flexible { length, .. } | RodSegment::Rigid { length, .. } => length,
+        match self {
+            RodSegment::Flexible(flexible) => flexible.length,
+            RodSegment::Rigid(rigid) => rigid.length,
         }
     }
 
-    pub fn load(&self) -> Vector {
-        match *self {
-            RodSegment::Flexible { load, .. } | RodSegment::Rigid { load, .. } => load,
-        }
+    pub fn is_flexible(&self) -> bool {
+        matches!(self, RodSegment::Flexible(_))
     }
 
     /// Entries of this segment's record.
     pub fn record_len(&self) -> usize {
         match self {
-            RodSegment::Flexible { .. } => FLEXIBLE_RECORD,
-            RodSegment::Rigid { .. } => RIGID_RECORD,
+            RodSegment::Flexible(_) => FLEXIBLE_RECORD,
+            RodSegment::Rigid(_) => RIGID_RECORD,
         }
     }
 }
@@ -107,18 +180,10 @@ impl Rod {
         record.extend(self.tip_moment);
         record.extend(self.base_position);
         for segment in &self.segments {
+            record.push(segment.length());
             match segment {
-                RodSegment::Flexible { length, stiffness, rest_curvature, load } => {
-                    record.push(*length);
-                    record.extend(stiffness);
-                    record.extend(rest_curvature);
-                    record.extend(load);
-                }
-                RodSegment::Rigid { length, dipole, load } => {
-                    record.push(*length);
-                    record.extend(dipole);
-                    record.extend(load);
-                }
+                RodSegment::Flexible(flexible) => record.extend(flexible.vectors().into_iter().flatten()),
+                RodSegment::Rigid(rigid) => record.extend(rigid.dipole.iter().chain(&rigid.weight)),
             }
         }
     }
@@ -137,19 +202,23 @@ impl Rod {
         for segment in &mut self.segments {
             let start = at;
             at += segment.record_len();
-            match segment {
-                RodSegment::Flexible { length, stiffness, rest_curvature, load } => {
-                    *length = record[start];
-                    *stiffness = vector(start + 1);
-                    *rest_curvature = vector(start + 4);
-                    *load = vector(start + 7);
-                }
-                RodSegment::Rigid { length, dipole, load } => {
-                    *length = record[start];
-                    *dipole = vector(start + 1);
-                    *load = vector(start + 4);
-                }
-            }
+            *segment = match segment {
+                RodSegment::Flexible(_) => RodSegment::Flexible(FlexibleRod {
+                    length: record[start],
+                    stiffness: vector(start + STIFFNESS_AT),
+                    stiffness_rise: vector(start + STIFFNESS_RISE_AT),
+                    rest_curvature: vector(start + REST_CURVATURE_AT),
+                    rest_curvature_rise: vector(start + REST_CURVATURE_RISE_AT),
+                    load: vector(start + LOAD_AT),
+                    dipole: vector(start + DIPOLE_PER_LENGTH_AT),
+                    shear_compliance: vector(start + SHEAR_COMPLIANCE_AT),
+                }),
+                RodSegment::Rigid(_) => RodSegment::Rigid(RigidRod {
+                    length: record[start],
+                    dipole: vector(start + DIPOLE_AT),
+                    weight: vector(start + WEIGHT_AT),
+                }),
+            };
         }
     }
 
@@ -167,12 +236,8 @@ impl Rod {
                 length.is_finite()
                     && length >= 0.0
                     && match segment {
-                        RodSegment::Flexible { stiffness, rest_curvature, load, .. } => {
-                            stiffness.iter().all(|k| k.is_finite() && *k > 0.0)
-                                && finite(rest_curvature)
-                                && finite(load)
-                        }
-                        RodSegment::Rigid { dipole, load, .. } => finite(dipole) && finite(load),
+                        RodSegment::Flexible(flexible) => flexible.is_valid(),
+                        RodSegment::Rigid(rigid) => rigid.is_valid(),
                     }
             })
     }

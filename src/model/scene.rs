@@ -1,6 +1,7 @@
 //! One rod in one field, as a user describes it.
 
-use super::{Matrix, Rod, RodSegment, Vector};
+use super::profile::{Piece, pieces};
+use super::{FlexibleRod, Matrix, Node, Profile, RigidRod, Rod, RodSegment, Vector};
 use std::f64::consts::PI;
 
 /// [m/s²]
@@ -16,6 +17,8 @@ pub struct Scene {
     pub loads: Loads,
     /// Base to tip.
     pub segments: Vec<Segment>,
+    /// Length pushed in at the base of the first segment, above its own; its material moves on [m]
+    pub inserted: f64,
     /// Whether a force acts on the lever arm of a rigid segment. `false` reproduces published codes.
     pub rigid_force_arm: bool,
 }
@@ -62,14 +65,22 @@ pub enum SegmentKind {
 pub struct Flexible {
     pub stiffness: Stiffness,
     /// Body frame [1/m]
-    pub rest_curvature: Vector,
+    pub rest_curvature: Profile,
+    /// Against shear along body x and y [N]; `None`: does not shear.
+    pub stiffness_shear: Option<[f64; 2]>,
+    /// Against stretch [N]; `None`: does not stretch.
+    pub stiffness_axial: Option<f64>,
     pub density: Option<Density>,
+    /// Of a permanent magnet, body frame [A·m]
+    pub dipole_per_length: Option<Vector>,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Stiffness {
     /// Principal stiffnesses about body x, y, z [N·m²]
     Direct { bending_x: f64, bending_y: f64, torsion: f64 },
+    /// The same, linear between nodes.
+    Nodes(Vec<Node>),
     /// A homogeneous round tube: radii [m], modulus [Pa]
     Tube { inner_radius: f64, outer_radius: f64, youngs_modulus: f64, shear: ShearElasticity },
 }
@@ -94,6 +105,8 @@ pub struct Rigid {
     /// Spread over the length; taken as given, without buoyancy [kg]
     pub mass: Option<f64>,
     pub coil: Option<Coil>,
+    /// Of a permanent magnet, body frame [A·m]
+    pub dipole_per_length: Option<Vector>,
 }
 
 /// A set of three coils: dipole (body frame) = alignment x winding x current.
@@ -134,7 +147,45 @@ pub enum SceneError {
 impl Scene {
     /// Sum of the segments' lengths [m].
     pub fn total_length(&self) -> f64 {
-        self.segments.iter().map(|segment| segment.length).sum()
+        self.segments.iter().map(|segment| segment.length).sum::<f64>() + self.inserted
+    }
+
+    /// Length of a segment as it is inserted [m].
+    pub fn segment_length(&self, index: usize) -> f64 {
+        self.segments[index].length + if index == 0 { self.inserted } else { 0.0 }
+    }
+
+    /// Makes what was inserted part of the first segment, whose nodes move on.
+    pub fn absorb_insertion(&mut self) {
+        let inserted = std::mem::take(&mut self.inserted);
+        let Some(first) = self.segments.first_mut() else { return };
+        first.length += inserted;
+        if let SegmentKind::Flexible(Flexible { stiffness, rest_curvature, .. }) = &mut first.kind {
+            if let Stiffness::Nodes(nodes) = stiffness {
+                nodes.iter_mut().for_each(|node| node.at += inserted);
+            }
+            if let Profile::Nodes(nodes) = rest_curvature {
+                nodes.iter_mut().for_each(|node| node.at += inserted);
+            }
+        }
+    }
+
+    /// The pieces of a segment, each a segment of the rod.
+    pub fn pieces(&self, index: usize) -> Vec<Piece> {
+        let inserted = if index == 0 { self.inserted } else { 0.0 };
+        let length = self.segment_length(index);
+        match &self.segments[index].kind {
+            SegmentKind::Flexible(flexible) => {
+                pieces(&[&flexible.rest_curvature, &flexible.stiffness.profile()], length, inserted)
+            }
+            SegmentKind::Rigid(_) => pieces(&[], length, inserted),
+        }
+    }
+
+    /// Indices in the rod of the pieces of a segment.
+    pub fn piece_indices(&self, index: usize) -> std::ops::Range<usize> {
+        let first = (0..index).map(|before| self.pieces(before).len()).sum();
+        first..first + self.pieces(index).len()
     }
 
     /// Whether weight or another force per length acts.
@@ -156,63 +207,87 @@ impl Scene {
             tip_force: self.loads.tip_force.unwrap_or_default(),
             tip_moment: self.loads.tip_moment.unwrap_or_default(),
             rigid_force_arm: self.rigid_force_arm,
-            segments: self.segments.iter().map(|segment| self.rod_segment(segment)).collect(),
+            segments: (0..self.segments.len()).flat_map(|index| self.rod_segments(index)).collect(),
         }
     }
 
-    fn rod_segment(&self, segment: &Segment) -> RodSegment {
-        let load = self.load(segment);
-        match &segment.kind {
-            SegmentKind::Flexible(flexible) => RodSegment::Flexible {
-                length: segment.length,
-                stiffness: flexible.stiffness.principal(),
-                rest_curvature: flexible.rest_curvature,
-                load,
-            },
-            SegmentKind::Rigid(rigid) => RodSegment::Rigid {
-                length: segment.length,
-                dipole: rigid.coil.map_or([0.0; 3], |coil| coil.dipole()),
-                load,
-            },
-        }
-    }
-
-    /// Force per length on a segment, world frame [N/m].
-    pub fn load(&self, segment: &Segment) -> Vector {
-        let mut load = self.loads.distributed_force.unwrap_or_default();
-        if let Some(gravity) = self.loads.gravity {
-            let density = self.linear_density(segment);
-            for axis in 0..3 {
-                load[axis] += density * gravity[axis];
+    fn rod_segments(&self, index: usize) -> Vec<RodSegment> {
+        let pieces = self.pieces(index);
+        match &self.segments[index].kind {
+            SegmentKind::Flexible(flexible) => {
+                let profile = flexible.stiffness.profile();
+                let load = self.load(flexible);
+                let [x, y] = flexible.stiffness_shear.unwrap_or([f64::INFINITY; 2]);
+                let axial = flexible.stiffness_axial.unwrap_or(f64::INFINITY);
+                let segment = |piece: &Piece| {
+                    let (stiffness, stiffness_rise) = profile.on(piece);
+                    let (rest_curvature, rest_curvature_rise) = flexible.rest_curvature.on(piece);
+                    RodSegment::Flexible(FlexibleRod {
+                        length: piece.end - piece.start,
+                        stiffness,
+                        stiffness_rise,
+                        rest_curvature,
+                        rest_curvature_rise,
+                        load,
+                        dipole: flexible.dipole_per_length.unwrap_or_default(),
+                        shear_compliance: [1.0 / x, 1.0 / y, 1.0 / axial],
+                    })
+                };
+                pieces.iter().map(segment).collect()
+            }
+            SegmentKind::Rigid(rigid) => {
+                let length = self.segment_length(index);
+                let magnet = rigid.dipole_per_length.unwrap_or_default();
+                let coil = rigid.coil.map_or([0.0; 3], |coil| coil.dipole());
+                let dipole = std::array::from_fn(|axis| coil[axis] + magnet[axis] * length);
+                vec![RodSegment::Rigid(RigidRod { length, dipole, weight: self.weight(rigid, length) })]
             }
         }
-        load
+    }
+
+    /// Force per length on a flexible segment, world frame [N/m].
+    fn load(&self, flexible: &Flexible) -> Vector {
+        let load = self.loads.distributed_force.unwrap_or_default();
+        let gravity = self.loads.gravity.unwrap_or_default();
+        let density = self.linear_density(flexible);
+        std::array::from_fn(|axis| load[axis] + density * gravity[axis])
+    }
+
+    /// Force on a rigid segment, world frame [N].
+    fn weight(&self, rigid: &Rigid, length: f64) -> Vector {
+        let load = self.loads.distributed_force.unwrap_or_default();
+        let gravity = self.loads.gravity.unwrap_or_default();
+        let mass = rigid.mass.unwrap_or(0.0);
+        std::array::from_fn(|axis| load[axis] * length + mass * gravity[axis])
     }
 
     /// Mass per length, net of displaced fluid where the density is of the material [kg/m].
-    pub fn linear_density(&self, segment: &Segment) -> f64 {
-        match &segment.kind {
-            SegmentKind::Flexible(flexible) => match flexible.density {
-                None => 0.0,
-                Some(Density::Linear(density)) => density,
-                Some(Density::Volume(density)) => {
-                    let area = flexible.stiffness.cross_section().unwrap_or(0.0);
-                    (density - self.loads.fluid_density.unwrap_or(0.0)) * area
-                }
-            },
-            SegmentKind::Rigid(rigid) => match rigid.mass {
-                Some(mass) if segment.length > 0.0 => mass / segment.length,
-                _ => 0.0,
-            },
+    pub fn linear_density(&self, flexible: &Flexible) -> f64 {
+        match flexible.density {
+            None => 0.0,
+            Some(Density::Linear(density)) => density,
+            Some(Density::Volume(density)) => {
+                let area = flexible.stiffness.cross_section().unwrap_or(0.0);
+                (density - self.loads.fluid_density.unwrap_or(0.0)) * area
+            }
         }
     }
 }
 
 impl Stiffness {
-    /// Stiffness about body x, y, z: EI, EI, GJ [N·m²].
+    /// Along the segment.
+    pub fn profile(&self) -> Profile {
+        match self {
+            Stiffness::Nodes(nodes) => Profile::Nodes(nodes.clone()),
+            _ => Profile::Constant(self.principal()),
+        }
+    }
+
+    /// Stiffness about body x, y, z: EI, EI, GJ, at the first node where there are nodes [N·m²].
     pub fn principal(&self) -> Vector {
         match *self {
             Stiffness::Direct { bending_x, bending_y, torsion } => [bending_x, bending_y, torsion],
+            Stiffness::Nodes(ref nodes) => nodes.first().map_or([f64::NAN; 3], |node| node.value),
             Stiffness::Tube { inner_radius, outer_radius, youngs_modulus, .. } => {
                 // A negative radius must not pass as its own fourth power.
                 let inner_radius = if inner_radius >= 0.0 { inner_radius } else { f64::NAN };
@@ -226,7 +301,7 @@ impl Stiffness {
     /// [Pa]
     pub fn shear_modulus(&self) -> Option<f64> {
         match *self {
-            Stiffness::Direct { .. } => None,
+            Stiffness::Direct { .. } | Stiffness::Nodes(_) => None,
             Stiffness::Tube { shear: ShearElasticity::Modulus(modulus), .. } => Some(modulus),
             Stiffness::Tube { shear: ShearElasticity::PoissonRatio(ratio), youngs_modulus, .. } => {
                 Some(youngs_modulus / (2.0 * (1.0 + ratio)))
@@ -237,7 +312,7 @@ impl Stiffness {
     /// Area of the tube's wall [m²].
     pub fn cross_section(&self) -> Option<f64> {
         match *self {
-            Stiffness::Direct { .. } => None,
+            Stiffness::Direct { .. } | Stiffness::Nodes(_) => None,
             Stiffness::Tube { inner_radius, outer_radius, .. } => {
                 Some(PI * (outer_radius.powi(2) - inner_radius.powi(2)))
             }

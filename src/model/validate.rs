@@ -1,6 +1,6 @@
 //! Whether a scene's numbers describe a rod.
 
-use super::{CoilWinding, Density, Scene, SceneError, SegmentKind, ShearElasticity, Stiffness, Vector};
+use super::{CoilWinding, Density, Node, Profile, Scene, SceneError, SegmentKind, ShearElasticity, Stiffness, Vector};
 use std::collections::HashSet;
 
 /// Checks one number; `requirement` words the condition for the message.
@@ -34,6 +34,8 @@ pub(super) fn validate(scene: &Scene) -> Result<(), SceneError> {
     if scene.segments.is_empty() {
         return Err(SceneError::NoSegment);
     }
+    let first = scene.segment_length(0);
+    check("insertion".into(), scene.total_length(), first >= 0.0, "longer than all segments but the first")?;
     let mut names = HashSet::new();
     let mut massive = false;
     let mut flexible_count = 0;
@@ -47,8 +49,18 @@ pub(super) fn validate(scene: &Scene) -> Result<(), SceneError> {
         match &segment.kind {
             SegmentKind::Flexible(flexible) => {
                 flexible_count += 1;
-                check_stiffness(name, &flexible.stiffness)?;
-                check_finite(&format!("{name}.rest_curvature"), flexible.rest_curvature)?;
+                check_stiffness(name, &flexible.stiffness, length)?;
+                match &flexible.rest_curvature {
+                    Profile::Constant(value) => check_finite(&format!("{name}.rest_curvature"), *value)?,
+                    Profile::Nodes(nodes) => check_nodes(&format!("{name}.rest_curvature"), nodes, length)?,
+                }
+                for shear in flexible.stiffness_shear.into_iter().flatten() {
+                    check_positive(format!("{name}.stiffness_shear"), shear)?;
+                }
+                if let Some(axial) = flexible.stiffness_axial {
+                    check_positive(format!("{name}.stiffness_axial"), axial)?;
+                }
+                check_finite(&format!("{name}.dipole_per_length"), flexible.dipole_per_length.unwrap_or_default())?;
                 let is_tube = matches!(flexible.stiffness, Stiffness::Tube { .. });
                 match flexible.density {
                     None => {}
@@ -73,10 +85,9 @@ pub(super) fn validate(scene: &Scene) -> Result<(), SceneError> {
             SegmentKind::Rigid(rigid) => {
                 if let Some(mass) = rigid.mass {
                     check(format!("{name}.mass"), mass, mass.is_finite(), "finite")?;
-                    let spread = mass == 0.0 || length > 0.0;
-                    check(format!("{name}.length"), length, spread, "greater than zero to carry a mass")?;
                     massive = true;
                 }
+                check_finite(&format!("{name}.dipole_per_length"), rigid.dipole_per_length.unwrap_or_default())?;
                 if let Some(coil) = rigid.coil {
                     check_finite(&format!("{name}.coil.current"), coil.current)?;
                     check_finite(&format!("{name}.coil.alignment"), coil.alignment)?;
@@ -102,8 +113,33 @@ pub(super) fn validate(scene: &Scene) -> Result<(), SceneError> {
     if scene.loads.gravity.is_some() && !massive { Err(SceneError::GravityWithoutMass) } else { Ok(()) }
 }
 
-fn check_stiffness(name: &str, stiffness: &Stiffness) -> Result<(), SceneError> {
+/// Nodes in order, none beyond the segment; some may lie before it, withdrawn.
+fn check_nodes(name: &str, nodes: &[Node], length: f64) -> Result<(), SceneError> {
+    let mut before = f64::NEG_INFINITY;
+    for (k, node) in nodes.iter().enumerate() {
+        let place = format!("{name}[{k}].at");
+        // An end computed from millimetres may miss the length by rounding.
+        let inside = node.at.is_finite() && node.at <= length * (1.0 + 1e-12);
+        check(place.clone(), node.at, inside, "at most the segment's length")?;
+        check(place, node.at, node.at > before, "greater than the `at` of the node before")?;
+        check_finite(&format!("{name}[{k}].value"), node.value)?;
+        before = node.at;
+    }
+    Ok(())
+}
+
+fn check_stiffness(name: &str, stiffness: &Stiffness, length: f64) -> Result<(), SceneError> {
     match *stiffness {
+        Stiffness::Nodes(ref nodes) => {
+            let name = format!("{name}.stiffness");
+            check_nodes(&name, nodes, length)?;
+            for (k, node) in nodes.iter().enumerate() {
+                for (component, value) in ["bending_x", "bending_y", "torsion"].iter().zip(node.value) {
+                    check_positive(format!("{name}[{k}].{component}"), value)?;
+                }
+            }
+            Ok(())
+        }
         Stiffness::Direct { bending_x, bending_y, torsion } => {
             check_positive(format!("{name}.stiffness.bending_x"), bending_x)?;
             check_positive(format!("{name}.stiffness.bending_y"), bending_y)?;

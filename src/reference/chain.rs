@@ -1,20 +1,23 @@
 //! The rod in units of its own size, and its variations: what changes when one of its numbers does.
 
-use crate::model::{self, Axis, Rod, RodSegment, Slot, Units};
+use crate::model::{self, Axis, FlexibleRod, Rod, RodSegment, Slot, Units};
 use nalgebra::{Matrix3, Vector3};
 
-/// Numbers of one segment, or their differentials.
+/// Numbers of one segment, or their differentials. What varies along it: x(s) = x + (s / length) x_rise.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Segment {
     pub length: f64,
-    /// EIx, EIy, GJ; only flexible segments.
+    /// EIx, EIy, GJ.
     pub K: Vector3<f64>,
-    /// Only flexible segments.
+    pub K_rise: Vector3<f64>,
     pub u_star: Vector3<f64>,
-    /// Only rigid segments.
-    pub mu: Vector3<f64>,
-    /// Force per length.
+    pub u_star_rise: Vector3<f64>,
+    /// Force per length; on a rigid segment the whole force.
     pub load: Vector3<f64>,
+    /// Dipole per length; on a rigid segment the whole dipole.
+    pub mu: Vector3<f64>,
+    /// Kse^-1, its diagonal.
+    pub C_se: Vector3<f64>,
 }
 
 /// Numbers of a rod, or their differentials.
@@ -54,9 +57,10 @@ pub(super) fn units(rod: &Rod) -> Units {
     let length = rod.total_length();
     let (mut flexible, mut compliance) = (0.0, 0.0);
     for segment in &rod.segments {
-        if let RodSegment::Flexible { length, stiffness, .. } = segment {
+        if let RodSegment::Flexible(FlexibleRod { length, stiffness, stiffness_rise, .. }) = segment {
+            let [x, y] = [0, 1].map(|axis| stiffness[axis] + 0.5 * stiffness_rise[axis]);
             flexible += length;
-            compliance += length / (stiffness[0] * stiffness[1]).sqrt();
+            compliance += length / (x * y).sqrt();
         }
     }
     let stiffness = if compliance > 0.0 { flexible / compliance } else { 1.0 };
@@ -84,20 +88,29 @@ pub(super) fn e3_cross(v: Vector3<f64>) -> Vector3<f64> {
     Vector3::new(-v.y, v.x, 0.0)
 }
 
+/// Stretch and shear with the tangent, p' = R nu, under the force n in the body frame. R5
+pub(super) fn nu(C_se: Vector3<f64>, n_body: Vector3<f64>) -> Vector3<f64> {
+    Vector3::z() + C_se.component_mul(&n_body)
+}
+
 impl Chain {
     pub fn new(rod: &Rod, units: &Units) -> Self {
-        let segment = |segment: &RodSegment| match *segment {
-            RodSegment::Flexible { length, stiffness, rest_curvature, load } => Segment {
-                length: length / units.length,
-                K: Vector3::from(stiffness) / units.stiffness(),
-                u_star: Vector3::from(rest_curvature) / units.curvature(),
-                load: Vector3::from(load) / units.load(),
-                ..Segment::default()
+        let scaled = |v: model::Vector, unit: f64| Vector3::from(v) / unit;
+        let segment = |segment: &RodSegment| match segment {
+            RodSegment::Flexible(flexible) => Segment {
+                length: flexible.length / units.length,
+                K: scaled(flexible.stiffness, units.stiffness()),
+                K_rise: scaled(flexible.stiffness_rise, units.stiffness()),
+                u_star: scaled(flexible.rest_curvature, units.curvature()),
+                u_star_rise: scaled(flexible.rest_curvature_rise, units.curvature()),
+                load: scaled(flexible.load, units.load()),
+                mu: scaled(flexible.dipole, units.dipole() / units.length),
+                C_se: scaled(flexible.shear_compliance, 1.0 / units.force),
             },
-            RodSegment::Rigid { length, dipole, load } => Segment {
-                length: length / units.length,
-                mu: Vector3::from(dipole) / units.dipole(),
-                load: Vector3::from(load) / units.load(),
+            RodSegment::Rigid(rigid) => Segment {
+                length: rigid.length / units.length,
+                load: scaled(rigid.weight, units.force),
+                mu: scaled(rigid.dipole, units.dipole()),
                 ..Segment::default()
             },
         };
@@ -110,7 +123,7 @@ impl Chain {
         let mut chain = Self {
             numbers,
             R0: matrix(&rod.base_rotation),
-            is_flexible: rod.segments.iter().map(|s| matches!(s, RodSegment::Flexible { .. })).collect(),
+            is_flexible: rod.segments.iter().map(RodSegment::is_flexible).collect(),
             rigid_force_arm: rod.rigid_force_arm,
             n_end: Vec::new(),
         };
@@ -122,10 +135,16 @@ impl Chain {
     fn set_forces(&mut self) {
         let mut n = self.numbers.f_tip;
         self.n_end = vec![n; self.numbers.segments.len()];
-        for (segment, n_end) in self.numbers.segments.iter().zip(&mut self.n_end).rev() {
-            *n_end = n;
-            n += segment.load * segment.length;
+        for j in (0..self.n_end.len()).rev() {
+            self.n_end[j] = n;
+            n += self.weight(j);
         }
+    }
+
+    /// Force on segment j.
+    fn weight(&self, j: usize) -> Vector3<f64> {
+        let Segment { length, load, .. } = self.numbers.segments[j];
+        if self.is_flexible[j] { load * length } else { load }
     }
 
     /// The same rod under a share of its loads: dipoles, tip force, tip moment, distributed loads.
@@ -143,14 +162,19 @@ impl Chain {
 
     /// n at the proximal end of segment j.
     pub fn n_start(&self, segment: usize) -> Vector3<f64> {
-        let Segment { length, load, .. } = self.numbers.segments[segment];
-        self.n_end[segment] + load * length
+        self.n_end[segment] + self.weight(segment)
     }
 
     /// u(0), if the rod starts with a flexible segment.
     pub fn u_base(&self, m0_body: Vector3<f64>) -> Option<Vector3<f64>> {
         let first = self.numbers.segments[0];
         self.is_flexible[0].then(|| first.u_star + m0_body.component_div(&first.K))
+    }
+
+    /// p' at the base.
+    pub fn tangent_base(&self) -> Vector3<f64> {
+        let nu = nu(self.numbers.segments[0].C_se, self.R0.tr_mul(&self.n_start(0)));
+        self.R0 * nu
     }
 
     fn no_variation(&self) -> Variation {
@@ -166,7 +190,7 @@ impl Chain {
         for j in (0..self.numbers.segments.len()).rev() {
             variation.dn_end[j] = dn;
             let (value, d) = (self.numbers.segments[j], variation.numbers.segments[j]);
-            dn += d.load * value.length + value.load * d.length;
+            dn += if self.is_flexible[j] { d.load * value.length + value.load * d.length } else { d.load };
         }
         variation
     }
@@ -199,14 +223,17 @@ impl Chain {
             Slot::TipForce(axis) => numbers.f_tip = unit(axis),
             Slot::TipMoment(axis) => numbers.l_tip = unit(axis),
             Slot::Insertion => {
-                variation.dp0 = self.R0.column(2).into();
+                variation.dp0 = self.tangent_base();
                 variation.w0 = self.u_base(m0_body).map_or(Vector3::zeros(), |u| self.R0 * u);
             }
             Slot::Length(j) => numbers.segments[j].length = 1.0,
             Slot::Stiffness(j, axis) => numbers.segments[j].K = unit(axis),
+            Slot::StiffnessRise(j, axis) => numbers.segments[j].K_rise = unit(axis),
             Slot::RestCurvature(j, axis) => numbers.segments[j].u_star = unit(axis),
-            Slot::Dipole(j, axis) => numbers.segments[j].mu = unit(axis),
-            Slot::Load(j, axis) => numbers.segments[j].load = unit(axis),
+            Slot::RestCurvatureRise(j, axis) => numbers.segments[j].u_star_rise = unit(axis),
+            Slot::ShearCompliance(j, axis) => numbers.segments[j].C_se = unit(axis),
+            Slot::Dipole(j, axis) | Slot::DipolePerLength(j, axis) => numbers.segments[j].mu = unit(axis),
+            Slot::Load(j, axis) | Slot::Weight(j, axis) => numbers.segments[j].load = unit(axis),
         }
         self.with_forces(variation)
     }

@@ -186,12 +186,12 @@ fn differentiate(
         let mut du0 = total(&|c| passage.du_first[c]);
         if *slot == Slot::Insertion {
             // So far at the former base; the new one lies proximal to it.
-            let t: Vector3<f64> = chain.R0.column(2).into();
             if chain.is_flexible[0] || chain.rigid_force_arm {
-                dm0 += t.cross(&chain.n_start(0));
+                dm0 += chain.tangent_base().cross(&chain.n_start(0));
             }
             if chain.is_flexible[0] {
-                du0 -= Flexible::new(chain, 0, &[]).u_slope(&chain.R0, passage.u_first, chain.n_start(0));
+                dm0 += (chain.R0 * chain.numbers.segments[0].mu).cross(&chain.numbers.B);
+                du0 -= Flexible::new(chain, 0, &[]).u_slope(0.0, &chain.R0, passage.u_first);
             }
         }
         let per = 1.0 / slot.unit(units);
@@ -253,7 +253,7 @@ pub fn shape(rod: &Rod, equilibrium: &Equilibrium, arc_lengths: &[f64]) -> Vec<P
                     break 'rod;
                 }
                 s = target;
-                (state.p, flexible.curvature(&state).0)
+                (state.p, flexible.curvature(target, &state).0)
             } else {
                 (state.p + target * state.R.column(2), Vector3::zeros())
             };

@@ -1,7 +1,7 @@
 //! A flexible segment: equations (2), (9)-(11) and (17)-(20), corrected, in the state p, R, u - u* and, for each
 //! variation, w, dp, du - du*.
 
-use super::chain::{Chain, Variation, e3_cross};
+use super::chain::{Chain, Segment, Variation, nu};
 use super::extrapolation::{Extrapolation, Field, RunAway};
 use super::shooting::{Column, State};
 use nalgebra::{Matrix3, Vector3};
@@ -13,21 +13,18 @@ const COLUMN: usize = 9;
 
 /// What a variation changes in this segment.
 struct Source {
-    dK: Vector3<f64>,
-    du_star: Vector3<f64>,
-    /// dn(s) = dn_end + dload (L - s)
+    d: Segment,
+    /// dn(s) = dn_end + d.load (L - s)
     dn_end: Vector3<f64>,
-    dload: Vector3<f64>,
+    dB: Vector3<f64>,
 }
 
 /// One flexible segment with the variations to carry along.
 pub(super) struct Flexible {
-    pub K: Vector3<f64>,
-    pub u_star: Vector3<f64>,
-    length: f64,
+    numbers: Segment,
     /// n(s) = n_end + load (L - s)
     n_end: Vector3<f64>,
-    load: Vector3<f64>,
+    B: Vector3<f64>,
     sources: Vec<Source>,
 }
 
@@ -41,32 +38,63 @@ fn put(y: &mut [f64], at: usize, v: Vector3<f64>) {
 
 impl Flexible {
     pub fn new(chain: &Chain, j: usize, variations: &[Variation]) -> Self {
-        let segment = chain.numbers.segments[j];
+        let numbers = chain.numbers.segments[j];
         let source = |variation: &Variation| {
             let d = variation.numbers.segments[j];
             // At fixed s, a longer segment leaves more load beyond s.
-            let dn_end = variation.dn_end[j] + segment.load * d.length;
-            Source { dK: d.K, du_star: d.u_star, dn_end, dload: d.load }
+            let dn_end = variation.dn_end[j] + numbers.load * d.length;
+            Source { d, dn_end, dB: variation.numbers.B }
         };
-        Self {
-            K: segment.K,
-            u_star: segment.u_star,
-            length: segment.length,
-            n_end: chain.n_end[j],
-            load: segment.load,
-            sources: variations.iter().map(source).collect(),
-        }
+        Self { numbers, n_end: chain.n_end[j], B: chain.numbers.B, sources: variations.iter().map(source).collect() }
+    }
+
+    /// Where s is along what varies; a segment of no length is at its start.
+    fn along(&self, s: f64) -> f64 {
+        if self.numbers.length > 0.0 { s / self.numbers.length } else { 0.0 }
+    }
+
+    /// The rate of what rises along the segment.
+    fn per_length(&self, rise: Vector3<f64>) -> Vector3<f64> {
+        if self.numbers.length > 0.0 { rise / self.numbers.length } else { Vector3::zeros() }
+    }
+
+    pub fn K(&self, s: f64) -> Vector3<f64> {
+        self.numbers.K + self.along(s) * self.numbers.K_rise
+    }
+
+    fn u_star(&self, s: f64) -> Vector3<f64> {
+        self.numbers.u_star + self.along(s) * self.numbers.u_star_rise
     }
 
     /// n(s) in the world frame.
     pub fn n(&self, s: f64) -> Vector3<f64> {
-        self.n_end + self.load * (self.length - s)
+        self.n_end + self.numbers.load * (self.numbers.length - s)
     }
 
-    /// u' of (2), its K' and u*' being zero.
-    pub fn u_slope(&self, R: &Matrix3<f64>, u: Vector3<f64>, n: Vector3<f64>) -> Vector3<f64> {
-        let m_body = self.K.component_mul(&(u - self.u_star));
-        -(u.cross(&m_body) + e3_cross(R.tr_mul(&n))).component_div(&self.K) // (2)
+    /// Size of the terms by which the second variation may be negative per |w|^2: force and magnet.
+    pub fn softening(&self, s: f64) -> f64 {
+        let n = self.n(s).norm().max(self.n_end.norm());
+        n + self.numbers.C_se.amax() * n * n + self.numbers.mu.norm() * self.B.norm()
+    }
+
+    /// m_body' = -(u x m_body + nu x R^T n + mu x R^T B), with (1) per length as the couple l of (2).
+    fn moment_slope(&self, s: f64, R: &Matrix3<f64>, u: Vector3<f64>, m_body: Vector3<f64>) -> Vector3<f64> {
+        let n_body = R.tr_mul(&self.n(s));
+        let couple = self.numbers.mu.cross(&R.tr_mul(&self.B)); // (1)
+        -(u.cross(&m_body) + nu(self.numbers.C_se, n_body).cross(&n_body) + couple) // (2)
+    }
+
+    /// u' of (2).
+    pub fn u_slope(&self, s: f64, R: &Matrix3<f64>, u: Vector3<f64>) -> Vector3<f64> {
+        let v = u - self.u_star(s);
+        self.per_length(self.numbers.u_star_rise) + self.v_slope(s, R, u, v)
+    }
+
+    /// (u - u*)' of (2).
+    fn v_slope(&self, s: f64, R: &Matrix3<f64>, u: Vector3<f64>, v: Vector3<f64>) -> Vector3<f64> {
+        let K = self.K(s);
+        let dK_ds = self.per_length(self.numbers.K_rise);
+        (self.moment_slope(s, R, u, K.component_mul(&v)) - dK_ds.component_mul(&v)).component_div(&K) // (2)
     }
 
     /// Integrates the state over part of the segment.
@@ -77,61 +105,72 @@ impl Flexible {
         end: f64,
         state: &mut State,
     ) -> Result<(), RunAway> {
-        let mut y = self.enter(state);
+        let mut y = self.enter(start, state);
         integrator.advance(self, start, end, &mut y)?;
-        self.leave(&y, state);
+        self.leave(end, &y, state);
         Ok(())
     }
 
-    /// From the moment to the curvature at the start: second half of (4), (29).
-    fn enter(&self, state: &State) -> Vec<f64> {
+    /// dK(s) of a variation.
+    fn dK(&self, s: f64, source: &Source) -> Vector3<f64> {
+        source.d.K + self.along(s) * source.d.K_rise
+    }
+
+    /// From the moment to the curvature at s: second half of (4), (29).
+    fn enter(&self, s: f64, state: &State) -> Vec<f64> {
         let mut y = vec![0.0; STATE + COLUMN * state.columns.len()];
-        let v = state.m_body.component_div(&self.K); // (4)
+        let K = self.K(s);
+        let v = state.m_body.component_div(&K); // (4)
         put(&mut y, 0, state.p);
         y[3..12].copy_from_slice(state.R.as_slice());
         put(&mut y, 12, v);
         for ((column, source), y) in state.columns.iter().zip(&self.sources).zip(y[STATE..].chunks_exact_mut(COLUMN)) {
             put(y, 0, column.w);
             put(y, 3, column.dp);
-            let dv = (column.dm_body - source.dK.component_mul(&v)).component_div(&self.K); // (29)
+            let dv = (column.dm_body - self.dK(s, source).component_mul(&v)).component_div(&K); // (29)
             put(y, 6, dv);
         }
         y
     }
 
-    /// From the curvature to the moment at the end: first half of (4), (29).
-    fn leave(&self, y: &[f64], state: &mut State) {
+    /// From the curvature to the moment at s: first half of (4), (29).
+    fn leave(&self, s: f64, y: &[f64], state: &mut State) {
+        let K = self.K(s);
         let v = get(y, 12);
         state.p = get(y, 0);
         state.R = Matrix3::from_column_slice(&y[3..12]);
-        state.m_body = self.K.component_mul(&v); // (4)
+        state.m_body = K.component_mul(&v); // (4)
         for ((column, source), y) in state.columns.iter_mut().zip(&self.sources).zip(y[STATE..].chunks_exact(COLUMN)) {
             *column = Column {
                 w: get(y, 0),
                 dp: get(y, 3),
-                dm_body: source.dK.component_mul(&v) + self.K.component_mul(&get(y, 6)), // (29)
+                dm_body: self.dK(s, source).component_mul(&v) + K.component_mul(&get(y, 6)), // (29)
             };
         }
     }
 
-    /// u and du at the point where the state stands.
-    pub fn curvature(&self, state: &State) -> (Vector3<f64>, Vec<Vector3<f64>>) {
-        let v = state.m_body.component_div(&self.K);
+    /// u and du where the state stands, at s.
+    pub fn curvature(&self, s: f64, state: &State) -> (Vector3<f64>, Vec<Vector3<f64>>) {
+        let K = self.K(s);
+        let v = state.m_body.component_div(&K);
         let du = |(column, source): (&Column, &Source)| {
-            source.du_star + (column.dm_body - source.dK.component_mul(&v)).component_div(&self.K)
+            let du_star = source.d.u_star + self.along(s) * source.d.u_star_rise;
+            du_star + (column.dm_body - self.dK(s, source).component_mul(&v)).component_div(&K)
         };
-        (self.u_star + v, state.columns.iter().zip(&self.sources).map(du).collect())
+        (self.u_star(s) + v, state.columns.iter().zip(&self.sources).map(du).collect())
     }
 
     /// A segment longer by dL ends dL further on.
-    pub fn lengthen(&self, variations: &[Variation], j: usize, state: &mut State) {
-        let (u, _) = self.curvature(state);
-        let slope = self.u_slope(&state.R, u, self.n_end);
-        for (column, variation) in state.columns.iter_mut().zip(variations) {
-            let dL = variation.numbers.segments[j].length;
-            column.dp += dL * state.R.column(2);
+    pub fn lengthen(&self, state: &mut State) {
+        let L = self.numbers.length;
+        let (u, _) = self.curvature(L, state);
+        let slope = self.moment_slope(L, &state.R, u, state.m_body);
+        let nu = nu(self.numbers.C_se, state.R.tr_mul(&self.n_end));
+        for (column, source) in state.columns.iter_mut().zip(&self.sources) {
+            let dL = source.d.length;
+            column.dp += dL * (state.R * nu);
             column.w += dL * (state.R * u);
-            column.dm_body += dL * self.K.component_mul(&slope);
+            column.dm_body += dL * slope;
         }
     }
 }
@@ -141,35 +180,50 @@ impl Field for Flexible {
         let R = Matrix3::from_column_slice(&y[3..12]);
         let t: Vector3<f64> = R.column(2).into();
         let v = get(y, 12);
-        let u = self.u_star + v;
+        let (K, dK_ds) = (self.K(s), self.per_length(self.numbers.K_rise));
+        let u = self.u_star(s) + v;
         let n = self.n(s);
-        let m_body = self.K.component_mul(&v);
-        let u_slope = self.u_slope(&R, u, n);
-        put(dy, 0, t); // p' = R e3
+        let (n_body, B_body) = (R.tr_mul(&n), R.tr_mul(&self.B));
+        let (mu, C_se) = (self.numbers.mu, self.numbers.C_se);
+        let nu = nu(C_se, n_body);
+        let m_body = K.component_mul(&v);
+        let v_slope = self.v_slope(s, &R, u, v);
+        put(dy, 0, R * nu); // p' = R nu
         // R' = R hat(u), column by column.
         let [d1, d2]: [Vector3<f64>; 2] = [R.column(0).into(), R.column(1).into()];
         put(dy, 3, u.z * d2 - u.y * t);
         put(dy, 6, u.x * t - u.z * d1);
         put(dy, 9, u.y * d1 - u.x * d2);
-        put(dy, 12, u_slope); // (2)
+        put(dy, 12, v_slope); // (2)
         let columns = y[STATE..].chunks_exact(COLUMN).zip(dy[STATE..].chunks_exact_mut(COLUMN));
         for ((y, dy), source) in columns.zip(&self.sources) {
-            let (w, dv) = (get(y, 0), get(y, 6));
-            let du = source.du_star + dv;
-            let dn = source.dn_end + source.dload * (self.length - s);
-            let dm_body = source.dK.component_mul(&v) + self.K.component_mul(&dv);
-            // (17)-(20): (2) varied, with d(R^T n) = R^T (dn - w x n).
-            let torque = du.cross(&m_body) + u.cross(&dm_body) + e3_cross(R.tr_mul(&(dn - w.cross(&n))));
+            let (w, dv, d) = (get(y, 0), get(y, 6), &source.d);
+            let du = d.u_star + self.along(s) * d.u_star_rise + dv;
+            let dn = source.dn_end + d.load * (self.numbers.length - s);
+            let dK = self.dK(s, source);
+            let dm_body = dK.component_mul(&v) + K.component_mul(&dv);
+            let (dn_body, dB_body) = (R.tr_mul(&(dn - w.cross(&n))), R.tr_mul(&(source.dB - w.cross(&self.B))));
+            let dnu = C_se.component_mul(&dn_body) + d.C_se.component_mul(&n_body);
+            // (17)-(20): (2) varied.
+            let torque = du.cross(&m_body)
+                + u.cross(&dm_body)
+                + dnu.cross(&n_body)
+                + nu.cross(&dn_body)
+                + d.mu.cross(&B_body)
+                + mu.cross(&dB_body);
+            let stiffening =
+                dK.component_mul(&v_slope) + self.per_length(d.K_rise).component_mul(&v) + dK_ds.component_mul(&dv); // (18)
             put(dy, 0, R * du); // (10)
-            put(dy, 3, w.cross(&t)); // (11)
-            put(dy, 6, -(torque + source.dK.component_mul(&u_slope)).component_div(&self.K));
+            put(dy, 3, w.cross(&(R * nu)) + R * dnu); // (11)
+            put(dy, 6, -(torque + stiffening).component_div(&K));
         }
     }
 
     fn measure(&self, y: &[f64], error: &[f64]) -> f64 {
         let largest = |v: &[f64]| v.iter().fold(0.0, |m, x| worse(m, x.abs()));
         // Curvature counts by the moment it makes.
-        let smallest_curvature = 1.0 / self.K.max().max(1.0);
+        let largest_K = self.numbers.K.max().max((self.numbers.K + self.numbers.K_rise).max());
+        let smallest_curvature = 1.0 / largest_K.max(1.0);
         let mut measure = largest(&error[..12]);
         measure = worse(measure, largest(&error[12..STATE]) / largest(&y[12..STATE]).max(smallest_curvature));
         for (y, error) in y[STATE..].chunks_exact(COLUMN).zip(error[STATE..].chunks_exact(COLUMN)) {

@@ -18,12 +18,12 @@ pub(super) fn cross(chain: &Chain, j: usize, variations: &[Variation], state: &m
         let (w, dL, dn) = (column.w, d.length, variation.dn_end[j]);
         let dB_body = R.tr_mul(&(variation.numbers.B - w.cross(&B)));
         let dtau = d.mu.cross(&B_body) + segment.mu.cross(&dB_body); // (26)
-        let dforce = L * (dn - w.cross(&n)) + dL * n;
-        let dweight = 0.5 * L * L * (d.load - w.cross(&load)) + L * dL * load;
+        let force = n + 0.5 * load;
+        let dforce = dn + 0.5 * d.load - w.cross(&force);
         column.dp += L * w.cross(&t) + dL * t;
-        column.dm_body -= dtau + arm * e3_cross(R.tr_mul(&(dforce + dweight))); // (29)
+        column.dm_body -= dtau + arm * e3_cross(R.tr_mul(&(L * dforce + dL * force))); // (29)
     }
     let tau = segment.mu.cross(&B_body); // (1)
     state.p += L * t;
-    state.m_body -= tau + arm * e3_cross(R.tr_mul(&(L * n + 0.5 * L * L * load))); // (4)
+    state.m_body -= tau + arm * L * e3_cross(R.tr_mul(&(n + 0.5 * load))); // (4)
 }

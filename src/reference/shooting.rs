@@ -60,10 +60,11 @@ pub(super) fn pass(
     for j in 0..chain.is_flexible.len() {
         if chain.is_flexible[j] {
             let flexible = Flexible::new(chain, j, variations);
-            first.get_or_insert_with(|| flexible.curvature(&state));
-            flexible.advance(integrator, 0.0, chain.numbers.segments[j].length, &mut state)?;
-            flexible.lengthen(variations, j, &mut state);
-            u_last = flexible.curvature(&state).0;
+            first.get_or_insert_with(|| flexible.curvature(0.0, &state));
+            let length = chain.numbers.segments[j].length;
+            flexible.advance(integrator, 0.0, length, &mut state)?;
+            flexible.lengthen(&mut state);
+            u_last = flexible.curvature(length, &state).0;
         } else {
             rigid::cross(chain, j, variations, &mut state);
         }

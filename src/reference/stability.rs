@@ -69,8 +69,8 @@ fn intervals(chain: &Chain, m0_body: Vector3<f64>, integrator: &mut Extrapolatio
             let flexible = Flexible::new(chain, j, &homogeneous);
             let mut s = 0.0;
             while s < segment.length {
-                let force = flexible.n(s).norm().max(flexible.n(segment.length).norm());
-                let longest = interval_length(segment.K.min(), state.m_body.norm(), force);
+                let K = flexible.K(s).min().min(flexible.K(segment.length).min());
+                let longest = interval_length(K, state.m_body.norm(), flexible.softening(s));
                 let end = if s + longest >= segment.length { segment.length } else { s + longest };
                 intervals.push(interval(&flexible, s, end, &mut state, integrator)?);
                 if intervals.len() > MOST_INTERVALS {
@@ -142,7 +142,7 @@ fn rigid_form(chain: &Chain, j: usize, R: &Matrix3<f64>) -> Matrix3<f64> {
     let mut h = form(R * segment.mu, chain.numbers.B);
     if chain.rigid_force_arm {
         let arm: Vector3<f64> = segment.length * R.column(2);
-        h += form(arm, chain.n_end[j] + 0.5 * segment.length * segment.load);
+        h += form(arm, chain.n_end[j] + 0.5 * segment.load);
     }
     h
 }

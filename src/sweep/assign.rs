@@ -33,5 +33,6 @@ pub fn assign(scene: &mut Scene, assignments: &[impl AsRef<str>]) -> Result<(), 
     if inserts && matches!(scene.segments[0].kind, SegmentKind::Rigid(_)) {
         return Err(PlanError::InsertionIntoRigid(scene.segments[0].name.clone()).into());
     }
+    scene.absorb_insertion();
     Ok(scene.validate()?)
 }

@@ -34,8 +34,6 @@ pub enum Problem {
     Range { value: String, expected: String },
     #[error("\"{found}\" is not known{}; use one of: {allowed}", did_you_mean(.suggestion))]
     Choice { found: String, suggestion: Option<String>, allowed: String },
-    #[error("is not modelled yet; {remedy}")]
-    NotModelled { remedy: &'static str },
     #[error("is not available yet; {remedy}")]
     NotAvailable { remedy: &'static str },
     #[error("cannot stand beside `{with}`; {remedy}")]

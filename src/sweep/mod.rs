@@ -17,6 +17,7 @@ mod run;
 mod sampling;
 mod scene_file;
 mod scene_text;
+mod segment_file;
 mod sink;
 mod spec;
 mod sweep_file;

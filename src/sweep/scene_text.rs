@@ -1,7 +1,9 @@
 //! Writes a scene as TOML that reads back identically: SI numbers, shortest digits that round-trip.
 
 use super::toml::quoted;
-use crate::model::{CoilWinding, Density, Flexible, Rigid, Scene, Segment, SegmentKind, ShearElasticity, Stiffness};
+use crate::model::{
+    CoilWinding, Density, Flexible, Profile, Rigid, Scene, Segment, SegmentKind, ShearElasticity, Stiffness, Vector,
+};
 use std::fmt::Write;
 
 /// The text of a scene file.
@@ -19,8 +21,10 @@ pub(super) fn write_inline_scene(scene: &Scene) -> String {
 }
 
 fn write_tables(text: &mut String, scene: &Scene, prefix: &str) {
+    let mut scene = scene.clone();
+    scene.absorb_insertion();
     // Writing to a String cannot fail.
-    let _ = try_write_tables(text, scene, prefix);
+    let _ = try_write_tables(text, &scene, prefix);
 }
 
 fn try_write_tables(text: &mut String, scene: &Scene, prefix: &str) -> std::fmt::Result {
@@ -57,38 +61,76 @@ fn write_segment(text: &mut String, segment: &Segment) -> std::fmt::Result {
     };
     writeln!(text, "name = {}\nkind = \"{kind}\"\nlength = {:?}", quoted(&segment.name), segment.length)?;
     match &segment.kind {
-        SegmentKind::Flexible(Flexible { stiffness, rest_curvature, density }) => {
-            match stiffness {
-                Stiffness::Direct { bending_x, bending_y, torsion } => writeln!(
-                    text,
-                    "stiffness = {{ bending_x = {bending_x:?}, bending_y = {bending_y:?}, torsion = {torsion:?} }}"
-                )?,
-                Stiffness::Tube { inner_radius, outer_radius, youngs_modulus, shear } => {
-                    writeln!(text, "tube = {{ inner_radius = {inner_radius:?}, outer_radius = {outer_radius:?} }}")?;
-                    writeln!(text, "youngs_modulus = {youngs_modulus:?}")?;
-                    match shear {
-                        ShearElasticity::Modulus(modulus) => writeln!(text, "shear_modulus = {modulus:?}")?,
-                        ShearElasticity::PoissonRatio(ratio) => writeln!(text, "poisson_ratio = {ratio:?}")?,
-                    }
-                }
-            }
-            match density {
-                None => {}
-                Some(Density::Volume(density)) => writeln!(text, "density = {density:?}")?,
-                Some(Density::Linear(density)) => writeln!(text, "linear_density = {density:?}")?,
-            }
-            writeln!(text, "rest_curvature = {rest_curvature:?}")
+        SegmentKind::Flexible(flexible) => write_flexible(text, flexible),
+        SegmentKind::Rigid(rigid) => write_rigid(text, rigid),
+    }
+}
+
+fn write_flexible(text: &mut String, flexible: &Flexible) -> std::fmt::Result {
+    match &flexible.stiffness {
+        Stiffness::Direct { bending_x, bending_y, torsion } => {
+            writeln!(text, "stiffness = {}", principal(&[*bending_x, *bending_y, *torsion], ""))?;
         }
-        SegmentKind::Rigid(Rigid { mass, coil }) => {
-            if let Some(mass) = mass {
-                writeln!(text, "mass = {mass:?}")?;
+        Stiffness::Nodes(nodes) => {
+            writeln!(text, "stiffness = [")?;
+            for node in nodes {
+                writeln!(text, "  {},", principal(&node.value, &format!("at = {:?}, ", node.at)))?;
             }
-            let Some(coil) = coil else { return Ok(()) };
-            let winding = match coil.winding {
-                CoilWinding::Axes { turns, area } => format!("turns = {turns:?}, area = {area:?}"),
-                CoilWinding::Matrix(rows) => format!("turns_area = {rows:?}"),
-            };
-            writeln!(text, "coil = {{ {winding}, current = {:?}, alignment = {:?} }}", coil.current, coil.alignment)
+            writeln!(text, "]")?;
+        }
+        Stiffness::Tube { inner_radius, outer_radius, youngs_modulus, shear } => {
+            writeln!(text, "tube = {{ inner_radius = {inner_radius:?}, outer_radius = {outer_radius:?} }}")?;
+            writeln!(text, "youngs_modulus = {youngs_modulus:?}")?;
+            match shear {
+                ShearElasticity::Modulus(modulus) => writeln!(text, "shear_modulus = {modulus:?}")?,
+                ShearElasticity::PoissonRatio(ratio) => writeln!(text, "poisson_ratio = {ratio:?}")?,
+            }
         }
     }
+    if let Some(shear) = flexible.stiffness_shear {
+        writeln!(text, "stiffness_shear = {shear:?}")?;
+    }
+    if let Some(axial) = flexible.stiffness_axial {
+        writeln!(text, "stiffness_axial = {axial:?}")?;
+    }
+    match flexible.density {
+        None => {}
+        Some(Density::Volume(density)) => writeln!(text, "density = {density:?}")?,
+        Some(Density::Linear(density)) => writeln!(text, "linear_density = {density:?}")?,
+    }
+    write_magnet(text, flexible.dipole_per_length)?;
+    match &flexible.rest_curvature {
+        Profile::Constant(value) => writeln!(text, "rest_curvature = {value:?}"),
+        Profile::Nodes(nodes) => {
+            writeln!(text, "rest_curvature = [")?;
+            for node in nodes {
+                writeln!(text, "  {{ at = {:?}, value = {:?} }},", node.at, node.value)?;
+            }
+            writeln!(text, "]")
+        }
+    }
+}
+
+fn principal([x, y, z]: &Vector, before: &str) -> String {
+    format!("{{ {before}bending_x = {x:?}, bending_y = {y:?}, torsion = {z:?} }}")
+}
+
+fn write_magnet(text: &mut String, dipole_per_length: Option<Vector>) -> std::fmt::Result {
+    match dipole_per_length {
+        Some(dipole) => writeln!(text, "dipole_per_length = {dipole:?}"),
+        None => Ok(()),
+    }
+}
+
+fn write_rigid(text: &mut String, rigid: &Rigid) -> std::fmt::Result {
+    if let Some(mass) = rigid.mass {
+        writeln!(text, "mass = {mass:?}")?;
+    }
+    write_magnet(text, rigid.dipole_per_length)?;
+    let Some(coil) = rigid.coil else { return Ok(()) };
+    let winding = match coil.winding {
+        CoilWinding::Axes { turns, area } => format!("turns = {turns:?}, area = {area:?}"),
+        CoilWinding::Matrix(rows) => format!("turns_area = {rows:?}"),
+    };
+    writeln!(text, "coil = {{ {winding}, current = {:?}, alignment = {:?} }}", coil.current, coil.alignment)
 }

@@ -178,18 +178,27 @@ impl<'a> Reader<'a> {
 
     /// Three quantities along x, y, z.
     pub fn vector(&self, name: &str, unit: &str) -> Result<Option<Vector>, InputError> {
+        self.components(name, "three values along x, y, z", unit)
+    }
+
+    /// Two quantities along x, y.
+    pub fn pair(&self, name: &str, unit: &str) -> Result<Option<[f64; 2]>, InputError> {
+        self.components(name, "two values along x, y", unit)
+    }
+
+    fn components<const N: usize>(&self, name: &str, words: &str, unit: &str) -> Result<Option<[f64; N]>, InputError> {
         let Some(item) = self.table.get(name) else { return Ok(None) };
-        let expected = || format!("three values along x, y, z, each {}", Dimension::of(unit).name());
+        let expected = || format!("{words}, each {}", Dimension::of(unit).name());
         let Some(array) = item.as_array() else { return Err(self.wrong_type(name, expected(), item)) };
-        if array.len() != 3 {
+        if array.len() != N {
             let value = format!("a list of {}", array.len());
             return Err(self.error(name, Problem::Range { value, expected: expected() }));
         }
-        let mut vector = [0.0; 3];
+        let mut components = [0.0; N];
         for (index, value) in array.iter().enumerate() {
-            vector[index] = self.item_quantity(&format!("{name}[{index}]"), Some(value), item, unit)?;
+            components[index] = self.item_quantity(&format!("{name}[{index}]"), Some(value), item, unit)?;
         }
-        Ok(Some(vector))
+        Ok(Some(components))
     }
 
     /// Three rows of three quantities.
@@ -272,6 +281,11 @@ impl<'a> Reader<'a> {
         let tables: Option<Vec<&dyn TableLike>> =
             array.iter().map(|value| value.as_inline_table().map(|table| table as &dyn TableLike)).collect();
         Ok(tables.ok_or_else(wrong)?.into_iter().enumerate().map(reader).collect())
+    }
+
+    /// Whether a value is a list.
+    pub fn is_list(&self, name: &str) -> bool {
+        self.table.get(name).is_some_and(Item::is_array)
     }
 
     /// Whether a value is a list that holds tables (nodes along a segment).

@@ -67,7 +67,7 @@ impl Dimension {
 }
 
 /// SI unit, what it measures, an example.
-const KNOWN: [(&str, &str, &str); 18] = [
+const KNOWN: [(&str, &str, &str); 19] = [
     ("", "a pure number", "100"),
     ("m", "a length", "\"13 mm\""),
     ("kg", "a mass", "\"58 mg\""),
@@ -86,6 +86,7 @@ const KNOWN: [(&str, &str, &str); 18] = [
     ("kg/m", "a mass per length", "\"2.9e-4 kg/m\""),
     ("1/m", "a curvature", "\"0.74 1/m\""),
     ("A·m²", "a magnetic moment", "\"0.01 A·m²\""),
+    ("A·m", "a magnetic moment per length", "\"0.1 A·m\""),
 ];
 
 /// Value in SI units of a text whose dimension must be `expected`.

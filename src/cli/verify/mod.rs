@@ -54,7 +54,7 @@ impl Setup {
             Precision::F64 => 1e-12,
             Precision::F32 => 1e-6,
         };
-        PlanOptions { tolerance, stepper: self.stepper, steps: self.steps }
+        PlanOptions { tolerance, stepper: self.stepper, steps: self.steps, ..PlanOptions::default() }
     }
 
     fn name(&self) -> String {

@@ -3,8 +3,8 @@
 use super::cases::{Case, derivatives};
 use crate::cli::CommandError;
 use rodsweep::model::{
-    Axis, Base, Coil, CoilWinding, Density, Flexible, Loads, Parameter, Rigid, STANDARD_GRAVITY, Scene, Segment,
-    SegmentKind, SegmentParameter, Stiffness, StiffnessAxis, Vector,
+    Axis, Base, Coil, CoilWinding, Density, Flexible, Loads, Parameter, Profile, Rigid, STANDARD_GRAVITY, Scene,
+    Segment, SegmentKind, SegmentParameter, Stiffness, StiffnessAxis, Vector,
 };
 
 /// Each kind of load alone bends the rod by about so much, each component [rad].
@@ -102,7 +102,10 @@ fn random_scene(chain: usize, random: &mut Random) -> (Scene, Sizes) {
             let [bending_x, bending_y, torsion] = [1.0, 1.0, 0.8].map(|factor| factor * sizes.stiffness);
             SegmentKind::Flexible(Flexible {
                 stiffness: Stiffness::Direct { bending_x, bending_y, torsion },
-                rest_curvature: [0.0; 3],
+                rest_curvature: Profile::Constant([0.0; 3]),
+                stiffness_shear: None,
+                stiffness_axial: None,
+                dipole_per_length: None,
                 density: weighs.then_some(Density::Linear(linear_density)),
             })
         } else {
@@ -115,7 +118,8 @@ fn random_scene(chain: usize, random: &mut Random) -> (Scene, Sizes) {
             };
             let alignment = if k % 4 == 1 { random.vector(0.3) } else { [0.0; 3] };
             let mass = weighs.then_some(linear_density * length);
-            SegmentKind::Rigid(Rigid { mass, coil: Some(Coil { winding, current: [0.0; 3], alignment }) })
+            let coil = Some(Coil { winding, current: [0.0; 3], alignment });
+            SegmentKind::Rigid(Rigid { mass, coil, dipole_per_length: None })
         };
         Segment { name: format!("{}{}", if *flexible { "tube" } else { "coil" }, k + 1), length: *length, kind }
     };
@@ -134,6 +138,7 @@ fn random_scene(chain: usize, random: &mut Random) -> (Scene, Sizes) {
         flux_density: [0.0, FIELD, 0.0],
         loads,
         segments,
+        inserted: 0.0,
         rigid_force_arm: true,
     };
     (scene, sizes)
