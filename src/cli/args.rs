@@ -36,6 +36,8 @@ pub enum Command {
         #[arg(long, value_name = "DIR")]
         out: PathBuf,
     },
+    /// Make a scene of a catheter's parameter file, or a table of a play file
+    Import(ImportArguments),
     /// Print a completion script for a shell
     Completions { shell: clap_complete::Shell },
 }
@@ -147,4 +149,25 @@ pub struct VerifyArguments {
     /// Where the worst sample of a row beyond its limit is written, as a scene
     #[arg(long, value_name = "DIR", default_value = ".")]
     pub out: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub struct ImportArguments {
+    /// Parameter file (lines such as `CatheterConfig F A F`) or play file (lines `channel,mA,ms`)
+    pub file: PathBuf,
+    /// Where the scene or table is written [default: NAME-OF-THE-FILE.toml or .csv, here]
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+    /// Overwrite what is there
+    #[arg(long)]
+    pub force: bool,
+    /// Spatial configuration with field, gravity and base pose, for a parameter file
+    #[arg(long, value_name = "FILE")]
+    pub spatial: Option<PathBuf>,
+    /// Segment that channels 1 to 3 of a play file drive, and 4 to 6 [default: coil; coil_1,coil_2]
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
+    pub coil: Vec<String>,
+    /// Change the sign of a play file's axial currents
+    #[arg(long)]
+    pub negate_axial: bool,
 }

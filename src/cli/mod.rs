@@ -7,6 +7,7 @@ mod directory;
 mod doctor;
 mod engine;
 mod figures;
+mod import;
 mod plot;
 mod progress;
 mod run;
@@ -84,6 +85,7 @@ pub fn main() -> ExitCode {
         Command::Doctor => doctor::doctor(),
         Command::Status { directory } => directory::status(&directory),
         Command::Merge { directories, out } => directory::merge(&directories, &out),
+        Command::Import(arguments) => import::import(&arguments),
         Command::Completions { shell } => completions(shell),
     };
     match result {

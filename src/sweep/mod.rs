@@ -7,6 +7,7 @@ mod check;
 mod columns;
 mod directory;
 mod error;
+mod import;
 mod manifest;
 mod pilot;
 mod pipeline;
@@ -30,6 +31,7 @@ pub use check::{ErrorDistribution, SpotCheck, SpotCheckOptions};
 pub use columns::{Column, Table, Values, rotation_angle, rotation_vector};
 pub use directory::RunRecord;
 pub use error::{InputError, Problem, SweepError};
+pub use import::{Import, ImportKind, ImportOptions, import};
 pub use manifest::{TIPS_FILE, WORKSPACE_FILE, WORST_FILE};
 pub use pilot::{PilotChoice, STEPS, choose_steps};
 pub use read::{

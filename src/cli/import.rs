@@ -1,0 +1,71 @@
+//! `rodsweep import`: a laboratory's text file as a scene or as a table of currents.
+
+use super::args::ImportArguments;
+use super::{CommandError, Exit, say};
+use rodsweep::sweep::{self, ImportKind, ImportOptions, SweepError};
+use std::fs::OpenOptions;
+use std::io::{ErrorKind, Write};
+use std::path::{Path, PathBuf};
+
+pub fn import(arguments: &ImportArguments) -> Result<Exit, CommandError> {
+    let options = ImportOptions {
+        spatial: arguments.spatial.clone(),
+        coils: arguments.coil.clone(),
+        negate_axial: arguments.negate_axial,
+    };
+    let import = sweep::import(&arguments.file, &options)?;
+    check_options(arguments, import.kind)?;
+    let out = arguments.out.clone().unwrap_or_else(|| default_file(&arguments.file, import.kind));
+    write(&arguments.file, &out, arguments.force, &import.text)?;
+    say(&format!("wrote {}: {}", out.display(), import.summary));
+    for note in &import.notes {
+        say(&format!("note: {note}"));
+    }
+    say(&match import.kind {
+        ImportKind::Scene => format!("go on with: rodsweep solve {}", out.display()),
+        ImportKind::Currents => {
+            format!("go on with a sweep whose [sampling] says method = \"table\", file = \"{}\"", out.display())
+        }
+    });
+    Ok(Exit::Done)
+}
+
+/// Refuses options that mean nothing for this kind of file.
+fn check_options(arguments: &ImportArguments, kind: ImportKind) -> Result<(), CommandError> {
+    let (name, what) = match kind {
+        ImportKind::Scene if !arguments.coil.is_empty() => ("--coil", "play"),
+        ImportKind::Scene if arguments.negate_axial => ("--negate-axial", "play"),
+        ImportKind::Currents if arguments.spatial.is_some() => ("--spatial", "parameter"),
+        _ => return Ok(()),
+    };
+    let file = arguments.file.display();
+    Err(CommandError::Usage(format!("`{name}` is for {what} files, which {file} is not: leave it out")))
+}
+
+fn default_file(file: &Path, kind: ImportKind) -> PathBuf {
+    let extension = match kind {
+        ImportKind::Scene => "toml",
+        ImportKind::Currents => "csv",
+    };
+    // A name such as P11.P35.1.a.txt loses its last part only.
+    PathBuf::from(format!("{}.{extension}", file.file_stem().unwrap_or_default().to_string_lossy()))
+}
+
+fn write(file: &Path, out: &Path, force: bool, text: &str) -> Result<(), CommandError> {
+    if let (Ok(source), Ok(target)) = (file.canonicalize(), out.canonicalize())
+        && source == target
+    {
+        let problem = format!("{} is the file to import: choose another name with `--out`", out.display());
+        return Err(CommandError::Usage(problem));
+    }
+    let mut options = OpenOptions::new();
+    options.write(true).create(force).truncate(force).create_new(!force);
+    let written = options.open(out).and_then(|mut target| target.write_all(text.as_bytes()));
+    written.map_err(|error| match error.kind() {
+        ErrorKind::AlreadyExists => CommandError::Usage(format!(
+            "{} is already there: overwrite it with `--force`, or choose another name with `--out`",
+            out.display()
+        )),
+        _ => SweepError::Io { path: out.into(), action: "writing", reason: error.to_string() }.into(),
+    })
+}

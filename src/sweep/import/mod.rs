@@ -1,0 +1,76 @@
+//! Plain-text files of the catheters' laboratory: parameter files to scenes, play files to tables of currents.
+//!
+//! A file's kind is recognised by what it holds. Texts keep the source's digits and say where the source is silent.
+
+mod catheter;
+mod currents;
+mod keywords;
+mod scene;
+mod spatial;
+
+use super::error::{InputError, Problem};
+use super::scene_file::read_text;
+use std::path::{Path, PathBuf};
+
+/// What an import may be told beside the file.
+#[derive(Clone, Debug, Default)]
+pub struct ImportOptions {
+    /// File with field, gravity and base pose, for a parameter file.
+    pub spatial: Option<PathBuf>,
+    /// Names of the segments that channels 1 to 3 and 4 to 6 of a play file drive; empty for the usual ones.
+    pub coils: Vec<String>,
+    /// Change the sign of the currents of axial coils.
+    pub negate_axial: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ImportKind {
+    Scene,
+    Currents,
+}
+
+/// An imported file: the text to write and what to tell about it.
+#[derive(Clone, Debug)]
+pub struct Import {
+    pub kind: ImportKind,
+    pub text: String,
+    /// What the file holds, in a few words.
+    pub summary: String,
+    /// What was left out, supposed or is unusual.
+    pub notes: Vec<String>,
+}
+
+/// Imports a parameter file or a play file.
+pub fn import(file: &Path, options: &ImportOptions) -> Result<Import, InputError> {
+    let text = read_text(file)?;
+    let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
+    if has_keyword(text, &catheter::USED) {
+        let spatial = options.spatial.as_deref().map(spatial::read).transpose()?;
+        let catheter = catheter::parse(file, text)?;
+        return Ok(scene::import(file, &catheter, spatial.as_ref()));
+    }
+    let problem = if has_keyword(text, &spatial::KNOWN) {
+        "it holds field, gravity and base pose only; import the parameter file and give this one as `--spatial FILE`"
+    } else if currents::looks_so(text) {
+        return currents::import(file, text, options);
+    } else {
+        "it is neither a parameter file (lines such as `CatheterConfig F A F`) nor a play file (lines `channel,mA,ms`)"
+    };
+    let problem = Problem::Unreadable(problem.into()).into();
+    Err(InputError { file: file.into(), line: None, key: String::new(), problem })
+}
+
+/// Whether a line begins with one of the keywords.
+fn has_keyword(text: &str, known: &[&str]) -> bool {
+    text.lines().any(|line| line.split_whitespace().next().is_some_and(|word| known.contains(&word)))
+}
+
+/// A text of the source as a line's comment: without what TOML forbids there.
+fn printable(text: &str) -> String {
+    text.trim().chars().filter(|c| !c.is_control() || *c == '\t').collect()
+}
+
+/// The file's name without its folder.
+fn name_of(file: &Path) -> String {
+    printable(&file.file_name().unwrap_or_default().to_string_lossy())
+}
