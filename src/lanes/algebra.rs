@@ -35,6 +35,20 @@ impl<L: Lane> Vec3<L> {
     }
 }
 
+impl<L: Lane> Mat3<L> {
+    #[inline(always)]
+    pub fn zero(of: L) -> Self {
+        let zero = Vec3::splat(of.constant(0.0));
+        Self { x: zero, y: zero, z: zero }
+    }
+
+    #[inline(always)]
+    pub fn identity(of: L) -> Self {
+        let (o, i) = (of.constant(0.0), of.constant(1.0));
+        Self { x: Vec3 { x: i, y: o, z: o }, y: Vec3 { x: o, y: i, z: o }, z: Vec3 { x: o, y: o, z: i } }
+    }
+}
+
 impl<L: Lane> Add for Vec3<L> {
     type Output = Self;
     #[inline(always)]
@@ -64,6 +78,15 @@ impl<L: Lane> Mul<L> for Vec3<L> {
     #[inline(always)]
     fn mul(self, s: L) -> Self {
         Self { x: self.x * s, y: self.y * s, z: self.z * s }
+    }
+}
+
+/// Component by component.
+impl<L: Lane> Mul for Vec3<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, b: Self) -> Self {
+        Self { x: self.x * b.x, y: self.y * b.y, z: self.z * b.z }
     }
 }
 
@@ -185,6 +208,12 @@ pub fn columns_cross_sub<L: Lane>(a: Mat3<L>, v: Vec3<L>, c: Mat3<L>) -> Mat3<L>
 #[inline(always)]
 pub fn columns_cross<L: Lane>(a: Mat3<L>, v: Vec3<L>) -> Mat3<L> {
     Mat3 { x: cross(a.x, v), y: cross(a.y, v), z: cross(a.z, v) }
+}
+
+/// `a row^T + sum`
+#[inline(always)]
+pub fn outer<L: Lane>(a: Vec3<L>, row: Vec3<L>, sum: Mat3<L>) -> Mat3<L> {
+    Mat3 { x: axpy(row.x, a, sum.x), y: axpy(row.y, a, sum.y), z: axpy(row.z, a, sum.z) }
 }
 
 /// `s a + b`

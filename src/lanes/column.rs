@@ -1,92 +1,90 @@
 //! Sensitivity columns in threes: virtual rotation w, displacement dp and dM of each. J1 to J4.
 
 use super::algebra::{
-    Mat3, Vec3, axpy, columns_axpy, columns_cross, columns_cross_add, columns_cross_sub, cross, hat, row_times,
+    Mat3, Vec3, columns_axpy, columns_cross, columns_cross_add, columns_cross_sub, hat, outer, row_times,
 };
 use super::lane::Lane;
-use super::rod::{Flexible, Rigid, Rod, State, Terms, world_dipole};
-use super::step::Stages;
+use super::program::Collect;
+use super::rod::{Flexible, Rigid, Rod, State, Terms, to_world, world_dipole};
+use super::source::Source;
+use super::step::{Stages, Step};
+use super::trace::{Trace, collect_integrals};
 
-/// Three columns; those of a unit tip force carry dn = e_k.
+/// Three columns.
 #[derive(Clone, Copy, Debug)]
 pub struct Columns<L> {
     pub w: Mat3<L>,
     pub dp: Mat3<L>,
     pub dM: Mat3<L>,
-    pub unit_force: bool,
+    /// Change of the internal force.
+    pub dn: Force<L>,
 }
 
-/// What three columns leave behind on a segment; `row[j]` holds component j of each column.
+/// dn of three columns.
 #[derive(Clone, Copy, Debug)]
-pub struct Trace<L> {
-    /// Integral of dm_b,j.
-    pub rest_curvature: [Vec3<L>; 3],
-    /// Integral of dm_b,j m_b,j.
-    pub stiffness: [Vec3<L>; 3],
-    /// Integral of dp_j.
-    pub load: [Vec3<L>; 3],
-    /// w . (R e_j x B) on a rigid segment.
-    pub dipole: [Vec3<L>; 3],
-    /// (w x R mu)_j on a rigid segment.
-    pub field: [Vec3<L>; 3],
-    /// Change of H at the distal end.
-    pub length: Vec3<L>,
-}
-
-impl<L: Lane> Trace<L> {
-    #[inline(always)]
-    pub fn zero(zero: L) -> Self {
-        let v = Vec3::splat(zero);
-        let rows = [v; 3];
-        Self { rest_curvature: rows, stiffness: rows, load: rows, dipole: rows, field: rows, length: v }
-    }
+pub enum Force<L> {
+    /// The force stays.
+    None,
+    /// dn = e_k all along the rod.
+    Unit,
+    /// As the sources of forward columns say.
+    Forward(Mat3<L>),
 }
 
 /// dm of three columns, from dM.
 #[inline(always)]
-pub fn column_moment<L: Lane, T: Terms>(unit_force: bool, p: Vec3<L>, n: Vec3<L>, dp: Mat3<L>, dM: Mat3<L>) -> Mat3<L> {
-    let dm = if unit_force { dM - hat(p) } else { dM }; // J3
+pub fn column_moment<L: Lane, T: Terms>(dn: &Force<L>, p: Vec3<L>, n: Vec3<L>, dp: Mat3<L>, dM: Mat3<L>) -> Mat3<L> {
+    let dm = match dn {
+        Force::None => dM,
+        Force::Unit => dM - hat(p),                          // J3
+        Force::Forward(dn) => columns_cross_add(*dn, p, dM), // J3
+    };
     if T::FORCE { columns_cross_sub(dp, n, dm) } else { dm } // J3
 }
 
-/// `a row^T + sum`
+/// dn - w x n of three columns: what the force changes by in the body frame.
 #[inline(always)]
-fn outer<L: Lane>(a: Vec3<L>, row: Vec3<L>, sum: Mat3<L>) -> Mat3<L> {
-    Mat3 { x: axpy(row.x, a, sum.x), y: axpy(row.y, a, sum.y), z: axpy(row.z, a, sum.z) }
-}
-
-/// C x = R K^-1 R^T x for three vectors.
-#[inline(always)]
-fn compliance_times<L: Lane, T: Terms>(
-    segment: &Flexible<L>,
-    d1: Vec3<L>,
-    d2: Vec3<L>,
-    t: Vec3<L>,
-    x: Mat3<L>,
-) -> Mat3<L> {
-    let k = segment.compliance;
-    if T::ANISOTROPIC {
-        let (x1, x2, x3) = (row_times(d1, x) * k.x, row_times(d2, x) * k.y, row_times(t, x) * k.z);
-        let sum = Mat3 { x: t * x3.x, y: t * x3.y, z: t * x3.z };
-        outer(d1, x1, outer(d2, x2, sum))
-    } else {
-        outer(t, row_times(t, x) * (k.z - k.x), x * k.x)
+pub fn column_force<L: Lane>(dn: &Force<L>, n: Vec3<L>, w: Mat3<L>) -> Mat3<L> {
+    let turned = columns_cross(w, n);
+    match dn {
+        Force::None => -turned,
+        Force::Unit => Mat3::identity(n.x) - turned,
+        Force::Forward(dn) => *dn - turned,
     }
 }
 
-/// Takes three columns over one step whose stages are known.
+/// R diag(k) R^T x for three vectors.
 #[inline(always)]
+fn compliance_times<L: Lane, T: Terms>(k: Vec3<L>, d1: Vec3<L>, d2: Vec3<L>, t: Vec3<L>, x: Mat3<L>) -> Mat3<L> {
+    if T::ANISOTROPIC { principal_times(k, d1, d2, t, x) } else { outer(t, row_times(t, x) * (k.z - k.x), x * k.x) }
+}
+
+/// R diag(k) R^T x, any k.
+#[inline(always)]
+fn principal_times<L: Lane>(k: Vec3<L>, d1: Vec3<L>, d2: Vec3<L>, t: Vec3<L>, x: Mat3<L>) -> Mat3<L> {
+    let (x1, x2, x3) = (row_times(d1, x) * k.x, row_times(d2, x) * k.y, row_times(t, x) * k.z);
+    let sum = Mat3 { x: t * x3.x, y: t * x3.y, z: t * x3.z };
+    outer(d1, x1, outer(d2, x2, sum))
+}
+
+/// Takes three columns over one step whose stages are known; `source` is that of forward columns.
+#[inline(always)]
+#[allow(clippy::too_many_arguments)]
 pub fn step_columns<L: Lane, T: Terms>(
+    rod: &Rod<L>,
     segment: &Flexible<L>,
     lambda: L,
+    step: &Step<L>,
     stages: &mut Stages<L>,
     trace: Option<&mut Trace<L>>,
-    collect: super::program::Collect,
+    collect: Collect,
+    source: Option<&Source<L>>,
     columns: &mut Columns<L>,
 ) {
     let stage_count = stages.tableau.a.len();
     let mut at = 0;
     let weight = segment.w * lambda;
+    let mu = segment.mu * lambda;
     for i in 0..stage_count {
         let (mut w, mut dp, mut dM) = (columns.w, columns.dp, columns.dM);
         for j in 0..i {
@@ -99,15 +97,39 @@ pub fn step_columns<L: Lane, T: Terms>(
         }
         at += i;
         let stage = &stages.stage[i];
-        let dm = column_moment::<L, T>(columns.unit_force, stage.p, stage.n, dp, dM);
+        let dn = match source {
+            Some(source) => source.force(&columns.dn, step.h * step.h.constant(stages.tableau.c[i])),
+            None => columns.dn,
+        };
+        let dm = column_moment::<L, T>(&dn, stage.p, stage.n, dp, dM);
         let x = columns_cross_sub(w, stage.m, dm);
-        stages.dw[i] = compliance_times::<L, T>(segment, stage.d1, stage.d2, stage.t, x); // J1
-        stages.ddp[i] = columns_cross(w, stage.t); // J2
-        if T::LOAD {
-            stages.ddM[i] = -columns_cross(dp, weight); // J3
+        let compliance = if segment.tapers { stage.compliance } else { segment.compliance };
+        let mut dw = compliance_times::<L, T>(compliance, stage.d1, stage.d2, stage.t, x); // J1
+        let mut ddp = columns_cross(w, stage.v); // J2
+        if T::FORCE && segment.shears {
+            let y = column_force(&dn, stage.n, w);
+            ddp = ddp + principal_times(segment.shear, stage.d1, stage.d2, stage.t, y); // J2
         }
-        stages.x[i] = x;
-        stages.dp[i] = dp;
+        if T::LOAD {
+            let mut ddM = -columns_cross(dp, weight); // J3
+            if segment.has_magnet {
+                let mu_world = to_world(stage.d1, stage.d2, stage.t, mu);
+                ddM = columns_cross_sub(columns_cross(w, mu_world), rod.B, ddM); // J3
+            }
+            stages.ddM[i] = ddM;
+        }
+        if let Some(source) = source {
+            let x = stages.tableau.c[i].mul_add(step.share, step.start);
+            source.bend(x, compliance, stage, &mut dw); // J1
+            source.shear(stage, &mut ddp); // J2
+            if T::LOAD {
+                source.load(rod, segment, stage, &mut stages.ddM[i]); // J3
+            }
+        }
+        (stages.dw[i], stages.ddp[i]) = (dw, ddp);
+        if trace.is_some() {
+            (stages.w[i], stages.x[i], stages.dp[i]) = (w, x, dp);
+        }
     }
     for j in 0..stage_count {
         let hb = stages.ha[at + j];
@@ -117,66 +139,17 @@ pub fn step_columns<L: Lane, T: Terms>(
             columns.dM = columns_axpy(hb, stages.ddM[j], columns.dM);
         }
     }
+    if let Some(source) = source {
+        columns.dn = source.force(&columns.dn, step.h);
+    }
     if let Some(trace) = trace {
-        collect_integrals(stages, at, collect, trace);
+        collect_integrals(rod, segment, step, stages, at, collect, &columns.dn, trace);
     }
-}
-
-/// Adds a step's part of the integrals that the derivatives need, with the stepper's own weights.
-#[inline(always)]
-fn collect_integrals<L: Lane>(
-    stages: &Stages<L>,
-    weights: usize,
-    collect: super::program::Collect,
-    trace: &mut Trace<L>,
-) {
-    for i in 0..stages.tableau.a.len() {
-        let (hb, stage) = (stages.ha[weights + i], &stages.stage[i]);
-        if collect.rest_curvature || collect.stiffness {
-            for (j, d) in [stage.d1, stage.d2, stage.t].into_iter().enumerate() {
-                let dm_body = row_times(d, stages.x[i]) * hb;
-                trace.rest_curvature[j] = trace.rest_curvature[j] + dm_body;
-                trace.stiffness[j] = axpy(super::algebra::dot(d, stage.m), dm_body, trace.stiffness[j]);
-            }
-        }
-        if collect.load {
-            let dp = super::algebra::transpose(stages.dp[i]);
-            for (j, row) in [dp.x, dp.y, dp.z].into_iter().enumerate() {
-                trace.load[j] = axpy(hb, row, trace.load[j]);
-            }
-        }
-    }
-}
-
-/// Change of H = m_b . K^-1 m_b / 2 + m_b . u* + n . t at the distal end of a segment.
-///
-/// `curvature` is R u there; on a rigid segment there is none.
-#[inline(always)]
-pub fn length_row<L: Lane, T: Terms>(
-    state: &State<L>,
-    m: Vec3<L>,
-    n: Vec3<L>,
-    w: Vec3<L>,
-    curvature: Option<Vec3<L>>,
-    columns: &Columns<L>,
-) -> Vec3<L> {
-    let zero = Vec3::splat(n.x.constant(0.0));
-    let mut row = if columns.unit_force { state.t } else { zero };
-    if let Some(curvature) = curvature {
-        let dm = column_moment::<L, T>(columns.unit_force, state.p, n, columns.dp, columns.dM);
-        row = row + row_times(curvature, columns_cross_sub(columns.w, m, dm));
-    }
-    if T::FORCE {
-        row = row + row_times(n, columns_cross(columns.w, state.t));
-    }
-    if T::LOAD {
-        row = row + row_times(w, columns.dp);
-    }
-    row
 }
 
 /// Takes three columns over a rigid segment; `state` and `n` are those before it.
 #[inline(always)]
+#[allow(clippy::too_many_arguments)]
 pub fn cross_rigid_columns<L: Lane, T: Terms>(
     rod: &Rod<L>,
     segment: &Rigid<L>,
@@ -184,47 +157,46 @@ pub fn cross_rigid_columns<L: Lane, T: Terms>(
     force_arm: bool,
     n: Vec3<L>,
     state: &State<L>,
+    source: Option<&Source<L>>,
     columns: &mut Columns<L>,
 ) {
     let (length, t) = (segment.length, state.t);
-    let mu_world = world_dipole(segment, state, lambda);
-    let wt = columns_cross(columns.w, t);
-    let dtau = columns_cross(columns_cross(columns.w, mu_world), rod.B);
+    let half = length.constant(0.5);
+    let mut arm = columns_cross(columns.w, t) * length;
+    if let Some(source) = source {
+        arm = outer(t, source.dL, arm);
+    }
     let dp = columns.dp;
-    columns.dM = columns.dM - dtau; // J4
-    columns.dp = columns_axpy(length, wt, dp); // J4
+    if segment.has_dipole {
+        let mu_world = world_dipole(segment, state, lambda);
+        let dtau = columns_cross(columns_cross(columns.w, mu_world), rod.B);
+        columns.dM = columns.dM - dtau; // J4
+    }
+    columns.dp = dp + arm; // J4
     let mut n_after = n;
     if T::LOAD {
-        let weight = segment.w * (lambda * length);
-        let middle = if force_arm { columns_axpy(length * length.constant(0.5), wt, dp) } else { dp };
+        let weight = segment.w * lambda;
+        let middle = if force_arm { columns_axpy(half, arm, dp) } else { dp };
         columns.dM = columns_cross_sub(middle, weight, columns.dM); // J4
         n_after = n - weight;
     }
+    if let Some(source) = source {
+        source.cross_rigid(rod, segment, force_arm, state, columns); // J4
+    }
     if !force_arm {
         if T::FORCE {
-            columns.dM = columns_cross_add(wt * length, n_after, columns.dM);
+            columns.dM = columns_cross_add(arm, n_after, columns.dM);
         }
-        if columns.unit_force {
-            columns.dM = columns.dM + hat(t * length);
+        match columns.dn {
+            Force::None => {}
+            Force::Unit => columns.dM = columns.dM + hat(t * length),
+            Force::Forward(dn) => columns.dM = columns_cross_sub(dn, t * length, columns.dM),
         }
     }
 }
 
-/// What a coil contributes: w . (R e_j x B) and (w x R mu)_j.
+/// Takes three columns over the unloaded distal part: it turns and moves as a rigid body.
 #[inline(always)]
-pub fn collect_coil<L: Lane>(
-    rod: &Rod<L>,
-    segment: &Rigid<L>,
-    lambda: L,
-    state: &State<L>,
-    columns: &Columns<L>,
-    trace: &mut Trace<L>,
-) {
-    let d2 = cross(state.t, state.d1);
-    for (j, d) in [state.d1, d2, state.t].into_iter().enumerate() {
-        trace.dipole[j] = row_times(cross(d, rod.B), columns.w);
-    }
-    let mu_world = world_dipole(segment, state, lambda);
-    let field = super::algebra::transpose(columns_cross(columns.w, mu_world));
-    trace.field = [field.x, field.y, field.z];
+pub fn cross_free_columns<L: Lane>(state: &State<L>, p_tip: Vec3<L>, columns: &mut Columns<L>) {
+    columns.dp = columns.dp + columns_cross(columns.w, p_tip - state.p); // R6
 }

@@ -13,8 +13,10 @@ mod rod;
 mod rows;
 mod shoot;
 mod solve;
+mod source;
 mod stability;
 mod step;
+mod trace;
 
 use crate::backend::{Backend, BackendError, BackendInfo, BackendKind, Precision};
 use crate::model::{BLOCK, Batch, Entry, Plan, Quantity, ROWS, Solutions, Status};
@@ -93,12 +95,6 @@ impl Lanes {
             remedy: remedy.into(),
         };
         let arch = set.arch().ok_or_else(|| unsupported(set.name(), "this machine lacks it"))?;
-        if !plan.scene.rigid_force_arm && !plan.derivatives.is_empty() {
-            return Err(unsupported(
-                "derivatives without the force arm of rigid segments",
-                "use `--backend reference`, or leave `model.rigid_force_arm` out",
-            ));
-        }
         let epsilon = match precision {
             Precision::F32 => f32::EPSILON.into(),
             Precision::F64 => f64::EPSILON,

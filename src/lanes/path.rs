@@ -41,11 +41,7 @@ fn rest_slope<L: Lane, T: Terms>(program: &Program, rod: &Rod<L>, workspace: &mu
     let mut stiff = Rod { segments: Vec::with_capacity(rod.segments.len()), ..*rod };
     for segment in &rod.segments {
         stiff.segments.push(match segment {
-            Segment::Flexible(flexible) => {
-                let mut flexible = *flexible;
-                flexible.compliance = Vec3::splat(zero);
-                Segment::Flexible(flexible)
-            }
+            Segment::Flexible(flexible) => Segment::Flexible(flexible.stiff()),
             Segment::Rigid(rigid) => Segment::Rigid(*rigid),
         });
     }

@@ -17,7 +17,24 @@ pub enum Source {
 pub struct Collect {
     pub rest_curvature: bool,
     pub stiffness: bool,
+    /// Either of them times s / length as well.
+    pub rise: bool,
+    pub shear_compliance: bool,
     pub load: bool,
+    pub dipole: bool,
+    pub field: bool,
+    pub length: bool,
+}
+
+impl Collect {
+    /// Whether anything is integrated along the segment.
+    pub fn integrals(&self) -> bool {
+        self.rest_curvature || self.stiffness || self.shear_compliance || self.load || self.dipole || self.field
+    }
+
+    pub fn any(&self) -> bool {
+        self.integrals() || self.length
+    }
 }
 
 /// The steps of one integration.
@@ -34,7 +51,14 @@ pub struct Program {
     pub terms: Terms,
     pub rigid_force_arm: bool,
     pub sources: Vec<Source>,
+    /// Those that are integrated.
     pub segments: Vec<SegmentPlan>,
+    /// First entry of the rest pose of what lies beyond them.
+    pub free: Option<usize>,
+    /// Those, too.
+    pub all_segments: usize,
+    /// Whether derivatives come from forward columns.
+    pub forward: bool,
     pub collect: Vec<Collect>,
     pub derivatives: Vec<Vec<(Slot, usize)>>,
     /// For following the path from rest.
@@ -60,24 +84,27 @@ impl Program {
             .collect();
         // A base position only moves the result; the engine adds it at the end.
         sources[15..18].fill(Source::Constant(0.0));
-        let mut collect = vec![Collect::default(); plan.segments.len()];
-        for (slot, _) in plan.derivatives.iter().flat_map(|derivative| &derivative.terms) {
-            match *slot {
-                Slot::RestCurvature(segment, _) => collect[segment].rest_curvature = true,
-                Slot::Stiffness(segment, _) => collect[segment].stiffness = true,
-                Slot::Load(segment, _) => collect[segment].load = true,
-                _ => {}
-            }
-        }
-        let steps = |scale: &dyn Fn(usize) -> usize| plan.segments.iter().map(|s| scale(s.steps)).collect();
+        let integrated = plan.free.map_or(plan.segments.len(), |free| free.segment);
+        let slots = || plan.derivatives.iter().flat_map(|derivative| &derivative.terms).map(|(slot, _)| slot);
+        let mut terms = plan.terms;
+        // Kernels integrate M where anything but coils changes it.
+        terms.load |= terms.magnet;
+        terms.load |= plan.forward && slots().any(|slot| matches!(slot, Slot::Load(..) | Slot::DipolePerLength(..)));
+        terms.force |= terms.load;
+        let collect = if plan.forward { vec![Collect::default(); integrated] } else { collect(plan, integrated) };
+        let steps =
+            |scale: &dyn Fn(usize) -> usize| plan.segments[..integrated].iter().map(|s| scale(s.steps)).collect();
         let stepper = plan.options.stepper;
         let tableau = stepper.tableau();
         let coarse = steps(&|n| stepper.path_steps(n));
         Self {
-            terms: plan.terms,
+            terms,
             rigid_force_arm: plan.scene.rigid_force_arm,
             sources,
-            segments: plan.segments.clone(),
+            segments: plan.segments[..integrated].to_vec(),
+            free: plan.free.map(|free| free.entry),
+            all_segments: plan.segments.len(),
+            forward: plan.forward,
             collect,
             derivatives: plan.derivatives.iter().map(|derivative| derivative.terms.clone()).collect(),
             coarse: Resolution { tableau: PATH_STEPPER.tableau(), steps: coarse },
@@ -85,6 +112,11 @@ impl Program {
             check: Resolution { tableau, steps: steps(&|n| 2 * n) },
             newton_tolerance: newton_tolerance(plan.options.tolerance, epsilon),
         }
+    }
+
+    /// Threes of forward columns.
+    pub fn forward_threes(&self) -> usize {
+        if self.forward { self.derivatives.len().div_ceil(3) } else { 0 }
     }
 
     /// Loads one entry for a group of samples: `inputs[column * stride + offset ..]`.
@@ -105,6 +137,29 @@ impl Program {
             z: self.entry(token, inputs, entry + 2),
         }
     }
+}
+
+/// What the slots of a plan need along its segments.
+fn collect(plan: &Plan, segments: usize) -> Vec<Collect> {
+    let mut collect = vec![Collect::default(); segments];
+    for (slot, _) in plan.derivatives.iter().flat_map(|derivative| &derivative.terms) {
+        if let Slot::FluxDensity(_) = slot {
+            collect.iter_mut().for_each(|collect| collect.field = true);
+        }
+        let Some(collect) = slot.segment().and_then(|segment| collect.get_mut(segment)) else { continue };
+        match slot {
+            Slot::RestCurvature(..) => collect.rest_curvature = true,
+            Slot::Stiffness(..) => collect.stiffness = true,
+            Slot::RestCurvatureRise(..) => (collect.rest_curvature, collect.rise) = (true, true),
+            Slot::StiffnessRise(..) => (collect.stiffness, collect.rise) = (true, true),
+            Slot::ShearCompliance(..) => collect.shear_compliance = true,
+            Slot::Load(..) | Slot::Weight(..) => collect.load = true,
+            Slot::Dipole(..) | Slot::DipolePerLength(..) => collect.dipole = true,
+            Slot::Length(_) => collect.length = true,
+            _ => {}
+        }
+    }
+    collect
 }
 
 /// Where a group's results go, in the plan's units, column by column.

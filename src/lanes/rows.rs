@@ -1,11 +1,11 @@
 //! Every derivative from nine columns: rows of the Jacobian by reciprocity. J5 and the table of model loads.
 
-use super::algebra::{Mat3, Vec3, axpy, columns_cross_sub, cross, inverse, row_times, transpose};
+use super::algebra::{Mat3, Vec3, axpy, columns_cross_sub, cross, inverse, outer, row_times, transpose};
 use super::column::Columns;
 use super::lane::Lane;
 use super::program::{Inputs, Outputs, Program};
-use super::rod::{Rod, Segment, Terms, curvature};
-use super::shoot::{Tip, Workspace, tip_moment_columns};
+use super::rod::{Rod, Terms};
+use super::shoot::{Tip, Workspace, base_slope, tip_moment_columns};
 use crate::model::{Axis, Quantity, ROWS, Slot};
 
 /// A linear functional of the three threes of columns: by base moment, by base rotation, by tip force.
@@ -28,8 +28,8 @@ pub struct Responses<L> {
 impl<L: Lane> Responses<L> {
     /// Solves the (adjoint) tip condition dm(L) - w(L) x l_tip = unit for each load. J5
     #[inline(always)]
-    pub fn new<T: Terms>(rod: &Rod<L>, tip: &Tip<L>, columns: &[Columns<L>; 3]) -> Self {
-        let [by_moment, by_rotation, by_force] = columns;
+    pub fn new<T: Terms>(rod: &Rod<L>, tip: &Tip<L>, columns: &[Columns<L>]) -> Self {
+        let (by_moment, by_rotation, by_force) = (&columns[0], &columns[1], &columns[2]);
         let dm_moment = tip_moment_columns::<L, T>(tip, by_moment);
         let dm_rotation = tip_moment_columns::<L, T>(tip, by_rotation);
         let dm_force = tip_moment_columns::<L, T>(tip, by_force);
@@ -70,8 +70,7 @@ pub fn write_rows<L: Lane, T: Terms>(
     inputs: &Inputs<'_, L::Scalar>,
     rod: &Rod<L>,
     m0: Vec3<L>,
-    n0: Vec3<L>,
-    columns: &[Columns<L>; 3],
+    columns: &[Columns<L>],
     responses: &Responses<L>,
     workspace: &Workspace<L>,
     out: &mut Outputs<'_, L::Scalar>,
@@ -87,7 +86,7 @@ pub fn write_rows<L: Lane, T: Terms>(
                 Slot::BaseRotation(axis) => {
                     extra = add(extra, responses.base_rotation_rows(m0, along(axis, rate)));
                 }
-                Slot::Insertion => extra = add(extra, insertion_rows::<L, T>(rod, m0, n0, responses, rate)),
+                Slot::Insertion => extra = add(extra, insertion_rows::<L, T>(rod, m0, responses, rate)),
                 _ => {
                     let by_moment = functional(*slot, rod, &columns[0], workspace, 0);
                     let by_rotation = functional(*slot, rod, &columns[1], workspace, 1);
@@ -122,24 +121,49 @@ fn add<L: Lane>(a: [Vec3<L>; 3], b: [Vec3<L>; 3]) -> [Vec3<L>; 3] {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
-/// More rod past the entry: the base is displaced by t and rotated by R0 u(0); the moment is that at the new base.
+/// More rod past the entry: the base is displaced by p' and rotated by R0 u(0); the moment is that at the new base.
 #[inline(always)]
-fn insertion_rows<L: Lane, T: Terms>(
+fn insertion_rows<L: Lane, T: Terms>(rod: &Rod<L>, m0: Vec3<L>, responses: &Responses<L>, rate: L) -> [Vec3<L>; 3] {
+    let base = base_slope::<L, T>(rod, m0, rod.base_force::<T>());
+    let mut rows = responses.base_rotation_rows(m0, base.omega * rate);
+    rows[0] = axpy(rate, base.v, rows[0]);
+    rows[2] = axpy(rate, base.torque, rows[2]);
+    rows
+}
+
+/// Writes the rows of every derivative from forward columns. J5
+#[inline(always)]
+#[allow(clippy::too_many_arguments)]
+pub fn write_forward_rows<L: Lane, T: Terms>(
+    program: &Program,
     rod: &Rod<L>,
     m0: Vec3<L>,
-    n0: Vec3<L>,
-    responses: &Responses<L>,
-    rate: L,
-) -> [Vec3<L>; 3] {
-    let Segment::Flexible(first) = &rod.segments[0] else { return [Vec3::splat(rate.constant(0.0)); 3] };
-    let d2 = cross(rod.t, rod.d1);
-    let omega = curvature::<L, T>(first, rod.d1, d2, rod.t, m0);
-    let mut rows = responses.base_rotation_rows(m0, omega * rate);
-    rows[0] = axpy(rate, rod.t, rows[0]);
-    if T::FORCE {
-        rows[2] = axpy(rate, cross(rod.t, n0), rows[2]);
+    tip: &Tip<L>,
+    columns: &[Columns<L>],
+    w_inverse: Mat3<L>,
+    workspace: &Workspace<L>,
+    out: &mut Outputs<'_, L::Scalar>,
+) {
+    let torque = base_slope::<L, T>(rod, m0, rod.base_force::<T>()).torque;
+    let by_moment = &columns[0];
+    for (three, (sources, column)) in workspace.sources.iter().zip(&columns[2..]).enumerate() {
+        let residual = tip_moment_columns::<L, T>(tip, column) - sources.dl_tip;
+        let dm0 = -(w_inverse * residual);
+        let position = column.dp + by_moment.dp * dm0;
+        let rotation = column.w + by_moment.w * dm0;
+        let base_moment = outer(torque, sources.insertion, dm0);
+        let columns = [
+            [position.x, rotation.x, base_moment.x],
+            [position.y, rotation.y, base_moment.y],
+            [position.z, rotation.z, base_moment.z],
+        ];
+        for (k, rows) in columns.iter().enumerate().take(program.derivatives.len() - 3 * three) {
+            let at = Quantity::COUNT + ROWS * (3 * three + k);
+            out.store_vector(at, rows[0]);
+            out.store_vector(at + 3, rows[1]);
+            out.store_vector(at + 6, rows[2]);
+        }
     }
-    rows
 }
 
 /// The functional of a slot on three columns, number `k` in the traces.
@@ -151,21 +175,22 @@ fn functional<L: Lane>(slot: Slot, rod: &Rod<L>, columns: &Columns<L>, workspace
         Slot::TipMoment(axis) => component(transpose(columns.w), axis),
         Slot::FluxDensity(axis) => {
             let mut total = Vec3::splat(zero);
-            for trace in &workspace.traces {
+            for trace in workspace.traces.iter().take(rod.segments.len()) {
                 total = total + trace[k].field[axis.index()];
             }
             total
         }
         Slot::Length(segment) => workspace.traces[segment][k].length,
         Slot::RestCurvature(segment, axis) => workspace.traces[segment][k].rest_curvature[axis.index()],
-        Slot::Stiffness(segment, axis) => {
-            let Segment::Flexible(flexible) = &rod.segments[segment] else { return Vec3::splat(zero) };
-            let compliance = [flexible.compliance.x, flexible.compliance.y, flexible.compliance.z][axis.index()];
-            workspace.traces[segment][k].stiffness[axis.index()] * -(compliance * compliance)
+        Slot::RestCurvatureRise(segment, axis) => workspace.traces[segment][k].rest_curvature_rise[axis.index()],
+        Slot::Stiffness(segment, axis) => workspace.traces[segment][k].stiffness[axis.index()],
+        Slot::StiffnessRise(segment, axis) => workspace.traces[segment][k].stiffness_rise[axis.index()],
+        Slot::ShearCompliance(segment, axis) => workspace.traces[segment][k].shear_compliance[axis.index()],
+        Slot::Load(segment, axis) | Slot::Weight(segment, axis) => workspace.traces[segment][k].load[axis.index()],
+        Slot::Dipole(segment, axis) | Slot::DipolePerLength(segment, axis) => {
+            workspace.traces[segment][k].dipole[axis.index()]
         }
-        Slot::Dipole(segment, axis) => workspace.traces[segment][k].dipole[axis.index()],
-        Slot::Load(segment, axis) => workspace.traces[segment][k].load[axis.index()],
-        _ => Vec3::splat(zero),
+        Slot::BasePosition(_) | Slot::BaseRotation(_) | Slot::Insertion => Vec3::splat(zero),
     }
 }
 

@@ -1,11 +1,15 @@
 //! One pass over the rod, base to tip, from a base moment: state, columns, and what they leave behind.
 
-use super::algebra::{Mat3, Vec3, axpy, cross, hat};
-use super::column::{Columns, Trace, collect_coil, column_moment, cross_rigid_columns, length_row, step_columns};
+use super::algebra::{Mat3, Vec3, axpy, cross, cross_sub, hat, outer};
+use super::column::{Columns, Force, column_moment, cross_free_columns, cross_rigid_columns, step_columns};
 use super::lane::Lane;
 use super::program::{Program, Resolution};
-use super::rod::{Rod, Segment, State, Terms, cross_rigid, curvature, moment};
-use super::step::{Stages, step_rod};
+use super::rod::{
+    Flexible, Rod, Segment, State, Terms, cross_free, cross_rigid, curvature, moment, to_world, velocity,
+};
+use super::source::{Source, Sources};
+use super::step::{Stages, Step, step_rod};
+use super::trace::{Trace, collect_rigid, length_row};
 use pulp::{Simd, WithSimd};
 use std::marker::PhantomData;
 
@@ -16,6 +20,10 @@ pub struct Workspace<L> {
     pub traces: Vec<[Trace<L>; 3]>,
     /// w of the first two threes (base moment, base rotation) at the ends of the steps.
     pub stations: Vec<[Mat3<L>; 2]>,
+    /// Of the forward columns, three parameters each.
+    pub sources: Vec<Sources<L>>,
+    /// All columns of a pass with derivatives.
+    pub columns: Vec<Columns<L>>,
 }
 
 impl<L: Lane> Workspace<L> {
@@ -23,8 +31,10 @@ impl<L: Lane> Workspace<L> {
         let zero = Trace::zero(L::splat(token, 0.0));
         Self {
             stages: Stages::new(token, program.fine.tableau),
-            traces: vec![[zero; 3]; program.segments.len()],
+            traces: vec![[zero; 3]; program.all_segments],
             stations: Vec::new(),
+            sources: (0..program.forward_threes()).map(|_| Sources::new(token)).collect(),
+            columns: Vec::new(),
         }
     }
 }
@@ -42,34 +52,58 @@ pub struct Tip<L> {
 /// Three columns at the base: by the base moment.
 #[inline(always)]
 pub fn moment_columns<L: Lane>(one: L) -> Columns<L> {
-    let zero = zero_matrix(one);
-    Columns { w: zero, dp: zero, dM: identity(one), unit_force: false }
+    let zero = Mat3::zero(one);
+    Columns { w: zero, dp: zero, dM: Mat3::identity(one), dn: Force::None }
 }
 
 /// Three columns at the base: by a virtual rotation of the base, in canonical form (dm = w x m0 / 2).
 #[inline(always)]
 pub fn rotation_columns<L: Lane>(m0: Vec3<L>) -> Columns<L> {
     let half = m0.x.constant(0.5);
-    Columns { w: identity(half), dp: zero_matrix(half), dM: hat(m0) * -half, unit_force: false }
+    Columns { w: Mat3::identity(half), dp: Mat3::zero(half), dM: hat(m0) * -half, dn: Force::None }
 }
 
 /// Three columns at the base: by the tip force.
 #[inline(always)]
 pub fn force_columns<L: Lane>(one: L) -> Columns<L> {
-    let zero = zero_matrix(one);
-    Columns { w: zero, dp: zero, dM: zero, unit_force: true }
+    let zero = Mat3::zero(one);
+    Columns { w: zero, dp: zero, dM: zero, dn: Force::Unit }
+}
+
+/// Three columns at the base: by three parameters, the base moment held.
+#[inline(always)]
+pub fn forward_columns<L: Lane, T: Terms>(rod: &Rod<L>, sources: &Sources<L>, m0: Vec3<L>) -> Columns<L> {
+    let n0 = rod.base_force::<T>();
+    let BaseSlope { omega, v, .. } = base_slope::<L, T>(rod, m0, n0);
+    let dp = outer(v, sources.insertion, sources.dp0);
+    let dM = if T::FORCE { super::algebra::columns_cross(dp, n0) } else { Mat3::zero(m0.x) };
+    Columns { w: outer(omega, sources.insertion, sources.w0), dp, dM, dn: Force::Forward(sources.dn0) }
+}
+
+/// How the rod goes on at its base, where it is flexible: R u, p' and -m'.
+pub struct BaseSlope<L> {
+    pub omega: Vec3<L>,
+    pub v: Vec3<L>,
+    pub torque: Vec3<L>,
 }
 
 #[inline(always)]
-fn identity<L: Lane>(of: L) -> Mat3<L> {
-    let (o, i) = (of.constant(0.0), of.constant(1.0));
-    Mat3 { x: Vec3 { x: i, y: o, z: o }, y: Vec3 { x: o, y: i, z: o }, z: Vec3 { x: o, y: o, z: i } }
-}
-
-#[inline(always)]
-fn zero_matrix<L: Lane>(of: L) -> Mat3<L> {
-    let zero = Vec3::splat(of.constant(0.0));
-    Mat3 { x: zero, y: zero, z: zero }
+pub fn base_slope<L: Lane, T: Terms>(rod: &Rod<L>, m0: Vec3<L>, n0: Vec3<L>) -> BaseSlope<L> {
+    let zero = Vec3::splat(m0.x.constant(0.0));
+    let Some(Segment::Flexible(first)) = rod.segments.first() else {
+        return BaseSlope { omega: zero, v: zero, torque: zero };
+    };
+    let d2 = cross(rod.t, rod.d1);
+    let omega = curvature::<L, T>(&first.section(0.0), rod.d1, d2, rod.t, m0);
+    let v = velocity::<L, T>(first, rod.d1, d2, rod.t, n0);
+    let mut torque = zero;
+    if T::FORCE {
+        torque = cross(v, n0);
+    }
+    if first.has_magnet {
+        torque = torque + cross(to_world(rod.d1, d2, rod.t, first.mu), rod.B);
+    }
+    BaseSlope { omega, v, torque }
 }
 
 /// Integrates the rod from base moment `m0` at load fraction `lambda`, `columns` with it.
@@ -125,24 +159,26 @@ fn integrate<L: Lane, T: Terms>(pass: Pass<'_, L, T>) -> Tip<L> {
     }
     for (index, segment) in rod.segments.iter().enumerate() {
         let collect = program.collect[index];
-        if record {
+        if record && collect.any() {
             workspace.traces[index] = [Trace::zero(zero); 3];
         }
         match segment {
             Segment::Flexible(flexible) => {
                 let steps = resolution.steps[index];
-                if steps == 0 {
-                    continue;
-                }
-                let h = flexible.length * zero.constant(1.0 / steps as f64);
+                let share = 1.0 / steps.max(1) as f64;
+                let h = flexible.length * zero.constant(share);
                 let stages = &mut workspace.stages;
                 stages.set_step(resolution.tableau, h);
-                let integrates = record && (collect.rest_curvature || collect.stiffness || collect.load);
-                for _ in 0..steps {
-                    step_rod::<L, T>(flexible, lambda, h, n, stages, &mut state);
+                for k in 0..steps {
+                    let step = Step { h, start: k as f64 * share, share, n };
+                    step_rod::<L, T>(rod, flexible, lambda, &step, stages, &mut state);
                     for (k, three) in columns.iter_mut().enumerate() {
-                        let trace = if integrates { Some(&mut workspace.traces[index][k]) } else { None };
-                        step_columns::<L, T>(flexible, lambda, stages, trace, collect, three);
+                        let trace = match record && collect.integrals() {
+                            true if k < 3 => Some(&mut workspace.traces[index][k]),
+                            _ => None,
+                        };
+                        let source = forward_source(&workspace.sources, k, index);
+                        step_columns::<L, T>(rod, flexible, lambda, &step, stages, trace, collect, source, three);
                     }
                     if T::LOAD {
                         n = axpy(-h * lambda, flexible.w, n); // R1
@@ -151,49 +187,83 @@ fn integrate<L: Lane, T: Terms>(pass: Pass<'_, L, T>) -> Tip<L> {
                         workspace.stations.push([columns[0].w, columns[1].w]);
                     }
                 }
-                if record {
-                    let m = moment::<L, T>(state.p, state.M, n);
-                    let d2 = cross(state.t, state.d1);
-                    let omega = curvature::<L, T>(flexible, state.d1, d2, state.t, m);
-                    for (three, trace) in columns.iter().zip(&mut workspace.traces[index]) {
-                        trace.length = length_row::<L, T>(&state, m, n, flexible.w, Some(omega), three);
-                    }
+                if record && (collect.length || !workspace.sources.is_empty()) {
+                    end_flexible::<L, T>(rod, flexible, index, &state, n, collect.length, columns, workspace);
                 }
             }
             Segment::Rigid(rigid) => {
-                for (k, three) in columns.iter_mut().enumerate() {
-                    if record {
-                        collect_coil(rod, rigid, lambda, &state, three, &mut workspace.traces[index][k]);
-                    }
-                    cross_rigid_columns::<L, T>(rod, rigid, lambda, program.rigid_force_arm, n, &state, three);
-                    if record && collect.load {
-                        collect_rigid_load(rigid.length, state.t, three, &mut workspace.traces[index][k]);
-                    }
-                }
+                let before = state;
+                let n_before = n;
                 cross_rigid::<L, T>(rod, rigid, lambda, program.rigid_force_arm, &mut n, &mut state);
-                if record {
-                    let m = moment::<L, T>(state.p, state.M, n);
-                    for (three, trace) in columns.iter().zip(&mut workspace.traces[index]) {
-                        trace.length = length_row::<L, T>(&state, m, n, rigid.w, None, three);
+                for (k, three) in columns.iter_mut().enumerate() {
+                    if record && collect.any() && k < 3 {
+                        collect_rigid::<L, T>(rod, rigid, &before, n, three, &mut workspace.traces[index][k]);
                     }
+                    let source = forward_source(&workspace.sources, k, index);
+                    cross_rigid_columns::<L, T>(
+                        rod,
+                        rigid,
+                        lambda,
+                        program.rigid_force_arm,
+                        n_before,
+                        &before,
+                        source,
+                        three,
+                    );
                 }
             }
+        }
+    }
+    if let Some(free) = &rod.free {
+        let before = state;
+        cross_free(free, &mut state);
+        for three in columns.iter_mut() {
+            cross_free_columns(&before, state.p, three);
         }
     }
     Tip { p: state.p, d1: state.d1, t: state.t, m: moment::<L, T>(state.p, state.M, n), n }
 }
 
-/// Integral of dp over a rigid segment, from the columns at its distal end.
+/// The source on a segment of three columns: forward columns follow the first two threes.
 #[inline(always)]
-fn collect_rigid_load<L: Lane>(length: L, t: Vec3<L>, columns: &Columns<L>, trace: &mut Trace<L>) {
-    let half = length * length.constant(0.5);
-    let middle = super::algebra::columns_axpy(-half, super::algebra::columns_cross(columns.w, t), columns.dp);
-    let rows = super::algebra::transpose(middle * length);
-    trace.load = [rows.x, rows.y, rows.z];
+fn forward_source<L>(sources: &[Sources<L>], k: usize, index: usize) -> Option<&Source<L>> {
+    if k < 2 || sources.is_empty() { None } else { Some(&sources[k - 2].segments[index]) }
+}
+
+/// What a length does at the distal end of a flexible segment: its row by reciprocity, or to forward columns.
+#[inline(always)]
+#[allow(clippy::too_many_arguments)]
+fn end_flexible<L: Lane, T: Terms>(
+    rod: &Rod<L>,
+    segment: &Flexible<L>,
+    index: usize,
+    state: &State<L>,
+    n: Vec3<L>,
+    collect: bool,
+    columns: &mut [Columns<L>],
+    workspace: &mut Workspace<L>,
+) {
+    let m = moment::<L, T>(state.p, state.M, n);
+    let d2 = cross(state.t, state.d1);
+    let omega = curvature::<L, T>(&segment.section(1.0), state.d1, d2, state.t, m);
+    let v = velocity::<L, T>(segment, state.d1, d2, state.t, n);
+    for (k, three) in columns.iter_mut().enumerate() {
+        if collect && k < 3 {
+            let row = length_row::<L, T>(rod, segment, state, (m, n), (omega, v), three);
+            workspace.traces[index][k].length = row;
+        }
+        if let Some(source) = forward_source(&workspace.sources, k, index) {
+            let mut slope = -cross(state.p, segment.w);
+            if segment.has_magnet {
+                slope = cross_sub(to_world(state.d1, d2, state.t, segment.mu), rod.B, slope);
+            }
+            source.lengthen(segment, (omega, v, slope), three);
+        }
+    }
 }
 
 /// dm of three columns at the tip.
 #[inline(always)]
 pub fn tip_moment_columns<L: Lane, T: Terms>(tip: &Tip<L>, columns: &Columns<L>) -> Mat3<L> {
-    column_moment::<L, T>(columns.unit_force, tip.p, tip.n, columns.dp, columns.dM)
+    column_moment::<L, T>(&columns.dn, tip.p, tip.n, columns.dp, columns.dM)
 }

@@ -8,8 +8,10 @@ use super::lane::{Lane, Scalar};
 use super::path::{Path, PathEnd, follow_path};
 use super::program::{Inputs, Outputs, Program};
 use super::rod::{Rod, Terms};
-use super::rows::{Responses, write_rows};
-use super::shoot::{Tip, Workspace, force_columns, moment_columns, rotation_columns, shoot, tip_moment_columns};
+use super::rows::{Responses, write_forward_rows, write_rows};
+use super::shoot::{
+    Tip, Workspace, force_columns, forward_columns, moment_columns, rotation_columns, shoot, tip_moment_columns,
+};
 use super::stability::stability_index;
 use crate::model::path::{CHORD_LIMIT, CHORD_TOLERANCE, CHORD_TRUST, NEWTON_LIMIT, ROUND_OFF, TRUST};
 use crate::model::{Quantity, Status};
@@ -58,14 +60,17 @@ pub fn solve_group<L: Lane, T: Terms>(
     }
     chord_steps::<L, T>(program, rod, &mut end, workspace);
 
+    for k in 0..workspace.sources.len() {
+        workspace.sources[k].load(program, token, inputs, rod, 3 * k);
+    }
+    let mut columns = std::mem::take(&mut workspace.columns);
     let mut moving = end.reached;
     let mut converged = one.lt(zero);
-    let mut columns = [moment_columns(one), rotation_columns(end.m0), force_columns(one)];
     let mut tip = Tip { p: rod.t, d1: rod.t, t: rod.t, m: rod.t, n: rod.t };
     let (mut delta, mut size) = (Vec3::splat(zero), one);
     let mut w_inverse = end.inverse;
     for pass in 0..NEWTON_LIMIT {
-        columns = [moment_columns(one), rotation_columns(end.m0), force_columns(one)];
+        start_columns::<L, T>(program, rod, end.m0, workspace, &mut columns);
         tip = shoot::<L, T>(program, &program.fine, rod, one, end.m0, &mut columns, true, workspace);
         w_inverse = inverse(tip_moment_columns::<L, T>(&tip, &columns[0]));
         delta = -(w_inverse * (tip.m - rod.l_tip)); // J5
@@ -103,12 +108,37 @@ pub fn solve_group<L: Lane, T: Terms>(
     out.store(Quantity::LoadFraction.column(), end.lambda);
     out.store(Quantity::Status.column(), status);
 
-    let n0 = rod.base_force::<T>();
-    let responses = Responses::new::<T>(rod, &tip, &columns);
-    write_rows::<L, T>(program, token, inputs, rod, end.m0, n0, &columns, &responses, workspace, out);
+    if program.forward {
+        write_forward_rows::<L, T>(program, rod, end.m0, &tip, &columns, w_inverse, workspace, out);
+    } else if !program.derivatives.is_empty() {
+        let responses = Responses::new::<T>(rod, &tip, &columns);
+        write_rows::<L, T>(program, token, inputs, rod, end.m0, &columns, &responses, workspace, out);
+    }
 
     let error = error_estimate::<L, T>(program, rod, &end, &columns[0], w_inverse, (tip_position, d1, t), workspace);
     out.store(Quantity::ErrorEstimate.column(), error);
+    workspace.columns = columns;
+}
+
+/// The columns of a pass at the base: by moment and by rotation, and what the derivatives need.
+#[inline(always)]
+fn start_columns<L: Lane, T: Terms>(
+    program: &Program,
+    rod: &Rod<L>,
+    m0: Vec3<L>,
+    workspace: &Workspace<L>,
+    columns: &mut Vec<Columns<L>>,
+) {
+    let one = m0.x.constant(1.0);
+    columns.clear();
+    columns.push(moment_columns(one));
+    columns.push(rotation_columns(m0));
+    for sources in &workspace.sources {
+        columns.push(forward_columns::<L, T>(rod, sources, m0));
+    }
+    if !program.forward && !program.derivatives.is_empty() {
+        columns.push(force_columns(one));
+    }
 }
 
 /// Status of each lane, as codes.

@@ -1,8 +1,8 @@
 //! One step of the rod: the stages once, for every column to use.
 
-use super::algebra::{Mat3, Vec3, axpy, cross};
+use super::algebra::{Mat3, Vec3, axpy, cross, cross_sub};
 use super::lane::Lane;
-use super::rod::{Flexible, State, Terms, curvature, moment};
+use super::rod::{Flexible, Rod, State, Terms, curvature, moment, to_world, velocity};
 use crate::model::Tableau;
 
 /// The largest number of stages of a tableau.
@@ -17,8 +17,11 @@ pub struct Stage<L> {
     pub d1: Vec3<L>,
     pub d2: Vec3<L>,
     pub t: Vec3<L>,
+    /// p' = R nu
+    pub v: Vec3<L>,
     pub m: Vec3<L>,
     pub n: Vec3<L>,
+    pub compliance: Vec3<L>,
 }
 
 /// Stages and slopes of a step, reused from step to step.
@@ -33,7 +36,8 @@ pub struct Stages<L> {
     pub dw: [Mat3<L>; STAGES],
     pub ddp: [Mat3<L>; STAGES],
     pub ddM: [Mat3<L>; STAGES],
-    /// dm - w x m and dp of the last columns, for their integrals.
+    /// w, dm - w x m and dp of the last columns, for their integrals.
+    pub w: [Mat3<L>; STAGES],
     pub x: [Mat3<L>; STAGES],
     pub dp: [Mat3<L>; STAGES],
 }
@@ -46,13 +50,14 @@ impl<L: Lane> Stages<L> {
         Self {
             tableau,
             ha: [zero; COEFFICIENTS],
-            stage: [Stage { p: v, d1: v, d2: v, t: v, m: v, n: v }; STAGES],
+            stage: [Stage { p: v, d1: v, d2: v, t: v, v, m: v, n: v, compliance: v }; STAGES],
             dd1: [v; STAGES],
             dt: [v; STAGES],
             dM: [v; STAGES],
             dw: [a; STAGES],
             ddp: [a; STAGES],
             ddM: [a; STAGES],
+            w: [a; STAGES],
             x: [a; STAGES],
             dp: [a; STAGES],
         }
@@ -69,24 +74,37 @@ impl<L: Lane> Stages<L> {
     }
 }
 
-/// Takes the rod over one step of length `h`; `n` is the force at its start.
+/// One step of several equal ones over a segment.
+#[derive(Clone, Copy, Debug)]
+pub struct Step<L> {
+    /// Its length.
+    pub h: L,
+    /// Its start and its length as shares of the segment.
+    pub start: f64,
+    pub share: f64,
+    /// Force at its start.
+    pub n: Vec3<L>,
+}
+
+/// Takes the rod over one step.
 #[inline(always)]
 pub fn step_rod<L: Lane, T: Terms>(
+    rod: &Rod<L>,
     segment: &Flexible<L>,
     lambda: L,
-    h: L,
-    n: Vec3<L>,
+    step: &Step<L>,
     stages: &mut Stages<L>,
     state: &mut State<L>,
 ) {
     let stage_count = stages.tableau.a.len();
     let mut at = 0;
     let weight = segment.w * lambda;
+    let mu = segment.mu * lambda;
     for i in 0..stage_count {
         let State { mut p, mut d1, mut t, mut M } = *state;
         for j in 0..i {
             let ha = stages.ha[at + j];
-            p = axpy(ha, stages.stage[j].t, p); // R2
+            p = axpy(ha, stages.stage[j].v, p); // R2
             d1 = axpy(ha, stages.dd1[j], d1);
             t = axpy(ha, stages.dt[j], t);
             if T::LOAD {
@@ -94,23 +112,29 @@ pub fn step_rod<L: Lane, T: Terms>(
             }
         }
         at += i;
-        let mut n_stage = n;
+        let c = stages.tableau.c[i];
+        let section = segment.section(c.mul_add(step.share, step.start));
+        let mut n = step.n;
         if T::LOAD {
-            n_stage = axpy(-h * h.constant(stages.tableau.c[i]), weight, n); // R1
+            n = axpy(-step.h * step.h.constant(c), weight, n); // R1
         }
         let d2 = cross(t, d1);
-        let m = moment::<L, T>(p, M, n_stage);
-        let omega = curvature::<L, T>(segment, d1, d2, t, m);
-        stages.stage[i] = Stage { p, d1, d2, t, m, n: n_stage };
+        let m = moment::<L, T>(p, M, n);
+        let omega = curvature::<L, T>(&section, d1, d2, t, m);
+        let v = velocity::<L, T>(segment, d1, d2, t, n);
+        stages.stage[i] = Stage { p, d1, d2, t, v, m, n, compliance: section.compliance };
         stages.dd1[i] = cross(omega, d1); // R2
         stages.dt[i] = cross(omega, t); // R2
         if T::LOAD {
             stages.dM[i] = -cross(p, weight); // R1
+            if segment.has_magnet {
+                stages.dM[i] = cross_sub(to_world(d1, d2, t, mu), rod.B, stages.dM[i]); // R1
+            }
         }
     }
     for j in 0..stage_count {
         let hb = stages.ha[at + j];
-        state.p = axpy(hb, stages.stage[j].t, state.p);
+        state.p = axpy(hb, stages.stage[j].v, state.p);
         state.d1 = axpy(hb, stages.dd1[j], state.d1);
         state.t = axpy(hb, stages.dt[j], state.t);
         if T::LOAD {

@@ -9,7 +9,9 @@ mod end_curvature;
 mod parameter;
 pub mod path;
 mod plan;
+mod plan_parts;
 mod profile;
+mod rest_shape;
 pub mod rod;
 mod scene;
 mod segment_chain;
@@ -23,8 +25,9 @@ mod validate;
 pub use blocks::{BLOCK, Blocks};
 pub use end_curvature::{base_curvature, base_curvature_rate, tip_curvature};
 pub use parameter::{Axis, Parameter, ParameterError, StiffnessAxis, closest};
-pub use plan::{Batch, Derivative, Entry, Plan, PlanError, PlanOptions, SegmentPlan, Sensitivity, Terms};
+pub use plan::{Batch, Derivative, Entry, FreePart, Plan, PlanError, PlanOptions, SegmentPlan, Sensitivity, Terms};
 pub use profile::{Node, Piece, Profile};
+pub use rest_shape::REST_POSE;
 pub use rod::{
     BASE_RECORD, FLEXIBLE_RECORD, FlexibleRod, RIGID_RECORD, RigidRod, Rod, RodSegment, Slot, record_offsets,
 };

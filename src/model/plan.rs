@@ -1,11 +1,10 @@
 //! What all samples of a sweep share: terms, record layout, derivatives, resolution. And the batch that varies.
 
 use super::dependence::{changes_chain, touched_entries};
-use super::rod::{BASE_RECORD, Slot, record_offsets};
-use super::{
-    BLOCK, Blocks, FlexibleRod, Parameter, ParameterError, Rigid, Rod, RodSegment, Scene, SceneError, SegmentKind,
-    SegmentParameter, Stepper, StiffnessAxis, Units,
-};
+use super::plan_parts::{free_part, is_forward, natural_units, segment_plans, terms_of};
+use super::rest_shape::{REST_POSE, rest_pose};
+use super::rod::{BASE_RECORD, Slot};
+use super::{BLOCK, Blocks, Parameter, ParameterError, Rod, Scene, SceneError, SegmentKind, Stepper, Units};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 
@@ -99,6 +98,15 @@ impl Default for PlanOptions {
     }
 }
 
+/// A distal part without loads.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FreePart {
+    /// Its first segment.
+    pub segment: usize,
+    /// First entry of the pose of its distal end in the frame of its proximal end: position, d1, t.
+    pub entry: usize,
+}
+
 /// Everything about a sweep that does not change from sample to sample.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
@@ -109,7 +117,11 @@ pub struct Plan {
     pub units: Units,
     pub terms: Terms,
     pub segments: Vec<SegmentPlan>,
-    /// The rod's record, then the coefficients of the derivatives.
+    /// The distal part that nothing loads: it keeps its rest shape and is not integrated.
+    pub free: Option<FreePart>,
+    /// Whether derivatives come from forward columns; else from reciprocity.
+    pub forward: bool,
+    /// The rod's record, the rest pose of the free part, then the coefficients of the derivatives.
     pub entries: Vec<Entry>,
     /// Columns of a batch.
     pub input_count: usize,
@@ -125,6 +137,10 @@ pub enum PlanError {
     Parameter(#[from] ParameterError),
     #[error("`insertion` needs a flexible first segment: `{0}` is rigid")]
     InsertionIntoRigid(String),
+    #[error(
+        "reciprocity does not hold without the force arm of rigid segments: leave the choice to the program, or `model.rigid_force_arm` out"
+    )]
+    NoReciprocity,
 }
 
 /// Inputs of a batch: the varying entries of each sample, SI.
@@ -160,20 +176,30 @@ impl Plan {
             return Err(PlanError::InsertionIntoRigid(scene.segments[0].name.clone()));
         }
         let rod = scene.rod();
+        let segments = segment_plans(scene, &rod, options.steps, &swept);
+        let terms = terms_of(scene, &segments, &rod, &swept, !wrt.is_empty());
+        let chains: Vec<Vec<(Slot, f64)>> = wrt.iter().map(|parameter| parameter.chain(scene)).collect();
         let mut record = Vec::new();
         rod.write_record(&mut record);
-        let varying: BTreeSet<usize> =
+        let mut varying: BTreeSet<usize> =
             swept.iter().flat_map(|parameter| touched_entries(*parameter, scene, &rod, &swept)).collect();
+        let free = free_part(&terms, &segments, &chains).map(|segment| FreePart { segment, entry: record.len() });
+        if let Some(FreePart { segment, entry }) = free {
+            if varying.range(segments[segment].record..).next().is_some() {
+                varying.extend(entry..entry + REST_POSE);
+            }
+            record.extend(rest_pose(&rod.segments[segment..]));
+        }
         let mut entries: Vec<Entry> = record.into_iter().map(Entry::Constant).collect();
         for (column, entry) in varying.iter().enumerate() {
             entries[*entry] = Entry::Varying(column);
         }
         let mut input_count = varying.len();
         let mut derivatives = Vec::new();
-        for parameter in wrt {
+        for (parameter, chain) in wrt.iter().zip(chains) {
             let varies = swept.iter().any(|other| changes_chain(*parameter, *other));
             let mut terms = Vec::new();
-            for (slot, rate) in parameter.chain(scene) {
+            for (slot, rate) in chain {
                 if rate == 0.0 && !varies {
                     continue;
                 }
@@ -183,13 +209,15 @@ impl Plan {
             }
             derivatives.push(Derivative { parameter: *parameter, name: parameter.name(scene), terms });
         }
-        let segments = segment_plans(scene, &rod, options.steps, &swept);
+        let forward = is_forward(scene, &terms, derivatives.len(), options.sensitivity)?;
         Ok(Plan {
             scene: scene.clone(),
             axes: axes.to_vec(),
             units: natural_units(&rod),
-            terms: terms_of(scene, &segments, &rod, &swept),
+            terms,
             segments,
+            free,
+            forward,
             entries,
             input_count,
             derivatives,
@@ -206,7 +234,8 @@ impl Plan {
     pub fn with_options(&self, options: PlanOptions) -> Plan {
         let swept: Vec<Parameter> = self.axes.iter().flatten().copied().collect();
         let segments = segment_plans(&self.scene, &self.scene.rod(), options.steps, &swept);
-        Plan { segments, options, ..self.clone() }
+        let forward = is_forward(&self.scene, &self.terms, self.derivatives.len(), options.sensitivity);
+        Plan { segments, options, forward: forward.unwrap_or(self.forward), ..self.clone() }
     }
 
     /// Builds a batch: `values(i, &mut row)` writes the value of each axis for sample `i` of the batch.
@@ -263,6 +292,9 @@ impl Plan {
             rod = scene.rod();
         }
         rod.write_record(entries);
+        if let Some(free) = self.free {
+            entries.extend(rest_pose(&rod.segments[free.segment..]));
+        }
         for derivative in &self.derivatives {
             let end = entries.len() + derivative.terms.len();
             let first = derivative.terms.first().map(|(_, entry)| self.entries[*entry]);
@@ -319,109 +351,13 @@ impl Plan {
                 scale.extend([units.force; 3]);
             }
         }
+        if self.free.is_some() {
+            scale.extend([units.length; 3]);
+            scale.extend([1.0; 6]);
+        }
         for derivative in &self.derivatives {
             scale.extend(derivative.terms.iter().map(|(slot, _)| slot.unit(units)));
         }
         scale
     }
-}
-
-impl Slot {
-    /// One unit of the slot, SI.
-    pub fn unit(&self, units: &Units) -> f64 {
-        match self {
-            Slot::BaseRotation(_) => 1.0,
-            Slot::BasePosition(_) | Slot::Insertion | Slot::Length(_) => units.length,
-            Slot::FluxDensity(_) => units.field,
-            Slot::TipForce(_) | Slot::Weight(..) => units.force,
-            Slot::TipMoment(_) => units.moment(),
-            Slot::Stiffness(..) | Slot::StiffnessRise(..) => units.stiffness(),
-            Slot::RestCurvature(..) | Slot::RestCurvatureRise(..) => units.curvature(),
-            Slot::DipolePerLength(..) => units.dipole() / units.length,
-            Slot::ShearCompliance(..) => 1.0 / units.force,
-            Slot::Dipole(..) => units.dipole(),
-            Slot::Load(..) => units.load(),
-        }
-    }
-}
-
-/// Length: the rod's. Moment: what bends the mean rod by one radian. Field: the scene's.
-fn natural_units(rod: &Rod) -> Units {
-    let length = rod.total_length();
-    let (mut flexible, mut compliance) = (0.0, 0.0);
-    for segment in &rod.segments {
-        if let RodSegment::Flexible(segment) = segment {
-            let middle = |axis: usize| segment.stiffness[axis] + 0.5 * segment.stiffness_rise[axis];
-            flexible += segment.length;
-            compliance += segment.length / (middle(0) * middle(1)).sqrt();
-        }
-    }
-    let stiffness = if compliance > 0.0 { flexible / compliance } else { 1.0 };
-    let field = rod.flux_density.iter().map(|b| b * b).sum::<f64>().sqrt();
-    Units { length, force: stiffness / (length * length), field: if field > 0.0 { field } else { 1.0 } }
-}
-
-fn terms_of(scene: &Scene, segments: &[SegmentPlan], rod: &Rod, swept: &[Parameter]) -> Terms {
-    let sweeps = |test: fn(&Parameter) -> bool| swept.iter().any(test);
-    let load =
-        scene.has_distributed_load() || sweeps(|p| matches!(p, Parameter::Gravity(_) | Parameter::DistributedForce(_)));
-    let force = load || scene.loads.tip_force.is_some() || sweeps(|p| matches!(p, Parameter::TipForce(_)));
-    let differs = |segment: &RodSegment| match segment {
-        RodSegment::Flexible(FlexibleRod { stiffness, stiffness_rise, .. }) => {
-            stiffness[0] != stiffness[1] || stiffness_rise[0] != stiffness_rise[1]
-        }
-        RodSegment::Rigid(_) => false,
-    };
-    let one_sided = |parameter: &Parameter| {
-        use SegmentParameter::{Stiffness, StiffnessNode};
-        use StiffnessAxis::{BendingX, BendingY};
-        matches!(
-            parameter,
-            Parameter::Segment(_, Stiffness(BendingX | BendingY) | StiffnessNode(_, BendingX | BendingY))
-        )
-    };
-    Terms {
-        force,
-        load,
-        magnet: segments.iter().any(|segment| segment.has_magnet),
-        shear: force && segments.iter().any(|segment| segment.shears),
-        taper: segments.iter().any(|segment| segment.tapers),
-        curvature_rise: segments.iter().any(|segment| segment.curvature_rises),
-        anisotropic: rod.segments.iter().any(differs) || swept.iter().any(one_sided),
-        tip_moment: scene.loads.tip_moment.is_some() || sweeps(|p| matches!(p, Parameter::TipMoment(_))),
-        dipole: segments.iter().any(|segment| segment.has_dipole),
-    }
-}
-
-/// Shares the steps out by length; a piece of no length takes none, unless its length is swept.
-fn segment_plans(scene: &Scene, rod: &Rod, steps: usize, swept: &[Parameter]) -> Vec<SegmentPlan> {
-    let flexible: f64 = rod.segments.iter().filter(|s| s.is_flexible()).map(RodSegment::length).sum();
-    let offsets = record_offsets(&rod.segments);
-    let mut plans = Vec::new();
-    for (index, segment) in scene.segments.iter().enumerate() {
-        let is_swept = swept.contains(&Parameter::Segment(index, SegmentParameter::Length))
-            || index == 0 && swept.contains(&Parameter::Insertion);
-        for (piece, at) in scene.pieces(index).iter().zip(scene.piece_indices(index)) {
-            let plan = SegmentPlan { record: offsets[at], ..SegmentPlan::default() };
-            plans.push(match &segment.kind {
-                SegmentKind::Flexible(segment) => {
-                    let share = if flexible > 0.0 { rod.segments[at].length() / flexible } else { 1.0 };
-                    let share = (steps as f64 * share - 1e-9).ceil().max(f64::from(u8::from(is_swept)));
-                    SegmentPlan {
-                        is_flexible: true,
-                        has_magnet: segment.dipole_per_length.is_some(),
-                        shears: segment.stiffness_shear.is_some() || segment.stiffness_axial.is_some(),
-                        tapers: segment.stiffness.profile().varies_on(piece),
-                        curvature_rises: segment.rest_curvature.varies_on(piece),
-                        steps: share as usize,
-                        ..plan
-                    }
-                }
-                SegmentKind::Rigid(Rigid { coil, dipole_per_length, .. }) => {
-                    SegmentPlan { has_dipole: coil.is_some() || dipole_per_length.is_some(), ..plan }
-                }
-            });
-        }
-    }
-    plans
 }

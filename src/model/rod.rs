@@ -1,6 +1,6 @@
 //! The mechanics of one sample: what a backend needs to know, and nothing about materials or windings.
 
-use super::{Axis, Matrix, Vector};
+use super::{Axis, Matrix, Units, Vector};
 
 /// A clamped rod under dead loads in a uniform field; SI units, world frame unless said otherwise.
 #[derive(Clone, Debug, PartialEq)]
@@ -102,6 +102,47 @@ pub const SHEAR_COMPLIANCE_AT: usize = 19;
 pub const RIGID_RECORD: usize = 7;
 pub const DIPOLE_AT: usize = 1;
 pub const WEIGHT_AT: usize = 4;
+
+impl Slot {
+    /// One unit of the slot, SI.
+    pub fn unit(&self, units: &Units) -> f64 {
+        match self {
+            Slot::BaseRotation(_) => 1.0,
+            Slot::BasePosition(_) | Slot::Insertion | Slot::Length(_) => units.length,
+            Slot::FluxDensity(_) => units.field,
+            Slot::TipForce(_) | Slot::Weight(..) => units.force,
+            Slot::TipMoment(_) => units.moment(),
+            Slot::Stiffness(..) | Slot::StiffnessRise(..) => units.stiffness(),
+            Slot::RestCurvature(..) | Slot::RestCurvatureRise(..) => units.curvature(),
+            Slot::DipolePerLength(..) => units.dipole() / units.length,
+            Slot::ShearCompliance(..) => 1.0 / units.force,
+            Slot::Dipole(..) => units.dipole(),
+            Slot::Load(..) => units.load(),
+        }
+    }
+
+    /// The segment it belongs to.
+    pub fn segment(&self) -> Option<usize> {
+        match *self {
+            Slot::Length(segment)
+            | Slot::Stiffness(segment, _)
+            | Slot::StiffnessRise(segment, _)
+            | Slot::RestCurvature(segment, _)
+            | Slot::RestCurvatureRise(segment, _)
+            | Slot::Load(segment, _)
+            | Slot::DipolePerLength(segment, _)
+            | Slot::ShearCompliance(segment, _)
+            | Slot::Dipole(segment, _)
+            | Slot::Weight(segment, _) => Some(segment),
+            _ => None,
+        }
+    }
+
+    /// Whether it changes nothing where no force and no moment act.
+    pub(super) fn is_compliance(&self) -> bool {
+        matches!(self, Slot::Stiffness(..) | Slot::StiffnessRise(..) | Slot::ShearCompliance(..))
+    }
+}
 
 impl FlexibleRod {
     /// EIx, EIy, GJ at the distal end [N·m²]

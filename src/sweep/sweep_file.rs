@@ -374,7 +374,7 @@ fn plan_problem(root: &Reader, spec: &SweepSpec, error: PlanError) -> InputError
         PlanError::Parameter(ParameterError::Derived { name } | ParameterError::Unknown { name, .. }) => {
             parameter.name(&spec.scene) == *name
         }
-        PlanError::Scene(_) => false,
+        PlanError::Scene(_) | PlanError::NoReciprocity => false,
     };
     let axis = spec.axes.iter().position(|axis| axis.parameters.iter().any(is_meant));
     let key = match axis {

@@ -1,0 +1,263 @@
+//! Forward columns: what three parameters change, segment by segment.
+
+use super::algebra::{Mat3, Vec3, axpy, columns_axpy, columns_cross, columns_cross_sub, dot, outer};
+use super::column::{Columns, Force};
+use super::lane::Lane;
+use super::program::{Inputs, Program};
+use super::rod::{Flexible, Rigid, Rod, Segment, State, world_dipole};
+use super::step::Stage;
+use crate::model::{Axis, Slot};
+
+/// Three parameters: what each changes at the base, at the tip and on the segments.
+pub struct Sources<L> {
+    /// Virtual rotation and displacement of the base.
+    pub w0: Mat3<L>,
+    pub dp0: Mat3<L>,
+    /// Change of the force at the base.
+    pub dn0: Mat3<L>,
+    pub dl_tip: Mat3<L>,
+    pub dB: Mat3<L>,
+    /// How fast each inserts.
+    pub insertion: Vec3<L>,
+    pub segments: Vec<Source<L>>,
+}
+
+/// What three parameters change on one segment.
+#[derive(Clone, Copy, Debug)]
+pub struct Source<L> {
+    pub dL: Vec3<L>,
+    pub dK: Mat3<L>,
+    pub dK_rise: Mat3<L>,
+    pub du_star: Mat3<L>,
+    pub du_star_rise: Mat3<L>,
+    pub dC_se: Mat3<L>,
+    /// Of the dipole, per length on a flexible segment.
+    pub dmu: Mat3<L>,
+    /// Of the force, per length on a flexible segment.
+    pub dload: Mat3<L>,
+    pub dB: Mat3<L>,
+    uses: Uses,
+}
+
+/// What of a source is not zero.
+#[derive(Clone, Copy, Debug, Default)]
+struct Uses {
+    bend: bool,
+    shear: bool,
+    load: bool,
+    magnet: bool,
+}
+
+impl<L: Lane> Sources<L> {
+    pub fn new(token: L::Token) -> Self {
+        let zero = Mat3::zero(L::splat(token, 0.0));
+        Self { w0: zero, dp0: zero, dn0: zero, dl_tip: zero, dB: zero, insertion: zero.x, segments: Vec::new() }
+    }
+
+    /// Fills in up to three derivatives of the program, from number `first` on.
+    #[inline(always)]
+    pub fn load(
+        &mut self,
+        program: &Program,
+        token: L::Token,
+        inputs: &Inputs<'_, L::Scalar>,
+        rod: &Rod<L>,
+        first: usize,
+    ) {
+        let zero = Mat3::zero(L::splat(token, 0.0));
+        (self.w0, self.dp0, self.dn0, self.dl_tip, self.dB) = (zero, zero, zero, zero, zero);
+        self.insertion = zero.x;
+        self.segments.clear();
+        self.segments.resize(rod.segments.len(), Source::zero(zero));
+        for (k, terms) in program.derivatives.iter().skip(first).take(3).enumerate() {
+            for (slot, entry) in terms {
+                let rate: L = program.entry(token, inputs, *entry);
+                self.add(k, *slot, rate);
+            }
+        }
+        for (source, segment) in self.segments.iter_mut().zip(&rod.segments) {
+            source.dB = self.dB;
+            source.uses.magnet = source.uses.magnet || matches!(segment, Segment::Flexible(s) if s.has_magnet);
+            let dn = match segment {
+                Segment::Flexible(flexible) => outer(flexible.w, source.dL, source.dload * flexible.length),
+                Segment::Rigid(_) => source.dload,
+            };
+            self.dn0 = self.dn0 + dn;
+        }
+    }
+
+    #[inline(always)]
+    fn add(&mut self, k: usize, slot: Slot, rate: L) {
+        match slot {
+            Slot::BasePosition(axis) => add_to(&mut self.dp0, k, axis, rate),
+            Slot::BaseRotation(axis) => add_to(&mut self.w0, k, axis, rate),
+            Slot::FluxDensity(axis) => add_to(&mut self.dB, k, axis, rate),
+            Slot::TipForce(axis) => add_to(&mut self.dn0, k, axis, rate),
+            Slot::TipMoment(axis) => add_to(&mut self.dl_tip, k, axis, rate),
+            Slot::Insertion => add_at(&mut self.insertion, k, rate),
+            Slot::Length(j)
+            | Slot::Stiffness(j, _)
+            | Slot::StiffnessRise(j, _)
+            | Slot::RestCurvature(j, _)
+            | Slot::RestCurvatureRise(j, _)
+            | Slot::Load(j, _)
+            | Slot::DipolePerLength(j, _)
+            | Slot::ShearCompliance(j, _)
+            | Slot::Dipole(j, _)
+            | Slot::Weight(j, _) => {
+                // Segments of the unloaded distal part are not integrated; such slots change nothing there.
+                if let Some(source) = self.segments.get_mut(j) {
+                    source.add(k, slot, rate);
+                }
+            }
+        }
+    }
+}
+
+impl<L: Lane> Source<L> {
+    fn zero(zero: Mat3<L>) -> Self {
+        Self {
+            dL: zero.x,
+            dK: zero,
+            dK_rise: zero,
+            du_star: zero,
+            du_star_rise: zero,
+            dC_se: zero,
+            dmu: zero,
+            dload: zero,
+            dB: zero,
+            uses: Uses::default(),
+        }
+    }
+
+    #[inline(always)]
+    fn add(&mut self, k: usize, slot: Slot, rate: L) {
+        match slot {
+            Slot::Length(_) => add_at(&mut self.dL, k, rate),
+            Slot::Stiffness(_, axis) => add_to(&mut self.dK, k, axis, rate),
+            Slot::StiffnessRise(_, axis) => add_to(&mut self.dK_rise, k, axis, rate),
+            Slot::RestCurvature(_, axis) => add_to(&mut self.du_star, k, axis, rate),
+            Slot::RestCurvatureRise(_, axis) => add_to(&mut self.du_star_rise, k, axis, rate),
+            Slot::ShearCompliance(_, axis) => add_to(&mut self.dC_se, k, axis, rate),
+            Slot::Load(_, axis) | Slot::Weight(_, axis) => add_to(&mut self.dload, k, axis, rate),
+            Slot::DipolePerLength(_, axis) | Slot::Dipole(_, axis) => add_to(&mut self.dmu, k, axis, rate),
+            _ => {}
+        }
+        use Slot::{
+            DipolePerLength, Load, RestCurvature, RestCurvatureRise, ShearCompliance, Stiffness, StiffnessRise,
+        };
+        let uses = &mut self.uses;
+        uses.bend |= matches!(slot, Stiffness(..) | StiffnessRise(..) | RestCurvature(..) | RestCurvatureRise(..));
+        uses.shear |= matches!(slot, ShearCompliance(..));
+        uses.load |= matches!(slot, Load(..));
+        uses.magnet |= matches!(slot, DipolePerLength(..));
+    }
+
+    /// dn a distance beyond the point where it is `dn`.
+    #[inline(always)]
+    pub fn force(&self, dn: &Force<L>, distance: L) -> Force<L> {
+        match dn {
+            Force::Forward(dn) if self.uses.load => Force::Forward(columns_axpy(-distance, self.dload, *dn)),
+            dn => *dn,
+        }
+    }
+
+    /// R du* + R d(K^-1) R^T m at a share `x` of the segment.
+    #[inline(always)]
+    pub fn bend(&self, x: f64, k: Vec3<L>, stage: &Stage<L>, dw: &mut Mat3<L>) {
+        if !self.uses.bend {
+            return;
+        }
+        let x = k.x.constant(x);
+        let R = Mat3 { x: stage.d1, y: stage.d2, z: stage.t };
+        let dK = columns_axpy(x, self.dK_rise, self.dK);
+        let du_star = columns_axpy(x, self.du_star_rise, self.du_star);
+        let [d1, d2, t] = [stage.d1, stage.d2, stage.t];
+        let m_body = Vec3 { x: dot(d1, stage.m), y: dot(d2, stage.m), z: dot(t, stage.m) };
+        *dw = *dw + R * (du_star - scaled(m_body * k * k, dK)); // J1
+    }
+
+    /// R d(Kse^-1) R^T n
+    #[inline(always)]
+    pub fn shear(&self, stage: &Stage<L>, ddp: &mut Mat3<L>) {
+        if self.uses.shear {
+            let R = Mat3 { x: stage.d1, y: stage.d2, z: stage.t };
+            let n_body = Vec3 { x: dot(stage.d1, stage.n), y: dot(stage.d2, stage.n), z: dot(stage.t, stage.n) };
+            *ddp = *ddp + R * scaled(n_body, self.dC_se);
+        }
+    }
+
+    /// -p x df - (R dmu) x B - (R mu) x dB
+    #[inline(always)]
+    pub fn load(&self, rod: &Rod<L>, segment: &Flexible<L>, stage: &Stage<L>, ddM: &mut Mat3<L>) {
+        if self.uses.load {
+            *ddM = *ddM + columns_cross(self.dload, stage.p);
+        }
+        if self.uses.magnet {
+            let R = Mat3 { x: stage.d1, y: stage.d2, z: stage.t };
+            *ddM = columns_cross_sub(R * self.dmu, rod.B, *ddM) + columns_cross(self.dB, R * segment.mu);
+        }
+    }
+
+    /// More of a flexible segment at its distal end, where the rod goes on with R u, p' and M'.
+    #[inline(always)]
+    pub fn lengthen(
+        &self,
+        segment: &Flexible<L>,
+        (omega, v, slope): (Vec3<L>, Vec3<L>, Vec3<L>),
+        columns: &mut Columns<L>,
+    ) {
+        columns.w = outer(omega, self.dL, columns.w);
+        columns.dp = outer(v, self.dL, columns.dp);
+        columns.dM = outer(slope, self.dL, columns.dM);
+        if let Force::Forward(dn) = columns.dn {
+            columns.dn = Force::Forward(outer(-segment.w, self.dL, dn));
+        }
+    }
+
+    /// -(R dmu) x B - (R mu) x dB - middle x dW on a rigid segment; lever arms are the caller's.
+    #[inline(always)]
+    pub fn cross_rigid(
+        &self,
+        rod: &Rod<L>,
+        segment: &Rigid<L>,
+        force_arm: bool,
+        state: &State<L>,
+        columns: &mut Columns<L>,
+    ) {
+        let one = segment.length.constant(1.0);
+        let d2 = super::algebra::cross(state.t, state.d1);
+        let R = Mat3 { x: state.d1, y: d2, z: state.t };
+        let mu_world = world_dipole(segment, state, one);
+        columns.dM = columns_cross_sub(R * self.dmu, rod.B, columns.dM) + columns_cross(self.dB, mu_world);
+        let half = segment.length * one.constant(0.5);
+        let middle = if force_arm { axpy(half, state.t, state.p) } else { state.p };
+        columns.dM = columns.dM + columns_cross(self.dload, middle);
+        if let Force::Forward(dn) = columns.dn {
+            columns.dn = Force::Forward(dn - self.dload);
+        }
+    }
+}
+
+/// diag(v) times three columns.
+#[inline(always)]
+fn scaled<L: Lane>(v: Vec3<L>, a: Mat3<L>) -> Mat3<L> {
+    Mat3 { x: v * a.x, y: v * a.y, z: v * a.z }
+}
+
+#[inline(always)]
+fn add_to<L: Lane>(columns: &mut Mat3<L>, k: usize, axis: Axis, rate: L) {
+    let column = [&mut columns.x, &mut columns.y, &mut columns.z].into_iter().nth(k);
+    if let Some(column) = column {
+        add_at(column, axis.index(), rate);
+    }
+}
+
+#[inline(always)]
+fn add_at<L: Lane>(v: &mut Vec3<L>, k: usize, rate: L) {
+    match k {
+        0 => v.x = v.x + rate,
+        1 => v.y = v.y + rate,
+        _ => v.z = v.z + rate,
+    }
+}

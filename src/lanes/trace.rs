@@ -1,0 +1,167 @@
+//! What columns leave behind along the rod: the integrals and values that rows of the Jacobian are made of.
+
+use super::algebra::{
+    Mat3, Vec3, axpy, columns_axpy, columns_cross, columns_cross_sub, cross, dot, row_times, transpose,
+};
+use super::column::{Columns, Force, column_force, column_moment};
+use super::lane::Lane;
+use super::program::Collect;
+use super::rod::{Flexible, Rigid, Rod, State, Terms, to_world, world_dipole};
+use super::step::{Stages, Step};
+
+/// What three columns leave behind on a segment; `row[j]` holds component j of each column.
+#[derive(Clone, Copy, Debug)]
+pub struct Trace<L> {
+    /// Integral of dm_b,j; the same times s / length.
+    pub rest_curvature: [Vec3<L>; 3],
+    pub rest_curvature_rise: [Vec3<L>; 3],
+    /// Integral of -dm_b,j m_b,j / K_j²; the same times s / length.
+    pub stiffness: [Vec3<L>; 3],
+    pub stiffness_rise: [Vec3<L>; 3],
+    /// Integral of dn_b,j n_b,j.
+    pub shear_compliance: [Vec3<L>; 3],
+    /// Integral of dp_j on a flexible segment, dp_j in the middle of a rigid one.
+    pub load: [Vec3<L>; 3],
+    /// w . (R e_j x B): its integral on a flexible segment, its value on a rigid one.
+    pub dipole: [Vec3<L>; 3],
+    /// (w x R mu)_j, likewise.
+    pub field: [Vec3<L>; 3],
+    /// Change of H at the distal end.
+    pub length: Vec3<L>,
+}
+
+impl<L: Lane> Trace<L> {
+    #[inline(always)]
+    pub fn zero(zero: L) -> Self {
+        let v = Vec3::splat(zero);
+        let rows = [v; 3];
+        Self {
+            rest_curvature: rows,
+            rest_curvature_rise: rows,
+            stiffness: rows,
+            stiffness_rise: rows,
+            shear_compliance: rows,
+            load: rows,
+            dipole: rows,
+            field: rows,
+            length: v,
+        }
+    }
+}
+
+/// Adds a step's part of the integrals that the derivatives need, with the stepper's own weights.
+#[inline(always)]
+#[allow(clippy::too_many_arguments)]
+pub fn collect_integrals<L: Lane>(
+    rod: &Rod<L>,
+    segment: &Flexible<L>,
+    step: &Step<L>,
+    stages: &Stages<L>,
+    weights: usize,
+    collect: Collect,
+    dn: &Force<L>,
+    trace: &mut Trace<L>,
+) {
+    for i in 0..stages.tableau.a.len() {
+        let (hb, stage) = (stages.ha[weights + i], &stages.stage[i]);
+        let share = hb.constant(stages.tableau.c[i].mul_add(step.share, step.start));
+        let directors = [stage.d1, stage.d2, stage.t];
+        if collect.rest_curvature || collect.stiffness {
+            let k = if segment.tapers { stage.compliance } else { segment.compliance };
+            for (j, (d, k)) in directors.into_iter().zip([k.x, k.y, k.z]).enumerate() {
+                let dm_body = row_times(d, stages.x[i]) * hb;
+                let strain = -(dot(d, stage.m) * (k * k));
+                trace.rest_curvature[j] = trace.rest_curvature[j] + dm_body;
+                trace.stiffness[j] = axpy(strain, dm_body, trace.stiffness[j]);
+                if collect.rise {
+                    trace.rest_curvature_rise[j] = axpy(share, dm_body, trace.rest_curvature_rise[j]);
+                    trace.stiffness_rise[j] = axpy(strain * share, dm_body, trace.stiffness_rise[j]);
+                }
+            }
+        }
+        if collect.shear_compliance {
+            let y = column_force(dn, stage.n, stages.w[i]);
+            for (j, d) in directors.into_iter().enumerate() {
+                let n_body = dot(d, stage.n) * hb;
+                trace.shear_compliance[j] = axpy(n_body, row_times(d, y), trace.shear_compliance[j]);
+            }
+        }
+        if collect.load {
+            trace.load = add_rows(hb, stages.dp[i], trace.load);
+        }
+        if collect.dipole {
+            for (j, d) in directors.into_iter().enumerate() {
+                trace.dipole[j] = axpy(hb, row_times(cross(d, rod.B), stages.w[i]), trace.dipole[j]);
+            }
+        }
+        if collect.field && segment.has_magnet {
+            let mu_world = to_world(stage.d1, stage.d2, stage.t, segment.mu);
+            trace.field = add_rows(hb, columns_cross(stages.w[i], mu_world), trace.field);
+        }
+    }
+}
+
+/// Adds the rows of three columns, times a factor.
+#[inline(always)]
+fn add_rows<L: Lane>(factor: L, columns: Mat3<L>, sum: [Vec3<L>; 3]) -> [Vec3<L>; 3] {
+    let rows = transpose(columns);
+    [axpy(factor, rows.x, sum[0]), axpy(factor, rows.y, sum[1]), axpy(factor, rows.z, sum[2])]
+}
+
+/// Change of H = m_b . K^-1 m_b / 2 + m_b . u* + n . t + n_b . Kse^-1 n_b / 2 at the distal end of a flexible segment.
+///
+/// `omega` is R u there and `v` p'.
+#[inline(always)]
+pub fn length_row<L: Lane, T: Terms>(
+    rod: &Rod<L>,
+    segment: &Flexible<L>,
+    state: &State<L>,
+    (m, n): (Vec3<L>, Vec3<L>),
+    (omega, v): (Vec3<L>, Vec3<L>),
+    columns: &Columns<L>,
+) -> Vec3<L> {
+    let dm = column_moment::<L, T>(&columns.dn, state.p, n, columns.dp, columns.dM);
+    let mut row = row_times(omega, columns_cross_sub(columns.w, m, dm));
+    if let Force::Unit = columns.dn {
+        row = row + v;
+    }
+    if T::FORCE {
+        row = row + row_times(n, columns_cross(columns.w, v));
+    }
+    if T::LOAD {
+        row = row + row_times(segment.w, columns.dp);
+        if segment.has_magnet {
+            let mu_world = to_world(state.d1, cross(state.t, state.d1), state.t, segment.mu);
+            row = row + row_times(rod.B, columns_cross(columns.w, mu_world));
+        }
+    }
+    row
+}
+
+/// What three columns leave on a rigid segment; `state` and `columns` are those at its proximal end, `n` is the force
+/// at its distal end.
+#[inline(always)]
+pub fn collect_rigid<L: Lane, T: Terms>(
+    rod: &Rod<L>,
+    segment: &Rigid<L>,
+    state: &State<L>,
+    n: Vec3<L>,
+    columns: &Columns<L>,
+    trace: &mut Trace<L>,
+) {
+    let half = segment.length.constant(0.5);
+    let (w, d2) = (columns.w, cross(state.t, state.d1));
+    for (j, d) in [state.d1, d2, state.t].into_iter().enumerate() {
+        trace.dipole[j] = row_times(cross(d, rod.B), w);
+    }
+    let mu_world = world_dipole(segment, state, half.constant(1.0));
+    let zero = [Vec3::splat(half.constant(0.0)); 3];
+    let one = half.constant(1.0);
+    trace.field = add_rows(one, columns_cross(w, mu_world), zero);
+    let wt = columns_cross(w, state.t);
+    trace.load = add_rows(one, columns_axpy(segment.length * half, wt, columns.dp), zero);
+    trace.length = if let Force::Unit = columns.dn { state.t } else { zero[0] };
+    if T::FORCE {
+        trace.length = trace.length + row_times(axpy(half, segment.w, n), wt);
+    }
+}

@@ -1,0 +1,135 @@
+//! What a plan decides once for all samples: units, terms, steps, what stays at rest, how to differentiate.
+
+use super::rod::{Slot, record_offsets};
+use super::{
+    FlexibleRod, Parameter, PlanError, Rigid, Rod, RodSegment, Scene, SegmentKind, SegmentParameter, SegmentPlan,
+    Sensitivity, StiffnessAxis, Terms, Units,
+};
+
+/// Up to this many derivatives forward columns are the cheaper way.
+const FEW: usize = 3;
+
+/// Length: the rod's. Moment: what bends the mean rod by one radian. Field: the scene's.
+pub(super) fn natural_units(rod: &Rod) -> Units {
+    let length = rod.total_length();
+    let (mut flexible, mut compliance) = (0.0, 0.0);
+    for segment in &rod.segments {
+        if let RodSegment::Flexible(segment) = segment {
+            let middle = |axis: usize| segment.stiffness[axis] + 0.5 * segment.stiffness_rise[axis];
+            flexible += segment.length;
+            compliance += segment.length / (middle(0) * middle(1)).sqrt();
+        }
+    }
+    let stiffness = if compliance > 0.0 { flexible / compliance } else { 1.0 };
+    let field = rod.flux_density.iter().map(|b| b * b).sum::<f64>().sqrt();
+    Units { length, force: stiffness / (length * length), field: if field > 0.0 { field } else { 1.0 } }
+}
+
+pub(super) fn terms_of(
+    scene: &Scene,
+    segments: &[SegmentPlan],
+    rod: &Rod,
+    swept: &[Parameter],
+    differentiates: bool,
+) -> Terms {
+    let sweeps = |test: fn(&Parameter) -> bool| swept.iter().any(test);
+    let load =
+        scene.has_distributed_load() || sweeps(|p| matches!(p, Parameter::Gravity(_) | Parameter::DistributedForce(_)));
+    // Under no force a rod does not shear, but the responses that reciprocity needs do.
+    let shears = segments.iter().any(|segment| segment.shears);
+    let force = load
+        || scene.loads.tip_force.is_some()
+        || sweeps(|p| matches!(p, Parameter::TipForce(_)))
+        || shears && differentiates;
+    let differs = |segment: &RodSegment| match segment {
+        RodSegment::Flexible(FlexibleRod { stiffness, stiffness_rise, .. }) => {
+            stiffness[0] != stiffness[1] || stiffness_rise[0] != stiffness_rise[1]
+        }
+        RodSegment::Rigid(_) => false,
+    };
+    let one_sided = |parameter: &Parameter| {
+        use SegmentParameter::{Stiffness, StiffnessNode};
+        use StiffnessAxis::{BendingX, BendingY};
+        matches!(
+            parameter,
+            Parameter::Segment(_, Stiffness(BendingX | BendingY) | StiffnessNode(_, BendingX | BendingY))
+        )
+    };
+    Terms {
+        force,
+        load,
+        magnet: segments.iter().any(|segment| segment.has_magnet),
+        shear: force && shears,
+        taper: segments.iter().any(|segment| segment.tapers),
+        curvature_rise: segments.iter().any(|segment| segment.curvature_rises),
+        anisotropic: rod.segments.iter().any(differs) || swept.iter().any(one_sided),
+        tip_moment: scene.loads.tip_moment.is_some() || sweeps(|p| matches!(p, Parameter::TipMoment(_))),
+        dipole: segments.iter().any(|segment| segment.has_dipole),
+    }
+}
+
+/// First segment of a distal part without force, couple or dipole, of constant rest curvature, on which no derivative
+/// depends. Its stiffness does not matter.
+pub(super) fn free_part(terms: &Terms, segments: &[SegmentPlan], chains: &[Vec<(Slot, f64)>]) -> Option<usize> {
+    let wanted = |test: &dyn Fn(&Slot) -> bool| chains.iter().flatten().any(|(slot, _)| test(slot));
+    let loaded =
+        terms.force || terms.tip_moment || wanted(&|slot| matches!(slot, Slot::TipForce(_) | Slot::TipMoment(_)));
+    let is_free = |index: usize| {
+        let segment = &segments[index];
+        let depends = wanted(&|slot| slot.segment() == Some(index) && !slot.is_compliance());
+        !(segment.has_dipole || segment.has_magnet || segment.curvature_rises || depends)
+    };
+    let first = (0..segments.len()).rev().take_while(|index| !loaded && is_free(*index)).last()?;
+    // A rod that is free altogether still has a base.
+    let first = first.max(1);
+    (first < segments.len()).then_some(first)
+}
+
+/// Whether derivatives come from forward columns: where reciprocity fails, and where one three of columns suffices.
+pub(super) fn is_forward(
+    scene: &Scene,
+    terms: &Terms,
+    derivative_count: usize,
+    sensitivity: Sensitivity,
+) -> Result<bool, PlanError> {
+    let is_self_adjoint = scene.rigid_force_arm || !terms.force;
+    match sensitivity {
+        Sensitivity::Auto => Ok(derivative_count > 0 && (!is_self_adjoint || derivative_count <= FEW)),
+        Sensitivity::Forward => Ok(derivative_count > 0),
+        Sensitivity::Reciprocity if is_self_adjoint => Ok(false),
+        Sensitivity::Reciprocity => Err(PlanError::NoReciprocity),
+    }
+}
+
+/// Shares the steps out by length; a piece of no length takes none, unless its length is swept.
+pub(super) fn segment_plans(scene: &Scene, rod: &Rod, steps: usize, swept: &[Parameter]) -> Vec<SegmentPlan> {
+    let flexible: f64 = rod.segments.iter().filter(|s| s.is_flexible()).map(RodSegment::length).sum();
+    let offsets = record_offsets(&rod.segments);
+    let mut plans = Vec::new();
+    for (index, segment) in scene.segments.iter().enumerate() {
+        let is_swept = swept.contains(&Parameter::Segment(index, SegmentParameter::Length))
+            || index == 0 && swept.contains(&Parameter::Insertion);
+        for (piece, at) in scene.pieces(index).iter().zip(scene.piece_indices(index)) {
+            let plan = SegmentPlan { record: offsets[at], ..SegmentPlan::default() };
+            plans.push(match &segment.kind {
+                SegmentKind::Flexible(segment) => {
+                    let share = if flexible > 0.0 { rod.segments[at].length() / flexible } else { 1.0 };
+                    let share = (steps as f64 * share - 1e-9).ceil().max(f64::from(u8::from(is_swept)));
+                    SegmentPlan {
+                        is_flexible: true,
+                        has_magnet: segment.dipole_per_length.is_some(),
+                        shears: segment.stiffness_shear.is_some() || segment.stiffness_axial.is_some(),
+                        tapers: segment.stiffness.profile().varies_on(piece),
+                        curvature_rises: segment.rest_curvature.varies_on(piece),
+                        steps: share as usize,
+                        ..plan
+                    }
+                }
+                SegmentKind::Rigid(Rigid { coil, dipole_per_length, .. }) => {
+                    SegmentPlan { has_dipole: coil.is_some() || dipole_per_length.is_some(), ..plan }
+                }
+            });
+        }
+    }
+    plans
+}

@@ -1,0 +1,161 @@
+//! Every optional term of the model, alone and together: engines against the reference, forward columns against
+//! reciprocity, for every parameter of the scene.
+
+use rodsweep::backend::{Backend, Precision};
+use rodsweep::lanes::Lanes;
+use rodsweep::model::{Parameter, Plan, PlanOptions, Quantity, Scene, Sensitivity, Solutions, Stepper};
+use rodsweep::reference::Reference;
+use rodsweep::sweep::parse_scene;
+use std::path::Path;
+
+/// What a scene is put together from; a rod is one choice of each.
+const FIELD: &str =
+    "[field]\nflux_density = [0.4, 2.8, -0.6]\n[base]\nposition = [0.01, -0.02, 0.03]\nrotation = [0.3, -0.5, 0.2]\n";
+const COIL: &str = "[[segment]]\nname = \"coil\"\nkind = \"rigid\"\nlength = 0.013\nmass = \"58 mg\"\n\
+    coil = { turns = [30, 30, 100], area = [46.7e-6, 46.7e-6, 11.3e-6], current = [0.02, -0.03, 0.04], alignment = [0.1, 0.2, -0.1] }\n";
+const MATRIX_COIL: &str = "[[segment]]\nname = \"coil\"\nkind = \"rigid\"\nlength = 0.013\n\
+    coil = { turns_area = [[1.4e-3, 1e-4, 0], [0, 1.3e-3, 2e-4], [1e-4, 0, 1.1e-3]], current = [0.02, -0.03, 0.04] }\n";
+const MAGNET: &str =
+    "[[segment]]\nname = \"magnet\"\nkind = \"rigid\"\nlength = 0.004\ndipole_per_length = [1e-3, 2e-3, 8e-3]\n";
+
+fn flexible(name: &str, rest: &str) -> String {
+    format!("[[segment]]\nname = \"{name}\"\nkind = \"flexible\"\n{rest}\n")
+}
+
+const CONSTANT: &str =
+    "length = 0.06\nstiffness = { bending = 4e-5, torsion = 3e-5 }\nrest_curvature = [3.0, -2.0, 1.0]";
+const TUBE: &str = "length = 0.05\ntube = { inner_radius = \"0.8 mm\", outer_radius = \"1.3 mm\" }\n\
+    youngs_modulus = \"31.03 MPa\"\npoisson_ratio = 0.4\ndensity = \"1510 kg/m^3\"";
+const ANISOTROPIC: &str =
+    "length = 0.05\nstiffness = { bending_x = 3e-5, bending_y = 6e-5, torsion = 3e-5 }\nlinear_density = 3e-4";
+const CURVED: &str = "length = 0.05\nstiffness = { bending = 4e-5, torsion = 3e-5 }\n\
+    rest_curvature = [{ at = 0.01, value = [2, 1, 0] }, { at = 0.03, value = [-6, 4, 2] }, { at = 0.05, value = [1, 1, 1] }]";
+const TAPERED: &str = "length = 0.05\nstiffness = [{ at = 0, bending = 6e-5, torsion = 5e-5 }, \
+    { at = 0.04, bending_x = 3e-5, bending_y = 2e-5, torsion = 2e-5 }]\nrest_curvature = [1, 2, 3]";
+const BOTH: &str = "length = 0.05\nstiffness = [{ at = 0, bending = 6e-5, torsion = 5e-5 }, \
+    { at = 0.04, bending = 3e-5, torsion = 2e-5 }]\n\
+    rest_curvature = [{ at = 0.0, value = [2, 1, 0] }, { at = 0.03, value = [-6, 4, 2] }]";
+const SHEAR: &str = "length = 0.05\nstiffness = { bending = 4e-5, torsion = 3e-5 }\nrest_curvature = [2, 0, 1]\n\
+    stiffness_shear = [0.5, 0.8]\nstiffness_axial = 2.0";
+const SOFT_MAGNET: &str = "length = 0.04\nstiffness = { bending = 4e-5, torsion = 3e-5 }\nrest_curvature = [2, 0, 1]\n\
+    dipole_per_length = [1e-4, -2e-4, 4e-4]";
+
+const LOADS: [(&str, &str); 5] = [
+    ("no load", ""),
+    ("tip force", "[loads]\ntip_force = [2e-3, -1e-3, 1.5e-3]\n"),
+    ("tip moment", "[loads]\ntip_moment = [5e-5, -2e-5, 3e-5]\n"),
+    ("force per length", "[loads]\ndistributed_force = [5e-3, 2e-3, -3e-3]\n"),
+    (
+        "weight and all",
+        "[loads]\ngravity = [1, -2, -9.4]\nfluid_density = 1060.0\ndistributed_force = [1e-3, 0, 2e-3]\n\
+         tip_force = [1e-3, 0, 1e-3]\ntip_moment = [1e-5, 0, -2e-5]\n",
+    ),
+];
+
+fn rods() -> Vec<(&'static str, Vec<String>)> {
+    let distal = || flexible("distal", CONSTANT);
+    vec![
+        ("plain", vec![flexible("proximal", CONSTANT), COIL.into(), distal()]),
+        ("no coil", vec![flexible("proximal", CONSTANT)]),
+        ("coil at the tip", vec![flexible("proximal", TUBE), COIL.into()]),
+        ("coil first", vec![MATRIX_COIL.into(), flexible("proximal", ANISOTROPIC)]),
+        ("anisotropic", vec![flexible("proximal", ANISOTROPIC), COIL.into(), flexible("distal", TUBE)]),
+        ("nodes of rest curvature", vec![flexible("proximal", CURVED), COIL.into(), distal()]),
+        ("taper", vec![flexible("proximal", TAPERED), COIL.into(), flexible("distal", TAPERED)]),
+        ("nodes of both", vec![flexible("proximal", BOTH), COIL.into(), flexible("distal", CURVED)]),
+        ("shear", vec![flexible("proximal", SHEAR), COIL.into(), flexible("distal", SHEAR)]),
+        ("magnets", vec![flexible("proximal", SOFT_MAGNET), MAGNET.into(), flexible("distal", SOFT_MAGNET)]),
+        (
+            "everything",
+            vec![
+                flexible("proximal", &format!("{BOTH}\nstiffness_axial = 3.0\nlinear_density = 3e-4")),
+                COIL.into(),
+                flexible("distal", &format!("{CURVED}\nstiffness_shear = 0.5\ndipole_per_length = [0, 1e-4, 3e-4]")),
+                MAGNET.into(),
+                flexible("end", TUBE),
+            ],
+        ),
+    ]
+}
+
+fn scenes() -> Vec<(String, Scene)> {
+    let mut scenes = Vec::new();
+    for (rod, segments) in rods() {
+        for (load, loads) in LOADS {
+            let massive = segments.iter().any(|s| s.contains("mass") || s.contains("density"));
+            let loads = if massive { loads.to_owned() } else { loads.replace("gravity = [1, -2, -9.4]\n", "") };
+            let text = format!("{FIELD}{loads}{}", segments.concat());
+            let name = format!("{rod}, {load}");
+            let scene = parse_scene(Path::new(&name), &text).unwrap_or_else(|error| panic!("{name}: {error}"));
+            scenes.push((name, scene));
+        }
+    }
+    scenes
+}
+
+fn plan(scene: &Scene, sensitivity: Sensitivity) -> Plan {
+    let wrt = Parameter::all(scene);
+    let inserts = scene.rod().segments[0].is_flexible();
+    let wrt: Vec<_> = wrt.into_iter().filter(|parameter| inserts || *parameter != Parameter::Insertion).collect();
+    let options = PlanOptions { tolerance: 1e-12, stepper: Stepper::Dop853, steps: 32, sensitivity };
+    Plan::single(scene, &wrt, options).expect("a plan")
+}
+
+fn solve(backend: &mut dyn Backend) -> Solutions {
+    let batch = backend.plan().batch(1, |_, _| {});
+    backend.solve(&batch).expect("solutions")
+}
+
+/// Largest difference of tip, moment and derivatives, each in the plan's units; columns relative to their size.
+fn difference(plan: &Plan, a: &Solutions, b: &Solutions) -> (f64, String) {
+    let units = &plan.units;
+    let mut worst = (0.0, "tip".to_owned());
+    let mut note = |error: f64, name: String| {
+        if error.is_nan() || error > worst.0 {
+            worst = (error, name);
+        }
+    };
+    for (quantity, unit) in [
+        (Quantity::TipPosition, units.length),
+        (Quantity::TipD1, 1.0),
+        (Quantity::TipTangent, 1.0),
+        (Quantity::BaseMoment, units.moment()),
+    ] {
+        let (x, y) = (a.vector(0, quantity), b.vector(0, quantity));
+        (0..3).for_each(|k| note((x[k] - y[k]).abs() / unit, format!("{quantity:?}")));
+    }
+    for (k, derivative) in plan.derivatives.iter().enumerate() {
+        // In the unit of its largest slot, so that a small column is measured against its natural size.
+        let natural = derivative.terms.iter().map(|(slot, entry)| match plan.entries[*entry] {
+            rodsweep::model::Entry::Constant(rate) => (rate / slot.unit(units)).abs(),
+            rodsweep::model::Entry::Varying(_) => 0.0,
+        });
+        let natural = natural.fold(0.0, f64::max);
+        let pure = |s: &Solutions, row: usize| s.derivative(0, k, row) / [units.length, 1.0, units.moment()][row / 3];
+        let size = (0..9).map(|row| pure(b, row).abs()).fold((1e-3 * natural).max(f64::MIN_POSITIVE), f64::max);
+        for row in 0..9 {
+            note((pure(a, row) - pure(b, row)).abs() / size, format!("{} row {row}", derivative.name));
+        }
+    }
+    worst
+}
+
+#[test]
+fn lanes_agree_with_the_reference() {
+    let mut failures = Vec::new();
+    for (name, scene) in scenes() {
+        let forward = plan(&scene, Sensitivity::Forward);
+        let expected = solve(&mut Reference::new(&forward));
+        assert!(expected.status(0).is_success(), "{name}: {:?}", expected.status(0));
+        for sensitivity in [Sensitivity::Forward, Sensitivity::Reciprocity] {
+            let plan = plan(&scene, sensitivity);
+            let found = solve(&mut Lanes::new(&plan, Precision::F64).expect("lanes"));
+            assert!(found.status(0).is_success(), "{name}, {sensitivity:?}: {:?}", found.status(0));
+            let (error, what) = difference(&plan, &found, &expected);
+            if error.is_nan() || error > 1e-9 {
+                failures.push(format!("{name}, {sensitivity:?}: {error:.1e} in {what}"));
+            }
+        }
+    }
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
+}
