@@ -1,5 +1,6 @@
 //! Golden scenes: inputs as scenes, expected outputs. SI units; matrices by rows.
 
+use super::scenes;
 use rodsweep::model::{
     Axis, Base, Coil, CoilWinding, Flexible, Loads, Matrix, Parameter, Rigid, Scene, Segment, SegmentKind,
     SegmentParameter, Stiffness, StiffnessAxis, Vector,
@@ -82,15 +83,14 @@ pub fn p6_scene() -> Scene {
         name: name.into(),
         length,
         kind: SegmentKind::Flexible(Flexible {
-            stiffness: tube,
-            rest_curvature,
             density: Some(rodsweep::model::Density::Linear(2.8814e-4)),
+            ..scenes::flexible(tube.clone(), rest_curvature)
         }),
     };
     let winding = CoilWinding::Axes { turns: [30.0, 30.0, 100.0], area: [46.665e-6, 46.665e-6, 11.251791e-6] };
     // The published code lays the coil's mass on top of the tube's.
     let mass = Some(5.7736e-5 + 2.8814e-4 * 0.0183);
-    let coil = Rigid { mass, coil: Some(Coil { winding, current: [0.0; 3], alignment: [0.0; 3] }) };
+    let coil = Rigid { mass, coil: Some(Coil { winding, current: [0.0; 3], alignment: [0.0; 3] }), ..Rigid::default() };
     Scene {
         name: "P6".into(),
         base: Base::default(),
@@ -101,6 +101,7 @@ pub fn p6_scene() -> Scene {
             Segment { name: "coil".into(), length: 0.0183, kind: SegmentKind::Rigid(coil) },
             flexible("distal", 0.0185, [0.0148626102272827, 0.094448815853795, 0.0]),
         ],
+        inserted: 0.0,
         rigid_force_arm: false,
     }
 }
@@ -141,6 +142,7 @@ pub fn scene(name: &Value, input: &Value) -> Scene {
         flux_density: vector(&input["B"]),
         loads,
         segments: list(&input["segments"]).iter().enumerate().map(segment).collect(),
+        inserted: 0.0,
         rigid_force_arm: true,
     }
 }
@@ -149,7 +151,7 @@ fn flexible(value: &Value) -> SegmentKind {
     assert!(value["ustar_end"].is_null(), "rest curvature that varies along a segment is not modelled");
     let [bending_x, bending_y, torsion] = ["EIx", "EIy", "GJ"].map(|name| number(&value[name]));
     let stiffness = Stiffness::Direct { bending_x, bending_y, torsion };
-    SegmentKind::Flexible(Flexible { stiffness, rest_curvature: vector(&value["ustar"]), density: None })
+    SegmentKind::Flexible(scenes::flexible(stiffness, vector(&value["ustar"])))
 }
 
 fn rigid(value: &Value) -> SegmentKind {
@@ -159,7 +161,7 @@ fn rigid(value: &Value) -> SegmentKind {
         current: vector(&coil["current"]),
         alignment: [0.0; 3],
     });
-    SegmentKind::Rigid(Rigid { mass: None, coil })
+    SegmentKind::Rigid(Rigid { coil, ..Rigid::default() })
 }
 
 fn parameter(value: &Value) -> Parameter {
