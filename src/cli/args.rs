@@ -130,6 +130,9 @@ pub struct SolveArguments {
     /// Print JSON
     #[arg(long)]
     pub json: bool,
+    /// Print the plan that the scene compiles to, with its operation count
+    #[arg(long)]
+    pub explain: bool,
     /// Draw the rod's shape (.png or .svg)
     #[arg(long, value_name = "FILE")]
     pub plot: Option<PathBuf>,

@@ -6,6 +6,7 @@ mod args;
 mod directory;
 mod doctor;
 mod engine;
+mod explain;
 mod figures;
 mod import;
 mod plot;

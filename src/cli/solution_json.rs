@@ -4,8 +4,12 @@ use super::solve::Solved;
 use rodsweep::model::{Matrix, Quantity, Slot, Vector, base_curvature, base_curvature_rate, tip_curvature};
 use serde_json::{Value, json};
 
-pub fn text(solved: &Solved) -> String {
-    let value = if solved.solutions.status(0).is_converged() { converged(solved) } else { failed(solved) };
+/// The solution, and the plan where it is asked for.
+pub fn text(solved: &Solved, plan: Option<Value>) -> String {
+    let mut value = if solved.solutions.status(0).is_converged() { converged(solved) } else { failed(solved) };
+    if let Some(plan) = plan {
+        value["plan"] = plan;
+    }
     serde_json::to_string_pretty(&value).unwrap_or_default() + "\n"
 }
 

@@ -2,7 +2,7 @@
 
 use super::args::{BackendName, EngineArguments, SolveArguments};
 use super::engine::{Engine, cpu_f64};
-use super::{CommandError, Exit, plot, print, say, solution_json};
+use super::{CommandError, Exit, explain, plot, print, say, solution_json};
 use rodsweep::backend::BackendKind;
 use rodsweep::model::{Batch, Parameter, Plan, PlanOptions, Quantity, Scene, SegmentKind, SegmentParameter, Solutions};
 use rodsweep::report::engineering;
@@ -38,7 +38,12 @@ pub fn solve(arguments: &SolveArguments) -> Result<Exit, CommandError> {
         None => default_parameters(&scene),
     };
     let solved = solve_scene(scene, &wrt, arguments)?;
-    let text = if arguments.json { solution_json::text(&solved) } else { describe(&solved) };
+    let text = match (arguments.json, arguments.explain) {
+        (true, false) => solution_json::text(&solved, None),
+        (true, true) => solution_json::text(&solved, Some(explain::json(&solved)?)),
+        (false, false) => describe(&solved),
+        (false, true) => describe(&solved) + &explain::text(&solved)?,
+    };
     print(&text)?;
     if let Some(path) = &arguments.plot {
         plot::draw(&solved, path)?;
