@@ -68,7 +68,8 @@ pub enum Slot {
     FluxDensity(Axis),
     TipForce(Axis),
     TipMoment(Axis),
-    /// More rod past the entry point: a base-pose derivative with the loads fixed.
+    /// More rod past the entry point: a base-pose derivative with the loads fixed. What varies along the first piece
+    /// that has a length goes on towards the base as it does there.
     Insertion,
     /// More of a segment at its distal end; what varies along it goes on as it does there.
     Length(usize),

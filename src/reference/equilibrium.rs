@@ -191,7 +191,7 @@ fn differentiate(
             }
             if chain.is_flexible[0] {
                 dm0 += (chain.R0 * chain.numbers.segments[0].mu).cross(&chain.numbers.B);
-                du0 -= Flexible::new(chain, 0, &[]).u_slope(0.0, &chain.R0, passage.u_first);
+                du0 -= Flexible::at_base(chain).u_slope(0.0, &chain.R0, passage.u_first);
             }
         }
         let per = 1.0 / slot.unit(units);

@@ -25,11 +25,18 @@ pub(super) struct Flexible {
     /// n(s) = n_end + load (L - s)
     n_end: Vector3<f64>,
     B: Vector3<f64>,
+    dK_ds: Vector3<f64>,
+    du_star_ds: Vector3<f64>,
     sources: Vec<Source>,
 }
 
 fn get(y: &[f64], at: usize) -> Vector3<f64> {
     Vector3::new(y[at], y[at + 1], y[at + 2])
+}
+
+/// The rate of what rises along a segment; none where there is no length.
+fn per_length(rise: Vector3<f64>, length: f64) -> Vector3<f64> {
+    if length > 0.0 { rise / length } else { Vector3::zeros() }
 }
 
 fn put(y: &mut [f64], at: usize, v: Vector3<f64>) {
@@ -45,17 +52,30 @@ impl Flexible {
             let dn_end = variation.dn_end[j] + numbers.load * d.length;
             Source { d, dn_end, dB: variation.numbers.B }
         };
-        Self { numbers, n_end: chain.n_end[j], B: chain.numbers.B, sources: variations.iter().map(source).collect() }
+        Self {
+            numbers,
+            n_end: chain.n_end[j],
+            B: chain.numbers.B,
+            dK_ds: per_length(numbers.K_rise, numbers.length),
+            du_star_ds: per_length(numbers.u_star_rise, numbers.length),
+            sources: variations.iter().map(source).collect(),
+        }
+    }
+
+    /// The first segment; nodes withdrawn behind the base leave pieces without length, which say nothing of the slope.
+    pub fn at_base(chain: &Chain) -> Self {
+        let mut base = Self::new(chain, 0, &[]);
+        let segments = &chain.numbers.segments;
+        if let Some(j) = (0..segments.len()).find(|j| segments[*j].length > 0.0) {
+            base.dK_ds = per_length(segments[j].K_rise, segments[j].length);
+            base.du_star_ds = per_length(segments[j].u_star_rise, segments[j].length);
+        }
+        base
     }
 
     /// Where s is along what varies; a segment of no length is at its start.
     fn along(&self, s: f64) -> f64 {
         if self.numbers.length > 0.0 { s / self.numbers.length } else { 0.0 }
-    }
-
-    /// The rate of what rises along the segment.
-    fn per_length(&self, rise: Vector3<f64>) -> Vector3<f64> {
-        if self.numbers.length > 0.0 { rise / self.numbers.length } else { Vector3::zeros() }
     }
 
     pub fn K(&self, s: f64) -> Vector3<f64> {
@@ -87,14 +107,13 @@ impl Flexible {
     /// u' of (2).
     pub fn u_slope(&self, s: f64, R: &Matrix3<f64>, u: Vector3<f64>) -> Vector3<f64> {
         let v = u - self.u_star(s);
-        self.per_length(self.numbers.u_star_rise) + self.v_slope(s, R, u, v)
+        self.du_star_ds + self.v_slope(s, R, u, v)
     }
 
     /// (u - u*)' of (2).
     fn v_slope(&self, s: f64, R: &Matrix3<f64>, u: Vector3<f64>, v: Vector3<f64>) -> Vector3<f64> {
         let K = self.K(s);
-        let dK_ds = self.per_length(self.numbers.K_rise);
-        (self.moment_slope(s, R, u, K.component_mul(&v)) - dK_ds.component_mul(&v)).component_div(&K) // (2)
+        (self.moment_slope(s, R, u, K.component_mul(&v)) - self.dK_ds.component_mul(&v)).component_div(&K) // (2)
     }
 
     /// Integrates the state over part of the segment.
@@ -180,7 +199,7 @@ impl Field for Flexible {
         let R = Matrix3::from_column_slice(&y[3..12]);
         let t: Vector3<f64> = R.column(2).into();
         let v = get(y, 12);
-        let (K, dK_ds) = (self.K(s), self.per_length(self.numbers.K_rise));
+        let K = self.K(s);
         let u = self.u_star(s) + v;
         let n = self.n(s);
         let (n_body, B_body) = (R.tr_mul(&n), R.tr_mul(&self.B));
@@ -211,8 +230,9 @@ impl Field for Flexible {
                 + nu.cross(&dn_body)
                 + d.mu.cross(&B_body)
                 + mu.cross(&dB_body);
-            let stiffening =
-                dK.component_mul(&v_slope) + self.per_length(d.K_rise).component_mul(&v) + dK_ds.component_mul(&dv); // (18)
+            let stiffening = dK.component_mul(&v_slope)
+                + per_length(d.K_rise, self.numbers.length).component_mul(&v)
+                + self.dK_ds.component_mul(&dv); // (18)
             put(dy, 0, R * du); // (10)
             put(dy, 3, w.cross(&(R * nu)) + R * dnu); // (11)
             put(dy, 6, -(torque + stiffening).component_div(&K));
