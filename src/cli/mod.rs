@@ -12,6 +12,7 @@ mod import;
 mod plot;
 mod progress;
 mod run;
+mod shape;
 mod solution_json;
 mod solve;
 mod verify;

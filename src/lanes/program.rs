@@ -93,7 +93,7 @@ impl Program {
         terms.load |= terms.magnet;
         terms.load |= plan.forward && slots().any(|slot| matches!(slot, Slot::Load(..) | Slot::DipolePerLength(..)));
         terms.force |= terms.load;
-        let general = terms.taper || terms.curvature_rise || terms.shear || terms.magnet || plan.forward;
+        let general = terms.is_general() || plan.forward;
         let collect = if plan.forward { vec![Collect::default(); integrated] } else { collect(plan, integrated) };
         let steps =
             |scale: &dyn Fn(usize) -> usize| plan.segments[..integrated].iter().map(|s| scale(s.steps)).collect();

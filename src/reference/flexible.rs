@@ -27,6 +27,8 @@ pub(super) struct Flexible {
     /// n(s) = n_end + load (L - s)
     n_end: Vector3<f64>,
     B: Vector3<f64>,
+    dK_ds: Vector3<f64>,
+    du_star_ds: Vector3<f64>,
     sources: Vec<Source>,
     /// 1 / length, zero for no length.
     per_length: f64,
@@ -58,16 +60,30 @@ impl Flexible {
         let any = |of: fn(&Segment) -> Vector3<f64>| {
             of(&numbers) != Vector3::zeros() || sources.iter().any(|source| of(&source.d) != Vector3::zeros())
         };
+        let per_length = if numbers.length > 0.0 { 1.0 / numbers.length } else { 0.0 };
         Self {
             shears: any(|segment| segment.C_se),
             has_magnet: any(|segment| segment.mu),
-            per_length: if numbers.length > 0.0 { 1.0 / numbers.length } else { 0.0 },
             tapers: numbers.K_rise != Vector3::zeros(),
+            per_length,
+            dK_ds: per_length * numbers.K_rise,
+            du_star_ds: per_length * numbers.u_star_rise,
             numbers,
             n_end: chain.n_end[j],
             B: chain.numbers.B,
             sources,
         }
+    }
+
+    /// The first segment; nodes withdrawn behind the base leave pieces without length, which say nothing of the slope.
+    pub fn at_base(chain: &Chain) -> Self {
+        let mut base = Self::new(chain, 0, &[]);
+        let segments = &chain.numbers.segments;
+        if let Some(j) = (0..segments.len()).find(|j| segments[*j].length > 0.0) {
+            base.dK_ds = segments[j].K_rise / segments[j].length;
+            base.du_star_ds = segments[j].u_star_rise / segments[j].length;
+        }
+        base
     }
 
     /// Where s is along what varies; a segment of no length is at its start.
@@ -107,14 +123,13 @@ impl Flexible {
     /// u' of (2).
     pub fn u_slope(&self, s: f64, R: &Matrix3<f64>, u: Vector3<f64>) -> Vector3<f64> {
         let v = u - self.u_star(s);
-        self.per_length * self.numbers.u_star_rise + self.v_slope(s, R, u, v)
+        self.du_star_ds + self.v_slope(s, R, u, v)
     }
 
     /// (u - u*)' of (2).
     fn v_slope(&self, s: f64, R: &Matrix3<f64>, u: Vector3<f64>, v: Vector3<f64>) -> Vector3<f64> {
         let K = self.K(s);
-        let dK_ds = self.per_length * self.numbers.K_rise;
-        (self.moment_slope(s, R, u, K.component_mul(&v)) - dK_ds.component_mul(&v)).component_div(&K) // (2)
+        (self.moment_slope(s, R, u, K.component_mul(&v)) - self.dK_ds.component_mul(&v)).component_div(&K) // (2)
     }
 
     /// Integrates the state over part of the segment.
@@ -200,7 +215,7 @@ impl Field for Flexible {
         let R = Matrix3::from_column_slice(&y[3..12]);
         let t: Vector3<f64> = R.column(2).into();
         let v = get(y, 12);
-        let (K, dK_ds) = (self.K(s), self.per_length * self.numbers.K_rise);
+        let K = self.K(s);
         let u = self.u_star(s) + v;
         let n = self.n(s);
         let n_body = R.tr_mul(&n);
@@ -230,7 +245,7 @@ impl Field for Flexible {
                 stiffening += dK.component_mul(&v_slope) + self.per_length * d.K_rise.component_mul(&v); // (18)
             }
             if self.tapers {
-                stiffening += dK_ds.component_mul(&dv); // (18)
+                stiffening += self.dK_ds.component_mul(&dv); // (18)
             }
             // (17)-(20): (2) varied.
             let mut torque = du.cross(&m_body) + u.cross(&dm_body) + nu.cross(&dn_body);
