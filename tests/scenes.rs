@@ -5,7 +5,8 @@ mod common;
 use common::sandbox::SCENE;
 use common::strategy::some_scenes;
 use rodsweep::model::{Flexible, Node, Parameter, Plan, PlanOptions, Profile, Scene, SegmentKind, Stiffness};
-use rodsweep::sweep::{parse_scene, write_scene};
+use rodsweep::reference::solve_rod;
+use rodsweep::sweep::{assign, parse_scene, write_scene};
 use std::path::Path;
 
 const NODES: &str = r#"stiffness = [
@@ -52,6 +53,20 @@ fn what_is_written_reads_back() {
     let scene = with_tube(NODES);
     let text = write_scene(&scene);
     assert_eq!(parse_scene(Path::new("x.toml"), &text).expect(&text), scene);
+}
+
+/// A segment shortened behind its last nodes is the same rod when it is written and read, or set on a command line.
+#[test]
+fn nodes_beyond_a_shorter_segment_are_cut() {
+    let mut scene = with_tube(NODES);
+    scene.segments[0].length = 0.05;
+    let read = parse_scene(Path::new("x.toml"), &write_scene(&scene)).expect("a good scene");
+    let mut set = with_tube(NODES);
+    assign(&mut set, &["tube.length=50 mm"]).expect("settable");
+    assert_eq!(set, read);
+    let (before, after) = (solve_rod(&scene.rod(), &[]), solve_rod(&read.rod(), &[]));
+    assert!((0..3).all(|k| (before.p_tip[k] - after.p_tip[k]).abs() < 1e-14), "{before:?} {after:?}");
+    assert!((before.m0[0] - after.m0[0]).abs() < 1e-14 && before.p_tip[2] != 0.063, "{before:?} {after:?}");
 }
 
 #[test]
