@@ -6,6 +6,7 @@
 #![allow(non_snake_case)]
 
 mod chain;
+mod energy;
 mod equilibrium;
 mod extrapolation;
 mod flexible;
@@ -15,6 +16,7 @@ mod shape;
 mod shooting;
 mod stability;
 
+pub use energy::energy;
 pub use equilibrium::{
     Equilibrium, SlotDerivative, Stability, base_curvature, residual_by_base_moment, solve_rod,
     stability as stability_at,
