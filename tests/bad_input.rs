@@ -114,17 +114,104 @@ fn broken_scenes() {
         ),
         (
             "rest_curvature = [0, 0, 0]",
-            "rest_curvature = [{ at = 0, value = [0, 0, 0] }]",
+            "rest_curvature = [{ value = [0, 0, 0] }]",
             15,
-            "segment[0].rest_curvature",
-            "is not modelled yet; split the segment",
+            "segment[0].rest_curvature[0].at",
+            "is missing: give the distance from the segment's proximal end, such as \"10 mm\"",
         ),
         (
             "rest_curvature = [0, 0, 0]",
-            "stiffness_axial = 1e3",
+            "rest_curvature = [\n{ at = 0, value = [0, 0, 0] },\n{ at = \"5 mm\" }]",
+            17,
+            "segment[0].rest_curvature[1].value",
+            "is missing: give the rest curvature there",
+        ),
+        (
+            "rest_curvature = [0, 0, 0]",
+            "rest_curvature = [{ at = \"5 mm\", value = [0, 0, 0] },\n{ at = \"4 mm\", value = [1, 0, 0] }]",
+            16,
+            "segment[0].rest_curvature[1].at",
+            "greater than the `at` of the node before",
+        ),
+        (
+            "rest_curvature = [0, 0, 0]",
+            "rest_curvature = [{ at = 0, value = [0, 0, 0] }, { at = \"81 mm\", value = [1, 0, 0] }]",
             15,
-            "segment[0].stiffness_axial",
-            "is not modelled yet; remove it",
+            "segment[0].rest_curvature[1].at",
+            "at most the segment's length",
+        ),
+        (
+            "rest_curvature = [0, 0, 0]",
+            "rest_curvature = [{ at = 0, value = [0, \"2 mm\", 0] }]",
+            15,
+            "segment[0].rest_curvature[0].value[1]",
+            "\"2 mm\" is a length; give a curvature",
+        ),
+        (
+            "rest_curvature = [0, 0, 0]",
+            "rest_curvature = [{ at = \"3 kg\", value = [0, 0, 0] }]",
+            15,
+            "segment[0].rest_curvature[0].at",
+            "\"3 kg\" is a mass; give a length",
+        ),
+        (
+            "rest_curvature = [0, 0, 0]",
+            "rest_curvature = [{ at = 0, valeu = [0, 0, 0] }]",
+            15,
+            "segment[0].rest_curvature[0].valeu",
+            "did you mean `value`?",
+        ),
+        ("rest_curvature = [0, 0, 0]", "rest_curvature = []", 15, "segment[0].rest_curvature", "at least one node"),
+        (
+            "rest_curvature = [0, 0, 0]",
+            "rest_curvature = [[0, 0, 0]]",
+            15,
+            "segment[0].rest_curvature",
+            "three values along x, y, z",
+        ),
+        (
+            "rest_curvature = [0, 0, 0]",
+            "rest_curvature = [{ at = 0, value = [0, 0, 0] }, 3]",
+            15,
+            "segment[0].rest_curvature[1]",
+            "is a number; give a node such as { at =",
+        ),
+        (
+            "tube = {",
+            "stiffness = [{ at = 0, bending = 1e-5, torsion = 1e-5 }]\ntube = {",
+            12,
+            "segment[0].stiffness",
+            "keep one of the two",
+        ),
+        ("rest_curvature = [0, 0, 0]", "stiffness_axial = 0", 15, "segment[0].stiffness_axial", "greater than zero"),
+        (
+            "rest_curvature = [0, 0, 0]",
+            "stiffness_shear = \"3 kPa\"",
+            15,
+            "segment[0].stiffness_shear",
+            "\"3 kPa\" is a pressure or modulus; give a force",
+        ),
+        ("rest_curvature = [0, 0, 0]", "stiffness_shear = -2", 15, "segment[0].stiffness_shear", "greater than zero"),
+        (
+            "rest_curvature = [0, 0, 0]",
+            "stiffness_shear = [\"3 N\", \"-2 N\"]",
+            15,
+            "segment[0].stiffness_shear[1]",
+            "greater than zero",
+        ),
+        (
+            "rest_curvature = [0, 0, 0]",
+            "stiffness_shear = [1, 2, 3]",
+            15,
+            "segment[0].stiffness_shear",
+            "is a list of 3; give two values along x, y",
+        ),
+        (
+            "rest_curvature = [0, 0, 0]",
+            "dipole_per_length = [\"1 A\", 0, 0]",
+            15,
+            "segment[0].dipole_per_length[0]",
+            "\"1 A\" is a current; give a magnetic moment per length",
         ),
         (
             "rest_curvature = [0, 0, 0]",
@@ -178,6 +265,71 @@ fn broken_scenes() {
         let text = replaced(SCENE, case.0, case.1);
         let error = parse_scene(Path::new("sweeps/x.toml"), &text).expect_err(case.1);
         check(error, "sweeps/x.toml", *case);
+    }
+}
+
+/// Stiffness by nodes in place of the tube.
+#[test]
+fn broken_stiffness_nodes() {
+    let tube = "tube = { inner_radius = \"0.5 mm\", outer_radius = \"1 mm\" }\nyoungs_modulus = \"5 MPa\"\n\
+                shear_modulus = \"2 MPa\"\n";
+    let cases: &[Case] = &[
+        (tube, "stiffness = []\n", 12, "segment[0].stiffness", "at least one node"),
+        (
+            tube,
+            "stiffness = [{ bending = 1e-5, torsion = 1e-5 }]\n",
+            12,
+            "segment[0].stiffness[0].at",
+            "is missing: give the distance",
+        ),
+        (
+            tube,
+            "stiffness = [{ at = 0, bending = \"1e-5 N\", torsion = 1e-5 }]\n",
+            12,
+            "segment[0].stiffness[0].bending",
+            "\"1e-5 N\" is a force; give a bending or torsional stiffness",
+        ),
+        (
+            tube,
+            "stiffness = [{ at = 0, bending = 1e-5 }]\n",
+            12,
+            "segment[0].stiffness[0].torsion",
+            "is missing: give it in N·m²",
+        ),
+        (
+            tube,
+            "stiffness = [\n{ at = 0, bending = 1e-5, torsion = 1e-5 },\n\
+             { at = 0.08, bending_x = 1e-5, bending_y = 0, torsion = 1e-5 }]\n",
+            14,
+            "segment[0].stiffness[1].bending_y",
+            "greater than zero",
+        ),
+        (
+            tube,
+            "stiffness = [\n{ at = 0.09, bending = 1e-5, torsion = 1e-5 }]\n",
+            13,
+            "segment[0].stiffness[0].at",
+            "at most the segment's length",
+        ),
+        (
+            tube,
+            "stiffness = [{ at = 0, bending = -1e-5, torsion = 1e-5 }]\n",
+            12,
+            "segment[0].stiffness[0].bending",
+            "greater than zero",
+        ),
+        (
+            tube,
+            "stiffness = [{ at = 0, bending = 1e-5, torsion = 1e-5 }]\ndensity = 1000\n",
+            13,
+            "segment[0].density",
+            "give `linear_density` instead",
+        ),
+    ];
+    for case in cases {
+        let text = replaced(SCENE, case.0, case.1);
+        let error = parse_scene(Path::new("x.toml"), &text).expect_err(case.1);
+        check(error, "x.toml", *case);
     }
 }
 

@@ -46,7 +46,7 @@ fn check_f32(engine: &str, options: PlanOptions, make: impl Fn(&Plan) -> Box<dyn
 #[test]
 fn lanes_f64() {
     for (stepper, steps) in [(Stepper::Dop853, 64), (Stepper::Rk4, 2048)] {
-        let options = PlanOptions { tolerance: 1e-12, stepper, steps };
+        let options = PlanOptions { tolerance: 1e-12, stepper, steps, ..PlanOptions::default() };
         let make = |plan: &Plan| Box::new(Lanes::new(plan, Precision::F64).expect("supported")) as Box<dyn Backend>;
         print(&format!("cpu f64 {}", stepper.name()), &check_golden(&golden::dev(), options, make, F64));
     }
@@ -54,7 +54,7 @@ fn lanes_f64() {
 
 #[test]
 fn lanes_f32() {
-    let options = PlanOptions { tolerance: 1e-6, stepper: Stepper::Dop853, steps: 16 };
+    let options = PlanOptions { tolerance: 1e-6, stepper: Stepper::Dop853, steps: 16, ..PlanOptions::default() };
     let make = |plan: &Plan| Box::new(Lanes::new(plan, Precision::F32).expect("supported")) as Box<dyn Backend>;
     check_f32("cpu f32", options, make);
 }
@@ -67,9 +67,9 @@ fn every_instruction_set() {
                 Box::new(Lanes::with_instruction_set(plan, precision, set).expect("available")) as Box<dyn Backend>
             }
         };
-        let options = PlanOptions { tolerance: 1e-12, stepper: Stepper::Dop853, steps: 64 };
+        let options = PlanOptions { tolerance: 1e-12, stepper: Stepper::Dop853, steps: 64, ..PlanOptions::default() };
         print(set.name(), &check_golden(&golden::dev(), options, make(Precision::F64), F64));
-        let options = PlanOptions { tolerance: 1e-6, stepper: Stepper::Dop853, steps: 16 };
+        let options = PlanOptions { tolerance: 1e-6, stepper: Stepper::Dop853, steps: 16, ..PlanOptions::default() };
         check_f32(set.name(), options, make(Precision::F32));
     }
 }
@@ -77,7 +77,7 @@ fn every_instruction_set() {
 #[test]
 fn gpu_f32() {
     let Some(_) = device_or_skip("golden scenes on the GPU") else { return };
-    let options = PlanOptions { tolerance: 1e-6, stepper: Stepper::Rk4, steps: 64 };
+    let options = PlanOptions { tolerance: 1e-6, stepper: Stepper::Rk4, steps: 64, ..PlanOptions::default() };
     let make = |plan: &Plan| {
         let device = device_or_skip("golden scenes on the GPU").expect("it was there before");
         Box::new(Gpu::new(device, plan).expect("supported")) as Box<dyn Backend>

@@ -6,12 +6,14 @@ use common::check::{SMALL_COLUMN, Tolerance, check_golden, column_error, differe
 use common::golden;
 use rodsweep::backend::Backend;
 use rodsweep::model::{
-    Axis, Density, Flexible, Parameter, Plan, PlanOptions, Quantity, SegmentKind, SegmentParameter, Status,
+    Axis, Density, Flexible, Parameter, Plan, PlanOptions, Quantity, SegmentKind, SegmentParameter, Slot, Status,
 };
 use rodsweep::reference::{Reference, base_curvature, solve_rod, stability_at};
 
 /// The golden Jacobians are good to 2.4e-11, poses to 1e-14; the worst scenes amplify errors a hundredfold.
 const GOLDEN: Tolerance = Tolerance { pose: 1e-11, moment: 1e-11, jacobian: 1e-9, small_column: SMALL_COLUMN };
+/// The golden poses of the extended scenes agree to 2e-14 of the length between two forms.
+const EXTENDED_POSE: f64 = 1e-12;
 /// Stated accuracy of the published code's tips [m].
 const PUBLISHED_TIP: f64 = 1e-7;
 /// The published Jacobians differentiate with its coarser weights: relative to each column.
@@ -33,6 +35,50 @@ fn all_scenes() {
     for error in &errors {
         assert_eq!(error.index, 0.0, "{}", error.name);
     }
+}
+
+/// Rest curvature linear along segments, with the columns of its nodes and of insertion; shear and stretch.
+#[test]
+fn extended_scenes() {
+    let cases = golden::extended();
+    assert_eq!(cases.len(), 14);
+    let (mut pose, mut moment) = ((0.0, String::new()), (0.0, String::new()));
+    let mut column = (0.0, String::new(), String::new());
+    for case in &cases {
+        let (rod, name) = (case.scene.rod(), &case.scene.name);
+        let slots: Vec<Slot> = case.columns.iter().flat_map(|(_, chain)| chain.iter().map(|(slot, _)| *slot)).collect();
+        let found = solve_rod(&rod, &slots);
+        assert!(found.status.is_success(), "{name}: {:?}", found.status);
+        let plan = Plan::single(&case.scene, &[], PlanOptions::default()).expect("a valid plan");
+        let units = plan.units;
+        let turn = norm(&std::array::from_fn::<f64, 9, _>(|k| found.R_tip[k / 3][k % 3] - case.R_tip[k / 3][k % 3]));
+        let error = (difference(&found.p_tip, &case.p_tip) / units.length).max(turn);
+        if error.is_nan() || error > pose.0 {
+            pose = (error, name.clone());
+        }
+        let error = (difference(&found.m0, &case.m0) / norm(&case.m0).max(units.moment()))
+            .max(difference(&found.u0, &case.u0) / norm(&case.u0).max(units.curvature()));
+        if error.is_nan() || error > moment.0 {
+            moment = (error, name.clone());
+        }
+        let mut derivatives = found.derivatives.iter();
+        for (k, (label, chain)) in case.columns.iter().enumerate() {
+            let mut by = [0.0; 6];
+            for ((_, rate), d) in chain.iter().zip(derivatives.by_ref()) {
+                by.iter_mut().zip(d.dp.iter().chain(&d.w)).for_each(|(x, d)| *x += rate * d);
+            }
+            let expected: [f64; 6] = std::array::from_fn(|row| case.J[row][k]);
+            let size = chain.iter().map(|(slot, rate)| (rate / slot.unit(&units)).powi(2)).sum::<f64>().sqrt();
+            let error = column_error(&by, &expected, SMALL_COLUMN * size, units.length);
+            if error.is_nan() || error > column.0 {
+                column = (error, name.clone(), label.clone());
+            }
+        }
+    }
+    println!("worst: pose {pose:?}, moment and curvature {moment:?}, column {column:?}");
+    assert!(pose.0 <= EXTENDED_POSE, "{pose:?}");
+    assert!(moment.0 <= GOLDEN.moment, "{moment:?}");
+    assert!(column.0 <= GOLDEN.jacobian, "{column:?}");
 }
 
 #[test]

@@ -4,13 +4,14 @@ mod common;
 
 use common::check::{SMALL_COLUMN, Tolerance, column_error, difference, natural_size, norm, pose_error};
 use common::random::Random;
+use common::scenes::flexible;
 use common::{golden, scenes};
 use rodsweep::backend::{Backend, BackendError, Precision};
 use rodsweep::gpu::{Device, Gpu, device_or_skip};
 use rodsweep::lanes::Lanes;
 use rodsweep::model::{
-    Axis, Base, Batch, Coil, CoilWinding, Flexible, Loads, Parameter, Plan, PlanOptions, Quantity, Rigid, Scene,
-    Segment, SegmentKind, Solutions, Status, Stepper, Stiffness,
+    Axis, Base, Batch, Coil, CoilWinding, Loads, Parameter, Plan, PlanOptions, Quantity, Rigid, Scene, Segment,
+    SegmentKind, Solutions, Status, Stepper, Stiffness,
 };
 
 /// GPU in f32 against the CPU in f64; the worst of well-conditioned rods lose two digits of seven.
@@ -148,12 +149,9 @@ fn random_scene(kind: Kind, random: &mut Random) -> Scene {
         let winding = CoilWinding::Axes { turns: [100.0; 3], area: [1e-5; 3] };
         let coil = Coil { winding, current: random.vector(0.1), alignment: [0.0; 3] };
         let (length, kind) = match letter {
-            'f' => (
-                random.within(0.02, 0.05),
-                SegmentKind::Flexible(Flexible { stiffness, rest_curvature, density: None }),
-            ),
-            'c' => (random.within(0.005, 0.02), SegmentKind::Rigid(Rigid { mass: None, coil: Some(coil) })),
-            _ => (random.within(0.005, 0.02), SegmentKind::Rigid(Rigid { mass: None, coil: None })),
+            'f' => (random.within(0.02, 0.05), SegmentKind::Flexible(flexible(stiffness, rest_curvature))),
+            'c' => (random.within(0.005, 0.02), SegmentKind::Rigid(Rigid { coil: Some(coil), ..Rigid::default() })),
+            _ => (random.within(0.005, 0.02), SegmentKind::Rigid(Rigid::default())),
         };
         Segment { name: format!("s{index}"), length, kind }
     };
@@ -169,6 +167,7 @@ fn random_scene(kind: Kind, random: &mut Random) -> Scene {
             ..Loads::default()
         },
         segments,
+        inserted: 0.0,
         rigid_force_arm: true,
     }
 }

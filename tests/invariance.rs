@@ -7,7 +7,9 @@ use common::golden;
 use common::random::Random;
 use rodsweep::backend::{Backend, Precision};
 use rodsweep::lanes::Lanes;
-use rodsweep::model::{Matrix, Plan, PlanOptions, Quantity, Scene, Segment, SegmentKind, Solutions, Stiffness, Vector};
+use rodsweep::model::{
+    Matrix, Plan, PlanOptions, Profile, Quantity, Scene, Segment, SegmentKind, Solutions, Stiffness, Vector,
+};
 
 /// Round-off of f64 over some hundred steps, amplified a hundredfold near folds.
 const ROUND_OFF: f64 = 1e-11;
@@ -79,7 +81,10 @@ fn scaled(scene: &Scene, factor: f64) -> Scene {
     for segment in &mut scene.segments {
         segment.length *= factor;
         if let SegmentKind::Flexible(flexible) = &mut segment.kind {
-            scale(&mut flexible.rest_curvature, 1.0 / factor);
+            let Profile::Constant(rest_curvature) = &mut flexible.rest_curvature else {
+                panic!("no golden scene of these has nodes")
+            };
+            scale(rest_curvature, 1.0 / factor);
         }
     }
     scene

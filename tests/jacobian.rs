@@ -61,12 +61,12 @@ fn automatic(rod: &Rod, m0: [f64; 3], slots: &[Slot]) -> Vec<SlotDerivative> {
     let base: [Shot<Dual64>; 3] = std::array::from_fn(|k| {
         let mut m0 = constant;
         m0[k].eps = 1.0;
-        shoot(&dual_rod(rod, None), m0)
+        shoot(&dual_rod(rod, &[]), m0)
     });
     let matrix = Matrix3::from_columns(&[0, 1, 2].map(|k| rate(base[k].residual)));
     let inverse = matrix.try_inverse().expect("a regular equilibrium");
     let derivative = |slot: &Slot| {
-        let shot = shoot(&dual_rod(rod, Some(*slot)), constant);
+        let shot = shoot(&dual_rod(rod, &[(*slot, Dual64::new(0.0, 1.0))]), constant);
         let dm0 = -inverse * rate(shot.residual);
         let total = |of: fn(&Shot<Dual64>) -> Vector3<f64>| -> [f64; 3] {
             (of(&shot) + (0..3).map(|k| of(&base[k]) * dm0[k]).sum::<Vector3<f64>>()).into()
@@ -123,7 +123,7 @@ fn independent_integration_agrees() {
     let mut worst = (0.0, 0);
     for (seed, rod) in random_rods() {
         let equilibrium = solve_rod(&rod, &[]);
-        let shot = shoot(&dual_rod(&rod, None), equilibrium.m0.map(Dual64::from));
+        let shot = shoot(&dual_rod(&rod, &[]), equilibrium.m0.map(Dual64::from));
         let units = rod_units(&rod);
         let error = ((value(shot.p) - Vector3::from(equilibrium.p_tip)).norm() / units.length)
             .max(value(shot.residual).norm() / units.moment())
@@ -143,6 +143,9 @@ fn differences_on_the_manifold() {
         let slots = all_slots(&rod);
         let equilibrium = solve_rod(&rod, &slots);
         for (slot, found) in slots.iter().zip(&equilibrium.derivatives) {
+            if *slot == Slot::Insertion && !rod.segments[0].is_flexible() {
+                continue;
+            }
             let h = 1e-5 * slot.unit(&rod_units(&rod));
             let [plus, minus] = [h, -h].map(|by| solve_rod(&moved(&rod, *slot, by), &[]));
             assert!(plus.status.is_success() && minus.status.is_success(), "rod {seed} moved along {slot:?}");

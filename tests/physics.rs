@@ -7,7 +7,7 @@ mod common;
 use common::check::{difference, norm};
 use common::random::{Random, rod_units};
 use nalgebra::{Matrix3, Rotation3, Vector3};
-use rodsweep::model::{Axis, Rod, RodSegment, Slot, Status};
+use rodsweep::model::{Axis, FlexibleRod, RigidRod, Rod, RodSegment, Slot, Status};
 use rodsweep::reference::{Equilibrium, shape, solve_rod, stability_at};
 use std::f64::consts::PI;
 
@@ -22,6 +22,10 @@ const LENGTH: f64 = 0.12;
 const EI: f64 = 5e-5;
 const GJ: f64 = 4e-5;
 
+fn plain() -> FlexibleRod {
+    FlexibleRod { length: LENGTH, stiffness: [EI, EI, GJ], ..FlexibleRod::default() }
+}
+
 /// A straight rod along world z: one flexible segment, no load.
 fn straight() -> Rod {
     Rod {
@@ -31,18 +35,12 @@ fn straight() -> Rod {
         tip_force: [0.0; 3],
         tip_moment: [0.0; 3],
         rigid_force_arm: true,
-        segments: vec![RodSegment::Flexible {
-            length: LENGTH,
-            stiffness: [EI, EI, GJ],
-            rest_curvature: [0.0; 3],
-            load: [0.0; 3],
-        }],
+        segments: vec![RodSegment::Flexible(plain())],
     }
 }
 
 fn with_segment(mut rod: Rod, stiffness: [f64; 3], rest_curvature: [f64; 3]) -> Rod {
-    let load = [0.0; 3];
-    rod.segments = vec![RodSegment::Flexible { length: LENGTH, stiffness, rest_curvature, load }];
+    rod.segments = vec![RodSegment::Flexible(FlexibleRod { stiffness, rest_curvature, ..plain() })];
     rod
 }
 
@@ -212,11 +210,15 @@ fn base_moment_balances_the_loads() {
                 } else {
                     4.0
                 };
+                let (load, mu) = match segment {
+                    RodSegment::Flexible(flexible) => (Vector3::from(flexible.load), Vector3::from(flexible.dipole)),
+                    RodSegment::Rigid(rigid) => {
+                        (Vector3::from(rigid.weight) / length, Vector3::from(rigid.dipole) / length)
+                    }
+                };
                 let share = weight * length / (3.0 * panels as f64);
-                m += share * (Vector3::from(pose.position) - p0).cross(&Vector3::from(segment.load()));
-            }
-            if let RodSegment::Rigid { dipole, .. } = segment {
-                m += (matrix(&poses[0].rotation) * Vector3::from(*dipole)).cross(&Vector3::from(rod.flux_density));
+                m += share * (Vector3::from(pose.position) - p0).cross(&load);
+                m += share * (matrix(&pose.rotation) * mu).cross(&Vector3::from(rod.flux_density));
             }
             start += length;
         }
@@ -240,7 +242,7 @@ fn shape_meets_both_ends() {
         assert!((matrix(&poses[0].rotation) - matrix(&found.R_tip)).norm() <= CLOSED_FORM);
         assert!(difference(&poses[1].position, &rod.base_position) <= CLOSED_FORM * length);
         assert_eq!(poses[2].arc_length, 0.5 * length);
-        if matches!(rod.segments[0], RodSegment::Flexible { .. }) {
+        if rod.segments[0].is_flexible() {
             assert!(difference(&poses[1].curvature, &found.u0) <= CLOSED_FORM * norm(&found.u0).max(1.0 / length));
         }
     }
@@ -259,8 +261,10 @@ fn turning_the_world_turns_the_results() {
             *v = turned(*v);
         }
         for segment in &mut other.segments {
-            let (RodSegment::Flexible { load, .. } | RodSegment::Rigid { load, .. }) = segment;
-            *load = turned(*load);
+            match segment {
+                RodSegment::Flexible(flexible) => flexible.load = turned(flexible.load),
+                RodSegment::Rigid(rigid) => rigid.weight = turned(rigid.weight),
+            }
         }
         let (a, b) = (solve_rod(&rod, &[]), solve_rod(&other, &[]));
         assert!(difference(&turned(a.p_tip), &b.p_tip) <= CLOSED_FORM * rod.total_length(), "rod {seed}");
@@ -274,13 +278,14 @@ fn segments_without_length_change_nothing() {
     for seed in 0..20 {
         let rod = Random(4000 + seed).rod();
         let mut other = rod.clone();
-        let flexible = RodSegment::Flexible {
+        let flexible = RodSegment::Flexible(FlexibleRod {
             length: 0.0,
             stiffness: [1e-3, 2e-6, 3e-5],
             rest_curvature: [50.0, 2.0, 1.0],
             load: [1.0, 2.0, 3.0],
-        };
-        let rigid = RodSegment::Rigid { length: 0.0, dipole: [0.0; 3], load: [1.0, 2.0, 3.0] };
+            ..FlexibleRod::default()
+        });
+        let rigid = RodSegment::Rigid(RigidRod::default());
         for at in (0..=rod.segments.len()).rev() {
             other.segments.insert(at, if at % 2 == 0 { flexible } else { rigid });
         }
@@ -306,16 +311,20 @@ fn scale_does_not_matter() {
         by(&mut other.tip_moment, b / a);
         for segment in &mut other.segments {
             match segment {
-                RodSegment::Flexible { length, stiffness, rest_curvature, load } => {
-                    *length *= a;
-                    by(stiffness, b);
-                    by(rest_curvature, 1.0 / a);
-                    by(load, b / (a * a * a));
+                RodSegment::Flexible(flexible) => {
+                    flexible.length *= a;
+                    by(&mut flexible.stiffness, b);
+                    by(&mut flexible.stiffness_rise, b);
+                    by(&mut flexible.rest_curvature, 1.0 / a);
+                    by(&mut flexible.rest_curvature_rise, 1.0 / a);
+                    by(&mut flexible.load, b / (a * a * a));
+                    by(&mut flexible.dipole, b / (a * a));
+                    by(&mut flexible.shear_compliance, a * a / b);
                 }
-                RodSegment::Rigid { length, dipole, load } => {
-                    *length *= a;
-                    by(dipole, b / a);
-                    by(load, b / (a * a * a));
+                RodSegment::Rigid(rigid) => {
+                    rigid.length *= a;
+                    by(&mut rigid.dipole, b / a);
+                    by(&mut rigid.weight, b / (a * a));
                 }
             }
         }

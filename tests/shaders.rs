@@ -70,7 +70,14 @@ fn every_kernel_validates_for_every_combination_of_terms() {
     for plan in plans().into_iter().step_by(2) {
         for bits in 0..1 << 6 {
             let bit = |k: usize| bits >> k & 1 == 1;
-            let terms = Terms { force: bit(0), load: bit(1), anisotropic: bit(2), tip_moment: bit(3), dipole: bit(4) };
+            let terms = Terms {
+                force: bit(0),
+                load: bit(1),
+                anisotropic: bit(2),
+                tip_moment: bit(3),
+                dipole: bit(4),
+                ..Terms::default()
+            };
             if terms.load && !terms.force {
                 continue;
             }

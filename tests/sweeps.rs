@@ -1,7 +1,9 @@
 //! Shipped sweeps, and runs that are cut short, resumed, damaged, sharded: with a small analytic backend.
 
 use rodsweep::backend::{Backend, BackendError, BackendInfo, BackendKind, Precision};
-use rodsweep::model::{Batch, Plan, PlanOptions, Quantity, RodSegment, Solutions, Status, base_curvature};
+use rodsweep::model::{
+    Batch, FlexibleRod, Plan, PlanOptions, Quantity, RigidRod, RodSegment, Solutions, Status, base_curvature,
+};
 use rodsweep::sweep::*;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -44,8 +46,11 @@ impl Backend for Arc {
             let mut bend = [0.0; 2];
             for segment in &rod.segments {
                 match segment {
-                    RodSegment::Rigid { dipole, .. } => bend = [bend[0] + 2e3 * dipole[2], bend[1] + 2e3 * dipole[0]],
-                    RodSegment::Flexible { stiffness, .. } => bend[0] += 1e-3 / stiffness[0].max(1e-9) * 1e-3,
+                    RodSegment::Rigid(rigid) => {
+                        let dipole = rigid.dipole;
+                        bend = [bend[0] + 2e3 * dipole[2], bend[1] + 2e3 * dipole[0]];
+                    }
+                    RodSegment::Flexible(flexible) => bend[0] += 1e-3 / flexible.stiffness[0].max(1e-9) * 1e-3,
                 }
             }
             let angle = (bend[0] * bend[0] + bend[1] * bend[1]).sqrt().max(1e-12);
@@ -170,7 +175,7 @@ fn p6_is_the_prototype() {
     assert!((scene.total_length() - 0.0943).abs() < 1e-15);
     assert!((scene.segments[0].length - 0.0575).abs() < 1e-15);
     let rod = scene.rod();
-    let RodSegment::Flexible { stiffness, .. } = rod.segments[0] else { panic!() };
+    let RodSegment::Flexible(FlexibleRod { stiffness, .. }) = rod.segments[0] else { panic!() };
     assert!((stiffness[0] - 2.28299e-5).abs() < 1e-9, "{stiffness:?}");
     assert!(scene.rigid_force_arm);
 }
@@ -533,10 +538,10 @@ fn base_curvature_takes_leading_rigid_segments_into_account() {
     rod.base_rotation = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     rod.flux_density = [0.0, 3.0, 0.0];
     rod.tip_force = [1.0, 0.0, 0.0];
-    let (dipole, load) = ([1e-3, 0.0, 0.0], [0.0, 2.0, 0.0]);
-    rod.segments.insert(0, RodSegment::Rigid { length: 0.1, dipole, load });
-    let RodSegment::Flexible { stiffness, .. } = rod.segments[1] else { panic!() };
-    // m - mu x B - L t x n - L^2/2 t x w; t x (1, 0, 0) = (0, 1, 0), t x (0, 2, 0) = (-2, 0, 0).
+    let (dipole, weight) = ([1e-3, 0.0, 0.0], [0.0, 0.2, 0.0]);
+    rod.segments.insert(0, RodSegment::Rigid(RigidRod { length: 0.1, dipole, weight }));
+    let RodSegment::Flexible(FlexibleRod { stiffness, .. }) = rod.segments[1] else { panic!() };
+    // m - mu x B - L t x n - L/2 t x w; t x (1, 0, 0) = (0, 1, 0), t x (0, 0.2, 0) = (-0.2, 0, 0).
     let m = [0.5 + 0.01, 0.6 - 0.1, 0.7 - 3e-3];
     let u = base_curvature(&rod, [0.5, 0.6, 0.7]);
     for k in 0..3 {

@@ -34,8 +34,6 @@ pub(super) fn validate(scene: &Scene) -> Result<(), SceneError> {
     if scene.segments.is_empty() {
         return Err(SceneError::NoSegment);
     }
-    let first = scene.segment_length(0);
-    check("insertion".into(), scene.total_length(), first >= 0.0, "longer than all segments but the first")?;
     let mut names = HashSet::new();
     let mut massive = false;
     let mut flexible_count = 0;
@@ -54,8 +52,8 @@ pub(super) fn validate(scene: &Scene) -> Result<(), SceneError> {
                     Profile::Constant(value) => check_finite(&format!("{name}.rest_curvature"), *value)?,
                     Profile::Nodes(nodes) => check_nodes(&format!("{name}.rest_curvature"), nodes, length)?,
                 }
-                for shear in flexible.stiffness_shear.into_iter().flatten() {
-                    check_positive(format!("{name}.stiffness_shear"), shear)?;
+                for (axis, shear) in ["x", "y"].iter().zip(flexible.stiffness_shear.into_iter().flatten()) {
+                    check_positive(format!("{name}.stiffness_shear.{axis}"), shear)?;
                 }
                 if let Some(axial) = flexible.stiffness_axial {
                     check_positive(format!("{name}.stiffness_axial"), axial)?;
@@ -106,6 +104,8 @@ pub(super) fn validate(scene: &Scene) -> Result<(), SceneError> {
             }
         }
     }
+    let first = scene.segment_length(0);
+    check("insertion".into(), scene.total_length(), first >= 0.0, "longer than all segments but the first")?;
     if flexible_count == 0 {
         return Err(SceneError::NoFlexible);
     }

@@ -159,7 +159,13 @@ fn file_key(reader: &Reader, scene: &Scene, name: &str) -> String {
             key = format!("{vector}{index}");
         }
     }
-    while !reader.source().contains(&reader.key(&key)) {
+    let has = |key: &str| reader.source().contains(&reader.key(key));
+    while !has(&key) {
+        // `bending` stands for both axes.
+        match key.strip_suffix("_x").or(key.strip_suffix("_y")) {
+            Some(both) if has(both) => return both.to_owned(),
+            _ => {}
+        }
         match key.rfind(['.', '[']) {
             Some(at) => key.truncate(at),
             None => break,

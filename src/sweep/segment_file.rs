@@ -125,7 +125,8 @@ fn rest_curvature(reader: &Reader) -> Result<Profile, InputError> {
         let value = value.ok_or_else(|| node.missing("value", "give the rest curvature there, such as [2.0, 0, 0]"))?;
         Ok(Node { at: node_position(&node)?, value })
     };
-    reader.tables("rest_curvature")?.into_iter().map(node).collect::<Result<_, _>>().map(Profile::Nodes)
+    let nodes = reader.nodes("rest_curvature", "{ at = \"10 mm\", value = [2.0, 0, 0] }")?;
+    nodes.into_iter().map(node).collect::<Result<_, _>>().map(Profile::Nodes)
 }
 
 fn node_position(node: &Reader) -> Result<f64, InputError> {
@@ -161,7 +162,8 @@ fn stiffness(reader: &Reader) -> Result<Stiffness, InputError> {
             node.check_keys(&["at", "bending", "bending_x", "bending_y", "torsion"])?;
             Ok(Node { at: node_position(&node)?, value: principal(&node)? })
         };
-        return reader.tables("stiffness")?.into_iter().map(node).collect::<Result<_, _>>().map(Stiffness::Nodes);
+        let nodes = reader.nodes("stiffness", "{ at = \"10 mm\", bending = 2e-5, torsion = 2e-5 }")?;
+        return nodes.into_iter().map(node).collect::<Result<_, _>>().map(Stiffness::Nodes);
     }
     if let Some(stiffness) = reader.table("stiffness")? {
         stiffness.check_keys(&["bending", "bending_x", "bending_y", "torsion"])?;

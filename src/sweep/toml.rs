@@ -288,11 +288,27 @@ impl<'a> Reader<'a> {
         self.table.get(name).is_some_and(Item::is_array)
     }
 
-    /// Whether a value is a list that holds tables (nodes along a segment).
+    /// Whether a value is a list that holds tables (nodes along a segment), or nothing.
     pub fn is_node_list(&self, name: &str) -> bool {
-        self.table.get(name).is_some_and(|item| {
-            item.is_array_of_tables() || item.as_array().is_some_and(|array| array.iter().any(Value::is_inline_table))
-        })
+        let holds_nodes = |array: &Array| array.is_empty() || array.iter().any(Value::is_inline_table);
+        self.table.get(name).is_some_and(|item| item.is_array_of_tables() || item.as_array().is_some_and(holds_nodes))
+    }
+
+    /// A list of at least one table, such as `node`.
+    pub fn nodes(&self, name: &str, node: &str) -> Result<Vec<Reader<'a>>, InputError> {
+        let array = self.table.get(name).and_then(Item::as_array);
+        let other = array.and_then(|array| array.iter().enumerate().find(|(_, value)| !value.is_inline_table()));
+        if let Some((index, value)) = other {
+            let expected = format!("a node such as {node}");
+            let found = type_words(value.type_name());
+            return Err(self.error(&format!("{name}[{index}]"), Problem::Type { expected, found }));
+        }
+        let nodes = self.tables(name)?;
+        if nodes.is_empty() {
+            let expected = format!("at least one node such as {node}");
+            return Err(self.error(name, Problem::Range { value: "an empty list".into(), expected }));
+        }
+        Ok(nodes)
     }
 }
 

@@ -1,6 +1,6 @@
 //! Reproducible random numbers and rods for tests.
 
-use rodsweep::model::{Axis, Matrix, Rod, RodSegment, Slot, Units, Vector};
+use rodsweep::model::{Axis, FlexibleRod, Matrix, RigidRod, Rod, RodSegment, Slot, Units, Vector};
 
 /// SplitMix64.
 pub struct Random(pub u64);
@@ -40,7 +40,7 @@ impl Random {
             let flexible = (k % 2 == 0) != starts_rigid || self.unit() < 0.2;
             segments.push(self.segment(flexible));
         }
-        if !segments.iter().any(|s| matches!(s, RodSegment::Flexible { .. })) {
+        if !segments.iter().any(RodSegment::is_flexible) {
             segments.push(self.segment(true));
         }
         Rod {
@@ -59,9 +59,20 @@ impl Random {
         if flexible {
             let stiffness = std::array::from_fn(|_| self.within(2e-5, 8e-5));
             let rest_curvature = self.vector(5.0);
-            RodSegment::Flexible { length: self.within(0.02, 0.05), stiffness, rest_curvature, load }
+            let length = self.within(0.02, 0.05);
+            RodSegment::Flexible(FlexibleRod {
+                length,
+                stiffness,
+                stiffness_rise: stiffness.map(|k: f64| k * self.within(-0.5, 1.0)),
+                rest_curvature,
+                rest_curvature_rise: self.vector(5.0),
+                load,
+                dipole: self.vector(1e-3),
+                shear_compliance: std::array::from_fn(|_| self.within(1.0, 10.0)),
+            })
         } else {
-            RodSegment::Rigid { length: self.within(0.005, 0.02), dipole: self.vector(1e-4), load }
+            let length = self.within(0.005, 0.02);
+            RodSegment::Rigid(RigidRod { length, dipole: self.vector(1e-4), weight: load.map(|x| x * length) })
         }
     }
 }
@@ -74,19 +85,24 @@ pub fn all_slots(rod: &Rod) -> Vec<Slot> {
     slots.extend(vectors.iter().flat_map(|vector| Axis::ALL.map(vector)));
     for (j, segment) in rod.segments.iter().enumerate() {
         slots.push(Slot::Length(j));
-        slots.extend(Axis::ALL.map(|axis| Slot::Load(j, axis)));
-        match segment {
-            RodSegment::Flexible { .. } => {
-                slots.extend(Axis::ALL.map(|axis| Slot::Stiffness(j, axis)));
-                slots.extend(Axis::ALL.map(|axis| Slot::RestCurvature(j, axis)));
-            }
-            RodSegment::Rigid { .. } => slots.extend(Axis::ALL.map(|axis| Slot::Dipole(j, axis))),
-        }
+        let vectors: &[fn(usize, Axis) -> Slot] = match segment {
+            RodSegment::Flexible(_) => &[
+                Slot::Stiffness,
+                Slot::StiffnessRise,
+                Slot::RestCurvature,
+                Slot::RestCurvatureRise,
+                Slot::Load,
+                Slot::DipolePerLength,
+                Slot::ShearCompliance,
+            ],
+            RodSegment::Rigid(_) => &[Slot::Dipole, Slot::Weight],
+        };
+        slots.extend(vectors.iter().flat_map(|vector| Axis::ALL.map(|axis| vector(j, axis))));
     }
     slots
 }
 
-/// The rod moved along a slot. Insertion lengthens the first segment, whose rest curvature is constant.
+/// The rod moved along a slot.
 pub fn moved(rod: &Rod, slot: Slot, by: f64) -> Rod {
     let mut rod = rod.clone();
     match slot {
@@ -99,22 +115,56 @@ pub fn moved(rod: &Rod, slot: Slot, by: f64) -> Rod {
         Slot::FluxDensity(axis) => rod.flux_density[axis.index()] += by,
         Slot::TipForce(axis) => rod.tip_force[axis.index()] += by,
         Slot::TipMoment(axis) => rod.tip_moment[axis.index()] += by,
-        Slot::Insertion => return moved(&rod, Slot::Length(0), by),
-        Slot::Length(j) | Slot::Stiffness(j, _) | Slot::RestCurvature(j, _) | Slot::Dipole(j, _) | Slot::Load(j, _) => {
-            move_segment(&mut rod.segments[j], slot, by)
-        }
+        Slot::Insertion => insert(&mut rod.segments[0], by),
+        Slot::Length(j)
+        | Slot::Stiffness(j, _)
+        | Slot::StiffnessRise(j, _)
+        | Slot::RestCurvature(j, _)
+        | Slot::RestCurvatureRise(j, _)
+        | Slot::Load(j, _)
+        | Slot::DipolePerLength(j, _)
+        | Slot::ShearCompliance(j, _)
+        | Slot::Dipole(j, _)
+        | Slot::Weight(j, _) => move_segment(&mut rod.segments[j], slot, by),
     }
     rod
+}
+
+/// Lengthens a flexible segment at its proximal end: what varies goes on as it does.
+fn insert(segment: &mut RodSegment, by: f64) {
+    let RodSegment::Flexible(segment) = segment else { panic!("insertion into a rigid segment") };
+    let share = if segment.length > 0.0 { by / segment.length } else { 0.0 };
+    segment.length += by;
+    let FlexibleRod { stiffness, stiffness_rise, rest_curvature, rest_curvature_rise, .. } = segment;
+    for (value, rise) in [(stiffness, stiffness_rise), (rest_curvature, rest_curvature_rise)] {
+        for (value, rise) in value.iter_mut().zip(rise) {
+            *value -= share * *rise;
+            *rise *= 1.0 + share;
+        }
+    }
 }
 
 fn move_segment(segment: &mut RodSegment, slot: Slot, by: f64) {
     use RodSegment::{Flexible, Rigid};
     match (segment, slot) {
-        (Flexible { length, .. } | Rigid { length, .. }, Slot::Length(_)) => *length += by,
-        (Flexible { load, .. } | Rigid { load, .. }, Slot::Load(_, axis)) => load[axis.index()] += by,
-        (Flexible { stiffness, .. }, Slot::Stiffness(_, axis)) => stiffness[axis.index()] += by,
-        (Flexible { rest_curvature, .. }, Slot::RestCurvature(_, axis)) => rest_curvature[axis.index()] += by,
-        (Rigid { dipole, .. }, Slot::Dipole(_, axis)) => dipole[axis.index()] += by,
+        (Rigid(segment), Slot::Length(_)) => segment.length += by,
+        (Flexible(segment), Slot::Length(_)) => {
+            // What varies goes on as it does.
+            let stretch = if segment.length > 0.0 { 1.0 + by / segment.length } else { 1.0 };
+            segment.length += by;
+            for rise in [&mut segment.stiffness_rise, &mut segment.rest_curvature_rise] {
+                rise.iter_mut().for_each(|x| *x *= stretch);
+            }
+        }
+        (Flexible(segment), Slot::Stiffness(_, axis)) => segment.stiffness[axis.index()] += by,
+        (Flexible(segment), Slot::StiffnessRise(_, axis)) => segment.stiffness_rise[axis.index()] += by,
+        (Flexible(segment), Slot::RestCurvature(_, axis)) => segment.rest_curvature[axis.index()] += by,
+        (Flexible(segment), Slot::RestCurvatureRise(_, axis)) => segment.rest_curvature_rise[axis.index()] += by,
+        (Flexible(segment), Slot::Load(_, axis)) => segment.load[axis.index()] += by,
+        (Flexible(segment), Slot::DipolePerLength(_, axis)) => segment.dipole[axis.index()] += by,
+        (Flexible(segment), Slot::ShearCompliance(_, axis)) => segment.shear_compliance[axis.index()] += by,
+        (Rigid(segment), Slot::Dipole(_, axis)) => segment.dipole[axis.index()] += by,
+        (Rigid(segment), Slot::Weight(_, axis)) => segment.weight[axis.index()] += by,
         (segment, slot) => panic!("{segment:?} has no {slot:?}"),
     }
 }
@@ -122,14 +172,11 @@ fn move_segment(segment: &mut RodSegment, slot: Slot, by: f64) {
 /// Length, mean stiffness over its square, and field of a rod.
 pub fn rod_units(rod: &Rod) -> Units {
     let length = rod.total_length();
-    let stiffness: Vec<f64> = rod
-        .segments
-        .iter()
-        .filter_map(|s| match s {
-            RodSegment::Flexible { stiffness, .. } => Some((stiffness[0] * stiffness[1]).sqrt()),
-            RodSegment::Rigid { .. } => None,
-        })
-        .collect();
+    let stiffness = |segment: &RodSegment| match segment {
+        RodSegment::Flexible(FlexibleRod { stiffness, .. }) => Some((stiffness[0] * stiffness[1]).sqrt()),
+        RodSegment::Rigid(_) => None,
+    };
+    let stiffness: Vec<f64> = rod.segments.iter().filter_map(stiffness).collect();
     let stiffness = stiffness.iter().sum::<f64>() / stiffness.len() as f64;
     let field = rod.flux_density.iter().map(|b| b * b).sum::<f64>().sqrt();
     Units { length, force: stiffness / (length * length), field: if field > 0.0 { field } else { 1.0 } }
