@@ -3,8 +3,10 @@
 mod common;
 
 use common::sandbox::SCENE;
-use rodsweep::model::{Flexible, Node, Parameter, Profile, Scene, SegmentKind, Stiffness};
-use rodsweep::sweep::{parse_scene, write_scene};
+use common::strategy::some_scenes;
+use rodsweep::model::{Flexible, Node, Parameter, Plan, PlanOptions, Profile, Scene, SegmentKind, Stiffness};
+use rodsweep::reference::solve_rod;
+use rodsweep::sweep::{assign, parse_scene, write_scene};
 use std::path::Path;
 
 const NODES: &str = r#"stiffness = [
@@ -51,6 +53,65 @@ fn what_is_written_reads_back() {
     let scene = with_tube(NODES);
     let text = write_scene(&scene);
     assert_eq!(parse_scene(Path::new("x.toml"), &text).expect(&text), scene);
+}
+
+/// A segment shortened behind its last nodes is the same rod when it is written and read, or set on a command line.
+#[test]
+fn nodes_beyond_a_shorter_segment_are_cut() {
+    let mut scene = with_tube(NODES);
+    scene.segments[0].length = 0.05;
+    let read = parse_scene(Path::new("x.toml"), &write_scene(&scene)).expect("a good scene");
+    let mut set = with_tube(NODES);
+    assign(&mut set, &["tube.length=50 mm"]).expect("settable");
+    assert_eq!(set, read);
+    let (before, after) = (solve_rod(&scene.rod(), &[]), solve_rod(&read.rod(), &[]));
+    assert!((0..3).all(|k| (before.p_tip[k] - after.p_tip[k]).abs() < 1e-14), "{before:?} {after:?}");
+    assert!((before.m0[0] - after.m0[0]).abs() < 1e-14 && before.p_tip[2] != 0.063, "{before:?} {after:?}");
+}
+
+#[test]
+fn random_scenes_read_back() {
+    for scene in some_scenes(300) {
+        let mut written = scene.clone();
+        written.absorb_insertion();
+        let text = write_scene(&scene);
+        assert_eq!(parse_scene(Path::new("x.toml"), &text).expect(&text), written, "{text}");
+    }
+}
+
+/// A sweep along any parameter: the batch's rods are those of its scenes, and so are the rates of its derivatives.
+#[test]
+fn plans_follow_every_parameter() {
+    for scene in some_scenes(60) {
+        let all = Parameter::all(&scene);
+        let is_rigid = matches!(scene.segments[0].kind, SegmentKind::Rigid(_));
+        let all: Vec<_> = all.into_iter().filter(|p| !is_rigid || *p != Parameter::Insertion).collect();
+        let mut probe = scene.clone();
+        let settable: Vec<_> = all.iter().filter(|p| p.set(&mut probe, p.get(&scene)).is_ok()).collect();
+        for parameter in settable {
+            let plan = Plan::new(&scene, &[vec![*parameter]], &all, PlanOptions::default()).expect("a plan");
+            let value = parameter.get(&scene) * 1.01 + 1e-3 * f64::from(u8::from(parameter.get(&scene) == 0.0));
+            let batch = plan.batch(1, |_, row| row[0] = value);
+            let moved = plan.sample_scene(&[value]);
+            let name = parameter.name(&scene);
+            let (mut found, mut expected) = (Vec::new(), Vec::new());
+            plan.sample_rod(&batch, 0).write_record(&mut found);
+            moved.rod().write_record(&mut expected);
+            assert_eq!(found, expected, "{name}\n{}", write_scene(&scene));
+            for derivative in &plan.derivatives {
+                let by = derivative.parameter;
+                let mut rates: Vec<_> = by.chain(&moved).into_iter().filter(|(_, rate)| *rate != 0.0).collect();
+                for (slot, entry) in &derivative.terms {
+                    let rate = plan.entry(&batch, 0, *entry);
+                    let of_slot: Vec<_> = rates.iter().filter(|(other, _)| other == slot).collect();
+                    let expected: f64 = of_slot.iter().map(|(_, rate)| rate).sum();
+                    assert_eq!(rate, expected, "{} along {name}: {slot:?}\n{}", derivative.name, write_scene(&scene));
+                    rates.retain(|(other, _)| other != slot);
+                }
+                assert!(rates.is_empty(), "{} along {name}: {rates:?}\n{}", derivative.name, write_scene(&scene));
+            }
+        }
+    }
 }
 
 /// Every parameter has a name of its own, which means it.

@@ -130,6 +130,12 @@ pub struct SolveArguments {
     /// Print JSON
     #[arg(long)]
     pub json: bool,
+    /// Print the shape: a number of points, or arc lengths such as "10 mm, 20 mm"; derivatives with --json
+    #[arg(long, value_name = "POINTS")]
+    pub shape: Option<String>,
+    /// Print the plan that the scene compiles to, with its operation count
+    #[arg(long)]
+    pub explain: bool,
     /// Draw the rod's shape (.png or .svg)
     #[arg(long, value_name = "FILE")]
     pub plot: Option<PathBuf>,

@@ -2,10 +2,17 @@
 
 use super::solve::Solved;
 use rodsweep::model::{Matrix, Quantity, Slot, Vector, base_curvature, base_curvature_rate, tip_curvature};
+use rodsweep::reference::residual_by_base_moment;
 use serde_json::{Value, json};
 
-pub fn text(solved: &Solved) -> String {
-    let value = if solved.solutions.status(0).is_converged() { converged(solved) } else { failed(solved) };
+/// The solution, and its shape and plan where they are asked for.
+pub fn text(solved: &Solved, shape: Option<Value>, plan: Option<Value>) -> String {
+    let mut value = if solved.solutions.status(0).is_converged() { converged(solved) } else { failed(solved) };
+    for (name, part) in [("shape", shape), ("plan", plan)] {
+        if let Some(part) = part {
+            value[name] = part;
+        }
+    }
     serde_json::to_string_pretty(&value).unwrap_or_default() + "\n"
 }
 
@@ -63,6 +70,7 @@ fn converged(solved: &Solved) -> Value {
             "position": rows(0),
             "rotation": rows(3),
             "base_curvature": curvature_rows,
+            "residual": residual_rows(solved),
         },
     })
 }
@@ -89,6 +97,21 @@ fn base_curvature_column(solved: &Solved, k: usize) -> Vector {
         }
     }
     sum
+}
+
+/// d(residual) by each derivative, the base moment held [N·m per unit]; null where the rod cannot be integrated.
+fn residual_rows(solved: &Solved) -> Value {
+    let Solved { plan, batch, solutions, .. } = solved;
+    let m0 = solutions.vector(0, Quantity::BaseMoment);
+    let Some(matrix) = residual_by_base_moment(&plan.sample_rod(batch, 0), m0) else { return Value::Null };
+    let entry = |row: usize, k: usize| -> f64 {
+        (0..3).map(|axis| -matrix[row][axis] * solutions.derivative(0, k, 6 + axis)).sum()
+    };
+    json!(
+        (0..3)
+            .map(|row| (0..plan.derivatives.len()).map(|k| number(entry(row, k))).collect())
+            .collect::<Vec<Vec<Value>>>()
+    )
 }
 
 /// Unit quaternion x, y, z, w of a rotation, w not negative.

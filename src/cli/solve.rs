@@ -2,7 +2,7 @@
 
 use super::args::{BackendName, EngineArguments, SolveArguments};
 use super::engine::{Engine, cpu_f64};
-use super::{CommandError, Exit, plot, print, say, solution_json};
+use super::{CommandError, Exit, explain, plot, print, say, shape, solution_json};
 use rodsweep::backend::BackendKind;
 use rodsweep::model::{Batch, Parameter, Plan, PlanOptions, Quantity, Scene, SegmentKind, SegmentParameter, Solutions};
 use rodsweep::report::engineering;
@@ -30,6 +30,9 @@ pub fn solve(arguments: &SolveArguments) -> Result<Exit, CommandError> {
     }
     let mut scene = read_scene(&arguments.scene)?;
     assign(&mut scene, &arguments.set)?;
+    if let Some(text) = &arguments.shape {
+        shape::arc_lengths(text, scene.total_length())?;
+    }
     for note in scene_notes(&scene) {
         say(&format!("note: {note}"));
     }
@@ -38,7 +41,7 @@ pub fn solve(arguments: &SolveArguments) -> Result<Exit, CommandError> {
         None => default_parameters(&scene),
     };
     let solved = solve_scene(scene, &wrt, arguments)?;
-    let text = if arguments.json { solution_json::text(&solved) } else { describe(&solved) };
+    let text = answer(&solved, arguments)?;
     print(&text)?;
     if let Some(path) = &arguments.plot {
         plot::draw(&solved, path)?;
@@ -46,6 +49,27 @@ pub fn solve(arguments: &SolveArguments) -> Result<Exit, CommandError> {
     }
     let converged = solved.solutions.status(0).is_converged();
     Ok(if converged { Exit::Done } else { Exit::Failed })
+}
+
+/// All that is asked for, as text or as JSON.
+fn answer(solved: &Solved, arguments: &SolveArguments) -> Result<String, CommandError> {
+    let converged = solved.solutions.status(0).is_converged();
+    let poses = match &arguments.shape {
+        Some(text) if converged => Some(shape::poses(solved, &shape::arc_lengths(text, solved.scene.total_length())?)?),
+        _ => None,
+    };
+    if arguments.json {
+        let plan = if arguments.explain { Some(explain::json(solved)?) } else { None };
+        return Ok(solution_json::text(solved, poses.map(|poses| shape::json(solved, &poses)), plan));
+    }
+    let mut text = describe(solved);
+    if let Some(poses) = poses {
+        text += &shape::text(&poses);
+    }
+    if arguments.explain {
+        text += &explain::text(solved)?;
+    }
+    Ok(text)
 }
 
 fn parse_parameters(scene: &Scene, names: &[String]) -> Result<Vec<Parameter>, CommandError> {

@@ -16,40 +16,50 @@ pub struct Columns<L> {
     pub w: Mat3<L>,
     pub dp: Mat3<L>,
     pub dM: Mat3<L>,
-    /// Change of the internal force.
-    pub dn: Force<L>,
+    pub force: Force,
+    /// dn where the force is `Forward`.
+    pub dn: Mat3<L>,
 }
 
-/// dn of three columns.
-#[derive(Clone, Copy, Debug)]
-pub enum Force<L> {
-    /// The force stays.
+/// How three columns change the internal force.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Force {
+    /// Not at all.
     None,
     /// dn = e_k all along the rod.
     Unit,
     /// As the sources of forward columns say.
-    Forward(Mat3<L>),
+    Forward,
 }
 
 /// dm of three columns, from dM.
 #[inline(always)]
-pub fn column_moment<L: Lane, T: Terms>(dn: &Force<L>, p: Vec3<L>, n: Vec3<L>, dp: Mat3<L>, dM: Mat3<L>) -> Mat3<L> {
-    let dm = match dn {
-        Force::None => dM,
-        Force::Unit => dM - hat(p),                          // J3
-        Force::Forward(dn) => columns_cross_add(*dn, p, dM), // J3
-    };
+pub fn column_moment<L: Lane, T: Terms>(
+    force: Force,
+    dn: &Mat3<L>,
+    p: Vec3<L>,
+    n: Vec3<L>,
+    dp: Mat3<L>,
+    dM: Mat3<L>,
+) -> Mat3<L> {
+    let mut dm = dM;
+    if force == Force::Unit {
+        dm = dm - hat(p); // J3
+    }
+    if T::GENERAL && force == Force::Forward {
+        dm = columns_cross_add(*dn, p, dm); // J3
+    }
     if T::FORCE { columns_cross_sub(dp, n, dm) } else { dm } // J3
 }
 
 /// dn - w x n of three columns: what the force changes by in the body frame.
 #[inline(always)]
-pub fn column_force<L: Lane>(dn: &Force<L>, n: Vec3<L>, w: Mat3<L>) -> Mat3<L> {
+pub fn column_force<L: Lane>(force: Force, dn: &Mat3<L>, n: Vec3<L>, w: Mat3<L>) -> Mat3<L> {
     let turned = columns_cross(w, n);
-    match dn {
+    match force {
         Force::None => -turned,
         Force::Unit => Mat3::identity(n.x) - turned,
-        Force::Forward(dn) => *dn - turned,
+        Force::Forward => *dn - turned,
     }
 }
 
@@ -81,6 +91,7 @@ pub fn step_columns<L: Lane, T: Terms>(
     source: Option<&Source<L>>,
     columns: &mut Columns<L>,
 ) {
+    let source = if T::GENERAL { source } else { None };
     let stage_count = stages.tableau.a.len();
     let mut at = 0;
     let weight = segment.w * lambda;
@@ -97,22 +108,26 @@ pub fn step_columns<L: Lane, T: Terms>(
         }
         at += i;
         let stage = &stages.stage[i];
+        let forward;
         let dn = match source {
-            Some(source) => source.force(&columns.dn, step.h * step.h.constant(stages.tableau.c[i])),
-            None => columns.dn,
+            Some(source) => {
+                forward = source.force(&columns.dn, step.h * step.h.constant(stages.tableau.c[i]));
+                &forward
+            }
+            None => &columns.dn,
         };
-        let dm = column_moment::<L, T>(&dn, stage.p, stage.n, dp, dM);
+        let dm = column_moment::<L, T>(columns.force, dn, stage.p, stage.n, dp, dM);
         let x = columns_cross_sub(w, stage.m, dm);
-        let compliance = if segment.tapers { stage.compliance } else { segment.compliance };
+        let compliance = segment.compliance_at::<T>(stage.compliance);
         let mut dw = compliance_times::<L, T>(compliance, stage.d1, stage.d2, stage.t, x); // J1
-        let mut ddp = columns_cross(w, stage.v); // J2
-        if T::FORCE && segment.shears {
-            let y = column_force(&dn, stage.n, w);
+        let mut ddp = columns_cross(w, stage.velocity::<T>()); // J2
+        if T::GENERAL && segment.shears {
+            let y = column_force(columns.force, dn, stage.n, w);
             ddp = ddp + principal_times(segment.shear, stage.d1, stage.d2, stage.t, y); // J2
         }
         if T::LOAD {
             let mut ddM = -columns_cross(dp, weight); // J3
-            if segment.has_magnet {
+            if T::GENERAL && segment.has_magnet {
                 let mu_world = to_world(stage.d1, stage.d2, stage.t, mu);
                 ddM = columns_cross_sub(columns_cross(w, mu_world), rod.B, ddM); // J3
             }
@@ -143,7 +158,7 @@ pub fn step_columns<L: Lane, T: Terms>(
         columns.dn = source.force(&columns.dn, step.h);
     }
     if let Some(trace) = trace {
-        collect_integrals(rod, segment, step, stages, at, collect, &columns.dn, trace);
+        collect_integrals::<L, T>(rod, segment, step, stages, at, collect, columns, trace);
     }
 }
 
@@ -160,6 +175,7 @@ pub fn cross_rigid_columns<L: Lane, T: Terms>(
     source: Option<&Source<L>>,
     columns: &mut Columns<L>,
 ) {
+    let source = if T::GENERAL { source } else { None };
     let (length, t) = (segment.length, state.t);
     let half = length.constant(0.5);
     let mut arm = columns_cross(columns.w, t) * length;
@@ -187,10 +203,10 @@ pub fn cross_rigid_columns<L: Lane, T: Terms>(
         if T::FORCE {
             columns.dM = columns_cross_add(arm, n_after, columns.dM);
         }
-        match columns.dn {
+        match columns.force {
             Force::None => {}
             Force::Unit => columns.dM = columns.dM + hat(t * length),
-            Force::Forward(dn) => columns.dM = columns_cross_sub(dn, t * length, columns.dM),
+            Force::Forward => columns.dM = columns_cross_sub(columns.dn, t * length, columns.dM),
         }
     }
 }

@@ -6,6 +6,7 @@
 
 mod algebra;
 mod column;
+mod count;
 mod lane;
 mod path;
 mod program;
@@ -20,6 +21,7 @@ mod trace;
 
 use crate::backend::{Backend, BackendError, BackendInfo, BackendKind, Precision};
 use crate::model::{BLOCK, Batch, Entry, Plan, Quantity, ROWS, Solutions, Status};
+pub use count::{Operations, PassOperations};
 use lane::{F32, F64, Lane, Scalar};
 use path::Path;
 use program::{Inputs, Outputs, Program};
@@ -107,6 +109,17 @@ impl Lanes {
             set,
             arch,
         })
+    }
+
+    /// Arithmetic operations of the passes over the rod for a sample of a batch.
+    pub fn count_operations(&self, batch: &Batch, sample: usize) -> PassOperations {
+        let mut inputs = vec![0.0; self.plan.input_count];
+        for (entry, unit) in self.plan.entries.iter().zip(&self.units) {
+            if let Entry::Varying(column) = *entry {
+                inputs[column] = batch.inputs.get(sample, column) / unit;
+            }
+        }
+        count::count_passes(&self.program, &inputs)
     }
 
     /// The instructions in use.
@@ -213,32 +226,44 @@ impl BlockScalar for f32 {
 
 struct ByTerms<'a, S: Scalar>(Job<'a, S>);
 
+/// Calls a kernel function compiled for the program's terms.
 macro_rules! by_terms {
+    ($program:expr, $kernel:ident::<$lane:ty>($($argument:expr),*)) => {{
+        let Program { terms, general, .. } = *$program;
+        // Scenes with rarely used terms do not get a kernel of their own for isotropic bending.
+        match (terms.load, terms.force, terms.anisotropic || general, general) {
+            (true, _, false, _) => $kernel::<$lane, TermSet<true, true, false, false>>($($argument),*),
+            (true, _, true, false) => $kernel::<$lane, TermSet<true, true, true, false>>($($argument),*),
+            (true, _, true, true) => $kernel::<$lane, TermSet<true, true, true, true>>($($argument),*),
+            (_, true, false, _) => $kernel::<$lane, TermSet<true, false, false, false>>($($argument),*),
+            (_, true, true, false) => $kernel::<$lane, TermSet<true, false, true, false>>($($argument),*),
+            (_, true, true, true) => $kernel::<$lane, TermSet<true, false, true, true>>($($argument),*),
+            (_, _, false, _) => $kernel::<$lane, TermSet<false, false, false, false>>($($argument),*),
+            (_, _, true, false) => $kernel::<$lane, TermSet<false, false, true, false>>($($argument),*),
+            (_, _, true, true) => $kernel::<$lane, TermSet<false, false, true, true>>($($argument),*),
+        }
+    }};
+}
+pub(self) use by_terms;
+
+macro_rules! with_simd {
     ($scalar:ty, $lane:ident) => {
         impl WithSimd for ByTerms<'_, $scalar> {
             type Output = ();
 
             #[inline(always)]
             fn with_simd<S: Simd>(self, token: S) {
-                let terms = self.0.program.terms;
                 // Machines without vector units are served, not tuned for: one kernel with every term.
                 if S::IS_SCALAR {
-                    return solve_job::<$lane<S>, TermSet<true, true, true>>(token, self.0);
+                    return solve_job::<$lane<S>, TermSet<true, true, true, true>>(token, self.0);
                 }
-                match (terms.load, terms.force, terms.anisotropic) {
-                    (true, _, false) => solve_job::<$lane<S>, TermSet<true, true, false>>(token, self.0),
-                    (true, _, true) => solve_job::<$lane<S>, TermSet<true, true, true>>(token, self.0),
-                    (_, true, false) => solve_job::<$lane<S>, TermSet<true, false, false>>(token, self.0),
-                    (_, true, true) => solve_job::<$lane<S>, TermSet<true, false, true>>(token, self.0),
-                    (_, _, false) => solve_job::<$lane<S>, TermSet<false, false, false>>(token, self.0),
-                    (_, _, true) => solve_job::<$lane<S>, TermSet<false, false, true>>(token, self.0),
-                }
+                by_terms!(self.0.program, solve_job::<$lane<S>>(token, self.0))
             }
         }
     };
 }
-by_terms!(f64, F64);
-by_terms!(f32, F32);
+with_simd!(f64, F64);
+with_simd!(f32, F32);
 
 /// Solves a block: directly, then what is left by the ramp.
 #[inline(always)]

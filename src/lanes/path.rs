@@ -36,7 +36,7 @@ pub struct PathEnd<L: Lane> {
 
 /// dm0/dlambda at rest: the moment of all loads on the unbent rod, R4 at u = u*.
 #[inline(always)]
-fn rest_slope<L: Lane, T: Terms>(program: &Program, rod: &Rod<L>, workspace: &mut Workspace<L>) -> Vec3<L> {
+pub fn rest_slope<L: Lane, T: Terms>(program: &Program, rod: &Rod<L>, workspace: &mut Workspace<L>) -> Vec3<L> {
     let zero = rod.t.x.constant(0.0);
     let mut stiff = Rod { segments: Vec::with_capacity(rod.segments.len()), ..*rod };
     for segment in &rod.segments {

@@ -49,6 +49,8 @@ pub struct Resolution {
 #[derive(Clone, Debug)]
 pub struct Program {
     pub terms: Terms,
+    /// Whether the kernel of rarely used terms is needed.
+    pub general: bool,
     pub rigid_force_arm: bool,
     pub sources: Vec<Source>,
     /// Those that are integrated.
@@ -91,6 +93,7 @@ impl Program {
         terms.load |= terms.magnet;
         terms.load |= plan.forward && slots().any(|slot| matches!(slot, Slot::Load(..) | Slot::DipolePerLength(..)));
         terms.force |= terms.load;
+        let general = terms.is_general() || plan.forward;
         let collect = if plan.forward { vec![Collect::default(); integrated] } else { collect(plan, integrated) };
         let steps =
             |scale: &dyn Fn(usize) -> usize| plan.segments[..integrated].iter().map(|s| scale(s.steps)).collect();
@@ -99,6 +102,7 @@ impl Program {
         let coarse = steps(&|n| stepper.path_steps(n));
         Self {
             terms,
+            general,
             rigid_force_arm: plan.scene.rigid_force_arm,
             sources,
             segments: plan.segments[..integrated].to_vec(),

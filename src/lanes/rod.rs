@@ -19,15 +19,21 @@ pub trait Terms: Copy {
     const LOAD: bool;
     /// Different stiffness about body x and y.
     const ANISOTROPIC: bool;
+    /// What few scenes use: stiffness and rest curvature that vary along a segment, shear, magnets, forward columns.
+    /// Inside, each segment says which.
+    const GENERAL: bool;
 }
 
 #[derive(Clone, Copy)]
-pub struct TermSet<const FORCE: bool, const LOAD: bool, const ANISOTROPIC: bool>(PhantomData<()>);
+pub struct TermSet<const FORCE: bool, const LOAD: bool, const ANISOTROPIC: bool, const GENERAL: bool>(PhantomData<()>);
 
-impl<const FORCE: bool, const LOAD: bool, const ANISOTROPIC: bool> Terms for TermSet<FORCE, LOAD, ANISOTROPIC> {
+impl<const FORCE: bool, const LOAD: bool, const ANISOTROPIC: bool, const GENERAL: bool> Terms
+    for TermSet<FORCE, LOAD, ANISOTROPIC, GENERAL>
+{
     const FORCE: bool = FORCE;
     const LOAD: bool = LOAD;
     const ANISOTROPIC: bool = ANISOTROPIC;
+    const GENERAL: bool = GENERAL;
 }
 
 /// Where the rod is: position, first director, tangent, and M = m + p x n.
@@ -202,18 +208,24 @@ pub fn moment<L: Lane, T: Terms>(p: Vec3<L>, M: Vec3<L>, n: Vec3<L>) -> Vec3<L> 
 impl<L: Lane> Flexible<L> {
     /// The cross-section at a share `x` of the length.
     #[inline(always)]
-    pub fn section(&self, x: f64) -> Section<L> {
+    pub fn section<T: Terms>(&self, x: f64) -> Section<L> {
         let x = self.length.constant(x);
         let mut section = Section { compliance: self.compliance, u_star: self.u_star };
-        if self.tapers {
+        if T::GENERAL && self.tapers {
             let stiffness = axpy(x, self.stiffness_rise, self.stiffness);
             let one = x.constant(1.0);
             section.compliance = Vec3 { x: one / stiffness.x, y: one / stiffness.y, z: one / stiffness.z };
         }
-        if self.curvature_rises {
+        if T::GENERAL && self.curvature_rises {
             section.u_star = axpy(x, self.u_star_rise, self.u_star);
         }
         section
+    }
+
+    /// The compliance at a cross-section whose own is known.
+    #[inline(always)]
+    pub fn compliance_at<T: Terms>(&self, section: Vec3<L>) -> Vec3<L> {
+        if T::GENERAL && self.tapers { section } else { self.compliance }
     }
 
     /// The same rod unable to bend or shear.
@@ -242,7 +254,7 @@ pub fn curvature<L: Lane, T: Terms>(section: &Section<L>, d1: Vec3<L>, d2: Vec3<
 /// p' = R nu, the tangent where the segment neither shears nor stretches.
 #[inline(always)]
 pub fn velocity<L: Lane, T: Terms>(segment: &Flexible<L>, d1: Vec3<L>, d2: Vec3<L>, t: Vec3<L>, n: Vec3<L>) -> Vec3<L> {
-    if T::FORCE && segment.shears {
+    if T::GENERAL && segment.shears {
         let c = segment.shear;
         axpy(c.x * dot(d1, n), d1, axpy(c.y * dot(d2, n), d2, axpy(c.z * dot(t, n), t, t))) // R5
     } else {

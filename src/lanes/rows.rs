@@ -140,12 +140,12 @@ pub fn write_forward_rows<L: Lane, T: Terms>(
     m0: Vec3<L>,
     tip: &Tip<L>,
     columns: &[Columns<L>],
-    w_inverse: Mat3<L>,
     workspace: &Workspace<L>,
     out: &mut Outputs<'_, L::Scalar>,
 ) {
     let torque = base_slope::<L, T>(rod, m0, rod.base_force::<T>()).torque;
     let by_moment = &columns[0];
+    let w_inverse = inverse(tip_moment_columns::<L, T>(tip, by_moment));
     for (three, (sources, column)) in workspace.sources.iter().zip(&columns[2..]).enumerate() {
         let residual = tip_moment_columns::<L, T>(tip, column) - sources.dl_tip;
         let dm0 = -(w_inverse * residual);

@@ -53,21 +53,22 @@ pub struct Tip<L> {
 #[inline(always)]
 pub fn moment_columns<L: Lane>(one: L) -> Columns<L> {
     let zero = Mat3::zero(one);
-    Columns { w: zero, dp: zero, dM: Mat3::identity(one), dn: Force::None }
+    Columns { w: zero, dp: zero, dM: Mat3::identity(one), force: Force::None, dn: zero }
 }
 
 /// Three columns at the base: by a virtual rotation of the base, in canonical form (dm = w x m0 / 2).
 #[inline(always)]
 pub fn rotation_columns<L: Lane>(m0: Vec3<L>) -> Columns<L> {
     let half = m0.x.constant(0.5);
-    Columns { w: Mat3::identity(half), dp: Mat3::zero(half), dM: hat(m0) * -half, dn: Force::None }
+    let zero = Mat3::zero(half);
+    Columns { w: Mat3::identity(half), dp: zero, dM: hat(m0) * -half, force: Force::None, dn: zero }
 }
 
 /// Three columns at the base: by the tip force.
 #[inline(always)]
 pub fn force_columns<L: Lane>(one: L) -> Columns<L> {
     let zero = Mat3::zero(one);
-    Columns { w: zero, dp: zero, dM: zero, dn: Force::Unit }
+    Columns { w: zero, dp: zero, dM: zero, force: Force::Unit, dn: zero }
 }
 
 /// Three columns at the base: by three parameters, the base moment held.
@@ -77,7 +78,7 @@ pub fn forward_columns<L: Lane, T: Terms>(rod: &Rod<L>, sources: &Sources<L>, m0
     let BaseSlope { omega, v, .. } = base_slope::<L, T>(rod, m0, n0);
     let dp = outer(v, sources.insertion, sources.dp0);
     let dM = if T::FORCE { super::algebra::columns_cross(dp, n0) } else { Mat3::zero(m0.x) };
-    Columns { w: outer(omega, sources.insertion, sources.w0), dp, dM, dn: Force::Forward(sources.dn0) }
+    Columns { w: outer(omega, sources.insertion, sources.w0), dp, dM, force: Force::Forward, dn: sources.dn0 }
 }
 
 /// How the rod goes on at its base, where it is flexible: R u, p' and -m'.
@@ -94,13 +95,13 @@ pub fn base_slope<L: Lane, T: Terms>(rod: &Rod<L>, m0: Vec3<L>, n0: Vec3<L>) -> 
         return BaseSlope { omega: zero, v: zero, torque: zero };
     };
     let d2 = cross(rod.t, rod.d1);
-    let omega = curvature::<L, T>(&first.section(0.0), rod.d1, d2, rod.t, m0);
+    let omega = curvature::<L, T>(&first.section::<T>(0.0), rod.d1, d2, rod.t, m0);
     let v = velocity::<L, T>(first, rod.d1, d2, rod.t, n0);
     let mut torque = zero;
     if T::FORCE {
         torque = cross(v, n0);
     }
-    if first.has_magnet {
+    if T::GENERAL && first.has_magnet {
         torque = torque + cross(to_world(rod.d1, d2, rod.t, first.mu), rod.B);
     }
     BaseSlope { omega, v, torque }
@@ -177,7 +178,7 @@ fn integrate<L: Lane, T: Terms>(pass: Pass<'_, L, T>) -> Tip<L> {
                             true if k < 3 => Some(&mut workspace.traces[index][k]),
                             _ => None,
                         };
-                        let source = forward_source(&workspace.sources, k, index);
+                        let source = forward_source::<L, T>(&workspace.sources, k, index);
                         step_columns::<L, T>(rod, flexible, lambda, &step, stages, trace, collect, source, three);
                     }
                     if T::LOAD {
@@ -199,7 +200,7 @@ fn integrate<L: Lane, T: Terms>(pass: Pass<'_, L, T>) -> Tip<L> {
                     if record && collect.any() && k < 3 {
                         collect_rigid::<L, T>(rod, rigid, &before, n, three, &mut workspace.traces[index][k]);
                     }
-                    let source = forward_source(&workspace.sources, k, index);
+                    let source = forward_source::<L, T>(&workspace.sources, k, index);
                     cross_rigid_columns::<L, T>(
                         rod,
                         rigid,
@@ -226,8 +227,8 @@ fn integrate<L: Lane, T: Terms>(pass: Pass<'_, L, T>) -> Tip<L> {
 
 /// The source on a segment of three columns: forward columns follow the first two threes.
 #[inline(always)]
-fn forward_source<L>(sources: &[Sources<L>], k: usize, index: usize) -> Option<&Source<L>> {
-    if k < 2 || sources.is_empty() { None } else { Some(&sources[k - 2].segments[index]) }
+fn forward_source<L, T: Terms>(sources: &[Sources<L>], k: usize, index: usize) -> Option<&Source<L>> {
+    if !T::GENERAL || k < 2 || sources.is_empty() { None } else { Some(&sources[k - 2].segments[index]) }
 }
 
 /// What a length does at the distal end of a flexible segment: its row by reciprocity, or to forward columns.
@@ -245,16 +246,16 @@ fn end_flexible<L: Lane, T: Terms>(
 ) {
     let m = moment::<L, T>(state.p, state.M, n);
     let d2 = cross(state.t, state.d1);
-    let omega = curvature::<L, T>(&segment.section(1.0), state.d1, d2, state.t, m);
+    let omega = curvature::<L, T>(&segment.section::<T>(1.0), state.d1, d2, state.t, m);
     let v = velocity::<L, T>(segment, state.d1, d2, state.t, n);
     for (k, three) in columns.iter_mut().enumerate() {
         if collect && k < 3 {
             let row = length_row::<L, T>(rod, segment, state, (m, n), (omega, v), three);
             workspace.traces[index][k].length = row;
         }
-        if let Some(source) = forward_source(&workspace.sources, k, index) {
+        if let Some(source) = forward_source::<L, T>(&workspace.sources, k, index) {
             let mut slope = -cross(state.p, segment.w);
-            if segment.has_magnet {
+            if T::GENERAL && segment.has_magnet {
                 slope = cross_sub(to_world(state.d1, d2, state.t, segment.mu), rod.B, slope);
             }
             source.lengthen(segment, (omega, v, slope), three);
@@ -265,5 +266,5 @@ fn end_flexible<L: Lane, T: Terms>(
 /// dm of three columns at the tip.
 #[inline(always)]
 pub fn tip_moment_columns<L: Lane, T: Terms>(tip: &Tip<L>, columns: &Columns<L>) -> Mat3<L> {
-    column_moment::<L, T>(&columns.dn, tip.p, tip.n, columns.dp, columns.dM)
+    column_moment::<L, T>(columns.force, &columns.dn, tip.p, tip.n, columns.dp, columns.dM)
 }

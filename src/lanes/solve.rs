@@ -108,21 +108,38 @@ pub fn solve_group<L: Lane, T: Terms>(
     out.store(Quantity::LoadFraction.column(), end.lambda);
     out.store(Quantity::Status.column(), status);
 
-    if program.forward {
-        write_forward_rows::<L, T>(program, rod, end.m0, &tip, &columns, w_inverse, workspace, out);
-    } else if !program.derivatives.is_empty() {
-        let responses = Responses::new::<T>(rod, &tip, &columns);
-        write_rows::<L, T>(program, token, inputs, rod, end.m0, &columns, &responses, workspace, out);
-    }
+    write_derivatives::<L, T>(program, token, inputs, rod, end.m0, &tip, &columns, workspace, out);
 
     let error = error_estimate::<L, T>(program, rod, &end, &columns[0], w_inverse, (tip_position, d1, t), workspace);
     out.store(Quantity::ErrorEstimate.column(), error);
     workspace.columns = columns;
 }
 
+/// Writes the rows of the derivatives, by forward columns or by reciprocity.
+#[inline(always)]
+#[allow(clippy::too_many_arguments)]
+pub fn write_derivatives<L: Lane, T: Terms>(
+    program: &Program,
+    token: L::Token,
+    inputs: &Inputs<'_, L::Scalar>,
+    rod: &Rod<L>,
+    m0: Vec3<L>,
+    tip: &Tip<L>,
+    columns: &[Columns<L>],
+    workspace: &Workspace<L>,
+    out: &mut Outputs<'_, L::Scalar>,
+) {
+    if T::GENERAL && program.forward {
+        write_forward_rows::<L, T>(program, rod, m0, tip, columns, workspace, out);
+    } else if !program.derivatives.is_empty() {
+        let responses = Responses::new::<T>(rod, tip, columns);
+        write_rows::<L, T>(program, token, inputs, rod, m0, columns, &responses, workspace, out);
+    }
+}
+
 /// The columns of a pass at the base: by moment and by rotation, and what the derivatives need.
 #[inline(always)]
-fn start_columns<L: Lane, T: Terms>(
+pub fn start_columns<L: Lane, T: Terms>(
     program: &Program,
     rod: &Rod<L>,
     m0: Vec3<L>,

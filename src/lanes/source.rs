@@ -1,7 +1,7 @@
 //! Forward columns: what three parameters change, segment by segment.
 
 use super::algebra::{Mat3, Vec3, axpy, columns_axpy, columns_cross, columns_cross_sub, dot, outer};
-use super::column::{Columns, Force};
+use super::column::Columns;
 use super::lane::Lane;
 use super::program::{Inputs, Program};
 use super::rod::{Flexible, Rigid, Rod, Segment, State, world_dipole};
@@ -155,11 +155,8 @@ impl<L: Lane> Source<L> {
 
     /// dn a distance beyond the point where it is `dn`.
     #[inline(always)]
-    pub fn force(&self, dn: &Force<L>, distance: L) -> Force<L> {
-        match dn {
-            Force::Forward(dn) if self.uses.load => Force::Forward(columns_axpy(-distance, self.dload, *dn)),
-            dn => *dn,
-        }
+    pub fn force(&self, dn: &Mat3<L>, distance: L) -> Mat3<L> {
+        if self.uses.load { columns_axpy(-distance, self.dload, *dn) } else { *dn }
     }
 
     /// R du* + R d(K^-1) R^T m at a share `x` of the segment.
@@ -210,9 +207,7 @@ impl<L: Lane> Source<L> {
         columns.w = outer(omega, self.dL, columns.w);
         columns.dp = outer(v, self.dL, columns.dp);
         columns.dM = outer(slope, self.dL, columns.dM);
-        if let Force::Forward(dn) = columns.dn {
-            columns.dn = Force::Forward(outer(-segment.w, self.dL, dn));
-        }
+        columns.dn = outer(-segment.w, self.dL, columns.dn);
     }
 
     /// -(R dmu) x B - (R mu) x dB - middle x dW on a rigid segment; lever arms are the caller's.
@@ -233,9 +228,7 @@ impl<L: Lane> Source<L> {
         let half = segment.length * one.constant(0.5);
         let middle = if force_arm { axpy(half, state.t, state.p) } else { state.p };
         columns.dM = columns.dM + columns_cross(self.dload, middle);
-        if let Force::Forward(dn) = columns.dn {
-            columns.dn = Force::Forward(dn - self.dload);
-        }
+        columns.dn = columns.dn - self.dload;
     }
 }
 

@@ -17,11 +17,19 @@ pub struct Stage<L> {
     pub d1: Vec3<L>,
     pub d2: Vec3<L>,
     pub t: Vec3<L>,
-    /// p' = R nu
-    pub v: Vec3<L>,
     pub m: Vec3<L>,
     pub n: Vec3<L>,
+    /// p' = R nu and the section's compliance, where they are needed.
+    pub v: Vec3<L>,
     pub compliance: Vec3<L>,
+}
+
+impl<L: Lane> Stage<L> {
+    /// p'
+    #[inline(always)]
+    pub fn velocity<T: Terms>(&self) -> Vec3<L> {
+        if T::GENERAL { self.v } else { self.t }
+    }
 }
 
 /// Stages and slopes of a step, reused from step to step.
@@ -104,7 +112,7 @@ pub fn step_rod<L: Lane, T: Terms>(
         let State { mut p, mut d1, mut t, mut M } = *state;
         for j in 0..i {
             let ha = stages.ha[at + j];
-            p = axpy(ha, stages.stage[j].v, p); // R2
+            p = axpy(ha, stages.stage[j].velocity::<T>(), p); // R2
             d1 = axpy(ha, stages.dd1[j], d1);
             t = axpy(ha, stages.dt[j], t);
             if T::LOAD {
@@ -113,7 +121,7 @@ pub fn step_rod<L: Lane, T: Terms>(
         }
         at += i;
         let c = stages.tableau.c[i];
-        let section = segment.section(c.mul_add(step.share, step.start));
+        let section = segment.section::<T>(c.mul_add(step.share, step.start));
         let mut n = step.n;
         if T::LOAD {
             n = axpy(-step.h * step.h.constant(c), weight, n); // R1
@@ -121,20 +129,24 @@ pub fn step_rod<L: Lane, T: Terms>(
         let d2 = cross(t, d1);
         let m = moment::<L, T>(p, M, n);
         let omega = curvature::<L, T>(&section, d1, d2, t, m);
-        let v = velocity::<L, T>(segment, d1, d2, t, n);
-        stages.stage[i] = Stage { p, d1, d2, t, v, m, n, compliance: section.compliance };
+        let stage = &mut stages.stage[i];
+        (stage.p, stage.d1, stage.d2, stage.t, stage.m, stage.n) = (p, d1, d2, t, m, n);
+        if T::GENERAL {
+            stage.v = velocity::<L, T>(segment, d1, d2, t, n);
+            stage.compliance = section.compliance;
+        }
         stages.dd1[i] = cross(omega, d1); // R2
         stages.dt[i] = cross(omega, t); // R2
         if T::LOAD {
             stages.dM[i] = -cross(p, weight); // R1
-            if segment.has_magnet {
+            if T::GENERAL && segment.has_magnet {
                 stages.dM[i] = cross_sub(to_world(d1, d2, t, mu), rod.B, stages.dM[i]); // R1
             }
         }
     }
     for j in 0..stage_count {
         let hb = stages.ha[at + j];
-        state.p = axpy(hb, stages.stage[j].v, state.p);
+        state.p = axpy(hb, stages.stage[j].velocity::<T>(), state.p);
         state.d1 = axpy(hb, stages.dd1[j], state.d1);
         state.t = axpy(hb, stages.dt[j], state.t);
         if T::LOAD {

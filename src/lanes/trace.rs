@@ -52,14 +52,14 @@ impl<L: Lane> Trace<L> {
 /// Adds a step's part of the integrals that the derivatives need, with the stepper's own weights.
 #[inline(always)]
 #[allow(clippy::too_many_arguments)]
-pub fn collect_integrals<L: Lane>(
+pub fn collect_integrals<L: Lane, T: Terms>(
     rod: &Rod<L>,
     segment: &Flexible<L>,
     step: &Step<L>,
     stages: &Stages<L>,
     weights: usize,
     collect: Collect,
-    dn: &Force<L>,
+    columns: &Columns<L>,
     trace: &mut Trace<L>,
 ) {
     for i in 0..stages.tableau.a.len() {
@@ -67,20 +67,20 @@ pub fn collect_integrals<L: Lane>(
         let share = hb.constant(stages.tableau.c[i].mul_add(step.share, step.start));
         let directors = [stage.d1, stage.d2, stage.t];
         if collect.rest_curvature || collect.stiffness {
-            let k = if segment.tapers { stage.compliance } else { segment.compliance };
+            let k = segment.compliance_at::<T>(stage.compliance);
             for (j, (d, k)) in directors.into_iter().zip([k.x, k.y, k.z]).enumerate() {
                 let dm_body = row_times(d, stages.x[i]) * hb;
                 let strain = -(dot(d, stage.m) * (k * k));
                 trace.rest_curvature[j] = trace.rest_curvature[j] + dm_body;
                 trace.stiffness[j] = axpy(strain, dm_body, trace.stiffness[j]);
-                if collect.rise {
+                if T::GENERAL && collect.rise {
                     trace.rest_curvature_rise[j] = axpy(share, dm_body, trace.rest_curvature_rise[j]);
                     trace.stiffness_rise[j] = axpy(strain * share, dm_body, trace.stiffness_rise[j]);
                 }
             }
         }
-        if collect.shear_compliance {
-            let y = column_force(dn, stage.n, stages.w[i]);
+        if T::GENERAL && collect.shear_compliance {
+            let y = column_force(columns.force, &columns.dn, stage.n, stages.w[i]);
             for (j, d) in directors.into_iter().enumerate() {
                 let n_body = dot(d, stage.n) * hb;
                 trace.shear_compliance[j] = axpy(n_body, row_times(d, y), trace.shear_compliance[j]);
@@ -89,12 +89,12 @@ pub fn collect_integrals<L: Lane>(
         if collect.load {
             trace.load = add_rows(hb, stages.dp[i], trace.load);
         }
-        if collect.dipole {
+        if T::GENERAL && collect.dipole {
             for (j, d) in directors.into_iter().enumerate() {
                 trace.dipole[j] = axpy(hb, row_times(cross(d, rod.B), stages.w[i]), trace.dipole[j]);
             }
         }
-        if collect.field && segment.has_magnet {
+        if T::GENERAL && collect.field && segment.has_magnet {
             let mu_world = to_world(stage.d1, stage.d2, stage.t, segment.mu);
             trace.field = add_rows(hb, columns_cross(stages.w[i], mu_world), trace.field);
         }
@@ -120,9 +120,9 @@ pub fn length_row<L: Lane, T: Terms>(
     (omega, v): (Vec3<L>, Vec3<L>),
     columns: &Columns<L>,
 ) -> Vec3<L> {
-    let dm = column_moment::<L, T>(&columns.dn, state.p, n, columns.dp, columns.dM);
+    let dm = column_moment::<L, T>(columns.force, &columns.dn, state.p, n, columns.dp, columns.dM);
     let mut row = row_times(omega, columns_cross_sub(columns.w, m, dm));
-    if let Force::Unit = columns.dn {
+    if columns.force == Force::Unit {
         row = row + v;
     }
     if T::FORCE {
@@ -130,7 +130,7 @@ pub fn length_row<L: Lane, T: Terms>(
     }
     if T::LOAD {
         row = row + row_times(segment.w, columns.dp);
-        if segment.has_magnet {
+        if T::GENERAL && segment.has_magnet {
             let mu_world = to_world(state.d1, cross(state.t, state.d1), state.t, segment.mu);
             row = row + row_times(rod.B, columns_cross(columns.w, mu_world));
         }
@@ -160,7 +160,7 @@ pub fn collect_rigid<L: Lane, T: Terms>(
     trace.field = add_rows(one, columns_cross(w, mu_world), zero);
     let wt = columns_cross(w, state.t);
     trace.load = add_rows(one, columns_axpy(segment.length * half, wt, columns.dp), zero);
-    trace.length = if let Force::Unit = columns.dn { state.t } else { zero[0] };
+    trace.length = if columns.force == Force::Unit { state.t } else { zero[0] };
     if T::FORCE {
         trace.length = trace.length + row_times(axpy(half, segment.w, n), wt);
     }

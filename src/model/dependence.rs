@@ -149,7 +149,8 @@ pub(super) fn changes_chain(parameter: Parameter, other: Parameter) -> bool {
             let linear = |p: S| matches!(p, S::Current(_) | S::RestCurvature(_) | S::Stiffness(_));
             let never = matches!(of, S::RestCurvature(_) | S::Stiffness(_));
             let only_by_length = is_of_node(of) && by != S::Length;
-            a == b && !(linear(of) && linear(by)) && !never && !only_by_length
+            let independent = never || only_by_length || linear(of) && linear(by);
+            a == b && !independent
         }
         _ => false,
     }

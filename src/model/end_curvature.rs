@@ -1,6 +1,6 @@
 //! Curvature at either end of the flexible part of a rod; at the start, also how it moves with the rod's numbers.
 
-use super::{Matrix, RigidRod, Rod, RodSegment, Slot, Vector};
+use super::{FlexibleRod, Matrix, RigidRod, Rod, RodSegment, Slot, Vector};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// A number and its rate.
@@ -130,13 +130,31 @@ fn propagate(rod: &Rod, base_moment: Vector, by: Option<(Slot, Vector)>) -> Dual
                 }
             }
             RodSegment::Flexible(flexible) => {
-                let stiffness = seeded_on(flexible.stiffness, index, Slot::Stiffness);
-                let u_star = seeded_on(flexible.rest_curvature, index, Slot::RestCurvature);
+                let mut stiffness = seeded_on(flexible.stiffness, index, Slot::Stiffness);
+                let mut u_star = seeded_on(flexible.rest_curvature, index, Slot::RestCurvature);
+                if slot == Some(Slot::Insertion) && index == 0 {
+                    let (stiffness_slope, u_star_slope) = base_slopes(rod);
+                    for k in 0..3 {
+                        stiffness[k].rate -= stiffness_slope[k];
+                        u_star[k].rate -= u_star_slope[k];
+                    }
+                }
                 return std::array::from_fn(|k| u_star[k] + dot(directors[k], m) / stiffness[k]); // R1
             }
         }
     }
     [Dual { value: f64::NAN, rate: f64::NAN }; 3]
+}
+
+/// Slopes of stiffness and rest curvature where the rod leaves the base: nodes withdrawn behind it leave pieces without
+/// length.
+fn base_slopes(rod: &Rod) -> (Vector, Vector) {
+    match rod.segments.iter().find(|segment| segment.length() > 0.0) {
+        Some(RodSegment::Flexible(FlexibleRod { length, stiffness_rise, rest_curvature_rise, .. })) => {
+            (stiffness_rise.map(|rise| rise / length), rest_curvature_rise.map(|rise| rise / length))
+        }
+        _ => ([0.0; 3], [0.0; 3]),
+    }
 }
 
 fn add<T: Copy + Add<Output = T> + Mul<Output = T>>(a: [T; 3], b: [T; 3], factor: T) -> [T; 3] {

@@ -157,6 +157,13 @@ impl Batch {
     }
 }
 
+impl Terms {
+    /// Whether rarely used terms are among them, which the engines keep in kernels of their own.
+    pub fn is_general(&self) -> bool {
+        self.taper || self.curvature_rise || self.shear || self.magnet
+    }
+}
+
 impl Plan {
     /// Plans a sweep of `scene` along `axes`, differentiated by `wrt`.
     pub fn new(
@@ -179,6 +186,7 @@ impl Plan {
         let segments = segment_plans(scene, &rod, options.steps, &swept);
         let terms = terms_of(scene, &segments, &rod, &swept, !wrt.is_empty());
         let chains: Vec<Vec<(Slot, f64)>> = wrt.iter().map(|parameter| parameter.chain(scene)).collect();
+        let forward = is_forward(scene, &terms, chains.iter().map(Vec::as_slice), options.sensitivity)?;
         let mut record = Vec::new();
         rod.write_record(&mut record);
         let mut varying: BTreeSet<usize> =
@@ -209,7 +217,6 @@ impl Plan {
             }
             derivatives.push(Derivative { parameter: *parameter, name: parameter.name(scene), terms });
         }
-        let forward = is_forward(scene, &terms, derivatives.len(), options.sensitivity)?;
         Ok(Plan {
             scene: scene.clone(),
             axes: axes.to_vec(),
@@ -234,7 +241,10 @@ impl Plan {
     pub fn with_options(&self, options: PlanOptions) -> Plan {
         let swept: Vec<Parameter> = self.axes.iter().flatten().copied().collect();
         let segments = segment_plans(&self.scene, &self.scene.rod(), options.steps, &swept);
-        let forward = is_forward(&self.scene, &self.terms, self.derivatives.len(), options.sensitivity);
+        let chains: Vec<_> =
+            self.derivatives.iter().map(|derivative| derivative.parameter.chain(&self.scene)).collect();
+        let chains = chains.iter().map(Vec::as_slice);
+        let forward = is_forward(&self.scene, &self.terms, chains, options.sensitivity);
         Plan { segments, options, forward: forward.unwrap_or(self.forward), ..self.clone() }
     }
 

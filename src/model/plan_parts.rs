@@ -6,7 +6,7 @@ use super::{
     Sensitivity, StiffnessAxis, Terms, Units,
 };
 
-/// Up to this many derivatives forward columns are the cheaper way.
+/// Up to this many derivatives forward columns may be the cheaper way.
 const FEW: usize = 3;
 
 /// Length: the rod's. Moment: what bends the mean rod by one radian. Field: the scene's.
@@ -85,17 +85,23 @@ pub(super) fn free_part(terms: &Terms, segments: &[SegmentPlan], chains: &[Vec<(
     (first < segments.len()).then_some(first)
 }
 
-/// Whether derivatives come from forward columns: where reciprocity fails, and where one three of columns suffices.
-pub(super) fn is_forward(
+/// Whether derivatives come from forward columns: where reciprocity fails, and where it is dearer, for up to three
+/// parameters that would need integrals along the rod, if the kernel of rarely used terms runs anyway.
+pub(super) fn is_forward<'a>(
     scene: &Scene,
     terms: &Terms,
-    derivative_count: usize,
+    derivatives: impl ExactSizeIterator<Item = &'a [(Slot, f64)]>,
     sensitivity: Sensitivity,
 ) -> Result<bool, PlanError> {
+    let count = derivatives.len();
     let is_self_adjoint = scene.rigid_force_arm || !terms.force;
+    let is_cheaper = || {
+        let mut slots = derivatives.flatten().map(|(slot, _)| slot);
+        count <= FEW && terms.is_general() && slots.any(Slot::is_integral)
+    };
     match sensitivity {
-        Sensitivity::Auto => Ok(derivative_count > 0 && (!is_self_adjoint || derivative_count <= FEW)),
-        Sensitivity::Forward => Ok(derivative_count > 0),
+        Sensitivity::Auto => Ok(count > 0 && (!is_self_adjoint || is_cheaper())),
+        Sensitivity::Forward => Ok(count > 0),
         Sensitivity::Reciprocity if is_self_adjoint => Ok(false),
         Sensitivity::Reciprocity => Err(PlanError::NoReciprocity),
     }

@@ -80,6 +80,19 @@ impl Profile {
         }
     }
 
+    /// The same along a shorter segment: nodes beyond its end give way to one there.
+    pub fn up_to(&self, length: f64) -> Profile {
+        let Profile::Nodes(nodes) = self else { return self.clone() };
+        if nodes.last().is_none_or(|last| last.at <= length) {
+            return self.clone();
+        }
+        let at_end =
+            |axis: usize| nodes.iter().enumerate().map(|(k, node)| self.share_at(k, length) * node.value[axis]).sum();
+        let mut kept: Vec<Node> = nodes.iter().copied().filter(|node| node.at < length).collect();
+        kept.push(Node { at: length, value: [0, 1, 2].map(at_end) });
+        Profile::Nodes(kept)
+    }
+
     /// Whether the profile is not constant on a piece.
     pub fn varies_on(&self, piece: &Piece) -> bool {
         let nodes = self.nodes();
@@ -137,6 +150,20 @@ mod tests {
         let profile = linear();
         for (s, expected) in [(0.01, 1.0), (0.04, 3.0), (0.05, 4.0), (0.07, 4.0), (0.09, 3.0)] {
             assert!((value(&profile, 0.1, 0.0, s) - expected).abs() < 1e-12, "{s}");
+        }
+    }
+
+    #[test]
+    fn is_cut_at_the_end_of_a_shorter_segment() {
+        let profile = linear();
+        assert_eq!(profile.up_to(0.08), profile);
+        for length in [0.01, 0.02, 0.05, 0.06, 0.07] {
+            let cut = profile.up_to(length);
+            assert!(cut.nodes().iter().all(|node| node.at <= length), "{cut:?}");
+            for share in [0.0, 0.3, 0.99, 1.0] {
+                let s = share * length;
+                assert!((value(&cut, length, 0.0, s) - value(&profile, length, 0.0, s)).abs() < 1e-12, "{length} {s}");
+            }
         }
     }
 

@@ -68,7 +68,8 @@ pub enum Slot {
     FluxDensity(Axis),
     TipForce(Axis),
     TipMoment(Axis),
-    /// More rod past the entry point: a base-pose derivative with the loads fixed.
+    /// More rod past the entry point: a base-pose derivative with the loads fixed. What varies along the first piece
+    /// that has a length goes on towards the base as it does there.
     Insertion,
     /// More of a segment at its distal end; what varies along it goes on as it does there.
     Length(usize),
@@ -136,6 +137,13 @@ impl Slot {
             | Slot::Weight(segment, _) => Some(segment),
             _ => None,
         }
+    }
+
+    /// Whether reciprocity needs an integral along the rod for it.
+    pub(super) fn is_integral(&self) -> bool {
+        use Slot::{DipolePerLength, Load, RestCurvature, RestCurvatureRise};
+        self.is_compliance()
+            || matches!(self, DipolePerLength(..) | Load(..) | RestCurvature(..) | RestCurvatureRise(..))
     }
 
     /// Whether it changes nothing where no force and no moment act.

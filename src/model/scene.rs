@@ -170,6 +170,17 @@ impl Scene {
         }
     }
 
+    /// Makes nodes that a shorter length has left beyond a segment's end give way to one there.
+    pub fn cut_nodes(&mut self) {
+        for segment in &mut self.segments {
+            let SegmentKind::Flexible(Flexible { stiffness, rest_curvature, .. }) = &mut segment.kind else { continue };
+            *rest_curvature = rest_curvature.up_to(segment.length);
+            if let Profile::Nodes(nodes) = stiffness.profile().up_to(segment.length) {
+                *stiffness = Stiffness::Nodes(nodes);
+            }
+        }
+    }
+
     /// The pieces of a segment, each a segment of the rod.
     pub fn pieces(&self, index: usize) -> Vec<Piece> {
         let inserted = if index == 0 { self.inserted } else { 0.0 };

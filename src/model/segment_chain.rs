@@ -11,7 +11,8 @@ use std::f64::consts::PI;
 
 type Chain = Vec<(Slot, f64)>;
 
-/// Slots and rates of a segment's parameter at the scene's values.
+/// Slots and rates of a segment's parameter at the scene's values. Which slots must not depend on values: a sweep's
+/// samples give their rates in this order.
 pub(super) fn chain(parameter: SegmentParameter, scene: &Scene, index: usize) -> Chain {
     match &scene.segments[index].kind {
         SegmentKind::Flexible(flexible) => flexible_chain(parameter, scene, index, flexible),
@@ -25,8 +26,7 @@ fn flexible_chain(parameter: SegmentParameter, scene: &Scene, index: usize, flex
         pieces.clone().map(|piece| (slot(piece, axis), rate)).collect()
     };
     let stiffness = |rates: Vector| -> Chain {
-        let used = Axis::ALL.into_iter().filter(|axis| rates[axis.index()] != 0.0);
-        used.flat_map(|axis| along(Slot::Stiffness, axis, rates[axis.index()])).collect()
+        Axis::ALL.into_iter().flat_map(|axis| along(Slot::Stiffness, axis, rates[axis.index()])).collect()
     };
     let node = |profile: &Profile, k: usize, value: fn(usize, Axis) -> Slot, rise: fn(usize, Axis) -> Slot, axis| {
         let mut chain = Chain::new();
@@ -121,9 +121,8 @@ fn rigid_chain(parameter: SegmentParameter, scene: &Scene, index: usize, rigid: 
     match (parameter, &rigid.coil) {
         (S::Length, _) => {
             let mut chain = vec![(Slot::Length(piece), 1.0)];
-            if let Some(load) = scene.loads.distributed_force {
-                chain.extend(Axis::ALL.map(|axis| (Slot::Weight(piece, axis), load[axis.index()])));
-            }
+            let load = scene.loads.distributed_force.unwrap_or_default();
+            chain.extend(Axis::ALL.map(|axis| (Slot::Weight(piece, axis), load[axis.index()])));
             if let Some(magnet) = rigid.dipole_per_length {
                 chain.extend(dipole(magnet));
             }

@@ -3,13 +3,13 @@
 use super::chain::{self, Chain, rows};
 use super::extrapolation::Extrapolation;
 use super::flexible::Flexible;
-use super::shooting::{Passage, State, base_state, pass, polish};
-use super::{ramp, rigid, stability};
+use super::shooting::{Passage, pass, polish};
+use super::{ramp, stability};
 use crate::model::{Matrix, Rod, Slot, Status, Units, Vector};
 use nalgebra::{Matrix3, Vector3};
 
 /// Error of one integration step, against the size of the numbers integrated (in units of the rod).
-const TOLERANCE: f64 = 1e-13;
+pub(super) const TOLERANCE: f64 = 1e-13;
 /// A residual above this many tolerances, grown along the rod, is no equilibrium.
 const RESIDUAL_FACTOR: f64 = 1e3;
 /// Steps that a passage may take at this tolerance: bounds the sum of their errors.
@@ -65,19 +65,6 @@ pub struct Stability {
     pub margin: f64,
     /// |m(L) - l_tip| [N·m]
     pub residual: f64,
-}
-
-/// Pose and curvature at one point of a rod; SI units.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pose {
-    /// From the base [m]
-    pub arc_length: f64,
-    /// [m]
-    pub position: Vector,
-    /// Body to world, by rows.
-    pub rotation: Matrix,
-    /// Body frame; zero in rigid segments [1/m]
-    pub curvature: Vector,
 }
 
 impl Equilibrium {
@@ -149,7 +136,7 @@ pub fn solve_rod(rod: &Rod, slots: &[Slot]) -> Equilibrium {
 
 /// A vector in SI.
 #[expect(non_snake_case)]
-fn SI(v: Vector3<f64>, unit: f64) -> Vector {
+pub(super) fn SI(v: Vector3<f64>, unit: f64) -> Vector {
     (v * unit).into()
 }
 
@@ -191,7 +178,7 @@ fn differentiate(
             }
             if chain.is_flexible[0] {
                 dm0 += (chain.R0 * chain.numbers.segments[0].mu).cross(&chain.numbers.B);
-                du0 -= Flexible::new(chain, 0, &[]).u_slope(0.0, &chain.R0, passage.u_first);
+                du0 -= Flexible::at_base(chain).u_slope(0.0, &chain.R0, passage.u_first);
             }
         }
         let per = 1.0 / slot.unit(units);
@@ -217,6 +204,19 @@ pub fn stability(rod: &Rod, m0: Vector) -> Option<Stability> {
     Some(Stability { index, margin: stability::margin(&passage, index), residual })
 }
 
+/// d(residual)/d(base moment), both in the world frame, by rows, at base moment `m0` [N·m, world frame].
+///
+/// The change of the residual by a parameter, the base moment held, is minus this times the change of the base moment
+/// by that parameter.
+pub fn residual_by_base_moment(rod: &Rod, m0: Vector) -> Option<Matrix> {
+    let units = chain::units(rod);
+    let chain = Chain::new(rod, &units);
+    let m0_body = chain.R0.tr_mul(&Vector3::from(m0)) / units.moment();
+    let base = chain.base_moment_variations();
+    let passage = pass(&chain, m0_body, &base, &mut Extrapolation::new(TOLERANCE)).ok()?;
+    Some(rows(&(passage.tip.R * passage.matrix() * chain.R0.transpose())))
+}
+
 /// Curvature at the start of the first flexible segment for a base moment [N·m, world frame]; body frame [1/m].
 pub fn base_curvature(rod: &Rod, m0: Vector) -> Option<Vector> {
     let units = chain::units(rod);
@@ -224,69 +224,4 @@ pub fn base_curvature(rod: &Rod, m0: Vector) -> Option<Vector> {
     let m0_body = chain.R0.tr_mul(&Vector3::from(m0)) / units.moment();
     let passage = pass(&chain, m0_body, &[], &mut Extrapolation::new(TOLERANCE)).ok()?;
     Some(SI(passage.u_first, units.curvature()))
-}
-
-/// Poses at the given arc lengths from the base [m], held within the rod; in the order asked for.
-///
-/// A point between two segments belongs to the proximal one. Poses past a point where the rod cannot be integrated
-/// are missing.
-pub fn shape(rod: &Rod, equilibrium: &Equilibrium, arc_lengths: &[f64]) -> Vec<Pose> {
-    let units = chain::units(rod);
-    let chain = Chain::new(rod, &units).loaded(equilibrium.load_fraction);
-    let m0_body = chain.R0.tr_mul(&Vector3::from(equilibrium.m0)) / units.moment();
-    let mut state = base_state(&chain, m0_body, &[]);
-    let mut integrator = Extrapolation::new(TOLERANCE);
-    let mut order: Vec<usize> = (0..arc_lengths.len()).collect();
-    order.sort_by(|a, b| arc_lengths[*a].total_cmp(&arc_lengths[*b]));
-    let mut order = order.into_iter().peekable();
-    let mut poses: Vec<(usize, Pose)> = Vec::new();
-    let base: Vector3<f64> = rod.base_position.into();
-    let mut start = 0.0;
-    let last = chain.is_flexible.len() - 1;
-    'rod: for (j, segment) in chain.numbers.segments.iter().enumerate() {
-        let flexible = Flexible::new(&chain, j, &[]);
-        let mut s = 0.0;
-        while let Some(k) = order.next_if(|k| j == last || arc_lengths[*k] / units.length <= start + segment.length) {
-            let target = (arc_lengths[k] / units.length - start).clamp(s, segment.length.max(s));
-            let (point, curvature) = if chain.is_flexible[j] {
-                if flexible.advance(&mut integrator, s, target, &mut state).is_err() {
-                    break 'rod;
-                }
-                s = target;
-                (state.p, flexible.curvature(target, &state).0)
-            } else {
-                (state.p + target * state.R.column(2), Vector3::zeros())
-            };
-            let pose = Pose {
-                arc_length: (start + target) * units.length,
-                position: (point * units.length + base).into(),
-                rotation: rows(&state.R),
-                curvature: SI(curvature, units.curvature()),
-            };
-            poses.push((k, pose));
-        }
-        if !finish(&chain, j, &flexible, s, &mut integrator, &mut state) {
-            break;
-        }
-        start += segment.length;
-    }
-    poses.sort_by_key(|(k, _)| *k);
-    poses.into_iter().map(|(_, pose)| pose).collect()
-}
-
-/// Takes the state from s in segment j to its end.
-fn finish(
-    chain: &Chain,
-    j: usize,
-    flexible: &Flexible,
-    s: f64,
-    integrator: &mut Extrapolation,
-    state: &mut State,
-) -> bool {
-    if chain.is_flexible[j] {
-        flexible.advance(integrator, s, chain.numbers.segments[j].length, state).is_ok()
-    } else {
-        rigid::cross(chain, j, &[], state);
-        true
-    }
 }

@@ -17,6 +17,8 @@ struct Source {
     /// dn(s) = dn_end + d.load (L - s)
     dn_end: Vector3<f64>,
     dB: Vector3<f64>,
+    /// Whether it changes stiffness; only then are its terms computed.
+    stiffens: bool,
 }
 
 /// One flexible segment with the variations to carry along.
@@ -25,7 +27,15 @@ pub(super) struct Flexible {
     /// n(s) = n_end + load (L - s)
     n_end: Vector3<f64>,
     B: Vector3<f64>,
+    dK_ds: Vector3<f64>,
+    du_star_ds: Vector3<f64>,
     sources: Vec<Source>,
+    /// 1 / length, zero for no length.
+    per_length: f64,
+    /// Which of the terms that few rods have are computed: shear, magnet, taper; of the rod or of a source.
+    shears: bool,
+    has_magnet: bool,
+    tapers: bool,
 }
 
 fn get(y: &[f64], at: usize) -> Vector3<f64> {
@@ -43,19 +53,42 @@ impl Flexible {
             let d = variation.numbers.segments[j];
             // At fixed s, a longer segment leaves more load beyond s.
             let dn_end = variation.dn_end[j] + numbers.load * d.length;
-            Source { d, dn_end, dB: variation.numbers.B }
+            let stiffens = d.K != Vector3::zeros() || d.K_rise != Vector3::zeros();
+            Source { d, dn_end, dB: variation.numbers.B, stiffens }
         };
-        Self { numbers, n_end: chain.n_end[j], B: chain.numbers.B, sources: variations.iter().map(source).collect() }
+        let sources: Vec<Source> = variations.iter().map(source).collect();
+        let any = |of: fn(&Segment) -> Vector3<f64>| {
+            of(&numbers) != Vector3::zeros() || sources.iter().any(|source| of(&source.d) != Vector3::zeros())
+        };
+        let per_length = if numbers.length > 0.0 { 1.0 / numbers.length } else { 0.0 };
+        Self {
+            shears: any(|segment| segment.C_se),
+            has_magnet: any(|segment| segment.mu),
+            tapers: numbers.K_rise != Vector3::zeros(),
+            per_length,
+            dK_ds: per_length * numbers.K_rise,
+            du_star_ds: per_length * numbers.u_star_rise,
+            numbers,
+            n_end: chain.n_end[j],
+            B: chain.numbers.B,
+            sources,
+        }
+    }
+
+    /// The first segment; nodes withdrawn behind the base leave pieces without length, which say nothing of the slope.
+    pub fn at_base(chain: &Chain) -> Self {
+        let mut base = Self::new(chain, 0, &[]);
+        let segments = &chain.numbers.segments;
+        if let Some(j) = (0..segments.len()).find(|j| segments[*j].length > 0.0) {
+            base.dK_ds = segments[j].K_rise / segments[j].length;
+            base.du_star_ds = segments[j].u_star_rise / segments[j].length;
+        }
+        base
     }
 
     /// Where s is along what varies; a segment of no length is at its start.
     fn along(&self, s: f64) -> f64 {
-        if self.numbers.length > 0.0 { s / self.numbers.length } else { 0.0 }
-    }
-
-    /// The rate of what rises along the segment.
-    fn per_length(&self, rise: Vector3<f64>) -> Vector3<f64> {
-        if self.numbers.length > 0.0 { rise / self.numbers.length } else { Vector3::zeros() }
+        s * self.per_length
     }
 
     pub fn K(&self, s: f64) -> Vector3<f64> {
@@ -80,21 +113,23 @@ impl Flexible {
     /// m_body' = -(u x m_body + nu x R^T n + mu x R^T B), with (1) per length as the couple l of (2).
     fn moment_slope(&self, s: f64, R: &Matrix3<f64>, u: Vector3<f64>, m_body: Vector3<f64>) -> Vector3<f64> {
         let n_body = R.tr_mul(&self.n(s));
-        let couple = self.numbers.mu.cross(&R.tr_mul(&self.B)); // (1)
-        -(u.cross(&m_body) + nu(self.numbers.C_se, n_body).cross(&n_body) + couple) // (2)
+        let mut torque = u.cross(&m_body) + nu(self.numbers.C_se, n_body).cross(&n_body); // (2)
+        if self.has_magnet {
+            torque += self.numbers.mu.cross(&R.tr_mul(&self.B)); // (1)
+        }
+        -torque
     }
 
     /// u' of (2).
     pub fn u_slope(&self, s: f64, R: &Matrix3<f64>, u: Vector3<f64>) -> Vector3<f64> {
         let v = u - self.u_star(s);
-        self.per_length(self.numbers.u_star_rise) + self.v_slope(s, R, u, v)
+        self.du_star_ds + self.v_slope(s, R, u, v)
     }
 
     /// (u - u*)' of (2).
     fn v_slope(&self, s: f64, R: &Matrix3<f64>, u: Vector3<f64>, v: Vector3<f64>) -> Vector3<f64> {
         let K = self.K(s);
-        let dK_ds = self.per_length(self.numbers.K_rise);
-        (self.moment_slope(s, R, u, K.component_mul(&v)) - dK_ds.component_mul(&v)).component_div(&K) // (2)
+        (self.moment_slope(s, R, u, K.component_mul(&v)) - self.dK_ds.component_mul(&v)).component_div(&K) // (2)
     }
 
     /// Integrates the state over part of the segment.
@@ -180,15 +215,16 @@ impl Field for Flexible {
         let R = Matrix3::from_column_slice(&y[3..12]);
         let t: Vector3<f64> = R.column(2).into();
         let v = get(y, 12);
-        let (K, dK_ds) = (self.K(s), self.per_length(self.numbers.K_rise));
+        let K = self.K(s);
         let u = self.u_star(s) + v;
         let n = self.n(s);
-        let (n_body, B_body) = (R.tr_mul(&n), R.tr_mul(&self.B));
-        let (mu, C_se) = (self.numbers.mu, self.numbers.C_se);
+        let n_body = R.tr_mul(&n);
+        let C_se = self.numbers.C_se;
         let nu = nu(C_se, n_body);
+        let velocity = if self.shears { R * nu } else { t };
         let m_body = K.component_mul(&v);
         let v_slope = self.v_slope(s, &R, u, v);
-        put(dy, 0, R * nu); // p' = R nu
+        put(dy, 0, velocity); // p' = R nu
         // R' = R hat(u), column by column.
         let [d1, d2]: [Vector3<f64>; 2] = [R.column(0).into(), R.column(1).into()];
         put(dy, 3, u.z * d2 - u.y * t);
@@ -200,21 +236,31 @@ impl Field for Flexible {
             let (w, dv, d) = (get(y, 0), get(y, 6), &source.d);
             let du = d.u_star + self.along(s) * d.u_star_rise + dv;
             let dn = source.dn_end + d.load * (self.numbers.length - s);
-            let dK = self.dK(s, source);
-            let dm_body = dK.component_mul(&v) + K.component_mul(&dv);
-            let (dn_body, dB_body) = (R.tr_mul(&(dn - w.cross(&n))), R.tr_mul(&(source.dB - w.cross(&self.B))));
-            let dnu = C_se.component_mul(&dn_body) + d.C_se.component_mul(&n_body);
+            let dn_body = R.tr_mul(&(dn - w.cross(&n)));
+            let mut dm_body = K.component_mul(&dv);
+            let mut stiffening = Vector3::zeros();
+            if source.stiffens {
+                let dK = self.dK(s, source);
+                dm_body += dK.component_mul(&v);
+                stiffening += dK.component_mul(&v_slope) + self.per_length * d.K_rise.component_mul(&v); // (18)
+            }
+            if self.tapers {
+                stiffening += self.dK_ds.component_mul(&dv); // (18)
+            }
             // (17)-(20): (2) varied.
-            let torque = du.cross(&m_body)
-                + u.cross(&dm_body)
-                + dnu.cross(&n_body)
-                + nu.cross(&dn_body)
-                + d.mu.cross(&B_body)
-                + mu.cross(&dB_body);
-            let stiffening =
-                dK.component_mul(&v_slope) + self.per_length(d.K_rise).component_mul(&v) + dK_ds.component_mul(&dv); // (18)
+            let mut torque = du.cross(&m_body) + u.cross(&dm_body) + nu.cross(&dn_body);
+            let mut displacement = w.cross(&velocity);
+            if self.shears {
+                let dnu = C_se.component_mul(&dn_body) + d.C_se.component_mul(&n_body);
+                torque += dnu.cross(&n_body);
+                displacement += R * dnu;
+            }
+            if self.has_magnet {
+                let dB_body = R.tr_mul(&(source.dB - w.cross(&self.B)));
+                torque += d.mu.cross(&R.tr_mul(&self.B)) + self.numbers.mu.cross(&dB_body);
+            }
             put(dy, 0, R * du); // (10)
-            put(dy, 3, w.cross(&(R * nu)) + R * dnu); // (11)
+            put(dy, 3, displacement); // (11)
             put(dy, 6, -(torque + stiffening).component_div(&K));
         }
     }

@@ -11,12 +11,15 @@ mod extrapolation;
 mod flexible;
 mod ramp;
 mod rigid;
+mod shape;
 mod shooting;
 mod stability;
 
 pub use equilibrium::{
-    Equilibrium, Pose, SlotDerivative, Stability, base_curvature, shape, solve_rod, stability as stability_at,
+    Equilibrium, SlotDerivative, Stability, base_curvature, residual_by_base_moment, solve_rod,
+    stability as stability_at,
 };
+pub use shape::{Pose, PoseDerivative, shape, shape_with_derivatives};
 
 use crate::backend::{Backend, BackendError, BackendInfo, BackendKind, Precision};
 use crate::model::{Batch, Plan, Quantity, ROWS, Slot, Solutions, Status};

@@ -69,14 +69,19 @@ pub(super) fn pass(
             rigid::cross(chain, j, variations, &mut state);
         }
     }
-    let l_tip = chain.numbers.l_tip;
-    let residual = state.m_body - state.R.tr_mul(&l_tip); // (3)
-    let dresidual = |(column, variation): (&Column, &Variation)| {
-        column.dm_body - state.R.tr_mul(&(variation.numbers.l_tip - column.w.cross(&l_tip))) // (31)
-    };
-    let dresidual = state.columns.iter().zip(variations).map(dresidual).collect();
+    let (residual, dresidual) = tip_residual(chain, variations, &state);
     let (u_first, du_first) = first.unwrap_or_default();
     Ok(Passage { tip: state, u_first, du_first, u_last, residual, dresidual })
+}
+
+/// m(L) - l_tip in the tip's frame, and its change by each variation.
+pub(super) fn tip_residual(chain: &Chain, variations: &[Variation], tip: &State) -> (Vector3<f64>, Vec<Vector3<f64>>) {
+    let l_tip = chain.numbers.l_tip;
+    let residual = tip.m_body - tip.R.tr_mul(&l_tip); // (3)
+    let change = |(column, variation): (&Column, &Variation)| {
+        column.dm_body - tip.R.tr_mul(&(variation.numbers.l_tip - column.w.cross(&l_tip))) // (31)
+    };
+    (residual, tip.columns.iter().zip(variations).map(change).collect())
 }
 
 impl Passage {

@@ -34,5 +34,6 @@ pub fn assign(scene: &mut Scene, assignments: &[impl AsRef<str>]) -> Result<(), 
         return Err(PlanError::InsertionIntoRigid(scene.segments[0].name.clone()).into());
     }
     scene.absorb_insertion();
+    scene.cut_nodes();
     Ok(scene.validate()?)
 }

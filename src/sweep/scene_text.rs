@@ -23,6 +23,7 @@ pub(super) fn write_inline_scene(scene: &Scene) -> String {
 fn write_tables(text: &mut String, scene: &Scene, prefix: &str) {
     let mut scene = scene.clone();
     scene.absorb_insertion();
+    scene.cut_nodes();
     // Writing to a String cannot fail.
     let _ = try_write_tables(text, &scene, prefix);
 }

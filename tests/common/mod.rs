@@ -7,3 +7,4 @@ pub mod golden;
 pub mod random;
 pub mod sandbox;
 pub mod scenes;
+pub mod strategy;

@@ -3,8 +3,8 @@
 use super::cases::{Case, derivatives};
 use crate::cli::CommandError;
 use rodsweep::model::{
-    Axis, Base, Coil, CoilWinding, Density, Flexible, Loads, Parameter, Profile, Rigid, STANDARD_GRAVITY, Scene,
-    Segment, SegmentKind, SegmentParameter, Stiffness, StiffnessAxis, Vector,
+    Axis, Base, Coil, CoilWinding, Density, Flexible, Loads, Node, Parameter, Profile, Rigid, STANDARD_GRAVITY, Scene,
+    Segment, SegmentKind, SegmentParameter, ShearAxis, Stiffness, StiffnessAxis, Vector,
 };
 
 /// Each kind of load alone bends the rod by about so much, each component [rad].
@@ -99,15 +99,7 @@ fn random_scene(chain: usize, random: &mut Random) -> (Scene, Sizes) {
     let linear_density = sizes.load() / STANDARD_GRAVITY;
     let segment = |(k, (flexible, length)): (usize, (&bool, &f64))| {
         let kind = if *flexible {
-            let [bending_x, bending_y, torsion] = [1.0, 1.0, 0.8].map(|factor| factor * sizes.stiffness);
-            SegmentKind::Flexible(Flexible {
-                stiffness: Stiffness::Direct { bending_x, bending_y, torsion },
-                rest_curvature: Profile::Constant([0.0; 3]),
-                stiffness_shear: None,
-                stiffness_axial: None,
-                dipole_per_length: None,
-                density: weighs.then_some(Density::Linear(linear_density)),
-            })
+            SegmentKind::Flexible(flexible_kind(sizes, *length, chain % 5 == 4, weighs.then_some(linear_density)))
         } else {
             let winding = match k % 4 {
                 1 => CoilWinding::Axes {
@@ -144,6 +136,33 @@ fn random_scene(chain: usize, random: &mut Random) -> (Scene, Sizes) {
     (scene, sizes)
 }
 
+/// A flexible segment; a `general` one has every term that few scenes have.
+fn flexible_kind(sizes: Sizes, length: f64, general: bool, linear_density: Option<f64>) -> Flexible {
+    let value = [1.0, 1.0, 0.8].map(|factor| factor * sizes.stiffness);
+    let [bending_x, bending_y, torsion] = value;
+    let plain = Flexible {
+        stiffness: Stiffness::Direct { bending_x, bending_y, torsion },
+        rest_curvature: Profile::Constant([0.0; 3]),
+        stiffness_shear: None,
+        stiffness_axial: None,
+        density: linear_density.map(Density::Linear),
+        dipole_per_length: None,
+    };
+    if !general {
+        return plain;
+    }
+    let node = |share: f64, value: Vector| Node { at: share * length, value };
+    Flexible {
+        stiffness: Stiffness::Nodes(vec![node(0.0, value), node(0.9, value.map(|k| 0.7 * k))]),
+        rest_curvature: Profile::Nodes(vec![node(0.2, [0.0; 3]), node(0.9, [0.0; 3])]),
+        // Strains of a few hundredths.
+        stiffness_shear: Some([30.0, 40.0].map(|factor| factor * sizes.force())),
+        stiffness_axial: Some(60.0 * sizes.force()),
+        dipole_per_length: Some([0.0; 3]),
+        ..plain
+    }
+}
+
 /// Every number that makes a scene another; every other chain is anisotropic.
 fn swept(scene: &Scene, chain: usize) -> Vec<Parameter> {
     use SegmentParameter as S;
@@ -161,7 +180,9 @@ fn swept(scene: &Scene, chain: usize) -> Vec<Parameter> {
             A::BendingX | A::BendingY => anisotropic,
             A::Torsion => true,
         },
-        Parameter::Segment(_, of) => matches!(of, S::Length | S::RestCurvature(_) | S::Current(_)),
+        Parameter::Segment(_, S::StiffnessNode(_, axis)) => *axis == A::Bending || *axis == A::Torsion,
+        Parameter::Segment(_, S::RestCurvature(_) | S::RestCurvatureNode(..) | S::DipolePerLength(_)) => true,
+        Parameter::Segment(_, of) => matches!(of, S::Length | S::Current(_) | S::StiffnessShear(ShearAxis::Both)),
     };
     Parameter::all(scene).into_iter().filter(is_swept).collect()
 }
@@ -178,7 +199,8 @@ fn value(scene: &Scene, sizes: Sizes, parameter: Parameter, random: &mut Random)
         Parameter::Gravity(_) => STANDARD_GRAVITY,
         Parameter::DistributedForce(_) => sizes.load(),
         Parameter::Segment(_, S::Current(_)) => CURRENT,
-        Parameter::Segment(_, S::RestCurvature(_)) => BEND / sizes.length,
+        Parameter::Segment(_, S::RestCurvature(_) | S::RestCurvatureNode(..)) => BEND / sizes.length,
+        Parameter::Segment(_, S::DipolePerLength(_)) => sizes.moment() / (FIELD * sizes.length),
         Parameter::Segment(..) | Parameter::Insertion | Parameter::FluidDensity => return around(random),
     };
     random.within(-size, size)

@@ -1,0 +1,175 @@
+//! The shape of a solved rod, and how its points move with the rod's numbers.
+
+use super::chain::{self, Chain, Variation, rows};
+use super::equilibrium::{Equilibrium, SI, TOLERANCE};
+use super::extrapolation::Extrapolation;
+use super::flexible::Flexible;
+use super::rigid;
+use super::shooting::{Column, State, base_state, tip_residual};
+use crate::model::{Matrix, Rod, Slot, Units, Vector};
+use nalgebra::{Matrix3, Vector3};
+
+/// Pose and curvature at one point of a rod; SI units.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Pose {
+    /// From the base [m]
+    pub arc_length: f64,
+    /// [m]
+    pub position: Vector,
+    /// Body to world, by rows.
+    pub rotation: Matrix,
+    /// Body frame; zero in rigid segments [1/m]
+    pub curvature: Vector,
+    /// One for each slot asked for.
+    pub derivatives: Vec<PoseDerivative>,
+}
+
+/// How a point of the rod moves with one slot, total derivatives, SI units per unit of the slot. The point is one of
+/// the material: it goes along when the rod before it lengthens or is inserted.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PoseDerivative {
+    /// d(position) [m]
+    pub dp: Vector,
+    /// Virtual rotation, world frame [rad]
+    pub w: Vector,
+    /// d(curvature), body frame [1/m]
+    pub du: Vector,
+}
+
+/// A point before the derivatives by the base moment are known.
+struct Station {
+    arc_length: f64,
+    p: Vector3<f64>,
+    R: Matrix3<f64>,
+    u: Vector3<f64>,
+    columns: Vec<Column>,
+    du: Vec<Vector3<f64>>,
+}
+
+/// Poses at the given arc lengths from the base [m], held within the rod; in the order asked for.
+///
+/// A point between two segments belongs to the proximal one. Poses past a point where the rod cannot be integrated
+/// are missing.
+pub fn shape(rod: &Rod, equilibrium: &Equilibrium, arc_lengths: &[f64]) -> Vec<Pose> {
+    let units = chain::units(rod);
+    let chain = Chain::new(rod, &units).loaded(equilibrium.load_fraction);
+    let m0_body = chain.R0.tr_mul(&Vector3::from(equilibrium.m0)) / units.moment();
+    let (stations, _) = stations(&chain, &units, m0_body, &[], arc_lengths);
+    let pose = |station: &Station| pose(station, &units, rod, Vec::new());
+    stations.iter().map(pose).collect()
+}
+
+/// The same with the derivatives of every pose, for the base moment `m0` [N·m, world frame] of an equilibrium under the
+/// full load; an error in it is taken out to first order. `None` where the rod cannot be integrated.
+pub fn shape_with_derivatives(rod: &Rod, m0: Vector, arc_lengths: &[f64], slots: &[Slot]) -> Option<Vec<Pose>> {
+    let units = chain::units(rod);
+    let chain = Chain::new(rod, &units);
+    let m0_body = chain.R0.tr_mul(&Vector3::from(m0)) / units.moment();
+    let mut variations = chain.base_moment_variations().to_vec();
+    variations.extend(slots.iter().map(|slot| chain.slot_variation(*slot, m0_body)));
+    let (stations, tip) = stations(&chain, &units, m0_body, &variations, arc_lengths);
+    let (residual, dresidual) = tip_residual(&chain, &variations, &tip?);
+    let matrix = Matrix3::from_columns(&dresidual[..3]).lu();
+    let correction = matrix.solve(&-residual)?;
+    let dm0: Vec<Vector3<f64>> = dresidual[3..].iter().map(|dr| matrix.solve(&-dr)).collect::<Option<_>>()?; // (33)
+    let complete = |station: &Station| {
+        let by_base = |of: &dyn Fn(usize) -> Vector3<f64>, dm0: &Vector3<f64>| -> Vector3<f64> {
+            (0..3).map(|k| of(k) * dm0[k]).sum()
+        };
+        let (dp, w, du) = (|k: usize| station.columns[k].dp, |k: usize| station.columns[k].w, |k: usize| station.du[k]);
+        let derivative = |(k, slot): (usize, &Slot)| {
+            let per = 1.0 / slot.unit(&units);
+            PoseDerivative {
+                dp: SI(dp(3 + k) + by_base(&dp, &dm0[k]), units.length * per),
+                w: SI(w(3 + k) + by_base(&w, &dm0[k]), per),
+                du: SI(du(3 + k) + by_base(&du, &dm0[k]), units.curvature() * per),
+            }
+        };
+        let derivatives = slots.iter().enumerate().map(derivative).collect();
+        let turn = nalgebra::Rotation3::new(by_base(&w, &correction));
+        let corrected = Station {
+            p: station.p + by_base(&dp, &correction),
+            R: turn.matrix() * station.R,
+            u: station.u + by_base(&du, &correction),
+            arc_length: station.arc_length,
+            columns: Vec::new(),
+            du: Vec::new(),
+        };
+        pose(&corrected, &units, rod, derivatives)
+    };
+    (stations.len() == arc_lengths.len()).then(|| stations.iter().map(complete).collect())
+}
+
+fn pose(station: &Station, units: &Units, rod: &Rod, derivatives: Vec<PoseDerivative>) -> Pose {
+    Pose {
+        arc_length: station.arc_length * units.length,
+        position: (station.p * units.length + Vector3::from(rod.base_position)).into(),
+        rotation: rows(&station.R),
+        curvature: SI(station.u, units.curvature()),
+        derivatives,
+    }
+}
+
+/// Integrates the rod past all the points; also the state at the tip, where it can be reached.
+fn stations(
+    chain: &Chain,
+    units: &Units,
+    m0_body: Vector3<f64>,
+    variations: &[Variation],
+    arc_lengths: &[f64],
+) -> (Vec<Station>, Option<State>) {
+    let mut state = base_state(chain, m0_body, variations);
+    let mut integrator = Extrapolation::new(TOLERANCE);
+    let mut order: Vec<usize> = (0..arc_lengths.len()).collect();
+    order.sort_by(|a, b| arc_lengths[*a].total_cmp(&arc_lengths[*b]));
+    let mut order = order.into_iter().peekable();
+    let mut found: Vec<(usize, Station)> = Vec::new();
+    let mut start = 0.0;
+    let mut reached = true;
+    let last = chain.is_flexible.len() - 1;
+    'rod: for (j, segment) in chain.numbers.segments.iter().enumerate() {
+        let flexible = Flexible::new(chain, j, variations);
+        let mut s = 0.0;
+        while let Some(k) = order.next_if(|k| j == last || arc_lengths[*k] / units.length <= start + segment.length) {
+            let target = (arc_lengths[k] / units.length - start).clamp(s, segment.length.max(s));
+            let station = if chain.is_flexible[j] {
+                if flexible.advance(&mut integrator, s, target, &mut state).is_err() {
+                    reached = false;
+                    break 'rod;
+                }
+                s = target;
+                let (u, du) = flexible.curvature(target, &state);
+                Station { arc_length: start + target, p: state.p, R: state.R, u, columns: state.columns.clone(), du }
+            } else {
+                on_rigid(&state, start, target)
+            };
+            found.push((k, station));
+        }
+        if chain.is_flexible[j] {
+            if flexible.advance(&mut integrator, s, segment.length, &mut state).is_err() {
+                reached = false;
+                break;
+            }
+            flexible.lengthen(&mut state);
+        } else {
+            rigid::cross(chain, j, variations, &mut state);
+        }
+        start += segment.length;
+    }
+    found.sort_by_key(|(k, _)| *k);
+    (found.into_iter().map(|(_, station)| station).collect(), reached.then_some(state))
+}
+
+/// A point on a rigid segment, `along` it from its proximal end, where the state stands.
+fn on_rigid(state: &State, start: f64, along: f64) -> Station {
+    let arm = along * state.R.column(2);
+    let moved = |column: &Column| Column { dp: column.dp + column.w.cross(&arm), ..*column };
+    Station {
+        arc_length: start + along,
+        p: state.p + arm,
+        R: state.R,
+        u: Vector3::zeros(),
+        columns: state.columns.iter().map(moved).collect(),
+        du: vec![Vector3::zeros(); state.columns.len()],
+    }
+}
