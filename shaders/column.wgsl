@@ -105,7 +105,7 @@ fn step_columns_r(rod: Rod, segment: Flexible, lambda: f32, step: Step, k: u32, 
         //@end
         let dm = column_moment(dn, stage.p, stage.n, dp, dM);
         let x = columns_cross_sub(w, stage.m, dm);
-        let compliance = stage_compliance(segment, stage);
+        let compliance = compliance_at(segment, stage.compliance);
         dw[i] = compliance_times(compliance, stage.d1, stage.d2, stage.t, x); // J1
         ddp[i] = columns_cross(w, stage_velocity(stage)); // J2
         //@if SHEAR

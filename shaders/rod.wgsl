@@ -160,6 +160,14 @@ fn section(segment: Flexible, x: f32) -> Section {
     return found;
 }
 
+// The compliance at a cross-section whose own is known.
+fn compliance_at(segment: Flexible, section: vec3<f32>) -> vec3<f32> {
+    //@if TAPER
+    if segment.tapers { return section; }
+    //@end
+    return segment.compliance;
+}
+
 // The same rod unable to bend or shear.
 fn stiff(segment: Flexible) -> Flexible {
     var same = segment;

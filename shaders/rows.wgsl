@@ -120,7 +120,8 @@ fn insertion_rows(rod: Rod, m0: vec3<f32>, responses: Responses, rate: f32) -> m
 
 //@if FORWARD
 // Writes the rows of every derivative from forward columns, each three but the first after a pass of its own. J5
-fn write_forward_rows(rod: Rod, m0: vec3<f32>, tip: Tip, w_inverse: mat3x3<f32>) {
+fn write_forward_rows(rod: Rod, m0: vec3<f32>, tip: Tip) {
+    let w_inverse = inverse(tip_moment_columns(tip, BY_MOMENT));
     for (var three = 0u; three < FORWARD_THREES; three++) {
         //@if MANY_SOURCES
         if three > 0u {

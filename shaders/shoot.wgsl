@@ -18,12 +18,6 @@ const STATION_COUNT: u32 = 2u; //@spec
 // Stations over a segment of many steps, at least.
 const STATIONS_EACH: u32 = 1u; //@spec
 
-// w of the first two threes at the end of a step.
-struct Station {
-    by_moment: mat3x3<f32>,
-    by_rotation: mat3x3<f32>,
-}
-
 // The columns of the last pass that had any.
 var<private> columns: array<Columns, THREES>;
 // Stations of the last recorded pass, but for the one at the base.
@@ -124,8 +118,8 @@ fn step_count(index: u32, resolution: u32) -> u32 {
 }
 
 // Appends a station.
-fn add_station() {
-    stations[station_count] = Station(columns[BY_MOMENT].w, columns[BY_ROTATION].w);
+fn add_station(s: f32) {
+    stations[station_count] = Station(columns[BY_MOMENT].w, columns[BY_ROTATION].w, s);
     station_count += 1u;
 }
 
@@ -149,6 +143,7 @@ fn has_integrals(index: u32) -> bool {
 fn shoot(resolution: u32, rod: Rod, lambda: f32, m0: vec3<f32>, first: u32, threes: u32, record: bool) -> Tip {
     var state = State(vec3<f32>(), rod.d1, rod.t, m0);
     var n = base_force(rod) * lambda;
+    var s = 0.0;
     let tableau = select(TABLEAU_COUNT - 1u, 0u, resolution == COARSE);
     let complete = threes == THREES;
     if record { station_count = 0u; }
@@ -187,7 +182,8 @@ fn shoot(resolution: u32, rod: Rod, lambda: f32, m0: vec3<f32>, first: u32, thre
                 //@if LOAD
                 n = axpy(-h * lambda, segment.w, n); // R1
                 //@end
-                if record && ((i + 1u) % stride == 0u || i + 1u == steps) { add_station(); }
+                s = s + h;
+                if record && ((i + 1u) % stride == 0u || i + 1u == steps) { add_station(s); }
             }
             //@if WANT_LENGTH
             if complete { end_flexible(rod, segment, state, n); }

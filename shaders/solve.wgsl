@@ -75,14 +75,19 @@ fn solve_group() {
     store(STABILITY_INDEX_COLUMN, index);
     store(ITERATIONS_COLUMN, end.passes);
     store(LOAD_FRACTION_COLUMN, end.history.lambda);
-    //@if FORWARD
-    write_forward_rows(rod, end.m0, tip, w_inverse);
-    //@end
-    //@if RECIPROCITY
-    write_rows(rod, end.m0, new_responses(rod, tip));
-    //@end
+    write_derivatives(rod, end.m0, tip);
     store(ERROR_ESTIMATE_COLUMN, error_estimate(rod, end.m0, w_inverse, tip_position, d1, t));
     store_status(code);
+}
+
+// Writes the rows of the derivatives, by forward columns or by reciprocity.
+fn write_derivatives(rod: Rod, m0: vec3<f32>, tip: Tip) {
+    //@if FORWARD
+    write_forward_rows(rod, m0, tip);
+    //@end
+    //@if RECIPROCITY
+    write_rows(rod, m0, new_responses(rod, tip));
+    //@end
 }
 
 // The columns of a pass at the base: by moment and by rotation, and what the derivatives need.

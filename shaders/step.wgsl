@@ -16,13 +16,9 @@ struct Stage {
     t: vec3<f32>,
     m: vec3<f32>,
     n: vec3<f32>,
-    //@if SHEAR
-    // p' = R nu
+    // p' = R nu and the section's compliance, where they are needed.
     v: vec3<f32>,
-    //@end
-    //@if TAPER
     compliance: vec3<f32>,
-    //@end
 }
 
 // One step of several equal ones over a segment.
@@ -45,15 +41,6 @@ fn stage_velocity(stage: Stage) -> vec3<f32> {
     return stage.v;
     //@else
     return stage.t;
-    //@end
-}
-
-// K^-1 at a stage.
-fn stage_compliance(segment: Flexible, stage: Stage) -> vec3<f32> {
-    //@if TAPER
-    return stage.compliance;
-    //@else
-    return segment.compliance;
     //@end
 }
 

@@ -42,7 +42,7 @@ fn collect_integrals(
 ) {
     let d = mat3x3<f32>(stage.d1, stage.d2, stage.t);
     //@if COLLECT_STRAIN
-    let compliance = stage_compliance(segment, stage);
+    let compliance = compliance_at(segment, stage.compliance);
     for (var j = 0u; j < 3u; j++) { //@unroll
         let dm_body = row_times(d[j], x) * hb;
         let strain = -dot(d[j], stage.m) * (compliance[j] * compliance[j]);

@@ -34,7 +34,9 @@ fn the_last_point_is_the_tip() {
         // More of the last segment grows beyond the point, which is one of the material.
         let last = rod.segments.iter().rposition(|segment| segment.length() > 0.0).expect("a length");
         let derivatives = slots.iter().zip(&solved.derivatives).zip(&tip.derivatives);
-        for ((slot, of_tip), of_shape) in derivatives.filter(|((slot, _), _)| !matches!(slot, Slot::Length(j) if *j >= last)) {
+        for ((slot, of_tip), of_shape) in
+            derivatives.filter(|((slot, _), _)| !matches!(slot, Slot::Length(j) if *j >= last))
+        {
             let floor = 1e-12 / slot.unit(&units);
             let (a, b) = (Vector3::from(of_tip.dp), Vector3::from(of_shape.dp));
             assert!((a - b).norm() <= 1e-9 * (a.norm() + b.norm()) + floor * size, "{slot:?}: {a} {b}");

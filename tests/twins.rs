@@ -19,6 +19,7 @@ const EXCEPTIONS: Exceptions = Exceptions {
     rust_only: &[
         ("algebra", &["splat", "select", "add", "sub", "neg", "mul"], "operators of WGSL"),
         ("algebra", &["dot", "cross", "length", "transpose"], "built into WGSL"),
+        ("algebra", &["select_matrix"], "masks of lanes"),
         ("rod", &["new"], "makes room for segments, which the shader loads where it crosses them"),
         ("step", &["new", "set_step"], "the workspace; the shader's tableau is compiled in"),
         ("source", &["new", "zero", "add", "add_to", "add_at"], "the plan's data, generated for the shader"),
@@ -26,12 +27,10 @@ const EXCEPTIONS: Exceptions = Exceptions {
         ("shoot", &["new", "shoot", "with_simd"], "the workspace, and the wrapping of `integrate`"),
         ("shoot", &["forward_source"], "the shader has one source in hand"),
         ("rows", &["add"], "an operator of WGSL's matrices"),
-        ("path", &["select_matrix"], "masks of lanes"),
         ("solve", &["code"], "masks of lanes"),
     ],
     wgsl_only: &[
         ("rod", &["load_rigid"], "segments are loaded where they are crossed"),
-        ("step", &["stage_velocity", "stage_compliance"], "members of stages that are compiled in or not"),
         ("column", &["force_of"], "an enumeration in Rust"),
         ("source", &["load_source"], "sources are loaded where segments are crossed"),
         ("shoot", &["is_flexible", "step_count", "add_station", "has_integrals"], "the plan's data and the workspace"),
@@ -40,6 +39,7 @@ const EXCEPTIONS: Exceptions = Exceptions {
     ],
     renamed: &[
         ("algebra", "zero", "zero_matrix"),
+        ("step", "velocity", "stage_velocity"),
         ("source", "load", "load_sources"),
         ("source", "force", "source_force"),
         ("source", "bend", "source_bend"),

@@ -156,6 +156,7 @@ fn add_path(s: &mut Specialisation, plan: &Plan) {
         ("PASS_LIMIT", pass_limit(plan)),
         ("CHORD_TRUST", path::CHORD_TRUST),
         ("CHORD_TOLERANCE", path::CHORD_TOLERANCE),
+        ("SHORTEST_INTERVAL", path::SHORTEST_INTERVAL),
         ("EPSILON", f32::EPSILON.into()),
         ("ROUND_OFF", path::ROUND_OFF),
     ];
