@@ -1,5 +1,13 @@
 // Products of vectors and 3 x 3 matrices; a matrix is its columns. src/lanes/algebra.rs
 
+fn zero_matrix() -> mat3x3<f32> {
+    return mat3x3<f32>();
+}
+
+fn identity() -> mat3x3<f32> {
+    return mat3x3<f32>(vec3<f32>(1.0, 0.0, 0.0), vec3<f32>(0.0, 1.0, 0.0), vec3<f32>(0.0, 0.0, 1.0));
+}
+
 // s a + b
 fn axpy(s: f32, a: vec3<f32>, b: vec3<f32>) -> vec3<f32> {
     return s * a + b;
@@ -37,6 +45,11 @@ fn columns_cross_sub(a: mat3x3<f32>, v: vec3<f32>, c: mat3x3<f32>) -> mat3x3<f32
 // a_k x v
 fn columns_cross(a: mat3x3<f32>, v: vec3<f32>) -> mat3x3<f32> {
     return mat3x3<f32>(cross(a[0], v), cross(a[1], v), cross(a[2], v));
+}
+
+// a row^T + sum
+fn outer(a: vec3<f32>, row: vec3<f32>, sum: mat3x3<f32>) -> mat3x3<f32> {
+    return mat3x3<f32>(axpy(row.x, a, sum[0]), axpy(row.y, a, sum[1]), axpy(row.z, a, sum[2]));
 }
 
 // s a + b

@@ -42,8 +42,8 @@ struct PathEnd {
 // dm0/dlambda at rest: the moment of all loads on the unbent rod, R4 at u = u*.
 fn rest_slope(rod: Rod) -> vec3<f32> {
     var stiff = rod;
-    stiff.softness = 0.0;
-    let tip = shoot(COARSE, stiff, 1.0, vec3<f32>(), 0u, false);
+    stiff.is_stiff = true;
+    let tip = shoot(COARSE, stiff, 1.0, vec3<f32>(), 0u, 0u, false);
     return rod.l_tip - tip.m;
 }
 
@@ -85,7 +85,9 @@ fn follow_path(rod: Rod, first: u32, secant: vec3<f32>) -> PathEnd {
             end.exhausted = false;
             started = true;
         }
-        let tip = shoot(COARSE, rod, goal, end.m0, select(1u, 2u, guarded), guarded);
+        columns[BY_MOMENT] = moment_columns();
+        columns[BY_ROTATION] = rotation_columns(end.m0);
+        let tip = shoot(COARSE, rod, goal, end.m0, 0u, select(1u, 2u, guarded), guarded);
         let residual = tip.m - rod.l_tip * goal;
         let w = tip_moment_columns(tip, BY_MOMENT);
         let w_inverse = inverse(w);

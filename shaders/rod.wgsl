@@ -1,5 +1,7 @@
-// The rod in the reduced form: R1 (balance of force and moment), R2 (shape), R3 (rigid segments). src/lanes/rod.rs
+// The rod in the reduced form: R1 (balance of force and moment), R2 (shape), R3 (rigid segments), R5 (shear and
+// stretch), R6 (unloaded distal part). src/lanes/rod.rs
 
+// Those that must be integrated.
 const SEGMENT_COUNT: u32 = 1u; //@spec
 
 // Where the rod is: position, first director, tangent, and M = m + p x n.
@@ -10,23 +12,42 @@ struct State {
     M: vec3<f32>,
 }
 
+// What varies along it does so linearly: x(s) = x + (s / length) x_rise.
 struct Flexible {
     length: f32,
+    // Meant only where the segment does not taper.
+    compliance: vec3<f32>,
+    stiffness: vec3<f32>,
+    stiffness_rise: vec3<f32>,
+    u_star: vec3<f32>,
+    u_star_rise: vec3<f32>,
+    // Force and dipole per length.
+    w: vec3<f32>,
+    mu: vec3<f32>,
+    // Diagonal of Kse^-1.
+    shear: vec3<f32>,
+    tapers: bool,
+    shears: bool,
+    has_magnet: bool,
+}
+
+// A cross-section of a flexible segment.
+struct Section {
     compliance: vec3<f32>,
     u_star: vec3<f32>,
-    w: vec3<f32>,
 }
 
 struct Rigid {
     length: f32,
     mu: vec3<f32>,
+    // The whole force on it.
     w: vec3<f32>,
 }
 
 // A rod under full loads; its segments are loaded where they are crossed.
 struct Rod {
-    // 0 for a rod that does not bend.
-    softness: f32,
+    // Unable to bend or shear.
+    is_stiff: bool,
     d1: vec3<f32>,
     t: vec3<f32>,
     B: vec3<f32>,
@@ -37,7 +58,6 @@ struct Rod {
 // Reads the base of the sample's record.
 fn load() -> Rod {
     var rod: Rod;
-    rod.softness = 1.0;
     rod.d1 = base_d1();
     rod.t = base_t();
     rod.B = flux_density();
@@ -50,21 +70,53 @@ fn load() -> Rod {
     return rod;
 }
 
-// Reads a flexible segment's record; `softness` scales the compliance.
-fn load_flexible(index: u32, softness: f32) -> Flexible {
+// n at the base under full loads: tip force and all the weight.
+fn base_force(rod: Rod) -> vec3<f32> {
+    var n = rod.f_tip;
+    //@if LOAD
+    for (var j = 0u; j < SEGMENT_COUNT; j++) { //@unroll
+        //@if FLEXIBLE[j]
+        n = axpy(length_j(), load_j(), n); // R1
+        //@else
+        n = n + weight_j(); // R1
+        //@end
+    } //@end
+    //@end
+    return n;
+}
+
+// Reads a flexible segment's record.
+fn load_flexible(index: u32, is_stiff: bool) -> Flexible {
     var segment: Flexible;
     for (var j = 0u; j < SEGMENT_COUNT; j++) { //@unroll
         //@if FLEXIBLE[j]
         if index == j {
             segment.length = length_j();
-            segment.compliance = softness / stiffness_j();
+            segment.compliance = 1.0 / stiffness_j();
             segment.u_star = rest_curvature_j();
+            //@if TAPERS[j]
+            segment.tapers = true;
+            segment.stiffness = stiffness_j();
+            segment.stiffness_rise = stiffness_rise_j();
+            //@end
+            //@if CURVATURE_RISES[j]
+            segment.u_star_rise = rest_curvature_rise_j();
+            //@end
             //@if LOAD
             segment.w = load_j();
+            //@end
+            //@if MAGNET[j]
+            segment.has_magnet = true;
+            segment.mu = dipole_per_length_j();
+            //@end
+            //@if SHEARS[j]
+            segment.shears = true;
+            segment.shear = shear_compliance_j();
             //@end
         }
         //@end
     } //@end
+    if is_stiff { return stiff(segment); }
     return segment;
 }
 
@@ -79,23 +131,12 @@ fn load_rigid(index: u32) -> Rigid {
             segment.mu = dipole_j();
             //@end
             //@if LOAD
-            segment.w = load_j();
+            segment.w = weight_j();
             //@end
         }
         //@end
     } //@end
     return segment;
-}
-
-// n at the base under full loads: tip force and all the weight.
-fn base_force(rod: Rod) -> vec3<f32> {
-    var n = rod.f_tip;
-    //@if LOAD
-    for (var j = 0u; j < SEGMENT_COUNT; j++) { //@unroll
-        n = axpy(length_j(), load_j(), n); // R1
-    } //@end
-    //@end
-    return n;
 }
 
 // Moment from M = m + p x n.
@@ -107,10 +148,39 @@ fn moment(p: vec3<f32>, M: vec3<f32>, n: vec3<f32>) -> vec3<f32> {
     //@end
 }
 
+// The cross-section at a share `x` of the length.
+fn section(segment: Flexible, x: f32) -> Section {
+    var found = Section(segment.compliance, segment.u_star);
+    //@if TAPER
+    if segment.tapers { found.compliance = 1.0 / axpy(x, segment.stiffness_rise, segment.stiffness); }
+    //@end
+    //@if CURVATURE_RISE
+    found.u_star = axpy(x, segment.u_star_rise, segment.u_star);
+    //@end
+    return found;
+}
+
+// The compliance at a cross-section whose own is known.
+fn compliance_at(segment: Flexible, section: vec3<f32>) -> vec3<f32> {
+    //@if TAPER
+    if segment.tapers { return section; }
+    //@end
+    return segment.compliance;
+}
+
+// The same rod unable to bend or shear.
+fn stiff(segment: Flexible) -> Flexible {
+    var same = segment;
+    same.compliance = vec3<f32>();
+    same.tapers = false;
+    same.shears = false;
+    return same;
+}
+
 // Curvature in the world frame, R u = R u* + R K^-1 R^T m.
-fn curvature(segment: Flexible, d1: vec3<f32>, d2: vec3<f32>, t: vec3<f32>, m: vec3<f32>) -> vec3<f32> {
-    let u_star = segment.u_star;
-    let k = segment.compliance;
+fn curvature(section: Section, d1: vec3<f32>, d2: vec3<f32>, t: vec3<f32>, m: vec3<f32>) -> vec3<f32> {
+    let u_star = section.u_star;
+    let k = section.compliance;
     //@if ANISOTROPIC
     let ux = k.x * dot(d1, m) + u_star.x;
     let uy = k.y * dot(d2, m) + u_star.y;
@@ -122,20 +192,35 @@ fn curvature(segment: Flexible, d1: vec3<f32>, d2: vec3<f32>, t: vec3<f32>, m: v
     //@end
 }
 
+// p' = R nu, the tangent where the segment neither shears nor stretches.
+fn velocity(segment: Flexible, d1: vec3<f32>, d2: vec3<f32>, t: vec3<f32>, n: vec3<f32>) -> vec3<f32> {
+    //@if SHEAR
+    if segment.shears {
+        let c = segment.shear;
+        return axpy(c.x * dot(d1, n), d1, axpy(c.y * dot(d2, n), d2, axpy(c.z * dot(t, n), t, t))); // R5
+    }
+    //@end
+    return t;
+}
+
+// R v for a vector of the body frame.
+fn to_world(d1: vec3<f32>, d2: vec3<f32>, t: vec3<f32>, v: vec3<f32>) -> vec3<f32> {
+    return axpy(v.x, d1, axpy(v.y, d2, t * v.z));
+}
+
 // Crosses a rigid segment: position and moment jump, the orientation stays.
 fn cross_rigid(rod: Rod, segment: Rigid, lambda: f32, n: ptr<function, vec3<f32>>, state: ptr<function, State>) {
-    let length = segment.length;
     let p = (*state).p;
     let t = (*state).t;
     //@if DIPOLE
     let mu_world = world_dipole(segment, *state, lambda);
     (*state).M = cross_sub(mu_world, rod.B, (*state).M); // R3
     //@end
-    (*state).p = axpy(length, t, p); // R3
+    (*state).p = axpy(segment.length, t, p); // R3
     //@if LOAD
-    let weight = segment.w * (lambda * length);
+    let weight = segment.w * lambda;
     //@if RIGID_FORCE_ARM
-    let middle = axpy(length * 0.5, t, p);
+    let middle = axpy(segment.length * 0.5, t, p);
     //@else
     let middle = p;
     //@end
@@ -144,13 +229,24 @@ fn cross_rigid(rod: Rod, segment: Rigid, lambda: f32, n: ptr<function, vec3<f32>
     //@end
     //@if FORCE
     //@if !RIGID_FORCE_ARM
-    (*state).M = cross_add(t * length, *n, (*state).M);
+    (*state).M = cross_add(t * segment.length, *n, (*state).M);
     //@end
     //@end
 }
 
 // R mu, scaled by the load fraction.
 fn world_dipole(segment: Rigid, state: State, lambda: f32) -> vec3<f32> {
-    let d2 = cross(state.t, state.d1);
-    return axpy(segment.mu.x, state.d1, axpy(segment.mu.y, d2, state.t * segment.mu.z)) * lambda;
+    return to_world(state.d1, cross(state.t, state.d1), state.t, segment.mu) * lambda;
+}
+
+// Takes the state over the unloaded distal part, which keeps its rest shape.
+fn cross_free(state: ptr<function, State>) {
+    //@if FREE
+    let d1 = (*state).d1;
+    let t = (*state).t;
+    let d2 = cross(t, d1);
+    (*state).p = (*state).p + to_world(d1, d2, t, free_p()); // R6
+    (*state).d1 = to_world(d1, d2, t, free_d1());
+    (*state).t = to_world(d1, d2, t, free_t()); // R6
+    //@end
 }

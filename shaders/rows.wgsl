@@ -1,34 +1,11 @@
 // Every derivative from nine columns: rows of the Jacobian by reciprocity. J5 and the table of model loads.
 // src/lanes/rows.rs
 //
-// The functional of a derivative is gathered in its rows, segment by segment, and turned into them at the end. The
-// table of slots lies behind the constants, see src/gpu/slots.rs.
+// The functional of a derivative is gathered in its rows, segment by segment, and turned into them at the end.
 
 const DERIVATIVE_COUNT: u32 = 1u; //@spec
 const DERIVATIVE_COLUMN: u32 = 19u; //@spec
 const ROWS: u32 = 9u; //@spec
-const SLOT_TABLE: u32 = 0u; //@spec
-const SLOT_LENGTH: u32 = 5u; //@spec
-const KIND_BASE_POSITION: u32 = 0u; //@spec
-const KIND_BASE_ROTATION: u32 = 1u; //@spec
-const KIND_FLUX_DENSITY: u32 = 2u; //@spec
-const KIND_TIP_FORCE: u32 = 3u; //@spec
-const KIND_TIP_MOMENT: u32 = 4u; //@spec
-const KIND_INSERTION: u32 = 5u; //@spec
-const KIND_LENGTH: u32 = 6u; //@spec
-const KIND_STIFFNESS: u32 = 7u; //@spec
-const KIND_REST_CURVATURE: u32 = 8u; //@spec
-const KIND_DIPOLE: u32 = 9u; //@spec
-const KIND_LOAD: u32 = 10u; //@spec
-
-// One slot of a derivative; `source` is an entry of the constants, or past them a column of the inputs.
-struct Slot {
-    derivative: u32,
-    kind: u32,
-    segment: u32,
-    axis: u32,
-    source: u32,
-}
 
 // A linear functional of the threes of columns: by base moment, by base rotation, by tip force.
 struct Functional {
@@ -46,7 +23,7 @@ struct Responses {
     base_rotation: mat3x3<f32>,
 }
 
-//@if DERIVATIVES
+//@if RECIPROCITY
 // Solves the (adjoint) tip condition dm(L) - w(L) x l_tip = unit for each load. J5
 fn new_responses(rod: Rod, tip: Tip) -> Responses {
     let dm_moment = tip_moment_columns(tip, BY_MOMENT);
@@ -85,7 +62,7 @@ fn base_rotation_rows(responses: Responses, m0: vec3<f32>, axis: vec3<f32>) -> m
 }
 
 // Writes the rows of every derivative, `ROWS` columns each.
-fn write_rows(rod: Rod, m0: vec3<f32>, n0: vec3<f32>, responses: Responses) {
+fn write_rows(rod: Rod, m0: vec3<f32>, responses: Responses) {
     for (var index = 0u; index < DERIVATIVE_COUNT; index++) {
         let at = DERIVATIVE_COLUMN + ROWS * index;
         var sum: Functional;
@@ -108,7 +85,7 @@ fn write_rows(rod: Rod, m0: vec3<f32>, n0: vec3<f32>, responses: Responses) {
                 }
                 //@end
                 //@if WANT_INSERTION
-                case KIND_INSERTION: { extra = extra + insertion_rows(rod, m0, n0, responses, rate); }
+                case KIND_INSERTION: { extra = extra + insertion_rows(rod, m0, responses, rate); }
                 //@end
                 default: {
                     sum.by_moment = axpy(rate, functional(slot, BY_MOMENT), sum.by_moment);
@@ -124,71 +101,57 @@ fn write_rows(rod: Rod, m0: vec3<f32>, n0: vec3<f32>, responses: Responses) {
     }
 }
 
-//@if TRACES
-// Empties every functional.
-fn clear_functionals() {
-    for (var index = 0u; index < DERIVATIVE_COUNT; index++) {
-        let at = DERIVATIVE_COLUMN + ROWS * index;
-        store_vector(at, vec3<f32>());
-        store_vector(at + 3u, vec3<f32>());
-        store_vector(at + 6u, vec3<f32>());
-    }
-}
-
-// Adds to the functionals what the columns left on a segment.
-fn gather_functionals(segment: u32) {
-    let list = SLOT_TABLE + segment;
-    let end = u32(constants[list + 1u]);
-    for (var i = u32(constants[list]); i < end; i += SLOT_LENGTH) {
-        let slot = load_slot(i);
-        let rate = load_rate(slot);
-        let at = DERIVATIVE_COLUMN + ROWS * slot.derivative;
-        for (var k = 0u; k < THREES; k++) { //@unroll
-            let row = at + 3u * k;
-            store_vector(row, axpy(rate, trace_functional(slot, k), loaded_vector(row)));
-        } //@end
-    }
-}
-//@end
-
-fn load_slot(at: u32) -> Slot {
-    return Slot(
-        u32(constants[at]),
-        u32(constants[at + 1u]),
-        u32(constants[at + 2u]),
-        u32(constants[at + 3u]),
-        u32(constants[at + 4u]),
-    );
-}
-
-// The rate of a slot: the same for all samples, or an input.
-fn load_rate(slot: Slot) -> f32 {
-    //@if VARYING_RATES
-    if slot.source >= SLOT_TABLE { return input(slot.source - SLOT_TABLE); }
-    //@end
-    return constants[slot.source];
-}
-
 // `rate` along a world axis.
 fn along(axis: u32, rate: f32) -> vec3<f32> {
     return select(vec3<f32>(), vec3<f32>(rate), vec3<u32>(0u, 1u, 2u) == vec3<u32>(axis));
 }
 
 //@if WANT_INSERTION
-// More rod past the entry: the base is displaced by t and rotated by R0 u(0); the moment is that at the new base.
-fn insertion_rows(rod: Rod, m0: vec3<f32>, n0: vec3<f32>, responses: Responses, rate: f32) -> mat3x3<f32> {
-    let first = load_flexible(0u, 1.0);
-    let d2 = cross(rod.t, rod.d1);
-    let omega = curvature(first, rod.d1, d2, rod.t, m0);
-    var rows = base_rotation_rows(responses, m0, omega * rate);
-    rows[0] = axpy(rate, rod.t, rows[0]);
-    //@if FORCE
-    rows[2] = axpy(rate, cross(rod.t, n0), rows[2]);
-    //@end
+// More rod past the entry: the base is displaced by p' and rotated by R0 u(0); the moment is that at the new base.
+fn insertion_rows(rod: Rod, m0: vec3<f32>, responses: Responses, rate: f32) -> mat3x3<f32> {
+    let base = base_slope(rod, m0, base_force(rod));
+    var rows = base_rotation_rows(responses, m0, base.omega * rate);
+    rows[0] = axpy(rate, base.v, rows[0]);
+    rows[2] = axpy(rate, base.torque, rows[2]);
     return rows;
 }
 //@end
+//@end
 
+//@if FORWARD
+// Writes the rows of every derivative from forward columns, each three but the first after a pass of its own. J5
+fn write_forward_rows(rod: Rod, m0: vec3<f32>, tip: Tip) {
+    let w_inverse = inverse(tip_moment_columns(tip, BY_MOMENT));
+    for (var three = 0u; three < FORWARD_THREES; three++) {
+        //@if MANY_SOURCES
+        if three > 0u {
+            forward_three = three;
+            columns[FORWARD] = forward_columns(rod, load_sources(three), m0);
+            _ = shoot(FINE, rod, 1.0, m0, FORWARD, THREES, false);
+        }
+        //@end
+        let sources = load_sources(three);
+        let residual = tip_moment_columns(tip, FORWARD) - sources.dl_tip;
+        let dm0 = -1.0 * (w_inverse * residual);
+        let position = columns[FORWARD].dp + columns[BY_MOMENT].dp * dm0;
+        let rotation = columns[FORWARD].w + columns[BY_MOMENT].w * dm0;
+        var base_moment = dm0;
+        //@if WANT_INSERTION
+        base_moment = outer(base_slope(rod, m0, base_force(rod)).torque, sources.insertion, dm0);
+        //@end
+        for (var k = 0u; k < 3u; k++) { //@unroll
+            if 3u * three + k < DERIVATIVE_COUNT {
+                let at = DERIVATIVE_COLUMN + ROWS * (3u * three + k);
+                store_vector(at, position[k]);
+                store_vector(at + 3u, rotation[k]);
+                store_vector(at + 6u, base_moment[k]);
+            }
+        } //@end
+    }
+}
+//@end
+
+//@if RECIPROCITY
 // The functional of a slot on three columns, number `k`, at the tip.
 fn functional(slot: Slot, k: u32) -> vec3<f32> {
     switch slot.kind {
@@ -201,32 +164,6 @@ fn functional(slot: Slot, k: u32) -> vec3<f32> {
         default: { return vec3<f32>(); }
     }
 }
-
-//@if TRACES
-// The functional of a slot of the segment whose traces are in hand.
-fn trace_functional(slot: Slot, k: u32) -> vec3<f32> {
-    switch slot.kind {
-        //@if COLLECT_COIL
-        case KIND_FLUX_DENSITY: { return component(trace[k].field, slot.axis); }
-        case KIND_DIPOLE: { return component(trace[k].dipole, slot.axis); }
-        //@end
-        //@if COLLECT_LENGTH
-        case KIND_LENGTH: { return trace[k].length; }
-        //@end
-        //@if COLLECT_CURVATURE
-        case KIND_REST_CURVATURE: { return component(trace[k].rest_curvature, slot.axis); }
-        case KIND_STIFFNESS: {
-            let compliance = load_flexible(slot.segment, 1.0).compliance[slot.axis];
-            return component(trace[k].stiffness, slot.axis) * -(compliance * compliance);
-        }
-        //@end
-        //@if COLLECT_LOAD
-        case KIND_LOAD: { return component(trace[k].load, slot.axis); }
-        //@end
-        default: { return vec3<f32>(); }
-    }
-}
-//@end
 
 fn component(rows: mat3x3<f32>, axis: u32) -> vec3<f32> {
     return select(select(rows[2], rows[1], axis == 1u), rows[0], axis == 0u);

@@ -1,10 +1,11 @@
 // One pass over the rod, base to tip, from a base moment: state, columns, and what they leave behind.
 // src/lanes/shoot.rs
 
-// Which threes of columns: by the base moment, by the base rotation, by the tip force.
+// Which threes of columns: by the base moment, by the base rotation, then by the tip force or by three parameters.
 const BY_MOMENT: u32 = 0u;
 const BY_ROTATION: u32 = 1u;
 const BY_FORCE: u32 = 2u;
+const FORWARD: u32 = 2u;
 const THREES: u32 = 3u; //@spec
 
 // Steps over each segment: on the path, for the answer, for the error estimate.
@@ -17,18 +18,8 @@ const STATION_COUNT: u32 = 2u; //@spec
 // Stations over a segment of many steps, at least.
 const STATIONS_EACH: u32 = 1u; //@spec
 
-// w of the first two threes at the end of a step.
-struct Station {
-    by_moment: mat3x3<f32>,
-    by_rotation: mat3x3<f32>,
-}
-
 // The columns of the last pass that had any.
 var<private> columns: array<Columns, THREES>;
-//@if TRACES
-// What each three columns leave behind on the segment in hand.
-var<private> trace: array<Trace, THREES>;
-//@end
 // Stations of the last recorded pass, but for the one at the base.
 var<private> stations: array<Station, STATION_COUNT>;
 var<private> station_count: u32;
@@ -42,27 +33,68 @@ struct Tip {
     n: vec3<f32>,
 }
 
+// How the rod goes on at its base, where it is flexible: R u, p' and -m'.
+struct BaseSlope {
+    omega: vec3<f32>,
+    v: vec3<f32>,
+    torque: vec3<f32>,
+}
+
 // Three columns at the base: by the base moment.
 fn moment_columns() -> Columns {
-    return Columns(zero_matrix(), zero_matrix(), identity());
+    var three: Columns;
+    three.dM = identity();
+    return three;
 }
 
 // Three columns at the base: by a virtual rotation of the base, in canonical form (dm = w x m0 / 2).
 fn rotation_columns(m0: vec3<f32>) -> Columns {
-    return Columns(identity(), zero_matrix(), hat(m0) * -0.5);
+    var three: Columns;
+    three.w = identity();
+    three.dM = hat(m0) * -0.5;
+    return three;
 }
 
 // Three columns at the base: by the tip force.
 fn force_columns() -> Columns {
-    return Columns(zero_matrix(), zero_matrix(), zero_matrix());
+    return Columns();
 }
 
-fn identity() -> mat3x3<f32> {
-    return mat3x3<f32>(vec3<f32>(1.0, 0.0, 0.0), vec3<f32>(0.0, 1.0, 0.0), vec3<f32>(0.0, 0.0, 1.0));
+//@if FORWARD
+// Three columns at the base: by three parameters, the base moment held.
+fn forward_columns(rod: Rod, sources: Sources, m0: vec3<f32>) -> Columns {
+    var three: Columns;
+    three.w = sources.w0;
+    three.dp = sources.dp0;
+    let n0 = base_force(rod);
+    //@if WANT_INSERTION
+    let slope = base_slope(rod, m0, n0);
+    three.w = outer(slope.omega, sources.insertion, three.w);
+    three.dp = outer(slope.v, sources.insertion, three.dp);
+    //@end
+    //@if FORCE
+    three.dM = columns_cross(three.dp, n0);
+    //@end
+    //@if SOURCE_FORCE
+    three.dn = sources.dn0;
+    //@end
+    return three;
 }
+//@end
 
-fn zero_matrix() -> mat3x3<f32> {
-    return mat3x3<f32>();
+fn base_slope(rod: Rod, m0: vec3<f32>, n0: vec3<f32>) -> BaseSlope {
+    let first = load_flexible(0u, false);
+    let d2 = cross(rod.t, rod.d1);
+    let omega = curvature(section(first, 0.0), rod.d1, d2, rod.t, m0);
+    let v = velocity(first, rod.d1, d2, rod.t, n0);
+    var torque = vec3<f32>();
+    //@if FORCE
+    torque = cross(v, n0);
+    //@end
+    //@if MAGNET
+    if first.has_magnet { torque = torque + cross(to_world(rod.d1, d2, rod.t, first.mu), rod.B); }
+    //@end
+    return BaseSlope(omega, v, torque);
 }
 
 fn is_flexible(index: u32) -> bool {
@@ -86,113 +118,126 @@ fn step_count(index: u32, resolution: u32) -> u32 {
 }
 
 // Appends a station.
-fn add_station() {
-    stations[station_count] = Station(columns[BY_MOMENT].w, columns[BY_ROTATION].w);
+fn add_station(s: f32) {
+    stations[station_count] = Station(columns[BY_MOMENT].w, columns[BY_ROTATION].w, s);
     station_count += 1u;
 }
 
-// Integrates the rod from base moment `m0` at load fraction `lambda`, with it as many threes of columns.
+//@if COLLECTS
+// Whether any derivative needs integrals along a segment.
+fn has_integrals(index: u32) -> bool {
+    var found = false;
+    for (var j = 0u; j < SEGMENT_COUNT; j++) { //@unroll
+        //@if INTEGRALS[j]
+        found = found || index == j;
+        //@end
+    } //@end
+    return found;
+}
+//@end
+
+// Integrates the rod from base moment `m0` at load fraction `lambda`, with it the threes of columns from number
+// `first` on, below `threes`.
 //
 // With `record` set the columns leave traces and stations.
-fn shoot(resolution: u32, rod: Rod, lambda: f32, m0: vec3<f32>, threes: u32, record: bool) -> Tip {
+fn shoot(resolution: u32, rod: Rod, lambda: f32, m0: vec3<f32>, first: u32, threes: u32, record: bool) -> Tip {
     var state = State(vec3<f32>(), rod.d1, rod.t, m0);
     var n = base_force(rod) * lambda;
+    var s = 0.0;
     let tableau = select(TABLEAU_COUNT - 1u, 0u, resolution == COARSE);
-    if threes > 0u {
-        columns[BY_MOMENT] = moment_columns();
-        columns[BY_ROTATION] = rotation_columns(m0);
-        //@if DERIVATIVES
-        columns[BY_FORCE] = force_columns();
-        //@end
-    }
+    let complete = threes == THREES;
     if record { station_count = 0u; }
-    let collects = record && threes == THREES;
     //@if TRACES
-    if collects { clear_functionals(); }
+    if complete { clear_functionals(); }
     //@end
     for (var index = 0u; index < SEGMENT_COUNT; index++) {
         //@if TRACES
-        if collects { trace = array<Trace, THREES>(); }
+        if complete { trace = array<Trace, THREES>(); }
+        //@end
+        //@if SEGMENT_SOURCES
+        if complete { load_source(index); }
         //@end
         if is_flexible(index) {
-            let segment = load_flexible(index, rod.softness);
+            let segment = load_flexible(index, rod.is_stiff);
             let steps = step_count(index, resolution);
-            let h = segment.length / f32(steps);
+            let share = 1.0 / f32(max(1u, steps));
+            let h = segment.length * share;
             let stride = max(1u, steps / STATIONS_EACH);
+            var collects = false;
+            //@if COLLECTS
+            collects = complete && has_integrals(index);
+            //@end
             for (var i = 0u; i < steps; i++) {
+                let step = Step(h, f32(i) * share, share, n);
                 for (var r = 0u; r < TABLEAU_COUNT; r++) { //@unroll
                     if tableau == r {
-                        step_rod_r(segment, lambda, h, n, &state);
+                        step_rod_r(rod, segment, lambda, step, &state);
                         for (var k = 0u; k < THREES; k++) { //@unroll
-                            if k < threes { step_columns_r(segment, lambda, h, k, collects); }
+                            //@if TAKES[r][k]
+                            if k >= first && k < threes { step_columns_r(rod, segment, lambda, step, k, collects); }
+                            //@end
                         } //@end
                     }
                 } //@end
                 //@if LOAD
                 n = axpy(-h * lambda, segment.w, n); // R1
                 //@end
-                if record && ((i + 1u) % stride == 0u || i + 1u == steps) { add_station(); }
+                s = s + h;
+                if record && ((i + 1u) % stride == 0u || i + 1u == steps) { add_station(s); }
             }
-            //@if COLLECT_LENGTH
-            if collects && steps > 0u {
-                let m = moment(state.p, state.M, n);
-                let d2 = cross(state.t, state.d1);
-                let omega = curvature(segment, state.d1, d2, state.t, m);
-                collect_length(state, m, n, segment.w, omega);
-            }
+            //@if WANT_LENGTH
+            if complete { end_flexible(rod, segment, state, n); }
             //@end
         //@if RIGID
         } else {
             let segment = load_rigid(index);
+            let before = state;
+            let n_before = n;
+            cross_rigid(rod, segment, lambda, &n, &state);
             for (var k = 0u; k < THREES; k++) { //@unroll
-                if k < threes {
-                    //@if COLLECT_COIL
-                    if collects { collect_coil(rod, segment, lambda, state, k); }
+                if k >= first && k < threes {
+                    //@if COLLECT_RIGID
+                    if complete { collect_rigid(rod, segment, before, n, k); }
                     //@end
-                    cross_rigid_columns(rod, segment, lambda, n, state, k);
-                    //@if COLLECT_LOAD
-                    if collects { collect_rigid_load(segment.length, state.t, k); }
-                    //@end
+                    cross_rigid_columns(rod, segment, lambda, n_before, before, k);
                 }
             } //@end
-            cross_rigid(rod, segment, lambda, &n, &state);
-            //@if COLLECT_LENGTH
-            if collects {
-                let m = moment(state.p, state.M, n);
-                collect_length(state, m, n, segment.w, vec3<f32>());
-            }
-            //@end
         //@end
         }
         //@if TRACES
-        if collects { gather_functionals(index); }
+        if complete { gather_functionals(index); }
         //@end
     }
+    //@if FREE
+    let before = state;
+    cross_free(&state);
+    for (var k = 0u; k < THREES; k++) { //@unroll
+        if k >= first && k < threes { cross_free_columns(before, state.p, k); }
+    } //@end
+    //@end
     return Tip(state.p, state.d1, state.t, moment(state.p, state.M, n), n);
 }
 
-//@if COLLECT_LENGTH
-// The change of H of every three columns.
-fn collect_length(state: State, m: vec3<f32>, n: vec3<f32>, w: vec3<f32>, curvature: vec3<f32>) {
+//@if WANT_LENGTH
+// What a length does at the distal end of a flexible segment: its row by reciprocity, or to forward columns.
+fn end_flexible(rod: Rod, segment: Flexible, state: State, n: vec3<f32>) {
+    let m = moment(state.p, state.M, n);
+    let d2 = cross(state.t, state.d1);
+    let omega = curvature(section(segment, 1.0), state.d1, d2, state.t, m);
+    let v = velocity(segment, state.d1, d2, state.t, n);
+    //@if RECIPROCITY
     for (var k = 0u; k < THREES; k++) { //@unroll
-        trace[k].length = length_row(state, m, n, w, curvature, k == BY_FORCE, columns[k]);
+        trace[k].length = length_row(rod, segment, state, m, n, omega, v, k);
     } //@end
-}
-//@end
-
-//@if COLLECT_LOAD
-// Integral of dp over a rigid segment, from the columns at its distal end.
-fn collect_rigid_load(length: f32, t: vec3<f32>, k: u32) {
-    let half = length * 0.5;
-    let middle = columns_axpy(-half, columns_cross(columns[k].w, t), columns[k].dp);
-    let rows = transpose(middle * length);
-    for (var j = 0u; j < 3u; j++) { //@unroll
-        trace[k].load[j] = rows[j];
-    } //@end
+    //@else
+    var slope = -cross(state.p, segment.w);
+    if segment.has_magnet { slope = cross_sub(to_world(state.d1, d2, state.t, segment.mu), rod.B, slope); }
+    source_lengthen(segment, omega, v, slope);
+    //@end
 }
 //@end
 
 // dm of three columns at the tip.
 fn tip_moment_columns(tip: Tip, k: u32) -> mat3x3<f32> {
-    return column_moment(k == BY_FORCE, tip.p, tip.n, columns[k].dp, columns[k].dM);
+    return column_moment(force_of(k), tip.p, tip.n, columns[k].dp, columns[k].dM);
 }

@@ -13,7 +13,7 @@ fn chord_steps(rod: Rod, end: ptr<function, PathEnd>) {
     var moving = (*end).reached;
     for (var i = 0u; i < CHORD_LIMIT; i++) {
         if !moving { break; }
-        let tip = shoot(FINE, rod, 1.0, (*end).m0, 0u, false);
+        let tip = shoot(FINE, rod, 1.0, (*end).m0, 0u, 0u, false);
         let delta = -((*end).inverse * (tip.m - rod.l_tip));
         let size = length(delta);
         // A chord step that is not small says that the coarse grid was too coarse: Newton's method takes over.
@@ -41,7 +41,8 @@ fn solve_group() {
         var converged = false;
         var size = 0.0;
         for (var i = 0u; i < NEWTON_LIMIT; i++) {
-            tip = shoot(FINE, rod, 1.0, end.m0, THREES, true);
+            start_columns(rod, end.m0);
+            tip = shoot(FINE, rod, 1.0, end.m0, 0u, THREES, true);
             w_inverse = inverse(tip_moment_columns(tip, BY_MOMENT));
             delta = -(w_inverse * (tip.m - rod.l_tip)); // J5
             size = length(delta);
@@ -74,11 +75,31 @@ fn solve_group() {
     store(STABILITY_INDEX_COLUMN, index);
     store(ITERATIONS_COLUMN, end.passes);
     store(LOAD_FRACTION_COLUMN, end.history.lambda);
-    //@if DERIVATIVES
-    write_rows(rod, end.m0, base_force(rod), new_responses(rod, tip));
-    //@end
+    write_derivatives(rod, end.m0, tip);
     store(ERROR_ESTIMATE_COLUMN, error_estimate(rod, end.m0, w_inverse, tip_position, d1, t));
     store_status(code);
+}
+
+// Writes the rows of the derivatives, by forward columns or by reciprocity.
+fn write_derivatives(rod: Rod, m0: vec3<f32>, tip: Tip) {
+    //@if FORWARD
+    write_forward_rows(rod, m0, tip);
+    //@end
+    //@if RECIPROCITY
+    write_rows(rod, m0, new_responses(rod, tip));
+    //@end
+}
+
+// The columns of a pass at the base: by moment and by rotation, and what the derivatives need.
+fn start_columns(rod: Rod, m0: vec3<f32>) {
+    columns[BY_MOMENT] = moment_columns();
+    columns[BY_ROTATION] = rotation_columns(m0);
+    //@if FORWARD
+    columns[FORWARD] = forward_columns(rod, load_sources(0u), m0);
+    //@end
+    //@if RECIPROCITY
+    columns[BY_FORCE] = force_columns();
+    //@end
 }
 
 // Status of the sample, as a code.
@@ -100,7 +121,7 @@ fn is_finite(a: f32) -> bool {
 fn error_estimate(
     rod: Rod, m0: vec3<f32>, w_inverse: mat3x3<f32>, p: vec3<f32>, d1: vec3<f32>, t: vec3<f32>,
 ) -> f32 {
-    let tip = shoot(CHECK, rod, 1.0, m0, 0u, false);
+    let tip = shoot(CHECK, rod, 1.0, m0, 0u, 0u, false);
     let delta = -(w_inverse * (tip.m - rod.l_tip));
     let by_moment = columns[BY_MOMENT];
     let turn = by_moment.w * delta;

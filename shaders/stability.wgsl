@@ -1,15 +1,29 @@
 // Elastic stability: the index of the second variation, by conjugate points over the steps of a pass.
 // src/lanes/stability.rs
 
+const SHORTEST_INTERVAL: f32 = 0.0; //@spec
+
+// The end of a step.
+struct Station {
+    // w of the first two threes.
+    by_moment: mat3x3<f32>,
+    by_rotation: mat3x3<f32>,
+    // How much of the rod lies before it, rigid segments not counted.
+    s: f32,
+}
+
 // Number of negative eigenvalues of the second variation, from the columns and stations of the last pass.
 fn stability_index(tip: Tip) -> f32 {
     let by_moment = transpose(canonical(tip, BY_MOMENT));
     let by_rotation = transpose(canonical(tip, BY_ROTATION));
     var index = 0.0;
-    var before = Station(zero_matrix(), identity());
+    var before = Station(zero_matrix(), identity(), 0.0);
+    let shortest = stations[station_count - 1u].s * SHORTEST_INTERVAL;
     var proximal = free(before, by_moment, by_rotation);
     for (var i = 0u; i < station_count; i++) {
         let station = stations[i];
+        // Of an interval of no length, b is round-off.
+        if station.s - before.s <= shortest { continue; }
         let distal = free(station, by_moment, by_rotation);
         let b = station.by_moment * transpose(before.by_rotation) - station.by_rotation * transpose(before.by_moment);
         let q = transpose(distal) * (transpose(inverse(b)) * proximal);

@@ -2,6 +2,7 @@
 //! reciprocity, for every parameter of the scene.
 
 use rodsweep::backend::{Backend, Precision};
+use rodsweep::gpu::{Gpu, device_or_skip};
 use rodsweep::lanes::Lanes;
 use rodsweep::model::{Parameter, Plan, PlanOptions, Quantity, Scene, Sensitivity, Solutions, Stepper};
 use rodsweep::reference::Reference;
@@ -93,12 +94,15 @@ fn scenes() -> Vec<(String, Scene)> {
     scenes
 }
 
-fn plan(scene: &Scene, sensitivity: Sensitivity) -> Plan {
-    let wrt = Parameter::all(scene);
+/// Every parameter that the scene takes.
+fn parameters(scene: &Scene) -> Vec<Parameter> {
     let inserts = scene.rod().segments[0].is_flexible();
-    let wrt: Vec<_> = wrt.into_iter().filter(|parameter| inserts || *parameter != Parameter::Insertion).collect();
-    let options = PlanOptions { tolerance: 1e-12, stepper: Stepper::Dop853, steps: 32, sensitivity };
-    Plan::single(scene, &wrt, options).expect("a plan")
+    let all = Parameter::all(scene).into_iter();
+    all.filter(|parameter| inserts || *parameter != Parameter::Insertion).collect()
+}
+
+fn plan(scene: &Scene, wrt: &[Parameter], sensitivity: Sensitivity, stepper: Stepper, steps: usize) -> Plan {
+    Plan::single(scene, wrt, PlanOptions { tolerance: 1e-12, stepper, steps, sensitivity }).expect("a plan")
 }
 
 fn solve(backend: &mut dyn Backend) -> Solutions {
@@ -106,8 +110,9 @@ fn solve(backend: &mut dyn Backend) -> Solutions {
     backend.solve(&batch).expect("solutions")
 }
 
-/// Largest difference of tip, moment and derivatives, each in the plan's units; columns relative to their size.
-fn difference(plan: &Plan, a: &Solutions, b: &Solutions) -> (f64, String) {
+/// Largest difference of tip, moment and derivatives, each in the plan's units; columns relative to their size, or to
+/// `small` of their natural size where that is larger.
+fn difference(plan: &Plan, a: &Solutions, b: &Solutions, small: f64) -> (f64, String) {
     let units = &plan.units;
     let mut worst = (0.0, "tip".to_owned());
     let mut note = |error: f64, name: String| {
@@ -132,7 +137,7 @@ fn difference(plan: &Plan, a: &Solutions, b: &Solutions) -> (f64, String) {
         });
         let natural = natural.fold(0.0, f64::max);
         let pure = |s: &Solutions, row: usize| s.derivative(0, k, row) / [units.length, 1.0, units.moment()][row / 3];
-        let size = (0..9).map(|row| pure(b, row).abs()).fold((1e-3 * natural).max(f64::MIN_POSITIVE), f64::max);
+        let size = (0..9).map(|row| pure(b, row).abs()).fold((small * natural).max(f64::MIN_POSITIVE), f64::max);
         for row in 0..9 {
             note((pure(a, row) - pure(b, row)).abs() / size, format!("{} row {row}", derivative.name));
         }
@@ -140,22 +145,85 @@ fn difference(plan: &Plan, a: &Solutions, b: &Solutions) -> (f64, String) {
     worst
 }
 
-#[test]
-fn lanes_agree_with_the_reference() {
-    let mut failures = Vec::new();
-    for (name, scene) in scenes() {
-        let forward = plan(&scene, Sensitivity::Forward);
-        let expected = solve(&mut Reference::new(&forward));
+/// Scenes of the table and, for both sensitivities, the answers of the reference.
+fn expected() -> Vec<(String, Scene, Solutions)> {
+    let solved = |(name, scene): (String, Scene)| {
+        let plan = plan(&scene, &parameters(&scene), Sensitivity::Forward, Stepper::Dop853, 32);
+        let expected = solve(&mut Reference::new(&plan));
         assert!(expected.status(0).is_success(), "{name}: {:?}", expected.status(0));
+        (name, scene, expected)
+    };
+    scenes().into_iter().map(solved).collect()
+}
+
+/// Compares the CPU engine with the reference on every scene; returns the worst.
+fn check_lanes(precision: Precision, steps: usize, small: f64, limit: f64) {
+    let mut failures = Vec::new();
+    let mut worst = (0.0, String::new());
+    for (name, scene, expected) in expected() {
         for sensitivity in [Sensitivity::Forward, Sensitivity::Reciprocity] {
-            let plan = plan(&scene, sensitivity);
-            let found = solve(&mut Lanes::new(&plan, Precision::F64).expect("lanes"));
+            let plan = plan(&scene, &parameters(&scene), sensitivity, Stepper::Dop853, steps);
+            let found = solve(&mut Lanes::new(&plan, precision).expect("lanes"));
             assert!(found.status(0).is_success(), "{name}, {sensitivity:?}: {:?}", found.status(0));
-            let (error, what) = difference(&plan, &found, &expected);
-            if error.is_nan() || error > 1e-9 {
+            let (error, what) = difference(&plan, &found, &expected, small);
+            if error.is_nan() || error > limit {
                 failures.push(format!("{name}, {sensitivity:?}: {error:.1e} in {what}"));
+            }
+            if error > worst.0 {
+                worst = (error, format!("{name}, {sensitivity:?}, {what}"));
             }
         }
     }
+    println!("{precision:?}: worst {worst:?}");
     assert!(failures.is_empty(), "{}", failures.join("\n"));
+}
+
+#[test]
+fn lanes_agree_with_the_reference() {
+    check_lanes(Precision::F64, 32, 1e-3, 1e-9);
+}
+
+#[test]
+fn lanes_in_f32_agree_with_the_reference() {
+    check_lanes(Precision::F32, 16, 1.0, 2e-5);
+}
+
+#[test]
+fn gpu_trial() {
+    use std::time::Instant;
+    for (rod, load, sensitivity, names) in [
+        ("everything", "weight and all", Sensitivity::Reciprocity, "all"),
+        ("everything", "weight and all", Sensitivity::Forward, "all"),
+        ("magnets", "no load", Sensitivity::Reciprocity, "all"),
+        ("magnets", "no load", Sensitivity::Forward, "all"),
+        ("shear", "no load", Sensitivity::Reciprocity, "all"),
+        ("shear", "no load", Sensitivity::Forward, "all"),
+        ("taper", "tip force", Sensitivity::Auto, ""),
+        ("plain", "no load", Sensitivity::Auto, "coil.current,insertion"),
+        ("plain", "no load", Sensitivity::Reciprocity, "coil.current,insertion"),
+        ("plain", "no load", Sensitivity::Auto, "coil.current"),
+    ] {
+        let Some(device) = device_or_skip("trial") else { return };
+        let scene = scenes().into_iter().find(|(name, _)| *name == format!("{rod}, {load}")).unwrap().1;
+        let wrt: Vec<Parameter> = match names {
+            "all" => parameters(&scene),
+            names => {
+                names.split(',').filter(|n| !n.is_empty()).flat_map(|n| Parameter::parse(&scene, n).unwrap()).collect()
+            }
+        };
+        let plan = plan(&scene, &wrt, sensitivity, Stepper::Rk4, 64);
+        let expected = solve(&mut Reference::new(&plan));
+        let start = Instant::now();
+        let mut gpu = Gpu::new(device, &plan).unwrap();
+        let made = start.elapsed();
+        let found = solve(&mut gpu);
+        let (error, what) = difference(&plan, &found, &expected, 1.0);
+        println!(
+            "{rod} {load} {sensitivity:?} {} derivs, free {:?} {:?}: {made:.1?}, {:?} {error:.1e} {what}",
+            wrt.len(),
+            plan.free.is_some(),
+            plan.forward,
+            found.status(0)
+        );
+    }
 }

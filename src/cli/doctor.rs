@@ -35,7 +35,7 @@ pub fn doctor() -> Result<Exit, CommandError> {
     });
     adapters.iter().for_each(|adapter| describe_adapter(adapter, &mut lines));
     let arguments = EngineArguments { backend: BackendName::Auto, precision: None };
-    let engine = Engine::choose(&arguments, &scene, true)?;
+    let engine = Engine::choose(&arguments)?;
     lines.push(format!("`--backend auto` takes: {} {} ({})", engine.kind, engine.precision, engine.reason));
     describe_gpu(&plan, &mut lines);
     print(&(lines.join("\n") + "\n"))?;

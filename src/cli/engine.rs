@@ -4,7 +4,7 @@ use super::args::{BackendName, EngineArguments};
 use rodsweep::backend::{Backend, BackendError, BackendKind, Precision};
 use rodsweep::gpu::{self, Device, Gpu};
 use rodsweep::lanes::Lanes;
-use rodsweep::model::{Plan, PlanOptions, Scene, Stepper};
+use rodsweep::model::{Plan, PlanOptions, Stepper};
 use rodsweep::reference::Reference;
 
 /// The finest tolerance that f32 meets on ordinary rods; finer ones need f64.
@@ -23,7 +23,7 @@ pub struct Engine {
 
 impl Engine {
     /// Follows the arguments; `auto` takes a GPU that is no software, else the CPU.
-    pub fn choose(arguments: &EngineArguments, scene: &Scene, differentiates: bool) -> Result<Engine, BackendError> {
+    pub fn choose(arguments: &EngineArguments) -> Result<Engine, BackendError> {
         let engine = |kind, precision, reason: &str| Engine { kind, precision, reason: reason.into() };
         let asked: Option<Precision> = arguments.precision.map(Into::into);
         let f64_or_asked = asked.unwrap_or(Precision::F64);
@@ -39,10 +39,6 @@ impl Engine {
                 }
                 _ => Ok(engine(BackendKind::Gpu, Precision::F32, "asked for")),
             },
-            BackendName::Auto if !scene.rigid_force_arm && differentiates => {
-                let reason = "without the force arm of rigid segments only the reference differentiates";
-                Ok(engine(BackendKind::Reference, Precision::F64, reason))
-            }
             BackendName::Auto => Ok(match gpu::adapters().first() {
                 _ if asked == Some(Precision::F64) => engine(BackendKind::Cpu, Precision::F64, "f64 was asked for"),
                 None => engine(BackendKind::Cpu, f64_or_asked, "this machine has no GPU"),

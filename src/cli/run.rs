@@ -30,7 +30,7 @@ pub fn run(arguments: &RunArguments) -> Result<Exit, CommandError> {
         figures::check_colour(&spec, name)?;
     }
     let out = arguments.out.clone().unwrap_or_else(|| default_directory(&spec));
-    let mut engine = Engine::choose(&arguments.engine, &spec.scene, !spec.wrt.is_empty())?;
+    let mut engine = Engine::choose(&arguments.engine)?;
     let asked = spec.tolerance;
     spec.tolerance = engine.tolerance(asked);
     for note in spec.notes.iter().chain(&scene_notes(&spec.scene)) {
@@ -167,7 +167,11 @@ pub fn terms(plan: &Plan) -> String {
     let words = [
         (true, "bending and torsion"),
         (terms.anisotropic, "anisotropic bending"),
+        (terms.taper, "stiffness along segments"),
+        (terms.curvature_rise, "rest curvature along segments"),
+        (terms.shear, "shear and stretch"),
         (terms.dipole, "dipoles in the field"),
+        (terms.magnet, "flexible magnets"),
         (terms.force, "internal force"),
         (terms.load, "distributed load"),
         (terms.tip_moment, "tip moment"),

@@ -94,14 +94,13 @@ fn default_parameters(scene: &Scene) -> Vec<Parameter> {
     parameters
 }
 
-/// One sample needs no GPU: `auto` is the CPU in f64, or the reference where only it can differentiate.
+/// One sample needs no GPU: `auto` is the CPU in f64.
 fn solve_scene(scene: Scene, wrt: &[Parameter], arguments: &SolveArguments) -> Result<Solved, CommandError> {
-    let needs_reference = !scene.rigid_force_arm && !wrt.is_empty();
     let backend = match arguments.engine.backend {
-        BackendName::Auto if !needs_reference => BackendName::Cpu,
+        BackendName::Auto => BackendName::Cpu,
         asked => asked,
     };
-    let engine = Engine::choose(&EngineArguments { backend, ..arguments.engine }, &scene, !wrt.is_empty())?;
+    let engine = Engine::choose(&EngineArguments { backend, ..arguments.engine })?;
     let tolerance = engine.tolerance(arguments.tolerance);
     let options = PlanOptions { tolerance, stepper: engine.stepper(), steps: STEPS[0], ..PlanOptions::default() };
     let plan = Plan::single(&scene, wrt, options)?;

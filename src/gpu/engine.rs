@@ -8,6 +8,7 @@ use super::device::{Device, failed};
 use super::kernel::{KERNELS, Kernel, WORKGROUP_SIZE, output_count};
 use super::pace::Pace;
 use super::record::{constants, input_units};
+use super::slots::integrated;
 use super::terms::pass_limit;
 use super::unpack::{Unpack, output_units};
 use crate::backend::{Backend, BackendError, BackendInfo, BackendKind, Precision};
@@ -87,17 +88,13 @@ struct Piece {
 impl Gpu {
     /// Prepares the solving kernel for a plan.
     pub fn new(device: Device, plan: &Plan) -> Result<Self, BackendError> {
-        if !plan.scene.rigid_force_arm && !plan.derivatives.is_empty() {
-            return Err(BackendError::Unsupported {
-                backend: BackendKind::Gpu,
-                what: "derivatives without the force arm of rigid segments".into(),
-                remedy: "use `--backend reference`, or leave `model.rigid_force_arm` out".into(),
-            });
-        }
         if pass_limit(plan) < FEWEST_PASSES {
             return Err(BackendError::Unsupported {
                 backend: BackendKind::Gpu,
-                what: format!("as many as {} steps", plan.segments.iter().map(|segment| segment.steps).sum::<usize>()),
+                what: format!(
+                    "as many as {} steps",
+                    integrated(plan).iter().map(|segment| segment.steps).sum::<usize>()
+                ),
                 remedy: "take fewer steps of a higher order (`--stepper dop853`), or use `--backend cpu`".into(),
             });
         }

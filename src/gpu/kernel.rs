@@ -2,6 +2,7 @@
 
 use super::emit::{EmitError, Source, emit};
 use super::record::record_functions;
+use super::sources::source_functions;
 use super::specialise::Piece;
 use super::terms::specialisation;
 use crate::model::{Plan, Quantity, ROWS};
@@ -26,6 +27,8 @@ pub enum Part {
     File(Piece),
     /// The functions that load a sample's record, generated for the plan.
     Record,
+    /// The functions that load what parameters change, likewise.
+    Sources,
 }
 
 /// A row of the kernel table.
@@ -46,8 +49,12 @@ pub const KERNELS: &[KernelEntry] = &[KernelEntry {
         shader!("rod"),
         shader!("step"),
         shader!("column"),
+        shader!("source"),
+        Part::Sources,
+        shader!("trace"),
         shader!("shoot"),
         shader!("stability"),
+        shader!("slots"),
         shader!("rows"),
         shader!("path"),
         shader!("solve"),
@@ -83,6 +90,7 @@ impl Part {
         match self {
             Part::File(piece) => piece.clone(),
             Part::Record => record_functions(plan),
+            Part::Sources => source_functions(plan),
         }
     }
 }

@@ -15,10 +15,12 @@ mod record;
 mod require;
 mod self_test;
 mod slots;
+mod sources;
 mod specialise;
 mod substitute;
 mod terms;
 mod unpack;
+mod wants;
 
 pub use adapter::{AdapterKind, AdapterSummary, adapters};
 pub use buffers::{SETTINGS_MEMBERS, Settings};

@@ -1,7 +1,8 @@
 //! WGSL functions that load one sample's numbers: from the constants that all samples share, or from the inputs.
 //!
 //! Base: `base_d1`, `base_t`, `flux_density`, `tip_force`, `tip_moment`, `base_position`. Segment j: `length_j` and the
-//! vectors of its record, such as `stiffness_j`. Rate k of derivative d: `rate_d_k`. All in the plan's units.
+//! vectors of its record, such as `stiffness_j`. Rest pose of an unloaded distal part: `free_p`, `free_d1`, `free_t`.
+//! Rate k of derivative d: `rate_d_k`. All in the plan's units.
 
 use super::slots::slot_table;
 use super::specialise::Piece;
@@ -38,6 +39,11 @@ pub fn record_functions(plan: &Plan) -> Piece {
         let vectors: &[(&str, usize)] = if segment.is_flexible { &FLEXIBLE_VECTORS } else { &RIGID_VECTORS };
         for (name, place) in vectors {
             vector(&mut text, plan, &format!("{name}_{index}"), at + place);
+        }
+    }
+    if let Some(free) = plan.free {
+        for (at, name) in ["free_p", "free_d1", "free_t"].iter().enumerate() {
+            vector(&mut text, plan, name, free.entry + 3 * at);
         }
     }
     for (index, derivative) in plan.derivatives.iter().enumerate() {

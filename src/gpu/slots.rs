@@ -1,11 +1,11 @@
 //! The table that tells the kernel what to differentiate by: it follows the constants in their buffer.
 //!
 //! First where each list of slots starts, one for each segment, one for each derivative, and where the last ends.
-//! Then the slots: derivative, kind, segment, axis and source of the rate. A source below the table is an entry of
-//! the constants; past its start, a column of the inputs.
+//! Then the slots: derivative, kind, segment, axis and entry of the rate. An entry below the table is one of the
+//! constants; past its start, a column of the inputs. Forward columns need no table, see `sources.rs`.
 
 use super::specialise::{Specialisation, Value};
-use crate::model::{Axis, Entry, Plan, Slot};
+use crate::model::{Axis, Entry, Plan, SegmentPlan, Slot};
 
 /// The kinds of slots, by their code.
 const KINDS: [&str; 16] = [
@@ -30,6 +30,21 @@ const KINDS: [&str; 16] = [
 /// The kinds from here on belong to a segment.
 const FIRST_OF_SEGMENT: usize = 6;
 
+/// The segments that are integrated: all but the unloaded distal part.
+pub(super) fn integrated(plan: &Plan) -> &[SegmentPlan] {
+    &plan.segments[..plan.free.map_or(plan.segments.len(), |free| free.segment)]
+}
+
+/// Slots to differentiate by, and the entries of their rates; not those of segments that are not integrated, which
+/// change nothing.
+pub(super) fn slots(plan: &Plan) -> impl Iterator<Item = (usize, Slot, usize)> {
+    let count = integrated(plan).len();
+    let terms = plan.derivatives.iter().enumerate();
+    let terms =
+        terms.flat_map(|(index, derivative)| derivative.terms.iter().map(move |(slot, entry)| (index, *slot, *entry)));
+    terms.filter(move |(_, slot, _)| slot.segment().is_none_or(|segment| segment < count))
+}
+
 /// Where the table starts: behind the entries of the plan.
 pub(super) fn slot_table_start(plan: &Plan) -> usize {
     plan.entries.len()
@@ -40,28 +55,11 @@ const SLOT_LENGTH: usize = 5;
 
 /// The table; whole numbers, exact in f32.
 pub(super) fn slot_table(plan: &Plan) -> Vec<f32> {
-    let start = slot_table_start(plan);
-    let mut lists = vec![Vec::new(); plan.segments.len() + plan.derivatives.len()];
-    for (index, derivative) in plan.derivatives.iter().enumerate() {
-        for (slot, entry) in &derivative.terms {
-            let (kind, segment, axis) = parts(*slot);
-            let source = match plan.entries[*entry] {
-                Entry::Constant(_) => *entry,
-                Entry::Varying(column) => start + column,
-            };
-            let row = [index, kind, segment, axis, source];
-            match slot {
-                // Every coil contributes.
-                Slot::FluxDensity(_) => {
-                    let coils = plan.segments.iter().zip(&mut lists).filter(|(segment, _)| segment.has_dipole);
-                    coils.for_each(|(_, list)| list.push(row));
-                }
-                _ if kind >= FIRST_OF_SEGMENT => lists[segment].push(row),
-                _ => lists[plan.segments.len() + index].push(row),
-            }
-        }
+    if plan.forward {
+        return Vec::new();
     }
-    let mut at = start + lists.len() + 1;
+    let lists = slot_lists(plan);
+    let mut at = slot_table_start(plan) + lists.len() + 1;
     let mut table = vec![at];
     for list in &lists {
         at += SLOT_LENGTH * list.len();
@@ -71,18 +69,47 @@ pub(super) fn slot_table(plan: &Plan) -> Vec<f32> {
     table.into_iter().map(|number| number as f32).collect()
 }
 
+/// Slots in the table.
+pub(super) fn slot_count(plan: &Plan) -> usize {
+    if plan.forward { 0 } else { slot_lists(plan).iter().map(Vec::len).sum() }
+}
+
+/// The slots of each segment, then those of each derivative that belong to none.
+fn slot_lists(plan: &Plan) -> Vec<Vec<[usize; SLOT_LENGTH]>> {
+    let segments = integrated(plan);
+    let mut lists = vec![Vec::new(); segments.len() + plan.derivatives.len()];
+    for (index, slot, entry) in slots(plan) {
+        let (kind, segment, axis) = parts(slot);
+        let entry = match plan.entries[entry] {
+            Entry::Constant(_) => entry,
+            Entry::Varying(column) => slot_table_start(plan) + column,
+        };
+        let row = [index, kind, segment, axis, entry];
+        match slot {
+            // Every magnet contributes.
+            Slot::FluxDensity(_) => {
+                let magnets = segments.iter().zip(&mut lists).filter(|(s, _)| s.has_dipole || s.has_magnet);
+                magnets.for_each(|(_, list)| list.push(row));
+            }
+            _ if kind >= FIRST_OF_SEGMENT => lists[segment].push(row),
+            _ => lists[segments.len() + index].push(row),
+        }
+    }
+    lists
+}
+
 /// The codes of the kinds, and which kinds a plan uses.
 pub(super) fn add_slots(s: &mut Specialisation, plan: &Plan) {
+    s.constant("SLOT_TABLE", Value::U32(slot_table_start(plan) as u32));
     s.constant("SLOT_LENGTH", Value::U32(SLOT_LENGTH as u32));
     for (code, name) in KINDS.iter().enumerate() {
         s.constant(format!("KIND_{name}"), Value::U32(code as u32));
         s.term(format!("WANT_{name}"), false);
     }
-    let slots = || plan.derivatives.iter().flat_map(|derivative| &derivative.terms);
-    for (slot, _) in slots() {
-        s.term(format!("WANT_{}", KINDS[parts(*slot).0]), true);
+    for (_, slot, _) in slots(plan) {
+        s.term(format!("WANT_{}", KINDS[parts(slot).0]), true);
     }
-    s.term("VARYING_RATES", slots().any(|(_, entry)| matches!(plan.entries[*entry], Entry::Varying(_))));
+    s.term("VARYING_RATES", slots(plan).any(|(_, _, entry)| matches!(plan.entries[entry], Entry::Varying(_))));
 }
 
 /// Kind, segment and axis.

@@ -1,10 +1,12 @@
 //! Terms and constants that a plan fixes in the shaders.
 
 use super::kernel::{WORKGROUP_SIZE, output_count};
-use super::slots::{add_slots, slot_table_start};
+use super::slots::{add_slots, integrated, slot_count};
+use super::sources::{add_sources, forward_threes};
 use super::specialise::{Specialisation, Value};
+use super::wants::add_wants;
 use crate::model::path::{self, PATH_STEPPER};
-use crate::model::{BLOCK, Plan, Quantity, ROWS, SegmentPlan, Slot, Status, Tableau};
+use crate::model::{BLOCK, Plan, Quantity, ROWS, SegmentPlan, Status, Tableau};
 
 /// Loop iterations of one invocation that every driver runs; software Vulkan stops silently at 65,535.
 const ITERATION_BUDGET: usize = 60_000;
@@ -15,9 +17,10 @@ const STATIONS_EACH: usize = 8;
 
 /// Terms and constants of a plan.
 ///
-/// Terms: those of `Terms` in capitals; `RIGID_FORCE_ARM`, `DERIVATIVES`; for each segment j `FLEXIBLE[j]`,
-/// `DIPOLE[j]`; for tableau r `A[r][i][j]`, `B[r][i]`, where not zero; for the slots to differentiate by
-/// `WANT_TIP_FORCE` and so on; for what the columns leave behind `COLLECT_CURVATURE` and so on.
+/// Terms: those of `Terms` in capitals; `FREE`, `RIGID_FORCE_ARM`, `FORWARD`, `RECIPROCITY`; for each segment j
+/// `FLEXIBLE[j]`, `DIPOLE[j]` and so on; for tableau r `A[r][i][j]`, `B[r][i]`, where not zero; for the slots to
+/// differentiate by `WANT_TIP_FORCE` and so on; for what the columns leave behind `COLLECT_STRAIN` and so on; for what
+/// forward columns need `SOURCE_BEND` and so on.
 pub fn specialisation(plan: &Plan) -> Specialisation {
     let mut s = Specialisation::default();
     let number = |value: usize| Value::U32(value as u32);
@@ -28,7 +31,6 @@ pub fn specialisation(plan: &Plan) -> Specialisation {
     s.constant("DERIVATIVE_COLUMN", number(Quantity::COUNT));
     s.constant("DERIVATIVE_COUNT", number(plan.derivatives.len()));
     s.constant("ROWS", number(ROWS));
-    s.constant("SLOT_TABLE", number(slot_table_start(plan)));
     s.constant("THREES", Value::U32(if plan.derivatives.is_empty() { 2 } else { 3 }));
     for (name, quantity) in COLUMNS {
         s.constant(format!("{name}_COLUMN"), number(quantity.column()));
@@ -37,18 +39,29 @@ pub fn specialisation(plan: &Plan) -> Specialisation {
         let name = format!("STATUS_{}", status.name().to_uppercase().replace('-', "_"));
         s.constant(name, Value::U32(u32::from(status.code())));
     }
-    s.term("FORCE", plan.terms.force);
-    s.term("LOAD", plan.terms.load);
-    s.term("ANISOTROPIC", plan.terms.anisotropic);
-    s.term("TIP_MOMENT", plan.terms.tip_moment);
-    s.term("DIPOLE", plan.terms.dipole);
-    s.term("RIGID", plan.segments.iter().any(|segment| !segment.is_flexible));
-    s.term("RIGID_FORCE_ARM", plan.scene.rigid_force_arm);
-    s.term("DERIVATIVES", !plan.derivatives.is_empty());
+    for (name, holds) in [
+        ("FORCE", plan.terms.force),
+        ("LOAD", plan.terms.load),
+        ("MAGNET", plan.terms.magnet),
+        ("SHEAR", plan.terms.shear),
+        ("TAPER", plan.terms.taper),
+        ("CURVATURE_RISE", plan.terms.curvature_rise),
+        ("ANISOTROPIC", plan.terms.anisotropic),
+        ("TIP_MOMENT", plan.terms.tip_moment),
+        ("DIPOLE", plan.terms.dipole),
+        ("RIGID", integrated(plan).iter().any(|segment| !segment.is_flexible)),
+        ("FREE", plan.free.is_some()),
+        ("RIGID_FORCE_ARM", plan.scene.rigid_force_arm),
+        ("FORWARD", plan.forward),
+        ("RECIPROCITY", !plan.forward && !plan.derivatives.is_empty()),
+    ] {
+        s.term(name, holds);
+    }
     add_segments(&mut s, plan);
     add_slots(&mut s, plan);
-    add_collect(&mut s, plan);
+    add_sources(&mut s, plan);
     add_tableaux(&mut s, plan);
+    add_wants(&mut s, plan);
     add_path(&mut s, plan);
     s
 }
@@ -69,52 +82,40 @@ const COLUMNS: [(&str, Quantity); 11] = [
 
 /// Steps over each segment while following the path.
 fn path_steps(plan: &Plan) -> Vec<usize> {
-    plan.segments.iter().map(|segment| plan.options.stepper.path_steps(segment.steps)).collect()
+    integrated(plan).iter().map(|segment| plan.options.stepper.path_steps(segment.steps)).collect()
 }
 
 /// Stations of a recorded pass.
 fn station_count(plan: &Plan) -> usize {
     let stations = |steps: usize| steps.div_ceil((steps / STATIONS_EACH).max(1));
     let larger = |(segment, path): (&SegmentPlan, usize)| stations(segment.steps).max(stations(path));
-    plan.segments.iter().zip(path_steps(plan)).map(larger).sum()
+    integrated(plan).iter().zip(path_steps(plan)).map(larger).sum()
 }
 
 fn add_segments(s: &mut Specialisation, plan: &Plan) {
-    let fine = plan.segments.iter().map(|segment| segment.steps);
-    s.constant("SEGMENT_COUNT", Value::U32(plan.segments.len() as u32));
+    let segments = integrated(plan);
+    let fine = segments.iter().map(|segment| segment.steps);
+    s.constant("SEGMENT_COUNT", Value::U32(segments.len() as u32));
     s.constant("STEPS", Value::u32_array(fine));
     s.constant("COARSE_STEPS", Value::u32_array(path_steps(plan)));
     s.constant("STATION_COUNT", Value::U32(station_count(plan) as u32));
     s.constant("STATIONS_EACH", Value::U32(STATIONS_EACH as u32));
-    for (index, segment) in plan.segments.iter().enumerate() {
-        s.term(format!("FLEXIBLE[{index}]"), segment.is_flexible);
-        s.term(format!("DIPOLE[{index}]"), segment.has_dipole);
-    }
-}
-
-/// What the columns must leave behind for the derivatives.
-fn add_collect(s: &mut Specialisation, plan: &Plan) {
-    let wants = |test: fn(&Slot) -> bool| {
-        plan.derivatives.iter().flat_map(|derivative| &derivative.terms).any(|(slot, _)| test(slot))
-    };
-    let curvature = wants(|slot| matches!(slot, Slot::RestCurvature(..) | Slot::Stiffness(..)));
-    let load = wants(|slot| matches!(slot, Slot::Load(..)));
-    let coil = plan.terms.dipole && wants(|slot| matches!(slot, Slot::Dipole(..) | Slot::FluxDensity(_)));
-    let length = wants(|slot| matches!(slot, Slot::Length(_)));
-    s.term("COLLECT_CURVATURE", curvature);
-    s.term("COLLECT_LOAD", load);
-    s.term("COLLECT_COIL", coil);
-    s.term("COLLECT_LENGTH", length);
-    s.term("COLLECTS", curvature || load);
-    s.term("TRACES", curvature || load || coil || length);
-    let last = tableaux(plan).len() - 1;
-    for r in 0..=last {
-        s.term(format!("COLLECTS[{r}]"), r == last && (curvature || load));
+    for (index, segment) in segments.iter().enumerate() {
+        for (name, holds) in [
+            ("FLEXIBLE", segment.is_flexible),
+            ("DIPOLE", segment.has_dipole),
+            ("MAGNET", segment.has_magnet),
+            ("SHEARS", segment.shears && plan.terms.shear),
+            ("TAPERS", segment.tapers),
+            ("CURVATURE_RISES", segment.curvature_rises),
+        ] {
+            s.term(format!("{name}[{index}]"), holds);
+        }
     }
 }
 
 /// The tableaux in use: that of the path, that of the answer.
-fn tableaux(plan: &Plan) -> Vec<&'static Tableau> {
+pub(super) fn tableaux(plan: &Plan) -> Vec<&'static Tableau> {
     let answer = plan.options.stepper;
     if answer == PATH_STEPPER { vec![answer.tableau()] } else { vec![PATH_STEPPER.tableau(), answer.tableau()] }
 }
@@ -134,9 +135,6 @@ fn add_tableaux(s: &mut Specialisation, plan: &Plan) {
         s.constant(format!("STAGE_COUNT_{r}"), Value::U32(tableau.b.len() as u32));
         for (i, row) in tableau.a.iter().enumerate() {
             s.term(format!("B[{r}][{i}]"), tableau.b[i] != 0.0);
-            if r + 1 == tableaux.len() {
-                s.term(format!("WEIGHT[{i}]"), tableau.b[i] != 0.0);
-            }
             for (j, a) in row.iter().enumerate() {
                 s.term(format!("A[{r}][{i}][{j}]"), *a != 0.0);
             }
@@ -158,6 +156,7 @@ fn add_path(s: &mut Specialisation, plan: &Plan) {
         ("PASS_LIMIT", pass_limit(plan)),
         ("CHORD_TRUST", path::CHORD_TRUST),
         ("CHORD_TOLERANCE", path::CHORD_TOLERANCE),
+        ("SHORTEST_INTERVAL", path::SHORTEST_INTERVAL),
         ("EPSILON", f32::EPSILON.into()),
         ("ROUND_OFF", path::ROUND_OFF),
     ];
@@ -172,12 +171,17 @@ fn add_path(s: &mut Specialisation, plan: &Plan) {
 ///
 /// Samples that share a register also share its loops, whichever of them needs an iteration.
 pub(super) fn pass_limit(plan: &Plan) -> f64 {
-    let steps: usize = plan.segments.iter().map(|segment| segment.steps).sum();
+    let segments = integrated(plan);
+    let steps: usize = segments.iter().map(|segment| segment.steps).sum();
     let path_steps: usize = path_steps(plan).iter().sum();
     let stations = station_count(plan);
-    let pass = |steps: usize| 1 + plan.segments.len() + steps;
-    let rows: usize = plan.derivatives.iter().map(|derivative| 1 + derivative.terms.len()).sum();
-    let gathered = rows * plan.segments.len();
+    let pass = |steps: usize| 1 + segments.len() + steps;
+    // Loops over derivatives and their slots: for the rows, and while the columns pass over the segments.
+    let gathered = plan.derivatives.len() + slot_count(plan);
+    let rows = match forward_threes(plan) {
+        0 => gathered,
+        threes => threes + (threes - 1) * pass(steps),
+    };
     let attempt = path::CHORD_LIMIT * pass(steps) + path::NEWTON_LIMIT * (pass(steps) + gathered) + stations;
     let direct = (2 + path::CORRECTIONS as usize) * pass(path_steps);
     // Each of the three paths may be the first that leads to an unstable equilibrium.

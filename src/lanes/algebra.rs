@@ -238,3 +238,12 @@ pub fn hat<L: Lane>(v: Vec3<L>) -> Mat3<L> {
 pub fn row_times<L: Lane>(v: Vec3<L>, a: Mat3<L>) -> Vec3<L> {
     Vec3 { x: dot(v, a.x), y: dot(v, a.y), z: dot(v, a.z) }
 }
+
+#[inline(always)]
+pub fn select_matrix<L: Lane>(mask: L::Mask, if_true: Mat3<L>, if_false: Mat3<L>) -> Mat3<L> {
+    Mat3 {
+        x: Vec3::select(mask, if_true.x, if_false.x),
+        y: Vec3::select(mask, if_true.y, if_false.y),
+        z: Vec3::select(mask, if_true.z, if_false.z),
+    }
+}

@@ -138,7 +138,7 @@ pub fn step_columns<L: Lane, T: Terms>(
             source.bend(x, compliance, stage, &mut dw); // J1
             source.shear(stage, &mut ddp); // J2
             if T::LOAD {
-                source.load(rod, segment, stage, &mut stages.ddM[i]); // J3
+                source.couple(rod, segment, stage, &mut stages.ddM[i]); // J3
             }
         }
         (stages.dw[i], stages.ddp[i]) = (dw, ddp);

@@ -2,7 +2,7 @@
 //!
 //! A sample's iterations depend on that sample alone: a lane that has finished is frozen while its neighbours go on.
 
-use super::algebra::{Mat3, Vec3, axpy, cross, dot, inverse, length};
+use super::algebra::{Mat3, Vec3, axpy, cross, dot, inverse, length, select_matrix};
 use super::lane::Lane;
 use super::program::Program;
 use super::rod::{Rod, Segment, Terms};
@@ -157,13 +157,4 @@ pub fn follow_path<L: Lane, T: Terms>(
         failed = failed | over;
     }
     PathEnd { m0, inverse: inverse_w, lambda: history.lambda, passes, reached, exhausted }
-}
-
-#[inline(always)]
-fn select_matrix<L: Lane>(mask: L::Mask, if_true: Mat3<L>, if_false: Mat3<L>) -> Mat3<L> {
-    Mat3 {
-        x: Vec3::select(mask, if_true.x, if_false.x),
-        y: Vec3::select(mask, if_true.y, if_false.y),
-        z: Vec3::select(mask, if_true.z, if_false.z),
-    }
 }

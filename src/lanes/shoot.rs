@@ -8,6 +8,7 @@ use super::rod::{
     Flexible, Rod, Segment, State, Terms, cross_free, cross_rigid, curvature, moment, to_world, velocity,
 };
 use super::source::{Source, Sources};
+use super::stability::Station;
 use super::step::{Stages, Step, step_rod};
 use super::trace::{Trace, collect_rigid, length_row};
 use pulp::{Simd, WithSimd};
@@ -18,8 +19,8 @@ pub struct Workspace<L> {
     pub stages: Stages<L>,
     /// For each segment, one trace for each three columns.
     pub traces: Vec<[Trace<L>; 3]>,
-    /// w of the first two threes (base moment, base rotation) at the ends of the steps.
-    pub stations: Vec<[Mat3<L>; 2]>,
+    /// The base and the ends of the steps.
+    pub stations: Vec<Station<L>>,
     /// Of the forward columns, three parameters each.
     pub sources: Vec<Sources<L>>,
     /// All columns of a pass with derivatives.
@@ -154,9 +155,10 @@ fn integrate<L: Lane, T: Terms>(pass: Pass<'_, L, T>) -> Tip<L> {
     let zero = lambda.constant(0.0);
     let mut state = State { p: Vec3::splat(zero), d1: rod.d1, t: rod.t, M: m0 };
     let mut n = rod.base_force::<T>() * lambda;
+    let mut s = zero;
     if record {
         workspace.stations.clear();
-        workspace.stations.push([columns[0].w, columns[1].w]);
+        workspace.stations.push(Station { by_moment: columns[0].w, by_rotation: columns[1].w, s });
     }
     for (index, segment) in rod.segments.iter().enumerate() {
         let collect = program.collect[index];
@@ -185,7 +187,8 @@ fn integrate<L: Lane, T: Terms>(pass: Pass<'_, L, T>) -> Tip<L> {
                         n = axpy(-h * lambda, flexible.w, n); // R1
                     }
                     if record {
-                        workspace.stations.push([columns[0].w, columns[1].w]);
+                        s = s + h;
+                        workspace.stations.push(Station { by_moment: columns[0].w, by_rotation: columns[1].w, s });
                     }
                 }
                 if record && (collect.length || !workspace.sources.is_empty()) {

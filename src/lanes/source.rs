@@ -186,7 +186,7 @@ impl<L: Lane> Source<L> {
 
     /// -p x df - (R dmu) x B - (R mu) x dB
     #[inline(always)]
-    pub fn load(&self, rod: &Rod<L>, segment: &Flexible<L>, stage: &Stage<L>, ddM: &mut Mat3<L>) {
+    pub fn couple(&self, rod: &Rod<L>, segment: &Flexible<L>, stage: &Stage<L>, ddM: &mut Mat3<L>) {
         if self.uses.load {
             *ddM = *ddM + columns_cross(self.dload, stage.p);
         }

@@ -25,6 +25,8 @@ pub const NEWTON_LIMIT: usize = 5;
 pub const CHORD_TRUST: f64 = 0.1;
 /// Chord steps end below this many of Newton's tolerances.
 pub const CHORD_TOLERANCE: f64 = 30.0;
+/// Intervals of the stability index shorter than this share of the rod join the next.
+pub const SHORTEST_INTERVAL: f64 = 1e-4;
 /// Round-off of a pass, in units of the number format's epsilon.
 pub const ROUND_OFF: f64 = 4.0;
 /// The method that follows the path.

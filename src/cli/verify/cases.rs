@@ -83,12 +83,12 @@ pub fn cases(samples: usize, seed: u64) -> Result<Vec<Case>, CommandError> {
     let mut cases = Vec::new();
     for shipped in &SHIPPED {
         let scene = parse_scene(Path::new(shipped.file), shipped.text)?;
-        cases.push(shipped_case(&scene, shipped.ranges, true, &mut random)?);
+        cases.push(shipped_case(&scene, shipped.ranges, &mut random)?);
         if shipped.file == "p6.toml" {
-            // As published codes have it; the engines give no derivatives then.
+            // As published codes have it; derivatives take forward columns then.
             let name = "P6 without the force arm".into();
             let scene = Scene { rigid_force_arm: false, name, ..scene };
-            cases.push(shipped_case(&scene, shipped.ranges, false, &mut random)?);
+            cases.push(shipped_case(&scene, shipped.ranges, &mut random)?);
         }
     }
     let chains = samples.div_ceil(SAMPLES_PER_CHAIN).min(MOST_CHAINS);
@@ -100,12 +100,7 @@ pub fn cases(samples: usize, seed: u64) -> Result<Vec<Case>, CommandError> {
     Ok(cases)
 }
 
-fn shipped_case(
-    scene: &Scene,
-    ranges: &[(&str, f64)],
-    differentiates: bool,
-    random: &mut Random,
-) -> Result<Case, CommandError> {
+fn shipped_case(scene: &Scene, ranges: &[(&str, f64)], random: &mut Random) -> Result<Case, CommandError> {
     let mut axes = Vec::new();
     let mut sizes = Vec::new();
     for (name, size) in ranges {
@@ -115,7 +110,7 @@ fn shipped_case(
         }
     }
     let size = |parameter| axes.iter().position(|axis| *axis == parameter).map_or(0.0, |k| sizes[k]);
-    let wrt = if differentiates { derivatives(scene) } else { Vec::new() };
+    let wrt = derivatives(scene);
     Case::new(scene, &axes, &wrt, SHIPPED_SAMPLES, |parameter| random.within(-1.0, 1.0) * size(parameter))
 }
 
