@@ -276,7 +276,7 @@ fn solve_job<L: Lane, T: Terms>(token: L::Token, job: Job<'_, L::Scalar>) {
             program,
             token,
             inputs: Inputs { data: inputs, stride: BLOCK, offset },
-            path: Path::Direct,
+            path: if program.start.is_some() { Path::Search } else { Path::Direct },
             rod: &mut rod,
             workspace: &mut workspace,
             out: Outputs { data: out, stride: BLOCK, offset },
