@@ -1,9 +1,6 @@
 // The rod in the reduced form: R1 (balance of force and moment), R2 (shape), R3 (rigid segments), R5 (shear and
 // stretch), R6 (unloaded distal part). src/lanes/rod.rs
 
-// Those that must be integrated.
-const SEGMENT_COUNT: u32 = 1u; //@spec
-
 // Where the rod is: position, first director, tangent, and M = m + p x n.
 struct State {
     p: vec3<f32>,
@@ -53,6 +50,8 @@ struct Rod {
     B: vec3<f32>,
     f_tip: vec3<f32>,
     l_tip: vec3<f32>,
+    // n at the base.
+    n0: vec3<f32>,
 }
 
 // Reads the base of the sample's record.
@@ -63,6 +62,7 @@ fn load() -> Rod {
     rod.B = flux_density();
     //@if FORCE
     rod.f_tip = tip_force();
+    rod.n0 = base_force(rod);
     //@end
     //@if TIP_MOMENT
     rod.l_tip = tip_moment();
@@ -87,55 +87,46 @@ fn base_force(rod: Rod) -> vec3<f32> {
 
 // Reads a flexible segment's record.
 fn load_flexible(index: u32, is_stiff: bool) -> Flexible {
+    let at = first_entry(index);
     var segment: Flexible;
-    for (var j = 0u; j < SEGMENT_COUNT; j++) { //@unroll
-        //@if FLEXIBLE[j]
-        if index == j {
-            segment.length = length_j();
-            segment.compliance = 1.0 / stiffness_j();
-            segment.u_star = rest_curvature_j();
-            //@if TAPERS[j]
-            segment.tapers = true;
-            segment.stiffness = stiffness_j();
-            segment.stiffness_rise = stiffness_rise_j();
-            //@end
-            //@if CURVATURE_RISES[j]
-            segment.u_star_rise = rest_curvature_rise_j();
-            //@end
-            //@if LOAD
-            segment.w = load_j();
-            //@end
-            //@if MAGNET[j]
-            segment.has_magnet = true;
-            segment.mu = dipole_per_length_j();
-            //@end
-            //@if SHEARS[j]
-            segment.shears = true;
-            segment.shear = shear_compliance_j();
-            //@end
-        }
-        //@end
-    } //@end
+    segment.length = record_length(at);
+    segment.u_star = record_rest_curvature(at);
+    let stiffness = record_stiffness(at);
+    segment.compliance = 1.0 / stiffness;
+    //@if TAPER
+    segment.tapers = has(index, TAPERS);
+    segment.stiffness = stiffness;
+    segment.stiffness_rise = record_stiffness_rise(at);
+    //@end
+    //@if CURVATURE_RISE
+    segment.u_star_rise = record_rest_curvature_rise(at);
+    //@end
+    //@if LOAD
+    segment.w = record_load(at);
+    //@end
+    //@if MAGNET
+    segment.has_magnet = has(index, HAS_MAGNET);
+    segment.mu = record_dipole_per_length(at);
+    //@end
+    //@if SHEAR
+    segment.shears = has(index, SHEARS);
+    segment.shear = record_shear_compliance(at);
+    //@end
     if is_stiff { return stiff(segment); }
     return segment;
 }
 
 // Reads a rigid segment's record.
 fn load_rigid(index: u32) -> Rigid {
+    let at = first_entry(index);
     var segment: Rigid;
-    for (var j = 0u; j < SEGMENT_COUNT; j++) { //@unroll
-        //@if !FLEXIBLE[j]
-        if index == j {
-            segment.length = length_j();
-            //@if DIPOLE[j]
-            segment.mu = dipole_j();
-            //@end
-            //@if LOAD
-            segment.w = weight_j();
-            //@end
-        }
-        //@end
-    } //@end
+    segment.length = record_length(at);
+    //@if DIPOLE
+    segment.mu = record_dipole(at);
+    //@end
+    //@if LOAD
+    segment.w = record_weight(at);
+    //@end
     return segment;
 }
 

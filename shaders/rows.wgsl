@@ -109,7 +109,7 @@ fn along(axis: u32, rate: f32) -> vec3<f32> {
 //@if WANT_INSERTION
 // More rod past the entry: the base is displaced by p' and rotated by R0 u(0); the moment is that at the new base.
 fn insertion_rows(rod: Rod, m0: vec3<f32>, responses: Responses, rate: f32) -> mat3x3<f32> {
-    let base = base_slope(rod, m0, base_force(rod));
+    let base = base_slope(rod, m0);
     var rows = base_rotation_rows(responses, m0, base.omega * rate);
     rows[0] = axpy(rate, base.v, rows[0]);
     rows[2] = axpy(rate, base.torque, rows[2]);
@@ -137,7 +137,7 @@ fn write_forward_rows(rod: Rod, m0: vec3<f32>, tip: Tip) {
         let rotation = columns[FORWARD].w + columns[BY_MOMENT].w * dm0;
         var base_moment = dm0;
         //@if WANT_INSERTION
-        base_moment = outer(base_slope(rod, m0, base_force(rod)).torque, sources.insertion, dm0);
+        base_moment = outer(base_slope(rod, m0).torque, sources.insertion, dm0);
         //@end
         for (var k = 0u; k < 3u; k++) { //@unroll
             if 3u * three + k < DERIVATIVE_COUNT {

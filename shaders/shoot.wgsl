@@ -8,12 +8,6 @@ const BY_FORCE: u32 = 2u;
 const FORWARD: u32 = 2u;
 const THREES: u32 = 3u; //@spec
 
-// Steps over each segment: on the path, for the answer, for the error estimate.
-const COARSE: u32 = 0u;
-const FINE: u32 = 1u;
-const CHECK: u32 = 2u;
-const COARSE_STEPS: array<u32, 1> = array<u32, 1>(1u); //@spec
-const STEPS: array<u32, 1> = array<u32, 1>(1u); //@spec
 const STATION_COUNT: u32 = 2u; //@spec
 // Stations over a segment of many steps, at least.
 const STATIONS_EACH: u32 = 1u; //@spec
@@ -66,14 +60,13 @@ fn forward_columns(rod: Rod, sources: Sources, m0: vec3<f32>) -> Columns {
     var three: Columns;
     three.w = sources.w0;
     three.dp = sources.dp0;
-    let n0 = base_force(rod);
     //@if WANT_INSERTION
-    let slope = base_slope(rod, m0, n0);
+    let slope = base_slope(rod, m0);
     three.w = outer(slope.omega, sources.insertion, three.w);
     three.dp = outer(slope.v, sources.insertion, three.dp);
     //@end
     //@if FORCE
-    three.dM = columns_cross(three.dp, n0);
+    three.dM = columns_cross(three.dp, rod.n0);
     //@end
     //@if SOURCE_FORCE
     three.dn = sources.dn0;
@@ -82,39 +75,19 @@ fn forward_columns(rod: Rod, sources: Sources, m0: vec3<f32>) -> Columns {
 }
 //@end
 
-fn base_slope(rod: Rod, m0: vec3<f32>, n0: vec3<f32>) -> BaseSlope {
+fn base_slope(rod: Rod, m0: vec3<f32>) -> BaseSlope {
     let first = load_flexible(0u, false);
     let d2 = cross(rod.t, rod.d1);
     let omega = curvature(section(first, 0.0), rod.d1, d2, rod.t, m0);
-    let v = velocity(first, rod.d1, d2, rod.t, n0);
+    let v = velocity(first, rod.d1, d2, rod.t, rod.n0);
     var torque = vec3<f32>();
     //@if FORCE
-    torque = cross(v, n0);
+    torque = cross(v, rod.n0);
     //@end
     //@if MAGNET
     if first.has_magnet { torque = torque + cross(to_world(rod.d1, d2, rod.t, first.mu), rod.B); }
     //@end
     return BaseSlope(omega, v, torque);
-}
-
-fn is_flexible(index: u32) -> bool {
-    var flexible = false;
-    for (var j = 0u; j < SEGMENT_COUNT; j++) { //@unroll
-        //@if FLEXIBLE[j]
-        flexible = flexible || index == j;
-        //@end
-    } //@end
-    return flexible;
-}
-
-fn step_count(index: u32, resolution: u32) -> u32 {
-    var coarse = 0u;
-    var fine = 0u;
-    for (var j = 0u; j < SEGMENT_COUNT; j++) { //@unroll
-        coarse = select(coarse, COARSE_STEPS[j], index == j);
-        fine = select(fine, STEPS[j], index == j);
-    } //@end
-    return select(select(fine, 2u * fine, resolution == CHECK), coarse, resolution == COARSE);
 }
 
 // Appends a station.
@@ -123,26 +96,13 @@ fn add_station(s: f32) {
     station_count += 1u;
 }
 
-//@if COLLECTS
-// Whether any derivative needs integrals along a segment.
-fn has_integrals(index: u32) -> bool {
-    var found = false;
-    for (var j = 0u; j < SEGMENT_COUNT; j++) { //@unroll
-        //@if INTEGRALS[j]
-        found = found || index == j;
-        //@end
-    } //@end
-    return found;
-}
-//@end
-
 // Integrates the rod from base moment `m0` at load fraction `lambda`, with it the threes of columns from number
 // `first` on, below `threes`.
 //
 // With `record` set the columns leave traces and stations.
 fn shoot(resolution: u32, rod: Rod, lambda: f32, m0: vec3<f32>, first: u32, threes: u32, record: bool) -> Tip {
     var state = State(vec3<f32>(), rod.d1, rod.t, m0);
-    var n = base_force(rod) * lambda;
+    var n = rod.n0 * lambda;
     var s = 0.0;
     let tableau = select(TABLEAU_COUNT - 1u, 0u, resolution == COARSE);
     let complete = threes == THREES;
@@ -157,7 +117,7 @@ fn shoot(resolution: u32, rod: Rod, lambda: f32, m0: vec3<f32>, first: u32, thre
         //@if SEGMENT_SOURCES
         if complete { load_source(index); }
         //@end
-        if is_flexible(index) {
+        if has(index, IS_FLEXIBLE) {
             let segment = load_flexible(index, rod.is_stiff);
             let steps = step_count(index, resolution);
             let share = 1.0 / f32(max(1u, steps));
@@ -165,7 +125,7 @@ fn shoot(resolution: u32, rod: Rod, lambda: f32, m0: vec3<f32>, first: u32, thre
             let stride = max(1u, steps / STATIONS_EACH);
             var collects = false;
             //@if COLLECTS
-            collects = complete && has_integrals(index);
+            collects = complete && has(index, HAS_INTEGRALS);
             //@end
             for (var i = 0u; i < steps; i++) {
                 let step = Step(h, f32(i) * share, share, n);

@@ -192,16 +192,20 @@ fn lanes_in_f32_agree_with_the_reference() {
 fn gpu_trial() {
     use std::time::Instant;
     for (rod, load, sensitivity, names) in [
-        ("everything", "weight and all", Sensitivity::Reciprocity, "all"),
-        ("everything", "weight and all", Sensitivity::Forward, "all"),
-        ("magnets", "no load", Sensitivity::Reciprocity, "all"),
-        ("magnets", "no load", Sensitivity::Forward, "all"),
-        ("shear", "no load", Sensitivity::Reciprocity, "all"),
-        ("shear", "no load", Sensitivity::Forward, "all"),
-        ("taper", "tip force", Sensitivity::Auto, ""),
-        ("plain", "no load", Sensitivity::Auto, "coil.current,insertion"),
-        ("plain", "no load", Sensitivity::Reciprocity, "coil.current,insertion"),
-        ("plain", "no load", Sensitivity::Auto, "coil.current"),
+        ("everything", "weight and all", Sensitivity::Auto, ""),
+        (
+            "everything",
+            "weight and all",
+            Sensitivity::Forward,
+            "proximal.stiffness.node_1.torsion,distal.rest_curvature.node_2.x,distal.dipole_per_length.x",
+        ),
+        (
+            "everything",
+            "weight and all",
+            Sensitivity::Forward,
+            "proximal.stiffness.node_1.torsion,distal.rest_curvature.node_2.x,distal.dipole_per_length.x,loads.tip_force.x,coil.current.x",
+        ),
+        ("everything", "weight and all", Sensitivity::Forward, "coil.current.x"),
     ] {
         let Some(device) = device_or_skip("trial") else { return };
         let scene = scenes().into_iter().find(|(name, _)| *name == format!("{rod}, {load}")).unwrap().1;

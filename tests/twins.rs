@@ -33,7 +33,7 @@ const EXCEPTIONS: Exceptions = Exceptions {
         ("rod", &["load_rigid"], "segments are loaded where they are crossed"),
         ("column", &["force_of"], "an enumeration in Rust"),
         ("source", &["load_source"], "sources are loaded where segments are crossed"),
-        ("shoot", &["is_flexible", "step_count", "add_station", "has_integrals"], "the plan's data and the workspace"),
+        ("shoot", &["add_station"], "the workspace"),
         ("solve", &["is_finite"], "a method of lanes"),
         ("solve", &["solve"], "the entry point"),
     ],

@@ -45,6 +45,7 @@ pub const KERNELS: &[KernelEntry] = &[KernelEntry {
     parts: &[
         shader!("batch"),
         Part::Record,
+        shader!("plan"),
         shader!("algebra"),
         shader!("rod"),
         shader!("step"),

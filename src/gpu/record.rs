@@ -1,16 +1,17 @@
 //! WGSL functions that load one sample's numbers: from the constants that all samples share, or from the inputs.
 //!
 //! Base: `base_d1`, `base_t`, `flux_density`, `tip_force`, `tip_moment`, `base_position`. Segment j: `length_j` and the
-//! vectors of its record, such as `stiffness_j`. Rest pose of an unloaded distal part: `free_p`, `free_d1`, `free_t`.
+//! vectors of its record, such as `stiffness_j`; the same by the first entry of a segment's record, so that code does
+//! not grow with the segments: `record_length(at)`, `record_stiffness(at)`. Rest pose of an unloaded distal part: `free_p`, `free_d1`, `free_t`.
 //! Rate k of derivative d: `rate_d_k`. All in the plan's units.
 
-use super::slots::slot_table;
+use super::slots::{integrated, slot_table};
 use super::specialise::Piece;
 use crate::model::rod::{
-    DIPOLE_AT, DIPOLE_PER_LENGTH_AT, LOAD_AT, REST_CURVATURE_AT, REST_CURVATURE_RISE_AT, SHEAR_COMPLIANCE_AT,
-    STIFFNESS_AT, STIFFNESS_RISE_AT, WEIGHT_AT,
+    DIPOLE_AT, DIPOLE_PER_LENGTH_AT, FLEXIBLE_RECORD, LOAD_AT, REST_CURVATURE_AT, REST_CURVATURE_RISE_AT, RIGID_RECORD,
+    SHEAR_COMPLIANCE_AT, STIFFNESS_AT, STIFFNESS_RISE_AT, WEIGHT_AT,
 };
-use crate::model::{Entry, Plan};
+use crate::model::{Entry, Plan, SegmentPlan};
 use std::fmt::Write;
 
 /// Vectors of a flexible segment and their places in its record.
@@ -33,6 +34,7 @@ pub fn record_functions(plan: &Plan) -> Piece {
     for (at, name) in base.iter().enumerate() {
         vector(&mut text, plan, name, 3 * at);
     }
+    segment_functions(&mut text, plan);
     for (index, segment) in plan.segments.iter().enumerate() {
         let at = segment.record;
         scalar(&mut text, plan, &format!("length_{index}"), at);
@@ -54,13 +56,23 @@ pub fn record_functions(plan: &Plan) -> Piece {
     Piece { name: "record functions of the plan".into(), text: text.into() }
 }
 
-/// Values of the constant entries in the plan's units, zero for varying ones; then the table of slots.
+/// Values of the constant entries in the plan's units, zero for varying ones; where any number of a segment varies, one
+/// more than the input column of each entry, zero for constant ones; then the table of slots.
 pub(super) fn constants(plan: &Plan) -> Vec<f32> {
     let value = |(entry, unit): (&Entry, f64)| match entry {
         Entry::Constant(value) => (value / unit) as f32,
         Entry::Varying(_) => 0.0,
     };
-    plan.entries.iter().zip(plan.entry_units()).map(value).chain(slot_table(plan)).collect()
+    let mut constants: Vec<f32> = plan.entries.iter().zip(plan.entry_units()).map(value).collect();
+    if segments_vary(plan) {
+        let column = |entry: &Entry| match entry {
+            Entry::Constant(_) => 0.0,
+            Entry::Varying(column) => (column + 1) as f32,
+        };
+        constants.extend(plan.entries.iter().map(column));
+    }
+    constants.extend(slot_table(plan));
+    constants
 }
 
 /// Unit of each input column.
@@ -72,6 +84,46 @@ pub(super) fn input_units(plan: &Plan) -> Vec<f64> {
         }
     }
     units
+}
+
+/// Whether any number of an integrated segment varies.
+pub(super) fn segments_vary(plan: &Plan) -> bool {
+    let vary = |segment: &SegmentPlan| {
+        let length = if segment.is_flexible { FLEXIBLE_RECORD } else { RIGID_RECORD };
+        (segment.record..segment.record + length).any(|entry| varies(plan, entry))
+    };
+    integrated(plan).iter().any(vary)
+}
+
+fn varies(plan: &Plan, entry: usize) -> bool {
+    matches!(plan.entries[entry], Entry::Varying(_))
+}
+
+/// The functions that take the first entry of a segment's record.
+fn segment_functions(text: &mut String, plan: &Plan) {
+    // Writing to a string cannot fail.
+    if segments_vary(plan) {
+        let table = plan.entries.len();
+        let _ = writeln!(text, "fn entry(at: u32) -> f32 {{");
+        let _ = writeln!(text, "    let column = u32(constants[{table}u + at]);");
+        let _ = writeln!(text, "    if column > 0u {{ return input(column - 1u); }}");
+        let _ = writeln!(text, "    return constants[at];\n}}");
+    }
+    let varies_at = |flexible: Option<bool>, place: usize| {
+        let of_kind = |segment: &&SegmentPlan| flexible.is_none_or(|flexible| segment.is_flexible == flexible);
+        integrated(plan).iter().filter(of_kind).any(|segment| varies(plan, segment.record + place))
+    };
+    let number = |varies: bool, place: usize| match varies {
+        true => format!("entry(at + {place}u)"),
+        false => format!("constants[at + {place}u]"),
+    };
+    let _ = writeln!(text, "fn record_length(at: u32) -> f32 {{ return {}; }}", number(varies_at(None, 0), 0));
+    let vectors = FLEXIBLE_VECTORS.map(|vector| (true, vector)).into_iter();
+    for (flexible, (name, place)) in vectors.chain(RIGID_VECTORS.map(|vector| (false, vector))) {
+        let parts: Vec<_> = (place..place + 3).map(|place| number(varies_at(Some(flexible), place), place)).collect();
+        let parts = parts.join(", ");
+        let _ = writeln!(text, "fn record_{name}(at: u32) -> vec3<f32> {{ return vec3<f32>({parts}); }}");
+    }
 }
 
 fn expression(plan: &Plan, entry: usize) -> String {

@@ -4,6 +4,7 @@
 //! Then the slots: derivative, kind, segment, axis and entry of the rate. An entry below the table is one of the
 //! constants; past its start, a column of the inputs. Forward columns need no table, see `sources.rs`.
 
+use super::record::segments_vary;
 use super::specialise::{Specialisation, Value};
 use crate::model::{Axis, Entry, Plan, SegmentPlan, Slot};
 
@@ -45,9 +46,9 @@ pub(super) fn slots(plan: &Plan) -> impl Iterator<Item = (usize, Slot, usize)> {
     terms.filter(move |(_, slot, _)| slot.segment().is_none_or(|segment| segment < count))
 }
 
-/// Where the table starts: behind the entries of the plan.
+/// Where the table starts: behind the entries of the plan and their columns.
 pub(super) fn slot_table_start(plan: &Plan) -> usize {
-    plan.entries.len()
+    plan.entries.len() * (1 + usize::from(segments_vary(plan)))
 }
 
 /// Numbers of one slot.

@@ -4,7 +4,7 @@ use super::kernel::{WORKGROUP_SIZE, output_count};
 use super::slots::{add_slots, integrated, slot_count};
 use super::sources::{add_sources, forward_threes};
 use super::specialise::{Specialisation, Value};
-use super::wants::add_wants;
+use super::wants::{add_wants, has_integrals};
 use crate::model::path::{self, PATH_STEPPER};
 use crate::model::{BLOCK, Plan, Quantity, ROWS, SegmentPlan, Status, Tableau};
 
@@ -18,7 +18,7 @@ const STATIONS_EACH: usize = 8;
 /// Terms and constants of a plan.
 ///
 /// Terms: those of `Terms` in capitals; `FREE`, `RIGID_FORCE_ARM`, `FORWARD`, `RECIPROCITY`; for each segment j
-/// `FLEXIBLE[j]`, `DIPOLE[j]` and so on; for tableau r `A[r][i][j]`, `B[r][i]`, where not zero; for the slots to
+/// `FLEXIBLE[j]`; for tableau r `A[r][i][j]`, `B[r][i]`, where not zero; for the slots to
 /// differentiate by `WANT_TIP_FORCE` and so on; for what the columns leave behind `COLLECT_STRAIN` and so on; for what
 /// forward columns need `SOURCE_BEND` and so on.
 pub fn specialisation(plan: &Plan) -> Specialisation {
@@ -100,17 +100,23 @@ fn add_segments(s: &mut Specialisation, plan: &Plan) {
     s.constant("COARSE_STEPS", Value::u32_array(path_steps(plan)));
     s.constant("STATION_COUNT", Value::U32(station_count(plan) as u32));
     s.constant("STATIONS_EACH", Value::U32(STATIONS_EACH as u32));
+    s.constant("FIRST_ENTRY", Value::u32_array(segments.iter().map(|segment| segment.record)));
+    let flags = |(index, segment): (usize, &SegmentPlan)| {
+        let flags = [
+            segment.is_flexible,
+            segment.tapers,
+            segment.shears && plan.terms.shear,
+            segment.has_magnet,
+            has_integrals(plan, index),
+        ];
+        flags.iter().enumerate().map(|(bit, holds)| usize::from(*holds) << bit).sum()
+    };
+    s.constant("FLAGS", Value::u32_array(segments.iter().enumerate().map(flags)));
+    for (bit, name) in ["IS_FLEXIBLE", "TAPERS", "SHEARS", "HAS_MAGNET", "HAS_INTEGRALS"].iter().enumerate() {
+        s.constant(*name, Value::U32(1 << bit));
+    }
     for (index, segment) in segments.iter().enumerate() {
-        for (name, holds) in [
-            ("FLEXIBLE", segment.is_flexible),
-            ("DIPOLE", segment.has_dipole),
-            ("MAGNET", segment.has_magnet),
-            ("SHEARS", segment.shears && plan.terms.shear),
-            ("TAPERS", segment.tapers),
-            ("CURVATURE_RISES", segment.curvature_rises),
-        ] {
-            s.term(format!("{name}[{index}]"), holds);
-        }
+        s.term(format!("FLEXIBLE[{index}]"), segment.is_flexible);
     }
 }
 

@@ -40,14 +40,6 @@ pub(super) fn add_wants(s: &mut Specialisation, plan: &Plan) {
     s.term("SOURCE_STIFFNESS", forward && stiffness);
     s.term("SOURCE_MAGNET", forward && (magnet || field && terms.magnet));
     s.term("SOURCE_DIPOLE", forward && dipole);
-    for (index, segment) in integrated(plan).iter().enumerate() {
-        let here = |slot: Slot| match slot {
-            Slot::FluxDensity(_) => segment.has_magnet,
-            Slot::Length(_) => false,
-            slot => slot.segment() == Some(index),
-        };
-        s.term(format!("INTEGRALS[{index}]"), segment.is_flexible && slots(plan).any(|(_, slot, _)| here(slot)));
-    }
     let tableaux = tableaux(plan);
     for (r, tableau) in tableaux.iter().enumerate() {
         let is_answer = r + 1 == tableaux.len();
@@ -57,4 +49,15 @@ pub(super) fn add_wants(s: &mut Specialisation, plan: &Plan) {
         // The path takes no columns of derivatives.
         (0..3).for_each(|k| s.term(format!("TAKES[{r}][{k}]"), k < 2 || is_answer));
     }
+}
+
+/// Whether derivatives need integrals along a segment.
+pub(super) fn has_integrals(plan: &Plan, index: usize) -> bool {
+    let segment = &integrated(plan)[index];
+    let here = |slot: Slot| match slot {
+        Slot::FluxDensity(_) => segment.has_magnet,
+        Slot::Length(_) => false,
+        slot => slot.segment() == Some(index),
+    };
+    segment.is_flexible && !plan.forward && slots(plan).any(|(_, slot, _)| here(slot))
 }

@@ -1,0 +1,45 @@
+// What the plan says of each segment that must be integrated.
+
+const SEGMENT_COUNT: u32 = 1u; //@spec
+// First entry of its record.
+const FIRST_ENTRY: array<u32, 1> = array<u32, 1>(1u); //@spec
+const FLAGS: array<u32, 1> = array<u32, 1>(1u); //@spec
+const IS_FLEXIBLE: u32 = 1u; //@spec
+const TAPERS: u32 = 2u; //@spec
+const SHEARS: u32 = 4u; //@spec
+const HAS_MAGNET: u32 = 8u; //@spec
+// Derivatives need integrals along it.
+const HAS_INTEGRALS: u32 = 16u; //@spec
+
+// Steps over each segment: on the path, for the answer, for the error estimate.
+const COARSE: u32 = 0u;
+const FINE: u32 = 1u;
+const CHECK: u32 = 2u;
+const COARSE_STEPS: array<u32, 1> = array<u32, 1>(1u); //@spec
+const STEPS: array<u32, 1> = array<u32, 1>(1u); //@spec
+
+fn first_entry(index: u32) -> u32 {
+    var found = 0u;
+    for (var j = 0u; j < SEGMENT_COUNT; j++) { //@unroll
+        found = select(found, FIRST_ENTRY[j], index == j);
+    } //@end
+    return found;
+}
+
+fn has(index: u32, flag: u32) -> bool {
+    var flags = 0u;
+    for (var j = 0u; j < SEGMENT_COUNT; j++) { //@unroll
+        flags = select(flags, FLAGS[j], index == j);
+    } //@end
+    return (flags & flag) != 0u;
+}
+
+fn step_count(index: u32, resolution: u32) -> u32 {
+    var coarse = 0u;
+    var fine = 0u;
+    for (var j = 0u; j < SEGMENT_COUNT; j++) { //@unroll
+        coarse = select(coarse, COARSE_STEPS[j], index == j);
+        fine = select(fine, STEPS[j], index == j);
+    } //@end
+    return select(select(fine, 2u * fine, resolution == CHECK), coarse, resolution == COARSE);
+}
