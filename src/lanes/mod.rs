@@ -5,6 +5,7 @@
 #![allow(non_snake_case)]
 
 mod algebra;
+mod base;
 mod column;
 mod count;
 mod lane;
@@ -12,6 +13,7 @@ mod path;
 mod program;
 mod rod;
 mod rows;
+mod section;
 mod shoot;
 mod solve;
 mod source;

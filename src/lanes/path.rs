@@ -3,10 +3,11 @@
 //! A sample's iterations depend on that sample alone: a lane that has finished is frozen while its neighbours go on.
 
 use super::algebra::{Mat3, Vec3, axpy, cross, dot, inverse, length, select_matrix};
+use super::base::{moment_columns, rotation_columns};
 use super::lane::Lane;
 use super::program::Program;
 use super::rod::{Rod, Segment, Terms};
-use super::shoot::{Workspace, moment_columns, rotation_columns, shoot, tip_moment_columns};
+use super::shoot::{Workspace, shoot, tip_moment_columns};
 use super::stability::stability_index;
 use crate::model::path::{
     CONTRACTION, CORRECTIONS, EASY, FIRST_RAMP_STEP, PASS_LIMIT, PATH_TOLERANCE, SEARCH_LIMIT, SEARCH_STEP,

@@ -3,15 +3,14 @@
 //! A sample's iterations depend on that sample alone: a lane that has finished is frozen while its neighbours go on.
 
 use super::algebra::{Mat3, Vec3, cross, dot, inverse, length, transpose};
+use super::base::{force_columns, forward_columns, moment_columns, rotation_columns};
 use super::column::Columns;
 use super::lane::{Lane, Scalar};
 use super::path::{Path, PathEnd, follow_path, search};
 use super::program::{Inputs, Outputs, Program};
 use super::rod::{Rod, Terms};
 use super::rows::{Responses, write_forward_rows, write_rows};
-use super::shoot::{
-    Tip, Workspace, force_columns, forward_columns, moment_columns, rotation_columns, shoot, tip_moment_columns,
-};
+use super::shoot::{Tip, Workspace, shoot, tip_moment_columns};
 use super::stability::stability_index;
 use crate::model::path::{CHORD_LIMIT, CHORD_TOLERANCE, CHORD_TRUST, NEWTON_LIMIT, ROUND_OFF, TRUST};
 use crate::model::{MOST_KNOWN, Quantity, Status};
