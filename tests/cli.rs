@@ -73,7 +73,7 @@ fn solve_json_is_as_documented_and_right() {
     expected.extend(["load_fraction", "stability_margin"].map(str::to_owned));
     assert_eq!(keys(&value), expected);
     assert_eq!(keys(&value["tip"]), ["curvature", "position", "quaternion", "rotation"].map(str::to_owned).into());
-    let jacobian = ["base_curvature", "parameters", "position", "rotation"].map(str::to_owned).into();
+    let jacobian = ["base_curvature", "parameters", "position", "residual", "rotation"].map(str::to_owned).into();
     assert_eq!(keys(&value["jacobian"]), jacobian);
     assert_eq!(value["converged"], true);
     let mut scene = read_scene(&sandbox.path("scene.toml")).unwrap();
