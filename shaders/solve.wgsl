@@ -27,7 +27,9 @@ fn chord_steps(rod: Rod, end: ptr<function, PathEnd>) {
 // Solves one sample and writes its row, in the plan's units.
 fn solve_group() {
     let rod = load();
+    //@if !SEARCH
     let secant = rest_slope(rod);
+    //@end
     var end: PathEnd;
     var tip: Tip;
     var delta = vec3<f32>();
@@ -35,7 +37,11 @@ fn solve_group() {
     var index = 0.0;
     var code = STATUS_PENDING;
     for (var first = DIRECT; first <= GUARDED_RAMP; first = end.path + 1u) {
+        //@if SEARCH
+        end = search(rod);
+        //@else
         end = follow_path(rod, first, secant);
+        //@end
         chord_steps(rod, &end);
         var moving = end.reached;
         var converged = false;
@@ -105,6 +111,9 @@ fn start_columns(rod: Rod, m0: vec3<f32>) {
 // Status of the sample, as a code.
 fn status_codes(end: PathEnd, converged: bool, stable: bool, size: f32) -> u32 {
     let unsolved = select(STATUS_NON_FINITE, STATUS_NOT_CONVERGED, is_finite(size));
+    if end.path == SEARCH {
+        return select(unsolved, select(STATUS_UNSTABLE, STATUS_OK, stable), end.reached && converged);
+    }
     if end.path == DIRECT { return select(STATUS_PENDING, STATUS_OK, converged && stable); }
     if end.path == RAMP { return select(STATUS_PENDING, STATUS_RAMPED, converged && stable); }
     let lost = select(STATUS_FOLD, STATUS_STEP_LIMIT, end.exhausted);

@@ -7,6 +7,7 @@
 //! |---|---|---|
 //! | 5 | the program `rodsweep` | everything: chooses the engine, prints, exits |
 //! | 4 | [`report`] | [`model`] |
+//! | 4 | [`study`] | [`model`], [`backend`] and [`sweep`] |
 //! | 3 | [`sweep`] | [`model`] and [`backend`] |
 //! | 2 | [`reference`](mod@reference), [`lanes`], [`gpu`] | [`model`] and [`backend`], not each other |
 //! | 1 | [`backend`] | [`model`] |
@@ -22,6 +23,7 @@ pub mod lanes;
 pub mod model;
 pub mod reference;
 pub mod report;
+pub mod study;
 pub mod sweep;
 
 #[doc = include_str!("ARCHITECTURE.md")]

@@ -4,8 +4,21 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-const STEMS: [&str; 11] =
-    ["algebra", "rod", "step", "column", "source", "trace", "shoot", "path", "solve", "stability", "rows"];
+const STEMS: [&str; 13] = [
+    "algebra",
+    "rod",
+    "section",
+    "step",
+    "column",
+    "source",
+    "trace",
+    "base",
+    "shoot",
+    "path",
+    "solve",
+    "stability",
+    "rows",
+];
 
 /// Functions of one side alone, by stem: name and reason.
 struct Exceptions {

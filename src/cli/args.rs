@@ -130,6 +130,9 @@ pub struct SolveArguments {
     /// Print JSON
     #[arg(long)]
     pub json: bool,
+    /// Print every equilibrium that can be found, lowest energy first
+    #[arg(long)]
+    pub all_branches: bool,
     /// Print the shape: a number of points, or arc lengths such as "10 mm, 20 mm"; derivatives with --json
     #[arg(long, value_name = "POINTS")]
     pub shape: Option<String>,

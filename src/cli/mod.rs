@@ -3,6 +3,7 @@
 //! One file a command. What a program reads goes to stdout, everything else to stderr.
 
 mod args;
+mod branches;
 mod directory;
 mod doctor;
 mod engine;

@@ -7,13 +7,17 @@ use serde_json::{Value, json};
 
 /// The solution, and its shape and plan where they are asked for.
 pub fn text(solved: &Solved, shape: Option<Value>, plan: Option<Value>) -> String {
-    let mut value = if solved.solutions.status(0).is_converged() { converged(solved) } else { failed(solved) };
+    let mut value = value(solved);
     for (name, part) in [("shape", shape), ("plan", plan)] {
         if let Some(part) = part {
             value[name] = part;
         }
     }
     serde_json::to_string_pretty(&value).unwrap_or_default() + "\n"
+}
+
+pub fn value(solved: &Solved) -> Value {
+    if solved.solutions.status(0).is_converged() { converged(solved) } else { failed(solved) }
 }
 
 /// Numbers of the last iterate mean nothing here: null.

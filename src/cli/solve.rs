@@ -2,7 +2,7 @@
 
 use super::args::{BackendName, EngineArguments, SolveArguments};
 use super::engine::{Engine, cpu_f64};
-use super::{CommandError, Exit, explain, plot, print, say, shape, solution_json};
+use super::{CommandError, Exit, branches, explain, plot, print, say, shape, solution_json};
 use rodsweep::backend::BackendKind;
 use rodsweep::model::{Batch, Parameter, Plan, PlanOptions, Quantity, Scene, SegmentKind, SegmentParameter, Solutions};
 use rodsweep::report::engineering;
@@ -12,6 +12,7 @@ use rodsweep::sweep::{assign, read_scene, scene_notes};
 const STEPS: [usize; 5] = [8, 16, 32, 64, 128];
 
 /// One solved scene.
+#[derive(Clone)]
 pub struct Solved {
     pub scene: Scene,
     pub plan: Plan,
@@ -40,8 +41,12 @@ pub fn solve(arguments: &SolveArguments) -> Result<Exit, CommandError> {
         Some(names) => parse_parameters(&scene, names)?,
         None => default_parameters(&scene),
     };
-    let solved = solve_scene(scene, &wrt, arguments)?;
-    let text = answer(&solved, arguments)?;
+    let engine = choose_engine(arguments)?;
+    let solved = solve_scene(scene, &wrt, &engine, arguments.tolerance)?;
+    let text = match arguments.all_branches {
+        true => branches::answer(&solved, &engine, arguments.json)?,
+        false => answer(&solved, arguments)?,
+    };
     print(&text)?;
     if let Some(path) = &arguments.plot {
         plot::draw(&solved, path)?;
@@ -95,13 +100,16 @@ fn default_parameters(scene: &Scene) -> Vec<Parameter> {
 }
 
 /// One sample needs no GPU: `auto` is the CPU in f64.
-fn solve_scene(scene: Scene, wrt: &[Parameter], arguments: &SolveArguments) -> Result<Solved, CommandError> {
+fn choose_engine(arguments: &SolveArguments) -> Result<Engine, CommandError> {
     let backend = match arguments.engine.backend {
         BackendName::Auto => BackendName::Cpu,
         asked => asked,
     };
-    let engine = Engine::choose(&EngineArguments { backend, ..arguments.engine })?;
-    let tolerance = engine.tolerance(arguments.tolerance);
+    Ok(Engine::choose(&EngineArguments { backend, ..arguments.engine })?)
+}
+
+fn solve_scene(scene: Scene, wrt: &[Parameter], engine: &Engine, tolerance: f64) -> Result<Solved, CommandError> {
+    let tolerance = engine.tolerance(tolerance);
     let options = PlanOptions { tolerance, stepper: engine.stepper(), steps: STEPS[0], ..PlanOptions::default() };
     let plan = Plan::single(&scene, wrt, options)?;
     let batch = plan.batch(1, |_, _| {});

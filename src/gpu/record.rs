@@ -11,7 +11,7 @@ use crate::model::rod::{
     DIPOLE_AT, DIPOLE_PER_LENGTH_AT, FLEXIBLE_RECORD, LOAD_AT, REST_CURVATURE_AT, REST_CURVATURE_RISE_AT, RIGID_RECORD,
     SHEAR_COMPLIANCE_AT, STIFFNESS_AT, STIFFNESS_RISE_AT, WEIGHT_AT,
 };
-use crate::model::{Entry, Plan, SegmentPlan};
+use crate::model::{Entry, MOST_KNOWN, Plan, SegmentPlan};
 use std::fmt::Write;
 
 /// Vectors of a flexible segment and their places in its record.
@@ -47,6 +47,10 @@ pub fn record_functions(plan: &Plan) -> Piece {
         for (at, name) in ["free_p", "free_d1", "free_t"].iter().enumerate() {
             vector(&mut text, plan, name, free.entry + 3 * at);
         }
+    }
+    if let Some(start) = plan.start {
+        vector(&mut text, plan, "start_moment", start);
+        (0..MOST_KNOWN).for_each(|k| vector(&mut text, plan, &format!("known_moment_{k}"), start + 3 + 3 * k));
     }
     for (index, derivative) in plan.derivatives.iter().enumerate() {
         for (term, (_, entry)) in derivative.terms.iter().enumerate() {

@@ -6,7 +6,7 @@ use super::sources::{add_sources, forward_threes};
 use super::specialise::{Specialisation, Value};
 use super::wants::{add_wants, has_integrals};
 use crate::model::path::{self, PATH_STEPPER};
-use crate::model::{BLOCK, Plan, Quantity, ROWS, SegmentPlan, Status, Tableau};
+use crate::model::{BLOCK, MOST_KNOWN, Plan, Quantity, ROWS, SegmentPlan, Status, Tableau};
 
 /// Loop iterations of one invocation that every driver runs; software Vulkan stops silently at 65,535.
 const ITERATION_BUDGET: usize = 60_000;
@@ -152,6 +152,8 @@ fn add_path(s: &mut Specialisation, plan: &Plan) {
         ("SMALLEST_RAMP_STEP", path::SMALLEST_RAMP_STEP),
         ("SMALLEST_GUARDED_STEP", path::SMALLEST_GUARDED_STEP),
         ("PASS_LIMIT", pass_limit(plan)),
+        ("SEARCH_LIMIT", path::SEARCH_LIMIT),
+        ("SEARCH_STEP", path::SEARCH_STEP),
         ("CHORD_TRUST", path::CHORD_TRUST),
         ("CHORD_TOLERANCE", path::CHORD_TOLERANCE),
         ("SHORTEST_INTERVAL", path::SHORTEST_INTERVAL),
@@ -161,6 +163,8 @@ fn add_path(s: &mut Specialisation, plan: &Plan) {
     for (name, value) in numbers {
         s.constant(name, Value::F32(value as f32));
     }
+    s.term("SEARCH", plan.start.is_some());
+    s.constant("MOST_KNOWN", Value::U32(MOST_KNOWN as u32));
     s.constant("CHORD_LIMIT", Value::U32(path::CHORD_LIMIT as u32));
     s.constant("NEWTON_LIMIT", Value::U32(path::NEWTON_LIMIT as u32));
 }

@@ -5,7 +5,8 @@ use super::algebra::{
 };
 use super::lane::Lane;
 use super::program::Collect;
-use super::rod::{Flexible, Rigid, Rod, State, Terms, to_world, world_dipole};
+use super::rod::{Rigid, Rod, State, Terms, world_dipole};
+use super::section::{Flexible, to_world};
 use super::source::Source;
 use super::step::{Stages, Step};
 use super::trace::{Trace, collect_integrals};

@@ -1,10 +1,11 @@
 //! Operations that a plan takes: the kernels themselves, run on numbers that count.
 
+use super::base::moment_columns;
 use super::lane::Lane;
 use super::path::rest_slope;
 use super::program::{Inputs, Outputs, Program};
 use super::rod::{Rod, TermSet, Terms};
-use super::shoot::{Workspace, moment_columns, shoot};
+use super::shoot::{Workspace, shoot};
 use super::solve::{start_columns, write_derivatives};
 use super::{algebra::Vec3, by_terms};
 use crate::model::{Quantity, ROWS};

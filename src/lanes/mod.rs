@@ -5,6 +5,7 @@
 #![allow(non_snake_case)]
 
 mod algebra;
+mod base;
 mod column;
 mod count;
 mod lane;
@@ -12,6 +13,7 @@ mod path;
 mod program;
 mod rod;
 mod rows;
+mod section;
 mod shoot;
 mod solve;
 mod source;
@@ -276,7 +278,7 @@ fn solve_job<L: Lane, T: Terms>(token: L::Token, job: Job<'_, L::Scalar>) {
             program,
             token,
             inputs: Inputs { data: inputs, stride: BLOCK, offset },
-            path: Path::Direct,
+            path: if program.start.is_some() { Path::Search } else { Path::Direct },
             rod: &mut rod,
             workspace: &mut workspace,
             out: Outputs { data: out, stride: BLOCK, offset },

@@ -3,14 +3,15 @@
 //! A sample's iterations depend on that sample alone: a lane that has finished is frozen while its neighbours go on.
 
 use super::algebra::{Mat3, Vec3, axpy, cross, dot, inverse, length, select_matrix};
+use super::base::{moment_columns, rotation_columns};
 use super::lane::Lane;
 use super::program::Program;
 use super::rod::{Rod, Segment, Terms};
-use super::shoot::{Workspace, moment_columns, rotation_columns, shoot, tip_moment_columns};
+use super::shoot::{Workspace, shoot, tip_moment_columns};
 use super::stability::stability_index;
 use crate::model::path::{
-    CONTRACTION, CORRECTIONS, EASY, FIRST_RAMP_STEP, PASS_LIMIT, PATH_TOLERANCE, SMALLEST_GUARDED_STEP,
-    SMALLEST_RAMP_STEP, TRUST,
+    CONTRACTION, CORRECTIONS, EASY, FIRST_RAMP_STEP, PASS_LIMIT, PATH_TOLERANCE, SEARCH_LIMIT, SEARCH_STEP,
+    SMALLEST_GUARDED_STEP, SMALLEST_RAMP_STEP, TRUST,
 };
 
 /// How to reach the full load; each is tried where the one before did not lead to a stable equilibrium.
@@ -22,6 +23,8 @@ pub enum Path {
     Ramp,
     /// The same, with a stability index of zero on every step.
     GuardedRamp,
+    /// Not from rest: from a given base moment, away from known equilibria.
+    Search,
 }
 
 /// Where a group stands after the path.
@@ -97,7 +100,7 @@ pub fn follow_path<L: Lane, T: Terms>(
     let nobody = one.lt(zero);
     let guarded = path == Path::GuardedRamp;
     let (first_step, smallest_step) = match path {
-        Path::Direct => (one, one),
+        Path::Direct | Path::Search => (one, one),
         Path::Ramp => (zero.constant(FIRST_RAMP_STEP), zero.constant(SMALLEST_RAMP_STEP)),
         Path::GuardedRamp => (zero.constant(FIRST_RAMP_STEP), zero.constant(SMALLEST_GUARDED_STEP)),
     };
@@ -157,4 +160,56 @@ pub fn follow_path<L: Lane, T: Terms>(
         failed = failed | over;
     }
     PathEnd { m0, inverse: inverse_w, lambda: history.lambda, passes, reached, exhausted }
+}
+
+/// Newton's method on the coarse grid under the full load, from a given base moment: steps of bounded length, deflated
+/// by known equilibria.
+#[inline(always)]
+pub fn search<L: Lane, T: Terms>(
+    program: &Program,
+    rod: &Rod<L>,
+    start: Vec3<L>,
+    known: &[Vec3<L>],
+    workspace: &mut Workspace<L>,
+) -> PathEnd<L> {
+    let one = rod.t.x.constant(1.0);
+    let zero = one.constant(0.0);
+    let none = one.lt(zero);
+    let mut end =
+        PathEnd { m0: start, inverse: Mat3::zero(one), lambda: one, passes: zero, reached: none, exhausted: none };
+    let mut failed = none;
+    loop {
+        let active = !(end.reached | failed);
+        if !L::any(active) {
+            break;
+        }
+        let mut columns = [moment_columns(one)];
+        let tip = shoot::<L, T>(program, &program.coarse, rod, one, end.m0, &mut columns, false, workspace);
+        let w_inverse = inverse(tip_moment_columns::<L, T>(&tip, &columns[0]));
+        let newton = -(w_inverse * (tip.m - rod.l_tip)); // R4
+        let delta = newton * deflation(end.m0, newton, known);
+        let size = length(delta);
+        let arrived = size.lt(one.constant(PATH_TOLERANCE) * (one + length(end.m0)));
+        let longest = one.constant(SEARCH_STEP);
+        let factor = L::select(size.lt(longest), one, longest / size);
+        end.m0 = Vec3::select(active, end.m0 + delta * factor, end.m0);
+        end.inverse = select_matrix::<L>(active, w_inverse, end.inverse);
+        end.passes = L::select(active, end.passes + one, end.passes);
+        end.reached = end.reached | (active & arrived);
+        failed = failed | (active & !(end.passes.lt(one.constant(SEARCH_LIMIT)) & size.is_finite()));
+    }
+    end
+}
+
+/// What becomes of Newton's step if the residual is multiplied by 1 + 1/d² for each known equilibrium at distance d.
+#[inline(always)]
+fn deflation<L: Lane>(m0: Vec3<L>, newton: Vec3<L>, known: &[Vec3<L>]) -> L {
+    let one = m0.x.constant(1.0);
+    let mut slope = one.constant(0.0);
+    for equilibrium in known {
+        let away = m0 - *equilibrium;
+        let d2 = dot(away, away);
+        slope = slope - dot(away, newton) * one.constant(2.0) / (d2 * (one + d2));
+    }
+    one / (one - slope)
 }

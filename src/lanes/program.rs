@@ -59,6 +59,8 @@ pub struct Program {
     pub free: Option<usize>,
     /// Those, too.
     pub all_segments: usize,
+    /// First entry of the base moments of a search.
+    pub start: Option<usize>,
     /// Whether derivatives come from forward columns.
     pub forward: bool,
     pub collect: Vec<Collect>,
@@ -108,6 +110,7 @@ impl Program {
             segments: plan.segments[..integrated].to_vec(),
             free: plan.free.map(|free| free.entry),
             all_segments: plan.segments.len(),
+            start: plan.start,
             forward: plan.forward,
             collect,
             derivatives: plan.derivatives.iter().map(|derivative| derivative.terms.clone()).collect(),

@@ -1,11 +1,12 @@
 //! Every derivative from nine columns: rows of the Jacobian by reciprocity. J5 and the table of model loads.
 
 use super::algebra::{Mat3, Vec3, axpy, columns_cross_sub, cross, inverse, outer, row_times, transpose};
+use super::base::base_slope;
 use super::column::Columns;
 use super::lane::Lane;
 use super::program::{Inputs, Outputs, Program};
 use super::rod::{Rod, Terms};
-use super::shoot::{Tip, Workspace, base_slope, tip_moment_columns};
+use super::shoot::{Tip, Workspace, tip_moment_columns};
 use crate::model::{Axis, Quantity, ROWS, Slot};
 
 /// A linear functional of the three threes of columns: by base moment, by base rotation, by tip force.

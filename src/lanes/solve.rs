@@ -3,18 +3,17 @@
 //! A sample's iterations depend on that sample alone: a lane that has finished is frozen while its neighbours go on.
 
 use super::algebra::{Mat3, Vec3, cross, dot, inverse, length, transpose};
+use super::base::{force_columns, forward_columns, moment_columns, rotation_columns};
 use super::column::Columns;
 use super::lane::{Lane, Scalar};
-use super::path::{Path, PathEnd, follow_path};
+use super::path::{Path, PathEnd, follow_path, search};
 use super::program::{Inputs, Outputs, Program};
 use super::rod::{Rod, Terms};
 use super::rows::{Responses, write_forward_rows, write_rows};
-use super::shoot::{
-    Tip, Workspace, force_columns, forward_columns, moment_columns, rotation_columns, shoot, tip_moment_columns,
-};
+use super::shoot::{Tip, Workspace, shoot, tip_moment_columns};
 use super::stability::stability_index;
 use crate::model::path::{CHORD_LIMIT, CHORD_TOLERANCE, CHORD_TRUST, NEWTON_LIMIT, ROUND_OFF, TRUST};
-use crate::model::{Quantity, Status};
+use crate::model::{MOST_KNOWN, Quantity, Status};
 
 /// Moves the base moment to the fine grid's equilibrium by chord steps, without columns.
 #[inline(always)]
@@ -53,8 +52,17 @@ pub fn solve_group<L: Lane, T: Terms>(
     rod.load(program, token, inputs);
     let zero = L::splat(token, 0.0);
     let one = L::splat(token, 1.0);
-    let mut end = follow_path::<L, T>(program, rod, path, workspace);
-    if path != Path::GuardedRamp && !L::any(end.reached) {
+    let mut end = match (path, program.start) {
+        (Path::Search, Some(start)) => {
+            let mut known = [Vec3::splat(zero); MOST_KNOWN];
+            for (k, known) in known.iter_mut().enumerate() {
+                *known = program.vector(token, inputs, start + 3 + 3 * k);
+            }
+            search::<L, T>(program, rod, program.vector(token, inputs, start), &known, workspace)
+        }
+        _ => follow_path::<L, T>(program, rod, path, workspace),
+    };
+    if matches!(path, Path::Direct | Path::Ramp) && !L::any(end.reached) {
         out.store(Quantity::Status.column(), code(one, Status::Pending));
         return;
     }
@@ -166,6 +174,10 @@ fn status_codes<L: Lane>(end: &PathEnd<L>, path: Path, converged: L::Mask, stabl
     match path {
         Path::Direct => L::select(converged & stable, ok, code(size, Status::Pending)),
         Path::Ramp => L::select(converged & stable, code(size, Status::Ramped), code(size, Status::Pending)),
+        Path::Search => {
+            let done = L::select(stable, ok, code(size, Status::Unstable));
+            L::select(end.reached & converged, done, unsolved)
+        }
         Path::GuardedRamp => {
             let lost = L::select(end.exhausted, code(size, Status::StepLimit), code(size, Status::Fold));
             let done = L::select(stable, code(size, Status::Ramped), code(size, Status::Unstable));

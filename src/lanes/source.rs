@@ -4,7 +4,8 @@ use super::algebra::{Mat3, Vec3, axpy, columns_axpy, columns_cross, columns_cros
 use super::column::Columns;
 use super::lane::Lane;
 use super::program::{Inputs, Program};
-use super::rod::{Flexible, Rigid, Rod, Segment, State, world_dipole};
+use super::rod::{Rigid, Rod, Segment, State, world_dipole};
+use super::section::Flexible;
 use super::step::Stage;
 use crate::model::{Axis, Slot};
 
@@ -95,18 +96,9 @@ impl<L: Lane> Sources<L> {
             Slot::TipForce(axis) => add_to(&mut self.dn0, k, axis, rate),
             Slot::TipMoment(axis) => add_to(&mut self.dl_tip, k, axis, rate),
             Slot::Insertion => add_at(&mut self.insertion, k, rate),
-            Slot::Length(j)
-            | Slot::Stiffness(j, _)
-            | Slot::StiffnessRise(j, _)
-            | Slot::RestCurvature(j, _)
-            | Slot::RestCurvatureRise(j, _)
-            | Slot::Load(j, _)
-            | Slot::DipolePerLength(j, _)
-            | Slot::ShearCompliance(j, _)
-            | Slot::Dipole(j, _)
-            | Slot::Weight(j, _) => {
+            _ => {
                 // Segments of the unloaded distal part are not integrated; such slots change nothing there.
-                if let Some(source) = self.segments.get_mut(j) {
+                if let Some(source) = slot.segment().and_then(|segment| self.segments.get_mut(segment)) {
                     source.add(k, slot, rate);
                 }
             }

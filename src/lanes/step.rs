@@ -2,7 +2,8 @@
 
 use super::algebra::{Mat3, Vec3, axpy, cross, cross_sub};
 use super::lane::Lane;
-use super::rod::{Flexible, Rod, State, Terms, curvature, moment, to_world, velocity};
+use super::rod::{Rod, State, Terms, moment};
+use super::section::{Flexible, curvature, to_world, velocity};
 use crate::model::Tableau;
 
 /// The largest number of stages of a tableau.

@@ -6,7 +6,8 @@ use super::algebra::{
 use super::column::{Columns, Force, column_force, column_moment};
 use super::lane::Lane;
 use super::program::Collect;
-use super::rod::{Flexible, Rigid, Rod, State, Terms, to_world, world_dipole};
+use super::rod::{Rigid, Rod, State, Terms, world_dipole};
+use super::section::{Flexible, to_world};
 use super::step::{Stages, Step};
 
 /// What three columns leave behind on a segment; `row[j]` holds component j of each column.

@@ -17,6 +17,7 @@ mod scene;
 mod segment_chain;
 mod segment_parameter;
 mod solution;
+mod starts;
 mod status;
 mod stepper;
 mod units;
@@ -37,6 +38,7 @@ pub use scene::{
 };
 pub use segment_parameter::{SegmentParameter, ShearAxis};
 pub use solution::{Quantity, ROWS, Solutions};
+pub use starts::{MOST_KNOWN, SEARCH_ENTRIES};
 pub use status::Status;
 pub use stepper::{Stepper, Tableau};
 pub use units::Units;

@@ -16,6 +16,9 @@ pub const EASY: f64 = 3.5;
 pub const FIRST_RAMP_STEP: f64 = 0.25;
 pub const SMALLEST_RAMP_STEP: f64 = 1.0 / 64.0;
 pub const SMALLEST_GUARDED_STEP: f64 = 1.0 / 4096.0;
+/// A search from a given base moment: its passes, and the longest of its steps (plan units of moment).
+pub const SEARCH_LIMIT: f64 = 60.0;
+pub const SEARCH_STEP: f64 = 1.0;
 /// Passes over the rod on one path.
 pub const PASS_LIMIT: f64 = 400.0;
 /// Chord steps on the fine grid, and full Newton steps after them.

@@ -4,6 +4,7 @@ use super::dependence::{changes_chain, touched_entries};
 use super::plan_parts::{free_part, is_forward, natural_units, segment_plans, terms_of};
 use super::rest_shape::{REST_POSE, rest_pose};
 use super::rod::{BASE_RECORD, Slot};
+use super::starts::SEARCH_ENTRIES;
 use super::{BLOCK, Blocks, Parameter, ParameterError, Rod, Scene, SceneError, SegmentKind, Stepper, Units};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
@@ -121,6 +122,8 @@ pub struct Plan {
     pub free: Option<FreePart>,
     /// Whether derivatives come from forward columns; else from reciprocity.
     pub forward: bool,
+    /// First entry of the base moments of a search; `None`: the path from rest is followed.
+    pub start: Option<usize>,
     /// The rod's record, the rest pose of the free part, then the coefficients of the derivatives.
     pub entries: Vec<Entry>,
     /// Columns of a batch.
@@ -225,6 +228,7 @@ impl Plan {
             segments,
             free,
             forward,
+            start: None,
             entries,
             input_count,
             derivatives,
@@ -367,6 +371,9 @@ impl Plan {
         }
         for derivative in &self.derivatives {
             scale.extend(derivative.terms.iter().map(|(slot, _)| slot.unit(units)));
+        }
+        if self.start.is_some() {
+            scale.extend([units.moment(); SEARCH_ENTRIES]);
         }
         scale
     }

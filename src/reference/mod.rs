@@ -6,6 +6,7 @@
 #![allow(non_snake_case)]
 
 mod chain;
+mod energy;
 mod equilibrium;
 mod extrapolation;
 mod flexible;
@@ -15,6 +16,7 @@ mod shape;
 mod shooting;
 mod stability;
 
+pub use energy::energy;
 pub use equilibrium::{
     Equilibrium, SlotDerivative, Stability, base_curvature, residual_by_base_moment, solve_rod,
     stability as stability_at,
@@ -103,6 +105,13 @@ impl Backend for Reference {
     }
 
     fn solve(&mut self, batch: &Batch) -> Result<Solutions, BackendError> {
+        if self.plan.start.is_some() {
+            return Err(BackendError::Unsupported {
+                backend: BackendKind::Reference,
+                what: "the search for equilibria away from rest".into(),
+                remedy: "use `--backend cpu`".into(),
+            });
+        }
         let sample_count = batch.sample_count();
         let rows: Vec<Vec<f64>> =
             (0..sample_count).into_par_iter().map(|sample| self.solve_sample(batch, sample)).collect();

@@ -1,0 +1,66 @@
+//! Where a pass starts: the columns at the base, and how the rod goes on from there.
+
+use super::algebra::{Mat3, Vec3, columns_cross, cross, hat, outer};
+use super::column::{Columns, Force};
+use super::lane::Lane;
+use super::rod::{Rod, Segment, Terms};
+use super::section::{curvature, to_world, velocity};
+use super::source::Sources;
+
+/// Three columns at the base: by the base moment.
+#[inline(always)]
+pub fn moment_columns<L: Lane>(one: L) -> Columns<L> {
+    let zero = Mat3::zero(one);
+    Columns { w: zero, dp: zero, dM: Mat3::identity(one), force: Force::None, dn: zero }
+}
+
+/// Three columns at the base: by a virtual rotation of the base, in canonical form (dm = w x m0 / 2).
+#[inline(always)]
+pub fn rotation_columns<L: Lane>(m0: Vec3<L>) -> Columns<L> {
+    let half = m0.x.constant(0.5);
+    let zero = Mat3::zero(half);
+    Columns { w: Mat3::identity(half), dp: zero, dM: hat(m0) * -half, force: Force::None, dn: zero }
+}
+
+/// Three columns at the base: by the tip force.
+#[inline(always)]
+pub fn force_columns<L: Lane>(one: L) -> Columns<L> {
+    let zero = Mat3::zero(one);
+    Columns { w: zero, dp: zero, dM: zero, force: Force::Unit, dn: zero }
+}
+
+/// Three columns at the base: by three parameters, the base moment held.
+#[inline(always)]
+pub fn forward_columns<L: Lane, T: Terms>(rod: &Rod<L>, sources: &Sources<L>, m0: Vec3<L>) -> Columns<L> {
+    let n0 = rod.base_force::<T>();
+    let BaseSlope { omega, v, .. } = base_slope::<L, T>(rod, m0, n0);
+    let dp = outer(v, sources.insertion, sources.dp0);
+    let dM = if T::FORCE { columns_cross(dp, n0) } else { Mat3::zero(m0.x) };
+    Columns { w: outer(omega, sources.insertion, sources.w0), dp, dM, force: Force::Forward, dn: sources.dn0 }
+}
+
+/// How the rod goes on at its base, where it is flexible: R u, p' and -m'.
+pub struct BaseSlope<L> {
+    pub omega: Vec3<L>,
+    pub v: Vec3<L>,
+    pub torque: Vec3<L>,
+}
+
+#[inline(always)]
+pub fn base_slope<L: Lane, T: Terms>(rod: &Rod<L>, m0: Vec3<L>, n0: Vec3<L>) -> BaseSlope<L> {
+    let zero = Vec3::splat(m0.x.constant(0.0));
+    let Some(Segment::Flexible(first)) = rod.segments.first() else {
+        return BaseSlope { omega: zero, v: zero, torque: zero };
+    };
+    let d2 = cross(rod.t, rod.d1);
+    let omega = curvature::<L, T>(&first.section::<T>(0.0), rod.d1, d2, rod.t, m0);
+    let v = velocity::<L, T>(first, rod.d1, d2, rod.t, n0);
+    let mut torque = zero;
+    if T::FORCE {
+        torque = cross(v, n0);
+    }
+    if T::GENERAL && first.has_magnet {
+        torque = torque + cross(to_world(rod.d1, d2, rod.t, first.mu), rod.B);
+    }
+    BaseSlope { omega, v, torque }
+}

@@ -1,0 +1,5 @@
+//! Questions that take more than one solution a sample: plain data in, plain data out, engines through the trait.
+
+mod branches;
+
+pub use branches::{Branches, find_branches};
