@@ -27,6 +27,7 @@ struct Rod {
     l_tip: vec3<f32>,
     // n at the base.
     n0: vec3<f32>,
+    flexible_length: f32,
 }
 
 // Reads the base of the sample's record.
@@ -42,6 +43,7 @@ fn load() -> Rod {
     //@if TIP_MOMENT
     rod.l_tip = tip_moment();
     //@end
+    rod.flexible_length = flexible_length();
     return rod;
 }
 
@@ -58,6 +60,15 @@ fn base_force(rod: Rod) -> vec3<f32> {
     } //@end
     //@end
     return n;
+}
+
+// Length of the flexible segments.
+fn flexible_length() -> f32 {
+    var length = 0.0;
+    for (var j = 0u; j < SEGMENT_COUNT; j++) { //@unroll
+        length = length + select(0.0, length_j(), has(j, IS_FLEXIBLE));
+    } //@end
+    return length;
 }
 
 // Reads a rigid segment's record.
@@ -102,10 +113,8 @@ fn cross_rigid(rod: Rod, segment: Rigid, lambda: f32, n: ptr<function, vec3<f32>
     (*state).M = cross_sub(middle, weight, (*state).M); // R3
     *n = *n - weight; // R1
     //@end
-    //@if FORCE
-    //@if !RIGID_FORCE_ARM
+    //@if FORCE_WITHOUT_ARM
     (*state).M = cross_add(t * segment.length, *n, (*state).M);
-    //@end
     //@end
 }
 
@@ -117,11 +126,10 @@ fn world_dipole(segment: Rigid, state: State, lambda: f32) -> vec3<f32> {
 // Takes the state over the unloaded distal part, which keeps its rest shape.
 fn cross_free(state: ptr<function, State>) {
     //@if FREE
-    let d1 = (*state).d1;
-    let t = (*state).t;
-    let d2 = cross(t, d1);
-    (*state).p = (*state).p + to_world(d1, d2, t, free_p()); // R6
-    (*state).d1 = to_world(d1, d2, t, free_d1());
-    (*state).t = to_world(d1, d2, t, free_t()); // R6
+    let start = *state;
+    let d2 = cross(start.t, start.d1);
+    (*state).p = start.p + to_world(start.d1, d2, start.t, free_p()); // R6
+    (*state).d1 = to_world(start.d1, d2, start.t, free_d1());
+    (*state).t = to_world(start.d1, d2, start.t, free_t()); // R6
     //@end
 }

@@ -8,15 +8,12 @@ const BY_FORCE: u32 = 2u;
 const FORWARD: u32 = 2u;
 const THREES: u32 = 3u; //@spec
 
-const STATION_COUNT: u32 = 2u; //@spec
-// Stations over a segment of many steps, at least.
+// Intervals of the stability index over a segment of many steps, at least, and the shortest as a share of the rod.
 const STATIONS_EACH: u32 = 1u; //@spec
+const SHORTEST_INTERVAL: f32 = 0.0; //@spec
 
 // The columns of the last pass that had any.
 var<private> columns: array<Columns, THREES>;
-// Stations of the last recorded pass, but for the one at the base.
-var<private> stations: array<Station, STATION_COUNT>;
-var<private> station_count: u32;
 
 // The distal end of the rod after a pass.
 struct Tip {
@@ -27,23 +24,18 @@ struct Tip {
     n: vec3<f32>,
 }
 
-// Appends a station.
-fn add_station(s: f32) {
-    stations[station_count] = Station(columns[BY_MOMENT].w, columns[BY_ROTATION].w, s);
-    station_count += 1u;
-}
-
 // Integrates the rod from base moment `m0` at load fraction `lambda`, with it the threes of columns from number
 // `first` on, below `threes`.
 //
-// With `record` set the columns leave traces and stations.
+// With `record` set the columns leave traces and stability.
 fn shoot(resolution: u32, rod: Rod, lambda: f32, m0: vec3<f32>, first: u32, threes: u32, record: bool) -> Tip {
     var state = State(vec3<f32>(), rod.d1, rod.t, m0);
     var n = rod.n0 * lambda;
     var s = 0.0;
+    let shortest = rod.flexible_length * SHORTEST_INTERVAL;
     let tableau = select(TABLEAU_COUNT - 1u, 0u, resolution == COARSE);
     let complete = threes == THREES;
-    if record { station_count = 0u; }
+    if record { station = Station(zero_matrix(), identity(), 0.0, 0.0); }
     //@if TRACES
     if complete { clear_functionals(); }
     //@end
@@ -80,7 +72,7 @@ fn shoot(resolution: u32, rod: Rod, lambda: f32, m0: vec3<f32>, first: u32, thre
                 n = axpy(-h * lambda, segment.w, n); // R1
                 //@end
                 s = s + h;
-                if record && ((i + 1u) % stride == 0u || i + 1u == steps) { add_station(s); }
+                if record && ((i + 1u) % stride == 0u || i + 1u == steps) { add_station(shortest, s); }
             }
             //@if WANT_LENGTH
             if complete { end_flexible(rod, segment, state, n); }

@@ -1,48 +1,41 @@
-// Elastic stability: the index of the second variation, by conjugate points over the steps of a pass.
+// Elastic stability: the index of the second variation, by conjugate points over the steps of a pass. S1 to S3
 // src/lanes/stability.rs
 
-const SHORTEST_INTERVAL: f32 = 0.0; //@spec
+const SMALLEST: f32 = 1.17549435e-38;
 
-// The end of a step.
+// The distal end of the intervals that have been counted.
 struct Station {
     // w of the first two threes.
     by_moment: mat3x3<f32>,
     by_rotation: mat3x3<f32>,
     // How much of the rod lies before it, rigid segments not counted.
     s: f32,
+    // Negative eigenvalues so far.
+    index: f32,
 }
 
-// Number of negative eigenvalues of the second variation, from the columns and stations of the last pass.
+// That of the last recorded pass.
+var<private> station: Station;
+
+// Counts the interval from the last station to the end of a step, unless it is too short: its b is round-off.
+fn add_station(shortest: f32, s: f32) {
+    if s - station.s <= shortest { return; }
+    let by_moment = columns[BY_MOMENT].w;
+    let by_rotation = columns[BY_ROTATION].w;
+    let b = by_moment * transpose(station.by_rotation) - by_rotation * transpose(station.by_moment);
+    let q = transpose(station.by_moment) * (inverse(b) * by_moment);
+    station = Station(by_moment, by_rotation, s, station.index + negative_count(q));
+}
+
+// Number of negative eigenvalues of the second variation, from the columns and the station of the last pass.
 fn stability_index(tip: Tip) -> f32 {
-    let by_moment = transpose(canonical(tip, BY_MOMENT));
-    let by_rotation = transpose(canonical(tip, BY_ROTATION));
-    var index = 0.0;
-    var before = Station(zero_matrix(), identity(), 0.0);
-    let shortest = stations[station_count - 1u].s * SHORTEST_INTERVAL;
-    var proximal = free(before, by_moment, by_rotation);
-    for (var i = 0u; i < station_count; i++) {
-        let station = stations[i];
-        // Of an interval of no length, b is round-off.
-        if station.s - before.s <= shortest { continue; }
-        let distal = free(station, by_moment, by_rotation);
-        let b = station.by_moment * transpose(before.by_rotation) - station.by_rotation * transpose(before.by_moment);
-        let q = transpose(distal) * (transpose(inverse(b)) * proximal);
-        index = index + negative_count(q);
-        before = station;
-        proximal = distal;
-    }
-    return index;
+    return station.index + negative_count(transpose(columns[BY_MOMENT].w) * canonical(tip, BY_MOMENT));
 }
 
 // mu = dm - w x m / 2 of three columns at the tip.
 fn canonical(tip: Tip, k: u32) -> mat3x3<f32> {
     let half_m = tip.m * 0.5;
     return columns_cross_sub(columns[k].w, half_m, tip_moment_columns(tip, k));
-}
-
-// w of the columns that leave the tip free, at a station.
-fn free(station: Station, by_moment: mat3x3<f32>, by_rotation: mat3x3<f32>) -> mat3x3<f32> {
-    return station.by_rotation * by_moment - station.by_moment * by_rotation;
 }
 
 // 1 where the condition holds, else 0.
@@ -55,7 +48,8 @@ fn negative_count(q: mat3x3<f32>) -> f32 {
     let sum = q + transpose(q);
     let diagonal = max(max(abs(sum[0].x), abs(sum[1].y)), abs(sum[2].z));
     let largest = max(max(max(diagonal, abs(sum[1].x)), abs(sum[2].x)), abs(sum[2].y));
-    let s = sum * (1.0 / largest);
+    // Nothing is left to eliminate next to the base.
+    let s = sum * (1.0 / max(largest, SMALLEST));
     let first = s[0].x;
     let second = s[0].x * s[1].y - s[1].x * s[1].x;
     let third = dot(s[0], cross(s[1], s[2]));

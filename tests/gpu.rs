@@ -140,7 +140,14 @@ const KINDS: [Kind; 8] = {
         Kind { segments: "f", load: true, anisotropic: true, stepper: Stepper::Rk4, steps: 16, ..plain },
         Kind { segments: "rffcr", load: true, ..plain },
         Kind { segments: "vcf", stepper: Stepper::Rk4, steps: 24, ..plain },
-        Kind { segments: "fcv", load: true, sensitivity: Sensitivity::Forward, ..plain },
+        Kind {
+            segments: "fcv",
+            load: true,
+            stepper: Stepper::Rk4,
+            steps: 24,
+            sensitivity: Sensitivity::Forward,
+            ..plain
+        },
     ]
 };
 

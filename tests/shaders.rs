@@ -1,7 +1,10 @@
 //! Shaders without a GPU: every piece validates, and its layout is the host's.
 
 use rodsweep::gpu::{KERNELS, Kernel, Piece, SETTINGS_MEMBERS, Value, WORKGROUP_SIZE, check, specialisation};
-use rodsweep::model::{BLOCK, Parameter, Plan, PlanOptions, Stepper, Terms};
+use rodsweep::model::{
+    BLOCK, Density, Node, Parameter, Plan, PlanOptions, Profile, Scene, SegmentKind, Sensitivity, Stepper, Stiffness,
+    Terms,
+};
 
 mod common;
 
@@ -22,27 +25,54 @@ fn plans() -> Vec<Plan> {
     plans
 }
 
-/// Parameters to differentiate by: none, one of each kind alone, all.
-fn derivatives(plan: &Plan) -> Vec<Vec<Parameter>> {
-    let kinds = [
-        "insertion",
-        "base.position.x",
-        "base.rotation.y",
-        "field.flux_density.z",
-        "loads.tip_force.x",
-        "loads.tip_moment.y",
-        "loads.distributed_force.z",
-        "distal.length",
-        "distal.rest_curvature.x",
-        "distal.stiffness.bending",
-        "coil.current.y",
-    ];
-    let alone = kinds.iter().map(|name| common::scenes::parameters(&plan.scene, &[name]));
-    let mut lists: Vec<Vec<Parameter>> = alone.collect();
-    lists.push(Vec::new());
-    lists.push(Parameter::all(&plan.scene));
+/// The catheter with everything that may vary along its distal segment, and a magnet all along it.
+fn general() -> Scene {
+    let mut scene = common::scenes::catheter();
+    let node = |at: f64, value: f64| Node { at, value: [value; 3] };
+    if let SegmentKind::Flexible(distal) = &mut scene.segments[2].kind {
+        distal.stiffness = Stiffness::Nodes(vec![node(0.0, 3e-7), node(0.033, 1e-7)]);
+        distal.rest_curvature = Profile::Nodes(vec![node(0.0, 3.0), node(0.02, 1.0)]);
+        distal.stiffness_shear = Some([1.0, 2.0]);
+        distal.stiffness_axial = Some(3.0);
+        distal.dipole_per_length = Some([1e-5; 3]);
+        distal.density = Some(Density::Linear(1e-4));
+    }
+    if let SegmentKind::Rigid(coil) = &mut scene.segments[1].kind {
+        coil.mass = Some(1e-5);
+    }
+    scene.loads.gravity = Some([0.0, 0.0, -9.81]);
+    scene
+}
+
+/// Parameters to differentiate by: one of each kind alone, all.
+fn derivatives(scene: &Scene, kinds: &[&str]) -> Vec<Vec<Parameter>> {
+    let mut lists: Vec<Vec<Parameter>> = kinds.iter().map(|name| common::scenes::parameters(scene, &[name])).collect();
+    lists.push(Parameter::all(scene));
     lists
 }
+
+const KINDS: [&str; 11] = [
+    "insertion",
+    "base.position.x",
+    "base.rotation.y",
+    "field.flux_density.z",
+    "loads.tip_force.x",
+    "loads.tip_moment.y",
+    "loads.distributed_force.z",
+    "distal.length",
+    "distal.rest_curvature.x",
+    "distal.stiffness.bending",
+    "coil.current.y",
+];
+const GENERAL_KINDS: [&str; 7] = [
+    "distal.rest_curvature.node_1.x",
+    "distal.stiffness.node_2.bending",
+    "distal.stiffness_shear",
+    "distal.dipole_per_length.x",
+    "field.flux_density.z",
+    "coil.mass",
+    "distal.length",
+];
 
 #[test]
 fn the_prelude_validates_and_has_the_layout_of_the_host() {
@@ -64,45 +94,83 @@ fn expect_layout(kernel: &Kernel) {
     assert_eq!(BLOCK % WORKGROUP_SIZE as usize, 0);
 }
 
+/// A plan as if its samples used these terms and no others.
+fn force_terms(plan: &mut Plan, terms: Terms) {
+    plan.terms = terms;
+    for segment in &mut plan.segments {
+        segment.has_dipole &= terms.dipole;
+        segment.has_magnet &= terms.magnet;
+        segment.shears &= terms.shear;
+        segment.tapers &= terms.taper;
+        segment.curvature_rises &= terms.curvature_rise;
+    }
+}
+
 #[test]
 fn every_kernel_validates_for_every_combination_of_terms() {
+    let scene = general();
     let mut count = 0;
-    for plan in plans().into_iter().step_by(2) {
-        for bits in 0..1 << 6 {
-            let bit = |k: usize| bits >> k & 1 == 1;
-            let terms = Terms {
-                force: bit(0),
-                load: bit(1),
-                anisotropic: bit(2),
-                tip_moment: bit(3),
-                dipole: bit(4),
-                ..Terms::default()
-            };
-            if terms.load && !terms.force {
-                continue;
-            }
-            let wrt = if bit(5) { Parameter::all(&plan.scene) } else { Vec::new() };
-            let mut plan = Plan::single(&plan.scene, &wrt, plan.options).unwrap();
-            plan.terms = terms;
-            for arm in [true, false] {
-                plan.scene.rigid_force_arm = arm;
-                if !terms.dipole {
-                    plan.segments.iter_mut().for_each(|segment| segment.has_dipole = false);
-                }
-                validate(&plan);
-                count += 1;
-            }
+    // Every combination of the first five beside all or none of the others, and the other way round.
+    let first = (0..1 << 5).flat_map(|bits| [bits, bits | 0b1111 << 5]);
+    let others = (0..1 << 4).flat_map(|bits| [bits << 5, bits << 5 | 0b11111]);
+    for (number, bits) in first.chain(others).enumerate() {
+        let bit = |k: usize| bits >> k & 1 == 1;
+        let terms = Terms {
+            force: bit(0) || bit(1) || bit(6),
+            load: bit(1),
+            anisotropic: bit(2),
+            tip_moment: bit(3),
+            dipole: bit(4),
+            magnet: bit(5),
+            shear: bit(6),
+            taper: bit(7),
+            curvature_rise: bit(8),
+        };
+        let stepper = Stepper::ALL[number % 2];
+        for sensitivity in [Sensitivity::Auto, Sensitivity::Reciprocity, Sensitivity::Forward] {
+            let wrt = if sensitivity == Sensitivity::Auto { Vec::new() } else { Parameter::all(&scene) };
+            let options = PlanOptions { stepper, sensitivity, ..PlanOptions::default() };
+            let mut plan = Plan::single(&scene, &wrt, options).unwrap();
+            plan.scene.rigid_force_arm = number % 3 != 0;
+            force_terms(&mut plan, terms);
+            validate(&plan);
+            count += 1;
         }
     }
-    assert_eq!(count, 2 * 48 * 2);
+    assert_eq!(count, (2 * 32 + 2 * 16) * 3);
 }
 
 #[test]
 fn every_kernel_validates_for_every_kind_of_derivative() {
-    for plan in plans() {
-        for wrt in derivatives(&plan) {
-            let axes: Vec<Vec<Parameter>> = plan.axes.clone();
-            validate(&Plan::new(&plan.scene, &axes, &wrt, plan.options).unwrap());
+    for sensitivity in [Sensitivity::Forward, Sensitivity::Reciprocity] {
+        for plan in plans() {
+            for wrt in derivatives(&plan.scene, &KINDS) {
+                let options = PlanOptions { sensitivity, ..plan.options };
+                validate(&Plan::new(&plan.scene, &plan.axes, &wrt, options).unwrap());
+            }
+        }
+        let scene = general();
+        for wrt in derivatives(&scene, &GENERAL_KINDS) {
+            let options = PlanOptions { stepper: Stepper::Rk4, sensitivity, ..PlanOptions::default() };
+            // Some of all parameters follow from others and cannot be swept.
+            let swept = if wrt.len() > 3 { &[][..] } else { &wrt };
+            let axes: Vec<_> = swept.iter().map(|parameter| vec![*parameter]).collect();
+            validate(&Plan::new(&scene, &axes, &wrt, options).unwrap());
+            validate(&Plan::single(&scene, &wrt, options).unwrap());
+        }
+    }
+}
+
+#[test]
+fn a_free_distal_part_validates() {
+    let mut scene = common::scenes::catheter();
+    scene.loads.tip_force = None;
+    for names in [&[][..], &["coil.current"], &["insertion", "coil.current", "distal.stiffness.bending"]] {
+        for sensitivity in [Sensitivity::Forward, Sensitivity::Reciprocity] {
+            let options = PlanOptions { sensitivity, ..PlanOptions::default() };
+            let plan = Plan::single(&scene, &common::scenes::parameters(&scene, names), options).unwrap();
+            assert!(plan.free.is_some());
+            validate(&plan);
         }
     }
 }

@@ -11,8 +11,7 @@ use crate::model::{BLOCK, MOST_KNOWN, Plan, Quantity, ROWS, SegmentPlan, Status,
 /// Loop iterations of one invocation that every driver runs; software Vulkan stops silently at 65,535.
 const ITERATION_BUDGET: usize = 60_000;
 
-/// Intervals of the stability index over a segment at least, where it has as many steps: drivers compile for long
-/// where every step has one.
+/// Intervals of the stability index over a segment at least, where it has as many steps.
 const STATIONS_EACH: usize = 8;
 
 /// Terms and constants of a plan.
@@ -52,6 +51,7 @@ pub fn specialisation(plan: &Plan) -> Specialisation {
         ("RIGID", integrated(plan).iter().any(|segment| !segment.is_flexible)),
         ("FREE", plan.free.is_some()),
         ("RIGID_FORCE_ARM", plan.scene.rigid_force_arm),
+        ("FORCE_WITHOUT_ARM", plan.terms.force && !plan.scene.rigid_force_arm),
         ("FORWARD", plan.forward),
         ("RECIPROCITY", !plan.forward && !plan.derivatives.is_empty()),
     ] {
@@ -85,20 +85,12 @@ fn path_steps(plan: &Plan) -> Vec<usize> {
     integrated(plan).iter().map(|segment| plan.options.stepper.path_steps(segment.steps)).collect()
 }
 
-/// Stations of a recorded pass.
-fn station_count(plan: &Plan) -> usize {
-    let stations = |steps: usize| steps.div_ceil((steps / STATIONS_EACH).max(1));
-    let larger = |(segment, path): (&SegmentPlan, usize)| stations(segment.steps).max(stations(path));
-    integrated(plan).iter().zip(path_steps(plan)).map(larger).sum()
-}
-
 fn add_segments(s: &mut Specialisation, plan: &Plan) {
     let segments = integrated(plan);
     let fine = segments.iter().map(|segment| segment.steps);
     s.constant("SEGMENT_COUNT", Value::U32(segments.len() as u32));
     s.constant("STEPS", Value::u32_array(fine));
     s.constant("COARSE_STEPS", Value::u32_array(path_steps(plan)));
-    s.constant("STATION_COUNT", Value::U32(station_count(plan) as u32));
     s.constant("STATIONS_EACH", Value::U32(STATIONS_EACH as u32));
     s.constant("FIRST_ENTRY", Value::u32_array(segments.iter().map(|segment| segment.record)));
     let flags = |(index, segment): (usize, &SegmentPlan)| {
@@ -184,7 +176,6 @@ pub(super) fn pass_limit(plan: &Plan) -> f64 {
     let segments = integrated(plan);
     let steps: usize = segments.iter().map(|segment| segment.steps).sum();
     let path_steps: usize = path_steps(plan).iter().sum();
-    let stations = station_count(plan);
     let pass = |steps: usize| 1 + segments.len() + steps;
     // Loops over derivatives and their slots: for the rows, and while the columns pass over the segments.
     let gathered = plan.derivatives.len() + slot_count(plan);
@@ -192,11 +183,11 @@ pub(super) fn pass_limit(plan: &Plan) -> f64 {
         0 => gathered,
         threes => threes + (threes - 1) * pass(steps),
     };
-    let attempt = path::CHORD_LIMIT * pass(steps) + path::NEWTON_LIMIT * (pass(steps) + gathered) + stations;
+    let attempt = path::CHORD_LIMIT * pass(steps) + path::NEWTON_LIMIT * (pass(steps) + gathered);
     let direct = (2 + path::CORRECTIONS as usize) * pass(path_steps);
     // Each of the three paths may be the first that leads to an unstable equilibrium.
     let fixed = rows + pass(path_steps) + pass(2 * steps) + 3 * attempt + direct;
     // Both ramps in the first attempt, both in the second, the guarded one in the third; each pass with its index.
-    let left = ITERATION_BUDGET.saturating_sub(fixed) / (5 * (pass(path_steps) + stations));
+    let left = ITERATION_BUDGET.saturating_sub(fixed) / (5 * pass(path_steps));
     path::PASS_LIMIT.min(left as f64)
 }

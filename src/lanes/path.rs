@@ -134,7 +134,7 @@ pub fn follow_path<L: Lane, T: Terms>(
         let contracting = size.lt(last_size * zero.constant(CONTRACTION)) & corrections.lt(zero.constant(CORRECTIONS));
         let mut same_branch = zero.lt(dot(w.x, cross(w.y, w.z)));
         if guarded {
-            let index = stability_index::<L, T>(&workspace.stations, &tip, columns);
+            let index = stability_index::<L, T>(&workspace.station, &tip, columns);
             same_branch = same_branch & index.lt(zero.constant(0.5));
         }
         let accept = active & converged & same_branch;

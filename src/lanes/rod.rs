@@ -120,6 +120,18 @@ impl<L: Lane> Rod<L> {
         n
     }
 
+    /// Length of the flexible segments.
+    #[inline(always)]
+    pub fn flexible_length(&self) -> L {
+        let mut length = self.t.x.constant(0.0);
+        for segment in &self.segments {
+            if let Segment::Flexible(flexible) = segment {
+                length = length + flexible.length;
+            }
+        }
+        length
+    }
+
     pub fn new(token: L::Token) -> Self {
         let zero = Vec3::splat(L::splat(token, 0.0));
         Self { d1: zero, t: zero, B: zero, f_tip: zero, l_tip: zero, segments: Vec::new(), free: None }

@@ -7,9 +7,10 @@ use super::program::{Program, Resolution};
 use super::rod::{Rod, Segment, State, Terms, cross_free, cross_rigid, moment};
 use super::section::{Flexible, curvature, to_world, velocity};
 use super::source::{Source, Sources};
-use super::stability::Station;
+use super::stability::{Station, add_station};
 use super::step::{Stages, Step, step_rod};
 use super::trace::{Trace, collect_rigid, length_row};
+use crate::model::path::SHORTEST_INTERVAL;
 use pulp::{Simd, WithSimd};
 use std::marker::PhantomData;
 
@@ -18,8 +19,8 @@ pub struct Workspace<L> {
     pub stages: Stages<L>,
     /// For each segment, one trace for each three columns.
     pub traces: Vec<[Trace<L>; 3]>,
-    /// The base and the ends of the steps.
-    pub stations: Vec<Station<L>>,
+    /// The last interval of the stability index.
+    pub station: Station<L>,
     /// Of the forward columns, three parameters each.
     pub sources: Vec<Sources<L>>,
     /// All columns of a pass with derivatives.
@@ -32,7 +33,7 @@ impl<L: Lane> Workspace<L> {
         Self {
             stages: Stages::new(token, program.fine.tableau),
             traces: vec![[zero; 3]; program.all_segments],
-            stations: Vec::new(),
+            station: Station::new(L::splat(token, 0.0)),
             sources: (0..program.forward_threes()).map(|_| Sources::new(token)).collect(),
             columns: Vec::new(),
         }
@@ -51,7 +52,7 @@ pub struct Tip<L> {
 
 /// Integrates the rod from base moment `m0` at load fraction `lambda`, `columns` with it.
 ///
-/// With `record` set the columns leave traces and stations in the workspace.
+/// With `record` set the columns leave traces and stability in the workspace.
 #[inline(always)]
 #[allow(clippy::too_many_arguments)]
 pub fn shoot<L: Lane, T: Terms>(
@@ -97,9 +98,9 @@ fn integrate<L: Lane, T: Terms>(pass: Pass<'_, L, T>) -> Tip<L> {
     let mut state = State { p: Vec3::splat(zero), d1: rod.d1, t: rod.t, M: m0 };
     let mut n = rod.base_force::<T>() * lambda;
     let mut s = zero;
+    let shortest = rod.flexible_length() * zero.constant(SHORTEST_INTERVAL);
     if record {
-        workspace.stations.clear();
-        workspace.stations.push(Station { by_moment: columns[0].w, by_rotation: columns[1].w, s });
+        workspace.station = Station::new(zero);
     }
     for (index, segment) in rod.segments.iter().enumerate() {
         let collect = program.collect[index];
@@ -129,7 +130,7 @@ fn integrate<L: Lane, T: Terms>(pass: Pass<'_, L, T>) -> Tip<L> {
                     }
                     if record {
                         s = s + h;
-                        workspace.stations.push(Station { by_moment: columns[0].w, by_rotation: columns[1].w, s });
+                        add_station(&mut workspace.station, shortest, s, columns);
                     }
                 }
                 if record && (collect.length || !workspace.sources.is_empty()) {

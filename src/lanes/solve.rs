@@ -98,7 +98,7 @@ pub fn solve_group<L: Lane, T: Terms>(
     let m0 = end.m0 + delta;
     let residual = length(tip.m - rod.l_tip);
 
-    let index = stability_index::<L, T>(&workspace.stations, &tip, &columns);
+    let index = stability_index::<L, T>(&workspace.station, &tip, &columns);
     let stable = index.lt(one.constant(0.5));
     let norm = dot(w_inverse.x, w_inverse.x) + dot(w_inverse.y, w_inverse.y) + dot(w_inverse.z, w_inverse.z);
     let margin = (one.constant(3.0) / norm).sqrt();

@@ -94,7 +94,8 @@ pub(super) fn is_forward<'a>(
     sensitivity: Sensitivity,
 ) -> Result<bool, PlanError> {
     let count = derivatives.len();
-    let is_self_adjoint = scene.rigid_force_arm || !terms.force;
+    // Even where no force acts, rows come from the response to a unit force, which would lack its arm.
+    let is_self_adjoint = scene.rigid_force_arm;
     let is_cheaper = || {
         let mut slots = derivatives.flatten().map(|(slot, _)| slot);
         count <= FEW && terms.is_general() && slots.any(Slot::is_integral)
