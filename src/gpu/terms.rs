@@ -159,6 +159,7 @@ fn add_path(s: &mut Specialisation, plan: &Plan) {
         ("CHORD_TRUST", path::CHORD_TRUST),
         ("CHORD_TOLERANCE", path::CHORD_TOLERANCE),
         ("EPSILON", f32::EPSILON.into()),
+        ("DIFFERENCE", path::DIFFERENCE),
         ("ROUND_OFF", path::ROUND_OFF),
     ];
     for (name, value) in numbers {

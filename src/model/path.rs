@@ -25,6 +25,9 @@ pub const NEWTON_LIMIT: usize = 5;
 pub const CHORD_TRUST: f64 = 0.1;
 /// Chord steps end below this many of Newton's tolerances.
 pub const CHORD_TOLERANCE: f64 = 30.0;
+/// An error is at most so many times the difference to twice the steps: 16/15 in fourth order, and sqrt(2) where a
+/// rotation about an axis between d1 and t moves both alike; the rest is for higher orders.
+pub const DIFFERENCE: f64 = 1.6;
 /// Round-off of a pass, in units of the number format's epsilon.
 pub const ROUND_OFF: f64 = 4.0;
 /// The method that follows the path.
