@@ -6,6 +6,7 @@ const CHORD_TRUST: f32 = 0.0; //@spec
 const CHORD_TOLERANCE: f32 = 0.0; //@spec
 const NEWTON_LIMIT: u32 = 0u; //@spec
 const EPSILON: f32 = 0.0; //@spec
+const DIFFERENCE: f32 = 0.0; //@spec
 const ROUND_OFF: f32 = 0.0; //@spec
 
 // Moves the base moment to the fine grid's equilibrium by chord steps, without columns.
@@ -140,7 +141,7 @@ fn error_estimate(
     let response = transpose(by_moment.w * w_inverse);
     let amplification = length(response[0]) + length(response[1]) + length(response[2]);
     let round_off = (1.0 + amplification) * (ROUND_OFF * EPSILON);
-    return max(max(dp, dd1), dt) + round_off * (1.0 + length(m0));
+    return max(max(dp, dd1), dt) * DIFFERENCE + round_off * (1.0 + length(m0));
 }
 
 @compute @workgroup_size(WORKGROUP)

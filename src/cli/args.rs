@@ -146,6 +146,9 @@ pub struct SolveArguments {
 
 #[derive(Debug, Args)]
 pub struct VerifyArguments {
+    /// The hard cases instead: folds, flips, many equilibria, extreme units
+    #[arg(long, conflicts_with_all = ["samples", "seed"])]
+    pub hard: bool,
     /// Random scenes beside the built-in ones
     #[arg(long, value_name = "N", default_value_t = 200)]
     pub samples: usize,

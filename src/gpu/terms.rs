@@ -158,6 +158,7 @@ fn add_path(s: &mut Specialisation, plan: &Plan) {
         ("CHORD_TOLERANCE", path::CHORD_TOLERANCE),
         ("SHORTEST_INTERVAL", path::SHORTEST_INTERVAL),
         ("EPSILON", f32::EPSILON.into()),
+        ("DIFFERENCE", path::DIFFERENCE),
         ("ROUND_OFF", path::ROUND_OFF),
     ];
     for (name, value) in numbers {

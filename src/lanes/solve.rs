@@ -12,7 +12,7 @@ use super::rod::{Rod, Terms};
 use super::rows::{Responses, write_forward_rows, write_rows};
 use super::shoot::{Tip, Workspace, shoot, tip_moment_columns};
 use super::stability::stability_index;
-use crate::model::path::{CHORD_LIMIT, CHORD_TOLERANCE, CHORD_TRUST, NEWTON_LIMIT, ROUND_OFF, TRUST};
+use crate::model::path::{CHORD_LIMIT, CHORD_TOLERANCE, CHORD_TRUST, DIFFERENCE, NEWTON_LIMIT, ROUND_OFF, TRUST};
 use crate::model::{MOST_KNOWN, Quantity, Status};
 
 /// Moves the base moment to the fine grid's equilibrium by chord steps, without columns.
@@ -212,5 +212,5 @@ fn error_estimate<L: Lane, T: Terms>(
     let columns = transpose(by_moment.w * w_inverse);
     let amplification = length(columns.x) + length(columns.y) + length(columns.z);
     let round_off = (one + amplification) * one.constant(ROUND_OFF * L::Scalar::EPSILON);
-    dp.max(dd1).max(dt) + round_off * (one + length(end.m0))
+    dp.max(dd1).max(dt) * one.constant(DIFFERENCE) + round_off * (one + length(end.m0))
 }

@@ -3,6 +3,7 @@
 
 mod cases;
 mod compare;
+mod hard;
 mod random;
 mod show;
 
@@ -103,6 +104,9 @@ struct Row {
 }
 
 pub fn verify(arguments: &VerifyArguments) -> Result<Exit, CommandError> {
+    if arguments.hard {
+        return hard::verify_hard(arguments);
+    }
     let cases = cases::cases(arguments.samples, arguments.seed)?;
     let (cpu, gpu) = (Setup::single(BackendKind::Cpu), Setup::single(BackendKind::Gpu));
     let setups = [

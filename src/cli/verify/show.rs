@@ -83,6 +83,7 @@ pub fn describe(rows: &[Row], runs: &[Run], cases: &[Case]) -> String {
             text += &format!("beyond its limit: {}; replay: {}\n", runs[row.link.run].setup.name(), path.display());
         }
     }
+    text += "`verify --hard` tries cases with folds, flips, many equilibria and extreme units\n";
     text
 }
 
@@ -97,7 +98,7 @@ fn limits_text(precision: &str, limits: &Limits) -> String {
 }
 
 /// `35 µs`
-fn time(seconds: f64) -> String {
+pub fn time(seconds: f64) -> String {
     match seconds {
         s if s < 1e-3 => format!("{:.1} µs", s * 1e6),
         s if s < 1.0 => format!("{:.1} ms", s * 1e3),
