@@ -8,6 +8,7 @@ const NEWTON_LIMIT: u32 = 0u; //@spec
 const EPSILON: f32 = 0.0; //@spec
 const DIFFERENCE: f32 = 0.0; //@spec
 const ROUND_OFF: f32 = 0.0; //@spec
+const REACH: f32 = 0.0; //@spec
 
 // Moves the base moment to the fine grid's equilibrium by chord steps, without columns.
 fn chord_steps(rod: Rod, end: ptr<function, PathEnd>) {
@@ -60,7 +61,8 @@ fn solve_group() {
             end.m0 = end.m0 + delta;
         }
         index = stability_index(tip);
-        code = status_codes(end, converged, index < 0.5, size);
+        let within_reach = is_finite(length(tip.p)) && length(tip.p) < REACH;
+        code = status_codes(end, converged && within_reach, index < 0.5, is_finite(size) && within_reach);
         if code != STATUS_PENDING { break; }
     }
     // What is left of the residual is taken out to first order.
@@ -110,8 +112,8 @@ fn start_columns(rod: Rod, m0: vec3<f32>) {
 }
 
 // Status of the sample, as a code.
-fn status_codes(end: PathEnd, converged: bool, stable: bool, size: f32) -> u32 {
-    let unsolved = select(STATUS_NON_FINITE, STATUS_NOT_CONVERGED, is_finite(size));
+fn status_codes(end: PathEnd, converged: bool, stable: bool, finite: bool) -> u32 {
+    let unsolved = select(STATUS_NON_FINITE, STATUS_NOT_CONVERGED, finite);
     if end.path == SEARCH {
         return select(unsolved, select(STATUS_UNSTABLE, STATUS_OK, stable), end.reached && converged);
     }

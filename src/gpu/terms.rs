@@ -160,6 +160,7 @@ fn add_path(s: &mut Specialisation, plan: &Plan) {
         ("EPSILON", f32::EPSILON.into()),
         ("DIFFERENCE", path::DIFFERENCE),
         ("ROUND_OFF", path::ROUND_OFF),
+        ("REACH", path::REACH),
     ];
     for (name, value) in numbers {
         s.constant(name, Value::F32(value as f32));

@@ -12,7 +12,9 @@ use super::rod::{Rod, Terms};
 use super::rows::{Responses, write_forward_rows, write_rows};
 use super::shoot::{Tip, Workspace, shoot, tip_moment_columns};
 use super::stability::stability_index;
-use crate::model::path::{CHORD_LIMIT, CHORD_TOLERANCE, CHORD_TRUST, DIFFERENCE, NEWTON_LIMIT, ROUND_OFF, TRUST};
+use crate::model::path::{
+    CHORD_LIMIT, CHORD_TOLERANCE, CHORD_TRUST, DIFFERENCE, NEWTON_LIMIT, REACH, ROUND_OFF, TRUST,
+};
 use crate::model::{MOST_KNOWN, Quantity, Status};
 
 /// Moves the base moment to the fine grid's equilibrium by chord steps, without columns.
@@ -98,12 +100,13 @@ pub fn solve_group<L: Lane, T: Terms>(
     let m0 = end.m0 + delta;
     let residual = length(tip.m - rod.l_tip);
 
+    let within_reach = length(tip.p).lt(one.constant(REACH));
     let index = stability_index::<L, T>(&workspace.station, &tip, &columns);
     let stable = index.lt(one.constant(0.5));
     let norm = dot(w_inverse.x, w_inverse.x) + dot(w_inverse.y, w_inverse.y) + dot(w_inverse.z, w_inverse.z);
     let margin = (one.constant(3.0) / norm).sqrt();
     let margin = L::select(stable, margin, -margin);
-    let status = status_codes(&end, path, converged, stable, size);
+    let status = status_codes(&end, path, converged & within_reach, stable, size.is_finite() & within_reach, one);
 
     out.store_vector(Quantity::TipPosition.column(), tip_position);
     out.store_vector(Quantity::TipD1.column(), d1);
@@ -168,19 +171,26 @@ pub fn start_columns<L: Lane, T: Terms>(
 
 /// Status of each lane, as codes.
 #[inline(always)]
-fn status_codes<L: Lane>(end: &PathEnd<L>, path: Path, converged: L::Mask, stable: L::Mask, size: L) -> L {
-    let ok = code(size, Status::Ok);
-    let unsolved = L::select(size.is_finite(), code(size, Status::NotConverged), code(size, Status::NonFinite));
+fn status_codes<L: Lane>(
+    end: &PathEnd<L>,
+    path: Path,
+    converged: L::Mask,
+    stable: L::Mask,
+    finite: L::Mask,
+    one: L,
+) -> L {
+    let ok = code(one, Status::Ok);
+    let unsolved = L::select(finite, code(one, Status::NotConverged), code(one, Status::NonFinite));
     match path {
-        Path::Direct => L::select(converged & stable, ok, code(size, Status::Pending)),
-        Path::Ramp => L::select(converged & stable, code(size, Status::Ramped), code(size, Status::Pending)),
+        Path::Direct => L::select(converged & stable, ok, code(one, Status::Pending)),
+        Path::Ramp => L::select(converged & stable, code(one, Status::Ramped), code(one, Status::Pending)),
         Path::Search => {
-            let done = L::select(stable, ok, code(size, Status::Unstable));
+            let done = L::select(stable, ok, code(one, Status::Unstable));
             L::select(end.reached & converged, done, unsolved)
         }
         Path::GuardedRamp => {
-            let lost = L::select(end.exhausted, code(size, Status::StepLimit), code(size, Status::Fold));
-            let done = L::select(stable, code(size, Status::Ramped), code(size, Status::Unstable));
+            let lost = L::select(end.exhausted, code(one, Status::StepLimit), code(one, Status::Fold));
+            let done = L::select(stable, code(one, Status::Ramped), code(one, Status::Unstable));
             L::select(end.reached, L::select(converged, done, unsolved), lost)
         }
     }

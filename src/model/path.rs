@@ -33,6 +33,8 @@ pub const SHORTEST_INTERVAL: f64 = 1e-4;
 /// An error is at most so many times the difference to twice the steps: 16/15 in fourth order, and sqrt(2) where a
 /// rotation about an axis between d1 and t moves both alike; the rest is for higher orders.
 pub const DIFFERENCE: f64 = 1.6;
+/// No tip is farther from the base than this many lengths of the rod; steps too long may throw it there.
+pub const REACH: f64 = 100.0;
 /// Round-off of a pass, in units of the number format's epsilon.
 pub const ROUND_OFF: f64 = 4.0;
 /// The method that follows the path.

@@ -34,7 +34,8 @@ impl<'a> Refiners<'a> {
         for (stage, (factory, backend)) in self.stages.iter_mut().enumerate() {
             let needs = |at: &usize| {
                 let status = solutions.status(*at);
-                let doubtful = stage == 0 && solutions.get(*at, Quantity::ErrorEstimate) > tolerance;
+                let estimate = solutions.get(*at, Quantity::ErrorEstimate);
+                let doubtful = stage == 0 && (estimate > tolerance || estimate.is_nan());
                 !batch.bad[*at] && status != Status::BadParameter && (!status.is_success() || doubtful)
             };
             let doubtful: Vec<usize> = (0..batch.sample_count()).filter(needs).collect();

@@ -1,0 +1,197 @@
+//! From rest, on a large sample: what the CPU engine calls solved against the reference, tip by tip.
+//!
+//! 2,000 samples of each sweep by default; `RODSWEEP_TRUST_SAMPLES=20000` takes more.
+
+use rodsweep::backend::{Backend, Precision};
+use rodsweep::lanes::Lanes;
+use rodsweep::model::{Plan, PlanOptions, Quantity, Solutions, Status};
+use rodsweep::reference::Reference;
+use rodsweep::sweep::{SweepSpec, choose_steps};
+use std::path::Path;
+
+/// Of the shipped map; prime, so that a stride runs through every value of every axis.
+const STRIDE: u64 = 7_919;
+/// Tip position over length, as both sweeps ask for.
+const TOLERANCE: f64 = 1e-6;
+/// Steps of the second attempt that `run` makes.
+const SECOND_STEPS: usize = 24;
+/// Samples of the Sobol' sweep that 4 steps lead to another branch: the path, on half as many steps of RK4, passes a
+/// bifurcation (least margin on the way below 0.03) on its other side. A list to be emptied.
+const OTHER_BRANCH: [u64; 6] = [334_616, 330_221, 341_797, 628_151, 474_934, 181_951];
+/// So many steps find the branch in all of 60,000 samples; 8 miss one.
+const ENOUGH_STEPS: usize = 12;
+/// Rows printed.
+const WORST: usize = 5;
+
+/// Currents as on the map, insertion from 60 to 137 mm, tip force to 5 mN.
+const SOBOL: &str = r#"
+scene = "scenes/p6.toml"
+[sampling]
+method = "sobol"
+samples = 1048576
+seed = 11
+[[axis]]
+parameter = "coil.current.x"
+from = "-0.3 A"
+to = "0.3 A"
+[[axis]]
+parameter = "coil.current.y"
+from = "-0.3 A"
+to = "0.3 A"
+[[axis]]
+parameter = "coil.current.z"
+from = "-0.3 A"
+to = "0.3 A"
+[[axis]]
+parameter = "insertion"
+from = "60 mm"
+to = "137 mm"
+[[axis]]
+parameter = "loads.tip_force.x"
+from = "-5 mN"
+to = "5 mN"
+[[axis]]
+parameter = "loads.tip_force.y"
+from = "-5 mN"
+to = "5 mN"
+[[axis]]
+parameter = "loads.tip_force.z"
+from = "-5 mN"
+to = "5 mN"
+[solver]
+tolerance = 1e-6
+"#;
+
+#[test]
+fn map() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("sweeps/workspace.toml");
+    check(&SweepSpec::read(&path).expect("the shipped sweep reads"));
+}
+
+#[test]
+fn sobol() {
+    check(&sobol_sweep());
+}
+
+fn sample_count() -> usize {
+    let asked = std::env::var("RODSWEEP_TRUST_SAMPLES").ok();
+    asked.map_or(2_000, |count| count.parse().expect("a number of samples"))
+}
+
+fn sobol_sweep() -> SweepSpec {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("sweeps/trust.toml");
+    SweepSpec::parse(&path, SOBOL).expect("the sweep reads")
+}
+
+fn plan_without_derivatives(spec: &SweepSpec) -> Plan {
+    Plan::new(&spec.scene, &spec.axis_parameters(), &[], PlanOptions::default()).expect("the sweep plans")
+}
+
+fn solve(spec: &SweepSpec, plan: &Plan, backend: &mut dyn Backend, indices: &[u64]) -> Solutions {
+    let sampler = spec.sampler();
+    let values = |i: usize, row: &mut [f64]| {
+        if let Some(index) = indices.get(i) {
+            sampler.values(*index, row);
+        }
+    };
+    backend.solve(&plan.batch(indices.len(), values)).expect("solved")
+}
+
+/// On the CPU in f64.
+fn solve_by_lanes(spec: &SweepSpec, plan: &Plan, steps: usize, indices: &[u64]) -> Solutions {
+    let plan = plan.with_options(PlanOptions { steps, tolerance: TOLERANCE, ..plan.options });
+    solve(spec, &plan, &mut Lanes::new(&plan, Precision::F64).expect("supported"), indices)
+}
+
+/// Every success must be the tip of the reference; what only one of them solves must be rare.
+fn check(spec: &SweepSpec) {
+    let plan = plan_without_derivatives(spec);
+    let factory = |plan: &Plan| Ok(Box::new(Lanes::new(plan, Precision::F64)?) as Box<dyn Backend>);
+    let steps = choose_steps(&plan, &spec.sampler(), &factory).expect("a resolution").steps;
+    let indices: Vec<u64> = (0..sample_count() as u64).map(|k| k * STRIDE % spec.sample_count).collect();
+    let truth = solve(spec, &plan, &mut Reference::new(&plan), &indices);
+    let mut found = solve_by_lanes(spec, &plan, steps, &indices);
+    let doubtful: Vec<usize> = (0..indices.len())
+        .filter(|at| !found.status(*at).is_success() || found.get(*at, Quantity::ErrorEstimate) > TOLERANCE)
+        .collect();
+    let again: Vec<u64> = doubtful.iter().map(|at| indices[*at]).collect();
+    let second = solve_by_lanes(spec, &plan, SECOND_STEPS.max(steps), &again);
+    for (from, to) in doubtful.iter().enumerate() {
+        if second.status(from).is_success() {
+            found.copy_row(*to, &second, from);
+            found.set_status(*to, Status::Refined);
+        }
+    }
+    println!("{} of {} samples, {steps} steps, {} tried again", indices.len(), spec.sample_count, doubtful.len());
+    report(&plan, spec, &indices, &found, &truth);
+}
+
+fn tip_difference(plan: &Plan, a: &Solutions, b: &Solutions, at: usize) -> f64 {
+    let (p, q) = (a.vector(at, Quantity::TipPosition), b.vector(at, Quantity::TipPosition));
+    (0..3).map(|k| (p[k] - q[k]).powi(2)).sum::<f64>().sqrt() / plan.units.length
+}
+
+#[test]
+fn a_coarse_path_may_leave_its_branch() {
+    let spec = sobol_sweep();
+    let plan = plan_without_derivatives(&spec);
+    let truth = solve(&spec, &plan, &mut Reference::new(&plan), &OTHER_BRANCH);
+    let is_wrong = |steps: usize| {
+        let found = solve_by_lanes(&spec, &plan, steps, &OTHER_BRANCH);
+        let is_off =
+            |at: &usize| found.status(*at).is_success() && tip_difference(&plan, &found, &truth, *at) > TOLERANCE;
+        (0..OTHER_BRANCH.len()).filter(is_off).map(|at| OTHER_BRANCH[at]).collect::<Vec<_>>()
+    };
+    assert_eq!(is_wrong(4), OTHER_BRANCH, "improved: take what is right off the list");
+    assert_eq!(is_wrong(ENOUGH_STEPS), [0; 0]);
+}
+
+fn report(plan: &Plan, spec: &SweepSpec, indices: &[u64], found: &Solutions, truth: &Solutions) {
+    let sampler = spec.sampler();
+    let mut row = vec![0.0; sampler.axis_count()];
+    let (mut errors, mut given_up, mut unproven) = (Vec::new(), Vec::new(), Vec::new());
+    for at in 0..indices.len() {
+        match (found.status(at).is_success(), truth.status(at).is_success()) {
+            (true, true) => {
+                errors.push((tip_difference(plan, found, truth, at), at));
+            }
+            (true, false) => unproven.push(at),
+            (false, true) => given_up.push(at),
+            (false, false) => {}
+        }
+    }
+    // What is no number comes first.
+    errors.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let count = |solutions: &Solutions, status| (0..indices.len()).filter(|at| solutions.status(*at) == status).count();
+    for status in Status::ALL {
+        let counts = (count(found, status), count(truth, status));
+        if counts != (0, 0) {
+            println!("  {}: {} (reference {})", status.name(), counts.0, counts.1);
+        }
+    }
+    for (error, at) in errors.iter().take(WORST) {
+        sampler.values(indices[*at], &mut row);
+        let margin = truth.get(*at, Quantity::StabilityMargin);
+        println!("  {error:.1e} at {}, margin {margin:.1e}: {row:?}", indices[*at]);
+    }
+    for (what, list) in [("reference only", &given_up), ("not by the reference", &unproven)] {
+        println!("  {what}: {}", list.len());
+        for at in list.iter().take(WORST) {
+            sampler.values(indices[*at], &mut row);
+            let (a, b) = (found.status(*at).name(), truth.status(*at).name());
+            let fraction = found.get(*at, Quantity::LoadFraction);
+            let margin = truth.get(*at, Quantity::StabilityMargin);
+            println!(
+                "    {}: {a} at {fraction:.4} of the load, reference {b}, margin {margin:.1e}: {row:?}",
+                indices[*at]
+            );
+        }
+    }
+    let is_wrong = |error: f64| error.is_nan() || error > TOLERANCE;
+    let wrong: Vec<u64> = errors.iter().filter(|(error, _)| is_wrong(*error)).map(|(_, at)| indices[*at]).collect();
+    println!("  off by more than {TOLERANCE:e}: {wrong:?}");
+    let new: Vec<_> = wrong.iter().filter(|index| !OTHER_BRANCH.contains(index)).collect();
+    assert!(new.is_empty(), "successes off by more than {TOLERANCE:e}: {new:?}");
+    assert!(unproven.is_empty(), "{} successes that the reference does not have", unproven.len());
+    assert!(1000 * given_up.len() <= indices.len(), "{} given up", given_up.len());
+}
