@@ -102,7 +102,7 @@ impl Tally {
             let error = position.max(rotation_angle(&found.tip_rotation(at), &truth.tip_rotation(at)));
             let estimate = found.get(at, Quantity::ErrorEstimate);
             // Also true for NaN.
-            if !(error <= estimate + REFERENCE) {
+            if error > estimate + REFERENCE || error.is_nan() {
                 self.beyond.push((error / estimate, error, format!("{} {at}", plan.scene.name)));
             }
             if error > REFERENCE {

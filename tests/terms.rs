@@ -197,12 +197,15 @@ fn lanes_in_f32_agree_with_the_reference() {
     check_lanes(Precision::F32, 16, IN_F32, F32);
 }
 
+/// Rod, load, force arm, sensitivity, parameters.
+type GpuCase = (&'static str, &'static str, bool, Sensitivity, Option<&'static [&'static str]>);
+
 /// What of the table the GPU solves, since drivers compile each kernel for seconds: rod, load, whether the force arm
 /// of rigid segments counts, and what to differentiate by, all parameters or some.
 ///
 /// Every term, alone where it is easily lost (magnets integrate M without a force, shear of a rod without force) and
 /// together; both sensitivities, with many threes of forward columns and with one; no derivatives; a free distal part.
-const ON_GPU: [(&str, &str, bool, Sensitivity, Option<&[&str]>); 10] = {
+const ON_GPU: [GpuCase; 10] = {
     use Sensitivity::{Auto, Forward, Reciprocity};
     const CURRENTS: &[&str] = &["coil.current"];
     const FEW: &[&str] = &["coil.current", "insertion"];

@@ -57,9 +57,10 @@ thread_local! {
     static COUNTED: Cell<Operations> = const { Cell::new(Operations { additions: 0, multiplications: 0, fused: 0, divisions: 0 }) };
 }
 
-fn count(what: impl FnOnce(&mut Operations)) {
+/// Counts one operation of a kind.
+fn count(kind: impl FnOnce(&mut Operations) -> &mut u64) {
     let mut counted = COUNTED.get();
-    what(&mut counted);
+    *kind(&mut counted) += 1;
     COUNTED.set(counted);
 }
 
@@ -73,7 +74,7 @@ struct Mask(bool);
 impl Add for Counted {
     type Output = Self;
     fn add(self, other: Self) -> Self {
-        count(|operations| operations.additions += 1);
+        count(|operations| &mut operations.additions);
         Self(self.0 + other.0)
     }
 }
@@ -81,7 +82,7 @@ impl Add for Counted {
 impl Sub for Counted {
     type Output = Self;
     fn sub(self, other: Self) -> Self {
-        count(|operations| operations.additions += 1);
+        count(|operations| &mut operations.additions);
         Self(self.0 - other.0)
     }
 }
@@ -89,7 +90,7 @@ impl Sub for Counted {
 impl Mul for Counted {
     type Output = Self;
     fn mul(self, other: Self) -> Self {
-        count(|operations| operations.multiplications += 1);
+        count(|operations| &mut operations.multiplications);
         Self(self.0 * other.0)
     }
 }
@@ -97,7 +98,7 @@ impl Mul for Counted {
 impl Div for Counted {
     type Output = Self;
     fn div(self, other: Self) -> Self {
-        count(|operations| operations.divisions += 1);
+        count(|operations| &mut operations.divisions);
         Self(self.0 / other.0)
     }
 }
@@ -143,7 +144,7 @@ impl Lane for Counted {
     fn token(self) {}
 
     fn mul_add(self, b: Self, c: Self) -> Self {
-        count(|operations| operations.fused += 1);
+        count(|operations| &mut operations.fused);
         Self(self.0.mul_add(b.0, c.0))
     }
 
@@ -152,7 +153,7 @@ impl Lane for Counted {
     }
 
     fn sqrt(self) -> Self {
-        count(|operations| operations.divisions += 1);
+        count(|operations| &mut operations.divisions);
         Self(self.0.sqrt())
     }
 

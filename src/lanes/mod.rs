@@ -246,7 +246,7 @@ macro_rules! by_terms {
         }
     }};
 }
-pub(self) use by_terms;
+use by_terms;
 
 macro_rules! with_simd {
     ($scalar:ty, $lane:ident) => {

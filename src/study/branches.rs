@@ -12,6 +12,9 @@ const LEAST_STEPS: usize = 48;
 /// Fractional parts of its multiples fill the cube evenly (Roberts' generalised golden ratio).
 const GOLDEN: f64 = 1.220_744_084_605_759_5;
 
+/// Prepares an engine for a plan.
+pub type MakeEngine<'a> = dyn FnMut(&Plan) -> Result<Box<dyn Backend>, BackendError> + 'a;
+
 /// The equilibria of one rod.
 #[derive(Clone, Debug)]
 pub struct Branches {
@@ -23,13 +26,13 @@ pub struct Branches {
     pub searches: usize,
 }
 
-/// Looks for the equilibria of one sample of a plan's batch, beside that from rest. `make` prepares an engine.
+/// Looks for the equilibria of one sample of a plan's batch, beside that from rest.
 pub fn find_branches(
     plan: &Plan,
     batch: &Batch,
     sample: usize,
     from_rest: &Solutions,
-    make: &mut dyn FnMut(&Plan) -> Result<Box<dyn Backend>, BackendError>,
+    make: &mut MakeEngine,
 ) -> Result<Branches, BackendError> {
     // Equilibria far from rest may be bent much more than the one from rest.
     let steps = plan.options.steps.max(LEAST_STEPS);

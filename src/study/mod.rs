@@ -2,4 +2,4 @@
 
 mod branches;
 
-pub use branches::{Branches, find_branches};
+pub use branches::{Branches, MakeEngine, find_branches};
