@@ -10,9 +10,11 @@ const FIRST_RAMP_STEP: f32 = 0.0; //@spec
 const SMALLEST_RAMP_STEP: f32 = 0.0; //@spec
 const SMALLEST_GUARDED_STEP: f32 = 0.0; //@spec
 const PASS_LIMIT: f32 = 0.0; //@spec
-const SEARCH_LIMIT: f32 = 0.0; //@spec
-const SEARCH_STEP: f32 = 0.0; //@spec
-const MOST_KNOWN: u32 = 1u; //@spec
+const SAFE_MARGIN: f32 = 0.0; //@spec
+const NARROW_MARGIN: f32 = 0.0; //@spec
+const FOLD_MARGIN: f32 = 0.0; //@spec
+const INDEX_NOISE: f32 = 0.0; //@spec
+const EPSILON: f32 = 0.0; //@spec
 
 // How to reach the full load; each is tried where the one before did not lead to a stable equilibrium.
 const DIRECT: u32 = 0u;
@@ -42,6 +44,8 @@ struct PathEnd {
     passes: f32,
     reached: bool,
     exhausted: bool,
+    // Not reached, and near a fold or a bifurcation.
+    fold: bool,
 }
 
 // dm0/dlambda at rest: the moment of all loads on the unbent rod, R4 at u = u*.
@@ -72,6 +76,8 @@ fn follow_path(rod: Rod, first: u32, secant: vec3<f32>) -> PathEnd {
     var goal = 0.0;
     var last_size = 0.0;
     var corrections = 0.0;
+    // Largest squared norm of the inverse on accepted steps.
+    var weakest = 0.0;
     var started = false;
     end.path = first;
     loop {
@@ -86,24 +92,30 @@ fn follow_path(rod: Rod, first: u32, secant: vec3<f32>) -> PathEnd {
             end.m0 = predict(end.history, goal);
             last_size = TRUST / CONTRACTION;
             corrections = 0.0;
+            weakest = 0.0;
             end.passes = 1.0;
             end.exhausted = false;
             started = true;
         }
         columns[BY_MOMENT] = moment_columns();
         columns[BY_ROTATION] = rotation_columns(end.m0);
-        let tip = shoot(COARSE, rod, goal, end.m0, 0u, select(1u, 2u, guarded), guarded);
+        let tip = shoot(select(COARSE, CAREFUL, guarded), rod, goal, end.m0, 0u, select(1u, 2u, guarded), guarded);
         let residual = tip.m - rod.l_tip * goal;
         let w = tip_moment_columns(tip, BY_MOMENT);
         let w_inverse = inverse(w);
         let delta = -(w_inverse * residual); // R4
-        let size = length(delta);
+        // In plan units of moment or in radians: a soft rod turns far by little.
+        let size = max(length(delta), length(columns[BY_MOMENT].w * delta));
         let m_new = end.m0 + delta;
         let converged = size < PATH_TOLERANCE * (1.0 + length(end.m0));
         let contracting = size < last_size * CONTRACTION && corrections < CORRECTIONS;
         var same_branch = 0.0 < dot(w[0], cross(w[1], w[2]));
         if guarded { same_branch = same_branch && stability_index(tip) < 0.5; }
-        let accepted = converged && same_branch;
+        let square = squared_norm(w_inverse);
+        // Too near a bifurcation to know afterwards on which side it was passed.
+        let recovers = !is_above(weakest, NARROW_MARGIN) && square < 0.25 * weakest;
+        let lost = converged && same_branch && select(!is_above(square, SAFE_MARGIN), recovers, guarded);
+        let accepted = converged && same_branch && !lost;
         let go_on = !converged && contracting;
         var failed = false;
 
@@ -116,11 +128,12 @@ fn follow_path(rod: Rod, first: u32, secant: vec3<f32>) -> PathEnd {
         } else {
             if accepted {
                 end.history = accept(end.history, goal, m_new);
+                weakest = max(weakest, square);
                 end.reached = goal >= 1.0;
                 if corrections < EASY { step = step + step; }
             } else {
                 step = step * 0.5;
-                failed = step < smallest_step;
+                failed = lost || step < smallest_step;
             }
             goal = min(end.history.lambda + step, 1.0);
             end.m0 = select(predict(end.history, goal), m_new, end.reached);
@@ -129,6 +142,9 @@ fn follow_path(rod: Rod, first: u32, secant: vec3<f32>) -> PathEnd {
         }
         end.exhausted = !end.reached && end.passes >= PASS_LIMIT;
         failed = failed || end.exhausted;
+        // The step was rejected for its stability, not for Newton's method.
+        let unstable = converged && !same_branch && EPSILON * squared_norm(w) < INDEX_NOISE;
+        end.fold = guarded && failed && !end.exhausted && (unstable || !is_above(weakest, FOLD_MARGIN));
         if end.reached || failed && guarded { break; }
         if failed {
             end.path += 1u;
@@ -137,38 +153,3 @@ fn follow_path(rod: Rod, first: u32, secant: vec3<f32>) -> PathEnd {
     }
     return end;
 }
-
-//@if SEARCH
-// Newton's method on the coarse grid under the full load, from a given base moment: steps of bounded length, deflated
-// by known equilibria.
-fn search(rod: Rod) -> PathEnd {
-    var end: PathEnd;
-    end.path = SEARCH;
-    end.history.lambda = 1.0;
-    end.m0 = start_moment();
-    loop {
-        columns[BY_MOMENT] = moment_columns();
-        let tip = shoot(COARSE, rod, 1.0, end.m0, 0u, 1u, false);
-        end.inverse = inverse(tip_moment_columns(tip, BY_MOMENT));
-        let newton = -(end.inverse * (tip.m - rod.l_tip)); // R4
-        let delta = newton * deflation(end.m0, newton);
-        let size = length(delta);
-        end.reached = size < PATH_TOLERANCE * (1.0 + length(end.m0));
-        end.m0 = end.m0 + delta * select(SEARCH_STEP / size, 1.0, size < SEARCH_STEP);
-        end.passes = end.passes + 1.0;
-        if end.reached || end.passes >= SEARCH_LIMIT || !is_finite(size) { break; }
-    }
-    return end;
-}
-
-// What becomes of Newton's step if the residual is multiplied by 1 + 1/d^2 for each known equilibrium at distance d.
-fn deflation(m0: vec3<f32>, newton: vec3<f32>) -> f32 {
-    var slope = 0.0;
-    for (var k = 0u; k < MOST_KNOWN; k++) { //@unroll
-        let away = m0 - known_moment_k();
-        let d2 = dot(away, away);
-        slope = slope - dot(away, newton) * 2.0 / (d2 * (1.0 + d2));
-    } //@end
-    return 1.0 / (1.0 - slope);
-}
-//@end

@@ -11,11 +11,13 @@ const HAS_MAGNET: u32 = 8u; //@spec
 // Derivatives need integrals along it.
 const HAS_INTEGRALS: u32 = 16u; //@spec
 
-// Steps over each segment: on the path, for the answer, for the error estimate.
+// Steps over each segment: on the path, on it with care, for the answer, for the error estimate.
 const COARSE: u32 = 0u;
-const FINE: u32 = 1u;
-const CHECK: u32 = 2u;
+const CAREFUL: u32 = 1u;
+const FINE: u32 = 2u;
+const CHECK: u32 = 3u;
 const COARSE_STEPS: array<u32, 1> = array<u32, 1>(1u); //@spec
+const CAREFUL_STEPS: array<u32, 1> = array<u32, 1>(1u); //@spec
 const STEPS: array<u32, 1> = array<u32, 1>(1u); //@spec
 
 fn first_entry(index: u32) -> u32 {
@@ -36,10 +38,13 @@ fn has(index: u32, flag: u32) -> bool {
 
 fn step_count(index: u32, resolution: u32) -> u32 {
     var coarse = 0u;
+    var careful = 0u;
     var fine = 0u;
     for (var j = 0u; j < SEGMENT_COUNT; j++) { //@unroll
         coarse = select(coarse, COARSE_STEPS[j], index == j);
+        careful = select(careful, CAREFUL_STEPS[j], index == j);
         fine = select(fine, STEPS[j], index == j);
     } //@end
-    return select(select(fine, 2u * fine, resolution == CHECK), coarse, resolution == COARSE);
+    let of_answer = select(fine, 2u * fine, resolution == CHECK);
+    return select(select(of_answer, careful, resolution == CAREFUL), coarse, resolution == COARSE);
 }

@@ -28,6 +28,7 @@ struct Rod {
     // n at the base.
     n0: vec3<f32>,
     flexible_length: f32,
+    length: f32,
 }
 
 // Reads the base of the sample's record.
@@ -44,6 +45,7 @@ fn load() -> Rod {
     rod.l_tip = tip_moment();
     //@end
     rod.flexible_length = flexible_length();
+    rod.length = rod_length();
     return rod;
 }
 
@@ -67,6 +69,15 @@ fn flexible_length() -> f32 {
     var length = 0.0;
     for (var j = 0u; j < SEGMENT_COUNT; j++) { //@unroll
         length = length + select(0.0, length_j(), has(j, IS_FLEXIBLE));
+    } //@end
+    return length;
+}
+
+// Length of what is integrated.
+fn rod_length() -> f32 {
+    var length = 0.0;
+    for (var j = 0u; j < SEGMENT_COUNT; j++) { //@unroll
+        length = length + length_j();
     } //@end
     return length;
 }

@@ -33,7 +33,7 @@ fn shoot(resolution: u32, rod: Rod, lambda: f32, m0: vec3<f32>, first: u32, thre
     var n = rod.n0 * lambda;
     var s = 0.0;
     let shortest = rod.flexible_length * SHORTEST_INTERVAL;
-    let tableau = select(TABLEAU_COUNT - 1u, 0u, resolution == COARSE);
+    let tableau = select(TABLEAU_COUNT - 1u, 0u, resolution <= CAREFUL);
     let complete = threes == THREES;
     if record { station = Station(zero_matrix(), identity(), 0.0, 0.0); }
     //@if TRACES

@@ -5,10 +5,10 @@ const CHORD_LIMIT: u32 = 0u; //@spec
 const CHORD_TRUST: f32 = 0.0; //@spec
 const CHORD_TOLERANCE: f32 = 0.0; //@spec
 const NEWTON_LIMIT: u32 = 0u; //@spec
-const EPSILON: f32 = 0.0; //@spec
 const DIFFERENCE: f32 = 0.0; //@spec
 const ROUND_OFF: f32 = 0.0; //@spec
 const REACH: f32 = 0.0; //@spec
+const NO_EQUILIBRIUM: f32 = 0.0; //@spec
 
 // Moves the base moment to the fine grid's equilibrium by chord steps, without columns.
 fn chord_steps(rod: Rod, end: ptr<function, PathEnd>) {
@@ -37,6 +37,7 @@ fn solve_group() {
     var delta = vec3<f32>();
     var w_inverse = mat3x3<f32>();
     var index = 0.0;
+    var converged = false;
     var code = STATUS_PENDING;
     for (var first = DIRECT; first <= GUARDED_RAMP; first = end.path + 1u) {
         //@if SEARCH
@@ -46,7 +47,7 @@ fn solve_group() {
         //@end
         chord_steps(rod, &end);
         var moving = end.reached;
-        var converged = false;
+        converged = false;
         var size = 0.0;
         for (var i = 0u; i < NEWTON_LIMIT; i++) {
             start_columns(rod, end.m0);
@@ -62,7 +63,8 @@ fn solve_group() {
         }
         index = stability_index(tip);
         let within_reach = is_finite(length(tip.p)) && length(tip.p) < REACH;
-        code = status_codes(end, converged && within_reach, index < 0.5, is_finite(size) && within_reach);
+        converged = converged && within_reach;
+        code = status_codes(end, converged, index < 0.5, is_finite(size) && within_reach);
         if code != STATUS_PENDING { break; }
     }
     // What is left of the residual is taken out to first order.
@@ -73,15 +75,13 @@ fn solve_group() {
     let m0 = end.m0 + delta;
     let residual = length(tip.m - rod.l_tip);
 
-    let norm = dot(w_inverse[0], w_inverse[0]) + dot(w_inverse[1], w_inverse[1]) + dot(w_inverse[2], w_inverse[2]);
-    let margin = sqrt(3.0 / norm);
     store_vector(TIP_POSITION_COLUMN, tip_position);
     store_vector(TIP_D1_COLUMN, d1);
     store_vector(TIP_TANGENT_COLUMN, t);
     store_vector(BASE_MOMENT_COLUMN, m0);
     store(RESIDUAL_COLUMN, residual);
-    store(STABILITY_MARGIN_COLUMN, select(-margin, margin, index < 0.5));
-    store(STABILITY_INDEX_COLUMN, index);
+    store(STABILITY_MARGIN_COLUMN, margin(w_inverse) * select(-1.0, 1.0, index < 0.5));
+    store(STABILITY_INDEX_COLUMN, select(NO_EQUILIBRIUM, index, converged));
     store(ITERATIONS_COLUMN, end.passes);
     store(LOAD_FRACTION_COLUMN, end.history.lambda);
     write_derivatives(rod, end.m0, tip);
@@ -119,7 +119,7 @@ fn status_codes(end: PathEnd, converged: bool, stable: bool, finite: bool) -> u3
     }
     if end.path == DIRECT { return select(STATUS_PENDING, STATUS_OK, converged && stable); }
     if end.path == RAMP { return select(STATUS_PENDING, STATUS_RAMPED, converged && stable); }
-    let lost = select(STATUS_FOLD, STATUS_STEP_LIMIT, end.exhausted);
+    let lost = select(select(unsolved, STATUS_FOLD, end.fold), STATUS_STEP_LIMIT, end.exhausted);
     let done = select(STATUS_UNSTABLE, STATUS_RAMPED, stable);
     return select(lost, select(unsolved, done, converged), end.reached);
 }
@@ -137,7 +137,7 @@ fn error_estimate(
     let delta = -(w_inverse * (tip.m - rod.l_tip));
     let by_moment = columns[BY_MOMENT];
     let turn = by_moment.w * delta;
-    let dp = length(tip.p + by_moment.dp * delta - p);
+    let dp = length(tip.p + by_moment.dp * delta - p) / rod.length;
     let dd1 = length(tip.d1 + cross(turn, tip.d1) - d1);
     let dt = length(tip.t + cross(turn, tip.t) - t);
     let response = transpose(by_moment.w * w_inverse);

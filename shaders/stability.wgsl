@@ -32,6 +32,21 @@ fn stability_index(tip: Tip) -> f32 {
     return station.index + negative_count(transpose(columns[BY_MOMENT].w) * canonical(tip, BY_MOMENT));
 }
 
+// Squared Frobenius norm.
+fn squared_norm(a: mat3x3<f32>) -> f32 {
+    return dot(a[0], a[0]) + dot(a[1], a[1]) + dot(a[2], a[2]);
+}
+
+// The stability margin that belongs to (dr/dm0)^-1.
+fn margin(w_inverse: mat3x3<f32>) -> f32 {
+    return sqrt(3.0 / squared_norm(w_inverse));
+}
+
+// Whether the margin that belongs to (dr/dm0)^-1 of this squared norm is above a bound.
+fn is_above(square: f32, bound: f32) -> bool {
+    return square * (bound * bound) < 3.0;
+}
+
 // mu = dm - w x m / 2 of three columns at the tip.
 fn canonical(tip: Tip, k: u32) -> mat3x3<f32> {
     let half_m = tip.m * 0.5;

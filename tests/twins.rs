@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-const STEMS: [&str; 13] = [
+const STEMS: [&str; 14] = [
     "algebra",
     "rod",
     "section",
@@ -15,6 +15,7 @@ const STEMS: [&str; 13] = [
     "base",
     "shoot",
     "path",
+    "search",
     "solve",
     "stability",
     "rows",
@@ -40,6 +41,7 @@ const EXCEPTIONS: Exceptions = Exceptions {
         ("trace", &["zero"], "WGSL's own zero value"),
         ("shoot", &["new", "shoot", "with_simd"], "the workspace, and the wrapping of `integrate`"),
         ("shoot", &["forward_source"], "the shader has one source in hand"),
+        ("search", &["unit", "snap"], "samples that end at a fold are solved again on the CPU"),
         ("rows", &["add"], "an operator of WGSL's matrices"),
         ("solve", &["code"], "masks of lanes"),
     ],
@@ -52,6 +54,7 @@ const EXCEPTIONS: Exceptions = Exceptions {
     ],
     renamed: &[
         ("algebra", "zero", "zero_matrix"),
+        ("rod", "length", "rod_length"),
         ("step", "velocity", "stage_velocity"),
         ("source", "load", "load_sources"),
         ("source", "force", "source_force"),

@@ -17,7 +17,7 @@ pub fn text(solved: &Solved, shape: Option<Value>, plan: Option<Value>) -> Strin
 }
 
 pub fn value(solved: &Solved) -> Value {
-    if solved.solutions.status(0).is_converged() { converged(solved) } else { failed(solved) }
+    if solved.solutions.is_equilibrium(0) { equilibrium(solved) } else { failed(solved) }
 }
 
 /// Numbers of the last iterate mean nothing here: null.
@@ -38,7 +38,8 @@ fn failed(solved: &Solved) -> Value {
     })
 }
 
-fn converged(solved: &Solved) -> Value {
+/// At a fold: an equilibrium beyond it.
+fn equilibrium(solved: &Solved) -> Value {
     let Solved { plan, batch, solutions, .. } = solved;
     let rod = plan.sample_rod(batch, 0);
     let m0 = solutions.vector(0, Quantity::BaseMoment);
@@ -54,7 +55,7 @@ fn converged(solved: &Solved) -> Value {
     let names: Vec<&str> = plan.derivatives.iter().map(|derivative| derivative.name.as_str()).collect();
     json!({
         "status": solutions.status(0).name(),
-        "converged": true,
+        "converged": solutions.status(0).is_converged(),
         "stable": solutions.get(0, Quantity::StabilityIndex) < 0.5,
         "stability_margin": number(solutions.get(0, Quantity::StabilityMargin)),
         "iterations": number(solutions.get(0, Quantity::Iterations)),

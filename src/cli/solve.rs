@@ -1,7 +1,7 @@
 //! `rodsweep solve`: one equilibrium with its Jacobian.
 
 use super::args::{BackendName, EngineArguments, SolveArguments};
-use super::engine::{Engine, cpu_f64};
+use super::engine::{Engine, second_attempt};
 use super::{CommandError, Exit, branches, explain, plot, print, say, shape, solution_json};
 use rodsweep::backend::BackendKind;
 use rodsweep::model::{Batch, Parameter, Plan, PlanOptions, Quantity, Scene, SegmentKind, SegmentParameter, Solutions};
@@ -58,9 +58,10 @@ pub fn solve(arguments: &SolveArguments) -> Result<Exit, CommandError> {
 
 /// All that is asked for, as text or as JSON.
 fn answer(solved: &Solved, arguments: &SolveArguments) -> Result<String, CommandError> {
-    let converged = solved.solutions.status(0).is_converged();
     let poses = match &arguments.shape {
-        Some(text) if converged => Some(shape::poses(solved, &shape::arc_lengths(text, solved.scene.total_length())?)?),
+        Some(text) if solved.solutions.is_equilibrium(0) => {
+            Some(shape::poses(solved, &shape::arc_lengths(text, solved.scene.total_length())?)?)
+        }
         _ => None,
     };
     if arguments.json {
@@ -133,8 +134,7 @@ fn solve_scene(scene: Scene, wrt: &[Parameter], engine: &Engine, tolerance: f64)
     }
     let mut solved = solved.ok_or_else(|| CommandError::Usage("nothing was solved".into()))?;
     if engine.kind == BackendKind::Gpu && !solved.solutions.status(0).is_success() {
-        let plan = solved.plan.clone();
-        solved.solutions = cpu_f64(&plan)?.solve(&batch)?;
+        solved.solutions = second_attempt(&solved.plan)?.solve(&batch)?;
         solved.engine = "cpu f64, after the GPU failed".into();
     }
     Ok(solved)
@@ -147,9 +147,12 @@ fn describe(solved: &Solved) -> String {
     let mut text =
         format!("{}: {} ({})\n", if scene.name.is_empty() { "rod" } else { &scene.name }, status.name(), solved.engine);
     if !status.is_converged() {
-        let fraction = solutions.get(0, Quantity::LoadFraction);
-        text += &format!("no equilibrium at the full load; followed from rest to {:.1} % of it\n", 100.0 * fraction);
-        return text;
+        let fraction = 100.0 * solutions.get(0, Quantity::LoadFraction);
+        if !solutions.is_equilibrium(0) {
+            text += &format!("no equilibrium at the full load; followed from rest to {fraction:.1} % of it\n");
+            return text;
+        }
+        text += &format!("the path from rest ends at {fraction:.2} % of the load; an equilibrium beyond:\n");
     }
     let numbers = |v: [f64; 3], factor: f64, digits: usize| v.map(|x| format!("{:.*}", digits, x * factor)).join(", ");
     let m0 = solutions.vector(0, Quantity::BaseMoment);

@@ -60,6 +60,7 @@ pub const KERNELS: &[KernelEntry] = &[KernelEntry {
         shader!("slots"),
         shader!("rows"),
         shader!("path"),
+        shader!("search"),
         shader!("solve"),
     ],
 }];

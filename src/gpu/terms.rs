@@ -6,7 +6,7 @@ use super::sources::{add_sources, forward_threes};
 use super::specialise::{Specialisation, Value};
 use super::wants::{add_wants, has_integrals};
 use crate::model::path::{self, PATH_STEPPER};
-use crate::model::{BLOCK, MOST_KNOWN, Plan, Quantity, ROWS, SegmentPlan, Status, Tableau};
+use crate::model::{BLOCK, MOST_KNOWN, NO_EQUILIBRIUM, Plan, Quantity, ROWS, SegmentPlan, Status, Tableau};
 
 /// Loop iterations of one invocation that every driver runs; software Vulkan stops silently at 65,535.
 const ITERATION_BUDGET: usize = 60_000;
@@ -85,12 +85,18 @@ fn path_steps(plan: &Plan) -> Vec<usize> {
     integrated(plan).iter().map(|segment| plan.options.stepper.path_steps(segment.steps)).collect()
 }
 
+/// The same with care.
+fn careful_steps(plan: &Plan) -> Vec<usize> {
+    integrated(plan).iter().map(|segment| plan.options.stepper.careful_steps(segment.steps)).collect()
+}
+
 fn add_segments(s: &mut Specialisation, plan: &Plan) {
     let segments = integrated(plan);
     let fine = segments.iter().map(|segment| segment.steps);
     s.constant("SEGMENT_COUNT", Value::U32(segments.len() as u32));
     s.constant("STEPS", Value::u32_array(fine));
     s.constant("COARSE_STEPS", Value::u32_array(path_steps(plan)));
+    s.constant("CAREFUL_STEPS", Value::u32_array(careful_steps(plan)));
     s.constant("STATIONS_EACH", Value::U32(STATIONS_EACH as u32));
     s.constant("FIRST_ENTRY", Value::u32_array(segments.iter().map(|segment| segment.record)));
     let flags = |(index, segment): (usize, &SegmentPlan)| {
@@ -152,6 +158,11 @@ fn add_path(s: &mut Specialisation, plan: &Plan) {
         ("SMALLEST_RAMP_STEP", path::SMALLEST_RAMP_STEP),
         ("SMALLEST_GUARDED_STEP", path::SMALLEST_GUARDED_STEP),
         ("PASS_LIMIT", pass_limit(plan)),
+        ("SAFE_MARGIN", path::SAFE_MARGIN),
+        ("NARROW_MARGIN", path::NARROW_MARGIN),
+        ("FOLD_MARGIN", path::FOLD_MARGIN),
+        ("INDEX_NOISE", path::INDEX_NOISE),
+        ("NO_EQUILIBRIUM", NO_EQUILIBRIUM),
         ("SEARCH_LIMIT", path::SEARCH_LIMIT),
         ("SEARCH_STEP", path::SEARCH_STEP),
         ("CHORD_TRUST", path::CHORD_TRUST),
@@ -178,6 +189,7 @@ pub(super) fn pass_limit(plan: &Plan) -> f64 {
     let segments = integrated(plan);
     let steps: usize = segments.iter().map(|segment| segment.steps).sum();
     let path_steps: usize = path_steps(plan).iter().sum();
+    let careful_steps: usize = careful_steps(plan).iter().sum();
     let pass = |steps: usize| 1 + segments.len() + steps;
     // Loops over derivatives and their slots: for the rows, and while the columns pass over the segments.
     let gathered = plan.derivatives.len() + slot_count(plan);
@@ -190,6 +202,6 @@ pub(super) fn pass_limit(plan: &Plan) -> f64 {
     // Each of the three paths may be the first that leads to an unstable equilibrium.
     let fixed = rows + pass(path_steps) + pass(2 * steps) + 3 * attempt + direct;
     // Both ramps in the first attempt, both in the second, the guarded one in the third; each pass with its index.
-    let left = ITERATION_BUDGET.saturating_sub(fixed) / (5 * pass(path_steps));
+    let left = ITERATION_BUDGET.saturating_sub(fixed) / (2 * pass(path_steps) + 3 * pass(careful_steps));
     path::PASS_LIMIT.min(left as f64)
 }

@@ -13,6 +13,7 @@ mod path;
 mod program;
 mod rod;
 mod rows;
+mod search;
 mod section;
 mod shoot;
 mod solve;

@@ -4,14 +4,14 @@
 
 use super::algebra::{Mat3, Vec3, axpy, cross, dot, inverse, length, select_matrix};
 use super::base::{moment_columns, rotation_columns};
-use super::lane::Lane;
+use super::lane::{Lane, Scalar};
 use super::program::Program;
 use super::rod::{Rod, Segment, Terms};
 use super::shoot::{Workspace, shoot, tip_moment_columns};
-use super::stability::stability_index;
+use super::stability::{is_above, squared_norm, stability_index};
 use crate::model::path::{
-    CONTRACTION, CORRECTIONS, EASY, FIRST_RAMP_STEP, PASS_LIMIT, PATH_TOLERANCE, SEARCH_LIMIT, SEARCH_STEP,
-    SMALLEST_GUARDED_STEP, SMALLEST_RAMP_STEP, TRUST,
+    CONTRACTION, CORRECTIONS, EASY, FIRST_RAMP_STEP, FOLD_MARGIN, INDEX_NOISE, NARROW_MARGIN, PASS_LIMIT,
+    PATH_TOLERANCE, SAFE_MARGIN, SMALLEST_GUARDED_STEP, SMALLEST_RAMP_STEP, TRUST,
 };
 
 /// How to reach the full load; each is tried where the one before did not lead to a stable equilibrium.
@@ -21,7 +21,7 @@ pub enum Path {
     Direct,
     /// In as many steps as it takes to contract, never across a change of sign of det(dr/dm0).
     Ramp,
-    /// The same, with a stability index of zero on every step.
+    /// The same on a finer grid, with a stability index of zero on every step.
     GuardedRamp,
     /// Not from rest: from a given base moment, away from known equilibria.
     Search,
@@ -32,9 +32,13 @@ pub struct PathEnd<L: Lane> {
     pub m0: Vec3<L>,
     pub inverse: Mat3<L>,
     pub lambda: L,
+    /// dm0/dlambda there, about.
+    pub heading: Vec3<L>,
     pub passes: L,
     pub reached: L::Mask,
     pub exhausted: L::Mask,
+    /// Not reached, and near a fold or a bifurcation.
+    pub fold: L::Mask,
 }
 
 /// dm0/dlambda at rest: the moment of all loads on the unbent rod, R4 at u = u*.
@@ -99,6 +103,7 @@ pub fn follow_path<L: Lane, T: Terms>(
     let one = zero.constant(1.0);
     let nobody = one.lt(zero);
     let guarded = path == Path::GuardedRamp;
+    let resolution = if guarded { &program.careful } else { &program.coarse };
     let (first_step, smallest_step) = match path {
         Path::Direct | Path::Search => (one, one),
         Path::Ramp => (zero.constant(FIRST_RAMP_STEP), zero.constant(SMALLEST_RAMP_STEP)),
@@ -115,7 +120,11 @@ pub fn follow_path<L: Lane, T: Terms>(
     let mut corrections = zero;
     let mut passes = one;
     let mut inverse_w = Mat3 { x: no_vector, y: no_vector, z: no_vector };
+    // Largest squared norm of the inverse on accepted steps.
+    let mut weakest = zero;
     let (mut reached, mut failed, mut exhausted) = (nobody, nobody, nobody);
+    // The last step was rejected for its stability, not for Newton's method.
+    let mut unstable = nobody;
     loop {
         let active = !(reached | failed);
         if !L::any(active) {
@@ -123,12 +132,13 @@ pub fn follow_path<L: Lane, T: Terms>(
         }
         let mut columns = [moment_columns(one), rotation_columns(m0)];
         let columns = &mut columns[..if guarded { 2 } else { 1 }];
-        let tip = shoot::<L, T>(program, &program.coarse, rod, target, m0, columns, guarded, workspace);
+        let tip = shoot::<L, T>(program, resolution, rod, target, m0, columns, guarded, workspace);
         let residual = tip.m - rod.l_tip * target;
         let w = tip_moment_columns::<L, T>(&tip, &columns[0]);
         let w_inverse = inverse(w);
         let delta = -(w_inverse * residual); // R4
-        let size = length(delta);
+        // In plan units of moment or in radians: a soft rod turns far by little.
+        let size = length(delta).max(length(columns[0].w * delta));
         let m_new = m0 + delta;
         let converged = size.lt(zero.constant(PATH_TOLERANCE) * (one + length(m0)));
         let contracting = size.lt(last_size * zero.constant(CONTRACTION)) & corrections.lt(zero.constant(CORRECTIONS));
@@ -137,9 +147,21 @@ pub fn follow_path<L: Lane, T: Terms>(
             let index = stability_index::<L, T>(&workspace.station, &tip, columns);
             same_branch = same_branch & index.lt(zero.constant(0.5));
         }
-        let accept = active & converged & same_branch;
+        let square = squared_norm(&w_inverse);
+        // Too near a bifurcation to know afterwards on which side it was passed.
+        let lost = if guarded {
+            !is_above(weakest, NARROW_MARGIN) & square.lt(weakest * zero.constant(0.25))
+        } else {
+            !is_above(square, SAFE_MARGIN)
+        };
+        let lost = active & converged & same_branch & lost;
+        let accept = active & converged & same_branch & !lost;
         let go_on = active & !converged & contracting;
         let reject = active & !accept & !go_on;
+        let noise = zero.constant(L::Scalar::EPSILON) * squared_norm(&w);
+        let destabilised = converged & !same_branch & noise.lt(zero.constant(INDEX_NOISE));
+        unstable = (unstable & !active) | (reject & destabilised);
+        weakest = L::select(accept, weakest.max(square), weakest);
 
         inverse_w = select_matrix::<L>(accept | go_on, w_inverse, inverse_w);
         history.accept(accept, target, m_new);
@@ -147,7 +169,7 @@ pub fn follow_path<L: Lane, T: Terms>(
         let easy = corrections.lt(zero.constant(EASY));
         step = L::select(accept & easy, step + step, step);
         step = L::select(reject, step * zero.constant(0.5), step);
-        failed = failed | (reject & step.lt(smallest_step));
+        failed = failed | lost | (reject & step.lt(smallest_step));
         let restart = accept | reject;
         target = L::select(restart, (history.lambda + step).min(one), target);
         m0 = Vec3::select(restart, Vec3::select(reached, m_new, history.predict(target)), m0);
@@ -159,57 +181,17 @@ pub fn follow_path<L: Lane, T: Terms>(
         exhausted = exhausted | over;
         failed = failed | over;
     }
-    PathEnd { m0, inverse: inverse_w, lambda: history.lambda, passes, reached, exhausted }
-}
-
-/// Newton's method on the coarse grid under the full load, from a given base moment: steps of bounded length, deflated
-/// by known equilibria.
-#[inline(always)]
-pub fn search<L: Lane, T: Terms>(
-    program: &Program,
-    rod: &Rod<L>,
-    start: Vec3<L>,
-    known: &[Vec3<L>],
-    workspace: &mut Workspace<L>,
-) -> PathEnd<L> {
-    let one = rod.t.x.constant(1.0);
-    let zero = one.constant(0.0);
-    let none = one.lt(zero);
-    let mut end =
-        PathEnd { m0: start, inverse: Mat3::zero(one), lambda: one, passes: zero, reached: none, exhausted: none };
-    let mut failed = none;
-    loop {
-        let active = !(end.reached | failed);
-        if !L::any(active) {
-            break;
-        }
-        let mut columns = [moment_columns(one)];
-        let tip = shoot::<L, T>(program, &program.coarse, rod, one, end.m0, &mut columns, false, workspace);
-        let w_inverse = inverse(tip_moment_columns::<L, T>(&tip, &columns[0]));
-        let newton = -(w_inverse * (tip.m - rod.l_tip)); // R4
-        let delta = newton * deflation(end.m0, newton, known);
-        let size = length(delta);
-        let arrived = size.lt(one.constant(PATH_TOLERANCE) * (one + length(end.m0)));
-        let longest = one.constant(SEARCH_STEP);
-        let factor = L::select(size.lt(longest), one, longest / size);
-        end.m0 = Vec3::select(active, end.m0 + delta * factor, end.m0);
-        end.inverse = select_matrix::<L>(active, w_inverse, end.inverse);
-        end.passes = L::select(active, end.passes + one, end.passes);
-        end.reached = end.reached | (active & arrived);
-        failed = failed | (active & !(end.passes.lt(one.constant(SEARCH_LIMIT)) & size.is_finite()));
+    let m0 = Vec3::select(reached, m0, history.m0);
+    let at_fold = if guarded { unstable | !is_above(weakest, FOLD_MARGIN) } else { nobody };
+    let fold = at_fold & !(reached | exhausted);
+    PathEnd {
+        m0,
+        inverse: inverse_w,
+        lambda: history.lambda,
+        heading: history.secant,
+        passes,
+        reached,
+        exhausted,
+        fold,
     }
-    end
-}
-
-/// What becomes of Newton's step if the residual is multiplied by 1 + 1/d² for each known equilibrium at distance d.
-#[inline(always)]
-fn deflation<L: Lane>(m0: Vec3<L>, newton: Vec3<L>, known: &[Vec3<L>]) -> L {
-    let one = m0.x.constant(1.0);
-    let mut slope = one.constant(0.0);
-    for equilibrium in known {
-        let away = m0 - *equilibrium;
-        let d2 = dot(away, away);
-        slope = slope - dot(away, newton) * one.constant(2.0) / (d2 * (one + d2));
-    }
-    one / (one - slope)
 }

@@ -67,6 +67,8 @@ pub struct Program {
     pub derivatives: Vec<Vec<(Slot, usize)>>,
     /// For following the path from rest.
     pub coarse: Resolution,
+    /// The same with care.
+    pub careful: Resolution,
     /// For the answer.
     pub fine: Resolution,
     /// For the error estimate: twice the steps of `fine`.
@@ -101,7 +103,7 @@ impl Program {
             |scale: &dyn Fn(usize) -> usize| plan.segments[..integrated].iter().map(|s| scale(s.steps)).collect();
         let stepper = plan.options.stepper;
         let tableau = stepper.tableau();
-        let coarse = steps(&|n| stepper.path_steps(n));
+        let on_path = |steps| Resolution { tableau: PATH_STEPPER.tableau(), steps };
         Self {
             terms,
             general,
@@ -114,7 +116,8 @@ impl Program {
             forward: plan.forward,
             collect,
             derivatives: plan.derivatives.iter().map(|derivative| derivative.terms.clone()).collect(),
-            coarse: Resolution { tableau: PATH_STEPPER.tableau(), steps: coarse },
+            coarse: on_path(steps(&|n| stepper.path_steps(n))),
+            careful: on_path(steps(&|n| stepper.careful_steps(n))),
             fine: Resolution { tableau, steps: steps(&|n| n) },
             check: Resolution { tableau, steps: steps(&|n| 2 * n) },
             newton_tolerance: newton_tolerance(plan.options.tolerance, epsilon),

@@ -132,6 +132,20 @@ impl<L: Lane> Rod<L> {
         length
     }
 
+    /// Length of what is integrated.
+    #[inline(always)]
+    pub fn length(&self) -> L {
+        let mut length = self.t.x.constant(0.0);
+        for segment in &self.segments {
+            length = length
+                + match segment {
+                    Segment::Flexible(flexible) => flexible.length,
+                    Segment::Rigid(rigid) => rigid.length,
+                };
+        }
+        length
+    }
+
     pub fn new(token: L::Token) -> Self {
         let zero = Vec3::splat(L::splat(token, 0.0));
         Self { d1: zero, t: zero, B: zero, f_tip: zero, l_tip: zero, segments: Vec::new(), free: None }

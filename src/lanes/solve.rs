@@ -2,20 +2,21 @@
 //!
 //! A sample's iterations depend on that sample alone: a lane that has finished is frozen while its neighbours go on.
 
-use super::algebra::{Mat3, Vec3, cross, dot, inverse, length, transpose};
+use super::algebra::{Mat3, Vec3, cross, inverse, length, transpose};
 use super::base::{force_columns, forward_columns, moment_columns, rotation_columns};
 use super::column::Columns;
 use super::lane::{Lane, Scalar};
-use super::path::{Path, PathEnd, follow_path, search};
+use super::path::{Path, PathEnd, follow_path};
 use super::program::{Inputs, Outputs, Program};
 use super::rod::{Rod, Terms};
 use super::rows::{Responses, write_forward_rows, write_rows};
+use super::search::{search, snap};
 use super::shoot::{Tip, Workspace, shoot, tip_moment_columns};
-use super::stability::stability_index;
+use super::stability::{margin, stability_index};
 use crate::model::path::{
     CHORD_LIMIT, CHORD_TOLERANCE, CHORD_TRUST, DIFFERENCE, NEWTON_LIMIT, REACH, ROUND_OFF, TRUST,
 };
-use crate::model::{MOST_KNOWN, Quantity, Status};
+use crate::model::{MOST_KNOWN, NO_EQUILIBRIUM, Quantity, Status};
 
 /// Moves the base moment to the fine grid's equilibrium by chord steps, without columns.
 #[inline(always)]
@@ -60,7 +61,8 @@ pub fn solve_group<L: Lane, T: Terms>(
             for (k, known) in known.iter_mut().enumerate() {
                 *known = program.vector(token, inputs, start + 3 + 3 * k);
             }
-            search::<L, T>(program, rod, program.vector(token, inputs, start), &known, workspace)
+            let start = program.vector(token, inputs, start);
+            search::<L, T>(program, &program.coarse, rod, start, !one.lt(zero), &known, workspace)
         }
         _ => follow_path::<L, T>(program, rod, path, workspace),
     };
@@ -68,6 +70,8 @@ pub fn solve_group<L: Lane, T: Terms>(
         out.store(Quantity::Status.column(), code(one, Status::Pending));
         return;
     }
+    let snapped = if L::any(end.fold) { snap::<L, T>(program, rod, &mut end, workspace) } else { end.fold };
+    end.reached = end.reached | snapped;
     chord_steps::<L, T>(program, rod, &mut end, workspace);
 
     for k in 0..workspace.sources.len() {
@@ -103,10 +107,11 @@ pub fn solve_group<L: Lane, T: Terms>(
     let within_reach = length(tip.p).lt(one.constant(REACH));
     let index = stability_index::<L, T>(&workspace.station, &tip, &columns);
     let stable = index.lt(one.constant(0.5));
-    let norm = dot(w_inverse.x, w_inverse.x) + dot(w_inverse.y, w_inverse.y) + dot(w_inverse.z, w_inverse.z);
-    let margin = (one.constant(3.0) / norm).sqrt();
+    let margin = margin(&w_inverse);
     let margin = L::select(stable, margin, -margin);
-    let status = status_codes(&end, path, converged & within_reach, stable, size.is_finite() & within_reach, one);
+    let converged = converged & within_reach;
+    let status = status_codes(&end, path, converged, stable, size.is_finite() & within_reach, one);
+    let index = L::select(converged, index, one.constant(NO_EQUILIBRIUM));
 
     out.store_vector(Quantity::TipPosition.column(), tip_position);
     out.store_vector(Quantity::TipD1.column(), d1);
@@ -189,9 +194,10 @@ fn status_codes<L: Lane>(
             L::select(end.reached & converged, done, unsolved)
         }
         Path::GuardedRamp => {
-            let lost = L::select(end.exhausted, code(one, Status::StepLimit), code(one, Status::Fold));
+            let lost = L::select(end.exhausted, code(one, Status::StepLimit), unsolved);
             let done = L::select(stable, code(one, Status::Ramped), code(one, Status::Unstable));
-            L::select(end.reached, L::select(converged, done, unsolved), lost)
+            let end_status = L::select(end.reached, L::select(converged, done, unsolved), lost);
+            L::select(end.fold, code(one, Status::Fold), end_status)
         }
     }
 }
@@ -216,7 +222,7 @@ fn error_estimate<L: Lane, T: Terms>(
     let tip = shoot::<L, T>(program, &program.check, rod, one, end.m0, &mut [], false, workspace);
     let delta = -(w_inverse * (tip.m - rod.l_tip));
     let turn = by_moment.w * delta;
-    let dp = length(tip.p + by_moment.dp * delta - p);
+    let dp = length(tip.p + by_moment.dp * delta - p) / rod.length();
     let dd1 = length(tip.d1 + cross(turn, tip.d1) - d1);
     let dt = length(tip.t + cross(turn, tip.t) - t);
     let columns = transpose(by_moment.w * w_inverse);

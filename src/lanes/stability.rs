@@ -3,7 +3,7 @@
 //! With the canonical columns (w, mu), mu = dm - w x m / 2, elimination from the base leaves the negative eigenvalues of
 //! A + b^-1 a at each station, A = mu w^-1 by base moment; congruent forms need only the w of six columns. S1 to S3
 
-use super::algebra::{Mat3, columns_cross_sub, inverse, select_matrix, transpose};
+use super::algebra::{Mat3, columns_cross_sub, cross, dot, inverse, select_matrix, transpose};
 use super::column::Columns;
 use super::lane::Lane;
 use super::rod::Terms;
@@ -47,6 +47,24 @@ pub fn stability_index<L: Lane, T: Terms>(station: &Station<L>, tip: &Tip<L>, co
     station.index + negative_count(transpose(columns[0].w) * canonical::<L, T>(tip, &columns[0]))
 }
 
+/// Squared Frobenius norm.
+#[inline(always)]
+pub fn squared_norm<L: Lane>(a: &Mat3<L>) -> L {
+    dot(a.x, a.x) + dot(a.y, a.y) + dot(a.z, a.z)
+}
+
+/// The stability margin that belongs to (dr/dm0)^-1.
+#[inline(always)]
+pub fn margin<L: Lane>(w_inverse: &Mat3<L>) -> L {
+    (w_inverse.x.x.constant(3.0) / squared_norm(w_inverse)).sqrt()
+}
+
+/// Whether the margin that belongs to (dr/dm0)^-1 of this squared norm is above a bound.
+#[inline(always)]
+pub fn is_above<L: Lane>(square: L, bound: f64) -> L::Mask {
+    (square * square.constant(bound * bound)).lt(square.constant(3.0))
+}
+
 /// mu = dm - w x m / 2 of three columns at the tip.
 #[inline(always)]
 fn canonical<L: Lane, T: Terms>(tip: &Tip<L>, columns: &Columns<L>) -> Mat3<L> {
@@ -70,6 +88,6 @@ fn negative_count<L: Lane>(q: Mat3<L>) -> L {
     let s = s * (one / largest.max(zero.constant(f64::from(f32::MIN_POSITIVE))));
     let first = s.x.x;
     let second = s.y.x.neg_mul_add(s.y.x, s.x.x * s.y.y);
-    let third = super::algebra::dot(s.x, super::algebra::cross(s.y, s.z));
+    let third = dot(s.x, cross(s.y, s.z));
     count(first.lt(zero), one) + count((first * second).lt(zero), one) + count((second * third).lt(zero), one)
 }

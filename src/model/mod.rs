@@ -37,7 +37,7 @@ pub use scene::{
     SegmentKind, ShearElasticity, Stiffness,
 };
 pub use segment_parameter::{SegmentParameter, ShearAxis};
-pub use solution::{Quantity, ROWS, Solutions};
+pub use solution::{NO_EQUILIBRIUM, Quantity, ROWS, Solutions};
 pub use starts::{MOST_KNOWN, SEARCH_ENTRIES};
 pub use status::Status;
 pub use stepper::{Stepper, Tableau};

@@ -2,11 +2,11 @@
 
 use super::Stepper;
 
-/// Newton's steps on the path end below this change of the base moment (plan units).
+/// Newton's steps on the path end below this change of the base moment (plan units) and turn of the tip (radians).
 pub const PATH_TOLERANCE: f64 = 1e-3;
 /// On the path each step must be smaller than this share of the one before.
 pub const CONTRACTION: f64 = 0.3;
-/// A first correction above this many plan units of moment (radians of bending) is not trusted.
+/// A first correction above this many plan units of moment or radians of the tip is not trusted.
 pub const TRUST: f64 = 0.3;
 /// Newton steps on one load step.
 pub const CORRECTIONS: f64 = 8.0;
@@ -16,6 +16,15 @@ pub const EASY: f64 = 3.5;
 pub const FIRST_RAMP_STEP: f64 = 0.25;
 pub const SMALLEST_RAMP_STEP: f64 = 1.0 / 64.0;
 pub const SMALLEST_GUARDED_STEP: f64 = 1.0 / 4096.0;
+/// A path on the coarse grid that comes nearer than this to a fold or a bifurcation (stability margin) is followed again
+/// with care: few steps may unfold the bifurcation the other way.
+pub const SAFE_MARGIN: f64 = 0.1;
+/// A path that comes nearer than this and moves away again has passed what no grid resolves, and ends there.
+pub const NARROW_MARGIN: f64 = 1e-3;
+/// A path that ends without having come so near has not met a fold: shooting has failed.
+pub const FOLD_MARGIN: f64 = 0.25;
+/// Above this round-off (epsilon times the squared norm of dr/dm0) a stability index on the way says nothing.
+pub const INDEX_NOISE: f64 = 1e-5;
 /// A search from a given base moment: its passes, and the longest of its steps (plan units of moment).
 pub const SEARCH_LIMIT: f64 = 60.0;
 pub const SEARCH_STEP: f64 = 1.0;
@@ -37,6 +46,9 @@ pub const DIFFERENCE: f64 = 1.6;
 pub const REACH: f64 = 100.0;
 /// Round-off of a pass, in units of the number format's epsilon.
 pub const ROUND_OFF: f64 = 4.0;
+/// With care the path takes so many times the steps, up to so many over a segment.
+const CARE: usize = 6;
+const MOST_CARE: usize = 24;
 /// The method that follows the path.
 pub const PATH_STEPPER: Stepper = Stepper::Rk4;
 
@@ -48,6 +60,12 @@ impl Stepper {
             (Stepper::Rk4, _) => steps.div_ceil(3).max(2).min(steps),
             (Stepper::Dop853, _) => steps.div_ceil(2).max(2),
         }
+    }
+
+    /// Steps over a segment while following the path with care.
+    pub fn careful_steps(self, steps: usize) -> usize {
+        let path_steps = self.path_steps(steps);
+        path_steps.max((CARE * path_steps).min(MOST_CARE))
     }
 }
 

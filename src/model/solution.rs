@@ -20,7 +20,7 @@ pub enum Quantity {
     ErrorEstimate = 13,
     /// sqrt(3) over the Frobenius norm of (dr/dm0)^-1, negative when unstable: 1 at rest, 0 at a fold.
     StabilityMargin = 14,
-    /// Number of negative eigenvalues of the second variation; 0 is stable.
+    /// Number of negative eigenvalues of the second variation; 0 is stable, `NO_EQUILIBRIUM` is none.
     StabilityIndex = 15,
     /// Passes over the rod spent on Newton's iteration.
     Iterations = 16,
@@ -38,6 +38,9 @@ impl Quantity {
         self as usize
     }
 }
+
+/// Stability index of a row whose numbers do not satisfy the equilibrium equations.
+pub const NO_EQUILIBRIUM: f64 = -1.0;
 
 /// Rows of one derivative: tip position (3), tip rotation w (3), base moment (3).
 pub const ROWS: usize = 9;
@@ -81,6 +84,12 @@ impl Solutions {
     pub fn status(&self, sample: usize) -> Status {
         let code = self.get(sample, Quantity::Status);
         if code >= 0.0 { Status::from_code(code as u8).unwrap_or(Status::NonFinite) } else { Status::NonFinite }
+    }
+
+    /// Whether the row's numbers satisfy the equilibrium equations: those of a fold may be of an equilibrium beyond it.
+    pub fn is_equilibrium(&self, sample: usize) -> bool {
+        let status = self.status(sample);
+        (status.is_converged() || status == Status::Fold) && self.get(sample, Quantity::StabilityIndex) >= 0.0
     }
 
     pub fn set_status(&mut self, sample: usize, status: Status) {

@@ -24,7 +24,7 @@ pub use equilibrium::{
 pub use shape::{Pose, PoseDerivative, shape, shape_with_derivatives};
 
 use crate::backend::{Backend, BackendError, BackendInfo, BackendKind, Precision};
-use crate::model::{Batch, Plan, Quantity, ROWS, Slot, Solutions, Status};
+use crate::model::{Batch, NO_EQUILIBRIUM, Plan, Quantity, ROWS, Slot, Solutions, Status};
 use rayon::prelude::*;
 
 /// Samples in one call: enough to keep the threads busy.
@@ -65,7 +65,8 @@ impl Reference {
         put(Quantity::Residual, &[equilibrium.residual / self.plan.units.moment()]);
         put(Quantity::ErrorEstimate, &[equilibrium.error_estimate]);
         put(Quantity::StabilityMargin, &[equilibrium.margin]);
-        put(Quantity::StabilityIndex, &[equilibrium.index as f64]);
+        let index = if equilibrium.status.is_converged() { equilibrium.index as f64 } else { NO_EQUILIBRIUM };
+        put(Quantity::StabilityIndex, &[index]);
         put(Quantity::Iterations, &[equilibrium.iterations as f64]);
         put(Quantity::LoadFraction, &[equilibrium.load_fraction]);
         put(Quantity::Status, &[f64::from(equilibrium.status.code())]);

@@ -263,8 +263,9 @@ impl Layout {
             put(values[*axis]);
         }
         put(f64::from(status.code()));
-        // A row that has not converged carries no numbers; a number that is not finite is none.
-        let known = |value: f64| if status.is_converged() && value.is_finite() { value } else { f64::NAN };
+        // A row that is no equilibrium carries no numbers; a number that is not finite is none.
+        let is_known = solutions.is_equilibrium(at);
+        let known = |value: f64| if is_known && value.is_finite() { value } else { f64::NAN };
         let scalar = |quantity| known(solutions.get(at, quantity));
         for quantity in &self.quantities {
             match quantity {

@@ -21,7 +21,7 @@ impl<'a> Refiners<'a> {
     }
 
     /// Solves failed and doubtful samples again. A success becomes `Refined`; another verdict replaces the first one
-    /// unless that was a success. The second stage sees what the first left failing.
+    /// unless that was a success, or alone has an equilibrium. The second stage sees what the first left failing.
     pub fn refine(
         &mut self,
         plan: &Plan,
@@ -57,7 +57,9 @@ impl<'a> Refiners<'a> {
                         solutions.copy_row(*to, &again, from);
                         solutions.set_status(*to, Status::Refined);
                         self.refined += 1;
-                    } else if !solutions.status(*to).is_success() {
+                    } else if !solutions.status(*to).is_success()
+                        && (again.is_equilibrium(from) || !solutions.is_equilibrium(*to))
+                    {
                         solutions.copy_row(*to, &again, from);
                     }
                 }

@@ -77,6 +77,8 @@ pub enum Verdict {
 /// Steps that are tried, until the error estimate is below half the limit or no longer gets smaller. On fewer the
 /// path from rest is too coarse to keep to its branch near a bifurcation (`tests/trust.rs`).
 const STEPS: [usize; 7] = [16, 32, 64, 128, 256, 512, 1024];
+/// What is said of a success that is off by more than the limit, but by less than its own estimate.
+const DOUBTFUL: &str = "its error estimate is above the limit: a run solves it again";
 /// An estimate that is not smaller by this factor has met round-off.
 const GAIN: f64 = 0.9;
 /// Error of a tip over the length: what steps and round-off leave in f64, ...
@@ -193,9 +195,11 @@ impl Setup {
         let tip = solutions.vector(0, Quantity::TipPosition);
         let error = answer.tip.map_or(f64::NAN, |truth| distance(tip, truth) / case.scene.total_length());
         let status = solutions.status(0);
+        let estimate = solutions.get(0, Quantity::ErrorEstimate);
         let verdict = match documented::end(case.name()) {
             // Also false for NaN.
             _ if status.is_success() && error <= limit => Verdict::Ok,
+            _ if status.is_success() && error <= estimate => Verdict::GaveUp(Some(DOUBTFUL)),
             _ if status.is_success() => Verdict::Wrong,
             Some(end) if end.statuses.contains(&status) => Verdict::NoAnswer(end.why),
             _ => Verdict::GaveUp(documented::shortcoming(case.name(), &self.name(), status).map(|known| known.why)),
@@ -203,7 +207,7 @@ impl Setup {
         Ok(Outcome {
             status,
             error,
-            estimate: solutions.get(0, Quantity::ErrorEstimate),
+            estimate,
             limit,
             iterations: solutions.get(0, Quantity::Iterations),
             load_fraction: solutions.get(0, Quantity::LoadFraction),
