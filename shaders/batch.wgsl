@@ -1,10 +1,10 @@
 // One sample for each invocation: where its numbers lie. src/gpu/buffers.rs owns the layout.
 
 struct Settings {
-    sample_count: u32,
     // Added to every status, so that a row left by an earlier dispatch is noticed.
     mark: f32,
     tolerance: f32,
+    sample_count: u32,
     // Always zero, which no compiler can know.
     zero: u32,
 }

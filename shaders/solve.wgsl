@@ -126,7 +126,11 @@ fn status_codes(end: PathEnd, converged: bool, stable: bool, finite: bool) -> u3
 
 // Whether a number is neither infinite nor undefined; by its bits, whatever the compiler assumes.
 fn is_finite(a: f32) -> bool {
+    //@if F64
+    return abs(a) < 1e300;
+    //@else
     return (bitcast<u32>(a) & 0x7f800000u) != 0x7f800000u;
+    //@end
 }
 
 // Difference to the equilibrium on twice as many steps, plus what round-off can do through dm0/dr.

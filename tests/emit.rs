@@ -1,5 +1,6 @@
 //! The WGSL preprocessor: directives, and errors at their original lines.
 
+use rodsweep::backend::Precision;
 use rodsweep::gpu::{Piece, Source, Specialisation, Value, check, emit};
 
 fn piece(name: &'static str, text: &'static str) -> Piece {
@@ -13,7 +14,7 @@ fn specialisation() -> Specialisation {
     s.term("A[1]", true);
     s.term("A[0]", false);
     s.constant("COUNT", Value::U32(3));
-    s.constant("WEIGHTS", Value::f32_array([0.1, 1e-9, 1.0 / 3.0]));
+    s.constant("WEIGHTS", Value::float_array([0.1, 1e-9, 1.0 / 3.0]));
     s
 }
 
@@ -53,10 +54,26 @@ fn constants_take_their_specialised_value_and_type() {
 
 #[test]
 fn floats_survive_to_the_last_bit() {
-    for value in [0.1f32, 1.0 / 3.0, 3.0e38, 1.2e-38, -43.489_883, 16_777_217.0] {
-        let text = Value::F32(value).wgsl();
-        assert_eq!(text.trim_end_matches('f').parse::<f32>().unwrap().to_bits(), value.to_bits(), "{text}");
+    for value in [0.1, 1.0 / 3.0, 3.0e38, 1.2e-38, -43.489_883, 16_777_217.0] {
+        let text = Value::Float(value).wgsl(Precision::F32);
+        let single = value as f32;
+        assert_eq!(text.trim_end_matches('f').parse::<f32>().unwrap().to_bits(), single.to_bits(), "{text}");
+        let text = Value::Float(value).wgsl(Precision::F64);
+        assert_eq!(text.trim_end_matches("lf").parse::<f64>().unwrap().to_bits(), value.to_bits(), "{text}");
     }
+}
+
+#[test]
+fn in_f64_every_float_is_one_of_f64() {
+    let text = "const COUNT: u32 = 1u; //@spec\nconst WEIGHTS: array<f32, 1> = array<f32, 1>(0.0); //@spec\n\
+                fn f(a: vec3<f32>, i: u32) -> f32 { return a.x * 1.5 + 1e-3 * 2.5e6 + f32(i + 2u) - 0.; } // f32 1.0\n";
+    let expected = "const COUNT: u32 = 3u;\n\
+                    const WEIGHTS: array<f64, 3> = array<f64, 3>(0.1lf, 1e-9lf, 0.3333333333333333lf);\n\
+                    fn f(a: vec3<f64>, i: u32) -> f64 { return a.x * 1.5lf + 1e-3lf * 2.5e6lf + f64(i + 2u) - 0.lf; } // f32 1.0\n";
+    let specialisation = Specialisation { precision: Precision::F64, ..specialisation() };
+    let source = emit(&[piece("a.wgsl", text)], &specialisation).unwrap();
+    assert_eq!(source.text, expected);
+    check(&source).unwrap();
 }
 
 #[test]

@@ -80,7 +80,24 @@ fn gpu_f32() {
     let options = PlanOptions { tolerance: 1e-6, stepper: Stepper::Rk4, steps: 64, ..PlanOptions::default() };
     let make = |plan: &Plan| {
         let device = device_or_skip("golden scenes on the GPU").expect("it was there before");
-        Box::new(Gpu::new(device, plan).expect("supported")) as Box<dyn Backend>
+        Box::new(Gpu::new(device, plan, Precision::F32).expect("supported")) as Box<dyn Backend>
     };
     check_f32("gpu f32", options, make);
+}
+
+/// Every sixth scene; each has a kernel, which drivers compile for seconds.
+#[test]
+fn gpu_f64() {
+    let Some(device) = device_or_skip("golden scenes on the GPU in f64") else { return };
+    if !device.adapter().has_f64 {
+        println!("skipped: {} has no f64", device.adapter().name);
+        return;
+    }
+    let options = PlanOptions { tolerance: 1e-12, stepper: Stepper::Dop853, steps: 64, ..PlanOptions::default() };
+    let make = |plan: &Plan| {
+        let device = device_or_skip("golden scenes on the GPU in f64").expect("it was there before");
+        Box::new(Gpu::new(device, plan, Precision::F64).expect("supported")) as Box<dyn Backend>
+    };
+    let cases: Vec<GoldenCase> = golden::dev().into_iter().step_by(6).collect();
+    print("gpu f64", &check_golden(&cases, options, make, F64));
 }

@@ -1,6 +1,7 @@
 //! Shaders without a GPU: every piece validates, and its layout is the host's.
 
-use rodsweep::gpu::{KERNELS, Kernel, Piece, SETTINGS_MEMBERS, Value, WORKGROUP_SIZE, check, specialisation};
+use rodsweep::backend::Precision;
+use rodsweep::gpu::{KERNELS, Kernel, Piece, Value, WORKGROUP_SIZE, check, settings_members, specialisation};
 use rodsweep::model::{
     BLOCK, Density, Node, Parameter, Plan, PlanOptions, Profile, Scene, SegmentKind, Sensitivity, Stepper, Stiffness,
     Terms,
@@ -86,7 +87,7 @@ fn expect_layout(kernel: &Kernel) {
     let reflection = check(&kernel.source).unwrap_or_else(|error| panic!("{error}\n{}", kernel.source.text));
     let members = reflection.members("Settings").unwrap();
     let members: Vec<_> = members.iter().map(|(name, offset)| (name.as_str(), *offset)).collect();
-    assert_eq!(members, SETTINGS_MEMBERS);
+    assert_eq!(members, settings_members(kernel.precision));
     let bindings = reflection.bindings();
     let bindings: Vec<_> = bindings.iter().map(|(group, index, name)| (*group, *index, name.as_str())).collect();
     assert_eq!(bindings, [(0, 0, "settings"), (0, 1, "constants"), (0, 2, "inputs"), (0, 3, "outputs")]);
@@ -192,18 +193,20 @@ fn a_rod_of_one_segment_and_one_of_many_validate() {
 
 fn validate(plan: &Plan) {
     for entry in KERNELS {
-        let kernel = Kernel::new(entry, plan).unwrap();
-        if let Err(error) = check(&kernel.source) {
-            panic!("{error}\n{:?} {:?}", plan.terms, plan.options);
+        for precision in [Precision::F32, Precision::F64] {
+            let kernel = Kernel::new(entry, plan, precision).unwrap();
+            if let Err(error) = check(&kernel.source) {
+                panic!("{precision}: {error}\n{:?} {:?}", plan.terms, plan.options);
+            }
+            expect_layout(&kernel);
         }
-        expect_layout(&kernel);
     }
 }
 
 #[test]
 fn a_plan_names_its_terms() {
     let plan = &plans()[1];
-    let terms = specialisation(plan).terms;
+    let terms = specialisation(plan, Precision::F32).terms;
     let holds = |name: &str| terms[name];
     assert!(holds("DIPOLE") && holds("FORCE") && holds("RECIPROCITY") && !holds("LOAD"));
     assert!(holds("FLEXIBLE[0]") && !holds("FLEXIBLE[1]"));
@@ -212,6 +215,6 @@ fn a_plan_names_its_terms() {
     assert!(holds("COLLECT_STRAIN") && holds("COLLECT_DIPOLE") && !holds("COLLECT_LOAD") && !holds("COLLECT_FIELD"));
     assert!(!holds("FORWARD") && !holds("FREE"));
     // Flexible, rigid, flexible with integrals.
-    assert_eq!(specialisation(plan).constants["FLAGS"], Value::u32_array([1, 0, 17]));
+    assert_eq!(specialisation(plan, Precision::F32).constants["FLAGS"], Value::u32_array([1, 0, 17]));
     assert!(holds("A[0][1][0]") && !holds("A[0][2][0]") && holds("B[0][3]"));
 }

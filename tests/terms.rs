@@ -237,8 +237,22 @@ const ON_GPU: [GpuCase; 10] = {
 
 #[test]
 fn gpu_agrees_with_the_reference() {
-    for (rod, load, force_arm, sensitivity, names) in ON_GPU {
+    check_gpu(Precision::F32, &ON_GPU, IN_F32, F32);
+}
+
+/// The kernels with every term; 64 steps of fourth order leave 1e-6.
+#[test]
+fn gpu_in_f64_agrees_with_the_reference() {
+    check_gpu(Precision::F64, &ON_GPU[..2], IN_F64, 2e-6);
+}
+
+fn check_gpu(precision: Precision, cases: &[GpuCase], small: f64, limit: f64) {
+    for (rod, load, force_arm, sensitivity, names) in cases.iter().copied() {
         let Some(device) = device_or_skip("terms on the GPU") else { return };
+        if precision == Precision::F64 && !device.adapter().has_f64 {
+            println!("skipped: {} has no f64", device.adapter().name);
+            return;
+        }
         let name = format!("{rod}, {load}, {sensitivity:?}");
         let (_, mut scene) = scenes().into_iter().find(|(name, _)| *name == format!("{rod}, {load}")).expect("a scene");
         scene.rigid_force_arm = force_arm;
@@ -248,12 +262,15 @@ fn gpu_agrees_with_the_reference() {
         let plan = plan(&scene, &wrt, sensitivity, Stepper::Rk4, 64);
         assert_eq!(plan.free.is_some(), rod == "plain", "{name}");
         assert!(plan.forward == (sensitivity == Sensitivity::Forward || !force_arm), "{name}");
-        let mut gpu = Gpu::new(device, &plan).expect("supported");
+        let mut gpu = Gpu::new(device, &plan, precision).expect("supported");
         let found = solve(&mut gpu);
         let compiled = gpu.timings().compile + gpu.timings().first_dispatch;
-        let (error, what) = difference(&plan, &found, &solve(&mut Reference::new(&plan)), IN_F32);
-        println!("{name}: {} derivatives, compiled in {compiled:.1} s, worst {error:.1e} in {what}", wrt.len());
-        assert!(found.status(0).is_success() && error <= F32, "{name}: {:?}, {error:.1e} in {what}", found.status(0));
+        let (error, what) = difference(&plan, &found, &solve(&mut Reference::new(&plan)), small);
+        println!(
+            "{name}, {precision}: {} derivatives, compiled in {compiled:.1} s, worst {error:.1e} in {what}",
+            wrt.len()
+        );
+        assert!(found.status(0).is_success() && error <= limit, "{name}: {:?}, {error:.1e} in {what}", found.status(0));
     }
 }
 

@@ -1,7 +1,7 @@
 //! `rodsweep doctor`: what this machine has, and what would be used.
 
 use super::args::{BackendName, EngineArguments};
-use super::engine::Engine;
+use super::engine::{Engine, F32_TOLERANCE};
 use super::{CommandError, Exit, print};
 use rodsweep::backend::{Backend, BackendKind, Precision};
 use rodsweep::gpu::{self, AdapterSummary, Device, self_test};
@@ -35,8 +35,13 @@ pub fn doctor() -> Result<Exit, CommandError> {
     });
     adapters.iter().for_each(|adapter| describe_adapter(adapter, &mut lines));
     let arguments = EngineArguments { backend: BackendName::Auto, precision: None };
-    let engine = Engine::choose(&arguments)?;
-    lines.push(format!("`--backend auto` takes: {} {} ({})", engine.kind, engine.precision, engine.reason));
+    for tolerance in [F32_TOLERANCE, 0.05 * F32_TOLERANCE] {
+        let engine = Engine::choose(&arguments, tolerance)?;
+        lines.push(format!(
+            "`--backend auto` takes, for a tolerance of {tolerance:.0e}: {} {} ({})",
+            engine.kind, engine.precision, engine.reason
+        ));
+    }
     describe_gpu(&plan, &mut lines);
     print(&(lines.join("\n") + "\n"))?;
     Ok(Exit::Done)

@@ -22,8 +22,8 @@ pub struct Engine {
 }
 
 impl Engine {
-    /// Follows the arguments; `auto` takes a GPU that is no software, else the CPU.
-    pub fn choose(arguments: &EngineArguments) -> Result<Engine, BackendError> {
+    /// Follows the arguments; `auto` takes a GPU that is no software and meets the tolerance, else the CPU.
+    pub fn choose(arguments: &EngineArguments, tolerance: f64) -> Result<Engine, BackendError> {
         let engine = |kind, precision, reason: &str| Engine { kind, precision, reason: reason.into() };
         let asked: Option<Precision> = arguments.precision.map(Into::into);
         let f64_or_asked = asked.unwrap_or(Precision::F64);
@@ -33,28 +33,40 @@ impl Engine {
                 _ => Ok(engine(BackendKind::Reference, Precision::F64, "asked for")),
             },
             BackendName::Cpu => Ok(engine(BackendKind::Cpu, f64_or_asked, "asked for")),
-            BackendName::Gpu => match asked {
-                Some(Precision::F64) => {
-                    Err(unsupported(BackendKind::Gpu, "f64", "use `--precision f32`, or `--backend cpu` for f64"))
-                }
-                _ => Ok(engine(BackendKind::Gpu, Precision::F32, "asked for")),
-            },
+            BackendName::Gpu => {
+                let has_f64 = || gpu::adapters().first().is_some_and(|adapter| adapter.has_f64);
+                let needs_f64 = tolerance < F32_TOLERANCE && has_f64();
+                let precision = asked.unwrap_or(if needs_f64 { Precision::F64 } else { Precision::F32 });
+                Ok(engine(BackendKind::Gpu, precision, "asked for"))
+            }
             BackendName::Auto => Ok(match gpu::adapters().first() {
-                _ if asked == Some(Precision::F64) => engine(BackendKind::Cpu, Precision::F64, "f64 was asked for"),
                 None => engine(BackendKind::Cpu, f64_or_asked, "this machine has no GPU"),
                 Some(adapter) if adapter.is_software() => {
                     let reason = format!("the only GPU is software ({})", adapter.name);
                     engine(BackendKind::Cpu, f64_or_asked, &reason)
                 }
-                Some(adapter) => engine(BackendKind::Gpu, Precision::F32, &format!("found {}", adapter.name)),
+                Some(adapter) => {
+                    let needs_f64 = asked.map_or(tolerance < F32_TOLERANCE, |asked| asked == Precision::F64);
+                    match (needs_f64, adapter.has_f64) {
+                        (true, false) => {
+                            let reason = format!("{tolerance:.0e} needs f64, which {} has not", adapter.name);
+                            engine(BackendKind::Cpu, Precision::F64, &reason)
+                        }
+                        (true, true) => {
+                            engine(BackendKind::Gpu, Precision::F64, &format!("found {}, with f64", adapter.name))
+                        }
+                        (false, _) => engine(BackendKind::Gpu, Precision::F32, &format!("found {}", adapter.name)),
+                    }
+                }
             }),
         }
     }
 
-    pub fn stepper(&self) -> Stepper {
-        match self.kind {
-            BackendKind::Gpu => Stepper::Rk4,
-            BackendKind::Cpu | BackendKind::Reference => Stepper::Dop853,
+    /// Methods of integration that suit it.
+    pub fn steppers(&self) -> &'static [Stepper] {
+        match (self.kind, self.precision) {
+            (BackendKind::Gpu, Precision::F32) => &[Stepper::Rk4],
+            _ => &[Stepper::Dop853, Stepper::Rk4],
         }
     }
 
@@ -70,7 +82,7 @@ impl Engine {
         match self.kind {
             BackendKind::Reference => Ok(reference(plan)),
             BackendKind::Cpu => Ok(Box::new(Lanes::new(plan, self.precision)?)),
-            BackendKind::Gpu => Ok(Box::new(Gpu::new(Device::open()?, plan)?)),
+            BackendKind::Gpu => Ok(Box::new(Gpu::new(Device::open()?, plan, self.precision)?)),
         }
     }
 }

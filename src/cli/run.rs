@@ -8,8 +8,7 @@ use rodsweep::backend::{Backend, BackendError};
 use rodsweep::model::{Plan, PlanOptions, Quantity, ROWS, Status};
 use rodsweep::report::{count, engineering};
 use rodsweep::sweep::{
-    self, Format, Method, PilotChoice, Progress, RunOptions, Shard, Summary, SweepError, SweepSpec, choose_steps,
-    scene_notes,
+    self, Format, Method, Progress, RunOptions, Shard, Summary, SweepError, SweepSpec, choose_method, scene_notes,
 };
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
@@ -30,8 +29,8 @@ pub fn run(arguments: &RunArguments) -> Result<Exit, CommandError> {
         figures::check_colour(&spec, name)?;
     }
     let out = arguments.out.clone().unwrap_or_else(|| default_directory(&spec));
-    let mut engine = Engine::choose(&arguments.engine)?;
     let asked = spec.tolerance;
+    let mut engine = Engine::choose(&arguments.engine, asked)?;
     spec.tolerance = engine.tolerance(asked);
     for note in spec.notes.iter().chain(&scene_notes(&spec.scene)) {
         tell(&format!("note: {note}"));
@@ -40,15 +39,20 @@ pub fn run(arguments: &RunArguments) -> Result<Exit, CommandError> {
     if spec.tolerance > asked {
         tell(&format!("note: tolerance {asked:.0e} is beyond f32; held to {:.0e}", spec.tolerance));
     }
-    let options = PlanOptions { stepper: engine.stepper(), ..PlanOptions::default() };
-    let plan = spec.plan(options)?;
-    let pilot = pilot(&spec, &plan)?;
-    let steps = pilot.as_ref().map_or(plan.options.steps, |pilot| pilot.steps);
-    let plan = plan.with_options(PlanOptions { steps, ..plan.options });
-    let name = plan.options.stepper.name();
+    let steppers = engine.steppers();
+    let plan = spec.plan(PlanOptions { stepper: steppers[0], ..PlanOptions::default() })?;
+    // The file may fix the number of steps.
+    let pilot = match spec.steps {
+        Some(_) => None,
+        None => Some(choose_method(&plan, &spec.sampler(), &steppers[1..], &cpu_f64)?),
+    };
+    let plan = pilot.as_ref().map_or(plan.clone(), |pilot| plan.with_options(pilot.options(&plan)));
     tell(&match &pilot {
-        Some(pilot) => format!("integration: {name}, {}", pilot.explain()),
-        None => format!("integration: {name}, {steps} steps, as the sweep file says"),
+        Some(pilot) => format!("integration: {}", pilot.explain()),
+        None => {
+            let PlanOptions { stepper, steps, .. } = plan.options;
+            format!("integration: {}, {steps} steps, as the sweep file says", stepper.name())
+        }
     });
     if arguments.dry_run {
         describe(&spec, &plan, arguments, &out);
@@ -105,14 +109,6 @@ pub fn run(arguments: &RunArguments) -> Result<Exit, CommandError> {
 /// `results/` and the name of the sweep file.
 fn default_directory(spec: &SweepSpec) -> PathBuf {
     PathBuf::from("results").join(spec.file.file_stem().unwrap_or(spec.file.as_os_str()))
-}
-
-/// Chooses the number of steps on the sweep itself, unless the file fixes it.
-fn pilot(spec: &SweepSpec, plan: &Plan) -> Result<Option<PilotChoice>, CommandError> {
-    if spec.steps.is_some() {
-        return Ok(None);
-    }
-    Ok(Some(choose_steps(plan, &spec.sampler(), &cpu_f64)?))
 }
 
 /// The engine; with `auto` a GPU that cannot be used gives way to the CPU.

@@ -1,7 +1,7 @@
 //! `rodsweep solve`: one equilibrium with its Jacobian.
 
 use super::args::{BackendName, EngineArguments, SolveArguments};
-use super::engine::{Engine, second_attempt};
+use super::engine::{Engine, cpu_f64, second_attempt};
 use super::{CommandError, Exit, branches, explain, plot, print, say, shape, solution_json};
 use rodsweep::backend::BackendKind;
 use rodsweep::model::{Batch, Parameter, Plan, PlanOptions, Quantity, Scene, SegmentKind, SegmentParameter, Solutions};
@@ -106,18 +106,19 @@ fn choose_engine(arguments: &SolveArguments) -> Result<Engine, CommandError> {
         BackendName::Auto => BackendName::Cpu,
         asked => asked,
     };
-    Ok(Engine::choose(&EngineArguments { backend, ..arguments.engine })?)
+    Ok(Engine::choose(&EngineArguments { backend, ..arguments.engine }, arguments.tolerance)?)
 }
 
 fn solve_scene(scene: Scene, wrt: &[Parameter], engine: &Engine, tolerance: f64) -> Result<Solved, CommandError> {
     let tolerance = engine.tolerance(tolerance);
-    let options = PlanOptions { tolerance, stepper: engine.stepper(), steps: STEPS[0], ..PlanOptions::default() };
+    let options = PlanOptions { tolerance, stepper: engine.steppers()[0], steps: STEPS[0], ..PlanOptions::default() };
     let plan = Plan::single(&scene, wrt, options)?;
     let batch = plan.batch(1, |_, _| {});
     let mut solved: Option<Solved> = None;
     for steps in STEPS {
         let plan = plan.with_options(PlanOptions { steps, ..options });
-        let mut backend = engine.make(&plan)?;
+        // A kernel for each number of steps would have to be compiled.
+        let mut backend = if engine.kind == BackendKind::Gpu { cpu_f64(&plan)? } else { engine.make(&plan)? };
         let solutions = backend.solve(&batch)?;
         let engine_name = backend.info().to_string();
         let met = solutions.status(0).is_success() && solutions.get(0, Quantity::ErrorEstimate) <= tolerance;
@@ -133,6 +134,11 @@ fn solve_scene(scene: Scene, wrt: &[Parameter], engine: &Engine, tolerance: f64)
         }
     }
     let mut solved = solved.ok_or_else(|| CommandError::Usage("nothing was solved".into()))?;
+    if engine.kind == BackendKind::Gpu {
+        let mut backend = engine.make(&solved.plan)?;
+        solved.solutions = backend.solve(&batch)?;
+        solved.engine = backend.info().to_string();
+    }
     if engine.kind == BackendKind::Gpu && !solved.solutions.status(0).is_success() {
         solved.solutions = second_attempt(&solved.plan)?.solve(&batch)?;
         solved.engine = "cpu f64, after the GPU failed".into();

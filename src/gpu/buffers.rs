@@ -1,32 +1,60 @@
 //! The buffers of one dispatch in flight: settings, inputs and outputs on the device, a copy for the host.
 
 use super::device::{Device, failed};
-use crate::backend::BackendError;
-use bytemuck::{Pod, Zeroable};
+use crate::backend::{BackendError, Precision};
 use std::mem::offset_of;
 use std::sync::mpsc::{Receiver, channel};
 use wgpu::BufferUsages as Usage;
 
-/// The uniform that every kernel reads; `Settings` in `shaders/batch.wgsl`.
+/// The uniform that every kernel reads; `Settings` in `shaders/batch.wgsl`, with floats of the kernel's precision.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub struct Settings {
-    pub sample_count: u32,
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Settings<S> {
     /// Added to every status.
-    pub mark: f32,
+    pub mark: S,
     /// Newton's, in the plan's unit of moment.
-    pub tolerance: f32,
+    pub tolerance: S,
+    pub sample_count: u32,
     /// Always zero.
     pub zero: u32,
 }
 
+impl Settings<f64> {
+    /// As the kernels of a precision read them.
+    pub fn bytes(&self, precision: Precision) -> Vec<u8> {
+        let floats = [self.mark, self.tolerance];
+        let mut bytes = float_bytes(&floats, precision);
+        bytes.extend_from_slice(bytemuck::bytes_of(&[self.sample_count, self.zero]));
+        bytes
+    }
+}
+
+/// Numbers as the kernels of a precision read them.
+pub(super) fn float_bytes(values: &[f64], precision: Precision) -> Vec<u8> {
+    match precision {
+        Precision::F32 => bytemuck::cast_slice(&values.iter().map(|x| *x as f32).collect::<Vec<_>>()).to_vec(),
+        Precision::F64 => bytemuck::cast_slice(values).to_vec(),
+    }
+}
+
+macro_rules! offsets {
+    ($float:ty) => {
+        [
+            ("mark", offset_of!(Settings<$float>, mark)),
+            ("tolerance", offset_of!(Settings<$float>, tolerance)),
+            ("sample_count", offset_of!(Settings<$float>, sample_count)),
+            ("zero", offset_of!(Settings<$float>, zero)),
+        ]
+    };
+}
+
 /// Members of `Settings` and their offsets, to compare with the shaders.
-pub const SETTINGS_MEMBERS: [(&str, usize); 4] = [
-    ("sample_count", offset_of!(Settings, sample_count)),
-    ("mark", offset_of!(Settings, mark)),
-    ("tolerance", offset_of!(Settings, tolerance)),
-    ("zero", offset_of!(Settings, zero)),
-];
+pub fn settings_members(precision: Precision) -> [(&'static str, usize); 4] {
+    match precision {
+        Precision::F32 => offsets!(f32),
+        Precision::F64 => offsets!(f64),
+    }
+}
 
 /// Bytes of the two timestamps behind the outputs in the staging buffer.
 const STAMP_BYTES: u64 = 16;
@@ -85,9 +113,10 @@ impl Slot {
         capacity: Sizes,
     ) -> Result<Self, BackendError> {
         let inputs_usage = Usage::STORAGE | Usage::COPY_DST;
-        let settings = device.buffer("settings", size_of::<Settings>() as u64, Usage::UNIFORM | Usage::COPY_DST)?;
+        let settings =
+            device.buffer("settings", size_of::<Settings<f64>>() as u64, Usage::UNIFORM | Usage::COPY_DST)?;
         // A binding may not be empty.
-        let inputs = device.buffer("inputs", capacity.inputs.max(4), inputs_usage)?;
+        let inputs = device.buffer("inputs", capacity.inputs.max(8), inputs_usage)?;
         let outputs = device.buffer("outputs", capacity.outputs, Usage::STORAGE | Usage::COPY_SRC)?;
         let staging = device.buffer("staging", capacity.outputs + STAMP_BYTES, Usage::MAP_READ | Usage::COPY_DST)?;
         let entries: Vec<_> = (0..)
@@ -105,14 +134,14 @@ impl Slot {
         &self,
         device: &Device,
         pipeline: &wgpu::ComputePipeline,
-        settings: Settings,
-        inputs: &[f32],
+        settings: &[u8],
+        inputs: &[u8],
         workgroups: u32,
         output_bytes: u64,
     ) -> Flight {
-        device.queue.write_buffer(&self.settings, 0, bytemuck::bytes_of(&settings));
+        device.queue.write_buffer(&self.settings, 0, settings);
         if !inputs.is_empty() {
-            device.queue.write_buffer(&self.inputs, 0, bytemuck::cast_slice(inputs));
+            device.queue.write_buffer(&self.inputs, 0, inputs);
         }
         let mut encoder = device.raw.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let timestamp_writes = self.stamps.as_ref().map(|(query_set, _)| wgpu::ComputePassTimestampWrites {
@@ -145,7 +174,7 @@ impl Slot {
         &self,
         device: &Device,
         flight: Flight,
-        read: impl FnOnce(&[f32]),
+        read: impl FnOnce(&[u8]),
     ) -> Result<Option<f64>, BackendError> {
         device.wait(Some(flight.submission))?;
         match flight.mapped.try_recv() {
@@ -159,7 +188,7 @@ impl Slot {
             let stamp = |at: usize| u64::from_le_bytes(std::array::from_fn(|byte| stamps[at + byte]));
             stamp(8).saturating_sub(stamp(0)) as f64 * f64::from(device.queue.get_timestamp_period()) * 1e-9
         });
-        read(bytemuck::cast_slice(outputs));
+        read(outputs);
         drop(view);
         self.staging.unmap();
         device.check()?;

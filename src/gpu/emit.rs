@@ -5,10 +5,12 @@
 //! `const NAME: T = value; //@spec`: the value of this specialisation instead.
 //! `for (var i = A; i < B; i++) { //@unroll` ... `} //@end`: one copy of the body, in braces, for each value of i.
 //! `//@repeat i COUNT` ... `//@end`: the same for declarations, without braces, for i from 0 below COUNT.
+//! In f64 every `f32` is an `f64`, literals included.
 //! In a copy the word `i` is a literal, and `name_i` is `name_3`; `//@if NAME[i]` asks for the term `NAME[3]`.
 
 use super::specialise::{Piece, Specialisation, Value};
-use super::substitute::{Bound, substitute, substitute_plain};
+use super::substitute::{Bound, in_f64, substitute, substitute_plain};
+use crate::backend::Precision;
 use std::borrow::Cow;
 use std::ops::Range;
 
@@ -139,6 +141,10 @@ impl Emitter<'_> {
     }
 
     fn push(&mut self, text: String, line: usize) {
+        let text = match self.specialisation.precision {
+            Precision::F32 => text,
+            Precision::F64 => in_f64(&text),
+        };
         self.source.text.push_str(&text);
         self.source.text.push('\n');
         self.source.origins.push((self.piece, line + 1));
@@ -174,7 +180,8 @@ impl Emitter<'_> {
         let name = name.trim();
         let unknown = || (at, EmitErrorKind::UnknownConstant(name.into()));
         let value = self.specialisation.constants.get(name).ok_or_else(unknown)?;
-        Ok(format!("const {name}: {} = {};", value.wgsl_type(), value.wgsl()))
+        let precision = self.specialisation.precision;
+        Ok(format!("const {name}: {} = {};", value.wgsl_type(precision), value.wgsl(precision)))
     }
 
     /// Variable, values and literal suffix of `for (var i = A; i < B; i++) {`.

@@ -1,8 +1,8 @@
 //! The GPU engine: cuts a batch into dispatches, keeps two in flight, converts what comes back to SI.
 //!
-//! The kernel computes in the plan's units, in f32, with the base at the origin.
+//! The kernel computes in the plan's units, with the base at the origin.
 
-use super::buffers::{Flight, Settings, Sizes, Slot, bind_group_layout};
+use super::buffers::{Flight, Settings, Sizes, Slot, bind_group_layout, float_bytes};
 use super::check::check;
 use super::device::{Device, failed};
 use super::kernel::{KERNELS, Kernel, WORKGROUP_SIZE, output_count};
@@ -63,6 +63,7 @@ pub struct Timings {
 pub struct Gpu {
     device: Device,
     plan: Plan,
+    precision: Precision,
     layout: wgpu::BindGroupLayout,
     pipeline: wgpu::ComputePipeline,
     constants: wgpu::Buffer,
@@ -80,14 +81,21 @@ struct Piece {
     slot: usize,
     first_block: usize,
     block_count: usize,
-    mark: f32,
+    mark: f64,
     submitted: Instant,
     flight: Flight,
 }
 
 impl Gpu {
-    /// Prepares the solving kernel for a plan.
-    pub fn new(device: Device, plan: &Plan) -> Result<Self, BackendError> {
+    /// Prepares the solving kernel for a plan. In f64 the adapter must have f64.
+    pub fn new(device: Device, plan: &Plan, precision: Precision) -> Result<Self, BackendError> {
+        if precision == Precision::F64 && !device.adapter().has_f64 {
+            return Err(BackendError::Unsupported {
+                backend: BackendKind::Gpu,
+                what: format!("f64 on {}, which has none", device.adapter().name),
+                remedy: "use `--precision f32`, or `--backend cpu` for f64".into(),
+            });
+        }
         if pass_limit(plan) < FEWEST_PASSES {
             return Err(BackendError::Unsupported {
                 backend: BackendKind::Gpu,
@@ -98,7 +106,7 @@ impl Gpu {
                 remedy: "take fewer steps of a higher order (`--stepper dop853`), or use `--backend cpu`".into(),
             });
         }
-        let kernel = Kernel::new(&KERNELS[0], plan).map_err(failed)?;
+        let kernel = Kernel::new(&KERNELS[0], plan, precision).map_err(failed)?;
         Self::with_kernel(device, plan, &kernel)
     }
 
@@ -109,14 +117,16 @@ impl Gpu {
         let layout = bind_group_layout(&device)?;
         let pipeline = pipeline(&device, &layout, kernel)?;
         let compile = start.elapsed().as_secs_f64();
-        let values = constants(plan);
-        let constants = device.buffer("constants", 4 * values.len() as u64, Usage::STORAGE | Usage::COPY_DST)?;
-        device.queue.write_buffer(&constants, 0, bytemuck::cast_slice(&values));
-        let block_limit = block_limit(&device, plan);
+        let precision = kernel.precision;
+        let values = float_bytes(&constants(plan), precision);
+        let constants = device.buffer("constants", values.len() as u64, Usage::STORAGE | Usage::COPY_DST)?;
+        device.queue.write_buffer(&constants, 0, &values);
+        let block_limit = block_limit(&device, plan, precision);
         let mut gpu = Self {
             timings: Timings { open: device.open_seconds, compile, ..Timings::default() },
             device,
             plan: plan.clone(),
+            precision,
             layout,
             pipeline,
             constants,
@@ -144,14 +154,15 @@ impl Gpu {
         let start = Instant::now();
         self.reserve(0, 1)?;
         let slot = &self.slots[0];
-        let flight = slot.submit(&self.device, &self.pipeline, Settings::default(), &[], 1, self.output_bytes(1));
+        let settings = Settings::default().bytes(self.precision);
+        let flight = slot.submit(&self.device, &self.pipeline, &settings, &[], 1, self.output_bytes(1));
         slot.finish(&self.device, flight, |_| {})?;
         self.timings.first_dispatch = start.elapsed().as_secs_f64();
         Ok(())
     }
 
     fn output_bytes(&self, block_count: usize) -> u64 {
-        (4 * BLOCK * self.output_units.len() * block_count) as u64
+        (self.precision.size() * BLOCK * self.output_units.len() * block_count) as u64
     }
 
     /// Makes sure that a slot exists and holds so many blocks.
@@ -160,7 +171,7 @@ impl Gpu {
         if self.slots.get(slot).is_some_and(|slot| slot.capacity.outputs >= outputs) {
             return Ok(());
         }
-        let inputs = (4 * BLOCK * self.input_units.len() * block_count) as u64;
+        let inputs = (self.precision.size() * BLOCK * self.input_units.len() * block_count) as u64;
         let made = Slot::new(&self.device, &self.layout, &self.constants, Sizes { inputs, outputs })?;
         match self.slots.get_mut(slot) {
             Some(old) => *old = made,
@@ -175,26 +186,30 @@ impl Gpu {
         self.reserve(slot, block_count)?;
         self.mark = self.mark % MARK_COUNT + 1;
         let samples = (batch.sample_count() - first_block * BLOCK).min(block_count * BLOCK);
-        let mark = (self.mark * MARK_STEP) as f32;
-        let tolerance = newton_tolerance(self.plan.options.tolerance, f32::EPSILON.into()) as f32;
-        let settings = Settings { sample_count: samples as u32, mark, tolerance, zero: 0 };
+        let mark = f64::from(self.mark * MARK_STEP);
+        let tolerance = newton_tolerance(self.plan.options.tolerance, self.precision.epsilon());
+        let settings = Settings { mark, tolerance, sample_count: samples as u32, zero: 0 }.bytes(self.precision);
         let inputs = self.pack(batch, first_block, block_count);
         let workgroups = (samples as u32).div_ceil(WORKGROUP_SIZE);
         let bytes = self.output_bytes(block_count);
-        let flight = self.slots[slot].submit(&self.device, &self.pipeline, settings, &inputs, workgroups, bytes);
+        let flight = self.slots[slot].submit(&self.device, &self.pipeline, &settings, &inputs, workgroups, bytes);
         self.timings.upload += start.elapsed().as_secs_f64();
         Ok(Piece { slot, first_block, block_count, mark, submitted: Instant::now(), flight })
     }
 
     /// Inputs of some blocks in the plan's units.
-    fn pack(&self, batch: &Batch, first_block: usize, block_count: usize) -> Vec<f32> {
+    fn pack(&self, batch: &Batch, first_block: usize, block_count: usize) -> Vec<u8> {
         let block_len = batch.inputs.block_len();
         let values = &batch.inputs.data()[first_block * block_len..(first_block + block_count) * block_len];
-        let mut packed = vec![0.0; values.len()];
-        packed.par_chunks_mut(BLOCK).zip(values.par_chunks(BLOCK)).enumerate().for_each(|(at, (to, from))| {
+        let size = self.precision.size();
+        let mut packed = vec![0; size * values.len()];
+        packed.par_chunks_mut(size * BLOCK).zip(values.par_chunks(BLOCK)).enumerate().for_each(|(at, (to, from))| {
             let unit = self.input_units[at % self.input_units.len()];
-            for (to, from) in to.iter_mut().zip(from) {
-                *to = (from / unit) as f32;
+            for (to, from) in to.chunks_exact_mut(size).zip(from) {
+                match self.precision {
+                    Precision::F32 => to.copy_from_slice(&((from / unit) as f32).to_ne_bytes()),
+                    Precision::F64 => to.copy_from_slice(&(from / unit).to_ne_bytes()),
+                }
             }
         });
         packed
@@ -210,11 +225,15 @@ impl Gpu {
         let unpack = Unpack { plan: &self.plan, batch, units: &self.output_units, mark: piece.mark };
         let seconds = self.slots[piece.slot].finish(&self.device, piece.flight, |outputs| {
             waited = start.elapsed().as_secs_f64();
-            rows.par_chunks_mut(block_len).zip(outputs.par_chunks(block_len)).enumerate().for_each(
-                |(at, (to, from))| {
-                    unwritten.fetch_add(unpack.block(piece.first_block + at, from, to), Ordering::Relaxed);
-                },
-            );
+            let bytes = self.precision.size() * block_len;
+            rows.par_chunks_mut(block_len).zip(outputs.par_chunks(bytes)).enumerate().for_each(|(at, (to, from))| {
+                let block = piece.first_block + at;
+                let count = match self.precision {
+                    Precision::F32 => unpack.block::<f32>(block, bytemuck::cast_slice(from), to),
+                    Precision::F64 => unpack.block::<f64>(block, bytemuck::cast_slice(from), to),
+                };
+                unwritten.fetch_add(count, Ordering::Relaxed);
+            });
             unpacked = start.elapsed().as_secs_f64() - waited;
         })?;
         let samples = (batch.sample_count() - piece.first_block * BLOCK).min(piece.block_count * BLOCK);
@@ -259,7 +278,7 @@ impl Backend for Gpu {
         let adapter = self.device.adapter();
         BackendInfo {
             kind: BackendKind::Gpu,
-            precision: Precision::F32,
+            precision: self.precision,
             device: format!("{}, {}", adapter.name, adapter.kind),
             driver: format!("{} {}", adapter.api, adapter.driver),
         }
@@ -285,11 +304,11 @@ impl Backend for Gpu {
 }
 
 /// Blocks of one dispatch that the device's limits and our budget allow.
-fn block_limit(device: &Device, plan: &Plan) -> usize {
+fn block_limit(device: &Device, plan: &Plan, precision: Precision) -> usize {
     let limits = device.adapter();
     let columns = output_count(plan).max(plan.input_count);
     let bytes = OUTPUT_BUDGET.min(limits.max_buffer_size / 2).min(limits.max_storage_binding_size);
-    let by_size = bytes / (4 * BLOCK * columns) as u64;
+    let by_size = bytes / (precision.size() * BLOCK * columns) as u64;
     let by_workgroups = u64::from(limits.max_workgroups) * u64::from(WORKGROUP_SIZE) / BLOCK as u64;
     by_size.min(by_workgroups).max(1) as usize
 }

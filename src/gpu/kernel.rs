@@ -5,6 +5,7 @@ use super::record::record_functions;
 use super::sources::source_functions;
 use super::specialise::Piece;
 use super::terms::specialisation;
+use crate::backend::Precision;
 use crate::model::{Plan, Quantity, ROWS};
 use std::borrow::Cow;
 
@@ -72,20 +73,31 @@ pub(super) const PRELUDE: &[Part] = &[shader!("batch"), Part::Record];
 #[derive(Clone, Debug)]
 pub struct Kernel {
     pub entry_point: &'static str,
+    pub precision: Precision,
     pub source: Source,
 }
 
 impl Kernel {
     /// A row of the table, specialised.
-    pub fn new(entry: &KernelEntry, plan: &Plan) -> Result<Self, EmitError> {
+    pub fn new(entry: &KernelEntry, plan: &Plan, precision: Precision) -> Result<Self, EmitError> {
         let pieces: Vec<Piece> = entry.parts.iter().map(|part| part.piece(plan)).collect();
-        Ok(Self { entry_point: entry.entry_point, source: emit(&pieces, &specialisation(plan))? })
+        Self::from_pieces(entry.entry_point, &pieces, plan, precision)
     }
 
-    /// A kernel of its own pieces after the prelude, for tests and trials.
+    /// An f32 kernel of its own pieces after the prelude, for tests and trials.
     pub fn custom(entry_point: &'static str, pieces: &[Piece], plan: &Plan) -> Result<Self, EmitError> {
         let pieces: Vec<Piece> = PRELUDE.iter().map(|part| part.piece(plan)).chain(pieces.iter().cloned()).collect();
-        Ok(Self { entry_point, source: emit(&pieces, &specialisation(plan))? })
+        Self::from_pieces(entry_point, &pieces, plan, Precision::F32)
+    }
+
+    fn from_pieces(
+        entry_point: &'static str,
+        pieces: &[Piece],
+        plan: &Plan,
+        precision: Precision,
+    ) -> Result<Self, EmitError> {
+        let source = emit(pieces, &specialisation(plan, precision))?;
+        Ok(Self { entry_point, precision, source })
     }
 }
 

@@ -23,7 +23,7 @@ mod unpack;
 mod wants;
 
 pub use adapter::{AdapterKind, AdapterSummary, adapters};
-pub use buffers::{SETTINGS_MEMBERS, Settings};
+pub use buffers::{Settings, settings_members};
 pub use check::{Reflection, ShaderError, check};
 pub use device::Device;
 pub use emit::{EmitError, EmitErrorKind, Source, emit};

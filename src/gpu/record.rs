@@ -62,16 +62,16 @@ pub fn record_functions(plan: &Plan) -> Piece {
 
 /// Values of the constant entries in the plan's units, zero for varying ones; where any number of a segment varies, one
 /// more than the input column of each entry, zero for constant ones; then the table of slots.
-pub(super) fn constants(plan: &Plan) -> Vec<f32> {
+pub(super) fn constants(plan: &Plan) -> Vec<f64> {
     let value = |(entry, unit): (&Entry, f64)| match entry {
-        Entry::Constant(value) => (value / unit) as f32,
+        Entry::Constant(value) => value / unit,
         Entry::Varying(_) => 0.0,
     };
-    let mut constants: Vec<f32> = plan.entries.iter().zip(plan.entry_units()).map(value).collect();
+    let mut constants: Vec<f64> = plan.entries.iter().zip(plan.entry_units()).map(value).collect();
     if segments_vary(plan) {
         let column = |entry: &Entry| match entry {
             Entry::Constant(_) => 0.0,
-            Entry::Varying(column) => (column + 1) as f32,
+            Entry::Varying(column) => (column + 1) as f64,
         };
         constants.extend(plan.entries.iter().map(column));
     }

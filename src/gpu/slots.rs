@@ -55,7 +55,7 @@ pub(super) fn slot_table_start(plan: &Plan) -> usize {
 const SLOT_LENGTH: usize = 5;
 
 /// The table; whole numbers, exact in f32.
-pub(super) fn slot_table(plan: &Plan) -> Vec<f32> {
+pub(super) fn slot_table(plan: &Plan) -> Vec<f64> {
     if plan.forward {
         return Vec::new();
     }
@@ -67,7 +67,7 @@ pub(super) fn slot_table(plan: &Plan) -> Vec<f32> {
         table.push(at);
     }
     table.extend(lists.into_iter().flatten().flatten());
-    table.into_iter().map(|number| number as f32).collect()
+    table.into_iter().map(|number| number as f64).collect()
 }
 
 /// Slots in the table.

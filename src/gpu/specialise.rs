@@ -1,5 +1,6 @@
 //! What the preprocessor works on: pieces of WGSL, and the terms and constants of one specialisation.
 
+use crate::backend::Precision;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
@@ -15,41 +16,47 @@ pub struct Piece {
 #[derive(Clone, Debug, PartialEq)]
 pub enum Value {
     U32(u32),
-    F32(f32),
+    /// Of the kernel's precision.
+    Float(f64),
     /// Not empty, all of one type.
     Array(Vec<Value>),
 }
 
 /// What distinguishes one specialisation of the shaders from another.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Specialisation {
+    /// Shaders are written in f32; in f64 every `f32` and every literal becomes one of f64.
+    pub precision: Precision,
     pub terms: BTreeMap<String, bool>,
     pub constants: BTreeMap<String, Value>,
 }
 
 impl Value {
-    pub fn wgsl_type(&self) -> String {
+    pub fn wgsl_type(&self, precision: Precision) -> String {
         match self {
             Value::U32(_) => "u32".into(),
-            Value::F32(_) => "f32".into(),
-            Value::Array(values) => format!("array<{}, {}>", values[0].wgsl_type(), values.len()),
+            Value::Float(_) => precision.to_string(),
+            Value::Array(values) => format!("array<{}, {}>", values[0].wgsl_type(precision), values.len()),
         }
     }
 
     /// An expression of this value, to the last bit.
-    pub fn wgsl(&self) -> String {
+    pub fn wgsl(&self, precision: Precision) -> String {
         match self {
             Value::U32(value) => format!("{value}u"),
-            Value::F32(value) => format!("{value:?}f"),
+            Value::Float(value) => match precision {
+                Precision::F32 => format!("{:?}f", *value as f32),
+                Precision::F64 => format!("{value:?}lf"),
+            },
             Value::Array(values) => {
-                let values: Vec<_> = values.iter().map(Value::wgsl).collect();
-                format!("{}({})", self.wgsl_type(), values.join(", "))
+                let values: Vec<_> = values.iter().map(|value| value.wgsl(precision)).collect();
+                format!("{}({})", self.wgsl_type(precision), values.join(", "))
             }
         }
     }
 
-    pub fn f32_array(values: impl IntoIterator<Item = f64>) -> Value {
-        Value::Array(values.into_iter().map(|value| Value::F32(value as f32)).collect())
+    pub fn float_array(values: impl IntoIterator<Item = f64>) -> Value {
+        Value::Array(values.into_iter().map(Value::Float).collect())
     }
 
     pub fn u32_array(values: impl IntoIterator<Item = usize>) -> Value {
@@ -57,7 +64,17 @@ impl Value {
     }
 }
 
+impl Default for Specialisation {
+    fn default() -> Self {
+        Self::new(Precision::F32)
+    }
+}
+
 impl Specialisation {
+    pub fn new(precision: Precision) -> Self {
+        Self { precision, terms: BTreeMap::new(), constants: BTreeMap::new() }
+    }
+
     pub fn term(&mut self, name: impl Into<String>, holds: bool) {
         self.terms.insert(name.into(), holds);
     }

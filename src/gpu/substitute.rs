@@ -18,6 +18,32 @@ pub fn substitute_plain(text: &str, bounds: &[Bound]) -> String {
     replace(text, bounds, |bound| bound.value.to_string())
 }
 
+/// A line of f32 code in f64; comments stay.
+pub fn in_f64(line: &str) -> String {
+    let (code, comment) = line.split_at(line.find("//").unwrap_or(line.len()));
+    let is_word = |c: char| c.is_alphanumeric() || c == '_' || c == '.';
+    let mut out = String::with_capacity(line.len());
+    let mut rest = code;
+    while let Some(start) = rest.find(is_word) {
+        let mut end = rest[start..].find(|c| !is_word(c)).map_or(rest.len(), |length| start + length);
+        let is_number = rest[start..].starts_with(|c: char| c.is_ascii_digit());
+        // The sign of an exponent.
+        if is_number && rest[start..end].ends_with('e') {
+            end += 1 + rest[end + 1..].find(|c: char| !is_word(c)).unwrap_or(rest.len() - end - 1);
+        }
+        let word = &rest[start..end];
+        let is_float = is_number && word.contains(['.', 'e']) && !word.ends_with('f') && !word.starts_with("0x");
+        out.push_str(&rest[..start]);
+        match word {
+            "f32" => out.push_str("f64"),
+            _ if is_float => out.extend([word, "lf"]),
+            _ => out.push_str(word),
+        }
+        rest = &rest[end..];
+    }
+    out + rest + comment
+}
+
 fn replace(text: &str, bounds: &[Bound], literal: impl Fn(&Bound) -> String) -> String {
     if bounds.is_empty() {
         return text.into();

@@ -5,6 +5,7 @@ use super::slots::{add_slots, integrated, slot_count};
 use super::sources::{add_sources, forward_threes};
 use super::specialise::{Specialisation, Value};
 use super::wants::{add_wants, has_integrals};
+use crate::backend::Precision;
 use crate::model::path::{self, PATH_STEPPER};
 use crate::model::{BLOCK, MOST_KNOWN, NO_EQUILIBRIUM, Plan, Quantity, ROWS, SegmentPlan, Status, Tableau};
 
@@ -20,8 +21,8 @@ const STATIONS_EACH: usize = 8;
 /// `FLEXIBLE[j]`; for tableau r `A[r][i][j]`, `B[r][i]`, where not zero; for the slots to
 /// differentiate by `WANT_TIP_FORCE` and so on; for what the columns leave behind `COLLECT_STRAIN` and so on; for what
 /// forward columns need `SOURCE_BEND` and so on.
-pub fn specialisation(plan: &Plan) -> Specialisation {
-    let mut s = Specialisation::default();
+pub fn specialisation(plan: &Plan, precision: Precision) -> Specialisation {
+    let mut s = Specialisation::new(precision);
     let number = |value: usize| Value::U32(value as u32);
     s.constant("WORKGROUP", Value::U32(WORKGROUP_SIZE));
     s.constant("BLOCK", number(BLOCK));
@@ -39,6 +40,7 @@ pub fn specialisation(plan: &Plan) -> Specialisation {
         s.constant(name, Value::U32(u32::from(status.code())));
     }
     for (name, holds) in [
+        ("F64", precision == Precision::F64),
         ("FORCE", plan.terms.force),
         ("LOAD", plan.terms.load),
         ("MAGNET", plan.terms.magnet),
@@ -127,7 +129,7 @@ pub(super) fn tableaux(plan: &Plan) -> Vec<&'static Tableau> {
 fn add_tableaux(s: &mut Specialisation, plan: &Plan) {
     let tableaux = tableaux(plan);
     let stages = tableaux.iter().map(|tableau| tableau.b.len()).max().unwrap_or(0);
-    let padded = |row: &[f64]| Value::f32_array((0..stages).map(|j| row.get(j).copied().unwrap_or(0.0)));
+    let padded = |row: &[f64]| Value::float_array((0..stages).map(|j| row.get(j).copied().unwrap_or(0.0)));
     let row = |tableau: &Tableau, i: usize| padded(tableau.a.get(i).copied().unwrap_or(&[]));
     let matrix = |tableau: &&Tableau| Value::Array((0..stages).map(|i| row(tableau, i)).collect());
     s.constant("TABLEAU_COUNT", Value::U32(tableaux.len() as u32));
@@ -168,13 +170,13 @@ fn add_path(s: &mut Specialisation, plan: &Plan) {
         ("CHORD_TRUST", path::CHORD_TRUST),
         ("CHORD_TOLERANCE", path::CHORD_TOLERANCE),
         ("SHORTEST_INTERVAL", path::SHORTEST_INTERVAL),
-        ("EPSILON", f32::EPSILON.into()),
+        ("EPSILON", s.precision.epsilon()),
         ("DIFFERENCE", path::DIFFERENCE),
         ("ROUND_OFF", path::ROUND_OFF),
         ("REACH", path::REACH),
     ];
     for (name, value) in numbers {
-        s.constant(name, Value::F32(value as f32));
+        s.constant(name, Value::Float(value));
     }
     s.term("SEARCH", plan.start.is_some());
     s.constant("MOST_KNOWN", Value::U32(MOST_KNOWN as u32));

@@ -8,18 +8,18 @@ pub struct Unpack<'a> {
     pub plan: &'a Plan,
     pub batch: &'a Batch,
     pub units: &'a [f64],
-    pub mark: f32,
+    pub mark: f64,
 }
 
 impl Unpack<'_> {
     /// Converts one block and returns how many of its samples the kernel has not written.
-    pub fn block(&self, block: usize, from: &[f32], to: &mut [f64]) -> usize {
+    pub fn block<S: Copy + Into<f64>>(&self, block: usize, from: &[S], to: &mut [f64]) -> usize {
         let first = block * BLOCK;
         let lanes = (self.batch.sample_count() - first).min(BLOCK);
         let columns = from.chunks_exact(BLOCK).zip(to.chunks_exact_mut(BLOCK)).zip(self.units);
         for ((from, to), unit) in columns {
             for (to, from) in to[..lanes].iter_mut().zip(from) {
-                *to = f64::from(*from) * unit;
+                *to = (*from).into() * unit;
             }
         }
         let record = BASE_RECORD - 3;
@@ -35,7 +35,7 @@ impl Unpack<'_> {
         let mut unwritten = 0;
         let status = Quantity::Status.column() * BLOCK;
         for lane in 0..lanes {
-            match written_status(from[status + lane], self.mark) {
+            match written_status(from[status + lane].into(), self.mark) {
                 None => unwritten += 1,
                 Some(_) if self.batch.bad[first + lane] => {
                     to.iter_mut().skip(lane).step_by(BLOCK).for_each(|x| *x = f64::NAN);
@@ -49,9 +49,9 @@ impl Unpack<'_> {
 }
 
 /// The status that a kernel stored under this mark.
-fn written_status(stored: f32, mark: f32) -> Option<Status> {
+fn written_status(stored: f64, mark: f64) -> Option<Status> {
     let code = stored - mark;
-    let is_code = (0.0..f32::from(Status::Pending.code())).contains(&code) && code.fract() == 0.0;
+    let is_code = (0.0..f64::from(Status::Pending.code())).contains(&code) && code.fract() == 0.0;
     if is_code { Status::from_code(code as u8) } else { None }
 }
 

@@ -100,14 +100,10 @@ impl Lanes {
             remedy: remedy.into(),
         };
         let arch = set.arch().ok_or_else(|| unsupported(set.name(), "this machine lacks it"))?;
-        let epsilon = match precision {
-            Precision::F32 => f32::EPSILON.into(),
-            Precision::F64 => f64::EPSILON,
-        };
         Ok(Self {
             plan: plan.clone(),
             precision,
-            program: Program::new(plan, epsilon),
+            program: Program::new(plan, precision.epsilon()),
             units: plan.entry_units(),
             set,
             arch,

@@ -33,7 +33,7 @@ pub use directory::RunRecord;
 pub use error::{InputError, Problem, SweepError};
 pub use import::{Import, ImportKind, ImportOptions, import};
 pub use manifest::{TIPS_FILE, WORKSPACE_FILE, WORST_FILE};
-pub use pilot::{PilotChoice, STEPS, choose_steps};
+pub use pilot::{PilotChoice, STEPS, choose_method, choose_steps};
 pub use read::{
     DirectoryStatus, directory_status, for_each_part, merge, read_columns, read_manifest, read_parquet_table,
     read_spec, reduce_directory,

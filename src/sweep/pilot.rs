@@ -4,16 +4,18 @@ use super::columns::rotation_angle;
 use super::run::BackendFactory;
 use super::sampling::{Sampler, Selection};
 use crate::backend::BackendError;
-use crate::model::{Batch, Plan, PlanOptions, Quantity, Solutions};
-use serde::Serialize;
+use crate::model::{Batch, Plan, PlanOptions, Quantity, Solutions, Stepper};
+use serde::{Serialize, Serializer};
 
 /// Resolutions that are tried.
-pub const STEPS: [usize; 10] = [4, 8, 12, 16, 24, 32, 48, 64, 96, 128];
+pub const STEPS: [usize; 13] = [2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128];
 const SAMPLES: u64 = 64;
 
-/// The resolution that a pilot found.
+/// The method and resolution that a pilot found.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PilotChoice {
+    #[serde(serialize_with = "name")]
+    pub stepper: Stepper,
     pub steps: usize,
     /// Largest difference to twice the steps: tip position over length, or tip rotation [rad].
     pub error: f64,
@@ -26,22 +28,61 @@ pub struct PilotChoice {
     pub tried: Vec<(usize, f64)>,
 }
 
+fn name<S: Serializer>(stepper: &Stepper, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(stepper.name())
+}
+
 impl PilotChoice {
+    /// The plan's options with what was chosen.
+    pub fn options(&self, plan: &Plan) -> PlanOptions {
+        PlanOptions { stepper: self.stepper, steps: self.steps, ..plan.options }
+    }
+
+    /// Stages of a pass over the rod.
+    fn cost(&self) -> usize {
+        self.stepper.tableau().b.len() * self.steps
+    }
+
     /// One line that says what was picked and why.
     pub fn explain(&self) -> String {
-        let PilotChoice { steps, error, tolerance, compared, .. } = self;
+        let PilotChoice { stepper, steps, error, tolerance, compared, .. } = self;
+        let method = format!("{}, {steps} steps", stepper.name());
         if *compared == 0 {
-            format!("{steps} steps: no pilot sample converged, so the error is unknown")
+            format!("{method}: no pilot sample converged, so the error is unknown")
         } else if self.reached {
             format!(
-                "{steps} steps: {compared} pilot samples differ by at most {error:.1e} from twice the steps (tolerance {tolerance:.0e})"
+                "{method}: {compared} pilot samples differ by at most {error:.1e} from twice the steps (tolerance {tolerance:.0e})"
             )
         } else {
             format!(
-                "{steps} steps: {compared} pilot samples still differ by {error:.1e} from twice the steps; tolerance {tolerance:.0e} is not reached"
+                "{method}: {compared} pilot samples still differ by {error:.1e} from twice the steps; tolerance {tolerance:.0e} is not reached"
             )
         }
     }
+}
+
+/// Picks, of the plan's method and others, the one that meets the tolerance with the fewest stages; if none does, the
+/// most accurate.
+pub fn choose_method(
+    plan: &Plan,
+    sampler: &Sampler,
+    others: &[Stepper],
+    factory: BackendFactory,
+) -> Result<PilotChoice, BackendError> {
+    let mut best = choose_steps(plan, sampler, factory)?;
+    for stepper in others {
+        let plan = plan.with_options(PlanOptions { stepper: *stepper, ..plan.options });
+        let choice = choose_steps(&plan, sampler, factory)?;
+        let is_better = match (choice.reached, best.reached) {
+            (true, true) => choice.cost() < best.cost(),
+            (false, false) => choice.error < best.error,
+            (reached, _) => reached,
+        };
+        if is_better {
+            best = choice;
+        }
+    }
+    Ok(best)
 }
 
 /// Picks the smallest number of steps whose tips stay within half the tolerance of those with twice the steps.
@@ -55,7 +96,7 @@ pub fn choose_steps(plan: &Plan, sampler: &Sampler, factory: BackendFactory) -> 
             sampler.values(selection.get(at as u64), row);
         }
     });
-    let tolerance = plan.options.tolerance;
+    let PlanOptions { tolerance, stepper, .. } = plan.options;
     let mut solved: Vec<(usize, Solutions)> = Vec::new();
     let mut tried = Vec::new();
     let mut compared = 0;
@@ -72,13 +113,13 @@ pub fn choose_steps(plan: &Plan, sampler: &Sampler, factory: BackendFactory) -> 
         compared = count;
         tried.push((steps, error));
         if count > 0 && error < 0.5 * tolerance {
-            return Ok(PilotChoice { steps, error, tolerance, reached: true, compared, tried });
+            return Ok(PilotChoice { stepper, steps, error, tolerance, reached: true, compared, tried });
         }
     }
     let least = tried.iter().map(|(_, error)| *error).fold(f64::INFINITY, f64::min);
     let good = tried.iter().find(|(_, error)| compared > 0 && *error <= 2.0 * least);
     let (steps, error) = good.copied().unwrap_or((STEPS[STEPS.len() - 1], f64::NAN));
-    Ok(PilotChoice { steps, error, tolerance, reached: false, compared, tried })
+    Ok(PilotChoice { stepper, steps, error, tolerance, reached: false, compared, tried })
 }
 
 /// Largest difference over the samples that converged in both, and their number.

@@ -42,7 +42,7 @@ impl Setup {
 
     /// An f32 engine as `run` takes it, at steps that do not show in f32.
     fn single(kind: BackendKind) -> Setup {
-        let stepper = engine(kind, Precision::F32).stepper();
+        let stepper = engine(kind, Precision::F32).steppers()[0];
         let steps = match stepper {
             Stepper::Rk4 => 64,
             Stepper::Dop853 => 8,

@@ -7,6 +7,7 @@ use super::{Exit, engine};
 use crate::cli::args::VerifyArguments;
 use crate::cli::{CommandError, print, say};
 use rodsweep::backend::{BackendError, BackendKind};
+use rodsweep::gpu::adapters;
 use rodsweep::sweep::write_scene;
 use suite::{Answer, Case, Outcome, Setup, Verdict};
 
@@ -27,7 +28,10 @@ enum Cell {
 pub fn verify_hard(arguments: &VerifyArguments) -> Result<Exit, CommandError> {
     let cases = suite::cases();
     let answers: Vec<Answer> = cases.iter().map(Case::answer).collect();
-    let setups = [Setup::REFERENCE, Setup::CPU_F64, Setup::CPU_F32, Setup::GPU_F32];
+    let mut setups = vec![Setup::REFERENCE, Setup::CPU_F64, Setup::CPU_F32, Setup::GPU_F32];
+    if adapters().first().is_some_and(|adapter| adapter.has_f64) {
+        setups.push(Setup::GPU_F64);
+    }
     let columns: Vec<Column> = setups.into_iter().map(|setup| column(setup, &cases, &answers)).collect();
     let text = if arguments.json { show::json_text(&cases, &columns) } else { show::describe(&cases, &columns) };
     print(&text)?;

@@ -132,6 +132,7 @@ impl Setup {
     pub const CPU_F64: Setup = Setup { kind: BackendKind::Cpu, ..Setup::REFERENCE };
     pub const CPU_F32: Setup = Setup { precision: Precision::F32, ..Setup::CPU_F64 };
     pub const GPU_F32: Setup = Setup { kind: BackendKind::Gpu, stepper: Stepper::Rk4, ..Setup::CPU_F32 };
+    pub const GPU_F64: Setup = Setup { kind: BackendKind::Gpu, ..Setup::CPU_F64 };
 
     pub fn name(&self) -> String {
         match self.kind {
