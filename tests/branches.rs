@@ -6,7 +6,8 @@ use common::golden;
 use rodsweep::backend::{Backend, BackendError, Precision};
 use rodsweep::lanes::Lanes;
 use rodsweep::model::{Plan, PlanOptions, Quantity, Scene, Stepper};
-use rodsweep::study::{Branches, find_branches};
+use rodsweep::reference::energy;
+use rodsweep::sweep::{BranchSearch, BranchTools, Branches};
 
 fn lanes(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
     Ok(Box::new(Lanes::new(plan, Precision::F64)?))
@@ -17,7 +18,9 @@ fn branches(scene: &Scene) -> Branches {
     let plan = Plan::single(scene, &[], options).expect("a plan");
     let batch = plan.batch(1, |_, _| {});
     let from_rest = lanes(&plan).expect("lanes").solve(&batch).expect("solutions");
-    find_branches(&plan, &batch, 0, &from_rest, &mut lanes).expect("a search")
+    let tools = BranchTools { engine: &lanes, finisher: &lanes, energy: &energy };
+    let found = BranchSearch::new(&plan, tools).expect("a search").find(&batch, &from_rest, &|| false);
+    found.expect("solutions").expect("an end")
 }
 
 fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
@@ -62,7 +65,7 @@ fn one_equilibrium_is_one() {
     );
     let branches = branches(&scene.expect("a scene"));
     assert_eq!(branches.solutions.sample_count(), 1);
-    assert!(branches.balanced);
+    assert!(branches.samples[0].balanced && branches.branches[0].from_rest);
     assert!(branches.solutions.status(0).is_success());
 }
 
@@ -71,8 +74,7 @@ fn one_equilibrium_is_one() {
 fn a_search_can_be_repeated() {
     let case = &golden::stability()[3];
     let (first, second) = (branches(&case.scene), branches(&case.scene));
-    assert_eq!(first.searches, second.searches);
-    assert_eq!(first.solutions.sample_count(), second.solutions.sample_count());
+    assert_eq!((&first.branches, &first.samples), (&second.branches, &second.samples));
     for row in 0..first.solutions.sample_count() {
         let tip = |branches: &Branches| branches.solutions.vector(row, Quantity::TipPosition).map(f64::to_bits);
         assert_eq!(tip(&first), tip(&second), "row {row}");
