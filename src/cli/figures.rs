@@ -72,9 +72,8 @@ fn branch_panels(spec: &SweepSpec, tips: &Table) -> Option<Vec<Curves>> {
         };
         let is_from_rest = |row: usize| from_rest.values.number(row) == 1.0;
         let is_stable = |row: usize| status[row].is_success();
-        let scatter = |name: &str, is_wanted: &dyn Fn(usize) -> bool| {
-            Series::scatter(if axis == 0 { name } else { "" }, points(is_wanted), Marker::Circle)
-        };
+        let scatter =
+            |name: &str, is_wanted: &dyn Fn(usize) -> bool| Series::scatter(name, points(is_wanted), Marker::Circle);
         Curves {
             title: format!("Tip {}", ["x", "y", "z"][axis]),
             x: AxisLabel::linear(&swept.name, &swept.unit),

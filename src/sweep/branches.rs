@@ -18,8 +18,8 @@ const EMPTY_ROUNDS_UNBALANCED: usize = 16;
 const MOST_ROUNDS: usize = 64;
 /// Searches of one call of an engine; bounds memory.
 const MOST_SEARCHES: usize = 1 << 17;
-/// Equilibria far from rest may be bent much more than the one from rest. With these steps a search takes 32 of RK4;
-/// 20 are too few for the golden lists.
+/// Equilibria far from rest may be bent much more than the one from rest. A search takes 32 of these steps: 20 are too
+/// few for the golden lists. So are 48 of order eight for finishing what was found.
 const LEAST_STEPS: usize = 64;
 const LEAST_RK4_STEPS: usize = 96;
 /// What is found is finished on these multiples of the steps, until its error estimate meets the tolerance.
@@ -184,22 +184,20 @@ impl<'a> BranchSearch<'a> {
         }
         let mut rows = self.solve_finer(0, batch, &starts)?;
         for level in 1..FINER.len() {
-            let is_doubtful = |row: &usize| {
-                let estimate = rows.get(*row, Quantity::ErrorEstimate);
-                rows.status(*row).is_converged() && (estimate > self.plan.options.tolerance || estimate.is_nan())
-            };
+            let is_doubtful = |row: &usize| !is_good(&rows, *row, self.plan.options.tolerance);
             let doubtful: Vec<usize> = (0..starts.len()).filter(is_doubtful).collect();
             if doubtful.is_empty() {
                 break;
             }
-            let again: Vec<Start> = doubtful
-                .iter()
-                .map(|row| Start { m0: rows.vector(*row, Quantity::BaseMoment), ..starts[*row] })
-                .collect();
-            let finer = self.solve_finer(level, batch, &again)?;
+            let again = |row: &usize| match rows.status(*row).is_converged() {
+                true => Start { m0: rows.vector(*row, Quantity::BaseMoment), ..starts[*row] },
+                false => starts[*row],
+            };
+            let finer = self.solve_finer(level, batch, &doubtful.iter().map(again).collect::<Vec<_>>())?;
             for (from, row) in doubtful.into_iter().enumerate() {
-                let estimate = |solutions: &Solutions, row| solutions.get(row, Quantity::ErrorEstimate);
-                if finer.status(from).is_converged() && !(estimate(&finer, from) >= estimate(&rows, row)) {
+                let least = rows.get(row, Quantity::ErrorEstimate);
+                let bound = if rows.status(row).is_converged() && least.is_finite() { least } else { f64::INFINITY };
+                if is_good(&finer, from, bound) {
                     rows.copy_row(row, &finer, from);
                     if finer.status(from).is_success() {
                         rows.set_status(row, Status::Refined);
@@ -325,6 +323,11 @@ impl Found {
             self.signs += sign(solutions, row);
         }
     }
+}
+
+/// Whether a row has converged with an error estimate of at most a bound.
+fn is_good(solutions: &Solutions, row: usize, bound: f64) -> bool {
+    solutions.status(row).is_converged() && solutions.get(row, Quantity::ErrorEstimate) <= bound
 }
 
 /// Of det(dr/dm0).
