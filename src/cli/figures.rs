@@ -6,7 +6,7 @@ use rodsweep::reference;
 use rodsweep::report::{
     self, AxisLabel, Cloud, Colour, Counts, Curves, FailureMap, Marker, Panel, Series, Sheet, SweptAxis,
 };
-use rodsweep::sweep::{Column, Summary, SweepSpec, Table};
+use rodsweep::sweep::{Column, Summary, SweepSpec, Table, Values};
 use std::path::PathBuf;
 
 /// Points along the rod that is drawn in the cloud.
@@ -39,7 +39,7 @@ pub fn draw(spec: &SweepSpec, summary: &Summary, colour: Option<&str>) -> Result
     if let Some(panels) = branch_panels(spec, tips) {
         let path = summary.out.join("branches.png");
         let panels: Vec<&dyn Panel> = panels.iter().map(|panel| panel as &dyn Panel).collect();
-        report::write(&Sheet { columns: panels.len(), panels }, &path)?;
+        report::write(&Sheet { columns: 2, panels }, &path)?;
         files.push(path);
     }
     let path = summary.out.join("statuses.png");
@@ -59,25 +59,22 @@ pub fn draw(spec: &SweepSpec, summary: &Summary, colour: Option<&str>) -> Result
     Ok(files)
 }
 
-/// Tip coordinates of every equilibrium over the swept parameter; `None` where there is more than one, or no choice.
+/// Tip and energy of every equilibrium over the swept parameter; `None` where there is more than one, or no choice.
 fn branch_panels(spec: &SweepSpec, tips: &Table) -> Option<Vec<Curves>> {
     let (position, from_rest) = (tips.vector_columns("tip.position")?, tips.column("from_rest")?);
-    let [_] = spec.axes[..] else { return None };
-    let swept = tips.columns.get(1)?;
-    let status = tips.statuses();
-    let panel = |axis: usize| {
-        let points = |is_wanted: &dyn Fn(usize) -> bool| -> Vec<[f64; 2]> {
+    let ([_], Some(swept), status) = (&spec.axes[..], tips.columns.get(1), tips.statuses()) else { return None };
+    let is_from_rest = |row: usize| from_rest.values.number(row) == 1.0;
+    let is_stable = |row: usize| status[row].is_success();
+    let panel = |name: &str, unit: &str, values: &Values| {
+        let scatter = |name: &str, is_wanted: &dyn Fn(usize) -> bool| {
             let rows = (0..status.len()).filter(|row| status[*row].is_converged() && is_wanted(*row));
-            rows.map(|row| [swept.values.number(row), 1e3 * position[axis].number(row)]).collect()
+            let points = rows.map(|row| [swept.values.number(row), 1e3 * values.number(row)]).collect();
+            Series::scatter(name, points, Marker::Circle)
         };
-        let is_from_rest = |row: usize| from_rest.values.number(row) == 1.0;
-        let is_stable = |row: usize| status[row].is_success();
-        let scatter =
-            |name: &str, is_wanted: &dyn Fn(usize) -> bool| Series::scatter(name, points(is_wanted), Marker::Circle);
         Curves {
-            title: format!("Tip {}", ["x", "y", "z"][axis]),
+            title: name.into(),
             x: AxisLabel::linear(&swept.name, &swept.unit),
-            y: AxisLabel::linear(format!("tip.position.{}", ["x", "y", "z"][axis]), "mm"),
+            y: AxisLabel::linear(name, unit),
             series: vec![
                 scatter("unstable", &|row| !is_stable(row)).hollow().colour(Colour::SERIES[1]),
                 scatter("stable", &|row| is_stable(row) && !is_from_rest(row)).colour(Colour::SERIES[0]),
@@ -85,8 +82,13 @@ fn branch_panels(spec: &SweepSpec, tips: &Table) -> Option<Vec<Curves>> {
             ],
         }
     };
-    let drawn = status.iter().any(|status| status.is_converged());
-    drawn.then(|| (0..3).map(panel).collect())
+    let drawn = |column: &Values| (0..column.len()).any(|row| column.number(row).is_finite());
+    let energy = tips.column("energy").map(|column| ("energy", "mJ", &column.values));
+    let names = ["tip.position.x", "tip.position.y", "tip.position.z"];
+    let columns = names.into_iter().zip(position).map(|(name, values)| (name, "mm", values)).chain(energy);
+    let panels: Vec<Curves> =
+        columns.filter(|(_, _, values)| drawn(values)).map(|(name, unit, values)| panel(name, unit, values)).collect();
+    (!panels.is_empty()).then_some(panels)
 }
 
 /// The tips that can be used; `None` where there are none.

@@ -111,7 +111,7 @@ impl<'a> BranchSearch<'a> {
         from_rest: &Solutions,
         stop: &dyn Fn() -> bool,
     ) -> Result<Option<Branches>, BackendError> {
-        let mut found = self.from_rest(batch, from_rest)?;
+        let mut found = self.begin(batch, from_rest)?;
         let bare = self.bare.same_rods(&self.plan, batch);
         let group = (self.engine.batch_size().min(MOST_SEARCHES) / ROUND).max(1);
         loop {
@@ -135,7 +135,7 @@ impl<'a> BranchSearch<'a> {
     }
 
     /// Where every sample starts: with its equilibrium from rest, on the grid of the search.
-    fn from_rest(&mut self, batch: &Batch, from_rest: &Solutions) -> Result<Vec<Found>, BackendError> {
+    fn begin(&mut self, batch: &Batch, from_rest: &Solutions) -> Result<Vec<Found>, BackendError> {
         let unit = self.plan.units.moment();
         let known: Vec<usize> =
             (0..batch.sample_count()).filter(|sample| from_rest.status(*sample).is_converged()).collect();
