@@ -304,6 +304,31 @@ fn a_sample_without_an_equilibrium_is_one_row() {
     assert!(table.row_count() >= 2 && table.statuses()[1].is_converged());
 }
 
+/// Where the path from rest ends before the full load, the rod has other equilibria.
+#[test]
+fn a_sample_is_searched_without_its_equilibrium_from_rest() {
+    let dir = tempfile::tempdir().unwrap();
+    let currents = "coil1.current.x,coil1.current.y,coil1.current.z,coil2.current.x,coil2.current.y,coil2.current.z\n-0.4316,-0.7856,0.5241,0.6666,-0.0136,-0.5515\n";
+    fs::write(dir.path().join("currents.csv"), currents).unwrap();
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("sweeps/scenes/two_coil.toml");
+    let text = format!(
+        "scene = {:?}\n[sampling]\nmethod = \"table\"\nfile = \"currents.csv\"\n[solver]\nbranch = \"all\"\n",
+        scene.to_str().unwrap()
+    );
+    let spec = SweepSpec::parse(&dir.path().join("sweep.toml"), &text).unwrap_or_else(|error| panic!("{error}"));
+    let plan = cpu_plan(&spec);
+    let batch = plan.batch(1, |at, row| spec.sampler().values(at as u64, row));
+    let from_rest = lanes(&plan).unwrap().solve(&batch).unwrap().status(0);
+    let out = dir.path().join("out");
+    let summary = run_on_cpu(&spec, &options(&out));
+    assert_eq!((summary.solved, summary.failed()), (1, 0));
+    let table = read_columns(&out, &[]).unwrap();
+    assert!(table.row_count() >= 5 && table.statuses().iter().all(|status| status.is_converged()));
+    assert!(table.statuses()[0].is_success(), "the lowest energy is stable");
+    let marked = table.numbers("from_rest").unwrap().iter().sum::<f64>();
+    assert_eq!(marked, f64::from(from_rest.is_converged()), "{from_rest:?}");
+}
+
 /// Loads with a tip moment have no potential: no energies, stable equilibria first.
 #[test]
 fn without_a_potential_stable_ones_come_first() {
