@@ -414,13 +414,8 @@ fn broken_sweeps() {
         ),
         ("tolerance = 1e-6", "tolerance = 0", 11, "solver.tolerance", "a number between 0 and 1"),
         ("tolerance = 1e-6", "tolerance = \"1e-6 m\"", 11, "solver.tolerance", "is a length; give a pure number"),
-        (
-            "branch = \"from_rest\"",
-            "branch = \"all\"",
-            12,
-            "solver.branch",
-            "is not available yet; write branch = \"from_rest\"",
-        ),
+        ("branch = \"from_rest\"", "branch = \"al\"", 12, "solver.branch", "did you mean `all`?"),
+        ("branch = \"from_rest\"", "branch = 2", 12, "solver.branch", "give a text"),
         ("branch = \"from_rest\"", "branch = \"some\"", 12, "solver.branch", "use one of: from_rest, all"),
         ("\"tip_position\"", "\"tip_positon\"", 14, "output.quantities[0]", "did you mean `tip_position`?"),
         (

@@ -59,7 +59,7 @@ const SWEEPS: &[Broken] = &[
     broken("NaN", "from = \"-0.1 A\"", "from = nan", 7, "axis[0].from", "give a finite number"),
     broken("wrong unit", "from = \"-0.1 A\"", "from = \"-0.1 T\"", 7, "axis[0].from", "give a current"),
     broken("unknown key", "seed = 7", "sede = 7", 4, "sampling.sede", "did you mean `seed`?"),
-    broken("all branches", "\"from_rest\"", "\"all\"", 12, "solver.branch", "write branch"),
+    broken("unknown branch", "\"from_rest\"", "\"every\"", 12, "solver.branch", "use one of: from_rest, all"),
     broken("no axis", "[[axis]]\nparameter = \"coil.current.x\"\nfrom = \"-0.1 A\"\nto = \"0.1 A\"\npoints = 5\n", "", 0, "axis", "add an [[axis]]"),
     broken("zero voxel", "voxel = \"1 mm\"", "voxel = 0", 18, "workspace.voxel", "greater than zero"),
 ];

@@ -30,6 +30,9 @@ fn describe(directory: &Path, status: &DirectoryStatus) -> String {
         status.parts_total,
         count(status.samples_done)
     );
+    if status.every_branch {
+        text += &format!("every equilibrium: {} rows\n", count(status.counts.iter().sum()));
+    }
     for kind in Status::ALL {
         let samples = status.counts[kind.code() as usize];
         if samples > 0 {

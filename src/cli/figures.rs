@@ -3,8 +3,10 @@
 use super::CommandError;
 use rodsweep::model::Status;
 use rodsweep::reference;
-use rodsweep::report::{self, Cloud, Counts, FailureMap, Panel, Sheet, SweptAxis};
-use rodsweep::sweep::{Column, Summary, SweepSpec, Table};
+use rodsweep::report::{
+    self, AxisLabel, Cloud, Colour, Counts, Curves, FailureMap, Marker, Panel, Series, Sheet, SweptAxis,
+};
+use rodsweep::sweep::{Column, Summary, SweepSpec, Table, Values};
 use std::path::PathBuf;
 
 /// Points along the rod that is drawn in the cloud.
@@ -24,7 +26,8 @@ fn no_colour(spec: &SweepSpec, name: &str) -> CommandError {
 
 /// Draws the figures of a run into its directory; returns their files.
 pub fn draw(spec: &SweepSpec, summary: &Summary, colour: Option<&str>) -> Result<Vec<PathBuf>, CommandError> {
-    let tips = &summary.reduction.tips;
+    let reduction = &summary.reduction;
+    let tips = &reduction.tips;
     let mut files = Vec::new();
     if let Some(cloud) = cloud(spec, tips, colour)? {
         for name in ["tips.png", "tips.svg"] {
@@ -33,21 +36,59 @@ pub fn draw(spec: &SweepSpec, summary: &Summary, colour: Option<&str>) -> Result
             files.push(path);
         }
     }
+    if let Some(panels) = branch_panels(spec, tips) {
+        let path = summary.out.join("branches.png");
+        let panels: Vec<&dyn Panel> = panels.iter().map(|panel| panel as &dyn Panel).collect();
+        report::write(&Sheet { columns: 2, panels }, &path)?;
+        files.push(path);
+    }
     let path = summary.out.join("statuses.png");
     let counts = Counts {
-        title: "Samples by status".into(),
+        title: if reduction.branches.is_some() { "Equilibria by status" } else { "Samples by status" }.into(),
         counts: Status::ALL.into_iter().map(|status| (status, summary.count(status))).collect(),
     };
-    let map = failure_map(tips);
+    let map = if reduction.branches.is_some() { None } else { failure_map(tips) };
     let mut panels: Vec<&dyn Panel> = vec![&counts];
     if let Some(map) = &map {
         panels.push(map);
     }
-    if summary.reduction.sample_count() > 0 {
+    if reduction.sample_count > 0 {
         report::write(&Sheet { columns: panels.len(), panels }, &path)?;
         files.push(path);
     }
     Ok(files)
+}
+
+/// Tip and energy of every equilibrium over the swept parameter; `None` where there is more than one, or no choice.
+fn branch_panels(spec: &SweepSpec, tips: &Table) -> Option<Vec<Curves>> {
+    let (position, from_rest) = (tips.vector_columns("tip.position")?, tips.column("from_rest")?);
+    let ([_], Some(swept), status) = (&spec.axes[..], tips.columns.get(1), tips.statuses()) else { return None };
+    let is_from_rest = |row: usize| from_rest.values.number(row) == 1.0;
+    let is_stable = |row: usize| status[row].is_success();
+    let panel = |name: &str, unit: &str, values: &Values| {
+        let scatter = |name: &str, is_wanted: &dyn Fn(usize) -> bool| {
+            let rows = (0..status.len()).filter(|row| status[*row].is_converged() && is_wanted(*row));
+            let points = rows.map(|row| [swept.values.number(row), 1e3 * values.number(row)]).collect();
+            Series::scatter(name, points, Marker::Circle)
+        };
+        Curves {
+            title: name.into(),
+            x: AxisLabel::linear(&swept.name, &swept.unit),
+            y: AxisLabel::linear(name, unit),
+            series: vec![
+                scatter("unstable", &|row| !is_stable(row)).hollow().colour(Colour::SERIES[1]),
+                scatter("stable", &|row| is_stable(row) && !is_from_rest(row)).colour(Colour::SERIES[0]),
+                scatter("from rest", &|row| is_stable(row) && is_from_rest(row)).colour(Colour::SERIES[2]),
+            ],
+        }
+    };
+    let drawn = |column: &Values| (0..column.len()).any(|row| column.number(row).is_finite());
+    let energy = tips.column("energy").map(|column| ("energy", "mJ", &column.values));
+    let names = ["tip.position.x", "tip.position.y", "tip.position.z"];
+    let columns = names.into_iter().zip(position).map(|(name, values)| (name, "mm", values)).chain(energy);
+    let panels: Vec<Curves> =
+        columns.filter(|(_, _, values)| drawn(values)).map(|(name, unit, values)| panel(name, unit, values)).collect();
+    (!panels.is_empty()).then_some(panels)
 }
 
 /// The tips that can be used; `None` where there are none.

@@ -3,12 +3,13 @@
 use super::args::{BackendName, RunArguments};
 use super::engine::{Engine, cpu_f64, reference, second_attempt};
 use super::progress::{Meter, duration};
-use super::{CommandError, Exit, figures, say};
-use rodsweep::backend::{Backend, BackendError};
+use super::{CommandError, Exit, branches, figures, say};
+use rodsweep::backend::{Backend, BackendError, BackendKind};
 use rodsweep::model::{Plan, PlanOptions, Quantity, ROWS, Status};
 use rodsweep::report::{count, engineering};
 use rodsweep::sweep::{
-    self, Format, Method, Progress, RunOptions, Shard, Summary, SweepError, SweepSpec, choose_method, scene_notes,
+    self, BranchChoice, BranchCounts, Format, Method, Progress, RunOptions, Shard, Summary, SweepError, SweepSpec,
+    choose_method, scene_notes,
 };
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
@@ -70,15 +71,20 @@ pub fn run(arguments: &RunArguments) -> Result<Exit, CommandError> {
     run_options.limit = arguments.limit;
     run_options.interrupt = Some(&INTERRUPTED);
     run_options.progress = if arguments.quiet { None } else { Some(&show) };
+    run_options.chunk = spec.chunk();
     run_options.refiners = vec![&second_attempt, &trusted];
+    let (searching, on_the_cpu) = (engine.clone(), Engine { kind: BackendKind::Cpu, ..engine.clone() });
+    let (search, search_on_the_cpu) = (|plan: &Plan| searching.make(plan), |plan: &Plan| on_the_cpu.make(plan));
+    run_options.search = Some(branches::tools(&search));
     run_options.trusted = Some(&trusted);
     run_options.pilot = pilot;
     let result = match sweep::run(&spec, backend.as_mut(), &run_options) {
         Err(SweepError::Backend(BackendError::DeviceFailed { reason })) => {
             meter.finish();
             say(&format!("warning: the GPU failed ({reason}); going on with the CPU in the same precision"));
-            engine.kind = rodsweep::backend::BackendKind::Cpu;
+            engine.kind = BackendKind::Cpu;
             run_options.resume = spec.format != Format::None;
+            run_options.search = Some(branches::tools(&search_on_the_cpu));
             sweep::run(&spec, engine.make(&plan)?.as_mut(), &run_options)
         }
         result => result,
@@ -121,7 +127,7 @@ fn make(
     match engine.make(plan) {
         Err(error) if arguments.engine.backend == BackendName::Auto => {
             tell(&format!("warning: {error}; taking the CPU"));
-            engine.kind = rodsweep::backend::BackendKind::Cpu;
+            engine.kind = BackendKind::Cpu;
             Ok(engine.make(plan)?)
         }
         result => Ok(result?),
@@ -146,8 +152,13 @@ fn describe(spec: &SweepSpec, plan: &Plan, arguments: &RunArguments, out: &std::
         Format::None => say(&format!("would write the reduced workspace to {}", out.display())),
         format => {
             let bytes = samples as f64 * columns as f64 * 8.0;
+            let rows = match spec.branch {
+                BranchChoice::FromRest => "rows",
+                BranchChoice::All => "samples, a row for each equilibrium,",
+            };
+            let each = if spec.branch == BranchChoice::All { " where each has one" } else { "" };
             say(&format!(
-                "would write {} rows as {} to {} (at most {:.1} MB)",
+                "would write {} {rows} as {} to {} (at most {:.1} MB{each})",
                 count(samples),
                 format.name(),
                 out.display(),
@@ -186,18 +197,12 @@ fn print_summary(spec: &SweepSpec, summary: &Summary) {
         summary.backend
     ));
     let stages = &summary.timings;
+    let search = if stages.search > 0.0 { format!(", search {:.2}", stages.search) } else { String::new() };
     say(&format!(
-        "stages (busy seconds, overlapping): build {:.2}, solve {:.2}, solve again {:.2}, rows {:.2}, write {:.2}, check {:.2}",
+        "stages (busy seconds, overlapping): build {:.2}, solve {:.2}, solve again {:.2}{search}, rows {:.2}, write {:.2}, check {:.2}",
         stages.build, stages.solve, stages.refine, stages.rows, stages.write, stages.check
     ));
-    let total = summary.reduction.sample_count().max(1);
-    let words: Vec<String> = Status::ALL
-        .into_iter()
-        .filter(|status| summary.count(*status) > 0)
-        .map(|status| format!("{} {}", count(summary.count(status)), status.name()))
-        .collect();
-    let share = 100.0 * (1.0 - summary.failed() as f64 / total as f64);
-    say(&format!("status: {}; {share:.3} % usable", words.join(", ")));
+    say_statuses(summary);
     if let Some([low, high]) = summary.reduction.extents {
         let span = |axis: usize| format!("{:.2} to {:.2}", low[axis] * 1e3, high[axis] * 1e3);
         say(&format!("tip extents [mm]: x {}, y {}, z {}", span(0), span(1), span(2)));
@@ -229,4 +234,25 @@ fn print_summary(spec: &SweepSpec, summary: &Summary) {
         }
     }
     say(&format!("results: {}", summary.out.display()));
+}
+
+fn say_statuses(summary: &Summary) {
+    let reduction = &summary.reduction;
+    let words: Vec<String> = Status::ALL
+        .into_iter()
+        .filter(|status| summary.count(*status) > 0)
+        .map(|status| format!("{} {}", count(summary.count(status)), status.name()))
+        .collect();
+    let words = words.join(", ");
+    let share = 100.0 * (1.0 - summary.failed() as f64 / reduction.sample_count.max(1) as f64);
+    let Some(BranchCounts { most, unbalanced }) = reduction.branches else {
+        return say(&format!("status: {words}; {share:.3} % usable"));
+    };
+    let rows = count(reduction.row_count());
+    say(&format!("status of {rows} rows: {words}; {share:.3} % of the samples have an equilibrium"));
+    let complete = match unbalanced {
+        0 => "their signs add up in every sample".into(),
+        some => format!("in {} samples their signs do not add up: some are missing", count(some)),
+    };
+    say(&format!("equilibria: at most {most} a sample; {complete}"));
 }

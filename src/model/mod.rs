@@ -38,7 +38,7 @@ pub use scene::{
 };
 pub use segment_parameter::{SegmentParameter, ShearAxis};
 pub use solution::{NO_EQUILIBRIUM, Quantity, ROWS, Solutions};
-pub use starts::{MOST_KNOWN, SEARCH_ENTRIES};
+pub use starts::{MOST_KNOWN, SEARCH_ENTRIES, Start};
 pub use status::Status;
 pub use stepper::{Stepper, Tableau};
 pub use units::Units;

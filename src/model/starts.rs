@@ -1,6 +1,8 @@
 //! Looking for equilibria from given base moments instead of from rest.
 
-use super::{BLOCK, Batch, Blocks, Entry, Plan, Vector};
+use super::rest_shape::rest_pose;
+use super::{BLOCK, Batch, Blocks, Entry, Plan, PlanOptions, Vector};
+use rayon::prelude::*;
 
 /// Known equilibria that a search can be kept away from.
 pub const MOST_KNOWN: usize = 12;
@@ -10,6 +12,15 @@ pub const SEARCH_ENTRIES: usize = 3 + 3 * MOST_KNOWN;
 
 /// Where an unused place for a known equilibrium lies: too far to be felt (plan units).
 const FAR: f64 = 1e9;
+
+/// A search: for the rod of a sample, from a base moment [N·m, world frame], away from known equilibria, of which at
+/// most [`MOST_KNOWN`] count.
+#[derive(Clone, Copy, Debug)]
+pub struct Start<'a> {
+    pub sample: usize,
+    pub m0: Vector,
+    pub known: &'a [Vector],
+}
 
 impl Plan {
     /// The same rods, each solved from a base moment of its own.
@@ -21,22 +32,55 @@ impl Plan {
         plan
     }
 
-    /// A batch for [`Plan::with_starts`] out of one sample of this plan: one search from each base moment [N·m, world
-    /// frame], kept away from `known` ones, of which at most [`MOST_KNOWN`] count.
-    pub fn start_batch(&self, batch: &Batch, sample: usize, starts: &[Vector], known: &[Vector]) -> Batch {
+    /// A batch for [`Plan::with_starts`] out of a batch of this plan, one search a row.
+    pub fn start_batch(&self, batch: &Batch, starts: &[Start]) -> Batch {
         let far = [FAR * self.units.moment(); 3];
-        let known: Vec<Vector> = (0..MOST_KNOWN).map(|k| known.get(k).copied().unwrap_or(far)).collect();
         let mut inputs = Blocks::new(self.input_count + SEARCH_ENTRIES, starts.len());
-        for (row, start) in starts.iter().enumerate() {
-            for column in 0..self.input_count {
-                inputs.set(row, column, batch.inputs.get(sample, column));
+        let block_len = inputs.block_len();
+        inputs.data_mut().par_chunks_mut(block_len).zip(starts.par_chunks(BLOCK)).for_each(|(out, starts)| {
+            for (lane, start) in starts.iter().enumerate() {
+                let mut put = |column: usize, value: f64| out[column * BLOCK + lane] = value;
+                for column in 0..self.input_count {
+                    put(column, batch.inputs.get(start.sample, column));
+                }
+                for k in 0..=MOST_KNOWN {
+                    let place = if k == 0 { start.m0 } else { start.known.get(k - 1).copied().unwrap_or(far) };
+                    for (axis, value) in place.into_iter().enumerate() {
+                        put(self.input_count + 3 * k + axis, value);
+                    }
+                }
             }
-            for (k, value) in start.iter().chain(known.iter().flatten()).enumerate() {
-                inputs.set(row, self.input_count + k, *value);
+        });
+        Batch { inputs, bad: starts.iter().map(|start| batch.bad[start.sample]).collect() }
+    }
+
+    /// The same rods without derivatives, at another resolution.
+    pub fn without_derivatives(&self, options: PlanOptions) -> Plan {
+        // What could be planned with derivatives can be planned without.
+        Plan::new(&self.scene, &self.axes, &[], options).unwrap_or_else(|_| self.with_options(options))
+    }
+
+    /// The rods of a batch of another plan of the same scene and axes, as a batch of this one.
+    pub fn same_rods(&self, other: &Plan, batch: &Batch) -> Batch {
+        let mut inputs = Blocks::new(self.input_count, batch.sample_count());
+        let block_len = inputs.block_len().max(1);
+        inputs.data_mut().par_chunks_mut(block_len).enumerate().for_each(|(block, out)| {
+            let mut entries = Vec::with_capacity(self.entries.len());
+            let first = block * BLOCK;
+            for sample in first..batch.sample_count().min(first + BLOCK) {
+                let rod = other.sample_rod(batch, sample);
+                rod.write_record(&mut entries);
+                if let Some(free) = self.free {
+                    entries.extend(rest_pose(&rod.segments[free.segment..]));
+                }
+                for (entry, value) in self.entries.iter().zip(&entries) {
+                    if let Entry::Varying(column) = entry {
+                        out[column * BLOCK + sample - first] = *value;
+                    }
+                }
             }
-        }
-        debug_assert!(inputs.block_len().is_multiple_of(BLOCK));
-        Batch { inputs, bad: vec![batch.bad[sample]; starts.len()] }
+        });
+        Batch { inputs, bad: batch.bad.clone() }
     }
 
     /// No base moment of an equilibrium is larger: the moment of all loads on the longest lever arms [N·m].

@@ -19,24 +19,22 @@ pub enum Marker {
 impl Marker {
     pub const ALL: [Marker; 4] = [Marker::Circle, Marker::Square, Marker::Triangle, Marker::Diamond];
 
-    fn draw(self, canvas: &mut Canvas, [x, y]: Point, colour: Colour) {
-        let rim = Some(Stroke::new(Colour::WHITE, 0.5));
-        let r = 2.3;
+    /// Filled with a white rim, or hollow.
+    fn draw(self, canvas: &mut Canvas, [x, y]: Point, colour: Colour, hollow: bool) {
+        let rim = Some(if hollow { Stroke::new(colour, 0.7) } else { Stroke::new(Colour::WHITE, 0.5) });
+        let r = if hollow { 1.9 } else { 2.3 };
+        let fill = Some(if hollow { Colour::WHITE } else { colour });
         match self {
-            Marker::Circle => canvas.circle([x, y], r, Some(colour), rim),
-            Marker::Square => canvas.rect(
-                Rect { left: x - 0.9 * r, top: y - 0.9 * r, width: 1.8 * r, height: 1.8 * r },
-                Some(colour),
-                rim,
-            ),
-            Marker::Triangle => canvas.polygon(
-                [[x, y - 1.2 * r], [x + 1.1 * r, y + 0.8 * r], [x - 1.1 * r, y + 0.8 * r]],
-                Some(colour),
-                rim,
-            ),
+            Marker::Circle => canvas.circle([x, y], r, fill, rim),
+            Marker::Square => {
+                canvas.rect(Rect { left: x - 0.9 * r, top: y - 0.9 * r, width: 1.8 * r, height: 1.8 * r }, fill, rim)
+            }
+            Marker::Triangle => {
+                canvas.polygon([[x, y - 1.2 * r], [x + 1.1 * r, y + 0.8 * r], [x - 1.1 * r, y + 0.8 * r]], fill, rim)
+            }
             Marker::Diamond => {
                 let r = 1.25 * r;
-                canvas.polygon([[x, y - r], [x + r, y], [x, y + r], [x - r, y]], Some(colour), rim)
+                canvas.polygon([[x, y - r], [x + r, y], [x, y + r], [x - r, y]], fill, rim)
             }
         }
     }
@@ -54,6 +52,7 @@ pub struct Series {
     pub line: bool,
     pub dashed: bool,
     pub marker: Option<Marker>,
+    pub hollow: bool,
     /// The next colour of the palette unless chosen.
     pub colour: Option<Colour>,
 }
@@ -62,7 +61,7 @@ impl Series {
     /// A line without markers.
     pub fn line(name: impl Into<String>, points: Vec<[f64; 2]>) -> Self {
         let band = Vec::new();
-        Self { name: name.into(), points, band, line: true, dashed: false, marker: None, colour: None }
+        Self { name: name.into(), points, band, line: true, dashed: false, marker: None, hollow: false, colour: None }
     }
 
     /// Markers without a line.
@@ -72,6 +71,11 @@ impl Series {
 
     pub fn marker(self, marker: Marker) -> Self {
         Self { marker: Some(marker), ..self }
+    }
+
+    /// With markers that are not filled.
+    pub fn hollow(self) -> Self {
+        Self { hollow: true, ..self }
     }
 
     pub fn dashed(self) -> Self {
@@ -148,14 +152,14 @@ impl Curves {
         let named = self.series.iter().enumerate().filter(|(_, series)| !series.name.is_empty());
         named
             .map(|(index, series)| {
-                let (line, marker, stroke) = (series.line, series.marker, self.stroke(index));
+                let (line, marker, hollow, stroke) = (series.line, series.marker, series.hollow, self.stroke(index));
                 Entry::new(&series.name, move |canvas, rect| {
                     let y = rect.centre()[1];
                     if line {
                         canvas.line([[rect.left, y], [rect.right(), y]], stroke);
                     }
                     if let Some(marker) = marker {
-                        marker.draw(canvas, rect.centre(), stroke.colour);
+                        marker.draw(canvas, rect.centre(), stroke.colour, hollow);
                     }
                 })
             })
@@ -207,7 +211,7 @@ impl Curves {
             if let Some(marker) = series.marker {
                 places
                     .filter(|place| place.iter().all(|x| x.is_finite()))
-                    .for_each(|place| marker.draw(canvas, place, self.colour(index)));
+                    .for_each(|place| marker.draw(canvas, place, self.colour(index), series.hollow));
             }
         }
     }

@@ -1,6 +1,6 @@
 //! Rows of a result as columns: the sample, its parameters, its status, quantities, derivatives.
 
-use super::spec::{Format, OutputQuantity, SweepSpec};
+use super::spec::{BranchChoice, Format, OutputQuantity, SweepSpec};
 use crate::backend::Precision;
 use crate::model::{Batch, Plan, Quantity, Solutions, Status, Vector, base_curvature};
 
@@ -119,6 +119,12 @@ impl Table {
         }
     }
 
+    /// Distinct samples; rows of one stand together.
+    pub fn sample_count(&self) -> u64 {
+        let samples = self.samples();
+        samples.len().min(1) as u64 + samples.windows(2).filter(|pair| pair[0] != pair[1]).count() as u64
+    }
+
     pub fn statuses(&self) -> &[Status] {
         match self.columns.iter().find_map(|column| match &column.values {
             Values::Status(values) => Some(values),
@@ -162,17 +168,35 @@ pub(super) struct Layout {
     empty: Table,
     quantities: Vec<OutputQuantity>,
     derivative_count: usize,
+    has_branches: bool,
     /// Axis of each parameter column.
     parameter_axes: Vec<usize>,
 }
 
-/// A batch and what came back.
+/// One solution of a sample of a batch.
 #[derive(Clone, Copy)]
-pub(super) struct SolvedBatch<'a> {
+pub(super) struct SolvedRow<'a> {
     pub plan: &'a Plan,
     pub batch: &'a Batch,
+    /// Sample of the batch.
+    pub sample: usize,
     pub solutions: &'a Solutions,
+    pub row: usize,
+    pub branch: BranchCells,
 }
+
+/// What a row says about its place among the equilibria of its sample.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct BranchCells {
+    pub number: usize,
+    pub energy: Option<f64>,
+    pub from_rest: bool,
+    pub balanced: bool,
+}
+
+/// Only where every equilibrium is asked for: its number in its sample, and whether the list may be complete.
+pub(super) const BRANCH_COLUMN: &str = "branch";
+pub(super) const BALANCED_COLUMN: &str = "balanced";
 
 const XYZ: [&str; 3] = ["x", "y", "z"];
 
@@ -196,6 +220,14 @@ impl Layout {
             }
         }
         add("status".into(), "", Values::Status(Vec::new()));
+        let has_branches = spec.branch == BranchChoice::All;
+        if has_branches {
+            add(BRANCH_COLUMN.into(), "", Values::Index(Vec::new()));
+            // Equilibria differ by less than single precision may show.
+            add("energy".into(), "J", Values::Double(Vec::new()));
+            add("from_rest".into(), "", Values::Flag(Vec::new()));
+            add(BALANCED_COLUMN.into(), "", Values::Flag(Vec::new()));
+        }
         for quantity in &quantities {
             let mut vector = |name: &str, unit| {
                 for axis in XYZ {
@@ -225,7 +257,7 @@ impl Layout {
                 }
             }
         }
-        Layout { empty: Table { columns }, quantities, derivative_count: wrt.len(), parameter_axes }
+        Layout { empty: Table { columns }, quantities, derivative_count: wrt.len(), has_branches, parameter_axes }
     }
 
     /// The columns without rows.
@@ -246,9 +278,9 @@ impl Layout {
         columns.map(|column| format!("{} [{}] {}\n", column.name, column.unit, kind(&column.values))).collect()
     }
 
-    /// Adds one sample's row: `values` of its axes, row `at` of a solved batch.
-    pub fn push(&self, table: &mut Table, index: u64, values: &[f64], solved: &SolvedBatch, at: usize) {
-        let SolvedBatch { plan, batch, solutions } = *solved;
+    /// Adds a row of one sample: `values` of its axes, and a solution.
+    pub fn push(&self, table: &mut Table, index: u64, values: &[f64], solved: &SolvedRow) {
+        let SolvedRow { plan, batch, sample, solutions, row: at, branch } = *solved;
         let status = solutions.status(at);
         let mut columns = table.columns.iter_mut().map(|column| &mut column.values);
         if let Some(Values::Index(samples)) = columns.next() {
@@ -263,6 +295,12 @@ impl Layout {
             put(values[*axis]);
         }
         put(f64::from(status.code()));
+        if self.has_branches {
+            put(branch.number as f64);
+            put(branch.energy.unwrap_or(f64::NAN));
+            put(f64::from(branch.from_rest));
+            put(f64::from(branch.balanced));
+        }
         // A row that is no equilibrium carries no numbers; a number that is not finite is none.
         let is_known = solutions.is_equilibrium(at);
         let known = |value: f64| if is_known && value.is_finite() { value } else { f64::NAN };
@@ -276,7 +314,7 @@ impl Layout {
                     rotation_vector(&solutions.tip_rotation(at)).into_iter().for_each(|x| put(known(x)));
                 }
                 OutputQuantity::BaseCurvature => {
-                    let rod = plan.sample_rod(batch, at);
+                    let rod = plan.sample_rod(batch, sample);
                     let u = base_curvature(&rod, solutions.vector(at, Quantity::BaseMoment));
                     u.into_iter().for_each(|x| put(known(x)));
                 }

@@ -175,7 +175,7 @@ fn check(path: &Path, chunk: u64, record: &RunRecord) -> Result<PartInfo, SweepE
     if info.run_id != record.run_id {
         return Err(damaged("it belongs to another run"));
     }
-    if chunk >= record.chunk_count() || (info.first, info.rows) != record.chunk_range(chunk) {
+    if chunk >= record.chunk_count() || (info.first, info.sample_count()) != record.chunk_range(chunk) {
         return Err(damaged("it does not hold the samples of its number"));
     }
     Ok(info)

@@ -34,8 +34,6 @@ pub enum Problem {
     Range { value: String, expected: String },
     #[error("\"{found}\" is not known{}; use one of: {allowed}", did_you_mean(.suggestion))]
     Choice { found: String, suggestion: Option<String>, allowed: String },
-    #[error("is not available yet; {remedy}")]
-    NotAvailable { remedy: &'static str },
     #[error("cannot stand beside `{with}`; {remedy}")]
     Conflict { with: String, remedy: String },
     #[error("{0}")]
@@ -99,6 +97,8 @@ pub enum SweepError {
     Damaged { path: PathBuf, reason: String },
     #[error("the backend was prepared for another plan: {what} differ")]
     WrongPlan { what: &'static str },
+    #[error("the sweep asks for every equilibrium, and the run was given nothing to search with")]
+    NoSearch,
     #[error("no column `{name}` in {}{}", dir.display(), did_you_mean(.suggestion))]
     NoColumn { dir: PathBuf, name: String, suggestion: Option<String> },
 }

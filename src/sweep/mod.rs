@@ -3,6 +3,7 @@
 //! Knows the model and the `Backend` trait only.
 
 mod assign;
+mod branches;
 mod check;
 mod columns;
 mod directory;
@@ -27,6 +28,7 @@ mod toml;
 mod units;
 
 pub use assign::{AssignError, assign};
+pub use branches::{Branch, BranchSearch, BranchTools, Branches, Energy, Equilibria};
 pub use check::{ErrorDistribution, SpotCheck, SpotCheckOptions};
 pub use columns::{Column, Table, Values, rotation_angle, rotation_vector};
 pub use directory::RunRecord;
@@ -38,11 +40,13 @@ pub use read::{
     DirectoryStatus, directory_status, for_each_part, merge, read_columns, read_manifest, read_parquet_table,
     read_spec, reduce_directory,
 };
-pub use reduce::{MAX_TIPS, Reduction};
-pub use run::{BackendFactory, CHUNK, Progress, RunOptions, Shard, Summary, Timings, run};
+pub use reduce::{BranchCounts, MAX_TIPS, Reduction};
+pub use run::{BRANCH_CHUNK, BackendFactory, CHUNK, Progress, RunOptions, Shard, Summary, Timings, run};
 pub use sampling::{MAX_SOBOL_DIMENSIONS, Sampler};
 pub use scene_file::{parse_scene, read_scene, scene_notes};
 pub use scene_text::write_scene;
-pub use spec::{AxisSpec, Format, MAX_ROWS, MAX_SAMPLES, Method, OutputQuantity, RESOLVED_TABLE, SweepSpec};
+pub use spec::{
+    AxisSpec, BranchChoice, Format, MAX_ROWS, MAX_SAMPLES, Method, OutputQuantity, RESOLVED_TABLE, SweepSpec,
+};
 pub use table_file::InputTable;
 pub use units::{Dimension, QuantityError, parse_quantity};

@@ -1,7 +1,8 @@
 //! The overlapping stages of a run: build batches, solve, finish rows, write. Each queue holds one item.
 
+use super::branches::{BranchSearch, Branches};
 use super::check::Kept;
-use super::columns::{Layout, SolvedBatch, Table};
+use super::columns::{BranchCells, Layout, SolvedRow, Table};
 use super::directory::RunRecord;
 use super::error::SweepError;
 use super::reduce::Reduction;
@@ -137,6 +138,37 @@ fn solve_all(
     Ok(busy.as_secs_f64())
 }
 
+/// A batch and what came back.
+#[derive(Clone, Copy)]
+struct Solved<'a> {
+    batch: &'a Batch,
+    /// From rest.
+    solutions: &'a Solutions,
+    branches: Option<&'a Branches>,
+}
+
+impl<'a> Solved<'a> {
+    /// The rows of a sample: its equilibria, where there is any and all are wanted, else the one from rest.
+    fn rows(&self, plan: &'a Plan, sample: usize) -> impl Iterator<Item = SolvedRow<'a>> + use<'a> {
+        let Solved { batch, solutions, branches } = *self;
+        let found = branches.map(|branches| (branches, &branches.samples[sample]));
+        let rows = match found {
+            Some((_, of)) if !of.rows.is_empty() => of.rows.clone(),
+            _ => sample..sample + 1,
+        };
+        let first = rows.start;
+        rows.map(move |row| match found {
+            Some((branches, of)) if !of.rows.is_empty() => {
+                let found = branches.branches[row];
+                let (energy, from_rest, balanced) = (found.energy, found.from_rest, of.balanced);
+                let branch = BranchCells { number: row - first, energy, from_rest, balanced };
+                SolvedRow { plan, batch, sample, solutions: &branches.solutions, row, branch }
+            }
+            _ => SolvedRow { plan, batch, sample, solutions, row, branch: BranchCells::default() },
+        })
+    }
+}
+
 /// Turns solutions into rows: second attempts, statistics, tables of whole chunks.
 pub(super) struct Finisher<'a> {
     pub spec: &'a SweepSpec,
@@ -145,10 +177,13 @@ pub(super) struct Finisher<'a> {
     pub sampler: &'a Sampler,
     pub options: &'a RunOptions<'a>,
     pub refiners: Refiners<'a>,
+    pub search: Option<BranchSearch<'a>>,
     pub kept: Option<Kept>,
     pub reduction: Reduction,
     /// Rows of the chunk that is being filled.
     pub table: Table,
+    /// Samples in `table`.
+    pub in_table: u64,
     pub total: u64,
     pub resumed: u64,
     pub start: Instant,
@@ -171,13 +206,22 @@ impl Finisher<'_> {
             let index = |at: usize| index_at(&job.pieces, at).unwrap_or(0);
             self.refiners.refine(self.plan, self.sampler, &job.batch, &mut solutions, &index)?;
             let refined = Instant::now();
+            let mut branches = None;
+            if let Some(search) = &mut self.search {
+                branches = search.find(&job.batch, &solutions, &|| self.options.is_interrupted())?;
+                if branches.is_none() {
+                    return Ok(());
+                }
+            }
+            let searched = Instant::now();
+            let solved = Solved { batch: &job.batch, solutions: &solutions, branches: branches.as_ref() };
             let mut at = 0;
             for piece in &job.pieces {
-                self.add_rows(piece, &job.batch, &solutions, at);
+                self.add_rows(piece, &solved, at);
                 at += piece.len as usize;
                 if piece.is_last {
                     let table = std::mem::replace(&mut self.table, self.layout.empty().clone());
-                    self.solved += table.row_count() as u64;
+                    self.solved += std::mem::take(&mut self.in_table);
                     self.reduction.add(&table);
                     if self.spec.format != Format::None && finished.send((piece.chunk, table)).is_err() {
                         return Ok(());
@@ -185,55 +229,58 @@ impl Finisher<'_> {
                 }
             }
             self.timings.refine += (refined - begin).as_secs_f64();
-            self.timings.rows += refined.elapsed().as_secs_f64();
+            self.timings.search += (searched - refined).as_secs_f64();
+            self.timings.rows += searched.elapsed().as_secs_f64();
             self.report(false);
         }
         Ok(())
     }
 
-    /// Adds the rows of a piece that starts at row `at` of a batch.
-    fn add_rows(&mut self, piece: &Piece, batch: &Batch, solutions: &Solutions, at: usize) {
+    /// Adds the rows of a piece that starts at sample `at` of a batch.
+    fn add_rows(&mut self, piece: &Piece, solved: &Solved, at: usize) {
         const ROWS: usize = 4096;
-        let solved = SolvedBatch { plan: self.plan, batch, solutions };
-        let (layout, sampler, count) = (self.layout, self.sampler, piece.len as usize);
+        let (layout, sampler, plan, count) = (self.layout, self.sampler, self.plan, piece.len as usize);
         let rows_from = |first: usize| {
             let mut table = layout.empty().clone();
             let mut values = vec![0.0; sampler.axis_count()];
             for row in first..count.min(first + ROWS) {
                 let index = piece.start + row as u64;
                 sampler.values(index, &mut values);
-                layout.push(&mut table, index, &values, &solved, at + row);
+                solved.rows(plan, at + row).for_each(|solved| layout.push(&mut table, index, &values, &solved));
             }
             table
         };
         let tables: Vec<Table> = (0..count.div_ceil(ROWS)).into_par_iter().map(|k| rows_from(k * ROWS)).collect();
         tables.iter().for_each(|table| self.table.append(table));
+        self.in_table += piece.len;
         for row in 0..count {
-            self.note(piece.start + row as u64, solutions, at + row);
+            self.note(piece.start + row as u64, solved, at + row);
         }
     }
 
     /// Statistics of one sample.
-    fn note(&mut self, index: u64, solutions: &Solutions, at: usize) {
+    fn note(&mut self, index: u64, solved: &Solved, at: usize) {
         if let Some(kept) = &mut self.kept {
-            kept.offer(index, solutions, at);
+            kept.offer(index, solved.solutions, at);
         }
-        let status = solutions.status(at);
-        if status.is_converged() {
-            self.worst_residual = self.worst_residual.max(solutions.get(at, Quantity::Residual));
-        }
-        if status.is_success() {
-            let estimate = solutions.get(at, Quantity::ErrorEstimate);
-            self.worst_error_estimate = self.worst_error_estimate.max(estimate);
-            self.above_tolerance += u64::from(estimate > self.spec.tolerance);
-        } else {
-            self.failed += 1;
+        for SolvedRow { solutions, row, .. } in solved.rows(self.plan, at) {
+            let status = solutions.status(row);
+            if status.is_converged() {
+                self.worst_residual = self.worst_residual.max(solutions.get(row, Quantity::Residual));
+            }
+            if status.is_success() || status.is_converged() && solved.branches.is_some() {
+                let estimate = solutions.get(row, Quantity::ErrorEstimate);
+                self.worst_error_estimate = self.worst_error_estimate.max(estimate);
+                self.above_tolerance += u64::from(estimate > self.spec.tolerance);
+            } else {
+                self.failed += 1;
+            }
         }
     }
 
     pub fn report(&self, checking: bool) {
         let Some(progress) = self.options.progress else { return };
-        let rows = self.solved + self.table.row_count() as u64;
+        let rows = self.solved + self.in_table;
         let rate = rows as f64 / self.start.elapsed().as_secs_f64().max(1e-9);
         let done = self.resumed + rows;
         let left = (rate > 0.0).then(|| Duration::from_secs_f64((self.total - done) as f64 / rate));

@@ -4,9 +4,9 @@ use super::columns::{Column, Table};
 use super::directory::{self, MANIFEST_FILE, RUN_FILE, RunRecord, SWEEP_FILE};
 use super::error::SweepError;
 use super::manifest::{TIPS_FILE, WORKSPACE_FILE};
-use super::reduce::Reduction;
-use super::sink;
-use super::spec::{Format, RESOLVED_TABLE, SweepSpec};
+use super::reduce::{Reduction, failures};
+use super::sink::{self, PartInfo};
+use super::spec::{BranchChoice, Format, RESOLVED_TABLE, SweepSpec};
 use crate::backend::Precision;
 use crate::model::{Status, closest};
 use std::collections::BTreeMap;
@@ -23,6 +23,8 @@ pub struct DirectoryStatus {
     /// Damaged parts and what is wrong with them.
     pub damaged: Vec<(PathBuf, String)>,
     pub samples_done: u64,
+    /// Whether samples have a row for each equilibrium.
+    pub every_branch: bool,
     /// Rows by status code.
     pub counts: [u64; Status::ALL.len()],
 }
@@ -33,8 +35,7 @@ impl DirectoryStatus {
     }
 
     pub fn failed(&self) -> u64 {
-        let failures = Status::ALL.into_iter().filter(|status| !status.is_success());
-        failures.map(|status| self.counts[status.code() as usize]).sum()
+        failures(&self.counts, self.every_branch)
     }
 }
 
@@ -54,7 +55,8 @@ pub fn directory_status(dir: &Path) -> Result<DirectoryStatus, SweepError> {
         parts_total,
         parts_done: parts.sound.len() as u64,
         missing: (0..parts_total).filter(|chunk| !parts.sound.contains_key(chunk)).collect(),
-        samples_done: parts.sound.values().map(|info| info.rows).sum(),
+        samples_done: parts.sound.values().map(PartInfo::sample_count).sum(),
+        every_branch: parts.sound.values().any(|info| info.samples.is_some()),
         damaged: parts.damaged,
         counts,
         record,
@@ -186,6 +188,7 @@ fn finish_merge(
         "chunk": record.chunk,
         "seed": spec.seed,
         "precision": record.precision,
+        "branch": spec.branch.name(),
         "complete": status.is_complete(),
         "counts": counts,
         "failed": status.failed(),
@@ -246,7 +249,8 @@ fn merge_workspaces(dirs: &[PathBuf], out: &Path, record: &RunRecord) -> Result<
     }
     sink::write_table(&out.join(WORKSPACE_FILE), &merged, &metadata)?;
     sink::write_table(&out.join(TIPS_FILE), &tips, &metadata)?;
-    let status = DirectoryStatus { samples_done: done, counts, ..directory_status(out)? };
+    let every_branch = spec.branch == BranchChoice::All;
+    let status = DirectoryStatus { samples_done: done, every_branch, counts, ..directory_status(out)? };
     finish_merge(dirs, out, record, &spec, status)
 }
 

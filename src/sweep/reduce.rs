@@ -1,25 +1,45 @@
 //! Streaming reduction of a sweep: counts by status, extents, voxel occupancy, a bounded choice of tips.
 
-use super::columns::{Column, Table, Values};
+use super::columns::{BALANCED_COLUMN, BRANCH_COLUMN, Column, Table, Values};
 use super::sampling::Selection;
 use crate::model::Status;
+use serde::Serialize;
 use std::collections::HashMap;
 
 /// Tips kept for figures.
 pub const MAX_TIPS: u64 = 262_144;
+
+/// What is known of samples with several equilibria.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct BranchCounts {
+    /// Equilibria of one sample.
+    pub most: u64,
+    /// Samples whose signs do not add up to one, so that an equilibrium is missing.
+    pub unbalanced: u64,
+}
+
+/// Rows that are no success; where every equilibrium was asked for, an unstable one is none of them.
+pub(super) fn failures(counts: &[u64; Status::ALL.len()], every_branch: bool) -> u64 {
+    let fails = |status: &Status| if every_branch { !status.is_converged() } else { !status.is_success() };
+    Status::ALL.into_iter().filter(fails).map(|status| counts[status.code() as usize]).sum()
+}
 
 /// What is known of a workspace without its rows. Order of tables changes nothing but the order of `tips`.
 #[derive(Clone, Debug)]
 pub struct Reduction {
     /// Edge of a voxel [m]
     pub voxel: f64,
-    /// Samples with a success status in each voxel, by floor(position / voxel).
+    /// Rows with a success status in each voxel, by floor(position / voxel).
     pub voxels: HashMap<[i32; 3], u32>,
     /// Box around the tips of success rows [m]; `None` before the first.
     pub extents: Option<[[f64; 3]; 2]>,
     /// Rows by status code.
     pub counts: [u64; Status::ALL.len()],
-    /// At most `MAX_TIPS` rows, evenly chosen by index: every column but derivatives.
+    /// Samples added.
+    pub sample_count: u64,
+    /// Where every equilibrium was asked for.
+    pub branches: Option<BranchCounts>,
+    /// The rows of at most `MAX_TIPS` samples, evenly chosen by index: every column but derivatives.
     pub tips: Table,
     selection: Selection,
     /// Whether voxels are wanted.
@@ -33,6 +53,8 @@ impl Reduction {
             voxels: HashMap::new(),
             extents: None,
             counts: [0; Status::ALL.len()],
+            sample_count: 0,
+            branches: None,
             tips: Table::default(),
             selection: Selection::new(sample_count, MAX_TIPS, 0x7195),
             counts_voxels,
@@ -43,6 +65,15 @@ impl Reduction {
     pub(super) fn add(&mut self, table: &Table) {
         for status in table.statuses() {
             self.counts[status.code() as usize] += 1;
+        }
+        self.sample_count += table.sample_count();
+        if let (Some(numbers), Some(balanced)) = (table.column(BRANCH_COLUMN), table.column(BALANCED_COLUMN)) {
+            let counts = self.branches.get_or_insert_default();
+            for (row, status) in table.statuses().iter().enumerate() {
+                let number = numbers.values.number(row) as u64;
+                counts.most = counts.most.max(number + u64::from(status.is_converged()));
+                counts.unbalanced += u64::from(number == 0 && balanced.values.number(row) == 0.0);
+            }
         }
         if let Some(position) = table.vector_columns("tip.position") {
             for (row, status) in table.statuses().iter().enumerate() {
@@ -82,8 +113,13 @@ impl Reduction {
         }
     }
 
-    pub fn sample_count(&self) -> u64 {
+    pub fn row_count(&self) -> u64 {
         self.counts.iter().sum()
+    }
+
+    /// Rows that are no success; where every equilibrium was asked for, samples without any.
+    pub fn failed(&self) -> u64 {
+        failures(&self.counts, self.branches.is_some())
     }
 
     /// Occupied voxels, sorted: centre [m] and count.

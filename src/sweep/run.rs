@@ -3,6 +3,7 @@
 //! Four stages overlap: build batches, solve, finish rows, write. Each queue holds one item, so at most five batches
 //! (three of them with solutions) and four chunks of rows are in memory, whatever the number of samples.
 
+use super::branches::{BranchSearch, BranchTools};
 use super::check::{Kept, SpotCheck, SpotCheckOptions};
 use super::columns::{Layout, Table};
 use super::directory::{self, RunRecord};
@@ -13,7 +14,7 @@ use super::pipeline::{Finisher, pieces, pipeline};
 use super::reduce::Reduction;
 use super::refine::Refiners;
 use super::sink;
-use super::spec::{Format, SweepSpec};
+use super::spec::{BranchChoice, Format, SweepSpec};
 use crate::backend::{Backend, BackendError, BackendInfo};
 use crate::model::{BLOCK, Plan, Quantity, ROWS, Status};
 use serde::Serialize;
@@ -26,6 +27,10 @@ pub type BackendFactory<'a> = &'a (dyn Fn(&Plan) -> Result<Box<dyn Backend>, Bac
 
 /// Samples in a part file.
 pub const CHUNK: u64 = 65_536;
+/// The same where every equilibrium is looked for.
+pub const BRANCH_CHUNK: u64 = 2048;
+/// Samples of a batch there: enough to keep an engine busy, few enough to be heard of.
+const BRANCH_BATCH: usize = 512;
 /// Bytes that the inputs and solutions of one batch may take, whatever the backend asks for; five are alive at once.
 const BATCH_BYTES: usize = 96 << 20;
 
@@ -52,6 +57,8 @@ pub struct RunOptions<'a> {
     pub progress: Option<&'a (dyn Fn(&Progress) + Sync)>,
     /// Second attempts for samples that failed or are doubtful, in order.
     pub refiners: Vec<BackendFactory<'a>>,
+    /// Looks for the equilibria beside the one from rest, where the sweep asks for them.
+    pub search: Option<BranchTools<'a>>,
     /// What the spot check believes.
     pub trusted: Option<BackendFactory<'a>>,
     pub spot_check: SpotCheckOptions,
@@ -64,7 +71,7 @@ pub struct RunOptions<'a> {
 pub struct Progress {
     pub done: u64,
     pub total: u64,
-    /// Rows whose status is no success, so far.
+    /// As [`Summary::failed`], so far.
     pub failed: u64,
     /// Samples a second.
     pub rate: f64,
@@ -79,6 +86,8 @@ pub struct Timings {
     pub build: f64,
     pub solve: f64,
     pub refine: f64,
+    /// For equilibria beside those from rest.
+    pub search: f64,
     pub rows: f64,
     pub write: f64,
     pub check: f64,
@@ -103,11 +112,12 @@ pub struct Summary {
     /// Second attempts made and won.
     pub attempts: u64,
     pub refined: u64,
-    /// Success rows of this call whose error estimate stays above the tolerance.
+    /// Success rows of this call (converged ones, where every equilibrium was asked for) whose error estimate stays
+    /// above the tolerance.
     pub above_tolerance: u64,
     /// Of the converged rows of this call, in units of the plan's moment.
     pub worst_residual: f64,
-    /// Of the success rows of this call.
+    /// Of the same rows.
     pub worst_error_estimate: f64,
     pub spot_check: Option<SpotCheck>,
     pub timings: Timings,
@@ -150,6 +160,7 @@ impl<'a> RunOptions<'a> {
             interrupt: None,
             progress: None,
             refiners: Vec::new(),
+            search: None,
             trusted: None,
             spot_check: SpotCheckOptions::default(),
             pilot: None,
@@ -166,9 +177,9 @@ impl Summary {
         self.reduction.counts[status.code() as usize]
     }
 
-    /// Rows whose status is no success.
+    /// Rows whose status is no success; where every equilibrium was asked for, samples without any.
     pub fn failed(&self) -> u64 {
-        Status::ALL.into_iter().filter(|status| !status.is_success()).map(|status| self.count(status)).sum()
+        self.reduction.failed()
     }
 }
 
@@ -179,6 +190,11 @@ pub fn run(spec: &SweepSpec, backend: &mut dyn Backend, options: &RunOptions) ->
     check_plan(spec, &plan)?;
     let info = backend.info();
     let layout = Layout::new(spec, info.precision);
+    let search = match (spec.branch, options.search) {
+        (BranchChoice::FromRest, _) => None,
+        (BranchChoice::All, None) => return Err(SweepError::NoSearch),
+        (BranchChoice::All, Some(tools)) => Some(BranchSearch::new(&plan, tools)?),
+    };
     let sample_count = options.limit.unwrap_or(u64::MAX).min(spec.sample_count);
     let record = RunRecord::new(spec, &layout.schema(), sample_count, options.chunk.max(1), info.precision);
     directory::open(&options.out, &record, spec, options.resume)?;
@@ -209,9 +225,11 @@ pub fn run(spec: &SweepSpec, backend: &mut dyn Backend, options: &RunOptions) ->
         sampler: &sampler,
         options,
         refiners: Refiners::new(&options.refiners),
+        search,
         kept: options.trusted.map(|_| Kept::new(sample_count, options.spot_check)),
         reduction,
         table: layout.empty().clone(),
+        in_table: 0,
         total,
         resumed,
         start: Instant::now(),
@@ -223,7 +241,8 @@ pub fn run(spec: &SweepSpec, backend: &mut dyn Backend, options: &RunOptions) ->
         timings: Timings::default(),
     };
     let row_bytes = 8 * (plan.input_count + Quantity::COUNT + ROWS * plan.derivatives.len());
-    let batch_size = backend.batch_size().min(BATCH_BYTES / row_bytes).max(BLOCK);
+    let most = if spec.branch == BranchChoice::All { BRANCH_BATCH } else { BATCH_BYTES / row_bytes };
+    let batch_size = backend.batch_size().min(most).max(BLOCK);
     let jobs = pieces(&record, &missing, batch_size as u64);
     let (build, solve, write) = pipeline(jobs, backend, &mut finisher, |chunk, table: Table| {
         let path = directory::part_path(&options.out, chunk, spec.format);

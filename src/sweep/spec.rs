@@ -3,6 +3,7 @@
 use super::columns::Layout;
 use super::directory::plain_columns;
 use super::error::InputError;
+use super::run::{BRANCH_CHUNK, CHUNK};
 use super::sampling::Sampler;
 use super::scene_file::read_text;
 use super::scene_text::write_inline_scene;
@@ -28,6 +29,16 @@ pub enum Method {
     LatinHypercube,
     Uniform,
     Table,
+}
+
+/// Which equilibria of a sample are wanted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum BranchChoice {
+    /// The one reached by raising all loads together from zero.
+    #[default]
+    FromRest,
+    /// Every one that can be found.
+    All,
 }
 
 /// A column group of the result.
@@ -77,6 +88,7 @@ pub struct SweepSpec {
     /// Values of `method = "table"`.
     pub table: Option<Arc<InputTable>>,
     pub tolerance: f64,
+    pub branch: BranchChoice,
     /// Steps over the rod, where the file fixes them.
     pub steps: Option<usize>,
     pub quantities: Vec<OutputQuantity>,
@@ -130,6 +142,17 @@ impl Method {
     }
 }
 
+impl BranchChoice {
+    pub const ALL: [BranchChoice; 2] = [BranchChoice::FromRest, BranchChoice::All];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            BranchChoice::FromRest => "from_rest",
+            BranchChoice::All => "all",
+        }
+    }
+}
+
 impl Format {
     pub const ALL: [Format; 4] = [Format::Parquet, Format::Csv, Format::Npz, Format::None];
 
@@ -175,6 +198,14 @@ impl SweepSpec {
         plain_columns(layout.empty()).into_iter().map(str::to_owned).collect()
     }
 
+    /// Samples in a part: fewer where each takes long.
+    pub fn chunk(&self) -> u64 {
+        match self.branch {
+            BranchChoice::FromRest => CHUNK,
+            BranchChoice::All => BRANCH_CHUNK,
+        }
+    }
+
     pub fn sampler(&self) -> Sampler {
         Sampler::new(self)
     }
@@ -209,7 +240,7 @@ impl SweepSpec {
                 text += &format!("points = {}\n", axis.points);
             }
         }
-        text += &format!("\n[solver]\ntolerance = {:?}\nbranch = \"from_rest\"\n", self.tolerance);
+        text += &format!("\n[solver]\ntolerance = {:?}\nbranch = \"{}\"\n", self.tolerance, self.branch.name());
         if let Some(steps) = self.steps {
             text += &format!("steps = {steps}\n");
         }

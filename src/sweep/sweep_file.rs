@@ -3,7 +3,7 @@
 use super::error::{InputError, Problem};
 use super::sampling::MAX_SOBOL_DIMENSIONS;
 use super::scene_file::{read_scene, scene};
-use super::spec::{AxisSpec, Format, MAX_ROWS, MAX_SAMPLES, Method, OutputQuantity, SweepSpec};
+use super::spec::{AxisSpec, BranchChoice, Format, MAX_ROWS, MAX_SAMPLES, Method, OutputQuantity, SweepSpec};
 use super::table_file::{InputTable, read_input_table};
 use super::toml::{Reader, Source};
 use crate::model::{
@@ -32,7 +32,7 @@ pub(super) fn parse_sweep(file: &Path, text: &str) -> Result<SweepSpec, InputErr
     check_overlaps(&root, &scene, &axes, method)?;
     let rows = table.as_ref().map(|table| table.row_count() as u64);
     let sample_count = sample_count(&root, &sampling, method, &axes, rows, format, &mut notes)?;
-    let (tolerance, steps) = solver(&root)?;
+    let (tolerance, branch, steps) = solver(&root)?;
     let spec = SweepSpec {
         file: file.into(),
         scene,
@@ -42,6 +42,7 @@ pub(super) fn parse_sweep(file: &Path, text: &str) -> Result<SweepSpec, InputErr
         axes,
         table,
         tolerance,
+        branch,
         steps,
         quantities,
         wrt,
@@ -290,33 +291,23 @@ fn grouped(number: u64) -> String {
     text
 }
 
-fn solver(root: &Reader) -> Result<(f64, Option<usize>), InputError> {
-    let Some(solver) = root.table("solver")? else { return Ok((PlanOptions::default().tolerance, None)) };
+fn solver(root: &Reader) -> Result<(f64, BranchChoice, Option<usize>), InputError> {
+    let usual = PlanOptions::default().tolerance;
+    let Some(solver) = root.table("solver")? else { return Ok((usual, BranchChoice::FromRest, None)) };
     solver.check_keys(&["tolerance", "branch", "steps"])?;
-    let tolerance = solver.quantity("tolerance", "")?.unwrap_or(PlanOptions::default().tolerance);
+    let tolerance = solver.quantity("tolerance", "")?.unwrap_or(usual);
     if !(tolerance > 0.0 && tolerance < 1.0) {
         let expected = "a number between 0 and 1, such as 1e-6".into();
         return Err(solver.error("tolerance", Problem::Range { value: tolerance.to_string(), expected }));
     }
-    match solver.string("branch")? {
-        None | Some("from_rest") => {}
-        Some("all") => {
-            let remedy = "write branch = \"from_rest\", the equilibrium reached by raising the loads from zero";
-            return Err(solver.error("branch", Problem::NotAvailable { remedy }));
-        }
-        Some(other) => {
-            let suggestion = closest(other, ["from_rest", "all"].into_iter());
-            let allowed = "from_rest, all".into();
-            return Err(solver.error("branch", Problem::Choice { found: other.into(), suggestion, allowed }));
-        }
-    }
+    let branch = choice(&solver, "branch", &BranchChoice::ALL, BranchChoice::name)?.unwrap_or_default();
     let steps = solver.count("steps", 1)?;
     match steps {
         Some(steps) if steps > 4096 => {
             let expected = "at most 4096, or leave it out to have it chosen".into();
             Err(solver.error("steps", Problem::Range { value: steps.to_string(), expected }))
         }
-        steps => Ok((tolerance, steps.map(|steps| steps as usize))),
+        steps => Ok((tolerance, branch, steps.map(|steps| steps as usize))),
     }
 }
 

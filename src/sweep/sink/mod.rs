@@ -7,7 +7,7 @@ mod csv;
 mod npz;
 mod parquet;
 
-use super::columns::Table;
+use super::columns::{BRANCH_COLUMN, Table};
 use super::error::SweepError;
 use super::spec::Format;
 use crate::model::Status;
@@ -24,11 +24,20 @@ pub(super) use parquet::read_numbers;
 pub(super) struct PartInfo {
     pub run_id: String,
     pub rows: u64,
+    /// Where a sample may have several rows.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub samples: Option<u64>,
     /// First sample.
     pub first: u64,
     /// Rows by status code.
     pub counts: Vec<u64>,
     pub checksum: String,
+}
+
+impl PartInfo {
+    pub fn sample_count(&self) -> u64 {
+        self.samples.unwrap_or(self.rows)
+    }
 }
 
 /// What every file of a run carries.
@@ -59,6 +68,7 @@ pub(super) fn info_of(table: &Table, run_id: &str) -> PartInfo {
     PartInfo {
         run_id: run_id.into(),
         rows: table.row_count() as u64,
+        samples: table.column(BRANCH_COLUMN).map(|_| table.sample_count()),
         first: table.samples().first().copied().unwrap_or(0),
         counts,
         checksum: String::new(),
