@@ -20,7 +20,7 @@ fn lanes(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
 }
 
 fn gpu(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
-    Ok(Box::new(Gpu::new(Device::open()?, plan)?))
+    Ok(Box::new(Gpu::new(Device::open()?, plan, Precision::F32)?))
 }
 
 fn reference(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {

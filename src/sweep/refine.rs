@@ -20,8 +20,9 @@ impl<'a> Refiners<'a> {
         Refiners { stages: factories.iter().map(|factory| (*factory, None)).collect(), attempts: 0, refined: 0 }
     }
 
-    /// Solves failed and doubtful samples again. A success becomes `Refined`; another verdict replaces the first one
-    /// unless that was a success, or alone has an equilibrium. The second stage sees what the first left failing.
+    /// Solves failed and doubtful samples again. A success becomes `Refined`; another verdict replaces the first one, but
+    /// an equilibrium is not replaced by none. A doubtful success that a second attempt does not find is no success. The
+    /// second stage sees what the first left failing.
     pub fn refine(
         &mut self,
         plan: &Plan,
@@ -57,10 +58,10 @@ impl<'a> Refiners<'a> {
                         solutions.copy_row(*to, &again, from);
                         solutions.set_status(*to, Status::Refined);
                         self.refined += 1;
-                    } else if !solutions.status(*to).is_success()
-                        && (again.is_equilibrium(from) || !solutions.is_equilibrium(*to))
-                    {
+                    } else if again.is_equilibrium(from) || !solutions.is_equilibrium(*to) {
                         solutions.copy_row(*to, &again, from);
+                    } else if solutions.status(*to).is_success() {
+                        solutions.set_status(*to, Status::NotConverged);
                     }
                 }
             }
