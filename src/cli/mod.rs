@@ -4,6 +4,8 @@
 
 mod args;
 mod branches;
+mod control;
+mod control_output;
 mod directory;
 mod doctor;
 mod engine;
@@ -23,6 +25,7 @@ use clap::{CommandFactory, Parser};
 use rodsweep::backend::BackendError;
 use rodsweep::model::PlanError;
 use rodsweep::report::ReportError;
+use rodsweep::study::ControlError;
 use rodsweep::sweep::{AssignError, InputError, SweepError};
 use std::io::Write;
 use std::process::ExitCode;
@@ -52,6 +55,8 @@ pub enum CommandError {
     Backend(#[from] BackendError),
     #[error(transparent)]
     Report(#[from] ReportError),
+    #[error(transparent)]
+    Control(#[from] ControlError),
     #[error("{0}")]
     Usage(String),
     #[error("cannot write to the standard output: {0}")]
@@ -66,6 +71,8 @@ impl CommandError {
             }
             CommandError::Sweep(error) if error.is_usage() => Exit::Usage,
             CommandError::Backend(BackendError::Unsupported { .. }) => Exit::Usage,
+            CommandError::Control(ControlError::Backend(BackendError::Unsupported { .. })) => Exit::Usage,
+            CommandError::Control(error) if !matches!(error, ControlError::Backend(_)) => Exit::Usage,
             CommandError::Report(ReportError::Extension { .. }) => Exit::Usage,
             _ => Exit::Failed,
         }
@@ -88,6 +95,7 @@ pub fn main() -> ExitCode {
         Command::Doctor => doctor::doctor(),
         Command::Status { directory } => directory::status(&directory),
         Command::Merge { directories, out } => directory::merge(&directories, &out),
+        Command::Control(arguments) => control::control(&arguments),
         Command::Import(arguments) => import::import(&arguments),
         Command::Completions { shell } => completions(shell),
     };

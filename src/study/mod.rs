@@ -1,5 +1,10 @@
 //! Questions that take more than one solution a sample: plain data in, plain data out, engines through the trait.
 
 mod branches;
+mod control;
 
 pub use branches::{Branches, MakeEngine, find_branches};
+pub use control::{
+    Control, ControlError, ControlInput, ControlOptions, Controlled, MOST_INPUTS, Outcome, Redundancy, Target,
+    TargetOptions,
+};

@@ -24,6 +24,7 @@ mod spec;
 mod sweep_file;
 mod table_file;
 mod toml;
+mod trajectory_file;
 mod units;
 
 pub use assign::{AssignError, assign};
@@ -44,5 +45,9 @@ pub use sampling::{MAX_SOBOL_DIMENSIONS, Sampler};
 pub use scene_file::{parse_scene, read_scene, scene_notes};
 pub use scene_text::write_scene;
 pub use spec::{AxisSpec, Format, MAX_ROWS, MAX_SAMPLES, Method, OutputQuantity, RESOLVED_TABLE, SweepSpec};
+pub use sink::{PlainColumn, PlainValues, write_plain};
 pub use table_file::InputTable;
+pub use trajectory_file::{
+    REDUNDANCIES, Trajectory, TrajectoryInput, TrajectoryPoint, parse_coordinates, read_trajectory,
+};
 pub use units::{Dimension, QuantityError, parse_quantity};
