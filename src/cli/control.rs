@@ -112,7 +112,7 @@ fn reach(
     let mut control = Control::new(scene, inputs, options, engine.stepper(), &mut |plan| engine.make(plan))?;
     let mut last = 0;
     let mut points = control.reach(targets, &TargetOptions::default(), &mut |done| {
-        if done > last {
+        if done >= last + targets.len().div_ceil(10) {
             say(&format!("{done} of {} targets ended", targets.len()));
             last = done;
         }

@@ -181,11 +181,19 @@ pub fn print_summary(driven: &Driven) {
         say(&format!("warning: {others} equilibria are not those that the loads lead to from rest (column from_rest)"));
     }
     let iterations: usize = points.iter().map(|point| point.iterations).sum();
-    let seconds: f64 = points.iter().map(|point| point.seconds).sum();
-    let each = 1e6 * seconds / iterations.max(1) as f64;
-    let how = if driven.batch { "in batches, all threads" } else { "one after another, one thread" };
+    // One after another: the median, for a shared machine interrupts. In batches every target has the same share.
+    let mut each: Vec<f64> = points
+        .iter()
+        .filter(|point| point.iterations > 0)
+        .map(|point| 1e6 * point.seconds / point.iterations as f64)
+        .collect();
+    each.sort_by(f64::total_cmp);
+    let median = each.get(each.len() / 2).copied().unwrap_or(0.0);
+    let mean = 1e6 * points.iter().map(|point| point.seconds).sum::<f64>() / iterations.max(1) as f64;
+    let each = if driven.batch { mean } else { median };
+    let how = if driven.batch { "mean; in batches, all threads" } else { "median; one after another, one thread" };
     say(&format!(
-        "time: {:.2} iterations a target, {each:.1} us each ({how}: equilibrium, Jacobian, step)",
+        "time: {:.2} iterations a target, each {each:.1} us ({how}: equilibrium, Jacobian, step)",
         iterations as f64 / points.len().max(1) as f64
     ));
 }

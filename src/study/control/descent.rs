@@ -15,6 +15,9 @@ const LEAST_DAMPING: f64 = 1e-6;
 const MOST_DAMPING: f64 = 1e8;
 /// Longest step of one input, over half its range.
 const LONGEST: f64 = 0.3;
+/// A search that leaves more than this share of what was missing so many iterations ago has come as near as it can.
+const HARDLY: f64 = 0.99;
+const PATIENCE: usize = 8;
 /// No input changes by less (over half its range) without the search being at its end.
 const SHORTEST: f64 = 1e-11;
 /// A point is stationary where no input that is free to move has more than this share of the gradient's bound.
@@ -107,6 +110,9 @@ pub(super) struct Descent {
     trial_m0: Vector,
     /// |e|² that the step should leave.
     promised: f64,
+    /// What was missing at the last check of the progress, and the next check.
+    checked: f64,
+    next_check: usize,
 }
 
 impl Descent {
@@ -121,6 +127,8 @@ impl Descent {
             trial,
             trial_m0,
             promised: 0.0,
+            checked: f64::INFINITY,
+            next_check: PATIENCE,
         };
         descent.settle(task);
         descent
@@ -142,7 +150,7 @@ impl Descent {
         }
         let e = self.at.missing(task, &self.target);
         let columns = self.at.jacobian(task, &self.target);
-        if let Some(outcome) = self.stationary(task, &columns, &e) {
+        if let Some(outcome) = self.stationary(task, &columns, &e).or_else(|| self.hardly_moves(task, &e)) {
             self.outcome = Some(outcome);
             return None;
         }
@@ -215,6 +223,18 @@ impl Descent {
         Some(if held { Outcome::AtLimit } else { Outcome::Unreachable })
     }
 
+    /// Whether the last iterations brought next to nothing: where J is singular, the way to the nearest point is endless.
+    fn hardly_moves(&mut self, task: &Task, e: &[f64; ROWS]) -> Option<Outcome> {
+        if self.iterations < self.next_check {
+            return None;
+        }
+        let missing = norm2(e).sqrt();
+        let hardly = missing > HARDLY * self.checked;
+        (self.checked, self.next_check) = (missing, self.iterations + PATIENCE);
+        let held = (0..task.inputs.len()).any(|k| self.at.z[k] <= task.low(k) || self.at.z[k] >= task.high(k));
+        hardly.then_some(if held { Outcome::AtLimit } else { Outcome::Unreachable })
+    }
+
     /// Bounded least squares: inputs that the damped step takes past a limit are put on it, the others solved again.
     fn step(&self, task: &Task, columns: &[[f64; ROWS]; MOST_INPUTS], e: &[f64; ROWS]) -> Inputs {
         let count = task.inputs.len();
@@ -268,17 +288,21 @@ impl Descent {
         let y = solve(self.damping, e);
         free().for_each(|k| step[k] = dot(&columns[k], &y));
         if task.options.redundancy == Redundancy::LeastCurrent {
-            // Towards zero, as far as the tip does not notice.
-            let wish = |k: usize| if task.is_current(k) { -RELAXATION * self.at.z[k] } else { 0.0 };
-            let mut moved = [0.0; ROWS];
-            free().for_each(|k| (0..ROWS).for_each(|row| moved[row] += columns[k][row] * wish(k)));
-            let y = solve(LEAST_DAMPING, &moved);
-            let relaxed = |k: usize| wish(k) - dot(&columns[k], &y);
+            // Towards zero, as far as the tip does not notice; once more, for what the damping lets through.
+            let mut relaxed = [0.0; MOST_INPUTS];
+            free().filter(|k| task.is_current(*k)).for_each(|k| relaxed[k] = -RELAXATION * self.at.z[k]);
+            for _ in 0..2 {
+                let mut moved = [0.0; ROWS];
+                free().for_each(|k| (0..ROWS).for_each(|row| moved[row] += columns[k][row] * relaxed[k]));
+                let y = solve(LEAST_DAMPING, &moved);
+                free().for_each(|k| relaxed[k] -= dot(&columns[k], &y));
+            }
             // What a long step of this kind does to the tip in second order must not undo what the other achieves.
             let largest = |of: &dyn Fn(usize) -> f64| free().map(|k| of(k).abs()).fold(f64::MIN_POSITIVE, f64::max);
-            let bound = (SECOND_ORDER * largest(&|k| step[k])).sqrt();
-            let share = (bound / largest(&relaxed)).min(1.0);
-            free().for_each(|k| step[k] += share * relaxed(k));
+            let caution = (FIRST_DAMPING / self.damping).min(1.0);
+            let bound = caution * (SECOND_ORDER * largest(&|k| step[k])).sqrt();
+            let share = (bound / largest(&|k| relaxed[k])).min(1.0);
+            free().for_each(|k| step[k] += share * relaxed[k]);
         }
     }
 }

@@ -40,27 +40,27 @@ impl Control {
         let first = |(target, starts): (&Target, &Vec<usize>)| Descent::new(task, table[starts[0]].clone(), *target);
         let mut best: Vec<Descent> = targets.par_iter().zip(&starts).map(first).collect();
         self.descend_all(&mut best, progress)?;
+        let mut results = self.results(&best)?;
         for attempt in 1..options.attempts {
-            let left: Vec<usize> = (0..targets.len())
-                .filter(|i| best[*i].outcome != Some(Outcome::Reached) && starts[*i].len() > attempt)
-                .collect();
+            let wanting = |i: &usize| results[*i].outcome != Outcome::Reached || !results[*i].from_rest;
+            let left: Vec<usize> = (0..targets.len()).filter(|i| wanting(i) && starts[*i].len() > attempt).collect();
             if left.is_empty() {
                 break;
             }
             let again = |i: &usize| Descent::new(task, table[starts[*i][attempt]].clone(), targets[*i]);
             let mut others: Vec<Descent> = left.par_iter().map(again).collect();
             self.descend_all(&mut others, &mut |_| {})?;
-            for (i, mut other) in left.into_iter().zip(others) {
-                other.iterations += best[i].iterations;
-                let missing = |descent: &Descent| norm2(&descent.at.missing(task, &descent.target));
-                if missing(&other) < missing(&best[i]) {
-                    best[i] = other;
-                } else {
-                    best[i].iterations = other.iterations;
+            for (i, other) in left.into_iter().zip(self.results(&others)?) {
+                let iterations = results[i].iterations + other.iterations;
+                // The equilibrium from rest is the one that a catheter takes when it is switched on.
+                let rank = |result: &Controlled| (result.outcome != Outcome::Reached, !result.from_rest);
+                let nearer = rank(&other).0 && other.residual < results[i].residual;
+                if rank(&other) < rank(&results[i]) || rank(&other) == rank(&results[i]) && nearer {
+                    results[i] = other;
                 }
+                results[i].iterations = iterations;
             }
         }
-        let mut results = self.results(&best)?;
         let seconds = begun.elapsed().as_secs_f64() / targets.len().max(1) as f64;
         results.iter_mut().for_each(|result| result.seconds = seconds);
         Ok(results)
