@@ -2,9 +2,11 @@
 
 mod branches;
 mod control;
+mod fit;
 
 pub use branches::{Branches, MakeEngine, find_branches};
 pub use control::{
     Control, ControlError, ControlInput, ControlOptions, Controlled, MOST_INPUTS, Outcome, Redundancy, Target,
     TargetOptions,
 };
+pub use fit::{Direction, Fit, FitError, FitProblem, Fitted, ObservedPoint, ObservedShape, Strength, fit};
