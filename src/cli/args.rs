@@ -38,6 +38,8 @@ pub enum Command {
     },
     /// Find the currents that drive the tip along a trajectory or to many targets
     Control(ControlArguments),
+    /// Fit rest curvature, stiffness and the like to observed shapes
+    Fit(FitArguments),
     /// Make a scene of a catheter's parameter file, or a table of a play file
     Import(ImportArguments),
     /// Print a completion script for a shell
@@ -242,4 +244,31 @@ pub enum RedundancyName {
     LeastChange,
     /// They relax towards zero: less heat
     LeastCurrent,
+}
+
+#[derive(Debug, Args)]
+pub struct FitArguments {
+    /// Scene to start from (TOML)
+    pub scene: PathBuf,
+    /// Observed points (CSV or Parquet): x, y, z; s, the arc length, empty for the tip; known parameters such as
+    /// coil.current.x. Rows with the same known values are one shape
+    pub shapes: PathBuf,
+    /// What is fitted, separated by commas; names joined by + keep their ratio [default: rest curvature about x and y]
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
+    pub free: Option<Vec<String>>,
+    /// Standard deviation of an observed coordinate, such as "0.2 mm" [default: estimated from the residuals]
+    #[arg(long, value_name = "LENGTH")]
+    pub noise: Option<String>,
+    /// Where the scene with the fitted values is written
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+    /// Overwrite what is there
+    #[arg(long)]
+    pub force: bool,
+    /// Draw observed points and fitted shapes (.png or .svg)
+    #[arg(long, value_name = "FILE")]
+    pub plot: Option<PathBuf>,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
 }

@@ -213,6 +213,7 @@ pub fn draw(driven: &Driven, dir: &Path) -> Result<Vec<PathBuf>, CommandError> {
         achieved: points.iter().map(|point| point.tip).collect(),
         flagged: points.iter().filter(missed).map(desired).collect(),
         rods: Vec::new(),
+        names: ["desired", "achieved by the model"],
         order: !driven.batch,
     };
     let mut files = Vec::new();

@@ -11,6 +11,7 @@ mod doctor;
 mod engine;
 mod explain;
 mod figures;
+mod fit;
 mod import;
 mod plot;
 mod progress;
@@ -25,7 +26,7 @@ use clap::{CommandFactory, Parser};
 use rodsweep::backend::BackendError;
 use rodsweep::model::PlanError;
 use rodsweep::report::ReportError;
-use rodsweep::study::ControlError;
+use rodsweep::study::{ControlError, FitError};
 use rodsweep::sweep::{AssignError, InputError, SweepError};
 use std::io::Write;
 use std::process::ExitCode;
@@ -57,6 +58,8 @@ pub enum CommandError {
     Report(#[from] ReportError),
     #[error(transparent)]
     Control(#[from] ControlError),
+    #[error(transparent)]
+    Fit(#[from] FitError),
     #[error("{0}")]
     Usage(String),
     #[error("cannot write to the standard output: {0}")]
@@ -69,6 +72,8 @@ impl CommandError {
             CommandError::Input(_) | CommandError::Assign(_) | CommandError::Plan(_) | CommandError::Usage(_) => {
                 Exit::Usage
             }
+            CommandError::Fit(FitError::Backend(_) | FitError::Failed(_)) => Exit::Failed,
+            CommandError::Fit(_) => Exit::Usage,
             CommandError::Sweep(error) if error.is_usage() => Exit::Usage,
             CommandError::Backend(BackendError::Unsupported { .. }) => Exit::Usage,
             CommandError::Control(ControlError::Backend(BackendError::Unsupported { .. })) => Exit::Usage,
@@ -96,6 +101,7 @@ pub fn main() -> ExitCode {
         Command::Status { directory } => directory::status(&directory),
         Command::Merge { directories, out } => directory::merge(&directories, &out),
         Command::Control(arguments) => control::control(&arguments),
+        Command::Fit(arguments) => fit::fit(&arguments),
         Command::Import(arguments) => import::import(&arguments),
         Command::Completions { shell } => completions(shell),
     };

@@ -24,6 +24,8 @@ pub struct TipPath {
     pub flagged: Vec<Vector>,
     /// Centrelines along the way [m], coloured from first to last.
     pub rods: Vec<Vec<Vector>>,
+    /// What the two are called in the legend.
+    pub names: [&'static str; 2],
     /// Whether the points follow one another: lines, else dots.
     pub order: bool,
 }
@@ -64,8 +66,9 @@ impl Figure for TipPath {
                     canvas.line(line, Stroke::new(colour, width));
                 }
             }
+            let radius = if self.flagged.len() > 100 { 0.8 } else { 1.6 };
             for point in self.flagged.iter().filter(|point| point.iter().all(|x| x.is_finite())) {
-                canvas.circle(view.place(*point), 1.6, None, Some(Stroke::new(FLAGGED, 0.7)));
+                canvas.circle(view.place(*point), radius, None, Some(Stroke::new(FLAGGED, 0.4 * radius)));
             }
         }
         legend::flow(Some(&mut canvas), &entries, [left, legend_top], width);
@@ -86,7 +89,7 @@ impl TipPath {
             })
         };
         let mut entries =
-            vec![line("desired", Stroke::new(DESIRED, 2.6)), line("achieved by the model", Stroke::new(ACHIEVED, 0.9))];
+            vec![line(self.names[0], Stroke::new(DESIRED, 2.6)), line(self.names[1], Stroke::new(ACHIEVED, 0.9))];
         if !self.flagged.is_empty() {
             let words = format!("not reached ({} of {})", self.flagged.len(), self.desired.len());
             entries.push(Entry::new(words, |canvas, rect| {

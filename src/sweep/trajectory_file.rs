@@ -1,10 +1,10 @@
 //! Trajectories: TOML that names a curve, or a table of points (CSV or Parquet) with columns x, y, z, tx, ty, tz.
 
 use super::error::{InputError, Problem};
+use super::number_table::{error, read_number_table};
 use super::scene_file::read_text;
-use super::sink;
 use super::toml::{Reader, Source};
-use super::units::{Dimension, parse_quantity};
+use super::units::Dimension;
 use crate::model::{Axis, Parameter, Scene, Vector, closest};
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -243,12 +243,8 @@ fn on_curve(shape: &str, share: f64, aspect: f64) -> [f64; 2] {
 
 /// Points of a table, and which coordinates it has.
 fn read_points(file: &Path) -> Result<(Vec<TrajectoryPoint>, [bool; 3]), InputError> {
-    let is_parquet = file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("parquet"));
-    let columns = if is_parquet {
-        sink::read_numbers(file).map_err(|problem| error(file, None, "", Problem::Unreadable(problem.to_string())))?
-    } else {
-        read_csv(file)?
-    };
+    let dimension = |name: &str| Dimension::of(if matches!(name, "x" | "y" | "z") { "m" } else { "" });
+    let columns = read_number_table(file, &dimension, "")?;
     for (name, _) in columns.iter().filter(|(name, _)| name != "point" && name != "sample") {
         if !COLUMNS.contains(&name.as_str()) {
             let suggestion = closest(name, COLUMNS.into_iter());
@@ -284,31 +280,4 @@ fn read_points(file: &Path) -> Result<(Vec<TrajectoryPoint>, [bool; 3]), InputEr
         points.push(TrajectoryPoint { position, tangent });
     }
     Ok((points, coordinates))
-}
-
-fn read_csv(file: &Path) -> Result<Vec<(String, Vec<f64>)>, InputError> {
-    let text = read_text(file)?;
-    let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
-    let lines = text.lines().enumerate().map(|(index, line)| (index + 1, line.trim()));
-    let mut lines = lines.filter(|(_, line)| !line.is_empty() && !line.starts_with('#'));
-    let Some((_, header)) = lines.next() else { return Ok(Vec::new()) };
-    let split = |line: &str| -> Vec<String> { line.split(',').map(|cell| cell.trim().trim_matches('"').to_owned()).collect() };
-    let mut columns: Vec<(String, Vec<f64>)> = split(header).into_iter().map(|name| (name, Vec::new())).collect();
-    for (line, row) in lines {
-        let row = split(row);
-        if row.len() != columns.len() {
-            let problem = Problem::Columns { found: row.len(), expected: columns.len() };
-            return Err(error(file, Some(line), "", problem));
-        }
-        for (cell, (name, values)) in row.iter().zip(&mut columns) {
-            let is_length = matches!(name.as_str(), "x" | "y" | "z");
-            let value = parse_quantity(cell, Dimension::of(if is_length { "m" } else { "" }));
-            values.push(value.map_err(|problem| error(file, Some(line), name, Problem::Quantity(problem)))?);
-        }
-    }
-    Ok(columns)
-}
-
-fn error(file: &Path, line: Option<usize>, key: &str, problem: Problem) -> InputError {
-    InputError { file: file.into(), line, key: key.into(), problem: problem.into() }
 }
