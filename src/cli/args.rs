@@ -221,6 +221,12 @@ pub struct ControlArguments {
     pub redundancy: Option<RedundancyName>,
     #[command(flatten)]
     pub engine: EngineArguments,
+    /// Play the currents on simulated catheters that differ from the scene: ten trials, errors, repeatability
+    #[arg(long, conflicts_with = "targets")]
+    pub simulate: bool,
+    /// Seed of the simulated catheters
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
     /// Exit with 3 if more targets than this are not reached [default: any number may]
     #[arg(long, value_name = "N")]
     pub max_failures: Option<u64>,

@@ -3,16 +3,13 @@
 use super::args::{BackendName, ControlArguments, EngineArguments, RedundancyName};
 use super::control_output::{Outputs, draw, print_summary, value};
 use super::engine::{Engine, cpu_f64};
-use super::{CommandError, Exit, print, say};
+use super::{CommandError, Exit, print, say, simulate};
 use rodsweep::backend::{Backend, BackendError, BackendKind, Precision};
 use rodsweep::lanes::{InstructionSet, Lanes};
 use rodsweep::model::{Parameter, Plan, Scene, SegmentParameter, Stepper};
-use rodsweep::study::{
-    Control, ControlInput, ControlOptions, Controlled, Outcome, Redundancy, Target, TargetOptions,
-};
+use rodsweep::study::{Control, ControlInput, ControlOptions, Controlled, Outcome, Redundancy, Target, TargetOptions};
 use rodsweep::sweep::{
-    Dimension, Trajectory, TrajectoryPoint, parse_coordinates, parse_quantity, read_scene, read_trajectory,
-    scene_notes,
+    Dimension, Trajectory, TrajectoryPoint, parse_coordinates, parse_quantity, read_scene, read_trajectory, scene_notes,
 };
 
 /// Currents may have either sign up to this, unless something is said about them [A].
@@ -57,8 +54,12 @@ pub fn control(arguments: &ControlArguments) -> Result<Exit, CommandError> {
             say(&format!("figure: {}", path.display()));
         }
     }
+    let mut answer = value(&driven);
+    if arguments.simulate {
+        answer["simulation"] = simulate::simulate(&driven, arguments, &outputs.dir)?;
+    }
     if arguments.json {
-        print(&(serde_json::to_string_pretty(&value(&driven)).unwrap_or_default() + "\n"))?;
+        print(&(serde_json::to_string_pretty(&answer).unwrap_or_default() + "\n"))?;
     }
     let failed = driven.points.iter().filter(|point| point.outcome != Outcome::Reached).count() as u64;
     Ok(match arguments.max_failures {

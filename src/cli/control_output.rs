@@ -198,14 +198,16 @@ pub fn print_summary(driven: &Driven) {
     ));
 }
 
+/// Where the tip should be; where a coordinate is free, the target goes along with the tip [m].
+pub fn desired(driven: &Driven, point: &Controlled) -> Vector {
+    std::array::from_fn(|a| if driven.options.coordinates[a] { point.target.position[a] } else { point.tip[a] })
+}
+
 /// Draws the figures into a directory; returns their files.
 pub fn draw(driven: &Driven, dir: &Path) -> Result<Vec<PathBuf>, CommandError> {
     let every = driven.points.len().div_ceil(MOST_DRAWN).max(1);
     let points: Vec<&Controlled> = driven.points.iter().step_by(every).collect();
-    // Where a coordinate is free, the target goes along with the tip.
-    let desired = |point: &&Controlled| -> Vector {
-        std::array::from_fn(|a| if driven.options.coordinates[a] { point.target.position[a] } else { point.tip[a] })
-    };
+    let desired = |point: &&Controlled| desired(driven, point);
     let missed = |point: &&&Controlled| point.outcome != Outcome::Reached;
     let path = TipPath {
         title: format!("{}: {}", driven.scene.name, driven.trajectory.name),
@@ -227,7 +229,10 @@ pub fn draw(driven: &Driven, dir: &Path) -> Result<Vec<PathBuf>, CommandError> {
         return Ok(files);
     }
     let panels = input_panels(driven);
-    write(&Sheet { columns: panels.len().min(2), panels: panels.iter().map(|panel| panel as &dyn Panel).collect() }, FIGURES[1])?;
+    write(
+        &Sheet { columns: panels.len().min(2), panels: panels.iter().map(|panel| panel as &dyn Panel).collect() },
+        FIGURES[1],
+    )?;
     let frames = driven.points.iter().step_by(driven.points.len().div_ceil(RODS).max(1));
     let rods = frames.filter_map(|point| centreline(driven, point)).collect();
     write(&TipPath { rods, flagged: Vec::new(), ..path }, FIGURES[2])?;
@@ -242,9 +247,8 @@ fn input_panels(driven: &Driven) -> Vec<Curves> {
     let series = |name: String, of: &dyn Fn(&Controlled) -> f64| {
         Series::line(name, driven.points.iter().enumerate().map(|(k, point)| [at(k), of(point)]).collect())
     };
-    let is_current = |k: &usize| {
-        matches!(driven.inputs[*k].parameter, Parameter::Segment(_, SegmentParameter::Current(_)))
-    };
+    let is_current =
+        |k: &usize| matches!(driven.inputs[*k].parameter, Parameter::Segment(_, SegmentParameter::Current(_)));
     let mut panels = Vec::new();
     let currents: Vec<usize> = (0..driven.inputs.len()).filter(is_current).collect();
     if !currents.is_empty() {

@@ -43,7 +43,8 @@ pub fn fit(arguments: &FitArguments) -> Result<Exit, CommandError> {
     let fit = study::fit(&problem, &mut |plan| cpu_f64(plan))?;
     print(&if arguments.json { json_text(&fit) } else { text(&fit, &problem) })?;
     if let Some(path) = &arguments.out {
-        let io = |error: std::io::Error| SweepError::Io { path: path.clone(), action: "writing", reason: error.to_string() };
+        let io =
+            |error: std::io::Error| SweepError::Io { path: path.clone(), action: "writing", reason: error.to_string() };
         std::fs::write(path, write_scene(&fit.scene)).map_err(io)?;
         say(&format!("scene: {}", path.display()));
     }
@@ -64,8 +65,8 @@ fn noise(arguments: &FitArguments) -> Result<Option<f64>, CommandError> {
 fn free_parameters(arguments: &FitArguments, scene: &Scene) -> Result<Vec<Vec<Parameter>>, CommandError> {
     let Some(names) = &arguments.free else {
         let about_x_or_y = |parameter: &Parameter| {
-            use rodsweep::model::Axis::Z;
             use SegmentParameter::{RestCurvature, RestCurvatureNode};
+            use rodsweep::model::Axis::Z;
             matches!(parameter, Parameter::Segment(_, RestCurvature(axis) | RestCurvatureNode(_, axis)) if *axis != Z)
         };
         return Ok(Parameter::all(scene).into_iter().filter(about_x_or_y).map(|parameter| vec![parameter]).collect());
@@ -102,7 +103,11 @@ fn text(fit: &Fit, problem: &FitProblem) -> String {
         fit.evaluations
     );
     let how = if problem.noise.is_some() { "as given" } else { "estimated" };
-    text += &format!("points off the model by {} m (rms); noise of a coordinate {} m ({how})\n", engineering(fit.rms), engineering(fit.noise));
+    text += &format!(
+        "points off the model by {} m (rms); noise of a coordinate {} m ({how})\n",
+        engineering(fit.rms),
+        engineering(fit.noise)
+    );
     let values: Vec<String> = fit.directions.iter().map(|d| engineering(d.singular_value)).collect();
     text += &format!("singular values of the scaled sensitivities over the noise: {}\n", values.join(", "));
     for finding in &fit.findings {

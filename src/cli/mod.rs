@@ -17,6 +17,7 @@ mod plot;
 mod progress;
 mod run;
 mod shape;
+mod simulate;
 mod solution_json;
 mod solve;
 mod verify;

@@ -56,12 +56,16 @@ impl Figure for TipPath {
                     let finite = points.iter().filter(|point| point.iter().all(|x| x.is_finite()));
                     finite.map(|point| Dot { at: view.place(*point), colour }).collect()
                 };
-                for (points, colour, radius) in [(&self.desired, DESIRED, 2.0 * radius), (&self.achieved, ACHIEVED, radius)] {
+                for (points, colour, radius) in
+                    [(&self.desired, DESIRED, 2.0 * radius), (&self.achieved, ACHIEVED, radius)]
+                {
                     canvas.shapes.push(Shape::Dots { clip: view.rect, radius, rim: 0.0, dots: dots(points, colour) });
                 }
             }
             for (points, colour, width) in [(&self.desired, DESIRED, 2.6), (&self.achieved, ACHIEVED, 0.9)] {
-                for stretch in points.split(|point| !point.iter().all(|x| x.is_finite())).filter(|s| s.len() > 1 && self.order) {
+                for stretch in
+                    points.split(|point| !point.iter().all(|x| x.is_finite())).filter(|s| s.len() > 1 && self.order)
+                {
                     let line: Vec<Point> = stretch.iter().map(|point| view.place(*point)).collect();
                     canvas.line(line, Stroke::new(colour, width));
                 }
@@ -88,8 +92,14 @@ impl TipPath {
                 canvas.line([[rect.left, y], [rect.right(), y]], stroke);
             })
         };
-        let mut entries =
-            vec![line(self.names[0], Stroke::new(DESIRED, 2.6)), line(self.names[1], Stroke::new(ACHIEVED, 0.9))];
+        let dot = |words: &str, colour: Colour, radius: f64| {
+            Entry::new(words, move |canvas, rect| canvas.circle(rect.centre(), radius, Some(colour), None))
+        };
+        let mut entries = if self.order {
+            vec![line(self.names[0], Stroke::new(DESIRED, 2.6)), line(self.names[1], Stroke::new(ACHIEVED, 0.9))]
+        } else {
+            vec![dot(self.names[0], DESIRED, 2.4), dot(self.names[1], ACHIEVED, 1.2)]
+        };
         if !self.flagged.is_empty() {
             let words = format!("not reached ({} of {})", self.flagged.len(), self.desired.len());
             entries.push(Entry::new(words, |canvas, rect| {

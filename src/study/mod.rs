@@ -3,6 +3,7 @@
 mod branches;
 mod control;
 mod fit;
+mod simulate;
 
 pub use branches::{Branches, MakeEngine, find_branches};
 pub use control::{
@@ -10,3 +11,4 @@ pub use control::{
     TargetOptions,
 };
 pub use fit::{Direction, Fit, FitError, FitProblem, Fitted, ObservedPoint, ObservedShape, Strength, fit};
+pub use simulate::{Imperfection, Played, Simulation, simulate};

@@ -46,9 +46,9 @@ pub use run::{BackendFactory, CHUNK, Progress, RunOptions, Shard, Summary, Timin
 pub use sampling::{MAX_SOBOL_DIMENSIONS, Sampler};
 pub use scene_file::{parse_scene, read_scene, scene_notes};
 pub use scene_text::write_scene;
-pub use spec::{AxisSpec, Format, MAX_ROWS, MAX_SAMPLES, Method, OutputQuantity, RESOLVED_TABLE, SweepSpec};
 pub use shape_file::{ShapeRows, read_shapes};
 pub use sink::{PlainColumn, PlainValues, write_plain};
+pub use spec::{AxisSpec, Format, MAX_ROWS, MAX_SAMPLES, Method, OutputQuantity, RESOLVED_TABLE, SweepSpec};
 pub use table_file::InputTable;
 pub use trajectory_file::{
     REDUNDANCIES, Trajectory, TrajectoryInput, TrajectoryPoint, parse_coordinates, read_trajectory,

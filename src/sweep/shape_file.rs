@@ -27,7 +27,8 @@ pub fn read_shapes(file: &Path, scene: &Scene) -> Result<(Vec<Parameter>, Vec<Sh
     for (name, values) in columns.iter().filter(|(name, _)| !["s", "x", "y", "z"].contains(&name.as_str())) {
         let parsed = Parameter::parse(scene, name).map_err(|problem| error(file, None, name, problem.into()))?;
         let [parameter] = parsed[..] else {
-            let (value, expected) = (format!("a group of {}", parsed.len()), format!("one component, such as {name}.x"));
+            let (value, expected) =
+                (format!("a group of {}", parsed.len()), format!("one component, such as {name}.x"));
             return Err(error(file, None, name, Problem::Range { value, expected }));
         };
         known.push((parameter, values));
@@ -38,14 +39,20 @@ pub fn read_shapes(file: &Path, scene: &Scene) -> Result<(Vec<Parameter>, Vec<Sh
         return Err(error(file, None, "x", Problem::Missing { remedy: remedy.into() }));
     };
     if x.is_empty() {
-        return Err(error(file, None, "", Problem::Missing { remedy: "the table has no rows: give at least one".into() }));
+        return Err(error(
+            file,
+            None,
+            "",
+            Problem::Missing { remedy: "the table has no rows: give at least one".into() },
+        ));
     }
     let mut shapes: Vec<ShapeRows> = Vec::new();
     for row in 0..x.len() {
         let values: Vec<f64> = known.iter().map(|(_, values)| values[row]).collect();
         let position = [x[row], y[row], z[row]];
         if values.iter().chain(&position).any(|x| !x.is_finite()) {
-            let problem = Problem::Range { value: format!("not finite in row {row}"), expected: "finite numbers".into() };
+            let problem =
+                Problem::Range { value: format!("not finite in row {row}"), expected: "finite numbers".into() };
             return Err(error(file, None, "x", problem));
         }
         let mut own = scene.clone();

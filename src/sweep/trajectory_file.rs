@@ -10,8 +10,19 @@ use std::f64::consts::TAU;
 use std::path::Path;
 
 const KEYS: [&str; 13] = [
-    "name", "shape", "size", "plane", "centre", "points", "duration", "file", "tangent", "coordinates", "input",
-    "control", "start",
+    "name",
+    "shape",
+    "size",
+    "plane",
+    "centre",
+    "points",
+    "duration",
+    "file",
+    "tangent",
+    "coordinates",
+    "input",
+    "control",
+    "start",
 ];
 const CONTROL_KEYS: [&str; 4] = ["tolerance", "iterations", "tangent_weight", "redundancy"];
 const INPUT_KEYS: [&str; 3] = ["parameter", "from", "to"];
@@ -73,7 +84,8 @@ fn stem(file: &Path) -> String {
 
 fn trajectory(file: &Path, reader: &Reader, scene: &Scene) -> Result<Trajectory, InputError> {
     reader.check_keys(&KEYS)?;
-    let shape = reader.string("shape")?.ok_or_else(|| reader.missing("shape", format!("use one of: {}", SHAPES.join(", "))))?;
+    let shape =
+        reader.string("shape")?.ok_or_else(|| reader.missing("shape", format!("use one of: {}", SHAPES.join(", "))))?;
     let shape = choice(reader, "shape", shape, &SHAPES)?;
     let (mut points, mut coordinates) = if shape == "table" {
         for name in ["size", "plane", "centre", "points", "start"] {
@@ -82,7 +94,9 @@ fn trajectory(file: &Path, reader: &Reader, scene: &Scene) -> Result<Trajectory,
                 return Err(reader.error(name, Problem::Conflict { with: "shape = \"table\"".into(), remedy }));
             }
         }
-        let table = reader.string("file")?.ok_or_else(|| reader.missing("file", "name a CSV or Parquet file with columns x, y, z"))?;
+        let table = reader
+            .string("file")?
+            .ok_or_else(|| reader.missing("file", "name a CSV or Parquet file with columns x, y, z"))?;
         read_points(&file.parent().unwrap_or(Path::new("")).join(table))?
     } else {
         if reader.has("file") {
@@ -121,19 +135,26 @@ fn trajectory(file: &Path, reader: &Reader, scene: &Scene) -> Result<Trajectory,
 
 fn input(block: &Reader, scene: &Scene, inputs: &mut Vec<TrajectoryInput>) -> Result<(), InputError> {
     block.check_keys(&INPUT_KEYS)?;
-    let name = block.string("parameter")?.ok_or_else(|| block.missing("parameter", "name what is commanded, such as coil.current"))?;
-    let parameters = Parameter::parse(scene, name).map_err(|error| block.error("parameter", Problem::Parameter(error)))?;
+    let name = block
+        .string("parameter")?
+        .ok_or_else(|| block.missing("parameter", "name what is commanded, such as coil.current"))?;
+    let parameters =
+        Parameter::parse(scene, name).map_err(|error| block.error("parameter", Problem::Parameter(error)))?;
     for parameter in parameters {
         let limit = |key: &str| -> Result<f64, InputError> {
-            block.quantity(key, parameter.unit())?.ok_or_else(|| block.missing(key, "give the lower limit in `from`, the upper in `to`"))
+            block
+                .quantity(key, parameter.unit())?
+                .ok_or_else(|| block.missing(key, "give the lower limit in `from`, the upper in `to`"))
         };
         let (low, high) = (limit("from")?, limit("to")?);
         if low >= high {
-            let problem = Problem::Range { value: high.to_string(), expected: format!("more than `from`, which is {low}") };
+            let problem =
+                Problem::Range { value: high.to_string(), expected: format!("more than `from`, which is {low}") };
             return Err(block.error("to", problem));
         }
         if inputs.iter().any(|other| other.parameter == parameter) {
-            let problem = Problem::Conflict { with: parameter.name(scene), remedy: "it is an input already; drop one".into() };
+            let problem =
+                Problem::Conflict { with: parameter.name(scene), remedy: "it is an input already; drop one".into() };
             return Err(block.error("parameter", problem));
         }
         inputs.push(TrajectoryInput { parameter, low, high });
@@ -195,7 +216,8 @@ fn curve(reader: &Reader, shape: &str) -> Result<Vec<TrajectoryPoint>, InputErro
         let problem = Problem::Range { value: format!("{a} by {b}"), expected: format!("a positive length {example}") };
         return Err(reader.error("size", problem));
     }
-    let centre = reader.vector("centre", "m")?.ok_or_else(|| reader.missing("centre", "give three lengths along x, y, z"))?;
+    let centre =
+        reader.vector("centre", "m")?.ok_or_else(|| reader.missing("centre", "give three lengths along x, y, z"))?;
     let plane = reader.string("plane")?.unwrap_or("xy");
     let names: Vec<&'static str> = PLANES.iter().map(|(name, _)| *name).collect();
     let plane = choice(reader, "plane", plane, &names)?;
@@ -270,7 +292,8 @@ fn read_points(file: &Path) -> Result<(Vec<TrajectoryPoint>, [bool; 3]), InputEr
         let at = |columns: [Option<&Vec<f64>>; 3]| columns.map(|column| column.map_or(0.0, |values| values[row]));
         let (position, direction) = (at(position), at(tangent));
         if position.iter().chain(&direction).any(|x| !x.is_finite()) {
-            let problem = Problem::Range { value: format!("not finite in row {row}"), expected: "finite numbers".into() };
+            let problem =
+                Problem::Range { value: format!("not finite in row {row}"), expected: "finite numbers".into() };
             return Err(error(file, None, "x", problem));
         }
         let tangent = match tangent[0] {

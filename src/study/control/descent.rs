@@ -8,15 +8,17 @@ use crate::model::{Quantity, Solutions, Vector};
 
 /// Rows of a residual: position, tangent.
 const ROWS: usize = 6;
-/// Damping over the mean eigenvalue of J Jᵀ: first, least, and where a search ends in vain. The least still keeps the
-/// direction in which a rod of constant length cannot move from being taken for one in which it can.
+/// Damping over the mean eigenvalue of J Jᵀ: first, least, and where a search ends in vain. As long as much is missing
+/// (over the tip's travel), the least keeps the direction in which a rod of constant length cannot move from being
+/// taken for one in which it can.
 const FIRST_DAMPING: f64 = 1e-4;
 const LEAST_DAMPING: f64 = 1e-6;
+const MUCH: f64 = 0.01;
 const MOST_DAMPING: f64 = 1e8;
 /// Longest step of one input, over half its range.
 const LONGEST: f64 = 0.3;
 /// A search that leaves more than this share of what was missing so many iterations ago has come as near as it can.
-const HARDLY: f64 = 0.99;
+const HARDLY: f64 = 0.9999;
 const PATIENCE: usize = 8;
 /// No input changes by less (over half its range) without the search being at its end.
 const SHORTEST: f64 = 1e-11;
@@ -53,9 +55,8 @@ impl State {
         for (k, rates) in rates.iter_mut().enumerate().take(task.inputs.len()) {
             let row = |row: usize| solutions.derivative(at, k, row) * task.scale(k);
             let w = [row(3), row(4), row(5)];
-            let turn: Vector = std::array::from_fn(|a| {
-                w[(a + 1) % 3] * tangent[(a + 2) % 3] - w[(a + 2) % 3] * tangent[(a + 1) % 3]
-            });
+            let turn: Vector =
+                std::array::from_fn(|a| w[(a + 1) % 3] * tangent[(a + 2) % 3] - w[(a + 2) % 3] * tangent[(a + 1) % 3]);
             *rates = [row(0), row(1), row(2), turn[0], turn[1], turn[2], row(6), row(7), row(8)];
         }
         State {
@@ -154,8 +155,11 @@ impl Descent {
             self.outcome = Some(outcome);
             return None;
         }
-        let step = self.step(task, &columns, &e);
         let count = task.inputs.len();
+        let travel = columns[..count].iter().map(norm2).sum::<f64>().sqrt();
+        let share = (norm2(&e).sqrt() / (MUCH * travel + f64::MIN_POSITIVE)).min(1.0);
+        self.damping = self.damping.max(LEAST_DAMPING * share);
+        let step = self.step(task, &columns, &e);
         if step[..count].iter().all(|dz| dz.abs() < SHORTEST) {
             self.outcome = Some(Outcome::Stuck);
             return None;
@@ -188,7 +192,6 @@ impl Descent {
             if near && (arrived || (gain > 1e-3 && after < before)) {
                 self.at = state;
                 self.damping *= if gain > 0.75 { 0.05 } else { 1.0 };
-                self.damping = self.damping.max(LEAST_DAMPING);
                 self.settle(task);
                 return;
             }
@@ -200,12 +203,7 @@ impl Descent {
     }
 
     /// Whether no permitted change of the inputs brings the tip nearer, to first order (Karush, Kuhn and Tucker).
-    fn stationary(
-        &self,
-        task: &Task,
-        columns: &[[f64; ROWS]; MOST_INPUTS],
-        e: &[f64; ROWS],
-    ) -> Option<Outcome> {
+    fn stationary(&self, task: &Task, columns: &[[f64; ROWS]; MOST_INPUTS], e: &[f64; ROWS]) -> Option<Outcome> {
         let count = task.inputs.len();
         let size = columns[..count].iter().map(norm2).sum::<f64>().sqrt() * norm2(e).sqrt();
         let mut held = false;

@@ -76,7 +76,7 @@ impl Default for ControlOptions {
             coordinates: [true; 3],
             tangent_weight: 0.01,
             tolerance: 1e-8,
-            most_iterations: 60,
+            most_iterations: 200,
             redundancy: Redundancy::LeastChange,
         }
     }
@@ -144,7 +144,9 @@ pub enum ControlError {
     InputCount(usize),
     #[error("`{name}` may lie between {low} and {high}: give a lower and a higher limit")]
     Limits { name: String, low: f64, high: f64 },
-    #[error("no stable equilibrium is reached from rest with the first inputs ({status}); change the limits or the scene")]
+    #[error(
+        "no stable equilibrium is reached from rest with the first inputs ({status}); change the limits or the scene"
+    )]
     NoStart { status: &'static str },
     #[error("none of {0} inputs within the limits gives a stable equilibrium: change the limits or the scene")]
     NoTable(usize),

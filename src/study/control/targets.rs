@@ -82,9 +82,8 @@ impl Control {
         let solutions = self.continued(&rows)?;
         // Where this engine finds no stable equilibrium, what the other one found is not to be trusted.
         let found: Vec<usize> = (0..rows.len()).filter(|row| solutions.status(*row).is_success()).collect();
-        let start = |row: &usize| {
-            Descent::new(task, State::new(task, rows[*row].0, &solutions, *row), results[*row].target)
-        };
+        let start =
+            |row: &usize| Descent::new(task, State::new(task, rows[*row].0, &solutions, *row), results[*row].target);
         let mut descents: Vec<Descent> = found.par_iter().map(start).collect();
         self.descend_all(&mut descents, &mut |_| {})?;
         let finished = self.results(&descents)?;

@@ -2,7 +2,7 @@
 
 use super::model::Model;
 use super::{Direction, Strength};
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 /// A direction is a ridge where its singular value, over the largest, is below this.
 const RIDGE: f64 = 1e-7;
@@ -43,6 +43,14 @@ pub(super) fn analyse(model: &Model, jacobian: &DMatrix<f64>, noise: f64) -> (DM
     (covariance, open, directions)
 }
 
+/// Unit vectors of the scaled parameters along which nothing changes.
+pub(super) fn ridges(jacobian: &DMatrix<f64>) -> Vec<DVector<f64>> {
+    let svd = jacobian.clone().svd(false, true);
+    let Some(rows) = svd.v_t else { return Vec::new() };
+    let limit = RIDGE * svd.singular_values.amax();
+    (0..rows.nrows()).filter(|k| svd.singular_values[*k] <= limit).map(|k| rows.row(k).transpose()).collect()
+}
+
 /// What weak directions and ridges mean.
 pub(super) fn findings(model: &Model, directions: &[Direction]) -> Vec<String> {
     let of = |direction: &Direction| {
@@ -63,7 +71,9 @@ pub(super) fn findings(model: &Model, directions: &[Direction]) -> Vec<String> {
             Strength::Ridge if together => {
                 Some(format!("{what} scale together: only their ratios can be told; give one of them another source"))
             }
-            Strength::Ridge if part.len() == 1 => Some(format!("{what} changes nothing that is observed: do not free it")),
+            Strength::Ridge if part.len() == 1 => {
+                Some(format!("{what} changes nothing that is observed: do not free it"))
+            }
             Strength::Ridge => Some(format!("{what} compensate one another ({}): hold one of them", shares.join(", "))),
             Strength::Weak if part.len() == 1 => Some(format!("{what} is hidden by the noise")),
             Strength::Weak => Some(format!("{what} are told apart badly ({})", shares.join(", "))),

@@ -10,9 +10,9 @@ mod model;
 use super::MakeEngine;
 use crate::backend::BackendError;
 use crate::model::{Parameter, PlanError, Scene, Vector};
-use analysis::{NORMAL_95, analyse, findings, student_95};
+use analysis::{NORMAL_95, analyse, findings, ridges, student_95};
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
-use model::{Model, Search};
+use model::{Model, Search, State};
 use nalgebra::DVector;
 
 /// A point of a rod that was seen.
@@ -142,6 +142,7 @@ pub fn fit(problem: &FitProblem, make: &mut MakeEngine) -> Result<Fit, FitError>
     let freedom = observations - parameters;
     let noise = problem.noise.unwrap_or(if freedom > 0 { (squares / freedom as f64).sqrt() } else { 0.0 });
     let quantile = if problem.noise.is_some() { NORMAL_95 } else { student_95(freedom) };
+    let (state, x) = leave_ridges(&mut search.model, state, x)?;
     let scene = search.model.scene(&x, None);
     let (covariance, open, directions) = analyse(&search.model, &state.jacobian, noise);
     let fitted = |k: usize| {
@@ -175,4 +176,21 @@ pub fn fit(problem: &FitProblem, make: &mut MakeEngine) -> Result<Fit, FitError>
         positions: state.positions,
         base_moments: state.base_moments,
     })
+}
+
+/// Takes back what the parameters have moved along ridges, where that changes nothing.
+fn leave_ridges(model: &mut Model, state: State, x: DVector<f64>) -> Result<(State, DVector<f64>), FitError> {
+    let mut nearer = x.clone();
+    for row in ridges(&state.jacobian) {
+        nearer -= &row * row.dot(&x);
+    }
+    if nearer == x {
+        return Ok((state, x));
+    }
+    match model.solve(&nearer) {
+        Ok(other) if other.residuals.norm() <= (1.0 + 1e-6) * state.residuals.norm() + 1e-12 * model.length => {
+            Ok((other, nearer))
+        }
+        _ => Ok((state, x)),
+    }
 }

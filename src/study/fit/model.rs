@@ -89,7 +89,7 @@ impl<'a> Model<'a> {
         self.plan.sample_scene(&self.row(x, shape))
     }
 
-    fn solve(&mut self, x: &DVector<f64>) -> Result<State, FitError> {
+    pub fn solve(&mut self, x: &DVector<f64>) -> Result<State, FitError> {
         let shapes = &self.problem.shapes;
         let rows: Vec<Vec<f64>> = (0..shapes.len()).map(|shape| self.row(x, Some(shape))).collect();
         let batch = self.plan.batch(rows.len(), |i, row| row.copy_from_slice(&rows[i]));
@@ -109,7 +109,8 @@ impl<'a> Model<'a> {
             }
             let m0 = solutions.vector(index, Quantity::BaseMoment);
             let scene = self.scene(x, Some(index));
-            let chains: Vec<Vec<(Slot, f64)>> = self.problem.free.iter().enumerate().map(|(k, p)| self.chain(k, p, &scene)).collect();
+            let chains: Vec<Vec<(Slot, f64)>> =
+                self.problem.free.iter().enumerate().map(|(k, p)| self.chain(k, p, &scene)).collect();
             let mut slots: Vec<Slot> = Vec::new();
             for (slot, _) in chains.iter().flatten() {
                 if !slots.contains(slot) {
@@ -156,7 +157,12 @@ fn is_scale(parameter: &Parameter) -> bool {
         P::Insertion => true,
         P::Segment(_, segment) => !matches!(
             segment,
-            S::RestCurvature(_) | S::RestCurvatureNode(..) | S::DipolePerLength(_) | S::Current(_) | S::Alignment(_) | S::PoissonRatio
+            S::RestCurvature(_)
+                | S::RestCurvatureNode(..)
+                | S::DipolePerLength(_)
+                | S::Current(_)
+                | S::Alignment(_)
+                | S::PoissonRatio
         ),
         _ => false,
     }
