@@ -9,7 +9,7 @@ use rodsweep::lanes::{InstructionSet, Lanes};
 use rodsweep::model::{Parameter, Plan, PlanOptions, Quantity, Scene, Stepper};
 use rodsweep::reference::solve_rod;
 use rodsweep::study::{
-    Control, ControlInput, ControlOptions, Controlled, Imperfection, Outcome, Played, Redundancy, Target,
+    Control, ControlInput, ControlOptions, Controlled, Imperfection, MakeEngine, Outcome, Played, Redundancy, Target,
     TargetOptions, simulate,
 };
 use rodsweep::sweep::{read_scene, read_trajectory};
@@ -100,6 +100,7 @@ fn the_four_trajectories_are_followed() {
             assert!(point.from_rest && point.margin > 0.3, "{name} {k}: {point:?}");
             worst = worst.max(off_by_reference(&scene, &inputs, point, trajectory.coordinates));
         }
+        eprintln!("{name}: at most {worst:.1e} m off");
         assert!(worst < TIP, "{name}: {worst:e} m");
         let iterations: usize = points.iter().map(|point| point.iterations).sum();
         assert!(iterations < 4 * points.len(), "{name}: {iterations} iterations");
@@ -278,7 +279,7 @@ fn finish_in_f64(
     options: ControlOptions,
     targets: &[Target],
     stepper: Stepper,
-    make: &mut dyn FnMut(&Plan) -> Result<Box<dyn Backend>, BackendError>,
+    make: &mut MakeEngine,
 ) {
     let mut control = Control::new(scene, inputs, options, stepper, make).expect("a controller");
     let tolerance = control.options().tolerance;

@@ -97,7 +97,7 @@ fn known_rest_curvature_comes_back() {
 fn curvature_nodes_and_stiffness_come_back_together() {
     let mut start = p6();
     let SegmentKind::Flexible(flexible) = &mut start.segments[0].kind else { panic!("a flexible segment") };
-    let node = |at: f64| Node { at, value: [0.0; 3].into() };
+    let node = |at: f64| Node { at, value: [0.0; 3] };
     flexible.rest_curvature = Profile::Nodes(vec![node(0.015), node(0.05)]);
     let truth = with(
         &start,

@@ -62,7 +62,8 @@ impl Figure for TipPath {
                     canvas.shapes.push(Shape::Dots { clip: view.rect, radius, rim: 0.0, dots: dots(points, colour) });
                 }
             }
-            for (points, colour, width) in [(&self.desired, DESIRED, 2.6), (&self.achieved, ACHIEVED, 0.9)] {
+            let thin = if self.achieved.len() > 1000 { 0.35 } else { 0.9 };
+            for (points, colour, width) in [(&self.desired, DESIRED, 2.6), (&self.achieved, ACHIEVED, thin)] {
                 for stretch in
                     points.split(|point| !point.iter().all(|x| x.is_finite())).filter(|s| s.len() > 1 && self.order)
                 {

@@ -207,8 +207,8 @@ impl Descent {
         let count = task.inputs.len();
         let size = columns[..count].iter().map(norm2).sum::<f64>().sqrt() * norm2(e).sqrt();
         let mut held = false;
-        for k in 0..count {
-            let slope = dot(&columns[k], e);
+        for (k, column) in columns.iter().enumerate().take(count) {
+            let slope = dot(column, e);
             let at_low = self.at.z[k] <= task.low(k) && slope < 0.0;
             let at_high = self.at.z[k] >= task.high(k) && slope > 0.0;
             if slope.abs() > STATIONARY * size {

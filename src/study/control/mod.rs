@@ -21,6 +21,7 @@ use descent::{Descent, Inputs, State};
 pub const MOST_INPUTS: usize = 10;
 /// Resolutions that are tried, and the inputs they are tried at.
 const STEPS: [usize; 9] = [4, 6, 8, 12, 16, 24, 32, 48, 64];
+const FEWEST_RK4: usize = 16;
 const PROBES: usize = 64;
 /// Error of the integration over the tolerance of the tip.
 const SHARE: f64 = 0.5;
@@ -213,6 +214,7 @@ impl Control {
         if control.precision == Precision::F32 {
             control.task.options.tolerance = options.tolerance.max(NOISE_F32 * scene.total_length());
         }
+        let tolerance = SHARE * control.task.options.tolerance / scene.total_length();
         control.refine(tolerance, make)?;
         Ok(control)
     }
@@ -221,11 +223,12 @@ impl Control {
     fn refine(&mut self, tolerance: f64, make: &mut MakeEngine) -> Result<(), ControlError> {
         let probes: Vec<Inputs> = (0..PROBES).map(|k| self.task.lattice(k)).collect();
         let mut least = f64::INFINITY;
-        for steps in STEPS {
+        let fewest = if self.plan.options.stepper == Stepper::Rk4 { FEWEST_RK4 } else { 0 };
+        for steps in STEPS.into_iter().filter(|steps| *steps >= fewest) {
             let plan = self.plan.with_options(PlanOptions { steps, ..self.plan.options });
             let before = std::mem::replace(&mut self.plan, plan);
             let engine = std::mem::replace(&mut self.rest, make(&self.plan)?);
-            let solutions = self.from_rest(&probes)?;
+            let solutions = self.solve_from_rest(&probes)?;
             let solved = (0..PROBES).filter(|row| solutions.status(*row).is_success());
             let error = solved.map(|row| solutions.get(row, Quantity::ErrorEstimate)).fold(0.0, f64::max);
             if error > 0.5 * least && self.precision == Precision::F32 {
@@ -243,7 +246,7 @@ impl Control {
     }
 
     /// Equilibria from rest.
-    fn from_rest(&mut self, rows: &[Inputs]) -> Result<Solutions, BackendError> {
+    fn solve_from_rest(&mut self, rows: &[Inputs]) -> Result<Solutions, BackendError> {
         let mut all = Solutions::new(self.plan.derivatives.len(), rows.len());
         let size = self.rest.batch_size();
         let task = &self.task;
@@ -304,7 +307,7 @@ impl Control {
     /// What came of ended searches; asks where the equilibria from rest with the same inputs are.
     fn results(&mut self, ended: &[Descent]) -> Result<Vec<Controlled>, ControlError> {
         let rows: Vec<Inputs> = ended.iter().map(|descent| descent.at.z).collect();
-        let solutions = self.from_rest(&rows)?;
+        let solutions = self.solve_from_rest(&rows)?;
         let result = |(row, descent): (usize, &Descent)| {
             let at = &descent.at;
             let tip = solutions.vector(row, Quantity::TipPosition);
@@ -329,7 +332,7 @@ impl Control {
 
     /// A state from rest at some inputs.
     fn start(&mut self, z: Inputs) -> Result<State, ControlError> {
-        let solutions = self.from_rest(&[z])?;
+        let solutions = self.solve_from_rest(&[z])?;
         match solutions.status(0) {
             status if status.is_success() => Ok(State::new(&self.task, z, &solutions, 0)),
             status => Err(ControlError::NoStart { status: status.name() }),

@@ -35,20 +35,21 @@ impl Control {
         let table = self.table(options.table)?;
         let task = self.task.clone();
         let task = &task;
-        let starts: Vec<Vec<usize>> =
-            targets.par_iter().map(|target| nearest(task, &table, target, options.attempts)).collect();
-        let first = |(target, starts): (&Target, &Vec<usize>)| Descent::new(task, table[starts[0]].clone(), *target);
-        let mut best: Vec<Descent> = targets.par_iter().zip(&starts).map(first).collect();
+        let start = |target: &Target, attempt: usize| {
+            let state = table[*nearest(task, &table, target, attempt + 1).get(attempt)?].clone();
+            Some(Descent::new(task, state, *target))
+        };
+        let mut best: Vec<Descent> = targets.par_iter().filter_map(|target| start(target, 0)).collect();
         self.descend_all(&mut best, progress)?;
         let mut results = self.results(&best)?;
         for attempt in 1..options.attempts {
             let wanting = |i: &usize| results[*i].outcome != Outcome::Reached || !results[*i].from_rest;
-            let left: Vec<usize> = (0..targets.len()).filter(|i| wanting(i) && starts[*i].len() > attempt).collect();
+            let left: Vec<usize> = (0..targets.len()).filter(wanting).collect();
+            let again = left.par_iter().filter_map(|i| Some((*i, start(&targets[*i], attempt)?)));
+            let (left, mut others): (Vec<usize>, Vec<Descent>) = again.unzip();
             if left.is_empty() {
                 break;
             }
-            let again = |i: &usize| Descent::new(task, table[starts[*i][attempt]].clone(), targets[*i]);
-            let mut others: Vec<Descent> = left.par_iter().map(again).collect();
             self.descend_all(&mut others, &mut |_| {})?;
             for (i, other) in left.into_iter().zip(self.results(&others)?) {
                 let iterations = results[i].iterations + other.iterations;
@@ -105,7 +106,7 @@ impl Control {
     fn table(&mut self, count: usize) -> Result<Vec<State>, ControlError> {
         let mut rows = vec![self.task.home];
         rows.extend((0..count).map(|k| self.task.lattice(k)));
-        let solutions = self.from_rest(&rows)?;
+        let solutions = self.solve_from_rest(&rows)?;
         let state = |(row, z)| State::new(&self.task, z, &solutions, row);
         let stable = |(row, _): &(usize, _)| solutions.status(*row).is_success();
         let table: Vec<State> = rows.into_iter().enumerate().filter(stable).map(state).collect();
@@ -115,7 +116,8 @@ impl Control {
     /// Until every search has ended.
     fn descend_all(&mut self, descents: &mut [Descent], progress: &mut dyn FnMut(usize)) -> Result<(), ControlError> {
         loop {
-            let task = &self.task;
+            let task = self.task.clone();
+            let task = &task;
             let proposals: Vec<_> = descents.par_iter_mut().map(|descent| descent.propose(task)).collect();
             let rows: Vec<_> = proposals.iter().flatten().copied().collect();
             progress(descents.len() - rows.len());
@@ -123,10 +125,14 @@ impl Control {
                 return Ok(());
             }
             let solutions = self.continued(&rows)?;
-            let active = descents.iter_mut().zip(&proposals).filter(|(_, proposal)| proposal.is_some());
-            for (row, (descent, _)) in active.enumerate() {
-                descent.judge(&self.task, &solutions, row);
-            }
+            let mut row = 0;
+            let rows: Vec<Option<usize>> =
+                proposals.iter().map(|proposal| proposal.map(|_| (row, row += 1).0)).collect();
+            descents.par_iter_mut().zip(rows).for_each(|(descent, row)| {
+                if let Some(row) = row {
+                    descent.judge(task, &solutions, row);
+                }
+            });
         }
     }
 }

@@ -21,7 +21,7 @@ impl Control {
             let begun = Instant::now();
             let mut descent = Descent::new(&self.task, state.clone(), *target);
             while let Some((z, m0)) = descent.propose(&self.task) {
-                let solutions = if index == 0 { self.from_rest(&[z])? } else { self.continued(&[(z, m0)])? };
+                let solutions = if index == 0 { self.solve_from_rest(&[z])? } else { self.continued(&[(z, m0)])? };
                 descent.judge(&self.task, &solutions, 0);
             }
             seconds.push(begun.elapsed().as_secs_f64());
