@@ -107,6 +107,37 @@ fn the_four_trajectories_are_followed() {
     }
 }
 
+#[test]
+fn shapes_have_their_size_and_the_rectangle_its_corners() {
+    let scene = p6();
+    let points = |name: &str| -> Vec<[f64; 2]> {
+        let file = root().join(format!("sweeps/trajectories/{name}.toml"));
+        let trajectory = read_trajectory(&file, &scene).expect("a trajectory");
+        trajectory.points.iter().map(|point| [point.position[0], point.position[1] + 0.04]).collect()
+    };
+    for (name, width, height) in
+        [("circle", 0.01, 0.01), ("lemniscate", 0.01, 0.01 / 8f64.sqrt()), ("rectangle", 0.009, 0.006)]
+    {
+        let most = |axis: usize| points(name).iter().map(|point| point[axis].abs()).fold(0.0, f64::max);
+        assert!((most(0) - width).abs() < 1e-5 && (most(1) - height).abs() < 1e-5, "{name}: {} {}", most(0), most(1));
+    }
+    let butterfly = points("butterfly").iter().map(|point| point[0].abs()).fold(0.0, f64::max);
+    assert!((butterfly - 0.01).abs() < 2e-5, "{butterfly}");
+    let rectangle = points("rectangle");
+    for corner in [[0.009, 0.006], [-0.009, 0.006], [-0.009, -0.006], [0.009, -0.006]] {
+        let near = |point: &&[f64; 2]| (point[0] - corner[0]).hypot(point[1] - corner[1]) < 1e-12;
+        assert_eq!(rectangle.iter().filter(near).count(), 1, "{corner:?}");
+    }
+    // Neighbours are neighbours: no shape jumps.
+    for name in ["circle", "lemniscate", "rectangle", "butterfly"] {
+        let points = points(name);
+        for (k, point) in points.iter().enumerate() {
+            let next = points[(k + 1) % points.len()];
+            assert!((point[0] - next[0]).hypot(point[1] - next[1]) < 1.5e-3, "{name} {k}");
+        }
+    }
+}
+
 /// No permitted inputs nearby bring the tip nearer than the answer; returns how many were tried with success.
 fn assert_locally_best(scene: &Scene, inputs: &[ControlInput], point: &Controlled, coordinates: [bool; 3]) -> usize {
     let axes: Vec<Vec<Parameter>> = inputs.iter().map(|input| vec![input.parameter]).collect();

@@ -151,7 +151,8 @@ fn json_text(fit: &Fit) -> String {
 
 fn draw(fit: &Fit, problem: &FitProblem, path: &Path) -> Result<(), CommandError> {
     let mut rods = Vec::new();
-    for (shape, m0) in problem.shapes.iter().zip(&fit.base_moments).take(MOST_RODS) {
+    let every = problem.shapes.len().div_ceil(MOST_RODS).max(1);
+    for (shape, m0) in problem.shapes.iter().zip(&fit.base_moments).step_by(every) {
         let mut scene = fit.scene.clone();
         let values = problem.known.iter().copied().zip(shape.known.iter().copied());
         // The same values were set when the shapes were read.
