@@ -35,6 +35,7 @@ fn solve_group() {
     var end: PathEnd;
     var tip: Tip;
     var delta = vec3<f32>();
+    var w = mat3x3<f32>();
     var w_inverse = mat3x3<f32>();
     var index = 0.0;
     var converged = false;
@@ -52,7 +53,8 @@ fn solve_group() {
         for (var i = 0u; i < NEWTON_LIMIT; i++) {
             start_columns(rod, end.m0);
             tip = shoot(FINE, rod, 1.0, end.m0, 0u, THREES, true);
-            w_inverse = inverse(tip_moment_columns(tip, BY_MOMENT));
+            w = tip_moment_columns(tip, BY_MOMENT);
+            w_inverse = inverse(w);
             delta = -(w_inverse * (tip.m - rod.l_tip)); // J5
             size = length(delta);
             converged = end.reached && size < settings.tolerance * (1.0 + length(end.m0));
@@ -63,7 +65,8 @@ fn solve_group() {
         }
         index = stability_index(tip);
         let within_reach = is_finite(length(tip.p)) && length(tip.p) < REACH;
-        converged = converged && within_reach;
+        let certain = end.path == SEARCH || index < 0.5 || EPSILON * squared_norm(w) < INDEX_NOISE;
+        converged = converged && within_reach && certain;
         code = status_codes(end, converged, index < 0.5, is_finite(size) && within_reach);
         if code != STATUS_PENDING { break; }
     }

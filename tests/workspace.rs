@@ -9,6 +9,8 @@ use std::path::Path;
 
 /// Coprime to 61: the chosen samples run through every value of every current.
 const STRIDE: u64 = 97;
+/// Coprime to the number of samples: so many apart they come in another order.
+const SHUFFLE: usize = 1009;
 /// The sweep's own tolerance.
 const TOLERANCE: f64 = 1e-6;
 /// Round-off of f32 along the rod, amplified near folds.
@@ -101,6 +103,11 @@ fn rows_do_not_depend_on_order_batches_or_threads() {
         let last = map.indices.len() - 1;
         for sample in 0..=last {
             assert_eq!(row(&whole, sample), row(&backwards, last - sample), "{precision}: sample {sample} reversed");
+        }
+        let shuffled: Vec<usize> = (0..=last).map(|k| k * SHUFFLE % (last + 1)).collect();
+        let other = solve(&map, &mut lanes, &shuffled.iter().map(|k| map.indices[*k]).collect::<Vec<_>>());
+        for (at, sample) in shuffled.iter().enumerate() {
+            assert_eq!(row(&whole, *sample), row(&other, at), "{precision}: sample {sample} shuffled");
         }
         for (chunk, indices) in map.indices.chunks(313).enumerate() {
             let part = solve(&map, &mut lanes, indices);

@@ -12,9 +12,9 @@ use super::rod::{Rod, Terms};
 use super::rows::{Responses, write_forward_rows, write_rows};
 use super::search::{search, snap};
 use super::shoot::{Tip, Workspace, shoot, tip_moment_columns};
-use super::stability::{margin, stability_index};
+use super::stability::{margin, squared_norm, stability_index};
 use crate::model::path::{
-    CHORD_LIMIT, CHORD_TOLERANCE, CHORD_TRUST, DIFFERENCE, NEWTON_LIMIT, REACH, ROUND_OFF, TRUST,
+    CHORD_LIMIT, CHORD_TOLERANCE, CHORD_TRUST, DIFFERENCE, INDEX_NOISE, NEWTON_LIMIT, REACH, ROUND_OFF, TRUST,
 };
 use crate::model::{MOST_KNOWN, NO_EQUILIBRIUM, Quantity, Status};
 
@@ -82,11 +82,12 @@ pub fn solve_group<L: Lane, T: Terms>(
     let mut converged = one.lt(zero);
     let mut tip = Tip { p: rod.t, d1: rod.t, t: rod.t, m: rod.t, n: rod.t };
     let (mut delta, mut size) = (Vec3::splat(zero), one);
-    let mut w_inverse = end.inverse;
+    let (mut w, mut w_inverse) = (end.inverse, end.inverse);
     for pass in 0..NEWTON_LIMIT {
         start_columns::<L, T>(program, rod, end.m0, workspace, &mut columns);
         tip = shoot::<L, T>(program, &program.fine, rod, one, end.m0, &mut columns, true, workspace);
-        w_inverse = inverse(tip_moment_columns::<L, T>(&tip, &columns[0]));
+        w = tip_moment_columns::<L, T>(&tip, &columns[0]);
+        w_inverse = inverse(w);
         delta = -(w_inverse * (tip.m - rod.l_tip)); // J5
         size = length(delta);
         converged = end.reached & size.lt(one.constant(program.newton_tolerance) * (one + length(end.m0)));
@@ -107,9 +108,11 @@ pub fn solve_group<L: Lane, T: Terms>(
     let within_reach = length(tip.p).lt(one.constant(REACH));
     let index = stability_index::<L, T>(&workspace.station, &tip, &columns);
     let stable = index.lt(one.constant(0.5));
+    let noise = one.constant(L::Scalar::EPSILON) * squared_norm(&w);
+    let certain = if path == Path::Search { !one.lt(zero) } else { stable | noise.lt(one.constant(INDEX_NOISE)) };
+    let converged = converged & within_reach & certain;
     let margin = margin(&w_inverse);
     let margin = L::select(stable, margin, -margin);
-    let converged = converged & within_reach;
     let status = status_codes(&end, path, converged, stable, size.is_finite() & within_reach, one);
     let index = L::select(converged, index, one.constant(NO_EQUILIBRIUM));
 

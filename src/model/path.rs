@@ -23,7 +23,7 @@ pub const SAFE_MARGIN: f64 = 0.1;
 pub const NARROW_MARGIN: f64 = 1e-3;
 /// A path that ends without having come so near has not met a fold: shooting has failed.
 pub const FOLD_MARGIN: f64 = 0.25;
-/// Above this round-off (epsilon times the squared norm of dr/dm0) a stability index on the way says nothing.
+/// Above this round-off (epsilon times the squared norm of dr/dm0) a stability index other than 0 says nothing.
 pub const INDEX_NOISE: f64 = 1e-5;
 /// A search from a given base moment: its passes, and the longest of its steps (plan units of moment).
 pub const SEARCH_LIMIT: f64 = 60.0;

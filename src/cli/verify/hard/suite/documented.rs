@@ -36,7 +36,7 @@ const ENDS: &[End] = &[
 const ROUND_OFF: &str =
     "round-off of f32 times |dr/dm0|^2 spoils Newton's method and the stability index; f64 solves it";
 const TWIST: &str = "EI / GJ = 1e3: what f32 leaves of the moment twists too far; f64 solves it";
-const NEAR_FOLD: &str = "round-off of f32 over a margin of 1e-3; f64 solves it";
+const NEAR_FOLD: &str = "round-off over a margin of 2e-3 keeps Newton's step above its tolerance";
 
 pub const SHORTCOMINGS: &[Shortcoming] = &[
     Shortcoming { case: "HC11_torsion_soft_1e3", engine: "cpu f32", status: Status::NotConverged, why: TWIST },
@@ -50,6 +50,7 @@ pub const SHORTCOMINGS: &[Shortcoming] = &[
     Shortcoming { case: "RS10_taut_10", engine: "cpu f32", status: Status::NotConverged, why: ROUND_OFF },
     Shortcoming { case: "RS10_taut_10", engine: "gpu f32", status: Status::NotConverged, why: ROUND_OFF },
     Shortcoming { case: "RS18_p6_near_1", engine: "gpu f32", status: Status::NotConverged, why: NEAR_FOLD },
+    Shortcoming { case: "RS18_p6_near_1", engine: "gpu f64", status: Status::NotConverged, why: NEAR_FOLD },
 ];
 
 pub fn end(case: &str) -> Option<&'static End> {
