@@ -176,9 +176,13 @@ impl Lanes {
         for (entry, unit) in self.plan.entries.iter().zip(&self.units) {
             if let Entry::Varying(column) = *entry {
                 let from = &batch.inputs.data()[block * input_len + column * BLOCK..][..BLOCK];
-                for (to, value) in inputs[column * BLOCK..][..count].iter_mut().zip(from) {
+                let to = &mut inputs[column * BLOCK..][..BLOCK];
+                for (to, value) in to.iter_mut().zip(&from[..count]) {
                     *to = S::from_f64(value / unit);
                 }
+                // Lanes without a sample do as the last one does, and take no time of their own.
+                let last = to[count - 1];
+                to[count..].iter_mut().take(WIDEST).for_each(|to| *to = last);
             }
         }
         let mut values = vec![S::default(); out.len()];
@@ -196,6 +200,9 @@ impl Lanes {
         }
     }
 }
+
+/// Lanes of the widest register.
+const WIDEST: usize = 16;
 
 /// One block of samples for the kernel.
 struct Job<'a, S: Scalar> {
