@@ -14,7 +14,7 @@ use std::io::Read;
 use std::process::Stdio;
 use std::time::{Duration, Instant};
 
-const COMMANDS: [&str; 8] = ["run", "solve", "verify", "doctor", "status", "merge", "import", "completions"];
+const COMMANDS: [&str; 9] = ["run", "solve", "verify", "bench", "doctor", "status", "merge", "import", "completions"];
 
 fn json(text: &str) -> Value {
     serde_json::from_str(text).unwrap_or_else(|error| panic!("{error}: {text}"))

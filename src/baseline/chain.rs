@@ -2,7 +2,7 @@
 //! controllers used before [H]: moment balance at every joint, all joint angles unknown, numerical Jacobians.
 //!
 //! A flexible segment is cut into cells of length h: half a link, a joint, half a link, so that the error falls with
-//! h². The joint's angles theta (a rotation vector, about x, y and the axis) carry the moment K (theta / h - u*).
+//! h². The joint's angles theta (a rotation vector, about x, y and the axis) carry the moment K (theta / h - u*). C1, R3
 
 use super::differences::{SHARP, rotation_between};
 use super::method::{self, Column, Jacobian, Method, NewtonStep, Tip};
@@ -100,13 +100,13 @@ impl Chain {
             match piece {
                 Piece::Link(length, mu, weight) => {
                     let arm: Vector3<f64> = *length * R.column(2);
-                    m += (R * mu).cross(&rod.B) + arm.cross(&(n + 0.5 * weight));
+                    m += (R * mu).cross(&rod.B) + arm.cross(&(n + 0.5 * weight)); // R3
                     n += weight;
                 }
                 Piece::Joint(h, K, u_star) => {
                     joint -= 1;
                     let theta = angles.fixed_rows::<3>(3 * joint);
-                    let balance = R.tr_mul(&m) - K.component_mul(&(theta / *h - u_star));
+                    let balance = R.tr_mul(&m) - K.component_mul(&(theta / *h - u_star)); // C1
                     residual.fixed_rows_mut::<3>(3 * joint).copy_from(&balance);
                 }
             }

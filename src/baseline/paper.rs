@@ -92,12 +92,12 @@ impl Flexible {
     }
 
     /// Integrates the segment in fixed steps of RK4.
-    fn advance(&self, n_end: Vector3<f64>, steps: usize, y: &mut State, columns: &mut Vec<Variation>) {
+    fn advance(&self, n_end: Vector3<f64>, steps: usize, y: &mut State, columns: &mut [Variation]) {
         const STAGES: [(f64, f64); 4] = [(0.0, 1.0 / 6.0), (0.5, 1.0 / 3.0), (0.5, 1.0 / 3.0), (1.0, 1.0 / 6.0)];
         let h = self.length / steps as f64;
         let mut slopes = vec![Variation::default(); columns.len()];
-        let mut stage_columns = columns.clone();
-        let mut sums = columns.clone();
+        let mut stage_columns = columns.to_vec();
+        let mut sums = columns.to_vec();
         for step in 0..steps {
             let mut sum = *y;
             let mut stage = *y;
