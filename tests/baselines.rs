@@ -191,6 +191,26 @@ fn control_reaches_its_target() {
     }
 }
 
+#[test]
+fn segments_of_no_length_change_nothing() {
+    let whole = catheter();
+    let mut more = whole.clone();
+    more.segments.push(rodsweep::model::Segment { name: "nothing".into(), length: 0.0, ..whole.segments[2].clone() });
+    let tip = |scene: &Scene| {
+        let rod = Rod::new(scene).expect("a rod");
+        let methods: [Box<dyn Method>; 2] = [Box::new(Paper::new(&rod, 64)), Box::new(Chain::new(&rod, 16))];
+        methods.map(|method| method.tip(&rod, &from_rest(&*method, &rod).expect("an equilibrium")).p)
+    };
+    for (a, b) in tip(&whole).iter().flatten().zip(tip(&more).iter().flatten()) {
+        assert!((a - b).abs() < 1e-12, "{a} m or {b} m");
+    }
+    let bare = Scene {
+        segments: whole.segments.into_iter().map(|s| rodsweep::model::Segment { length: 0.0, ..s }).collect(),
+        ..more
+    };
+    assert!(Rod::new(&bare).is_err());
+}
+
 fn key(scene: &Scene) -> String {
     match Rod::new(scene) {
         Err(BaselineError::Unsupported { key, remedy }) => {

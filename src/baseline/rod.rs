@@ -134,13 +134,17 @@ impl Rod {
                 }
             });
         }
-        Ok(Rod {
+        let rod = Rod {
             p0: rod.base_position.into(),
             R0: Matrix3::from_fn(|row, col| rod.base_rotation[row][col]),
             B: rod.flux_density.into(),
             f_tip: rod.tip_force.into(),
             segments,
-        })
+        };
+        if rod.flexible().all(|flexible| flexible.length == 0.0) {
+            return Err(unsupported("length", "give a flexible segment some length"));
+        }
+        Ok(rod)
     }
 
     /// The same rod under a share of its loads.
@@ -223,12 +227,14 @@ impl Rod {
         forces
     }
 
-    /// `total` pieces shared out among the flexible segments by length, at least one each.
+    /// `total` pieces shared out among the flexible segments by length, at least one each that has a length.
     pub(super) fn shares(&self, total: usize) -> Vec<usize> {
         let length: f64 = self.flexible().map(|flexible| flexible.length).sum();
         let share = |segment: &Segment| match segment {
-            Segment::Flexible(flexible) => ((total as f64 * flexible.length / length).round() as usize).max(1),
-            Segment::Rigid(_) => 0,
+            Segment::Flexible(flexible) if flexible.length > 0.0 => {
+                ((total as f64 * flexible.length / length).round() as usize).max(1)
+            }
+            _ => 0,
         };
         self.segments.iter().map(share).collect()
     }
