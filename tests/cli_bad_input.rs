@@ -166,7 +166,6 @@ fn broken_commands() {
         (&["run", "sweep.toml", "--shard", "3/2"], "`--shard 3/2`: K is not between 1 and N"),
         (&["run", "sweep.toml", "--shard", "half"], "write K/N"),
         (&["run", "sweep.toml", "--limit", "0"], "--limit"),
-        (&["run", "sweep.toml", "--backend", "gpu", "--precision", "f64"], "use `--precision f32`"),
         (&["run", "sweep.toml", "--colour", "tip.colour"], "no such column"),
         (&["status", "none"], "none holds no run of rodsweep"),
     ] {

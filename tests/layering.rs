@@ -20,12 +20,13 @@ const LAYERS: [(&str, u32); 11] = [
 /// Modules that may name less than their layer allows.
 const NARROW: [(&str, &[&str]); 2] = [("sweep", &["model", "backend"]), ("report", &["model"])];
 /// Crates that belong to one part of the source.
-const OWNERS: [(&str, &[&str]); 16] = [
+const OWNERS: [(&str, &[&str]); 17] = [
     ("wgpu", &["src/gpu/"]),
     ("naga", &["src/gpu/"]),
     ("pollster", &["src/gpu/"]),
     ("pulp", &["src/lanes/"]),
-    ("nalgebra", &["src/reference/", "src/baseline/"]),
+    ("nalgebra", &["src/reference/", "src/baseline/", "src/study/"]),
+    ("levenberg_marquardt", &["src/study/fit/"]),
     ("parquet", &["src/sweep/sink"]),
     ("arrow", &["src/sweep/sink"]),
     ("npyz", &["src/sweep/sink"]),

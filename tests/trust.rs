@@ -1,10 +1,11 @@
-//! From rest, on a large sample: what the CPU engine calls solved against the reference, tip by tip.
+//! From rest, on a large sample: what the engines call solved against the reference, tip by tip.
 //!
 //! 2,000 samples of each sweep by default; `RODSWEEP_TRUST_SAMPLES=20000` takes more.
 
-use rodsweep::backend::{Backend, Precision};
+use rodsweep::backend::{Backend, BackendKind, Precision};
+use rodsweep::gpu::{Gpu, device_or_skip};
 use rodsweep::lanes::Lanes;
-use rodsweep::model::{Plan, PlanOptions, Quantity, Solutions, Status};
+use rodsweep::model::{Plan, PlanOptions, Quantity, Solutions, Status, Stepper};
 use rodsweep::reference::{Reference, stability_at};
 use rodsweep::sweep::{SweepSpec, choose_steps};
 use std::path::Path;
@@ -13,6 +14,13 @@ use std::path::Path;
 const STRIDE: u64 = 7_919;
 /// Tip position over length, as both sweeps ask for.
 const TOLERANCE: f64 = 1e-6;
+/// F32 is held to 2e-5.
+const ENGINES: [(BackendKind, Precision, Stepper, f64); 4] = [
+    (BackendKind::Cpu, Precision::F64, Stepper::Dop853, TOLERANCE),
+    (BackendKind::Cpu, Precision::F32, Stepper::Dop853, 2e-5),
+    (BackendKind::Gpu, Precision::F64, Stepper::Dop853, TOLERANCE),
+    (BackendKind::Gpu, Precision::F32, Stepper::Rk4, 2e-5),
+];
 /// Steps of the second attempt that `run` makes.
 const SECOND_STEPS: usize = 24;
 /// Samples of the Sobol' sweep that pass close by a bifurcation (least margin on the way below 0.03), which few steps
@@ -105,27 +113,47 @@ fn solve_by_lanes(spec: &SweepSpec, plan: &Plan, steps: usize, indices: &[u64]) 
     solve(spec, &plan, &mut Lanes::new(&plan, Precision::F64).expect("supported"), indices)
 }
 
-/// Every success must be the tip of the reference; what only one of them solves must be rare.
+/// An engine as `run` takes it, or nothing where this machine lacks it.
+fn engine(kind: BackendKind, precision: Precision, plan: &Plan) -> Option<Box<dyn Backend>> {
+    if kind == BackendKind::Cpu {
+        return Some(Box::new(Lanes::new(plan, precision).expect("supported")));
+    }
+    let device = device_or_skip("trust on the GPU")?;
+    if precision == Precision::F64 && !device.adapter().has_f64 {
+        println!("skipped: {} has no f64", device.adapter().name);
+        return None;
+    }
+    Some(Box::new(Gpu::new(device, plan, precision).expect("supported")))
+}
+
+/// On every engine every success must be the tip of the reference; what only one of them solves must be rare.
 fn check(spec: &SweepSpec) {
     let plan = plan_without_derivatives(spec);
-    let factory = |plan: &Plan| Ok(Box::new(Lanes::new(plan, Precision::F64)?) as Box<dyn Backend>);
-    let steps = choose_steps(&plan, &spec.sampler(), &factory).expect("a resolution").steps;
     let indices: Vec<u64> = (0..sample_count() as u64).map(|k| k * STRIDE % spec.sample_count).collect();
     let truth = solve(spec, &plan, &mut Reference::new(&plan), &indices);
-    let mut found = solve_by_lanes(spec, &plan, steps, &indices);
-    let doubtful: Vec<usize> = (0..indices.len())
-        .filter(|at| !found.status(*at).is_success() || found.get(*at, Quantity::ErrorEstimate) > TOLERANCE)
-        .collect();
-    let again: Vec<u64> = doubtful.iter().map(|at| indices[*at]).collect();
-    let second = solve_by_lanes(spec, &plan, SECOND_STEPS.max(steps), &again);
-    for (from, to) in doubtful.iter().enumerate() {
-        if second.status(from).is_success() {
-            found.copy_row(*to, &second, from);
-            found.set_status(*to, Status::Refined);
+    for (kind, precision, stepper, tolerance) in ENGINES {
+        let plan = plan.with_options(PlanOptions { stepper, tolerance, ..plan.options });
+        let factory = |plan: &Plan| Ok(Box::new(Lanes::new(plan, Precision::F64)?) as Box<dyn Backend>);
+        let steps = choose_steps(&plan, &spec.sampler(), &factory).expect("a resolution").steps;
+        let plan = plan.with_options(PlanOptions { steps, ..plan.options });
+        let Some(mut engine) = engine(kind, precision, &plan) else { continue };
+        let mut found = solve(spec, &plan, engine.as_mut(), &indices);
+        let doubtful: Vec<usize> = (0..indices.len())
+            .filter(|at| !found.status(*at).is_success() || found.get(*at, Quantity::ErrorEstimate) > tolerance)
+            .collect();
+        let again: Vec<u64> = doubtful.iter().map(|at| indices[*at]).collect();
+        let second = solve_by_lanes(spec, &plan, SECOND_STEPS.max(steps), &again);
+        for (from, to) in doubtful.iter().enumerate() {
+            if second.status(from).is_success() {
+                found.copy_row(*to, &second, from);
+                found.set_status(*to, Status::Refined);
+            }
         }
+        let (of, name) = (spec.sample_count, stepper.name());
+        let again = doubtful.len();
+        println!("{kind} {precision}: {} of {of} samples, {steps} steps of {name}, {again} tried again", indices.len());
+        report(&plan, spec, &indices, &found, &truth);
     }
-    println!("{} of {} samples, {steps} steps, {} tried again", indices.len(), spec.sample_count, doubtful.len());
-    report(&plan, spec, &indices, &found, &truth);
 }
 
 fn tip_difference(plan: &Plan, a: &Solutions, b: &Solutions, at: usize) -> f64 {
@@ -217,10 +245,11 @@ fn report(plan: &Plan, spec: &SweepSpec, indices: &[u64], found: &Solutions, tru
             );
         }
     }
-    let is_wrong = |error: f64| error.is_nan() || error > TOLERANCE;
+    let tolerance = plan.options.tolerance;
+    let is_wrong = |error: f64| error.is_nan() || error > tolerance;
     let wrong: Vec<u64> = errors.iter().filter(|(error, _)| is_wrong(*error)).map(|(_, at)| indices[*at]).collect();
-    println!("  off by more than {TOLERANCE:e}: {wrong:?}");
-    assert!(wrong.is_empty(), "successes off by more than {TOLERANCE:e}: {wrong:?}");
+    println!("  off by more than {tolerance:e}: {wrong:?}");
+    assert!(wrong.is_empty(), "successes off by more than {tolerance:e}: {wrong:?}");
     assert!(unproven.is_empty(), "{} successes that the reference does not have", unproven.len());
     assert!(1000 * given_up.len() <= indices.len(), "{} given up", given_up.len());
 }

@@ -38,6 +38,10 @@ pub enum Command {
         #[arg(long, value_name = "DIR")]
         out: PathBuf,
     },
+    /// Find the currents that drive the tip along a trajectory or to many targets
+    Control(ControlArguments),
+    /// Fit rest curvature, stiffness and the like to observed shapes
+    Fit(FitArguments),
     /// Make a scene of a catheter's parameter file, or a table of a play file
     Import(ImportArguments),
     /// Print a completion script for a shell
@@ -219,4 +223,95 @@ pub struct ImportArguments {
     /// Change the sign of a play file's axial currents
     #[arg(long)]
     pub negate_axial: bool,
+}
+
+#[derive(Debug, Args)]
+#[command(group = clap::ArgGroup::new("where").required(true).args(["trajectory", "targets"]))]
+pub struct ControlArguments {
+    /// Scene file (TOML)
+    pub scene: PathBuf,
+    /// Trajectory (TOML), or its points (CSV or Parquet with columns x, y, z, tx, ty, tz)
+    pub trajectory: Option<PathBuf>,
+    /// Targets in no particular order, all solved together (CSV or Parquet, the same columns)
+    #[arg(long, value_name = "FILE")]
+    pub targets: Option<PathBuf>,
+    /// Result directory [default: results/control-NAME]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Overwrite what is there
+    #[arg(long)]
+    pub force: bool,
+    /// Format of the table
+    #[arg(long, value_enum, default_value = "csv")]
+    pub format: TableFormat,
+    /// What is commanded and its limits: coil.current=0.3 (both signs), or "insertion=85 mm..100 mm"
+    #[arg(long = "input", value_name = "NAME=LIMITS")]
+    pub input: Vec<String>,
+    /// Coordinates of the tip that are controlled; the others are free [default: those given]
+    #[arg(long, value_name = "x,y,z", value_delimiter = ',')]
+    pub coordinates: Option<Vec<String>>,
+    /// What may be left of a target, for example "0.1 um" [default: 10 nm]
+    #[arg(long, value_name = "LENGTH")]
+    pub tolerance: Option<String>,
+    /// What becomes of currents that the tip does not need
+    #[arg(long, value_enum)]
+    pub redundancy: Option<RedundancyName>,
+    #[command(flatten)]
+    pub engine: EngineArguments,
+    /// Play the currents on simulated catheters that differ from the scene: ten trials, errors, repeatability
+    #[arg(long, conflicts_with = "targets")]
+    pub simulate: bool,
+    /// Seed of the simulated catheters
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+    /// Exit with 3 if more targets than this are not reached [default: any number may]
+    #[arg(long, value_name = "N")]
+    pub max_failures: Option<u64>,
+    /// Draw no figures
+    #[arg(long)]
+    pub no_figures: bool,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum TableFormat {
+    Csv,
+    Parquet,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum RedundancyName {
+    /// They change as little as possible
+    LeastChange,
+    /// They relax towards zero: less heat
+    LeastCurrent,
+}
+
+#[derive(Debug, Args)]
+pub struct FitArguments {
+    /// Scene to start from (TOML)
+    pub scene: PathBuf,
+    /// Observed points (CSV or Parquet): x, y, z; s, the arc length, empty for the tip; known parameters such as
+    /// coil.current.x. Rows with the same known values are one shape
+    pub shapes: PathBuf,
+    /// What is fitted, separated by commas; names joined by + keep their ratio [default: rest curvature about x and y]
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
+    pub free: Option<Vec<String>>,
+    /// Standard deviation of an observed coordinate, such as "0.2 mm" [default: estimated from the residuals]
+    #[arg(long, value_name = "LENGTH")]
+    pub noise: Option<String>,
+    /// Where the scene with the fitted values is written
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+    /// Overwrite what is there
+    #[arg(long)]
+    pub force: bool,
+    /// Draw observed points and fitted shapes (.png or .svg)
+    #[arg(long, value_name = "FILE")]
+    pub plot: Option<PathBuf>,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
 }

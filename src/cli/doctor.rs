@@ -35,13 +35,11 @@ pub fn doctor() -> Result<Exit, CommandError> {
     });
     adapters.iter().for_each(|adapter| describe_adapter(adapter, &mut lines));
     let arguments = EngineArguments { backend: BackendName::Auto, precision: None };
-    for tolerance in [F32_TOLERANCE, 0.05 * F32_TOLERANCE] {
-        let engine = Engine::choose(&arguments, tolerance)?;
-        lines.push(format!(
-            "`--backend auto` takes, for a tolerance of {tolerance:.0e}: {} {} ({})",
-            engine.kind, engine.precision, engine.reason
-        ));
-    }
+    let tolerance = PlanOptions::default().tolerance;
+    let engine = Engine::choose(&arguments, tolerance)?;
+    lines.push(format!("`--backend auto` takes: {} {} ({})", engine.kind, engine.precision, engine.reason));
+    let coarse = Engine::choose(&arguments, F32_TOLERANCE)?;
+    lines.push(format!("  from a tolerance of {F32_TOLERANCE:.0e} on: {} {}", coarse.kind, coarse.precision));
     describe_gpu(&plan, &mut lines);
     print(&(lines.join("\n") + "\n"))?;
     Ok(Exit::Done)

@@ -5,16 +5,20 @@
 mod args;
 mod bench;
 mod branches;
+mod control;
+mod control_output;
 mod directory;
 mod doctor;
 mod engine;
 mod explain;
 mod figures;
+mod fit;
 mod import;
 mod plot;
 mod progress;
 mod run;
 mod shape;
+mod simulate;
 mod solution_json;
 mod solve;
 mod verify;
@@ -24,6 +28,7 @@ use clap::{CommandFactory, Parser};
 use rodsweep::backend::BackendError;
 use rodsweep::model::PlanError;
 use rodsweep::report::ReportError;
+use rodsweep::study::{ControlError, FitError};
 use rodsweep::sweep::{AssignError, InputError, SweepError};
 use std::io::Write;
 use std::process::ExitCode;
@@ -53,6 +58,10 @@ pub enum CommandError {
     Backend(#[from] BackendError),
     #[error(transparent)]
     Report(#[from] ReportError),
+    #[error(transparent)]
+    Control(#[from] ControlError),
+    #[error(transparent)]
+    Fit(#[from] FitError),
     #[error("{0}")]
     Usage(String),
     #[error("cannot write to the standard output: {0}")]
@@ -65,8 +74,12 @@ impl CommandError {
             CommandError::Input(_) | CommandError::Assign(_) | CommandError::Plan(_) | CommandError::Usage(_) => {
                 Exit::Usage
             }
+            CommandError::Fit(FitError::Backend(_) | FitError::Failed(_)) => Exit::Failed,
+            CommandError::Fit(_) => Exit::Usage,
             CommandError::Sweep(error) if error.is_usage() => Exit::Usage,
             CommandError::Backend(BackendError::Unsupported { .. }) => Exit::Usage,
+            CommandError::Control(ControlError::Backend(BackendError::Unsupported { .. })) => Exit::Usage,
+            CommandError::Control(error) if !matches!(error, ControlError::Backend(_)) => Exit::Usage,
             CommandError::Report(ReportError::Extension { .. }) => Exit::Usage,
             _ => Exit::Failed,
         }
@@ -90,6 +103,8 @@ pub fn main() -> ExitCode {
         Command::Doctor => doctor::doctor(),
         Command::Status { directory } => directory::status(&directory),
         Command::Merge { directories, out } => directory::merge(&directories, &out),
+        Command::Control(arguments) => control::control(&arguments),
+        Command::Fit(arguments) => fit::fit(&arguments),
         Command::Import(arguments) => import::import(&arguments),
         Command::Completions { shell } => completions(shell),
     };

@@ -176,7 +176,7 @@ impl Lanes {
         for (entry, unit) in self.plan.entries.iter().zip(&self.units) {
             if let Entry::Varying(column) = *entry {
                 let from = &batch.inputs.data()[block * input_len + column * BLOCK..][..BLOCK];
-                for (to, value) in inputs[column * BLOCK..][..BLOCK].iter_mut().zip(from) {
+                for (to, value) in inputs[column * BLOCK..][..count].iter_mut().zip(from) {
                     *to = S::from_f64(value / unit);
                 }
             }
@@ -185,7 +185,7 @@ impl Lanes {
         let job = Job { program: &self.program, inputs: &inputs, count, bad, out: &mut values };
         S::run(self.arch, job);
         for ((column, to), from) in out.chunks_mut(BLOCK).enumerate().zip(values.chunks(BLOCK)) {
-            for (to, from) in to.iter_mut().zip(from) {
+            for (to, from) in to.iter_mut().zip(&from[..count]) {
                 *to = from.to_f64() * scales[column];
             }
         }

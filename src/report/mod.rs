@@ -21,6 +21,7 @@ mod symbols;
 mod table;
 mod ticks;
 mod tip_cloud;
+mod tip_path;
 mod views;
 
 pub use axes::{AxisLabel, Scale};
@@ -33,6 +34,7 @@ pub use rod_shape::{RodShape, Stretch, StretchKind};
 pub use sheet::{Panel, Sheet};
 pub use table::{Table, count, engineering};
 pub use tip_cloud::Cloud;
+pub use tip_path::TipPath;
 pub use views::{FourViews, View};
 
 use std::path::{Path, PathBuf};

@@ -1,1 +1,18 @@
 //! Questions that take more than one solution a sample: plain data in, plain data out, engines through the trait.
+
+mod control;
+mod fit;
+mod simulate;
+
+pub use control::{
+    Control, ControlError, ControlInput, ControlOptions, Controlled, MOST_INPUTS, Outcome, Redundancy, Target,
+    TargetOptions,
+};
+pub use fit::{Direction, Fit, FitError, FitProblem, Fitted, ObservedPoint, ObservedShape, Strength, fit};
+pub use simulate::{Imperfection, Played, Simulation, simulate};
+
+use crate::backend::{Backend, BackendError};
+use crate::model::Plan;
+
+/// Prepares an engine for a plan.
+pub type MakeEngine<'a> = dyn FnMut(&Plan) -> Result<Box<dyn Backend>, BackendError> + 'a;

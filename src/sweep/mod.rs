@@ -10,6 +10,7 @@ mod directory;
 mod error;
 mod import;
 mod manifest;
+mod number_table;
 mod pilot;
 mod pipeline;
 mod read;
@@ -20,11 +21,13 @@ mod sampling;
 mod scene_file;
 mod scene_text;
 mod segment_file;
+mod shape_file;
 mod sink;
 mod spec;
 mod sweep_file;
 mod table_file;
 mod toml;
+mod trajectory_file;
 mod units;
 
 pub use assign::{AssignError, assign};
@@ -45,8 +48,13 @@ pub use run::{BRANCH_CHUNK, BackendFactory, CHUNK, Progress, RunOptions, Shard, 
 pub use sampling::{MAX_SOBOL_DIMENSIONS, Sampler};
 pub use scene_file::{parse_scene, read_scene, scene_notes};
 pub use scene_text::write_scene;
+pub use shape_file::{ShapeRows, read_shapes};
+pub use sink::{PlainColumn, PlainValues, write_plain};
 pub use spec::{
     AxisSpec, BranchChoice, Format, MAX_ROWS, MAX_SAMPLES, Method, OutputQuantity, RESOLVED_TABLE, SweepSpec,
 };
 pub use table_file::InputTable;
+pub use trajectory_file::{
+    REDUNDANCIES, Trajectory, TrajectoryInput, TrajectoryPoint, parse_coordinates, read_trajectory,
+};
 pub use units::{Dimension, QuantityError, parse_quantity};

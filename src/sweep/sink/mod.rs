@@ -6,6 +6,7 @@
 mod csv;
 mod npz;
 mod parquet;
+mod plain;
 
 use super::columns::{BRANCH_COLUMN, Table};
 use super::error::SweepError;
@@ -18,6 +19,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use xxhash_rust::xxh3::xxh3_64;
 
 pub(super) use parquet::read_numbers;
+pub use plain::{PlainColumn, PlainValues, write_plain};
 
 /// What a part says about itself.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -1,0 +1,220 @@
+//! `rodsweep control`: the currents that drive the tip along a trajectory, or to many targets at once.
+
+use super::args::{BackendName, ControlArguments, EngineArguments, RedundancyName};
+use super::control_output::{Outputs, draw, print_summary, value};
+use super::engine::{Engine, F32_TOLERANCE, cpu_f64};
+use super::{CommandError, Exit, print, say, simulate};
+use rodsweep::backend::{Backend, BackendError, BackendKind, Precision};
+use rodsweep::lanes::{InstructionSet, Lanes};
+use rodsweep::model::{Parameter, Plan, Scene, SegmentParameter, Stepper};
+use rodsweep::study::{Control, ControlInput, ControlOptions, Controlled, Outcome, Redundancy, Target, TargetOptions};
+use rodsweep::sweep::{
+    Dimension, Trajectory, TrajectoryPoint, parse_coordinates, parse_quantity, read_scene, read_trajectory, scene_notes,
+};
+
+/// Currents may have either sign up to this, unless something is said about them [A].
+const CURRENT_LIMIT: f64 = 0.3;
+
+/// What was asked for, and what came out.
+pub struct Driven {
+    pub scene: Scene,
+    pub trajectory: Trajectory,
+    pub inputs: Vec<ControlInput>,
+    pub options: ControlOptions,
+    pub points: Vec<Controlled>,
+    /// Of the engine, for a person.
+    pub engine: String,
+    /// All targets at once.
+    pub batch: bool,
+}
+
+pub fn control(arguments: &ControlArguments) -> Result<Exit, CommandError> {
+    let scene = read_scene(&arguments.scene)?;
+    let file = arguments.trajectory.as_ref().or(arguments.targets.as_ref());
+    let file = file.ok_or_else(|| CommandError::Usage("give a trajectory or `--targets FILE`".into()))?;
+    let trajectory = read_trajectory(file, &scene)?;
+    let inputs = inputs(arguments, &scene, &trajectory)?;
+    let options = options(arguments, &trajectory)?;
+    let outputs = Outputs::new(arguments, &trajectory.name)?;
+    for note in scene_notes(&scene) {
+        say(&format!("note: {note}"));
+    }
+    let targets: Vec<Target> = trajectory.points.iter().map(target).collect();
+    let batch = arguments.targets.is_some();
+    let (points, engine, options) = match batch {
+        true => reach(&scene, &inputs, options, &targets, &arguments.engine)?,
+        false => follow(&scene, &inputs, options, &targets, &arguments.engine)?,
+    };
+    let driven = Driven { scene, trajectory, inputs, options, points, engine, batch };
+    outputs.write(&driven)?;
+    print_summary(&driven);
+    say(&format!("results: {}", outputs.table.display()));
+    if !arguments.no_figures {
+        for path in draw(&driven, &outputs.dir)? {
+            say(&format!("figure: {}", path.display()));
+        }
+    }
+    let mut answer = value(&driven);
+    if arguments.simulate {
+        answer["simulation"] = simulate::simulate(&driven, arguments, &outputs.dir)?;
+    }
+    if arguments.json {
+        print(&(serde_json::to_string_pretty(&answer).unwrap_or_default() + "\n"))?;
+    }
+    let failed = driven.points.iter().filter(|point| point.outcome != Outcome::Reached).count() as u64;
+    Ok(match arguments.max_failures {
+        Some(most) if failed > most => {
+            say(&format!("error: {failed} targets are not reached; --max-failures allows {most}"));
+            Exit::TooManyFailures
+        }
+        _ => Exit::Done,
+    })
+}
+
+fn target(point: &TrajectoryPoint) -> Target {
+    Target { position: point.position, tangent: point.tangent }
+}
+
+type Answer = (Vec<Controlled>, String, ControlOptions);
+
+/// One point after another: `auto` is the CPU in f64.
+fn follow(
+    scene: &Scene,
+    inputs: &[ControlInput],
+    options: ControlOptions,
+    targets: &[Target],
+    arguments: &EngineArguments,
+) -> Result<Answer, CommandError> {
+    let backend = if arguments.backend == BackendName::Auto { BackendName::Cpu } else { arguments.backend };
+    let engine = Engine::choose(&EngineArguments { backend, ..*arguments }, options.tolerance)?;
+    // One sample at a time leaves all but one lane of a register idle, and narrow instructions are quicker then.
+    let mut make = |plan: &Plan| -> Result<Box<dyn Backend>, BackendError> {
+        match engine.kind {
+            BackendKind::Cpu => {
+                Ok(Box::new(Lanes::with_instruction_set(plan, engine.precision, InstructionSet::Scalar)?))
+            }
+            _ => engine.make(plan),
+        }
+    };
+    let mut control = Control::new(scene, inputs, options, engine.steppers()[0], &mut make)?;
+    let points = control.follow(targets)?;
+    Ok((points, control.engine(), *control.options()))
+}
+
+/// All at once; what f32 cannot reach is finished in f64.
+fn reach(
+    scene: &Scene,
+    inputs: &[ControlInput],
+    options: ControlOptions,
+    targets: &[Target],
+    arguments: &EngineArguments,
+) -> Result<Answer, CommandError> {
+    // f32 on a GPU, finished in f64.
+    let engine = Engine::choose(arguments, F32_TOLERANCE)?;
+    let mut control = Control::new(scene, inputs, options, engine.steppers()[0], &mut |plan| engine.make(plan))?;
+    let mut last = 0;
+    let mut points = control.reach(targets, &TargetOptions::default(), &mut |done| {
+        if done >= last + targets.len().div_ceil(10) {
+            say(&format!("{done} of {} targets ended", targets.len()));
+            last = done;
+        }
+    })?;
+    let mut words = control.engine();
+    if control.options().tolerance > options.tolerance && engine.precision == Precision::F32 {
+        let mut fine = Control::new(scene, inputs, options, Stepper::Dop853, &mut |plan| cpu_f64(plan))?;
+        fine.finish(&mut points)?;
+        words += &format!(", finished on {}", fine.engine());
+    }
+    Ok((points, words, options))
+}
+
+/// Inputs and limits: those of the command line, else of the file, else every current.
+fn inputs(
+    arguments: &ControlArguments,
+    scene: &Scene,
+    trajectory: &Trajectory,
+) -> Result<Vec<ControlInput>, CommandError> {
+    if !arguments.input.is_empty() {
+        let mut inputs: Vec<ControlInput> = Vec::new();
+        for text in &arguments.input {
+            for input in parse_input(scene, text)? {
+                if inputs.iter().any(|other| other.parameter == input.parameter) {
+                    let name = input.parameter.name(scene);
+                    return Err(CommandError::Usage(format!("`--input {text}`: {name} is an input already")));
+                }
+                inputs.push(input);
+            }
+        }
+        return Ok(inputs);
+    }
+    if !trajectory.inputs.is_empty() {
+        let of_file = trajectory.inputs.iter();
+        return Ok(of_file.map(|i| ControlInput { parameter: i.parameter, low: i.low, high: i.high }).collect());
+    }
+    let is_current = |p: &Parameter| matches!(p, Parameter::Segment(_, SegmentParameter::Current(_)));
+    let currents: Vec<Parameter> = Parameter::all(scene).into_iter().filter(is_current).collect();
+    if currents.is_empty() {
+        let text = "the scene has no coil: name what is commanded with `--input NAME=LOW..HIGH`";
+        return Err(CommandError::Usage(text.into()));
+    }
+    say(&format!("note: every current is commanded, within ±{CURRENT_LIMIT} A; `--input` says otherwise"));
+    let input = |parameter| ControlInput { parameter, low: -CURRENT_LIMIT, high: CURRENT_LIMIT };
+    Ok(currents.into_iter().map(input).collect())
+}
+
+/// `coil.current=0.3`, `insertion=85 mm..100 mm`.
+fn parse_input(scene: &Scene, text: &str) -> Result<Vec<ControlInput>, CommandError> {
+    let wrong = |why: String| CommandError::Usage(format!("`--input {text}`: {why}"));
+    let (name, limits) = text.split_once('=').ok_or_else(|| {
+        wrong("write NAME=LIMIT or NAME=LOW..HIGH, such as coil.current=0.3 or \"insertion=85 mm..100 mm\"".into())
+    })?;
+    let parameters = Parameter::parse(scene, name.trim()).map_err(|error| wrong(error.to_string()))?;
+    let input = |parameter: Parameter| {
+        let quantity = |text: &str| {
+            parse_quantity(text.trim(), Dimension::of(parameter.unit())).map_err(|error| wrong(error.to_string()))
+        };
+        let (low, high) = match limits.split_once("..") {
+            Some((low, high)) => (quantity(low)?, quantity(high)?),
+            None => (-quantity(limits)?, quantity(limits)?),
+        };
+        match low < high {
+            true => Ok(ControlInput { parameter, low, high }),
+            false => Err(wrong("the lower limit must be below the upper".into())),
+        }
+    };
+    parameters.into_iter().map(input).collect()
+}
+
+fn options(arguments: &ControlArguments, trajectory: &Trajectory) -> Result<ControlOptions, CommandError> {
+    let default = ControlOptions::default();
+    let mut options = ControlOptions {
+        coordinates: trajectory.coordinates,
+        tolerance: trajectory.tolerance.unwrap_or(default.tolerance),
+        most_iterations: trajectory.iterations.unwrap_or(default.most_iterations),
+        tangent_weight: trajectory.tangent_weight.unwrap_or(default.tangent_weight),
+        redundancy: match trajectory.redundancy {
+            Some("least-current") => Redundancy::LeastCurrent,
+            _ => Redundancy::LeastChange,
+        },
+    };
+    if let Some(names) = &arguments.coordinates {
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let parsed = parse_coordinates(&names);
+        options.coordinates = parsed.map_err(|error| CommandError::Usage(format!("`--coordinates`: {error}")))?;
+    }
+    if let Some(text) = &arguments.tolerance {
+        let wrong = |why: String| CommandError::Usage(format!("`--tolerance {text}`: {why}"));
+        let length = parse_quantity(text, Dimension::of("m")).map_err(|error| wrong(error.to_string()))?;
+        if length <= 0.0 {
+            return Err(wrong("give a positive length, such as \"0.1 um\"".into()));
+        }
+        options.tolerance = length;
+    }
+    if let Some(name) = arguments.redundancy {
+        options.redundancy = match name {
+            RedundancyName::LeastChange => Redundancy::LeastChange,
+            RedundancyName::LeastCurrent => Redundancy::LeastCurrent,
+        };
+    }
+    Ok(options)
+}

@@ -1,0 +1,116 @@
+//! Where the tip should go and where it goes, in three projections and in space; rods along the way.
+
+use super::canvas::{Canvas, Dot, Point, Shape, Stroke, TITLE, Text};
+use super::colour::{Colour, ColourMap};
+use super::legend::{self, Entry};
+use super::views::{FourViews, Vector, bounds};
+use super::{Figure, ReportError, TWO_COLUMNS};
+
+const FIGURE: &str = "the tip's path";
+const TOP: f64 = 30.0;
+const MARGIN: f64 = 14.0;
+const DESIRED: Colour = Colour::ORANGE;
+const ACHIEVED: Colour = Colour::BLUE;
+const FLAGGED: Colour = Colour::VERMILION;
+
+/// A tip's path.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TipPath {
+    pub title: String,
+    /// In order [m]; what is not finite interrupts the line.
+    pub desired: Vec<Vector>,
+    pub achieved: Vec<Vector>,
+    /// Desired places that are not reached [m].
+    pub flagged: Vec<Vector>,
+    /// Centrelines along the way [m], coloured from first to last.
+    pub rods: Vec<Vec<Vector>>,
+    /// What the two are called in the legend.
+    pub names: [&'static str; 2],
+    /// Whether the points follow one another: lines, else dots.
+    pub order: bool,
+}
+
+impl Figure for TipPath {
+    fn draw(&self) -> Result<Canvas, ReportError> {
+        let all = self.desired.iter().chain(&self.achieved).chain(self.rods.iter().flatten()).copied();
+        let finite: Vec<Vector> = all.filter(|point| point.iter().all(|x| x.is_finite())).collect();
+        if finite.is_empty() {
+            return Err(ReportError::Empty { figure: FIGURE, reason: "no point is finite".into() });
+        }
+        let views = FourViews::new(bounds(finite), TWO_COLUMNS, TOP, MARGIN);
+        let entries = self.entries();
+        let (left, width) = (views.views[0].rect.left, TWO_COLUMNS - views.views[0].rect.left - MARGIN);
+        let legend_top = views.bottom + 4.0;
+        let height = legend_top + legend::flow(None, &entries, [0.0; 2], width) + 5.0;
+        let mut canvas = Canvas::new(TWO_COLUMNS, height);
+        canvas.text(Text::new(&self.title, [left, 9.0], TITLE).bold());
+        views.draw_axes(&mut canvas);
+        for view in &views.views {
+            for (k, rod) in self.rods.iter().enumerate() {
+                let line: Vec<Point> = rod.iter().map(|point| view.place(*point)).collect();
+                canvas.line(line, Stroke::new(self.rod_colour(k), 1.1));
+            }
+            if !self.order {
+                let radius = if self.achieved.len() > 500 { 0.5 } else { 1.2 };
+                let dots = |points: &[Vector], colour| -> Vec<Dot> {
+                    let finite = points.iter().filter(|point| point.iter().all(|x| x.is_finite()));
+                    finite.map(|point| Dot { at: view.place(*point), colour }).collect()
+                };
+                for (points, colour, radius) in
+                    [(&self.desired, DESIRED, 2.0 * radius), (&self.achieved, ACHIEVED, radius)]
+                {
+                    canvas.shapes.push(Shape::Dots { clip: view.rect, radius, rim: 0.0, dots: dots(points, colour) });
+                }
+            }
+            let thin = if self.achieved.len() > 1000 { 0.35 } else { 0.9 };
+            for (points, colour, width) in [(&self.desired, DESIRED, 2.6), (&self.achieved, ACHIEVED, thin)] {
+                for stretch in
+                    points.split(|point| !point.iter().all(|x| x.is_finite())).filter(|s| s.len() > 1 && self.order)
+                {
+                    let line: Vec<Point> = stretch.iter().map(|point| view.place(*point)).collect();
+                    canvas.line(line, Stroke::new(colour, width));
+                }
+            }
+            let radius = if self.flagged.len() > 100 { 0.8 } else { 1.6 };
+            for point in self.flagged.iter().filter(|point| point.iter().all(|x| x.is_finite())) {
+                canvas.circle(view.place(*point), radius, None, Some(Stroke::new(FLAGGED, 0.4 * radius)));
+            }
+        }
+        legend::flow(Some(&mut canvas), &entries, [left, legend_top], width);
+        Ok(canvas)
+    }
+}
+
+impl TipPath {
+    fn rod_colour(&self, k: usize) -> Colour {
+        ColourMap::Sequential.at(0.08 + 0.84 * k as f64 / (self.rods.len().max(2) - 1) as f64)
+    }
+
+    fn entries(&self) -> Vec<Entry> {
+        let line = |words: &str, stroke: Stroke| {
+            Entry::new(words, move |canvas, rect| {
+                let y = rect.centre()[1];
+                canvas.line([[rect.left, y], [rect.right(), y]], stroke);
+            })
+        };
+        let dot = |words: &str, colour: Colour, radius: f64| {
+            Entry::new(words, move |canvas, rect| canvas.circle(rect.centre(), radius, Some(colour), None))
+        };
+        let mut entries = if self.order {
+            vec![line(self.names[0], Stroke::new(DESIRED, 2.6)), line(self.names[1], Stroke::new(ACHIEVED, 0.9))]
+        } else {
+            vec![dot(self.names[0], DESIRED, 2.4), dot(self.names[1], ACHIEVED, 1.2)]
+        };
+        if !self.flagged.is_empty() {
+            let words = format!("not reached ({} of {})", self.flagged.len(), self.desired.len());
+            entries.push(Entry::new(words, |canvas, rect| {
+                canvas.circle(rect.centre(), 1.6, None, Some(Stroke::new(FLAGGED, 0.7)));
+            }));
+        }
+        if let Some(last) = self.rods.len().checked_sub(1) {
+            entries.push(line("rod, first", Stroke::new(self.rod_colour(0), 1.1)));
+            entries.push(line("rod, last", Stroke::new(self.rod_colour(last), 1.1)));
+        }
+        entries
+    }
+}

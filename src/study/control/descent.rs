@@ -1,0 +1,337 @@
+//! One target: damped least squares on the analytic Jacobian, i += Jᵀ (J Jᵀ + μ I)⁻¹ (x_d − x(i)), within limits.
+//!
+//! A state machine, so that one loop serves a trajectory and a hundred thousand targets: `propose` says where to solve
+//! next, `judge` takes what came back. Inputs are scaled by half their range; the damping follows the gain.
+
+use super::{MOST_INPUTS, Outcome, Redundancy, Target, Task};
+use crate::model::{Quantity, Solutions, Vector};
+
+/// Rows of a residual: position, tangent.
+const ROWS: usize = 6;
+/// Damping over the mean eigenvalue of J Jᵀ: first, least, and where a search ends in vain. As long as much is missing
+/// (over the tip's travel), the least keeps the direction in which a rod of constant length cannot move from being
+/// taken for one in which it can.
+const FIRST_DAMPING: f64 = 1e-4;
+const LEAST_DAMPING: f64 = 1e-6;
+const MUCH: f64 = 0.01;
+const MOST_DAMPING: f64 = 1e8;
+/// Longest step of one input, over half its range.
+const LONGEST: f64 = 0.3;
+/// A search that leaves more than this share of what was missing so many iterations ago has come as near as it can.
+const HARDLY: f64 = 0.9999;
+const PATIENCE: usize = 8;
+/// No input changes by less (over half its range) without the search being at its end.
+const SHORTEST: f64 = 1e-11;
+/// A point is stationary where no input that is free to move has more than this share of the gradient's bound.
+const STATIONARY: f64 = 1e-6;
+/// Largest distance of the new base moment from its prediction: over the predicted change, and in the rod's unit.
+const ASTRAY: f64 = 0.5;
+const CLOSE: f64 = 1e-3;
+/// Share of the way to the smallest currents that a step goes along directions in which the tip stays.
+const RELAXATION: f64 = 0.5;
+/// Square of the longest such step over the length of the other.
+const SECOND_ORDER: f64 = 0.02;
+
+pub(super) type Inputs = [f64; MOST_INPUTS];
+
+/// An equilibrium and what the inputs do to it. Inputs are scaled.
+#[derive(Clone, Debug)]
+pub(super) struct State {
+    pub z: Inputs,
+    pub m0: Vector,
+    pub tip: Vector,
+    pub tangent: Vector,
+    pub margin: f64,
+    pub error_estimate: f64,
+    /// By the scaled inputs: tip position, tangent, base moment.
+    rates: [[f64; 9]; MOST_INPUTS],
+}
+
+impl State {
+    /// Row `at` of a solution.
+    pub fn new(task: &Task, z: Inputs, solutions: &Solutions, at: usize) -> State {
+        let tangent = solutions.vector(at, Quantity::TipTangent);
+        let mut rates = [[0.0; 9]; MOST_INPUTS];
+        for (k, rates) in rates.iter_mut().enumerate().take(task.inputs.len()) {
+            let row = |row: usize| solutions.derivative(at, k, row) * task.scale(k);
+            let w = [row(3), row(4), row(5)];
+            let turn: Vector =
+                std::array::from_fn(|a| w[(a + 1) % 3] * tangent[(a + 2) % 3] - w[(a + 2) % 3] * tangent[(a + 1) % 3]);
+            *rates = [row(0), row(1), row(2), turn[0], turn[1], turn[2], row(6), row(7), row(8)];
+        }
+        State {
+            z,
+            m0: solutions.vector(at, Quantity::BaseMoment),
+            tip: solutions.vector(at, Quantity::TipPosition),
+            tangent,
+            margin: solutions.get(at, Quantity::StabilityMargin),
+            error_estimate: solutions.get(at, Quantity::ErrorEstimate),
+            rates,
+        }
+    }
+
+    /// What is missing to a target: controlled coordinates [m], tangent times its weight [m].
+    pub fn missing(&self, task: &Task, target: &Target) -> [f64; ROWS] {
+        let mut e = [0.0; ROWS];
+        for a in 0..3 {
+            if task.options.coordinates[a] {
+                e[a] = target.position[a] - self.tip[a];
+            }
+            if let Some(tangent) = target.tangent {
+                e[3 + a] = task.options.tangent_weight * (tangent[a] - self.tangent[a]);
+            }
+        }
+        e
+    }
+
+    /// Derivatives of the controlled numbers by the scaled inputs.
+    fn jacobian(&self, task: &Task, target: &Target) -> [[f64; ROWS]; MOST_INPUTS] {
+        let mut columns = [[0.0; ROWS]; MOST_INPUTS];
+        for (column, rates) in columns.iter_mut().zip(&self.rates) {
+            for a in 0..3 {
+                column[a] = if task.options.coordinates[a] { rates[a] } else { 0.0 };
+                let weight = if target.tangent.is_some() { task.options.tangent_weight } else { 0.0 };
+                column[3 + a] = weight * rates[3 + a];
+            }
+        }
+        columns
+    }
+}
+
+/// The way to one target.
+#[derive(Clone, Debug)]
+pub(super) struct Descent {
+    pub at: State,
+    pub target: Target,
+    /// Equilibria computed.
+    pub iterations: usize,
+    pub outcome: Option<Outcome>,
+    damping: f64,
+    trial: Inputs,
+    trial_m0: Vector,
+    /// |e|² that the step should leave.
+    promised: f64,
+    /// What was missing at the last check of the progress, and the next check.
+    checked: f64,
+    next_check: usize,
+}
+
+impl Descent {
+    pub fn new(task: &Task, at: State, target: Target) -> Descent {
+        let (trial, trial_m0) = (at.z, at.m0);
+        let mut descent = Descent {
+            at,
+            target,
+            iterations: 0,
+            outcome: None,
+            damping: FIRST_DAMPING,
+            trial,
+            trial_m0,
+            promised: 0.0,
+            checked: f64::INFINITY,
+            next_check: PATIENCE,
+        };
+        descent.settle(task);
+        descent
+    }
+
+    fn settle(&mut self, task: &Task) {
+        if norm2(&self.at.missing(task, &self.target)).sqrt() <= task.options.tolerance {
+            self.outcome = Some(Outcome::Reached);
+        }
+    }
+
+    /// The scaled inputs to solve for and the base moment to start from; `None` once the search has ended.
+    pub fn propose(&mut self, task: &Task) -> Option<(Inputs, Vector)> {
+        if self.outcome.is_none() && self.iterations >= task.options.most_iterations {
+            self.outcome = Some(Outcome::IterationLimit);
+        }
+        if self.outcome.is_some() {
+            return None;
+        }
+        let e = self.at.missing(task, &self.target);
+        let columns = self.at.jacobian(task, &self.target);
+        if let Some(outcome) = self.stationary(task, &columns, &e).or_else(|| self.hardly_moves(task, &e)) {
+            self.outcome = Some(outcome);
+            return None;
+        }
+        let count = task.inputs.len();
+        let travel = columns[..count].iter().map(norm2).sum::<f64>().sqrt();
+        let share = (norm2(&e).sqrt() / (MUCH * travel + f64::MIN_POSITIVE)).min(1.0);
+        self.damping = self.damping.max(LEAST_DAMPING * share);
+        let step = self.step(task, &columns, &e);
+        if step[..count].iter().all(|dz| dz.abs() < SHORTEST) {
+            self.outcome = Some(Outcome::Stuck);
+            return None;
+        }
+        let mut left = e;
+        self.trial_m0 = self.at.m0;
+        for k in 0..count {
+            self.trial[k] = (self.at.z[k] + step[k]).clamp(task.low(k), task.high(k));
+            let dz = self.trial[k] - self.at.z[k];
+            (0..ROWS).for_each(|row| left[row] -= columns[k][row] * dz);
+            (0..3).for_each(|a| self.trial_m0[a] += self.at.rates[k][6 + a] * dz);
+        }
+        self.promised = norm2(&left);
+        Some((self.trial, self.trial_m0))
+    }
+
+    /// Takes the equilibrium at what was proposed; goes there if it is stable, where it should be, and nearer.
+    pub fn judge(&mut self, task: &Task, solutions: &Solutions, row: usize) {
+        self.iterations += 1;
+        let before = norm2(&self.at.missing(task, &self.target));
+        if solutions.status(row).is_success() {
+            let m0 = solutions.vector(row, Quantity::BaseMoment);
+            let distance = |a: Vector, b: Vector| norm2(&[a[0] - b[0], a[1] - b[1], a[2] - b[2]]).sqrt();
+            let unit = task.unit;
+            let near = distance(m0, self.trial_m0) <= ASTRAY * distance(self.trial_m0, self.at.m0) + CLOSE * unit;
+            let state = State::new(task, self.trial, solutions, row);
+            let after = norm2(&state.missing(task, &self.target));
+            let gain = (before - after) / (before - self.promised);
+            let arrived = after.sqrt() <= task.options.tolerance;
+            if near && (arrived || (gain > 1e-3 && after < before)) {
+                self.at = state;
+                self.damping *= if gain > 0.75 { 0.05 } else { 1.0 };
+                self.settle(task);
+                return;
+            }
+        }
+        self.damping = self.damping.max(FIRST_DAMPING) * 8.0;
+        if self.damping > MOST_DAMPING {
+            self.outcome = Some(Outcome::Stuck);
+        }
+    }
+
+    /// Whether no permitted change of the inputs brings the tip nearer, to first order (Karush, Kuhn and Tucker).
+    fn stationary(&self, task: &Task, columns: &[[f64; ROWS]; MOST_INPUTS], e: &[f64; ROWS]) -> Option<Outcome> {
+        let count = task.inputs.len();
+        let size = columns[..count].iter().map(norm2).sum::<f64>().sqrt() * norm2(e).sqrt();
+        let mut held = false;
+        for (k, column) in columns.iter().enumerate().take(count) {
+            let slope = dot(column, e);
+            let at_low = self.at.z[k] <= task.low(k) && slope < 0.0;
+            let at_high = self.at.z[k] >= task.high(k) && slope > 0.0;
+            if slope.abs() > STATIONARY * size {
+                if !(at_low || at_high) {
+                    return None;
+                }
+                held = true;
+            }
+        }
+        Some(if held { Outcome::AtLimit } else { Outcome::Unreachable })
+    }
+
+    /// Whether the last iterations brought next to nothing: where J is singular, the way to the nearest point is endless.
+    fn hardly_moves(&mut self, task: &Task, e: &[f64; ROWS]) -> Option<Outcome> {
+        if self.iterations < self.next_check {
+            return None;
+        }
+        let missing = norm2(e).sqrt();
+        let hardly = missing > HARDLY * self.checked;
+        (self.checked, self.next_check) = (missing, self.iterations + PATIENCE);
+        let held = (0..task.inputs.len()).any(|k| self.at.z[k] <= task.low(k) || self.at.z[k] >= task.high(k));
+        hardly.then_some(if held { Outcome::AtLimit } else { Outcome::Unreachable })
+    }
+
+    /// Bounded least squares: inputs that the damped step takes past a limit are put on it, the others solved again.
+    fn step(&self, task: &Task, columns: &[[f64; ROWS]; MOST_INPUTS], e: &[f64; ROWS]) -> Inputs {
+        let count = task.inputs.len();
+        let mut free = [true; MOST_INPUTS];
+        let mut step = [0.0; MOST_INPUTS];
+        for _ in 0..=count {
+            let mut left = *e;
+            for k in (0..count).filter(|k| !free[*k]) {
+                (0..ROWS).for_each(|row| left[row] -= columns[k][row] * step[k]);
+            }
+            self.free_step(task, columns, &left, &free, &mut step);
+            let past = |k: &usize| {
+                let z = self.at.z[*k] + step[*k];
+                (task.low(*k) - z).max(z - task.high(*k))
+            };
+            let worst = (0..count).filter(|k| free[*k]).max_by(|a, b| past(a).total_cmp(&past(b)));
+            match worst.filter(|k| past(k) > 0.0) {
+                None => break,
+                Some(k) => {
+                    let z = (self.at.z[k] + step[k]).clamp(task.low(k), task.high(k));
+                    (free[k], step[k]) = (false, z - self.at.z[k]);
+                }
+            }
+        }
+        let longest = step[..count].iter().fold(0.0f64, |longest, dz| longest.max(dz.abs()));
+        if longest > LONGEST { step.map(|dz| dz * LONGEST / longest) } else { step }
+    }
+
+    /// (34), (35): the damped step of the inputs that are free.
+    fn free_step(
+        &self,
+        task: &Task,
+        columns: &[[f64; ROWS]; MOST_INPUTS],
+        e: &[f64; ROWS],
+        free: &[bool; MOST_INPUTS],
+        step: &mut Inputs,
+    ) {
+        let free = || (0..task.inputs.len()).filter(|k| free[*k]);
+        let mut square = [[0.0; ROWS]; ROWS];
+        for k in free() {
+            for (row, to) in square.iter_mut().enumerate() {
+                (0..ROWS).for_each(|other| to[other] += columns[k][row] * columns[k][other]);
+            }
+        }
+        let mean = (0..ROWS).map(|row| square[row][row]).sum::<f64>() / ROWS as f64;
+        let solve = |damping: f64, of: &[f64; ROWS]| {
+            let mut damped = square;
+            (0..ROWS).for_each(|row| damped[row][row] += damping * mean + f64::MIN_POSITIVE);
+            solve_symmetric(damped, *of)
+        };
+        let y = solve(self.damping, e);
+        free().for_each(|k| step[k] = dot(&columns[k], &y));
+        if task.options.redundancy == Redundancy::LeastCurrent {
+            // Towards zero, as far as the tip does not notice; once more, for what the damping lets through.
+            let mut relaxed = [0.0; MOST_INPUTS];
+            free().filter(|k| task.is_current(*k)).for_each(|k| relaxed[k] = -RELAXATION * self.at.z[k]);
+            for _ in 0..2 {
+                let mut moved = [0.0; ROWS];
+                free().for_each(|k| (0..ROWS).for_each(|row| moved[row] += columns[k][row] * relaxed[k]));
+                let y = solve(LEAST_DAMPING, &moved);
+                free().for_each(|k| relaxed[k] -= dot(&columns[k], &y));
+            }
+            // What a long step of this kind does to the tip in second order must not undo what the other achieves.
+            let largest = |of: &dyn Fn(usize) -> f64| free().map(|k| of(k).abs()).fold(f64::MIN_POSITIVE, f64::max);
+            let caution = (FIRST_DAMPING / self.damping).min(1.0);
+            let bound = caution * (SECOND_ORDER * largest(&|k| step[k])).sqrt();
+            let share = (bound / largest(&|k| relaxed[k])).min(1.0);
+            free().for_each(|k| step[k] += share * relaxed[k]);
+        }
+    }
+}
+
+pub(super) fn norm2(v: &(impl AsRef<[f64]> + ?Sized)) -> f64 {
+    v.as_ref().iter().map(|x| x * x).sum()
+}
+
+fn dot(a: &[f64; ROWS], b: &[f64; ROWS]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// Cholesky's method for a positive definite matrix.
+fn solve_symmetric(mut a: [[f64; ROWS]; ROWS], mut b: [f64; ROWS]) -> [f64; ROWS] {
+    for j in 0..ROWS {
+        for k in 0..j {
+            for i in j..ROWS {
+                a[i][j] -= a[i][k] * a[j][k];
+            }
+        }
+        let pivot = a[j][j].max(f64::MIN_POSITIVE).sqrt();
+        (j..ROWS).for_each(|i| a[i][j] /= pivot);
+        a[j][j] = pivot;
+    }
+    for i in 0..ROWS {
+        (0..i).for_each(|k| b[i] -= a[i][k] * b[k]);
+        b[i] /= a[i][i];
+    }
+    for i in (0..ROWS).rev() {
+        (i + 1..ROWS).for_each(|k| b[i] -= a[k][i] * b[k]);
+        b[i] /= a[i][i];
+    }
+    b
+}

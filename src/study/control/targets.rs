@@ -1,0 +1,156 @@
+//! Many targets at once: each starts from near tips of a coarse table, all are solved together, those that have ended
+//! stay as they are.
+
+use super::descent::{Descent, State, norm2};
+use super::{Control, ControlError, Controlled, Outcome, Target, Task};
+use rayon::prelude::*;
+use std::time::Instant;
+
+/// Starts of one target differ by more than this in some input, over half its range.
+const APART: f64 = 0.25;
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TargetOptions {
+    /// Inputs whose tips are tabled.
+    pub table: usize,
+    /// Starts that are tried for one target.
+    pub attempts: usize,
+}
+
+impl Default for TargetOptions {
+    fn default() -> Self {
+        Self { table: 2048, attempts: 3 }
+    }
+}
+
+impl Control {
+    /// Inputs for each of many targets, whatever their order. `progress` hears how many have ended.
+    pub fn reach(
+        &mut self,
+        targets: &[Target],
+        options: &TargetOptions,
+        progress: &mut dyn FnMut(usize),
+    ) -> Result<Vec<Controlled>, ControlError> {
+        let begun = Instant::now();
+        let table = self.table(options.table)?;
+        let task = self.task.clone();
+        let task = &task;
+        let start = |target: &Target, attempt: usize| {
+            let state = table[*nearest(task, &table, target, attempt + 1).get(attempt)?].clone();
+            Some(Descent::new(task, state, *target))
+        };
+        let mut best: Vec<Descent> = targets.par_iter().filter_map(|target| start(target, 0)).collect();
+        self.descend_all(&mut best, progress)?;
+        let mut results = self.results(&best)?;
+        for attempt in 1..options.attempts {
+            let wanting = |i: &usize| results[*i].outcome != Outcome::Reached || !results[*i].from_rest;
+            let left: Vec<usize> = (0..targets.len()).filter(wanting).collect();
+            let again = left.par_iter().filter_map(|i| Some((*i, start(&targets[*i], attempt)?)));
+            let (left, mut others): (Vec<usize>, Vec<Descent>) = again.unzip();
+            if left.is_empty() {
+                break;
+            }
+            self.descend_all(&mut others, &mut |_| {})?;
+            for (i, other) in left.into_iter().zip(self.results(&others)?) {
+                let iterations = results[i].iterations + other.iterations;
+                // The equilibrium from rest is the one that a catheter takes when it is switched on.
+                let rank = |result: &Controlled| (result.outcome != Outcome::Reached, !result.from_rest);
+                let nearer = rank(&other).0 && other.residual < results[i].residual;
+                if rank(&other) < rank(&results[i]) || rank(&other) == rank(&results[i]) && nearer {
+                    results[i] = other;
+                }
+                results[i].iterations = iterations;
+            }
+        }
+        let seconds = begun.elapsed().as_secs_f64() / targets.len().max(1) as f64;
+        results.iter_mut().for_each(|result| result.seconds = seconds);
+        Ok(results)
+    }
+
+    /// Goes on from results of another engine (f32) in this one's arithmetic.
+    pub fn finish(&mut self, results: &mut [Controlled]) -> Result<(), ControlError> {
+        let begun = Instant::now();
+        let task = self.task.clone();
+        let task = &task;
+        let rows: Vec<_> = results
+            .iter()
+            .map(|result| {
+                let mut z = [0.0; super::MOST_INPUTS];
+                (0..result.inputs.len()).for_each(|k| z[k] = result.inputs[k] / self.task.scale(k));
+                (z, result.base_moment)
+            })
+            .collect();
+        let solutions = self.continued(&rows)?;
+        // Where this engine finds no stable equilibrium, what the other one found is not to be trusted.
+        let found: Vec<usize> = (0..rows.len()).filter(|row| solutions.status(*row).is_success()).collect();
+        let start =
+            |row: &usize| Descent::new(task, State::new(task, rows[*row].0, &solutions, *row), results[*row].target);
+        let mut descents: Vec<Descent> = found.par_iter().map(start).collect();
+        self.descend_all(&mut descents, &mut |_| {})?;
+        let finished = self.results(&descents)?;
+        for (row, result) in results.iter_mut().enumerate() {
+            if found.binary_search(&row).is_err() {
+                result.outcome = Outcome::Stuck;
+            }
+        }
+        let seconds = begun.elapsed().as_secs_f64() / results.len().max(1) as f64;
+        for (row, better) in found.into_iter().zip(finished) {
+            let before = &results[row];
+            let (iterations, seconds) = (before.iterations + 1 + better.iterations, before.seconds + seconds);
+            results[row] = Controlled { iterations, seconds, ..better };
+        }
+        Ok(())
+    }
+
+    /// Stable equilibria from rest, evenly over the permitted inputs.
+    fn table(&mut self, count: usize) -> Result<Vec<State>, ControlError> {
+        let mut rows = vec![self.task.home];
+        rows.extend((0..count).map(|k| self.task.lattice(k)));
+        let solutions = self.solve_from_rest(&rows)?;
+        let state = |(row, z)| State::new(&self.task, z, &solutions, row);
+        let stable = |(row, _): &(usize, _)| solutions.status(*row).is_success();
+        let table: Vec<State> = rows.into_iter().enumerate().filter(stable).map(state).collect();
+        if table.is_empty() { Err(ControlError::NoTable(count + 1)) } else { Ok(table) }
+    }
+
+    /// Until every search has ended.
+    fn descend_all(&mut self, descents: &mut [Descent], progress: &mut dyn FnMut(usize)) -> Result<(), ControlError> {
+        loop {
+            let task = self.task.clone();
+            let task = &task;
+            let proposals: Vec<_> = descents.par_iter_mut().map(|descent| descent.propose(task)).collect();
+            let rows: Vec<_> = proposals.iter().flatten().copied().collect();
+            progress(descents.len() - rows.len());
+            if rows.is_empty() {
+                return Ok(());
+            }
+            let solutions = self.continued(&rows)?;
+            let mut row = 0;
+            let rows: Vec<Option<usize>> =
+                proposals.iter().map(|proposal| proposal.map(|_| (row, row += 1).0)).collect();
+            descents.par_iter_mut().zip(rows).for_each(|(descent, row)| {
+                if let Some(row) = row {
+                    descent.judge(task, &solutions, row);
+                }
+            });
+        }
+    }
+}
+
+/// The nearest tips of a table, with inputs that differ.
+fn nearest(task: &Task, table: &[State], target: &Target, count: usize) -> Vec<usize> {
+    let distances: Vec<f64> = table.iter().map(|state| norm2(&state.missing(task, target))).collect();
+    let mut chosen: Vec<usize> = Vec::new();
+    while chosen.len() < count.max(1) {
+        let differs = |i: &usize| {
+            let apart = |j: &usize| table[*i].z.iter().zip(&table[*j].z).any(|(a, b)| (a - b).abs() > APART);
+            chosen.iter().all(apart)
+        };
+        let next = (0..table.len()).filter(differs).min_by(|a, b| distances[*a].total_cmp(&distances[*b]));
+        match next {
+            Some(i) => chosen.push(i),
+            None => break,
+        }
+    }
+    chosen
+}

@@ -1,0 +1,214 @@
+//! Shapes and their derivatives as functions of the fitted numbers, and the problem as the method sees it.
+
+use super::{FitError, FitProblem, MakeEngine};
+use crate::backend::Backend;
+use crate::model::{Parameter, Plan, PlanOptions, Quantity, Scene, SegmentParameter as S, Slot, Vector};
+use crate::reference::shape_with_derivatives;
+use levenberg_marquardt::LeastSquaresProblem;
+use nalgebra::storage::Owned;
+use nalgebra::{DMatrix, DVector, Dyn};
+
+/// Steps over the rod: the answer is corrected to first order by the reference.
+const STEPS: usize = 24;
+
+/// How the shapes follow from scaled parameters: 0 is the scene.
+pub(super) struct Model<'a> {
+    problem: &'a FitProblem,
+    plan: Plan,
+    engine: Box<dyn Backend>,
+    pub names: Vec<String>,
+    /// Whether a parameter is fitted by its logarithm.
+    pub logarithmic: Vec<bool>,
+    /// Of the rod [m]
+    pub length: f64,
+}
+
+pub(super) struct State {
+    /// Model less observation [m], and by the scaled parameters.
+    pub residuals: DVector<f64>,
+    pub jacobian: DMatrix<f64>,
+    pub positions: Vec<Vec<Vector>>,
+    pub base_moments: Vec<Vector>,
+}
+
+impl<'a> Model<'a> {
+    pub fn new(problem: &'a FitProblem, make: &mut MakeEngine) -> Result<Model<'a>, FitError> {
+        let mut axes: Vec<Vec<Parameter>> = problem.known.iter().map(|parameter| vec![*parameter]).collect();
+        let mut logarithmic = Vec::new();
+        for parameters in &problem.free {
+            axes.extend(parameters.iter().map(|parameter| vec![*parameter]));
+            let values: Vec<f64> = parameters.iter().map(|parameter| parameter.get(&problem.scene)).collect();
+            let positive = parameters.iter().all(is_scale) && values.iter().all(|value| *value > 0.0);
+            if !positive && parameters.len() > 1 {
+                return Err(FitError::Zero(parameters[0].name(&problem.scene)));
+            }
+            logarithmic.push(positive);
+        }
+        let options = PlanOptions { tolerance: 1e-10, steps: STEPS, ..PlanOptions::default() };
+        let plan = Plan::new(&problem.scene, &axes, &[], options)?;
+        let engine = make(&plan)?;
+        let name = |parameters: &Vec<Parameter>| {
+            let names: Vec<String> = parameters.iter().map(|parameter| parameter.name(&problem.scene)).collect();
+            names.join("+")
+        };
+        let names = problem.free.iter().map(name).collect();
+        Ok(Model { problem, plan, engine, names, logarithmic, length: problem.scene.total_length() })
+    }
+
+    /// Change of a value by its scaled parameter.
+    pub fn rate(&self, k: usize, value: f64) -> f64 {
+        if self.logarithmic[k] { value } else { self.unit(k) }
+    }
+
+    /// Unit of a parameter that is fitted as it is: curvatures count by the rod's length.
+    fn unit(&self, k: usize) -> f64 {
+        if self.problem.free[k][0].unit() == "1/m" { 1.0 / self.length } else { 1.0 }
+    }
+
+    fn values(&self, x: &DVector<f64>) -> Vec<f64> {
+        let mut values = Vec::new();
+        for (k, parameters) in self.problem.free.iter().enumerate() {
+            for parameter in parameters {
+                let start = parameter.get(&self.problem.scene);
+                values.push(if self.logarithmic[k] { start * x[k].exp() } else { start + self.unit(k) * x[k] });
+            }
+        }
+        values
+    }
+
+    fn row(&self, x: &DVector<f64>, shape: Option<usize>) -> Vec<f64> {
+        let known = match shape {
+            Some(shape) => self.problem.shapes[shape].known.clone(),
+            None => self.problem.known.iter().map(|parameter| parameter.get(&self.problem.scene)).collect(),
+        };
+        known.into_iter().chain(self.values(x)).collect()
+    }
+
+    /// The scene of a shape, or with the fitted values alone.
+    pub fn scene(&self, x: &DVector<f64>, shape: Option<usize>) -> Scene {
+        self.plan.sample_scene(&self.row(x, shape))
+    }
+
+    pub fn solve(&mut self, x: &DVector<f64>) -> Result<State, FitError> {
+        let shapes = &self.problem.shapes;
+        let rows: Vec<Vec<f64>> = (0..shapes.len()).map(|shape| self.row(x, Some(shape))).collect();
+        let batch = self.plan.batch(rows.len(), |i, row| row.copy_from_slice(&rows[i]));
+        let solutions = self.engine.solve(&batch)?;
+        let count = 3 * shapes.iter().map(|shape| shape.points.len()).sum::<usize>();
+        let mut state = State {
+            residuals: DVector::zeros(count),
+            jacobian: DMatrix::zeros(count, self.problem.free.len()),
+            positions: Vec::new(),
+            base_moments: Vec::new(),
+        };
+        let mut first = 0;
+        for (index, shape) in shapes.iter().enumerate() {
+            let status = solutions.status(index);
+            if !status.is_success() {
+                return Err(FitError::NoStart { shape: index + 1, status: status.name() });
+            }
+            let m0 = solutions.vector(index, Quantity::BaseMoment);
+            let scene = self.scene(x, Some(index));
+            let chains: Vec<Vec<(Slot, f64)>> =
+                self.problem.free.iter().enumerate().map(|(k, p)| self.chain(k, p, &scene)).collect();
+            let mut slots: Vec<Slot> = Vec::new();
+            for (slot, _) in chains.iter().flatten() {
+                if !slots.contains(slot) {
+                    slots.push(*slot);
+                }
+            }
+            let length = scene.total_length();
+            let at: Vec<f64> = shape.points.iter().map(|point| point.arc_length.unwrap_or(length)).collect();
+            let poses = shape_with_derivatives(&scene.rod(), m0, &at, &slots);
+            let poses = poses.ok_or_else(|| FitError::Failed(format!("shape {} cannot be integrated", index + 1)))?;
+            for (pose, point) in poses.iter().zip(&shape.points) {
+                for a in 0..3 {
+                    state.residuals[first + a] = pose.position[a] - point.position[a];
+                    for (k, chain) in chains.iter().enumerate() {
+                        let of = |(slot, rate): &(Slot, f64)| {
+                            let at = slots.iter().position(|other| other == slot);
+                            at.map_or(0.0, |at| rate * pose.derivatives[at].dp[a])
+                        };
+                        state.jacobian[(first + a, k)] = chain.iter().map(of).sum();
+                    }
+                }
+                first += 3;
+            }
+            state.positions.push(poses.iter().map(|pose| pose.position).collect());
+            state.base_moments.push(m0);
+        }
+        Ok(state)
+    }
+
+    /// Rates of the slots by a scaled parameter.
+    fn chain(&self, k: usize, parameters: &[Parameter], scene: &Scene) -> Vec<(Slot, f64)> {
+        let of = |parameter: &Parameter| {
+            let rate = self.rate(k, parameter.get(scene));
+            parameter.chain(scene).into_iter().map(move |(slot, by)| (slot, rate * by)).collect::<Vec<_>>()
+        };
+        parameters.iter().flat_map(of).collect()
+    }
+}
+
+/// Numbers that are positive and act by their ratio.
+fn is_scale(parameter: &Parameter) -> bool {
+    use Parameter as P;
+    match parameter {
+        P::Insertion => true,
+        P::Segment(_, segment) => !matches!(
+            segment,
+            S::RestCurvature(_)
+                | S::RestCurvatureNode(..)
+                | S::DipolePerLength(_)
+                | S::Current(_)
+                | S::Alignment(_)
+                | S::PoissonRatio
+        ),
+        _ => false,
+    }
+}
+
+/// The problem as the method sees it: scaled parameters, residuals over the noise.
+pub(super) struct Search<'a> {
+    pub model: Model<'a>,
+    pub x: DVector<f64>,
+    pub sigma: f64,
+    pub state: Option<State>,
+    pub failure: Option<FitError>,
+    /// Largest norm of the residuals so far.
+    pub worst: f64,
+    pub evaluations: usize,
+}
+
+impl LeastSquaresProblem<f64, Dyn, Dyn> for Search<'_> {
+    type ParameterStorage = Owned<f64, Dyn>;
+    type ResidualStorage = Owned<f64, Dyn>;
+    type JacobianStorage = Owned<f64, Dyn, Dyn>;
+
+    fn set_params(&mut self, x: &DVector<f64>) {
+        self.x = x.clone();
+        self.evaluations += 1;
+        match self.model.solve(x) {
+            Ok(state) => {
+                self.worst = self.worst.max(state.residuals.amax());
+                self.state = Some(state);
+            }
+            Err(error) => (self.state, self.failure) = (None, Some(error)),
+        }
+    }
+
+    fn params(&self) -> DVector<f64> {
+        self.x.clone()
+    }
+
+    fn residuals(&self) -> Option<DVector<f64>> {
+        // A step to where there is no equilibrium is taken back when it looks bad enough.
+        let count = 3 * self.model.problem.shapes.iter().map(|shape| shape.points.len()).sum::<usize>();
+        let bad = || DVector::from_element(count, 1e3 * (self.worst + self.model.length) / self.sigma);
+        Some(self.state.as_ref().map_or_else(bad, |state| &state.residuals / self.sigma))
+    }
+
+    fn jacobian(&self) -> Option<DMatrix<f64>> {
+        self.state.as_ref().map(|state| &state.jacobian / self.sigma)
+    }
+}

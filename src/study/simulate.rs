@@ -1,0 +1,182 @@
+//! A simulated experiment: commands computed for one catheter are played on others that differ from it, several times
+//! over, and their tips are seen with noise. Nothing here is a measurement.
+
+use super::MakeEngine;
+use super::control::ControlError;
+use crate::model::{Axis, Parameter, Plan, PlanOptions, Quantity, Scene, SegmentKind, SegmentParameter, Vector};
+use nalgebra::{Matrix3, Vector3};
+
+const STEPS: usize = 16;
+
+/// How the played catheter differs from the modelled one: standard deviations.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Imperfection {
+    /// Of rest curvature about x and y, each segment on its own [1/m].
+    pub rest_curvature: f64,
+    /// Of stiffness, all segments together, relative.
+    pub stiffness: f64,
+    /// Of the turns (or turns-area) of each axis, relative.
+    pub winding: f64,
+    /// Plastic change of the rest curvature from one trial to the next [1/m].
+    pub drift: f64,
+    /// Of an observed coordinate [m].
+    pub noise: f64,
+}
+
+impl Default for Imperfection {
+    fn default() -> Self {
+        Self { rest_curvature: 0.5, stiffness: 0.1, winding: 0.03, drift: 0.05, noise: 3e-4 }
+    }
+}
+
+/// What trials with one catheter gave.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Simulation {
+    /// Observed tips by trial and command [m]; `None` where the catheter has no stable equilibrium from rest.
+    pub trials: Vec<Vec<Option<Vector>>>,
+    /// Root mean square distance from the desired positions [m].
+    pub rmse: f64,
+    /// The same after the best rotation and translation of each trial (Kabsch).
+    pub aligned_rmse: f64,
+    /// Root mean square distance of a trial's tip from the mean over the trials.
+    pub repeatability: f64,
+    /// Commands without a stable equilibrium.
+    pub lost: usize,
+}
+
+/// What is played.
+#[derive(Clone, Copy, Debug)]
+pub struct Played<'a> {
+    /// The catheter that the commands were computed for.
+    pub scene: &'a Scene,
+    pub parameters: &'a [Parameter],
+    /// Values of the parameters, SI, by command.
+    pub commands: &'a [Vec<f64>],
+    /// Where the tip should be at each command [m].
+    pub desired: &'a [Vector],
+}
+
+/// Plays commands several times on a catheter that a seed makes of the scene.
+pub fn simulate(
+    played: &Played,
+    imperfection: &Imperfection,
+    trials: usize,
+    seed: u64,
+    make: &mut MakeEngine,
+) -> Result<Simulation, ControlError> {
+    let Played { scene, parameters, commands, desired } = *played;
+    let mut random = Random(seed);
+    let mut truth = scene.clone();
+    disturb(&mut truth, imperfection, &mut random);
+    let axes: Vec<Vec<Parameter>> = parameters.iter().map(|parameter| vec![*parameter]).collect();
+    let mut observed = Vec::new();
+    for trial in 0..trials {
+        if trial > 0 {
+            bend(&mut truth, imperfection.drift, &mut random);
+        }
+        let plan = Plan::new(&truth, &axes, &[], PlanOptions { steps: STEPS, ..PlanOptions::default() })?;
+        let batch = plan.batch(commands.len(), |i, row| row.copy_from_slice(&commands[i]));
+        let solutions = make(&plan)?.solve(&batch)?;
+        let see = |row: usize| {
+            let tip = solutions.vector(row, Quantity::TipPosition);
+            let seen = tip.map(|x| x + imperfection.noise * random.normal());
+            solutions.status(row).is_success().then_some(seen)
+        };
+        observed.push((0..commands.len()).map(see).collect::<Vec<_>>());
+    }
+    Ok(evaluate(observed, desired))
+}
+
+fn evaluate(trials: Vec<Vec<Option<Vector>>>, desired: &[Vector]) -> Simulation {
+    let lost = trials.iter().flatten().filter(|tip| tip.is_none()).count();
+    let (mut squares, mut aligned, mut spread, mut count, mut spread_count) = (0.0, 0.0, 0.0, 0, 0);
+    for tips in &trials {
+        let pairs: Vec<(Vector3<f64>, Vector3<f64>)> =
+            tips.iter().zip(desired).filter_map(|(tip, to)| tip.map(|tip| (tip.into(), (*to).into()))).collect();
+        squares += pairs.iter().map(|(tip, to)| (tip - to).norm_squared()).sum::<f64>();
+        aligned += after_alignment(&pairs);
+        count += pairs.len();
+    }
+    for command in 0..desired.len() {
+        let tips: Vec<Vector3<f64>> = trials.iter().filter_map(|tips| tips[command].map(Vector3::from)).collect();
+        let mean = tips.iter().sum::<Vector3<f64>>() / tips.len().max(1) as f64;
+        spread += tips.iter().map(|tip| (tip - mean).norm_squared()).sum::<f64>();
+        spread_count += tips.len();
+    }
+    let root = |sum: f64, count: usize| if count > 0 { (sum / count as f64).sqrt() } else { f64::NAN };
+    Simulation {
+        rmse: root(squares, count),
+        aligned_rmse: root(aligned, count),
+        repeatability: root(spread, spread_count),
+        lost,
+        trials,
+    }
+}
+
+/// Sum of the squares that the best rotation and translation leave.
+fn after_alignment(pairs: &[(Vector3<f64>, Vector3<f64>)]) -> f64 {
+    let count = pairs.len().max(1) as f64;
+    let from = pairs.iter().map(|(tip, _)| tip).sum::<Vector3<f64>>() / count;
+    let to = pairs.iter().map(|(_, to)| to).sum::<Vector3<f64>>() / count;
+    let cross: Matrix3<f64> = pairs.iter().map(|(tip, other)| (other - to) * (tip - from).transpose()).sum();
+    let svd = cross.svd(true, true);
+    let (Some(u), Some(v_t)) = (svd.u, svd.v_t) else { return f64::NAN };
+    let mirrored = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, (u * v_t).determinant().signum()));
+    let turn = u * mirrored * v_t;
+    pairs.iter().map(|(tip, other)| (turn * (tip - from) - (other - to)).norm_squared()).sum()
+}
+
+fn disturb(scene: &mut Scene, imperfection: &Imperfection, random: &mut Random) {
+    bend(scene, imperfection.rest_curvature, random);
+    let softer = (imperfection.stiffness * random.normal()).exp();
+    for parameter in Parameter::all(scene) {
+        use SegmentParameter as S;
+        let Parameter::Segment(_, of) = parameter else { continue };
+        let factor = match of {
+            S::YoungsModulus | S::ShearModulus => softer,
+            S::Stiffness(axis) | S::StiffnessNode(_, axis) if axis.axes().len() == 1 => softer,
+            S::Turns(_) | S::TurnsArea(..) => (imperfection.winding * random.normal()).exp(),
+            _ => continue,
+        };
+        let value = parameter.get(scene) * factor;
+        // A stiffness that follows from a tube is changed by its moduli.
+        let _ = parameter.set(scene, value);
+    }
+}
+
+/// Changes the rest curvature of each flexible segment about x and y.
+fn bend(scene: &mut Scene, deviation: f64, random: &mut Random) {
+    for segment in 0..scene.segments.len() {
+        let SegmentKind::Flexible(_) = scene.segments[segment].kind else { continue };
+        let change = [deviation * random.normal(), deviation * random.normal()];
+        for parameter in Parameter::all(scene) {
+            use SegmentParameter::{RestCurvature, RestCurvatureNode};
+            let Parameter::Segment(index, RestCurvature(axis) | RestCurvatureNode(_, axis)) = parameter else {
+                continue;
+            };
+            if index == segment && axis != Axis::Z {
+                let value = parameter.get(scene) + change[axis.index()];
+                let _ = parameter.set(scene, value);
+            }
+        }
+    }
+}
+
+/// SplitMix64.
+struct Random(u64);
+
+impl Random {
+    fn unit(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    /// Standard normal (Box and Muller).
+    fn normal(&mut self) -> f64 {
+        let radius = (-2.0 * (1.0 - self.unit()).ln()).sqrt();
+        radius * (std::f64::consts::TAU * self.unit()).cos()
+    }
+}

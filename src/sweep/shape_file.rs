@@ -1,0 +1,74 @@
+//! Observed shapes: a table with columns x, y, z, perhaps s (arc length; empty for the tip), and known parameters.
+
+use super::error::{InputError, Problem};
+use super::number_table::{error, read_number_table};
+use super::units::Dimension;
+use crate::model::{Parameter, Scene, Vector};
+use std::path::Path;
+
+/// Points of the rod that were seen while the known parameters had some values.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ShapeRows {
+    /// Values of the known parameters, SI.
+    pub known: Vec<f64>,
+    /// Arc length from the base [m], none for the tip, and position [m].
+    pub points: Vec<(Option<f64>, Vector)>,
+}
+
+/// Reads shapes: rows that agree in every known parameter are one.
+pub fn read_shapes(file: &Path, scene: &Scene) -> Result<(Vec<Parameter>, Vec<ShapeRows>), InputError> {
+    let parameter = |name: &str| Parameter::parse(scene, name).ok().filter(|parsed| parsed.len() == 1).map(|p| p[0]);
+    let unit = |name: &str| match name {
+        "s" | "x" | "y" | "z" => Dimension::of("m"),
+        name => parameter(name).map_or(Dimension::NUMBER, |parameter| Dimension::of(parameter.unit())),
+    };
+    let columns = read_number_table(file, &unit, "s")?;
+    let mut known: Vec<(Parameter, &Vec<f64>)> = Vec::new();
+    for (name, values) in columns.iter().filter(|(name, _)| !["s", "x", "y", "z"].contains(&name.as_str())) {
+        let parsed = Parameter::parse(scene, name).map_err(|problem| error(file, None, name, problem.into()))?;
+        let [parameter] = parsed[..] else {
+            let (value, expected) =
+                (format!("a group of {}", parsed.len()), format!("one component, such as {name}.x"));
+            return Err(error(file, None, name, Problem::Range { value, expected }));
+        };
+        known.push((parameter, values));
+    }
+    let column = |name: &str| columns.iter().find(|(other, _)| other == name).map(|(_, values)| values);
+    let ([Some(x), Some(y), Some(z)], at) = (["x", "y", "z"].map(column), column("s")) else {
+        let remedy = "the first line names columns x, y, z, perhaps s, and known parameters such as coil.current.x";
+        return Err(error(file, None, "x", Problem::Missing { remedy: remedy.into() }));
+    };
+    if x.is_empty() {
+        return Err(error(
+            file,
+            None,
+            "",
+            Problem::Missing { remedy: "the table has no rows: give at least one".into() },
+        ));
+    }
+    let mut shapes: Vec<ShapeRows> = Vec::new();
+    for row in 0..x.len() {
+        let values: Vec<f64> = known.iter().map(|(_, values)| values[row]).collect();
+        let position = [x[row], y[row], z[row]];
+        if values.iter().chain(&position).any(|x| !x.is_finite()) {
+            let problem =
+                Problem::Range { value: format!("not finite in row {row}"), expected: "finite numbers".into() };
+            return Err(error(file, None, "x", problem));
+        }
+        let mut own = scene.clone();
+        let pairs = known.iter().map(|(parameter, _)| *parameter).zip(values.iter().copied());
+        Parameter::set_all(&mut own, pairs).map_err(|problem| error(file, None, "", problem.into()))?;
+        let length = own.total_length();
+        let arc_length = at.map(|at| at[row]).filter(|s| s.is_finite());
+        if let Some(s) = arc_length.filter(|s| !(0.0..=length * (1.0 + 1e-9)).contains(s)) {
+            let expected = format!("0 to {length} m, the length of the rod");
+            return Err(error(file, None, "s", Problem::Range { value: format!("{s} in row {row}"), expected }));
+        }
+        let point = (arc_length, position);
+        match shapes.iter_mut().find(|shape| shape.known == values) {
+            Some(shape) => shape.points.push(point),
+            None => shapes.push(ShapeRows { known: values, points: vec![point] }),
+        }
+    }
+    Ok((known.into_iter().map(|(parameter, _)| parameter).collect(), shapes))
+}

@@ -1,0 +1,306 @@
+//! Trajectories: TOML that names a curve, or a table of points (CSV or Parquet) with columns x, y, z, tx, ty, tz.
+
+use super::error::{InputError, Problem};
+use super::number_table::{error, read_number_table};
+use super::scene_file::read_text;
+use super::toml::{Reader, Source};
+use super::units::Dimension;
+use crate::model::{Axis, Parameter, Scene, Vector, closest};
+use std::f64::consts::TAU;
+use std::path::Path;
+
+const KEYS: [&str; 13] = [
+    "name",
+    "shape",
+    "size",
+    "plane",
+    "centre",
+    "points",
+    "duration",
+    "file",
+    "tangent",
+    "coordinates",
+    "input",
+    "control",
+    "start",
+];
+const CONTROL_KEYS: [&str; 4] = ["tolerance", "iterations", "tangent_weight", "redundancy"];
+const INPUT_KEYS: [&str; 3] = ["parameter", "from", "to"];
+const SHAPES: [&str; 5] = ["circle", "lemniscate", "rectangle", "butterfly", "table"];
+const PLANES: [(&str, [usize; 2]); 6] =
+    [("xy", [0, 1]), ("yz", [1, 2]), ("xz", [0, 2]), ("yx", [1, 0]), ("zy", [2, 1]), ("zx", [2, 0])];
+pub const REDUNDANCIES: [&str; 2] = ["least-change", "least-current"];
+const COLUMNS: [&str; 6] = ["x", "y", "z", "tx", "ty", "tz"];
+
+/// Where the tip should be [m], and along what unit vector its tangent should point.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TrajectoryPoint {
+    pub position: Vector,
+    pub tangent: Option<Vector>,
+}
+
+/// A parameter that may be commanded, between limits (SI).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrajectoryInput {
+    pub parameter: Parameter,
+    pub low: f64,
+    pub high: f64,
+}
+
+/// A trajectory and how it is to be followed; what the file leaves open is `None` or empty.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Trajectory {
+    pub name: String,
+    pub points: Vec<TrajectoryPoint>,
+    /// Coordinates of the tip that are controlled.
+    pub coordinates: [bool; 3],
+    pub inputs: Vec<TrajectoryInput>,
+    /// Of the whole trajectory [s]
+    pub duration: Option<f64>,
+    /// [m]
+    pub tolerance: Option<f64>,
+    pub iterations: Option<usize>,
+    /// [m]
+    pub tangent_weight: Option<f64>,
+    /// One of [`REDUNDANCIES`].
+    pub redundancy: Option<&'static str>,
+}
+
+/// Reads a trajectory (TOML) or a table of points (CSV, Parquet).
+pub fn read_trajectory(file: &Path, scene: &Scene) -> Result<Trajectory, InputError> {
+    let extension = file.extension().map(|extension| extension.to_string_lossy().to_lowercase());
+    match extension.as_deref() {
+        Some("csv" | "parquet") => {
+            let (points, coordinates) = read_points(file)?;
+            Ok(Trajectory { name: stem(file), points, coordinates, ..Trajectory::default() })
+        }
+        _ => trajectory(file, &Source::parse(file, &read_text(file)?)?.root(), scene),
+    }
+}
+
+fn stem(file: &Path) -> String {
+    file.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+fn trajectory(file: &Path, reader: &Reader, scene: &Scene) -> Result<Trajectory, InputError> {
+    reader.check_keys(&KEYS)?;
+    let shape =
+        reader.string("shape")?.ok_or_else(|| reader.missing("shape", format!("use one of: {}", SHAPES.join(", "))))?;
+    let shape = choice(reader, "shape", shape, &SHAPES)?;
+    let (mut points, mut coordinates) = if shape == "table" {
+        for name in ["size", "plane", "centre", "points", "start"] {
+            if reader.has(name) {
+                let remedy = format!("the table has its own points; drop `{name}`");
+                return Err(reader.error(name, Problem::Conflict { with: "shape = \"table\"".into(), remedy }));
+            }
+        }
+        let table = reader
+            .string("file")?
+            .ok_or_else(|| reader.missing("file", "name a CSV or Parquet file with columns x, y, z"))?;
+        read_points(&file.parent().unwrap_or(Path::new("")).join(table))?
+    } else {
+        if reader.has("file") {
+            let remedy = "write shape = \"table\", or drop the file".into();
+            return Err(reader.error("file", Problem::Conflict { with: "shape".into(), remedy }));
+        }
+        (curve(reader, shape)?, [true; 3])
+    };
+    if let Some(tangent) = reader.vector("tangent", "")? {
+        let tangent = unit(tangent).ok_or_else(|| reader.error("tangent", no_direction()))?;
+        points.iter_mut().for_each(|point| point.tangent = Some(tangent));
+    }
+    if let Some(names) = reader.strings("coordinates")? {
+        coordinates = parse_coordinates(&names).map_err(|problem| reader.error("coordinates", problem))?;
+    }
+    let mut trajectory = Trajectory {
+        name: reader.string("name")?.map_or_else(|| stem(file), str::to_owned),
+        points,
+        coordinates,
+        duration: positive(reader, "duration", "s")?,
+        ..Trajectory::default()
+    };
+    for block in reader.tables("input")? {
+        input(&block, scene, &mut trajectory.inputs)?;
+    }
+    if let Some(control) = reader.table("control")? {
+        control.check_keys(&CONTROL_KEYS)?;
+        trajectory.tolerance = positive(&control, "tolerance", "m")?;
+        trajectory.iterations = control.count("iterations", 1)?.map(|count| count as usize);
+        trajectory.tangent_weight = positive(&control, "tangent_weight", "m")?;
+        let word = control.string("redundancy")?;
+        trajectory.redundancy = word.map(|word| choice(&control, "redundancy", word, &REDUNDANCIES)).transpose()?;
+    }
+    Ok(trajectory)
+}
+
+fn input(block: &Reader, scene: &Scene, inputs: &mut Vec<TrajectoryInput>) -> Result<(), InputError> {
+    block.check_keys(&INPUT_KEYS)?;
+    let name = block
+        .string("parameter")?
+        .ok_or_else(|| block.missing("parameter", "name what is commanded, such as coil.current"))?;
+    let parameters =
+        Parameter::parse(scene, name).map_err(|error| block.error("parameter", Problem::Parameter(error)))?;
+    for parameter in parameters {
+        let limit = |key: &str| -> Result<f64, InputError> {
+            block
+                .quantity(key, parameter.unit())?
+                .ok_or_else(|| block.missing(key, "give the lower limit in `from`, the upper in `to`"))
+        };
+        let (low, high) = (limit("from")?, limit("to")?);
+        if low >= high {
+            let problem =
+                Problem::Range { value: high.to_string(), expected: format!("more than `from`, which is {low}") };
+            return Err(block.error("to", problem));
+        }
+        if inputs.iter().any(|other| other.parameter == parameter) {
+            let problem =
+                Problem::Conflict { with: parameter.name(scene), remedy: "it is an input already; drop one".into() };
+            return Err(block.error("parameter", problem));
+        }
+        inputs.push(TrajectoryInput { parameter, low, high });
+    }
+    Ok(())
+}
+
+fn positive(reader: &Reader, name: &str, unit: &str) -> Result<Option<f64>, InputError> {
+    match reader.quantity(name, unit)? {
+        Some(value) if value <= 0.0 => {
+            let expected = format!("a positive {}", Dimension::of(unit).name());
+            Err(reader.error(name, Problem::Range { value: value.to_string(), expected }))
+        }
+        value => Ok(value),
+    }
+}
+
+fn choice(reader: &Reader, key: &str, word: &str, words: &[&'static str]) -> Result<&'static str, InputError> {
+    words.iter().find(|other| **other == word).copied().ok_or_else(|| {
+        let suggestion = closest(word, words.iter().copied());
+        reader.error(key, Problem::Choice { found: word.into(), suggestion, allowed: words.join(", ") })
+    })
+}
+
+/// Which of x, y and z are meant.
+pub fn parse_coordinates(names: &[&str]) -> Result<[bool; 3], Problem> {
+    let mut coordinates = [false; 3];
+    for name in names.iter().map(|name| name.trim()) {
+        match Axis::ALL.iter().find(|axis| axis.name() == name) {
+            Some(axis) => coordinates[axis.index()] = true,
+            None => return Err(Problem::Choice { found: name.into(), suggestion: None, allowed: "x, y, z".into() }),
+        }
+    }
+    match coordinates.contains(&true) {
+        true => Ok(coordinates),
+        false => Err(Problem::Missing { remedy: "name at least one of x, y, z".into() }),
+    }
+}
+
+fn no_direction() -> Problem {
+    Problem::Range { value: "no direction".into(), expected: "three numbers that are not all zero".into() }
+}
+
+fn unit(v: Vector) -> Option<Vector> {
+    let norm = v.iter().map(|x| x * x).sum::<f64>().sqrt();
+    (norm > 0.0 && norm.is_finite()).then(|| v.map(|x| x / norm))
+}
+
+/// Points of a curve, evenly by its parameter (a rectangle: by its length), anticlockwise in its plane.
+fn curve(reader: &Reader, shape: &str) -> Result<Vec<TrajectoryPoint>, InputError> {
+    let example = "such as \"10 mm\": radius, half the width, or [half width, half height]";
+    let size = if reader.is_list("size") {
+        reader.pair("size", "m")?
+    } else {
+        reader.quantity("size", "m")?.map(|size| [size; 2])
+    };
+    let [a, b] = size.ok_or_else(|| reader.missing("size", format!("give a length {example}")))?;
+    if !(a > 0.0 && b > 0.0) {
+        let problem = Problem::Range { value: format!("{a} by {b}"), expected: format!("a positive length {example}") };
+        return Err(reader.error("size", problem));
+    }
+    let centre =
+        reader.vector("centre", "m")?.ok_or_else(|| reader.missing("centre", "give three lengths along x, y, z"))?;
+    let plane = reader.string("plane")?.unwrap_or("xy");
+    let names: Vec<&'static str> = PLANES.iter().map(|(name, _)| *name).collect();
+    let plane = choice(reader, "plane", plane, &names)?;
+    let axes = PLANES.iter().find(|(name, _)| *name == plane).map_or([0, 1], |(_, axes)| *axes);
+    let count = reader.count("points", 3)?.unwrap_or(200) as usize;
+    let start = reader.quantity("start", "rad")?.unwrap_or(0.0);
+    let place = |k: usize| {
+        let share = (k as f64 / count as f64 + start / TAU).rem_euclid(1.0);
+        let [x, y] = on_curve(shape, share, b / a);
+        let mut position = centre;
+        position[axes[0]] += a * x;
+        position[axes[1]] += b * y;
+        TrajectoryPoint { position, tangent: None }
+    };
+    Ok((0..count).map(place).collect())
+}
+
+/// A point of a curve of half width 1, at a share of its lap; `aspect` is height over width.
+fn on_curve(shape: &str, share: f64, aspect: f64) -> [f64; 2] {
+    let (sin, cos) = (TAU * share).sin_cos();
+    match shape {
+        // Bernoulli's.
+        "lemniscate" => [cos / (1.0 + sin * sin), sin * cos / (1.0 + sin * sin)],
+        // Fay's, without its slow term: r = exp(cos q) - 2 cos 4q with q from the upper axis; its half width is scaled to 1.
+        "butterfly" => {
+            let r = sin.exp() - 2.0 * (4.0 * TAU * share).cos();
+            [r * cos / 2.906_310_812, r * sin / 2.906_310_812]
+        }
+        "rectangle" => {
+            let mut left = share * 4.0 * (1.0 + aspect);
+            let corners = [[1.0, 0.0], [1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0], [1.0, 0.0]];
+            for side in corners.windows(2) {
+                let delta = [side[1][0] - side[0][0], side[1][1] - side[0][1]];
+                let length = f64::hypot(delta[0], aspect * delta[1]);
+                if left <= length {
+                    return [0, 1].map(|k| side[0][k] + delta[k] * left / length);
+                }
+                left -= length;
+            }
+            [1.0, 0.0]
+        }
+        _ => [cos, sin],
+    }
+}
+
+/// Points of a table, and which coordinates it has.
+fn read_points(file: &Path) -> Result<(Vec<TrajectoryPoint>, [bool; 3]), InputError> {
+    let dimension = |name: &str| Dimension::of(if matches!(name, "x" | "y" | "z") { "m" } else { "" });
+    let columns = read_number_table(file, &dimension, "")?;
+    for (name, _) in columns.iter().filter(|(name, _)| name != "point" && name != "sample") {
+        if !COLUMNS.contains(&name.as_str()) {
+            let suggestion = closest(name, COLUMNS.into_iter());
+            let problem = Problem::Choice { found: name.clone(), suggestion, allowed: COLUMNS.join(", ") };
+            return Err(error(file, None, name, problem));
+        }
+    }
+    let column = |name: &str| columns.iter().find(|(other, _)| other == name).map(|(_, values)| values);
+    let position = ["x", "y", "z"].map(column);
+    let tangent = ["tx", "ty", "tz"].map(column);
+    let coordinates = position.map(|column| column.is_some());
+    let row_count = columns.first().map_or(0, |(_, values)| values.len());
+    if row_count == 0 || !coordinates.contains(&true) {
+        let remedy = "the first line names columns among x, y, z, tx, ty, tz; rows follow".into();
+        return Err(error(file, None, "", Problem::Missing { remedy }));
+    }
+    if tangent.iter().any(Option::is_some) && tangent.iter().any(Option::is_none) {
+        let remedy = "a tangent takes all of tx, ty, tz".into();
+        return Err(error(file, None, "tx", Problem::Missing { remedy }));
+    }
+    let mut points = Vec::with_capacity(row_count);
+    for row in 0..row_count {
+        let at = |columns: [Option<&Vec<f64>>; 3]| columns.map(|column| column.map_or(0.0, |values| values[row]));
+        let (position, direction) = (at(position), at(tangent));
+        if position.iter().chain(&direction).any(|x| !x.is_finite()) {
+            let problem =
+                Problem::Range { value: format!("not finite in row {row}"), expected: "finite numbers".into() };
+            return Err(error(file, None, "x", problem));
+        }
+        let tangent = match tangent[0] {
+            Some(_) => Some(unit(direction).ok_or_else(|| error(file, None, "tx", no_direction()))?),
+            None => None,
+        };
+        points.push(TrajectoryPoint { position, tangent });
+    }
+    Ok((points, coordinates))
+}
