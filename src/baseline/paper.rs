@@ -1,6 +1,7 @@
 //! The analytic form of [H]: p, R, u integrated with nine numbers a column (w, dp, du), fixed steps of RK4, Newton's
 //! method on the base curvature, Jacobian by the implicit function theorem. (1)-(4), (10), (11), (17)-(20), (26),
-//! (29), (33), corrected as `EQUATIONS.md` lists.
+//! (29), (33), corrected as `EQUATIONS.md` lists. What the inner loop calls is inlined by order: else its speed would
+//! change by half with the compiler's division of the crate.
 
 use super::method::{self, Column, Jacobian, Method, NewtonStep, Tip};
 use super::rod::{Flexible, Rigid, Segment};
@@ -58,17 +59,20 @@ enum By<'a> {
 const BASE: [By<'static>; 3] = [By::BaseCurvature(0), By::BaseCurvature(1), By::BaseCurvature(2)];
 
 /// e3 x v
+#[inline(always)]
 fn e3_cross(v: Vector3<f64>) -> Vector3<f64> {
     Vector3::new(-v.y, v.x, 0.0)
 }
 
 impl State {
+    #[inline(always)]
     fn plus(&self, h: f64, slope: &State) -> State {
         State { p: self.p + h * slope.p, R: self.R + h * slope.R, u: self.u + h * slope.u }
     }
 }
 
 impl Variation {
+    #[inline(always)]
     fn plus(&self, h: f64, slope: &Variation) -> Variation {
         Variation { w: self.w + h * slope.w, dp: self.dp + h * slope.dp, du: self.du + h * slope.du }
     }
@@ -76,6 +80,7 @@ impl Variation {
 
 impl Flexible {
     /// Slopes of the state and of its columns where the internal force is n.
+    #[inline(always)]
     fn slopes(&self, n: Vector3<f64>, y: &State, columns: &[Variation], slopes: &mut [Variation]) -> State {
         let State { R, u, .. } = y;
         let t: Vector3<f64> = R.column(2).into();
