@@ -9,7 +9,7 @@
 //! | 4 | [`report`] | [`model`] |
 //! | 4 | [`study`] | [`model`], [`backend`] and [`sweep`] |
 //! | 3 | [`sweep`] | [`model`] and [`backend`] |
-//! | 2 | [`reference`](mod@reference), [`lanes`], [`gpu`] | [`model`] and [`backend`], not each other |
+//! | 2 | [`reference`](mod@reference), [`lanes`], [`gpu`], [`baseline`] | [`model`] and [`backend`], not each other |
 //! | 1 | [`backend`] | [`model`] |
 //! | 0 | [`model`] | nothing |
 //!
@@ -18,6 +18,7 @@
 #![allow(rustdoc::broken_intra_doc_links)]
 
 pub mod backend;
+pub mod baseline;
 pub mod gpu;
 pub mod lanes;
 pub mod model;

@@ -14,8 +14,8 @@ use std::io::Read;
 use std::process::Stdio;
 use std::time::{Duration, Instant};
 
-const COMMANDS: [&str; 10] =
-    ["run", "solve", "verify", "doctor", "status", "merge", "control", "fit", "import", "completions"];
+const COMMANDS: [&str; 11] =
+    ["run", "solve", "verify", "bench", "doctor", "status", "merge", "control", "fit", "import", "completions"];
 
 fn json(text: &str) -> Value {
     serde_json::from_str(text).unwrap_or_else(|error| panic!("{error}: {text}"))

@@ -3,13 +3,14 @@
 use std::fs;
 use std::path::Path;
 
-/// Modules of the crate and their layers; the three engines share a layer and may not see each other.
-const LAYERS: [(&str, u32); 10] = [
+/// Modules of the crate and their layers; the three engines and the baselines share a layer and may not see each other.
+const LAYERS: [(&str, u32); 11] = [
     ("model", 0),
     ("backend", 1),
     ("reference", 2),
     ("lanes", 2),
     ("gpu", 2),
+    ("baseline", 2),
     ("sweep", 3),
     ("report", 4),
     ("study", 4),
@@ -24,7 +25,7 @@ const OWNERS: [(&str, &[&str]); 17] = [
     ("naga", &["src/gpu/"]),
     ("pollster", &["src/gpu/"]),
     ("pulp", &["src/lanes/"]),
-    ("nalgebra", &["src/reference/", "src/study/"]),
+    ("nalgebra", &["src/reference/", "src/baseline/", "src/study/"]),
     ("levenberg_marquardt", &["src/study/fit/"]),
     ("parquet", &["src/sweep/sink"]),
     ("arrow", &["src/sweep/sink"]),
@@ -258,6 +259,7 @@ fn an_import_that_points_up_is_found() {
     assert_eq!(check("src/lanes/step.rs", "fn f() { crate::reference::solve_rod() }").len(), 1);
     assert_eq!(check("src/lanes/step.rs", "use super::super::gpu::Gpu;").len(), 1);
     assert_eq!(check("src/gpu/mod.rs", "use super::lanes::{self, Lanes};").len(), 1);
+    assert_eq!(check("src/baseline/paper.rs", "use crate::reference::solve_rod;").len(), 1);
     assert_eq!(check("src/report/axes.rs", "use crate::backend::Precision;").len(), 1);
     assert_eq!(check("src/study/fit.rs", "use crate::cli::Exit;").len(), 1);
 }

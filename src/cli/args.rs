@@ -20,6 +20,8 @@ pub enum Command {
     Solve(SolveArguments),
     /// Check every engine against the reference on this machine
     Verify(VerifyArguments),
+    /// Time the program and the methods it replaces on this machine
+    Bench(BenchArguments),
     /// Tell what this machine has and what would be used
     Doctor,
     /// Tell what of a run is done, failed and left
@@ -165,6 +167,41 @@ pub struct VerifyArguments {
     /// Where the worst sample of a row beyond its limit is written, as a scene
     #[arg(long, value_name = "DIR", default_value = ".")]
     pub out: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub struct BenchArguments {
+    /// The paper's comparison: its analytic Jacobian, finite differences and a chain of links, beside the CPU engine
+    #[arg(long)]
+    pub paper: bool,
+    /// Scene file (TOML) [default: sweeps/scenes/p6.toml, built in]
+    #[arg(long, value_name = "FILE")]
+    pub scene: Option<PathBuf>,
+    /// Random configurations
+    #[arg(long, value_name = "N", default_value_t = 100, value_parser = some)]
+    pub samples: usize,
+    /// How often each is timed
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = some)]
+    pub repeats: usize,
+    /// Seed of the configurations
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+    /// Also write paper.csv and paper.md there
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+}
+
+/// More would take days.
+const MOST: usize = 100_000;
+
+fn some(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(number @ 1..=MOST) => Ok(number),
+        _ => Err(format!("give a number from 1 to {MOST}")),
+    }
 }
 
 #[derive(Debug, Args)]

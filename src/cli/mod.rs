@@ -3,6 +3,7 @@
 //! One file a command. What a program reads goes to stdout, everything else to stderr.
 
 mod args;
+mod bench;
 mod branches;
 mod control;
 mod control_output;
@@ -98,6 +99,7 @@ pub fn main() -> ExitCode {
         Command::Run(arguments) => run::run(&arguments),
         Command::Solve(arguments) => solve::solve(&arguments),
         Command::Verify(arguments) => verify::verify(&arguments),
+        Command::Bench(arguments) => bench::bench(&arguments),
         Command::Doctor => doctor::doctor(),
         Command::Status { directory } => directory::status(&directory),
         Command::Merge { directories, out } => directory::merge(&directories, &out),

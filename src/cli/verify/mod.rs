@@ -4,7 +4,7 @@
 mod cases;
 mod compare;
 mod hard;
-mod random;
+pub mod random;
 mod show;
 
 use super::args::VerifyArguments;

@@ -1,0 +1,31 @@
+//! Methods of the literature, for comparison: plain scalar f64, one rod at a time, apart from the engines.
+//!
+//! [`Paper`] is the analytic nine-number form of [H], [`Differences`] differences the same boundary value problem,
+//! [`Chain`] is a chain of rigid links with elastic joints. All follow the loads from rest by [`from_rest`] and share
+//! no arithmetic with the engines or the reference. Equations are those of `EQUATIONS.md`.
+#![allow(non_snake_case)]
+
+mod chain;
+mod control;
+mod differences;
+mod method;
+mod paper;
+mod rod;
+
+pub use chain::Chain;
+pub use control::{ControlStep, control_step, damped_least_squares};
+pub use differences::{Differences, Scheme};
+pub use method::{Column, Jacobian, Method, NewtonStep, Tip, from_rest, solve};
+pub use paper::Paper;
+pub use rod::{Input, Rod};
+
+/// Why a baseline has no answer.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum BaselineError {
+    #[error("the baselines do not model `{key}`: {remedy}")]
+    Unsupported { key: String, remedy: &'static str },
+    #[error(transparent)]
+    Scene(#[from] crate::model::SceneError),
+    #[error("Newton's method did not converge, at {:.1} % of the load: try more steps or less load", 100.0 * load)]
+    NotConverged { load: f64 },
+}

@@ -1,0 +1,241 @@
+//! The rod that the baselines model: constant flexible segments, rigid segments with a dipole, weight and tip force.
+
+use super::BaselineError;
+use crate::model::{self, Parameter, RodSegment, Scene, Slot};
+use nalgebra::{Matrix3, Vector3};
+
+/// A stretch that bends.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Flexible {
+    /// [m]
+    pub length: f64,
+    /// EIx, EIy, GJ [N·m²]
+    pub K: Vector3<f64>,
+    /// [1/m]
+    pub u_star: Vector3<f64>,
+    /// Force per length, world frame [N/m]
+    pub load: Vector3<f64>,
+}
+
+/// A stretch that does not.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Rigid {
+    /// [m]
+    pub length: f64,
+    /// Dipole, body frame [A·m²]
+    pub mu: Vector3<f64>,
+    /// Spread over the length, world frame [N]
+    pub weight: Vector3<f64>,
+}
+
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Segment {
+    Flexible(Flexible),
+    Rigid(Rigid),
+}
+
+/// A rod within the scope of the baselines; SI.
+#[derive(Clone, Debug)]
+pub struct Rod {
+    pub(super) p0: Vector3<f64>,
+    pub(super) R0: Matrix3<f64>,
+    pub(super) B: Vector3<f64>,
+    pub(super) f_tip: Vector3<f64>,
+    /// Base to tip.
+    pub(super) segments: Vec<Segment>,
+}
+
+/// What a controller sets, and Jacobians are taken by.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Input {
+    /// Adds `per_unit` to the dipole of a rigid segment [A·m² per unit of the input].
+    Dipole { segment: usize, per_unit: model::Vector },
+    /// Length of the first segment [m].
+    Insertion,
+}
+
+fn unsupported(key: impl Into<String>, remedy: &'static str) -> BaselineError {
+    BaselineError::Unsupported { key: key.into(), remedy }
+}
+
+impl Input {
+    /// The input that a parameter of the scene is: a coil current or the insertion.
+    pub fn new(parameter: Parameter, scene: &Scene) -> Result<Input, BaselineError> {
+        let chain = parameter.chain(scene);
+        let mut per_unit = [0.0; 3];
+        let mut of_segment = None;
+        for (slot, rate) in &chain {
+            match *slot {
+                Slot::Insertion if chain.len() == 1 => return Ok(Input::Insertion),
+                Slot::Dipole(segment, axis) if of_segment.is_none_or(|of| of == segment) => {
+                    of_segment = Some(segment);
+                    per_unit[axis.index()] += rate;
+                }
+                _ => return Err(unsupported(parameter.name(scene), "differentiate by coil currents or `insertion`")),
+            }
+        }
+        let segment = of_segment.ok_or_else(|| {
+            unsupported(parameter.name(scene), "it moves nothing; differentiate by coil currents or `insertion`")
+        })?;
+        Ok(Input::Dipole { segment, per_unit })
+    }
+}
+
+impl Rod {
+    /// The rod of a scene, if the baselines model all of it.
+    pub fn new(scene: &Scene) -> Result<Rod, BaselineError> {
+        scene.validate()?;
+        let rod = scene.rod();
+        if !rod.is_valid() {
+            return Err(unsupported("insertion", "it leaves the first segment no length; give more"));
+        }
+        if rod.tip_moment != [0.0; 3] {
+            return Err(unsupported("loads.tip_moment", "leave it out"));
+        }
+        if !rod.rigid_force_arm {
+            return Err(unsupported("model.rigid_force_arm = false", "leave it out"));
+        }
+        let mut segments = Vec::new();
+        for (index, named) in scene.segments.iter().enumerate() {
+            let key = |what: &str| format!("{}.{what}", named.name);
+            let pieces = scene.piece_indices(index);
+            if pieces.len() != 1 {
+                return Err(unsupported(key("rest_curvature or stiffness"), "give one constant value, not nodes"));
+            }
+            segments.push(match rod.segments[pieces.start] {
+                RodSegment::Flexible(flexible) => {
+                    if flexible.stiffness_rise != [0.0; 3] {
+                        return Err(unsupported(key("stiffness"), "give one constant value, not nodes"));
+                    }
+                    if flexible.rest_curvature_rise != [0.0; 3] {
+                        return Err(unsupported(key("rest_curvature"), "give one constant value, not nodes"));
+                    }
+                    if flexible.dipole != [0.0; 3] {
+                        return Err(unsupported(key("dipole_per_length"), "give rigid segments the dipoles"));
+                    }
+                    if flexible.shear_compliance != [0.0; 3] {
+                        return Err(unsupported(
+                            key("stiffness_shear and stiffness_axial"),
+                            "leave them out: the rod neither shears nor stretches",
+                        ));
+                    }
+                    Segment::Flexible(Flexible {
+                        length: flexible.length,
+                        K: flexible.stiffness.into(),
+                        u_star: flexible.rest_curvature.into(),
+                        load: flexible.load.into(),
+                    })
+                }
+                RodSegment::Rigid(_) if index == 0 => {
+                    return Err(unsupported(named.name.as_str(), "begin the rod with a flexible segment"));
+                }
+                RodSegment::Rigid(rigid) => {
+                    Segment::Rigid(Rigid { length: rigid.length, mu: rigid.dipole.into(), weight: rigid.weight.into() })
+                }
+            });
+        }
+        let rod = Rod {
+            p0: rod.base_position.into(),
+            R0: Matrix3::from_fn(|row, col| rod.base_rotation[row][col]),
+            B: rod.flux_density.into(),
+            f_tip: rod.tip_force.into(),
+            segments,
+        };
+        if rod.flexible().all(|flexible| flexible.length == 0.0) {
+            return Err(unsupported("length", "give a flexible segment some length"));
+        }
+        Ok(rod)
+    }
+
+    /// The same rod under a share of its loads.
+    pub fn loaded(&self, lambda: f64) -> Rod {
+        let mut rod = self.clone();
+        rod.f_tip *= lambda;
+        for segment in &mut rod.segments {
+            match segment {
+                Segment::Flexible(flexible) => flexible.load *= lambda,
+                Segment::Rigid(rigid) => {
+                    rigid.mu *= lambda;
+                    rigid.weight *= lambda;
+                }
+            }
+        }
+        rod
+    }
+
+    /// The rod with one input changed.
+    pub fn moved(&self, input: &Input, by: f64) -> Rod {
+        let mut rod = self.clone();
+        match input {
+            Input::Dipole { segment, per_unit } => {
+                if let Segment::Rigid(rigid) = &mut rod.segments[*segment] {
+                    rigid.mu += Vector3::from(*per_unit) * by;
+                }
+            }
+            Input::Insertion => {
+                if let Segment::Flexible(flexible) = &mut rod.segments[0] {
+                    flexible.length += by;
+                }
+            }
+        }
+        rod
+    }
+
+    /// [m]
+    pub fn length(&self) -> f64 {
+        let length = |segment: &Segment| match segment {
+            Segment::Flexible(flexible) => flexible.length,
+            Segment::Rigid(rigid) => rigid.length,
+        };
+        self.segments.iter().map(length).sum()
+    }
+
+    fn flexible(&self) -> impl Iterator<Item = &Flexible> {
+        self.segments.iter().filter_map(|segment| match segment {
+            Segment::Flexible(flexible) => Some(flexible),
+            Segment::Rigid(_) => None,
+        })
+    }
+
+    /// Moment that bends the flexible part by about one radian [N·m].
+    pub(super) fn moment_unit(&self) -> f64 {
+        let length: f64 = self.flexible().map(|flexible| flexible.length).sum();
+        let compliance: f64 = self.flexible().map(|flexible| flexible.length / flexible.K.x.min(flexible.K.y)).sum();
+        if compliance > 0.0 { 1.0 / compliance } else { length.max(1.0) }
+    }
+
+    /// Change of an input that bends the rod by about one radian, or doubles its length.
+    pub fn scale(&self, input: &Input) -> f64 {
+        let scale = match input {
+            Input::Dipole { per_unit, .. } => self.moment_unit() / (self.B.norm() * Vector3::from(*per_unit).norm()),
+            Input::Insertion => self.length(),
+        };
+        if scale.is_finite() { scale } else { 1.0 }
+    }
+
+    /// n at the distal end of each segment: tip force and the loads beyond it. R1
+    pub(super) fn forces(&self) -> Vec<Vector3<f64>> {
+        let mut n = self.f_tip;
+        let mut forces = vec![n; self.segments.len()];
+        for (force, segment) in forces.iter_mut().zip(&self.segments).rev() {
+            *force = n;
+            n += match segment {
+                Segment::Flexible(flexible) => flexible.load * flexible.length,
+                Segment::Rigid(rigid) => rigid.weight,
+            };
+        }
+        forces
+    }
+
+    /// `total` pieces shared out among the flexible segments by length, at least one each that has a length.
+    pub(super) fn shares(&self, total: usize) -> Vec<usize> {
+        let length: f64 = self.flexible().map(|flexible| flexible.length).sum();
+        let share = |segment: &Segment| match segment {
+            Segment::Flexible(flexible) if flexible.length > 0.0 => {
+                ((total as f64 * flexible.length / length).round() as usize).max(1)
+            }
+            _ => 0,
+        };
+        self.segments.iter().map(share).collect()
+    }
+}
