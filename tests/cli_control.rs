@@ -199,7 +199,6 @@ fn mistakes_in_tables_and_arguments_are_named() {
         (&["--input", "coil.current=1", "--input", "coil.current.x=1"], "input already"),
         (&["--coordinates", "x,q"], "--coordinates"),
         (&["--tolerance", "0 m"], "positive length"),
-        (&["--precision", "f64", "--backend", "gpu"], "--precision f32"),
         (&["--backend", "reference"], "--backend cpu"),
         (&["--targets", "bad.csv"], "cannot be used with"),
     ] {
