@@ -1,6 +1,6 @@
 //! `rodsweep control`: the currents that drive the tip along a trajectory, or to many targets at once.
 
-use super::args::{BackendName, ControlArguments, EngineArguments, RedundancyName};
+use super::args::{ControlArguments, EngineArguments, RedundancyName};
 use super::control_output::{Outputs, draw, print_summary, value};
 use super::engine::{Engine, F32_TOLERANCE, cpu_f64};
 use super::{CommandError, Exit, print, say, simulate};
@@ -85,8 +85,7 @@ fn follow(
     targets: &[Target],
     arguments: &EngineArguments,
 ) -> Result<Answer, CommandError> {
-    let backend = if arguments.backend == BackendName::Auto { BackendName::Cpu } else { arguments.backend };
-    let engine = Engine::choose(&EngineArguments { backend, ..*arguments }, options.tolerance)?;
+    let engine = Engine::choose_for_one(arguments, options.tolerance)?;
     // One sample at a time leaves all but one lane of a register idle, and narrow instructions are quicker then.
     let mut make = |plan: &Plan| -> Result<Box<dyn Backend>, BackendError> {
         match engine.kind {

@@ -62,6 +62,15 @@ impl Engine {
         }
     }
 
+    /// The same for one sample at a time, which needs no GPU: `auto` is the CPU.
+    pub fn choose_for_one(arguments: &EngineArguments, tolerance: f64) -> Result<Engine, BackendError> {
+        let backend = match arguments.backend {
+            BackendName::Auto => BackendName::Cpu,
+            asked => asked,
+        };
+        Engine::choose(&EngineArguments { backend, ..*arguments }, tolerance)
+    }
+
     /// Methods of integration that suit it.
     pub fn steppers(&self) -> &'static [Stepper] {
         match (self.kind, self.precision) {

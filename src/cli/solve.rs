@@ -1,6 +1,6 @@
 //! `rodsweep solve`: one equilibrium with its Jacobian.
 
-use super::args::{BackendName, EngineArguments, SolveArguments};
+use super::args::SolveArguments;
 use super::engine::{Engine, cpu_f64, second_attempt};
 use super::{CommandError, Exit, branches, explain, plot, print, say, shape, solution_json};
 use rodsweep::backend::BackendKind;
@@ -41,7 +41,7 @@ pub fn solve(arguments: &SolveArguments) -> Result<Exit, CommandError> {
         Some(names) => parse_parameters(&scene, names)?,
         None => default_parameters(&scene),
     };
-    let engine = choose_engine(arguments)?;
+    let engine = Engine::choose_for_one(&arguments.engine, arguments.tolerance)?;
     let solved = solve_scene(scene, &wrt, &engine, arguments.tolerance)?;
     let text = match arguments.all_branches {
         true => branches::answer(&solved, &engine, arguments.json)?,
@@ -100,15 +100,6 @@ fn default_parameters(scene: &Scene) -> Vec<Parameter> {
     parameters
 }
 
-/// One sample needs no GPU: `auto` is the CPU in f64.
-fn choose_engine(arguments: &SolveArguments) -> Result<Engine, CommandError> {
-    let backend = match arguments.engine.backend {
-        BackendName::Auto => BackendName::Cpu,
-        asked => asked,
-    };
-    Ok(Engine::choose(&EngineArguments { backend, ..arguments.engine }, arguments.tolerance)?)
-}
-
 fn solve_scene(scene: Scene, wrt: &[Parameter], engine: &Engine, tolerance: f64) -> Result<Solved, CommandError> {
     let tolerance = engine.tolerance(tolerance);
     let options = PlanOptions { tolerance, stepper: engine.steppers()[0], steps: STEPS[0], ..PlanOptions::default() };
@@ -138,10 +129,10 @@ fn solve_scene(scene: Scene, wrt: &[Parameter], engine: &Engine, tolerance: f64)
         let mut backend = engine.make(&solved.plan)?;
         solved.solutions = backend.solve(&batch)?;
         solved.engine = backend.info().to_string();
-    }
-    if engine.kind == BackendKind::Gpu && !solved.solutions.status(0).is_success() {
-        solved.solutions = second_attempt(&solved.plan)?.solve(&batch)?;
-        solved.engine = "cpu f64, after the GPU failed".into();
+        if !solved.solutions.status(0).is_success() {
+            solved.solutions = second_attempt(&solved.plan)?.solve(&batch)?;
+            solved.engine = "cpu f64, after the GPU failed".into();
+        }
     }
     Ok(solved)
 }

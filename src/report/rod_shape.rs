@@ -1,8 +1,8 @@
 //! The shape of one rod in three projections and in space, with its coils' dipoles, the field and the tip.
 
-use super::canvas::{Align, Canvas, NORMAL, Point, Rect, Stroke, TITLE, Text};
+use super::canvas::{Align, Canvas, NORMAL, Point, Rect, Stroke, Text};
 use super::colour::Colour;
-use super::legend::{self, Entry};
+use super::legend::Entry;
 use super::symbols::{arrow, clamp, flat_arrow};
 use super::ticks::compact;
 use super::views::{FourViews, Vector, View, bounds, dot};
@@ -78,12 +78,7 @@ impl Figure for RodShape {
         let views = FourViews::new(bounds(marks), TWO_COLUMNS, TOP, MARGIN);
 
         let entries = self.entries(!rest.is_empty());
-        let (left, width) = (views.views[0].rect.left, TWO_COLUMNS - views.views[0].rect.left - MARGIN);
-        let legend_top = views.bottom + 4.0;
-        let height = legend_top + legend::flow(None, &entries, [0.0; 2], width) + 5.0;
-        let mut canvas = Canvas::new(TWO_COLUMNS, height);
-        canvas.text(Text::new(&self.title, [left, 9.0], TITLE).bold());
-        views.draw_axes(&mut canvas);
+        let mut canvas = views.page(&self.title, &entries);
         for view in &views.views {
             if view.axes.is_none() {
                 let floor = views.limits[2][0];
@@ -111,7 +106,7 @@ impl Figure for RodShape {
                 canvas.text(beside("B", view, vector, head, FIELD_COLOUR, &[]));
             }
         }
-        legend::flow(Some(&mut canvas), &entries, [left, legend_top], width);
+        views.draw_legend(&mut canvas, &entries);
         Ok(canvas)
     }
 }

@@ -1,8 +1,8 @@
 //! Where the tip should go and where it goes, in three projections and in space; rods along the way.
 
-use super::canvas::{Canvas, Dot, Point, Shape, Stroke, TITLE, Text};
+use super::canvas::{Canvas, Dot, Point, Shape, Stroke};
 use super::colour::{Colour, ColourMap};
-use super::legend::{self, Entry};
+use super::legend::Entry;
 use super::views::{FourViews, Vector, bounds};
 use super::{Figure, ReportError, TWO_COLUMNS};
 
@@ -39,12 +39,7 @@ impl Figure for TipPath {
         }
         let views = FourViews::new(bounds(finite), TWO_COLUMNS, TOP, MARGIN);
         let entries = self.entries();
-        let (left, width) = (views.views[0].rect.left, TWO_COLUMNS - views.views[0].rect.left - MARGIN);
-        let legend_top = views.bottom + 4.0;
-        let height = legend_top + legend::flow(None, &entries, [0.0; 2], width) + 5.0;
-        let mut canvas = Canvas::new(TWO_COLUMNS, height);
-        canvas.text(Text::new(&self.title, [left, 9.0], TITLE).bold());
-        views.draw_axes(&mut canvas);
+        let mut canvas = views.page(&self.title, &entries);
         for view in &views.views {
             for (k, rod) in self.rods.iter().enumerate() {
                 let line: Vec<Point> = rod.iter().map(|point| view.place(*point)).collect();
@@ -76,7 +71,7 @@ impl Figure for TipPath {
                 canvas.circle(view.place(*point), radius, None, Some(Stroke::new(FLAGGED, 0.4 * radius)));
             }
         }
-        legend::flow(Some(&mut canvas), &entries, [left, legend_top], width);
+        views.draw_legend(&mut canvas, &entries);
         Ok(canvas)
     }
 }

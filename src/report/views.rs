@@ -4,6 +4,7 @@
 
 use super::canvas::{Align, Canvas, NORMAL, Point, Rect, SMALL, Stroke, TITLE, Text};
 use super::colour::Colour;
+use super::legend::{self, Entry};
 use super::ticks::{self, LengthUnit};
 
 /// A point or direction in space [m].
@@ -68,6 +69,9 @@ pub struct FourViews {
     pub views: [View; 4],
     /// The lowest point of the panels' labels.
     pub bottom: f64,
+    /// Of the page, and what is free on its right [pt].
+    width: f64,
+    margin: f64,
 }
 
 impl FourViews {
@@ -106,7 +110,28 @@ impl FourViews {
             flat(panel(LEFT, lower, first, y), [0, 1]),
             spatial(space, limits, middle),
         ];
-        Self { limits, unit: LengthUnit::for_extent(extent), views, bottom: lower + y + BOTTOM }
+        Self { limits, unit: LengthUnit::for_extent(extent), views, bottom: lower + y + BOTTOM, width, margin }
+    }
+
+    /// A page with a title and the axes, and room for a legend below the panels.
+    pub fn page(&self, title: &str, entries: &[Entry]) -> Canvas {
+        let ([left, top], width) = self.legend_place();
+        let mut canvas = Canvas::new(self.width, top + legend::flow(None, entries, [0.0; 2], width) + 5.0);
+        canvas.text(Text::new(title, [left, 9.0], TITLE).bold());
+        self.draw_axes(&mut canvas);
+        canvas
+    }
+
+    /// Draws the legend below the panels.
+    pub fn draw_legend(&self, canvas: &mut Canvas, entries: &[Entry]) {
+        let (at, width) = self.legend_place();
+        legend::flow(Some(canvas), entries, at, width);
+    }
+
+    /// Where the legend is, and how wide.
+    fn legend_place(&self) -> (Point, f64) {
+        let left = self.views[0].rect.left;
+        ([left, self.bottom + 4.0], self.width - left - self.margin)
     }
 
     /// Frames, grids, ticks and labels, to lie under the data.

@@ -12,15 +12,11 @@ pub(super) fn read_number_table(
     unit: &dyn Fn(&str) -> Dimension,
     optional: &str,
 ) -> Result<Vec<(String, Vec<f64>)>, InputError> {
-    let is_parquet = file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("parquet"));
-    if is_parquet {
-        let columns = sink::read_numbers(file);
-        return columns.map_err(|problem| error(file, None, "", Problem::Unreadable(problem.to_string())));
+    if is_parquet(file) {
+        return read_parquet(file);
     }
     let text = read_text(file)?;
-    let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
-    let lines = text.lines().enumerate().map(|(index, line)| (index + 1, line.trim()));
-    let mut lines = lines.filter(|(_, line)| !line.is_empty() && !line.starts_with('#'));
+    let mut lines = csv_lines(&text);
     let Some((header_line, header)) = lines.next() else { return Ok(Vec::new()) };
     let mut columns: Vec<(String, Vec<f64>)> = Vec::new();
     for name in cells(header) {
@@ -31,10 +27,7 @@ pub(super) fn read_number_table(
         columns.push((name.to_owned(), Vec::new()));
     }
     for (line, row) in lines {
-        let found = cells(row).count();
-        if found != columns.len() {
-            return Err(error(file, Some(line), "", Problem::Columns { found, expected: columns.len() }));
-        }
+        expect_width(file, line, row, columns.len())?;
         for (cell, (name, values)) in cells(row).zip(&mut columns) {
             if cell.is_empty() && name == optional {
                 values.push(f64::NAN);
@@ -47,7 +40,29 @@ pub(super) fn read_number_table(
     Ok(columns)
 }
 
-fn cells(line: &str) -> impl Iterator<Item = &str> {
+pub(super) fn is_parquet(file: &Path) -> bool {
+    file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("parquet"))
+}
+
+/// Columns by name.
+pub(super) fn read_parquet(file: &Path) -> Result<Vec<(String, Vec<f64>)>, InputError> {
+    sink::read_numbers(file).map_err(|problem| error(file, None, "", Problem::Unreadable(problem.to_string())))
+}
+
+/// Lines of a CSV file, neither empty nor comments, with their numbers from 1.
+pub(super) fn csv_lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let lines = text.lines().enumerate().map(|(index, line)| (index + 1, line.trim()));
+    lines.filter(|(_, line)| !line.is_empty() && !line.starts_with('#'))
+}
+
+/// Refuses a line that has not as many cells as there are columns.
+pub(super) fn expect_width(file: &Path, line: usize, row: &str, expected: usize) -> Result<(), InputError> {
+    let found = cells(row).count();
+    if found == expected { Ok(()) } else { Err(error(file, Some(line), "", Problem::Columns { found, expected })) }
+}
+
+pub(super) fn cells(line: &str) -> impl Iterator<Item = &str> {
     line.split(',').map(|cell| cell.trim().trim_matches('"'))
 }
 

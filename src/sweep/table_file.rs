@@ -1,8 +1,8 @@
 //! Samples given as a table: CSV or Parquet whose columns are parameter names.
 
 use super::error::{InputError, Problem};
+use super::number_table::{cells, csv_lines, error, expect_width, is_parquet, read_parquet};
 use super::scene_file::read_text;
-use super::sink;
 use super::units::{Dimension, parse_quantity};
 use crate::model::{Parameter, Scene};
 use std::path::Path;
@@ -42,8 +42,7 @@ impl InputTable {
 
 /// Reads the table of a sweep; a column `sample` is ignored.
 pub(super) fn read_input_table(file: &Path, scene: &Scene) -> Result<InputTable, InputError> {
-    let is_parquet = file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("parquet"));
-    let table = if is_parquet { read_parquet(file, scene)? } else { parse_csv(file, &read_text(file)?, scene)? };
+    let table = if is_parquet(file) { parse_parquet(file, scene)? } else { parse_csv(file, &read_text(file)?, scene)? };
     if table.row_count() == 0 {
         return Err(error(
             file,
@@ -53,10 +52,6 @@ pub(super) fn read_input_table(file: &Path, scene: &Scene) -> Result<InputTable,
         ));
     }
     Ok(table)
-}
-
-fn error(file: &Path, line: Option<usize>, key: &str, problem: Problem) -> InputError {
-    InputError { file: file.into(), line, key: key.into(), problem: problem.into() }
 }
 
 /// The parameter of each column, `None` for `sample`.
@@ -93,9 +88,7 @@ fn columns(
 }
 
 fn parse_csv(file: &Path, text: &str, scene: &Scene) -> Result<InputTable, InputError> {
-    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let lines = text.lines().enumerate().map(|(index, line)| (index + 1, line.trim()));
-    let mut lines = lines.filter(|(_, line)| !line.is_empty() && !line.starts_with('#'));
+    let mut lines = csv_lines(text);
     let Some((header_line, header)) = lines.next() else {
         let remedy = "the first line must name parameters, such as coil.current.x".into();
         return Err(error(file, None, "", Problem::Missing { remedy }));
@@ -104,10 +97,7 @@ fn parse_csv(file: &Path, text: &str, scene: &Scene) -> Result<InputTable, Input
     let columns = columns(file, Some(header_line), &names, scene)?;
     let mut values = Vec::new();
     for (line, row) in lines {
-        let found = cells(row).count();
-        if found != names.len() {
-            return Err(error(file, Some(line), "", Problem::Columns { found, expected: names.len() }));
-        }
+        expect_width(file, line, row, names.len())?;
         for ((cell, name), parameter) in cells(row).zip(&names).zip(&columns) {
             let Some(parameter) = parameter else { continue };
             let value = parse_quantity(cell, Dimension::of(parameter.unit()));
@@ -117,13 +107,8 @@ fn parse_csv(file: &Path, text: &str, scene: &Scene) -> Result<InputTable, Input
     Ok(InputTable { parameters: columns.into_iter().flatten().collect(), values })
 }
 
-fn cells(line: &str) -> impl Iterator<Item = &str> {
-    line.split(',').map(|cell| cell.trim().trim_matches('"'))
-}
-
-fn read_parquet(file: &Path, scene: &Scene) -> Result<InputTable, InputError> {
-    let named =
-        sink::read_numbers(file).map_err(|problem| error(file, None, "", Problem::Unreadable(problem.to_string())))?;
+fn parse_parquet(file: &Path, scene: &Scene) -> Result<InputTable, InputError> {
+    let named = read_parquet(file)?;
     let names: Vec<&str> = named.iter().map(|(name, _)| name.as_str()).collect();
     let columns = columns(file, None, &names, scene)?;
     let used: Vec<&(String, Vec<f64>)> =
