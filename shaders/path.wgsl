@@ -13,8 +13,6 @@ const PASS_LIMIT: f32 = 0.0; //@spec
 const SAFE_MARGIN: f32 = 0.0; //@spec
 const NARROW_MARGIN: f32 = 0.0; //@spec
 const FOLD_MARGIN: f32 = 0.0; //@spec
-const INDEX_NOISE: f32 = 0.0; //@spec
-const EPSILON: f32 = 0.0; //@spec
 
 // How to reach the full load; each is tried where the one before did not lead to a stable equilibrium.
 const DIRECT: u32 = 0u;
@@ -143,7 +141,7 @@ fn follow_path(rod: Rod, first: u32, secant: vec3<f32>) -> PathEnd {
         end.exhausted = !end.reached && end.passes >= PASS_LIMIT;
         failed = failed || end.exhausted;
         // The step was rejected for its stability, not for Newton's method.
-        let unstable = converged && !same_branch && EPSILON * squared_norm(w) < INDEX_NOISE;
+        let unstable = converged && !same_branch && is_sharp(w);
         end.fold = guarded && failed && !end.exhausted && (unstable || !is_above(weakest, FOLD_MARGIN));
         if end.reached || failed && guarded { break; }
         if failed {

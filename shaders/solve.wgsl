@@ -65,7 +65,7 @@ fn solve_group() {
         }
         index = stability_index(tip);
         let within_reach = is_finite(length(tip.p)) && length(tip.p) < REACH;
-        let certain = end.path == SEARCH || index < 0.5 || EPSILON * squared_norm(w) < INDEX_NOISE;
+        let certain = end.path == SEARCH || index < 0.5 || is_sharp(w);
         converged = converged && within_reach && certain;
         code = status_codes(end, converged, index < 0.5, is_finite(size) && within_reach);
         if code != STATUS_PENDING { break; }

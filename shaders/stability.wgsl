@@ -1,6 +1,8 @@
 // Elastic stability: the index of the second variation, by conjugate points over the steps of a pass. S1 to S3
 // src/lanes/stability.rs
 
+const INDEX_NOISE: f32 = 0.0; //@spec
+const EPSILON: f32 = 0.0; //@spec
 const SMALLEST: f32 = 1.17549435e-38;
 
 // The distal end of the intervals that have been counted.
@@ -45,6 +47,11 @@ fn margin(w_inverse: mat3x3<f32>) -> f32 {
 // Whether the margin that belongs to (dr/dm0)^-1 of this squared norm is above a bound.
 fn is_above(square: f32, bound: f32) -> bool {
     return square * (bound * bound) < 3.0;
+}
+
+// Whether an index other than 0 means anything, where dr/dm0 is `w`: its round-off is small.
+fn is_sharp(w: mat3x3<f32>) -> bool {
+    return EPSILON * squared_norm(w) < INDEX_NOISE;
 }
 
 // mu = dm - w x m / 2 of three columns at the tip.

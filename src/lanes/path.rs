@@ -4,14 +4,14 @@
 
 use super::algebra::{Mat3, Vec3, axpy, cross, dot, inverse, length, select_matrix};
 use super::base::{moment_columns, rotation_columns};
-use super::lane::{Lane, Scalar};
+use super::lane::Lane;
 use super::program::Program;
 use super::rod::{Rod, Segment, Terms};
 use super::shoot::{Workspace, shoot, tip_moment_columns};
-use super::stability::{is_above, squared_norm, stability_index};
+use super::stability::{is_above, is_sharp, squared_norm, stability_index};
 use crate::model::path::{
-    CONTRACTION, CORRECTIONS, EASY, FIRST_RAMP_STEP, FOLD_MARGIN, INDEX_NOISE, NARROW_MARGIN, PASS_LIMIT,
-    PATH_TOLERANCE, SAFE_MARGIN, SMALLEST_GUARDED_STEP, SMALLEST_RAMP_STEP, TRUST,
+    CONTRACTION, CORRECTIONS, EASY, FIRST_RAMP_STEP, FOLD_MARGIN, NARROW_MARGIN, PASS_LIMIT, PATH_TOLERANCE,
+    SAFE_MARGIN, SMALLEST_GUARDED_STEP, SMALLEST_RAMP_STEP, TRUST,
 };
 
 /// How to reach the full load; each is tried where the one before did not lead to a stable equilibrium.
@@ -158,8 +158,7 @@ pub fn follow_path<L: Lane, T: Terms>(
         let accept = active & converged & same_branch & !lost;
         let go_on = active & !converged & contracting;
         let reject = active & !accept & !go_on;
-        let noise = zero.constant(L::Scalar::EPSILON) * squared_norm(&w);
-        let destabilised = converged & !same_branch & noise.lt(zero.constant(INDEX_NOISE));
+        let destabilised = converged & !same_branch & is_sharp(&w);
         unstable = (unstable & !active) | (reject & destabilised);
         weakest = L::select(accept, weakest.max(square), weakest);
 

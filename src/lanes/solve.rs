@@ -12,9 +12,9 @@ use super::rod::{Rod, Terms};
 use super::rows::{Responses, write_forward_rows, write_rows};
 use super::search::{search, snap};
 use super::shoot::{Tip, Workspace, shoot, tip_moment_columns};
-use super::stability::{margin, squared_norm, stability_index};
+use super::stability::{is_sharp, margin, stability_index};
 use crate::model::path::{
-    CHORD_LIMIT, CHORD_TOLERANCE, CHORD_TRUST, DIFFERENCE, INDEX_NOISE, NEWTON_LIMIT, REACH, ROUND_OFF, TRUST,
+    CHORD_LIMIT, CHORD_TOLERANCE, CHORD_TRUST, DIFFERENCE, NEWTON_LIMIT, REACH, ROUND_OFF, TRUST,
 };
 use crate::model::{MOST_KNOWN, NO_EQUILIBRIUM, Quantity, Status};
 
@@ -108,8 +108,7 @@ pub fn solve_group<L: Lane, T: Terms>(
     let within_reach = length(tip.p).lt(one.constant(REACH));
     let index = stability_index::<L, T>(&workspace.station, &tip, &columns);
     let stable = index.lt(one.constant(0.5));
-    let noise = one.constant(L::Scalar::EPSILON) * squared_norm(&w);
-    let certain = if path == Path::Search { !one.lt(zero) } else { stable | noise.lt(one.constant(INDEX_NOISE)) };
+    let certain = if path == Path::Search { !one.lt(zero) } else { stable | is_sharp(&w) };
     let converged = converged & within_reach & certain;
     let margin = margin(&w_inverse);
     let margin = L::select(stable, margin, -margin);

@@ -5,9 +5,10 @@
 
 use super::algebra::{Mat3, columns_cross_sub, cross, dot, inverse, select_matrix, transpose};
 use super::column::Columns;
-use super::lane::Lane;
+use super::lane::{Lane, Scalar};
 use super::rod::Terms;
 use super::shoot::{Tip, tip_moment_columns};
+use crate::model::path::INDEX_NOISE;
 
 /// The distal end of the intervals that have been counted.
 #[derive(Clone, Copy, Debug)]
@@ -63,6 +64,13 @@ pub fn margin<L: Lane>(w_inverse: &Mat3<L>) -> L {
 #[inline(always)]
 pub fn is_above<L: Lane>(square: L, bound: f64) -> L::Mask {
     (square * square.constant(bound * bound)).lt(square.constant(3.0))
+}
+
+/// Whether an index other than 0 means anything, where dr/dm0 is `w`: its round-off is small.
+#[inline(always)]
+pub fn is_sharp<L: Lane>(w: &Mat3<L>) -> L::Mask {
+    let noise = w.x.x.constant(L::Scalar::EPSILON) * squared_norm(w);
+    noise.lt(noise.constant(INDEX_NOISE))
 }
 
 /// mu = dm - w x m / 2 of three columns at the tip.
