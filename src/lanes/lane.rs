@@ -89,50 +89,74 @@ impl Scalar for f32 {
     }
 }
 
+/// Vector registers of an instruction set, aligned in memory as the hardware likes it.
+///
+/// pulp's own are aligned as their elements are: then most AVX-512 loads and stores touch two cache lines.
+pub trait Registers: Simd {
+    type Alignment: Copy + Debug + Send + Sync;
+}
+
+macro_rules! registers {
+    ($($set:ty, $alignment:ident, $bytes:literal;)*) => {$(
+        #[derive(Clone, Copy, Debug)]
+        #[repr(align($bytes))]
+        pub struct $alignment;
+
+        impl Registers for $set {
+            type Alignment = $alignment;
+        }
+    )*};
+}
+registers!(pulp::Scalar, OneNumber, 8;);
+#[cfg(target_arch = "x86_64")]
+registers!(pulp::x86::V3, Avx2Register, 32; pulp::x86::V4, Avx512Register, 64;);
+#[cfg(target_arch = "aarch64")]
+registers!(pulp::aarch64::Neon, NeonRegister, 16;);
+
 macro_rules! lane {
     ($lane:ident, $mask:ident, $scalar:ty, $register:ident, $bits:ident, $count:ident,
      $add:ident, $sub:ident, $mul:ident, $div:ident, $neg:ident, $mul_add:ident, $neg_mul_add:ident, $sqrt:ident,
      $abs:ident, $max:ident, $min:ident, $lt:ident, $select:ident, $splat:ident, $as_simd:ident, $as_mut_simd:ident,
      $and:ident, $or:ident, $xor:ident, $first_true:ident) => {
         #[derive(Clone, Copy, Debug)]
-        pub struct $lane<S: Simd>(S, S::$register);
+        pub struct $lane<S: Registers>(S, S::$register, [S::Alignment; 0]);
 
         #[derive(Clone, Copy, Debug)]
         pub struct $mask<S: Simd>(S, S::$bits);
 
-        impl<S: Simd> Add for $lane<S> {
+        impl<S: Registers> Add for $lane<S> {
             type Output = Self;
             #[inline(always)]
             fn add(self, other: Self) -> Self {
-                Self(self.0, self.0.$add(self.1, other.1))
+                Self(self.0, self.0.$add(self.1, other.1), [])
             }
         }
-        impl<S: Simd> Sub for $lane<S> {
+        impl<S: Registers> Sub for $lane<S> {
             type Output = Self;
             #[inline(always)]
             fn sub(self, other: Self) -> Self {
-                Self(self.0, self.0.$sub(self.1, other.1))
+                Self(self.0, self.0.$sub(self.1, other.1), [])
             }
         }
-        impl<S: Simd> Mul for $lane<S> {
+        impl<S: Registers> Mul for $lane<S> {
             type Output = Self;
             #[inline(always)]
             fn mul(self, other: Self) -> Self {
-                Self(self.0, self.0.$mul(self.1, other.1))
+                Self(self.0, self.0.$mul(self.1, other.1), [])
             }
         }
-        impl<S: Simd> Div for $lane<S> {
+        impl<S: Registers> Div for $lane<S> {
             type Output = Self;
             #[inline(always)]
             fn div(self, other: Self) -> Self {
-                Self(self.0, self.0.$div(self.1, other.1))
+                Self(self.0, self.0.$div(self.1, other.1), [])
             }
         }
-        impl<S: Simd> Neg for $lane<S> {
+        impl<S: Registers> Neg for $lane<S> {
             type Output = Self;
             #[inline(always)]
             fn neg(self) -> Self {
-                Self(self.0, self.0.$neg(self.1))
+                Self(self.0, self.0.$neg(self.1), [])
             }
         }
         impl<S: Simd> BitAnd for $mask<S> {
@@ -159,7 +183,7 @@ macro_rules! lane {
             }
         }
 
-        impl<S: Simd> Lane for $lane<S> {
+        impl<S: Registers> Lane for $lane<S> {
             type Scalar = $scalar;
             type Mask = $mask<S>;
             type Token = S;
@@ -167,7 +191,7 @@ macro_rules! lane {
 
             #[inline(always)]
             fn splat(token: S, value: f64) -> Self {
-                Self(token, token.$splat(value as $scalar))
+                Self(token, token.$splat(value as $scalar), [])
             }
             #[inline(always)]
             fn token(self) -> S {
@@ -175,27 +199,27 @@ macro_rules! lane {
             }
             #[inline(always)]
             fn mul_add(self, b: Self, c: Self) -> Self {
-                Self(self.0, self.0.$mul_add(self.1, b.1, c.1))
+                Self(self.0, self.0.$mul_add(self.1, b.1, c.1), [])
             }
             #[inline(always)]
             fn neg_mul_add(self, b: Self, c: Self) -> Self {
-                Self(self.0, self.0.$neg_mul_add(self.1, b.1, c.1))
+                Self(self.0, self.0.$neg_mul_add(self.1, b.1, c.1), [])
             }
             #[inline(always)]
             fn sqrt(self) -> Self {
-                Self(self.0, self.0.$sqrt(self.1))
+                Self(self.0, self.0.$sqrt(self.1), [])
             }
             #[inline(always)]
             fn abs(self) -> Self {
-                Self(self.0, self.0.$abs(self.1))
+                Self(self.0, self.0.$abs(self.1), [])
             }
             #[inline(always)]
             fn max(self, other: Self) -> Self {
-                Self(self.0, self.0.$max(self.1, other.1))
+                Self(self.0, self.0.$max(self.1, other.1), [])
             }
             #[inline(always)]
             fn min(self, other: Self) -> Self {
-                Self(self.0, self.0.$min(self.1, other.1))
+                Self(self.0, self.0.$min(self.1, other.1), [])
             }
             #[inline(always)]
             fn lt(self, other: Self) -> $mask<S> {
@@ -203,7 +227,7 @@ macro_rules! lane {
             }
             #[inline(always)]
             fn select(mask: $mask<S>, if_true: Self, if_false: Self) -> Self {
-                Self(mask.0, mask.0.$select(mask.1, if_true.1, if_false.1))
+                Self(mask.0, mask.0.$select(mask.1, if_true.1, if_false.1), [])
             }
             #[inline(always)]
             fn any(mask: $mask<S>) -> bool {
@@ -211,7 +235,7 @@ macro_rules! lane {
             }
             #[inline(always)]
             fn load(token: S, from: &[$scalar]) -> Self {
-                Self(token, S::$as_simd(&from[..S::$count]).0[0])
+                Self(token, S::$as_simd(&from[..S::$count]).0[0], [])
             }
             #[inline(always)]
             fn store(self, to: &mut [$scalar]) {

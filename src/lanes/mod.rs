@@ -218,19 +218,31 @@ trait BlockScalar: Scalar {
     fn run(arch: Arch, job: Job<'_, Self>);
 }
 
-impl BlockScalar for f64 {
-    fn run(arch: Arch, job: Job<'_, f64>) {
-        arch.dispatch(ByTerms::<f64>(job));
-    }
+macro_rules! block_scalar {
+    ($scalar:ty, $lane:ident) => {
+        impl BlockScalar for $scalar {
+            fn run(arch: Arch, job: Job<'_, $scalar>) {
+                match arch {
+                    // Machines without vector units are served, not tuned for: one kernel with every term.
+                    Arch::Scalar => {
+                        let token = pulp::Scalar::new();
+                        solve_job::<$lane<pulp::Scalar>, TermSet<true, true, true, true>>(token, job);
+                    }
+                    #[cfg(target_arch = "x86_64")]
+                    Arch::V3(token) => token.vectorize(ByTerms::<$lane<pulp::x86::V3>>(token, job)),
+                    #[cfg(target_arch = "x86_64")]
+                    Arch::V4(token) => token.vectorize(ByTerms::<$lane<pulp::x86::V4>>(token, job)),
+                    #[cfg(target_arch = "aarch64")]
+                    Arch::Neon(token) => token.vectorize(ByTerms::<$lane<pulp::aarch64::Neon>>(token, job)),
+                    #[allow(unreachable_patterns)]
+                    _ => unreachable!("an instruction set that was not offered"),
+                }
+            }
+        }
+    };
 }
-
-impl BlockScalar for f32 {
-    fn run(arch: Arch, job: Job<'_, f32>) {
-        arch.dispatch(ByTerms::<f32>(job));
-    }
-}
-
-struct ByTerms<'a, S: Scalar>(Job<'a, S>);
+block_scalar!(f64, F64);
+block_scalar!(f32, F32);
 
 /// Calls a kernel function compiled for the program's terms.
 macro_rules! by_terms {
@@ -252,24 +264,17 @@ macro_rules! by_terms {
 }
 use by_terms;
 
-macro_rules! with_simd {
-    ($scalar:ty, $lane:ident) => {
-        impl WithSimd for ByTerms<'_, $scalar> {
-            type Output = ();
+/// A block, with registers of the token's instruction set.
+struct ByTerms<'a, L: Lane>(L::Token, Job<'a, L::Scalar>);
 
-            #[inline(always)]
-            fn with_simd<S: Simd>(self, token: S) {
-                // Machines without vector units are served, not tuned for: one kernel with every term.
-                if S::IS_SCALAR {
-                    return solve_job::<$lane<S>, TermSet<true, true, true, true>>(token, self.0);
-                }
-                by_terms!(self.0.program, solve_job::<$lane<S>>(token, self.0))
-            }
-        }
-    };
+impl<L: Lane> pulp::NullaryFnOnce for ByTerms<'_, L> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        by_terms!(self.1.program, solve_job::<L>(self.0, self.1))
+    }
 }
-with_simd!(f64, F64);
-with_simd!(f32, F32);
 
 /// Solves a block: directly, then what is left by the ramp.
 #[inline(always)]
