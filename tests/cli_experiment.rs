@@ -44,6 +44,15 @@ fn the_experiment_stands_beside_what_was_measured() {
     assert_eq!(page.lines().filter(|line| line.starts_with("| ")).count(), 6, "{page}");
     let table = fs::read_to_string(dir.join("experiment.csv")).unwrap();
     assert_eq!(table.lines().count(), 1 + 4 * 3, "{table}");
+    // The catheter in the middle is drawn.
+    let square = |seed: &str| -> f64 {
+        let rows = table.lines().map(|line| line.split(',').collect::<Vec<_>>()).filter(|cells| cells[1] == seed);
+        rows.map(|cells| cells[2].parse::<f64>().unwrap().powi(2)).sum()
+    };
+    let mut seeds = ["1", "2", "3"];
+    seeds.sort_by(|a, b| square(a).total_cmp(&square(b)));
+    let words = format!("the catheter of seed {}, the median", seeds[1]);
+    assert!(output.stderr.contains(&words), "{words}: {}", output.stderr);
     // The middle one of three catheters is the median.
     let value = json(&sandbox.ok(&[&arguments[..], &["--json", "--force", "--no-figures"]].concat()).stdout);
     assert_eq!(value["simulation"], true);

@@ -40,6 +40,7 @@ pub fn control(arguments: &ControlArguments) -> Result<Exit, CommandError> {
     let file = file.ok_or_else(|| CommandError::Usage("give a trajectory or `--targets FILE`".into()))?;
     let trajectory = read_trajectory(file, &scene)?;
     let outputs = Outputs::new(arguments, &format!("control-{}", trajectory.name), "control")?;
+    say_notes(&scene);
     let driven = drive(scene, trajectory, arguments)?;
     outputs.write(&driven)?;
     print_summary(&driven);
@@ -66,13 +67,15 @@ pub fn control(arguments: &ControlArguments) -> Result<Exit, CommandError> {
     })
 }
 
+/// What is odd about a scene.
+pub fn say_notes(scene: &Scene) {
+    scene_notes(scene).iter().for_each(|note| say(&format!("note: {note}")));
+}
+
 /// Finds the inputs for every point of a trajectory.
 pub fn drive(scene: Scene, trajectory: Trajectory, arguments: &ControlArguments) -> Result<Driven, CommandError> {
     let inputs = inputs(arguments, &scene, &trajectory)?;
     let options = options(arguments, &trajectory)?;
-    for note in scene_notes(&scene) {
-        say(&format!("note: {note}"));
-    }
     let targets: Vec<Target> = trajectory.points.iter().map(target).collect();
     let batch = arguments.targets.is_some();
     let (points, engine, options) = match batch {

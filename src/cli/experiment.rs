@@ -1,7 +1,7 @@
 //! `rodsweep control --experiment`: the paper's experiment, simulated, beside what it measured.
 
 use super::args::ControlArguments;
-use super::control::{Driven, drive};
+use super::control::{Driven, drive, say_notes};
 use super::control_output::{Outputs, closed, desired};
 use super::simulate::{TRIALS, differences, play};
 use super::{CommandError, Exit, print, say};
@@ -42,6 +42,7 @@ pub fn experiment(scene: Scene, arguments: &ControlArguments) -> Result<Exit, Co
         trajectories.push(parse_trajectory(Path::new(file), text, &scene)?);
     }
     let outputs = Outputs::new(arguments, "control-experiment", "experiment")?;
+    say_notes(&scene);
     let imperfection = Imperfection::default();
     let seeds: Vec<u64> = (0..arguments.catheters as u64).map(|k| arguments.seed.wrapping_add(k)).collect();
     let mut played = Vec::new();
@@ -71,10 +72,12 @@ pub fn experiment(scene: Scene, arguments: &ControlArguments) -> Result<Exit, Co
     say(&format!("results: {}, {}", outputs.table.display(), page.display()));
     if !arguments.no_figures {
         let path = outputs.dir.join("experiment.png");
-        let panels: Vec<PlaneCurves> = played.iter().enumerate().map(|(k, played)| panel(played, k == 0)).collect();
+        let shown = median_catheter(&played);
+        let panels: Vec<PlaneCurves> =
+            played.iter().enumerate().map(|(k, played)| panel(played, shown, k == 0)).collect();
         let panels = panels.iter().map(|panel| panel as &dyn Panel).collect();
         report::write(&Sheet { columns: 2, panels }, &path)?;
-        say(&format!("figure: {}", path.display()));
+        say(&format!("figure: {}, the catheter of seed {}, the median by RMSE", path.display(), seeds[shown]));
     }
     if arguments.json {
         let answer = json!({ "simulation": true, "trials": TRIALS, "seeds": seeds, "trajectories": values(&played) });
@@ -185,8 +188,16 @@ fn values(played: &[Played]) -> Vec<Value> {
     played.iter().enumerate().map(value).collect()
 }
 
-/// The first catheter's trials in the controlled plane.
-fn panel(played: &Played, named: bool) -> PlaneCurves {
+/// The catheter in the middle by the sum of its mean square errors.
+fn median_catheter(played: &[Played]) -> usize {
+    let square = |k: usize| played.iter().map(|played| played.simulations[k].rmse.powi(2)).sum::<f64>();
+    let mut order: Vec<usize> = (0..played[0].simulations.len()).collect();
+    order.sort_by(|a, b| square(*a).total_cmp(&square(*b)));
+    order[(order.len() - 1) / 2]
+}
+
+/// One catheter's trials in the controlled plane.
+fn panel(played: &Played, catheter: usize, named: bool) -> PlaneCurves {
     let Played { driven, simulations } = played;
     let flat = |tip: Option<Vector>| tip.map_or([f64::NAN; 2], |tip| [1e3 * tip[0], 1e3 * tip[1]]);
     let line = |name: &str, tips: Vec<Option<Vector>>| {
@@ -194,11 +205,11 @@ fn panel(played: &Played, named: bool) -> PlaneCurves {
     };
     let goal = driven.points.iter().map(|point| Some(desired(driven, point))).collect();
     let mut series = vec![line("desired", goal).colour(Colour::ORANGE).width(2.6)];
-    for (k, trial) in simulations[0].trials.iter().enumerate() {
+    for (k, trial) in simulations[catheter].trials.iter().enumerate() {
         let name = if k == 0 { "ten trials" } else { "" };
         series.push(line(name, trial.clone()).colour(Colour::SKY).width(0.4));
     }
-    series.push(line("mean", simulations[0].mean.clone()).colour(Colour::BLUE).width(1.1));
+    series.push(line("mean", simulations[catheter].mean.clone()).colour(Colour::BLUE).width(1.1));
     let title = format!("{}, simulated", driven.trajectory.name);
     PlaneCurves(Curves { title, x: AxisLabel::linear("x", "mm"), y: AxisLabel::linear("y", "mm"), series })
 }

@@ -1,15 +1,14 @@
 //! `rodsweep control --replay`: recorded currents through the model, beside the tips that were observed.
 
 use super::args::ControlArguments;
+use super::control::say_notes;
 use super::control_output::Outputs;
 use super::engine::cpu_f64;
 use super::{CommandError, Exit, print, say};
 use rodsweep::model::{Scene, Vector};
 use rodsweep::report::{self, TipPath};
 use rodsweep::study::{self, Agreement, agreement};
-use rodsweep::sweep::{
-    InputTable, PlainColumn, PlainValues, read_input_table, read_observed_tips, scene_notes, write_plain,
-};
+use rodsweep::sweep::{InputTable, PlainColumn, PlainValues, read_input_table, read_observed_tips, write_plain};
 use serde_json::{Value, json};
 use std::path::Path;
 
@@ -20,9 +19,7 @@ pub fn replay(scene: &Scene, currents: &Path, arguments: &ControlArguments) -> R
     let observed = arguments.observed.as_ref().map(|file| read_observed_tips(file, table.row_count())).transpose()?;
     let name = currents.file_stem().unwrap_or_default().to_string_lossy();
     let outputs = Outputs::new(arguments, &format!("replay-{name}"), "replay")?;
-    for note in scene_notes(scene) {
-        say(&format!("note: {note}"));
-    }
+    say_notes(scene);
     let commands: Vec<Vec<f64>> = (0..table.row_count()).map(|row| table.row(row).to_vec()).collect();
     let tips = study::play(scene, table.parameters(), &commands, &mut |plan| cpu_f64(plan))?;
     let lost = tips.iter().filter(|tip| tip.is_none()).count();
