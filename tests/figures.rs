@@ -4,8 +4,8 @@
 
 use rodsweep::model::Status;
 use rodsweep::report::{
-    AxisLabel, Cloud, Counts, Curves, FailureMap, Figure, FourViews, Histogram, Marker, ReportError, RodShape, Series,
-    Sheet, Stretch, StretchKind, SweptAxis, Table, count, engineering, write,
+    AxisLabel, Cloud, Counts, Curves, FailureMap, Figure, FourViews, Histogram, Marker, PlaneCurves, ReportError,
+    RodMotion, RodShape, Series, Sheet, Stretch, StretchKind, SweptAxis, Table, count, engineering, write,
 };
 use std::f64::consts::PI;
 use std::path::PathBuf;
@@ -357,4 +357,42 @@ fn tables_align_numbers_on_the_right() {
     assert_eq!(table.to_string(), expected);
     assert_eq!([0.0, -2.0, f64::INFINITY].map(engineering), ["0", "-2.0e0", "inf"]);
     assert_eq!([0, 999, 1000, 226_981].map(count), ["0", "999", "1,000", "226,981"]);
+}
+
+#[test]
+fn a_plane_has_one_scale() {
+    let square = vec![[1.0, -3.0], [3.0, -3.0], [3.0, -1.0], [1.0, -1.0], [1.0, -3.0]];
+    let series = vec![Series::line("", square).width(2.25)];
+    let (x, y) = (AxisLabel::linear("x", "mm"), AxisLabel::linear("y", "mm"));
+    let figure = PlaneCurves(Curves { title: "A square".into(), x, y, series });
+    check(&figure, "plane", 89.0, &["A square", "x (mm)", "y (mm)"]);
+    let (folder, _kept) = folder();
+    let path = folder.join("square.svg");
+    write(&figure, &path).expect("a figure");
+    let svg = std::fs::read_to_string(path).expect("an SVG");
+    let line = svg.lines().find(|line| line.contains("stroke-width=\"2.25\"")).expect("the square");
+    let corners = line.split('"').nth(1).expect("its path").trim_start_matches('M').split('L');
+    let corners: Vec<Vec<f64>> =
+        corners.map(|corner| corner.split(' ').map(|x| x.parse().expect("a number")).collect()).collect();
+    let (width, height) = (corners[1][0] - corners[0][0], corners[0][1] - corners[2][1]);
+    assert!(width > 50.0 && (width - height).abs() < 0.01, "{width} by {height}");
+}
+
+#[test]
+fn a_rod_in_motion() {
+    let rod = |bend: f64, count: usize| {
+        let points = (0..count).map(|k| [bend * (k * k) as f64, 0.0, 0.01 * k as f64]).collect();
+        vec![Stretch { name: "rod".into(), kind: StretchKind::Flexible, points, dipole: None }]
+    };
+    let rods: Vec<Vec<Stretch>> = [0.0, 1e-4, 2e-4].map(|bend| rod(bend, 6)).into();
+    let tips: Vec<[f64; 3]> = rods.iter().map(|rod| rod[0].points[5]).collect();
+    let motion = RodMotion { title: "A rod".into(), desired: tips.clone(), tips, rods, seconds: 3.0 };
+    check(&motion, "motion", 183.0, &["A rod", "desired", "tip so far", "flexible"]);
+    let mut uneven = motion.clone();
+    uneven.rods[1] = rod(1e-4, 5);
+    assert!(matches!(uneven.draw(), Err(ReportError::Length { expected: 6, found: 5, .. })));
+    assert!(matches!(RodMotion { rods: Vec::new(), ..motion.clone() }.draw(), Err(ReportError::Empty { .. })));
+    let mut lost = motion;
+    lost.tips[1][0] = f64::NAN;
+    assert!(matches!(lost.draw(), Err(ReportError::Empty { .. })));
 }

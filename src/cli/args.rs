@@ -226,7 +226,7 @@ pub struct ImportArguments {
 }
 
 #[derive(Debug, Args)]
-#[command(group = clap::ArgGroup::new("where").required(true).args(["trajectory", "targets"]))]
+#[command(group = clap::ArgGroup::new("where").required(true).args(["trajectory", "targets", "experiment", "replay"]))]
 pub struct ControlArguments {
     /// Scene file (TOML)
     pub scene: PathBuf,
@@ -235,6 +235,15 @@ pub struct ControlArguments {
     /// Targets in no particular order, all solved together (CSV or Parquet, the same columns)
     #[arg(long, value_name = "FILE")]
     pub targets: Option<PathBuf>,
+    /// The paper's experiment, simulated: the four shipped trajectories on catheters that differ from the scene
+    #[arg(long)]
+    pub experiment: bool,
+    /// Play recorded currents through the model instead (CSV or Parquet, columns such as coil.current.x)
+    #[arg(long, value_name = "FILE")]
+    pub replay: Option<PathBuf>,
+    /// Observed tips to compare with (CSV or Parquet: x, y, z; point, the row of the currents from 0, unless in order)
+    #[arg(long, value_name = "FILE", requires = "replay", conflicts_with_all = ["trajectory", "targets", "experiment"])]
+    pub observed: Option<PathBuf>,
     /// Result directory [default: results/control-NAME]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
@@ -259,9 +268,12 @@ pub struct ControlArguments {
     #[command(flatten)]
     pub engine: EngineArguments,
     /// Play the currents on simulated catheters that differ from the scene: ten trials, errors, repeatability
-    #[arg(long, conflicts_with = "targets")]
+    #[arg(long, conflicts_with_all = ["targets", "experiment", "replay"])]
     pub simulate: bool,
-    /// Seed of the simulated catheters
+    /// Simulated catheters of the experiment
+    #[arg(long, value_name = "N", default_value_t = 20, value_parser = some)]
+    pub catheters: usize,
+    /// Seed of the first simulated catheter
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
     /// Exit with 3 if more targets than this are not reached [default: any number may]

@@ -3,7 +3,7 @@
 use super::args::{ControlArguments, EngineArguments, RedundancyName};
 use super::control_output::{Outputs, draw, print_summary, value};
 use super::engine::{Engine, F32_TOLERANCE, cpu_f64};
-use super::{CommandError, Exit, print, say, simulate};
+use super::{CommandError, Exit, experiment, print, replay, say, simulate};
 use rodsweep::backend::{Backend, BackendError, BackendKind, Precision};
 use rodsweep::lanes::{InstructionSet, Lanes};
 use rodsweep::model::{Parameter, Plan, Scene, SegmentParameter, Stepper};
@@ -30,22 +30,18 @@ pub struct Driven {
 
 pub fn control(arguments: &ControlArguments) -> Result<Exit, CommandError> {
     let scene = read_scene(&arguments.scene)?;
+    if arguments.experiment {
+        return experiment::experiment(scene, arguments);
+    }
+    if let Some(currents) = &arguments.replay {
+        return replay::replay(&scene, currents, arguments);
+    }
     let file = arguments.trajectory.as_ref().or(arguments.targets.as_ref());
     let file = file.ok_or_else(|| CommandError::Usage("give a trajectory or `--targets FILE`".into()))?;
     let trajectory = read_trajectory(file, &scene)?;
-    let inputs = inputs(arguments, &scene, &trajectory)?;
-    let options = options(arguments, &trajectory)?;
-    let outputs = Outputs::new(arguments, &trajectory.name)?;
-    for note in scene_notes(&scene) {
-        say(&format!("note: {note}"));
-    }
-    let targets: Vec<Target> = trajectory.points.iter().map(target).collect();
-    let batch = arguments.targets.is_some();
-    let (points, engine, options) = match batch {
-        true => reach(&scene, &inputs, options, &targets, &arguments.engine)?,
-        false => follow(&scene, &inputs, options, &targets, &arguments.engine)?,
-    };
-    let driven = Driven { scene, trajectory, inputs, options, points, engine, batch };
+    let outputs = Outputs::new(arguments, &format!("control-{}", trajectory.name), "control")?;
+    say_notes(&scene);
+    let driven = drive(scene, trajectory, arguments)?;
     outputs.write(&driven)?;
     print_summary(&driven);
     say(&format!("results: {}", outputs.table.display()));
@@ -69,6 +65,24 @@ pub fn control(arguments: &ControlArguments) -> Result<Exit, CommandError> {
         }
         _ => Exit::Done,
     })
+}
+
+/// What is odd about a scene.
+pub fn say_notes(scene: &Scene) {
+    scene_notes(scene).iter().for_each(|note| say(&format!("note: {note}")));
+}
+
+/// Finds the inputs for every point of a trajectory.
+pub fn drive(scene: Scene, trajectory: Trajectory, arguments: &ControlArguments) -> Result<Driven, CommandError> {
+    let inputs = inputs(arguments, &scene, &trajectory)?;
+    let options = options(arguments, &trajectory)?;
+    let targets: Vec<Target> = trajectory.points.iter().map(target).collect();
+    let batch = arguments.targets.is_some();
+    let (points, engine, options) = match batch {
+        true => reach(&scene, &inputs, options, &targets, &arguments.engine)?,
+        false => follow(&scene, &inputs, options, &targets, &arguments.engine)?,
+    };
+    Ok(Driven { scene, trajectory, inputs, options, points, engine, batch })
 }
 
 fn target(point: &TrajectoryPoint) -> Target {

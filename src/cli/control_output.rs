@@ -2,9 +2,9 @@
 
 use super::args::{ControlArguments, TableFormat};
 use super::control::Driven;
+use super::rod_motion::{centreline, motion};
 use super::{CommandError, say};
 use rodsweep::model::{Parameter, SegmentParameter, Vector};
-use rodsweep::reference::shape_with_derivatives;
 use rodsweep::report::{self, AxisLabel, Curves, Panel, Series, Sheet, TipPath, count, engineering};
 use rodsweep::study::{Controlled, Outcome};
 use rodsweep::sweep::{PlainColumn, PlainValues, SweepError, write_plain};
@@ -12,12 +12,11 @@ use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
 const XYZ: [&str; 3] = ["x", "y", "z"];
-/// Rods that are drawn, and points along each.
+/// Rods that are drawn.
 const RODS: usize = 12;
-const ROD_POINTS: usize = 81;
 /// More targets than this are drawn as a choice.
 const MOST_DRAWN: usize = 4000;
-const FIGURES: [&str; 3] = ["trajectory.png", "inputs.png", "rods.png"];
+const FIGURES: [&str; 4] = ["trajectory.png", "inputs.png", "rods.png", "motion.svg"];
 
 /// Where results go.
 pub struct Outputs {
@@ -26,13 +25,13 @@ pub struct Outputs {
 }
 
 impl Outputs {
-    /// Refuses to overwrite, before anything is solved.
-    pub fn new(arguments: &ControlArguments, name: &str) -> Result<Outputs, CommandError> {
-        let default = || PathBuf::from("results").join(format!("control-{name}"));
+    /// Refuses to overwrite, before anything is solved: `results/NAME/TABLE.csv`, unless told otherwise.
+    pub fn new(arguments: &ControlArguments, name: &str, table: &str) -> Result<Outputs, CommandError> {
+        let default = || PathBuf::from("results").join(name);
         let dir = arguments.out.clone().unwrap_or_else(default);
         let table = dir.join(match arguments.format {
-            TableFormat::Csv => "control.csv",
-            TableFormat::Parquet => "control.parquet",
+            TableFormat::Csv => format!("{table}.csv"),
+            TableFormat::Parquet => format!("{table}.parquet"),
         });
         if table.exists() && !arguments.force {
             return Err(CommandError::Usage(format!(
@@ -43,13 +42,17 @@ impl Outputs {
         Ok(Outputs { dir, table })
     }
 
-    pub fn write(&self, driven: &Driven) -> Result<(), CommandError> {
+    pub fn make_directory(&self) -> Result<(), SweepError> {
         let io = |error: std::io::Error| SweepError::Io {
             path: self.dir.clone(),
             action: "making the directory",
             reason: error.to_string(),
         };
-        std::fs::create_dir_all(&self.dir).map_err(io)?;
+        std::fs::create_dir_all(&self.dir).map_err(io)
+    }
+
+    pub fn write(&self, driven: &Driven) -> Result<(), CommandError> {
+        self.make_directory()?;
         let metadata = [
             ("rodsweep.version", env!("CARGO_PKG_VERSION").to_owned()),
             ("rodsweep.scene", driven.scene.name.clone()),
@@ -203,6 +206,14 @@ pub fn desired(driven: &Driven, point: &Controlled) -> Vector {
     std::array::from_fn(|a| if driven.options.coordinates[a] { point.target.position[a] } else { point.tip[a] })
 }
 
+/// The way back to the first point, where the trajectory is closed.
+pub fn closed<T: Copy>(driven: &Driven, mut points: Vec<T>) -> Vec<T> {
+    if driven.trajectory.closed && !driven.batch {
+        points.extend(points.first().copied());
+    }
+    points
+}
+
 /// Draws the figures into a directory; returns their files.
 pub fn draw(driven: &Driven, dir: &Path) -> Result<Vec<PathBuf>, CommandError> {
     let every = driven.points.len().div_ceil(MOST_DRAWN).max(1);
@@ -211,8 +222,8 @@ pub fn draw(driven: &Driven, dir: &Path) -> Result<Vec<PathBuf>, CommandError> {
     let missed = |point: &&&Controlled| point.outcome != Outcome::Reached;
     let path = TipPath {
         title: format!("{}: {}", driven.scene.name, driven.trajectory.name),
-        desired: points.iter().map(desired).collect(),
-        achieved: points.iter().map(|point| point.tip).collect(),
+        desired: closed(driven, points.iter().map(desired).collect()),
+        achieved: closed(driven, points.iter().map(|point| point.tip).collect()),
         flagged: points.iter().filter(missed).map(desired).collect(),
         rods: Vec::new(),
         names: ["desired", "achieved by the model"],
@@ -236,6 +247,9 @@ pub fn draw(driven: &Driven, dir: &Path) -> Result<Vec<PathBuf>, CommandError> {
     let frames = driven.points.iter().step_by(driven.points.len().div_ceil(RODS).max(1));
     let rods = frames.filter_map(|point| centreline(driven, point)).collect();
     write(&TipPath { rods, flagged: Vec::new(), ..path }, FIGURES[2])?;
+    if let Some(motion) = motion(driven) {
+        write(&motion, FIGURES[3])?;
+    }
     Ok(files)
 }
 
@@ -277,16 +291,4 @@ fn input_panels(driven: &Driven) -> Vec<Curves> {
         series: vec![series(String::new(), &|point| tip_error(driven, point).max(1e-16))],
     });
     panels
-}
-
-/// Points along the rod at one target.
-fn centreline(driven: &Driven, point: &Controlled) -> Option<Vec<Vector>> {
-    let mut scene = driven.scene.clone();
-    let values = driven.inputs.iter().map(|input| input.parameter).zip(point.inputs.iter().copied());
-    Parameter::set_all(&mut scene, values).ok()?;
-    let rod = scene.rod();
-    let length = rod.total_length();
-    let at: Vec<f64> = (0..ROD_POINTS).map(|k| length * k as f64 / (ROD_POINTS - 1) as f64).collect();
-    let poses = shape_with_derivatives(&rod, point.base_moment, &at, &[])?;
-    Some(poses.into_iter().map(|pose| pose.position).collect())
 }

@@ -137,6 +137,17 @@ impl Axes {
         Self { rect: Rect { left: panel.left + left, top: panel.top + top, width, height }, x, y }
     }
 
+    /// Widens one axis until a unit is as long on both.
+    pub fn equalise(&mut self) {
+        let extents = [self.rect.width, self.rect.height];
+        let [x, y] = [&mut self.x, &mut self.y];
+        let unit = ((x.high - x.low) / extents[0]).max((y.high - y.low) / extents[1]);
+        for (axis, extent) in [x, y].into_iter().zip(extents) {
+            let middle = 0.5 * (axis.low + axis.high);
+            *axis = Axis::exactly(&axis.label, middle - 0.5 * unit * extent, middle + 0.5 * unit * extent);
+        }
+    }
+
     /// NaN for what a logarithmic axis cannot show.
     pub fn place(&self, [x, y]: [f64; 2]) -> Point {
         [self.rect.left + self.rect.width * self.x.share(x), self.rect.bottom() - self.rect.height * self.y.share(y)]

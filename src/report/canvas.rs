@@ -147,6 +147,20 @@ pub enum Shape {
         clip: Option<Rect>,
     },
     Text(Text),
+    /// A line that runs through places of as many points each, evenly within `seconds`, again and again; a still shows
+    /// the first.
+    Moving {
+        frames: Vec<Vec<Point>>,
+        stroke: Stroke,
+        seconds: f64,
+    },
+    /// A line of which more and more is shown, these shares of its length, evenly within `seconds`; a still shows all.
+    Growing {
+        points: Vec<Point>,
+        shares: Vec<f64>,
+        stroke: Stroke,
+        seconds: f64,
+    },
     /// `width` by `height` pixels by rows from the top, stretched over `rect`.
     Image {
         rect: Rect,

@@ -53,6 +53,8 @@ pub struct Series {
     pub dashed: bool,
     pub marker: Option<Marker>,
     pub hollow: bool,
+    /// Of the line [pt].
+    pub width: f64,
     /// The next colour of the palette unless chosen.
     pub colour: Option<Colour>,
 }
@@ -61,7 +63,8 @@ impl Series {
     /// A line without markers.
     pub fn line(name: impl Into<String>, points: Vec<[f64; 2]>) -> Self {
         let band = Vec::new();
-        Self { name: name.into(), points, band, line: true, dashed: false, marker: None, hollow: false, colour: None }
+        let (dashed, hollow, marker, colour) = (false, false, None, None);
+        Self { name: name.into(), points, band, line: true, dashed, marker, hollow, width: 1.2, colour }
     }
 
     /// Markers without a line.
@@ -82,6 +85,11 @@ impl Series {
         Self { dashed: true, ..self }
     }
 
+    /// Width of the line [pt].
+    pub fn width(self, width: f64) -> Self {
+        Self { width, ..self }
+    }
+
     pub fn colour(self, colour: Colour) -> Self {
         Self { colour: Some(colour), ..self }
     }
@@ -100,8 +108,24 @@ pub struct Curves {
     pub series: Vec<Series>,
 }
 
+/// Curves in a plane: a unit is as long along y as along x.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlaneCurves(pub Curves);
+
+impl Panel for PlaneCurves {
+    fn draw_into(&self, canvas: &mut Canvas, rect: Rect) -> Result<(), ReportError> {
+        self.0.draw_on(canvas, rect, true)
+    }
+}
+
 impl Panel for Curves {
     fn draw_into(&self, canvas: &mut Canvas, rect: Rect) -> Result<(), ReportError> {
+        self.draw_on(canvas, rect, false)
+    }
+}
+
+impl Curves {
+    fn draw_on(&self, canvas: &mut Canvas, rect: Rect, plane: bool) -> Result<(), ReportError> {
         for series in &self.series {
             let (expected, found) = (series.points.len(), series.band.len());
             if found != 0 && found != expected {
@@ -118,12 +142,18 @@ impl Panel for Curves {
         };
         let entries = self.entries();
         let mut axes = Axes::within(rect, x, y, &self.title);
+        if plane {
+            axes.equalise();
+        }
         let boxed = legend::corner(&entries, axes.rect, &self.trace(&axes));
         if boxed.is_none() {
             // No corner is free: the legend stands between title and frame.
             let height = legend::flow(None, &entries, [0.0; 2], axes.rect.width) + 4.0;
             let top = axes.rect.top - 3.0;
             (axes.rect.top, axes.rect.height) = (axes.rect.top + height, axes.rect.height - height);
+            if plane {
+                axes.equalise();
+            }
             axes.draw(canvas, "");
             canvas.text(Text::new(&self.title, [axes.rect.left, rect.top + 9.0], TITLE).bold());
             legend::flow(Some(canvas), &entries, [axes.rect.left, top], axes.rect.width);
@@ -136,16 +166,14 @@ impl Panel for Curves {
         }
         Ok(())
     }
-}
 
-impl Curves {
     fn colour(&self, index: usize) -> Colour {
         self.series[index].colour.unwrap_or(Colour::SERIES[index % Colour::SERIES.len()])
     }
 
     fn stroke(&self, index: usize) -> Stroke {
         let dash = self.series[index].dashed.then_some([3.5, 2.5]);
-        Stroke { dash, ..Stroke::new(self.colour(index), 1.2) }
+        Stroke { dash, ..Stroke::new(self.colour(index), self.series[index].width) }
     }
 
     fn entries(&self) -> Vec<Entry> {

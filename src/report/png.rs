@@ -77,6 +77,14 @@ impl Painter {
                 builder.push_circle(centre[0] as f32, centre[1] as f32, *radius as f32);
                 self.paint(builder, *fill, *stroke, *clip);
             }
+            Shape::Moving { frames, stroke, .. } => {
+                let points = frames.first().cloned().unwrap_or_default();
+                self.shape(&Shape::Path { points, closed: false, fill: None, stroke: Some(*stroke), clip: None });
+            }
+            Shape::Growing { points, stroke, .. } => {
+                let points = points.clone();
+                self.shape(&Shape::Path { points, closed: false, fill: None, stroke: Some(*stroke), clip: None });
+            }
             Shape::Text(text) => self.text(text),
             Shape::Image { rect, width, height, pixels, smooth } => {
                 self.image(*rect, *width, *height, pixels, *smooth);

@@ -214,7 +214,8 @@ impl RodShape {
     }
 }
 
-fn style(kind: StretchKind) -> (Colour, f64) {
+/// Colour and width [pt].
+pub(super) fn style(kind: StretchKind) -> (Colour, f64) {
     match kind {
         StretchKind::Flexible => (FLEXIBLE, 1.7),
         StretchKind::Rigid => (RIGID, 3.2),
@@ -222,7 +223,7 @@ fn style(kind: StretchKind) -> (Colour, f64) {
     }
 }
 
-fn line_entry(words: &str, stroke: Stroke) -> Entry {
+pub(super) fn line_entry(words: &str, stroke: Stroke) -> Entry {
     Entry::new(words, move |canvas, rect| {
         let y = rect.centre()[1];
         canvas.line([[rect.left + 2.0, y], [rect.right() - 2.0, y]], stroke);

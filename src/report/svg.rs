@@ -1,6 +1,6 @@
 //! A canvas as SVG: lines and text stay vectors, large point clouds become an embedded image.
 
-use super::canvas::{Align, Canvas, Rect, Shape, Stroke, Text};
+use super::canvas::{Align, Canvas, Point, Rect, Shape, Stroke, Text};
 use super::colour::Colour;
 use super::{cloud, font, png};
 use std::fmt::Write;
@@ -47,11 +47,7 @@ impl Writer {
     fn shape(&mut self, shape: &Shape) {
         match shape {
             Shape::Path { points, closed, fill, stroke, clip } => {
-                let mut d = String::new();
-                for (i, [x, y]) in points.iter().enumerate() {
-                    let step = if i == 0 { 'M' } else { 'L' };
-                    d.push_str(&format!("{step}{} {}", number(*x), number(*y)));
-                }
+                let mut d = outline(points);
                 if *closed {
                     d.push('Z');
                 }
@@ -62,6 +58,22 @@ impl Writer {
                 let style = format!("{}{}", style(*fill, *stroke), self.clip(*clip));
                 let (x, y, r) = (number(*x), number(*y), number(*radius));
                 self.line(format_args!("<circle cx=\"{x}\" cy=\"{y}\" r=\"{r}\"{style}/>"));
+            }
+            Shape::Moving { frames, stroke, seconds } => {
+                let Some(first) = frames.first() else { return };
+                let values: Vec<String> = frames.iter().map(|frame| outline(frame)).collect();
+                let (first, style, values) = (outline(first), style(None, Some(*stroke)), values.join(";"));
+                let animate = animate("d", &values, *seconds);
+                self.line(format_args!("<path d=\"{first}\"{style}>{animate}</path>"));
+            }
+            Shape::Growing { points, shares, stroke, seconds } => {
+                let hidden: Vec<String> = shares.iter().map(|share| number(1.0 - share)).collect();
+                let (d, animate) = (outline(points), animate("stroke-dashoffset", &hidden.join(";"), *seconds));
+                let (colour, width) = (hex(stroke.colour), number(stroke.width));
+                self.line(format_args!(
+                    "<path d=\"{d}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"{width}\" stroke-linejoin=\"round\" \
+                     pathLength=\"1\" stroke-dasharray=\"1\">{animate}</path>"
+                ));
             }
             Shape::Text(text) => self.text(text),
             Shape::Image { rect, width, height, pixels, smooth } => {
@@ -148,6 +160,24 @@ impl Writer {
             place(rect)
         ));
     }
+}
+
+/// A line through points.
+fn outline(points: &[Point]) -> String {
+    let mut d = String::new();
+    for (i, [x, y]) in points.iter().enumerate() {
+        let step = if i == 0 { 'M' } else { 'L' };
+        d.push_str(&format!("{step}{} {}", number(*x), number(*y)));
+    }
+    d
+}
+
+/// An attribute that takes values one after another, endlessly.
+fn animate(attribute: &str, values: &str, seconds: f64) -> String {
+    let seconds = number(seconds);
+    format!(
+        "<animate attributeName=\"{attribute}\" dur=\"{seconds}s\" repeatCount=\"indefinite\" values=\"{values}\"/>"
+    )
 }
 
 fn place(rect: &Rect) -> String {

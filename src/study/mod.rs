@@ -1,15 +1,17 @@
 //! Questions that take more than one solution a sample: plain data in, plain data out, engines through the trait.
 
+mod agreement;
 mod control;
 mod fit;
 mod simulate;
 
+pub use agreement::{Agreement, agreement};
 pub use control::{
     Control, ControlError, ControlInput, ControlOptions, Controlled, MOST_INPUTS, Outcome, Redundancy, Target,
     TargetOptions,
 };
 pub use fit::{Direction, Fit, FitError, FitProblem, Fitted, ObservedPoint, ObservedShape, Strength, fit};
-pub use simulate::{Imperfection, Played, Simulation, simulate};
+pub use simulate::{Imperfection, Played, Simulation, play, simulate};
 
 use crate::backend::{Backend, BackendError};
 use crate::model::Plan;

@@ -2,9 +2,10 @@
 //! over, and their tips are seen with noise. Nothing here is a measurement.
 
 use super::MakeEngine;
+use super::agreement::squares_after_alignment;
 use super::control::ControlError;
 use crate::model::{Axis, Parameter, Plan, PlanOptions, Quantity, Scene, SegmentKind, SegmentParameter, Vector};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
 const STEPS: usize = 16;
 
@@ -34,6 +35,8 @@ impl Default for Imperfection {
 pub struct Simulation {
     /// Observed tips by trial and command [m]; `None` where the catheter has no stable equilibrium from rest.
     pub trials: Vec<Vec<Option<Vector>>>,
+    /// Over the trials, by command [m].
+    pub mean: Vec<Option<Vector>>,
     /// Root mean square distance from the desired positions [m].
     pub rmse: f64,
     /// The same after the best rotation and translation of each trial (Kabsch).
@@ -68,23 +71,33 @@ pub fn simulate(
     let mut random = Random(seed);
     let mut truth = scene.clone();
     disturb(&mut truth, imperfection, &mut random);
-    let axes: Vec<Vec<Parameter>> = parameters.iter().map(|parameter| vec![*parameter]).collect();
     let mut observed = Vec::new();
     for trial in 0..trials {
         if trial > 0 {
             bend(&mut truth, imperfection.drift, &mut random);
         }
-        let plan = Plan::new(&truth, &axes, &[], PlanOptions { steps: STEPS, ..PlanOptions::default() })?;
-        let batch = plan.batch(commands.len(), |i, row| row.copy_from_slice(&commands[i]));
-        let solutions = make(&plan)?.solve(&batch)?;
-        let see = |row: usize| {
-            let tip = solutions.vector(row, Quantity::TipPosition);
-            let seen = tip.map(|x| x + imperfection.noise * random.normal());
-            solutions.status(row).is_success().then_some(seen)
+        let see = |tip: Option<Vector>| {
+            let noise: [f64; 3] = std::array::from_fn(|_| imperfection.noise * random.normal());
+            tip.map(|tip| std::array::from_fn(|a| tip[a] + noise[a]))
         };
-        observed.push((0..commands.len()).map(see).collect::<Vec<_>>());
+        observed.push(play(&truth, parameters, commands, make)?.into_iter().map(see).collect::<Vec<_>>());
     }
     Ok(evaluate(observed, desired))
+}
+
+/// Tips that commands lead to from rest [m]; `None` where that is no stable equilibrium.
+pub fn play(
+    scene: &Scene,
+    parameters: &[Parameter],
+    commands: &[Vec<f64>],
+    make: &mut MakeEngine,
+) -> Result<Vec<Option<Vector>>, ControlError> {
+    let axes: Vec<Vec<Parameter>> = parameters.iter().map(|parameter| vec![*parameter]).collect();
+    let plan = Plan::new(scene, &axes, &[], PlanOptions { steps: STEPS, ..PlanOptions::default() })?;
+    let batch = plan.batch(commands.len(), |i, row| row.copy_from_slice(&commands[i]));
+    let solutions = make(&plan)?.solve(&batch)?;
+    let tip = |row| solutions.status(row).is_success().then(|| solutions.vector(row, Quantity::TipPosition));
+    Ok((0..commands.len()).map(tip).collect())
 }
 
 fn evaluate(trials: Vec<Vec<Option<Vector>>>, desired: &[Vector]) -> Simulation {
@@ -94,14 +107,16 @@ fn evaluate(trials: Vec<Vec<Option<Vector>>>, desired: &[Vector]) -> Simulation 
         let pairs: Vec<(Vector3<f64>, Vector3<f64>)> =
             tips.iter().zip(desired).filter_map(|(tip, to)| tip.map(|tip| (tip.into(), (*to).into()))).collect();
         squares += pairs.iter().map(|(tip, to)| (tip - to).norm_squared()).sum::<f64>();
-        aligned += after_alignment(&pairs);
+        aligned += squares_after_alignment(&pairs);
         count += pairs.len();
     }
+    let mut means = Vec::new();
     for command in 0..desired.len() {
         let tips: Vec<Vector3<f64>> = trials.iter().filter_map(|tips| tips[command].map(Vector3::from)).collect();
         let mean = tips.iter().sum::<Vector3<f64>>() / tips.len().max(1) as f64;
         spread += tips.iter().map(|tip| (tip - mean).norm_squared()).sum::<f64>();
         spread_count += tips.len();
+        means.push((!tips.is_empty()).then(|| mean.into()));
     }
     let root = |sum: f64, count: usize| if count > 0 { (sum / count as f64).sqrt() } else { f64::NAN };
     Simulation {
@@ -109,21 +124,9 @@ fn evaluate(trials: Vec<Vec<Option<Vector>>>, desired: &[Vector]) -> Simulation 
         aligned_rmse: root(aligned, count),
         repeatability: root(spread, spread_count),
         lost,
+        mean: means,
         trials,
     }
-}
-
-/// Sum of the squares that the best rotation and translation leave.
-fn after_alignment(pairs: &[(Vector3<f64>, Vector3<f64>)]) -> f64 {
-    let count = pairs.len().max(1) as f64;
-    let from = pairs.iter().map(|(tip, _)| tip).sum::<Vector3<f64>>() / count;
-    let to = pairs.iter().map(|(_, to)| to).sum::<Vector3<f64>>() / count;
-    let cross: Matrix3<f64> = pairs.iter().map(|(tip, other)| (other - to) * (tip - from).transpose()).sum();
-    let svd = cross.svd(true, true);
-    let (Some(u), Some(v_t)) = (svd.u, svd.v_t) else { return f64::NAN };
-    let mirrored = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, (u * v_t).determinant().signum()));
-    let turn = u * mirrored * v_t;
-    pairs.iter().map(|(tip, other)| (turn * (tip - from) - (other - to)).norm_squared()).sum()
 }
 
 fn disturb(scene: &mut Scene, imperfection: &Imperfection, random: &mut Random) {

@@ -26,6 +26,7 @@ mod sink;
 mod spec;
 mod sweep_file;
 mod table_file;
+mod tip_file;
 mod toml;
 mod trajectory_file;
 mod units;
@@ -53,8 +54,9 @@ pub use sink::{PlainColumn, PlainValues, write_plain};
 pub use spec::{
     AxisSpec, BranchChoice, Format, MAX_ROWS, MAX_SAMPLES, Method, OutputQuantity, RESOLVED_TABLE, SweepSpec,
 };
-pub use table_file::InputTable;
+pub use table_file::{InputTable, read_input_table};
+pub use tip_file::read_observed_tips;
 pub use trajectory_file::{
-    REDUNDANCIES, Trajectory, TrajectoryInput, TrajectoryPoint, parse_coordinates, read_trajectory,
+    REDUNDANCIES, Trajectory, TrajectoryInput, TrajectoryPoint, parse_coordinates, parse_trajectory, read_trajectory,
 };
 pub use units::{Dimension, QuantityError, parse_quantity};

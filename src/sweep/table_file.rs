@@ -40,8 +40,8 @@ impl InputTable {
     }
 }
 
-/// Reads the table of a sweep; a column `sample` is ignored.
-pub(super) fn read_input_table(file: &Path, scene: &Scene) -> Result<InputTable, InputError> {
+/// Reads a table of values by parameter; a column `sample` is ignored.
+pub fn read_input_table(file: &Path, scene: &Scene) -> Result<InputTable, InputError> {
     let table = if is_parquet(file) { parse_parquet(file, scene)? } else { parse_csv(file, &read_text(file)?, scene)? };
     if table.row_count() == 0 {
         return Err(error(

@@ -52,6 +52,8 @@ pub struct TrajectoryInput {
 pub struct Trajectory {
     pub name: String,
     pub points: Vec<TrajectoryPoint>,
+    /// The way goes on from the last point to the first.
+    pub closed: bool,
     /// Coordinates of the tip that are controlled.
     pub coordinates: [bool; 3],
     pub inputs: Vec<TrajectoryInput>,
@@ -74,8 +76,13 @@ pub fn read_trajectory(file: &Path, scene: &Scene) -> Result<Trajectory, InputEr
             let (points, coordinates) = read_points(file)?;
             Ok(Trajectory { name: stem(file), points, coordinates, ..Trajectory::default() })
         }
-        _ => trajectory(file, &Source::parse(file, &read_text(file)?)?.root(), scene),
+        _ => parse_trajectory(file, &read_text(file)?, scene),
     }
+}
+
+/// Reads the text of a trajectory file; `file` is what errors name.
+pub fn parse_trajectory(file: &Path, text: &str, scene: &Scene) -> Result<Trajectory, InputError> {
+    trajectory(file, &Source::parse(file, text)?.root(), scene)
 }
 
 fn stem(file: &Path) -> String {
@@ -115,6 +122,7 @@ fn trajectory(file: &Path, reader: &Reader, scene: &Scene) -> Result<Trajectory,
     let mut trajectory = Trajectory {
         name: reader.string("name")?.map_or_else(|| stem(file), str::to_owned),
         points,
+        closed: shape != "table",
         coordinates,
         duration: positive(reader, "duration", "s")?,
         ..Trajectory::default()

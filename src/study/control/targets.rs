@@ -6,8 +6,11 @@ use super::{Control, ControlError, Controlled, Outcome, Target, Task};
 use rayon::prelude::*;
 use std::time::Instant;
 
-/// Starts of one target differ by more than this in some input, over half its range.
+/// Starts of one target differ by more than this in some input, over half its range; further ones by more.
 const APART: f64 = 0.25;
+const FAR_APART: f64 = 1.0;
+/// Little, over the rod's length: so near to a target that can be reached a search may end where J is singular.
+const LITTLE: f64 = 0.01;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TargetOptions {
@@ -15,11 +18,13 @@ pub struct TargetOptions {
     pub table: usize,
     /// Starts that are tried for one target.
     pub attempts: usize,
+    /// Starts, farther apart, that are tried besides where little is missing.
+    pub further: usize,
 }
 
 impl Default for TargetOptions {
     fn default() -> Self {
-        Self { table: 2048, attempts: 3 }
+        Self { table: 2048, attempts: 3, further: 6 }
     }
 }
 
@@ -35,15 +40,27 @@ impl Control {
         let table = self.table(options.table)?;
         let task = self.task.clone();
         let task = &task;
+        let little = LITTLE * self.plan.scene.total_length();
         let start = |target: &Target, attempt: usize| {
-            let state = table[*nearest(task, &table, target, attempt + 1).get(attempt)?].clone();
+            // Of those farther apart the first has been tried.
+            let (rank, apart) = match attempt.checked_sub(options.attempts) {
+                None => (attempt, APART),
+                Some(further) => (further + 1, FAR_APART),
+            };
+            let state = table[*nearest(task, &table, target, rank + 1, apart).get(rank)?].clone();
             Some(Descent::new(task, state, *target))
         };
         let mut best: Vec<Descent> = targets.par_iter().filter_map(|target| start(target, 0)).collect();
         self.descend_all(&mut best, progress)?;
         let mut results = self.results(&best)?;
-        for attempt in 1..options.attempts {
-            let wanting = |i: &usize| results[*i].outcome != Outcome::Reached || !results[*i].from_rest;
+        for attempt in 1..options.attempts + options.further {
+            let wanting = |i: &usize| {
+                let Controlled { outcome, from_rest, residual, .. } = results[*i];
+                match attempt < options.attempts {
+                    true => outcome != Outcome::Reached || !from_rest,
+                    false => outcome != Outcome::Reached && residual < little,
+                }
+            };
             let left: Vec<usize> = (0..targets.len()).filter(wanting).collect();
             let again = left.par_iter().filter_map(|i| Some((*i, start(&targets[*i], attempt)?)));
             let (left, mut others): (Vec<usize>, Vec<Descent>) = again.unzip();
@@ -138,13 +155,13 @@ impl Control {
 }
 
 /// The nearest tips of a table, with inputs that differ.
-fn nearest(task: &Task, table: &[State], target: &Target, count: usize) -> Vec<usize> {
+fn nearest(task: &Task, table: &[State], target: &Target, count: usize, apart: f64) -> Vec<usize> {
     let distances: Vec<f64> = table.iter().map(|state| norm2(&state.missing(task, target))).collect();
     let mut chosen: Vec<usize> = Vec::new();
     while chosen.len() < count.max(1) {
         let differs = |i: &usize| {
-            let apart = |j: &usize| table[*i].z.iter().zip(&table[*j].z).any(|(a, b)| (a - b).abs() > APART);
-            chosen.iter().all(apart)
+            let are = |j: &usize| table[*i].z.iter().zip(&table[*j].z).any(|(a, b)| (a - b).abs() > apart);
+            chosen.iter().all(are)
         };
         let next = (0..table.len()).filter(differs).min_by(|a, b| distances[*a].total_cmp(&distances[*b]));
         match next {

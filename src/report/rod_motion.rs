@@ -1,0 +1,92 @@
+//! A rod on its way along a path, in three projections and in space. As SVG it moves, in a browser; a PNG shows its
+//! first place.
+
+use super::canvas::{Canvas, Point, Shape, Stroke};
+use super::colour::Colour;
+use super::legend::Entry;
+use super::rod_shape::{Stretch, StretchKind, line_entry, style};
+use super::views::{FourViews, Vector, bounds};
+use super::{Figure, ReportError, TWO_COLUMNS};
+
+const FIGURE: &str = "the rod's motion";
+const TOP: f64 = 30.0;
+const MARGIN: f64 = 14.0;
+const DESIRED: Stroke = Stroke { colour: Colour::SKY, width: 2.6, dash: None };
+const ACHIEVED: Stroke = Stroke { colour: Colour::BLUE, width: 0.9, dash: None };
+
+/// A rod and its tip's path.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RodMotion {
+    pub title: String,
+    /// Where the tip should go [m].
+    pub desired: Vec<Vector>,
+    /// Where the tip goes [m].
+    pub tips: Vec<Vector>,
+    /// The rod at places that follow one another evenly in time, the same stretches with as many points in each; the
+    /// first at the first tip, the last at the last.
+    pub rods: Vec<Vec<Stretch>>,
+    /// Of the whole way [s].
+    pub seconds: f64,
+}
+
+impl Figure for RodMotion {
+    fn draw(&self) -> Result<Canvas, ReportError> {
+        let points = |rod: &Vec<Stretch>| rod.iter().flat_map(|stretch| stretch.points.clone()).collect::<Vec<_>>();
+        let on_rods: Vec<Vector> = self.rods.iter().flat_map(points).collect();
+        let all = || on_rods.iter().chain(&self.desired).chain(&self.tips);
+        let (Some(first), true) = (self.rods.first(), all().flatten().all(|x| x.is_finite())) else {
+            return Err(ReportError::Empty { figure: FIGURE, reason: "no rod, or a point that is not finite".into() });
+        };
+        let counts = |rod: &Vec<Stretch>| rod.iter().map(|stretch| stretch.points.len()).collect::<Vec<_>>();
+        if let Some(other) = self.rods.iter().find(|rod| counts(rod) != counts(first)) {
+            let [expected, found] = [first, other].map(|rod| points(rod).len());
+            return Err(ReportError::Length { figure: FIGURE, what: "a rod's points", expected, found });
+        }
+        let views = FourViews::new(bounds(all().copied()), TWO_COLUMNS, TOP, MARGIN);
+        let entries = self.entries(first);
+        let mut canvas = views.page(&self.title, &entries);
+        for view in &views.views {
+            let place = |points: &[Vector]| points.iter().map(|point| view.place(*point)).collect::<Vec<Point>>();
+            canvas.line(place(&self.desired), DESIRED);
+            self.draw_trail(&mut canvas, place(&self.tips));
+            for (index, stretch) in first.iter().enumerate() {
+                let frames: Vec<Vec<Point>> = self.rods.iter().map(|rod| place(&rod[index].points)).collect();
+                let (colour, width) = style(stretch.kind);
+                canvas.shapes.push(Shape::Moving { frames, stroke: Stroke::new(colour, width), seconds: self.seconds });
+            }
+        }
+        views.draw_legend(&mut canvas, &entries);
+        Ok(canvas)
+    }
+}
+
+impl RodMotion {
+    /// The tip's path as far as it has come.
+    fn draw_trail(&self, canvas: &mut Canvas, points: Vec<Point>) {
+        let mut lengths = vec![0.0];
+        for pair in points.windows(2) {
+            let step = (pair[1][0] - pair[0][0]).hypot(pair[1][1] - pair[0][1]);
+            lengths.push(lengths[lengths.len() - 1] + step);
+        }
+        let (whole, last) = (lengths[lengths.len() - 1].max(f64::MIN_POSITIVE), self.rods.len().max(2) - 1);
+        let share = |k: usize| {
+            let at = (k * (lengths.len() - 1)) as f64 / last as f64;
+            let (below, above) = (lengths[at.floor() as usize], lengths[at.ceil() as usize]);
+            (below + at.fract() * (above - below)) / whole
+        };
+        let shares = (0..=last).map(share).collect();
+        canvas.shapes.push(Shape::Growing { points, shares, stroke: ACHIEVED, seconds: self.seconds });
+    }
+
+    fn entries(&self, rod: &[Stretch]) -> Vec<Entry> {
+        let mut entries = vec![line_entry("desired", DESIRED), line_entry("tip so far", ACHIEVED)];
+        let kinds = [(StretchKind::Flexible, "flexible"), (StretchKind::Rigid, "rigid"), (StretchKind::Coil, "coil")];
+        for (kind, words) in kinds {
+            if rod.iter().any(|stretch| stretch.kind == kind) {
+                let (colour, width) = style(kind);
+                entries.push(line_entry(words, Stroke::new(colour, width)));
+            }
+        }
+        entries
+    }
+}

@@ -1,0 +1,49 @@
+//! Observed tips: a table with columns x, y, z, perhaps `point`, the row of the commands that each belongs to.
+
+use super::error::{InputError, Problem};
+use super::number_table::{error, read_number_table};
+use super::units::Dimension;
+use crate::model::{Vector, closest};
+use std::path::Path;
+
+const COLUMNS: [&str; 4] = ["point", "x", "y", "z"];
+
+/// Reads tips [m], each with the row of the commands, counted from 0; without a column `point` they follow the rows.
+pub fn read_observed_tips(file: &Path, command_count: usize) -> Result<Vec<(usize, Vector)>, InputError> {
+    let dimension = |name: &str| if name == "point" { Dimension::NUMBER } else { Dimension::of("m") };
+    let columns = read_number_table(file, &dimension, "")?;
+    if let Some((name, _)) = columns.iter().find(|(name, _)| !COLUMNS.contains(&name.as_str())) {
+        let suggestion = closest(name, COLUMNS.into_iter());
+        let problem = Problem::Choice { found: name.clone(), suggestion, allowed: COLUMNS.join(", ") };
+        return Err(error(file, None, name, problem));
+    }
+    let column = |name: &str| columns.iter().find(|(other, _)| other == name).map(|(_, values)| values);
+    let [Some(x), Some(y), Some(z)] = ["x", "y", "z"].map(column) else {
+        let remedy = "the first line names columns x, y, z and perhaps point, the row of the commands from 0".into();
+        return Err(error(file, None, "x", Problem::Missing { remedy }));
+    };
+    if x.is_empty() {
+        let remedy = "the table has no rows: give at least one".into();
+        return Err(error(file, None, "", Problem::Missing { remedy }));
+    }
+    let tip = |row: usize| {
+        let point = column("point").map_or(row as f64, |point| point[row]);
+        if point.fract() != 0.0 || !(0.0..command_count as f64).contains(&point) {
+            let expected = format!("a row of the commands, 0 to {}", command_count.saturating_sub(1));
+            return Err(error(
+                file,
+                None,
+                "point",
+                Problem::Range { value: format!("{point} in row {row}"), expected },
+            ));
+        }
+        let position = [x[row], y[row], z[row]];
+        if position.iter().any(|x| !x.is_finite()) {
+            let problem =
+                Problem::Range { value: format!("not finite in row {row}"), expected: "finite numbers".into() };
+            return Err(error(file, None, "x", problem));
+        }
+        Ok((point as usize, position))
+    };
+    (0..x.len()).map(tip).collect()
+}

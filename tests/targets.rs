@@ -1,0 +1,59 @@
+//! Targets that searches find hard: near the rod's axis, where J is singular.
+
+mod common;
+
+use common::random::Random;
+use rodsweep::backend::{Backend, BackendError, Precision};
+use rodsweep::lanes::Lanes;
+use rodsweep::model::{Parameter, Plan, Scene, Stepper, Vector};
+use rodsweep::study::{Control, ControlInput, ControlOptions, Controlled, Outcome, Target, TargetOptions, play};
+use rodsweep::sweep::read_scene;
+use std::path::Path;
+
+const LIMIT: f64 = 0.3;
+
+fn scene(name: &str) -> Scene {
+    read_scene(&Path::new(env!("CARGO_MANIFEST_DIR")).join("sweeps/scenes").join(name)).expect("the scene")
+}
+
+fn cpu(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
+    Ok(Box::new(Lanes::new(plan, Precision::F64)?))
+}
+
+fn currents(scene: &Scene) -> Vec<Parameter> {
+    Parameter::parse(scene, "coil.current").expect("currents")
+}
+
+fn reach(scene: &Scene, coordinates: [bool; 3], targets: &[Target], options: &TargetOptions) -> Vec<Controlled> {
+    let input = |parameter| ControlInput { parameter, low: -LIMIT, high: LIMIT };
+    let inputs: Vec<ControlInput> = currents(scene).into_iter().map(input).collect();
+    let control = ControlOptions { coordinates, ..ControlOptions::default() };
+    let mut control = Control::new(scene, &inputs, control, Stepper::Dop853, &mut cpu).expect("a controller");
+    control.reach(targets, options, &mut |_| {}).expect("points")
+}
+
+/// Tips of random permitted currents, at most 8 mm from the axis.
+fn near_the_axis(scene: &Scene) -> Vec<Target> {
+    let mut random = Random(5);
+    let commands: Vec<Vec<f64>> = (0..20_000).map(|_| random.vector(LIMIT).to_vec()).collect();
+    let tips = play(scene, &currents(scene), &commands, &mut cpu).expect("tips");
+    let near = |tip: &Vector| tip[0].hypot(tip[1]) < 8e-3;
+    tips.into_iter().flatten().filter(near).map(|position| Target { position, tangent: None }).collect()
+}
+
+#[test]
+fn nearly_all_targets_near_the_axis_are_reached() {
+    let scene = scene("p6.toml");
+    let targets = near_the_axis(&scene);
+    assert!(targets.len() > 2000, "{}", targets.len());
+    let missed = |further: usize| {
+        let options = TargetOptions { further, ..TargetOptions::default() };
+        let points = reach(&scene, [true; 3], &targets, &options);
+        let missed: Vec<Controlled> = points.into_iter().filter(|p| p.outcome != Outcome::Reached).collect();
+        assert!(missed.iter().all(|point| point.residual < 1e-3), "{missed:?}");
+        missed.len()
+    };
+    let (few, many) = (missed(TargetOptions::default().further), missed(0));
+    eprintln!("{} targets near the axis: {few} missed, {many} without further starts", targets.len());
+    assert!(few * 1000 <= targets.len() && many > 3 * few, "{few}, {many}");
+}
