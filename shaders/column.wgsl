@@ -34,7 +34,7 @@ fn force_of(k: u32) -> Force {
 // dm of three columns, from dM.
 fn column_moment(dn: Force, p: vec3<f32>, n: vec3<f32>, dp: mat3x3<f32>, dM: mat3x3<f32>) -> mat3x3<f32> {
     var dm = dM;
-    if dn.is_unit { dm = dM - hat(p); } // J3
+    if dn.is_unit { dm = dM - hat(p); }
     if dn.is_forward { dm = columns_cross_add(dn.dn, p, dM); } // J3
     //@if FORCE
     return columns_cross_sub(dp, n, dm); // J3

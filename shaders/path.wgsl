@@ -3,10 +3,16 @@
 
 const PATH_TOLERANCE: f32 = 0.0; //@spec
 const CONTRACTION: f32 = 0.0; //@spec
+const LOAD_STEP_TOLERANCE: f32 = 0.0; //@spec
+const FULL_LOAD_TOLERANCE: f32 = 0.0; //@spec
 const TRUST: f32 = 0.0; //@spec
+const RAMP_TRUST: f32 = 0.0; //@spec
 const CORRECTIONS: f32 = 0.0; //@spec
-const EASY: f32 = 0.0; //@spec
-const FIRST_RAMP_STEP: f32 = 0.0; //@spec
+const FIRST_BEND: f32 = 0.0; //@spec
+const AIM: f32 = 0.0; //@spec
+const LEAST_RATIO: f32 = 0.0; //@spec
+const MOST_RATIO: f32 = 0.0; //@spec
+const RETREAT: f32 = 0.0; //@spec
 const SMALLEST_RAMP_STEP: f32 = 0.0; //@spec
 const SMALLEST_GUARDED_STEP: f32 = 0.0; //@spec
 const PASS_LIMIT: f32 = 0.0; //@spec
@@ -15,11 +21,10 @@ const NARROW_MARGIN: f32 = 0.0; //@spec
 const FOLD_MARGIN: f32 = 0.0; //@spec
 
 // How to reach the full load; each is tried where the one before did not lead to a stable equilibrium.
-const DIRECT: u32 = 0u;
-const RAMP: u32 = 1u;
-const GUARDED_RAMP: u32 = 2u;
+const RAMP: u32 = 0u;
+const GUARDED_RAMP: u32 = 1u;
 // Not from rest: from a given base moment, away from known equilibria.
-const SEARCH: u32 = 3u;
+const SEARCH: u32 = 2u;
 
 // The last accepted states, for the prediction of the next.
 struct History {
@@ -41,6 +46,8 @@ struct PathEnd {
     inverse: mat3x3<f32>,
     passes: f32,
     reached: bool,
+    // In more than one load step.
+    ramped: bool,
     exhausted: bool,
     // Not reached, and near a fold or a bifurcation.
     fold: bool,
@@ -73,6 +80,7 @@ fn follow_path(rod: Rod, first: u32, secant: vec3<f32>) -> PathEnd {
     var step = 0.0;
     var goal = 0.0;
     var last_size = 0.0;
+    var first_size = 0.0;
     var corrections = 0.0;
     // Largest squared norm of the inverse on accepted steps.
     var weakest = 0.0;
@@ -80,18 +88,19 @@ fn follow_path(rod: Rod, first: u32, secant: vec3<f32>) -> PathEnd {
     end.path = first;
     loop {
         let guarded = end.path == GUARDED_RAMP;
-        let first_step = select(FIRST_RAMP_STEP, 1.0, end.path == DIRECT);
-        let ramp_step = select(SMALLEST_RAMP_STEP, SMALLEST_GUARDED_STEP, guarded);
-        let smallest_step = select(ramp_step, 1.0, end.path == DIRECT);
+        let trust = select(RAMP_TRUST, TRUST, guarded);
+        let smallest_step = select(SMALLEST_RAMP_STEP, SMALLEST_GUARDED_STEP, guarded);
+        let first_bound = trust * (1.0 / CONTRACTION);
         if !started {
             end.history = History(0.0, vec3<f32>(), 0.0, secant, vec3<f32>());
-            step = first_step;
-            goal = first_step;
+            step = FIRST_BEND / max(length(secant), FIRST_BEND);
+            goal = step;
             end.m0 = predict(end.history, goal);
-            last_size = TRUST / CONTRACTION;
+            last_size = first_bound;
             corrections = 0.0;
             weakest = 0.0;
             end.passes = 1.0;
+            end.ramped = false;
             end.exhausted = false;
             started = true;
         }
@@ -105,7 +114,9 @@ fn follow_path(rod: Rod, first: u32, secant: vec3<f32>) -> PathEnd {
         // In plan units of moment or in radians: a soft rod turns far by little.
         let size = max(length(delta), length(columns[BY_MOMENT].w * delta));
         let m_new = end.m0 + delta;
-        let converged = size < PATH_TOLERANCE * (1.0 + length(end.m0));
+        let partial = goal < 1.0;
+        let ramp_tolerance = select(FULL_LOAD_TOLERANCE, LOAD_STEP_TOLERANCE, partial);
+        let converged = size < select(ramp_tolerance, PATH_TOLERANCE, guarded) * (1.0 + length(end.m0));
         let contracting = size < last_size * CONTRACTION && corrections < CORRECTIONS;
         var same_branch = 0.0 < dot(w[0], cross(w[1], w[2]));
         if guarded { same_branch = same_branch && stability_index(tip) < 0.5; }
@@ -116,6 +127,7 @@ fn follow_path(rod: Rod, first: u32, secant: vec3<f32>) -> PathEnd {
         let accepted = converged && same_branch && !lost;
         let go_on = !converged && contracting;
         var failed = false;
+        if corrections < 0.5 { first_size = size; }
 
         end.passes = end.passes + 1.0;
         if accepted || go_on { end.inverse = w_inverse; }
@@ -124,18 +136,22 @@ fn follow_path(rod: Rod, first: u32, secant: vec3<f32>) -> PathEnd {
             last_size = size;
             corrections = corrections + 1.0;
         } else {
+            let used = goal - end.history.lambda;
+            let ratio = first_size / (trust * AIM);
+            let factor = 1.0 / sqrt(sqrt(max(select(MOST_RATIO, ratio, ratio < MOST_RATIO), LEAST_RATIO)));
             if accepted {
                 end.history = accept(end.history, goal, m_new);
                 weakest = max(weakest, square);
-                end.reached = goal >= 1.0;
-                if corrections < EASY { step = step + step; }
+                end.reached = !partial;
+                end.ramped = end.ramped || partial;
+                step = used * factor;
             } else {
-                step = step * 0.5;
+                step = used * min(factor, RETREAT);
                 failed = lost || step < smallest_step;
             }
             goal = min(end.history.lambda + step, 1.0);
             end.m0 = select(predict(end.history, goal), m_new, end.reached);
-            last_size = TRUST / CONTRACTION;
+            last_size = first_bound;
             corrections = 0.0;
         }
         end.exhausted = !end.reached && end.passes >= PASS_LIMIT;

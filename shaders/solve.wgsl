@@ -40,7 +40,7 @@ fn solve_group() {
     var index = 0.0;
     var converged = false;
     var code = STATUS_PENDING;
-    for (var first = DIRECT; first <= GUARDED_RAMP; first = end.path + 1u) {
+    for (var first = RAMP; first <= GUARDED_RAMP; first = end.path + 1u) {
         //@if SEARCH
         end = search(rod);
         //@else
@@ -120,8 +120,9 @@ fn status_codes(end: PathEnd, converged: bool, stable: bool, finite: bool) -> u3
     if end.path == SEARCH {
         return select(unsolved, select(STATUS_UNSTABLE, STATUS_OK, stable), end.reached && converged);
     }
-    if end.path == DIRECT { return select(STATUS_PENDING, STATUS_OK, converged && stable); }
-    if end.path == RAMP { return select(STATUS_PENDING, STATUS_RAMPED, converged && stable); }
+    if end.path == RAMP {
+        return select(STATUS_PENDING, select(STATUS_OK, STATUS_RAMPED, end.ramped), converged && stable);
+    }
     let lost = select(select(unsolved, STATUS_FOLD, end.fold), STATUS_STEP_LIMIT, end.exhausted);
     let done = select(STATUS_UNSTABLE, STATUS_RAMPED, stable);
     return select(lost, select(unsolved, done, converged), end.reached);

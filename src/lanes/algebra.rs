@@ -1,7 +1,7 @@
 //! Vectors and 3 x 3 matrices of lanes, in the words of WGSL.
 
 use super::lane::Lane;
-use std::ops::{Add, Mul, Neg, Sub};
+use std::ops::{Add, Index, IndexMut, Mul, Neg, Sub};
 
 /// A vector of three lanes.
 #[derive(Clone, Copy, Debug)]
@@ -31,6 +31,52 @@ impl<L: Lane> Vec3<L> {
             x: L::select(mask, if_true.x, if_false.x),
             y: L::select(mask, if_true.y, if_false.y),
             z: L::select(mask, if_true.z, if_false.z),
+        }
+    }
+}
+
+impl<L> Index<usize> for Vec3<L> {
+    type Output = L;
+    #[inline(always)]
+    fn index(&self, axis: usize) -> &L {
+        match axis {
+            0 => &self.x,
+            1 => &self.y,
+            _ => &self.z,
+        }
+    }
+}
+
+impl<L> IndexMut<usize> for Vec3<L> {
+    #[inline(always)]
+    fn index_mut(&mut self, axis: usize) -> &mut L {
+        match axis {
+            0 => &mut self.x,
+            1 => &mut self.y,
+            _ => &mut self.z,
+        }
+    }
+}
+
+impl<L> Index<usize> for Mat3<L> {
+    type Output = Vec3<L>;
+    #[inline(always)]
+    fn index(&self, k: usize) -> &Vec3<L> {
+        match k {
+            0 => &self.x,
+            1 => &self.y,
+            _ => &self.z,
+        }
+    }
+}
+
+impl<L> IndexMut<usize> for Mat3<L> {
+    #[inline(always)]
+    fn index_mut(&mut self, k: usize) -> &mut Vec3<L> {
+        match k {
+            0 => &mut self.x,
+            1 => &mut self.y,
+            _ => &mut self.z,
         }
     }
 }

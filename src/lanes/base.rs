@@ -26,7 +26,7 @@ pub fn rotation_columns<L: Lane>(m0: Vec3<L>) -> Columns<L> {
 #[inline(always)]
 pub fn force_columns<L: Lane>(one: L) -> Columns<L> {
     let zero = Mat3::zero(one);
-    Columns { w: zero, dp: zero, dM: zero, force: Force::Unit, dn: zero }
+    Columns { w: zero, dp: zero, dM: zero, force: Force::Unit, dn: Mat3::identity(one) }
 }
 
 /// Three columns at the base: by three parameters, the base moment held.

@@ -1,7 +1,8 @@
 //! Sensitivity columns in threes: virtual rotation w, displacement dp and dM of each. J1 to J4.
 
 use super::algebra::{
-    Mat3, Vec3, columns_axpy, columns_cross, columns_cross_add, columns_cross_sub, hat, outer, row_times,
+    Mat3, Vec3, axpy, columns_axpy, columns_cross, columns_cross_add, columns_cross_sub, cross, cross_add, cross_sub,
+    dot, hat, outer,
 };
 use super::lane::Lane;
 use super::program::Collect;
@@ -9,7 +10,7 @@ use super::rod::{Rigid, Rod, State, Terms, world_dipole};
 use super::section::{Flexible, to_world};
 use super::source::Source;
 use super::step::{Stages, Step};
-use super::trace::{Trace, collect_integrals};
+use super::trace::{Column, Trace, collect_integrals};
 
 /// Three columns.
 #[derive(Clone, Copy, Debug)]
@@ -18,7 +19,7 @@ pub struct Columns<L> {
     pub dp: Mat3<L>,
     pub dM: Mat3<L>,
     pub force: Force,
-    /// dn where the force is `Forward`.
+    /// Change of the internal force.
     pub dn: Mat3<L>,
 }
 
@@ -33,52 +34,57 @@ pub enum Force {
     Forward,
 }
 
-/// dm of three columns, from dM.
+/// dm of a column, from dM.
 #[inline(always)]
 pub fn column_moment<L: Lane, T: Terms>(
     force: Force,
-    dn: &Mat3<L>,
+    dn: Vec3<L>,
     p: Vec3<L>,
     n: Vec3<L>,
-    dp: Mat3<L>,
-    dM: Mat3<L>,
-) -> Mat3<L> {
+    dp: Vec3<L>,
+    dM: Vec3<L>,
+) -> Vec3<L> {
     let mut dm = dM;
-    if force == Force::Unit {
-        dm = dm - hat(p); // J3
+    if force != Force::None {
+        dm = cross_add(dn, p, dm); // J3
     }
-    if T::GENERAL && force == Force::Forward {
-        dm = columns_cross_add(*dn, p, dm); // J3
-    }
-    if T::FORCE { columns_cross_sub(dp, n, dm) } else { dm } // J3
+    if T::FORCE { cross_sub(dp, n, dm) } else { dm } // J3
 }
 
-/// dn - w x n of three columns: what the force changes by in the body frame.
-#[inline(always)]
-pub fn column_force<L: Lane>(force: Force, dn: &Mat3<L>, n: Vec3<L>, w: Mat3<L>) -> Mat3<L> {
-    let turned = columns_cross(w, n);
-    match force {
-        Force::None => -turned,
-        Force::Unit => Mat3::identity(n.x) - turned,
-        Force::Forward => *dn - turned,
+impl<L: Lane> Columns<L> {
+    /// dm of the three, where the rod is at `p` with force `n`.
+    #[inline(always)]
+    pub fn moment<T: Terms>(&self, p: Vec3<L>, n: Vec3<L>) -> Mat3<L> {
+        let Self { dp, dM, dn, .. } = self;
+        Mat3 {
+            x: column_moment::<L, T>(self.force, dn.x, p, n, dp.x, dM.x),
+            y: column_moment::<L, T>(self.force, dn.y, p, n, dp.y, dM.y),
+            z: column_moment::<L, T>(self.force, dn.z, p, n, dp.z, dM.z),
+        }
     }
 }
 
-/// R diag(k) R^T x for three vectors.
+/// dn - w x n of a column: what the force changes by in the body frame.
 #[inline(always)]
-fn compliance_times<L: Lane, T: Terms>(k: Vec3<L>, d1: Vec3<L>, d2: Vec3<L>, t: Vec3<L>, x: Mat3<L>) -> Mat3<L> {
-    if T::ANISOTROPIC { principal_times(k, d1, d2, t, x) } else { outer(t, row_times(t, x) * (k.z - k.x), x * k.x) }
+pub fn column_force<L: Lane>(force: Force, dn: Vec3<L>, n: Vec3<L>, w: Vec3<L>) -> Vec3<L> {
+    if force == Force::None { cross(n, w) } else { cross_add(n, w, dn) }
+}
+
+/// R diag(k) R^T x
+#[inline(always)]
+fn compliance_times<L: Lane, T: Terms>(k: Vec3<L>, d1: Vec3<L>, d2: Vec3<L>, t: Vec3<L>, x: Vec3<L>) -> Vec3<L> {
+    if T::ANISOTROPIC { principal_times(k, d1, d2, t, x) } else { axpy(dot(t, x) * (k.z - k.x), t, x * k.x) }
 }
 
 /// R diag(k) R^T x, any k.
 #[inline(always)]
-fn principal_times<L: Lane>(k: Vec3<L>, d1: Vec3<L>, d2: Vec3<L>, t: Vec3<L>, x: Mat3<L>) -> Mat3<L> {
-    let (x1, x2, x3) = (row_times(d1, x) * k.x, row_times(d2, x) * k.y, row_times(t, x) * k.z);
-    let sum = Mat3 { x: t * x3.x, y: t * x3.y, z: t * x3.z };
-    outer(d1, x1, outer(d2, x2, sum))
+fn principal_times<L: Lane>(k: Vec3<L>, d1: Vec3<L>, d2: Vec3<L>, t: Vec3<L>, x: Vec3<L>) -> Vec3<L> {
+    axpy(dot(d1, x) * k.x, d1, axpy(dot(d2, x) * k.y, d2, t * (dot(t, x) * k.z)))
 }
 
-/// Takes three columns over one step whose stages are known; `source` is that of forward columns.
+/// Takes three columns over one step whose stages are known, one after the other: a column's numbers stay in registers.
+///
+/// `source` is that of forward columns.
 #[inline(always)]
 #[allow(clippy::too_many_arguments)]
 pub fn step_columns<L: Lane, T: Terms>(
@@ -87,80 +93,86 @@ pub fn step_columns<L: Lane, T: Terms>(
     lambda: L,
     step: &Step<L>,
     stages: &mut Stages<L>,
-    trace: Option<&mut Trace<L>>,
+    mut trace: Option<&mut Trace<L>>,
     collect: Collect,
     source: Option<&Source<L>>,
     columns: &mut Columns<L>,
 ) {
     let source = if T::GENERAL { source } else { None };
     let stage_count = stages.tableau.a.len();
-    let mut at = 0;
     let weight = segment.w * lambda;
     let mu = segment.mu * lambda;
-    for i in 0..stage_count {
-        let (mut w, mut dp, mut dM) = (columns.w, columns.dp, columns.dM);
-        for j in 0..i {
-            let ha = stages.ha[at + j];
-            w = columns_axpy(ha, stages.dw[j], w);
-            dp = columns_axpy(ha, stages.ddp[j], dp);
+    let Columns { w, dp, dM, dn, .. } = *columns;
+    let mut three = [(w.x, dp.x, dM.x, dn.x), (w.y, dp.y, dM.y, dn.y), (w.z, dp.z, dM.z, dn.z)];
+    for (k, column) in three.iter_mut().enumerate() {
+        for i in 0..stage_count {
+            let (mut w, mut dp, mut dM, mut dn) = *column;
+            for (ha, j) in stages.row(i) {
+                let slope = &stages.column_slope[j];
+                w = axpy(ha, slope.dw, w);
+                dp = axpy(ha, slope.ddp, dp);
+                if T::LOAD {
+                    dM = axpy(ha, slope.ddM, dM);
+                }
+            }
+            let stage = &stages.stage[i];
+            if let Some(source) = source {
+                dn = source.force(k, dn, step.h * step.h.constant(stages.tableau.c[i]));
+            }
+            let dm = column_moment::<L, T>(columns.force, dn, stage.p, stage.n, dp, dM);
+            let x = cross_sub(w, stage.m, dm);
+            let compliance = segment.compliance_at::<T>(stage.compliance);
+            let mut dw = compliance_times::<L, T>(compliance, stage.d1, stage.d2, stage.t, x); // J1
+            let mut ddp = cross(w, stage.velocity::<T>()); // J2
+            if T::GENERAL && segment.shears {
+                let y = column_force(columns.force, dn, stage.n, w);
+                ddp = ddp + principal_times(segment.shear, stage.d1, stage.d2, stage.t, y); // J2
+            }
+            let mut ddM = dM;
             if T::LOAD {
-                dM = columns_axpy(ha, stages.ddM[j], dM);
+                ddM = cross(weight, dp); // J3
+                if T::GENERAL && segment.has_magnet {
+                    let mu_world = to_world(stage.d1, stage.d2, stage.t, mu);
+                    ddM = cross_sub(cross(w, mu_world), rod.B, ddM); // J3
+                }
+            }
+            if let Some(source) = source {
+                let at = stages.tableau.c[i].mul_add(step.share, step.start);
+                source.bend(k, at, compliance, stage, &mut dw); // J1
+                source.shear(k, stage, &mut ddp); // J2
+                if T::LOAD {
+                    source.couple(k, rod, segment, stage, &mut ddM); // J3
+                }
+            }
+            if let (Some(trace), true) = (&mut trace, stages.tableau.b[i] != 0.0) {
+                let column = Column { force: columns.force, w, x, dp, dn };
+                collect_integrals::<L, T>(rod, segment, step, stages, i, collect, &column, k, trace);
+            }
+            let slope = &mut stages.column_slope[i];
+            (slope.dw, slope.ddp) = (dw, ddp);
+            if T::LOAD {
+                slope.ddM = ddM;
             }
         }
-        at += i;
-        let stage = &stages.stage[i];
-        let forward;
-        let dn = match source {
-            Some(source) => {
-                forward = source.force(&columns.dn, step.h * step.h.constant(stages.tableau.c[i]));
-                &forward
+        let (mut w, mut dp, mut dM, mut dn) = *column;
+        for (hb, j) in stages.row(stage_count) {
+            let slope = &stages.column_slope[j];
+            w = axpy(hb, slope.dw, w);
+            dp = axpy(hb, slope.ddp, dp);
+            if T::LOAD {
+                dM = axpy(hb, slope.ddM, dM);
             }
-            None => &columns.dn,
-        };
-        let dm = column_moment::<L, T>(columns.force, dn, stage.p, stage.n, dp, dM);
-        let x = columns_cross_sub(w, stage.m, dm);
-        let compliance = segment.compliance_at::<T>(stage.compliance);
-        let mut dw = compliance_times::<L, T>(compliance, stage.d1, stage.d2, stage.t, x); // J1
-        let mut ddp = columns_cross(w, stage.velocity::<T>()); // J2
-        if T::GENERAL && segment.shears {
-            let y = column_force(columns.force, dn, stage.n, w);
-            ddp = ddp + principal_times(segment.shear, stage.d1, stage.d2, stage.t, y); // J2
-        }
-        if T::LOAD {
-            let mut ddM = -columns_cross(dp, weight); // J3
-            if T::GENERAL && segment.has_magnet {
-                let mu_world = to_world(stage.d1, stage.d2, stage.t, mu);
-                ddM = columns_cross_sub(columns_cross(w, mu_world), rod.B, ddM); // J3
-            }
-            stages.ddM[i] = ddM;
         }
         if let Some(source) = source {
-            let x = stages.tableau.c[i].mul_add(step.share, step.start);
-            source.bend(x, compliance, stage, &mut dw); // J1
-            source.shear(stage, &mut ddp); // J2
-            if T::LOAD {
-                source.couple(rod, segment, stage, &mut stages.ddM[i]); // J3
-            }
+            dn = source.force(k, dn, step.h);
         }
-        (stages.dw[i], stages.ddp[i]) = (dw, ddp);
-        if trace.is_some() {
-            (stages.w[i], stages.x[i], stages.dp[i]) = (w, x, dp);
-        }
+        *column = (w, dp, dM, dn);
     }
-    for j in 0..stage_count {
-        let hb = stages.ha[at + j];
-        columns.w = columns_axpy(hb, stages.dw[j], columns.w);
-        columns.dp = columns_axpy(hb, stages.ddp[j], columns.dp);
-        if T::LOAD {
-            columns.dM = columns_axpy(hb, stages.ddM[j], columns.dM);
-        }
-    }
-    if let Some(source) = source {
-        columns.dn = source.force(&columns.dn, step.h);
-    }
-    if let Some(trace) = trace {
-        collect_integrals::<L, T>(rod, segment, step, stages, at, collect, columns, trace);
-    }
+    let [x, y, z] = three;
+    columns.w = Mat3 { x: x.0, y: y.0, z: z.0 };
+    columns.dp = Mat3 { x: x.1, y: y.1, z: z.1 };
+    columns.dM = Mat3 { x: x.2, y: y.2, z: z.2 };
+    columns.dn = Mat3 { x: x.3, y: y.3, z: z.3 };
 }
 
 /// Takes three columns over a rigid segment; `state` and `n` are those before it.

@@ -1,7 +1,7 @@
 //! The CPU engine: the reduced form, SIMD across samples, rayon across blocks of samples.
 //!
-//! A block's samples are solved directly from rest, a register at a time; those that do not get there are packed
-//! anew and led up a ramp of loads. Files and functions have a twin of the same name in `shaders/`.
+//! A block's samples are led from rest to their loads, a register at a time; those that meet a narrow pass are packed
+//! anew and led with care. Files and functions have a twin of the same name in `shaders/`.
 #![allow(non_snake_case)]
 
 mod algebra;
@@ -276,7 +276,7 @@ impl<L: Lane> pulp::NullaryFnOnce for ByTerms<'_, L> {
     }
 }
 
-/// Solves a block: directly, then what is left by the ramp.
+/// Solves a block by the ramp, then what is left with care.
 #[inline(always)]
 fn solve_job<L: Lane, T: Terms>(token: L::Token, job: Job<'_, L::Scalar>) {
     let Job { program, inputs, count, bad, out } = job;
@@ -287,7 +287,7 @@ fn solve_job<L: Lane, T: Terms>(token: L::Token, job: Job<'_, L::Scalar>) {
             program,
             token,
             inputs: Inputs { data: inputs, stride: BLOCK, offset },
-            path: if program.start.is_some() { Path::Search } else { Path::Direct },
+            path: if program.start.is_some() { Path::Search } else { Path::Ramp },
             rod: &mut rod,
             workspace: &mut workspace,
             out: Outputs { data: out, stride: BLOCK, offset },
@@ -305,29 +305,27 @@ fn solve_job<L: Lane, T: Terms>(token: L::Token, job: Job<'_, L::Scalar>) {
     let (input_count, output_count) = (inputs.len() / BLOCK, out.len() / BLOCK);
     let mut packed = vec![L::Scalar::default(); input_count * L::COUNT];
     let mut rows = vec![L::Scalar::default(); output_count * L::COUNT];
-    for path in [Path::Ramp, Path::GuardedRamp] {
-        let pending: Vec<usize> = (0..count).filter(|lane| !is_settled(out[status + lane])).collect();
-        for samples in pending.chunks(L::COUNT) {
-            for column in 0..input_count {
-                for (lane, to) in packed[column * L::COUNT..][..L::COUNT].iter_mut().enumerate() {
-                    *to = inputs[column * BLOCK + samples[lane.min(samples.len() - 1)]];
-                }
+    let pending: Vec<usize> = (0..count).filter(|lane| !is_settled(out[status + lane])).collect();
+    for samples in pending.chunks(L::COUNT) {
+        for column in 0..input_count {
+            for (lane, to) in packed[column * L::COUNT..][..L::COUNT].iter_mut().enumerate() {
+                *to = inputs[column * BLOCK + samples[lane.min(samples.len() - 1)]];
             }
-            let group = Group::<L, T> {
-                program,
-                token,
-                inputs: Inputs { data: &packed, stride: L::COUNT, offset: 0 },
-                path,
-                rod: &mut rod,
-                workspace: &mut workspace,
-                out: Outputs { data: &mut rows, stride: L::COUNT, offset: 0 },
-                terms: PhantomData,
-            };
-            L::vectorize(token, group);
-            for column in 0..output_count {
-                for (lane, sample) in samples.iter().enumerate() {
-                    out[column * BLOCK + sample] = rows[column * L::COUNT + lane];
-                }
+        }
+        let group = Group::<L, T> {
+            program,
+            token,
+            inputs: Inputs { data: &packed, stride: L::COUNT, offset: 0 },
+            path: Path::GuardedRamp,
+            rod: &mut rod,
+            workspace: &mut workspace,
+            out: Outputs { data: &mut rows, stride: L::COUNT, offset: 0 },
+            terms: PhantomData,
+        };
+        L::vectorize(token, group);
+        for column in 0..output_count {
+            for (lane, sample) in samples.iter().enumerate() {
+                out[column * BLOCK + sample] = rows[column * L::COUNT + lane];
             }
         }
     }

@@ -10,16 +10,16 @@ use super::rod::{Rod, Segment, Terms};
 use super::shoot::{Workspace, shoot, tip_moment_columns};
 use super::stability::{is_above, is_sharp, squared_norm, stability_index};
 use crate::model::path::{
-    CONTRACTION, CORRECTIONS, EASY, FIRST_RAMP_STEP, FOLD_MARGIN, NARROW_MARGIN, PASS_LIMIT, PATH_TOLERANCE,
-    SAFE_MARGIN, SMALLEST_GUARDED_STEP, SMALLEST_RAMP_STEP, TRUST,
+    AIM, CONTRACTION, CORRECTIONS, FIRST_BEND, FOLD_MARGIN, FULL_LOAD_TOLERANCE, LEAST_RATIO, LOAD_STEP_TOLERANCE,
+    MOST_RATIO, NARROW_MARGIN, PASS_LIMIT, PATH_TOLERANCE, RAMP_TRUST, RETREAT, SAFE_MARGIN, SMALLEST_GUARDED_STEP,
+    SMALLEST_RAMP_STEP, TRUST,
 };
 
 /// How to reach the full load; each is tried where the one before did not lead to a stable equilibrium.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Path {
-    /// In one step, if Newton's method contracts at once.
-    Direct,
-    /// In as many steps as it takes to contract, never across a change of sign of det(dr/dm0).
+    /// In as many load steps as it takes to contract, one if that will do; never across a change of sign of
+    /// det(dr/dm0).
     Ramp,
     /// The same on a finer grid, with a stability index of zero on every step.
     GuardedRamp,
@@ -36,6 +36,8 @@ pub struct PathEnd<L: Lane> {
     pub heading: Vec3<L>,
     pub passes: L,
     pub reached: L::Mask,
+    /// In more than one load step.
+    pub ramped: L::Mask,
     pub exhausted: L::Mask,
     /// Not reached, and near a fold or a bifurcation.
     pub fold: L::Mask,
@@ -104,25 +106,26 @@ pub fn follow_path<L: Lane, T: Terms>(
     let nobody = one.lt(zero);
     let guarded = path == Path::GuardedRamp;
     let resolution = if guarded { &program.careful } else { &program.coarse };
-    let (first_step, smallest_step) = match path {
-        Path::Direct | Path::Search => (one, one),
-        Path::Ramp => (zero.constant(FIRST_RAMP_STEP), zero.constant(SMALLEST_RAMP_STEP)),
-        Path::GuardedRamp => (zero.constant(FIRST_RAMP_STEP), zero.constant(SMALLEST_GUARDED_STEP)),
+    let (trust, smallest_step) = match guarded {
+        true => (zero.constant(TRUST), zero.constant(SMALLEST_GUARDED_STEP)),
+        false => (zero.constant(RAMP_TRUST), zero.constant(SMALLEST_RAMP_STEP)),
     };
     let no_vector = Vec3::splat(zero);
     let secant = rest_slope::<L, T>(program, rod, workspace);
     let mut history = History { lambda: zero, m0: no_vector, lambda_before: zero, secant, bend: no_vector };
-    let mut step = first_step;
-    let mut target = first_step;
+    let first_bend = zero.constant(FIRST_BEND);
+    let mut step = first_bend / length(secant).max(first_bend);
+    let mut target = step;
     let mut m0 = history.predict(target);
-    let first_bound = zero.constant(TRUST / CONTRACTION);
+    let first_bound = trust * zero.constant(1.0 / CONTRACTION);
     let mut last_size = first_bound;
+    let mut first_size = zero;
     let mut corrections = zero;
     let mut passes = one;
     let mut inverse_w = Mat3 { x: no_vector, y: no_vector, z: no_vector };
     // Largest squared norm of the inverse on accepted steps.
     let mut weakest = zero;
-    let (mut reached, mut failed, mut exhausted) = (nobody, nobody, nobody);
+    let (mut reached, mut ramped, mut failed, mut exhausted) = (nobody, nobody, nobody, nobody);
     // The last step was rejected for its stability, not for Newton's method.
     let mut unstable = nobody;
     loop {
@@ -140,7 +143,12 @@ pub fn follow_path<L: Lane, T: Terms>(
         // In plan units of moment or in radians: a soft rod turns far by little.
         let size = length(delta).max(length(columns[0].w * delta));
         let m_new = m0 + delta;
-        let converged = size.lt(zero.constant(PATH_TOLERANCE) * (one + length(m0)));
+        let partial = target.lt(one);
+        let tolerance = match guarded {
+            true => zero.constant(PATH_TOLERANCE),
+            false => L::select(partial, zero.constant(LOAD_STEP_TOLERANCE), zero.constant(FULL_LOAD_TOLERANCE)),
+        };
+        let converged = size.lt(tolerance * (one + length(m0)));
         let contracting = size.lt(last_size * zero.constant(CONTRACTION)) & corrections.lt(zero.constant(CORRECTIONS));
         let mut same_branch = zero.lt(dot(w.x, cross(w.y, w.z)));
         if guarded {
@@ -162,12 +170,18 @@ pub fn follow_path<L: Lane, T: Terms>(
         unstable = (unstable & !active) | (reject & destabilised);
         weakest = L::select(accept, weakest.max(square), weakest);
 
+        let used = target - history.lambda;
         inverse_w = select_matrix::<L>(accept | go_on, w_inverse, inverse_w);
         history.accept(accept, target, m_new);
-        reached = reached | (accept & !target.lt(one));
-        let easy = corrections.lt(zero.constant(EASY));
-        step = L::select(accept & easy, step + step, step);
-        step = L::select(reject, step * zero.constant(0.5), step);
+        reached = reached | (accept & !partial);
+        ramped = ramped | (accept & partial);
+        first_size = L::select(corrections.lt(zero.constant(0.5)), size, first_size);
+        let most_ratio = zero.constant(MOST_RATIO);
+        let ratio = first_size / (trust * zero.constant(AIM));
+        let ratio = L::select(ratio.lt(most_ratio), ratio, most_ratio).max(zero.constant(LEAST_RATIO));
+        let factor = one / ratio.sqrt().sqrt();
+        step = L::select(accept, used * factor, step);
+        step = L::select(reject, used * factor.min(zero.constant(RETREAT)), step);
         failed = failed | lost | (reject & step.lt(smallest_step));
         let restart = accept | reject;
         target = L::select(restart, (history.lambda + step).min(one), target);
@@ -190,6 +204,7 @@ pub fn follow_path<L: Lane, T: Terms>(
         heading: history.secant,
         passes,
         reached,
+        ramped,
         exhausted,
         fold,
     }

@@ -33,6 +33,7 @@ pub fn search<L: Lane, T: Terms>(
         heading: Vec3::splat(zero),
         passes: zero,
         reached: none,
+        ramped: none,
         exhausted: none,
         fold: none,
     };

@@ -1,7 +1,7 @@
 //! One pass over the rod, base to tip, from a base moment: state, columns, and what they leave behind.
 
 use super::algebra::{Mat3, Vec3, axpy, cross, cross_sub};
-use super::column::{Columns, column_moment, cross_free_columns, cross_rigid_columns, step_columns};
+use super::column::{Columns, cross_free_columns, cross_rigid_columns, step_columns};
 use super::lane::Lane;
 use super::program::{Program, Resolution};
 use super::rod::{Rod, Segment, State, Terms, cross_free, cross_rigid, moment};
@@ -9,7 +9,7 @@ use super::section::{Flexible, curvature, to_world, velocity};
 use super::source::{Source, Sources};
 use super::stability::{Station, add_station};
 use super::step::{Stages, Step, step_rod};
-use super::trace::{Trace, collect_rigid, length_row};
+use super::trace::{Trace, collect_rigid, length_row, set_strains};
 use crate::model::path::SHORTEST_INTERVAL;
 use pulp::{Simd, WithSimd};
 use std::marker::PhantomData;
@@ -117,6 +117,9 @@ fn integrate<L: Lane, T: Terms>(pass: Pass<'_, L, T>) -> Tip<L> {
                 for k in 0..steps {
                     let step = Step { h, start: k as f64 * share, share, n };
                     step_rod::<L, T>(rod, flexible, lambda, &step, stages, &mut state);
+                    if record && collect.stiffness {
+                        set_strains::<L, T>(flexible, stages);
+                    }
                     for (k, three) in columns.iter_mut().enumerate() {
                         let trace = match record && collect.integrals() {
                             true if k < 3 => Some(&mut workspace.traces[index][k]),
@@ -211,5 +214,5 @@ fn end_flexible<L: Lane, T: Terms>(
 /// dm of three columns at the tip.
 #[inline(always)]
 pub fn tip_moment_columns<L: Lane, T: Terms>(tip: &Tip<L>, columns: &Columns<L>) -> Mat3<L> {
-    column_moment::<L, T>(columns.force, &columns.dn, tip.p, tip.n, columns.dp, columns.dM)
+    columns.moment::<T>(tip.p, tip.n)
 }

@@ -66,7 +66,7 @@ pub fn solve_group<L: Lane, T: Terms>(
         }
         _ => follow_path::<L, T>(program, rod, path, workspace),
     };
-    if matches!(path, Path::Direct | Path::Ramp) && !L::any(end.reached) {
+    if path == Path::Ramp && !L::any(end.reached) {
         out.store(Quantity::Status.column(), code(one, Status::Pending));
         return;
     }
@@ -189,8 +189,10 @@ fn status_codes<L: Lane>(
     let ok = code(one, Status::Ok);
     let unsolved = L::select(finite, code(one, Status::NotConverged), code(one, Status::NonFinite));
     match path {
-        Path::Direct => L::select(converged & stable, ok, code(one, Status::Pending)),
-        Path::Ramp => L::select(converged & stable, code(one, Status::Ramped), code(one, Status::Pending)),
+        Path::Ramp => {
+            let done = L::select(end.ramped, code(one, Status::Ramped), ok);
+            L::select(converged & stable, done, code(one, Status::Pending))
+        }
         Path::Search => {
             let done = L::select(stable, ok, code(one, Status::Unstable));
             L::select(end.reached & converged, done, unsolved)

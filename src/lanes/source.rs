@@ -1,11 +1,11 @@
 //! Forward columns: what three parameters change, segment by segment.
 
-use super::algebra::{Mat3, Vec3, axpy, columns_axpy, columns_cross, columns_cross_sub, dot, outer};
+use super::algebra::{Mat3, Vec3, axpy, columns_cross, columns_cross_sub, cross, cross_sub, dot, outer};
 use super::column::Columns;
 use super::lane::Lane;
 use super::program::{Inputs, Program};
 use super::rod::{Rigid, Rod, Segment, State, world_dipole};
-use super::section::Flexible;
+use super::section::{Flexible, to_world};
 use super::step::Stage;
 use crate::model::{Axis, Slot};
 
@@ -145,46 +145,46 @@ impl<L: Lane> Source<L> {
         uses.magnet |= matches!(slot, DipolePerLength(..));
     }
 
-    /// dn a distance beyond the point where it is `dn`.
+    /// dn of column `k` a distance beyond the point where it is `dn`.
     #[inline(always)]
-    pub fn force(&self, dn: &Mat3<L>, distance: L) -> Mat3<L> {
-        if self.uses.load { columns_axpy(-distance, self.dload, *dn) } else { *dn }
+    pub fn force(&self, k: usize, dn: Vec3<L>, distance: L) -> Vec3<L> {
+        if self.uses.load { axpy(-distance, self.dload[k], dn) } else { dn }
     }
 
-    /// R du* + R d(K^-1) R^T m at a share `x` of the segment.
+    /// R du* + R d(K^-1) R^T m at a share `at` of the segment, added to `dw` of column `k`.
     #[inline(always)]
-    pub fn bend(&self, x: f64, k: Vec3<L>, stage: &Stage<L>, dw: &mut Mat3<L>) {
+    pub fn bend(&self, k: usize, at: f64, compliance: Vec3<L>, stage: &Stage<L>, dw: &mut Vec3<L>) {
         if !self.uses.bend {
             return;
         }
-        let x = k.x.constant(x);
-        let R = Mat3 { x: stage.d1, y: stage.d2, z: stage.t };
-        let dK = columns_axpy(x, self.dK_rise, self.dK);
-        let du_star = columns_axpy(x, self.du_star_rise, self.du_star);
+        let at = compliance.x.constant(at);
+        let dK = axpy(at, self.dK_rise[k], self.dK[k]);
+        let du_star = axpy(at, self.du_star_rise[k], self.du_star[k]);
         let [d1, d2, t] = [stage.d1, stage.d2, stage.t];
         let m_body = Vec3 { x: dot(d1, stage.m), y: dot(d2, stage.m), z: dot(t, stage.m) };
-        *dw = *dw + R * (du_star - scaled(m_body * k * k, dK)); // J1
+        *dw = *dw + to_world(d1, d2, t, du_star - m_body * compliance * compliance * dK); // J1
     }
 
-    /// R d(Kse^-1) R^T n
+    /// R d(Kse^-1) R^T n, added to `ddp` of column `k`.
     #[inline(always)]
-    pub fn shear(&self, stage: &Stage<L>, ddp: &mut Mat3<L>) {
+    pub fn shear(&self, k: usize, stage: &Stage<L>, ddp: &mut Vec3<L>) {
         if self.uses.shear {
-            let R = Mat3 { x: stage.d1, y: stage.d2, z: stage.t };
-            let n_body = Vec3 { x: dot(stage.d1, stage.n), y: dot(stage.d2, stage.n), z: dot(stage.t, stage.n) };
-            *ddp = *ddp + R * scaled(n_body, self.dC_se);
+            let [d1, d2, t] = [stage.d1, stage.d2, stage.t];
+            let n_body = Vec3 { x: dot(d1, stage.n), y: dot(d2, stage.n), z: dot(t, stage.n) };
+            *ddp = *ddp + to_world(d1, d2, t, n_body * self.dC_se[k]);
         }
     }
 
-    /// -p x df - (R dmu) x B - (R mu) x dB
+    /// -p x df - (R dmu) x B - (R mu) x dB, added to `ddM` of column `k`.
     #[inline(always)]
-    pub fn couple(&self, rod: &Rod<L>, segment: &Flexible<L>, stage: &Stage<L>, ddM: &mut Mat3<L>) {
+    pub fn couple(&self, k: usize, rod: &Rod<L>, segment: &Flexible<L>, stage: &Stage<L>, ddM: &mut Vec3<L>) {
         if self.uses.load {
-            *ddM = *ddM + columns_cross(self.dload, stage.p);
+            *ddM = *ddM + cross(self.dload[k], stage.p);
         }
         if self.uses.magnet {
-            let R = Mat3 { x: stage.d1, y: stage.d2, z: stage.t };
-            *ddM = columns_cross_sub(R * self.dmu, rod.B, *ddM) + columns_cross(self.dB, R * segment.mu);
+            let dmu_world = to_world(stage.d1, stage.d2, stage.t, self.dmu[k]);
+            let mu_world = to_world(stage.d1, stage.d2, stage.t, segment.mu);
+            *ddM = cross_sub(dmu_world, rod.B, *ddM) + cross(self.dB[k], mu_world);
         }
     }
 
@@ -213,7 +213,7 @@ impl<L: Lane> Source<L> {
         columns: &mut Columns<L>,
     ) {
         let one = segment.length.constant(1.0);
-        let d2 = super::algebra::cross(state.t, state.d1);
+        let d2 = cross(state.t, state.d1);
         let R = Mat3 { x: state.d1, y: d2, z: state.t };
         let mu_world = world_dipole(segment, state, one);
         columns.dM = columns_cross_sub(R * self.dmu, rod.B, columns.dM) + columns_cross(self.dB, mu_world);
@@ -224,25 +224,12 @@ impl<L: Lane> Source<L> {
     }
 }
 
-/// diag(v) times three columns.
-#[inline(always)]
-fn scaled<L: Lane>(v: Vec3<L>, a: Mat3<L>) -> Mat3<L> {
-    Mat3 { x: v * a.x, y: v * a.y, z: v * a.z }
-}
-
 #[inline(always)]
 fn add_to<L: Lane>(columns: &mut Mat3<L>, k: usize, axis: Axis, rate: L) {
-    let column = [&mut columns.x, &mut columns.y, &mut columns.z].into_iter().nth(k);
-    if let Some(column) = column {
-        add_at(column, axis.index(), rate);
-    }
+    add_at(&mut columns[k], axis.index(), rate);
 }
 
 #[inline(always)]
 fn add_at<L: Lane>(v: &mut Vec3<L>, k: usize, rate: L) {
-    match k {
-        0 => v.x = v.x + rate,
-        1 => v.y = v.y + rate,
-        _ => v.z = v.z + rate,
-    }
+    v[k] = v[k] + rate;
 }

@@ -1,14 +1,14 @@
 //! One step of the rod: the stages once, for every column to use.
 
-use super::algebra::{Mat3, Vec3, axpy, cross, cross_sub};
+use super::algebra::{Vec3, axpy, cross, cross_sub};
 use super::lane::Lane;
 use super::rod::{Rod, State, Terms, moment};
 use super::section::{Flexible, curvature, to_world, velocity};
 use crate::model::Tableau;
 
-/// The largest number of stages of a tableau.
-const STAGES: usize = 12;
-/// Coefficients below the diagonal and the weights of the largest tableau.
+/// Room for the stages of the largest tableau; a power of two, so that a number below it needs no check.
+const STAGES: usize = 16;
+/// Room for its coefficients that are not zero, and its weights.
 const COEFFICIENTS: usize = STAGES * (STAGES - 1) / 2 + STAGES;
 
 /// The rod at one stage.
@@ -33,53 +33,94 @@ impl<L: Lane> Stage<L> {
     }
 }
 
+/// How fast the rod changes at one stage; p' is in the stage.
+#[derive(Clone, Copy, Debug)]
+pub struct Slope<L> {
+    pub dd1: Vec3<L>,
+    pub dt: Vec3<L>,
+    pub dM: Vec3<L>,
+}
+
+/// The same of one column.
+#[derive(Clone, Copy, Debug)]
+pub struct ColumnSlope<L> {
+    pub dw: Vec3<L>,
+    pub ddp: Vec3<L>,
+    pub ddM: Vec3<L>,
+}
+
 /// Stages and slopes of a step, reused from step to step.
 pub struct Stages<L> {
     pub tableau: &'static Tableau,
-    /// Step length times the coefficients, row by row, then times the weights.
-    pub ha: [L; COEFFICIENTS],
+    /// The coefficients that are not zero, row by row, then the weights.
+    coefficients: Vec<f64>,
+    /// The stage whose slope each of them weighs.
+    from: [u8; COEFFICIENTS],
+    /// Where each row starts; the weights' is the row after the last stage's.
+    start: [usize; STAGES + 2],
+    /// Step length times the coefficients.
+    ha: [L; COEFFICIENTS],
     pub stage: [Stage<L>; STAGES],
-    pub dd1: [Vec3<L>; STAGES],
-    pub dt: [Vec3<L>; STAGES],
-    pub dM: [Vec3<L>; STAGES],
-    pub dw: [Mat3<L>; STAGES],
-    pub ddp: [Mat3<L>; STAGES],
-    pub ddM: [Mat3<L>; STAGES],
-    /// w, dm - w x m and dp of the last columns, for their integrals.
-    pub w: [Mat3<L>; STAGES],
-    pub x: [Mat3<L>; STAGES],
-    pub dp: [Mat3<L>; STAGES],
+    pub slope: [Slope<L>; STAGES],
+    pub column_slope: [ColumnSlope<L>; STAGES],
+    /// Step length times each stage's weight.
+    pub hb: [L; STAGES],
+    /// -m_b,j / K_j² at each stage, for the integrals of the columns.
+    pub strain: [Vec3<L>; STAGES],
 }
 
 impl<L: Lane> Stages<L> {
     pub fn new(token: L::Token, tableau: &'static Tableau) -> Self {
         let zero = L::splat(token, 0.0);
         let v = Vec3::splat(zero);
-        let a = Mat3 { x: v, y: v, z: v };
-        Self {
+        let mut stages = Self {
             tableau,
+            coefficients: Vec::new(),
+            from: [0; COEFFICIENTS],
+            start: [0; STAGES + 2],
             ha: [zero; COEFFICIENTS],
             stage: [Stage { p: v, d1: v, d2: v, t: v, v, m: v, n: v, compliance: v }; STAGES],
-            dd1: [v; STAGES],
-            dt: [v; STAGES],
-            dM: [v; STAGES],
-            dw: [a; STAGES],
-            ddp: [a; STAGES],
-            ddM: [a; STAGES],
-            w: [a; STAGES],
-            x: [a; STAGES],
-            dp: [a; STAGES],
+            slope: [Slope { dd1: v, dt: v, dM: v }; STAGES],
+            column_slope: [ColumnSlope { dw: v, ddp: v, ddM: v }; STAGES],
+            hb: [zero; STAGES],
+            strain: [v; STAGES],
+        };
+        stages.set_tableau(tableau);
+        stages
+    }
+
+    fn set_tableau(&mut self, tableau: &'static Tableau) {
+        self.tableau = tableau;
+        self.coefficients.clear();
+        for (i, row) in tableau.a.iter().chain([&tableau.b]).enumerate() {
+            self.start[i] = self.coefficients.len();
+            for (j, a) in row.iter().enumerate().filter(|(_, a)| **a != 0.0) {
+                self.from[self.coefficients.len()] = j as u8;
+                self.coefficients.push(*a);
+            }
         }
+        self.start[tableau.a.len() + 1] = self.coefficients.len();
     }
 
     /// Prepares the coefficients for steps of length `h`.
     #[inline(always)]
     pub fn set_step(&mut self, tableau: &'static Tableau, h: L) {
-        self.tableau = tableau;
-        let coefficients = tableau.a.iter().flat_map(|row| row.iter()).chain(tableau.b);
-        for (ha, a) in self.ha.iter_mut().zip(coefficients) {
+        if !std::ptr::eq(tableau, self.tableau) {
+            self.set_tableau(tableau);
+        }
+        for (ha, a) in self.ha.iter_mut().zip(&self.coefficients) {
             *ha = h * h.constant(*a);
         }
+        for (hb, b) in self.hb.iter_mut().zip(tableau.b) {
+            *hb = h * h.constant(*b);
+        }
+    }
+
+    /// Step length times coefficient, and the stage whose slope it weighs: of stage `i`, or the weights.
+    #[inline(always)]
+    pub fn row(&self, i: usize) -> impl Iterator<Item = (L, usize)> {
+        let row = self.start[i]..self.start[i + 1];
+        self.ha[row.clone()].iter().zip(&self.from[row]).map(|(ha, j)| (*ha, *j as usize % STAGES))
     }
 }
 
@@ -106,21 +147,19 @@ pub fn step_rod<L: Lane, T: Terms>(
     state: &mut State<L>,
 ) {
     let stage_count = stages.tableau.a.len();
-    let mut at = 0;
     let weight = segment.w * lambda;
     let mu = segment.mu * lambda;
     for i in 0..stage_count {
         let State { mut p, mut d1, mut t, mut M } = *state;
-        for j in 0..i {
-            let ha = stages.ha[at + j];
+        for (ha, j) in stages.row(i) {
+            let slope = &stages.slope[j];
             p = axpy(ha, stages.stage[j].velocity::<T>(), p); // R2
-            d1 = axpy(ha, stages.dd1[j], d1);
-            t = axpy(ha, stages.dt[j], t);
+            d1 = axpy(ha, slope.dd1, d1);
+            t = axpy(ha, slope.dt, t);
             if T::LOAD {
-                M = axpy(ha, stages.dM[j], M);
+                M = axpy(ha, slope.dM, M);
             }
         }
-        at += i;
         let c = stages.tableau.c[i];
         let section = segment.section::<T>(c.mul_add(step.share, step.start));
         let mut n = step.n;
@@ -136,22 +175,25 @@ pub fn step_rod<L: Lane, T: Terms>(
             stage.v = velocity::<L, T>(segment, d1, d2, t, n);
             stage.compliance = section.compliance;
         }
-        stages.dd1[i] = cross(omega, d1); // R2
-        stages.dt[i] = cross(omega, t); // R2
+        let slope = &mut stages.slope[i];
+        slope.dd1 = cross(omega, d1); // R2
+        slope.dt = cross(omega, t); // R2
         if T::LOAD {
-            stages.dM[i] = -cross(p, weight); // R1
+            slope.dM = cross(weight, p); // R1
             if T::GENERAL && segment.has_magnet {
-                stages.dM[i] = cross_sub(to_world(d1, d2, t, mu), rod.B, stages.dM[i]); // R1
+                slope.dM = cross_sub(to_world(d1, d2, t, mu), rod.B, slope.dM); // R1
             }
         }
     }
-    for j in 0..stage_count {
-        let hb = stages.ha[at + j];
-        state.p = axpy(hb, stages.stage[j].velocity::<T>(), state.p);
-        state.d1 = axpy(hb, stages.dd1[j], state.d1);
-        state.t = axpy(hb, stages.dt[j], state.t);
+    let State { mut p, mut d1, mut t, mut M } = *state;
+    for (hb, j) in stages.row(stage_count) {
+        let slope = &stages.slope[j];
+        p = axpy(hb, stages.stage[j].velocity::<T>(), p);
+        d1 = axpy(hb, slope.dd1, d1);
+        t = axpy(hb, slope.dt, t);
         if T::LOAD {
-            state.M = axpy(hb, stages.dM[j], state.M);
+            M = axpy(hb, slope.dM, M);
         }
     }
+    *state = State { p, d1, t, M };
 }

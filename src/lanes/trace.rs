@@ -3,7 +3,7 @@
 use super::algebra::{
     Mat3, Vec3, axpy, columns_axpy, columns_cross, columns_cross_sub, cross, dot, row_times, transpose,
 };
-use super::column::{Columns, Force, column_force, column_moment};
+use super::column::{Columns, Force, column_force};
 use super::lane::Lane;
 use super::program::Collect;
 use super::rod::{Rigid, Rod, State, Terms, world_dipole};
@@ -50,7 +50,17 @@ impl<L: Lane> Trace<L> {
     }
 }
 
-/// Adds a step's part of the integrals that the derivatives need, with the stepper's own weights.
+/// One column at one stage.
+pub struct Column<L> {
+    pub force: Force,
+    pub w: Vec3<L>,
+    /// dm - w x m
+    pub x: Vec3<L>,
+    pub dp: Vec3<L>,
+    pub dn: Vec3<L>,
+}
+
+/// Adds a stage's part of the integrals that the derivatives need, with the stepper's own weight, for column `k`.
 #[inline(always)]
 #[allow(clippy::too_many_arguments)]
 pub fn collect_integrals<L: Lane, T: Terms>(
@@ -58,47 +68,60 @@ pub fn collect_integrals<L: Lane, T: Terms>(
     segment: &Flexible<L>,
     step: &Step<L>,
     stages: &Stages<L>,
-    weights: usize,
+    i: usize,
     collect: Collect,
-    columns: &Columns<L>,
+    column: &Column<L>,
+    k: usize,
     trace: &mut Trace<L>,
 ) {
-    for i in 0..stages.tableau.a.len() {
-        let (hb, stage) = (stages.ha[weights + i], &stages.stage[i]);
-        let share = hb.constant(stages.tableau.c[i].mul_add(step.share, step.start));
-        let directors = [stage.d1, stage.d2, stage.t];
-        if collect.rest_curvature || collect.stiffness {
-            let k = segment.compliance_at::<T>(stage.compliance);
-            for (j, (d, k)) in directors.into_iter().zip([k.x, k.y, k.z]).enumerate() {
-                let dm_body = row_times(d, stages.x[i]) * hb;
-                let strain = -(dot(d, stage.m) * (k * k));
-                trace.rest_curvature[j] = trace.rest_curvature[j] + dm_body;
-                trace.stiffness[j] = axpy(strain, dm_body, trace.stiffness[j]);
-                if T::GENERAL && collect.rise {
-                    trace.rest_curvature_rise[j] = axpy(share, dm_body, trace.rest_curvature_rise[j]);
-                    trace.stiffness_rise[j] = axpy(strain * share, dm_body, trace.stiffness_rise[j]);
-                }
+    let (hb, stage) = (stages.hb[i], &stages.stage[i]);
+    let share = hb.constant(stages.tableau.c[i].mul_add(step.share, step.start));
+    let directors = [stage.d1, stage.d2, stage.t];
+    if collect.rest_curvature || collect.stiffness {
+        for (j, d) in directors.into_iter().enumerate() {
+            let dm_body = dot(d, column.x) * hb;
+            let strain = stages.strain[i][j];
+            trace.rest_curvature[j][k] = trace.rest_curvature[j][k] + dm_body;
+            trace.stiffness[j][k] = strain.mul_add(dm_body, trace.stiffness[j][k]);
+            if T::GENERAL && collect.rise {
+                trace.rest_curvature_rise[j][k] = share.mul_add(dm_body, trace.rest_curvature_rise[j][k]);
+                trace.stiffness_rise[j][k] = (strain * share).mul_add(dm_body, trace.stiffness_rise[j][k]);
             }
         }
-        if T::GENERAL && collect.shear_compliance {
-            let y = column_force(columns.force, &columns.dn, stage.n, stages.w[i]);
-            for (j, d) in directors.into_iter().enumerate() {
-                let n_body = dot(d, stage.n) * hb;
-                trace.shear_compliance[j] = axpy(n_body, row_times(d, y), trace.shear_compliance[j]);
-            }
+    }
+    if T::GENERAL && collect.shear_compliance {
+        let y = column_force(column.force, column.dn, stage.n, column.w);
+        for (j, d) in directors.into_iter().enumerate() {
+            let n_body = dot(d, stage.n) * hb;
+            trace.shear_compliance[j][k] = n_body.mul_add(dot(d, y), trace.shear_compliance[j][k]);
         }
-        if collect.load {
-            trace.load = add_rows(hb, stages.dp[i], trace.load);
+    }
+    if collect.load {
+        for j in 0..3 {
+            trace.load[j][k] = hb.mul_add(column.dp[j], trace.load[j][k]);
         }
-        if T::GENERAL && collect.dipole {
-            for (j, d) in directors.into_iter().enumerate() {
-                trace.dipole[j] = axpy(hb, row_times(cross(d, rod.B), stages.w[i]), trace.dipole[j]);
-            }
+    }
+    if T::GENERAL && collect.dipole {
+        for (j, d) in directors.into_iter().enumerate() {
+            trace.dipole[j][k] = hb.mul_add(dot(cross(d, rod.B), column.w), trace.dipole[j][k]);
         }
-        if T::GENERAL && collect.field && segment.has_magnet {
-            let mu_world = to_world(stage.d1, stage.d2, stage.t, segment.mu);
-            trace.field = add_rows(hb, columns_cross(stages.w[i], mu_world), trace.field);
+    }
+    if T::GENERAL && collect.field && segment.has_magnet {
+        let torque = cross(column.w, to_world(stage.d1, stage.d2, stage.t, segment.mu));
+        for j in 0..3 {
+            trace.field[j][k] = hb.mul_add(torque[j], trace.field[j][k]);
         }
+    }
+}
+
+/// -m_b,j / K_j² at every stage.
+#[inline(always)]
+pub fn set_strains<L: Lane, T: Terms>(segment: &Flexible<L>, stages: &mut Stages<L>) {
+    for i in 0..stages.tableau.b.len() {
+        let stage = &stages.stage[i];
+        let k = segment.compliance_at::<T>(stage.compliance);
+        let m_body = Vec3 { x: dot(stage.d1, stage.m), y: dot(stage.d2, stage.m), z: dot(stage.t, stage.m) };
+        stages.strain[i] = -(m_body * k * k);
     }
 }
 
@@ -121,7 +144,7 @@ pub fn length_row<L: Lane, T: Terms>(
     (omega, v): (Vec3<L>, Vec3<L>),
     columns: &Columns<L>,
 ) -> Vec3<L> {
-    let dm = column_moment::<L, T>(columns.force, &columns.dn, state.p, n, columns.dp, columns.dM);
+    let dm = columns.moment::<T>(state.p, n);
     let mut row = row_times(omega, columns_cross_sub(columns.w, m, dm));
     if columns.force == Force::Unit {
         row = row + v;

@@ -2,18 +2,32 @@
 
 use super::Stepper;
 
-/// Newton's steps on the path end below this change of the base moment (plan units) and turn of the tip (radians).
+/// Newton's steps on a path followed with care, and in a search, end below this change of the base moment (plan units,
+/// relative to 1 + the moment) and turn of the tip (radians).
 pub const PATH_TOLERANCE: f64 = 1e-3;
-/// On the path each step must be smaller than this share of the one before.
+/// On a ramp, the same under part of the load and under the full load: the fine grid corrects the rest.
+pub const LOAD_STEP_TOLERANCE: f64 = 0.2;
+pub const FULL_LOAD_TOLERANCE: f64 = 0.03;
+/// On the path each correction must be smaller than this share of the one before.
 pub const CONTRACTION: f64 = 0.3;
-/// A first correction above this many plan units of moment or radians of the tip is not trusted.
+/// A first correction above this many plan units of moment or radians of the tip is not trusted: on a ramp, and on a
+/// path followed with care or on the fine grid.
+pub const RAMP_TRUST: f64 = 0.8;
 pub const TRUST: f64 = 0.3;
 /// Newton steps on one load step.
 pub const CORRECTIONS: f64 = 8.0;
-/// A load step that took fewer corrections than this lets the next be twice as long.
-pub const EASY: f64 = 3.5;
-/// The first load step of a ramp, and the smallest.
-pub const FIRST_RAMP_STEP: f64 = 0.25;
+/// The first load step bends the rod by so much, to first order (plan units of moment).
+pub const FIRST_BEND: f64 = 1.5;
+/// A load step is chosen so that its first correction, which grows like the step's fourth power, will be this share of
+/// what is trusted.
+pub const AIM: f64 = 0.375;
+/// The correction over the aim is taken to lie within these bounds: a step becomes 3 times as long at most, a fifth at
+/// least.
+pub const LEAST_RATIO: f64 = 1.0 / 81.0;
+pub const MOST_RATIO: f64 = 625.0;
+/// A step that failed is followed by one at most this share as long.
+pub const RETREAT: f64 = 0.5;
+/// The smallest load steps.
 pub const SMALLEST_RAMP_STEP: f64 = 1.0 / 64.0;
 pub const SMALLEST_GUARDED_STEP: f64 = 1.0 / 4096.0;
 /// A path on the coarse grid that comes nearer than this to a fold or a bifurcation (stability margin) is followed again
@@ -58,7 +72,7 @@ impl Stepper {
         match (self, steps) {
             (_, 0) => 0,
             (Stepper::Rk4, _) => steps.div_ceil(3).max(2).min(steps),
-            (Stepper::Dop853, _) => steps.div_ceil(2).max(2),
+            (Stepper::Dop853, _) => steps.div_ceil(2).max(2).min(steps),
         }
     }
 
