@@ -121,11 +121,13 @@ fn follow_path(rod: Rod, first: u32, secant: vec3<f32>) -> PathEnd {
         var same_branch = 0.0 < dot(w[0], cross(w[1], w[2]));
         if guarded { same_branch = same_branch && stability_index(tip) < 0.5; }
         let square = squared_norm(w_inverse);
-        // Too near a bifurcation to know afterwards on which side it was passed.
+        // Too near a bifurcation to know afterwards on which side it was passed; no correction may start beyond one.
+        let safe = is_above(square, SAFE_MARGIN);
+        let regular = same_branch && (guarded || safe);
         let recovers = !is_above(weakest, NARROW_MARGIN) && square < 0.25 * weakest;
-        let lost = converged && same_branch && select(!is_above(square, SAFE_MARGIN), recovers, guarded);
+        let lost = converged && same_branch && select(!safe, recovers, guarded);
         let accepted = converged && same_branch && !lost;
-        let go_on = !converged && contracting;
+        let go_on = !converged && contracting && regular;
         var failed = false;
         if corrections < 0.5 { first_size = size; }
 

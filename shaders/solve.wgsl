@@ -11,18 +11,25 @@ const REACH: f32 = 0.0; //@spec
 const NO_EQUILIBRIUM: f32 = 0.0; //@spec
 
 // Moves the base moment to the fine grid's equilibrium by chord steps, without columns.
+//
+// From the second on they are secant steps along the one before (Broyden's update).
 fn chord_steps(rod: Rod, end: ptr<function, PathEnd>) {
+    var last = vec3<f32>();
+    var square = 1.0;
     var moving = (*end).reached;
     for (var i = 0u; i < CHORD_LIMIT; i++) {
         if !moving { break; }
         let tip = shoot(FINE, rod, 1.0, (*end).m0, 0u, 0u, false);
-        let delta = -((*end).inverse * (tip.m - rod.l_tip));
+        var delta = -((*end).inverse * (tip.m - rod.l_tip));
+        delta = delta * (1.0 / (1.0 - dot(last, delta) / square));
         let size = length(delta);
         // A chord step that is not small says that the coarse grid was too coarse: Newton's method takes over.
         let small = size < CHORD_TRUST;
         if small { (*end).m0 = (*end).m0 + delta; }
         (*end).passes = (*end).passes + 1.0;
         moving = small && size >= settings.tolerance * CHORD_TOLERANCE;
+        last = delta;
+        square = dot(delta, delta);
     }
 }
 

@@ -156,15 +156,16 @@ pub fn follow_path<L: Lane, T: Terms>(
             same_branch = same_branch & index.lt(zero.constant(0.5));
         }
         let square = squared_norm(&w_inverse);
-        // Too near a bifurcation to know afterwards on which side it was passed.
-        let lost = if guarded {
-            !is_above(weakest, NARROW_MARGIN) & square.lt(weakest * zero.constant(0.25))
+        // Too near a bifurcation to know afterwards on which side it was passed; no correction may start beyond one.
+        let (lost, regular) = if guarded {
+            (!is_above(weakest, NARROW_MARGIN) & square.lt(weakest * zero.constant(0.25)), same_branch)
         } else {
-            !is_above(square, SAFE_MARGIN)
+            let safe = is_above(square, SAFE_MARGIN);
+            (!safe, same_branch & safe)
         };
         let lost = active & converged & same_branch & lost;
         let accept = active & converged & same_branch & !lost;
-        let go_on = active & !converged & contracting;
+        let go_on = active & !converged & contracting & regular;
         let reject = active & !accept & !go_on;
         let destabilised = converged & !same_branch & is_sharp(&w);
         unstable = (unstable & !active) | (reject & destabilised);

@@ -2,7 +2,7 @@
 //!
 //! A sample's iterations depend on that sample alone: a lane that has finished is frozen while its neighbours go on.
 
-use super::algebra::{Mat3, Vec3, cross, inverse, length, transpose};
+use super::algebra::{Mat3, Vec3, cross, dot, inverse, length, transpose};
 use super::base::{force_columns, forward_columns, moment_columns, rotation_columns};
 use super::column::Columns;
 use super::lane::{Lane, Scalar};
@@ -19,10 +19,14 @@ use crate::model::path::{
 use crate::model::{MOST_KNOWN, NO_EQUILIBRIUM, Quantity, Status};
 
 /// Moves the base moment to the fine grid's equilibrium by chord steps, without columns.
+///
+/// From the second on they are secant steps along the one before (Broyden's update).
 #[inline(always)]
 fn chord_steps<L: Lane, T: Terms>(program: &Program, rod: &Rod<L>, end: &mut PathEnd<L>, workspace: &mut Workspace<L>) {
     let one = end.lambda.constant(1.0);
-    let tolerance = one.constant(program.newton_tolerance);
+    let tolerance = one.constant(program.newton_tolerance * CHORD_TOLERANCE);
+    let mut last = Vec3::splat(one.constant(0.0));
+    let mut square = one;
     let mut moving = end.reached;
     for _ in 0..CHORD_LIMIT {
         if !L::any(moving) {
@@ -30,12 +34,14 @@ fn chord_steps<L: Lane, T: Terms>(program: &Program, rod: &Rod<L>, end: &mut Pat
         }
         let tip = shoot::<L, T>(program, &program.fine, rod, one, end.m0, &mut [], false, workspace);
         let delta = -(end.inverse * (tip.m - rod.l_tip));
+        let delta = delta * (one / (one - dot(last, delta) / square));
         let size = length(delta);
         // A chord step that is not small says that the coarse grid was too coarse: Newton's method takes over.
         let small = moving & size.lt(one.constant(CHORD_TRUST));
         end.m0 = Vec3::select(small, end.m0 + delta, end.m0);
         end.passes = L::select(moving, end.passes + one, end.passes);
-        moving = small & !size.lt(tolerance * one.constant(CHORD_TOLERANCE));
+        moving = small & !size.lt(tolerance);
+        (last, square) = (delta, dot(delta, delta));
     }
 }
 

@@ -12,7 +12,7 @@ pub const FULL_LOAD_TOLERANCE: f64 = 0.03;
 pub const CONTRACTION: f64 = 0.3;
 /// A first correction above this many plan units of moment or radians of the tip is not trusted: on a ramp, and on a
 /// path followed with care or on the fine grid.
-pub const RAMP_TRUST: f64 = 0.8;
+pub const RAMP_TRUST: f64 = 0.5;
 pub const TRUST: f64 = 0.3;
 /// Newton steps on one load step.
 pub const CORRECTIONS: f64 = 8.0;
@@ -31,7 +31,7 @@ pub const RETREAT: f64 = 0.5;
 pub const SMALLEST_RAMP_STEP: f64 = 1.0 / 64.0;
 pub const SMALLEST_GUARDED_STEP: f64 = 1.0 / 4096.0;
 /// A path on the coarse grid that comes nearer than this to a fold or a bifurcation (stability margin) is followed again
-/// with care: few steps may unfold the bifurcation the other way.
+/// with care: few steps may unfold the bifurcation the other way. A correction that comes so near shortens its load step.
 pub const SAFE_MARGIN: f64 = 0.1;
 /// A path that comes nearer than this and moves away again has passed what no grid resolves, and ends there.
 pub const NARROW_MARGIN: f64 = 1e-3;
