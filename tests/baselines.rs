@@ -320,8 +320,7 @@ fn bench_refuses_what_it_cannot_do() {
     sandbox.write("couple.toml", &scene.replace("tip_force = [0, 0, 0]", "tip_moment = [\"1e-5 N·m\", 0, 0]"));
     sandbox.write("bare.toml", scene.split("[[segment]]\nname = \"coil\"").next().expect("the tube"));
     for (arguments, named) in [
-        (&["bench"][..], &["--paper"][..]),
-        (&["bench", "--paper", "--scene", "couple.toml"], &["couple.toml", "loads.tip_moment"]),
+        (&["bench", "--paper", "--scene", "couple.toml"][..], &["couple.toml", "loads.tip_moment"][..]),
         (&["bench", "--paper", "--scene", "bare.toml"], &["bare.toml", "coil"]),
         (&["bench", "--paper", "--scene", "none.toml"], &["none.toml"]),
         (&["bench", "--paper", "--samples", "0"], &["--samples", "1 to 100000"]),

@@ -34,7 +34,7 @@ pub fn linear(low: f64, high: f64, count: f64) -> Ticks {
 pub fn logarithmic(low: f64, high: f64, count: f64) -> Ticks {
     let (first, last) = ((low.log10() - 1e-9).ceil() as i32, (high.log10() + 1e-9).floor() as i32);
     let decades = high.log10() - low.log10();
-    if decades < 1.7 {
+    if decades < 1.7 || last <= first {
         let leads: &[f64] = if decades < 0.9 { &[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0] } else { &[1.0, 2.0, 5.0] };
         let values: Vec<f64> = (first - 1..=last + 1)
             .flat_map(|power| leads.iter().map(move |lead| lead * 10f64.powi(power)))

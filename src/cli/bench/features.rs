@@ -114,7 +114,8 @@ impl Rod<'_> {
             // One coil comes at the end, more follow a tube each.
             let at = if self.coils == 1 { pieces } else { piece };
             if piece == at {
-                let name = if self.coils == 1 { 1 } else { piece };
+                // The first is the one that is swept: it stays at the tip.
+                let name = if self.coils == 1 { 1 } else { pieces + 1 - piece };
                 let _ = write!(
                     text,
                     "\n[[scene.segment]]\nname = \"coil{name}\"\nkind = \"rigid\"\nlength = 0.01\n{}coil = {{ turns_area = \

@@ -22,6 +22,7 @@ struct Rods {
     /// Sample of each.
     samples: Vec<usize>,
     here: Vec<Rod>,
+    near: Vec<Rod>,
     inputs: Vec<Input>,
 }
 
@@ -52,12 +53,14 @@ pub fn measure(problem: &Problem, session: &mut Session) -> Result<(), CommandEr
 fn rods(problem: &Problem, work: Work) -> Result<Rods, String> {
     let plan = problem.plan(Work::Cold, PlanOptions::default()).map_err(|error| error.to_string())?;
     let samples: Vec<usize> = (0..problem.len()).step_by(problem.len().div_ceil(SAMPLES)).collect();
-    let rod = |sample: &usize| Rod::new(&plan.sample_scene(&problem.rows[*sample]));
-    let here: Result<Vec<Rod>, _> = samples.iter().map(rod).collect();
+    let rods = |rows: &[Vec<f64>]| -> Result<Vec<Rod>, _> {
+        samples.iter().map(|sample| Rod::new(&plan.sample_scene(&rows[*sample]))).collect()
+    };
     let inputs: Result<Vec<Input>, _> =
         problem.wrt(work).iter().map(|parameter| Input::new(*parameter, &plan.scene)).collect();
     let text = |error: rodsweep::baseline::BaselineError| error.to_string();
-    Ok(Rods { samples, here: here.map_err(text)?, inputs: inputs.map_err(text)? })
+    let (here, near) = (rods(&problem.rows).map_err(text)?, rods(&problem.near).map_err(text)?);
+    Ok(Rods { samples, here, near, inputs: inputs.map_err(text)? })
 }
 
 fn point(
@@ -69,11 +72,8 @@ fn point(
     rods: &Rods,
     session: &mut Session,
 ) -> Result<(), CommandError> {
-    // A warm start is the equilibrium under slightly smaller loads.
     let near: Vec<Option<Vec<f64>>> = match work {
-        Work::Warm => {
-            rods.here.iter().map(|rod| from_rest(method, &rod.loaded(1.0 - super::problem::NEAR)).ok()).collect()
-        }
+        Work::Warm => rods.near.iter().map(|rod| from_rest(method, rod).ok()).collect(),
         Work::Tip | Work::Cold => vec![None; rods.here.len()],
     };
     let one = |(rod, near): (&Rod, &Option<Vec<f64>>)| -> Option<Jacobian> {

@@ -89,7 +89,7 @@ pub fn manifest(session: &Session, specs: &[BenchSpec]) -> String {
         "gpu_in_software": session.adapter.as_ref().is_some_and(|adapter| adapter.is_software()),
         "clock": if clock::has_thread_time() { "processor time of the thread" } else { "time on the wall" },
         "quick": session.quick,
-        "seconds": session.seconds().round(),
+        "seconds": session.seconds().round() as u64,
         "near": NEAR,
         "small_column": SMALL_COLUMN,
         "steppers": Stepper::ALL.iter().map(stepper).collect::<Vec<_>>(),

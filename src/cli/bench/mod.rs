@@ -99,11 +99,12 @@ fn measure(specs: &[BenchSpec], wants: &Wants, session: &mut Session) -> Result<
         }
         session.say(&format!("{}: the reference", spec.title));
         let problem = Problem::new(spec, most)?;
-        if problem.left_out > 0 {
-            let count = problem.left_out;
-            session
-                .note(format!("{}: {count} samples left out, for they or samples near by have no answer", spec.title));
-        }
+        session.records.push(Record {
+            size: problem.bend(),
+            samples: problem.len() as f64,
+            failed: problem.left_out as f64,
+            ..Record::new("scene", spec.name.as_str())
+        });
         if wants.has("reference") {
             proof::other_formulation(&problem, session)?;
         }
@@ -166,7 +167,7 @@ fn render(directory: &Path) -> Result<(), CommandError> {
             write(figure.as_ref(), &directory.join(format!("{name}.{extension}")))?;
         }
     }
-    print(&report.summary())?;
+    print(&report.readme())?;
     say(&format!("written: {}", directory.join(REPORT).display()));
     Ok(())
 }

@@ -23,13 +23,14 @@ pub struct Problem<'a> {
     pub spec: &'a BenchSpec,
     /// Values of the axes.
     pub rows: Vec<Vec<f64>>,
-    /// Equilibria near by [N·m].
+    /// Values near by, and the base moments of their equilibria [N·m].
+    pub near: Vec<Vec<f64>>,
     starts: Vec<Vector>,
     /// By all derivatives of `wrt`.
     truth: Solutions,
     wrt: Vec<Parameter>,
     lengths: Vec<f64>,
-    /// Of each derivative over the samples: largest and median norm.
+    /// Of each derivative: its largest norm over the samples, and the parameter's natural change.
     sizes: Vec<[f64; 2]>,
     /// Samples without an answer from rest, or near which there is none.
     pub left_out: usize,
@@ -94,12 +95,13 @@ impl<'a> Problem<'a> {
         }
         let mut kept = Solutions::new(wrt.len(), known.len());
         known.iter().enumerate().for_each(|(to, from)| kept.copy_row(to, &truth, *from));
-        let rows: Vec<Vec<f64>> = known.iter().map(|at| rows[*at].clone()).collect();
+        let of_known = |all: &[Vec<f64>]| -> Vec<Vec<f64>> { known.iter().map(|at| all[*at].clone()).collect() };
+        let (rows, near) = (of_known(&rows), of_known(&near));
         let lengths = rows.iter().map(|row| plan.sample_scene(row).rod().total_length()).collect();
         let starts = known.iter().map(|at| there.vector(*at, Quantity::BaseMoment)).collect();
         let left_out = count - known.len();
-        let mut problem = Problem { spec, rows, starts, truth: kept, wrt, lengths, sizes: Vec::new(), left_out };
-        problem.sizes = (0..problem.wrt.len()).map(|column| problem.size(column)).collect();
+        let mut problem = Problem { spec, rows, near, starts, truth: kept, wrt, lengths, sizes: Vec::new(), left_out };
+        problem.sizes = (0..problem.wrt.len()).map(|column| problem.size(&plan, column)).collect();
         Ok(problem)
     }
 
@@ -107,12 +109,14 @@ impl<'a> Problem<'a> {
         self.rows.len()
     }
 
-    /// Largest and median norm of a column of the truth.
-    fn size(&self, column: usize) -> [f64; 2] {
+    /// Largest norm of a column of the truth, and the change of its parameter that moves a number of the rod by one
+    /// natural unit: what bends the mean rod by a radian, its length, its stiffness.
+    fn size(&self, plan: &Plan, column: usize) -> [f64; 2] {
         let norm = |sample: usize| length(&self.column(&self.truth, sample, column));
-        let mut norms: Vec<f64> = (0..self.len()).map(norm).collect();
-        norms.sort_by(f64::total_cmp);
-        [norms[norms.len() - 1].max(f64::MIN_POSITIVE), norms[norms.len() / 2].max(f64::MIN_POSITIVE)]
+        let largest = (0..self.len()).map(norm).fold(f64::MIN_POSITIVE, f64::max);
+        let chain = self.wrt[column].chain(&plan.scene);
+        let rates: Vec<f64> = chain.iter().map(|(slot, rate)| rate / slot.unit(&plan.units)).collect();
+        [largest, 1.0 / length(&rates).max(f64::MIN_POSITIVE)]
     }
 
     /// dp/L and w.
@@ -179,17 +183,27 @@ impl<'a> Problem<'a> {
         for (column, parameter) in columns.iter().zip(self.wrt(work)) {
             let of = self.wrt.iter().position(|other| other == parameter).unwrap_or(0);
             let true_column = self.column(&self.truth, sample, of);
-            let [largest, median] = self.sizes[of];
+            let [largest, natural] = self.sizes[of];
             let apart = length(&std::array::from_fn::<f64, 6, _>(|row| column[row] - true_column[row]));
             let size = length(&true_column);
             worst = worst.max(apart / size.max(SMALL_COLUMN * largest));
-            squares += (apart / median).powi(2);
-            whole += (size / median).powi(2);
+            squares += (apart * natural).powi(2);
+            whole += (size * natural).powi(2);
         }
         to.tips.push(error);
         to.columns.push(worst);
         to.norms.push((squares / whole).sqrt());
         Some(error)
+    }
+
+    /// Mean angle between tip and base [rad].
+    pub fn bend(&self) -> f64 {
+        let base = self.spec.sweep.scene.rod().base_rotation.map(|row| row[2]);
+        let angle = |sample: usize| {
+            let tangent = self.truth.vector(sample, Quantity::TipTangent);
+            (0..3).map(|k| tangent[k] * base[k]).sum::<f64>().clamp(-1.0, 1.0).acos()
+        };
+        (0..self.len()).map(angle).sum::<f64>() / self.len() as f64
     }
 
     /// Lengths of the rods [m].

@@ -31,7 +31,11 @@ pub fn batches(problem: &Problem, session: &mut Session) -> Result<(), CommandEr
         if !(engine.is_gpu() || engine.is_best()) || takes_too_long {
             continue;
         }
-        let most = if engine.is_gpu() && !engine.is_software() { 16 * most } else { most };
+        let most = match (engine.is_gpu(), engine.is_software()) {
+            (true, false) => 16 * most,
+            (true, true) => most.min(4096),
+            _ => most,
+        };
         let plan = problem.plan(Work::Cold, options(engine.precision, &engine))?;
         let mut backend = match engine.make(&plan) {
             Ok(backend) => backend,

@@ -36,7 +36,7 @@ impl Report {
         }
         for (part, name) in GROWING {
             for record in self.part(part).filter(|record| record.precision == "f64") {
-                add(format!("{} {name}", record.size), record);
+                add(format!("{name}: {}", record.size), record);
             }
         }
         if rows.is_empty() {

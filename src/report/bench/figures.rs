@@ -6,11 +6,8 @@ use crate::report::canvas::Canvas;
 use crate::report::{AxisLabel, Colour, Curves, Figure, Marker, NamedBars, Panel, ReportError, Series, Sheet};
 
 /// Work and the words for it.
-const WORK: [(&str, &str); 3] = [
-    ("tip", "tip + few columns, from rest"),
-    ("cold", "equilibrium + Jacobian, from rest"),
-    ("warm", "equilibrium + Jacobian, warm start"),
-];
+const WORK: [(&str, &str); 3] =
+    [("tip", "few columns, from rest"), ("cold", "Jacobian, from rest"), ("warm", "Jacobian, warm start")];
 /// Scenes in a panel: more curves cannot be told apart.
 const CURVES: usize = 4;
 
@@ -69,14 +66,17 @@ impl Report {
     pub(super) fn precision_figures(&self) -> Vec<Named> {
         let mut all: Vec<Named> = Vec::new();
         for (case, _) in self.scenes() {
-            let mut panels = Vec::new();
-            for (work, title) in WORK {
-                let first = panels.is_empty();
-                panels.push(self.curves(&case, work, title, "tip error / length, 95 %", |record| record.tip[1], first));
-                let words = "worst column of the Jacobian, 95 %";
-                panels.push(self.curves(&case, work, "", words, |record| record.column[1], false));
+            let panels = |words: &str, error: fn(&Record) -> f64| -> Vec<Box<dyn Panel>> {
+                let all =
+                    WORK.iter().flat_map(|(work, title)| ["f64", "f32"].map(|precision| (*work, *title, precision)));
+                all.map(|(work, title, precision)| self.curves(&case, work, title, precision, words, error)).collect()
+            };
+            let tip = panels("tip error / length, 95 %", |record| record.tip[1]);
+            all.extend(page(format!("work-precision-{case}"), tip, 2));
+            if self.part("precision").any(|record| record.case == case && record.is_literature()) {
+                let jacobian = panels("error of the Jacobian's norm, 95 %", |record| record.norm[1]);
+                all.extend(page(format!("work-precision-{case}-jacobian"), jacobian, 2));
             }
-            all.extend(page(format!("work-precision-{case}"), panels, 2));
         }
         all.extend(self.spread_figure());
         all.extend(self.sets_figure());
@@ -84,51 +84,43 @@ impl Report {
         all
     }
 
-    /// A curve for each stepper, precision and backend.
+    /// A curve for each stepper and backend in a precision, and the literature's beside f64.
     fn curves(
         &self,
         case: &str,
         work: &str,
         title: &str,
+        precision: &str,
         words: &str,
         error: fn(&Record) -> f64,
-        legend: bool,
     ) -> Box<dyn Panel> {
         let best = self.best_set();
         let points: Vec<&Record> = self
             .part("precision")
-            .filter(|record| record.case == case && record.work == work)
+            .filter(|record| record.case == case && record.work == work && record.precision == precision)
             .filter(|record| record.engine == best || record.is_gpu() || record.is_literature())
             .collect();
-        let steppers = self.steppers();
         let mut series: Vec<Series> = Vec::new();
         for engine in names(points.iter().copied()) {
-            for stepper in &steppers {
-                let curve: Vec<&Record> = points
-                    .iter()
-                    .copied()
-                    .filter(|record| record.engine_name() == engine && record.method == *stepper)
-                    .collect();
-                let Some(one) = curve.first() else { continue };
-                let places = curve.iter().map(|record| [error(record), micro(record)]).collect();
-                let colour = steppers.iter().position(|other| other == stepper).unwrap_or(0);
-                let is_cpu = !one.is_gpu() && !one.is_literature();
-                let name = match (one.is_literature(), is_cpu) {
-                    (true, _) => one.engine.trim_start_matches("literature: ").to_owned(),
-                    (_, true) => format!("{} {}", one.precision, stepper),
-                    _ => format!("{} {} {}", one.engine, one.precision, stepper),
-                };
-                let mut curve = Series::line(if legend { name } else { String::new() }, places);
-                curve = match () {
-                    () if one.engine.ends_with("differences") => curve.marker(Marker::Diamond).colour(Colour::GREY),
-                    () if one.is_literature() => curve.marker(Marker::Triangle).colour(Colour::INK),
-                    () if one.is_gpu() => curve.marker(Marker::Square).colour(Colour::SERIES[colour % 3]),
-                    () => curve.marker(Marker::Circle).colour(Colour::SERIES[colour % 7]),
-                };
-                series.push(if one.precision == "f32" { curve.dashed().hollow() } else { curve });
+            for (index, stepper) in self.steppers().iter().enumerate() {
+                let curve = points.iter().filter(|record| record.engine_name() == engine && record.method == *stepper);
+                let places: Vec<[f64; 2]> = curve.clone().map(|record| [error(record), micro(record)]).collect();
+                let Some(one) = curve.clone().next() else { continue };
+                let (colour, marker) = (Colour::SERIES[index % 7], Marker::ALL[index % Marker::ALL.len()]);
+                let plain = |name: &str| Series::line(name, places.clone());
+                series.push(match one.engine.trim_start_matches("literature: ") {
+                    engine if engine.ends_with("differences") => {
+                        plain(engine).marker(Marker::Diamond).colour(Colour::GREY)
+                    }
+                    engine if one.is_literature() => plain(engine).marker(Marker::Triangle).colour(Colour::INK),
+                    engine if one.is_gpu() => {
+                        plain(&format!("{stepper}, {engine}")).marker(marker).colour(colour).dashed().hollow()
+                    }
+                    _ => plain(stepper).marker(marker).colour(colour),
+                });
             }
         }
-        boxed(title, error_axis(words), time_axis(), series)
+        boxed(&format!("{precision}: {title}"), error_axis(words), time_axis(), series)
     }
 
     /// Median, 95 % and worst of the samples.
@@ -136,7 +128,10 @@ impl Report {
         let (case, best) = (self.first_scene(), self.best_set());
         let panel = |title: &str, words: &str, error: fn(&Record) -> [f64; 3]| {
             let mut series = Vec::new();
-            for (index, stepper) in self.steppers().iter().enumerate() {
+            let steppers = self.steppers();
+            // The lowest and the highest order: more cannot be told apart.
+            let ends = [steppers.first(), steppers.last().filter(|_| steppers.len() > 1)];
+            for (index, stepper) in ends.into_iter().flatten().enumerate() {
                 let of = |which: usize| -> Vec<[f64; 2]> {
                     self.part("precision")
                         .filter(|record| record.case == case && record.work == "cold" && record.engine == best)
@@ -173,7 +168,10 @@ impl Report {
                 .map(|(set, colour)| Series::line(set, of(set, precision)).marker(Marker::Circle).colour(colour))
                 .collect();
             let paper = "literature: paper's form";
-            let paper = Series::line("paper's form, scalar f64", of(paper, "f64"));
+            let mut paper = Series::line("paper's form, scalar f64", of(paper, "f64"));
+            // What lies far beyond the other curves would press them together.
+            let finest = series.iter().flat_map(|series| &series.points).map(|point| point[0]).fold(1.0, f64::min);
+            paper.points.retain(|point| point[0] > 1e-2 * finest);
             series.push(paper.marker(Marker::Triangle).colour(Colour::INK));
             boxed(precision, error_axis("tip error / length, 95 %"), time_axis(), series)
         };

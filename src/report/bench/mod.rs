@@ -58,12 +58,16 @@ impl Report {
     }
 
     fn head(&self) -> String {
+        format!("# Speed against error\n\n{} Lower and further left is better in every figure.\n", self.machine())
+    }
+
+    /// What ran where, and how quiet it was there.
+    fn machine(&self) -> String {
         let word = |key: &str| self.manifest[key].as_str().unwrap_or("unknown").to_owned();
         let gpu = self.manifest["gpu"].as_str().map_or("no GPU".to_owned(), |gpu| format!("GPU: {gpu}"));
         let quick = if self.manifest["quick"] == true { " with `--quick`: few samples and steps" } else { "" };
         format!(
-            "# Speed against error\n\nMeasured on {} by `rodsweep bench` {} (commit {}){quick}, in {} s. {}, {} cores, {}, \
-             {}; {gpu}. {}\n",
+            "Measured on {} by `rodsweep bench` {} (commit {}){quick}, in {} s. {}, {} cores, {}, {}; {gpu}. {}",
             word("date"),
             word("version"),
             word("commit"),

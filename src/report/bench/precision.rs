@@ -42,8 +42,19 @@ impl Report {
         fastest(theirs, asked).map_or(f64::NAN, |theirs| theirs.seconds / record.seconds)
     }
 
-    /// How fast, at which error, on what, against whom: the table of the README.
-    pub fn summary(&self) -> String {
+    /// How fast, at which error, on what, against whom.
+    pub(super) fn summary(&self) -> String {
+        let table = self.summary_table();
+        if table.is_empty() { table } else { format!("## In a minute\n\n{table}") }
+    }
+
+    /// The same as the README has it, with the machine.
+    pub fn readme(&self) -> String {
+        let table = self.summary_table();
+        if table.is_empty() { table } else { format!("{}\n\n{table}", self.machine()) }
+    }
+
+    fn summary_table(&self) -> String {
         let (scene, best) = (self.first_scene(), self.best_set());
         let title = self.scenes().into_iter().next().map(|(_, title)| title).unwrap_or_default();
         let mut rows = Vec::new();
@@ -56,7 +67,8 @@ impl Report {
                 format!("{precision}, {:.0e}", asked),
                 format!("{}, {} steps", record.method, record.size),
                 error(record.tip[1]),
-                error(record.column[0]),
+                error(record.norm[1]),
+                error(record.column[1]),
                 time(record.seconds),
                 ratio(self.gain(record, PAPER, asked)),
                 ratio(self.gain(record, DIFFERENCES, asked)),
@@ -71,14 +83,15 @@ impl Report {
             "asked of the tip",
             "method",
             "tip p95",
-            "worst column, median",
+            "Jacobian p95",
+            "worst column p95",
             "a sample",
             "paper's form",
             "differences",
             "of peak",
         ];
         format!(
-            "## In a minute\n\nOne thread, {best}, {title}: the fastest settings whose tips are as near to the reference's as \
+            "One thread, {best}, {title}: the fastest settings whose tips are as near to the reference's as \
              asked, position over length, for 95 % of the samples. Paper's form and finite differences are plain scalar f64 \
              at the same accuracy on the same samples, in units of this program's time.\n\n{}\n{}",
             table(&headers, &rows),
@@ -114,6 +127,9 @@ impl Report {
                 continue;
             }
             figures += &format!("\n![{title}](work-precision-{case}.png)\n");
+            if self.points(&case, "cold").any(Record::is_literature) {
+                figures += &format!("\n![{title}, Jacobian](work-precision-{case}-jacobian.png)\n");
+            }
             for (work, name, _) in WORK {
                 let of = |precision: &'static str, asked: f64| {
                     let ours = self.points(&case, work);
@@ -160,9 +176,34 @@ impl Report {
             "## Work against precision\n\nTime of a sample on one thread, {best}, in the fastest settings (stepper and steps \
              over the rod) whose tip error is below the head of the column for 95 % of the samples; the last column is over \
              all settings. In the figures each curve is one method with more and more steps, of the error 95 % are below.\n\n\
-             {}{figures}\n![Median, 95 % and worst](spread.png)\n\n![Scenes](scenes.png)\n",
-            table(&headers, &rows)
+             {}\n{}\n![Scenes](scenes.png)\n{figures}\n![Median, 95 % and worst](spread.png)\n",
+            table(&headers, &rows),
+            self.scene_table()
         )
+    }
+
+    /// What the scenes are.
+    fn scene_table(&self) -> String {
+        let list = self.manifest["scenes"].as_array().cloned().unwrap_or_default();
+        let row = |scene: &serde_json::Value| {
+            let name = scene["name"].as_str().unwrap_or_default();
+            let found = self.part("scene").find(|record| record.case == name);
+            let of = |number: fn(&Record) -> f64| found.map_or(f64::NAN, number);
+            let count = |key: &str| scene[key].as_array().map_or(0, Vec::len);
+            let axes = scene["axes"].as_array().cloned().unwrap_or_default();
+            let swept = |axis: &serde_json::Value| axis["parameters"][0].as_str().unwrap_or_default().to_owned();
+            vec![
+                scene["title"].as_str().unwrap_or_default().to_owned(),
+                format!("{:.0} mm, {} segments", 1e3 * scene["length"].as_f64().unwrap_or(f64::NAN), scene["segments"]),
+                axes.iter().map(swept).collect::<Vec<_>>().join(", "),
+                format!("{} and {}", count("tip"), count("derivatives")),
+                format!("{:.2}", of(|record| record.size)),
+                format!("{}, {} left out", whole(of(|record| record.samples)), whole(of(|record| record.failed))),
+            ]
+        };
+        let rows: Vec<Vec<String>> = list.iter().map(row).collect();
+        let headers = ["scene", "rod", "swept", "derivatives, few and all", "mean tip angle (rad)", "samples"];
+        table(&headers, &rows)
     }
 
     /// Instruction sets and precisions at stated errors.

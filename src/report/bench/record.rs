@@ -35,7 +35,7 @@ pub struct Record {
     pub tip: Errors,
     /// The worst column of the Jacobian, relative.
     pub column: Errors,
-    /// The Jacobian's norm, columns in units of their median.
+    /// The Jacobian's norm, relative, parameters in natural units.
     pub norm: Errors,
     /// A sample's error estimate; the median over samples.
     pub estimate: f64,

@@ -61,14 +61,15 @@ impl Report {
              memory, results in memory. A time is the median over repeats after a first call, which is left out and \
              reported above.\n\
              - Each point asks of Newton's iteration what its steps can give, not more.\n\
-             - Warm starts are base moments of equilibria whose parameters differ by {} of each axis' range; the literature's \
-             start at {} of the load.\n\
-             - A column's error is relative to its own size, or to {} of its largest over the samples where that is more; a \
-             scene's figure has the worst column of each sample. The literature's methods are measured on some 24 of the \
+             - Warm starts are base moments of equilibria whose parameters differ by {} of each axis' range. One that \
+             lies across a fold leads elsewhere, and is counted as that.\n\
+             - A Jacobian's error is that of its norm (dp/L and w, parameters in natural units: what bends the mean rod by a \
+             radian, its length, its stiffness), or of its worst column, relative to the column's own size, or to {} of its \
+             largest over the samples where that is more. Weak columns, such as those by torsional stiffness, are the \
+             worst. The literature's methods are measured on some 24 of the \
              samples.\n\
              - Samples without an answer from rest are left out before; failures on the others are counted.\n",
             percent(self.manifest["near"].as_f64().unwrap_or(f64::NAN)),
-            percent(1.0 - self.manifest["near"].as_f64().unwrap_or(f64::NAN)),
             error(self.manifest["small_column"].as_f64().unwrap_or(f64::NAN)),
         );
         for note in self.manifest["notes"].as_array().into_iter().flatten() {
