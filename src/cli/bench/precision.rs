@@ -154,7 +154,7 @@ fn operations(
 
 /// A few estimates with their errors, evenly spread over the samples.
 fn keep_estimates(judged: &Judged, of: &Record, session: &mut Session) {
-    if of.work != Work::Cold.name() || !(of.engine == Engine::best(Precision::F64).name()) {
+    if of.work != Work::Cold.name() || of.engine != Engine::best(Precision::F64).name() {
         return;
     }
     let count = judged.estimates.len();

@@ -11,10 +11,10 @@ const GROWING: [(&str, &str); 3] = [
 ];
 
 impl Report {
-    /// Time over that of the plainest scene in the same arithmetic.
+    /// Time over that of the plainest scene in the same arithmetic; the least of the repeats, for these are compared.
     pub(super) fn relative(&self, record: &Record) -> f64 {
         let plain = self.part("terms").find(|plain| plain.case == "plain" && plain.precision == record.precision);
-        plain.map_or(f64::NAN, |plain| record.seconds / plain.seconds)
+        plain.map_or(f64::NAN, |plain| record.least / plain.least)
     }
 
     pub(super) fn costs_section(&self) -> String {

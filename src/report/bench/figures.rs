@@ -97,8 +97,9 @@ impl Report {
         let best = self.best_set();
         let points: Vec<&Record> = self
             .part("precision")
+            .chain(self.part("peers"))
             .filter(|record| record.case == case && record.work == work && record.precision == precision)
-            .filter(|record| record.engine == best || record.is_gpu() || record.is_literature())
+            .filter(|record| record.engine == best || record.is_gpu() || record.is_literature() || record.is_peer())
             .collect();
         let mut series: Vec<Series> = Vec::new();
         for engine in names(points.iter().copied()) {
@@ -113,6 +114,7 @@ impl Report {
                         plain(engine).marker(Marker::Diamond).colour(Colour::GREY)
                     }
                     engine if one.is_literature() => plain(engine).marker(Marker::Triangle).colour(Colour::INK),
+                    engine if one.is_peer() => plain(engine).marker(Marker::Diamond).colour(Colour::PURPLE).dashed(),
                     engine if one.is_gpu() => {
                         plain(&format!("{stepper}, {engine}")).marker(marker).colour(colour).dashed().hollow()
                     }

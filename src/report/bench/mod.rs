@@ -136,6 +136,11 @@ impl Record {
         self.engine.starts_with("literature")
     }
 
+    /// Measured by `benches/peers`.
+    fn is_peer(&self) -> bool {
+        self.part == "peers"
+    }
+
     fn is_gpu(&self) -> bool {
         self.engine.starts_with("GPU")
     }

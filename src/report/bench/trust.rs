@@ -57,9 +57,9 @@ impl Report {
         let clock = self.manifest["clock"].as_str().unwrap_or("time");
         text += &format!(
             "\nHow it was measured:\n\n\
-             - CPU: {clock}, on one thread, batches of all samples of a scene; GPU and throughput: time on the wall. Inputs in \
-             memory, results in memory. A time is the median over repeats after a first call, which is left out and \
-             reported above.\n\
+             - CPU: {clock}, on one thread, batches of all samples of a scene; GPU and throughput: time on the wall (a GPU in \
+             software takes all cores). Inputs and results in memory. A time is the median over repeats after a first call, \
+             which is left out and reported above.\n\
              - Each point asks of Newton's iteration what its steps can give, not more.\n\
              - Warm starts are base moments of equilibria whose parameters differ by {} of each axis' range. One that \
              lies across a fold leads elsewhere, and is counted as that.\n\
