@@ -5,8 +5,8 @@ use super::engines::Engine;
 use super::problem::Problem;
 use super::session::{Session, pool};
 use crate::cli::CommandError;
-use crate::cli::engine::{reference, second_attempt};
-use rodsweep::backend::{BackendError, Precision};
+use crate::cli::engine::{self as cli, reference, second_attempt};
+use rodsweep::backend::{BackendError, BackendKind, Precision};
 use rodsweep::model::{Plan, PlanOptions, Stepper};
 use rodsweep::report::bench::Record;
 use rodsweep::sweep::{self, RunOptions, SweepSpec, Work};
@@ -110,9 +110,14 @@ pub fn stages(session: &mut Session) -> Result<(), CommandError> {
     let spec = SweepSpec::parse_with(file, MAP, &[MAP_SCENE])?;
     for precision in [Precision::F64, Precision::F32] {
         let engine = Engine::best(precision);
-        let tolerance = if precision == Precision::F32 { crate::cli::engine::F32_TOLERANCE } else { spec.tolerance };
+        let tolerance = if precision == Precision::F32 { cli::F32_TOLERANCE } else { spec.tolerance };
         let spec = SweepSpec { tolerance, ..spec.clone() };
-        let plan = spec.plan(PlanOptions { stepper: Stepper::Dop853, steps: STEPS, ..PlanOptions::default() })?;
+        // The method and steps that `run` would take.
+        let chosen = cli::Engine { kind: BackendKind::Cpu, precision, reason: String::new() };
+        let steppers = chosen.steppers();
+        let plan = spec.plan(PlanOptions { stepper: steppers[0], ..PlanOptions::default() })?;
+        let pilot = sweep::choose_method(&plan, &spec.sampler(), &steppers[1..], &cli::cpu_f64)?;
+        let plan = plan.with_options(pilot.options(&plan));
         let mut backend = engine.make(&plan)?;
         let out = std::env::temp_dir().join(format!("rodsweep-bench-{}-{precision}", std::process::id()));
         let mut run = RunOptions::new(&out);
@@ -136,7 +141,7 @@ pub fn stages(session: &mut Session) -> Result<(), CommandError> {
                 engine: engine.name().into(),
                 precision: precision.to_string(),
                 method: plan.options.stepper.name().into(),
-                size: STEPS as f64,
+                size: plan.options.steps as f64,
                 samples: summary.solved as f64,
                 failed: summary.failed() as f64,
                 seconds,
