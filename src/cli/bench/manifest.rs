@@ -21,6 +21,11 @@ fn processor() -> Option<String> {
     line.split(": ").nth(1).map(str::to_owned)
 }
 
+/// Of the last minute, where the system tells.
+fn load_average() -> Option<f64> {
+    std::fs::read_to_string("/proc/loadavg").ok()?.split_whitespace().next()?.parse().ok()
+}
+
 /// Year, month and day (Gregorian, UTC) of a day since 1970-01-01.
 fn date(day: u64) -> String {
     let (mut year, mut left) = (1970u64, day);
@@ -88,6 +93,7 @@ pub fn manifest(session: &Session, specs: &[BenchSpec]) -> String {
         "gpu": session.adapter.as_ref().map(ToString::to_string),
         "gpu_in_software": session.adapter.as_ref().is_some_and(|adapter| adapter.is_software()),
         "clock": if clock::has_thread_time() { "processor time of the thread" } else { "time on the wall" },
+        "load_average": load_average(),
         "quick": session.quick,
         "seconds": session.seconds().round() as u64,
         "near": NEAR,

@@ -22,6 +22,8 @@ pub struct Report {
 
 /// Runs differ by more than this: the machine was busy with something else.
 const NOISY: f64 = 0.1;
+/// What one thread that measures adds to the load average, and a little.
+const OWN_LOAD: f64 = 1.6;
 /// Of the samples so many may fail or be elsewhere, and the rest still counts as solved.
 const MOST_LOST: f64 = 0.02;
 
@@ -58,7 +60,10 @@ impl Report {
     }
 
     fn head(&self) -> String {
-        format!("# Speed against error\n\n{} Lower and further left is better in every figure.\n", self.machine())
+        format!(
+            "# Speed against error\n\n{} Where error is on the x axis, lower and further left is better.\n",
+            self.machine()
+        )
     }
 
     /// What ran where, and how quiet it was there.
@@ -85,10 +90,13 @@ impl Report {
         let timed: Vec<&Record> = self.records.iter().filter(|record| record.spread.is_finite()).collect();
         let noisy = timed.iter().filter(|record| record.spread > NOISY).count();
         let share = noisy as f64 / timed.len().max(1) as f64;
-        let verdict =
-            if share > 0.1 { "The machine was not quiet: trust ratios more than times" } else { "Quiet enough" };
+        let load = self.manifest["load_average"].as_f64().filter(|load| *load > OWN_LOAD);
+        let others =
+            load.map_or(String::new(), |load| format!(" It ended at a load average of {load}, much of it others'."));
+        let quiet = share <= 0.1 && load.is_none();
+        let verdict = if quiet { "Quiet enough" } else { "The machine was not quiet: trust ratios more than times" };
         format!(
-            "{verdict}: in {noisy} of {} measurements the median of the repeats is more than {:.0} % above the least.",
+            "{verdict}: in {noisy} of {} measurements the median of the repeats is more than {:.0} % above the least.{others}",
             timed.len(),
             100.0 * NOISY
         )
