@@ -65,10 +65,9 @@ fn the_table_reads_back() {
     let raw = committed("raw.csv");
     let records = from_csv(&raw).expect("a table");
     assert!(records.len() > 500, "{} records", records.len());
-    for (fresh, line) in to_csv(&records).lines().zip(raw.lines()) {
-        // Rows of peers come from another program, which writes exponents its own way.
-        assert!(fresh == line || line.starts_with("peers,"), "{fresh}\n{line}");
-    }
+    let again = from_csv(&to_csv(&records)).expect("a table");
+    // NaN is not equal to itself, but is written like itself.
+    assert!(format!("{records:?}") == format!("{again:?}"), "numbers are lost on the way");
     let odd = Record { status: "a \"b\", c".into(), seconds: 1.25e-6, ..Record::new("part", "case, one") };
     let back = from_csv(&to_csv(std::slice::from_ref(&odd))).expect("a table");
     assert_eq!((back[0].case.as_str(), back[0].status.as_str(), back[0].seconds), ("case, one", "a \"b\", c", 1.25e-6));
