@@ -38,8 +38,24 @@ fn inputs_of(scene: &Scene) -> Vec<Parameter> {
     inputs
 }
 
+/// What else Jacobians are taken by: forces, rest curvature and stiffness of the first and the last segment.
+fn others_of(scene: &Scene) -> Vec<Parameter> {
+    let mut others = parameters(scene, &["loads.tip_force", "proximal.rest_curvature", "distal.rest_curvature"]);
+    let is_modulus = |p: &Parameter| p.name(scene).ends_with("s_modulus") || p.name(scene).ends_with("r_modulus");
+    others.extend(Parameter::all(scene).into_iter().filter(is_modulus));
+    others
+}
+
+/// What the Jacobians of the cases are taken by.
+#[derive(Clone, Copy, PartialEq)]
+enum By {
+    /// What a controller sets.
+    Inputs,
+    Everything,
+}
+
 /// Random currents, insertions and tip forces on four scenes: with weight, without, in a tilted pose, with two coils.
-fn cases() -> Vec<Case> {
+fn cases(by: By) -> Vec<Case> {
     let mut random = Random(31);
     let mut cases = Vec::new();
     for (scene, current, force) in [
@@ -58,6 +74,7 @@ fn cases() -> Vec<Case> {
                 parameter.set(&mut scene, value).expect("an input");
             }
             scene.loads.tip_force = Some(random.vector(force));
+            let wrt = if by == By::Everything { [wrt, others_of(&scene)].concat() } else { wrt };
             let plan = Plan::single(&scene, &wrt, PlanOptions::default()).expect("a plan");
             let truth = Reference::new(&plan).solve(&plan.batch(1, |_, _| {})).expect("the reference");
             assert!(truth.status(0).is_success(), "{} {k}: {:?}", scene.name, truth.status(0));
@@ -101,8 +118,8 @@ fn largest(cases: &[Case], make: &dyn Fn(&Rod) -> Box<dyn Method>) -> [f64; 2] {
 }
 
 /// Largest errors at growing resolutions.
-fn convergence(make: &dyn Fn(&Rod, usize) -> Box<dyn Method>, sizes: &[usize]) -> Vec<[f64; 2]> {
-    let cases = cases();
+fn convergence(by: By, make: &dyn Fn(&Rod, usize) -> Box<dyn Method>, sizes: &[usize]) -> Vec<[f64; 2]> {
+    let cases = cases(by);
     let errors: Vec<[f64; 2]> = sizes.iter().map(|size| largest(&cases, &|rod| make(rod, *size))).collect();
     println!("{sizes:?}: {errors:?}");
     errors
@@ -110,7 +127,7 @@ fn convergence(make: &dyn Fn(&Rod, usize) -> Box<dyn Method>, sizes: &[usize]) -
 
 #[test]
 fn the_papers_form_is_of_fourth_order() {
-    let errors = convergence(&|rod, steps| Box::new(Paper::new(rod, steps)), &[32, 64, 128, 256, 1024]);
+    let errors = convergence(By::Everything, &|rod, steps| Box::new(Paper::new(rod, steps)), &[32, 64, 128, 256, 1024]);
     for what in [0, 1] {
         for pair in errors[1..4].windows(2) {
             let ratio = pair[0][what] / pair[1][what];
@@ -122,7 +139,7 @@ fn the_papers_form_is_of_fourth_order() {
 
 #[test]
 fn the_chain_is_of_second_order() {
-    let errors = convergence(&|rod, joints| Box::new(Chain::new(rod, joints)), &[8, 16, 32, 64]);
+    let errors = convergence(By::Inputs, &|rod, joints| Box::new(Chain::new(rod, joints)), &[8, 16, 32, 64]);
     for what in [0, 1] {
         for pair in errors.windows(2) {
             let ratio = pair[0][what] / pair[1][what];
@@ -135,7 +152,7 @@ fn the_chain_is_of_second_order() {
 
 #[test]
 fn differences_err_by_their_step_until_round_off() {
-    let cases = cases();
+    let cases = cases(By::Inputs);
     let error = |scheme, step| largest(&cases, &|rod| Box::new(Differences::with_step(rod, 512, scheme, step)))[1];
     for (scheme, order, step) in
         [(Scheme::Forward, 1, 1e-3), (Scheme::Central, 2, 1e-2), (Scheme::Integrations, 1, 1e-3)]
@@ -150,7 +167,7 @@ fn differences_err_by_their_step_until_round_off() {
 
 #[test]
 fn differences_agree_with_the_reference() {
-    let cases = cases();
+    let cases = cases(By::Inputs);
     for (scheme, limit) in [(Scheme::Forward, 1e-5), (Scheme::Central, 1e-7), (Scheme::Integrations, 1e-5)] {
         let [tip, column] = largest(&cases, &|rod| Box::new(Differences::new(rod, 512, scheme)));
         println!("{scheme:?}: tip {tip:.2e}, column {column:.2e}");
@@ -160,7 +177,7 @@ fn differences_agree_with_the_reference() {
 
 #[test]
 fn control_reaches_its_target() {
-    for case in cases() {
+    for case in cases(By::Inputs) {
         let methods: [Box<dyn Method>; 3] = [
             Box::new(Paper::new(&case.rod, 64)),
             Box::new(Differences::new(&case.rod, 64, Scheme::Forward)),
@@ -250,8 +267,8 @@ fn what_is_not_modelled_is_refused() {
     set("field.flux_density.x", f64::NAN)(&mut scene);
     assert!(matches!(Rod::new(&scene), Err(BaselineError::Scene(_))));
     let scene = catheter();
-    let error = Input::new(parameters(&scene, &["proximal.youngs_modulus"])[0], &scene).expect_err("no input");
-    assert!(error.to_string().contains("proximal.youngs_modulus"), "{error}");
+    let error = Input::new(parameters(&scene, &["field.flux_density.x"])[0], &scene).expect_err("no input");
+    assert!(error.to_string().contains("field.flux_density.x"), "{error}");
     let overloaded = Scene { flux_density: [0.0, 0.0, f64::MAX], ..scene };
     let rod = Rod::new(&overloaded).expect("a rod");
     assert!(matches!(from_rest(&Paper::new(&rod, 16), &rod), Err(BaselineError::NotConverged { .. })));
@@ -303,8 +320,7 @@ fn bench_refuses_what_it_cannot_do() {
     sandbox.write("couple.toml", &scene.replace("tip_force = [0, 0, 0]", "tip_moment = [\"1e-5 N·m\", 0, 0]"));
     sandbox.write("bare.toml", scene.split("[[segment]]\nname = \"coil\"").next().expect("the tube"));
     for (arguments, named) in [
-        (&["bench"][..], &["--paper"][..]),
-        (&["bench", "--paper", "--scene", "couple.toml"], &["couple.toml", "loads.tip_moment"]),
+        (&["bench", "--paper", "--scene", "couple.toml"][..], &["couple.toml", "loads.tip_moment"][..]),
         (&["bench", "--paper", "--scene", "bare.toml"], &["bare.toml", "coil"]),
         (&["bench", "--paper", "--scene", "none.toml"], &["none.toml"]),
         (&["bench", "--paper", "--samples", "0"], &["--samples", "1 to 100000"]),

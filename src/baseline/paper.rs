@@ -56,6 +56,33 @@ enum By<'a> {
     Input(&'a Input),
 }
 
+/// What an input changes along a segment beside the state; zero for most inputs on most segments.
+#[derive(Clone, Copy, Debug)]
+struct Source {
+    column: usize,
+    dn: Vector3<f64>,
+    dK: Vector3<f64>,
+    du_star: Vector3<f64>,
+}
+
+/// Those of a segment that are not zero.
+fn sources(by: &[By], segment: usize) -> Vec<Source> {
+    let source = |(column, by): (usize, &By)| {
+        let zero = Source { column, dn: Vector3::zeros(), dK: Vector3::zeros(), du_star: Vector3::zeros() };
+        match by {
+            By::Input(Input::TipForce { per_unit }) => Some(Source { dn: Vector3::from(*per_unit), ..zero }),
+            By::Input(Input::RestCurvature { segment: of, per_unit }) if *of == segment => {
+                Some(Source { du_star: Vector3::from(*per_unit), ..zero })
+            }
+            By::Input(Input::Stiffness { segment: of, per_unit }) if *of == segment => {
+                Some(Source { dK: Vector3::from(*per_unit), ..zero })
+            }
+            _ => None,
+        }
+    };
+    by.iter().enumerate().filter_map(source).collect()
+}
+
 const BASE: [By<'static>; 3] = [By::BaseCurvature(0), By::BaseCurvature(1), By::BaseCurvature(2)];
 
 /// e3 x v
@@ -81,23 +108,36 @@ impl Variation {
 impl Flexible {
     /// Slopes of the state and of its columns where the internal force is n.
     #[inline(always)]
-    fn slopes(&self, n: Vector3<f64>, y: &State, columns: &[Variation], slopes: &mut [Variation]) -> State {
+    fn slopes(
+        &self,
+        n: Vector3<f64>,
+        y: &State,
+        columns: &[Variation],
+        sources: &[Source],
+        slopes: &mut [Variation],
+    ) -> State {
         let State { R, u, .. } = y;
         let t: Vector3<f64> = R.column(2).into();
         let m_body = self.K.component_mul(&(u - self.u_star));
         let torque = u.cross(&m_body) + e3_cross(R.tr_mul(&n));
-        for (Variation { w, du, .. }, slope) in columns.iter().zip(slopes) {
+        for (Variation { w, du, .. }, slope) in columns.iter().zip(slopes.iter_mut()) {
             let dm_body = self.K.component_mul(du);
             let dtorque = du.cross(&m_body) + u.cross(&dm_body) - e3_cross(R.tr_mul(&w.cross(&n)));
             slope.w = R * du; // (10)
             slope.dp = w.cross(&t); // (11)
             slope.du = -dtorque.component_div(&self.K); // (17)-(20)
         }
+        for Source { column, dn, dK, du_star } in sources {
+            let dm_body = dK.component_mul(&(u - self.u_star)) - self.K.component_mul(du_star);
+            let dtorque = u.cross(&dm_body) + e3_cross(R.tr_mul(dn));
+            let by_stiffness = dK.component_mul(&torque.component_div(&self.K));
+            slopes[*column].du -= (dtorque - by_stiffness).component_div(&self.K);
+        }
         State { p: t, R: R * u.cross_matrix(), u: -torque.component_div(&self.K) } // (2)
     }
 
     /// Integrates the segment in fixed steps of RK4.
-    fn advance(&self, n_end: Vector3<f64>, steps: usize, y: &mut State, columns: &mut [Variation]) {
+    fn advance(&self, n_end: Vector3<f64>, steps: usize, sources: &[Source], y: &mut State, columns: &mut [Variation]) {
         const STAGES: [(f64, f64); 4] = [(0.0, 1.0 / 6.0), (0.5, 1.0 / 3.0), (0.5, 1.0 / 3.0), (1.0, 1.0 / 6.0)];
         let h = self.length / steps as f64;
         let mut slopes = vec![Variation::default(); columns.len()];
@@ -108,7 +148,7 @@ impl Flexible {
             let mut stage = *y;
             for (k, (at, weight)) in STAGES.into_iter().enumerate() {
                 let n = n_end + self.load * (self.length - (step as f64 + at) * h);
-                let slope = self.slopes(n, &stage, &stage_columns, &mut slopes);
+                let slope = self.slopes(n, &stage, &stage_columns, sources, &mut slopes);
                 sum = sum.plus(weight * h, &slope);
                 sums.iter_mut().zip(&slopes).for_each(|(sum, slope)| *sum = sum.plus(weight * h, slope));
                 if let Some((next, _)) = STAGES.get(k + 1) {
@@ -125,23 +165,36 @@ impl Flexible {
     }
 
     /// From station to station: (4) and (29) between moment and curvature.
-    fn cross(&self, n_end: Vector3<f64>, steps: usize, station: &mut Station) {
+    fn cross(&self, n_end: Vector3<f64>, steps: usize, sources: &[Source], station: &mut Station) {
         let u = self.u_star + station.m_body.component_div(&self.K); // (4)
         let mut y = State { p: station.p, R: station.R, u };
         let variation = |&[w, dp, dm]: &[Vector3<f64>; 3]| Variation { w, dp, du: dm.component_div(&self.K) };
         let mut columns: Vec<Variation> = station.columns.iter().map(variation).collect(); // (29)
-        self.advance(n_end, steps, &mut y, &mut columns);
+        for Source { column, dK, du_star, .. } in sources {
+            columns[*column].du += du_star - dK.component_mul(&(u - self.u_star)).component_div(&self.K);
+        }
+        self.advance(n_end, steps, sources, &mut y, &mut columns);
         (station.p, station.R) = (y.p, y.R);
         station.m_body = self.K.component_mul(&(y.u - self.u_star));
         for (column, Variation { w, dp, du }) in station.columns.iter_mut().zip(&columns) {
             *column = [*w, *dp, self.K.component_mul(du)];
+        }
+        for Source { column, dK, du_star, .. } in sources {
+            station.columns[*column][2] += dK.component_mul(&(y.u - self.u_star)) - self.K.component_mul(du_star);
         }
     }
 }
 
 impl Rigid {
     /// Across the segment, with what each column adds to its dipole.
-    fn cross(&self, B: Vector3<f64>, n_end: Vector3<f64>, dmu: &[Vector3<f64>], station: &mut Station) {
+    fn cross(
+        &self,
+        B: Vector3<f64>,
+        n_end: Vector3<f64>,
+        dmu: &[Vector3<f64>],
+        sources: &[Source],
+        station: &mut Station,
+    ) {
         let R = station.R;
         let t: Vector3<f64> = R.column(2).into();
         let B_body = R.tr_mul(&B);
@@ -150,6 +203,9 @@ impl Rigid {
             let dtau = dmu.cross(&B_body) - self.mu.cross(&R.tr_mul(&w.cross(&B))); // (26)
             *dp += self.length * w.cross(&t);
             *dm_body -= dtau - self.length * e3_cross(R.tr_mul(&w.cross(&force))); // (29)
+        }
+        for Source { column, dn, .. } in sources {
+            station.columns[*column][2] -= self.length * e3_cross(R.tr_mul(dn));
         }
         let tau = self.mu.cross(&B_body); // (1)
         station.p += self.length * t;
@@ -177,21 +233,30 @@ impl Paper {
             By::BaseCurvature(k) => [Vector3::zeros(), Vector3::zeros(), Vector3::ith(k, first.K[k])],
             // The rod is pushed on along itself: the base pose moves by what was its slope.
             By::Input(Input::Insertion) => [rod.R0 * u0, t, Vector3::zeros()],
-            By::Input(Input::Dipole { .. }) => [Vector3::zeros(); 3],
+            // The base curvature stays, its moment does not.
+            By::Input(Input::RestCurvature { segment: 0, per_unit }) => {
+                [Vector3::zeros(), Vector3::zeros(), -first.K.component_mul(&Vector3::from(*per_unit))]
+            }
+            By::Input(Input::Stiffness { segment: 0, per_unit }) => {
+                let dm_body = Vector3::from(*per_unit).component_mul(&(u0 - first.u_star));
+                [Vector3::zeros(), Vector3::zeros(), dm_body]
+            }
+            By::Input(_) => [Vector3::zeros(); 3],
         };
         let m_body = first.K.component_mul(&(u0 - first.u_star));
         let mut station = Station { p: rod.p0, R: rod.R0, m_body, columns: by.iter().map(start).collect() };
         let forces = rod.forces();
         for (j, segment) in rod.segments.iter().enumerate() {
+            let sources = sources(by, j);
             match segment {
-                Segment::Flexible(flexible) => flexible.cross(forces[j], self.steps[j], &mut station),
+                Segment::Flexible(flexible) => flexible.cross(forces[j], self.steps[j], &sources, &mut station),
                 Segment::Rigid(rigid) => {
                     let dmu = |by: &By| match by {
                         By::Input(Input::Dipole { segment, per_unit }) if *segment == j => Vector3::from(*per_unit),
                         _ => Vector3::zeros(),
                     };
                     let dmu: Vec<Vector3<f64>> = by.iter().map(dmu).collect();
-                    rigid.cross(rod.B, forces[j], &dmu, &mut station);
+                    rigid.cross(rod.B, forces[j], &dmu, &sources, &mut station);
                 }
             }
         }

@@ -45,39 +45,73 @@ pub struct Rod {
     pub(super) segments: Vec<Segment>,
 }
 
-/// What a controller sets, and Jacobians are taken by.
+/// What Jacobians are taken by; all but the insertion add `per_unit` to three numbers of the rod.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Input {
-    /// Adds `per_unit` to the dipole of a rigid segment [A·m² per unit of the input].
+    /// Of a rigid segment [A·m² per unit of the input].
     Dipole { segment: usize, per_unit: model::Vector },
+    /// World frame [N per unit]
+    TipForce { per_unit: model::Vector },
+    /// Of a flexible segment [1/m per unit].
+    RestCurvature { segment: usize, per_unit: model::Vector },
+    /// EIx, EIy, GJ of a flexible segment [N·m² per unit].
+    Stiffness { segment: usize, per_unit: model::Vector },
     /// Length of the first segment [m].
     Insertion,
 }
+
+const REMEDY: &str =
+    "differentiate by coil currents, `insertion`, `loads.tip_force`, rest curvature or stiffness of one segment";
 
 fn unsupported(key: impl Into<String>, remedy: &'static str) -> BaselineError {
     BaselineError::Unsupported { key: key.into(), remedy }
 }
 
 impl Input {
-    /// The input that a parameter of the scene is: a coil current or the insertion.
+    /// The input that a parameter of the scene is.
     pub fn new(parameter: Parameter, scene: &Scene) -> Result<Input, BaselineError> {
-        let chain = parameter.chain(scene);
-        let mut per_unit = [0.0; 3];
-        let mut of_segment = None;
-        for (slot, rate) in &chain {
-            match *slot {
-                Slot::Insertion if chain.len() == 1 => return Ok(Input::Insertion),
-                Slot::Dipole(segment, axis) if of_segment.is_none_or(|of| of == segment) => {
-                    of_segment = Some(segment);
-                    per_unit[axis.index()] += rate;
-                }
-                _ => return Err(unsupported(parameter.name(scene), "differentiate by coil currents or `insertion`")),
+        let mut found: Option<Input> = None;
+        for (slot, rate) in parameter.chain(scene) {
+            let per_unit = [0.0; 3];
+            let (part, axis) = match slot {
+                Slot::Insertion => (Input::Insertion, None),
+                Slot::Dipole(segment, axis) => (Input::Dipole { segment, per_unit }, Some(axis)),
+                Slot::TipForce(axis) => (Input::TipForce { per_unit }, Some(axis)),
+                Slot::RestCurvature(segment, axis) => (Input::RestCurvature { segment, per_unit }, Some(axis)),
+                Slot::Stiffness(segment, axis) => (Input::Stiffness { segment, per_unit }, Some(axis)),
+                _ => return Err(unsupported(parameter.name(scene), REMEDY)),
+            };
+            let whole = found.get_or_insert_with(|| part.clone());
+            if whole.target() != part.target() {
+                return Err(unsupported(parameter.name(scene), REMEDY));
+            }
+            if let (Some(per_unit), Some(axis)) = (whole.per_unit(), axis) {
+                per_unit[axis.index()] += rate;
             }
         }
-        let segment = of_segment.ok_or_else(|| {
-            unsupported(parameter.name(scene), "it moves nothing; differentiate by coil currents or `insertion`")
-        })?;
-        Ok(Input::Dipole { segment, per_unit })
+        found
+            .ok_or_else(|| unsupported(parameter.name(scene), "it moves nothing; differentiate by something that does"))
+    }
+
+    /// Which three numbers it moves.
+    fn target(&self) -> (u8, usize) {
+        match self {
+            Input::Insertion => (0, 0),
+            Input::TipForce { .. } => (1, 0),
+            Input::Dipole { segment, .. } => (2, *segment),
+            Input::RestCurvature { segment, .. } => (3, *segment),
+            Input::Stiffness { segment, .. } => (4, *segment),
+        }
+    }
+
+    fn per_unit(&mut self) -> Option<&mut model::Vector> {
+        match self {
+            Input::Insertion => None,
+            Input::TipForce { per_unit }
+            | Input::Dipole { per_unit, .. }
+            | Input::RestCurvature { per_unit, .. }
+            | Input::Stiffness { per_unit, .. } => Some(per_unit),
+        }
     }
 }
 
@@ -166,17 +200,16 @@ impl Rod {
     /// The rod with one input changed.
     pub fn moved(&self, input: &Input, by: f64) -> Rod {
         let mut rod = self.clone();
-        match input {
-            Input::Dipole { segment, per_unit } => {
-                if let Segment::Rigid(rigid) = &mut rod.segments[*segment] {
-                    rigid.mu += Vector3::from(*per_unit) * by;
-                }
-            }
-            Input::Insertion => {
-                if let Segment::Flexible(flexible) = &mut rod.segments[0] {
-                    flexible.length += by;
-                }
-            }
+        let change = |per_unit: &model::Vector| Vector3::from(*per_unit) * by;
+        if let Input::TipForce { per_unit } = input {
+            rod.f_tip += change(per_unit);
+        }
+        match (input, &mut rod.segments[input.target().1]) {
+            (Input::Dipole { per_unit, .. }, Segment::Rigid(rigid)) => rigid.mu += change(per_unit),
+            (Input::RestCurvature { per_unit, .. }, Segment::Flexible(flexible)) => flexible.u_star += change(per_unit),
+            (Input::Stiffness { per_unit, .. }, Segment::Flexible(flexible)) => flexible.K += change(per_unit),
+            (Input::Insertion, Segment::Flexible(flexible)) => flexible.length += by,
+            _ => {}
         }
         rod
     }
@@ -204,10 +237,13 @@ impl Rod {
         if compliance > 0.0 { 1.0 / compliance } else { length.max(1.0) }
     }
 
-    /// Change of an input that bends the rod by about one radian, or doubles its length.
+    /// Change of an input that bends the rod by about one radian, or doubles its length or its stiffness.
     pub fn scale(&self, input: &Input) -> f64 {
         let scale = match input {
             Input::Dipole { per_unit, .. } => self.moment_unit() / (self.B.norm() * Vector3::from(*per_unit).norm()),
+            Input::TipForce { per_unit } => self.moment_unit() / (self.length() * Vector3::from(*per_unit).norm()),
+            Input::RestCurvature { per_unit, .. } => 1.0 / (self.length() * Vector3::from(*per_unit).norm()),
+            Input::Stiffness { per_unit, .. } => self.moment_unit() * self.length() / Vector3::from(*per_unit).norm(),
             Input::Insertion => self.length(),
         };
         if scale.is_finite() { scale } else { 1.0 }

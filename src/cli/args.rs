@@ -20,7 +20,7 @@ pub enum Command {
     Solve(SolveArguments),
     /// Check every engine against the reference on this machine
     Verify(VerifyArguments),
-    /// Time the program and the methods it replaces on this machine
+    /// Speed against error on this machine: raw data, figures, a report
     Bench(BenchArguments),
     /// Tell what this machine has and what would be used
     Doctor,
@@ -171,27 +171,42 @@ pub struct VerifyArguments {
 
 #[derive(Debug, Args)]
 pub struct BenchArguments {
-    /// The paper's comparison: its analytic Jacobian, finite differences and a chain of links, beside the CPU engine
+    /// Less of everything, in less than a minute
     #[arg(long)]
-    pub paper: bool,
-    /// Scene file (TOML) [default: sweeps/scenes/p6.toml, built in]
-    #[arg(long, value_name = "FILE")]
-    pub scene: Option<PathBuf>,
-    /// Random configurations
-    #[arg(long, value_name = "N", default_value_t = 100, value_parser = some)]
-    pub samples: usize,
-    /// How often each is timed
-    #[arg(long, value_name = "N", default_value_t = 5, value_parser = some)]
-    pub repeats: usize,
-    /// Seed of the configurations
-    #[arg(long, default_value_t = 1)]
-    pub seed: u64,
-    /// Print JSON
-    #[arg(long)]
-    pub json: bool,
-    /// Also write paper.csv and paper.md there
+    pub quick: bool,
+    /// Parts or scenes, separated by commas [default: all]; a wrong name prints the list
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
+    pub only: Vec<String>,
+    /// Directory of bench files (TOML) [default: those of sweeps/bench, built in]
+    #[arg(long, value_name = "DIR")]
+    pub files: Option<PathBuf>,
+    /// Where the report is written [default: sweeps/reports/DATE-DEVICE]; with --paper, where paper.csv and paper.md are
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+    /// Overwrite a report that is there
+    #[arg(long)]
+    pub force: bool,
+    /// Measure nothing: write the report and the figures of a directory again, from its raw.csv and manifest.json
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["quick", "only", "files", "out", "force", "paper"])]
+    pub render: Option<PathBuf>,
+    /// The paper's comparison: its analytic Jacobian, finite differences and a chain of links, beside the CPU engine
+    #[arg(long, conflicts_with_all = ["quick", "only", "files", "force"])]
+    pub paper: bool,
+    /// Scene file (TOML), with --paper [default: sweeps/scenes/p6.toml, built in]
+    #[arg(long, value_name = "FILE", requires = "paper")]
+    pub scene: Option<PathBuf>,
+    /// Random configurations, with --paper
+    #[arg(long, value_name = "N", default_value_t = 100, value_parser = some, requires = "paper")]
+    pub samples: usize,
+    /// How often each is timed, with --paper
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = some, requires = "paper")]
+    pub repeats: usize,
+    /// Seed of the configurations, with --paper
+    #[arg(long, default_value_t = 1, requires = "paper")]
+    pub seed: u64,
+    /// Print JSON, with --paper
+    #[arg(long, requires = "paper")]
+    pub json: bool,
 }
 
 /// More would take days.

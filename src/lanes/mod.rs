@@ -146,12 +146,15 @@ impl Backend for Lanes {
         let mut solutions = Solutions::new(self.plan.derivatives.len(), batch.sample_count());
         let block_len = solutions.values.block_len();
         let scales = self.output_scales();
-        solutions.values.data_mut().par_chunks_mut(block_len).enumerate().for_each(|(block, out)| {
-            match self.precision {
-                Precision::F64 => self.solve_block::<f64>(batch, block, &scales, out),
-                Precision::F32 => self.solve_block::<f32>(batch, block, &scales, out),
-            }
-        });
+        let blocks = solutions.values.data_mut().par_chunks_mut(block_len).enumerate();
+        match self.precision {
+            Precision::F64 => blocks.for_each_init(Scratch::<f64>::default, |scratch, (block, out)| {
+                self.solve_block(batch, block, &scales, scratch, out);
+            }),
+            Precision::F32 => blocks.for_each_init(Scratch::<f32>::default, |scratch, (block, out)| {
+                self.solve_block(batch, block, &scales, scratch, out);
+            }),
+        }
         Ok(solutions)
     }
 }
@@ -168,11 +171,20 @@ impl Lanes {
         scales
     }
 
-    fn solve_block<S: BlockScalar>(&self, batch: &Batch, block: usize, scales: &[f64], out: &mut [f64]) {
+    fn solve_block<S: BlockScalar>(
+        &self,
+        batch: &Batch,
+        block: usize,
+        scales: &[f64],
+        scratch: &mut Scratch<S>,
+        out: &mut [f64],
+    ) {
         let count = (batch.sample_count() - block * BLOCK).min(BLOCK);
         let bad = &batch.bad[block * BLOCK..][..count];
         let input_len = BLOCK * self.plan.input_count;
-        let mut inputs = vec![S::default(); input_len];
+        let Scratch { inputs, values } = scratch;
+        inputs.resize(input_len, S::default());
+        values.resize(out.len(), S::default());
         for (entry, unit) in self.plan.entries.iter().zip(&self.units) {
             if let Entry::Varying(column) = *entry {
                 let from = &batch.inputs.data()[block * input_len + column * BLOCK..][..BLOCK];
@@ -185,8 +197,7 @@ impl Lanes {
                 to[count..].iter_mut().take(WIDEST).for_each(|to| *to = last);
             }
         }
-        let mut values = vec![S::default(); out.len()];
-        let job = Job { program: &self.program, inputs: &inputs, count, bad, out: &mut values };
+        let job = Job { program: &self.program, inputs, count, bad, out: values };
         S::run(self.arch, job);
         for ((column, to), from) in out.chunks_mut(BLOCK).enumerate().zip(values.chunks(BLOCK)) {
             for (to, from) in to.iter_mut().zip(&from[..count]) {
@@ -199,6 +210,13 @@ impl Lanes {
             }
         }
     }
+}
+
+/// Memory of a thread, reused from block to block.
+#[derive(Default)]
+struct Scratch<S> {
+    inputs: Vec<S>,
+    values: Vec<S>,
 }
 
 /// Lanes of the widest register.

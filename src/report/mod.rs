@@ -5,6 +5,8 @@
 
 mod axes;
 mod bars;
+pub mod bench;
+
 mod canvas;
 mod cloud;
 mod colour;
@@ -13,6 +15,7 @@ mod curves;
 mod failure_map;
 mod font;
 mod legend;
+mod named_bars;
 mod png;
 mod rod_motion;
 mod rod_shape;
@@ -31,6 +34,7 @@ pub use canvas::{Canvas, Rect};
 pub use colour::{Colour, ColourMap};
 pub use curves::{Curves, Marker, PlaneCurves, Series};
 pub use failure_map::{FailureMap, SweptAxis};
+pub use named_bars::NamedBars;
 pub use rod_motion::RodMotion;
 pub use rod_shape::{RodShape, Stretch, StretchKind};
 pub use sheet::{Panel, Sheet};

@@ -34,8 +34,10 @@ pub fn linear(low: f64, high: f64, count: f64) -> Ticks {
 pub fn logarithmic(low: f64, high: f64, count: f64) -> Ticks {
     let (first, last) = ((low.log10() - 1e-9).ceil() as i32, (high.log10() + 1e-9).floor() as i32);
     let decades = high.log10() - low.log10();
-    if decades < 1.7 {
-        let leads: &[f64] = if decades < 0.9 { &[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0] } else { &[1.0, 2.0, 5.0] };
+    if decades < 1.7 || last <= first {
+        // Labels with a power of ten are wide.
+        let few = if (0.01..1e4).contains(&low) { 0.9 } else { 0.35 };
+        let leads: &[f64] = if decades < few { &[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0] } else { &[1.0, 2.0, 5.0] };
         let values: Vec<f64> = (first - 1..=last + 1)
             .flat_map(|power| leads.iter().map(move |lead| lead * 10f64.powi(power)))
             .filter(|x| (low * (1.0 - 1e-9)..=high * (1.0 + 1e-9)).contains(x))

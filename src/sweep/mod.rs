@@ -3,6 +3,7 @@
 //! Knows the model and the `Backend` trait only.
 
 mod assign;
+mod bench_file;
 mod branches;
 mod check;
 mod columns;
@@ -32,6 +33,7 @@ mod trajectory_file;
 mod units;
 
 pub use assign::{AssignError, assign};
+pub use bench_file::{BenchSpec, Sets, Work};
 pub use branches::{Branch, BranchSearch, BranchTools, Branches, Energy, Equilibria};
 pub use check::{ErrorDistribution, SpotCheck, SpotCheckOptions};
 pub use columns::{Column, Table, Values, rotation_angle, rotation_vector};

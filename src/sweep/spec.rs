@@ -175,7 +175,12 @@ impl SweepSpec {
 
     /// Parses the text of a sweep file; relative paths in it start from the folder of `file`.
     pub fn parse(file: &Path, text: &str) -> Result<SweepSpec, InputError> {
-        parse_sweep(file, text)
+        parse_sweep(file, text, &[])
+    }
+
+    /// The same; scenes that `built_in` lists, by the path that the sweep has for them, are not read from files.
+    pub fn parse_with(file: &Path, text: &str, built_in: &[(&str, &str)]) -> Result<SweepSpec, InputError> {
+        parse_sweep(file, text, built_in)
     }
 
     /// Parameters that each axis drives.

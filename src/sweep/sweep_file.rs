@@ -2,7 +2,7 @@
 
 use super::error::{InputError, Problem};
 use super::sampling::MAX_SOBOL_DIMENSIONS;
-use super::scene_file::{read_scene, scene};
+use super::scene_file::{parse_scene, read_scene, scene};
 use super::spec::{AxisSpec, BranchChoice, Format, MAX_ROWS, MAX_SAMPLES, Method, OutputQuantity, SweepSpec};
 use super::table_file::{InputTable, read_input_table};
 use super::toml::{Reader, Source};
@@ -12,12 +12,19 @@ use crate::model::{
 use std::path::Path;
 use std::sync::Arc;
 
+/// Scene files that need not be read: path as a sweep names it, and text.
+pub(super) type BuiltIn<'a> = [(&'a str, &'a str)];
+
 /// Parses the text of a sweep file.
-pub(super) fn parse_sweep(file: &Path, text: &str) -> Result<SweepSpec, InputError> {
-    let source = Source::parse(file, text)?;
+pub(super) fn parse_sweep(file: &Path, text: &str, built_in: &BuiltIn) -> Result<SweepSpec, InputError> {
+    sweep_of(&Source::parse(file, text)?, file, built_in)
+}
+
+/// The sweep of a parsed file; what `bench` has to say in it is left alone.
+pub(super) fn sweep_of(source: &Source, file: &Path, built_in: &BuiltIn) -> Result<SweepSpec, InputError> {
     let root = source.root();
-    root.check_keys(&["scene", "sampling", "axis", "solver", "output", "workspace"])?;
-    let scene = sweep_scene(&root, file)?;
+    root.check_keys(&["scene", "sampling", "axis", "solver", "output", "workspace", "bench"])?;
+    let scene = sweep_scene(&root, file, built_in)?;
     let mut notes = super::scene_notes(&scene);
     let sampling = root.table("sampling")?;
     let sampling = sampling.ok_or_else(|| root.missing("sampling", "add [sampling] with a method such as \"grid\""))?;
@@ -55,7 +62,7 @@ pub(super) fn parse_sweep(file: &Path, text: &str) -> Result<SweepSpec, InputErr
 }
 
 /// One word of a fixed list.
-fn choice<T: Copy>(
+pub(super) fn choice<T: Copy>(
     reader: &Reader,
     name: &str,
     all: &[T],
@@ -65,7 +72,7 @@ fn choice<T: Copy>(
     one_of(text, all, word).map(Some).map_err(|problem| reader.error(name, problem))
 }
 
-fn one_of<T: Copy>(text: &str, all: &[T], word: fn(T) -> &'static str) -> Result<T, Problem> {
+pub(super) fn one_of<T: Copy>(text: &str, all: &[T], word: fn(T) -> &'static str) -> Result<T, Problem> {
     let words: Vec<&str> = all.iter().map(|item| word(*item)).collect();
     match all.iter().find(|item| word(**item) == text) {
         Some(item) => Ok(*item),
@@ -77,12 +84,15 @@ fn one_of<T: Copy>(text: &str, all: &[T], word: fn(T) -> &'static str) -> Result
     }
 }
 
-fn sweep_scene(root: &Reader, file: &Path) -> Result<Scene, InputError> {
+fn sweep_scene(root: &Reader, file: &Path, built_in: &BuiltIn) -> Result<Scene, InputError> {
     if !root.has("scene") {
         return Err(root.missing("scene", "write scene = \"scenes/name.toml\", or a [scene] table"));
     }
     match root.string("scene") {
         Ok(Some(path)) => {
+            if let Some((path, text)) = built_in.iter().find(|(built_in, _)| *built_in == path) {
+                return parse_scene(Path::new(path), text);
+            }
             let path = file.parent().unwrap_or(Path::new("")).join(path);
             if !path.is_file() {
                 let reason = format!("{} is no file; the path starts from the folder of this file", path.display());
@@ -100,7 +110,7 @@ fn sweep_scene(root: &Reader, file: &Path) -> Result<Scene, InputError> {
     }
 }
 
-fn parameters(reader: &Reader, key: &str, scene: &Scene, name: &str) -> Result<Vec<Parameter>, InputError> {
+pub(super) fn parameters(reader: &Reader, key: &str, scene: &Scene, name: &str) -> Result<Vec<Parameter>, InputError> {
     Parameter::parse(scene, name).map_err(|error| reader.error(key, error))
 }
 

@@ -248,6 +248,15 @@ impl<'a> Reader<'a> {
         }
     }
 
+    /// A list of whole numbers of at least `least`.
+    pub fn counts(&self, name: &str, least: u64) -> Result<Option<Vec<u64>>, InputError> {
+        let Some(item) = self.table.get(name) else { return Ok(None) };
+        let wrong = || self.wrong_type(name, format!("a list of whole numbers of at least {least}"), item);
+        let array = item.as_array().ok_or_else(wrong)?;
+        let number = |value: &Value| value.as_integer().and_then(|n| u64::try_from(n).ok()).filter(|n| *n >= least);
+        array.iter().map(|value| number(value).ok_or_else(wrong)).collect::<Result<_, _>>().map(Some)
+    }
+
     /// A list of texts.
     pub fn strings(&self, name: &str) -> Result<Option<Vec<&'a str>>, InputError> {
         let Some(item) = self.table.get(name) else { return Ok(None) };

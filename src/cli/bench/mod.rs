@@ -1,91 +1,185 @@
-//! `rodsweep bench`: what is timed on this machine. `--paper`: the paper's method and those it was compared with,
-//! beside this program's CPU engine, all at a stated accuracy.
+//! `rodsweep bench`: speed against error on every engine of this machine. It measures into a table, `raw.csv`; report
+//! and figures are made of that table and `manifest.json` alone (`report/bench`), so that `--render` can do it again.
 
-mod cases;
-mod measure;
-mod methods;
-mod show;
+mod clock;
+mod engines;
+mod features;
+mod files;
+mod hard;
+mod literature;
+mod manifest;
+mod paper;
+mod peak;
+mod precision;
+mod problem;
+mod proof;
+mod session;
+mod throughput;
 
 use super::args::BenchArguments;
 use super::{CommandError, Exit, print, say};
-use cases::{Cases, draw};
-use measure::{Row, measure};
-use rodsweep::report::ReportError;
-use rodsweep::sweep::{parse_scene, read_scene};
+use engines::Place;
+use problem::Problem;
+use rodsweep::report::bench::{Record, Report};
+use rodsweep::report::{ReportError, write};
+use rodsweep::sweep::BenchSpec;
+use session::Session;
 use std::path::{Path, PathBuf};
 
-/// The prototype whose moduli and windings are known.
-const SCENE: &str = include_str!("../../../sweeps/scenes/p6.toml");
-/// 95 % of the tips are this near to the reference's, over the length.
-const TOLERANCE: f64 = 1e-6;
-/// The same for the chain of links, which does not get there: its matrix grows with the square of the links.
-const CHAIN_TOLERANCES: [f64; 2] = [1e-3, 1e-4];
-/// Samples of a batch of the engine.
-const BATCH: usize = 4096;
+const RAW: &str = "raw.csv";
+const MANIFEST: &str = "manifest.json";
+const REPORT: &str = "report.md";
 
-/// What was measured, and where.
-struct Comparison {
-    scene: String,
-    cases: Cases,
-    rows: Vec<Row>,
-    samples: usize,
-    repeats: usize,
-    seed: u64,
-    machine: Vec<String>,
-}
+/// What can be measured beside the scenes.
+const PARTS: [&str; 6] = ["peak", "reference", "features", "throughput", "stages", "hard"];
+/// Samples of a scene with `--quick`, and otherwise.
+const FEW: usize = 64;
+const MANY: usize = 256;
 
 pub fn bench(arguments: &BenchArguments) -> Result<Exit, CommandError> {
-    if !arguments.paper {
-        let remedy = "`bench` needs to know what to time: add `--paper`".into();
+    if arguments.paper {
+        return paper::compare(arguments);
+    }
+    if let Some(directory) = &arguments.render {
+        render(directory)?;
+        return Ok(Exit::Done);
+    }
+    let specs = match &arguments.files {
+        Some(directory) => files::read(directory)?,
+        None => files::built_in()?,
+    };
+    let wants = Wants::new(&arguments.only, &specs)?;
+    let mut session = Session::new(arguments.quick)?;
+    let out = arguments.out.clone().unwrap_or_else(|| manifest::default_directory(&session));
+    if out.join(RAW).exists() && !arguments.force {
+        let remedy = format!("{} holds a report already; give another `--out`, or `--force`", out.display());
         return Err(CommandError::Usage(remedy));
     }
-    let scene = match &arguments.scene {
-        Some(file) => read_scene(file)?,
-        None => parse_scene(Path::new("p6.toml"), SCENE)?,
-    };
-    let file = arguments.scene.as_ref().map_or("the built-in scene".into(), |file| file.display().to_string());
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
-    let pool = pool.map_err(|error| CommandError::Usage(format!("no thread to time on: {error}")))?;
-    let (cases, rows) = pool.install(|| -> Result<_, CommandError> {
-        let cases = draw(&scene, &file, arguments.samples, arguments.seed)?;
-        let rows = measure(&cases, arguments.repeats)?;
-        Ok((cases, rows))
-    })?;
-    let comparison = Comparison {
-        scene: scene.name.clone(),
-        cases,
-        rows,
-        samples: arguments.samples,
-        repeats: arguments.repeats,
-        seed: arguments.seed,
-        machine: machine(),
-    };
-    if let Some(directory) = &arguments.out {
-        let write = |name: &str, text: String| -> Result<(), CommandError> {
-            let failed = |path: PathBuf, source| CommandError::Report(ReportError::Write { path, source });
-            std::fs::create_dir_all(directory).map_err(|source| failed(directory.clone(), source))?;
-            let path = directory.join(name);
-            std::fs::write(&path, text).map_err(|source| failed(path.clone(), source))?;
-            say(&format!("written: {}", path.display()));
-            Ok(())
-        };
-        write("paper.csv", show::csv(&comparison))?;
-        write("paper.md", show::markdown(&comparison))?;
-    }
-    print(&if arguments.json { show::json_text(&comparison) } else { show::text(&comparison) })?;
+    measure(&specs, &wants, &mut session)?;
+    create(&out)?;
+    store(&out.join(RAW), &rodsweep::report::bench::to_csv(&session.records))?;
+    store(&out.join(MANIFEST), &manifest::manifest(&session, &specs))?;
+    render(&out)?;
+    say(&format!("measured in {:.0} s", session.seconds()));
     Ok(Exit::Done)
 }
 
-/// What ran, for the record.
-fn machine() -> Vec<String> {
-    let commit = option_env!("RODSWEEP_COMMIT").map_or("commit unknown".into(), |commit| format!("commit {commit}"));
-    let cpuinfo = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let model = cpuinfo.lines().find(|line| line.starts_with("model name")).and_then(|line| line.split(": ").nth(1));
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let set = rodsweep::lanes::InstructionSet::available()[0].name();
-    vec![
-        format!("rodsweep {} ({commit})", env!("CARGO_PKG_VERSION")),
-        format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
-        format!("{}, {cores} cores, {set}; one thread is used", model.unwrap_or("processor unknown")),
-    ]
+/// What `--only` asks for: all where it names nothing.
+struct Wants(Vec<String>);
+
+impl Wants {
+    fn new(only: &[String], specs: &[BenchSpec]) -> Result<Wants, CommandError> {
+        let known: Vec<&str> = PARTS.into_iter().chain(specs.iter().map(|spec| spec.name.as_str())).collect();
+        match only.iter().find(|name| !known.contains(&name.as_str())) {
+            None => Ok(Wants(only.to_vec())),
+            Some(name) => {
+                Err(CommandError::Usage(format!("`--only {name}`: not known; use some of {}", known.join(", "))))
+            }
+        }
+    }
+
+    fn has(&self, name: &str) -> bool {
+        self.0.is_empty() || self.0.iter().any(|other| other == name)
+    }
+}
+
+fn measure(specs: &[BenchSpec], wants: &Wants, session: &mut Session) -> Result<(), CommandError> {
+    if wants.has("peak") {
+        peaks(session);
+    }
+    if wants.has("reference") {
+        proof::closed_forms(session)?;
+    }
+    let most = if session.quick { FEW } else { MANY };
+    for spec in specs {
+        let (scene, first) = (wants.has(&spec.name), spec.name == specs[0].name);
+        let throughput = first && wants.has("throughput");
+        if !(scene || throughput || wants.has("reference")) {
+            continue;
+        }
+        session.say(&format!("{}: the reference", spec.title));
+        let problem = Problem::new(spec, most)?;
+        session.records.push(Record {
+            size: problem.bend(),
+            samples: problem.len() as f64,
+            failed: problem.left_out as f64,
+            ..Record::new("scene", spec.name.as_str())
+        });
+        if wants.has("reference") {
+            proof::other_formulation(&problem, session)?;
+        }
+        if scene {
+            session.say(&format!("{}: work against precision", spec.title));
+            precision::measure(&problem, session)?;
+            if spec.literature {
+                session.say(&format!("{}: the literature's methods", spec.title));
+                literature::measure(&problem, session)?;
+            }
+        }
+        if throughput {
+            session.say("batches and threads");
+            throughput::batches(&problem, session)?;
+            throughput::threads(&problem, session)?;
+        }
+    }
+    if wants.has("features") {
+        session.say("features of a scene");
+        features::measure(session)?;
+    }
+    if wants.has("stages") {
+        session.say("the workspace map");
+        throughput::stages(session)?;
+    }
+    if wants.has("hard") {
+        session.say("hard cases");
+        hard::measure(session);
+    }
+    Ok(())
+}
+
+fn peaks(session: &mut Session) {
+    for engine in session.engines.clone() {
+        let Place::Cpu(set) = engine.place else { continue };
+        if let Some(operations) = session.one_thread.install(|| peak::peak(set, engine.precision)) {
+            session.records.push(Record {
+                engine: engine.name().into(),
+                precision: engine.precision.to_string(),
+                operations,
+                seconds: 1.0,
+                ..Record::new("peak", "fused multiply-adds")
+            });
+        }
+    }
+}
+
+/// Writes report and figures from what a directory holds.
+fn render(directory: &Path) -> Result<(), CommandError> {
+    let read = |name: &str| -> Result<String, CommandError> {
+        let path = directory.join(name);
+        let refused = |error| CommandError::Usage(format!("{}: {error}; give a directory of `bench`", path.display()));
+        std::fs::read_to_string(&path).map_err(refused)
+    };
+    let refused = |problem| CommandError::Usage(format!("{}: {problem}", directory.display()));
+    let report = Report::read(&read(RAW)?, &read(MANIFEST)?).map_err(refused)?;
+    store(&directory.join(REPORT), &report.markdown())?;
+    for (name, figure) in report.figures() {
+        for extension in ["svg", "png"] {
+            write(figure.as_ref(), &directory.join(format!("{name}.{extension}")))?;
+        }
+    }
+    print(&report.readme())?;
+    say(&format!("written: {}", directory.join(REPORT).display()));
+    Ok(())
+}
+
+fn create(directory: &Path) -> Result<(), CommandError> {
+    std::fs::create_dir_all(directory).map_err(|source| failed(directory.to_owned(), source))
+}
+
+fn store(path: &Path, text: &str) -> Result<(), CommandError> {
+    std::fs::write(path, text).map_err(|source| failed(path.to_owned(), source))
+}
+
+fn failed(path: PathBuf, source: std::io::Error) -> CommandError {
+    CommandError::Report(ReportError::Write { path, source })
 }

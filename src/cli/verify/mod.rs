@@ -3,7 +3,7 @@
 
 mod cases;
 mod compare;
-mod hard;
+pub mod hard;
 pub mod random;
 mod show;
 
@@ -146,7 +146,7 @@ pub fn verify(arguments: &VerifyArguments) -> Result<Exit, CommandError> {
     Ok(if good { Exit::Done } else { Exit::Failed })
 }
 
-fn engine(kind: BackendKind, precision: Precision) -> Engine {
+pub fn engine(kind: BackendKind, precision: Precision) -> Engine {
     Engine { kind, precision, reason: String::new() }
 }
 

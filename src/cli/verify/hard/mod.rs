@@ -1,7 +1,7 @@
 //! `rodsweep verify --hard`: every engine on cases where a wrong answer is easily found.
 
 mod show;
-mod suite;
+pub mod suite;
 
 use super::{Exit, engine};
 use crate::cli::args::VerifyArguments;

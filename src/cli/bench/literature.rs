@@ -1,0 +1,117 @@
+//! The literature's methods on the same samples, in plain scalar f64, one rod at a time.
+
+use super::clock::Clock;
+use super::problem::{Judged, Problem};
+use super::session::Session;
+use crate::cli::CommandError;
+use rodsweep::baseline::{Differences, Input, Jacobian, Method, Paper, Rod, Scheme, from_rest, solve};
+use rodsweep::model::PlanOptions;
+use rodsweep::report::bench::Record;
+use rodsweep::sweep::Work;
+
+/// Samples that they are measured on: they take long.
+const SAMPLES: usize = 24;
+const STEPS: [usize; 9] = [8, 12, 16, 24, 32, 64, 128, 256, 512];
+/// Finer ones do not help differences, whose own error remains.
+const DIFFERENCE_STEPS: [usize; 4] = [16, 24, 32, 64];
+const PAPER: &str = "literature: paper's form";
+const FORWARD: &str = "literature: finite differences";
+
+/// Rods with starts for all of them.
+struct Rods {
+    /// Sample of each.
+    samples: Vec<usize>,
+    here: Vec<Rod>,
+    near: Vec<Rod>,
+    inputs: Vec<Input>,
+}
+
+/// Measures one scene, if the methods model it.
+pub fn measure(problem: &Problem, session: &mut Session) -> Result<(), CommandError> {
+    let fewer = if session.quick { 2 } else { 1 };
+    for work in problem.spec.work.iter().copied() {
+        let rods = match rods(problem, work) {
+            Ok(rods) => rods,
+            Err(reason) => {
+                session.note(format!("the literature's methods, {}: {reason}", problem.spec.name));
+                return Ok(());
+            }
+        };
+        for steps in STEPS.into_iter().skip(fewer - 1).step_by(fewer) {
+            point(problem, work, PAPER, &Paper::new(&rods.here[0], steps), steps, &rods, session)?;
+        }
+        if work == Work::Cold {
+            for steps in DIFFERENCE_STEPS.into_iter().step_by(fewer) {
+                let method = Differences::new(&rods.here[0], steps, Scheme::Forward);
+                point(problem, work, FORWARD, &method, steps, &rods, session)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+fn rods(problem: &Problem, work: Work) -> Result<Rods, String> {
+    let plan = problem.plan(Work::Cold, PlanOptions::default()).map_err(|error| error.to_string())?;
+    let samples: Vec<usize> = (0..problem.len()).step_by(problem.len().div_ceil(SAMPLES)).collect();
+    let rods = |rows: &[Vec<f64>]| -> Result<Vec<Rod>, _> {
+        samples.iter().map(|sample| Rod::new(&plan.sample_scene(&rows[*sample]))).collect()
+    };
+    let inputs: Result<Vec<Input>, _> =
+        problem.wrt(work).iter().map(|parameter| Input::new(*parameter, &plan.scene)).collect();
+    let text = |error: rodsweep::baseline::BaselineError| error.to_string();
+    let (here, near) = (rods(&problem.rows).map_err(text)?, rods(&problem.near).map_err(text)?);
+    Ok(Rods { samples, here, near, inputs: inputs.map_err(text)? })
+}
+
+fn point(
+    problem: &Problem,
+    work: Work,
+    name: &str,
+    method: &dyn Method,
+    steps: usize,
+    rods: &Rods,
+    session: &mut Session,
+) -> Result<(), CommandError> {
+    let near: Vec<Option<Vec<f64>>> = match work {
+        Work::Warm => rods.near.iter().map(|rod| from_rest(method, rod).ok()).collect(),
+        Work::Tip | Work::Cold => vec![None; rods.here.len()],
+    };
+    let one = |(rod, near): (&Rod, &Option<Vec<f64>>)| -> Option<Jacobian> {
+        let unknowns = match near {
+            Some(near) => solve(method, rod, near)?,
+            None => from_rest(method, rod).ok()?,
+        };
+        method.jacobian(rod, &unknowns, &rods.inputs)
+    };
+    let all = || rods.here.iter().zip(&near).map(one).collect::<Vec<_>>();
+    let (found, timing) = (all(), Clock::Processor.time(session.effort, all));
+    let mut judged = Judged::default();
+    for (found, sample) in found.into_iter().zip(&rods.samples) {
+        let Some(Jacobian { tip, columns }) = found else {
+            judged.failed += 1;
+            continue;
+        };
+        let length = problem.length(*sample);
+        let column = |column: &rodsweep::baseline::Column| {
+            let [a, b, c] = column.dp.map(|x| x / length);
+            [a, b, c, column.w[0], column.w[1], column.w[2]]
+        };
+        let columns: Vec<[f64; 6]> = columns.iter().map(column).collect();
+        problem.add(work, *sample, tip.p, &columns, &mut judged);
+    }
+    let count = rods.here.len() as f64;
+    let mut record = Record {
+        work: work.name().into(),
+        engine: name.into(),
+        precision: "f64".into(),
+        method: "rk4".into(),
+        size: steps as f64,
+        seconds: timing.median / count,
+        least: timing.least / count,
+        spread: timing.spread(),
+        ..Record::new("precision", problem.spec.name.as_str())
+    };
+    judged.write(&mut record);
+    session.records.push(record);
+    Ok(())
+}

@@ -1,0 +1,153 @@
+//! Batches of every size on every engine, threads, and the stages of the workspace map.
+
+use super::clock::{Clock, Effort};
+use super::engines::Engine;
+use super::problem::Problem;
+use super::session::{Session, pool};
+use crate::cli::CommandError;
+use crate::cli::engine::{self as cli, reference, second_attempt};
+use rodsweep::backend::{BackendError, BackendKind, Precision};
+use rodsweep::model::{Plan, PlanOptions, Stepper};
+use rodsweep::report::bench::Record;
+use rodsweep::sweep::{self, RunOptions, SweepSpec, Work};
+
+const STEPS: usize = 6;
+const MAP: &str = include_str!("../../../sweeps/workspace.toml");
+const MAP_SCENE: (&str, &str) = ("scenes/p6.toml", include_str!("../../../sweeps/scenes/p6.toml"));
+/// Samples of the map with `--quick`.
+const QUICK: u64 = 20_000;
+
+fn options(precision: Precision, engine: &Engine) -> PlanOptions {
+    let stepper = if engine.is_gpu() && precision == Precision::F32 { Stepper::Rk4 } else { Stepper::Dop853 };
+    let steps = if stepper == Stepper::Rk4 { 4 * STEPS } else { STEPS };
+    PlanOptions { stepper, steps, tolerance: engine.finest().max(1e-6), ..PlanOptions::default() }
+}
+
+/// All threads of the machine, time on the wall.
+pub fn batches(problem: &Problem, session: &mut Session) -> Result<(), CommandError> {
+    let most = if session.quick { 4096 } else { 65_536 };
+    for engine in session.engines.clone() {
+        let takes_too_long = engine.is_software() && session.quick;
+        if !(engine.is_gpu() || engine.is_best()) || takes_too_long {
+            continue;
+        }
+        let most = match (engine.is_gpu(), engine.is_software()) {
+            (true, false) => 16 * most,
+            (true, true) => most.min(4096),
+            _ => most,
+        };
+        let plan = problem.plan(Work::Cold, options(engine.precision, &engine))?;
+        let mut backend = match engine.make(&plan) {
+            Ok(backend) => backend,
+            Err(error) => {
+                session.note(format!("{} {}: {error}", engine.name(), engine.precision));
+                continue;
+            }
+        };
+        let mut size = 1;
+        while size <= most {
+            let batch = problem.batch(Work::Cold, size)?;
+            if let Err(error) = backend.solve(&batch) {
+                session.note(format!("{} {}, batch of {size}: {error}", engine.name(), engine.precision));
+                break;
+            }
+            let timing = Clock::Wall.time(session.effort, || backend.solve(&batch));
+            session.records.push(record("batch", size, timing, size, &engine, &plan));
+            size *= 4;
+        }
+    }
+    Ok(())
+}
+
+fn record(
+    part: &str,
+    size: usize,
+    timing: super::clock::Timing,
+    samples: usize,
+    engine: &Engine,
+    plan: &Plan,
+) -> Record {
+    Record {
+        work: "cold".into(),
+        engine: engine.name().into(),
+        precision: engine.precision.to_string(),
+        method: plan.options.stepper.name().into(),
+        size: size as f64,
+        samples: samples as f64,
+        seconds: timing.median / samples as f64,
+        least: timing.least / samples as f64,
+        spread: timing.spread(),
+        ..Record::new(part, "")
+    }
+}
+
+/// One batch on 1, 2, ... threads, up to those of the machine.
+pub fn threads(problem: &Problem, session: &mut Session) -> Result<(), CommandError> {
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let samples = if session.quick { 4096 } else { 32_768 };
+    let batch = problem.batch(Work::Cold, samples)?;
+    let mut counts: Vec<usize> = std::iter::successors(Some(1), |n| Some(2 * n)).take_while(|n| *n < cores).collect();
+    counts.push(cores);
+    for precision in [Precision::F64, Precision::F32] {
+        let engine = Engine::best(precision);
+        let plan = problem.plan(Work::Cold, options(precision, &engine))?;
+        for threads in &counts {
+            let timing = pool(*threads)?.install(|| -> Result<_, BackendError> {
+                let mut backend = engine.make(&plan)?;
+                backend.solve(&batch)?;
+                let effort = Effort { seconds: 0.5, ..session.effort };
+                Ok(Clock::Wall.time(effort, || backend.solve(&batch)))
+            })?;
+            session.records.push(record("threads", *threads, timing, samples, &engine, &plan));
+        }
+    }
+    Ok(())
+}
+
+/// Busy time by stage of the 61³ map, files included.
+pub fn stages(session: &mut Session) -> Result<(), CommandError> {
+    let file = std::path::Path::new("workspace.toml");
+    let spec = SweepSpec::parse_with(file, MAP, &[MAP_SCENE])?;
+    for precision in [Precision::F64, Precision::F32] {
+        let engine = Engine::best(precision);
+        let tolerance = if precision == Precision::F32 { cli::F32_TOLERANCE } else { spec.tolerance };
+        let spec = SweepSpec { tolerance, ..spec.clone() };
+        // The method and steps that `run` would take.
+        let chosen = cli::Engine { kind: BackendKind::Cpu, precision, reason: String::new() };
+        let steppers = chosen.steppers();
+        let plan = spec.plan(PlanOptions { stepper: steppers[0], ..PlanOptions::default() })?;
+        let pilot = sweep::choose_method(&plan, &spec.sampler(), &steppers[1..], &cli::cpu_f64)?;
+        let plan = plan.with_options(pilot.options(&plan));
+        let mut backend = engine.make(&plan)?;
+        let out = std::env::temp_dir().join(format!("rodsweep-bench-{}-{precision}", std::process::id()));
+        let mut run = RunOptions::new(&out);
+        run.limit = session.quick.then_some(QUICK);
+        let trusted = |plan: &Plan| Ok(reference(plan));
+        run.refiners = vec![&second_attempt, &trusted];
+        let summary = sweep::run(&spec, backend.as_mut(), &run);
+        let _ = std::fs::remove_dir_all(&out);
+        let summary = summary?;
+        let busy = summary.timings;
+        for (stage, seconds) in [
+            ("build inputs", busy.build),
+            ("solve", busy.solve),
+            ("second attempts", busy.refine),
+            ("make rows", busy.rows),
+            ("write Parquet", busy.write),
+            ("from start to end", busy.total),
+        ] {
+            session.records.push(Record {
+                work: "map".into(),
+                engine: engine.name().into(),
+                precision: precision.to_string(),
+                method: plan.options.stepper.name().into(),
+                size: plan.options.steps as f64,
+                samples: summary.solved as f64,
+                failed: summary.failed() as f64,
+                seconds,
+                ..Record::new("stages", stage)
+            });
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,156 @@
+//! Reads a bench file: a sweep file with a `[bench]` table that says what is measured on it.
+
+use super::error::{InputError, Problem};
+use super::scene_file::read_text;
+use super::spec::SweepSpec;
+use super::sweep_file::{BuiltIn, choice, one_of, parameters, sweep_of};
+use super::toml::{Reader, Source};
+use crate::model::{Parameter, Stepper};
+use std::path::Path;
+
+/// What is done to each sample.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Work {
+    /// From rest, with the few derivatives that `tip` names.
+    Tip,
+    /// From rest, with all derivatives of the sweep.
+    Cold,
+    /// The same from the base moment of a sample near by.
+    Warm,
+}
+
+/// Which instruction sets are measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sets {
+    Best,
+    All,
+}
+
+/// One bench file.
+#[derive(Clone, Debug)]
+pub struct BenchSpec {
+    /// The file's, without extension.
+    pub name: String,
+    pub title: String,
+    pub sweep: SweepSpec,
+    /// Derivatives of [`Work::Tip`].
+    pub tip: Vec<Parameter>,
+    pub work: Vec<Work>,
+    pub steppers: Vec<Stepper>,
+    /// Over the rod; chosen by the stepper's order where the file does not say.
+    pub steps: Option<Vec<usize>>,
+    pub sets: Sets,
+    /// Whether the literature's methods are measured beside the engines.
+    pub literature: bool,
+    /// Whether a GPU in software is measured, whose kernels take long to compile.
+    pub software_gpu: bool,
+}
+
+impl Work {
+    pub const ALL: [Work; 3] = [Work::Tip, Work::Cold, Work::Warm];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Work::Tip => "tip",
+            Work::Cold => "cold",
+            Work::Warm => "warm",
+        }
+    }
+}
+
+impl Sets {
+    const ALL: [Sets; 2] = [Sets::Best, Sets::All];
+
+    fn name(self) -> &'static str {
+        match self {
+            Sets::Best => "best",
+            Sets::All => "all",
+        }
+    }
+}
+
+/// Most steps over a rod.
+const MOST_STEPS: u64 = 4096;
+const FEW: [usize; 9] = [4, 6, 8, 12, 16, 24, 32, 64, 128];
+const FEWER: [usize; 8] = [2, 3, 4, 6, 8, 12, 16, 24];
+
+impl BenchSpec {
+    /// Reads a bench file.
+    pub fn read(file: &Path) -> Result<BenchSpec, InputError> {
+        Self::parse(file, &read_text(file)?, &[])
+    }
+
+    /// Parses the text of a bench file; scenes that `built_in` lists are not read from files.
+    pub fn parse(file: &Path, text: &str, built_in: &BuiltIn) -> Result<BenchSpec, InputError> {
+        let source = Source::parse(file, text)?;
+        let sweep = sweep_of(&source, file, built_in)?;
+        let root = source.root();
+        let bench = root.table("bench")?;
+        let bench =
+            bench.ok_or_else(|| root.missing("bench", "add [bench] with work = [\"tip\", \"cold\", \"warm\"]"))?;
+        let keys = ["title", "tip", "work", "steppers", "steps", "instruction_sets", "literature", "software_gpu"];
+        bench.check_keys(&keys)?;
+        let mut tip = Vec::new();
+        for (index, name) in bench.strings("tip")?.unwrap_or_default().iter().enumerate() {
+            tip.extend(parameters(&bench, &format!("tip[{index}]"), &sweep.scene, name)?);
+        }
+        if tip.is_empty() {
+            return Err(bench.missing("tip", "name a few derivatives, such as [\"coil.current\"]"));
+        }
+        if sweep.wrt.is_empty() {
+            return Err(root.missing("output.derivatives", "name what the Jacobian is taken by"));
+        }
+        let name = file.file_stem().map_or("bench".into(), |name| name.to_string_lossy().into_owned());
+        Ok(BenchSpec {
+            title: bench.string("title")?.map_or_else(|| name.clone(), str::to_owned),
+            name,
+            tip,
+            work: words(&bench, "work", &Work::ALL, Work::name)?,
+            steppers: words(&bench, "steppers", &Stepper::ALL, Stepper::name)?,
+            steps: steps(&bench)?,
+            sets: choice(&bench, "instruction_sets", &Sets::ALL, Sets::name)?.unwrap_or(Sets::Best),
+            literature: bench.boolean("literature")?.unwrap_or(false),
+            software_gpu: bench.boolean("software_gpu")?.unwrap_or(false),
+            sweep,
+        })
+    }
+
+    /// Steps to try with a stepper, growing.
+    pub fn steps(&self, stepper: Stepper) -> Vec<usize> {
+        let usual = if stepper.order() <= 4 { &FEW[..] } else { &FEWER[..] };
+        self.steps.clone().unwrap_or_else(|| usual.to_vec())
+    }
+}
+
+/// Words of a fixed list, all of them where the file does not say.
+fn words<T: Copy + PartialEq>(
+    bench: &Reader,
+    key: &str,
+    all: &[T],
+    word: fn(T) -> &'static str,
+) -> Result<Vec<T>, InputError> {
+    let Some(names) = bench.strings(key)? else { return Ok(all.to_vec()) };
+    let mut found = Vec::new();
+    for (index, name) in names.iter().enumerate() {
+        let key = format!("{key}[{index}]");
+        let item = one_of(name, all, word).map_err(|problem| bench.error(&key, problem))?;
+        if !found.contains(&item) {
+            found.push(item);
+        }
+    }
+    if found.is_empty() {
+        let expected = "at least one, or leave it out for all".into();
+        return Err(bench.error(key, Problem::Range { value: "an empty list".into(), expected }));
+    }
+    Ok(found)
+}
+
+fn steps(bench: &Reader) -> Result<Option<Vec<usize>>, InputError> {
+    let Some(list) = bench.counts("steps", 1)? else { return Ok(None) };
+    let grows = list.windows(2).all(|pair| pair[0] < pair[1]);
+    if list.is_empty() || !grows || list.iter().any(|steps| *steps > MOST_STEPS) {
+        let expected = format!("growing numbers of steps over the rod, at most {MOST_STEPS}");
+        return Err(bench.error("steps", Problem::Range { value: format!("{list:?}"), expected }));
+    }
+    Ok(Some(list.into_iter().map(|steps| steps as usize).collect()))
+}

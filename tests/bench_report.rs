@@ -1,0 +1,164 @@
+//! The report of `bench` is made of its two files alone, the README's table with it; and `bench` measures what it says.
+
+mod common;
+
+use common::sandbox::Sandbox;
+use rodsweep::report::bench::{Record, Report, from_csv, to_csv};
+use rodsweep::sweep::BenchSpec;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// The report whose table the README shows.
+const COMMITTED: &str = "sweeps/reports/2026-11-21-2-core-avx512";
+const BEGIN: &str = "<!-- bench: begin -->\n";
+const END: &str = "<!-- bench: end -->\n";
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn read(file: impl AsRef<Path>) -> String {
+    let path = root().join(file);
+    fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+fn committed(name: &str) -> String {
+    read(Path::new(COMMITTED).join(name))
+}
+
+#[test]
+fn the_readme_shows_the_committed_data() {
+    let readme = read("README.md");
+    let (_, rest) = readme.split_once(BEGIN).expect("a place for the table");
+    let (shown, _) = rest.split_once(END).expect("an end of the table");
+    let report = Report::read(&committed("raw.csv"), &committed("manifest.json")).expect("a report");
+    let fresh = report.readme();
+    assert!(fresh.matches("\n| ").count() > 4, "{fresh}");
+    assert!(shown == fresh, "put this between the marks, as `bench --render {COMMITTED}` prints it:\n{fresh}");
+}
+
+#[test]
+fn the_committed_report_is_that_of_its_data() {
+    let sandbox = Sandbox::new();
+    fs::create_dir(sandbox.path("report")).expect("a folder");
+    for name in ["raw.csv", "manifest.json"] {
+        sandbox.write(&format!("report/{name}"), &committed(name));
+    }
+    let output = sandbox.ok(&["bench", "--render", "report"]);
+    assert!(read("README.md").contains(&output.stdout), "{}", output.stdout);
+    let fresh = fs::read_to_string(sandbox.path("report/report.md")).expect("a report");
+    assert!(fresh == committed("report.md"), "run `rodsweep bench --render {COMMITTED}`");
+    let figures: Vec<&str> = fresh.split("](").skip(1).filter_map(|rest| rest.split(')').next()).collect();
+    assert!(figures.len() >= 12, "{figures:?}");
+    for figure in figures {
+        let vector = figure.replace(".png", ".svg");
+        for name in [figure, &vector] {
+            assert!(root().join(COMMITTED).join(name).exists(), "{name} is not committed");
+        }
+        let drawn = fs::read_to_string(sandbox.path("report").join(&vector)).expect("a figure");
+        assert!(drawn == committed(&vector), "{vector}: run `rodsweep bench --render {COMMITTED}`");
+    }
+}
+
+#[test]
+fn the_table_reads_back() {
+    let raw = committed("raw.csv");
+    let records = from_csv(&raw).expect("a table");
+    assert!(records.len() > 500, "{} records", records.len());
+    let again = from_csv(&to_csv(&records)).expect("a table");
+    // NaN is not equal to itself, but is written like itself.
+    assert!(format!("{records:?}") == format!("{again:?}"), "numbers are lost on the way");
+    let odd = Record { status: "a \"b\", c".into(), seconds: 1.25e-6, ..Record::new("part", "case, one") };
+    let back = from_csv(&to_csv(std::slice::from_ref(&odd))).expect("a table");
+    assert_eq!((back[0].case.as_str(), back[0].status.as_str(), back[0].seconds), ("case, one", "a \"b\", c", 1.25e-6));
+    assert!(back[0].size.is_nan());
+    // What is damaged is told by line and column.
+    let damaged = to_csv(&[odd]).replace("1.2500e-6", "quick");
+    assert!(from_csv(&damaged).is_err_and(|problem| problem.contains("line 2") && problem.contains("`seconds`")));
+    assert!(from_csv("a,b\n").is_err_and(|problem| problem.contains("line 1")));
+    assert!(from_csv(&raw[..raw.len() - 5]).is_err());
+}
+
+#[test]
+fn bench_measures_what_it_says() {
+    let sandbox = Sandbox::new();
+    let output = sandbox.ok(&["bench", "--quick", "--only", "easy,peak", "--out", "report"]);
+    assert!(output.stderr.contains("report.md"), "{}", output.stderr);
+    let raw = fs::read_to_string(sandbox.path("report/raw.csv")).expect("a table");
+    let records = from_csv(&raw).expect("a table");
+    let peaks = records.iter().filter(|record| record.part == "peak").map(|record| record.operations);
+    assert!(peaks.clone().count() >= 2 && peaks.into_iter().all(|peak| peak > 1e8));
+    let points: Vec<&Record> = records.iter().filter(|record| record.part == "precision").collect();
+    for work in ["tip", "cold", "warm"] {
+        for (precision, limit) in [("f64", 1e-12), ("f32", 1e-5)] {
+            let of = || points.iter().filter(|record| record.work == work && record.precision == precision);
+            let best = of().map(|record| record.tip[1]).fold(f64::INFINITY, f64::min);
+            assert!(best < limit, "{work} {precision}: {best}");
+            assert!(of().all(|record| record.failed == 0.0 && record.elsewhere == 0.0), "{work} {precision}");
+            assert!(of().all(|record| record.seconds > 0.0 && record.operations > 1000.0), "{work} {precision}");
+            assert!(of().all(|record| record.bounded == record.samples), "{work} {precision}");
+            assert!(of().all(|record| record.column[0] <= record.column[1] && record.column[1] <= record.column[2]));
+        }
+    }
+    // A second report does not take the place of the first.
+    let output = sandbox.run(&["bench", "--quick", "--only", "peak", "--out", "report"]);
+    assert_eq!(output.code, 2);
+    assert!(output.stderr.contains("--force"), "{}", output.stderr);
+}
+
+#[test]
+fn the_built_in_files_are_those_of_the_repository() {
+    let sandbox = Sandbox::new();
+    let mut names: Vec<String> = fs::read_dir(root().join("sweeps/bench"))
+        .expect("a folder")
+        .map(|entry| entry.expect("an entry").path())
+        .map(|path| BenchSpec::read(&path).unwrap_or_else(|error| panic!("{error}")).name)
+        .collect();
+    names.sort();
+    // Where a name is wrong, the list is printed.
+    let output = sandbox.run(&["bench", "--only", "nothing"]);
+    assert_eq!(output.code, 2);
+    for name in &names {
+        assert!(output.stderr.contains(name.as_str()), "{name} is not built in: {}", output.stderr);
+    }
+    let built_in = output.stderr.trim().rsplit("hard, ").next().map_or(0, |list| list.split(", ").count());
+    assert_eq!(built_in, names.len(), "{}", output.stderr);
+}
+
+#[test]
+fn mistakes_are_named() {
+    let sandbox = Sandbox::new();
+    let file = read("sweeps/bench/heavy.toml");
+    for (index, (from, to, named)) in [
+        ("work = [\"tip\"", "work = [\"top\"", "bench.work[0]"),
+        ("tip = [\"coil.current\"]", "tip = [\"coil.curent\"]", "bench.tip[0]"),
+        ("tip = [\"coil.current\"]\n", "", "bench.tip"),
+        ("title =", "titel =", "bench.titel"),
+        ("title =", "steps = [4, 2]\ntitle =", "bench.steps"),
+        ("title =", "steppers = [\"euler\"]\ntitle =", "bench.steppers[0]"),
+        ("[bench]", "[solver]", "solver.title"),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let folder = format!("files{index}");
+        fs::create_dir(sandbox.path(&folder)).expect("a folder");
+        assert!(file.contains(from), "{from}");
+        sandbox.write(&format!("{folder}/wrong.toml"), &file.replace(from, to));
+        let output = sandbox.run(&["bench", "--files", &folder, "--out", "report"]);
+        assert_eq!(output.code, 2, "{named}: {}", output.stderr);
+        let line = output.errors().join("\n");
+        assert!(line.contains("wrong.toml:") && line.contains(&format!("`{named}`")), "{named}: {line}");
+    }
+    fs::create_dir(sandbox.path("empty")).expect("a folder");
+    for (arguments, named) in [
+        (["bench", "--files", "empty"], "empty"),
+        (["bench", "--files", "nowhere"], "nowhere"),
+        (["bench", "--render", "empty"], "raw.csv"),
+    ] {
+        let output = sandbox.run(&arguments);
+        assert_eq!(output.code, 2, "{arguments:?}: {}", output.stderr);
+        assert!(output.stderr.contains(named), "{arguments:?}: {}", output.stderr);
+    }
+    assert!(!sandbox.path("report").exists());
+}
