@@ -7,6 +7,7 @@ const LOAD_STEP_TOLERANCE: f32 = 0.0; //@spec
 const FULL_LOAD_TOLERANCE: f32 = 0.0; //@spec
 const TRUST: f32 = 0.0; //@spec
 const RAMP_TRUST: f32 = 0.0; //@spec
+const NEARBY: f32 = 0.0; //@spec
 const CORRECTIONS: f32 = 0.0; //@spec
 const FIRST_BEND: f32 = 0.0; //@spec
 const AIM: f32 = 0.0; //@spec
@@ -121,9 +122,9 @@ fn follow_path(rod: Rod, first: u32, secant: vec3<f32>) -> PathEnd {
         var same_branch = 0.0 < dot(w[0], cross(w[1], w[2]));
         if guarded { same_branch = same_branch && stability_index(tip) < 0.5; }
         let square = squared_norm(w_inverse);
-        // Too near a bifurcation to know afterwards on which side it was passed; no correction may start beyond one.
+        // Too near a bifurcation to know afterwards on which side it was passed; no long correction may start beyond one.
         let safe = is_above(square, SAFE_MARGIN);
-        let regular = same_branch && (guarded || safe);
+        let regular = select(same_branch && safe, same_branch || size < NEARBY, guarded);
         let recovers = !is_above(weakest, NARROW_MARGIN) && square < 0.25 * weakest;
         let lost = converged && same_branch && select(!safe, recovers, guarded);
         let accepted = converged && same_branch && !lost;

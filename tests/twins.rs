@@ -31,10 +31,9 @@ struct Exceptions {
 
 const EXCEPTIONS: Exceptions = Exceptions {
     rust_only: &[
-        ("algebra", &["splat", "select", "add", "sub", "neg", "mul"], "operators of WGSL"),
+        ("algebra", &["splat", "select"], "operators of WGSL"),
         ("algebra", &["dot", "cross", "length", "transpose"], "built into WGSL"),
         ("algebra", &["select_matrix"], "masks of lanes"),
-        ("algebra", &["index", "index_mut"], "built into WGSL"),
         ("stability", &["new"], "the workspace"),
         ("rod", &["new"], "makes room for segments, which the shader loads where it crosses them"),
         ("step", &["new", "set_tableau", "set_step", "row"], "the workspace; the shader's tableau is compiled in"),

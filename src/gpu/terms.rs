@@ -157,6 +157,7 @@ fn add_path(s: &mut Specialisation, plan: &Plan) {
         ("FULL_LOAD_TOLERANCE", path::FULL_LOAD_TOLERANCE),
         ("TRUST", path::TRUST),
         ("RAMP_TRUST", path::RAMP_TRUST),
+        ("NEARBY", path::NEARBY),
         ("CORRECTIONS", path::CORRECTIONS),
         ("FIRST_BEND", path::FIRST_BEND),
         ("AIM", path::AIM),

@@ -9,6 +9,7 @@ mod base;
 mod column;
 mod count;
 mod lane;
+mod operators;
 mod path;
 mod program;
 mod rod;

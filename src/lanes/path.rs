@@ -11,8 +11,8 @@ use super::shoot::{Workspace, shoot, tip_moment_columns};
 use super::stability::{is_above, is_sharp, squared_norm, stability_index};
 use crate::model::path::{
     AIM, CONTRACTION, CORRECTIONS, FIRST_BEND, FOLD_MARGIN, FULL_LOAD_TOLERANCE, LEAST_RATIO, LOAD_STEP_TOLERANCE,
-    MOST_RATIO, NARROW_MARGIN, PASS_LIMIT, PATH_TOLERANCE, RAMP_TRUST, RETREAT, SAFE_MARGIN, SMALLEST_GUARDED_STEP,
-    SMALLEST_RAMP_STEP, TRUST,
+    MOST_RATIO, NARROW_MARGIN, NEARBY, PASS_LIMIT, PATH_TOLERANCE, RAMP_TRUST, RETREAT, SAFE_MARGIN,
+    SMALLEST_GUARDED_STEP, SMALLEST_RAMP_STEP, TRUST,
 };
 
 /// How to reach the full load; each is tried where the one before did not lead to a stable equilibrium.
@@ -156,9 +156,12 @@ pub fn follow_path<L: Lane, T: Terms>(
             same_branch = same_branch & index.lt(zero.constant(0.5));
         }
         let square = squared_norm(&w_inverse);
-        // Too near a bifurcation to know afterwards on which side it was passed; no correction may start beyond one.
+        // Too near a bifurcation to know afterwards on which side it was passed; no long correction may start beyond one.
         let (lost, regular) = if guarded {
-            (!is_above(weakest, NARROW_MARGIN) & square.lt(weakest * zero.constant(0.25)), same_branch)
+            (
+                !is_above(weakest, NARROW_MARGIN) & square.lt(weakest * zero.constant(0.25)),
+                same_branch | size.lt(zero.constant(NEARBY)),
+            )
         } else {
             let safe = is_above(square, SAFE_MARGIN);
             (!safe, same_branch & safe)

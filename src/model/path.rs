@@ -14,6 +14,8 @@ pub const CONTRACTION: f64 = 0.3;
 /// path followed with care or on the fine grid.
 pub const RAMP_TRUST: f64 = 0.5;
 pub const TRUST: f64 = 0.3;
+/// A correction smaller than this leads to no other branch, wherever it starts.
+pub const NEARBY: f64 = 0.03;
 /// Newton steps on one load step.
 pub const CORRECTIONS: f64 = 8.0;
 /// The first load step bends the rod by so much, to first order (plan units of moment).
