@@ -48,7 +48,7 @@ impl Colour {
 
     /// Mixes in sRGB; 0 gives `self`, 1 gives `other`.
     pub fn mix(self, other: Colour, share: f64) -> Self {
-        let mix = |a: u8, b: u8| (f64::from(a) + share * (f64::from(b) - f64::from(a))).round() as u8;
+        let mix = |a: u8, b: u8| (f64::from(a) + share * (f64::from(b) - f64::from(a)) + 0.5) as u8;
         Self {
             red: mix(self.red, other.red),
             green: mix(self.green, other.green),

@@ -39,7 +39,7 @@ fn compress(width: u32, height: u32, colour: png::ColorType, bytes: &[u8], per_m
     let mut encoder = png::Encoder::new(&mut out, width, height);
     encoder.set_color(colour);
     encoder.set_depth(png::BitDepth::Eight);
-    encoder.set_compression(png::Compression::Balanced);
+    encoder.set_compression(png::Compression::Fast);
     encoder.set_pixel_dims(per_metre.map(|density| png::PixelDimensions {
         xppu: density,
         yppu: density,
