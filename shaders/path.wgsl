@@ -162,7 +162,7 @@ fn follow_path(rod: Rod, first: u32, secant: vec3<f32>) -> PathEnd {
         // The step was rejected for its stability, not for Newton's method.
         let unstable = converged && !same_branch && is_sharp(w);
         end.fold = guarded && failed && !end.exhausted && (unstable || !is_above(weakest, FOLD_MARGIN));
-        if end.reached || failed && guarded { break; }
+        if end.reached || failed && end.path >= settings.last_path { break; }
         if failed {
             end.path += 1u;
             started = false;

@@ -47,7 +47,7 @@ fn solve_group() {
     var index = 0.0;
     var converged = false;
     var code = STATUS_PENDING;
-    for (var first = RAMP; first <= GUARDED_RAMP; first = end.path + 1u) {
+    for (var first = settings.first_path; first <= settings.last_path; first = end.path + 1u) {
         //@if SEARCH
         end = search(rod);
         //@else

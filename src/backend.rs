@@ -1,7 +1,9 @@
 //! The one trait between the engines and everything above them: batch in, solutions out.
 
-use crate::model::{Batch, Plan, Solutions};
+use crate::model::{Batch, Plan, SampleRecipe, Solutions};
+use std::collections::HashMap;
 use std::fmt;
+use std::ops::Range;
 
 /// Arithmetic of an engine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -71,6 +73,56 @@ pub trait Backend: Send {
     ///
     /// The row of a sample depends on that sample's inputs alone.
     fn solve(&mut self, batch: &Batch) -> Result<Solutions, BackendError>;
+
+    /// Makes the samples of a sweep, solves them and keeps what is known of their tips, without rows; `None` where
+    /// the engine has no such way.
+    ///
+    /// `give` takes what comes back of each dispatch, in order; false ends the run.
+    fn reduce(
+        &mut self,
+        _job: &ReduceJob,
+        _give: &mut dyn FnMut(Returned) -> bool,
+    ) -> Result<Option<Reduced>, BackendError> {
+        Ok(None)
+    }
+}
+
+/// A sweep of which no rows are kept.
+#[derive(Clone, Copy)]
+pub struct ReduceJob<'a> {
+    /// `None` where samples do not follow from their index alone.
+    pub recipe: Option<&'a SampleRecipe>,
+    /// Samples, in order.
+    pub ranges: &'a [Range<u64>],
+    /// Edge of a voxel [m]
+    pub voxel: f64,
+    /// Samples of a larger error estimate come back.
+    pub tolerance: f64,
+    /// Samples of a range that must come back, ascending.
+    pub wanted: &'a (dyn Fn(Range<u64>) -> Vec<u64> + Sync),
+    /// Axis values of a sample, SI.
+    pub values: &'a (dyn Fn(u64, &mut [f64]) + Sync),
+}
+
+/// Of one range of samples: those that come back as rows, and how many were counted where they were solved.
+#[derive(Clone, Debug)]
+pub struct Returned {
+    /// Ascending.
+    pub indices: Vec<u64>,
+    pub batch: Batch,
+    pub solutions: Solutions,
+    /// Samples counted as `Ok` and as `Ramped`. Neither their tips nor their residuals nor their error estimates lie
+    /// beyond those of the rows given so far that are within the tolerance.
+    pub counted: [u64; 2],
+}
+
+/// What came of [`Backend::reduce`].
+#[derive(Clone, Debug)]
+pub enum Reduced {
+    /// Nothing was solved, for this reason.
+    Declined(String),
+    /// Counted samples in each voxel, by floor(position / voxel).
+    Voxels(HashMap<[i32; 3], u32>),
 }
 
 impl fmt::Display for BackendKind {

@@ -1,10 +1,13 @@
 //! Shaders without a GPU: every piece validates, and its layout is the host's.
 
 use rodsweep::backend::Precision;
-use rodsweep::gpu::{KERNELS, Kernel, Piece, Value, WORKGROUP_SIZE, check, settings_members, specialisation};
+use rodsweep::gpu::{
+    Generator, KERNELS, Kernel, Piece, REQUEST_FLOATS, REQUEST_WORDS, Value, WORKGROUP_SIZE, check, settings_members,
+    specialisation,
+};
 use rodsweep::model::{
-    BLOCK, Density, Node, Parameter, Plan, PlanOptions, Profile, Scene, SegmentKind, Sensitivity, Stepper, Stiffness,
-    Terms,
+    BLOCK, Density, Node, Parameter, Plan, PlanOptions, Profile, RecipeMethod, SampleRecipe, Scene, SegmentKind,
+    Sensitivity, Stepper, Stiffness, Terms,
 };
 
 mod common;
@@ -201,6 +204,63 @@ fn validate(plan: &Plan) {
             expect_layout(&kernel);
         }
     }
+}
+
+/// A recipe of each method for two axes.
+fn recipes() -> [SampleRecipe; 4] {
+    let methods = [
+        RecipeMethod::Grid(vec![vec![-0.1, 0.0, 0.1], vec![0.0, 0.2]]),
+        RecipeMethod::Sobol { directions: vec![vec![1 << 31; 32]; 2], keys: vec![1, 2] },
+        RecipeMethod::LatinHypercube { rounds: vec![[1, 2, 3, 4, 5, 6]; 2], jitter: vec![7, 8] },
+        RecipeMethod::Uniform(vec![1, 2]),
+    ];
+    methods.map(|method| SampleRecipe { method, ranges: vec![(-0.1, 0.1), (0.0, 0.2)], sample_count: 6 })
+}
+
+#[test]
+fn kernels_that_make_and_count_samples_validate_and_have_the_layout_of_the_host() {
+    let scene = common::scenes::catheter();
+    let axes = common::scenes::parameters(&scene, &["coil.current.x", "loads.tip_force.y"]);
+    let axes: Vec<_> = axes.into_iter().map(|parameter| vec![parameter]).collect();
+    let plan = Plan::new(&scene, &axes, &[], PlanOptions::default()).unwrap();
+    let bindings_of = |kernel: &Kernel| {
+        let reflection = check(&kernel.source).unwrap_or_else(|error| panic!("{error}\n{}", kernel.source.text));
+        assert_eq!(reflection.workgroup_size(kernel.entry_point), Some([WORKGROUP_SIZE, 1, 1]));
+        let names = reflection.bindings().into_iter().map(|(_, _, name)| name).collect::<Vec<_>>().join(" ");
+        (reflection, names)
+    };
+    for precision in [Precision::F32, Precision::F64] {
+        for recipe in recipes() {
+            let generator = Generator::new(&plan, &recipe).unwrap();
+            let (_, names) = bindings_of(&Kernel::generate(&plan, &generator, precision).unwrap());
+            assert_eq!(names, "range recipe tables inputs");
+        }
+        let (reflection, names) = bindings_of(&Kernel::reduce(&plan, precision).unwrap());
+        assert_eq!(names, "request outputs tally returned voxels");
+        let size = precision.size();
+        let floats = REQUEST_FLOATS.iter().enumerate().map(|(at, name)| (name.to_string(), at * size));
+        let words = (0..).zip(REQUEST_WORDS).map(|(at, name)| (name.to_string(), REQUEST_FLOATS.len() * size + 4 * at));
+        assert_eq!(reflection.members("Request").unwrap(), floats.chain(words).collect::<Vec<_>>());
+    }
+}
+
+#[test]
+fn what_the_device_cannot_make_is_declined_with_a_reason() {
+    let scene = common::scenes::catheter();
+    let refused = |names: &[&str], range: (f64, f64)| {
+        let parameters = common::scenes::parameters(&scene, names);
+        let axes: Vec<_> = parameters.into_iter().map(|parameter| vec![parameter]).collect();
+        let plan = Plan::new(&scene, &axes, &[], PlanOptions::default()).unwrap();
+        let method = RecipeMethod::Uniform(vec![1; axes.len()]);
+        Generator::new(&plan, &SampleRecipe { method, ranges: vec![range; axes.len()], sample_count: 9 }).unwrap_err()
+    };
+    assert_eq!(refused(&["base.rotation.x"], (0.0, 1.0)), "an input is no linear function of the axes");
+    assert_eq!(refused(&["distal.length"], (-0.1, 0.1)), "some of its samples make no rod");
+    // The same as a grid is no trouble: its values are tabulated.
+    let axes = common::scenes::parameters(&scene, &["base.rotation"]).into_iter().map(|p| vec![p]).collect::<Vec<_>>();
+    let plan = Plan::new(&scene, &axes, &[], PlanOptions::default()).unwrap();
+    let method = RecipeMethod::Grid(vec![vec![-0.1, 0.2, 0.5]; 3]);
+    Generator::new(&plan, &SampleRecipe { method, ranges: vec![(-0.1, 0.5); 3], sample_count: 27 }).unwrap();
 }
 
 #[test]

@@ -8,8 +8,8 @@ use rodsweep::backend::{Backend, BackendError, BackendKind};
 use rodsweep::model::{Plan, PlanOptions, Quantity, ROWS, Status};
 use rodsweep::report::{count, engineering};
 use rodsweep::sweep::{
-    self, BranchChoice, BranchCounts, Format, Method, Progress, RunOptions, Shard, Summary, SweepError, SweepSpec,
-    choose_method, scene_notes,
+    self, BranchChoice, BranchCounts, Format, Method, Progress, RunOptions, SampleOrigin, Shard, Summary, SweepError,
+    SweepSpec, choose_method, scene_notes,
 };
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
@@ -202,6 +202,9 @@ fn print_summary(spec: &SweepSpec, summary: &Summary) {
         "stages (busy seconds, overlapping): build {:.2}, solve {:.2}, solve again {:.2}{search}, rows {:.2}, write {:.2}, check {:.2}",
         stages.build, stages.solve, stages.refine, stages.rows, stages.write, stages.check
     ));
+    if let SampleOrigin::HostBecause(reason) = &summary.origin {
+        say(&format!("note: samples were made on the host and uploaded: {reason}"));
+    }
     say_statuses(summary);
     if let Some([low, high]) = summary.reduction.extents {
         let span = |axis: usize| format!("{:.2} to {:.2}", low[axis] * 1e3, high[axis] * 1e3);

@@ -1,8 +1,11 @@
 //! The buffers of one dispatch in flight: settings, inputs and outputs on the device, a copy for the host.
 
 use super::device::{Device, failed};
+use super::kernel::WORKGROUP_SIZE;
+use super::solver::Solver;
 use crate::backend::{BackendError, Precision};
 use std::mem::offset_of;
+use std::ops::Range;
 use std::sync::mpsc::{Receiver, channel};
 use wgpu::BufferUsages as Usage;
 
@@ -17,14 +20,24 @@ pub struct Settings<S> {
     pub sample_count: u32,
     /// Always zero.
     pub zero: u32,
+    /// Ways to the full load that are tried, see `shaders/path.wgsl`.
+    pub first_path: u32,
+    pub last_path: u32,
 }
+
+/// Ways to the full load, from the first to the last, as `shaders/path.wgsl` numbers them.
+pub(super) type Paths = (u32, u32);
+pub(super) const ALL_PATHS: Paths = (0, 1);
+/// All but the guarded ramp, and that alone.
+pub(super) const QUICK_PATHS: Paths = (0, 0);
+pub(super) const GUARDED_PATH: Paths = (1, 1);
 
 impl Settings<f64> {
     /// As the kernels of a precision read them.
     pub fn bytes(&self, precision: Precision) -> Vec<u8> {
         let floats = [self.mark, self.tolerance];
         let mut bytes = float_bytes(&floats, precision);
-        bytes.extend_from_slice(bytemuck::bytes_of(&[self.sample_count, self.zero]));
+        bytes.extend_from_slice(bytemuck::bytes_of(&[self.sample_count, self.zero, self.first_path, self.last_path]));
         bytes
     }
 }
@@ -44,12 +57,14 @@ macro_rules! offsets {
             ("tolerance", offset_of!(Settings<$float>, tolerance)),
             ("sample_count", offset_of!(Settings<$float>, sample_count)),
             ("zero", offset_of!(Settings<$float>, zero)),
+            ("first_path", offset_of!(Settings<$float>, first_path)),
+            ("last_path", offset_of!(Settings<$float>, last_path)),
         ]
     };
 }
 
 /// Members of `Settings` and their offsets, to compare with the shaders.
-pub fn settings_members(precision: Precision) -> [(&'static str, usize); 4] {
+pub fn settings_members(precision: Precision) -> [(&'static str, usize); 6] {
     match precision {
         Precision::F32 => offsets!(f32),
         Precision::F64 => offsets!(f64),
@@ -59,18 +74,21 @@ pub fn settings_members(precision: Precision) -> [(&'static str, usize); 4] {
 /// Bytes of the two timestamps behind the outputs in the staging buffer.
 const STAMP_BYTES: u64 = 16;
 
-/// Bytes of inputs and outputs.
+/// Samples of a slot, and bytes of what it holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Sizes {
+    pub samples: u64,
     pub inputs: u64,
     pub outputs: u64,
+    /// Of what comes back.
+    pub staging: u64,
 }
 
 /// One dispatch's buffers.
 pub(super) struct Slot {
     settings: wgpu::Buffer,
-    inputs: wgpu::Buffer,
-    outputs: wgpu::Buffer,
+    pub inputs: wgpu::Buffer,
+    pub outputs: wgpu::Buffer,
     staging: wgpu::Buffer,
     stamps: Option<(wgpu::QuerySet, wgpu::Buffer)>,
     bind_group: wgpu::BindGroup,
@@ -80,68 +98,88 @@ pub(super) struct Slot {
 /// Work given to the device.
 pub(super) struct Flight {
     submission: wgpu::SubmissionIndex,
-    mapped: Receiver<Result<(), wgpu::BufferAsyncError>>,
-    output_bytes: u64,
+    mapped: Mapped,
+    bytes: u64,
 }
 
-/// The resources of every kernel: settings, constants, inputs, outputs.
-pub(super) fn bind_group_layout(device: &Device) -> Result<wgpu::BindGroupLayout, BackendError> {
-    let kinds = [
-        wgpu::BufferBindingType::Uniform,
-        wgpu::BufferBindingType::Storage { read_only: true },
-        wgpu::BufferBindingType::Storage { read_only: true },
-        wgpu::BufferBindingType::Storage { read_only: false },
-    ];
+type Mapped = Receiver<Result<(), wgpu::BufferAsyncError>>;
+
+/// A kernel that runs beside the solving one.
+#[derive(Clone, Copy)]
+pub(super) struct Step<'a> {
+    pub pipeline: &'a wgpu::ComputePipeline,
+    pub bind_group: &'a wgpu::BindGroup,
+}
+
+/// What to do with a slot.
+pub(super) struct Dispatch<'a> {
+    pub mark: f64,
+    pub tolerance: f64,
+    pub paths: Paths,
+    pub sample_count: u32,
+    /// As the kernel reads them; empty where they are there already.
+    pub inputs: &'a [u8],
+    pub before: Option<Step<'a>>,
+    pub after: Option<Step<'a>>,
+    /// What comes back: the first bytes of these buffers.
+    pub copies: &'a [(&'a wgpu::Buffer, u64)],
+}
+
+/// Buffers of a kind for each binding from 0 on.
+pub(super) fn layout_of(
+    device: &Device,
+    label: &str,
+    kinds: &[wgpu::BufferBindingType],
+) -> Result<wgpu::BindGroupLayout, BackendError> {
     let entries: Vec<_> = (0..)
         .zip(kinds)
         .map(|(binding, ty)| wgpu::BindGroupLayoutEntry {
             binding,
             visibility: wgpu::ShaderStages::COMPUTE,
-            ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
+            ty: wgpu::BindingType::Buffer { ty: *ty, has_dynamic_offset: false, min_binding_size: None },
             count: None,
         })
         .collect();
-    let descriptor = wgpu::BindGroupLayoutDescriptor { label: Some("batch"), entries: &entries };
+    let descriptor = wgpu::BindGroupLayoutDescriptor { label: Some(label), entries: &entries };
     device.scoped("bind group layout", || device.raw.create_bind_group_layout(&descriptor))
 }
 
+/// These buffers at the bindings from 0 on.
+pub(super) fn group_of(
+    device: &Device,
+    layout: &wgpu::BindGroupLayout,
+    buffers: &[&wgpu::Buffer],
+) -> Result<wgpu::BindGroup, BackendError> {
+    let entries: Vec<_> = (0..)
+        .zip(buffers)
+        .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
+        .collect();
+    let descriptor = wgpu::BindGroupDescriptor { label: None, layout, entries: &entries };
+    device.scoped("bind group", || device.raw.create_bind_group(&descriptor))
+}
+
 impl Slot {
-    pub fn new(
-        device: &Device,
-        layout: &wgpu::BindGroupLayout,
-        constants: &wgpu::Buffer,
-        capacity: Sizes,
-    ) -> Result<Self, BackendError> {
-        let inputs_usage = Usage::STORAGE | Usage::COPY_DST;
+    pub fn new(device: &Device, solver: &Solver, capacity: Sizes) -> Result<Self, BackendError> {
         let settings =
             device.buffer("settings", size_of::<Settings<f64>>() as u64, Usage::UNIFORM | Usage::COPY_DST)?;
+        let both = Usage::STORAGE | Usage::COPY_DST | Usage::COPY_SRC;
         // A binding may not be empty.
-        let inputs = device.buffer("inputs", capacity.inputs.max(8), inputs_usage)?;
+        let inputs = device.buffer("inputs", capacity.inputs.max(8), both)?;
         let outputs = device.buffer("outputs", capacity.outputs, Usage::STORAGE | Usage::COPY_SRC)?;
-        let staging = device.buffer("staging", capacity.outputs + STAMP_BYTES, Usage::MAP_READ | Usage::COPY_DST)?;
-        let entries: Vec<_> = (0..)
-            .zip([&settings, constants, &inputs, &outputs])
-            .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
-            .collect();
-        let descriptor = wgpu::BindGroupDescriptor { label: Some("batch"), layout, entries: &entries };
-        let bind_group = device.scoped("bind group", || device.raw.create_bind_group(&descriptor))?;
+        let staging = device.buffer("staging", capacity.staging + STAMP_BYTES, Usage::MAP_READ | Usage::COPY_DST)?;
+        let buffers = [&settings, &solver.constants, &inputs, &outputs];
+        let bind_group = group_of(device, &solver.layout, &buffers)?;
         let stamps = if device.adapter().has_timestamps { Some(timestamps(device)?) } else { None };
         Ok(Self { settings, inputs, outputs, staging, stamps, bind_group, capacity })
     }
 
-    /// Submits one dispatch; the outputs' first `output_bytes` come back.
-    pub fn submit(
-        &self,
-        device: &Device,
-        pipeline: &wgpu::ComputePipeline,
-        settings: &[u8],
-        inputs: &[u8],
-        workgroups: u32,
-        output_bytes: u64,
-    ) -> Flight {
-        device.queue.write_buffer(&self.settings, 0, settings);
-        if !inputs.is_empty() {
-            device.queue.write_buffer(&self.inputs, 0, inputs);
+    /// Submits one dispatch.
+    pub fn submit(&self, device: &Device, solver: &Solver, dispatch: &Dispatch) -> Flight {
+        let Dispatch { mark, tolerance, paths: (first_path, last_path), sample_count, .. } = *dispatch;
+        let settings = Settings { mark, tolerance, sample_count, zero: 0, first_path, last_path };
+        device.queue.write_buffer(&self.settings, 0, &settings.bytes(solver.precision));
+        if !dispatch.inputs.is_empty() {
+            device.queue.write_buffer(&self.inputs, 0, dispatch.inputs);
         }
         let mut encoder = device.raw.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let timestamp_writes = self.stamps.as_ref().map(|(query_set, _)| wgpu::ComputePassTimestampWrites {
@@ -151,49 +189,89 @@ impl Slot {
         });
         let mut pass =
             encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("solve"), timestamp_writes });
-        pass.set_pipeline(pipeline);
-        pass.set_bind_group(0, &self.bind_group, &[]);
-        pass.dispatch_workgroups(workgroups, 1, 1);
+        let solve = Step { pipeline: &solver.pipeline, bind_group: &self.bind_group };
+        for step in dispatch.before.iter().chain([&solve]).chain(&dispatch.after) {
+            pass.set_pipeline(step.pipeline);
+            pass.set_bind_group(0, step.bind_group, &[]);
+            pass.dispatch_workgroups(sample_count.max(1).div_ceil(WORKGROUP_SIZE), 1, 1);
+        }
         drop(pass);
-        encoder.copy_buffer_to_buffer(&self.outputs, 0, &self.staging, STAMP_BYTES, output_bytes);
+        let mut at = STAMP_BYTES;
+        for (buffer, bytes) in dispatch.copies {
+            encoder.copy_buffer_to_buffer(buffer, 0, &self.staging, at, *bytes);
+            at += bytes;
+        }
         if let Some((query_set, resolved)) = &self.stamps {
             encoder.resolve_query_set(query_set, 0..2, resolved, 0);
             encoder.copy_buffer_to_buffer(resolved, 0, &self.staging, 0, STAMP_BYTES);
         }
         let submission = device.queue.submit([encoder.finish()]);
-        let (sender, mapped) = channel();
-        self.staging.slice(..STAMP_BYTES + output_bytes).map_async(wgpu::MapMode::Read, move |result| {
-            // Nobody listens once the batch has failed.
-            let _ = sender.send(result);
-        });
-        Flight { submission, mapped, output_bytes }
+        Flight { submission, mapped: map(&self.staging, at), bytes: at }
     }
 
-    /// Waits for a dispatch, hands its outputs to `read` and returns the seconds the kernel took, if known.
+    /// Waits for a dispatch, hands what came back to `read` and returns the seconds the kernels took, if known.
     pub fn finish(
         &self,
         device: &Device,
-        flight: Flight,
+        flight: &Flight,
         read: impl FnOnce(&[u8]),
     ) -> Result<Option<f64>, BackendError> {
-        device.wait(Some(flight.submission))?;
-        match flight.mapped.try_recv() {
-            Ok(Ok(())) => {}
-            Ok(Err(error)) => return Err(failed(format!("results could not be read back: {error}"))),
-            Err(_) => return Err(failed("results did not come back")),
-        }
-        let view = self.staging.slice(..STAMP_BYTES + flight.output_bytes).get_mapped_range().map_err(failed)?;
-        let (stamps, outputs) = view.split_at(STAMP_BYTES as usize);
-        let seconds = self.stamps.is_some().then(|| {
-            let stamp = |at: usize| u64::from_le_bytes(std::array::from_fn(|byte| stamps[at + byte]));
-            stamp(8).saturating_sub(stamp(0)) as f64 * f64::from(device.queue.get_timestamp_period()) * 1e-9
-        });
-        read(outputs);
-        drop(view);
-        self.staging.unmap();
-        device.check()?;
+        let mut seconds = None;
+        receive(device, &self.staging, flight, |bytes| {
+            let (stamps, outputs) = bytes.split_at(STAMP_BYTES as usize);
+            seconds = self.stamps.is_some().then(|| {
+                let stamp = |at: usize| u64::from_le_bytes(std::array::from_fn(|byte| stamps[at + byte]));
+                stamp(8).saturating_sub(stamp(0)) as f64 * f64::from(device.queue.get_timestamp_period()) * 1e-9
+            });
+            read(outputs);
+        })?;
         Ok(seconds)
     }
+}
+
+/// Asks for the first bytes of a buffer.
+fn map(buffer: &wgpu::Buffer, bytes: u64) -> Mapped {
+    let (sender, mapped) = channel();
+    buffer.slice(..bytes).map_async(wgpu::MapMode::Read, move |result| {
+        // Nobody listens once the batch has failed.
+        let _ = sender.send(result);
+    });
+    mapped
+}
+
+/// Waits for a submission and hands the bytes it asked for to `read`.
+fn receive(
+    device: &Device,
+    staging: &wgpu::Buffer,
+    flight: &Flight,
+    read: impl FnOnce(&[u8]),
+) -> Result<(), BackendError> {
+    device.wait(Some(flight.submission.clone()))?;
+    match flight.mapped.try_recv() {
+        Ok(Ok(())) => {}
+        Ok(Err(error)) => return Err(failed(format!("results could not be read back: {error}"))),
+        Err(_) => return Err(failed("results did not come back")),
+    }
+    let view = staging.slice(..flight.bytes).get_mapped_range().map_err(failed)?;
+    read(&view);
+    drop(view);
+    staging.unmap();
+    device.check()
+}
+
+/// Reads some bytes of a buffer, once what was submitted before is done.
+pub(super) fn read_back(
+    device: &Device,
+    buffer: &wgpu::Buffer,
+    range: Range<u64>,
+    read: impl FnOnce(&[u8]),
+) -> Result<(), BackendError> {
+    let bytes = range.end - range.start;
+    let staging = device.buffer("staging", bytes, Usage::MAP_READ | Usage::COPY_DST)?;
+    let mut encoder = device.raw.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    encoder.copy_buffer_to_buffer(buffer, range.start, &staging, 0, bytes);
+    let submission = device.queue.submit([encoder.finish()]);
+    receive(device, &staging, &Flight { submission, mapped: map(&staging, bytes), bytes }, read)
 }
 
 fn timestamps(device: &Device) -> Result<(wgpu::QuerySet, wgpu::Buffer), BackendError> {

@@ -2,26 +2,25 @@
 //!
 //! The kernel computes in the plan's units, with the base at the origin.
 
-use super::buffers::{Flight, Settings, Sizes, Slot, bind_group_layout, float_bytes};
-use super::check::check;
+use super::buffers::{ALL_PATHS, Dispatch, Flight, GUARDED_PATH, Paths, QUICK_PATHS, Sizes, Slot};
 use super::device::{Device, failed};
 use super::kernel::{KERNELS, Kernel, WORKGROUP_SIZE, output_count};
 use super::pace::Pace;
-use super::record::{constants, input_units};
+use super::record::input_units;
 use super::slots::integrated;
+use super::solver::Solver;
 use super::terms::pass_limit;
 use super::unpack::{Unpack, output_units};
-use crate::backend::{Backend, BackendError, BackendInfo, BackendKind, Precision};
+use crate::backend::{Backend, BackendError, BackendInfo, BackendKind, Precision, ReduceJob, Reduced, Returned};
 use crate::model::path::newton_tolerance;
-use crate::model::{BLOCK, Batch, Plan, Solutions};
+use crate::model::{BLOCK, Batch, Blocks, Plan, Solutions, Status};
 use rayon::prelude::*;
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
-use wgpu::BufferUsages as Usage;
 
 /// Dispatches in flight: one computes while the other is unpacked.
-const SLOTS: usize = 2;
+pub(super) const SLOTS: usize = 2;
 
 /// Outputs of one dispatch at most [bytes].
 const OUTPUT_BUDGET: u64 = 32 << 20;
@@ -61,19 +60,17 @@ pub struct Timings {
 
 /// The GPU engine for one plan.
 pub struct Gpu {
-    device: Device,
-    plan: Plan,
-    precision: Precision,
-    layout: wgpu::BindGroupLayout,
-    pipeline: wgpu::ComputePipeline,
-    constants: wgpu::Buffer,
+    pub(super) device: Device,
+    pub(super) plan: Plan,
+    pub(super) precision: Precision,
+    pub(super) solver: Solver,
     slots: Vec<Slot>,
-    pace: Pace,
+    pub(super) pace: Pace,
     block_limit: usize,
     mark: u32,
     input_units: Vec<f64>,
     output_units: Vec<f64>,
-    timings: Timings,
+    pub(super) timings: Timings,
 }
 
 /// A dispatch in flight and the blocks it solves.
@@ -113,23 +110,16 @@ impl Gpu {
     /// Prepares a kernel for a plan. It must call `store_status` for every sample.
     pub fn with_kernel(device: Device, plan: &Plan, kernel: &Kernel) -> Result<Self, BackendError> {
         let start = Instant::now();
-        check(&kernel.source).map_err(failed)?;
-        let layout = bind_group_layout(&device)?;
-        let pipeline = pipeline(&device, &layout, kernel)?;
+        let solver = Solver::new(&device, plan, kernel)?;
         let compile = start.elapsed().as_secs_f64();
         let precision = kernel.precision;
-        let values = float_bytes(&constants(plan), precision);
-        let constants = device.buffer("constants", values.len() as u64, Usage::STORAGE | Usage::COPY_DST)?;
-        device.queue.write_buffer(&constants, 0, &values);
         let block_limit = block_limit(&device, plan, precision);
         let mut gpu = Self {
             timings: Timings { open: device.open_seconds, compile, ..Timings::default() },
             device,
             plan: plan.clone(),
             precision,
-            layout,
-            pipeline,
-            constants,
+            solver,
             slots: Vec::new(),
             pace: Pace::new(block_limit),
             block_limit,
@@ -139,6 +129,12 @@ impl Gpu {
         };
         gpu.warm_up()?;
         Ok(gpu)
+    }
+
+    /// The same engine with every sample solved in one dispatch; for comparison.
+    pub fn in_one_stage(mut self) -> Self {
+        self.solver.in_stages = false;
+        self
     }
 
     pub fn device(&self) -> &Device {
@@ -154,15 +150,40 @@ impl Gpu {
         let start = Instant::now();
         self.reserve(0, 1)?;
         let slot = &self.slots[0];
-        let settings = Settings::default().bytes(self.precision);
-        let flight = slot.submit(&self.device, &self.pipeline, &settings, &[], 1, self.output_bytes(1));
-        slot.finish(&self.device, flight, |_| {})?;
+        let copies = [(&slot.outputs, self.output_bytes(1))];
+        let flight = slot.submit(&self.device, &self.solver, &self.dispatch(0.0, ALL_PATHS, 0, &copies));
+        slot.finish(&self.device, &flight, |_| {})?;
         self.timings.first_dispatch = start.elapsed().as_secs_f64();
         Ok(())
     }
 
-    fn output_bytes(&self, block_count: usize) -> u64 {
+    /// A dispatch of samples whose inputs are there, by itself.
+    pub(super) fn dispatch<'a>(
+        &self,
+        mark: f64,
+        paths: Paths,
+        sample_count: u32,
+        copies: &'a [(&'a wgpu::Buffer, u64)],
+    ) -> Dispatch<'a> {
+        let tolerance = newton_tolerance(self.plan.options.tolerance, self.precision.epsilon());
+        Dispatch { mark, tolerance, paths, sample_count, inputs: &[], before: None, after: None, copies }
+    }
+
+    /// What the next dispatch adds to each status.
+    pub(super) fn next_mark(&mut self) -> f64 {
+        self.mark = self.mark % MARK_COUNT + 1;
+        f64::from(self.mark * MARK_STEP)
+    }
+
+    pub(super) fn output_bytes(&self, block_count: usize) -> u64 {
         (self.precision.size() * BLOCK * self.output_units.len() * block_count) as u64
+    }
+
+    /// Of a slot of so many blocks.
+    pub(super) fn sizes(&self, block_count: usize) -> Sizes {
+        let inputs = (self.precision.size() * BLOCK * self.input_units.len() * block_count) as u64;
+        let outputs = self.output_bytes(block_count);
+        Sizes { samples: (BLOCK * block_count) as u64, inputs, outputs, staging: outputs }
     }
 
     /// Makes sure that a slot exists and holds so many blocks.
@@ -171,8 +192,7 @@ impl Gpu {
         if self.slots.get(slot).is_some_and(|slot| slot.capacity.outputs >= outputs) {
             return Ok(());
         }
-        let inputs = (self.precision.size() * BLOCK * self.input_units.len() * block_count) as u64;
-        let made = Slot::new(&self.device, &self.layout, &self.constants, Sizes { inputs, outputs })?;
+        let made = Slot::new(&self.device, &self.solver, self.sizes(block_count))?;
         match self.slots.get_mut(slot) {
             Some(old) => *old = made,
             None => self.slots.push(made),
@@ -180,19 +200,17 @@ impl Gpu {
         Ok(())
     }
 
-    fn submit(&mut self, batch: &Batch, slot: usize, first_block: usize) -> Result<Piece, BackendError> {
+    fn submit(&mut self, batch: &Batch, paths: Paths, slot: usize, first_block: usize) -> Result<Piece, BackendError> {
         let start = Instant::now();
         let block_count = self.pace.blocks().min(batch.sample_count().div_ceil(BLOCK) - first_block);
         self.reserve(slot, block_count)?;
-        self.mark = self.mark % MARK_COUNT + 1;
+        let mark = self.next_mark();
         let samples = (batch.sample_count() - first_block * BLOCK).min(block_count * BLOCK);
-        let mark = f64::from(self.mark * MARK_STEP);
-        let tolerance = newton_tolerance(self.plan.options.tolerance, self.precision.epsilon());
-        let settings = Settings { mark, tolerance, sample_count: samples as u32, zero: 0 }.bytes(self.precision);
         let inputs = self.pack(batch, first_block, block_count);
-        let workgroups = (samples as u32).div_ceil(WORKGROUP_SIZE);
-        let bytes = self.output_bytes(block_count);
-        let flight = self.slots[slot].submit(&self.device, &self.pipeline, &settings, &inputs, workgroups, bytes);
+        let held = &self.slots[slot];
+        let copies = [(&held.outputs, self.output_bytes(block_count))];
+        let dispatch = Dispatch { inputs: &inputs, ..self.dispatch(mark, paths, samples as u32, &copies) };
+        let flight = held.submit(&self.device, &self.solver, &dispatch);
         self.timings.upload += start.elapsed().as_secs_f64();
         Ok(Piece { slot, first_block, block_count, mark, submitted: Instant::now(), flight })
     }
@@ -215,6 +233,10 @@ impl Gpu {
         packed
     }
 
+    pub(super) fn unpack<'a>(&'a self, batch: &'a Batch, mark: f64) -> Unpack<'a> {
+        Unpack { plan: &self.plan, batch, units: &self.output_units, mark, in_stages: self.solver.in_stages }
+    }
+
     fn finish(&mut self, batch: &Batch, piece: Piece, solutions: &mut Solutions) -> Result<(), BackendError> {
         let start = Instant::now();
         let (mut waited, mut unpacked) = (0.0, 0.0);
@@ -222,8 +244,8 @@ impl Gpu {
         let block_len = solutions.values.block_len();
         let range = piece.first_block * block_len..(piece.first_block + piece.block_count) * block_len;
         let rows = &mut solutions.values.data_mut()[range];
-        let unpack = Unpack { plan: &self.plan, batch, units: &self.output_units, mark: piece.mark };
-        let seconds = self.slots[piece.slot].finish(&self.device, piece.flight, |outputs| {
+        let unpack = self.unpack(batch, piece.mark);
+        let seconds = self.slots[piece.slot].finish(&self.device, &piece.flight, |outputs| {
             waited = start.elapsed().as_secs_f64();
             let bytes = self.precision.size() * block_len;
             rows.par_chunks_mut(block_len).zip(outputs.par_chunks(bytes)).enumerate().for_each(|(at, (to, from))| {
@@ -253,14 +275,14 @@ impl Gpu {
         }
     }
 
-    fn solve_pieces(&mut self, batch: &Batch) -> Result<Solutions, BackendError> {
+    fn solve_pieces(&mut self, batch: &Batch, paths: Paths) -> Result<Solutions, BackendError> {
         let mut solutions = Solutions::new(self.plan.derivatives.len(), batch.sample_count());
         let block_count = batch.sample_count().div_ceil(BLOCK);
         let (mut next_block, mut next_slot) = (0, 0);
         let mut flying = VecDeque::new();
         loop {
             if next_block < block_count && flying.len() < SLOTS {
-                let piece = self.submit(batch, next_slot, next_block)?;
+                let piece = self.submit(batch, paths, next_slot, next_block)?;
                 next_block += piece.block_count;
                 next_slot = (next_slot + 1) % SLOTS;
                 flying.push_back(piece);
@@ -271,6 +293,39 @@ impl Gpu {
             }
         }
     }
+
+    /// Solves samples that need the guarded ramp, or fail, together: alone among others each would hold up its
+    /// neighbours.
+    pub(super) fn solve_stragglers(&mut self, batch: &Batch) -> Result<Solutions, BackendError> {
+        let solved = self.solve_pieces(batch, GUARDED_PATH);
+        if solved.is_err() {
+            self.slots.clear();
+        }
+        solved
+    }
+
+    fn solve_in_stages(&mut self, batch: &Batch) -> Result<Solutions, BackendError> {
+        if !self.solver.in_stages {
+            return self.solve_pieces(batch, ALL_PATHS);
+        }
+        let mut solutions = self.solve_pieces(batch, QUICK_PATHS)?;
+        let is_left = |sample: &usize| solutions.status(*sample) == Status::Pending;
+        let left: Vec<usize> = (0..batch.sample_count()).filter(is_left).collect();
+        if !left.is_empty() {
+            let again = self.solve_stragglers(&gathered(batch, &left))?;
+            left.iter().enumerate().for_each(|(from, to)| solutions.copy_row(*to, &again, from));
+        }
+        Ok(solutions)
+    }
+}
+
+/// Some samples of a batch.
+fn gathered(batch: &Batch, samples: &[usize]) -> Batch {
+    let mut inputs = Blocks::new(batch.inputs.column_count(), samples.len());
+    for (to, from) in samples.iter().enumerate() {
+        (0..inputs.column_count()).for_each(|column| inputs.set(to, column, batch.inputs.get(*from, column)));
+    }
+    Batch { inputs, bad: samples.iter().map(|sample| batch.bad[*sample]).collect() }
 }
 
 impl Backend for Gpu {
@@ -294,12 +349,21 @@ impl Backend for Gpu {
 
     fn solve(&mut self, batch: &Batch) -> Result<Solutions, BackendError> {
         self.device.check()?;
-        let solved = self.solve_pieces(batch);
+        let solved = self.solve_in_stages(batch);
         if solved.is_err() {
             // Buffers may still be in flight or mapped.
             self.slots.clear();
         }
         solved
+    }
+
+    fn reduce(
+        &mut self,
+        job: &ReduceJob,
+        give: &mut dyn FnMut(Returned) -> bool,
+    ) -> Result<Option<Reduced>, BackendError> {
+        self.device.check()?;
+        super::reduce::reduce(self, job, give).map(Some)
     }
 }
 
@@ -311,27 +375,4 @@ fn block_limit(device: &Device, plan: &Plan, precision: Precision) -> usize {
     let by_size = bytes / (precision.size() * BLOCK * columns) as u64;
     let by_workgroups = u64::from(limits.max_workgroups) * u64::from(WORKGROUP_SIZE) / BLOCK as u64;
     by_size.min(by_workgroups).max(1) as usize
-}
-
-fn pipeline(
-    device: &Device,
-    layout: &wgpu::BindGroupLayout,
-    kernel: &Kernel,
-) -> Result<wgpu::ComputePipeline, BackendError> {
-    let source = wgpu::ShaderSource::Wgsl(kernel.source.text.as_str().into());
-    let descriptor = wgpu::ShaderModuleDescriptor { label: Some(kernel.entry_point), source };
-    let module = device.scoped("shader module", || device.raw.create_shader_module(descriptor))?;
-    let layouts = [Some(layout)];
-    let descriptor =
-        wgpu::PipelineLayoutDescriptor { label: Some("batch"), bind_group_layouts: &layouts, immediate_size: 0 };
-    let layout = device.scoped("pipeline layout", || device.raw.create_pipeline_layout(&descriptor))?;
-    let descriptor = wgpu::ComputePipelineDescriptor {
-        label: Some(kernel.entry_point),
-        layout: Some(&layout),
-        module: &module,
-        entry_point: Some(kernel.entry_point),
-        compilation_options: Default::default(),
-        cache: None,
-    };
-    device.scoped("compute pipeline", || device.raw.create_compute_pipeline(&descriptor))
 }

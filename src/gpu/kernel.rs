@@ -1,9 +1,11 @@
 //! The kernels: entry points, the pieces they are made of, and what a plan fixes in them.
 
 use super::emit::{EmitError, Source, emit};
+use super::recipe::{Generator, TERMS};
 use super::record::record_functions;
 use super::sources::source_functions;
-use super::specialise::Piece;
+use super::specialise::{Piece, Specialisation, Value};
+use super::tally::voxel_margin;
 use super::terms::specialisation;
 use crate::backend::Precision;
 use crate::model::{Plan, Quantity, ROWS};
@@ -40,7 +42,7 @@ pub struct KernelEntry {
     pub parts: &'static [Part],
 }
 
-/// Every kernel. The first solves a batch.
+/// Every kernel for batches. The first solves one.
 pub const KERNELS: &[KernelEntry] = &[KernelEntry {
     entry_point: "solve",
     parts: &[
@@ -66,6 +68,12 @@ pub const KERNELS: &[KernelEntry] = &[KernelEntry {
     ],
 }];
 
+/// Makes the samples of a sweep from their index.
+pub(super) const GENERATE: &[Part] = &[shader!("wide"), shader!("generate")];
+
+/// Counts solved samples in voxels.
+pub(super) const REDUCE: &[Part] = &[shader!("reduce")];
+
 /// Layout and loading of a sample's numbers: what every kernel starts with.
 pub(super) const PRELUDE: &[Part] = &[shader!("batch"), Part::Record];
 
@@ -74,6 +82,8 @@ pub(super) const PRELUDE: &[Part] = &[shader!("batch"), Part::Record];
 pub struct Kernel {
     pub entry_point: &'static str,
     pub precision: Precision,
+    /// Whether it can leave samples that need the guarded ramp to other dispatches.
+    pub in_stages: bool,
     pub source: Source,
 }
 
@@ -81,7 +91,41 @@ impl Kernel {
     /// A row of the table, specialised.
     pub fn new(entry: &KernelEntry, plan: &Plan, precision: Precision) -> Result<Self, EmitError> {
         let pieces: Vec<Piece> = entry.parts.iter().map(|part| part.piece(plan)).collect();
-        Self::from_pieces(entry.entry_point, &pieces, plan, precision)
+        // A search knows one way only.
+        let in_stages = plan.start.is_none();
+        Ok(Self { in_stages, ..Self::from_pieces(entry.entry_point, &pieces, plan, precision)? })
+    }
+
+    /// The kernel that makes samples.
+    pub fn generate(plan: &Plan, generator: &Generator, precision: Precision) -> Result<Self, EmitError> {
+        let mut s = specialisation(plan, precision);
+        TERMS.iter().for_each(|term| s.term(*term, *term == generator.term));
+        let numbers = [
+            ("AXIS_COUNT", generator.axis_count),
+            ("AXIS_WORDS", generator.axis_words),
+            ("COLUMNS_AT", generator.columns_at),
+            ("COMMON_AT", generator.common_at),
+        ];
+        numbers.iter().for_each(|(name, value)| s.constant(*name, Value::U32(*value as u32)));
+        Self::emitted("generate", GENERATE, plan, &s)
+    }
+
+    /// The kernel that counts samples in voxels.
+    pub fn reduce(plan: &Plan, precision: Precision) -> Result<Self, EmitError> {
+        let mut s = specialisation(plan, precision);
+        s.constant("VOXEL_MARGIN", Value::Float(voxel_margin(precision)));
+        Self::emitted("reduce", REDUCE, plan, &s)
+    }
+
+    fn emitted(
+        entry_point: &'static str,
+        parts: &[Part],
+        plan: &Plan,
+        specialisation: &Specialisation,
+    ) -> Result<Self, EmitError> {
+        let pieces: Vec<Piece> = parts.iter().map(|part| part.piece(plan)).collect();
+        let source = emit(&pieces, specialisation)?;
+        Ok(Self { entry_point, precision: specialisation.precision, in_stages: false, source })
     }
 
     /// An f32 kernel of its own pieces after the prelude, for tests and trials.
@@ -97,7 +141,7 @@ impl Kernel {
         precision: Precision,
     ) -> Result<Self, EmitError> {
         let source = emit(pieces, &specialisation(plan, precision))?;
-        Ok(Self { entry_point, precision, source })
+        Ok(Self { entry_point, precision, in_stages: false, source })
     }
 }
 

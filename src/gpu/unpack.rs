@@ -9,6 +9,8 @@ pub struct Unpack<'a> {
     pub batch: &'a Batch,
     pub units: &'a [f64],
     pub mark: f64,
+    /// Whether samples may be left for another dispatch.
+    pub in_stages: bool,
 }
 
 impl Unpack<'_> {
@@ -35,8 +37,9 @@ impl Unpack<'_> {
         let mut unwritten = 0;
         let status = Quantity::Status.column() * BLOCK;
         for lane in 0..lanes {
-            match written_status(from[status + lane].into(), self.mark) {
+            match self.written_status(from[status + lane].into()) {
                 None => unwritten += 1,
+                Some(Status::Pending) => to[status + lane] = f64::from(Status::Pending.code()),
                 Some(_) if self.batch.bad[first + lane] => {
                     to.iter_mut().skip(lane).step_by(BLOCK).for_each(|x| *x = f64::NAN);
                     to[status + lane] = f64::from(Status::BadParameter.code());
@@ -46,13 +49,14 @@ impl Unpack<'_> {
         }
         unwritten
     }
-}
 
-/// The status that a kernel stored under this mark.
-fn written_status(stored: f64, mark: f64) -> Option<Status> {
-    let code = stored - mark;
-    let is_code = (0.0..f64::from(Status::Pending.code())).contains(&code) && code.fract() == 0.0;
-    if is_code { Status::from_code(code as u8) } else { None }
+    /// The status that a kernel stored under this mark.
+    fn written_status(&self, stored: f64) -> Option<Status> {
+        let code = stored - self.mark;
+        let end = Status::Pending.code() + u8::from(self.in_stages);
+        let is_code = (0.0..f64::from(end)).contains(&code) && code.fract() == 0.0;
+        if is_code { Status::from_code(code as u8) } else { None }
+    }
 }
 
 /// Unit of each output column.

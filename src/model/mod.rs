@@ -11,6 +11,7 @@ pub mod path;
 mod plan;
 mod plan_parts;
 mod profile;
+mod recipe;
 mod rest_shape;
 pub mod rod;
 mod scene;
@@ -28,6 +29,7 @@ pub use end_curvature::{base_curvature, base_curvature_rate, tip_curvature};
 pub use parameter::{Axis, Parameter, ParameterError, StiffnessAxis, closest};
 pub use plan::{Batch, Derivative, Entry, FreePart, Plan, PlanError, PlanOptions, SegmentPlan, Sensitivity, Terms};
 pub use profile::{Node, Piece, Profile};
+pub use recipe::{RecipeMethod, SampleRecipe};
 pub use rest_shape::REST_POSE;
 pub use rod::{
     BASE_RECORD, FLEXIBLE_RECORD, FlexibleRod, RIGID_RECORD, RigidRod, Rod, RodSegment, Slot, record_offsets,

@@ -3,7 +3,8 @@
 use super::columns::rotation_angle;
 use super::error::SweepError;
 use super::run::BackendFactory;
-use super::sampling::{Sampler, Selection};
+use super::sampling::Sampler;
+use super::selection::Selection;
 use crate::model::{Plan, Quantity, Solutions};
 use serde::Serialize;
 
@@ -64,6 +65,11 @@ impl Kept {
         let wanted = (sample_count as f64 * options.share).ceil() as u64;
         let wanted = wanted.max(options.least).min(options.most.max(options.least)).min(sample_count);
         Kept { selection: Selection::new(sample_count, wanted, 0x5b07), indices: Vec::new(), rows: Vec::new() }
+    }
+
+    /// Samples that are kept.
+    pub fn selection(&self) -> Selection {
+        self.selection
     }
 
     pub fn offer(&mut self, index: u64, solutions: &Solutions, at: usize) {

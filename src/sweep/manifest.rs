@@ -62,6 +62,7 @@ pub(super) fn write(
         "branches": summary.reduction.branches,
         "rate": summary.rate,
         "timings": summary.timings,
+        "samples_made": summary.origin,
         "tolerance": spec.tolerance,
         "stepper": plan.options.stepper.name(),
         "steps": plan.options.steps,

@@ -16,12 +16,14 @@ mod pilot;
 mod pipeline;
 mod read;
 mod reduce;
+mod reduced;
 mod refine;
 mod run;
 mod sampling;
 mod scene_file;
 mod scene_text;
 mod segment_file;
+mod selection;
 mod shape_file;
 mod sink;
 mod spec;
@@ -47,6 +49,7 @@ pub use read::{
     read_spec, reduce_directory,
 };
 pub use reduce::{BranchCounts, MAX_TIPS, Reduction};
+pub use reduced::SampleOrigin;
 pub use run::{BRANCH_CHUNK, BackendFactory, CHUNK, Progress, RunOptions, Shard, Summary, Timings, run};
 pub use sampling::{MAX_SOBOL_DIMENSIONS, Sampler};
 pub use scene_file::{parse_scene, read_scene, scene_notes};

@@ -2,7 +2,8 @@
 
 use super::columns::rotation_angle;
 use super::run::BackendFactory;
-use super::sampling::{Sampler, Selection};
+use super::sampling::Sampler;
+use super::selection::Selection;
 use crate::backend::BackendError;
 use crate::model::{Batch, Plan, PlanOptions, Quantity, Solutions, Stepper};
 use serde::{Serialize, Serializer};

@@ -10,7 +10,7 @@ use super::refine::Refiners;
 use super::run::{Progress, RunOptions, Timings};
 use super::sampling::Sampler;
 use super::spec::{Format, SweepSpec};
-use crate::backend::Backend;
+use crate::backend::{Backend, Returned};
 use crate::model::{Batch, Plan, Quantity, Solutions};
 use rayon::prelude::*;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
@@ -113,7 +113,7 @@ pub(super) fn pipeline(
     })
 }
 
-fn join<T>(result: std::thread::Result<T>) -> T {
+pub(super) fn join<T>(result: std::thread::Result<T>) -> T {
     result.unwrap_or_else(|panic| std::panic::resume_unwind(panic))
 }
 
@@ -217,8 +217,9 @@ impl Finisher<'_> {
             let solved = Solved { batch: &job.batch, solutions: &solutions, branches: branches.as_ref() };
             let mut at = 0;
             for piece in &job.pieces {
-                self.add_rows(piece, &solved, at);
-                at += piece.len as usize;
+                let count = piece.len as usize;
+                self.add_rows(&|row| piece.start + row as u64, count, &solved, at);
+                at += count;
                 if piece.is_last {
                     let table = std::mem::replace(&mut self.table, self.layout.empty().clone());
                     self.solved += std::mem::take(&mut self.in_table);
@@ -236,15 +237,34 @@ impl Finisher<'_> {
         Ok(())
     }
 
-    /// Adds the rows of a piece that starts at sample `at` of a batch.
-    fn add_rows(&mut self, piece: &Piece, solved: &Solved, at: usize) {
+    /// Takes in what came back of a range whose other samples were counted by the engine.
+    pub fn finish_returned(&mut self, returned: Returned) -> Result<(), SweepError> {
+        let begin = Instant::now();
+        let Returned { indices, batch, mut solutions, counted } = returned;
+        let index = |at: usize| indices.get(at).copied().unwrap_or(0);
+        self.refiners.refine(self.plan, self.sampler, &batch, &mut solutions, &index)?;
+        let refined = Instant::now();
+        let solved = Solved { batch: &batch, solutions: &solutions, branches: None };
+        self.add_rows(&index, indices.len(), &solved, 0);
+        let table = std::mem::replace(&mut self.table, self.layout.empty().clone());
+        self.solved += std::mem::take(&mut self.in_table) + counted.iter().sum::<u64>();
+        self.reduction.add(&table);
+        self.reduction.add_counted(counted);
+        self.timings.refine += (refined - begin).as_secs_f64();
+        self.timings.rows += refined.elapsed().as_secs_f64();
+        self.report(false);
+        Ok(())
+    }
+
+    /// Adds the rows of some samples of the sweep, which start at sample `at` of a batch.
+    fn add_rows(&mut self, index: &(dyn Fn(usize) -> u64 + Sync), count: usize, solved: &Solved, at: usize) {
         const ROWS: usize = 4096;
-        let (layout, sampler, plan, count) = (self.layout, self.sampler, self.plan, piece.len as usize);
+        let (layout, sampler, plan) = (self.layout, self.sampler, self.plan);
         let rows_from = |first: usize| {
             let mut table = layout.empty().clone();
             let mut values = vec![0.0; sampler.axis_count()];
             for row in first..count.min(first + ROWS) {
-                let index = piece.start + row as u64;
+                let index = index(row);
                 sampler.values(index, &mut values);
                 solved.rows(plan, at + row).for_each(|solved| layout.push(&mut table, index, &values, &solved));
             }
@@ -252,9 +272,9 @@ impl Finisher<'_> {
         };
         let tables: Vec<Table> = (0..count.div_ceil(ROWS)).into_par_iter().map(|k| rows_from(k * ROWS)).collect();
         tables.iter().for_each(|table| self.table.append(table));
-        self.in_table += piece.len;
+        self.in_table += count as u64;
         for row in 0..count {
-            self.note(piece.start + row as u64, solved, at + row);
+            self.note(index(row), solved, at + row);
         }
     }
 

@@ -1,7 +1,7 @@
 //! Streaming reduction of a sweep: counts by status, extents, voxel occupancy, a bounded choice of tips.
 
 use super::columns::{BALANCED_COLUMN, BRANCH_COLUMN, Column, Table, Values};
-use super::sampling::Selection;
+use super::selection::Selection;
 use crate::model::Status;
 use serde::Serialize;
 use std::collections::HashMap;
@@ -84,6 +84,36 @@ impl Reduction {
             }
         }
         self.keep_rows(table);
+    }
+
+    /// Adds samples that the engine has counted, as `Ok` and as `Ramped`; their voxels follow.
+    pub(super) fn add_counted(&mut self, [ok, ramped]: [u64; 2]) {
+        self.counts[Status::Ok.code() as usize] += ok;
+        self.counts[Status::Ramped.code() as usize] += ramped;
+        self.sample_count += ok + ramped;
+    }
+
+    pub(super) fn add_voxels(&mut self, voxels: HashMap<[i32; 3], u32>) {
+        for (cell, more) in voxels {
+            let count = self.voxels.entry(cell).or_default();
+            *count = count.saturating_add(more);
+        }
+    }
+
+    /// Puts the kept rows in the order of their samples.
+    pub(super) fn sort_tips(&mut self) {
+        let mut order: Vec<usize> = (0..self.tips.row_count()).collect();
+        order.sort_by_key(|row| self.tips.samples().get(*row));
+        let mut sorted = self.tips.empty();
+        for (to, from) in sorted.columns.iter_mut().zip(&self.tips.columns) {
+            order.iter().for_each(|row| to.values.append_row(&from.values, *row));
+        }
+        self.tips = sorted;
+    }
+
+    /// Samples whose rows are kept.
+    pub(super) fn selection(&self) -> Selection {
+        self.selection
     }
 
     fn add_tip(&mut self, p: [f64; 3]) {

@@ -12,6 +12,7 @@ use super::manifest;
 use super::pilot::PilotChoice;
 use super::pipeline::{Finisher, pieces, pipeline};
 use super::reduce::Reduction;
+use super::reduced::{self, SampleOrigin};
 use super::refine::Refiners;
 use super::sink;
 use super::spec::{BranchChoice, Format, SweepSpec};
@@ -121,6 +122,7 @@ pub struct Summary {
     pub worst_error_estimate: f64,
     pub spot_check: Option<SpotCheck>,
     pub timings: Timings,
+    pub origin: SampleOrigin,
     /// Damaged parts that were moved away and solved again.
     pub quarantined: Vec<PathBuf>,
     /// Counts by status, extents, tips; parts that were already there included.
@@ -243,11 +245,21 @@ pub fn run(spec: &SweepSpec, backend: &mut dyn Backend, options: &RunOptions) ->
     let row_bytes = 8 * (plan.input_count + Quantity::COUNT + ROWS * plan.derivatives.len());
     let most = if spec.branch == BranchChoice::All { BRANCH_BATCH } else { BATCH_BYTES / row_bytes };
     let batch_size = backend.batch_size().min(most).max(BLOCK);
-    let jobs = pieces(&record, &missing, batch_size as u64);
-    let (build, solve, write) = pipeline(jobs, backend, &mut finisher, |chunk, table: Table| {
-        let path = directory::part_path(&options.out, chunk, spec.format);
-        sink::write_part(&path, &table, spec.format, &metadata).map(|_| ())
-    })?;
+    let has_rows = spec.format != Format::None || spec.branch == BranchChoice::All;
+    let (origin, solve) = match has_rows {
+        true => (SampleOrigin::Host, 0.0),
+        false => reduced::reduce(backend, &mut finisher, &record, &missing)?,
+    };
+    let (build, solve, write) = match origin {
+        SampleOrigin::Device => (0.0, solve, 0.0),
+        _ => {
+            let jobs = pieces(&record, &missing, batch_size as u64);
+            pipeline(jobs, backend, &mut finisher, |chunk, table: Table| {
+                let path = directory::part_path(&options.out, chunk, spec.format);
+                sink::write_part(&path, &table, spec.format, &metadata).map(|_| ())
+            })?
+        }
+    };
     let seconds = finisher.start.elapsed().as_secs_f64();
     let interrupted = finisher.solved < size(&missing);
     let mut timings = Timings { build, solve, write, ..finisher.timings };
@@ -274,6 +286,7 @@ pub fn run(spec: &SweepSpec, backend: &mut dyn Backend, options: &RunOptions) ->
         worst_error_estimate: finisher.worst_error_estimate,
         spot_check,
         timings,
+        origin,
         quarantined,
         reduction: finisher.reduction,
     };

@@ -5,6 +5,7 @@
 
 use super::spec::{Method, SweepSpec};
 use super::table_file::InputTable;
+use crate::model::{RecipeMethod, SampleRecipe};
 use sobol::Sobol;
 use sobol::params::JoeKuoD6;
 use std::sync::Arc;
@@ -12,6 +13,14 @@ use std::sync::Arc;
 /// Axes for which direction numbers are at hand.
 pub const MAX_SOBOL_DIMENSIONS: usize = 1000;
 const SOBOL_BITS: usize = 32;
+/// What the hashes of a method are told apart by.
+const SOBOL_STREAM: u64 = 0x50b01;
+const LATIN_STREAM: u64 = 0x1a71;
+const JITTER_STREAM: u64 = 0x717e;
+/// Rounds of a permutation.
+const ROUNDS: usize = 6;
+/// Values of all grid axes together that a recipe spells out.
+const MAX_GRID_VALUES: u64 = 1 << 20;
 
 /// Gives the axis values of any sample of a sweep.
 #[derive(Clone, Debug)]
@@ -54,6 +63,35 @@ impl Sampler {
         self.ranges.len()
     }
 
+    /// The same for engines that make samples themselves; `None` for a table, and for grids of very long axes.
+    pub fn recipe(&self) -> Option<SampleRecipe> {
+        let axes = 0..self.axis_count() as u64;
+        let method = match &self.kind {
+            Kind::Table(_) => return None,
+            Kind::Grid(points) if points.iter().sum::<u64>() > MAX_GRID_VALUES => return None,
+            Kind::Grid(points) => {
+                let values = |(points, range): (&u64, &(f64, f64))| {
+                    (0..*points).map(|at| grid_value(*range, at, *points)).collect()
+                };
+                RecipeMethod::Grid(points.iter().zip(&self.ranges).map(values).collect())
+            }
+            Kind::Sobol(directions) => RecipeMethod::Sobol {
+                directions: directions.to_vec(),
+                keys: axes.map(|axis| hash(self.seed, SOBOL_STREAM, axis) as u32).collect(),
+            },
+            Kind::LatinHypercube => {
+                let keys: Vec<u64> = axes.map(|axis| hash(self.seed, LATIN_STREAM, axis)).collect();
+                let rounds = |key: &u64| std::array::from_fn(|round| hash_key(*key, round as u64));
+                RecipeMethod::LatinHypercube {
+                    rounds: keys.iter().map(rounds).collect(),
+                    jitter: keys.iter().map(|key| hash_key(*key, JITTER_STREAM)).collect(),
+                }
+            }
+            Kind::Uniform => RecipeMethod::Uniform(axes.map(|axis| hash_key(self.seed, axis)).collect()),
+        };
+        Some(SampleRecipe { method, ranges: self.ranges.clone(), sample_count: self.sample_count })
+    }
+
     /// Writes the value of each axis for sample `index`, SI.
     pub fn values(&self, index: u64, row: &mut [f64]) {
         match &self.kind {
@@ -78,15 +116,15 @@ impl Sampler {
     fn unit_value(&self, index: u64, dimension: usize) -> f64 {
         match &self.kind {
             Kind::Sobol(directions) => {
-                let key = hash(self.seed, 0x50b01, dimension as u64) as u32;
+                let key = hash(self.seed, SOBOL_STREAM, dimension as u64) as u32;
                 let scrambled = owen_scramble(sobol_bits(&directions[dimension], index), key);
                 // The middle of the cell: never exactly an end of the range.
                 (f64::from(scrambled) + 0.5) / 2f64.powi(SOBOL_BITS as i32)
             }
             Kind::LatinHypercube => {
-                let key = hash(self.seed, 0x1a71, dimension as u64);
+                let key = hash(self.seed, LATIN_STREAM, dimension as u64);
                 let stratum = permute(index, self.sample_count, key);
-                let jitter = unit_interval(hash(key, 0x717e, index));
+                let jitter = unit_interval(hash(key, JITTER_STREAM, index));
                 (stratum as f64 + jitter) / self.sample_count as f64
             }
             _ => unit_interval(hash(self.seed, dimension as u64, index)),
@@ -115,12 +153,17 @@ fn mix(mut x: u64) -> u64 {
     x ^ (x >> 31)
 }
 
+const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
+
 /// Three numbers hashed in order.
 pub(super) fn hash(a: u64, b: u64, c: u64) -> u64 {
-    const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
+    mix(hash_key(a, b) ^ c.wrapping_add(GOLDEN).wrapping_mul(0xaef1_7502_108e_f2d9))
+}
+
+/// The first two of them.
+fn hash_key(a: u64, b: u64) -> u64 {
     let first = mix(a.wrapping_add(GOLDEN));
-    let second = mix(first ^ b.wrapping_add(GOLDEN).wrapping_mul(0xd1b5_4a32_d192_ed03));
-    mix(second ^ c.wrapping_add(GOLDEN).wrapping_mul(0xaef1_7502_108e_f2d9))
+    mix(first ^ b.wrapping_add(GOLDEN).wrapping_mul(0xd1b5_4a32_d192_ed03))
 }
 
 fn sobol_directions(dimension_count: usize) -> Vec<Vec<u32>> {
@@ -164,49 +207,13 @@ fn permute(index: u64, count: u64, key: u64) -> u64 {
     let mut at = index;
     loop {
         let (mut left, mut right) = (at >> half, at & mask);
-        for round in 0..6 {
+        for round in 0..ROUNDS as u64 {
             (left, right) = (right, left ^ (hash(key, round, right) & mask));
         }
         at = (left << half) | right;
         if at < count {
             return at;
         }
-    }
-}
-
-/// A fixed, evenly spread choice of `chosen` out of `total` indices: one at a hashed place in each stratum.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Selection {
-    total: u64,
-    chosen: u64,
-    seed: u64,
-}
-
-impl Selection {
-    pub fn new(total: u64, chosen: u64, seed: u64) -> Selection {
-        Selection { total, chosen: chosen.min(total), seed }
-    }
-
-    pub fn len(&self) -> u64 {
-        self.chosen
-    }
-
-    fn start(&self, stratum: u64) -> u64 {
-        (u128::from(stratum) * u128::from(self.total) / u128::from(self.chosen.max(1))) as u64
-    }
-
-    /// The chosen index of a stratum.
-    pub fn get(&self, stratum: u64) -> u64 {
-        let (start, end) = (self.start(stratum), self.start(stratum + 1));
-        start + hash(self.seed, stratum, 0) % (end - start).max(1)
-    }
-
-    pub fn contains(&self, index: u64) -> bool {
-        if self.chosen == 0 || index >= self.total {
-            return false;
-        }
-        let product = (u128::from(index) + 1) * u128::from(self.chosen) - 1;
-        self.get((product / u128::from(self.total)) as u64) == index
     }
 }
 
@@ -334,15 +341,5 @@ mod tests {
         assert_eq!(value(60), [0.3, 1.0]);
         assert_eq!(value(61), [-0.3, 2.0]);
         assert_eq!((0..30).filter(|i| value(*i)[0] != -value(60 - i)[0]).count(), 0);
-    }
-
-    #[test]
-    fn selections_have_their_size_and_recognise_their_members() {
-        for (total, chosen) in [(1, 64), (64, 64), (1000, 64), (226_981, 227), (10, 0)] {
-            let selection = Selection::new(total, chosen, 4);
-            let members: Vec<u64> = (0..total).filter(|index| selection.contains(*index)).collect();
-            assert_eq!(members.len() as u64, chosen.min(total));
-            assert_eq!(members, (0..selection.len()).map(|k| selection.get(k)).collect::<Vec<_>>());
-        }
     }
 }

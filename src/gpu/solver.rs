@@ -1,0 +1,68 @@
+//! Pipelines: the solving kernel with what all its dispatches share, and others.
+
+use super::buffers::{float_bytes, layout_of};
+use super::check::check;
+use super::device::{Device, failed};
+use super::kernel::Kernel;
+use super::record::constants;
+use crate::backend::{BackendError, Precision};
+use crate::model::Plan;
+use wgpu::{BufferBindingType as Kind, BufferUsages as Usage};
+
+/// The solving kernel of one plan, ready to run.
+pub(super) struct Solver {
+    pub precision: Precision,
+    /// Whether stragglers are left for dispatches of their own.
+    pub in_stages: bool,
+    pub layout: wgpu::BindGroupLayout,
+    pub pipeline: wgpu::ComputePipeline,
+    pub constants: wgpu::Buffer,
+}
+
+impl Solver {
+    pub fn new(device: &Device, plan: &Plan, kernel: &Kernel) -> Result<Self, BackendError> {
+        let layout = layout_of(
+            device,
+            "batch",
+            &[
+                Kind::Uniform,
+                Kind::Storage { read_only: true },
+                Kind::Storage { read_only: true },
+                Kind::Storage { read_only: false },
+            ],
+        )?;
+        let pipeline = pipeline(device, &layout, kernel)?;
+        let values = float_bytes(&constants(plan), kernel.precision);
+        let constants = device.buffer("constants", values.len() as u64, Usage::STORAGE | Usage::COPY_DST)?;
+        device.queue.write_buffer(&constants, 0, &values);
+        Ok(Self { precision: kernel.precision, in_stages: kernel.in_stages, layout, pipeline, constants })
+    }
+}
+
+/// Checks a kernel and hands it to the driver.
+pub(super) fn pipeline(
+    device: &Device,
+    layout: &wgpu::BindGroupLayout,
+    kernel: &Kernel,
+) -> Result<wgpu::ComputePipeline, BackendError> {
+    check(&kernel.source).map_err(failed)?;
+    let source = wgpu::ShaderSource::Wgsl(kernel.source.text.as_str().into());
+    let descriptor = wgpu::ShaderModuleDescriptor { label: Some(kernel.entry_point), source };
+    let module = device.scoped("shader module", || device.raw.create_shader_module(descriptor))?;
+    let layouts = [Some(layout)];
+    let descriptor = wgpu::PipelineLayoutDescriptor {
+        label: Some(kernel.entry_point),
+        bind_group_layouts: &layouts,
+        immediate_size: 0,
+    };
+    let layout = device.scoped("pipeline layout", || device.raw.create_pipeline_layout(&descriptor))?;
+    let descriptor = wgpu::ComputePipelineDescriptor {
+        label: Some(kernel.entry_point),
+        layout: Some(&layout),
+        module: &module,
+        entry_point: Some(kernel.entry_point),
+        compilation_options: Default::default(),
+        cache: None,
+    };
+    device.scoped("compute pipeline", || device.raw.create_compute_pipeline(&descriptor))
+}

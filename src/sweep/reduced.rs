@@ -1,0 +1,103 @@
+//! A run without rows on an engine that makes, solves and counts its samples itself.
+
+use super::directory::RunRecord;
+use super::error::SweepError;
+use super::pipeline::{Finisher, join};
+use crate::backend::{Backend, ReduceJob, Reduced, Returned};
+use serde::{Serialize, Serializer};
+use std::fmt;
+use std::ops::Range;
+use std::sync::mpsc::sync_channel;
+use std::time::{Duration, Instant};
+
+/// Where the samples of a run were made.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum SampleOrigin {
+    Host,
+    /// On the device that solved them; only rows that were asked for came back.
+    Device,
+    /// On the host although the device could make samples, for this reason.
+    HostBecause(String),
+}
+
+impl fmt::Display for SampleOrigin {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            SampleOrigin::Host => f.write_str("host"),
+            SampleOrigin::Device => f.write_str("device"),
+            SampleOrigin::HostBecause(reason) => write!(f, "host: {reason}"),
+        }
+    }
+}
+
+impl Serialize for SampleOrigin {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
+/// The samples of some chunks, neighbours joined.
+fn ranges(record: &RunRecord, chunks: &[u64]) -> Vec<Range<u64>> {
+    let mut ranges: Vec<Range<u64>> = Vec::new();
+    for chunk in chunks {
+        let (start, len) = record.chunk_range(*chunk);
+        match ranges.last_mut() {
+            Some(last) if last.end == start => last.end += len,
+            _ => ranges.push(start..start + len),
+        }
+    }
+    ranges
+}
+
+/// Runs some chunks; says where samples can be made and, if that is the device, the seconds it was busy.
+pub(super) fn reduce(
+    backend: &mut dyn Backend,
+    finisher: &mut Finisher,
+    record: &RunRecord,
+    chunks: &[u64],
+) -> Result<(SampleOrigin, f64), SweepError> {
+    let (sampler, options) = (finisher.sampler, finisher.options);
+    let recipe = sampler.recipe();
+    let ranges = ranges(record, chunks);
+    let selections = [Some(finisher.reduction.selection()), finisher.kept.as_ref().map(|kept| kept.selection())];
+    let wanted = |range: Range<u64>| {
+        let chosen = selections.iter().flatten().flat_map(|selection| selection.within(range.clone()));
+        let mut chosen: Vec<u64> = chosen.collect();
+        chosen.sort_unstable();
+        chosen.dedup();
+        chosen
+    };
+    let job = ReduceJob {
+        recipe: recipe.as_ref(),
+        ranges: &ranges,
+        voxel: finisher.spec.voxel,
+        tolerance: finisher.plan.options.tolerance.min(finisher.spec.tolerance),
+        wanted: &wanted,
+        values: &|index, row| sampler.values(index, row),
+    };
+    let begin = Instant::now();
+    let mut blocked = Duration::ZERO;
+    let (sender, receiver) = sync_channel::<Returned>(1);
+    let reduced = std::thread::scope(|scope| {
+        let finishing =
+            scope.spawn(|| receiver.into_iter().try_for_each(|returned| finisher.finish_returned(returned)));
+        let reduced = backend.reduce(&job, &mut |returned| {
+            let begin = Instant::now();
+            let goes_on = !options.is_interrupted() && sender.send(returned).is_ok();
+            blocked += begin.elapsed();
+            goes_on
+        });
+        drop(sender);
+        join(finishing.join())?;
+        Ok::<_, SweepError>(reduced?)
+    })?;
+    match reduced {
+        None => Ok((SampleOrigin::Host, 0.0)),
+        Some(Reduced::Declined(reason)) => Ok((SampleOrigin::HostBecause(reason), 0.0)),
+        Some(Reduced::Voxels(voxels)) => {
+            finisher.reduction.add_voxels(voxels);
+            finisher.reduction.sort_tips();
+            Ok((SampleOrigin::Device, begin.elapsed().saturating_sub(blocked).as_secs_f64()))
+        }
+    }
+}
