@@ -171,7 +171,7 @@ fn a_reduced_sweep_leaves_what_its_rows_would_leave() {
         let mut spec = spec(method, samples, 3);
         let plan = plan(&mut spec, precision);
         let one = |name: &str, shard: Shard, limit: Option<u64>| {
-            let Some(device) = device_or_skip("a_reduced_sweep") else { return None };
+            let device = device_or_skip("a_reduced_sweep")?;
             let mut gpu = Gpu::new(device, &plan, precision).unwrap().with_stages(true);
             let out = dir.path().join(format!("{method}-{name}-{}", shard.index));
             let mut options = RunOptions { chunk: 2048, shard, limit, ..RunOptions::new(out) };
