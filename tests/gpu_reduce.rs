@@ -171,8 +171,8 @@ fn a_reduced_sweep_leaves_what_its_rows_would_leave() {
         let mut spec = spec(method, samples, 3);
         let plan = plan(&mut spec, precision);
         let one = |name: &str, shard: Shard, limit: Option<u64>| {
-            let Some(device) = device_or_skip("a_reduced_sweep") else { return None };
-            let mut gpu = Gpu::new(device, &plan, precision).unwrap();
+            let device = device_or_skip("a_reduced_sweep")?;
+            let mut gpu = Gpu::new(device, &plan, precision).unwrap().with_stages(true);
             let out = dir.path().join(format!("{method}-{name}-{}", shard.index));
             let mut options = RunOptions { chunk: 2048, shard, limit, ..RunOptions::new(out) };
             if method == "grid" {
@@ -227,9 +227,9 @@ fn stragglers_have_the_rows_they_would_have_among_others() {
         let sampler = spec.sampler();
         let Some(device) = device_or_skip("stragglers_have_the_rows") else { return };
         let batch = plan.batch(3000, |at, row| sampler.values(at as u64 % spec.sample_count, row));
-        let whole = Gpu::new(device, &plan, precision).unwrap().solve(&batch).unwrap();
+        let whole = Gpu::new(device, &plan, precision).unwrap().with_stages(true).solve(&batch).unwrap();
         assert!((0..3000).all(|sample| whole.status(sample) != Status::Pending));
-        let mut in_one_stage = Gpu::new(Device::open().unwrap(), &plan, precision).unwrap().in_one_stage();
+        let mut in_one_stage = Gpu::new(Device::open().unwrap(), &plan, precision).unwrap().with_stages(false);
         let together = in_one_stage.solve(&batch).unwrap();
         for (at, (a, b)) in whole.values.data().iter().zip(together.values.data()).enumerate() {
             assert_eq!(a.to_bits(), b.to_bits(), "{precision}: place {at} of blocks of {BLOCK}");

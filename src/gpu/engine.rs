@@ -131,9 +131,9 @@ impl Gpu {
         Ok(gpu)
     }
 
-    /// The same engine with every sample solved in one dispatch; for comparison.
-    pub fn in_one_stage(mut self) -> Self {
-        self.solver.in_stages = false;
+    /// The same engine with samples that need the guarded ramp solved in dispatches of their own, or among others.
+    pub fn with_stages(mut self, in_stages: bool) -> Self {
+        self.solver.in_stages = in_stages && self.plan.start.is_none();
         self
     }
 
