@@ -172,7 +172,7 @@ fn a_reduced_sweep_leaves_what_its_rows_would_leave() {
         let plan = plan(&mut spec, precision);
         let one = |name: &str, shard: Shard, limit: Option<u64>| {
             let device = device_or_skip("a_reduced_sweep")?;
-            let mut gpu = Gpu::new(device, &plan, precision).unwrap().with_stages(true);
+            let mut gpu = Gpu::new(device, &plan, precision).unwrap().with_stages(true).with_counting(true);
             let out = dir.path().join(format!("{method}-{name}-{}", shard.index));
             let mut options = RunOptions { chunk: 2048, shard, limit, ..RunOptions::new(out) };
             if method == "grid" {
@@ -209,7 +209,7 @@ fn samples_that_cannot_be_made_on_the_device_are_uploaded_and_that_is_said() {
     let mut spec = SweepSpec::parse(&file, text).unwrap();
     let plan = plan(&mut spec, Precision::F32);
     let dir = tempfile::tempdir().unwrap();
-    let mut gpu = Gpu::new(device, &plan, Precision::F32).unwrap();
+    let mut gpu = Gpu::new(device, &plan, Precision::F32).unwrap().with_counting(true);
     let summary = run(&spec, &mut gpu, &RunOptions::new(dir.path().join("out"))).unwrap();
     let reason = "an input is no linear function of the axes".to_owned();
     assert_eq!(summary.origin, SampleOrigin::HostBecause(reason.clone()));

@@ -64,6 +64,8 @@ pub struct Gpu {
     pub(super) plan: Plan,
     pub(super) precision: Precision,
     pub(super) solver: Solver,
+    /// Whether sweeps without rows are counted on the device.
+    counts: bool,
     slots: Vec<Slot>,
     pub(super) pace: Pace,
     block_limit: usize,
@@ -114,11 +116,13 @@ impl Gpu {
         let compile = start.elapsed().as_secs_f64();
         let precision = kernel.precision;
         let block_limit = block_limit(&device, plan, precision);
+        let counts = !device.adapter().is_software();
         let mut gpu = Self {
             timings: Timings { open: device.open_seconds, compile, ..Timings::default() },
             device,
             plan: plan.clone(),
             precision,
+            counts,
             solver,
             slots: Vec::new(),
             pace: Pace::new(block_limit),
@@ -134,6 +138,12 @@ impl Gpu {
     /// The same engine with samples that need the guarded ramp solved in dispatches of their own, or among others.
     pub fn with_stages(mut self, in_stages: bool) -> Self {
         self.solver.in_stages = in_stages && self.plan.start.is_none();
+        self
+    }
+
+    /// The same engine with the tips of sweeps without rows counted on the device, or by the host.
+    pub fn with_counting(mut self, counts: bool) -> Self {
+        self.counts = counts;
         self
     }
 
@@ -363,6 +373,10 @@ impl Backend for Gpu {
         give: &mut dyn FnMut(Returned) -> bool,
     ) -> Result<Option<Reduced>, BackendError> {
         self.device.check()?;
+        if !self.counts {
+            let reason = "a software adapter counts no faster than the host";
+            return Ok(Some(Reduced::Declined(reason.into())));
+        }
         super::reduce::reduce(self, job, give).map(Some)
     }
 }

@@ -32,12 +32,12 @@ impl Selection {
 
     /// The chosen indices in a range, ascending.
     pub fn within(&self, range: Range<u64>) -> Vec<u64> {
-        if self.chosen == 0 || range.start >= self.total {
+        let end = range.end.min(self.total);
+        if self.chosen == 0 || range.start >= end {
             return Vec::new();
         }
         let stratum = |index: u64| ((u128::from(index) + 1) * u128::from(self.chosen) - 1) / u128::from(self.total);
-        let last = range.end.min(self.total) - 1;
-        (stratum(range.start) as u64..=stratum(last) as u64)
+        (stratum(range.start) as u64..=stratum(end - 1) as u64)
             .map(|stratum| self.get(stratum))
             .filter(|index| range.contains(index))
             .collect()
