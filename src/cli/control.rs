@@ -104,7 +104,7 @@ fn follow(
     let mut make = |plan: &Plan| -> Result<Box<dyn Backend>, BackendError> {
         match engine.kind {
             BackendKind::Cpu => {
-                Ok(Box::new(Lanes::with_instruction_set(plan, engine.precision, InstructionSet::Scalar)?))
+                Ok(Box::new(Lanes::with_instruction_set(plan, engine.precision, InstructionSet::for_one())?))
             }
             _ => engine.make(plan),
         }

@@ -52,6 +52,12 @@ impl InstructionSet {
         [Avx512, Avx2, Neon, Scalar].into_iter().filter(|set| set.arch().is_some()).collect()
     }
 
+    /// For single samples: the narrowest with kernels for the scene's terms.
+    pub fn for_one() -> InstructionSet {
+        use InstructionSet::{Avx2, Neon, Scalar};
+        [Avx2, Neon].into_iter().find(|set| set.arch().is_some()).unwrap_or(Scalar)
+    }
+
     pub fn name(self) -> &'static str {
         match self {
             InstructionSet::Avx512 => "AVX-512",
