@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::sandbox::{SWEEP, Sandbox, sweep};
+use common::sandbox::{SWEEP, Sandbox, json, sweep};
 use rodsweep::backend::Backend;
 use rodsweep::model::{Parameter, Plan, PlanOptions, Quantity};
 use rodsweep::reference::Reference;
@@ -16,10 +16,6 @@ use std::time::{Duration, Instant};
 
 const COMMANDS: [&str; 11] =
     ["run", "solve", "verify", "bench", "doctor", "status", "merge", "control", "fit", "import", "completions"];
-
-fn json(text: &str) -> Value {
-    serde_json::from_str(text).unwrap_or_else(|error| panic!("{error}: {text}"))
-}
 
 fn keys(value: &Value) -> BTreeSet<String> {
     value.as_object().expect("an object").keys().cloned().collect()

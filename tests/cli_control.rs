@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::sandbox::Sandbox;
+use common::sandbox::{Sandbox, json};
 use serde_json::Value;
 use std::fs;
 
@@ -21,10 +21,6 @@ to = "1 A"
 [control]
 tolerance = "0.1 um"
 "#;
-
-fn json(text: &str) -> Value {
-    serde_json::from_str(text).unwrap_or_else(|error| panic!("{error}: {text}"))
-}
 
 fn sandbox() -> Sandbox {
     let sandbox = Sandbox::new();

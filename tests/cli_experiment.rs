@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::sandbox::Sandbox;
+use common::sandbox::{Sandbox, json};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
@@ -10,10 +10,6 @@ use std::path::Path;
 const P6: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/sweeps/scenes/p6.toml");
 const CURRENTS: &str = "coil.current.x,coil.current.y,coil.current.z\n\
     0.05 A,0,0.1 A\n0.1,0.02,0.15\n-0.1,0.05,0.12\n0.02,-0.1,-0.1\n0.15,0.1,-0.05\n";
-
-fn json(text: &str) -> Value {
-    serde_json::from_str(text).unwrap_or_else(|error| panic!("{error}: {text}"))
-}
 
 fn number(value: &Value) -> f64 {
     value.as_f64().unwrap_or_else(|| panic!("{value}"))

@@ -67,7 +67,8 @@ impl InstructionSet {
         }
     }
 
-    fn arch(self) -> Option<Arch> {
+    /// Runs functions compiled for these instructions; `None` where this machine lacks them.
+    pub fn arch(self) -> Option<Arch> {
         match self {
             #[cfg(target_arch = "x86_64")]
             InstructionSet::Avx512 => pulp::x86::V4::try_new().map(Arch::V4),

@@ -63,8 +63,6 @@ pub struct Stages<L> {
     pub stage: [Stage<L>; STAGES],
     pub slope: [Slope<L>; STAGES],
     pub column_slope: [ColumnSlope<L>; STAGES],
-    /// Step length times each stage's weight.
-    pub hb: [L; STAGES],
     /// -m_b,j / K_j² at each stage, for the integrals of the columns.
     pub strain: [Vec3<L>; STAGES],
 }
@@ -82,7 +80,6 @@ impl<L: Lane> Stages<L> {
             stage: [Stage { p: v, d1: v, d2: v, t: v, v, m: v, n: v, compliance: v }; STAGES],
             slope: [Slope { dd1: v, dt: v, dM: v }; STAGES],
             column_slope: [ColumnSlope { dw: v, ddp: v, ddM: v }; STAGES],
-            hb: [zero; STAGES],
             strain: [v; STAGES],
         };
         stages.set_tableau(tableau);
@@ -110,9 +107,6 @@ impl<L: Lane> Stages<L> {
         }
         for (ha, a) in self.ha.iter_mut().zip(&self.coefficients) {
             *ha = h * h.constant(*a);
-        }
-        for (hb, b) in self.hb.iter_mut().zip(tableau.b) {
-            *hb = h * h.constant(*b);
         }
     }
 

@@ -74,7 +74,8 @@ pub fn collect_integrals<L: Lane, T: Terms>(
     k: usize,
     trace: &mut Trace<L>,
 ) {
-    let (hb, stage) = (stages.hb[i], &stages.stage[i]);
+    let hb = step.h * step.h.constant(stages.tableau.b[i]);
+    let stage = &stages.stage[i];
     let share = hb.constant(stages.tableau.c[i].mul_add(step.share, step.start));
     let directors = [stage.d1, stage.d2, stage.t];
     if collect.rest_curvature || collect.stiffness {

@@ -71,11 +71,11 @@ pub const PATH_STEPPER: Stepper = Stepper::Rk4;
 impl Stepper {
     /// Steps over a segment while following the path, where the answer takes `steps`.
     pub fn path_steps(self, steps: usize) -> usize {
-        match (self, steps) {
-            (_, 0) => 0,
-            (Stepper::Rk4, _) => steps.div_ceil(3).max(2).min(steps),
-            (Stepper::Dop853, _) => steps.div_ceil(2).max(2).min(steps),
-        }
+        let share = match self {
+            Stepper::Rk4 => 3,
+            Stepper::Dop853 => 2,
+        };
+        steps.div_ceil(share).max(2).min(steps)
     }
 
     /// Steps over a segment while following the path with care.

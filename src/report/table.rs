@@ -1,4 +1,4 @@
-//! Aligned plain-text tables for the terminal.
+//! Tables: aligned plain text for the terminal, Markdown for reports.
 
 use std::fmt;
 
@@ -22,6 +22,13 @@ impl Table {
 
     pub fn is_empty(&self) -> bool {
         self.rows.is_empty()
+    }
+
+    /// The same table in Markdown.
+    pub fn markdown(&self) -> String {
+        let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
+        let rule = format!("|{}\n", "---|".repeat(self.headers.len()));
+        line(&self.headers) + &rule + &self.rows.iter().map(|row| line(row)).collect::<String>()
     }
 }
 

@@ -1,5 +1,6 @@
 //! The program in a directory of its own.
 
+use serde_json::Value;
 use std::fs;
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
@@ -62,6 +63,11 @@ pub struct Sandbox {
     dir: TempDir,
     /// Some graphics drivers complain when they have no such directory.
     runtime: TempDir,
+}
+
+/// What a command answered.
+pub fn json(text: &str) -> Value {
+    serde_json::from_str(text).unwrap_or_else(|error| panic!("{error}: {text}"))
 }
 
 /// How a command ended.

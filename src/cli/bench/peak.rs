@@ -1,27 +1,13 @@
 //! The most fused multiply-adds that one thread does in a second, measured: what a kernel could reach at best.
 
 use super::clock::{Clock, Effort};
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 use rodsweep::backend::Precision;
 use rodsweep::lanes::InstructionSet;
 
 /// Independent sums: enough to hide a latency of six cycles at two a cycle, and to stay in sixteen registers.
 const SUMS: usize = 12;
 const ROUNDS: usize = 100_000;
-
-fn arch(set: InstructionSet) -> Option<Arch> {
-    match set {
-        #[cfg(target_arch = "x86_64")]
-        InstructionSet::Avx512 => pulp::x86::V4::try_new().map(Arch::V4),
-        #[cfg(target_arch = "x86_64")]
-        InstructionSet::Avx2 => pulp::x86::V3::try_new().map(Arch::V3),
-        #[cfg(target_arch = "aarch64")]
-        InstructionSet::Neon => pulp::aarch64::Neon::try_new().map(Arch::Neon),
-        InstructionSet::Scalar => Some(Arch::Scalar),
-        #[allow(unreachable_patterns)]
-        _ => None,
-    }
-}
 
 struct InF64(f64);
 struct InF32(f32);
@@ -52,7 +38,7 @@ sums!(InF32, F32_LANES, splat_f32s, mul_add_e_f32s, reduce_sum_f32s);
 
 /// Operations on numbers in a second, a fused multiply-add being two; the best of several repeats.
 pub fn peak(set: InstructionSet, precision: Precision) -> Option<f64> {
-    let arch = arch(set)?;
+    let arch = set.arch()?;
     let mut lanes = 1;
     let effort = Effort { least: 15, most: 15, seconds: 0.0 };
     let timing = Clock::Processor.time(effort, || {

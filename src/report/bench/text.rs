@@ -1,6 +1,6 @@
 //! Numbers and tables as the report writes them.
 
-use crate::report::engineering;
+use crate::report::{Table, engineering};
 
 /// `870 ns`, `1.24 µs`, three digits.
 pub fn time(seconds: f64) -> String {
@@ -45,8 +45,9 @@ pub fn whole(x: f64) -> String {
 
 /// A table in Markdown.
 pub fn table<S: AsRef<str>>(headers: &[S], rows: &[Vec<String>]) -> String {
-    let headers: Vec<&str> = headers.iter().map(AsRef::as_ref).collect();
-    let mut text = format!("| {} |\n|{}\n", headers.join(" | "), "---|".repeat(headers.len()));
-    rows.iter().for_each(|row| text += &format!("| {} |\n", row.join(" | ")));
-    text
+    let mut table = Table::new(headers.iter().map(AsRef::as_ref));
+    rows.iter().for_each(|row| {
+        table.row(row);
+    });
+    table.markdown()
 }

@@ -139,26 +139,20 @@ fn notes(comparison: &Comparison) -> Vec<String> {
     ]
 }
 
-fn plain((headers, rows): (Vec<String>, Vec<Vec<String>>)) -> String {
+fn table((headers, rows): (Vec<String>, Vec<Vec<String>>)) -> Table {
     let mut table = Table::new(headers);
     rows.into_iter().for_each(|row| {
         table.row(row);
     });
-    table.to_string()
+    table
 }
 
 pub fn text(comparison: &Comparison) -> String {
     let mut text = comparison.machine.join("\n") + "\n\n";
-    text += &format!("Accuracy, measured here\n{}\n", plain(accuracy(comparison)));
-    text += &format!("Times, measured here\n{}\n", plain(times(comparison)));
-    text += &format!("Published figures beside them\n{}\n", plain(published(comparison)));
+    text += &format!("Accuracy, measured here\n{}\n", table(accuracy(comparison)));
+    text += &format!("Times, measured here\n{}\n", table(times(comparison)));
+    text += &format!("Published figures beside them\n{}\n", table(published(comparison)));
     text + &notes(comparison).join("\n") + "\n"
-}
-
-fn marked((headers, rows): (Vec<String>, Vec<Vec<String>>)) -> String {
-    let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
-    let rule = format!("|{}\n", "---|".repeat(headers.len()));
-    line(&headers) + &rule + &rows.iter().map(|row| line(row)).collect::<String>()
 }
 
 pub fn markdown(comparison: &Comparison) -> String {
@@ -167,9 +161,9 @@ pub fn markdown(comparison: &Comparison) -> String {
         "# Against the paper's method\n\n{}\n## Accuracy, measured here\n\n{}\n## Times, measured here\n\n{}\n\
          ## Published figures beside them\n\n{}\n## How\n\n{}",
         list(&comparison.machine),
-        marked(accuracy(comparison)),
-        marked(times(comparison)),
-        marked(published(comparison)),
+        table(accuracy(comparison)).markdown(),
+        table(times(comparison)).markdown(),
+        table(published(comparison)).markdown(),
         list(&notes(comparison))
     )
 }
