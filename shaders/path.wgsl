@@ -58,7 +58,7 @@ struct PathEnd {
 fn rest_slope(rod: Rod) -> vec3<f32> {
     var stiff = rod;
     stiff.is_stiff = true;
-    let tip = shoot(COARSE, stiff, 1.0, vec3<f32>(), 0u, 0u, false);
+    let tip = shoot(COARSE, stiff, 1.0, vec3<f32>(), NO_COLUMNS, false);
     return rod.l_tip - tip.m;
 }
 
@@ -107,7 +107,8 @@ fn follow_path(rod: Rod, first: u32, secant: vec3<f32>) -> PathEnd {
         }
         columns[BY_MOMENT] = moment_columns();
         columns[BY_ROTATION] = rotation_columns(end.m0);
-        let tip = shoot(select(COARSE, CAREFUL, guarded), rod, goal, end.m0, 0u, select(1u, 2u, guarded), guarded);
+        let taken = select(PATH_COLUMNS, STABILITY_COLUMNS, guarded);
+        let tip = shoot(select(COARSE, CAREFUL, guarded), rod, goal, end.m0, taken, guarded);
         let residual = tip.m - rod.l_tip * goal;
         let w = tip_moment_columns(tip, BY_MOMENT);
         let w_inverse = inverse(w);

@@ -1,5 +1,5 @@
-// Every derivative from nine columns: rows of the Jacobian by reciprocity. J5 and the table of model loads.
-// src/lanes/rows.rs
+// Every derivative from six columns, nine with those of the base moment: rows of the Jacobian by reciprocity. J5 and
+// the table of model loads. src/lanes/rows.rs
 //
 // The functional of a derivative is gathered in its rows, segment by segment, and turned into them at the end.
 
@@ -7,14 +7,15 @@ const DERIVATIVE_COUNT: u32 = 1u; //@spec
 const DERIVATIVE_COLUMN: u32 = 19u; //@spec
 const ROWS: u32 = 9u; //@spec
 
-// A linear functional of the threes of columns: by base moment, by base rotation, by tip force.
+// A linear functional of the threes of columns: by base moment, by tip force, by base rotation.
 struct Functional {
     by_moment: vec3<f32>,
-    by_rotation: vec3<f32>,
     by_force: vec3<f32>,
+    by_rotation: vec3<f32>,
 }
 
-// How the columns combine to the responses to a unit tip force, a unit tip moment and a unit base rotation.
+// How the columns combine to the responses to a unit tip force, a unit tip moment and a unit base rotation; of the
+// last, zero where the base moment is not differentiated.
 struct Responses {
     force: mat3x3<f32>,
     moment: mat3x3<f32>,
@@ -27,19 +28,27 @@ struct Responses {
 // Solves the (adjoint) tip condition dm(L) - w(L) x l_tip = unit for each load. J5
 fn new_responses(rod: Rod, tip: Tip) -> Responses {
     let dm_moment = tip_moment_columns(tip, BY_MOMENT);
-    let dm_rotation = tip_moment_columns(tip, BY_ROTATION);
     let dm_force = tip_moment_columns(tip, BY_FORCE);
+    var responses: Responses;
     //@if TIP_MOMENT
-    let moment = inverse(columns_cross_sub(columns[BY_MOMENT].w, rod.l_tip, dm_moment));
-    let by_force = columns_cross_sub(columns[BY_FORCE].w, rod.l_tip, dm_force);
-    let by_rotation = columns_cross_sub(columns[BY_ROTATION].w, rod.l_tip, dm_rotation);
-    let plain = inverse(dm_moment);
-    return Responses(-1.0 * (moment * by_force), moment, -1.0 * (moment * by_rotation), -1.0 * (plain * dm_rotation));
+    responses.moment = inverse(columns_cross_sub(columns[BY_MOMENT].w, rod.l_tip, dm_moment));
+    responses.force = -1.0 * (responses.moment * columns_cross_sub(columns[BY_FORCE].w, rod.l_tip, dm_force));
     //@else
-    let moment = inverse(dm_moment);
-    let rotation = -1.0 * (moment * dm_rotation);
-    return Responses(-1.0 * (moment * dm_force), moment, rotation, rotation);
+    responses.moment = inverse(dm_moment);
+    responses.force = -1.0 * (responses.moment * dm_force);
     //@end
+    //@if ROTATES
+    let dm_rotation = tip_moment_columns(tip, BY_ROTATION);
+    //@if TIP_MOMENT
+    let by_rotation = columns_cross_sub(columns[BY_ROTATION].w, rod.l_tip, dm_rotation);
+    responses.rotation = -1.0 * (responses.moment * by_rotation);
+    responses.base_rotation = -1.0 * (inverse(dm_moment) * dm_rotation);
+    //@else
+    responses.rotation = -1.0 * (responses.moment * dm_rotation);
+    responses.base_rotation = responses.rotation;
+    //@end
+    //@end
+    return responses;
 }
 
 // Rows of a parameter whose load columns have functional `q`: tip position, tip rotation, base moment.
@@ -61,13 +70,17 @@ fn base_rotation_rows(responses: Responses, m0: vec3<f32>, axis: vec3<f32>) -> m
     );
 }
 
-// Writes the rows of every derivative, `ROWS` columns each.
+// Writes the rows of every derivative.
 fn write_rows(rod: Rod, m0: vec3<f32>, responses: Responses) {
     for (var index = 0u; index < DERIVATIVE_COUNT; index++) {
         let at = DERIVATIVE_COLUMN + ROWS * index;
         var sum: Functional;
         //@if TRACES
-        sum = Functional(loaded_vector(at), loaded_vector(at + 3u), loaded_vector(at + 6u));
+        sum.by_moment = loaded_vector(at);
+        sum.by_force = loaded_vector(at + 3u);
+        //@if ROTATES
+        sum.by_rotation = loaded_vector(at + 6u);
+        //@end
         //@end
         var extra = mat3x3<f32>();
         let list = SLOT_TABLE + SEGMENT_COUNT + index;
@@ -89,15 +102,14 @@ fn write_rows(rod: Rod, m0: vec3<f32>, responses: Responses) {
                 //@end
                 default: {
                     sum.by_moment = axpy(rate, functional(slot, BY_MOMENT), sum.by_moment);
-                    sum.by_rotation = axpy(rate, functional(slot, BY_ROTATION), sum.by_rotation);
                     sum.by_force = axpy(rate, functional(slot, BY_FORCE), sum.by_force);
+                    //@if ROTATES
+                    sum.by_rotation = axpy(rate, functional(slot, BY_ROTATION), sum.by_rotation);
+                    //@end
                 }
             }
         }
-        let block = extra + rows(responses, sum);
-        store_vector(at, block[0]);
-        store_vector(at + 3u, block[1]);
-        store_vector(at + 6u, block[2]);
+        store_rows(index, extra + rows(responses, sum));
     }
 }
 
@@ -118,6 +130,16 @@ fn insertion_rows(rod: Rod, m0: vec3<f32>, responses: Responses, rate: f32) -> m
 //@end
 //@end
 
+// Stores the rows of one derivative: tip position, tip rotation and, where they are wanted, base moment.
+fn store_rows(index: u32, rows: mat3x3<f32>) {
+    let at = DERIVATIVE_COLUMN + ROWS * index;
+    store_vector(at, rows[0]);
+    store_vector(at + 3u, rows[1]);
+    //@if BASE_MOMENT_ROWS
+    store_vector(at + 6u, rows[2]);
+    //@end
+}
+
 //@if FORWARD
 // Writes the rows of every derivative from forward columns, each three but the first after a pass of its own. J5
 fn write_forward_rows(rod: Rod, m0: vec3<f32>, tip: Tip) {
@@ -127,7 +149,7 @@ fn write_forward_rows(rod: Rod, m0: vec3<f32>, tip: Tip) {
         if three > 0u {
             forward_three = three;
             columns[FORWARD] = forward_columns(rod, load_sources(three), m0);
-            _ = shoot(FINE, rod, 1.0, m0, FORWARD, THREES, false);
+            _ = shoot(FINE, rod, 1.0, m0, FORWARD_COLUMNS, false);
         }
         //@end
         let sources = load_sources(three);
@@ -141,10 +163,7 @@ fn write_forward_rows(rod: Rod, m0: vec3<f32>, tip: Tip) {
         //@end
         for (var k = 0u; k < 3u; k++) { //@unroll
             if 3u * three + k < DERIVATIVE_COUNT {
-                let at = DERIVATIVE_COLUMN + ROWS * (3u * three + k);
-                store_vector(at, position[k]);
-                store_vector(at + 3u, rotation[k]);
-                store_vector(at + 6u, base_moment[k]);
+                store_rows(3u * three + k, mat3x3<f32>(position[k], rotation[k], base_moment[k]));
             }
         } //@end
     }

@@ -14,7 +14,7 @@ fn search(rod: Rod) -> PathEnd {
     end.m0 = start_moment();
     loop {
         columns[BY_MOMENT] = moment_columns();
-        let tip = shoot(COARSE, rod, 1.0, end.m0, 0u, 1u, false);
+        let tip = shoot(COARSE, rod, 1.0, end.m0, PATH_COLUMNS, false);
         end.inverse = inverse(tip_moment_columns(tip, BY_MOMENT));
         let newton = -(end.inverse * (tip.m - rod.l_tip)); // R4
         let delta = newton * deflation(end.m0, newton);

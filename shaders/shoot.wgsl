@@ -1,12 +1,19 @@
 // One pass over the rod, base to tip, from a base moment: state, columns, and what they leave behind.
 // src/lanes/shoot.rs
 
-// Which threes of columns: by the base moment, by the base rotation, then by the tip force or by three parameters.
+// Which threes of columns: by the base moment, then by the tip force or by three parameters, by the base rotation.
 const BY_MOMENT: u32 = 0u;
-const BY_ROTATION: u32 = 1u;
-const BY_FORCE: u32 = 2u;
-const FORWARD: u32 = 2u;
+const BY_FORCE: u32 = 1u;
+const FORWARD: u32 = 1u;
+const BY_ROTATION: u32 = 2u; //@spec
 const THREES: u32 = 3u; //@spec
+
+// Which of them a pass takes, a bit for each: none, those of a path, with those of stability, those of the answer.
+const NO_COLUMNS: u32 = 0u;
+const PATH_COLUMNS: u32 = 1u;
+const STABILITY_COLUMNS: u32 = 5u; //@spec
+const ANSWER_COLUMNS: u32 = 7u; //@spec
+const FORWARD_COLUMNS: u32 = 2u;
 
 // Intervals of the stability index over a segment of many steps, at least, and the shortest as a share of the rod.
 const STATIONS_EACH: u32 = 1u; //@spec
@@ -24,17 +31,17 @@ struct Tip {
     n: vec3<f32>,
 }
 
-// Integrates the rod from base moment `m0` at load fraction `lambda`, with it the threes of columns from number
-// `first` on, below `threes`.
+// Integrates the rod from base moment `m0` at load fraction `lambda`, the columns `taken` with it.
 //
-// With `record` set the columns leave traces and stability.
-fn shoot(resolution: u32, rod: Rod, lambda: f32, m0: vec3<f32>, first: u32, threes: u32, record: bool) -> Tip {
+// With `record` set they leave stability; those of the answer always leave traces.
+fn shoot(resolution: u32, rod: Rod, lambda: f32, m0: vec3<f32>, taken: u32, record: bool) -> Tip {
     var state = State(vec3<f32>(), rod.d1, rod.t, m0);
     var n = rod.n0 * lambda;
     var s = 0.0;
     let shortest = rod.flexible_length * SHORTEST_INTERVAL;
     let tableau = select(TABLEAU_COUNT - 1u, 0u, resolution <= CAREFUL);
-    let complete = threes == THREES;
+    let rotates = (taken & (1u << BY_ROTATION)) != 0u;
+    let complete = (taken & FORWARD_COLUMNS) != 0u;
     if record { station = Station(zero_matrix(), identity(), 0.0, 0.0); }
     //@if TRACES
     if complete { clear_functionals(); }
@@ -63,7 +70,7 @@ fn shoot(resolution: u32, rod: Rod, lambda: f32, m0: vec3<f32>, first: u32, thre
                         step_rod_r(rod, segment, lambda, step, &state);
                         for (var k = 0u; k < THREES; k++) { //@unroll
                             //@if TAKES[r][k]
-                            if k >= first && k < threes { step_columns_r(rod, segment, lambda, step, k, collects); }
+                            if (taken & (1u << k)) != 0u { step_columns_r(rod, segment, lambda, step, k, collects); }
                             //@end
                         } //@end
                     }
@@ -72,7 +79,9 @@ fn shoot(resolution: u32, rod: Rod, lambda: f32, m0: vec3<f32>, first: u32, thre
                 n = axpy(-h * lambda, segment.w, n); // R1
                 //@end
                 s = s + h;
-                if record && ((i + 1u) % stride == 0u || i + 1u == steps) { add_station(shortest, s); }
+                if record && ((i + 1u) % stride == 0u || i + 1u == steps) {
+                    add_station(rotates, shortest, s, tip_of(state, n));
+                }
             }
             //@if WANT_LENGTH
             if complete { end_flexible(rod, segment, state, n); }
@@ -84,7 +93,7 @@ fn shoot(resolution: u32, rod: Rod, lambda: f32, m0: vec3<f32>, first: u32, thre
             let n_before = n;
             cross_rigid(rod, segment, lambda, &n, &state);
             for (var k = 0u; k < THREES; k++) { //@unroll
-                if k >= first && k < threes {
+                if (taken & (1u << k)) != 0u {
                     //@if COLLECT_RIGID
                     if complete { collect_rigid(rod, segment, before, n, k); }
                     //@end
@@ -101,9 +110,13 @@ fn shoot(resolution: u32, rod: Rod, lambda: f32, m0: vec3<f32>, first: u32, thre
     let before = state;
     cross_free(&state);
     for (var k = 0u; k < THREES; k++) { //@unroll
-        if k >= first && k < threes { cross_free_columns(before, state.p, k); }
+        if (taken & (1u << k)) != 0u { cross_free_columns(before, state.p, k); }
     } //@end
     //@end
+    return tip_of(state, n);
+}
+
+fn tip_of(state: State, n: vec3<f32>) -> Tip {
     return Tip(state.p, state.d1, state.t, moment(state.p, state.M, n), n);
 }
 
@@ -115,7 +128,7 @@ fn end_flexible(rod: Rod, segment: Flexible, state: State, n: vec3<f32>) {
     let omega = curvature(section(segment, 1.0), state.d1, d2, state.t, m);
     let v = velocity(segment, state.d1, d2, state.t, n);
     //@if RECIPROCITY
-    for (var k = 0u; k < THREES; k++) { //@unroll
+    for (var k = 0u; k < TRACED; k++) { //@unroll
         trace[k].length = length_row(rod, segment, state, m, n, omega, v, k);
     } //@end
     //@else

@@ -53,9 +53,9 @@ fn load_rate(slot: Slot) -> f32 {
 fn clear_functionals() {
     for (var index = 0u; index < DERIVATIVE_COUNT; index++) {
         let at = DERIVATIVE_COLUMN + ROWS * index;
-        store_vector(at, vec3<f32>());
-        store_vector(at + 3u, vec3<f32>());
-        store_vector(at + 6u, vec3<f32>());
+        for (var k = 0u; k < TRACED; k++) { //@unroll
+            store_vector(at + 3u * k, vec3<f32>());
+        } //@end
     }
 }
 
@@ -67,7 +67,7 @@ fn gather_functionals(segment: u32) {
         let slot = load_slot(i);
         let rate = load_rate(slot);
         let at = DERIVATIVE_COLUMN + ROWS * slot.derivative;
-        for (var k = 0u; k < THREES; k++) { //@unroll
+        for (var k = 0u; k < TRACED; k++) { //@unroll
             let row = at + 3u * k;
             store_vector(row, axpy(rate, trace_functional(slot, k), loaded_vector(row)));
         } //@end

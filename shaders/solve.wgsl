@@ -19,7 +19,7 @@ fn chord_steps(rod: Rod, end: ptr<function, PathEnd>) {
     var moving = (*end).reached;
     for (var i = 0u; i < CHORD_LIMIT; i++) {
         if !moving { break; }
-        let tip = shoot(FINE, rod, 1.0, (*end).m0, 0u, 0u, false);
+        let tip = shoot(FINE, rod, 1.0, (*end).m0, NO_COLUMNS, false);
         var delta = -((*end).inverse * (tip.m - rod.l_tip));
         delta = delta * (1.0 / (1.0 - dot(last, delta) / square));
         let size = length(delta);
@@ -59,7 +59,7 @@ fn solve_group() {
         var size = 0.0;
         for (var i = 0u; i < NEWTON_LIMIT; i++) {
             start_columns(rod, end.m0);
-            tip = shoot(FINE, rod, 1.0, end.m0, 0u, THREES, true);
+            tip = shoot(FINE, rod, 1.0, end.m0, ANSWER_COLUMNS, true);
             w = tip_moment_columns(tip, BY_MOMENT);
             w_inverse = inverse(w);
             delta = -(w_inverse * (tip.m - rod.l_tip)); // J5
@@ -71,6 +71,9 @@ fn solve_group() {
             end.m0 = end.m0 + delta;
         }
         index = stability_index(tip);
+        //@if !ROTATES
+        if converged && index >= 0.5 { index = whole_index(rod, end.m0); }
+        //@end
         let within_reach = is_finite(length(tip.p)) && length(tip.p) < REACH;
         let certain = end.path == SEARCH || index < 0.5 || is_sharp(w);
         converged = converged && within_reach && certain;
@@ -109,15 +112,17 @@ fn write_derivatives(rod: Rod, m0: vec3<f32>, tip: Tip) {
     //@end
 }
 
-// The columns of a pass at the base: by moment and by rotation, and what the derivatives need.
+// The columns of a pass at the base: by base moment, and what the derivatives need.
 fn start_columns(rod: Rod, m0: vec3<f32>) {
     columns[BY_MOMENT] = moment_columns();
-    columns[BY_ROTATION] = rotation_columns(m0);
     //@if FORWARD
     columns[FORWARD] = forward_columns(rod, load_sources(0u), m0);
     //@end
     //@if RECIPROCITY
     columns[BY_FORCE] = force_columns();
+    //@end
+    //@if ROTATES
+    columns[BY_ROTATION] = rotation_columns(m0);
     //@end
 }
 
@@ -148,7 +153,7 @@ fn is_finite(a: f32) -> bool {
 fn error_estimate(
     rod: Rod, m0: vec3<f32>, w_inverse: mat3x3<f32>, p: vec3<f32>, d1: vec3<f32>, t: vec3<f32>,
 ) -> f32 {
-    let tip = shoot(CHECK, rod, 1.0, m0, 0u, 0u, false);
+    let tip = shoot(CHECK, rod, 1.0, m0, NO_COLUMNS, false);
     let delta = -(w_inverse * (tip.m - rod.l_tip));
     let by_moment = columns[BY_MOMENT];
     let turn = by_moment.w * delta;

@@ -7,7 +7,7 @@ const SMALLEST: f32 = 1.17549435e-38;
 
 // The distal end of the intervals that have been counted.
 struct Station {
-    // w of the first two threes.
+    // w of the columns.
     by_moment: mat3x3<f32>,
     by_rotation: mat3x3<f32>,
     // How much of the rod lies before it, rigid segments not counted.
@@ -20,7 +20,13 @@ struct Station {
 var<private> station: Station;
 
 // Counts the interval from the last station to the end of a step, unless it is too short: its b is round-off.
-fn add_station(shortest: f32, s: f32) {
+//
+// Without columns by base rotation the rod that is cut off there is counted: nothing at all is none of the whole (S4).
+fn add_station(rotates: bool, shortest: f32, s: f32, end: Tip) {
+    if !rotates {
+        station.index = stability_index(end);
+        return;
+    }
     if s - station.s <= shortest { return; }
     let by_moment = columns[BY_MOMENT].w;
     let by_rotation = columns[BY_ROTATION].w;
@@ -33,6 +39,16 @@ fn add_station(shortest: f32, s: f32) {
 fn stability_index(tip: Tip) -> f32 {
     return station.index + negative_count(transpose(columns[BY_MOMENT].w) * canonical(tip, BY_MOMENT));
 }
+
+//@if !ROTATES
+// The stability index at a base moment, with columns by base rotation.
+fn whole_index(rod: Rod, m0: vec3<f32>) -> f32 {
+    columns[BY_MOMENT] = moment_columns();
+    columns[BY_ROTATION] = rotation_columns(m0);
+    let tip = shoot(FINE, rod, 1.0, m0, STABILITY_COLUMNS, true);
+    return stability_index(tip);
+}
+//@end
 
 // Squared Frobenius norm.
 fn squared_norm(a: mat3x3<f32>) -> f32 {

@@ -32,6 +32,9 @@ struct Trace {
     length: vec3<f32>,
 }
 
+// Threes that leave traces: those of the answer.
+const TRACED: u32 = 3u; //@spec
+
 // What each three columns leave behind on the segment in hand.
 var<private> trace: array<Trace, THREES>;
 

@@ -240,7 +240,9 @@ fn random_rods() {
         let swept = parameters(&scene, kind);
         let axes: Vec<Vec<Parameter>> = swept.iter().map(|parameter| vec![*parameter]).collect();
         let Kind { stepper, steps, sensitivity, .. } = kind;
-        let options = PlanOptions { stepper, steps, sensitivity, ..PlanOptions::default() };
+        // With and without the columns by base rotation.
+        let base_moment_rows = number % 2 == 0;
+        let options = PlanOptions { stepper, steps, sensitivity, base_moment_rows, ..PlanOptions::default() };
         let mut wrt = swept.clone();
         if kind.segments.starts_with(['f', 'v']) {
             wrt.push(Parameter::Insertion);

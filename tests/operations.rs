@@ -23,7 +23,14 @@ fn scene(proximal: &str, loads: &str) -> Scene {
 
 fn plan(scene: &Scene, wrt: &[&str], sensitivity: Sensitivity) -> Plan {
     let wrt: Vec<Parameter> = wrt.iter().flat_map(|name| Parameter::parse(scene, name).expect("a parameter")).collect();
-    let options = PlanOptions { tolerance: 1e-9, stepper: Stepper::Dop853, steps: STEPS, sensitivity };
+    let options = PlanOptions {
+        tolerance: 1e-9,
+        stepper: Stepper::Dop853,
+        steps: STEPS,
+        sensitivity,
+        base_moment_rows: false,
+        ..PlanOptions::default()
+    };
     Plan::single(scene, &wrt, options).expect("a plan")
 }
 
@@ -107,7 +114,7 @@ fn derivatives_cost_what_they_need() {
     }
     let [none, currents, many, integrals] = [none, currents, many, integrals].map(|o| o.answer.total() as f64);
     // Three columns more for the first derivative, hardly anything for the next ten, integrals where there are some.
-    assert!((1.25..1.6).contains(&(currents / none)), "{none} {currents}");
+    assert!((1.4..2.0).contains(&(currents / none)), "{none} {currents}");
     assert!(many < 1.03 * currents, "{currents} {many}");
     assert!((1.03..1.5).contains(&(integrals / currents)), "{currents} {integrals}");
 }

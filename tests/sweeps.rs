@@ -40,7 +40,7 @@ impl Backend for Arc {
     }
 
     fn solve(&mut self, batch: &Batch) -> Result<Solutions, BackendError> {
-        let mut solutions = Solutions::new(self.plan.derivatives.len(), batch.sample_count());
+        let mut solutions = Solutions::new(&self.plan, batch.sample_count());
         for at in 0..batch.sample_count() {
             let rod = self.plan.sample_rod(batch, at);
             let mut bend = [0.0; 2];
@@ -67,7 +67,7 @@ impl Backend for Arc {
             solutions.set(at, Quantity::ErrorEstimate, error);
             for derivative in 0..self.plan.derivatives.len() {
                 for row in 0..9 {
-                    let column = Solutions::derivative_column(derivative, row);
+                    let column = solutions.derivative_column(derivative, row);
                     solutions.values.set(at, column, tip[row % 3] * (1.0 + row as f64));
                 }
             }

@@ -111,7 +111,8 @@ fn parameters(scene: &Scene) -> Vec<Parameter> {
 }
 
 fn plan(scene: &Scene, wrt: &[Parameter], sensitivity: Sensitivity, stepper: Stepper, steps: usize) -> Plan {
-    Plan::single(scene, wrt, PlanOptions { tolerance: 1e-12, stepper, steps, sensitivity }).expect("a plan")
+    Plan::single(scene, wrt, PlanOptions { tolerance: 1e-12, stepper, steps, sensitivity, ..PlanOptions::default() })
+        .expect("a plan")
 }
 
 fn solve(backend: &mut dyn Backend) -> Solutions {

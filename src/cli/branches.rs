@@ -25,7 +25,7 @@ pub fn answer(from_rest: &Solved, engine: &Engine, as_json: bool) -> Result<Stri
         .into_iter()
         .enumerate()
         .map(|(row, branch)| {
-            let mut of_row = Solutions::new(plan.derivatives.len(), 1);
+            let mut of_row = Solutions::new(plan, 1);
             of_row.copy_row(0, &solutions, row);
             (Solved { solutions: of_row, ..from_rest.clone() }, branch)
         })

@@ -5,7 +5,7 @@ use super::engine::{Engine, cpu_f64, reference, second_attempt};
 use super::progress::{Meter, duration};
 use super::{CommandError, Exit, branches, figures, say};
 use rodsweep::backend::{Backend, BackendError, BackendKind};
-use rodsweep::model::{Plan, PlanOptions, Quantity, ROWS, Status};
+use rodsweep::model::{Plan, PlanOptions, Quantity, Status};
 use rodsweep::report::{count, engineering};
 use rodsweep::sweep::{
     self, BranchChoice, BranchCounts, Format, Method, Progress, RunOptions, SampleOrigin, Shard, Summary, SweepError,
@@ -41,7 +41,7 @@ pub fn run(arguments: &RunArguments) -> Result<Exit, CommandError> {
         tell(&format!("note: tolerance {asked:.0e} is beyond f32; held to {:.0e}", spec.tolerance));
     }
     let steppers = engine.steppers();
-    let plan = spec.plan(PlanOptions { stepper: steppers[0], ..PlanOptions::default() })?;
+    let plan = spec.plan(PlanOptions { stepper: steppers[0], base_moment_rows: false, ..PlanOptions::default() })?;
     // The file may fix the number of steps.
     let pilot = match spec.steps {
         Some(_) => None,
@@ -136,7 +136,7 @@ fn make(
 
 fn describe(spec: &SweepSpec, plan: &Plan, arguments: &RunArguments, out: &std::path::Path) {
     let samples = arguments.limit.unwrap_or(u64::MAX).min(spec.sample_count);
-    let columns = 1 + spec.axes.len() + Quantity::COUNT + (ROWS - 3) * plan.derivatives.len();
+    let columns = 1 + spec.axes.len() + Quantity::COUNT + plan.rows() * plan.derivatives.len();
     say(&format!("samples: {} by {}", count(samples), spec.method.name()));
     for axis in &spec.axes {
         let names: Vec<String> = axis.parameters.iter().map(|parameter| parameter.name(&spec.scene)).collect();

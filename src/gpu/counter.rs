@@ -3,7 +3,7 @@
 use super::buffers::{Sizes, Slot, float_bytes, group_of, layout_of, read_back};
 use super::device::{Device, failed};
 use super::engine::Gpu;
-use super::kernel::{Kernel, WORKGROUP_SIZE, output_count};
+use super::kernel::{Kernel, WORKGROUP_SIZE};
 use super::recipe::Generator;
 use super::solver::pipeline;
 use super::tally::{HEADER, VoxelGrid};
@@ -83,7 +83,7 @@ pub(super) fn pilot_tips(gpu: &mut Gpu, job: &ReduceJob) -> Result<Vec<[f64; 3]>
 pub(super) fn dispatch_limit(gpu: &Gpu) -> usize {
     let limits = gpu.device.adapter();
     let bytes = OUTPUT_BUDGET.min(limits.max_buffer_size / 2).min(limits.max_storage_binding_size);
-    let columns = output_count(&gpu.plan).max(gpu.plan.input_count);
+    let columns = gpu.plan.output_count().max(gpu.plan.input_count);
     let by_size = bytes / (gpu.precision.size() * BLOCK * columns) as u64;
     let by_workgroups = u64::from(limits.max_workgroups) * u64::from(WORKGROUP_SIZE) / BLOCK as u64;
     by_size.min(by_workgroups).max(1) as usize

@@ -4,7 +4,7 @@
 
 use super::buffers::{ALL_PATHS, Dispatch, Flight, GUARDED_PATH, Paths, QUICK_PATHS, Sizes, Slot};
 use super::device::{Device, failed};
-use super::kernel::{KERNELS, Kernel, WORKGROUP_SIZE, output_count};
+use super::kernel::{KERNELS, Kernel, WORKGROUP_SIZE};
 use super::pace::Pace;
 use super::record::input_units;
 use super::slots::integrated;
@@ -286,7 +286,7 @@ impl Gpu {
     }
 
     fn solve_pieces(&mut self, batch: &Batch, paths: Paths) -> Result<Solutions, BackendError> {
-        let mut solutions = Solutions::new(self.plan.derivatives.len(), batch.sample_count());
+        let mut solutions = Solutions::new(&self.plan, batch.sample_count());
         let block_count = batch.sample_count().div_ceil(BLOCK);
         let (mut next_block, mut next_slot) = (0, 0);
         let mut flying = VecDeque::new();
@@ -384,7 +384,7 @@ impl Backend for Gpu {
 /// Blocks of one dispatch that the device's limits and our budget allow.
 fn block_limit(device: &Device, plan: &Plan, precision: Precision) -> usize {
     let limits = device.adapter();
-    let columns = output_count(plan).max(plan.input_count);
+    let columns = plan.output_count().max(plan.input_count);
     let bytes = OUTPUT_BUDGET.min(limits.max_buffer_size / 2).min(limits.max_storage_binding_size);
     let by_size = bytes / (precision.size() * BLOCK * columns) as u64;
     let by_workgroups = u64::from(limits.max_workgroups) * u64::from(WORKGROUP_SIZE) / BLOCK as u64;

@@ -8,7 +8,7 @@ use super::specialise::{Piece, Specialisation, Value};
 use super::tally::voxel_margin;
 use super::terms::specialisation;
 use crate::backend::Precision;
-use crate::model::{Plan, Quantity, ROWS};
+use crate::model::Plan;
 use std::borrow::Cow;
 
 /// Invocations of a workgroup; a block of samples is a multiple.
@@ -153,9 +153,4 @@ impl Part {
             Part::Sources => source_functions(plan),
         }
     }
-}
-
-/// Columns of the solutions of a plan.
-pub(super) fn output_count(plan: &Plan) -> usize {
-    Quantity::COUNT + ROWS * plan.derivatives.len()
 }

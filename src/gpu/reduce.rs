@@ -7,7 +7,6 @@ use super::buffers::{ALL_PATHS, Flight, QUICK_PATHS, Step, read_back};
 use super::counter::{Counter, Place, dispatch_limit, generator, pilot_tips};
 use super::device::failed;
 use super::engine::{Gpu, SLOTS};
-use super::kernel::output_count;
 use super::pace::Pace;
 use super::tally::{Bounds, HEADER, Request, VoxelGrid};
 use crate::backend::{BackendError, Precision, ReduceJob, Reduced, Returned};
@@ -279,7 +278,7 @@ fn returned<S: Pod + Sync + Into<f64>>(
     stragglers: &mut Vec<u64>,
 ) -> Result<Returned, BackendError> {
     let Flying { range, mark, .. } = piece;
-    let width = output_count(&gpu.plan);
+    let width = gpu.plan.output_count();
     let value = |row: usize, column: usize| rows[(row / BLOCK * width + column) * BLOCK + row % BLOCK];
     let mut order: Vec<usize> = (0..list.len()).collect();
     order.sort_unstable_by_key(|at| list[*at]);
@@ -293,7 +292,7 @@ fn returned<S: Pod + Sync + Into<f64>>(
     order.retain(|row| !is_left(*row));
     let indices: Vec<u64> = order.iter().map(index).collect();
     let batch = samples(gpu, job, &indices);
-    let mut solutions = Solutions::new(gpu.plan.derivatives.len(), indices.len());
+    let mut solutions = Solutions::new(&gpu.plan, indices.len());
     let mut sorted = vec![S::zeroed(); solutions.values.data().len()];
     for (to, from) in order.iter().enumerate() {
         for column in 0..width {

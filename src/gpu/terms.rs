@@ -1,13 +1,13 @@
 //! Terms and constants that a plan fixes in the shaders.
 
-use super::kernel::{WORKGROUP_SIZE, output_count};
+use super::kernel::WORKGROUP_SIZE;
 use super::slots::{add_slots, integrated, slot_count};
 use super::sources::{add_sources, forward_threes};
 use super::specialise::{Specialisation, Value};
 use super::wants::{add_wants, has_integrals};
 use crate::backend::Precision;
 use crate::model::path::{self, PATH_STEPPER};
-use crate::model::{BLOCK, MOST_KNOWN, NO_EQUILIBRIUM, Plan, Quantity, ROWS, SegmentPlan, Status, Tableau};
+use crate::model::{BLOCK, MOST_KNOWN, NO_EQUILIBRIUM, Plan, Quantity, SegmentPlan, Status, Tableau};
 
 /// Loop iterations of one invocation that every driver runs; software Vulkan stops silently at 65,535.
 const ITERATION_BUDGET: usize = 60_000;
@@ -27,11 +27,11 @@ pub fn specialisation(plan: &Plan, precision: Precision) -> Specialisation {
     s.constant("WORKGROUP", Value::U32(WORKGROUP_SIZE));
     s.constant("BLOCK", number(BLOCK));
     s.constant("INPUT_COUNT", number(plan.input_count));
-    s.constant("OUTPUT_COUNT", number(output_count(plan)));
+    s.constant("OUTPUT_COUNT", number(plan.output_count()));
     s.constant("DERIVATIVE_COLUMN", number(Quantity::COUNT));
     s.constant("DERIVATIVE_COUNT", number(plan.derivatives.len()));
-    s.constant("ROWS", number(ROWS));
-    s.constant("THREES", Value::U32(if plan.derivatives.is_empty() { 2 } else { 3 }));
+    s.constant("ROWS", number(plan.rows()));
+    add_threes(&mut s, plan);
     for (name, quantity) in COLUMNS {
         s.constant(format!("{name}_COLUMN"), number(quantity.column()));
     }
@@ -55,7 +55,6 @@ pub fn specialisation(plan: &Plan, precision: Precision) -> Specialisation {
         ("RIGID_FORCE_ARM", plan.scene.rigid_force_arm),
         ("FORCE_WITHOUT_ARM", plan.terms.force && !plan.scene.rigid_force_arm),
         ("FORWARD", plan.forward),
-        ("RECIPROCITY", !plan.forward && !plan.derivatives.is_empty()),
     ] {
         s.term(name, holds);
     }
@@ -81,6 +80,27 @@ const COLUMNS: [(&str, Quantity); 11] = [
     ("LOAD_FRACTION", Quantity::LoadFraction),
     ("STATUS", Quantity::Status),
 ];
+
+/// Which threes of columns there are, and which of them the answer takes.
+fn add_threes(s: &mut Specialisation, plan: &Plan) {
+    let reciprocity = !plan.forward && !plan.derivatives.is_empty();
+    let rotates = reciprocity && plan.options.base_moment_rows;
+    let (moment, derived, rotation) = (1, 1 << 1, 1 << by_rotation(plan));
+    let answer = moment + if plan.derivatives.is_empty() { 0 } else { derived } + if rotates { rotation } else { 0 };
+    s.constant("THREES", Value::U32(by_rotation(plan) + 1));
+    s.constant("TRACED", Value::U32(if rotates { 3 } else { 2 }));
+    s.constant("BY_ROTATION", Value::U32(by_rotation(plan)));
+    s.constant("STABILITY_COLUMNS", Value::U32(moment + rotation));
+    s.constant("ANSWER_COLUMNS", Value::U32(answer));
+    s.term("RECIPROCITY", reciprocity);
+    s.term("ROTATES", rotates);
+    s.term("BASE_MOMENT_ROWS", plan.options.base_moment_rows);
+}
+
+/// Place of the columns by base rotation.
+pub(super) fn by_rotation(plan: &Plan) -> u32 {
+    if plan.derivatives.is_empty() { 1 } else { 2 }
+}
 
 /// Steps over each segment while following the path.
 fn path_steps(plan: &Plan) -> Vec<usize> {
@@ -206,7 +226,7 @@ pub(super) fn pass_limit(plan: &Plan) -> f64 {
         0 => gathered,
         threes => threes + (threes - 1) * pass(steps),
     };
-    let attempt = path::CHORD_LIMIT * pass(steps) + path::NEWTON_LIMIT * (pass(steps) + gathered);
+    let attempt = (path::CHORD_LIMIT + 1) * pass(steps) + path::NEWTON_LIMIT * (pass(steps) + gathered);
     let direct = (2 + path::CORRECTIONS as usize) * pass(path_steps);
     // Each of the three paths may be the first that leads to an unstable equilibrium.
     let fixed = rows + pass(path_steps) + pass(2 * steps) + 3 * attempt + direct;

@@ -1,7 +1,6 @@
 //! What comes back from the device, in SI and f64.
 
-use super::kernel::output_count;
-use crate::model::{BASE_RECORD, BLOCK, Batch, Entry, Plan, Quantity, ROWS, Status};
+use crate::model::{BASE_RECORD, BLOCK, Batch, Entry, Plan, Quantity, Status};
 
 /// How one dispatch's outputs become solutions.
 pub struct Unpack<'a> {
@@ -62,13 +61,16 @@ impl Unpack<'_> {
 /// Unit of each output column.
 pub fn output_units(plan: &Plan) -> Vec<f64> {
     let units = &plan.units;
-    let mut scale = vec![1.0; output_count(plan)];
+    let mut scale = vec![1.0; plan.output_count()];
     let mut set = |first: usize, unit: f64| scale[first..first + 3].fill(unit);
     set(Quantity::TipPosition.column(), units.length);
     set(Quantity::BaseMoment.column(), units.moment());
     for derivative in 0..plan.derivatives.len() {
-        set(Quantity::COUNT + ROWS * derivative, units.length);
-        set(Quantity::COUNT + ROWS * derivative + 6, units.moment());
+        let first = Quantity::COUNT + plan.rows() * derivative;
+        set(first, units.length);
+        if plan.options.base_moment_rows {
+            set(first + 6, units.moment());
+        }
     }
     scale
 }

@@ -2,7 +2,7 @@
 
 use super::slots::{integrated, slots};
 use super::specialise::Specialisation;
-use super::terms::tableaux;
+use super::terms::{by_rotation, tableaux};
 use crate::model::{Plan, Slot};
 
 /// What is integrated besides the rod, what the columns leave behind and what forward columns need.
@@ -47,7 +47,7 @@ pub(super) fn add_wants(s: &mut Specialisation, plan: &Plan) {
             s.term(format!("COLLECTS[{r}][{i}]"), is_answer && *b != 0.0 && reciprocity && integrals);
         }
         // The path takes no columns of derivatives.
-        (0..3).for_each(|k| s.term(format!("TAKES[{r}][{k}]"), k < 2 || is_answer));
+        (0..3).for_each(|k| s.term(format!("TAKES[{r}][{k}]"), k == 0 || k == by_rotation(plan) || is_answer));
     }
 }
 

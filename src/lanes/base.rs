@@ -1,7 +1,7 @@
 //! Where a pass starts: the columns at the base, and how the rod goes on from there.
 
 use super::algebra::{Mat3, Vec3, columns_cross, cross, hat, outer};
-use super::column::{Columns, Force};
+use super::column::{By, Columns};
 use super::lane::Lane;
 use super::rod::{Rod, Segment, Terms};
 use super::section::{curvature, to_world, velocity};
@@ -11,7 +11,7 @@ use super::source::Sources;
 #[inline(always)]
 pub fn moment_columns<L: Lane>(one: L) -> Columns<L> {
     let zero = Mat3::zero(one);
-    Columns { w: zero, dp: zero, dM: Mat3::identity(one), force: Force::None, dn: zero }
+    Columns { w: zero, dp: zero, dM: Mat3::identity(one), by: By::BaseMoment, dn: zero }
 }
 
 /// Three columns at the base: by a virtual rotation of the base, in canonical form (dm = w x m0 / 2).
@@ -19,14 +19,14 @@ pub fn moment_columns<L: Lane>(one: L) -> Columns<L> {
 pub fn rotation_columns<L: Lane>(m0: Vec3<L>) -> Columns<L> {
     let half = m0.x.constant(0.5);
     let zero = Mat3::zero(half);
-    Columns { w: Mat3::identity(half), dp: zero, dM: hat(m0) * -half, force: Force::None, dn: zero }
+    Columns { w: Mat3::identity(half), dp: zero, dM: hat(m0) * -half, by: By::BaseRotation, dn: zero }
 }
 
 /// Three columns at the base: by the tip force.
 #[inline(always)]
 pub fn force_columns<L: Lane>(one: L) -> Columns<L> {
     let zero = Mat3::zero(one);
-    Columns { w: zero, dp: zero, dM: zero, force: Force::Unit, dn: Mat3::identity(one) }
+    Columns { w: zero, dp: zero, dM: zero, by: By::TipForce, dn: Mat3::identity(one) }
 }
 
 /// Three columns at the base: by three parameters, the base moment held.
@@ -36,7 +36,7 @@ pub fn forward_columns<L: Lane, T: Terms>(rod: &Rod<L>, sources: &Sources<L>, m0
     let BaseSlope { omega, v, .. } = base_slope::<L, T>(rod, m0, n0);
     let dp = outer(v, sources.insertion, sources.dp0);
     let dM = if T::FORCE { columns_cross(dp, n0) } else { Mat3::zero(m0.x) };
-    Columns { w: outer(omega, sources.insertion, sources.w0), dp, dM, force: Force::Forward, dn: sources.dn0 }
+    Columns { w: outer(omega, sources.insertion, sources.w0), dp, dM, by: By::Parameters, dn: sources.dn0 }
 }
 
 /// How the rod goes on at its base, where it is flexible: R u, p' and -m'.

@@ -18,26 +18,33 @@ pub struct Columns<L> {
     pub w: Mat3<L>,
     pub dp: Mat3<L>,
     pub dM: Mat3<L>,
-    pub force: Force,
+    pub by: By,
     /// Change of the internal force.
     pub dn: Mat3<L>,
 }
 
-/// How three columns change the internal force.
+/// What three columns are the change by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Force {
-    /// Not at all.
-    None,
+pub enum By {
+    BaseMoment,
     /// dn = e_k all along the rod.
-    Unit,
-    /// As the sources of forward columns say.
-    Forward,
+    TipForce,
+    /// Forward columns: dn as their sources say.
+    Parameters,
+    BaseRotation,
+}
+
+impl By {
+    #[inline(always)]
+    fn changes_force(self) -> bool {
+        matches!(self, By::TipForce | By::Parameters)
+    }
 }
 
 /// dm of a column, from dM.
 #[inline(always)]
 pub fn column_moment<L: Lane, T: Terms>(
-    force: Force,
+    by: By,
     dn: Vec3<L>,
     p: Vec3<L>,
     n: Vec3<L>,
@@ -45,7 +52,7 @@ pub fn column_moment<L: Lane, T: Terms>(
     dM: Vec3<L>,
 ) -> Vec3<L> {
     let mut dm = dM;
-    if force != Force::None {
+    if by.changes_force() {
         dm = cross_add(dn, p, dm); // J3
     }
     if T::FORCE { cross_sub(dp, n, dm) } else { dm } // J3
@@ -57,17 +64,17 @@ impl<L: Lane> Columns<L> {
     pub fn moment<T: Terms>(&self, p: Vec3<L>, n: Vec3<L>) -> Mat3<L> {
         let Self { dp, dM, dn, .. } = self;
         Mat3 {
-            x: column_moment::<L, T>(self.force, dn.x, p, n, dp.x, dM.x),
-            y: column_moment::<L, T>(self.force, dn.y, p, n, dp.y, dM.y),
-            z: column_moment::<L, T>(self.force, dn.z, p, n, dp.z, dM.z),
+            x: column_moment::<L, T>(self.by, dn.x, p, n, dp.x, dM.x),
+            y: column_moment::<L, T>(self.by, dn.y, p, n, dp.y, dM.y),
+            z: column_moment::<L, T>(self.by, dn.z, p, n, dp.z, dM.z),
         }
     }
 }
 
 /// dn - w x n of a column: what the force changes by in the body frame.
 #[inline(always)]
-pub fn column_force<L: Lane>(force: Force, dn: Vec3<L>, n: Vec3<L>, w: Vec3<L>) -> Vec3<L> {
-    if force == Force::None { cross(n, w) } else { cross_add(n, w, dn) }
+pub fn column_force<L: Lane>(by: By, dn: Vec3<L>, n: Vec3<L>, w: Vec3<L>) -> Vec3<L> {
+    if by.changes_force() { cross_add(n, w, dn) } else { cross(n, w) }
 }
 
 /// R diag(k) R^T x
@@ -119,13 +126,13 @@ pub fn step_columns<L: Lane, T: Terms>(
             if let Some(source) = source {
                 dn = source.force(k, dn, step.h * step.h.constant(stages.tableau.c[i]));
             }
-            let dm = column_moment::<L, T>(columns.force, dn, stage.p, stage.n, dp, dM);
+            let dm = column_moment::<L, T>(columns.by, dn, stage.p, stage.n, dp, dM);
             let x = cross_sub(w, stage.m, dm);
             let compliance = segment.compliance_at::<T>(stage.compliance);
             let mut dw = compliance_times::<L, T>(compliance, stage.d1, stage.d2, stage.t, x); // J1
             let mut ddp = cross(w, stage.velocity::<T>()); // J2
             if T::GENERAL && segment.shears {
-                let y = column_force(columns.force, dn, stage.n, w);
+                let y = column_force(columns.by, dn, stage.n, w);
                 ddp = ddp + principal_times(segment.shear, stage.d1, stage.d2, stage.t, y); // J2
             }
             let mut ddM = dM;
@@ -145,7 +152,7 @@ pub fn step_columns<L: Lane, T: Terms>(
                 }
             }
             if let (Some(trace), true) = (&mut trace, stages.tableau.b[i] != 0.0) {
-                let column = Column { force: columns.force, w, x, dp, dn };
+                let column = Column { by: columns.by, w, x, dp, dn };
                 collect_integrals::<L, T>(rod, segment, step, stages, i, collect, &column, k, trace);
             }
             let slope = &mut stages.column_slope[i];
@@ -216,10 +223,10 @@ pub fn cross_rigid_columns<L: Lane, T: Terms>(
         if T::FORCE {
             columns.dM = columns_cross_add(arm, n_after, columns.dM);
         }
-        match columns.force {
-            Force::None => {}
-            Force::Unit => columns.dM = columns.dM + hat(t * length),
-            Force::Forward => columns.dM = columns_cross_sub(columns.dn, t * length, columns.dM),
+        match columns.by {
+            By::BaseMoment | By::BaseRotation => {}
+            By::TipForce => columns.dM = columns.dM + hat(t * length),
+            By::Parameters => columns.dM = columns_cross_sub(columns.dn, t * length, columns.dM),
         }
     }
 }

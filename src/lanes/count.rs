@@ -5,10 +5,10 @@ use super::lane::Lane;
 use super::path::rest_slope;
 use super::program::{Inputs, Outputs, Program};
 use super::rod::{Rod, TermSet, Terms};
-use super::shoot::{Workspace, shoot};
+use super::shoot::{Record, Workspace, shoot};
 use super::solve::{start_columns, write_derivatives};
 use super::{algebra::Vec3, by_terms};
-use crate::model::{Quantity, ROWS};
+use crate::model::{MOST_ROWS, Quantity};
 use pulp::WithSimd;
 use std::cell::Cell;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
@@ -217,21 +217,21 @@ fn count_with_terms<L: Lane<Token = (), Scalar = f64>, T: Terms>(program: &Progr
     PassOperations {
         path: pass(&mut |workspace| {
             let columns = &mut [moment_columns(one)];
-            shoot::<L, T>(program, &program.coarse, &rod, one, m0, columns, false, workspace);
+            shoot::<L, T>(program, &program.coarse, &rod, one, m0, columns, Record::Nothing, workspace);
         }),
         chord: pass(&mut |workspace| {
-            shoot::<L, T>(program, &program.fine, &rod, one, m0, &mut [], false, workspace);
+            shoot::<L, T>(program, &program.fine, &rod, one, m0, &mut [], Record::Nothing, workspace);
         }),
         answer: pass(&mut |workspace| {
             let mut columns = Vec::new();
             start_columns::<L, T>(program, &rod, m0, workspace, &mut columns);
-            let tip = shoot::<L, T>(program, &program.fine, &rod, one, m0, &mut columns, true, workspace);
-            let mut rows = vec![0.0; Quantity::COUNT + ROWS * program.derivatives.len()];
+            let tip = shoot::<L, T>(program, &program.fine, &rod, one, m0, &mut columns, Record::Traces, workspace);
+            let mut rows = vec![0.0; Quantity::COUNT + MOST_ROWS * program.derivatives.len()];
             let mut out = Outputs { data: &mut rows, stride: 1, offset: 0 };
             write_derivatives::<L, T>(program, (), &inputs, &rod, m0, &tip, &columns, workspace, &mut out);
         }),
         check: pass(&mut |workspace| {
-            shoot::<L, T>(program, &program.check, &rod, one, m0, &mut [], false, workspace);
+            shoot::<L, T>(program, &program.check, &rod, one, m0, &mut [], Record::Nothing, workspace);
         }),
     }
 }

@@ -6,6 +6,7 @@
 
 mod algebra;
 mod base;
+mod block;
 mod column;
 mod count;
 mod lane;
@@ -24,17 +25,14 @@ mod step;
 mod trace;
 
 use crate::backend::{Backend, BackendError, BackendInfo, BackendKind, Precision};
-use crate::model::{BLOCK, Batch, Entry, Plan, Quantity, ROWS, Solutions, Status};
+use crate::model::{BLOCK, Batch, Entry, Plan, Quantity, Solutions};
+use block::{Job, WIDEST, solve_job};
 pub use count::{Operations, PassOperations};
 use lane::{F32, F64, Lane, Scalar};
-use path::Path;
-use program::{Inputs, Outputs, Program};
-use pulp::{Arch, Simd, WithSimd};
+use program::Program;
+use pulp::Arch;
 use rayon::prelude::*;
-use rod::{Rod, TermSet, Terms};
-use shoot::Workspace;
-use solve::solve_group;
-use std::marker::PhantomData;
+use rod::TermSet;
 
 /// Vector instructions that a kernel is compiled for; all are in one binary.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -151,7 +149,7 @@ impl Backend for Lanes {
     }
 
     fn solve(&mut self, batch: &Batch) -> Result<Solutions, BackendError> {
-        let mut solutions = Solutions::new(self.plan.derivatives.len(), batch.sample_count());
+        let mut solutions = Solutions::new(&self.plan, batch.sample_count());
         let block_len = solutions.values.block_len();
         let scales = self.output_scales();
         let blocks = solutions.values.data_mut().par_chunks_mut(block_len).enumerate();
@@ -174,8 +172,8 @@ impl Lanes {
         let mut scales = vec![1.0; Quantity::COUNT];
         scales[..3].fill(units.length);
         scales[Quantity::BaseMoment.column()..][..3].fill(units.moment());
-        let derivative: [f64; ROWS] = std::array::from_fn(|row| [units.length, 1.0, units.moment()][row / 3]);
-        scales.extend(derivative.repeat(self.plan.derivatives.len()));
+        let of_row = |row: usize| [units.length, 1.0, units.moment()][row % self.plan.rows() / 3];
+        scales.extend((0..self.plan.rows() * self.plan.derivatives.len()).map(of_row));
         scales
     }
 
@@ -190,7 +188,7 @@ impl Lanes {
         let count = (batch.sample_count() - block * BLOCK).min(BLOCK);
         let bad = &batch.bad[block * BLOCK..][..count];
         let input_len = BLOCK * self.plan.input_count;
-        let Scratch { inputs, values } = scratch;
+        let Scratch { inputs, order, values } = scratch;
         inputs.resize(input_len, S::default());
         values.resize(out.len(), S::default());
         for (entry, unit) in self.plan.entries.iter().zip(&self.units) {
@@ -205,11 +203,10 @@ impl Lanes {
                 to[count..].iter_mut().take(WIDEST).for_each(|to| *to = last);
             }
         }
-        let job = Job { program: &self.program, inputs, count, bad, out: values };
-        S::run(self.arch, job);
-        for ((column, to), from) in out.chunks_mut(BLOCK).enumerate().zip(values.chunks(BLOCK)) {
-            for (to, from) in to.iter_mut().zip(&from[..count]) {
-                *to = from.to_f64() * scales[column];
+        S::run(self.arch, Job { program: &self.program, inputs, bad, order, values });
+        for ((to, from), scale) in out.chunks_mut(BLOCK).zip(values.chunks(BLOCK)).zip(scales) {
+            for (value, sample) in from.iter().zip(&*order) {
+                to[sample % BLOCK] = value.to_f64() * scale;
             }
         }
         for axis in 0..3 {
@@ -224,19 +221,8 @@ impl Lanes {
 #[derive(Default)]
 struct Scratch<S> {
     inputs: Vec<S>,
+    order: Vec<usize>,
     values: Vec<S>,
-}
-
-/// Lanes of the widest register.
-const WIDEST: usize = 16;
-
-/// One block of samples for the kernel.
-struct Job<'a, S: Scalar> {
-    program: &'a Program,
-    inputs: &'a [S],
-    count: usize,
-    bad: &'a [bool],
-    out: &'a mut [S],
 }
 
 /// Chooses the register type of a precision.
@@ -299,87 +285,5 @@ impl<L: Lane> pulp::NullaryFnOnce for ByTerms<'_, L> {
     #[inline(always)]
     fn call(self) {
         by_terms!(self.1.program, solve_job::<L>(self.0, self.1))
-    }
-}
-
-/// Solves a block by the ramp, then what is left with care.
-#[inline(always)]
-fn solve_job<L: Lane, T: Terms>(token: L::Token, job: Job<'_, L::Scalar>) {
-    let Job { program, inputs, count, bad, out } = job;
-    let mut rod = Rod::new(token);
-    let mut workspace = Workspace::new(token, program);
-    for offset in (0..count).step_by(L::COUNT) {
-        let group = Group::<L, T> {
-            program,
-            token,
-            inputs: Inputs { data: inputs, stride: BLOCK, offset },
-            path: if program.start.is_some() { Path::Search } else { Path::Ramp },
-            rod: &mut rod,
-            workspace: &mut workspace,
-            out: Outputs { data: out, stride: BLOCK, offset },
-            terms: PhantomData,
-        };
-        L::vectorize(token, group);
-    }
-    let status = Quantity::Status.column() * BLOCK;
-    let code = |status: Status| L::Scalar::from_f64(f64::from(status.code()));
-    for (lane, bad) in bad.iter().enumerate() {
-        if *bad {
-            out[status + lane] = code(Status::BadParameter);
-        }
-    }
-    let (input_count, output_count) = (inputs.len() / BLOCK, out.len() / BLOCK);
-    let mut packed = vec![L::Scalar::default(); input_count * L::COUNT];
-    let mut rows = vec![L::Scalar::default(); output_count * L::COUNT];
-    let pending: Vec<usize> = (0..count).filter(|lane| !is_settled(out[status + lane])).collect();
-    for samples in pending.chunks(L::COUNT) {
-        for column in 0..input_count {
-            for (lane, to) in packed[column * L::COUNT..][..L::COUNT].iter_mut().enumerate() {
-                *to = inputs[column * BLOCK + samples[lane.min(samples.len() - 1)]];
-            }
-        }
-        let group = Group::<L, T> {
-            program,
-            token,
-            inputs: Inputs { data: &packed, stride: L::COUNT, offset: 0 },
-            path: Path::GuardedRamp,
-            rod: &mut rod,
-            workspace: &mut workspace,
-            out: Outputs { data: &mut rows, stride: L::COUNT, offset: 0 },
-            terms: PhantomData,
-        };
-        L::vectorize(token, group);
-        for column in 0..output_count {
-            for (lane, sample) in samples.iter().enumerate() {
-                out[column * BLOCK + sample] = rows[column * L::COUNT + lane];
-            }
-        }
-    }
-}
-
-/// Whether a status is final: anything but `Pending`, NaN included in pending.
-fn is_settled<S: Scalar>(status: S) -> bool {
-    status.to_f64() < f64::from(Status::Pending.code())
-}
-
-/// The arguments of [`solve_group`]: one compiled function for both paths.
-struct Group<'a, L: Lane, T: Terms> {
-    program: &'a Program,
-    token: L::Token,
-    inputs: Inputs<'a, L::Scalar>,
-    path: Path,
-    rod: &'a mut Rod<L>,
-    workspace: &'a mut Workspace<L>,
-    out: Outputs<'a, L::Scalar>,
-    terms: PhantomData<T>,
-}
-
-impl<L: Lane, T: Terms> WithSimd for Group<'_, L, T> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let Group { program, token, inputs, path, rod, workspace, mut out, .. } = self;
-        solve_group::<L, T>(program, token, &inputs, path, rod, workspace, &mut out);
     }
 }

@@ -7,7 +7,7 @@ use super::base::{moment_columns, rotation_columns};
 use super::lane::Lane;
 use super::program::Program;
 use super::rod::{Rod, Segment, Terms};
-use super::shoot::{Workspace, shoot, tip_moment_columns};
+use super::shoot::{Record, Workspace, shoot, tip_moment_columns};
 use super::stability::{is_above, is_sharp, squared_norm, stability_index};
 use crate::model::path::{
     AIM, CONTRACTION, CORRECTIONS, FIRST_BEND, FOLD_MARGIN, FULL_LOAD_TOLERANCE, LEAST_RATIO, LOAD_STEP_TOLERANCE,
@@ -55,7 +55,8 @@ pub fn rest_slope<L: Lane, T: Terms>(program: &Program, rod: &Rod<L>, workspace:
         });
     }
     let one = zero.constant(1.0);
-    let tip = shoot::<L, T>(program, &program.coarse, &stiff, one, Vec3::splat(zero), &mut [], false, workspace);
+    let tip =
+        shoot::<L, T>(program, &program.coarse, &stiff, one, Vec3::splat(zero), &mut [], Record::Nothing, workspace);
     rod.l_tip - tip.m
 }
 
@@ -93,12 +94,13 @@ impl<L: Lane> History<L> {
     }
 }
 
-/// Follows the equilibrium from rest to the full load on the coarse grid.
+/// Follows the equilibrium from rest, where dm0/dlambda is `rest_slope`, to the full load on the coarse grid.
 #[inline(always)]
 pub fn follow_path<L: Lane, T: Terms>(
     program: &Program,
     rod: &Rod<L>,
     path: Path,
+    rest_slope: Vec3<L>,
     workspace: &mut Workspace<L>,
 ) -> PathEnd<L> {
     let zero = rod.t.x.constant(0.0);
@@ -111,10 +113,9 @@ pub fn follow_path<L: Lane, T: Terms>(
         false => (zero.constant(RAMP_TRUST), zero.constant(SMALLEST_RAMP_STEP)),
     };
     let no_vector = Vec3::splat(zero);
-    let secant = rest_slope::<L, T>(program, rod, workspace);
-    let mut history = History { lambda: zero, m0: no_vector, lambda_before: zero, secant, bend: no_vector };
+    let mut history = History { lambda: zero, m0: no_vector, lambda_before: zero, secant: rest_slope, bend: no_vector };
     let first_bend = zero.constant(FIRST_BEND);
-    let mut step = first_bend / length(secant).max(first_bend);
+    let mut step = first_bend / length(rest_slope).max(first_bend);
     let mut target = step;
     let mut m0 = history.predict(target);
     let first_bound = trust * zero.constant(1.0 / CONTRACTION);
@@ -134,8 +135,9 @@ pub fn follow_path<L: Lane, T: Terms>(
             break;
         }
         let mut columns = [moment_columns(one), rotation_columns(m0)];
-        let columns = &mut columns[..if guarded { 2 } else { 1 }];
-        let tip = shoot::<L, T>(program, resolution, rod, target, m0, columns, guarded, workspace);
+        let (threes, record) = if guarded { (2, Record::Stability) } else { (1, Record::Nothing) };
+        let columns = &mut columns[..threes];
+        let tip = shoot::<L, T>(program, resolution, rod, target, m0, columns, record, workspace);
         let residual = tip.m - rod.l_tip * target;
         let w = tip_moment_columns::<L, T>(&tip, &columns[0]);
         let w_inverse = inverse(w);

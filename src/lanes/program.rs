@@ -65,6 +65,8 @@ pub struct Program {
     pub forward: bool,
     pub collect: Vec<Collect>,
     pub derivatives: Vec<Vec<(Slot, usize)>>,
+    /// Whether they include those of the base moment.
+    pub base_moment_rows: bool,
     /// For following the path from rest.
     pub coarse: Resolution,
     /// The same with care.
@@ -115,6 +117,7 @@ impl Program {
             start: plan.start,
             forward: plan.forward,
             collect,
+            base_moment_rows: plan.options.base_moment_rows,
             derivatives: plan.derivatives.iter().map(|derivative| derivative.terms.clone()).collect(),
             coarse: on_path(steps(&|n| stepper.path_steps(n))),
             careful: on_path(steps(&|n| stepper.careful_steps(n))),
@@ -199,4 +202,13 @@ pub struct Inputs<'a, S: Scalar> {
     pub data: &'a [S],
     pub stride: usize,
     pub offset: usize,
+}
+
+impl<S: Scalar> Inputs<'_, S> {
+    /// Three columns in a row.
+    #[inline(always)]
+    pub fn vector<L: Lane<Scalar = S>>(&self, token: L::Token, column: usize) -> Vec3<L> {
+        let load = |column: usize| L::load(token, &self.data[column * self.stride + self.offset..]);
+        Vec3 { x: load(column), y: load(column + 1), z: load(column + 2) }
+    }
 }

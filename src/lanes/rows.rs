@@ -1,4 +1,5 @@
-//! Every derivative from nine columns: rows of the Jacobian by reciprocity. J5 and the table of model loads.
+//! Every derivative from six columns, nine with those of the base moment: rows of the Jacobian by reciprocity. J5 and
+//! the table of model loads.
 
 use super::algebra::{Mat3, Vec3, axpy, columns_cross_sub, cross, inverse, outer, row_times, transpose};
 use super::base::base_slope;
@@ -7,17 +8,19 @@ use super::lane::Lane;
 use super::program::{Inputs, Outputs, Program};
 use super::rod::{Rod, Terms};
 use super::shoot::{Tip, Workspace, tip_moment_columns};
-use crate::model::{Axis, Quantity, ROWS, Slot};
+use super::stability::by_rotation;
+use crate::model::{Axis, Quantity, Slot};
 
-/// A linear functional of the three threes of columns: by base moment, by base rotation, by tip force.
+/// A linear functional of the threes of columns: by base moment, by tip force, by base rotation.
 #[derive(Clone, Copy)]
 struct Functional<L> {
     by_moment: Vec3<L>,
-    by_rotation: Vec3<L>,
     by_force: Vec3<L>,
+    by_rotation: Vec3<L>,
 }
 
-/// How the columns combine to the responses to a unit tip force, a unit tip moment and a unit base rotation.
+/// How the columns combine to the responses to a unit tip force, a unit tip moment and a unit base rotation; of the
+/// last, zero where the base moment is not differentiated.
 pub struct Responses<L> {
     force: Mat3<L>,
     moment: Mat3<L>,
@@ -30,17 +33,18 @@ impl<L: Lane> Responses<L> {
     /// Solves the (adjoint) tip condition dm(L) - w(L) x l_tip = unit for each load. J5
     #[inline(always)]
     pub fn new<T: Terms>(rod: &Rod<L>, tip: &Tip<L>, columns: &[Columns<L>]) -> Self {
-        let (by_moment, by_rotation, by_force) = (&columns[0], &columns[1], &columns[2]);
+        let (by_moment, by_force) = (&columns[0], &columns[1]);
         let dm_moment = tip_moment_columns::<L, T>(tip, by_moment);
-        let dm_rotation = tip_moment_columns::<L, T>(tip, by_rotation);
         let dm_force = tip_moment_columns::<L, T>(tip, by_force);
         let moment = inverse(columns_cross_sub(by_moment.w, rod.l_tip, dm_moment));
-        Self {
-            force: -(moment * columns_cross_sub(by_force.w, rod.l_tip, dm_force)),
-            rotation: -(moment * columns_cross_sub(by_rotation.w, rod.l_tip, dm_rotation)),
-            moment,
-            base_rotation: -(inverse(dm_moment) * dm_rotation),
+        let force = -(moment * columns_cross_sub(by_force.w, rod.l_tip, dm_force));
+        let (mut rotation, mut base_rotation) = (Mat3::zero(tip.m.x), Mat3::zero(tip.m.x));
+        if let Some(by_rotation) = by_rotation(columns) {
+            let dm_rotation = tip_moment_columns::<L, T>(tip, by_rotation);
+            rotation = -(moment * columns_cross_sub(by_rotation.w, rod.l_tip, dm_rotation));
+            base_rotation = -(inverse(dm_moment) * dm_rotation);
         }
+        Self { force, moment, rotation, base_rotation }
     }
 
     /// Rows of a parameter whose load columns have functional `q`: tip position, tip rotation, base moment.
@@ -62,7 +66,7 @@ impl<L: Lane> Responses<L> {
     }
 }
 
-/// Writes the rows of every derivative, `ROWS` columns each.
+/// Writes the rows of every derivative.
 #[inline(always)]
 #[allow(clippy::too_many_arguments)]
 pub fn write_rows<L: Lane, T: Terms>(
@@ -78,7 +82,7 @@ pub fn write_rows<L: Lane, T: Terms>(
 ) {
     let zero = Vec3::splat(m0.x.constant(0.0));
     for (index, terms) in program.derivatives.iter().enumerate() {
-        let mut sum = Functional { by_moment: zero, by_rotation: zero, by_force: zero };
+        let mut sum = Functional { by_moment: zero, by_force: zero, by_rotation: zero };
         let mut extra = [zero; 3];
         for (slot, entry) in terms {
             let rate: L = program.entry(token, inputs, *entry);
@@ -90,19 +94,17 @@ pub fn write_rows<L: Lane, T: Terms>(
                 Slot::Insertion => extra = add(extra, insertion_rows::<L, T>(rod, m0, responses, rate)),
                 _ => {
                     let by_moment = functional(*slot, rod, &columns[0], workspace, 0);
-                    let by_rotation = functional(*slot, rod, &columns[1], workspace, 1);
-                    let by_force = functional(*slot, rod, &columns[2], workspace, 2);
+                    let by_force = functional(*slot, rod, &columns[1], workspace, 1);
                     sum.by_moment = axpy(rate, by_moment, sum.by_moment);
-                    sum.by_rotation = axpy(rate, by_rotation, sum.by_rotation);
                     sum.by_force = axpy(rate, by_force, sum.by_force);
+                    if program.base_moment_rows {
+                        let by_rotation = functional(*slot, rod, &columns[2], workspace, 2);
+                        sum.by_rotation = axpy(rate, by_rotation, sum.by_rotation);
+                    }
                 }
             }
         }
-        let [position, rotation, base_moment] = add(extra, responses.rows(&sum));
-        let at = Quantity::COUNT + ROWS * index;
-        out.store_vector(at, position);
-        out.store_vector(at + 3, rotation);
-        out.store_vector(at + 6, base_moment);
+        store_rows(program, index, &add(extra, responses.rows(&sum)), out);
     }
 }
 
@@ -132,6 +134,15 @@ fn insertion_rows<L: Lane, T: Terms>(rod: &Rod<L>, m0: Vec3<L>, responses: &Resp
     rows
 }
 
+/// Stores the rows of one derivative: tip position, tip rotation and, where they are wanted, base moment.
+#[inline(always)]
+fn store_rows<L: Lane>(program: &Program, index: usize, rows: &[Vec3<L>; 3], out: &mut Outputs<'_, L::Scalar>) {
+    let count = if program.base_moment_rows { 3 } else { 2 };
+    for (k, row) in rows.iter().enumerate().take(count) {
+        out.store_vector(Quantity::COUNT + 3 * (count * index + k), *row);
+    }
+}
+
 /// Writes the rows of every derivative from forward columns. J5
 #[inline(always)]
 #[allow(clippy::too_many_arguments)]
@@ -147,7 +158,7 @@ pub fn write_forward_rows<L: Lane, T: Terms>(
     let torque = base_slope::<L, T>(rod, m0, rod.base_force::<T>()).torque;
     let by_moment = &columns[0];
     let w_inverse = inverse(tip_moment_columns::<L, T>(tip, by_moment));
-    for (three, (sources, column)) in workspace.sources.iter().zip(&columns[2..]).enumerate() {
+    for (three, (sources, column)) in workspace.sources.iter().zip(&columns[1..]).enumerate() {
         let residual = tip_moment_columns::<L, T>(tip, column) - sources.dl_tip;
         let dm0 = -(w_inverse * residual);
         let position = column.dp + by_moment.dp * dm0;
@@ -159,10 +170,7 @@ pub fn write_forward_rows<L: Lane, T: Terms>(
             [position.z, rotation.z, base_moment.z],
         ];
         for (k, rows) in columns.iter().enumerate().take(program.derivatives.len() - 3 * three) {
-            let at = Quantity::COUNT + ROWS * (3 * three + k);
-            out.store_vector(at, rows[0]);
-            out.store_vector(at + 3, rows[1]);
-            out.store_vector(at + 6, rows[2]);
+            store_rows(program, 3 * three + k, rows, out);
         }
     }
 }

@@ -8,7 +8,7 @@ use super::lane::Lane;
 use super::path::PathEnd;
 use super::program::{Program, Resolution};
 use super::rod::{Rod, Terms};
-use super::shoot::{Workspace, shoot, tip_moment_columns};
+use super::shoot::{Record, Workspace, shoot, tip_moment_columns};
 use super::stability::stability_index;
 use crate::model::path::{PATH_TOLERANCE, SEARCH_LIMIT, SEARCH_STEP};
 
@@ -44,7 +44,7 @@ pub fn search<L: Lane, T: Terms>(
             break;
         }
         let mut columns = [moment_columns(one)];
-        let tip = shoot::<L, T>(program, resolution, rod, one, end.m0, &mut columns, false, workspace);
+        let tip = shoot::<L, T>(program, resolution, rod, one, end.m0, &mut columns, Record::Nothing, workspace);
         let w_inverse = inverse(tip_moment_columns::<L, T>(&tip, &columns[0]));
         let newton = -(w_inverse * (tip.m - rod.l_tip)); // R4
         let delta = newton * deflation(end.m0, newton, known);
@@ -103,7 +103,8 @@ pub fn snap<L: Lane, T: Terms>(
         let start = axpy(one.constant(forward), along, axpy(one.constant(sideways), across, fold));
         let found = search::<L, T>(program, &program.careful, rod, start, wanted, &[], workspace);
         let mut columns = [moment_columns(one), rotation_columns(found.m0)];
-        let tip = shoot::<L, T>(program, &program.careful, rod, one, found.m0, &mut columns, true, workspace);
+        let tip =
+            shoot::<L, T>(program, &program.careful, rod, one, found.m0, &mut columns, Record::Stability, workspace);
         let index = stability_index::<L, T>(&workspace.station, &tip, &columns);
         let is_stable = wanted & found.reached & index.lt(one.constant(0.5));
         end.m0 = Vec3::select(is_stable, found.m0, end.m0);

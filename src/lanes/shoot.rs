@@ -1,7 +1,7 @@
 //! One pass over the rod, base to tip, from a base moment: state, columns, and what they leave behind.
 
 use super::algebra::{Mat3, Vec3, axpy, cross, cross_sub};
-use super::column::{Columns, cross_free_columns, cross_rigid_columns, step_columns};
+use super::column::{By, Columns, cross_free_columns, cross_rigid_columns, step_columns};
 use super::lane::Lane;
 use super::program::{Program, Resolution};
 use super::rod::{Rod, Segment, State, Terms, cross_free, cross_rigid, moment};
@@ -40,6 +40,16 @@ impl<L: Lane> Workspace<L> {
     }
 }
 
+/// What a pass leaves in the workspace.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Record {
+    Nothing,
+    /// The stations of the stability index.
+    Stability,
+    /// The same, and the traces of the columns.
+    Traces,
+}
+
 /// The distal end of the rod after a pass.
 #[derive(Clone, Copy, Debug)]
 pub struct Tip<L> {
@@ -51,8 +61,6 @@ pub struct Tip<L> {
 }
 
 /// Integrates the rod from base moment `m0` at load fraction `lambda`, `columns` with it.
-///
-/// With `record` set the columns leave traces and stability in the workspace.
 #[inline(always)]
 #[allow(clippy::too_many_arguments)]
 pub fn shoot<L: Lane, T: Terms>(
@@ -62,7 +70,7 @@ pub fn shoot<L: Lane, T: Terms>(
     lambda: L,
     m0: Vec3<L>,
     columns: &mut [Columns<L>],
-    record: bool,
+    record: Record,
     workspace: &mut Workspace<L>,
 ) -> Tip<L> {
     let pass = Pass { program, resolution, rod, lambda, m0, columns, record, workspace, terms: PhantomData::<T> };
@@ -77,7 +85,7 @@ struct Pass<'a, L: Lane, T: Terms> {
     lambda: L,
     m0: Vec3<L>,
     columns: &'a mut [Columns<L>],
-    record: bool,
+    record: Record,
     workspace: &'a mut Workspace<L>,
     terms: PhantomData<T>,
 }
@@ -99,13 +107,14 @@ fn integrate<L: Lane, T: Terms>(pass: Pass<'_, L, T>) -> Tip<L> {
     let mut n = rod.base_force::<T>() * lambda;
     let mut s = zero;
     let shortest = rod.flexible_length() * zero.constant(SHORTEST_INTERVAL);
-    if record {
+    let (counts, traces) = (record != Record::Nothing, record == Record::Traces);
+    if counts {
         workspace.station = Station::new(zero);
     }
     for (index, segment) in rod.segments.iter().enumerate() {
         let collect = program.collect[index];
-        if record && collect.any() {
-            workspace.traces[index] = [Trace::zero(zero); 3];
+        if traces && collect.any() {
+            workspace.traces[index].iter_mut().for_each(|trace| trace.clear(collect, zero));
         }
         match segment {
             Segment::Flexible(flexible) => {
@@ -117,26 +126,27 @@ fn integrate<L: Lane, T: Terms>(pass: Pass<'_, L, T>) -> Tip<L> {
                 for k in 0..steps {
                     let step = Step { h, start: k as f64 * share, share, n };
                     step_rod::<L, T>(rod, flexible, lambda, &step, stages, &mut state);
-                    if record && collect.stiffness {
+                    if traces && collect.stiffness {
                         set_strains::<L, T>(flexible, stages);
                     }
                     for (k, three) in columns.iter_mut().enumerate() {
-                        let trace = match record && collect.integrals() {
-                            true if k < 3 => Some(&mut workspace.traces[index][k]),
-                            _ => None,
+                        let trace = match traces && collect.integrals() {
+                            true => workspace.traces[index].get_mut(k),
+                            false => None,
                         };
-                        let source = forward_source::<L, T>(&workspace.sources, k, index);
+                        let source = forward_source::<L, T>(&workspace.sources, three.by, k, index);
                         step_columns::<L, T>(rod, flexible, lambda, &step, stages, trace, collect, source, three);
                     }
                     if T::LOAD {
                         n = axpy(-h * lambda, flexible.w, n); // R1
                     }
-                    if record {
+                    if counts {
                         s = s + h;
-                        add_station(&mut workspace.station, shortest, s, columns);
+                        let end = tip_of::<L, T>(&state, n);
+                        add_station::<L, T>(&mut workspace.station, shortest, s, &end, columns);
                     }
                 }
-                if record && (collect.length || !workspace.sources.is_empty()) {
+                if traces && (collect.length || !workspace.sources.is_empty()) {
                     end_flexible::<L, T>(rod, flexible, index, &state, n, collect.length, columns, workspace);
                 }
             }
@@ -145,10 +155,11 @@ fn integrate<L: Lane, T: Terms>(pass: Pass<'_, L, T>) -> Tip<L> {
                 let n_before = n;
                 cross_rigid::<L, T>(rod, rigid, lambda, program.rigid_force_arm, &mut n, &mut state);
                 for (k, three) in columns.iter_mut().enumerate() {
-                    if record && collect.any() && k < 3 {
-                        collect_rigid::<L, T>(rod, rigid, &before, n, three, &mut workspace.traces[index][k]);
+                    let trace = if traces && collect.any() { workspace.traces[index].get_mut(k) } else { None };
+                    if let Some(trace) = trace {
+                        collect_rigid::<L, T>(rod, rigid, &before, n, three, trace);
                     }
-                    let source = forward_source::<L, T>(&workspace.sources, k, index);
+                    let source = forward_source::<L, T>(&workspace.sources, three.by, k, index);
                     cross_rigid_columns::<L, T>(
                         rod,
                         rigid,
@@ -170,13 +181,18 @@ fn integrate<L: Lane, T: Terms>(pass: Pass<'_, L, T>) -> Tip<L> {
             cross_free_columns(&before, state.p, three);
         }
     }
+    tip_of::<L, T>(&state, n)
+}
+
+#[inline(always)]
+fn tip_of<L: Lane, T: Terms>(state: &State<L>, n: Vec3<L>) -> Tip<L> {
     Tip { p: state.p, d1: state.d1, t: state.t, m: moment::<L, T>(state.p, state.M, n), n }
 }
 
-/// The source on a segment of three columns: forward columns follow the first two threes.
+/// The source on a segment of three columns, number `k`: forward columns follow those by base moment.
 #[inline(always)]
-fn forward_source<L, T: Terms>(sources: &[Sources<L>], k: usize, index: usize) -> Option<&Source<L>> {
-    if !T::GENERAL || k < 2 || sources.is_empty() { None } else { Some(&sources[k - 2].segments[index]) }
+fn forward_source<L, T: Terms>(sources: &[Sources<L>], by: By, k: usize, index: usize) -> Option<&Source<L>> {
+    if T::GENERAL && by == By::Parameters { Some(&sources[k - 1].segments[index]) } else { None }
 }
 
 /// What a length does at the distal end of a flexible segment: its row by reciprocity, or to forward columns.
@@ -201,7 +217,7 @@ fn end_flexible<L: Lane, T: Terms>(
             let row = length_row::<L, T>(rod, segment, state, (m, n), (omega, v), three);
             workspace.traces[index][k].length = row;
         }
-        if let Some(source) = forward_source::<L, T>(&workspace.sources, k, index) {
+        if let Some(source) = forward_source::<L, T>(&workspace.sources, three.by, k, index) {
             let mut slope = -cross(state.p, segment.w);
             if T::GENERAL && segment.has_magnet {
                 slope = cross_sub(to_world(state.d1, d2, state.t, segment.mu), rod.B, slope);

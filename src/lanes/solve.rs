@@ -11,8 +11,8 @@ use super::program::{Inputs, Outputs, Program};
 use super::rod::{Rod, Terms};
 use super::rows::{Responses, write_forward_rows, write_rows};
 use super::search::{search, snap};
-use super::shoot::{Tip, Workspace, shoot, tip_moment_columns};
-use super::stability::{is_sharp, margin, stability_index};
+use super::shoot::{Record, Tip, Workspace, shoot, tip_moment_columns};
+use super::stability::{by_rotation, is_sharp, margin, stability_index, whole_index};
 use crate::model::path::{
     CHORD_LIMIT, CHORD_TOLERANCE, CHORD_TRUST, DIFFERENCE, NEWTON_LIMIT, REACH, ROUND_OFF, TRUST,
 };
@@ -32,7 +32,7 @@ fn chord_steps<L: Lane, T: Terms>(program: &Program, rod: &Rod<L>, end: &mut Pat
         if !L::any(moving) {
             break;
         }
-        let tip = shoot::<L, T>(program, &program.fine, rod, one, end.m0, &mut [], false, workspace);
+        let tip = shoot::<L, T>(program, &program.fine, rod, one, end.m0, &mut [], Record::Nothing, workspace);
         let delta = -(end.inverse * (tip.m - rod.l_tip));
         let delta = delta * (one / (one - dot(last, delta) / square));
         let size = length(delta);
@@ -49,11 +49,13 @@ fn chord_steps<L: Lane, T: Terms>(program: &Program, rod: &Rod<L>, end: &mut Pat
 ///
 /// Lanes that the path does not lead to a stable equilibrium are `Pending`, except on the last path.
 #[inline(always)]
+#[allow(clippy::too_many_arguments)]
 pub fn solve_group<L: Lane, T: Terms>(
     program: &Program,
     token: L::Token,
     inputs: &Inputs<'_, L::Scalar>,
     path: Path,
+    rest_slope: Vec3<L>,
     rod: &mut Rod<L>,
     workspace: &mut Workspace<L>,
     out: &mut Outputs<'_, L::Scalar>,
@@ -70,7 +72,7 @@ pub fn solve_group<L: Lane, T: Terms>(
             let start = program.vector(token, inputs, start);
             search::<L, T>(program, &program.coarse, rod, start, !one.lt(zero), &known, workspace)
         }
-        _ => follow_path::<L, T>(program, rod, path, workspace),
+        _ => follow_path::<L, T>(program, rod, path, rest_slope, workspace),
     };
     if path == Path::Ramp && !L::any(end.reached) {
         out.store(Quantity::Status.column(), code(one, Status::Pending));
@@ -91,7 +93,7 @@ pub fn solve_group<L: Lane, T: Terms>(
     let (mut w, mut w_inverse) = (end.inverse, end.inverse);
     for pass in 0..NEWTON_LIMIT {
         start_columns::<L, T>(program, rod, end.m0, workspace, &mut columns);
-        tip = shoot::<L, T>(program, &program.fine, rod, one, end.m0, &mut columns, true, workspace);
+        tip = shoot::<L, T>(program, &program.fine, rod, one, end.m0, &mut columns, Record::Traces, workspace);
         w = tip_moment_columns::<L, T>(&tip, &columns[0]);
         w_inverse = inverse(w);
         delta = -(w_inverse * (tip.m - rod.l_tip)); // J5
@@ -112,7 +114,11 @@ pub fn solve_group<L: Lane, T: Terms>(
     let residual = length(tip.m - rod.l_tip);
 
     let within_reach = length(tip.p).lt(one.constant(REACH));
-    let index = stability_index::<L, T>(&workspace.station, &tip, &columns);
+    let mut index = stability_index::<L, T>(&workspace.station, &tip, &columns);
+    let doubtful = converged & !index.lt(one.constant(0.5));
+    if by_rotation(&columns).is_none() && L::any(doubtful) {
+        index = L::select(doubtful, whole_index::<L, T>(program, rod, end.m0, workspace), index);
+    }
     let stable = index.lt(one.constant(0.5));
     let certain = if path == Path::Search { !one.lt(zero) } else { stable | is_sharp(&w) };
     let converged = converged & within_reach & certain;
@@ -161,7 +167,7 @@ pub fn write_derivatives<L: Lane, T: Terms>(
     }
 }
 
-/// The columns of a pass at the base: by moment and by rotation, and what the derivatives need.
+/// The columns of a pass at the base: by base moment, and what the derivatives need.
 #[inline(always)]
 pub fn start_columns<L: Lane, T: Terms>(
     program: &Program,
@@ -173,12 +179,14 @@ pub fn start_columns<L: Lane, T: Terms>(
     let one = m0.x.constant(1.0);
     columns.clear();
     columns.push(moment_columns(one));
-    columns.push(rotation_columns(m0));
     for sources in &workspace.sources {
         columns.push(forward_columns::<L, T>(rod, sources, m0));
     }
     if !program.forward && !program.derivatives.is_empty() {
         columns.push(force_columns(one));
+        if program.base_moment_rows {
+            columns.push(rotation_columns(m0));
+        }
     }
 }
 
@@ -229,7 +237,7 @@ fn error_estimate<L: Lane, T: Terms>(
     workspace: &mut Workspace<L>,
 ) -> L {
     let one = end.lambda.constant(1.0);
-    let tip = shoot::<L, T>(program, &program.check, rod, one, end.m0, &mut [], false, workspace);
+    let tip = shoot::<L, T>(program, &program.check, rod, one, end.m0, &mut [], Record::Nothing, workspace);
     let delta = -(w_inverse * (tip.m - rod.l_tip));
     let turn = by_moment.w * delta;
     let dp = length(tip.p + by_moment.dp * delta - p) / rod.length();

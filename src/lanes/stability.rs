@@ -2,12 +2,17 @@
 //!
 //! With the canonical columns (w, mu), mu = dm - w x m / 2, elimination from the base leaves the negative eigenvalues of
 //! A + b^-1 a at each station, A = mu w^-1 by base moment; congruent forms need only the w of six columns. S1 to S3
+//!
+//! Where there are columns by base moment alone, the negative eigenvalues of A itself are counted at each station: those
+//! of the rod cut off there. None at all means none of the whole (S4); others mean nothing.
 
-use super::algebra::{Mat3, columns_cross_sub, cross, dot, inverse, select_matrix, transpose};
-use super::column::Columns;
+use super::algebra::{Mat3, Vec3, columns_cross_sub, cross, dot, inverse, select_matrix, transpose};
+use super::base::{moment_columns, rotation_columns};
+use super::column::{By, Columns};
 use super::lane::{Lane, Scalar};
-use super::rod::Terms;
-use super::shoot::{Tip, tip_moment_columns};
+use super::program::Program;
+use super::rod::{Rod, Terms};
+use super::shoot::{Record, Tip, Workspace, shoot, tip_moment_columns};
 use crate::model::path::INDEX_NOISE;
 
 /// The distal end of the intervals that have been counted.
@@ -31,8 +36,18 @@ impl<L: Lane> Station<L> {
 
 /// Counts the interval from the last station to the end of a step, unless it is too short: its b is round-off.
 #[inline(always)]
-pub fn add_station<L: Lane>(station: &mut Station<L>, shortest: L, s: L, columns: &[Columns<L>]) {
-    let (by_moment, by_rotation) = (columns[0].w, columns[1].w);
+pub fn add_station<L: Lane, T: Terms>(
+    station: &mut Station<L>,
+    shortest: L,
+    s: L,
+    end: &Tip<L>,
+    columns: &[Columns<L>],
+) {
+    let Some(by_rotation) = by_rotation(columns) else {
+        station.index = stability_index::<L, T>(station, end, columns);
+        return;
+    };
+    let (by_moment, by_rotation) = (columns[0].w, by_rotation.w);
     let b = by_moment * transpose(station.by_rotation) - by_rotation * transpose(station.by_moment);
     let q = transpose(station.by_moment) * (inverse(b) * by_moment);
     let counts = shortest.lt(s - station.s);
@@ -42,10 +57,25 @@ pub fn add_station<L: Lane>(station: &mut Station<L>, shortest: L, s: L, columns
     station.s = L::select(counts, s, station.s);
 }
 
-/// Number of negative eigenvalues of the second variation; `columns` are those by moment and by rotation.
+/// The columns by base rotation, which are the last.
+#[inline(always)]
+pub fn by_rotation<L>(columns: &[Columns<L>]) -> Option<&Columns<L>> {
+    columns.last().filter(|last| last.by == By::BaseRotation)
+}
+
+/// Number of negative eigenvalues of the second variation; the first of the columns are those by base moment.
 #[inline(always)]
 pub fn stability_index<L: Lane, T: Terms>(station: &Station<L>, tip: &Tip<L>, columns: &[Columns<L>]) -> L {
     station.index + negative_count(transpose(columns[0].w) * canonical::<L, T>(tip, &columns[0]))
+}
+
+/// The stability index at a base moment, with columns by base rotation.
+#[inline(always)]
+pub fn whole_index<L: Lane, T: Terms>(program: &Program, rod: &Rod<L>, m0: Vec3<L>, workspace: &mut Workspace<L>) -> L {
+    let one = m0.x.constant(1.0);
+    let columns = &mut [moment_columns(one), rotation_columns(m0)];
+    let tip = shoot::<L, T>(program, &program.fine, rod, one, m0, columns, Record::Stability, workspace);
+    stability_index::<L, T>(&workspace.station, &tip, columns)
 }
 
 /// Squared Frobenius norm.

@@ -3,7 +3,7 @@
 use super::algebra::{
     Mat3, Vec3, axpy, columns_axpy, columns_cross, columns_cross_sub, cross, dot, row_times, transpose,
 };
-use super::column::{Columns, Force, column_force};
+use super::column::{By, Columns, column_force};
 use super::lane::Lane;
 use super::program::Collect;
 use super::rod::{Rigid, Rod, State, Terms, world_dipole};
@@ -32,7 +32,6 @@ pub struct Trace<L> {
 }
 
 impl<L: Lane> Trace<L> {
-    #[inline(always)]
     pub fn zero(zero: L) -> Self {
         let v = Vec3::splat(zero);
         let rows = [v; 3];
@@ -48,11 +47,31 @@ impl<L: Lane> Trace<L> {
             length: v,
         }
     }
+
+    /// Empties what will be collected.
+    #[inline(always)]
+    pub fn clear(&mut self, collect: Collect, zero: L) {
+        let rows = [Vec3::splat(zero); 3];
+        if collect.rest_curvature || collect.stiffness {
+            (self.rest_curvature, self.stiffness) = (rows, rows);
+            (self.rest_curvature_rise, self.stiffness_rise) = (rows, rows);
+        }
+        for (is_collected, integral) in [
+            (collect.shear_compliance, &mut self.shear_compliance),
+            (collect.load, &mut self.load),
+            (collect.dipole, &mut self.dipole),
+            (collect.field, &mut self.field),
+        ] {
+            if is_collected {
+                *integral = rows;
+            }
+        }
+    }
 }
 
 /// One column at one stage.
 pub struct Column<L> {
-    pub force: Force,
+    pub by: By,
     pub w: Vec3<L>,
     /// dm - w x m
     pub x: Vec3<L>,
@@ -91,7 +110,7 @@ pub fn collect_integrals<L: Lane, T: Terms>(
         }
     }
     if T::GENERAL && collect.shear_compliance {
-        let y = column_force(column.force, column.dn, stage.n, column.w);
+        let y = column_force(column.by, column.dn, stage.n, column.w);
         for (j, d) in directors.into_iter().enumerate() {
             let n_body = dot(d, stage.n) * hb;
             trace.shear_compliance[j][k] = n_body.mul_add(dot(d, y), trace.shear_compliance[j][k]);
@@ -147,7 +166,7 @@ pub fn length_row<L: Lane, T: Terms>(
 ) -> Vec3<L> {
     let dm = columns.moment::<T>(state.p, n);
     let mut row = row_times(omega, columns_cross_sub(columns.w, m, dm));
-    if columns.force == Force::Unit {
+    if columns.by == By::TipForce {
         row = row + v;
     }
     if T::FORCE {
@@ -185,7 +204,7 @@ pub fn collect_rigid<L: Lane, T: Terms>(
     trace.field = add_rows(one, columns_cross(w, mu_world), zero);
     let wt = columns_cross(w, state.t);
     trace.load = add_rows(one, columns_axpy(segment.length * half, wt, columns.dp), zero);
-    trace.length = if columns.force == Force::Unit { state.t } else { zero[0] };
+    trace.length = if columns.by == By::TipForce { state.t } else { zero[0] };
     if T::FORCE {
         trace.length = trace.length + row_times(axpy(half, segment.w, n), wt);
     }

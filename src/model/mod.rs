@@ -39,7 +39,7 @@ pub use scene::{
     SegmentKind, ShearElasticity, Stiffness,
 };
 pub use segment_parameter::{SegmentParameter, ShearAxis};
-pub use solution::{NO_EQUILIBRIUM, Quantity, ROWS, Solutions};
+pub use solution::{MOST_ROWS, NO_EQUILIBRIUM, Quantity, Solutions};
 pub use starts::{MOST_KNOWN, SEARCH_ENTRIES, Start};
 pub use status::Status;
 pub use stepper::{Stepper, Tableau};

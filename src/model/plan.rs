@@ -5,7 +5,9 @@ use super::plan_parts::{free_part, is_forward, natural_units, segment_plans, ter
 use super::rest_shape::{REST_POSE, rest_pose};
 use super::rod::{BASE_RECORD, Slot};
 use super::starts::SEARCH_ENTRIES;
-use super::{BLOCK, Blocks, Parameter, ParameterError, Rod, Scene, SceneError, SegmentKind, Stepper, Units};
+use super::{
+    BLOCK, Blocks, MOST_ROWS, Parameter, ParameterError, Quantity, Rod, Scene, SceneError, SegmentKind, Stepper, Units,
+};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 
@@ -79,6 +81,8 @@ pub struct PlanOptions {
     /// Steps over the whole rod, shared out by length.
     pub steps: usize,
     pub sensitivity: Sensitivity,
+    /// Whether derivatives include those of the base moment, which take three columns more.
+    pub base_moment_rows: bool,
 }
 
 /// How derivatives are computed.
@@ -95,7 +99,13 @@ pub enum Sensitivity {
 
 impl Default for PlanOptions {
     fn default() -> Self {
-        Self { tolerance: 1e-6, stepper: Stepper::Dop853, steps: 6, sensitivity: Sensitivity::Auto }
+        Self {
+            tolerance: 1e-6,
+            stepper: Stepper::Dop853,
+            steps: 6,
+            sensitivity: Sensitivity::Auto,
+            base_moment_rows: true,
+        }
     }
 }
 
@@ -335,6 +345,16 @@ impl Plan {
         let record: Vec<f64> = (0..self.record_len()).map(|entry| self.entry(batch, sample, entry)).collect();
         rod.read_record(&record);
         rod
+    }
+
+    /// Rows of one derivative: tip position, tip rotation and, where they are wanted, base moment.
+    pub fn rows(&self) -> usize {
+        if self.options.base_moment_rows { MOST_ROWS } else { MOST_ROWS - 3 }
+    }
+
+    /// Columns of the solutions.
+    pub fn output_count(&self) -> usize {
+        Quantity::COUNT + self.rows() * self.derivatives.len()
     }
 
     /// Entries of the rod's record, before the coefficients.

@@ -1,6 +1,6 @@
 //! What a backend returns for a batch.
 
-use super::{Blocks, Status};
+use super::{Blocks, Plan, Status};
 
 /// Columns of a solution before the derivatives; SI units, world frame unless said otherwise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,21 +42,24 @@ impl Quantity {
 /// Stability index of a row whose numbers do not satisfy the equilibrium equations.
 pub const NO_EQUILIBRIUM: f64 = -1.0;
 
-/// Rows of one derivative: tip position (3), tip rotation w (3), base moment (3).
-pub const ROWS: usize = 9;
+/// Rows of one derivative at most: tip position (3), tip rotation w (3) and, if the plan says so, base moment (3).
+pub const MOST_ROWS: usize = 9;
 
-/// Solutions of a batch: one row a sample; `Quantity` columns, then `ROWS` columns for each derivative of the plan.
+/// Solutions of a batch: one row a sample; `Quantity` columns, then [`Plan::rows`] columns for each derivative.
 ///
 /// A derivative's rows are d(tip position) [m/unit], the world-frame virtual rotation w with dR = hat(w) R
 /// [rad/unit] and d(base moment) [N·m/unit]. Failed samples hold the last iterate or NaN.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Solutions {
     pub values: Blocks<f64>,
+    /// Of a derivative.
+    rows: usize,
 }
 
 impl Solutions {
-    pub fn new(derivative_count: usize, sample_count: usize) -> Self {
-        Self { values: Blocks::new(Quantity::COUNT + ROWS * derivative_count, sample_count) }
+    /// Room for the solutions of a batch of a plan.
+    pub fn new(plan: &Plan, sample_count: usize) -> Self {
+        Self { values: Blocks::new(plan.output_count(), sample_count), rows: plan.rows() }
     }
 
     pub fn sample_count(&self) -> usize {
@@ -97,12 +100,12 @@ impl Solutions {
     }
 
     /// Column of one row of a derivative.
-    pub fn derivative_column(derivative: usize, row: usize) -> usize {
-        Quantity::COUNT + ROWS * derivative + row
+    pub fn derivative_column(&self, derivative: usize, row: usize) -> usize {
+        Quantity::COUNT + self.rows * derivative + row
     }
 
     pub fn derivative(&self, sample: usize, derivative: usize, row: usize) -> f64 {
-        self.values.get(sample, Self::derivative_column(derivative, row))
+        self.values.get(sample, self.derivative_column(derivative, row))
     }
 
     /// Tip rotation, body to world, by rows; made orthonormal.

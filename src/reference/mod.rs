@@ -24,7 +24,7 @@ pub use equilibrium::{
 pub use shape::{Pose, PoseDerivative, shape, shape_with_derivatives};
 
 use crate::backend::{Backend, BackendError, BackendInfo, BackendKind, Precision};
-use crate::model::{Batch, NO_EQUILIBRIUM, Plan, Quantity, ROWS, Slot, Solutions, Status};
+use crate::model::{Batch, MOST_ROWS, NO_EQUILIBRIUM, Plan, Quantity, Slot, Solutions, Status};
 use rayon::prelude::*;
 
 /// Samples in one call: enough to keep the threads busy.
@@ -71,7 +71,7 @@ impl Reference {
         put(Quantity::LoadFraction, &[equilibrium.load_fraction]);
         put(Quantity::Status, &[f64::from(equilibrium.status.code())]);
         for derivative in &self.plan.derivatives {
-            let mut rows = [0.0; ROWS];
+            let mut rows = [0.0; MOST_ROWS];
             for (slot, entry) in &derivative.terms {
                 let rate = self.plan.entry(batch, sample, *entry);
                 let of_slot = self.slots.iter().zip(&equilibrium.derivatives).find(|(other, _)| *other == slot);
@@ -81,7 +81,7 @@ impl Reference {
                     }
                 }
             }
-            row.extend(rows);
+            row.extend(&rows[..self.plan.rows()]);
         }
         row
     }
@@ -116,7 +116,7 @@ impl Backend for Reference {
         let sample_count = batch.sample_count();
         let rows: Vec<Vec<f64>> =
             (0..sample_count).into_par_iter().map(|sample| self.solve_sample(batch, sample)).collect();
-        let mut solutions = Solutions::new(self.plan.derivatives.len(), sample_count);
+        let mut solutions = Solutions::new(&self.plan, sample_count);
         for (sample, row) in rows.iter().enumerate() {
             for (column, value) in row.iter().enumerate() {
                 solutions.values.set(sample, column, *value);

@@ -230,7 +230,7 @@ impl<'a> BranchSearch<'a> {
             .enumerate()
             .map(|(sample, (range, of))| chosen(plan, energy, (batch, sample), range.clone(), of, rows))
             .collect();
-        let mut solutions = Solutions::new(self.plan.derivatives.len(), chosen.iter().map(Vec::len).sum());
+        let mut solutions = Solutions::new(&self.plan, chosen.iter().map(Vec::len).sum());
         let (mut branches, mut samples) = (Vec::new(), Vec::with_capacity(found.len()));
         for (chosen, of) in chosen.iter().zip(found) {
             let (first, mut signs) = (branches.len(), 0);

@@ -92,7 +92,7 @@ impl Kept {
             }
         });
         let truth = backend.solve(&batch)?;
-        let mut ours = Solutions::new(plan.derivatives.len(), self.indices.len());
+        let mut ours = Solutions::new(plan, self.indices.len());
         let width = ours.values.column_count();
         for (at, value) in self.rows.iter().enumerate() {
             ours.values.set(at / width, at % width, *value);

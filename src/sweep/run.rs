@@ -17,7 +17,7 @@ use super::refine::Refiners;
 use super::sink;
 use super::spec::{BranchChoice, Format, SweepSpec};
 use crate::backend::{Backend, BackendError, BackendInfo};
-use crate::model::{BLOCK, Plan, Quantity, ROWS, Status};
+use crate::model::{BLOCK, Plan, Status};
 use serde::Serialize;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -242,7 +242,7 @@ pub fn run(spec: &SweepSpec, backend: &mut dyn Backend, options: &RunOptions) ->
         worst_error_estimate: 0.0,
         timings: Timings::default(),
     };
-    let row_bytes = 8 * (plan.input_count + Quantity::COUNT + ROWS * plan.derivatives.len());
+    let row_bytes = 8 * (plan.input_count + plan.output_count());
     let most = if spec.branch == BranchChoice::All { BRANCH_BATCH } else { BATCH_BYTES / row_bytes };
     let batch_size = backend.batch_size().min(most).max(BLOCK);
     let has_rows = spec.format != Format::None || spec.branch == BranchChoice::All;

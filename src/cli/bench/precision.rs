@@ -62,7 +62,7 @@ fn curve(
 ) -> Result<(), CommandError> {
     let (mut best, mut flat) = (f64::INFINITY, 0);
     for steps in steps {
-        let options = PlanOptions { stepper, steps: *steps, ..PlanOptions::default() };
+        let options = PlanOptions { stepper, steps: *steps, base_moment_rows: false, ..PlanOptions::default() };
         let error = match point(problem, work, engine, options, session) {
             Ok(error) => error,
             Err(CommandError::Backend(

@@ -93,7 +93,7 @@ impl<'a> Problem<'a> {
             let remedy = format!("{file}: no sample has an answer; give smaller ranges in [[axis]]");
             return Err(CommandError::Usage(remedy));
         }
-        let mut kept = Solutions::new(wrt.len(), known.len());
+        let mut kept = Solutions::new(&plan, known.len());
         known.iter().enumerate().for_each(|(to, from)| kept.copy_row(to, &truth, *from));
         let of_known = |all: &[Vec<f64>]| -> Vec<Vec<f64>> { known.iter().map(|at| all[*at].clone()).collect() };
         let (rows, near) = (of_known(&rows), of_known(&near));

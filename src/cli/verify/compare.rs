@@ -1,7 +1,7 @@
 //! How far two engines are apart, over all samples of all cases, in measures that do not depend on units.
 
 use super::cases::Case;
-use rodsweep::model::{Parameter, Quantity, ROWS, Scene, Solutions, Units};
+use rodsweep::model::{MOST_ROWS, Parameter, Quantity, Scene, Solutions, Units};
 use rodsweep::sweep::rotation_angle;
 
 /// Converged tips further apart than this share of the length lie on different branches.
@@ -102,13 +102,13 @@ impl Differences {
         }
         let scene = case.scene(sample);
         for (column, derivative) in case.plan.derivatives.iter().enumerate() {
-            let rows = |solutions: &Solutions| -> [f64; ROWS] {
+            let rows = |solutions: &Solutions| -> [f64; MOST_ROWS] {
                 let unit = [length, 1.0, units.moment()];
                 std::array::from_fn(|row| solutions.derivative(sample, column, row) / unit[row / 3])
             };
             let (found, expected) = (rows(found), rows(expected));
             let natural = limits.small_column * natural_size(&scene, derivative.parameter, units);
-            for part in [0..6, 6..ROWS] {
+            for part in [0..6, 6..MOST_ROWS] {
                 let (found, expected) = (&found[part.clone()], &expected[part]);
                 let error = distance(found, expected);
                 let size = norm(expected).max(natural);

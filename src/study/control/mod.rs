@@ -247,7 +247,7 @@ impl Control {
 
     /// Equilibria from rest.
     fn solve_from_rest(&mut self, rows: &[Inputs]) -> Result<Solutions, BackendError> {
-        let mut all = Solutions::new(self.plan.derivatives.len(), rows.len());
+        let mut all = Solutions::new(&self.plan, rows.len());
         let size = self.rest.batch_size();
         let task = &self.task;
         for (chunk, rows) in rows.chunks(size).enumerate() {
@@ -264,7 +264,7 @@ impl Control {
         if rows.len() <= size {
             return self.search_batch(rows);
         }
-        let mut all = Solutions::new(self.plan.derivatives.len(), rows.len());
+        let mut all = Solutions::new(&self.plan, rows.len());
         for (chunk, rows) in rows.chunks(size).enumerate() {
             copy_rows(&mut all, chunk * size, &self.search_batch(rows)?);
         }
