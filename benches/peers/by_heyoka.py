@@ -64,9 +64,7 @@ class Shooting:
         self.scene, self.columns = scene, columns
         state = np.zeros((rod.STATE + 9 * columns, BATCH))
         pars = np.ones((9, BATCH))
-        self.integrator = hy.taylor_adaptive_batch(
-            system(columns), state, pars=pars, tol=tolerance, compact_mode=columns > 3
-        )
+        self.integrator = hy.taylor_adaptive_batch(system(columns), state, pars=pars, tol=tolerance)
 
     def segment(self, y, length, n, own):
         integrator, end = self.integrator, np.empty_like(y)

@@ -114,9 +114,9 @@ def measured(scene, truth, solve, repeats):
     thetas = np.array([scene.parameters(t["currents"]) for t in truth])
     found, times = solve(thetas), []
     for _ in range(repeats):
-        start = time.perf_counter()
+        start = time.process_time()
         solve(thetas)
-        times.append(time.perf_counter() - start)
+        times.append(time.process_time() - start)
     return errors(scene, truth, *found), sorted(times)
 
 

@@ -81,9 +81,9 @@ impl Report {
         let headers = ["peer", "settings", "tip", "worst column", "a sample", "over this program's", "lost"];
         format!(
             "\nPeers, measured by `benches/peers/run`{measured}, on samples of the same scene, from rest with the whole \
-             Jacobian, one core, time on the wall, compiling left out; the last column but one is over this program's time \
+             Jacobian, one thread, processor time, compiling left out; the last column but one is over this program's time \
              at the same tip error. heyoka.py: Taylor's method, compiled, eight samples in a register, sensitivities as part \
-             of the system. JAX: jit and vmap over blocks of samples, forward mode. CasADi: CVODES with its forward \
+             of the system. JAX: jit and vmap over all samples, forward mode. CasADi: CVODES with its forward \
              sensitivities, a sample at a time. SciPy: solve_ivp, fsolve, finite differences, a sample at a time.\n\n{}",
             table(&headers, &rows)
         )
