@@ -130,8 +130,8 @@ impl Report {
                 (Some(_), false) => {
                     let sizes: Vec<String> = faster.iter().map(|record| whole(record.size)).collect();
                     format!(
-                        "- {gpu}: faster than the CPU in the same arithmetic at {} samples a batch, slower at the others and \
-                         at the largest measured, {}.\n",
+                        "- {gpu}: faster than the CPU in the same arithmetic at {} samples a batch, slower at the \
+                         other sizes up to {}.\n",
                         sizes.join(" and "),
                         whole(most)
                     )
