@@ -1,4 +1,4 @@
-//! The report of `bench` is made of its two files alone, the README's table with it; and `bench` measures what it says.
+//! The report of `bench` is made of its files alone, the README's table with it; and `bench` measures what it says.
 
 mod common;
 
@@ -26,12 +26,19 @@ fn committed(name: &str) -> String {
     read(Path::new(COMMITTED).join(name))
 }
 
+/// What `benches/peers/run` has measured, where it has.
+fn peers() -> Option<String> {
+    let path = Path::new(COMMITTED).join("peers.csv");
+    root().join(&path).exists().then(|| read(path))
+}
+
 #[test]
 fn the_readme_shows_the_committed_data() {
     let readme = read("README.md");
     let (_, rest) = readme.split_once(BEGIN).expect("a place for the table");
     let (shown, _) = rest.split_once(END).expect("an end of the table");
-    let report = Report::read(&committed("raw.csv"), &committed("manifest.json")).expect("a report");
+    let report =
+        Report::read(&committed("raw.csv"), &committed("manifest.json"), peers().as_deref()).expect("a report");
     let fresh = report.readme();
     assert!(fresh.matches("\n| ").count() > 4, "{fresh}");
     assert!(shown == fresh, "put this between the marks, as `bench --render {COMMITTED}` prints it:\n{fresh}");
@@ -43,6 +50,9 @@ fn the_committed_report_is_that_of_its_data() {
     fs::create_dir(sandbox.path("report")).expect("a folder");
     for name in ["raw.csv", "manifest.json"] {
         sandbox.write(&format!("report/{name}"), &committed(name));
+    }
+    if let Some(peers) = peers() {
+        sandbox.write("report/peers.csv", &peers);
     }
     let output = sandbox.ok(&["bench", "--render", "report"]);
     assert!(read("README.md").contains(&output.stdout), "{}", output.stdout);
@@ -104,6 +114,91 @@ fn bench_measures_what_it_says() {
     let output = sandbox.run(&["bench", "--quick", "--only", "peak", "--out", "report"]);
     assert_eq!(output.code, 2);
     assert!(output.stderr.contains("--force"), "{}", output.stderr);
+}
+
+/// A bench file of a few samples, for what `benchmark.toml` measures beyond the other scenes.
+#[test]
+fn others_are_measured_on_the_same_samples() {
+    let sandbox = Sandbox::new();
+    fs::create_dir(sandbox.path("files")).expect("a folder");
+    let file = read("sweeps/bench/benchmark.toml").replace("samples = 256", "samples = 16");
+    let file = file.replace("instruction_sets = \"all\"", "instruction_sets = \"best\"");
+    sandbox.write("files/small.toml", &file.replace("software_gpu = true", "software_gpu = false"));
+    sandbox.ok(&["bench", "--quick", "--files", "files", "--only", "small", "--out", "report"]);
+    let raw = fs::read_to_string(sandbox.path("report/raw.csv")).expect("a table");
+    let records = from_csv(&raw).expect("a table");
+    let of = |engine: &str, work: &str| -> Vec<&Record> {
+        let engine = |record: &&Record| record.engine.contains(engine) && record.precision == "f64";
+        records.iter().filter(engine).filter(|record| record.part == "precision" && record.work == work).collect()
+    };
+    for work in ["given", "tip", "cold", "warm"] {
+        let crate_of = of("literature: ode_solvers", work);
+        assert!(crate_of.len() >= 3, "{work}: {crate_of:?}");
+        for record in &crate_of {
+            assert_eq!((record.failed, record.elsewhere), (0.0, 0.0), "{work} to {:e}", record.size);
+            assert!(record.tip[2] < 5.0 * record.size, "{work} to {:e}: {:e}", record.size, record.tip[2]);
+        }
+    }
+    // Where the base moment is given there is no path to follow, for this program as for the others.
+    let passes =
+        |work: &str| of("", work).into_iter().filter(|r| !r.passes.is_nan()).map(|r| r.passes).fold(0.0, f64::max);
+    assert!(passes("given") < 0.7 * passes("tip"), "{} and {} passes", passes("given"), passes("tip"));
+    let least = |work: &str| of("paper", work).iter().map(|record| record.least).fold(f64::INFINITY, f64::min);
+    assert!(2.0 * least("given") < least("tip"), "{} s and {} s", least("given"), least("tip"));
+    let report = fs::read_to_string(sandbox.path("report/report.md")).expect("a report");
+    for row in ["| this program |", "| paper's form |", "| finite differences |", "| ode_solvers |"] {
+        assert!(report.contains(row), "{row}: {report}");
+    }
+}
+
+#[test]
+fn checks_have_a_price() {
+    let sandbox = Sandbox::new();
+    let output = sandbox.ok(&["bench", "--quick", "--only", "trust,peak", "--out", "report"]);
+    let raw = fs::read_to_string(sandbox.path("report/raw.csv")).expect("a table");
+    let records = from_csv(&raw).expect("a table");
+    let find = |case: &str| records.iter().find(|r| r.part == "trust" && r.case == case).expect("a row");
+    let [map, attempts, check] = ["the map", "second attempts", "spot check"].map(find);
+    assert!(map.samples > 10_000.0 && map.seconds > 1e-7 && attempts.seconds < map.seconds, "{map:?} {attempts:?}");
+    // A sample of the check is solved by the scalar reference.
+    assert!(check.samples >= 20.0 && check.seconds < 0.5 * map.seconds, "{check:?}");
+    let [sample, estimate, index] = ["a sample", "error estimate", "stability index"].map(|case| find(case).operations);
+    assert!(estimate > 1000.0 && index > 1000.0 && estimate + index < 0.6 * sample, "{estimate} {index} {sample}");
+    let report = fs::read_to_string(sandbox.path("report/report.md")).expect("a report");
+    assert!(report.contains("## What trust costs") && output.stderr.contains("what checks cost"), "{report}");
+}
+
+#[test]
+fn peers_stay_beside_a_new_measurement() {
+    let sandbox = Sandbox::new();
+    let measure =
+        |more: &[&str]| sandbox.run(&[&["bench", "--quick", "--only", "peak", "--out", "report"], more].concat());
+    assert_eq!(measure(&[]).code, 0);
+    let peer = Record {
+        work: "cold".into(),
+        engine: "heyoka.py 1.2.3".into(),
+        precision: "f64".into(),
+        method: "Taylor".into(),
+        size: 1e-6,
+        tip: [1e-8; 3],
+        seconds: 46e-6,
+        spread: 0.5,
+        ..Record::new("peers", "benchmark")
+    };
+    let run = Record { status: "Python 3.11".into(), ..Record::new("peers run", "2026-01-02") };
+    let peers = to_csv(&[run, peer]);
+    sandbox.write("report/peers.csv", &peers);
+    let output = measure(&["--force"]);
+    assert_eq!(output.code, 0, "{}", output.stderr);
+    assert!(fs::read_to_string(sandbox.path("report/peers.csv")).is_ok_and(|text| text == peers));
+    let report = fs::read_to_string(sandbox.path("report/report.md")).expect("a report");
+    for words in ["| heyoka.py 1.2.3 | Taylor to 1e-6 |", "2026-01-02", "Python 3.11", "in 0 of 0 measurements"] {
+        assert!(report.contains(words), "{words}: {report}");
+    }
+    // What is damaged is told by file and line.
+    sandbox.write("report/peers.csv", &peers.replace("4.6000e-5", "quick"));
+    let output = sandbox.run(&["bench", "--render", "report"]);
+    assert!(output.code == 2 && output.stderr.contains("peers.csv: line 3"), "{}", output.stderr);
 }
 
 #[test]

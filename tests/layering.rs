@@ -20,13 +20,14 @@ const LAYERS: [(&str, u32); 11] = [
 /// Modules that may name less than their layer allows.
 const NARROW: [(&str, &[&str]); 2] = [("sweep", &["model", "backend"]), ("report", &["model"])];
 /// Crates that belong to one part of the source.
-const OWNERS: [(&str, &[&str]); 18] = [
+const OWNERS: [(&str, &[&str]); 19] = [
     ("wgpu", &["src/gpu/"]),
     ("naga", &["src/gpu/"]),
     ("pollster", &["src/gpu/"]),
     ("pulp", &["src/lanes/", "src/cli/bench/peak.rs"]),
     ("nix", &["src/cli/bench/clock.rs"]),
     ("nalgebra", &["src/reference/", "src/baseline/", "src/study/"]),
+    ("ode_solvers", &["src/baseline/adaptive.rs"]),
     ("levenberg_marquardt", &["src/study/fit/"]),
     ("parquet", &["src/sweep/sink"]),
     ("arrow", &["src/sweep/sink"]),

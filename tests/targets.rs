@@ -41,6 +41,22 @@ fn near_the_axis(scene: &Scene) -> Vec<Target> {
     tips.into_iter().flatten().filter(near).map(|position| Target { position, tangent: None }).collect()
 }
 
+/// Tips of permitted currents where J has one large and one weak direction, of a twenty-thousandth: what is missing is
+/// found along the weak one.
+const WEAK: [Vector; 3] = [
+    [-0.0006523778911778792, 0.002924912303866696, 0.0942393737901146],
+    [-0.0007136588875228899, 0.0030175489446134245, 0.09423630036828465],
+    [-0.0008086869134166676, 0.003074403983280887, 0.09423313140982921],
+];
+
+#[test]
+fn a_weak_direction_is_followed() {
+    let targets = WEAK.map(|position| Target { position, tangent: None });
+    for point in reach(&scene("p6.toml"), [true; 3], &targets, &TargetOptions::default()) {
+        assert!(point.outcome == Outcome::Reached && point.iterations < 300, "{point:?}");
+    }
+}
+
 #[test]
 fn nearly_all_targets_near_the_axis_are_reached() {
     let scene = scene("p6.toml");

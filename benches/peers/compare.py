@@ -1,159 +1,80 @@
-"""Times JAX and SciPy on samples that the reference has solved, and appends rows to raw.csv.
+"""Times what a researcher would write in Python on samples that the reference has solved, and writes peers.csv.
 
-Both integrate the rod as one would write it down: tip-to-base force balance by hand, then p' = t, R' = R hat(u),
-m' = -t x n with u = u* + K^-1 R^T m, shooting on the base moment from rest under growing loads. JAX: fixed RK4 steps,
-jit, vmap over samples, Jacobian by forward mode and the implicit function theorem. SciPy: solve_ivp with DOP853, fsolve,
-Jacobian by forward differences.
+All integrate the rod as one would write it down (rod.py): force balance by hand, p, R and m along the rod, shooting on
+the base moment from rest under growing loads. A peer that cannot be imported is left out and said so.
 """
 
 import csv
+import datetime
+import importlib.metadata
+import platform
 import sys
 import time
-import tomllib
 
-import jax
-import jax.numpy as jnp
 import numpy as np
-import scipy
-from scipy.integrate import solve_ivp
-from scipy.optimize import fsolve
 
-jax.config.update("jax_enable_x64", True)
+import rod
 
 SMALL_COLUMN = 1e-3
 REPEATS = 5
-SCIPY_SAMPLES = 3
-UNITS = {"mm": 1e-3, "T": 1.0, "mN": 1e-3, "A": 1.0, "N·m²": 1.0}
+# Samples of those that take long.
+FEW = {"SciPy": 3, "CasADi, CVODES": 24}
 
 
-def si(value):
-    """A number, or a text with one of the units of the scene."""
-    if isinstance(value, str):
-        number, unit = value.split()
-        return float(number) * UNITS[unit]
-    return value
+def jax_points(scene):
+    import by_jax
+
+    for method, all_steps in (("rk4", (8, 12, 24, 48, 96)), ("dop853", (2, 4, 6))):
+        for steps in all_steps:
+            solve = by_jax.solver(scene, method, steps)
+            yield method, steps, lambda thetas, solve=solve: [np.asarray(x) for x in solve(thetas)]
 
 
-class Scene:
-    def __init__(self, file):
-        with open(file, "rb") as text:
-            scene = tomllib.load(text)["scene"]
-        self.field = np.array([si(x) for x in scene["field"]["flux_density"]])
-        self.tip_force = np.array([si(x) for x in scene["loads"]["tip_force"]])
-        proximal, coil, distal = scene["segment"]
-        self.lengths = [si(segment["length"]) for segment in (proximal, coil, distal)]
-        self.turns_area = np.array(coil["coil"]["turns_area"])
-        numbers = lambda s: [*s["rest_curvature"], si(s["stiffness"]["bending"]), si(s["stiffness"]["torsion"])]
-        # In the order of the derivatives: tip force, insertion, then each flexible segment's own.
-        self.rest = np.array([*self.tip_force, self.lengths[0], *numbers(proximal), *numbers(distal)])
-
-    def parameters(self, currents):
-        return np.concatenate([currents, self.rest])
+def each(solve):
+    return lambda thetas: list(zip(*[solve(theta) for theta in thetas]))
 
 
-def hat(u, xp):
-    return xp.array([[0.0, -u[2], u[1]], [u[2], 0.0, -u[0]], [-u[1], u[0], 0.0]])
+def scipy_points(scene):
+    import by_scipy
+
+    for tolerance in (1e-6, 1e-9):
+        yield "DOP853", tolerance, each(lambda theta, to=tolerance: by_scipy.solve(scene, theta, to))
 
 
-def slopes(y, n, u_star, stiffness, xp):
-    """y: p, R by rows, m."""
-    R, m = y[3:12].reshape(3, 3), y[12:15]
-    u = u_star + (R.T @ m) / stiffness
-    t = R[:, 2]
-    return xp.concatenate([t, (R @ hat(u, xp)).ravel(), -xp.cross(t, n)])
+def casadi_points(scene):
+    import by_casadi
+
+    for tolerance in (1e-5, 1e-7, 1e-9, 1e-11):
+        yield "Adams", tolerance, each(by_casadi.solver(scene, tolerance))
 
 
-def across(y, scene, n, currents, xp):
-    """Over the coil, with its dipole and the lever arm of the force."""
-    R = y[3:12].reshape(3, 3)
-    mu, t = R @ (scene.turns_area @ currents), R[:, 2]
-    m = y[12:15] - xp.cross(mu, scene.field * 1.0) - scene.lengths[1] * xp.cross(t, n)
-    return xp.concatenate([y[:3] + scene.lengths[1] * t, y[3:12], m])
+def heyoka_points(scene):
+    import by_heyoka
+
+    for tolerance in (1e-4, 1e-6, 1e-9, 1e-12):
+        yield "Taylor", tolerance, by_heyoka.solver(scene, tolerance)
 
 
-def jax_methods(scene, steps):
-    """Jitted functions over all samples: base moments and Jacobians from rest."""
-    counts = [max(1, round(steps * scene.lengths[k] / (scene.lengths[0] + scene.lengths[2]))) for k in (0, 2)]
-
-    def shoot(m0, theta, load):
-        currents, n = load * theta[:3], load * theta[3:6]
-        pieces = [(theta[6], theta[7:12], counts[0]), (scene.lengths[2], theta[12:17], counts[1])]
-        y = jnp.concatenate([jnp.zeros(3), jnp.eye(3).ravel(), m0])
-        for index, (length, numbers, count) in enumerate(pieces):
-            stiffness = jnp.array([numbers[3], numbers[3], numbers[4]])
-            h = length / count
-
-            def step(y, _, h=h, stiffness=stiffness, u_star=numbers[:3]):
-                f = lambda y: slopes(y, n, u_star, stiffness, jnp)
-                a = f(y)
-                b = f(y + 0.5 * h * a)
-                c = f(y + 0.5 * h * b)
-                d = f(y + h * c)
-                return y + h / 6 * (a + 2 * b + 2 * c + d), None
-
-            y, _ = jax.lax.scan(step, y, None, length=count)
-            if index == 0:
-                y = across(y, scene, n, currents, jnp)
-        return y
-
-    def residual(m0, theta, load):
-        return shoot(m0, theta, load)[12:15]
-
-    def solve(theta):
-        def newton(m0, load):
-            for _ in range(2):
-                matrix = jax.jacfwd(residual)(m0, theta, load)
-                m0 = m0 - jnp.linalg.solve(matrix, residual(m0, theta, load))
-            return m0, None
-
-        m0, _ = jax.lax.scan(newton, jnp.zeros(3), jnp.arange(1, 9) / 8)
-        for _ in range(2):
-            m0 = m0 - jnp.linalg.solve(jax.jacfwd(residual)(m0, theta, 1.0), residual(m0, theta, 1.0))
-        tip = shoot(m0, theta, 1.0)
-        by_m0, by_theta = jax.jacfwd(shoot, argnums=(0, 1))(m0, theta, 1.0)
-        dm0 = -jnp.linalg.solve(by_m0[12:15], by_theta[12:15])
-        return tip, by_theta + by_m0 @ dm0
-
-    return jax.jit(jax.vmap(solve))
-
-
-def scipy_solve(scene, theta, tolerance):
-    def shoot(m0, theta, load=1.0):
-        currents, n = load * theta[:3], load * theta[3:6]
-        y = np.concatenate([np.zeros(3), np.eye(3).ravel(), m0])
-        for index, (length, numbers) in enumerate([(theta[6], theta[7:12]), (scene.lengths[2], theta[12:17])]):
-            stiffness = np.array([numbers[3], numbers[3], numbers[4]])
-            f = lambda s, y: slopes(y, n, numbers[:3], stiffness, np)
-            y = solve_ivp(f, (0.0, length), y, method="DOP853", rtol=tolerance, atol=1e-3 * tolerance).y[:, -1]
-            if index == 0:
-                y = across(y, scene, n, currents, np)
-        return y
-
-    scale = 1e-4
-    equilibrium = lambda theta, m0, load=1.0: scale * fsolve(
-        lambda x: shoot(scale * x, theta, load)[12:15] / scale, m0 / scale, xtol=1e-10
-    )
-    m0 = np.zeros(3)
-    for load in (0.25, 0.5, 0.75, 1.0):
-        m0 = equilibrium(theta, m0, load)
-    tip = shoot(m0, theta)
-    columns = []
-    for k in range(len(theta)):
-        moved = theta.copy()
-        step = 1e-5 * max(abs(theta[k]), {0: 0.1, 1: 0.1, 2: 0.1, 3: 1e-3, 4: 1e-3, 5: 1e-3}.get(k, 1e-6))
-        moved[k] += step
-        columns.append((shoot(equilibrium(moved, m0), moved) - tip) / step)
-    return tip, np.array(columns).T
+# Name, package, what to measure.
+PEERS = [
+    ("heyoka.py", "heyoka", heyoka_points),
+    ("JAX", "jax", jax_points),
+    ("CasADi, CVODES", "casadi", casadi_points),
+    ("SciPy", "scipy", scipy_points),
+]
 
 
 def errors(scene, truth, tips, jacobians):
-    """Of the tip over the length, and of the worst column (dp/L, w), as `bench` has them."""
-    length = sum(scene.lengths)
-    scale = np.array([length] * 3 + [1.0] * 3)[:, None]
+    """Of the tip over the length, and of the worst column (dp/L, w), as `bench` has them; and what is elsewhere."""
+    scale = np.array([scene.length] * 3 + [1.0] * 3)[:, None]
     largest = np.max([np.linalg.norm(t["jacobian"] / scale, axis=0) for t in truth], axis=0)
-    tip_errors, column_errors = [], []
+    tip_errors, column_errors, elsewhere = [], [], 0
     for t, tip, jacobian in zip(truth, tips, jacobians):
-        tip, jacobian = np.asarray(tip), np.asarray(jacobian)
+        tip, jacobian = scene.in_si(np.asarray(tip), np.asarray(jacobian))
+        error = np.linalg.norm(tip[:3] - t["tip"]) / scene.length
+        if not error < 0.02:
+            elsewhere += 1
+            continue
         R = tip[3:12].reshape(3, 3)
         # w of each column from dR = hat(w) R.
         turns = [jacobian[3:12, k].reshape(3, 3) @ R.T for k in range(jacobian.shape[1])]
@@ -161,10 +82,10 @@ def errors(scene, truth, tips, jacobians):
         found = np.vstack([jacobian[:3], w]) / scale
         true = t["jacobian"] / scale
         size = np.maximum(np.linalg.norm(true, axis=0), SMALL_COLUMN * largest)
-        tip_errors.append(np.linalg.norm(tip[:3] - t["tip"]) / length)
+        tip_errors.append(error)
         column_errors.append(np.max(np.linalg.norm(found - true, axis=0) / size))
-    at = lambda all: [float(np.quantile(all, q, method="inverted_cdf")) for q in (0.5, 0.95, 1.0)]
-    return at(tip_errors), at(column_errors)
+    at = lambda all: [float(np.quantile(all, q, method="inverted_cdf")) if all else "" for q in (0.5, 0.95, 1.0)]
+    return at(tip_errors), at(column_errors), elsewhere
 
 
 def read_truth(files):
@@ -188,54 +109,60 @@ def read_truth(files):
     return truth
 
 
-def record(file, engine, method, size, samples, tip, column, times):
-    """Appends a row under the header that the table has."""
-    with open(file, newline="") as text:
-        header = next(csv.reader(text))
-    median, least = sorted(times)[len(times) // 2] / samples, min(times) / samples
+def measured(scene, truth, solve, repeats):
+    """Errors, and the time of each repeat; what is compiled is compiled before."""
+    thetas = np.array([scene.parameters(t["currents"]) for t in truth])
+    found, times = solve(thetas), []
+    for _ in range(repeats):
+        start = time.process_time()
+        solve(thetas)
+        times.append(time.process_time() - start)
+    return errors(scene, truth, *found), sorted(times)
+
+
+def row_of(engine, method, size, samples, found, times):
+    tip, column, elsewhere = found
+    median, least = times[len(times) // 2] / samples, times[0] / samples
     row = {
         "part": "peers", "case": "benchmark", "work": "cold", "engine": engine, "precision": "f64", "method": method,
-        "size": size, "samples": samples, "failed": 0, "elsewhere": 0, "seconds": f"{median:.4e}",
+        "size": size, "samples": samples, "failed": 0, "elsewhere": elsewhere, "seconds": f"{median:.4e}",
         "least": f"{least:.4e}", "spread": f"{median / least - 1:.4e}",
     }
     for name, three in (("tip", tip), ("column", column)):
-        row |= {f"{name}_{part}": f"{x:.4e}" for part, x in zip(("median", "p95", "worst"), three)}
-    with open(file, "a", newline="") as text:
-        csv.DictWriter(text, header, lineterminator="\n").writerow(row)
-    print(f"{engine} {method} {size}: tip {tip[1]:.1e}, column {column[1]:.1e}, {1e6 * median:.1f} us", file=sys.stderr)
+        row |= {f"{name}_{part}": x and f"{x:.4e}" for part, x in zip(("median", "p95", "worst"), three)}
+    print(f"{engine} {method} {size}: tip {row['tip_p95']}, column {row['column_p95']}, {1e6 * median:.1f} us", file=sys.stderr)
+    return row
 
 
-def forget(file):
-    """Drops the rows of an earlier comparison."""
-    with open(file) as text:
-        lines = [line for line in text if not line.startswith("peers,")]
-    with open(file, "w") as text:
-        text.writelines(lines)
+def processor():
+    with open("/proc/cpuinfo") as info:
+        return next((line.split(": ")[1].strip() for line in info if line.startswith("model name")), "")
 
 
 def main():
     scene_file, *truth_files, raw = sys.argv[1:]
-    scene, truth = Scene(scene_file), read_truth(truth_files)
+    scene, truth = rod.Scene(scene_file), read_truth(truth_files)
     if not truth:
         sys.exit(f"{truth_files}: no sample has an answer")
-    forget(raw)
-    thetas = np.array([scene.parameters(t["currents"]) for t in truth])
-    for steps in (12, 24, 48, 96):
-        solve = jax_methods(scene, steps)
-        tips, jacobians = jax.block_until_ready(solve(thetas))
-        times = []
-        for _ in range(REPEATS):
-            start = time.perf_counter()
-            jax.block_until_ready(solve(thetas))
-            times.append(time.perf_counter() - start)
-        record(raw, f"JAX {jax.__version__}", "rk4", steps, len(truth), *errors(scene, truth, tips, jacobians), times)
-    few = truth[:SCIPY_SAMPLES]
-    for tolerance in (1e-6, 1e-9):
-        start = time.perf_counter()
-        found = [scipy_solve(scene, scene.parameters(t["currents"]), tolerance) for t in few]
-        times = [time.perf_counter() - start]
-        measured = errors(scene, few, *zip(*found))
-        record(raw, f"SciPy {scipy.__version__}", f"DOP853 to {tolerance:.0e}", "", len(few), *measured, times)
+    versions = [f"Python {platform.python_version()}", f"NumPy {np.__version__}"]
+    date = datetime.datetime.now(datetime.timezone.utc).date().isoformat()
+    rows = [{"part": "peers run", "case": date, "engine": processor(), "status": ", ".join(versions)}]
+    for name, package, points in PEERS:
+        some = truth[: FEW.get(name, len(truth))]
+        try:
+            engine = f"{name} {importlib.metadata.version(package)}"
+            for method, size, solve in points(scene):
+                found, times = measured(scene, some, solve, 1 if name == "SciPy" else REPEATS)
+                rows.append(row_of(engine, method, size, len(some), found, times))
+        except ImportError as error:
+            print(f"{name} is left out: {error}; `pip install {package}` where it has a wheel", file=sys.stderr)
+    # Under the header of the table beside it.
+    with open(raw, newline="") as text:
+        header = next(csv.reader(text))
+    with open(raw.removesuffix("raw.csv") + "peers.csv", "w", newline="") as text:
+        table = csv.DictWriter(text, header, lineterminator="\n")
+        table.writeheader()
+        table.writerows(rows)
 
 
 main()

@@ -249,6 +249,45 @@ impl Rod {
         if scale.is_finite() { scale } else { 1.0 }
     }
 
+    /// The rod in its own units: of length, and of the moment that bends it by about one radian.
+    pub(super) fn without_units(&self) -> Rod {
+        let (length, moment) = (self.length(), self.moment_unit());
+        let force = moment / length;
+        let mut rod = Rod { p0: self.p0 / length, f_tip: self.f_tip / force, ..self.clone() };
+        for segment in &mut rod.segments {
+            match segment {
+                Segment::Flexible(flexible) => {
+                    flexible.length /= length;
+                    flexible.K /= moment * length;
+                    flexible.u_star *= length;
+                    flexible.load *= length / force;
+                }
+                Segment::Rigid(rigid) => {
+                    rigid.length /= length;
+                    rigid.mu /= moment;
+                    rigid.weight /= force;
+                }
+            }
+        }
+        rod
+    }
+
+    /// An input of [`Rod::without_units`], per [`Rod::scale`] of it.
+    pub(super) fn input_without_units(&self, input: &Input) -> Input {
+        let (length, moment) = (self.length(), self.moment_unit());
+        let unit = match input {
+            Input::Insertion => length,
+            Input::Dipole { .. } => moment,
+            Input::TipForce { .. } => moment / length,
+            Input::RestCurvature { .. } => 1.0 / length,
+            Input::Stiffness { .. } => moment * length,
+        };
+        let factor = self.scale(input) / unit;
+        let mut input = input.clone();
+        input.per_unit().into_iter().flatten().for_each(|x| *x *= factor);
+        input
+    }
+
     /// n at the distal end of each segment: tip force and the loads beyond it. R1
     pub(super) fn forces(&self) -> Vec<Vector3<f64>> {
         let mut n = self.f_tip;

@@ -11,6 +11,8 @@ use std::path::Path;
 /// What is done to each sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Work {
+    /// At the equilibrium's own base moment, with the few derivatives that `tip` names: what remains is to integrate.
+    Given,
     /// From rest, with the few derivatives that `tip` names.
     Tip,
     /// From rest, with all derivatives of the sweep.
@@ -33,7 +35,7 @@ pub struct BenchSpec {
     pub name: String,
     pub title: String,
     pub sweep: SweepSpec,
-    /// Derivatives of [`Work::Tip`].
+    /// Derivatives of [`Work::Given`] and [`Work::Tip`].
     pub tip: Vec<Parameter>,
     pub work: Vec<Work>,
     pub steppers: Vec<Stepper>,
@@ -42,15 +44,16 @@ pub struct BenchSpec {
     pub sets: Sets,
     /// Whether the literature's methods are measured beside the engines.
     pub literature: bool,
-    /// Whether a GPU in software is measured, whose kernels take long to compile.
+    /// Whether a GPU in software is measured in f64, too, and in more steps: each of its kernels takes long to compile.
     pub software_gpu: bool,
 }
 
 impl Work {
-    pub const ALL: [Work; 3] = [Work::Tip, Work::Cold, Work::Warm];
+    pub const ALL: [Work; 4] = [Work::Given, Work::Tip, Work::Cold, Work::Warm];
 
     pub fn name(self) -> &'static str {
         match self {
+            Work::Given => "given",
             Work::Tip => "tip",
             Work::Cold => "cold",
             Work::Warm => "warm",

@@ -8,6 +8,8 @@ use std::time::{Duration, Instant};
 pub enum Clock {
     /// Of the calling thread alone.
     Processor,
+    /// Of all threads of the program together.
+    Processors,
     Wall,
 }
 
@@ -38,8 +40,17 @@ impl Clock {
     fn now(self, start: Instant) -> Duration {
         match self {
             Clock::Processor => thread_time().unwrap_or_else(|| start.elapsed()),
+            Clock::Processors => program_time().unwrap_or_else(|| start.elapsed()),
             Clock::Wall => start.elapsed(),
         }
+    }
+
+    /// What a call returns, and how long it took [s].
+    pub fn once<T>(self, call: impl FnOnce() -> T) -> (T, f64) {
+        let start = Instant::now();
+        let before = self.now(start);
+        let result = black_box(call());
+        (result, (self.now(start) - before).as_secs_f64())
     }
 
     /// Calls until there are enough repeats; the caller has warmed up.
@@ -48,9 +59,7 @@ impl Clock {
         let mut times = Vec::new();
         while times.len() < effort.least || times.len() < effort.most && begin.elapsed().as_secs_f64() < effort.seconds
         {
-            let before = self.now(begin);
-            black_box(call());
-            times.push((self.now(begin) - before).as_secs_f64());
+            times.push(self.once(&mut call).1);
         }
         times.sort_by(f64::total_cmp);
         Timing { median: times[times.len() / 2], least: times[0].max(1e-12) }
@@ -68,7 +77,18 @@ fn thread_time() -> Option<Duration> {
     ClockId::CLOCK_THREAD_CPUTIME_ID.now().ok().map(Duration::from)
 }
 
+#[cfg(target_os = "linux")]
+fn program_time() -> Option<Duration> {
+    use nix::time::ClockId;
+    ClockId::CLOCK_PROCESS_CPUTIME_ID.now().ok().map(Duration::from)
+}
+
 #[cfg(not(target_os = "linux"))]
 fn thread_time() -> Option<Duration> {
+    None
+}
+
+#[cfg(not(target_os = "linux"))]
+fn program_time() -> Option<Duration> {
     None
 }

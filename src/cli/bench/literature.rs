@@ -4,7 +4,9 @@ use super::clock::Clock;
 use super::problem::{Judged, Problem};
 use super::session::Session;
 use crate::cli::CommandError;
-use rodsweep::baseline::{Differences, Input, Jacobian, Method, Paper, Rod, Scheme, from_rest, solve};
+use rodsweep::baseline::{
+    Adaptive, BaselineError, Column, Differences, Input, Jacobian, Method, Paper, Rod, Scheme, from_rest, solve,
+};
 use rodsweep::model::PlanOptions;
 use rodsweep::report::bench::Record;
 use rodsweep::sweep::Work;
@@ -14,8 +16,17 @@ const SAMPLES: usize = 24;
 const STEPS: [usize; 9] = [8, 12, 16, 24, 32, 64, 128, 256, 512];
 /// Finer ones do not help differences, whose own error remains.
 const DIFFERENCE_STEPS: [usize; 4] = [16, 24, 32, 64];
-const PAPER: &str = "literature: paper's form";
-const FORWARD: &str = "literature: finite differences";
+/// What the adaptive crate is asked for, of a step.
+const TOLERANCES: [f64; 7] = [1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-10, 1e-12];
+
+/// A method at one of its settings.
+struct Contender {
+    name: &'static str,
+    stepper: &'static str,
+    /// Steps over the rod, or a tolerance.
+    size: f64,
+    method: Box<dyn Method>,
+}
 
 /// Rods with starts for all of them.
 struct Rods {
@@ -28,7 +39,6 @@ struct Rods {
 
 /// Measures one scene, if the methods model it.
 pub fn measure(problem: &Problem, session: &mut Session) -> Result<(), CommandError> {
-    let fewer = if session.quick { 2 } else { 1 };
     for work in problem.spec.work.iter().copied() {
         let rods = match rods(problem, work) {
             Ok(rods) => rods,
@@ -37,17 +47,33 @@ pub fn measure(problem: &Problem, session: &mut Session) -> Result<(), CommandEr
                 return Ok(());
             }
         };
-        for steps in STEPS.into_iter().skip(fewer - 1).step_by(fewer) {
-            point(problem, work, PAPER, &Paper::new(&rods.here[0], steps), steps, &rods, session)?;
-        }
-        if work == Work::Cold {
-            for steps in DIFFERENCE_STEPS.into_iter().step_by(fewer) {
-                let method = Differences::new(&rods.here[0], steps, Scheme::Forward);
-                point(problem, work, FORWARD, &method, steps, &rods, session)?;
-            }
+        for contender in contenders(&rods.here[0], work, session.quick) {
+            point(problem, work, &contender, &rods, session)?;
         }
     }
     Ok(())
+}
+
+/// Every method at growing accuracy; every second setting with `--quick`.
+fn contenders(rod: &Rod, work: Work, quick: bool) -> Vec<Contender> {
+    let every = if quick { 2 } else { 1 };
+    let mut all = Vec::new();
+    for steps in STEPS.into_iter().skip(every - 1).step_by(every) {
+        let (name, method) = ("literature: paper's form", Box::new(Paper::new(rod, steps)));
+        all.push(Contender { name, stepper: "rk4", size: steps as f64, method });
+    }
+    if work == Work::Cold {
+        for steps in DIFFERENCE_STEPS.into_iter().step_by(every) {
+            let (name, method) =
+                ("literature: finite differences", Box::new(Differences::new(rod, steps, Scheme::Forward)));
+            all.push(Contender { name, stepper: "rk4", size: steps as f64, method });
+        }
+    }
+    for tolerance in TOLERANCES.into_iter().step_by(every) {
+        let (name, method) = ("literature: ode_solvers", Box::new(Adaptive::new(tolerance)));
+        all.push(Contender { name, stepper: "dop853", size: tolerance, method });
+    }
+    all
 }
 
 fn rods(problem: &Problem, work: Work) -> Result<Rods, String> {
@@ -58,7 +84,7 @@ fn rods(problem: &Problem, work: Work) -> Result<Rods, String> {
     };
     let inputs: Result<Vec<Input>, _> =
         problem.wrt(work).iter().map(|parameter| Input::new(*parameter, &plan.scene)).collect();
-    let text = |error: rodsweep::baseline::BaselineError| error.to_string();
+    let text = |error: BaselineError| error.to_string();
     let (here, near) = (rods(&problem.rows).map_err(text)?, rods(&problem.near).map_err(text)?);
     Ok(Rods { samples, here, near, inputs: inputs.map_err(text)? })
 }
@@ -66,24 +92,27 @@ fn rods(problem: &Problem, work: Work) -> Result<Rods, String> {
 fn point(
     problem: &Problem,
     work: Work,
-    name: &str,
-    method: &dyn Method,
-    steps: usize,
+    contender: &Contender,
     rods: &Rods,
     session: &mut Session,
 ) -> Result<(), CommandError> {
-    let near: Vec<Option<Vec<f64>>> = match work {
-        Work::Warm => rods.near.iter().map(|rod| from_rest(method, rod).ok()).collect(),
+    let method = contender.method.as_ref();
+    let solved =
+        |rods: &[Rod]| -> Vec<Option<Vec<f64>>> { rods.iter().map(|rod| from_rest(method, rod).ok()).collect() };
+    let known = match work {
+        Work::Given => solved(&rods.here),
+        Work::Warm => solved(&rods.near),
         Work::Tip | Work::Cold => vec![None; rods.here.len()],
     };
-    let one = |(rod, near): (&Rod, &Option<Vec<f64>>)| -> Option<Jacobian> {
-        let unknowns = match near {
-            Some(near) => solve(method, rod, near)?,
-            None => from_rest(method, rod).ok()?,
+    let one = |(rod, known): (&Rod, &Option<Vec<f64>>)| -> Option<Jacobian> {
+        let unknowns = match work {
+            Work::Given => known.clone()?,
+            Work::Warm => solve(method, rod, known.as_ref()?)?,
+            Work::Tip | Work::Cold => from_rest(method, rod).ok()?,
         };
         method.jacobian(rod, &unknowns, &rods.inputs)
     };
-    let all = || rods.here.iter().zip(&near).map(one).collect::<Vec<_>>();
+    let all = || rods.here.iter().zip(&known).map(one).collect::<Vec<_>>();
     let (found, timing) = (all(), Clock::Processor.time(session.effort, all));
     let mut judged = Judged::default();
     for (found, sample) in found.into_iter().zip(&rods.samples) {
@@ -92,7 +121,7 @@ fn point(
             continue;
         };
         let length = problem.length(*sample);
-        let column = |column: &rodsweep::baseline::Column| {
+        let column = |column: &Column| {
             let [a, b, c] = column.dp.map(|x| x / length);
             [a, b, c, column.w[0], column.w[1], column.w[2]]
         };
@@ -102,10 +131,10 @@ fn point(
     let count = rods.here.len() as f64;
     let mut record = Record {
         work: work.name().into(),
-        engine: name.into(),
+        engine: contender.name.into(),
         precision: "f64".into(),
-        method: "rk4".into(),
-        size: steps as f64,
+        method: contender.stepper.into(),
+        size: contender.size,
         seconds: timing.median / count,
         least: timing.least / count,
         spread: timing.spread(),

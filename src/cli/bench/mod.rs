@@ -1,5 +1,6 @@
 //! `rodsweep bench`: speed against error on every engine of this machine. It measures into a table, `raw.csv`; report
-//! and figures are made of that table and `manifest.json` alone (`report/bench`), so that `--render` can do it again.
+//! and figures are made of that table, `manifest.json` and the table of peers beside it alone (`report/bench`), so that
+//! `--render` can do it again.
 
 mod clock;
 mod engines;
@@ -8,6 +9,7 @@ mod files;
 mod hard;
 mod literature;
 mod manifest;
+mod map;
 mod paper;
 mod peak;
 mod precision;
@@ -27,11 +29,13 @@ use session::Session;
 use std::path::{Path, PathBuf};
 
 const RAW: &str = "raw.csv";
+/// Written by `benches/peers/run`; a new measurement leaves it as it is.
+const PEERS: &str = "peers.csv";
 const MANIFEST: &str = "manifest.json";
 const REPORT: &str = "report.md";
 
 /// What can be measured beside the scenes.
-const PARTS: [&str; 6] = ["peak", "reference", "features", "throughput", "stages", "hard"];
+const PARTS: [&str; 7] = ["peak", "reference", "features", "throughput", "stages", "trust", "hard"];
 /// Samples of a scene with `--quick`, and otherwise.
 const FEW: usize = 64;
 const MANY: usize = 256;
@@ -128,7 +132,11 @@ fn measure(specs: &[BenchSpec], wants: &Wants, session: &mut Session) -> Result<
     }
     if wants.has("stages") {
         session.say("the workspace map");
-        throughput::stages(session)?;
+        map::stages(session)?;
+    }
+    if wants.has("trust") {
+        session.say("what checks cost");
+        map::trust(session)?;
     }
     if wants.has("hard") {
         session.say("hard cases");
@@ -160,7 +168,8 @@ fn render(directory: &Path) -> Result<(), CommandError> {
         std::fs::read_to_string(&path).map_err(refused)
     };
     let refused = |problem| CommandError::Usage(format!("{}: {problem}", directory.display()));
-    let report = Report::read(&read(RAW)?, &read(MANIFEST)?).map_err(refused)?;
+    let peers = if directory.join(PEERS).exists() { Some(read(PEERS)?) } else { None };
+    let report = Report::read(&read(RAW)?, &read(MANIFEST)?, peers.as_deref()).map_err(refused)?;
     store(&directory.join(REPORT), &report.markdown())?;
     for (name, figure) in report.figures() {
         for extension in ["svg", "png"] {

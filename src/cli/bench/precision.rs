@@ -9,7 +9,7 @@ use rodsweep::backend::{BackendError, Precision};
 use rodsweep::lanes::Lanes;
 use rodsweep::model::{Plan, PlanOptions, Stepper};
 use rodsweep::report::bench::Record;
-use rodsweep::sweep::{Sets, Work};
+use rodsweep::sweep::{BenchSpec, Sets, Work};
 use std::time::Instant;
 
 /// Samples of a batch on a GPU that is none in software: it needs many to be busy.
@@ -26,7 +26,7 @@ pub fn measure(problem: &Problem, session: &mut Session) -> Result<(), CommandEr
     for work in spec.work.iter().copied() {
         for engine in session.engines.clone() {
             let wanted = match (spec.sets, engine.is_gpu(), engine.is_software()) {
-                (_, true, true) => spec.software_gpu && work == Work::Cold,
+                (_, true, true) => work == Work::Cold && software_steps(spec, engine, session.quick) > 0,
                 (Sets::Best, false, _) => engine.is_best(),
                 _ => true,
             };
@@ -40,15 +40,24 @@ pub fn measure(problem: &Problem, session: &mut Session) -> Result<(), CommandEr
                     steps = steps.into_iter().skip(1).step_by(2).collect();
                 }
                 if engine.is_software() {
-                    // Each takes seconds to compile.
                     let pairs = (stepper.order() <= 4) == (engine.precision == Precision::F32);
-                    steps.truncate(if session.quick { usize::from(pairs) } else { 2 });
+                    steps.truncate(if pairs { software_steps(spec, engine, session.quick) } else { 0 });
                 }
                 curve(problem, work, engine, stepper, &steps, session)?;
             }
         }
     }
     Ok(())
+}
+
+/// How many numbers of steps are measured on a GPU in software: each is a kernel, which takes seconds to compile.
+fn software_steps(spec: &BenchSpec, engine: Engine, quick: bool) -> usize {
+    match (spec.software_gpu, engine.precision, quick) {
+        (true, _, false) => 3,
+        (true, _, true) => 1,
+        (false, Precision::F32, false) => 2,
+        (false, ..) => 0,
+    }
 }
 
 /// One stepper on one engine.

@@ -127,7 +127,7 @@ impl<'a> Problem<'a> {
 
     pub fn wrt(&self, work: Work) -> &[Parameter] {
         match work {
-            Work::Tip => &self.spec.tip,
+            Work::Given | Work::Tip => &self.spec.tip,
             Work::Cold | Work::Warm => &self.spec.sweep.wrt,
         }
     }
@@ -135,17 +135,24 @@ impl<'a> Problem<'a> {
     /// The plan of a kind of work.
     pub fn plan(&self, work: Work, options: PlanOptions) -> Result<Plan, CommandError> {
         let plan = plan(self.spec, self.wrt(work), options)?;
-        Ok(if work == Work::Warm { plan.with_starts() } else { plan })
+        Ok(match work {
+            Work::Given | Work::Warm => plan.with_starts(),
+            Work::Tip | Work::Cold => plan,
+        })
     }
 
     /// So many samples, the known ones over and over.
     pub fn batch(&self, work: Work, count: usize) -> Result<Batch, CommandError> {
         let plan = plan(self.spec, self.wrt(work), PlanOptions::default())?;
         let batch = batch_of(&plan, count, &self.rows);
-        if work != Work::Warm {
+        let m0 = |sample: usize| match work {
+            Work::Given => self.truth.vector(sample, Quantity::BaseMoment),
+            Work::Tip | Work::Cold | Work::Warm => self.starts[sample],
+        };
+        if matches!(work, Work::Tip | Work::Cold) {
             return Ok(batch);
         }
-        let start = |sample| Start { sample, m0: self.starts[sample % self.len()], known: &[] };
+        let start = |sample| Start { sample, m0: m0(sample % self.len()), known: &[] };
         Ok(plan.start_batch(&batch, &(0..count).map(start).collect::<Vec<_>>()))
     }
 

@@ -1,21 +1,16 @@
-//! Batches of every size on every engine, threads, and the stages of the workspace map.
+//! Batches of every size on every engine, and threads.
 
 use super::clock::{Clock, Effort};
 use super::engines::Engine;
 use super::problem::Problem;
 use super::session::{Session, pool};
 use crate::cli::CommandError;
-use crate::cli::engine::{self as cli, reference, second_attempt};
-use rodsweep::backend::{BackendError, BackendKind, Precision};
+use rodsweep::backend::{BackendError, Precision};
 use rodsweep::model::{Plan, PlanOptions, Stepper};
 use rodsweep::report::bench::Record;
-use rodsweep::sweep::{self, RunOptions, SweepSpec, Work};
+use rodsweep::sweep::Work;
 
 const STEPS: usize = 6;
-const MAP: &str = include_str!("../../../sweeps/workspace.toml");
-const MAP_SCENE: (&str, &str) = ("scenes/p6.toml", include_str!("../../../sweeps/scenes/p6.toml"));
-/// Samples of the map with `--quick`.
-const QUICK: u64 = 20_000;
 
 fn options(precision: Precision, engine: &Engine) -> PlanOptions {
     let stepper = if engine.is_gpu() && precision == Precision::F32 { Stepper::Rk4 } else { Stepper::Dop853 };
@@ -105,54 +100,6 @@ pub fn threads(problem: &Problem, session: &mut Session) -> Result<(), CommandEr
                 Ok(Clock::Wall.time(effort, || backend.solve(&batch)))
             })?;
             session.records.push(record("threads", *threads, timing, samples, &engine, &plan));
-        }
-    }
-    Ok(())
-}
-
-/// Busy time by stage of the 61³ map, files included.
-pub fn stages(session: &mut Session) -> Result<(), CommandError> {
-    let file = std::path::Path::new("workspace.toml");
-    let spec = SweepSpec::parse_with(file, MAP, &[MAP_SCENE])?;
-    for precision in [Precision::F64, Precision::F32] {
-        let engine = Engine::best(precision);
-        let tolerance = if precision == Precision::F32 { cli::F32_TOLERANCE } else { spec.tolerance };
-        let spec = SweepSpec { tolerance, ..spec.clone() };
-        // The method and steps that `run` would take.
-        let chosen = cli::Engine { kind: BackendKind::Cpu, precision, reason: String::new() };
-        let steppers = chosen.steppers();
-        let plan = spec.plan(PlanOptions { stepper: steppers[0], ..PlanOptions::default() })?;
-        let pilot = sweep::choose_method(&plan, &spec.sampler(), &steppers[1..], &cli::cpu_f64)?;
-        let plan = plan.with_options(pilot.options(&plan));
-        let mut backend = engine.make(&plan)?;
-        let out = std::env::temp_dir().join(format!("rodsweep-bench-{}-{precision}", std::process::id()));
-        let mut run = RunOptions::new(&out);
-        run.limit = session.quick.then_some(QUICK);
-        let trusted = |plan: &Plan| Ok(reference(plan));
-        run.refiners = vec![&second_attempt, &trusted];
-        let summary = sweep::run(&spec, backend.as_mut(), &run);
-        let _ = std::fs::remove_dir_all(&out);
-        let summary = summary?;
-        let busy = summary.timings;
-        for (stage, seconds) in [
-            ("build inputs", busy.build),
-            ("solve", busy.solve),
-            ("second attempts", busy.refine),
-            ("make rows", busy.rows),
-            ("write Parquet", busy.write),
-            ("from start to end", busy.total),
-        ] {
-            session.records.push(Record {
-                work: "map".into(),
-                engine: engine.name().into(),
-                precision: precision.to_string(),
-                method: plan.options.stepper.name().into(),
-                size: plan.options.steps as f64,
-                samples: summary.solved as f64,
-                failed: summary.failed() as f64,
-                seconds,
-                ..Record::new("stages", stage)
-            });
         }
     }
     Ok(())

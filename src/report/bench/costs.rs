@@ -65,13 +65,7 @@ impl Report {
         };
         let rows: Vec<Vec<String>> = all.iter().enumerate().map(row).collect();
         let headers = ["pass over the rod", "operations", "times, about", "share"];
-        format!(
-            "**What trust costs.** Operations of the plainest scene, by pass. The error estimate is the last row: without it \
-             a sample would cost {} less. The stability index is counted along the answer and cannot be switched off; \
-             neither can be left out by a setting, so this is a count and no measurement.\n\n{}",
-            percent(operations(3) / total),
-            table(&headers, &rows)
-        )
+        format!("What a sample of the plainest scene spends its operations on:\n\n{}", table(&headers, &rows))
     }
 
     pub(super) fn throughput_section(&self) -> String {
@@ -112,21 +106,36 @@ impl Report {
         text + &self.stages()
     }
 
-    /// The smallest batch from which on a GPU is faster than the CPU in the same arithmetic.
+    /// At which sizes a GPU is faster than the CPU in the same arithmetic.
     fn crossover(&self) -> String {
         let mut lines = String::new();
         for gpu in names(self.part("batch").filter(|record| record.is_gpu())) {
-            let of = |record: &Record| record.engine_name() == gpu;
-            let faster = |record: &&Record| {
+            let is_faster = |record: &Record| {
                 let cpu = |other: &&Record| {
                     !other.is_gpu() && other.precision == record.precision && other.size == record.size
                 };
                 self.part("batch").find(cpu).is_some_and(|cpu| record.seconds < cpu.seconds)
             };
-            let from = self.part("batch").filter(|record| of(record)).find(faster);
-            lines += &match from {
-                Some(record) => format!("{gpu} overtakes the CPU at {} samples a batch.\n", whole(record.size)),
-                None => format!("{gpu} does not overtake the CPU at any size.\n"),
+            let measured: Vec<&Record> = self.part("batch").filter(|record| record.engine_name() == gpu).collect();
+            let faster: Vec<&Record> = measured.iter().copied().filter(|record| is_faster(record)).collect();
+            let most = measured.last().map_or(f64::NAN, |record| record.size);
+            let from_there_on = measured.iter().rev().zip(faster.iter().rev()).all(|(a, b)| std::ptr::eq(*a, *b));
+            lines += &match (faster.first(), from_there_on) {
+                (None, _) => format!("- {gpu}: slower than the CPU in the same arithmetic at every size.\n"),
+                (Some(first), true) => format!(
+                    "- {gpu}: faster than the CPU in the same arithmetic from {} samples a batch on, up to the {} measured.\n",
+                    whole(first.size),
+                    whole(most)
+                ),
+                (Some(_), false) => {
+                    let sizes: Vec<String> = faster.iter().map(|record| whole(record.size)).collect();
+                    format!(
+                        "- {gpu}: faster than the CPU in the same arithmetic at {} samples a batch, slower at the \
+                         other sizes up to {}.\n",
+                        sizes.join(" and "),
+                        whole(most)
+                    )
+                }
             };
         }
         lines

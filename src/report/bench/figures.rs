@@ -1,15 +1,15 @@
 //! The figures of the report.
 
 use super::costs::names;
-use super::{Record, Report};
+use super::{Record, Report, WORK};
 use crate::report::canvas::Canvas;
 use crate::report::{AxisLabel, Colour, Curves, Figure, Marker, NamedBars, Panel, ReportError, Series, Sheet};
 
-/// Work and the words for it.
-const WORK: [(&str, &str); 3] =
-    [("tip", "few columns, from rest"), ("cold", "Jacobian, from rest"), ("warm", "Jacobian, warm start")];
 /// Scenes in a panel: more curves cannot be told apart.
 const CURVES: usize = 4;
+/// Of those that this program is compared with.
+const OTHERS: [Colour; 7] =
+    [Colour::INK, Colour::GREY, Colour::PURPLE, Colour::VERMILION, Colour::GREEN, Colour::ORANGE, Colour::SKY];
 
 /// Panels that a sheet owns.
 struct Page {
@@ -31,6 +31,11 @@ fn page(name: impl Into<String>, panels: Vec<Box<dyn Panel>>, columns: usize) ->
     let named = (name.into(), page);
     // Figures without data are no figures.
     named.1.draw().is_ok().then_some(named)
+}
+
+/// One after the other, so that curves differ by more than their colour.
+fn marker(index: usize) -> Marker {
+    Marker::ALL[index % Marker::ALL.len()]
 }
 
 fn micro(record: &Record) -> f64 {
@@ -67,11 +72,15 @@ impl Report {
         let mut all: Vec<Named> = Vec::new();
         for (case, _) in self.scenes() {
             let panels = |words: &str, error: fn(&Record) -> f64| -> Vec<Box<dyn Panel>> {
-                let all =
-                    WORK.iter().flat_map(|(work, title)| ["f64", "f32"].map(|precision| (*work, *title, precision)));
+                let works = WORK.iter().filter(|(work, _)| self.points(&case, work).next().is_some());
+                let all = works.flat_map(|(work, title)| ["f64", "f32"].map(|precision| (*work, *title, precision)));
                 all.map(|(work, title, precision)| self.curves(&case, work, title, precision, words, error)).collect()
             };
-            let tip = panels("tip error / length, 95 %", |record| record.tip[1]);
+            let mut tip = panels("tip error / length, 95 %", |record| record.tip[1]);
+            if self.part("peers").any(|record| record.case == case) {
+                tip.push(self.others(&case, "tip error / length, 95 %", |record| record.tip[1]));
+                tip.push(self.others(&case, "error of the Jacobian's worst column, 95 %", |record| record.column[1]));
+            }
             all.extend(page(format!("work-precision-{case}"), tip, 2));
             if self.part("precision").any(|record| record.case == case && record.is_literature()) {
                 let jacobian = panels("error of the Jacobian's norm, 95 %", |record| record.norm[1]);
@@ -96,10 +105,9 @@ impl Report {
     ) -> Box<dyn Panel> {
         let best = self.best_set();
         let points: Vec<&Record> = self
-            .part("precision")
-            .chain(self.part("peers"))
-            .filter(|record| record.case == case && record.work == work && record.precision == precision)
-            .filter(|record| record.engine == best || record.is_gpu() || record.is_literature() || record.is_peer())
+            .points(case, work)
+            .filter(|record| record.precision == precision)
+            .filter(|record| record.engine == best || record.is_gpu() || record.is_literature())
             .collect();
         let mut series: Vec<Series> = Vec::new();
         for engine in names(points.iter().copied()) {
@@ -107,14 +115,16 @@ impl Report {
                 let curve = points.iter().filter(|record| record.engine_name() == engine && record.method == *stepper);
                 let places: Vec<[f64; 2]> = curve.clone().map(|record| [error(record), micro(record)]).collect();
                 let Some(one) = curve.clone().next() else { continue };
-                let (colour, marker) = (Colour::SERIES[index % 7], Marker::ALL[index % Marker::ALL.len()]);
+                let (colour, marker) = (Colour::SERIES[index % 7], marker(index));
                 let plain = |name: &str| Series::line(name, places.clone());
                 series.push(match one.engine.trim_start_matches("literature: ") {
                     engine if engine.ends_with("differences") => {
                         plain(engine).marker(Marker::Diamond).colour(Colour::GREY)
                     }
+                    engine if engine.ends_with("ode_solvers") => {
+                        plain(engine).marker(Marker::Square).colour(Colour::PURPLE).dashed()
+                    }
                     engine if one.is_literature() => plain(engine).marker(Marker::Triangle).colour(Colour::INK),
-                    engine if one.is_peer() => plain(engine).marker(Marker::Diamond).colour(Colour::PURPLE).dashed(),
                     engine if one.is_gpu() => {
                         plain(&format!("{stepper}, {engine}")).marker(marker).colour(colour).dashed().hollow()
                     }
@@ -123,6 +133,23 @@ impl Report {
             }
         }
         boxed(&format!("{precision}: {title}"), error_axis(words), time_axis(), series)
+    }
+
+    /// This program's fastest settings, and everyone else's, from rest with the Jacobian in f64.
+    fn others(&self, case: &str, words: &str, error: fn(&Record) -> f64) -> Box<dyn Panel> {
+        let front_of = |records: &mut dyn Iterator<Item = &Record>| {
+            front(records.map(|record| [error(record), micro(record)]).collect())
+        };
+        let own = front_of(&mut self.ours(case, "cold", "f64"));
+        let mut series = vec![Series::line("this program", own).marker(Marker::Circle).colour(Colour::BLUE)];
+        for (index, name) in self.rival_names(case).into_iter().enumerate() {
+            let places = front_of(&mut self.rivals(case, "cold").filter(|record| record.engine == name));
+            let label = name.trim_start_matches("literature: ");
+            series.push(
+                Series::line(label, places).marker(marker(index + 1)).colour(OTHERS[index % OTHERS.len()]).hollow(),
+            );
+        }
+        boxed("f64: others, equilibrium + Jacobian, from rest", error_axis(words), time_axis(), series)
     }
 
     /// Median, 95 % and worst of the samples.
@@ -167,14 +194,19 @@ impl Report {
                 .sets()
                 .iter()
                 .zip(Colour::SERIES)
-                .map(|(set, colour)| Series::line(set, of(set, precision)).marker(Marker::Circle).colour(colour))
+                .enumerate()
+                .map(|(index, (set, colour))| {
+                    let line = Series::line(set, of(set, precision)).marker(marker(index)).colour(colour);
+                    // Curves that lie on one another are told apart by what shines through.
+                    if index == 1 { line.dashed().hollow() } else { line }
+                })
                 .collect();
             let paper = "literature: paper's form";
             let mut paper = Series::line("paper's form, scalar f64", of(paper, "f64"));
             // What lies far beyond the other curves would press them together.
             let finest = series.iter().flat_map(|series| &series.points).map(|point| point[0]).fold(1.0, f64::min);
             paper.points.retain(|point| point[0] > 1e-2 * finest);
-            series.push(paper.marker(Marker::Triangle).colour(Colour::INK));
+            series.push(paper.marker(Marker::Diamond).colour(Colour::INK));
             boxed(precision, error_axis("tip error / length, 95 %"), time_axis(), series)
         };
         page("instruction-sets", vec![panel("f64"), panel("f32")], 2)
@@ -187,13 +219,13 @@ impl Report {
         let mut panels = Vec::new();
         for (precision, words) in [("f64", "f64, from rest"), ("f32", "f32, from rest")] {
             for part in scenes.chunks(CURVES) {
-                let curve = |((case, title), colour): (&(String, String), Colour)| {
+                let curve = |(index, ((case, title), colour)): (usize, (&(String, String), Colour))| {
                     let points = self.part("precision").filter(|record| record.case == *case && record.work == "cold");
                     let points = points.filter(|record| record.engine == best && record.precision == precision);
                     let front = front(points.map(|record| [record.tip[1], micro(record)]).collect());
-                    Series::line(title, front).marker(Marker::Circle).colour(colour)
+                    Series::line(title, front).marker(marker(index)).colour(colour)
                 };
-                let series: Vec<Series> = part.iter().zip(Colour::SERIES).map(curve).collect();
+                let series: Vec<Series> = part.iter().zip(Colour::SERIES).enumerate().map(curve).collect();
                 panels.push(boxed(words, error_axis("tip error / length, 95 %"), time_axis(), series));
             }
         }
@@ -207,12 +239,13 @@ impl Report {
         let (title, label) = ("Terms, f64".into(), "time over the plainest scene's".into());
         panels.push(Box::new(NamedBars { title, label, bars, decimals: 2, mark: Some(1.0) }));
         for (part, words) in [("columns", "derivatives"), ("segments", "flexible segments"), ("coils", "coils")] {
-            let curve = |(precision, colour): (&str, Colour)| {
+            let curve = |(precision, colour, marker): (&str, Colour, Marker)| {
                 let points = self.part(part).filter(|record| record.precision == precision);
                 let points = points.map(|record| [record.size, self.relative(record)]).collect();
-                Series::line(precision, points).marker(Marker::Circle).colour(colour)
+                Series::line(precision, points).marker(marker).colour(colour)
             };
-            let series = [("f64", Colour::BLUE), ("f32", Colour::VERMILION)].map(curve).into();
+            let both = [("f64", Colour::BLUE, Marker::Circle), ("f32", Colour::VERMILION, Marker::Square)];
+            let series = both.map(curve).into();
             let y = AxisLabel::linear("time over the plainest scene's", "");
             panels.push(boxed("", AxisLabel::linear(format!("number of {words}"), ""), y, series));
         }
@@ -225,8 +258,7 @@ impl Report {
         let curve = |part: &str, engine: &String, index: usize, y: &dyn Fn(&Record) -> f64| {
             let points = self.part(part).filter(|record| record.engine_name() == *engine);
             let points = points.map(|record| [record.size, y(record)]).collect();
-            let marker = Marker::ALL[index % Marker::ALL.len()];
-            Series::line(engine, points).marker(marker).colour(Colour::SERIES[index % 7])
+            Series::line(engine, points).marker(marker(index)).colour(Colour::SERIES[index % 7])
         };
         let each = |part: &str, y: &dyn Fn(&Record) -> f64| -> Vec<Series> {
             names(self.part(part)).iter().enumerate().map(|(index, engine)| curve(part, engine, index, y)).collect()
@@ -242,7 +274,7 @@ impl Report {
         let mut threads = each("threads", &one);
         let most = self.part("threads").map(|record| record.size).fold(1.0, f64::max);
         threads.push(Series::line("ideal", vec![[1.0, 1.0], [most, most]]).dashed().colour(Colour::GREY));
-        let (x, y) = (AxisLabel::linear("threads", ""), AxisLabel::linear("speed over one thread's", ""));
+        let (x, y) = (AxisLabel::logarithmic("threads", ""), AxisLabel::logarithmic("speed over one thread's", ""));
         panels.push(boxed("Threads", x, y, threads));
         for precision in ["f64", "f32"] {
             let stages = self.part("stages").filter(|record| record.precision == precision);
@@ -265,7 +297,7 @@ impl Report {
                 .iter()
                 .enumerate()
                 .map(|(index, stepper)| {
-                    let scatter = Series::scatter(stepper, of(stepper), Marker::ALL[index % Marker::ALL.len()]);
+                    let scatter = Series::scatter(stepper, of(stepper), marker(index));
                     scatter.hollow().colour(Colour::SERIES[index % 7])
                 })
                 .collect();

@@ -1,11 +1,13 @@
-//! Speed against error: report and figures out of what `bench` measured, `raw.csv` and `manifest.json`, and of nothing
-//! else: the same two files give the same report anywhere.
+//! Speed against error: report and figures out of what `bench` measured, `raw.csv` and `manifest.json`, of `peers.csv`
+//! where there is one, and of nothing else: the same files give the same report anywhere.
 
 mod costs;
 mod figures;
 mod hard;
 mod precision;
 mod record;
+mod rivals;
+mod summary;
 mod text;
 mod trust;
 
@@ -20,6 +22,13 @@ pub struct Report {
     manifest: Value,
 }
 
+/// Kinds of work and the words for them.
+const WORK: [(&str, &str); 4] = [
+    ("given", "integration + few columns"),
+    ("tip", "tip + few columns, from rest"),
+    ("cold", "equilibrium + Jacobian, from rest"),
+    ("warm", "equilibrium + Jacobian, warm"),
+];
 /// Runs differ by more than this: the machine was busy with something else.
 const NOISY: f64 = 0.1;
 /// What one thread that measures adds to the load average, and a little.
@@ -28,9 +37,12 @@ const OWN_LOAD: f64 = 1.6;
 const MOST_LOST: f64 = 0.02;
 
 impl Report {
-    /// Of the texts of the two files; says what is wrong with them.
-    pub fn read(raw: &str, manifest: &str) -> Result<Report, String> {
-        let records = from_csv(raw).map_err(|problem| format!("raw.csv: {problem}"))?;
+    /// Of the texts of `raw.csv`, `manifest.json` and `peers.csv`; says what is wrong with them.
+    pub fn read(raw: &str, manifest: &str, peers: Option<&str>) -> Result<Report, String> {
+        let mut records = from_csv(raw).map_err(|problem| format!("raw.csv: {problem}"))?;
+        if let Some(peers) = peers {
+            records.extend(from_csv(peers).map_err(|problem| format!("peers.csv: {problem}"))?);
+        }
         let manifest = serde_json::from_str(manifest).map_err(|error| format!("manifest.json: {error}"))?;
         Ok(Report { records, manifest })
     }
@@ -41,8 +53,10 @@ impl Report {
             self.head(),
             self.summary(),
             self.precision_section(),
+            self.rivals_section(),
             self.sets_section(),
             self.costs_section(),
+            self.checks_section(),
             self.throughput_section(),
             self.hard_section(),
             self.estimate_section(),
@@ -87,7 +101,8 @@ impl Report {
 
     /// How steady the times are.
     fn noise(&self) -> String {
-        let timed: Vec<&Record> = self.records.iter().filter(|record| record.spread.is_finite()).collect();
+        let ours = self.records.iter().filter(|record| !record.is_peer());
+        let timed: Vec<&Record> = ours.filter(|record| record.spread.is_finite()).collect();
         let noisy = timed.iter().filter(|record| record.spread > NOISY).count();
         let share = noisy as f64 / timed.len().max(1) as f64;
         let load = self.manifest["load_average"].as_f64().filter(|load| *load > OWN_LOAD);
@@ -104,6 +119,22 @@ impl Report {
 
     fn part<'a>(&'a self, part: &'a str) -> impl Iterator<Item = &'a Record> + Clone {
         self.records.iter().filter(move |record| record.part == part)
+    }
+
+    /// Measurements of a scene.
+    fn points<'a>(&'a self, case: &'a str, work: &'a str) -> impl Iterator<Item = &'a Record> + Clone {
+        self.part("precision").filter(move |record| record.case == case && record.work == work)
+    }
+
+    /// This program's, with the best instructions.
+    fn ours<'a>(
+        &'a self,
+        case: &'a str,
+        work: &'a str,
+        precision: &'a str,
+    ) -> impl Iterator<Item = &'a Record> + Clone {
+        let best = self.best_set();
+        self.points(case, work).filter(move |record| record.engine == best && record.precision == precision)
     }
 
     /// Instruction sets of the CPU, the best first.
@@ -135,6 +166,15 @@ impl Report {
 }
 
 impl Record {
+    /// Method, and steps or tolerance.
+    fn settings(&self) -> String {
+        match self.size {
+            size if size.is_nan() => self.method.clone(),
+            size if size < 1.0 => format!("{} to {size:.0e}", self.method),
+            size => format!("{}, {size} steps", self.method),
+        }
+    }
+
     /// Whether it solved nearly all samples.
     fn is_sound(&self) -> bool {
         self.failed + self.elsewhere <= MOST_LOST * self.samples

@@ -1,120 +1,22 @@
-//! Work against precision as tables.
+//! Work against precision, and instruction sets, as tables.
 
-use super::text::{error, percent, ratio, table, time, whole};
-use super::{Record, Report, fastest};
+use super::summary::asked;
+use super::text::{percent, ratio, table, time, whole};
+use super::{Record, Report, WORK, fastest};
 
-/// Kinds of work, what they are called, and the tip errors that are asked of f64 and f32.
-const WORK: [(&str, &str, [f64; 2]); 3] = [
-    ("tip", "tip + few columns, from rest", [1e-6, 2e-6]),
-    ("cold", "equilibrium + Jacobian, from rest", [1e-6, 4e-6]),
-    ("warm", "equilibrium + Jacobian, warm", [1e-6, 4e-6]),
-];
-/// The finest that the summary asks for, of f64.
-const FINE: f64 = 1e-10;
 const PAPER: &str = "literature: paper's form";
-const DIFFERENCES: &str = "literature: finite differences";
-
-/// What the tables ask for: work, its name, precision, tip error.
-fn asked() -> Vec<(&'static str, &'static str, &'static str, f64)> {
-    let mut all = Vec::new();
-    for (work, name, [f64_error, f32_error]) in WORK {
-        all.push((work, name, "f64", f64_error));
-        all.push((work, name, "f32", f32_error));
-    }
-    all.insert(4, ("cold", WORK[1].1, "f64", FINE));
-    all
-}
 
 impl Report {
-    fn points<'a>(&'a self, case: &'a str, work: &'a str) -> impl Iterator<Item = &'a Record> + Clone {
-        self.part("precision").filter(move |record| record.case == case && record.work == work)
-    }
-
     /// Of an engine's peak; NaN where it is not known.
     fn of_peak(&self, record: &Record) -> f64 {
         let peak = self.part("peak").find(|peak| peak.engine_name() == record.engine_name());
         peak.map_or(f64::NAN, |peak| record.operations / record.seconds / peak.operations)
     }
 
-    /// A literature method's time at the same accuracy, over this record's.
-    fn gain(&self, record: &Record, method: &str, asked: f64) -> f64 {
-        let theirs = self.points(&record.case, &record.work).filter(|other| other.engine == method);
+    /// The paper's form's time at the same accuracy, over this record's.
+    fn gain(&self, record: &Record, asked: f64) -> f64 {
+        let theirs = self.points(&record.case, &record.work).filter(|other| other.engine == PAPER);
         fastest(theirs, asked).map_or(f64::NAN, |theirs| theirs.seconds / record.seconds)
-    }
-
-    /// How fast, at which error, on what, against whom.
-    pub(super) fn summary(&self) -> String {
-        let table = self.summary_table();
-        if table.is_empty() { table } else { format!("## In a minute\n\n{table}") }
-    }
-
-    /// The same as the README has it, with the machine.
-    pub fn readme(&self) -> String {
-        let table = self.summary_table();
-        if table.is_empty() { table } else { format!("{}\n\n{table}", self.machine()) }
-    }
-
-    fn summary_table(&self) -> String {
-        let (scene, best) = (self.first_scene(), self.best_set());
-        let title = self.scenes().into_iter().next().map(|(_, title)| title).unwrap_or_default();
-        let mut rows = Vec::new();
-        for (work, name, precision, asked) in asked() {
-            let ours = self.points(&scene, work);
-            let ours = ours.filter(|record| record.engine == best && record.precision == precision);
-            let Some(record) = fastest(ours, asked) else { continue };
-            rows.push(vec![
-                name.to_owned(),
-                format!("{precision}, {:.0e}", asked),
-                format!("{}, {} steps", record.method, record.size),
-                error(record.tip[1]),
-                error(record.norm[1]),
-                error(record.column[1]),
-                time(record.seconds),
-                ratio(self.gain(record, PAPER, asked)),
-                ratio(self.gain(record, DIFFERENCES, asked)),
-                percent(self.of_peak(record)),
-            ]);
-        }
-        if rows.is_empty() {
-            return String::new();
-        }
-        let headers = [
-            "work",
-            "asked of the tip",
-            "method",
-            "tip p95",
-            "Jacobian p95",
-            "worst column p95",
-            "a sample",
-            "paper's form",
-            "differences",
-            "of peak",
-        ];
-        format!(
-            "One thread, {best}, {title}: the fastest settings whose tips are as near to the reference's as \
-             asked, position over length, for 95 % of the samples. Paper's form and finite differences are plain scalar f64 \
-             at the same accuracy on the same samples, in units of this program's time.\n\n{}\n{}",
-            table(&headers, &rows),
-            self.failures()
-        )
-    }
-
-    /// Where it fails, in a line each.
-    fn failures(&self) -> String {
-        let sum = |of: fn(&Record) -> f64| -> u64 {
-            let ours = self.part("precision").filter(|record| !record.is_literature());
-            ours.map(of).filter(|x| x.is_finite()).sum::<f64>() as u64
-        };
-        let (samples, failed, elsewhere) =
-            (sum(|record| record.samples), sum(|record| record.failed), sum(|record| record.elsewhere));
-        let hard = self.hard_summary();
-        format!(
-            "Where it fails: of {} solved samples in all measurements, coarsest steps included, {} have no success and {} \
-             lie on another branch (below, by scene). {hard}\n",
-            whole(samples as f64),
-            whole(failed as f64),
-            whole(elsewhere as f64)
-        )
     }
 
     /// Every scene: what it costs at growing accuracy, and what fails.
@@ -130,11 +32,9 @@ impl Report {
             if self.points(&case, "cold").any(Record::is_literature) {
                 figures += &format!("\n![{title}, Jacobian](work-precision-{case}-jacobian.png)\n");
             }
-            for (work, name, _) in WORK {
+            for (work, name) in WORK.into_iter().filter(|(work, _)| self.points(&case, work).next().is_some()) {
                 let of = |precision: &'static str, asked: f64| {
-                    let ours = self.points(&case, work);
-                    let ours = ours.filter(|record| record.engine == best && record.precision == precision);
-                    fastest(ours, asked).map_or("-".into(), |record| {
+                    fastest(self.ours(&case, work, precision), asked).map_or("-".into(), |record| {
                         format!("{} ({} {})", time(record.seconds), record.method, record.size)
                     })
                 };
@@ -221,7 +121,7 @@ impl Report {
                 let ours = self.points(&scene, work);
                 let ours = ours.filter(|record| record.engine == set && record.precision == precision);
                 fastest(ours, asked).map_or("-".to_owned(), |record| {
-                    let (gain, share) = (ratio(self.gain(record, PAPER, asked)), percent(self.of_peak(record)));
+                    let (gain, share) = (ratio(self.gain(record, asked)), percent(self.of_peak(record)));
                     format!("{:.0} ({gain}, {share})", 1e9 * record.seconds)
                 })
             };
@@ -243,66 +143,8 @@ impl Report {
              the error; in brackets the time of the paper's form in scalar f64 at that error over this, and the share of the \
              peak of fused multiply-adds measured in the same run (GFLOP/s: {}). Operations are counted by running the \
              kernels on numbers that count; those of a path are its mean number of passes times one pass.\n\n{}\n\
-             ![Instruction sets](instruction-sets.png)\n\n{}",
+             ![Instruction sets](instruction-sets.png)\n",
             peaks.join(", "),
-            table(&headers, &rows),
-            self.literature_table()
-        )
-    }
-
-    /// The literature's methods themselves.
-    fn literature_table(&self) -> String {
-        let scene = self.first_scene();
-        let mut rows = Vec::new();
-        for (work, name, _) in WORK {
-            for record in self.points(&scene, work).filter(|record| record.is_literature()) {
-                rows.push(vec![
-                    name.to_owned(),
-                    record.engine.trim_start_matches("literature: ").to_owned(),
-                    format!("{} {}", record.method, record.size),
-                    error(record.tip[1]),
-                    error(record.tip[2]),
-                    error(record.column[1]),
-                    time(record.seconds),
-                    format!("{} of {}", whole(record.failed + record.elsewhere), whole(record.samples)),
-                ]);
-            }
-        }
-        if rows.is_empty() {
-            return String::new();
-        }
-        let headers =
-            ["work", "literature's method", "steps", "tip p95", "tip worst", "column p95", "a sample", "lost"];
-        format!("What it is compared with:\n\n{}{}", table(&headers, &rows), self.peers())
-    }
-
-    /// What a researcher would write instead.
-    fn peers(&self) -> String {
-        let best = self.best_set();
-        let row = |record: &Record| {
-            let ours = self.points(&record.case, &record.work);
-            let ours = ours.filter(|ours| ours.engine == best && ours.precision == record.precision);
-            let gain = fastest(ours, record.tip[1]).map_or(f64::NAN, |ours| record.seconds / ours.seconds);
-            vec![
-                record.engine.clone(),
-                if record.size.is_nan() { record.method.clone() } else { format!("{} {}", record.method, record.size) },
-                error(record.tip[1]),
-                error(record.column[1]),
-                time(record.seconds),
-                ratio(gain),
-                whole(record.samples),
-            ]
-        };
-        let rows: Vec<Vec<String>> = self.part("peers").map(row).collect();
-        if rows.is_empty() {
-            return String::new();
-        }
-        let headers =
-            ["peer", "steps or tolerance", "tip p95", "column p95", "a sample", "over this program's", "samples"];
-        format!(
-            "\nPeers, by `benches/peers/run` on samples of the same scene, from rest with the 6 x 17 Jacobian, one core, time \
-             on the wall, compiling left out; the last but one column is over this program's time at the same tip error. \
-             JAX: jit and vmap over all samples, forward mode. SciPy: shooting with finite differences.\n\n{}",
             table(&headers, &rows)
         )
     }

@@ -1,8 +1,9 @@
-//! Error estimates, the accuracy of the reference, and how it was measured.
+//! Error estimates, what checks cost, the accuracy of the reference, and how it was measured.
 
 use super::costs::names;
-use super::text::{error, percent, table, time, whole};
-use super::{Record, Report};
+use super::summary::COMPARED;
+use super::text::{error, percent, table, three, time, whole};
+use super::{Record, Report, fastest};
 
 impl Report {
     pub(super) fn estimate_section(&self) -> String {
@@ -26,6 +27,59 @@ impl Report {
             "## Error estimates\n\nOf every success, at all steps and on all scenes: whether the true error, of position \
              over length or of rotation, is within the row's own estimate.\n\n{}\n![Error estimates](estimates.png)\n",
             table(&["engine", "successes", "beyond the estimate", "bounded"], &rows)
+        )
+    }
+
+    /// What a check adds, as a share of what there is without it.
+    fn check_cost(&self, case: &str, whole: &str, of: fn(&Record) -> f64) -> f64 {
+        let find = |case: &str| self.part("trust").find(|record| record.case == case).map_or(f64::NAN, of);
+        find(case) / (find(whole) - find(case))
+    }
+
+    /// In a sentence.
+    pub(super) fn trust_line(&self) -> String {
+        if self.part("trust").next().is_none() {
+            return String::new();
+        }
+        let operations = |case: &str| percent(self.check_cost(case, "a sample", |record| record.operations));
+        let seconds = |case: &str| percent(self.check_cost(case, "the map", |record| record.seconds));
+        format!(
+            "What trust costs, on the workspace map: the error estimate adds {} and the stability index {} to a sample's \
+             operations; second attempts add {} and the spot check {} to the run's processor time.\n",
+            operations("error estimate"),
+            operations("stability index"),
+            seconds("second attempts"),
+            seconds("spot check")
+        )
+    }
+
+    pub(super) fn checks_section(&self) -> String {
+        let Some(map) = self.part("trust").find(|record| record.case == "the map") else { return String::new() };
+        let row = |record: &Record| {
+            let (cost, share) = if record.operations.is_nan() {
+                let share = self.check_cost(&record.case, "the map", |record| record.seconds);
+                (format!("{} a sample of the map", time(record.seconds)), share)
+            } else {
+                let share = self.check_cost(&record.case, "a sample", |record| record.operations);
+                (format!("{} operations a sample", whole(record.operations)), share)
+            };
+            let of = match record.case.as_str() {
+                "the map" | "a sample" => "all of it".to_owned(),
+                _ => format!("{:.1} %", 100.0 * share),
+            };
+            vec![record.case.clone(), whole(record.samples), cost, of]
+        };
+        let rows: Vec<Vec<String>> = self.part("trust").map(row).collect();
+        format!(
+            "## What trust costs\n\nOn the workspace map ({} {}, {} steps), files included. Second attempts and the spot \
+             check can be left out of a run: processor time of all threads with them, less that without, the median of \
+             paired runs. No setting leaves out error estimate and stability index: they are counted in operations, the \
+             index as the three columns and the sum that nothing else in a sample needs. The last column is over what is \
+             left without.\n\n{}",
+            map.engine_name(),
+            map.method,
+            map.size,
+            table(&["what", "samples", "cost", "adds"], &rows)
         )
     }
 
@@ -60,7 +114,7 @@ impl Report {
              - CPU: {clock}, on one thread, batches of all samples of a scene; GPU and throughput: time on the wall (a GPU in \
              software takes all cores). Inputs and results in memory. A time is the median over repeats after a first call, \
              which is left out and reported above.\n\
-             - Each point asks of Newton's iteration what its steps can give, not more.\n\
+             - Each point asks of Newton's iteration what its steps can give, not more.\n{}\
              - Warm starts are base moments of equilibria whose parameters differ by {} of each axis' range. One that \
              lies across a fold leads elsewhere, and is counted as that.\n\
              - A Jacobian's error is that of its norm (dp/L and w, parameters in natural units: what bends the mean rod by a \
@@ -69,6 +123,7 @@ impl Report {
              worst. The literature's methods are measured on some 24 of the \
              samples.\n\
              - Samples without an answer from rest are left out before; failures on the others are counted.\n",
+            self.given(),
             percent(self.manifest["near"].as_f64().unwrap_or(f64::NAN)),
             error(self.manifest["small_column"].as_f64().unwrap_or(f64::NAN)),
         );
@@ -76,6 +131,20 @@ impl Report {
             text += &format!("- {}\n", note.as_str().unwrap_or_default());
         }
         text
+    }
+
+    /// What is left to do where the base moment is given.
+    fn given(&self) -> String {
+        let scene = self.first_scene();
+        let passes = |work| fastest(self.ours(&scene, work, "f64"), COMPARED).map(|record| three(record.passes));
+        let words = |(given, rest)| {
+            format!(
+                "- Integration + few columns: the base moment is given. The literature's methods integrate once; this \
+                 program confirms the moment on its coarse grid and moves it to the fine one, {given} passes over the rod \
+                 where it takes {rest} from rest, and its time includes stability and error estimate, as everywhere.\n"
+            )
+        };
+        passes("given").zip(passes("tip")).map_or(String::new(), words)
     }
 
     /// What a first call costs beyond the others.

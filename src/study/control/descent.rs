@@ -15,6 +15,12 @@ const FIRST_DAMPING: f64 = 1e-4;
 const LEAST_DAMPING: f64 = 1e-6;
 const MUCH: f64 = 0.01;
 const MOST_DAMPING: f64 = 1e8;
+/// A step in vain raises the damping by so much, the next in a row by twice as much; from where it stands, since where J
+/// is nearly singular only a small damping lets the tip move at all.
+const RISE: f64 = 8.0;
+const SMALL_DAMPING: f64 = 1e-12;
+/// What a step of some gain or more makes of the damping.
+const EASING: [(f64, f64); 2] = [(0.75, 0.05), (0.25, 0.5)];
 /// Longest step of one input, over half its range.
 const LONGEST: f64 = 0.3;
 /// A search that leaves more than this share of what was missing so many iterations ago has come as near as it can.
@@ -107,6 +113,7 @@ pub(super) struct Descent {
     pub iterations: usize,
     pub outcome: Option<Outcome>,
     damping: f64,
+    rise: f64,
     trial: Inputs,
     trial_m0: Vector,
     /// |e|² that the step should leave.
@@ -125,6 +132,7 @@ impl Descent {
             iterations: 0,
             outcome: None,
             damping: FIRST_DAMPING,
+            rise: RISE,
             trial,
             trial_m0,
             promised: 0.0,
@@ -191,12 +199,14 @@ impl Descent {
             let arrived = after.sqrt() <= task.options.tolerance;
             if near && (arrived || (gain > 1e-3 && after < before)) {
                 self.at = state;
-                self.damping *= if gain > 0.75 { 0.05 } else { 1.0 };
+                self.damping *= EASING.iter().find(|(least, _)| gain > *least).map_or(1.0, |(_, factor)| *factor);
+                self.rise = RISE;
                 self.settle(task);
                 return;
             }
         }
-        self.damping = self.damping.max(FIRST_DAMPING) * 8.0;
+        self.damping = self.damping.max(SMALL_DAMPING) * self.rise;
+        self.rise *= 2.0;
         if self.damping > MOST_DAMPING {
             self.outcome = Some(Outcome::Stuck);
         }

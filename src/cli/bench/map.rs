@@ -1,0 +1,162 @@
+//! The workspace map with its files, as `run` solves it: busy time by stage, and what its checks cost.
+
+use super::clock::Clock;
+use super::engines::Engine;
+use super::problem::batch_of;
+use super::session::Session;
+use crate::cli::CommandError;
+use crate::cli::engine::{self as cli, reference, second_attempt};
+use rodsweep::backend::{Backend, BackendError, BackendKind, Precision};
+use rodsweep::lanes::Lanes;
+use rodsweep::model::{Plan, PlanOptions, Quantity};
+use rodsweep::report::bench::Record;
+use rodsweep::sweep::{self, RunOptions, Summary, SweepSpec};
+
+const MAP: &str = include_str!("../../../sweeps/workspace.toml");
+const MAP_SCENE: (&str, &str) = ("scenes/p6.toml", include_str!("../../../sweeps/scenes/p6.toml"));
+/// Samples of the map with `--quick`.
+const QUICK: u64 = 20_000;
+/// Samples of the map whose operations are counted.
+const COUNTED: usize = 512;
+/// Runs of the map with all checks, and without one and the other.
+const ROUNDS: usize = 5;
+
+struct Map {
+    spec: SweepSpec,
+    plan: Plan,
+    engine: Engine,
+    limit: Option<u64>,
+}
+
+/// What a run does beside solving.
+#[derive(Clone, Copy)]
+struct Checks {
+    second_attempts: bool,
+    spot_check: bool,
+}
+
+impl Map {
+    /// With the method and the steps that `run` would take.
+    fn new(precision: Precision, session: &Session) -> Result<Map, CommandError> {
+        let spec = SweepSpec::parse_with(std::path::Path::new("workspace.toml"), MAP, &[MAP_SCENE])?;
+        let tolerance = if precision == Precision::F32 { cli::F32_TOLERANCE } else { spec.tolerance };
+        let spec = SweepSpec { tolerance, ..spec };
+        let chosen = cli::Engine { kind: BackendKind::Cpu, precision, reason: String::new() };
+        let steppers = chosen.steppers();
+        let plan = spec.plan(PlanOptions { stepper: steppers[0], ..PlanOptions::default() })?;
+        let pilot = sweep::choose_method(&plan, &spec.sampler(), &steppers[1..], &cli::cpu_f64)?;
+        let plan = plan.with_options(pilot.options(&plan));
+        Ok(Map { spec, plan, engine: Engine::best(precision), limit: session.quick.then_some(QUICK) })
+    }
+
+    /// One run, whose files are thrown away.
+    fn run(&self, checks: Checks) -> Result<Summary, CommandError> {
+        let out = std::env::temp_dir().join(format!("rodsweep-bench-{}", std::process::id()));
+        let trusted = |plan: &Plan| -> Result<Box<dyn Backend>, BackendError> { Ok(reference(plan)) };
+        let mut run = RunOptions::new(&out);
+        run.limit = self.limit;
+        if checks.second_attempts {
+            run.refiners = vec![&second_attempt, &trusted];
+        }
+        run.trusted = checks.spot_check.then_some(&trusted);
+        let mut backend = self.engine.make(&self.plan)?;
+        let summary = sweep::run(&self.spec, backend.as_mut(), &run);
+        let _ = std::fs::remove_dir_all(&out);
+        Ok(summary?)
+    }
+
+    fn record(&self, part: &str, case: &str, samples: f64) -> Record {
+        Record {
+            work: "map".into(),
+            engine: self.engine.name().into(),
+            precision: self.engine.precision.to_string(),
+            method: self.plan.options.stepper.name().into(),
+            size: self.plan.options.steps as f64,
+            samples,
+            ..Record::new(part, case)
+        }
+    }
+}
+
+/// Busy time by stage.
+pub fn stages(session: &mut Session) -> Result<(), CommandError> {
+    for precision in [Precision::F64, Precision::F32] {
+        let map = Map::new(precision, session)?;
+        let summary = map.run(Checks { second_attempts: true, spot_check: false })?;
+        let busy = summary.timings;
+        for (stage, seconds) in [
+            ("build inputs", busy.build),
+            ("solve", busy.solve),
+            ("second attempts", busy.refine),
+            ("make rows", busy.rows),
+            ("write Parquet", busy.write),
+            ("from start to end", busy.total),
+        ] {
+            let record = map.record("stages", stage, summary.solved as f64);
+            session.records.push(Record { failed: summary.failed() as f64, seconds, ..record });
+        }
+    }
+    Ok(())
+}
+
+/// What checks cost: those of a run by processor time with and without them, those of a sample by operations, since no
+/// setting leaves them out.
+pub fn trust(session: &mut Session) -> Result<(), CommandError> {
+    let map = Map::new(Precision::F64, session)?;
+    let all = Checks { second_attempts: true, spot_check: true };
+    map.run(all)?;
+    let (mut whole, mut attempts, mut checks) = (Vec::new(), Vec::new(), Vec::new());
+    let mut counts = [0.0; 3];
+    for _ in 0..if session.quick { 1 } else { ROUNDS } {
+        let timed = |checks: Checks| -> Result<(Summary, f64), CommandError> {
+            let (summary, seconds) = Clock::Processors.once(|| map.run(checks));
+            let summary = summary?;
+            let a_sample = seconds / summary.solved.max(1) as f64;
+            Ok((summary, a_sample))
+        };
+        let (summary, with_all) = timed(all)?;
+        let (_, without_attempts) = timed(Checks { second_attempts: false, ..all })?;
+        let (_, without_check) = timed(Checks { spot_check: false, ..all })?;
+        whole.push(with_all);
+        attempts.push(with_all - without_attempts);
+        checks.push(with_all - without_check);
+        let checked = summary.spot_check.map_or(0, |check| check.checked);
+        counts = [summary.solved as f64, summary.attempts as f64, checked as f64];
+    }
+    for ((case, seconds), samples) in
+        [("the map", whole), ("second attempts", attempts), ("spot check", checks)].into_iter().zip(counts)
+    {
+        session.records.push(Record { seconds: median(seconds), ..map.record("trust", case, samples) });
+    }
+    operations(&map, session)
+}
+
+/// The middle one.
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
+}
+
+/// Of a sample of the map: what error estimate and stability index add.
+fn operations(map: &Map, session: &mut Session) -> Result<(), CommandError> {
+    let sampler = map.spec.sampler();
+    let mut rows = vec![vec![0.0; map.spec.axes.len()]; COUNTED];
+    let every = map.spec.sample_count / COUNTED as u64;
+    rows.iter_mut().enumerate().for_each(|(index, row)| sampler.values(index as u64 * every, row));
+    let count = |plan: &Plan| -> Result<_, CommandError> {
+        Ok(Lanes::new(plan, Precision::F64)?.count_operations(&batch_of(plan, COUNTED, &rows), 0))
+    };
+    let solved = Lanes::new(&map.plan, Precision::F64)?.solve(&batch_of(&map.plan, COUNTED, &rows))?;
+    let passes = (0..COUNTED).map(|at| solved.get(at, Quantity::Iterations)).sum::<f64>() / COUNTED as f64;
+    let ours = count(&map.plan)?;
+    let [path, chord, answer, check] = [ours.path, ours.chord, ours.answer, ours.check].map(|pass| pass.total() as f64);
+    // Without derivatives an answer has two threes of columns more than a chord step, one of them for the index alone.
+    let bare = count(&map.plan.without_derivatives(map.plan.options))?;
+    let index = 0.5 * (bare.answer.total() as f64 - bare.chord.total() as f64);
+    let all = (passes - 2.0).max(0.0) * path + chord + answer + check;
+    for (case, operations) in [("a sample", all), ("error estimate", check), ("stability index", index)] {
+        let record = map.record("trust", case, COUNTED as f64);
+        session.records.push(Record { operations, passes, ..record });
+    }
+    Ok(())
+}
