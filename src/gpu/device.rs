@@ -1,6 +1,7 @@
 //! An open GPU whose errors and loss are noticed.
 
 use super::adapter::{AdapterSummary, choose, enumerate};
+use super::cache::Cache;
 use super::faults::Faults;
 use crate::backend::BackendError;
 use std::env;
@@ -48,12 +49,24 @@ pub struct Device {
     adapter: AdapterSummary,
     health: Health,
     pub(super) faults: Faults,
+    /// Pipelines of earlier runs.
+    pub(super) cache: Option<Cache>,
     /// Time to find and open the device [s].
     pub(super) open_seconds: f64,
 }
 
 pub(super) fn failed(reason: impl ToString) -> BackendError {
     BackendError::DeviceFailed { reason: reason.to_string() }
+}
+
+/// Why a device failed, to stand within another message.
+pub(super) fn reason(error: &BackendError) -> String {
+    match error {
+        BackendError::DeviceFailed { reason }
+        | BackendError::NoDevice { reason }
+        | BackendError::OutOfMemory { reason } => reason.clone(),
+        BackendError::Unsupported { .. } => error.to_string(),
+    }
 }
 
 /// What an error of wgpu is to the engine; `what` names what was being made.
@@ -65,7 +78,8 @@ fn named(what: &str, error: &wgpu::Error) -> BackendError {
     }
 }
 
-/// The adapters that the environment variable `RODSWEEP_ADAPTER` names, else the best one and those like it.
+/// The adapters that the environment variable `RODSWEEP_ADAPTER` names, else the best one and those like it; none where
+/// the machine has none.
 pub fn chosen_adapters() -> Result<Vec<AdapterSummary>, BackendError> {
     Ok(chosen(wanted().as_deref())?.iter().map(AdapterSummary::new).collect())
 }
@@ -74,11 +88,15 @@ fn wanted() -> Option<String> {
     env::var(ADAPTER_VARIABLE).ok().filter(|names| !names.trim().is_empty())
 }
 
+fn no_driver() -> BackendError {
+    BackendError::NoDevice { reason: "no Vulkan, Metal or Direct3D 12 driver was found".into() }
+}
+
 fn chosen(wanted: Option<&str>) -> Result<Vec<wgpu::Adapter>, BackendError> {
     let found = enumerate();
     let summaries: Vec<_> = found.iter().map(AdapterSummary::new).collect();
     if found.is_empty() {
-        return Err(BackendError::NoDevice { reason: "no Vulkan, Metal or Direct3D 12 driver was found".into() });
+        return Ok(found);
     }
     let places = choose(&summaries, wanted).map_err(|name| {
         let all: Vec<_> = summaries.iter().map(AdapterSummary::to_string).collect();
@@ -103,6 +121,9 @@ impl Device {
     /// Opens every adapter of [`chosen_adapters`]; those that do not open are left out, unless none does.
     pub fn open_all() -> Result<Vec<Self>, BackendError> {
         let adapters = chosen(wanted().as_deref())?;
+        if adapters.is_empty() {
+            return Err(no_driver());
+        }
         let opened = adapters.iter().map(|adapter| Self::request(adapter, Faults::default()));
         let (devices, failures): (Vec<_>, Vec<_>) = opened.partition(Result::is_ok);
         match failures.into_iter().find_map(Result::err) {
@@ -114,13 +135,14 @@ impl Device {
     /// The same as [`Device::open_named`] with a device that fails as planned; for tests of what follows.
     pub fn open_with_faults(wanted: Option<&str>, faults: Faults) -> Result<Self, BackendError> {
         let adapters = chosen(wanted)?;
-        Self::request(&adapters[0], faults)
+        Self::request(adapters.first().ok_or_else(no_driver)?, faults)
     }
 
     fn request(adapter: &wgpu::Adapter, faults: Faults) -> Result<Self, BackendError> {
         let start = Instant::now();
         let useful = wgpu::Features::TIMESTAMP_QUERY
             | wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS
+            | wgpu::Features::PIPELINE_CACHE
             | wgpu::Features::SHADER_F64;
         let mut limits = adapter.limits();
         if let Some(most) = faults.largest_buffer {
@@ -148,7 +170,8 @@ impl Device {
         raw.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
             uncaptured.troubles().other.get_or_insert_with(|| named("device", &error));
         }));
-        Ok(Self { raw, queue, adapter: summary, health, faults, open_seconds: start.elapsed().as_secs_f64() })
+        let cache = Cache::open(&raw, &adapter.get_info());
+        Ok(Self { raw, queue, adapter: summary, health, faults, cache, open_seconds: start.elapsed().as_secs_f64() })
     }
 
     /// Opens the adapter of a lost device again.

@@ -3,6 +3,7 @@
 //! The kernel computes in the plan's units, with the base at the origin.
 
 use super::buffers::{ALL_PATHS, Dispatch, Flight, GUARDED_PATH, Paths, QUICK_PATHS, Sizes, Slot};
+use super::cache::Cache;
 use super::device::{Device, failed};
 use super::kernel::{KERNELS, Kernel, WORKGROUP_SIZE, output_count};
 use super::pace::Pace;
@@ -25,7 +26,7 @@ use std::time::Instant;
 pub(super) const SLOTS: usize = 2;
 
 /// Outputs of one dispatch at most [bytes].
-const OUTPUT_BUDGET: u64 = 32 << 20;
+const OUTPUT_BUDGET: u64 = 64 << 20;
 
 /// Full dispatches in a batch of the recommended size.
 const DISPATCHES_PER_BATCH: usize = 4;
@@ -155,6 +156,7 @@ impl Gpu {
         let flight = slot.submit(&self.device, &self.solver, &self.dispatch(0.0, ALL_PATHS, 0, &copies));
         slot.finish(&self.device, &flight, |_| {})?;
         self.timings.first_dispatch = start.elapsed().as_secs_f64();
+        self.device.cache.iter().for_each(Cache::store);
         Ok(())
     }
 

@@ -1,7 +1,7 @@
 //! What follows when the device is lost or its memory does not suffice: a new device, smaller dispatches.
 
 use super::buffers::Slot;
-use super::device::failed;
+use super::device::{failed, reason};
 use super::engine::Gpu;
 use super::self_test::expect_right;
 use super::solver::Solver;
@@ -16,9 +16,10 @@ impl Gpu {
         }
         self.was_reopened = true;
         // Says why, whatever the loss looked like where it was noticed.
-        let loss = self.device.check().err().unwrap_or(error);
-        self.try_reopening().map_err(|error| failed(format!("{loss}; then, opening it again: {error}")))?;
-        self.notes.push(format!("{loss}; opened again, and what was under way is solved anew"));
+        let loss = reason(&self.device.check().err().unwrap_or(error));
+        let again = |error: BackendError| failed(format!("{loss}; then, opening it again, {}", reason(&error)));
+        self.try_reopening().map_err(again)?;
+        self.notes.push(format!("{loss}; it was opened again, and what was under way solved anew"));
         Ok(())
     }
 

@@ -4,6 +4,7 @@
 //! seen so far, and where round-off may decide on its voxel. So the device needs neither extremes nor sums.
 
 use super::buffers::{ALL_PATHS, Flight, QUICK_PATHS, Step, read_back};
+use super::cache::Cache;
 use super::counter::{Counter, Place, dispatch_limit, generator, pilot_tips};
 use super::device::failed;
 use super::engine::{Gpu, SLOTS};
@@ -81,6 +82,7 @@ pub(super) fn reduce(
         stragglers: Vec::new(),
     };
     run.all(give)?;
+    run.gpu.device.cache.iter().for_each(Cache::store);
     Ok(Reduced::Voxels(run.voxels))
 }
 
