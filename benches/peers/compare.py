@@ -14,11 +14,6 @@ import tomllib
 import jax
 import jax.numpy as jnp
 import numpy as np
-import scipy
-from scipy.integrate import solve_ivp
-from scipy.optimize import fsolve
-
-jax.config.update("jax_enable_x64", True)
 
 SMALL_COLUMN = 1e-3
 REPEATS = 5
@@ -118,6 +113,9 @@ def jax_methods(scene, steps):
 
 
 def scipy_solve(scene, theta, tolerance):
+    from scipy.integrate import solve_ivp
+    from scipy.optimize import fsolve
+
     def shoot(m0, theta, load=1.0):
         currents, n = load * theta[:3], load * theta[3:6]
         y = np.concatenate([np.zeros(3), np.eye(3).ravel(), m0])
@@ -214,6 +212,9 @@ def forget(file):
 
 
 def main():
+    import scipy
+
+    jax.config.update("jax_enable_x64", True)
     scene_file, *truth_files, raw = sys.argv[1:]
     scene, truth = Scene(scene_file), read_truth(truth_files)
     if not truth:
@@ -238,4 +239,5 @@ def main():
         record(raw, f"SciPy {scipy.__version__}", f"DOP853 to {tolerance:.0e}", "", len(few), *measured, times)
 
 
-main()
+if __name__ == "__main__":
+    main()

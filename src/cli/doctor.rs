@@ -36,10 +36,14 @@ pub fn doctor() -> Result<Exit, CommandError> {
     adapters.iter().for_each(|adapter| describe_adapter(adapter, &mut lines));
     let arguments = EngineArguments { backend: BackendName::Auto, precision: None };
     let tolerance = PlanOptions::default().tolerance;
-    let engine = Engine::choose(&arguments, tolerance)?;
-    lines.push(format!("`--backend auto` takes: {} {} ({})", engine.kind, engine.precision, engine.reason));
-    let coarse = Engine::choose(&arguments, F32_TOLERANCE)?;
-    lines.push(format!("  from a tolerance of {F32_TOLERANCE:.0e} on: {} {}", coarse.kind, coarse.precision));
+    match (Engine::choose(&arguments, tolerance), Engine::choose(&arguments, F32_TOLERANCE)) {
+        (Ok(engine), Ok(coarse)) => {
+            let Engine { kind, precision, reason } = engine;
+            lines.push(format!("`--backend auto` takes: {kind} {precision} ({reason})"));
+            lines.push(format!("  from a tolerance of {F32_TOLERANCE:.0e} on: {} {}", coarse.kind, coarse.precision));
+        }
+        (Err(error), _) | (_, Err(error)) => lines.push(format!("`--backend auto` cannot be used: {error}")),
+    }
     lines.push(match gpu::cache_directory() {
         Some(place) => format!("compiled kernels are kept in {}, where a driver gives them out", place.display()),
         None => "compiled kernels are not kept (RODSWEEP_CACHE is empty)".into(),
