@@ -36,6 +36,12 @@ impl Pace {
         true
     }
 
+    /// Gives half as many, now and at most.
+    pub fn ease(&mut self) {
+        self.limit = (self.limit / 2).max(1);
+        self.blocks = (self.blocks / 2).clamp(1, self.limit);
+    }
+
     /// Learns from a dispatch of `blocks` that took `seconds`.
     pub fn learn(&mut self, blocks: usize, seconds: f64) {
         let ratio = (TARGET / seconds.max(1e-9)).min(GROWTH);
@@ -78,6 +84,13 @@ mod tests {
         pace.learn(8, 0.0);
         assert_eq!(pace.blocks(), 8);
         assert!(pace.halve(3) && !pace.halve(1));
+        assert_eq!(pace.blocks(), 1);
+        let mut pace = Pace::new(20);
+        pace.ease();
+        assert_eq!(pace.blocks(), 8);
+        pace.learn(8, 0.0);
+        assert_eq!(pace.blocks(), 10);
+        (0..9).for_each(|_| pace.ease());
         assert_eq!(pace.blocks(), 1);
     }
 

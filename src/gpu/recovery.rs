@@ -19,7 +19,9 @@ impl Gpu {
         let loss = reason(&self.device.check().err().unwrap_or(error));
         let again = |error: BackendError| failed(format!("{loss}; then, opening it again, {}", reason(&error)));
         self.try_reopening().map_err(again)?;
-        self.notes.push(format!("{loss}; it was opened again, and what was under way solved anew"));
+        // Systems reset a device that is busy for too long or short of memory.
+        self.pace.ease();
+        self.notes.push(format!("{loss}; it was opened again, and solved anew in smaller dispatches"));
         Ok(())
     }
 

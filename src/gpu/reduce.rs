@@ -168,6 +168,7 @@ impl Run<'_> {
     fn recover(&mut self, error: BackendError) -> Result<(), BackendError> {
         self.gpu.reopen(error)?;
         self.places.clear();
+        self.pace.ease();
         for piece in self.flying.drain(..).rev() {
             self.left.push_front(piece.range);
         }

@@ -12,7 +12,7 @@ pub struct Timings {
     pub compile: f64,
     /// An empty dispatch, in which drivers compile.
     pub first_dispatch: f64,
-    /// Converting and handing over inputs.
+    /// Converting inputs and handing over work; an adapter in software may compute meanwhile.
     pub upload: f64,
     /// The kernels; without a clock on the device, from submission to completion.
     pub kernel: f64,
