@@ -58,6 +58,15 @@ pub enum BackendError {
     NoDevice { reason: String },
     #[error("the GPU failed: {reason}")]
     DeviceFailed { reason: String },
+    #[error("the GPU has too little memory: {reason}; use `--backend cpu`")]
+    OutOfMemory { reason: String },
+}
+
+impl BackendError {
+    /// Whether a device is at fault, so that an engine on another could go on.
+    pub fn is_of_device(&self) -> bool {
+        !matches!(self, BackendError::Unsupported { .. })
+    }
 }
 
 /// An engine prepared for one plan.
@@ -84,6 +93,16 @@ pub trait Backend: Send {
         _give: &mut dyn FnMut(Returned) -> bool,
     ) -> Result<Option<Reduced>, BackendError> {
         Ok(None)
+    }
+
+    /// What users should know of how it went so far, such as a device that was lost and opened again; each once.
+    fn take_notes(&mut self) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// Where its own time went so far, by name [s]; nothing where it keeps no account.
+    fn timings(&self) -> Vec<(&'static str, f64)> {
+        Vec::new()
     }
 }
 

@@ -135,6 +135,7 @@ fn shipped_sweeps_have_their_counts_and_run_limited() {
         ("stiffness", 16_384),
         ("insertion", 20_000),
         ("ten_million", 10_000_000),
+        ("billion", 1_000_000_000),
         ("two_coil", 65_536),
         ("branches", 81),
         ("lap", 8),

@@ -165,4 +165,5 @@ def main():
         table.writerows(rows)
 
 
-main()
+if __name__ == "__main__":
+    main()

@@ -177,6 +177,9 @@ pub struct BenchArguments {
     /// Parts or scenes, separated by commas [default: all]; a wrong name prints the list
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     pub only: Vec<String>,
+    /// Engines that are measured
+    #[arg(long, value_enum, default_value = "all", conflicts_with_all = ["paper", "render"])]
+    pub backend: BenchBackend,
     /// Directory of bench files (TOML) [default: those of sweeps/bench, built in]
     #[arg(long, value_name = "DIR")]
     pub files: Option<PathBuf>,
@@ -207,6 +210,13 @@ pub struct BenchArguments {
     /// Print JSON, with --paper
     #[arg(long, requires = "paper")]
     pub json: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum BenchBackend {
+    All,
+    Cpu,
+    Gpu,
 }
 
 /// More would take days.

@@ -36,10 +36,18 @@ pub fn doctor() -> Result<Exit, CommandError> {
     adapters.iter().for_each(|adapter| describe_adapter(adapter, &mut lines));
     let arguments = EngineArguments { backend: BackendName::Auto, precision: None };
     let tolerance = PlanOptions::default().tolerance;
-    let engine = Engine::choose(&arguments, tolerance)?;
-    lines.push(format!("`--backend auto` takes: {} {} ({})", engine.kind, engine.precision, engine.reason));
-    let coarse = Engine::choose(&arguments, F32_TOLERANCE)?;
-    lines.push(format!("  from a tolerance of {F32_TOLERANCE:.0e} on: {} {}", coarse.kind, coarse.precision));
+    match (Engine::choose(&arguments, tolerance), Engine::choose(&arguments, F32_TOLERANCE)) {
+        (Ok(engine), Ok(coarse)) => {
+            let Engine { kind, precision, reason } = engine;
+            lines.push(format!("`--backend auto` takes: {kind} {precision} ({reason})"));
+            lines.push(format!("  from a tolerance of {F32_TOLERANCE:.0e} on: {} {}", coarse.kind, coarse.precision));
+        }
+        (Err(error), _) | (_, Err(error)) => lines.push(format!("`--backend auto` cannot be used: {error}")),
+    }
+    lines.push(match gpu::cache_directory() {
+        Some(place) => format!("compiled kernels are kept in {}, where a driver gives them out", place.display()),
+        None => "compiled kernels are not kept (RODSWEEP_CACHE is empty)".into(),
+    });
     describe_gpu(&plan, &mut lines);
     print(&(lines.join("\n") + "\n"))?;
     Ok(Exit::Done)
@@ -63,7 +71,7 @@ fn describe_adapter(adapter: &AdapterSummary, lines: &mut Vec<String>) {
         adapter.max_subgroup_size
     ));
     lines.push(format!(
-        "    f64 in shaders: {} (the GPU engine computes in f32), timestamps: {}, pipeline cache: {}",
+        "    f64 in shaders: {}, timestamps: {}, pipeline cache: {}",
         yes(adapter.has_f64),
         yes(adapter.has_timestamps),
         yes(adapter.has_pipeline_cache)
@@ -77,6 +85,11 @@ fn describe_gpu(plan: &Plan, lines: &mut Vec<String>) {
         Err(error) => return lines.push(format!("`--backend gpu` cannot be used: {error}")),
     };
     lines.push(format!("`--backend gpu` takes: {}", device.adapter()));
+    let others = gpu::chosen_adapters().unwrap_or_default();
+    for other in others.iter().skip(1) {
+        let alike = if other.is_like(device.adapter()) { "" } else { "; its rows may differ in the last digits" };
+        lines.push(format!("  sharing every sweep with: {other}{alike}"));
+    }
     match self_test(&device) {
         Ok(test) => {
             let verdict = if test.passed() { "passed" } else { "FAILED: do not trust this driver" };

@@ -2,7 +2,7 @@
 
 use super::args::{BackendName, EngineArguments};
 use rodsweep::backend::{Backend, BackendError, BackendKind, Precision};
-use rodsweep::gpu::{self, Device, Gpu};
+use rodsweep::gpu;
 use rodsweep::lanes::Lanes;
 use rodsweep::model::{Plan, PlanOptions, Stepper};
 use rodsweep::reference::Reference;
@@ -34,12 +34,13 @@ impl Engine {
             },
             BackendName::Cpu => Ok(engine(BackendKind::Cpu, f64_or_asked, "asked for")),
             BackendName::Gpu => {
-                let has_f64 = || gpu::adapters().first().is_some_and(|adapter| adapter.has_f64);
+                let has_f64 =
+                    || gpu::chosen_adapters().is_ok_and(|chosen| chosen.iter().all(|adapter| adapter.has_f64));
                 let needs_f64 = tolerance < F32_TOLERANCE && has_f64();
                 let precision = asked.unwrap_or(if needs_f64 { Precision::F64 } else { Precision::F32 });
                 Ok(engine(BackendKind::Gpu, precision, "asked for"))
             }
-            BackendName::Auto => Ok(match gpu::adapters().first() {
+            BackendName::Auto => Ok(match gpu::chosen_adapters()?.first() {
                 None => engine(BackendKind::Cpu, f64_or_asked, "this machine has no GPU"),
                 Some(adapter) if adapter.is_software() => {
                     let reason = format!("the only GPU is software ({})", adapter.name);
@@ -91,7 +92,7 @@ impl Engine {
         match self.kind {
             BackendKind::Reference => Ok(reference(plan)),
             BackendKind::Cpu => Ok(Box::new(Lanes::new(plan, self.precision)?)),
-            BackendKind::Gpu => Ok(Box::new(Gpu::new(Device::open()?, plan, self.precision)?)),
+            BackendKind::Gpu => gpu::open(plan, self.precision),
         }
     }
 }

@@ -4,11 +4,11 @@ use super::args::{BackendName, RunArguments};
 use super::engine::{Engine, cpu_f64, reference, second_attempt};
 use super::progress::{Meter, duration};
 use super::{CommandError, Exit, branches, figures, say};
-use rodsweep::backend::{Backend, BackendError, BackendKind};
+use rodsweep::backend::{Backend, BackendKind};
 use rodsweep::model::{Plan, PlanOptions, Quantity, Status};
 use rodsweep::report::{count, engineering};
 use rodsweep::sweep::{
-    self, BranchChoice, BranchCounts, Format, Method, Progress, RunOptions, SampleOrigin, Shard, Summary, SweepError,
+    self, BranchChoice, BranchCounts, Fallback, Format, Method, Progress, RunOptions, SampleOrigin, Shard, Summary,
     SweepSpec, choose_method, scene_notes,
 };
 use std::path::PathBuf;
@@ -78,17 +78,15 @@ pub fn run(arguments: &RunArguments) -> Result<Exit, CommandError> {
     run_options.search = Some(branches::tools(&search));
     run_options.trusted = Some(&trusted);
     run_options.pilot = pilot;
-    let result = match sweep::run(&spec, backend.as_mut(), &run_options) {
-        Err(SweepError::Backend(BackendError::DeviceFailed { reason })) => {
+    let go_on_with = Fallback {
+        engine: &|plan| on_the_cpu.make(plan),
+        search: Some(branches::tools(&search_on_the_cpu)),
+        tell: &|error| {
             meter.finish();
-            say(&format!("warning: the GPU failed ({reason}); going on with the CPU in the same precision"));
-            engine.kind = BackendKind::Cpu;
-            run_options.resume = spec.format != Format::None;
-            run_options.search = Some(branches::tools(&search_on_the_cpu));
-            sweep::run(&spec, engine.make(&plan)?.as_mut(), &run_options)
-        }
-        result => result,
+            say(&format!("warning: {error}; going on with the CPU in the same precision"));
+        },
     };
+    let result = sweep::run_with_fallback(&spec, backend.as_mut(), &run_options, &go_on_with);
     meter.finish();
     let summary = result?;
     if !arguments.quiet {
@@ -102,6 +100,15 @@ pub fn run(arguments: &RunArguments) -> Result<Exit, CommandError> {
         for path in figures::draw(&spec, &summary, arguments.colour.as_deref())? {
             tell(&format!("figure: {}", path.display()));
         }
+    }
+    let wrong = summary.spot_check.as_ref().map_or(0, |check| check.wrong);
+    if wrong > 0 {
+        say(&format!(
+            "error: spot check: {} samples are off by more than ten times the tolerance and their own error estimate; do \
+             not trust these rows, and run the sweep again with `--backend cpu`",
+            count(wrong)
+        ));
+        return Ok(Exit::Failed);
     }
     Ok(match arguments.max_failures {
         Some(most) if summary.failed() > most => {
@@ -202,6 +209,11 @@ fn print_summary(spec: &SweepSpec, summary: &Summary) {
         "stages (busy seconds, overlapping): build {:.2}, solve {:.2}, solve again {:.2}{search}, rows {:.2}, write {:.2}, check {:.2}",
         stages.build, stages.solve, stages.refine, stages.rows, stages.write, stages.check
     ));
+    if !summary.engine_timings.is_empty() {
+        let each: Vec<_> = summary.engine_timings.iter().map(|(name, s)| format!("{} {s:.2}", spaced(name))).collect();
+        say(&format!("of these, the {}: {}", summary.backend.kind, each.join(", ")));
+    }
+    summary.notes.iter().for_each(|note| say(&format!("warning: {note}")));
     if let SampleOrigin::HostBecause(reason) = &summary.origin {
         say(&format!("note: samples were made on the host and uploaded: {reason}"));
     }
@@ -237,6 +249,11 @@ fn print_summary(spec: &SweepSpec, summary: &Summary) {
         }
     }
     say(&format!("results: {}", summary.out.display()));
+}
+
+/// `first dispatch` for `first_dispatch`
+fn spaced(name: &str) -> String {
+    name.replace('_', " ")
 }
 
 fn say_statuses(summary: &Summary) {

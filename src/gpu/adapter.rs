@@ -22,6 +22,8 @@ pub struct AdapterSummary {
     pub api: String,
     /// Driver and its version.
     pub driver: String,
+    /// Its place on the PCI bus, where known.
+    pub bus: String,
     /// [bytes]
     pub max_buffer_size: u64,
     /// [bytes]
@@ -50,6 +52,7 @@ impl AdapterSummary {
             api: info.backend.to_string(),
             driver: [info.driver.trim(), info.driver_info.trim()].join(" ").trim().to_owned(),
             name: info.name,
+            bus: info.device_pci_bus_id,
             max_buffer_size: limits.max_buffer_size,
             max_storage_binding_size: limits.max_storage_buffer_binding_size,
             max_workgroups: limits.max_compute_workgroups_per_dimension,
@@ -60,6 +63,51 @@ impl AdapterSummary {
             has_timestamps: features.contains(wgpu::Features::TIMESTAMP_QUERY),
             has_f64: features.contains(wgpu::Features::SHADER_F64),
             has_pipeline_cache: features.contains(wgpu::Features::PIPELINE_CACHE),
+        }
+    }
+
+    /// The same with what a device was opened with.
+    pub(super) fn limited(self, limits: &wgpu::Limits) -> Self {
+        Self {
+            max_buffer_size: limits.max_buffer_size,
+            max_storage_binding_size: limits.max_storage_buffer_binding_size,
+            max_workgroups: limits.max_compute_workgroups_per_dimension,
+            ..self
+        }
+    }
+
+    /// Whether rows of one are those of the other, bit for bit, as far as can be known.
+    pub fn is_like(&self, other: &AdapterSummary) -> bool {
+        let what = |a: &AdapterSummary| (a.name.clone(), a.kind, a.api.clone(), a.driver.clone());
+        what(self) == what(other)
+    }
+
+    /// Whether it is the same adapter, as far as can be known.
+    pub(super) fn is_same(&self, other: &AdapterSummary) -> bool {
+        self.is_like(other) && self.bus == other.bus
+    }
+}
+
+/// Places of the adapters to take, of those found, best first: without a wish the first, and those like it unless they
+/// are software. Or the name that matches none.
+pub(super) fn choose(found: &[AdapterSummary], wanted: Option<&str>) -> Result<Vec<usize>, String> {
+    let all = || 0..found.len();
+    match wanted {
+        None => {
+            let shares = |place: &usize| *place == 0 || !found[0].is_software() && found[*place].is_like(&found[0]);
+            Ok(all().filter(shares).collect())
+        }
+        Some(wish) if wish.trim().eq_ignore_ascii_case("all") => {
+            Ok(all().filter(|place| *place == 0 || !found[*place].is_software()).collect())
+        }
+        Some(names) => {
+            let mut taken = Vec::new();
+            for name in names.split(',').map(|name| name.trim().to_lowercase()) {
+                let matches = |place: &usize| found[*place].to_string().to_lowercase().contains(&name);
+                let place = all().filter(matches).find(|place| !taken.contains(place)).or_else(|| all().find(matches));
+                taken.push(place.ok_or(name)?);
+            }
+            Ok(taken)
         }
     }
 }
@@ -105,5 +153,49 @@ impl fmt::Display for AdapterKind {
 impl fmt::Display for AdapterSummary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} ({} GPU, {}, {})", self.name, self.kind, self.api, self.driver)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{AdapterKind, AdapterSummary, choose};
+
+    fn adapter(name: &str, kind: AdapterKind, driver: &str) -> AdapterSummary {
+        AdapterSummary {
+            name: name.into(),
+            kind,
+            api: "vulkan".into(),
+            driver: driver.into(),
+            bus: String::new(),
+            max_buffer_size: 1 << 30,
+            max_storage_binding_size: 1 << 30,
+            max_workgroups: 65_535,
+            max_workgroup_size: 1024,
+            max_workgroup_storage: 32_768,
+            min_subgroup_size: 32,
+            max_subgroup_size: 32,
+            has_timestamps: true,
+            has_f64: true,
+            has_pipeline_cache: true,
+        }
+    }
+
+    #[test]
+    fn adapters_share_where_their_rows_are_the_same() {
+        let (discrete, software) = (AdapterKind::Discrete, AdapterKind::Software);
+        let found = [
+            adapter("Big", discrete, "550"),
+            adapter("Small", discrete, "550"),
+            adapter("Big", discrete, "550"),
+            adapter("Big", discrete, "535"),
+            adapter("pipe", software, "22"),
+        ];
+        assert_eq!(choose(&found, None), Ok(vec![0, 2]));
+        assert_eq!(choose(&found, Some("ALL")), Ok(vec![0, 1, 2, 3]));
+        assert_eq!(choose(&found, Some("small")), Ok(vec![1]));
+        assert_eq!(choose(&found, Some("big, pipe,big,big,big")), Ok(vec![0, 4, 2, 3, 0]));
+        assert_eq!(choose(&found, Some("big,huge")), Err("huge".into()));
+        assert_eq!(choose(&[found[4].clone(), found[4].clone()], None), Ok(vec![0]));
+        assert_eq!(choose(&found[4..], Some("all")), Ok(vec![0]));
     }
 }

@@ -4,6 +4,7 @@ use super::device::{Device, failed};
 use super::kernel::WORKGROUP_SIZE;
 use super::solver::Solver;
 use crate::backend::{BackendError, Precision};
+use crate::model::BLOCK;
 use std::mem::offset_of;
 use std::ops::Range;
 use std::sync::mpsc::{Receiver, channel};
@@ -71,8 +72,8 @@ pub fn settings_members(precision: Precision) -> [(&'static str, usize); 6] {
     }
 }
 
-/// Bytes of the two timestamps behind the outputs in the staging buffer.
-const STAMP_BYTES: u64 = 16;
+/// Bytes of the timestamps before the outputs in the staging buffer: kernels begin, kernels end, copies end.
+const STAMP_BYTES: u64 = 24;
 
 /// Samples of a slot, and bytes of what it holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -90,13 +91,36 @@ pub(super) struct Slot {
     pub inputs: wgpu::Buffer,
     pub outputs: wgpu::Buffer,
     staging: wgpu::Buffer,
-    stamps: Option<(wgpu::QuerySet, wgpu::Buffer)>,
+    stamps: Option<Stamps>,
     bind_group: wgpu::BindGroup,
     pub capacity: Sizes,
 }
 
+struct Stamps {
+    set: wgpu::QuerySet,
+    resolved: wgpu::Buffer,
+    /// Whether copies are timed, too.
+    of_copies: bool,
+}
+
+/// Seconds by the device's clock, where it tells.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Spent {
+    pub kernels: Option<f64>,
+    pub copies: Option<f64>,
+}
+
 /// Work given to the device.
 pub(super) struct Flight {
+    landing: Landing,
+    number: u64,
+    /// Where rows start among what comes back.
+    rows_at: usize,
+    precision: Precision,
+}
+
+/// Bytes on their way to the host.
+struct Landing {
     submission: wgpu::SubmissionIndex,
     mapped: Mapped,
     bytes: u64,
@@ -121,7 +145,7 @@ pub(super) struct Dispatch<'a> {
     pub inputs: &'a [u8],
     pub before: Option<Step<'a>>,
     pub after: Option<Step<'a>>,
-    /// What comes back: the first bytes of these buffers.
+    /// What comes back: the first bytes of these buffers, that of rows last.
     pub copies: &'a [(&'a wgpu::Buffer, u64)],
 }
 
@@ -182,8 +206,8 @@ impl Slot {
             device.queue.write_buffer(&self.inputs, 0, dispatch.inputs);
         }
         let mut encoder = device.raw.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let timestamp_writes = self.stamps.as_ref().map(|(query_set, _)| wgpu::ComputePassTimestampWrites {
-            query_set,
+        let timestamp_writes = self.stamps.as_ref().map(|stamps| wgpu::ComputePassTimestampWrites {
+            query_set: &stamps.set,
             beginning_of_pass_write_index: Some(0),
             end_of_pass_write_index: Some(1),
         });
@@ -196,36 +220,48 @@ impl Slot {
             pass.dispatch_workgroups(sample_count.max(1).div_ceil(WORKGROUP_SIZE), 1, 1);
         }
         drop(pass);
-        let mut at = STAMP_BYTES;
+        let (mut at, mut rows_at) = (STAMP_BYTES, STAMP_BYTES);
         for (buffer, bytes) in dispatch.copies {
             encoder.copy_buffer_to_buffer(buffer, 0, &self.staging, at, *bytes);
-            at += bytes;
+            (at, rows_at) = (at + bytes, at);
         }
-        if let Some((query_set, resolved)) = &self.stamps {
-            encoder.resolve_query_set(query_set, 0..2, resolved, 0);
-            encoder.copy_buffer_to_buffer(resolved, 0, &self.staging, 0, STAMP_BYTES);
+        if let Some(Stamps { set, resolved, of_copies }) = &self.stamps {
+            if *of_copies {
+                encoder.write_timestamp(set, 2);
+            }
+            let count = 2 + u32::from(*of_copies);
+            encoder.resolve_query_set(set, 0..count, resolved, 0);
+            encoder.copy_buffer_to_buffer(resolved, 0, &self.staging, 0, u64::from(8 * count));
         }
         let submission = device.queue.submit([encoder.finish()]);
-        Flight { submission, mapped: map(&self.staging, at), bytes: at }
+        let (number, is_lost) = device.faults.dispatch();
+        if is_lost {
+            device.destroy();
+        }
+        let rows_at = (rows_at - STAMP_BYTES) as usize;
+        let landing = Landing { submission, mapped: map(&self.staging, at), bytes: at };
+        Flight { landing, number, rows_at, precision: solver.precision }
     }
 
-    /// Waits for a dispatch, hands what came back to `read` and returns the seconds the kernels took, if known.
-    pub fn finish(
-        &self,
-        device: &Device,
-        flight: &Flight,
-        read: impl FnOnce(&[u8]),
-    ) -> Result<Option<f64>, BackendError> {
-        let mut seconds = None;
-        receive(device, &self.staging, flight, |bytes| {
+    /// Waits for a dispatch, hands what came back to `read` and returns the time that the device took.
+    pub fn finish(&self, device: &Device, flight: &Flight, read: impl FnOnce(&[u8])) -> Result<Spent, BackendError> {
+        let mut spent = Spent::default();
+        receive(device, &self.staging, &flight.landing, |bytes| {
             let (stamps, outputs) = bytes.split_at(STAMP_BYTES as usize);
-            seconds = self.stamps.is_some().then(|| {
+            if let Some(Stamps { of_copies, .. }) = &self.stamps {
                 let stamp = |at: usize| u64::from_le_bytes(std::array::from_fn(|byte| stamps[at + byte]));
-                stamp(8).saturating_sub(stamp(0)) as f64 * f64::from(device.queue.get_timestamp_period()) * 1e-9
-            });
-            read(outputs);
+                let period = f64::from(device.queue.get_timestamp_period()) * 1e-9;
+                let seconds = |from: usize, to: usize| stamp(to).saturating_sub(stamp(from)) as f64 * period;
+                spent = Spent { kernels: Some(seconds(0, 8)), copies: of_copies.then(|| seconds(8, 16)) };
+            }
+            let block_bytes = (self.capacity.outputs * BLOCK as u64 / self.capacity.samples.max(1)) as usize;
+            let layout = (block_bytes, flight.precision);
+            match device.faults.flipped(flight.number, outputs, flight.rows_at, layout) {
+                Some(changed) => read(&changed),
+                None => read(outputs),
+            }
         })?;
-        Ok(seconds)
+        Ok(spent)
     }
 }
 
@@ -243,16 +279,16 @@ fn map(buffer: &wgpu::Buffer, bytes: u64) -> Mapped {
 fn receive(
     device: &Device,
     staging: &wgpu::Buffer,
-    flight: &Flight,
+    landing: &Landing,
     read: impl FnOnce(&[u8]),
 ) -> Result<(), BackendError> {
-    device.wait(Some(flight.submission.clone()))?;
-    match flight.mapped.try_recv() {
+    device.wait(Some(landing.submission.clone()))?;
+    match landing.mapped.try_recv() {
         Ok(Ok(())) => {}
         Ok(Err(error)) => return Err(failed(format!("results could not be read back: {error}"))),
         Err(_) => return Err(failed("results did not come back")),
     }
-    let view = staging.slice(..flight.bytes).get_mapped_range().map_err(failed)?;
+    let view = staging.slice(..landing.bytes).get_mapped_range().map_err(failed)?;
     read(&view);
     drop(view);
     staging.unmap();
@@ -271,12 +307,13 @@ pub(super) fn read_back(
     let mut encoder = device.raw.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
     encoder.copy_buffer_to_buffer(buffer, range.start, &staging, 0, bytes);
     let submission = device.queue.submit([encoder.finish()]);
-    receive(device, &staging, &Flight { submission, mapped: map(&staging, bytes), bytes }, read)
+    receive(device, &staging, &Landing { submission, mapped: map(&staging, bytes), bytes }, read)
 }
 
-fn timestamps(device: &Device) -> Result<(wgpu::QuerySet, wgpu::Buffer), BackendError> {
-    let descriptor = wgpu::QuerySetDescriptor { label: Some("timestamps"), ty: wgpu::QueryType::Timestamp, count: 2 };
+fn timestamps(device: &Device) -> Result<Stamps, BackendError> {
+    let descriptor = wgpu::QuerySetDescriptor { label: Some("timestamps"), ty: wgpu::QueryType::Timestamp, count: 3 };
     let set = device.scoped("timestamps", || device.raw.create_query_set(&descriptor))?;
     let resolved = device.buffer("timestamps", STAMP_BYTES, Usage::QUERY_RESOLVE | Usage::COPY_SRC)?;
-    Ok((set, resolved))
+    let of_copies = device.raw.features().contains(wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS);
+    Ok(Stamps { set, resolved, of_copies })
 }

@@ -1,30 +1,42 @@
 //! An open GPU whose errors and loss are noticed.
 
-use super::adapter::{AdapterSummary, enumerate};
+use super::adapter::{AdapterSummary, choose, enumerate};
+use super::cache::Cache;
+use super::faults::Faults;
 use crate::backend::BackendError;
 use std::env;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Names the adapter to take: part of its name, driver or interface, in any case.
+/// Names the adapters to take, by commas: parts of name, driver or interface, in any case; or `all`.
 const ADAPTER_VARIABLE: &str = "RODSWEEP_ADAPTER";
 
 /// Longest time that anything may keep the device busy.
 const PATIENCE: Duration = Duration::from_secs(600);
 
-/// The first thing that went wrong outside an error scope.
+/// What went wrong outside an error scope.
+#[derive(Debug, Default)]
+struct Troubles {
+    loss: Option<String>,
+    /// The first other one.
+    other: Option<BackendError>,
+}
+
 #[derive(Clone, Debug, Default)]
-struct Health(Arc<Mutex<Option<String>>>);
+struct Health(Arc<Mutex<Troubles>>);
 
 impl Health {
-    fn note(&self, trouble: String) {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(trouble);
+    fn troubles(&self) -> MutexGuard<'_, Troubles> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// A loss is the cause of whatever else went wrong.
     fn check(&self) -> Result<(), BackendError> {
-        match &*self.0.lock().unwrap_or_else(PoisonError::into_inner) {
-            None => Ok(()),
-            Some(trouble) => Err(failed(trouble)),
+        let troubles = self.troubles();
+        match (&troubles.loss, &troubles.other) {
+            (Some(loss), _) => Err(failed(loss)),
+            (None, Some(other)) => Err(other.clone()),
+            (None, None) => Ok(()),
         }
     }
 }
@@ -36,6 +48,9 @@ pub struct Device {
     pub(super) queue: wgpu::Queue,
     adapter: AdapterSummary,
     health: Health,
+    pub(super) faults: Faults,
+    /// Pipelines of earlier runs.
+    pub(super) cache: Option<Cache>,
     /// Time to find and open the device [s].
     pub(super) open_seconds: f64,
 }
@@ -44,51 +59,128 @@ pub(super) fn failed(reason: impl ToString) -> BackendError {
     BackendError::DeviceFailed { reason: reason.to_string() }
 }
 
+/// Why a device failed, to stand within another message.
+pub(super) fn reason(error: &BackendError) -> String {
+    match error {
+        BackendError::DeviceFailed { reason }
+        | BackendError::NoDevice { reason }
+        | BackendError::OutOfMemory { reason } => reason.clone(),
+        BackendError::Unsupported { .. } => error.to_string(),
+    }
+}
+
+/// What an error of wgpu is to the engine; `what` names what was being made.
+fn named(what: &str, error: &wgpu::Error) -> BackendError {
+    let reason = format!("{what}: {error}");
+    match error {
+        wgpu::Error::OutOfMemory { .. } => BackendError::OutOfMemory { reason },
+        _ => failed(reason),
+    }
+}
+
+/// The adapters that the environment variable `RODSWEEP_ADAPTER` names, else the best one and those like it; none where
+/// the machine has none.
+pub fn chosen_adapters() -> Result<Vec<AdapterSummary>, BackendError> {
+    Ok(chosen(wanted().as_deref())?.iter().map(AdapterSummary::new).collect())
+}
+
+fn wanted() -> Option<String> {
+    env::var(ADAPTER_VARIABLE).ok().filter(|names| !names.trim().is_empty())
+}
+
+fn no_driver() -> BackendError {
+    BackendError::NoDevice { reason: "no Vulkan, Metal or Direct3D 12 driver was found".into() }
+}
+
+fn chosen(wanted: Option<&str>) -> Result<Vec<wgpu::Adapter>, BackendError> {
+    let found = enumerate();
+    let summaries: Vec<_> = found.iter().map(AdapterSummary::new).collect();
+    if found.is_empty() {
+        return Ok(found);
+    }
+    let places = choose(&summaries, wanted).map_err(|name| {
+        let all: Vec<_> = summaries.iter().map(AdapterSummary::to_string).collect();
+        let reason = format!("{ADAPTER_VARIABLE} is `{name}`, which matches none of: {}", all.join("; "));
+        BackendError::NoDevice { reason }
+    })?;
+    Ok(places.into_iter().map(|place| found[place].clone()).collect())
+}
+
 impl Device {
-    /// Opens the best adapter: discrete, then integrated, virtual, software; or the one that the environment
+    /// Opens the best adapter: discrete, then integrated, virtual, software; or the first that the environment
     /// variable `RODSWEEP_ADAPTER` names.
     pub fn open() -> Result<Self, BackendError> {
-        Self::open_named(env::var(ADAPTER_VARIABLE).ok().as_deref())
+        Self::open_named(wanted().as_deref())
     }
 
     /// Opens the best adapter of those whose name, driver or interface contains `wanted`, in any case.
     pub fn open_named(wanted: Option<&str>) -> Result<Self, BackendError> {
-        let start = Instant::now();
-        let adapters = enumerate();
+        Self::open_with_faults(wanted, Faults::default())
+    }
+
+    /// Opens every adapter of [`chosen_adapters`]; those that do not open are left out, unless none does.
+    pub fn open_all() -> Result<Vec<Self>, BackendError> {
+        let adapters = chosen(wanted().as_deref())?;
         if adapters.is_empty() {
-            let reason = "no Vulkan, Metal or Direct3D 12 driver was found".into();
-            return Err(BackendError::NoDevice { reason });
+            return Err(no_driver());
         }
-        let describe = |adapter: &wgpu::Adapter| AdapterSummary::new(adapter).to_string();
-        let matches = |adapter: &&wgpu::Adapter| {
-            wanted.is_none_or(|wanted| describe(adapter).to_lowercase().contains(&wanted.to_lowercase()))
-        };
-        let Some(adapter) = adapters.iter().find(matches) else {
-            let found: Vec<_> = adapters.iter().map(describe).collect();
-            let reason = format!(
-                "{ADAPTER_VARIABLE} is `{}`, which matches none of: {}",
-                wanted.unwrap_or_default(),
-                found.join("; ")
-            );
-            return Err(BackendError::NoDevice { reason });
-        };
-        let useful = wgpu::Features::TIMESTAMP_QUERY | wgpu::Features::SHADER_F64;
+        let opened = adapters.iter().map(|adapter| Self::request(adapter, Faults::default()));
+        let (devices, failures): (Vec<_>, Vec<_>) = opened.partition(Result::is_ok);
+        match failures.into_iter().find_map(Result::err) {
+            Some(error) if devices.is_empty() => Err(error),
+            _ => Ok(devices.into_iter().flatten().collect()),
+        }
+    }
+
+    /// The same as [`Device::open_named`] with a device that fails as planned; for tests of what follows.
+    pub fn open_with_faults(wanted: Option<&str>, faults: Faults) -> Result<Self, BackendError> {
+        let adapters = chosen(wanted)?;
+        Self::request(adapters.first().ok_or_else(no_driver)?, faults)
+    }
+
+    fn request(adapter: &wgpu::Adapter, faults: Faults) -> Result<Self, BackendError> {
+        let start = Instant::now();
+        let useful = wgpu::Features::TIMESTAMP_QUERY
+            | wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS
+            | wgpu::Features::PIPELINE_CACHE
+            | wgpu::Features::SHADER_F64;
+        let mut limits = adapter.limits();
+        if let Some(most) = faults.largest_buffer {
+            limits.max_buffer_size = limits.max_buffer_size.min(most);
+            limits.max_storage_buffer_binding_size = limits.max_storage_buffer_binding_size.min(most);
+        }
+        if let Some(most) = faults.most_workgroups {
+            limits.max_compute_workgroups_per_dimension = limits.max_compute_workgroups_per_dimension.min(most);
+        }
+        let summary = AdapterSummary::new(adapter).limited(&limits);
         let request = adapter.request_device(&wgpu::DeviceDescriptor {
             label: Some("rodsweep"),
             required_features: adapter.features() & useful,
-            required_limits: adapter.limits(),
+            required_limits: limits,
             ..Default::default()
         });
-        let summary = AdapterSummary::new(adapter);
         let (raw, queue) = pollster::block_on(request)
             .map_err(|error| BackendError::NoDevice { reason: format!("{summary} would not open: {error}") })?;
         let health = Health::default();
         let (lost, uncaptured) = (health.clone(), health.clone());
         raw.set_device_lost_callback(move |reason, message| {
-            lost.note(format!("the device was lost ({reason:?}): {message}"));
+            let loss = format!("the device was lost ({reason:?}) {message}").trim_end().to_owned();
+            lost.troubles().loss.get_or_insert(loss);
         });
-        raw.on_uncaptured_error(Arc::new(move |error: wgpu::Error| uncaptured.note(error.to_string())));
-        Ok(Self { raw, queue, adapter: summary, health, open_seconds: start.elapsed().as_secs_f64() })
+        raw.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
+            uncaptured.troubles().other.get_or_insert_with(|| named("device", &error));
+        }));
+        let cache = Cache::open(&raw, &adapter.get_info());
+        Ok(Self { raw, queue, adapter: summary, health, faults, cache, open_seconds: start.elapsed().as_secs_f64() })
+    }
+
+    /// Opens the adapter of a lost device again.
+    pub(super) fn reopen(&self) -> Result<Self, BackendError> {
+        let is_same = |adapter: &&wgpu::Adapter| self.adapter.is_same(&AdapterSummary::new(adapter));
+        match enumerate().iter().find(is_same) {
+            Some(adapter) => Self::request(adapter, self.faults.clone()),
+            None => Err(BackendError::NoDevice { reason: format!("{} is gone", self.adapter) }),
+        }
     }
 
     pub fn adapter(&self) -> &AdapterSummary {
@@ -103,8 +195,14 @@ impl Device {
     /// Gives the device up at once, as a driver reset would; for tests of what follows.
     pub fn destroy(&self) {
         self.raw.destroy();
+        self.is_lost();
+    }
+
+    /// Whether the device is gone. What fails on a lost device may look like anything.
+    pub(super) fn is_lost(&self) -> bool {
         // The loss is reported while polling.
         let _ = self.raw.poll(wgpu::PollType::Poll);
+        self.health.troubles().loss.is_some()
     }
 
     /// Runs `create` and returns what it made, or the error it raised; `what` names it.
@@ -118,7 +216,7 @@ impl Device {
         let memory = pollster::block_on(memory.pop());
         match internal.or(validation).or(memory) {
             None => Ok(made),
-            Some(error) => Err(failed(format!("{what}: {error}"))),
+            Some(error) => Err(named(what, &error)),
         }
     }
 
@@ -129,6 +227,9 @@ impl Device {
         size: u64,
         usage: wgpu::BufferUsages,
     ) -> Result<wgpu::Buffer, BackendError> {
+        if self.faults.refuses(size) {
+            return Err(BackendError::OutOfMemory { reason: format!("{what}: no room for {size} bytes") });
+        }
         let descriptor = wgpu::BufferDescriptor { label: Some(what), size, usage, mapped_at_creation: false };
         self.scoped(what, || self.raw.create_buffer(&descriptor))
     }

@@ -3,13 +3,16 @@
 //! The kernel computes in the plan's units, with the base at the origin.
 
 use super::buffers::{ALL_PATHS, Dispatch, Flight, GUARDED_PATH, Paths, QUICK_PATHS, Sizes, Slot};
+use super::cache::Cache;
 use super::device::{Device, failed};
 use super::kernel::{KERNELS, Kernel, WORKGROUP_SIZE};
 use super::pace::Pace;
 use super::record::input_units;
+use super::self_test::expect_right;
 use super::slots::integrated;
 use super::solver::Solver;
 use super::terms::pass_limit;
+use super::timings::Timings;
 use super::unpack::{Unpack, output_units};
 use crate::backend::{Backend, BackendError, BackendInfo, BackendKind, Precision, ReduceJob, Reduced, Returned};
 use crate::model::path::newton_tolerance;
@@ -23,7 +26,7 @@ use std::time::Instant;
 pub(super) const SLOTS: usize = 2;
 
 /// Outputs of one dispatch at most [bytes].
-const OUTPUT_BUDGET: u64 = 32 << 20;
+const OUTPUT_BUDGET: u64 = 64 << 20;
 
 /// Full dispatches in a batch of the recommended size.
 const DISPATCHES_PER_BATCH: usize = 4;
@@ -37,42 +40,26 @@ const MARK_STEP: u32 = 16;
 /// Marks before the first comes back; all exact in f32.
 const MARK_COUNT: u32 = 4096;
 
-/// Where the time went, summed over all batches [s].
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Timings {
-    /// Finding and opening the device.
-    pub open: f64,
-    /// Checking the shader and making the pipeline.
-    pub compile: f64,
-    /// An empty dispatch, in which drivers compile.
-    pub first_dispatch: f64,
-    /// Converting and handing over inputs.
-    pub upload: f64,
-    /// The kernel: by the device's timestamps, else from submission to completion.
-    pub kernel: f64,
-    /// The host's wait for kernels and copies.
-    pub wait: f64,
-    /// Converting outputs.
-    pub unpack: f64,
-    pub dispatch_count: u64,
-    pub sample_count: u64,
-}
-
 /// The GPU engine for one plan.
 pub struct Gpu {
     pub(super) device: Device,
     pub(super) plan: Plan,
     pub(super) precision: Precision,
+    pub(super) kernel: Kernel,
     pub(super) solver: Solver,
     /// Whether sweeps without rows are counted on the device.
     counts: bool,
-    slots: Vec<Slot>,
+    pub(super) slots: Vec<Slot>,
     pub(super) pace: Pace,
     block_limit: usize,
     mark: u32,
     input_units: Vec<f64>,
     output_units: Vec<f64>,
     pub(super) timings: Timings,
+    pub(super) was_reopened: bool,
+    pub(super) notes: Vec<String>,
+    /// The note on memory that did not suffice.
+    pub(super) shortage: Option<usize>,
 }
 
 /// A dispatch in flight and the blocks it solves.
@@ -86,7 +73,7 @@ struct Piece {
 }
 
 impl Gpu {
-    /// Prepares the solving kernel for a plan. In f64 the adapter must have f64.
+    /// Prepares the solving kernel for a plan, on a device that computes right. In f64 the adapter must have f64.
     pub fn new(device: Device, plan: &Plan, precision: Precision) -> Result<Self, BackendError> {
         if precision == Precision::F64 && !device.adapter().has_f64 {
             return Err(BackendError::Unsupported {
@@ -106,6 +93,7 @@ impl Gpu {
             });
         }
         let kernel = Kernel::new(&KERNELS[0], plan, precision).map_err(failed)?;
+        expect_right(&device)?;
         Self::with_kernel(device, plan, &kernel)
     }
 
@@ -122,6 +110,7 @@ impl Gpu {
             device,
             plan: plan.clone(),
             precision,
+            kernel: kernel.clone(),
             counts,
             solver,
             slots: Vec::new(),
@@ -130,6 +119,9 @@ impl Gpu {
             mark: 0,
             input_units: input_units(plan),
             output_units: output_units(plan),
+            was_reopened: false,
+            notes: Vec::new(),
+            shortage: None,
         };
         gpu.warm_up()?;
         Ok(gpu)
@@ -156,7 +148,7 @@ impl Gpu {
     }
 
     /// Dispatches no samples, so that the driver compiles now.
-    fn warm_up(&mut self) -> Result<(), BackendError> {
+    pub(super) fn warm_up(&mut self) -> Result<(), BackendError> {
         let start = Instant::now();
         self.reserve(0, 1)?;
         let slot = &self.slots[0];
@@ -164,6 +156,7 @@ impl Gpu {
         let flight = slot.submit(&self.device, &self.solver, &self.dispatch(0.0, ALL_PATHS, 0, &copies));
         slot.finish(&self.device, &flight, |_| {})?;
         self.timings.first_dispatch = start.elapsed().as_secs_f64();
+        self.device.cache.iter().for_each(Cache::store);
         Ok(())
     }
 
@@ -196,24 +189,10 @@ impl Gpu {
         Sizes { samples: (BLOCK * block_count) as u64, inputs, outputs, staging: outputs }
     }
 
-    /// Makes sure that a slot exists and holds so many blocks.
-    fn reserve(&mut self, slot: usize, block_count: usize) -> Result<(), BackendError> {
-        let outputs = self.output_bytes(block_count);
-        if self.slots.get(slot).is_some_and(|slot| slot.capacity.outputs >= outputs) {
-            return Ok(());
-        }
-        let made = Slot::new(&self.device, &self.solver, self.sizes(block_count))?;
-        match self.slots.get_mut(slot) {
-            Some(old) => *old = made,
-            None => self.slots.push(made),
-        }
-        Ok(())
-    }
-
     fn submit(&mut self, batch: &Batch, paths: Paths, slot: usize, first_block: usize) -> Result<Piece, BackendError> {
         let start = Instant::now();
-        let block_count = self.pace.blocks().min(batch.sample_count().div_ceil(BLOCK) - first_block);
-        self.reserve(slot, block_count)?;
+        let left = batch.sample_count().div_ceil(BLOCK) - first_block;
+        let block_count = self.reserve(slot, self.pace.blocks().min(left))?;
         let mark = self.next_mark();
         let samples = (batch.sample_count() - first_block * BLOCK).min(block_count * BLOCK);
         let inputs = self.pack(batch, first_block, block_count);
@@ -255,7 +234,7 @@ impl Gpu {
         let range = piece.first_block * block_len..(piece.first_block + piece.block_count) * block_len;
         let rows = &mut solutions.values.data_mut()[range];
         let unpack = self.unpack(batch, piece.mark);
-        let seconds = self.slots[piece.slot].finish(&self.device, &piece.flight, |outputs| {
+        let spent = self.slots[piece.slot].finish(&self.device, &piece.flight, |outputs| {
             waited = start.elapsed().as_secs_f64();
             let bytes = self.precision.size() * block_len;
             rows.par_chunks_mut(block_len).zip(outputs.par_chunks(bytes)).enumerate().for_each(|(at, (to, from))| {
@@ -269,13 +248,10 @@ impl Gpu {
             unpacked = start.elapsed().as_secs_f64() - waited;
         })?;
         let samples = (batch.sample_count() - piece.first_block * BLOCK).min(piece.block_count * BLOCK);
-        let seconds = seconds.unwrap_or(start.duration_since(piece.submitted).as_secs_f64() + waited);
-        self.pace.learn(piece.block_count, seconds);
-        self.timings.kernel += seconds;
+        let on_the_wall = start.duration_since(piece.submitted).as_secs_f64() + waited;
+        self.pace.learn(piece.block_count, self.timings.add(spent, on_the_wall, samples));
         self.timings.wait += waited;
         self.timings.unpack += unpacked;
-        self.timings.dispatch_count += 1;
-        self.timings.sample_count += samples as u64;
         match unwritten.into_inner() {
             0 => Ok(()),
             count => Err(failed(format!(
@@ -309,6 +285,15 @@ impl Gpu {
     pub(super) fn solve_stragglers(&mut self, batch: &Batch) -> Result<Solutions, BackendError> {
         let solved = self.solve_pieces(batch, GUARDED_PATH);
         if solved.is_err() {
+            self.slots.clear();
+        }
+        solved
+    }
+
+    fn attempt(&mut self, batch: &Batch) -> Result<Solutions, BackendError> {
+        let solved = self.device.check().and_then(|()| self.solve_in_stages(batch));
+        if solved.is_err() {
+            // Buffers may still be in flight or mapped.
             self.slots.clear();
         }
         solved
@@ -358,13 +343,10 @@ impl Backend for Gpu {
     }
 
     fn solve(&mut self, batch: &Batch) -> Result<Solutions, BackendError> {
-        self.device.check()?;
-        let solved = self.solve_in_stages(batch);
-        if solved.is_err() {
-            // Buffers may still be in flight or mapped.
-            self.slots.clear();
-        }
-        solved
+        self.attempt(batch).or_else(|error| {
+            self.reopen(error)?;
+            self.attempt(batch)
+        })
     }
 
     fn reduce(
@@ -372,12 +354,20 @@ impl Backend for Gpu {
         job: &ReduceJob,
         give: &mut dyn FnMut(Returned) -> bool,
     ) -> Result<Option<Reduced>, BackendError> {
-        self.device.check()?;
         if !self.counts {
             let reason = "a software adapter counts no faster than the host";
             return Ok(Some(Reduced::Declined(reason.into())));
         }
         super::reduce::reduce(self, job, give).map(Some)
+    }
+
+    fn take_notes(&mut self) -> Vec<String> {
+        self.shortage = None;
+        std::mem::take(&mut self.notes)
+    }
+
+    fn timings(&self) -> Vec<(&'static str, f64)> {
+        self.timings.named()
     }
 }
 

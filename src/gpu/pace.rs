@@ -1,4 +1,4 @@
-//! How much work to give the device at once, so that no dispatch keeps it busy for long.
+//! How much work to give the device at once, so that no dispatch keeps it busy for long, and its memory suffices.
 
 /// Time that a dispatch should take [s]; some systems reset a device that is busy much longer.
 const TARGET: f64 = 0.1;
@@ -24,6 +24,22 @@ impl Pace {
     /// Blocks of the next dispatch.
     pub fn blocks(&self) -> usize {
         self.blocks
+    }
+
+    /// Gives half of the blocks that there was no memory for; false where that was a single one.
+    pub fn halve(&mut self, blocks: usize) -> bool {
+        if blocks <= 1 {
+            return false;
+        }
+        self.limit = blocks / 2;
+        self.blocks = self.blocks.min(self.limit);
+        true
+    }
+
+    /// Gives half as many, now and at most.
+    pub fn ease(&mut self) {
+        self.limit = (self.limit / 2).max(1);
+        self.blocks = (self.blocks / 2).clamp(1, self.limit);
     }
 
     /// Learns from a dispatch of `blocks` that took `seconds`.
@@ -57,6 +73,24 @@ mod tests {
         pace.learn(16, 0.0);
         assert_eq!(pace.blocks(), 20);
         pace.learn(20, 1e6);
+        assert_eq!(pace.blocks(), 1);
+    }
+
+    #[test]
+    fn gives_half_until_one_is_left() {
+        let mut pace = Pace::new(20);
+        assert!(pace.halve(16));
+        assert_eq!(pace.blocks(), 8);
+        pace.learn(8, 0.0);
+        assert_eq!(pace.blocks(), 8);
+        assert!(pace.halve(3) && !pace.halve(1));
+        assert_eq!(pace.blocks(), 1);
+        let mut pace = Pace::new(20);
+        pace.ease();
+        assert_eq!(pace.blocks(), 8);
+        pace.learn(8, 0.0);
+        assert_eq!(pace.blocks(), 10);
+        (0..9).for_each(|_| pace.ease());
         assert_eq!(pace.blocks(), 1);
     }
 

@@ -4,15 +4,17 @@
 //! seen so far, and where round-off may decide on its voxel. So the device needs neither extremes nor sums.
 
 use super::buffers::{ALL_PATHS, Flight, QUICK_PATHS, Step, read_back};
+use super::cache::Cache;
 use super::counter::{Counter, Place, dispatch_limit, generator, pilot_tips};
 use super::device::failed;
 use super::engine::{Gpu, SLOTS};
 use super::pace::Pace;
+use super::recipe::Generator;
+use super::returned::{returned, samples};
 use super::tally::{Bounds, HEADER, Request, VoxelGrid};
 use crate::backend::{BackendError, Precision, ReduceJob, Reduced, Returned};
-use crate::model::{BLOCK, Batch, Quantity, Solutions, Status};
-use bytemuck::Pod;
-use rayon::prelude::*;
+use crate::model::BLOCK;
+use bytemuck::pod_collect_to_vec;
 use std::collections::{HashMap, VecDeque};
 use std::ops::Range;
 use std::time::Instant;
@@ -32,6 +34,7 @@ struct Flying {
     range: Range<u64>,
     /// Rows that come back with it; a multiple of a block.
     expected: usize,
+    bounds: Bounds,
     mark: f64,
     submitted: Instant,
     flight: Flight,
@@ -54,21 +57,32 @@ pub(super) fn reduce(
         let cells = grid.cell_count();
         return Ok(Reduced::Declined(format!("{cells} voxels take more than {} MiB", most >> 20)));
     }
-    let counter = Counter::new(gpu, job.voxel, &generator, grid)?;
+    let counter = match Counter::new(gpu, job.voxel, &generator, grid) {
+        Err(BackendError::OutOfMemory { reason }) => {
+            return Ok(Reduced::Declined(format!("the device has no memory for the counts ({reason})")));
+        }
+        counter => counter?,
+    };
     let limit = dispatch_limit(gpu);
     let mut run = Run {
         gpu,
         job,
+        generator,
         counter,
+        left: job.ranges.iter().filter(|range| !range.is_empty()).cloned().collect(),
+        flying: VecDeque::new(),
+        next: 0,
         places: Vec::new(),
         pace: Pace::new(limit),
         bounds: Bounds::none(),
         recent: usize::MAX,
         voxels: HashMap::new(),
         unread: 0,
+        on_device: Vec::new(),
         stragglers: Vec::new(),
     };
     run.all(give)?;
+    run.gpu.device.cache.iter().for_each(Cache::store);
     Ok(Reduced::Voxels(run.voxels))
 }
 
@@ -76,7 +90,13 @@ pub(super) fn reduce(
 struct Run<'a> {
     gpu: &'a mut Gpu,
     job: &'a ReduceJob<'a>,
+    generator: Generator,
     counter: Counter,
+    /// Samples that are still to be solved.
+    left: VecDeque<Range<u64>>,
+    flying: VecDeque<Flying>,
+    /// The place of the next dispatch.
+    next: usize,
     places: Vec<Place>,
     pace: Pace,
     bounds: Bounds,
@@ -85,72 +105,124 @@ struct Run<'a> {
     voxels: HashMap<[i32; 3], u32>,
     /// Samples counted since counts were read.
     unread: u64,
+    /// Their dispatches: samples, and the bounds within which they were counted.
+    on_device: Vec<(Range<u64>, Bounds)>,
     /// Samples left for a dispatch of their own.
     stragglers: Vec<u64>,
 }
 
 impl Run<'_> {
     fn all(&mut self, give: &mut dyn FnMut(Returned) -> bool) -> Result<(), BackendError> {
-        let mut left: VecDeque<Range<u64>> = self.job.ranges.iter().filter(|r| !r.is_empty()).cloned().collect();
-        let mut flying: VecDeque<Flying> = VecDeque::new();
-        let mut next = 0;
         loop {
-            let is_full = flying.len() == SLOTS || self.unread >= FLUSH;
-            match left.front_mut() {
-                Some(range) if !is_full => {
-                    let end = range.end.min(range.start + (self.pace.blocks() * BLOCK) as u64);
-                    let piece = range.start..end;
-                    range.start = end;
-                    if range.is_empty() {
-                        left.pop_front();
-                    }
-                    flying.push_back(self.submit(next, piece)?);
-                    next = (next + 1) % SLOTS;
-                }
-                _ => {
-                    let goes_on = match flying.pop_front() {
-                        Some(piece) => {
-                            let returned = self.finish(piece)?;
-                            give(returned) && (self.stragglers.len() < STRAGGLERS || give(self.finish_stragglers()?))
-                        }
-                        None if left.is_empty() => {
-                            if !self.stragglers.is_empty() {
-                                give(self.finish_stragglers()?);
-                            }
-                            return self.read_voxels();
-                        }
-                        None => self.read_voxels().map(|()| true)?,
-                    };
-                    if !goes_on {
-                        // Nothing may be in flight while counts are read.
-                        for piece in flying {
-                            self.finish(piece)?;
-                        }
-                        return self.read_voxels();
-                    }
-                }
+            match self.advance(give) {
+                Ok(true) => {}
+                Ok(false) => return Ok(()),
+                Err(error) => self.recover(error)?,
             }
         }
+    }
+
+    /// One dispatch more, or what came of one; false at the end.
+    fn advance(&mut self, give: &mut dyn FnMut(Returned) -> bool) -> Result<bool, BackendError> {
+        let is_full = self.flying.len() == SLOTS || self.unread >= FLUSH;
+        match self.left.front().cloned() {
+            Some(range) if !is_full => {
+                let (samples, bounds) = (self.reserve(self.next, range.end - range.start)?, self.bounds);
+                let end = range.start + samples;
+                let piece = self.submit(self.next, range.start..end, bounds)?;
+                match self.left.front_mut() {
+                    Some(range) if range.end > end => range.start = end,
+                    _ => drop(self.left.pop_front()),
+                }
+                self.flying.push_back(piece);
+                self.next = (self.next + 1) % SLOTS;
+                return Ok(true);
+            }
+            _ => {}
+        }
+        let goes_on = match self.flying.pop_front() {
+            Some(piece) => {
+                let returned = self.finish_or_keep(piece)?;
+                give(returned) && (self.stragglers.len() < STRAGGLERS || give(self.finish_stragglers()?))
+            }
+            None if self.left.is_empty() => {
+                if !self.stragglers.is_empty() {
+                    give(self.finish_stragglers()?);
+                }
+                return self.read_voxels().map(|()| false);
+            }
+            None => self.read_voxels().map(|()| true)?,
+        };
+        if !goes_on {
+            // Nothing may be in flight while counts are read.
+            while let Some(piece) = self.flying.pop_front() {
+                self.finish(&piece)?;
+            }
+            self.read_voxels()?;
+        }
+        Ok(goes_on)
+    }
+
+    /// After a loss: another device; what only the lost one had counted is counted again, within the bounds of then, so
+    /// that the same samples are counted and no row comes back twice.
+    fn recover(&mut self, error: BackendError) -> Result<(), BackendError> {
+        self.gpu.reopen(error)?;
+        self.places.clear();
+        self.pace.ease();
+        for piece in self.flying.drain(..).rev() {
+            self.left.push_front(piece.range);
+        }
+        self.counter = Counter::new(self.gpu, self.job.voxel, &self.generator, self.counter.grid)?;
+        let stragglers = std::mem::take(&mut self.stragglers);
+        self.unread = 0;
+        for (range, bounds) in std::mem::take(&mut self.on_device) {
+            let mut start = range.start;
+            while start < range.end {
+                let end = start + self.reserve(0, range.end - start)?;
+                let piece = self.submit(0, start..end, bounds)?;
+                self.finish(&piece)?;
+                start = end;
+            }
+        }
+        self.stragglers = stragglers;
+        Ok(())
     }
 
     fn finish_stragglers(&mut self) -> Result<Returned, BackendError> {
         let indices = std::mem::take(&mut self.stragglers);
         let batch = samples(self.gpu, self.job, &indices);
-        let solutions = self.gpu.solve_stragglers(&batch)?;
-        Ok(Returned { indices, batch, solutions, counted: [0; 2] })
+        match self.gpu.solve_stragglers(&batch) {
+            Ok(solutions) => Ok(Returned { indices, batch, solutions, counted: [0; 2] }),
+            Err(error) => {
+                self.stragglers = indices;
+                Err(error)
+            }
+        }
     }
 
-    fn submit(&mut self, place: usize, range: Range<u64>) -> Result<Flying, BackendError> {
+    /// Buffers for the next of so many samples, as many as pace and memory allow. Returns how many.
+    fn reserve(&mut self, place: usize, sample_count: u64) -> Result<u64, BackendError> {
+        loop {
+            let blocks = (self.pace.blocks() as u64).min(sample_count.div_ceil(BLOCK as u64)) as usize;
+            let samples = (blocks * BLOCK) as u64;
+            if self.places.get(place).is_some_and(|held| held.slot.capacity.samples >= samples) {
+                return Ok(samples.min(sample_count));
+            }
+            let asked = self.pace.blocks();
+            match (self.counter.place(self.gpu, asked), self.places.get_mut(place)) {
+                (Err(error @ BackendError::OutOfMemory { .. }), _) if self.pace.halve(asked) => {
+                    self.gpu.note_shortage(&error, self.pace.blocks());
+                }
+                (made, Some(old)) => *old = made?,
+                (made, None) => self.places.push(made?),
+            }
+        }
+    }
+
+    fn submit(&mut self, place: usize, range: Range<u64>, bounds: Bounds) -> Result<Flying, BackendError> {
         let start = Instant::now();
         let sample_count = (range.end - range.start) as usize;
         let block_count = sample_count.div_ceil(BLOCK);
-        if self.places.get(place).is_none_or(|held| held.slot.capacity.samples < (block_count * BLOCK) as u64) {
-            let made = self.counter.place(self.gpu, block_count.max(self.pace.blocks()))?;
-            match self.places.get_mut(place) {
-                Some(old) => *old = made,
-                None => self.places.push(made),
-            }
-        }
         let mark = self.gpu.next_mark();
         let (gpu, counter, held) = (&*self.gpu, &self.counter, &self.places[place]);
         let wanted: Vec<u32> =
@@ -160,7 +232,7 @@ impl Run<'_> {
         let wanted_at = HEADER + held.slot.capacity.samples as usize;
         let request = Request {
             mark,
-            bounds: self.bounds,
+            bounds,
             cells: counter.cells,
             base: counter.base,
             grid: counter.grid,
@@ -183,15 +255,23 @@ impl Run<'_> {
         dispatch.after = Some(Step { pipeline: &counter.reduce, bind_group: &held.reduce });
         let flight = held.slot.submit(&gpu.device, &gpu.solver, &dispatch);
         self.gpu.timings.upload += start.elapsed().as_secs_f64();
-        Ok(Flying { place, range, expected, mark, submitted: Instant::now(), flight })
+        Ok(Flying { place, range, expected, bounds, mark, submitted: Instant::now(), flight })
     }
 
-    fn finish(&mut self, piece: Flying) -> Result<Returned, BackendError> {
+    fn finish_or_keep(&mut self, piece: Flying) -> Result<Returned, BackendError> {
+        let finished = self.finish(&piece);
+        if finished.is_err() {
+            self.flying.push_front(piece);
+        }
+        finished
+    }
+
+    fn finish(&mut self, piece: &Flying) -> Result<Returned, BackendError> {
         let start = Instant::now();
         let (gpu, held) = (&*self.gpu, &self.places[piece.place]);
         let sample_count = (piece.range.end - piece.range.start) as usize;
         let (mut header, mut list, mut rows, mut waited) = ([0u32; HEADER], Vec::new(), Vec::new(), 0.0);
-        let seconds = held.slot.finish(&gpu.device, &piece.flight, |bytes| {
+        let spent = held.slot.finish(&gpu.device, &piece.flight, |bytes| {
             waited = start.elapsed().as_secs_f64();
             let (words, returned) = bytes.split_at(4 * (HEADER + piece.expected));
             let words: &[u32] = bytemuck::cast_slice(words);
@@ -212,13 +292,10 @@ impl Run<'_> {
         let unpack = Instant::now();
         let ramped = u64::from(header[1]);
         let (bounds, left) = (&mut self.bounds, &mut self.stragglers);
+        let of = (&piece.range, piece.mark);
         let given = match gpu.precision {
-            Precision::F32 => {
-                returned::<f32>(gpu, self.job, &piece, (&list, bytemuck::cast_slice(&rows)), bounds, left)?
-            }
-            Precision::F64 => {
-                returned::<f64>(gpu, self.job, &piece, (&list, bytemuck::cast_slice(&rows)), bounds, left)?
-            }
+            Precision::F32 => returned::<f32>(gpu, self.job, of, (&list, &pod_collect_to_vec(&rows)), bounds, left)?,
+            Precision::F64 => returned::<f64>(gpu, self.job, of, (&list, &pod_collect_to_vec(&rows)), bounds, left)?,
         };
         let counted = (sample_count - count) as u64;
         let Some(direct) = counted.checked_sub(ramped) else {
@@ -227,96 +304,37 @@ impl Run<'_> {
         let wanted = (self.job.wanted)(piece.range.clone()).len();
         self.recent = count.saturating_sub(wanted);
         self.unread += sample_count as u64;
-        let seconds = seconds.unwrap_or(start.duration_since(piece.submitted).as_secs_f64() + waited);
-        self.pace.learn(sample_count.div_ceil(BLOCK), seconds);
+        self.on_device.push((piece.range.clone(), piece.bounds));
+        let on_the_wall = start.duration_since(piece.submitted).as_secs_f64() + waited;
         let timings = &mut self.gpu.timings;
-        timings.kernel += seconds;
         timings.wait += waited;
         timings.unpack += unpack.elapsed().as_secs_f64();
-        timings.dispatch_count += 1;
-        timings.sample_count += sample_count as u64;
+        self.pace.learn(sample_count.div_ceil(BLOCK), timings.add(spent, on_the_wall, sample_count));
         Ok(Returned { counted: [direct, ramped], ..given })
     }
 
     /// Takes the counts off the device.
     fn read_voxels(&mut self) -> Result<(), BackendError> {
-        self.unread = 0;
+        let mut read: HashMap<[i32; 3], u32> = HashMap::new();
         let (device, counter) = (&self.gpu.device, &self.counter);
         let bytes = 4 * counter.grid.cell_count();
         for from in (0..bytes).step_by(READ as usize) {
             read_back(device, &counter.voxels, from..bytes.min(from + READ), |counts| {
                 let counts: &[u32] = bytemuck::cast_slice(counts);
                 for (at, count) in counts.iter().enumerate().filter(|(_, count)| **count > 0) {
-                    let cell = self.voxels.entry(counter.grid.voxel(from as usize / 4 + at)).or_default();
-                    *cell = cell.saturating_add(*count);
+                    read.insert(counter.grid.voxel(from as usize / 4 + at), *count);
                 }
             })?;
         }
+        for (cell, more) in read {
+            let count = self.voxels.entry(cell).or_default();
+            *count = count.saturating_add(more);
+        }
+        self.unread = 0;
+        self.on_device.clear();
         let mut encoder = device.raw.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         encoder.clear_buffer(&counter.voxels, 0, None);
         device.queue.submit([encoder.finish()]);
         Ok(())
     }
-}
-
-/// A batch of samples by their index.
-fn samples(gpu: &Gpu, job: &ReduceJob, indices: &[u64]) -> Batch {
-    gpu.plan.batch(indices.len(), |at, row| {
-        if let Some(index) = indices.get(at) {
-            (job.values)(*index, row);
-        }
-    })
-}
-
-/// Rows that came back, in the order of their samples, less stragglers; takes their numbers into the bounds.
-fn returned<S: Pod + Sync + Into<f64>>(
-    gpu: &Gpu,
-    job: &ReduceJob,
-    piece: &Flying,
-    (list, rows): (&[u32], &[S]),
-    bounds: &mut Bounds,
-    stragglers: &mut Vec<u64>,
-) -> Result<Returned, BackendError> {
-    let Flying { range, mark, .. } = piece;
-    let width = gpu.plan.output_count();
-    let value = |row: usize, column: usize| rows[(row / BLOCK * width + column) * BLOCK + row % BLOCK];
-    let mut order: Vec<usize> = (0..list.len()).collect();
-    order.sort_unstable_by_key(|at| list[*at]);
-    let pending = mark + f64::from(Status::Pending.code());
-    let is_left = |row: usize| gpu.solver.in_stages && value(row, Quantity::Status.column()).into() == pending;
-    let index = |row: &usize| range.start + u64::from(list[*row]);
-    stragglers.extend(order.iter().filter(|row| is_left(**row)).map(index));
-    if order.windows(2).any(|pair| list[pair[0]] == list[pair[1]]) {
-        return Err(failed(format!("{}: a sample came back twice", gpu.device.adapter().name)));
-    }
-    order.retain(|row| !is_left(*row));
-    let indices: Vec<u64> = order.iter().map(index).collect();
-    let batch = samples(gpu, job, &indices);
-    let mut solutions = Solutions::new(&gpu.plan, indices.len());
-    let mut sorted = vec![S::zeroed(); solutions.values.data().len()];
-    for (to, from) in order.iter().enumerate() {
-        for column in 0..width {
-            sorted[(to / BLOCK * width + column) * BLOCK + to % BLOCK] = value(*from, column);
-        }
-    }
-    let unpack = gpu.unpack(&batch, *mark);
-    let block_len = solutions.values.block_len();
-    let blocks = solutions.values.data_mut().par_chunks_mut(block_len).zip(sorted.par_chunks(block_len));
-    let unwritten: usize = blocks.enumerate().map(|(block, (to, from))| unpack.block(block, from, to)).sum();
-    if unwritten > 0 {
-        let name = &gpu.device.adapter().name;
-        let samples = range.end - range.start;
-        return Err(failed(format!("{name}: the kernel left {unwritten} of {samples} samples unwritten")));
-    }
-    for (at, from) in order.iter().enumerate() {
-        let column = |quantity: Quantity, axis: usize| value(*from, quantity.column() + axis).into();
-        let estimate: f64 = column(Quantity::ErrorEstimate, 0);
-        let tip = [0, 1, 2].map(|axis| column(Quantity::TipPosition, axis));
-        let status = solutions.status(at);
-        // A doubtful row is solved again and may change.
-        if status.is_success() && estimate <= job.tolerance && tip.iter().all(|x: &f64| x.is_finite()) {
-            bounds.widen(tip, column(Quantity::Residual, 0), estimate);
-        }
-    }
-    Ok(Returned { indices, batch, solutions, counted: [0; 2] })
 }

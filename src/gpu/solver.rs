@@ -64,7 +64,7 @@ pub(super) fn pipeline(
         module: &module,
         entry_point: Some(kernel.entry_point),
         compilation_options: Default::default(),
-        cache: None,
+        cache: device.cache.as_ref().map(|cache| &cache.raw),
     };
     device.scoped("compute pipeline", || device.raw.create_compute_pipeline(&descriptor))
 }

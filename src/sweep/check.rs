@@ -29,6 +29,9 @@ pub struct ErrorDistribution {
     pub max: f64,
 }
 
+/// An error that is so many times the tolerance, and the row's own estimate, is no matter of resolution or round-off.
+const WRONG: f64 = 10.0;
+
 /// Differences between a run and the trusted backend.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct SpotCheck {
@@ -40,6 +43,9 @@ pub struct SpotCheck {
     pub only_run: u64,
     /// Solved by the trusted backend, not by the run.
     pub only_trusted: u64,
+    /// Compared successes whose position or rotation is off by more than ten times the tolerance and than ten times their
+    /// own error estimate.
+    pub wrong: u64,
     /// |dp| / rod length.
     pub position: ErrorDistribution,
     /// Angle between tip frames [rad].
@@ -116,6 +122,9 @@ impl Kept {
             let angle = rotation_angle(&ours.tip_rotation(at), &truth.tip_rotation(at));
             position.push(dp);
             rotation.push(angle);
+            let allowed = WRONG * plan.options.tolerance.max(ours.get(at, Quantity::ErrorEstimate));
+            let succeeded = ours.status(at).is_success() && truth.status(at).is_success();
+            check.wrong += u64::from(succeeded && !(dp <= allowed && angle <= allowed));
             if dp.max(angle) > worst {
                 worst = dp.max(angle);
                 check.worst_sample = Some(*index);

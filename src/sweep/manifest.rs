@@ -37,6 +37,11 @@ pub(super) fn write(
         .map(|status| (status.name().to_owned(), summary.count(status).into()))
         .collect();
     let backend = &summary.backend;
+    let mut timings = json!(summary.timings);
+    if !summary.engine_timings.is_empty() {
+        let of_engine = summary.engine_timings.iter().map(|(name, seconds)| ((*name).to_owned(), json!(seconds)));
+        timings[backend.kind.to_string()] = Value::Object(of_engine.collect());
+    }
     let manifest = json!({
         "program": "rodsweep",
         "version": env!("CARGO_PKG_VERSION"),
@@ -61,7 +66,7 @@ pub(super) fn write(
         "failed": summary.failed(),
         "branches": summary.reduction.branches,
         "rate": summary.rate,
-        "timings": summary.timings,
+        "timings": timings,
         "samples_made": summary.origin,
         "tolerance": spec.tolerance,
         "stepper": plan.options.stepper.name(),
@@ -74,7 +79,7 @@ pub(super) fn write(
         "extents": summary.reduction.extents,
         "spot_check": summary.spot_check,
         "quarantined": summary.quarantined,
-        "notes": spec.notes,
+        "notes": spec.notes.iter().chain(&summary.notes).collect::<Vec<_>>(),
     });
     let text = serde_json::to_string_pretty(&manifest).unwrap_or_default() + "\n";
     sink::write_atomically(&out.join(MANIFEST_FILE), text.as_bytes(), true).map(|_| ())

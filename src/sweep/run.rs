@@ -65,6 +65,8 @@ pub struct RunOptions<'a> {
     pub spot_check: SpotCheckOptions,
     /// How the number of steps was chosen, for the manifest.
     pub pilot: Option<PilotChoice>,
+    /// What happened before, for the manifest.
+    pub notes: Vec<String>,
 }
 
 /// State of a run, reported after every batch.
@@ -122,6 +124,10 @@ pub struct Summary {
     pub worst_error_estimate: f64,
     pub spot_check: Option<SpotCheck>,
     pub timings: Timings,
+    /// The engine's own account of its time, by name [s]; stages overlap.
+    pub engine_timings: Vec<(&'static str, f64)>,
+    /// What happened to the engine on the way, such as a device that was lost and opened again.
+    pub notes: Vec<String>,
     pub origin: SampleOrigin,
     /// Damaged parts that were moved away and solved again.
     pub quarantined: Vec<PathBuf>,
@@ -166,6 +172,7 @@ impl<'a> RunOptions<'a> {
             trusted: None,
             spot_check: SpotCheckOptions::default(),
             pilot: None,
+            notes: Vec::new(),
         }
     }
 
@@ -286,6 +293,8 @@ pub fn run(spec: &SweepSpec, backend: &mut dyn Backend, options: &RunOptions) ->
         worst_error_estimate: finisher.worst_error_estimate,
         spot_check,
         timings,
+        engine_timings: backend.timings(),
+        notes: options.notes.iter().cloned().chain(backend.take_notes()).collect(),
         origin,
         quarantined,
         reduction: finisher.reduction,

@@ -3,6 +3,7 @@
 //! `--render` can do it again.
 
 mod clock;
+mod device;
 mod engines;
 mod features;
 mod files;
@@ -18,7 +19,7 @@ mod proof;
 mod session;
 mod throughput;
 
-use super::args::BenchArguments;
+use super::args::{BenchArguments, BenchBackend};
 use super::{CommandError, Exit, print, say};
 use engines::Place;
 use problem::Problem;
@@ -35,7 +36,9 @@ const MANIFEST: &str = "manifest.json";
 const REPORT: &str = "report.md";
 
 /// What can be measured beside the scenes.
-const PARTS: [&str; 7] = ["peak", "reference", "features", "throughput", "stages", "trust", "hard"];
+const PARTS: [&str; 8] = ["peak", "reference", "features", "throughput", "device", "stages", "trust", "hard"];
+/// Those that a GPU takes part in.
+const ON_A_GPU: [&str; 2] = ["throughput", "device"];
 /// Samples of a scene with `--quick`, and otherwise.
 const FEW: usize = 64;
 const MANY: usize = 256;
@@ -52,8 +55,8 @@ pub fn bench(arguments: &BenchArguments) -> Result<Exit, CommandError> {
         Some(directory) => files::read(directory)?,
         None => files::built_in()?,
     };
-    let wants = Wants::new(&arguments.only, &specs)?;
-    let mut session = Session::new(arguments.quick)?;
+    let wants = Wants::new(arguments, &specs)?;
+    let mut session = Session::new(arguments)?;
     let out = arguments.out.clone().unwrap_or_else(|| manifest::default_directory(&session));
     if out.join(RAW).exists() && !arguments.force {
         let remedy = format!("{} holds a report already; give another `--out`, or `--force`", out.display());
@@ -72,10 +75,15 @@ pub fn bench(arguments: &BenchArguments) -> Result<Exit, CommandError> {
 struct Wants(Vec<String>);
 
 impl Wants {
-    fn new(only: &[String], specs: &[BenchSpec]) -> Result<Wants, CommandError> {
-        let known: Vec<&str> = PARTS.into_iter().chain(specs.iter().map(|spec| spec.name.as_str())).collect();
+    fn new(arguments: &BenchArguments, specs: &[BenchSpec]) -> Result<Wants, CommandError> {
+        let scenes = specs.iter().map(|spec| spec.name.as_str());
+        let known: Vec<&str> = PARTS.into_iter().chain(scenes.clone()).collect();
+        let only = &arguments.only;
+        if only.is_empty() && arguments.backend == BenchBackend::Gpu {
+            return Ok(Wants(ON_A_GPU.into_iter().chain(scenes).map(str::to_owned).collect()));
+        }
         match only.iter().find(|name| !known.contains(&name.as_str())) {
-            None => Ok(Wants(only.to_vec())),
+            None => Ok(Wants(only.clone())),
             Some(name) => {
                 Err(CommandError::Usage(format!("`--only {name}`: not known; use some of {}", known.join(", "))))
             }
@@ -83,7 +91,11 @@ impl Wants {
     }
 
     fn has(&self, name: &str) -> bool {
-        self.0.is_empty() || self.0.iter().any(|other| other == name)
+        self.0.is_empty() || self.names(name)
+    }
+
+    fn names(&self, name: &str) -> bool {
+        self.0.iter().any(|other| other == name)
     }
 }
 
@@ -98,7 +110,9 @@ fn measure(specs: &[BenchSpec], wants: &Wants, session: &mut Session) -> Result<
     for spec in specs {
         let (scene, first) = (wants.has(&spec.name), spec.name == specs[0].name);
         let throughput = first && wants.has("throughput");
-        if !(scene || throughput || wants.has("reference")) {
+        // In software it takes a minute to compile, and says little.
+        let device = first && (wants.names("device") || wants.has("device") && session.has_hardware_gpu());
+        if !(scene || throughput || device || wants.has("reference")) {
             continue;
         }
         session.say(&format!("{}: the reference", spec.title));
@@ -115,7 +129,7 @@ fn measure(specs: &[BenchSpec], wants: &Wants, session: &mut Session) -> Result<
         if scene {
             session.say(&format!("{}: work against precision", spec.title));
             precision::measure(&problem, session)?;
-            if spec.literature {
+            if spec.literature && session.has_cpu() {
                 session.say(&format!("{}: the literature's methods", spec.title));
                 literature::measure(&problem, session)?;
             }
@@ -123,7 +137,13 @@ fn measure(specs: &[BenchSpec], wants: &Wants, session: &mut Session) -> Result<
         if throughput {
             session.say("batches and threads");
             throughput::batches(&problem, session)?;
-            throughput::threads(&problem, session)?;
+            if session.has_cpu() {
+                throughput::threads(&problem, session)?;
+            }
+        }
+        if device {
+            session.say("the GPU by its own clock");
+            device::measure(&problem, session)?;
         }
     }
     if wants.has("features") {

@@ -75,7 +75,9 @@ fn curve(
         let error = match point(problem, work, engine, options, session) {
             Ok(error) => error,
             Err(CommandError::Backend(
-                error @ (BackendError::Unsupported { .. } | BackendError::DeviceFailed { .. }),
+                error @ (BackendError::Unsupported { .. }
+                | BackendError::DeviceFailed { .. }
+                | BackendError::OutOfMemory { .. }),
             )) => {
                 session.note(format!("{} {}, {}: {error}", engine.name(), engine.precision, problem.spec.name));
                 break;

@@ -2,6 +2,7 @@
 
 use super::clock::Effort;
 use super::engines::{Engine, engines};
+use crate::cli::args::{BenchArguments, BenchBackend};
 use crate::cli::{CommandError, say};
 use rodsweep::gpu::AdapterSummary;
 use rodsweep::report::bench::Record;
@@ -21,8 +22,17 @@ pub struct Session {
 }
 
 impl Session {
-    pub fn new(quick: bool) -> Result<Session, CommandError> {
-        let (engines, adapter) = engines();
+    pub fn new(arguments: &BenchArguments) -> Result<Session, CommandError> {
+        let quick = arguments.quick;
+        let (mut engines, adapter) = engines();
+        engines.retain(|engine| match arguments.backend {
+            BenchBackend::All => true,
+            BenchBackend::Cpu => !engine.is_gpu(),
+            BenchBackend::Gpu => engine.is_gpu(),
+        });
+        if engines.is_empty() {
+            return Err(CommandError::Usage("this machine has no GPU to measure; see `rodsweep doctor`".into()));
+        }
         let one_thread = pool(1)?;
         let effort = if quick {
             Effort { least: 3, most: 5, seconds: 0.005 }
@@ -31,6 +41,16 @@ impl Session {
         };
         let (records, notes) = (Vec::new(), Vec::new());
         Ok(Session { engines, adapter, quick, effort, one_thread, records, notes, start: Instant::now() })
+    }
+
+    /// Whether the CPU is measured.
+    pub fn has_cpu(&self) -> bool {
+        self.engines.iter().any(|engine| !engine.is_gpu())
+    }
+
+    /// Whether a GPU is measured that is none in software.
+    pub fn has_hardware_gpu(&self) -> bool {
+        self.engines.iter().any(|engine| engine.is_gpu() && !engine.is_software())
     }
 
     pub fn say(&self, what: &str) {

@@ -176,7 +176,7 @@ fn solve(run: &mut Run, case: &Case) -> Option<Solutions> {
     });
     match solved {
         Ok(solutions) => Some(solutions),
-        Err(BackendError::DeviceFailed { reason }) => {
+        Err(BackendError::DeviceFailed { reason } | BackendError::OutOfMemory { reason }) => {
             run.failed = Some(format!("{}: {reason}", case.name));
             None
         }

@@ -61,7 +61,9 @@ fn column(setup: Setup, cases: &[Case], answers: &[Answer]) -> Column {
         }
         match setup.solve(case, answer, |plan| engine(setup.kind, setup.precision).make(plan)) {
             Ok(outcome) => Cell::Solved(outcome),
-            Err(error @ BackendError::DeviceFailed { .. }) => Cell::Failed(error.to_string()),
+            Err(error @ (BackendError::DeviceFailed { .. } | BackendError::OutOfMemory { .. })) => {
+                Cell::Failed(error.to_string())
+            }
             Err(error @ BackendError::Unsupported { .. }) => Cell::Skipped(error.to_string()),
             Err(error @ BackendError::NoDevice { .. }) => {
                 no_device = Some(error.to_string());

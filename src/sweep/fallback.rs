@@ -1,0 +1,40 @@
+//! A run that outlives its device.
+
+use super::branches::BranchTools;
+use super::error::SweepError;
+use super::run::{BackendFactory, RunOptions, Summary, run};
+use super::spec::SweepSpec;
+use crate::backend::{Backend, BackendError};
+
+/// What goes on where a device fails.
+#[derive(Clone, Copy)]
+pub struct Fallback<'a> {
+    /// An engine in the same precision.
+    pub engine: BackendFactory<'a>,
+    /// Takes the place of [`RunOptions::search`].
+    pub search: Option<BranchTools<'a>>,
+    /// Told before it goes on.
+    pub tell: &'a dyn Fn(&BackendError),
+}
+
+/// The same as [`run`]; where the device fails, another engine solves what is left. Finished parts are kept; a run
+/// without rows starts anew. So no sample is lost, and none counts twice.
+pub fn run_with_fallback(
+    spec: &SweepSpec,
+    backend: &mut dyn Backend,
+    options: &RunOptions,
+    fallback: &Fallback,
+) -> Result<Summary, SweepError> {
+    let error = match run(spec, backend, options) {
+        Err(SweepError::Backend(error)) if error.is_of_device() => error,
+        result => return result,
+    };
+    (fallback.tell)(&error);
+    let mut options = options.clone();
+    options.resume = true;
+    options.search = fallback.search;
+    options.notes.extend(backend.take_notes());
+    let mut engine = (fallback.engine)(backend.plan())?;
+    options.notes.push(format!("{error}; {} went on", engine.info()));
+    run(spec, engine.as_mut(), &options)
+}
