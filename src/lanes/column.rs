@@ -9,7 +9,7 @@ use super::program::Collect;
 use super::rod::{Rigid, Rod, State, Terms, world_dipole};
 use super::section::{Flexible, to_world};
 use super::source::Source;
-use super::step::{Stages, Step};
+use super::step::{ColumnSlope, STAGES, Stages, Step};
 use super::trace::{Column, Trace, collect_integrals};
 
 /// Three columns.
@@ -109,11 +109,10 @@ pub fn step_columns<L: Lane, T: Terms>(
     let stage_count = stages.tableau.a.len();
     let weight = segment.w * lambda;
     let mu = segment.mu * lambda;
-    let Columns { w, dp, dM, dn, .. } = *columns;
-    let mut three = [(w.x, dp.x, dM.x, dn.x), (w.y, dp.y, dM.y, dn.y), (w.z, dp.z, dM.z, dn.z)];
-    for (k, column) in three.iter_mut().enumerate() {
+    for k in 0..3 {
+        let start = (columns.w[k], columns.dp[k], columns.dM[k], columns.dn[k]);
         for i in 0..stage_count {
-            let (mut w, mut dp, mut dM, mut dn) = *column;
+            let (mut w, mut dp, mut dM, mut dn) = start;
             for (ha, j) in stages.row(i) {
                 let slope = &stages.column_slope[j];
                 w = axpy(ha, slope.dw, w);
@@ -122,7 +121,7 @@ pub fn step_columns<L: Lane, T: Terms>(
                     dM = axpy(ha, slope.ddM, dM);
                 }
             }
-            let stage = &stages.stage[i];
+            let stage = &stages.stage[i % STAGES];
             if let Some(source) = source {
                 dn = source.force(k, dn, step.h * step.h.constant(stages.tableau.c[i]));
             }
@@ -155,13 +154,9 @@ pub fn step_columns<L: Lane, T: Terms>(
                 let column = Column { by: columns.by, w, x, dp, dn };
                 collect_integrals::<L, T>(rod, segment, step, stages, i, collect, &column, k, trace);
             }
-            let slope = &mut stages.column_slope[i];
-            (slope.dw, slope.ddp) = (dw, ddp);
-            if T::LOAD {
-                slope.ddM = ddM;
-            }
+            stages.column_slope[i % STAGES] = ColumnSlope { dw, ddp, ddM };
         }
-        let (mut w, mut dp, mut dM, mut dn) = *column;
+        let (mut w, mut dp, mut dM, mut dn) = start;
         for (hb, j) in stages.row(stage_count) {
             let slope = &stages.column_slope[j];
             w = axpy(hb, slope.dw, w);
@@ -173,13 +168,8 @@ pub fn step_columns<L: Lane, T: Terms>(
         if let Some(source) = source {
             dn = source.force(k, dn, step.h);
         }
-        *column = (w, dp, dM, dn);
+        (columns.w[k], columns.dp[k], columns.dM[k], columns.dn[k]) = (w, dp, dM, dn);
     }
-    let [x, y, z] = three;
-    columns.w = Mat3 { x: x.0, y: y.0, z: z.0 };
-    columns.dp = Mat3 { x: x.1, y: y.1, z: z.1 };
-    columns.dM = Mat3 { x: x.2, y: y.2, z: z.2 };
-    columns.dn = Mat3 { x: x.3, y: y.3, z: z.3 };
 }
 
 /// Takes three columns over a rigid segment; `state` and `n` are those before it.

@@ -7,7 +7,7 @@ use super::section::{Flexible, curvature, to_world, velocity};
 use crate::model::Tableau;
 
 /// Room for the stages of the largest tableau; a power of two, so that a number below it needs no check.
-const STAGES: usize = 16;
+pub const STAGES: usize = 16;
 /// Room for its coefficients that are not zero, and its weights.
 const COEFFICIENTS: usize = STAGES * (STAGES - 1) / 2 + STAGES;
 
