@@ -113,7 +113,7 @@ impl<L: Lane> Stages<L> {
     /// Step length times coefficient, and the stage whose slope it weighs: of stage `i`, or the weights.
     #[inline(always)]
     pub fn row(&self, i: usize) -> impl Iterator<Item = (L, usize)> {
-        let row = self.start[i]..self.start[i + 1];
+        let row = self.start[i % STAGES]..self.start[i % STAGES + 1];
         self.ha[row.clone()].iter().zip(&self.from[row]).map(|(ha, j)| (*ha, *j as usize % STAGES))
     }
 }
@@ -163,13 +163,13 @@ pub fn step_rod<L: Lane, T: Terms>(
         let d2 = cross(t, d1);
         let m = moment::<L, T>(p, M, n);
         let omega = curvature::<L, T>(&section, d1, d2, t, m);
-        let stage = &mut stages.stage[i];
+        let stage = &mut stages.stage[i % STAGES];
         (stage.p, stage.d1, stage.d2, stage.t, stage.m, stage.n) = (p, d1, d2, t, m, n);
         if T::GENERAL {
             stage.v = velocity::<L, T>(segment, d1, d2, t, n);
             stage.compliance = section.compliance;
         }
-        let slope = &mut stages.slope[i];
+        let slope = &mut stages.slope[i % STAGES];
         slope.dd1 = cross(omega, d1); // R2
         slope.dt = cross(omega, t); // R2
         if T::LOAD {
