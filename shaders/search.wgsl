@@ -20,7 +20,9 @@ fn search(rod: Rod) -> PathEnd {
         let delta = newton * deflation(end.m0, newton);
         let size = length(delta);
         end.reached = size < PATH_TOLERANCE * (1.0 + length(end.m0));
-        end.m0 = end.m0 + delta * select(SEARCH_STEP / size, 1.0, size < SEARCH_STEP);
+        // A start that is as good as this grid can tell stays for the fine grid.
+        let moves = !end.reached || end.passes >= 1.0;
+        if moves { end.m0 = end.m0 + delta * select(SEARCH_STEP / size, 1.0, size < SEARCH_STEP); }
         end.passes = end.passes + 1.0;
         if end.reached || end.passes >= SEARCH_LIMIT || !is_finite(size) { break; }
     }

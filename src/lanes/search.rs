@@ -52,7 +52,9 @@ pub fn search<L: Lane, T: Terms>(
         let arrived = size.lt(one.constant(PATH_TOLERANCE) * (one + length(end.m0)));
         let longest = one.constant(SEARCH_STEP);
         let factor = L::select(size.lt(longest), one, longest / size);
-        end.m0 = Vec3::select(active, end.m0 + delta * factor, end.m0);
+        // A start that is as good as this grid can tell stays for the fine grid.
+        let moves = active & !(arrived & end.passes.lt(one));
+        end.m0 = Vec3::select(moves, end.m0 + delta * factor, end.m0);
         end.inverse = select_matrix::<L>(active, w_inverse, end.inverse);
         end.passes = L::select(active, end.passes + one, end.passes);
         end.reached = end.reached | (active & arrived);
