@@ -18,7 +18,6 @@ const SMALLEST_RAMP_STEP: f32 = 0.0; //@spec
 const SMALLEST_GUARDED_STEP: f32 = 0.0; //@spec
 const PASS_LIMIT: f32 = 0.0; //@spec
 const SAFE_MARGIN: f32 = 0.0; //@spec
-const SAFE_STEP: f32 = 0.0; //@spec
 const NARROW_MARGIN: f32 = 0.0; //@spec
 const FOLD_MARGIN: f32 = 0.0; //@spec
 
@@ -126,12 +125,10 @@ fn follow_path(rod: Rod, first: u32, secant: vec3<f32>) -> PathEnd {
         let square = squared_norm(w_inverse);
         // Too near a bifurcation to know afterwards on which side it was passed; no long correction may start beyond one.
         let safe = is_above(square, SAFE_MARGIN);
-        let used = goal - end.history.lambda;
         let regular = select(same_branch && safe, same_branch || size < NEARBY, guarded);
-        let sound = same_branch && (safe || guarded);
-        let passed = !is_above(weakest, NARROW_MARGIN) && square < 0.25 * weakest;
-        let lost = converged && same_branch && select(!safe && used < SAFE_STEP, passed, guarded);
-        let accepted = converged && sound && !lost;
+        let recovers = !is_above(weakest, NARROW_MARGIN) && square < 0.25 * weakest;
+        let lost = converged && same_branch && select(!safe, recovers, guarded);
+        let accepted = converged && same_branch && !lost;
         let go_on = !converged && contracting && regular;
         var failed = false;
         if corrections < 0.5 { first_size = size; }
@@ -143,6 +140,7 @@ fn follow_path(rod: Rod, first: u32, secant: vec3<f32>) -> PathEnd {
             last_size = size;
             corrections = corrections + 1.0;
         } else {
+            let used = goal - end.history.lambda;
             let ratio = first_size / (trust * AIM);
             let factor = 1.0 / sqrt(sqrt(max(select(MOST_RATIO, ratio, ratio < MOST_RATIO), LEAST_RATIO)));
             if accepted {

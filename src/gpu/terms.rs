@@ -188,7 +188,6 @@ fn add_path(s: &mut Specialisation, plan: &Plan) {
         ("SMALLEST_GUARDED_STEP", path::SMALLEST_GUARDED_STEP),
         ("PASS_LIMIT", pass_limit(plan)),
         ("SAFE_MARGIN", path::SAFE_MARGIN),
-        ("SAFE_STEP", path::SAFE_STEP),
         ("NARROW_MARGIN", path::NARROW_MARGIN),
         ("FOLD_MARGIN", path::FOLD_MARGIN),
         ("INDEX_NOISE", path::INDEX_NOISE),

@@ -11,7 +11,7 @@ use super::shoot::{Record, Workspace, shoot, tip_moment_columns};
 use super::stability::{is_above, is_sharp, squared_norm, stability_index};
 use crate::model::path::{
     AIM, CONTRACTION, CORRECTIONS, FIRST_BEND, FOLD_MARGIN, FULL_LOAD_TOLERANCE, LEAST_RATIO, LOAD_STEP_TOLERANCE,
-    MOST_RATIO, NARROW_MARGIN, NEARBY, PASS_LIMIT, PATH_TOLERANCE, RAMP_TRUST, RETREAT, SAFE_MARGIN, SAFE_STEP,
+    MOST_RATIO, NARROW_MARGIN, NEARBY, PASS_LIMIT, PATH_TOLERANCE, RAMP_TRUST, RETREAT, SAFE_MARGIN,
     SMALLEST_GUARDED_STEP, SMALLEST_RAMP_STEP, TRUST,
 };
 
@@ -159,22 +159,24 @@ pub fn follow_path<L: Lane, T: Terms>(
         }
         let square = squared_norm(&w_inverse);
         // Too near a bifurcation to know afterwards on which side it was passed; no long correction may start beyond one.
-        let used = target - history.lambda;
-        let (lost, regular, sound) = if guarded {
-            let passed = !is_above(weakest, NARROW_MARGIN) & square.lt(weakest * zero.constant(0.25));
-            (passed, same_branch | size.lt(zero.constant(NEARBY)), same_branch)
+        let (lost, regular) = if guarded {
+            (
+                !is_above(weakest, NARROW_MARGIN) & square.lt(weakest * zero.constant(0.25)),
+                same_branch | size.lt(zero.constant(NEARBY)),
+            )
         } else {
             let safe = is_above(square, SAFE_MARGIN);
-            (!safe & used.lt(zero.constant(SAFE_STEP)), same_branch & safe, same_branch & safe)
+            (!safe, same_branch & safe)
         };
         let lost = active & converged & same_branch & lost;
-        let accept = active & converged & sound & !lost;
+        let accept = active & converged & same_branch & !lost;
         let go_on = active & !converged & contracting & regular;
         let reject = active & !accept & !go_on;
         let destabilised = converged & !same_branch & is_sharp(&w);
         unstable = (unstable & !active) | (reject & destabilised);
         weakest = L::select(accept, weakest.max(square), weakest);
 
+        let used = target - history.lambda;
         inverse_w = select_matrix::<L>(accept | go_on, w_inverse, inverse_w);
         history.accept(accept, target, m_new);
         reached = reached | (accept & !partial);

@@ -33,10 +33,8 @@ pub const RETREAT: f64 = 0.5;
 pub const SMALLEST_RAMP_STEP: f64 = 1.0 / 64.0;
 pub const SMALLEST_GUARDED_STEP: f64 = 1.0 / 4096.0;
 /// A path on the coarse grid that comes nearer than this to a fold or a bifurcation (stability margin) is followed again
-/// with care: few steps may unfold the bifurcation the other way. A correction that comes so near shortens its load step,
-/// down to this one.
+/// with care: few steps may unfold the bifurcation the other way. A correction that comes so near shortens its load step.
 pub const SAFE_MARGIN: f64 = 0.1;
-pub const SAFE_STEP: f64 = 0.125;
 /// A path that comes nearer than this and moves away again has passed what no grid resolves, and ends there.
 pub const NARROW_MARGIN: f64 = 1e-3;
 /// A path that ends without having come so near has not met a fold: shooting has failed.
