@@ -43,12 +43,9 @@ pub const SHORTCOMINGS: &[Shortcoming] = &[
     Shortcoming { case: "HC11_torsion_soft_1e3", engine: "gpu f32", status: Status::NotConverged, why: TWIST },
     Shortcoming { case: "HC18_tension_stiff", engine: "cpu f32", status: Status::NotConverged, why: ROUND_OFF },
     Shortcoming { case: "HC18_tension_stiff", engine: "gpu f32", status: Status::NotConverged, why: ROUND_OFF },
-    Shortcoming { case: "RS09_limp_200", engine: "gpu f32", status: Status::NotConverged, why: ROUND_OFF },
     Shortcoming { case: "RS09_limp_500", engine: "cpu f32", status: Status::NotConverged, why: ROUND_OFF },
     Shortcoming { case: "RS09_limp_500", engine: "gpu f32", status: Status::NotConverged, why: ROUND_OFF },
-    Shortcoming { case: "RS10_taut_10", engine: "gpu f32", status: Status::NotConverged, why: ROUND_OFF },
     Shortcoming { case: "RS18_p6_near_1", engine: "gpu f32", status: Status::NotConverged, why: NEAR_FOLD },
-    Shortcoming { case: "RS18_p6_near_1", engine: "gpu f64", status: Status::NotConverged, why: NEAR_FOLD },
 ];
 
 pub fn end(case: &str) -> Option<&'static End> {
