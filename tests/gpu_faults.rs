@@ -217,8 +217,8 @@ fn too_little_memory_means_smaller_dispatches() {
     for format in ["parquet", "none"] {
         let dir = tempfile::tempdir().expect("a directory");
         let Some(_) = undisturbed(format, dir.path()) else { return };
-        // A block of outputs takes 46 columns of 1 KiB: there is room for three, and one with what comes back in a list.
-        let faults = Faults { memory: Some(160 << 10), ..Faults::default() };
+        // A block of outputs takes 37 columns of 1 KiB: there is room for three, and one with what comes back in a list.
+        let faults = Faults { memory: Some(130 << 10), ..Faults::default() };
         let Some((told, summary)) = go_with(format, faults.clone(), dir.path(), "short") else { return };
         assert!(told.is_empty() && faults.counts.refusals() >= 2, "{told:?} {:?}", faults.counts);
         assert_eq!(summary.notes.len(), 1, "{:?}", summary.notes);
@@ -226,7 +226,7 @@ fn too_little_memory_means_smaller_dispatches() {
         expect_same_files(&dir.path().join("short"), &dir.path().join("undisturbed"));
     }
     // Not even for a block.
-    let faults = Faults { memory: Some(40 << 10), ..Faults::default() };
+    let faults = Faults { memory: Some(32 << 10), ..Faults::default() };
     let Some(Err(error)) = gpu(&plan(&spec("parquet")), faults) else { panic!("no engine starts without memory") };
     assert!(matches!(error, BackendError::OutOfMemory { .. }), "{error}");
     assert!(error.to_string().contains("--backend cpu"), "{error}");

@@ -39,7 +39,7 @@ fn counted(proximal: &str, loads: &str, wrt: &[&str]) -> PassOperations {
 
 /// Operations of each kind of pass.
 fn totals(operations: &PassOperations) -> [u64; 4] {
-    let PassOperations { path, chord, answer, check } = operations;
+    let PassOperations { path, chord, answer, check, .. } = operations;
     [path, chord, answer, check].map(|operations| operations.total())
 }
 

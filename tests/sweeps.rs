@@ -66,7 +66,7 @@ impl Backend for Arc {
             solutions.set(at, Quantity::StabilityMargin, 0.5);
             solutions.set(at, Quantity::ErrorEstimate, error);
             for derivative in 0..self.plan.derivatives.len() {
-                for row in 0..9 {
+                for row in 0..self.plan.rows() {
                     let column = solutions.derivative_column(derivative, row);
                     solutions.values.set(at, column, tip[row % 3] * (1.0 + row as f64));
                 }

@@ -3,7 +3,7 @@
 //! moment. What is integrated has no units, since the crate has one absolute tolerance for all numbers. R1, R2, R4
 
 use super::method::{self, Column, Jacobian, Method, NewtonStep, Tip};
-use super::rod::{Flexible, Rigid, Segment};
+use super::rod::{Flexible, Rigid, Segment, Source};
 use super::{Input, Rod};
 use nalgebra::allocator::Allocator;
 use nalgebra::{Const, DVector, DefaultAllocator, Dim, Matrix3, OVector, SVector, Vector3};
@@ -26,15 +26,6 @@ const MOST_STEPS: u32 = 10_000;
 pub struct Adaptive {
     /// Of a step, relative and absolute.
     tolerance: f64,
-}
-
-/// What a column differentiates by, in a flexible segment; zero for most inputs in most segments.
-#[derive(Clone, Copy, Debug)]
-struct Source {
-    column: usize,
-    dn: Vector3<f64>,
-    dK: Vector3<f64>,
-    du_star: Vector3<f64>,
 }
 
 /// A flexible segment as the crate integrates it.
@@ -94,27 +85,6 @@ impl Span<'_> {
             add(slope, 3, &(R * du));
             add(slope, 6, &dn.cross(&t));
         }
-    }
-}
-
-impl Flexible {
-    /// What inputs change along the segment; the first three columns are those by base moment.
-    fn sources(&self, segment: usize, inputs: &[Input]) -> Vec<Source> {
-        let source = |(index, input): (usize, &Input)| {
-            let zero = Vector3::zeros();
-            let source = Source { column: 3 + index, dn: zero, dK: zero, du_star: zero };
-            match input {
-                Input::TipForce { per_unit } => Some(Source { dn: (*per_unit).into(), ..source }),
-                Input::Stiffness { segment: of, per_unit } if *of == segment => {
-                    Some(Source { dK: (*per_unit).into(), ..source })
-                }
-                Input::RestCurvature { segment: of, per_unit } if *of == segment => {
-                    Some(Source { du_star: (*per_unit).into(), ..source })
-                }
-                _ => None,
-            }
-        };
-        inputs.iter().enumerate().filter_map(source).collect()
     }
 }
 
@@ -184,7 +154,9 @@ impl Adaptive {
         for ((index, segment), n) in rod.segments.iter().enumerate().zip(rod.forces()) {
             match segment {
                 Segment::Flexible(flexible) if flexible.length > 0.0 => {
-                    let sources = flexible.sources(index, inputs);
+                    // The first three columns are those by base moment.
+                    let source = |(column, input): (usize, &Input)| input.source(column, index);
+                    let sources: Vec<Source> = (3..).zip(inputs).filter_map(source).collect();
                     put(y.as_mut_slice(), 15, &(n + flexible.load * flexible.length));
                     y = self.integrate(Span { flexible, sources: &sources }, y)?;
                 }

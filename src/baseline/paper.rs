@@ -4,7 +4,7 @@
 //! change by half with the compiler's division of the crate.
 
 use super::method::{self, Column, Jacobian, Method, NewtonStep, Tip};
-use super::rod::{Flexible, Rigid, Segment};
+use super::rod::{Flexible, Rigid, Segment, Source};
 use super::{Input, Rod};
 use nalgebra::{Matrix3, Vector3};
 
@@ -56,29 +56,11 @@ enum By<'a> {
     Input(&'a Input),
 }
 
-/// What an input changes along a segment beside the state; zero for most inputs on most segments.
-#[derive(Clone, Copy, Debug)]
-struct Source {
-    column: usize,
-    dn: Vector3<f64>,
-    dK: Vector3<f64>,
-    du_star: Vector3<f64>,
-}
-
 /// Those of a segment that are not zero.
 fn sources(by: &[By], segment: usize) -> Vec<Source> {
-    let source = |(column, by): (usize, &By)| {
-        let zero = Source { column, dn: Vector3::zeros(), dK: Vector3::zeros(), du_star: Vector3::zeros() };
-        match by {
-            By::Input(Input::TipForce { per_unit }) => Some(Source { dn: Vector3::from(*per_unit), ..zero }),
-            By::Input(Input::RestCurvature { segment: of, per_unit }) if *of == segment => {
-                Some(Source { du_star: Vector3::from(*per_unit), ..zero })
-            }
-            By::Input(Input::Stiffness { segment: of, per_unit }) if *of == segment => {
-                Some(Source { dK: Vector3::from(*per_unit), ..zero })
-            }
-            _ => None,
-        }
+    let source = |(column, by): (usize, &By)| match by {
+        By::Input(input) => input.source(column, segment),
+        By::BaseCurvature(_) => None,
     };
     by.iter().enumerate().filter_map(source).collect()
 }

@@ -60,6 +60,15 @@ pub enum Input {
     Insertion,
 }
 
+/// What a column differentiates by, in a segment.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Source {
+    pub column: usize,
+    pub dn: Vector3<f64>,
+    pub dK: Vector3<f64>,
+    pub du_star: Vector3<f64>,
+}
+
 const REMEDY: &str =
     "differentiate by coil currents, `insertion`, `loads.tip_force`, rest curvature or stiffness of one segment";
 
@@ -68,6 +77,21 @@ fn unsupported(key: impl Into<String>, remedy: &'static str) -> BaselineError {
 }
 
 impl Input {
+    /// What it changes along a segment beside the state, in a column; nothing, for most inputs on most segments.
+    pub(super) fn source(&self, column: usize, segment: usize) -> Option<Source> {
+        let zero = Source { column, dn: Vector3::zeros(), dK: Vector3::zeros(), du_star: Vector3::zeros() };
+        match self {
+            Input::TipForce { per_unit } => Some(Source { dn: (*per_unit).into(), ..zero }),
+            Input::RestCurvature { segment: of, per_unit } if *of == segment => {
+                Some(Source { du_star: (*per_unit).into(), ..zero })
+            }
+            Input::Stiffness { segment: of, per_unit } if *of == segment => {
+                Some(Source { dK: (*per_unit).into(), ..zero })
+            }
+            _ => None,
+        }
+    }
+
     /// The input that a parameter of the scene is.
     pub fn new(parameter: Parameter, scene: &Scene) -> Result<Input, BaselineError> {
         let mut found: Option<Input> = None;

@@ -49,13 +49,18 @@ fn passes(solved: &Solved) -> Result<Vec<Pass>, CommandError> {
     ])
 }
 
-/// Columns of the last pass: by base moment and base rotation, and what derivatives need.
+/// Columns of the last pass: by base moment, and what derivatives need.
 fn column_count(plan: &Plan) -> usize {
     match plan.derivatives.len() {
-        0 => 6,
-        count if plan.forward => 6 + count,
-        _ => 9,
+        0 => 3,
+        count if plan.forward => 3 + count,
+        _ => 3 + shared_columns(plan),
     }
+}
+
+/// Columns that all derivatives share by reciprocity: by tip force, and by base rotation for those of the base moment.
+fn shared_columns(plan: &Plan) -> usize {
+    if plan.options.base_moment_rows { 6 } else { 3 }
 }
 
 fn derivatives(plan: &Plan) -> String {
@@ -63,7 +68,7 @@ fn derivatives(plan: &Plan) -> String {
     match count {
         0 => "none".into(),
         _ if plan.forward => format!("{count} by forward columns, one each"),
-        _ => format!("{count} by reciprocity, from three columns more, whatever their number"),
+        _ => format!("{count} by reciprocity, from {} columns more, whatever their number", shared_columns(plan)),
     }
 }
 

@@ -41,7 +41,7 @@ pub fn run(arguments: &RunArguments) -> Result<Exit, CommandError> {
         tell(&format!("note: tolerance {asked:.0e} is beyond f32; held to {:.0e}", spec.tolerance));
     }
     let steppers = engine.steppers();
-    let plan = spec.plan(PlanOptions { stepper: steppers[0], base_moment_rows: false, ..PlanOptions::default() })?;
+    let plan = spec.plan(PlanOptions { stepper: steppers[0], ..PlanOptions::default() })?;
     // The file may fix the number of steps.
     let pilot = match spec.steps {
         Some(_) => None,

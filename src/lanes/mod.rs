@@ -9,6 +9,7 @@ mod base;
 mod block;
 mod column;
 mod count;
+mod counted;
 mod lane;
 mod operators;
 mod path;

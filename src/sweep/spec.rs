@@ -189,10 +189,10 @@ impl SweepSpec {
     }
 
     /// The plan of this sweep at a resolution; tolerance and fixed steps come from the file. Without rows there are
-    /// no derivatives.
+    /// no derivatives, and rows have none of the base moment.
     pub fn plan(&self, options: PlanOptions) -> Result<Plan, PlanError> {
         let steps = self.steps.unwrap_or(options.steps);
-        let options = PlanOptions { tolerance: self.tolerance, steps, ..options };
+        let options = PlanOptions { tolerance: self.tolerance, steps, base_moment_rows: false, ..options };
         let wrt = if self.format == Format::None { &[] } else { &self.wrt[..] };
         Plan::new(&self.scene, &self.axis_parameters(), wrt, options)
     }

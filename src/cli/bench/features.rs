@@ -154,12 +154,7 @@ fn point(part: &str, name: &str, size: f64, rod: &Rod, session: &mut Session) ->
     let sampler = spec.sampler();
     let mut rows = vec![vec![0.0; spec.axes.len()]; SAMPLES];
     rows.iter_mut().enumerate().for_each(|(index, row)| sampler.values(index as u64, row));
-    let plan = spec.plan(PlanOptions {
-        stepper: Stepper::Dop853,
-        steps: STEPS,
-        base_moment_rows: false,
-        ..PlanOptions::default()
-    })?;
+    let plan = spec.plan(PlanOptions { stepper: Stepper::Dop853, steps: STEPS, ..PlanOptions::default() })?;
     let batch = batch_of(&plan, SAMPLES, &rows);
     for precision in [Precision::F64, Precision::F32] {
         let engine = Engine::best(precision);

@@ -143,18 +143,16 @@ fn operations(map: &Map, session: &mut Session) -> Result<(), CommandError> {
     let mut rows = vec![vec![0.0; map.spec.axes.len()]; COUNTED];
     let every = map.spec.sample_count / COUNTED as u64;
     rows.iter_mut().enumerate().for_each(|(index, row)| sampler.values(index as u64 * every, row));
-    let count = |plan: &Plan| -> Result<_, CommandError> {
-        Ok(Lanes::new(plan, Precision::F64)?.count_operations(&batch_of(plan, COUNTED, &rows), 0))
-    };
-    let solved = Lanes::new(&map.plan, Precision::F64)?.solve(&batch_of(&map.plan, COUNTED, &rows))?;
+    let batch = batch_of(&map.plan, COUNTED, &rows);
+    let mut lanes = Lanes::new(&map.plan, Precision::F64)?;
+    let solved = lanes.solve(&batch)?;
     let passes = (0..COUNTED).map(|at| solved.get(at, Quantity::Iterations)).sum::<f64>() / COUNTED as f64;
-    let ours = count(&map.plan)?;
-    let [path, chord, answer, check] = [ours.path, ours.chord, ours.answer, ours.check].map(|pass| pass.total() as f64);
-    // Without derivatives an answer has two threes of columns more than a chord step, one of them for the index alone.
-    let bare = count(&map.plan.without_derivatives(map.plan.options))?;
-    let index = 0.5 * (bare.answer.total() as f64 - bare.chord.total() as f64);
-    let all = (passes - 2.0).max(0.0) * path + chord + answer + check;
-    for (case, operations) in [("a sample", all), ("error estimate", check), ("stability index", index)] {
+    let counted = lanes.count_operations(&batch, 0);
+    for (case, operations) in [
+        ("a sample", counted.of_sample(passes)),
+        ("error estimate", counted.check.total() as f64),
+        ("stability index", counted.stability.total() as f64),
+    ] {
         let record = map.record("trust", case, COUNTED as f64);
         session.records.push(Record { operations, passes, ..record });
     }

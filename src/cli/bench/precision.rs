@@ -71,7 +71,7 @@ fn curve(
 ) -> Result<(), CommandError> {
     let (mut best, mut flat) = (f64::INFINITY, 0);
     for steps in steps {
-        let options = PlanOptions { stepper, steps: *steps, base_moment_rows: false, ..PlanOptions::default() };
+        let options = PlanOptions { stepper, steps: *steps, ..PlanOptions::default() };
         let error = match point(problem, work, engine, options, session) {
             Ok(error) => error,
             Err(CommandError::Backend(
@@ -158,9 +158,7 @@ fn operations(
     let passes = Lanes::new(plan, engine.precision)?.count_operations(batch, 0);
     let count = batch.sample_count();
     let mean = (0..count).map(|sample| solutions.get(sample, Iterations)).sum::<f64>() / count.max(1) as f64;
-    let [path, chord, answer, check] =
-        [passes.path, passes.chord, passes.answer, passes.check].map(|pass| pass.total() as f64);
-    Ok((mean - 2.0).max(0.0) * path + chord + answer + check)
+    Ok(passes.of_sample(mean))
 }
 
 /// A few estimates with their errors, evenly spread over the samples.

@@ -59,6 +59,7 @@ pub fn batch_of(plan: &Plan, count: usize, rows: &[Vec<f64>]) -> Batch {
 
 /// The same for another plan, one sample more or less known.
 fn plan(spec: &BenchSpec, wrt: &[Parameter], options: PlanOptions) -> Result<Plan, CommandError> {
+    let options = PlanOptions { base_moment_rows: false, ..options };
     Ok(Plan::new(&spec.sweep.scene, &spec.sweep.axis_parameters(), wrt, options)?)
 }
 

@@ -15,13 +15,7 @@ const STEPS: usize = 6;
 fn options(precision: Precision, engine: &Engine) -> PlanOptions {
     let stepper = if engine.is_gpu() && precision == Precision::F32 { Stepper::Rk4 } else { Stepper::Dop853 };
     let steps = if stepper == Stepper::Rk4 { 4 * STEPS } else { STEPS };
-    PlanOptions {
-        stepper,
-        steps,
-        tolerance: engine.finest().max(1e-6),
-        base_moment_rows: false,
-        ..PlanOptions::default()
-    }
+    PlanOptions { stepper, steps, tolerance: engine.finest().max(1e-6), ..PlanOptions::default() }
 }
 
 /// All threads of the machine, time on the wall.

@@ -74,7 +74,8 @@ impl Report {
             "## What trust costs\n\nOn the workspace map ({} {}, {} steps), files included. Second attempts and the spot \
              check can be left out of a run: processor time of all threads with them, less that without, the median of \
              paired runs. No setting leaves out error estimate and stability index: they are counted in operations, the \
-             index as the three columns and the sum that nothing else in a sample needs. The last column is over what is \
+             index as what it makes of columns that Newton's method has anyway; the columns by base rotation, which doubtful \
+             samples take, too, are not in it. The last column is over what is \
              left without.\n\n{}",
             map.engine_name(),
             map.method,
