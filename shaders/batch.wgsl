@@ -4,6 +4,7 @@ struct Settings {
     // Added to every status, so that a row left by an earlier dispatch is noticed.
     mark: f32,
     tolerance: f32,
+    chord_tolerance: f32,
     sample_count: u32,
     // Always zero, which no compiler can know.
     zero: u32,

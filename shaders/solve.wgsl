@@ -1,37 +1,9 @@
 // The boundary value problem: Newton's method on the fine grid, and the row of each sample. R4, J5
 // src/lanes/solve.rs
 
-const CHORD_LIMIT: u32 = 0u; //@spec
-const CHORD_TRUST: f32 = 0.0; //@spec
-const CHORD_TOLERANCE: f32 = 0.0; //@spec
 const NEWTON_LIMIT: u32 = 0u; //@spec
-const DIFFERENCE: f32 = 0.0; //@spec
-const ROUND_OFF: f32 = 0.0; //@spec
 const REACH: f32 = 0.0; //@spec
 const NO_EQUILIBRIUM: f32 = 0.0; //@spec
-
-// Moves the base moment to the fine grid's equilibrium by chord steps, without columns.
-//
-// From the second on they are secant steps along the one before (Broyden's update).
-fn chord_steps(rod: Rod, end: ptr<function, PathEnd>) {
-    var last = vec3<f32>();
-    var square = 1.0;
-    var moving = (*end).reached;
-    for (var i = 0u; i < CHORD_LIMIT; i++) {
-        if !moving { break; }
-        let tip = shoot(FINE, rod, 1.0, (*end).m0, NO_COLUMNS, false);
-        var delta = -((*end).inverse * (tip.m - rod.l_tip));
-        delta = delta * (1.0 / (1.0 - dot(last, delta) / square));
-        let size = length(delta);
-        // A chord step that is not small says that the coarse grid was too coarse: Newton's method takes over.
-        let small = size < CHORD_TRUST;
-        if small { (*end).m0 = (*end).m0 + delta; }
-        (*end).passes = (*end).passes + 1.0;
-        moving = small && size >= settings.tolerance * CHORD_TOLERANCE;
-        last = delta;
-        square = dot(delta, delta);
-    }
-}
 
 // Solves one sample and writes its row, in the plan's units.
 fn solve_group() {
@@ -40,6 +12,7 @@ fn solve_group() {
     let secant = rest_slope(rod);
     //@end
     var end: PathEnd;
+    var check: Tip;
     var tip: Tip;
     var delta = vec3<f32>();
     var w = mat3x3<f32>();
@@ -53,8 +26,9 @@ fn solve_group() {
         //@else
         end = follow_path(rod, first, secant);
         //@end
-        chord_steps(rod, &end);
+        check = chord_steps(rod, &end);
         var moving = end.reached;
+        var moved = false;
         converged = false;
         var size = 0.0;
         for (var i = 0u; i < NEWTON_LIMIT; i++) {
@@ -69,7 +43,9 @@ fn solve_group() {
             moving = moving && !converged && size < TRUST;
             if i + 1u == NEWTON_LIMIT || !moving { break; }
             end.m0 = end.m0 + delta;
+            moved = true;
         }
+        if moved { check = check_pass(rod, end.m0); }
         index = stability_index(tip);
         //@if !ROTATES
         if converged && index >= 0.5 { index = whole_index(rod, end.m0); }
@@ -98,7 +74,7 @@ fn solve_group() {
     store(ITERATIONS_COLUMN, end.passes);
     store(LOAD_FRACTION_COLUMN, end.history.lambda);
     write_derivatives(rod, end.m0, tip);
-    store(ERROR_ESTIMATE_COLUMN, error_estimate(rod, end.m0, w_inverse, tip_position, d1, t));
+    store(ERROR_ESTIMATE_COLUMN, error_estimate(rod, end.m0, check, columns[BY_MOMENT], w_inverse, tip_position, d1, t));
     store_status(code);
 }
 
@@ -147,23 +123,6 @@ fn is_finite(a: f32) -> bool {
     //@else
     return (bitcast<u32>(a) & 0x7f800000u) != 0x7f800000u;
     //@end
-}
-
-// Difference to the equilibrium on twice as many steps, plus what round-off can do through dm0/dr.
-fn error_estimate(
-    rod: Rod, m0: vec3<f32>, w_inverse: mat3x3<f32>, p: vec3<f32>, d1: vec3<f32>, t: vec3<f32>,
-) -> f32 {
-    let tip = shoot(CHECK, rod, 1.0, m0, NO_COLUMNS, false);
-    let delta = -(w_inverse * (tip.m - rod.l_tip));
-    let by_moment = columns[BY_MOMENT];
-    let turn = by_moment.w * delta;
-    let dp = length(tip.p + by_moment.dp * delta - p) / rod.length;
-    let dd1 = length(tip.d1 + cross(turn, tip.d1) - d1);
-    let dt = length(tip.t + cross(turn, tip.t) - t);
-    let response = transpose(by_moment.w * w_inverse);
-    let amplification = length(response[0]) + length(response[1]) + length(response[2]);
-    let round_off = (1.0 + amplification) * (ROUND_OFF * EPSILON);
-    return max(max(dp, dd1), dt) * DIFFERENCE + round_off * (1.0 + length(m0));
 }
 
 @compute @workgroup_size(WORKGROUP)

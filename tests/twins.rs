@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-const STEMS: [&str; 14] = [
+const STEMS: [&str; 15] = [
     "algebra",
     "rod",
     "section",
@@ -16,6 +16,7 @@ const STEMS: [&str; 14] = [
     "shoot",
     "path",
     "search",
+    "chord",
     "solve",
     "stability",
     "rows",
@@ -45,6 +46,7 @@ const EXCEPTIONS: Exceptions = Exceptions {
         ("shoot", &["new", "shoot", "with_simd"], "the workspace, and the wrapping of `integrate`"),
         ("shoot", &["forward_source"], "the shader has one source in hand"),
         ("stability", &["by_rotation"], "the shader knows the columns by their number"),
+        ("shoot", &["select"], "operators of WGSL"),
         ("search", &["unit", "snap"], "samples that end at a fold are solved again on the CPU"),
         ("rows", &["add"], "an operator of WGSL's matrices"),
         ("solve", &["code"], "masks of lanes"),

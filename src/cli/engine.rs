@@ -75,8 +75,9 @@ impl Engine {
     /// Methods of integration that suit it.
     pub fn steppers(&self) -> &'static [Stepper] {
         match (self.kind, self.precision) {
-            (BackendKind::Gpu, Precision::F32) => &[Stepper::Rk4],
-            _ => &[Stepper::Dop853, Stepper::Rk4],
+            (BackendKind::Gpu, Precision::F32) => &[Stepper::Rk4, Stepper::Tp6],
+            (_, Precision::F32) => &[Stepper::Tp6, Stepper::Tp7, Stepper::Dop853],
+            (_, Precision::F64) => &[Stepper::Dop853, Stepper::Tp7, Stepper::Tp6],
         }
     }
 

@@ -5,6 +5,7 @@ use super::kernel::WORKGROUP_SIZE;
 use super::solver::Solver;
 use crate::backend::{BackendError, Precision};
 use crate::model::BLOCK;
+use crate::model::path::chord_tolerance;
 use std::mem::offset_of;
 use std::ops::Range;
 use std::sync::mpsc::{Receiver, channel};
@@ -18,6 +19,8 @@ pub struct Settings<S> {
     pub mark: S,
     /// Newton's, in the plan's unit of moment.
     pub tolerance: S,
+    /// Where chord steps end, in the same unit.
+    pub chord_tolerance: S,
     pub sample_count: u32,
     /// Always zero.
     pub zero: u32,
@@ -36,7 +39,7 @@ pub(super) const GUARDED_PATH: Paths = (1, 1);
 impl Settings<f64> {
     /// As the kernels of a precision read them.
     pub fn bytes(&self, precision: Precision) -> Vec<u8> {
-        let floats = [self.mark, self.tolerance];
+        let floats = [self.mark, self.tolerance, self.chord_tolerance];
         let mut bytes = float_bytes(&floats, precision);
         bytes.extend_from_slice(bytemuck::bytes_of(&[self.sample_count, self.zero, self.first_path, self.last_path]));
         bytes
@@ -56,6 +59,7 @@ macro_rules! offsets {
         [
             ("mark", offset_of!(Settings<$float>, mark)),
             ("tolerance", offset_of!(Settings<$float>, tolerance)),
+            ("chord_tolerance", offset_of!(Settings<$float>, chord_tolerance)),
             ("sample_count", offset_of!(Settings<$float>, sample_count)),
             ("zero", offset_of!(Settings<$float>, zero)),
             ("first_path", offset_of!(Settings<$float>, first_path)),
@@ -65,7 +69,7 @@ macro_rules! offsets {
 }
 
 /// Members of `Settings` and their offsets, to compare with the shaders.
-pub fn settings_members(precision: Precision) -> [(&'static str, usize); 6] {
+pub fn settings_members(precision: Precision) -> [(&'static str, usize); 7] {
     match precision {
         Precision::F32 => offsets!(f32),
         Precision::F64 => offsets!(f64),
@@ -200,7 +204,8 @@ impl Slot {
     /// Submits one dispatch.
     pub fn submit(&self, device: &Device, solver: &Solver, dispatch: &Dispatch) -> Flight {
         let Dispatch { mark, tolerance, paths: (first_path, last_path), sample_count, .. } = *dispatch;
-        let settings = Settings { mark, tolerance, sample_count, zero: 0, first_path, last_path };
+        let chord_tolerance = chord_tolerance(tolerance);
+        let settings = Settings { mark, tolerance, chord_tolerance, sample_count, zero: 0, first_path, last_path };
         device.queue.write_buffer(&self.settings, 0, &settings.bytes(solver.precision));
         if !dispatch.inputs.is_empty() {
             device.queue.write_buffer(&self.inputs, 0, dispatch.inputs);

@@ -64,6 +64,7 @@ pub const KERNELS: &[KernelEntry] = &[KernelEntry {
         shader!("rows"),
         shader!("path"),
         shader!("search"),
+        shader!("chord"),
         shader!("solve"),
     ],
 }];

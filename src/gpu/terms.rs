@@ -195,7 +195,6 @@ fn add_path(s: &mut Specialisation, plan: &Plan) {
         ("SEARCH_LIMIT", path::SEARCH_LIMIT),
         ("SEARCH_STEP", path::SEARCH_STEP),
         ("CHORD_TRUST", path::CHORD_TRUST),
-        ("CHORD_TOLERANCE", path::CHORD_TOLERANCE),
         ("SHORTEST_INTERVAL", path::SHORTEST_INTERVAL),
         ("EPSILON", s.precision.epsilon()),
         ("DIFFERENCE", path::DIFFERENCE),
@@ -226,10 +225,11 @@ pub(super) fn pass_limit(plan: &Plan) -> f64 {
         0 => gathered,
         threes => threes + (threes - 1) * pass(steps),
     };
-    let attempt = (path::CHORD_LIMIT + 1) * pass(steps) + path::NEWTON_LIMIT * (pass(steps) + gathered);
+    let attempt =
+        (path::CHORD_LIMIT + 1) * pass(steps) + 2 * pass(2 * steps) + path::NEWTON_LIMIT * (pass(steps) + gathered);
     let direct = (2 + path::CORRECTIONS as usize) * pass(path_steps);
     // Each of the three paths may be the first that leads to an unstable equilibrium.
-    let fixed = rows + pass(path_steps) + pass(2 * steps) + 3 * attempt + direct;
+    let fixed = rows + pass(path_steps) + 3 * attempt + direct;
     // Both ramps in the first attempt, both in the second, the guarded one in the third; each pass with its index.
     let left = ITERATION_BUDGET.saturating_sub(fixed) / (2 * pass(path_steps) + 3 * pass(careful_steps));
     path::PASS_LIMIT.min(left as f64)

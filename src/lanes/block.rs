@@ -1,14 +1,14 @@
-//! A block of samples: registers of those that bend alike, then of those that are left.
+//! A block of samples: paths from rest in f32, a register of samples that bend alike at a time; answers of those that
+//! arrived; then, with care, what is left.
 
-use super::algebra::{Vec3, length};
+use super::algebra::length;
+use super::group::{AtRest, END_COLUMNS, Follow, Group, Tools};
 use super::lane::{Lane, Scalar};
-use super::path::{Path, rest_slope};
+use super::path::Path;
 use super::program::{Inputs, Outputs, Program};
-use super::rod::{Rod, Terms};
-use super::shoot::Workspace;
-use super::solve::solve_group;
+use super::rod::Terms;
 use crate::model::{BLOCK, Quantity, Status};
-use pulp::{Simd, WithSimd};
+use std::any::Any;
 use std::marker::PhantomData;
 
 /// Lanes of the widest register.
@@ -24,51 +24,38 @@ pub struct Job<'a, S: Scalar> {
     pub order: &'a mut Vec<usize>,
     /// What was found, in that order.
     pub values: &'a mut [S],
+    /// The kernel's, kept from block to block of one program.
+    pub memory: &'a mut Option<Box<dyn Any + Send>>,
 }
 
-/// Solves a block by the ramp, then what is left with care.
+/// Solves a block.
 #[inline(always)]
 pub fn solve_job<L: Lane, T: Terms>(token: L::Token, job: Job<'_, L::Scalar>) {
-    let Job { program, inputs, bad, order, values } = job;
-    let columns = |numbers: &[L::Scalar]| numbers.len() / BLOCK;
-    let mut block = Block::<L, T> {
-        program,
-        token,
-        inputs,
-        rest_slopes: vec![L::Scalar::default(); 3 * BLOCK],
-        packed: vec![L::Scalar::default(); (columns(inputs) + 3) * L::COUNT],
-        found: vec![L::Scalar::default(); columns(values) * L::COUNT],
-        rod: Rod::new(token),
-        workspace: Workspace::new(token, program),
-        terms: PhantomData,
-    };
+    let Job { program, inputs, bad, order, values, memory } = job;
+    let kept = memory.take().and_then(|memory| memory.downcast::<Memory<L>>().ok());
+    let mut kept = kept.unwrap_or_else(|| Box::new(Memory::new(token, program, inputs.len(), values.len())));
     order.clear();
     order.extend((0..bad.len()).filter(|sample| !bad[*sample]));
-    let is_search = program.start.is_some();
-    if !is_search {
-        let bends = block.bends(bad.len());
-        order.sort_by(|a, b| bends[*a].total_cmp(&bends[*b]));
-    }
-    let path = if is_search { Path::Search } else { Path::Ramp };
-    for offset in (0..order.len()).step_by(L::COUNT) {
-        let samples = &order[offset..order.len().min(offset + L::COUNT)];
+    let solved = order.len();
+    let mut block = Block::<L, T> { program, token, inputs, memory: &mut kept, terms: PhantomData };
+    let (path, ready) = match program.start {
+        Some(_) => (Path::Search, solved),
+        None => (Path::Ramp, block.follow(bad.len(), order)),
+    };
+    for offset in (0..ready).step_by(L::COUNT) {
+        let samples = &order[offset..ready.min(offset + L::COUNT)];
         block.solve(samples, path, Outputs { data: values, stride: BLOCK, offset });
     }
     let status = Quantity::Status.column() * BLOCK;
-    let pending: Vec<usize> = (0..order.len()).filter(|place| !is_settled(values[status + place])).collect();
-    for places in pending.chunks(L::COUNT) {
-        let samples: Vec<usize> = places.iter().map(|place| order[*place]).collect();
-        let mut found = std::mem::take(&mut block.found);
-        block.solve(&samples, Path::GuardedRamp, Outputs { data: &mut found, stride: L::COUNT, offset: 0 });
-        for (to, from) in values.chunks_mut(BLOCK).zip(found.chunks(L::COUNT)) {
-            places.iter().zip(from).for_each(|(place, from)| to[*place] = *from);
-        }
-        block.found = found;
+    let is_left = |place: &usize| *place >= ready || !is_settled(values[status + *place]);
+    let left: Vec<usize> = (0..solved).filter(is_left).collect();
+    for places in left.chunks(L::COUNT) {
+        block.solve_with_care(order, places, values);
     }
-    let solved = order.len();
     order.extend((0..bad.len()).filter(|sample| bad[*sample]));
     let code = L::Scalar::from_f64(f64::from(Status::BadParameter.code()));
     values[status + solved..status + order.len()].fill(code);
+    *memory = Some(kept);
 }
 
 /// Whether a status is final: anything but `Pending`, NaN included in pending.
@@ -76,112 +63,116 @@ fn is_settled<S: Scalar>(status: S) -> bool {
     status.to_f64() < f64::from(Status::Pending.code())
 }
 
+/// Memory of a thread.
+struct Memory<L: Lane> {
+    paths: Tools<L::Coarse>,
+    answers: Tools<L>,
+    /// Inputs of the block, dm0/dlambda at rest and the ends of the paths, by sample.
+    inputs: Vec<<L::Coarse as Lane>::Scalar>,
+    rest_slopes: Vec<<L::Coarse as Lane>::Scalar>,
+    ends: Vec<<L::Coarse as Lane>::Scalar>,
+    /// What a group found whose samples do not lie side by side.
+    found: Vec<L::Scalar>,
+}
+
+impl<L: Lane> Memory<L> {
+    fn new(token: L::Token, program: &Program, inputs: usize, values: usize) -> Self {
+        let zero = <L::Coarse as Lane>::Scalar::default();
+        Self {
+            paths: Tools::new(token, program, inputs / BLOCK),
+            answers: Tools::new(token, program, inputs / BLOCK),
+            inputs: vec![zero; inputs],
+            rest_slopes: vec![zero; 3 * BLOCK],
+            ends: vec![zero; END_COLUMNS * BLOCK],
+            found: vec![L::Scalar::default(); values / BLOCK * L::COUNT],
+        }
+    }
+}
+
+/// Puts columns of some samples of a block side by side; lanes without a sample do as the last one does, and take no
+/// time of their own.
+#[inline(always)]
+fn pack<From: Scalar, To: Scalar>(columns: &[From], samples: &[usize], lanes: usize, to: &mut [To]) {
+    let last = samples[samples.len() - 1];
+    for (to, from) in to.chunks_exact_mut(lanes).zip(columns.chunks_exact(BLOCK)) {
+        to.fill(To::from_f64(from[last].to_f64()));
+        to.iter_mut().zip(samples).for_each(|(to, sample)| *to = To::from_f64(from[*sample].to_f64()));
+    }
+}
+
 /// A block at work.
 struct Block<'a, L: Lane, T: Terms> {
     program: &'a Program,
     token: L::Token,
     inputs: &'a [L::Scalar],
-    /// dm0/dlambda at rest of each sample.
-    rest_slopes: Vec<L::Scalar>,
-    /// Inputs and slopes at rest of the samples in hand.
-    packed: Vec<L::Scalar>,
-    /// What was found of those that were left.
-    found: Vec<L::Scalar>,
-    rod: Rod<L>,
-    workspace: Workspace<L>,
+    memory: &'a mut Memory<L>,
     terms: PhantomData<T>,
 }
 
 impl<L: Lane, T: Terms> Block<'_, L, T> {
-    /// How far each sample would bend to first order, in plan units of moment.
+    /// Follows the paths of all samples in `order`, of `count`; puts those that arrive first and returns their number.
     #[inline(always)]
-    fn bends(&mut self, count: usize) -> [f64; BLOCK] {
-        let mut bends = [0.0; BLOCK];
-        for offset in (0..count).step_by(L::COUNT) {
-            let rest = AtRest::<L, T> {
-                program: self.program,
-                token: self.token,
-                inputs: Inputs { data: self.inputs, stride: BLOCK, offset },
-                rod: &mut self.rod,
-                workspace: &mut self.workspace,
-                terms: PhantomData,
-            };
-            let slope = L::vectorize(self.token, rest);
-            Outputs { data: &mut self.rest_slopes, stride: BLOCK, offset }.store_vector(0, slope);
-            let mut bend = [L::Scalar::default(); WIDEST];
-            length(slope).store(&mut bend);
-            bends[offset..].iter_mut().zip(bend).take(L::COUNT).for_each(|(to, bend)| *to = bend.to_f64());
+    fn follow(&mut self, count: usize, order: &mut Vec<usize>) -> usize {
+        let Memory { paths: tools, inputs, rest_slopes, ends, .. } = &mut *self.memory;
+        let lanes = L::Coarse::COUNT;
+        for (to, from) in inputs.iter_mut().zip(self.inputs) {
+            *to = Scalar::from_f64(from.to_f64());
         }
-        bends
+        let mut bends = [0.0; BLOCK];
+        for offset in (0..count).step_by(lanes) {
+            let inputs = Inputs { data: inputs, stride: BLOCK, offset };
+            let rest =
+                AtRest::<L::Coarse, T> { program: self.program, token: self.token, inputs, tools, terms: PhantomData };
+            let slope = L::vectorize(self.token, rest);
+            Outputs { data: rest_slopes, stride: BLOCK, offset }.store_vector(0, slope);
+            let mut bend = [<L::Coarse as Lane>::Scalar::default(); WIDEST];
+            length(slope).store(&mut bend);
+            bends[offset..].iter_mut().zip(bend).take(lanes).for_each(|(to, bend)| *to = bend.to_f64());
+        }
+        order.sort_by(|a, b| bends[*a].total_cmp(&bends[*b]));
+        let mut arrived = Vec::with_capacity(order.len());
+        let mut others = Vec::new();
+        for samples in order.chunks(lanes) {
+            pack(inputs, samples, lanes, &mut tools.inputs);
+            pack(rest_slopes, samples, lanes, &mut tools.start);
+            let follow = Follow::<L::Coarse, T> { program: self.program, token: self.token, tools, terms: PhantomData };
+            L::vectorize(self.token, follow);
+            for (to, from) in ends.chunks_exact_mut(BLOCK).zip(tools.start.chunks_exact(lanes)) {
+                samples.iter().zip(from).for_each(|(sample, from)| to[*sample] = *from);
+            }
+            for (sample, reached) in samples.iter().zip(&tools.start) {
+                if reached.to_f64() > 0.5 { arrived.push(*sample) } else { others.push(*sample) }
+            }
+        }
+        let count = arrived.len();
+        arrived.append(&mut others);
+        *order = arrived;
+        count
     }
 
     /// Solves as many samples as a register holds, or fewer.
     #[inline(always)]
     fn solve(&mut self, samples: &[usize], path: Path, out: Outputs<'_, L::Scalar>) {
-        // Lanes without a sample do as the last one does, and take no time of their own.
-        let last = samples[samples.len() - 1];
-        for (to, from) in
-            self.packed.chunks_mut(L::COUNT).zip(self.inputs.chunks(BLOCK).chain(self.rest_slopes.chunks(BLOCK)))
-        {
-            to.iter_mut().for_each(|to| *to = from[last]);
-            to.iter_mut().zip(samples).for_each(|(to, sample)| *to = from[*sample]);
+        let Memory { answers: tools, rest_slopes, ends, .. } = &mut *self.memory;
+        pack(self.inputs, samples, L::COUNT, &mut tools.inputs);
+        match path {
+            Path::Ramp => pack(ends, samples, L::COUNT, &mut tools.start),
+            Path::GuardedRamp => pack(rest_slopes, samples, L::COUNT, &mut tools.start),
+            Path::Search => {}
         }
-        let (inputs, slopes) = self.packed.split_at(self.packed.len() - 3 * L::COUNT);
-        let group = Group::<L, T> {
-            program: self.program,
-            token: self.token,
-            inputs: Inputs { data: inputs, stride: L::COUNT, offset: 0 },
-            path,
-            rest_slope: Inputs { data: slopes, stride: L::COUNT, offset: 0 }.vector(self.token, 0),
-            rod: &mut self.rod,
-            workspace: &mut self.workspace,
-            out,
-            terms: PhantomData,
-        };
+        let group = Group::<L, T> { program: self.program, token: self.token, path, tools, out, terms: PhantomData };
         L::vectorize(self.token, group);
     }
-}
 
-/// The arguments of [`rest_slope`].
-struct AtRest<'a, L: Lane, T: Terms> {
-    program: &'a Program,
-    token: L::Token,
-    inputs: Inputs<'a, L::Scalar>,
-    rod: &'a mut Rod<L>,
-    workspace: &'a mut Workspace<L>,
-    terms: PhantomData<T>,
-}
-
-impl<L: Lane, T: Terms> WithSimd for AtRest<'_, L, T> {
-    type Output = Vec3<L>;
-
+    /// Solves samples by the guarded ramp; `places` are theirs in `order` and `values`.
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> Vec3<L> {
-        let AtRest { program, token, inputs, rod, workspace, .. } = self;
-        rod.load(program, token, &inputs);
-        rest_slope::<L, T>(program, rod, workspace)
-    }
-}
-
-/// The arguments of [`solve_group`]: one compiled function for all paths.
-struct Group<'a, L: Lane, T: Terms> {
-    program: &'a Program,
-    token: L::Token,
-    inputs: Inputs<'a, L::Scalar>,
-    path: Path,
-    rest_slope: Vec3<L>,
-    rod: &'a mut Rod<L>,
-    workspace: &'a mut Workspace<L>,
-    out: Outputs<'a, L::Scalar>,
-    terms: PhantomData<T>,
-}
-
-impl<L: Lane, T: Terms> WithSimd for Group<'_, L, T> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let Group { program, token, inputs, path, rest_slope, rod, workspace, mut out, .. } = self;
-        solve_group::<L, T>(program, token, &inputs, path, rest_slope, rod, workspace, &mut out);
+    fn solve_with_care(&mut self, order: &[usize], places: &[usize], values: &mut [L::Scalar]) {
+        let samples: Vec<usize> = places.iter().map(|place| order[*place]).collect();
+        let mut found = std::mem::take(&mut self.memory.found);
+        self.solve(&samples, Path::GuardedRamp, Outputs { data: &mut found, stride: L::COUNT, offset: 0 });
+        for (to, from) in values.chunks_mut(BLOCK).zip(found.chunks(L::COUNT)) {
+            places.iter().zip(from).for_each(|(place, from)| to[*place] = *from);
+        }
+        self.memory.found = found;
     }
 }

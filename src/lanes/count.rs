@@ -39,10 +39,10 @@ pub struct PassOperations {
 }
 
 impl PassOperations {
-    /// On a sample that takes so many passes, the answer and about one chord step among them.
+    /// On a sample that takes so many passes, about one chord step, the check and the answer among them.
     pub fn of_sample(&self, passes: f64) -> f64 {
         let [path, chord, answer, check] = [self.path, self.chord, self.answer, self.check].map(|o| o.total() as f64);
-        (passes - 2.0).max(0.0) * path + chord + answer + check
+        (passes - 3.0).max(0.0) * path + chord + answer + check
     }
 }
 

@@ -92,6 +92,7 @@ impl Lane for Counted {
     type Scalar = f64;
     type Mask = Mask;
     type Token = ();
+    type Coarse = Self;
     const COUNT: usize = 1;
 
     fn splat((): (), value: f64) -> Self {

@@ -7,9 +7,11 @@
 mod algebra;
 mod base;
 mod block;
+mod chord;
 mod column;
 mod count;
 mod counted;
+mod group;
 mod lane;
 mod operators;
 mod path;
@@ -34,6 +36,7 @@ use program::Program;
 use pulp::Arch;
 use rayon::prelude::*;
 use rod::TermSet;
+use std::any::Any;
 
 /// Vector instructions that a kernel is compiled for; all are in one binary.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -189,7 +192,7 @@ impl Lanes {
         let count = (batch.sample_count() - block * BLOCK).min(BLOCK);
         let bad = &batch.bad[block * BLOCK..][..count];
         let input_len = BLOCK * self.plan.input_count;
-        let Scratch { inputs, order, values } = scratch;
+        let Scratch { inputs, order, values, memory } = scratch;
         inputs.resize(input_len, S::default());
         values.resize(out.len(), S::default());
         for (entry, unit) in self.plan.entries.iter().zip(&self.units) {
@@ -204,7 +207,7 @@ impl Lanes {
                 to[count..].iter_mut().take(WIDEST).for_each(|to| *to = last);
             }
         }
-        S::run(self.arch, Job { program: &self.program, inputs, bad, order, values });
+        S::run(self.arch, Job { program: &self.program, inputs, bad, order, values, memory });
         for ((to, from), scale) in out.chunks_mut(BLOCK).zip(values.chunks(BLOCK)).zip(scales) {
             for (value, sample) in from.iter().zip(&*order) {
                 to[sample % BLOCK] = value.to_f64() * scale;
@@ -224,6 +227,8 @@ struct Scratch<S> {
     inputs: Vec<S>,
     order: Vec<usize>,
     values: Vec<S>,
+    /// The kernel's own.
+    memory: Option<Box<dyn Any + Send>>,
 }
 
 /// Chooses the register type of a precision.

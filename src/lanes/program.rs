@@ -2,7 +2,7 @@
 
 use super::algebra::Vec3;
 use super::lane::{Lane, Scalar};
-use crate::model::path::{PATH_STEPPER, newton_tolerance};
+use crate::model::path::{PATH_STEPPER, chord_tolerance, newton_tolerance};
 use crate::model::{Entry, Plan, SegmentPlan, Slot, Tableau, Terms};
 
 /// Where a number of the record comes from, in the plan's units.
@@ -77,6 +77,8 @@ pub struct Program {
     pub check: Resolution,
     /// Newton's last step must be below this, in the plan's units of moment.
     pub newton_tolerance: f64,
+    /// Chord steps end below this.
+    pub chord_tolerance: f64,
 }
 
 impl Program {
@@ -106,6 +108,7 @@ impl Program {
         let stepper = plan.options.stepper;
         let tableau = stepper.tableau();
         let on_path = |steps| Resolution { tableau: PATH_STEPPER.tableau(), steps };
+        let newton_tolerance = newton_tolerance(plan.options.tolerance, epsilon);
         Self {
             terms,
             general,
@@ -123,7 +126,8 @@ impl Program {
             careful: on_path(steps(&|n| stepper.careful_steps(n))),
             fine: Resolution { tableau, steps: steps(&|n| n) },
             check: Resolution { tableau, steps: steps(&|n| 2 * n) },
-            newton_tolerance: newton_tolerance(plan.options.tolerance, epsilon),
+            newton_tolerance,
+            chord_tolerance: chord_tolerance(newton_tolerance),
         }
     }
 
@@ -205,10 +209,14 @@ pub struct Inputs<'a, S: Scalar> {
 }
 
 impl<S: Scalar> Inputs<'_, S> {
+    #[inline(always)]
+    pub fn column<L: Lane<Scalar = S>>(&self, token: L::Token, column: usize) -> L {
+        L::load(token, &self.data[column * self.stride + self.offset..])
+    }
+
     /// Three columns in a row.
     #[inline(always)]
     pub fn vector<L: Lane<Scalar = S>>(&self, token: L::Token, column: usize) -> Vec3<L> {
-        let load = |column: usize| L::load(token, &self.data[column * self.stride + self.offset..]);
-        Vec3 { x: load(column), y: load(column + 1), z: load(column + 2) }
+        Vec3 { x: self.column(token, column), y: self.column(token, column + 1), z: self.column(token, column + 2) }
     }
 }

@@ -6,11 +6,31 @@ use super::algebra::{Mat3, Vec3, axpy, dot, inverse, length, select_matrix};
 use super::base::{moment_columns, rotation_columns};
 use super::lane::Lane;
 use super::path::PathEnd;
-use super::program::{Program, Resolution};
+use super::program::{Inputs, Program, Resolution};
 use super::rod::{Rod, Terms};
 use super::shoot::{Record, Workspace, shoot, tip_moment_columns};
 use super::stability::stability_index;
+use crate::model::MOST_KNOWN;
 use crate::model::path::{PATH_TOLERANCE, SEARCH_LIMIT, SEARCH_STEP};
+
+/// The equilibrium under the full load that a search from the base moment in the inputs comes to.
+#[inline(always)]
+pub fn search_start<L: Lane, T: Terms>(
+    program: &Program,
+    token: L::Token,
+    inputs: &Inputs<'_, L::Scalar>,
+    rod: &Rod<L>,
+    workspace: &mut Workspace<L>,
+) -> PathEnd<L> {
+    let zero = L::splat(token, 0.0);
+    let entry = program.start.unwrap_or_default();
+    let mut known = [Vec3::splat(zero); MOST_KNOWN];
+    for (k, known) in known.iter_mut().enumerate() {
+        *known = program.vector(token, inputs, entry + 3 + 3 * k);
+    }
+    let start = program.vector(token, inputs, entry);
+    search::<L, T>(program, &program.coarse, rod, start, !zero.lt(zero), &known, workspace)
+}
 
 /// The equilibrium that `wanted` lanes come to from `start`, away from `known` ones.
 #[inline(always)]

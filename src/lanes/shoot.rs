@@ -60,6 +60,19 @@ pub struct Tip<L> {
     pub n: Vec3<L>,
 }
 
+impl<L: Lane> Tip<L> {
+    #[inline(always)]
+    pub fn select(mask: L::Mask, if_true: Self, if_false: Self) -> Self {
+        Self {
+            p: Vec3::select(mask, if_true.p, if_false.p),
+            d1: Vec3::select(mask, if_true.d1, if_false.d1),
+            t: Vec3::select(mask, if_true.t, if_false.t),
+            m: Vec3::select(mask, if_true.m, if_false.m),
+            n: Vec3::select(mask, if_true.n, if_false.n),
+        }
+    }
+}
+
 /// Integrates the rod from base moment `m0` at load fraction `lambda`, `columns` with it.
 #[inline(always)]
 #[allow(clippy::too_many_arguments)]

@@ -2,50 +2,22 @@
 //!
 //! A sample's iterations depend on that sample alone: a lane that has finished is frozen while its neighbours go on.
 
-use super::algebra::{Mat3, Vec3, cross, dot, inverse, length, transpose};
+use super::algebra::{Vec3, cross, inverse, length};
 use super::base::{force_columns, forward_columns, moment_columns, rotation_columns};
+use super::chord::{check_pass, chord_steps, error_estimate};
 use super::column::Columns;
-use super::lane::{Lane, Scalar};
-use super::path::{Path, PathEnd, follow_path};
+use super::lane::Lane;
+use super::path::{Path, PathEnd};
 use super::program::{Inputs, Outputs, Program};
 use super::rod::{Rod, Terms};
 use super::rows::{Responses, write_forward_rows, write_rows};
-use super::search::{search, snap};
+use super::search::snap;
 use super::shoot::{Record, Tip, Workspace, shoot, tip_moment_columns};
 use super::stability::{by_rotation, is_sharp, margin, stability_index, whole_index};
-use crate::model::path::{
-    CHORD_LIMIT, CHORD_TOLERANCE, CHORD_TRUST, DIFFERENCE, NEWTON_LIMIT, REACH, ROUND_OFF, TRUST,
-};
-use crate::model::{MOST_KNOWN, NO_EQUILIBRIUM, Quantity, Status};
+use crate::model::path::{NEWTON_LIMIT, REACH, TRUST};
+use crate::model::{NO_EQUILIBRIUM, Quantity, Status};
 
-/// Moves the base moment to the fine grid's equilibrium by chord steps, without columns.
-///
-/// From the second on they are secant steps along the one before (Broyden's update).
-#[inline(always)]
-fn chord_steps<L: Lane, T: Terms>(program: &Program, rod: &Rod<L>, end: &mut PathEnd<L>, workspace: &mut Workspace<L>) {
-    let one = end.lambda.constant(1.0);
-    let tolerance = one.constant(program.newton_tolerance * CHORD_TOLERANCE);
-    let mut last = Vec3::splat(one.constant(0.0));
-    let mut square = one;
-    let mut moving = end.reached;
-    for _ in 0..CHORD_LIMIT {
-        if !L::any(moving) {
-            break;
-        }
-        let tip = shoot::<L, T>(program, &program.fine, rod, one, end.m0, &mut [], Record::Nothing, workspace);
-        let delta = -(end.inverse * (tip.m - rod.l_tip));
-        let delta = delta * (one / (one - dot(last, delta) / square));
-        let size = length(delta);
-        // A chord step that is not small says that the coarse grid was too coarse: Newton's method takes over.
-        let small = moving & size.lt(one.constant(CHORD_TRUST));
-        end.m0 = Vec3::select(small, end.m0 + delta, end.m0);
-        end.passes = L::select(moving, end.passes + one, end.passes);
-        moving = small & !size.lt(tolerance);
-        (last, square) = (delta, dot(delta, delta));
-    }
-}
-
-/// Solves one group and writes its rows, in the plan's units, to `out`.
+/// Solves one group from where its `path` ended and writes its rows, in the plan's units, to `out`.
 ///
 /// Lanes that the path does not lead to a stable equilibrium are `Pending`, except on the last path.
 #[inline(always)]
@@ -55,39 +27,23 @@ pub fn solve_group<L: Lane, T: Terms>(
     token: L::Token,
     inputs: &Inputs<'_, L::Scalar>,
     path: Path,
-    rest_slope: Vec3<L>,
-    rod: &mut Rod<L>,
+    mut end: PathEnd<L>,
+    rod: &Rod<L>,
     workspace: &mut Workspace<L>,
     out: &mut Outputs<'_, L::Scalar>,
 ) {
-    rod.load(program, token, inputs);
     let zero = L::splat(token, 0.0);
     let one = L::splat(token, 1.0);
-    let mut end = match (path, program.start) {
-        (Path::Search, Some(start)) => {
-            let mut known = [Vec3::splat(zero); MOST_KNOWN];
-            for (k, known) in known.iter_mut().enumerate() {
-                *known = program.vector(token, inputs, start + 3 + 3 * k);
-            }
-            let start = program.vector(token, inputs, start);
-            search::<L, T>(program, &program.coarse, rod, start, !one.lt(zero), &known, workspace)
-        }
-        _ => follow_path::<L, T>(program, rod, path, rest_slope, workspace),
-    };
-    if path == Path::Ramp && !L::any(end.reached) {
-        out.store(Quantity::Status.column(), code(one, Status::Pending));
-        return;
-    }
     let snapped = if L::any(end.fold) { snap::<L, T>(program, rod, &mut end, workspace) } else { end.fold };
     end.reached = end.reached | snapped;
-    chord_steps::<L, T>(program, rod, &mut end, workspace);
+    let mut check = chord_steps::<L, T>(program, rod, &mut end, workspace);
 
     for k in 0..workspace.sources.len() {
         workspace.sources[k].load(program, token, inputs, rod, 3 * k);
     }
     let mut columns = std::mem::take(&mut workspace.columns);
     let mut moving = end.reached;
-    let mut converged = one.lt(zero);
+    let (mut converged, mut moved) = (one.lt(zero), one.lt(zero));
     let mut tip = Tip { p: rod.t, d1: rod.t, t: rod.t, m: rod.t, n: rod.t };
     let (mut delta, mut size) = (Vec3::splat(zero), one);
     let (mut w, mut w_inverse) = (end.inverse, end.inverse);
@@ -105,6 +61,10 @@ pub fn solve_group<L: Lane, T: Terms>(
             break;
         }
         end.m0 = Vec3::select(moving, end.m0 + delta, end.m0);
+        moved = moved | moving;
+    }
+    if L::any(moved) {
+        check = Tip::select(moved, check_pass::<L, T>(program, rod, end.m0, workspace), check);
     }
     // What is left of the residual is taken out to first order.
     let tip_position = tip.p + columns[0].dp * delta;
@@ -140,7 +100,7 @@ pub fn solve_group<L: Lane, T: Terms>(
 
     write_derivatives::<L, T>(program, token, inputs, rod, end.m0, &tip, &columns, workspace, out);
 
-    let error = error_estimate::<L, T>(program, rod, &end, &columns[0], w_inverse, (tip_position, d1, t), workspace);
+    let error = error_estimate(rod, end.m0, &check, &columns[0], w_inverse, (tip_position, d1, t));
     out.store(Quantity::ErrorEstimate.column(), error);
     workspace.columns = columns;
 }
@@ -223,28 +183,4 @@ fn status_codes<L: Lane>(
 #[inline(always)]
 fn code<L: Lane>(of: L, status: Status) -> L {
     of.constant(f64::from(status.code()))
-}
-
-/// Difference to the equilibrium on twice as many steps, plus what round-off can do through dm0/dr.
-#[inline(always)]
-fn error_estimate<L: Lane, T: Terms>(
-    program: &Program,
-    rod: &Rod<L>,
-    end: &PathEnd<L>,
-    by_moment: &Columns<L>,
-    w_inverse: Mat3<L>,
-    (p, d1, t): (Vec3<L>, Vec3<L>, Vec3<L>),
-    workspace: &mut Workspace<L>,
-) -> L {
-    let one = end.lambda.constant(1.0);
-    let tip = shoot::<L, T>(program, &program.check, rod, one, end.m0, &mut [], Record::Nothing, workspace);
-    let delta = -(w_inverse * (tip.m - rod.l_tip));
-    let turn = by_moment.w * delta;
-    let dp = length(tip.p + by_moment.dp * delta - p) / rod.length();
-    let dd1 = length(tip.d1 + cross(turn, tip.d1) - d1);
-    let dt = length(tip.t + cross(turn, tip.t) - t);
-    let columns = transpose(by_moment.w * w_inverse);
-    let amplification = length(columns.x) + length(columns.y) + length(columns.z);
-    let round_off = (one + amplification) * one.constant(ROUND_OFF * L::Scalar::EPSILON);
-    dp.max(dd1).max(dt) * one.constant(DIFFERENCE) + round_off * (one + length(end.m0))
 }

@@ -51,8 +51,6 @@ pub const CHORD_LIMIT: usize = 4;
 pub const NEWTON_LIMIT: usize = 5;
 /// Longest chord step that is taken (plan units of moment).
 pub const CHORD_TRUST: f64 = 0.1;
-/// Chord steps end below this many of Newton's tolerances.
-pub const CHORD_TOLERANCE: f64 = 30.0;
 /// Intervals of the stability index shorter than this share of the rod join the next.
 pub const SHORTEST_INTERVAL: f64 = 1e-4;
 /// An error is at most so many times the difference to twice the steps: 16/15 in fourth order, and sqrt(2) where a
@@ -73,7 +71,7 @@ impl Stepper {
     pub fn path_steps(self, steps: usize) -> usize {
         let share = match self {
             Stepper::Rk4 => 3,
-            Stepper::Dop853 => 2,
+            Stepper::Tp6 | Stepper::Tp7 | Stepper::Dop853 => 2,
         };
         steps.div_ceil(share).max(2).min(steps)
     }
@@ -85,7 +83,13 @@ impl Stepper {
     }
 }
 
+/// Chord steps end below this, for Newton's tolerance: one more follows, on the grid of the error estimate, and each
+/// leaves a hundredth or less of the one before. A rod that is hard to solve may leave a tenth of a long one.
+pub fn chord_tolerance(newton_tolerance: f64) -> f64 {
+    (3000.0 * newton_tolerance).min(5e-3)
+}
+
 /// Newton's last step must be below this (plan units of moment), for a target error and a number format.
 pub fn newton_tolerance(tolerance: f64, epsilon: f64) -> f64 {
-    (0.1 * tolerance).clamp(64.0 * epsilon, 1e-5)
+    tolerance.clamp(64.0 * epsilon, 1e-4)
 }

@@ -150,7 +150,8 @@ fn operations(map: &Map, session: &mut Session) -> Result<(), CommandError> {
     let counted = lanes.count_operations(&batch, 0);
     for (case, operations) in [
         ("a sample", counted.of_sample(passes)),
-        ("error estimate", counted.check.total() as f64),
+        // Its pass is a chord step, too.
+        ("error estimate", counted.check.total() as f64 - counted.chord.total() as f64),
         ("stability index", counted.stability.total() as f64),
     ] {
         let record = map.record("trust", case, COUNTED as f64);

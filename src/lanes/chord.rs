@@ -1,0 +1,94 @@
+//! From the path onto the fine grid without columns, and the error estimate, whose pass is the last step there. R4
+//!
+//! A sample's steps depend on that sample alone: a lane that has finished is frozen while its neighbours go on.
+
+use super::algebra::{Mat3, Vec3, cross, dot, length, transpose};
+use super::column::Columns;
+use super::lane::{Lane, Scalar};
+use super::path::PathEnd;
+use super::program::Program;
+use super::rod::{Rod, Terms};
+use super::shoot::{Record, Tip, Workspace, shoot};
+use crate::model::path::{CHORD_LIMIT, CHORD_TRUST, DIFFERENCE, ROUND_OFF};
+
+/// Moves the base moment to the fine grid's equilibrium by steps with the path's inverse of W.
+///
+/// From the second on they are secant steps along the one before (Broyden's update). The last is one on twice the
+/// fine steps; returns what it found.
+#[inline(always)]
+pub fn chord_steps<L: Lane, T: Terms>(
+    program: &Program,
+    rod: &Rod<L>,
+    end: &mut PathEnd<L>,
+    workspace: &mut Workspace<L>,
+) -> Tip<L> {
+    let one = end.lambda.constant(1.0);
+    let tolerance = one.constant(program.chord_tolerance);
+    let trust = one.constant(CHORD_TRUST);
+    let mut last = Vec3::splat(one.constant(0.0));
+    let mut square = one;
+    let mut moving = end.reached;
+    let mut trusted = end.reached;
+    for _ in 0..CHORD_LIMIT {
+        if !L::any(moving) {
+            break;
+        }
+        let tip = shoot::<L, T>(program, &program.fine, rod, one, end.m0, &mut [], Record::Nothing, workspace);
+        let delta = chord_step(&end.inverse, tip.m - rod.l_tip, last, square);
+        let size = length(delta);
+        // A chord step that is not small says that the coarse grid was too coarse: Newton's method takes over.
+        trusted = trusted & (!moving | size.lt(trust));
+        end.m0 = Vec3::select(moving & trusted, end.m0 + delta, end.m0);
+        end.passes = L::select(moving, end.passes + one, end.passes);
+        (last, square) = (Vec3::select(moving, delta, last), L::select(moving, dot(delta, delta), square));
+        moving = moving & trusted & !size.lt(tolerance);
+    }
+    let tip = check_pass::<L, T>(program, rod, end.m0, workspace);
+    let delta = chord_step(&end.inverse, tip.m - rod.l_tip, last, square);
+    end.m0 = Vec3::select(trusted & length(delta).lt(trust), end.m0 + delta, end.m0);
+    end.passes = L::select(end.reached, end.passes + one, end.passes);
+    tip
+}
+
+/// A step with the path's inverse, corrected by the one before and its square.
+#[inline(always)]
+fn chord_step<L: Lane>(inverse: &Mat3<L>, residual: Vec3<L>, last: Vec3<L>, square: L) -> Vec3<L> {
+    let delta = -(*inverse * residual);
+    let one = square.constant(1.0);
+    delta * (one / (one - dot(last, delta) / square))
+}
+
+/// A pass on twice the fine steps.
+#[inline(always)]
+pub fn check_pass<L: Lane, T: Terms>(
+    program: &Program,
+    rod: &Rod<L>,
+    m0: Vec3<L>,
+    workspace: &mut Workspace<L>,
+) -> Tip<L> {
+    let one = m0.x.constant(1.0);
+    shoot::<L, T>(program, &program.check, rod, one, m0, &mut [], Record::Nothing, workspace)
+}
+
+/// Difference to the equilibrium on twice as many steps, by a pass `check` near it, plus what round-off can do through
+/// dm0/dr.
+#[inline(always)]
+pub fn error_estimate<L: Lane>(
+    rod: &Rod<L>,
+    m0: Vec3<L>,
+    check: &Tip<L>,
+    by_moment: &Columns<L>,
+    w_inverse: Mat3<L>,
+    (p, d1, t): (Vec3<L>, Vec3<L>, Vec3<L>),
+) -> L {
+    let one = m0.x.constant(1.0);
+    let delta = -(w_inverse * (check.m - rod.l_tip));
+    let turn = by_moment.w * delta;
+    let dp = length(check.p + by_moment.dp * delta - p) / rod.length();
+    let dd1 = length(check.d1 + cross(turn, check.d1) - d1);
+    let dt = length(check.t + cross(turn, check.t) - t);
+    let columns = transpose(by_moment.w * w_inverse);
+    let amplification = length(columns.x) + length(columns.y) + length(columns.z);
+    let round_off = (one + amplification) * one.constant(ROUND_OFF * L::Scalar::EPSILON);
+    dp.max(dd1).max(dt) * one.constant(DIFFERENCE) + round_off * (one + length(m0))
+}
