@@ -9,6 +9,7 @@ use super::shoot::Workspace;
 use super::solve::solve_group;
 use crate::model::{BLOCK, Quantity, Status};
 use pulp::{Simd, WithSimd};
+use std::any::Any;
 use std::marker::PhantomData;
 
 /// Lanes of the widest register.
@@ -24,12 +25,24 @@ pub struct Job<'a, S: Scalar> {
     pub order: &'a mut Vec<usize>,
     /// What was found, in that order.
     pub values: &'a mut [S],
+    /// `Memory` of the block before.
+    pub memory: &'a mut Option<Box<dyn Any + Send + Sync>>,
+}
+
+/// Registers' worth of memory, kept from block to block: to make it anew takes as long as to solve a register.
+struct Memory<L> {
+    rod: Rod<L>,
+    workspace: Workspace<L>,
 }
 
 /// Solves a block by the ramp, then what is left with care.
 #[inline(always)]
 pub fn solve_job<L: Lane, T: Terms>(token: L::Token, job: Job<'_, L::Scalar>) {
-    let Job { program, inputs, bad, order, values } = job;
+    let Job { program, inputs, bad, order, values, memory } = job;
+    let mut own = match memory.take().map(|memory| memory.downcast::<Memory<L>>()) {
+        Some(Ok(own)) => own,
+        _ => Box::new(Memory { rod: Rod::new(token), workspace: Workspace::new(token, program) }),
+    };
     let columns = |numbers: &[L::Scalar]| numbers.len() / BLOCK;
     let mut block = Block::<L, T> {
         program,
@@ -38,8 +51,8 @@ pub fn solve_job<L: Lane, T: Terms>(token: L::Token, job: Job<'_, L::Scalar>) {
         rest_slopes: vec![L::Scalar::default(); 3 * BLOCK],
         packed: vec![L::Scalar::default(); (columns(inputs) + 3) * L::COUNT],
         found: vec![L::Scalar::default(); columns(values) * L::COUNT],
-        rod: Rod::new(token),
-        workspace: Workspace::new(token, program),
+        rod: &mut own.rod,
+        workspace: &mut own.workspace,
         terms: PhantomData,
     };
     order.clear();
@@ -69,6 +82,7 @@ pub fn solve_job<L: Lane, T: Terms>(token: L::Token, job: Job<'_, L::Scalar>) {
     order.extend((0..bad.len()).filter(|sample| bad[*sample]));
     let code = L::Scalar::from_f64(f64::from(Status::BadParameter.code()));
     values[status + solved..status + order.len()].fill(code);
+    *memory = Some(own);
 }
 
 /// Whether a status is final: anything but `Pending`, NaN included in pending.
@@ -87,8 +101,8 @@ struct Block<'a, L: Lane, T: Terms> {
     packed: Vec<L::Scalar>,
     /// What was found of those that were left.
     found: Vec<L::Scalar>,
-    rod: Rod<L>,
-    workspace: Workspace<L>,
+    rod: &'a mut Rod<L>,
+    workspace: &'a mut Workspace<L>,
     terms: PhantomData<T>,
 }
 
@@ -102,8 +116,8 @@ impl<L: Lane, T: Terms> Block<'_, L, T> {
                 program: self.program,
                 token: self.token,
                 inputs: Inputs { data: self.inputs, stride: BLOCK, offset },
-                rod: &mut self.rod,
-                workspace: &mut self.workspace,
+                rod: self.rod,
+                workspace: self.workspace,
                 terms: PhantomData,
             };
             let slope = L::vectorize(self.token, rest);
@@ -133,8 +147,8 @@ impl<L: Lane, T: Terms> Block<'_, L, T> {
             inputs: Inputs { data: inputs, stride: L::COUNT, offset: 0 },
             path,
             rest_slope: Inputs { data: slopes, stride: L::COUNT, offset: 0 }.vector(self.token, 0),
-            rod: &mut self.rod,
-            workspace: &mut self.workspace,
+            rod: self.rod,
+            workspace: self.workspace,
             out,
             terms: PhantomData,
         };

@@ -15,6 +15,7 @@ pub trait Lane:
     + Neg<Output = Self>
     + Send
     + Sync
+    + 'static
 {
     type Scalar: Scalar;
     type Mask: Copy + BitAnd<Output = Self::Mask> + BitOr<Output = Self::Mask> + Not<Output = Self::Mask>;

@@ -34,6 +34,7 @@ use program::Program;
 use pulp::Arch;
 use rayon::prelude::*;
 use rod::TermSet;
+use std::any::Any;
 
 /// Vector instructions that a kernel is compiled for; all are in one binary.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -91,6 +92,8 @@ pub struct Lanes {
     units: Vec<f64>,
     set: InstructionSet,
     arch: Arch,
+    /// For batches of one block, in either precision.
+    scratch: (Scratch<f64>, Scratch<f32>),
 }
 
 impl Lanes {
@@ -114,6 +117,7 @@ impl Lanes {
             units: plan.entry_units(),
             set,
             arch,
+            scratch: Default::default(),
         })
     }
 
@@ -151,22 +155,40 @@ impl Backend for Lanes {
 
     fn solve(&mut self, batch: &Batch) -> Result<Solutions, BackendError> {
         let mut solutions = Solutions::new(&self.plan, batch.sample_count());
-        let block_len = solutions.values.block_len();
-        let scales = self.output_scales();
-        let blocks = solutions.values.data_mut().par_chunks_mut(block_len).enumerate();
-        match self.precision {
-            Precision::F64 => blocks.for_each_init(Scratch::<f64>::default, |scratch, (block, out)| {
-                self.solve_block(batch, block, &scales, scratch, out);
-            }),
-            Precision::F32 => blocks.for_each_init(Scratch::<f32>::default, |scratch, (block, out)| {
-                self.solve_block(batch, block, &scales, scratch, out);
-            }),
-        }
+        self.fill(batch, &mut solutions);
         Ok(solutions)
+    }
+
+    fn solve_into(&mut self, batch: &Batch, solutions: &mut Solutions) -> Result<(), BackendError> {
+        solutions.reuse(&self.plan, batch.sample_count());
+        self.fill(batch, solutions);
+        Ok(())
     }
 }
 
 impl Lanes {
+    fn fill(&mut self, batch: &Batch, solutions: &mut Solutions) {
+        let mut scratch = std::mem::take(&mut self.scratch);
+        match self.precision {
+            Precision::F64 => self.fill_blocks(batch, solutions, &mut scratch.0),
+            Precision::F32 => self.fill_blocks(batch, solutions, &mut scratch.1),
+        }
+        self.scratch = scratch;
+    }
+
+    fn fill_blocks<S: BlockScalar + Send>(&self, batch: &Batch, solutions: &mut Solutions, own: &mut Scratch<S>) {
+        let block_len = solutions.values.block_len();
+        let scales = self.output_scales();
+        let solve = |scratch: &mut Scratch<S>, (block, out): (usize, &mut [f64])| {
+            self.solve_block(batch, block, &scales, scratch, out);
+        };
+        let data = solutions.values.data_mut();
+        match batch.sample_count() {
+            0..=BLOCK => data.chunks_mut(block_len).enumerate().for_each(|block| solve(own, block)),
+            _ => data.par_chunks_mut(block_len).enumerate().for_each_init(Scratch::default, solve),
+        }
+    }
+
     /// Factors that turn the kernel's columns into SI.
     fn output_scales(&self) -> Vec<f64> {
         let units = &self.plan.units;
@@ -189,7 +211,7 @@ impl Lanes {
         let count = (batch.sample_count() - block * BLOCK).min(BLOCK);
         let bad = &batch.bad[block * BLOCK..][..count];
         let input_len = BLOCK * self.plan.input_count;
-        let Scratch { inputs, order, values } = scratch;
+        let Scratch { inputs, order, values, memory } = scratch;
         inputs.resize(input_len, S::default());
         values.resize(out.len(), S::default());
         for (entry, unit) in self.plan.entries.iter().zip(&self.units) {
@@ -204,7 +226,7 @@ impl Lanes {
                 to[count..].iter_mut().take(WIDEST).for_each(|to| *to = last);
             }
         }
-        S::run(self.arch, Job { program: &self.program, inputs, bad, order, values });
+        S::run(self.arch, Job { program: &self.program, inputs, bad, order, values, memory });
         for ((to, from), scale) in out.chunks_mut(BLOCK).zip(values.chunks(BLOCK)).zip(scales) {
             for (value, sample) in from.iter().zip(&*order) {
                 to[sample % BLOCK] = value.to_f64() * scale;
@@ -224,6 +246,7 @@ struct Scratch<S> {
     inputs: Vec<S>,
     order: Vec<usize>,
     values: Vec<S>,
+    memory: Option<Box<dyn Any + Send + Sync>>,
 }
 
 /// Chooses the register type of a precision.
