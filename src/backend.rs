@@ -83,6 +83,12 @@ pub trait Backend: Send {
     /// The row of a sample depends on that sample's inputs alone.
     fn solve(&mut self, batch: &Batch) -> Result<Solutions, BackendError>;
 
+    /// The same into memory of a call before, for those who solve little and often.
+    fn solve_into(&mut self, batch: &Batch, solutions: &mut Solutions) -> Result<(), BackendError> {
+        *solutions = self.solve(batch)?;
+        Ok(())
+    }
+
     /// Makes the samples of a sweep, solves them and keeps what is known of their tips, without rows; `None` where
     /// the engine has no such way.
     ///

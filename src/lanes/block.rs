@@ -1,5 +1,5 @@
-//! A block of samples: paths from rest in f32, a register of samples that bend alike at a time; answers of those that
-//! arrived; then, with care, what is left.
+//! A block of samples: paths from rest in f32, a register of samples that bend alike at a time, then answers of those
+//! that arrived; or both with care.
 
 use super::algebra::length;
 use super::group::{AtRest, END_COLUMNS, Follow, Group, Tools};
@@ -20,38 +20,40 @@ pub struct Job<'a, S: Scalar> {
     pub inputs: &'a [S],
     /// Of each sample.
     pub bad: &'a [bool],
+    /// Whether to take the guarded ramp at once.
+    pub careful: bool,
     /// The samples in the order in which they are solved.
     pub order: &'a mut Vec<usize>,
+    /// Those that need care, without an answer.
+    pub left: &'a mut Vec<usize>,
     /// What was found, in that order.
     pub values: &'a mut [S],
     /// The kernel's, kept from block to block of one program.
-    pub memory: &'a mut Option<Box<dyn Any + Send>>,
+    pub memory: &'a mut Option<Box<dyn Any + Send + Sync>>,
 }
 
 /// Solves a block.
 #[inline(always)]
 pub fn solve_job<L: Lane, T: Terms>(token: L::Token, job: Job<'_, L::Scalar>) {
-    let Job { program, inputs, bad, order, values, memory } = job;
+    let Job { program, inputs, bad, careful, order, left, values, memory } = job;
     let kept = memory.take().and_then(|memory| memory.downcast::<Memory<L>>().ok());
-    let mut kept = kept.unwrap_or_else(|| Box::new(Memory::new(token, program, inputs.len(), values.len())));
+    let mut kept = kept.unwrap_or_else(|| Box::new(Memory::new(token, program, inputs.len())));
     order.clear();
     order.extend((0..bad.len()).filter(|sample| !bad[*sample]));
     let solved = order.len();
     let mut block = Block::<L, T> { program, token, inputs, memory: &mut kept, terms: PhantomData };
-    let (path, ready) = match program.start {
-        Some(_) => (Path::Search, solved),
-        None => (Path::Ramp, block.follow(bad.len(), order)),
-    };
+    let (mut path, mut ready) = (Path::Search, solved);
+    if program.start.is_none() {
+        block.sort_by_bend(bad.len(), order);
+        (path, ready) = if careful { (Path::GuardedRamp, solved) } else { (Path::Ramp, block.follow(order)) };
+    }
     for offset in (0..ready).step_by(L::COUNT) {
         let samples = &order[offset..ready.min(offset + L::COUNT)];
         block.solve(samples, path, Outputs { data: values, stride: BLOCK, offset });
     }
     let status = Quantity::Status.column() * BLOCK;
     let is_left = |place: &usize| *place >= ready || !is_settled(values[status + *place]);
-    let left: Vec<usize> = (0..solved).filter(is_left).collect();
-    for places in left.chunks(L::COUNT) {
-        block.solve_with_care(order, places, values);
-    }
+    left.extend((0..solved).filter(is_left).map(|place| order[place]));
     order.extend((0..bad.len()).filter(|sample| bad[*sample]));
     let code = L::Scalar::from_f64(f64::from(Status::BadParameter.code()));
     values[status + solved..status + order.len()].fill(code);
@@ -71,12 +73,10 @@ struct Memory<L: Lane> {
     inputs: Vec<<L::Coarse as Lane>::Scalar>,
     rest_slopes: Vec<<L::Coarse as Lane>::Scalar>,
     ends: Vec<<L::Coarse as Lane>::Scalar>,
-    /// What a group found whose samples do not lie side by side.
-    found: Vec<L::Scalar>,
 }
 
 impl<L: Lane> Memory<L> {
-    fn new(token: L::Token, program: &Program, inputs: usize, values: usize) -> Self {
+    fn new(token: L::Token, program: &Program, inputs: usize) -> Self {
         let zero = <L::Coarse as Lane>::Scalar::default();
         Self {
             paths: Tools::new(token, program, inputs / BLOCK),
@@ -84,7 +84,6 @@ impl<L: Lane> Memory<L> {
             inputs: vec![zero; inputs],
             rest_slopes: vec![zero; 3 * BLOCK],
             ends: vec![zero; END_COLUMNS * BLOCK],
-            found: vec![L::Scalar::default(); values / BLOCK * L::COUNT],
         }
     }
 }
@@ -110,10 +109,10 @@ struct Block<'a, L: Lane, T: Terms> {
 }
 
 impl<L: Lane, T: Terms> Block<'_, L, T> {
-    /// Follows the paths of all samples in `order`, of `count`; puts those that arrive first and returns their number.
+    /// Sorts samples, of `count`, by how far they would bend to first order, in plan units of moment.
     #[inline(always)]
-    fn follow(&mut self, count: usize, order: &mut Vec<usize>) -> usize {
-        let Memory { paths: tools, inputs, rest_slopes, ends, .. } = &mut *self.memory;
+    fn sort_by_bend(&mut self, count: usize, order: &mut [usize]) {
+        let Memory { paths: tools, inputs, rest_slopes, .. } = &mut *self.memory;
         let lanes = L::Coarse::COUNT;
         for (to, from) in inputs.iter_mut().zip(self.inputs) {
             *to = Scalar::from_f64(from.to_f64());
@@ -130,6 +129,13 @@ impl<L: Lane, T: Terms> Block<'_, L, T> {
             bends[offset..].iter_mut().zip(bend).take(lanes).for_each(|(to, bend)| *to = bend.to_f64());
         }
         order.sort_by(|a, b| bends[*a].total_cmp(&bends[*b]));
+    }
+
+    /// Follows the paths of all samples in `order`; puts those that arrive first and returns their number.
+    #[inline(always)]
+    fn follow(&mut self, order: &mut Vec<usize>) -> usize {
+        let Memory { paths: tools, inputs, rest_slopes, ends, .. } = &mut *self.memory;
+        let lanes = L::Coarse::COUNT;
         let mut arrived = Vec::with_capacity(order.len());
         let mut others = Vec::new();
         for samples in order.chunks(lanes) {
@@ -162,17 +168,5 @@ impl<L: Lane, T: Terms> Block<'_, L, T> {
         }
         let group = Group::<L, T> { program: self.program, token: self.token, path, tools, out, terms: PhantomData };
         L::vectorize(self.token, group);
-    }
-
-    /// Solves samples by the guarded ramp; `places` are theirs in `order` and `values`.
-    #[inline(always)]
-    fn solve_with_care(&mut self, order: &[usize], places: &[usize], values: &mut [L::Scalar]) {
-        let samples: Vec<usize> = places.iter().map(|place| order[*place]).collect();
-        let mut found = std::mem::take(&mut self.memory.found);
-        self.solve(&samples, Path::GuardedRamp, Outputs { data: &mut found, stride: L::COUNT, offset: 0 });
-        for (to, from) in values.chunks_mut(BLOCK).zip(found.chunks(L::COUNT)) {
-            places.iter().zip(from).for_each(|(place, from)| to[*place] = *from);
-        }
-        self.memory.found = found;
     }
 }

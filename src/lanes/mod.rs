@@ -1,11 +1,12 @@
 //! The CPU engine: the reduced form, SIMD across samples, rayon across blocks of samples.
 //!
-//! A block's samples are led from rest to their loads, a register at a time; those that meet a narrow pass are packed
-//! anew and led with care. Files and functions have a twin of the same name in `shaders/`.
+//! Samples are led from rest to their loads, a register at a time; those that meet a narrow pass are packed anew and led
+//! with care. Files and functions have a twin of the same name in `shaders/`.
 #![allow(non_snake_case)]
 
 mod algebra;
 mod base;
+mod batch;
 mod block;
 mod chord;
 mod column;
@@ -28,15 +29,14 @@ mod step;
 mod trace;
 
 use crate::backend::{Backend, BackendError, BackendInfo, BackendKind, Precision};
-use crate::model::{BLOCK, Batch, Entry, Plan, Quantity, Solutions};
-use block::{Job, WIDEST, solve_job};
+use crate::model::{Batch, Entry, Plan, Solutions};
+use batch::Scratch;
+use block::{Job, solve_job};
 pub use count::{Operations, PassOperations};
 use lane::{F32, F64, Lane, Scalar};
 use program::Program;
 use pulp::Arch;
-use rayon::prelude::*;
 use rod::TermSet;
-use std::any::Any;
 
 /// Vector instructions that a kernel is compiled for; all are in one binary.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -94,6 +94,8 @@ pub struct Lanes {
     units: Vec<f64>,
     set: InstructionSet,
     arch: Arch,
+    /// For batches of one block, in either precision.
+    scratch: (Scratch<f64>, Scratch<f32>),
 }
 
 impl Lanes {
@@ -117,6 +119,7 @@ impl Lanes {
             units: plan.entry_units(),
             set,
             arch,
+            scratch: Default::default(),
         })
     }
 
@@ -153,82 +156,21 @@ impl Backend for Lanes {
     }
 
     fn solve(&mut self, batch: &Batch) -> Result<Solutions, BackendError> {
-        let mut solutions = Solutions::new(&self.plan, batch.sample_count());
-        let block_len = solutions.values.block_len();
-        let scales = self.output_scales();
-        let blocks = solutions.values.data_mut().par_chunks_mut(block_len).enumerate();
-        match self.precision {
-            Precision::F64 => blocks.for_each_init(Scratch::<f64>::default, |scratch, (block, out)| {
-                self.solve_block(batch, block, &scales, scratch, out);
-            }),
-            Precision::F32 => blocks.for_each_init(Scratch::<f32>::default, |scratch, (block, out)| {
-                self.solve_block(batch, block, &scales, scratch, out);
-            }),
-        }
+        let mut solutions = Solutions::default();
+        self.solve_into(batch, &mut solutions)?;
         Ok(solutions)
     }
-}
 
-impl Lanes {
-    /// Factors that turn the kernel's columns into SI.
-    fn output_scales(&self) -> Vec<f64> {
-        let units = &self.plan.units;
-        let mut scales = vec![1.0; Quantity::COUNT];
-        scales[..3].fill(units.length);
-        scales[Quantity::BaseMoment.column()..][..3].fill(units.moment());
-        let of_row = |row: usize| [units.length, 1.0, units.moment()][row % self.plan.rows() / 3];
-        scales.extend((0..self.plan.rows() * self.plan.derivatives.len()).map(of_row));
-        scales
+    fn solve_into(&mut self, batch: &Batch, solutions: &mut Solutions) -> Result<(), BackendError> {
+        solutions.reuse(&self.plan, batch.sample_count());
+        let mut scratch = std::mem::take(&mut self.scratch);
+        match self.precision {
+            Precision::F64 => self.fill(batch, solutions, &mut scratch.0),
+            Precision::F32 => self.fill(batch, solutions, &mut scratch.1),
+        }
+        self.scratch = scratch;
+        Ok(())
     }
-
-    fn solve_block<S: BlockScalar>(
-        &self,
-        batch: &Batch,
-        block: usize,
-        scales: &[f64],
-        scratch: &mut Scratch<S>,
-        out: &mut [f64],
-    ) {
-        let count = (batch.sample_count() - block * BLOCK).min(BLOCK);
-        let bad = &batch.bad[block * BLOCK..][..count];
-        let input_len = BLOCK * self.plan.input_count;
-        let Scratch { inputs, order, values, memory } = scratch;
-        inputs.resize(input_len, S::default());
-        values.resize(out.len(), S::default());
-        for (entry, unit) in self.plan.entries.iter().zip(&self.units) {
-            if let Entry::Varying(column) = *entry {
-                let from = &batch.inputs.data()[block * input_len + column * BLOCK..][..BLOCK];
-                let to = &mut inputs[column * BLOCK..][..BLOCK];
-                for (to, value) in to.iter_mut().zip(&from[..count]) {
-                    *to = S::from_f64(value / unit);
-                }
-                // Lanes without a sample do as the last one does, and take no time of their own.
-                let last = to[count - 1];
-                to[count..].iter_mut().take(WIDEST).for_each(|to| *to = last);
-            }
-        }
-        S::run(self.arch, Job { program: &self.program, inputs, bad, order, values, memory });
-        for ((to, from), scale) in out.chunks_mut(BLOCK).zip(values.chunks(BLOCK)).zip(scales) {
-            for (value, sample) in from.iter().zip(&*order) {
-                to[sample % BLOCK] = value.to_f64() * scale;
-            }
-        }
-        for axis in 0..3 {
-            for lane in 0..count {
-                out[axis * BLOCK + lane] += self.plan.entry(batch, block * BLOCK + lane, 15 + axis);
-            }
-        }
-    }
-}
-
-/// Memory of a thread, reused from block to block.
-#[derive(Default)]
-struct Scratch<S> {
-    inputs: Vec<S>,
-    order: Vec<usize>,
-    values: Vec<S>,
-    /// The kernel's own.
-    memory: Option<Box<dyn Any + Send>>,
 }
 
 /// Chooses the register type of a precision.

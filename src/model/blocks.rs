@@ -19,6 +19,12 @@ impl<T: Copy + Default> Blocks<T> {
         Self { column_count, sample_count, data }
     }
 
+    /// Another shape in the same memory; values are left over from before.
+    pub fn reuse(&mut self, column_count: usize, sample_count: usize) {
+        self.data.resize(sample_count.div_ceil(BLOCK) * BLOCK * column_count, T::default());
+        (self.column_count, self.sample_count) = (column_count, sample_count);
+    }
+
     pub fn column_count(&self) -> usize {
         self.column_count
     }

@@ -49,7 +49,7 @@ pub const MOST_ROWS: usize = 9;
 ///
 /// A derivative's rows are d(tip position) [m/unit], the world-frame virtual rotation w with dR = hat(w) R
 /// [rad/unit] and d(base moment) [N·m/unit]. Failed samples hold the last iterate or NaN.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Solutions {
     pub values: Blocks<f64>,
     /// Of a derivative.
@@ -60,6 +60,12 @@ impl Solutions {
     /// Room for the solutions of a batch of a plan.
     pub fn new(plan: &Plan, sample_count: usize) -> Self {
         Self { values: Blocks::new(plan.output_count(), sample_count), rows: plan.rows() }
+    }
+
+    /// Makes room for those of another batch in the same memory; what it holds until they are written means nothing.
+    pub fn reuse(&mut self, plan: &Plan, sample_count: usize) {
+        self.values.reuse(plan.output_count(), sample_count);
+        self.rows = plan.rows();
     }
 
     pub fn sample_count(&self) -> usize {

@@ -1,0 +1,108 @@
+//! A batch: its blocks side by side on all threads, then, packed together, those of its samples that need care.
+
+use super::block::{Job, WIDEST};
+use super::{BlockScalar, Lanes};
+use crate::model::{BLOCK, Batch, Entry, Quantity, Solutions};
+use rayon::prelude::*;
+use std::any::Any;
+
+/// Memory of a thread, reused from block to block.
+#[derive(Default)]
+pub struct Scratch<S> {
+    inputs: Vec<S>,
+    bad: Vec<bool>,
+    order: Vec<usize>,
+    values: Vec<S>,
+    /// The kernel's own.
+    memory: Option<Box<dyn Any + Send + Sync>>,
+}
+
+impl Lanes {
+    /// Writes the rows of a batch; one of no more than a block takes the caller's memory and thread.
+    pub(super) fn fill<S: BlockScalar>(&self, batch: &Batch, solutions: &mut Solutions, own: &mut Scratch<S>) {
+        let count = batch.sample_count();
+        let block_len = solutions.values.block_len();
+        let scales = self.output_scales();
+        let first = |scratch: &mut Scratch<S>, (block, out): (usize, &mut [f64])| {
+            let samples: Vec<usize> = (block * BLOCK..count.min((block + 1) * BLOCK)).collect();
+            self.solve_samples(batch, &samples, false, &scales, scratch, out)
+        };
+        let again = |scratch: &mut Scratch<S>, samples: &[usize]| {
+            let mut out = vec![0.0; block_len];
+            self.solve_samples(batch, samples, true, &scales, scratch, &mut out);
+            out
+        };
+        let blocks = solutions.values.data_mut();
+        let (left, careful): (Vec<usize>, Vec<Vec<f64>>);
+        let mut size = BLOCK;
+        if count <= BLOCK {
+            left = blocks.chunks_mut(block_len).enumerate().flat_map(|block| first(own, block)).collect();
+            careful = left.chunks(size).map(|samples| again(own, samples)).collect();
+        } else {
+            let blocks = blocks.par_chunks_mut(block_len).enumerate();
+            left = blocks.map_init(Scratch::default, first).flatten_iter().collect();
+            size = left.len().div_ceil(rayon::current_num_threads()).next_multiple_of(WIDEST).clamp(WIDEST, BLOCK);
+            careful = left.par_chunks(size).map_init(Scratch::default, again).collect();
+        }
+        for (samples, rows) in left.chunks(size).zip(&careful) {
+            for (column, values) in rows.chunks(BLOCK).enumerate() {
+                samples.iter().zip(values).for_each(|(sample, value)| solutions.values.set(*sample, column, *value));
+            }
+        }
+    }
+
+    /// Factors that turn the kernel's columns into SI.
+    fn output_scales(&self) -> Vec<f64> {
+        let units = &self.plan.units;
+        let mut scales = vec![1.0; Quantity::COUNT];
+        scales[..3].fill(units.length);
+        scales[Quantity::BaseMoment.column()..][..3].fill(units.moment());
+        let of_row = |row: usize| [units.length, 1.0, units.moment()][row % self.plan.rows() / 3];
+        scales.extend((0..self.plan.rows() * self.plan.derivatives.len()).map(of_row));
+        scales
+    }
+
+    /// Solves at most a block of samples, with care or not; their rows go to `out`, column by column. Returns those
+    /// that need care.
+    fn solve_samples<S: BlockScalar>(
+        &self,
+        batch: &Batch,
+        samples: &[usize],
+        careful: bool,
+        scales: &[f64],
+        scratch: &mut Scratch<S>,
+        out: &mut [f64],
+    ) -> Vec<usize> {
+        let Scratch { inputs, bad, order, values, memory } = scratch;
+        inputs.resize(BLOCK * self.plan.input_count, S::default());
+        values.resize(out.len(), S::default());
+        bad.clear();
+        bad.extend(samples.iter().map(|sample| batch.bad[*sample]));
+        for (entry, unit) in self.plan.entries.iter().zip(&self.units) {
+            if let Entry::Varying(column) = *entry {
+                let to = &mut inputs[column * BLOCK..][..BLOCK];
+                for (to, sample) in to.iter_mut().zip(samples) {
+                    *to = S::from_f64(batch.inputs.get(*sample, column) / unit);
+                }
+                // Lanes without a sample do as the last one does, and take no time of their own.
+                let last = to[samples.len() - 1];
+                to[samples.len()..].iter_mut().take(WIDEST).for_each(|to| *to = last);
+            }
+        }
+        let mut left = Vec::new();
+        let job = Job { program: &self.program, inputs, bad, careful, order, left: &mut left, values, memory };
+        S::run(self.arch, job);
+        for ((to, from), scale) in out.chunks_mut(BLOCK).zip(values.chunks(BLOCK)).zip(scales) {
+            for (value, place) in from.iter().zip(&*order) {
+                to[place % BLOCK] = value.to_f64() * scale;
+            }
+        }
+        for axis in 0..3 {
+            for (place, sample) in samples.iter().enumerate() {
+                out[axis * BLOCK + place] += self.plan.entry(batch, *sample, 15 + axis);
+            }
+        }
+        left.iter_mut().for_each(|place| *place = samples[*place]);
+        left
+    }
+}
