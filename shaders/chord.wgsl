@@ -13,6 +13,8 @@ const ROUND_OFF: f32 = 0.0; //@spec
 fn chord_steps(rod: Rod, end: ptr<function, PathEnd>) -> Tip {
     var last = vec3<f32>();
     var square = 1.0;
+    // The nearer to a bifurcation, the less a step brings.
+    let tolerance = margin((*end).inverse) * settings.chord_tolerance;
     var moving = (*end).reached;
     var trusted = moving;
     for (var i = 0u; i < CHORD_LIMIT; i++) {
@@ -26,7 +28,7 @@ fn chord_steps(rod: Rod, end: ptr<function, PathEnd>) -> Tip {
         (*end).passes = (*end).passes + 1.0;
         last = delta;
         square = dot(delta, delta);
-        moving = trusted && size >= settings.chord_tolerance;
+        moving = trusted && size >= tolerance;
     }
     let tip = check_pass(rod, (*end).m0);
     let delta = chord_step((*end).inverse, tip.m - rod.l_tip, last, square);

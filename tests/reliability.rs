@@ -12,13 +12,18 @@ use rodsweep::reference::Reference;
 use rodsweep::sweep::{read_scene, rotation_angle};
 use std::path::Path;
 
-/// From errors of 1e-1 down to round-off, with either stepper.
-const STEPS: [(Stepper, &[usize]); 2] =
-    [(Stepper::Rk4, &[3, 4, 6, 8, 12, 16, 24, 48, 96]), (Stepper::Dop853, &[3, 4, 6, 8, 12, 16, 24, 48])];
+/// From errors of 1e-1 down to round-off, with every stepper.
+const STEPS: [(Stepper, &[usize]); 4] = [
+    (Stepper::Rk4, &[3, 4, 6, 8, 12, 16, 24, 48, 96]),
+    (Stepper::Tp6, &[2, 3, 4, 6, 12, 24, 48]),
+    (Stepper::Tp7, &[2, 3, 4, 6, 12, 24, 48]),
+    (Stepper::Dop853, &[3, 4, 6, 8, 12, 16, 24, 48]),
+];
 /// Share of successes whose error may be beyond the estimate.
 const BEYOND: f64 = 1e-3;
-/// Median of estimate over error.
-const PESSIMISM: f64 = 20.0;
+/// Median of estimate over error: in f64 that of the integration, in f32 with a bound on round-off that few steps stay
+/// far below.
+const PESSIMISM: [(Precision, f64); 2] = [(Precision::F64, 3.0), (Precision::F32, 60.0)];
 /// Round-off of the reference, whose own errors on the golden scenes are a third of it.
 const REFERENCE: f64 = 5e-14;
 /// Offenders printed.
@@ -138,12 +143,12 @@ fn tally(all: &[Sampled], precision: Precision, stepper: Stepper, steps: usize) 
 #[test]
 fn estimates_bound_errors() {
     let all = samples();
-    for precision in [Precision::F64, Precision::F32] {
+    for (precision, pessimism) in PESSIMISM {
         let mut whole = Tally::default();
         for (stepper, steps) in STEPS {
             for steps in steps {
                 let mut part = tally(&all, precision, stepper, *steps);
-                assert!(part.median_pessimism() <= PESSIMISM, "{precision}, {} of {steps}", stepper.name());
+                assert!(part.median_pessimism() <= pessimism, "{precision}, {} of {steps}", stepper.name());
                 whole.successes += part.successes;
                 whole.beyond.append(&mut part.beyond);
                 whole.pessimism.append(&mut part.pessimism);
@@ -152,6 +157,6 @@ fn estimates_bound_errors() {
         whole.report(&format!("cpu {precision}, all"));
         assert!(whole.successes >= 5_000);
         assert!(whole.beyond.len() as f64 <= BEYOND * whole.successes as f64, "{precision}");
-        assert!(whole.median_pessimism() <= PESSIMISM, "{precision}");
+        assert!(whole.median_pessimism() <= pessimism, "{precision}");
     }
 }

@@ -19,7 +19,7 @@ pub struct Settings<S> {
     pub mark: S,
     /// Newton's, in the plan's unit of moment.
     pub tolerance: S,
-    /// Where chord steps end, in the same unit.
+    /// Where chord steps end, in the same unit and over the stability margin.
     pub chord_tolerance: S,
     pub sample_count: u32,
     /// Always zero.

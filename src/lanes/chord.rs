@@ -9,6 +9,7 @@ use super::path::PathEnd;
 use super::program::Program;
 use super::rod::{Rod, Terms};
 use super::shoot::{Record, Tip, Workspace, shoot};
+use super::stability::margin;
 use crate::model::path::{CHORD_LIMIT, CHORD_TRUST, DIFFERENCE, ROUND_OFF};
 
 /// Moves the base moment to the fine grid's equilibrium by steps with the path's inverse of W.
@@ -23,7 +24,8 @@ pub fn chord_steps<L: Lane, T: Terms>(
     workspace: &mut Workspace<L>,
 ) -> Tip<L> {
     let one = end.lambda.constant(1.0);
-    let tolerance = one.constant(program.chord_tolerance);
+    // The nearer to a bifurcation, the less a step brings.
+    let tolerance = margin(&end.inverse) * one.constant(program.chord_tolerance);
     let trust = one.constant(CHORD_TRUST);
     let mut last = Vec3::splat(one.constant(0.0));
     let mut square = one;

@@ -77,7 +77,7 @@ pub struct Program {
     pub check: Resolution,
     /// Newton's last step must be below this, in the plan's units of moment.
     pub newton_tolerance: f64,
-    /// Chord steps end below this.
+    /// Chord steps end below this times the stability margin.
     pub chord_tolerance: f64,
 }
 

@@ -83,8 +83,8 @@ impl Stepper {
     }
 }
 
-/// Chord steps end below this, for Newton's tolerance: one more follows, on the grid of the error estimate, and each
-/// leaves a hundredth or less of the one before. A rod that is hard to solve may leave a tenth of a long one.
+/// Chord steps end below this times the stability margin, for Newton's tolerance: one more follows, on the grid of the
+/// error estimate, and each leaves a hundredth or less of the one before; more, where the margin is small.
 pub fn chord_tolerance(newton_tolerance: f64) -> f64 {
     (3000.0 * newton_tolerance).min(5e-3)
 }

@@ -113,17 +113,21 @@ fn point(
         if reached.is_finite() { reached.clamp(engine.finest(), 1e-3) } else { 1e-6 }
     };
     let plan = problem.plan(work, PlanOptions { tolerance, ..options })?;
-    let count = if engine.is_gpu() && !engine.is_software() { MANY } else { samples };
+    let count = match (engine.is_gpu(), engine.is_software()) {
+        (false, _) => problem.rows.len(),
+        (true, true) => samples,
+        (true, false) => MANY,
+    };
     let batch = problem.batch(work, count)?;
     let effort = session.effort;
     let run = || -> Result<_, CommandError> {
         let begin = Instant::now();
         let mut backend = engine.make(&plan)?;
-        let solutions = backend.solve(&batch)?;
+        let mut solutions = backend.solve(&batch)?;
         let first = begin.elapsed().as_secs_f64();
         let clock = if engine.is_gpu() { Clock::Wall } else { Clock::Processor };
         let effort = if engine.is_software() { Effort { least: 3, most: 3, ..effort } } else { effort };
-        let timing = clock.time(effort, || backend.solve(&batch));
+        let timing = clock.time(effort, || backend.solve_into(&batch, &mut solutions));
         Ok((solutions, timing, first))
     };
     let (solutions, timing, first) = if engine.is_gpu() { run() } else { session.one_thread.install(run) }?;

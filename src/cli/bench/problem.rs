@@ -15,18 +15,22 @@ pub const NEAR: f64 = 1.0 / 60.0;
 const OTHER_BRANCH: f64 = 0.02;
 /// A column is measured against its own size, or this share of its largest over the samples.
 pub const SMALL_COLUMN: f64 = 1e-3;
-/// Steps of the engine that solves the samples near by.
+/// Steps of the engine that finds base moments.
 const FINE: usize = 48;
+/// Samples that are timed on a CPU, those with an answer of the reference first: what one in a thousand costs should show
+/// as that.
+const TIMED: usize = 2048;
 
 /// Samples that have an answer.
 pub struct Problem<'a> {
     pub spec: &'a BenchSpec,
-    /// Values of the axes.
+    /// Values of the axes, those with an answer first.
     pub rows: Vec<Vec<f64>>,
-    /// Values near by, and the base moments of their equilibria [N·m].
+    /// Values near by.
     pub near: Vec<Vec<f64>>,
-    starts: Vec<Vector>,
-    /// By all derivatives of `wrt`.
+    /// Base moments of the equilibria there and near by [N·m].
+    starts: Vec<[Vector; 2]>,
+    /// Answers by all derivatives of `wrt`.
     truth: Solutions,
     wrt: Vec<Parameter>,
     lengths: Vec<f64>,
@@ -70,7 +74,8 @@ impl<'a> Problem<'a> {
         wrt.extend(spec.tip.iter().filter(|parameter| !spec.sweep.wrt.contains(parameter)));
         let count = (spec.sweep.sample_count as usize).min(most).max(1);
         let (sampler, mut random) = (spec.sweep.sampler(), Random(spec.sweep.seed));
-        let mut rows = vec![vec![0.0; spec.sweep.axes.len()]; count];
+        let drawn = if count < spec.sweep.sample_count as usize { count } else { TIMED.max(count) };
+        let mut rows = vec![vec![0.0; spec.sweep.axes.len()]; drawn];
         rows.iter_mut().enumerate().for_each(|(index, row)| sampler.values(index as u64, row));
         let near: Vec<Vec<f64>> = rows
             .iter()
@@ -86,9 +91,13 @@ impl<'a> Problem<'a> {
         let options = PlanOptions { tolerance: 1e-12, stepper: Stepper::Dop853, steps: FINE, ..PlanOptions::default() };
         let plan = plan(spec, &wrt, options)?;
         let truth = Reference::new(&plan).solve(&batch_of(&plan, count, &rows))?;
-        let there = Lanes::new(&plan, Precision::F64)?.solve(&batch_of(&plan, count, &near))?;
+        let mut lanes = Lanes::new(&plan, Precision::F64)?;
+        let here = lanes.solve(&batch_of(&plan, drawn, &rows))?;
+        let there = lanes.solve(&batch_of(&plan, drawn, &near))?;
+        let is_solved = |at: &usize| here.status(*at).is_success() && there.status(*at).is_success();
         let known: Vec<usize> =
             (0..count).filter(|at| truth.status(*at).is_success() && there.status(*at).is_success()).collect();
+        let timed: Vec<usize> = known.iter().copied().chain((count..drawn).filter(is_solved)).collect();
         if known.is_empty() {
             let file = spec.sweep.file.display();
             let remedy = format!("{file}: no sample has an answer; give smaller ranges in [[axis]]");
@@ -96,18 +105,21 @@ impl<'a> Problem<'a> {
         }
         let mut kept = Solutions::new(&plan, known.len());
         known.iter().enumerate().for_each(|(to, from)| kept.copy_row(to, &truth, *from));
-        let of_known = |all: &[Vec<f64>]| -> Vec<Vec<f64>> { known.iter().map(|at| all[*at].clone()).collect() };
+        let of_known = |all: &[Vec<f64>]| -> Vec<Vec<f64>> { timed.iter().map(|at| all[*at].clone()).collect() };
         let (rows, near) = (of_known(&rows), of_known(&near));
-        let lengths = rows.iter().map(|row| plan.sample_scene(row).rod().total_length()).collect();
-        let starts = known.iter().map(|at| there.vector(*at, Quantity::BaseMoment)).collect();
+        let lengths = rows.iter().take(known.len());
+        let lengths = lengths.map(|row| plan.sample_scene(row).rod().total_length()).collect();
+        let moments = |at: &usize| [&here, &there].map(|solutions| solutions.vector(*at, Quantity::BaseMoment));
+        let starts = timed.iter().map(moments).collect();
         let left_out = count - known.len();
         let mut problem = Problem { spec, rows, near, starts, truth: kept, wrt, lengths, sizes: Vec::new(), left_out };
         problem.sizes = (0..problem.wrt.len()).map(|column| problem.size(&plan, column)).collect();
         Ok(problem)
     }
 
+    /// Samples with an answer.
     pub fn len(&self) -> usize {
-        self.rows.len()
+        self.truth.sample_count()
     }
 
     /// Largest norm of a column of the truth, and the change of its parameter that moves a number of the rod by one
@@ -142,18 +154,18 @@ impl<'a> Problem<'a> {
         })
     }
 
-    /// So many samples, the known ones over and over.
+    /// So many samples, those that are timed over and over.
     pub fn batch(&self, work: Work, count: usize) -> Result<Batch, CommandError> {
         let plan = plan(self.spec, self.wrt(work), PlanOptions::default())?;
         let batch = batch_of(&plan, count, &self.rows);
         let m0 = |sample: usize| match work {
-            Work::Given => self.truth.vector(sample, Quantity::BaseMoment),
-            Work::Tip | Work::Cold | Work::Warm => self.starts[sample],
+            Work::Given => self.starts[sample][0],
+            Work::Tip | Work::Cold | Work::Warm => self.starts[sample][1],
         };
         if matches!(work, Work::Tip | Work::Cold) {
             return Ok(batch);
         }
-        let start = |sample| Start { sample, m0: m0(sample % self.len()), known: &[] };
+        let start = |sample| Start { sample, m0: m0(sample % self.rows.len()), known: &[] };
         Ok(plan.start_batch(&batch, &(0..count).map(start).collect::<Vec<_>>()))
     }
 

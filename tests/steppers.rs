@@ -1,0 +1,69 @@
+//! The methods of integration converge with their order, in every engine's hands the same tableau.
+
+use rodsweep::backend::{Backend, Precision};
+use rodsweep::lanes::Lanes;
+use rodsweep::model::{Parameter, Plan, PlanOptions, Quantity, Stepper};
+use rodsweep::reference::Reference;
+use rodsweep::sweep::read_scene;
+use std::path::Path;
+
+const SAMPLES: usize = 64;
+
+/// Steps at which errors are well above round-off and fall as the order says.
+fn steps(stepper: Stepper) -> usize {
+    match stepper {
+        Stepper::Rk4 => 24,
+        Stepper::Tp6 => 6,
+        Stepper::Tp7 => 3,
+        Stepper::Dop853 => 3,
+    }
+}
+
+#[test]
+fn errors_fall_with_the_order() {
+    let scene =
+        read_scene(&Path::new(env!("CARGO_MANIFEST_DIR")).join("sweeps/scenes/two_coil.toml")).expect("a scene");
+    let axes: Vec<Vec<Parameter>> =
+        Parameter::parse(&scene, "coil1.current").expect("currents").into_iter().map(|axis| vec![axis]).collect();
+    for stepper in Stepper::ALL {
+        let mean_error = |steps: usize| {
+            let options = PlanOptions { stepper, steps, tolerance: 1e-13, ..PlanOptions::default() };
+            let plan = Plan::new(&scene, &axes, &[], options).expect("a plan");
+            let batch = plan.batch(SAMPLES, |sample, row| {
+                (0..3).for_each(|axis| row[axis] = 0.15 * ((sample * (axis + 3) + 7 * axis) as f64).sin());
+            });
+            let truth = Reference::new(&plan).solve(&batch).expect("solved");
+            let found = Lanes::new(&plan, Precision::F64).expect("supported").solve(&batch).expect("solved");
+            let mut sum = 0.0;
+            for at in 0..SAMPLES {
+                assert!(found.status(at).is_success() && truth.status(at).is_success(), "{at}");
+                let [a, b] = [&found, &truth].map(|solutions| solutions.vector(at, Quantity::TipPosition));
+                sum += (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt();
+            }
+            sum / SAMPLES as f64 / scene.total_length()
+        };
+        let [coarse, fine] = [1, 2].map(|times| mean_error(times * steps(stepper)));
+        let order = (coarse / fine).log2();
+        println!("{}: {coarse:.1e}, {fine:.1e}, order {order:.2}", stepper.name());
+        assert!(fine > 1e-13, "{}: {fine:e} is round-off", stepper.name());
+        assert!((order - f64::from(stepper.order())).abs() < 0.8, "{}: order {order}", stepper.name());
+    }
+}
+
+/// A sum of products of these rounds to a few units of the last place.
+#[test]
+fn tableaux_are_consistent() {
+    for stepper in Stepper::ALL {
+        let tableau = stepper.tableau();
+        let name = stepper.name();
+        assert_eq!([tableau.a.len(), tableau.b.len(), tableau.c.len()], [stepper.stage_count(); 3], "{name}");
+        for (row, c) in tableau.a.iter().zip(tableau.c) {
+            assert!((row.iter().sum::<f64>() - c).abs() < 1e-13, "{name}");
+        }
+        // Quadrature: as exact as the method.
+        for power in 0..stepper.order() as i32 {
+            let sum: f64 = tableau.b.iter().zip(tableau.c).map(|(b, c)| b * c.powi(power)).sum();
+            assert!((sum - 1.0 / f64::from(power + 1)).abs() < 1e-13, "{name} {power}");
+        }
+    }
+}
