@@ -28,7 +28,8 @@ fn reach(scene: &Scene, coordinates: [bool; 3], targets: &[Target], options: &Ta
     let input = |parameter| ControlInput { parameter, low: -LIMIT, high: LIMIT };
     let inputs: Vec<ControlInput> = currents(scene).into_iter().map(input).collect();
     let control = ControlOptions { coordinates, ..ControlOptions::default() };
-    let mut control = Control::new(scene, &inputs, control, Stepper::Dop853, &mut cpu).expect("a controller");
+    let control = Control::new(scene, &inputs, control, Stepper::Dop853, &mut cpu).expect("a controller");
+    let mut control = control.for_targets(&mut cpu).expect("a controller");
     control.reach(targets, options, &mut |_| {}).expect("points")
 }
 
@@ -54,6 +55,17 @@ fn a_weak_direction_is_followed() {
     let targets = WEAK.map(|position| Target { position, tangent: None });
     for point in reach(&scene("p6.toml"), [true; 3], &targets, &TargetOptions::default()) {
         assert!(point.outcome == Outcome::Reached && point.iterations < 300, "{point:?}");
+    }
+}
+
+/// A tip of permitted currents near a fold, where the coarse grid of a few steps has another equilibrium.
+const NEAR_A_FOLD: Vector = [-0.03693269796929339, 0.06375451929617514, 0.030298580684696777];
+
+#[test]
+fn a_target_near_a_fold_is_reached() {
+    let targets = [Target { position: NEAR_A_FOLD, tangent: None }];
+    for point in reach(&scene("p6.toml"), [true; 3], &targets, &TargetOptions::default()) {
+        assert!(point.outcome == Outcome::Reached && point.from_rest, "{point:?}");
     }
 }
 

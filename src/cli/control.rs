@@ -26,7 +26,12 @@ pub struct Driven {
     pub engine: String,
     /// All targets at once.
     pub batch: bool,
+    /// Time of a step where each target is known only when the last is reached [s].
+    pub step_alone: Option<f64>,
 }
+
+/// Points that are followed once more, one at a time, to tell what a step alone takes.
+const ALONE: usize = 200;
 
 pub fn control(arguments: &ControlArguments) -> Result<Exit, CommandError> {
     let scene = read_scene(&arguments.scene)?;
@@ -78,18 +83,31 @@ pub fn drive(scene: Scene, trajectory: Trajectory, arguments: &ControlArguments)
     let options = options(arguments, &trajectory)?;
     let targets: Vec<Target> = trajectory.points.iter().map(target).collect();
     let batch = arguments.targets.is_some();
-    let (points, engine, options) = match batch {
+    let Answer { points, engine, options, step_alone } = match batch {
         true => reach(&scene, &inputs, options, &targets, &arguments.engine)?,
         false => follow(&scene, &inputs, options, &targets, &arguments.engine)?,
     };
-    Ok(Driven { scene, trajectory, inputs, options, points, engine, batch })
+    Ok(Driven { scene, trajectory, inputs, options, points, engine, batch, step_alone })
 }
 
 fn target(point: &TrajectoryPoint) -> Target {
     Target { position: point.position, tangent: point.tangent }
 }
 
-type Answer = (Vec<Controlled>, String, ControlOptions);
+struct Answer {
+    points: Vec<Controlled>,
+    engine: String,
+    options: ControlOptions,
+    step_alone: Option<f64>,
+}
+
+/// The median time of a step [s]: a shared machine interrupts.
+pub fn median_step(points: &[Controlled]) -> Option<f64> {
+    let taken = points.iter().filter(|point| point.iterations > 0);
+    let mut each: Vec<f64> = taken.map(|point| point.seconds / point.iterations as f64).collect();
+    each.sort_by(f64::total_cmp);
+    each.get(each.len() / 2).copied()
+}
 
 /// One point after another: `auto` is the CPU in f64.
 fn follow(
@@ -100,18 +118,18 @@ fn follow(
     arguments: &EngineArguments,
 ) -> Result<Answer, CommandError> {
     let engine = Engine::choose_for_one(arguments, options.tolerance)?;
-    // One sample at a time leaves all but one lane of a register idle, and narrow instructions are quicker then.
-    let mut make = |plan: &Plan| -> Result<Box<dyn Backend>, BackendError> {
-        match engine.kind {
-            BackendKind::Cpu => {
-                Ok(Box::new(Lanes::with_instruction_set(plan, engine.precision, InstructionSet::for_one())?))
-            }
-            _ => engine.make(plan),
-        }
-    };
-    let mut control = Control::new(scene, inputs, options, engine.steppers()[0], &mut make)?;
+    let mut many = |plan: &Plan| engine.make(plan);
+    let mut control = Control::new(scene, inputs, options, engine.steppers()[0], &mut many)?;
+    if engine.kind == BackendKind::Cpu {
+        // One sample at a time leaves all but one lane of a register idle, and narrow instructions are quicker then.
+        let mut single = |plan: &Plan| -> Result<Box<dyn Backend>, BackendError> {
+            Ok(Box::new(Lanes::with_instruction_set(plan, engine.precision, InstructionSet::for_one())?))
+        };
+        control = control.for_trajectories(&mut many, &mut single)?;
+    }
     let points = control.follow(targets)?;
-    Ok((points, control.engine(), *control.options()))
+    let step_alone = median_step(&control.follow_singly(&targets[..targets.len().min(ALONE)])?);
+    Ok(Answer { points, engine: control.engine(), options: *control.options(), step_alone })
 }
 
 /// All at once; what f32 cannot reach is finished in f64.
@@ -124,7 +142,11 @@ fn reach(
 ) -> Result<Answer, CommandError> {
     // f32 on a GPU, finished in f64.
     let engine = Engine::choose(arguments, F32_TOLERANCE)?;
-    let mut control = Control::new(scene, inputs, options, engine.steppers()[0], &mut |plan| engine.make(plan))?;
+    let mut make = |plan: &Plan| engine.make(plan);
+    let mut control = Control::new(scene, inputs, options, engine.steppers()[0], &mut make)?;
+    if engine.kind == BackendKind::Cpu {
+        control = control.for_targets(&mut make)?;
+    }
     let mut last = 0;
     let mut points = control.reach(targets, &TargetOptions::default(), &mut |done| {
         if done >= last + targets.len().div_ceil(10) {
@@ -138,7 +160,7 @@ fn reach(
         fine.finish(&mut points)?;
         words += &format!(", finished on {}", fine.engine());
     }
-    Ok((points, words, options))
+    Ok(Answer { points, engine: words, options, step_alone: None })
 }
 
 /// Inputs and limits: those of the command line, else of the file, else every current.

@@ -1,12 +1,12 @@
 //! What `rodsweep control` writes: a table, figures, JSON, a summary.
 
 use super::args::{ControlArguments, TableFormat};
-use super::control::Driven;
+use super::control::{Driven, median_step};
 use super::rod_motion::{centreline, motion};
 use super::{CommandError, say};
 use rodsweep::model::{Parameter, SegmentParameter, Vector};
 use rodsweep::report::{self, AxisLabel, Curves, Panel, Series, Sheet, TipPath, count, engineering};
-use rodsweep::study::{Controlled, Outcome};
+use rodsweep::study::{Controlled, Outcome, Redundancy};
 use rodsweep::sweep::{PlainColumn, PlainValues, SweepError, write_plain};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -146,6 +146,7 @@ pub fn value(driven: &Driven) -> Value {
         "coordinates": XYZ.iter().zip(driven.options.coordinates).filter(|(_, on)| *on).map(|(name, _)| name).collect::<Vec<_>>(),
         "tolerance": driven.options.tolerance,
         "engine": driven.engine,
+        "seconds_of_a_step_alone": driven.step_alone,
         "counts": Outcome::ALL.map(|outcome| (outcome.name(), number_of(driven, outcome))).into_iter().collect::<std::collections::BTreeMap<_, _>>(),
         "points": driven.points.iter().map(point).collect::<Vec<_>>(),
     })
@@ -183,22 +184,30 @@ pub fn print_summary(driven: &Driven) {
     if others > 0 {
         say(&format!("warning: {others} equilibria are not those that the loads lead to from rest (column from_rest)"));
     }
+    print_times(driven);
+}
+
+/// A step is an equilibrium with its Jacobian and what becomes of the inputs.
+fn print_times(driven: &Driven) {
+    let points = &driven.points;
     let iterations: usize = points.iter().map(|point| point.iterations).sum();
-    // One after another: the median, for a shared machine interrupts. In batches every target has the same share.
-    let mut each: Vec<f64> = points
-        .iter()
-        .filter(|point| point.iterations > 0)
-        .map(|point| 1e6 * point.seconds / point.iterations as f64)
-        .collect();
-    each.sort_by(f64::total_cmp);
-    let median = each.get(each.len() / 2).copied().unwrap_or(0.0);
-    let mean = 1e6 * points.iter().map(|point| point.seconds).sum::<f64>() / iterations.max(1) as f64;
-    let each = if driven.batch { mean } else { median };
-    let how = if driven.batch { "mean; in batches, all threads" } else { "median; one after another, one thread" };
-    say(&format!(
-        "time: {:.2} iterations a target, each {each:.1} us ({how}: equilibrium, Jacobian, step)",
-        iterations as f64 / points.len().max(1) as f64
-    ));
+    let seconds: f64 = points.iter().map(|point| point.seconds).sum();
+    let (count, steps) = (points.len().max(1) as f64, iterations.max(1) as f64);
+    let mut text = format!("time: {:.2} steps a target (equilibrium, Jacobian, update), ", iterations as f64 / count);
+    if driven.batch {
+        text += &format!("each {:.1} us (mean; in batches, all threads)", 1e6 * seconds / steps);
+    } else {
+        let each = median_step(points).unwrap_or(0.0);
+        let how = match driven.options.redundancy {
+            Redundancy::LeastChange => "several targets together where one follows from another",
+            Redundancy::LeastCurrent => "one target after another",
+        };
+        text += &format!("each {:.1} us (median; one thread, {how})", 1e6 * each);
+    }
+    if let Some(alone) = driven.step_alone {
+        text += &format!("; {:.1} us where a target is known when the last is reached", 1e6 * alone);
+    }
+    say(&text);
 }
 
 /// Where the tip should be; where a coordinate is free, the target goes along with the tip [m].

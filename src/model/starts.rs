@@ -32,6 +32,15 @@ impl Plan {
         plan
     }
 
+    /// The same for searches that are kept away from nothing: three more columns, the base moment to start from.
+    pub fn with_lone_starts(&self) -> Plan {
+        let mut plan = self.with_starts();
+        plan.input_count = self.input_count + 3;
+        let first = self.entries.len() + 3;
+        plan.entries[first..].fill(Entry::Constant(FAR * self.units.moment()));
+        plan
+    }
+
     /// A batch for [`Plan::with_starts`] out of a batch of this plan, one search a row.
     pub fn start_batch(&self, batch: &Batch, starts: &[Start]) -> Batch {
         let far = [FAR * self.units.moment(); 3];

@@ -3,16 +3,13 @@
 //! A state machine, so that one loop serves a trajectory and a hundred thousand targets: `propose` says where to solve
 //! next, `judge` takes what came back. Inputs are scaled by half their range; the damping follows the gain.
 
+use super::least_squares::{Columns, Inputs, LEAST_DAMPING, NormalEquations, ROWS, dot, norm2};
 use super::{MOST_INPUTS, Outcome, Redundancy, Target, Task};
 use crate::model::{Quantity, Solutions, Vector};
 
-/// Rows of a residual: position, tangent.
-const ROWS: usize = 6;
-/// Damping over the mean eigenvalue of J Jᵀ: first, least, and where a search ends in vain. As long as much is missing
-/// (over the tip's travel), the least keeps the direction in which a rod of constant length cannot move from being
-/// taken for one in which it can.
+/// Damping over the mean eigenvalue of J Jᵀ: first, and where a search ends in vain. As long as much is missing
+/// (over the tip's travel), it is at least `LEAST_DAMPING`.
 const FIRST_DAMPING: f64 = 1e-4;
-const LEAST_DAMPING: f64 = 1e-6;
 const MUCH: f64 = 0.01;
 const MOST_DAMPING: f64 = 1e8;
 /// A step in vain raises the damping by so much, the next in a row by twice as much; from where it stands, since where J
@@ -22,7 +19,7 @@ const SMALL_DAMPING: f64 = 1e-12;
 /// What a step of some gain or more makes of the damping.
 const EASING: [(f64, f64); 2] = [(0.75, 0.05), (0.25, 0.5)];
 /// Longest step of one input, over half its range.
-const LONGEST: f64 = 0.3;
+pub(super) const LONGEST: f64 = 0.3;
 /// A search that leaves more than this share of what was missing so many iterations ago has come as near as it can.
 const HARDLY: f64 = 0.9999;
 const PATIENCE: usize = 8;
@@ -38,8 +35,6 @@ const RELAXATION: f64 = 0.5;
 /// Square of the longest such step over the length of the other.
 const SECOND_ORDER: f64 = 0.02;
 
-pub(super) type Inputs = [f64; MOST_INPUTS];
-
 /// An equilibrium and what the inputs do to it. Inputs are scaled.
 #[derive(Clone, Debug)]
 pub(super) struct State {
@@ -51,6 +46,12 @@ pub(super) struct State {
     pub error_estimate: f64,
     /// By the scaled inputs: tip position, tangent, base moment.
     rates: [[f64; 9]; MOST_INPUTS],
+}
+
+/// Whether a base moment is about where it was predicted, from one that was there before.
+pub(super) fn is_near(task: &Task, m0: Vector, predicted: Vector, before: Vector) -> bool {
+    let distance = |a: Vector, b: Vector| norm2(&[a[0] - b[0], a[1] - b[1], a[2] - b[2]]).sqrt();
+    distance(m0, predicted) <= ASTRAY * distance(predicted, before) + CLOSE * task.unit
 }
 
 impl State {
@@ -76,6 +77,15 @@ impl State {
         }
     }
 
+    /// The base moment after a small change of the inputs, to first order [N·m].
+    pub fn moment_after(&self, change: &Inputs) -> Vector {
+        let mut m0 = self.m0;
+        for (rates, dz) in self.rates.iter().zip(change) {
+            (0..3).for_each(|a| m0[a] += rates[6 + a] * dz);
+        }
+        m0
+    }
+
     /// What is missing to a target: controlled coordinates [m], tangent times its weight [m].
     pub fn missing(&self, task: &Task, target: &Target) -> [f64; ROWS] {
         let mut e = [0.0; ROWS];
@@ -91,7 +101,7 @@ impl State {
     }
 
     /// Derivatives of the controlled numbers by the scaled inputs.
-    fn jacobian(&self, task: &Task, target: &Target) -> [[f64; ROWS]; MOST_INPUTS] {
+    pub fn jacobian(&self, task: &Task, target: &Target) -> Columns {
         let mut columns = [[0.0; ROWS]; MOST_INPUTS];
         for (column, rates) in columns.iter_mut().zip(&self.rates) {
             for a in 0..3 {
@@ -172,14 +182,13 @@ impl Descent {
             self.outcome = Some(Outcome::Stuck);
             return None;
         }
-        let mut left = e;
-        self.trial_m0 = self.at.m0;
+        let (mut left, mut change) = (e, [0.0; MOST_INPUTS]);
         for k in 0..count {
             self.trial[k] = (self.at.z[k] + step[k]).clamp(task.low(k), task.high(k));
-            let dz = self.trial[k] - self.at.z[k];
-            (0..ROWS).for_each(|row| left[row] -= columns[k][row] * dz);
-            (0..3).for_each(|a| self.trial_m0[a] += self.at.rates[k][6 + a] * dz);
+            change[k] = self.trial[k] - self.at.z[k];
+            (0..ROWS).for_each(|row| left[row] -= columns[k][row] * change[k]);
         }
+        self.trial_m0 = self.at.moment_after(&change);
         self.promised = norm2(&left);
         Some((self.trial, self.trial_m0))
     }
@@ -190,9 +199,7 @@ impl Descent {
         let before = norm2(&self.at.missing(task, &self.target));
         if solutions.status(row).is_success() {
             let m0 = solutions.vector(row, Quantity::BaseMoment);
-            let distance = |a: Vector, b: Vector| norm2(&[a[0] - b[0], a[1] - b[1], a[2] - b[2]]).sqrt();
-            let unit = task.unit;
-            let near = distance(m0, self.trial_m0) <= ASTRAY * distance(self.trial_m0, self.at.m0) + CLOSE * unit;
+            let near = is_near(task, m0, self.trial_m0, self.at.m0);
             let state = State::new(task, self.trial, solutions, row);
             let after = norm2(&state.missing(task, &self.target));
             let gain = (before - after) / (before - self.promised);
@@ -213,7 +220,7 @@ impl Descent {
     }
 
     /// Whether no permitted change of the inputs brings the tip nearer, to first order (Karush, Kuhn and Tucker).
-    fn stationary(&self, task: &Task, columns: &[[f64; ROWS]; MOST_INPUTS], e: &[f64; ROWS]) -> Option<Outcome> {
+    fn stationary(&self, task: &Task, columns: &Columns, e: &[f64; ROWS]) -> Option<Outcome> {
         let count = task.inputs.len();
         let size = columns[..count].iter().map(norm2).sum::<f64>().sqrt() * norm2(e).sqrt();
         let mut held = false;
@@ -244,7 +251,7 @@ impl Descent {
     }
 
     /// Bounded least squares: inputs that the damped step takes past a limit are put on it, the others solved again.
-    fn step(&self, task: &Task, columns: &[[f64; ROWS]; MOST_INPUTS], e: &[f64; ROWS]) -> Inputs {
+    fn step(&self, task: &Task, columns: &Columns, e: &[f64; ROWS]) -> Inputs {
         let count = task.inputs.len();
         let mut free = [true; MOST_INPUTS];
         let mut step = [0.0; MOST_INPUTS];
@@ -275,36 +282,20 @@ impl Descent {
     fn free_step(
         &self,
         task: &Task,
-        columns: &[[f64; ROWS]; MOST_INPUTS],
+        columns: &Columns,
         e: &[f64; ROWS],
         free: &[bool; MOST_INPUTS],
         step: &mut Inputs,
     ) {
+        let equations = NormalEquations::new(columns, free);
         let free = || (0..task.inputs.len()).filter(|k| free[*k]);
-        let mut square = [[0.0; ROWS]; ROWS];
-        for k in free() {
-            for (row, to) in square.iter_mut().enumerate() {
-                (0..ROWS).for_each(|other| to[other] += columns[k][row] * columns[k][other]);
-            }
-        }
-        let mean = (0..ROWS).map(|row| square[row][row]).sum::<f64>() / ROWS as f64;
-        let solve = |damping: f64, of: &[f64; ROWS]| {
-            let mut damped = square;
-            (0..ROWS).for_each(|row| damped[row][row] += damping * mean + f64::MIN_POSITIVE);
-            solve_symmetric(damped, *of)
-        };
-        let y = solve(self.damping, e);
-        free().for_each(|k| step[k] = dot(&columns[k], &y));
+        let descent = equations.step(self.damping, e);
+        free().for_each(|k| step[k] = descent[k]);
         if task.options.redundancy == Redundancy::LeastCurrent {
-            // Towards zero, as far as the tip does not notice; once more, for what the damping lets through.
+            // Towards zero, as far as the tip does not notice.
             let mut relaxed = [0.0; MOST_INPUTS];
             free().filter(|k| task.is_current(*k)).for_each(|k| relaxed[k] = -RELAXATION * self.at.z[k]);
-            for _ in 0..2 {
-                let mut moved = [0.0; ROWS];
-                free().for_each(|k| (0..ROWS).for_each(|row| moved[row] += columns[k][row] * relaxed[k]));
-                let y = solve(LEAST_DAMPING, &moved);
-                free().for_each(|k| relaxed[k] -= dot(&columns[k], &y));
-            }
+            let relaxed = equations.unnoticed(relaxed);
             // What a long step of this kind does to the tip in second order must not undo what the other achieves.
             let largest = |of: &dyn Fn(usize) -> f64| free().map(|k| of(k).abs()).fold(f64::MIN_POSITIVE, f64::max);
             let caution = (FIRST_DAMPING / self.damping).min(1.0);
@@ -313,35 +304,4 @@ impl Descent {
             free().for_each(|k| step[k] += share * relaxed[k]);
         }
     }
-}
-
-pub(super) fn norm2(v: &(impl AsRef<[f64]> + ?Sized)) -> f64 {
-    v.as_ref().iter().map(|x| x * x).sum()
-}
-
-fn dot(a: &[f64; ROWS], b: &[f64; ROWS]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-/// Cholesky's method for a positive definite matrix.
-fn solve_symmetric(mut a: [[f64; ROWS]; ROWS], mut b: [f64; ROWS]) -> [f64; ROWS] {
-    for j in 0..ROWS {
-        for k in 0..j {
-            for i in j..ROWS {
-                a[i][j] -= a[i][k] * a[j][k];
-            }
-        }
-        let pivot = a[j][j].max(f64::MIN_POSITIVE).sqrt();
-        (j..ROWS).for_each(|i| a[i][j] /= pivot);
-        a[j][j] = pivot;
-    }
-    for i in 0..ROWS {
-        (0..i).for_each(|k| b[i] -= a[i][k] * b[k]);
-        b[i] /= a[i][i];
-    }
-    for i in (0..ROWS).rev() {
-        (i + 1..ROWS).for_each(|k| b[i] -= a[k][i] * b[k]);
-        b[i] /= a[i][i];
-    }
-    b
 }

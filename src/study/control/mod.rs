@@ -4,34 +4,29 @@
 //! step is taken only to a stable equilibrium close to the one that the derivatives predict.
 
 mod descent;
+mod engines;
+mod least_squares;
 mod targets;
 mod trajectory;
+mod window;
 
 pub use targets::TargetOptions;
 
 use super::MakeEngine;
 use crate::backend::{Backend, BackendError, Precision};
-use crate::model::{
-    Parameter, Plan, PlanError, PlanOptions, Quantity, SEARCH_ENTRIES, Scene, SegmentParameter, Solutions, Stepper,
-    Vector,
-};
-use descent::{Descent, Inputs, State};
+use crate::model::{Parameter, Plan, PlanError, PlanOptions, Quantity, Scene, SegmentParameter, Stepper, Vector};
+use descent::{Descent, State};
+use engines::{SHARE, STEPS, Search};
+use least_squares::{Inputs, norm2};
+use std::sync::Arc;
 
 /// Most inputs of one controller: three coil sets and insertion.
 pub const MOST_INPUTS: usize = 10;
-/// Resolutions that are tried, and the inputs they are tried at.
-const STEPS: [usize; 9] = [4, 6, 8, 12, 16, 24, 32, 48, 64];
-const FEWEST_RK4: usize = 16;
-const PROBES: usize = 64;
-/// Error of the integration over the tolerance of the tip.
-const SHARE: f64 = 0.5;
 /// Tips nearer than this, over the rod's length, are one equilibrium.
 const SAME: f64 = 1e-6;
 const SAME_F32: f64 = 1e-4;
 /// Noise of a tip in f32 over the rod's length.
 const NOISE_F32: f64 = 4e-6;
-/// Where unused known equilibria of a search lie (units of moment): too far to be felt.
-const FAR: f64 = 1e9;
 
 /// A parameter that is commanded, within limits (SI).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -160,18 +155,22 @@ struct Task {
     options: ControlOptions,
     /// Of moments [N·m]
     unit: f64,
+    /// Of the rod [m]
+    length: f64,
     /// The scene's own values, held within the limits; scaled.
     home: Inputs,
 }
 
 /// A rod with its inputs, ready to be controlled.
 pub struct Control {
-    task: Task,
+    task: Arc<Task>,
     /// From rest; its axes are the inputs, its derivatives by them.
     pub plan: Plan,
-    searching: Plan,
     rest: Box<dyn Backend>,
-    search: Box<dyn Backend>,
+    /// At growing resolutions, the last that of the plan.
+    searches: Vec<Search>,
+    /// The one in use.
+    resolution: usize,
     precision: Precision,
 }
 
@@ -197,96 +196,36 @@ impl Control {
         let tolerance = SHARE * options.tolerance / scene.total_length();
         let plan_options = PlanOptions { tolerance, stepper, steps: STEPS[0], ..PlanOptions::default() };
         let plan = Plan::new(scene, &axes, &wrt, plan_options)?;
-        let searching = plan.with_starts();
         let mut home = [0.0; MOST_INPUTS];
         for (z, input) in home.iter_mut().zip(inputs) {
             *z = input.parameter.get(scene).clamp(input.low, input.high) / (0.5 * (input.high - input.low));
         }
         let mut control = Control {
-            task: Task { inputs: inputs.to_vec(), options, unit: plan.units.moment(), home },
+            task: Arc::new(Task {
+                inputs: inputs.to_vec(),
+                options,
+                unit: plan.units.moment(),
+                length: scene.total_length(),
+                home,
+            }),
             rest: make(&plan)?,
-            search: make(&searching)?,
+            searches: Vec::new(),
+            resolution: 0,
             plan,
-            searching,
             precision: Precision::F64,
         };
         control.precision = control.rest.info().precision;
         if control.precision == Precision::F32 {
-            control.task.options.tolerance = options.tolerance.max(NOISE_F32 * scene.total_length());
+            Arc::make_mut(&mut control.task).options.tolerance =
+                options.tolerance.max(NOISE_F32 * scene.total_length());
         }
-        let tolerance = SHARE * control.task.options.tolerance / scene.total_length();
-        control.refine(tolerance, make)?;
+        control.refine(control.fine_enough(), make)?;
         Ok(control)
-    }
-
-    /// More steps, until those of the probes that are solved have small errors, or more steps do not help.
-    fn refine(&mut self, tolerance: f64, make: &mut MakeEngine) -> Result<(), ControlError> {
-        let probes: Vec<Inputs> = (0..PROBES).map(|k| self.task.lattice(k)).collect();
-        let mut least = f64::INFINITY;
-        let fewest = if self.plan.options.stepper == Stepper::Rk4 { FEWEST_RK4 } else { 0 };
-        for steps in STEPS.into_iter().filter(|steps| *steps >= fewest) {
-            let plan = self.plan.with_options(PlanOptions { steps, ..self.plan.options });
-            let before = std::mem::replace(&mut self.plan, plan);
-            let engine = std::mem::replace(&mut self.rest, make(&self.plan)?);
-            let solutions = self.solve_from_rest(&probes)?;
-            let solved = (0..PROBES).filter(|row| solutions.status(*row).is_success());
-            let error = solved.map(|row| solutions.get(row, Quantity::ErrorEstimate)).fold(0.0, f64::max);
-            if error > 0.5 * least && self.precision == Precision::F32 {
-                (self.plan, self.rest) = (before, engine);
-                break;
-            }
-            least = error;
-            if error <= tolerance {
-                break;
-            }
-        }
-        self.searching = self.plan.with_starts();
-        self.search = make(&self.searching)?;
-        Ok(())
-    }
-
-    /// Equilibria from rest.
-    fn solve_from_rest(&mut self, rows: &[Inputs]) -> Result<Solutions, BackendError> {
-        let mut all = Solutions::new(&self.plan, rows.len());
-        let size = self.rest.batch_size();
-        let task = &self.task;
-        for (chunk, rows) in rows.chunks(size).enumerate() {
-            let values = |i: usize, row: &mut [f64]| (0..row.len()).for_each(|k| row[k] = task.value(k, rows[i][k]));
-            let batch = self.plan.batch(rows.len(), values);
-            copy_rows(&mut all, chunk * size, &self.rest.solve(&batch)?);
-        }
-        Ok(all)
-    }
-
-    /// Equilibria near given base moments.
-    fn continued(&mut self, rows: &[(Inputs, Vector)]) -> Result<Solutions, BackendError> {
-        let size = self.search.batch_size();
-        if rows.len() <= size {
-            return self.search_batch(rows);
-        }
-        let mut all = Solutions::new(&self.plan, rows.len());
-        for (chunk, rows) in rows.chunks(size).enumerate() {
-            copy_rows(&mut all, chunk * size, &self.search_batch(rows)?);
-        }
-        Ok(all)
-    }
-
-    fn search_batch(&mut self, rows: &[(Inputs, Vector)]) -> Result<Solutions, BackendError> {
-        let task = &self.task;
-        let values = |i: usize, row: &mut [f64]| (0..row.len()).for_each(|k| row[k] = task.value(k, rows[i].0[k]));
-        let mut batch = self.searching.batch(rows.len(), values);
-        let first = self.plan.input_count;
-        let far = FAR * self.plan.units.moment();
-        for (i, (_, m0)) in rows.iter().enumerate() {
-            (0..3).for_each(|a| batch.inputs.set(i, first + a, m0[a]));
-            (3..SEARCH_ENTRIES).for_each(|k| batch.inputs.set(i, first + k, far));
-        }
-        self.search.solve(&batch)
     }
 
     /// The engine that solves.
     pub fn engine(&self) -> String {
-        self.search.info().to_string()
+        self.searches[self.resolution].engine.info().to_string()
     }
 
     /// What is commanded, within which limits.
@@ -317,13 +256,13 @@ impl Control {
                 inputs: (0..self.task.inputs.len()).map(|k| self.task.value(k, at.z[k])).collect(),
                 tip: at.tip,
                 tangent: at.tangent,
-                residual: descent::norm2(&at.missing(&self.task, &descent.target)).sqrt(),
+                residual: norm2(&at.missing(&self.task, &descent.target)).sqrt(),
                 outcome: descent.outcome.unwrap_or(Outcome::IterationLimit),
                 iterations: descent.iterations,
                 margin: at.margin,
                 error_estimate: at.error_estimate,
                 base_moment: at.m0,
-                from_rest: solutions.status(row).is_success() && descent::norm2(&apart).sqrt() < self.same(),
+                from_rest: solutions.status(row).is_success() && norm2(&apart).sqrt() < self.same(),
                 seconds: 0.0,
             }
         };
@@ -375,8 +314,4 @@ impl Task {
             self.low(axis) + share * (self.high(axis) - self.low(axis))
         })
     }
-}
-
-fn copy_rows(to: &mut Solutions, first: usize, from: &Solutions) {
-    (0..from.sample_count()).for_each(|row| to.copy_row(first + row, from, row));
 }

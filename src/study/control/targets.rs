@@ -1,9 +1,12 @@
 //! Many targets at once: each starts from near tips of a coarse table, all are solved together, those that have ended
 //! stay as they are.
 
-use super::descent::{Descent, State, norm2};
+use super::descent::{Descent, State};
+use super::least_squares::norm2;
 use super::{Control, ControlError, Controlled, Outcome, Target, Task};
+use crate::model::Solutions;
 use rayon::prelude::*;
+use std::sync::Arc;
 use std::time::Instant;
 
 /// Starts of one target differ by more than this in some input, over half its range; further ones by more.
@@ -38,8 +41,8 @@ impl Control {
     ) -> Result<Vec<Controlled>, ControlError> {
         let begun = Instant::now();
         let table = self.table(options.table)?;
-        let task = self.task.clone();
-        let task = &task;
+        let task = Arc::clone(&self.task);
+        let task = &*task;
         let little = LITTLE * self.plan.scene.total_length();
         let start = |target: &Target, attempt: usize| {
             // Of those farther apart the first has been tried.
@@ -70,25 +73,42 @@ impl Control {
             self.descend_all(&mut others, &mut |_| {})?;
             for (i, other) in left.into_iter().zip(self.results(&others)?) {
                 let iterations = results[i].iterations + other.iterations;
-                // The equilibrium from rest is the one that a catheter takes when it is switched on.
-                let rank = |result: &Controlled| (result.outcome != Outcome::Reached, !result.from_rest);
-                let nearer = rank(&other).0 && other.residual < results[i].residual;
-                if rank(&other) < rank(&results[i]) || rank(&other) == rank(&results[i]) && nearer {
+                let is_better = better(&other, &results[i]);
+                if is_better {
                     results[i] = other;
                 }
                 results[i].iterations = iterations;
             }
         }
+        self.look_closely(&mut results, little)?;
         let seconds = begun.elapsed().as_secs_f64() / targets.len().max(1) as f64;
         results.iter_mut().for_each(|result| result.seconds = seconds);
         Ok(results)
     }
 
+    /// Goes on at the highest resolution where little is missing.
+    fn look_closely(&mut self, results: &mut [Controlled], little: f64) -> Result<(), ControlError> {
+        let wanting = |i: &usize| results[*i].outcome != Outcome::Reached && results[*i].residual < little;
+        let left: Vec<usize> = (0..results.len()).filter(wanting).collect();
+        let before = std::mem::replace(&mut self.resolution, self.searches.len() - 1);
+        if before < self.resolution && !left.is_empty() {
+            let mut again: Vec<Controlled> = left.iter().map(|i| results[*i].clone()).collect();
+            self.finish(&mut again)?;
+            for (i, again) in left.into_iter().zip(again) {
+                if better(&again, &results[i]) {
+                    results[i] = again;
+                }
+            }
+        }
+        self.resolution = before;
+        Ok(())
+    }
+
     /// Goes on from results of another engine (f32) in this one's arithmetic.
     pub fn finish(&mut self, results: &mut [Controlled]) -> Result<(), ControlError> {
         let begun = Instant::now();
-        let task = self.task.clone();
-        let task = &task;
+        let task = Arc::clone(&self.task);
+        let task = &*task;
         let rows: Vec<_> = results
             .iter()
             .map(|result| {
@@ -97,7 +117,8 @@ impl Control {
                 (z, result.base_moment)
             })
             .collect();
-        let solutions = self.continued(&rows)?;
+        let mut solutions = Solutions::default();
+        self.continued(&rows, &mut solutions)?;
         // Where this engine finds no stable equilibrium, what the other one found is not to be trusted.
         let found: Vec<usize> = (0..rows.len()).filter(|row| solutions.status(*row).is_success()).collect();
         let start =
@@ -132,26 +153,36 @@ impl Control {
 
     /// Until every search has ended.
     fn descend_all(&mut self, descents: &mut [Descent], progress: &mut dyn FnMut(usize)) -> Result<(), ControlError> {
+        let mut solutions = Solutions::default();
         loop {
-            let task = self.task.clone();
-            let task = &task;
+            let task = Arc::clone(&self.task);
+            let task = &*task;
             let proposals: Vec<_> = descents.par_iter_mut().map(|descent| descent.propose(task)).collect();
             let rows: Vec<_> = proposals.iter().flatten().copied().collect();
             progress(descents.len() - rows.len());
             if rows.is_empty() {
                 return Ok(());
             }
-            let solutions = self.continued(&rows)?;
+            self.continued(&rows, &mut solutions)?;
+            let solutions = &solutions;
             let mut row = 0;
             let rows: Vec<Option<usize>> =
                 proposals.iter().map(|proposal| proposal.map(|_| (row, row += 1).0)).collect();
             descents.par_iter_mut().zip(rows).for_each(|(descent, row)| {
                 if let Some(row) = row {
-                    descent.judge(task, &solutions, row);
+                    descent.judge(task, solutions, row);
                 }
             });
         }
     }
+}
+
+/// Whether one result is to be preferred to another. The equilibrium from rest is the one that a catheter takes when it
+/// is switched on.
+fn better(one: &Controlled, other: &Controlled) -> bool {
+    let rank = |result: &Controlled| (result.outcome != Outcome::Reached, !result.from_rest);
+    let is_nearer = rank(one).0 && one.residual < other.residual;
+    rank(one) < rank(other) || rank(one) == rank(other) && is_nearer
 }
 
 /// The nearest tips of a table, with inputs that differ.

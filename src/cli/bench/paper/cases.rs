@@ -23,6 +23,7 @@ pub struct Case {
     pub rod: Rod,
     /// With slightly other currents.
     pub near: Rod,
+    pub near_values: Vec<f64>,
     /// Where the tip is to go from here [m]
     pub reach: Vector,
     pub truth: Jacobian,
@@ -81,8 +82,8 @@ pub fn draw(scene: &Scene, file: &str, samples: usize, seed: u64) -> Result<Case
             continue;
         }
         let rod = |values: &[f64]| Rod::new(&plan.sample_scene(values)).map_err(refused);
-        let (rod, near) = (rod(&values)?, rod(&near)?);
-        list.push(Case { values, rod, near, reach, truth: jacobian(&truth, sample, inputs.len()) });
+        let (rod, near, near_values) = (rod(&values)?, rod(&near)?, near);
+        list.push(Case { values, rod, near, near_values, reach, truth: jacobian(&truth, sample, inputs.len()) });
     }
     if list.is_empty() {
         let remedy = format!("{file}: no configuration has an answer; give weaker coils or a stiffer rod");

@@ -4,14 +4,15 @@
 //! configuration; methods take turns, so that whatever else the machine does meets all of them.
 
 use super::cases::{CURRENT, Case, Cases, jacobian};
+use super::continued::Continued;
 use super::methods::{Baseline, baselines, engine, p95};
-use super::{BATCH, TOLERANCE};
+use super::{BATCH, TOGETHER, TOLERANCE};
 use crate::cli::CommandError;
 use crate::cli::verify::random::Random;
 use rodsweep::backend::Backend;
 use rodsweep::baseline::{control_step, damped_least_squares, from_rest, solve};
-use rodsweep::lanes::Lanes;
-use rodsweep::model::{Batch, Solutions};
+use rodsweep::lanes::{InstructionSet, Lanes};
+use rodsweep::model::{Batch, Plan, Solutions};
 use std::hint::black_box;
 use std::time::Instant;
 
@@ -50,17 +51,17 @@ pub struct Row {
 }
 
 /// Seconds of each repeat, by configuration.
-struct Stopwatch {
+pub struct Stopwatch {
     seconds: Vec<Vec<f64>>,
 }
 
 impl Stopwatch {
-    fn new(cases: usize) -> Stopwatch {
+    pub fn new(cases: usize) -> Stopwatch {
         Stopwatch { seconds: vec![Vec::new(); cases] }
     }
 
     /// Times a call; one that returns `None` failed and does not count.
-    fn time<T>(&mut self, case: usize, mut call: impl FnMut() -> Option<T>) {
+    pub fn time<T>(&mut self, case: usize, mut call: impl FnMut() -> Option<T>) {
         let mut once = || {
             let start = Instant::now();
             let done = black_box(call()).is_some();
@@ -75,7 +76,7 @@ impl Stopwatch {
         }
     }
 
-    fn spread(self) -> Option<Spread> {
+    pub fn spread(self) -> Option<Spread> {
         let median = |mut values: Vec<f64>| -> Option<f64> {
             values.sort_by(f64::total_cmp);
             values.get(values.len() / 2).copied()
@@ -89,15 +90,15 @@ impl Stopwatch {
 
 /// Errors gathered over configurations.
 #[derive(Default)]
-struct Errors {
+pub struct Errors {
     tips: Vec<f64>,
     columns: Vec<f64>,
-    other_branch: usize,
-    failed: usize,
+    pub other_branch: usize,
+    pub failed: usize,
 }
 
 impl Errors {
-    fn add(&mut self, [tip, column]: [f64; 2]) {
+    pub fn add(&mut self, [tip, column]: [f64; 2]) {
         if tip > OTHER_BRANCH {
             self.other_branch += 1;
         } else {
@@ -106,7 +107,7 @@ impl Errors {
         }
     }
 
-    fn summary(&mut self) -> [[f64; 2]; 2] {
+    pub fn summary(&mut self) -> [[f64; 2]; 2] {
         [&mut self.tips, &mut self.columns].map(|values| {
             let p95 = p95(values);
             [p95, values.last().copied().unwrap_or(f64::NAN)]
@@ -180,14 +181,15 @@ impl<'a> Contender<'a> {
 }
 
 /// The inputs that a step of damped least squares leads to.
-fn moved(cases: &Cases, values: &[f64], reach: [f64; 3], solutions: &Solutions, sample: usize) -> Vec<f64> {
+pub fn moved(cases: &Cases, values: &[f64], reach: [f64; 3], solutions: &Solutions, sample: usize) -> Vec<f64> {
     let found = jacobian(solutions, sample, cases.inputs.len());
     let moves = damped_least_squares(&found.columns, &cases.scales, cases.length, reach);
     values.iter().zip(&moves).map(|(value, by)| value + by).collect()
 }
 
-fn batch(cases: &Cases, rows: &[Vec<f64>]) -> Batch {
-    cases.plan.batch(rows.len(), |sample, row| {
+/// A batch of a plan whose axes are the currents.
+pub fn batch(plan: &Plan, rows: &[Vec<f64>]) -> Batch {
+    plan.batch(rows.len(), |sample, row| {
         if let Some(values) = rows.get(sample) {
             row.copy_from_slice(values);
         }
@@ -197,12 +199,12 @@ fn batch(cases: &Cases, rows: &[Vec<f64>]) -> Batch {
 /// The engine, one configuration a call: from rest every time.
 fn time_single(engine: &mut Lanes, cases: &Cases, index: usize, watches: &mut [Stopwatch; 2]) {
     let case = &cases.list[index];
-    let inputs = batch(cases, std::slice::from_ref(&case.values));
+    let inputs = batch(&cases.plan, std::slice::from_ref(&case.values));
     watches[0].time(index, || engine.solve(&inputs).ok());
     watches[1].time(index, || {
         let solutions = engine.solve(&inputs).ok()?;
         let next = moved(cases, &case.values, case.reach, &solutions, 0);
-        Some(batch(cases, &[next]))
+        Some(batch(&cases.plan, &[next]))
     });
 }
 
@@ -212,7 +214,7 @@ fn time_batch(engine: &mut Lanes, cases: &Cases, repeats: usize) -> [Option<Spre
     let currents = cases.plan.axes.len();
     let rows: Vec<Vec<f64>> =
         (0..BATCH).map(|_| (0..currents).map(|_| random.within(-CURRENT, CURRENT)).collect()).collect();
-    let inputs = batch(cases, &rows);
+    let inputs = batch(&cases.plan, &rows);
     let mut watches = [Stopwatch::new(repeats), Stopwatch::new(repeats)];
     for repeat in 0..repeats {
         watches[0].time(repeat, || engine.solve(&inputs).ok());
@@ -221,7 +223,7 @@ fn time_batch(engine: &mut Lanes, cases: &Cases, repeats: usize) -> [Option<Spre
             let reach = cases.list[0].reach;
             let next: Vec<Vec<f64>> =
                 rows.iter().enumerate().map(|(at, values)| moved(cases, values, reach, &solutions, at)).collect();
-            Some(batch(cases, &next))
+            Some(batch(&cases.plan, &next))
         });
     }
     let each = |Spread { p5, median, p95 }: Spread| {
@@ -237,7 +239,7 @@ pub fn measure(cases: &Cases, repeats: usize) -> Result<Vec<Row>, CommandError> 
     let (mut engine, steps) = engine(cases)?;
     let mut contenders: Vec<Contender> = baselines.iter().map(|baseline| Contender::new(baseline, cases)).collect();
     let rows: Vec<Vec<f64>> = cases.list.iter().map(|case| case.values.clone()).collect();
-    let solutions = engine.solve(&batch(cases, &rows))?;
+    let solutions = engine.solve(&batch(&cases.plan, &rows))?;
     let mut errors = Errors::default();
     for (sample, case) in cases.list.iter().enumerate() {
         if solutions.status(sample).is_success() {
@@ -246,11 +248,17 @@ pub fn measure(cases: &Cases, repeats: usize) -> Result<Vec<Row>, CommandError> 
             errors.failed += 1;
         }
     }
+    let options = engine.plan().options;
+    let mut continued = [
+        Continued::new(cases, options, 1, InstructionSet::for_one())?,
+        Continued::new(cases, options, TOGETHER, InstructionSet::available()[0])?,
+    ];
     let mut single = [Stopwatch::new(cases.list.len()), Stopwatch::new(cases.list.len())];
     for _ in 0..repeats {
         for index in 0..cases.list.len() {
             contenders.iter_mut().for_each(|contender| contender.time(index, cases));
             time_single(&mut engine, cases, index, &mut single);
+            continued.iter_mut().for_each(|continued| continued.time(index));
         }
     }
     let batched = time_batch(&mut engine, cases, repeats);
@@ -268,6 +276,9 @@ pub fn measure(cases: &Cases, repeats: usize) -> Result<Vec<Row>, CommandError> 
             times: [None, None, cold, control],
             published: [None; 4],
         });
+    }
+    for continued in continued {
+        rows.push(continued.row()?);
     }
     Ok(rows)
 }

@@ -2,6 +2,7 @@
 //! beside this program's CPU engine, all at a stated accuracy.
 
 mod cases;
+mod continued;
 mod measure;
 mod methods;
 mod show;
@@ -22,6 +23,9 @@ const TOLERANCE: f64 = 1e-6;
 const CHAIN_TOLERANCES: [f64; 2] = [1e-3, 1e-4];
 /// Samples of a batch of the engine.
 const BATCH: usize = 4096;
+
+/// Configurations of a call where several are continued: the points that `rodsweep control` solves together.
+const TOGETHER: usize = 8;
 
 /// What was measured, and where.
 struct Comparison {

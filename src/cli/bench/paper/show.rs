@@ -3,10 +3,12 @@
 use super::cases::{CURRENT, NEAR, REACH, SMALL_COLUMN};
 use super::measure::{Row, Spread, TIMED};
 use super::methods::PAPER;
-use super::{BATCH, CHAIN_TOLERANCES, Comparison, TOLERANCE};
+use super::{BATCH, CHAIN_TOLERANCES, Comparison, TOGETHER, TOLERANCE};
 use rodsweep::report::{Table, engineering};
 use serde_json::{Value, json};
 
+/// Beside published figures, too, though without any.
+const OURS: &str = "this program, continued";
 /// Headers of the times.
 const HEADERS: [&str; 4] = ["Jacobian", "warm", "from rest", "control step"];
 
@@ -78,13 +80,16 @@ fn published(comparison: &Comparison) -> (Vec<String>, Vec<Vec<String>>) {
     for what in [0, 3] {
         let reference = comparison.rows.iter().find(|row| row.method == PAPER).and_then(|row| row.published[what]);
         for row in &comparison.rows {
-            let (Some(theirs), Some(ours)) = (row.published[what], row.times[what]) else { continue };
+            let is_beside = row.published[what].is_some() || row.method.starts_with(OURS);
+            let Some(ours) = row.times[what].filter(|_| is_beside) else { continue };
+            let theirs = row.published[what];
+            let of_reference = theirs.zip(reference).map(|(theirs, reference)| ratio(theirs / reference));
             let here = paper(&comparison.rows, what).map(|paper| ratio(ours.median / paper));
             rows.push(vec![
                 row.method.clone(),
                 HEADERS[what].into(),
-                time(theirs),
-                reference.map_or("-".into(), |reference| ratio(theirs / reference)),
+                theirs.map_or("-".into(), time),
+                of_reference.unwrap_or("-".into()),
                 time(ours.median),
                 here.unwrap_or("-".into()),
             ]);
@@ -123,9 +128,11 @@ fn notes(comparison: &Comparison) -> Vec<String> {
             100.0 * REACH
         ),
         format!(
-            "This program solves from rest every time, checks stability and estimates its error; its control step is \
-             one such solve with Jacobian and the update. Batches of {BATCH} are given per configuration, their spread \
-             is over repeats."
+            "This program checks stability and estimates its error every time. One a call and in batches it solves from \
+             rest; continued it starts from the base moment near by, and in a control step from the one that the \
+             derivatives predict, as `rodsweep control` does: one a call where a target is known when the last is \
+             reached, {TOGETHER} a call along a known trajectory. Its control step is the update and one such solve with \
+             Jacobian. Several a call are given per configuration, the spread of batches of {BATCH} is over repeats."
         ),
         "Steps of 0.2 mm are those of the solver that the paper's group has published: finer than what is asked \
          here."

@@ -1,0 +1,135 @@
+//! The engines of a controller: from rest, and from given base moments at the resolutions that it may need.
+
+use super::least_squares::Inputs;
+use super::{Control, ControlError, Task};
+use crate::backend::{Backend, BackendError, Precision};
+use crate::model::{Batch, Plan, PlanOptions, Quantity, Solutions, Stepper, Vector};
+use crate::study::MakeEngine;
+
+/// Resolutions that are tried, and the inputs they are tried at.
+pub(super) const STEPS: [usize; 11] = [2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64];
+const FEWEST_RK4: usize = 16;
+const PROBES: usize = 64;
+/// Near a fold the coarse grid on which a search begins may end too far from the fine one; that of so many steps does not.
+const CAREFUL_STEPS: usize = 16;
+/// Error of the integration over the tolerance of the tip.
+pub(super) const SHARE: f64 = 0.5;
+
+/// Looks for equilibria near given base moments.
+pub(super) struct Search {
+    plan: Plan,
+    pub engine: Box<dyn Backend>,
+    /// For one at a time.
+    single: Option<Box<dyn Backend>>,
+}
+
+impl Control {
+    /// More steps, until those of the probes that are solved have small errors, or more steps do not help.
+    pub(super) fn refine(&mut self, tolerance: f64, make: &mut MakeEngine) -> Result<(), ControlError> {
+        let probes: Vec<Inputs> = (0..PROBES).map(|k| self.task.lattice(k)).collect();
+        let mut least = f64::INFINITY;
+        let fewest = if self.plan.options.stepper == Stepper::Rk4 { FEWEST_RK4 } else { 0 };
+        for steps in STEPS.into_iter().filter(|steps| *steps >= fewest) {
+            let plan = self.plan.with_options(PlanOptions { steps, ..self.plan.options });
+            let before = std::mem::replace(&mut self.plan, plan);
+            let engine = std::mem::replace(&mut self.rest, make(&self.plan)?);
+            let solutions = self.solve_from_rest(&probes)?;
+            let solved = (0..PROBES).filter(|row| solutions.status(*row).is_success());
+            let error = solved.map(|row| solutions.get(row, Quantity::ErrorEstimate)).fold(0.0, f64::max);
+            if error > 0.5 * least && self.precision == Precision::F32 {
+                (self.plan, self.rest) = (before, engine);
+                break;
+            }
+            least = error;
+            if error <= tolerance {
+                break;
+            }
+        }
+        let plan = self.plan.with_lone_starts();
+        self.searches = vec![Search { engine: make(&plan)?, plan, single: None }];
+        Ok(())
+    }
+
+    /// Makes trajectories quick and thorough: an engine for single searches, where that for many leaves most of itself
+    /// idle; engines of fewer steps, for rods that bend less than the limits permit; one of more, where points are missed.
+    pub fn for_trajectories(mut self, many: &mut MakeEngine, single: &mut MakeEngine) -> Result<Control, ControlError> {
+        let fewest = if self.plan.options.stepper == Stepper::Rk4 { FEWEST_RK4 } else { 0 };
+        let most = self.plan.options.steps;
+        self.searches.clear();
+        for steps in STEPS.into_iter().filter(|steps| (fewest..=most).contains(steps)).chain(self.careful_steps()) {
+            self.searches.push(self.search(steps, many, Some(single))?);
+        }
+        self.resolution = self.searches.iter().position(|search| search.plan.options.steps == most).unwrap_or(0);
+        Ok(self)
+    }
+
+    /// Makes targets thorough: an engine of more steps, for those that are missed by little.
+    pub fn for_targets(mut self, make: &mut MakeEngine) -> Result<Control, ControlError> {
+        if let Some(steps) = self.careful_steps() {
+            self.searches.push(self.search(steps, make, None)?);
+        }
+        Ok(self)
+    }
+
+    fn careful_steps(&self) -> Option<usize> {
+        Some(CAREFUL_STEPS).filter(|steps| *steps > self.plan.options.steps)
+    }
+
+    fn search(
+        &self,
+        steps: usize,
+        make: &mut MakeEngine,
+        single: Option<&mut MakeEngine>,
+    ) -> Result<Search, BackendError> {
+        let plan = self.plan.with_options(PlanOptions { steps, ..self.plan.options }).with_lone_starts();
+        let single = single.map(|make| make(&plan)).transpose()?;
+        Ok(Search { engine: make(&plan)?, single, plan })
+    }
+
+    /// Error of the integration that is small beside the tolerance, over the rod's length.
+    pub(super) fn fine_enough(&self) -> f64 {
+        SHARE * self.task.options.tolerance / self.task.length
+    }
+
+    /// Equilibria from rest.
+    pub(super) fn solve_from_rest(&mut self, rows: &[Inputs]) -> Result<Solutions, BackendError> {
+        let mut all = Solutions::new(&self.plan, rows.len());
+        let size = self.rest.batch_size();
+        let task = &self.task;
+        for (chunk, rows) in rows.chunks(size).enumerate() {
+            let values = |i: usize, row: &mut [f64]| (0..row.len()).for_each(|k| row[k] = task.value(k, rows[i][k]));
+            let batch = self.plan.batch(rows.len(), values);
+            copy_rows(&mut all, chunk * size, &self.rest.solve(&batch)?);
+        }
+        Ok(all)
+    }
+
+    /// Equilibria near given base moments.
+    pub(super) fn continued(&mut self, rows: &[(Inputs, Vector)], found: &mut Solutions) -> Result<(), BackendError> {
+        let Search { plan, engine, single } = &mut self.searches[self.resolution];
+        let engine = single.as_mut().filter(|_| rows.len() == 1).unwrap_or(engine);
+        let size = engine.batch_size();
+        if rows.len() <= size {
+            return engine.solve_into(&search_batch(&self.task, plan, rows), found);
+        }
+        *found = Solutions::new(plan, rows.len());
+        for (chunk, rows) in rows.chunks(size).enumerate() {
+            copy_rows(found, chunk * size, &engine.solve(&search_batch(&self.task, plan, rows))?);
+        }
+        Ok(())
+    }
+}
+
+fn search_batch(task: &Task, plan: &Plan, rows: &[(Inputs, Vector)]) -> Batch {
+    let values = |i: usize, row: &mut [f64]| (0..row.len()).for_each(|k| row[k] = task.value(k, rows[i].0[k]));
+    let mut batch = plan.batch(rows.len(), values);
+    let first = plan.input_count - 3;
+    for (i, (_, m0)) in rows.iter().enumerate() {
+        (0..3).for_each(|a| batch.inputs.set(i, first + a, m0[a]));
+    }
+    batch
+}
+
+fn copy_rows(to: &mut Solutions, first: usize, from: &Solutions) {
+    (0..from.sample_count()).for_each(|row| to.copy_row(first + row, from, row));
+}
