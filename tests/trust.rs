@@ -19,7 +19,7 @@ const ENGINES: [(BackendKind, Precision, Stepper, f64); 4] = [
     (BackendKind::Cpu, Precision::F64, Stepper::Tp7, TOLERANCE),
     (BackendKind::Cpu, Precision::F32, Stepper::Tp6, 2e-5),
     (BackendKind::Gpu, Precision::F64, Stepper::Dop853, TOLERANCE),
-    (BackendKind::Gpu, Precision::F32, Stepper::Rk4, 2e-5),
+    (BackendKind::Gpu, Precision::F32, Stepper::Tp6, 2e-5),
 ];
 /// Steps of the second attempt that `run` makes.
 const SECOND_STEPS: usize = 24;

@@ -28,15 +28,15 @@ pub fn measure(problem: &Problem, session: &mut Session) -> Result<(), CommandEr
 }
 
 fn on_engine(problem: &Problem, engine: Engine, session: &mut Session) -> Result<(), CommandError> {
-    let (stepper, steps): (Stepper, &[usize]) = match engine.precision {
-        Precision::F32 => (Stepper::Rk4, &[8, 12, 24]),
-        Precision::F64 => (Stepper::Dop853, &[2, 4]),
+    let methods = match engine.precision {
+        Precision::F32 => [(Stepper::Tp6, 2), (Stepper::Tp6, 3), (Stepper::Rk4, 12)],
+        Precision::F64 => [(Stepper::Tp7, 2), (Stepper::Dop853, 2), (Stepper::Dop853, 4)],
     };
     let few = engine.is_software() || session.quick;
     let samples = if few { FEW } else { SAMPLES };
-    for steps in steps.iter().take(if few { 1 } else { steps.len() }) {
+    for (stepper, steps) in methods.into_iter().take(if few { 1 } else { methods.len() }) {
         let tolerance = engine.finest().max(1e-6);
-        let options = PlanOptions { stepper, steps: *steps, tolerance, ..PlanOptions::default() };
+        let options = PlanOptions { stepper, steps, tolerance, ..PlanOptions::default() };
         for work in [Work::Tip, Work::Cold, Work::Warm] {
             let (plan, batch) = (problem.plan(work, options)?, problem.batch(work, samples)?);
             point(work.name(), engine, &plan, &batch, session)?;

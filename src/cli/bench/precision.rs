@@ -40,8 +40,11 @@ pub fn measure(problem: &Problem, session: &mut Session) -> Result<(), CommandEr
                     steps = steps.into_iter().skip(1).step_by(2).collect();
                 }
                 if engine.is_software() {
-                    let pairs = (stepper.order() <= 4) == (engine.precision == Precision::F32);
-                    steps.truncate(if pairs { software_steps(spec, engine, session.quick) } else { 0 });
+                    let suits = match engine.precision {
+                        Precision::F32 => stepper == Stepper::Tp6,
+                        Precision::F64 => stepper == Stepper::Dop853,
+                    };
+                    steps.truncate(if suits { software_steps(spec, engine, session.quick) } else { 0 });
                 }
                 curve(problem, work, engine, stepper, &steps, session)?;
             }

@@ -236,7 +236,7 @@ fn time_batch(engine: &mut Lanes, cases: &Cases, repeats: usize) -> [Option<Spre
 /// Every method's row, baselines first.
 pub fn measure(cases: &Cases, repeats: usize) -> Result<Vec<Row>, CommandError> {
     let baselines = baselines(cases);
-    let (mut engine, steps) = engine(cases)?;
+    let mut engine = engine(cases)?;
     let mut contenders: Vec<Contender> = baselines.iter().map(|baseline| Contender::new(baseline, cases)).collect();
     let rows: Vec<Vec<f64>> = cases.list.iter().map(|case| case.values.clone()).collect();
     let solutions = engine.solve(&batch(&cases.plan, &rows))?;
@@ -268,7 +268,7 @@ pub fn measure(cases: &Cases, repeats: usize) -> Result<Vec<Row>, CommandError> 
         rows.push(Row {
             method: format!("this program, {what}"),
             tolerance: TOLERANCE,
-            resolution: format!("{}, {steps} steps", engine.plan().options.stepper.name()),
+            resolution: format!("{}, {} steps", engine.plan().options.stepper.name(), engine.plan().options.steps),
             samples: cases.list.len(),
             other_branch: errors.other_branch,
             failed: errors.failed,

@@ -109,16 +109,19 @@ pub fn baselines(cases: &Cases) -> Vec<Baseline> {
     found
 }
 
-/// The CPU engine at the fewest steps that meet the tolerance.
-pub fn engine(cases: &Cases) -> Result<(Lanes, usize), CommandError> {
+/// The CPU engine in the settings with the fewest stages that meet the tolerance.
+pub fn engine(cases: &Cases) -> Result<Lanes, CommandError> {
     let batch = cases.plan.batch(cases.list.len(), |sample, row| {
         if let Some(case) = cases.list.get(sample) {
             row.copy_from_slice(&case.values);
         }
     });
+    let all = Stepper::ALL.into_iter().flat_map(|stepper| STEPS.map(|steps| (stepper, steps)));
+    let mut all: Vec<(Stepper, usize)> = all.filter(|(stepper, _)| stepper.order() > 4).collect();
+    all.sort_by_key(|(stepper, steps)| stepper.stage_count() * steps);
     let mut last = None;
-    for steps in STEPS {
-        let options = PlanOptions { tolerance: TOLERANCE, stepper: Stepper::Dop853, steps, ..cases.plan.options };
+    for (stepper, steps) in all {
+        let options = PlanOptions { tolerance: TOLERANCE, stepper, steps, ..cases.plan.options };
         let mut engine = Lanes::new(&cases.plan.with_options(options), Precision::F64)?;
         let solutions = engine.solve(&batch)?;
         let error = |(sample, case): (usize, &Case)| {
@@ -127,7 +130,7 @@ pub fn engine(cases: &Cases) -> Result<(Lanes, usize), CommandError> {
         };
         let mut errors: Vec<f64> = cases.list.iter().enumerate().map(error).collect();
         let meets = p95(&mut errors) <= TOLERANCE;
-        last = Some((engine, steps));
+        last = Some(engine);
         if meets {
             break;
         }
