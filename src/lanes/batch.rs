@@ -92,9 +92,12 @@ impl Lanes {
         let mut left = Vec::new();
         let job = Job { program: &self.program, inputs, bad, careful, order, left: &mut left, values, memory };
         S::run(self.arch, job);
-        for ((to, from), scale) in out.chunks_mut(BLOCK).zip(values.chunks(BLOCK)).zip(scales) {
-            for (value, place) in from.iter().zip(&*order) {
-                to[place % BLOCK] = value.to_f64() * scale;
+        // A place in a block is a byte, which needs no check.
+        let places: Vec<u8> = order.iter().map(|place| *place as u8).collect();
+        let columns = out.as_chunks_mut::<BLOCK>().0.iter_mut().zip(values.chunks_exact(BLOCK));
+        for ((to, from), scale) in columns.zip(scales) {
+            for (value, place) in from.iter().zip(&places) {
+                to[usize::from(*place)] = value.to_f64() * scale;
             }
         }
         for axis in 0..3 {
