@@ -77,7 +77,7 @@ fn every_instruction_set() {
 #[test]
 fn gpu_f32() {
     let Some(_) = device_or_skip("golden scenes on the GPU") else { return };
-    let options = PlanOptions { tolerance: 1e-6, stepper: Stepper::Tp6, steps: 16, ..PlanOptions::default() };
+    let options = PlanOptions { tolerance: 1e-6, stepper: Stepper::Rk4, steps: 96, ..PlanOptions::default() };
     let make = |plan: &Plan| {
         let device = device_or_skip("golden scenes on the GPU").expect("it was there before");
         Box::new(Gpu::new(device, plan, Precision::F32).expect("supported")) as Box<dyn Backend>
