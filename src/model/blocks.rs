@@ -1,5 +1,7 @@
 //! Array of structures of arrays: samples in blocks of `BLOCK`, each block column by column.
 
+use std::ops::Range;
+
 /// Samples in one block. A multiple of every SIMD width and of the GPU workgroup size.
 pub const BLOCK: usize = 256;
 
@@ -60,6 +62,18 @@ impl<T: Copy + Default> Blocks<T> {
 
     pub fn data_mut(&mut self) -> &mut [T] {
         &mut self.data
+    }
+
+    /// One column over a range of samples, as one slice for each block.
+    pub fn runs(&self, column: usize, range: Range<usize>) -> impl Iterator<Item = &[T]> + '_ {
+        let mut start = range.start;
+        std::iter::from_fn(move || {
+            let end = range.end.min((start / BLOCK + 1) * BLOCK);
+            let len = end.checked_sub(start).filter(|len| *len > 0)?;
+            let first = self.index(start, column);
+            start = end;
+            Some(&self.data[first..first + len])
+        })
     }
 
     /// One column over all samples.

@@ -71,6 +71,20 @@ pub(super) fn touched_entries(parameter: Parameter, scene: &Scene, rod: &Rod, sw
     }
 }
 
+/// Segments of a scene whose numbers follow from a parameter.
+pub(super) fn touched_segments(parameter: Parameter, scene: &Scene) -> Range<usize> {
+    match parameter {
+        Parameter::Insertion => 0..1,
+        Parameter::Segment(index, _) => index..index + 1,
+        Parameter::Gravity(_) | Parameter::DistributedForce(_) | Parameter::FluidDensity => 0..scene.segments.len(),
+        Parameter::BasePosition(_)
+        | Parameter::BaseRotation(_)
+        | Parameter::FluxDensity(_)
+        | Parameter::TipForce(_)
+        | Parameter::TipMoment(_) => 0..0,
+    }
+}
+
 /// Entries that change with the length of a segment: nodes cut it into pieces, whose values follow.
 fn with_length(record: &Record, index: usize) -> Vec<usize> {
     let is_cut = record.scene.piece_indices(index).len() > 1;

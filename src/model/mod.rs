@@ -14,6 +14,7 @@ mod profile;
 mod recipe;
 mod rest_shape;
 pub mod rod;
+mod sample;
 mod scene;
 mod segment_chain;
 mod segment_parameter;

@@ -3,7 +3,8 @@
 use super::dependence::{changes_chain, touched_entries};
 use super::plan_parts::{free_part, is_forward, natural_units, segment_plans, terms_of};
 use super::rest_shape::{REST_POSE, rest_pose};
-use super::rod::{BASE_RECORD, Slot};
+use super::rod::Slot;
+use super::sample::{Sample, set_axes};
 use super::starts::SEARCH_ENTRIES;
 use super::{
     BLOCK, Blocks, MOST_ROWS, Parameter, ParameterError, Quantity, Rod, Scene, SceneError, SegmentKind, Stepper, Units,
@@ -267,23 +268,19 @@ impl Plan {
         let mut inputs = Blocks::new(self.input_count, sample_count);
         let mut bad = vec![false; sample_count];
         let block_len = inputs.block_len().max(1);
-        let fill = |block: usize, out: &mut [f64], bad: &mut [bool]| {
-            let mut scene = self.scene.clone();
-            let mut row = vec![0.0; self.axes.len()];
-            let mut entries = Vec::with_capacity(self.entries.len());
-            for (lane, bad) in bad.iter_mut().enumerate() {
-                values(block * BLOCK + lane, &mut row);
-                *bad = !self.sample_entries(&row, &mut scene, &mut entries);
-                for (entry, value) in self.entries.iter().zip(&entries) {
-                    if let Entry::Varying(column) = entry {
-                        out[column * BLOCK + lane] = *value;
-                    }
-                }
-            }
-        };
         if self.input_count == 0 {
             return Batch { inputs, bad };
         }
+        let first = Sample::new(self);
+        let fill = |block: usize, out: &mut [f64], bad: &mut [bool]| {
+            let mut sample = first.clone();
+            let mut row = vec![0.0; self.axes.len()];
+            for (lane, bad) in bad.iter_mut().enumerate() {
+                values(block * BLOCK + lane, &mut row);
+                *bad = !sample.set(&row);
+                sample.varying().for_each(|(column, value)| out[column * BLOCK + lane] = value);
+            }
+        };
         inputs
             .data_mut()
             .par_chunks_mut(block_len)
@@ -296,39 +293,8 @@ impl Plan {
     /// The scene with a sample's axis values in place. Insertion is applied after the other lengths.
     pub fn sample_scene(&self, row: &[f64]) -> Scene {
         let mut scene = self.scene.clone();
-        self.set_axes(row, &mut scene);
+        set_axes(self, row, &mut scene);
         scene
-    }
-
-    fn set_axes(&self, row: &[f64], scene: &mut Scene) {
-        let values = self.axes.iter().zip(row).flat_map(|(axis, value)| axis.iter().map(|p| (*p, *value)));
-        // Every swept parameter was set once when the plan was made.
-        let _ = Parameter::set_all(scene, values);
-    }
-
-    /// Entries of one sample, SI; false, with the plan's own entries, where the values make no rod.
-    fn sample_entries(&self, row: &[f64], scene: &mut Scene, entries: &mut Vec<f64>) -> bool {
-        self.set_axes(row, scene);
-        let mut rod = scene.rod();
-        let valid = rod.is_valid();
-        if !valid {
-            *scene = self.scene.clone();
-            rod = scene.rod();
-        }
-        rod.write_record(entries);
-        if let Some(free) = self.free {
-            entries.extend(rest_pose(&rod.segments[free.segment..]));
-        }
-        for derivative in &self.derivatives {
-            let end = entries.len() + derivative.terms.len();
-            let first = derivative.terms.first().map(|(_, entry)| self.entries[*entry]);
-            if let Some(Entry::Varying(_)) = first {
-                entries.extend(derivative.parameter.chain(scene).iter().map(|(_, rate)| rate));
-            }
-            // Constant coefficients are not read from here; a segment shrunk to nothing has fewer.
-            entries.resize(end, 0.0);
-        }
-        valid
     }
 
     /// Value of an entry for one sample of a batch, SI.
@@ -342,9 +308,13 @@ impl Plan {
     /// The rod of one sample of a batch.
     pub fn sample_rod(&self, batch: &Batch, sample: usize) -> Rod {
         let mut rod = self.scene.rod();
-        let record: Vec<f64> = (0..self.record_len()).map(|entry| self.entry(batch, sample, entry)).collect();
-        rod.read_record(&record);
+        self.read_sample_rod(batch, sample, &mut rod);
         rod
+    }
+
+    /// The same into a rod of this plan.
+    pub fn read_sample_rod(&self, batch: &Batch, sample: usize, rod: &mut Rod) {
+        rod.read_record(|entry| self.entry(batch, sample, entry));
     }
 
     /// Rows of one derivative: tip position, tip rotation and, where they are wanted, base moment.
@@ -355,13 +325,6 @@ impl Plan {
     /// Columns of the solutions.
     pub fn output_count(&self) -> usize {
         Quantity::COUNT + self.rows() * self.derivatives.len()
-    }
-
-    /// Entries of the rod's record, before the coefficients.
-    pub fn record_len(&self) -> usize {
-        self.segments.last().map_or(BASE_RECORD, |last| {
-            last.record + if last.is_flexible { super::FLEXIBLE_RECORD } else { super::RIGID_RECORD }
-        })
     }
 
     /// Unit of each entry in the plan's units: divide an SI value by it.

@@ -237,9 +237,9 @@ impl Rod {
         }
     }
 
-    /// Reads back what [`Rod::write_record`] wrote; `self` gives the kinds of the segments.
-    pub fn read_record(&mut self, record: &[f64]) {
-        let vector = |at: usize| -> Vector { [record[at], record[at + 1], record[at + 2]] };
+    /// Reads back what [`Rod::write_record`] wrote, entry by entry; `self` gives the kinds of the segments.
+    pub fn read_record(&mut self, record: impl Fn(usize) -> f64) {
+        let vector = |at: usize| -> Vector { [record(at), record(at + 1), record(at + 2)] };
         let (d1, t) = (vector(0), vector(3));
         let d2 = [t[1] * d1[2] - t[2] * d1[1], t[2] * d1[0] - t[0] * d1[2], t[0] * d1[1] - t[1] * d1[0]];
         self.base_rotation = std::array::from_fn(|row| [d1[row], d2[row], t[row]]);
@@ -253,7 +253,7 @@ impl Rod {
             at += segment.record_len();
             *segment = match segment {
                 RodSegment::Flexible(_) => RodSegment::Flexible(FlexibleRod {
-                    length: record[start],
+                    length: record(start),
                     stiffness: vector(start + STIFFNESS_AT),
                     stiffness_rise: vector(start + STIFFNESS_RISE_AT),
                     rest_curvature: vector(start + REST_CURVATURE_AT),
@@ -263,7 +263,7 @@ impl Rod {
                     shear_compliance: vector(start + SHEAR_COMPLIANCE_AT),
                 }),
                 RodSegment::Rigid(_) => RodSegment::Rigid(RigidRod {
-                    length: record[start],
+                    length: record(start),
                     dipole: vector(start + DIPOLE_AT),
                     weight: vector(start + WEIGHT_AT),
                 }),

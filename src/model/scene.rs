@@ -211,6 +211,25 @@ impl Scene {
 
     /// The mechanics of this scene: stiffness, dipole and load of every segment.
     pub fn rod(&self) -> Rod {
+        let mut segments = Vec::new();
+        for index in 0..self.segments.len() {
+            self.each_rod_segment(index, |segment| segments.push(segment));
+        }
+        self.rod_of(segments)
+    }
+
+    /// Brings a rod of this scene up to date after some segments, each given with its first piece, and whatever is not
+    /// of a segment have changed.
+    pub(super) fn update_rod(&self, rod: &mut Rod, changed: &[(usize, usize)]) {
+        let mut segments = std::mem::take(&mut rod.segments);
+        for (index, first) in changed {
+            let mut places = segments[*first..].iter_mut();
+            self.each_rod_segment(*index, |segment| places.next().into_iter().for_each(|place| *place = segment));
+        }
+        *rod = self.rod_of(segments);
+    }
+
+    fn rod_of(&self, segments: Vec<RodSegment>) -> Rod {
         Rod {
             base_position: self.base.position,
             base_rotation: rotation_matrix(self.base.rotation),
@@ -218,12 +237,11 @@ impl Scene {
             tip_force: self.loads.tip_force.unwrap_or_default(),
             tip_moment: self.loads.tip_moment.unwrap_or_default(),
             rigid_force_arm: self.rigid_force_arm,
-            segments: (0..self.segments.len()).flat_map(|index| self.rod_segments(index)).collect(),
+            segments,
         }
     }
 
-    fn rod_segments(&self, index: usize) -> Vec<RodSegment> {
-        let pieces = self.pieces(index);
+    fn each_rod_segment(&self, index: usize, mut put: impl FnMut(RodSegment)) {
         match &self.segments[index].kind {
             SegmentKind::Flexible(flexible) => {
                 let profile = flexible.stiffness.profile();
@@ -244,14 +262,14 @@ impl Scene {
                         shear_compliance: [1.0 / x, 1.0 / y, 1.0 / axial],
                     })
                 };
-                pieces.iter().map(segment).collect()
+                self.pieces(index).iter().map(segment).for_each(put);
             }
             SegmentKind::Rigid(rigid) => {
                 let length = self.segment_length(index);
                 let magnet = rigid.dipole_per_length.unwrap_or_default();
                 let coil = rigid.coil.map_or([0.0; 3], |coil| coil.dipole());
                 let dipole = std::array::from_fn(|axis| coil[axis] + magnet[axis] * length);
-                vec![RodSegment::Rigid(RigidRod { length, dipole, weight: self.weight(rigid, length) })]
+                put(RodSegment::Rigid(RigidRod { length, dipole, weight: self.weight(rigid, length) }));
             }
         }
     }

@@ -1,8 +1,6 @@
-//! Rows of a result as columns: the sample, its parameters, its status, quantities, derivatives.
+//! Tables of results: named columns of one kind each.
 
-use super::spec::{BranchChoice, Format, OutputQuantity, SweepSpec};
-use crate::backend::Precision;
-use crate::model::{Batch, Plan, Quantity, Solutions, Status, Vector, base_curvature};
+use crate::model::{Status, Vector};
 
 /// Values of one column; NaN stands for "none".
 #[derive(Clone, Debug, PartialEq)]
@@ -75,10 +73,36 @@ impl Values {
         }
     }
 
-    pub(super) fn append_row(&mut self, from: &Values, row: usize) {
+    /// Adds some rows of another column.
+    pub(super) fn append_rows(&mut self, from: &Values, rows: &[usize]) {
         match (self, from) {
-            (Values::Index(to), Values::Index(from)) => to.push(from[row]),
-            (to, from) => to.push(from.number(row)),
+            (Values::Index(to), Values::Index(from)) => to.extend(rows.iter().map(|row| from[*row])),
+            (Values::Double(to), Values::Double(from)) => to.extend(rows.iter().map(|row| from[*row])),
+            (Values::Single(to), Values::Single(from)) => to.extend(rows.iter().map(|row| from[*row])),
+            (Values::Status(to), Values::Status(from)) => to.extend(rows.iter().map(|row| from[*row])),
+            (Values::Flag(to), Values::Flag(from)) => to.extend(rows.iter().map(|row| from[*row])),
+            (to, from) => rows.iter().for_each(|row| to.push(from.number(*row))),
+        }
+    }
+
+    /// Room for more rows.
+    fn reserve(&mut self, rows: usize) {
+        match self {
+            Values::Index(values) => values.reserve(rows),
+            Values::Double(values) => values.reserve(rows),
+            Values::Single(values) => values.reserve(rows),
+            Values::Status(values) => values.reserve(rows),
+            Values::Flag(values) => values.reserve(rows),
+        }
+    }
+
+    fn clear(&mut self) {
+        match self {
+            Values::Index(values) => values.clear(),
+            Values::Double(values) => values.clear(),
+            Values::Single(values) => values.clear(),
+            Values::Status(values) => values.clear(),
+            Values::Flag(values) => values.clear(),
         }
     }
 
@@ -151,6 +175,16 @@ impl Table {
         Table { columns: self.columns.iter().map(empty).collect() }
     }
 
+    /// Room for more rows.
+    pub(super) fn reserve(&mut self, rows: usize) {
+        self.columns.iter_mut().for_each(|column| column.values.reserve(rows));
+    }
+
+    /// Forgets the rows and keeps their memory.
+    pub(super) fn clear(&mut self) {
+        self.columns.iter_mut().for_each(|column| column.values.clear());
+    }
+
     /// Adds the rows of a table of the same columns.
     pub fn append(&mut self, other: &Table) {
         if self.columns.is_empty() {
@@ -160,192 +194,6 @@ impl Table {
         for (to, from) in self.columns.iter_mut().zip(&other.columns) {
             to.values.append(&from.values);
         }
-    }
-}
-
-/// Which columns a sweep writes and how they follow from solutions.
-pub(super) struct Layout {
-    empty: Table,
-    quantities: Vec<OutputQuantity>,
-    derivative_count: usize,
-    has_branches: bool,
-    /// Axis of each parameter column.
-    parameter_axes: Vec<usize>,
-}
-
-/// One solution of a sample of a batch.
-#[derive(Clone, Copy)]
-pub(super) struct SolvedRow<'a> {
-    pub plan: &'a Plan,
-    pub batch: &'a Batch,
-    /// Sample of the batch.
-    pub sample: usize,
-    pub solutions: &'a Solutions,
-    pub row: usize,
-    pub branch: BranchCells,
-}
-
-/// What a row says about its place among the equilibria of its sample.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct BranchCells {
-    pub number: usize,
-    pub energy: Option<f64>,
-    pub from_rest: bool,
-    pub balanced: bool,
-}
-
-/// Only where every equilibrium is asked for: its number in its sample, and whether the list may be complete.
-pub(super) const BRANCH_COLUMN: &str = "branch";
-pub(super) const BALANCED_COLUMN: &str = "balanced";
-
-const XYZ: [&str; 3] = ["x", "y", "z"];
-
-impl Layout {
-    pub fn new(spec: &SweepSpec, precision: Precision) -> Layout {
-        let rows_are_written = spec.format != Format::None;
-        let quantities = if rows_are_written { spec.quantities.clone() } else { vec![OutputQuantity::TipPosition] };
-        let wrt = if rows_are_written { &spec.wrt[..] } else { &[] };
-        let mut columns = Vec::new();
-        let mut add = |name: String, unit: &str, values| columns.push(Column { name, unit: unit.into(), values });
-        let number = || match precision {
-            Precision::F32 => Values::Single(Vec::new()),
-            Precision::F64 => Values::Double(Vec::new()),
-        };
-        add("sample".into(), "", Values::Index(Vec::new()));
-        let mut parameter_axes = Vec::new();
-        for (axis, parameters) in spec.axes.iter().enumerate() {
-            for parameter in &parameters.parameters {
-                add(parameter.name(&spec.scene), parameter.unit(), Values::Double(Vec::new()));
-                parameter_axes.push(axis);
-            }
-        }
-        add("status".into(), "", Values::Status(Vec::new()));
-        let has_branches = spec.branch == BranchChoice::All;
-        if has_branches {
-            add(BRANCH_COLUMN.into(), "", Values::Index(Vec::new()));
-            // Equilibria differ by less than single precision may show.
-            add("energy".into(), "J", Values::Double(Vec::new()));
-            add("from_rest".into(), "", Values::Flag(Vec::new()));
-            add(BALANCED_COLUMN.into(), "", Values::Flag(Vec::new()));
-        }
-        for quantity in &quantities {
-            let mut vector = |name: &str, unit| {
-                for axis in XYZ {
-                    add(format!("{name}.{axis}"), unit, number());
-                }
-            };
-            match quantity {
-                OutputQuantity::TipPosition => vector("tip.position", "m"),
-                OutputQuantity::TipRotation => vector("tip.rotation", "rad"),
-                OutputQuantity::BaseCurvature => vector("base_curvature", "1/m"),
-                OutputQuantity::BaseMoment => vector("base_moment", "N·m"),
-                OutputQuantity::Stability => {
-                    add("stability.margin".into(), "", number());
-                    add("stable".into(), "", Values::Flag(Vec::new()));
-                }
-                OutputQuantity::ErrorEstimate => add("error_estimate".into(), "", number()),
-                OutputQuantity::Residual => add("residual".into(), "", number()),
-                OutputQuantity::Iterations => add("iterations".into(), "", number()),
-                OutputQuantity::LoadFraction => add("load_fraction".into(), "", number()),
-            }
-        }
-        for parameter in wrt {
-            let (name, unit) = (parameter.name(&spec.scene), parameter.unit());
-            for (what, of) in [("tip.position", "m"), ("tip.rotation", "rad")] {
-                for axis in XYZ {
-                    add(format!("d({what}.{axis})/d({name})"), &quotient(of, unit), number());
-                }
-            }
-        }
-        Layout { empty: Table { columns }, quantities, derivative_count: wrt.len(), has_branches, parameter_axes }
-    }
-
-    /// The columns without rows.
-    pub fn empty(&self) -> &Table {
-        &self.empty
-    }
-
-    /// Name, unit and kind of every column, as text.
-    pub fn schema(&self) -> String {
-        let kind = |values: &Values| match values {
-            Values::Index(_) => "u64",
-            Values::Double(_) => "f64",
-            Values::Single(_) => "f32",
-            Values::Status(_) => "string",
-            Values::Flag(_) => "bool",
-        };
-        let columns = self.empty.columns.iter();
-        columns.map(|column| format!("{} [{}] {}\n", column.name, column.unit, kind(&column.values))).collect()
-    }
-
-    /// Adds a row of one sample: `values` of its axes, and a solution.
-    pub fn push(&self, table: &mut Table, index: u64, values: &[f64], solved: &SolvedRow) {
-        let SolvedRow { plan, batch, sample, solutions, row: at, branch } = *solved;
-        let status = solutions.status(at);
-        let mut columns = table.columns.iter_mut().map(|column| &mut column.values);
-        if let Some(Values::Index(samples)) = columns.next() {
-            samples.push(index);
-        }
-        let mut put = |value: f64| {
-            if let Some(column) = columns.next() {
-                column.push(value);
-            }
-        };
-        for axis in &self.parameter_axes {
-            put(values[*axis]);
-        }
-        put(f64::from(status.code()));
-        if self.has_branches {
-            put(branch.number as f64);
-            put(branch.energy.unwrap_or(f64::NAN));
-            put(f64::from(branch.from_rest));
-            put(f64::from(branch.balanced));
-        }
-        // A row that is no equilibrium carries no numbers; a number that is not finite is none.
-        let is_known = solutions.is_equilibrium(at);
-        let known = |value: f64| if is_known && value.is_finite() { value } else { f64::NAN };
-        let scalar = |quantity| known(solutions.get(at, quantity));
-        for quantity in &self.quantities {
-            match quantity {
-                OutputQuantity::TipPosition => {
-                    solutions.vector(at, Quantity::TipPosition).into_iter().for_each(|x| put(known(x)));
-                }
-                OutputQuantity::TipRotation => {
-                    rotation_vector(&solutions.tip_rotation(at)).into_iter().for_each(|x| put(known(x)));
-                }
-                OutputQuantity::BaseCurvature => {
-                    let rod = plan.sample_rod(batch, sample);
-                    let u = base_curvature(&rod, solutions.vector(at, Quantity::BaseMoment));
-                    u.into_iter().for_each(|x| put(known(x)));
-                }
-                OutputQuantity::BaseMoment => {
-                    solutions.vector(at, Quantity::BaseMoment).into_iter().for_each(|x| put(known(x)));
-                }
-                OutputQuantity::Stability => {
-                    put(scalar(Quantity::StabilityMargin));
-                    let index = scalar(Quantity::StabilityIndex);
-                    put(if index.is_nan() { f64::NAN } else { f64::from(u8::from(index == 0.0)) });
-                }
-                OutputQuantity::ErrorEstimate => put(scalar(Quantity::ErrorEstimate)),
-                OutputQuantity::Residual => put(scalar(Quantity::Residual)),
-                OutputQuantity::Iterations => put(scalar(Quantity::Iterations)),
-                OutputQuantity::LoadFraction => put(scalar(Quantity::LoadFraction)),
-            }
-        }
-        for derivative in 0..self.derivative_count {
-            for row in 0..6 {
-                put(known(solutions.derivative(at, derivative, row)));
-            }
-        }
-    }
-}
-
-/// Unit of a derivative: `m/A`, `m/(kg/m)`.
-fn quotient(of: &str, by: &str) -> String {
-    match by {
-        "" => of.into(),
-        _ if by.contains(['/', '·']) => format!("{of}/({by})"),
-        _ => format!("{of}/{by}"),
     }
 }
 

@@ -11,6 +11,7 @@ mod directory;
 mod error;
 mod fallback;
 mod import;
+mod layout;
 mod manifest;
 mod number_table;
 mod pilot;

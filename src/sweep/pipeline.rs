@@ -1,19 +1,20 @@
 //! The overlapping stages of a run: build batches, solve, finish rows, write. Each queue holds one item.
 
-use super::branches::{BranchSearch, Branches};
+use super::branches::{Branch, BranchSearch, Branches};
 use super::check::Kept;
-use super::columns::{BranchCells, Layout, SolvedRow, Table};
+use super::columns::Table;
 use super::directory::RunRecord;
 use super::error::SweepError;
+use super::layout::{BranchCells, Layout, Rows};
 use super::reduce::Reduction;
 use super::refine::Refiners;
-use super::run::{Progress, RunOptions, Timings};
+use super::run::{CHUNK, Progress, RunOptions, Timings};
 use super::sampling::Sampler;
 use super::spec::{Format, SweepSpec};
 use crate::backend::{Backend, Returned};
 use crate::model::{Batch, Plan, Quantity, Solutions};
-use rayon::prelude::*;
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::ops::Range;
+use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
 use std::time::{Duration, Instant};
 
 /// Consecutive samples of one chunk within a batch.
@@ -65,17 +66,21 @@ fn index_at(pieces: &[Piece], at: usize) -> Option<u64> {
 }
 
 /// Runs the four stages; returns the busy seconds of building, solving and writing.
+///
+/// Solutions and tables go back to where they come from, since fresh memory takes longer to get than to fill.
 pub(super) fn pipeline(
     jobs: Vec<Vec<Piece>>,
     backend: &mut dyn Backend,
     finisher: &mut Finisher,
-    write: impl Fn(u64, Table) -> Result<(), SweepError> + Send,
+    mut write: impl FnMut(u64, &Table) -> Result<(), SweepError> + Send,
 ) -> Result<(f64, f64, f64), SweepError> {
     let (plan, sampler, options) = (finisher.plan, finisher.sampler, finisher.options);
     std::thread::scope(|scope| {
         let (built, to_solve) = sync_channel::<Job>(1);
         let (solved, to_finish) = sync_channel::<(Job, Solutions)>(1);
         let (finished, to_write) = sync_channel::<(u64, Table)>(1);
+        let (used_solutions, spare_solutions) = channel::<Solutions>();
+        let (used_tables, spare_tables) = channel::<Table>();
         let builder = scope.spawn(move || {
             let mut busy = Duration::ZERO;
             for pieces in jobs {
@@ -93,17 +98,19 @@ pub(super) fn pipeline(
             }
             busy.as_secs_f64()
         });
-        let finishing = scope.spawn(move || finisher.finish_all(to_finish, finished));
+        let finishing = scope.spawn(move || finisher.finish_all(to_finish, &finished, &spare_tables, &used_solutions));
         let writer = scope.spawn(move || -> Result<f64, SweepError> {
             let mut busy = Duration::ZERO;
             for (chunk, table) in to_write {
                 let begin = Instant::now();
-                write(chunk, table)?;
+                write(chunk, &table)?;
                 busy += begin.elapsed();
+                // The finisher may be done.
+                let _ = used_tables.send(table);
             }
             Ok(busy.as_secs_f64())
         });
-        let solving = solve_all(backend, options, to_solve, solved);
+        let solving = solve_all(backend, options, to_solve, solved, &spare_solutions);
         // A stage that fails drops its queue, which ends the others; the error nearest the disk is the cause.
         let build = builder.join().unwrap_or(0.0);
         let finishing = join(finishing.join());
@@ -122,6 +129,7 @@ fn solve_all(
     options: &RunOptions,
     jobs: Receiver<Job>,
     solved: SyncSender<(Job, Solutions)>,
+    spare: &Receiver<Solutions>,
 ) -> Result<f64, SweepError> {
     let mut busy = Duration::ZERO;
     for job in jobs {
@@ -129,7 +137,8 @@ fn solve_all(
             break;
         }
         let begin = Instant::now();
-        let solutions = backend.solve(&job.batch)?;
+        let mut solutions = spare.try_recv().unwrap_or_default();
+        backend.solve_into(&job.batch, &mut solutions)?;
         busy += begin.elapsed();
         if solved.send((job, solutions)).is_err() {
             break;
@@ -142,31 +151,37 @@ fn solve_all(
 #[derive(Clone, Copy)]
 struct Solved<'a> {
     batch: &'a Batch,
-    /// From rest.
-    solutions: &'a Solutions,
-    branches: Option<&'a Branches>,
+    from_rest: &'a Solutions,
+    /// The rows to be written: those from rest, or of every equilibrium.
+    rows: &'a Solutions,
+    branches: Option<&'a [BranchCells]>,
 }
 
-impl<'a> Solved<'a> {
-    /// The rows of a sample: its equilibria, where there is any and all are wanted, else the one from rest.
-    fn rows(&self, plan: &'a Plan, sample: usize) -> impl Iterator<Item = SolvedRow<'a>> + use<'a> {
-        let Solved { batch, solutions, branches } = *self;
-        let found = branches.map(|branches| (branches, &branches.samples[sample]));
-        let rows = match found {
-            Some((_, of)) if !of.rows.is_empty() => of.rows.clone(),
-            _ => sample..sample + 1,
-        };
-        let first = rows.start;
-        rows.map(move |row| match found {
-            Some((branches, of)) if !of.rows.is_empty() => {
-                let found = branches.branches[row];
-                let (energy, from_rest, balanced) = (found.energy, found.from_rest, of.balanced);
-                let branch = BranchCells { number: row - first, energy, from_rest, balanced };
-                SolvedRow { plan, batch, sample, solutions: &branches.solutions, row, branch }
-            }
-            _ => SolvedRow { plan, batch, sample, solutions, row, branch: BranchCells::default() },
-        })
+impl Solved<'_> {
+    /// The rows of some samples.
+    fn range(&self, samples: Range<usize>) -> Range<usize> {
+        let Some(cells) = self.branches else { return samples };
+        let first = |sample: usize| cells.partition_point(|cells| cells.sample < sample);
+        first(samples.start)..first(samples.end)
     }
+}
+
+/// The rows of every sample of a batch: its equilibria where there is any, else the one from rest.
+fn rows_of(plan: &Plan, branches: &Branches, from_rest: &Solutions) -> (Solutions, Vec<BranchCells>) {
+    let count = branches.samples.iter().map(|of| of.rows.len().max(1)).sum();
+    let (mut rows, mut cells) = (Solutions::new(plan, count), Vec::with_capacity(count));
+    for (sample, of) in branches.samples.iter().enumerate() {
+        if of.rows.is_empty() {
+            rows.copy_row(cells.len(), from_rest, sample);
+            cells.push(BranchCells { sample, number: 0, energy: None, from_rest: false, balanced: false });
+        }
+        for (number, row) in of.rows.clone().enumerate() {
+            rows.copy_row(cells.len(), &branches.solutions, row);
+            let Branch { energy, from_rest, .. } = branches.branches[row];
+            cells.push(BranchCells { sample, number, energy, from_rest, balanced: of.balanced });
+        }
+    }
+    (rows, cells)
 }
 
 /// Turns solutions into rows: second attempts, statistics, tables of whole chunks.
@@ -199,7 +214,9 @@ impl Finisher<'_> {
     fn finish_all(
         &mut self,
         jobs: Receiver<(Job, Solutions)>,
-        finished: SyncSender<(u64, Table)>,
+        finished: &SyncSender<(u64, Table)>,
+        spare: &Receiver<Table>,
+        used: &Sender<Solutions>,
     ) -> Result<(), SweepError> {
         for (job, mut solutions) in jobs {
             let begin = Instant::now();
@@ -208,27 +225,31 @@ impl Finisher<'_> {
             let refined = Instant::now();
             let mut branches = None;
             if let Some(search) = &mut self.search {
-                branches = search.find(&job.batch, &solutions, &|| self.options.is_interrupted())?;
-                if branches.is_none() {
-                    return Ok(());
-                }
+                let found = search.find(&job.batch, &solutions, &|| self.options.is_interrupted())?;
+                let Some(found) = found else { return Ok(()) };
+                branches = Some(rows_of(self.plan, &found, &solutions));
             }
             let searched = Instant::now();
-            let solved = Solved { batch: &job.batch, solutions: &solutions, branches: branches.as_ref() };
+            let (rows, cells) = match &branches {
+                Some((rows, cells)) => (rows, Some(&cells[..])),
+                None => (&solutions, None),
+            };
+            let solved = Solved { batch: &job.batch, from_rest: &solutions, rows, branches: cells };
             let mut at = 0;
             for piece in &job.pieces {
-                let count = piece.len as usize;
-                self.add_rows(&|row| piece.start + row as u64, count, &solved, at);
-                at += count;
+                let samples = at..at + piece.len as usize;
+                at = samples.end;
+                self.add_rows(&|sample| piece.start + (sample - samples.start) as u64, samples.clone(), &solved);
                 if piece.is_last {
-                    let table = std::mem::replace(&mut self.table, self.layout.empty().clone());
-                    self.solved += std::mem::take(&mut self.in_table);
-                    self.reduction.add(&table);
+                    let next = spare.try_recv();
+                    let table = self.take_table(next.ok());
                     if self.spec.format != Format::None && finished.send((piece.chunk, table)).is_err() {
                         return Ok(());
                     }
                 }
             }
+            // The solver may be done.
+            let _ = used.send(solutions);
             self.timings.refine += (refined - begin).as_secs_f64();
             self.timings.search += (searched - refined).as_secs_f64();
             self.timings.rows += searched.elapsed().as_secs_f64();
@@ -244,11 +265,10 @@ impl Finisher<'_> {
         let index = |at: usize| indices.get(at).copied().unwrap_or(0);
         self.refiners.refine(self.plan, self.sampler, &batch, &mut solutions, &index)?;
         let refined = Instant::now();
-        let solved = Solved { batch: &batch, solutions: &solutions, branches: None };
-        self.add_rows(&index, indices.len(), &solved, 0);
-        let table = std::mem::replace(&mut self.table, self.layout.empty().clone());
-        self.solved += std::mem::take(&mut self.in_table) + counted.iter().sum::<u64>();
-        self.reduction.add(&table);
+        let solved = Solved { batch: &batch, from_rest: &solutions, rows: &solutions, branches: None };
+        self.add_rows(&index, 0..indices.len(), &solved);
+        self.take_table(None);
+        self.solved += counted.iter().sum::<u64>();
         self.reduction.add_counted(counted);
         self.timings.refine += (refined - begin).as_secs_f64();
         self.timings.rows += refined.elapsed().as_secs_f64();
@@ -256,45 +276,42 @@ impl Finisher<'_> {
         Ok(())
     }
 
-    /// Adds the rows of some samples of the sweep, which start at sample `at` of a batch.
-    fn add_rows(&mut self, index: &(dyn Fn(usize) -> u64 + Sync), count: usize, solved: &Solved, at: usize) {
-        const ROWS: usize = 4096;
-        let (layout, sampler, plan) = (self.layout, self.sampler, self.plan);
-        let rows_from = |first: usize| {
-            let mut table = layout.empty().clone();
-            let mut values = vec![0.0; sampler.axis_count()];
-            for row in first..count.min(first + ROWS) {
-                let index = index(row);
-                sampler.values(index, &mut values);
-                solved.rows(plan, at + row).for_each(|solved| layout.push(&mut table, index, &values, &solved));
-            }
-            table
-        };
-        let tables: Vec<Table> = (0..count.div_ceil(ROWS)).into_par_iter().map(|k| rows_from(k * ROWS)).collect();
-        tables.iter().for_each(|table| self.table.append(table));
-        self.in_table += count as u64;
-        for row in 0..count {
-            self.note(index(row), solved, at + row);
-        }
+    /// Takes in the table that has been filled, and goes on with another, if there is one to be used again.
+    fn take_table(&mut self, next: Option<Table>) -> Table {
+        self.solved += std::mem::take(&mut self.in_table);
+        self.reduction.add(&self.table);
+        let mut next = next.unwrap_or_else(|| self.layout.empty().clone());
+        next.clear();
+        std::mem::replace(&mut self.table, next)
     }
 
-    /// Statistics of one sample.
-    fn note(&mut self, index: u64, solved: &Solved, at: usize) {
-        if let Some(kept) = &mut self.kept {
-            kept.offer(index, solved.solutions, at);
+    /// Adds the rows of some samples of a batch; `index` tells the sweep's sample of one of them.
+    fn add_rows(&mut self, index: &(dyn Fn(usize) -> u64 + Sync), samples: Range<usize>, solved: &Solved) {
+        if self.in_table == 0 {
+            self.table.reserve(self.options.chunk.min(CHUNK).min(self.total) as usize);
         }
-        for SolvedRow { solutions, row, .. } in solved.rows(self.plan, at) {
-            let status = solutions.status(row);
-            if status.is_converged() {
-                self.worst_residual = self.worst_residual.max(solutions.get(row, Quantity::Residual));
-            }
-            if status.is_success() || status.is_converged() && solved.branches.is_some() {
-                let estimate = solutions.get(row, Quantity::ErrorEstimate);
-                self.worst_error_estimate = self.worst_error_estimate.max(estimate);
-                self.above_tolerance += u64::from(estimate > self.spec.tolerance);
-            } else {
-                self.failed += 1;
-            }
+        let Solved { batch, rows: solutions, branches, .. } = *solved;
+        let rows = Rows { plan: self.plan, batch, solutions, range: solved.range(samples.clone()), branches };
+        self.layout.append(&mut self.table, &rows, self.sampler, index);
+        self.in_table += samples.len() as u64;
+        if let Some(kept) = &mut self.kept {
+            samples.for_each(|sample| kept.offer(index(sample), solved.from_rest, sample));
+        }
+        rows.range.for_each(|row| self.note(solutions, row));
+    }
+
+    /// Statistics of one row.
+    fn note(&mut self, solutions: &Solutions, row: usize) {
+        let status = solutions.status(row);
+        if status.is_converged() {
+            self.worst_residual = self.worst_residual.max(solutions.get(row, Quantity::Residual));
+        }
+        if status.is_success() || status.is_converged() && self.search.is_some() {
+            let estimate = solutions.get(row, Quantity::ErrorEstimate);
+            self.worst_error_estimate = self.worst_error_estimate.max(estimate);
+            self.above_tolerance += u64::from(estimate > self.spec.tolerance);
+        } else {
+            self.failed += 1;
         }
     }
 

@@ -81,7 +81,7 @@ pub fn read_manifest(dir: &Path) -> Result<serde_json::Value, SweepError> {
 /// Columns of a result without rows: names, units, kinds.
 fn layout(dir: &Path, record: &RunRecord) -> Result<Table, SweepError> {
     let precision = if record.precision == "f32" { Precision::F32 } else { Precision::F64 };
-    Ok(super::columns::Layout::new(&read_spec(dir)?, precision).empty().clone())
+    Ok(super::layout::Layout::new(&read_spec(dir)?, precision).empty().clone())
 }
 
 /// Hands every part to `visit`, in order of samples, with the named columns only (all, if none are named).
@@ -243,7 +243,7 @@ fn merge_workspaces(dirs: &[PathBuf], out: &Path, record: &RunRecord) -> Result<
         for (to, from) in merged.columns.iter_mut().zip(&centres.columns) {
             match &mut to.values {
                 super::columns::Values::Index(counts) => counts.push(total),
-                values => values.append_row(&from.values, row),
+                values => values.append_rows(&from.values, &[row]),
             }
         }
     }

@@ -1,6 +1,7 @@
 //! Streaming reduction of a sweep: counts by status, extents, voxel occupancy, a bounded choice of tips.
 
-use super::columns::{BALANCED_COLUMN, BRANCH_COLUMN, Column, Table, Values};
+use super::columns::{Column, Table, Values};
+use super::layout::{BALANCED_COLUMN, BRANCH_COLUMN};
 use super::selection::Selection;
 use crate::model::Status;
 use serde::Serialize;
@@ -106,7 +107,7 @@ impl Reduction {
         order.sort_by_key(|row| self.tips.samples().get(*row));
         let mut sorted = self.tips.empty();
         for (to, from) in sorted.columns.iter_mut().zip(&self.tips.columns) {
-            order.iter().for_each(|row| to.values.append_row(&from.values, *row));
+            to.values.append_rows(&from.values, &order);
         }
         self.tips = sorted;
     }
@@ -138,7 +139,7 @@ impl Reduction {
             (0..table.row_count()).filter(|row| self.selection.contains(table.samples()[*row])).collect();
         for kept in &mut self.tips.columns {
             if let Some(column) = table.column(&kept.name) {
-                rows.iter().for_each(|row| kept.values.append_row(&column.values, *row));
+                kept.values.append_rows(&column.values, &rows);
             }
         }
     }

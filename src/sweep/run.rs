@@ -5,9 +5,10 @@
 
 use super::branches::{BranchSearch, BranchTools};
 use super::check::{Kept, SpotCheck, SpotCheckOptions};
-use super::columns::{Layout, Table};
+use super::columns::Table;
 use super::directory::{self, RunRecord};
 use super::error::SweepError;
+use super::layout::Layout;
 use super::manifest;
 use super::pilot::PilotChoice;
 use super::pipeline::{Finisher, pieces, pipeline};
@@ -16,7 +17,7 @@ use super::reduced::{self, SampleOrigin};
 use super::refine::Refiners;
 use super::sink;
 use super::spec::{BranchChoice, Format, SweepSpec};
-use crate::backend::{Backend, BackendError, BackendInfo};
+use crate::backend::{Backend, BackendError, BackendInfo, BackendKind};
 use crate::model::{BLOCK, Plan, Status};
 use serde::Serialize;
 use std::path::PathBuf;
@@ -32,6 +33,9 @@ pub const CHUNK: u64 = 65_536;
 pub const BRANCH_CHUNK: u64 = 2048;
 /// Samples of a batch there: enough to keep an engine busy, few enough to be heard of.
 const BRANCH_BATCH: usize = 512;
+/// The same on a CPU, for each of its threads: fewer stages stand still at either end of a run, and what one stage has
+/// written the next one reads before it leaves the cache.
+const THREAD_BATCH: usize = 16 * BLOCK;
 /// Bytes that the inputs and solutions of one batch may take, whatever the backend asks for; five are alive at once.
 const BATCH_BYTES: usize = 96 << 20;
 
@@ -251,6 +255,7 @@ pub fn run(spec: &SweepSpec, backend: &mut dyn Backend, options: &RunOptions) ->
     };
     let row_bytes = 8 * (plan.input_count + plan.output_count());
     let most = if spec.branch == BranchChoice::All { BRANCH_BATCH } else { BATCH_BYTES / row_bytes };
+    let most = if info.kind == BackendKind::Cpu { most.min(rayon::current_num_threads() * THREAD_BATCH) } else { most };
     let batch_size = backend.batch_size().min(most).max(BLOCK);
     let has_rows = spec.format != Format::None || spec.branch == BranchChoice::All;
     let (origin, solve) = match has_rows {
@@ -261,9 +266,10 @@ pub fn run(spec: &SweepSpec, backend: &mut dyn Backend, options: &RunOptions) ->
         SampleOrigin::Device => (0.0, solve, 0.0),
         _ => {
             let jobs = pieces(&record, &missing, batch_size as u64);
-            pipeline(jobs, backend, &mut finisher, |chunk, table: Table| {
+            let mut bytes = Vec::new();
+            pipeline(jobs, backend, &mut finisher, |chunk, table: &Table| {
                 let path = directory::part_path(&options.out, chunk, spec.format);
-                sink::write_part(&path, &table, spec.format, &metadata).map(|_| ())
+                sink::write_part(&path, table, spec.format, &metadata, &mut bytes).map(|_| ())
             })?
         }
     };

@@ -1,8 +1,8 @@
 //! Sweep files: which scene, which samples, which columns. A valid `SweepSpec` can be planned and run.
 
-use super::columns::Layout;
 use super::directory::plain_columns;
 use super::error::InputError;
+use super::layout::Layout;
 use super::run::{BRANCH_CHUNK, CHUNK};
 use super::sampling::Sampler;
 use super::scene_file::read_text;

@@ -8,8 +8,9 @@ mod npz;
 mod parquet;
 mod plain;
 
-use super::columns::{BRANCH_COLUMN, Table};
+use super::columns::Table;
 use super::error::SweepError;
+use super::layout::BRANCH_COLUMN;
 use super::spec::Format;
 use crate::model::Status;
 use serde::{Deserialize, Serialize};
@@ -78,24 +79,27 @@ pub(super) fn info_of(table: &Table, run_id: &str) -> PartInfo {
 }
 
 /// Writes a part unless one is there; then the one there is checked and kept. Returns what lies on disk.
+///
+/// `bytes` is memory to encode in, used again from part to part.
 pub(super) fn write_part(
     path: &Path,
     table: &Table,
     format: Format,
     metadata: &FileMetadata,
+    bytes: &mut Vec<u8>,
 ) -> Result<PartInfo, SweepError> {
     let mut info = info_of(table, &metadata.run_id);
-    let bytes = match format {
-        Format::Parquet => parquet::encode(path, table, metadata, &mut info)?,
-        Format::Csv => csv::encode(table),
-        Format::Npz | Format::None => npz::encode(table).map_err(SweepError::io(path, "encoding"))?,
-    };
+    match format {
+        Format::Parquet => parquet::encode(path, table, metadata, &mut info, bytes)?,
+        Format::Csv => *bytes = csv::encode(table),
+        Format::Npz | Format::None => *bytes = npz::encode(table).map_err(SweepError::io(path, "encoding"))?,
+    }
     if format != Format::Parquet {
-        info.checksum = checksum(&bytes);
+        info.checksum = checksum(bytes);
         let text = serde_json::to_string(&info).unwrap_or_default();
         write_atomically(&sidecar(path), text.as_bytes(), true)?;
     }
-    if write_atomically(path, &bytes, false)? { Ok(info) } else { check_part(path, format) }
+    if write_atomically(path, bytes, false)? { Ok(info) } else { check_part(path, format) }
 }
 
 /// Checks a part's checksum and returns what it says about itself.
@@ -122,7 +126,8 @@ pub(super) fn read_part(path: &Path, format: Format, names: &[&str], like: &Tabl
 /// Writes a table that is not a part (voxels, tips) as Parquet, replacing what is there.
 pub(super) fn write_table(path: &Path, table: &Table, metadata: &FileMetadata) -> Result<(), SweepError> {
     let mut info = info_of(table, &metadata.run_id);
-    let bytes = parquet::encode(path, table, metadata, &mut info)?;
+    let mut bytes = Vec::new();
+    parquet::encode(path, table, metadata, &mut info, &mut bytes)?;
     write_atomically(path, &bytes, true).map(|_| ())
 }
 

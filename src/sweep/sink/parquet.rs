@@ -3,16 +3,19 @@
 use super::{FileMetadata, PartInfo, SweepError, checksum};
 use crate::model::Status;
 use crate::sweep::columns::{Column, Table, Values};
+use arrow::array::AsArray;
 use arrow::array::{Array, ArrayRef, BooleanArray, Float32Array, Float64Array, StringArray, UInt64Array};
-use arrow::array::{AsArray, RecordBatch};
+use arrow::buffer::NullBuffer;
 use arrow::datatypes::{DataType, Field, Schema};
 use arrow::datatypes::{Float32Type, Float64Type, Int32Type, Int64Type, UInt64Type};
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
-use parquet::arrow::{ArrowWriter, ProjectionMask};
+use parquet::arrow::arrow_writer::{ArrowRowGroupWriterFactory, compute_leaves};
+use parquet::arrow::{ArrowSchemaConverter, ProjectionMask, add_encoded_arrow_schema_to_metadata};
 use parquet::basic::{Compression, Encoding, ZstdLevel};
 use parquet::errors::ParquetError;
 use parquet::file::metadata::{KeyValue, ParquetMetaDataReader};
 use parquet::file::properties::{EnabledStatistics, WriterProperties};
+use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::ColumnPath;
 use std::collections::HashMap;
 use std::path::Path;
@@ -20,23 +23,45 @@ use std::sync::Arc;
 
 const PART_KEY: &str = "rodsweep.part";
 
-pub fn encode(path: &Path, table: &Table, metadata: &FileMetadata, info: &mut PartInfo) -> Result<Vec<u8>, SweepError> {
-    try_encode(table, metadata, info).map_err(|error| damaged(path, error))
+/// Makes `bytes` a part; what they held is forgotten.
+pub fn encode(
+    path: &Path,
+    table: &Table,
+    metadata: &FileMetadata,
+    info: &mut PartInfo,
+    bytes: &mut Vec<u8>,
+) -> Result<(), SweepError> {
+    bytes.clear();
+    try_encode(table, metadata, info, bytes).map_err(|error| damaged(path, error))
 }
 
 fn damaged(path: &Path, error: impl ToString) -> SweepError {
     SweepError::Damaged { path: path.into(), reason: error.to_string() }
 }
 
-fn try_encode(table: &Table, metadata: &FileMetadata, info: &mut PartInfo) -> Result<Vec<u8>, ParquetError> {
+/// Column after column, so that only one is there as an array and as pages.
+fn try_encode(
+    table: &Table,
+    metadata: &FileMetadata,
+    info: &mut PartInfo,
+    bytes: &mut Vec<u8>,
+) -> Result<(), ParquetError> {
     let fields: Vec<Field> = table.columns.iter().map(field).collect();
-    let arrays: Vec<ArrayRef> = table.columns.iter().map(|column| array(&column.values)).collect();
     let schema = Arc::new(Schema::new(fields));
-    let batch = RecordBatch::try_new(schema.clone(), arrays)?;
-    let mut writer = ArrowWriter::try_new(Vec::new(), schema, Some(properties(table)?))?;
-    writer.write(&batch)?;
+    let mut properties = properties(table)?;
+    add_encoded_arrow_schema_to_metadata(&schema, &mut properties);
+    let root = ArrowSchemaConverter::new().convert(&schema)?.root_schema_ptr();
+    let mut writer = SerializedFileWriter::new(bytes, root, Arc::new(properties))?;
+    let encoders = ArrowRowGroupWriterFactory::new(&writer, schema.clone()).create_column_writers(0)?;
+    let mut group = writer.next_row_group()?;
+    for ((column, field), mut encoder) in table.columns.iter().zip(schema.fields()).zip(encoders) {
+        for leaf in compute_leaves(field, &array(&column.values))? {
+            encoder.write(&leaf)?;
+        }
+        encoder.close()?.append_to_row_group(&mut group)?;
+    }
+    group.close()?;
     writer.flush()?;
-    writer.sync()?;
     info.checksum = checksum(writer.inner());
     let part = serde_json::to_string(info).unwrap_or_default();
     let pairs = [
@@ -48,7 +73,7 @@ fn try_encode(table: &Table, metadata: &FileMetadata, info: &mut PartInfo) -> Re
     for (key, value) in pairs {
         writer.append_key_value_metadata(KeyValue::new(key.to_owned(), value));
     }
-    writer.into_inner()
+    writer.into_inner().map(|_| ())
 }
 
 fn properties(table: &Table) -> Result<WriterProperties, ParquetError> {
@@ -85,14 +110,21 @@ fn array(values: &Values) -> ArrayRef {
     match values {
         Values::Index(values) => Arc::new(UInt64Array::from(values.clone())),
         Values::Double(values) => {
-            Arc::new(values.iter().map(|x| (!x.is_nan()).then_some(*x)).collect::<Float64Array>())
+            let known = known(values.iter().map(|x| !x.is_nan()));
+            Arc::new(Float64Array::new(values.clone().into(), known))
         }
         Values::Single(values) => {
-            Arc::new(values.iter().map(|x| (!x.is_nan()).then_some(*x)).collect::<Float32Array>())
+            let known = known(values.iter().map(|x| !x.is_nan()));
+            Arc::new(Float32Array::new(values.clone().into(), known))
         }
         Values::Status(values) => Arc::new(values.iter().map(|status| Some(status.name())).collect::<StringArray>()),
         Values::Flag(values) => Arc::new(values.iter().copied().collect::<BooleanArray>()),
     }
+}
+
+/// Which values there are, unless all are.
+fn known(is_known: impl Iterator<Item = bool>) -> Option<NullBuffer> {
+    Some(NullBuffer::from_iter(is_known)).filter(|nulls| nulls.null_count() > 0)
 }
 
 /// Compares the data pages with the checksum in the footer.

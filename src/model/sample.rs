@@ -1,0 +1,71 @@
+//! The numbers of one sample after another: what no swept parameter moves is computed once.
+
+use super::dependence::touched_segments;
+use super::rest_shape::{REST_POSE, rest_pose};
+use super::{Entry, Parameter, Plan, Rod, Scene};
+use std::collections::BTreeSet;
+
+/// A sample of a plan: its scene, its rod and its entries.
+#[derive(Clone)]
+pub(super) struct Sample<'a> {
+    plan: &'a Plan,
+    /// Segments that samples differ in, and the first piece of each.
+    changed: Vec<(usize, usize)>,
+    scene: Scene,
+    rod: Rod,
+    /// SI; only those that vary are good.
+    entries: Vec<f64>,
+}
+
+/// Puts a sample's axis values into a scene. Insertion is applied after the other lengths.
+pub(super) fn set_axes(plan: &Plan, row: &[f64], scene: &mut Scene) {
+    let values = plan.axes.iter().zip(row).flat_map(|(axis, value)| axis.iter().map(|p| (*p, *value)));
+    // Every swept parameter was set once when the plan was made.
+    let _ = Parameter::set_all(scene, values);
+}
+
+impl<'a> Sample<'a> {
+    /// The plan's own scene.
+    pub fn new(plan: &'a Plan) -> Self {
+        let scene = plan.scene.clone();
+        let swept = plan.axes.iter().flatten();
+        let changed: BTreeSet<usize> = swept.flat_map(|parameter| touched_segments(*parameter, &scene)).collect();
+        let changed = changed.into_iter().map(|segment| (segment, scene.piece_indices(segment).start)).collect();
+        Sample { plan, changed, rod: scene.rod(), scene, entries: Vec::with_capacity(plan.entries.len()) }
+    }
+
+    /// Goes on to the sample of these axis values; false, with the plan's own scene, where they make no rod.
+    pub fn set(&mut self, row: &[f64]) -> bool {
+        let Sample { plan, changed, scene, rod, entries } = self;
+        set_axes(plan, row, scene);
+        scene.update_rod(rod, changed);
+        let valid = rod.is_valid();
+        if !valid {
+            *scene = plan.scene.clone();
+            *rod = scene.rod();
+        }
+        rod.write_record(entries);
+        if let Some(free) = plan.free {
+            let varies = matches!(plan.entries[free.entry], Entry::Varying(_));
+            entries.extend(if varies { rest_pose(&rod.segments[free.segment..]) } else { [0.0; REST_POSE] });
+        }
+        for derivative in &plan.derivatives {
+            let end = entries.len() + derivative.terms.len();
+            let first = derivative.terms.first().map(|(_, entry)| plan.entries[*entry]);
+            if let Some(Entry::Varying(_)) = first {
+                entries.extend(derivative.parameter.chain(scene).iter().map(|(_, rate)| rate));
+            }
+            // Constant coefficients are not read from here; a segment shrunk to nothing has fewer.
+            entries.resize(end, 0.0);
+        }
+        valid
+    }
+
+    /// Columns of a batch and this sample's values.
+    pub fn varying(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
+        self.plan.entries.iter().zip(&self.entries).filter_map(|(entry, value)| match entry {
+            Entry::Varying(column) => Some((*column, *value)),
+            Entry::Constant(_) => None,
+        })
+    }
+}

@@ -1,0 +1,268 @@
+//! Rows of a result: the sample, its parameters, its status, quantities, derivatives. Column by column out of solutions.
+
+use super::columns::{Column, Table, Values, rotation_vector};
+use super::sampling::Sampler;
+use super::spec::{BranchChoice, Format, OutputQuantity, SweepSpec};
+use crate::backend::Precision;
+use crate::model::{Batch, Plan, Quantity, Solutions, Vector, base_curvature};
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// Which columns a sweep writes and how they follow from solutions.
+pub(super) struct Layout {
+    empty: Table,
+    /// Of each column.
+    sources: Vec<Source>,
+}
+
+/// Where a column's numbers come from.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Source {
+    Sample,
+    /// Of the sweep.
+    Axis(usize),
+    Status,
+    BranchNumber,
+    Energy,
+    FromRest,
+    Balanced,
+    /// A column of the solutions.
+    Solution(usize),
+    /// Whether the stability index is zero.
+    Stable,
+    /// Components of vectors that are no column of the solutions.
+    TipRotation(usize),
+    BaseCurvature(usize),
+    /// Of a derivative: its number and row.
+    Derivative(usize, usize),
+}
+
+/// Rows to be written: consecutive ones of some solutions.
+pub(super) struct Rows<'a> {
+    pub plan: &'a Plan,
+    pub batch: &'a Batch,
+    pub solutions: &'a Solutions,
+    /// Of the solutions.
+    pub range: Range<usize>,
+    /// What is known of each row of the solutions, where samples may have several; else a row is its sample's.
+    pub branches: Option<&'a [BranchCells]>,
+}
+
+/// What a row says about its place among the equilibria of its sample.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct BranchCells {
+    /// Of the batch.
+    pub sample: usize,
+    pub number: usize,
+    pub energy: Option<f64>,
+    pub from_rest: bool,
+    pub balanced: bool,
+}
+
+/// Only where every equilibrium is asked for: its number in its sample, and whether the list may be complete.
+pub(super) const BRANCH_COLUMN: &str = "branch";
+pub(super) const BALANCED_COLUMN: &str = "balanced";
+
+const VECTOR: [&str; 3] = [".x", ".y", ".z"];
+const SCALAR: [&str; 1] = [""];
+/// Rows that one thread works out at a time, where they take more than copying.
+const GROUP: usize = 1024;
+
+impl Rows<'_> {
+    /// Sample of the batch of a row of the solutions.
+    fn sample(&self, row: usize) -> usize {
+        self.branches.map_or(row, |branches| branches[row].sample)
+    }
+}
+
+impl Layout {
+    pub fn new(spec: &SweepSpec, precision: Precision) -> Layout {
+        let rows_are_written = spec.format != Format::None;
+        let quantities = if rows_are_written { &spec.quantities[..] } else { &[OutputQuantity::TipPosition] };
+        let wrt = if rows_are_written { &spec.wrt[..] } else { &[] };
+        let mut columns = Vec::new();
+        let mut sources = Vec::new();
+        let mut add = |name: String, unit: &str, values, source| {
+            columns.push(Column { name, unit: unit.into(), values });
+            sources.push(source);
+        };
+        let number = || match precision {
+            Precision::F32 => Values::Single(Vec::new()),
+            Precision::F64 => Values::Double(Vec::new()),
+        };
+        add("sample".into(), "", Values::Index(Vec::new()), Source::Sample);
+        for (axis, parameters) in spec.axes.iter().enumerate() {
+            for parameter in &parameters.parameters {
+                let name = parameter.name(&spec.scene);
+                add(name, parameter.unit(), Values::Double(Vec::new()), Source::Axis(axis));
+            }
+        }
+        add("status".into(), "", Values::Status(Vec::new()), Source::Status);
+        if spec.branch == BranchChoice::All {
+            add(BRANCH_COLUMN.into(), "", Values::Index(Vec::new()), Source::BranchNumber);
+            // Equilibria differ by less than single precision may show.
+            add("energy".into(), "J", Values::Double(Vec::new()), Source::Energy);
+            add("from_rest".into(), "", Values::Flag(Vec::new()), Source::FromRest);
+            add(BALANCED_COLUMN.into(), "", Values::Flag(Vec::new()), Source::Balanced);
+        }
+        for quantity in quantities {
+            let mut group = |name: &str, unit, axes: &[&str], source: &dyn Fn(usize) -> Source| {
+                for (axis, suffix) in axes.iter().enumerate() {
+                    add(format!("{name}{suffix}"), unit, number(), source(axis));
+                }
+            };
+            let of = |quantity: Quantity| move |axis| Source::Solution(quantity.column() + axis);
+            match quantity {
+                OutputQuantity::TipPosition => group("tip.position", "m", &VECTOR, &of(Quantity::TipPosition)),
+                OutputQuantity::TipRotation => group("tip.rotation", "rad", &VECTOR, &Source::TipRotation),
+                OutputQuantity::BaseCurvature => group("base_curvature", "1/m", &VECTOR, &Source::BaseCurvature),
+                OutputQuantity::BaseMoment => group("base_moment", "N·m", &VECTOR, &of(Quantity::BaseMoment)),
+                OutputQuantity::Stability => {
+                    group("stability.margin", "", &SCALAR, &of(Quantity::StabilityMargin));
+                    add("stable".into(), "", Values::Flag(Vec::new()), Source::Stable);
+                }
+                OutputQuantity::ErrorEstimate => group("error_estimate", "", &SCALAR, &of(Quantity::ErrorEstimate)),
+                OutputQuantity::Residual => group("residual", "", &SCALAR, &of(Quantity::Residual)),
+                OutputQuantity::Iterations => group("iterations", "", &SCALAR, &of(Quantity::Iterations)),
+                OutputQuantity::LoadFraction => group("load_fraction", "", &SCALAR, &of(Quantity::LoadFraction)),
+            }
+        }
+        for (derivative, parameter) in wrt.iter().enumerate() {
+            let (name, unit) = (parameter.name(&spec.scene), parameter.unit());
+            for (first, what, of) in [(0, "tip.position", "m"), (3, "tip.rotation", "rad")] {
+                for (axis, suffix) in VECTOR.iter().enumerate() {
+                    let source = Source::Derivative(derivative, first + axis);
+                    add(format!("d({what}{suffix})/d({name})"), &quotient(of, unit), number(), source);
+                }
+            }
+        }
+        Layout { empty: Table { columns }, sources }
+    }
+
+    /// The columns without rows.
+    pub fn empty(&self) -> &Table {
+        &self.empty
+    }
+
+    /// Name, unit and kind of every column, as text.
+    pub fn schema(&self) -> String {
+        let kind = |values: &Values| match values {
+            Values::Index(_) => "u64",
+            Values::Double(_) => "f64",
+            Values::Single(_) => "f32",
+            Values::Status(_) => "string",
+            Values::Flag(_) => "bool",
+        };
+        let columns = self.empty.columns.iter();
+        columns.map(|column| format!("{} [{}] {}\n", column.name, column.unit, kind(&column.values))).collect()
+    }
+
+    /// Adds rows to a table of these columns; `index` tells the sweep's sample of a sample of the batch.
+    pub fn append(&self, table: &mut Table, rows: &Rows, sampler: &Sampler, index: &(dyn Fn(usize) -> u64 + Sync)) {
+        let Rows { solutions, ref range, .. } = *rows;
+        // A row that is no equilibrium carries no numbers; a number that is not finite is none.
+        let known: Vec<bool> = range.clone().map(|row| solutions.is_equilibrium(row)).collect();
+        let indices: Vec<u64> = range.clone().map(|row| index(rows.sample(row))).collect();
+        let axis_count = sampler.axis_count();
+        let mut axes = vec![0.0; indices.len() * axis_count];
+        let rows_of_axes = axes.par_chunks_exact_mut(axis_count.max(1)).with_min_len(GROUP);
+        rows_of_axes.zip(&indices).for_each(|(values, index)| sampler.values(*index, values));
+        let rotations = self.vectors(Source::TipRotation(0), range.len(), || {
+            |at| rotation_vector(&solutions.tip_rotation(range.start + at))
+        });
+        let curvatures = self.vectors(Source::BaseCurvature(0), range.len(), || {
+            let mut rod = rows.plan.scene.rod();
+            move |at| {
+                let row = range.start + at;
+                rows.plan.read_sample_rod(rows.batch, rows.sample(row), &mut rod);
+                base_curvature(&rod, solutions.vector(row, Quantity::BaseMoment))
+            }
+        });
+        let cells = |row: usize| rows.branches.map(|branches| branches[row]);
+        let vectors = |to: &mut Values, from: &[Vector], axis: usize| {
+            extend(to, from.iter().zip(&known).map(|(v, is_known)| number(v[axis], *is_known)));
+        };
+        let solution = |to: &mut Values, column: usize| {
+            let mut known = &known[..];
+            for run in solutions.values.runs(column, range.clone()) {
+                let (these, rest) = known.split_at(run.len());
+                extend(to, run.iter().zip(these).map(|(x, is_known)| number(*x, *is_known)));
+                known = rest;
+            }
+        };
+        table.columns.par_iter_mut().zip(&self.sources).for_each(|(column, source)| {
+            match (*source, &mut column.values) {
+                (Source::Sample, Values::Index(to)) => to.extend(&indices),
+                (Source::Axis(axis), to) => extend(to, axes.chunks_exact(axis_count).map(|values| values[axis])),
+                (Source::Status, Values::Status(to)) => to.extend(range.clone().map(|row| solutions.status(row))),
+                (Source::BranchNumber, Values::Index(to)) => {
+                    to.extend(range.clone().map(|row| cells(row).map_or(0, |cells| cells.number as u64)));
+                }
+                (Source::Energy, to) => {
+                    let energy = |row| cells(row).and_then(|cells| cells.energy).unwrap_or(f64::NAN);
+                    extend(to, range.clone().map(energy));
+                }
+                (Source::FromRest, Values::Flag(to)) => {
+                    to.extend(range.clone().map(|row| cells(row).map(|cells| cells.from_rest)));
+                }
+                (Source::Balanced, Values::Flag(to)) => {
+                    to.extend(range.clone().map(|row| cells(row).map(|cells| cells.balanced)));
+                }
+                (Source::Solution(from), to) => solution(to, from),
+                (Source::Derivative(derivative, row), to) => {
+                    solution(to, solutions.derivative_column(derivative, row));
+                }
+                (Source::Stable, Values::Flag(to)) => {
+                    let index = range.clone().map(|row| solutions.get(row, Quantity::StabilityIndex));
+                    let stable =
+                        |(index, is_known): (f64, &bool)| (*is_known && index.is_finite()).then_some(index == 0.0);
+                    to.extend(index.zip(&known).map(stable));
+                }
+                (Source::TipRotation(axis), to) => vectors(to, &rotations, axis),
+                (Source::BaseCurvature(axis), to) => vectors(to, &curvatures, axis),
+                // Of the kinds that `new` has chosen, these are all.
+                (_, _) => {}
+            }
+        });
+    }
+
+    /// A vector for each row, in parallel; none where no column needs them.
+    fn vectors<F: FnMut(usize) -> Vector>(
+        &self,
+        needed_by: Source,
+        count: usize,
+        work: impl Fn() -> F + Sync + Send,
+    ) -> Vec<Vector> {
+        if !self.sources.contains(&needed_by) {
+            return Vec::new();
+        }
+        let mut vectors = vec![[0.0; 3]; count];
+        vectors.par_chunks_mut(GROUP).enumerate().for_each(|(group, vectors)| {
+            let mut vector = work();
+            vectors.iter_mut().enumerate().for_each(|(at, to)| *to = vector(group * GROUP + at));
+        });
+        vectors
+    }
+}
+
+fn number(x: f64, is_known: bool) -> f64 {
+    if is_known && x.is_finite() { x } else { f64::NAN }
+}
+
+/// Adds numbers to a column of numbers.
+fn extend(to: &mut Values, numbers: impl Iterator<Item = f64>) {
+    match to {
+        Values::Double(to) => to.extend(numbers),
+        Values::Single(to) => to.extend(numbers.map(|x| x as f32)),
+        Values::Index(_) | Values::Status(_) | Values::Flag(_) => {}
+    }
+}
+
+/// Unit of a derivative: `m/A`, `m/(kg/m)`.
+fn quotient(of: &str, by: &str) -> String {
+    match by {
+        "" => of.into(),
+        _ if by.contains(['/', '·']) => format!("{of}/({by})"),
+        _ => format!("{of}/{by}"),
+    }
+}
