@@ -76,7 +76,7 @@ impl Engine {
     pub fn steppers(&self) -> &'static [Stepper] {
         match (self.kind, self.precision) {
             (BackendKind::Gpu, Precision::F32) => &[Stepper::Tp6, Stepper::Rk4],
-            (_, Precision::F32) => &[Stepper::Tp6, Stepper::Tp7, Stepper::Dop853],
+            (_, Precision::F32) => &[Stepper::Tp7, Stepper::Tp6, Stepper::Dop853],
             (_, Precision::F64) => &[Stepper::Dop853, Stepper::Tp7, Stepper::Tp6],
         }
     }

@@ -86,7 +86,7 @@ impl Stepper {
 /// Chord steps end below this times the stability margin, for Newton's tolerance: one more follows, on the grid of the
 /// error estimate, and each leaves a hundredth or less of the one before; more, where the margin is small.
 pub fn chord_tolerance(newton_tolerance: f64) -> f64 {
-    (3000.0 * newton_tolerance).min(5e-3)
+    (3000.0 * newton_tolerance).min(1e-3)
 }
 
 /// Newton's last step must be below this (plan units of moment), for a target error and a number format.

@@ -45,8 +45,7 @@ impl Setup {
         let stepper = engine(kind, Precision::F32).steppers()[0];
         let steps = match stepper {
             Stepper::Rk4 => 64,
-            Stepper::Tp6 => 16,
-            Stepper::Tp7 | Stepper::Dop853 => 8,
+            Stepper::Tp6 | Stepper::Tp7 | Stepper::Dop853 => 8,
         };
         Setup { kind, precision: Precision::F32, stepper, steps }
     }
