@@ -16,8 +16,8 @@ const STRIDE: u64 = 7_919;
 const TOLERANCE: f64 = 1e-6;
 /// F32 is held to 2e-5.
 const ENGINES: [(BackendKind, Precision, Stepper, f64); 4] = [
-    (BackendKind::Cpu, Precision::F64, Stepper::Tp7, TOLERANCE),
-    (BackendKind::Cpu, Precision::F32, Stepper::Tp6, 2e-5),
+    (BackendKind::Cpu, Precision::F64, Stepper::Dop853, TOLERANCE),
+    (BackendKind::Cpu, Precision::F32, Stepper::Tp7, 2e-5),
     (BackendKind::Gpu, Precision::F64, Stepper::Dop853, TOLERANCE),
     (BackendKind::Gpu, Precision::F32, Stepper::Tp6, 2e-5),
 ];
