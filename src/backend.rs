@@ -83,7 +83,7 @@ pub trait Backend: Send {
     /// The row of a sample depends on that sample's inputs alone.
     fn solve(&mut self, batch: &Batch) -> Result<Solutions, BackendError>;
 
-    /// The same into memory of a call before, for those who solve little and often.
+    /// The same into memory of a call before.
     fn solve_into(&mut self, batch: &Batch, solutions: &mut Solutions) -> Result<(), BackendError> {
         *solutions = self.solve(batch)?;
         Ok(())

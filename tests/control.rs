@@ -2,6 +2,7 @@
 
 mod common;
 
+use common::control::{circle, cpu, inputs, p6, positions, root};
 use common::random::Random;
 use rodsweep::backend::{Backend, BackendError, Precision};
 use rodsweep::gpu::{Device, Gpu, device_or_skip};
@@ -12,32 +13,11 @@ use rodsweep::study::{
     Control, ControlInput, ControlOptions, Controlled, Imperfection, MakeEngine, Outcome, Played, Redundancy, Target,
     TargetOptions, simulate,
 };
-use rodsweep::sweep::{read_scene, read_trajectory};
-use std::path::Path;
+use rodsweep::sweep::read_trajectory;
 
 /// What the tip may be off by at a point that is called reached [m].
 const TIP: f64 = 1e-6;
 const LIMIT: f64 = 0.3;
-
-fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-}
-
-fn p6() -> Scene {
-    read_scene(&root().join("sweeps/scenes/p6.toml")).expect("the scene")
-}
-
-fn inputs(scene: &Scene, limits: &[(&str, f64, f64)]) -> Vec<ControlInput> {
-    let of = |(name, low, high): &(&str, f64, f64)| -> Vec<ControlInput> {
-        let parameters = Parameter::parse(scene, name).expect("parameters");
-        parameters.into_iter().map(|parameter| ControlInput { parameter, low: *low, high: *high }).collect()
-    };
-    limits.iter().flat_map(of).collect()
-}
-
-fn cpu(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
-    Ok(Box::new(Lanes::new(plan, Precision::F64)?))
-}
 
 /// One sample at a time.
 fn narrow(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
@@ -46,17 +26,6 @@ fn narrow(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
 
 fn control(scene: &Scene, inputs: &[ControlInput], options: ControlOptions) -> Control {
     Control::new(scene, inputs, options, Stepper::Dop853, &mut narrow).expect("a controller")
-}
-
-fn positions(positions: impl IntoIterator<Item = [f64; 3]>) -> Vec<Target> {
-    positions.into_iter().map(|position| Target { position, tangent: None }).collect()
-}
-
-fn circle(centre: [f64; 3], radius: f64, count: usize) -> Vec<Target> {
-    positions((0..count).map(|k| {
-        let (sin, cos) = (std::f64::consts::TAU * k as f64 / count as f64).sin_cos();
-        [centre[0] + radius * cos, centre[1] + radius * sin, centre[2]]
-    }))
 }
 
 /// Distance from the target in some coordinates, of the tip that the reference finds from rest with the same inputs.

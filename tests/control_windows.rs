@@ -1,36 +1,19 @@
 //! Points of a trajectory that are solved together: the same inputs as a point at a time, and nothing crossed unseen.
 
+mod common;
+
+use common::control::{circle, cpu, inputs, p6, root};
 use rodsweep::backend::{Backend, BackendError, Precision};
 use rodsweep::lanes::{InstructionSet, Lanes};
 use rodsweep::model::{Parameter, Plan, PlanOptions, Quantity, Scene, Stepper};
 use rodsweep::study::{Control, ControlInput, ControlOptions, Controlled, Outcome, Target};
-use rodsweep::sweep::{parse_scene, read_scene, read_trajectory};
+use rodsweep::sweep::{parse_scene, read_trajectory};
 use std::path::Path;
 
 /// Inputs differ by less, over half their range: what is left over where a point counts as settled, over a lap.
 const SAME: f64 = 200.0 * SETTLED;
 const SETTLED: f64 = 1e-7;
 const LIMIT: f64 = 0.3;
-
-fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-}
-
-fn p6() -> Scene {
-    read_scene(&root().join("sweeps/scenes/p6.toml")).expect("the scene")
-}
-
-fn inputs(scene: &Scene, limits: &[(&str, f64, f64)]) -> Vec<ControlInput> {
-    let of = |(name, low, high): &(&str, f64, f64)| -> Vec<ControlInput> {
-        let parameters = Parameter::parse(scene, name).expect("parameters");
-        parameters.into_iter().map(|parameter| ControlInput { parameter, low: *low, high: *high }).collect()
-    };
-    limits.iter().flat_map(of).collect()
-}
-
-fn wide(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
-    Ok(Box::new(Lanes::new(plan, Precision::F64)?))
-}
 
 fn narrow(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
     Ok(Box::new(Lanes::with_instruction_set(plan, Precision::F64, InstructionSet::for_one())?))
@@ -43,8 +26,8 @@ fn both(
     options: ControlOptions,
     targets: &[Target],
 ) -> (Vec<Controlled>, Vec<Controlled>) {
-    let control = Control::new(scene, inputs, options, Stepper::Dop853, &mut wide).expect("a controller");
-    let mut control = control.for_trajectories(&mut wide, &mut narrow).expect("a controller");
+    let control = Control::new(scene, inputs, options, Stepper::Dop853, &mut cpu).expect("a controller");
+    let mut control = control.for_trajectories(&mut cpu, &mut narrow).expect("a controller");
     let together = control.follow(targets).expect("points");
     (together, control.follow_singly(targets).expect("points"))
 }
@@ -60,14 +43,6 @@ fn assert_same(name: &str, inputs: &[ControlInput], together: &[Controlled], sin
     }
     eprintln!("{name}: inputs differ by {most:.1e}");
     assert!(most < SAME, "{name}: {most:e}");
-}
-
-fn circle(centre: [f64; 3], radius: f64, count: usize) -> Vec<Target> {
-    let point = |k: usize| {
-        let (sin, cos) = (std::f64::consts::TAU * k as f64 / count as f64).sin_cos();
-        Target { position: [centre[0] + radius * cos, centre[1] + radius * sin, centre[2]], tangent: None }
-    };
-    (0..count).map(point).collect()
 }
 
 fn number(points: &[Controlled], outcome: Outcome) -> usize {
@@ -102,7 +77,7 @@ fn inputs_change_as_little_as_possible() {
     let wrt: Vec<Parameter> = inputs.iter().map(|input| input.parameter).collect();
     let plan = Plan::new(&scene, &axes, &wrt, PlanOptions::default()).expect("a plan");
     let batch = plan.batch(together.len(), |i, row| row.copy_from_slice(&together[i].inputs));
-    let solutions = wide(&plan).expect("an engine").solve(&batch).expect("solutions");
+    let solutions = cpu(&plan).expect("an engine").solve(&batch).expect("solutions");
     // What moves neither x nor y is at right angles to both rows of the Jacobian, and to every change.
     for k in 4..together.len() {
         let row = |row: usize| -> [f64; 3] { std::array::from_fn(|input| solutions.derivative(k, input, row)) };
@@ -162,7 +137,7 @@ fn a_fold_is_not_crossed_unseen() {
     let plan = Plan::new(&scene, &axes, &[], PlanOptions { steps: 24, ..PlanOptions::default() }).expect("a plan");
     let values: Vec<f64> = (0..80).map(|k| -0.2 + 0.005 * f64::from(k)).collect();
     let batch = plan.batch(values.len(), |i, row| row[0] = values[i]);
-    let solutions = wide(&plan).expect("an engine").solve(&batch).expect("solutions");
+    let solutions = cpu(&plan).expect("an engine").solve(&batch).expect("solutions");
     let tips: Vec<[f64; 3]> = (0..values.len())
         .filter(|row| solutions.status(*row).is_success())
         .map(|row| solutions.vector(row, Quantity::TipPosition))

@@ -1,5 +1,7 @@
 //! The methods of integration converge with their order, in every engine's hands the same tableau.
 
+mod common;
+
 use rodsweep::backend::{Backend, Precision};
 use rodsweep::lanes::Lanes;
 use rodsweep::model::{Parameter, Plan, PlanOptions, Quantity, Stepper};
@@ -51,7 +53,7 @@ fn errors_fall_with_the_order() {
             for at in 0..SAMPLES {
                 assert!(found.status(at).is_success() && truth.status(at).is_success(), "{at}");
                 let [a, b] = [&found, &truth].map(|solutions| solutions.vector(at, Quantity::TipPosition));
-                sum += (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt();
+                sum += common::check::difference(&a, &b);
             }
             sum / SAMPLES as f64 / scene.total_length()
         };

@@ -2,10 +2,9 @@
 
 mod common;
 
+use common::control::cpu;
 use common::random::Random;
-use rodsweep::backend::{Backend, BackendError, Precision};
-use rodsweep::lanes::Lanes;
-use rodsweep::model::{Parameter, Plan, Scene, Stepper, Vector};
+use rodsweep::model::{Parameter, Scene, Stepper, Vector};
 use rodsweep::study::{Control, ControlInput, ControlOptions, Controlled, Outcome, Target, TargetOptions, play};
 use rodsweep::sweep::read_scene;
 use std::path::Path;
@@ -14,10 +13,6 @@ const LIMIT: f64 = 0.3;
 
 fn scene(name: &str) -> Scene {
     read_scene(&Path::new(env!("CARGO_MANIFEST_DIR")).join("sweeps/scenes").join(name)).expect("the scene")
-}
-
-fn cpu(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
-    Ok(Box::new(Lanes::new(plan, Precision::F64)?))
 }
 
 fn currents(scene: &Scene) -> Vec<Parameter> {

@@ -297,6 +297,14 @@ impl Plan {
         scene
     }
 
+    /// Of the values of all entries, those that vary, with their columns of a batch.
+    pub(super) fn varying(&self, values: &[f64]) -> impl Iterator<Item = (usize, f64)> {
+        self.entries.iter().zip(values).filter_map(|(entry, value)| match entry {
+            Entry::Varying(column) => Some((*column, *value)),
+            Entry::Constant(_) => None,
+        })
+    }
+
     /// Value of an entry for one sample of a batch, SI.
     pub fn entry(&self, batch: &Batch, sample: usize, entry: usize) -> f64 {
         match self.entries[entry] {

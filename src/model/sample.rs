@@ -63,9 +63,6 @@ impl<'a> Sample<'a> {
 
     /// Columns of a batch and this sample's values.
     pub fn varying(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
-        self.plan.entries.iter().zip(&self.entries).filter_map(|(entry, value)| match entry {
-            Entry::Varying(column) => Some((*column, *value)),
-            Entry::Constant(_) => None,
-        })
+        self.plan.varying(&self.entries)
     }
 }

@@ -41,6 +41,12 @@ impl Plan {
         plan
     }
 
+    /// Where a sample of [`Plan::with_lone_starts`] starts from [N·m, world frame].
+    pub fn set_lone_start(&self, batch: &mut Batch, sample: usize, m0: Vector) {
+        let first = self.input_count - 3;
+        m0.into_iter().enumerate().for_each(|(axis, value)| batch.inputs.set(sample, first + axis, value));
+    }
+
     /// A batch for [`Plan::with_starts`] out of a batch of this plan, one search a row.
     pub fn start_batch(&self, batch: &Batch, starts: &[Start]) -> Batch {
         let far = [FAR * self.units.moment(); 3];
@@ -82,11 +88,7 @@ impl Plan {
                 if let Some(free) = self.free {
                     entries.extend(rest_pose(&rod.segments[free.segment..]));
                 }
-                for (entry, value) in self.entries.iter().zip(&entries) {
-                    if let Entry::Varying(column) = entry {
-                        out[column * BLOCK + sample - first] = *value;
-                    }
-                }
+                self.varying(&entries).for_each(|(column, value)| out[column * BLOCK + sample - first] = value);
             }
         });
         Batch { inputs, bad: batch.bad.clone() }

@@ -2,6 +2,7 @@
 #![allow(dead_code, unused_imports, non_snake_case)]
 
 pub mod check;
+pub mod control;
 pub mod dual;
 pub mod golden;
 pub mod random;

@@ -25,11 +25,11 @@ pub(super) struct Search {
 
 impl Control {
     /// More steps, until those of the probes that are solved have small errors, or more steps do not help.
-    pub(super) fn refine(&mut self, tolerance: f64, make: &mut MakeEngine) -> Result<(), ControlError> {
+    pub(super) fn refine(&mut self, make: &mut MakeEngine) -> Result<(), ControlError> {
+        let tolerance = self.fine_enough();
         let probes: Vec<Inputs> = (0..PROBES).map(|k| self.task.lattice(k)).collect();
         let mut least = f64::INFINITY;
-        let fewest = if self.plan.options.stepper == Stepper::Rk4 { FEWEST_RK4 } else { 0 };
-        for steps in STEPS.into_iter().filter(|steps| *steps >= fewest) {
+        for steps in self.resolutions() {
             let plan = self.plan.with_options(PlanOptions { steps, ..self.plan.options });
             let before = std::mem::replace(&mut self.plan, plan);
             let engine = std::mem::replace(&mut self.rest, make(&self.plan)?);
@@ -45,18 +45,22 @@ impl Control {
                 break;
             }
         }
-        let plan = self.plan.with_lone_starts();
-        self.searches = vec![Search { engine: make(&plan)?, plan, single: None }];
+        self.searches = vec![self.search(self.plan.options.steps, make, None)?];
         Ok(())
+    }
+
+    /// Steps that are tried.
+    fn resolutions(&self) -> impl Iterator<Item = usize> + use<> {
+        let fewest = if self.plan.options.stepper == Stepper::Rk4 { FEWEST_RK4 } else { 0 };
+        STEPS.into_iter().filter(move |steps| *steps >= fewest)
     }
 
     /// Makes trajectories quick and thorough: an engine for single searches, where that for many leaves most of itself
     /// idle; engines of fewer steps, for rods that bend less than the limits permit; one of more, where points are missed.
     pub fn for_trajectories(mut self, many: &mut MakeEngine, single: &mut MakeEngine) -> Result<Control, ControlError> {
-        let fewest = if self.plan.options.stepper == Stepper::Rk4 { FEWEST_RK4 } else { 0 };
         let most = self.plan.options.steps;
         self.searches.clear();
-        for steps in STEPS.into_iter().filter(|steps| (fewest..=most).contains(steps)).chain(self.careful_steps()) {
+        for steps in self.resolutions().filter(|steps| *steps <= most).chain(self.careful_steps()) {
             self.searches.push(self.search(steps, many, Some(single))?);
         }
         self.resolution = self.searches.iter().position(|search| search.plan.options.steps == most).unwrap_or(0);
@@ -123,10 +127,7 @@ impl Control {
 fn search_batch(task: &Task, plan: &Plan, rows: &[(Inputs, Vector)]) -> Batch {
     let values = |i: usize, row: &mut [f64]| (0..row.len()).for_each(|k| row[k] = task.value(k, rows[i].0[k]));
     let mut batch = plan.batch(rows.len(), values);
-    let first = plan.input_count - 3;
-    for (i, (_, m0)) in rows.iter().enumerate() {
-        (0..3).for_each(|a| batch.inputs.set(i, first + a, m0[a]));
-    }
+    rows.iter().enumerate().for_each(|(i, (_, m0))| plan.set_lone_start(&mut batch, i, *m0));
     batch
 }
 

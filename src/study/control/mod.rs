@@ -219,7 +219,7 @@ impl Control {
             Arc::make_mut(&mut control.task).options.tolerance =
                 options.tolerance.max(NOISE_F32 * scene.total_length());
         }
-        control.refine(control.fine_enough(), make)?;
+        control.refine(make)?;
         Ok(control)
     }
 

@@ -62,10 +62,7 @@ impl<'a> Continued<'a> {
 
     fn searches(&self, rows: &[Vec<f64>], starts: &[Vector]) -> Batch {
         let mut batch = batch(&self.plan, rows);
-        let first = self.plan.input_count - 3;
-        for (row, m0) in starts.iter().enumerate() {
-            (0..3).for_each(|a| batch.inputs.set(row, first + a, m0[a]));
-        }
+        starts.iter().enumerate().for_each(|(row, m0)| self.plan.set_lone_start(&mut batch, row, *m0));
         batch
     }
 
