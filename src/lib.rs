@@ -17,15 +17,18 @@
 // Units stand in brackets, such as [m]; they are no links.
 #![allow(rustdoc::broken_intra_doc_links)]
 
-pub mod backend;
-pub mod baseline;
+#[cfg(feature = "gpu")]
 pub mod gpu;
-pub mod lanes;
-pub mod model;
+pub mod input;
 pub mod reference;
 pub mod report;
+pub mod results;
+pub mod spec;
 pub mod study;
 pub mod sweep;
+pub mod table;
+
+pub use rodsweep_kernels::{backend, lanes, model};
 
 #[doc = include_str!("ARCHITECTURE.md")]
 pub mod architecture {}

@@ -1,10 +1,9 @@
-//! What can be wrong with an input file, and what can stop a run.
+//! What can be wrong with an input file.
 
 use super::units::QuantityError;
-use crate::backend::BackendError;
 use crate::model::{ParameterError, PlanError, SceneError};
 use std::fmt;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// A mistake in an input file: where it is, what it is, what to do.
 #[derive(Clone, Debug, PartialEq)]
@@ -69,59 +68,3 @@ impl fmt::Display for InputError {
 }
 
 impl std::error::Error for InputError {}
-
-/// Why a run could not start or go on.
-#[derive(Debug, thiserror::Error)]
-pub enum SweepError {
-    #[error(transparent)]
-    Input(#[from] InputError),
-    #[error(transparent)]
-    Plan(#[from] PlanError),
-    #[error(transparent)]
-    Backend(#[from] BackendError),
-    #[error("{}: {action}: {reason}", path.display())]
-    Io { path: PathBuf, action: &'static str, reason: String },
-    #[error("{} already holds a run; add `--resume` to go on with it, or choose another directory", dir.display())]
-    Exists { dir: PathBuf },
-    #[error("{} is not empty and holds no run of rodsweep; choose an empty or a new directory", dir.display())]
-    Foreign { dir: PathBuf },
-    #[error("{} holds another run: its {what} is {theirs}, here it is {ours}; choose another directory", dir.display())]
-    Mismatch { dir: PathBuf, what: &'static str, theirs: String, ours: String },
-    #[error("{} holds no run of rodsweep (no run.json)", dir.display())]
-    NoRun { dir: PathBuf },
-    #[error("`--shard {text}`: {reason}; write K/N with K from 1 to N, such as 2/8")]
-    Shard { text: String, reason: &'static str },
-    #[error("{count} of {total} parts are missing, the first is part {first}; finish the shards with `--resume`")]
-    MissingParts { count: u64, total: u64, first: u64 },
-    #[error("{} is damaged: {reason}; remove it and run with `--resume`", path.display())]
-    Damaged { path: PathBuf, reason: String },
-    #[error("the backend was prepared for another plan: {what} differ")]
-    WrongPlan { what: &'static str },
-    #[error("the sweep asks for every equilibrium, and the run was given nothing to search with")]
-    NoSearch,
-    #[error("no column `{name}` in {}{}", dir.display(), did_you_mean(.suggestion))]
-    NoColumn { dir: PathBuf, name: String, suggestion: Option<String> },
-}
-
-impl SweepError {
-    /// Whether the user's input or command is at fault (exit code 2) rather than the run (exit code 1).
-    pub fn is_usage(&self) -> bool {
-        matches!(
-            self,
-            SweepError::Input(_)
-                | SweepError::Plan(_)
-                | SweepError::Exists { .. }
-                | SweepError::Foreign { .. }
-                | SweepError::Mismatch { .. }
-                | SweepError::NoRun { .. }
-                | SweepError::Shard { .. }
-                | SweepError::NoColumn { .. }
-                | SweepError::Backend(BackendError::Unsupported { .. })
-        )
-    }
-
-    pub(super) fn io(path: &Path, action: &'static str) -> impl FnOnce(std::io::Error) -> SweepError {
-        let path = path.to_owned();
-        move |error| SweepError::Io { path, action, reason: error.to_string() }
-    }
-}

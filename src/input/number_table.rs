@@ -2,12 +2,11 @@
 
 use super::error::{InputError, Problem};
 use super::scene_file::read_text;
-use super::sink;
 use super::units::{Dimension, parse_quantity};
 use std::path::Path;
 
 /// Columns by name, SI. An empty cell is NaN in the column `optional`, and a mistake elsewhere.
-pub(super) fn read_number_table(
+pub(crate) fn read_number_table(
     file: &Path,
     unit: &dyn Fn(&str) -> Dimension,
     optional: &str,
@@ -40,32 +39,33 @@ pub(super) fn read_number_table(
     Ok(columns)
 }
 
-pub(super) fn is_parquet(file: &Path) -> bool {
+pub(crate) fn is_parquet(file: &Path) -> bool {
     file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("parquet"))
 }
 
 /// Columns by name.
-pub(super) fn read_parquet(file: &Path) -> Result<Vec<(String, Vec<f64>)>, InputError> {
-    sink::read_numbers(file).map_err(|problem| error(file, None, "", Problem::Unreadable(problem.to_string())))
+pub(crate) fn read_parquet(file: &Path) -> Result<Vec<(String, Vec<f64>)>, InputError> {
+    crate::table::parquet::read_numbers(file)
+        .map_err(|problem| error(file, None, "", Problem::Unreadable(problem.to_string())))
 }
 
 /// Lines of a CSV file, neither empty nor comments, with their numbers from 1.
-pub(super) fn csv_lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
+pub(crate) fn csv_lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let lines = text.lines().enumerate().map(|(index, line)| (index + 1, line.trim()));
     lines.filter(|(_, line)| !line.is_empty() && !line.starts_with('#'))
 }
 
 /// Refuses a line that has not as many cells as there are columns.
-pub(super) fn expect_width(file: &Path, line: usize, row: &str, expected: usize) -> Result<(), InputError> {
+pub(crate) fn expect_width(file: &Path, line: usize, row: &str, expected: usize) -> Result<(), InputError> {
     let found = cells(row).count();
     if found == expected { Ok(()) } else { Err(error(file, Some(line), "", Problem::Columns { found, expected })) }
 }
 
-pub(super) fn cells(line: &str) -> impl Iterator<Item = &str> {
+pub(crate) fn cells(line: &str) -> impl Iterator<Item = &str> {
     line.split(',').map(|cell| cell.trim().trim_matches('"'))
 }
 
-pub(super) fn error(file: &Path, line: Option<usize>, key: &str, problem: Problem) -> InputError {
+pub(crate) fn error(file: &Path, line: Option<usize>, key: &str, problem: Problem) -> InputError {
     InputError { file: file.into(), line, key: key.into(), problem: problem.into() }
 }

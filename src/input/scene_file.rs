@@ -42,7 +42,7 @@ pub fn scene_notes(scene: &Scene) -> Vec<String> {
     notes
 }
 
-pub(super) fn read_text(file: &Path) -> Result<String, InputError> {
+pub fn read_text(file: &Path) -> Result<String, InputError> {
     let unreadable = |reason: String| InputError {
         file: file.into(),
         line: None,
@@ -54,7 +54,7 @@ pub(super) fn read_text(file: &Path) -> Result<String, InputError> {
 }
 
 /// Reads a scene from a table: a whole file, or `[scene]` of a sweep.
-pub(super) fn scene(reader: &Reader) -> Result<Scene, InputError> {
+pub(crate) fn scene(reader: &Reader) -> Result<Scene, InputError> {
     reader.check_keys(&SCENE_KEYS)?;
     let mut segments = Vec::new();
     for segment_reader in reader.tables("segment")? {

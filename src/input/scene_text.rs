@@ -14,7 +14,7 @@ pub fn write_scene(scene: &Scene) -> String {
 }
 
 /// The scene as `[scene]` of a sweep file.
-pub(super) fn write_inline_scene(scene: &Scene) -> String {
+pub(crate) fn write_inline_scene(scene: &Scene) -> String {
     let mut text = format!("[scene]\nname = {}\n", quoted(&scene.name));
     write_tables(&mut text, scene, "scene.");
     text

@@ -29,7 +29,7 @@ const COIL_KEYS: [&str; 5] = ["turns", "area", "turns_area", "current", "alignme
 const RESERVED: [&str; 6] = ["base", "field", "loads", "insertion", "model", "scene"];
 
 /// Reads a `[[segment]]` block.
-pub(super) fn segment(reader: &Reader) -> Result<Segment, InputError> {
+pub(crate) fn segment(reader: &Reader) -> Result<Segment, InputError> {
     let kind =
         reader.string("kind")?.ok_or_else(|| reader.missing("kind", "write kind = \"flexible\" or \"rigid\""))?;
     let name = reader.string("name")?.ok_or_else(|| {

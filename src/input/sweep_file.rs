@@ -1,31 +1,50 @@
 //! Reads a sweep file into a `SweepSpec`: every mistake names file, line, key and remedy.
 
 use super::error::{InputError, Problem};
-use super::sampling::MAX_SOBOL_DIMENSIONS;
-use super::scene_file::{parse_scene, read_scene, scene};
-use super::spec::{AxisSpec, BranchChoice, Format, MAX_ROWS, MAX_SAMPLES, Method, OutputQuantity, SweepSpec};
-use super::table_file::{InputTable, read_input_table};
+use super::scene_file::{parse_scene, read_scene, read_text, scene};
+use super::table_file::read_input_table;
 use super::toml::{Reader, Source};
 use crate::model::{
     Parameter, ParameterError, PlanError, PlanOptions, Scene, SegmentParameter, StiffnessAxis, closest,
 };
+use crate::spec::MAX_SOBOL_DIMENSIONS;
+use crate::spec::{
+    AxisSpec, BranchChoice, Format, InputTable, MAX_ROWS, MAX_SAMPLES, Method, OutputQuantity, SweepSpec,
+};
 use std::path::Path;
 use std::sync::Arc;
 
+impl SweepSpec {
+    /// Reads a sweep file and whatever it refers to.
+    pub fn read(file: &Path) -> Result<SweepSpec, InputError> {
+        Self::parse(file, &read_text(file)?)
+    }
+
+    /// Parses the text of a sweep file; relative paths in it start from the folder of `file`.
+    pub fn parse(file: &Path, text: &str) -> Result<SweepSpec, InputError> {
+        parse_sweep(file, text, &[])
+    }
+
+    /// The same; scenes that `built_in` lists, by the path that the sweep has for them, are not read from files.
+    pub fn parse_with(file: &Path, text: &str, built_in: &[(&str, &str)]) -> Result<SweepSpec, InputError> {
+        parse_sweep(file, text, built_in)
+    }
+}
+
 /// Scene files that need not be read: path as a sweep names it, and text.
-pub(super) type BuiltIn<'a> = [(&'a str, &'a str)];
+pub type BuiltIn<'a> = [(&'a str, &'a str)];
 
 /// Parses the text of a sweep file.
-pub(super) fn parse_sweep(file: &Path, text: &str, built_in: &BuiltIn) -> Result<SweepSpec, InputError> {
+fn parse_sweep(file: &Path, text: &str, built_in: &BuiltIn) -> Result<SweepSpec, InputError> {
     sweep_of(&Source::parse(file, text)?, file, built_in)
 }
 
 /// The sweep of a parsed file; what `bench` has to say in it is left alone.
-pub(super) fn sweep_of(source: &Source, file: &Path, built_in: &BuiltIn) -> Result<SweepSpec, InputError> {
+pub fn sweep_of(source: &Source, file: &Path, built_in: &BuiltIn) -> Result<SweepSpec, InputError> {
     let root = source.root();
     root.check_keys(&["scene", "sampling", "axis", "solver", "output", "workspace", "bench"])?;
     let scene = sweep_scene(&root, file, built_in)?;
-    let mut notes = super::scene_notes(&scene);
+    let mut notes = super::scene_file::scene_notes(&scene);
     let sampling = root.table("sampling")?;
     let sampling = sampling.ok_or_else(|| root.missing("sampling", "add [sampling] with a method such as \"grid\""))?;
     sampling.check_keys(&["method", "samples", "seed", "file"])?;
@@ -62,7 +81,7 @@ pub(super) fn sweep_of(source: &Source, file: &Path, built_in: &BuiltIn) -> Resu
 }
 
 /// One word of a fixed list.
-pub(super) fn choice<T: Copy>(
+pub fn choice<T: Copy>(
     reader: &Reader,
     name: &str,
     all: &[T],
@@ -72,7 +91,7 @@ pub(super) fn choice<T: Copy>(
     one_of(text, all, word).map(Some).map_err(|problem| reader.error(name, problem))
 }
 
-pub(super) fn one_of<T: Copy>(text: &str, all: &[T], word: fn(T) -> &'static str) -> Result<T, Problem> {
+pub fn one_of<T: Copy>(text: &str, all: &[T], word: fn(T) -> &'static str) -> Result<T, Problem> {
     let words: Vec<&str> = all.iter().map(|item| word(*item)).collect();
     match all.iter().find(|item| word(**item) == text) {
         Some(item) => Ok(*item),
@@ -110,7 +129,7 @@ fn sweep_scene(root: &Reader, file: &Path, built_in: &BuiltIn) -> Result<Scene, 
     }
 }
 
-pub(super) fn parameters(reader: &Reader, key: &str, scene: &Scene, name: &str) -> Result<Vec<Parameter>, InputError> {
+pub fn parameters(reader: &Reader, key: &str, scene: &Scene, name: &str) -> Result<Vec<Parameter>, InputError> {
     Parameter::parse(scene, name).map_err(|error| reader.error(key, error))
 }
 

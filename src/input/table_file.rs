@@ -5,40 +5,8 @@ use super::number_table::{cells, csv_lines, error, expect_width, is_parquet, rea
 use super::scene_file::read_text;
 use super::units::{Dimension, parse_quantity};
 use crate::model::{Parameter, Scene};
+use crate::spec::InputTable;
 use std::path::Path;
-
-/// Values by row, one column a parameter, SI.
-#[derive(Clone, Debug, PartialEq)]
-pub struct InputTable {
-    parameters: Vec<Parameter>,
-    values: Vec<f64>,
-}
-
-impl InputTable {
-    pub fn parameters(&self) -> &[Parameter] {
-        &self.parameters
-    }
-
-    pub fn row_count(&self) -> usize {
-        self.values.len() / self.parameters.len().max(1)
-    }
-
-    pub fn row(&self, index: usize) -> &[f64] {
-        let width = self.parameters.len();
-        &self.values[index * width..(index + 1) * width]
-    }
-
-    /// As CSV that reads back identically.
-    pub fn to_csv(&self, scene: &Scene) -> String {
-        let names: Vec<String> = self.parameters.iter().map(|parameter| parameter.name(scene)).collect();
-        let mut text = names.join(",") + "\n";
-        for row in 0..self.row_count() {
-            let cells: Vec<String> = self.row(row).iter().map(|value| format!("{value:?}")).collect();
-            text += &(cells.join(",") + "\n");
-        }
-        text
-    }
-}
 
 /// Reads a table of values by parameter; a column `sample` is ignored.
 pub fn read_input_table(file: &Path, scene: &Scene) -> Result<InputTable, InputError> {
@@ -104,7 +72,7 @@ fn parse_csv(file: &Path, text: &str, scene: &Scene) -> Result<InputTable, Input
             values.push(value.map_err(|problem| error(file, Some(line), name, Problem::Quantity(problem)))?);
         }
     }
-    Ok(InputTable { parameters: columns.into_iter().flatten().collect(), values })
+    Ok(InputTable::new(columns.into_iter().flatten().collect(), values))
 }
 
 fn parse_parquet(file: &Path, scene: &Scene) -> Result<InputTable, InputError> {
@@ -126,5 +94,5 @@ fn parse_parquet(file: &Path, scene: &Scene) -> Result<InputTable, InputError> {
             values.push(column[row]);
         }
     }
-    Ok(InputTable { parameters: columns.into_iter().flatten().collect(), values })
+    Ok(InputTable::new(columns.into_iter().flatten().collect(), values))
 }

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use toml_edit::{Array, Document, Item, TableLike, Value};
 
 /// A parsed file and the line of each of its keys.
-pub(super) struct Source {
+pub struct Source {
     file: PathBuf,
     document: Document<String>,
     lines: BTreeMap<String, usize>,
@@ -16,7 +16,7 @@ pub(super) struct Source {
 
 /// One table of a file.
 #[derive(Clone)]
-pub(super) struct Reader<'a> {
+pub struct Reader<'a> {
     source: &'a Source,
     table: &'a dyn TableLike,
     path: String,
@@ -334,6 +334,6 @@ fn type_words(name: &str) -> &'static str {
 }
 
 /// A text as TOML writes it.
-pub(super) fn quoted(text: &str) -> String {
+pub fn quoted(text: &str) -> String {
     Value::from(text).to_string()
 }

@@ -5,7 +5,6 @@
 
 mod axes;
 mod bars;
-pub mod bench;
 
 mod canvas;
 mod cloud;

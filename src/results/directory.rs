@@ -1,19 +1,25 @@
 //! A result directory: its identity, what lies in it, who may write to it.
 
-use super::columns::{Column, Table};
-use super::error::SweepError;
-use super::sink::{self, FileMetadata, PartInfo};
-use super::spec::{Format, RESOLVED_TABLE, SweepSpec};
+use super::error::ResultsError;
+use super::parts::{self, FileMetadata, PartInfo};
 use crate::backend::Precision;
+use crate::spec::{Format, RESOLVED_TABLE, SweepSpec};
+use crate::table::{Column, Table};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 use xxhash_rust::xxh3::xxh3_128;
 
-pub(super) const RUN_FILE: &str = "run.json";
-pub(super) const SWEEP_FILE: &str = "sweep.toml";
-pub(super) const MANIFEST_FILE: &str = "manifest.json";
+pub(crate) const RUN_FILE: &str = "run.json";
+pub(crate) const SWEEP_FILE: &str = "sweep.toml";
+pub(crate) const MANIFEST_FILE: &str = "manifest.json";
+/// Scene of the sample with the largest spot-check error, for `solve`.
+pub const WORST_FILE: &str = "spot-check-worst.toml";
+/// Voxels of a run without rows.
+pub const WORKSPACE_FILE: &str = "workspace.parquet";
+/// Tips of a run without rows.
+pub const TIPS_FILE: &str = "tips.parquet";
 
 /// What a run is. Never changes; every part carries `run_id`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -33,7 +39,7 @@ pub struct RunRecord {
 }
 
 impl RunRecord {
-    pub(super) fn new(
+    pub(crate) fn new(
         spec: &SweepSpec,
         schema: &str,
         sample_count: u64,
@@ -73,14 +79,14 @@ impl RunRecord {
         Format::ALL.into_iter().find(|format| format.name() == self.format).unwrap_or(Format::Parquet)
     }
 
-    pub(super) fn read(dir: &Path) -> Result<RunRecord, SweepError> {
+    pub(crate) fn read(dir: &Path) -> Result<RunRecord, ResultsError> {
         let path = dir.join(RUN_FILE);
-        let text = std::fs::read_to_string(&path).map_err(|_| SweepError::NoRun { dir: dir.into() })?;
-        serde_json::from_str(&text).map_err(|error| SweepError::Damaged { path, reason: error.to_string() })
+        let text = std::fs::read_to_string(&path).map_err(|_| ResultsError::NoRun { dir: dir.into() })?;
+        serde_json::from_str(&text).map_err(|error| ResultsError::Damaged { path, reason: error.to_string() })
     }
 
     /// Refuses a directory whose run differs, naming what differs.
-    pub(super) fn check_same(&self, dir: &Path, theirs: &RunRecord) -> Result<(), SweepError> {
+    pub(crate) fn check_same(&self, dir: &Path, theirs: &RunRecord) -> Result<(), ResultsError> {
         if self.run_id == theirs.run_id {
             return Ok(());
         }
@@ -97,43 +103,43 @@ impl RunRecord {
         let differs = fields.into_iter().find(|(_, theirs, ours)| theirs != ours);
         let unknown = || ("run id", theirs.run_id.clone(), self.run_id.clone());
         let (what, theirs, ours) = differs.unwrap_or_else(unknown);
-        Err(SweepError::Mismatch { dir: dir.into(), what, theirs, ours })
+        Err(ResultsError::Mismatch { dir: dir.into(), what, theirs, ours })
     }
 }
 
 /// Makes or joins a directory for a run.
-pub(super) fn open(dir: &Path, record: &RunRecord, spec: &SweepSpec, resume: bool) -> Result<(), SweepError> {
-    std::fs::create_dir_all(dir).map_err(SweepError::io(dir, "making the result directory"))?;
+pub(crate) fn open(dir: &Path, record: &RunRecord, spec: &SweepSpec, resume: bool) -> Result<(), ResultsError> {
+    std::fs::create_dir_all(dir).map_err(ResultsError::io(dir, "making the result directory"))?;
     let run_file = dir.join(RUN_FILE);
     if run_file.exists() {
         record.check_same(dir, &RunRecord::read(dir)?)?;
         if !resume {
-            return Err(SweepError::Exists { dir: dir.into() });
+            return Err(ResultsError::Exists { dir: dir.into() });
         }
     } else {
         if names(dir)?.iter().any(|name| !name.starts_with('.')) {
-            return Err(SweepError::Foreign { dir: dir.into() });
+            return Err(ResultsError::Foreign { dir: dir.into() });
         }
         let text = serde_json::to_string_pretty(record).unwrap_or_default() + "\n";
-        if !sink::write_atomically(&run_file, text.as_bytes(), false)? {
+        if !parts::write_atomically(&run_file, text.as_bytes(), false)? {
             record.check_same(dir, &RunRecord::read(dir)?)?;
         }
     }
     remove_stale_temporaries(dir)?;
     if let Some(table) = &spec.table {
-        sink::write_atomically(&dir.join(RESOLVED_TABLE), table.to_csv(&spec.scene).as_bytes(), true)?;
+        parts::write_atomically(&dir.join(RESOLVED_TABLE), table.to_csv(&spec.scene).as_bytes(), true)?;
     }
-    sink::write_atomically(&dir.join(SWEEP_FILE), spec.to_toml().as_bytes(), true)?;
+    parts::write_atomically(&dir.join(SWEEP_FILE), spec.to_toml().as_bytes(), true)?;
     Ok(())
 }
 
-pub(super) fn names(dir: &Path) -> Result<Vec<String>, SweepError> {
-    let entries = std::fs::read_dir(dir).map_err(SweepError::io(dir, "listing"))?;
+pub(crate) fn names(dir: &Path) -> Result<Vec<String>, ResultsError> {
+    let entries = std::fs::read_dir(dir).map_err(ResultsError::io(dir, "listing"))?;
     Ok(entries.flatten().map(|entry| entry.file_name().to_string_lossy().into_owned()).collect())
 }
 
 /// Temporary files that no live writer can still be writing.
-fn remove_stale_temporaries(dir: &Path) -> Result<(), SweepError> {
+fn remove_stale_temporaries(dir: &Path) -> Result<(), ResultsError> {
     const STALE: Duration = Duration::from_secs(3600);
     for name in names(dir)?.iter().filter(|name| name.starts_with('.') && name.contains(".tmp-")) {
         let path = dir.join(name);
@@ -147,20 +153,20 @@ fn remove_stale_temporaries(dir: &Path) -> Result<(), SweepError> {
 }
 
 /// Parts of a directory by chunk: sound ones, and paths of damaged ones with the reason.
-pub(super) struct Parts {
+pub(crate) struct Parts {
     pub sound: BTreeMap<u64, PartInfo>,
     pub damaged: Vec<(PathBuf, String)>,
 }
 
-pub(super) fn parts(dir: &Path, record: &RunRecord) -> Result<Parts, SweepError> {
+pub(crate) fn parts(dir: &Path, record: &RunRecord) -> Result<Parts, ResultsError> {
     let mut parts = Parts { sound: BTreeMap::new(), damaged: Vec::new() };
     let format = record.format();
     for name in names(dir)? {
-        let Some(chunk) = sink::part_chunk(&name, format) else { continue };
+        let Some(chunk) = parts::part_chunk(&name, format) else { continue };
         let path = dir.join(&name);
         match check(&path, chunk, record) {
             Ok(info) => drop(parts.sound.insert(chunk, info)),
-            Err(SweepError::Damaged { reason, .. }) => parts.damaged.push((path, reason)),
+            Err(ResultsError::Damaged { reason, .. }) => parts.damaged.push((path, reason)),
             Err(error) => return Err(error),
         }
     }
@@ -169,9 +175,9 @@ pub(super) fn parts(dir: &Path, record: &RunRecord) -> Result<Parts, SweepError>
 }
 
 /// Whether a part is whole, of this run, and holds its chunk's samples.
-fn check(path: &Path, chunk: u64, record: &RunRecord) -> Result<PartInfo, SweepError> {
-    let damaged = |reason: &str| SweepError::Damaged { path: path.into(), reason: reason.into() };
-    let info = sink::check_part(path, record.format())?;
+fn check(path: &Path, chunk: u64, record: &RunRecord) -> Result<PartInfo, ResultsError> {
+    let damaged = |reason: &str| ResultsError::Damaged { path: path.into(), reason: reason.into() };
+    let info = parts::check_part(path, record.format())?;
     if info.run_id != record.run_id {
         return Err(damaged("it belongs to another run"));
     }
@@ -181,17 +187,17 @@ fn check(path: &Path, chunk: u64, record: &RunRecord) -> Result<PartInfo, SweepE
     Ok(info)
 }
 
-pub(super) fn part_path(dir: &Path, chunk: u64, format: Format) -> PathBuf {
-    dir.join(sink::part_name(chunk, format))
+pub(crate) fn part_path(dir: &Path, chunk: u64, format: Format) -> PathBuf {
+    dir.join(parts::part_name(chunk, format))
 }
 
 /// Metadata that every file of a run carries.
-pub(super) fn metadata(spec: &SweepSpec, record: &RunRecord) -> FileMetadata {
+pub(crate) fn metadata(spec: &SweepSpec, record: &RunRecord) -> FileMetadata {
     FileMetadata { run_id: record.run_id.clone(), sweep: spec.to_toml(), seed: spec.seed }
 }
 
 /// Names of the columns that are not derivatives.
-pub(super) fn plain_columns(columns: &Table) -> Vec<&str> {
+pub(crate) fn plain_columns(columns: &Table) -> Vec<&str> {
     let names = columns.columns.iter().map(|column: &Column| column.name.as_str());
     names.filter(|name| !name.starts_with("d(")).collect()
 }

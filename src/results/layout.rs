@@ -1,15 +1,16 @@
 //! Rows of a result: the sample, its parameters, its status, quantities, derivatives. Column by column out of solutions.
 
-use super::columns::{Column, Table, Values, rotation_vector};
-use super::sampling::Sampler;
-use super::spec::{BranchChoice, Format, OutputQuantity, SweepSpec};
+use super::directory::plain_columns;
 use crate::backend::Precision;
-use crate::model::{Batch, Plan, Quantity, Solutions, Vector, base_curvature};
+use crate::model::{Batch, Plan, Quantity, Solutions, Vector, base_curvature, rotation_vector};
+use crate::spec::Sampler;
+use crate::spec::{BranchChoice, Format, OutputQuantity, SweepSpec};
+use crate::table::{Column, Table, Values};
 use rayon::prelude::*;
 use std::ops::Range;
 
 /// Which columns a sweep writes and how they follow from solutions.
-pub(super) struct Layout {
+pub(crate) struct Layout {
     empty: Table,
     /// Of each column.
     sources: Vec<Source>,
@@ -38,7 +39,7 @@ enum Source {
 }
 
 /// Rows to be written: consecutive ones of some solutions.
-pub(super) struct Rows<'a> {
+pub(crate) struct Rows<'a> {
     pub plan: &'a Plan,
     pub batch: &'a Batch,
     pub solutions: &'a Solutions,
@@ -50,7 +51,7 @@ pub(super) struct Rows<'a> {
 
 /// What a row says about its place among the equilibria of its sample.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct BranchCells {
+pub(crate) struct BranchCells {
     /// Of the batch.
     pub sample: usize,
     pub number: usize,
@@ -60,8 +61,8 @@ pub(super) struct BranchCells {
 }
 
 /// Only where every equilibrium is asked for: its number in its sample, and whether the list may be complete.
-pub(super) const BRANCH_COLUMN: &str = "branch";
-pub(super) const BALANCED_COLUMN: &str = "balanced";
+pub(crate) const BRANCH_COLUMN: &str = "branch";
+pub(crate) const BALANCED_COLUMN: &str = "balanced";
 
 const VECTOR: [&str; 3] = [".x", ".y", ".z"];
 const SCALAR: [&str; 1] = [""];
@@ -72,6 +73,14 @@ impl Rows<'_> {
     /// Sample of the batch of a row of the solutions.
     fn sample(&self, row: usize) -> usize {
         self.branches.map_or(row, |branches| branches[row].sample)
+    }
+}
+
+impl SweepSpec {
+    /// Names of the columns that are no derivatives.
+    pub fn column_names(&self) -> Vec<String> {
+        let layout = Layout::new(self, Precision::F64);
+        plain_columns(layout.empty()).into_iter().map(str::to_owned).collect()
     }
 }
 

@@ -3,28 +3,20 @@
 //! Only this module names Parquet and Arrow. A Parquet part carries the XXH3 of its data pages and its counts in
 //! the footer; a CSV or NPZ part has them in a sidecar `<part>.json`, written before it.
 
-mod csv;
-mod npz;
-mod parquet;
-mod plain;
-
-use super::columns::Table;
-use super::error::SweepError;
+use super::error::ResultsError;
 use super::layout::BRANCH_COLUMN;
-use super::spec::Format;
 use crate::model::Status;
+use crate::spec::Format;
+use crate::table::{Table, csv, npz, parquet};
 use serde::{Deserialize, Serialize};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use xxhash_rust::xxh3::xxh3_64;
 
-pub(super) use parquet::read_numbers;
-pub use plain::{PlainColumn, PlainValues, write_plain};
-
 /// What a part says about itself.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) struct PartInfo {
+pub(crate) struct PartInfo {
     pub run_id: String,
     pub rows: u64,
     /// Where a sample may have several rows.
@@ -45,7 +37,7 @@ impl PartInfo {
 
 /// What every file of a run carries.
 #[derive(Clone, Debug)]
-pub(super) struct FileMetadata {
+pub(crate) struct FileMetadata {
     pub run_id: String,
     /// The resolved sweep.
     pub sweep: String,
@@ -53,17 +45,17 @@ pub(super) struct FileMetadata {
 }
 
 /// Name of a chunk's part.
-pub(super) fn part_name(chunk: u64, format: Format) -> String {
+pub(crate) fn part_name(chunk: u64, format: Format) -> String {
     format!("part-{chunk:010}.{}", format.name())
 }
 
 /// Chunk of a part file's name.
-pub(super) fn part_chunk(name: &str, format: Format) -> Option<u64> {
+pub(crate) fn part_chunk(name: &str, format: Format) -> Option<u64> {
     let digits = name.strip_prefix("part-")?.strip_suffix(format.name())?.strip_suffix('.')?;
     (digits.len() >= 10).then(|| digits.parse().ok()).flatten()
 }
 
-pub(super) fn info_of(table: &Table, run_id: &str) -> PartInfo {
+pub(crate) fn info_of(table: &Table, run_id: &str) -> PartInfo {
     let mut counts = vec![0; Status::ALL.len()];
     for status in table.statuses() {
         counts[status.code() as usize] += 1;
@@ -81,18 +73,18 @@ pub(super) fn info_of(table: &Table, run_id: &str) -> PartInfo {
 /// Writes a part unless one is there; then the one there is checked and kept. Returns what lies on disk.
 ///
 /// `bytes` is memory to encode in, used again from part to part.
-pub(super) fn write_part(
+pub(crate) fn write_part(
     path: &Path,
     table: &Table,
     format: Format,
     metadata: &FileMetadata,
     bytes: &mut Vec<u8>,
-) -> Result<PartInfo, SweepError> {
+) -> Result<PartInfo, ResultsError> {
     let mut info = info_of(table, &metadata.run_id);
     match format {
         Format::Parquet => parquet::encode(path, table, metadata, &mut info, bytes)?,
         Format::Csv => *bytes = csv::encode(table),
-        Format::Npz | Format::None => *bytes = npz::encode(table).map_err(SweepError::io(path, "encoding"))?,
+        Format::Npz | Format::None => *bytes = npz::encode(table).map_err(ResultsError::io(path, "encoding"))?,
     }
     if format != Format::Parquet {
         info.checksum = checksum(bytes);
@@ -103,19 +95,19 @@ pub(super) fn write_part(
 }
 
 /// Checks a part's checksum and returns what it says about itself.
-pub(super) fn check_part(path: &Path, format: Format) -> Result<PartInfo, SweepError> {
-    let bytes = std::fs::read(path).map_err(SweepError::io(path, "reading"))?;
+pub(crate) fn check_part(path: &Path, format: Format) -> Result<PartInfo, ResultsError> {
+    let bytes = std::fs::read(path).map_err(ResultsError::io(path, "reading"))?;
     if format == Format::Parquet {
         return parquet::check(path, &bytes);
     }
-    let damaged = |reason: &str| SweepError::Damaged { path: path.into(), reason: reason.into() };
+    let damaged = |reason: &str| ResultsError::Damaged { path: path.into(), reason: reason.into() };
     let text = std::fs::read_to_string(sidecar(path)).map_err(|_| damaged("its checksum file is missing"))?;
     let info: PartInfo = serde_json::from_str(&text).map_err(|_| damaged("its checksum file cannot be read"))?;
     if info.checksum == checksum(&bytes) { Ok(info) } else { Err(damaged("the checksum differs")) }
 }
 
 /// Reads the columns named (all, if none are) of a part, in the part's order. `like` gives the kinds of text formats.
-pub(super) fn read_part(path: &Path, format: Format, names: &[&str], like: &Table) -> Result<Table, SweepError> {
+pub(crate) fn read_part(path: &Path, format: Format, names: &[&str], like: &Table) -> Result<Table, ResultsError> {
     match format {
         Format::Parquet => parquet::read(path, names),
         Format::Csv => csv::read(path, names, like),
@@ -124,7 +116,7 @@ pub(super) fn read_part(path: &Path, format: Format, names: &[&str], like: &Tabl
 }
 
 /// Writes a table that is not a part (voxels, tips) as Parquet, replacing what is there.
-pub(super) fn write_table(path: &Path, table: &Table, metadata: &FileMetadata) -> Result<(), SweepError> {
+pub(crate) fn write_table(path: &Path, table: &Table, metadata: &FileMetadata) -> Result<(), ResultsError> {
     let mut info = info_of(table, &metadata.run_id);
     let mut bytes = Vec::new();
     parquet::encode(path, table, metadata, &mut info, &mut bytes)?;
@@ -132,27 +124,27 @@ pub(super) fn write_table(path: &Path, table: &Table, metadata: &FileMetadata) -
 }
 
 /// Moves a damaged part and its sidecar out of the way.
-pub(super) fn quarantine(path: &Path) -> Result<PathBuf, SweepError> {
+pub(crate) fn quarantine(path: &Path) -> Result<PathBuf, ResultsError> {
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let free = (0..).map(|k| path.with_file_name(format!("{name}.bad-{k}"))).find(|to| !to.exists());
     let to = free.unwrap_or_else(|| path.with_file_name(format!("{name}.bad")));
-    std::fs::rename(path, &to).map_err(SweepError::io(path, "moving a damaged part away"))?;
+    std::fs::rename(path, &to).map_err(ResultsError::io(path, "moving a damaged part away"))?;
     let _ = std::fs::remove_file(sidecar(path));
     Ok(to)
 }
 
-pub(super) fn sidecar(path: &Path) -> PathBuf {
+pub(crate) fn sidecar(path: &Path) -> PathBuf {
     let mut name = path.as_os_str().to_owned();
     name.push(".json");
     name.into()
 }
 
-fn checksum(bytes: &[u8]) -> String {
+pub(crate) fn checksum(bytes: &[u8]) -> String {
     format!("xxh3:{:016x}:{}", xxh3_64(bytes), bytes.len())
 }
 
 /// Temporary file, fsync, then link (fails if the name is taken) or rename, fsync of the folder. False: taken.
-pub(super) fn write_atomically(path: &Path, bytes: &[u8], replace: bool) -> Result<bool, SweepError> {
+pub(crate) fn write_atomically(path: &Path, bytes: &[u8], replace: bool) -> Result<bool, ResultsError> {
     static COUNTER: AtomicU64 = AtomicU64::new(0);
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let unique = COUNTER.fetch_add(1, Ordering::Relaxed);
@@ -164,7 +156,7 @@ pub(super) fn write_atomically(path: &Path, bytes: &[u8], replace: bool) -> Resu
     })();
     let placed = written.and_then(|()| place(&temporary, path, replace));
     let _ = std::fs::remove_file(&temporary);
-    let placed = placed.map_err(SweepError::io(path, "writing"))?;
+    let placed = placed.map_err(ResultsError::io(path, "writing"))?;
     sync_folder(path);
     Ok(placed)
 }

@@ -1,14 +1,14 @@
 //! Reads result directories back: status, columns, and shards merged into one.
 
-use super::columns::{Column, Table};
 use super::directory::{self, MANIFEST_FILE, RUN_FILE, RunRecord, SWEEP_FILE};
-use super::error::SweepError;
-use super::manifest::{TIPS_FILE, WORKSPACE_FILE};
+use super::directory::{TIPS_FILE, WORKSPACE_FILE};
+use super::error::ResultsError;
+use super::parts::{self, PartInfo};
 use super::reduce::{Reduction, failures};
-use super::sink::{self, PartInfo};
-use super::spec::{BranchChoice, Format, RESOLVED_TABLE, SweepSpec};
 use crate::backend::Precision;
 use crate::model::{Status, closest};
+use crate::spec::{BranchChoice, Format, RESOLVED_TABLE, SweepSpec};
+use crate::table::{Column, Table};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -40,7 +40,7 @@ impl DirectoryStatus {
 }
 
 /// Checks every part of a result directory.
-pub fn directory_status(dir: &Path) -> Result<DirectoryStatus, SweepError> {
+pub fn directory_status(dir: &Path) -> Result<DirectoryStatus, ResultsError> {
     let record = RunRecord::read(dir)?;
     let parts = directory::parts(dir, &record)?;
     let mut counts = [0; Status::ALL.len()];
@@ -64,22 +64,22 @@ pub fn directory_status(dir: &Path) -> Result<DirectoryStatus, SweepError> {
 }
 
 /// The sweep of a result directory.
-pub fn read_spec(dir: &Path) -> Result<SweepSpec, SweepError> {
+pub fn read_spec(dir: &Path) -> Result<SweepSpec, ResultsError> {
     if !dir.join(RUN_FILE).is_file() {
-        return Err(SweepError::NoRun { dir: dir.into() });
+        return Err(ResultsError::NoRun { dir: dir.into() });
     }
     Ok(SweepSpec::read(&dir.join(SWEEP_FILE))?)
 }
 
 /// The manifest of a result directory.
-pub fn read_manifest(dir: &Path) -> Result<serde_json::Value, SweepError> {
+pub fn read_manifest(dir: &Path) -> Result<serde_json::Value, ResultsError> {
     let path = dir.join(MANIFEST_FILE);
-    let text = std::fs::read_to_string(&path).map_err(SweepError::io(&path, "reading"))?;
-    serde_json::from_str(&text).map_err(|error| SweepError::Damaged { path, reason: error.to_string() })
+    let text = std::fs::read_to_string(&path).map_err(ResultsError::io(&path, "reading"))?;
+    serde_json::from_str(&text).map_err(|error| ResultsError::Damaged { path, reason: error.to_string() })
 }
 
 /// Columns of a result without rows: names, units, kinds.
-fn layout(dir: &Path, record: &RunRecord) -> Result<Table, SweepError> {
+fn layout(dir: &Path, record: &RunRecord) -> Result<Table, ResultsError> {
     let precision = if record.precision == "f32" { Precision::F32 } else { Precision::F64 };
     Ok(super::layout::Layout::new(&read_spec(dir)?, precision).empty().clone())
 }
@@ -88,25 +88,25 @@ fn layout(dir: &Path, record: &RunRecord) -> Result<Table, SweepError> {
 pub fn for_each_part(
     dir: &Path,
     names: &[&str],
-    mut visit: impl FnMut(&Table) -> Result<(), SweepError>,
-) -> Result<(), SweepError> {
+    mut visit: impl FnMut(&Table) -> Result<(), ResultsError>,
+) -> Result<(), ResultsError> {
     let record = RunRecord::read(dir)?;
     let columns = layout(dir, &record)?;
     for name in names {
         if columns.column(name).is_none() {
             let suggestion = closest(name, columns.columns.iter().map(|column: &Column| column.name.as_str()));
-            return Err(SweepError::NoColumn { dir: dir.into(), name: (*name).into(), suggestion });
+            return Err(ResultsError::NoColumn { dir: dir.into(), name: (*name).into(), suggestion });
         }
     }
     for chunk in directory::parts(dir, &record)?.sound.keys() {
         let path = directory::part_path(dir, *chunk, record.format());
-        visit(&sink::read_part(&path, record.format(), names, &columns)?)?;
+        visit(&parts::read_part(&path, record.format(), names, &columns)?)?;
     }
     Ok(())
 }
 
 /// The named columns of a whole result (all, if none are named), in order of samples.
-pub fn read_columns(dir: &Path, names: &[&str]) -> Result<Table, SweepError> {
+pub fn read_columns(dir: &Path, names: &[&str]) -> Result<Table, ResultsError> {
     let mut all = Table::default();
     for_each_part(dir, names, |table| {
         all.append(table);
@@ -116,12 +116,12 @@ pub fn read_columns(dir: &Path, names: &[&str]) -> Result<Table, SweepError> {
 }
 
 /// Any Parquet file that a run wrote (`workspace.parquet`, `tips.parquet`).
-pub fn read_parquet_table(path: &Path) -> Result<Table, SweepError> {
-    sink::read_part(path, Format::Parquet, &[], &Table::default())
+pub fn read_parquet_table(path: &Path) -> Result<Table, ResultsError> {
+    parts::read_part(path, Format::Parquet, &[], &Table::default())
 }
 
 /// Statistics of a finished result, voxels included, as the run itself would have gathered them.
-pub fn reduce_directory(dir: &Path, voxel: f64) -> Result<Reduction, SweepError> {
+pub fn reduce_directory(dir: &Path, voxel: f64) -> Result<Reduction, ResultsError> {
     let record = RunRecord::read(dir)?;
     let columns = layout(dir, &record)?;
     let mut reduction = Reduction::new(record.sample_count, voxel, true);
@@ -133,8 +133,8 @@ pub fn reduce_directory(dir: &Path, voxel: f64) -> Result<Reduction, SweepError>
 }
 
 /// Gathers the parts of shards into `out`; every chunk must be in one of them.
-pub fn merge(dirs: &[PathBuf], out: &Path) -> Result<DirectoryStatus, SweepError> {
-    let Some(first) = dirs.first() else { return Err(SweepError::NoRun { dir: out.into() }) };
+pub fn merge(dirs: &[PathBuf], out: &Path) -> Result<DirectoryStatus, ResultsError> {
+    let Some(first) = dirs.first() else { return Err(ResultsError::NoRun { dir: out.into() }) };
     let record = RunRecord::read(first)?;
     if record.format() == Format::None {
         return merge_workspaces(dirs, out, &record);
@@ -149,7 +149,7 @@ pub fn merge(dirs: &[PathBuf], out: &Path) -> Result<DirectoryStatus, SweepError
     let missing: Vec<u64> = (0..record.chunk_count()).filter(|chunk| !sources.contains_key(chunk)).collect();
     if let Some(first) = missing.first() {
         let (count, total) = (missing.len() as u64, record.chunk_count());
-        return Err(SweepError::MissingParts { count, total, first: *first });
+        return Err(ResultsError::MissingParts { count, total, first: *first });
     }
     // The sweep as run was read from `first`, so its text is the same again.
     let spec = read_spec(first)?;
@@ -161,8 +161,8 @@ pub fn merge(dirs: &[PathBuf], out: &Path) -> Result<DirectoryStatus, SweepError
     }
     for path in sources.values() {
         let to = out.join(path.file_name().unwrap_or_default());
-        if sink::sidecar(path).is_file() {
-            copy(&sink::sidecar(path), &sink::sidecar(&to), true)?;
+        if parts::sidecar(path).is_file() {
+            copy(&parts::sidecar(path), &parts::sidecar(&to), true)?;
         }
         copy(path, &to, false)?;
     }
@@ -176,7 +176,7 @@ fn finish_merge(
     record: &RunRecord,
     spec: &SweepSpec,
     status: DirectoryStatus,
-) -> Result<DirectoryStatus, SweepError> {
+) -> Result<DirectoryStatus, ResultsError> {
     let manifests: Vec<serde_json::Value> = dirs.iter().filter_map(|dir| read_manifest(dir).ok()).collect();
     let counts: BTreeMap<&str, u64> =
         Status::ALL.into_iter().map(|s| (s.name(), status.counts[s.code() as usize])).filter(|(_, n)| *n > 0).collect();
@@ -195,12 +195,12 @@ fn finish_merge(
         "merged_from": manifests,
     });
     let text = serde_json::to_string_pretty(&merged).unwrap_or_default() + "\n";
-    sink::write_atomically(&out.join(MANIFEST_FILE), text.as_bytes(), true)?;
+    parts::write_atomically(&out.join(MANIFEST_FILE), text.as_bytes(), true)?;
     Ok(status)
 }
 
 /// Adds up the voxels of shards without rows; every shard must be there once and complete.
-fn merge_workspaces(dirs: &[PathBuf], out: &Path, record: &RunRecord) -> Result<DirectoryStatus, SweepError> {
+fn merge_workspaces(dirs: &[PathBuf], out: &Path, record: &RunRecord) -> Result<DirectoryStatus, ResultsError> {
     let mut seen: BTreeMap<u64, u64> = BTreeMap::new();
     let (mut voxels, mut tips) = (BTreeMap::<[u64; 3], (usize, u64)>::new(), Table::default());
     let (mut centres, mut counts, mut done) = (Table::default(), [0; Status::ALL.len()], 0);
@@ -210,7 +210,7 @@ fn merge_workspaces(dirs: &[PathBuf], out: &Path, record: &RunRecord) -> Result<
         let shard = |key: &str| manifest["shard"][key].as_u64().unwrap_or(0);
         if manifest["complete"] != true || seen.insert(shard("index"), shard("count")).is_some() {
             let reason = "the shard is not complete, or is given twice".into();
-            return Err(SweepError::Damaged { path: dir.join(MANIFEST_FILE), reason });
+            return Err(ResultsError::Damaged { path: dir.join(MANIFEST_FILE), reason });
         }
         done += manifest["samples_of_shard"].as_u64().unwrap_or(0);
         for status in Status::ALL {
@@ -231,7 +231,7 @@ fn merge_workspaces(dirs: &[PathBuf], out: &Path, record: &RunRecord) -> Result<
     let expected = seen.values().next().copied().unwrap_or(1);
     if let Some(first) = (1..=expected).find(|index| seen.get(index) != Some(&expected)) {
         let count = expected.saturating_sub(seen.len() as u64).max(1);
-        return Err(SweepError::MissingParts { count, total: expected, first });
+        return Err(ResultsError::MissingParts { count, total: expected, first });
     }
     let spec = read_spec(&dirs[0])?;
     directory::open(out, record, &spec, true)?;
@@ -242,19 +242,19 @@ fn merge_workspaces(dirs: &[PathBuf], out: &Path, record: &RunRecord) -> Result<
     for (row, total) in rows {
         for (to, from) in merged.columns.iter_mut().zip(&centres.columns) {
             match &mut to.values {
-                super::columns::Values::Index(counts) => counts.push(total),
+                crate::table::Values::Index(counts) => counts.push(total),
                 values => values.append_rows(&from.values, &[row]),
             }
         }
     }
-    sink::write_table(&out.join(WORKSPACE_FILE), &merged, &metadata)?;
-    sink::write_table(&out.join(TIPS_FILE), &tips, &metadata)?;
+    parts::write_table(&out.join(WORKSPACE_FILE), &merged, &metadata)?;
+    parts::write_table(&out.join(TIPS_FILE), &tips, &metadata)?;
     let every_branch = spec.branch == BranchChoice::All;
     let status = DirectoryStatus { samples_done: done, every_branch, counts, ..directory_status(out)? };
     finish_merge(dirs, out, record, &spec, status)
 }
 
-fn copy(from: &Path, to: &Path, replace: bool) -> Result<(), SweepError> {
-    let bytes = std::fs::read(from).map_err(SweepError::io(from, "reading"))?;
-    sink::write_atomically(to, &bytes, replace).map(|_| ())
+fn copy(from: &Path, to: &Path, replace: bool) -> Result<(), ResultsError> {
+    let bytes = std::fs::read(from).map_err(ResultsError::io(from, "reading"))?;
+    parts::write_atomically(to, &bytes, replace).map(|_| ())
 }

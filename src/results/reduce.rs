@@ -1,9 +1,9 @@
 //! Streaming reduction of a sweep: counts by status, extents, voxel occupancy, a bounded choice of tips.
 
-use super::columns::{Column, Table, Values};
 use super::layout::{BALANCED_COLUMN, BRANCH_COLUMN};
-use super::selection::Selection;
 use crate::model::Status;
+use crate::spec::Selection;
+use crate::table::{Column, Table, Values};
 use serde::Serialize;
 use std::collections::HashMap;
 
@@ -20,7 +20,7 @@ pub struct BranchCounts {
 }
 
 /// Rows that are no success; where every equilibrium was asked for, an unstable one is none of them.
-pub(super) fn failures(counts: &[u64; Status::ALL.len()], every_branch: bool) -> u64 {
+pub(crate) fn failures(counts: &[u64; Status::ALL.len()], every_branch: bool) -> u64 {
     let fails = |status: &Status| if every_branch { !status.is_converged() } else { !status.is_success() };
     Status::ALL.into_iter().filter(fails).map(|status| counts[status.code() as usize]).sum()
 }
@@ -48,7 +48,7 @@ pub struct Reduction {
 }
 
 impl Reduction {
-    pub(super) fn new(sample_count: u64, voxel: f64, counts_voxels: bool) -> Reduction {
+    pub(crate) fn new(sample_count: u64, voxel: f64, counts_voxels: bool) -> Reduction {
         Reduction {
             voxel,
             voxels: HashMap::new(),
@@ -63,7 +63,7 @@ impl Reduction {
     }
 
     /// Adds the rows of a part.
-    pub(super) fn add(&mut self, table: &Table) {
+    pub(crate) fn add(&mut self, table: &Table) {
         for status in table.statuses() {
             self.counts[status.code() as usize] += 1;
         }
@@ -88,13 +88,13 @@ impl Reduction {
     }
 
     /// Adds samples that the engine has counted, as `Ok` and as `Ramped`; their voxels follow.
-    pub(super) fn add_counted(&mut self, [ok, ramped]: [u64; 2]) {
+    pub(crate) fn add_counted(&mut self, [ok, ramped]: [u64; 2]) {
         self.counts[Status::Ok.code() as usize] += ok;
         self.counts[Status::Ramped.code() as usize] += ramped;
         self.sample_count += ok + ramped;
     }
 
-    pub(super) fn add_voxels(&mut self, voxels: HashMap<[i32; 3], u32>) {
+    pub(crate) fn add_voxels(&mut self, voxels: HashMap<[i32; 3], u32>) {
         for (cell, more) in voxels {
             let count = self.voxels.entry(cell).or_default();
             *count = count.saturating_add(more);
@@ -102,7 +102,7 @@ impl Reduction {
     }
 
     /// Puts the kept rows in the order of their samples.
-    pub(super) fn sort_tips(&mut self) {
+    pub(crate) fn sort_tips(&mut self) {
         let mut order: Vec<usize> = (0..self.tips.row_count()).collect();
         order.sort_by_key(|row| self.tips.samples().get(*row));
         let mut sorted = self.tips.empty();
@@ -113,7 +113,7 @@ impl Reduction {
     }
 
     /// Samples whose rows are kept.
-    pub(super) fn selection(&self) -> Selection {
+    pub(crate) fn selection(&self) -> Selection {
         self.selection
     }
 

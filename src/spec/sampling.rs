@@ -3,8 +3,8 @@
 //! Grid (first axis fastest), uniform (counter-based), Sobol' (Joe and Kuo's directions, Owen scrambling by
 //! hashing), Latin hypercube (a keyed permutation per axis), table.
 
-use super::spec::{Method, SweepSpec};
-use super::table_file::InputTable;
+use super::InputTable;
+use super::sweep::{Method, SweepSpec};
 use crate::model::{RecipeMethod, SampleRecipe};
 use sobol::Sobol;
 use sobol::params::JoeKuoD6;
@@ -42,8 +42,15 @@ enum Kind {
     Table(Arc<InputTable>),
 }
 
+impl SweepSpec {
+    /// Gives the axis values of any of its samples.
+    pub fn sampler(&self) -> Sampler {
+        Sampler::new(self)
+    }
+}
+
 impl Sampler {
-    pub(super) fn new(spec: &SweepSpec) -> Sampler {
+    fn new(spec: &SweepSpec) -> Sampler {
         let kind = match (spec.method, &spec.table) {
             (Method::Grid, _) => Kind::Grid(spec.axes.iter().map(|axis| axis.points).collect()),
             (Method::Sobol, _) => Kind::Sobol(Arc::new(sobol_directions(spec.axes.len()))),
@@ -156,7 +163,7 @@ fn mix(mut x: u64) -> u64 {
 const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
 
 /// Three numbers hashed in order.
-pub(super) fn hash(a: u64, b: u64, c: u64) -> u64 {
+pub(crate) fn hash(a: u64, b: u64, c: u64) -> u64 {
     mix(hash_key(a, b) ^ c.wrapping_add(GOLDEN).wrapping_mul(0xaef1_7502_108e_f2d9))
 }
 

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 /// A fixed, evenly spread choice of `chosen` out of `total` indices: one at a hashed place in each stratum.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Selection {
+pub(crate) struct Selection {
     total: u64,
     chosen: u64,
     seed: u64,

@@ -1,23 +1,19 @@
-//! Sweep files: which scene, which samples, which columns. A valid `SweepSpec` can be planned and run.
+//! A sweep: which scene, which samples, which columns. A valid `SweepSpec` can be planned and run.
 
-use super::directory::plain_columns;
-use super::error::InputError;
-use super::layout::Layout;
-use super::run::{BRANCH_CHUNK, CHUNK};
-use super::sampling::Sampler;
-use super::scene_file::read_text;
-use super::scene_text::write_inline_scene;
-use super::sweep_file::parse_sweep;
-use super::table_file::InputTable;
-use crate::backend::Precision;
+use super::InputTable;
 use crate::model::{Parameter, Plan, PlanError, PlanOptions, Scene};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 /// Rows that a sweep may write.
 pub const MAX_ROWS: u64 = 1_000_000_000;
 /// Samples of a sweep that only accumulates its workspace.
 pub const MAX_SAMPLES: u64 = 1 << 40;
+
+/// Samples in a part file.
+pub const CHUNK: u64 = 65_536;
+/// The same where every equilibrium is looked for.
+pub const BRANCH_CHUNK: u64 = 2048;
 
 /// Beside a resolved sweep file: the values of a table, SI.
 pub const RESOLVED_TABLE: &str = "inputs.csv";
@@ -168,21 +164,6 @@ impl Format {
 }
 
 impl SweepSpec {
-    /// Reads a sweep file and whatever it refers to.
-    pub fn read(file: &Path) -> Result<SweepSpec, InputError> {
-        Self::parse(file, &read_text(file)?)
-    }
-
-    /// Parses the text of a sweep file; relative paths in it start from the folder of `file`.
-    pub fn parse(file: &Path, text: &str) -> Result<SweepSpec, InputError> {
-        parse_sweep(file, text, &[])
-    }
-
-    /// The same; scenes that `built_in` lists, by the path that the sweep has for them, are not read from files.
-    pub fn parse_with(file: &Path, text: &str, built_in: &[(&str, &str)]) -> Result<SweepSpec, InputError> {
-        parse_sweep(file, text, built_in)
-    }
-
     /// Parameters that each axis drives.
     pub fn axis_parameters(&self) -> Vec<Vec<Parameter>> {
         self.axes.iter().map(|axis| axis.parameters.clone()).collect()
@@ -197,22 +178,12 @@ impl SweepSpec {
         Plan::new(&self.scene, &self.axis_parameters(), wrt, options)
     }
 
-    /// Names of the columns that are no derivatives.
-    pub fn column_names(&self) -> Vec<String> {
-        let layout = Layout::new(self, Precision::F64);
-        plain_columns(layout.empty()).into_iter().map(str::to_owned).collect()
-    }
-
     /// Samples in a part: fewer where each takes long.
     pub fn chunk(&self) -> u64 {
         match self.branch {
             BranchChoice::FromRest => CHUNK,
             BranchChoice::All => BRANCH_CHUNK,
         }
-    }
-
-    pub fn sampler(&self) -> Sampler {
-        Sampler::new(self)
     }
 
     /// The scene of one sample, as `solve` would read it.
@@ -224,35 +195,5 @@ impl SweepSpec {
         // Checked when the file was read.
         let _ = Parameter::set_all(&mut scene, values);
         scene
-    }
-
-    /// The sweep as TOML that reads back to the same sweep: scene inline, SI numbers, names in full.
-    ///
-    /// The values of `method = "table"` are not in the text: they belong beside it, in [`RESOLVED_TABLE`].
-    pub fn to_toml(&self) -> String {
-        let name = |parameter: &Parameter| format!("\"{}\"", parameter.name(&self.scene));
-        let list = |parameters: &[Parameter]| parameters.iter().map(name).collect::<Vec<_>>().join(", ");
-        let mut text = format!("[sampling]\nmethod = \"{}\"\nseed = {}\n", self.method.name(), self.seed);
-        match self.method {
-            Method::Grid => {}
-            Method::Table => text += &format!("file = \"{RESOLVED_TABLE}\"\n"),
-            _ => text += &format!("samples = {}\n", self.sample_count),
-        }
-        for axis in self.axes.iter().filter(|_| self.method != Method::Table) {
-            let (from, to) = (axis.from, axis.to);
-            text += &format!("\n[[axis]]\nparameters = [{}]\nfrom = {from:?}\nto = {to:?}\n", list(&axis.parameters));
-            if self.method == Method::Grid {
-                text += &format!("points = {}\n", axis.points);
-            }
-        }
-        text += &format!("\n[solver]\ntolerance = {:?}\nbranch = \"{}\"\n", self.tolerance, self.branch.name());
-        if let Some(steps) = self.steps {
-            text += &format!("steps = {steps}\n");
-        }
-        let quantities: Vec<_> = self.quantities.iter().map(|quantity| format!("\"{}\"", quantity.name())).collect();
-        text += &format!("\n[output]\nquantities = [{}]\n", quantities.join(", "));
-        text += &format!("derivatives = [{}]\nformat = \"{}\"\n", list(&self.wrt), self.format.name());
-        text += &format!("\n[workspace]\nvoxel = {:?}\n\n", self.voxel);
-        text + &write_inline_scene(&self.scene)
     }
 }

@@ -3,7 +3,7 @@
 //! Samples are searched together, round by round, so that an engine gets large batches. A sample's starts, rounds and
 //! end follow from what was found of that sample, so its equilibria do not depend on its neighbours.
 
-use super::run::BackendFactory;
+use crate::backend::BackendFactory;
 use crate::backend::{Backend, BackendError, Precision};
 use crate::model::{Batch, MOST_KNOWN, Plan, PlanOptions, Quantity, Rod, Solutions, Start, Status, Stepper, Vector};
 use rayon::prelude::*;

@@ -1,11 +1,11 @@
 //! Spot check: a fixed choice of samples is solved again by a trusted backend and the differences are reported.
 
-use super::columns::rotation_angle;
 use super::error::SweepError;
-use super::run::BackendFactory;
-use super::sampling::Sampler;
-use super::selection::Selection;
+use crate::backend::BackendFactory;
+use crate::model::rotation_angle;
 use crate::model::{Plan, Quantity, Solutions};
+use crate::spec::Sampler;
+use crate::spec::Selection;
 use serde::Serialize;
 
 /// How many samples are checked.
@@ -59,7 +59,7 @@ pub struct SpotCheck {
 }
 
 /// Samples of a run set aside for the check.
-pub(super) struct Kept {
+pub(crate) struct Kept {
     selection: Selection,
     indices: Vec<u64>,
     /// Solution columns, sample after sample.
@@ -153,7 +153,7 @@ impl Kept {
 }
 
 /// A sample's swept parameters by name.
-pub(super) fn named_values(plan: &Plan, sampler: &Sampler, index: u64) -> Vec<(String, f64)> {
+pub(crate) fn named_values(plan: &Plan, sampler: &Sampler, index: u64) -> Vec<(String, f64)> {
     let mut row = vec![0.0; sampler.axis_count()];
     sampler.values(index, &mut row);
     let named = |(axis, value): (&Vec<_>, f64)| {
@@ -184,7 +184,7 @@ fn typical_norms(plan: &Plan, truth: &Solutions) -> Vec<f64> {
     (0..plan.derivatives.len()).map(mean).collect()
 }
 
-pub(super) fn distribution(mut errors: Vec<f64>) -> ErrorDistribution {
+pub(crate) fn distribution(mut errors: Vec<f64>) -> ErrorDistribution {
     errors.sort_by(f64::total_cmp);
     let at = |share: f64| match errors.len() {
         0 => 0.0,

@@ -2,9 +2,10 @@
 
 use super::branches::BranchTools;
 use super::error::SweepError;
-use super::run::{BackendFactory, RunOptions, Summary, run};
-use super::spec::SweepSpec;
+use super::run::{RunOptions, Summary, run};
+use crate::backend::BackendFactory;
 use crate::backend::{Backend, BackendError};
+use crate::spec::SweepSpec;
 
 /// What goes on where a device fails.
 #[derive(Clone, Copy)]

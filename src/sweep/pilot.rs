@@ -1,11 +1,11 @@
 //! Chooses the number of integration steps by solving a few samples at increasing resolution.
 
-use super::columns::rotation_angle;
-use super::run::BackendFactory;
-use super::sampling::Sampler;
-use super::selection::Selection;
 use crate::backend::BackendError;
+use crate::backend::BackendFactory;
+use crate::model::rotation_angle;
 use crate::model::{Batch, Plan, PlanOptions, Quantity, Solutions, Stepper};
+use crate::spec::Sampler;
+use crate::spec::Selection;
 use serde::{Serialize, Serializer};
 
 /// Resolutions that are tried.

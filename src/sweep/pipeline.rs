@@ -2,24 +2,25 @@
 
 use super::branches::{Branch, BranchSearch, Branches};
 use super::check::Kept;
-use super::columns::Table;
-use super::directory::RunRecord;
 use super::error::SweepError;
-use super::layout::{BranchCells, Layout, Rows};
-use super::reduce::Reduction;
 use super::refine::Refiners;
-use super::run::{CHUNK, Progress, RunOptions, Timings};
-use super::sampling::Sampler;
-use super::spec::{Format, SweepSpec};
+use super::run::{Progress, RunOptions, Timings};
 use crate::backend::{Backend, Returned};
 use crate::model::{Batch, Plan, Quantity, Solutions};
+use crate::results::Reduction;
+use crate::results::RunRecord;
+use crate::results::{BranchCells, Layout, Rows};
+use crate::spec::CHUNK;
+use crate::spec::Sampler;
+use crate::spec::{Format, SweepSpec};
+use crate::table::Table;
 use std::ops::Range;
 use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
 use std::time::{Duration, Instant};
 
 /// Consecutive samples of one chunk within a batch.
 #[derive(Clone, Copy)]
-pub(super) struct Piece {
+pub(crate) struct Piece {
     chunk: u64,
     start: u64,
     len: u64,
@@ -32,7 +33,7 @@ struct Job {
 }
 
 /// Shares chunks out over batches: a batch holds several chunks or a piece of one.
-pub(super) fn pieces(record: &RunRecord, chunks: &[u64], batch_size: u64) -> Vec<Vec<Piece>> {
+pub(crate) fn pieces(record: &RunRecord, chunks: &[u64], batch_size: u64) -> Vec<Vec<Piece>> {
     let mut jobs: Vec<Vec<Piece>> = Vec::new();
     let mut room = 0;
     for chunk in chunks {
@@ -68,7 +69,7 @@ fn index_at(pieces: &[Piece], at: usize) -> Option<u64> {
 /// Runs the four stages; returns the busy seconds of building, solving and writing.
 ///
 /// Solutions and tables go back to where they come from, since fresh memory takes longer to get than to fill.
-pub(super) fn pipeline(
+pub(crate) fn pipeline(
     jobs: Vec<Vec<Piece>>,
     backend: &mut dyn Backend,
     finisher: &mut Finisher,
@@ -120,7 +121,7 @@ pub(super) fn pipeline(
     })
 }
 
-pub(super) fn join<T>(result: std::thread::Result<T>) -> T {
+pub(crate) fn join<T>(result: std::thread::Result<T>) -> T {
     result.unwrap_or_else(|panic| std::panic::resume_unwind(panic))
 }
 
@@ -185,7 +186,7 @@ fn rows_of(plan: &Plan, branches: &Branches, from_rest: &Solutions) -> (Solution
 }
 
 /// Turns solutions into rows: second attempts, statistics, tables of whole chunks.
-pub(super) struct Finisher<'a> {
+pub(crate) struct Finisher<'a> {
     pub spec: &'a SweepSpec,
     pub plan: &'a Plan,
     pub layout: &'a Layout,

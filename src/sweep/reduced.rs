@@ -1,9 +1,9 @@
 //! A run without rows on an engine that makes, solves and counts its samples itself.
 
-use super::directory::RunRecord;
 use super::error::SweepError;
 use super::pipeline::{Finisher, join};
 use crate::backend::{Backend, ReduceJob, Reduced, Returned};
+use crate::results::RunRecord;
 use serde::{Serialize, Serializer};
 use std::fmt;
 use std::ops::Range;
@@ -50,7 +50,7 @@ fn ranges(record: &RunRecord, chunks: &[u64]) -> Vec<Range<u64>> {
 }
 
 /// Runs some chunks; says where samples can be made and, if that is the device, the seconds it was busy.
-pub(super) fn reduce(
+pub(crate) fn reduce(
     backend: &mut dyn Backend,
     finisher: &mut Finisher,
     record: &RunRecord,

@@ -1,15 +1,15 @@
 //! Second attempts for samples that failed or are doubtful.
 
-use super::run::BackendFactory;
-use super::sampling::Sampler;
+use crate::backend::BackendFactory;
 use crate::backend::{Backend, BackendError};
 use crate::model::{Batch, Plan, Quantity, Solutions, Status};
+use crate::spec::Sampler;
 
 /// Samples of one second attempt; bounds its memory.
 const MAX_BATCH: usize = 1 << 16;
 
 /// The backends of second attempts, made when first needed.
-pub(super) struct Refiners<'a> {
+pub(crate) struct Refiners<'a> {
     stages: Vec<(BackendFactory<'a>, Option<Box<dyn Backend>>)>,
     pub attempts: u64,
     pub refined: u64,

@@ -5,32 +5,25 @@
 
 use super::branches::{BranchSearch, BranchTools};
 use super::check::{Kept, SpotCheck, SpotCheckOptions};
-use super::columns::Table;
-use super::directory::{self, RunRecord};
 use super::error::SweepError;
-use super::layout::Layout;
 use super::manifest;
 use super::pilot::PilotChoice;
 use super::pipeline::{Finisher, pieces, pipeline};
-use super::reduce::Reduction;
 use super::reduced::{self, SampleOrigin};
 use super::refine::Refiners;
-use super::sink;
-use super::spec::{BranchChoice, Format, SweepSpec};
-use crate::backend::{Backend, BackendError, BackendInfo, BackendKind};
+use crate::backend::{Backend, BackendFactory, BackendInfo, BackendKind};
 use crate::model::{BLOCK, Plan, Status};
+use crate::results::Layout;
+use crate::results::Reduction;
+use crate::results::directory::{self, RunRecord};
+use crate::results::parts;
+use crate::spec::{BranchChoice, CHUNK, Format, SweepSpec};
+use crate::table::Table;
 use serde::Serialize;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// Makes a backend for a plan.
-pub type BackendFactory<'a> = &'a (dyn Fn(&Plan) -> Result<Box<dyn Backend>, BackendError> + Sync);
-
-/// Samples in a part file.
-pub const CHUNK: u64 = 65_536;
-/// The same where every equilibrium is looked for.
-pub const BRANCH_CHUNK: u64 = 2048;
 /// Samples of a batch there: enough to keep an engine busy, few enough to be heard of.
 const BRANCH_BATCH: usize = 512;
 /// The same on a CPU, for each of its threads: fewer stages stand still at either end of a run, and what one stage has
@@ -180,7 +173,7 @@ impl<'a> RunOptions<'a> {
         }
     }
 
-    pub(super) fn is_interrupted(&self) -> bool {
+    pub(crate) fn is_interrupted(&self) -> bool {
         self.interrupt.is_some_and(|flag| flag.load(Ordering::Relaxed))
     }
 }
@@ -221,12 +214,12 @@ pub fn run(spec: &SweepSpec, backend: &mut dyn Backend, options: &RunOptions) ->
     if spec.format != Format::None {
         let parts = directory::parts(&options.out, &record)?;
         for (path, _) in parts.damaged {
-            quarantined.push(sink::quarantine(&path)?);
+            quarantined.push(parts::quarantine(&path)?);
         }
         let names = directory::plain_columns(layout.empty());
         for chunk in parts.sound.keys().filter(|chunk| options.shard.owns(**chunk)) {
             let path = directory::part_path(&options.out, *chunk, spec.format);
-            reduction.add(&sink::read_part(&path, spec.format, &names, layout.empty())?);
+            reduction.add(&parts::read_part(&path, spec.format, &names, layout.empty())?);
         }
         missing.retain(|chunk| !parts.sound.contains_key(chunk));
     }
@@ -269,7 +262,8 @@ pub fn run(spec: &SweepSpec, backend: &mut dyn Backend, options: &RunOptions) ->
             let mut bytes = Vec::new();
             pipeline(jobs, backend, &mut finisher, |chunk, table: &Table| {
                 let path = directory::part_path(&options.out, chunk, spec.format);
-                sink::write_part(&path, table, spec.format, &metadata, &mut bytes).map(|_| ())
+                parts::write_part(&path, table, spec.format, &metadata, &mut bytes)?;
+                Ok(())
             })?
         }
     };

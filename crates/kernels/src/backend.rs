@@ -69,6 +69,9 @@ impl BackendError {
     }
 }
 
+/// Makes a backend for a plan.
+pub type BackendFactory<'a> = &'a (dyn Fn(&Plan) -> Result<Box<dyn Backend>, BackendError> + Sync);
+
 /// An engine prepared for one plan.
 pub trait Backend: Send {
     fn info(&self) -> BackendInfo;

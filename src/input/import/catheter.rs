@@ -21,7 +21,7 @@ const UNUSED: [&str; 7] =
     ["NumSegments", "NumLocalizationMarkers", "MarkerLoc", "ActDamping", "ActInertia", "damping", "actInertia"];
 
 /// Keywords that make the scene.
-pub(super) const USED: [&str; 11] = [
+pub(crate) const USED: [&str; 11] = [
     CONFIG,
     OUTER_RADIUS.name,
     INNER_RADIUS.name,
@@ -36,7 +36,7 @@ pub(super) const USED: [&str; 11] = [
 ];
 
 /// A parameter file, in its own units.
-pub(super) struct Catheter<'a> {
+pub(crate) struct Catheter<'a> {
     /// Base to tip.
     pub segments: Vec<Segment<'a>>,
     pub comments: Vec<&'a str>,
@@ -44,7 +44,7 @@ pub(super) struct Catheter<'a> {
     pub unused: Vec<(&'a str, String)>,
 }
 
-pub(super) struct Segment<'a> {
+pub(crate) struct Segment<'a> {
     pub name: String,
     /// [mm]
     pub length: Number<'a>,
@@ -53,13 +53,13 @@ pub(super) struct Segment<'a> {
     pub kind: Kind<'a>,
 }
 
-pub(super) enum Kind<'a> {
+pub(crate) enum Kind<'a> {
     Flexible(Flexible<'a>),
     Rigid,
     Actuator(Actuator<'a>),
 }
 
-pub(super) struct Flexible<'a> {
+pub(crate) struct Flexible<'a> {
     /// [mm]
     pub outer_radius: Number<'a>,
     /// [mm]
@@ -72,7 +72,7 @@ pub(super) struct Flexible<'a> {
     pub rest_curvature: [Number<'a>; 3],
 }
 
-pub(super) struct Actuator<'a> {
+pub(crate) struct Actuator<'a> {
     /// Without the tube [kg]
     pub mass: Number<'a>,
     /// Row by row, before alignment [1000 mm²]
@@ -81,7 +81,7 @@ pub(super) struct Actuator<'a> {
     pub angles: [Number<'a>; 2],
 }
 
-pub(super) fn parse<'a>(file: &'a Path, text: &'a str) -> Result<Catheter<'a>, InputError> {
+pub(crate) fn parse<'a>(file: &'a Path, text: &'a str) -> Result<Catheter<'a>, InputError> {
     let source = KeywordFile::parse(file, text, &[&USED[..], &UNUSED].concat())?;
     let types = segment_types(&source)?;
     let count = |kind: &str| types.iter().filter(|other| **other == kind).count();

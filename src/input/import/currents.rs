@@ -21,12 +21,12 @@ struct Play<'a> {
 }
 
 /// Whether the first line that is no comment has three numbers between commas.
-pub(super) fn looks_so(text: &str) -> bool {
+pub(crate) fn looks_so(text: &str) -> bool {
     let first = lines(text).next();
     first.is_some_and(|(_, line)| line.split(',').count() == 3 && line.split(',').all(|c| number(c.trim()).is_some()))
 }
 
-pub(super) fn import(file: &Path, text: &str, options: &ImportOptions) -> Result<Import, InputError> {
+pub(crate) fn import(file: &Path, text: &str, options: &ImportOptions) -> Result<Import, InputError> {
     let play = parse(file, text)?;
     let sets = play.highest.max(1).div_ceil(3);
     let coils: Vec<String> = match (options.coils.len(), sets) {

@@ -7,14 +7,14 @@ use std::path::Path;
 
 /// A number and its digits in the file.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Number<'a> {
+pub(crate) struct Number<'a> {
     pub text: &'a str,
     pub value: f64,
 }
 
 /// Which numbers a keyword takes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Bound {
+pub(crate) enum Bound {
     Any,
     NotNegative,
     Positive,
@@ -22,28 +22,28 @@ pub(super) enum Bound {
 
 /// A keyword whose values are numbers.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Keyword {
+pub(crate) struct Keyword {
     pub name: &'static str,
     pub unit: &'static str,
     pub bound: Bound,
 }
 
 #[derive(Clone, Debug)]
-pub(super) struct Line<'a> {
+pub(crate) struct Line<'a> {
     pub number: usize,
     pub keyword: &'a str,
     pub values: Vec<&'a str>,
 }
 
 #[derive(Clone, Debug)]
-pub(super) struct KeywordFile<'a> {
+pub(crate) struct KeywordFile<'a> {
     file: &'a Path,
     pub lines: Vec<Line<'a>>,
     pub comments: Vec<&'a str>,
 }
 
 /// A finite decimal number.
-pub(super) fn number(text: &str) -> Option<f64> {
+pub(crate) fn number(text: &str) -> Option<f64> {
     parse_quantity(text, Dimension::NUMBER).ok()
 }
 

@@ -11,7 +11,7 @@ use std::path::Path;
 /// Column at which comments begin, as in the scenes of `sweeps/`.
 const COMMENT: usize = 38;
 
-pub(super) fn import(file: &Path, catheter: &Catheter, spatial: Option<&Spatial>) -> Import {
+pub(crate) fn import(file: &Path, catheter: &Catheter, spatial: Option<&Spatial>) -> Import {
     let mut text = String::new();
     // Writing to a String cannot fail.
     let _ = write_scene(&mut text, file, catheter, spatial);

@@ -1,11 +1,11 @@
 //! The published solver's spatial configuration: field, gravity, entry point and entry frame.
 
-use super::super::columns::rotation_vector;
 use super::super::error::{InputError, Problem};
 use super::super::scene_file::read_text;
 use super::keywords::{Bound, Keyword, KeywordFile};
 use super::name_of;
 use crate::model::Vector;
+use crate::model::rotation_vector;
 use std::path::Path;
 
 const FIELD: Keyword = Keyword { name: "B0", unit: "T", bound: Bound::Any };
@@ -13,13 +13,13 @@ const GRAVITY: Keyword = Keyword { name: "gravity", unit: "m/s^2", bound: Bound:
 const POSITION: Keyword = Keyword { name: "p0", unit: "mm", bound: Bound::Any };
 const ROTATION: Keyword = Keyword { name: "R0", unit: "", bound: Bound::Any };
 
-pub(super) const KNOWN: [&str; 4] = [FIELD.name, GRAVITY.name, POSITION.name, ROTATION.name];
+pub(crate) const KNOWN: [&str; 4] = [FIELD.name, GRAVITY.name, POSITION.name, ROTATION.name];
 
 /// Largest deviation of R0 from a rotation; published files have six digits or more.
 const ORTHONORMAL: f64 = 1e-5;
 
 /// A spatial configuration; texts are quantities of a scene file.
-pub(super) struct Spatial {
+pub(crate) struct Spatial {
     pub file: String,
     pub flux_density: [String; 3],
     pub gravity: [String; 3],
@@ -28,7 +28,7 @@ pub(super) struct Spatial {
     pub rotation: Vector,
 }
 
-pub(super) fn read(file: &Path) -> Result<Spatial, InputError> {
+pub(crate) fn read(file: &Path) -> Result<Spatial, InputError> {
     let text = read_text(file)?;
     let source = KeywordFile::parse(file, text.strip_prefix('\u{feff}').unwrap_or(&text), &KNOWN)?;
     let vector = |keyword: &Keyword| -> Result<[String; 3], InputError> {

@@ -14,6 +14,7 @@ mod profile;
 mod recipe;
 mod rest_shape;
 pub mod rod;
+mod rotation;
 mod sample;
 mod scene;
 mod segment_chain;
@@ -35,6 +36,7 @@ pub use rest_shape::REST_POSE;
 pub use rod::{
     BASE_RECORD, FLEXIBLE_RECORD, FlexibleRod, RIGID_RECORD, RigidRod, Rod, RodSegment, Slot, record_offsets,
 };
+pub use rotation::{rotation_angle, rotation_vector};
 pub use scene::{
     Base, Coil, CoilWinding, Density, Flexible, Loads, Rigid, STANDARD_GRAVITY, Scene, SceneError, Segment,
     SegmentKind, ShearElasticity, Stiffness,

@@ -1,6 +1,6 @@
 //! Tables of studies: numbers, counts, flags and words by column, as CSV or Parquet by the file's extension.
 
-use super::{SweepError, write_atomically};
+use crate::results::{ResultsError, parts::write_atomically};
 use arrow::array::{ArrayRef, BooleanArray, Float64Array, RecordBatch, StringArray, UInt64Array};
 use arrow::datatypes::{DataType, Field, Schema};
 use parquet::arrow::ArrowWriter;
@@ -37,10 +37,10 @@ impl PlainColumn {
 }
 
 /// Writes columns of equal length; CSV unless the name ends in `.parquet`. What is there is replaced.
-pub fn write_plain(path: &Path, columns: &[PlainColumn], metadata: &[(&str, String)]) -> Result<(), SweepError> {
+pub fn write_plain(path: &Path, columns: &[PlainColumn], metadata: &[(&str, String)]) -> Result<(), ResultsError> {
     let is_parquet = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("parquet"));
     let bytes = if is_parquet {
-        let damaged = |error: ParquetError| SweepError::Damaged { path: path.into(), reason: error.to_string() };
+        let damaged = |error: ParquetError| ResultsError::Damaged { path: path.into(), reason: error.to_string() };
         encode_parquet(columns, metadata).map_err(damaged)?
     } else {
         encode_csv(columns).into_bytes()

@@ -1,20 +1,15 @@
 //! What a run leaves beside its parts: manifest, workspace and tips of a run without rows, the worst sample.
 
-use super::directory::{MANIFEST_FILE, RunRecord};
 use super::error::SweepError;
 use super::run::{RunOptions, Summary};
-use super::scene_text::write_scene;
-use super::sink::{self, FileMetadata};
-use super::spec::{Format, SweepSpec};
+use crate::input::write_scene;
 use crate::model::{Plan, Status};
+use crate::results::directory::{MANIFEST_FILE, RunRecord, TIPS_FILE, WORKSPACE_FILE, WORST_FILE};
+use crate::results::parts::{self, FileMetadata};
+use crate::spec::{Format, SweepSpec};
 use serde_json::{Map, Value, json};
 
-/// Scene of the sample with the largest spot-check error, for `solve`.
-pub const WORST_FILE: &str = "spot-check-worst.toml";
-pub const WORKSPACE_FILE: &str = "workspace.parquet";
-pub const TIPS_FILE: &str = "tips.parquet";
-
-pub(super) fn write(
+pub(crate) fn write(
     spec: &SweepSpec,
     plan: &Plan,
     record: &RunRecord,
@@ -24,12 +19,12 @@ pub(super) fn write(
 ) -> Result<(), SweepError> {
     let out = &options.out;
     if spec.format == Format::None && !summary.interrupted {
-        sink::write_table(&out.join(WORKSPACE_FILE), &summary.reduction.voxel_table(), metadata)?;
-        sink::write_table(&out.join(TIPS_FILE), &summary.reduction.tips, metadata)?;
+        parts::write_table(&out.join(WORKSPACE_FILE), &summary.reduction.voxel_table(), metadata)?;
+        parts::write_table(&out.join(TIPS_FILE), &summary.reduction.tips, metadata)?;
     }
     if let Some(index) = summary.spot_check.as_ref().and_then(|check| check.worst_sample) {
         let scene = write_scene(&spec.sample_scene(index));
-        sink::write_atomically(&out.join(WORST_FILE), scene.as_bytes(), true)?;
+        parts::write_atomically(&out.join(WORST_FILE), scene.as_bytes(), true)?;
     }
     let counts: Map<String, Value> = Status::ALL
         .into_iter()
@@ -82,5 +77,6 @@ pub(super) fn write(
         "notes": spec.notes.iter().chain(&summary.notes).collect::<Vec<_>>(),
     });
     let text = serde_json::to_string_pretty(&manifest).unwrap_or_default() + "\n";
-    sink::write_atomically(&out.join(MANIFEST_FILE), text.as_bytes(), true).map(|_| ())
+    parts::write_atomically(&out.join(MANIFEST_FILE), text.as_bytes(), true)?;
+    Ok(())
 }

@@ -1,8 +1,11 @@
 //! Parquet: zstd, byte-stream split, no dictionary; checksum of the data pages in the footer.
 
-use super::{FileMetadata, PartInfo, SweepError, checksum};
+use super::{Column, Table, Values};
 use crate::model::Status;
-use crate::sweep::columns::{Column, Table, Values};
+use crate::results::{
+    ResultsError,
+    parts::{FileMetadata, PartInfo, checksum},
+};
 use arrow::array::AsArray;
 use arrow::array::{Array, ArrayRef, BooleanArray, Float32Array, Float64Array, StringArray, UInt64Array};
 use arrow::buffer::NullBuffer;
@@ -30,13 +33,13 @@ pub fn encode(
     metadata: &FileMetadata,
     info: &mut PartInfo,
     bytes: &mut Vec<u8>,
-) -> Result<(), SweepError> {
+) -> Result<(), ResultsError> {
     bytes.clear();
     try_encode(table, metadata, info, bytes).map_err(|error| damaged(path, error))
 }
 
-fn damaged(path: &Path, error: impl ToString) -> SweepError {
-    SweepError::Damaged { path: path.into(), reason: error.to_string() }
+fn damaged(path: &Path, error: impl ToString) -> ResultsError {
+    ResultsError::Damaged { path: path.into(), reason: error.to_string() }
 }
 
 /// Column after column, so that only one is there as an array and as pages.
@@ -128,8 +131,8 @@ fn known(is_known: impl Iterator<Item = bool>) -> Option<NullBuffer> {
 }
 
 /// Compares the data pages with the checksum in the footer.
-pub fn check(path: &Path, bytes: &[u8]) -> Result<PartInfo, SweepError> {
-    let file = std::fs::File::open(path).map_err(SweepError::io(path, "reading"))?;
+pub fn check(path: &Path, bytes: &[u8]) -> Result<PartInfo, ResultsError> {
+    let file = std::fs::File::open(path).map_err(ResultsError::io(path, "reading"))?;
     let metadata = ParquetMetaDataReader::new().parse_and_finish(&file).map_err(|error| damaged(path, error))?;
     let pairs = metadata.file_metadata().key_value_metadata();
     let text = pairs.into_iter().flatten().find(|pair| pair.key == PART_KEY).and_then(|pair| pair.value.as_ref());
@@ -144,13 +147,13 @@ pub fn check(path: &Path, bytes: &[u8]) -> Result<PartInfo, SweepError> {
     }
 }
 
-fn open(path: &Path) -> Result<ParquetRecordBatchReaderBuilder<std::fs::File>, SweepError> {
-    let file = std::fs::File::open(path).map_err(SweepError::io(path, "reading"))?;
+fn open(path: &Path) -> Result<ParquetRecordBatchReaderBuilder<std::fs::File>, ResultsError> {
+    let file = std::fs::File::open(path).map_err(ResultsError::io(path, "reading"))?;
     ParquetRecordBatchReaderBuilder::try_new(file).map_err(|error| damaged(path, error))
 }
 
 /// The named columns of a part; all of them if no name is given.
-pub fn read(path: &Path, names: &[&str]) -> Result<Table, SweepError> {
+pub fn read(path: &Path, names: &[&str]) -> Result<Table, ResultsError> {
     let builder = open(path)?;
     let chosen: Vec<usize> = (0..builder.schema().fields().len())
         .filter(|index| names.is_empty() || names.contains(&builder.schema().field(*index).name().as_str()))
@@ -191,7 +194,7 @@ fn values(array: &ArrayRef) -> Option<Values> {
 }
 
 /// Every numeric column of any Parquet file, as f64 with NaN for null; a text column is an error.
-pub fn read_numbers(path: &Path) -> Result<Vec<(String, Vec<f64>)>, SweepError> {
+pub fn read_numbers(path: &Path) -> Result<Vec<(String, Vec<f64>)>, ResultsError> {
     let reader = open(path)?.build().map_err(|error| damaged(path, error))?;
     let mut columns: Vec<(String, Vec<f64>)> = Vec::new();
     for batch in reader {

@@ -1,6 +1,13 @@
 //! Tables of results: named columns of one kind each.
 
-use crate::model::{Status, Vector};
+pub(crate) mod csv;
+pub(crate) mod npz;
+pub(crate) mod parquet;
+pub(crate) mod plain;
+
+pub use plain::{PlainColumn, PlainValues, write_plain};
+
+use crate::model::Status;
 
 /// Values of one column; NaN stands for "none".
 #[derive(Clone, Debug, PartialEq)]
@@ -74,7 +81,7 @@ impl Values {
     }
 
     /// Adds some rows of another column.
-    pub(super) fn append_rows(&mut self, from: &Values, rows: &[usize]) {
+    pub(crate) fn append_rows(&mut self, from: &Values, rows: &[usize]) {
         match (self, from) {
             (Values::Index(to), Values::Index(from)) => to.extend(rows.iter().map(|row| from[*row])),
             (Values::Double(to), Values::Double(from)) => to.extend(rows.iter().map(|row| from[*row])),
@@ -176,12 +183,12 @@ impl Table {
     }
 
     /// Room for more rows.
-    pub(super) fn reserve(&mut self, rows: usize) {
+    pub(crate) fn reserve(&mut self, rows: usize) {
         self.columns.iter_mut().for_each(|column| column.values.reserve(rows));
     }
 
     /// Forgets the rows and keeps their memory.
-    pub(super) fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         self.columns.iter_mut().for_each(|column| column.values.clear());
     }
 
@@ -195,36 +202,4 @@ impl Table {
             to.values.append(&from.values);
         }
     }
-}
-
-/// Rotation vector of a rotation matrix, angle up to pi, by way of the quaternion (no loss near 0 or pi).
-pub fn rotation_vector(r: &[[f64; 3]; 3]) -> Vector {
-    let trace = r[0][0] + r[1][1] + r[2][2];
-    // Four times w² and the squares of x, y, z: divide by the largest.
-    let squares = [1.0 + 2.0 * r[0][0] - trace, 1.0 + 2.0 * r[1][1] - trace, 1.0 + 2.0 * r[2][2] - trace];
-    let skew = [r[2][1] - r[1][2], r[0][2] - r[2][0], r[1][0] - r[0][1]];
-    let largest = (0..3).fold(0, |best, k| if squares[k] > squares[best] { k } else { best });
-    let (mut w, mut v);
-    if 1.0 + trace >= squares[largest] {
-        (w, v) = (1.0 + trace, skew);
-    } else {
-        w = skew[largest];
-        v = std::array::from_fn(|k| if k == largest { squares[k] } else { r[k][largest] + r[largest][k] });
-    }
-    if w < 0.0 {
-        w = -w;
-        v = v.map(|x: f64| -x);
-    }
-    let sine = (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt();
-    // Below the bound atan2(s, w)/s is 1/w to the last bit.
-    let scale = if sine < 1e-9 * w { 2.0 / w } else { 2.0 * sine.atan2(w) / sine };
-    v.map(|x| x * scale)
-}
-
-/// Angle of the rotation between two orthonormal frames [rad].
-pub fn rotation_angle(a: &[[f64; 3]; 3], b: &[[f64; 3]; 3]) -> f64 {
-    let relative: [[f64; 3]; 3] =
-        std::array::from_fn(|r| std::array::from_fn(|c| (0..3).map(|k| a[k][r] * b[k][c]).sum()));
-    let v = rotation_vector(&relative);
-    (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt()
 }

@@ -1,8 +1,8 @@
 //! NPZ: one array a column. `status` holds bytes (`b"ok"`); `stable` 1, 0, or -1 where it is unknown.
 
-use super::SweepError;
+use super::{Column, Table, Values};
 use crate::model::Status;
-use crate::sweep::columns::{Column, Table, Values};
+use crate::results::ResultsError;
 use npyz::npz::{NpzArchive, NpzWriter};
 use npyz::zip::{DateTime, write::FileOptions};
 use npyz::{AutoSerialize, DType, TypeStr, WriterBuilder};
@@ -55,12 +55,12 @@ fn words(archive: &mut Archive, name: &str, values: &[Status]) -> std::io::Resul
     writer.finish()
 }
 
-pub fn read(path: &Path, names: &[&str], like: &Table) -> Result<Table, SweepError> {
-    let mut archive = NpzArchive::open(path).map_err(SweepError::io(path, "reading"))?;
+pub fn read(path: &Path, names: &[&str], like: &Table) -> Result<Table, ResultsError> {
+    let mut archive = NpzArchive::open(path).map_err(ResultsError::io(path, "reading"))?;
     let mut table = Table::default();
     let wanted = like.columns.iter().filter(|column| names.is_empty() || names.contains(&column.name.as_str()));
     for column in wanted {
-        let values = read_array(&mut archive, column).map_err(SweepError::io(path, "reading"))?;
+        let values = read_array(&mut archive, column).map_err(ResultsError::io(path, "reading"))?;
         table.columns.push(Column { name: column.name.clone(), unit: column.unit.clone(), values });
     }
     Ok(table)

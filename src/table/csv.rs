@@ -1,8 +1,8 @@
 //! CSV: one header line, shortest digits that round-trip, nothing where there is no number.
 
-use super::SweepError;
+use super::{Column, Table, Values};
 use crate::model::Status;
-use crate::sweep::columns::{Column, Table, Values};
+use crate::results::ResultsError;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -29,8 +29,8 @@ pub fn encode(table: &Table) -> Vec<u8> {
     text.into_bytes()
 }
 
-pub fn read(path: &Path, names: &[&str], like: &Table) -> Result<Table, SweepError> {
-    let text = std::fs::read_to_string(path).map_err(SweepError::io(path, "reading"))?;
+pub fn read(path: &Path, names: &[&str], like: &Table) -> Result<Table, ResultsError> {
+    let text = std::fs::read_to_string(path).map_err(ResultsError::io(path, "reading"))?;
     let mut lines = text.lines();
     let header: Vec<&str> = lines.next().unwrap_or_default().split(',').collect();
     let mut table = Table::default();

@@ -1,0 +1,8 @@
+//! The part of [`rodsweep`](https://docs.rs/rodsweep) that takes long to compile, so that an edit elsewhere need not
+//! wait for it: the [`model`], the one trait of all engines ([`backend`]), and the CPU engine ([`lanes`]).
+//!
+//! Use the crate `rodsweep`, which shows these modules under the same names.
+
+pub mod backend;
+pub mod lanes;
+pub mod model;

@@ -1,0 +1,33 @@
+//! From text to specification, and back: scene, sweep, trajectory and shape files, tables of inputs, units, imports.
+//!
+//! Every mistake is an [`InputError`] with file, line, key and remedy.
+
+mod assign;
+mod error;
+mod import;
+mod number_table;
+mod scene_file;
+mod scene_text;
+mod segment_file;
+mod shape_file;
+mod sweep_file;
+mod sweep_text;
+mod table_file;
+mod tip_file;
+pub mod toml;
+mod trajectory_file;
+mod units;
+
+pub use assign::{AssignError, assign};
+pub use error::{InputError, Problem};
+pub use import::{Import, ImportKind, ImportOptions, import};
+pub use scene_file::{parse_scene, read_scene, read_text, scene_notes};
+pub use scene_text::write_scene;
+pub use shape_file::{ShapeRows, read_shapes};
+pub use sweep_file::{BuiltIn, choice, one_of, parameters, sweep_of};
+pub use table_file::read_input_table;
+pub use tip_file::read_observed_tips;
+pub use trajectory_file::{
+    REDUNDANCIES, Trajectory, TrajectoryInput, TrajectoryPoint, parse_coordinates, parse_trajectory, read_trajectory,
+};
+pub use units::{Dimension, QuantityError, parse_quantity};
