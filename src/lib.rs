@@ -17,6 +17,7 @@
 // Units stand in brackets, such as [m]; they are no links.
 #![allow(rustdoc::broken_intra_doc_links)]
 
+pub mod engines;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 pub mod input;

@@ -3,11 +3,13 @@
 mod input_table;
 mod sampling;
 mod selection;
+mod solution_method;
 mod sweep;
 
 pub use input_table::InputTable;
 pub use sampling::{MAX_SOBOL_DIMENSIONS, Sampler};
 pub(crate) use selection::Selection;
+pub use solution_method::SolutionMethod;
 pub use sweep::{
     AxisSpec, BRANCH_CHUNK, BranchChoice, CHUNK, Format, MAX_ROWS, MAX_SAMPLES, Method, OutputQuantity, RESOLVED_TABLE,
     SweepSpec,

@@ -13,6 +13,17 @@ pub enum Precision {
 }
 
 impl Precision {
+    /// Both.
+    pub const ALL: [Precision; 2] = [Precision::F32, Precision::F64];
+
+    /// The word in files and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Precision::F32 => "f32",
+            Precision::F64 => "f64",
+        }
+    }
+
     /// Distance from 1 to the next number.
     pub fn epsilon(self) -> f64 {
         match self {
@@ -54,11 +65,11 @@ pub struct BackendInfo {
 pub enum BackendError {
     #[error("the {backend} backend does not model {what}: {remedy}")]
     Unsupported { backend: BackendKind, what: String, remedy: String },
-    #[error("no usable GPU: {reason}; use `--backend cpu`")]
+    #[error("no usable GPU: {reason}; use the CPU engine")]
     NoDevice { reason: String },
     #[error("the GPU failed: {reason}")]
     DeviceFailed { reason: String },
-    #[error("the GPU has too little memory: {reason}; use `--backend cpu`")]
+    #[error("the GPU has too little memory: {reason}; use the CPU engine")]
     OutOfMemory { reason: String },
 }
 
@@ -153,22 +164,29 @@ pub enum Reduced {
     Voxels(HashMap<[i32; 3], u32>),
 }
 
-impl fmt::Display for BackendKind {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
+impl BackendKind {
+    /// Every engine.
+    pub const ALL: [BackendKind; 3] = [BackendKind::Reference, BackendKind::Cpu, BackendKind::Gpu];
+
+    /// The word in files and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
             BackendKind::Reference => "reference",
             BackendKind::Cpu => "cpu",
             BackendKind::Gpu => "gpu",
-        })
+        }
+    }
+}
+
+impl fmt::Display for BackendKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
     }
 }
 
 impl fmt::Display for Precision {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Precision::F32 => "f32",
-            Precision::F64 => "f64",
-        })
+        f.write_str(self.name())
     }
 }
 

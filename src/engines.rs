@@ -1,0 +1,218 @@
+//! The one place that knows every engine: which one to take and why, second attempts, the witness.
+
+use crate::backend::{Backend, BackendError, BackendKind, Precision};
+#[cfg(feature = "gpu")]
+use crate::gpu;
+use crate::lanes::Lanes;
+use crate::model::{Plan, PlanOptions, Stepper};
+use crate::reference::{self, Reference};
+use crate::sweep::BranchTools;
+
+/// The finest tolerance that f32 meets on ordinary rods; finer ones need f64.
+pub const F32_TOLERANCE: f64 = 2e-5;
+
+/// Steps of a second attempt, at least.
+const SECOND_STEPS: usize = 24;
+
+/// What is asked of the choice of an engine; by default everything is left to the program.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct EngineRequest {
+    backend: Option<BackendKind>,
+    precision: Option<Precision>,
+}
+
+impl EngineRequest {
+    /// Any engine that meets the tolerance.
+    pub fn any() -> EngineRequest {
+        EngineRequest::default()
+    }
+
+    /// This engine and no other.
+    pub fn of(backend: BackendKind) -> EngineRequest {
+        EngineRequest::any().backend(Some(backend))
+    }
+
+    /// The engine; `None` leaves it to the program.
+    pub fn backend(self, backend: Option<BackendKind>) -> EngineRequest {
+        EngineRequest { backend, ..self }
+    }
+
+    /// Its arithmetic; `None` leaves it to the program.
+    pub fn precision(self, precision: Option<Precision>) -> EngineRequest {
+        EngineRequest { precision, ..self }
+    }
+
+    /// Whether the program may take another engine where the one it chose cannot be used.
+    pub fn is_open(&self) -> bool {
+        self.backend.is_none()
+    }
+
+    /// Chooses for a tolerance: a GPU that is no software and meets it, else the CPU.
+    ///
+    /// # Errors
+    ///
+    /// An engine that does not exist here or has not the precision asked for.
+    pub fn choose(&self, tolerance: f64) -> Result<Engine, BackendError> {
+        let engine = |kind, precision, reason: &str| Engine { kind, precision, reason: reason.into() };
+        match self.backend {
+            None => any_engine(self.precision, tolerance),
+            Some(BackendKind::Reference) => match self.precision {
+                Some(Precision::F32) => Err(BackendError::Unsupported {
+                    backend: BackendKind::Reference,
+                    what: "f32".into(),
+                    remedy: "leave the precision out".into(),
+                }),
+                _ => Ok(engine(BackendKind::Reference, Precision::F64, "asked for")),
+            },
+            Some(BackendKind::Cpu) => {
+                Ok(engine(BackendKind::Cpu, self.precision.unwrap_or(Precision::F64), "asked for"))
+            }
+            Some(BackendKind::Gpu) => {
+                let needs_f64 = tolerance < F32_TOLERANCE && gpus_have_f64();
+                let precision = self.precision.unwrap_or(if needs_f64 { Precision::F64 } else { Precision::F32 });
+                Ok(engine(BackendKind::Gpu, precision, "asked for"))
+            }
+        }
+    }
+
+    /// The same for one sample at a time, which needs no GPU: the CPU unless another is asked for.
+    ///
+    /// # Errors
+    ///
+    /// As [`EngineRequest::choose`].
+    pub fn choose_for_one(&self, tolerance: f64) -> Result<Engine, BackendError> {
+        self.backend(Some(self.backend.unwrap_or(BackendKind::Cpu))).choose(tolerance)
+    }
+}
+
+#[cfg(feature = "gpu")]
+fn any_engine(asked: Option<Precision>, tolerance: f64) -> Result<Engine, BackendError> {
+    let engine = |kind, precision, reason: String| Ok(Engine { kind, precision, reason });
+    let on_cpu = asked.unwrap_or(Precision::F64);
+    let adapters = gpu::chosen_adapters()?;
+    let Some(adapter) = adapters.first() else {
+        return engine(BackendKind::Cpu, on_cpu, "this machine has no GPU".into());
+    };
+    if adapter.is_software() {
+        return engine(BackendKind::Cpu, on_cpu, format!("the only GPU is software ({})", adapter.name));
+    }
+    let needs_f64 = asked.map_or(tolerance < F32_TOLERANCE, |asked| asked == Precision::F64);
+    match (needs_f64, adapter.has_f64) {
+        (true, false) => {
+            let reason = format!("{tolerance:.0e} needs f64, which {} has not", adapter.name);
+            engine(BackendKind::Cpu, Precision::F64, reason)
+        }
+        (true, true) => engine(BackendKind::Gpu, Precision::F64, format!("found {}, with f64", adapter.name)),
+        (false, _) => engine(BackendKind::Gpu, Precision::F32, format!("found {}", adapter.name)),
+    }
+}
+
+#[cfg(not(feature = "gpu"))]
+fn any_engine(asked: Option<Precision>, _: f64) -> Result<Engine, BackendError> {
+    let reason = "built without GPU engine".into();
+    Ok(Engine { kind: BackendKind::Cpu, precision: asked.unwrap_or(Precision::F64), reason })
+}
+
+fn gpus_have_f64() -> bool {
+    #[cfg(feature = "gpu")]
+    return gpu::chosen_adapters().is_ok_and(|chosen| chosen.iter().all(|adapter| adapter.has_f64));
+    #[cfg(not(feature = "gpu"))]
+    return false;
+}
+
+/// An engine and why it was taken.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Engine {
+    kind: BackendKind,
+    precision: Precision,
+    reason: String,
+}
+
+impl Engine {
+    /// A given engine.
+    pub fn new(kind: BackendKind, precision: Precision, reason: impl Into<String>) -> Engine {
+        Engine { kind, precision, reason: reason.into() }
+    }
+
+    /// Which engine.
+    pub fn kind(&self) -> BackendKind {
+        self.kind
+    }
+
+    /// Its arithmetic.
+    pub fn precision(&self) -> Precision {
+        self.precision
+    }
+
+    /// Why it was taken, in a few words.
+    pub fn reason(&self) -> &str {
+        &self.reason
+    }
+
+    /// The CPU in the same precision.
+    pub fn on_the_cpu(&self) -> Engine {
+        Engine { kind: BackendKind::Cpu, ..self.clone() }
+    }
+
+    /// Methods of integration that suit it, the first by default.
+    pub fn steppers(&self) -> &'static [Stepper] {
+        match (self.kind, self.precision) {
+            (BackendKind::Gpu, Precision::F32) => &[Stepper::Tp6, Stepper::Rk4],
+            (_, Precision::F32) => &[Stepper::Tp7, Stepper::Tp6, Stepper::Dop853],
+            (_, Precision::F64) => &[Stepper::Dop853, Stepper::Tp7, Stepper::Tp6],
+        }
+    }
+
+    /// The tolerance that this engine is held to.
+    pub fn tolerance(&self, asked: f64) -> f64 {
+        match self.precision {
+            Precision::F32 => asked.max(F32_TOLERANCE),
+            Precision::F64 => asked,
+        }
+    }
+
+    /// The engine, prepared for a plan.
+    ///
+    /// # Errors
+    ///
+    /// A device that cannot be used, or a plan that the engine does not model.
+    pub fn make(&self, plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
+        match self.kind {
+            BackendKind::Reference => Ok(witness(plan)),
+            BackendKind::Cpu => Ok(Box::new(Lanes::new(plan, self.precision)?)),
+            #[cfg(feature = "gpu")]
+            BackendKind::Gpu => gpu::open(plan, self.precision),
+            #[cfg(not(feature = "gpu"))]
+            BackendKind::Gpu => Err(BackendError::NoDevice { reason: "built without the feature `gpu`".into() }),
+        }
+    }
+}
+
+/// What is believed where engines differ: the scalar reference.
+pub fn witness(plan: &Plan) -> Box<dyn Backend> {
+    Box::new(Reference::new(plan))
+}
+
+/// The CPU engine in f64.
+///
+/// # Errors
+///
+/// A plan that the engine does not model.
+pub fn cpu_f64(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
+    Ok(Box::new(Lanes::new(plan, Precision::F64)?))
+}
+
+/// The CPU engine in f64 at a resolution that leaves no doubt, for samples that failed or are doubtful.
+///
+/// # Errors
+///
+/// A plan that the engine does not model.
+pub fn second_attempt(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
+    let steps = plan.options.steps.max(SECOND_STEPS);
+    cpu_f64(&plan.with_options(PlanOptions { stepper: Stepper::Dop853, steps, ..plan.options }))
+}
+
+/// What finds every equilibrium: searches on an engine, answers in f64 on the CPU, energies by the reference.
+pub fn branch_tools(engine: crate::backend::BackendFactory<'_>) -> BranchTools<'_> {
+    BranchTools { engine, finisher: &second_attempt, energy: &reference::energy }
+}

@@ -1,0 +1,77 @@
+//! By what a run is solved: part of its identity.
+
+use crate::backend::{BackendKind, Precision};
+use crate::model::{PlanOptions, Stepper};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::fmt;
+
+/// Engine, precision, stepper, steps and tolerance of a run: what its numbers depend on beside the sweep.
+///
+/// A run settles it once, in `run.json`; its other shards and whoever resumes it do as it says.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SolutionMethod {
+    /// Which engine.
+    #[serde(with = "engine_name")]
+    pub engine: BackendKind,
+    /// Its arithmetic.
+    #[serde(with = "precision_name")]
+    pub precision: Precision,
+    /// How the engine integrates; the reference integrates in its own way.
+    #[serde(with = "stepper_name")]
+    pub stepper: Stepper,
+    /// Steps over the whole rod.
+    pub steps: usize,
+    /// Target error of tip position over rod length and of tip rotation [rad].
+    pub tolerance: f64,
+}
+
+impl SolutionMethod {
+    /// The options of a plan that follow from it.
+    pub fn apply(&self, options: PlanOptions) -> PlanOptions {
+        PlanOptions { stepper: self.stepper, steps: self.steps, tolerance: self.tolerance, ..options }
+    }
+
+    /// What differs first between two methods: its name, this one's value, the other's.
+    pub fn difference(&self, other: &SolutionMethod) -> Option<(&'static str, String, String)> {
+        let fields = |method: &SolutionMethod| {
+            [
+                ("engine", method.engine.to_string()),
+                ("precision", method.precision.to_string()),
+                ("stepper", method.stepper.name().to_owned()),
+                ("number of steps", method.steps.to_string()),
+                ("tolerance", format!("{:e}", method.tolerance)),
+            ]
+        };
+        let pairs = fields(self).into_iter().zip(fields(other));
+        pairs.filter(|(ours, theirs)| ours != theirs).map(|((name, ours), (_, theirs))| (name, ours, theirs)).next()
+    }
+}
+
+impl fmt::Display for SolutionMethod {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let SolutionMethod { engine, precision, stepper, steps, tolerance } = self;
+        write!(f, "{engine} {precision}, {steps} steps of {}, tolerance {tolerance:.0e}", stepper.name())
+    }
+}
+
+/// A value written as one of some names.
+macro_rules! by_name {
+    ($module:ident, $type:ty, $what:literal) => {
+        mod $module {
+            use super::*;
+
+            pub fn serialize<S: Serializer>(value: &$type, serializer: S) -> Result<S::Ok, S::Error> {
+                serializer.serialize_str(value.name())
+            }
+
+            pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<$type, D::Error> {
+                let name = String::deserialize(deserializer)?;
+                let known = <$type>::ALL.into_iter().find(|value| value.name() == name);
+                known.ok_or_else(|| serde::de::Error::custom(format!(concat!("no ", $what, " is named {}"), name)))
+            }
+        }
+    };
+}
+by_name!(engine_name, BackendKind, "engine");
+by_name!(precision_name, Precision, "precision");
+by_name!(stepper_name, Stepper, "stepper");
