@@ -1,7 +1,8 @@
 //! The arguments, as clap reads them.
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use rodsweep::backend::Precision;
+use rodsweep::backend::{BackendKind, Precision};
+use rodsweep::engines::EngineRequest;
 use std::path::PathBuf;
 
 /// Batched parameter sweeps of magnetic catheters and other rod-like continuum robots.
@@ -81,6 +82,19 @@ pub struct EngineArguments {
     /// Arithmetic; the default is f32 on a GPU and f64 elsewhere
     #[arg(long, value_enum)]
     pub precision: Option<PrecisionName>,
+}
+
+impl EngineArguments {
+    /// What the library is asked for.
+    pub fn request(&self) -> EngineRequest {
+        let backend = match self.backend {
+            BackendName::Auto => None,
+            BackendName::Gpu => Some(BackendKind::Gpu),
+            BackendName::Cpu => Some(BackendKind::Cpu),
+            BackendName::Reference => Some(BackendKind::Reference),
+        };
+        EngineRequest::any().backend(backend).precision(self.precision.map(Into::into))
+    }
 }
 
 #[derive(Debug, Args)]

@@ -1,13 +1,154 @@
-//! The command line.
+//! The program `rodsweep`: a command parses its arguments, calls the library, prints, and picks an exit code.
+//!
+//! One file a command. What a program reads goes to stdout, everything else to stderr.
 
-mod cli;
+mod args;
+mod bench;
+mod branches;
+mod control;
+mod control_output;
+mod directory;
+mod doctor;
+mod experiment;
+mod explain;
+mod figures;
+mod fit;
+mod import;
+mod plot;
+mod progress;
+mod replay;
+mod rod_motion;
+mod run;
+mod shape;
+mod simulate;
+mod solution_json;
+mod solve;
+mod verify;
 
-fn main() -> std::process::ExitCode {
+use args::{Arguments, Command};
+use clap::{CommandFactory, Parser};
+use rodsweep::backend::BackendError;
+use rodsweep::model::PlanError;
+use rodsweep::input::{AssignError, InputError};
+use rodsweep::report::ReportError;
+use rodsweep::results::ResultsError;
+use rodsweep::study::{ControlError, FitError};
+use rodsweep::sweep::SweepError;
+use std::io::Write;
+use std::process::ExitCode;
+
+/// How a command ended, as the shell sees it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Exit {
+    Done = 0,
+    Failed = 1,
+    Usage = 2,
+    TooManyFailures = 3,
+    Interrupted = 130,
+}
+
+/// Why a command could not do its work.
+#[derive(Debug, thiserror::Error)]
+pub enum CommandError {
+    #[error(transparent)]
+    Input(#[from] InputError),
+    #[error(transparent)]
+    Assign(#[from] AssignError),
+    #[error(transparent)]
+    Plan(#[from] PlanError),
+    #[error(transparent)]
+    Sweep(#[from] SweepError),
+    #[error(transparent)]
+    Results(#[from] ResultsError),
+    #[error(transparent)]
+    Backend(#[from] BackendError),
+    #[error(transparent)]
+    Report(#[from] ReportError),
+    #[error(transparent)]
+    Control(#[from] ControlError),
+    #[error(transparent)]
+    Fit(#[from] FitError),
+    #[error("{0}")]
+    Usage(String),
+    #[error("cannot write to the standard output: {0}")]
+    Output(#[from] std::io::Error),
+}
+
+impl CommandError {
+    fn exit(&self) -> Exit {
+        match self {
+            CommandError::Input(_) | CommandError::Assign(_) | CommandError::Plan(_) | CommandError::Usage(_) => {
+                Exit::Usage
+            }
+            CommandError::Fit(FitError::Backend(_) | FitError::Failed(_)) => Exit::Failed,
+            CommandError::Fit(_) => Exit::Usage,
+            CommandError::Sweep(error) if error.is_usage() => Exit::Usage,
+            CommandError::Results(error) if error.is_usage() => Exit::Usage,
+            CommandError::Backend(BackendError::Unsupported { .. }) => Exit::Usage,
+            CommandError::Control(ControlError::Backend(BackendError::Unsupported { .. })) => Exit::Usage,
+            CommandError::Control(error) if !matches!(error, ControlError::Backend(_)) => Exit::Usage,
+            CommandError::Report(ReportError::Extension { .. }) => Exit::Usage,
+            _ => Exit::Failed,
+        }
+    }
+}
+
+fn main() -> ExitCode {
     #[cfg(unix)]
     if std::env::var_os("XDG_RUNTIME_DIR").is_none() {
         // Without it Mesa complains on the standard error whenever adapters are listed.
         // SAFETY: no other thread has been started yet.
         unsafe { std::env::set_var("XDG_RUNTIME_DIR", std::env::temp_dir()) };
     }
-    cli::main()
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(error) => {
+            let _ = error.print();
+            return exit_code(if error.use_stderr() { Exit::Usage } else { Exit::Done });
+        }
+    };
+    let result = match arguments.command {
+        Command::Run(arguments) => run::run(&arguments),
+        Command::Solve(arguments) => solve::solve(&arguments),
+        Command::Verify(arguments) => verify::verify(&arguments),
+        Command::Bench(arguments) => bench::bench(&arguments),
+        Command::Doctor => doctor::doctor(),
+        Command::Status { directory } => directory::status(&directory),
+        Command::Merge { directories, out } => directory::merge(&directories, &out),
+        Command::Control(arguments) => control::control(&arguments),
+        Command::Fit(arguments) => fit::fit(&arguments),
+        Command::Import(arguments) => import::import(&arguments),
+        Command::Completions { shell } => completions(shell),
+    };
+    match result {
+        Ok(exit) => exit_code(exit),
+        Err(CommandError::Output(error)) if error.kind() == std::io::ErrorKind::BrokenPipe => exit_code(Exit::Done),
+        Err(error) => {
+            say(&format!("error: {error}"));
+            exit_code(error.exit())
+        }
+    }
+}
+
+fn exit_code(exit: Exit) -> ExitCode {
+    ExitCode::from(exit as u8)
+}
+
+fn completions(shell: clap_complete::Shell) -> Result<Exit, CommandError> {
+    let mut text = Vec::new();
+    clap_complete::generate(shell, &mut Arguments::command(), "rodsweep", &mut text);
+    print(&String::from_utf8_lossy(&text))?;
+    Ok(Exit::Done)
+}
+
+/// Writes to the standard output.
+fn print(text: &str) -> Result<(), CommandError> {
+    let mut out = std::io::stdout().lock();
+    out.write_all(text.as_bytes())?;
+    Ok(out.flush()?)
+}
+
+/// Writes a line to the standard error; a closed one is no reason to stop.
+fn say(line: &str) {
+    let _ = writeln!(std::io::stderr().lock(), "{line}");
 }
