@@ -31,6 +31,11 @@ pub mod table;
 
 pub use rodsweep_kernels::{backend, lanes, model};
 
+/// Version of this library.
+pub const VERSION: &str = env!("CARGO_PKG_VERSION");
+/// Commit that it was built from, where it is known.
+pub const COMMIT: Option<&str> = option_env!("RODSWEEP_COMMIT");
+
 #[doc = include_str!("ARCHITECTURE.md")]
 pub mod architecture {}
 

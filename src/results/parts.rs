@@ -26,6 +26,9 @@ pub(crate) struct PartInfo {
     pub first: u64,
     /// Rows by status code.
     pub counts: Vec<u64>,
+    /// What solved it, second attempts aside.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub engine: String,
     pub checksum: String,
 }
 
@@ -39,6 +42,8 @@ impl PartInfo {
 #[derive(Clone, Debug)]
 pub(crate) struct FileMetadata {
     pub run_id: String,
+    /// What solves.
+    pub engine: String,
     /// The resolved sweep.
     pub sweep: String,
     pub seed: u64,
@@ -55,17 +60,18 @@ pub(crate) fn part_chunk(name: &str, format: Format) -> Option<u64> {
     (digits.len() >= 10).then(|| digits.parse().ok()).flatten()
 }
 
-pub(crate) fn info_of(table: &Table, run_id: &str) -> PartInfo {
+pub(crate) fn info_of(table: &Table, metadata: &FileMetadata) -> PartInfo {
     let mut counts = vec![0; Status::ALL.len()];
     for status in table.statuses() {
         counts[status.code() as usize] += 1;
     }
     PartInfo {
-        run_id: run_id.into(),
+        run_id: metadata.run_id.clone(),
         rows: table.row_count() as u64,
         samples: table.column(BRANCH_COLUMN).map(|_| table.sample_count()),
         first: table.samples().first().copied().unwrap_or(0),
         counts,
+        engine: metadata.engine.clone(),
         checksum: String::new(),
     }
 }
@@ -80,7 +86,7 @@ pub(crate) fn write_part(
     metadata: &FileMetadata,
     bytes: &mut Vec<u8>,
 ) -> Result<PartInfo, ResultsError> {
-    let mut info = info_of(table, &metadata.run_id);
+    let mut info = info_of(table, metadata);
     match format {
         Format::Parquet => parquet::encode(path, table, metadata, &mut info, bytes)?,
         Format::Csv => *bytes = csv::encode(table),
@@ -117,7 +123,7 @@ pub(crate) fn read_part(path: &Path, format: Format, names: &[&str], like: &Tabl
 
 /// Writes a table that is not a part (voxels, tips) as Parquet, replacing what is there.
 pub(crate) fn write_table(path: &Path, table: &Table, metadata: &FileMetadata) -> Result<(), ResultsError> {
-    let mut info = info_of(table, &metadata.run_id);
+    let mut info = info_of(table, metadata);
     let mut bytes = Vec::new();
     parquet::encode(path, table, metadata, &mut info, &mut bytes)?;
     write_atomically(path, &bytes, true).map(|_| ())

@@ -1,17 +1,18 @@
 //! Streaming reduction of a sweep: counts by status, extents, voxel occupancy, a bounded choice of tips.
 
 use super::layout::{BALANCED_COLUMN, BRANCH_COLUMN};
+use super::manifest::Manifest;
 use crate::model::Status;
 use crate::spec::Selection;
 use crate::table::{Column, Table, Values};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 
 /// Tips kept for figures.
 pub const MAX_TIPS: u64 = 262_144;
 
 /// What is known of samples with several equilibria.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct BranchCounts {
     /// Equilibria of one sample.
     pub most: u64,
@@ -110,6 +111,25 @@ impl Reduction {
             to.values.append_rows(&from.values, &order);
         }
         self.tips = sorted;
+    }
+
+    /// What a run without rows has kept.
+    pub(crate) fn restore(&mut self, tips: Table, voxels: &Table, manifest: &Manifest) {
+        for status in Status::ALL {
+            self.counts[status.code() as usize] = manifest.count(status);
+        }
+        if let Some(run) = &manifest.run {
+            self.sample_count = run.samples_of_shard;
+            self.extents = run.extents;
+            self.branches = run.branches;
+        }
+        if let (Some(centre), Some(count)) = (voxels.vector_columns("voxel"), voxels.column("count")) {
+            for row in 0..voxels.row_count() {
+                let cell = centre.map(|column| (column.number(row) / self.voxel).floor() as i32);
+                self.voxels.insert(cell, count.values.number(row) as u32);
+            }
+        }
+        self.tips = tips;
     }
 
     /// Samples whose rows are kept.

@@ -4,22 +4,18 @@
 //! (three of them with solutions) and four chunks of rows are in memory, whatever the number of samples.
 
 use super::branches::{BranchSearch, BranchTools};
-use super::check::{Kept, SpotCheck, SpotCheckOptions};
+use super::check::{Kept, SpotCheckOptions};
 use super::error::SweepError;
-use super::manifest;
-use super::pilot::PilotChoice;
+use super::manifest::manifest;
 use super::pipeline::{Finisher, pieces, pipeline};
-use super::reduced::{self, SampleOrigin};
+use super::reduced;
 use super::refine::Refiners;
+use super::sink::{RowSink, RunEnd, RunHeader};
 use crate::backend::{Backend, BackendFactory, BackendInfo, BackendKind};
-use crate::model::{BLOCK, Plan, Status};
-use crate::results::Layout;
-use crate::results::Reduction;
-use crate::results::directory::{self, RunRecord};
-use crate::results::parts;
-use crate::spec::{BranchChoice, CHUNK, Format, SweepSpec};
+use crate::model::{BLOCK, Plan, PlanOptions, Status};
+use crate::results::{Layout, PilotChoice, Reduction, RunRecord, SampleOrigin, SpotCheck, Timings};
+use crate::spec::{BranchChoice, CHUNK, Format, Shard, SolutionMethod, SweepSpec};
 use crate::table::Table;
-use serde::Serialize;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -32,20 +28,14 @@ const THREAD_BATCH: usize = 16 * BLOCK;
 /// Bytes that the inputs and solutions of one batch may take, whatever the backend asks for; five are alive at once.
 const BATCH_BYTES: usize = 96 << 20;
 
-/// Part `index` (from 1) of `count`: every count-th chunk.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-pub struct Shard {
-    pub index: u64,
-    pub count: u64,
-}
-
 /// How to run a sweep.
 #[derive(Clone)]
 pub struct RunOptions<'a> {
-    pub out: PathBuf,
-    /// Go on with what `out` holds.
-    pub resume: bool,
+    /// Which part of the sweep.
     pub shard: Shard,
+    /// By what the run is solved, where that was settled before; it is then solved by nothing else. Else what the
+    /// backend does.
+    pub method: Option<SolutionMethod>,
     /// Only the first samples.
     pub limit: Option<u64>,
     /// Samples in a part.
@@ -80,25 +70,9 @@ pub struct Progress {
     pub checking: bool,
 }
 
-/// Busy time of each stage [s]; stages overlap.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Timings {
-    pub build: f64,
-    pub solve: f64,
-    pub refine: f64,
-    /// For equilibria beside those from rest.
-    pub search: f64,
-    pub rows: f64,
-    pub write: f64,
-    pub check: f64,
-    /// From start to end.
-    pub total: f64,
-}
-
 /// What came of a run.
 #[derive(Clone, Debug)]
 pub struct Summary {
-    pub out: PathBuf,
     pub backend: BackendInfo,
     /// Samples of this shard.
     pub total: u64,
@@ -132,34 +106,18 @@ pub struct Summary {
     pub reduction: Reduction,
 }
 
-impl Shard {
-    pub const WHOLE: Shard = Shard { index: 1, count: 1 };
-
-    /// Parses `K/N`, K from 1 to N.
-    pub fn parse(text: &str) -> Result<Shard, SweepError> {
-        let refused = |reason| SweepError::Shard { text: text.into(), reason };
-        let (index, count) = text.split_once('/').ok_or_else(|| refused("it has no slash"))?;
-        let number = |text: &str| text.trim().parse::<u64>().map_err(|_| refused("K and N are whole numbers"));
-        let shard = Shard { index: number(index)?, count: number(count)? };
-        if shard.index >= 1 && shard.index <= shard.count {
-            Ok(shard)
-        } else {
-            Err(refused("K is not between 1 and N"))
-        }
-    }
-
-    pub fn owns(&self, chunk: u64) -> bool {
-        chunk % self.count == self.index - 1
+impl Default for RunOptions<'_> {
+    fn default() -> Self {
+        RunOptions::new()
     }
 }
 
 impl<'a> RunOptions<'a> {
-    /// A whole run into a new directory, without second attempts and spot check.
-    pub fn new(out: impl Into<PathBuf>) -> RunOptions<'a> {
+    /// A whole run without second attempts and spot check.
+    pub fn new() -> RunOptions<'a> {
         RunOptions {
-            out: out.into(),
-            resume: false,
             shard: Shard::WHOLE,
+            method: None,
             limit: None,
             chunk: CHUNK,
             interrupt: None,
@@ -189,8 +147,17 @@ impl Summary {
     }
 }
 
-/// Runs a sweep on a backend that was made for its plan.
-pub fn run(spec: &SweepSpec, backend: &mut dyn Backend, options: &RunOptions) -> Result<Summary, SweepError> {
+/// Runs a sweep on a backend that was made for its plan, and hands its rows to a sink.
+///
+/// # Errors
+///
+/// A sink that cannot be written, or a backend that fails as a whole; a sample that fails is a status.
+pub fn run(
+    spec: &SweepSpec,
+    backend: &mut dyn Backend,
+    options: &RunOptions,
+    sink: &mut dyn RowSink,
+) -> Result<Summary, SweepError> {
     let start = Instant::now();
     let plan = backend.plan().clone();
     check_plan(spec, &plan)?;
@@ -202,27 +169,16 @@ pub fn run(spec: &SweepSpec, backend: &mut dyn Backend, options: &RunOptions) ->
         (BranchChoice::All, Some(tools)) => Some(BranchSearch::new(&plan, tools)?),
     };
     let sample_count = options.limit.unwrap_or(u64::MAX).min(spec.sample_count);
-    let record = RunRecord::new(spec, &layout.schema(), sample_count, options.chunk.max(1), info.precision);
-    directory::open(&options.out, &record, spec, options.resume)?;
-    let metadata = directory::metadata(spec, &record);
-    let sampler = spec.sampler();
+    let method = options.method.unwrap_or_else(|| method_of(&info, &plan));
+    let record = RunRecord::new(spec, &layout.schema(), sample_count, options.chunk.max(1), method);
     let mut reduction = Reduction::new(sample_count, spec.voxel, spec.format == Format::None);
-    let mut quarantined = Vec::new();
+    let header = RunHeader { spec, record: &record, columns: layout.empty(), engine: &info, shard: options.shard };
+    let found = sink.open(&header, &mut |rows| reduction.add(rows))?;
+    let sampler = spec.sampler();
     let mut missing: Vec<u64> = (0..record.chunk_count()).filter(|chunk| options.shard.owns(*chunk)).collect();
     let size = |chunks: &[u64]| chunks.iter().map(|chunk| record.chunk_range(*chunk).1).sum::<u64>();
     let total = size(&missing);
-    if spec.format != Format::None {
-        let parts = directory::parts(&options.out, &record)?;
-        for (path, _) in parts.damaged {
-            quarantined.push(parts::quarantine(&path)?);
-        }
-        let names = directory::plain_columns(layout.empty());
-        for chunk in parts.sound.keys().filter(|chunk| options.shard.owns(**chunk)) {
-            let path = directory::part_path(&options.out, *chunk, spec.format);
-            reduction.add(&parts::read_part(&path, spec.format, &names, layout.empty())?);
-        }
-        missing.retain(|chunk| !parts.sound.contains_key(chunk));
-    }
+    missing.retain(|chunk| !found.done.contains(chunk));
     let resumed = total - size(&missing);
     let mut finisher = Finisher {
         spec,
@@ -246,10 +202,7 @@ pub fn run(spec: &SweepSpec, backend: &mut dyn Backend, options: &RunOptions) ->
         worst_error_estimate: 0.0,
         timings: Timings::default(),
     };
-    let row_bytes = 8 * (plan.input_count + plan.output_count());
-    let most = if spec.branch == BranchChoice::All { BRANCH_BATCH } else { BATCH_BYTES / row_bytes };
-    let most = if info.kind == BackendKind::Cpu { most.min(rayon::current_num_threads() * THREAD_BATCH) } else { most };
-    let batch_size = backend.batch_size().min(most).max(BLOCK);
+    let batch_size = batch_size(spec, backend);
     let has_rows = spec.format != Format::None || spec.branch == BranchChoice::All;
     let (origin, solve) = match has_rows {
         true => (SampleOrigin::Host, 0.0),
@@ -259,12 +212,7 @@ pub fn run(spec: &SweepSpec, backend: &mut dyn Backend, options: &RunOptions) ->
         SampleOrigin::Device => (0.0, solve, 0.0),
         _ => {
             let jobs = pieces(&record, &missing, batch_size as u64);
-            let mut bytes = Vec::new();
-            pipeline(jobs, backend, &mut finisher, |chunk, table: &Table| {
-                let path = directory::part_path(&options.out, chunk, spec.format);
-                parts::write_part(&path, table, spec.format, &metadata, &mut bytes)?;
-                Ok(())
-            })?
+            pipeline(jobs, backend, &mut finisher, |chunk, table: &Table| sink.write(chunk, table))?
         }
     };
     let seconds = finisher.start.elapsed().as_secs_f64();
@@ -279,7 +227,6 @@ pub fn run(spec: &SweepSpec, backend: &mut dyn Backend, options: &RunOptions) ->
     }
     timings.total = start.elapsed().as_secs_f64();
     let summary = Summary {
-        out: options.out.clone(),
         backend: info,
         total,
         solved: finisher.solved,
@@ -296,11 +243,28 @@ pub fn run(spec: &SweepSpec, backend: &mut dyn Backend, options: &RunOptions) ->
         engine_timings: backend.timings(),
         notes: options.notes.iter().cloned().chain(backend.take_notes()).collect(),
         origin,
-        quarantined,
+        quarantined: found.quarantined,
         reduction: finisher.reduction,
     };
-    manifest::write(spec, &plan, &record, options, &summary, &metadata)?;
+    let manifest = manifest(spec, &plan, &record, options, &summary);
+    sink.close(&RunEnd { spec, manifest: &manifest, reduction: &summary.reduction })?;
     Ok(summary)
+}
+
+/// What a backend does by itself.
+pub(crate) fn method_of(info: &BackendInfo, plan: &Plan) -> SolutionMethod {
+    let PlanOptions { stepper, steps, tolerance, .. } = plan.options;
+    SolutionMethod { engine: info.kind, precision: info.precision, stepper, steps, tolerance }
+}
+
+/// Samples of a batch: what keeps the backend busy, in bounded memory.
+fn batch_size(spec: &SweepSpec, backend: &dyn Backend) -> usize {
+    let plan = backend.plan();
+    let row_bytes = 8 * (plan.input_count + plan.output_count());
+    let most = if spec.branch == BranchChoice::All { BRANCH_BATCH } else { BATCH_BYTES / row_bytes };
+    let is_cpu = backend.info().kind == BackendKind::Cpu;
+    let most = if is_cpu { most.min(rayon::current_num_threads() * THREAD_BATCH) } else { most };
+    backend.batch_size().min(most).max(BLOCK)
 }
 
 fn check_plan(spec: &SweepSpec, plan: &Plan) -> Result<(), SweepError> {
