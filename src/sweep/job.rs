@@ -248,7 +248,8 @@ impl<'a> PreparedSweep<'a> {
         let job = &self.job;
         let trusted = |plan: &Plan| Ok(witness(plan));
         let on_the_cpu = self.engine.on_the_cpu();
-        let (search, search_on_the_cpu) = (|plan: &Plan| self.engine.make(plan), |plan: &Plan| on_the_cpu.make(plan));
+        let engine = &self.engine;
+        let (search, search_on_the_cpu) = (|plan: &Plan| engine.make(plan), |plan: &Plan| on_the_cpu.make(plan));
         let mut options = RunOptions::new();
         options.shard = job.shard;
         options.method = Some(self.method);
