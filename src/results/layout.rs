@@ -1,6 +1,5 @@
 //! Rows of a result: the sample, its parameters, its status, quantities, derivatives. Column by column out of solutions.
 
-use super::directory::plain_columns;
 use crate::backend::Precision;
 use crate::model::{Batch, Plan, Quantity, Solutions, Vector, base_curvature, rotation_vector};
 use crate::spec::Sampler;
@@ -274,4 +273,10 @@ fn quotient(of: &str, by: &str) -> String {
         _ if by.contains(['/', '·']) => format!("{of}/({by})"),
         _ => format!("{of}/{by}"),
     }
+}
+
+/// Names of the columns that are not derivatives.
+pub(crate) fn plain_columns(columns: &Table) -> Vec<&str> {
+    let names = columns.columns.iter().map(|column: &Column| column.name.as_str());
+    names.filter(|name| !name.starts_with("d(")).collect()
 }

@@ -15,6 +15,6 @@ pub use error::ResultsError;
 pub(crate) use layout::{BranchCells, Layout, Rows};
 pub use manifest::{Manifest, RunAccount, RunTimings, SecondAttempts};
 pub use merge::merge;
-pub use outcome::{ErrorDistribution, PilotChoice, SampleOrigin, SpotCheck, Timings};
+pub use outcome::{BranchCounts, ErrorDistribution, PilotChoice, SampleOrigin, SpotCheck, Timings};
 pub use read::{DirectoryStatus, Results, read_parquet_table};
-pub use reduce::{BranchCounts, MAX_TIPS, Reduction};
+pub use reduce::{MAX_TIPS, Reduction};

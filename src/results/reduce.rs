@@ -2,23 +2,14 @@
 
 use super::layout::{BALANCED_COLUMN, BRANCH_COLUMN};
 use super::manifest::Manifest;
+use super::outcome::BranchCounts;
 use crate::model::Status;
 use crate::spec::Selection;
 use crate::table::{Column, Table, Values};
-use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 
 /// Tips kept for figures.
 pub const MAX_TIPS: u64 = 262_144;
-
-/// What is known of samples with several equilibria.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct BranchCounts {
-    /// Equilibria of one sample.
-    pub most: u64,
-    /// Samples whose signs do not add up to one, so that an equilibrium is missing.
-    pub unbalanced: u64,
-}
 
 /// Rows that are no success; where every equilibrium was asked for, an unstable one is none of them.
 pub(crate) fn failures(counts: &[u64; Status::ALL.len()], every_branch: bool) -> u64 {

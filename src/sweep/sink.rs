@@ -4,6 +4,7 @@ use super::error::SweepError;
 use crate::backend::BackendInfo;
 use crate::input::write_scene;
 use crate::results::directory::{self, TIPS_FILE, WORKSPACE_FILE, WORST_FILE};
+use crate::results::layout;
 use crate::results::parts::{self, FileMetadata};
 use crate::results::{Manifest, Reduction, RunRecord};
 use crate::spec::{Format, Shard, SolutionMethod, SweepSpec};
@@ -141,7 +142,7 @@ impl RowSink for ResultDirectory {
         for (path, _) in there.damaged {
             found.quarantined.push(parts::quarantine(&path)?);
         }
-        let names = directory::plain_columns(columns);
+        let names = layout::plain_columns(columns);
         for (chunk, info) in there.sound {
             if run.shard.owns(chunk) {
                 let path = directory::part_path(&self.dir, chunk, spec.format);
