@@ -6,7 +6,8 @@ use rodsweep::reference;
 use rodsweep::report::{
     self, AxisLabel, Cloud, Colour, Counts, Curves, FailureMap, Marker, Panel, Series, Sheet, SweptAxis,
 };
-use rodsweep::sweep::{Column, Summary, SweepSpec, Table, Values};
+use rodsweep::sweep::{Summary, SweepSpec};
+use rodsweep::table::{Column, Table, Values};
 use std::path::PathBuf;
 
 /// Points along the rod that is drawn in the cloud.

@@ -1,7 +1,7 @@
 //! Spot check: a fixed choice of samples is solved again by a trusted backend and the differences are reported.
 
-use super::columns::rotation_angle;
 use super::error::SweepError;
+use super::rotation::rotation_angle;
 use super::run::BackendFactory;
 use super::sampling::Sampler;
 use super::selection::Selection;

@@ -1,10 +1,10 @@
 //! A result directory: its identity, what lies in it, who may write to it.
 
-use super::columns::{Column, Table};
 use super::error::SweepError;
 use super::sink::{self, FileMetadata, PartInfo};
 use super::spec::{Format, RESOLVED_TABLE, SweepSpec};
 use crate::backend::Precision;
+use crate::table::{Column, Table};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

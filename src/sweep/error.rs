@@ -3,6 +3,7 @@
 use super::units::QuantityError;
 use crate::backend::BackendError;
 use crate::model::{ParameterError, PlanError, SceneError};
+use crate::table::TableError;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -20,6 +21,8 @@ pub struct InputError {
 pub enum Problem {
     #[error("cannot be read: {0}")]
     Unreadable(String),
+    #[error("{0}")]
+    Table(String),
     #[error("is not valid TOML: {0}")]
     Syntax(String),
     #[error("is not a key here{}; known keys: {}", did_you_mean(.suggestion), .known.join(", "))]
@@ -95,6 +98,8 @@ pub enum SweepError {
     MissingParts { count: u64, total: u64, first: u64 },
     #[error("{} is damaged: {reason}; remove it and run with `--resume`", path.display())]
     Damaged { path: PathBuf, reason: String },
+    #[error("{} {problem}", path.display())]
+    Table { path: PathBuf, problem: TableError },
     #[error("the backend was prepared for another plan: {what} differ")]
     WrongPlan { what: &'static str },
     #[error("the sweep asks for every equilibrium, and the run was given nothing to search with")]
@@ -118,6 +123,16 @@ impl SweepError {
                 | SweepError::NoColumn { .. }
                 | SweepError::Backend(BackendError::Unsupported { .. })
         )
+    }
+
+    /// Of a table of a run; one that is damaged can be made again.
+    pub(super) fn table(path: &Path) -> impl FnOnce(TableError) -> SweepError {
+        let path = path.to_owned();
+        move |problem| match problem {
+            TableError::Damaged { reason, .. } => SweepError::Damaged { path, reason },
+            TableError::Io(error) => SweepError::io(&path, "reading")(error),
+            problem => SweepError::Table { path, problem },
+        }
     }
 
     pub(super) fn io(path: &Path, action: &'static str) -> impl FnOnce(std::io::Error) -> SweepError {

@@ -24,8 +24,8 @@ pub(super) fn write(
 ) -> Result<(), SweepError> {
     let out = &options.out;
     if spec.format == Format::None && !summary.interrupted {
-        sink::write_table(&out.join(WORKSPACE_FILE), &summary.reduction.voxel_table(), metadata)?;
-        sink::write_table(&out.join(TIPS_FILE), &summary.reduction.tips, metadata)?;
+        sink::write_run_table(&out.join(WORKSPACE_FILE), &summary.reduction.voxel_table(), metadata)?;
+        sink::write_run_table(&out.join(TIPS_FILE), &summary.reduction.tips, metadata)?;
     }
     if let Some(index) = summary.spot_check.as_ref().and_then(|check| check.worst_sample) {
         let scene = write_scene(&spec.sample_scene(index));

@@ -1,12 +1,11 @@
 //! Sweeps: scene and sweep files, sample index to parameters, runs in chunks, result directories.
 //!
-//! Knows the model and the `Backend` trait only.
+//! Knows the model, tables and the `Backend` trait only.
 
 mod assign;
 mod bench_file;
 mod branches;
 mod check;
-mod columns;
 mod directory;
 mod error;
 mod fallback;
@@ -20,6 +19,7 @@ mod read;
 mod reduce;
 mod reduced;
 mod refine;
+mod rotation;
 mod run;
 mod sampling;
 mod scene_file;
@@ -40,7 +40,6 @@ pub use assign::{AssignError, assign};
 pub use bench_file::{BenchSpec, Sets, Work};
 pub use branches::{Branch, BranchSearch, BranchTools, Branches, Energy, Equilibria};
 pub use check::{ErrorDistribution, SpotCheck, SpotCheckOptions};
-pub use columns::{Column, Table, Values, rotation_angle, rotation_vector};
 pub use directory::RunRecord;
 pub use error::{InputError, Problem, SweepError};
 pub use fallback::{Fallback, run_with_fallback};
@@ -53,12 +52,13 @@ pub use read::{
 };
 pub use reduce::{BranchCounts, MAX_TIPS, Reduction};
 pub use reduced::SampleOrigin;
+pub use rotation::{rotation_angle, rotation_vector};
 pub use run::{BRANCH_CHUNK, BackendFactory, CHUNK, Progress, RunOptions, Shard, Summary, Timings, run};
 pub use sampling::{MAX_SOBOL_DIMENSIONS, Sampler};
 pub use scene_file::{parse_scene, read_scene, scene_notes};
 pub use scene_text::write_scene;
 pub use shape_file::{ShapeRows, read_shapes};
-pub use sink::{PlainColumn, PlainValues, write_plain};
+pub use sink::write_table;
 pub use spec::{
     AxisSpec, BranchChoice, Format, MAX_ROWS, MAX_SAMPLES, Method, OutputQuantity, RESOLVED_TABLE, SweepSpec,
 };

@@ -1,6 +1,6 @@
 //! Chooses the number of integration steps by solving a few samples at increasing resolution.
 
-use super::columns::rotation_angle;
+use super::rotation::rotation_angle;
 use super::run::BackendFactory;
 use super::sampling::Sampler;
 use super::selection::Selection;

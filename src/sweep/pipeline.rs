@@ -2,7 +2,6 @@
 
 use super::branches::{Branch, BranchSearch, Branches};
 use super::check::Kept;
-use super::columns::Table;
 use super::directory::RunRecord;
 use super::error::SweepError;
 use super::layout::{BranchCells, Layout, Rows};
@@ -13,6 +12,7 @@ use super::sampling::Sampler;
 use super::spec::{Format, SweepSpec};
 use crate::backend::{Backend, Returned};
 use crate::model::{Batch, Plan, Quantity, Solutions};
+use crate::table::Table;
 use std::ops::Range;
 use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
 use std::time::{Duration, Instant};

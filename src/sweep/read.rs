@@ -1,6 +1,5 @@
 //! Reads result directories back: status, columns, and shards merged into one.
 
-use super::columns::{Column, Table};
 use super::directory::{self, MANIFEST_FILE, RUN_FILE, RunRecord, SWEEP_FILE};
 use super::error::SweepError;
 use super::manifest::{TIPS_FILE, WORKSPACE_FILE};
@@ -9,6 +8,7 @@ use super::sink::{self, PartInfo};
 use super::spec::{BranchChoice, Format, RESOLVED_TABLE, SweepSpec};
 use crate::backend::Precision;
 use crate::model::{Status, closest};
+use crate::table::{Column, Table};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -238,17 +238,13 @@ fn merge_workspaces(dirs: &[PathBuf], out: &Path, record: &RunRecord) -> Result<
     let metadata = directory::metadata(&spec, record);
     let mut rows: Vec<(usize, u64)> = voxels.into_values().collect();
     rows.sort_unstable();
-    let mut merged = centres.empty();
-    for (row, total) in rows {
-        for (to, from) in merged.columns.iter_mut().zip(&centres.columns) {
-            match &mut to.values {
-                super::columns::Values::Index(counts) => counts.push(total),
-                values => values.append_rows(&from.values, &[row]),
-            }
-        }
+    let (rows, totals): (Vec<usize>, Vec<u64>) = rows.into_iter().unzip();
+    let mut merged = centres.select(&rows);
+    if let Some(count) = merged.columns.iter_mut().find(|column| column.name == "count") {
+        count.values = totals.into();
     }
-    sink::write_table(&out.join(WORKSPACE_FILE), &merged, &metadata)?;
-    sink::write_table(&out.join(TIPS_FILE), &tips, &metadata)?;
+    sink::write_run_table(&out.join(WORKSPACE_FILE), &merged, &metadata)?;
+    sink::write_run_table(&out.join(TIPS_FILE), &tips, &metadata)?;
     let every_branch = spec.branch == BranchChoice::All;
     let status = DirectoryStatus { samples_done: done, every_branch, counts, ..directory_status(out)? };
     finish_merge(dirs, out, record, &spec, status)

@@ -5,7 +5,6 @@
 
 use super::branches::{BranchSearch, BranchTools};
 use super::check::{Kept, SpotCheck, SpotCheckOptions};
-use super::columns::Table;
 use super::directory::{self, RunRecord};
 use super::error::SweepError;
 use super::layout::Layout;
@@ -19,6 +18,7 @@ use super::sink;
 use super::spec::{BranchChoice, Format, SweepSpec};
 use crate::backend::{Backend, BackendError, BackendInfo, BackendKind};
 use crate::model::{BLOCK, Plan, Status};
+use crate::table::Table;
 use serde::Serialize;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -1,7 +1,7 @@
 //! The published solver's spatial configuration: field, gravity, entry point and entry frame.
 
-use super::super::columns::rotation_vector;
 use super::super::error::{InputError, Problem};
+use super::super::rotation::rotation_vector;
 use super::super::scene_file::read_text;
 use super::keywords::{Bound, Keyword, KeywordFile};
 use super::name_of;

@@ -1,0 +1,35 @@
+//! Rotations as vectors and angles.
+
+use crate::model::Vector;
+
+/// Rotation vector of a rotation matrix, angle up to pi, by way of the quaternion (no loss near 0 or pi).
+pub fn rotation_vector(r: &[[f64; 3]; 3]) -> Vector {
+    let trace = r[0][0] + r[1][1] + r[2][2];
+    // Four times w² and the squares of x, y, z: divide by the largest.
+    let squares = [1.0 + 2.0 * r[0][0] - trace, 1.0 + 2.0 * r[1][1] - trace, 1.0 + 2.0 * r[2][2] - trace];
+    let skew = [r[2][1] - r[1][2], r[0][2] - r[2][0], r[1][0] - r[0][1]];
+    let largest = (0..3).fold(0, |best, k| if squares[k] > squares[best] { k } else { best });
+    let (mut w, mut v);
+    if 1.0 + trace >= squares[largest] {
+        (w, v) = (1.0 + trace, skew);
+    } else {
+        w = skew[largest];
+        v = std::array::from_fn(|k| if k == largest { squares[k] } else { r[k][largest] + r[largest][k] });
+    }
+    if w < 0.0 {
+        w = -w;
+        v = v.map(|x: f64| -x);
+    }
+    let sine = (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt();
+    // Below the bound atan2(s, w)/s is 1/w to the last bit.
+    let scale = if sine < 1e-9 * w { 2.0 / w } else { 2.0 * sine.atan2(w) / sine };
+    v.map(|x| x * scale)
+}
+
+/// Angle of the rotation between two orthonormal frames [rad].
+pub fn rotation_angle(a: &[[f64; 3]; 3], b: &[[f64; 3]; 3]) -> f64 {
+    let relative: [[f64; 3]; 3] =
+        std::array::from_fn(|r| std::array::from_fn(|c| (0..3).map(|k| a[k][r] * b[k][c]).sum()));
+    let v = rotation_vector(&relative);
+    (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt()
+}
