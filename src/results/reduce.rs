@@ -5,7 +5,7 @@ use super::manifest::Manifest;
 use super::outcome::BranchCounts;
 use crate::model::Status;
 use crate::spec::Selection;
-use crate::table::{Column, Table, Values};
+use crate::table::{Column, Table};
 use std::collections::HashMap;
 
 /// Tips kept for figures.
@@ -97,11 +97,7 @@ impl Reduction {
     pub(crate) fn sort_tips(&mut self) {
         let mut order: Vec<usize> = (0..self.tips.row_count()).collect();
         order.sort_by_key(|row| self.tips.samples().get(*row));
-        let mut sorted = self.tips.empty();
-        for (to, from) in sorted.columns.iter_mut().zip(&self.tips.columns) {
-            to.values.append_rows(&from.values, &order);
-        }
-        self.tips = sorted;
+        self.tips = self.tips.select(&order);
     }
 
     /// What a run without rows has kept.
@@ -169,13 +165,12 @@ impl Reduction {
         let mut cells: Vec<_> = self.voxels.iter().collect();
         cells.sort_unstable();
         let centre = |axis: usize| {
-            let values = cells.iter().map(|(cell, _)| (f64::from(cell[axis]) + 0.5) * self.voxel).collect();
-            let name = format!("voxel.{}", ["x", "y", "z"][axis]);
-            Column { name, unit: "m".into(), values: Values::Double(values) }
+            let values: Vec<f64> = cells.iter().map(|(cell, _)| (f64::from(cell[axis]) + 0.5) * self.voxel).collect();
+            Column::new(format!("voxel.{}", ["x", "y", "z"][axis]), "m", values)
         };
-        let counts = cells.iter().map(|(_, count)| u64::from(**count)).collect();
+        let counts: Vec<u64> = cells.iter().map(|(_, count)| u64::from(**count)).collect();
         let mut columns: Vec<Column> = (0..3).map(centre).collect();
-        columns.push(Column { name: "count".into(), unit: String::new(), values: Values::Index(counts) });
-        Table { columns }
+        columns.push(Column::new("count", "", counts));
+        Table::new(columns)
     }
 }

@@ -166,8 +166,8 @@ impl RowSink for ResultDirectory {
         let Some(metadata) = &self.metadata else { return Ok(()) };
         let RunEnd { spec, reduction, .. } = *end;
         if spec.format == Format::None && end.manifest.complete {
-            parts::write_table(&self.dir.join(WORKSPACE_FILE), &reduction.voxel_table(), metadata)?;
-            parts::write_table(&self.dir.join(TIPS_FILE), &reduction.tips, metadata)?;
+            parts::write_run_table(&self.dir.join(WORKSPACE_FILE), &reduction.voxel_table(), metadata)?;
+            parts::write_run_table(&self.dir.join(TIPS_FILE), &reduction.tips, metadata)?;
         }
         let check = end.manifest.run.as_ref().and_then(|run| run.spot_check.as_ref());
         if let Some(index) = check.and_then(|check| check.worst_sample) {
