@@ -6,7 +6,6 @@ use super::keywords::{Bound, Keyword, KeywordFile};
 use super::name_of;
 use crate::model::Vector;
 use crate::model::rotation_vector;
-use crate::model::rotation_vector;
 use std::path::Path;
 
 const FIELD: Keyword = Keyword { name: "B0", unit: "T", bound: Bound::Any };
