@@ -3,7 +3,7 @@
 use super::axes::{Axes, Axis, AxisLabel};
 use super::canvas::{Align, Canvas, Point, Rect, SMALL, Shape, Stroke, TITLE, Text};
 use super::colour::Colour;
-use super::table::count;
+use super::text_table::count;
 use super::{Panel, ReportError};
 use crate::model::Status;
 

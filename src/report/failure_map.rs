@@ -5,7 +5,7 @@ use super::bars::status_colour;
 use super::canvas::{Canvas, Rect, Shape, TITLE, Text};
 use super::colour::Colour;
 use super::legend::{self, Entry};
-use super::table::count;
+use super::text_table::count;
 use super::{Panel, ReportError};
 use crate::model::Status;
 

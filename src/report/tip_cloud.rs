@@ -3,7 +3,7 @@
 use super::canvas::{Align, Canvas, Dot, NORMAL, Rect, SMALL, Shape, Stroke, TITLE, Text};
 use super::colour::{Colour, ColourMap};
 use super::colour_bar::ColourRange;
-use super::table::count;
+use super::text_table::count;
 use super::views::{FourViews, Vector, bounds};
 use super::{Figure, ReportError, TWO_COLUMNS};
 

@@ -4,12 +4,12 @@ use std::fmt;
 
 /// Rows of words and numbers under headers. Columns that hold only numbers are aligned on the right.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Table {
+pub struct TextTable {
     headers: Vec<String>,
     rows: Vec<Vec<String>>,
 }
 
-impl Table {
+impl TextTable {
     pub fn new<S: Into<String>>(headers: impl IntoIterator<Item = S>) -> Self {
         Self { headers: headers.into_iter().map(Into::into).collect(), rows: Vec::new() }
     }
@@ -32,7 +32,7 @@ impl Table {
     }
 }
 
-impl fmt::Display for Table {
+impl fmt::Display for TextTable {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let columns = self.rows.iter().map(Vec::len).max().unwrap_or(0).max(self.headers.len());
         let cell = |row: &Vec<String>, column: usize| row.get(column).cloned().unwrap_or_default();
