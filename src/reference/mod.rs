@@ -110,7 +110,7 @@ impl Backend for Reference {
             return Err(BackendError::Unsupported {
                 backend: BackendKind::Reference,
                 what: "the search for equilibria away from rest".into(),
-                remedy: "use `--backend cpu`".into(),
+                remedy: "use the CPU engine".into(),
             });
         }
         let sample_count = batch.sample_count();

@@ -71,13 +71,51 @@ pub trait Figure {
     fn draw(&self) -> Result<Canvas, ReportError>;
 }
 
+/// Formats of figures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum ImageFormat {
+    /// A bitmap of [`DOTS_PER_INCH`].
+    Png,
+    /// Lines and text; clouds of many points are bitmaps within it.
+    Svg,
+}
+
+impl ImageFormat {
+    /// The format that a file name asks for by its extension, in whatever case.
+    ///
+    /// # Errors
+    ///
+    /// [`ReportError::Extension`] for any other extension, or none.
+    pub fn of(path: &Path) -> Result<ImageFormat, ReportError> {
+        let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase());
+        match extension.as_deref() {
+            Some("png") => Ok(ImageFormat::Png),
+            Some("svg") => Ok(ImageFormat::Svg),
+            _ => Err(ReportError::Extension { path: path.to_owned() }),
+        }
+    }
+}
+
+/// A figure as the bytes of a file.
+///
+/// # Errors
+///
+/// A figure that cannot be drawn, or is too large for a bitmap.
+pub fn encode(figure: &(impl Figure + ?Sized), format: ImageFormat) -> Result<Vec<u8>, ReportError> {
+    let canvas = figure.draw()?;
+    match format {
+        ImageFormat::Png => png::encode(&canvas, DOTS_PER_INCH),
+        ImageFormat::Svg => Ok(svg::encode(&canvas).into_bytes()),
+    }
+}
+
 /// Writes a figure as PNG or SVG, by the extension of `path`. An existing file is replaced.
+///
+/// # Errors
+///
+/// Another extension, a figure that cannot be drawn, a file that cannot be written.
 pub fn write(figure: &(impl Figure + ?Sized), path: &Path) -> Result<(), ReportError> {
-    let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase());
-    let bytes = match extension.as_deref() {
-        Some("png") => png::encode(&figure.draw()?, DOTS_PER_INCH)?,
-        Some("svg") => svg::encode(&figure.draw()?).into_bytes(),
-        _ => return Err(ReportError::Extension { path: path.to_owned() }),
-    };
+    let bytes = encode(figure, ImageFormat::of(path)?)?;
     std::fs::write(path, bytes).map_err(|source| ReportError::Write { path: path.to_owned(), source })
 }
