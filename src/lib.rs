@@ -32,6 +32,9 @@ pub mod table;
 
 pub use rodsweep_kernels::{backend, lanes, model};
 
+/// The commit that the library was built from, where there was one.
+pub const COMMIT: Option<&str> = option_env!("RODSWEEP_COMMIT");
+
 #[doc = include_str!("ARCHITECTURE.md")]
 pub mod architecture {}
 

@@ -10,6 +10,7 @@ pub struct TextTable {
 }
 
 impl TextTable {
+    /// A table without rows.
     pub fn new<S: Into<String>>(headers: impl IntoIterator<Item = S>) -> Self {
         Self { headers: headers.into_iter().map(Into::into).collect(), rows: Vec::new() }
     }
@@ -20,6 +21,7 @@ impl TextTable {
         self
     }
 
+    /// Whether no row has been added.
     pub fn is_empty(&self) -> bool {
         self.rows.is_empty()
     }

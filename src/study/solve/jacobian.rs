@@ -9,7 +9,8 @@ pub type Rows = [Vec<f64>; 3];
 
 /// Derivatives of a solution by the k parameters asked for, each 3 x k, SI per unit of the parameter.
 ///
-/// All are total: the rod stays in equilibrium while the parameter changes. NaN where there is no equilibrium.
+/// All but [`Jacobian::residual`] are total: the rod stays in equilibrium while the parameter changes. NaN where there
+/// is no equilibrium.
 #[derive(Clone, Copy, Debug)]
 pub struct Jacobian<'a> {
     solved: &'a Solved,
@@ -60,8 +61,12 @@ impl<'a> Jacobian<'a> {
         self.gather(|k| self.base_curvature_column(k))
     }
 
-    /// d(moment that is left at the tip), the base moment held [N·m/unit]; `None` where the rod cannot be integrated.
+    /// d(moment that is left at the tip), the base moment held [N·m/unit]; `None` where the rod cannot be integrated or
+    /// has no equilibrium.
     pub fn residual(&self) -> Option<Rows> {
+        if !self.solved.is_equilibrium() {
+            return None;
+        }
         let matrix = residual_by_base_moment(&self.solved.rod(), self.solved.base_moment())?;
         Some(self.gather(|k| {
             let dm0 = self.column(k, 6);
