@@ -1,7 +1,7 @@
 //! One step of control by damped least squares, as controllers of this catheter take it.
 
 use super::{Column, Input, Method, Rod, solve};
-use crate::model::Vector;
+use rodsweep::model::Vector;
 use nalgebra::{DMatrix, Matrix3, Vector3};
 
 /// Damping over the length of the rod, with inputs measured by what bends the rod by a radian. The papers do not

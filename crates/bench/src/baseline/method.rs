@@ -1,7 +1,7 @@
 //! What the baselines have in common: Newton's method on their unknowns, and the path of loads from rest.
 
 use super::{BaselineError, Input, Rod};
-use crate::model::{Matrix, Vector};
+use rodsweep::model::{Matrix, Vector};
 use nalgebra::{Matrix3, Vector3};
 
 /// Newton's step below which the next one would be round-off [rad].

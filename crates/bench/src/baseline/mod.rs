@@ -28,7 +28,7 @@ pub enum BaselineError {
     #[error("the baselines do not model `{key}`: {remedy}")]
     Unsupported { key: String, remedy: &'static str },
     #[error(transparent)]
-    Scene(#[from] crate::model::SceneError),
+    Scene(#[from] rodsweep::model::SceneError),
     #[error("Newton's method did not converge, at {:.1} % of the load: try more steps or less load", 100.0 * load)]
     NotConverged { load: f64 },
 }

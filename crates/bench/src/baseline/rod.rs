@@ -1,7 +1,7 @@
 //! The rod that the baselines model: constant flexible segments, rigid segments with a dipole, weight and tip force.
 
 use super::BaselineError;
-use crate::model::{self, Parameter, RodSegment, Scene, Slot};
+use rodsweep::model::{self, Parameter, RodSegment, Scene, Slot};
 use nalgebra::{Matrix3, Vector3};
 
 /// A stretch that bends.

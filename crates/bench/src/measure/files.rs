@@ -1,6 +1,6 @@
 //! The bench files: those built in, or those of a directory.
 
-use crate::cli::CommandError;
+use crate::BenchError;
 use rodsweep::sweep::BenchSpec;
 use std::path::Path;
 
@@ -21,13 +21,13 @@ const SCENES: [(&str, &str); 3] = [
     ("../scenes/two_coil.toml", include_str!("../../../sweeps/scenes/two_coil.toml")),
 ];
 
-pub fn built_in() -> Result<Vec<BenchSpec>, CommandError> {
+pub fn built_in() -> Result<Vec<BenchSpec>, BenchError> {
     FILES.iter().map(|(name, text)| Ok(BenchSpec::parse(Path::new(name), text, &SCENES)?)).collect()
 }
 
 /// Every TOML file of a directory by name, `benchmark.toml` first.
-pub fn read(directory: &Path) -> Result<Vec<BenchSpec>, CommandError> {
-    let refused = |problem: String| CommandError::Usage(format!("{}: {problem}", directory.display()));
+pub fn read(directory: &Path) -> Result<Vec<BenchSpec>, BenchError> {
+    let refused = |problem: String| BenchError::Usage(format!("{}: {problem}", directory.display()));
     let entries = std::fs::read_dir(directory).map_err(|error| refused(format!("{error}; name a directory")))?;
     let mut paths: Vec<_> = entries.flatten().map(|entry| entry.path()).collect();
     paths.retain(|path| path.extension().is_some_and(|extension| extension == "toml"));

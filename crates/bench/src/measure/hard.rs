@@ -4,7 +4,7 @@ use super::session::Session;
 use crate::cli::verify::engine;
 use crate::cli::verify::hard::suite::{Case, Outcome, Setup, Verdict, cases};
 use rodsweep::backend::{BackendError, BackendKind};
-use rodsweep::report::bench::Record;
+use crate::record::Record;
 
 /// One case in so many with `--quick`.
 const QUICK: usize = 6;

@@ -4,12 +4,12 @@ use super::clock::Clock;
 use super::engines::Engine;
 use super::problem::batch_of;
 use super::session::Session;
-use crate::cli::CommandError;
+use crate::BenchError;
 use crate::cli::engine::{self as cli, reference, second_attempt};
 use rodsweep::backend::{Backend, BackendError, BackendKind, Precision};
 use rodsweep::lanes::Lanes;
 use rodsweep::model::{Plan, PlanOptions, Quantity};
-use rodsweep::report::bench::Record;
+use crate::record::Record;
 use rodsweep::sweep::{self, RunOptions, Summary, SweepSpec};
 
 const MAP: &str = include_str!("../../../sweeps/workspace.toml");
@@ -37,7 +37,7 @@ struct Checks {
 
 impl Map {
     /// With the method and the steps that `run` would take.
-    fn new(precision: Precision, session: &Session) -> Result<Map, CommandError> {
+    fn new(precision: Precision, session: &Session) -> Result<Map, BenchError> {
         let spec = SweepSpec::parse_with(std::path::Path::new("workspace.toml"), MAP, &[MAP_SCENE])?;
         let tolerance = if precision == Precision::F32 { cli::F32_TOLERANCE } else { spec.tolerance };
         let spec = SweepSpec { tolerance, ..spec };
@@ -50,7 +50,7 @@ impl Map {
     }
 
     /// One run, whose files are thrown away.
-    fn run(&self, checks: Checks) -> Result<Summary, CommandError> {
+    fn run(&self, checks: Checks) -> Result<Summary, BenchError> {
         let out = std::env::temp_dir().join(format!("rodsweep-bench-{}", std::process::id()));
         let trusted = |plan: &Plan| -> Result<Box<dyn Backend>, BackendError> { Ok(reference(plan)) };
         let mut run = RunOptions::new(&out);
@@ -79,7 +79,7 @@ impl Map {
 }
 
 /// Busy time by stage.
-pub fn stages(session: &mut Session) -> Result<(), CommandError> {
+pub fn stages(session: &mut Session) -> Result<(), BenchError> {
     for precision in [Precision::F64, Precision::F32] {
         let map = Map::new(precision, session)?;
         let summary = map.run(Checks { second_attempts: true, spot_check: false })?;
@@ -101,14 +101,14 @@ pub fn stages(session: &mut Session) -> Result<(), CommandError> {
 
 /// What checks cost: those of a run by processor time with and without them, those of a sample by operations, since no
 /// setting leaves them out.
-pub fn trust(session: &mut Session) -> Result<(), CommandError> {
+pub fn trust(session: &mut Session) -> Result<(), BenchError> {
     let map = Map::new(Precision::F64, session)?;
     let all = Checks { second_attempts: true, spot_check: true };
     map.run(all)?;
     let (mut whole, mut attempts, mut checks) = (Vec::new(), Vec::new(), Vec::new());
     let mut counts = [0.0; 3];
     for _ in 0..if session.quick { 1 } else { ROUNDS } {
-        let timed = |checks: Checks| -> Result<(Summary, f64), CommandError> {
+        let timed = |checks: Checks| -> Result<(Summary, f64), BenchError> {
             let (summary, seconds) = Clock::Processors.once(|| map.run(checks));
             let summary = summary?;
             let a_sample = seconds / summary.solved.max(1) as f64;
@@ -138,7 +138,7 @@ fn median(mut values: Vec<f64>) -> f64 {
 }
 
 /// Of a sample of the map: what error estimate and stability index add.
-fn operations(map: &Map, session: &mut Session) -> Result<(), CommandError> {
+fn operations(map: &Map, session: &mut Session) -> Result<(), BenchError> {
     let sampler = map.spec.sampler();
     let mut rows = vec![vec![0.0; map.spec.axes.len()]; COUNTED];
     let every = map.spec.sample_count / COUNTED as u64;

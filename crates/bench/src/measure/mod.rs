@@ -20,10 +20,10 @@ mod session;
 mod throughput;
 
 use super::args::{BenchArguments, BenchBackend};
-use super::{CommandError, Exit, print, say};
+use super::{BenchError, Exit, print, say};
 use engines::Place;
 use problem::Problem;
-use rodsweep::report::bench::{Record, Report};
+use crate::record::{Record, Report};
 use rodsweep::report::{ReportError, write};
 use rodsweep::sweep::BenchSpec;
 use session::Session;
@@ -43,7 +43,7 @@ const ON_A_GPU: [&str; 2] = ["throughput", "device"];
 const FEW: usize = 64;
 const MANY: usize = 256;
 
-pub fn bench(arguments: &BenchArguments) -> Result<Exit, CommandError> {
+pub fn bench(arguments: &BenchArguments) -> Result<Exit, BenchError> {
     if arguments.paper {
         return paper::compare(arguments);
     }
@@ -60,11 +60,11 @@ pub fn bench(arguments: &BenchArguments) -> Result<Exit, CommandError> {
     let out = arguments.out.clone().unwrap_or_else(|| manifest::default_directory(&session));
     if out.join(RAW).exists() && !arguments.force {
         let remedy = format!("{} holds a report already; give another `--out`, or `--force`", out.display());
-        return Err(CommandError::Usage(remedy));
+        return Err(BenchError::Usage(remedy));
     }
     measure(&specs, &wants, &mut session)?;
     create(&out)?;
-    store(&out.join(RAW), &rodsweep::report::bench::to_csv(&session.records))?;
+    store(&out.join(RAW), &crate::record::to_csv(&session.records))?;
     store(&out.join(MANIFEST), &manifest::manifest(&session, &specs))?;
     render(&out)?;
     say(&format!("measured in {:.0} s", session.seconds()));
@@ -75,7 +75,7 @@ pub fn bench(arguments: &BenchArguments) -> Result<Exit, CommandError> {
 struct Wants(Vec<String>);
 
 impl Wants {
-    fn new(arguments: &BenchArguments, specs: &[BenchSpec]) -> Result<Wants, CommandError> {
+    fn new(arguments: &BenchArguments, specs: &[BenchSpec]) -> Result<Wants, BenchError> {
         let scenes = specs.iter().map(|spec| spec.name.as_str());
         let known: Vec<&str> = PARTS.into_iter().chain(scenes.clone()).collect();
         let only = &arguments.only;
@@ -85,7 +85,7 @@ impl Wants {
         match only.iter().find(|name| !known.contains(&name.as_str())) {
             None => Ok(Wants(only.clone())),
             Some(name) => {
-                Err(CommandError::Usage(format!("`--only {name}`: not known; use some of {}", known.join(", "))))
+                Err(BenchError::Usage(format!("`--only {name}`: not known; use some of {}", known.join(", "))))
             }
         }
     }
@@ -99,7 +99,7 @@ impl Wants {
     }
 }
 
-fn measure(specs: &[BenchSpec], wants: &Wants, session: &mut Session) -> Result<(), CommandError> {
+fn measure(specs: &[BenchSpec], wants: &Wants, session: &mut Session) -> Result<(), BenchError> {
     if wants.has("peak") {
         peaks(session);
     }
@@ -181,13 +181,13 @@ fn peaks(session: &mut Session) {
 }
 
 /// Writes report and figures from what a directory holds.
-fn render(directory: &Path) -> Result<(), CommandError> {
-    let read = |name: &str| -> Result<String, CommandError> {
+fn render(directory: &Path) -> Result<(), BenchError> {
+    let read = |name: &str| -> Result<String, BenchError> {
         let path = directory.join(name);
-        let refused = |error| CommandError::Usage(format!("{}: {error}; give a directory of `bench`", path.display()));
+        let refused = |error| BenchError::Usage(format!("{}: {error}; give a directory of `bench`", path.display()));
         std::fs::read_to_string(&path).map_err(refused)
     };
-    let refused = |problem| CommandError::Usage(format!("{}: {problem}", directory.display()));
+    let refused = |problem| BenchError::Usage(format!("{}: {problem}", directory.display()));
     let peers = if directory.join(PEERS).exists() { Some(read(PEERS)?) } else { None };
     let report = Report::read(&read(RAW)?, &read(MANIFEST)?, peers.as_deref()).map_err(refused)?;
     store(&directory.join(REPORT), &report.markdown())?;
@@ -201,14 +201,14 @@ fn render(directory: &Path) -> Result<(), CommandError> {
     Ok(())
 }
 
-fn create(directory: &Path) -> Result<(), CommandError> {
+fn create(directory: &Path) -> Result<(), BenchError> {
     std::fs::create_dir_all(directory).map_err(|source| failed(directory.to_owned(), source))
 }
 
-fn store(path: &Path, text: &str) -> Result<(), CommandError> {
+fn store(path: &Path, text: &str) -> Result<(), BenchError> {
     std::fs::write(path, text).map_err(|source| failed(path.to_owned(), source))
 }
 
-fn failed(path: PathBuf, source: std::io::Error) -> CommandError {
-    CommandError::Report(ReportError::Write { path, source })
+fn failed(path: PathBuf, source: std::io::Error) -> BenchError {
+    BenchError::Report(ReportError::Write { path, source })
 }

@@ -3,9 +3,9 @@
 use super::clock::Effort;
 use super::engines::{Engine, engines};
 use crate::cli::args::{BenchArguments, BenchBackend};
-use crate::cli::{CommandError, say};
+use crate::cli::{BenchError, say};
 use rodsweep::gpu::AdapterSummary;
-use rodsweep::report::bench::Record;
+use crate::record::Record;
 use std::time::Instant;
 
 pub struct Session {
@@ -22,7 +22,7 @@ pub struct Session {
 }
 
 impl Session {
-    pub fn new(arguments: &BenchArguments) -> Result<Session, CommandError> {
+    pub fn new(arguments: &BenchArguments) -> Result<Session, BenchError> {
         let quick = arguments.quick;
         let (mut engines, adapter) = engines();
         engines.retain(|engine| match arguments.backend {
@@ -31,7 +31,7 @@ impl Session {
             BenchBackend::Gpu => engine.is_gpu(),
         });
         if engines.is_empty() {
-            return Err(CommandError::Usage("this machine has no GPU to measure; see `rodsweep doctor`".into()));
+            return Err(BenchError::Usage("this machine has no GPU to measure; see `rodsweep doctor`".into()));
         }
         let one_thread = pool(1)?;
         let effort = if quick {
@@ -70,7 +70,7 @@ impl Session {
     }
 }
 
-pub fn pool(threads: usize) -> Result<rayon::ThreadPool, CommandError> {
+pub fn pool(threads: usize) -> Result<rayon::ThreadPool, BenchError> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    pool.map_err(|error| CommandError::Usage(format!("no thread to time on: {error}")))
+    pool.map_err(|error| BenchError::Usage(format!("no thread to time on: {error}")))
 }

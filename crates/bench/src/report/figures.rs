@@ -2,8 +2,8 @@
 
 use super::costs::names;
 use super::{Record, Report, WORK};
-use crate::report::canvas::Canvas;
-use crate::report::{AxisLabel, Colour, Curves, Figure, Marker, NamedBars, Panel, ReportError, Series, Sheet};
+use rodsweep::report::Canvas;
+use rodsweep::report::{AxisLabel, Colour, Curves, Figure, Marker, NamedBars, Panel, ReportError, Series, Sheet};
 
 /// Scenes in a panel: more curves cannot be told apart.
 const CURVES: usize = 4;

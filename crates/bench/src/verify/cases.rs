@@ -1,7 +1,7 @@
 //! What `verify` solves: the shipped scenes over their currents and loads, and random scenes.
 
 use super::random::{Random, random_case};
-use crate::cli::CommandError;
+use crate::BenchError;
 use rodsweep::model::{Batch, Parameter, Plan, PlanOptions, Scene, SegmentKind, SegmentParameter, StiffnessAxis};
 use rodsweep::sweep::parse_scene;
 use std::path::Path;
@@ -52,7 +52,7 @@ impl Case {
         wrt: &[Parameter],
         sample_count: usize,
         mut draw: impl FnMut(Parameter) -> f64,
-    ) -> Result<Case, CommandError> {
+    ) -> Result<Case, BenchError> {
         let rows: Vec<Vec<f64>> =
             (0..sample_count).map(|_| axes.iter().map(|parameter| draw(*parameter)).collect()).collect();
         let axes: Vec<Vec<Parameter>> = axes.iter().map(|parameter| vec![*parameter]).collect();
@@ -78,7 +78,7 @@ impl Case {
 }
 
 /// All cases: `samples` random scenes beside the shipped ones.
-pub fn cases(samples: usize, seed: u64) -> Result<Vec<Case>, CommandError> {
+pub fn cases(samples: usize, seed: u64) -> Result<Vec<Case>, BenchError> {
     let mut random = Random(seed);
     let mut cases = Vec::new();
     for shipped in &SHIPPED {
@@ -100,11 +100,11 @@ pub fn cases(samples: usize, seed: u64) -> Result<Vec<Case>, CommandError> {
     Ok(cases)
 }
 
-fn shipped_case(scene: &Scene, ranges: &[(&str, f64)], random: &mut Random) -> Result<Case, CommandError> {
+fn shipped_case(scene: &Scene, ranges: &[(&str, f64)], random: &mut Random) -> Result<Case, BenchError> {
     let mut axes = Vec::new();
     let mut sizes = Vec::new();
     for (name, size) in ranges {
-        for parameter in Parameter::parse(scene, name).map_err(|error| CommandError::Usage(error.to_string()))? {
+        for parameter in Parameter::parse(scene, name).map_err(|error| BenchError::Usage(error.to_string()))? {
             axes.push(parameter);
             sizes.push(*size);
         }

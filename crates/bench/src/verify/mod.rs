@@ -9,7 +9,7 @@ mod show;
 
 use super::args::VerifyArguments;
 use super::engine::Engine;
-use super::{CommandError, Exit, print, say};
+use super::{BenchError, Exit, print, say};
 use cases::Case;
 use compare::{Differences, Largest, Limits};
 use rodsweep::backend::{BackendError, BackendInfo, BackendKind, Precision};
@@ -103,7 +103,7 @@ struct Row {
     replay: Option<PathBuf>,
 }
 
-pub fn verify(arguments: &VerifyArguments) -> Result<Exit, CommandError> {
+pub fn verify(arguments: &VerifyArguments) -> Result<Exit, BenchError> {
     if arguments.hard {
         return hard::verify_hard(arguments);
     }
@@ -242,7 +242,7 @@ impl Row {
 }
 
 /// Writes the worst sample of a row beyond its limit as a scene that `solve` reads.
-fn write_replay(row: &mut Row, runs: &[Run], cases: &[Case], out: &Path) -> Result<(), CommandError> {
+fn write_replay(row: &mut Row, runs: &[Run], cases: &[Case], out: &Path) -> Result<(), BenchError> {
     let (Some(against), Some((case, sample))) = (row.link.against, row.differences.offender(&row.limits)) else {
         return Ok(());
     };
@@ -250,7 +250,7 @@ fn write_replay(row: &mut Row, runs: &[Run], cases: &[Case], out: &Path) -> Resu
     let path = out.join(name.replace(' ', "-"));
     let written =
         std::fs::create_dir_all(out).and_then(|()| std::fs::write(&path, write_scene(&cases[case].scene(sample))));
-    written.map_err(|error| CommandError::Usage(format!("cannot write {}: {error}; choose --out", path.display())))?;
+    written.map_err(|error| BenchError::Usage(format!("cannot write {}: {error}; choose --out", path.display())))?;
     row.replay = Some(path);
     Ok(())
 }

@@ -7,10 +7,10 @@ use super::cases::{CURRENT, Case, Cases, jacobian};
 use super::continued::Continued;
 use super::methods::{Baseline, baselines, engine, p95};
 use super::{BATCH, TOGETHER, TOLERANCE};
-use crate::cli::CommandError;
+use crate::BenchError;
 use crate::cli::verify::random::Random;
 use rodsweep::backend::Backend;
-use rodsweep::baseline::{control_step, damped_least_squares, from_rest, solve};
+use crate::baseline::{control_step, damped_least_squares, from_rest, solve};
 use rodsweep::lanes::{InstructionSet, Lanes};
 use rodsweep::model::{Batch, Plan, Solutions};
 use std::hint::black_box;
@@ -234,7 +234,7 @@ fn time_batch(engine: &mut Lanes, cases: &Cases, repeats: usize) -> [Option<Spre
 }
 
 /// Every method's row, baselines first.
-pub fn measure(cases: &Cases, repeats: usize) -> Result<Vec<Row>, CommandError> {
+pub fn measure(cases: &Cases, repeats: usize) -> Result<Vec<Row>, BenchError> {
     let baselines = baselines(cases);
     let mut engine = engine(cases)?;
     let mut contenders: Vec<Contender> = baselines.iter().map(|baseline| Contender::new(baseline, cases)).collect();

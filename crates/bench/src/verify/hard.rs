@@ -5,7 +5,7 @@ pub mod suite;
 
 use super::{Exit, engine};
 use crate::cli::args::VerifyArguments;
-use crate::cli::{CommandError, print, say};
+use crate::cli::{BenchError, print, say};
 use rodsweep::backend::{BackendError, BackendKind};
 use rodsweep::gpu::adapters;
 use rodsweep::sweep::write_scene;
@@ -25,7 +25,7 @@ enum Cell {
     Failed(String),
 }
 
-pub fn verify_hard(arguments: &VerifyArguments) -> Result<Exit, CommandError> {
+pub fn verify_hard(arguments: &VerifyArguments) -> Result<Exit, BenchError> {
     let cases = suite::cases();
     let answers: Vec<Answer> = cases.iter().map(Case::answer).collect();
     let mut setups = vec![Setup::REFERENCE, Setup::CPU_F64, Setup::CPU_F32, Setup::GPU_F32];
@@ -88,13 +88,13 @@ impl Column {
 }
 
 /// Writes the scenes with wrong answers, for `solve`.
-fn write_wrong(column: &Column, cases: &[Case], out: &std::path::Path) -> Result<(), CommandError> {
+fn write_wrong(column: &Column, cases: &[Case], out: &std::path::Path) -> Result<(), BenchError> {
     for index in column.wrong() {
         let path = out.join(format!("verify-hard-{}.toml", cases[index].name()));
         let written =
             std::fs::create_dir_all(out).and_then(|()| std::fs::write(&path, write_scene(&cases[index].scene)));
         written
-            .map_err(|error| CommandError::Usage(format!("cannot write {}: {error}; choose --out", path.display())))?;
+            .map_err(|error| BenchError::Usage(format!("cannot write {}: {error}; choose --out", path.display())))?;
         say(&format!("WRONG: {} in {}; replay: {}", column.setup.name(), cases[index].name(), path.display()));
     }
     Ok(())

@@ -1,7 +1,7 @@
 //! Random scenes: chains of segments with coil sets, each sample with its own stiffness, shape, loads and pose.
 
 use super::cases::{Case, derivatives};
-use crate::cli::CommandError;
+use crate::BenchError;
 use rodsweep::model::{
     Axis, Base, Coil, CoilWinding, Density, Flexible, Loads, Node, Parameter, Profile, Rigid, STANDARD_GRAVITY, Scene,
     Segment, SegmentKind, SegmentParameter, ShearAxis, Stiffness, StiffnessAxis, Vector,
@@ -74,7 +74,7 @@ impl Sizes {
 }
 
 /// Samples of one random chain. The first chains have few terms, so that every kind of kernel is met.
-pub fn random_case(chain: usize, sample_count: usize, random: &mut Random) -> Result<Case, CommandError> {
+pub fn random_case(chain: usize, sample_count: usize, random: &mut Random) -> Result<Case, BenchError> {
     let (scene, sizes) = random_scene(chain, random);
     let axes = swept(&scene, chain);
     let wrt = derivatives(&scene);

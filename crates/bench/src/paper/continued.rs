@@ -3,7 +3,7 @@
 use super::TOLERANCE;
 use super::cases::{Cases, jacobian};
 use super::measure::{Errors, Row, Spread, Stopwatch, batch, moved};
-use crate::cli::CommandError;
+use crate::BenchError;
 use rodsweep::backend::{Backend, BackendError, Precision};
 use rodsweep::lanes::{InstructionSet, Lanes};
 use rodsweep::model::{Batch, Plan, PlanOptions, Quantity, Solutions, Vector};
@@ -102,7 +102,7 @@ impl<'a> Continued<'a> {
         self.watches = [warm, control];
     }
 
-    pub fn row(mut self) -> Result<Row, CommandError> {
+    pub fn row(mut self) -> Result<Row, BenchError> {
         let mut errors = Errors::default();
         for (at, case) in self.cases.list.iter().enumerate() {
             match self.warm(at, 1) {

@@ -2,9 +2,9 @@
 
 use super::cases::{Case, Cases, jacobian};
 use super::{CHAIN_TOLERANCES, TOLERANCE};
-use crate::cli::CommandError;
+use crate::BenchError;
 use rodsweep::backend::{Backend, Precision};
-use rodsweep::baseline::{Chain, Differences, Method, Paper, Rod, Scheme, from_rest};
+use crate::baseline::{Chain, Differences, Method, Paper, Rod, Scheme, from_rest};
 use rodsweep::lanes::Lanes;
 use rodsweep::model::{PlanOptions, Stepper};
 use rodsweep::sweep::STEPS;
@@ -110,7 +110,7 @@ pub fn baselines(cases: &Cases) -> Vec<Baseline> {
 }
 
 /// The CPU engine in the settings with the fewest stages that meet the tolerance.
-pub fn engine(cases: &Cases) -> Result<Lanes, CommandError> {
+pub fn engine(cases: &Cases) -> Result<Lanes, BenchError> {
     let batch = cases.plan.batch(cases.list.len(), |sample, row| {
         if let Some(case) = cases.list.get(sample) {
             row.copy_from_slice(&case.values);
@@ -135,5 +135,5 @@ pub fn engine(cases: &Cases) -> Result<Lanes, CommandError> {
             break;
         }
     }
-    last.ok_or_else(|| CommandError::Usage("no resolution to try".into()))
+    last.ok_or_else(|| BenchError::Usage("no resolution to try".into()))
 }

@@ -8,7 +8,7 @@ mod methods;
 mod show;
 
 use crate::cli::args::BenchArguments;
-use crate::cli::{CommandError, Exit, print, say};
+use crate::cli::{BenchError, Exit, print, say};
 use cases::{Cases, draw};
 use measure::{Row, measure};
 use rodsweep::report::ReportError;
@@ -38,15 +38,15 @@ struct Comparison {
     machine: Vec<String>,
 }
 
-pub fn compare(arguments: &BenchArguments) -> Result<Exit, CommandError> {
+pub fn compare(arguments: &BenchArguments) -> Result<Exit, BenchError> {
     let scene = match &arguments.scene {
         Some(file) => read_scene(file)?,
         None => parse_scene(Path::new("p6.toml"), SCENE)?,
     };
     let file = arguments.scene.as_ref().map_or("the built-in scene".into(), |file| file.display().to_string());
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
-    let pool = pool.map_err(|error| CommandError::Usage(format!("no thread to time on: {error}")))?;
-    let (cases, rows) = pool.install(|| -> Result<_, CommandError> {
+    let pool = pool.map_err(|error| BenchError::Usage(format!("no thread to time on: {error}")))?;
+    let (cases, rows) = pool.install(|| -> Result<_, BenchError> {
         let cases = draw(&scene, &file, arguments.samples, arguments.seed)?;
         let rows = measure(&cases, arguments.repeats)?;
         Ok((cases, rows))
@@ -61,8 +61,8 @@ pub fn compare(arguments: &BenchArguments) -> Result<Exit, CommandError> {
         machine: machine(),
     };
     if let Some(directory) = &arguments.out {
-        let write = |name: &str, text: String| -> Result<(), CommandError> {
-            let failed = |path: PathBuf, source| CommandError::Report(ReportError::Write { path, source });
+        let write = |name: &str, text: String| -> Result<(), BenchError> {
+            let failed = |path: PathBuf, source| BenchError::Report(ReportError::Write { path, source });
             std::fs::create_dir_all(directory).map_err(|source| failed(directory.clone(), source))?;
             let path = directory.join(name);
             std::fs::write(&path, text).map_err(|source| failed(path.clone(), source))?;

@@ -1,9 +1,9 @@
 //! Random configurations with the reference's answers.
 
-use crate::cli::CommandError;
+use crate::BenchError;
 use crate::cli::verify::random::Random;
 use rodsweep::backend::Backend;
-use rodsweep::baseline::{Column, Input, Jacobian, Rod, Tip};
+use crate::baseline::{Column, Input, Jacobian, Rod, Tip};
 use rodsweep::model::{Parameter, Plan, PlanOptions, Quantity, Scene, SegmentParameter, Solutions, Vector};
 use rodsweep::reference::Reference;
 
@@ -45,14 +45,14 @@ pub struct Cases {
 }
 
 /// Draws currents; insertion stays as the scene has it.
-pub fn draw(scene: &Scene, file: &str, samples: usize, seed: u64) -> Result<Cases, CommandError> {
-    let refused = |error| CommandError::Usage(format!("{file}: {error}"));
+pub fn draw(scene: &Scene, file: &str, samples: usize, seed: u64) -> Result<Cases, BenchError> {
+    let refused = |error| BenchError::Usage(format!("{file}: {error}"));
     let base = Rod::new(scene).map_err(refused)?;
     let is_current = |p: &Parameter| matches!(p, Parameter::Segment(_, SegmentParameter::Current(_)));
     let currents: Vec<Parameter> = Parameter::all(scene).into_iter().filter(is_current).collect();
     if currents.is_empty() {
         let remedy = format!("{file}: no segment has a `coil`, so there is nothing to control; give one `coil`");
-        return Err(CommandError::Usage(remedy));
+        return Err(BenchError::Usage(remedy));
     }
     let mut wrt = currents.clone();
     wrt.push(Parameter::Insertion);
@@ -87,7 +87,7 @@ pub fn draw(scene: &Scene, file: &str, samples: usize, seed: u64) -> Result<Case
     }
     if list.is_empty() {
         let remedy = format!("{file}: no configuration has an answer; give weaker coils or a stiffer rod");
-        return Err(CommandError::Usage(remedy));
+        return Err(BenchError::Usage(remedy));
     }
     let names = plan.derivatives.iter().map(|derivative| derivative.name.clone()).collect();
     let scales = inputs.iter().map(|input| base.scale(input)).collect();
