@@ -5,8 +5,10 @@ use divan::counter::ItemsCount;
 use rodsweep::backend::{Backend, BackendError, BackendInfo, Precision};
 use rodsweep::lanes::Lanes;
 use rodsweep::model::{Batch, Plan, PlanOptions, Quantity, Solutions, Start, Stepper};
-use rodsweep::sweep::{BenchSpec, Format, RunOptions, SweepSpec, run};
-use std::path::Path;
+use rodsweep::spec::{Format, SweepSpec};
+use rodsweep::sweep::{RunOptions, run};
+use rodsweep_bench::BenchSpec;
+use rodsweep_bench::measure::built_in;
 
 const SAMPLES: usize = 256;
 /// Of each stepper, for tips good to about 1e-6.
@@ -18,9 +20,9 @@ fn main() {
     divan::main();
 }
 
+/// The scene that targets are stated for.
 fn spec() -> BenchSpec {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("sweeps/bench/benchmark.toml");
-    BenchSpec::read(&file).expect("a bench file")
+    built_in().expect("bench files").swap_remove(0)
 }
 
 fn options(stepper: Stepper) -> PlanOptions {

@@ -24,12 +24,16 @@ pub mod input;
 pub mod reference;
 pub mod report;
 pub mod results;
+pub mod shipped;
 pub mod spec;
 pub mod study;
 pub mod sweep;
 pub mod table;
 
 pub use rodsweep_kernels::{backend, lanes, model};
+
+/// The commit that the library was built from, where it is known.
+pub const COMMIT: Option<&str> = option_env!("RODSWEEP_COMMIT");
 
 #[doc = include_str!("ARCHITECTURE.md")]
 pub mod architecture {}

@@ -1,8 +1,8 @@
 //! One step of control by damped least squares, as controllers of this catheter take it.
 
 use super::{Column, Input, Method, Rod, solve};
-use rodsweep::model::Vector;
 use nalgebra::{DMatrix, Matrix3, Vector3};
+use rodsweep::model::Vector;
 
 /// Damping over the length of the rod, with inputs measured by what bends the rod by a radian. The papers do not
 /// publish theirs.

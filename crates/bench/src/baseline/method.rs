@@ -1,8 +1,8 @@
 //! What the baselines have in common: Newton's method on their unknowns, and the path of loads from rest.
 
 use super::{BaselineError, Input, Rod};
-use rodsweep::model::{Matrix, Vector};
 use nalgebra::{Matrix3, Vector3};
+use rodsweep::model::{Matrix, Vector};
 
 /// Newton's step below which the next one would be round-off [rad].
 const ARRIVED: f64 = 1e-7;

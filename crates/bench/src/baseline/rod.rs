@@ -1,8 +1,8 @@
 //! The rod that the baselines model: constant flexible segments, rigid segments with a dipole, weight and tip force.
 
 use super::BaselineError;
-use rodsweep::model::{self, Parameter, RodSegment, Scene, Slot};
 use nalgebra::{Matrix3, Vector3};
+use rodsweep::model::{self, Parameter, RodSegment, Scene, Slot};
 
 /// A stretch that bends.
 #[derive(Clone, Copy, Debug)]

@@ -4,10 +4,10 @@ use super::engines::Engine;
 use super::problem::Problem;
 use super::session::Session;
 use crate::BenchError;
+use crate::bench_file::Work;
+use crate::record::Record;
 use rodsweep::backend::{BackendError, Precision};
 use rodsweep::model::{Batch, Plan, PlanOptions, Quantity, Start, Stepper};
-use crate::record::Record;
-use rodsweep::sweep::Work;
 
 /// Samples of a batch: enough for several full dispatches.
 const SAMPLES: usize = 1 << 18;

@@ -5,11 +5,11 @@ use super::engines::Engine;
 use super::problem::batch_of;
 use super::session::Session;
 use crate::BenchError;
+use crate::record::Record;
 use rodsweep::backend::Precision;
 use rodsweep::lanes::Lanes;
 use rodsweep::model::{Parameter, PlanOptions, Quantity, Stepper};
-use crate::record::Record;
-use rodsweep::sweep::SweepSpec;
+use rodsweep::spec::SweepSpec;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -148,8 +148,7 @@ pub fn measure(session: &mut Session) -> Result<(), BenchError> {
 fn point(part: &str, name: &str, size: f64, rod: &Rod, session: &mut Session) -> Result<(), BenchError> {
     let mut spec = SweepSpec::parse(Path::new("feature.toml"), &rod.text())?;
     for name in &WRT[..rod.columns] {
-        let found = Parameter::parse(&spec.scene, name);
-        spec.wrt.extend(found.map_err(|error| BenchError::Usage(format!("feature.toml: {error}")))?);
+        spec.wrt.extend(Parameter::parse(&spec.scene, name)?);
     }
     let sampler = spec.sampler();
     let mut rows = vec![vec![0.0; spec.axes.len()]; SAMPLES];

@@ -7,9 +7,9 @@ use crate::BenchError;
 use crate::baseline::{
     Adaptive, BaselineError, Column, Differences, Input, Jacobian, Method, Paper, Rod, Scheme, from_rest, solve,
 };
-use rodsweep::model::PlanOptions;
+use crate::bench_file::Work;
 use crate::record::Record;
-use rodsweep::sweep::Work;
+use rodsweep::model::PlanOptions;
 
 /// Samples that they are measured on: they take long.
 const SAMPLES: usize = 24;
@@ -54,7 +54,7 @@ pub fn measure(problem: &Problem, session: &mut Session) -> Result<(), BenchErro
     Ok(())
 }
 
-/// Every method at growing accuracy; every second setting with `--quick`.
+/// Every method at growing accuracy; every second setting where it is to be quick.
 fn contenders(rod: &Rod, work: Work, quick: bool) -> Vec<Contender> {
     let every = if quick { 2 } else { 1 };
     let mut all = Vec::new();

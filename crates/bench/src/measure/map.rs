@@ -5,16 +5,17 @@ use super::engines::Engine;
 use super::problem::batch_of;
 use super::session::Session;
 use crate::BenchError;
-use crate::cli::engine::{self as cli, reference, second_attempt};
+use crate::record::Record;
 use rodsweep::backend::{Backend, BackendError, BackendKind, Precision};
+use rodsweep::engines::{self, F32_TOLERANCE, cpu_f64, second_attempt, witness};
 use rodsweep::lanes::Lanes;
 use rodsweep::model::{Plan, PlanOptions, Quantity};
-use crate::record::Record;
-use rodsweep::sweep::{self, RunOptions, Summary, SweepSpec};
+use rodsweep::shipped::{P6, WORKSPACE};
+use rodsweep::spec::SweepSpec;
+use rodsweep::sweep::{self, RunOptions, Summary};
+use std::path::Path;
 
-const MAP: &str = include_str!("../../../sweeps/workspace.toml");
-const MAP_SCENE: (&str, &str) = ("scenes/p6.toml", include_str!("../../../sweeps/scenes/p6.toml"));
-/// Samples of the map with `--quick`.
+/// Samples of the map where it is to be quick.
 const QUICK: u64 = 20_000;
 /// Samples of the map whose operations are counted.
 const COUNTED: usize = 512;
@@ -38,13 +39,13 @@ struct Checks {
 impl Map {
     /// With the method and the steps that `run` would take.
     fn new(precision: Precision, session: &Session) -> Result<Map, BenchError> {
-        let spec = SweepSpec::parse_with(std::path::Path::new("workspace.toml"), MAP, &[MAP_SCENE])?;
-        let tolerance = if precision == Precision::F32 { cli::F32_TOLERANCE } else { spec.tolerance };
+        let (name, text) = WORKSPACE;
+        let spec = SweepSpec::parse_with(Path::new(name), text, &[("scenes/p6.toml", P6.1)])?;
+        let tolerance = if precision == Precision::F32 { F32_TOLERANCE } else { spec.tolerance };
         let spec = SweepSpec { tolerance, ..spec };
-        let chosen = cli::Engine { kind: BackendKind::Cpu, precision, reason: String::new() };
-        let steppers = chosen.steppers();
+        let steppers = engines::Engine::new(BackendKind::Cpu, precision, "").steppers();
         let plan = spec.plan(PlanOptions { stepper: steppers[0], ..PlanOptions::default() })?;
-        let pilot = sweep::choose_method(&plan, &spec.sampler(), &steppers[1..], &cli::cpu_f64)?;
+        let pilot = sweep::choose_method(&plan, &spec.sampler(), &steppers[1..], &cpu_f64)?;
         let plan = plan.with_options(pilot.options(&plan));
         Ok(Map { spec, plan, engine: Engine::best(precision), limit: session.quick.then_some(QUICK) })
     }
@@ -52,7 +53,7 @@ impl Map {
     /// One run, whose files are thrown away.
     fn run(&self, checks: Checks) -> Result<Summary, BenchError> {
         let out = std::env::temp_dir().join(format!("rodsweep-bench-{}", std::process::id()));
-        let trusted = |plan: &Plan| -> Result<Box<dyn Backend>, BackendError> { Ok(reference(plan)) };
+        let trusted = |plan: &Plan| -> Result<Box<dyn Backend>, BackendError> { Ok(witness(plan)) };
         let mut run = RunOptions::new(&out);
         run.limit = self.limit;
         if checks.second_attempts {

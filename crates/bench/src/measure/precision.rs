@@ -5,11 +5,11 @@ use super::engines::Engine;
 use super::problem::{Judged, Problem};
 use super::session::Session;
 use crate::BenchError;
+use crate::bench_file::{BenchSpec, Sets, Work};
+use crate::record::Record;
 use rodsweep::backend::{BackendError, Precision};
 use rodsweep::lanes::Lanes;
 use rodsweep::model::{Plan, PlanOptions, Stepper};
-use crate::record::Record;
-use rodsweep::sweep::{BenchSpec, Sets, Work};
 use std::time::Instant;
 
 /// Samples of a batch on a GPU that is none in software: it needs many to be busy.

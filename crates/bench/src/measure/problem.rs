@@ -1,13 +1,15 @@
 //! Samples of a bench file with the reference's answers, and the errors of an engine against them.
 
 use crate::BenchError;
-use crate::cli::verify::random::Random;
+use crate::bench_file::{BenchSpec, Work};
+use crate::random::Random;
+use crate::record::{Errors, NONE, Record};
 use rodsweep::backend::{Backend, Precision};
 use rodsweep::lanes::Lanes;
-use rodsweep::model::{Batch, Parameter, Plan, PlanOptions, Quantity, Solutions, Start, Stepper, Vector};
+use rodsweep::model::{
+    Batch, Parameter, Plan, PlanOptions, Quantity, Solutions, Start, Stepper, Vector, rotation_angle,
+};
 use rodsweep::reference::Reference;
-use crate::record::{Errors, NONE, Record};
-use rodsweep::sweep::{BenchSpec, Work, rotation_angle};
 
 /// A warm start lies so far off along every axis, as a share of its range: the next point of a grid of 61.
 pub const NEAR: f64 = 1.0 / 60.0;
@@ -99,9 +101,7 @@ impl<'a> Problem<'a> {
             (0..count).filter(|at| truth.status(*at).is_success() && there.status(*at).is_success()).collect();
         let timed: Vec<usize> = known.iter().copied().chain((count..drawn).filter(is_solved)).collect();
         if known.is_empty() {
-            let file = spec.sweep.file.display();
-            let remedy = format!("{file}: no sample has an answer; give smaller ranges in [[axis]]");
-            return Err(BenchError::Usage(remedy));
+            return Err(BenchError::NoAnswers { file: spec.sweep.file.clone() });
         }
         let mut kept = Solutions::new(&plan, known.len());
         known.iter().enumerate().for_each(|(to, from)| kept.copy_row(to, &truth, *from));

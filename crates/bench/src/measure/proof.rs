@@ -3,12 +3,13 @@
 use super::problem::{Problem, shares};
 use super::session::Session;
 use crate::BenchError;
+use crate::bench_file::Work;
+use crate::record::Record;
 use rodsweep::backend::{Backend, Precision};
+use rodsweep::input::parse_scene;
 use rodsweep::lanes::Lanes;
 use rodsweep::model::{PlanOptions, Scene, Stepper, Vector};
 use rodsweep::reference::solve_rod;
-use crate::record::Record;
-use rodsweep::sweep::{Work, parse_scene};
 use std::path::Path;
 
 const LENGTH: f64 = 0.2;

@@ -5,10 +5,10 @@ use super::engines::Engine;
 use super::problem::Problem;
 use super::session::{Session, pool};
 use crate::BenchError;
+use crate::bench_file::Work;
+use crate::record::Record;
 use rodsweep::backend::{BackendError, Precision};
 use rodsweep::model::{Plan, PlanOptions, Stepper};
-use crate::record::Record;
-use rodsweep::sweep::Work;
 
 /// Tips to 1e-6 or better, on the scenes that are measured.
 const STEPS: usize = 3;

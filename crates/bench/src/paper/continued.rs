@@ -1,8 +1,8 @@
-//! The CPU engine as `rodsweep control` uses it: from a known equilibrium to the next, without the way from rest.
+//! The CPU engine as control uses it: from a known equilibrium to the next, without the way from rest.
 
-use super::TOLERANCE;
-use super::cases::{Cases, jacobian};
-use super::measure::{Errors, Row, Spread, Stopwatch, batch, moved};
+use super::cases::{Cases, batch, jacobian, moved};
+use super::rows::{Errors, Row, Spread, Stopwatch};
+use super::settings::TOLERANCE;
 use crate::BenchError;
 use rodsweep::backend::{Backend, BackendError, Precision};
 use rodsweep::lanes::{InstructionSet, Lanes};

@@ -1,91 +1,108 @@
-//! `rodsweep bench --paper`: the paper's method and those it was compared with,
-//! beside this program's CPU engine, all at a stated accuracy.
+//! The paper's method and those it was compared with, beside this library's CPU engine, all at a stated accuracy.
+//!
+//! ```no_run
+//! use rodsweep_bench::paper::{PaperOptions, built_in_scene, compare};
+//!
+//! let comparison = compare(&built_in_scene()?, "P6", &PaperOptions::new().samples(10).repeats(1))?;
+//! println!("{}", comparison.text());
+//! # Ok::<(), rodsweep_bench::BenchError>(())
+//! ```
 
 mod cases;
 mod continued;
 mod measure;
 mod methods;
-mod show;
+mod rows;
+mod settings;
+mod text;
 
-use crate::cli::args::BenchArguments;
-use crate::cli::{BenchError, Exit, print, say};
-use cases::{Cases, draw};
-use measure::{Row, measure};
-use rodsweep::report::ReportError;
-use rodsweep::sweep::{parse_scene, read_scene};
-use std::path::{Path, PathBuf};
+use crate::{BenchError, machine};
+use cases::Cases;
+use rodsweep::input::parse_scene;
+use rodsweep::lanes::InstructionSet;
+use rodsweep::model::Scene;
+use rodsweep::shipped::P6;
+use rows::Row;
+use std::path::Path;
 
-/// The prototype whose moduli and windings are known.
-const SCENE: &str = include_str!("../../../../sweeps/scenes/p6.toml");
-/// 95 % of the tips are this near to the reference's, over the length.
-const TOLERANCE: f64 = 1e-6;
-/// The same for the chain of links, which does not get there: its matrix grows with the square of the links.
-const CHAIN_TOLERANCES: [f64; 2] = [1e-3, 1e-4];
-/// Samples of a batch of the engine.
-const BATCH: usize = 4096;
-
-/// Configurations of a call where several are continued: the points that `rodsweep control` solves together.
-const TOGETHER: usize = 8;
-
-/// What was measured, and where.
-struct Comparison {
-    scene: String,
-    cases: Cases,
-    rows: Vec<Row>,
+/// How much is compared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PaperOptions {
     samples: usize,
     repeats: usize,
     seed: u64,
+}
+
+impl PaperOptions {
+    /// 100 configurations, five repeats.
+    pub fn new() -> PaperOptions {
+        PaperOptions { samples: 100, repeats: 5, seed: 1 }
+    }
+
+    /// Random configurations.
+    pub fn samples(self, samples: usize) -> PaperOptions {
+        PaperOptions { samples, ..self }
+    }
+
+    /// How often each is timed.
+    pub fn repeats(self, repeats: usize) -> PaperOptions {
+        PaperOptions { repeats, ..self }
+    }
+
+    /// Seed of the configurations.
+    pub fn seed(self, seed: u64) -> PaperOptions {
+        PaperOptions { seed, ..self }
+    }
+}
+
+impl Default for PaperOptions {
+    fn default() -> Self {
+        PaperOptions::new()
+    }
+}
+
+/// What was measured, and where.
+pub struct Comparison {
+    scene: String,
+    cases: Cases,
+    rows: Vec<Row>,
+    options: PaperOptions,
     machine: Vec<String>,
 }
 
-pub fn compare(arguments: &BenchArguments) -> Result<Exit, BenchError> {
-    let scene = match &arguments.scene {
-        Some(file) => read_scene(file)?,
-        None => parse_scene(Path::new("p6.toml"), SCENE)?,
-    };
-    let file = arguments.scene.as_ref().map_or("the built-in scene".into(), |file| file.display().to_string());
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
-    let pool = pool.map_err(|error| BenchError::Usage(format!("no thread to time on: {error}")))?;
+/// The catheter whose moduli and windings are known.
+///
+/// # Errors
+///
+/// None, as the scene is built in and reads.
+pub fn built_in_scene() -> Result<Scene, BenchError> {
+    let (name, text) = P6;
+    Ok(parse_scene(Path::new(name), text)?)
+}
+
+/// Compares all methods on random currents of a scene, on one thread; errors call the scene `name`.
+///
+/// # Errors
+///
+/// A scene that the literature's methods do not model, that has no coil, or without any stable equilibrium.
+pub fn compare(scene: &Scene, name: &str, options: &PaperOptions) -> Result<Comparison, BenchError> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
     let (cases, rows) = pool.install(|| -> Result<_, BenchError> {
-        let cases = draw(&scene, &file, arguments.samples, arguments.seed)?;
-        let rows = measure(&cases, arguments.repeats)?;
+        let cases = cases::draw(scene, name, options.samples, options.seed)?;
+        let rows = measure::measure(&cases, options.repeats)?;
         Ok((cases, rows))
     })?;
-    let comparison = Comparison {
-        scene: scene.name.clone(),
-        cases,
-        rows,
-        samples: arguments.samples,
-        repeats: arguments.repeats,
-        seed: arguments.seed,
-        machine: machine(),
-    };
-    if let Some(directory) = &arguments.out {
-        let write = |name: &str, text: String| -> Result<(), BenchError> {
-            let failed = |path: PathBuf, source| BenchError::Report(ReportError::Write { path, source });
-            std::fs::create_dir_all(directory).map_err(|source| failed(directory.clone(), source))?;
-            let path = directory.join(name);
-            std::fs::write(&path, text).map_err(|source| failed(path.clone(), source))?;
-            say(&format!("written: {}", path.display()));
-            Ok(())
-        };
-        write("paper.csv", show::csv(&comparison))?;
-        write("paper.md", show::markdown(&comparison))?;
-    }
-    print(&if arguments.json { show::json_text(&comparison) } else { show::text(&comparison) })?;
-    Ok(Exit::Done)
+    Ok(Comparison { scene: scene.name.clone(), cases, rows, options: *options, machine: machine_lines() })
 }
 
 /// What ran, for the record.
-fn machine() -> Vec<String> {
-    let commit = option_env!("RODSWEEP_COMMIT").map_or("commit unknown".into(), |commit| format!("commit {commit}"));
-    let cpuinfo = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let model = cpuinfo.lines().find(|line| line.starts_with("model name")).and_then(|line| line.split(": ").nth(1));
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let set = rodsweep::lanes::InstructionSet::available()[0].name();
+fn machine_lines() -> Vec<String> {
+    let commit = rodsweep::COMMIT.map_or("commit unknown".into(), |commit| format!("commit {commit}"));
+    let (processor, cores) = (machine::processor(), machine::cores());
+    let set = InstructionSet::available()[0].name();
     vec![
         format!("rodsweep {} ({commit})", env!("CARGO_PKG_VERSION")),
         format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
-        format!("{}, {cores} cores, {set}; one thread is used", model.unwrap_or("processor unknown")),
+        format!("{}, {cores} cores, {set}; one thread is used", processor.as_deref().unwrap_or("processor unknown")),
     ]
 }

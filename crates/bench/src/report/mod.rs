@@ -1,20 +1,21 @@
-//! Speed against error: report and figures out of what `bench` measured, `raw.csv` and `manifest.json`, of `peers.csv`
-//! where there is one, and of nothing else: the same files give the same report anywhere.
+//! Speed against error: report and figures out of what was measured, `raw.csv` and `manifest.json`, of `peers.csv` where
+//! there is one, and of nothing else: the same files give the same report anywhere.
 
 mod costs;
 mod figures;
 mod hard;
 mod precision;
-mod record;
 mod rivals;
 mod summary;
 mod text;
 mod trust;
 
-pub use record::{Errors, NONE, Record, from_csv, to_csv};
-
-use super::Figure;
+use crate::files::{MANIFEST, PEERS, RAW, REPORT, read_file, write_file};
+use crate::record::{Record, RecordError, from_csv};
+use crate::{BenchError, ReportFileError};
+use rodsweep::report::{Figure, write};
 use serde_json::Value;
+use std::path::{Path, PathBuf};
 
 /// What was measured, and where.
 pub struct Report {
@@ -37,14 +38,51 @@ const OWN_LOAD: f64 = 1.6;
 const MOST_LOST: f64 = 0.02;
 
 impl Report {
-    /// Of the texts of `raw.csv`, `manifest.json` and `peers.csv`; says what is wrong with them.
-    pub fn read(raw: &str, manifest: &str, peers: Option<&str>) -> Result<Report, String> {
-        let mut records = from_csv(raw).map_err(|problem| format!("raw.csv: {problem}"))?;
+    /// Whether a directory holds measurements already.
+    pub fn is_in(directory: &Path) -> bool {
+        directory.join(RAW).exists()
+    }
+
+    /// Reads the files of a directory.
+    ///
+    /// # Errors
+    ///
+    /// A file that is missing or cannot be understood.
+    pub fn open(directory: &Path) -> Result<Report, BenchError> {
+        let read = |name: &str| read_file(&directory.join(name));
+        let peers = if directory.join(PEERS).exists() { Some(read(PEERS)?) } else { None };
+        let report = Report::parse(&read(RAW)?, &read(MANIFEST)?, peers.as_deref());
+        report.map_err(|source| BenchError::ReportFile { directory: directory.to_owned(), source })
+    }
+
+    /// Reads the texts of `raw.csv`, `manifest.json` and `peers.csv`.
+    ///
+    /// # Errors
+    ///
+    /// The text that cannot be understood.
+    pub fn parse(raw: &str, manifest: &str, peers: Option<&str>) -> Result<Report, ReportFileError> {
+        let table = |file| move |source: RecordError| ReportFileError::Table { file, source };
+        let mut records = from_csv(raw).map_err(table(RAW))?;
         if let Some(peers) = peers {
-            records.extend(from_csv(peers).map_err(|problem| format!("peers.csv: {problem}"))?);
+            records.extend(from_csv(peers).map_err(table(PEERS))?);
         }
-        let manifest = serde_json::from_str(manifest).map_err(|error| format!("manifest.json: {error}"))?;
-        Ok(Report { records, manifest })
+        Ok(Report { records, manifest: serde_json::from_str(manifest)? })
+    }
+
+    /// Writes the report and its figures, each as SVG and PNG, into a directory; where the report is.
+    ///
+    /// # Errors
+    ///
+    /// A figure that cannot be drawn, or a file that cannot be written.
+    pub fn save(&self, directory: &Path) -> Result<PathBuf, BenchError> {
+        let path = directory.join(REPORT);
+        write_file(&path, &self.markdown())?;
+        for (name, figure) in self.figures() {
+            for extension in ["svg", "png"] {
+                write(figure.as_ref(), &directory.join(format!("{name}.{extension}")))?;
+            }
+        }
+        Ok(path)
     }
 
     /// The whole report.

@@ -2,7 +2,8 @@
 
 use super::summary::asked;
 use super::text::{percent, ratio, table, time, whole};
-use super::{Record, Report, WORK, fastest};
+use super::{Report, WORK, fastest};
+use crate::record::Record;
 
 const PAPER: &str = "literature: paper's form";
 

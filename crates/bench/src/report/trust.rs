@@ -3,7 +3,8 @@
 use super::costs::names;
 use super::summary::COMPARED;
 use super::text::{error, percent, table, three, time, whole};
-use super::{Record, Report, fastest};
+use super::{Report, fastest};
+use crate::record::Record;
 
 impl Report {
     pub(super) fn estimate_section(&self) -> String {

@@ -1,55 +1,75 @@
-//! `rodsweep verify --hard`: every engine on cases where a wrong answer is easily found.
+//! Every engine on cases where a wrong answer is easily found.
 
-mod show;
-pub mod suite;
-
-use super::{Exit, engine};
-use crate::cli::args::VerifyArguments;
-use crate::cli::{BenchError, print, say};
+use super::replay::write_scene_file;
+use crate::BenchError;
+use crate::hard::{Answer, Case, Outcome, Setup, Verdict, cases};
 use rodsweep::backend::{BackendError, BackendKind};
 use rodsweep::gpu::adapters;
-use rodsweep::sweep::write_scene;
-use suite::{Answer, Case, Outcome, Setup, Verdict};
+use std::path::Path;
 
 /// What one engine made of all cases, in order.
-struct Column {
-    setup: Setup,
-    cells: Vec<Cell>,
+pub struct Column {
+    pub setup: Setup,
+    pub cells: Vec<Cell>,
 }
 
-enum Cell {
+pub enum Cell {
     Solved(Outcome),
-    /// Why.
+    /// Why it could not be had.
     Skipped(String),
-    /// Why.
+    /// Why it broke down.
     Failed(String),
 }
 
-pub fn verify_hard(arguments: &VerifyArguments) -> Result<Exit, BenchError> {
-    let cases = suite::cases();
+/// What every engine made of the hard cases.
+pub struct HardCases {
+    pub(super) cases: Vec<Case>,
+    pub(super) columns: Vec<Column>,
+}
+
+/// Solves the hard cases on every engine; `progress` is told what takes long.
+pub fn verify_hard(progress: &mut dyn FnMut(&str)) -> HardCases {
+    let cases = cases();
     let answers: Vec<Answer> = cases.iter().map(Case::answer).collect();
     let mut setups = vec![Setup::REFERENCE, Setup::CPU_F64, Setup::CPU_F32, Setup::GPU_F32];
     if adapters().first().is_some_and(|adapter| adapter.has_f64) {
         setups.push(Setup::GPU_F64);
     }
-    let columns: Vec<Column> = setups.into_iter().map(|setup| column(setup, &cases, &answers)).collect();
-    let text = if arguments.json { show::json_text(&cases, &columns) } else { show::describe(&cases, &columns) };
-    print(&text)?;
-    for column in &columns {
-        write_wrong(column, &cases, &arguments.out)?;
-    }
-    let required = std::env::var("RODSWEEP_GPU").is_ok_and(|value| value == "require");
-    // A case may need more steps than a driver runs.
-    let is_skipped = |column: &Column| column.cells.iter().all(|cell| matches!(cell, Cell::Skipped(_)));
-    let skipped = columns.iter().any(is_skipped);
-    if required && skipped {
-        say("error: an engine was skipped, and RODSWEEP_GPU=require asks for all; install a driver or unset it");
-    }
-    let good = columns.iter().all(Column::is_right) && !(required && skipped);
-    Ok(if good { Exit::Done } else { Exit::Failed })
+    let columns = setups.into_iter().map(|setup| column(setup, &cases, &answers, progress)).collect();
+    HardCases { cases, columns }
 }
 
-fn column(setup: Setup, cases: &[Case], answers: &[Answer]) -> Column {
+impl HardCases {
+    /// Whether no engine has a wrong answer or broke down.
+    pub fn is_right(&self) -> bool {
+        self.columns.iter().all(Column::is_right)
+    }
+
+    /// Whether an engine could not be had; a case may need more steps than a driver runs.
+    pub fn is_any_skipped(&self) -> bool {
+        let is_skipped = |column: &Column| column.cells.iter().all(|cell| matches!(cell, Cell::Skipped(_)));
+        self.columns.iter().any(is_skipped)
+    }
+
+    /// Writes the scenes with wrong answers into a directory, and tells each.
+    ///
+    /// # Errors
+    ///
+    /// A file that cannot be written.
+    pub fn write_wrong(&self, directory: &Path, tell: &mut dyn FnMut(&str)) -> Result<(), BenchError> {
+        for column in &self.columns {
+            for case in column.wrong().map(|index| &self.cases[index]) {
+                let path = directory.join(format!("verify-hard-{}.toml", case.name()));
+                write_scene_file(&path, &case.scene)?;
+                let engine = column.setup.name();
+                tell(&format!("WRONG: {engine} in {}; replay: {}", case.name(), path.display()));
+            }
+        }
+        Ok(())
+    }
+}
+
+fn column(setup: Setup, cases: &[Case], answers: &[Answer], progress: &mut dyn FnMut(&str)) -> Column {
     let mut no_device = None;
     let cell = |(case, answer): (&Case, &Answer)| {
         if let Some(reason) = &no_device {
@@ -57,9 +77,9 @@ fn column(setup: Setup, cases: &[Case], answers: &[Answer]) -> Column {
         }
         if setup.kind == BackendKind::Gpu {
             // Compiling may take a while on a software adapter.
-            say(&format!("{}: {}", setup.name(), case.name()));
+            progress(&format!("{}: {}", setup.name(), case.name()));
         }
-        match setup.solve(case, answer, |plan| engine(setup.kind, setup.precision).make(plan)) {
+        match setup.solve(case, answer, |plan| setup.engine().make(plan)) {
             Ok(outcome) => Cell::Solved(outcome),
             Err(error @ (BackendError::DeviceFailed { .. } | BackendError::OutOfMemory { .. })) => {
                 Cell::Failed(error.to_string())
@@ -75,7 +95,8 @@ fn column(setup: Setup, cases: &[Case], answers: &[Answer]) -> Column {
 }
 
 impl Column {
-    fn is_right(&self) -> bool {
+    /// Whether it broke down nowhere and has no wrong answer.
+    pub fn is_right(&self) -> bool {
         let is_failed = |cell: &Cell| matches!(cell, Cell::Failed(_));
         !self.cells.iter().any(is_failed) && self.wrong().next().is_none()
     }
@@ -85,17 +106,4 @@ impl Column {
         let is_wrong = |cell: &Cell| matches!(cell, Cell::Solved(Outcome { verdict: Verdict::Wrong, .. }));
         self.cells.iter().enumerate().filter(move |(_, cell)| is_wrong(cell)).map(|(index, _)| index)
     }
-}
-
-/// Writes the scenes with wrong answers, for `solve`.
-fn write_wrong(column: &Column, cases: &[Case], out: &std::path::Path) -> Result<(), BenchError> {
-    for index in column.wrong() {
-        let path = out.join(format!("verify-hard-{}.toml", cases[index].name()));
-        let written =
-            std::fs::create_dir_all(out).and_then(|()| std::fs::write(&path, write_scene(&cases[index].scene)));
-        written
-            .map_err(|error| BenchError::Usage(format!("cannot write {}: {error}; choose --out", path.display())))?;
-        say(&format!("WRONG: {} in {}; replay: {}", column.setup.name(), cases[index].name(), path.display()));
-    }
-    Ok(())
 }
