@@ -112,19 +112,6 @@ pub enum BenchError {
     },
 }
 
-impl BenchError {
-    /// Whether what was asked for is at fault, rather than the machine.
-    pub fn is_usage(&self) -> bool {
-        match self {
-            BenchError::Sweep(error) => error.is_usage(),
-            BenchError::Backend(error) => matches!(error, BackendError::Unsupported { .. }),
-            BenchError::Figure(error) => matches!(error, ReportError::Extension { .. }),
-            BenchError::Write { .. } => false,
-            _ => true,
-        }
-    }
-}
-
 /// What is wrong with one of the files that a report is made of.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]

@@ -134,6 +134,7 @@ fn start(rod: &Rod, m0: &Vector3<f64>, inputs: &[Input], y: &mut [f64]) {
 }
 
 impl Adaptive {
+    /// With a tolerance for each step, relative and absolute.
     pub fn new(tolerance: f64) -> Adaptive {
         Adaptive { tolerance }
     }

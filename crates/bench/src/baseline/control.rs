@@ -12,6 +12,7 @@ const DAMPING: f64 = 0.05;
 pub struct ControlStep {
     /// Changes of the inputs.
     pub moves: Vec<f64>,
+    /// With the changed inputs.
     pub rod: Rod,
     /// The equilibrium there.
     pub unknowns: Vec<f64>,

@@ -46,6 +46,7 @@ impl Differences {
         Self::with_step(rod, steps, scheme, step)
     }
 
+    /// With a given step, in units of what bends the rod by a radian.
     pub fn with_step(rod: &Rod, steps: usize, scheme: Scheme, step: f64) -> Differences {
         Differences { integrator: Paper::new(rod, steps), scheme, step }
     }

@@ -36,12 +36,15 @@ pub struct Column {
 /// The tip and its change by each input.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Jacobian {
+    /// Where the tip is.
     pub tip: Tip,
+    /// In the order of the inputs.
     pub columns: Vec<Column>,
 }
 
 /// Newton's step on the unknowns.
 pub struct NewtonStep {
+    /// To be added to the unknowns.
     pub step: Vec<f64>,
     /// [rad]
     pub size: f64,
@@ -52,12 +55,13 @@ pub trait Method {
     /// The unknowns of the unloaded rod.
     fn rest(&self, rod: &Rod) -> Vec<f64>;
 
-    /// `None` where the numbers overflow or the matrix is singular.
+    /// One step of Newton's method; `None` where the numbers overflow or the matrix is singular.
     fn newton_step(&self, rod: &Rod, unknowns: &[f64]) -> Option<NewtonStep>;
 
+    /// Where the unknowns lead.
     fn tip(&self, rod: &Rod, unknowns: &[f64]) -> Tip;
 
-    /// At an equilibrium.
+    /// The tip and its change by each input, at an equilibrium.
     fn jacobian(&self, rod: &Rod, unknowns: &[f64], inputs: &[Input]) -> Option<Jacobian>;
 }
 

@@ -16,6 +16,7 @@ mod rows;
 mod settings;
 mod text;
 
+use crate::files::{create_directory, write_file};
 use crate::{BenchError, machine};
 use cases::Cases;
 use rodsweep::input::parse_scene;
@@ -23,7 +24,7 @@ use rodsweep::lanes::InstructionSet;
 use rodsweep::model::Scene;
 use rodsweep::shipped::P6;
 use rows::Row;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// How much is compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -93,6 +94,21 @@ pub fn compare(scene: &Scene, name: &str, options: &PaperOptions) -> Result<Comp
         Ok((cases, rows))
     })?;
     Ok(Comparison { scene: scene.name.clone(), cases, rows, options: *options, machine: machine_lines() })
+}
+
+impl Comparison {
+    /// Writes `paper.csv` and `paper.md` into a directory.
+    ///
+    /// # Errors
+    ///
+    /// What cannot be written.
+    pub fn save(&self, directory: &Path) -> Result<[PathBuf; 2], BenchError> {
+        create_directory(directory)?;
+        let paths = ["paper.csv", "paper.md"].map(|name| directory.join(name));
+        write_file(&paths[0], &self.csv())?;
+        write_file(&paths[1], &self.markdown())?;
+        Ok(paths)
+    }
 }
 
 /// What ran, for the record.
