@@ -6,7 +6,7 @@ use rodsweep::backend::{Backend, BackendError, BackendInfo, Precision};
 use rodsweep::lanes::Lanes;
 use rodsweep::model::{Batch, Plan, PlanOptions, Quantity, Solutions, Start, Stepper};
 use rodsweep::spec::{Format, SweepSpec};
-use rodsweep::sweep::{RunOptions, run};
+use rodsweep::sweep::{ResultDirectory, RunOptions, run};
 use rodsweep_bench::BenchSpec;
 use rodsweep_bench::measure::built_in;
 
@@ -103,7 +103,8 @@ fn rows(bencher: Bencher, format: Format) {
         .with_inputs(|| tempfile::tempdir().expect("a folder"))
         .bench_local_values(|folder| {
             let mut known = Known(plan.clone(), solutions.clone());
-            run(&spec, &mut known, &RunOptions::new(folder.path().join("out"))).expect("a run");
+            let mut files = ResultDirectory::new(folder.path().join("out"));
+            run(&spec, &mut known, &RunOptions::new(), &mut files).expect("a run");
             folder
         });
 }

@@ -68,7 +68,7 @@ pub fn manifest(session: &Session, specs: &[BenchSpec]) -> String {
     let stepper = |stepper: &Stepper| json!({ "name": stepper.name(), "order": stepper.order() });
     let value = json!({
         "program": "rodsweep",
-        "version": env!("CARGO_PKG_VERSION"),
+        "version": rodsweep::VERSION,
         "commit": rodsweep::COMMIT,
         "date": today(),
         "system": format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),

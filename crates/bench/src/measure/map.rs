@@ -12,7 +12,7 @@ use rodsweep::lanes::Lanes;
 use rodsweep::model::{Plan, PlanOptions, Quantity};
 use rodsweep::shipped::{P6, WORKSPACE};
 use rodsweep::spec::SweepSpec;
-use rodsweep::sweep::{self, RunOptions, Summary};
+use rodsweep::sweep::{self, ResultDirectory, RunOptions, Summary};
 use std::path::Path;
 
 /// Samples of the map where it is to be quick.
@@ -54,14 +54,15 @@ impl Map {
     fn run(&self, checks: Checks) -> Result<Summary, BenchError> {
         let out = std::env::temp_dir().join(format!("rodsweep-bench-{}", std::process::id()));
         let trusted = |plan: &Plan| -> Result<Box<dyn Backend>, BackendError> { Ok(witness(plan)) };
-        let mut run = RunOptions::new(&out);
+        let mut run = RunOptions::new();
         run.limit = self.limit;
         if checks.second_attempts {
             run.refiners = vec![&second_attempt, &trusted];
         }
         run.trusted = checks.spot_check.then_some(&trusted);
         let mut backend = self.engine.make(&self.plan)?;
-        let summary = sweep::run(&self.spec, backend.as_mut(), &run);
+        let mut files = ResultDirectory::new(&out);
+        let summary = sweep::run(&self.spec, backend.as_mut(), &run, &mut files);
         let _ = std::fs::remove_dir_all(&out);
         Ok(summary?)
     }

@@ -117,7 +117,7 @@ fn machine_lines() -> Vec<String> {
     let (processor, cores) = (machine::processor(), machine::cores());
     let set = InstructionSet::available()[0].name();
     vec![
-        format!("rodsweep {} ({commit})", env!("CARGO_PKG_VERSION")),
+        format!("rodsweep {} ({commit})", rodsweep::VERSION),
         format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
         format!("{}, {cores} cores, {set}; one thread is used", processor.as_deref().unwrap_or("processor unknown")),
     ]

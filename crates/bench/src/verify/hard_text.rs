@@ -105,7 +105,7 @@ impl HardCases {
             }
         }
         let value = json!({
-            "version": env!("CARGO_PKG_VERSION"),
+            "version": rodsweep::VERSION,
             "rows": rows,
             "within_limits": self.is_right(),
         });

@@ -127,7 +127,7 @@ impl Verification {
             })
         };
         let value = json!({
-            "version": env!("CARGO_PKG_VERSION"),
+            "version": rodsweep::VERSION,
             "seed": options.seed,
             "random_scenes": options.samples,
             "rows": rows.iter().map(row).collect::<Vec<_>>(),
