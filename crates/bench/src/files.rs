@@ -1,6 +1,6 @@
 //! The files of a report, and writing them.
 
-use crate::BenchError;
+use crate::error::BenchError;
 use std::path::Path;
 
 /// What was measured.

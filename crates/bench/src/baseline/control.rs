@@ -1,6 +1,7 @@
 //! One step of control by damped least squares, as controllers of this catheter take it.
 
-use super::{Column, Input, Method, Rod, solve};
+use super::method::{Column, Method, solve};
+use super::rod::{Input, Rod};
 use nalgebra::{DMatrix, Matrix3, Vector3};
 use rodsweep::model::Vector;
 

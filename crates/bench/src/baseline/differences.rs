@@ -4,8 +4,8 @@
 //! noise / h, least at the cube root. h is in units of what bends the rod by a radian ([`Rod::scale`]).
 
 use super::method::{self, Column, Jacobian, Method, NewtonStep, Tip};
-use super::paper::Passage;
-use super::{Input, Paper, Rod};
+use super::paper::{Paper, Passage};
+use super::rod::{Input, Rod};
 use nalgebra::{Matrix3, Vector3};
 
 /// What is differenced, and how.

@@ -1,6 +1,7 @@
 //! What the baselines have in common: Newton's method on their unknowns, and the path of loads from rest.
 
-use super::{BaselineError, Input, Rod};
+use super::error::BaselineError;
+use super::rod::{Input, Rod};
 use nalgebra::{Matrix3, Vector3};
 use rodsweep::model::{Matrix, Vector};
 

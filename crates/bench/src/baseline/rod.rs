@@ -1,6 +1,6 @@
 //! The rod that the baselines model: constant flexible segments, rigid segments with a dipole, weight and tip force.
 
-use super::BaselineError;
+use super::error::BaselineError;
 use nalgebra::{Matrix3, Vector3};
 use rodsweep::model::{self, Parameter, RodSegment, Scene, Slot};
 

@@ -3,8 +3,8 @@
 use super::engines::Engine;
 use super::problem::Problem;
 use super::session::Session;
-use crate::BenchError;
 use crate::bench_file::Work;
+use crate::error::BenchError;
 use crate::record::Record;
 use rodsweep::backend::{BackendError, Precision};
 use rodsweep::model::{Batch, Plan, PlanOptions, Quantity, Start, Stepper};

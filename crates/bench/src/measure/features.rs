@@ -4,7 +4,7 @@ use super::clock::Clock;
 use super::engines::Engine;
 use super::problem::batch_of;
 use super::session::Session;
-use crate::BenchError;
+use crate::error::BenchError;
 use crate::record::Record;
 use rodsweep::backend::Precision;
 use rodsweep::lanes::Lanes;

@@ -1,7 +1,7 @@
 //! The bench files: those built in, or those of a directory.
 
-use crate::BenchError;
 use crate::bench_file::BenchSpec;
+use crate::error::BenchError;
 use rodsweep::shipped::{self, P6, P35, TWO_COIL};
 use std::path::Path;
 

@@ -3,11 +3,11 @@
 use super::clock::Clock;
 use super::problem::{Judged, Problem};
 use super::session::Session;
-use crate::BenchError;
 use crate::baseline::{
     Adaptive, BaselineError, Column, Differences, Input, Jacobian, Method, Paper, Rod, Scheme, from_rest, solve,
 };
 use crate::bench_file::Work;
+use crate::error::BenchError;
 use crate::record::Record;
 use rodsweep::model::PlanOptions;
 

@@ -31,8 +31,8 @@ mod throughput;
 pub use files::{built_in, read_directory};
 pub use options::{Engines, MeasureOptions};
 
-use crate::BenchError;
 use crate::bench_file::BenchSpec;
+use crate::error::BenchError;
 use crate::files::{MANIFEST, RAW, create_directory, write_file};
 use crate::record::{Record, to_csv};
 use options::Selection;

@@ -1,7 +1,7 @@
 //! What is asked of a measurement, and which of its parts that means.
 
-use crate::BenchError;
 use crate::bench_file::BenchSpec;
+use crate::error::BenchError;
 
 /// What can be measured beside the scenes.
 const PARTS: [&str; 8] = ["peak", "reference", "features", "throughput", "device", "stages", "trust", "hard"];

@@ -5,8 +5,8 @@ use super::options::Selection;
 use super::problem::Problem;
 use super::session::Session;
 use super::{device, features, hard, literature, map, peak, precision, proof, throughput};
-use crate::BenchError;
 use crate::bench_file::BenchSpec;
+use crate::error::BenchError;
 use crate::record::Record;
 use std::time::Instant;
 

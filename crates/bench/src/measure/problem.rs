@@ -1,7 +1,7 @@
 //! Samples of a bench file with the reference's answers, and the errors of an engine against them.
 
-use crate::BenchError;
 use crate::bench_file::{BenchSpec, Work};
+use crate::error::BenchError;
 use crate::random::Random;
 use crate::record::{Errors, NONE, Record};
 use rodsweep::backend::{Backend, Precision};

@@ -2,8 +2,8 @@
 
 use super::problem::{Problem, shares};
 use super::session::Session;
-use crate::BenchError;
 use crate::bench_file::Work;
+use crate::error::BenchError;
 use crate::record::Record;
 use rodsweep::backend::{Backend, Precision};
 use rodsweep::input::parse_scene;

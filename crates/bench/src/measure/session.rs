@@ -3,7 +3,7 @@
 use super::clock::Effort;
 use super::engines::{Engine, engines};
 use super::options::{Engines, MeasureOptions};
-use crate::BenchError;
+use crate::error::BenchError;
 use crate::record::Record;
 use rodsweep::gpu::AdapterSummary;
 use std::time::Instant;

@@ -1,7 +1,7 @@
 //! Random configurations with the reference's answers.
 
-use crate::BenchError;
 use crate::baseline::{Column, Input, Jacobian, Rod, Tip, damped_least_squares};
+use crate::error::BenchError;
 use crate::random::Random;
 use rodsweep::backend::Backend;
 use rodsweep::model::{Batch, Parameter, Plan, PlanOptions, Quantity, Scene, SegmentParameter, Solutions, Vector};

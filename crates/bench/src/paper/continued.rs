@@ -3,7 +3,7 @@
 use super::cases::{Cases, batch, jacobian, moved};
 use super::rows::{Errors, Row, Spread, Stopwatch};
 use super::settings::TOLERANCE;
-use crate::BenchError;
+use crate::error::BenchError;
 use rodsweep::backend::{Backend, BackendError, Precision};
 use rodsweep::lanes::{InstructionSet, Lanes};
 use rodsweep::model::{Batch, Plan, PlanOptions, Quantity, Solutions, Vector};

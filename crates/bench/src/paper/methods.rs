@@ -3,8 +3,8 @@
 use super::cases::{Case, Cases, batch, jacobian};
 use super::rows::p95;
 use super::settings::{CHAIN_TOLERANCES, TOLERANCE};
-use crate::BenchError;
 use crate::baseline::{Chain, Differences, Method, Paper, Rod, Scheme, from_rest};
+use crate::error::BenchError;
 use rodsweep::backend::{Backend, Precision};
 use rodsweep::lanes::Lanes;
 use rodsweep::model::{PlanOptions, Stepper};

@@ -16,8 +16,9 @@ mod rows;
 mod settings;
 mod text;
 
+use crate::error::BenchError;
 use crate::files::{create_directory, write_file};
-use crate::{BenchError, machine};
+use crate::machine;
 use cases::Cases;
 use rodsweep::input::parse_scene;
 use rodsweep::lanes::InstructionSet;

@@ -1,6 +1,6 @@
 //! Random scenes: chains of segments with coil sets, each sample with its own stiffness, shape, loads and pose.
 
-use super::Random;
+use super::numbers::Random;
 use rodsweep::model::{
     Axis, Base, Coil, CoilWinding, Density, Flexible, Loads, Node, Parameter, Profile, Rigid, STANDARD_GRAVITY, Scene,
     Segment, SegmentKind, SegmentParameter, ShearAxis, Stiffness, StiffnessAxis, Vector,

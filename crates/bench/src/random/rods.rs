@@ -1,7 +1,7 @@
 //! Random rods with every term at once: for what is checked below the level of scenes.
 #![allow(non_snake_case)]
 
-use super::Random;
+use super::numbers::Random;
 use nalgebra::Rotation3;
 use rodsweep::model::{FlexibleRod, Matrix, RigidRod, Rod, RodSegment};
 

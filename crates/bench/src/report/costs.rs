@@ -1,6 +1,6 @@
 //! Costs of what a scene has, of batches, threads and stages, as tables.
 
-use super::Report;
+use super::measured::Report;
 use super::text::{percent, ratio, table, three, time, whole};
 use crate::record::Record;
 

@@ -1,7 +1,7 @@
 //! The figures of the report.
 
 use super::costs::names;
-use super::{Report, WORK};
+use super::measured::{Report, WORK};
 use crate::record::Record;
 use rodsweep::report::Canvas;
 use rodsweep::report::{AxisLabel, Colour, Curves, Figure, Marker, NamedBars, Panel, ReportError, Series, Sheet};

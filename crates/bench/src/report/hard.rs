@@ -1,7 +1,7 @@
 //! The stability table: hard cases by engine.
 
-use super::Report;
 use super::costs::names;
+use super::measured::Report;
 use super::text::{error, table, time, whole};
 use crate::record::Record;
 

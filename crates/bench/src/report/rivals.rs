@@ -1,7 +1,7 @@
 //! What this program is compared with: methods of the literature in the same run, and peers in Python beside it.
 
+use super::measured::{Report, WORK, fastest};
 use super::text::{error, ratio, table, time, whole};
-use super::{Report, WORK, fastest};
 use crate::record::Record;
 
 impl Report {

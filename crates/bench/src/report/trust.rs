@@ -1,9 +1,9 @@
 //! Error estimates, what checks cost, the accuracy of the reference, and how it was measured.
 
 use super::costs::names;
+use super::measured::{Report, fastest};
 use super::summary::COMPARED;
 use super::text::{error, percent, table, three, time, whole};
-use super::{Report, fastest};
 use crate::record::Record;
 
 impl Report {

@@ -1,6 +1,6 @@
 //! What `verify` solves: the shipped scenes over their currents and loads, and random scenes.
 
-use crate::BenchError;
+use crate::error::BenchError;
 use crate::random::{Chain, Random};
 use rodsweep::input::parse_scene;
 use rodsweep::model::{Batch, Parameter, Plan, PlanOptions, Scene, SegmentKind, SegmentParameter, StiffnessAxis};

@@ -1,7 +1,7 @@
 //! Every engine on cases where a wrong answer is easily found.
 
 use super::replay::write_scene_file;
-use crate::BenchError;
+use crate::error::BenchError;
 use crate::hard::{Answer, Case, Outcome, Setup, Verdict, cases};
 use rodsweep::backend::{BackendError, BackendKind};
 use rodsweep::gpu::adapters;

@@ -4,7 +4,7 @@ use super::cases::Case;
 use super::compare::{Differences, Largest, Limits};
 use super::engines::Run;
 use super::replay::write_scene_file;
-use crate::BenchError;
+use crate::error::BenchError;
 use rodsweep::backend::Precision;
 use std::path::{Path, PathBuf};
 

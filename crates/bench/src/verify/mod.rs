@@ -23,7 +23,7 @@ mod time;
 
 pub use hard::{HardCases, verify_hard};
 
-use crate::BenchError;
+use crate::error::BenchError;
 use cases::Case;
 use engines::{Run, Setup};
 use links::{Link, Row};

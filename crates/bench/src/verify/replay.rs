@@ -1,6 +1,6 @@
 //! Scenes to look at again.
 
-use crate::BenchError;
+use crate::error::BenchError;
 use rodsweep::input::write_scene;
 use rodsweep::model::Scene;
 use std::path::Path;
