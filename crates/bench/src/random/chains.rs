@@ -1,7 +1,6 @@
 //! Random scenes: chains of segments with coil sets, each sample with its own stiffness, shape, loads and pose.
 
-use super::cases::{Case, derivatives};
-use crate::cli::CommandError;
+use super::numbers::Random;
 use rodsweep::model::{
     Axis, Base, Coil, CoilWinding, Density, Flexible, Loads, Node, Parameter, Profile, Rigid, STANDARD_GRAVITY, Scene,
     Segment, SegmentKind, SegmentParameter, ShearAxis, Stiffness, StiffnessAxis, Vector,
@@ -13,33 +12,6 @@ const BEND: f64 = 0.6;
 const CURRENT: f64 = 0.1;
 /// Largest component of the field [T].
 const FIELD: f64 = 2.0;
-
-/// SplitMix64.
-pub struct Random(pub u64);
-
-impl Random {
-    /// Uniform in [0, 1).
-    pub fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    /// Uniform in [low, high).
-    pub fn within(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.unit()
-    }
-
-    fn vector(&mut self, size: f64) -> Vector {
-        std::array::from_fn(|_| self.within(-size, size))
-    }
-
-    fn chance(&mut self, probability: f64) -> bool {
-        self.unit() < probability
-    }
-}
 
 /// What a chain's numbers are drawn around.
 #[derive(Clone, Copy)]
@@ -73,15 +45,38 @@ impl Sizes {
     }
 }
 
-/// Samples of one random chain. The first chains have few terms, so that every kind of kernel is met.
-pub fn random_case(chain: usize, sample_count: usize, random: &mut Random) -> Result<Case, CommandError> {
-    let (scene, sizes) = random_scene(chain, random);
-    let axes = swept(&scene, chain);
-    let wrt = derivatives(&scene);
-    Case::new(&scene, &axes, &wrt, sample_count, |parameter| value(&scene, sizes, parameter, random))
+/// A random chain of segments. The first chains have few terms, so that every kind of kernel is met.
+#[derive(Clone)]
+pub struct Chain {
+    number: usize,
+    scene: Scene,
+    sizes: Sizes,
 }
 
-/// `r` rigid, `f` flexible; the terms that a chain's number turns on.
+impl Chain {
+    /// Chain `number`, from 0: the number says which terms it has, the random numbers how large they are.
+    pub fn new(number: usize, random: &mut Random) -> Chain {
+        let (scene, sizes) = random_scene(number, random);
+        Chain { number, scene, sizes }
+    }
+
+    /// Its scene, without loads and currents yet.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// Every number in which its samples differ; every other chain is anisotropic.
+    pub fn parameters(&self) -> Vec<Parameter> {
+        swept(&self.scene, self.number)
+    }
+
+    /// The value of one of these for a sample, SI.
+    pub fn value(&self, parameter: Parameter, random: &mut Random) -> f64 {
+        value(&self.scene, self.sizes, parameter, random)
+    }
+}
+
+/// Rigid and flexible segments, with the terms that a chain's number turns on.
 fn random_scene(chain: usize, random: &mut Random) -> (Scene, Sizes) {
     let starts_rigid = chain % 4 == 3;
     let count = 1 + (random.unit() * 4.999) as usize + usize::from(starts_rigid);

@@ -1,52 +1,29 @@
-//! Hard cases, what is right for each, and how an engine's answer is judged. Apart from the command line, so that the
-//! tests judge by the same.
+//! An engine with its method, and the verdict on what it makes of a case.
 
-pub mod documented;
-mod golden;
-mod own;
-
+use super::case::{Answer, Case};
+use super::documented;
 use rodsweep::backend::{Backend, BackendError, BackendKind, Precision};
+use rodsweep::engines::Engine;
 use rodsweep::lanes::Lanes;
-use rodsweep::model::{Batch, Plan, PlanOptions, Quantity, Scene, Solutions, Status, Stepper, Vector};
-use rodsweep::reference::solve_rod;
+use rodsweep::model::{Batch, Plan, PlanOptions, Quantity, Solutions, Status, Stepper, Vector};
 use std::time::Instant;
-
-/// A scene, and what makes it hard.
-pub struct Case {
-    pub scene: Scene,
-    pub why: String,
-    pub truth: Truth,
-}
-
-/// Where the tip is on the branch from rest.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Truth {
-    /// By independent programs or in closed form [m].
-    Tip(Vector),
-    /// Where the reference finds it.
-    Reference,
-    /// The branch ends before the full load.
-    Nowhere,
-}
-
-/// The truth of a case, found once for all engines.
-pub struct Answer {
-    /// [m]
-    tip: Option<Vector>,
-    /// Errors of a residual are amplified so at the tip, where the rod is near a fold or a flip.
-    amplification: f64,
-}
 
 /// An engine with its method.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Setup {
+    /// Which engine.
     pub kind: BackendKind,
+    /// Its arithmetic.
     pub precision: Precision,
+    /// Its method of integration.
     pub stepper: Stepper,
 }
 
 /// What an engine made of a case.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Outcome {
+    /// As the engine has it.
     pub status: Status,
     /// Of the tip, against the truth, over the length; no number where there is no truth.
     pub error: f64,
@@ -54,15 +31,20 @@ pub struct Outcome {
     pub estimate: f64,
     /// What the error may be.
     pub limit: f64,
+    /// Passes over the rod.
     pub iterations: f64,
+    /// Share of the loads that the path from rest came to.
     pub load_fraction: f64,
     /// Over the rod; none where the engine chooses them itself.
     pub steps: Option<usize>,
+    /// The quickest of a few solves [s].
     pub seconds: f64,
+    /// Whether it is right.
     pub verdict: Verdict,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// What is said of an answer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
     /// A success at the tip of the branch from rest.
     Ok,
@@ -81,64 +63,33 @@ const STEPS: [usize; 7] = [16, 32, 64, 128, 256, 512, 1024];
 const DOUBTFUL: &str = "its error estimate is above the limit: a run solves it again";
 /// An estimate that is not smaller by this factor has met round-off.
 const GAIN: f64 = 0.9;
-/// Error of a tip over the length: what steps and round-off leave in f64, ...
-const LIMIT_F64: f64 = 1e-9;
-/// ... and in f32: round-off of 6e-8 over some hundred stages.
-const LIMIT_F32: f64 = 2e-5;
 /// The quickest of so many solves is the time.
 const SOLVES: usize = 3;
 
-pub fn cases() -> Vec<Case> {
-    let mut cases = golden::golden_cases();
-    cases.extend(own::own_cases());
-    cases
-}
-
-impl Case {
-    /// A case for which the reference knows the truth.
-    fn new(scene: Scene, why: &str) -> Case {
-        Case { scene, why: why.into(), truth: Truth::Reference }
-    }
-
-    pub fn name(&self) -> &str {
-        &self.scene.name
-    }
-
-    pub fn answer(&self) -> Answer {
-        let found = solve_rod(&self.scene.rod(), &[]);
-        let is_known = found.status.is_success();
-        let tip = match self.truth {
-            Truth::Tip(tip) => Some(tip),
-            Truth::Reference => is_known.then_some(found.p_tip),
-            Truth::Nowhere => None,
-        };
-        Answer { tip, amplification: if is_known { 1.0 / found.margin.min(1.0) } else { 1.0 } }
-    }
-}
-
-impl Answer {
-    fn limit(&self, precision: Precision) -> f64 {
-        self.amplification
-            * match precision {
-                Precision::F64 => LIMIT_F64,
-                Precision::F32 => LIMIT_F32,
-            }
-    }
-}
-
 impl Setup {
+    /// The scalar reference.
     pub const REFERENCE: Setup =
         Setup { kind: BackendKind::Reference, precision: Precision::F64, stepper: Stepper::Dop853 };
+    /// The CPU in f64.
     pub const CPU_F64: Setup = Setup { kind: BackendKind::Cpu, ..Setup::REFERENCE };
+    /// The CPU in f32.
     pub const CPU_F32: Setup = Setup { precision: Precision::F32, ..Setup::CPU_F64 };
+    /// A GPU in f32.
     pub const GPU_F32: Setup = Setup { kind: BackendKind::Gpu, stepper: Stepper::Rk4, ..Setup::CPU_F32 };
+    /// A GPU in f64.
     pub const GPU_F64: Setup = Setup { kind: BackendKind::Gpu, ..Setup::CPU_F64 };
 
+    /// `cpu f64`
     pub fn name(&self) -> String {
         match self.kind {
             BackendKind::Reference => "reference".into(),
             kind => format!("{kind} {}", self.precision),
         }
+    }
+
+    /// The engine without its method.
+    pub fn engine(&self) -> Engine {
+        Engine::new(self.kind, self.precision, "")
     }
 
     fn options(&self, steps: usize) -> PlanOptions {
@@ -177,7 +128,11 @@ impl Setup {
         Ok(best.unwrap_or(furthest).0)
     }
 
-    /// Solves a case and judges the answer.
+    /// Solves a case and judges the answer; `make` prepares the engine for a plan.
+    ///
+    /// # Errors
+    ///
+    /// What the engine refuses or fails at.
     pub fn solve(
         &self,
         case: &Case,
@@ -216,12 +171,6 @@ impl Setup {
             seconds,
             verdict,
         })
-    }
-}
-
-impl Case {
-    fn plan(&self) -> Plan {
-        Plan::single(&self.scene, &[], PlanOptions::default()).expect("the built-in cases make rods")
     }
 }
 

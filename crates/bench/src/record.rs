@@ -2,6 +2,35 @@
 
 use std::fmt::Write;
 
+/// What is wrong with a table of records.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum RecordError {
+    /// Another version wrote it, or it is no such table.
+    #[error("line 1 is not the header of this version's table; measure again")]
+    Header,
+    /// A row is too short or too long.
+    #[error("line {line}: {found} cells, {expected} expected")]
+    Cells {
+        /// From 1.
+        line: usize,
+        /// Cells in the row.
+        found: usize,
+        /// Columns of the table.
+        expected: usize,
+    },
+    /// A cell that should hold a number does not.
+    #[error("line {line}: `{column}` is \"{cell}\", no number")]
+    Number {
+        /// From 1.
+        line: usize,
+        /// Name of the column.
+        column: &'static str,
+        /// What stands there.
+        cell: String,
+    },
+}
+
 /// Median, 95 % and worst of the samples.
 pub type Errors = [f64; 3];
 
@@ -19,9 +48,11 @@ pub struct Record {
     pub work: String,
     /// Instruction set, GPU or method of the literature.
     pub engine: String,
+    /// Its arithmetic.
     pub precision: String,
     /// Integration method.
     pub method: String,
+    /// The status of a hard case.
     pub status: String,
     /// Steps over the rod, or what a figure has on its x axis.
     pub size: f64,
@@ -41,8 +72,9 @@ pub struct Record {
     pub estimate: f64,
     /// Successes whose error is within their estimate.
     pub bounded: f64,
-    /// For one sample: median and least of the repeats [s].
+    /// For one sample, the median of the repeats [s].
     pub seconds: f64,
+    /// The same, the least [s].
     pub least: f64,
     /// (median - least) / least
     pub spread: f64,
@@ -86,6 +118,7 @@ impl Default for Record {
 }
 
 impl Record {
+    /// A record of a part and a case, the rest empty.
     pub fn new(part: &str, case: impl Into<String>) -> Record {
         Record { part: part.into(), case: case.into(), ..Record::default() }
     }
@@ -177,27 +210,32 @@ pub fn to_csv(records: &[Record]) -> String {
     text
 }
 
-/// Reads what [`to_csv`] wrote; tells the line and column of what it cannot read.
-pub fn from_csv(text: &str) -> Result<Vec<Record>, String> {
+/// Reads what [`to_csv`] wrote.
+///
+/// # Errors
+///
+/// Another header, or a row that cannot be read.
+pub fn from_csv(text: &str) -> Result<Vec<Record>, RecordError> {
     let mut lines = text.lines().enumerate().map(|(index, line)| (index + 1, line));
     let header = format!("{},{}", TEXTS.join(","), NUMBERS.join(","));
     match lines.next() {
         Some((_, first)) if first == header => {}
-        _ => return Err("line 1 is not the header of this version's table; measure again".into()),
+        _ => return Err(RecordError::Header),
     }
-    lines.map(|(number, line)| from_line(line).map_err(|problem| format!("line {number}: {problem}"))).collect()
+    lines.map(|(number, line)| from_line(number, line)).collect()
 }
 
-fn from_line(line: &str) -> Result<Record, String> {
-    let cells = split(line);
-    if cells.len() != TEXTS.len() + NUMBERS.len() {
-        return Err(format!("{} cells, {} expected", cells.len(), TEXTS.len() + NUMBERS.len()));
+fn from_line(line: usize, text: &str) -> Result<Record, RecordError> {
+    let cells = split(text);
+    let expected = TEXTS.len() + NUMBERS.len();
+    if cells.len() != expected {
+        return Err(RecordError::Cells { line, found: cells.len(), expected });
     }
     let texts = std::array::from_fn(|k| cells[k].clone());
     let mut numbers = [NONE; NUMBERS.len()];
-    for ((number, cell), name) in numbers.iter_mut().zip(&cells[TEXTS.len()..]).zip(NUMBERS) {
+    for ((number, cell), column) in numbers.iter_mut().zip(&cells[TEXTS.len()..]).zip(NUMBERS) {
         if !cell.is_empty() {
-            *number = cell.parse().map_err(|_| format!("`{name}` is \"{cell}\", no number"))?;
+            *number = cell.parse().map_err(|_| RecordError::Number { line, column, cell: cell.clone() })?;
         }
     }
     Ok(Record::from_cells(texts, numbers))

@@ -1,10 +1,11 @@
 //! The methods in comparison, each at the resolution that its accuracy asks for.
 
-use super::cases::{Case, Cases, jacobian};
-use super::{CHAIN_TOLERANCES, TOLERANCE};
-use crate::cli::CommandError;
+use super::cases::{Case, Cases, batch, jacobian};
+use super::rows::p95;
+use super::settings::{CHAIN_TOLERANCES, TOLERANCE};
+use crate::baseline::{Chain, Differences, Method, Paper, Rod, Scheme, from_rest};
+use crate::error::BenchError;
 use rodsweep::backend::{Backend, Precision};
-use rodsweep::baseline::{Chain, Differences, Method, Paper, Rod, Scheme, from_rest};
 use rodsweep::lanes::Lanes;
 use rodsweep::model::{PlanOptions, Stepper};
 use rodsweep::sweep::STEPS;
@@ -31,12 +32,6 @@ pub struct Baseline {
 pub const PAPER: &str = "paper's 9-number form";
 /// Integration step of the solver that the paper's group has published [m]
 const PUBLISHED_STEP: f64 = 0.2e-3;
-
-/// 95 % of the values are at or below it.
-pub fn p95(values: &mut [f64]) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get((values.len() * 95).div_ceil(100).max(1) - 1).copied().unwrap_or(f64::NAN)
-}
 
 /// The first resolution whose tips meet the tolerance, or the last.
 fn choose<M>(cases: &[&Case], length: f64, sizes: &[usize], tolerance: f64, make: M) -> usize
@@ -110,30 +105,25 @@ pub fn baselines(cases: &Cases) -> Vec<Baseline> {
 }
 
 /// The CPU engine in the settings with the fewest stages that meet the tolerance.
-pub fn engine(cases: &Cases) -> Result<Lanes, CommandError> {
-    let batch = cases.plan.batch(cases.list.len(), |sample, row| {
-        if let Some(case) = cases.list.get(sample) {
-            row.copy_from_slice(&case.values);
-        }
-    });
+pub fn engine(cases: &Cases) -> Result<Lanes, BenchError> {
+    let rows: Vec<Vec<f64>> = cases.list.iter().map(|case| case.values.clone()).collect();
+    let batch = batch(&cases.plan, &rows);
     let all = Stepper::ALL.into_iter().flat_map(|stepper| STEPS.map(|steps| (stepper, steps)));
     let mut all: Vec<(Stepper, usize)> = all.filter(|(stepper, _)| stepper.order() > 4).collect();
     all.sort_by_key(|(stepper, steps)| stepper.stage_count() * steps);
-    let mut last = None;
+    let mut engine = Lanes::new(&cases.plan, Precision::F64)?;
     for (stepper, steps) in all {
         let options = PlanOptions { tolerance: TOLERANCE, stepper, steps, ..cases.plan.options };
-        let mut engine = Lanes::new(&cases.plan.with_options(options), Precision::F64)?;
+        engine = Lanes::new(&cases.plan.with_options(options), Precision::F64)?;
         let solutions = engine.solve(&batch)?;
         let error = |(sample, case): (usize, &Case)| {
             let found = jacobian(&solutions, sample, cases.inputs.len());
             cases.errors(case, &found)[0]
         };
         let mut errors: Vec<f64> = cases.list.iter().enumerate().map(error).collect();
-        let meets = p95(&mut errors) <= TOLERANCE;
-        last = Some(engine);
-        if meets {
+        if p95(&mut errors) <= TOLERANCE {
             break;
         }
     }
-    last.ok_or_else(|| CommandError::Usage("no resolution to try".into()))
+    Ok(engine)
 }

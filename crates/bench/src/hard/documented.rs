@@ -11,9 +11,13 @@ pub struct End {
 
 /// A case with an answer that an engine does not find. `tests/hard.rs` notices when one comes or goes.
 pub struct Shortcoming {
+    /// Name of the case.
     pub case: &'static str,
+    /// Name of the engine, as `Setup::name` has it.
     pub engine: &'static str,
+    /// The status that the engine gives.
     pub status: Status,
+    /// Why it finds none.
     pub why: &'static str,
 }
 
@@ -38,6 +42,7 @@ const ROUND_OFF: &str =
 const TWIST: &str = "EI / GJ = 1e3: what f32 leaves of the moment twists too far; f64 solves it";
 const NEAR_FOLD: &str = "round-off over a margin of 2e-3 keeps Newton's step above its tolerance";
 
+/// Those that are known.
 pub const SHORTCOMINGS: &[Shortcoming] = &[
     Shortcoming { case: "HC11_torsion_soft_1e3", engine: "cpu f32", status: Status::NotConverged, why: TWIST },
     Shortcoming { case: "HC11_torsion_soft_1e3", engine: "gpu f32", status: Status::NotConverged, why: TWIST },

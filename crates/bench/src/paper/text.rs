@@ -1,9 +1,10 @@
 //! The comparison as tables, CSV, Markdown and JSON.
 
 use super::cases::{CURRENT, NEAR, REACH, SMALL_COLUMN};
-use super::measure::{Row, Spread, TIMED};
 use super::methods::PAPER;
-use super::{BATCH, CHAIN_TOLERANCES, Comparison, TOGETHER, TOLERANCE};
+use super::rows::{Row, Spread, TIMED};
+use super::settings::{BATCH, CHAIN_TOLERANCES, TOGETHER, TOLERANCE};
+use super::{Comparison, PaperOptions};
 use rodsweep::report::{Table, engineering};
 use serde_json::{Value, json};
 
@@ -99,7 +100,8 @@ fn published(comparison: &Comparison) -> (Vec<String>, Vec<Vec<String>>) {
 }
 
 fn notes(comparison: &Comparison) -> Vec<String> {
-    let Comparison { scene, cases, samples, repeats, seed, .. } = comparison;
+    let Comparison { scene, cases, .. } = comparison;
+    let PaperOptions { samples, repeats, seed } = comparison.options;
     let mm = 1e3 * cases.length;
     vec![
         format!(
@@ -154,85 +156,91 @@ fn table((headers, rows): (Vec<String>, Vec<Vec<String>>)) -> Table {
     table
 }
 
-pub fn text(comparison: &Comparison) -> String {
-    let mut text = comparison.machine.join("\n") + "\n\n";
-    text += &format!("Accuracy, measured here\n{}\n", table(accuracy(comparison)));
-    text += &format!("Times, measured here\n{}\n", table(times(comparison)));
-    text += &format!("Published figures beside them\n{}\n", table(published(comparison)));
-    text + &notes(comparison).join("\n") + "\n"
-}
-
-pub fn markdown(comparison: &Comparison) -> String {
-    let list = |lines: &[String]| lines.iter().map(|line| format!("- {line}\n")).collect::<String>();
-    format!(
-        "# Against the paper's method\n\n{}\n## Accuracy, measured here\n\n{}\n## Times, measured here\n\n{}\n\
-         ## Published figures beside them\n\n{}\n## How\n\n{}",
-        list(&comparison.machine),
-        table(accuracy(comparison)).markdown(),
-        table(times(comparison)).markdown(),
-        table(published(comparison)).markdown(),
-        list(&notes(comparison))
-    )
-}
-
-pub fn csv(comparison: &Comparison) -> String {
-    let mut text =
-        "method,resolution,samples,asked,other_branch,failed,tip_p95,tip_max,column_p95,column_max".to_owned();
-    for what in TIMED {
-        text += &format!(",{what}_p5_s,{what}_median_s,{what}_p95_s,{what}_published_s");
+impl Comparison {
+    /// The tables as text.
+    pub fn text(&self) -> String {
+        let mut text = self.machine.join("\n") + "\n\n";
+        text += &format!("Accuracy, measured here\n{}\n", table(accuracy(self)));
+        text += &format!("Times, measured here\n{}\n", table(times(self)));
+        text += &format!("Published figures beside them\n{}\n", table(published(self)));
+        text + &notes(self).join("\n") + "\n"
     }
-    text += "\n";
-    let number = |x: Option<f64>| x.map_or(String::new(), |x| format!("{x:.4e}"));
-    for row in &comparison.rows {
-        let Row { method, resolution, samples, tolerance, other_branch, failed, .. } = row;
-        text += &format!("\"{method}\",\"{resolution}\",{samples},{tolerance:e},{other_branch},{failed}");
-        row.errors.iter().flatten().for_each(|error| text += &format!(",{error:.3e}"));
-        for (spread, published) in row.times.iter().zip(row.published) {
-            let values = [spread.map(|s| s.p5), spread.map(|s| s.median), spread.map(|s| s.p95), published];
-            values.into_iter().for_each(|value| text += &format!(",{}", number(value)));
+
+    /// The tables as Markdown.
+    pub fn markdown(&self) -> String {
+        let list = |lines: &[String]| lines.iter().map(|line| format!("- {line}\n")).collect::<String>();
+        format!(
+            "# Against the paper's method\n\n{}\n## Accuracy, measured here\n\n{}\n## Times, measured here\n\n{}\n\
+             ## Published figures beside them\n\n{}\n## How\n\n{}",
+            list(&self.machine),
+            table(accuracy(self)).markdown(),
+            table(times(self)).markdown(),
+            table(published(self)).markdown(),
+            list(&notes(self))
+        )
+    }
+
+    /// One row a method.
+    pub fn csv(&self) -> String {
+        let mut text =
+            "method,resolution,samples,asked,other_branch,failed,tip_p95,tip_max,column_p95,column_max".to_owned();
+        for what in TIMED {
+            text += &format!(",{what}_p5_s,{what}_median_s,{what}_p95_s,{what}_published_s");
         }
         text += "\n";
+        let number = |x: Option<f64>| x.map_or(String::new(), |x| format!("{x:.4e}"));
+        for row in &self.rows {
+            let Row { method, resolution, samples, tolerance, other_branch, failed, .. } = row;
+            text += &format!("\"{method}\",\"{resolution}\",{samples},{tolerance:e},{other_branch},{failed}");
+            row.errors.iter().flatten().for_each(|error| text += &format!(",{error:.3e}"));
+            for (spread, published) in row.times.iter().zip(row.published) {
+                let values = [spread.map(|s| s.p5), spread.map(|s| s.median), spread.map(|s| s.p95), published];
+                values.into_iter().for_each(|value| text += &format!(",{}", number(value)));
+            }
+            text += "\n";
+        }
+        text
     }
-    text
-}
 
-pub fn json_text(comparison: &Comparison) -> String {
-    let row = |row: &Row| -> Value {
-        let times: serde_json::Map<String, Value> = TIMED
-            .iter()
-            .enumerate()
-            .map(|(what, name)| {
-                let measured = row.times[what].map(|s| json!({ "p5": s.p5, "median": s.median, "p95": s.p95 }));
-                let of_paper = row.times[what].zip(paper(&comparison.rows, what));
-                let of_paper = of_paper.map(|(spread, paper)| spread.median / paper);
-                let value = json!({ "measured": measured, "ratio": of_paper, "published": row.published[what] });
-                ((*name).to_owned(), value)
+    /// Everything as JSON.
+    pub fn json(&self) -> String {
+        let row = |row: &Row| -> Value {
+            let times: serde_json::Map<String, Value> = TIMED
+                .iter()
+                .enumerate()
+                .map(|(what, name)| {
+                    let measured = row.times[what].map(|s| json!({ "p5": s.p5, "median": s.median, "p95": s.p95 }));
+                    let of_paper = row.times[what].zip(paper(&self.rows, what));
+                    let of_paper = of_paper.map(|(spread, paper)| spread.median / paper);
+                    let value = json!({ "measured": measured, "ratio": of_paper, "published": row.published[what] });
+                    ((*name).to_owned(), value)
+                })
+                .collect();
+            let [tip, column] = row.errors;
+            json!({
+                "method": row.method,
+                "resolution": row.resolution,
+                "samples": row.samples,
+                "asked": row.tolerance,
+                "other_branch": row.other_branch,
+                "failed": row.failed,
+                "tip_error": { "p95": tip[0], "max": tip[1] },
+                "column_error": { "p95": column[0], "max": column[1] },
+                "seconds": times,
             })
-            .collect();
-        let [tip, column] = row.errors;
-        json!({
-            "method": row.method,
-            "resolution": row.resolution,
-            "samples": row.samples,
-            "asked": row.tolerance,
-            "other_branch": row.other_branch,
-            "failed": row.failed,
-            "tip_error": { "p95": tip[0], "max": tip[1] },
-            "column_error": { "p95": column[0], "max": column[1] },
-            "seconds": times,
-        })
-    };
-    let value = json!({
-        "machine": comparison.machine,
-        "scene": comparison.scene,
-        "samples": comparison.samples,
-        "left_out": comparison.cases.left_out,
-        "repeats": comparison.repeats,
-        "seed": comparison.seed,
-        "tolerance": TOLERANCE,
-        "chain_tolerances": CHAIN_TOLERANCES,
-        "rows": comparison.rows.iter().map(row).collect::<Vec<_>>(),
-        "notes": notes(comparison),
-    });
-    serde_json::to_string_pretty(&value).unwrap_or_default() + "\n"
+        };
+        let value = json!({
+            "machine": self.machine,
+            "scene": self.scene,
+            "samples": self.options.samples,
+            "left_out": self.cases.left_out,
+            "repeats": self.options.repeats,
+            "seed": self.options.seed,
+            "tolerance": TOLERANCE,
+            "chain_tolerances": CHAIN_TOLERANCES,
+            "rows": self.rows.iter().map(row).collect::<Vec<_>>(),
+            "notes": notes(self),
+        });
+        serde_json::to_string_pretty(&value).unwrap_or_default() + "\n"
+    }
 }

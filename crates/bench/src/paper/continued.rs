@@ -1,9 +1,9 @@
-//! The CPU engine as `rodsweep control` uses it: from a known equilibrium to the next, without the way from rest.
+//! The CPU engine as control uses it: from a known equilibrium to the next, without the way from rest.
 
-use super::TOLERANCE;
-use super::cases::{Cases, jacobian};
-use super::measure::{Errors, Row, Spread, Stopwatch, batch, moved};
-use crate::cli::CommandError;
+use super::cases::{Cases, batch, jacobian, moved};
+use super::rows::{Errors, Row, Spread, Stopwatch};
+use super::settings::TOLERANCE;
+use crate::error::BenchError;
 use rodsweep::backend::{Backend, BackendError, Precision};
 use rodsweep::lanes::{InstructionSet, Lanes};
 use rodsweep::model::{Batch, Plan, PlanOptions, Quantity, Solutions, Vector};
@@ -102,7 +102,7 @@ impl<'a> Continued<'a> {
         self.watches = [warm, control];
     }
 
-    pub fn row(mut self) -> Result<Row, CommandError> {
+    pub fn row(mut self) -> Result<Row, BenchError> {
         let mut errors = Errors::default();
         for (at, case) in self.cases.list.iter().enumerate() {
             match self.warm(at, 1) {

@@ -1,6 +1,6 @@
 //! The 25 golden hard cases, with the tips that independent programs found on the branch from rest.
 
-use super::{Case, Truth};
+use super::case::{Case, Truth};
 use rodsweep::model::{
     Base, Coil, CoilWinding, Flexible, Loads, Profile, Rigid, Scene, Segment, SegmentKind, Stiffness, Vector,
 };

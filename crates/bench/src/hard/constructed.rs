@@ -1,11 +1,12 @@
-//! Hard cases of our own. The reference says where their tips are, save where that is known in closed form.
+//! Hard cases constructed here. The reference says where their tips are, save where that is known in closed form.
 
-use super::{Case, Truth};
+use super::case::{Case, Truth};
+use rodsweep::input::parse_scene;
 use rodsweep::model::{
     Base, Coil, CoilWinding, Density, Flexible, Loads, Node, Parameter, Profile, Rigid, STANDARD_GRAVITY, Scene,
     Segment, SegmentKind, Stiffness, Vector,
 };
-use rodsweep::sweep::parse_scene;
+use rodsweep::shipped::{self, ShippedFile};
 use std::f64::consts::PI;
 use std::path::Path;
 
@@ -17,7 +18,7 @@ const LENGTH: f64 = 0.146;
 const TURNS_AREA: Vector = [1.4e-3, 1.4e-3, 1.6e-3];
 const FIELD: Vector = [0.0, 0.0, 3.0];
 
-pub fn own_cases() -> Vec<Case> {
+pub fn constructed_cases() -> Vec<Case> {
     let mut cases = Vec::new();
     sizes(&mut cases);
     materials(&mut cases);
@@ -185,13 +186,12 @@ fn shapes(cases: &mut Vec<Case>) {
 
 /// Catheters at the ends of their currents.
 fn currents(cases: &mut Vec<Case>) {
-    let p6 = include_str!("../../../../../sweeps/scenes/p6.toml");
     for insertion in [0.094, 0.148] {
         for signs in 0..8 {
             let current: Vector = std::array::from_fn(|k| if signs >> k & 1 == 0 { 0.3 } else { -0.3 });
             let word: String = current.iter().map(|i| if *i > 0.0 { '+' } else { '-' }).collect();
             let name = format!("RS17_p6_{:.0}mm_{word}", 1e3 * insertion);
-            let scene = shipped(&name, p6, &[("insertion", &[insertion]), ("coil.current", &current)]);
+            let scene = shipped_scene(&name, shipped::P6, &[("insertion", &[insertion]), ("coil.current", &current)]);
             cases.push(Case::new(scene, "P6 with 0.3 A in every coil"));
         }
     }
@@ -230,14 +230,13 @@ fn currents(cases: &mut Vec<Case>) {
                 ("loads.tip_force", &force),
                 ("loads.gravity.z", &gravity),
             ];
-            cases.push(Case::new(shipped(&name, p6, values), why));
+            cases.push(Case::new(shipped_scene(&name, shipped::P6, values), why));
         }
     }
-    let two_coil = include_str!("../../../../../sweeps/scenes/two_coil.toml");
     for (k, current) in [[0.3, 0.0, 0.0], [0.0, 0.0, 0.3], [0.3, -0.3, 0.3]].iter().enumerate() {
         let name = format!("RS19_opposed_{}", k + 1);
         let opposed = current.map(|i| -i);
-        let scene = shipped(&name, two_coil, &[("coil1.current", current), ("coil2.current", &opposed)]);
+        let scene = shipped_scene(&name, shipped::TWO_COIL, &[("coil1.current", current), ("coil2.current", &opposed)]);
         cases.push(Case::new(scene, "two coil sets against each other"));
     }
 }
@@ -270,7 +269,7 @@ fn scene(name: &str, loads: Loads, segments: Vec<Segment>) -> Scene {
 }
 
 /// A shipped scene with other values.
-fn shipped(name: &str, text: &str, values: &[(&str, &[f64])]) -> Scene {
+fn shipped_scene(name: &str, (_, text): ShippedFile, values: &[(&str, &[f64])]) -> Scene {
     let mut scene = parse_scene(Path::new(name), text).expect("the shipped scenes read");
     for (group, values) in values {
         let parameters = Parameter::parse(&scene, group).expect("the shipped scenes have these parameters");

@@ -1,10 +1,10 @@
 //! Random configurations with the reference's answers.
 
-use crate::cli::CommandError;
-use crate::cli::verify::random::Random;
+use crate::baseline::{Column, Input, Jacobian, Rod, Tip, damped_least_squares};
+use crate::error::BenchError;
+use crate::random::Random;
 use rodsweep::backend::Backend;
-use rodsweep::baseline::{Column, Input, Jacobian, Rod, Tip};
-use rodsweep::model::{Parameter, Plan, PlanOptions, Quantity, Scene, SegmentParameter, Solutions, Vector};
+use rodsweep::model::{Batch, Parameter, Plan, PlanOptions, Quantity, Scene, SegmentParameter, Solutions, Vector};
 use rodsweep::reference::Reference;
 
 /// Largest current [A].
@@ -45,14 +45,13 @@ pub struct Cases {
 }
 
 /// Draws currents; insertion stays as the scene has it.
-pub fn draw(scene: &Scene, file: &str, samples: usize, seed: u64) -> Result<Cases, CommandError> {
-    let refused = |error| CommandError::Usage(format!("{file}: {error}"));
+pub fn draw(scene: &Scene, name: &str, samples: usize, seed: u64) -> Result<Cases, BenchError> {
+    let refused = |source| BenchError::Baseline { scene: name.to_owned(), source };
     let base = Rod::new(scene).map_err(refused)?;
     let is_current = |p: &Parameter| matches!(p, Parameter::Segment(_, SegmentParameter::Current(_)));
     let currents: Vec<Parameter> = Parameter::all(scene).into_iter().filter(is_current).collect();
     if currents.is_empty() {
-        let remedy = format!("{file}: no segment has a `coil`, so there is nothing to control; give one `coil`");
-        return Err(CommandError::Usage(remedy));
+        return Err(BenchError::NothingToControl { scene: name.to_owned() });
     }
     let mut wrt = currents.clone();
     wrt.push(Parameter::Insertion);
@@ -64,12 +63,7 @@ pub fn draw(scene: &Scene, file: &str, samples: usize, seed: u64) -> Result<Case
     let mut list = Vec::new();
     let rows: Vec<Vec<f64>> =
         (0..samples).map(|_| currents.iter().map(|_| random.within(-CURRENT, CURRENT)).collect()).collect();
-    let batch = plan.batch(samples, |sample, row| {
-        if let Some(values) = rows.get(sample) {
-            row.copy_from_slice(values);
-        }
-    });
-    let truth = Reference::new(&plan).solve(&batch)?;
+    let truth = Reference::new(&plan).solve(&batch(&plan, &rows))?;
     let mut left_out = 0;
     for (sample, values) in rows.into_iter().enumerate() {
         let mut shift = || if random.unit() < 0.5 { -NEAR * CURRENT } else { NEAR * CURRENT };
@@ -86,8 +80,7 @@ pub fn draw(scene: &Scene, file: &str, samples: usize, seed: u64) -> Result<Case
         list.push(Case { values, rod, near, near_values, reach, truth: jacobian(&truth, sample, inputs.len()) });
     }
     if list.is_empty() {
-        let remedy = format!("{file}: no configuration has an answer; give weaker coils or a stiffer rod");
-        return Err(CommandError::Usage(remedy));
+        return Err(BenchError::NoConfiguration { scene: name.to_owned() });
     }
     let names = plan.derivatives.iter().map(|derivative| derivative.name.clone()).collect();
     let scales = inputs.iter().map(|input| base.scale(input)).collect();
@@ -120,4 +113,20 @@ impl Cases {
         }
         [distance(&found.tip.p, &case.truth.tip.p).sqrt() / self.length, worst]
     }
+}
+
+/// The inputs that a step of damped least squares leads to.
+pub fn moved(cases: &Cases, values: &[f64], reach: [f64; 3], solutions: &Solutions, sample: usize) -> Vec<f64> {
+    let found = jacobian(solutions, sample, cases.inputs.len());
+    let moves = damped_least_squares(&found.columns, &cases.scales, cases.length, reach);
+    values.iter().zip(&moves).map(|(value, by)| value + by).collect()
+}
+
+/// A batch of a plan whose axes are the currents.
+pub fn batch(plan: &Plan, rows: &[Vec<f64>]) -> Batch {
+    plan.batch(rows.len(), |sample, row| {
+        if let Some(values) = rows.get(sample) {
+            row.copy_from_slice(values);
+        }
+    })
 }
