@@ -3,7 +3,6 @@
 use super::error::ResultsError;
 use super::parts::{self, FileMetadata, PartInfo};
 use crate::spec::{Format, RESOLVED_TABLE, SolutionMethod, SweepSpec};
-use crate::table::{Column, Table};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -205,10 +204,4 @@ pub(crate) fn part_path(dir: &Path, chunk: u64, format: Format) -> PathBuf {
 /// Metadata that every file of a run carries.
 pub(crate) fn metadata(spec: &SweepSpec, record: &RunRecord) -> FileMetadata {
     FileMetadata { run_id: record.run_id.clone(), engine: String::new(), sweep: spec.to_toml(), seed: spec.seed }
-}
-
-/// Names of the columns that are not derivatives.
-pub(crate) fn plain_columns(columns: &Table) -> Vec<&str> {
-    let names = columns.columns.iter().map(|column: &Column| column.name.as_str());
-    names.filter(|name| !name.starts_with("d(")).collect()
 }

@@ -2,9 +2,8 @@
 
 use super::directory::MANIFEST_FILE;
 use super::error::ResultsError;
-use super::outcome::{PilotChoice, SampleOrigin, SpotCheck, Timings, number_or_null};
+use super::outcome::{BranchCounts, PilotChoice, SampleOrigin, SpotCheck, Timings, number_or_null};
 use super::parts;
-use super::reduce::BranchCounts;
 use crate::model::Status;
 use crate::spec::{Shard, SolutionMethod};
 use serde::{Deserialize, Serialize};

@@ -7,7 +7,7 @@ use super::parts;
 use super::read::{DirectoryStatus, Results, read_parquet_table};
 use crate::model::Status;
 use crate::spec::{BranchChoice, Format, RESOLVED_TABLE, SweepSpec};
-use crate::table::{Table, Values};
+use crate::table::Table;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -136,17 +136,13 @@ fn merge_workspaces(
     let metadata = directory::metadata(spec, record);
     let mut rows: Vec<(usize, u64)> = voxels.into_values().collect();
     rows.sort_unstable();
-    let mut merged = centres.empty();
-    for (row, total) in rows {
-        for (to, from) in merged.columns.iter_mut().zip(&centres.columns) {
-            match &mut to.values {
-                Values::Index(counts) => counts.push(total),
-                values => values.append_rows(&from.values, &[row]),
-            }
-        }
+    let (rows, totals): (Vec<usize>, Vec<u64>) = rows.into_iter().unzip();
+    let mut merged = centres.select(&rows);
+    if let Some(count) = merged.columns.iter_mut().find(|column| column.name == "count") {
+        count.values = totals.into();
     }
-    parts::write_table(&out.join(WORKSPACE_FILE), &merged, &metadata)?;
-    parts::write_table(&out.join(TIPS_FILE), &tips, &metadata)?;
+    parts::write_run_table(&out.join(WORKSPACE_FILE), &merged, &metadata)?;
+    parts::write_run_table(&out.join(TIPS_FILE), &tips, &metadata)?;
     let every_branch = spec.branch == BranchChoice::All;
     let status = Results::open(out)?.status()?;
     finish(dirs, out, record, spec, engines, DirectoryStatus { samples_done: done, every_branch, counts, ..status })

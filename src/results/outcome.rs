@@ -120,6 +120,15 @@ impl PilotChoice {
     }
 }
 
+/// What is known of samples with several equilibria.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct BranchCounts {
+    /// Equilibria of one sample.
+    pub most: u64,
+    /// Samples whose signs do not add up to one, so that an equilibrium is missing.
+    pub unbalanced: u64,
+}
+
 /// Where the samples of a run were made.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum SampleOrigin {

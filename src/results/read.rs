@@ -2,7 +2,7 @@
 
 use super::directory::{self, RUN_FILE, RunRecord, SWEEP_FILE, TIPS_FILE};
 use super::error::ResultsError;
-use super::layout::Layout;
+use super::layout::{Layout, plain_columns};
 use super::manifest::Manifest;
 use super::parts::{self, PartInfo};
 use super::reduce::{Reduction, failures};
@@ -197,7 +197,7 @@ impl Results {
             reduction.restore(self.tips()?, &self.voxels(voxel)?, &self.manifest()?);
             return Ok(reduction);
         }
-        for part in self.parts(&directory::plain_columns(&self.columns))? {
+        for part in self.parts(&plain_columns(&self.columns))? {
             reduction.add(&part?);
         }
         Ok(reduction)

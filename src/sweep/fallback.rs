@@ -2,8 +2,10 @@
 
 use super::branches::BranchTools;
 use super::error::SweepError;
-use super::run::{RunOptions, Summary, method_of, run};
+use super::options::RunOptions;
+use super::run::{method_of, run};
 use super::sink::RowSink;
+use super::summary::Summary;
 use crate::backend::BackendFactory;
 use crate::backend::{Backend, BackendError};
 use crate::spec::SweepSpec;

@@ -1,6 +1,7 @@
 //! The account that a run gives of itself.
 
-use super::run::{RunOptions, Summary};
+use super::options::RunOptions;
+use super::summary::Summary;
 use crate::model::Plan;
 use crate::results::manifest::named_counts;
 use crate::results::{Manifest, RunAccount, RunRecord, RunTimings, SecondAttempts};

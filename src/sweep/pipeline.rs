@@ -3,8 +3,8 @@
 use super::branches::{Branch, BranchSearch, Branches};
 use super::check::Kept;
 use super::error::SweepError;
+use super::options::{Progress, RunOptions};
 use super::refine::Refiners;
-use super::run::{Progress, RunOptions};
 use crate::backend::{Backend, Returned};
 use crate::model::{Batch, Plan, Quantity, Solutions};
 use crate::results::Reduction;

@@ -3,22 +3,22 @@
 //! Four stages overlap: build batches, solve, finish rows, write. Each queue holds one item, so at most five batches
 //! (three of them with solutions) and four chunks of rows are in memory, whatever the number of samples.
 
-use super::branches::{BranchSearch, BranchTools};
-use super::check::{Kept, SpotCheckOptions};
+use super::branches::BranchSearch;
+use super::check::Kept;
 use super::error::SweepError;
 use super::manifest::manifest;
+use super::options::RunOptions;
 use super::pipeline::{Finisher, pieces, pipeline};
 use super::reduced;
 use super::refine::Refiners;
 use super::sink::{RowSink, RunEnd, RunHeader};
-use crate::backend::{Backend, BackendFactory, BackendInfo, BackendKind};
-use crate::model::{BLOCK, Plan, PlanOptions, Status};
-use crate::results::{Layout, PilotChoice, Reduction, RunRecord, SampleOrigin, SpotCheck, Timings};
-use crate::spec::{BranchChoice, CHUNK, Format, Shard, SolutionMethod, SweepSpec};
+use super::summary::Summary;
+use crate::backend::{Backend, BackendInfo, BackendKind};
+use crate::model::{BLOCK, Plan, PlanOptions};
+use crate::results::{Layout, Reduction, RunRecord, SampleOrigin, Timings};
+use crate::spec::{BranchChoice, Format, SolutionMethod, SweepSpec};
 use crate::table::Table;
-use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 /// Samples of a batch there: enough to keep an engine busy, few enough to be heard of.
 const BRANCH_BATCH: usize = 512;
@@ -27,125 +27,6 @@ const BRANCH_BATCH: usize = 512;
 const THREAD_BATCH: usize = 16 * BLOCK;
 /// Bytes that the inputs and solutions of one batch may take, whatever the backend asks for; five are alive at once.
 const BATCH_BYTES: usize = 96 << 20;
-
-/// How to run a sweep.
-#[derive(Clone)]
-pub struct RunOptions<'a> {
-    /// Which part of the sweep.
-    pub shard: Shard,
-    /// By what the run is solved, where that was settled before; it is then solved by nothing else. Else what the
-    /// backend does.
-    pub method: Option<SolutionMethod>,
-    /// Only the first samples.
-    pub limit: Option<u64>,
-    /// Samples in a part.
-    pub chunk: u64,
-    /// Checked between batches; finished parts are kept.
-    pub interrupt: Option<&'a AtomicBool>,
-    pub progress: Option<&'a (dyn Fn(&Progress) + Sync)>,
-    /// Second attempts for samples that failed or are doubtful, in order.
-    pub refiners: Vec<BackendFactory<'a>>,
-    /// Looks for the equilibria beside the one from rest, where the sweep asks for them.
-    pub search: Option<BranchTools<'a>>,
-    /// What the spot check believes.
-    pub trusted: Option<BackendFactory<'a>>,
-    pub spot_check: SpotCheckOptions,
-    /// How the number of steps was chosen, for the manifest.
-    pub pilot: Option<PilotChoice>,
-    /// What happened before, for the manifest.
-    pub notes: Vec<String>,
-}
-
-/// State of a run, reported after every batch.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Progress {
-    pub done: u64,
-    pub total: u64,
-    /// As [`Summary::failed`], so far.
-    pub failed: u64,
-    /// Samples a second.
-    pub rate: f64,
-    pub left: Option<Duration>,
-    /// Solving is over; samples are being solved again for the spot check.
-    pub checking: bool,
-}
-
-/// What came of a run.
-#[derive(Clone, Debug)]
-pub struct Summary {
-    pub backend: BackendInfo,
-    /// Samples of this shard.
-    pub total: u64,
-    /// Solved by this call.
-    pub solved: u64,
-    /// Found in parts that were already there.
-    pub resumed: u64,
-    /// Samples a second of this call, second attempts and files included, spot check excluded.
-    pub rate: f64,
-    pub interrupted: bool,
-    /// Second attempts made and won.
-    pub attempts: u64,
-    pub refined: u64,
-    /// Success rows of this call (converged ones, where every equilibrium was asked for) whose error estimate stays
-    /// above the tolerance.
-    pub above_tolerance: u64,
-    /// Of the converged rows of this call, in units of the plan's moment.
-    pub worst_residual: f64,
-    /// Of the same rows.
-    pub worst_error_estimate: f64,
-    pub spot_check: Option<SpotCheck>,
-    pub timings: Timings,
-    /// The engine's own account of its time, by name [s]; stages overlap.
-    pub engine_timings: Vec<(&'static str, f64)>,
-    /// What happened to the engine on the way, such as a device that was lost and opened again.
-    pub notes: Vec<String>,
-    pub origin: SampleOrigin,
-    /// Damaged parts that were moved away and solved again.
-    pub quarantined: Vec<PathBuf>,
-    /// Counts by status, extents, tips; parts that were already there included.
-    pub reduction: Reduction,
-}
-
-impl Default for RunOptions<'_> {
-    fn default() -> Self {
-        RunOptions::new()
-    }
-}
-
-impl<'a> RunOptions<'a> {
-    /// A whole run without second attempts and spot check.
-    pub fn new() -> RunOptions<'a> {
-        RunOptions {
-            shard: Shard::WHOLE,
-            method: None,
-            limit: None,
-            chunk: CHUNK,
-            interrupt: None,
-            progress: None,
-            refiners: Vec::new(),
-            search: None,
-            trusted: None,
-            spot_check: SpotCheckOptions::default(),
-            pilot: None,
-            notes: Vec::new(),
-        }
-    }
-
-    pub(crate) fn is_interrupted(&self) -> bool {
-        self.interrupt.is_some_and(|flag| flag.load(Ordering::Relaxed))
-    }
-}
-
-impl Summary {
-    pub fn count(&self, status: Status) -> u64 {
-        self.reduction.counts[status.code() as usize]
-    }
-
-    /// Rows whose status is no success; where every equilibrium was asked for, samples without any.
-    pub fn failed(&self) -> u64 {
-        self.reduction.failed()
-    }
-}
 
 /// Runs a sweep on a backend that was made for its plan, and hands its rows to a sink.
 ///

@@ -4,6 +4,7 @@ use super::error::SweepError;
 use crate::backend::BackendInfo;
 use crate::input::write_scene;
 use crate::results::directory::{self, TIPS_FILE, WORKSPACE_FILE, WORST_FILE};
+use crate::results::layout;
 use crate::results::parts::{self, FileMetadata};
 use crate::results::{Manifest, Reduction, RunRecord};
 use crate::spec::{Format, Shard, SolutionMethod, SweepSpec};
@@ -141,7 +142,7 @@ impl RowSink for ResultDirectory {
         for (path, _) in there.damaged {
             found.quarantined.push(parts::quarantine(&path)?);
         }
-        let names = directory::plain_columns(columns);
+        let names = layout::plain_columns(columns);
         for (chunk, info) in there.sound {
             if run.shard.owns(chunk) {
                 let path = directory::part_path(&self.dir, chunk, spec.format);
@@ -165,8 +166,8 @@ impl RowSink for ResultDirectory {
         let Some(metadata) = &self.metadata else { return Ok(()) };
         let RunEnd { spec, reduction, .. } = *end;
         if spec.format == Format::None && end.manifest.complete {
-            parts::write_table(&self.dir.join(WORKSPACE_FILE), &reduction.voxel_table(), metadata)?;
-            parts::write_table(&self.dir.join(TIPS_FILE), &reduction.tips, metadata)?;
+            parts::write_run_table(&self.dir.join(WORKSPACE_FILE), &reduction.voxel_table(), metadata)?;
+            parts::write_run_table(&self.dir.join(TIPS_FILE), &reduction.tips, metadata)?;
         }
         let check = end.manifest.run.as_ref().and_then(|run| run.spot_check.as_ref());
         if let Some(index) = check.and_then(|check| check.worst_sample) {

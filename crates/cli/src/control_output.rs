@@ -7,7 +7,8 @@ use super::{CommandError, say};
 use rodsweep::model::{Parameter, SegmentParameter, Vector};
 use rodsweep::report::{self, AxisLabel, Curves, Panel, Series, Sheet, TipPath, count, engineering};
 use rodsweep::study::{Controlled, Outcome, Redundancy};
-use rodsweep::sweep::{PlainColumn, PlainValues, SweepError, write_plain};
+use rodsweep::sweep::{SweepError, write_table};
+use rodsweep::table::{Column, Table, Values};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
@@ -59,7 +60,7 @@ impl Outputs {
             ("rodsweep.trajectory", driven.trajectory.name.clone()),
             ("rodsweep.engine", driven.engine.clone()),
         ];
-        Ok(write_plain(&self.table, &columns(driven), &metadata)?)
+        Ok(write_table(&self.table, &table(driven), &metadata)?)
     }
 }
 
@@ -80,14 +81,14 @@ fn tangent_error(point: &Controlled) -> Option<f64> {
     Some(2.0 * half.min(1.0).asin())
 }
 
-fn columns(driven: &Driven) -> Vec<PlainColumn> {
+fn table(driven: &Driven) -> Table {
     let points = &driven.points;
-    let number = |of: &dyn Fn(&Controlled) -> f64| PlainValues::Number(points.iter().map(of).collect());
-    let mut columns = vec![PlainColumn::new("point", "", PlainValues::Count((0..points.len() as u64).collect()))];
-    let mut add = |name: String, unit: &str, values| columns.push(PlainColumn::new(name, unit, values));
+    let number = |of: &dyn Fn(&Controlled) -> f64| Values::Double(points.iter().map(of).collect());
+    let mut columns = vec![Column::new("point", "", Values::Index((0..points.len() as u64).collect()))];
+    let mut add = |name: String, unit: &str, values| columns.push(Column::new(name, unit, values));
     if let Some(duration) = driven.trajectory.duration {
         let step = duration / points.len() as f64;
-        add("time".into(), "s", PlainValues::Number((0..points.len()).map(|k| step * k as f64).collect()));
+        add("time".into(), "s", Values::Double((0..points.len()).map(|k| step * k as f64).collect()));
     }
     for (a, axis) in XYZ.iter().enumerate().filter(|(a, _)| driven.options.coordinates[*a]) {
         add(format!("target.position.{axis}"), "m", number(&|point| point.target.position[a]));
@@ -101,7 +102,7 @@ fn columns(driven: &Driven) -> Vec<PlainColumn> {
         add(input.parameter.name(&driven.scene), input.parameter.unit(), number(&|point| point.inputs[k]));
     }
     let words = points.iter().map(|point| point.outcome.name().to_owned()).collect();
-    add("status".into(), "", PlainValues::Word(words));
+    add("status".into(), "", Values::Text(words));
     for (a, axis) in XYZ.iter().enumerate() {
         add(format!("tip.position.{axis}"), "m", number(&|point| point.tip[a]));
     }
@@ -113,12 +114,12 @@ fn columns(driven: &Driven) -> Vec<PlainColumn> {
         add("tangent_error".into(), "rad", number(&|point| tangent_error(point).unwrap_or(f64::NAN)));
     }
     add("residual".into(), "m", number(&|point| point.residual));
-    add("iterations".into(), "", PlainValues::Count(points.iter().map(|point| point.iterations as u64).collect()));
+    add("iterations".into(), "", Values::Index(points.iter().map(|point| point.iterations as u64).collect()));
     add("stability.margin".into(), "", number(&|point| point.margin));
     add("error_estimate".into(), "", number(&|point| point.error_estimate));
-    add("from_rest".into(), "", PlainValues::Flag(points.iter().map(|point| point.from_rest).collect()));
+    add("from_rest".into(), "", Values::Flag(points.iter().map(|point| Some(point.from_rest)).collect()));
     add("seconds".into(), "s", number(&|point| point.seconds));
-    columns
+    Table::new(columns)
 }
 
 /// The same as JSON.

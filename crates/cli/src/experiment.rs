@@ -8,7 +8,8 @@ use super::{CommandError, Exit, print, say};
 use rodsweep::model::{Scene, Vector};
 use rodsweep::report::{self, AxisLabel, Colour, Curves, Panel, PlaneCurves, Series, Sheet, Table};
 use rodsweep::study::{Imperfection, Outcome, Simulation};
-use rodsweep::sweep::{PlainColumn, PlainValues, SweepError, parse_trajectory, write_plain};
+use rodsweep::sweep::{SweepError, parse_trajectory, write_table};
+use rodsweep::table::{self, Column, Values};
 use serde_json::{Value, json};
 use std::path::Path;
 
@@ -53,7 +54,7 @@ pub fn experiment(scene: Scene, arguments: &ControlArguments) -> Result<Exit, Co
         played.push(Played { driven, simulations });
     }
     outputs.make_directory()?;
-    write_plain(&outputs.table, &columns(&played, &seeds), &[])?;
+    write_table(&outputs.table, &table::Table::new(columns(&played, &seeds)), &[])?;
     let text = format!(
         "SIMULATION, no measurement: {} catheters (seeds from {}), {TRIALS} trials each, {}\n\n{}\n{}\n",
         seeds.len(),
@@ -152,21 +153,21 @@ fn markdown(text: &str, played: &[Played]) -> String {
 }
 
 /// One row a trajectory and catheter.
-fn columns(played: &[Played], seeds: &[u64]) -> Vec<PlainColumn> {
+fn columns(played: &[Played], seeds: &[u64]) -> Vec<Column> {
     let mut rows: Vec<(&str, u64, &Simulation)> = Vec::new();
     for played in played {
         let name = played.driven.trajectory.name.as_str();
         rows.extend(seeds.iter().zip(&played.simulations).map(|(seed, simulation)| (name, *seed, simulation)));
     }
-    let number = |of: fn(&Simulation) -> f64| PlainValues::Number(rows.iter().map(|row| of(row.2)).collect());
+    let number = |of: fn(&Simulation) -> f64| Values::Double(rows.iter().map(|row| of(row.2)).collect());
     let names = rows.iter().map(|row| row.0.to_owned()).collect();
     vec![
-        PlainColumn::new("trajectory", "", PlainValues::Word(names)),
-        PlainColumn::new("seed", "", PlainValues::Count(rows.iter().map(|row| row.1).collect())),
-        PlainColumn::new("rmse", "m", number(QUANTITIES[0])),
-        PlainColumn::new("aligned_rmse", "m", number(QUANTITIES[1])),
-        PlainColumn::new("repeatability", "m", number(QUANTITIES[2])),
-        PlainColumn::new("lost", "", PlainValues::Count(rows.iter().map(|row| row.2.lost as u64).collect())),
+        Column::new("trajectory", "", Values::Text(names)),
+        Column::new("seed", "", Values::Index(rows.iter().map(|row| row.1).collect())),
+        Column::new("rmse", "m", number(QUANTITIES[0])),
+        Column::new("aligned_rmse", "m", number(QUANTITIES[1])),
+        Column::new("repeatability", "m", number(QUANTITIES[2])),
+        Column::new("lost", "", Values::Index(rows.iter().map(|row| row.2.lost as u64).collect())),
     ]
 }
 

@@ -8,7 +8,8 @@ use super::{CommandError, Exit, print, say};
 use rodsweep::model::{Scene, Vector};
 use rodsweep::report::{self, TipPath};
 use rodsweep::study::{self, Agreement, agreement};
-use rodsweep::sweep::{InputTable, PlainColumn, PlainValues, read_input_table, read_observed_tips, write_plain};
+use rodsweep::sweep::{InputTable, read_input_table, read_observed_tips, write_table};
+use rodsweep::table::{Column, Table, Values};
 use serde_json::{Value, json};
 use std::path::Path;
 
@@ -28,7 +29,7 @@ pub fn replay(scene: &Scene, currents: &Path, arguments: &ControlArguments) -> R
         return Err(CommandError::Usage(format!("{}: {text}", currents.display())));
     }
     outputs.make_directory()?;
-    write_plain(&outputs.table, &tip_columns(scene, &table, &tips), &[])?;
+    write_table(&outputs.table, &tip_table(scene, &table, &tips), &[])?;
     say(&format!("{} states played, {lost} without a stable equilibrium from rest", tips.len()));
     say(&format!("results: {}", outputs.table.display()));
     let mut answer = json!({ "states": tips.len(), "lost": lost, "tips": tips });
@@ -40,7 +41,7 @@ pub fn replay(scene: &Scene, currents: &Path, arguments: &ControlArguments) -> R
             return Err(CommandError::Usage(text.into()));
         };
         let residuals = outputs.dir.join("residuals.csv");
-        write_plain(&residuals, &residual_columns(observed, &tips, &found), &[])?;
+        write_table(&residuals, &residual_table(observed, &tips, &found), &[])?;
         say(&format!("residuals: {}", residuals.display()));
         answer["observed"] = tell(&found, pairs.len(), observed.len());
         if !arguments.no_figures {
@@ -75,22 +76,22 @@ fn tell(found: &Agreement, count: usize, observed: usize) -> Value {
     })
 }
 
-fn tip_columns(scene: &Scene, table: &InputTable, tips: &[Option<Vector>]) -> Vec<PlainColumn> {
+fn tip_table(scene: &Scene, table: &InputTable, tips: &[Option<Vector>]) -> Table {
     let rows = 0..table.row_count();
-    let mut columns = vec![PlainColumn::new("point", "", PlainValues::Count(rows.clone().map(|k| k as u64).collect()))];
+    let mut columns = vec![Column::new("point", "", Values::Index(rows.clone().map(|k| k as u64).collect()))];
     for (k, parameter) in table.parameters().iter().enumerate() {
         let values = rows.clone().map(|row| table.row(row)[k]).collect();
-        columns.push(PlainColumn::new(parameter.name(scene), parameter.unit(), PlainValues::Number(values)));
+        columns.push(Column::new(parameter.name(scene), parameter.unit(), Values::Double(values)));
     }
     let tips: Vec<Vector> = tips.iter().map(|tip| tip.unwrap_or(NOWHERE)).collect();
     add_vector(&mut columns, "tip.position", &tips);
-    columns
+    Table::new(columns)
 }
 
 /// Observed less played, as it is and without the mean offset.
-fn residual_columns(observed: &[(usize, Vector)], tips: &[Option<Vector>], found: &Agreement) -> Vec<PlainColumn> {
+fn residual_table(observed: &[(usize, Vector)], tips: &[Option<Vector>], found: &Agreement) -> Table {
     let points = observed.iter().map(|(point, _)| *point as u64).collect();
-    let mut columns = vec![PlainColumn::new("point", "", PlainValues::Count(points))];
+    let mut columns = vec![Column::new("point", "", Values::Index(points))];
     let apart = |(point, seen): &(usize, Vector)| {
         let tip = tips[*point].unwrap_or(NOWHERE);
         std::array::from_fn(|a| seen[a] - tip[a])
@@ -101,15 +102,15 @@ fn residual_columns(observed: &[(usize, Vector)], tips: &[Option<Vector>], found
     let norm = |v: Vector| v.iter().map(|x| x * x).sum::<f64>().sqrt();
     let without = |v: &Vector| norm(std::array::from_fn(|a| v[a] - found.offset[a]));
     let distances = residuals.iter().map(|v| norm(*v)).collect();
-    columns.push(PlainColumn::new("distance", "m", PlainValues::Number(distances)));
+    columns.push(Column::new("distance", "m", Values::Double(distances)));
     let distances = residuals.iter().map(without).collect();
-    columns.push(PlainColumn::new("distance_without_offset", "m", PlainValues::Number(distances)));
-    columns
+    columns.push(Column::new("distance_without_offset", "m", Values::Double(distances)));
+    Table::new(columns)
 }
 
-fn add_vector(columns: &mut Vec<PlainColumn>, name: &str, values: &[Vector]) {
+fn add_vector(columns: &mut Vec<Column>, name: &str, values: &[Vector]) {
     for (a, axis) in ["x", "y", "z"].iter().enumerate() {
-        let values = PlainValues::Number(values.iter().map(|value| value[a]).collect());
-        columns.push(PlainColumn::new(format!("{name}.{axis}"), "m", values));
+        let values = Values::Double(values.iter().map(|value| value[a]).collect());
+        columns.push(Column::new(format!("{name}.{axis}"), "m", values));
     }
 }

@@ -8,7 +8,8 @@ use super::{CommandError, say};
 use rodsweep::model::{Parameter, Vector};
 use rodsweep::report::{self, TipPath};
 use rodsweep::study::{self, Imperfection, Played, Simulation};
-use rodsweep::sweep::{PlainColumn, PlainValues, write_plain};
+use rodsweep::sweep::write_table;
+use rodsweep::table::{Column, Table, Values};
 use serde_json::{Value, json};
 use std::path::Path;
 
@@ -20,7 +21,7 @@ const PAPER: [f64; 2] = [4.34e-3, 1.81e-3];
 pub fn simulate(driven: &Driven, arguments: &ControlArguments, dir: &Path) -> Result<Value, CommandError> {
     let imperfection = Imperfection::default();
     let found = play(driven, &imperfection, arguments.seed)?;
-    write_plain(&dir.join("simulation.csv"), &columns(&found), &[])?;
+    write_table(&dir.join("simulation.csv"), &table(&found), &[])?;
     let Imperfection { rest_curvature, stiffness, winding, drift, noise } = imperfection;
     let [rmse, aligned, repeatability] = [found.rmse, found.aligned_rmse, found.repeatability].map(|x| 1e3 * x);
     say(&format!(
@@ -87,7 +88,7 @@ pub fn differences(imperfection: &Imperfection) -> String {
     )
 }
 
-fn columns(found: &Simulation) -> Vec<PlainColumn> {
+fn table(found: &Simulation) -> Table {
     let rows = || {
         found
             .trials
@@ -96,12 +97,12 @@ fn columns(found: &Simulation) -> Vec<PlainColumn> {
             .flat_map(|(trial, tips)| tips.iter().enumerate().map(move |(k, tip)| (trial, k, tip)))
     };
     let mut columns = vec![
-        PlainColumn::new("trial", "", PlainValues::Count(rows().map(|(trial, ..)| trial as u64).collect())),
-        PlainColumn::new("point", "", PlainValues::Count(rows().map(|(_, k, _)| k as u64).collect())),
+        Column::new("trial", "", Values::Index(rows().map(|(trial, ..)| trial as u64).collect())),
+        Column::new("point", "", Values::Index(rows().map(|(_, k, _)| k as u64).collect())),
     ];
     for (a, axis) in ["x", "y", "z"].iter().enumerate() {
         let values = rows().map(|(.., tip)| tip.map_or(f64::NAN, |tip| tip[a])).collect();
-        columns.push(PlainColumn::new(format!("tip.position.{axis}"), "m", PlainValues::Number(values)));
+        columns.push(Column::new(format!("tip.position.{axis}"), "m", Values::Double(values)));
     }
-    columns
+    Table::new(columns)
 }
