@@ -1,10 +1,10 @@
 //! Controllers of the P6 prototype and what they are asked for.
 
 use rodsweep::backend::{Backend, BackendError, Precision};
+use rodsweep::input::read_scene;
 use rodsweep::lanes::Lanes;
 use rodsweep::model::{Parameter, Plan, Scene};
 use rodsweep::study::{ControlInput, Target};
-use rodsweep::sweep::read_scene;
 use std::path::Path;
 
 pub fn root() -> &'static Path {
