@@ -3,7 +3,9 @@
 mod agreement;
 mod control;
 mod fit;
+mod shape;
 mod simulate;
+mod solve;
 
 pub use agreement::{Agreement, agreement};
 pub use control::{
@@ -11,7 +13,11 @@ pub use control::{
     TargetOptions,
 };
 pub use fit::{Direction, Fit, FitError, FitProblem, Fitted, ObservedPoint, ObservedShape, Strength, fit};
+pub use shape::{Shape, evenly_spaced};
 pub use simulate::{Imperfection, Played, Simulation, play, simulate};
+pub use solve::{
+    AllBranches, Explanation, FoundBranch, Jacobian, PlannedPass, PlannedPiece, Rows, Solve, SolveError, Solved,
+};
 
 use crate::backend::{Backend, BackendError};
 use crate::model::Plan;

@@ -4,23 +4,19 @@
 
 mod args;
 mod bench;
-mod branches;
 mod control;
 mod control_output;
 mod directory;
 mod doctor;
 mod experiment;
-mod explain;
 mod fit;
+mod flags;
 mod import;
-mod plot;
 mod progress;
 mod replay;
 mod rod_motion;
 mod run;
-mod shape;
 mod simulate;
-mod solution_json;
 mod solve;
 mod verify;
 
@@ -60,7 +56,7 @@ pub enum CommandError {
     Sweep(#[from] SweepError),
     #[error(transparent)]
     Results(#[from] ResultsError),
-    #[error(transparent)]
+    #[error("{}", flags::of_backend(.0))]
     Backend(#[from] BackendError),
     #[error(transparent)]
     RunFigures(#[from] RunFiguresError),

@@ -4,12 +4,13 @@ use std::fmt;
 
 /// Rows of words and numbers under headers. Columns that hold only numbers are aligned on the right.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Table {
+pub struct TextTable {
     headers: Vec<String>,
     rows: Vec<Vec<String>>,
 }
 
-impl Table {
+impl TextTable {
+    /// A table without rows.
     pub fn new<S: Into<String>>(headers: impl IntoIterator<Item = S>) -> Self {
         Self { headers: headers.into_iter().map(Into::into).collect(), rows: Vec::new() }
     }
@@ -20,6 +21,7 @@ impl Table {
         self
     }
 
+    /// Whether no row has been added.
     pub fn is_empty(&self) -> bool {
         self.rows.is_empty()
     }
@@ -32,7 +34,7 @@ impl Table {
     }
 }
 
-impl fmt::Display for Table {
+impl fmt::Display for TextTable {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let columns = self.rows.iter().map(Vec::len).max().unwrap_or(0).max(self.headers.len());
         let cell = |row: &Vec<String>, column: usize| row.get(column).cloned().unwrap_or_default();
