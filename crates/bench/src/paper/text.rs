@@ -5,7 +5,7 @@ use super::methods::PAPER;
 use super::rows::{Row, Spread, TIMED};
 use super::settings::{BATCH, CHAIN_TOLERANCES, TOGETHER, TOLERANCE};
 use super::{Comparison, PaperOptions};
-use rodsweep::report::{Table, engineering};
+use rodsweep::report::{TextTable, engineering};
 use serde_json::{Value, json};
 
 /// Beside published figures, too, though without any.
@@ -148,8 +148,8 @@ fn notes(comparison: &Comparison) -> Vec<String> {
     ]
 }
 
-fn table((headers, rows): (Vec<String>, Vec<Vec<String>>)) -> Table {
-    let mut table = Table::new(headers);
+fn table((headers, rows): (Vec<String>, Vec<Vec<String>>)) -> TextTable {
+    let mut table = TextTable::new(headers);
     rows.into_iter().for_each(|row| {
         table.row(row);
     });

@@ -1,6 +1,6 @@
 //! Numbers and tables as the report writes them.
 
-use rodsweep::report::{Table, engineering};
+use rodsweep::report::{TextTable, engineering};
 
 /// `870 ns`, `1.24 µs`, three digits.
 pub fn time(seconds: f64) -> String {
@@ -45,7 +45,7 @@ pub fn whole(x: f64) -> String {
 
 /// A table in Markdown.
 pub fn table<S: AsRef<str>>(headers: &[S], rows: &[Vec<String>]) -> String {
-    let mut table = Table::new(headers.iter().map(AsRef::as_ref));
+    let mut table = TextTable::new(headers.iter().map(AsRef::as_ref));
     rows.iter().for_each(|row| {
         table.row(row);
     });

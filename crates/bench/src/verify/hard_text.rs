@@ -3,7 +3,7 @@
 use super::hard::{Cell, Column, HardCases};
 use super::time::time;
 use crate::hard::{Case, Outcome, Verdict};
-use rodsweep::report::{Table, engineering};
+use rodsweep::report::{TextTable, engineering};
 use serde_json::{Value, json};
 
 impl HardCases {
@@ -23,7 +23,7 @@ impl HardCases {
             "",
             "why hard",
         ];
-        let mut table = Table::new(heads);
+        let mut table = TextTable::new(heads);
         for (index, case) in cases.iter().enumerate() {
             let mut name = case.name().to_owned();
             let mut why = case.why.clone();

@@ -4,14 +4,14 @@ use super::Verification;
 use super::compare::{Largest, Limits};
 use super::links::{F32, F64, Row};
 use super::time::time;
-use rodsweep::report::{Table, engineering};
+use rodsweep::report::{TextTable, engineering};
 use serde_json::{Value, json};
 
 impl Verification {
     /// The table, with limits, what was skipped, and where replays lie.
     pub fn text(&self) -> String {
         let Verification { runs, rows, cases, .. } = self;
-        let mut table = Table::new([
+        let mut table = TextTable::new([
             "engine",
             "method",
             "against",
