@@ -8,7 +8,6 @@ use super::{device, features, hard, literature, map, peak, precision, proof, thr
 use crate::bench_file::BenchSpec;
 use crate::error::BenchError;
 use crate::record::Record;
-use std::time::Instant;
 
 /// Samples of a scene in a quick measurement, and otherwise.
 const FEW: usize = 64;
@@ -21,8 +20,8 @@ pub fn measure_parts(
     session: &mut Session,
     progress: &mut dyn FnMut(&str),
 ) -> Result<(), BenchError> {
-    let begin = Instant::now();
-    let mut say = |what: &str| progress(&format!("{:6.1} s  {what}", begin.elapsed().as_secs_f64()));
+    let start = session.start;
+    let mut say = |what: &str| progress(&format!("{:6.1} s  {what}", start.elapsed().as_secs_f64()));
     if selection.has("peak") {
         peaks(session);
     }

@@ -18,7 +18,8 @@ pub struct Session {
     pub records: Vec<Record>,
     /// What could not be measured, and why.
     pub notes: Vec<String>,
-    start: Instant,
+    /// When it began.
+    pub start: Instant,
 }
 
 impl Session {
