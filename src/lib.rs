@@ -18,6 +18,7 @@
 #![allow(rustdoc::broken_intra_doc_links)]
 
 pub mod engines;
+pub mod figures;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 pub mod input;

@@ -4,8 +4,10 @@
 //! next, `judge` takes what came back. Inputs are scaled by half their range; the damping follows the gain.
 
 use super::least_squares::{Columns, Inputs, LEAST_DAMPING, NormalEquations, ROWS, dot, norm2};
-use super::{MOST_INPUTS, Outcome, Redundancy, Target, Task};
+use super::task::Task;
+use super::{MOST_INPUTS, Outcome};
 use crate::model::{Quantity, Solutions, Vector};
+use crate::spec::{Redundancy, Target};
 
 /// Damping over the mean eigenvalue of J Jᵀ: first, and where a search ends in vain. As long as much is missing
 /// (over the tip's travel), it is at least `LEAST_DAMPING`.
