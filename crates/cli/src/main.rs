@@ -17,7 +17,6 @@ mod import;
 mod plot;
 mod progress;
 mod replay;
-mod rod_motion;
 mod run;
 mod shape;
 mod simulate;
