@@ -13,7 +13,7 @@ const FRAMES: usize = 100;
 const SECONDS_A_POINT: f64 = 0.1;
 
 /// `None` where the rod cannot be integrated.
-pub fn rod_motion(run: &ControlRun) -> Option<RodMotion> {
+pub(crate) fn rod_motion(run: &ControlRun) -> Option<RodMotion> {
     let points: Vec<&TargetResult> = run.closed(run.results().iter().collect());
     let intervals = points.len().checked_sub(1)?;
     let frames = intervals.min(FRAMES);

@@ -9,13 +9,21 @@ use crate::model::{Parameter, ParameterError, PlanError, Scene, SceneError, Segm
 pub enum AssignError {
     /// Text without `=`.
     #[error("`{text}` has no `=`; write NAME=VALUE, such as coil.current.x=0.2 or insertion=\"90 mm\"")]
-    NoEquals { text: String },
+    NoEquals {
+        /// As it was given.
+        text: String,
+    },
     /// A name that the scene has not, or a value that it cannot take.
     #[error("{0}")]
     Parameter(#[from] ParameterError),
     /// A value that is no quantity of this kind.
     #[error("`{name}`: {problem}")]
-    Value { name: String, problem: QuantityError },
+    Value {
+        /// Of the parameter.
+        name: String,
+        /// What is wrong with the value.
+        problem: QuantityError,
+    },
     /// A change that cannot be computed.
     #[error("{0}")]
     Plan(#[from] PlanError),

@@ -17,6 +17,7 @@ const ACHIEVED: Stroke = Stroke { colour: Colour::BLUE, width: 0.9, dash: None }
 /// A rod and its tip's path.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RodMotion {
+    /// Above the panels.
     pub title: String,
     /// Where the tip should go [m].
     pub desired: Vec<Vector>,

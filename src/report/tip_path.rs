@@ -16,9 +16,11 @@ const FLAGGED: Colour = Colour::VERMILION;
 /// A tip's path.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TipPath {
+    /// Above the panels.
     pub title: String,
-    /// In order [m]; what is not finite interrupts the line.
+    /// Where the tip should be [m]; what is not finite interrupts the line.
     pub desired: Vec<Vector>,
+    /// Where it is [m]; what is not finite interrupts the line.
     pub achieved: Vec<Vector>,
     /// Desired places that are not reached [m].
     pub flagged: Vec<Vector>,

@@ -17,31 +17,31 @@ impl Columns {
         self.0.push(PlainColumn::new(name, unit, values));
     }
 
-    pub fn counts(&mut self, name: impl Into<String>, values: impl IntoIterator<Item = u64>) {
+    pub(crate) fn counts(&mut self, name: impl Into<String>, values: impl IntoIterator<Item = u64>) {
         self.add(name, "", PlainValues::Count(values.into_iter().collect()));
     }
 
     /// NaN stands for "none".
-    pub fn numbers(&mut self, name: impl Into<String>, unit: &str, values: impl IntoIterator<Item = f64>) {
+    pub(crate) fn numbers(&mut self, name: impl Into<String>, unit: &str, values: impl IntoIterator<Item = f64>) {
         self.add(name, unit, PlainValues::Number(values.into_iter().collect()));
     }
 
     /// Three columns `name.x`, `name.y`, `name.z`.
-    pub fn vectors(&mut self, name: &str, unit: &str, values: &[Vector]) {
+    pub(crate) fn vectors(&mut self, name: &str, unit: &str, values: &[Vector]) {
         for (a, axis) in ["x", "y", "z"].iter().enumerate() {
             self.numbers(format!("{name}.{axis}"), unit, values.iter().map(|value| value[a]));
         }
     }
 
-    pub fn flags(&mut self, name: impl Into<String>, values: impl IntoIterator<Item = bool>) {
+    pub(crate) fn flags(&mut self, name: impl Into<String>, values: impl IntoIterator<Item = bool>) {
         self.add(name, "", PlainValues::Flag(values.into_iter().collect()));
     }
 
-    pub fn words(&mut self, name: impl Into<String>, values: impl IntoIterator<Item = String>) {
+    pub(crate) fn words(&mut self, name: impl Into<String>, values: impl IntoIterator<Item = String>) {
         self.add(name, "", PlainValues::Word(values.into_iter().collect()));
     }
 
-    pub fn finish(self) -> Table {
+    pub(crate) fn finish(self) -> Table {
         self.0
     }
 }

@@ -20,29 +20,29 @@ pub(super) struct Task {
 
 impl Task {
     /// Half the range of an input.
-    pub fn scale(&self, k: usize) -> f64 {
+    pub(crate) fn scale(&self, k: usize) -> f64 {
         0.5 * (self.inputs[k].high - self.inputs[k].low)
     }
 
-    pub fn low(&self, k: usize) -> f64 {
+    pub(crate) fn low(&self, k: usize) -> f64 {
         self.inputs[k].low / self.scale(k)
     }
 
-    pub fn high(&self, k: usize) -> f64 {
+    pub(crate) fn high(&self, k: usize) -> f64 {
         self.inputs[k].high / self.scale(k)
     }
 
-    pub fn is_current(&self, k: usize) -> bool {
+    pub(crate) fn is_current(&self, k: usize) -> bool {
         matches!(self.inputs[k].parameter, Parameter::Segment(_, SegmentParameter::Current(_)))
     }
 
     /// The value of a scaled input, exactly on its limit where it is there.
-    pub fn value(&self, k: usize, z: f64) -> f64 {
+    pub(crate) fn value(&self, k: usize, z: f64) -> f64 {
         (z * self.scale(k)).clamp(self.inputs[k].low, self.inputs[k].high)
     }
 
     /// Point k of a sequence that fills the permitted inputs evenly (Roberts' generalised golden ratio); scaled.
-    pub fn lattice(&self, k: usize) -> Inputs {
+    pub(crate) fn lattice(&self, k: usize) -> Inputs {
         let count = self.inputs.len();
         let ratio = (0..60).fold(2.0f64, |x, _| (1.0 + x).powf(1.0 / (count + 1) as f64));
         std::array::from_fn(|axis| {

@@ -46,7 +46,7 @@ pub(super) struct State {
 }
 
 impl<'a> Model<'a> {
-    pub fn new(problem: &'a Problem, make: &mut MakeEngine) -> Result<Model<'a>, FitError> {
+    pub(crate) fn new(problem: &'a Problem, make: &mut MakeEngine) -> Result<Model<'a>, FitError> {
         let mut axes: Vec<Vec<Parameter>> = problem.observed.known.iter().map(|parameter| vec![*parameter]).collect();
         let mut logarithmic = Vec::new();
         for parameters in &problem.free {
@@ -70,7 +70,7 @@ impl<'a> Model<'a> {
     }
 
     /// Change of a value by its scaled parameter.
-    pub fn rate(&self, k: usize, value: f64) -> f64 {
+    pub(crate) fn rate(&self, k: usize, value: f64) -> f64 {
         if self.logarithmic[k] { value } else { self.unit(k) }
     }
 
@@ -99,11 +99,11 @@ impl<'a> Model<'a> {
     }
 
     /// The scene of a shape, or with the fitted values alone.
-    pub fn scene(&self, x: &DVector<f64>, shape: Option<usize>) -> Scene {
+    pub(crate) fn scene(&self, x: &DVector<f64>, shape: Option<usize>) -> Scene {
         self.plan.sample_scene(&self.row(x, shape))
     }
 
-    pub fn solve(&mut self, x: &DVector<f64>) -> Result<State, FitError> {
+    pub(crate) fn solve(&mut self, x: &DVector<f64>) -> Result<State, FitError> {
         let shapes = &self.problem.observed.shapes;
         let rows: Vec<Vec<f64>> = (0..shapes.len()).map(|shape| self.row(x, Some(shape))).collect();
         let batch = self.plan.batch(rows.len(), |i, row| row.copy_from_slice(&rows[i]));
