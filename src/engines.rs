@@ -5,8 +5,7 @@ use crate::backend::{Backend, BackendError, BackendKind, Precision};
 use crate::gpu;
 use crate::lanes::{InstructionSet, Lanes};
 use crate::model::{Plan, PlanOptions, Stepper};
-use crate::reference::{self, Reference};
-use crate::sweep::BranchTools;
+use crate::reference::Reference;
 
 /// The finest tolerance that f32 meets on ordinary rods; finer ones need f64.
 pub const F32_TOLERANCE: f64 = 2e-5;
@@ -40,6 +39,16 @@ impl EngineRequest {
     /// Its arithmetic; `None` leaves it to the program.
     pub fn precision(self, precision: Option<Precision>) -> EngineRequest {
         EngineRequest { precision, ..self }
+    }
+
+    /// The engine that is asked for.
+    pub fn asked_backend(&self) -> Option<BackendKind> {
+        self.backend
+    }
+
+    /// The arithmetic that is asked for.
+    pub fn asked_precision(&self) -> Option<Precision> {
+        self.precision
     }
 
     /// Whether the program may take another engine where the one it chose cannot be used.
@@ -226,9 +235,4 @@ pub fn cpu_f64(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
 pub fn second_attempt(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
     let steps = plan.options.steps.max(SECOND_STEPS);
     cpu_f64(&plan.with_options(PlanOptions { stepper: Stepper::Dop853, steps, ..plan.options }))
-}
-
-/// What finds every equilibrium: searches on an engine, answers in f64 on the CPU, energies by the reference.
-pub fn branch_tools(engine: crate::backend::BackendFactory<'_>) -> BranchTools<'_> {
-    BranchTools { engine, finisher: &second_attempt, energy: &reference::energy }
 }

@@ -8,9 +8,10 @@
 //! | 5 | the program `rodsweep` | everything: chooses the engine, prints, exits |
 //! | 4 | [`report`] | [`model`] |
 //! | 4 | [`study`] | [`model`], [`backend`] and [`sweep`] |
-//! | 3 | [`sweep`] | [`model`] and [`backend`] |
+//! | 3 | [`sweep`] | [`model`], [`backend`] and [`table`] |
 //! | 2 | [`reference`](mod@reference), [`lanes`], [`gpu`], [`baseline`] | [`model`] and [`backend`], not each other |
 //! | 1 | [`backend`] | [`model`] |
+//! | 1 | [`table`] | [`model`] |
 //! | 0 | [`model`] | nothing |
 //!
 //! How it is built is told in [`architecture`], what it computes in [`equations`], how it is used in `README.md`.
@@ -31,6 +32,11 @@ pub mod sweep;
 pub mod table;
 
 pub use rodsweep_kernels::{backend, lanes, model};
+
+/// Version of this library.
+pub const VERSION: &str = env!("CARGO_PKG_VERSION");
+/// Commit that it was built from, where it is known.
+pub const COMMIT: Option<&str> = option_env!("RODSWEEP_COMMIT");
 
 #[doc = include_str!("ARCHITECTURE.md")]
 pub mod architecture {}

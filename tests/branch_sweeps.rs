@@ -10,6 +10,7 @@ use rodsweep::lanes::Lanes;
 use rodsweep::model::{Batch, Plan, PlanOptions, Solutions, Status, Stepper};
 use rodsweep::reference::{Reference, energy};
 use rodsweep::sweep::*;
+use rodsweep::table::{Column, Table};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -6,6 +6,7 @@ use rodsweep::lanes::Lanes;
 use rodsweep::model::{Plan, PlanOptions, Status, Stepper};
 use rodsweep::reference::Reference;
 use rodsweep::sweep::*;
+use rodsweep::table::Values;
 use std::path::{Path, PathBuf};
 
 /// So coarse that many rows need a second attempt; some insertions make no rod.
@@ -86,6 +87,7 @@ fn rows(dir: &Path) -> Vec<(String, Vec<u64>)> {
         Values::Double(values) => values.iter().map(|x| x.to_bits()).collect(),
         Values::Single(values) => values.iter().map(|x| u64::from(x.to_bits())).collect(),
         Values::Flag(values) => values.iter().map(|x| x.map_or(2, u64::from)).collect(),
+        Values::Text(_) => panic!("a sweep has no text"),
     };
     table.columns.iter().map(|column| (column.name.clone(), bits(&column.values))).collect()
 }

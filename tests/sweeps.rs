@@ -5,6 +5,7 @@ use rodsweep::model::{
     Batch, FlexibleRod, Plan, PlanOptions, Quantity, RigidRod, RodSegment, Solutions, Status, base_curvature,
 };
 use rodsweep::sweep::*;
+use rodsweep::table::{Table, Values};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};

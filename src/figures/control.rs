@@ -13,36 +13,34 @@ const RODS: usize = 12;
 const MOST_DRAWN: usize = 4000;
 const FILES: [&str; 4] = ["trajectory.png", "inputs.png", "rods.png", "motion.svg"];
 
-impl ControlRun {
-    /// Draws `trajectory.png` into a directory that is there, and of targets in order `inputs.png`, `rods.png` and
-    /// `motion.svg`. Gives the files.
-    ///
-    /// # Errors
-    ///
-    /// Nothing to draw, or a file that cannot be written.
-    pub fn figures(&self, dir: &Path) -> Result<Vec<PathBuf>, ReportError> {
-        let path = tip_path(self);
-        let mut files = Vec::new();
-        let mut write = |figure: &dyn Figure, name: &str| -> Result<(), ReportError> {
-            report::write(figure, &dir.join(name))?;
-            files.push(dir.join(name));
-            Ok(())
-        };
-        write(&path, FILES[0])?;
-        if !self.is_in_order() {
-            return Ok(files);
-        }
-        let panels = input_panels(self);
-        let columns = panels.len().min(2);
-        write(&Sheet { columns, panels: panels.iter().map(|panel| panel as &dyn Panel).collect() }, FILES[1])?;
-        let frames = self.results().iter().step_by(self.results().len().div_ceil(RODS).max(1));
-        let rods = frames.filter_map(|point| centreline(&self.commanded_scene(point)?, point.base_moment)).collect();
-        write(&TipPath { rods, flagged: Vec::new(), ..path }, FILES[2])?;
-        if let Some(motion) = rod_motion(self) {
-            write(&motion, FILES[3])?;
-        }
-        Ok(files)
+/// Draws `trajectory.png` into a directory that is there, and of targets in order `inputs.png`, `rods.png` and
+/// `motion.svg`. Gives the files.
+///
+/// # Errors
+///
+/// Nothing to draw, or a file that cannot be written.
+pub fn draw_control(run: &ControlRun, dir: &Path) -> Result<Vec<PathBuf>, ReportError> {
+    let path = tip_path(run);
+    let mut files = Vec::new();
+    let mut write = |figure: &dyn Figure, name: &str| -> Result<(), ReportError> {
+        report::write(figure, &dir.join(name))?;
+        files.push(dir.join(name));
+        Ok(())
+    };
+    write(&path, FILES[0])?;
+    if !run.is_in_order() {
+        return Ok(files);
     }
+    let panels = input_panels(run);
+    let columns = panels.len().min(2);
+    write(&Sheet { columns, panels: panels.iter().map(|panel| panel as &dyn Panel).collect() }, FILES[1])?;
+    let frames = run.results().iter().step_by(run.results().len().div_ceil(RODS).max(1));
+    let rods = frames.filter_map(|point| centreline(&run.commanded_scene(point)?, point.base_moment)).collect();
+    write(&TipPath { rods, flagged: Vec::new(), ..path }, FILES[2])?;
+    if let Some(motion) = rod_motion(run) {
+        write(&motion, FILES[3])?;
+    }
+    Ok(files)
 }
 
 fn tip_path(run: &ControlRun) -> TipPath {

@@ -1,9 +1,8 @@
 //! The simulated experiment as text, as a page, as a figure.
 
 use crate::model::Vector;
-use crate::report::{self, AxisLabel, Colour, Curves, Panel, PlaneCurves, ReportError, Series, Sheet, Table};
+use crate::report::{AxisLabel, Canvas, Colour, Curves, Figure, Panel, PlaneCurves, ReportError, Series, Sheet, Table};
 use crate::study::{ExperimentRun, PlayedTrajectory, Simulation, TRIALS};
-use std::path::Path;
 
 const HEADERS: [&str; 9] = [
     "trajectory",
@@ -23,48 +22,47 @@ const NOTES: [&str; 3] = [
     "empty cells: no number of the paper is at hand",
 ];
 
-impl ExperimentRun {
-    /// What was simulated, its table and what its columns mean, for the terminal.
-    pub fn text(&self) -> String {
-        format!(
-            "SIMULATION, no measurement: {} catheters (seeds from {}), {TRIALS} trials each, {}\n\n{}\n{}\n",
-            self.seeds.len(),
-            self.seeds[0],
-            self.imperfection.in_words(),
-            self.words(),
-            NOTES.map(|note| format!("{note}.")).join("\n")
-        )
-    }
+/// What was simulated, its table and what its columns mean, for the terminal.
+pub fn experiment_text(found: &ExperimentRun) -> String {
+    format!(
+        "SIMULATION, no measurement: {} catheters (seeds from {}), {TRIALS} trials each, {}\n\n{}\n{}\n",
+        found.seeds.len(),
+        found.seeds[0],
+        found.imperfection.in_words(),
+        table(found),
+        NOTES.map(|note| format!("{note}.")).join("\n")
+    )
+}
 
-    /// The same in Markdown.
-    pub fn markdown(&self) -> String {
-        let line = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
-        let mut marked = line(HEADERS.map(str::to_owned).to_vec()) + &line(vec!["---".into(); HEADERS.len()]);
-        self.trajectories.iter().for_each(|played| marked += &line(cells(played)));
-        let text = self.text().replace(&self.words().to_string(), &marked);
-        text.replace(".\n", ".\n\n").trim_end().to_owned() + "\n"
-    }
+/// The same in Markdown.
+pub fn experiment_page(found: &ExperimentRun) -> String {
+    let line = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
+    let mut marked = line(HEADERS.map(str::to_owned).to_vec()) + &line(vec!["---".into(); HEADERS.len()]);
+    found.trajectories.iter().for_each(|played| marked += &line(cells(played)));
+    let text = experiment_text(found).replace(&table(found).to_string(), &marked);
+    text.replace(".\n", ".\n\n").trim_end().to_owned() + "\n"
+}
 
-    /// Draws each trajectory on the median catheter (.png or .svg).
-    ///
-    /// # Errors
-    ///
-    /// Nothing to draw, a name that is neither, or a file that cannot be written.
-    pub fn figure(&self, path: &Path) -> Result<(), ReportError> {
-        let shown = self.median_catheter();
-        let played = self.trajectories.iter().enumerate();
+/// Each trajectory of an experiment on the median catheter.
+#[derive(Clone, Copy, Debug)]
+pub struct ExperimentFigure<'a>(pub &'a ExperimentRun);
+
+impl Figure for ExperimentFigure<'_> {
+    fn draw(&self) -> Result<Canvas, ReportError> {
+        let shown = self.0.median_catheter();
+        let played = self.0.trajectories.iter().enumerate();
         let panels: Vec<PlaneCurves> = played.map(|(k, played)| panel(played, shown, k == 0)).collect();
         let panels = panels.iter().map(|panel| panel as &dyn Panel).collect();
-        report::write(&Sheet { columns: 2, panels }, path)
+        Sheet { columns: 2, panels }.draw()
     }
+}
 
-    fn words(&self) -> Table {
-        let mut table = Table::new(HEADERS);
-        for played in &self.trajectories {
-            table.row(cells(played));
-        }
-        table
+fn table(found: &ExperimentRun) -> Table {
+    let mut table = Table::new(HEADERS);
+    for played in &found.trajectories {
+        table.row(cells(played));
     }
+    table
 }
 
 fn cells(played: &PlayedTrajectory) -> Vec<String> {

@@ -1,6 +1,6 @@
-//! Figures and pages of studies: the room above, which knows what was found and draws it with [`crate::report`].
+//! Figures of results: what studies and runs have found, drawn with [`report`](crate::report).
 //!
-//! Each is a method of what it shows, such as [`ControlRun::figures`](crate::study::ControlRun::figures).
+//! Drawings of a study take what it gives and are a [`Figure`](crate::report::Figure).
 
 mod centreline;
 mod control;
@@ -8,4 +8,12 @@ mod experiment;
 mod fit;
 mod replay;
 mod rod_motion;
+mod run;
 mod simulation;
+
+pub use control::draw_control;
+pub use experiment::{ExperimentFigure, experiment_page, experiment_text};
+pub use fit::fit;
+pub use replay::replay;
+pub use run::{RunFigures, RunFiguresError};
+pub use simulation::simulation;

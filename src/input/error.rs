@@ -19,6 +19,8 @@ pub struct InputError {
 pub enum Problem {
     #[error("cannot be read: {0}")]
     Unreadable(String),
+    #[error("{0}")]
+    Table(String),
     #[error("is not valid TOML: {0}")]
     Syntax(String),
     #[error("is not a key here{}; known keys: {}", did_you_mean(.suggestion), .known.join(", "))]

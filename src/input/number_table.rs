@@ -3,6 +3,7 @@
 use super::error::{InputError, Problem};
 use super::scene_file::read_text;
 use super::units::{Dimension, parse_quantity};
+use crate::table::{self, TableError, Values};
 use std::path::Path;
 
 /// Columns by name, SI. An empty cell is NaN in the column `optional`, and a mistake elsewhere.
@@ -43,10 +44,21 @@ pub(crate) fn is_parquet(file: &Path) -> bool {
     file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("parquet"))
 }
 
-/// Columns by name.
+/// Columns by name, NaN for what is missing. Every column must hold numbers.
 pub(crate) fn read_parquet(file: &Path) -> Result<Vec<(String, Vec<f64>)>, InputError> {
-    crate::table::parquet::read_numbers(file)
-        .map_err(|problem| error(file, None, "", Problem::Unreadable(problem.to_string())))
+    let wrong_kind = |name: &str, found| error(file, None, name, Problem::Type { expected: "numbers".into(), found });
+    let table = table::parquet::read(file, &[]).map_err(|problem| match problem {
+        TableError::Kind { column, found, .. } => wrong_kind(&column, found),
+        TableError::Io(problem) => error(file, None, "", Problem::Unreadable(problem.to_string())),
+        problem => error(file, None, "", Problem::Table(problem.to_string())),
+    })?;
+    let numbers = |column: table::Column| match column.values {
+        Values::Text(_) | Values::Status(_) => Err(wrong_kind(&column.name, "text")),
+        Values::Flag(_) => Err(wrong_kind(&column.name, "true or false")),
+        Values::Double(values) => Ok((column.name, values)),
+        values => Ok((column.name, values.numbers())),
+    };
+    table.columns.into_iter().map(numbers).collect()
 }
 
 /// Lines of a CSV file, neither empty nor comments, with their numbers from 1.

@@ -2,9 +2,7 @@
 
 use super::error::ResultsError;
 use super::parts::{self, FileMetadata, PartInfo};
-use crate::backend::Precision;
-use crate::spec::{Format, RESOLVED_TABLE, SweepSpec};
-use crate::table::{Column, Table};
+use crate::spec::{Format, RESOLVED_TABLE, SolutionMethod, SweepSpec};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -22,16 +20,24 @@ pub const WORKSPACE_FILE: &str = "workspace.parquet";
 pub const TIPS_FILE: &str = "tips.parquet";
 
 /// What a run is. Never changes; every part carries `run_id`.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct RunRecord {
     /// Hash of all that follows.
     pub run_id: String,
+    /// Of the program.
     pub version: String,
+    /// Samples of the sweep.
     pub sample_count: u64,
     /// Samples in a part.
     pub chunk: u64,
+    /// Of the parts.
     pub format: String,
+    /// Arithmetic of the engine.
     pub precision: String,
+    /// By what it is solved; runs of version 0.1 do not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub method: Option<SolutionMethod>,
     /// Hash of the resolved scene and sweep.
     pub input: String,
     /// Hash of the columns.
@@ -44,7 +50,7 @@ impl RunRecord {
         schema: &str,
         sample_count: u64,
         chunk: u64,
-        precision: Precision,
+        method: SolutionMethod,
     ) -> RunRecord {
         let mut input = spec.to_toml();
         if let Some(table) = &spec.table {
@@ -57,7 +63,8 @@ impl RunRecord {
             sample_count,
             chunk,
             format: spec.format.name().into(),
-            precision: precision.to_string(),
+            precision: method.precision.to_string(),
+            method: Some(method),
             input: hash(&input),
             columns: hash(schema),
         };
@@ -65,6 +72,7 @@ impl RunRecord {
         record
     }
 
+    /// Parts of the whole sweep.
     pub fn chunk_count(&self) -> u64 {
         self.sample_count.div_ceil(self.chunk)
     }
@@ -75,6 +83,7 @@ impl RunRecord {
         (start, self.chunk.min(self.sample_count.saturating_sub(start)))
     }
 
+    /// Format of the parts.
     pub fn format(&self) -> Format {
         Format::ALL.into_iter().find(|format| format.name() == self.format).unwrap_or(Format::Parquet)
     }
@@ -101,8 +110,9 @@ impl RunRecord {
             ("set of columns", format!("hash {:.8}", theirs.columns), format!("hash {:.8}", self.columns)),
         ];
         let differs = fields.into_iter().find(|(_, theirs, ours)| theirs != ours);
+        let method = || theirs.method?.difference(&self.method?);
         let unknown = || ("run id", theirs.run_id.clone(), self.run_id.clone());
-        let (what, theirs, ours) = differs.unwrap_or_else(unknown);
+        let (what, theirs, ours) = method().or(differs).unwrap_or_else(unknown);
         Err(ResultsError::Mismatch { dir: dir.into(), what, theirs, ours })
     }
 }
@@ -193,11 +203,5 @@ pub(crate) fn part_path(dir: &Path, chunk: u64, format: Format) -> PathBuf {
 
 /// Metadata that every file of a run carries.
 pub(crate) fn metadata(spec: &SweepSpec, record: &RunRecord) -> FileMetadata {
-    FileMetadata { run_id: record.run_id.clone(), sweep: spec.to_toml(), seed: spec.seed }
-}
-
-/// Names of the columns that are not derivatives.
-pub(crate) fn plain_columns(columns: &Table) -> Vec<&str> {
-    let names = columns.columns.iter().map(|column: &Column| column.name.as_str());
-    names.filter(|name| !name.starts_with("d(")).collect()
+    FileMetadata { run_id: record.run_id.clone(), engine: String::new(), sweep: spec.to_toml(), seed: spec.seed }
 }

@@ -1,6 +1,7 @@
 //! What can be wrong with a result directory.
 
 use crate::input::InputError;
+use crate::table::TableError;
 use std::path::{Path, PathBuf};
 
 /// Why a result directory cannot be written or read.
@@ -24,6 +25,9 @@ pub enum ResultsError {
     MissingParts { count: u64, total: u64, first: u64 },
     #[error("{} is damaged: {reason}; remove it and resume the run", path.display())]
     Damaged { path: PathBuf, reason: String },
+    /// A table of the run, or one that was to be written.
+    #[error("{} {problem}", path.display())]
+    Table { path: PathBuf, problem: TableError },
     #[error("no column `{name}` in {}{}", dir.display(), suggestion.as_ref().map(|name| format!(": did you mean `{name}`?")).unwrap_or_default())]
     NoColumn { dir: PathBuf, name: String, suggestion: Option<String> },
 }
@@ -31,7 +35,23 @@ pub enum ResultsError {
 impl ResultsError {
     /// Whether the caller's choice of directory or column is at fault rather than what lies there.
     pub fn is_usage(&self) -> bool {
-        !matches!(self, ResultsError::Io { .. } | ResultsError::MissingParts { .. } | ResultsError::Damaged { .. })
+        !matches!(
+            self,
+            ResultsError::Io { .. }
+                | ResultsError::MissingParts { .. }
+                | ResultsError::Damaged { .. }
+                | ResultsError::Table { .. }
+        )
+    }
+
+    /// Of a table of a run; one that is damaged can be made again.
+    pub(crate) fn table(path: &Path) -> impl FnOnce(TableError) -> ResultsError {
+        let path = path.to_owned();
+        move |problem| match problem {
+            TableError::Damaged { reason, .. } => ResultsError::Damaged { path, reason },
+            TableError::Io(error) => ResultsError::io(&path, "reading")(error),
+            problem => ResultsError::Table { path, problem },
+        }
     }
 
     pub(crate) fn io(path: &Path, action: &'static str) -> impl FnOnce(std::io::Error) -> ResultsError {

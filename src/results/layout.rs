@@ -1,6 +1,5 @@
 //! Rows of a result: the sample, its parameters, its status, quantities, derivatives. Column by column out of solutions.
 
-use super::directory::plain_columns;
 use crate::backend::Precision;
 use crate::model::{Batch, Plan, Quantity, Solutions, Vector, base_curvature, rotation_vector};
 use crate::spec::Sampler;
@@ -155,15 +154,8 @@ impl Layout {
 
     /// Name, unit and kind of every column, as text.
     pub fn schema(&self) -> String {
-        let kind = |values: &Values| match values {
-            Values::Index(_) => "u64",
-            Values::Double(_) => "f64",
-            Values::Single(_) => "f32",
-            Values::Status(_) => "string",
-            Values::Flag(_) => "bool",
-        };
         let columns = self.empty.columns.iter();
-        columns.map(|column| format!("{} [{}] {}\n", column.name, column.unit, kind(&column.values))).collect()
+        columns.map(|column| format!("{} [{}] {}\n", column.name, column.unit, column.values.kind())).collect()
     }
 
     /// Adds rows to a table of these columns; `index` tells the sweep's sample of a sample of the batch.
@@ -263,7 +255,7 @@ fn extend(to: &mut Values, numbers: impl Iterator<Item = f64>) {
     match to {
         Values::Double(to) => to.extend(numbers),
         Values::Single(to) => to.extend(numbers.map(|x| x as f32)),
-        Values::Index(_) | Values::Status(_) | Values::Flag(_) => {}
+        Values::Index(_) | Values::Status(_) | Values::Flag(_) | Values::Text(_) => {}
     }
 }
 
@@ -274,4 +266,10 @@ fn quotient(of: &str, by: &str) -> String {
         _ if by.contains(['/', '·']) => format!("{of}/({by})"),
         _ => format!("{of}/{by}"),
     }
+}
+
+/// Names of the columns that are not derivatives.
+pub(crate) fn plain_columns(columns: &Table) -> Vec<&str> {
+    let names = columns.columns.iter().map(|column: &Column| column.name.as_str());
+    names.filter(|name| !name.starts_with("d(")).collect()
 }

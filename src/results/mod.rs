@@ -1,8 +1,11 @@
-//! Results: the columns of a run's rows, parts on disk, the directory and its identity, and reading all of it again.
+//! Results: the columns of a run's rows, parts on disk, the directory and its identity, and all of it opened again.
 
 pub(crate) mod directory;
 mod error;
 pub(crate) mod layout;
+pub(crate) mod manifest;
+mod merge;
+mod outcome;
 pub(crate) mod parts;
 mod read;
 mod reduce;
@@ -10,8 +13,9 @@ mod reduce;
 pub use directory::{RunRecord, TIPS_FILE, WORKSPACE_FILE, WORST_FILE};
 pub use error::ResultsError;
 pub(crate) use layout::{BranchCells, Layout, Rows};
-pub use read::{
-    DirectoryStatus, directory_status, for_each_part, merge, read_columns, read_manifest, read_parquet_table,
-    read_spec, reduce_directory,
-};
-pub use reduce::{BranchCounts, MAX_TIPS, Reduction};
+pub use manifest::{Manifest, RunAccount, RunTimings, SecondAttempts};
+pub use merge::merge;
+pub use outcome::{BranchCounts, ErrorDistribution, PilotChoice, SampleOrigin, SpotCheck, Timings};
+pub use parts::write_table;
+pub use read::{DirectoryStatus, Results, read_parquet_table};
+pub use reduce::{MAX_TIPS, Reduction};

@@ -1,18 +1,21 @@
 //! Part files: encode in memory, write whole or not at all, read back, check.
 //!
-//! Only this module names Parquet and Arrow. A Parquet part carries the XXH3 of its data pages and its counts in
-//! the footer; a CSV or NPZ part has them in a sidecar `<part>.json`, written before it.
+//! A Parquet part carries the XXH3 of its data pages and its counts in the footer; a CSV or NPZ part has them in a
+//! sidecar `<part>.json`, written before it.
 
 use super::error::ResultsError;
 use super::layout::BRANCH_COLUMN;
 use crate::model::Status;
 use crate::spec::Format;
-use crate::table::{Table, csv, npz, parquet};
+use crate::table::{self, Table, TableError};
 use serde::{Deserialize, Serialize};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use xxhash_rust::xxh3::xxh3_64;
+
+/// Key of what a part says about itself.
+const PART_KEY: &str = "rodsweep.part";
 
 /// What a part says about itself.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -26,6 +29,9 @@ pub(crate) struct PartInfo {
     pub first: u64,
     /// Rows by status code.
     pub counts: Vec<u64>,
+    /// What solved it, second attempts aside.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub engine: String,
     pub checksum: String,
 }
 
@@ -39,6 +45,8 @@ impl PartInfo {
 #[derive(Clone, Debug)]
 pub(crate) struct FileMetadata {
     pub run_id: String,
+    /// What solves.
+    pub engine: String,
     /// The resolved sweep.
     pub sweep: String,
     pub seed: u64,
@@ -55,17 +63,18 @@ pub(crate) fn part_chunk(name: &str, format: Format) -> Option<u64> {
     (digits.len() >= 10).then(|| digits.parse().ok()).flatten()
 }
 
-pub(crate) fn info_of(table: &Table, run_id: &str) -> PartInfo {
+pub(crate) fn info_of(table: &Table, metadata: &FileMetadata) -> PartInfo {
     let mut counts = vec![0; Status::ALL.len()];
     for status in table.statuses() {
         counts[status.code() as usize] += 1;
     }
     PartInfo {
-        run_id: run_id.into(),
+        run_id: metadata.run_id.clone(),
         rows: table.row_count() as u64,
         samples: table.column(BRANCH_COLUMN).map(|_| table.sample_count()),
         first: table.samples().first().copied().unwrap_or(0),
         counts,
+        engine: metadata.engine.clone(),
         checksum: String::new(),
     }
 }
@@ -80,11 +89,11 @@ pub(crate) fn write_part(
     metadata: &FileMetadata,
     bytes: &mut Vec<u8>,
 ) -> Result<PartInfo, ResultsError> {
-    let mut info = info_of(table, &metadata.run_id);
+    let mut info = info_of(table, metadata);
     match format {
-        Format::Parquet => parquet::encode(path, table, metadata, &mut info, bytes)?,
-        Format::Csv => *bytes = csv::encode(table),
-        Format::Npz | Format::None => *bytes = npz::encode(table).map_err(ResultsError::io(path, "encoding"))?,
+        Format::Parquet => encode_parquet(table, metadata, &mut info, bytes).map_err(ResultsError::table(path))?,
+        Format::Csv => *bytes = table::csv::encode(table),
+        Format::Npz | Format::None => *bytes = table::npz::encode(table).map_err(ResultsError::table(path))?,
     }
     if format != Format::Parquet {
         info.checksum = checksum(bytes);
@@ -94,13 +103,39 @@ pub(crate) fn write_part(
     if write_atomically(path, bytes, false)? { Ok(info) } else { check_part(path, format) }
 }
 
+/// Makes `bytes` a Parquet part and completes `info` by the checksum.
+fn encode_parquet(
+    table: &Table,
+    metadata: &FileMetadata,
+    info: &mut PartInfo,
+    bytes: &mut Vec<u8>,
+) -> Result<(), TableError> {
+    table::parquet::encode_into(table, bytes, |data| {
+        info.checksum = checksum(data);
+        let pairs = [
+            ("rodsweep.sweep", metadata.sweep.clone()),
+            ("rodsweep.seed", metadata.seed.to_string()),
+            ("rodsweep.version", env!("CARGO_PKG_VERSION").to_owned()),
+            (PART_KEY, serde_json::to_string(info).unwrap_or_default()),
+        ];
+        pairs.map(|(key, value)| (key.to_owned(), value)).into()
+    })
+}
+
 /// Checks a part's checksum and returns what it says about itself.
 pub(crate) fn check_part(path: &Path, format: Format) -> Result<PartInfo, ResultsError> {
     let bytes = std::fs::read(path).map_err(ResultsError::io(path, "reading"))?;
-    if format == Format::Parquet {
-        return parquet::check(path, &bytes);
-    }
     let damaged = |reason: &str| ResultsError::Damaged { path: path.into(), reason: reason.into() };
+    if format == Format::Parquet {
+        let footer = table::parquet::footer(&bytes).map_err(ResultsError::table(path))?;
+        let text = footer.get(PART_KEY).ok_or_else(|| damaged("its footer has no checksum"))?;
+        let info: PartInfo = serde_json::from_str(text).map_err(|error| damaged(&error.to_string()))?;
+        let length = info.checksum.rsplit(':').next().and_then(|length| length.parse().ok()).unwrap_or(usize::MAX);
+        return match bytes.get(..length) {
+            Some(data) if checksum(data) == info.checksum && footer.row_count == info.rows => Ok(info),
+            _ => Err(damaged("the checksum differs")),
+        };
+    }
     let text = std::fs::read_to_string(sidecar(path)).map_err(|_| damaged("its checksum file is missing"))?;
     let info: PartInfo = serde_json::from_str(&text).map_err(|_| damaged("its checksum file cannot be read"))?;
     if info.checksum == checksum(&bytes) { Ok(info) } else { Err(damaged("the checksum differs")) }
@@ -108,18 +143,31 @@ pub(crate) fn check_part(path: &Path, format: Format) -> Result<PartInfo, Result
 
 /// Reads the columns named (all, if none are) of a part, in the part's order. `like` gives the kinds of text formats.
 pub(crate) fn read_part(path: &Path, format: Format, names: &[&str], like: &Table) -> Result<Table, ResultsError> {
-    match format {
-        Format::Parquet => parquet::read(path, names),
-        Format::Csv => csv::read(path, names, like),
-        Format::Npz | Format::None => npz::read(path, names, like),
-    }
+    let table = match format {
+        Format::Parquet => table::parquet::read(path, names),
+        Format::Csv => table::csv::read(path, names, like),
+        Format::Npz | Format::None => table::npz::read(path, names, like),
+    };
+    table.map_err(ResultsError::table(path))
 }
 
-/// Writes a table that is not a part (voxels, tips) as Parquet, replacing what is there.
-pub(crate) fn write_table(path: &Path, table: &Table, metadata: &FileMetadata) -> Result<(), ResultsError> {
-    let mut info = info_of(table, &metadata.run_id);
+/// Writes a table of a run that is not a part (voxels, tips) as Parquet, replacing what is there.
+pub(crate) fn write_run_table(path: &Path, table: &Table, metadata: &FileMetadata) -> Result<(), ResultsError> {
+    let mut info = info_of(table, metadata);
     let mut bytes = Vec::new();
-    parquet::encode(path, table, metadata, &mut info, &mut bytes)?;
+    encode_parquet(table, metadata, &mut info, &mut bytes).map_err(ResultsError::table(path))?;
+    write_atomically(path, &bytes, true).map(|_| ())
+}
+
+/// Writes a table, replacing what is there: Parquet if the name ends in `.parquet`, else CSV, which has no place for
+/// units and metadata.
+pub fn write_table(path: &Path, table: &Table, metadata: &[(&str, String)]) -> Result<(), ResultsError> {
+    let is_parquet = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("parquet"));
+    let bytes = if is_parquet {
+        table::parquet::encode(table, metadata).map_err(ResultsError::table(path))?
+    } else {
+        table::csv::encode(table)
+    };
     write_atomically(path, &bytes, true).map(|_| ())
 }
 

@@ -1,27 +1,54 @@
-//! Reads result directories back: status, columns, and shards merged into one.
+//! A result directory opened again: sweep, rows by column and part by part, statuses, tips, voxels.
 
-use super::directory::{self, MANIFEST_FILE, RUN_FILE, RunRecord, SWEEP_FILE};
-use super::directory::{TIPS_FILE, WORKSPACE_FILE};
+use super::directory::{self, RUN_FILE, RunRecord, SWEEP_FILE, TIPS_FILE};
 use super::error::ResultsError;
+use super::layout::{Layout, plain_columns};
+use super::manifest::Manifest;
 use super::parts::{self, PartInfo};
 use super::reduce::{Reduction, failures};
 use crate::backend::Precision;
 use crate::model::{Status, closest};
-use crate::spec::{BranchChoice, Format, RESOLVED_TABLE, SweepSpec};
+use crate::spec::{Format, SolutionMethod, SweepSpec};
 use crate::table::{Column, Table};
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// What a result directory holds.
+/// A result directory.
+///
+/// ```no_run
+/// use rodsweep::results::Results;
+///
+/// let results = Results::open("results/workspace")?;
+/// let tips = results.read(&["tip.position.x", "tip.position.y", "tip.position.z", "status"])?;
+/// println!("{} rows, method: {:?}", tips.row_count(), results.method());
+/// for part in results.parts(&["stability.margin"])? {
+///     println!("{} rows", part?.row_count());
+/// }
+/// # Ok::<(), rodsweep::results::ResultsError>(())
+/// ```
 #[derive(Clone, Debug)]
+pub struct Results {
+    dir: PathBuf,
+    record: RunRecord,
+    spec: SweepSpec,
+    /// Without rows.
+    columns: Table,
+}
+
+/// What of a run is there.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct DirectoryStatus {
+    /// Identity of the run.
     pub record: RunRecord,
+    /// Parts of the whole sweep.
     pub parts_total: u64,
+    /// Sound parts.
     pub parts_done: u64,
     /// Chunks without a sound part.
     pub missing: Vec<u64>,
     /// Damaged parts and what is wrong with them.
     pub damaged: Vec<(PathBuf, String)>,
+    /// Samples of the sound parts.
     pub samples_done: u64,
     /// Whether samples have a row for each equilibrium.
     pub every_branch: bool,
@@ -30,231 +57,187 @@ pub struct DirectoryStatus {
 }
 
 impl DirectoryStatus {
+    /// Whether no part is missing.
     pub fn is_complete(&self) -> bool {
         self.missing.is_empty()
     }
 
+    /// Rows that are no success; where every equilibrium was asked for, samples without any.
     pub fn failed(&self) -> u64 {
         failures(&self.counts, self.every_branch)
     }
 }
 
-/// Checks every part of a result directory.
-pub fn directory_status(dir: &Path) -> Result<DirectoryStatus, ResultsError> {
-    let record = RunRecord::read(dir)?;
-    let parts = directory::parts(dir, &record)?;
-    let mut counts = [0; Status::ALL.len()];
-    for info in parts.sound.values() {
-        for (sum, count) in counts.iter_mut().zip(&info.counts) {
-            *sum += count;
+impl Results {
+    /// Opens a directory that a run has written to.
+    ///
+    /// # Errors
+    ///
+    /// A directory without a run, or whose identity or sweep cannot be read.
+    pub fn open(dir: impl Into<PathBuf>) -> Result<Results, ResultsError> {
+        let dir = dir.into();
+        let record = RunRecord::read(&dir)?;
+        let spec = SweepSpec::read(&dir.join(SWEEP_FILE))?;
+        let precision = if record.precision == Precision::F32.name() { Precision::F32 } else { Precision::F64 };
+        let columns = Layout::new(&spec, precision).empty().clone();
+        Ok(Results { dir, record, spec, columns })
+    }
+
+    /// Where it lies.
+    pub fn directory(&self) -> &Path {
+        &self.dir
+    }
+
+    /// Identity of the run.
+    pub fn record(&self) -> &RunRecord {
+        &self.record
+    }
+
+    /// The sweep as it was run, resolved.
+    pub fn spec(&self) -> &SweepSpec {
+        &self.spec
+    }
+
+    /// By what the run is solved; runs of version 0.1 do not say.
+    pub fn method(&self) -> Option<SolutionMethod> {
+        self.record.method
+    }
+
+    /// Name, unit and kind of every column, without rows.
+    pub fn columns(&self) -> &[Column] {
+        &self.columns.columns
+    }
+
+    /// The run's account of itself.
+    ///
+    /// # Errors
+    ///
+    /// As [`Manifest::read`]: a run that was interrupted at once has none.
+    pub fn manifest(&self) -> Result<Manifest, ResultsError> {
+        Manifest::read(&self.dir)
+    }
+
+    /// Checks every part and counts rows by status.
+    ///
+    /// # Errors
+    ///
+    /// A directory that cannot be listed or read.
+    pub fn status(&self) -> Result<DirectoryStatus, ResultsError> {
+        let parts = directory::parts(&self.dir, &self.record)?;
+        let mut counts = [0; Status::ALL.len()];
+        for info in parts.sound.values() {
+            for (sum, count) in counts.iter_mut().zip(&info.counts) {
+                *sum += count;
+            }
+        }
+        let parts_total = if self.has_rows() { self.record.chunk_count() } else { 0 };
+        Ok(DirectoryStatus {
+            parts_total,
+            parts_done: parts.sound.len() as u64,
+            missing: (0..parts_total).filter(|chunk| !parts.sound.contains_key(chunk)).collect(),
+            samples_done: parts.sound.values().map(PartInfo::sample_count).sum(),
+            every_branch: parts.sound.values().any(|info| info.samples.is_some()),
+            damaged: parts.damaged,
+            counts,
+            record: self.record.clone(),
+        })
+    }
+
+    /// Whether the run has written its rows, not only tips and voxels.
+    pub fn has_rows(&self) -> bool {
+        self.record.format() != Format::None
+    }
+
+    /// The rows part by part, in order of samples, with the named columns only (all, if none are named).
+    ///
+    /// # Errors
+    ///
+    /// A column that is not there, or a directory that cannot be read; each part may be found damaged as it is read.
+    pub fn parts<'a>(
+        &'a self,
+        names: &'a [&'a str],
+    ) -> Result<impl Iterator<Item = Result<Table, ResultsError>> + 'a, ResultsError> {
+        for name in names {
+            if self.columns.column(name).is_none() {
+                let suggestion = closest(name, self.columns.columns.iter().map(|column| column.name.as_str()));
+                return Err(ResultsError::NoColumn { dir: self.dir.clone(), name: (*name).into(), suggestion });
+            }
+        }
+        let format = self.record.format();
+        let chunks = directory::parts(&self.dir, &self.record)?.sound.into_keys();
+        Ok(chunks.map(move |chunk| {
+            parts::read_part(&directory::part_path(&self.dir, chunk, format), format, names, &self.columns)
+        }))
+    }
+
+    /// The named columns of all rows (every column, if none are named), in order of samples.
+    ///
+    /// # Errors
+    ///
+    /// As [`Results::parts`].
+    pub fn read(&self, names: &[&str]) -> Result<Table, ResultsError> {
+        let mut all = Table::default();
+        for part in self.parts(names)? {
+            all.append(&part?);
+        }
+        Ok(all)
+    }
+
+    /// Statistics of all rows, as the run itself has gathered them: counts, extents, voxels of an edge [m], and the
+    /// rows of at most [`MAX_TIPS`](super::MAX_TIPS) samples without derivatives.
+    ///
+    /// Of a run without rows it is what the run has kept: voxels have the edge of the sweep, whatever `voxel` says.
+    ///
+    /// # Errors
+    ///
+    /// As [`Results::parts`].
+    pub fn reduce(&self, voxel: f64) -> Result<Reduction, ResultsError> {
+        let mut reduction = Reduction::new(self.record.sample_count, voxel, true);
+        if !self.has_rows() {
+            reduction.restore(self.tips()?, &self.voxels(voxel)?, &self.manifest()?);
+            return Ok(reduction);
+        }
+        for part in self.parts(&plain_columns(&self.columns))? {
+            reduction.add(&part?);
+        }
+        Ok(reduction)
+    }
+
+    /// The rows of at most [`MAX_TIPS`](super::MAX_TIPS) samples, evenly chosen: every column but derivatives.
+    ///
+    /// # Errors
+    ///
+    /// As [`Results::parts`].
+    pub fn tips(&self) -> Result<Table, ResultsError> {
+        match self.has_rows() {
+            true => Ok(self.reduce(self.spec.voxel)?.tips),
+            false => read_parquet_table(&self.dir.join(TIPS_FILE)),
         }
     }
-    let without_rows = record.format() == Format::None;
-    let parts_total = if without_rows { 0 } else { record.chunk_count() };
-    Ok(DirectoryStatus {
-        parts_total,
-        parts_done: parts.sound.len() as u64,
-        missing: (0..parts_total).filter(|chunk| !parts.sound.contains_key(chunk)).collect(),
-        samples_done: parts.sound.values().map(PartInfo::sample_count).sum(),
-        every_branch: parts.sound.values().any(|info| info.samples.is_some()),
-        damaged: parts.damaged,
-        counts,
-        record,
-    })
-}
 
-/// The sweep of a result directory.
-pub fn read_spec(dir: &Path) -> Result<SweepSpec, ResultsError> {
-    if !dir.join(RUN_FILE).is_file() {
-        return Err(ResultsError::NoRun { dir: dir.into() });
-    }
-    Ok(SweepSpec::read(&dir.join(SWEEP_FILE))?)
-}
-
-/// The manifest of a result directory.
-pub fn read_manifest(dir: &Path) -> Result<serde_json::Value, ResultsError> {
-    let path = dir.join(MANIFEST_FILE);
-    let text = std::fs::read_to_string(&path).map_err(ResultsError::io(&path, "reading"))?;
-    serde_json::from_str(&text).map_err(|error| ResultsError::Damaged { path, reason: error.to_string() })
-}
-
-/// Columns of a result without rows: names, units, kinds.
-fn layout(dir: &Path, record: &RunRecord) -> Result<Table, ResultsError> {
-    let precision = if record.precision == "f32" { Precision::F32 } else { Precision::F64 };
-    Ok(super::layout::Layout::new(&read_spec(dir)?, precision).empty().clone())
-}
-
-/// Hands every part to `visit`, in order of samples, with the named columns only (all, if none are named).
-pub fn for_each_part(
-    dir: &Path,
-    names: &[&str],
-    mut visit: impl FnMut(&Table) -> Result<(), ResultsError>,
-) -> Result<(), ResultsError> {
-    let record = RunRecord::read(dir)?;
-    let columns = layout(dir, &record)?;
-    for name in names {
-        if columns.column(name).is_none() {
-            let suggestion = closest(name, columns.columns.iter().map(|column: &Column| column.name.as_str()));
-            return Err(ResultsError::NoColumn { dir: dir.into(), name: (*name).into(), suggestion });
+    /// Occupied voxels of an edge [m]: centre [m] and number of rows. Of a run without rows the edge is the sweep's.
+    ///
+    /// # Errors
+    ///
+    /// As [`Results::parts`].
+    pub fn voxels(&self, voxel: f64) -> Result<Table, ResultsError> {
+        match self.has_rows() {
+            true => Ok(self.reduce(voxel)?.voxel_table()),
+            false => read_parquet_table(&self.dir.join(directory::WORKSPACE_FILE)),
         }
     }
-    for chunk in directory::parts(dir, &record)?.sound.keys() {
-        let path = directory::part_path(dir, *chunk, record.format());
-        visit(&parts::read_part(&path, record.format(), names, &columns)?)?;
-    }
-    Ok(())
-}
 
-/// The named columns of a whole result (all, if none are named), in order of samples.
-pub fn read_columns(dir: &Path, names: &[&str]) -> Result<Table, ResultsError> {
-    let mut all = Table::default();
-    for_each_part(dir, names, |table| {
-        all.append(table);
-        Ok(())
-    })?;
-    Ok(all)
+    /// Whether a directory holds a run.
+    pub fn is_there(dir: &Path) -> bool {
+        dir.join(RUN_FILE).is_file()
+    }
 }
 
 /// Any Parquet file that a run wrote (`workspace.parquet`, `tips.parquet`).
+///
+/// # Errors
+///
+/// A file that cannot be read.
 pub fn read_parquet_table(path: &Path) -> Result<Table, ResultsError> {
     parts::read_part(path, Format::Parquet, &[], &Table::default())
-}
-
-/// Statistics of a finished result, voxels included, as the run itself would have gathered them.
-pub fn reduce_directory(dir: &Path, voxel: f64) -> Result<Reduction, ResultsError> {
-    let record = RunRecord::read(dir)?;
-    let columns = layout(dir, &record)?;
-    let mut reduction = Reduction::new(record.sample_count, voxel, true);
-    for_each_part(dir, &directory::plain_columns(&columns), |table| {
-        reduction.add(table);
-        Ok(())
-    })?;
-    Ok(reduction)
-}
-
-/// Gathers the parts of shards into `out`; every chunk must be in one of them.
-pub fn merge(dirs: &[PathBuf], out: &Path) -> Result<DirectoryStatus, ResultsError> {
-    let Some(first) = dirs.first() else { return Err(ResultsError::NoRun { dir: out.into() }) };
-    let record = RunRecord::read(first)?;
-    if record.format() == Format::None {
-        return merge_workspaces(dirs, out, &record);
-    }
-    let mut sources: BTreeMap<u64, PathBuf> = BTreeMap::new();
-    for dir in dirs {
-        record.check_same(dir, &RunRecord::read(dir)?)?;
-        for chunk in directory::parts(dir, &record)?.sound.keys() {
-            sources.entry(*chunk).or_insert_with(|| directory::part_path(dir, *chunk, record.format()));
-        }
-    }
-    let missing: Vec<u64> = (0..record.chunk_count()).filter(|chunk| !sources.contains_key(chunk)).collect();
-    if let Some(first) = missing.first() {
-        let (count, total) = (missing.len() as u64, record.chunk_count());
-        return Err(ResultsError::MissingParts { count, total, first: *first });
-    }
-    // The sweep as run was read from `first`, so its text is the same again.
-    let spec = read_spec(first)?;
-    directory::open(out, &record, &spec, true)?;
-    for name in [SWEEP_FILE, RESOLVED_TABLE] {
-        if first.join(name).is_file() {
-            copy(&first.join(name), &out.join(name), true)?;
-        }
-    }
-    for path in sources.values() {
-        let to = out.join(path.file_name().unwrap_or_default());
-        if parts::sidecar(path).is_file() {
-            copy(&parts::sidecar(path), &parts::sidecar(&to), true)?;
-        }
-        copy(path, &to, false)?;
-    }
-    finish_merge(dirs, out, &record, &spec, directory_status(out)?)
-}
-
-/// Writes the manifest of a merged result.
-fn finish_merge(
-    dirs: &[PathBuf],
-    out: &Path,
-    record: &RunRecord,
-    spec: &SweepSpec,
-    status: DirectoryStatus,
-) -> Result<DirectoryStatus, ResultsError> {
-    let manifests: Vec<serde_json::Value> = dirs.iter().filter_map(|dir| read_manifest(dir).ok()).collect();
-    let counts: BTreeMap<&str, u64> =
-        Status::ALL.into_iter().map(|s| (s.name(), status.counts[s.code() as usize])).filter(|(_, n)| *n > 0).collect();
-    let merged = serde_json::json!({
-        "program": "rodsweep",
-        "version": env!("CARGO_PKG_VERSION"),
-        "run_id": record.run_id,
-        "sample_count": record.sample_count,
-        "chunk": record.chunk,
-        "seed": spec.seed,
-        "precision": record.precision,
-        "branch": spec.branch.name(),
-        "complete": status.is_complete(),
-        "counts": counts,
-        "failed": status.failed(),
-        "merged_from": manifests,
-    });
-    let text = serde_json::to_string_pretty(&merged).unwrap_or_default() + "\n";
-    parts::write_atomically(&out.join(MANIFEST_FILE), text.as_bytes(), true)?;
-    Ok(status)
-}
-
-/// Adds up the voxels of shards without rows; every shard must be there once and complete.
-fn merge_workspaces(dirs: &[PathBuf], out: &Path, record: &RunRecord) -> Result<DirectoryStatus, ResultsError> {
-    let mut seen: BTreeMap<u64, u64> = BTreeMap::new();
-    let (mut voxels, mut tips) = (BTreeMap::<[u64; 3], (usize, u64)>::new(), Table::default());
-    let (mut centres, mut counts, mut done) = (Table::default(), [0; Status::ALL.len()], 0);
-    for dir in dirs {
-        record.check_same(dir, &RunRecord::read(dir)?)?;
-        let manifest = read_manifest(dir)?;
-        let shard = |key: &str| manifest["shard"][key].as_u64().unwrap_or(0);
-        if manifest["complete"] != true || seen.insert(shard("index"), shard("count")).is_some() {
-            let reason = "the shard is not complete, or is given twice".into();
-            return Err(ResultsError::Damaged { path: dir.join(MANIFEST_FILE), reason });
-        }
-        done += manifest["samples_of_shard"].as_u64().unwrap_or(0);
-        for status in Status::ALL {
-            counts[status.code() as usize] += manifest["counts"][status.name()].as_u64().unwrap_or(0);
-        }
-        let table = read_parquet_table(&dir.join(WORKSPACE_FILE))?;
-        let position = table.vector_columns("voxel");
-        if let (Some(position), Some(count)) = (position, table.column("count")) {
-            for row in 0..table.row_count() {
-                let key = position.map(|column| column.number(row).to_bits());
-                let entry = voxels.entry(key).or_insert((centres.row_count() + row, 0));
-                entry.1 += count.values.number(row) as u64;
-            }
-        }
-        centres.append(&table);
-        tips.append(&read_parquet_table(&dir.join(TIPS_FILE))?);
-    }
-    let expected = seen.values().next().copied().unwrap_or(1);
-    if let Some(first) = (1..=expected).find(|index| seen.get(index) != Some(&expected)) {
-        let count = expected.saturating_sub(seen.len() as u64).max(1);
-        return Err(ResultsError::MissingParts { count, total: expected, first });
-    }
-    let spec = read_spec(&dirs[0])?;
-    directory::open(out, record, &spec, true)?;
-    let metadata = directory::metadata(&spec, record);
-    let mut rows: Vec<(usize, u64)> = voxels.into_values().collect();
-    rows.sort_unstable();
-    let mut merged = centres.empty();
-    for (row, total) in rows {
-        for (to, from) in merged.columns.iter_mut().zip(&centres.columns) {
-            match &mut to.values {
-                crate::table::Values::Index(counts) => counts.push(total),
-                values => values.append_rows(&from.values, &[row]),
-            }
-        }
-    }
-    parts::write_table(&out.join(WORKSPACE_FILE), &merged, &metadata)?;
-    parts::write_table(&out.join(TIPS_FILE), &tips, &metadata)?;
-    let every_branch = spec.branch == BranchChoice::All;
-    let status = DirectoryStatus { samples_done: done, every_branch, counts, ..directory_status(out)? };
-    finish_merge(dirs, out, record, &spec, status)
-}
-
-fn copy(from: &Path, to: &Path, replace: bool) -> Result<(), ResultsError> {
-    let bytes = std::fs::read(from).map_err(ResultsError::io(from, "reading"))?;
-    parts::write_atomically(to, &bytes, replace).map(|_| ())
 }

@@ -1,23 +1,15 @@
 //! Streaming reduction of a sweep: counts by status, extents, voxel occupancy, a bounded choice of tips.
 
 use super::layout::{BALANCED_COLUMN, BRANCH_COLUMN};
+use super::manifest::Manifest;
+use super::outcome::BranchCounts;
 use crate::model::Status;
 use crate::spec::Selection;
-use crate::table::{Column, Table, Values};
-use serde::Serialize;
+use crate::table::{Column, Table};
 use std::collections::HashMap;
 
 /// Tips kept for figures.
 pub const MAX_TIPS: u64 = 262_144;
-
-/// What is known of samples with several equilibria.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
-pub struct BranchCounts {
-    /// Equilibria of one sample.
-    pub most: u64,
-    /// Samples whose signs do not add up to one, so that an equilibrium is missing.
-    pub unbalanced: u64,
-}
 
 /// Rows that are no success; where every equilibrium was asked for, an unstable one is none of them.
 pub(crate) fn failures(counts: &[u64; Status::ALL.len()], every_branch: bool) -> u64 {
@@ -105,11 +97,26 @@ impl Reduction {
     pub(crate) fn sort_tips(&mut self) {
         let mut order: Vec<usize> = (0..self.tips.row_count()).collect();
         order.sort_by_key(|row| self.tips.samples().get(*row));
-        let mut sorted = self.tips.empty();
-        for (to, from) in sorted.columns.iter_mut().zip(&self.tips.columns) {
-            to.values.append_rows(&from.values, &order);
+        self.tips = self.tips.select(&order);
+    }
+
+    /// What a run without rows has kept.
+    pub(crate) fn restore(&mut self, tips: Table, voxels: &Table, manifest: &Manifest) {
+        for status in Status::ALL {
+            self.counts[status.code() as usize] = manifest.count(status);
         }
-        self.tips = sorted;
+        if let Some(run) = &manifest.run {
+            self.sample_count = run.samples_of_shard;
+            self.extents = run.extents;
+            self.branches = run.branches;
+        }
+        if let (Some(centre), Some(count)) = (voxels.vector_columns("voxel"), voxels.column("count")) {
+            for row in 0..voxels.row_count() {
+                let cell = centre.map(|column| (column.number(row) / self.voxel).floor() as i32);
+                self.voxels.insert(cell, count.values.number(row) as u32);
+            }
+        }
+        self.tips = tips;
     }
 
     /// Samples whose rows are kept.
@@ -158,13 +165,12 @@ impl Reduction {
         let mut cells: Vec<_> = self.voxels.iter().collect();
         cells.sort_unstable();
         let centre = |axis: usize| {
-            let values = cells.iter().map(|(cell, _)| (f64::from(cell[axis]) + 0.5) * self.voxel).collect();
-            let name = format!("voxel.{}", ["x", "y", "z"][axis]);
-            Column { name, unit: "m".into(), values: Values::Double(values) }
+            let values: Vec<f64> = cells.iter().map(|(cell, _)| (f64::from(cell[axis]) + 0.5) * self.voxel).collect();
+            Column::new(format!("voxel.{}", ["x", "y", "z"][axis]), "m", values)
         };
-        let counts = cells.iter().map(|(_, count)| u64::from(**count)).collect();
+        let counts: Vec<u64> = cells.iter().map(|(_, count)| u64::from(**count)).collect();
         let mut columns: Vec<Column> = (0..3).map(centre).collect();
-        columns.push(Column { name: "count".into(), unit: String::new(), values: Values::Index(counts) });
-        Table { columns }
+        columns.push(Column::new("count", "", counts));
+        Table::new(columns)
     }
 }

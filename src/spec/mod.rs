@@ -5,6 +5,7 @@ mod input_table;
 mod observed;
 mod sampling;
 mod selection;
+mod shard;
 mod solution_method;
 mod sweep;
 mod target;
@@ -13,7 +14,9 @@ pub use input_table::InputTable;
 pub use observed::{ObservedPoint, ObservedShape, ObservedShapes, ObservedTip};
 pub use sampling::{MAX_SOBOL_DIMENSIONS, Sampler};
 pub(crate) use selection::Selection;
+pub use shard::{Shard, ShardError};
 pub use solution_method::SolutionMethod;
+pub(crate) use solution_method::stepper_name;
 pub use sweep::{
     AxisSpec, BRANCH_CHUNK, BranchChoice, CHUNK, Format, MAX_ROWS, MAX_SAMPLES, Method, OutputQuantity, RESOLVED_TABLE,
     SweepSpec,

@@ -57,7 +57,7 @@ impl fmt::Display for SolutionMethod {
 /// A value written as one of some names.
 macro_rules! by_name {
     ($module:ident, $type:ty, $what:literal) => {
-        mod $module {
+        pub(crate) mod $module {
             use super::*;
 
             pub fn serialize<S: Serializer>(value: &$type, serializer: S) -> Result<S::Ok, S::Error> {

@@ -1,52 +1,42 @@
-//! Tables of studies: the one place that names what they are made of and how they are written.
+//! A study's table, column by column.
 
 use crate::model::Vector;
-use crate::results::ResultsError;
-use crate::table::{PlainColumn, PlainValues, write_plain};
-use std::path::Path;
-
-/// A study's table.
-pub(crate) type Table = Vec<PlainColumn>;
+use crate::table::{Column, Table, Values};
 
 /// Columns that are added one after the other, each as long as the first.
 #[derive(Default)]
-pub(super) struct Columns(Table);
+pub(super) struct Columns(Vec<Column>);
 
 impl Columns {
-    fn add(&mut self, name: impl Into<String>, unit: &str, values: PlainValues) {
-        self.0.push(PlainColumn::new(name, unit, values));
+    fn add(&mut self, name: impl Into<String>, unit: &str, values: Values) {
+        self.0.push(Column::new(name, unit, values));
     }
 
-    pub(crate) fn counts(&mut self, name: impl Into<String>, values: impl IntoIterator<Item = u64>) {
-        self.add(name, "", PlainValues::Count(values.into_iter().collect()));
+    pub(super) fn counts(&mut self, name: impl Into<String>, values: impl IntoIterator<Item = u64>) {
+        self.add(name, "", Values::Index(values.into_iter().collect()));
     }
 
     /// NaN stands for "none".
-    pub(crate) fn numbers(&mut self, name: impl Into<String>, unit: &str, values: impl IntoIterator<Item = f64>) {
-        self.add(name, unit, PlainValues::Number(values.into_iter().collect()));
+    pub(super) fn numbers(&mut self, name: impl Into<String>, unit: &str, values: impl IntoIterator<Item = f64>) {
+        self.add(name, unit, Values::Double(values.into_iter().collect()));
     }
 
     /// Three columns `name.x`, `name.y`, `name.z`.
-    pub(crate) fn vectors(&mut self, name: &str, unit: &str, values: &[Vector]) {
+    pub(super) fn vectors(&mut self, name: &str, unit: &str, values: &[Vector]) {
         for (a, axis) in ["x", "y", "z"].iter().enumerate() {
             self.numbers(format!("{name}.{axis}"), unit, values.iter().map(|value| value[a]));
         }
     }
 
-    pub(crate) fn flags(&mut self, name: impl Into<String>, values: impl IntoIterator<Item = bool>) {
-        self.add(name, "", PlainValues::Flag(values.into_iter().collect()));
+    pub(super) fn flags(&mut self, name: impl Into<String>, values: impl IntoIterator<Item = bool>) {
+        self.add(name, "", Values::Flag(values.into_iter().map(Some).collect()));
     }
 
-    pub(crate) fn words(&mut self, name: impl Into<String>, values: impl IntoIterator<Item = String>) {
-        self.add(name, "", PlainValues::Word(values.into_iter().collect()));
+    pub(super) fn words(&mut self, name: impl Into<String>, values: impl IntoIterator<Item = String>) {
+        self.add(name, "", Values::Text(values.into_iter().collect()));
     }
 
-    pub(crate) fn finish(self) -> Table {
-        self.0
+    pub(super) fn finish(self) -> Table {
+        Table::new(self.0)
     }
-}
-
-/// Writes a table; CSV unless the name ends in `.parquet`. What is there is replaced.
-pub(super) fn write(table: &Table, path: &Path, metadata: &[(&str, String)]) -> Result<(), ResultsError> {
-    write_plain(path, table, metadata)
 }

@@ -1,11 +1,12 @@
 //! The paper's experiment, simulated, beside what it measured: four trajectories, each played on catheters that differ
 //! from the model.
 
-use super::columns::{self, Columns, Table};
+use super::columns::Columns;
 use super::{ControlError, ControlEvent, ControlJob, ControlRun, Imperfection, Outcome, Simulation, TRIALS};
 use crate::input::{InputError, parse_trajectory};
-use crate::results::ResultsError;
+use crate::results::{ResultsError, write_table};
 use crate::spec::Trajectory;
+use crate::table::Table;
 use serde_json::{Value, json};
 use std::path::Path;
 
@@ -184,7 +185,7 @@ impl ExperimentRun {
     ///
     /// A file that cannot be written.
     pub fn write(&self, path: &Path) -> Result<(), ResultsError> {
-        columns::write(&self.table(), path, &[])
+        write_table(path, &self.table(), &[])
     }
 
     /// The numbers as JSON, SI: quantiles as [`PlayedTrajectory::quantiles_mm`], in metres.

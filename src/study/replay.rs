@@ -1,11 +1,12 @@
 //! Recorded commands through the model, beside the tips that were observed.
 
-use super::columns::{self, Columns, Table};
+use super::columns::Columns;
 use super::{Agreement, ControlError, agreement, play};
 use crate::engines::cpu_f64;
 use crate::model::{Scene, Vector};
-use crate::results::ResultsError;
+use crate::results::{ResultsError, write_table};
 use crate::spec::{InputTable, ObservedTip};
+use crate::table::Table;
 use serde_json::{Value, json};
 use std::path::Path;
 
@@ -81,7 +82,7 @@ impl Replay {
     ///
     /// A file that cannot be written.
     pub fn write(&self, path: &Path) -> Result<(), ResultsError> {
-        columns::write(&self.table(), path, &[])
+        write_table(path, &self.table(), &[])
     }
 
     /// The tips as JSON [m].
@@ -145,7 +146,7 @@ impl ReplayComparison {
     ///
     /// A file that cannot be written.
     pub fn write(&self, path: &Path) -> Result<(), ResultsError> {
-        columns::write(&self.table(), path, &[])
+        write_table(path, &self.table(), &[])
     }
 
     /// The agreement as JSON [m].

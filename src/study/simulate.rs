@@ -3,11 +3,12 @@
 
 use super::MakeEngine;
 use super::agreement::squares_after_alignment;
-use super::columns::{self, Columns, Table};
+use super::columns::Columns;
 use super::{ControlError, ControlRun};
 use crate::engines::cpu_f64;
 use crate::model::{Axis, Parameter, Plan, PlanOptions, Quantity, Scene, SegmentKind, SegmentParameter, Vector};
-use crate::results::ResultsError;
+use crate::results::{ResultsError, write_table};
+use crate::table::Table;
 use nalgebra::Vector3;
 use serde_json::{Value, json};
 use std::path::Path;
@@ -96,7 +97,7 @@ impl Simulation {
     ///
     /// A file that cannot be written.
     pub fn write(&self, path: &Path) -> Result<(), ResultsError> {
-        columns::write(&self.table(), path, &[])
+        write_table(path, &self.table(), &[])
     }
 
     /// The numbers as JSON, SI.

@@ -4,9 +4,9 @@ use super::error::SweepError;
 use crate::backend::BackendFactory;
 use crate::model::rotation_angle;
 use crate::model::{Plan, Quantity, Solutions};
+use crate::results::{ErrorDistribution, SpotCheck};
 use crate::spec::Sampler;
 use crate::spec::Selection;
-use serde::Serialize;
 
 /// How many samples are checked.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,41 +22,8 @@ impl Default for SpotCheckOptions {
     }
 }
 
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct ErrorDistribution {
-    pub median: f64,
-    pub p95: f64,
-    pub max: f64,
-}
-
 /// An error that is so many times the tolerance, and the row's own estimate, is no matter of resolution or round-off.
 const WRONG: f64 = 10.0;
-
-/// Differences between a run and the trusted backend.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct SpotCheck {
-    /// Samples solved twice.
-    pub checked: u64,
-    /// Of these, samples that both solved.
-    pub compared: u64,
-    /// Solved by the run, not by the trusted backend.
-    pub only_run: u64,
-    /// Solved by the trusted backend, not by the run.
-    pub only_trusted: u64,
-    /// Compared successes whose position or rotation is off by more than ten times the tolerance and than ten times their
-    /// own error estimate.
-    pub wrong: u64,
-    /// |dp| / rod length.
-    pub position: ErrorDistribution,
-    /// Angle between tip frames [rad].
-    pub rotation: ErrorDistribution,
-    /// Worst derivative column of each sample: |d(dp/L, w)| over the column's norm, at least 1 % of its typical norm.
-    pub derivative: ErrorDistribution,
-    /// Sample with the largest position or rotation error.
-    pub worst_sample: Option<u64>,
-    pub worst_values: Vec<(String, f64)>,
-    pub worst_derivative: Option<String>,
-}
 
 /// Samples of a run set aside for the check.
 pub(crate) struct Kept {

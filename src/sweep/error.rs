@@ -18,10 +18,11 @@ pub enum SweepError {
     Backend(#[from] BackendError),
     #[error(transparent)]
     Results(#[from] ResultsError),
-    #[error("shard `{text}`: {reason}; write K/N with K from 1 to N, such as 2/8")]
-    Shard { text: String, reason: &'static str },
     #[error("the backend was prepared for another plan: {what} differ")]
     WrongPlan { what: &'static str },
+    /// The run was begun by another method, or is to be as another run.
+    #[error("the run is solved with {what} {settled}, asked for is {asked}; leave that out, or begin another run")]
+    OtherMethod { what: &'static str, settled: String, asked: String },
     #[error("the sweep asks for every equilibrium, and the run was given nothing to search with")]
     NoSearch,
 }
@@ -30,8 +31,9 @@ impl SweepError {
     /// Whether the user's input or command is at fault (exit code 2) rather than the run (exit code 1).
     pub fn is_usage(&self) -> bool {
         match self {
-            SweepError::Input(_) | SweepError::Plan(_) | SweepError::Shard { .. } => true,
+            SweepError::Input(_) | SweepError::Plan(_) => true,
             SweepError::Backend(BackendError::Unsupported { .. }) => true,
+            SweepError::OtherMethod { .. } => true,
             SweepError::Results(error) => error.is_usage(),
             _ => false,
         }

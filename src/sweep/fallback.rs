@@ -2,7 +2,10 @@
 
 use super::branches::BranchTools;
 use super::error::SweepError;
-use super::run::{RunOptions, Summary, run};
+use super::options::RunOptions;
+use super::run::{method_of, run};
+use super::sink::RowSink;
+use super::summary::Summary;
 use crate::backend::BackendFactory;
 use crate::backend::{Backend, BackendError};
 use crate::spec::SweepSpec;
@@ -25,17 +28,18 @@ pub fn run_with_fallback(
     backend: &mut dyn Backend,
     options: &RunOptions,
     fallback: &Fallback,
+    sink: &mut dyn RowSink,
 ) -> Result<Summary, SweepError> {
-    let error = match run(spec, backend, options) {
+    let error = match run(spec, backend, options, sink) {
         Err(SweepError::Backend(error)) if error.is_of_device() => error,
         result => return result,
     };
     (fallback.tell)(&error);
     let mut options = options.clone();
-    options.resume = true;
+    options.method.get_or_insert_with(|| method_of(&backend.info(), backend.plan()));
     options.search = fallback.search;
     options.notes.extend(backend.take_notes());
     let mut engine = (fallback.engine)(backend.plan())?;
     options.notes.push(format!("{error}; {} went on", engine.info()));
-    run(spec, engine.as_mut(), &options)
+    run(spec, engine.as_mut(), &options, sink)
 }

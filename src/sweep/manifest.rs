@@ -1,82 +1,69 @@
-//! What a run leaves beside its parts: manifest, workspace and tips of a run without rows, the worst sample.
+//! The account that a run gives of itself.
 
-use super::error::SweepError;
-use super::run::{RunOptions, Summary};
-use crate::input::write_scene;
-use crate::model::{Plan, Status};
-use crate::results::directory::{MANIFEST_FILE, RunRecord, TIPS_FILE, WORKSPACE_FILE, WORST_FILE};
-use crate::results::parts::{self, FileMetadata};
-use crate::spec::{Format, SweepSpec};
-use serde_json::{Map, Value, json};
+use super::options::RunOptions;
+use super::summary::Summary;
+use crate::model::Plan;
+use crate::results::manifest::named_counts;
+use crate::results::{Manifest, RunAccount, RunRecord, RunTimings, SecondAttempts};
+use crate::spec::SweepSpec;
+use std::collections::BTreeMap;
 
-pub(crate) fn write(
+pub(crate) fn manifest(
     spec: &SweepSpec,
     plan: &Plan,
     record: &RunRecord,
     options: &RunOptions,
     summary: &Summary,
-    metadata: &FileMetadata,
-) -> Result<(), SweepError> {
-    let out = &options.out;
-    if spec.format == Format::None && !summary.interrupted {
-        parts::write_table(&out.join(WORKSPACE_FILE), &summary.reduction.voxel_table(), metadata)?;
-        parts::write_table(&out.join(TIPS_FILE), &summary.reduction.tips, metadata)?;
-    }
-    if let Some(index) = summary.spot_check.as_ref().and_then(|check| check.worst_sample) {
-        let scene = write_scene(&spec.sample_scene(index));
-        parts::write_atomically(&out.join(WORST_FILE), scene.as_bytes(), true)?;
-    }
-    let counts: Map<String, Value> = Status::ALL
-        .into_iter()
-        .filter(|status| summary.count(*status) > 0)
-        .map(|status| (status.name().to_owned(), summary.count(status).into()))
-        .collect();
-    let backend = &summary.backend;
-    let mut timings = json!(summary.timings);
+) -> Manifest {
+    let Summary { backend, reduction, .. } = summary;
+    let mut of_engine = BTreeMap::new();
     if !summary.engine_timings.is_empty() {
-        let of_engine = summary.engine_timings.iter().map(|(name, seconds)| ((*name).to_owned(), json!(seconds)));
-        timings[backend.kind.to_string()] = Value::Object(of_engine.collect());
+        let stages = summary.engine_timings.iter().map(|(name, seconds)| ((*name).to_owned(), *seconds));
+        of_engine.insert(backend.kind.to_string(), stages.collect());
     }
-    let manifest = json!({
-        "program": "rodsweep",
-        "version": env!("CARGO_PKG_VERSION"),
-        "commit": option_env!("RODSWEEP_COMMIT"),
-        "run_id": record.run_id,
-        "backend": backend.kind.to_string(),
-        "precision": backend.precision.to_string(),
-        "adapter": backend.device,
-        "driver": backend.driver,
-        "seed": spec.seed,
-        "method": spec.method.name(),
-        "sample_count": record.sample_count,
-        "chunk": record.chunk,
-        "shard": options.shard,
-        "samples_of_shard": summary.total,
-        "solved_now": summary.solved,
-        "found_done": summary.resumed,
-        "complete": !summary.interrupted,
-        "branch": spec.branch.name(),
-        "rows": summary.reduction.row_count(),
-        "counts": counts,
-        "failed": summary.failed(),
-        "branches": summary.reduction.branches,
-        "rate": summary.rate,
-        "timings": timings,
-        "samples_made": summary.origin,
-        "tolerance": spec.tolerance,
-        "stepper": plan.options.stepper.name(),
-        "steps": plan.options.steps,
-        "pilot": options.pilot,
-        "second_attempts": { "made": summary.attempts, "won": summary.refined },
-        "above_tolerance": summary.above_tolerance,
-        "worst_residual": summary.worst_residual,
-        "worst_error_estimate": summary.worst_error_estimate,
-        "extents": summary.reduction.extents,
-        "spot_check": summary.spot_check,
-        "quarantined": summary.quarantined,
-        "notes": spec.notes.iter().chain(&summary.notes).collect::<Vec<_>>(),
-    });
-    let text = serde_json::to_string_pretty(&manifest).unwrap_or_default() + "\n";
-    parts::write_atomically(&out.join(MANIFEST_FILE), text.as_bytes(), true)?;
-    Ok(())
+    let run = RunAccount {
+        backend: backend.kind.to_string(),
+        adapter: backend.device.clone(),
+        driver: backend.driver.clone(),
+        method: spec.method.name().into(),
+        shard: options.shard,
+        samples_of_shard: summary.total,
+        solved_now: summary.solved,
+        found_done: summary.resumed,
+        rows: reduction.row_count(),
+        branches: reduction.branches,
+        rate: summary.rate,
+        timings: RunTimings { stages: summary.timings, of_engine },
+        samples_made: summary.origin.clone(),
+        tolerance: spec.tolerance,
+        stepper: plan.options.stepper.name().into(),
+        steps: plan.options.steps,
+        pilot: options.pilot.clone(),
+        second_attempts: SecondAttempts { made: summary.attempts, won: summary.refined },
+        above_tolerance: summary.above_tolerance,
+        worst_residual: summary.worst_residual,
+        worst_error_estimate: summary.worst_error_estimate,
+        extents: reduction.extents,
+        spot_check: summary.spot_check.clone(),
+        quarantined: summary.quarantined.clone(),
+        notes: spec.notes.iter().chain(&summary.notes).cloned().collect(),
+    };
+    Manifest {
+        program: "rodsweep".into(),
+        version: crate::VERSION.into(),
+        commit: crate::COMMIT.map(str::to_owned),
+        run_id: record.run_id.clone(),
+        solved_by: record.method,
+        engines: BTreeMap::from([(backend.to_string(), reduction.row_count())]),
+        sample_count: record.sample_count,
+        chunk: record.chunk,
+        seed: spec.seed,
+        precision: backend.precision.to_string(),
+        branch: spec.branch.name().into(),
+        complete: !summary.interrupted,
+        counts: named_counts(&reduction.counts),
+        failed: summary.failed(),
+        run: Some(run),
+        merged_from: Vec::new(),
+    }
 }

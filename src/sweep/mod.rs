@@ -1,22 +1,30 @@
 //! Running a sweep: the pilot that chooses steps, the pipeline, second attempts, searches for branches, the spot check.
 //!
-//! Knows engines by the [`Backend`](crate::backend::Backend) trait only.
+//! [`SweepJob`] puts all of it together. Only it knows the engines; all else knows the
+//! [`Backend`](crate::backend::Backend) trait.
 
 mod branches;
 mod check;
 mod error;
 mod fallback;
+mod job;
 mod manifest;
+mod options;
 mod pilot;
 mod pipeline;
 mod reduced;
 mod refine;
 mod run;
+mod sink;
+mod summary;
 
 pub use branches::{Branch, BranchSearch, BranchTools, Branches, Energy, Equilibria};
-pub use check::{ErrorDistribution, SpotCheck, SpotCheckOptions};
+pub use check::SpotCheckOptions;
 pub use error::SweepError;
 pub use fallback::{Fallback, run_with_fallback};
-pub use pilot::{PilotChoice, STEPS, choose_method, choose_steps};
-pub use reduced::SampleOrigin;
-pub use run::{Progress, RunOptions, Shard, Summary, Timings, run};
+pub use job::{PreparedSweep, SweepJob, branch_tools};
+pub use options::{Progress, RunOptions};
+pub use pilot::{STEPS, choose_method, choose_steps};
+pub use run::run;
+pub use sink::{Callback, Found, Memory, ResultDirectory, RowSink, RunEnd, RunHeader};
+pub use summary::Summary;

@@ -4,63 +4,13 @@ use crate::backend::BackendError;
 use crate::backend::BackendFactory;
 use crate::model::rotation_angle;
 use crate::model::{Batch, Plan, PlanOptions, Quantity, Solutions, Stepper};
+use crate::results::PilotChoice;
 use crate::spec::Sampler;
 use crate::spec::Selection;
-use serde::{Serialize, Serializer};
 
 /// Resolutions that are tried.
 pub const STEPS: [usize; 13] = [2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128];
 const SAMPLES: u64 = 64;
-
-/// The method and resolution that a pilot found.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct PilotChoice {
-    #[serde(serialize_with = "name")]
-    pub stepper: Stepper,
-    pub steps: usize,
-    /// Largest difference to twice the steps: tip position over length, or tip rotation [rad].
-    pub error: f64,
-    pub tolerance: f64,
-    /// Whether `error` is below half the tolerance.
-    pub reached: bool,
-    /// Samples that converged at both resolutions.
-    pub compared: usize,
-    /// Steps and error of every resolution tried.
-    pub tried: Vec<(usize, f64)>,
-}
-
-fn name<S: Serializer>(stepper: &Stepper, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.serialize_str(stepper.name())
-}
-
-impl PilotChoice {
-    /// The plan's options with what was chosen.
-    pub fn options(&self, plan: &Plan) -> PlanOptions {
-        PlanOptions { stepper: self.stepper, steps: self.steps, ..plan.options }
-    }
-
-    /// Stages of a pass over the rod.
-    fn cost(&self) -> usize {
-        self.stepper.tableau().b.len() * self.steps
-    }
-
-    /// One line that says what was picked and why.
-    pub fn explain(&self) -> String {
-        let PilotChoice { stepper, steps, error, tolerance, compared, .. } = self;
-        let method = format!("{}, {steps} steps", stepper.name());
-        if *compared == 0 {
-            format!("{method}: no pilot sample converged, so the error is unknown")
-        } else if self.reached {
-            format!(
-                "{method}: {compared} pilot samples differ by at most {error:.1e} from twice the steps (tolerance {tolerance:.0e})"
-            )
-        } else {
-            format!(
-                "{method}: {compared} pilot samples still differ by {error:.1e} from twice the steps; tolerance {tolerance:.0e} is not reached"
-            )
-        }
-    }
-}
 
 /// Picks, of the plan's method and others, the one that meets the tolerance with the fewest stages; if none does, the
 /// most accurate.

@@ -3,12 +3,13 @@
 use super::branches::{Branch, BranchSearch, Branches};
 use super::check::Kept;
 use super::error::SweepError;
+use super::options::{Progress, RunOptions};
 use super::refine::Refiners;
-use super::run::{Progress, RunOptions, Timings};
 use crate::backend::{Backend, Returned};
 use crate::model::{Batch, Plan, Quantity, Solutions};
 use crate::results::Reduction;
 use crate::results::RunRecord;
+use crate::results::Timings;
 use crate::results::{BranchCells, Layout, Rows};
 use crate::spec::CHUNK;
 use crate::spec::Sampler;

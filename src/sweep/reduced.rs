@@ -3,38 +3,10 @@
 use super::error::SweepError;
 use super::pipeline::{Finisher, join};
 use crate::backend::{Backend, ReduceJob, Reduced, Returned};
-use crate::results::RunRecord;
-use serde::{Serialize, Serializer};
-use std::fmt;
+use crate::results::{RunRecord, SampleOrigin};
 use std::ops::Range;
 use std::sync::mpsc::sync_channel;
 use std::time::{Duration, Instant};
-
-/// Where the samples of a run were made.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum SampleOrigin {
-    Host,
-    /// On the device that solved them; only rows that were asked for came back.
-    Device,
-    /// On the host although the device could make samples, for this reason.
-    HostBecause(String),
-}
-
-impl fmt::Display for SampleOrigin {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            SampleOrigin::Host => f.write_str("host"),
-            SampleOrigin::Device => f.write_str("device"),
-            SampleOrigin::HostBecause(reason) => write!(f, "host: {reason}"),
-        }
-    }
-}
-
-impl Serialize for SampleOrigin {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_str(self)
-    }
-}
 
 /// The samples of some chunks, neighbours joined.
 fn ranges(record: &RunRecord, chunks: &[u64]) -> Vec<Range<u64>> {

@@ -1,152 +1,82 @@
-//! Tables of results: named columns of one kind each.
+//! Tables: named columns of one kind each, and the formats they are kept in.
+//!
+//! Knows the model and nothing of sweeps. Only this room names the crates of Parquet, flatbuffers and zip.
 
-pub(crate) mod csv;
-pub(crate) mod npz;
-pub(crate) mod parquet;
-pub(crate) mod plain;
+mod arrow_schema;
+mod column;
+pub mod csv;
+mod error;
+pub mod npz;
+pub mod parquet;
+#[cfg(feature = "arrow")]
+mod record_batch;
+mod values;
 
-pub use plain::{PlainColumn, PlainValues, write_plain};
+pub use column::Column;
+pub use error::TableError;
+pub use values::Values;
 
 use crate::model::Status;
 
-/// Values of one column; NaN stands for "none".
-#[derive(Clone, Debug, PartialEq)]
-pub enum Values {
-    Index(Vec<u64>),
-    Double(Vec<f64>),
-    Single(Vec<f32>),
-    Status(Vec<Status>),
-    Flag(Vec<Option<bool>>),
-}
-
-#[derive(Clone, Debug, PartialEq)]
-pub struct Column {
-    pub name: String,
-    /// SI; empty for none.
-    pub unit: String,
-    pub values: Values,
-}
-
-/// Columns of equal length.
+/// Columns of equal length; row k of every column belongs to the same sample, point or cell.
+///
+/// ```
+/// use rodsweep::table::{Column, Table};
+///
+/// let table = Table::new(vec![
+///     Column::new("sample", "", vec![0_u64, 1]),
+///     Column::new("tip.position.x", "m", vec![0.1, f64::NAN]),
+/// ]);
+/// assert_eq!(table.row_count(), 2);
+/// assert_eq!(table.column("tip.position.x").unwrap().unit, "m");
+/// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Table {
+    /// In the order of a file's columns.
     pub columns: Vec<Column>,
 }
 
-impl Values {
-    pub fn len(&self) -> usize {
-        match self {
-            Values::Index(values) => values.len(),
-            Values::Double(values) => values.len(),
-            Values::Single(values) => values.len(),
-            Values::Status(values) => values.len(),
-            Values::Flag(values) => values.len(),
-        }
-    }
-
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-
-    /// As a number: NaN for none, 1 and 0 for flags, the code for a status.
-    pub fn number(&self, row: usize) -> f64 {
-        match self {
-            Values::Index(values) => values[row] as f64,
-            Values::Double(values) => values[row],
-            Values::Single(values) => f64::from(values[row]),
-            Values::Status(values) => f64::from(values[row].code()),
-            Values::Flag(values) => values[row].map_or(f64::NAN, f64::from),
-        }
-    }
-
-    fn push(&mut self, value: f64) {
-        match self {
-            Values::Index(values) => values.push(value as u64),
-            Values::Double(values) => values.push(value),
-            Values::Single(values) => values.push(value as f32),
-            Values::Status(values) => values.push(Status::from_code(value as u8).unwrap_or_default()),
-            Values::Flag(values) => values.push((!value.is_nan()).then_some(value != 0.0)),
-        }
-    }
-
-    /// Same kind, no rows.
-    fn empty(&self) -> Values {
-        match self {
-            Values::Index(_) => Values::Index(Vec::new()),
-            Values::Double(_) => Values::Double(Vec::new()),
-            Values::Single(_) => Values::Single(Vec::new()),
-            Values::Status(_) => Values::Status(Vec::new()),
-            Values::Flag(_) => Values::Flag(Vec::new()),
-        }
-    }
-
-    /// Adds some rows of another column.
-    pub(crate) fn append_rows(&mut self, from: &Values, rows: &[usize]) {
-        match (self, from) {
-            (Values::Index(to), Values::Index(from)) => to.extend(rows.iter().map(|row| from[*row])),
-            (Values::Double(to), Values::Double(from)) => to.extend(rows.iter().map(|row| from[*row])),
-            (Values::Single(to), Values::Single(from)) => to.extend(rows.iter().map(|row| from[*row])),
-            (Values::Status(to), Values::Status(from)) => to.extend(rows.iter().map(|row| from[*row])),
-            (Values::Flag(to), Values::Flag(from)) => to.extend(rows.iter().map(|row| from[*row])),
-            (to, from) => rows.iter().for_each(|row| to.push(from.number(*row))),
-        }
-    }
-
-    /// Room for more rows.
-    fn reserve(&mut self, rows: usize) {
-        match self {
-            Values::Index(values) => values.reserve(rows),
-            Values::Double(values) => values.reserve(rows),
-            Values::Single(values) => values.reserve(rows),
-            Values::Status(values) => values.reserve(rows),
-            Values::Flag(values) => values.reserve(rows),
-        }
-    }
-
-    fn clear(&mut self) {
-        match self {
-            Values::Index(values) => values.clear(),
-            Values::Double(values) => values.clear(),
-            Values::Single(values) => values.clear(),
-            Values::Status(values) => values.clear(),
-            Values::Flag(values) => values.clear(),
-        }
-    }
-
-    fn append(&mut self, other: &Values) {
-        match (self, other) {
-            (Values::Index(to), Values::Index(from)) => to.extend(from),
-            (Values::Double(to), Values::Double(from)) => to.extend(from),
-            (Values::Single(to), Values::Single(from)) => to.extend(from),
-            (Values::Status(to), Values::Status(from)) => to.extend(from),
-            (Values::Flag(to), Values::Flag(from)) => to.extend(from),
-            (to, from) => (0..from.len()).for_each(|row| to.push(from.number(row))),
-        }
-    }
-}
-
 impl Table {
+    /// A table of these columns.
+    ///
+    /// # Panics
+    /// If they differ in length.
+    pub fn new(columns: Vec<Column>) -> Self {
+        let table = Self { columns };
+        let rows = table.row_count();
+        assert!(
+            table.columns.iter().all(|column| column.values.len() == rows),
+            "columns of one table differ in length"
+        );
+        table
+    }
+
+    /// Rows of each column; 0 without columns.
     pub fn row_count(&self) -> usize {
         self.columns.first().map_or(0, |column| column.values.len())
     }
 
+    /// The column of this name.
     pub fn column(&self, name: &str) -> Option<&Column> {
         self.columns.iter().find(|column| column.name == name)
     }
 
-    /// One column as numbers, NaN for none.
+    /// One column as numbers; see [`Values::number`].
     pub fn numbers(&self, name: &str) -> Option<Vec<f64>> {
-        let values = &self.column(name)?.values;
-        Some((0..values.len()).map(|row| values.number(row)).collect())
+        self.column(name).map(|column| column.values.numbers())
     }
 
+    /// Three columns `name.x`, `name.y`, `name.z`.
+    pub fn vector_columns(&self, name: &str) -> Option<[&Values; 3]> {
+        let of = |axis: &str| self.column(&format!("{name}.{axis}")).map(|column| &column.values);
+        Some([of("x")?, of("y")?, of("z")?])
+    }
+
+    /// The column `sample`; empty where there is none.
     pub fn samples(&self) -> &[u64] {
-        match self.columns.iter().find_map(|column| match &column.values {
-            Values::Index(values) if column.name == "sample" => Some(values),
-            _ => None,
-        }) {
-            Some(values) => values,
-            None => &[],
+        match self.column("sample").map(|column| &column.values) {
+            Some(Values::Index(samples)) => samples,
+            _ => &[],
         }
     }
 
@@ -156,43 +86,33 @@ impl Table {
         samples.len().min(1) as u64 + samples.windows(2).filter(|pair| pair[0] != pair[1]).count() as u64
     }
 
+    /// The first column of statuses; empty where there is none.
     pub fn statuses(&self) -> &[Status] {
-        match self.columns.iter().find_map(|column| match &column.values {
-            Values::Status(values) => Some(values),
+        let statuses = self.columns.iter().find_map(|column| match &column.values {
+            Values::Status(statuses) => Some(statuses.as_slice()),
             _ => None,
-        }) {
-            Some(values) => values,
-            None => &[],
-        }
-    }
-
-    /// Three columns `name.x`, `name.y`, `name.z`.
-    pub fn vector_columns(&self, name: &str) -> Option<[&Values; 3]> {
-        let of = |axis: &str| self.column(&format!("{name}.{axis}")).map(|column| &column.values);
-        Some([of("x")?, of("y")?, of("z")?])
+        });
+        statuses.unwrap_or_default()
     }
 
     /// The same columns without rows.
     pub fn empty(&self) -> Table {
-        let empty = |column: &Column| Column {
-            name: column.name.clone(),
-            unit: column.unit.clone(),
-            values: column.values.empty(),
-        };
-        Table { columns: self.columns.iter().map(empty).collect() }
+        self.map(Values::empty)
     }
 
-    /// Room for more rows.
-    pub(crate) fn reserve(&mut self, rows: usize) {
-        self.columns.iter_mut().for_each(|column| column.values.reserve(rows));
+    /// These rows, in this order.
+    ///
+    /// # Panics
+    /// If there is no such row.
+    pub fn select(&self, rows: &[usize]) -> Table {
+        self.map(|values| {
+            let mut selected = values.empty();
+            selected.append_rows(values, rows);
+            selected
+        })
     }
 
-    /// Forgets the rows and keeps their memory.
-    pub(crate) fn clear(&mut self) {
-        self.columns.iter_mut().for_each(|column| column.values.clear());
-    }
-
-    /// Adds the rows of a table of the same columns.
+    /// Adds the rows of a table of the same columns; a table without columns takes those of the other.
     pub fn append(&mut self, other: &Table) {
         if self.columns.is_empty() {
             *self = other.clone();
@@ -201,5 +121,19 @@ impl Table {
         for (to, from) in self.columns.iter_mut().zip(&other.columns) {
             to.values.append(&from.values);
         }
+    }
+
+    /// Room for more rows.
+    pub fn reserve(&mut self, rows: usize) {
+        self.columns.iter_mut().for_each(|column| column.values.reserve(rows));
+    }
+
+    /// Forgets the rows and keeps their memory.
+    pub fn clear(&mut self) {
+        self.columns.iter_mut().for_each(|column| column.values.clear());
+    }
+
+    fn map(&self, of: impl Fn(&Values) -> Values) -> Table {
+        Table { columns: self.columns.iter().map(|column| column.with_values(of(&column.values))).collect() }
     }
 }

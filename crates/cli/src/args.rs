@@ -31,6 +31,14 @@ pub enum Command {
         /// A result directory
         directory: PathBuf,
     },
+    /// Draw the figures of a result directory again
+    Figures {
+        /// A result directory
+        directory: PathBuf,
+        /// Column that colours the tip cloud, for example stability.margin or coil.current.z
+        #[arg(long, value_name = "COLUMN")]
+        colour: Option<String>,
+    },
     /// Put the shards of one sweep together
     Merge {
         /// Result directories of the shards
@@ -113,6 +121,9 @@ pub struct RunArguments {
     /// Go on with what the result directory holds
     #[arg(long)]
     pub resume: bool,
+    /// Solve by the method (engine, precision, stepper, steps) of another result directory, such as another shard's
+    #[arg(long, value_name = "DIR")]
+    pub method_of: Option<PathBuf>,
     /// Say what would be done, and do nothing
     #[arg(long)]
     pub dry_run: bool,

@@ -3,6 +3,7 @@
 use super::args::{ControlArguments, RedundancyName, positive_length};
 use super::control_output::{Outputs, say_summary};
 use super::{CommandError, Exit, experiment, print, replay, say, simulate};
+use rodsweep::figures::draw_control;
 use rodsweep::input::{parse_coordinates, read_scene, read_trajectory, scene_notes};
 use rodsweep::model::Scene;
 use rodsweep::spec::Redundancy;
@@ -32,7 +33,7 @@ pub fn control(arguments: &ControlArguments) -> Result<Exit, CommandError> {
     say_summary(&run);
     say(&format!("results: {}", outputs.table.display()));
     if !arguments.no_figures {
-        for path in run.figures(&outputs.dir)? {
+        for path in draw_control(&run, &outputs.dir)? {
             say(&format!("figure: {}", path.display()));
         }
     }

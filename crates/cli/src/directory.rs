@@ -3,16 +3,16 @@
 use super::{CommandError, Exit, print, say};
 use rodsweep::model::Status;
 use rodsweep::report::count;
-use rodsweep::sweep::{self, DirectoryStatus};
+use rodsweep::results::{self, DirectoryStatus, Results};
 use std::path::{Path, PathBuf};
 
 pub fn status(directory: &Path) -> Result<Exit, CommandError> {
-    print(&describe(directory, &sweep::directory_status(directory)?))?;
+    print(&describe(directory, &Results::open(directory)?.status()?))?;
     Ok(Exit::Done)
 }
 
 pub fn merge(directories: &[PathBuf], out: &Path) -> Result<Exit, CommandError> {
-    let status = sweep::merge(directories, out)?;
+    let status = results::merge(directories, out)?;
     say(&format!(
         "merged {} samples of {} directories into {}",
         count(status.samples_done),

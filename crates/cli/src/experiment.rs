@@ -4,7 +4,9 @@ use super::args::ControlArguments;
 use super::control::{job, say_notes};
 use super::control_output::Outputs;
 use super::{CommandError, Exit, print, say};
+use rodsweep::figures::{ExperimentFigure, experiment_page, experiment_text};
 use rodsweep::model::Scene;
+use rodsweep::report;
 use rodsweep::results::ResultsError;
 use rodsweep::study::Experiment;
 
@@ -18,14 +20,14 @@ pub fn experiment(scene: Scene, arguments: &ControlArguments) -> Result<Exit, Co
     let page = outputs.dir.join("experiment.md");
     let io =
         |error: std::io::Error| ResultsError::Io { path: page.clone(), action: "writing", reason: error.to_string() };
-    std::fs::write(&page, found.markdown()).map_err(io)?;
+    std::fs::write(&page, experiment_page(&found)).map_err(io)?;
     if !arguments.json {
-        print(&found.text())?;
+        print(&experiment_text(&found))?;
     }
     say(&format!("results: {}, {}", outputs.table.display(), page.display()));
     if !arguments.no_figures {
         let path = outputs.dir.join("experiment.png");
-        found.figure(&path)?;
+        report::write(&ExperimentFigure(&found), &path)?;
         let seed = found.seeds[found.median_catheter()];
         say(&format!("figure: {}, the catheter of seed {seed}, the median by RMSE", path.display()));
     }

@@ -3,8 +3,9 @@
 use super::args::{FitArguments, positive_length};
 use super::control::say_notes;
 use super::{CommandError, Exit, plot, print, say};
+use rodsweep::figures;
 use rodsweep::input::{read_scene, read_shapes, write_scene};
-use rodsweep::report::{Table, engineering};
+use rodsweep::report::{self, Table, engineering};
 use rodsweep::results::ResultsError;
 use rodsweep::study::{Fit, FitError, FitJob};
 
@@ -40,7 +41,7 @@ pub fn fit(arguments: &FitArguments) -> Result<Exit, CommandError> {
         say(&format!("scene: {}", path.display()));
     }
     if let Some(path) = &arguments.plot {
-        fit.figure(&job, path)?;
+        report::write(&figures::fit(&fit, &job), path)?;
         say(&format!("figure: {}", path.display()));
     }
     Ok(if fit.converged { Exit::Done } else { Exit::Failed })

@@ -11,7 +11,6 @@ mod directory;
 mod doctor;
 mod experiment;
 mod explain;
-mod figures;
 mod fit;
 mod import;
 mod plot;
@@ -28,6 +27,7 @@ use args::{Arguments, Command};
 use clap::{CommandFactory, Parser};
 use rodsweep::backend::BackendError;
 use rodsweep::model::PlanError;
+use rodsweep::figures::RunFiguresError;
 use rodsweep::input::{AssignError, InputError};
 use rodsweep::report::ReportError;
 use rodsweep::results::ResultsError;
@@ -62,6 +62,8 @@ pub enum CommandError {
     #[error(transparent)]
     Backend(#[from] BackendError),
     #[error(transparent)]
+    RunFigures(#[from] RunFiguresError),
+    #[error(transparent)]
     Report(#[from] ReportError),
     #[error(transparent)]
     Control(#[from] ControlError),
@@ -86,6 +88,7 @@ impl CommandError {
             CommandError::Backend(BackendError::Unsupported { .. }) => Exit::Usage,
             CommandError::Control(ControlError::Backend(BackendError::Unsupported { .. })) => Exit::Usage,
             CommandError::Control(error) if !matches!(error, ControlError::Backend(_)) => Exit::Usage,
+            CommandError::RunFigures(RunFiguresError::Colour { .. }) => Exit::Usage,
             CommandError::Report(ReportError::Extension { .. }) => Exit::Usage,
             _ => Exit::Failed,
         }
@@ -113,6 +116,7 @@ fn main() -> ExitCode {
         Command::Bench(arguments) => bench::bench(&arguments),
         Command::Doctor => doctor::doctor(),
         Command::Status { directory } => directory::status(&directory),
+        Command::Figures { directory, colour } => run::draw(&directory, colour.as_deref()),
         Command::Merge { directories, out } => directory::merge(&directories, &out),
         Command::Control(arguments) => control::control(&arguments),
         Command::Fit(arguments) => fit::fit(&arguments),

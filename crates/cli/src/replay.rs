@@ -7,6 +7,7 @@ use super::{CommandError, Exit, print, say};
 use rodsweep::input::{read_input_table, read_observed_tips};
 use rodsweep::model::Scene;
 use rodsweep::study::{Agreement, ControlError, Replay, ReplayComparison};
+use rodsweep::{figures, report};
 use std::path::Path;
 
 pub fn replay(scene: Scene, currents: &Path, arguments: &ControlArguments) -> Result<Exit, CommandError> {
@@ -34,7 +35,7 @@ pub fn replay(scene: Scene, currents: &Path, arguments: &ControlArguments) -> Re
         answer["observed"] = found.to_json();
         if !arguments.no_figures {
             let path = outputs.dir.join("replay.png");
-            replay.figure(&found, &name, &path)?;
+            report::write(&figures::replay(&replay, &found, &name), &path)?;
             say(&format!("figure: {}", path.display()));
         }
     }

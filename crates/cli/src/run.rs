@@ -1,18 +1,18 @@
 //! `rodsweep run`: a sweep file to a result directory, a summary and figures.
 
-use super::args::{BackendName, RunArguments};
-use super::engine::{Engine, cpu_f64, reference, second_attempt};
+use super::args::RunArguments;
 use super::progress::{Meter, duration};
-use super::{CommandError, Exit, branches, figures, say};
-use rodsweep::backend::{Backend, BackendKind};
+use super::{CommandError, Exit, say};
+use rodsweep::figures::RunFigures;
+use rodsweep::input::scene_notes;
 use rodsweep::model::{Plan, PlanOptions, Quantity, Status};
 use rodsweep::report::{count, engineering};
-use rodsweep::sweep::{
-    self, BranchChoice, BranchCounts, Fallback, Format, Method, Progress, RunOptions, SampleOrigin, Shard, Summary,
-    SweepSpec, choose_method, scene_notes,
-};
-use std::path::PathBuf;
-use std::sync::atomic::AtomicBool;
+use rodsweep::results::{BranchCounts, ErrorDistribution, Results, SampleOrigin};
+use rodsweep::spec::{BranchChoice, Format, Method, Shard, SweepSpec};
+use rodsweep::sweep::{PreparedSweep, Progress, ResultDirectory, Summary, SweepJob};
+use std::cell::OnceCell;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 /// Set by Ctrl-C.
@@ -24,83 +24,67 @@ pub fn run(arguments: &RunArguments) -> Result<Exit, CommandError> {
             say(line);
         }
     };
-    let mut spec = SweepSpec::read(&arguments.sweep)?;
-    let shard = Shard::parse(&arguments.shard)?;
-    if let Some(name) = &arguments.colour {
-        figures::check_colour(&spec, name)?;
-    }
+    let spec = SweepSpec::read(&arguments.sweep)?;
+    let shard = Shard::parse(&arguments.shard).map_err(|error| CommandError::Usage(format!("`--shard`: {error}")))?;
+    let figures = RunFigures::new().colour(arguments.colour.as_deref());
+    figures.check(&spec)?;
     let out = arguments.out.clone().unwrap_or_else(|| default_directory(&spec));
-    let asked = spec.tolerance;
-    let mut engine = Engine::choose(&arguments.engine, asked)?;
-    spec.tolerance = engine.tolerance(asked);
+    let settled = match &arguments.method_of {
+        Some(dir) => Results::open(dir)?.method(),
+        None => None,
+    };
     for note in spec.notes.iter().chain(&scene_notes(&spec.scene)) {
         tell(&format!("note: {note}"));
     }
-    tell(&format!("engine: {} {} ({})", engine.kind, engine.precision, engine.reason));
-    if spec.tolerance > asked {
-        tell(&format!("note: tolerance {asked:.0e} is beyond f32; held to {:.0e}", spec.tolerance));
-    }
-    let steppers = engine.steppers();
-    let plan = spec.plan(PlanOptions { stepper: steppers[0], ..PlanOptions::default() })?;
-    // The file may fix the number of steps.
-    let pilot = match spec.steps {
-        Some(_) => None,
-        None => Some(choose_method(&plan, &spec.sampler(), &steppers[1..], &cpu_f64)?),
+    let meter = OnceCell::new();
+    let warn = |text: &str| {
+        meter.get().into_iter().for_each(Meter::finish);
+        say(&format!("warning: {text}"));
     };
-    let plan = pilot.as_ref().map_or(plan.clone(), |pilot| plan.with_options(pilot.options(&plan)));
-    tell(&match &pilot {
-        Some(pilot) => format!("integration: {}", pilot.explain()),
-        None => {
-            let PlanOptions { stepper, steps, .. } = plan.options;
-            format!("integration: {}, {steps} steps, as the sweep file says", stepper.name())
-        }
-    });
+    let job = SweepJob::new(spec).engine(arguments.engine.request()).method(settled).shard(shard);
+    let job = job.limit(arguments.limit).interrupt(&INTERRUPTED).warn(&warn);
+    let mut directory = ResultDirectory::new(&out).resume(arguments.resume);
+    let mut sweep = job.prepare(&directory)?;
+    tell_method(&sweep, &tell);
     if arguments.dry_run {
-        describe(&spec, &plan, arguments, &out);
+        describe(&sweep, arguments, &out);
         return Ok(Exit::Done);
     }
     // A second handler cannot be set; then Ctrl-C simply ends the program.
-    let _ = ctrlc::set_handler(|| INTERRUPTED.store(true, std::sync::atomic::Ordering::Relaxed));
-    let mut backend = make(&mut engine, arguments, &plan, &tell)?;
-    let meter = Meter::new(&backend.info());
+    let _ = ctrlc::set_handler(|| INTERRUPTED.store(true, Ordering::Relaxed));
+    let mut backend = sweep.open()?;
+    let meter: &Meter = meter.get_or_init(|| Meter::new(&backend.info()));
     let show = |progress: &Progress| meter.show(progress);
-    let trusted = |plan: &Plan| Ok(reference(plan));
-    let mut run_options = RunOptions::new(&out);
-    run_options.resume = arguments.resume;
-    run_options.shard = shard;
-    run_options.limit = arguments.limit;
-    run_options.interrupt = Some(&INTERRUPTED);
-    run_options.progress = if arguments.quiet { None } else { Some(&show) };
-    run_options.chunk = spec.chunk();
-    run_options.refiners = vec![&second_attempt, &trusted];
-    let (searching, on_the_cpu) = (engine.clone(), Engine { kind: BackendKind::Cpu, ..engine.clone() });
-    let (search, search_on_the_cpu) = (|plan: &Plan| searching.make(plan), |plan: &Plan| on_the_cpu.make(plan));
-    run_options.search = Some(branches::tools(&search));
-    run_options.trusted = Some(&trusted);
-    run_options.pilot = pilot;
-    let go_on_with = Fallback {
-        engine: &|plan| on_the_cpu.make(plan),
-        search: Some(branches::tools(&search_on_the_cpu)),
-        tell: &|error| {
-            meter.finish();
-            say(&format!("warning: {error}; going on with the CPU in the same precision"));
-        },
-    };
-    let result = sweep::run_with_fallback(&spec, backend.as_mut(), &run_options, &go_on_with);
+    sweep.set_progress(if arguments.quiet { None } else { Some(&show) });
+    let result = sweep.run_on(backend.as_mut(), &mut directory);
     meter.finish();
     let summary = result?;
+    let spec = sweep.spec();
     if !arguments.quiet {
-        print_summary(&spec, &summary);
+        print_summary(spec, &summary, &out);
     }
     if summary.interrupted {
         say(&format!("interrupted; go on with: rodsweep run {} --out {} --resume", spec.file.display(), out.display()));
         return Ok(Exit::Interrupted);
     }
     if !arguments.no_figures {
-        for path in figures::draw(&spec, &summary, arguments.colour.as_deref())? {
+        for path in figures.draw(&Results::open(&out)?, &out)? {
             tell(&format!("figure: {}", path.display()));
         }
     }
+    Ok(verdict(&summary, arguments.max_failures))
+}
+
+/// Draws the figures of a result directory again.
+pub fn draw(directory: &Path, colour: Option<&str>) -> Result<Exit, CommandError> {
+    for path in RunFigures::new().colour(colour).draw(&Results::open(directory)?, directory)? {
+        say(&format!("figure: {}", path.display()));
+    }
+    Ok(Exit::Done)
+}
+
+/// Whether the rows can be trusted, and enough of them have succeeded.
+fn verdict(summary: &Summary, max_failures: Option<u64>) -> Exit {
     let wrong = summary.spot_check.as_ref().map_or(0, |check| check.wrong);
     if wrong > 0 {
         say(&format!(
@@ -108,15 +92,33 @@ pub fn run(arguments: &RunArguments) -> Result<Exit, CommandError> {
              not trust these rows, and run the sweep again with `--backend cpu`",
             count(wrong)
         ));
-        return Ok(Exit::Failed);
+        return Exit::Failed;
     }
-    Ok(match arguments.max_failures {
+    match max_failures {
         Some(most) if summary.failed() > most => {
             say(&format!("error: {} samples failed; --max-failures allows {most}", count(summary.failed())));
             Exit::TooManyFailures
         }
         _ => Exit::Done,
-    })
+    }
+}
+
+/// By what the sweep will be solved, and why.
+fn tell_method(sweep: &PreparedSweep, tell: &dyn Fn(&str)) {
+    let (engine, method) = (sweep.engine(), sweep.method());
+    tell(&format!("engine: {} {} ({})", engine.kind(), engine.precision(), engine.reason()));
+    let asked = sweep.asked_tolerance();
+    if method.tolerance > asked {
+        tell(&format!("note: tolerance {asked:.0e} is beyond f32; held to {:.0e}", method.tolerance));
+    }
+    let PlanOptions { stepper, steps, .. } = sweep.plan().options;
+    tell(&match sweep.pilot() {
+        Some(pilot) => format!("integration: {}", pilot.explain()),
+        None => {
+            let who = if sweep.is_settled() { "as the run was begun" } else { "as the sweep file says" };
+            format!("integration: {}, {steps} steps, {who}", stepper.name())
+        }
+    });
 }
 
 /// `results/` and the name of the sweep file.
@@ -124,24 +126,8 @@ fn default_directory(spec: &SweepSpec) -> PathBuf {
     PathBuf::from("results").join(spec.file.file_stem().unwrap_or(spec.file.as_os_str()))
 }
 
-/// The engine; with `auto` a GPU that cannot be used gives way to the CPU.
-fn make(
-    engine: &mut Engine,
-    arguments: &RunArguments,
-    plan: &Plan,
-    tell: &dyn Fn(&str),
-) -> Result<Box<dyn Backend>, CommandError> {
-    match engine.make(plan) {
-        Err(error) if arguments.engine.backend == BackendName::Auto => {
-            tell(&format!("warning: {error}; taking the CPU"));
-            engine.kind = BackendKind::Cpu;
-            Ok(engine.make(plan)?)
-        }
-        result => Ok(result?),
-    }
-}
-
-fn describe(spec: &SweepSpec, plan: &Plan, arguments: &RunArguments, out: &std::path::Path) {
+fn describe(sweep: &PreparedSweep, arguments: &RunArguments, out: &Path) {
+    let (spec, plan) = (sweep.spec(), sweep.plan());
     let samples = arguments.limit.unwrap_or(u64::MAX).min(spec.sample_count);
     let columns = 1 + spec.axes.len() + Quantity::COUNT + plan.rows() * plan.derivatives.len();
     say(&format!("samples: {} by {}", count(samples), spec.method.name()));
@@ -194,7 +180,7 @@ pub fn terms(plan: &Plan) -> String {
     words.iter().filter(|(used, _)| *used).map(|(_, word)| *word).collect::<Vec<_>>().join(", ")
 }
 
-fn print_summary(spec: &SweepSpec, summary: &Summary) {
+fn print_summary(spec: &SweepSpec, summary: &Summary, out: &Path) {
     let time = duration(Duration::from_secs_f64(summary.timings.total));
     let resumed = if summary.resumed > 0 { format!(", {} found done", count(summary.resumed)) } else { String::new() };
     say(&format!(
@@ -233,7 +219,7 @@ fn print_summary(spec: &SweepSpec, summary: &Summary) {
         say(&format!("warning: a damaged part was put aside as {} and solved again", path.display()));
     }
     if let Some(check) = &summary.spot_check {
-        let distribution = |d: &sweep::ErrorDistribution| [d.median, d.p95, d.max].map(engineering).join(" / ");
+        let distribution = |d: &ErrorDistribution| [d.median, d.p95, d.max].map(engineering).join(" / ");
         say(&format!(
             "spot check: {} samples against the reference; median / 95 % / max error: position over length {}, rotation {} rad, derivative column {}",
             count(check.compared),
@@ -248,7 +234,7 @@ fn print_summary(spec: &SweepSpec, summary: &Summary) {
             ));
         }
     }
-    say(&format!("results: {}", summary.out.display()));
+    say(&format!("results: {}", out.display()));
 }
 
 /// `first dispatch` for `first_dispatch`

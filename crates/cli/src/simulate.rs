@@ -3,6 +3,7 @@
 use super::args::ControlArguments;
 use super::{CommandError, say};
 use rodsweep::study::{ControlRun, Imperfection, MEASURED, TRIALS};
+use rodsweep::{figures, report};
 use serde_json::Value;
 use std::path::Path;
 
@@ -25,7 +26,7 @@ pub fn simulate(run: &ControlRun, arguments: &ControlArguments, dir: &Path) -> R
     ));
     if !arguments.no_figures {
         let path = dir.join("simulation.png");
-        found.figure(run, &path)?;
+        report::write(&figures::simulation(&found, run), &path)?;
         say(&format!("figure: {}", path.display()));
     }
     Ok(found.to_json())

@@ -2,8 +2,10 @@
 
 use super::{ControlRun, Outcome, TargetResult};
 use crate::model::Vector;
-use crate::results::ResultsError;
-use crate::study::columns::{self, Columns, Table};
+use crate::results::{ResultsError, write_table};
+use crate::spec::ControlInput;
+use crate::study::columns::Columns;
+use crate::table::Table;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -62,7 +64,7 @@ impl ControlRun {
             ("rodsweep.trajectory", self.trajectory().name.clone()),
             ("rodsweep.engine", self.engine().to_owned()),
         ];
-        columns::write(&self.table(), path, &metadata)
+        write_table(path, &self.table(), &metadata)
     }
 
     /// The same as JSON, SI.
@@ -83,7 +85,7 @@ impl ControlRun {
                 "seconds": result.seconds,
             })
         };
-        let input = |input: &crate::spec::ControlInput| json!({ "parameter": input.name(self.scene()), "low": input.low, "high": input.high });
+        let input = |input: &ControlInput| json!({ "parameter": input.name(self.scene()), "low": input.low, "high": input.high });
         let controlled = XYZ.iter().zip(self.options().coordinates).filter(|(_, on)| *on);
         let counts = Outcome::ALL.map(|outcome| (outcome.name(), self.count(outcome)));
         json!({

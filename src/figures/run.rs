@@ -1,62 +1,125 @@
 //! Figures of a run: where the tip goes, and where samples fail.
 
-use super::CommandError;
-use rodsweep::model::Status;
-use rodsweep::reference;
-use rodsweep::report::{
-    self, AxisLabel, Cloud, Colour, Counts, Curves, FailureMap, Marker, Panel, Series, Sheet, SweptAxis,
+use crate::model::{Status, closest};
+use crate::reference;
+use crate::report::{
+    self, AxisLabel, Cloud, Colour, Counts, Curves, FailureMap, Marker, Panel, ReportError, Series, Sheet, SweptAxis,
 };
-use rodsweep::sweep::{Column, Summary, SweepSpec, Table, Values};
-use std::path::PathBuf;
+use crate::results::{Reduction, Results, ResultsError};
+use crate::spec::SweepSpec;
+use crate::table::{Column, Table, Values};
+use std::path::{Path, PathBuf};
 
 /// Points along the rod that is drawn in the cloud.
 const ROD_POINTS: usize = 101;
 /// Columns that colour the cloud, in order of preference; swept parameters follow.
 const COLOURS: [&str; 2] = ["stability.margin", "error_estimate"];
 
-/// Refuses a column that the sweep does not write, before anything is solved.
-pub fn check_colour(spec: &SweepSpec, name: &str) -> Result<(), CommandError> {
-    if spec.column_names().iter().any(|column| column == name) { Ok(()) } else { Err(no_colour(spec, name)) }
+/// Why a run could not be drawn.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum RunFiguresError {
+    /// The results cannot be read.
+    #[error(transparent)]
+    Results(#[from] ResultsError),
+    /// A figure cannot be written.
+    #[error(transparent)]
+    Report(#[from] ReportError),
+    /// The colour is no column without derivatives.
+    #[error("no column `{name}` to colour by{}; use one of: {}", suggestion.as_ref().map(|name| format!(": did you mean `{name}`?")).unwrap_or_default(), known.join(", "))]
+    Colour {
+        /// What was asked for.
+        name: String,
+        /// The column whose name is nearest.
+        suggestion: Option<String>,
+        /// Columns that there are.
+        known: Vec<String>,
+    },
 }
 
-fn no_colour(spec: &SweepSpec, name: &str) -> CommandError {
-    let names = spec.column_names().join(", ");
-    CommandError::Usage(format!("`--colour {name}`: no such column; use one of: {names}"))
+/// The figures of a run: a cloud of tips, equilibria where every one was asked for, statuses.
+#[derive(Clone, Debug, Default)]
+pub struct RunFigures {
+    colour: Option<String>,
 }
 
-/// Draws the figures of a run into its directory; returns their files.
-pub fn draw(spec: &SweepSpec, summary: &Summary, colour: Option<&str>) -> Result<Vec<PathBuf>, CommandError> {
-    let reduction = &summary.reduction;
-    let tips = &reduction.tips;
-    let mut files = Vec::new();
-    if let Some(cloud) = cloud(spec, tips, colour)? {
-        for name in ["tips.png", "tips.svg"] {
-            let path = summary.out.join(name);
-            report::write(&cloud, &path)?;
-            files.push(path);
+impl RunFigures {
+    /// The cloud is coloured by the stability margin where there is one.
+    pub fn new() -> RunFigures {
+        RunFigures::default()
+    }
+
+    /// Column that colours the cloud of tips.
+    pub fn colour(self, column: Option<&str>) -> RunFigures {
+        RunFigures { colour: column.map(str::to_owned) }
+    }
+
+    /// Whether a sweep writes the column of the colour, before anything is solved.
+    ///
+    /// # Errors
+    ///
+    /// It does not.
+    pub fn check(&self, spec: &SweepSpec) -> Result<(), RunFiguresError> {
+        match &self.colour {
+            Some(name) if !spec.column_names().contains(name) => Err(no_colour(spec, name)),
+            _ => Ok(()),
         }
     }
-    if let Some(panels) = branch_panels(spec, tips) {
-        let path = summary.out.join("branches.png");
-        let panels: Vec<&dyn Panel> = panels.iter().map(|panel| panel as &dyn Panel).collect();
-        report::write(&Sheet { columns: 2, panels }, &path)?;
-        files.push(path);
+
+    /// Draws the results of a directory into a folder, for example the directory itself; returns the files.
+    ///
+    /// # Errors
+    ///
+    /// Results that cannot be read, or a figure that cannot be written.
+    pub fn draw(&self, results: &Results, folder: &Path) -> Result<Vec<PathBuf>, RunFiguresError> {
+        self.check(results.spec())?;
+        self.draw_reduction(results.spec(), &results.reduce(results.spec().voxel)?, folder)
     }
-    let path = summary.out.join("statuses.png");
-    let counts = Counts {
-        title: if reduction.branches.is_some() { "Equilibria by status" } else { "Samples by status" }.into(),
-        counts: Status::ALL.into_iter().map(|status| (status, summary.count(status))).collect(),
-    };
-    let map = if reduction.branches.is_some() { None } else { failure_map(tips) };
-    let mut panels: Vec<&dyn Panel> = vec![&counts];
-    if let Some(map) = &map {
-        panels.push(map);
+
+    fn draw_reduction(
+        &self,
+        spec: &SweepSpec,
+        reduction: &Reduction,
+        folder: &Path,
+    ) -> Result<Vec<PathBuf>, RunFiguresError> {
+        let tips = &reduction.tips;
+        let mut files = Vec::new();
+        if let Some(cloud) = cloud(spec, tips, self.colour.as_deref())? {
+            for name in ["tips.png", "tips.svg"] {
+                let path = folder.join(name);
+                report::write(&cloud, &path)?;
+                files.push(path);
+            }
+        }
+        if let Some(panels) = branch_panels(spec, tips) {
+            let path = folder.join("branches.png");
+            let panels: Vec<&dyn Panel> = panels.iter().map(|panel| panel as &dyn Panel).collect();
+            report::write(&Sheet { columns: 2, panels }, &path)?;
+            files.push(path);
+        }
+        let path = folder.join("statuses.png");
+        let count = |status: Status| (status, reduction.counts[status.code() as usize]);
+        let counts = Counts {
+            title: if reduction.branches.is_some() { "Equilibria by status" } else { "Samples by status" }.into(),
+            counts: Status::ALL.into_iter().map(count).collect(),
+        };
+        let map = if reduction.branches.is_some() { None } else { failure_map(tips) };
+        let mut panels: Vec<&dyn Panel> = vec![&counts];
+        if let Some(map) = &map {
+            panels.push(map);
+        }
+        if reduction.sample_count > 0 {
+            report::write(&Sheet { columns: panels.len(), panels }, &path)?;
+            files.push(path);
+        }
+        Ok(files)
     }
-    if reduction.sample_count > 0 {
-        report::write(&Sheet { columns: panels.len(), panels }, &path)?;
-        files.push(path);
-    }
-    Ok(files)
+}
+
+fn no_colour(spec: &SweepSpec, name: &str) -> RunFiguresError {
+    let known = spec.column_names();
+    let suggestion = closest(name, known.iter().map(String::as_str));
+    RunFiguresError::Colour { name: name.into(), suggestion, known }
 }
 
 /// Tip and energy of every equilibrium over the swept parameter; `None` where there is more than one, or no choice.
@@ -92,7 +155,7 @@ fn branch_panels(spec: &SweepSpec, tips: &Table) -> Option<Vec<Curves>> {
 }
 
 /// The tips that can be used; `None` where there are none.
-fn cloud(spec: &SweepSpec, tips: &Table, colour: Option<&str>) -> Result<Option<Cloud>, CommandError> {
+fn cloud(spec: &SweepSpec, tips: &Table, colour: Option<&str>) -> Result<Option<Cloud>, RunFiguresError> {
     let Some(position) = tips.vector_columns("tip.position") else { return Ok(None) };
     let column = match colour {
         Some(name) => match tips.column(name) {

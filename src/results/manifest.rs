@@ -1,0 +1,161 @@
+//! `manifest.json`: what is known of a run once it has ended. Everything in it can be made again from the parts.
+
+use super::directory::MANIFEST_FILE;
+use super::error::ResultsError;
+use super::outcome::{BranchCounts, PilotChoice, SampleOrigin, SpotCheck, Timings, number_or_null};
+use super::parts;
+use crate::model::Status;
+use crate::spec::{Shard, SolutionMethod};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// The account of a run, or of shards put together.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct Manifest {
+    /// `rodsweep`
+    pub program: String,
+    /// Of the program.
+    pub version: String,
+    /// Of the program's source, where it is known.
+    #[serde(default)]
+    pub commit: Option<String>,
+    /// That of `run.json` and of every part.
+    pub run_id: String,
+    /// What all its numbers were made by; runs of version 0.1 do not say.
+    #[serde(default)]
+    pub solved_by: Option<SolutionMethod>,
+    /// Rows by the engine that made them, as each part says.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub engines: BTreeMap<String, u64>,
+    /// Samples of the sweep.
+    pub sample_count: u64,
+    /// Samples in a part.
+    pub chunk: u64,
+    /// Of the sampling.
+    pub seed: u64,
+    /// Arithmetic of the engine.
+    pub precision: String,
+    /// Which equilibria were asked for.
+    pub branch: String,
+    /// Whether every sample of the shard, or of the sweep where shards were put together, is there.
+    pub complete: bool,
+    /// Rows by status; a status without rows is left out.
+    pub counts: BTreeMap<String, u64>,
+    /// Rows that are no success; where every equilibrium was asked for, samples without any.
+    pub failed: u64,
+    /// Of a run; `None` where shards were put together.
+    #[serde(flatten)]
+    pub run: Option<RunAccount>,
+    /// Manifests of the shards that were put together.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub merged_from: Vec<Manifest>,
+}
+
+/// What only the program that ran a sweep knows.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct RunAccount {
+    /// Kind of engine.
+    pub backend: String,
+    /// What it ran on.
+    pub adapter: String,
+    /// Driver and its version; empty for the CPU.
+    pub driver: String,
+    /// How samples were chosen.
+    pub method: String,
+    /// Which part of the sweep.
+    pub shard: Shard,
+    /// Samples of the shard.
+    pub samples_of_shard: u64,
+    /// Of these, solved by the last call.
+    pub solved_now: u64,
+    /// Of these, found in parts that were already there.
+    pub found_done: u64,
+    /// Rows of the shard.
+    pub rows: u64,
+    /// Where every equilibrium was asked for.
+    pub branches: Option<BranchCounts>,
+    /// Samples a second.
+    pub rate: f64,
+    /// Time by stage.
+    pub timings: RunTimings,
+    /// Where samples were made.
+    pub samples_made: SampleOrigin,
+    /// What the rows were held to.
+    pub tolerance: f64,
+    /// Method of integration.
+    pub stepper: String,
+    /// Steps over the whole rod.
+    pub steps: usize,
+    /// How both were chosen, unless the sweep file or a run before fixed them.
+    pub pilot: Option<PilotChoice>,
+    /// Samples that were solved again.
+    pub second_attempts: SecondAttempts,
+    /// Rows whose error estimate stays above the tolerance.
+    pub above_tolerance: u64,
+    /// In units of the plan's moment.
+    #[serde(deserialize_with = "number_or_null")]
+    pub worst_residual: f64,
+    /// Over rod length, or [rad].
+    #[serde(deserialize_with = "number_or_null")]
+    pub worst_error_estimate: f64,
+    /// Box around the tips [m].
+    pub extents: Option<[[f64; 3]; 2]>,
+    /// Samples solved again by the reference.
+    pub spot_check: Option<SpotCheck>,
+    /// Damaged parts that were put aside.
+    pub quarantined: Vec<PathBuf>,
+    /// What happened on the way.
+    pub notes: Vec<String>,
+}
+
+/// Time by stage, and the engine's own account of its time [s]; stages overlap.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub struct RunTimings {
+    /// Of the run.
+    #[serde(flatten)]
+    pub stages: Timings,
+    /// By engine and stage.
+    #[serde(flatten)]
+    pub of_engine: BTreeMap<String, BTreeMap<String, f64>>,
+}
+
+/// Samples that failed or were doubtful.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SecondAttempts {
+    /// Solved again.
+    pub made: u64,
+    /// With success.
+    pub won: u64,
+}
+
+impl Manifest {
+    /// Rows with a status.
+    pub fn count(&self, status: Status) -> u64 {
+        self.counts.get(status.name()).copied().unwrap_or(0)
+    }
+
+    /// Reads the manifest of a result directory.
+    ///
+    /// # Errors
+    ///
+    /// A manifest that is missing or cannot be understood.
+    pub fn read(dir: &Path) -> Result<Manifest, ResultsError> {
+        let path = dir.join(MANIFEST_FILE);
+        let text = std::fs::read_to_string(&path).map_err(ResultsError::io(&path, "reading"))?;
+        serde_json::from_str(&text).map_err(|error| ResultsError::Damaged { path, reason: error.to_string() })
+    }
+
+    pub(crate) fn write(&self, dir: &Path) -> Result<(), ResultsError> {
+        let text = serde_json::to_string_pretty(self).unwrap_or_default() + "\n";
+        parts::write_atomically(&dir.join(MANIFEST_FILE), text.as_bytes(), true).map(|_| ())
+    }
+}
+
+/// Rows by the name of their status, those without rows left out.
+pub(crate) fn named_counts(counts: &[u64; Status::ALL.len()]) -> BTreeMap<String, u64> {
+    let of = |status: Status| (status.name().to_owned(), counts[status.code() as usize]);
+    Status::ALL.into_iter().map(of).filter(|(_, count)| *count > 0).collect()
+}

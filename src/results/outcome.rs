@@ -1,0 +1,173 @@
+//! What a run says about itself: time by stage, the pilot's choice, the spot check, where samples were made.
+
+use crate::model::{Plan, PlanOptions, Stepper};
+use crate::spec::stepper_name;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::fmt;
+
+/// Busy time of each stage [s]; stages overlap.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Timings {
+    /// Inputs of batches.
+    pub build: f64,
+    /// The engine.
+    pub solve: f64,
+    /// Second attempts.
+    pub refine: f64,
+    /// Searches for equilibria beside those from rest.
+    pub search: f64,
+    /// Tables of rows.
+    pub rows: f64,
+    /// Encoding and disk.
+    pub write: f64,
+    /// The spot check.
+    pub check: f64,
+    /// From start to end.
+    pub total: f64,
+}
+
+/// Quantiles of an error over samples.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ErrorDistribution {
+    /// Half of the samples are below.
+    #[serde(deserialize_with = "number_or_null")]
+    pub median: f64,
+    /// 95 % of the samples are below.
+    #[serde(deserialize_with = "number_or_null")]
+    pub p95: f64,
+    /// The largest.
+    #[serde(deserialize_with = "number_or_null")]
+    pub max: f64,
+}
+
+/// Differences between a run and the trusted backend.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct SpotCheck {
+    /// Samples solved twice.
+    pub checked: u64,
+    /// Of these, samples that both solved.
+    pub compared: u64,
+    /// Solved by the run, not by the trusted backend.
+    pub only_run: u64,
+    /// Solved by the trusted backend, not by the run.
+    pub only_trusted: u64,
+    /// Compared successes whose position or rotation is off by more than ten times the tolerance and than ten times their
+    /// own error estimate.
+    pub wrong: u64,
+    /// |dp| / rod length.
+    pub position: ErrorDistribution,
+    /// Angle between tip frames [rad].
+    pub rotation: ErrorDistribution,
+    /// Worst derivative column of each sample: |d(dp/L, w)| over the column's norm, at least 1 % of its typical norm.
+    pub derivative: ErrorDistribution,
+    /// Sample with the largest position or rotation error.
+    pub worst_sample: Option<u64>,
+    /// Its swept parameters by name, SI.
+    pub worst_values: Vec<(String, f64)>,
+    /// Parameter of the worst derivative column.
+    pub worst_derivative: Option<String>,
+}
+
+/// The method of integration and the resolution that a pilot found.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct PilotChoice {
+    /// The method.
+    #[serde(with = "stepper_name")]
+    pub stepper: Stepper,
+    /// Steps over the whole rod.
+    pub steps: usize,
+    /// Largest difference to twice the steps: tip position over length, or tip rotation [rad].
+    #[serde(deserialize_with = "number_or_null")]
+    pub error: f64,
+    /// What was asked for, in the same measure.
+    pub tolerance: f64,
+    /// Whether `error` is below half the tolerance.
+    pub reached: bool,
+    /// Samples that converged at both resolutions.
+    pub compared: usize,
+    /// Steps and error of every resolution tried.
+    pub tried: Vec<(usize, f64)>,
+}
+
+impl PilotChoice {
+    /// The plan's options with what was chosen.
+    pub fn options(&self, plan: &Plan) -> PlanOptions {
+        PlanOptions { stepper: self.stepper, steps: self.steps, ..plan.options }
+    }
+
+    /// Stages of a pass over the rod.
+    pub fn cost(&self) -> usize {
+        self.stepper.stage_count() * self.steps
+    }
+
+    /// One line that says what was picked and why.
+    pub fn explain(&self) -> String {
+        let PilotChoice { stepper, steps, error, tolerance, compared, .. } = self;
+        let method = format!("{}, {steps} steps", stepper.name());
+        if *compared == 0 {
+            format!("{method}: no pilot sample converged, so the error is unknown")
+        } else if self.reached {
+            format!(
+                "{method}: {compared} pilot samples differ by at most {error:.1e} from twice the steps (tolerance {tolerance:.0e})"
+            )
+        } else {
+            format!(
+                "{method}: {compared} pilot samples still differ by {error:.1e} from twice the steps; tolerance {tolerance:.0e} is not reached"
+            )
+        }
+    }
+}
+
+/// What is known of samples with several equilibria.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct BranchCounts {
+    /// Equilibria of one sample.
+    pub most: u64,
+    /// Samples whose signs do not add up to one, so that an equilibrium is missing.
+    pub unbalanced: u64,
+}
+
+/// Where the samples of a run were made.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum SampleOrigin {
+    /// By the program, and uploaded.
+    Host,
+    /// On the device that solved them; only rows that were asked for came back.
+    Device,
+    /// On the host although the device could make samples, for this reason.
+    HostBecause(String),
+}
+
+impl fmt::Display for SampleOrigin {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            SampleOrigin::Host => f.write_str("host"),
+            SampleOrigin::Device => f.write_str("device"),
+            SampleOrigin::HostBecause(reason) => write!(f, "host: {reason}"),
+        }
+    }
+}
+
+impl Serialize for SampleOrigin {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
+impl<'de> Deserialize<'de> for SampleOrigin {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<SampleOrigin, D::Error> {
+        let text = String::deserialize(deserializer)?;
+        Ok(match text.split_once(": ") {
+            Some(("host", reason)) => SampleOrigin::HostBecause(reason.into()),
+            _ if text == "device" => SampleOrigin::Device,
+            _ => SampleOrigin::Host,
+        })
+    }
+}
+
+/// JSON has no NaN; where a number is none, it has null.
+pub(crate) fn number_or_null<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    Ok(Option::<f64>::deserialize(deserializer)?.unwrap_or(f64::NAN))
+}

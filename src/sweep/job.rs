@@ -1,0 +1,284 @@
+//! A sweep from specification to rows: engine, method, second attempts, witness and searches put together.
+
+use super::branches::BranchTools;
+use super::check::SpotCheckOptions;
+use super::error::SweepError;
+use super::fallback::{Fallback, run_with_fallback};
+use super::options::{Progress, RunOptions};
+use super::pilot::choose_method;
+use super::sink::RowSink;
+use super::summary::Summary;
+use crate::backend::{Backend, BackendError, BackendFactory};
+use crate::engines::{Engine, EngineRequest, cpu_f64, second_attempt, witness};
+use crate::model::{Plan, PlanOptions};
+use crate::reference::energy;
+use crate::results::PilotChoice;
+use crate::spec::{Shard, SolutionMethod, SweepSpec};
+use std::sync::atomic::AtomicBool;
+
+/// A sweep to be run.
+///
+/// ```no_run
+/// use rodsweep::spec::SweepSpec;
+/// use rodsweep::sweep::{Memory, ResultDirectory, SweepJob};
+///
+/// let spec = SweepSpec::read("sweeps/workspace.toml".as_ref())?;
+/// let summary = SweepJob::new(spec.clone()).run(&mut ResultDirectory::new("results/workspace"))?;
+/// println!("{} samples, {} failed", summary.solved, summary.failed());
+///
+/// let mut rows = Memory::new();
+/// SweepJob::new(spec).limit(Some(1000)).run(&mut rows)?;
+/// println!("{} rows", rows.into_table().row_count());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone)]
+pub struct SweepJob<'a> {
+    spec: SweepSpec,
+    request: EngineRequest,
+    method: Option<SolutionMethod>,
+    shard: Shard,
+    limit: Option<u64>,
+    interrupt: Option<&'a AtomicBool>,
+    progress: Option<&'a (dyn Fn(&Progress) + Sync)>,
+    warn: Option<&'a dyn Fn(&str)>,
+    spot_check: Option<SpotCheckOptions>,
+}
+
+impl<'a> SweepJob<'a> {
+    /// A whole sweep by whatever engine suits it, with second attempts and a spot check.
+    pub fn new(spec: SweepSpec) -> SweepJob<'a> {
+        SweepJob {
+            spec,
+            request: EngineRequest::any(),
+            method: None,
+            shard: Shard::WHOLE,
+            limit: None,
+            interrupt: None,
+            progress: None,
+            warn: None,
+            spot_check: Some(SpotCheckOptions::default()),
+        }
+    }
+
+    /// What is asked of the engine.
+    pub fn engine(self, request: EngineRequest) -> Self {
+        SweepJob { request, ..self }
+    }
+
+    /// Engine, precision, stepper, steps and tolerance in full, for example those of another shard. `None`: the engine
+    /// follows from the request, the rest from a pilot.
+    pub fn method(self, method: Option<SolutionMethod>) -> Self {
+        SweepJob { method, ..self }
+    }
+
+    /// A part of the sweep only.
+    pub fn shard(self, shard: Shard) -> Self {
+        SweepJob { shard, ..self }
+    }
+
+    /// The first samples only.
+    pub fn limit(self, limit: Option<u64>) -> Self {
+        SweepJob { limit, ..self }
+    }
+
+    /// A flag that ends the run: it is looked at between batches, and finished parts are kept.
+    pub fn interrupt(self, flag: &'a AtomicBool) -> Self {
+        SweepJob { interrupt: Some(flag), ..self }
+    }
+
+    /// Called after every batch.
+    pub fn progress(self, progress: Option<&'a (dyn Fn(&Progress) + Sync)>) -> Self {
+        SweepJob { progress, ..self }
+    }
+
+    /// Called with what the user should know on the way, such as a device that failed.
+    pub fn warn(self, warn: &'a dyn Fn(&str)) -> Self {
+        SweepJob { warn: Some(warn), ..self }
+    }
+
+    /// How many samples are solved again by the reference; `None`: none.
+    pub fn spot_check(self, options: Option<SpotCheckOptions>) -> Self {
+        SweepJob { spot_check: options, ..self }
+    }
+
+    /// Settles by what the sweep will be solved: as a run that the sink already holds, as asked for, or by a choice of
+    /// engine and a pilot.
+    ///
+    /// # Errors
+    ///
+    /// No engine that suits, a plan that cannot be made, or a request that contradicts the run that is there.
+    pub fn prepare(self, sink: &dyn RowSink) -> Result<PreparedSweep<'a>, SweepError> {
+        let asked_tolerance = self.spec.tolerance;
+        match sink.method()?.or(self.method) {
+            Some(method) => self.prepare_as(method, asked_tolerance),
+            None => self.prepare_anew(asked_tolerance),
+        }
+    }
+
+    /// Prepares and runs.
+    ///
+    /// # Errors
+    ///
+    /// As [`SweepJob::prepare`] and [`PreparedSweep::run`].
+    pub fn run(self, sink: &mut dyn RowSink) -> Result<Summary, SweepError> {
+        self.prepare(sink)?.run(sink)
+    }
+
+    fn prepare_as(mut self, method: SolutionMethod, asked_tolerance: f64) -> Result<PreparedSweep<'a>, SweepError> {
+        let SolutionMethod { engine, precision, .. } = method;
+        let other = |what, settled: String, asked: String| Err(SweepError::OtherMethod { what, settled, asked });
+        if let Some(asked) = self.request.asked_backend().filter(|asked| *asked != engine) {
+            return other("engine", engine.to_string(), asked.to_string());
+        }
+        if let Some(asked) = self.request.asked_precision().filter(|asked| *asked != precision) {
+            return other("precision", precision.to_string(), asked.to_string());
+        }
+        if let Some(asked) = self.spec.steps.filter(|asked| *asked != method.steps) {
+            return other("number of steps", method.steps.to_string(), asked.to_string());
+        }
+        let engine = Engine::new(engine, precision, "as the run was begun");
+        self.spec.tolerance = method.tolerance;
+        let options = PlanOptions { stepper: method.stepper, steps: method.steps, ..PlanOptions::default() };
+        let plan = self.spec.plan(options)?;
+        Ok(PreparedSweep { job: self, engine, plan, pilot: None, method, asked_tolerance, is_settled: true })
+    }
+
+    fn prepare_anew(mut self, asked_tolerance: f64) -> Result<PreparedSweep<'a>, SweepError> {
+        let engine = self.request.choose(asked_tolerance)?;
+        self.spec.tolerance = engine.tolerance(asked_tolerance);
+        let steppers = engine.steppers();
+        let plan = self.spec.plan(PlanOptions { stepper: steppers[0], ..PlanOptions::default() })?;
+        // The file may fix the number of steps.
+        let pilot = match self.spec.steps {
+            Some(_) => None,
+            None => Some(choose_method(&plan, &self.spec.sampler(), &steppers[1..], &cpu_f64)?),
+        };
+        let plan = pilot.as_ref().map_or(plan.clone(), |pilot| plan.with_options(pilot.options(&plan)));
+        let PlanOptions { stepper, steps, tolerance, .. } = plan.options;
+        let method = SolutionMethod { engine: engine.kind(), precision: engine.precision(), stepper, steps, tolerance };
+        Ok(PreparedSweep { job: self, engine, plan, pilot, method, asked_tolerance, is_settled: false })
+    }
+}
+
+/// A sweep of which everything is settled but its rows.
+pub struct PreparedSweep<'a> {
+    job: SweepJob<'a>,
+    engine: Engine,
+    plan: Plan,
+    pilot: Option<PilotChoice>,
+    method: SolutionMethod,
+    asked_tolerance: f64,
+    /// Whether the method was there before.
+    is_settled: bool,
+}
+
+impl<'a> PreparedSweep<'a> {
+    /// The sweep, its tolerance the one that the engine is held to.
+    pub fn spec(&self) -> &SweepSpec {
+        &self.job.spec
+    }
+
+    /// The engine and why it was taken.
+    pub fn engine(&self) -> &Engine {
+        &self.engine
+    }
+
+    /// What all samples share.
+    pub fn plan(&self) -> &Plan {
+        &self.plan
+    }
+
+    /// How stepper and steps were chosen; `None` where the sweep file or a run before fixed them.
+    pub fn pilot(&self) -> Option<&PilotChoice> {
+        self.pilot.as_ref()
+    }
+
+    /// By what the sweep will be solved.
+    pub fn method(&self) -> SolutionMethod {
+        self.method
+    }
+
+    /// Whether the method is that of a run before.
+    pub fn is_settled(&self) -> bool {
+        self.is_settled
+    }
+
+    /// The tolerance that the sweep file asks for; f32 may not reach it.
+    pub fn asked_tolerance(&self) -> f64 {
+        self.asked_tolerance
+    }
+
+    /// Shows progress from now on; `None`: no more.
+    pub fn set_progress(&mut self, progress: Option<&'a (dyn Fn(&Progress) + Sync)>) {
+        self.job.progress = progress;
+    }
+
+    /// Makes the engine. Where the choice was left to the program, a GPU that cannot be used gives way to the CPU.
+    ///
+    /// # Errors
+    ///
+    /// An engine that cannot be used, and no other may take its place.
+    pub fn open(&mut self) -> Result<Box<dyn Backend>, BackendError> {
+        match self.engine.make(&self.plan) {
+            Err(error) if self.job.request.is_open() && !self.is_settled => {
+                self.warn(&format!("{error}; taking the CPU"));
+                self.engine = self.engine.on_the_cpu();
+                self.method.engine = self.engine.kind();
+                self.engine.make(&self.plan)
+            }
+            result => result,
+        }
+    }
+
+    /// Runs the sweep; its rows go to the sink.
+    ///
+    /// # Errors
+    ///
+    /// An engine that cannot be used, or a sink that cannot be written.
+    pub fn run(mut self, sink: &mut dyn RowSink) -> Result<Summary, SweepError> {
+        let mut backend = self.open()?;
+        self.run_on(backend.as_mut(), sink)
+    }
+
+    /// The same on the engine that [`PreparedSweep::open`] made.
+    ///
+    /// # Errors
+    ///
+    /// As [`PreparedSweep::run`].
+    pub fn run_on(&self, backend: &mut dyn Backend, sink: &mut dyn RowSink) -> Result<Summary, SweepError> {
+        let job = &self.job;
+        let trusted = |plan: &Plan| Ok(witness(plan));
+        let on_the_cpu = self.engine.on_the_cpu();
+        let engine = &self.engine;
+        let (search, search_on_the_cpu) = (|plan: &Plan| engine.make(plan), |plan: &Plan| on_the_cpu.make(plan));
+        let mut options = RunOptions::new();
+        options.shard = job.shard;
+        options.method = Some(self.method);
+        options.limit = job.limit;
+        options.chunk = job.spec.chunk();
+        options.interrupt = job.interrupt;
+        options.progress = job.progress;
+        options.refiners = vec![&second_attempt, &trusted];
+        options.search = Some(branch_tools(&search));
+        options.trusted = job.spot_check.is_some().then_some(&trusted as BackendFactory);
+        options.spot_check = job.spot_check.unwrap_or_default();
+        options.pilot = self.pilot.clone();
+        let fallback = Fallback {
+            engine: &search_on_the_cpu,
+            search: Some(branch_tools(&search_on_the_cpu)),
+            tell: &|error| self.warn(&format!("{error}; going on with the CPU in the same precision")),
+        };
+        run_with_fallback(&job.spec, backend, &options, &fallback, sink)
+    }
+
+    fn warn(&self, text: &str) {
+        if let Some(warn) = self.job.warn {
+            warn(text);
+        }
+    }
+}
+
+/// What finds every equilibrium: searches on an engine, answers in f64 on the CPU, energies by the reference.
+pub fn branch_tools(engine: BackendFactory<'_>) -> BranchTools<'_> {
+    BranchTools { engine, finisher: &second_attempt, energy: &energy }
+}

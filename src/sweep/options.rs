@@ -1,0 +1,81 @@
+//! How to run a sweep, and how far it is.
+
+use super::branches::BranchTools;
+use super::check::SpotCheckOptions;
+use crate::backend::BackendFactory;
+use crate::results::PilotChoice;
+use crate::spec::{CHUNK, Shard, SolutionMethod};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+/// How to run a sweep.
+#[derive(Clone)]
+pub struct RunOptions<'a> {
+    /// Which part of the sweep.
+    pub shard: Shard,
+    /// By what the run is solved, where that was settled before; it is then solved by nothing else. Else what the
+    /// backend does.
+    pub method: Option<SolutionMethod>,
+    /// Only the first samples.
+    pub limit: Option<u64>,
+    /// Samples in a part.
+    pub chunk: u64,
+    /// Checked between batches; finished parts are kept.
+    pub interrupt: Option<&'a AtomicBool>,
+    pub progress: Option<&'a (dyn Fn(&Progress) + Sync)>,
+    /// Second attempts for samples that failed or are doubtful, in order.
+    pub refiners: Vec<BackendFactory<'a>>,
+    /// Looks for the equilibria beside the one from rest, where the sweep asks for them.
+    pub search: Option<BranchTools<'a>>,
+    /// What the spot check believes.
+    pub trusted: Option<BackendFactory<'a>>,
+    pub spot_check: SpotCheckOptions,
+    /// How the number of steps was chosen, for the manifest.
+    pub pilot: Option<PilotChoice>,
+    /// What happened before, for the manifest.
+    pub notes: Vec<String>,
+}
+
+/// State of a run, reported after every batch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress {
+    pub done: u64,
+    pub total: u64,
+    /// As [`Summary::failed`], so far.
+    pub failed: u64,
+    /// Samples a second.
+    pub rate: f64,
+    pub left: Option<Duration>,
+    /// Solving is over; samples are being solved again for the spot check.
+    pub checking: bool,
+}
+
+impl Default for RunOptions<'_> {
+    fn default() -> Self {
+        RunOptions::new()
+    }
+}
+
+impl<'a> RunOptions<'a> {
+    /// A whole run without second attempts and spot check.
+    pub fn new() -> RunOptions<'a> {
+        RunOptions {
+            shard: Shard::WHOLE,
+            method: None,
+            limit: None,
+            chunk: CHUNK,
+            interrupt: None,
+            progress: None,
+            refiners: Vec::new(),
+            search: None,
+            trusted: None,
+            spot_check: SpotCheckOptions::default(),
+            pilot: None,
+            notes: Vec::new(),
+        }
+    }
+
+    pub(crate) fn is_interrupted(&self) -> bool {
+        self.interrupt.is_some_and(|flag| flag.load(Ordering::Relaxed))
+    }
+}

@@ -1,0 +1,243 @@
+//! Where the rows of a run go: a result directory, memory, or a callback.
+
+use super::error::SweepError;
+use crate::backend::BackendInfo;
+use crate::input::write_scene;
+use crate::results::directory::{self, TIPS_FILE, WORKSPACE_FILE, WORST_FILE};
+use crate::results::layout;
+use crate::results::parts::{self, FileMetadata};
+use crate::results::{Manifest, Reduction, RunRecord};
+use crate::spec::{Format, Shard, SolutionMethod, SweepSpec};
+use crate::table::Table;
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+/// Takes the rows of a run, part after part in order of samples.
+pub trait RowSink: Send {
+    /// By what a run that is already there is solved; the run that begins then has to do as it did.
+    ///
+    /// # Errors
+    ///
+    /// What is there cannot be read.
+    fn method(&self) -> Result<Option<SolutionMethod>, SweepError> {
+        Ok(None)
+    }
+
+    /// Makes ready for a run. Rows that are already there go to `seen`, part by part.
+    ///
+    /// # Errors
+    ///
+    /// The sink holds something else, or cannot be written.
+    fn open(&mut self, run: &RunHeader<'_>, seen: &mut dyn FnMut(&Table)) -> Result<Found, SweepError>;
+
+    /// Takes the rows of a part.
+    ///
+    /// # Errors
+    ///
+    /// The rows cannot be kept; the run ends.
+    fn write(&mut self, part: u64, rows: &Table) -> Result<(), SweepError>;
+
+    /// The run has ended, whole or interrupted.
+    ///
+    /// # Errors
+    ///
+    /// What is left to be written cannot be.
+    fn close(&mut self, end: &RunEnd<'_>) -> Result<(), SweepError>;
+}
+
+/// A run that begins.
+#[non_exhaustive]
+pub struct RunHeader<'a> {
+    /// What is run.
+    pub spec: &'a SweepSpec,
+    /// Its identity.
+    pub record: &'a RunRecord,
+    /// The columns of its rows, without rows.
+    pub columns: &'a Table,
+    /// What solves.
+    pub engine: &'a BackendInfo,
+    /// Which part of the sweep.
+    pub shard: Shard,
+}
+
+/// What of a run was already there.
+#[derive(Clone, Debug, Default)]
+pub struct Found {
+    /// Parts that need not be solved.
+    pub done: BTreeSet<u64>,
+    /// Damaged parts that were put aside.
+    pub quarantined: Vec<PathBuf>,
+}
+
+/// A run that has ended.
+#[non_exhaustive]
+pub struct RunEnd<'a> {
+    /// What was run.
+    pub spec: &'a SweepSpec,
+    /// The account of the run.
+    pub manifest: &'a Manifest,
+    /// Tips and voxels.
+    pub reduction: &'a Reduction,
+}
+
+/// A result directory: parts that are whole or absent, `run.json`, `sweep.toml`, `manifest.json`.
+#[derive(Debug)]
+pub struct ResultDirectory {
+    dir: PathBuf,
+    resume: bool,
+    format: Format,
+    metadata: Option<FileMetadata>,
+    /// Rows by the engine that made them.
+    engines: BTreeMap<String, u64>,
+    /// Memory to encode in.
+    bytes: Vec<u8>,
+}
+
+impl ResultDirectory {
+    /// A new directory, or an empty one.
+    pub fn new(dir: impl Into<PathBuf>) -> ResultDirectory {
+        ResultDirectory {
+            dir: dir.into(),
+            resume: false,
+            format: Format::None,
+            metadata: None,
+            engines: BTreeMap::new(),
+            bytes: Vec::new(),
+        }
+    }
+
+    /// Whether to go on with what the directory holds.
+    pub fn resume(self, resume: bool) -> ResultDirectory {
+        ResultDirectory { resume, ..self }
+    }
+
+    /// Where it lies.
+    pub fn path(&self) -> &Path {
+        &self.dir
+    }
+}
+
+impl RowSink for ResultDirectory {
+    fn method(&self) -> Result<Option<SolutionMethod>, SweepError> {
+        match self.resume && crate::results::Results::is_there(&self.dir) {
+            true => Ok(RunRecord::read(&self.dir)?.method),
+            false => Ok(None),
+        }
+    }
+
+    fn open(&mut self, run: &RunHeader<'_>, seen: &mut dyn FnMut(&Table)) -> Result<Found, SweepError> {
+        let RunHeader { spec, record, columns, .. } = *run;
+        directory::open(&self.dir, record, spec, self.resume)?;
+        // Opened again by the same program, a run goes on.
+        self.resume = true;
+        self.format = spec.format;
+        let metadata = FileMetadata { engine: run.engine.to_string(), ..directory::metadata(spec, record) };
+        self.metadata = Some(metadata);
+        self.engines.clear();
+        let mut found = Found::default();
+        if spec.format == Format::None {
+            return Ok(found);
+        }
+        let there = directory::parts(&self.dir, record)?;
+        for (path, _) in there.damaged {
+            found.quarantined.push(parts::quarantine(&path)?);
+        }
+        let names = layout::plain_columns(columns);
+        for (chunk, info) in there.sound {
+            if run.shard.owns(chunk) {
+                let path = directory::part_path(&self.dir, chunk, spec.format);
+                seen(&parts::read_part(&path, spec.format, &names, columns)?);
+                self.count(info.engine, info.rows);
+            }
+            found.done.insert(chunk);
+        }
+        Ok(found)
+    }
+
+    fn write(&mut self, part: u64, rows: &Table) -> Result<(), SweepError> {
+        let Some(metadata) = &self.metadata else { return Ok(()) };
+        let path = directory::part_path(&self.dir, part, self.format);
+        let info = parts::write_part(&path, rows, self.format, metadata, &mut self.bytes)?;
+        self.count(info.engine, info.rows);
+        Ok(())
+    }
+
+    fn close(&mut self, end: &RunEnd<'_>) -> Result<(), SweepError> {
+        let Some(metadata) = &self.metadata else { return Ok(()) };
+        let RunEnd { spec, reduction, .. } = *end;
+        if spec.format == Format::None && end.manifest.complete {
+            parts::write_run_table(&self.dir.join(WORKSPACE_FILE), &reduction.voxel_table(), metadata)?;
+            parts::write_run_table(&self.dir.join(TIPS_FILE), &reduction.tips, metadata)?;
+        }
+        let check = end.manifest.run.as_ref().and_then(|run| run.spot_check.as_ref());
+        if let Some(index) = check.and_then(|check| check.worst_sample) {
+            let scene = write_scene(&spec.sample_scene(index));
+            parts::write_atomically(&self.dir.join(WORST_FILE), scene.as_bytes(), true)?;
+        }
+        let mut manifest = end.manifest.clone();
+        if spec.format != Format::None {
+            manifest.engines = std::mem::take(&mut self.engines);
+        }
+        manifest.write(&self.dir)?;
+        Ok(())
+    }
+}
+
+impl ResultDirectory {
+    fn count(&mut self, engine: String, rows: u64) {
+        if !engine.is_empty() {
+            *self.engines.entry(engine).or_default() += rows;
+        }
+    }
+}
+
+/// All rows in memory.
+#[derive(Debug, Default)]
+pub struct Memory {
+    rows: Table,
+}
+
+impl Memory {
+    /// Empty.
+    pub fn new() -> Memory {
+        Memory::default()
+    }
+
+    /// The rows, in order of samples.
+    pub fn into_table(self) -> Table {
+        self.rows
+    }
+}
+
+impl RowSink for Memory {
+    fn open(&mut self, run: &RunHeader<'_>, _: &mut dyn FnMut(&Table)) -> Result<Found, SweepError> {
+        self.rows = run.columns.clone();
+        Ok(Found::default())
+    }
+
+    fn write(&mut self, _: u64, rows: &Table) -> Result<(), SweepError> {
+        self.rows.append(rows);
+        Ok(())
+    }
+
+    fn close(&mut self, _: &RunEnd<'_>) -> Result<(), SweepError> {
+        Ok(())
+    }
+}
+
+/// A function that is called with each part: its number and its rows.
+pub struct Callback<F>(pub F);
+
+impl<F: FnMut(u64, &Table) -> Result<(), SweepError> + Send> RowSink for Callback<F> {
+    fn open(&mut self, _: &RunHeader<'_>, _: &mut dyn FnMut(&Table)) -> Result<Found, SweepError> {
+        Ok(Found::default())
+    }
+
+    fn write(&mut self, part: u64, rows: &Table) -> Result<(), SweepError> {
+        (self.0)(part, rows)
+    }
+
+    fn close(&mut self, _: &RunEnd<'_>) -> Result<(), SweepError> {
+        Ok(())
+    }
+}

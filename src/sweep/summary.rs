@@ -1,0 +1,53 @@
+//! What came of a run.
+
+use crate::backend::BackendInfo;
+use crate::model::Status;
+use crate::results::{Reduction, SampleOrigin, SpotCheck, Timings};
+use std::path::PathBuf;
+
+/// What came of a run.
+#[derive(Clone, Debug)]
+pub struct Summary {
+    pub backend: BackendInfo,
+    /// Samples of this shard.
+    pub total: u64,
+    /// Solved by this call.
+    pub solved: u64,
+    /// Found in parts that were already there.
+    pub resumed: u64,
+    /// Samples a second of this call, second attempts and files included, spot check excluded.
+    pub rate: f64,
+    pub interrupted: bool,
+    /// Second attempts made and won.
+    pub attempts: u64,
+    pub refined: u64,
+    /// Success rows of this call (converged ones, where every equilibrium was asked for) whose error estimate stays
+    /// above the tolerance.
+    pub above_tolerance: u64,
+    /// Of the converged rows of this call, in units of the plan's moment.
+    pub worst_residual: f64,
+    /// Of the same rows.
+    pub worst_error_estimate: f64,
+    pub spot_check: Option<SpotCheck>,
+    pub timings: Timings,
+    /// The engine's own account of its time, by name [s]; stages overlap.
+    pub engine_timings: Vec<(&'static str, f64)>,
+    /// What happened to the engine on the way, such as a device that was lost and opened again.
+    pub notes: Vec<String>,
+    pub origin: SampleOrigin,
+    /// Damaged parts that were moved away and solved again.
+    pub quarantined: Vec<PathBuf>,
+    /// Counts by status, extents, tips; parts that were already there included.
+    pub reduction: Reduction,
+}
+
+impl Summary {
+    pub fn count(&self, status: Status) -> u64 {
+        self.reduction.counts[status.code() as usize]
+    }
+
+    /// Rows whose status is no success; where every equilibrium was asked for, samples without any.
+    pub fn failed(&self) -> u64 {
+        self.reduction.failed()
+    }
+}

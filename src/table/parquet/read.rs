@@ -1,0 +1,255 @@
+//! Tables from Parquet, our own and those of other programs.
+
+use super::FORMAT;
+use crate::model::Status;
+use crate::table::error::damaged;
+use crate::table::{Column, Table, TableError, Values, arrow_schema};
+use parquet::basic::{Compression, ConvertedType, LogicalType, Type as Physical};
+use parquet::column::reader::{ColumnReaderImpl, get_typed_column_reader};
+use parquet::data_type::{
+    BoolType, ByteArray, ByteArrayType, DataType, DoubleType, FixedLenByteArrayType, FloatType, Int32Type, Int64Type,
+};
+use parquet::errors::ParquetError;
+use parquet::file::metadata::{FileMetaData, FooterTail, ParquetMetaDataReader};
+use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::schema::types::ColumnDescriptor;
+use std::fs::File;
+use std::path::Path;
+
+/// Rows for which memory is taken on a file's word alone.
+const TRUSTED_ROWS: usize = 1 << 20;
+/// Of an eight-byte end: the length of the footer and `PAR1`.
+const TAIL: usize = 8;
+
+/// What a file says about itself.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Footer {
+    /// Rows of each column.
+    pub row_count: u64,
+    /// Keys and values in the order of the file.
+    pub metadata: Vec<(String, String)>,
+}
+
+impl Footer {
+    /// The first value of a key.
+    pub fn get(&self, key: &str) -> Option<&str> {
+        self.metadata.iter().find(|(other, _)| other == key).map(|(_, value)| value.as_str())
+    }
+
+    fn of(metadata: &FileMetaData) -> Footer {
+        let pairs = metadata.key_value_metadata().into_iter().flatten();
+        Footer {
+            row_count: metadata.num_rows().try_into().unwrap_or(0),
+            metadata: pairs.map(|pair| (pair.key.clone(), pair.value.clone().unwrap_or_default())).collect(),
+        }
+    }
+}
+
+/// The footer of a file that is in memory.
+pub fn footer(bytes: &[u8]) -> Result<Footer, TableError> {
+    let parse = || {
+        let (rest, tail) =
+            bytes.split_last_chunk::<TAIL>().ok_or_else(|| ParquetError::EOF("it is too short".into()))?;
+        let length = FooterTail::try_new(tail)?.metadata_length();
+        let start = rest.len().checked_sub(length).ok_or_else(|| ParquetError::EOF("its start is missing".into()))?;
+        ParquetMetaDataReader::decode_metadata(&rest[start..])
+    };
+    parse().map(|metadata| Footer::of(metadata.file_metadata())).map_err(|error| damaged(FORMAT, error))
+}
+
+/// The named columns of a file, in its order; all of them if no name is given.
+///
+/// Signed integers become [`Values::Double`], and so do unsigned ones where some are missing. Text is
+/// [`Values::Status`] in a column `status` that holds no other words.
+pub fn read(path: &Path, names: &[&str]) -> Result<Table, TableError> {
+    let file = SerializedFileReader::new(File::open(path)?).map_err(|error| damaged(FORMAT, error))?;
+    let footer = Footer::of(file.metadata().file_metadata());
+    let units = footer.get(arrow_schema::KEY).map(arrow_schema::units).unwrap_or_default();
+    let mut table = Table::default();
+    for (index, column) in file.metadata().file_metadata().schema_descr().columns().iter().enumerate() {
+        let name = column.path().parts().first().map_or("", String::as_str);
+        if !names.is_empty() && !names.contains(&name) {
+            continue;
+        }
+        let kind = Kind::of(column).map_err(|found| TableError::Kind {
+            column: name.into(),
+            found,
+            expected: "numbers, flags or text",
+        })?;
+        let reader = Reader { file: &file, column: index, rows: footer.row_count as usize };
+        reader.check_codec()?;
+        let values = reader.values(kind, name).map_err(|error| damaged(FORMAT, error))?;
+        if values.len() as u64 != footer.row_count {
+            return Err(damaged(FORMAT, format!("column `{name}` has {} of {} rows", values.len(), footer.row_count)));
+        }
+        table.columns.push(Column::new(name, units.get(name).map_or("", String::as_str), values));
+    }
+    Ok(table)
+}
+
+/// How a column is stored, as far as tables hold it.
+#[derive(Clone, Copy)]
+enum Kind {
+    Unsigned,
+    Signed,
+    Double,
+    Single,
+    Half,
+    Flag,
+    Text,
+}
+
+impl Kind {
+    /// Else what it is instead.
+    fn of(column: &ColumnDescriptor) -> Result<Kind, &'static str> {
+        if column.path().parts().len() > 1 || column.max_rep_level() > 0 {
+            return Err("nested");
+        }
+        match column.logical_type_ref() {
+            Some(LogicalType::Date | LogicalType::Time(_) | LogicalType::Timestamp(_)) => return Err(TIME),
+            Some(LogicalType::Decimal(_)) => return Err(DECIMAL),
+            Some(LogicalType::Unknown) => return Err("empty"),
+            _ => {}
+        }
+        match (column.physical_type(), column.logical_type_ref(), column.converted_type()) {
+            (Physical::INT96, ..) => Err(TIME),
+            (Physical::DOUBLE, ..) => Ok(Kind::Double),
+            (Physical::FLOAT, ..) => Ok(Kind::Single),
+            (Physical::BOOLEAN, ..) => Ok(Kind::Flag),
+            (Physical::FIXED_LEN_BYTE_ARRAY, Some(LogicalType::Float16), _) => Ok(Kind::Half),
+            (Physical::INT32 | Physical::INT64, Some(LogicalType::Integer(kind)), _) => {
+                Ok(if kind.is_signed { Kind::Signed } else { Kind::Unsigned })
+            }
+            (Physical::INT32 | Physical::INT64, None, converted) => of_integer(converted),
+            (Physical::BYTE_ARRAY, None, ConvertedType::NONE) => Err("bytes"),
+            (Physical::BYTE_ARRAY, Some(LogicalType::String | LogicalType::Enum | LogicalType::Json), _)
+            | (Physical::BYTE_ARRAY, None, ConvertedType::UTF8 | ConvertedType::ENUM | ConvertedType::JSON) => {
+                Ok(Kind::Text)
+            }
+            _ => Err("of a kind that is not read"),
+        }
+    }
+}
+
+const TIME: &str = "a date or time";
+const DECIMAL: &str = "decimal";
+
+/// Integers of files that know converted types only.
+fn of_integer(converted: ConvertedType) -> Result<Kind, &'static str> {
+    match converted {
+        ConvertedType::UINT_8 | ConvertedType::UINT_16 | ConvertedType::UINT_32 | ConvertedType::UINT_64 => {
+            Ok(Kind::Unsigned)
+        }
+        ConvertedType::DECIMAL => Err(DECIMAL),
+        ConvertedType::DATE
+        | ConvertedType::TIME_MILLIS
+        | ConvertedType::TIME_MICROS
+        | ConvertedType::TIMESTAMP_MILLIS
+        | ConvertedType::TIMESTAMP_MICROS => Err(TIME),
+        _ => Ok(Kind::Signed),
+    }
+}
+
+/// One column of a file.
+struct Reader<'a> {
+    file: &'a SerializedFileReader<File>,
+    column: usize,
+    rows: usize,
+}
+
+/// What a column holds: the values that there are, and for each row whether it has one (nothing where all have).
+struct Stored<T> {
+    known: Vec<T>,
+    levels: Vec<i16>,
+}
+
+impl Reader<'_> {
+    fn check_codec(&self) -> Result<(), TableError> {
+        for group in self.file.metadata().row_groups() {
+            let codec = match group.column(self.column).compression() {
+                Compression::BROTLI(_) => "brotli",
+                Compression::LZO => "lzo",
+                _ => continue,
+            };
+            return Err(TableError::Codec { codec });
+        }
+        Ok(())
+    }
+
+    fn values(&self, kind: Kind, name: &str) -> Result<Values, ParquetError> {
+        let descriptor = self.file.metadata().file_metadata().schema_descr().column(self.column);
+        let is_long = descriptor.physical_type() == Physical::INT64;
+        Ok(match kind {
+            Kind::Unsigned if is_long => self.stored::<Int64Type>()?.map(|x| x as u64).unsigned(),
+            Kind::Unsigned => self.stored::<Int32Type>()?.map(|x| u64::from(x as u32)).unsigned(),
+            Kind::Signed if is_long => self.stored::<Int64Type>()?.map(|x| x as f64).rows(f64::NAN).into(),
+            Kind::Signed => self.stored::<Int32Type>()?.map(f64::from).rows(f64::NAN).into(),
+            Kind::Double => self.stored::<DoubleType>()?.rows(f64::NAN).into(),
+            Kind::Single => self.stored::<FloatType>()?.rows(f32::NAN).into(),
+            Kind::Half => self.stored::<FixedLenByteArrayType>()?.map(|x| half(x.data())).rows(f64::NAN).into(),
+            Kind::Flag => self.stored::<BoolType>()?.map(Some).rows(None).into(),
+            Kind::Text => words(name, &self.stored::<ByteArrayType>()?.rows(ByteArray::from("")))?,
+        })
+    }
+
+    /// All row groups one after another.
+    fn stored<T: DataType>(&self) -> Result<Stored<T::T>, ParquetError> {
+        let (mut known, mut levels) = (Vec::with_capacity(self.rows.min(TRUSTED_ROWS)), Vec::new());
+        for index in 0..self.file.num_row_groups() {
+            let group = self.file.get_row_group(index)?;
+            let mut reader: ColumnReaderImpl<T> = get_typed_column_reader(group.get_column_reader(self.column)?);
+            while reader.read_records(usize::MAX, Some(&mut levels), None, &mut known)?.0 > 0 {}
+        }
+        Ok(Stored { known, levels })
+    }
+}
+
+impl<T: Clone> Stored<T> {
+    fn map<U>(self, of: impl Fn(T) -> U) -> Stored<U> {
+        Stored { known: self.known.into_iter().map(of).collect(), levels: self.levels }
+    }
+
+    /// One value a row.
+    fn rows(self, none: T) -> Vec<T> {
+        if self.levels.len() <= self.known.len() {
+            return self.known;
+        }
+        let mut known = self.known.into_iter();
+        let row = |level: &i16| if *level > 0 { known.next() } else { None };
+        self.levels.iter().map(row).map(|value| value.unwrap_or_else(|| none.clone())).collect()
+    }
+}
+
+impl Stored<u64> {
+    /// Exact where every row has a value.
+    fn unsigned(self) -> Values {
+        if self.levels.len() <= self.known.len() {
+            return self.known.into();
+        }
+        self.map(|x| x as f64).rows(f64::NAN).into()
+    }
+}
+
+fn words(name: &str, words: &[ByteArray]) -> Result<Values, ParquetError> {
+    if name == "status" {
+        let status = |word: &ByteArray| Status::ALL.into_iter().find(|status| status.name().as_bytes() == word.data());
+        if let Some(statuses) = words.iter().map(status).collect::<Option<Vec<Status>>>() {
+            return Ok(statuses.into());
+        }
+    }
+    let words: Result<Vec<String>, ParquetError> = words.iter().map(|word| word.as_utf8().map(str::to_owned)).collect();
+    Ok(words?.into())
+}
+
+/// A number of half precision; little-endian.
+fn half(bytes: &[u8]) -> f64 {
+    let bits = bytes.first_chunk().map_or(0, |bytes| u16::from_le_bytes(*bytes));
+    let (exponent, fraction) = (i32::from(bits >> 10 & 0x1f), f64::from(bits & 0x3ff));
+    let magnitude = match exponent {
+        0 => fraction * 2f64.powi(-24),
+        0x1f if fraction == 0.0 => f64::INFINITY,
+        0x1f => f64::NAN,
+        _ => (1024.0 + fraction) * 2f64.powi(exponent - 25),
+    };
+    if bits >> 15 == 1 { -magnitude } else { magnitude }
+}

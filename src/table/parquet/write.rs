@@ -1,0 +1,185 @@
+//! Tables to Parquet, column after column straight from their memory.
+
+use super::FORMAT;
+use crate::model::Status;
+use crate::table::{Column, Table, TableError, Values, arrow_schema};
+use bytemuck::cast_slice;
+use parquet::basic::{Compression, Encoding, LogicalType, Repetition, Type as Physical, ZstdLevel};
+use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DataType, DoubleType, FloatType, Int64Type};
+use parquet::errors::ParquetError;
+use parquet::file::metadata::KeyValue;
+use parquet::file::properties::{EnabledStatistics, WriterProperties};
+use parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter};
+use parquet::schema::types::{ColumnPath, Type, TypePtr};
+use std::sync::Arc;
+
+/// Words that are made at a time.
+const WORDS: usize = 4096;
+
+/// The file of a table, with pairs of keys and values in its footer.
+pub fn encode(table: &Table, metadata: &[(&str, String)]) -> Result<Vec<u8>, TableError> {
+    let mut bytes = Vec::new();
+    let pairs = metadata.iter().map(|(key, value)| ((*key).to_owned(), value.clone())).collect();
+    encode_into(table, &mut bytes, |_| pairs)?;
+    Ok(bytes)
+}
+
+/// Makes `bytes` the file of a table; what they held is forgotten, their memory is used again.
+///
+/// `metadata` gives the pairs of the footer. It is shown everything before the footer, to take a checksum of.
+pub fn encode_into(
+    table: &Table,
+    bytes: &mut Vec<u8>,
+    metadata: impl FnOnce(&[u8]) -> Vec<(String, String)>,
+) -> Result<(), TableError> {
+    bytes.clear();
+    try_encode(table, bytes, metadata)
+        .map_err(|error| TableError::Unwritable { format: FORMAT, reason: error.to_string() })
+}
+
+fn try_encode(
+    table: &Table,
+    bytes: &mut Vec<u8>,
+    metadata: impl FnOnce(&[u8]) -> Vec<(String, String)>,
+) -> Result<(), ParquetError> {
+    let mut writer = SerializedFileWriter::new(bytes, schema(table)?, Arc::new(properties(table)?))?;
+    let mut group = writer.next_row_group()?;
+    let mut memory = Memory::new(table.row_count());
+    for column in &table.columns {
+        let Some(mut encoder) = group.next_column()? else { break };
+        memory.write(&column.values, &mut encoder)?;
+        encoder.close()?;
+    }
+    group.close()?;
+    writer.flush()?;
+    for (key, value) in metadata(writer.inner()) {
+        writer.append_key_value_metadata(KeyValue::new(key, value));
+    }
+    writer.into_inner().map(|_| ())
+}
+
+fn properties(table: &Table) -> Result<WriterProperties, ParquetError> {
+    let schema = KeyValue::new(arrow_schema::KEY.to_owned(), arrow_schema::encode(&table.columns));
+    let mut properties = WriterProperties::builder()
+        .set_compression(Compression::ZSTD(ZstdLevel::try_new(1)?))
+        .set_dictionary_enabled(false)
+        .set_statistics_enabled(EnabledStatistics::Chunk)
+        .set_created_by(concat!("rodsweep ", env!("CARGO_PKG_VERSION")).into())
+        .set_key_value_metadata(Some(vec![schema]));
+    for column in &table.columns {
+        let encoding = match column.values {
+            Values::Double(_) | Values::Single(_) => Encoding::BYTE_STREAM_SPLIT,
+            Values::Index(_) => Encoding::DELTA_BINARY_PACKED,
+            Values::Status(_) | Values::Flag(_) | Values::Text(_) => continue,
+        };
+        properties = properties.set_column_encoding(ColumnPath::new(vec![column.name.clone()]), encoding);
+    }
+    Ok(properties.build())
+}
+
+fn schema(table: &Table) -> Result<TypePtr, ParquetError> {
+    let fields = table.columns.iter().map(field).collect::<Result<_, _>>()?;
+    // The name that Arrow gives it.
+    Ok(Arc::new(Type::group_type_builder("arrow_schema").with_fields(fields).build()?))
+}
+
+fn field(column: &Column) -> Result<TypePtr, ParquetError> {
+    let (physical, logical) = match column.values {
+        Values::Index(_) => (Physical::INT64, Some(LogicalType::integer(64, false))),
+        Values::Double(_) => (Physical::DOUBLE, None),
+        Values::Single(_) => (Physical::FLOAT, None),
+        Values::Status(_) | Values::Text(_) => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
+        Values::Flag(_) => (Physical::BOOLEAN, None),
+    };
+    let repetition = if column.values.is_nullable() { Repetition::OPTIONAL } else { Repetition::REQUIRED };
+    let field = Type::primitive_type_builder(&column.name, physical).with_logical_type(logical);
+    Ok(Arc::new(field.with_repetition(repetition).build()?))
+}
+
+/// Memory that all columns of a file use.
+struct Memory {
+    /// A one for each row: all of them are known.
+    ones: Vec<i16>,
+    /// One for each row that is known, zero for the others.
+    levels: Vec<i16>,
+    doubles: Vec<f64>,
+    singles: Vec<f32>,
+}
+
+impl Memory {
+    fn new(rows: usize) -> Self {
+        Self { ones: vec![1; rows], levels: Vec::new(), doubles: Vec::new(), singles: Vec::new() }
+    }
+
+    fn write(&mut self, values: &Values, encoder: &mut SerializedColumnWriter) -> Result<(), ParquetError> {
+        match values {
+            Values::Index(values) => {
+                // The same bits; the logical type says that they are unsigned.
+                encoder.typed::<Int64Type>().write_batch(cast_slice(values), None, None)?;
+            }
+            Values::Double(values) => {
+                let levels = Levels { ones: &self.ones, mixed: &mut self.levels };
+                levels.write::<DoubleType>(values, &mut self.doubles, |x| x.is_nan(), encoder)?;
+            }
+            Values::Single(values) => {
+                let levels = Levels { ones: &self.ones, mixed: &mut self.levels };
+                levels.write::<FloatType>(values, &mut self.singles, |x| x.is_nan(), encoder)?;
+            }
+            Values::Flag(values) => {
+                let known: Vec<bool> = values.iter().flatten().copied().collect();
+                self.levels.clear();
+                self.levels.extend(values.iter().map(|flag| i16::from(flag.is_some())));
+                encoder.typed::<BoolType>().write_batch(&known, Some(&self.levels), None)?;
+            }
+            Values::Status(values) => {
+                let words = Status::ALL.map(|status| ByteArray::from(status.name()));
+                write_words(values, |status| words[usize::from(status.code())].clone(), encoder)?;
+            }
+            Values::Text(values) => write_words(values, |word| ByteArray::from(word.as_str()), encoder)?,
+        }
+        Ok(())
+    }
+}
+
+struct Levels<'a> {
+    ones: &'a [i16],
+    mixed: &'a mut Vec<i16>,
+}
+
+impl Levels<'_> {
+    /// Writes the numbers that there are, and where they stand. `known` is memory for them.
+    fn write<T: DataType<T: Copy>>(
+        self,
+        values: &[T::T],
+        known: &mut Vec<T::T>,
+        is_none: impl Fn(&T::T) -> bool,
+        encoder: &mut SerializedColumnWriter,
+    ) -> Result<(), ParquetError> {
+        let encoder = encoder.typed::<T>();
+        if !values.iter().any(&is_none) {
+            encoder.write_batch(values, Some(self.ones), None)?;
+            return Ok(());
+        }
+        self.mixed.clear();
+        self.mixed.extend(values.iter().map(|value| i16::from(!is_none(value))));
+        known.clear();
+        known.extend(values.iter().filter(|value| !is_none(value)));
+        encoder.write_batch(known, Some(self.mixed), None)?;
+        Ok(())
+    }
+}
+
+fn write_words<T>(
+    values: &[T],
+    word: impl Fn(&T) -> ByteArray,
+    encoder: &mut SerializedColumnWriter,
+) -> Result<(), ParquetError> {
+    let encoder = encoder.typed::<ByteArrayType>();
+    let mut words = Vec::with_capacity(values.len().min(WORDS));
+    for block in values.chunks(WORDS) {
+        words.clear();
+        words.extend(block.iter().map(&word));
+        encoder.write_batch(&words, None, None)?;
+    }
+    Ok(())
+}
