@@ -5,8 +5,10 @@ use divan::counter::ItemsCount;
 use rodsweep::backend::{Backend, BackendError, BackendInfo, Precision};
 use rodsweep::lanes::Lanes;
 use rodsweep::model::{Batch, Plan, PlanOptions, Quantity, Solutions, Start, Stepper};
-use rodsweep::sweep::{BenchSpec, Format, RunOptions, SweepSpec, run};
-use std::path::Path;
+use rodsweep::spec::{Format, SweepSpec};
+use rodsweep::sweep::{ResultDirectory, RunOptions, run};
+use rodsweep_bench::BenchSpec;
+use rodsweep_bench::measure::built_in;
 
 const SAMPLES: usize = 256;
 /// Of each stepper, for tips good to about 1e-6.
@@ -18,9 +20,9 @@ fn main() {
     divan::main();
 }
 
+/// The scene that targets are stated for.
 fn spec() -> BenchSpec {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("sweeps/bench/benchmark.toml");
-    BenchSpec::read(&file).expect("a bench file")
+    built_in().expect("bench files").swap_remove(0)
 }
 
 fn options(stepper: Stepper) -> PlanOptions {
@@ -101,7 +103,8 @@ fn rows(bencher: Bencher, format: Format) {
         .with_inputs(|| tempfile::tempdir().expect("a folder"))
         .bench_local_values(|folder| {
             let mut known = Known(plan.clone(), solutions.clone());
-            run(&spec, &mut known, &RunOptions::new(folder.path().join("out"))).expect("a run");
+            let mut files = ResultDirectory::new(folder.path().join("out"));
+            run(&spec, &mut known, &RunOptions::new(), &mut files).expect("a run");
             folder
         });
 }

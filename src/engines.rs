@@ -1,5 +1,11 @@
 //! The one place that knows every engine: which one to take and why, second attempts, the witness.
 
+mod survey;
+
+#[cfg(feature = "gpu")]
+pub use survey::GpuSurvey;
+pub use survey::{Memory, Survey, survey};
+
 use crate::backend::{Backend, BackendError, BackendKind, Precision};
 #[cfg(feature = "gpu")]
 use crate::gpu;

@@ -26,6 +26,7 @@ pub mod input;
 pub mod reference;
 pub mod report;
 pub mod results;
+pub mod shipped;
 pub mod spec;
 pub mod study;
 pub mod sweep;

@@ -8,15 +8,15 @@ use common::random::Random;
 use common::sandbox::Sandbox;
 use common::scenes::{catheter, parameters};
 use rodsweep::backend::Backend;
-use rodsweep::baseline::{
-    Adaptive, BaselineError, Chain, Differences, Input, Jacobian, Method, Paper, Rod, Scheme, control_step, from_rest,
-    solve,
-};
+use rodsweep::input::read_scene;
 use rodsweep::model::{
     Parameter, Plan, PlanOptions, Quantity, Scene, SegmentKind, SegmentParameter, Solutions, Vector,
 };
 use rodsweep::reference::Reference;
-use rodsweep::sweep::read_scene;
+use rodsweep_bench::baseline::{
+    Adaptive, BaselineError, Chain, Differences, Input, Jacobian, Method, Paper, Rod, Scheme, control_step, from_rest,
+    solve,
+};
 use std::path::Path;
 
 /// A random configuration with its answer.

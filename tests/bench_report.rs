@@ -3,8 +3,9 @@
 mod common;
 
 use common::sandbox::Sandbox;
-use rodsweep::report::bench::{Record, Report, from_csv, to_csv};
-use rodsweep::sweep::BenchSpec;
+use rodsweep_bench::BenchSpec;
+use rodsweep_bench::record::{Record, RecordError, from_csv, to_csv};
+use rodsweep_bench::report::Report;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -38,7 +39,7 @@ fn the_readme_shows_the_committed_data() {
     let (_, rest) = readme.split_once(BEGIN).expect("a place for the table");
     let (shown, _) = rest.split_once(END).expect("an end of the table");
     let report =
-        Report::read(&committed("raw.csv"), &committed("manifest.json"), peers().as_deref()).expect("a report");
+        Report::parse(&committed("raw.csv"), &committed("manifest.json"), peers().as_deref()).expect("a report");
     let fresh = report.readme();
     assert!(fresh.matches("\n| ").count() > 4, "{fresh}");
     assert!(shown == fresh, "put this between the marks, as `bench --render {COMMITTED}` prints it:\n{fresh}");
@@ -84,8 +85,9 @@ fn the_table_reads_back() {
     assert!(back[0].size.is_nan());
     // What is damaged is told by line and column.
     let damaged = to_csv(&[odd]).replace("1.2500e-6", "quick");
-    assert!(from_csv(&damaged).is_err_and(|problem| problem.contains("line 2") && problem.contains("`seconds`")));
-    assert!(from_csv("a,b\n").is_err_and(|problem| problem.contains("line 1")));
+    let number = RecordError::Number { line: 2, column: "seconds", cell: "quick".into() };
+    assert_eq!(from_csv(&damaged), Err(number));
+    assert_eq!(from_csv("a,b\n"), Err(RecordError::Header));
     assert!(from_csv(&raw[..raw.len() - 5]).is_err());
 }
 

@@ -68,7 +68,7 @@ fn the_golden_lists_are_found() {
 
 #[test]
 fn one_equilibrium_is_one() {
-    let scene = rodsweep::sweep::parse_scene(
+    let scene = rodsweep::input::parse_scene(
         "scene".as_ref(),
         "[[segment]]\nname = \"rod\"\nkind = \"flexible\"\nlength = 0.1\n\
          stiffness = { bending = 4e-5, torsion = 3e-5 }\nrest_curvature = [3, 1, 2]\n",

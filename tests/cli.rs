@@ -4,9 +4,9 @@ mod common;
 
 use common::sandbox::{SWEEP, Sandbox, json, sweep};
 use rodsweep::backend::Backend;
+use rodsweep::input::read_scene;
 use rodsweep::model::{Parameter, Plan, PlanOptions, Quantity};
 use rodsweep::reference::Reference;
-use rodsweep::sweep::read_scene;
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::fs;
@@ -30,7 +30,10 @@ fn help_and_version() {
         let help = sandbox.ok(&[command, "--help"]);
         assert!(help.stdout.contains("Usage: rodsweep"), "{}", help.stdout);
         assert_eq!(help.stderr, "");
-        assert_eq!(sandbox.ok(&[command, "--version"]).stdout.split_whitespace().last(), Some("0.1.0"));
+        assert_eq!(
+            sandbox.ok(&[command, "--version"]).stdout.split_whitespace().last(),
+            Some(env!("CARGO_PKG_VERSION"))
+        );
     }
     assert_eq!(sandbox.ok(&["--version"]).stdout, concat!("rodsweep ", env!("CARGO_PKG_VERSION"), "\n"));
     for wrong in
@@ -330,7 +333,8 @@ fn verify_agrees_with_the_reference() {
 fn doctor_tells() {
     let sandbox = Sandbox::new();
     let output = sandbox.ok(&["doctor"]);
-    for word in ["rodsweep 0.1.0", "processor: ", "GPU adapters: ", "`--backend auto` takes: ", "`--backend gpu` "] {
+    let version = concat!("rodsweep ", env!("CARGO_PKG_VERSION"));
+    for word in [version, "processor: ", "GPU adapters: ", "`--backend auto` takes: ", "`--backend gpu` "] {
         assert!(output.stdout.contains(word), "{word}: {}", output.stdout);
     }
 }

@@ -5,7 +5,7 @@
 use rodsweep::model::Status;
 use rodsweep::report::{
     AxisLabel, Cloud, Counts, Curves, FailureMap, Figure, FourViews, Histogram, Marker, PlaneCurves, ReportError,
-    RodMotion, RodShape, Series, Sheet, Stretch, StretchKind, SweptAxis, Table, count, engineering, write,
+    RodMotion, RodShape, Series, Sheet, Stretch, StretchKind, SweptAxis, TextTable, count, engineering, write,
 };
 use std::f64::consts::PI;
 use std::path::PathBuf;
@@ -347,7 +347,7 @@ fn degenerate_panels() {
 
 #[test]
 fn tables_align_numbers_on_the_right() {
-    let mut table = Table::new(["backend", "samples/s", "largest error"]);
+    let mut table = TextTable::new(["backend", "samples/s", "largest error"]);
     table.row(["gpu f32", &count(12_345_678), &engineering(3.14e-8)]);
     table.row(["cpu f64", &count(987), &engineering(f64::NAN)]);
     let expected = "backend   samples/s  largest error\n\

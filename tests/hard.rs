@@ -1,36 +1,22 @@
 //! The cases of `verify --hard` on the engines that need no GPU: nothing wrong, and no surprise.
 
-#[allow(dead_code)]
-#[path = "../src/cli/verify/hard/suite/mod.rs"]
-mod suite;
-
-use rodsweep::backend::{Backend, BackendKind};
-use rodsweep::lanes::Lanes;
-use rodsweep::model::{Plan, RodSegment};
-use rodsweep::reference::{Reference, solve_rod};
+use rodsweep::model::RodSegment;
+use rodsweep::reference::solve_rod;
+use rodsweep_bench::hard::{Case, SHORTCOMINGS, Setup, Truth, Verdict, cases};
 use serde_json::Value;
-use suite::documented::SHORTCOMINGS;
-use suite::{Case, Setup, Truth, Verdict};
 
 /// The golden tips agree with the reference to the amplified error of its integrator.
 const GOLDEN: f64 = 1e-9;
 /// Elastica's first integral along a rod, in units of moment squared over stiffness.
 const FIRST_INTEGRAL: f64 = 1e-9;
 
-fn engine(setup: &Setup, plan: &Plan) -> Box<dyn Backend> {
-    match setup.kind {
-        BackendKind::Reference => Box::new(Reference::new(plan)),
-        _ => Box::new(Lanes::new(plan, setup.precision).expect("supported")),
-    }
-}
-
 #[test]
 fn nothing_is_wrong_and_shortcomings_are_known() {
     let mut surprises = Vec::new();
-    for case in suite::cases() {
+    for case in cases() {
         let answer = case.answer();
         for setup in [Setup::REFERENCE, Setup::CPU_F64, Setup::CPU_F32] {
-            let outcome = setup.solve(&case, &answer, |plan| Ok(engine(&setup, plan))).expect("solved");
+            let outcome = setup.solve(&case, &answer, |plan| setup.engine().make(plan)).expect("solved");
             let (name, status) = (setup.name(), outcome.status.name());
             let known = SHORTCOMINGS.iter().any(|known| known.case == case.name() && known.engine == name);
             let at = format!("{}, {name}: {status}, off by {:.1e}", case.name(), outcome.error);
@@ -42,7 +28,7 @@ fn nothing_is_wrong_and_shortcomings_are_known() {
             }
         }
     }
-    let list = "update the list in src/cli/verify/hard/suite/documented.rs";
+    let list = "update the list in crates/bench/src/hard/documented.rs";
     assert!(surprises.is_empty(), "{list}:\n{}", surprises.join("\n"));
 }
 
@@ -53,7 +39,7 @@ fn built_in_cases_are_the_golden_ones() {
     let text = include_str!("data/hard_cases.json").replace("NaN", "null");
     let golden: Value = serde_json::from_str(&text).expect("valid JSON");
     let golden = golden["cases"].as_array().expect("a list");
-    let cases = suite::cases();
+    let cases = cases();
     assert!(cases.len() >= golden.len() + 10);
     for (golden, case) in golden.iter().zip(&cases) {
         assert_eq!(golden["name"], case.name());
@@ -77,7 +63,7 @@ fn built_in_cases_are_the_golden_ones() {
 #[test]
 fn the_reference_agrees_with_other_truths() {
     let mut worst = (0.0, String::new());
-    for case in suite::cases() {
+    for case in cases() {
         let (Truth::Tip(tip), found) = (case.truth, solve_rod(&case.scene.rod(), &[])) else { continue };
         if !found.status.is_success() {
             continue;
@@ -97,7 +83,7 @@ fn the_reference_agrees_with_other_truths() {
 #[test]
 fn a_first_integral_holds() {
     let mut checked = 0;
-    for case in suite::cases().iter().filter(|case| is_uniform(case)) {
+    for case in cases().iter().filter(|case| is_uniform(case)) {
         let found = solve_rod(&case.scene.rod(), &[]);
         if !found.status.is_success() {
             continue;

@@ -7,7 +7,8 @@ use rodsweep::gpu::{Gpu, device_or_skip};
 use rodsweep::lanes::Lanes;
 use rodsweep::model::{Plan, PlanOptions, Quantity, Solutions, Status, Stepper};
 use rodsweep::reference::{Reference, stability_at};
-use rodsweep::sweep::{SweepSpec, choose_steps};
+use rodsweep::spec::SweepSpec;
+use rodsweep::sweep::choose_steps;
 use std::path::Path;
 
 /// Of the shipped map; prime, so that a stride runs through every value of every axis.

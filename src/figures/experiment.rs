@@ -1,7 +1,9 @@
 //! The simulated experiment as text, as a page, as a figure.
 
 use crate::model::Vector;
-use crate::report::{AxisLabel, Canvas, Colour, Curves, Figure, Panel, PlaneCurves, ReportError, Series, Sheet, Table};
+use crate::report::{
+    AxisLabel, Canvas, Colour, Curves, Figure, Panel, PlaneCurves, ReportError, Series, Sheet, TextTable,
+};
 use crate::study::{ExperimentRun, PlayedTrajectory, Simulation, TRIALS};
 
 const HEADERS: [&str; 9] = [
@@ -57,8 +59,8 @@ impl Figure for ExperimentFigure<'_> {
     }
 }
 
-fn table(found: &ExperimentRun) -> Table {
-    let mut table = Table::new(HEADERS);
+fn table(found: &ExperimentRun) -> TextTable {
+    let mut table = TextTable::new(HEADERS);
     for played in &found.trajectories {
         table.row(cells(played));
     }

@@ -9,6 +9,7 @@ mod fit;
 mod replay;
 mod rod_motion;
 mod run;
+mod shape;
 mod simulation;
 
 pub use control::draw_control;
@@ -16,4 +17,5 @@ pub use experiment::{ExperimentFigure, experiment_page, experiment_text};
 pub use fit::fit;
 pub use replay::replay;
 pub use run::{RunFigures, RunFiguresError};
+pub use shape::{NothingToDraw, rod_shape};
 pub use simulation::simulation;

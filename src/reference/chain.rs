@@ -94,7 +94,7 @@ pub(super) fn nu(C_se: Vector3<f64>, n_body: Vector3<f64>) -> Vector3<f64> {
 }
 
 impl Chain {
-    pub fn new(rod: &Rod, units: &Units) -> Self {
+    pub(super) fn new(rod: &Rod, units: &Units) -> Self {
         let scaled = |v: model::Vector, unit: f64| Vector3::from(v) / unit;
         let segment = |segment: &RodSegment| match segment {
             RodSegment::Flexible(flexible) => Segment {
@@ -148,7 +148,7 @@ impl Chain {
     }
 
     /// The same rod under a share of its loads: dipoles, tip force, tip moment, distributed loads.
-    pub fn loaded(&self, lambda: f64) -> Self {
+    pub(super) fn loaded(&self, lambda: f64) -> Self {
         let mut chain = self.clone();
         chain.numbers.f_tip *= lambda;
         chain.numbers.l_tip *= lambda;
@@ -161,18 +161,18 @@ impl Chain {
     }
 
     /// n at the proximal end of segment j.
-    pub fn n_start(&self, segment: usize) -> Vector3<f64> {
+    pub(super) fn n_start(&self, segment: usize) -> Vector3<f64> {
         self.n_end[segment] + self.weight(segment)
     }
 
     /// u(0), if the rod starts with a flexible segment.
-    pub fn u_base(&self, m0_body: Vector3<f64>) -> Option<Vector3<f64>> {
+    pub(super) fn u_base(&self, m0_body: Vector3<f64>) -> Option<Vector3<f64>> {
         let first = self.numbers.segments[0];
         self.is_flexible[0].then(|| first.u_star + m0_body.component_div(&first.K))
     }
 
     /// p' at the base.
-    pub fn tangent_base(&self) -> Vector3<f64> {
+    pub(super) fn tangent_base(&self) -> Vector3<f64> {
         let nu = nu(self.numbers.segments[0].C_se, self.R0.tr_mul(&self.n_start(0)));
         self.R0 * nu
     }
@@ -196,12 +196,12 @@ impl Chain {
     }
 
     /// Unit changes of the base moment.
-    pub fn base_moment_variations(&self) -> [Variation; 3] {
+    pub(super) fn base_moment_variations(&self) -> [Variation; 3] {
         std::array::from_fn(|k| Variation { dm0_body: Vector3::ith(k, 1.0), ..self.no_variation() })
     }
 
     /// Growth of all loads together; `self` is the rod under its full load.
-    pub fn load_variation(&self, lambda: f64) -> Variation {
+    pub(super) fn load_variation(&self, lambda: f64) -> Variation {
         let mut variation = self.no_variation();
         variation.numbers.f_tip = self.numbers.f_tip;
         variation.numbers.l_tip = self.numbers.l_tip;
@@ -213,7 +213,7 @@ impl Chain {
     }
 
     /// Unit change of a slot, the body-frame base moment held.
-    pub fn slot_variation(&self, slot: Slot, m0_body: Vector3<f64>) -> Variation {
+    pub(super) fn slot_variation(&self, slot: Slot, m0_body: Vector3<f64>) -> Variation {
         let mut variation = self.no_variation();
         let numbers = &mut variation.numbers;
         match slot {

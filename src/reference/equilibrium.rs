@@ -35,9 +35,9 @@ pub struct Equilibrium {
     pub m0: Vector,
     /// Curvature at the start of the first flexible segment, body frame [1/m]
     pub u0: Vector,
-    /// [m]
+    /// Tip position, world frame [m]
     pub p_tip: Vector,
-    /// Body to world, by rows.
+    /// Tip rotation, body to world, by rows.
     pub R_tip: Matrix,
     /// Curvature at the end of the last flexible segment, body frame [1/m]
     pub u_tip: Vector,
@@ -45,10 +45,11 @@ pub struct Equilibrium {
     pub residual: f64,
     /// Estimated error of tip position over rod length, or of tip rotation [rad].
     pub error_estimate: f64,
-    /// Negative eigenvalues of the second variation.
+    /// Negative eigenvalues of the second variation; 0 is stable.
     pub index: usize,
-    /// sqrt(3) / |(dr/dm0)^-1|, negative when unstable.
+    /// sqrt(3) / |(dr/dm0)^-1|, negative when unstable: 1 at rest, 0 at a fold.
     pub margin: f64,
+    /// How the path from rest ended.
     pub status: Status,
     /// Share of the full load reached from rest.
     pub load_fraction: f64,
@@ -61,7 +62,9 @@ pub struct Equilibrium {
 /// Stability of a state that need not lie on the branch from rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stability {
+    /// Negative eigenvalues of the second variation; 0 is stable.
     pub index: usize,
+    /// sqrt(3) / |(dr/dm0)^-1|, negative when unstable: 1 at rest, 0 at a fold.
     pub margin: f64,
     /// |m(L) - l_tip| [N·m]
     pub residual: f64,
@@ -193,7 +196,7 @@ fn differentiate(
 }
 
 /// Stability of the equilibrium with base moment `m0` [N·m, world frame]; `None` where it cannot be integrated.
-pub fn stability(rod: &Rod, m0: Vector) -> Option<Stability> {
+pub fn stability_at(rod: &Rod, m0: Vector) -> Option<Stability> {
     let units = chain::units(rod);
     let chain = Chain::new(rod, &units);
     let m0_body = chain.R0.tr_mul(&Vector3::from(m0)) / units.moment();

@@ -38,13 +38,13 @@ pub(super) struct Extrapolation {
 
 impl Extrapolation {
     /// `tolerance` is the error allowed in one step.
-    pub fn new(tolerance: f64) -> Self {
+    pub(super) fn new(tolerance: f64) -> Self {
         let (slope0, slope, point, older, newer, error) = Default::default();
         Self { tolerance, step: 0.25, slope0, slope, point, older, newer, table: Default::default(), error }
     }
 
     /// Integrates y from s = start to s = end.
-    pub fn advance(&mut self, field: &impl Field, start: f64, end: f64, y: &mut [f64]) -> Result<(), RunAway> {
+    pub(super) fn advance(&mut self, field: &impl Field, start: f64, end: f64, y: &mut [f64]) -> Result<(), RunAway> {
         for buffer in [&mut self.slope0, &mut self.slope, &mut self.point, &mut self.older, &mut self.newer] {
             buffer.resize(y.len(), 0.0);
         }

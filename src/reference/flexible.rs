@@ -47,7 +47,7 @@ fn put(y: &mut [f64], at: usize, v: Vector3<f64>) {
 }
 
 impl Flexible {
-    pub fn new(chain: &Chain, j: usize, variations: &[Variation]) -> Self {
+    pub(super) fn new(chain: &Chain, j: usize, variations: &[Variation]) -> Self {
         let numbers = chain.numbers.segments[j];
         let source = |variation: &Variation| {
             let d = variation.numbers.segments[j];
@@ -76,7 +76,7 @@ impl Flexible {
     }
 
     /// The first segment; nodes withdrawn behind the base leave pieces without length, which say nothing of the slope.
-    pub fn at_base(chain: &Chain) -> Self {
+    pub(super) fn at_base(chain: &Chain) -> Self {
         let mut base = Self::new(chain, 0, &[]);
         let segments = &chain.numbers.segments;
         if let Some(j) = (0..segments.len()).find(|j| segments[*j].length > 0.0) {
@@ -91,7 +91,7 @@ impl Flexible {
         s * self.per_length
     }
 
-    pub fn K(&self, s: f64) -> Vector3<f64> {
+    pub(super) fn K(&self, s: f64) -> Vector3<f64> {
         self.numbers.K + self.along(s) * self.numbers.K_rise
     }
 
@@ -100,12 +100,12 @@ impl Flexible {
     }
 
     /// n(s) in the world frame.
-    pub fn n(&self, s: f64) -> Vector3<f64> {
+    pub(super) fn n(&self, s: f64) -> Vector3<f64> {
         self.n_end + self.numbers.load * (self.numbers.length - s)
     }
 
     /// Size of the terms by which the second variation may be negative per |w|^2: force and magnet.
-    pub fn softening(&self, s: f64) -> f64 {
+    pub(super) fn softening(&self, s: f64) -> f64 {
         let n = self.n(s).norm().max(self.n_end.norm());
         n + self.numbers.C_se.amax() * n * n + self.numbers.mu.norm() * self.B.norm()
     }
@@ -121,7 +121,7 @@ impl Flexible {
     }
 
     /// u' of (2).
-    pub fn u_slope(&self, s: f64, R: &Matrix3<f64>, u: Vector3<f64>) -> Vector3<f64> {
+    pub(super) fn u_slope(&self, s: f64, R: &Matrix3<f64>, u: Vector3<f64>) -> Vector3<f64> {
         let v = u - self.u_star(s);
         self.du_star_ds + self.v_slope(s, R, u, v)
     }
@@ -133,7 +133,7 @@ impl Flexible {
     }
 
     /// Integrates the state over part of the segment.
-    pub fn advance(
+    pub(super) fn advance(
         &self,
         integrator: &mut Extrapolation,
         start: f64,
@@ -185,7 +185,7 @@ impl Flexible {
     }
 
     /// u and du where the state stands, at s.
-    pub fn curvature(&self, s: f64, state: &State) -> (Vector3<f64>, Vec<Vector3<f64>>) {
+    pub(super) fn curvature(&self, s: f64, state: &State) -> (Vector3<f64>, Vec<Vector3<f64>>) {
         let K = self.K(s);
         let v = state.m_body.component_div(&K);
         let du = |(column, source): (&Column, &Source)| {
@@ -196,7 +196,7 @@ impl Flexible {
     }
 
     /// A segment longer by dL ends dL further on.
-    pub fn lengthen(&self, state: &mut State) {
+    pub(super) fn lengthen(&self, state: &mut State) {
         let L = self.numbers.length;
         let (u, _) = self.curvature(L, state);
         let slope = self.moment_slope(L, &state.R, u, state.m_body);

@@ -3,6 +3,17 @@
 //!
 //! Clear before fast. It shares neither formulation nor stepper with the engines, so that an error in either shows.
 //! Equations (1)-(4), (9)-(33), with the corrections listed in `EQUATIONS.md`.
+//!
+//! ```
+//! use rodsweep::{input, reference};
+//! # std::env::set_current_dir(env!("CARGO_MANIFEST_DIR"))?;
+//! let rod = input::read_scene("sweeps/scenes/cantilever.toml".as_ref())?.rod();
+//! let equilibrium = reference::solve_rod(&rod, &[]);
+//! let middle = &reference::shape(&rod, &equilibrium, &[0.05])[0];
+//! println!("tip at {:?} m, middle at {:?} m", equilibrium.p_tip, middle.position);
+//! # assert!(equilibrium.status.is_success() && middle.position[2] < 0.0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 #![allow(non_snake_case)]
 
 mod chain;
@@ -18,8 +29,7 @@ mod stability;
 
 pub use energy::energy;
 pub use equilibrium::{
-    Equilibrium, SlotDerivative, Stability, base_curvature, residual_by_base_moment, solve_rod,
-    stability as stability_at,
+    Equilibrium, SlotDerivative, Stability, base_curvature, residual_by_base_moment, solve_rod, stability_at,
 };
 pub use shape::{Pose, PoseDerivative, shape, shape_with_derivatives};
 
@@ -30,7 +40,7 @@ use rayon::prelude::*;
 /// Samples in one call: enough to keep the threads busy.
 const BATCH_SIZE: usize = 1024;
 
-/// The reference as a backend.
+/// The reference as a backend: one sample after another on each thread.
 pub struct Reference {
     plan: Plan,
     /// Slots that some derivative uses, each once.
@@ -38,7 +48,7 @@ pub struct Reference {
 }
 
 impl Reference {
-    /// A reference for a plan. The plan's resolution and tolerance do not matter to it.
+    /// A reference for a plan, whose resolution and tolerance do not matter to it.
     pub fn new(plan: &Plan) -> Self {
         let mut slots = Vec::new();
         for (slot, _) in plan.derivatives.iter().flat_map(|derivative| &derivative.terms) {
@@ -110,7 +120,7 @@ impl Backend for Reference {
             return Err(BackendError::Unsupported {
                 backend: BackendKind::Reference,
                 what: "the search for equilibria away from rest".into(),
-                remedy: "use `--backend cpu`".into(),
+                remedy: "use the CPU engine".into(),
             });
         }
         let sample_count = batch.sample_count();

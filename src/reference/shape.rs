@@ -14,13 +14,13 @@ use nalgebra::{Matrix3, Vector3};
 pub struct Pose {
     /// From the base [m]
     pub arc_length: f64,
-    /// [m]
+    /// World frame [m]
     pub position: Vector,
     /// Body to world, by rows.
     pub rotation: Matrix,
     /// Body frame; zero in rigid segments [1/m]
     pub curvature: Vector,
-    /// One for each slot asked for.
+    /// One for each slot or parameter asked for.
     pub derivatives: Vec<PoseDerivative>,
 }
 

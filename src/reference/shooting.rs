@@ -86,12 +86,12 @@ pub(super) fn tip_residual(chain: &Chain, variations: &[Variation], tip: &State)
 
 impl Passage {
     /// dr/dm0 in tip and base frames; the first three columns must be those of the base moment.
-    pub fn matrix(&self) -> Matrix3<f64> {
+    pub(super) fn matrix(&self) -> Matrix3<f64> {
         Matrix3::from_columns(&self.dresidual[..3])
     }
 
     /// Largest entry of the base moment's columns: by how much errors grow along the rod.
-    pub fn growth(&self) -> f64 {
+    pub(super) fn growth(&self) -> f64 {
         self.tip.columns[..3].iter().fold(1.0, |m: f64, c| m.max(c.w.amax()).max(c.dp.amax()).max(c.dm_body.amax()))
     }
 }

@@ -7,26 +7,34 @@ use super::ticks::{self, Ticks};
 /// Least distance between ticks of a vertical axis [pt].
 const TICK_HEIGHT: f64 = 18.0;
 
+/// How numbers are spread along an axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Scale {
+    /// Equal differences are equally long.
     #[default]
     Linear,
+    /// Equal ratios are equally long; numbers that are not positive are not shown.
     Logarithmic,
 }
 
 /// What an axis shows.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct AxisLabel {
+    /// The quantity, in words.
     pub label: String,
+    /// Its unit; empty for none. Numbers are drawn as given: convert them first.
     pub unit: String,
+    /// Linear or logarithmic.
     pub scale: Scale,
 }
 
 impl AxisLabel {
+    /// A quantity on a linear axis.
     pub fn linear(label: impl Into<String>, unit: impl Into<String>) -> Self {
         Self { label: label.into(), unit: unit.into(), scale: Scale::Linear }
     }
 
+    /// A quantity on a logarithmic axis.
     pub fn logarithmic(label: impl Into<String>, unit: impl Into<String>) -> Self {
         Self { scale: Scale::Logarithmic, ..Self::linear(label, unit) }
     }
@@ -34,7 +42,7 @@ impl AxisLabel {
 
 /// An axis and the range that it spans.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Axis {
+pub(super) struct Axis {
     pub label: AxisLabel,
     pub low: f64,
     pub high: f64,
@@ -44,7 +52,7 @@ pub struct Axis {
 
 impl Axis {
     /// Spans the values with a small rim; values that the scale cannot show do not count. None without any value.
-    pub fn spanning(label: &AxisLabel, values: impl IntoIterator<Item = f64>) -> Option<Self> {
+    pub(super) fn spanning(label: &AxisLabel, values: impl IntoIterator<Item = f64>) -> Option<Self> {
         let logarithmic = label.scale == Scale::Logarithmic;
         let shown = |x: &f64| x.is_finite() && (!logarithmic || *x > 0.0);
         let (low, high) = values
@@ -72,13 +80,13 @@ impl Axis {
         Some(Self::exactly(label, low, high))
     }
 
-    pub fn exactly(label: &AxisLabel, low: f64, high: f64) -> Self {
+    pub(super) fn exactly(label: &AxisLabel, low: f64, high: f64) -> Self {
         let power = if label.scale == Scale::Linear { ticks::common_power(low, high) } else { 0 };
         Self { label: label.clone(), low, high, power }
     }
 
     /// Place of a value along the axis, 0 to 1; NaN for what the scale cannot show.
-    pub fn share(&self, value: f64) -> f64 {
+    pub(super) fn share(&self, value: f64) -> f64 {
         match self.label.scale {
             Scale::Linear => (value - self.low) / (self.high - self.low),
             Scale::Logarithmic if value > 0.0 => (value / self.low).log10() / (self.high / self.low).log10(),
@@ -118,7 +126,7 @@ impl Axis {
 
 /// A frame on the page with its two axes.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Axes {
+pub(super) struct Axes {
     pub rect: Rect,
     pub x: Axis,
     pub y: Axis,
@@ -126,7 +134,7 @@ pub struct Axes {
 
 impl Axes {
     /// Fits the frame with its labels and a title into a panel.
-    pub fn within(panel: Rect, x: Axis, y: Axis, title: &str) -> Self {
+    pub(super) fn within(panel: Rect, x: Axis, y: Axis, title: &str) -> Self {
         let top = if title.is_empty() { 6.0 } else { 18.0 };
         let (right, bottom) = (10.0, 32.0);
         let height = panel.height - top - bottom;
@@ -138,7 +146,7 @@ impl Axes {
     }
 
     /// Widens one axis until a unit is as long on both.
-    pub fn equalise(&mut self) {
+    pub(super) fn equalise(&mut self) {
         let extents = [self.rect.width, self.rect.height];
         let [x, y] = [&mut self.x, &mut self.y];
         let unit = ((x.high - x.low) / extents[0]).max((y.high - y.low) / extents[1]);
@@ -149,12 +157,12 @@ impl Axes {
     }
 
     /// NaN for what a logarithmic axis cannot show.
-    pub fn place(&self, [x, y]: [f64; 2]) -> Point {
+    pub(super) fn place(&self, [x, y]: [f64; 2]) -> Point {
         [self.rect.left + self.rect.width * self.x.share(x), self.rect.bottom() - self.rect.height * self.y.share(y)]
     }
 
     /// Frame, grid and labels, to lie under the data.
-    pub fn draw(&self, canvas: &mut Canvas, title: &str) {
+    pub(super) fn draw(&self, canvas: &mut Canvas, title: &str) {
         let rect = self.rect;
         let frame = Stroke::new(Colour::MUTED, 0.6);
         let grid = Stroke::new(Colour::GRID, 0.5);

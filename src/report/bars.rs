@@ -3,7 +3,7 @@
 use super::axes::{Axes, Axis, AxisLabel};
 use super::canvas::{Align, Canvas, Point, Rect, SMALL, Shape, Stroke, TITLE, Text};
 use super::colour::Colour;
-use super::table::count;
+use super::text_table::count;
 use super::{Panel, ReportError};
 use crate::model::Status;
 
@@ -12,6 +12,7 @@ const HISTOGRAM: &str = "the histogram";
 /// How values are distributed.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Histogram {
+    /// Above the panel; empty for none.
     pub title: String,
     /// Linear or logarithmic.
     pub x: AxisLabel,
@@ -63,6 +64,7 @@ impl Panel for Histogram {
 /// Samples by status: one bar each, with count and share.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Counts {
+    /// Above the panel; empty for none.
     pub title: String,
     /// Statuses in the order in which they are drawn; those without samples are left out.
     pub counts: Vec<(Status, u64)>,
@@ -121,7 +123,7 @@ fn percentage(n: u64, total: u64) -> String {
 }
 
 /// Blues and greens are usable, warm colours and greys are not.
-pub fn status_colour(status: Status) -> Colour {
+pub(super) fn status_colour(status: Status) -> Colour {
     match status {
         Status::Ok => Colour::BLUE,
         Status::Refined => Colour::SKY,

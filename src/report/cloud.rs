@@ -9,7 +9,7 @@ const PLACES: usize = 4;
 const SAMPLES: usize = 8;
 
 /// Dots as a bitmap over `clip` at `scale` pixels per point: width, height, pixels by rows.
-pub fn rasterise(dots: &[Dot], clip: Rect, radius: f64, rim: f64, scale: f64) -> (usize, usize, Vec<Colour>) {
+pub(super) fn rasterise(dots: &[Dot], clip: Rect, radius: f64, rim: f64, scale: f64) -> (usize, usize, Vec<Colour>) {
     let (width, height) = ((clip.width * scale).round() as usize, (clip.height * scale).round() as usize);
     let (width, height) = (width.max(1), height.max(1));
     let mut pixels = vec![Colour::WHITE.with_alpha(0.0); width * height];

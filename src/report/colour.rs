@@ -2,29 +2,47 @@
 
 use std::f64::consts::PI;
 
+/// A colour in sRGB.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Colour {
+    /// 0 to 255.
     pub red: u8,
+    /// 0 to 255.
     pub green: u8,
+    /// 0 to 255.
     pub blue: u8,
+    /// Opacity, 0 to 1.
     pub alpha: f64,
 }
 
 impl Colour {
+    /// Of text and of what matters.
     pub const INK: Colour = Colour::hex(0x1a1a1a);
+    /// Of frames and notes.
     pub const MUTED: Colour = Colour::hex(0x595959);
+    /// Of lines behind the data.
     pub const GRID: Colour = Colour::hex(0xe3e3e3);
+    /// Of the walls behind a figure in space.
     pub const PANE: Colour = Colour::hex(0xf7f7f7);
+    /// Paper.
     pub const WHITE: Colour = Colour::hex(0xffffff);
+    /// Darker than ink.
     pub const BLACK: Colour = Colour::hex(0x000000);
+    /// Of what stands back.
     pub const GREY: Colour = Colour::hex(0x8c8c8c);
-    // Okabe and Ito's palette.
+    /// Of Okabe and Ito's palette, like those below.
     pub const ORANGE: Colour = Colour::hex(0xe69f00);
+    /// A light blue.
     pub const SKY: Colour = Colour::hex(0x56b4e9);
+    /// A bluish green.
     pub const GREEN: Colour = Colour::hex(0x009e73);
+    /// Too light for lines.
     pub const YELLOW: Colour = Colour::hex(0xf0e442);
+    /// The first of a series.
     pub const BLUE: Colour = Colour::hex(0x0072b2);
+    /// Of what went wrong.
     pub const VERMILION: Colour = Colour::hex(0xd55e00);
+    /// A reddish purple.
     pub const PURPLE: Colour = Colour::hex(0xcc79a7);
 
     /// Colours of series, in the order in which they are used.
@@ -38,10 +56,12 @@ impl Colour {
         Colour::hex(0x4d4d4d),
     ];
 
+    /// Of a code such as 0x0072b2, opaque.
     pub const fn hex(code: u32) -> Self {
         Self { red: (code >> 16) as u8, green: (code >> 8) as u8, blue: code as u8, alpha: 1.0 }
     }
 
+    /// The same with an opacity, 0 to 1.
     pub fn with_alpha(self, alpha: f64) -> Self {
         Self { alpha, ..self }
     }

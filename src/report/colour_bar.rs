@@ -11,7 +11,7 @@ const BAR: f64 = 9.0;
 
 /// Range of a quantity's colours.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ColourRange {
+pub(super) struct ColourRange {
     pub map: ColourMap,
     pub low: f64,
     pub high: f64,
@@ -21,7 +21,7 @@ pub struct ColourRange {
 
 impl ColourRange {
     /// Range of finite values, of which there is at least one; signed values get a diverging map around zero.
-    pub fn new(values: impl IntoIterator<Item = f64>, map: Option<ColourMap>) -> Self {
+    pub(super) fn new(values: impl IntoIterator<Item = f64>, map: Option<ColourMap>) -> Self {
         let mut sorted: Vec<f64> = values.into_iter().collect();
         sorted.sort_by(f64::total_cmp);
         let (first, last) = (sorted[0], sorted[sorted.len() - 1]);
@@ -48,12 +48,12 @@ impl ColourRange {
         Self { map, low, high, clipped: [first < low, last > high] }
     }
 
-    pub fn colour(&self, value: f64) -> Colour {
+    pub(super) fn colour(&self, value: f64) -> Colour {
         self.map.at((value - self.low) / (self.high - self.low))
     }
 
     /// Draws the bar with ticks and its label to the right; `rect` gives its left edge, top and height.
-    pub fn draw(&self, canvas: &mut Canvas, rect: Rect, label: &str, unit: &str) {
+    pub(super) fn draw(&self, canvas: &mut Canvas, rect: Rect, label: &str, unit: &str) {
         let bar = Rect { width: BAR, ..rect };
         let pixels = (0..256).map(|row| self.map.at(1.0 - f64::from(row) / 255.0)).collect();
         canvas.shapes.push(Shape::Image { rect: bar, width: 1, height: 256, pixels, smooth: false });

@@ -8,15 +8,22 @@ use super::{Panel, ReportError};
 
 const FIGURE: &str = "the curves";
 
+/// What stands at each point of a series.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Marker {
+    /// A disc.
     Circle,
+    /// A square on its side.
     Square,
+    /// A triangle on its side.
     Triangle,
+    /// A square on its corner.
     Diamond,
 }
 
 impl Marker {
+    /// Every marker, in the order in which series use them.
     pub const ALL: [Marker; 4] = [Marker::Circle, Marker::Square, Marker::Triangle, Marker::Diamond];
 
     /// Filled with a white rim, or hollow.
@@ -49,9 +56,13 @@ pub struct Series {
     pub points: Vec<[f64; 2]>,
     /// Lower and upper bound at each point, or none.
     pub band: Vec<[f64; 2]>,
+    /// Whether points are joined.
     pub line: bool,
+    /// Whether the line is dashed.
     pub dashed: bool,
+    /// What stands at each point; `None` for nothing.
     pub marker: Option<Marker>,
+    /// Whether markers are not filled.
     pub hollow: bool,
     /// Of the line [pt].
     pub width: f64,
@@ -72,6 +83,7 @@ impl Series {
         Self { line: false, marker: Some(marker), ..Self::line(name, points) }
     }
 
+    /// With markers.
     pub fn marker(self, marker: Marker) -> Self {
         Self { marker: Some(marker), ..self }
     }
@@ -81,6 +93,7 @@ impl Series {
         Self { hollow: true, ..self }
     }
 
+    /// With a dashed line.
     pub fn dashed(self) -> Self {
         Self { dashed: true, ..self }
     }
@@ -90,10 +103,12 @@ impl Series {
         Self { width, ..self }
     }
 
+    /// In a colour of its own.
     pub fn colour(self, colour: Colour) -> Self {
         Self { colour: Some(colour), ..self }
     }
 
+    /// With a lower and an upper bound at each point, shaded.
     pub fn band(self, band: Vec<[f64; 2]>) -> Self {
         Self { band, ..self }
     }
@@ -102,9 +117,13 @@ impl Series {
 /// A panel of series.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Curves {
+    /// Above the panel; empty for none.
     pub title: String,
+    /// To the right.
     pub x: AxisLabel,
+    /// Upwards.
     pub y: AxisLabel,
+    /// The first lies lowest.
     pub series: Vec<Series>,
 }
 

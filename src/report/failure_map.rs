@@ -5,7 +5,7 @@ use super::bars::status_colour;
 use super::canvas::{Canvas, Rect, Shape, TITLE, Text};
 use super::colour::Colour;
 use super::legend::{self, Entry};
-use super::table::count;
+use super::text_table::count;
 use super::{Panel, ReportError};
 use crate::model::Status;
 
@@ -17,16 +17,22 @@ const SUCCESS: Colour = Colour::hex(0xdfe9f2);
 /// A swept parameter and its value in every sample.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SweptAxis {
+    /// The parameter, in words.
     pub label: String,
+    /// Its unit; empty for none.
     pub unit: String,
+    /// One for each sample, in `unit`.
     pub values: Vec<f64>,
 }
 
 /// Statuses over two axes. A cell shows its most frequent failure, fainter where only some of its samples failed.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FailureMap {
+    /// Above the panel; empty for none.
     pub title: String,
+    /// To the right.
     pub x: SweptAxis,
+    /// Upwards.
     pub y: SweptAxis,
     /// One for each sample.
     pub status: Vec<Status>,

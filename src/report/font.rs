@@ -4,9 +4,9 @@ use ab_glyph::{Font, FontRef, OutlineCurve};
 use std::sync::LazyLock;
 
 /// Families an SVG asks for: the first ones share the widths measured here.
-pub const FAMILIES: &str = "'Liberation Sans', Arial, Helvetica, sans-serif";
+pub(super) const FAMILIES: &str = "'Liberation Sans', Arial, Helvetica, sans-serif";
 /// Half the height of capitals over the font's size.
-pub const HALF_CAPITAL: f64 = 0.344;
+pub(super) const HALF_CAPITAL: f64 = 0.344;
 const RAISED_SIZE: f64 = 0.70;
 const RAISE: f64 = 0.34;
 
@@ -23,7 +23,7 @@ fn face(bold: bool) -> &'static FontRef<'static> {
 
 /// A piece of text at one size: the line itself, or a raised exponent.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Run {
+pub(super) struct Run {
     pub text: String,
     /// Over the size of the text.
     pub size: f64,
@@ -32,7 +32,7 @@ pub struct Run {
 }
 
 /// Splits a text so that exponents written with superscript characters are set as smaller raised digits.
-pub fn runs(text: &str) -> Vec<Run> {
+pub(super) fn runs(text: &str) -> Vec<Run> {
     const SUPERSCRIPTS: &str = "⁰¹²³⁴⁵⁶⁷⁸⁹⁻";
     const PLAIN: &str = "0123456789−";
     let mut runs: Vec<Run> = Vec::new();
@@ -51,7 +51,7 @@ pub fn runs(text: &str) -> Vec<Run> {
 }
 
 /// Width of a text [pt] at `size` [pt].
-pub fn width(text: &str, size: f64, bold: bool) -> f64 {
+pub(super) fn width(text: &str, size: f64, bold: bool) -> f64 {
     let font = face(bold);
     let em = f64::from(font.units_per_em().unwrap_or(2048.0));
     let advance = |c| f64::from(font.h_advance_unscaled(font.glyph_id(c))) / em;
@@ -59,14 +59,14 @@ pub fn width(text: &str, size: f64, bold: bool) -> f64 {
 }
 
 /// One step of a glyph's outline, in ems, x to the right and y up from the start of the text's baseline.
-pub enum Pen {
+pub(super) enum Pen {
     Line([[f64; 2]; 2]),
     Quadratic([[f64; 2]; 3]),
     Cubic([[f64; 2]; 4]),
 }
 
 /// Outlines of all glyphs of a text.
-pub fn outlines(text: &str, bold: bool) -> Vec<Pen> {
+pub(super) fn outlines(text: &str, bold: bool) -> Vec<Pen> {
     let font = face(bold);
     let em = f64::from(font.units_per_em().unwrap_or(2048.0));
     let mut pens = Vec::new();

@@ -12,13 +12,13 @@ const GAP: f64 = 14.0;
 type Sample = dyn Fn(&mut Canvas, Rect);
 
 /// One entry: its words, and how its sample is drawn into a small rectangle.
-pub struct Entry {
+pub(super) struct Entry {
     pub words: String,
     pub sample: Box<Sample>,
 }
 
 impl Entry {
-    pub fn new(words: impl Into<String>, sample: impl Fn(&mut Canvas, Rect) + 'static) -> Self {
+    pub(super) fn new(words: impl Into<String>, sample: impl Fn(&mut Canvas, Rect) + 'static) -> Self {
         Self { words: words.into(), sample: Box::new(sample) }
     }
 
@@ -39,7 +39,7 @@ fn size(entries: &[Entry]) -> [f64; 2] {
 }
 
 /// The corner of a panel in which a boxed legend hides the fewest points; none if it always hides too many.
-pub fn corner(entries: &[Entry], panel: Rect, points: &[Point]) -> Option<Rect> {
+pub(super) fn corner(entries: &[Entry], panel: Rect, points: &[Point]) -> Option<Rect> {
     let [width, height] = size(entries);
     let inner = panel.inset(5.0);
     if width > inner.width || height > inner.height {
@@ -57,7 +57,7 @@ pub fn corner(entries: &[Entry], panel: Rect, points: &[Point]) -> Option<Rect> 
 }
 
 /// Draws a boxed legend.
-pub fn draw_box(canvas: &mut Canvas, entries: &[Entry], rect: Rect) {
+pub(super) fn draw_box(canvas: &mut Canvas, entries: &[Entry], rect: Rect) {
     canvas.rect(rect, Some(Colour::WHITE.with_alpha(0.9)), Some(Stroke::new(Colour::GRID, 0.5)));
     for (index, entry) in entries.iter().enumerate() {
         entry.draw(canvas, [rect.left + PAD, rect.top + PAD + LINE * (index as f64 + 0.5)]);
@@ -65,7 +65,7 @@ pub fn draw_box(canvas: &mut Canvas, entries: &[Entry], rect: Rect) {
 }
 
 /// Draws entries in lines from left to right within a width, from `at` down, if a canvas is given; returns the height.
-pub fn flow(canvas: Option<&mut Canvas>, entries: &[Entry], at: Point, width: f64) -> f64 {
+pub(super) fn flow(canvas: Option<&mut Canvas>, entries: &[Entry], at: Point, width: f64) -> f64 {
     let mut places = Vec::new();
     let (mut x, mut y) = (0.0, 0.0);
     for entry in entries {

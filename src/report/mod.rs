@@ -1,11 +1,26 @@
 //! Figures for publication and tables for the terminal. Plain data in; a PNG or an SVG out.
 //!
-//! A figure draws itself once, in points, on a [`Canvas`]; `png` and `svg` write that canvas, so both files show the
-//! same figure. Text is set in Liberation Sans, whose widths equal those of Arial and Helvetica.
+//! A [`Figure`] draws itself once on a [`Canvas`], in points (1/72 inch). Both formats write that canvas, so both files
+//! show the same figure. A [`Panel`] is a figure that also fits into a [`Sheet`] beside others. Text is set in
+//! Liberation Sans, whose widths equal those of Arial and Helvetica.
+//!
+//! ```
+//! use rodsweep::report::{AxisLabel, Curves, ImageFormat, Marker, Series, encode};
+//!
+//! let bend = (0..20).map(|k| 0.1 * f64::from(k)).map(|x| [x, x.sin()]).collect();
+//! let figure = Curves {
+//!     title: "Bending".into(),
+//!     x: AxisLabel::linear("current", "A"),
+//!     y: AxisLabel::linear("tip height", "mm"),
+//!     series: vec![Series::line("measured", bend).marker(Marker::Circle)],
+//! };
+//! let svg = encode(&figure, ImageFormat::Svg)?;
+//! # assert!(String::from_utf8_lossy(&svg).contains("tip height (mm)"));
+//! # Ok::<(), rodsweep::report::ReportError>(())
+//! ```
 
 mod axes;
 mod bars;
-
 mod canvas;
 mod cloud;
 mod colour;
@@ -21,7 +36,7 @@ mod rod_shape;
 mod sheet;
 mod svg;
 mod symbols;
-mod table;
+mod text_table;
 mod ticks;
 mod tip_cloud;
 mod tip_path;
@@ -29,7 +44,7 @@ mod views;
 
 pub use axes::{AxisLabel, Scale};
 pub use bars::{Counts, Histogram};
-pub use canvas::{Canvas, Rect};
+pub use canvas::{Align, Canvas, NORMAL, Point, Rect, SMALL, Stroke, TITLE, Text};
 pub use colour::{Colour, ColourMap};
 pub use curves::{Curves, Marker, PlaneCurves, Series};
 pub use failure_map::{FailureMap, SweptAxis};
@@ -37,7 +52,7 @@ pub use named_bars::NamedBars;
 pub use rod_motion::RodMotion;
 pub use rod_shape::{RodShape, Stretch, StretchKind};
 pub use sheet::{Panel, Sheet};
-pub use table::{Table, count, engineering};
+pub use text_table::{TextTable, count, engineering};
 pub use tip_cloud::Cloud;
 pub use tip_path::TipPath;
 pub use views::{FourViews, View};
@@ -53,31 +68,125 @@ pub const DOTS_PER_INCH: f64 = 300.0;
 
 /// Why a figure could not be drawn or written.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum ReportError {
+    /// No format is known by the file's extension.
     #[error("cannot write a figure to {}: end the file name in .png or .svg", path.display())]
-    Extension { path: PathBuf },
+    Extension {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The file cannot be written.
     #[error("cannot write {}: {source}", path.display())]
-    Write { path: PathBuf, source: std::io::Error },
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// The page has more pixels than fit into memory.
     #[error("the figure is too large for a bitmap: {width} x {height} pixels")]
-    Bitmap { width: f64, height: f64 },
+    Bitmap {
+        /// [pixels]
+        width: f64,
+        /// [pixels]
+        height: f64,
+    },
+    /// There is nothing that can be shown.
     #[error("nothing to draw in {figure}: {reason}")]
-    Empty { figure: &'static str, reason: String },
+    Empty {
+        /// The figure, in words.
+        figure: &'static str,
+        /// Why there is nothing.
+        reason: String,
+    },
+    /// Data do not fit together.
     #[error("{figure}: {expected} values of {what} expected, {found} given")]
-    Length { figure: &'static str, what: &'static str, expected: usize, found: usize },
+    Length {
+        /// The figure, in words.
+        figure: &'static str,
+        /// The data, in words.
+        what: &'static str,
+        /// As many as there should be.
+        expected: usize,
+        /// As many as there are.
+        found: usize,
+    },
 }
 
 /// Something that can be drawn on a page of its own.
+///
+/// ```
+/// use rodsweep::report::{Canvas, Colour, Figure, ImageFormat, ReportError, Stroke, encode};
+///
+/// struct Diagonal;
+///
+/// impl Figure for Diagonal {
+///     fn draw(&self) -> Result<Canvas, ReportError> {
+///         let mut canvas = Canvas::new(100.0, 50.0);
+///         canvas.line([[0.0, 0.0], [100.0, 50.0]], Stroke::new(Colour::INK, 1.0));
+///         Ok(canvas)
+///     }
+/// }
+///
+/// let svg = encode(&Diagonal, ImageFormat::Svg)?;
+/// assert!(svg.starts_with(b"<?xml"));
+/// # Ok::<(), ReportError>(())
+/// ```
 pub trait Figure {
+    /// Draws it on a page.
+    ///
+    /// # Errors
+    ///
+    /// Nothing to draw, or data that do not fit together.
     fn draw(&self) -> Result<Canvas, ReportError>;
 }
 
+/// Formats of figures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum ImageFormat {
+    /// A bitmap of [`DOTS_PER_INCH`].
+    Png,
+    /// Lines and text; a cloud of many points is a bitmap within it.
+    Svg,
+}
+
+impl ImageFormat {
+    /// The format that a file name asks for by its extension, in whatever case.
+    ///
+    /// # Errors
+    ///
+    /// [`ReportError::Extension`] for any other extension, or none.
+    pub fn of(path: &Path) -> Result<ImageFormat, ReportError> {
+        let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase());
+        match extension.as_deref() {
+            Some("png") => Ok(ImageFormat::Png),
+            Some("svg") => Ok(ImageFormat::Svg),
+            _ => Err(ReportError::Extension { path: path.to_owned() }),
+        }
+    }
+}
+
+/// A figure as the bytes of a file.
+///
+/// # Errors
+///
+/// A figure that cannot be drawn, or is too large for a bitmap.
+pub fn encode(figure: &(impl Figure + ?Sized), format: ImageFormat) -> Result<Vec<u8>, ReportError> {
+    let canvas = figure.draw()?;
+    match format {
+        ImageFormat::Png => png::encode(&canvas, DOTS_PER_INCH),
+        ImageFormat::Svg => Ok(svg::encode(&canvas).into_bytes()),
+    }
+}
+
 /// Writes a figure as PNG or SVG, by the extension of `path`. An existing file is replaced.
+///
+/// # Errors
+///
+/// Another extension, a figure that cannot be drawn, a file that cannot be written.
 pub fn write(figure: &(impl Figure + ?Sized), path: &Path) -> Result<(), ReportError> {
-    let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase());
-    let bytes = match extension.as_deref() {
-        Some("png") => png::encode(&figure.draw()?, DOTS_PER_INCH)?,
-        Some("svg") => svg::encode(&figure.draw()?).into_bytes(),
-        _ => return Err(ReportError::Extension { path: path.to_owned() }),
-    };
+    let bytes = encode(figure, ImageFormat::of(path)?)?;
     std::fs::write(path, bytes).map_err(|source| ReportError::Write { path: path.to_owned(), source })
 }

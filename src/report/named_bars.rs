@@ -9,9 +9,11 @@ const STEP: f64 = 15.0;
 /// Bars of numbers that are not negative, one below another, from zero.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct NamedBars {
+    /// Above the panel; empty for none.
     pub title: String,
     /// What the bars show, under them.
     pub label: String,
+    /// Names and numbers, from the top.
     pub bars: Vec<(String, f64)>,
     /// Digits after the point.
     pub decimals: usize,

@@ -10,7 +10,7 @@ use tiny_skia::{
 };
 
 /// Draws the canvas at a resolution [1/inch] and compresses it.
-pub fn encode(canvas: &Canvas, dots_per_inch: f64) -> Result<Vec<u8>, ReportError> {
+pub(super) fn encode(canvas: &Canvas, dots_per_inch: f64) -> Result<Vec<u8>, ReportError> {
     let scale = dots_per_inch / 72.0;
     let (width, height) = ((canvas.width * scale).round(), (canvas.height * scale).round());
     let mut pixmap = Pixmap::new(width as u32, height as u32).ok_or(ReportError::Bitmap { width, height })?;
@@ -26,7 +26,7 @@ pub fn encode(canvas: &Canvas, dots_per_inch: f64) -> Result<Vec<u8>, ReportErro
 }
 
 /// An image with transparency as PNG.
-pub fn encode_image(width: usize, height: usize, pixels: &[Colour]) -> Vec<u8> {
+pub(super) fn encode_image(width: usize, height: usize, pixels: &[Colour]) -> Vec<u8> {
     let bytes: Vec<u8> = pixels
         .iter()
         .flat_map(|pixel| [pixel.red, pixel.green, pixel.blue, (255.0 * pixel.alpha).round() as u8])

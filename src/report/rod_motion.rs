@@ -5,8 +5,9 @@ use super::canvas::{Canvas, Point, Shape, Stroke};
 use super::colour::Colour;
 use super::legend::Entry;
 use super::rod_shape::{Stretch, StretchKind, line_entry, style};
-use super::views::{FourViews, Vector, bounds};
+use super::views::{FourViews, bounds};
 use super::{Figure, ReportError, TWO_COLUMNS};
+use crate::model::Vector;
 
 const FIGURE: &str = "the rod's motion";
 const TOP: f64 = 30.0;
@@ -17,7 +18,7 @@ const ACHIEVED: Stroke = Stroke { colour: Colour::BLUE, width: 0.9, dash: None }
 /// A rod and its tip's path.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RodMotion {
-    /// Above the panels.
+    /// Above the panels; empty for none.
     pub title: String,
     /// Where the tip should go [m].
     pub desired: Vec<Vector>,

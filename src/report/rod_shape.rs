@@ -5,8 +5,9 @@ use super::colour::Colour;
 use super::legend::Entry;
 use super::symbols::{arrow, clamp, flat_arrow};
 use super::ticks::compact;
-use super::views::{FourViews, Vector, View, bounds, dot};
+use super::views::{FourViews, View, bounds, dot};
 use super::{Figure, ReportError, TWO_COLUMNS};
+use crate::model::Vector;
 
 const FIGURE: &str = "the rod's shape";
 const TOP: f64 = 30.0;
@@ -26,17 +27,23 @@ const FIELD_COLOUR: Colour = Colour::BLUE;
 const FORCE_COLOUR: Colour = Colour::GREEN;
 const FRAME_COLOURS: [Colour; 3] = [Colour::hex(0xb03060), Colour::hex(0x4daf4a), Colour::hex(0x3b6fb6)];
 
+/// What a stretch of a rod is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StretchKind {
+    /// It bends.
     Flexible,
+    /// It does not bend.
     Rigid,
+    /// It does not bend and carries a coil.
     Coil,
 }
 
 /// One segment of the rod.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stretch {
+    /// Of the segment.
     pub name: String,
+    /// What it is drawn as.
     pub kind: StretchKind,
     /// Along the centreline, base to tip [m].
     pub points: Vec<Vector>,
@@ -47,6 +54,7 @@ pub struct Stretch {
 /// A rod and what acts on it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RodShape {
+    /// Above the panels; empty for none.
     pub title: String,
     /// Base to tip.
     pub stretches: Vec<Stretch>,

@@ -8,6 +8,11 @@ const ASPECT: f64 = 0.74;
 
 /// Something that can be drawn in a part of a page.
 pub trait Panel {
+    /// Draws it into a rectangle of a page.
+    ///
+    /// # Errors
+    ///
+    /// Nothing to draw, or data that do not fit together.
     fn draw_into(&self, canvas: &mut Canvas, rect: Rect) -> Result<(), ReportError>;
 
     /// Height of the panel at a width [pt].
@@ -28,6 +33,7 @@ impl<P: Panel> Figure for P {
 
 /// Panels in rows, lettered, on a page as wide as two columns.
 pub struct Sheet<'a> {
+    /// By rows from the upper left.
     pub panels: Vec<&'a dyn Panel>,
     /// Panels in a row.
     pub columns: usize,

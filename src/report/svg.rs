@@ -12,7 +12,7 @@ const FINE_IMAGE: usize = 800;
 /// Resolution of embedded point clouds [1/inch].
 const DOTS_PER_INCH: f64 = 400.0;
 
-pub fn encode(canvas: &Canvas) -> String {
+pub(super) fn encode(canvas: &Canvas) -> String {
     let mut writer = Writer { out: String::new(), clips: Vec::new() };
     for shape in &canvas.shapes {
         writer.shape(shape);

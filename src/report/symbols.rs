@@ -2,11 +2,19 @@
 
 use super::canvas::{Canvas, Point, Stroke};
 use super::colour::Colour;
-use super::views::{Vector, View, cross, dot};
+use super::views::{View, cross, dot};
+use crate::model::Vector;
 
 /// Draws an arrow from a point in space along a vector [m]; towards the reader as a circled dot, away as a circled
 /// cross. Returns the place of its head.
-pub fn arrow(canvas: &mut Canvas, view: &View, from: Vector, vector: Vector, colour: Colour, width: f64) -> Point {
+pub(super) fn arrow(
+    canvas: &mut Canvas,
+    view: &View,
+    from: Vector,
+    vector: Vector,
+    colour: Colour,
+    width: f64,
+) -> Point {
     let [dx, dy] = view.along(vector);
     let length = dx.hypot(dy);
     let whole = view.scale * dot(vector, vector).sqrt();
@@ -22,7 +30,7 @@ pub fn arrow(canvas: &mut Canvas, view: &View, from: Vector, vector: Vector, col
 }
 
 /// Draws an arrow on the page.
-pub fn flat_arrow(canvas: &mut Canvas, start: Point, end: Point, colour: Colour, width: f64) -> Point {
+pub(super) fn flat_arrow(canvas: &mut Canvas, start: Point, end: Point, colour: Colour, width: f64) -> Point {
     let [dx, dy] = [end[0] - start[0], end[1] - start[1]];
     let length = dx.hypot(dy).max(1e-9);
     let [ux, uy] = [dx / length, dy / length];
@@ -51,7 +59,7 @@ fn end_on(canvas: &mut Canvas, [x, y]: Point, toward: bool, colour: Colour, widt
 }
 
 /// Draws the plate that holds the rod's base: square, behind the base, across the rod's direction.
-pub fn clamp(canvas: &mut Canvas, view: &View, base: Vector, direction: Vector, size: f64) {
+pub(super) fn clamp(canvas: &mut Canvas, view: &View, base: Vector, direction: Vector, size: f64) {
     let norm = dot(direction, direction).sqrt();
     let along = if norm > 0.0 { direction.map(|x| x / norm) } else { [0.0, 0.0, 1.0] };
     // Upright sides where possible, so that a plate across z stands along x and y.

@@ -2,20 +2,20 @@
 
 /// Values to mark on an axis and their labels.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Ticks {
+pub(super) struct Ticks {
     pub values: Vec<f64>,
     pub labels: Vec<String>,
 }
 
 /// The smallest of 1, 2, 5 times a power of ten that is not below `x`.
-pub fn round_up(x: f64) -> f64 {
+pub(super) fn round_up(x: f64) -> f64 {
     let power = 10f64.powf(x.log10().floor());
     let lead = x / power;
     power * [1.0, 2.0, 5.0, 10.0].into_iter().find(|step| lead <= step * (1.0 + 1e-9)).unwrap_or(10.0)
 }
 
 /// Multiples of `step` from `low` to `high`.
-pub fn multiples(low: f64, high: f64, step: f64) -> Ticks {
+pub(super) fn multiples(low: f64, high: f64, step: f64) -> Ticks {
     let slack = 1e-9 * (high - low).abs();
     let first = ((low - slack) / step).ceil() as i64;
     let last = ((high + slack) / step).floor() as i64;
@@ -26,12 +26,12 @@ pub fn multiples(low: f64, high: f64, step: f64) -> Ticks {
 }
 
 /// At most about `count` round values from `low` to `high`.
-pub fn linear(low: f64, high: f64, count: f64) -> Ticks {
+pub(super) fn linear(low: f64, high: f64, count: f64) -> Ticks {
     multiples(low, high, round_up((high - low) / count.max(1.0)))
 }
 
 /// Powers of ten from `low` to `high`, thinned to about `count`; with 2 and 5 times them over short ranges.
-pub fn logarithmic(low: f64, high: f64, count: f64) -> Ticks {
+pub(super) fn logarithmic(low: f64, high: f64, count: f64) -> Ticks {
     let (first, last) = ((low.log10() - 1e-9).ceil() as i32, (high.log10() + 1e-9).floor() as i32);
     let decades = high.log10() - low.log10();
     if decades < 1.7 || last <= first {
@@ -54,13 +54,13 @@ pub fn logarithmic(low: f64, high: f64, count: f64) -> Ticks {
 }
 
 /// A number with fixed decimals and a true minus sign.
-pub fn fixed(x: f64, decimals: usize) -> String {
+pub(super) fn fixed(x: f64, decimals: usize) -> String {
     let text = format!("{x:.decimals$}");
     if text.chars().all(|c| matches!(c, '-' | '0' | '.')) { text.replace('-', "") } else { text.replace('-', "−") }
 }
 
 /// A power of ten with a raised exponent.
-pub fn power_of_ten(power: i32) -> String {
+pub(super) fn power_of_ten(power: i32) -> String {
     let raised = |c: char| match c {
         '-' => '⁻',
         digit => ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'][digit.to_digit(10).unwrap_or(0) as usize],
@@ -69,7 +69,7 @@ pub fn power_of_ten(power: i32) -> String {
 }
 
 /// A number with three significant digits, with a power of ten when it is very large or small.
-pub fn compact(x: f64) -> String {
+pub(super) fn compact(x: f64) -> String {
     if x == 0.0 || !x.is_finite() {
         return if x == 0.0 { "0".into() } else { x.to_string() };
     }
@@ -85,13 +85,13 @@ pub fn compact(x: f64) -> String {
 }
 
 /// The power of ten, a multiple of three, to take out of an axis' numbers: 0 when they read well as they are.
-pub fn common_power(low: f64, high: f64) -> i32 {
+pub(super) fn common_power(low: f64, high: f64) -> i32 {
     let largest = low.abs().max(high.abs());
     if largest == 0.0 || (0.01..1e4).contains(&largest) { 0 } else { 3 * (largest.log10() / 3.0).floor() as i32 }
 }
 
 /// A label with its unit, and the power of ten that was taken out of the numbers.
-pub fn with_unit(label: &str, unit: &str, power: i32) -> String {
+pub(super) fn with_unit(label: &str, unit: &str, power: i32) -> String {
     match (unit.is_empty(), power) {
         (true, 0) => label.into(),
         (true, _) => format!("{label} ({})", power_of_ten(power)),
@@ -102,7 +102,7 @@ pub fn with_unit(label: &str, unit: &str, power: i32) -> String {
 
 /// A unit of length in which coordinates read well.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LengthUnit {
+pub(super) struct LengthUnit {
     pub name: &'static str,
     /// [m]
     pub metres: f64,
@@ -110,7 +110,7 @@ pub struct LengthUnit {
 
 impl LengthUnit {
     /// For coordinates up to `extent` [m].
-    pub fn for_extent(extent: f64) -> Self {
+    pub(super) fn for_extent(extent: f64) -> Self {
         match extent {
             x if x < 2e-6 => Self { name: "nm", metres: 1e-9 },
             x if x < 2e-3 => Self { name: "µm", metres: 1e-6 },

@@ -3,9 +3,10 @@
 use super::canvas::{Align, Canvas, Dot, NORMAL, Rect, SMALL, Shape, Stroke, TITLE, Text};
 use super::colour::{Colour, ColourMap};
 use super::colour_bar::ColourRange;
-use super::table::count;
-use super::views::{FourViews, Vector, bounds};
+use super::text_table::count;
+use super::views::{FourViews, bounds};
 use super::{Figure, ReportError, TWO_COLUMNS};
+use crate::model::Vector;
 
 const FIGURE: &str = "the tip cloud";
 /// Room for the title and for the colour bar [pt].
@@ -23,7 +24,9 @@ pub struct Cloud {
     pub values: Vec<f64>,
     /// What the values are.
     pub quantity: String,
+    /// Their unit; empty for none.
     pub unit: String,
+    /// Above the panels; empty for none.
     pub title: String,
     /// Sequential, or diverging where values have both signs, unless chosen here.
     pub map: Option<ColourMap>,

@@ -3,8 +3,9 @@
 use super::canvas::{Canvas, Dot, Point, Shape, Stroke};
 use super::colour::{Colour, ColourMap};
 use super::legend::Entry;
-use super::views::{FourViews, Vector, bounds};
+use super::views::{FourViews, bounds};
 use super::{Figure, ReportError, TWO_COLUMNS};
+use crate::model::Vector;
 
 const FIGURE: &str = "the tip's path";
 const TOP: f64 = 30.0;
@@ -16,11 +17,11 @@ const FLAGGED: Colour = Colour::VERMILION;
 /// A tip's path.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TipPath {
-    /// Above the panels.
+    /// Above the panels; empty for none.
     pub title: String,
-    /// Where the tip should be [m]; what is not finite interrupts the line.
+    /// Where the tip should be, in order [m]; what is not finite interrupts the line.
     pub desired: Vec<Vector>,
-    /// Where it is [m]; what is not finite interrupts the line.
+    /// Where the tip is, in order [m].
     pub achieved: Vec<Vector>,
     /// Desired places that are not reached [m].
     pub flagged: Vec<Vector>,

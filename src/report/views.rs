@@ -6,9 +6,7 @@ use super::canvas::{Align, Canvas, NORMAL, Point, Rect, SMALL, Stroke, TITLE, Te
 use super::colour::Colour;
 use super::legend::{self, Entry};
 use super::ticks::{self, LengthUnit};
-
-/// A point or direction in space [m].
-pub type Vector = [f64; 3];
+use crate::model::Vector;
 
 const NAMES: [&str; 3] = ["x", "y", "z"];
 /// Limits are drawn no narrower than this share of the widest.
@@ -28,32 +26,37 @@ const ELEVATION: f64 = 24.0;
 /// An orthographic camera and its panel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct View {
+    /// Where it is on the page.
     pub rect: Rect,
-    /// Unit vectors to the right and up on the page, and towards the reader.
+    /// Unit vector to the right on the page.
     pub right: Vector,
+    /// Unit vector up on the page.
     pub up: Vector,
+    /// Unit vector towards the reader.
     pub toward: Vector,
     /// Points per metre, the same in every direction.
     pub scale: f64,
-    /// What is drawn at the place `middle`.
+    /// The point in space that is drawn at `middle` [m].
     pub centre: Vector,
+    /// Where on the page [pt].
     pub middle: Point,
     /// The horizontal and vertical axis of a projection; none in space.
     pub axes: Option<[usize; 2]>,
 }
 
 impl View {
+    /// Where on the page a point in space is drawn [m to pt].
     pub fn place(&self, point: Vector) -> Point {
         let [x, y] = self.along(std::array::from_fn(|k| point[k] - self.centre[k]));
         [self.middle[0] + x, self.middle[1] + y]
     }
 
-    /// A direction on the page [pt].
+    /// A vector in space, drawn on the page [m to pt].
     pub fn along(&self, direction: Vector) -> Point {
         [self.scale * dot(direction, self.right), -self.scale * dot(direction, self.up)]
     }
 
-    /// How near to the reader.
+    /// How near to the reader a point is [m].
     pub fn depth(&self, point: Vector) -> f64 {
         dot(point, self.toward)
     }
@@ -64,10 +67,11 @@ impl View {
 pub struct FourViews {
     /// Lower and upper limit of x, y and z [m].
     pub limits: [[f64; 2]; 3],
-    pub unit: LengthUnit,
+    /// In which coordinates are written.
+    unit: LengthUnit,
     /// x-z, y-z, x-y, space.
     pub views: [View; 4],
-    /// The lowest point of the panels' labels.
+    /// The lowest point of the panels' labels [pt].
     pub bottom: f64,
     /// Of the page, and what is free on its right [pt].
     width: f64,
@@ -114,7 +118,7 @@ impl FourViews {
     }
 
     /// A page with a title and the axes, and room for a legend below the panels.
-    pub fn page(&self, title: &str, entries: &[Entry]) -> Canvas {
+    pub(super) fn page(&self, title: &str, entries: &[Entry]) -> Canvas {
         let ([left, top], width) = self.legend_place();
         let mut canvas = Canvas::new(self.width, top + legend::flow(None, entries, [0.0; 2], width) + 5.0);
         canvas.text(Text::new(title, [left, 9.0], TITLE).bold());
@@ -123,7 +127,7 @@ impl FourViews {
     }
 
     /// Draws the legend below the panels.
-    pub fn draw_legend(&self, canvas: &mut Canvas, entries: &[Entry]) {
+    pub(super) fn draw_legend(&self, canvas: &mut Canvas, entries: &[Entry]) {
         let (at, width) = self.legend_place();
         legend::flow(Some(canvas), entries, at, width);
     }
@@ -280,16 +284,16 @@ fn spatial(rect: Rect, limits: [[f64; 2]; 3], centre: Vector) -> View {
     View { rect, right, up, toward, scale, centre, middle, axes: None }
 }
 
-pub fn dot(a: Vector, b: Vector) -> f64 {
+pub(super) fn dot(a: Vector, b: Vector) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-pub fn cross(a: Vector, b: Vector) -> Vector {
+pub(super) fn cross(a: Vector, b: Vector) -> Vector {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 /// Smallest and largest finite coordinates.
-pub fn bounds(points: impl IntoIterator<Item = Vector>) -> [[f64; 2]; 3] {
+pub(super) fn bounds(points: impl IntoIterator<Item = Vector>) -> [[f64; 2]; 3] {
     points.into_iter().fold([[f64::INFINITY, f64::NEG_INFINITY]; 3], |bounds, point| {
         std::array::from_fn(|k| [bounds[k][0].min(point[k]), bounds[k][1].max(point[k])])
     })

@@ -1,6 +1,6 @@
-//! Questions that take more than one solution a sample: control, fits, simulated experiments, replays.
+//! Questions that users ask: one scene, control, fits, simulated experiments, replays.
 //!
-//! A job is built, run, and gives plain data: numbers, a table, JSON. [`crate::figures`] draws it.
+//! A job is built, run, and gives plain data: numbers, a table, JSON. [`figures`](crate::figures) draws it.
 
 mod agreement;
 mod columns;
@@ -8,7 +8,9 @@ mod control;
 mod experiment;
 mod fit;
 mod replay;
+mod shape;
 mod simulate;
+mod solve;
 
 pub use agreement::{Agreement, agreement};
 pub use control::{
@@ -18,7 +20,11 @@ pub use control::{
 pub use experiment::{Experiment, ExperimentRun, MEASURED, Measured, PlayedTrajectory};
 pub use fit::{Direction, Fit, FitError, FitJob, FittedParameter, Strength};
 pub use replay::{Replay, ReplayComparison};
+pub use shape::{Shape, evenly_spaced};
 pub use simulate::{CommandedPath, Imperfection, Simulation, TRIALS, play, simulate};
+pub use solve::{
+    AllBranches, Explanation, FoundBranch, Jacobian, PlannedPass, PlannedPiece, Rows, Solve, SolveError, Solved,
+};
 
 use crate::backend::{Backend, BackendError};
 use crate::model::Plan;

@@ -9,11 +9,11 @@ use proptest::prelude::{Just, Strategy, any, prop_oneof};
 use proptest::strategy::ValueTree;
 use proptest::test_runner::{Config, RngAlgorithm, TestCaseError, TestError, TestRng, TestRunner};
 use rayon::prelude::*;
+use rodsweep::input::write_scene;
 use rodsweep::model::{
     Base, Coil, CoilWinding, Density, Flexible, Loads, Node, Profile, Rigid, Scene, Segment, SegmentKind,
     ShearElasticity, Stiffness, Vector,
 };
-use rodsweep::sweep::write_scene;
 use std::path::Path;
 
 /// A catheter-sized rod under loads too mild for a second equilibrium, most of the time.

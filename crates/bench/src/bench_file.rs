@@ -1,11 +1,9 @@
 //! Reads a bench file: a sweep file with a `[bench]` table that says what is measured on it.
 
-use super::error::{InputError, Problem};
-use super::scene_file::read_text;
-use super::spec::SweepSpec;
-use super::sweep_file::{BuiltIn, choice, one_of, parameters, sweep_of};
-use super::toml::{Reader, Source};
-use crate::model::{Parameter, Stepper};
+use rodsweep::input::toml::{Reader, Source};
+use rodsweep::input::{BuiltIn, InputError, Problem, choice, one_of, parameters, read_text, sweep_of};
+use rodsweep::model::{Parameter, Stepper};
+use rodsweep::spec::SweepSpec;
 use std::path::Path;
 
 /// What is done to each sample.
@@ -24,7 +22,9 @@ pub enum Work {
 /// Which instruction sets are measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sets {
+    /// The best of the machine.
     Best,
+    /// Every one that the machine has.
     All,
 }
 
@@ -33,14 +33,19 @@ pub enum Sets {
 pub struct BenchSpec {
     /// The file's, without extension.
     pub name: String,
+    /// As the report names it.
     pub title: String,
+    /// Scene, samples and derivatives.
     pub sweep: SweepSpec,
     /// Derivatives of [`Work::Given`] and [`Work::Tip`].
     pub tip: Vec<Parameter>,
+    /// What is done to each sample, one after the other.
     pub work: Vec<Work>,
+    /// Methods of integration to measure.
     pub steppers: Vec<Stepper>,
     /// Over the rod; chosen by the stepper's order where the file does not say.
     pub steps: Option<Vec<usize>>,
+    /// Instruction sets to measure.
     pub sets: Sets,
     /// Whether the literature's methods are measured beside the engines.
     pub literature: bool,
@@ -49,8 +54,10 @@ pub struct BenchSpec {
 }
 
 impl Work {
+    /// Every kind of work.
     pub const ALL: [Work; 4] = [Work::Given, Work::Tip, Work::Cold, Work::Warm];
 
+    /// The word in bench files and tables.
     pub fn name(self) -> &'static str {
         match self {
             Work::Given => "given",
@@ -79,11 +86,19 @@ const FEWER: [usize; 8] = [2, 3, 4, 6, 8, 12, 16, 24];
 
 impl BenchSpec {
     /// Reads a bench file.
+    ///
+    /// # Errors
+    ///
+    /// A file that cannot be read, or a mistake in it.
     pub fn read(file: &Path) -> Result<BenchSpec, InputError> {
         Self::parse(file, &read_text(file)?, &[])
     }
 
     /// Parses the text of a bench file; scenes that `built_in` lists are not read from files.
+    ///
+    /// # Errors
+    ///
+    /// A mistake in the text.
     pub fn parse(file: &Path, text: &str, built_in: &BuiltIn) -> Result<BenchSpec, InputError> {
         let source = Source::parse(file, text)?;
         let sweep = sweep_of(&source, file, built_in)?;

@@ -1,23 +1,25 @@
 //! `rodsweep doctor`: what this machine has, and what would be used.
 
-use super::args::{BackendName, EngineArguments};
-use super::engine::{Engine, F32_TOLERANCE};
-use super::{CommandError, Exit, print};
-use rodsweep::backend::{Backend, BackendKind, Precision};
-use rodsweep::gpu::{self, AdapterSummary, Device, self_test};
-use rodsweep::lanes::Lanes;
+use super::{CommandError, Exit, flags, print};
+use rodsweep::engines::{F32_TOLERANCE, GpuSurvey, Survey, survey};
+use rodsweep::gpu::AdapterSummary;
+use rodsweep::input::parse_scene;
 use rodsweep::model::{Plan, PlanOptions};
 use rodsweep::report::count;
-use rodsweep::sweep::parse_scene;
 use std::path::Path;
 
 /// A rod to try the engines with.
-const SCENE: &str = include_str!("../../sweeps/scenes/cantilever.toml");
+const SCENE: &str = include_str!("../../../sweeps/scenes/cantilever.toml");
 
 pub fn doctor() -> Result<Exit, CommandError> {
     let scene = parse_scene(Path::new("cantilever.toml"), SCENE)?;
     let plan = Plan::single(&scene, &[], PlanOptions::default())?;
-    let commit = option_env!("RODSWEEP_COMMIT").map_or("commit unknown".into(), |commit| format!("commit {commit}"));
+    print(&(describe(&survey(&plan)?).join("\n") + "\n"))?;
+    Ok(Exit::Done)
+}
+
+fn describe(survey: &Survey) -> Vec<String> {
+    let commit = rodsweep::COMMIT.map_or("commit unknown".into(), |commit| format!("commit {commit}"));
     let mut lines = vec![
         format!(
             "rodsweep {} ({commit}), {} {}",
@@ -25,32 +27,35 @@ pub fn doctor() -> Result<Exit, CommandError> {
             std::env::consts::OS,
             std::env::consts::ARCH
         ),
-        format!("processor: {}", Lanes::new(&plan, Precision::F64)?.info().device),
+        format!("processor: {}", survey.processor),
     ];
-    lines.extend(memory().map(|(total, free)| format!("memory: {} of {} free", bytes(free), bytes(total))));
-    let adapters = gpu::adapters();
-    lines.push(match adapters.len() {
+    let memory = survey.memory.map(|m| format!("memory: {} of {} free", bytes(m.available), bytes(m.total)));
+    lines.extend(memory);
+    lines.push(match survey.adapters.len() {
         0 => "GPU adapters: none; no Vulkan, Metal or Direct3D 12 driver was found".into(),
         number => format!("GPU adapters: {number}"),
     });
-    adapters.iter().for_each(|adapter| describe_adapter(adapter, &mut lines));
-    let arguments = EngineArguments { backend: BackendName::Auto, precision: None };
-    let tolerance = PlanOptions::default().tolerance;
-    match (Engine::choose(&arguments, tolerance), Engine::choose(&arguments, F32_TOLERANCE)) {
+    survey.adapters.iter().for_each(|adapter| describe_adapter(adapter, &mut lines));
+    match (&survey.engine, &survey.coarse_engine) {
         (Ok(engine), Ok(coarse)) => {
-            let Engine { kind, precision, reason } = engine;
+            let (kind, precision, reason) = (engine.kind(), engine.precision(), engine.reason());
             lines.push(format!("`--backend auto` takes: {kind} {precision} ({reason})"));
-            lines.push(format!("  from a tolerance of {F32_TOLERANCE:.0e} on: {} {}", coarse.kind, coarse.precision));
+            let (kind, precision) = (coarse.kind(), coarse.precision());
+            lines.push(format!("  from a tolerance of {F32_TOLERANCE:.0e} on: {kind} {precision}"));
         }
-        (Err(error), _) | (_, Err(error)) => lines.push(format!("`--backend auto` cannot be used: {error}")),
+        (Err(error), _) | (_, Err(error)) => {
+            lines.push(format!("`--backend auto` cannot be used: {}", flags::of_backend(error)));
+        }
     }
-    lines.push(match gpu::cache_directory() {
+    lines.push(match &survey.cache_directory {
         Some(place) => format!("compiled kernels are kept in {}, where a driver gives them out", place.display()),
         None => "compiled kernels are not kept (RODSWEEP_CACHE is empty)".into(),
     });
-    describe_gpu(&plan, &mut lines);
-    print(&(lines.join("\n") + "\n"))?;
-    Ok(Exit::Done)
+    match &survey.gpu {
+        Ok(gpu) => describe_gpu(gpu, &mut lines),
+        Err(error) => lines.push(format!("`--backend gpu` cannot be used: {}", flags::of_backend(error))),
+    }
+    lines
 }
 
 fn describe_adapter(adapter: &AdapterSummary, lines: &mut Vec<String>) {
@@ -79,18 +84,13 @@ fn describe_adapter(adapter: &AdapterSummary, lines: &mut Vec<String>) {
 }
 
 /// The adapter that `--backend gpu` takes: whether it computes as it should, and whether the engine starts on it.
-fn describe_gpu(plan: &Plan, lines: &mut Vec<String>) {
-    let device = match Device::open() {
-        Ok(device) => device,
-        Err(error) => return lines.push(format!("`--backend gpu` cannot be used: {error}")),
-    };
-    lines.push(format!("`--backend gpu` takes: {}", device.adapter()));
-    let others = gpu::chosen_adapters().unwrap_or_default();
-    for other in others.iter().skip(1) {
-        let alike = if other.is_like(device.adapter()) { "" } else { "; its rows may differ in the last digits" };
+fn describe_gpu(gpu: &GpuSurvey, lines: &mut Vec<String>) {
+    lines.push(format!("`--backend gpu` takes: {}", gpu.adapter));
+    for other in &gpu.others {
+        let alike = if other.is_like(&gpu.adapter) { "" } else { "; its rows may differ in the last digits" };
         lines.push(format!("  sharing every sweep with: {other}{alike}"));
     }
-    match self_test(&device) {
+    match &gpu.self_test {
         Ok(test) => {
             let verdict = if test.passed() { "passed" } else { "FAILED: do not trust this driver" };
             lines.push(format!("self-test: {verdict}"));
@@ -99,12 +99,11 @@ fn describe_gpu(plan: &Plan, lines: &mut Vec<String>) {
                 lines.push("  this driver ends long loops early".into());
             }
         }
-        Err(error) => lines.push(format!("self-test: could not run: {error}")),
+        Err(error) => lines.push(format!("self-test: could not run: {}", flags::of_backend(error))),
     }
-    let engine = Engine { kind: BackendKind::Gpu, precision: Precision::F32, reason: String::new() };
-    lines.push(match engine.make(plan) {
-        Ok(_) => "GPU engine: ready".into(),
-        Err(error) => format!("GPU engine: {error}"),
+    lines.push(match &gpu.start {
+        Ok(()) => "GPU engine: ready".into(),
+        Err(error) => format!("GPU engine: {}", flags::of_backend(error)),
     });
 }
 
@@ -114,14 +113,4 @@ fn bytes(number: u64) -> String {
     let step = units.len().min(1 + (number.max(1).ilog2() / 10) as usize) - 1;
     let value = number as f64 / 1024f64.powi(step as i32);
     if value.fract() < 0.05 { format!("{value:.0} {}", units[step]) } else { format!("{value:.1} {}", units[step]) }
-}
-
-/// Total and available memory [bytes], where the system tells.
-fn memory() -> Option<(u64, u64)> {
-    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
-    let line = |name: &str| {
-        let line = text.lines().find(|line| line.starts_with(name))?;
-        Some(line.split_whitespace().nth(1)?.parse::<u64>().ok()? * 1024)
-    };
-    Some((line("MemTotal:")?, line("MemAvailable:")?))
 }

@@ -2,16 +2,16 @@
 
 use super::args::{FitArguments, positive_length};
 use super::control::say_notes;
-use super::{CommandError, Exit, plot, print, say};
+use super::{CommandError, Exit, print, say};
 use rodsweep::figures;
 use rodsweep::input::{read_scene, read_shapes, write_scene};
-use rodsweep::report::{self, Table, engineering};
+use rodsweep::report::{self, ImageFormat, TextTable, engineering};
 use rodsweep::results::ResultsError;
 use rodsweep::study::{Fit, FitError, FitJob};
 
 pub fn fit(arguments: &FitArguments) -> Result<Exit, CommandError> {
     if let Some(path) = &arguments.plot {
-        plot::check_extension(path)?;
+        ImageFormat::of(path)?;
     }
     if let Some(path) = arguments.out.as_ref().filter(|path| path.exists() && !arguments.force) {
         let text = "is already there: overwrite it with `--force`, or choose another name with `--out`";
@@ -52,7 +52,7 @@ fn wrong_free(error: FitError) -> CommandError {
 }
 
 fn text(fit: &Fit, job: &FitJob) -> String {
-    let mut table = Table::new(["parameter", "start", "fitted", "± 95 %", "unit"]);
+    let mut table = TextTable::new(["parameter", "start", "fitted", "± 95 %", "unit"]);
     for fitted in &fit.parameters {
         let [low, high] = fitted.interval;
         let half = if fitted.deviation.is_finite() { engineering(0.5 * (high - low)) } else { "open".into() };

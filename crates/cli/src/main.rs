@@ -4,22 +4,18 @@
 
 mod args;
 mod bench;
-mod branches;
 mod control;
 mod control_output;
 mod directory;
 mod doctor;
 mod experiment;
-mod explain;
 mod fit;
+mod flags;
 mod import;
-mod plot;
 mod progress;
 mod replay;
 mod run;
-mod shape;
 mod simulate;
-mod solution_json;
 mod solve;
 mod verify;
 
@@ -55,11 +51,11 @@ pub enum CommandError {
     Assign(#[from] AssignError),
     #[error(transparent)]
     Plan(#[from] PlanError),
-    #[error(transparent)]
+    #[error("{}", flags::of_sweep(.0))]
     Sweep(#[from] SweepError),
-    #[error(transparent)]
+    #[error("{}", flags::of_results(.0))]
     Results(#[from] ResultsError),
-    #[error(transparent)]
+    #[error("{}", flags::of_backend(.0))]
     Backend(#[from] BackendError),
     #[error(transparent)]
     RunFigures(#[from] RunFiguresError),

@@ -3,8 +3,7 @@
 //! moment. What is integrated has no units, since the crate has one absolute tolerance for all numbers. R1, R2, R4
 
 use super::method::{self, Column, Jacobian, Method, NewtonStep, Tip};
-use super::rod::{Flexible, Rigid, Segment, Source};
-use super::{Input, Rod};
+use super::rod::{Flexible, Input, Rigid, Rod, Segment, Source};
 use nalgebra::allocator::Allocator;
 use nalgebra::{Const, DVector, DefaultAllocator, Dim, Matrix3, OVector, SVector, Vector3};
 use ode_solvers::{Dop853, OutputType, System};
@@ -134,6 +133,7 @@ fn start(rod: &Rod, m0: &Vector3<f64>, inputs: &[Input], y: &mut [f64]) {
 }
 
 impl Adaptive {
+    /// With a tolerance for each step, relative and absolute.
     pub fn new(tolerance: f64) -> Adaptive {
         Adaptive { tolerance }
     }

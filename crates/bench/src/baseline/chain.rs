@@ -6,8 +6,7 @@
 
 use super::differences::{SHARP, rotation_between};
 use super::method::{self, Column, Jacobian, Method, NewtonStep, Tip};
-use super::rod::Segment;
-use super::{Input, Rod};
+use super::rod::{Input, Rod, Segment};
 use nalgebra::{DMatrix, DVector, Dyn, LU, Matrix3, Rotation3, Vector3};
 
 /// Step by which joint angles are differenced: the square root of epsilon, for angles below a radian [rad].

@@ -1,8 +1,9 @@
 //! One step of control by damped least squares, as controllers of this catheter take it.
 
-use super::{Column, Input, Method, Rod, solve};
-use crate::model::Vector;
+use super::method::{Column, Method, solve};
+use super::rod::{Input, Rod};
 use nalgebra::{DMatrix, Matrix3, Vector3};
+use rodsweep::model::Vector;
 
 /// Damping over the length of the rod, with inputs measured by what bends the rod by a radian. The papers do not
 /// publish theirs.
@@ -12,6 +13,7 @@ const DAMPING: f64 = 0.05;
 pub struct ControlStep {
     /// Changes of the inputs.
     pub moves: Vec<f64>,
+    /// With the changed inputs.
     pub rod: Rod,
     /// The equilibrium there.
     pub unknowns: Vec<f64>,

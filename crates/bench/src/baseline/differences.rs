@@ -4,8 +4,8 @@
 //! noise / h, least at the cube root. h is in units of what bends the rod by a radian ([`Rod::scale`]).
 
 use super::method::{self, Column, Jacobian, Method, NewtonStep, Tip};
-use super::paper::Passage;
-use super::{Input, Paper, Rod};
+use super::paper::{Paper, Passage};
+use super::rod::{Input, Rod};
 use nalgebra::{Matrix3, Vector3};
 
 /// What is differenced, and how.
@@ -46,6 +46,7 @@ impl Differences {
         Self::with_step(rod, steps, scheme, step)
     }
 
+    /// With a given step, in units of what bends the rod by a radian.
     pub fn with_step(rod: &Rod, steps: usize, scheme: Scheme, step: f64) -> Differences {
         Differences { integrator: Paper::new(rod, steps), scheme, step }
     }

@@ -1,8 +1,9 @@
 //! What the baselines have in common: Newton's method on their unknowns, and the path of loads from rest.
 
-use super::{BaselineError, Input, Rod};
-use crate::model::{Matrix, Vector};
+use super::error::BaselineError;
+use super::rod::{Input, Rod};
 use nalgebra::{Matrix3, Vector3};
+use rodsweep::model::{Matrix, Vector};
 
 /// Newton's step below which the next one would be round-off [rad].
 const ARRIVED: f64 = 1e-7;
@@ -36,12 +37,15 @@ pub struct Column {
 /// The tip and its change by each input.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Jacobian {
+    /// Where the tip is.
     pub tip: Tip,
+    /// In the order of the inputs.
     pub columns: Vec<Column>,
 }
 
 /// Newton's step on the unknowns.
 pub struct NewtonStep {
+    /// To be added to the unknowns.
     pub step: Vec<f64>,
     /// [rad]
     pub size: f64,
@@ -52,12 +56,13 @@ pub trait Method {
     /// The unknowns of the unloaded rod.
     fn rest(&self, rod: &Rod) -> Vec<f64>;
 
-    /// `None` where the numbers overflow or the matrix is singular.
+    /// One step of Newton's method; `None` where the numbers overflow or the matrix is singular.
     fn newton_step(&self, rod: &Rod, unknowns: &[f64]) -> Option<NewtonStep>;
 
+    /// Where the unknowns lead.
     fn tip(&self, rod: &Rod, unknowns: &[f64]) -> Tip;
 
-    /// At an equilibrium.
+    /// The tip and its change by each input, at an equilibrium.
     fn jacobian(&self, rod: &Rod, unknowns: &[f64], inputs: &[Input]) -> Option<Jacobian>;
 }
 

@@ -10,6 +10,7 @@ mod adaptive;
 mod chain;
 mod control;
 mod differences;
+mod error;
 mod method;
 mod paper;
 mod rod;
@@ -18,17 +19,7 @@ pub use adaptive::Adaptive;
 pub use chain::Chain;
 pub use control::{ControlStep, control_step, damped_least_squares};
 pub use differences::{Differences, Scheme};
+pub use error::BaselineError;
 pub use method::{Column, Jacobian, Method, NewtonStep, Tip, from_rest, solve};
 pub use paper::Paper;
 pub use rod::{Input, Rod};
-
-/// Why a baseline has no answer.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum BaselineError {
-    #[error("the baselines do not model `{key}`: {remedy}")]
-    Unsupported { key: String, remedy: &'static str },
-    #[error(transparent)]
-    Scene(#[from] crate::model::SceneError),
-    #[error("Newton's method did not converge, at {:.1} % of the load: try more steps or less load", 100.0 * load)]
-    NotConverged { load: f64 },
-}

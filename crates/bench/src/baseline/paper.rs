@@ -4,8 +4,7 @@
 //! change by half with the compiler's division of the crate.
 
 use super::method::{self, Column, Jacobian, Method, NewtonStep, Tip};
-use super::rod::{Flexible, Rigid, Segment, Source};
-use super::{Input, Rod};
+use super::rod::{Flexible, Input, Rigid, Rod, Segment, Source};
 use nalgebra::{Matrix3, Vector3};
 
 /// The paper's method with a number of steps for each segment.

@@ -1,8 +1,8 @@
 //! The rod that the baselines model: constant flexible segments, rigid segments with a dipole, weight and tip force.
 
-use super::BaselineError;
-use crate::model::{self, Parameter, RodSegment, Scene, Slot};
+use super::error::BaselineError;
 use nalgebra::{Matrix3, Vector3};
+use rodsweep::model::{self, Parameter, RodSegment, Scene, Slot};
 
 /// A stretch that bends.
 #[derive(Clone, Copy, Debug)]
@@ -48,14 +48,32 @@ pub struct Rod {
 /// What Jacobians are taken by; all but the insertion add `per_unit` to three numbers of the rod.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Input {
-    /// Of a rigid segment [A·m² per unit of the input].
-    Dipole { segment: usize, per_unit: model::Vector },
-    /// World frame [N per unit]
-    TipForce { per_unit: model::Vector },
-    /// Of a flexible segment [1/m per unit].
-    RestCurvature { segment: usize, per_unit: model::Vector },
-    /// EIx, EIy, GJ of a flexible segment [N·m² per unit].
-    Stiffness { segment: usize, per_unit: model::Vector },
+    /// Of a rigid segment.
+    Dipole {
+        /// Its index.
+        segment: usize,
+        /// Body frame [A·m² per unit of the input]
+        per_unit: model::Vector,
+    },
+    /// Force at the tip.
+    TipForce {
+        /// World frame [N per unit]
+        per_unit: model::Vector,
+    },
+    /// Of a flexible segment.
+    RestCurvature {
+        /// Its index.
+        segment: usize,
+        /// Body frame [1/m per unit]
+        per_unit: model::Vector,
+    },
+    /// Of a flexible segment.
+    Stiffness {
+        /// Its index.
+        segment: usize,
+        /// EIx, EIy, GJ [N·m² per unit]
+        per_unit: model::Vector,
+    },
     /// Length of the first segment [m].
     Insertion,
 }

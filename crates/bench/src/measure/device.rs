@@ -3,11 +3,11 @@
 use super::engines::Engine;
 use super::problem::Problem;
 use super::session::Session;
-use crate::cli::CommandError;
+use crate::bench_file::Work;
+use crate::error::BenchError;
+use crate::record::Record;
 use rodsweep::backend::{BackendError, Precision};
 use rodsweep::model::{Batch, Plan, PlanOptions, Quantity, Start, Stepper};
-use rodsweep::report::bench::Record;
-use rodsweep::sweep::Work;
 
 /// Samples of a batch: enough for several full dispatches.
 const SAMPLES: usize = 1 << 18;
@@ -15,10 +15,10 @@ const FEW: usize = 1 << 12;
 /// Work that is the same for every batch.
 const ONCE: [&str; 3] = ["open", "compile", "first_dispatch"];
 
-pub fn measure(problem: &Problem, session: &mut Session) -> Result<(), CommandError> {
+pub fn measure(problem: &Problem, session: &mut Session) -> Result<(), BenchError> {
     for engine in session.engines.clone().into_iter().filter(Engine::is_gpu) {
         match on_engine(problem, engine, session) {
-            Err(CommandError::Backend(error)) => {
+            Err(BenchError::Backend(error)) => {
                 session.note(format!("{} {} by its own clock: {error}", engine.name(), engine.precision));
             }
             done => done?,
@@ -27,7 +27,7 @@ pub fn measure(problem: &Problem, session: &mut Session) -> Result<(), CommandEr
     Ok(())
 }
 
-fn on_engine(problem: &Problem, engine: Engine, session: &mut Session) -> Result<(), CommandError> {
+fn on_engine(problem: &Problem, engine: Engine, session: &mut Session) -> Result<(), BenchError> {
     let methods = match engine.precision {
         Precision::F32 => [(Stepper::Tp6, 2), (Stepper::Tp6, 3), (Stepper::Rk4, 12)],
         Precision::F64 => [(Stepper::Tp7, 2), (Stepper::Dop853, 2), (Stepper::Dop853, 4)],
@@ -54,7 +54,7 @@ fn known(
     options: PlanOptions,
     samples: usize,
     session: &mut Session,
-) -> Result<(), CommandError> {
+) -> Result<(), BenchError> {
     let plan = problem.plan(Work::Tip, options)?;
     let batch = problem.batch(Work::Tip, samples)?;
     let solutions = engine.make(&plan)?.solve(&batch)?;
@@ -64,7 +64,7 @@ fn known(
 }
 
 /// Seconds a sample of each part of a batch, the median batch by its kernels; of the setup, seconds.
-fn point(work: &str, engine: Engine, plan: &Plan, batch: &Batch, session: &mut Session) -> Result<(), CommandError> {
+fn point(work: &str, engine: Engine, plan: &Plan, batch: &Batch, session: &mut Session) -> Result<(), BenchError> {
     let samples = batch.sample_count();
     let mut backend = engine.make(plan)?;
     // Until dispatches have grown to their full size.

@@ -4,12 +4,12 @@ use super::clock::Clock;
 use super::engines::Engine;
 use super::problem::batch_of;
 use super::session::Session;
-use crate::cli::CommandError;
+use crate::error::BenchError;
+use crate::record::Record;
 use rodsweep::backend::Precision;
 use rodsweep::lanes::Lanes;
 use rodsweep::model::{Parameter, PlanOptions, Quantity, Stepper};
-use rodsweep::report::bench::Record;
-use rodsweep::sweep::SweepSpec;
+use rodsweep::spec::SweepSpec;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -128,7 +128,7 @@ impl Rod<'_> {
     }
 }
 
-pub fn measure(session: &mut Session) -> Result<(), CommandError> {
+pub fn measure(session: &mut Session) -> Result<(), BenchError> {
     for (name, rod) in &TERMS {
         point("terms", name, f64::NAN, rod, session)?;
     }
@@ -145,11 +145,10 @@ pub fn measure(session: &mut Session) -> Result<(), CommandError> {
     Ok(())
 }
 
-fn point(part: &str, name: &str, size: f64, rod: &Rod, session: &mut Session) -> Result<(), CommandError> {
+fn point(part: &str, name: &str, size: f64, rod: &Rod, session: &mut Session) -> Result<(), BenchError> {
     let mut spec = SweepSpec::parse(Path::new("feature.toml"), &rod.text())?;
     for name in &WRT[..rod.columns] {
-        let found = Parameter::parse(&spec.scene, name);
-        spec.wrt.extend(found.map_err(|error| CommandError::Usage(format!("feature.toml: {error}")))?);
+        spec.wrt.extend(Parameter::parse(&spec.scene, name)?);
     }
     let sampler = spec.sampler();
     let mut rows = vec![vec![0.0; spec.axes.len()]; SAMPLES];
@@ -159,7 +158,7 @@ fn point(part: &str, name: &str, size: f64, rod: &Rod, session: &mut Session) ->
     for precision in [Precision::F64, Precision::F32] {
         let engine = Engine::best(precision);
         let effort = session.effort;
-        let (solutions, timing) = session.one_thread.install(|| -> Result<_, CommandError> {
+        let (solutions, timing) = session.one_thread.install(|| -> Result<_, BenchError> {
             let mut backend = engine.make(&plan)?;
             let solutions = backend.solve(&batch)?;
             Ok((solutions, Clock::Processor.time(effort, || backend.solve(&batch))))

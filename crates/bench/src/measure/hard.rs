@@ -1,12 +1,11 @@
-//! The cases of `verify --hard` on every engine.
+//! The hard cases on every engine.
 
 use super::session::Session;
-use crate::cli::verify::engine;
-use crate::cli::verify::hard::suite::{Case, Outcome, Setup, Verdict, cases};
+use crate::hard::{Case, Outcome, Setup, Verdict, cases};
+use crate::record::Record;
 use rodsweep::backend::{BackendError, BackendKind};
-use rodsweep::report::bench::Record;
 
-/// One case in so many with `--quick`.
+/// One case in so many where it is to be quick.
 const QUICK: usize = 6;
 
 pub fn measure(session: &mut Session) {
@@ -27,7 +26,7 @@ pub fn measure(session: &mut Session) {
     }
     for setup in setups {
         for (case, answer) in cases.iter().zip(&answers) {
-            match setup.solve(case, answer, |plan| engine(setup.kind, setup.precision).make(plan)) {
+            match setup.solve(case, answer, |plan| setup.engine().make(plan)) {
                 Ok(outcome) => session.records.push(record(case, &setup, &outcome)),
                 Err(BackendError::Unsupported { what, .. }) => {
                     session.note(format!("{}, {}: not modelled: {what}", setup.name(), case.name()));

@@ -3,13 +3,13 @@
 use super::clock::Clock;
 use super::problem::{Judged, Problem};
 use super::session::Session;
-use crate::cli::CommandError;
-use rodsweep::baseline::{
+use crate::baseline::{
     Adaptive, BaselineError, Column, Differences, Input, Jacobian, Method, Paper, Rod, Scheme, from_rest, solve,
 };
+use crate::bench_file::Work;
+use crate::error::BenchError;
+use crate::record::Record;
 use rodsweep::model::PlanOptions;
-use rodsweep::report::bench::Record;
-use rodsweep::sweep::Work;
 
 /// Samples that they are measured on: they take long.
 const SAMPLES: usize = 24;
@@ -38,7 +38,7 @@ struct Rods {
 }
 
 /// Measures one scene, if the methods model it.
-pub fn measure(problem: &Problem, session: &mut Session) -> Result<(), CommandError> {
+pub fn measure(problem: &Problem, session: &mut Session) -> Result<(), BenchError> {
     for work in problem.spec.work.iter().copied() {
         let rods = match rods(problem, work) {
             Ok(rods) => rods,
@@ -54,7 +54,7 @@ pub fn measure(problem: &Problem, session: &mut Session) -> Result<(), CommandEr
     Ok(())
 }
 
-/// Every method at growing accuracy; every second setting with `--quick`.
+/// Every method at growing accuracy; every second setting where it is to be quick.
 fn contenders(rod: &Rod, work: Work, quick: bool) -> Vec<Contender> {
     let every = if quick { 2 } else { 1 };
     let mut all = Vec::new();
@@ -95,7 +95,7 @@ fn point(
     contender: &Contender,
     rods: &Rods,
     session: &mut Session,
-) -> Result<(), CommandError> {
+) -> Result<(), BenchError> {
     let method = contender.method.as_ref();
     let solved =
         |rods: &[Rod]| -> Vec<Option<Vec<f64>>> { rods.iter().map(|rod| from_rest(method, rod).ok()).collect() };

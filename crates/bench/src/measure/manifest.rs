@@ -3,28 +3,13 @@
 use super::clock;
 use super::problem::{NEAR, SMALL_COLUMN};
 use super::session::Session;
+use crate::bench_file::BenchSpec;
+use crate::machine;
 use rodsweep::lanes::InstructionSet;
 use rodsweep::model::Stepper;
-use rodsweep::sweep::BenchSpec;
 use serde_json::{Value, json};
 use std::path::PathBuf;
 use std::time::{SystemTime, UNIX_EPOCH};
-
-fn cores() -> usize {
-    std::thread::available_parallelism().map_or(1, usize::from)
-}
-
-/// As `doctor` has it, where the system tells.
-fn processor() -> Option<String> {
-    let info = std::fs::read_to_string("/proc/cpuinfo").ok()?;
-    let line = info.lines().find(|line| line.starts_with("model name"))?;
-    line.split(": ").nth(1).map(str::to_owned)
-}
-
-/// Of the last minute, where the system tells.
-fn load_average() -> Option<f64> {
-    std::fs::read_to_string("/proc/loadavg").ok()?.split_whitespace().next()?.parse().ok()
-}
 
 /// Year, month and day (Gregorian, UTC) of a day since 1970-01-01.
 fn date(day: u64) -> String {
@@ -53,7 +38,7 @@ fn device(session: &Session) -> String {
     let set = InstructionSet::available()[0].name().to_lowercase().replace('-', "");
     let adapter = session.adapter.as_ref().filter(|adapter| !adapter.is_software());
     let gpu = adapter.map_or(String::new(), |adapter| format!("-{}", adapter.name.to_lowercase()));
-    let name = format!("{}-core-{set}{gpu}", cores());
+    let name = format!("{}-core-{set}{gpu}", machine::cores());
     let words = name.split(|letter: char| !letter.is_ascii_alphanumeric()).filter(|word| !word.is_empty());
     words.collect::<Vec<_>>().join("-")
 }
@@ -83,17 +68,17 @@ pub fn manifest(session: &Session, specs: &[BenchSpec]) -> String {
     let stepper = |stepper: &Stepper| json!({ "name": stepper.name(), "order": stepper.order() });
     let value = json!({
         "program": "rodsweep",
-        "version": env!("CARGO_PKG_VERSION"),
-        "commit": option_env!("RODSWEEP_COMMIT"),
+        "version": rodsweep::VERSION,
+        "commit": rodsweep::COMMIT,
         "date": today(),
         "system": format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
-        "processor": processor(),
-        "cores": cores(),
+        "processor": machine::processor(),
+        "cores": machine::cores(),
         "instruction_sets": InstructionSet::available().iter().map(|set| set.name()).collect::<Vec<_>>(),
         "gpu": session.adapter.as_ref().map(ToString::to_string),
         "gpu_in_software": session.adapter.as_ref().is_some_and(|adapter| adapter.is_software()),
         "clock": if clock::has_thread_time() { "processor time of the thread" } else { "time on the wall" },
-        "load_average": load_average(),
+        "load_average": machine::load_average(),
         "quick": session.quick,
         "seconds": session.seconds().round() as u64,
         "near": NEAR,

@@ -4,17 +4,18 @@ use super::clock::Clock;
 use super::engines::Engine;
 use super::problem::batch_of;
 use super::session::Session;
-use crate::cli::CommandError;
-use crate::cli::engine::{self as cli, reference, second_attempt};
+use crate::error::BenchError;
+use crate::record::Record;
 use rodsweep::backend::{Backend, BackendError, BackendKind, Precision};
+use rodsweep::engines::{self, F32_TOLERANCE, cpu_f64, second_attempt, witness};
 use rodsweep::lanes::Lanes;
 use rodsweep::model::{Plan, PlanOptions, Quantity};
-use rodsweep::report::bench::Record;
-use rodsweep::sweep::{self, RunOptions, Summary, SweepSpec};
+use rodsweep::shipped::{P6, WORKSPACE};
+use rodsweep::spec::SweepSpec;
+use rodsweep::sweep::{self, ResultDirectory, RunOptions, Summary};
+use std::path::Path;
 
-const MAP: &str = include_str!("../../../sweeps/workspace.toml");
-const MAP_SCENE: (&str, &str) = ("scenes/p6.toml", include_str!("../../../sweeps/scenes/p6.toml"));
-/// Samples of the map with `--quick`.
+/// Samples of the map where it is to be quick.
 const QUICK: u64 = 20_000;
 /// Samples of the map whose operations are counted.
 const COUNTED: usize = 512;
@@ -37,30 +38,31 @@ struct Checks {
 
 impl Map {
     /// With the method and the steps that `run` would take.
-    fn new(precision: Precision, session: &Session) -> Result<Map, CommandError> {
-        let spec = SweepSpec::parse_with(std::path::Path::new("workspace.toml"), MAP, &[MAP_SCENE])?;
-        let tolerance = if precision == Precision::F32 { cli::F32_TOLERANCE } else { spec.tolerance };
+    fn new(precision: Precision, session: &Session) -> Result<Map, BenchError> {
+        let (name, text) = WORKSPACE;
+        let spec = SweepSpec::parse_with(Path::new(name), text, &[("scenes/p6.toml", P6.1)])?;
+        let tolerance = if precision == Precision::F32 { F32_TOLERANCE } else { spec.tolerance };
         let spec = SweepSpec { tolerance, ..spec };
-        let chosen = cli::Engine { kind: BackendKind::Cpu, precision, reason: String::new() };
-        let steppers = chosen.steppers();
+        let steppers = engines::Engine::new(BackendKind::Cpu, precision, "").steppers();
         let plan = spec.plan(PlanOptions { stepper: steppers[0], ..PlanOptions::default() })?;
-        let pilot = sweep::choose_method(&plan, &spec.sampler(), &steppers[1..], &cli::cpu_f64)?;
+        let pilot = sweep::choose_method(&plan, &spec.sampler(), &steppers[1..], &cpu_f64)?;
         let plan = plan.with_options(pilot.options(&plan));
         Ok(Map { spec, plan, engine: Engine::best(precision), limit: session.quick.then_some(QUICK) })
     }
 
     /// One run, whose files are thrown away.
-    fn run(&self, checks: Checks) -> Result<Summary, CommandError> {
+    fn run(&self, checks: Checks) -> Result<Summary, BenchError> {
         let out = std::env::temp_dir().join(format!("rodsweep-bench-{}", std::process::id()));
-        let trusted = |plan: &Plan| -> Result<Box<dyn Backend>, BackendError> { Ok(reference(plan)) };
-        let mut run = RunOptions::new(&out);
+        let trusted = |plan: &Plan| -> Result<Box<dyn Backend>, BackendError> { Ok(witness(plan)) };
+        let mut run = RunOptions::new();
         run.limit = self.limit;
         if checks.second_attempts {
             run.refiners = vec![&second_attempt, &trusted];
         }
         run.trusted = checks.spot_check.then_some(&trusted);
         let mut backend = self.engine.make(&self.plan)?;
-        let summary = sweep::run(&self.spec, backend.as_mut(), &run);
+        let mut files = ResultDirectory::new(&out);
+        let summary = sweep::run(&self.spec, backend.as_mut(), &run, &mut files);
         let _ = std::fs::remove_dir_all(&out);
         Ok(summary?)
     }
@@ -79,7 +81,7 @@ impl Map {
 }
 
 /// Busy time by stage.
-pub fn stages(session: &mut Session) -> Result<(), CommandError> {
+pub fn stages(session: &mut Session) -> Result<(), BenchError> {
     for precision in [Precision::F64, Precision::F32] {
         let map = Map::new(precision, session)?;
         let summary = map.run(Checks { second_attempts: true, spot_check: false })?;
@@ -101,14 +103,14 @@ pub fn stages(session: &mut Session) -> Result<(), CommandError> {
 
 /// What checks cost: those of a run by processor time with and without them, those of a sample by operations, since no
 /// setting leaves them out.
-pub fn trust(session: &mut Session) -> Result<(), CommandError> {
+pub fn trust(session: &mut Session) -> Result<(), BenchError> {
     let map = Map::new(Precision::F64, session)?;
     let all = Checks { second_attempts: true, spot_check: true };
     map.run(all)?;
     let (mut whole, mut attempts, mut checks) = (Vec::new(), Vec::new(), Vec::new());
     let mut counts = [0.0; 3];
     for _ in 0..if session.quick { 1 } else { ROUNDS } {
-        let timed = |checks: Checks| -> Result<(Summary, f64), CommandError> {
+        let timed = |checks: Checks| -> Result<(Summary, f64), BenchError> {
             let (summary, seconds) = Clock::Processors.once(|| map.run(checks));
             let summary = summary?;
             let a_sample = seconds / summary.solved.max(1) as f64;
@@ -138,7 +140,7 @@ fn median(mut values: Vec<f64>) -> f64 {
 }
 
 /// Of a sample of the map: what error estimate and stability index add.
-fn operations(map: &Map, session: &mut Session) -> Result<(), CommandError> {
+fn operations(map: &Map, session: &mut Session) -> Result<(), BenchError> {
     let sampler = map.spec.sampler();
     let mut rows = vec![vec![0.0; map.spec.axes.len()]; COUNTED];
     let every = map.spec.sample_count / COUNTED as u64;

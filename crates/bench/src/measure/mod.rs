@@ -1,6 +1,14 @@
-//! `rodsweep bench`: speed against error on every engine of this machine. It measures into a table, `raw.csv`; report
-//! and figures are made of that table, `manifest.json` and the table of peers beside it alone (`report/bench`), so that
-//! `--render` can do it again.
+//! Speed against error on every engine of this machine, into a flat table of records.
+//!
+//! ```no_run
+//! use rodsweep_bench::measure::{Benchmark, MeasureOptions, built_in};
+//! use std::path::Path;
+//!
+//! let options = MeasureOptions::new().quick(true).only(["easy", "peak"]);
+//! let measured = Benchmark::new(built_in()?, &options)?.measure(&mut |line| eprintln!("{line}"))?;
+//! measured.save(Path::new("report"))?;
+//! # Ok::<(), rodsweep_bench::BenchError>(())
+//! ```
 
 mod clock;
 mod device;
@@ -11,7 +19,8 @@ mod hard;
 mod literature;
 mod manifest;
 mod map;
-mod paper;
+mod options;
+mod parts;
 mod peak;
 mod precision;
 mod problem;
@@ -19,196 +28,74 @@ mod proof;
 mod session;
 mod throughput;
 
-use super::args::{BenchArguments, BenchBackend};
-use super::{CommandError, Exit, print, say};
-use engines::Place;
-use problem::Problem;
-use rodsweep::report::bench::{Record, Report};
-use rodsweep::report::{ReportError, write};
-use rodsweep::sweep::BenchSpec;
+pub use files::{built_in, read_directory};
+pub use options::{Engines, MeasureOptions};
+
+use crate::bench_file::BenchSpec;
+use crate::error::BenchError;
+use crate::files::{MANIFEST, RAW, create_directory, write_file};
+use crate::record::{Record, to_csv};
+use options::Selection;
 use session::Session;
 use std::path::{Path, PathBuf};
 
-const RAW: &str = "raw.csv";
-/// Written by `benches/peers/run`; a new measurement leaves it as it is.
-const PEERS: &str = "peers.csv";
-const MANIFEST: &str = "manifest.json";
-const REPORT: &str = "report.md";
-
-/// What can be measured beside the scenes.
-const PARTS: [&str; 8] = ["peak", "reference", "features", "throughput", "device", "stages", "trust", "hard"];
-/// Those that a GPU takes part in.
-const ON_A_GPU: [&str; 2] = ["throughput", "device"];
-/// Samples of a scene with `--quick`, and otherwise.
-const FEW: usize = 64;
-const MANY: usize = 256;
-
-pub fn bench(arguments: &BenchArguments) -> Result<Exit, CommandError> {
-    if arguments.paper {
-        return paper::compare(arguments);
-    }
-    if let Some(directory) = &arguments.render {
-        render(directory)?;
-        return Ok(Exit::Done);
-    }
-    let specs = match &arguments.files {
-        Some(directory) => files::read(directory)?,
-        None => files::built_in()?,
-    };
-    let wants = Wants::new(arguments, &specs)?;
-    let mut session = Session::new(arguments)?;
-    let out = arguments.out.clone().unwrap_or_else(|| manifest::default_directory(&session));
-    if out.join(RAW).exists() && !arguments.force {
-        let remedy = format!("{} holds a report already; give another `--out`, or `--force`", out.display());
-        return Err(CommandError::Usage(remedy));
-    }
-    measure(&specs, &wants, &mut session)?;
-    create(&out)?;
-    store(&out.join(RAW), &rodsweep::report::bench::to_csv(&session.records))?;
-    store(&out.join(MANIFEST), &manifest::manifest(&session, &specs))?;
-    render(&out)?;
-    say(&format!("measured in {:.0} s", session.seconds()));
-    Ok(Exit::Done)
+/// A measurement that is about to begin.
+pub struct Benchmark {
+    specs: Vec<BenchSpec>,
+    selection: Selection,
+    session: Session,
 }
 
-/// What `--only` asks for: all where it names nothing.
-struct Wants(Vec<String>);
+/// What was measured, and where.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Measured {
+    /// One row a measurement.
+    pub records: Vec<Record>,
+    /// What ran on which machine, as JSON.
+    pub manifest: String,
+    /// How long it took [s].
+    pub seconds: f64,
+}
 
-impl Wants {
-    fn new(arguments: &BenchArguments, specs: &[BenchSpec]) -> Result<Wants, CommandError> {
-        let scenes = specs.iter().map(|spec| spec.name.as_str());
-        let known: Vec<&str> = PARTS.into_iter().chain(scenes.clone()).collect();
-        let only = &arguments.only;
-        if only.is_empty() && arguments.backend == BenchBackend::Gpu {
-            return Ok(Wants(ON_A_GPU.into_iter().chain(scenes).map(str::to_owned).collect()));
-        }
-        match only.iter().find(|name| !known.contains(&name.as_str())) {
-            None => Ok(Wants(only.clone())),
-            Some(name) => {
-                Err(CommandError::Usage(format!("`--only {name}`: not known; use some of {}", known.join(", "))))
-            }
-        }
+impl Benchmark {
+    /// Prepares the engines for the scenes of some bench files.
+    ///
+    /// # Errors
+    ///
+    /// A name that is not known, or no engine to measure.
+    pub fn new(specs: Vec<BenchSpec>, options: &MeasureOptions) -> Result<Benchmark, BenchError> {
+        let selection = Selection::new(options, &specs)?;
+        Ok(Benchmark { specs, selection, session: Session::new(options)? })
     }
 
-    fn has(&self, name: &str) -> bool {
-        self.0.is_empty() || self.names(name)
+    /// Where the report belongs by default: `sweeps/reports/`, the date, and what the machine has.
+    pub fn default_directory(&self) -> PathBuf {
+        manifest::default_directory(&self.session)
     }
 
-    fn names(&self, name: &str) -> bool {
-        self.0.iter().any(|other| other == name)
+    /// Measures; `progress` is told what is under way.
+    ///
+    /// # Errors
+    ///
+    /// A scene without answers, or an engine that breaks down where it should not.
+    pub fn measure(self, progress: &mut dyn FnMut(&str)) -> Result<Measured, BenchError> {
+        let Benchmark { specs, selection, mut session } = self;
+        parts::measure_parts(&specs, &selection, &mut session, progress)?;
+        let manifest = manifest::manifest(&session, &specs);
+        Ok(Measured { manifest, seconds: session.seconds(), records: session.records })
     }
 }
 
-fn measure(specs: &[BenchSpec], wants: &Wants, session: &mut Session) -> Result<(), CommandError> {
-    if wants.has("peak") {
-        peaks(session);
+impl Measured {
+    /// Writes the table and the manifest into a directory, for [`Report::open`](crate::report::Report::open).
+    ///
+    /// # Errors
+    ///
+    /// What cannot be written.
+    pub fn save(&self, directory: &Path) -> Result<(), BenchError> {
+        create_directory(directory)?;
+        write_file(&directory.join(RAW), &to_csv(&self.records))?;
+        write_file(&directory.join(MANIFEST), &self.manifest)
     }
-    if wants.has("reference") {
-        proof::closed_forms(session)?;
-    }
-    let most = if session.quick { FEW } else { MANY };
-    for spec in specs {
-        let (scene, first) = (wants.has(&spec.name), spec.name == specs[0].name);
-        let throughput = first && wants.has("throughput");
-        // In software it takes a minute to compile, and says little.
-        let device = first && (wants.names("device") || wants.has("device") && session.has_hardware_gpu());
-        if !(scene || throughput || device || wants.has("reference")) {
-            continue;
-        }
-        session.say(&format!("{}: the reference", spec.title));
-        let problem = Problem::new(spec, most)?;
-        session.records.push(Record {
-            size: problem.bend(),
-            samples: problem.len() as f64,
-            failed: problem.left_out as f64,
-            ..Record::new("scene", spec.name.as_str())
-        });
-        if wants.has("reference") {
-            proof::other_formulation(&problem, session)?;
-        }
-        if scene {
-            session.say(&format!("{}: work against precision", spec.title));
-            precision::measure(&problem, session)?;
-            if spec.literature && session.has_cpu() {
-                session.say(&format!("{}: the literature's methods", spec.title));
-                literature::measure(&problem, session)?;
-            }
-        }
-        if throughput {
-            session.say("batches and threads");
-            throughput::batches(&problem, session)?;
-            if session.has_cpu() {
-                throughput::threads(&problem, session)?;
-            }
-        }
-        if device {
-            session.say("the GPU by its own clock");
-            device::measure(&problem, session)?;
-        }
-    }
-    if wants.has("features") {
-        session.say("features of a scene");
-        features::measure(session)?;
-    }
-    if wants.has("stages") {
-        session.say("the workspace map");
-        map::stages(session)?;
-    }
-    if wants.has("trust") {
-        session.say("what checks cost");
-        map::trust(session)?;
-    }
-    if wants.has("hard") {
-        session.say("hard cases");
-        hard::measure(session);
-    }
-    Ok(())
-}
-
-fn peaks(session: &mut Session) {
-    for engine in session.engines.clone() {
-        let Place::Cpu(set) = engine.place else { continue };
-        if let Some(operations) = session.one_thread.install(|| peak::peak(set, engine.precision)) {
-            session.records.push(Record {
-                engine: engine.name().into(),
-                precision: engine.precision.to_string(),
-                operations,
-                seconds: 1.0,
-                ..Record::new("peak", "fused multiply-adds")
-            });
-        }
-    }
-}
-
-/// Writes report and figures from what a directory holds.
-fn render(directory: &Path) -> Result<(), CommandError> {
-    let read = |name: &str| -> Result<String, CommandError> {
-        let path = directory.join(name);
-        let refused = |error| CommandError::Usage(format!("{}: {error}; give a directory of `bench`", path.display()));
-        std::fs::read_to_string(&path).map_err(refused)
-    };
-    let refused = |problem| CommandError::Usage(format!("{}: {problem}", directory.display()));
-    let peers = if directory.join(PEERS).exists() { Some(read(PEERS)?) } else { None };
-    let report = Report::read(&read(RAW)?, &read(MANIFEST)?, peers.as_deref()).map_err(refused)?;
-    store(&directory.join(REPORT), &report.markdown())?;
-    for (name, figure) in report.figures() {
-        for extension in ["svg", "png"] {
-            write(figure.as_ref(), &directory.join(format!("{name}.{extension}")))?;
-        }
-    }
-    print(&report.readme())?;
-    say(&format!("written: {}", directory.join(REPORT).display()));
-    Ok(())
-}
-
-fn create(directory: &Path) -> Result<(), CommandError> {
-    std::fs::create_dir_all(directory).map_err(|source| failed(directory.to_owned(), source))
-}
-
-fn store(path: &Path, text: &str) -> Result<(), CommandError> {
-    std::fs::write(path, text).map_err(|source| failed(path.to_owned(), source))
-}
-
-fn failed(path: PathBuf, source: std::io::Error) -> CommandError {
-    CommandError::Report(ReportError::Write { path, source })
 }

@@ -4,12 +4,12 @@ use super::clock::{Clock, Effort};
 use super::engines::Engine;
 use super::problem::{Judged, Problem};
 use super::session::Session;
-use crate::cli::CommandError;
+use crate::bench_file::{BenchSpec, Sets, Work};
+use crate::error::BenchError;
+use crate::record::Record;
 use rodsweep::backend::{BackendError, Precision};
 use rodsweep::lanes::Lanes;
 use rodsweep::model::{Plan, PlanOptions, Stepper};
-use rodsweep::report::bench::Record;
-use rodsweep::sweep::{BenchSpec, Sets, Work};
 use std::time::Instant;
 
 /// Samples of a batch on a GPU that is none in software: it needs many to be busy.
@@ -21,7 +21,7 @@ const FLAT: usize = 2;
 const GAIN: f64 = 0.7;
 
 /// Measures one scene.
-pub fn measure(problem: &Problem, session: &mut Session) -> Result<(), CommandError> {
+pub fn measure(problem: &Problem, session: &mut Session) -> Result<(), BenchError> {
     let spec = problem.spec;
     for work in spec.work.iter().copied() {
         for engine in session.engines.clone() {
@@ -71,13 +71,13 @@ fn curve(
     stepper: Stepper,
     steps: &[usize],
     session: &mut Session,
-) -> Result<(), CommandError> {
+) -> Result<(), BenchError> {
     let (mut best, mut flat) = (f64::INFINITY, 0);
     for steps in steps {
         let options = PlanOptions { stepper, steps: *steps, ..PlanOptions::default() };
         let error = match point(problem, work, engine, options, session) {
             Ok(error) => error,
-            Err(CommandError::Backend(
+            Err(BenchError::Backend(
                 error @ (BackendError::Unsupported { .. }
                 | BackendError::DeviceFailed { .. }
                 | BackendError::OutOfMemory { .. }),
@@ -103,7 +103,7 @@ fn point(
     engine: Engine,
     options: PlanOptions,
     session: &mut Session,
-) -> Result<f64, CommandError> {
+) -> Result<f64, BenchError> {
     // Who asks for no more than the steps give should not pay for more of Newton's steps.
     let finest = PlanOptions { tolerance: engine.finest(), ..options };
     let samples = problem.len();
@@ -123,7 +123,7 @@ fn point(
     };
     let batch = problem.batch(work, count)?;
     let effort = session.effort;
-    let run = || -> Result<_, CommandError> {
+    let run = || -> Result<_, BenchError> {
         let begin = Instant::now();
         let mut backend = engine.make(&plan)?;
         let mut solutions = backend.solve(&batch)?;
@@ -160,7 +160,7 @@ fn operations(
     batch: &rodsweep::model::Batch,
     engine: Engine,
     solutions: &rodsweep::model::Solutions,
-) -> Result<f64, CommandError> {
+) -> Result<f64, BenchError> {
     use rodsweep::model::Quantity::Iterations;
     let passes = Lanes::new(plan, engine.precision)?.count_operations(batch, 0);
     let count = batch.sample_count();

@@ -1,13 +1,15 @@
 //! Samples of a bench file with the reference's answers, and the errors of an engine against them.
 
-use crate::cli::CommandError;
-use crate::cli::verify::random::Random;
+use crate::bench_file::{BenchSpec, Work};
+use crate::error::BenchError;
+use crate::random::Random;
+use crate::record::{Errors, NONE, Record};
 use rodsweep::backend::{Backend, Precision};
 use rodsweep::lanes::Lanes;
-use rodsweep::model::{Batch, Parameter, Plan, PlanOptions, Quantity, Solutions, Start, Stepper, Vector};
+use rodsweep::model::{
+    Batch, Parameter, Plan, PlanOptions, Quantity, Solutions, Start, Stepper, Vector, rotation_angle,
+};
 use rodsweep::reference::Reference;
-use rodsweep::report::bench::{Errors, NONE, Record};
-use rodsweep::sweep::{BenchSpec, Work, rotation_angle};
 
 /// A warm start lies so far off along every axis, as a share of its range: the next point of a grid of 61.
 pub const NEAR: f64 = 1.0 / 60.0;
@@ -62,14 +64,14 @@ pub fn batch_of(plan: &Plan, count: usize, rows: &[Vec<f64>]) -> Batch {
 }
 
 /// The same for another plan, one sample more or less known.
-fn plan(spec: &BenchSpec, wrt: &[Parameter], options: PlanOptions) -> Result<Plan, CommandError> {
+fn plan(spec: &BenchSpec, wrt: &[Parameter], options: PlanOptions) -> Result<Plan, BenchError> {
     let options = PlanOptions { base_moment_rows: false, ..options };
     Ok(Plan::new(&spec.sweep.scene, &spec.sweep.axis_parameters(), wrt, options)?)
 }
 
 impl<'a> Problem<'a> {
     /// Draws the samples of a file, at most so many.
-    pub fn new(spec: &'a BenchSpec, most: usize) -> Result<Problem<'a>, CommandError> {
+    pub fn new(spec: &'a BenchSpec, most: usize) -> Result<Problem<'a>, BenchError> {
         let mut wrt = spec.sweep.wrt.clone();
         wrt.extend(spec.tip.iter().filter(|parameter| !spec.sweep.wrt.contains(parameter)));
         let count = (spec.sweep.sample_count as usize).min(most).max(1);
@@ -99,9 +101,7 @@ impl<'a> Problem<'a> {
             (0..count).filter(|at| truth.status(*at).is_success() && there.status(*at).is_success()).collect();
         let timed: Vec<usize> = known.iter().copied().chain((count..drawn).filter(is_solved)).collect();
         if known.is_empty() {
-            let file = spec.sweep.file.display();
-            let remedy = format!("{file}: no sample has an answer; give smaller ranges in [[axis]]");
-            return Err(CommandError::Usage(remedy));
+            return Err(BenchError::NoAnswers { file: spec.sweep.file.clone() });
         }
         let mut kept = Solutions::new(&plan, known.len());
         known.iter().enumerate().for_each(|(to, from)| kept.copy_row(to, &truth, *from));
@@ -146,7 +146,7 @@ impl<'a> Problem<'a> {
     }
 
     /// The plan of a kind of work.
-    pub fn plan(&self, work: Work, options: PlanOptions) -> Result<Plan, CommandError> {
+    pub fn plan(&self, work: Work, options: PlanOptions) -> Result<Plan, BenchError> {
         let plan = plan(self.spec, self.wrt(work), options)?;
         Ok(match work {
             Work::Given | Work::Warm => plan.with_starts(),
@@ -155,7 +155,7 @@ impl<'a> Problem<'a> {
     }
 
     /// So many samples, those that are timed over and over.
-    pub fn batch(&self, work: Work, count: usize) -> Result<Batch, CommandError> {
+    pub fn batch(&self, work: Work, count: usize) -> Result<Batch, BenchError> {
         let plan = plan(self.spec, self.wrt(work), PlanOptions::default())?;
         let batch = batch_of(&plan, count, &self.rows);
         let m0 = |sample: usize| match work {

@@ -2,13 +2,14 @@
 
 use super::problem::{Problem, shares};
 use super::session::Session;
-use crate::cli::CommandError;
+use crate::bench_file::Work;
+use crate::error::BenchError;
+use crate::record::Record;
 use rodsweep::backend::{Backend, Precision};
+use rodsweep::input::parse_scene;
 use rodsweep::lanes::Lanes;
 use rodsweep::model::{PlanOptions, Scene, Stepper, Vector};
 use rodsweep::reference::solve_rod;
-use rodsweep::report::bench::Record;
-use rodsweep::sweep::{Work, parse_scene};
 use std::path::Path;
 
 const LENGTH: f64 = 0.2;
@@ -16,7 +17,7 @@ const EI: f64 = 6e-5;
 /// Steps of the CPU engine in f64 that do not show, over the rod.
 const FINE: [usize; 2] = [48, 96];
 
-fn scene(loads: &str, rest_curvature: Vector) -> Result<Scene, CommandError> {
+fn scene(loads: &str, rest_curvature: Vector) -> Result<Scene, BenchError> {
     let text = format!(
         "name = \"closed form\"\n[loads]\n{loads}\n[[segment]]\nname = \"rod\"\nkind = \"flexible\"\nlength = {LENGTH}\n\
          stiffness = {{ bending = {EI}, torsion = 3e-5 }}\nrest_curvature = {rest_curvature:?}\n"
@@ -38,14 +39,14 @@ fn helix(u: Vector) -> Vector {
 }
 
 /// By how much EI/2 k² + f . t differs at the ends of an elastica pulled across at its tip, where k is 0; over the force.
-fn first_integral(force: f64) -> Result<f64, CommandError> {
+fn first_integral(force: f64) -> Result<f64, BenchError> {
     let found = solve_rod(&scene(&format!("tip_force = [{force}, 0, 0]"), [0.0; 3])?.rod(), &[]);
     let curvature = found.m0[1] / EI;
     let tangent = found.R_tip[0][2];
     Ok((0.5 * EI * curvature * curvature - force * tangent).abs() / force)
 }
 
-pub fn closed_forms(session: &mut Session) -> Result<(), CommandError> {
+pub fn closed_forms(session: &mut Session) -> Result<(), BenchError> {
     let bends: [Vector; 4] = [[5.0, 0.0, 0.0], [3.0, -4.0, 2.0], [0.1, 0.0, 9.0], [12.0, 6.0, -3.0]];
     let mut errors = Vec::new();
     for u in bends {
@@ -77,7 +78,7 @@ fn push(name: &str, errors: &[f64], session: &mut Session) {
 }
 
 /// The CPU engine in f64, with so many steps that twice as many change nothing, against the reference.
-pub fn other_formulation(problem: &Problem, session: &mut Session) -> Result<(), CommandError> {
+pub fn other_formulation(problem: &Problem, session: &mut Session) -> Result<(), BenchError> {
     for steps in FINE {
         let options = PlanOptions { tolerance: 1e-12, stepper: Stepper::Dop853, steps, ..PlanOptions::default() };
         let plan = problem.plan(Work::Cold, options)?;

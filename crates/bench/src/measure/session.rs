@@ -2,10 +2,10 @@
 
 use super::clock::Effort;
 use super::engines::{Engine, engines};
-use crate::cli::args::{BenchArguments, BenchBackend};
-use crate::cli::{CommandError, say};
+use super::options::{Engines, MeasureOptions};
+use crate::error::BenchError;
+use crate::record::Record;
 use rodsweep::gpu::AdapterSummary;
-use rodsweep::report::bench::Record;
 use std::time::Instant;
 
 pub struct Session {
@@ -22,16 +22,16 @@ pub struct Session {
 }
 
 impl Session {
-    pub fn new(arguments: &BenchArguments) -> Result<Session, CommandError> {
-        let quick = arguments.quick;
+    pub fn new(options: &MeasureOptions) -> Result<Session, BenchError> {
+        let quick = options.quick;
         let (mut engines, adapter) = engines();
-        engines.retain(|engine| match arguments.backend {
-            BenchBackend::All => true,
-            BenchBackend::Cpu => !engine.is_gpu(),
-            BenchBackend::Gpu => engine.is_gpu(),
+        engines.retain(|engine| match options.engines {
+            Engines::All => true,
+            Engines::Cpu => !engine.is_gpu(),
+            Engines::Gpu => engine.is_gpu(),
         });
         if engines.is_empty() {
-            return Err(CommandError::Usage("this machine has no GPU to measure; see `rodsweep doctor`".into()));
+            return Err(BenchError::NoGpu);
         }
         let one_thread = pool(1)?;
         let effort = if quick {
@@ -53,10 +53,6 @@ impl Session {
         self.engines.iter().any(|engine| engine.is_gpu() && !engine.is_software())
     }
 
-    pub fn say(&self, what: &str) {
-        say(&format!("{:6.1} s  {what}", self.seconds()));
-    }
-
     /// Since the session began.
     pub fn seconds(&self) -> f64 {
         self.start.elapsed().as_secs_f64()
@@ -70,7 +66,6 @@ impl Session {
     }
 }
 
-pub fn pool(threads: usize) -> Result<rayon::ThreadPool, CommandError> {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    pool.map_err(|error| CommandError::Usage(format!("no thread to time on: {error}")))
+pub fn pool(threads: usize) -> Result<rayon::ThreadPool, BenchError> {
+    Ok(rayon::ThreadPoolBuilder::new().num_threads(threads).build()?)
 }

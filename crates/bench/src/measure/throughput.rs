@@ -4,11 +4,11 @@ use super::clock::{Clock, Effort};
 use super::engines::Engine;
 use super::problem::Problem;
 use super::session::{Session, pool};
-use crate::cli::CommandError;
+use crate::bench_file::Work;
+use crate::error::BenchError;
+use crate::record::Record;
 use rodsweep::backend::{BackendError, Precision};
 use rodsweep::model::{Plan, PlanOptions, Stepper};
-use rodsweep::report::bench::Record;
-use rodsweep::sweep::Work;
 
 /// Tips to 1e-6 or better, on the scenes that are measured.
 const STEPS: usize = 3;
@@ -19,7 +19,7 @@ fn options(precision: Precision, engine: &Engine) -> PlanOptions {
 }
 
 /// All threads of the machine, time on the wall.
-pub fn batches(problem: &Problem, session: &mut Session) -> Result<(), CommandError> {
+pub fn batches(problem: &Problem, session: &mut Session) -> Result<(), BenchError> {
     let most = if session.quick { 4096 } else { 65_536 };
     for engine in session.engines.clone() {
         let takes_too_long = engine.is_software() && session.quick;
@@ -77,7 +77,7 @@ fn record(
 }
 
 /// One batch on 1, 2, ... threads, up to those of the machine.
-pub fn threads(problem: &Problem, session: &mut Session) -> Result<(), CommandError> {
+pub fn threads(problem: &Problem, session: &mut Session) -> Result<(), BenchError> {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let samples = if session.quick { 4096 } else { 32_768 };
     let batch = problem.batch(Work::Cold, samples)?;

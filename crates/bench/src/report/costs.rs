@@ -1,7 +1,8 @@
 //! Costs of what a scene has, of batches, threads and stages, as tables.
 
+use super::measured::Report;
 use super::text::{percent, ratio, table, three, time, whole};
-use super::{Record, Report};
+use crate::record::Record;
 
 /// Parts of features and what their size counts.
 const GROWING: [(&str, &str); 3] = [

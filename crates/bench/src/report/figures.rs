@@ -1,9 +1,10 @@
 //! The figures of the report.
 
 use super::costs::names;
-use super::{Record, Report, WORK};
-use crate::report::canvas::Canvas;
-use crate::report::{AxisLabel, Colour, Curves, Figure, Marker, NamedBars, Panel, ReportError, Series, Sheet};
+use super::measured::{Report, WORK};
+use crate::record::Record;
+use rodsweep::report::Canvas;
+use rodsweep::report::{AxisLabel, Colour, Curves, Figure, Marker, NamedBars, Panel, ReportError, Series, Sheet};
 
 /// Scenes in a panel: more curves cannot be told apart.
 const CURVES: usize = 4;

@@ -1,8 +1,9 @@
 //! The stability table: hard cases by engine.
 
 use super::costs::names;
+use super::measured::Report;
 use super::text::{error, table, time, whole};
-use super::{Record, Report};
+use crate::record::Record;
 
 const VERDICTS: [&str; 4] = ["ok", "no answer", "gave up", "WRONG"];
 

@@ -1,8 +1,9 @@
 //! Work against precision, and instruction sets, as tables.
 
+use super::measured::{Report, WORK, fastest};
 use super::summary::asked;
 use super::text::{percent, ratio, table, time, whole};
-use super::{Record, Report, WORK, fastest};
+use crate::record::Record;
 
 const PAPER: &str = "literature: paper's form";
 

@@ -1,7 +1,8 @@
 //! What this program is compared with: methods of the literature in the same run, and peers in Python beside it.
 
+use super::measured::{Report, WORK, fastest};
 use super::text::{error, ratio, table, time, whole};
-use super::{Record, Report, WORK, fastest};
+use crate::record::Record;
 
 impl Report {
     /// The literature's methods and the peers.

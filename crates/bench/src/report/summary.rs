@@ -1,7 +1,8 @@
 //! What a reader wants to know in a minute: how fast, at which error, against whom, and where it fails.
 
+use super::measured::{Report, WORK, fastest};
 use super::text::{error, ratio, table, time, whole};
-use super::{Record, Report, WORK, fastest};
+use crate::record::Record;
 
 /// The finest that is asked for, of f64.
 const FINE: f64 = 1e-10;

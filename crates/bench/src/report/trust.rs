@@ -1,9 +1,10 @@
 //! Error estimates, what checks cost, the accuracy of the reference, and how it was measured.
 
 use super::costs::names;
+use super::measured::{Report, fastest};
 use super::summary::COMPARED;
 use super::text::{error, percent, table, three, time, whole};
-use super::{Record, Report, fastest};
+use crate::record::Record;
 
 impl Report {
     pub(super) fn estimate_section(&self) -> String {

@@ -1,9 +1,10 @@
 //! What `verify` solves: the shipped scenes over their currents and loads, and random scenes.
 
-use super::random::{Random, random_case};
-use crate::cli::CommandError;
+use crate::error::BenchError;
+use crate::random::{Chain, Random};
+use rodsweep::input::parse_scene;
 use rodsweep::model::{Batch, Parameter, Plan, PlanOptions, Scene, SegmentKind, SegmentParameter, StiffnessAxis};
-use rodsweep::sweep::parse_scene;
+use rodsweep::shipped::{CANTILEVER, P6, P35, ShippedFile, TIP_COIL, TWO_COIL};
 use std::path::Path;
 
 /// Samples of each shipped scene.
@@ -24,24 +25,17 @@ pub struct Case {
 
 /// A scene file and the ranges its samples are drawn from: parameter or group, largest magnitude [SI].
 struct Shipped {
-    file: &'static str,
-    text: &'static str,
+    file: ShippedFile,
     ranges: &'static [(&'static str, f64)],
-}
-
-macro_rules! shipped {
-    ($file:literal, $ranges:expr) => {
-        Shipped { file: $file, text: include_str!(concat!("../../../sweeps/scenes/", $file)), ranges: $ranges }
-    };
 }
 
 /// Currents bend each catheter by one to two radians.
 const SHIPPED: [Shipped; 5] = [
-    shipped!("cantilever.toml", &[("loads.tip_force", 0.05)]),
-    shipped!("p35.toml", &[("coil.current", 0.2)]),
-    shipped!("p6.toml", &[("coil.current", 0.2), ("loads.tip_force", 5e-4)]),
-    shipped!("tip_coil.toml", &[("coil.current", 0.05)]),
-    shipped!("two_coil.toml", &[("coil1.current", 0.1), ("coil2.current", 0.1)]),
+    Shipped { file: CANTILEVER, ranges: &[("loads.tip_force", 0.05)] },
+    Shipped { file: P35, ranges: &[("coil.current", 0.2)] },
+    Shipped { file: P6, ranges: &[("coil.current", 0.2), ("loads.tip_force", 5e-4)] },
+    Shipped { file: TIP_COIL, ranges: &[("coil.current", 0.05)] },
+    Shipped { file: TWO_COIL, ranges: &[("coil1.current", 0.1), ("coil2.current", 0.1)] },
 ];
 
 impl Case {
@@ -52,7 +46,7 @@ impl Case {
         wrt: &[Parameter],
         sample_count: usize,
         mut draw: impl FnMut(Parameter) -> f64,
-    ) -> Result<Case, CommandError> {
+    ) -> Result<Case, BenchError> {
         let rows: Vec<Vec<f64>> =
             (0..sample_count).map(|_| axes.iter().map(|parameter| draw(*parameter)).collect()).collect();
         let axes: Vec<Vec<Parameter>> = axes.iter().map(|parameter| vec![*parameter]).collect();
@@ -78,13 +72,14 @@ impl Case {
 }
 
 /// All cases: `samples` random scenes beside the shipped ones.
-pub fn cases(samples: usize, seed: u64) -> Result<Vec<Case>, CommandError> {
+pub fn cases(samples: usize, seed: u64) -> Result<Vec<Case>, BenchError> {
     let mut random = Random(seed);
     let mut cases = Vec::new();
     for shipped in &SHIPPED {
-        let scene = parse_scene(Path::new(shipped.file), shipped.text)?;
+        let (file, text) = shipped.file;
+        let scene = parse_scene(Path::new(file), text)?;
         cases.push(shipped_case(&scene, shipped.ranges, &mut random)?);
-        if shipped.file == "p6.toml" {
+        if shipped.file == P6 {
             // As published codes have it; derivatives take forward columns then.
             let name = "P6 without the force arm".into();
             let scene = Scene { rigid_force_arm: false, name, ..scene };
@@ -100,11 +95,11 @@ pub fn cases(samples: usize, seed: u64) -> Result<Vec<Case>, CommandError> {
     Ok(cases)
 }
 
-fn shipped_case(scene: &Scene, ranges: &[(&str, f64)], random: &mut Random) -> Result<Case, CommandError> {
+fn shipped_case(scene: &Scene, ranges: &[(&str, f64)], random: &mut Random) -> Result<Case, BenchError> {
     let mut axes = Vec::new();
     let mut sizes = Vec::new();
     for (name, size) in ranges {
-        for parameter in Parameter::parse(scene, name).map_err(|error| CommandError::Usage(error.to_string()))? {
+        for parameter in Parameter::parse(scene, name)? {
             axes.push(parameter);
             sizes.push(*size);
         }
@@ -114,8 +109,15 @@ fn shipped_case(scene: &Scene, ranges: &[(&str, f64)], random: &mut Random) -> R
     Case::new(scene, &axes, &wrt, SHIPPED_SAMPLES, |parameter| random.within(-1.0, 1.0) * size(parameter))
 }
 
+/// Samples of one random chain.
+fn random_case(number: usize, sample_count: usize, random: &mut Random) -> Result<Case, BenchError> {
+    let chain = Chain::new(number, random);
+    let wrt = derivatives(chain.scene());
+    Case::new(chain.scene(), &chain.parameters(), &wrt, sample_count, |parameter| chain.value(parameter, random))
+}
+
 /// Currents, lengths, insertion, tip force and moment, field, base pose, rest curvature, stiffness, weight.
-pub fn derivatives(scene: &Scene) -> Vec<Parameter> {
+fn derivatives(scene: &Scene) -> Vec<Parameter> {
     use SegmentParameter as S;
     let inserts = matches!(scene.segments[0].kind, SegmentKind::Flexible(_));
     let is_wanted = |parameter: &Parameter| match parameter {

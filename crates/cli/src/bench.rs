@@ -1,0 +1,88 @@
+//! `rodsweep bench`: arguments to a measurement, a comparison or a report.
+
+use crate::args::{BenchArguments, BenchBackend};
+use crate::{CommandError, Exit, print, say};
+use rodsweep::input::read_scene;
+use rodsweep::report::ReportError;
+use rodsweep_bench::BenchError;
+use rodsweep_bench::measure::{Benchmark, Engines, MeasureOptions, built_in, read_directory};
+use rodsweep_bench::paper::{PaperOptions, built_in_scene, compare};
+use rodsweep_bench::report::Report;
+use std::path::Path;
+
+pub fn bench(arguments: &BenchArguments) -> Result<Exit, CommandError> {
+    if arguments.paper {
+        return paper(arguments);
+    }
+    if let Some(directory) = &arguments.render {
+        render(directory)?;
+        return Ok(Exit::Done);
+    }
+    let specs = match &arguments.files {
+        Some(directory) => read_directory(directory)?,
+        None => built_in()?,
+    };
+    let engines = match arguments.backend {
+        BenchBackend::All => Engines::All,
+        BenchBackend::Cpu => Engines::Cpu,
+        BenchBackend::Gpu => Engines::Gpu,
+    };
+    let options = MeasureOptions::new().quick(arguments.quick).only(&arguments.only).engines(engines);
+    let benchmark = Benchmark::new(specs, &options)?;
+    let out = arguments.out.clone().unwrap_or_else(|| benchmark.default_directory());
+    if Report::is_in(&out) && !arguments.force {
+        let remedy = format!("{} holds a report already; give another `--out`, or `--force`", out.display());
+        return Err(CommandError::Usage(remedy));
+    }
+    let measured = benchmark.measure(&mut say)?;
+    measured.save(&out)?;
+    render(&out)?;
+    say(&format!("measured in {:.0} s", measured.seconds));
+    Ok(Exit::Done)
+}
+
+/// Writes report and figures from what a directory holds.
+fn render(directory: &Path) -> Result<(), CommandError> {
+    let report = Report::open(directory)?;
+    let path = report.save(directory)?;
+    print(&report.readme())?;
+    say(&format!("written: {}", path.display()));
+    Ok(())
+}
+
+/// `--paper`
+fn paper(arguments: &BenchArguments) -> Result<Exit, CommandError> {
+    let (scene, name) = match &arguments.scene {
+        Some(file) => (read_scene(file)?, file.display().to_string()),
+        None => (built_in_scene()?, "the built-in scene".into()),
+    };
+    let options = PaperOptions::new().samples(arguments.samples).repeats(arguments.repeats).seed(arguments.seed);
+    let comparison = compare(&scene, &name, &options)?;
+    if let Some(directory) = &arguments.out {
+        for path in comparison.save(directory)? {
+            say(&format!("written: {}", path.display()));
+        }
+    }
+    print(&if arguments.json { comparison.json() } else { comparison.text() })?;
+    Ok(Exit::Done)
+}
+
+/// The crate's errors, with the flag to change where one is at fault.
+impl From<BenchError> for CommandError {
+    fn from(error: BenchError) -> CommandError {
+        match error {
+            BenchError::Input(error) => error.into(),
+            BenchError::Plan(error) => error.into(),
+            BenchError::Backend(error) => error.into(),
+            BenchError::Sweep(error) => error.into(),
+            BenchError::Figure(error) => error.into(),
+            BenchError::Write { path, source } => ReportError::Write { path, source }.into(),
+            BenchError::UnknownPart { name, known } => {
+                CommandError::Usage(format!("`--only {name}`: not known; use some of {}", known.join(", ")))
+            }
+            error @ BenchError::NoGpu => CommandError::Usage(format!("{error}; see `rodsweep doctor`")),
+            error @ BenchError::Read { .. } => CommandError::Usage(format!("{error}; give a directory of `bench`")),
+            error => CommandError::Usage(error.to_string()),
+        }
+    }
+}

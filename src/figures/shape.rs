@@ -1,0 +1,90 @@
+//! A solved rod's shape in space, with its coils, the field and the loads.
+
+use crate::model::{RigidRod, Rod, RodSegment, SegmentPlan, Status, Vector};
+use crate::reference::{Pose, shape, solve_rod};
+use crate::report::{RodShape, Stretch, StretchKind};
+use crate::study::Solved;
+
+/// Points along one segment.
+const POINTS: usize = 41;
+
+/// The reference, which integrates the shape, finds no equilibrium on the branch from rest.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the reference finds no equilibrium to draw ({})", status.name())]
+pub struct NothingToDraw {
+    /// What became of the rod.
+    pub status: Status,
+}
+
+/// A solved rod with its loads and, dashed, the same rod without them. The reference solves it again from rest.
+///
+/// # Errors
+///
+/// No equilibrium on the branch from rest.
+///
+/// # Example
+///
+/// ```no_run
+/// use rodsweep::{figures, input, report, study::Solve};
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// let scene = input::read_scene("sweeps/scenes/tip_coil.toml".as_ref())?;
+/// let solved = Solve::new(scene).run()?;
+/// report::write(&figures::rod_shape(&solved)?, "rod.png".as_ref())?;
+/// # Ok(())
+/// # }
+/// ```
+pub fn rod_shape(solved: &Solved) -> Result<RodShape, NothingToDraw> {
+    let (scene, rod) = (solved.scene(), solved.rod());
+    let equilibrium = solve_rod(&rod, &[]);
+    if !equilibrium.status.is_converged() {
+        return Err(NothingToDraw { status: equilibrium.status });
+    }
+    let mut start = 0.0;
+    let mut stretches = Vec::new();
+    for (index, segment) in scene.segments.iter().enumerate() {
+        let length = scene.segment_length(index);
+        let at: Vec<f64> = (0..POINTS).map(|k| start + length * k as f64 / (POINTS - 1) as f64).collect();
+        let poses = shape(&rod, &equilibrium, &at);
+        let piece = scene.piece_indices(index).start;
+        stretches.push(stretch(&rod.segments[piece], &solved.plan().segments[piece], &segment.name, &poses));
+        start += length;
+    }
+    let if_any = |v: Vector| v.iter().any(|x| *x != 0.0).then_some(v);
+    Ok(RodShape {
+        title: scene.name.clone(),
+        stretches,
+        tip_rotation: Some(equilibrium.R_tip),
+        flux_density: if_any(rod.flux_density),
+        tip_force: if_any(rod.tip_force),
+        rest: centreline_at_rest(&rod),
+    })
+}
+
+fn stretch(segment: &RodSegment, plan: &SegmentPlan, name: &str, poses: &[Pose]) -> Stretch {
+    let (kind, dipole) = match segment {
+        RodSegment::Flexible(_) => (StretchKind::Flexible, None),
+        RodSegment::Rigid(RigidRod { dipole, .. }) if plan.has_dipole => {
+            let in_world = |pose: &Pose| pose.rotation.map(|row| (0..3).map(|k| row[k] * dipole[k]).sum());
+            (StretchKind::Coil, poses.first().map(in_world))
+        }
+        RodSegment::Rigid(_) => (StretchKind::Rigid, None),
+    };
+    Stretch { name: name.into(), kind, points: poses.iter().map(|pose| pose.position).collect(), dipole }
+}
+
+/// Without loads.
+fn centreline_at_rest(rod: &Rod) -> Option<Vec<Vector>> {
+    let mut unloaded = rod.clone();
+    (unloaded.tip_force, unloaded.tip_moment) = ([0.0; 3], [0.0; 3]);
+    for segment in &mut unloaded.segments {
+        match segment {
+            RodSegment::Flexible(flexible) => (flexible.load, flexible.dipole) = ([0.0; 3], [0.0; 3]),
+            RodSegment::Rigid(rigid) => (rigid.dipole, rigid.weight) = ([0.0; 3], [0.0; 3]),
+        }
+    }
+    let equilibrium = solve_rod(&unloaded, &[]);
+    let length = rod.total_length();
+    let at: Vec<f64> = (0..=4 * POINTS).map(|k| length * k as f64 / (4 * POINTS) as f64).collect();
+    let points: Vec<Vector> = shape(&unloaded, &equilibrium, &at).into_iter().map(|pose| pose.position).collect();
+    equilibrium.status.is_converged().then_some(points)
+}

@@ -1,0 +1,47 @@
+//! The files of `sweeps/` that programs bring along, so that they need no checkout: names and texts.
+
+/// Name without folder, and text.
+pub type ShippedFile = (&'static str, &'static str);
+
+macro_rules! shipped {
+    ($folder:literal, $name:literal) => {
+        ($name, include_str!(concat!("../sweeps/", $folder, $name)))
+    };
+}
+
+/// A textbook cantilever: a steel wire with a weight at its end, no coil.
+pub const CANTILEVER: ShippedFile = shipped!("scenes/", "cantilever.toml");
+/// The catheter P35 with one coil set; its moduli are approximate.
+pub const P35: ShippedFile = shipped!("scenes/", "p35.toml");
+/// The catheter P6 with one coil set, whose moduli and windings are known.
+pub const P6: ShippedFile = shipped!("scenes/", "p6.toml");
+/// A coil at the tip alone.
+pub const TIP_COIL: ShippedFile = shipped!("scenes/", "tip_coil.toml");
+/// Two coil sets on one catheter.
+pub const TWO_COIL: ShippedFile = shipped!("scenes/", "two_coil.toml");
+
+/// Every scene, by name.
+pub const SCENES: [ShippedFile; 5] = [CANTILEVER, P35, P6, TIP_COIL, TWO_COIL];
+
+/// The sweep of P6's workspace; its scene is `scenes/p6.toml`.
+pub const WORKSPACE: ShippedFile = shipped!("", "workspace.toml");
+
+/// The sweeps that are benchmarked, first the one that targets are stated for. Their scenes are in `../scenes`.
+pub const BENCH: [ShippedFile; 8] = [
+    shipped!("bench/", "benchmark.toml"),
+    shipped!("bench/", "easy.toml"),
+    shipped!("bench/", "p6.toml"),
+    shipped!("bench/", "p35.toml"),
+    shipped!("bench/", "weight.toml"),
+    shipped!("bench/", "two_coils.toml"),
+    shipped!("bench/", "heavy.toml"),
+    shipped!("bench/", "folds.toml"),
+];
+
+/// The trajectories of the paper's experiment, in its order.
+pub const TRAJECTORIES: [ShippedFile; 4] = [
+    shipped!("trajectories/", "circle.toml"),
+    shipped!("trajectories/", "lemniscate.toml"),
+    shipped!("trajectories/", "rectangle.toml"),
+    shipped!("trajectories/", "butterfly.toml"),
+];

@@ -1,0 +1,152 @@
+//! Points along one solved rod, and how they move with the parameters.
+
+use super::solve::{Rows, SolveError, Solved};
+use crate::model::{Matrix, Slot, Vector};
+use crate::reference::{Pose, PoseDerivative, shape_with_derivatives};
+use crate::report::TextTable;
+use serde_json::{Value, json};
+use std::fmt;
+
+/// How far beyond the tip a point may lie, over the rod's length.
+const ROUNDING: f64 = 1e-12;
+
+/// Points along a rod in equilibrium, integrated by the reference. SI units.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Shape {
+    names: Vec<String>,
+    points: Vec<Pose>,
+}
+
+/// Arc lengths of so many points evenly spaced over a length [m], both ends among them.
+///
+/// # Errors
+///
+/// Fewer than 2 points.
+pub fn evenly_spaced(length: f64, count: usize) -> Result<Vec<f64>, SolveError> {
+    if count < 2 {
+        return Err(SolveError::TooFewPoints { count });
+    }
+    Ok((0..count).map(|k| length * k as f64 / (count - 1) as f64).collect())
+}
+
+impl Shape {
+    pub(super) fn of(solved: &Solved, arc_lengths: &[f64]) -> Result<Shape, SolveError> {
+        let length = solved.scene().total_length();
+        let on_rod = 0.0..=length * (1.0 + ROUNDING);
+        if let Some(arc_length) = arc_lengths.iter().copied().find(|at| !on_rod.contains(at)) {
+            return Err(SolveError::OffTheRod { arc_length, length });
+        }
+        if !solved.is_equilibrium() {
+            return Err(SolveError::NoEquilibrium { status: solved.status() });
+        }
+        let derivatives = &solved.plan().derivatives;
+        let mut slots: Vec<Slot> = derivatives.iter().flat_map(|d| d.terms.iter().map(|(slot, _)| *slot)).collect();
+        slots.sort_by_key(|slot| format!("{slot:?}"));
+        slots.dedup();
+        let poses = shape_with_derivatives(&solved.rod(), solved.base_moment(), arc_lengths, &slots);
+        let mut points = poses.ok_or(SolveError::NotIntegrable)?;
+        for point in &mut points {
+            point.derivatives = by_parameter(solved, &slots, &point.derivatives);
+        }
+        Ok(Shape { names: solved.jacobian().names(), points })
+    }
+
+    /// The points, in the order asked for. Each has one derivative for each of [`Shape::names`].
+    pub fn points(&self) -> &[Pose] {
+        &self.points
+    }
+
+    /// Names of the parameters of the derivatives.
+    pub fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// From the base [m], one for each of n points.
+    pub fn arc_lengths(&self) -> Vec<f64> {
+        self.points.iter().map(|point| point.arc_length).collect()
+    }
+
+    /// World frame [m], n x 3.
+    pub fn positions(&self) -> Vec<Vector> {
+        self.points.iter().map(|point| point.position).collect()
+    }
+
+    /// Body to world, by rows, n x 3 x 3.
+    pub fn rotations(&self) -> Vec<Matrix> {
+        self.points.iter().map(|point| point.rotation).collect()
+    }
+
+    /// Body frame, zero in rigid segments [1/m], n x 3.
+    pub fn curvatures(&self) -> Vec<Vector> {
+        self.points.iter().map(|point| point.curvature).collect()
+    }
+
+    /// d(position) [m/unit], n x 3 x k for k parameters.
+    pub fn position_jacobian(&self) -> Vec<Rows> {
+        self.rows(|derivative| derivative.dp)
+    }
+
+    /// The points' virtual rotations w, world frame, with dR = hat(w) R [rad/unit], n x 3 x k.
+    pub fn rotation_jacobian(&self) -> Vec<Rows> {
+        self.rows(|derivative| derivative.w)
+    }
+
+    /// d(curvature), body frame [1/m/unit], n x 3 x k.
+    pub fn curvature_jacobian(&self) -> Vec<Rows> {
+        self.rows(|derivative| derivative.du)
+    }
+
+    /// All of it as JSON; derivatives are `jacobian.*[point][row][parameter]`.
+    pub fn to_json(&self) -> Value {
+        json!({
+            "arc_length": self.arc_lengths(),
+            "position": self.positions(),
+            "rotation": self.rotations(),
+            "curvature": self.curvatures(),
+            "jacobian": {
+                "parameters": self.names,
+                "position": self.position_jacobian(),
+                "rotation": self.rotation_jacobian(),
+                "curvature": self.curvature_jacobian(),
+            },
+        })
+    }
+
+    fn rows(&self, of: impl Fn(&PoseDerivative) -> Vector) -> Vec<Rows> {
+        let of_point = |point: &Pose| [0, 1, 2].map(|row| point.derivatives.iter().map(|d| of(d)[row]).collect());
+        self.points.iter().map(of_point).collect()
+    }
+}
+
+/// The chain rule: from derivatives by slots to those by the plan's parameters.
+fn by_parameter(solved: &Solved, slots: &[Slot], of_slots: &[PoseDerivative]) -> Vec<PoseDerivative> {
+    let (plan, batch) = (solved.plan(), solved.batch());
+    let total = |terms: &[(Slot, usize)]| {
+        let mut sum = PoseDerivative::default();
+        for (slot, entry) in terms {
+            let rate = plan.entry(batch, 0, *entry);
+            let of_slot = slots.iter().position(|other| other == slot).map(|at| of_slots[at]).unwrap_or_default();
+            for axis in 0..3 {
+                sum.dp[axis] += rate * of_slot.dp[axis];
+                sum.w[axis] += rate * of_slot.w[axis];
+                sum.du[axis] += rate * of_slot.du[axis];
+            }
+        }
+        sum
+    };
+    plan.derivatives.iter().map(|derivative| total(&derivative.terms)).collect()
+}
+
+impl fmt::Display for Shape {
+    /// A table with a line for each point; lengths in mm, curvatures in 1/m.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut table = TextTable::new(["s [mm]", "x [mm]", "y", "z", "u.x [1/m]", "u.y", "u.z"]);
+        for point in &self.points {
+            let mut cells = vec![format!("{:.3}", point.arc_length * 1e3)];
+            cells.extend(point.position.iter().map(|x| format!("{:.6}", x * 1e3)));
+            cells.extend(point.curvature.iter().map(|u| format!("{u:.6}")));
+            table.row(cells);
+        }
+        write!(f, "shape\n{table}")
+    }
+}

@@ -1,0 +1,66 @@
+//! A solution as JSON. Metres, radians, 1/m, N·m; quaternion x, y, z, w, body to world.
+
+use super::{Rows, Solved};
+use crate::model::Quantity;
+use serde_json::{Value, json};
+
+pub(super) fn of(solved: &Solved) -> Value {
+    if solved.is_equilibrium() { equilibrium(solved) } else { failed(solved) }
+}
+
+/// Numbers of the last iterate mean nothing here: null.
+fn failed(solved: &Solved) -> Value {
+    let solutions = solved.solutions();
+    json!({
+        "status": solved.status().name(),
+        "converged": false,
+        "stable": null,
+        "iterations": number(solutions.get(0, Quantity::Iterations)),
+        "residual": null,
+        "error_estimate": null,
+        "load_fraction": number(solutions.get(0, Quantity::LoadFraction)),
+        "base_curvature": null,
+        "base_moment": null,
+        "tip": null,
+        "jacobian": null,
+    })
+}
+
+/// At a fold: an equilibrium beyond it.
+fn equilibrium(solved: &Solved) -> Value {
+    let jacobian = solved.jacobian();
+    json!({
+        "status": solved.status().name(),
+        "converged": solved.is_converged(),
+        "stable": solved.is_stable(),
+        "stability_margin": number(solved.stability_margin()),
+        "iterations": number(solved.solutions().get(0, Quantity::Iterations)),
+        "residual": number(solved.residual()),
+        "error_estimate": number(solved.error_estimate()),
+        "load_fraction": number(solved.load_fraction()),
+        "base_curvature": solved.base_curvature(),
+        "base_moment": solved.base_moment(),
+        "tip": {
+            "position": solved.tip_position(),
+            "quaternion": solved.tip_quaternion(),
+            "rotation": solved.tip_rotation(),
+            "curvature": solved.tip_curvature(),
+        },
+        "jacobian": {
+            "parameters": jacobian.names(),
+            "position": rows(jacobian.position()),
+            "rotation": rows(jacobian.rotation()),
+            "base_curvature": rows(jacobian.base_curvature()),
+            "residual": jacobian.residual().map(rows),
+        },
+    })
+}
+
+fn rows(rows: Rows) -> Vec<Vec<Value>> {
+    rows.map(|row| row.into_iter().map(number).collect()).into()
+}
+
+/// A number, or null where it is undefined; whole ones without a point.
+fn number(x: f64) -> Value {
+    if x.fract() == 0.0 && x.abs() < 1e9 { json!(x as i64) } else { json!(x) }
+}

@@ -1,0 +1,235 @@
+//! What came of one scene.
+
+use super::branches::{self, AllBranches};
+use super::explain::Explanation;
+use super::jacobian::Jacobian;
+use super::{SolveError, json};
+use crate::engines::Engine;
+use crate::model::{
+    Batch, Matrix, Plan, Quantity, Rod, Scene, Solutions, Status, Vector, base_curvature, tip_curvature,
+};
+use crate::study::shape::{Shape, evenly_spaced};
+use serde_json::Value;
+
+/// A solved scene. SI units; vectors stand in the world frame unless said otherwise.
+///
+/// Where the rod has no equilibrium under its full load ([`Solved::is_equilibrium`]), numbers are NaN.
+#[derive(Clone, Debug)]
+pub struct Solved {
+    plan: Plan,
+    /// The one sample.
+    batch: Batch,
+    solutions: Solutions,
+    /// What was chosen to solve.
+    engine: Engine,
+    /// What has solved, in words.
+    solved_by: String,
+}
+
+impl Solved {
+    pub(super) fn new(plan: Plan, batch: Batch, solutions: Solutions, engine: Engine, solved_by: String) -> Solved {
+        Solved { plan, batch, solutions, engine, solved_by }
+    }
+
+    /// The same rod at another of its equilibria.
+    pub(super) fn at(&self, solutions: Solutions) -> Solved {
+        Solved { solutions, ..self.clone() }
+    }
+
+    /// The scene that was solved.
+    pub fn scene(&self) -> &Scene {
+        &self.plan.scene
+    }
+
+    /// What the scene was compiled to: terms, steps, derivatives.
+    pub fn plan(&self) -> &Plan {
+        &self.plan
+    }
+
+    /// The mechanics of the scene: stiffness, loads, dipoles.
+    pub fn rod(&self) -> Rod {
+        self.plan.sample_rod(&self.batch, 0)
+    }
+
+    /// The row as the engine returned it, sample 0.
+    pub fn solutions(&self) -> &Solutions {
+        &self.solutions
+    }
+
+    /// The plan's inputs, one sample.
+    pub(crate) fn batch(&self) -> &Batch {
+        &self.batch
+    }
+
+    pub(super) fn chosen_engine(&self) -> &Engine {
+        &self.engine
+    }
+
+    /// What has solved it, such as `cpu f64 (AVX-512, 2 threads)`.
+    pub fn engine(&self) -> &str {
+        &self.solved_by
+    }
+
+    /// What became of the rod on its way from rest.
+    pub fn status(&self) -> Status {
+        self.solutions.status(0)
+    }
+
+    /// Whether the path from rest leads to an equilibrium under the full load.
+    pub fn is_converged(&self) -> bool {
+        self.status().is_converged()
+    }
+
+    /// Whether the numbers belong to an equilibrium under the full load; where the path from rest ends at a fold, it is
+    /// one beyond it.
+    pub fn is_equilibrium(&self) -> bool {
+        self.solutions.is_equilibrium(0)
+    }
+
+    /// Position of the tip [m].
+    pub fn tip_position(&self) -> Vector {
+        self.vector(Quantity::TipPosition)
+    }
+
+    /// Unit vector along the rod at its tip.
+    pub fn tip_tangent(&self) -> Vector {
+        self.vector(Quantity::TipTangent)
+    }
+
+    /// Rotation of the tip, body to world, 3 x 3 by rows; its third column is the tangent.
+    pub fn tip_rotation(&self) -> Matrix {
+        if self.is_equilibrium() { self.solutions.tip_rotation(0) } else { [[f64::NAN; 3]; 3] }
+    }
+
+    /// The rotation of the tip as a unit quaternion x, y, z, w, body to world; w is not negative.
+    pub fn tip_quaternion(&self) -> [f64; 4] {
+        if self.is_equilibrium() { quaternion(&self.tip_rotation()) } else { [f64::NAN; 4] }
+    }
+
+    /// Curvature at the end of the last flexible segment, body frame [1/m].
+    pub fn tip_curvature(&self) -> Vector {
+        if self.is_equilibrium() { tip_curvature(&self.rod(), &self.tip_rotation()) } else { [f64::NAN; 3] }
+    }
+
+    /// Internal moment at the base [N·m].
+    pub fn base_moment(&self) -> Vector {
+        self.vector(Quantity::BaseMoment)
+    }
+
+    /// Curvature at the start of the first flexible segment, body frame [1/m].
+    pub fn base_curvature(&self) -> Vector {
+        if self.is_equilibrium() { base_curvature(&self.rod(), self.base_moment()) } else { [f64::NAN; 3] }
+    }
+
+    /// How far from a fold: 1 at rest, 0 at a fold, negative when unstable.
+    pub fn stability_margin(&self) -> f64 {
+        self.number(Quantity::StabilityMargin)
+    }
+
+    /// Negative eigenvalues of the second variation: 0 is stable. `None` without equilibrium.
+    pub fn stability_index(&self) -> Option<usize> {
+        self.is_equilibrium().then(|| self.number(Quantity::StabilityIndex) as usize)
+    }
+
+    /// Whether the equilibrium is elastically stable.
+    pub fn is_stable(&self) -> bool {
+        self.stability_index() == Some(0)
+    }
+
+    /// Estimated error of tip position over rod length or of tip rotation [rad], whichever is larger.
+    pub fn error_estimate(&self) -> f64 {
+        self.number(Quantity::ErrorEstimate)
+    }
+
+    /// What is left of the balance of moments at the tip [N·m].
+    pub fn residual(&self) -> f64 {
+        self.number(Quantity::Residual) * self.plan.units.moment()
+    }
+
+    /// Passes over the rod that it took.
+    pub fn iterations(&self) -> usize {
+        self.solutions.get(0, Quantity::Iterations) as usize
+    }
+
+    /// Share of the full load that was reached from rest; 1 where the rod has converged.
+    pub fn load_fraction(&self) -> f64 {
+        self.solutions.get(0, Quantity::LoadFraction)
+    }
+
+    /// Derivatives by the parameters asked for.
+    pub fn jacobian(&self) -> Jacobian<'_> {
+        Jacobian::new(self)
+    }
+
+    /// Points at arc lengths from the base [m], in the order given, with their derivatives.
+    ///
+    /// # Errors
+    ///
+    /// A rod without equilibrium, or a point that is not on it.
+    pub fn shape(&self, arc_lengths: &[f64]) -> Result<Shape, SolveError> {
+        Shape::of(self, arc_lengths)
+    }
+
+    /// So many points evenly spaced from base to tip, at least 2, with their derivatives.
+    ///
+    /// # Errors
+    ///
+    /// As [`Solved::shape`], or fewer than 2 points.
+    pub fn evenly(&self, count: usize) -> Result<Shape, SolveError> {
+        self.shape(&evenly_spaced(self.scene().total_length(), count)?)
+    }
+
+    /// Every equilibrium that can be found, this one among them.
+    ///
+    /// # Errors
+    ///
+    /// An engine that cannot search: the reference, or a GPU that fails.
+    pub fn all_branches(&self) -> Result<AllBranches, SolveError> {
+        branches::search(self)
+    }
+
+    /// The plan that the scene was compiled to, with the operations that it takes.
+    ///
+    /// # Errors
+    ///
+    /// A plan that the CPU engine, which counts, does not model.
+    pub fn explain(&self) -> Result<Explanation, SolveError> {
+        Explanation::of(self)
+    }
+
+    /// The solution as JSON: metres, radians, 1/m, N·m; quaternion x, y, z, w; null where a number is undefined.
+    pub fn to_json(&self) -> Value {
+        json::of(self)
+    }
+
+    fn number(&self, quantity: Quantity) -> f64 {
+        if self.is_equilibrium() { self.solutions.get(0, quantity) } else { f64::NAN }
+    }
+
+    fn vector(&self, quantity: Quantity) -> Vector {
+        if self.is_equilibrium() { self.solutions.vector(0, quantity) } else { [f64::NAN; 3] }
+    }
+}
+
+/// Unit quaternion x, y, z, w of a rotation, w not negative.
+fn quaternion(rotation: &Matrix) -> [f64; 4] {
+    let r = rotation;
+    // The largest component first, for its square root loses no digits.
+    let four = [
+        1.0 + r[0][0] - r[1][1] - r[2][2],
+        1.0 - r[0][0] + r[1][1] - r[2][2],
+        1.0 - r[0][0] - r[1][1] + r[2][2],
+        1.0 + r[0][0] + r[1][1] + r[2][2],
+    ];
+    let (xy, xz, yz) = (r[0][1] + r[1][0], r[0][2] + r[2][0], r[1][2] + r[2][1]);
+    let (xw, yw, zw) = (r[2][1] - r[1][2], r[0][2] - r[2][0], r[1][0] - r[0][1]);
+    let largest = (0..4).max_by(|a, b| four[*a].total_cmp(&four[*b])).unwrap_or(3);
+    let q = match largest {
+        0 => [four[0], xy, xz, xw],
+        1 => [xy, four[1], yz, yw],
+        2 => [xz, yz, four[2], zw],
+        _ => [xw, yw, zw, four[3]],
+    };
+    let norm = q.iter().map(|x| x * x).sum::<f64>().sqrt().copysign(if q[3] < 0.0 { -1.0 } else { 1.0 });
+    q.map(|x| x / norm)
+}
