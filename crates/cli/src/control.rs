@@ -7,7 +7,7 @@ use rodsweep::figures::draw_control;
 use rodsweep::input::{parse_coordinates, read_scene, read_trajectory, scene_notes};
 use rodsweep::model::Scene;
 use rodsweep::spec::Redundancy;
-use rodsweep::study::{ControlError, ControlEvent, ControlJob};
+use rodsweep::study::{ControlEvent, ControlJob};
 
 pub fn control(arguments: &ControlArguments) -> Result<Exit, CommandError> {
     let scene = read_scene(&arguments.scene)?;
@@ -24,10 +24,9 @@ pub fn control(arguments: &ControlArguments) -> Result<Exit, CommandError> {
     say_notes(&scene);
     let job = job(scene, arguments)?;
     let run = match arguments.targets {
-        Some(_) => job.reach(&trajectory),
-        None => job.time_lone_steps(true).follow(&trajectory),
+        Some(_) => job.reach(&trajectory)?,
+        None => job.time_lone_steps(true).follow(&trajectory)?,
     };
-    let run = run.map_err(name_the_flag)?;
     outputs.make_directory()?;
     run.write(&outputs.table)?;
     say_summary(&run);
@@ -90,12 +89,5 @@ fn say_event(event: &ControlEvent) {
         ControlEvent::Ended { ended, targets } => say(&format!("{ended} of {targets} targets ended")),
         ControlEvent::Played { name } => say(&format!("{name}: played")),
         _ => {}
-    }
-}
-
-fn name_the_flag(error: ControlError) -> CommandError {
-    match error {
-        ControlError::NoInputs => CommandError::Usage(format!("{error} with `--input NAME=LOW..HIGH`")),
-        error => error.into(),
     }
 }

@@ -7,7 +7,7 @@ use rodsweep::figures;
 use rodsweep::input::{read_scene, read_shapes, write_scene};
 use rodsweep::report::{self, ImageFormat, TextTable, engineering};
 use rodsweep::results::ResultsError;
-use rodsweep::study::{Fit, FitError, FitJob};
+use rodsweep::study::{Fit, FitJob};
 
 pub fn fit(arguments: &FitArguments) -> Result<Exit, CommandError> {
     if let Some(path) = &arguments.plot {
@@ -21,9 +21,9 @@ pub fn fit(arguments: &FitArguments) -> Result<Exit, CommandError> {
     let observed = read_shapes(&arguments.shapes, &scene)?;
     let mut job = FitJob::new(scene, observed);
     if let Some(names) = &arguments.free {
-        job = job.free(names).map_err(wrong_free)?;
+        job = job.free(names)?;
     }
-    job.check().map_err(wrong_free)?;
+    job.check()?;
     say_notes(job.scene());
     if let Some(text) = &arguments.noise {
         job = job.noise(positive_length("--noise", text, "0.2 mm").map_err(CommandError::Usage)?);
@@ -45,10 +45,6 @@ pub fn fit(arguments: &FitArguments) -> Result<Exit, CommandError> {
         say(&format!("figure: {}", path.display()));
     }
     Ok(if fit.converged { Exit::Done } else { Exit::Failed })
-}
-
-fn wrong_free(error: FitError) -> CommandError {
-    CommandError::Usage(format!("`--free`: {error}"))
 }
 
 fn text(fit: &Fit, job: &FitJob) -> String {
