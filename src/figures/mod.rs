@@ -13,7 +13,7 @@ mod shape;
 mod simulation;
 
 pub use control::draw_control;
-pub use experiment::{ExperimentFigure, experiment_page, experiment_text};
+pub use experiment::ExperimentFigure;
 pub use fit::fit;
 pub use replay::replay;
 pub use run::{RunFigures, RunFiguresError};

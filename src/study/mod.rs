@@ -6,6 +6,7 @@ mod agreement;
 mod columns;
 mod control;
 mod experiment;
+mod experiment_text;
 mod fit;
 mod replay;
 mod shape;

@@ -1,7 +1,7 @@
 //! `rodsweep control`: the currents that drive the tip along a trajectory, or to many targets at once.
 
 use super::args::{ControlArguments, RedundancyName, positive_length};
-use super::control_output::{Outputs, say_summary};
+use super::control_output::Outputs;
 use super::{CommandError, Exit, experiment, print, replay, say, simulate};
 use rodsweep::figures::draw_control;
 use rodsweep::input::{parse_coordinates, read_scene, read_trajectory, scene_notes};
@@ -29,7 +29,7 @@ pub fn control(arguments: &ControlArguments) -> Result<Exit, CommandError> {
     };
     outputs.make_directory()?;
     run.write(&outputs.table)?;
-    say_summary(&run);
+    say(&run.text());
     say(&format!("results: {}", outputs.table.display()));
     if !arguments.no_figures {
         for path in draw_control(&run, &outputs.dir)? {

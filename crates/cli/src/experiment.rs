@@ -4,7 +4,7 @@ use super::args::ControlArguments;
 use super::control::{job, say_notes};
 use super::control_output::Outputs;
 use super::{CommandError, Exit, print, say};
-use rodsweep::figures::{ExperimentFigure, experiment_page, experiment_text};
+use rodsweep::figures::ExperimentFigure;
 use rodsweep::model::Scene;
 use rodsweep::report;
 use rodsweep::results::ResultsError;
@@ -20,9 +20,9 @@ pub fn experiment(scene: Scene, arguments: &ControlArguments) -> Result<Exit, Co
     let page = outputs.dir.join("experiment.md");
     let io =
         |error: std::io::Error| ResultsError::Io { path: page.clone(), action: "writing", reason: error.to_string() };
-    std::fs::write(&page, experiment_page(&found)).map_err(io)?;
+    std::fs::write(&page, found.markdown()).map_err(io)?;
     if !arguments.json {
-        print(&experiment_text(&found))?;
+        print(&found.text())?;
     }
     say(&format!("results: {}, {}", outputs.table.display(), page.display()));
     if !arguments.no_figures {

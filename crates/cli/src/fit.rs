@@ -5,9 +5,9 @@ use super::control::say_notes;
 use super::{CommandError, Exit, print, say};
 use rodsweep::figures;
 use rodsweep::input::{read_scene, read_shapes, write_scene};
-use rodsweep::report::{self, ImageFormat, TextTable, engineering};
+use rodsweep::report::{self, ImageFormat};
 use rodsweep::results::ResultsError;
-use rodsweep::study::{Fit, FitJob};
+use rodsweep::study::FitJob;
 
 pub fn fit(arguments: &FitArguments) -> Result<Exit, CommandError> {
     if let Some(path) = &arguments.plot {
@@ -30,7 +30,7 @@ pub fn fit(arguments: &FitArguments) -> Result<Exit, CommandError> {
     }
     let fit = job.run()?;
     let json = || serde_json::to_string_pretty(&fit.to_json()).unwrap_or_default() + "\n";
-    print(&if arguments.json { json() } else { text(&fit, &job) })?;
+    print(&if arguments.json { json() } else { fit.text(&job) })?;
     if let Some(path) = &arguments.out {
         let io = |error: std::io::Error| ResultsError::Io {
             path: path.clone(),
@@ -45,33 +45,4 @@ pub fn fit(arguments: &FitArguments) -> Result<Exit, CommandError> {
         say(&format!("figure: {}", path.display()));
     }
     Ok(if fit.converged { Exit::Done } else { Exit::Failed })
-}
-
-fn text(fit: &Fit, job: &FitJob) -> String {
-    let mut table = TextTable::new(["parameter", "start", "fitted", "± 95 %", "unit"]);
-    for fitted in &fit.parameters {
-        let [low, high] = fitted.interval;
-        let half = if fitted.deviation.is_finite() { engineering(0.5 * (high - low)) } else { "open".into() };
-        let (start, value) = (format!("{:.6e}", fitted.start), format!("{:.6e}", fitted.value));
-        table.row([fitted.name.clone(), start, value, half, fitted.unit.to_owned()]);
-    }
-    let mut text = format!(
-        "{}: {} shapes, {} coordinates, {} evaluations\n{table}",
-        if fit.converged { "fitted" } else { "not converged" },
-        job.observed().shapes.len(),
-        fit.observations,
-        fit.evaluations
-    );
-    let how = if job.given_noise().is_some() { "as given" } else { "estimated" };
-    text += &format!(
-        "points off the model by {} m (rms); noise of a coordinate {} m ({how})\n",
-        engineering(fit.rms),
-        engineering(fit.noise)
-    );
-    let values: Vec<String> = fit.directions.iter().map(|d| engineering(d.singular_value)).collect();
-    text += &format!("singular values of the scaled sensitivities over the noise: {}\n", values.join(", "));
-    for finding in &fit.findings {
-        text += &format!("identifiability: {finding}\n");
-    }
-    text
 }

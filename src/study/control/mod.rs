@@ -17,6 +17,7 @@ mod run_table;
 mod summary;
 mod targets;
 mod task;
+mod text;
 mod trajectory;
 mod window;
 

@@ -10,6 +10,7 @@ mod job;
 mod model;
 mod result;
 mod solve;
+mod text;
 
 pub use error::FitError;
 pub use job::FitJob;
