@@ -2,18 +2,20 @@
 
 mod common;
 
-use common::control::{circle, cpu, inputs, p6, positions, root};
+use common::control::{circle, cpu, inputs, p6, root};
 use common::random::Random;
-use rodsweep::backend::{Backend, BackendError, Precision};
+use rodsweep::backend::{Backend, BackendError, BackendKind, Precision};
+use rodsweep::engines::EngineRequest;
 use rodsweep::gpu::{Device, Gpu, device_or_skip};
+use rodsweep::input::read_trajectory;
 use rodsweep::lanes::{InstructionSet, Lanes};
 use rodsweep::model::{Parameter, Plan, PlanOptions, Quantity, Scene, Stepper};
 use rodsweep::reference::solve_rod;
+use rodsweep::spec::{ControlInput, Redundancy, Target, Trajectory};
 use rodsweep::study::{
-    Control, ControlInput, ControlOptions, Controlled, Imperfection, MakeEngine, Outcome, Played, Redundancy, Target,
-    TargetOptions, simulate,
+    CommandedPath, ControlJob, ControlOptions, Controller, Imperfection, MakeEngine, Outcome, TargetOptions,
+    TargetResult, simulate,
 };
-use rodsweep::sweep::read_trajectory;
 
 /// What the tip may be off by at a point that is called reached [m].
 const TIP: f64 = 1e-6;
@@ -24,12 +26,12 @@ fn narrow(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
     Ok(Box::new(Lanes::with_instruction_set(plan, Precision::F64, InstructionSet::Scalar)?))
 }
 
-fn control(scene: &Scene, inputs: &[ControlInput], options: ControlOptions) -> Control {
-    Control::new(scene, inputs, options, Stepper::Dop853, &mut narrow).expect("a controller")
+fn control(scene: &Scene, inputs: &[ControlInput], options: ControlOptions) -> Controller {
+    Controller::new(scene, inputs, options, Stepper::Dop853, &mut narrow).expect("a controller")
 }
 
 /// Distance from the target in some coordinates, of the tip that the reference finds from rest with the same inputs.
-fn off_by_reference(scene: &Scene, inputs: &[ControlInput], point: &Controlled, coordinates: [bool; 3]) -> f64 {
+fn off_by_reference(scene: &Scene, inputs: &[ControlInput], point: &TargetResult, coordinates: [bool; 3]) -> f64 {
     let mut scene = scene.clone();
     let values = inputs.iter().map(|input| input.parameter).zip(point.inputs.iter().copied());
     Parameter::set_all(&mut scene, values).expect("parameters");
@@ -39,7 +41,7 @@ fn off_by_reference(scene: &Scene, inputs: &[ControlInput], point: &Controlled, 
     (0..3).filter(|a| coordinates[*a]).map(square).sum::<f64>().sqrt()
 }
 
-fn assert_within_limits(inputs: &[ControlInput], points: &[Controlled]) {
+fn assert_within_limits(inputs: &[ControlInput], points: &[TargetResult]) {
     for (k, point) in points.iter().enumerate() {
         for (value, input) in point.inputs.iter().zip(inputs) {
             assert!((input.low..=input.high).contains(value), "point {k}: {value} beyond {input:?}");
@@ -54,13 +56,9 @@ fn the_four_trajectories_are_followed() {
         let file = root().join(format!("sweeps/trajectories/{name}.toml"));
         let trajectory = read_trajectory(&file, &scene).expect("a trajectory");
         assert_eq!(trajectory.coordinates, [true, true, false], "{name}");
-        let of_file = trajectory.inputs.iter();
-        let inputs: Vec<ControlInput> =
-            of_file.map(|i| ControlInput { parameter: i.parameter, low: i.low, high: i.high }).collect();
-        assert_eq!(inputs.len(), 3);
-        let targets = positions(trajectory.points.iter().map(|point| point.position));
-        assert_eq!(targets.len(), 200);
-        let options = ControlOptions { coordinates: trajectory.coordinates, ..ControlOptions::default() };
+        let (inputs, targets) = (trajectory.inputs.clone(), trajectory.targets.clone());
+        assert_eq!((inputs.len(), targets.len()), (3, 200));
+        let options = ControlOptions::of(&trajectory);
         let points = control(&scene, &inputs, options).follow(&targets).expect("points");
         assert_within_limits(&inputs, &points);
         let mut worst = 0.0f64;
@@ -82,7 +80,7 @@ fn shapes_have_their_size_and_the_rectangle_its_corners() {
     let points = |name: &str| -> Vec<[f64; 2]> {
         let file = root().join(format!("sweeps/trajectories/{name}.toml"));
         let trajectory = read_trajectory(&file, &scene).expect("a trajectory");
-        trajectory.points.iter().map(|point| [point.position[0], point.position[1] + 0.04]).collect()
+        trajectory.targets.iter().map(|target| [target.position[0], target.position[1] + 0.04]).collect()
     };
     for (name, width, height) in
         [("circle", 0.01, 0.01), ("lemniscate", 0.01, 0.01 / 8f64.sqrt()), ("rectangle", 0.009, 0.006)]
@@ -108,7 +106,7 @@ fn shapes_have_their_size_and_the_rectangle_its_corners() {
 }
 
 /// No permitted inputs nearby bring the tip nearer than the answer; returns how many were tried with success.
-fn assert_locally_best(scene: &Scene, inputs: &[ControlInput], point: &Controlled, coordinates: [bool; 3]) -> usize {
+fn assert_locally_best(scene: &Scene, inputs: &[ControlInput], point: &TargetResult, coordinates: [bool; 3]) -> usize {
     let axes: Vec<Vec<Parameter>> = inputs.iter().map(|input| vec![input.parameter]).collect();
     let plan = Plan::new(scene, &axes, &[], PlanOptions { steps: 24, ..PlanOptions::default() }).expect("a plan");
     let mut random = Random(5);
@@ -139,10 +137,10 @@ fn limits_hold_and_the_nearest_permitted_point_is_flagged() {
     let scene = p6();
     let inputs = inputs(&scene, &[("coil.current", -0.05, 0.05)]);
     let coordinates = [true, true, false];
-    let options = ControlOptions { coordinates, ..ControlOptions::default() };
+    let options = ControlOptions::default().with_coordinates(coordinates);
     let points = control(&scene, &inputs, options).follow(&circle([0.0, -0.04, 0.0], 0.01, 60)).expect("points");
     assert_within_limits(&inputs, &points);
-    let held: Vec<&Controlled> = points.iter().filter(|point| point.outcome == Outcome::AtLimit).collect();
+    let held: Vec<&TargetResult> = points.iter().filter(|point| point.outcome == Outcome::AtLimit).collect();
     assert!(held.len() > 10, "{:?}", points.iter().map(|point| point.outcome).collect::<Vec<_>>());
     assert!(points.iter().any(|point| point.outcome == Outcome::Reached));
     for point in held.iter().step_by(5) {
@@ -237,13 +235,13 @@ fn targets_are_reached_together_in_any_order_and_precision() {
     let scene = p6();
     let inputs = inputs(&scene, &[("coil.current", -LIMIT, LIMIT)]);
     let coordinates = [true, true, false];
-    let options = ControlOptions { coordinates, ..ControlOptions::default() };
+    let options = ControlOptions::default().with_coordinates(coordinates);
     // Near the rod's axis the reachable x narrows to nothing, and searches crawl.
     let mut targets = reachable(&scene, &inputs, 0.5, 400, false);
     targets.retain(|target| target.position[1].abs() > 0.01);
     assert!(targets.len() > 200, "{}", targets.len());
     let reach = |targets: &[Target]| {
-        let mut control = Control::new(&scene, &inputs, options, Stepper::Dop853, &mut cpu).expect("a controller");
+        let mut control = Controller::new(&scene, &inputs, options, Stepper::Dop853, &mut cpu).expect("a controller");
         control.reach(targets, &TargetOptions::default(), &mut |_| {}).expect("points")
     };
     let points = reach(&targets);
@@ -282,13 +280,13 @@ fn finish_in_f64(
     stepper: Stepper,
     make: &mut MakeEngine,
 ) {
-    let mut control = Control::new(scene, inputs, options, stepper, make).expect("a controller");
+    let mut control = Controller::new(scene, inputs, options, stepper, make).expect("a controller");
     let tolerance = control.options().tolerance;
     assert!(tolerance > options.tolerance && tolerance < 1e-6, "{tolerance}");
     let mut points = control.reach(targets, &TargetOptions::default(), &mut |_| {}).expect("points");
     let reached = points.iter().filter(|point| point.outcome == Outcome::Reached).count();
     assert!(reached * 100 >= 99 * points.len(), "{} {reached} of {}", control.engine(), points.len());
-    let mut fine = Control::new(scene, inputs, options, Stepper::Dop853, &mut cpu).expect("a controller");
+    let mut fine = Controller::new(scene, inputs, options, Stepper::Dop853, &mut cpu).expect("a controller");
     fine.finish(&mut points).expect("points");
     for point in &points {
         assert_eq!(point.outcome, Outcome::Reached, "{}: {point:?}", control.engine());
@@ -302,7 +300,7 @@ fn currents_that_the_tip_does_not_need_can_be_saved() {
     let inputs = inputs(&scene, &[("coil.current", -LIMIT, LIMIT)]);
     let targets = circle([0.0, -0.04, 0.0], 0.01, 100);
     let heat = |redundancy: Redundancy| {
-        let options = ControlOptions { coordinates: [true, true, false], redundancy, ..ControlOptions::default() };
+        let options = ControlOptions::default().with_coordinates([true, true, false]).with_redundancy(redundancy);
         let points = control(&scene, &inputs, options).follow(&targets).expect("points");
         assert!(points.iter().all(|point| point.outcome == Outcome::Reached && point.from_rest));
         points.iter().flat_map(|point| &point.inputs).map(|current| current * current).sum::<f64>()
@@ -314,34 +312,61 @@ fn currents_that_the_tip_does_not_need_can_be_saved() {
 #[test]
 fn a_controller_without_sense_is_refused() {
     let scene = p6();
-    let none = Control::new(&scene, &[], ControlOptions::default(), Stepper::Dop853, &mut cpu);
+    let none = Controller::new(&scene, &[], ControlOptions::default(), Stepper::Dop853, &mut cpu);
     assert!(none.err().expect("an error").to_string().contains("at least 1"));
     let turned = inputs(&scene, &[("coil.current", 0.3, -0.3)]);
-    let turned = Control::new(&scene, &turned, ControlOptions::default(), Stepper::Dop853, &mut cpu);
+    let turned = Controller::new(&scene, &turned, ControlOptions::default(), Stepper::Dop853, &mut cpu);
     let text = turned.err().expect("an error").to_string();
     assert!(text.contains("coil.current.x") && text.contains("limit"), "{text}");
+    let never = ControlJob::new(p6()).tolerance(0.0).follow(&Trajectory::from(vec![Target::default()]));
+    assert!(never.err().expect("an error").to_string().contains("positive tolerance"));
+}
+
+#[test]
+fn a_job_does_what_its_parts_do() {
+    let scene = p6();
+    let limits = inputs(&scene, &[("coil.current", -LIMIT, LIMIT)]);
+    let mut lap = Trajectory::new("lap", circle([0.0, -0.04, 0.0], 0.01, 60));
+    lap.coordinates = [true, true, false];
+    lap.tolerance = Some(1e-7);
+    let job = ControlJob::new(scene.clone()).engine(EngineRequest::of(BackendKind::Cpu));
+    let run = job.clone().input("coil.current=0.3").expect("limits").follow(&lap).expect("a run");
+    assert_eq!((run.inputs(), run.options().tolerance, run.missed_count()), (&limits[..], 1e-7, 0));
+    // Every current within the same limits is what a job takes that is told nothing.
+    assert_eq!(job.follow(&lap).expect("a run").inputs(), run.inputs());
+    let mut narrow_too = control(&scene, &limits, *run.options());
+    for (of_job, alone) in run.results().iter().zip(narrow_too.follow(&lap.targets).expect("points")) {
+        let apart = of_job.inputs.iter().zip(&alone.inputs).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(apart < 1e-5, "{of_job:?} {alone:?}");
+    }
+    let table = run.to_json();
+    assert_eq!(table["counts"]["reached"], 60);
+    let together = job.reach(&lap).expect("a run");
+    assert!(together.missed_count() == 0 && !together.is_in_order() && run.is_in_order());
+    assert!(job.input("coil.current=0.3").and_then(|job| job.input("coil.current.x=0.1")).is_err());
 }
 
 #[test]
 fn a_simulated_experiment_says_what_it_is_told() {
     let scene = p6();
     let inputs = inputs(&scene, &[("coil.current", -LIMIT, LIMIT)]);
-    let options = ControlOptions { coordinates: [true, true, false], ..ControlOptions::default() };
+    let options = ControlOptions::default().with_coordinates([true, true, false]);
     let points = control(&scene, &inputs, options).follow(&circle([0.0, -0.04, 0.0], 0.01, 50)).expect("points");
     let commands: Vec<Vec<f64>> = points.iter().map(|point| point.inputs.clone()).collect();
     let desired: Vec<[f64; 3]> = points.iter().map(|point| point.tip).collect();
     let parameters: Vec<Parameter> = inputs.iter().map(|input| input.parameter).collect();
     let run = |imperfection: Imperfection, seed: u64| {
-        let played = Played { scene: &scene, parameters: &parameters, commands: &commands, desired: &desired };
-        simulate(&played, &imperfection, 10, seed, &mut cpu).expect("a simulation")
+        let path = CommandedPath { scene: &scene, parameters: &parameters, commands: &commands, desired: &desired };
+        simulate(&path, &imperfection, 10, seed, &mut cpu).expect("a simulation")
     };
-    let perfect = Imperfection { rest_curvature: 0.0, stiffness: 0.0, winding: 0.0, drift: 0.0, noise: 0.0 };
     // The model itself, seen without noise.
-    let same = run(perfect, 1);
+    let same = run(Imperfection::NONE, 1);
     assert!(same.rmse < 1e-8 && same.aligned_rmse < 1e-8 && same.repeatability < 1e-12 && same.lost == 0, "{same:?}");
     // Noise alone: three coordinates, and a mean over ten trials.
     let noise = 3e-4;
-    let noisy = run(Imperfection { noise, ..perfect }, 2);
+    let mut seen_with_noise = Imperfection::NONE;
+    seen_with_noise.noise = noise;
+    let noisy = run(seen_with_noise, 2);
     assert!((noisy.rmse / (noise * 3f64.sqrt()) - 1.0).abs() < 0.1, "{}", noisy.rmse);
     assert!((noisy.repeatability / (noise * 2.7f64.sqrt()) - 1.0).abs() < 0.1, "{}", noisy.repeatability);
     assert!(noisy.aligned_rmse < noisy.rmse);

@@ -4,10 +4,11 @@ mod common;
 
 use common::control::{circle, cpu, inputs, p6, root};
 use rodsweep::backend::{Backend, BackendError, Precision};
+use rodsweep::input::{parse_scene, read_trajectory};
 use rodsweep::lanes::{InstructionSet, Lanes};
 use rodsweep::model::{Parameter, Plan, PlanOptions, Quantity, Scene, Stepper};
-use rodsweep::study::{Control, ControlInput, ControlOptions, Controlled, Outcome, Target};
-use rodsweep::sweep::{parse_scene, read_trajectory};
+use rodsweep::spec::{ControlInput, Target};
+use rodsweep::study::{ControlOptions, Controller, Outcome, TargetResult};
 use std::path::Path;
 
 /// Inputs differ by less, over half their range: what is left over where a point counts as settled, over a lap.
@@ -25,15 +26,15 @@ fn both(
     inputs: &[ControlInput],
     options: ControlOptions,
     targets: &[Target],
-) -> (Vec<Controlled>, Vec<Controlled>) {
-    let control = Control::new(scene, inputs, options, Stepper::Dop853, &mut cpu).expect("a controller");
+) -> (Vec<TargetResult>, Vec<TargetResult>) {
+    let control = Controller::new(scene, inputs, options, Stepper::Dop853, &mut cpu).expect("a controller");
     let mut control = control.for_trajectories(&mut cpu, &mut narrow).expect("a controller");
     let together = control.follow(targets).expect("points");
     (together, control.follow_singly(targets).expect("points"))
 }
 
 /// The largest difference of an input, over half its range.
-fn assert_same(name: &str, inputs: &[ControlInput], together: &[Controlled], singly: &[Controlled]) {
+fn assert_same(name: &str, inputs: &[ControlInput], together: &[TargetResult], singly: &[TargetResult]) {
     let mut most = 0.0f64;
     for (k, (a, b)) in together.iter().zip(singly).enumerate() {
         assert_eq!((a.outcome, a.from_rest), (b.outcome, b.from_rest), "{name} {k}: {a:?} {b:?}");
@@ -45,7 +46,7 @@ fn assert_same(name: &str, inputs: &[ControlInput], together: &[Controlled], sin
     assert!(most < SAME, "{name}: {most:e}");
 }
 
-fn number(points: &[Controlled], outcome: Outcome) -> usize {
+fn number(points: &[TargetResult], outcome: Outcome) -> usize {
     points.iter().filter(|point| point.outcome == outcome).count()
 }
 
@@ -55,12 +56,8 @@ fn trajectories_are_the_same_together_and_singly() {
     for name in ["circle", "lemniscate", "rectangle", "butterfly"] {
         let file = root().join(format!("sweeps/trajectories/{name}.toml"));
         let trajectory = read_trajectory(&file, &scene).expect("a trajectory");
-        let of_file = trajectory.inputs.iter();
-        let inputs: Vec<ControlInput> =
-            of_file.map(|i| ControlInput { parameter: i.parameter, low: i.low, high: i.high }).collect();
-        let targets: Vec<Target> =
-            trajectory.points.iter().map(|point| Target { position: point.position, tangent: None }).collect();
-        let options = ControlOptions { coordinates: trajectory.coordinates, ..ControlOptions::default() };
+        let (inputs, targets) = (trajectory.inputs, trajectory.targets);
+        let options = ControlOptions::default().with_coordinates(trajectory.coordinates);
         let (together, singly) = both(&scene, &inputs, options, &targets);
         assert_same(name, &inputs, &together, &singly);
         assert_eq!(number(&together, Outcome::Reached), targets.len(), "{name}");
@@ -71,7 +68,7 @@ fn trajectories_are_the_same_together_and_singly() {
 fn inputs_change_as_little_as_possible() {
     let scene = p6();
     let inputs = inputs(&scene, &[("coil.current", -LIMIT, LIMIT)]);
-    let options = ControlOptions { coordinates: [true, true, false], ..ControlOptions::default() };
+    let options = ControlOptions::default().with_coordinates([true, true, false]);
     let (together, _) = both(&scene, &inputs, options, &circle([0.0, -0.04, 0.0], 0.01, 100));
     let axes: Vec<Vec<Parameter>> = inputs.iter().map(|input| vec![input.parameter]).collect();
     let wrt: Vec<Parameter> = inputs.iter().map(|input| input.parameter).collect();
@@ -93,7 +90,7 @@ fn inputs_change_as_little_as_possible() {
 #[test]
 fn what_is_flagged_singly_is_flagged_together() {
     let scene = p6();
-    let plane = ControlOptions { coordinates: [true, true, false], ..ControlOptions::default() };
+    let plane = ControlOptions::default().with_coordinates([true, true, false]);
     // In and out of the limits.
     let limited = inputs(&scene, &[("coil.current", -0.05, 0.05)]);
     let (together, singly) = both(&scene, &limited, plane, &circle([0.0, -0.04, 0.0], 0.01, 120));
@@ -142,7 +139,7 @@ fn a_fold_is_not_crossed_unseen() {
         .filter(|row| solutions.status(*row).is_success())
         .map(|row| solutions.vector(row, Quantity::TipPosition))
         .collect();
-    let targets: Vec<Target> = tips.iter().map(|position| Target { position: *position, tangent: None }).collect();
+    let targets: Vec<Target> = tips.iter().map(|position| Target::at(*position)).collect();
     let side = |tip: &[f64; 3]| tip[0].hypot(tip[1]) * (tip[0] + tip[1]).signum();
     let jump = tips.windows(2).map(|pair| (side(&pair[1]) - side(&pair[0])).abs()).fold(0.0, f64::max);
     assert!(jump > 0.03, "no jump: {jump}");

@@ -5,11 +5,12 @@ mod common;
 use common::random::Random;
 use rayon::prelude::*;
 use rodsweep::backend::{Backend, BackendError, Precision};
+use rodsweep::input::read_scene;
 use rodsweep::lanes::Lanes;
 use rodsweep::model::{Node, Parameter, Plan, Profile, Scene, SegmentKind};
 use rodsweep::reference::{shape, solve_rod};
-use rodsweep::study::{Fit, FitError, FitProblem, ObservedPoint, ObservedShape, Strength, fit};
-use rodsweep::sweep::read_scene;
+use rodsweep::spec::{ObservedPoint, ObservedShape, ObservedShapes};
+use rodsweep::study::{Fit, FitError, FitJob, Strength};
 use std::path::Path;
 
 const CURRENTS: [[f64; 3]; 4] = [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.15, 0.05], [-0.12, 0.05, -0.1]];
@@ -37,7 +38,7 @@ fn with(scene: &Scene, values: &[(&str, f64)]) -> Scene {
 }
 
 /// What the reference sees of a scene; `None` stands for the tip.
-fn observe(truth: &Scene, markers: &[Option<f64>]) -> (Vec<Parameter>, Vec<ObservedShape>) {
+fn observe(truth: &Scene, markers: &[Option<f64>]) -> ObservedShapes {
     let known = parse(truth, "coil.current");
     let of = |currents: &[f64; 3]| {
         let mut scene = truth.clone();
@@ -52,17 +53,15 @@ fn observe(truth: &Scene, markers: &[Option<f64>]) -> (Vec<Parameter>, Vec<Obser
         };
         ObservedShape { known: currents.to_vec(), points: poses.iter().zip(markers).map(point).collect() }
     };
-    (known.clone(), CURRENTS.iter().map(of).collect())
+    ObservedShapes { shapes: CURRENTS.iter().map(of).collect(), known }
 }
 
-fn problem(start: &Scene, truth: &Scene, free: &[&str], markers: &[Option<f64>]) -> FitProblem {
-    let (known, shapes) = observe(truth, markers);
-    let free = free.iter().map(|name| parse(start, name)).collect();
-    FitProblem { scene: start.clone(), free, known, shapes, noise: None }
+fn job(start: &Scene, truth: &Scene, free: &[&str], markers: &[Option<f64>]) -> FitJob {
+    FitJob::new(start.clone(), observe(truth, markers)).free(free).expect("parameters")
 }
 
-fn solve(problem: &FitProblem) -> Fit {
-    let fit = fit(problem, &mut cpu).expect("a fit");
+fn solve(job: &FitJob) -> Fit {
+    let fit = job.run_on(&mut cpu).expect("a fit");
     assert!(fit.converged, "{fit:?}");
     fit
 }
@@ -83,7 +82,7 @@ fn markers() -> Vec<Option<f64>> {
 #[test]
 fn known_rest_curvature_comes_back() {
     for markers in [markers(), vec![None]] {
-        let fit = solve(&problem(&p6(), &curved(), &CURVATURES, &markers));
+        let fit = solve(&job(&p6(), &curved(), &CURVATURES, &markers));
         for (fitted, truth) in fit.parameters.iter().zip(TRUE_CURVATURES) {
             assert!((fitted.value - truth).abs() < 1e-8 * truth.abs(), "{fitted:?}, made with {truth}");
         }
@@ -118,7 +117,7 @@ fn curvature_nodes_and_stiffness_come_back_together() {
         "proximal.rest_curvature.node_2.y",
         "proximal.youngs_modulus+distal.youngs_modulus",
     ];
-    let fit = solve(&problem(&start, &truth, &free, &markers()));
+    let fit = solve(&job(&start, &truth, &free, &markers()));
     for (fitted, truth) in fit.parameters.iter().zip([1.5, -0.4, -0.7, 0.9, 4.4e6f64]) {
         assert!((fitted.value - truth).abs() < 1e-8 * truth.abs(), "{fitted:?}, made with {truth}");
     }
@@ -135,17 +134,18 @@ fn normal(random: &mut Random) -> f64 {
 #[test]
 fn intervals_cover_the_truth_as_often_as_they_say() {
     const FITS: usize = 1000;
-    let clean = problem(&p6(), &curved(), &CURVATURES, &markers());
+    let clean = observe(&curved(), &markers());
     for known in [true, false] {
         let covered: Vec<[bool; 4]> = (0..FITS)
             .into_par_iter()
             .map(|k| {
                 let mut random = Random(7919 * (k as u64 + 1));
-                let mut noisy = FitProblem { noise: known.then_some(NOISE), ..clean.clone() };
+                let mut noisy = clean.clone();
                 for point in noisy.shapes.iter_mut().flat_map(|shape| &mut shape.points) {
                     point.position.iter_mut().for_each(|x| *x += NOISE * normal(&mut random));
                 }
-                let fit = solve(&noisy);
+                let job = FitJob::new(p6(), noisy).free(&CURVATURES).expect("parameters");
+                let fit = solve(&if known { job.noise(NOISE) } else { job });
                 std::array::from_fn(|k| {
                     let [low, high] = fit.parameters[k].interval;
                     low <= TRUE_CURVATURES[k] && TRUE_CURVATURES[k] <= high
@@ -171,7 +171,7 @@ fn a_ridge_is_named_and_only_where_it_is() {
     // Without gravity only ratios of stiffness and dipole show.
     let mut weightless = curved();
     weightless.loads.gravity = None;
-    let fit = solve(&problem(&weightless, &weightless, &MODULI, &markers()));
+    let fit = solve(&job(&weightless, &weightless, &MODULI, &markers()));
     let [finding] = &fit.findings[..] else { panic!("{:?}", fit.findings) };
     assert!(MODULI.iter().all(|name| finding.contains(name)) && finding.contains("scale together"), "{finding}");
     assert_eq!(fit.directions.last().map(|direction| direction.strength), Some(Strength::Ridge));
@@ -179,18 +179,17 @@ fn a_ridge_is_named_and_only_where_it_is() {
 
     // From elsewhere on the ridge the ratios are found, the scale stays where it was.
     let softer = with(&weightless, &[("proximal.youngs_modulus", 4e6), ("distal.youngs_modulus", 4e6)]);
-    let fit = solve(&problem(&softer, &weightless, &MODULI, &markers()));
+    let fit = solve(&job(&softer, &weightless, &MODULI, &markers()));
     let ratio = |k: usize| fit.parameters[k].value / MODULI_TRUE[k];
     assert!((ratio(0) / ratio(1) - 1.0).abs() < 1e-6 && (ratio(1) / ratio(2) - 1.0).abs() < 1e-6, "{fit:?}");
     assert!((0.5..2.0).contains(&ratio(0)), "{}", ratio(0));
 
     // Gravity sets the scale.
-    let fit = solve(&problem(&curved(), &curved(), &MODULI, &markers()));
+    let fit = solve(&job(&curved(), &curved(), &MODULI, &markers()));
     assert!(fit.directions.iter().all(|direction| direction.strength != Strength::Ridge), "{:?}", fit.directions);
     assert!(fit.parameters.iter().all(|fitted| fitted.deviation.is_finite()));
     // ... but weakly: noise hides it, and that is said.
-    let noisy = FitProblem { noise: Some(NOISE), ..problem(&curved(), &curved(), &MODULI, &markers()) };
-    let fit = solve(&noisy);
+    let fit = solve(&job(&curved(), &curved(), &MODULI, &markers()).noise(NOISE));
     assert_eq!(fit.directions.last().map(|direction| direction.strength), Some(Strength::Weak));
     assert!(fit.findings.iter().any(|finding| finding.contains("told apart badly")), "{:?}", fit.findings);
 }
@@ -204,7 +203,7 @@ fn a_number_without_effect_is_named() {
     free.push("distal.shear_modulus");
     let mut weightless = curved();
     weightless.loads.gravity = None;
-    let fit = solve(&problem(&weightless, &weightless, &free, &markers()));
+    let fit = solve(&job(&weightless, &weightless, &free, &markers()));
     assert!(fit.findings.iter().any(|finding| finding.contains("distal.shear_modulus changes nothing")), "{fit:?}");
     assert!(fit.parameters[4].deviation.is_infinite());
     assert!(fit.parameters[..4].iter().all(|fitted| fitted.deviation.is_finite()), "{:?}", fit.parameters);
@@ -212,9 +211,14 @@ fn a_number_without_effect_is_named() {
 
 #[test]
 fn a_fit_without_sense_is_refused() {
-    let mut few = problem(&p6(), &curved(), &CURVATURES, &[None]);
+    let mut few = observe(&curved(), &[None]);
     few.shapes.truncate(1);
-    assert!(matches!(fit(&few, &mut cpu), Err(FitError::TooFew { observations: 3, parameters: 4 })));
-    let joined = problem(&p6(), &curved(), &["proximal.rest_curvature.x+distal.rest_curvature.x"], &[None]);
-    assert!(matches!(fit(&joined, &mut cpu), Err(FitError::Zero(_))));
+    let few = FitJob::new(p6(), few).free(&CURVATURES).expect("parameters");
+    assert!(matches!(few.run_on(&mut cpu), Err(FitError::TooFew { observations: 3, parameters: 4 })));
+    let joined = job(&p6(), &curved(), &["proximal.rest_curvature.x+distal.rest_curvature.x"], &[None]);
+    assert!(matches!(joined.run_on(&mut cpu), Err(FitError::Zero(_))));
+    let known = job(&p6(), &curved(), &["coil.current.x"], &[None]);
+    assert!(matches!(known.run(), Err(FitError::FreeAndKnown(_))));
+    let again = FitJob::new(p6(), observe(&curved(), &[None])).free(&["coil.turns", "coil.turns.x"]);
+    assert!(matches!(again, Err(FitError::NamedTwice(_))));
 }

@@ -4,9 +4,10 @@ mod common;
 
 use common::control::cpu;
 use common::random::Random;
+use rodsweep::input::read_scene;
 use rodsweep::model::{Parameter, Scene, Stepper, Vector};
-use rodsweep::study::{Control, ControlInput, ControlOptions, Controlled, Outcome, Target, TargetOptions, play};
-use rodsweep::sweep::read_scene;
+use rodsweep::spec::{ControlInput, Target};
+use rodsweep::study::{ControlOptions, Controller, Outcome, TargetOptions, TargetResult, play};
 use std::path::Path;
 
 const LIMIT: f64 = 0.3;
@@ -19,11 +20,11 @@ fn currents(scene: &Scene) -> Vec<Parameter> {
     Parameter::parse(scene, "coil.current").expect("currents")
 }
 
-fn reach(scene: &Scene, coordinates: [bool; 3], targets: &[Target], options: &TargetOptions) -> Vec<Controlled> {
-    let input = |parameter| ControlInput { parameter, low: -LIMIT, high: LIMIT };
+fn reach(scene: &Scene, coordinates: [bool; 3], targets: &[Target], options: &TargetOptions) -> Vec<TargetResult> {
+    let input = |parameter| ControlInput::within(parameter, LIMIT);
     let inputs: Vec<ControlInput> = currents(scene).into_iter().map(input).collect();
-    let control = ControlOptions { coordinates, ..ControlOptions::default() };
-    let control = Control::new(scene, &inputs, control, Stepper::Dop853, &mut cpu).expect("a controller");
+    let control = ControlOptions::default().with_coordinates(coordinates);
+    let control = Controller::new(scene, &inputs, control, Stepper::Dop853, &mut cpu).expect("a controller");
     let mut control = control.for_targets(&mut cpu).expect("a controller");
     control.reach(targets, options, &mut |_| {}).expect("points")
 }
@@ -34,7 +35,7 @@ fn near_the_axis(scene: &Scene) -> Vec<Target> {
     let commands: Vec<Vec<f64>> = (0..20_000).map(|_| random.vector(LIMIT).to_vec()).collect();
     let tips = play(scene, &currents(scene), &commands, &mut cpu).expect("tips");
     let near = |tip: &Vector| tip[0].hypot(tip[1]) < 8e-3;
-    tips.into_iter().flatten().filter(near).map(|position| Target { position, tangent: None }).collect()
+    tips.into_iter().flatten().filter(near).map(Target::at).collect()
 }
 
 /// Tips of permitted currents where J has one large and one weak direction, of a twenty-thousandth: what is missing is
@@ -47,7 +48,7 @@ const WEAK: [Vector; 3] = [
 
 #[test]
 fn a_weak_direction_is_followed() {
-    let targets = WEAK.map(|position| Target { position, tangent: None });
+    let targets = WEAK.map(Target::at);
     for point in reach(&scene("p6.toml"), [true; 3], &targets, &TargetOptions::default()) {
         assert!(point.outcome == Outcome::Reached && point.iterations < 300, "{point:?}");
     }
@@ -58,7 +59,7 @@ const NEAR_A_FOLD: Vector = [-0.03693269796929339, 0.06375451929617514, 0.030298
 
 #[test]
 fn a_target_near_a_fold_is_reached() {
-    let targets = [Target { position: NEAR_A_FOLD, tangent: None }];
+    let targets = [Target::at(NEAR_A_FOLD)];
     for point in reach(&scene("p6.toml"), [true; 3], &targets, &TargetOptions::default()) {
         assert!(point.outcome == Outcome::Reached && point.from_rest, "{point:?}");
     }
@@ -70,9 +71,9 @@ fn nearly_all_targets_near_the_axis_are_reached() {
     let targets = near_the_axis(&scene);
     assert!(targets.len() > 2000, "{}", targets.len());
     let missed = |further: usize| {
-        let options = TargetOptions { further, ..TargetOptions::default() };
+        let options = TargetOptions::default().with_further(further);
         let points = reach(&scene, [true; 3], &targets, &options);
-        let missed: Vec<Controlled> = points.into_iter().filter(|p| p.outcome != Outcome::Reached).collect();
+        let missed: Vec<TargetResult> = points.into_iter().filter(|p| p.outcome != Outcome::Reached).collect();
         assert!(missed.iter().all(|point| point.residual < 1e-3), "{missed:?}");
         missed.len()
     };

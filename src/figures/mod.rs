@@ -1,7 +1,21 @@
 //! Figures of results: what studies and runs have found, drawn with [`report`](crate::report).
+//!
+//! Drawings of a study take what it gives and are a [`Figure`](crate::report::Figure).
 
+mod centreline;
+mod control;
+mod experiment;
+mod fit;
+mod replay;
+mod rod_motion;
 mod run;
 mod shape;
+mod simulation;
 
+pub use control::draw_control;
+pub use experiment::ExperimentFigure;
+pub use fit::fit;
+pub use replay::replay;
 pub use run::{RunFigures, RunFiguresError};
 pub use shape::{NothingToDraw, rod_shape};
+pub use simulation::simulation;

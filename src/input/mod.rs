@@ -5,6 +5,7 @@
 mod assign;
 mod error;
 mod import;
+mod limits;
 mod number_table;
 mod scene_file;
 mod scene_text;
@@ -21,13 +22,12 @@ mod units;
 pub use assign::{AssignError, assign};
 pub use error::{InputError, Problem};
 pub use import::{Import, ImportKind, ImportOptions, import};
+pub use limits::{LimitsError, parse_limits};
 pub use scene_file::{parse_scene, read_scene, read_text, scene_notes};
 pub use scene_text::write_scene;
-pub use shape_file::{ShapeRows, read_shapes};
+pub use shape_file::read_shapes;
 pub use sweep_file::{BuiltIn, choice, one_of, parameters, sweep_of};
 pub use table_file::read_input_table;
 pub use tip_file::read_observed_tips;
-pub use trajectory_file::{
-    REDUNDANCIES, Trajectory, TrajectoryInput, TrajectoryPoint, parse_coordinates, parse_trajectory, read_trajectory,
-};
+pub use trajectory_file::{parse_coordinates, parse_trajectory, read_trajectory};
 pub use units::{Dimension, QuantityError, parse_quantity};

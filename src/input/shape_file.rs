@@ -3,20 +3,16 @@
 use super::error::{InputError, Problem};
 use super::number_table::{error, read_number_table};
 use super::units::Dimension;
-use crate::model::{Parameter, Scene, Vector};
+use crate::model::{Parameter, Scene};
+use crate::spec::{ObservedPoint, ObservedShape, ObservedShapes};
 use std::path::Path;
 
-/// Points of the rod that were seen while the known parameters had some values.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct ShapeRows {
-    /// Values of the known parameters, SI.
-    pub known: Vec<f64>,
-    /// Arc length from the base [m], none for the tip, and position [m].
-    pub points: Vec<(Option<f64>, Vector)>,
-}
-
 /// Reads shapes: rows that agree in every known parameter are one.
-pub fn read_shapes(file: &Path, scene: &Scene) -> Result<(Vec<Parameter>, Vec<ShapeRows>), InputError> {
+///
+/// # Errors
+///
+/// A file that cannot be read, or a mistake in it.
+pub fn read_shapes(file: &Path, scene: &Scene) -> Result<ObservedShapes, InputError> {
     let parameter = |name: &str| Parameter::parse(scene, name).ok().filter(|parsed| parsed.len() == 1).map(|p| p[0]);
     let unit = |name: &str| match name {
         "s" | "x" | "y" | "z" => Dimension::of("m"),
@@ -46,7 +42,7 @@ pub fn read_shapes(file: &Path, scene: &Scene) -> Result<(Vec<Parameter>, Vec<Sh
             Problem::Missing { remedy: "the table has no rows: give at least one".into() },
         ));
     }
-    let mut shapes: Vec<ShapeRows> = Vec::new();
+    let mut shapes: Vec<ObservedShape> = Vec::new();
     for row in 0..x.len() {
         let values: Vec<f64> = known.iter().map(|(_, values)| values[row]).collect();
         let position = [x[row], y[row], z[row]];
@@ -64,11 +60,11 @@ pub fn read_shapes(file: &Path, scene: &Scene) -> Result<(Vec<Parameter>, Vec<Sh
             let expected = format!("0 to {length} m, the length of the rod");
             return Err(error(file, None, "s", Problem::Range { value: format!("{s} in row {row}"), expected }));
         }
-        let point = (arc_length, position);
+        let point = ObservedPoint { arc_length, position };
         match shapes.iter_mut().find(|shape| shape.known == values) {
             Some(shape) => shape.points.push(point),
-            None => shapes.push(ShapeRows { known: values, points: vec![point] }),
+            None => shapes.push(ObservedShape { known: values, points: vec![point] }),
         }
     }
-    Ok((known.into_iter().map(|(parameter, _)| parameter).collect(), shapes))
+    Ok(ObservedShapes { known: known.into_iter().map(|(parameter, _)| parameter).collect(), shapes })
 }

@@ -3,13 +3,18 @@
 use super::error::{InputError, Problem};
 use super::number_table::{error, read_number_table};
 use super::units::Dimension;
-use crate::model::{Vector, closest};
+use crate::model::closest;
+use crate::spec::ObservedTip;
 use std::path::Path;
 
 const COLUMNS: [&str; 4] = ["point", "x", "y", "z"];
 
-/// Reads tips [m], each with the row of the commands, counted from 0; without a column `point` they follow the rows.
-pub fn read_observed_tips(file: &Path, command_count: usize) -> Result<Vec<(usize, Vector)>, InputError> {
+/// Reads tips, each with its row of `command_count` commands; without a column `point` they follow the rows.
+///
+/// # Errors
+///
+/// A file that cannot be read, or a mistake in it.
+pub fn read_observed_tips(file: &Path, command_count: usize) -> Result<Vec<ObservedTip>, InputError> {
     let dimension = |name: &str| if name == "point" { Dimension::NUMBER } else { Dimension::of("m") };
     let columns = read_number_table(file, &dimension, "")?;
     if let Some((name, _)) = columns.iter().find(|(name, _)| !COLUMNS.contains(&name.as_str())) {
@@ -43,7 +48,7 @@ pub fn read_observed_tips(file: &Path, command_count: usize) -> Result<Vec<(usiz
                 Problem::Range { value: format!("not finite in row {row}"), expected: "finite numbers".into() };
             return Err(error(file, None, "x", problem));
         }
-        Ok((point as usize, position))
+        Ok(ObservedTip { command: point as usize, position })
     };
     (0..x.len()).map(tip).collect()
 }

@@ -6,6 +6,7 @@ use super::scene_file::read_text;
 use super::toml::{Reader, Source};
 use super::units::Dimension;
 use crate::model::{Axis, Parameter, Scene, Vector, closest};
+use crate::spec::{ControlInput, Redundancy, Target, Trajectory};
 use std::f64::consts::TAU;
 use std::path::Path;
 
@@ -29,58 +30,29 @@ const INPUT_KEYS: [&str; 3] = ["parameter", "from", "to"];
 const SHAPES: [&str; 5] = ["circle", "lemniscate", "rectangle", "butterfly", "table"];
 const PLANES: [(&str, [usize; 2]); 6] =
     [("xy", [0, 1]), ("yz", [1, 2]), ("xz", [0, 2]), ("yx", [1, 0]), ("zy", [2, 1]), ("zx", [2, 0])];
-pub const REDUNDANCIES: [&str; 2] = ["least-change", "least-current"];
 const COLUMNS: [&str; 6] = ["x", "y", "z", "tx", "ty", "tz"];
 
-/// Where the tip should be [m], and along what unit vector its tangent should point.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct TrajectoryPoint {
-    pub position: Vector,
-    pub tangent: Option<Vector>,
-}
-
-/// A parameter that may be commanded, between limits (SI).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TrajectoryInput {
-    pub parameter: Parameter,
-    pub low: f64,
-    pub high: f64,
-}
-
-/// A trajectory and how it is to be followed; what the file leaves open is `None` or empty.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Trajectory {
-    pub name: String,
-    pub points: Vec<TrajectoryPoint>,
-    /// The way goes on from the last point to the first.
-    pub closed: bool,
-    /// Coordinates of the tip that are controlled.
-    pub coordinates: [bool; 3],
-    pub inputs: Vec<TrajectoryInput>,
-    /// Of the whole trajectory [s]
-    pub duration: Option<f64>,
-    /// [m]
-    pub tolerance: Option<f64>,
-    pub iterations: Option<usize>,
-    /// [m]
-    pub tangent_weight: Option<f64>,
-    /// One of [`REDUNDANCIES`].
-    pub redundancy: Option<&'static str>,
-}
-
-/// Reads a trajectory (TOML) or a table of points (CSV, Parquet).
+/// Reads a trajectory (TOML) or a table of targets (CSV, Parquet).
+///
+/// # Errors
+///
+/// A file that cannot be read, or a mistake in it.
 pub fn read_trajectory(file: &Path, scene: &Scene) -> Result<Trajectory, InputError> {
     let extension = file.extension().map(|extension| extension.to_string_lossy().to_lowercase());
     match extension.as_deref() {
         Some("csv" | "parquet") => {
-            let (points, coordinates) = read_points(file)?;
-            Ok(Trajectory { name: stem(file), points, coordinates, ..Trajectory::default() })
+            let (targets, coordinates) = read_targets(file)?;
+            Ok(Trajectory { coordinates, ..Trajectory::new(stem(file), targets) })
         }
         _ => parse_trajectory(file, &read_text(file)?, scene),
     }
 }
 
 /// Reads the text of a trajectory file; `file` is what errors name.
+///
+/// # Errors
+///
+/// A mistake in the text.
 pub fn parse_trajectory(file: &Path, text: &str, scene: &Scene) -> Result<Trajectory, InputError> {
     trajectory(file, &Source::parse(file, text)?.root(), scene)
 }
@@ -94,7 +66,7 @@ fn trajectory(file: &Path, reader: &Reader, scene: &Scene) -> Result<Trajectory,
     let shape =
         reader.string("shape")?.ok_or_else(|| reader.missing("shape", format!("use one of: {}", SHAPES.join(", "))))?;
     let shape = choice(reader, "shape", shape, &SHAPES)?;
-    let (mut points, mut coordinates) = if shape == "table" {
+    let (mut targets, mut coordinates) = if shape == "table" {
         for name in ["size", "plane", "centre", "points", "start"] {
             if reader.has(name) {
                 let remedy = format!("the table has its own points; drop `{name}`");
@@ -104,7 +76,7 @@ fn trajectory(file: &Path, reader: &Reader, scene: &Scene) -> Result<Trajectory,
         let table = reader
             .string("file")?
             .ok_or_else(|| reader.missing("file", "name a CSV or Parquet file with columns x, y, z"))?;
-        read_points(&file.parent().unwrap_or(Path::new("")).join(table))?
+        read_targets(&file.parent().unwrap_or(Path::new("")).join(table))?
     } else {
         if reader.has("file") {
             let remedy = "write shape = \"table\", or drop the file".into();
@@ -114,18 +86,16 @@ fn trajectory(file: &Path, reader: &Reader, scene: &Scene) -> Result<Trajectory,
     };
     if let Some(tangent) = reader.vector("tangent", "")? {
         let tangent = unit(tangent).ok_or_else(|| reader.error("tangent", no_direction()))?;
-        points.iter_mut().for_each(|point| point.tangent = Some(tangent));
+        targets.iter_mut().for_each(|target| target.tangent = Some(tangent));
     }
     if let Some(names) = reader.strings("coordinates")? {
         coordinates = parse_coordinates(&names).map_err(|problem| reader.error("coordinates", problem))?;
     }
     let mut trajectory = Trajectory {
-        name: reader.string("name")?.map_or_else(|| stem(file), str::to_owned),
-        points,
         closed: shape != "table",
         coordinates,
         duration: positive(reader, "duration", "s")?,
-        ..Trajectory::default()
+        ..Trajectory::new(reader.string("name")?.map_or_else(|| stem(file), str::to_owned), targets)
     };
     for block in reader.tables("input")? {
         input(&block, scene, &mut trajectory.inputs)?;
@@ -133,15 +103,17 @@ fn trajectory(file: &Path, reader: &Reader, scene: &Scene) -> Result<Trajectory,
     if let Some(control) = reader.table("control")? {
         control.check_keys(&CONTROL_KEYS)?;
         trajectory.tolerance = positive(&control, "tolerance", "m")?;
-        trajectory.iterations = control.count("iterations", 1)?.map(|count| count as usize);
+        trajectory.most_iterations = control.count("iterations", 1)?.map(|count| count as usize);
         trajectory.tangent_weight = positive(&control, "tangent_weight", "m")?;
-        let word = control.string("redundancy")?;
-        trajectory.redundancy = word.map(|word| choice(&control, "redundancy", word, &REDUNDANCIES)).transpose()?;
+        if let Some(word) = control.string("redundancy")? {
+            let word = choice(&control, "redundancy", word, &Redundancy::ALL.map(Redundancy::name))?;
+            trajectory.redundancy = Redundancy::ALL.into_iter().find(|redundancy| redundancy.name() == word);
+        }
     }
     Ok(trajectory)
 }
 
-fn input(block: &Reader, scene: &Scene, inputs: &mut Vec<TrajectoryInput>) -> Result<(), InputError> {
+fn input(block: &Reader, scene: &Scene, inputs: &mut Vec<ControlInput>) -> Result<(), InputError> {
     block.check_keys(&INPUT_KEYS)?;
     let name = block
         .string("parameter")?
@@ -165,7 +137,7 @@ fn input(block: &Reader, scene: &Scene, inputs: &mut Vec<TrajectoryInput>) -> Re
                 Problem::Conflict { with: parameter.name(scene), remedy: "it is an input already; drop one".into() };
             return Err(block.error("parameter", problem));
         }
-        inputs.push(TrajectoryInput { parameter, low, high });
+        inputs.push(ControlInput::new(parameter, low, high));
     }
     Ok(())
 }
@@ -187,7 +159,11 @@ fn choice(reader: &Reader, key: &str, word: &str, words: &[&'static str]) -> Res
     })
 }
 
-/// Which of x, y and z are meant.
+/// Which of x, y and z some names mean.
+///
+/// # Errors
+///
+/// A name that is none of them, or no name at all.
 pub fn parse_coordinates(names: &[&str]) -> Result<[bool; 3], Problem> {
     let mut coordinates = [false; 3];
     for name in names.iter().map(|name| name.trim()) {
@@ -212,7 +188,7 @@ fn unit(v: Vector) -> Option<Vector> {
 }
 
 /// Points of a curve, evenly by its parameter (a rectangle: by its length), anticlockwise in its plane.
-fn curve(reader: &Reader, shape: &str) -> Result<Vec<TrajectoryPoint>, InputError> {
+fn curve(reader: &Reader, shape: &str) -> Result<Vec<Target>, InputError> {
     let example = "such as \"10 mm\": radius, half the width, or [half width, half height]";
     let size = if reader.is_list("size") {
         reader.pair("size", "m")?
@@ -238,7 +214,7 @@ fn curve(reader: &Reader, shape: &str) -> Result<Vec<TrajectoryPoint>, InputErro
         let mut position = centre;
         position[axes[0]] += a * x;
         position[axes[1]] += b * y;
-        TrajectoryPoint { position, tangent: None }
+        Target::at(position)
     };
     Ok((0..count).map(place).collect())
 }
@@ -271,8 +247,8 @@ fn on_curve(shape: &str, share: f64, aspect: f64) -> [f64; 2] {
     }
 }
 
-/// Points of a table, and which coordinates it has.
-fn read_points(file: &Path) -> Result<(Vec<TrajectoryPoint>, [bool; 3]), InputError> {
+/// Targets of a table, and which coordinates it has.
+fn read_targets(file: &Path) -> Result<(Vec<Target>, [bool; 3]), InputError> {
     let dimension = |name: &str| Dimension::of(if matches!(name, "x" | "y" | "z") { "m" } else { "" });
     let columns = read_number_table(file, &dimension, "")?;
     for (name, _) in columns.iter().filter(|(name, _)| name != "point" && name != "sample") {
@@ -295,7 +271,7 @@ fn read_points(file: &Path) -> Result<(Vec<TrajectoryPoint>, [bool; 3]), InputEr
         let remedy = "a tangent takes all of tx, ty, tz".into();
         return Err(error(file, None, "tx", Problem::Missing { remedy }));
     }
-    let mut points = Vec::with_capacity(row_count);
+    let mut targets = Vec::with_capacity(row_count);
     for row in 0..row_count {
         let at = |columns: [Option<&Vec<f64>>; 3]| columns.map(|column| column.map_or(0.0, |values| values[row]));
         let (position, direction) = (at(position), at(tangent));
@@ -308,7 +284,7 @@ fn read_points(file: &Path) -> Result<(Vec<TrajectoryPoint>, [bool; 3]), InputEr
             Some(_) => Some(unit(direction).ok_or_else(|| error(file, None, "tx", no_direction()))?),
             None => None,
         };
-        points.push(TrajectoryPoint { position, tangent });
+        targets.push(Target { position, tangent });
     }
-    Ok((points, coordinates))
+    Ok((targets, coordinates))
 }

@@ -5,7 +5,9 @@ use nalgebra::{Matrix3, Vector3};
 
 /// Root mean squares of the distances between pairs of points [m].
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Agreement {
+    /// As they are.
     pub rmse: f64,
     /// Mean of first less second.
     pub offset: Vector,

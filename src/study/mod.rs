@@ -1,20 +1,28 @@
-//! Questions that take more than one solution a sample: plain data in, plain data out, engines through the trait.
+//! Questions that users ask: one scene, control, fits, simulated experiments, replays.
+//!
+//! A job is built, run, and gives plain data: numbers, a table, JSON. [`figures`](crate::figures) draws it.
 
 mod agreement;
+mod columns;
 mod control;
+mod experiment;
+mod experiment_text;
 mod fit;
+mod replay;
 mod shape;
 mod simulate;
 mod solve;
 
 pub use agreement::{Agreement, agreement};
 pub use control::{
-    Control, ControlError, ControlInput, ControlOptions, Controlled, MOST_INPUTS, Outcome, Redundancy, Target,
-    TargetOptions,
+    CURRENT_LIMIT, ControlError, ControlEvent, ControlJob, ControlOptions, ControlRun, ControlSummary, Controller,
+    MOST_INPUTS, Outcome, TargetOptions, TargetResult,
 };
-pub use fit::{Direction, Fit, FitError, FitProblem, Fitted, ObservedPoint, ObservedShape, Strength, fit};
+pub use experiment::{Experiment, ExperimentRun, MEASURED, Measured, PlayedTrajectory};
+pub use fit::{Direction, Fit, FitError, FitJob, FittedParameter, Strength};
+pub use replay::{Replay, ReplayComparison};
 pub use shape::{Shape, evenly_spaced};
-pub use simulate::{Imperfection, Played, Simulation, play, simulate};
+pub use simulate::{CommandedPath, Imperfection, Simulation, TRIALS, play, simulate};
 pub use solve::{
     AllBranches, Explanation, FoundBranch, Jacobian, PlannedPass, PlannedPiece, Rows, Solve, SolveError, Solved,
 };

@@ -3,14 +3,23 @@
 
 use super::MakeEngine;
 use super::agreement::squares_after_alignment;
-use super::control::ControlError;
+use super::columns::Columns;
+use super::{ControlError, ControlRun};
+use crate::engines::cpu_f64;
 use crate::model::{Axis, Parameter, Plan, PlanOptions, Quantity, Scene, SegmentKind, SegmentParameter, Vector};
+use crate::results::{ResultsError, write_table};
+use crate::table::Table;
 use nalgebra::Vector3;
+use serde_json::{Value, json};
+use std::path::Path;
 
+/// Trials with one catheter, as in the paper.
+pub const TRIALS: usize = 10;
 const STEPS: usize = 16;
 
 /// How the played catheter differs from the modelled one: standard deviations.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Imperfection {
     /// Of rest curvature about x and y, each segment on its own [1/m].
     pub rest_curvature: f64,
@@ -30,44 +39,127 @@ impl Default for Imperfection {
     }
 }
 
+impl Imperfection {
+    /// A catheter as the model has it, seen without noise.
+    pub const NONE: Imperfection =
+        Imperfection { rest_curvature: 0.0, stiffness: 0.0, winding: 0.0, drift: 0.0, noise: 0.0 };
+
+    /// In words that go on after "a catheter" or "catheters".
+    pub fn in_words(&self) -> String {
+        let Imperfection { rest_curvature, stiffness, winding, drift, noise } = self;
+        format!(
+            "whose rest curvature is off by {rest_curvature} 1/m, stiffness by {:.0} %, turns by {:.0} % (standard \
+             deviations), drifting by {drift} 1/m a trial, seen with {:.1} mm of noise",
+            100.0 * stiffness,
+            100.0 * winding,
+            1e3 * noise
+        )
+    }
+}
+
 /// What trials with one catheter gave.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Simulation {
+    /// By how much such catheters differ.
+    pub imperfection: Imperfection,
+    /// What makes this one of them.
+    pub seed: u64,
     /// Observed tips by trial and command [m]; `None` where the catheter has no stable equilibrium from rest.
     pub trials: Vec<Vec<Option<Vector>>>,
     /// Over the trials, by command [m].
     pub mean: Vec<Option<Vector>>,
     /// Root mean square distance from the desired positions [m].
     pub rmse: f64,
-    /// The same after the best rotation and translation of each trial (Kabsch).
+    /// The same after the best rotation and translation of each trial (Kabsch) [m].
     pub aligned_rmse: f64,
-    /// Root mean square distance of a trial's tip from the mean over the trials.
+    /// Root mean square distance of a trial's tip from the mean over the trials [m].
     pub repeatability: f64,
-    /// Commands without a stable equilibrium.
+    /// Commands without a stable equilibrium, over all trials.
     pub lost: usize,
 }
 
-/// What is played.
+impl Simulation {
+    /// One row a trial and command: `trial`, `point`, `tip.position.*`; no position where the tip is lost.
+    pub fn table(&self) -> Table {
+        let rows = || (0..self.trials.len()).flat_map(|trial| (0..self.trials[trial].len()).map(move |k| (trial, k)));
+        let tips: Vec<Vector> = rows().map(|(trial, k)| self.trials[trial][k].unwrap_or([f64::NAN; 3])).collect();
+        let mut columns = Columns::default();
+        columns.counts("trial", rows().map(|(trial, _)| trial as u64));
+        columns.counts("point", rows().map(|(_, k)| k as u64));
+        columns.vectors("tip.position", "m", &tips);
+        columns.finish()
+    }
+
+    /// Writes the table; CSV unless the name ends in `.parquet`. What is there is replaced.
+    ///
+    /// # Errors
+    ///
+    /// A file that cannot be written.
+    pub fn write(&self, path: &Path) -> Result<(), ResultsError> {
+        write_table(path, &self.table(), &[])
+    }
+
+    /// The numbers as JSON, SI.
+    pub fn to_json(&self) -> Value {
+        let Imperfection { rest_curvature, stiffness, winding, drift, noise } = self.imperfection;
+        json!({
+            "trials": self.trials.len(),
+            "seed": self.seed,
+            "rmse": self.rmse,
+            "aligned_rmse": self.aligned_rmse,
+            "repeatability": self.repeatability,
+            "lost": self.lost,
+            "imperfection": {
+                "rest_curvature": rest_curvature, "stiffness": stiffness, "winding": winding, "drift": drift,
+                "noise": noise,
+            },
+        })
+    }
+}
+
+impl ControlRun {
+    /// Plays the computed inputs several times on a catheter that a seed makes of the scene; on the CPU in f64.
+    ///
+    /// # Errors
+    ///
+    /// A scene that makes no plan, or an engine that fails.
+    pub fn simulate(&self, imperfection: &Imperfection, trials: usize, seed: u64) -> Result<Simulation, ControlError> {
+        let parameters: Vec<Parameter> = self.inputs().iter().map(|input| input.parameter).collect();
+        let commands: Vec<Vec<f64>> = self.results().iter().map(|result| result.inputs.clone()).collect();
+        let desired: Vec<Vector> = self.results().iter().map(|result| self.desired_tip(result)).collect();
+        let path =
+            CommandedPath { scene: self.scene(), parameters: &parameters, commands: &commands, desired: &desired };
+        simulate(&path, imperfection, trials, seed, &mut |plan| cpu_f64(plan))
+    }
+}
+
+/// Commands, and what they are for.
 #[derive(Clone, Copy, Debug)]
-pub struct Played<'a> {
+pub struct CommandedPath<'a> {
     /// The catheter that the commands were computed for.
     pub scene: &'a Scene,
+    /// What is commanded.
     pub parameters: &'a [Parameter],
-    /// Values of the parameters, SI, by command.
+    /// Values of the parameters by command, SI.
     pub commands: &'a [Vec<f64>],
-    /// Where the tip should be at each command [m].
+    /// Where the tip should be at each command, world frame [m].
     pub desired: &'a [Vector],
 }
 
 /// Plays commands several times on a catheter that a seed makes of the scene.
+///
+/// # Errors
+///
+/// A scene that makes no plan, or an engine that fails.
 pub fn simulate(
-    played: &Played,
+    path: &CommandedPath,
     imperfection: &Imperfection,
     trials: usize,
     seed: u64,
     make: &mut MakeEngine,
 ) -> Result<Simulation, ControlError> {
-    let Played { scene, parameters, commands, desired } = *played;
+    let CommandedPath { scene, parameters, commands, desired } = *path;
     let mut random = Random(seed);
     let mut truth = scene.clone();
     disturb(&mut truth, imperfection, &mut random);
@@ -82,10 +174,15 @@ pub fn simulate(
         };
         observed.push(play(&truth, parameters, commands, make)?.into_iter().map(see).collect::<Vec<_>>());
     }
-    Ok(evaluate(observed, desired))
+    Ok(Simulation { imperfection: *imperfection, seed, ..evaluate(observed, desired) })
 }
 
-/// Tips that commands lead to from rest [m]; `None` where that is no stable equilibrium.
+/// Tips that commands lead to from rest [m]; `None` where that is no stable equilibrium. `commands` holds the values of
+/// the parameters, SI.
+///
+/// # Errors
+///
+/// A scene that makes no plan, or an engine that fails.
 pub fn play(
     scene: &Scene,
     parameters: &[Parameter],
@@ -120,6 +217,8 @@ fn evaluate(trials: Vec<Vec<Option<Vector>>>, desired: &[Vector]) -> Simulation 
     }
     let root = |sum: f64, count: usize| if count > 0 { (sum / count as f64).sqrt() } else { f64::NAN };
     Simulation {
+        imperfection: Imperfection::NONE,
+        seed: 0,
         rmse: root(squares, count),
         aligned_rmse: root(aligned, count),
         repeatability: root(spread, spread_count),

@@ -4,7 +4,7 @@ use rodsweep::backend::{Backend, BackendError, Precision};
 use rodsweep::input::read_scene;
 use rodsweep::lanes::Lanes;
 use rodsweep::model::{Parameter, Plan, Scene};
-use rodsweep::study::{ControlInput, Target};
+use rodsweep::spec::{ControlInput, Target};
 use std::path::Path;
 
 pub fn root() -> &'static Path {
@@ -18,7 +18,7 @@ pub fn p6() -> Scene {
 pub fn inputs(scene: &Scene, limits: &[(&str, f64, f64)]) -> Vec<ControlInput> {
     let of = |(name, low, high): &(&str, f64, f64)| -> Vec<ControlInput> {
         let parameters = Parameter::parse(scene, name).expect("parameters");
-        parameters.into_iter().map(|parameter| ControlInput { parameter, low: *low, high: *high }).collect()
+        parameters.into_iter().map(|parameter| ControlInput::new(parameter, *low, *high)).collect()
     };
     limits.iter().flat_map(of).collect()
 }
@@ -29,7 +29,7 @@ pub fn cpu(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
 }
 
 pub fn positions(positions: impl IntoIterator<Item = [f64; 3]>) -> Vec<Target> {
-    positions.into_iter().map(|position| Target { position, tangent: None }).collect()
+    positions.into_iter().map(Target::at).collect()
 }
 
 pub fn circle(centre: [f64; 3], radius: f64, count: usize) -> Vec<Target> {

@@ -3,6 +3,7 @@
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use rodsweep::backend::{BackendKind, Precision};
 use rodsweep::engines::EngineRequest;
+use rodsweep::input::{Dimension, parse_quantity};
 use std::path::PathBuf;
 
 /// Batched parameter sweeps of magnetic catheters and other rod-like continuum robots.
@@ -252,6 +253,13 @@ fn some(text: &str) -> Result<usize, String> {
         Ok(number @ 1..=MOST) => Ok(number),
         _ => Err(format!("give a number from 1 to {MOST}")),
     }
+}
+
+/// A length [m] that an argument must give; `example` is one.
+pub fn positive_length(flag: &str, text: &str, example: &str) -> Result<f64, String> {
+    let wrong = |why: String| format!("`{flag} {text}`: {why}");
+    let length = parse_quantity(text, Dimension::of("m")).map_err(|error| wrong(error.to_string()))?;
+    if length > 0.0 { Ok(length) } else { Err(wrong(format!("give a positive length, such as \"{example}\""))) }
 }
 
 #[derive(Debug, Args)]

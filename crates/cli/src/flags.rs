@@ -3,7 +3,7 @@
 use super::CommandError;
 use rodsweep::backend::{BackendError, BackendKind};
 use rodsweep::results::ResultsError;
-use rodsweep::study::SolveError;
+use rodsweep::study::{ControlError, FitError, SolveError};
 use rodsweep::sweep::SweepError;
 
 /// What went wrong with one scene.
@@ -16,6 +16,30 @@ pub fn of_solve(error: SolveError) -> CommandError {
         SolveError::Plan(error) => error.into(),
         SolveError::Backend(error) => error.into(),
         error => CommandError::Usage(format!("`--shape`: {error}")),
+    }
+}
+
+/// What went wrong with control, with the flag that helps.
+impl From<ControlError> for CommandError {
+    fn from(error: ControlError) -> CommandError {
+        match error {
+            ControlError::Backend(error) => error.into(),
+            ControlError::NoInputs => CommandError::Usage(format!("{error} with `--input NAME=LOW..HIGH`")),
+            error => CommandError::Control(error),
+        }
+    }
+}
+
+/// What went wrong with a fit, with the flag that helps.
+impl From<FitError> for CommandError {
+    fn from(error: FitError) -> CommandError {
+        match error {
+            FitError::Backend(error) => error.into(),
+            FitError::Parameter(_) | FitError::NamedTwice(_) | FitError::FreeAndKnown(_) => {
+                CommandError::Usage(format!("`--free`: {error}"))
+            }
+            error => CommandError::Fit(error),
+        }
     }
 }
 

@@ -2,7 +2,8 @@
 
 use super::args::ImportArguments;
 use super::{CommandError, Exit, say};
-use rodsweep::sweep::{self, ImportKind, ImportOptions, SweepError};
+use rodsweep::input::{self, ImportKind, ImportOptions};
+use rodsweep::results::ResultsError;
 use std::fs::OpenOptions;
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
@@ -13,7 +14,7 @@ pub fn import(arguments: &ImportArguments) -> Result<Exit, CommandError> {
         coils: arguments.coil.clone(),
         negate_axial: arguments.negate_axial,
     };
-    let import = sweep::import(&arguments.file, &options)?;
+    let import = input::import(&arguments.file, &options)?;
     check_options(arguments, import.kind)?;
     let out = arguments.out.clone().unwrap_or_else(|| default_file(&arguments.file, import.kind));
     write(&arguments.file, &out, arguments.force, &import.text)?;
@@ -66,6 +67,6 @@ fn write(file: &Path, out: &Path, force: bool, text: &str) -> Result<(), Command
             "{} is already there: overwrite it with `--force`, or choose another name with `--out`",
             out.display()
         )),
-        _ => SweepError::Io { path: out.into(), action: "writing", reason: error.to_string() }.into(),
+        _ => ResultsError::Io { path: out.into(), action: "writing", reason: error.to_string() }.into(),
     })
 }

@@ -14,7 +14,6 @@ mod flags;
 mod import;
 mod progress;
 mod replay;
-mod rod_motion;
 mod run;
 mod simulate;
 mod solve;
@@ -63,9 +62,9 @@ pub enum CommandError {
     #[error(transparent)]
     Report(#[from] ReportError),
     #[error(transparent)]
-    Control(#[from] ControlError),
+    Control(ControlError),
     #[error(transparent)]
-    Fit(#[from] FitError),
+    Fit(FitError),
     #[error("{0}")]
     Usage(String),
     #[error("cannot write to the standard output: {0}")]
@@ -78,13 +77,11 @@ impl CommandError {
             CommandError::Input(_) | CommandError::Assign(_) | CommandError::Plan(_) | CommandError::Usage(_) => {
                 Exit::Usage
             }
-            CommandError::Fit(FitError::Backend(_) | FitError::Failed(_)) => Exit::Failed,
-            CommandError::Fit(_) => Exit::Usage,
+            CommandError::Fit(FitError::Failed(_)) => Exit::Failed,
+            CommandError::Fit(_) | CommandError::Control(_) => Exit::Usage,
             CommandError::Sweep(error) if error.is_usage() => Exit::Usage,
             CommandError::Results(error) if error.is_usage() => Exit::Usage,
             CommandError::Backend(BackendError::Unsupported { .. }) => Exit::Usage,
-            CommandError::Control(ControlError::Backend(BackendError::Unsupported { .. })) => Exit::Usage,
-            CommandError::Control(error) if !matches!(error, ControlError::Backend(_)) => Exit::Usage,
             CommandError::RunFigures(RunFiguresError::Colour { .. }) => Exit::Usage,
             CommandError::Report(ReportError::Extension { .. }) => Exit::Usage,
             _ => Exit::Failed,

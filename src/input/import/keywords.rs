@@ -49,7 +49,7 @@ pub(crate) fn number(text: &str) -> Option<f64> {
 
 impl<'a> KeywordFile<'a> {
     /// Refuses keywords that are unknown or stand twice.
-    pub fn parse(file: &'a Path, text: &'a str, known: &[&'static str]) -> Result<KeywordFile<'a>, InputError> {
+    pub(crate) fn parse(file: &'a Path, text: &'a str, known: &[&'static str]) -> Result<KeywordFile<'a>, InputError> {
         let mut found = KeywordFile { file, lines: Vec::new(), comments: Vec::new() };
         for (index, line) in text.lines().enumerate() {
             let (words, comment) = line.split_once('#').unwrap_or((line, ""));
@@ -78,17 +78,17 @@ impl<'a> KeywordFile<'a> {
         Ok(found)
     }
 
-    pub fn line(&self, keyword: &str) -> Option<&Line<'a>> {
+    pub(crate) fn line(&self, keyword: &str) -> Option<&Line<'a>> {
         self.lines.iter().find(|line| line.keyword == keyword)
     }
 
-    pub fn error(&self, keyword: &str, problem: Problem) -> InputError {
+    pub(crate) fn error(&self, keyword: &str, problem: Problem) -> InputError {
         let line = self.line(keyword).map(|line| line.number);
         InputError { file: self.file.into(), line, key: keyword.into(), problem: problem.into() }
     }
 
     /// Exactly `count` numbers; `meaning` says which, for messages.
-    pub fn numbers(&self, keyword: &Keyword, count: usize, meaning: &str) -> Result<Vec<Number<'a>>, InputError> {
+    pub(crate) fn numbers(&self, keyword: &Keyword, count: usize, meaning: &str) -> Result<Vec<Number<'a>>, InputError> {
         let Keyword { name, unit, bound } = *keyword;
         let expected = if unit.is_empty() { "number".to_owned() } else { format!("number [{unit}]") };
         let list = format!("{count} {}, {meaning}", expected.replace("number", "numbers"));

@@ -23,16 +23,22 @@ pub struct ImportOptions {
     pub negate_axial: bool,
 }
 
+/// What an imported file becomes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ImportKind {
+    /// A scene file, of a parameter file.
     Scene,
+    /// A table of currents, of a play file.
     Currents,
 }
 
 /// An imported file: the text to write and what to tell about it.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Import {
+    /// What the file becomes.
     pub kind: ImportKind,
+    /// TOML of a scene, or CSV of a table.
     pub text: String,
     /// What the file holds, in a few words.
     pub summary: String,
@@ -41,6 +47,10 @@ pub struct Import {
 }
 
 /// Imports a parameter file or a play file.
+///
+/// # Errors
+///
+/// A file that cannot be read, or a mistake in it.
 pub fn import(file: &Path, options: &ImportOptions) -> Result<Import, InputError> {
     let text = read_text(file)?;
     let text = text.strip_prefix('\u{feff}').unwrap_or(&text);

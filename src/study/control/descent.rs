@@ -4,8 +4,10 @@
 //! next, `judge` takes what came back. Inputs are scaled by half their range; the damping follows the gain.
 
 use super::least_squares::{Columns, Inputs, LEAST_DAMPING, NormalEquations, ROWS, dot, norm2};
-use super::{MOST_INPUTS, Outcome, Redundancy, Target, Task};
+use super::task::Task;
+use super::{MOST_INPUTS, Outcome};
 use crate::model::{Quantity, Solutions, Vector};
+use crate::spec::{Redundancy, Target};
 
 /// Damping over the mean eigenvalue of J Jᵀ: first, and where a search ends in vain. As long as much is missing
 /// (over the tip's travel), it is at least `LEAST_DAMPING`.
@@ -56,7 +58,7 @@ pub(super) fn is_near(task: &Task, m0: Vector, predicted: Vector, before: Vector
 
 impl State {
     /// Row `at` of a solution.
-    pub fn new(task: &Task, z: Inputs, solutions: &Solutions, at: usize) -> State {
+    pub(crate) fn new(task: &Task, z: Inputs, solutions: &Solutions, at: usize) -> State {
         let tangent = solutions.vector(at, Quantity::TipTangent);
         let mut rates = [[0.0; 9]; MOST_INPUTS];
         for (k, rates) in rates.iter_mut().enumerate().take(task.inputs.len()) {
@@ -78,7 +80,7 @@ impl State {
     }
 
     /// The base moment after a small change of the inputs, to first order [N·m].
-    pub fn moment_after(&self, change: &Inputs) -> Vector {
+    pub(crate) fn moment_after(&self, change: &Inputs) -> Vector {
         let mut m0 = self.m0;
         for (rates, dz) in self.rates.iter().zip(change) {
             (0..3).for_each(|a| m0[a] += rates[6 + a] * dz);
@@ -87,7 +89,7 @@ impl State {
     }
 
     /// What is missing to a target: controlled coordinates [m], tangent times its weight [m].
-    pub fn missing(&self, task: &Task, target: &Target) -> [f64; ROWS] {
+    pub(crate) fn missing(&self, task: &Task, target: &Target) -> [f64; ROWS] {
         let mut e = [0.0; ROWS];
         for a in 0..3 {
             if task.options.coordinates[a] {
@@ -101,7 +103,7 @@ impl State {
     }
 
     /// Derivatives of the controlled numbers by the scaled inputs.
-    pub fn jacobian(&self, task: &Task, target: &Target) -> Columns {
+    pub(crate) fn jacobian(&self, task: &Task, target: &Target) -> Columns {
         let mut columns = [[0.0; ROWS]; MOST_INPUTS];
         for (column, rates) in columns.iter_mut().zip(&self.rates) {
             for a in 0..3 {
@@ -134,7 +136,7 @@ pub(super) struct Descent {
 }
 
 impl Descent {
-    pub fn new(task: &Task, at: State, target: Target) -> Descent {
+    pub(crate) fn new(task: &Task, at: State, target: Target) -> Descent {
         let (trial, trial_m0) = (at.z, at.m0);
         let mut descent = Descent {
             at,
@@ -160,7 +162,7 @@ impl Descent {
     }
 
     /// The scaled inputs to solve for and the base moment to start from; `None` once the search has ended.
-    pub fn propose(&mut self, task: &Task) -> Option<(Inputs, Vector)> {
+    pub(crate) fn propose(&mut self, task: &Task) -> Option<(Inputs, Vector)> {
         if self.outcome.is_none() && self.iterations >= task.options.most_iterations {
             self.outcome = Some(Outcome::IterationLimit);
         }
@@ -194,7 +196,7 @@ impl Descent {
     }
 
     /// Takes the equilibrium at what was proposed; goes there if it is stable, where it should be, and nearer.
-    pub fn judge(&mut self, task: &Task, solutions: &Solutions, row: usize) {
+    pub(crate) fn judge(&mut self, task: &Task, solutions: &Solutions, row: usize) {
         self.iterations += 1;
         let before = norm2(&self.at.missing(task, &self.target));
         if solutions.status(row).is_success() {

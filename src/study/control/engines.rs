@@ -1,7 +1,8 @@
 //! The engines of a controller: from rest, and from given base moments at the resolutions that it may need.
 
 use super::least_squares::Inputs;
-use super::{Control, ControlError, Task};
+use super::task::Task;
+use super::{ControlError, Controller};
 use crate::backend::{Backend, BackendError, Precision};
 use crate::model::{Batch, Plan, PlanOptions, Quantity, Solutions, Stepper, Vector};
 use crate::study::MakeEngine;
@@ -23,7 +24,7 @@ pub(super) struct Search {
     single: Option<Box<dyn Backend>>,
 }
 
-impl Control {
+impl Controller {
     /// More steps, until those of the probes that are solved have small errors, or more steps do not help.
     pub(super) fn refine(&mut self, make: &mut MakeEngine) -> Result<(), ControlError> {
         let tolerance = self.fine_enough();
@@ -57,7 +58,15 @@ impl Control {
 
     /// Makes trajectories quick and thorough: an engine for single searches, where that for many leaves most of itself
     /// idle; engines of fewer steps, for rods that bend less than the limits permit; one of more, where points are missed.
-    pub fn for_trajectories(mut self, many: &mut MakeEngine, single: &mut MakeEngine) -> Result<Control, ControlError> {
+    ///
+    /// # Errors
+    ///
+    /// An engine that cannot be used.
+    pub fn for_trajectories(
+        mut self,
+        many: &mut MakeEngine,
+        single: &mut MakeEngine,
+    ) -> Result<Controller, ControlError> {
         let most = self.plan.options.steps;
         self.searches.clear();
         for steps in self.resolutions().filter(|steps| *steps <= most).chain(self.careful_steps()) {
@@ -68,7 +77,11 @@ impl Control {
     }
 
     /// Makes targets thorough: an engine of more steps, for those that are missed by little.
-    pub fn for_targets(mut self, make: &mut MakeEngine) -> Result<Control, ControlError> {
+    ///
+    /// # Errors
+    ///
+    /// An engine that cannot be used.
+    pub fn for_targets(mut self, make: &mut MakeEngine) -> Result<Controller, ControlError> {
         if let Some(steps) = self.careful_steps() {
             self.searches.push(self.search(steps, make, None)?);
         }

@@ -22,7 +22,7 @@ pub(super) struct NormalEquations<'a> {
 }
 
 impl<'a> NormalEquations<'a> {
-    pub fn new(columns: &'a Columns, free: &[bool; MOST_INPUTS]) -> Self {
+    pub(crate) fn new(columns: &'a Columns, free: &[bool; MOST_INPUTS]) -> Self {
         let mut square = [[0.0; ROWS]; ROWS];
         for (column, _) in columns.iter().zip(free).filter(|(_, free)| **free) {
             for (row, to) in square.iter_mut().enumerate() {
@@ -34,7 +34,7 @@ impl<'a> NormalEquations<'a> {
     }
 
     /// Jᵀ (J Jᵀ + damping · mean I)⁻¹ e: (34), (35).
-    pub fn step(&self, damping: f64, e: &[f64; ROWS]) -> Inputs {
+    pub(crate) fn step(&self, damping: f64, e: &[f64; ROWS]) -> Inputs {
         let mut damped = self.square;
         (0..ROWS).for_each(|row| damped[row][row] += damping * self.mean + f64::MIN_POSITIVE);
         let y = solve_symmetric(damped, *e);
@@ -42,7 +42,7 @@ impl<'a> NormalEquations<'a> {
     }
 
     /// What of a change of the free inputs the tip does not notice: twice, for what the damping lets through.
-    pub fn unnoticed(&self, mut change: Inputs) -> Inputs {
+    pub(crate) fn unnoticed(&self, mut change: Inputs) -> Inputs {
         for _ in 0..2 {
             let mut moved = [0.0; ROWS];
             for (column, dz) in self.columns.iter().zip(&change) {

@@ -3,8 +3,10 @@
 
 use super::descent::{Descent, State};
 use super::least_squares::norm2;
-use super::{Control, ControlError, Controlled, Outcome, Target, Task};
+use super::task::Task;
+use super::{ControlError, Controller, Outcome, TargetOptions, TargetResult};
 use crate::model::Solutions;
+use crate::spec::Target;
 use rayon::prelude::*;
 use std::sync::Arc;
 use std::time::Instant;
@@ -15,30 +17,18 @@ const FAR_APART: f64 = 1.0;
 /// Little, over the rod's length: so near to a target that can be reached a search may end where J is singular.
 const LITTLE: f64 = 0.01;
 
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TargetOptions {
-    /// Inputs whose tips are tabled.
-    pub table: usize,
-    /// Starts that are tried for one target.
-    pub attempts: usize,
-    /// Starts, farther apart, that are tried besides where little is missing.
-    pub further: usize,
-}
-
-impl Default for TargetOptions {
-    fn default() -> Self {
-        Self { table: 2048, attempts: 3, further: 6 }
-    }
-}
-
-impl Control {
+impl Controller {
     /// Inputs for each of many targets, whatever their order. `progress` hears how many have ended.
+    ///
+    /// # Errors
+    ///
+    /// No stable equilibrium within the limits, or an engine that fails.
     pub fn reach(
         &mut self,
         targets: &[Target],
         options: &TargetOptions,
         progress: &mut dyn FnMut(usize),
-    ) -> Result<Vec<Controlled>, ControlError> {
+    ) -> Result<Vec<TargetResult>, ControlError> {
         let begun = Instant::now();
         let table = self.table(options.table)?;
         let task = Arc::clone(&self.task);
@@ -58,7 +48,7 @@ impl Control {
         let mut results = self.results(&best)?;
         for attempt in 1..options.attempts + options.further {
             let wanting = |i: &usize| {
-                let Controlled { outcome, from_rest, residual, .. } = results[*i];
+                let TargetResult { outcome, from_rest, residual, .. } = results[*i];
                 match attempt < options.attempts {
                     true => outcome != Outcome::Reached || !from_rest,
                     false => outcome != Outcome::Reached && residual < little,
@@ -87,12 +77,12 @@ impl Control {
     }
 
     /// Goes on at the highest resolution where little is missing.
-    fn look_closely(&mut self, results: &mut [Controlled], little: f64) -> Result<(), ControlError> {
+    fn look_closely(&mut self, results: &mut [TargetResult], little: f64) -> Result<(), ControlError> {
         let wanting = |i: &usize| results[*i].outcome != Outcome::Reached && results[*i].residual < little;
         let left: Vec<usize> = (0..results.len()).filter(wanting).collect();
         let before = std::mem::replace(&mut self.resolution, self.searches.len() - 1);
         if before < self.resolution && !left.is_empty() {
-            let mut again: Vec<Controlled> = left.iter().map(|i| results[*i].clone()).collect();
+            let mut again: Vec<TargetResult> = left.iter().map(|i| results[*i].clone()).collect();
             self.finish(&mut again)?;
             for (i, again) in left.into_iter().zip(again) {
                 if better(&again, &results[i]) {
@@ -105,7 +95,11 @@ impl Control {
     }
 
     /// Goes on from results of another engine (f32) in this one's arithmetic.
-    pub fn finish(&mut self, results: &mut [Controlled]) -> Result<(), ControlError> {
+    ///
+    /// # Errors
+    ///
+    /// An engine that fails.
+    pub fn finish(&mut self, results: &mut [TargetResult]) -> Result<(), ControlError> {
         let begun = Instant::now();
         let task = Arc::clone(&self.task);
         let task = &*task;
@@ -135,7 +129,7 @@ impl Control {
         for (row, better) in found.into_iter().zip(finished) {
             let before = &results[row];
             let (iterations, seconds) = (before.iterations + 1 + better.iterations, before.seconds + seconds);
-            results[row] = Controlled { iterations, seconds, ..better };
+            results[row] = TargetResult { iterations, seconds, ..better };
         }
         Ok(())
     }
@@ -179,8 +173,8 @@ impl Control {
 
 /// Whether one result is to be preferred to another. The equilibrium from rest is the one that a catheter takes when it
 /// is switched on.
-fn better(one: &Controlled, other: &Controlled) -> bool {
-    let rank = |result: &Controlled| (result.outcome != Outcome::Reached, !result.from_rest);
+fn better(one: &TargetResult, other: &TargetResult) -> bool {
+    let rank = |result: &TargetResult| (result.outcome != Outcome::Reached, !result.from_rest);
     let is_nearer = rank(one).0 && one.residual < other.residual;
     rank(one) < rank(other) || rank(one) == rank(other) && is_nearer
 }

@@ -2,8 +2,9 @@
 
 use super::descent::{Descent, State};
 use super::window::{HISTORY, WINDOW};
-use super::{Control, ControlError, Controlled, Outcome, Redundancy, Target};
+use super::{ControlError, Controller, Outcome, TargetResult};
 use crate::model::Solutions;
+use crate::spec::{Redundancy, Target};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -13,20 +14,28 @@ struct Effort {
     seconds: Vec<f64>,
 }
 
-impl Control {
+impl Controller {
     /// Inputs for each target of a trajectory. The first is reached from rest.
     ///
     /// Points that follow from those before without doubt are solved together. It makes no difference to what is found.
-    pub fn follow(&mut self, targets: &[Target]) -> Result<Vec<Controlled>, ControlError> {
+    ///
+    /// # Errors
+    ///
+    /// No stable equilibrium to begin from, or an engine that fails.
+    pub fn follow(&mut self, targets: &[Target]) -> Result<Vec<TargetResult>, ControlError> {
         self.follow_by(targets, WINDOW)
     }
 
     /// The same, a point at a time: as a controller would that learns of each target when the last is reached.
-    pub fn follow_singly(&mut self, targets: &[Target]) -> Result<Vec<Controlled>, ControlError> {
+    ///
+    /// # Errors
+    ///
+    /// As [`Controller::follow`].
+    pub fn follow_singly(&mut self, targets: &[Target]) -> Result<Vec<TargetResult>, ControlError> {
         self.follow_by(targets, 1)
     }
 
-    fn follow_by(&mut self, targets: &[Target], most: usize) -> Result<Vec<Controlled>, ControlError> {
+    fn follow_by(&mut self, targets: &[Target], most: usize) -> Result<Vec<TargetResult>, ControlError> {
         let mut effort = Effort { equilibria: vec![0; targets.len()], seconds: vec![0.0; targets.len()] };
         // Within the thread pool, or every step would wait for one of its threads to wake.
         let resolution = self.resolution;

@@ -6,9 +6,11 @@
 
 use super::descent::{LONGEST, State, is_near};
 use super::least_squares::{Inputs, LEAST_DAMPING, NormalEquations, ROWS, norm2};
-use super::{Control, MOST_INPUTS, Target, Task};
+use super::task::Task;
+use super::{Controller, MOST_INPUTS};
 use crate::backend::BackendError;
 use crate::model::{Solutions, Vector};
+use crate::spec::Target;
 use std::sync::Arc;
 
 /// Most points solved together: a register of the widest instructions.
@@ -18,7 +20,7 @@ pub(super) const HISTORY: usize = 5;
 /// Passes after which a window keeps what it has.
 const PASSES: usize = 6;
 
-impl Control {
+impl Controller {
     /// States that reach the first of the next targets, as many as follow from the last ones (the latest first) without
     /// doubt: all found, within limits, each about where the one before says. Counts equilibria into `spent`.
     pub(super) fn advance(

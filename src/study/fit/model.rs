@@ -1,9 +1,11 @@
 //! Shapes and their derivatives as functions of the fitted numbers, and the problem as the method sees it.
 
-use super::{FitError, FitProblem, MakeEngine};
+use super::FitError;
 use crate::backend::Backend;
 use crate::model::{Parameter, Plan, PlanOptions, Quantity, Scene, SegmentParameter as S, Slot, Vector};
 use crate::reference::shape_with_derivatives;
+use crate::spec::ObservedShapes;
+use crate::study::MakeEngine;
 use levenberg_marquardt::LeastSquaresProblem;
 use nalgebra::storage::Owned;
 use nalgebra::{DMatrix, DVector, Dyn};
@@ -11,9 +13,21 @@ use nalgebra::{DMatrix, DVector, Dyn};
 /// Steps over the rod: the answer is corrected to first order by the reference.
 const STEPS: usize = 24;
 
+/// What is fitted to what.
+#[derive(Clone, Debug)]
+pub(super) struct Problem {
+    /// Where the fit starts.
+    pub scene: Scene,
+    /// What is fitted; parameters that stand together keep their ratios.
+    pub free: Vec<Vec<Parameter>>,
+    pub observed: ObservedShapes,
+    /// Standard deviation of a coordinate [m]; estimated from the residuals if not given.
+    pub noise: Option<f64>,
+}
+
 /// How the shapes follow from scaled parameters: 0 is the scene.
 pub(super) struct Model<'a> {
-    problem: &'a FitProblem,
+    problem: &'a Problem,
     plan: Plan,
     engine: Box<dyn Backend>,
     pub names: Vec<String>,
@@ -32,8 +46,8 @@ pub(super) struct State {
 }
 
 impl<'a> Model<'a> {
-    pub fn new(problem: &'a FitProblem, make: &mut MakeEngine) -> Result<Model<'a>, FitError> {
-        let mut axes: Vec<Vec<Parameter>> = problem.known.iter().map(|parameter| vec![*parameter]).collect();
+    pub(crate) fn new(problem: &'a Problem, make: &mut MakeEngine) -> Result<Model<'a>, FitError> {
+        let mut axes: Vec<Vec<Parameter>> = problem.observed.known.iter().map(|parameter| vec![*parameter]).collect();
         let mut logarithmic = Vec::new();
         for parameters in &problem.free {
             axes.extend(parameters.iter().map(|parameter| vec![*parameter]));
@@ -56,7 +70,7 @@ impl<'a> Model<'a> {
     }
 
     /// Change of a value by its scaled parameter.
-    pub fn rate(&self, k: usize, value: f64) -> f64 {
+    pub(crate) fn rate(&self, k: usize, value: f64) -> f64 {
         if self.logarithmic[k] { value } else { self.unit(k) }
     }
 
@@ -78,23 +92,23 @@ impl<'a> Model<'a> {
 
     fn row(&self, x: &DVector<f64>, shape: Option<usize>) -> Vec<f64> {
         let known = match shape {
-            Some(shape) => self.problem.shapes[shape].known.clone(),
-            None => self.problem.known.iter().map(|parameter| parameter.get(&self.problem.scene)).collect(),
+            Some(shape) => self.problem.observed.shapes[shape].known.clone(),
+            None => self.problem.observed.known.iter().map(|parameter| parameter.get(&self.problem.scene)).collect(),
         };
         known.into_iter().chain(self.values(x)).collect()
     }
 
     /// The scene of a shape, or with the fitted values alone.
-    pub fn scene(&self, x: &DVector<f64>, shape: Option<usize>) -> Scene {
+    pub(crate) fn scene(&self, x: &DVector<f64>, shape: Option<usize>) -> Scene {
         self.plan.sample_scene(&self.row(x, shape))
     }
 
-    pub fn solve(&mut self, x: &DVector<f64>) -> Result<State, FitError> {
-        let shapes = &self.problem.shapes;
+    pub(crate) fn solve(&mut self, x: &DVector<f64>) -> Result<State, FitError> {
+        let shapes = &self.problem.observed.shapes;
         let rows: Vec<Vec<f64>> = (0..shapes.len()).map(|shape| self.row(x, Some(shape))).collect();
         let batch = self.plan.batch(rows.len(), |i, row| row.copy_from_slice(&rows[i]));
         let solutions = self.engine.solve(&batch)?;
-        let count = 3 * shapes.iter().map(|shape| shape.points.len()).sum::<usize>();
+        let count = self.problem.observed.coordinate_count();
         let mut state = State {
             residuals: DVector::zeros(count),
             jacobian: DMatrix::zeros(count, self.problem.free.len()),
@@ -203,7 +217,7 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Search<'_> {
 
     fn residuals(&self) -> Option<DVector<f64>> {
         // A step to where there is no equilibrium is taken back when it looks bad enough.
-        let count = 3 * self.model.problem.shapes.iter().map(|shape| shape.points.len()).sum::<usize>();
+        let count = self.model.problem.observed.coordinate_count();
         let bad = || DVector::from_element(count, 1e3 * (self.worst + self.model.length) / self.sigma);
         Some(self.state.as_ref().map_or_else(bad, |state| &state.residuals / self.sigma))
     }

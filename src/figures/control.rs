@@ -1,0 +1,99 @@
+//! Figures of control: the tip's path, the inputs, rods along the way, the rod in motion.
+
+use super::centreline::centreline;
+use super::rod_motion::rod_motion;
+use crate::model::{Parameter, SegmentParameter, Vector};
+use crate::report::{self, AxisLabel, Curves, Figure, Panel, ReportError, Series, Sheet, TipPath};
+use crate::study::{ControlRun, Outcome, TargetResult};
+use std::path::{Path, PathBuf};
+
+/// Rods that are drawn.
+const RODS: usize = 12;
+/// More targets than this are drawn as a choice.
+const MOST_DRAWN: usize = 4000;
+const FILES: [&str; 4] = ["trajectory.png", "inputs.png", "rods.png", "motion.svg"];
+
+/// Draws `trajectory.png` into a directory that is there, and of targets in order `inputs.png`, `rods.png` and
+/// `motion.svg`. Gives the files.
+///
+/// # Errors
+///
+/// Nothing to draw, or a file that cannot be written.
+pub fn draw_control(run: &ControlRun, dir: &Path) -> Result<Vec<PathBuf>, ReportError> {
+    let path = tip_path(run);
+    let mut files = Vec::new();
+    let mut write = |figure: &dyn Figure, name: &str| -> Result<(), ReportError> {
+        report::write(figure, &dir.join(name))?;
+        files.push(dir.join(name));
+        Ok(())
+    };
+    write(&path, FILES[0])?;
+    if !run.is_in_order() {
+        return Ok(files);
+    }
+    let panels = input_panels(run);
+    let columns = panels.len().min(2);
+    write(&Sheet { columns, panels: panels.iter().map(|panel| panel as &dyn Panel).collect() }, FILES[1])?;
+    let frames = run.results().iter().step_by(run.results().len().div_ceil(RODS).max(1));
+    let rods = frames.filter_map(|point| centreline(&run.commanded_scene(point)?, point.base_moment)).collect();
+    write(&TipPath { rods, flagged: Vec::new(), ..path }, FILES[2])?;
+    if let Some(motion) = rod_motion(run) {
+        write(&motion, FILES[3])?;
+    }
+    Ok(files)
+}
+
+fn tip_path(run: &ControlRun) -> TipPath {
+    let every = run.results().len().div_ceil(MOST_DRAWN).max(1);
+    let points: Vec<&TargetResult> = run.results().iter().step_by(every).collect();
+    let missed = points.iter().filter(|point| point.outcome != Outcome::Reached);
+    TipPath {
+        title: format!("{}: {}", run.scene().name, run.trajectory().name),
+        desired: run.closed(points.iter().map(|point| run.desired_tip(point)).collect::<Vec<Vector>>()),
+        achieved: run.closed(points.iter().map(|point| point.tip).collect()),
+        flagged: missed.map(|point| run.desired_tip(point)).collect(),
+        rods: Vec::new(),
+        names: ["desired", "achieved by the model"],
+        order: run.is_in_order(),
+    }
+}
+
+/// Currents over time; other inputs and the error below.
+fn input_panels(run: &ControlRun) -> Vec<Curves> {
+    let step = run.trajectory().duration.map(|duration| duration / run.results().len() as f64);
+    let x = if step.is_some() { AxisLabel::linear("time", "s") } else { AxisLabel::linear("point", "") };
+    let at = |k: usize| step.unwrap_or(1.0) * k as f64;
+    let series = |name: String, of: &dyn Fn(&TargetResult) -> f64| {
+        Series::line(name, run.results().iter().enumerate().map(|(k, point)| [at(k), of(point)]).collect())
+    };
+    let is_current =
+        |k: &usize| matches!(run.inputs()[*k].parameter, Parameter::Segment(_, SegmentParameter::Current(_)));
+    let mut panels = Vec::new();
+    let currents: Vec<usize> = (0..run.inputs().len()).filter(is_current).collect();
+    if !currents.is_empty() {
+        let of = |k: &usize| series(run.inputs()[*k].name(run.scene()), &|point| 1e3 * point.inputs[*k]);
+        panels.push(Curves {
+            title: "Currents".into(),
+            x: x.clone(),
+            y: AxisLabel::linear("current", "mA"),
+            series: currents.iter().map(of).collect(),
+        });
+    }
+    for k in (0..run.inputs().len()).filter(|k| !is_current(k)) {
+        let (name, unit) = (run.inputs()[k].name(run.scene()), run.inputs()[k].parameter.unit());
+        let (factor, unit) = if unit == "m" { (1e3, "mm") } else { (1.0, unit) };
+        panels.push(Curves {
+            title: name.clone(),
+            x: x.clone(),
+            y: AxisLabel::linear(name, unit),
+            series: vec![series(String::new(), &|point| factor * point.inputs[k])],
+        });
+    }
+    panels.push(Curves {
+        title: "Tip error of the model".into(),
+        x,
+        y: AxisLabel::logarithmic("tip error", "m"),
+        series: vec![series(String::new(), &|point| run.tip_error(point).max(1e-16))],
+    });
+    panels
+}

@@ -1,0 +1,33 @@
+//! The figure of a fit: observed points, fitted points, fitted rods.
+
+use super::centreline::centreline;
+use crate::model::{Parameter, Vector};
+use crate::report::TipPath;
+use crate::study::{Fit, FitJob};
+
+/// More rods than this are drawn as a choice.
+const MOST_RODS: usize = 24;
+
+/// What was observed and what is fitted to it, of the job that gave this fit.
+pub fn fit(fit: &Fit, job: &FitJob) -> TipPath {
+    let observed = job.observed();
+    let mut rods = Vec::new();
+    let every = observed.shapes.len().div_ceil(MOST_RODS).max(1);
+    for (shape, m0) in observed.shapes.iter().zip(&fit.base_moments).step_by(every) {
+        let mut scene = fit.scene.clone();
+        let values = observed.known.iter().copied().zip(shape.known.iter().copied());
+        // The same values were set when the shapes were fitted.
+        let _ = Parameter::set_all(&mut scene, values);
+        rods.extend(centreline(&scene, *m0));
+    }
+    let points = observed.shapes.iter().flat_map(|shape| &shape.points);
+    TipPath {
+        title: format!("{}: fit of {} shapes", job.scene().name, observed.shapes.len()),
+        desired: points.map(|point| point.position).collect::<Vec<Vector>>(),
+        achieved: fit.positions.concat(),
+        flagged: Vec::new(),
+        rods,
+        names: ["observed", "fitted"],
+        order: false,
+    }
+}

@@ -1,0 +1,52 @@
+//! The rod on its way along a trajectory.
+
+use super::centreline::positions;
+use crate::model::{Segment, SegmentKind, Vector};
+use crate::report::{RodMotion, Stretch, StretchKind};
+use crate::study::{ControlRun, TargetResult};
+
+/// Points along a segment.
+const SEGMENT_POINTS: usize = 14;
+/// Places of the rod, at most.
+const FRAMES: usize = 100;
+/// Time for a point where the trajectory has none [s].
+const SECONDS_A_POINT: f64 = 0.1;
+
+/// `None` where the rod cannot be integrated.
+pub(crate) fn rod_motion(run: &ControlRun) -> Option<RodMotion> {
+    let points: Vec<&TargetResult> = run.closed(run.results().iter().collect());
+    let intervals = points.len().checked_sub(1)?;
+    let frames = intervals.min(FRAMES);
+    let at = (0..=frames).map(|k| points[(k * intervals + frames / 2) / frames.max(1)]);
+    let seconds = run.trajectory().duration.unwrap_or(SECONDS_A_POINT * run.results().len() as f64);
+    Some(RodMotion {
+        title: format!("{}: {}, {seconds} s", run.scene().name, run.trajectory().name),
+        desired: points.iter().map(|point| run.desired_tip(point)).collect(),
+        tips: points.iter().map(|point| point.tip).collect(),
+        rods: at.map(|point| stretches(run, point)).collect::<Option<_>>()?,
+        seconds,
+    })
+}
+
+fn stretches(run: &ControlRun, point: &TargetResult) -> Option<Vec<Stretch>> {
+    let scene = run.commanded_scene(point)?;
+    let mut at = Vec::new();
+    let mut start = 0.0;
+    for index in 0..scene.segments.len() {
+        let length = scene.segment_length(index);
+        at.extend((0..SEGMENT_POINTS).map(|k| start + length * k as f64 / (SEGMENT_POINTS - 1) as f64));
+        start += length;
+    }
+    let positions = positions(&scene, point.base_moment, &at)?;
+    let stretch = |(segment, points): (&Segment, &[Vector])| Stretch {
+        name: segment.name.clone(),
+        kind: match &segment.kind {
+            SegmentKind::Flexible(_) => StretchKind::Flexible,
+            SegmentKind::Rigid(rigid) if rigid.coil.is_some() => StretchKind::Coil,
+            SegmentKind::Rigid(_) => StretchKind::Rigid,
+        },
+        points: points.to_vec(),
+        dipole: None,
+    };
+    Some(scene.segments.iter().zip(positions.chunks(SEGMENT_POINTS)).map(stretch).collect())
+}

@@ -1,0 +1,150 @@
+//! A rod with its inputs and the engines that solve it.
+
+use super::descent::{Descent, State};
+use super::engines::{SHARE, STEPS, Search};
+use super::least_squares::{Inputs, norm2};
+use super::task::Task;
+use super::{ControlError, ControlOptions, Outcome, TargetResult};
+use crate::backend::{Backend, Precision};
+use crate::model::{Parameter, Plan, PlanOptions, Quantity, Scene, Stepper};
+use crate::spec::ControlInput;
+use crate::study::MakeEngine;
+use std::sync::Arc;
+
+/// Most inputs of one controller: three coil sets and insertion.
+pub const MOST_INPUTS: usize = 10;
+/// Tips nearer than this, over the rod's length, are one equilibrium.
+const SAME: f64 = 1e-6;
+const SAME_F32: f64 = 1e-4;
+/// Noise of a tip in f32 over the rod's length.
+const NOISE_F32: f64 = 4e-6;
+
+/// A rod with its inputs, ready to be controlled.
+pub struct Controller {
+    pub(super) task: Arc<Task>,
+    /// From rest; its axes are the inputs, its derivatives by them.
+    pub(super) plan: Plan,
+    pub(super) rest: Box<dyn Backend>,
+    /// At growing resolutions, the last that of the plan.
+    pub(super) searches: Vec<Search>,
+    /// The one in use.
+    pub(super) resolution: usize,
+    pub(super) precision: Precision,
+}
+
+impl Controller {
+    /// Prepares engines, at the lowest resolution whose error is small beside the tolerance.
+    ///
+    /// # Errors
+    ///
+    /// Inputs, limits or a tolerance that make no sense, a scene that makes no plan, or an engine that cannot be used.
+    pub fn new(
+        scene: &Scene,
+        inputs: &[ControlInput],
+        options: ControlOptions,
+        stepper: Stepper,
+        make: &mut MakeEngine,
+    ) -> Result<Controller, ControlError> {
+        if inputs.is_empty() || inputs.len() > MOST_INPUTS {
+            return Err(ControlError::InputCount(inputs.len()));
+        }
+        for ControlInput { parameter, low, high } in inputs {
+            if !(low < high && low.is_finite() && high.is_finite()) {
+                return Err(ControlError::Limits { name: parameter.name(scene), low: *low, high: *high });
+            }
+        }
+        if options.tolerance.is_nan() || options.tolerance <= 0.0 {
+            return Err(ControlError::Tolerance(options.tolerance));
+        }
+        let axes: Vec<Vec<Parameter>> = inputs.iter().map(|input| vec![input.parameter]).collect();
+        let wrt: Vec<Parameter> = inputs.iter().map(|input| input.parameter).collect();
+        let tolerance = SHARE * options.tolerance / scene.total_length();
+        let plan_options = PlanOptions { tolerance, stepper, steps: STEPS[0], ..PlanOptions::default() };
+        let plan = Plan::new(scene, &axes, &wrt, plan_options)?;
+        let mut home = [0.0; MOST_INPUTS];
+        for (z, input) in home.iter_mut().zip(inputs) {
+            *z = input.parameter.get(scene).clamp(input.low, input.high) / (0.5 * (input.high - input.low));
+        }
+        let mut control = Controller {
+            task: Arc::new(Task {
+                inputs: inputs.to_vec(),
+                options,
+                unit: plan.units.moment(),
+                length: scene.total_length(),
+                home,
+            }),
+            rest: make(&plan)?,
+            searches: Vec::new(),
+            resolution: 0,
+            plan,
+            precision: Precision::F64,
+        };
+        control.precision = control.rest.info().precision;
+        if control.precision == Precision::F32 {
+            Arc::make_mut(&mut control.task).options.tolerance =
+                options.tolerance.max(NOISE_F32 * scene.total_length());
+        }
+        control.refine(make)?;
+        Ok(control)
+    }
+
+    /// The plan from rest: its axes are the inputs, its derivatives are by them.
+    pub fn plan(&self) -> &Plan {
+        &self.plan
+    }
+
+    /// The engine that solves, for a person.
+    pub fn engine(&self) -> String {
+        self.searches[self.resolution].engine.info().to_string()
+    }
+
+    /// What is commanded, within which limits.
+    pub fn inputs(&self) -> &[ControlInput] {
+        &self.task.inputs
+    }
+
+    /// The options in force: f32 reaches no tolerance below its noise.
+    pub fn options(&self) -> &ControlOptions {
+        &self.task.options
+    }
+
+    fn same(&self) -> f64 {
+        let share = if self.precision == Precision::F32 { SAME_F32 } else { SAME };
+        share * self.plan.scene.total_length()
+    }
+
+    /// What came of ended searches; asks where the equilibria from rest with the same inputs are.
+    pub(super) fn results(&mut self, ended: &[Descent]) -> Result<Vec<TargetResult>, ControlError> {
+        let rows: Vec<Inputs> = ended.iter().map(|descent| descent.at.z).collect();
+        let solutions = self.solve_from_rest(&rows)?;
+        let result = |(row, descent): (usize, &Descent)| {
+            let at = &descent.at;
+            let tip = solutions.vector(row, Quantity::TipPosition);
+            let apart: [f64; 3] = std::array::from_fn(|a| tip[a] - at.tip[a]);
+            TargetResult {
+                target: descent.target,
+                inputs: (0..self.task.inputs.len()).map(|k| self.task.value(k, at.z[k])).collect(),
+                tip: at.tip,
+                tangent: at.tangent,
+                residual: norm2(&at.missing(&self.task, &descent.target)).sqrt(),
+                outcome: descent.outcome.unwrap_or(Outcome::IterationLimit),
+                iterations: descent.iterations,
+                margin: at.margin,
+                error_estimate: at.error_estimate,
+                base_moment: at.m0,
+                from_rest: solutions.status(row).is_success() && norm2(&apart).sqrt() < self.same(),
+                seconds: 0.0,
+            }
+        };
+        Ok(ended.iter().enumerate().map(result).collect())
+    }
+
+    /// A state from rest at some inputs.
+    pub(super) fn start(&mut self, z: Inputs) -> Result<State, ControlError> {
+        let solutions = self.solve_from_rest(&[z])?;
+        match solutions.status(0) {
+            status if status.is_success() => Ok(State::new(&self.task, z, &solutions, 0)),
+            status => Err(ControlError::NoStart { status: status.name() }),
+        }
+    }
+}

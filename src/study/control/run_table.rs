@@ -1,0 +1,101 @@
+//! A run of control as a table, as a file, as JSON.
+
+use super::{ControlRun, Outcome, TargetResult};
+use crate::model::Vector;
+use crate::results::{ResultsError, write_table};
+use crate::spec::ControlInput;
+use crate::study::columns::Columns;
+use crate::table::Table;
+use serde_json::{Value, json};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+const XYZ: [&str; 3] = ["x", "y", "z"];
+
+impl ControlRun {
+    /// One row a target: `point`, `time` where there is one, `target.*`, the inputs by name, `status`, `tip.*` and so on.
+    pub fn table(&self) -> Table {
+        let results = self.results();
+        let mut columns = Columns::default();
+        columns.counts("point", 0..results.len() as u64);
+        if let Some(duration) = self.trajectory().duration {
+            let step = duration / results.len() as f64;
+            columns.numbers("time", "s", (0..results.len()).map(|k| step * k as f64));
+        }
+        for (a, axis) in XYZ.iter().enumerate().filter(|(a, _)| self.options().coordinates[*a]) {
+            let values = results.iter().map(|result| result.target.position[a]);
+            columns.numbers(format!("target.position.{axis}"), "m", values);
+        }
+        let has_tangent = results.iter().any(|result| result.target.tangent.is_some());
+        if has_tangent {
+            let tangents = results.iter().map(|result| result.target.tangent.unwrap_or([f64::NAN; 3]));
+            columns.vectors("target.tangent", "", &tangents.collect::<Vec<Vector>>());
+        }
+        for (k, input) in self.inputs().iter().enumerate() {
+            let values = results.iter().map(|result| result.inputs[k]);
+            columns.numbers(input.name(self.scene()), input.parameter.unit(), values);
+        }
+        columns.words("status", results.iter().map(|result| result.outcome.name().to_owned()));
+        columns.vectors("tip.position", "m", &results.iter().map(|result| result.tip).collect::<Vec<Vector>>());
+        columns.vectors("tip.tangent", "", &results.iter().map(|result| result.tangent).collect::<Vec<Vector>>());
+        columns.numbers("tip_error", "m", results.iter().map(|result| self.tip_error(result)));
+        if has_tangent {
+            let errors = results.iter().map(|result| result.tangent_error().unwrap_or(f64::NAN));
+            columns.numbers("tangent_error", "rad", errors);
+        }
+        columns.numbers("residual", "m", results.iter().map(|result| result.residual));
+        columns.counts("iterations", results.iter().map(|result| result.iterations as u64));
+        columns.numbers("stability.margin", "", results.iter().map(|result| result.margin));
+        columns.numbers("error_estimate", "", results.iter().map(|result| result.error_estimate));
+        columns.flags("from_rest", results.iter().map(|result| result.from_rest));
+        columns.numbers("seconds", "s", results.iter().map(|result| result.seconds));
+        columns.finish()
+    }
+
+    /// Writes the table; CSV unless the name ends in `.parquet`. What is there is replaced.
+    ///
+    /// # Errors
+    ///
+    /// A file that cannot be written.
+    pub fn write(&self, path: &Path) -> Result<(), ResultsError> {
+        let metadata = [
+            ("rodsweep.version", env!("CARGO_PKG_VERSION").to_owned()),
+            ("rodsweep.scene", self.scene().name.clone()),
+            ("rodsweep.trajectory", self.trajectory().name.clone()),
+            ("rodsweep.engine", self.engine().to_owned()),
+        ];
+        write_table(path, &self.table(), &metadata)
+    }
+
+    /// The same as JSON, SI.
+    pub fn to_json(&self) -> Value {
+        let point = |result: &TargetResult| {
+            json!({
+                "target": { "position": result.target.position, "tangent": result.target.tangent },
+                "inputs": result.inputs,
+                "status": result.outcome.name(),
+                "tip": { "position": result.tip, "tangent": result.tangent },
+                "tip_error": self.tip_error(result),
+                "tangent_error": result.tangent_error(),
+                "residual": result.residual,
+                "iterations": result.iterations,
+                "stability_margin": result.margin,
+                "error_estimate": result.error_estimate,
+                "from_rest": result.from_rest,
+                "seconds": result.seconds,
+            })
+        };
+        let input = |input: &ControlInput| json!({ "parameter": input.name(self.scene()), "low": input.low, "high": input.high });
+        let controlled = XYZ.iter().zip(self.options().coordinates).filter(|(_, on)| *on);
+        let counts = Outcome::ALL.map(|outcome| (outcome.name(), self.count(outcome)));
+        json!({
+            "inputs": self.inputs().iter().map(input).collect::<Vec<_>>(),
+            "coordinates": controlled.map(|(name, _)| name).collect::<Vec<_>>(),
+            "tolerance": self.options().tolerance,
+            "engine": self.engine(),
+            "seconds_of_a_step_alone": self.seconds_of_a_lone_step(),
+            "counts": counts.into_iter().collect::<BTreeMap<_, _>>(),
+            "points": self.results().iter().map(point).collect::<Vec<_>>(),
+        })
+    }
+}

@@ -1,0 +1,36 @@
+//! A fit in words.
+
+use super::{Fit, FitJob};
+use crate::report::{TextTable, engineering};
+
+impl Fit {
+    /// The fitted numbers in a table, how well they fit and what cannot be told apart, for the terminal.
+    pub fn text(&self, job: &FitJob) -> String {
+        let mut table = TextTable::new(["parameter", "start", "fitted", "± 95 %", "unit"]);
+        for fitted in &self.parameters {
+            let [low, high] = fitted.interval;
+            let half = if fitted.deviation.is_finite() { engineering(0.5 * (high - low)) } else { "open".into() };
+            let (start, value) = (format!("{:.6e}", fitted.start), format!("{:.6e}", fitted.value));
+            table.row([fitted.name.clone(), start, value, half, fitted.unit.to_owned()]);
+        }
+        let mut text = format!(
+            "{}: {} shapes, {} coordinates, {} evaluations\n{table}",
+            if self.converged { "fitted" } else { "not converged" },
+            job.observed().shapes.len(),
+            self.observations,
+            self.evaluations
+        );
+        let how = if job.given_noise().is_some() { "as given" } else { "estimated" };
+        text += &format!(
+            "points off the model by {} m (rms); noise of a coordinate {} m ({how})\n",
+            engineering(self.rms),
+            engineering(self.noise)
+        );
+        let values: Vec<String> = self.directions.iter().map(|d| engineering(d.singular_value)).collect();
+        text += &format!("singular values of the scaled sensitivities over the noise: {}\n", values.join(", "));
+        for finding in &self.findings {
+            text += &format!("identifiability: {finding}\n");
+        }
+        text
+    }
+}
