@@ -1,4 +1,4 @@
-//! Questions that take more than one solution a sample: plain data in, plain data out, engines through the trait.
+//! What users ask: one scene with its shape and all its equilibria; control and its simulation; fits. Plain data out.
 
 mod agreement;
 mod control;
@@ -17,6 +17,7 @@ pub use shape::{Shape, evenly_spaced};
 pub use simulate::{Imperfection, Played, Simulation, play, simulate};
 pub use solve::{
     AllBranches, Explanation, FoundBranch, Jacobian, PlannedPass, PlannedPiece, Rows, Solve, SolveError, Solved,
+    check_tolerance,
 };
 
 use crate::backend::{Backend, BackendError};
