@@ -25,6 +25,7 @@ pub use shape::{Shape, evenly_spaced};
 pub use simulate::{CommandedPath, Imperfection, Simulation, TRIALS, play, simulate};
 pub use solve::{
     AllBranches, Explanation, FoundBranch, Jacobian, PlannedPass, PlannedPiece, Rows, Solve, SolveError, Solved,
+    check_tolerance,
 };
 
 use crate::backend::{Backend, BackendError};

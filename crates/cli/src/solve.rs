@@ -4,10 +4,11 @@ use super::args::SolveArguments;
 use super::{CommandError, Exit, flags, print, say};
 use rodsweep::input::{Dimension, assign, parse_quantity, read_scene, scene_notes};
 use rodsweep::report::ImageFormat;
-use rodsweep::study::{Solve, SolveError, Solved, evenly_spaced};
+use rodsweep::study::{Solve, SolveError, Solved, check_tolerance, evenly_spaced};
 use rodsweep::{figures, report};
 
 pub fn solve(arguments: &SolveArguments) -> Result<Exit, CommandError> {
+    check_tolerance(arguments.tolerance).map_err(flags::of_solve)?;
     if let Some(path) = &arguments.plot {
         ImageFormat::of(path)?;
     }

@@ -91,9 +91,7 @@ impl Solve {
     ///
     /// A tolerance or a name that means nothing, a scene that makes no rod, an engine that cannot be used.
     pub fn run(&self) -> Result<Solved, SolveError> {
-        if !(self.tolerance > 0.0 && self.tolerance < 1.0) {
-            return Err(SolveError::Tolerance { tolerance: self.tolerance });
-        }
+        check_tolerance(self.tolerance)?;
         let wrt = match &self.wrt {
             Some(names) => parse_parameters(&self.scene, names)?,
             None => default_parameters(&self.scene),
@@ -111,6 +109,15 @@ impl Solve {
         let Attempt { plan, solutions, solved_by } = attempt;
         Ok(Solved::new(plan, batch, solutions, engine, solved_by))
     }
+}
+
+/// Refuses a target error that no solution could have or that all have, before anything is read or solved.
+///
+/// # Errors
+///
+/// [`SolveError::Tolerance`] unless it lies between 0 and 1.
+pub fn check_tolerance(tolerance: f64) -> Result<(), SolveError> {
+    if tolerance > 0.0 && tolerance < 1.0 { Ok(()) } else { Err(SolveError::Tolerance { tolerance }) }
 }
 
 fn parse_parameters(scene: &Scene, names: &[String]) -> Result<Vec<Parameter>, SolveError> {
