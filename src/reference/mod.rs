@@ -15,6 +15,7 @@ mod rigid;
 mod shape;
 mod shooting;
 mod stability;
+mod state;
 
 pub use energy::energy;
 pub use equilibrium::{
@@ -110,7 +111,7 @@ impl Backend for Reference {
             return Err(BackendError::Unsupported {
                 backend: BackendKind::Reference,
                 what: "the search for equilibria away from rest".into(),
-                remedy: "use `--backend cpu`".into(),
+                remedy: "use the CPU engine".into(),
             });
         }
         let sample_count = batch.sample_count();
