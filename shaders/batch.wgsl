@@ -1,4 +1,4 @@
-// One sample for each invocation: where its numbers lie. src/gpu/buffers.rs owns the layout.
+// One sample for each invocation: where its numbers lie. src/gpu/shader/settings.rs owns the layout.
 
 struct Settings {
     // Added to every status, so that a row left by an earlier dispatch is noticed.

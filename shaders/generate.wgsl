@@ -1,4 +1,4 @@
-// The inputs of samples by their index: src/sweep/sampling.rs on the device. src/gpu/recipe.rs owns the layout.
+// The inputs of samples by their index, as in src/spec/sampling.rs. src/gpu/shader/generator.rs owns the layout.
 //
 // Values of a grid come from tables. Otherwise an input is a + b u of the shares u in [0, 1) of its axes, in whole
 // numbers of 64 bits and rounded once.

@@ -1,4 +1,5 @@
-// Counts solved samples in voxels; whatever needs more than that is handed back. src/gpu/tally.rs owns the layout.
+// Counts solved samples in voxels; whatever needs more than that is handed back. The layout is that of
+// src/gpu/shader/voxel_request.rs.
 
 struct Request {
     mark: f32,

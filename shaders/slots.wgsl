@@ -1,5 +1,5 @@
 // The table of slots, and the functionals of the derivatives, which are gathered in their rows segment by segment.
-// The table lies behind the constants, see src/gpu/slots.rs.
+// The table lies behind the constants, see src/gpu/shader/slots.rs.
 
 const SLOT_TABLE: u32 = 0u; //@spec
 const SLOT_LENGTH: u32 = 5u; //@spec

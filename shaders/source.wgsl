@@ -1,7 +1,7 @@
 // Forward columns: what three parameters change, segment by segment. src/lanes/source.rs
 //
 // The plan says which parameter acts where: `sources_k` for the k-th three of parameters and `source_j_k` for them on
-// segment j are generated, see src/gpu/sources.rs.
+// segment j are generated, see src/gpu/shader/sources.rs.
 
 //@if FORWARD
 const FORWARD_THREES: u32 = 1u; //@spec

@@ -5,7 +5,8 @@ mod common;
 use common::golden;
 use common::sandbox::Sandbox;
 use rodsweep::backend::{Backend, BackendError, BackendInfo, Precision};
-use rodsweep::gpu::{Device, Gpu, device_or_skip};
+use rodsweep::gpu::testing::device_or_skip;
+use rodsweep::gpu::{Device, Gpu};
 use rodsweep::lanes::Lanes;
 use rodsweep::model::{Batch, Plan, PlanOptions, Solutions, Status, Stepper};
 use rodsweep::reference::{Reference, energy};
@@ -383,7 +384,7 @@ fn what_cannot_search_is_refused_before_anything_is_written() {
     assert!(matches!(run(&spec, backend.as_mut(), &none), Err(SweepError::NoSearch)));
     let by_reference = RunOptions { search: Some(tools(&reference)), ..options(&out) };
     let error = run(&spec, backend.as_mut(), &by_reference).unwrap_err();
-    assert!(error.is_usage() && error.to_string().contains("use `--backend cpu`"), "{error}");
+    assert!(error.is_usage() && error.to_string().contains("use the CPU engine"), "{error}");
     assert!(!out.exists());
 }
 
@@ -396,7 +397,7 @@ fn the_program_says_what_it_found() {
     sandbox.write("sweep.toml", &sweep.replace("0.1 A", "0.2 A"));
     let refused = sandbox.run(&["run", "sweep.toml", "--backend", "reference", "--out", "out"]);
     assert_eq!(refused.code, 2, "{}", refused.stderr);
-    assert!(refused.errors()[0].contains("use `--backend cpu`") && !sandbox.path("out").exists());
+    assert!(refused.errors()[0].contains("use the CPU engine") && !sandbox.path("out").exists());
     let output = sandbox.ok(&["run", "sweep.toml", "--backend", "cpu", "--out", "out"]);
     for word in ["status of ", "have an equilibrium", "equilibria: at most ", ", search ", "branches.png"] {
         assert!(output.stderr.contains(word), "{word}: {}", output.stderr);

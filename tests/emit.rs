@@ -1,7 +1,7 @@
 //! The WGSL preprocessor: directives, and errors at their original lines.
 
 use rodsweep::backend::Precision;
-use rodsweep::gpu::{Piece, Source, Specialisation, Value, check, emit};
+use rodsweep::gpu::shader::{Piece, Source, Specialisation, Value, check, emit};
 
 fn piece(name: &'static str, text: &'static str) -> Piece {
     Piece { name: name.into(), text: text.into() }

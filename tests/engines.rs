@@ -5,7 +5,8 @@ mod common;
 use common::check::{Errors, SMALL_COLUMN, SMALL_COLUMN_F32, Tolerance, check_golden};
 use common::golden::{self, GoldenCase};
 use rodsweep::backend::{Backend, Precision};
-use rodsweep::gpu::{Gpu, device_or_skip};
+use rodsweep::gpu::Gpu;
+use rodsweep::gpu::testing::device_or_skip;
 use rodsweep::lanes::{InstructionSet, Lanes};
 use rodsweep::model::{Plan, PlanOptions, Stepper};
 

@@ -7,7 +7,8 @@ use common::random::Random;
 use common::scenes::flexible;
 use common::{golden, scenes};
 use rodsweep::backend::{Backend, BackendError, Precision};
-use rodsweep::gpu::{Device, Gpu, device_or_skip};
+use rodsweep::gpu::testing::device_or_skip;
+use rodsweep::gpu::{Device, Gpu};
 use rodsweep::lanes::Lanes;
 use rodsweep::model::{
     Axis, Base, Batch, Coil, CoilWinding, Flexible, Loads, Node, Parameter, Plan, PlanOptions, Profile, Quantity,

@@ -1,6 +1,6 @@
 //! Compiled pipelines on disk: they are found again, and a damaged or missing cache changes nothing.
 
-use rodsweep::gpu::device_or_skip;
+use rodsweep::gpu::testing::device_or_skip;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;

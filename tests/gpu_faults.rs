@@ -2,7 +2,8 @@
 //! Faults are injected where the real ones would appear, see `src/gpu/faults.rs`.
 
 use rodsweep::backend::{Backend, BackendError, Precision, ReduceJob, Reduced};
-use rodsweep::gpu::{Device, Faults, Flip, Gpu, device_or_skip};
+use rodsweep::gpu::testing::{Faults, Flip, device_or_skip};
+use rodsweep::gpu::{Device, Gpu};
 use rodsweep::lanes::Lanes;
 use rodsweep::model::{Plan, PlanOptions, Quantity, Stepper};
 use rodsweep::reference::Reference;
@@ -229,7 +230,7 @@ fn too_little_memory_means_smaller_dispatches() {
     let faults = Faults { memory: Some(32 << 10), ..Faults::default() };
     let Some(Err(error)) = gpu(&plan(&spec("parquet")), faults) else { panic!("no engine starts without memory") };
     assert!(matches!(error, BackendError::OutOfMemory { .. }), "{error}");
-    assert!(error.to_string().contains("--backend cpu"), "{error}");
+    assert!(error.to_string().contains("use the CPU engine"), "{error}");
 }
 
 #[test]
@@ -254,7 +255,7 @@ fn a_driver_that_computes_wrong_is_refused_at_the_start() {
     let faults = Faults { wrong_arithmetic: true, ..Faults::default() };
     let Some(started) = gpu(&plan(&spec("parquet")), faults) else { return };
     let error = started.err().expect("refused").to_string();
-    assert!(error.contains("computes wrong numbers (division: ") && error.contains("--backend cpu"), "{error}");
+    assert!(error.contains("computes wrong numbers (division: ") && error.contains("use the CPU engine"), "{error}");
 }
 
 #[test]
@@ -297,7 +298,7 @@ fn without_a_gpu_the_cpu_is_taken_and_the_program_says_why() {
         let (code, said) = go("auto", Some("/nowhere.json"));
         assert!(code == Some(0) && said.contains("engine: cpu f64 (this machine has no GPU)"), "{said}");
         let (code, said) = go("gpu", Some("/nowhere.json"));
-        assert!(code == Some(1) && said.contains("no usable GPU") && said.contains("`--backend cpu`"), "{said}");
+        assert!(code == Some(1) && said.contains("no usable GPU") && said.contains("use the CPU engine"), "{said}");
     }
     let Some(device) = device_or_skip("a GPU in software") else { return };
     if device.adapter().is_software() {

@@ -1,7 +1,8 @@
 //! Several devices solve a sweep together: the rows are those of one, also where one of them fails.
 
 use rodsweep::backend::{Backend, Precision, ReduceJob, Reduced};
-use rodsweep::gpu::{Device, Faults, Fleet, Gpu, device_or_skip};
+use rodsweep::gpu::testing::{Faults, device_or_skip};
+use rodsweep::gpu::{Device, Fleet, Gpu};
 use rodsweep::model::{Plan, PlanOptions, Quantity, Solutions, Stepper};
 use rodsweep::sweep::SweepSpec;
 use std::collections::HashMap;

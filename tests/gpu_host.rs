@@ -1,7 +1,9 @@
 //! The host side of the GPU engine, by kernels that write recognisable values.
 
 use rodsweep::backend::{Backend, BackendError};
-use rodsweep::gpu::{Device, Gpu, Kernel, Piece, adapters, device_or_skip, self_test};
+use rodsweep::gpu::shader::{Kernel, Piece};
+use rodsweep::gpu::testing::device_or_skip;
+use rodsweep::gpu::{Device, Gpu, adapters, self_test};
 use rodsweep::model::{Batch, Plan, PlanOptions, Quantity, Solutions, Status, Stepper, Tableau};
 
 mod common;

@@ -1,7 +1,9 @@
 //! Samples made on the device are those of the host; a sweep without rows leaves what its rows would leave.
 
 use rodsweep::backend::{Backend, BackendError, BackendInfo, Precision};
-use rodsweep::gpu::{Device, Generator, Gpu, device_or_skip, generate_inputs};
+use rodsweep::gpu::shader::Generator;
+use rodsweep::gpu::testing::{device_or_skip, generate_inputs};
+use rodsweep::gpu::{Device, Gpu};
 use rodsweep::lanes::Lanes;
 use rodsweep::model::{BLOCK, Batch, Entry, Plan, PlanOptions, Solutions, Status, Stepper};
 use rodsweep::sweep::{AxisSpec, RunOptions, SampleOrigin, Shard, Summary, SweepSpec, TIPS_FILE, WORKSPACE_FILE, run};

@@ -1,7 +1,8 @@
 //! A whole run, second attempts and all, gives the same rows however the work is cut: parts, threads, shards, engines.
 
 use rodsweep::backend::{Backend, BackendError, Precision};
-use rodsweep::gpu::{Device, Gpu, device_or_skip};
+use rodsweep::gpu::testing::device_or_skip;
+use rodsweep::gpu::{Device, Gpu};
 use rodsweep::lanes::Lanes;
 use rodsweep::model::{Plan, PlanOptions, Status, Stepper};
 use rodsweep::reference::Reference;

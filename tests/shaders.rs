@@ -1,7 +1,7 @@
 //! Shaders without a GPU: every piece validates, and its layout is the host's.
 
 use rodsweep::backend::Precision;
-use rodsweep::gpu::{
+use rodsweep::gpu::shader::{
     Generator, KERNELS, Kernel, Piece, REQUEST_FLOATS, REQUEST_WORDS, Value, WORKGROUP_SIZE, check, settings_members,
     specialisation,
 };

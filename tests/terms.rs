@@ -2,7 +2,8 @@
 //! reciprocity, for every parameter of the scene.
 
 use rodsweep::backend::{Backend, Precision};
-use rodsweep::gpu::{Gpu, device_or_skip};
+use rodsweep::gpu::Gpu;
+use rodsweep::gpu::testing::device_or_skip;
 use rodsweep::lanes::Lanes;
 use rodsweep::model::{Parameter, Plan, PlanOptions, Quantity, Scene, Sensitivity, Solutions, Stepper};
 use rodsweep::reference::Reference;

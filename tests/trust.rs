@@ -3,7 +3,8 @@
 //! 2,000 samples of each sweep by default; `RODSWEEP_TRUST_SAMPLES=20000` takes more.
 
 use rodsweep::backend::{Backend, BackendKind, Precision};
-use rodsweep::gpu::{Gpu, device_or_skip};
+use rodsweep::gpu::Gpu;
+use rodsweep::gpu::testing::device_or_skip;
 use rodsweep::lanes::Lanes;
 use rodsweep::model::{Plan, PlanOptions, Quantity, Solutions, Status, Stepper};
 use rodsweep::reference::{Reference, stability_at};

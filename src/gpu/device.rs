@@ -1,8 +1,8 @@
 //! An open GPU whose errors and loss are noticed.
 
 use super::adapter::{AdapterSummary, choose, enumerate};
-use super::cache::Cache;
 use super::faults::Faults;
+use super::pipeline_cache::PipelineCache;
 use crate::backend::BackendError;
 use std::env;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -50,7 +50,7 @@ pub struct Device {
     health: Health,
     pub(super) faults: Faults,
     /// Pipelines of earlier runs.
-    pub(super) cache: Option<Cache>,
+    pub(super) cache: Option<PipelineCache>,
     /// Time to find and open the device [s].
     pub(super) open_seconds: f64,
 }
@@ -170,7 +170,7 @@ impl Device {
         raw.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
             uncaptured.troubles().other.get_or_insert_with(|| named("device", &error));
         }));
-        let cache = Cache::open(&raw, &adapter.get_info());
+        let cache = PipelineCache::open(&raw, &adapter.get_info());
         Ok(Self { raw, queue, adapter: summary, health, faults, cache, open_seconds: start.elapsed().as_secs_f64() })
     }
 

@@ -2,7 +2,7 @@
 
 use super::device::{Device, failed, reason};
 use super::engine::Gpu;
-use super::share::shares;
+use super::split_by_weight::split_by_weight;
 use crate::backend::{Backend, BackendError, BackendInfo, Precision, ReduceJob, Reduced, Returned};
 use crate::model::{BLOCK, Batch, Blocks, Plan, Solutions};
 use std::collections::HashMap;
@@ -81,7 +81,7 @@ impl Fleet {
         let known: Vec<f64> = self.members.iter().filter_map(|member| member.rate).collect();
         let usual = if known.is_empty() { 1.0 } else { known.iter().sum::<f64>() / known.len() as f64 };
         let weights: Vec<f64> = self.members.iter().map(|member| member.rate.unwrap_or(usual)).collect();
-        shares(ranges, &weights)
+        split_by_weight(ranges, &weights)
     }
 
     /// Takes a member out; what it told stays.

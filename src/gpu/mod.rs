@@ -1,55 +1,45 @@
-//! Host side of the GPU engine: devices, shader sources, kernels, buffers. Only this module names wgpu.
+//! The GPU engine: WGSL kernels for one plan, on one device or several.
 //!
-//! `Device` opens an adapter, `Kernel` turns shader pieces and a plan into one WGSL source, `Gpu` feeds batches
-//! through it and is a `Backend`, `Fleet` several of them. `Faults` makes a device fail on demand.
+//! | files | know |
+//! |---|---|
+//! | [`shader`] | how pieces of WGSL and a plan become the source of a kernel; no device |
+//! | `adapter`, `device`, `pipeline_cache`, `self_test`, `faults` | which GPUs there are, and how one is opened, checked and watched |
+//! | `bindings`, `pipelines`, `dispatch_buffers` | a kernel, compiled, and the buffers of one dispatch |
+//! | `dispatch_size`, `dispatcher` | how much work goes to the device at once, and what follows a loss or a shortage |
+//! | `solve_batch`, `conversion` | a batch cut into dispatches, and its numbers in SI |
+//! | `voxel_sweep`, `voxel_kernels`, `voxel_pilot`, `returned_rows` | a sweep without rows, counted on the device |
+//! | `engine`, `fleet`, `split_by_weight`, `timings` | the engine as a backend, on one device or several |
+//!
+//! Only this module names wgpu.
 
 mod adapter;
-mod buffers;
-mod cache;
-mod check;
-mod counter;
+mod bindings;
+mod conversion;
 mod device;
-mod emit;
+mod dispatch_buffers;
+mod dispatch_size;
+mod dispatcher;
 mod engine;
 mod faults;
 mod fleet;
-mod kernel;
-mod pace;
-mod recipe;
-mod record;
-mod recovery;
-mod reduce;
-mod require;
-mod returned;
+mod pipeline_cache;
+mod pipelines;
+mod returned_rows;
 mod self_test;
-mod share;
-mod slots;
-mod solver;
-mod sources;
-mod specialise;
-mod substitute;
-mod tally;
-mod terms;
+pub mod shader;
+mod solve_batch;
+mod split_by_weight;
+#[doc(hidden)]
+pub mod testing;
 mod timings;
-mod unpack;
-mod wants;
+mod voxel_kernels;
+mod voxel_pilot;
+mod voxel_sweep;
 
 pub use adapter::{AdapterKind, AdapterSummary, adapters};
-pub use buffers::{Settings, settings_members};
-pub use cache::cache_directory;
-pub use check::{Reflection, ShaderError, check};
-pub use counter::generate_inputs;
 pub use device::{Device, chosen_adapters};
-pub use emit::{EmitError, EmitErrorKind, Source, emit};
 pub use engine::Gpu;
-pub use faults::{FaultCounts, Faults, Flip};
 pub use fleet::{Fleet, open};
-pub use kernel::{KERNELS, Kernel, KernelEntry, Part, WORKGROUP_SIZE};
-pub use recipe::Generator;
-pub use record::record_functions;
-pub use require::device_or_skip;
+pub use pipeline_cache::cache_directory;
 pub use self_test::{Check, SelfTest, self_test};
-pub use specialise::{Piece, Specialisation, Value};
-pub use tally::{REQUEST_FLOATS, REQUEST_WORDS};
-pub use terms::specialisation;
 pub use timings::Timings;

@@ -3,8 +3,7 @@
 //! Essential checks concern what every kernel relies on; the others are facts that some kernels must know.
 
 use super::device::{Device, failed};
-use super::emit::emit;
-use super::specialise::{Piece, Specialisation};
+use super::shader::{Piece, Specialisation, check, emit};
 use crate::backend::BackendError;
 use std::fmt;
 use wgpu::BufferUsages as Usage;
@@ -47,7 +46,7 @@ pub(super) fn expect_right(device: &Device) -> Result<(), BackendError> {
     match test.checks.iter().find(|check| check.essential && !check.passed) {
         None => Ok(()),
         Some(Check { name, expected, found, .. }) => Err(failed(format!(
-            "{} computes wrong numbers ({name}: {found} instead of {expected}); mend the driver, or use `--backend cpu`",
+            "{} computes wrong numbers ({name}: {found} instead of {expected}); update the driver, or use the CPU engine",
             device.adapter().name
         ))),
     }
@@ -63,7 +62,7 @@ pub fn self_test(device: &Device) -> Result<SelfTest, BackendError> {
     let piece =
         Piece { name: "shaders/self_test.wgsl".into(), text: include_str!("../../shaders/self_test.wgsl").into() };
     let source = emit(&[piece], &Specialisation::default()).map_err(failed)?;
-    super::check::check(&source).map_err(failed)?;
+    check(&source).map_err(failed)?;
     let mut found = run(device, &source.text, &operands, 13)?;
     if device.faults.wrong_arithmetic {
         found[0] *= 1.001;

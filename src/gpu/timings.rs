@@ -1,6 +1,6 @@
 //! Where the time of a GPU engine goes.
 
-use super::buffers::Spent;
+use super::dispatch_buffers::DeviceTime;
 
 /// Summed over all batches [s]. Kernels and copies are timed by the device's own clock where it has one; they overlap
 /// with the host's work.
@@ -28,10 +28,10 @@ pub struct Timings {
 
 impl Timings {
     /// One dispatch that has come back; returns the seconds of its kernels.
-    pub(super) fn add(&mut self, spent: Spent, on_the_wall: f64, samples: usize) -> f64 {
-        let kernel = spent.kernels.unwrap_or(on_the_wall);
+    pub(super) fn add(&mut self, time: DeviceTime, on_the_wall: f64, samples: usize) -> f64 {
+        let kernel = time.kernels.unwrap_or(on_the_wall);
         self.kernel += kernel;
-        self.copy += spent.copies.unwrap_or(0.0);
+        self.copy += time.copies.unwrap_or(0.0);
         self.dispatch_count += 1;
         self.sample_count += samples as u64;
         kernel

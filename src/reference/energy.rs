@@ -5,7 +5,7 @@ use super::equilibrium::TOLERANCE;
 use super::extrapolation::{Extrapolation, RunAway};
 use super::flexible::Flexible;
 use super::rigid;
-use super::shooting::{State, base_state};
+use super::state::{State, base_state};
 use crate::model::{Rod, Vector};
 use nalgebra::Vector3;
 

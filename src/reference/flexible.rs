@@ -3,7 +3,7 @@
 
 use super::chain::{Chain, Segment, Variation, nu};
 use super::extrapolation::{Extrapolation, Field, RunAway};
-use super::shooting::{Column, State};
+use super::state::{Column, State};
 use nalgebra::{Matrix3, Vector3};
 
 /// Entries of the state in front of the columns: p, R by columns, u - u*.

@@ -26,6 +26,7 @@ mod rigid;
 mod shape;
 mod shooting;
 mod stability;
+mod state;
 
 pub use energy::energy;
 pub use equilibrium::{

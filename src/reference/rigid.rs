@@ -1,7 +1,7 @@
 //! A rigid segment: coil torque (1), jump of the moment (4) with lever arm and weight, its variation (26), (29).
 
 use super::chain::{Chain, Variation, e3_cross};
-use super::shooting::State;
+use super::state::State;
 use nalgebra::Vector3;
 
 /// Crosses rigid segment j.

@@ -5,7 +5,8 @@ use super::equilibrium::{Equilibrium, SI, TOLERANCE};
 use super::extrapolation::Extrapolation;
 use super::flexible::Flexible;
 use super::rigid;
-use super::shooting::{Column, State, base_state, tip_residual};
+use super::shooting::tip_residual;
+use super::state::{Column, State, base_state};
 use crate::model::{Matrix, Rod, Slot, Units, Vector};
 use nalgebra::{Matrix3, Vector3};
 

@@ -8,7 +8,8 @@ use super::chain::Chain;
 use super::extrapolation::Extrapolation;
 use super::flexible::Flexible;
 use super::rigid;
-use super::shooting::{Column, Passage, State, base_state};
+use super::shooting::Passage;
+use super::state::{Column, State, base_state};
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 use std::f64::consts::PI;
 

@@ -10,12 +10,12 @@ const FIRST_BLOCKS: usize = 16;
 const GROWTH: f64 = 4.0;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pace {
+pub struct DispatchSize {
     blocks: usize,
     limit: usize,
 }
 
-impl Pace {
+impl DispatchSize {
     /// Starts small; never exceeds `limit` blocks.
     pub fn new(limit: usize) -> Self {
         Self { blocks: FIRST_BLOCKS.min(limit), limit }
@@ -55,50 +55,50 @@ impl Pace {
 
 #[cfg(test)]
 mod tests {
-    use super::Pace;
+    use super::DispatchSize;
 
     #[test]
     fn grows_to_the_target_and_no_further() {
         let seconds_per_block = 0.001;
-        let mut pace = Pace::new(1000);
+        let mut size = DispatchSize::new(1000);
         for _ in 0..5 {
-            pace.learn(pace.blocks(), pace.blocks() as f64 * seconds_per_block);
+            size.learn(size.blocks(), size.blocks() as f64 * seconds_per_block);
         }
-        assert_eq!(pace.blocks(), 100);
+        assert_eq!(size.blocks(), 100);
     }
 
     #[test]
     fn respects_its_limit_and_stays_above_zero() {
-        let mut pace = Pace::new(20);
-        pace.learn(16, 0.0);
-        assert_eq!(pace.blocks(), 20);
-        pace.learn(20, 1e6);
-        assert_eq!(pace.blocks(), 1);
+        let mut size = DispatchSize::new(20);
+        size.learn(16, 0.0);
+        assert_eq!(size.blocks(), 20);
+        size.learn(20, 1e6);
+        assert_eq!(size.blocks(), 1);
     }
 
     #[test]
     fn gives_half_until_one_is_left() {
-        let mut pace = Pace::new(20);
-        assert!(pace.halve(16));
-        assert_eq!(pace.blocks(), 8);
-        pace.learn(8, 0.0);
-        assert_eq!(pace.blocks(), 8);
-        assert!(pace.halve(3) && !pace.halve(1));
-        assert_eq!(pace.blocks(), 1);
-        let mut pace = Pace::new(20);
-        pace.ease();
-        assert_eq!(pace.blocks(), 8);
-        pace.learn(8, 0.0);
-        assert_eq!(pace.blocks(), 10);
-        (0..9).for_each(|_| pace.ease());
-        assert_eq!(pace.blocks(), 1);
+        let mut size = DispatchSize::new(20);
+        assert!(size.halve(16));
+        assert_eq!(size.blocks(), 8);
+        size.learn(8, 0.0);
+        assert_eq!(size.blocks(), 8);
+        assert!(size.halve(3) && !size.halve(1));
+        assert_eq!(size.blocks(), 1);
+        let mut size = DispatchSize::new(20);
+        size.ease();
+        assert_eq!(size.blocks(), 8);
+        size.learn(8, 0.0);
+        assert_eq!(size.blocks(), 10);
+        (0..9).for_each(|_| size.ease());
+        assert_eq!(size.blocks(), 1);
     }
 
     #[test]
     fn a_short_last_dispatch_does_not_slow_the_next_batch() {
-        let mut pace = Pace::new(1000);
-        pace.learn(16, 0.001);
-        pace.learn(1, 0.05);
-        assert_eq!(pace.blocks(), 64);
+        let mut size = DispatchSize::new(1000);
+        size.learn(16, 0.001);
+        size.learn(1, 0.05);
+        assert_eq!(size.blocks(), 64);
     }
 }

@@ -1,25 +1,25 @@
 //! Variables of unrolled loops and their values in a line.
 
 /// A variable of an unrolled loop and its value; the suffix keeps its type.
-pub struct Bound {
+pub(super) struct Bound {
     pub name: String,
     pub value: u32,
     pub suffix: &'static str,
 }
 
 /// Puts the values of loop variables into a line of code; comments stay.
-pub fn substitute(line: &str, bounds: &[Bound]) -> String {
+pub(super) fn substitute(line: &str, bounds: &[Bound]) -> String {
     let (code, comment) = line.split_at(line.find("//").unwrap_or(line.len()));
     replace(code, bounds, |bound| format!("{}{}", bound.value, bound.suffix)) + comment
 }
 
 /// Puts the values of loop variables into the name of a term.
-pub fn substitute_plain(text: &str, bounds: &[Bound]) -> String {
+pub(super) fn substitute_plain(text: &str, bounds: &[Bound]) -> String {
     replace(text, bounds, |bound| bound.value.to_string())
 }
 
 /// A line of f32 code in f64; comments stay.
-pub fn in_f64(line: &str) -> String {
+pub(super) fn in_f64(line: &str) -> String {
     let (code, comment) = line.split_at(line.find("//").unwrap_or(line.len()));
     let is_word = |c: char| c.is_alphanumeric() || c == '_' || c == '.';
     let mut out = String::with_capacity(line.len());

@@ -1,14 +1,14 @@
 //! What `shaders/reduce.wgsl` reads and keeps: its request, its tally, the box of voxels.
 
-use super::buffers::float_bytes;
+use super::settings::float_bytes;
 use crate::backend::Precision;
 
 /// Words that the tally starts with: returned, ramped among the counted, two spare ones.
-pub(super) const HEADER: usize = 4;
+pub(crate) const HEADER: usize = 4;
 
 /// Numbers of a request, in the order of the shader.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Request {
+pub(crate) struct Request {
     pub mark: f64,
     pub bounds: Bounds,
     /// Voxels to the plan's unit of length.
@@ -31,7 +31,7 @@ pub const REQUEST_WORDS: [&str; 9] =
 
 /// Largest and smallest numbers among the rows that the host has, in the plan's units.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Bounds {
+pub(crate) struct Bounds {
     pub low: [f64; 3],
     pub high: [f64; 3],
     pub residual: f64,
@@ -41,7 +41,7 @@ pub(super) struct Bounds {
 
 /// The voxels that the device counts.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct VoxelGrid {
+pub(crate) struct VoxelGrid {
     pub first: [i32; 3],
     pub size: [u32; 3],
 }

@@ -1,25 +1,22 @@
 //! The kernels: entry points, the pieces they are made of, and what a plan fixes in them.
 
 use super::emit::{EmitError, Source, emit};
-use super::recipe::{Generator, TERMS};
+use super::generator::{Generator, TERMS};
 use super::record::record_functions;
 use super::sources::source_functions;
 use super::specialise::{Piece, Specialisation, Value};
-use super::tally::voxel_margin;
 use super::terms::specialisation;
+use super::voxel_request::voxel_margin;
 use crate::backend::Precision;
 use crate::model::Plan;
 use std::borrow::Cow;
-
-/// Invocations of a workgroup; a block of samples is a multiple.
-pub const WORKGROUP_SIZE: u32 = 64;
 
 /// A shader file, compiled in.
 macro_rules! shader {
     ($stem:literal) => {
         Part::File(Piece {
             name: Cow::Borrowed(concat!("shaders/", $stem, ".wgsl")),
-            text: Cow::Borrowed(include_str!(concat!("../../shaders/", $stem, ".wgsl"))),
+            text: Cow::Borrowed(include_str!(concat!("../../../shaders/", $stem, ".wgsl"))),
         })
     };
 }
@@ -70,13 +67,13 @@ pub const KERNELS: &[KernelEntry] = &[KernelEntry {
 }];
 
 /// Makes the samples of a sweep from their index.
-pub(super) const GENERATE: &[Part] = &[shader!("wide"), shader!("generate")];
+const GENERATE: &[Part] = &[shader!("wide"), shader!("generate")];
 
 /// Counts solved samples in voxels.
-pub(super) const REDUCE: &[Part] = &[shader!("reduce")];
+const REDUCE: &[Part] = &[shader!("reduce")];
 
 /// Layout and loading of a sample's numbers: what every kernel starts with.
-pub(super) const PRELUDE: &[Part] = &[shader!("batch"), Part::Record];
+const PRELUDE: &[Part] = &[shader!("batch"), Part::Record];
 
 /// A kernel specialised for a plan.
 #[derive(Clone, Debug)]

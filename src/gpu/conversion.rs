@@ -1,18 +1,41 @@
-//! What comes back from the device, in SI and f64.
+//! Inputs and outputs between SI in f64 and the plan's units in the kernel's precision.
 
-use crate::model::{BASE_RECORD, BLOCK, Batch, Entry, Plan, Quantity, Status};
+use crate::backend::Precision;
+use crate::model::{BASE_RECORD, BLOCK, Batch, Blocks, Entry, Plan, Quantity, Status};
+use rayon::prelude::*;
+use std::ops::Range;
 
-/// How one dispatch's outputs become solutions.
-pub struct Unpack<'a> {
+/// Some blocks of inputs as the kernel reads them; `units` has the unit of each column.
+pub(super) fn pack(inputs: &Blocks<f64>, blocks: Range<usize>, units: &[f64], precision: Precision) -> Vec<u8> {
+    let block_len = inputs.block_len();
+    let values = &inputs.data()[blocks.start * block_len..blocks.end * block_len];
+    let size = precision.size();
+    let mut packed = vec![0; size * values.len()];
+    packed.par_chunks_mut(size * BLOCK).zip(values.par_chunks(BLOCK)).enumerate().for_each(|(at, (to, from))| {
+        let unit = units[at % units.len()];
+        for (to, from) in to.chunks_exact_mut(size).zip(from) {
+            match precision {
+                Precision::F32 => to.copy_from_slice(&((from / unit) as f32).to_ne_bytes()),
+                Precision::F64 => to.copy_from_slice(&(from / unit).to_ne_bytes()),
+            }
+        }
+    });
+    packed
+}
+
+/// How one dispatch's outputs become solutions of a batch.
+pub(super) struct OutputConversion<'a> {
     pub plan: &'a Plan,
     pub batch: &'a Batch,
+    /// Unit of each output column.
     pub units: &'a [f64],
+    /// What the dispatch added to each status.
     pub mark: f64,
     /// Whether samples may be left for another dispatch.
     pub in_stages: bool,
 }
 
-impl Unpack<'_> {
+impl OutputConversion<'_> {
     /// Converts one block and returns how many of its samples the kernel has not written.
     pub fn block<S: Copy + Into<f64>>(&self, block: usize, from: &[S], to: &mut [f64]) -> usize {
         let first = block * BLOCK;
@@ -59,7 +82,7 @@ impl Unpack<'_> {
 }
 
 /// Unit of each output column.
-pub fn output_units(plan: &Plan) -> Vec<f64> {
+pub(super) fn output_units(plan: &Plan) -> Vec<f64> {
     let units = &plan.units;
     let mut scale = vec![1.0; plan.output_count()];
     let mut set = |first: usize, unit: f64| scale[first..first + 3].fill(unit);

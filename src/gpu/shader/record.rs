@@ -5,11 +5,12 @@
 //! not grow with the segments: `record_length(at)`, `record_stiffness(at)`. Rest pose of an unloaded distal part: `free_p`, `free_d1`, `free_t`.
 //! Rate k of derivative d: `rate_d_k`. All in the plan's units.
 
-use super::slots::{integrated, slot_table};
+use super::segments::{integrated, segments_vary, varies};
+use super::slots::slot_table;
 use super::specialise::Piece;
 use crate::model::rod::{
-    DIPOLE_AT, DIPOLE_PER_LENGTH_AT, FLEXIBLE_RECORD, LOAD_AT, REST_CURVATURE_AT, REST_CURVATURE_RISE_AT, RIGID_RECORD,
-    SHEAR_COMPLIANCE_AT, STIFFNESS_AT, STIFFNESS_RISE_AT, WEIGHT_AT,
+    DIPOLE_AT, DIPOLE_PER_LENGTH_AT, LOAD_AT, REST_CURVATURE_AT, REST_CURVATURE_RISE_AT, SHEAR_COMPLIANCE_AT,
+    STIFFNESS_AT, STIFFNESS_RISE_AT, WEIGHT_AT,
 };
 use crate::model::{Entry, MOST_KNOWN, Plan, SegmentPlan};
 use std::fmt::Write;
@@ -28,7 +29,7 @@ const FLEXIBLE_VECTORS: [(&str, usize); 7] = [
 const RIGID_VECTORS: [(&str, usize); 2] = [("dipole", DIPOLE_AT), ("weight", WEIGHT_AT)];
 
 /// The loading functions of a plan.
-pub fn record_functions(plan: &Plan) -> Piece {
+pub(super) fn record_functions(plan: &Plan) -> Piece {
     let mut text = String::new();
     let base = ["base_d1", "base_t", "flux_density", "tip_force", "tip_moment", "base_position"];
     for (at, name) in base.iter().enumerate() {
@@ -62,7 +63,7 @@ pub fn record_functions(plan: &Plan) -> Piece {
 
 /// Values of the constant entries in the plan's units, zero for varying ones; where any number of a segment varies, one
 /// more than the input column of each entry, zero for constant ones; then the table of slots.
-pub(super) fn constants(plan: &Plan) -> Vec<f64> {
+pub(crate) fn constants(plan: &Plan) -> Vec<f64> {
     let value = |(entry, unit): (&Entry, f64)| match entry {
         Entry::Constant(value) => value / unit,
         Entry::Varying(_) => 0.0,
@@ -80,7 +81,7 @@ pub(super) fn constants(plan: &Plan) -> Vec<f64> {
 }
 
 /// Unit of each input column.
-pub(super) fn input_units(plan: &Plan) -> Vec<f64> {
+pub(crate) fn input_units(plan: &Plan) -> Vec<f64> {
     let mut units = vec![1.0; plan.input_count];
     for (entry, unit) in plan.entries.iter().zip(plan.entry_units()) {
         if let Entry::Varying(column) = entry {
@@ -88,19 +89,6 @@ pub(super) fn input_units(plan: &Plan) -> Vec<f64> {
         }
     }
     units
-}
-
-/// Whether any number of an integrated segment varies.
-pub(super) fn segments_vary(plan: &Plan) -> bool {
-    let vary = |segment: &SegmentPlan| {
-        let length = if segment.is_flexible { FLEXIBLE_RECORD } else { RIGID_RECORD };
-        (segment.record..segment.record + length).any(|entry| varies(plan, entry))
-    };
-    integrated(plan).iter().any(vary)
-}
-
-fn varies(plan: &Plan, entry: usize) -> bool {
-    matches!(plan.entries[entry], Entry::Varying(_))
 }
 
 /// The functions that take the first entry of a segment's record.

@@ -4,9 +4,9 @@
 //! Then the slots: derivative, kind, segment, axis and entry of the rate. An entry below the table is one of the
 //! constants; past its start, a column of the inputs. Forward columns need no table, see `sources.rs`.
 
-use super::record::segments_vary;
+use super::segments::{integrated, segments_vary};
 use super::specialise::{Specialisation, Value};
-use crate::model::{Axis, Entry, Plan, SegmentPlan, Slot};
+use crate::model::{Axis, Entry, Plan, Slot};
 
 /// The kinds of slots, by their code.
 const KINDS: [&str; 16] = [
@@ -30,11 +30,6 @@ const KINDS: [&str; 16] = [
 
 /// The kinds from here on belong to a segment.
 const FIRST_OF_SEGMENT: usize = 6;
-
-/// The segments that are integrated: all but the unloaded distal part.
-pub(super) fn integrated(plan: &Plan) -> &[SegmentPlan] {
-    &plan.segments[..plan.free.map_or(plan.segments.len(), |free| free.segment)]
-}
 
 /// Slots to differentiate by, and the entries of their rates; not those of segments that are not integrated, which
 /// change nothing.

@@ -24,9 +24,9 @@ pub struct Generator {
     pub(super) axis_words: usize,
     pub(super) columns_at: usize,
     pub(super) common_at: usize,
-    pub(super) words: Vec<u32>,
+    pub(crate) words: Vec<u32>,
     /// In the plan's units.
-    pub(super) tables: Vec<f64>,
+    pub(crate) tables: Vec<f64>,
 }
 
 /// The methods' terms in the shader.

@@ -1,27 +1,25 @@
-//! Pipelines: the solving kernel with what all its dispatches share, and others.
+//! Kernels as the device runs them: checked, compiled, and with the constants that all samples share.
 
-use super::buffers::{float_bytes, layout_of};
-use super::check::check;
+use super::bindings::bind_group_layout;
 use super::device::{Device, failed};
-use super::kernel::Kernel;
-use super::record::constants;
+use super::shader::{Kernel, check, constants, float_bytes};
 use crate::backend::{BackendError, Precision};
 use crate::model::Plan;
 use wgpu::{BufferBindingType as Kind, BufferUsages as Usage};
 
 /// The solving kernel of one plan, ready to run.
-pub(super) struct Solver {
+pub(super) struct SolvePipeline {
     pub precision: Precision,
-    /// Whether stragglers are left for dispatches of their own.
+    /// Whether samples that need the guarded ramp are left for dispatches of their own.
     pub in_stages: bool,
     pub layout: wgpu::BindGroupLayout,
     pub pipeline: wgpu::ComputePipeline,
     pub constants: wgpu::Buffer,
 }
 
-impl Solver {
+impl SolvePipeline {
     pub fn new(device: &Device, plan: &Plan, kernel: &Kernel) -> Result<Self, BackendError> {
-        let layout = layout_of(
+        let layout = bind_group_layout(
             device,
             "batch",
             &[
@@ -31,7 +29,7 @@ impl Solver {
                 Kind::Storage { read_only: false },
             ],
         )?;
-        let pipeline = pipeline(device, &layout, kernel)?;
+        let pipeline = compile(device, &layout, kernel)?;
         let values = float_bytes(&constants(plan), kernel.precision);
         let constants = device.buffer("constants", values.len() as u64, Usage::STORAGE | Usage::COPY_DST)?;
         device.queue.write_buffer(&constants, 0, &values);
@@ -42,7 +40,7 @@ impl Solver {
 }
 
 /// Checks a kernel and hands it to the driver.
-pub(super) fn pipeline(
+pub(super) fn compile(
     device: &Device,
     layout: &wgpu::BindGroupLayout,
     kernel: &Kernel,

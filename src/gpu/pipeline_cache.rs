@@ -1,4 +1,4 @@
-//! Compiled pipelines, kept on disk from run to run where the driver gives them out. Any trouble means no cache.
+//! Compiled pipelines on disk, from run to run, where the driver hands them out. Any trouble with the file means no cache.
 
 use std::env;
 use std::fs;
@@ -16,7 +16,7 @@ const HASH: usize = 8;
 
 /// Pipelines of one adapter.
 #[derive(Debug)]
-pub(super) struct Cache {
+pub(super) struct PipelineCache {
     pub raw: wgpu::PipelineCache,
     path: PathBuf,
     /// Hash of what the file holds.
@@ -39,8 +39,8 @@ pub fn cache_directory() -> Option<PathBuf> {
     usual.map(|place| place.join("rodsweep"))
 }
 
-impl Cache {
-    pub fn open(device: &wgpu::Device, adapter: &wgpu::AdapterInfo) -> Option<Cache> {
+impl PipelineCache {
+    pub fn open(device: &wgpu::Device, adapter: &wgpu::AdapterInfo) -> Option<PipelineCache> {
         if !device.features().contains(wgpu::Features::PIPELINE_CACHE) {
             return None;
         }
@@ -53,7 +53,7 @@ impl Cache {
         #[allow(unsafe_code)]
         let raw = unsafe { device.create_pipeline_cache(&descriptor) };
         match pollster::block_on(scope.pop()) {
-            None => Some(Cache { raw, path, stored: Mutex::new(xxh3_64(&data.unwrap_or_default())) }),
+            None => Some(PipelineCache { raw, path, stored: Mutex::new(xxh3_64(&data.unwrap_or_default())) }),
             Some(_) => None,
         }
     }

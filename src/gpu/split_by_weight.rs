@@ -1,9 +1,9 @@
-//! Shares of some work, by weight.
+//! Work cut into shares, by weight.
 
 use std::ops::Range;
 
 /// Cuts ranges, in order, into as many shares as there are weights, each as long as its weight says.
-pub(super) fn shares(ranges: &[Range<u64>], weights: &[f64]) -> Vec<Vec<Range<u64>>> {
+pub(super) fn split_by_weight(ranges: &[Range<u64>], weights: &[f64]) -> Vec<Vec<Range<u64>>> {
     let total: u64 = ranges.iter().map(|range| range.end - range.start).sum();
     let sum: f64 = weights.iter().sum();
     let mut ranges = ranges.iter().filter(|range| !range.is_empty()).cloned();
@@ -26,18 +26,18 @@ pub(super) fn shares(ranges: &[Range<u64>], weights: &[f64]) -> Vec<Vec<Range<u6
 
 #[cfg(test)]
 mod tests {
-    use super::shares;
+    use super::split_by_weight;
 
     #[test]
     fn everything_is_shared_once_and_in_order() {
         let ranges = [0..10, 10..10, 20..50, 60..61];
         for weights in [vec![1.0], vec![1.0, 1.0], vec![1e-9, 3.0, 1.0], vec![1.0; 50], vec![1e12, 1.0]] {
-            let shares = shares(&ranges, &weights);
+            let shares = split_by_weight(&ranges, &weights);
             assert_eq!(shares.len(), weights.len());
             let all: Vec<u64> = shares.iter().flatten().cloned().flatten().collect();
             assert_eq!(all, ranges.iter().cloned().flatten().collect::<Vec<_>>(), "{weights:?}");
         }
-        assert_eq!(shares(&ranges, &[3.0, 1.0]), [vec![0..10, 20..41], vec![41..50, 60..61]]);
-        assert_eq!(shares(&[], &[1.0, 1.0]), [vec![], vec![]]);
+        assert_eq!(split_by_weight(&ranges, &[3.0, 1.0]), [vec![0..10, 20..41], vec![41..50, 60..61]]);
+        assert_eq!(split_by_weight(&[], &[1.0, 1.0]), [vec![], vec![]]);
     }
 }

@@ -1,24 +1,46 @@
-//! Terms that follow from what a plan differentiates by.
+//! Terms and constants that follow from what a plan differentiates by.
 
-use super::slots::{integrated, slots};
-use super::specialise::Specialisation;
-use super::terms::{by_rotation, tableaux};
+use super::segments::integrated;
+use super::slots::slots;
+use super::specialise::{Specialisation, Value};
+use super::tableaux::tableaux;
 use crate::model::{Plan, Slot};
 
+/// Which threes of columns there are, and which of them the answer takes.
+pub(super) fn add_columns(s: &mut Specialisation, plan: &Plan) {
+    let reciprocity = !plan.forward && !plan.derivatives.is_empty();
+    let rotates = reciprocity && plan.options.base_moment_rows;
+    let (moment, derived, rotation) = (1, 1 << 1, 1 << by_rotation(plan));
+    let answer = moment + if plan.derivatives.is_empty() { 0 } else { derived } + if rotates { rotation } else { 0 };
+    s.constant("THREES", Value::U32(by_rotation(plan) + 1));
+    s.constant("TRACED", Value::U32(if rotates { 3 } else { 2 }));
+    s.constant("BY_ROTATION", Value::U32(by_rotation(plan)));
+    s.constant("STABILITY_COLUMNS", Value::U32(moment + rotation));
+    s.constant("ANSWER_COLUMNS", Value::U32(answer));
+    s.term("RECIPROCITY", reciprocity);
+    s.term("ROTATES", rotates);
+    s.term("BASE_MOMENT_ROWS", plan.options.base_moment_rows);
+}
+
+/// Place of the columns by base rotation.
+fn by_rotation(plan: &Plan) -> u32 {
+    if plan.derivatives.is_empty() { 1 } else { 2 }
+}
+
 /// What is integrated besides the rod, what the columns leave behind and what forward columns need.
-pub(super) fn add_wants(s: &mut Specialisation, plan: &Plan) {
+pub(super) fn add_derivative_terms(s: &mut Specialisation, plan: &Plan) {
     let terms = &plan.terms;
-    let wants = |test: fn(&Slot) -> bool| slots(plan).any(|(_, slot, _)| test(&slot));
-    let rest_curvature = wants(|slot| matches!(slot, Slot::RestCurvature(..) | Slot::RestCurvatureRise(..)));
-    let stiffness = wants(|slot| matches!(slot, Slot::Stiffness(..) | Slot::StiffnessRise(..)));
-    let shear = wants(|slot| matches!(slot, Slot::ShearCompliance(..)));
-    let load = wants(|slot| matches!(slot, Slot::Load(..)));
-    let weight = wants(|slot| matches!(slot, Slot::Weight(..)));
-    let dipole = wants(|slot| matches!(slot, Slot::Dipole(..)));
-    let magnet = wants(|slot| matches!(slot, Slot::DipolePerLength(..)));
-    let field = (terms.dipole || terms.magnet) && wants(|slot| matches!(slot, Slot::FluxDensity(_)));
-    let length = wants(|slot| matches!(slot, Slot::Length(_)));
-    let tip_force = wants(|slot| matches!(slot, Slot::TipForce(_)));
+    let has = |test: fn(&Slot) -> bool| slots(plan).any(|(_, slot, _)| test(&slot));
+    let rest_curvature = has(|slot| matches!(slot, Slot::RestCurvature(..) | Slot::RestCurvatureRise(..)));
+    let stiffness = has(|slot| matches!(slot, Slot::Stiffness(..) | Slot::StiffnessRise(..)));
+    let shear = has(|slot| matches!(slot, Slot::ShearCompliance(..)));
+    let load = has(|slot| matches!(slot, Slot::Load(..)));
+    let weight = has(|slot| matches!(slot, Slot::Weight(..)));
+    let dipole = has(|slot| matches!(slot, Slot::Dipole(..)));
+    let magnet = has(|slot| matches!(slot, Slot::DipolePerLength(..)));
+    let field = (terms.dipole || terms.magnet) && has(|slot| matches!(slot, Slot::FluxDensity(_)));
+    let length = has(|slot| matches!(slot, Slot::Length(_)));
+    let tip_force = has(|slot| matches!(slot, Slot::TipForce(_)));
     let integrals = rest_curvature || stiffness || shear || load || magnet || field && terms.magnet;
     let on_rigid = weight || dipole || field || length;
 

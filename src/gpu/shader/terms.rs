@@ -1,13 +1,15 @@
 //! Terms and constants that a plan fixes in the shaders.
 
-use super::kernel::WORKGROUP_SIZE;
-use super::slots::{add_slots, integrated, slot_count};
+use super::derivative_terms::{add_columns, add_derivative_terms, has_integrals};
+use super::segments::integrated;
+use super::settings::WORKGROUP_SIZE;
+use super::slots::{add_slots, slot_count};
 use super::sources::{add_sources, forward_threes};
 use super::specialise::{Specialisation, Value};
-use super::wants::{add_wants, has_integrals};
+use super::tableaux::add_tableaux;
 use crate::backend::Precision;
-use crate::model::path::{self, PATH_STEPPER};
-use crate::model::{BLOCK, MOST_KNOWN, NO_EQUILIBRIUM, Plan, Quantity, SegmentPlan, Status, Tableau};
+use crate::model::path;
+use crate::model::{BLOCK, MOST_KNOWN, NO_EQUILIBRIUM, Plan, Quantity, SegmentPlan, Status};
 
 /// Loop iterations of one invocation that every driver runs; software Vulkan stops silently at 65,535.
 const ITERATION_BUDGET: usize = 60_000;
@@ -31,7 +33,7 @@ pub fn specialisation(plan: &Plan, precision: Precision) -> Specialisation {
     s.constant("DERIVATIVE_COLUMN", number(Quantity::COUNT));
     s.constant("DERIVATIVE_COUNT", number(plan.derivatives.len()));
     s.constant("ROWS", number(plan.rows()));
-    add_threes(&mut s, plan);
+    add_columns(&mut s, plan);
     for (name, quantity) in COLUMNS {
         s.constant(format!("{name}_COLUMN"), number(quantity.column()));
     }
@@ -62,7 +64,7 @@ pub fn specialisation(plan: &Plan, precision: Precision) -> Specialisation {
     add_slots(&mut s, plan);
     add_sources(&mut s, plan);
     add_tableaux(&mut s, plan);
-    add_wants(&mut s, plan);
+    add_derivative_terms(&mut s, plan);
     add_path(&mut s, plan);
     s
 }
@@ -80,27 +82,6 @@ const COLUMNS: [(&str, Quantity); 11] = [
     ("LOAD_FRACTION", Quantity::LoadFraction),
     ("STATUS", Quantity::Status),
 ];
-
-/// Which threes of columns there are, and which of them the answer takes.
-fn add_threes(s: &mut Specialisation, plan: &Plan) {
-    let reciprocity = !plan.forward && !plan.derivatives.is_empty();
-    let rotates = reciprocity && plan.options.base_moment_rows;
-    let (moment, derived, rotation) = (1, 1 << 1, 1 << by_rotation(plan));
-    let answer = moment + if plan.derivatives.is_empty() { 0 } else { derived } + if rotates { rotation } else { 0 };
-    s.constant("THREES", Value::U32(by_rotation(plan) + 1));
-    s.constant("TRACED", Value::U32(if rotates { 3 } else { 2 }));
-    s.constant("BY_ROTATION", Value::U32(by_rotation(plan)));
-    s.constant("STABILITY_COLUMNS", Value::U32(moment + rotation));
-    s.constant("ANSWER_COLUMNS", Value::U32(answer));
-    s.term("RECIPROCITY", reciprocity);
-    s.term("ROTATES", rotates);
-    s.term("BASE_MOMENT_ROWS", plan.options.base_moment_rows);
-}
-
-/// Place of the columns by base rotation.
-pub(super) fn by_rotation(plan: &Plan) -> u32 {
-    if plan.derivatives.is_empty() { 1 } else { 2 }
-}
 
 /// Steps over each segment while following the path.
 fn path_steps(plan: &Plan) -> Vec<usize> {
@@ -137,34 +118,6 @@ fn add_segments(s: &mut Specialisation, plan: &Plan) {
     }
     for (index, segment) in segments.iter().enumerate() {
         s.term(format!("FLEXIBLE[{index}]"), segment.is_flexible);
-    }
-}
-
-/// The tableaux in use: that of the path, that of the answer.
-pub(super) fn tableaux(plan: &Plan) -> Vec<&'static Tableau> {
-    let answer = plan.options.stepper;
-    if answer == PATH_STEPPER { vec![answer.tableau()] } else { vec![PATH_STEPPER.tableau(), answer.tableau()] }
-}
-
-fn add_tableaux(s: &mut Specialisation, plan: &Plan) {
-    let tableaux = tableaux(plan);
-    let stages = tableaux.iter().map(|tableau| tableau.b.len()).max().unwrap_or(0);
-    let padded = |row: &[f64]| Value::float_array((0..stages).map(|j| row.get(j).copied().unwrap_or(0.0)));
-    let row = |tableau: &Tableau, i: usize| padded(tableau.a.get(i).copied().unwrap_or(&[]));
-    let matrix = |tableau: &&Tableau| Value::Array((0..stages).map(|i| row(tableau, i)).collect());
-    s.constant("TABLEAU_COUNT", Value::U32(tableaux.len() as u32));
-    s.constant("STAGES", Value::U32(stages as u32));
-    s.constant("A", Value::Array(tableaux.iter().map(matrix).collect()));
-    s.constant("B", Value::Array(tableaux.iter().map(|tableau| padded(tableau.b)).collect()));
-    s.constant("C", Value::Array(tableaux.iter().map(|tableau| padded(tableau.c)).collect()));
-    for (r, tableau) in tableaux.iter().enumerate() {
-        s.constant(format!("STAGE_COUNT_{r}"), Value::U32(tableau.b.len() as u32));
-        for (i, row) in tableau.a.iter().enumerate() {
-            s.term(format!("B[{r}][{i}]"), tableau.b[i] != 0.0);
-            for (j, a) in row.iter().enumerate() {
-                s.term(format!("A[{r}][{i}][{j}]"), *a != 0.0);
-            }
-        }
     }
 }
 
@@ -213,7 +166,7 @@ fn add_path(s: &mut Specialisation, plan: &Plan) {
 /// Passes over the rod on one path, such that an invocation never exceeds the iterations that drivers run.
 ///
 /// Samples that share a register also share its loops, whichever of them needs an iteration.
-pub(super) fn pass_limit(plan: &Plan) -> f64 {
+pub(crate) fn pass_limit(plan: &Plan) -> f64 {
     let segments = integrated(plan);
     let steps: usize = segments.iter().map(|segment| segment.steps).sum();
     let path_steps: usize = path_steps(plan).iter().sum();

@@ -3,7 +3,7 @@
 //!
 //! Which number of a source is not zero is known here, so that compilers see the zeros.
 
-use super::slots::integrated;
+use super::segments::integrated;
 use super::specialise::{Piece, Specialisation, Value};
 use crate::model::{Axis, Plan, Slot};
 use std::fmt::Write;

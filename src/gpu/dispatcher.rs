@@ -1,0 +1,210 @@
+//! Prepares and submits the dispatches of one plan on one device. Finds memory for them, and opens a lost device again.
+//!
+//! Kernels compute in the plan's units, with the base at the origin.
+
+use super::conversion::{OutputConversion, output_units};
+use super::device::{Device, failed, reason};
+use super::dispatch_buffers::{Capacity, Dispatch, DispatchBuffers};
+use super::dispatch_size::DispatchSize;
+use super::pipeline_cache::PipelineCache;
+use super::pipelines::SolvePipeline;
+use super::self_test::expect_right;
+use super::shader::{ALL_PATHS, Kernel, Paths, WORKGROUP_SIZE, input_units};
+use super::timings::Timings;
+use crate::backend::{BackendError, Precision};
+use crate::model::path::newton_tolerance;
+use crate::model::{BLOCK, Batch, Plan};
+use std::time::Instant;
+
+/// Dispatches in flight: the device computes one while the host converts the other.
+pub(super) const DISPATCHES_IN_FLIGHT: usize = 2;
+
+/// Distance of two marks; above every status code.
+const MARK_STEP: u32 = 16;
+
+/// Marks before the first comes back; all exact in f32.
+const MARK_COUNT: u32 = 4096;
+
+/// One device, prepared for one plan.
+pub(super) struct Dispatcher {
+    pub device: Device,
+    pub plan: Plan,
+    pub precision: Precision,
+    kernel: Kernel,
+    pub solver: SolvePipeline,
+    /// Buffers of the dispatches in flight.
+    pub buffers: Vec<DispatchBuffers>,
+    pub size: DispatchSize,
+    mark: u32,
+    pub input_units: Vec<f64>,
+    pub output_units: Vec<f64>,
+    pub timings: Timings,
+    was_reopened: bool,
+    notes: Vec<String>,
+    /// Place of the note on memory that did not suffice.
+    shortage: Option<usize>,
+}
+
+impl Dispatcher {
+    /// Compiles the kernel; dispatches have at most `block_limit` blocks.
+    pub fn new(device: Device, plan: &Plan, kernel: &Kernel, block_limit: usize) -> Result<Self, BackendError> {
+        let start = Instant::now();
+        let solver = SolvePipeline::new(&device, plan, kernel)?;
+        let compile = start.elapsed().as_secs_f64();
+        let mut dispatcher = Self {
+            timings: Timings { open: device.open_seconds, compile, ..Timings::default() },
+            device,
+            plan: plan.clone(),
+            precision: kernel.precision,
+            kernel: kernel.clone(),
+            solver,
+            buffers: Vec::new(),
+            size: DispatchSize::new(block_limit),
+            mark: 0,
+            input_units: input_units(plan),
+            output_units: output_units(plan),
+            was_reopened: false,
+            notes: Vec::new(),
+            shortage: None,
+        };
+        dispatcher.warm_up()?;
+        Ok(dispatcher)
+    }
+
+    /// Dispatches no samples, so that the driver compiles now.
+    fn warm_up(&mut self) -> Result<(), BackendError> {
+        let start = Instant::now();
+        self.reserve(0, 1)?;
+        let buffers = &self.buffers[0];
+        let copies = [(&buffers.outputs, self.output_bytes(1))];
+        let submission = buffers.submit(&self.device, &self.solver, &self.dispatch(0.0, ALL_PATHS, 0, &copies));
+        buffers.finish(&self.device, &submission, |_| {})?;
+        self.timings.first_dispatch = start.elapsed().as_secs_f64();
+        self.store_pipelines();
+        Ok(())
+    }
+
+    /// Keeps what the driver has compiled for later runs.
+    pub fn store_pipelines(&self) {
+        self.device.cache.iter().for_each(PipelineCache::store);
+    }
+
+    /// A dispatch of samples whose inputs the device has; no other kernel runs before or after.
+    pub fn dispatch<'a>(
+        &self,
+        mark: f64,
+        paths: Paths,
+        sample_count: u32,
+        copies: &'a [(&'a wgpu::Buffer, u64)],
+    ) -> Dispatch<'a> {
+        let tolerance = newton_tolerance(self.plan.options.tolerance, self.precision.epsilon());
+        Dispatch { mark, tolerance, paths, sample_count, inputs: &[], before: None, after: None, copies }
+    }
+
+    /// What the next dispatch adds to each status. A status without it was not written by that dispatch.
+    pub fn next_mark(&mut self) -> f64 {
+        self.mark = self.mark % MARK_COUNT + 1;
+        f64::from(self.mark * MARK_STEP)
+    }
+
+    /// Of so many blocks.
+    pub fn output_bytes(&self, block_count: usize) -> u64 {
+        (self.precision.size() * BLOCK * self.output_units.len() * block_count) as u64
+    }
+
+    /// Of a dispatch of so many blocks.
+    pub fn capacity(&self, block_count: usize) -> Capacity {
+        let inputs = (self.precision.size() * BLOCK * self.input_units.len() * block_count) as u64;
+        let outputs = self.output_bytes(block_count);
+        Capacity { samples: (BLOCK * block_count) as u64, inputs, outputs, staging: outputs }
+    }
+
+    /// How the outputs of a dispatch become solutions of a batch.
+    pub fn conversion<'a>(&'a self, batch: &'a Batch, mark: f64) -> OutputConversion<'a> {
+        let in_stages = self.solver.in_stages;
+        OutputConversion { plan: &self.plan, batch, units: &self.output_units, mark, in_stages }
+    }
+
+    /// Makes sure that these buffers exist and hold so many blocks, or fewer where memory does not suffice. Returns how
+    /// many.
+    pub fn reserve(&mut self, place: usize, mut block_count: usize) -> Result<usize, BackendError> {
+        let made = loop {
+            let outputs = self.output_bytes(block_count);
+            if self.buffers.get(place).is_some_and(|held| held.capacity.outputs >= outputs) {
+                return Ok(block_count);
+            }
+            match DispatchBuffers::new(&self.device, &self.solver, self.capacity(block_count)) {
+                Err(error @ BackendError::OutOfMemory { .. }) => {
+                    if !self.size.halve(block_count) {
+                        return Err(error);
+                    }
+                    block_count /= 2;
+                    self.note_shortage(&error, block_count);
+                }
+                made => break made?,
+            }
+        };
+        match self.buffers.get_mut(place) {
+            Some(old) => *old = made,
+            None => self.buffers.push(made),
+        }
+        Ok(block_count)
+    }
+
+    /// Opens a lost device again, once. Any other error is returned. What was under way must be solved anew.
+    pub fn reopen(&mut self, error: BackendError) -> Result<(), BackendError> {
+        if self.was_reopened || !self.device.is_lost() {
+            return Err(error);
+        }
+        self.was_reopened = true;
+        // Says why, whatever the loss looked like where it was noticed.
+        let loss = reason(&self.device.check().err().unwrap_or(error));
+        let again = |error: BackendError| failed(format!("{loss}; then, opening it again, {}", reason(&error)));
+        self.try_reopening().map_err(again)?;
+        // Systems reset a device that is busy for too long or short of memory.
+        self.size.ease();
+        self.notes.push(format!("{loss}; it was opened again, and solved anew in smaller dispatches"));
+        Ok(())
+    }
+
+    fn try_reopening(&mut self) -> Result<(), BackendError> {
+        let device = self.device.reopen()?;
+        expect_right(&device)?;
+        let in_stages = self.solver.in_stages;
+        self.buffers.clear();
+        self.solver = SolvePipeline { in_stages, ..SolvePipeline::new(&device, &self.plan, &self.kernel)? };
+        self.device = device;
+        self.warm_up()
+    }
+
+    /// One note for all shortages.
+    pub fn note_shortage(&mut self, error: &BackendError, block_count: usize) {
+        let BackendError::OutOfMemory { reason } = error else { return };
+        let name = &self.device.adapter().name;
+        let samples = BLOCK * block_count;
+        let note = format!("{name} has too little memory ({reason}); going on with {samples} samples a dispatch");
+        match &mut self.shortage {
+            Some(at) if *at < self.notes.len() => self.notes[*at] = note,
+            _ => {
+                self.shortage = Some(self.notes.len());
+                self.notes.push(note);
+            }
+        }
+    }
+
+    /// What users should know, each note once.
+    pub fn take_notes(&mut self) -> Vec<String> {
+        self.shortage = None;
+        std::mem::take(&mut self.notes)
+    }
+}
+
+/// Blocks of one dispatch that the device's limits allow, and outputs of `budget` [bytes].
+pub(super) fn block_limit(device: &Device, plan: &Plan, precision: Precision, budget: u64) -> usize {
+    let limits = device.adapter();
+    let columns = plan.output_count().max(plan.input_count);
+    let bytes = budget.min(limits.max_buffer_size / 2).min(limits.max_storage_binding_size);
+    let by_size = bytes / (precision.size() * BLOCK * columns) as u64;
+    let by_workgroups = u64::from(limits.max_workgroups) * u64::from(WORKGROUP_SIZE) / BLOCK as u64;
+    by_size.min(by_workgroups).max(1) as usize
+}

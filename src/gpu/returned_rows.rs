@@ -1,0 +1,86 @@
+//! The few rows that come back from a dispatch of a sweep without rows.
+
+use super::device::failed;
+use super::dispatcher::Dispatcher;
+use super::shader::Bounds;
+use crate::backend::{BackendError, ReduceJob, Returned};
+use crate::model::{BLOCK, Batch, Plan, Quantity, Solutions, Status};
+use bytemuck::Pod;
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// A batch of samples by their index.
+pub(super) fn batch_of(plan: &Plan, job: &ReduceJob, indices: &[u64]) -> Batch {
+    plan.batch(indices.len(), |at, row| {
+        if let Some(index) = indices.get(at) {
+            (job.values)(*index, row);
+        }
+    })
+}
+
+/// Which rows one dispatch gave back.
+pub(super) struct ReturnedRows<'a> {
+    pub job: &'a ReduceJob<'a>,
+    /// Samples of the dispatch.
+    pub range: Range<u64>,
+    /// What the dispatch added to each status.
+    pub mark: f64,
+    /// Sample of each row, counted from the first of the dispatch.
+    pub list: &'a [u32],
+}
+
+impl ReturnedRows<'_> {
+    /// Sorts the rows by sample and converts them; also returns the samples that are left for another dispatch.
+    ///
+    /// `rows` lie block by block in the plan's units. They widen the bounds.
+    pub fn read<S: Pod + Sync + Into<f64>>(
+        &self,
+        dispatcher: &Dispatcher,
+        rows: &[S],
+        bounds: &mut Bounds,
+    ) -> Result<(Returned, Vec<u64>), BackendError> {
+        let (plan, list) = (&dispatcher.plan, self.list);
+        let name = &dispatcher.device.adapter().name;
+        let width = plan.output_count();
+        let value = |row: usize, column: usize| rows[(row / BLOCK * width + column) * BLOCK + row % BLOCK];
+        let mut order: Vec<usize> = (0..list.len()).collect();
+        order.sort_unstable_by_key(|at| list[*at]);
+        if order.windows(2).any(|pair| list[pair[0]] == list[pair[1]]) {
+            return Err(failed(format!("{name}: a sample came back twice")));
+        }
+        let pending = self.mark + f64::from(Status::Pending.code());
+        let is_left =
+            |row: &usize| dispatcher.solver.in_stages && value(*row, Quantity::Status.column()).into() == pending;
+        let index = |row: usize| self.range.start + u64::from(list[row]);
+        let (left, order): (Vec<usize>, Vec<usize>) = order.into_iter().partition(is_left);
+        let indices: Vec<u64> = order.iter().map(|row| index(*row)).collect();
+        let batch = batch_of(plan, self.job, &indices);
+        let mut solutions = Solutions::new(plan, indices.len());
+        let mut sorted = vec![S::zeroed(); solutions.values.data().len()];
+        for (to, from) in order.iter().enumerate() {
+            for column in 0..width {
+                sorted[(to / BLOCK * width + column) * BLOCK + to % BLOCK] = value(*from, column);
+            }
+        }
+        let conversion = dispatcher.conversion(&batch, self.mark);
+        let block_len = solutions.values.block_len();
+        let blocks = solutions.values.data_mut().par_chunks_mut(block_len).zip(sorted.par_chunks(block_len));
+        let unwritten: usize = blocks.enumerate().map(|(block, (to, from))| conversion.block(block, from, to)).sum();
+        if unwritten > 0 {
+            let samples = self.range.end - self.range.start;
+            return Err(failed(format!("{name}: the kernel left {unwritten} of {samples} samples unwritten")));
+        }
+        for (at, from) in order.iter().enumerate() {
+            let column = |quantity: Quantity, axis: usize| value(*from, quantity.column() + axis).into();
+            let estimate: f64 = column(Quantity::ErrorEstimate, 0);
+            let tip = [0, 1, 2].map(|axis| column(Quantity::TipPosition, axis));
+            // A doubtful row is solved again and may change.
+            let is_certain = solutions.status(at).is_success() && estimate <= self.job.tolerance;
+            if is_certain && tip.iter().all(|x: &f64| x.is_finite()) {
+                bounds.widen(tip, column(Quantity::Residual, 0), estimate);
+            }
+        }
+        let left = left.into_iter().map(index).collect();
+        Ok((Returned { indices, batch, solutions, counted: [0; 2] }, left))
+    }
+}

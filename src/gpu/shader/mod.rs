@@ -1,0 +1,34 @@
+//! Sources of the kernels: pieces of WGSL and a plan become one checked text. Nothing here needs a GPU.
+//!
+//! For tests and trials of kernels; engines make their own.
+
+mod check;
+mod derivative_terms;
+mod emit;
+mod generator;
+mod kernel;
+mod record;
+mod segments;
+mod settings;
+mod slots;
+mod sources;
+mod specialise;
+mod substitute;
+mod tableaux;
+mod terms;
+mod voxel_request;
+
+pub use check::{Reflection, ShaderError, check};
+pub use emit::{EmitError, EmitErrorKind, Source, emit};
+pub use generator::Generator;
+pub use kernel::{KERNELS, Kernel, KernelEntry, Part};
+pub use settings::{WORKGROUP_SIZE, settings_members};
+pub use specialise::{Piece, Specialisation, Value};
+pub use terms::specialisation;
+pub use voxel_request::{REQUEST_FLOATS, REQUEST_WORDS};
+
+pub(super) use record::{constants, input_units};
+pub(super) use segments::integrated;
+pub(super) use settings::{ALL_PATHS, GUARDED_PATH, Paths, QUICK_PATHS, Settings, float_bytes};
+pub(super) use terms::pass_limit;
+pub(super) use voxel_request::{Bounds, HEADER, Request, VoxelGrid};

@@ -1,0 +1,72 @@
+//! What host and kernels agree on: the workgroup size, the uniform that every kernel reads, how numbers are stored.
+
+use crate::backend::Precision;
+use std::mem::offset_of;
+
+/// Invocations of a workgroup; a block of samples is a multiple.
+pub const WORKGROUP_SIZE: u32 = 64;
+
+/// The uniform that every kernel reads; `Settings` in `shaders/batch.wgsl`, with floats of the kernel's precision.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Settings<S> {
+    /// Added to every status.
+    pub mark: S,
+    /// Newton's, in the plan's unit of moment.
+    pub tolerance: S,
+    /// Where chord steps end, in the same unit and over the stability margin.
+    pub chord_tolerance: S,
+    pub sample_count: u32,
+    /// Always zero.
+    pub zero: u32,
+    /// Ways to the full load that are tried, see `shaders/path.wgsl`.
+    pub first_path: u32,
+    pub last_path: u32,
+}
+
+/// Ways to the full load, from the first to the last, as `shaders/path.wgsl` numbers them.
+pub(crate) type Paths = (u32, u32);
+pub(crate) const ALL_PATHS: Paths = (0, 1);
+/// All but the guarded ramp, and that alone.
+pub(crate) const QUICK_PATHS: Paths = (0, 0);
+pub(crate) const GUARDED_PATH: Paths = (1, 1);
+
+impl Settings<f64> {
+    /// As the kernels of a precision read them.
+    pub fn bytes(&self, precision: Precision) -> Vec<u8> {
+        let floats = [self.mark, self.tolerance, self.chord_tolerance];
+        let mut bytes = float_bytes(&floats, precision);
+        bytes.extend_from_slice(bytemuck::bytes_of(&[self.sample_count, self.zero, self.first_path, self.last_path]));
+        bytes
+    }
+}
+
+/// Numbers as the kernels of a precision read them.
+pub(crate) fn float_bytes(values: &[f64], precision: Precision) -> Vec<u8> {
+    match precision {
+        Precision::F32 => bytemuck::cast_slice(&values.iter().map(|x| *x as f32).collect::<Vec<_>>()).to_vec(),
+        Precision::F64 => bytemuck::cast_slice(values).to_vec(),
+    }
+}
+
+macro_rules! offsets {
+    ($float:ty) => {
+        [
+            ("mark", offset_of!(Settings<$float>, mark)),
+            ("tolerance", offset_of!(Settings<$float>, tolerance)),
+            ("chord_tolerance", offset_of!(Settings<$float>, chord_tolerance)),
+            ("sample_count", offset_of!(Settings<$float>, sample_count)),
+            ("zero", offset_of!(Settings<$float>, zero)),
+            ("first_path", offset_of!(Settings<$float>, first_path)),
+            ("last_path", offset_of!(Settings<$float>, last_path)),
+        ]
+    };
+}
+
+/// Members of `Settings` and their offsets, to compare with the shaders.
+pub fn settings_members(precision: Precision) -> [(&'static str, usize); 7] {
+    match precision {
+        Precision::F32 => offsets!(f32),
+        Precision::F64 => offsets!(f64),
+    }
+}

@@ -1,0 +1,56 @@
+//! What tests need: a GPU or a visible skip, faults on demand, samples as the device makes them.
+
+use super::device::Device;
+use super::dispatch_buffers::read_back;
+use super::engine::Gpu;
+use super::shader::{Generator, VoxelGrid, WORKGROUP_SIZE};
+use super::voxel_kernels::VoxelKernels;
+use crate::backend::{BackendError, Precision};
+use crate::model::{BLOCK, Blocks};
+
+pub use super::faults::{FaultCounts, Faults, Flip};
+
+/// Opens a GPU for a test. Without one: prints that `test` is skipped and returns `None`, or panics where the
+/// environment variable `RODSWEEP_GPU` is `require`.
+pub fn device_or_skip(test: &str) -> Option<Device> {
+    match Device::open() {
+        Ok(device) => Some(device),
+        Err(error) if std::env::var("RODSWEEP_GPU").is_ok_and(|value| value == "require") => {
+            panic!("{test} requires a GPU (RODSWEEP_GPU=require): {error}")
+        }
+        Err(error) => {
+            eprintln!("SKIPPED {test}: {error}");
+            None
+        }
+    }
+}
+
+/// Inputs of some samples as the device makes them, in the plan's units, block by block.
+pub fn generate_inputs(
+    gpu: &mut Gpu,
+    generator: &Generator,
+    first: u64,
+    sample_count: usize,
+) -> Result<Blocks<f64>, BackendError> {
+    let dispatcher = &mut gpu.dispatcher;
+    let kernels = VoxelKernels::new(dispatcher, 1.0, generator, VoxelGrid::around(&[]))?;
+    let mut made = Blocks::new(dispatcher.plan.input_count, sample_count);
+    let buffers = kernels.buffers(dispatcher, sample_count.div_ceil(BLOCK))?;
+    buffers.set_range(&dispatcher.device, first, sample_count);
+    let mut encoder = dispatcher.device.raw.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+    pass.set_pipeline(&kernels.generate);
+    pass.set_bind_group(0, &buffers.generate, &[]);
+    pass.dispatch_workgroups((sample_count as u32).div_ceil(WORKGROUP_SIZE), 1, 1);
+    drop(pass);
+    dispatcher.device.queue.submit([encoder.finish()]);
+    let bytes = (dispatcher.precision.size() * made.data().len()) as u64;
+    read_back(&dispatcher.device, &buffers.solve.inputs, 0..bytes, |bytes| match dispatcher.precision {
+        Precision::F32 => {
+            let values: &[f32] = bytemuck::cast_slice(bytes);
+            made.data_mut().iter_mut().zip(values).for_each(|(to, from)| *to = f64::from(*from));
+        }
+        Precision::F64 => made.data_mut().copy_from_slice(bytemuck::cast_slice(bytes)),
+    })?;
+    Ok(made)
+}
