@@ -115,8 +115,7 @@ pub(super) fn units(text: &str) -> HashMap<String, String> {
 
 fn read_units(bytes: &[u8]) -> Option<HashMap<String, String>> {
     // The length stands behind the mark, or alone in files of old.
-    let message = &bytes[4..];
-    let message = if bytes.starts_with(&CONTINUATION) { message.get(4..)? } else { message };
+    let message = bytes.get(if bytes.starts_with(&CONTINUATION) { 8 } else { 4 }..)?;
     let schema = Flat { bytes: message, at: 0 }.follow()?.slot(message::HEADER)?.follow()?;
     let mut units = HashMap::new();
     for field in schema.slot(schema::FIELDS)?.follow()?.items()? {

@@ -43,27 +43,3 @@ fn array(values: &Values) -> ArrayRef {
         Values::Flag(values) => Arc::new(values.iter().copied().collect::<BooleanArray>()),
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::model::Status;
-    use arrow_array::Array;
-
-    #[test]
-    fn a_record_batch_holds_the_table() {
-        let table = Table::new(vec![
-            Column::new("sample", "", vec![u64::MAX, 1]),
-            Column::new("tip.position.x", "m", vec![0.5, f64::NAN]),
-            Column::new("status", "", vec![Status::Ok, Status::Fold]),
-            Column::new("stable", "", vec![Some(true), None]),
-        ]);
-        let batch = table.to_record_batch().unwrap();
-        assert_eq!(batch.schema().field(1).metadata()["unit"], "m");
-        assert_eq!((batch.num_rows(), batch.column(1).null_count(), batch.column(3).null_count()), (2, 1, 1));
-        let words = batch.column(2).as_any().downcast_ref::<StringArray>().unwrap();
-        assert_eq!(words.value(1), "fold");
-        let samples = batch.column(0).as_any().downcast_ref::<UInt64Array>().unwrap();
-        assert_eq!(samples.value(0), u64::MAX);
-    }
-}

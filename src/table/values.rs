@@ -119,7 +119,7 @@ impl Values {
     /// # Panics
     /// If there is no such row.
     pub fn append_rows(&mut self, other: &Values, rows: &[usize]) {
-        of_the_same_kind!(self, other, (to, from) => to.extend(rows.iter().map(|row| from[*row].clone())), (to, from) => {
+        of_the_same_kind!(self, other, (to, from) => push_rows(to, from, rows), (to, from) => {
             rows.iter().for_each(|row| to.push_number(from.number(*row)));
         });
     }
@@ -144,6 +144,10 @@ impl Values {
             Values::Text(values) => values.push(if number.is_nan() { String::new() } else { format!("{number:?}") }),
         }
     }
+}
+
+fn push_rows<T: Clone>(to: &mut Vec<T>, from: &[T], rows: &[usize]) {
+    to.extend(rows.iter().map(|row| from[*row].clone()));
 }
 
 impl From<Vec<u64>> for Values {
