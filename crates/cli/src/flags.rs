@@ -2,7 +2,9 @@
 
 use super::CommandError;
 use rodsweep::backend::{BackendError, BackendKind};
+use rodsweep::results::ResultsError;
 use rodsweep::study::SolveError;
+use rodsweep::sweep::SweepError;
 
 /// What went wrong with one scene.
 pub fn of_solve(error: SolveError) -> CommandError {
@@ -29,6 +31,43 @@ pub fn of_backend(error: &BackendError) -> String {
         }
         BackendError::NoDevice { reason } => format!("no usable GPU: {reason}; {on_the_cpu}"),
         BackendError::OutOfMemory { reason } => format!("the GPU has too little memory: {reason}; {on_the_cpu}"),
+        other => other.to_string(),
+    }
+}
+
+/// What is wrong with a result directory, with the flag that helps.
+pub fn of_results(error: &ResultsError) -> String {
+    match error {
+        ResultsError::Exists { dir } => format!(
+            "{} already holds a run; add `--resume` to go on with it, or choose another directory",
+            dir.display()
+        ),
+        ResultsError::Damaged { path, reason } => {
+            format!("{} is damaged: {reason}; remove it and run with `--resume`", path.display())
+        }
+        ResultsError::MissingParts { count, total, first } => format!(
+            "{count} of {total} parts are missing, the first is part {first}; finish the shards with `--resume`"
+        ),
+        ResultsError::Mismatch { what, .. } if ["engine", "precision", "stepper", "number of steps"].contains(what) => {
+            format!("{error}; for a shard, solve it by the method of the others with `--method-of DIR`")
+        }
+        other => other.to_string(),
+    }
+}
+
+/// What stopped a run, with the flag that helps.
+pub fn of_sweep(error: &SweepError) -> String {
+    match error {
+        SweepError::Results(error) => of_results(error),
+        SweepError::Backend(error) => of_backend(error),
+        SweepError::OtherMethod { what, settled, asked } => {
+            let flag = match *what {
+                "engine" => "leave `--backend` out",
+                "precision" => "leave `--precision` out",
+                _ => "leave it to the run",
+            };
+            format!("the run is solved with {what} {settled}, asked for is {asked}; {flag}, or begin another run")
+        }
         other => other.to_string(),
     }
 }

@@ -52,9 +52,9 @@ pub enum CommandError {
     Assign(#[from] AssignError),
     #[error(transparent)]
     Plan(#[from] PlanError),
-    #[error(transparent)]
+    #[error("{}", flags::of_sweep(.0))]
     Sweep(#[from] SweepError),
-    #[error(transparent)]
+    #[error("{}", flags::of_results(.0))]
     Results(#[from] ResultsError),
     #[error("{}", flags::of_backend(.0))]
     Backend(#[from] BackendError),
