@@ -120,9 +120,16 @@ fn follow_path(rod: Rod, first: u32, secant: vec3<f32>) -> PathEnd {
         let ramp_tolerance = select(FULL_LOAD_TOLERANCE, LOAD_STEP_TOLERANCE, partial);
         let converged = size < select(ramp_tolerance, PATH_TOLERANCE, guarded) * (1.0 + length(end.m0));
         let contracting = size < last_size * CONTRACTION && corrections < CORRECTIONS;
-        var same_branch = 0.0 < dot(w[0], cross(w[1], w[2]));
+        // A dead tip moment makes w unsymmetric; the index changes where its symmetric part is singular. S5
+        var form = w;
+        var form_inverse = w_inverse;
+        //@if TIP_MOMENT
+        form = columns_cross_sub(columns[BY_MOMENT].w, rod.l_tip * (goal * 0.5), w);
+        form_inverse = inverse(form);
+        //@end
+        var same_branch = 0.0 < dot(form[0], cross(form[1], form[2]));
         if guarded { same_branch = same_branch && stability_index(tip) < 0.5; }
-        let square = squared_norm(w_inverse);
+        let square = squared_norm(form_inverse);
         // Too near a bifurcation to know afterwards on which side it was passed; no long correction may start beyond one.
         let safe = is_above(square, SAFE_MARGIN);
         let regular = select(same_branch && safe, same_branch || size < NEARBY, guarded);

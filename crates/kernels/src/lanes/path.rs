@@ -2,7 +2,7 @@
 //!
 //! A sample's iterations depend on that sample alone: a lane that has finished is frozen while its neighbours go on.
 
-use super::algebra::{Mat3, Vec3, axpy, cross, dot, inverse, length, select_matrix};
+use super::algebra::{Mat3, Vec3, axpy, columns_cross_sub, cross, dot, inverse, length, select_matrix};
 use super::base::{moment_columns, rotation_columns};
 use super::lane::Lane;
 use super::program::Program;
@@ -152,12 +152,18 @@ pub fn follow_path<L: Lane, T: Terms>(
         };
         let converged = size.lt(tolerance * (one + length(m0)));
         let contracting = size.lt(last_size * zero.constant(CONTRACTION)) & corrections.lt(zero.constant(CORRECTIONS));
-        let mut same_branch = zero.lt(dot(w.x, cross(w.y, w.z)));
+        // A dead tip moment makes w unsymmetric; the index changes where its symmetric part is singular. S5
+        let (mut form, mut form_inverse) = (w, w_inverse);
+        if program.terms.tip_moment {
+            form = columns_cross_sub(columns[0].w, rod.l_tip * (target * zero.constant(0.5)), w);
+            form_inverse = inverse(form);
+        }
+        let mut same_branch = zero.lt(dot(form.x, cross(form.y, form.z)));
         if guarded {
             let index = stability_index::<L, T>(&workspace.station, &tip, columns);
             same_branch = same_branch & index.lt(zero.constant(0.5));
         }
-        let square = squared_norm(&w_inverse);
+        let square = squared_norm(&form_inverse);
         // Too near a bifurcation to know afterwards on which side it was passed; no long correction may start beyond one.
         let (lost, regular) = if guarded {
             (
