@@ -291,8 +291,8 @@ fn p6_batch(plan: &Plan, points: usize, first: usize, count: usize) -> Batch {
 fn a_catheter_over_its_currents_however_the_batch_is_cut() {
     let Some(device) = device_or_skip("a_catheter_over_its_currents") else { return };
     let (plan, batch) = p6(9, true, &["coil.current", "insertion", "loads.tip_force"]);
-    let whole = check_plan("P6", device, &plan, &batch);
-    let mut gpu = Gpu::new(Device::open().unwrap(), &plan, Precision::F32).unwrap();
+    let whole = check_plan("P6", device.clone(), &plan, &batch);
+    let mut gpu = Gpu::new(device, &plan, Precision::F32).unwrap();
     let mut first = 0;
     for count in [1, 63, 64, 65, 255, 257, 24] {
         let part = gpu.solve(&p6_batch(&plan, 9, first, count)).unwrap();
@@ -332,7 +332,7 @@ fn the_hardest_samples_are_right_or_say_that_passes_ran_out() {
             row.copy_from_slice(values);
         }
     });
-    let found = Gpu::new(device, &plan, Precision::F32).unwrap().solve(&batch).unwrap();
+    let found = Gpu::new(device.clone(), &plan, Precision::F32).unwrap().solve(&batch).unwrap();
     let expected = Lanes::new(&plan, Precision::F64).unwrap().solve(&batch).unwrap();
     let mut counts = [0; Status::ALL.len()];
     let (mut worst, mut differing) = (0.0f64, Vec::new());
@@ -351,6 +351,6 @@ fn the_hardest_samples_are_right_or_say_that_passes_ran_out() {
     assert!(worst < HARDEST_POSE && differing.len() <= HARDEST_DIFFERING, "{worst} {differing:?}");
 
     let plan = plan.with_options(PlanOptions { steps: 10 * MOST_STEPS, ..options });
-    let error = Gpu::new(Device::open().unwrap(), &plan, Precision::F32).err().unwrap();
+    let error = Gpu::new(device, &plan, Precision::F32).err().unwrap();
     assert!(matches!(error, BackendError::Unsupported { .. }), "{error}");
 }

@@ -3,7 +3,7 @@
 use rodsweep::backend::{Backend, BackendError, BackendInfo, Precision};
 use rodsweep::gpu::shader::Generator;
 use rodsweep::gpu::testing::{device_or_skip, generate_inputs};
-use rodsweep::gpu::{Device, Gpu};
+use rodsweep::gpu::Gpu;
 use rodsweep::lanes::Lanes;
 use rodsweep::model::{BLOCK, Batch, Entry, Plan, PlanOptions, Solutions, Status, Stepper};
 use rodsweep::sweep::{AxisSpec, RunOptions, SampleOrigin, Shard, Summary, SweepSpec, TIPS_FILE, WORKSPACE_FILE, run};
@@ -229,9 +229,9 @@ fn stragglers_have_the_rows_they_would_have_among_others() {
         let sampler = spec.sampler();
         let Some(device) = device_or_skip("stragglers_have_the_rows") else { return };
         let batch = plan.batch(3000, |at, row| sampler.values(at as u64 % spec.sample_count, row));
-        let whole = Gpu::new(device, &plan, precision).unwrap().with_stages(true).solve(&batch).unwrap();
+        let whole = Gpu::new(device.clone(), &plan, precision).unwrap().with_stages(true).solve(&batch).unwrap();
         assert!((0..3000).all(|sample| whole.status(sample) != Status::Pending));
-        let mut in_one_stage = Gpu::new(Device::open().unwrap(), &plan, precision).unwrap().with_stages(false);
+        let mut in_one_stage = Gpu::new(device, &plan, precision).unwrap().with_stages(false);
         let together = in_one_stage.solve(&batch).unwrap();
         for (at, (a, b)) in whole.values.data().iter().zip(together.values.data()).enumerate() {
             assert_eq!(a.to_bits(), b.to_bits(), "{precision}: place {at} of blocks of {BLOCK}");

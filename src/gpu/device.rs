@@ -1,10 +1,12 @@
 //! An open GPU whose errors and loss are noticed.
 
 use super::adapter::{AdapterSummary, choose, enumerate};
+use super::compiled_kernels::CompiledKernels;
 use super::faults::Faults;
 use super::pipeline_cache::PipelineCache;
 use crate::backend::BackendError;
 use std::env;
+use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -41,8 +43,8 @@ impl Health {
     }
 }
 
-/// An open GPU.
-#[derive(Debug)]
+/// An open GPU. Clones are the same device: they share its loss and the kernels that it has compiled.
+#[derive(Clone, Debug)]
 pub struct Device {
     pub(super) raw: wgpu::Device,
     pub(super) queue: wgpu::Queue,
@@ -50,7 +52,11 @@ pub struct Device {
     health: Health,
     pub(super) faults: Faults,
     /// Pipelines of earlier runs.
-    pub(super) cache: Option<PipelineCache>,
+    pub(super) cache: Option<Arc<PipelineCache>>,
+    /// Pipelines of this run.
+    pub(super) compiled: Arc<CompiledKernels>,
+    /// Whether the self-test has passed.
+    pub(super) computes_right: Arc<AtomicBool>,
     /// Time to find and open the device [s].
     pub(super) open_seconds: f64,
 }
@@ -170,8 +176,10 @@ impl Device {
         raw.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
             uncaptured.troubles().other.get_or_insert_with(|| named("device", &error));
         }));
-        let cache = PipelineCache::open(&raw, &adapter.get_info());
-        Ok(Self { raw, queue, adapter: summary, health, faults, cache, open_seconds: start.elapsed().as_secs_f64() })
+        let cache = PipelineCache::open(&raw, &adapter.get_info()).map(Arc::new);
+        let open_seconds = start.elapsed().as_secs_f64();
+        let (compiled, computes_right) = Default::default();
+        Ok(Self { raw, queue, adapter: summary, health, faults, cache, compiled, computes_right, open_seconds })
     }
 
     /// Opens the adapter of a lost device again.

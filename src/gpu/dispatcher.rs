@@ -6,7 +6,6 @@ use super::conversion::{OutputConversion, output_units};
 use super::device::{Device, failed, reason};
 use super::dispatch_buffers::{Capacity, Dispatch, DispatchBuffers};
 use super::dispatch_size::DispatchSize;
-use super::pipeline_cache::PipelineCache;
 use super::pipelines::SolvePipeline;
 use super::self_test::expect_right;
 use super::shader::{ALL_PATHS, Kernel, Paths, WORKGROUP_SIZE, input_units};
@@ -86,7 +85,7 @@ impl Dispatcher {
 
     /// Keeps what the driver has compiled for later runs.
     pub fn store_pipelines(&self) {
-        self.device.cache.iter().for_each(PipelineCache::store);
+        self.device.cache.iter().for_each(|cache| cache.store());
     }
 
     /// A dispatch of samples whose inputs the device has; no other kernel runs before or after.

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | [`shader`] | how pieces of WGSL and a plan become the source of a kernel; no device |
 //! | `adapter`, `device`, `pipeline_cache`, `self_test`, `faults` | which GPUs there are, and how one is opened, checked and watched |
-//! | `bindings`, `pipelines`, `dispatch_buffers` | a kernel, compiled, and the buffers of one dispatch |
+//! | `bindings`, `pipelines`, `compiled_kernels`, `dispatch_buffers` | a kernel, compiled, and the buffers of one dispatch |
 //! | `dispatch_size`, `dispatcher` | how much work goes to the device at once, and what follows a loss or a shortage |
 //! | `solve_batch`, `conversion` | a batch cut into dispatches, and its numbers in SI |
 //! | `voxel_sweep`, `voxel_kernels`, `voxel_pilot`, `returned_rows` | a sweep without rows, counted on the device |
@@ -14,6 +14,7 @@
 
 mod adapter;
 mod bindings;
+mod compiled_kernels;
 mod conversion;
 mod device;
 mod dispatch_buffers;

@@ -39,12 +39,15 @@ impl SolvePipeline {
     }
 }
 
-/// Checks a kernel and hands it to the driver.
+/// Checks a kernel and hands it to the driver, unless this device has compiled it before.
 pub(super) fn compile(
     device: &Device,
     layout: &wgpu::BindGroupLayout,
     kernel: &Kernel,
 ) -> Result<wgpu::ComputePipeline, BackendError> {
+    if let Some(pipeline) = device.compiled.get(kernel) {
+        return Ok(pipeline);
+    }
     check(&kernel.source).map_err(failed)?;
     let source = wgpu::ShaderSource::Wgsl(kernel.source.text.as_str().into());
     let descriptor = wgpu::ShaderModuleDescriptor { label: Some(kernel.entry_point), source };
@@ -64,5 +67,7 @@ pub(super) fn compile(
         compilation_options: Default::default(),
         cache: device.cache.as_ref().map(|cache| &cache.raw),
     };
-    device.scoped("compute pipeline", || device.raw.create_compute_pipeline(&descriptor))
+    let pipeline = device.scoped("compute pipeline", || device.raw.create_compute_pipeline(&descriptor))?;
+    device.compiled.add(kernel, &pipeline);
+    Ok(pipeline)
 }

@@ -8,12 +8,19 @@ use super::voxel_kernels::VoxelKernels;
 use crate::backend::{BackendError, Precision};
 use crate::model::{BLOCK, Blocks};
 
+use std::sync::{Mutex, PoisonError};
+
 pub use super::faults::{FaultCounts, Faults, Flip};
 
-/// Opens a GPU for a test. Without one: prints that `test` is skipped and returns `None`, or panics where the
-/// environment variable `RODSWEEP_GPU` is `require`.
+/// The GPU that tests of one process share, so that a kernel is compiled once.
+static SHARED: Mutex<Option<Device>> = Mutex::new(None);
+
+/// Opens a GPU for a test, or takes the one that another test of this process has opened.
+///
+/// Without one: prints that `test` is skipped and returns `None`, or panics where the environment variable
+/// `RODSWEEP_GPU` is `require`. A test that gives its device up needs one of its own, see [`Device::open`].
 pub fn device_or_skip(test: &str) -> Option<Device> {
-    match Device::open() {
+    match shared() {
         Ok(device) => Some(device),
         Err(error) if std::env::var("RODSWEEP_GPU").is_ok_and(|value| value == "require") => {
             panic!("{test} requires a GPU (RODSWEEP_GPU=require): {error}")
@@ -22,6 +29,15 @@ pub fn device_or_skip(test: &str) -> Option<Device> {
             eprintln!("SKIPPED {test}: {error}");
             None
         }
+    }
+}
+
+/// A device that has shown any trouble is left to the tests that hold it.
+fn shared() -> Result<Device, BackendError> {
+    let mut shared = SHARED.lock().unwrap_or_else(PoisonError::into_inner);
+    match shared.as_ref() {
+        Some(device) if !device.is_lost() && device.check().is_ok() => Ok(device.clone()),
+        _ => Ok(shared.insert(Device::open()?).clone()),
     }
 }
 
