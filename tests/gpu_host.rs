@@ -259,6 +259,23 @@ fn a_lost_device_is_opened_again_once() {
 }
 
 #[test]
+fn clones_of_a_device_share_its_loss_and_are_opened_again_each() {
+    if device_or_skip("clones_of_a_device").is_none() {
+        return;
+    }
+    let device = Device::open().expect("it was there before");
+    let (mut one, mut other) = (gpu(device.clone(), "echo", ECHO), gpu(device, "echo", ECHO));
+    let samples = batch(one.plan(), 0, 500);
+    let bits = |s: &Solutions| s.values.data().iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+    let before = bits(&one.solve(&samples).unwrap());
+    one.device().destroy();
+    for engine in [&mut other, &mut one] {
+        assert_eq!(bits(&engine.solve(&samples).unwrap()), before);
+        assert_eq!(engine.take_notes().len(), 1);
+    }
+}
+
+#[test]
 fn an_adapter_can_be_named() {
     let Some(device) = device_or_skip("an_adapter_can_be_named") else { return };
     let name = device.adapter().name.to_uppercase();
