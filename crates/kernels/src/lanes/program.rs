@@ -2,8 +2,9 @@
 
 use super::algebra::Vec3;
 use super::lane::{Lane, Scalar};
+use super::terms::ProgramTerms;
 use crate::model::path::{PATH_STEPPER, chord_tolerance, newton_tolerance};
-use crate::model::{Entry, Plan, SegmentPlan, Slot, Tableau, Terms};
+use crate::model::{Entry, Plan, SegmentPlan, Slot, Tableau};
 
 /// Where a number of the record comes from, in the plan's units.
 #[derive(Clone, Copy, Debug)]
@@ -48,9 +49,7 @@ pub struct Resolution {
 /// The kernel's view of a plan.
 #[derive(Clone, Debug)]
 pub struct Program {
-    pub terms: Terms,
-    /// Whether the kernel of rarely used terms is needed.
-    pub general: bool,
+    pub terms: ProgramTerms,
     pub rigid_force_arm: bool,
     pub sources: Vec<Source>,
     /// Those that are integrated.
@@ -100,8 +99,7 @@ impl Program {
         // Kernels integrate M where anything but coils changes it.
         terms.load |= terms.magnet;
         terms.load |= plan.forward && slots().any(|slot| matches!(slot, Slot::Load(..) | Slot::DipolePerLength(..)));
-        terms.force |= terms.load;
-        let general = terms.is_general() || plan.forward;
+        let terms = ProgramTerms::new(terms, terms.is_general() || plan.forward);
         let collect = if plan.forward { vec![Collect::default(); integrated] } else { collect(plan, integrated) };
         let steps =
             |scale: &dyn Fn(usize) -> usize| plan.segments[..integrated].iter().map(|s| scale(s.steps)).collect();
@@ -111,7 +109,6 @@ impl Program {
         let newton_tolerance = newton_tolerance(plan.options.tolerance, epsilon);
         Self {
             terms,
-            general,
             rigid_force_arm: plan.scene.rigid_force_arm,
             sources,
             segments: plan.segments[..integrated].to_vec(),
