@@ -8,7 +8,8 @@ use super::recipe::Generator;
 use super::solver::pipeline;
 use super::tally::{HEADER, VoxelGrid};
 use crate::backend::{Backend, BackendError, Precision, ReduceJob};
-use crate::model::{BASE_RECORD, BLOCK, Blocks, Entry, Plan, Quantity};
+use crate::model::record::BASE_POSITION_AT;
+use crate::model::{BLOCK, Blocks, Entry, Plan, Quantity};
 use std::time::Instant;
 use wgpu::{BufferBindingType as Kind, BufferUsages as Usage};
 
@@ -45,7 +46,7 @@ pub(super) struct Place {
 /// The tables of the samples, or why they cannot be made on the device.
 pub(super) fn generator(plan: &Plan, job: &ReduceJob) -> Result<Generator, String> {
     let recipe = job.recipe.ok_or("they come from a table, or from axes too long for one")?;
-    if (0..3).any(|axis| matches!(plan.entries[BASE_RECORD - 3 + axis], Entry::Varying(_))) {
+    if (0..3).any(|axis| matches!(plan.entries[BASE_POSITION_AT + axis], Entry::Varying(_))) {
         return Err("the base moves".into());
     }
     if plan.start.is_some() {
@@ -105,7 +106,7 @@ impl Counter {
         let reduce_layout = layout_of(device, "reduce", &[Kind::Uniform, read, write, write, write])?;
         let generate = Kernel::generate(plan, generator, precision).map_err(failed)?;
         let reduce = Kernel::reduce(plan, precision).map_err(failed)?;
-        let base = |axis: usize| match plan.entries[BASE_RECORD - 3 + axis] {
+        let base = |axis: usize| match plan.entries[BASE_POSITION_AT + axis] {
             Entry::Constant(base) => base / voxel,
             Entry::Varying(_) => 0.0,
         };

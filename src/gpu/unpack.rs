@@ -1,6 +1,7 @@
 //! What comes back from the device, in SI and f64.
 
-use crate::model::{BASE_RECORD, BLOCK, Batch, Entry, Plan, Quantity, Status};
+use crate::model::record::BASE_POSITION_AT;
+use crate::model::{BLOCK, Batch, Entry, Plan, Quantity, Status};
 
 /// How one dispatch's outputs become solutions.
 pub struct Unpack<'a> {
@@ -23,7 +24,7 @@ impl Unpack<'_> {
                 *to = (*from).into() * unit;
             }
         }
-        let record = BASE_RECORD - 3;
+        let record = BASE_POSITION_AT;
         for axis in 0..3 {
             let column = &mut to[(Quantity::TipPosition.column() + axis) * BLOCK..][..lanes];
             match self.plan.entries[record + axis] {

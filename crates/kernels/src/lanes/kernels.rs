@@ -47,24 +47,20 @@ macro_rules! pass {
 /// The passes of a register type: for every set of common terms, or one for all.
 macro_rules! passes {
     (by_terms) => {
-        pass!(plain, Common<false, false, false>);
-        pass!(plain_anisotropic, Common<false, false, true>);
-        pass!(force, Common<true, false, false>);
-        pass!(force_anisotropic, Common<true, false, true>);
-        pass!(load, Common<true, true, false>);
-        pass!(load_anisotropic, Common<true, true, true>);
-        pass!(general, General);
+        pass!(plain, Isotropic<false, false>);
+        pass!(force, Isotropic<true, false>);
+        pass!(load, Isotropic<true, true>);
+        pass!(anisotropic, Anisotropic<false>);
+        pass!(general, Anisotropic<true>);
 
         pub fn pass(terms: ProgramTerms) -> PassKernel<L> {
             let ProgramTerms { force, load, anisotropic, general } = terms;
-            match (general, load, force, anisotropic) {
+            match (general, anisotropic, load, force) {
                 (true, ..) => general::run,
-                (_, true, _, false) => load::run,
-                (_, true, _, true) => load_anisotropic::run,
-                (_, _, true, false) => force::run,
-                (_, _, true, true) => force_anisotropic::run,
-                (_, _, _, false) => plain::run,
-                (_, _, _, true) => plain_anisotropic::run,
+                (_, true, ..) => anisotropic::run,
+                (_, _, true, _) => load::run,
+                (_, _, _, true) => force::run,
+                _ => plain::run,
             }
         }
     };

@@ -4,6 +4,7 @@ use super::algebra::Vec3;
 use super::lane::{Lane, Scalar};
 use super::terms::ProgramTerms;
 use crate::model::path::{PATH_STEPPER, chord_tolerance, newton_tolerance};
+use crate::model::record::BASE_POSITION_AT;
 use crate::model::{Entry, Plan, SegmentPlan, Slot, Tableau};
 
 /// Where a number of the record comes from, in the plan's units.
@@ -92,7 +93,7 @@ impl Program {
             })
             .collect();
         // A base position only moves the result; the engine adds it at the end.
-        sources[15..18].fill(Source::Constant(0.0));
+        sources[BASE_POSITION_AT..][..3].fill(Source::Constant(0.0));
         let integrated = plan.free.map_or(plan.segments.len(), |free| free.segment);
         let slots = || plan.derivatives.iter().flat_map(|derivative| &derivative.terms).map(|(slot, _)| slot);
         let mut terms = plan.terms;

@@ -5,7 +5,7 @@ use super::lane::Lane;
 use super::program::{Inputs, Program};
 use super::section::{Flexible, load_flexible, to_world};
 use super::terms::Terms;
-use crate::model::rod::{DIPOLE_AT, WEIGHT_AT};
+use crate::model::record::{BASE_D1_AT, BASE_T_AT, DIPOLE_AT, FLUX_DENSITY_AT, TIP_FORCE_AT, TIP_MOMENT_AT, WEIGHT_AT};
 
 /// Where the rod is: position, first director, tangent, and M = m + p x n.
 #[derive(Clone, Copy, Debug)]
@@ -56,9 +56,11 @@ impl<L: Lane> Rod<L> {
     /// Reads the records of a group.
     #[inline(always)]
     pub fn load(&mut self, program: &Program, token: L::Token, inputs: &Inputs<'_, L::Scalar>) {
-        (self.d1, self.t) = (program.vector(token, inputs, 0), program.vector(token, inputs, 3));
-        self.B = program.vector(token, inputs, 6);
-        (self.f_tip, self.l_tip) = (program.vector(token, inputs, 9), program.vector(token, inputs, 12));
+        self.d1 = program.vector(token, inputs, BASE_D1_AT);
+        self.t = program.vector(token, inputs, BASE_T_AT);
+        self.B = program.vector(token, inputs, FLUX_DENSITY_AT);
+        self.f_tip = program.vector(token, inputs, TIP_FORCE_AT);
+        self.l_tip = program.vector(token, inputs, TIP_MOMENT_AT);
         self.segments.clear();
         for plan in &program.segments {
             self.segments.push(if plan.is_flexible {

@@ -5,7 +5,7 @@ use super::lane::Lane;
 use super::program::{Inputs, Program};
 use super::terms::Terms;
 use crate::model::SegmentPlan;
-use crate::model::rod::{
+use crate::model::record::{
     DIPOLE_PER_LENGTH_AT, LOAD_AT, REST_CURVATURE_AT, REST_CURVATURE_RISE_AT, SHEAR_COMPLIANCE_AT, STIFFNESS_AT,
     STIFFNESS_RISE_AT,
 };

@@ -67,11 +67,11 @@ impl Terms for ProgramTerms {
     }
 }
 
-/// Known to the compiler, no rarely used ones among them.
+/// Isotropic bending, known to the compiler.
 #[derive(Clone, Copy)]
-pub struct Common<const FORCE: bool, const LOAD: bool, const ANISOTROPIC: bool>;
+pub struct Isotropic<const FORCE: bool, const LOAD: bool>;
 
-impl<const FORCE: bool, const LOAD: bool, const ANISOTROPIC: bool> Terms for Common<FORCE, LOAD, ANISOTROPIC> {
+impl<const FORCE: bool, const LOAD: bool> Terms for Isotropic<FORCE, LOAD> {
     #[inline(always)]
     fn of(_: ProgramTerms) -> Self {
         Self
@@ -79,18 +79,18 @@ impl<const FORCE: bool, const LOAD: bool, const ANISOTROPIC: bool> Terms for Com
 
     #[inline(always)]
     fn all(self) -> ProgramTerms {
-        ProgramTerms { force: FORCE, load: LOAD, anisotropic: ANISOTROPIC, general: false }
+        ProgramTerms { force: FORCE, load: LOAD, anisotropic: false, general: false }
     }
 }
 
-/// With rarely used ones; asked for forces.
+/// Anisotropic bending, with rarely used terms or without; asked for forces.
 #[derive(Clone, Copy)]
-pub struct General {
+pub struct Anisotropic<const GENERAL: bool> {
     force: bool,
     load: bool,
 }
 
-impl Terms for General {
+impl<const GENERAL: bool> Terms for Anisotropic<GENERAL> {
     #[inline(always)]
     fn of(terms: ProgramTerms) -> Self {
         Self { force: terms.force, load: terms.load }
@@ -98,6 +98,6 @@ impl Terms for General {
 
     #[inline(always)]
     fn all(self) -> ProgramTerms {
-        ProgramTerms { force: self.force, load: self.load, anisotropic: true, general: true }
+        ProgramTerms { force: self.force, load: self.load, anisotropic: true, general: GENERAL }
     }
 }
