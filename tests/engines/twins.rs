@@ -43,7 +43,7 @@ const EXCEPTIONS: Exceptions = Exceptions {
         ("column", &["moment"], "in the shader `column_moment` takes all three"),
         ("trace", &["zero", "clear"], "WGSL's own zero value"),
         ("trace", &["set_strains"], "once for all columns; the shader's compiler sees to that"),
-        ("shoot", &["new", "shoot", "with_simd"], "the workspace, and the wrapping of `integrate`"),
+        ("shoot", &["shoot", "with_simd"], "the wrapping of `integrate`"),
         ("shoot", &["forward_source"], "the shader has one source in hand"),
         ("stability", &["by_rotation"], "the shader knows the columns by their number"),
         ("shoot", &["select"], "operators of WGSL"),
@@ -149,7 +149,7 @@ fn read(path: &str) -> String {
 }
 
 fn twins(stem: &str) -> (String, String) {
-    (read(&format!("src/lanes/{stem}.rs")), read(&format!("shaders/{stem}.wgsl")))
+    (read(&format!("crates/kernels/src/lanes/{stem}.rs")), read(&format!("shaders/{stem}.wgsl")))
 }
 
 #[test]
@@ -219,6 +219,6 @@ fn numbers_of_the_path_come_from_the_host() {
     for line in wgsl.lines().filter(|line| line.starts_with("const ") && line.contains(": f32")) {
         assert!(line.ends_with("//@spec"), "{line}");
     }
-    let rust = read("src/lanes/solve.rs");
+    let rust = read("crates/kernels/src/lanes/solve.rs");
     assert!(!rust.lines().any(|line| line.trim_start().trim_start_matches("pub ").starts_with("const ")));
 }
