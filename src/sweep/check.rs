@@ -26,21 +26,21 @@ impl Default for SpotCheckOptions {
 const WRONG: f64 = 10.0;
 
 /// Samples of a run set aside for the check.
-pub(crate) struct Kept {
+pub(crate) struct SpotSamples {
     selection: Selection,
     indices: Vec<u64>,
     /// Solution columns, sample after sample.
     rows: Vec<f64>,
 }
 
-impl Kept {
-    pub fn new(sample_count: u64, options: SpotCheckOptions) -> Kept {
+impl SpotSamples {
+    pub fn new(sample_count: u64, options: SpotCheckOptions) -> SpotSamples {
         let wanted = (sample_count as f64 * options.share).ceil() as u64;
         let wanted = wanted.max(options.least).min(options.most.max(options.least)).min(sample_count);
-        Kept { selection: Selection::new(sample_count, wanted, 0x5b07), indices: Vec::new(), rows: Vec::new() }
+        SpotSamples { selection: Selection::new(sample_count, wanted, 0x5b07), indices: Vec::new(), rows: Vec::new() }
     }
 
-    /// Samples that are kept.
+    /// Samples that are checked.
     pub fn selection(&self) -> Selection {
         self.selection
     }
@@ -52,7 +52,7 @@ impl Kept {
         }
     }
 
-    /// Solves the kept samples again and compares.
+    /// Solves the chosen samples again and compares.
     pub fn compare(self, plan: &Plan, sampler: &Sampler, trusted: BackendFactory) -> Result<SpotCheck, SweepError> {
         let mut check = SpotCheck { checked: self.indices.len() as u64, ..SpotCheck::default() };
         if self.indices.is_empty() {
