@@ -88,7 +88,12 @@ impl<'a> KeywordFile<'a> {
     }
 
     /// Exactly `count` numbers; `meaning` says which, for messages.
-    pub(crate) fn numbers(&self, keyword: &Keyword, count: usize, meaning: &str) -> Result<Vec<Number<'a>>, InputError> {
+    pub(crate) fn numbers(
+        &self,
+        keyword: &Keyword,
+        count: usize,
+        meaning: &str,
+    ) -> Result<Vec<Number<'a>>, InputError> {
         let Keyword { name, unit, bound } = *keyword;
         let expected = if unit.is_empty() { "number".to_owned() } else { format!("number [{unit}]") };
         let list = format!("{count} {}, {meaning}", expected.replace("number", "numbers"));
