@@ -4,19 +4,27 @@ use std::fmt;
 
 /// What an adapter is, best first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[non_exhaustive]
 pub enum AdapterKind {
+    /// A card with memory of its own.
     Discrete,
+    /// Shares the processor's memory.
     Integrated,
+    /// Of a virtual machine.
     Virtual,
+    /// Its driver does not say.
     Other,
     /// Runs on the CPU; slower than the CPU engine.
     Software,
 }
 
-/// Facts about an adapter.
+/// What a GPU is and how much it can do.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct AdapterSummary {
+    /// As the driver gives it.
     pub name: String,
+    /// Hardware or software.
     pub kind: AdapterKind,
     /// The graphics interface, for example `vulkan`.
     pub api: String,
@@ -24,23 +32,30 @@ pub struct AdapterSummary {
     pub driver: String,
     /// Its place on the PCI bus, where known.
     pub bus: String,
-    /// [bytes]
+    /// Largest buffer [bytes]
     pub max_buffer_size: u64,
-    /// [bytes]
+    /// Largest part of a buffer that a kernel can see [bytes]
     pub max_storage_binding_size: u64,
-    /// In one dimension of a dispatch.
+    /// Workgroups in one dimension of a dispatch at most.
     pub max_workgroups: u32,
+    /// Invocations of a workgroup at most.
     pub max_workgroup_size: u32,
-    /// [bytes]
+    /// Memory that a workgroup shares at most [bytes]
     pub max_workgroup_storage: u32,
+    /// Fewest invocations that run in step.
     pub min_subgroup_size: u32,
+    /// Most invocations that run in step.
     pub max_subgroup_size: u32,
+    /// Whether the device tells the time.
     pub has_timestamps: bool,
+    /// Whether kernels may compute in f64.
     pub has_f64: bool,
+    /// Whether the driver hands out compiled kernels, to keep on disk.
     pub has_pipeline_cache: bool,
 }
 
 impl AdapterSummary {
+    /// Whether it is a program on the processor.
     pub fn is_software(&self) -> bool {
         self.kind == AdapterKind::Software
     }
@@ -88,8 +103,9 @@ impl AdapterSummary {
     }
 }
 
-/// Places of the adapters to take, of those found, best first: without a wish the first, and those like it unless they
-/// are software. Or the name that matches none.
+/// Which of the adapters found to take, by their places; they are sorted, best first.
+///
+/// Without a wish: the first, and those like it unless they are software. An error is a name that matches none.
 pub(super) fn choose(found: &[AdapterSummary], wanted: Option<&str>) -> Result<Vec<usize>, String> {
     let all = || 0..found.len();
     match wanted {

@@ -1,7 +1,8 @@
 //! Inputs and outputs between SI in f64 and the plan's units in the kernel's precision.
 
 use crate::backend::Precision;
-use crate::model::{BASE_RECORD, BLOCK, Batch, Blocks, Entry, Plan, Quantity, Status};
+use crate::model::record::BASE_POSITION_AT;
+use crate::model::{BLOCK, Batch, Blocks, Entry, Plan, Quantity, Status};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -46,7 +47,7 @@ impl OutputConversion<'_> {
                 *to = (*from).into() * unit;
             }
         }
-        let record = BASE_RECORD - 3;
+        let record = BASE_POSITION_AT;
         for axis in 0..3 {
             let column = &mut to[(Quantity::TipPosition.column() + axis) * BLOCK..][..lanes];
             match self.plan.entries[record + axis] {

@@ -1,4 +1,4 @@
-//! An open GPU whose errors and loss are noticed.
+//! An open GPU. It notices errors and its own loss.
 
 use super::adapter::{AdapterSummary, choose, enumerate};
 use super::compiled_kernels::CompiledKernels;
@@ -10,7 +10,7 @@ use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Names the adapters to take, by commas: parts of name, driver or interface, in any case; or `all`.
+/// Names the adapters to take, separated by commas: parts of name, driver or interface, in any case. Or `all`.
 const ADAPTER_VARIABLE: &str = "RODSWEEP_ADAPTER";
 
 /// Longest time that anything may keep the device busy.
@@ -65,7 +65,7 @@ pub(super) fn failed(reason: impl ToString) -> BackendError {
     BackendError::DeviceFailed { reason: reason.to_string() }
 }
 
-/// Why a device failed, to stand within another message.
+/// Why a device failed, as a part of another message.
 pub(super) fn reason(error: &BackendError) -> String {
     match error {
         BackendError::DeviceFailed { reason }
@@ -84,8 +84,9 @@ fn named(what: &str, error: &wgpu::Error) -> BackendError {
     }
 }
 
-/// The adapters that the environment variable `RODSWEEP_ADAPTER` names, else the best one and those like it; none where
-/// the machine has none.
+/// The adapters that the environment variable `RODSWEEP_ADAPTER` names. Without it: the best one and those like it.
+///
+/// Empty where the machine has no GPU. `NoDevice`: the variable has a name that matches none.
 pub fn chosen_adapters() -> Result<Vec<AdapterSummary>, BackendError> {
     Ok(chosen(wanted().as_deref())?.iter().map(AdapterSummary::new).collect())
 }
@@ -113,18 +114,24 @@ fn chosen(wanted: Option<&str>) -> Result<Vec<wgpu::Adapter>, BackendError> {
 }
 
 impl Device {
-    /// Opens the best adapter: discrete, then integrated, virtual, software; or the first that the environment
-    /// variable `RODSWEEP_ADAPTER` names.
+    /// Opens the first adapter that the environment variable `RODSWEEP_ADAPTER` names. Without it, the best one:
+    /// discrete before integrated, virtual and software.
+    ///
+    /// `NoDevice`: there is none, the name matches none, or it does not open.
     pub fn open() -> Result<Self, BackendError> {
         Self::open_named(wanted().as_deref())
     }
 
     /// Opens the best adapter of those whose name, driver or interface contains `wanted`, in any case.
+    ///
+    /// Errors are those of [`Device::open`].
     pub fn open_named(wanted: Option<&str>) -> Result<Self, BackendError> {
         Self::open_with_faults(wanted, Faults::default())
     }
 
-    /// Opens every adapter of [`chosen_adapters`]; those that do not open are left out, unless none does.
+    /// Opens every adapter of [`chosen_adapters`]. Those that do not open are left out.
+    ///
+    /// `NoDevice`: there is none, or none opens.
     pub fn open_all() -> Result<Vec<Self>, BackendError> {
         let adapters = chosen(wanted().as_deref())?;
         if adapters.is_empty() {
@@ -138,7 +145,8 @@ impl Device {
         }
     }
 
-    /// The same as [`Device::open_named`] with a device that fails as planned; for tests of what follows.
+    /// The same as [`Device::open_named`] with a device that fails as planned, for tests.
+    #[doc(hidden)]
     pub fn open_with_faults(wanted: Option<&str>, faults: Faults) -> Result<Self, BackendError> {
         let adapters = chosen(wanted)?;
         Self::request(adapters.first().ok_or_else(no_driver)?, faults)
@@ -191,16 +199,20 @@ impl Device {
         }
     }
 
+    /// What was opened; limits are those that hold for this device.
     pub fn adapter(&self) -> &AdapterSummary {
         &self.adapter
     }
 
-    /// Whether the device still works as far as is known.
+    /// Whether the device still works, as far as is known.
+    ///
+    /// `DeviceFailed`, `OutOfMemory`: what went wrong first; a loss before all else.
     pub fn check(&self) -> Result<(), BackendError> {
         self.health.check()
     }
 
-    /// Gives the device up at once, as a driver reset would; for tests of what follows.
+    /// Gives the device up at once, as a driver reset would, for tests.
+    #[doc(hidden)]
     pub fn destroy(&self) {
         self.raw.destroy();
         self.is_lost();
@@ -213,7 +225,7 @@ impl Device {
         self.health.troubles().loss.is_some()
     }
 
-    /// Runs `create` and returns what it made, or the error it raised; `what` names it.
+    /// Runs `create` and returns what it made, or the error that it raised. `what` names the thing made.
     pub(super) fn scoped<T>(&self, what: &str, create: impl FnOnce() -> T) -> Result<T, BackendError> {
         let memory = self.raw.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
         let validation = self.raw.push_error_scope(wgpu::ErrorFilter::Validation);

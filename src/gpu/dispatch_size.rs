@@ -1,4 +1,4 @@
-//! How much work to give the device at once, so that no dispatch keeps it busy for long, and its memory suffices.
+//! How much work the device gets at once: no dispatch keeps it busy for long, and its memory suffices.
 
 /// Time that a dispatch should take [s]; some systems reset a device that is busy much longer.
 const TARGET: f64 = 0.1;
@@ -9,8 +9,9 @@ const FIRST_BLOCKS: usize = 16;
 /// Growth from one dispatch to the next at most.
 const GROWTH: f64 = 4.0;
 
+/// Blocks of the next dispatch, by what earlier ones have shown.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DispatchSize {
+pub(super) struct DispatchSize {
     blocks: usize,
     limit: usize,
 }
@@ -26,7 +27,7 @@ impl DispatchSize {
         self.blocks
     }
 
-    /// Gives half of the blocks that there was no memory for; false where that was a single one.
+    /// After a lack of memory for so many blocks: half of them at most. False where it was a single one.
     pub fn halve(&mut self, blocks: usize) -> bool {
         if blocks <= 1 {
             return false;
@@ -36,7 +37,7 @@ impl DispatchSize {
         true
     }
 
-    /// Gives half as many, now and at most.
+    /// After a loss: half as many, now and at most.
     pub fn ease(&mut self) {
         self.limit = (self.limit / 2).max(1);
         self.blocks = (self.blocks / 2).clamp(1, self.limit);

@@ -1,4 +1,4 @@
-//! Faults on demand: what goes wrong with a device, and when. For tests of what follows; the default is nothing.
+//! Faults on demand, for tests: what goes wrong with a device, and when. The default is nothing.
 
 use crate::backend::Precision;
 use crate::model::BLOCK;
@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 /// A plan of faults. A device that is opened again keeps it and goes on counting.
 ///
-/// Dispatches are numbered from 0; the first of an engine, and of an engine on a device opened again, has no samples.
+/// Dispatches are numbered from 0. The first of an engine has no samples, and so has the first on a device opened again.
 #[derive(Clone, Debug, Default)]
 pub struct Faults {
     /// The device is lost while these dispatches are under way.
@@ -23,19 +23,22 @@ pub struct Faults {
     pub largest_buffer: Option<u64>,
     /// The device has no more workgroups in one dimension.
     pub most_workgroups: Option<u32>,
+    /// What happened so far.
     pub counts: Arc<FaultCounts>,
 }
 
 /// One bit of every number of a column, flipped.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Flip {
+    /// Dispatches by their number.
     pub dispatches: Range<u64>,
+    /// Output column.
     pub column: usize,
-    /// From the least significant.
+    /// Counted from the least significant.
     pub bit: usize,
 }
 
-/// What happened.
+/// How many faults there were.
 #[derive(Debug, Default)]
 pub struct FaultCounts {
     dispatches: AtomicU64,

@@ -12,7 +12,7 @@ use std::sync::mpsc::sync_channel;
 use std::thread::{self, ScopedJoinHandle};
 use std::time::Instant;
 
-/// Engines for one plan that solve together. Rows are those of one of them where the adapters are alike.
+/// Engines for one plan that solve together. Where the adapters are alike, rows are those of any one of them.
 pub struct Fleet {
     /// At least one.
     members: Vec<Member>,
@@ -36,7 +36,9 @@ struct Part {
     has_given: bool,
 }
 
-/// The GPU engine on every adapter that is to be taken, see [`Device::open_all`].
+/// The GPU engine on every adapter that is to be taken, see [`Device::open_all`]. A backend for samples of the plan.
+///
+/// `NoDevice`: none opens. Other errors are those of [`Gpu::new`], where it starts on none.
 pub fn open(plan: &Plan, precision: Precision) -> Result<Box<dyn Backend>, BackendError> {
     let mut devices = Device::open_all()?;
     match devices.pop() {
@@ -49,7 +51,9 @@ pub fn open(plan: &Plan, precision: Precision) -> Result<Box<dyn Backend>, Backe
 }
 
 impl Fleet {
-    /// Prepares every device; those on which the engine does not start are left out, unless it starts on none.
+    /// Prepares every device. Those on which the engine does not start are left out, and a note says so.
+    ///
+    /// Errors: those of [`Gpu::new`] where it starts on none; `NoDevice` without devices.
     pub fn new(devices: Vec<Device>, plan: &Plan, precision: Precision) -> Result<Self, BackendError> {
         let (mut gpus, mut notes, mut refused) = (Vec::new(), Vec::new(), None);
         for device in devices {
@@ -68,7 +72,7 @@ impl Fleet {
         }
     }
 
-    /// Engines that were prepared for the same plan.
+    /// Engines that were prepared for the same plan. `NoDevice` without engines.
     pub fn of(gpus: Vec<Gpu>) -> Result<Self, BackendError> {
         let first = gpus.first().ok_or_else(|| BackendError::NoDevice { reason: "none was named".into() })?;
         let (plan, info) = (first.plan().clone(), first.info());
@@ -84,7 +88,7 @@ impl Fleet {
         split_by_weight(ranges, &weights)
     }
 
-    /// Takes a member out; what it told stays.
+    /// Takes a member out; its notes stay.
     fn drop_out(&mut self, at: usize, error: &BackendError) {
         let mut member = self.members.remove(at);
         self.notes.extend(member.notes());

@@ -27,6 +27,7 @@ mod pipeline_cache;
 mod pipelines;
 mod returned_rows;
 mod self_test;
+#[doc(hidden)]
 pub mod shader;
 mod solve_batch;
 mod split_by_weight;

@@ -23,7 +23,8 @@ pub(super) struct PipelineCache {
     stored: Mutex<u64>,
 }
 
-/// The directory of the cache: what `RODSWEEP_CACHE` says, else the system's place for such files.
+/// The directory of the cache: what the environment variable `RODSWEEP_CACHE` says, else the system's place for such
+/// files. `None` where the variable is empty or the system has no place.
 pub fn cache_directory() -> Option<PathBuf> {
     let named = |name: &str| env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
     if env::var_os(VARIABLE).is_some() {

@@ -1,6 +1,6 @@
 //! Whether a driver computes what it should: a small shader with known answers.
 //!
-//! Essential checks concern what every kernel relies on; the others are facts that some kernels must know.
+//! Every kernel relies on the essential checks. The others are facts that some kernels must know.
 
 use super::device::{Device, failed};
 use super::shader::{Piece, Specialisation, check, emit};
@@ -14,10 +14,15 @@ const STEPS: u32 = 100_000;
 
 /// One answer of the device.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Check {
+    /// What was computed.
     pub name: &'static str,
+    /// The right answer.
     pub expected: f64,
+    /// The device's answer.
     pub found: f64,
+    /// Whether it is as near as it should be.
     pub passed: bool,
     /// Whether results cannot be trusted without it.
     pub essential: bool,
@@ -25,7 +30,9 @@ pub struct Check {
 
 /// All answers of the device.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct SelfTest {
+    /// In a fixed order.
     pub checks: Vec<Check>,
 }
 
@@ -60,6 +67,8 @@ pub(super) fn expect_right(device: &Device) -> Result<(), BackendError> {
 }
 
 /// Runs the test on a device.
+///
+/// `DeviceFailed`, `OutOfMemory`: it could not run. Wrong answers are no error here.
 pub fn self_test(device: &Device) -> Result<SelfTest, BackendError> {
     let tiny = (-13f32).exp2();
     let angle = 1.25f32;

@@ -2,27 +2,30 @@
 
 use super::dispatch_buffers::DeviceTime;
 
-/// Summed over all batches [s]. Kernels and copies are timed by the device's own clock where it has one; they overlap
+/// Summed over all batches [s]. Kernels and copies are timed by the device's own clock where it has one. They overlap
 /// with the host's work.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Timings {
     /// Finding and opening the device.
     pub open: f64,
     /// Checking the shader and making the pipeline.
     pub compile: f64,
-    /// An empty dispatch, in which drivers compile.
+    /// An empty dispatch, in which some drivers compile.
     pub first_dispatch: f64,
-    /// Converting inputs and handing over work; an adapter in software may compute meanwhile.
+    /// Converting inputs and handing over work. A software adapter may compute meanwhile.
     pub upload: f64,
-    /// The kernels; without a clock on the device, from submission to completion.
+    /// The kernels. Without a clock on the device: from submission to completion.
     pub kernel: f64,
-    /// From the device's own memory to memory that the host can read; nothing without a clock on the device.
+    /// Copies to memory that the host can read. Zero without a clock on the device.
     pub copy: f64,
     /// The host's wait for kernels and copies.
     pub wait: f64,
     /// Converting outputs.
     pub unpack: f64,
+    /// Dispatches that came back.
     pub dispatch_count: u64,
+    /// Samples of these.
     pub sample_count: u64,
 }
 

@@ -7,7 +7,8 @@ use super::dispatcher::Dispatcher;
 use super::pipelines::compile;
 use super::shader::{Generator, HEADER, Kernel, VoxelGrid, float_bytes};
 use crate::backend::BackendError;
-use crate::model::{BASE_RECORD, Entry};
+use crate::model::record::BASE_POSITION_AT;
+use crate::model::{Entry};
 use std::time::Instant;
 use wgpu::{BufferBindingType as Kind, BufferUsages as Usage};
 
@@ -65,7 +66,7 @@ impl VoxelKernels {
         let reduce_layout = bind_group_layout(device, "reduce", &[Kind::Uniform, read, write, write, write])?;
         let generate = Kernel::generate(plan, generator, precision).map_err(failed)?;
         let reduce = Kernel::reduce(plan, precision).map_err(failed)?;
-        let base = |axis: usize| match plan.entries[BASE_RECORD - 3 + axis] {
+        let base = |axis: usize| match plan.entries[BASE_POSITION_AT + axis] {
             Entry::Constant(base) => base / voxel,
             Entry::Varying(_) => 0.0,
         };

@@ -4,7 +4,8 @@ use super::dispatcher::Dispatcher;
 use super::shader::Generator;
 use super::solve_batch;
 use crate::backend::{BackendError, ReduceJob};
-use crate::model::{BASE_RECORD, Entry, Plan, Quantity};
+use crate::model::record::BASE_POSITION_AT;
+use crate::model::{Entry, Plan, Quantity};
 
 /// Samples that say where tips are, before the counts are laid out.
 const PILOT: u64 = 4096;
@@ -12,7 +13,7 @@ const PILOT: u64 = 4096;
 /// The tables of the samples, or why they cannot be made on the device.
 pub(super) fn generator(plan: &Plan, job: &ReduceJob) -> Result<Generator, String> {
     let recipe = job.recipe.ok_or("they come from a table, or from axes too long for one")?;
-    if (0..3).any(|axis| matches!(plan.entries[BASE_RECORD - 3 + axis], Entry::Varying(_))) {
+    if (0..3).any(|axis| matches!(plan.entries[BASE_POSITION_AT + axis], Entry::Varying(_))) {
         return Err("the base moves".into());
     }
     if plan.start.is_some() {

@@ -30,6 +30,7 @@ pub struct SlotDerivative {
 
 /// An equilibrium of a rod; SI units.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Equilibrium {
     /// Moment at s = 0+, world frame [N·m]
     pub m0: Vector,
@@ -61,6 +62,7 @@ pub struct Equilibrium {
 
 /// Stability of a state that need not lie on the branch from rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Stability {
     /// Negative eigenvalues of the second variation; 0 is stable.
     pub index: usize,
@@ -91,7 +93,9 @@ impl Equilibrium {
     }
 }
 
-/// Solves a rod on the branch from rest and differentiates the solution by `slots`.
+/// Solves a rod (SI) on the branch from rest and differentiates the solution by `slots`.
+///
+/// What went wrong is told by the status; the rod that was reached then bears only a share of its load.
 pub fn solve_rod(rod: &Rod, slots: &[Slot]) -> Equilibrium {
     if !rod.is_valid() {
         return Equilibrium::without_solution(Status::BadParameter, slots.len());
@@ -207,10 +211,11 @@ pub fn stability_at(rod: &Rod, m0: Vector) -> Option<Stability> {
     Some(Stability { index, margin: stability::margin(&passage, index), residual })
 }
 
-/// d(residual)/d(base moment), both in the world frame, by rows, at base moment `m0` [N·m, world frame].
+/// d(residual)/d(base moment), both in the world frame, by rows, at base moment `m0` [N·m, world frame]. `None` where
+/// the rod cannot be integrated.
 ///
-/// The change of the residual by a parameter, the base moment held, is minus this times the change of the base moment
-/// by that parameter.
+/// Times the change of the base moment by a parameter, and negated, it is the change of the residual by that parameter
+/// with the base moment held.
 pub fn residual_by_base_moment(rod: &Rod, m0: Vector) -> Option<Matrix> {
     let units = chain::units(rod);
     let chain = Chain::new(rod, &units);
@@ -220,7 +225,8 @@ pub fn residual_by_base_moment(rod: &Rod, m0: Vector) -> Option<Matrix> {
     Some(rows(&(passage.tip.R * passage.matrix() * chain.R0.transpose())))
 }
 
-/// Curvature at the start of the first flexible segment for a base moment [N·m, world frame]; body frame [1/m].
+/// Curvature at the start of the first flexible segment for a base moment [N·m, world frame]; body frame [1/m]. `None`
+/// where the rod cannot be integrated.
 pub fn base_curvature(rod: &Rod, m0: Vector) -> Option<Vector> {
     let units = chain::units(rod);
     let chain = Chain::new(rod, &units);

@@ -1,5 +1,5 @@
-//! The reference: scalar f64 in the literature's own form (p, R, u integrated; virtual angular velocities), adaptive,
-//! shot to machine precision, on the branch that leads from rest to the full load.
+//! The reference: scalar f64 in the literature's own form (p, R, u integrated; virtual angular velocities). It is
+//! adaptive and shoots to machine precision, on the branch that leads from rest to the full load.
 //!
 //! Clear before fast. It shares neither formulation nor stepper with the engines, so that an error in either shows.
 //! Equations (1)-(4), (9)-(33), with the corrections listed in `EQUATIONS.md`.

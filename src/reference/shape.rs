@@ -12,6 +12,7 @@ use nalgebra::{Matrix3, Vector3};
 
 /// Pose and curvature at one point of a rod; SI units.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Pose {
     /// From the base [m]
     pub arc_length: f64,
@@ -60,8 +61,9 @@ pub fn shape(rod: &Rod, equilibrium: &Equilibrium, arc_lengths: &[f64]) -> Vec<P
     stations.iter().map(pose).collect()
 }
 
-/// The same with the derivatives of every pose, for the base moment `m0` [N·m, world frame] of an equilibrium under the
-/// full load; an error in it is taken out to first order. `None` where the rod cannot be integrated.
+/// Poses at arc lengths [m] with their derivatives by `slots`. `m0` is the base moment [N·m, world frame] of an
+/// equilibrium under the full load; an error in it is taken out to first order. `None` where the rod cannot be
+/// integrated.
 pub fn shape_with_derivatives(rod: &Rod, m0: Vector, arc_lengths: &[f64], slots: &[Slot]) -> Option<Vec<Pose>> {
     let units = chain::units(rod);
     let chain = Chain::new(rod, &units);

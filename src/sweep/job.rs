@@ -38,6 +38,7 @@ pub struct SweepJob<'a> {
     method: Option<SolutionMethod>,
     shard: Shard,
     limit: Option<u64>,
+    part_size: Option<u64>,
     interrupt: Option<&'a AtomicBool>,
     progress: Option<&'a (dyn Fn(&Progress) + Sync)>,
     warn: Option<&'a dyn Fn(&str)>,
@@ -53,6 +54,7 @@ impl<'a> SweepJob<'a> {
             method: None,
             shard: Shard::WHOLE,
             limit: None,
+            part_size: None,
             interrupt: None,
             progress: None,
             warn: None,
@@ -79,6 +81,11 @@ impl<'a> SweepJob<'a> {
     /// The first samples only.
     pub fn limit(self, limit: Option<u64>) -> Self {
         SweepJob { limit, ..self }
+    }
+
+    /// Samples in a part; `None`: as many as suit the sweep. It belongs to the identity of a run.
+    pub fn part_size(self, samples: Option<u64>) -> Self {
+        SweepJob { part_size: samples, ..self }
     }
 
     /// A flag that ends the run: it is looked at between batches, and finished parts are kept.
@@ -255,7 +262,7 @@ impl<'a> PreparedSweep<'a> {
         options.shard = job.shard;
         options.method = Some(self.method);
         options.limit = job.limit;
-        options.chunk = job.spec.chunk();
+        options.chunk = job.part_size.unwrap_or(job.spec.chunk());
         options.interrupt = job.interrupt;
         options.progress = job.progress;
         options.refiners = vec![&second_attempt, &trusted];

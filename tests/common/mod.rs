@@ -1,11 +1,17 @@
-//! What the tests of all engines share.
-#![allow(dead_code, unused_imports, non_snake_case)]
+//! What tests share. Each binary compiles it for itself and uses some of it.
+#![allow(dead_code, non_snake_case)]
 
 pub mod check;
-pub mod control;
-pub mod dual;
 pub mod golden;
-pub mod random;
-pub mod sandbox;
+pub mod runs;
 pub mod scenes;
 pub mod strategy;
+pub mod texts;
+
+use std::path::Path;
+
+/// Root of the repository.
+pub fn root() -> &'static Path {
+    let is_root = |folder: &&Path| folder.join("sweeps/workspace.toml").is_file();
+    Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().find(is_root).expect("a package within the repository")
+}

@@ -8,9 +8,11 @@ use wgpu::naga;
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{piece}:{line}: {message}")]
 pub struct ShaderError {
+    /// Name of the piece.
     pub piece: String,
     /// From 1; 0 where the place is unknown.
     pub line: usize,
+    /// The compiler's words.
     pub message: String,
 }
 
@@ -20,7 +22,7 @@ pub struct Reflection {
     module: naga::Module,
 }
 
-/// Parses and validates a source.
+/// Parses and validates a source; an error names piece and line.
 pub fn check(source: &Source) -> Result<Reflection, ShaderError> {
     let at = |location: Option<naga::SourceLocation>, message: String| {
         let line = location.map_or(0, |location| location.line_number as usize);

@@ -1,4 +1,4 @@
-//! Turns shader pieces into one WGSL source that knows where each of its lines came from.
+//! Joins shader pieces into one WGSL source that knows the origin of each line.
 //!
 //! Directives:
 //! `//@if NAME`, `//@if !NAME`, `//@else`, `//@end`: keep or drop lines by a named term.
@@ -17,21 +17,29 @@ use std::ops::Range;
 /// Complete WGSL, each line with its origin.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Source {
+    /// WGSL.
     pub text: String,
     names: Vec<Cow<'static, str>>,
     /// Piece and line of each line of the text.
     origins: Vec<(usize, usize)>,
 }
 
+/// A directive that cannot be followed, at its place.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{piece}:{line}: {kind}")]
 pub struct EmitError {
+    /// Name of the piece.
     pub piece: String,
+    /// From 1.
     pub line: usize,
+    /// What is wrong.
     pub kind: EmitErrorKind,
 }
 
+/// What is wrong with a directive.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+#[allow(missing_docs, reason = "each message says it")]
 pub enum EmitErrorKind {
     #[error("no directive is named `{0}`")]
     UnknownDirective(String),

@@ -1,7 +1,7 @@
-//! What `shaders/generate.wgsl` reads: keys of the sampling method, and how the inputs follow from the axes.
+//! What `shaders/generate.wgsl` reads to make samples: keys of the sampling method, and how inputs follow from axes.
 //!
-//! The map from axes to inputs is found by asking the plan: which axes an input depends on, its values over a grid, its
-//! ends over a range. It is then compared with the plan's own inputs; what is not met that way is declined.
+//! It is found by asking the plan: on which axes an input depends, its values over a grid, its ends over a range. Then it
+//! is compared with the plan's own inputs. Where they differ, the device makes no samples.
 
 use super::record::input_units;
 use crate::model::{Plan, RecipeMethod, SampleRecipe};

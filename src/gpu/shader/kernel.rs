@@ -24,6 +24,7 @@ macro_rules! shader {
 /// One part of a kernel's source.
 #[derive(Clone, Debug)]
 pub enum Part {
+    /// A shader file.
     File(Piece),
     /// The functions that load a sample's record, generated for the plan.
     Record,
@@ -34,6 +35,7 @@ pub enum Part {
 /// A row of the kernel table.
 #[derive(Clone, Debug)]
 pub struct KernelEntry {
+    /// Name of the function that the device runs.
     pub entry_point: &'static str,
     /// In the order in which they are joined.
     pub parts: &'static [Part],
@@ -78,10 +80,13 @@ const PRELUDE: &[Part] = &[shader!("batch"), Part::Record];
 /// A kernel specialised for a plan.
 #[derive(Clone, Debug)]
 pub struct Kernel {
+    /// Name of the function that the device runs.
     pub entry_point: &'static str,
+    /// In which it computes.
     pub precision: Precision,
     /// Whether it can leave samples that need the guarded ramp to other dispatches.
     pub in_stages: bool,
+    /// Complete WGSL.
     pub source: Source,
 }
 

@@ -1,6 +1,6 @@
 //! WGSL functions that load one sample's numbers: from the constants that all samples share, or from the inputs.
 //!
-//! Base: `base_d1`, `base_t`, `flux_density`, `tip_force`, `tip_moment`, `base_position`. Segment j: `length_j` and the
+//! Base: the vectors of its record (`model/record.rs`), such as `tip_force`. Segment j: `length_j` and the
 //! vectors of its record, such as `stiffness_j`; the same by the first entry of a segment's record, so that code does
 //! not grow with the segments: `record_length(at)`, `record_stiffness(at)`. Rest pose of an unloaded distal part: `free_p`, `free_d1`, `free_t`.
 //! Rate k of derivative d: `rate_d_k`. All in the plan's units.
@@ -8,40 +8,20 @@
 use super::segments::{integrated, segments_vary, varies};
 use super::slots::slot_table;
 use super::specialise::Piece;
-use crate::model::rod::{
-    DIPOLE_AT, DIPOLE_PER_LENGTH_AT, LOAD_AT, REST_CURVATURE_AT, REST_CURVATURE_RISE_AT, SHEAR_COMPLIANCE_AT,
-    STIFFNESS_AT, STIFFNESS_RISE_AT, WEIGHT_AT,
-};
+use crate::model::record::{BASE_FIELDS, FLEXIBLE_FIELDS, RIGID_FIELDS};
 use crate::model::{Entry, MOST_KNOWN, Plan, SegmentPlan};
 use std::fmt::Write;
-
-/// Vectors of a flexible segment and their places in its record.
-const FLEXIBLE_VECTORS: [(&str, usize); 7] = [
-    ("stiffness", STIFFNESS_AT),
-    ("stiffness_rise", STIFFNESS_RISE_AT),
-    ("rest_curvature", REST_CURVATURE_AT),
-    ("rest_curvature_rise", REST_CURVATURE_RISE_AT),
-    ("load", LOAD_AT),
-    ("dipole_per_length", DIPOLE_PER_LENGTH_AT),
-    ("shear_compliance", SHEAR_COMPLIANCE_AT),
-];
-/// The same of a rigid segment.
-const RIGID_VECTORS: [(&str, usize); 2] = [("dipole", DIPOLE_AT), ("weight", WEIGHT_AT)];
 
 /// The loading functions of a plan.
 pub(super) fn record_functions(plan: &Plan) -> Piece {
     let mut text = String::new();
-    let base = ["base_d1", "base_t", "flux_density", "tip_force", "tip_moment", "base_position"];
-    for (at, name) in base.iter().enumerate() {
-        vector(&mut text, plan, name, 3 * at);
-    }
+    BASE_FIELDS.iter().for_each(|field| vector(&mut text, plan, field.name, field.at));
     segment_functions(&mut text, plan);
     for (index, segment) in plan.segments.iter().enumerate() {
         let at = segment.record;
         scalar(&mut text, plan, &format!("length_{index}"), at);
-        let vectors: &[(&str, usize)] = if segment.is_flexible { &FLEXIBLE_VECTORS } else { &RIGID_VECTORS };
-        for (name, place) in vectors {
-            vector(&mut text, plan, &format!("{name}_{index}"), at + place);
+        for field in if segment.is_flexible { FLEXIBLE_FIELDS } else { RIGID_FIELDS } {
+            vector(&mut text, plan, &format!("{}_{index}", field.name), at + field.at);
         }
     }
     if let Some(free) = plan.free {
@@ -110,10 +90,11 @@ fn segment_functions(text: &mut String, plan: &Plan) {
         false => format!("constants[at + {place}u]"),
     };
     let _ = writeln!(text, "fn record_length(at: u32) -> f32 {{ return {}; }}", number(varies_at(None, 0), 0));
-    let vectors = FLEXIBLE_VECTORS.map(|vector| (true, vector)).into_iter();
-    for (flexible, (name, place)) in vectors.chain(RIGID_VECTORS.map(|vector| (false, vector))) {
-        let parts: Vec<_> = (place..place + 3).map(|place| number(varies_at(Some(flexible), place), place)).collect();
-        let parts = parts.join(", ");
+    let fields = FLEXIBLE_FIELDS.iter().map(|field| (true, field));
+    for (flexible, field) in fields.chain(RIGID_FIELDS.iter().map(|field| (false, field))) {
+        let places = field.at..field.at + 3;
+        let parts: Vec<_> = places.map(|place| number(varies_at(Some(flexible), place), place)).collect();
+        let (name, parts) = (field.name, parts.join(", "));
         let _ = writeln!(text, "fn record_{name}(at: u32) -> vec3<f32> {{ return vec3<f32>({parts}); }}");
     }
 }

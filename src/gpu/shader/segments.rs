@@ -1,7 +1,6 @@
 //! Which segments the kernels integrate, and whether their numbers vary from sample to sample.
 
-use crate::model::rod::{FLEXIBLE_RECORD, RIGID_RECORD};
-use crate::model::{Entry, Plan, SegmentPlan};
+use crate::model::{Entry, FLEXIBLE_RECORD, Plan, RIGID_RECORD, SegmentPlan};
 
 /// The segments that are integrated: all but the unloaded distal part.
 pub(crate) fn integrated(plan: &Plan) -> &[SegmentPlan] {

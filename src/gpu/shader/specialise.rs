@@ -9,12 +9,14 @@ use std::collections::BTreeMap;
 pub struct Piece {
     /// Shown in error messages.
     pub name: Cow<'static, str>,
+    /// WGSL with directives, see [`super::emit()`].
     pub text: Cow<'static, str>,
 }
 
 /// A constant's value, with its type.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Value {
+    /// A whole number.
     U32(u32),
     /// Of the kernel's precision.
     Float(f64),
@@ -27,11 +29,14 @@ pub enum Value {
 pub struct Specialisation {
     /// Shaders are written in f32; in f64 every `f32` and every literal becomes one of f64.
     pub precision: Precision,
+    /// Which lines are kept.
     pub terms: BTreeMap<String, bool>,
+    /// Values of the constants that are marked `//@spec`.
     pub constants: BTreeMap<String, Value>,
 }
 
 impl Value {
+    /// The type in WGSL.
     pub fn wgsl_type(&self, precision: Precision) -> String {
         match self {
             Value::U32(_) => "u32".into(),
@@ -55,10 +60,12 @@ impl Value {
         }
     }
 
+    /// An array of numbers of the kernel's precision; not empty.
     pub fn float_array(values: impl IntoIterator<Item = f64>) -> Value {
         Value::Array(values.into_iter().map(Value::Float).collect())
     }
 
+    /// An array of whole numbers; not empty.
     pub fn u32_array(values: impl IntoIterator<Item = usize>) -> Value {
         Value::Array(values.into_iter().map(|value| Value::U32(value as u32)).collect())
     }
@@ -71,14 +78,17 @@ impl Default for Specialisation {
 }
 
 impl Specialisation {
+    /// Without terms and constants.
     pub fn new(precision: Precision) -> Self {
         Self { precision, terms: BTreeMap::new(), constants: BTreeMap::new() }
     }
 
+    /// Says whether a term holds.
     pub fn term(&mut self, name: impl Into<String>, holds: bool) {
         self.terms.insert(name.into(), holds);
     }
 
+    /// Says the value of a constant.
     pub fn constant(&mut self, name: impl Into<String>, value: Value) {
         self.constants.insert(name.into(), value);
     }

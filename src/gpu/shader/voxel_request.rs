@@ -1,12 +1,13 @@
-//! What `shaders/reduce.wgsl` reads and keeps: its request, its tally, the box of voxels.
+//! What the counting kernel `shaders/reduce.wgsl` is asked, and the box of voxels that it counts.
 
 use super::settings::float_bytes;
 use crate::backend::Precision;
 
-/// Words that the tally starts with: returned, ramped among the counted, two spare ones.
+/// Words at the start of the kernel's tally: samples that come back, ramped samples that were counted, two spare words.
+/// The samples that come back follow, then those that the host wants.
 pub(crate) const HEADER: usize = 4;
 
-/// Numbers of a request, in the order of the shader.
+/// What the host asks about one dispatch; numbers in the order of the shader.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Request {
     pub mark: f64,
@@ -21,11 +22,12 @@ pub(crate) struct Request {
     pub wanted_at: u32,
 }
 
-/// Members of `Request` in the shader: floats, then words of four bytes.
+/// Members of `Request` in the shader that are numbers of the kernel's precision; they come first.
 pub const REQUEST_FLOATS: [&str; 13] = [
     "mark", "estimate", "residual", "cells", "base_x", "base_y", "base_z", "low_x", "low_y", "low_z", "high_x",
     "high_y", "high_z",
 ];
+/// Members of `Request` in the shader that are words of four bytes.
 pub const REQUEST_WORDS: [&str; 9] =
     ["first_x", "first_y", "first_z", "size_x", "size_y", "size_z", "sample_count", "wanted_count", "wanted_at"];
 

@@ -3,9 +3,10 @@
 use super::algebra::{Mat3, Vec3, columns_cross, cross, hat, outer};
 use super::column::{By, Columns};
 use super::lane::Lane;
-use super::rod::{Rod, Segment, Terms};
+use super::rod::{Rod, Segment};
 use super::section::{curvature, to_world, velocity};
 use super::source::Sources;
+use super::terms::Terms;
 
 /// Three columns at the base: by the base moment.
 #[inline(always)]
@@ -31,11 +32,11 @@ pub fn force_columns<L: Lane>(one: L) -> Columns<L> {
 
 /// Three columns at the base: by three parameters, the base moment held.
 #[inline(always)]
-pub fn forward_columns<L: Lane, T: Terms>(rod: &Rod<L>, sources: &Sources<L>, m0: Vec3<L>) -> Columns<L> {
-    let n0 = rod.base_force::<T>();
-    let BaseSlope { omega, v, .. } = base_slope::<L, T>(rod, m0, n0);
+pub fn forward_columns<L: Lane>(terms: impl Terms, rod: &Rod<L>, sources: &Sources<L>, m0: Vec3<L>) -> Columns<L> {
+    let n0 = rod.base_force(terms);
+    let BaseSlope { omega, v, .. } = base_slope(terms, rod, m0, n0);
     let dp = outer(v, sources.insertion, sources.dp0);
-    let dM = if T::FORCE { columns_cross(dp, n0) } else { Mat3::zero(m0.x) };
+    let dM = if terms.force() { columns_cross(dp, n0) } else { Mat3::zero(m0.x) };
     Columns { w: outer(omega, sources.insertion, sources.w0), dp, dM, by: By::Parameters, dn: sources.dn0 }
 }
 
@@ -47,19 +48,19 @@ pub struct BaseSlope<L> {
 }
 
 #[inline(always)]
-pub fn base_slope<L: Lane, T: Terms>(rod: &Rod<L>, m0: Vec3<L>, n0: Vec3<L>) -> BaseSlope<L> {
+pub fn base_slope<L: Lane>(terms: impl Terms, rod: &Rod<L>, m0: Vec3<L>, n0: Vec3<L>) -> BaseSlope<L> {
     let zero = Vec3::splat(m0.x.constant(0.0));
     let Some(Segment::Flexible(first)) = rod.segments.first() else {
         return BaseSlope { omega: zero, v: zero, torque: zero };
     };
     let d2 = cross(rod.t, rod.d1);
-    let omega = curvature::<L, T>(&first.section::<T>(0.0), rod.d1, d2, rod.t, m0);
-    let v = velocity::<L, T>(first, rod.d1, d2, rod.t, n0);
+    let omega = curvature(terms, &first.section(terms, 0.0), rod.d1, d2, rod.t, m0);
+    let v = velocity(terms, first, rod.d1, d2, rod.t, n0);
     let mut torque = zero;
-    if T::FORCE {
+    if terms.force() {
         torque = cross(v, n0);
     }
-    if T::GENERAL && first.has_magnet {
+    if terms.general() && first.has_magnet {
         torque = torque + cross(to_world(rod.d1, d2, rod.t, first.mu), rod.B);
     }
     BaseSlope { omega, v, torque }

@@ -2,6 +2,7 @@
 
 use super::block::{Job, WIDEST};
 use super::{BlockScalar, Lanes};
+use crate::model::record::BASE_POSITION_AT;
 use crate::model::{BLOCK, Batch, Entry, Quantity, Solutions};
 use rayon::prelude::*;
 use std::any::Any;
@@ -102,7 +103,7 @@ impl Lanes {
         }
         for axis in 0..3 {
             for (place, sample) in samples.iter().enumerate() {
-                out[axis * BLOCK + place] += self.plan.entry(batch, *sample, 15 + axis);
+                out[axis * BLOCK + place] += self.plan.entry(batch, *sample, BASE_POSITION_AT + axis);
             }
         }
         left.iter_mut().for_each(|place| *place = samples[*place]);

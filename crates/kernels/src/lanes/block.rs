@@ -2,14 +2,15 @@
 //! that arrived; or both with care.
 
 use super::algebra::length;
-use super::group::{AtRest, END_COLUMNS, Follow, Group, Tools};
+use super::group::{Answer, END_COLUMNS, Follow, Load, Tools, store_end};
+use super::kernels::Kernels;
 use super::lane::{Lane, Scalar};
-use super::path::Path;
+use super::path::{Path, rest_slope};
+use super::problem::Problem;
 use super::program::{Inputs, Outputs, Program};
-use super::rod::Terms;
 use crate::model::{BLOCK, Quantity, Status};
+use pulp::{Simd, WithSimd};
 use std::any::Any;
-use std::marker::PhantomData;
 
 /// Lanes of the widest register.
 pub const WIDEST: usize = 16;
@@ -32,16 +33,28 @@ pub struct Job<'a, S: Scalar> {
     pub memory: &'a mut Option<Box<dyn Any + Send + Sync>>,
 }
 
+/// The arguments of [`solve_job`].
+pub struct AsKernel<'a, L: Lane>(pub L::Token, pub Job<'a, L::Scalar>);
+
+impl<L: Kernels> WithSimd for AsKernel<'_, L> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        solve_job::<L>(self.0, self.1);
+    }
+}
+
 /// Solves a block.
 #[inline(always)]
-pub fn solve_job<L: Lane, T: Terms>(token: L::Token, job: Job<'_, L::Scalar>) {
+fn solve_job<L: Kernels>(token: L::Token, job: Job<'_, L::Scalar>) {
     let Job { program, inputs, bad, careful, order, left, values, memory } = job;
     let kept = memory.take().and_then(|memory| memory.downcast::<Memory<L>>().ok());
     let mut kept = kept.unwrap_or_else(|| Box::new(Memory::new(token, program, inputs.len())));
     order.clear();
     order.extend((0..bad.len()).filter(|sample| !bad[*sample]));
     let solved = order.len();
-    let mut block = Block::<L, T> { program, token, inputs, memory: &mut kept, terms: PhantomData };
+    let mut block = Block::<L> { program, token, inputs, memory: &mut kept };
     let (mut path, mut ready) = (Path::Search, solved);
     if program.start.is_none() {
         block.sort_by_bend(bad.len(), order);
@@ -65,19 +78,21 @@ fn is_settled<S: Scalar>(status: S) -> bool {
     status.to_f64() < f64::from(Status::Pending.code())
 }
 
+type CoarseScalar<L> = <<L as Kernels>::Coarse as Lane>::Scalar;
+
 /// Memory of a thread.
-struct Memory<L: Lane> {
+struct Memory<L: Kernels> {
     paths: Tools<L::Coarse>,
     answers: Tools<L>,
     /// Inputs of the block, dm0/dlambda at rest and the ends of the paths, by sample.
-    inputs: Vec<<L::Coarse as Lane>::Scalar>,
-    rest_slopes: Vec<<L::Coarse as Lane>::Scalar>,
-    ends: Vec<<L::Coarse as Lane>::Scalar>,
+    inputs: Vec<CoarseScalar<L>>,
+    rest_slopes: Vec<CoarseScalar<L>>,
+    ends: Vec<CoarseScalar<L>>,
 }
 
-impl<L: Lane> Memory<L> {
+impl<L: Kernels> Memory<L> {
     fn new(token: L::Token, program: &Program, inputs: usize) -> Self {
-        let zero = <L::Coarse as Lane>::Scalar::default();
+        let zero = CoarseScalar::<L>::default();
         Self {
             paths: Tools::new(token, program, inputs / BLOCK),
             answers: Tools::new(token, program, inputs / BLOCK),
@@ -100,15 +115,14 @@ fn pack<From: Scalar, To: Scalar>(columns: &[From], samples: &[usize], lanes: us
 }
 
 /// A block at work.
-struct Block<'a, L: Lane, T: Terms> {
+struct Block<'a, L: Kernels> {
     program: &'a Program,
     token: L::Token,
     inputs: &'a [L::Scalar],
     memory: &'a mut Memory<L>,
-    terms: PhantomData<T>,
 }
 
-impl<L: Lane, T: Terms> Block<'_, L, T> {
+impl<L: Kernels> Block<'_, L> {
     /// Sorts samples, of `count`, by how far they would bend to first order, in plan units of moment.
     #[inline(always)]
     fn sort_by_bend(&mut self, count: usize, order: &mut [usize]) {
@@ -120,11 +134,11 @@ impl<L: Lane, T: Terms> Block<'_, L, T> {
         let mut bends = [0.0; BLOCK];
         for offset in (0..count).step_by(lanes) {
             let inputs = Inputs { data: inputs, stride: BLOCK, offset };
-            let rest =
-                AtRest::<L::Coarse, T> { program: self.program, token: self.token, inputs, tools, terms: PhantomData };
-            let slope = L::vectorize(self.token, rest);
+            let Tools { rod, workspace, .. } = tools;
+            L::Coarse::load_rods(Load { program: self.program, token: self.token, inputs, rod });
+            let slope = rest_slope(&Problem { program: self.program, inputs, rod }, workspace);
             Outputs { data: rest_slopes, stride: BLOCK, offset }.store_vector(0, slope);
-            let mut bend = [<L::Coarse as Lane>::Scalar::default(); WIDEST];
+            let mut bend = [CoarseScalar::<L>::default(); WIDEST];
             length(slope).store(&mut bend);
             bends[offset..].iter_mut().zip(bend).take(lanes).for_each(|(to, bend)| *to = bend.to_f64());
         }
@@ -141,8 +155,13 @@ impl<L: Lane, T: Terms> Block<'_, L, T> {
         for samples in order.chunks(lanes) {
             pack(inputs, samples, lanes, &mut tools.inputs);
             pack(rest_slopes, samples, lanes, &mut tools.start);
-            let follow = Follow::<L::Coarse, T> { program: self.program, token: self.token, tools, terms: PhantomData };
-            L::vectorize(self.token, follow);
+            let Tools { rod, workspace, inputs, start } = tools;
+            let inputs = Inputs { data: inputs, stride: lanes, offset: 0 };
+            L::Coarse::load_rods(Load { program: self.program, token: self.token, inputs, rod });
+            let rest_slope = Inputs { data: start, stride: lanes, offset: 0 }.vector(self.token, 0);
+            let problem = Problem { program: self.program, inputs, rod };
+            let end = L::Coarse::follow(Follow { problem, path: Path::Ramp, rest_slope, workspace });
+            store_end(&end, &mut Outputs { data: start, stride: lanes, offset: 0 });
             for (to, from) in ends.chunks_exact_mut(BLOCK).zip(tools.start.chunks_exact(lanes)) {
                 samples.iter().zip(from).for_each(|(sample, from)| to[*sample] = *from);
             }
@@ -166,7 +185,6 @@ impl<L: Lane, T: Terms> Block<'_, L, T> {
             Path::GuardedRamp => pack(rest_slopes, samples, L::COUNT, &mut tools.start),
             Path::Search => {}
         }
-        let group = Group::<L, T> { program: self.program, token: self.token, path, tools, out, terms: PhantomData };
-        L::vectorize(self.token, group);
+        L::answer(Answer { program: self.program, token: self.token, path, tools, out });
     }
 }

@@ -6,9 +6,9 @@ use super::algebra::{Mat3, Vec3, cross, dot, length, transpose};
 use super::column::Columns;
 use super::lane::{Lane, Scalar};
 use super::path::PathEnd;
-use super::program::Program;
-use super::rod::{Rod, Terms};
-use super::shoot::{Record, Tip, Workspace, shoot};
+use super::problem::{Problem, Workspace};
+use super::rod::Rod;
+use super::shoot::{Record, Tip, shoot};
 use super::stability::margin;
 use crate::model::path::{CHORD_LIMIT, CHORD_TRUST, DIFFERENCE, ROUND_OFF};
 
@@ -17,12 +17,8 @@ use crate::model::path::{CHORD_LIMIT, CHORD_TRUST, DIFFERENCE, ROUND_OFF};
 /// From the second on they are secant steps along the one before (Broyden's update). The last is one on twice the
 /// fine steps; returns what it found.
 #[inline(always)]
-pub fn chord_steps<L: Lane, T: Terms>(
-    program: &Program,
-    rod: &Rod<L>,
-    end: &mut PathEnd<L>,
-    workspace: &mut Workspace<L>,
-) -> Tip<L> {
+pub fn chord_steps<L: Lane>(problem: &Problem<'_, L>, end: &mut PathEnd<L>, workspace: &mut Workspace<L>) -> Tip<L> {
+    let Problem { program, rod, .. } = *problem;
     let one = end.lambda.constant(1.0);
     // The nearer to a bifurcation, the less a step brings.
     let tolerance = margin(&end.inverse) * one.constant(program.chord_tolerance);
@@ -35,7 +31,7 @@ pub fn chord_steps<L: Lane, T: Terms>(
         if !L::any(moving) {
             break;
         }
-        let tip = shoot::<L, T>(program, &program.fine, rod, one, end.m0, &mut [], Record::Nothing, workspace);
+        let tip = shoot(problem, &program.fine, one, end.m0, &mut [], Record::Nothing, workspace);
         let delta = chord_step(&end.inverse, tip.m - rod.l_tip, last, square);
         let size = length(delta);
         // A chord step that is not small says that the coarse grid was too coarse: Newton's method takes over.
@@ -45,7 +41,7 @@ pub fn chord_steps<L: Lane, T: Terms>(
         (last, square) = (Vec3::select(moving, delta, last), L::select(moving, dot(delta, delta), square));
         moving = moving & trusted & !size.lt(tolerance);
     }
-    let tip = check_pass::<L, T>(program, rod, end.m0, workspace);
+    let tip = check_pass(problem, end.m0, workspace);
     let delta = chord_step(&end.inverse, tip.m - rod.l_tip, last, square);
     end.m0 = Vec3::select(trusted & length(delta).lt(trust), end.m0 + delta, end.m0);
     end.passes = L::select(end.reached, end.passes + one, end.passes);
@@ -62,14 +58,9 @@ fn chord_step<L: Lane>(inverse: &Mat3<L>, residual: Vec3<L>, last: Vec3<L>, squa
 
 /// A pass on twice the fine steps.
 #[inline(always)]
-pub fn check_pass<L: Lane, T: Terms>(
-    program: &Program,
-    rod: &Rod<L>,
-    m0: Vec3<L>,
-    workspace: &mut Workspace<L>,
-) -> Tip<L> {
+pub fn check_pass<L: Lane>(problem: &Problem<'_, L>, m0: Vec3<L>, workspace: &mut Workspace<L>) -> Tip<L> {
     let one = m0.x.constant(1.0);
-    shoot::<L, T>(program, &program.check, rod, one, m0, &mut [], Record::Nothing, workspace)
+    shoot(problem, &problem.program.check, one, m0, &mut [], Record::Nothing, workspace)
 }
 
 /// Difference to the equilibrium on twice as many steps, by a pass `check` near it, plus what round-off can do through

@@ -6,10 +6,11 @@ use super::algebra::{
 };
 use super::lane::Lane;
 use super::program::Collect;
-use super::rod::{Rigid, Rod, State, Terms, world_dipole};
-use super::section::{Flexible, to_world};
+use super::rod::{Crossing, State, world_dipole};
+use super::section::to_world;
 use super::source::Source;
 use super::step::{ColumnSlope, STAGES, Stages, Step};
+use super::terms::Terms;
 use super::trace::{Column, Trace, collect_integrals};
 
 /// Three columns.
@@ -43,7 +44,8 @@ impl By {
 
 /// dm of a column, from dM.
 #[inline(always)]
-pub fn column_moment<L: Lane, T: Terms>(
+pub fn column_moment<L: Lane>(
+    terms: impl Terms,
     by: By,
     dn: Vec3<L>,
     p: Vec3<L>,
@@ -55,18 +57,18 @@ pub fn column_moment<L: Lane, T: Terms>(
     if by.changes_force() {
         dm = cross_add(dn, p, dm); // J3
     }
-    if T::FORCE { cross_sub(dp, n, dm) } else { dm } // J3
+    if terms.force() { cross_sub(dp, n, dm) } else { dm } // J3
 }
 
 impl<L: Lane> Columns<L> {
     /// dm of the three, where the rod is at `p` with force `n`.
     #[inline(always)]
-    pub fn moment<T: Terms>(&self, p: Vec3<L>, n: Vec3<L>) -> Mat3<L> {
+    pub fn moment(&self, terms: impl Terms, p: Vec3<L>, n: Vec3<L>) -> Mat3<L> {
         let Self { dp, dM, dn, .. } = self;
         Mat3 {
-            x: column_moment::<L, T>(self.by, dn.x, p, n, dp.x, dM.x),
-            y: column_moment::<L, T>(self.by, dn.y, p, n, dp.y, dM.y),
-            z: column_moment::<L, T>(self.by, dn.z, p, n, dp.z, dM.z),
+            x: column_moment(terms, self.by, dn.x, p, n, dp.x, dM.x),
+            y: column_moment(terms, self.by, dn.y, p, n, dp.y, dM.y),
+            z: column_moment(terms, self.by, dn.z, p, n, dp.z, dM.z),
         }
     }
 }
@@ -79,8 +81,15 @@ pub fn column_force<L: Lane>(by: By, dn: Vec3<L>, n: Vec3<L>, w: Vec3<L>) -> Vec
 
 /// R diag(k) R^T x
 #[inline(always)]
-fn compliance_times<L: Lane, T: Terms>(k: Vec3<L>, d1: Vec3<L>, d2: Vec3<L>, t: Vec3<L>, x: Vec3<L>) -> Vec3<L> {
-    if T::ANISOTROPIC { principal_times(k, d1, d2, t, x) } else { axpy(dot(t, x) * (k.z - k.x), t, x * k.x) }
+fn compliance_times<L: Lane>(
+    terms: impl Terms,
+    k: Vec3<L>,
+    d1: Vec3<L>,
+    d2: Vec3<L>,
+    t: Vec3<L>,
+    x: Vec3<L>,
+) -> Vec3<L> {
+    if terms.anisotropic() { principal_times(k, d1, d2, t, x) } else { axpy(dot(t, x) * (k.z - k.x), t, x * k.x) }
 }
 
 /// R diag(k) R^T x, any k.
@@ -93,19 +102,16 @@ fn principal_times<L: Lane>(k: Vec3<L>, d1: Vec3<L>, d2: Vec3<L>, t: Vec3<L>, x:
 ///
 /// `source` is that of forward columns.
 #[inline(always)]
-#[allow(clippy::too_many_arguments)]
 pub fn step_columns<L: Lane, T: Terms>(
-    rod: &Rod<L>,
-    segment: &Flexible<L>,
-    lambda: L,
-    step: &Step<L>,
+    step: &Step<'_, L, T>,
     stages: &mut Stages<L>,
     mut trace: Option<&mut Trace<L>>,
     collect: Collect,
     source: Option<&Source<L>>,
     columns: &mut Columns<L>,
 ) {
-    let source = if T::GENERAL { source } else { None };
+    let Step { terms, rod, segment, lambda, .. } = *step;
+    let source = if terms.general() { source } else { None };
     let stage_count = stages.tableau.a.len();
     let weight = segment.w * lambda;
     let mu = segment.mu * lambda;
@@ -117,7 +123,7 @@ pub fn step_columns<L: Lane, T: Terms>(
                 let slope = &stages.column_slope[j];
                 w = axpy(ha, slope.dw, w);
                 dp = axpy(ha, slope.ddp, dp);
-                if T::LOAD {
+                if terms.load() {
                     dM = axpy(ha, slope.ddM, dM);
                 }
             }
@@ -125,19 +131,19 @@ pub fn step_columns<L: Lane, T: Terms>(
             if let Some(source) = source {
                 dn = source.force(k, dn, step.h * step.h.constant(stages.tableau.c[i]));
             }
-            let dm = column_moment::<L, T>(columns.by, dn, stage.p, stage.n, dp, dM);
+            let dm = column_moment(terms, columns.by, dn, stage.p, stage.n, dp, dM);
             let x = cross_sub(w, stage.m, dm);
-            let compliance = segment.compliance_at::<T>(stage.compliance);
-            let mut dw = compliance_times::<L, T>(compliance, stage.d1, stage.d2, stage.t, x); // J1
-            let mut ddp = cross(w, stage.velocity::<T>()); // J2
-            if T::GENERAL && segment.shears {
+            let compliance = segment.compliance_at(terms, stage.compliance);
+            let mut dw = compliance_times(terms, compliance, stage.d1, stage.d2, stage.t, x); // J1
+            let mut ddp = cross(w, stage.velocity(terms)); // J2
+            if terms.general() && segment.shears {
                 let y = column_force(columns.by, dn, stage.n, w);
                 ddp = ddp + principal_times(segment.shear, stage.d1, stage.d2, stage.t, y); // J2
             }
             let mut ddM = dM;
-            if T::LOAD {
+            if terms.load() {
                 ddM = cross(weight, dp); // J3
-                if T::GENERAL && segment.has_magnet {
+                if terms.general() && segment.has_magnet {
                     let mu_world = to_world(stage.d1, stage.d2, stage.t, mu);
                     ddM = cross_sub(cross(w, mu_world), rod.B, ddM); // J3
                 }
@@ -146,13 +152,13 @@ pub fn step_columns<L: Lane, T: Terms>(
                 let at = stages.tableau.c[i].mul_add(step.share, step.start);
                 source.bend(k, at, compliance, stage, &mut dw); // J1
                 source.shear(k, stage, &mut ddp); // J2
-                if T::LOAD {
+                if terms.load() {
                     source.couple(k, rod, segment, stage, &mut ddM); // J3
                 }
             }
             if let (Some(trace), true) = (&mut trace, stages.tableau.b[i] != 0.0) {
                 let column = Column { by: columns.by, w, x, dp, dn };
-                collect_integrals::<L, T>(rod, segment, step, stages, i, collect, &column, k, trace);
+                collect_integrals(step, stages, i, collect, &column, k, trace);
             }
             stages.column_slope[i % STAGES] = ColumnSlope { dw, ddp, ddM };
         }
@@ -161,7 +167,7 @@ pub fn step_columns<L: Lane, T: Terms>(
             let slope = &stages.column_slope[j];
             w = axpy(hb, slope.dw, w);
             dp = axpy(hb, slope.ddp, dp);
-            if T::LOAD {
+            if terms.load() {
                 dM = axpy(hb, slope.ddM, dM);
             }
         }
@@ -174,18 +180,15 @@ pub fn step_columns<L: Lane, T: Terms>(
 
 /// Takes three columns over a rigid segment; `state` and `n` are those before it.
 #[inline(always)]
-#[allow(clippy::too_many_arguments)]
 pub fn cross_rigid_columns<L: Lane, T: Terms>(
-    rod: &Rod<L>,
-    segment: &Rigid<L>,
-    lambda: L,
-    force_arm: bool,
+    crossing: &Crossing<'_, L, T>,
     n: Vec3<L>,
     state: &State<L>,
     source: Option<&Source<L>>,
     columns: &mut Columns<L>,
 ) {
-    let source = if T::GENERAL { source } else { None };
+    let Crossing { terms, rod, segment, lambda, force_arm } = *crossing;
+    let source = if terms.general() { source } else { None };
     let (length, t) = (segment.length, state.t);
     let half = length.constant(0.5);
     let mut arm = columns_cross(columns.w, t) * length;
@@ -200,7 +203,7 @@ pub fn cross_rigid_columns<L: Lane, T: Terms>(
     }
     columns.dp = dp + arm; // J4
     let mut n_after = n;
-    if T::LOAD {
+    if terms.load() {
         let weight = segment.w * lambda;
         let middle = if force_arm { columns_axpy(half, arm, dp) } else { dp };
         columns.dM = columns_cross_sub(middle, weight, columns.dM); // J4
@@ -210,7 +213,7 @@ pub fn cross_rigid_columns<L: Lane, T: Terms>(
         source.cross_rigid(rod, segment, force_arm, state, columns); // J4
     }
     if !force_arm {
-        if T::FORCE {
+        if terms.force() {
             columns.dM = columns_cross_add(arm, n_after, columns.dM);
         }
         match columns.by {

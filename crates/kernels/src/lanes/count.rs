@@ -4,12 +4,12 @@ use super::base::moment_columns;
 use super::counted::{Counted, counted};
 use super::lane::Lane;
 use super::path::rest_slope;
+use super::problem::{Problem, Workspace};
 use super::program::{Inputs, Outputs, Program};
-use super::rod::{Rod, TermSet, Terms};
-use super::shoot::{Record, Workspace, shoot};
+use super::rod::Rod;
+use super::shoot::{Record, shoot};
 use super::solve::{start_columns, write_derivatives};
 use super::stability::stability_index;
-use super::{algebra::Vec3, by_terms};
 use crate::model::{MOST_ROWS, Quantity};
 
 /// Arithmetic operations on one sample. Comparisons, choices and changes of sign are not counted.
@@ -64,20 +64,17 @@ impl Operations {
 
 /// Counts the passes over a rod whose varying entries, in the plan's units, are given.
 pub(super) fn count_passes(program: &Program, inputs: &[f64]) -> PassOperations {
-    by_terms!(program, count_with_terms::<Counted>(program, inputs))
-}
-
-fn count_with_terms<L: Lane<Token = (), Scalar = f64>, T: Terms>(program: &Program, inputs: &[f64]) -> PassOperations {
     let inputs = Inputs { data: inputs, stride: 1, offset: 0 };
-    let mut rod = Rod::<L>::new(());
+    let mut rod = Rod::<Counted>::new(());
     let mut workspace = Workspace::new((), program);
     rod.load(program, (), &inputs);
+    let problem = Problem { program, inputs, rod: &rod };
     for k in 0..workspace.sources.len() {
-        workspace.sources[k].load(program, (), &inputs, &rod, 3 * k);
+        workspace.sources[k].load(&problem, 3 * k);
     }
-    let one = L::splat((), 1.0);
-    let m0: Vec3<L> = rest_slope::<L, T>(program, &rod, &mut workspace);
-    let mut pass = |what: &mut dyn FnMut(&mut Workspace<L>)| {
+    let one = Counted::splat((), 1.0);
+    let m0 = rest_slope(&problem, &mut workspace);
+    let mut pass = |what: &mut dyn FnMut(&mut Workspace<Counted>)| {
         let before = counted();
         what(&mut workspace);
         counted().since(before)
@@ -85,9 +82,9 @@ fn count_with_terms<L: Lane<Token = (), Scalar = f64>, T: Terms>(program: &Progr
     let mut by_moment = |record: Record| {
         pass(&mut |workspace| {
             let columns = &mut [moment_columns(one)];
-            let tip = shoot::<L, T>(program, &program.fine, &rod, one, m0, columns, record, workspace);
+            let tip = shoot(&problem, &program.fine, one, m0, columns, record, workspace);
             if record == Record::Stability {
-                stability_index::<L, T>(&workspace.station, &tip, columns);
+                stability_index(program.terms, &workspace.station, &tip, columns);
             }
         })
     };
@@ -96,21 +93,21 @@ fn count_with_terms<L: Lane<Token = (), Scalar = f64>, T: Terms>(program: &Progr
         stability: with_index.since(without),
         path: pass(&mut |workspace| {
             let columns = &mut [moment_columns(one)];
-            shoot::<L, T>(program, &program.coarse, &rod, one, m0, columns, Record::Nothing, workspace);
+            shoot(&problem, &program.coarse, one, m0, columns, Record::Nothing, workspace);
         }),
         chord: pass(&mut |workspace| {
-            shoot::<L, T>(program, &program.fine, &rod, one, m0, &mut [], Record::Nothing, workspace);
+            shoot(&problem, &program.fine, one, m0, &mut [], Record::Nothing, workspace);
         }),
         answer: pass(&mut |workspace| {
             let mut columns = Vec::new();
-            start_columns::<L, T>(program, &rod, m0, workspace, &mut columns);
-            let tip = shoot::<L, T>(program, &program.fine, &rod, one, m0, &mut columns, Record::Traces, workspace);
+            start_columns(&problem, m0, workspace, &mut columns);
+            let tip = shoot(&problem, &program.fine, one, m0, &mut columns, Record::Traces, workspace);
             let mut rows = vec![0.0; Quantity::COUNT + MOST_ROWS * program.derivatives.len()];
             let mut out = Outputs { data: &mut rows, stride: 1, offset: 0 };
-            write_derivatives::<L, T>(program, (), &inputs, &rod, m0, &tip, &columns, workspace, &mut out);
+            write_derivatives(&problem, m0, &tip, &columns, workspace, &mut out);
         }),
         check: pass(&mut |workspace| {
-            shoot::<L, T>(program, &program.check, &rod, one, m0, &mut [], Record::Nothing, workspace);
+            shoot(&problem, &program.check, one, m0, &mut [], Record::Nothing, workspace);
         }),
     }
 }

@@ -10,7 +10,7 @@ thread_local! {
     static COUNTED: Cell<Operations> = const { Cell::new(Operations { additions: 0, multiplications: 0, fused: 0, divisions: 0 }) };
 }
 
-/// Counts one operation of a kind.
+/// Counts one operation of a kind. What calls it is compiled once, not where it is used: speed is no matter here.
 fn count(kind: impl FnOnce(&mut Operations) -> &mut u64) {
     let mut counted = COUNTED.get();
     *kind(&mut counted) += 1;
@@ -30,6 +30,7 @@ pub struct Mask(bool);
 
 impl Add for Counted {
     type Output = Self;
+    #[inline(never)]
     fn add(self, other: Self) -> Self {
         count(|operations| &mut operations.additions);
         Self(self.0 + other.0)
@@ -38,6 +39,7 @@ impl Add for Counted {
 
 impl Sub for Counted {
     type Output = Self;
+    #[inline(never)]
     fn sub(self, other: Self) -> Self {
         count(|operations| &mut operations.additions);
         Self(self.0 - other.0)
@@ -46,6 +48,7 @@ impl Sub for Counted {
 
 impl Mul for Counted {
     type Output = Self;
+    #[inline(never)]
     fn mul(self, other: Self) -> Self {
         count(|operations| &mut operations.multiplications);
         Self(self.0 * other.0)
@@ -54,6 +57,7 @@ impl Mul for Counted {
 
 impl Div for Counted {
     type Output = Self;
+    #[inline(never)]
     fn div(self, other: Self) -> Self {
         count(|operations| &mut operations.divisions);
         Self(self.0 / other.0)
@@ -92,7 +96,6 @@ impl Lane for Counted {
     type Scalar = f64;
     type Mask = Mask;
     type Token = ();
-    type Coarse = Self;
     const COUNT: usize = 1;
 
     fn splat((): (), value: f64) -> Self {
@@ -101,15 +104,18 @@ impl Lane for Counted {
 
     fn token(self) {}
 
+    #[inline(never)]
     fn mul_add(self, b: Self, c: Self) -> Self {
         count(|operations| &mut operations.fused);
         Self(self.0.mul_add(b.0, c.0))
     }
 
+    #[inline(never)]
     fn neg_mul_add(self, b: Self, c: Self) -> Self {
         (-self).mul_add(b, c)
     }
 
+    #[inline(never)]
     fn sqrt(self) -> Self {
         count(|operations| &mut operations.divisions);
         Self(self.0.sqrt())
@@ -119,10 +125,12 @@ impl Lane for Counted {
         Self(self.0.abs())
     }
 
+    #[inline(never)]
     fn max(self, other: Self) -> Self {
         Self(self.0.max(other.0))
     }
 
+    #[inline(never)]
     fn min(self, other: Self) -> Self {
         Self(self.0.min(other.0))
     }

@@ -1,15 +1,15 @@
-//! A register of samples: their slopes at rest, their paths, their answers, each a function compiled once.
+//! A register of samples: their rods, their paths, their answers, each a kernel.
 
 use super::algebra::{Mat3, Vec3};
+use super::kernels::Kernels;
 use super::lane::Lane;
-use super::path::{Path, PathEnd, follow_path, rest_slope};
+use super::path::{Path, PathEnd, follow_path};
+use super::problem::{Problem, Workspace};
 use super::program::{Inputs, Outputs, Program};
-use super::rod::{Rod, Terms};
+use super::rod::Rod;
 use super::search::search_start;
-use super::shoot::Workspace;
 use super::solve::solve_group;
 use pulp::{Simd, WithSimd};
-use std::marker::PhantomData;
 
 /// Numbers of the end of a path from rest: reached, in several load steps, passes, lambda, base moment, inverse of W.
 pub const END_COLUMNS: usize = 16;
@@ -24,7 +24,7 @@ pub struct Tools<L: Lane> {
     pub start: Vec<L::Scalar>,
 }
 
-impl<L: Lane> Tools<L> {
+impl<L: Kernels> Tools<L> {
     pub fn new(token: L::Token, program: &Program, columns: usize) -> Self {
         Self {
             rod: Rod::new(token),
@@ -35,79 +35,92 @@ impl<L: Lane> Tools<L> {
     }
 }
 
-/// The arguments of [`rest_slope`].
-pub struct AtRest<'a, L: Lane, T: Terms> {
+/// The arguments of [`Rod::load`].
+pub struct Load<'a, L: Lane> {
     pub program: &'a Program,
     pub token: L::Token,
     pub inputs: Inputs<'a, L::Scalar>,
-    pub tools: &'a mut Tools<L>,
-    pub terms: PhantomData<T>,
+    pub rod: &'a mut Rod<L>,
 }
 
-impl<L: Lane, T: Terms> WithSimd for AtRest<'_, L, T> {
-    type Output = Vec3<L>;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> Vec3<L> {
-        let AtRest { program, token, inputs, tools, .. } = self;
-        tools.rod.load(program, token, &inputs);
-        rest_slope::<L, T>(program, &tools.rod, &mut tools.workspace)
+impl<L: Lane> Load<'_, L> {
+    pub fn token(&self) -> L::Token {
+        self.token
     }
 }
 
-/// The arguments of [`follow_path`] on the ramp; its end takes the place of the slope at rest.
-pub struct Follow<'a, L: Lane, T: Terms> {
-    pub program: &'a Program,
-    pub token: L::Token,
-    pub tools: &'a mut Tools<L>,
-    pub terms: PhantomData<T>,
-}
-
-impl<L: Lane, T: Terms> WithSimd for Follow<'_, L, T> {
+impl<L: Lane> WithSimd for Load<'_, L> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Follow { program, token, tools, .. } = self;
-        tools.rod.load(program, token, &Inputs { data: &tools.inputs, stride: L::COUNT, offset: 0 });
-        let slope = Inputs { data: &tools.start, stride: L::COUNT, offset: 0 }.vector(token, 0);
-        let end = follow_path::<L, T>(program, &tools.rod, Path::Ramp, slope, &mut tools.workspace);
-        store_end(&end, &mut Outputs { data: &mut tools.start, stride: L::COUNT, offset: 0 });
+        let Load { program, token, inputs, rod } = self;
+        rod.load(program, token, &inputs);
     }
 }
 
-/// The arguments of [`solve_group`]: one compiled function for all paths.
-pub struct Group<'a, L: Lane, T: Terms> {
+/// The arguments of [`follow_path`].
+pub struct Follow<'a, L: Lane> {
+    pub problem: Problem<'a, L>,
+    pub path: Path,
+    pub rest_slope: Vec3<L>,
+    pub workspace: &'a mut Workspace<L>,
+}
+
+impl<L: Lane> Follow<'_, L> {
+    pub fn token(&self) -> L::Token {
+        self.problem.token()
+    }
+}
+
+impl<L: Lane> WithSimd for Follow<'_, L> {
+    type Output = PathEnd<L>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> PathEnd<L> {
+        let Follow { problem, path, rest_slope, workspace } = self;
+        follow_path(&problem, path, rest_slope, workspace)
+    }
+}
+
+/// The arguments of [`solve_group`], on any path.
+pub struct Answer<'a, L: Lane> {
     pub program: &'a Program,
     pub token: L::Token,
     pub path: Path,
     pub tools: &'a mut Tools<L>,
     pub out: Outputs<'a, L::Scalar>,
-    pub terms: PhantomData<T>,
 }
 
-impl<L: Lane, T: Terms> WithSimd for Group<'_, L, T> {
+impl<L: Lane> Answer<'_, L> {
+    pub fn token(&self) -> L::Token {
+        self.token
+    }
+}
+
+impl<L: Kernels> WithSimd for Answer<'_, L> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Group { program, token, path, tools, mut out, .. } = self;
+        let Answer { program, token, path, tools, mut out } = self;
         let Tools { rod, workspace, inputs, start } = tools;
         let inputs = Inputs { data: inputs, stride: L::COUNT, offset: 0 };
         let start = Inputs { data: start, stride: L::COUNT, offset: 0 };
-        rod.load(program, token, &inputs);
+        L::load_rods(Load { program, token, inputs, rod });
+        let problem = Problem { program, inputs, rod };
         let end = match path {
             Path::Ramp => load_end(token, &start),
-            Path::GuardedRamp => follow_path::<L, T>(program, rod, path, start.vector(token, 0), workspace),
-            Path::Search => search_start::<L, T>(program, token, &inputs, rod, workspace),
+            Path::GuardedRamp => L::follow(Follow { problem, path, rest_slope: start.vector(token, 0), workspace }),
+            Path::Search => search_start(&problem, workspace),
         };
-        solve_group::<L, T>(program, token, &inputs, path, end, rod, workspace, &mut out);
+        solve_group(&problem, path, end, workspace, &mut out);
     }
 }
 
 /// Writes what an answer needs of the end of a path from rest.
 #[inline(always)]
-fn store_end<L: Lane>(end: &PathEnd<L>, out: &mut Outputs<'_, L::Scalar>) {
+pub fn store_end<L: Lane>(end: &PathEnd<L>, out: &mut Outputs<'_, L::Scalar>) {
     let (zero, one) = (end.lambda.constant(0.0), end.lambda.constant(1.0));
     out.store(0, L::select(end.reached, one, zero));
     out.store(1, L::select(end.ramped, one, zero));

@@ -20,8 +20,6 @@ pub trait Lane:
     type Scalar: Scalar;
     type Mask: Copy + BitAnd<Output = Self::Mask> + BitOr<Output = Self::Mask> + Not<Output = Self::Mask>;
     type Token: Copy + Send + Sync;
-    /// The same with numbers that do for a path on the coarse grid: f32, twice as many.
-    type Coarse: Lane<Token = Self::Token>;
     /// Samples in one register.
     const COUNT: usize;
 
@@ -190,7 +188,6 @@ macro_rules! lane {
             type Scalar = $scalar;
             type Mask = $mask<S>;
             type Token = S;
-            type Coarse = F32<S>;
             const COUNT: usize = S::$count;
 
             #[inline(always)]

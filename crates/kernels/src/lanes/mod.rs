@@ -13,9 +13,11 @@ mod column;
 mod count;
 mod counted;
 mod group;
+mod kernels;
 mod lane;
 mod operators;
 mod path;
+mod problem;
 mod program;
 mod rod;
 mod rows;
@@ -26,17 +28,19 @@ mod solve;
 mod source;
 mod stability;
 mod step;
+mod terms;
 mod trace;
 
 use crate::backend::{Backend, BackendError, BackendInfo, BackendKind, Precision};
 use crate::model::{Batch, Entry, Plan, Solutions};
 use batch::Scratch;
-use block::{Job, solve_job};
+use block::Job;
 pub use count::{Operations, PassOperations};
-use lane::{F32, F64, Lane, Scalar};
+use kernels::Kernels;
+use lane::{F32, F64, Scalar};
 use program::Program;
 use pulp::Arch;
-use rod::TermSet;
+use terms::ProgramTerms;
 
 /// Vector instructions that a kernel is compiled for; all are in one binary.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -112,10 +116,14 @@ impl Lanes {
             remedy: remedy.into(),
         };
         let arch = set.arch().ok_or_else(|| unsupported(set.name(), "this machine lacks it"))?;
+        let mut program = Program::new(plan, precision.epsilon());
+        if set == InstructionSet::Scalar {
+            program.terms = ProgramTerms::EVERY;
+        }
         Ok(Self {
             plan: plan.clone(),
             precision,
-            program: Program::new(plan, precision.epsilon()),
+            program,
             units: plan.entry_units(),
             set,
             arch,
@@ -131,7 +139,7 @@ impl Lanes {
                 inputs[column] = batch.inputs.get(sample, column) / unit;
             }
         }
-        count::count_passes(&self.program, &inputs)
+        count::count_passes(&Program::new(&self.plan, self.precision.epsilon()), &inputs)
     }
 
     /// The instructions in use.
@@ -183,17 +191,13 @@ macro_rules! block_scalar {
         impl BlockScalar for $scalar {
             fn run(arch: Arch, job: Job<'_, $scalar>) {
                 match arch {
-                    // Machines without vector units are served, not tuned for: one kernel with every term.
-                    Arch::Scalar => {
-                        let token = pulp::Scalar::new();
-                        solve_job::<$lane<pulp::Scalar>, TermSet<true, true, true, true>>(token, job);
-                    }
+                    Arch::Scalar => $lane::<pulp::Scalar>::job(pulp::Scalar::new(), job),
                     #[cfg(target_arch = "x86_64")]
-                    Arch::V3(token) => token.vectorize(ByTerms::<$lane<pulp::x86::V3>>(token, job)),
+                    Arch::V3(token) => $lane::<pulp::x86::V3>::job(token, job),
                     #[cfg(target_arch = "x86_64")]
-                    Arch::V4(token) => token.vectorize(ByTerms::<$lane<pulp::x86::V4>>(token, job)),
+                    Arch::V4(token) => $lane::<pulp::x86::V4>::job(token, job),
                     #[cfg(target_arch = "aarch64")]
-                    Arch::Neon(token) => token.vectorize(ByTerms::<$lane<pulp::aarch64::Neon>>(token, job)),
+                    Arch::Neon(token) => $lane::<pulp::aarch64::Neon>::job(token, job),
                     #[allow(unreachable_patterns)]
                     _ => unreachable!("an instruction set that was not offered"),
                 }
@@ -203,35 +207,3 @@ macro_rules! block_scalar {
 }
 block_scalar!(f64, F64);
 block_scalar!(f32, F32);
-
-/// Calls a kernel function compiled for the program's terms.
-macro_rules! by_terms {
-    ($program:expr, $kernel:ident::<$lane:ty>($($argument:expr),*)) => {{
-        let Program { terms, general, .. } = *$program;
-        // Scenes with rarely used terms do not get a kernel of their own for isotropic bending.
-        match (terms.load, terms.force, terms.anisotropic || general, general) {
-            (true, _, false, _) => $kernel::<$lane, TermSet<true, true, false, false>>($($argument),*),
-            (true, _, true, false) => $kernel::<$lane, TermSet<true, true, true, false>>($($argument),*),
-            (true, _, true, true) => $kernel::<$lane, TermSet<true, true, true, true>>($($argument),*),
-            (_, true, false, _) => $kernel::<$lane, TermSet<true, false, false, false>>($($argument),*),
-            (_, true, true, false) => $kernel::<$lane, TermSet<true, false, true, false>>($($argument),*),
-            (_, true, true, true) => $kernel::<$lane, TermSet<true, false, true, true>>($($argument),*),
-            (_, _, false, _) => $kernel::<$lane, TermSet<false, false, false, false>>($($argument),*),
-            (_, _, true, false) => $kernel::<$lane, TermSet<false, false, true, false>>($($argument),*),
-            (_, _, true, true) => $kernel::<$lane, TermSet<false, false, true, true>>($($argument),*),
-        }
-    }};
-}
-use by_terms;
-
-/// A block, with registers of the token's instruction set.
-struct ByTerms<'a, L: Lane>(L::Token, Job<'a, L::Scalar>);
-
-impl<L: Lane> pulp::NullaryFnOnce for ByTerms<'_, L> {
-    type Output = ();
-
-    #[inline(always)]
-    fn call(self) {
-        by_terms!(self.1.program, solve_job::<L>(self.0, self.1))
-    }
-}

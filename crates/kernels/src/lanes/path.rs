@@ -5,9 +5,9 @@
 use super::algebra::{Mat3, Vec3, axpy, columns_cross_sub, cross, dot, inverse, length, select_matrix};
 use super::base::{moment_columns, rotation_columns};
 use super::lane::Lane;
-use super::program::Program;
-use super::rod::{Rod, Segment, Terms};
-use super::shoot::{Record, Workspace, shoot, tip_moment_columns};
+use super::problem::{Problem, Workspace};
+use super::rod::{Rod, Segment};
+use super::shoot::{Record, shoot, tip_moment_columns};
 use super::stability::{is_above, is_sharp, squared_norm, stability_index};
 use crate::model::path::{
     AIM, CONTRACTION, CORRECTIONS, FIRST_BEND, FOLD_MARGIN, FULL_LOAD_TOLERANCE, LEAST_RATIO, LOAD_STEP_TOLERANCE,
@@ -45,7 +45,8 @@ pub struct PathEnd<L: Lane> {
 
 /// dm0/dlambda at rest: the moment of all loads on the unbent rod, R4 at u = u*.
 #[inline(always)]
-pub fn rest_slope<L: Lane, T: Terms>(program: &Program, rod: &Rod<L>, workspace: &mut Workspace<L>) -> Vec3<L> {
+pub fn rest_slope<L: Lane>(problem: &Problem<'_, L>, workspace: &mut Workspace<L>) -> Vec3<L> {
+    let Problem { program, rod, .. } = *problem;
     let zero = rod.t.x.constant(0.0);
     let mut stiff = Rod { segments: Vec::with_capacity(rod.segments.len()), ..*rod };
     for segment in &rod.segments {
@@ -55,8 +56,8 @@ pub fn rest_slope<L: Lane, T: Terms>(program: &Program, rod: &Rod<L>, workspace:
         });
     }
     let one = zero.constant(1.0);
-    let tip =
-        shoot::<L, T>(program, &program.coarse, &stiff, one, Vec3::splat(zero), &mut [], Record::Nothing, workspace);
+    let stiff = Problem { rod: &stiff, ..*problem };
+    let tip = shoot(&stiff, &program.coarse, one, Vec3::splat(zero), &mut [], Record::Nothing, workspace);
     rod.l_tip - tip.m
 }
 
@@ -96,13 +97,13 @@ impl<L: Lane> History<L> {
 
 /// Follows the equilibrium from rest, where dm0/dlambda is `rest_slope`, to the full load on the coarse grid.
 #[inline(always)]
-pub fn follow_path<L: Lane, T: Terms>(
-    program: &Program,
-    rod: &Rod<L>,
+pub fn follow_path<L: Lane>(
+    problem: &Problem<'_, L>,
     path: Path,
     rest_slope: Vec3<L>,
     workspace: &mut Workspace<L>,
 ) -> PathEnd<L> {
+    let Problem { program, rod, .. } = *problem;
     let zero = rod.t.x.constant(0.0);
     let one = zero.constant(1.0);
     let nobody = one.lt(zero);
@@ -137,9 +138,9 @@ pub fn follow_path<L: Lane, T: Terms>(
         let mut columns = [moment_columns(one), rotation_columns(m0)];
         let (threes, record) = if guarded { (2, Record::Stability) } else { (1, Record::Nothing) };
         let columns = &mut columns[..threes];
-        let tip = shoot::<L, T>(program, resolution, rod, target, m0, columns, record, workspace);
+        let tip = shoot(problem, resolution, target, m0, columns, record, workspace);
         let residual = tip.m - rod.l_tip * target;
-        let w = tip_moment_columns::<L, T>(&tip, &columns[0]);
+        let w = tip_moment_columns(program.terms, &tip, &columns[0]);
         let w_inverse = inverse(w);
         let delta = -(w_inverse * residual); // R4
         // In plan units of moment or in radians: a soft rod turns far by little.
@@ -154,13 +155,13 @@ pub fn follow_path<L: Lane, T: Terms>(
         let contracting = size.lt(last_size * zero.constant(CONTRACTION)) & corrections.lt(zero.constant(CORRECTIONS));
         // A dead tip moment makes w unsymmetric; the index changes where its symmetric part is singular. S5
         let (mut form, mut form_inverse) = (w, w_inverse);
-        if program.terms.tip_moment {
+        if program.tip_moment {
             form = columns_cross_sub(columns[0].w, rod.l_tip * (target * zero.constant(0.5)), w);
             form_inverse = inverse(form);
         }
         let mut same_branch = zero.lt(dot(form.x, cross(form.y, form.z)));
         if guarded {
-            let index = stability_index::<L, T>(&workspace.station, &tip, columns);
+            let index = stability_index(program.terms, &workspace.station, &tip, columns);
             same_branch = same_branch & index.lt(zero.constant(0.5));
         }
         let square = squared_norm(&form_inverse);

@@ -2,8 +2,10 @@
 
 use super::algebra::Vec3;
 use super::lane::{Lane, Scalar};
+use super::terms::ProgramTerms;
 use crate::model::path::{PATH_STEPPER, chord_tolerance, newton_tolerance};
-use crate::model::{Entry, Plan, SegmentPlan, Slot, Tableau, Terms};
+use crate::model::record::BASE_POSITION_AT;
+use crate::model::{Entry, Plan, SegmentPlan, Slot, Tableau};
 
 /// Where a number of the record comes from, in the plan's units.
 #[derive(Clone, Copy, Debug)]
@@ -48,9 +50,9 @@ pub struct Resolution {
 /// The kernel's view of a plan.
 #[derive(Clone, Debug)]
 pub struct Program {
-    pub terms: Terms,
-    /// Whether the kernel of rarely used terms is needed.
-    pub general: bool,
+    pub terms: ProgramTerms,
+    /// A dead couple at the tip.
+    pub tip_moment: bool,
     pub rigid_force_arm: bool,
     pub sources: Vec<Source>,
     /// Those that are integrated.
@@ -93,15 +95,14 @@ impl Program {
             })
             .collect();
         // A base position only moves the result; the engine adds it at the end.
-        sources[15..18].fill(Source::Constant(0.0));
+        sources[BASE_POSITION_AT..][..3].fill(Source::Constant(0.0));
         let integrated = plan.free.map_or(plan.segments.len(), |free| free.segment);
         let slots = || plan.derivatives.iter().flat_map(|derivative| &derivative.terms).map(|(slot, _)| slot);
         let mut terms = plan.terms;
         // Kernels integrate M where anything but coils changes it.
         terms.load |= terms.magnet;
         terms.load |= plan.forward && slots().any(|slot| matches!(slot, Slot::Load(..) | Slot::DipolePerLength(..)));
-        terms.force |= terms.load;
-        let general = terms.is_general() || plan.forward;
+        let terms = ProgramTerms::new(terms, terms.is_general() || plan.forward);
         let collect = if plan.forward { vec![Collect::default(); integrated] } else { collect(plan, integrated) };
         let steps =
             |scale: &dyn Fn(usize) -> usize| plan.segments[..integrated].iter().map(|s| scale(s.steps)).collect();
@@ -111,7 +112,7 @@ impl Program {
         let newton_tolerance = newton_tolerance(plan.options.tolerance, epsilon);
         Self {
             terms,
-            general,
+            tip_moment: plan.terms.tip_moment,
             rigid_force_arm: plan.scene.rigid_force_arm,
             sources,
             segments: plan.segments[..integrated].to_vec(),

@@ -4,33 +4,8 @@ use super::algebra::{Vec3, axpy, cross, cross_add, cross_sub};
 use super::lane::Lane;
 use super::program::{Inputs, Program};
 use super::section::{Flexible, load_flexible, to_world};
-use crate::model::rod::{DIPOLE_AT, WEIGHT_AT};
-use std::marker::PhantomData;
-
-/// Which terms are compiled into a kernel.
-pub trait Terms: Copy {
-    /// An internal force n.
-    const FORCE: bool;
-    /// A force per length w; implies `FORCE`.
-    const LOAD: bool;
-    /// Different stiffness about body x and y.
-    const ANISOTROPIC: bool;
-    /// What few scenes use: stiffness and rest curvature that vary along a segment, shear, magnets, forward columns.
-    /// Inside, each segment says which.
-    const GENERAL: bool;
-}
-
-#[derive(Clone, Copy)]
-pub struct TermSet<const FORCE: bool, const LOAD: bool, const ANISOTROPIC: bool, const GENERAL: bool>(PhantomData<()>);
-
-impl<const FORCE: bool, const LOAD: bool, const ANISOTROPIC: bool, const GENERAL: bool> Terms
-    for TermSet<FORCE, LOAD, ANISOTROPIC, GENERAL>
-{
-    const FORCE: bool = FORCE;
-    const LOAD: bool = LOAD;
-    const ANISOTROPIC: bool = ANISOTROPIC;
-    const GENERAL: bool = GENERAL;
-}
+use super::terms::Terms;
+use crate::model::record::{BASE_D1_AT, BASE_T_AT, DIPOLE_AT, FLUX_DENSITY_AT, TIP_FORCE_AT, TIP_MOMENT_AT, WEIGHT_AT};
 
 /// Where the rod is: position, first director, tangent, and M = m + p x n.
 #[derive(Clone, Copy, Debug)]
@@ -81,9 +56,11 @@ impl<L: Lane> Rod<L> {
     /// Reads the records of a group.
     #[inline(always)]
     pub fn load(&mut self, program: &Program, token: L::Token, inputs: &Inputs<'_, L::Scalar>) {
-        (self.d1, self.t) = (program.vector(token, inputs, 0), program.vector(token, inputs, 3));
-        self.B = program.vector(token, inputs, 6);
-        (self.f_tip, self.l_tip) = (program.vector(token, inputs, 9), program.vector(token, inputs, 12));
+        self.d1 = program.vector(token, inputs, BASE_D1_AT);
+        self.t = program.vector(token, inputs, BASE_T_AT);
+        self.B = program.vector(token, inputs, FLUX_DENSITY_AT);
+        self.f_tip = program.vector(token, inputs, TIP_FORCE_AT);
+        self.l_tip = program.vector(token, inputs, TIP_MOMENT_AT);
         self.segments.clear();
         for plan in &program.segments {
             self.segments.push(if plan.is_flexible {
@@ -107,9 +84,9 @@ impl<L: Lane> Rod<L> {
 
     /// n at the base under full loads: tip force and all the weight.
     #[inline(always)]
-    pub fn base_force<T: Terms>(&self) -> Vec3<L> {
+    pub fn base_force(&self, terms: impl Terms) -> Vec3<L> {
         let mut n = self.f_tip;
-        if T::LOAD {
+        if terms.load() {
             for segment in &self.segments {
                 n = match segment {
                     Segment::Flexible(flexible) => axpy(flexible.length, flexible.w, n), // R1
@@ -154,33 +131,37 @@ impl<L: Lane> Rod<L> {
 
 /// Moment from M = m + p x n.
 #[inline(always)]
-pub fn moment<L: Lane, T: Terms>(p: Vec3<L>, M: Vec3<L>, n: Vec3<L>) -> Vec3<L> {
-    if T::FORCE { cross_sub(p, n, M) } else { M } // R1
+pub fn moment<L: Lane>(terms: impl Terms, p: Vec3<L>, M: Vec3<L>, n: Vec3<L>) -> Vec3<L> {
+    if terms.force() { cross_sub(p, n, M) } else { M } // R1
+}
+
+/// A rigid segment of a rod under part of its loads.
+pub struct Crossing<'a, L, T> {
+    pub terms: T,
+    pub rod: &'a Rod<L>,
+    pub segment: &'a Rigid<L>,
+    pub lambda: L,
+    /// Whether a force acts on the segment's lever arm.
+    pub force_arm: bool,
 }
 
 /// Crosses a rigid segment: position and moment jump, the orientation stays.
 #[inline(always)]
-pub fn cross_rigid<L: Lane, T: Terms>(
-    rod: &Rod<L>,
-    segment: &Rigid<L>,
-    lambda: L,
-    force_arm: bool,
-    n: &mut Vec3<L>,
-    state: &mut State<L>,
-) {
+pub fn cross_rigid<L: Lane, T: Terms>(crossing: &Crossing<'_, L, T>, n: &mut Vec3<L>, state: &mut State<L>) {
+    let Crossing { terms, rod, segment, lambda, force_arm } = *crossing;
     let (length, p, t) = (segment.length, state.p, state.t);
     if segment.has_dipole {
         let mu_world = world_dipole(segment, state, lambda);
         state.M = cross_sub(mu_world, rod.B, state.M); // R3
     }
     state.p = axpy(length, t, p); // R3
-    if T::LOAD {
+    if terms.load() {
         let weight = segment.w * lambda;
         let middle = if force_arm { axpy(length * length.constant(0.5), t, p) } else { p };
         state.M = cross_sub(middle, weight, state.M); // R3
         *n = *n - weight; // R1
     }
-    if T::FORCE && !force_arm {
+    if terms.force() && !force_arm {
         state.M = cross_add(t * length, *n, state.M);
     }
 }

@@ -5,10 +5,12 @@ use super::algebra::{Mat3, Vec3, axpy, columns_cross_sub, cross, inverse, outer,
 use super::base::base_slope;
 use super::column::Columns;
 use super::lane::Lane;
-use super::program::{Inputs, Outputs, Program};
-use super::rod::{Rod, Terms};
-use super::shoot::{Tip, Workspace, tip_moment_columns};
+use super::problem::{Problem, Workspace};
+use super::program::{Outputs, Program};
+use super::rod::Rod;
+use super::shoot::{Tip, tip_moment_columns};
 use super::stability::by_rotation;
+use super::terms::Terms;
 use crate::model::{Axis, Quantity, Slot};
 
 /// A linear functional of the threes of columns: by base moment, by tip force, by base rotation.
@@ -32,15 +34,15 @@ pub struct Responses<L> {
 impl<L: Lane> Responses<L> {
     /// Solves the (adjoint) tip condition dm(L) - w(L) x l_tip = unit for each load. J5
     #[inline(always)]
-    pub fn new<T: Terms>(rod: &Rod<L>, tip: &Tip<L>, columns: &[Columns<L>]) -> Self {
+    pub fn new(terms: impl Terms, rod: &Rod<L>, tip: &Tip<L>, columns: &[Columns<L>]) -> Self {
         let (by_moment, by_force) = (&columns[0], &columns[1]);
-        let dm_moment = tip_moment_columns::<L, T>(tip, by_moment);
-        let dm_force = tip_moment_columns::<L, T>(tip, by_force);
+        let dm_moment = tip_moment_columns(terms, tip, by_moment);
+        let dm_force = tip_moment_columns(terms, tip, by_force);
         let moment = inverse(columns_cross_sub(by_moment.w, rod.l_tip, dm_moment));
         let force = -(moment * columns_cross_sub(by_force.w, rod.l_tip, dm_force));
         let (mut rotation, mut base_rotation) = (Mat3::zero(tip.m.x), Mat3::zero(tip.m.x));
         if let Some(by_rotation) = by_rotation(columns) {
-            let dm_rotation = tip_moment_columns::<L, T>(tip, by_rotation);
+            let dm_rotation = tip_moment_columns(terms, tip, by_rotation);
             rotation = -(moment * columns_cross_sub(by_rotation.w, rod.l_tip, dm_rotation));
             base_rotation = -(inverse(dm_moment) * dm_rotation);
         }
@@ -68,30 +70,28 @@ impl<L: Lane> Responses<L> {
 
 /// Writes the rows of every derivative.
 #[inline(always)]
-#[allow(clippy::too_many_arguments)]
-pub fn write_rows<L: Lane, T: Terms>(
-    program: &Program,
-    token: L::Token,
-    inputs: &Inputs<'_, L::Scalar>,
-    rod: &Rod<L>,
+pub fn write_rows<L: Lane>(
+    problem: &Problem<'_, L>,
     m0: Vec3<L>,
     columns: &[Columns<L>],
     responses: &Responses<L>,
     workspace: &Workspace<L>,
     out: &mut Outputs<'_, L::Scalar>,
 ) {
+    let Problem { program, inputs, rod } = *problem;
+    let token = problem.token();
     let zero = Vec3::splat(m0.x.constant(0.0));
     for (index, terms) in program.derivatives.iter().enumerate() {
         let mut sum = Functional { by_moment: zero, by_force: zero, by_rotation: zero };
         let mut extra = [zero; 3];
         for (slot, entry) in terms {
-            let rate: L = program.entry(token, inputs, *entry);
+            let rate: L = program.entry(token, &inputs, *entry);
             match *slot {
                 Slot::BasePosition(axis) => extra[0] = extra[0] + along(axis, rate),
                 Slot::BaseRotation(axis) => {
                     extra = add(extra, responses.base_rotation_rows(m0, along(axis, rate)));
                 }
-                Slot::Insertion => extra = add(extra, insertion_rows::<L, T>(rod, m0, responses, rate)),
+                Slot::Insertion => extra = add(extra, insertion_rows(program.terms, rod, m0, responses, rate)),
                 _ => {
                     let by_moment = functional(*slot, rod, &columns[0], workspace, 0);
                     let by_force = functional(*slot, rod, &columns[1], workspace, 1);
@@ -126,8 +126,14 @@ fn add<L: Lane>(a: [Vec3<L>; 3], b: [Vec3<L>; 3]) -> [Vec3<L>; 3] {
 
 /// More rod past the entry: the base is displaced by p' and rotated by R0 u(0); the moment is that at the new base.
 #[inline(always)]
-fn insertion_rows<L: Lane, T: Terms>(rod: &Rod<L>, m0: Vec3<L>, responses: &Responses<L>, rate: L) -> [Vec3<L>; 3] {
-    let base = base_slope::<L, T>(rod, m0, rod.base_force::<T>());
+fn insertion_rows<L: Lane>(
+    terms: impl Terms,
+    rod: &Rod<L>,
+    m0: Vec3<L>,
+    responses: &Responses<L>,
+    rate: L,
+) -> [Vec3<L>; 3] {
+    let base = base_slope(terms, rod, m0, rod.base_force(terms));
     let mut rows = responses.base_rotation_rows(m0, base.omega * rate);
     rows[0] = axpy(rate, base.v, rows[0]);
     rows[2] = axpy(rate, base.torque, rows[2]);
@@ -145,21 +151,21 @@ fn store_rows<L: Lane>(program: &Program, index: usize, rows: &[Vec3<L>; 3], out
 
 /// Writes the rows of every derivative from forward columns. J5
 #[inline(always)]
-#[allow(clippy::too_many_arguments)]
-pub fn write_forward_rows<L: Lane, T: Terms>(
-    program: &Program,
-    rod: &Rod<L>,
+pub fn write_forward_rows<L: Lane>(
+    problem: &Problem<'_, L>,
     m0: Vec3<L>,
     tip: &Tip<L>,
     columns: &[Columns<L>],
     workspace: &Workspace<L>,
     out: &mut Outputs<'_, L::Scalar>,
 ) {
-    let torque = base_slope::<L, T>(rod, m0, rod.base_force::<T>()).torque;
+    let Problem { program, rod, .. } = *problem;
+    let terms = program.terms;
+    let torque = base_slope(terms, rod, m0, rod.base_force(terms)).torque;
     let by_moment = &columns[0];
-    let w_inverse = inverse(tip_moment_columns::<L, T>(tip, by_moment));
+    let w_inverse = inverse(tip_moment_columns(terms, tip, by_moment));
     for (three, (sources, column)) in workspace.sources.iter().zip(&columns[1..]).enumerate() {
-        let residual = tip_moment_columns::<L, T>(tip, column) - sources.dl_tip;
+        let residual = tip_moment_columns(terms, tip, column) - sources.dl_tip;
         let dm0 = -(w_inverse * residual);
         let position = column.dp + by_moment.dp * dm0;
         let rotation = column.w + by_moment.w * dm0;

@@ -6,43 +6,39 @@ use super::algebra::{Mat3, Vec3, axpy, dot, inverse, length, select_matrix};
 use super::base::{moment_columns, rotation_columns};
 use super::lane::Lane;
 use super::path::PathEnd;
-use super::program::{Inputs, Program, Resolution};
-use super::rod::{Rod, Terms};
-use super::shoot::{Record, Workspace, shoot, tip_moment_columns};
+use super::problem::{Problem, Workspace};
+use super::program::Resolution;
+use super::shoot::{Record, shoot, tip_moment_columns};
 use super::stability::stability_index;
 use crate::model::MOST_KNOWN;
 use crate::model::path::{PATH_TOLERANCE, SEARCH_LIMIT, SEARCH_STEP};
 
 /// The equilibrium under the full load that a search from the base moment in the inputs comes to.
 #[inline(always)]
-pub fn search_start<L: Lane, T: Terms>(
-    program: &Program,
-    token: L::Token,
-    inputs: &Inputs<'_, L::Scalar>,
-    rod: &Rod<L>,
-    workspace: &mut Workspace<L>,
-) -> PathEnd<L> {
+pub fn search_start<L: Lane>(problem: &Problem<'_, L>, workspace: &mut Workspace<L>) -> PathEnd<L> {
+    let Problem { program, inputs, .. } = *problem;
+    let token = problem.token();
     let zero = L::splat(token, 0.0);
     let entry = program.start.unwrap_or_default();
     let mut known = [Vec3::splat(zero); MOST_KNOWN];
     for (k, known) in known.iter_mut().enumerate() {
-        *known = program.vector(token, inputs, entry + 3 + 3 * k);
+        *known = program.vector(token, &inputs, entry + 3 + 3 * k);
     }
-    let start = program.vector(token, inputs, entry);
-    search::<L, T>(program, &program.coarse, rod, start, !zero.lt(zero), &known, workspace)
+    let start = program.vector(token, &inputs, entry);
+    search(problem, &program.coarse, start, !zero.lt(zero), &known, workspace)
 }
 
 /// The equilibrium that `wanted` lanes come to from `start`, away from `known` ones.
 #[inline(always)]
-pub fn search<L: Lane, T: Terms>(
-    program: &Program,
+pub fn search<L: Lane>(
+    problem: &Problem<'_, L>,
     resolution: &Resolution,
-    rod: &Rod<L>,
     start: Vec3<L>,
     wanted: L::Mask,
     known: &[Vec3<L>],
     workspace: &mut Workspace<L>,
 ) -> PathEnd<L> {
+    let Problem { program, rod, .. } = *problem;
     let one = rod.t.x.constant(1.0);
     let zero = one.constant(0.0);
     let none = one.lt(zero);
@@ -64,8 +60,8 @@ pub fn search<L: Lane, T: Terms>(
             break;
         }
         let mut columns = [moment_columns(one)];
-        let tip = shoot::<L, T>(program, resolution, rod, one, end.m0, &mut columns, Record::Nothing, workspace);
-        let w_inverse = inverse(tip_moment_columns::<L, T>(&tip, &columns[0]));
+        let tip = shoot(problem, resolution, one, end.m0, &mut columns, Record::Nothing, workspace);
+        let w_inverse = inverse(tip_moment_columns(program.terms, &tip, &columns[0]));
         let newton = -(w_inverse * (tip.m - rod.l_tip)); // R4
         let delta = newton * deflation(end.m0, newton, known);
         let size = length(delta);
@@ -108,12 +104,8 @@ const AWAY: [(f64, f64); 4] = [(1.0, 0.0), (0.0, 1.0), (0.0, -1.0), (3.0, 0.0)];
 /// For lanes that ended at a fold: a stable equilibrium under the full load beyond it. Those that find one are where
 /// `PathEnd` then stands; returns them.
 #[inline(always)]
-pub fn snap<L: Lane, T: Terms>(
-    program: &Program,
-    rod: &Rod<L>,
-    end: &mut PathEnd<L>,
-    workspace: &mut Workspace<L>,
-) -> L::Mask {
+pub fn snap<L: Lane>(problem: &Problem<'_, L>, end: &mut PathEnd<L>, workspace: &mut Workspace<L>) -> L::Mask {
+    let program = problem.program;
     let one = end.lambda.constant(1.0);
     let fold = end.m0;
     let (along, across) = (unit(end.heading), unit(end.inverse * Vec3::splat(one)));
@@ -123,11 +115,10 @@ pub fn snap<L: Lane, T: Terms>(
             break;
         }
         let start = axpy(one.constant(forward), along, axpy(one.constant(sideways), across, fold));
-        let found = search::<L, T>(program, &program.careful, rod, start, wanted, &[], workspace);
+        let found = search(problem, &program.careful, start, wanted, &[], workspace);
         let mut columns = [moment_columns(one), rotation_columns(found.m0)];
-        let tip =
-            shoot::<L, T>(program, &program.careful, rod, one, found.m0, &mut columns, Record::Stability, workspace);
-        let index = stability_index::<L, T>(&workspace.station, &tip, &columns);
+        let tip = shoot(problem, &program.careful, one, found.m0, &mut columns, Record::Stability, workspace);
+        let index = stability_index(program.terms, &workspace.station, &tip, &columns);
         let is_stable = wanted & found.reached & index.lt(one.constant(0.5));
         end.m0 = Vec3::select(is_stable, found.m0, end.m0);
         end.inverse = select_matrix::<L>(is_stable, found.inverse, end.inverse);

@@ -3,9 +3,9 @@
 use super::algebra::{Vec3, axpy, dot};
 use super::lane::Lane;
 use super::program::{Inputs, Program};
-use super::rod::Terms;
+use super::terms::Terms;
 use crate::model::SegmentPlan;
-use crate::model::rod::{
+use crate::model::record::{
     DIPOLE_PER_LENGTH_AT, LOAD_AT, REST_CURVATURE_AT, REST_CURVATURE_RISE_AT, SHEAR_COMPLIANCE_AT, STIFFNESS_AT,
     STIFFNESS_RISE_AT,
 };
@@ -82,15 +82,15 @@ pub fn load_flexible<L: Lane>(
 impl<L: Lane> Flexible<L> {
     /// The cross-section at a share `x` of the length.
     #[inline(always)]
-    pub fn section<T: Terms>(&self, x: f64) -> Section<L> {
+    pub fn section(&self, terms: impl Terms, x: f64) -> Section<L> {
         let x = self.length.constant(x);
         let mut section = Section { compliance: self.compliance, u_star: self.u_star };
-        if T::GENERAL && self.tapers {
+        if terms.general() && self.tapers {
             let stiffness = axpy(x, self.stiffness_rise, self.stiffness);
             let one = x.constant(1.0);
             section.compliance = Vec3 { x: one / stiffness.x, y: one / stiffness.y, z: one / stiffness.z };
         }
-        if T::GENERAL && self.curvature_rises {
+        if terms.general() && self.curvature_rises {
             section.u_star = axpy(x, self.u_star_rise, self.u_star);
         }
         section
@@ -98,8 +98,8 @@ impl<L: Lane> Flexible<L> {
 
     /// The compliance at a cross-section whose own is known.
     #[inline(always)]
-    pub fn compliance_at<T: Terms>(&self, section: Vec3<L>) -> Vec3<L> {
-        if T::GENERAL && self.tapers { section } else { self.compliance }
+    pub fn compliance_at(&self, terms: impl Terms, section: Vec3<L>) -> Vec3<L> {
+        if terms.general() && self.tapers { section } else { self.compliance }
     }
 
     /// The same rod unable to bend or shear.
@@ -112,9 +112,16 @@ impl<L: Lane> Flexible<L> {
 
 /// Curvature in the world frame, R u = R u* + R K^-1 R^T m.
 #[inline(always)]
-pub fn curvature<L: Lane, T: Terms>(section: &Section<L>, d1: Vec3<L>, d2: Vec3<L>, t: Vec3<L>, m: Vec3<L>) -> Vec3<L> {
+pub fn curvature<L: Lane>(
+    terms: impl Terms,
+    section: &Section<L>,
+    d1: Vec3<L>,
+    d2: Vec3<L>,
+    t: Vec3<L>,
+    m: Vec3<L>,
+) -> Vec3<L> {
     let (u_star, k) = (section.u_star, section.compliance);
-    if T::ANISOTROPIC {
+    if terms.anisotropic() {
         let ux = k.x.mul_add(dot(d1, m), u_star.x);
         let uy = k.y.mul_add(dot(d2, m), u_star.y);
         let uz = k.z.mul_add(dot(t, m), u_star.z);
@@ -127,8 +134,15 @@ pub fn curvature<L: Lane, T: Terms>(section: &Section<L>, d1: Vec3<L>, d2: Vec3<
 
 /// p' = R nu, the tangent where the segment neither shears nor stretches.
 #[inline(always)]
-pub fn velocity<L: Lane, T: Terms>(segment: &Flexible<L>, d1: Vec3<L>, d2: Vec3<L>, t: Vec3<L>, n: Vec3<L>) -> Vec3<L> {
-    if T::GENERAL && segment.shears {
+pub fn velocity<L: Lane>(
+    terms: impl Terms,
+    segment: &Flexible<L>,
+    d1: Vec3<L>,
+    d2: Vec3<L>,
+    t: Vec3<L>,
+    n: Vec3<L>,
+) -> Vec3<L> {
+    if terms.general() && segment.shears {
         let c = segment.shear;
         axpy(c.x * dot(d1, n), d1, axpy(c.y * dot(d2, n), d2, axpy(c.z * dot(t, n), t, t))) // R5
     } else {

@@ -3,42 +3,17 @@
 use super::algebra::{Mat3, Vec3, axpy, cross, cross_sub};
 use super::column::{By, Columns, cross_free_columns, cross_rigid_columns, step_columns};
 use super::lane::Lane;
-use super::program::{Program, Resolution};
-use super::rod::{Rod, Segment, State, Terms, cross_free, cross_rigid, moment};
-use super::section::{Flexible, curvature, to_world, velocity};
+use super::problem::{Problem, Workspace};
+use super::program::Resolution;
+use super::rod::{Crossing, Segment, State, cross_free, cross_rigid, moment};
+use super::section::{curvature, to_world, velocity};
 use super::source::{Source, Sources};
 use super::stability::{Station, add_station};
-use super::step::{Stages, Step, step_rod};
-use super::trace::{Trace, collect_rigid, length_row, set_strains};
+use super::step::{Step, step_rod};
+use super::terms::Terms;
+use super::trace::{collect_rigid, length_row, set_strains};
 use crate::model::path::SHORTEST_INTERVAL;
 use pulp::{Simd, WithSimd};
-use std::marker::PhantomData;
-
-/// Memory of a kernel, reused from group to group.
-pub struct Workspace<L> {
-    pub stages: Stages<L>,
-    /// For each segment, one trace for each three columns.
-    pub traces: Vec<[Trace<L>; 3]>,
-    /// The last interval of the stability index.
-    pub station: Station<L>,
-    /// Of the forward columns, three parameters each.
-    pub sources: Vec<Sources<L>>,
-    /// All columns of a pass with derivatives.
-    pub columns: Vec<Columns<L>>,
-}
-
-impl<L: Lane> Workspace<L> {
-    pub fn new(token: L::Token, program: &Program) -> Self {
-        let zero = Trace::zero(L::splat(token, 0.0));
-        Self {
-            stages: Stages::new(token, program.fine.tableau),
-            traces: vec![[zero; 3]; program.all_segments],
-            station: Station::new(L::splat(token, 0.0)),
-            sources: (0..program.forward_threes()).map(|_| Sources::new(token)).collect(),
-            columns: Vec::new(),
-        }
-    }
-}
 
 /// What a pass leaves in the workspace.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -75,49 +50,48 @@ impl<L: Lane> Tip<L> {
 
 /// Integrates the rod from base moment `m0` at load fraction `lambda`, `columns` with it.
 #[inline(always)]
-#[allow(clippy::too_many_arguments)]
-pub fn shoot<L: Lane, T: Terms>(
-    program: &Program,
+pub fn shoot<L: Lane>(
+    problem: &Problem<'_, L>,
     resolution: &Resolution,
-    rod: &Rod<L>,
     lambda: L,
     m0: Vec3<L>,
     columns: &mut [Columns<L>],
     record: Record,
     workspace: &mut Workspace<L>,
 ) -> Tip<L> {
-    let pass = Pass { program, resolution, rod, lambda, m0, columns, record, workspace, terms: PhantomData::<T> };
-    L::vectorize(lambda.token(), pass)
+    (workspace.pass)(Pass { problem: *problem, resolution, lambda, m0, columns, record, workspace })
 }
 
-/// The arguments of [`shoot`]: one compiled function however often it is called.
-struct Pass<'a, L: Lane, T: Terms> {
-    program: &'a Program,
-    resolution: &'a Resolution,
-    rod: &'a Rod<L>,
-    lambda: L,
-    m0: Vec3<L>,
-    columns: &'a mut [Columns<L>],
-    record: Record,
-    workspace: &'a mut Workspace<L>,
-    terms: PhantomData<T>,
+/// The arguments of [`shoot`].
+pub struct Pass<'a, L: Lane> {
+    pub problem: Problem<'a, L>,
+    pub resolution: &'a Resolution,
+    pub lambda: L,
+    pub m0: Vec3<L>,
+    pub columns: &'a mut [Columns<L>],
+    pub record: Record,
+    pub workspace: &'a mut Workspace<L>,
 }
 
-impl<L: Lane, T: Terms> WithSimd for Pass<'_, L, T> {
+/// A pass and the terms that it is compiled for.
+pub struct WithTerms<'a, L: Lane, T>(pub Pass<'a, L>, pub T);
+
+impl<L: Lane, T: Terms> WithSimd for WithTerms<'_, L, T> {
     type Output = Tip<L>;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> Tip<L> {
-        integrate::<L, T>(self)
+        integrate(self.0, self.1)
     }
 }
 
 #[inline(always)]
-fn integrate<L: Lane, T: Terms>(pass: Pass<'_, L, T>) -> Tip<L> {
-    let Pass { program, resolution, rod, lambda, m0, columns, record, workspace, .. } = pass;
+fn integrate<L: Lane>(pass: Pass<'_, L>, terms: impl Terms) -> Tip<L> {
+    let Pass { problem, resolution, lambda, m0, columns, record, workspace } = pass;
+    let Problem { program, rod, .. } = problem;
     let zero = lambda.constant(0.0);
     let mut state = State { p: Vec3::splat(zero), d1: rod.d1, t: rod.t, M: m0 };
-    let mut n = rod.base_force::<T>() * lambda;
+    let mut n = rod.base_force(terms) * lambda;
     let mut s = zero;
     let shortest = rod.flexible_length() * zero.constant(SHORTEST_INTERVAL);
     let (counts, traces) = (record != Record::Nothing, record == Record::Traces);
@@ -136,53 +110,48 @@ fn integrate<L: Lane, T: Terms>(pass: Pass<'_, L, T>) -> Tip<L> {
                 let h = flexible.length * zero.constant(share);
                 let stages = &mut workspace.stages;
                 stages.set_step(resolution.tableau, h);
+                let mut step = Step { terms, rod, segment: flexible, lambda, h, start: 0.0, share, n };
                 for k in 0..steps {
-                    let step = Step { h, start: k as f64 * share, share, n };
-                    step_rod::<L, T>(rod, flexible, lambda, &step, stages, &mut state);
+                    (step.start, step.n) = (k as f64 * share, n);
+                    step_rod(&step, stages, &mut state);
                     if traces && collect.stiffness {
-                        set_strains::<L, T>(flexible, stages);
+                        set_strains(terms, flexible, stages);
                     }
                     for (k, three) in columns.iter_mut().enumerate() {
                         let trace = match traces && collect.integrals() {
                             true => workspace.traces[index].get_mut(k),
                             false => None,
                         };
-                        let source = forward_source::<L, T>(&workspace.sources, three.by, k, index);
-                        step_columns::<L, T>(rod, flexible, lambda, &step, stages, trace, collect, source, three);
+                        let source = forward_source(terms, &workspace.sources, three.by, k, index);
+                        step_columns(&step, stages, trace, collect, source, three);
                     }
-                    if T::LOAD {
+                    if terms.load() {
                         n = axpy(-h * lambda, flexible.w, n); // R1
                     }
                     if counts {
                         s = s + h;
-                        let end = tip_of::<L, T>(&state, n);
-                        add_station::<L, T>(&mut workspace.station, shortest, s, &end, columns);
+                        let end = tip_of(terms, &state, n);
+                        add_station(terms, &mut workspace.station, shortest, s, &end, columns);
                     }
                 }
                 if traces && (collect.length || !workspace.sources.is_empty()) {
-                    end_flexible::<L, T>(rod, flexible, index, &state, n, collect.length, columns, workspace);
+                    step.n = n;
+                    end_flexible(&step, index, &state, collect.length, columns, workspace);
                 }
             }
             Segment::Rigid(rigid) => {
                 let before = state;
                 let n_before = n;
-                cross_rigid::<L, T>(rod, rigid, lambda, program.rigid_force_arm, &mut n, &mut state);
+                let force_arm = program.rigid_force_arm;
+                let crossing = Crossing { terms, rod, segment: rigid, lambda, force_arm };
+                cross_rigid(&crossing, &mut n, &mut state);
                 for (k, three) in columns.iter_mut().enumerate() {
                     let trace = if traces && collect.any() { workspace.traces[index].get_mut(k) } else { None };
                     if let Some(trace) = trace {
-                        collect_rigid::<L, T>(rod, rigid, &before, n, three, trace);
+                        collect_rigid(&crossing, &before, n, three, trace);
                     }
-                    let source = forward_source::<L, T>(&workspace.sources, three.by, k, index);
-                    cross_rigid_columns::<L, T>(
-                        rod,
-                        rigid,
-                        lambda,
-                        program.rigid_force_arm,
-                        n_before,
-                        &before,
-                        source,
-                        three,
-                    );
+                    let source = forward_source(terms, &workspace.sources, three.by, k, index);
+                    cross_rigid_columns(&crossing, n_before, &before, source, three);
                 }
             }
         }
@@ -194,45 +163,43 @@ fn integrate<L: Lane, T: Terms>(pass: Pass<'_, L, T>) -> Tip<L> {
             cross_free_columns(&before, state.p, three);
         }
     }
-    tip_of::<L, T>(&state, n)
+    tip_of(terms, &state, n)
 }
 
 #[inline(always)]
-fn tip_of<L: Lane, T: Terms>(state: &State<L>, n: Vec3<L>) -> Tip<L> {
-    Tip { p: state.p, d1: state.d1, t: state.t, m: moment::<L, T>(state.p, state.M, n), n }
+fn tip_of<L: Lane>(terms: impl Terms, state: &State<L>, n: Vec3<L>) -> Tip<L> {
+    Tip { p: state.p, d1: state.d1, t: state.t, m: moment(terms, state.p, state.M, n), n }
 }
 
 /// The source on a segment of three columns, number `k`: forward columns follow those by base moment.
 #[inline(always)]
-fn forward_source<L, T: Terms>(sources: &[Sources<L>], by: By, k: usize, index: usize) -> Option<&Source<L>> {
-    if T::GENERAL && by == By::Parameters { Some(&sources[k - 1].segments[index]) } else { None }
+fn forward_source<L>(terms: impl Terms, sources: &[Sources<L>], by: By, k: usize, index: usize) -> Option<&Source<L>> {
+    if terms.general() && by == By::Parameters { Some(&sources[k - 1].segments[index]) } else { None }
 }
 
 /// What a length does at the distal end of a flexible segment: its row by reciprocity, or to forward columns.
 #[inline(always)]
-#[allow(clippy::too_many_arguments)]
 fn end_flexible<L: Lane, T: Terms>(
-    rod: &Rod<L>,
-    segment: &Flexible<L>,
+    step: &Step<'_, L, T>,
     index: usize,
     state: &State<L>,
-    n: Vec3<L>,
     collect: bool,
     columns: &mut [Columns<L>],
     workspace: &mut Workspace<L>,
 ) {
-    let m = moment::<L, T>(state.p, state.M, n);
+    let Step { terms, rod, segment, n, .. } = *step;
+    let m = moment(terms, state.p, state.M, n);
     let d2 = cross(state.t, state.d1);
-    let omega = curvature::<L, T>(&segment.section::<T>(1.0), state.d1, d2, state.t, m);
-    let v = velocity::<L, T>(segment, state.d1, d2, state.t, n);
+    let omega = curvature(terms, &segment.section(terms, 1.0), state.d1, d2, state.t, m);
+    let v = velocity(terms, segment, state.d1, d2, state.t, n);
     for (k, three) in columns.iter_mut().enumerate() {
         if collect && k < 3 {
-            let row = length_row::<L, T>(rod, segment, state, (m, n), (omega, v), three);
+            let row = length_row(terms, rod, segment, state, (m, n), (omega, v), three);
             workspace.traces[index][k].length = row;
         }
-        if let Some(source) = forward_source::<L, T>(&workspace.sources, three.by, k, index) {
+        if let Some(source) = forward_source(terms, &workspace.sources, three.by, k, index) {
             let mut slope = -cross(state.p, segment.w);
-            if T::GENERAL && segment.has_magnet {
+            if terms.general() && segment.has_magnet {
                 slope = cross_sub(to_world(state.d1, d2, state.t, segment.mu), rod.B, slope);
             }
             source.lengthen(segment, (omega, v, slope), three);
@@ -242,6 +209,6 @@ fn end_flexible<L: Lane, T: Terms>(
 
 /// dm of three columns at the tip.
 #[inline(always)]
-pub fn tip_moment_columns<L: Lane, T: Terms>(tip: &Tip<L>, columns: &Columns<L>) -> Mat3<L> {
-    columns.moment::<T>(tip.p, tip.n)
+pub fn tip_moment_columns<L: Lane>(terms: impl Terms, tip: &Tip<L>, columns: &Columns<L>) -> Mat3<L> {
+    columns.moment(terms, tip.p, tip.n)
 }

@@ -8,11 +8,11 @@ use super::chord::{check_pass, chord_steps, error_estimate};
 use super::column::Columns;
 use super::lane::Lane;
 use super::path::{Path, PathEnd};
-use super::program::{Inputs, Outputs, Program};
-use super::rod::{Rod, Terms};
+use super::problem::{Problem, Workspace};
+use super::program::Outputs;
 use super::rows::{Responses, write_forward_rows, write_rows};
 use super::search::snap;
-use super::shoot::{Record, Tip, Workspace, shoot, tip_moment_columns};
+use super::shoot::{Record, Tip, shoot, tip_moment_columns};
 use super::stability::{by_rotation, is_sharp, margin, stability_index, whole_index};
 use crate::model::path::{NEWTON_LIMIT, REACH, TRUST};
 use crate::model::{NO_EQUILIBRIUM, Quantity, Status};
@@ -21,25 +21,23 @@ use crate::model::{NO_EQUILIBRIUM, Quantity, Status};
 ///
 /// Lanes that the path does not lead to a stable equilibrium are `Pending`, except on the last path.
 #[inline(always)]
-#[allow(clippy::too_many_arguments)]
-pub fn solve_group<L: Lane, T: Terms>(
-    program: &Program,
-    token: L::Token,
-    inputs: &Inputs<'_, L::Scalar>,
+pub fn solve_group<L: Lane>(
+    problem: &Problem<'_, L>,
     path: Path,
     mut end: PathEnd<L>,
-    rod: &Rod<L>,
     workspace: &mut Workspace<L>,
     out: &mut Outputs<'_, L::Scalar>,
 ) {
+    let Problem { program, rod, .. } = *problem;
+    let token = problem.token();
     let zero = L::splat(token, 0.0);
     let one = L::splat(token, 1.0);
-    let snapped = if L::any(end.fold) { snap::<L, T>(program, rod, &mut end, workspace) } else { end.fold };
+    let snapped = if L::any(end.fold) { snap(problem, &mut end, workspace) } else { end.fold };
     end.reached = end.reached | snapped;
-    let mut check = chord_steps::<L, T>(program, rod, &mut end, workspace);
+    let mut check = chord_steps(problem, &mut end, workspace);
 
     for k in 0..workspace.sources.len() {
-        workspace.sources[k].load(program, token, inputs, rod, 3 * k);
+        workspace.sources[k].load(problem, 3 * k);
     }
     let mut columns = std::mem::take(&mut workspace.columns);
     let mut moving = end.reached;
@@ -48,9 +46,9 @@ pub fn solve_group<L: Lane, T: Terms>(
     let (mut delta, mut size) = (Vec3::splat(zero), one);
     let (mut w, mut w_inverse) = (end.inverse, end.inverse);
     for pass in 0..NEWTON_LIMIT {
-        start_columns::<L, T>(program, rod, end.m0, workspace, &mut columns);
-        tip = shoot::<L, T>(program, &program.fine, rod, one, end.m0, &mut columns, Record::Traces, workspace);
-        w = tip_moment_columns::<L, T>(&tip, &columns[0]);
+        start_columns(problem, end.m0, workspace, &mut columns);
+        tip = shoot(problem, &program.fine, one, end.m0, &mut columns, Record::Traces, workspace);
+        w = tip_moment_columns(program.terms, &tip, &columns[0]);
         w_inverse = inverse(w);
         delta = -(w_inverse * (tip.m - rod.l_tip)); // J5
         size = length(delta);
@@ -64,7 +62,7 @@ pub fn solve_group<L: Lane, T: Terms>(
         moved = moved | moving;
     }
     if L::any(moved) {
-        check = Tip::select(moved, check_pass::<L, T>(program, rod, end.m0, workspace), check);
+        check = Tip::select(moved, check_pass(problem, end.m0, workspace), check);
     }
     // What is left of the residual is taken out to first order.
     let tip_position = tip.p + columns[0].dp * delta;
@@ -74,10 +72,10 @@ pub fn solve_group<L: Lane, T: Terms>(
     let residual = length(tip.m - rod.l_tip);
 
     let within_reach = length(tip.p).lt(one.constant(REACH));
-    let mut index = stability_index::<L, T>(&workspace.station, &tip, &columns);
+    let mut index = stability_index(program.terms, &workspace.station, &tip, &columns);
     let doubtful = converged & !index.lt(one.constant(0.5));
     if by_rotation(&columns).is_none() && L::any(doubtful) {
-        index = L::select(doubtful, whole_index::<L, T>(program, rod, end.m0, workspace), index);
+        index = L::select(doubtful, whole_index(problem, end.m0, workspace), index);
     }
     let stable = index.lt(one.constant(0.5));
     let certain = if path == Path::Search { !one.lt(zero) } else { stable | is_sharp(&w) };
@@ -98,7 +96,7 @@ pub fn solve_group<L: Lane, T: Terms>(
     out.store(Quantity::LoadFraction.column(), end.lambda);
     out.store(Quantity::Status.column(), status);
 
-    write_derivatives::<L, T>(program, token, inputs, rod, end.m0, &tip, &columns, workspace, out);
+    write_derivatives(problem, end.m0, &tip, &columns, workspace, out);
 
     let error = error_estimate(rod, end.m0, &check, &columns[0], w_inverse, (tip_position, d1, t));
     out.store(Quantity::ErrorEstimate.column(), error);
@@ -107,40 +105,37 @@ pub fn solve_group<L: Lane, T: Terms>(
 
 /// Writes the rows of the derivatives, by forward columns or by reciprocity.
 #[inline(always)]
-#[allow(clippy::too_many_arguments)]
-pub fn write_derivatives<L: Lane, T: Terms>(
-    program: &Program,
-    token: L::Token,
-    inputs: &Inputs<'_, L::Scalar>,
-    rod: &Rod<L>,
+pub fn write_derivatives<L: Lane>(
+    problem: &Problem<'_, L>,
     m0: Vec3<L>,
     tip: &Tip<L>,
     columns: &[Columns<L>],
     workspace: &Workspace<L>,
     out: &mut Outputs<'_, L::Scalar>,
 ) {
-    if T::GENERAL && program.forward {
-        write_forward_rows::<L, T>(program, rod, m0, tip, columns, workspace, out);
+    let Problem { program, rod, .. } = *problem;
+    if program.forward {
+        write_forward_rows(problem, m0, tip, columns, workspace, out);
     } else if !program.derivatives.is_empty() {
-        let responses = Responses::new::<T>(rod, tip, columns);
-        write_rows::<L, T>(program, token, inputs, rod, m0, columns, &responses, workspace, out);
+        let responses = Responses::new(program.terms, rod, tip, columns);
+        write_rows(problem, m0, columns, &responses, workspace, out);
     }
 }
 
 /// The columns of a pass at the base: by base moment, and what the derivatives need.
 #[inline(always)]
-pub fn start_columns<L: Lane, T: Terms>(
-    program: &Program,
-    rod: &Rod<L>,
+pub fn start_columns<L: Lane>(
+    problem: &Problem<'_, L>,
     m0: Vec3<L>,
     workspace: &Workspace<L>,
     columns: &mut Vec<Columns<L>>,
 ) {
+    let Problem { program, rod, .. } = *problem;
     let one = m0.x.constant(1.0);
     columns.clear();
     columns.push(moment_columns(one));
     for sources in &workspace.sources {
-        columns.push(forward_columns::<L, T>(rod, sources, m0));
+        columns.push(forward_columns(program.terms, rod, sources, m0));
     }
     if !program.forward && !program.derivatives.is_empty() {
         columns.push(force_columns(one));

@@ -3,7 +3,7 @@
 use super::algebra::{Mat3, Vec3, axpy, columns_cross, columns_cross_sub, cross, cross_sub, dot, outer};
 use super::column::Columns;
 use super::lane::Lane;
-use super::program::{Inputs, Program};
+use super::problem::Problem;
 use super::rod::{Rigid, Rod, Segment, State, world_dipole};
 use super::section::{Flexible, to_world};
 use super::step::Stage;
@@ -57,14 +57,9 @@ impl<L: Lane> Sources<L> {
 
     /// Fills in up to three derivatives of the program, from number `first` on.
     #[inline(always)]
-    pub fn load(
-        &mut self,
-        program: &Program,
-        token: L::Token,
-        inputs: &Inputs<'_, L::Scalar>,
-        rod: &Rod<L>,
-        first: usize,
-    ) {
+    pub fn load(&mut self, problem: &Problem<'_, L>, first: usize) {
+        let Problem { program, inputs, rod } = *problem;
+        let token = problem.token();
         let zero = Mat3::zero(L::splat(token, 0.0));
         (self.w0, self.dp0, self.dn0, self.dl_tip, self.dB) = (zero, zero, zero, zero, zero);
         self.insertion = zero.x;
@@ -72,7 +67,7 @@ impl<L: Lane> Sources<L> {
         self.segments.resize(rod.segments.len(), Source::zero(zero));
         for (k, terms) in program.derivatives.iter().skip(first).take(3).enumerate() {
             for (slot, entry) in terms {
-                let rate: L = program.entry(token, inputs, *entry);
+                let rate: L = program.entry(token, &inputs, *entry);
                 self.add(k, *slot, rate);
             }
         }

@@ -10,9 +10,9 @@ use super::algebra::{Mat3, Vec3, columns_cross_sub, cross, dot, inverse, select_
 use super::base::{moment_columns, rotation_columns};
 use super::column::{By, Columns};
 use super::lane::{Lane, Scalar};
-use super::program::Program;
-use super::rod::{Rod, Terms};
-use super::shoot::{Record, Tip, Workspace, shoot, tip_moment_columns};
+use super::problem::{Problem, Workspace};
+use super::shoot::{Record, Tip, shoot, tip_moment_columns};
+use super::terms::Terms;
 use crate::model::path::INDEX_NOISE;
 
 /// The distal end of the intervals that have been counted.
@@ -36,7 +36,8 @@ impl<L: Lane> Station<L> {
 
 /// Counts the interval from the last station to the end of a step, unless it is too short: its b is round-off.
 #[inline(always)]
-pub fn add_station<L: Lane, T: Terms>(
+pub fn add_station<L: Lane>(
+    terms: impl Terms,
     station: &mut Station<L>,
     shortest: L,
     s: L,
@@ -44,7 +45,7 @@ pub fn add_station<L: Lane, T: Terms>(
     columns: &[Columns<L>],
 ) {
     let Some(by_rotation) = by_rotation(columns) else {
-        station.index = stability_index::<L, T>(station, end, columns);
+        station.index = stability_index(terms, station, end, columns);
         return;
     };
     let (by_moment, by_rotation) = (columns[0].w, by_rotation.w);
@@ -65,17 +66,18 @@ pub fn by_rotation<L>(columns: &[Columns<L>]) -> Option<&Columns<L>> {
 
 /// Number of negative eigenvalues of the second variation; the first of the columns are those by base moment.
 #[inline(always)]
-pub fn stability_index<L: Lane, T: Terms>(station: &Station<L>, tip: &Tip<L>, columns: &[Columns<L>]) -> L {
-    station.index + negative_count(transpose(columns[0].w) * canonical::<L, T>(tip, &columns[0]))
+pub fn stability_index<L: Lane>(terms: impl Terms, station: &Station<L>, tip: &Tip<L>, columns: &[Columns<L>]) -> L {
+    station.index + negative_count(transpose(columns[0].w) * canonical(terms, tip, &columns[0]))
 }
 
 /// The stability index at a base moment, with columns by base rotation.
 #[inline(always)]
-pub fn whole_index<L: Lane, T: Terms>(program: &Program, rod: &Rod<L>, m0: Vec3<L>, workspace: &mut Workspace<L>) -> L {
+pub fn whole_index<L: Lane>(problem: &Problem<'_, L>, m0: Vec3<L>, workspace: &mut Workspace<L>) -> L {
+    let program = problem.program;
     let one = m0.x.constant(1.0);
     let columns = &mut [moment_columns(one), rotation_columns(m0)];
-    let tip = shoot::<L, T>(program, &program.fine, rod, one, m0, columns, Record::Stability, workspace);
-    stability_index::<L, T>(&workspace.station, &tip, columns)
+    let tip = shoot(problem, &program.fine, one, m0, columns, Record::Stability, workspace);
+    stability_index(program.terms, &workspace.station, &tip, columns)
 }
 
 /// Squared Frobenius norm.
@@ -105,9 +107,9 @@ pub fn is_sharp<L: Lane>(w: &Mat3<L>) -> L::Mask {
 
 /// mu = dm - w x m / 2 of three columns at the tip.
 #[inline(always)]
-fn canonical<L: Lane, T: Terms>(tip: &Tip<L>, columns: &Columns<L>) -> Mat3<L> {
+fn canonical<L: Lane>(terms: impl Terms, tip: &Tip<L>, columns: &Columns<L>) -> Mat3<L> {
     let half_m = tip.m * tip.m.x.constant(0.5);
-    columns_cross_sub(columns.w, half_m, tip_moment_columns::<L, T>(tip, columns))
+    columns_cross_sub(columns.w, half_m, tip_moment_columns(terms, tip, columns))
 }
 
 /// 1 where the mask holds, else 0.

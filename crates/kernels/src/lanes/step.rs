@@ -2,8 +2,9 @@
 
 use super::algebra::{Vec3, axpy, cross, cross_sub};
 use super::lane::Lane;
-use super::rod::{Rod, State, Terms, moment};
+use super::rod::{Rod, State, moment};
 use super::section::{Flexible, curvature, to_world, velocity};
+use super::terms::Terms;
 use crate::model::Tableau;
 
 /// Room for the stages of the largest tableau; a power of two, so that a number below it needs no check.
@@ -28,8 +29,8 @@ pub struct Stage<L> {
 impl<L: Lane> Stage<L> {
     /// p'
     #[inline(always)]
-    pub fn velocity<T: Terms>(&self) -> Vec3<L> {
-        if T::GENERAL { self.v } else { self.t }
+    pub fn velocity(&self, terms: impl Terms) -> Vec3<L> {
+        if terms.general() { self.v } else { self.t }
     }
 }
 
@@ -118,9 +119,12 @@ impl<L: Lane> Stages<L> {
     }
 }
 
-/// One step of several equal ones over a segment.
-#[derive(Clone, Copy, Debug)]
-pub struct Step<L> {
+/// One step of several equal ones over a flexible segment of a rod under part of its loads.
+pub struct Step<'a, L, T> {
+    pub terms: T,
+    pub rod: &'a Rod<L>,
+    pub segment: &'a Flexible<L>,
+    pub lambda: L,
     /// Its length.
     pub h: L,
     /// Its start and its length as shares of the segment.
@@ -132,14 +136,8 @@ pub struct Step<L> {
 
 /// Takes the rod over one step.
 #[inline(always)]
-pub fn step_rod<L: Lane, T: Terms>(
-    rod: &Rod<L>,
-    segment: &Flexible<L>,
-    lambda: L,
-    step: &Step<L>,
-    stages: &mut Stages<L>,
-    state: &mut State<L>,
-) {
+pub fn step_rod<L: Lane, T: Terms>(step: &Step<'_, L, T>, stages: &mut Stages<L>, state: &mut State<L>) {
+    let Step { terms, rod, segment, lambda, .. } = *step;
     let stage_count = stages.tableau.a.len();
     let weight = segment.w * lambda;
     let mu = segment.mu * lambda;
@@ -147,34 +145,34 @@ pub fn step_rod<L: Lane, T: Terms>(
         let State { mut p, mut d1, mut t, mut M } = *state;
         for (ha, j) in stages.row(i) {
             let slope = &stages.slope[j];
-            p = axpy(ha, stages.stage[j].velocity::<T>(), p); // R2
+            p = axpy(ha, stages.stage[j].velocity(terms), p); // R2
             d1 = axpy(ha, slope.dd1, d1);
             t = axpy(ha, slope.dt, t);
-            if T::LOAD {
+            if terms.load() {
                 M = axpy(ha, slope.dM, M);
             }
         }
         let c = stages.tableau.c[i];
-        let section = segment.section::<T>(c.mul_add(step.share, step.start));
+        let section = segment.section(terms, c.mul_add(step.share, step.start));
         let mut n = step.n;
-        if T::LOAD {
+        if terms.load() {
             n = axpy(-step.h * step.h.constant(c), weight, n); // R1
         }
         let d2 = cross(t, d1);
-        let m = moment::<L, T>(p, M, n);
-        let omega = curvature::<L, T>(&section, d1, d2, t, m);
+        let m = moment(terms, p, M, n);
+        let omega = curvature(terms, &section, d1, d2, t, m);
         let stage = &mut stages.stage[i % STAGES];
         (stage.p, stage.d1, stage.d2, stage.t, stage.m, stage.n) = (p, d1, d2, t, m, n);
-        if T::GENERAL {
-            stage.v = velocity::<L, T>(segment, d1, d2, t, n);
+        if terms.general() {
+            stage.v = velocity(terms, segment, d1, d2, t, n);
             stage.compliance = section.compliance;
         }
         let slope = &mut stages.slope[i % STAGES];
         slope.dd1 = cross(omega, d1); // R2
         slope.dt = cross(omega, t); // R2
-        if T::LOAD {
+        if terms.load() {
             slope.dM = cross(weight, p); // R1
-            if T::GENERAL && segment.has_magnet {
+            if terms.general() && segment.has_magnet {
                 slope.dM = cross_sub(to_world(d1, d2, t, mu), rod.B, slope.dM); // R1
             }
         }
@@ -182,10 +180,10 @@ pub fn step_rod<L: Lane, T: Terms>(
     let State { mut p, mut d1, mut t, mut M } = *state;
     for (hb, j) in stages.row(stage_count) {
         let slope = &stages.slope[j];
-        p = axpy(hb, stages.stage[j].velocity::<T>(), p);
+        p = axpy(hb, stages.stage[j].velocity(terms), p);
         d1 = axpy(hb, slope.dd1, d1);
         t = axpy(hb, slope.dt, t);
-        if T::LOAD {
+        if terms.load() {
             M = axpy(hb, slope.dM, M);
         }
     }

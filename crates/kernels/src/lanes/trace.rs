@@ -6,9 +6,10 @@ use super::algebra::{
 use super::column::{By, Columns, column_force};
 use super::lane::Lane;
 use super::program::Collect;
-use super::rod::{Rigid, Rod, State, Terms, world_dipole};
+use super::rod::{Crossing, Rod, State, world_dipole};
 use super::section::{Flexible, to_world};
 use super::step::{Stages, Step};
+use super::terms::Terms;
 
 /// What three columns leave behind on a segment; `row[j]` holds component j of each column.
 #[derive(Clone, Copy, Debug)]
@@ -81,11 +82,8 @@ pub struct Column<L> {
 
 /// Adds a stage's part of the integrals that the derivatives need, with the stepper's own weight, for column `k`.
 #[inline(always)]
-#[allow(clippy::too_many_arguments)]
 pub fn collect_integrals<L: Lane, T: Terms>(
-    rod: &Rod<L>,
-    segment: &Flexible<L>,
-    step: &Step<L>,
+    step: &Step<'_, L, T>,
     stages: &Stages<L>,
     i: usize,
     collect: Collect,
@@ -93,6 +91,7 @@ pub fn collect_integrals<L: Lane, T: Terms>(
     k: usize,
     trace: &mut Trace<L>,
 ) {
+    let Step { terms, rod, segment, .. } = *step;
     let hb = step.h * step.h.constant(stages.tableau.b[i]);
     let stage = &stages.stage[i];
     let share = hb.constant(stages.tableau.c[i].mul_add(step.share, step.start));
@@ -103,13 +102,13 @@ pub fn collect_integrals<L: Lane, T: Terms>(
             let strain = stages.strain[i][j];
             trace.rest_curvature[j][k] = trace.rest_curvature[j][k] + dm_body;
             trace.stiffness[j][k] = strain.mul_add(dm_body, trace.stiffness[j][k]);
-            if T::GENERAL && collect.rise {
+            if terms.general() && collect.rise {
                 trace.rest_curvature_rise[j][k] = share.mul_add(dm_body, trace.rest_curvature_rise[j][k]);
                 trace.stiffness_rise[j][k] = (strain * share).mul_add(dm_body, trace.stiffness_rise[j][k]);
             }
         }
     }
-    if T::GENERAL && collect.shear_compliance {
+    if terms.general() && collect.shear_compliance {
         let y = column_force(column.by, column.dn, stage.n, column.w);
         for (j, d) in directors.into_iter().enumerate() {
             let n_body = dot(d, stage.n) * hb;
@@ -121,12 +120,12 @@ pub fn collect_integrals<L: Lane, T: Terms>(
             trace.load[j][k] = hb.mul_add(column.dp[j], trace.load[j][k]);
         }
     }
-    if T::GENERAL && collect.dipole {
+    if terms.general() && collect.dipole {
         for (j, d) in directors.into_iter().enumerate() {
             trace.dipole[j][k] = hb.mul_add(dot(cross(d, rod.B), column.w), trace.dipole[j][k]);
         }
     }
-    if T::GENERAL && collect.field && segment.has_magnet {
+    if terms.general() && collect.field && segment.has_magnet {
         let torque = cross(column.w, to_world(stage.d1, stage.d2, stage.t, segment.mu));
         for j in 0..3 {
             trace.field[j][k] = hb.mul_add(torque[j], trace.field[j][k]);
@@ -136,10 +135,10 @@ pub fn collect_integrals<L: Lane, T: Terms>(
 
 /// -m_b,j / K_j² at every stage.
 #[inline(always)]
-pub fn set_strains<L: Lane, T: Terms>(segment: &Flexible<L>, stages: &mut Stages<L>) {
+pub fn set_strains<L: Lane>(terms: impl Terms, segment: &Flexible<L>, stages: &mut Stages<L>) {
     for i in 0..stages.tableau.b.len() {
         let stage = &stages.stage[i];
-        let k = segment.compliance_at::<T>(stage.compliance);
+        let k = segment.compliance_at(terms, stage.compliance);
         let m_body = Vec3 { x: dot(stage.d1, stage.m), y: dot(stage.d2, stage.m), z: dot(stage.t, stage.m) };
         stages.strain[i] = -(m_body * k * k);
     }
@@ -156,7 +155,8 @@ fn add_rows<L: Lane>(factor: L, columns: Mat3<L>, sum: [Vec3<L>; 3]) -> [Vec3<L>
 ///
 /// `omega` is R u there and `v` p'.
 #[inline(always)]
-pub fn length_row<L: Lane, T: Terms>(
+pub fn length_row<L: Lane>(
+    terms: impl Terms,
     rod: &Rod<L>,
     segment: &Flexible<L>,
     state: &State<L>,
@@ -164,17 +164,17 @@ pub fn length_row<L: Lane, T: Terms>(
     (omega, v): (Vec3<L>, Vec3<L>),
     columns: &Columns<L>,
 ) -> Vec3<L> {
-    let dm = columns.moment::<T>(state.p, n);
+    let dm = columns.moment(terms, state.p, n);
     let mut row = row_times(omega, columns_cross_sub(columns.w, m, dm));
     if columns.by == By::TipForce {
         row = row + v;
     }
-    if T::FORCE {
+    if terms.force() {
         row = row + row_times(n, columns_cross(columns.w, v));
     }
-    if T::LOAD {
+    if terms.load() {
         row = row + row_times(segment.w, columns.dp);
-        if T::GENERAL && segment.has_magnet {
+        if terms.general() && segment.has_magnet {
             let mu_world = to_world(state.d1, cross(state.t, state.d1), state.t, segment.mu);
             row = row + row_times(rod.B, columns_cross(columns.w, mu_world));
         }
@@ -186,13 +186,13 @@ pub fn length_row<L: Lane, T: Terms>(
 /// at its distal end.
 #[inline(always)]
 pub fn collect_rigid<L: Lane, T: Terms>(
-    rod: &Rod<L>,
-    segment: &Rigid<L>,
+    crossing: &Crossing<'_, L, T>,
     state: &State<L>,
     n: Vec3<L>,
     columns: &Columns<L>,
     trace: &mut Trace<L>,
 ) {
+    let Crossing { terms, rod, segment, .. } = *crossing;
     let half = segment.length.constant(0.5);
     let (w, d2) = (columns.w, cross(state.t, state.d1));
     for (j, d) in [state.d1, d2, state.t].into_iter().enumerate() {
@@ -205,7 +205,7 @@ pub fn collect_rigid<L: Lane, T: Terms>(
     let wt = columns_cross(w, state.t);
     trace.load = add_rows(one, columns_axpy(segment.length * half, wt, columns.dp), zero);
     trace.length = if columns.by == By::TipForce { state.t } else { zero[0] };
-    if T::FORCE {
+    if terms.force() {
         trace.length = trace.length + row_times(axpy(half, segment.w, n), wt);
     }
 }

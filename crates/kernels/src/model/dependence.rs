@@ -1,8 +1,8 @@
 //! What changes with what: record entries and chain-rule coefficients that a swept parameter moves.
 
-use super::rod::{
-    DIPOLE_AT, DIPOLE_PER_LENGTH_AT, LOAD_AT, REST_CURVATURE_AT, SHEAR_COMPLIANCE_AT, STIFFNESS_AT, WEIGHT_AT,
-    record_offsets,
+use super::record::{
+    BASE_D1_AT, BASE_POSITION_AT, BASE_T_AT, DIPOLE_AT, DIPOLE_PER_LENGTH_AT, FLUX_DENSITY_AT, LOAD_AT,
+    REST_CURVATURE_AT, SHEAR_COMPLIANCE_AT, STIFFNESS_AT, TIP_FORCE_AT, TIP_MOMENT_AT, WEIGHT_AT, record_offsets,
 };
 use super::{
     Axis, CoilWinding, Parameter, Rigid, Rod, RodSegment, Scene, SegmentKind, SegmentParameter, ShearAxis,
@@ -59,11 +59,11 @@ pub(super) fn touched_entries(parameter: Parameter, scene: &Scene, rod: &Rod, sw
     let record = Record { scene, rod, offsets: record_offsets(&rod.segments) };
     let component = |axis: Axis| axis.index()..axis.index() + 1;
     match parameter {
-        Parameter::BaseRotation(_) => (0..6).collect(),
-        Parameter::FluxDensity(axis) => vec![6 + axis.index()],
-        Parameter::TipForce(axis) => vec![9 + axis.index()],
-        Parameter::TipMoment(axis) => vec![12 + axis.index()],
-        Parameter::BasePosition(axis) => vec![15 + axis.index()],
+        Parameter::BaseRotation(_) => [BASE_D1_AT, BASE_T_AT].iter().flat_map(|at| places(*at, &Axis::ALL)).collect(),
+        Parameter::FluxDensity(axis) => vec![FLUX_DENSITY_AT + axis.index()],
+        Parameter::TipForce(axis) => vec![TIP_FORCE_AT + axis.index()],
+        Parameter::TipMoment(axis) => vec![TIP_MOMENT_AT + axis.index()],
+        Parameter::BasePosition(axis) => vec![BASE_POSITION_AT + axis.index()],
         Parameter::Insertion => with_length(&record, 0),
         Parameter::Gravity(axis) | Parameter::DistributedForce(axis) => record.all_loads(component(axis)),
         Parameter::FluidDensity => record.all_loads(0..3),

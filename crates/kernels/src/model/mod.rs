@@ -12,6 +12,7 @@ mod plan;
 mod plan_parts;
 mod profile;
 mod recipe;
+pub mod record;
 mod rest_shape;
 pub mod rod;
 mod rotation;
@@ -32,10 +33,9 @@ pub use parameter::{Axis, Parameter, ParameterError, StiffnessAxis, closest};
 pub use plan::{Batch, Derivative, Entry, FreePart, Plan, PlanError, PlanOptions, SegmentPlan, Sensitivity, Terms};
 pub use profile::{Node, Piece, Profile};
 pub use recipe::{RecipeMethod, SampleRecipe};
+pub use record::{BASE_RECORD, FLEXIBLE_RECORD, RIGID_RECORD, record_offsets};
 pub use rest_shape::REST_POSE;
-pub use rod::{
-    BASE_RECORD, FLEXIBLE_RECORD, FlexibleRod, RIGID_RECORD, RigidRod, Rod, RodSegment, Slot, record_offsets,
-};
+pub use rod::{FlexibleRod, RigidRod, Rod, RodSegment, Slot};
 pub use rotation::{rotation_angle, rotation_vector};
 pub use scene::{
     Base, Coil, CoilWinding, Density, Flexible, Loads, Rigid, STANDARD_GRAVITY, Scene, SceneError, Segment,

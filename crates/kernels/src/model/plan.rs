@@ -338,24 +338,7 @@ impl Plan {
     /// Unit of each entry in the plan's units: divide an SI value by it.
     pub fn entry_units(&self) -> Vec<f64> {
         let units = &self.units;
-        let mut scale = vec![1.0; 6];
-        scale.extend([units.field; 3]);
-        scale.extend([units.force; 3]);
-        scale.extend([units.moment(); 3]);
-        scale.extend([units.length; 3]);
-        for segment in &self.segments {
-            scale.push(units.length);
-            if segment.is_flexible {
-                scale.extend([units.stiffness(); 6]);
-                scale.extend([units.curvature(); 6]);
-                scale.extend([units.load(); 3]);
-                scale.extend([units.dipole() / units.length; 3]);
-                scale.extend([1.0 / units.force; 3]);
-            } else {
-                scale.extend([units.dipole(); 3]);
-                scale.extend([units.force; 3]);
-            }
-        }
+        let mut scale = Rod::record_units(self.segments.iter().map(|segment| segment.is_flexible), units);
         if self.free.is_some() {
             scale.extend([units.length; 3]);
             scale.extend([1.0; 6]);

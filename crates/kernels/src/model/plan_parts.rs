@@ -1,6 +1,7 @@
 //! What a plan decides once for all samples: units, terms, steps, what stays at rest, how to differentiate.
 
-use super::rod::{Slot, record_offsets};
+use super::record::record_offsets;
+use super::rod::Slot;
 use super::{
     FlexibleRod, Parameter, PlanError, Rigid, Rod, RodSegment, Scene, SegmentKind, SegmentParameter, SegmentPlan,
     Sensitivity, StiffnessAxis, Terms, Units,

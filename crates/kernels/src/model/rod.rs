@@ -88,22 +88,6 @@ pub enum Slot {
     Weight(usize, Axis),
 }
 
-/// Record entries before the first segment: d1, t (columns of the base rotation), B, f, l, p0.
-pub const BASE_RECORD: usize = 18;
-/// Record entries of a flexible segment: its length, then vectors from these offsets on.
-pub const FLEXIBLE_RECORD: usize = 22;
-pub const STIFFNESS_AT: usize = 1;
-pub const STIFFNESS_RISE_AT: usize = 4;
-pub const REST_CURVATURE_AT: usize = 7;
-pub const REST_CURVATURE_RISE_AT: usize = 10;
-pub const LOAD_AT: usize = 13;
-pub const DIPOLE_PER_LENGTH_AT: usize = 16;
-pub const SHEAR_COMPLIANCE_AT: usize = 19;
-/// Record entries of a rigid segment: its length, then vectors from these offsets on.
-pub const RIGID_RECORD: usize = 7;
-pub const DIPOLE_AT: usize = 1;
-pub const WEIGHT_AT: usize = 4;
-
 impl Slot {
     /// One unit of the slot, SI.
     pub fn unit(&self, units: &Units) -> f64 {
@@ -163,31 +147,12 @@ impl FlexibleRod {
         std::array::from_fn(|k| self.rest_curvature[k] + self.rest_curvature_rise[k])
     }
 
-    /// The vectors in the order of the record.
-    fn vectors(&self) -> [&Vector; 7] {
-        [
-            &self.stiffness,
-            &self.stiffness_rise,
-            &self.rest_curvature,
-            &self.rest_curvature_rise,
-            &self.load,
-            &self.dipole,
-            &self.shear_compliance,
-        ]
-    }
-
     fn is_valid(&self) -> bool {
         let positive = |v: Vector| v.iter().all(|k| *k > 0.0);
-        self.vectors().iter().all(|v| v.iter().all(|x| x.is_finite()))
+        self.is_finite()
             && positive(self.stiffness)
             && positive(self.distal_stiffness())
             && self.shear_compliance.iter().all(|c| *c >= 0.0)
-    }
-}
-
-impl RigidRod {
-    fn is_valid(&self) -> bool {
-        self.dipole.iter().chain(&self.weight).all(|x| x.is_finite())
     }
 }
 
@@ -202,14 +167,6 @@ impl RodSegment {
     pub fn is_flexible(&self) -> bool {
         matches!(self, RodSegment::Flexible(_))
     }
-
-    /// Entries of this segment's record.
-    pub fn record_len(&self) -> usize {
-        match self {
-            RodSegment::Flexible(_) => FLEXIBLE_RECORD,
-            RodSegment::Rigid(_) => RIGID_RECORD,
-        }
-    }
 }
 
 impl Rod {
@@ -218,67 +175,10 @@ impl Rod {
         self.segments.iter().map(RodSegment::length).sum()
     }
 
-    /// Writes the rod as a flat record: base entries, then each segment's. SI units.
-    pub fn write_record(&self, record: &mut Vec<f64>) {
-        record.clear();
-        let rotation = &self.base_rotation;
-        record.extend((0..3).map(|row| rotation[row][0]));
-        record.extend((0..3).map(|row| rotation[row][2]));
-        record.extend(self.flux_density);
-        record.extend(self.tip_force);
-        record.extend(self.tip_moment);
-        record.extend(self.base_position);
-        for segment in &self.segments {
-            record.push(segment.length());
-            match segment {
-                RodSegment::Flexible(flexible) => record.extend(flexible.vectors().into_iter().flatten()),
-                RodSegment::Rigid(rigid) => record.extend(rigid.dipole.iter().chain(&rigid.weight)),
-            }
-        }
-    }
-
-    /// Reads back what [`Rod::write_record`] wrote, entry by entry; `self` gives the kinds of the segments.
-    pub fn read_record(&mut self, record: impl Fn(usize) -> f64) {
-        let vector = |at: usize| -> Vector { [record(at), record(at + 1), record(at + 2)] };
-        let (d1, t) = (vector(0), vector(3));
-        let d2 = [t[1] * d1[2] - t[2] * d1[1], t[2] * d1[0] - t[0] * d1[2], t[0] * d1[1] - t[1] * d1[0]];
-        self.base_rotation = std::array::from_fn(|row| [d1[row], d2[row], t[row]]);
-        self.flux_density = vector(6);
-        self.tip_force = vector(9);
-        self.tip_moment = vector(12);
-        self.base_position = vector(15);
-        let mut at = BASE_RECORD;
-        for segment in &mut self.segments {
-            let start = at;
-            at += segment.record_len();
-            *segment = match segment {
-                RodSegment::Flexible(_) => RodSegment::Flexible(FlexibleRod {
-                    length: record(start),
-                    stiffness: vector(start + STIFFNESS_AT),
-                    stiffness_rise: vector(start + STIFFNESS_RISE_AT),
-                    rest_curvature: vector(start + REST_CURVATURE_AT),
-                    rest_curvature_rise: vector(start + REST_CURVATURE_RISE_AT),
-                    load: vector(start + LOAD_AT),
-                    dipole: vector(start + DIPOLE_PER_LENGTH_AT),
-                    shear_compliance: vector(start + SHEAR_COMPLIANCE_AT),
-                }),
-                RodSegment::Rigid(_) => RodSegment::Rigid(RigidRod {
-                    length: record(start),
-                    dipole: vector(start + DIPOLE_AT),
-                    weight: vector(start + WEIGHT_AT),
-                }),
-            };
-        }
-    }
-
     /// Whether the numbers can be integrated: finite, lengths not negative, stiffness positive.
     pub fn is_valid(&self) -> bool {
-        let finite = |v: &Vector| v.iter().all(|x| x.is_finite());
-        finite(&self.base_position)
-            && self.base_rotation.iter().all(finite)
-            && finite(&self.flux_density)
-            && finite(&self.tip_force)
-            && finite(&self.tip_moment)
+        self.is_finite()
+            && self.base_rotation.as_flattened().iter().all(|x| x.is_finite())
             && self.total_length() > 0.0
             && self.segments.iter().all(|segment| {
                 let length = segment.length();
@@ -286,21 +186,8 @@ impl Rod {
                     && length >= 0.0
                     && match segment {
                         RodSegment::Flexible(flexible) => flexible.is_valid(),
-                        RodSegment::Rigid(rigid) => rigid.is_valid(),
+                        RodSegment::Rigid(rigid) => rigid.is_finite(),
                     }
             })
     }
-}
-
-/// First record entry of each segment.
-pub fn record_offsets(segments: &[RodSegment]) -> Vec<usize> {
-    let mut at = BASE_RECORD;
-    segments
-        .iter()
-        .map(|segment| {
-            let start = at;
-            at += segment.record_len();
-            start
-        })
-        .collect()
 }

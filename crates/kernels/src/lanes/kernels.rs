@@ -1,0 +1,171 @@
+//! The kernels by name: functions of their own, compiled for one register type, a pass also for one set of terms.
+//!
+//! Each lies in a module, since modules are what rustc shares out among code generation units.
+
+use super::block::Job;
+use super::counted::Counted;
+use super::group::{Answer, Follow, Load};
+use super::lane::{F32, F64, Lane};
+use super::path::PathEnd;
+use super::shoot::{Pass, Tip};
+use super::terms::ProgramTerms;
+
+/// A pass over the rod.
+pub type PassKernel<L> = fn(Pass<'_, L>) -> Tip<L>;
+
+/// A register type with passes for every program.
+pub trait Passes: Lane {
+    fn pass(terms: ProgramTerms) -> PassKernel<Self>;
+}
+
+/// A register type with all kernels.
+pub trait Kernels: Passes {
+    /// The same with numbers that do for a path on the coarse grid: f32, twice as many.
+    type Coarse: Kernels<Token = Self::Token>;
+    fn job(token: Self::Token, job: Job<'_, Self::Scalar>);
+    fn load_rods(load: Load<'_, Self>);
+    fn follow(follow: Follow<'_, Self>) -> PathEnd<Self>;
+    fn answer(answer: Answer<'_, Self>);
+}
+
+/// A pass of some terms.
+macro_rules! pass {
+    ($module:ident, $terms:ty) => {
+        mod $module {
+            use super::L;
+            use crate::lanes::shoot::{Pass, Tip, WithTerms};
+            use crate::lanes::{lane::Lane, terms::*};
+
+            pub fn run(pass: Pass<'_, L>) -> Tip<L> {
+                let terms = <$terms>::of(pass.problem.program.terms);
+                L::vectorize(pass.lambda.token(), WithTerms(pass, terms))
+            }
+        }
+    };
+}
+
+/// The passes of a register type: for every set of common terms, or one for all.
+macro_rules! passes {
+    (by_terms) => {
+        pass!(plain, Isotropic<false, false>);
+        pass!(force, Isotropic<true, false>);
+        pass!(load, Isotropic<true, true>);
+        pass!(anisotropic, Anisotropic<false>);
+        pass!(general, Anisotropic<true>);
+
+        pub fn pass(terms: ProgramTerms) -> PassKernel<L> {
+            let ProgramTerms { force, load, anisotropic, general } = terms;
+            match (general, anisotropic, load, force) {
+                (true, ..) => general::run,
+                (_, true, ..) => anisotropic::run,
+                (_, _, true, _) => load::run,
+                (_, _, _, true) => force::run,
+                _ => plain::run,
+            }
+        }
+    };
+    (together) => {
+        pass!(every, ProgramTerms);
+
+        pub fn pass(_: ProgramTerms) -> PassKernel<L> {
+            every::run
+        }
+    };
+}
+
+/// A kernel outside of passes.
+macro_rules! kernel {
+    ($module:ident, $argument:ident, $result:ty) => {
+        pub mod $module {
+            use super::L;
+            use crate::lanes::group::$argument;
+            #[allow(unused_imports)]
+            use crate::lanes::{lane::Lane, path::PathEnd};
+
+            pub fn run(argument: $argument<'_, L>) -> $result {
+                L::vectorize(argument.token(), argument)
+            }
+        }
+    };
+}
+
+/// All kernels of a register type.
+macro_rules! kernels {
+    ($module:ident, $lane:ty, $passes:ident) => {
+        mod $module {
+            use super::*;
+            type L = $lane;
+
+            passes!($passes);
+            kernel!(load_rods, Load, ());
+            kernel!(follow, Follow, PathEnd<L>);
+            kernel!(answer, Answer, ());
+
+            pub mod job {
+                use super::L;
+                use crate::lanes::block::{AsKernel, Job};
+                use crate::lanes::lane::Lane;
+
+                pub fn run(token: <L as Lane>::Token, job: Job<'_, <L as Lane>::Scalar>) {
+                    L::vectorize(token, AsKernel::<L>(token, job))
+                }
+            }
+        }
+
+        impl Passes for $lane {
+            fn pass(terms: ProgramTerms) -> PassKernel<Self> {
+                $module::pass(terms)
+            }
+        }
+
+        impl Kernels for $lane {
+            type Coarse = F32<Self::Token>;
+
+            fn job(token: Self::Token, job: Job<'_, Self::Scalar>) {
+                $module::job::run(token, job)
+            }
+            fn load_rods(load: Load<'_, Self>) {
+                $module::load_rods::run(load)
+            }
+            fn follow(follow: Follow<'_, Self>) -> PathEnd<Self> {
+                $module::follow::run(follow)
+            }
+            fn answer(answer: Answer<'_, Self>) {
+                $module::answer::run(answer)
+            }
+        }
+    };
+}
+
+// Machines without vector units are served, not tuned for.
+kernels!(scalar_f64, F64<pulp::Scalar>, together);
+kernels!(scalar_f32, F32<pulp::Scalar>, together);
+
+#[cfg(target_arch = "x86_64")]
+mod x86 {
+    use super::*;
+    kernels!(avx2_f64, F64<pulp::x86::V3>, by_terms);
+    kernels!(avx2_f32, F32<pulp::x86::V3>, by_terms);
+    kernels!(avx512_f64, F64<pulp::x86::V4>, by_terms);
+    kernels!(avx512_f32, F32<pulp::x86::V4>, by_terms);
+}
+
+#[cfg(target_arch = "aarch64")]
+mod arm {
+    use super::*;
+    kernels!(neon_f64, F64<pulp::aarch64::Neon>, by_terms);
+    kernels!(neon_f32, F32<pulp::aarch64::Neon>, by_terms);
+}
+
+/// For counting operations.
+mod counted {
+    use super::*;
+    type L = Counted;
+    passes!(together);
+
+    impl Passes for Counted {
+        fn pass(terms: ProgramTerms) -> PassKernel<Self> {
+            pass(terms)
+        }
+    }
+}

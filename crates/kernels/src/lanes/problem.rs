@@ -1,0 +1,62 @@
+//! What a group of samples is solved with: what a shader has in its module's scope.
+
+use super::column::Columns;
+use super::kernels::{PassKernel, Passes};
+use super::lane::Lane;
+use super::program::{Inputs, Program};
+use super::rod::Rod;
+use super::source::Sources;
+use super::stability::Station;
+use super::step::Stages;
+use super::trace::Trace;
+
+/// A group of rods of a program, one a lane.
+pub struct Problem<'a, L: Lane> {
+    pub program: &'a Program,
+    pub inputs: Inputs<'a, L::Scalar>,
+    pub rod: &'a Rod<L>,
+}
+
+impl<L: Lane> Clone for Problem<'_, L> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<L: Lane> Copy for Problem<'_, L> {}
+
+impl<L: Lane> Problem<'_, L> {
+    #[inline(always)]
+    pub fn token(&self) -> L::Token {
+        self.rod.t.x.token()
+    }
+}
+
+/// Memory of a kernel, reused from group to group.
+pub struct Workspace<L: Lane> {
+    /// A pass with the program's terms.
+    pub pass: PassKernel<L>,
+    pub stages: Stages<L>,
+    /// For each segment, one trace for each three columns.
+    pub traces: Vec<[Trace<L>; 3]>,
+    /// The last interval of the stability index.
+    pub station: Station<L>,
+    /// Of the forward columns, three parameters each.
+    pub sources: Vec<Sources<L>>,
+    /// All columns of a pass with derivatives.
+    pub columns: Vec<Columns<L>>,
+}
+
+impl<L: Passes> Workspace<L> {
+    pub fn new(token: L::Token, program: &Program) -> Self {
+        let zero = Trace::zero(L::splat(token, 0.0));
+        Self {
+            pass: L::pass(program.terms),
+            stages: Stages::new(token, program.fine.tableau),
+            traces: vec![[zero; 3]; program.all_segments],
+            station: Station::new(L::splat(token, 0.0)),
+            sources: (0..program.forward_threes()).map(|_| Sources::new(token)).collect(),
+            columns: Vec::new(),
+        }
+    }
+}

@@ -1,0 +1,17 @@
+//! The program `rodsweep`, as it is started from a shell.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod bad_input;
+mod bench_report;
+mod branches;
+mod control;
+mod experiment;
+mod gpu_cache;
+mod import;
+mod no_gpu;
+mod paper;
+mod program;
+mod readme;
+mod sandbox;

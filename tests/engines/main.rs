@@ -1,0 +1,26 @@
+//! Every engine against the mechanics: closed forms, golden results, derivatives, hard cases, and against each other.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod base_moment;
+mod baselines;
+mod branches;
+mod closed_forms;
+mod dual;
+mod energy;
+mod every_engine;
+mod golden;
+mod hard;
+mod invariance;
+mod jacobian;
+mod operations;
+mod physics;
+mod reliability;
+mod rods;
+mod shape;
+mod steppers;
+mod terms;
+mod trust;
+mod twins;
+mod workspace;

@@ -1,0 +1,162 @@
+//! The error estimate of a row against its true error: a bound on it, and not a loose one.
+
+use crate::common::root;
+use crate::common::strategy::some_scenes;
+use rayon::prelude::*;
+use rodsweep::backend::{Backend, Precision};
+use rodsweep::input::read_scene;
+use rodsweep::lanes::Lanes;
+use rodsweep::model::rotation_angle;
+use rodsweep::model::{Batch, Parameter, Plan, PlanOptions, Quantity, Scene, Solutions, Stepper};
+use rodsweep::reference::Reference;
+use rodsweep_bench::random::Random;
+
+/// From errors of 1e-1 down to round-off, with every stepper.
+const STEPS: [(Stepper, &[usize]); 4] = [
+    (Stepper::Rk4, &[3, 4, 6, 8, 12, 16, 24, 48, 96]),
+    (Stepper::Tp6, &[2, 3, 4, 6, 12, 24, 48]),
+    (Stepper::Tp7, &[2, 3, 4, 6, 12, 24, 48]),
+    (Stepper::Dop853, &[3, 4, 6, 8, 12, 16, 24, 48]),
+];
+/// Share of successes whose error may be beyond the estimate.
+const BEYOND: f64 = 1e-3;
+/// Median of estimate over error: in f64 that of the integration, in f32 with a bound on round-off that few steps stay
+/// far below.
+const PESSIMISM: [(Precision, f64); 2] = [(Precision::F64, 3.0), (Precision::F32, 60.0)];
+/// Round-off of the reference, whose own errors on the golden scenes are a third of it.
+const REFERENCE: f64 = 5e-14;
+/// Offenders printed.
+const WORST: usize = 3;
+
+/// Samples with their truth.
+struct Sampled {
+    plan: Plan,
+    batch: Batch,
+    truth: Solutions,
+}
+
+impl Sampled {
+    fn new(scene: &Scene, ranges: &[(&str, f64, f64)], count: usize, random: &mut Random) -> Sampled {
+        let (mut axes, mut bounds) = (Vec::new(), Vec::new());
+        for (name, low, high) in ranges {
+            for parameter in Parameter::parse(scene, name).expect("a parameter") {
+                axes.push(vec![parameter]);
+                bounds.push((*low, *high));
+            }
+        }
+        let mut row = || bounds.iter().map(|(low, high)| random.within(*low, *high)).collect();
+        let rows: Vec<Vec<f64>> = (0..count).map(|_| row()).collect();
+        let plan = Plan::new(scene, &axes, &[], PlanOptions::default()).expect("a valid plan");
+        let batch = plan.batch(count, |i, row| {
+            if let Some(values) = rows.get(i) {
+                row.copy_from_slice(values);
+            }
+        });
+        let truth = Reference::new(&plan).solve(&batch).expect("solved");
+        Sampled { plan, batch, truth }
+    }
+
+    fn scene(file: &str, ranges: &[(&str, f64, f64)], count: usize, random: &mut Random) -> Sampled {
+        let path = root().join("sweeps/scenes").join(file);
+        Sampled::new(&read_scene(&path).expect("a shipped scene"), ranges, count, random)
+    }
+}
+
+fn samples() -> Vec<Sampled> {
+    let mut random = Random(5);
+    let p6 = [("coil.current", -0.3, 0.3), ("insertion", 0.06, 0.137), ("loads.tip_force", -5e-3, 5e-3)];
+    let two_coil = [("coil1.current", -0.2, 0.2), ("coil2.current", -0.2, 0.2)];
+    let mut all = vec![
+        Sampled::scene("p6.toml", &p6, 2500, &mut random),
+        Sampled::scene("two_coil.toml", &two_coil, 1500, &mut random),
+    ];
+    let scenes = some_scenes(1500);
+    all.par_extend(scenes.par_iter().map(|scene| Sampled::new(scene, &[], 1, &mut Random(0))));
+    all
+}
+
+/// What the samples of one engine add up to.
+#[derive(Default)]
+struct Tally {
+    successes: usize,
+    /// Error over estimate, error, sample.
+    beyond: Vec<(f64, f64, String)>,
+    /// Estimate over error, where the error is above the reference's.
+    pessimism: Vec<f64>,
+}
+
+impl Tally {
+    fn add(&mut self, sampled: &Sampled, found: &Solutions) {
+        let Sampled { plan, batch, truth } = sampled;
+        for at in 0..found.sample_count() {
+            if !(found.status(at).is_success() && truth.status(at).is_success()) {
+                continue;
+            }
+            self.successes += 1;
+            let tips = [found, truth].map(|solutions| solutions.vector(at, Quantity::TipPosition));
+            let position =
+                crate::common::check::difference(&tips[0], &tips[1]) / plan.sample_rod(batch, at).total_length();
+            let error = position.max(rotation_angle(&found.tip_rotation(at), &truth.tip_rotation(at)));
+            let estimate = found.get(at, Quantity::ErrorEstimate);
+            // Also true for NaN.
+            if error > estimate + REFERENCE || error.is_nan() {
+                self.beyond.push((error / estimate, error, format!("{} {at}", plan.scene.name)));
+            }
+            if error > REFERENCE {
+                self.pessimism.push(estimate / error);
+            }
+        }
+    }
+
+    fn median_pessimism(&mut self) -> f64 {
+        self.pessimism.sort_by(f64::total_cmp);
+        self.pessimism.get(self.pessimism.len() / 2).copied().unwrap_or(1.0)
+    }
+
+    fn report(&mut self, name: &str) {
+        self.beyond.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let (beyond, median) = (self.beyond.len(), self.median_pessimism());
+        println!(
+            "{name}: {} successes, {beyond} beyond the estimate ({:.3} %), median pessimism {median:.1}",
+            self.successes,
+            100.0 * beyond as f64 / self.successes as f64,
+        );
+        for worst in self.beyond.iter().take(WORST) {
+            println!("  {worst:?}");
+        }
+    }
+}
+
+fn tally(all: &[Sampled], precision: Precision, stepper: Stepper, steps: usize) -> Tally {
+    let tolerance = if precision == Precision::F64 { 1e-12 } else { 1e-6 };
+    let options = PlanOptions { stepper, steps, tolerance, ..PlanOptions::default() };
+    let mut tally = Tally::default();
+    for sampled in all {
+        let plan = sampled.plan.with_options(options);
+        let found = Lanes::new(&plan, precision).expect("supported").solve(&sampled.batch).expect("solved");
+        tally.add(sampled, &found);
+    }
+    tally.report(&format!("cpu {precision}, {} of {steps}", stepper.name()));
+    tally
+}
+
+#[test]
+fn estimates_bound_errors() {
+    let all = samples();
+    for (precision, pessimism) in PESSIMISM {
+        let mut whole = Tally::default();
+        for (stepper, steps) in STEPS {
+            for steps in steps {
+                let mut part = tally(&all, precision, stepper, *steps);
+                assert!(part.median_pessimism() <= pessimism, "{precision}, {} of {steps}", stepper.name());
+                whole.successes += part.successes;
+                whole.beyond.append(&mut part.beyond);
+                whole.pessimism.append(&mut part.pessimism);
+            }
+        }
+        whole.report(&format!("cpu {precision}, all"));
+        assert!(whole.successes >= 5_000);
+        assert!(whole.beyond.len() as f64 <= BEYOND * whole.successes as f64, "{precision}");
+        assert!(whole.median_pessimism() <= pessimism, "{precision}");
+    }
+}

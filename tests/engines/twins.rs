@@ -1,0 +1,224 @@
+//! The shaders against the CPU engine, file by file: the same functions in the same order, the same equation tags.
+
+use crate::common::root;
+use std::collections::BTreeMap;
+use std::fs;
+
+const STEMS: [&str; 15] = [
+    "algebra",
+    "rod",
+    "section",
+    "step",
+    "column",
+    "source",
+    "trace",
+    "base",
+    "shoot",
+    "path",
+    "search",
+    "chord",
+    "solve",
+    "stability",
+    "rows",
+];
+
+/// Functions of one side alone, by stem: name and reason.
+struct Exceptions {
+    rust_only: &'static [(&'static str, &'static [&'static str], &'static str)],
+    wgsl_only: &'static [(&'static str, &'static [&'static str], &'static str)],
+    /// Stem, name in Rust, name in WGSL.
+    renamed: &'static [(&'static str, &'static str, &'static str)],
+}
+
+const EXCEPTIONS: Exceptions = Exceptions {
+    rust_only: &[
+        ("algebra", &["splat", "select"], "operators of WGSL"),
+        ("algebra", &["dot", "cross", "length", "transpose"], "built into WGSL"),
+        ("algebra", &["select_matrix"], "masks of lanes"),
+        ("stability", &["new"], "the workspace"),
+        ("rod", &["new"], "makes room for segments, which the shader loads where it crosses them"),
+        ("step", &["new", "set_tableau", "set_step", "row"], "the workspace; the shader's tableau is compiled in"),
+        ("source", &["new", "zero", "add", "add_to", "add_at"], "the plan's data, generated for the shader"),
+        ("column", &["changes_force"], "see `force_of`"),
+        ("column", &["moment"], "in the shader `column_moment` takes all three"),
+        ("trace", &["zero", "clear"], "WGSL's own zero value"),
+        ("trace", &["set_strains"], "once for all columns; the shader's compiler sees to that"),
+        ("shoot", &["shoot", "with_simd"], "the wrapping of `integrate`"),
+        ("shoot", &["forward_source"], "the shader has one source in hand"),
+        ("stability", &["by_rotation"], "the shader knows the columns by their number"),
+        ("shoot", &["select"], "operators of WGSL"),
+        ("search", &["search_start"], "the search of the shader reads its start itself"),
+        ("search", &["unit", "snap"], "samples that end at a fold are solved again on the CPU"),
+        ("rows", &["add"], "an operator of WGSL's matrices"),
+        ("solve", &["code"], "masks of lanes"),
+    ],
+    wgsl_only: &[
+        ("rod", &["load_rigid"], "segments are loaded where they are crossed"),
+        ("column", &["force_of"], "an enumeration in Rust"),
+        ("source", &["load_source"], "sources are loaded where segments are crossed"),
+        ("source", &["scaled"], "a product of vectors in Rust, column by column"),
+        ("solve", &["is_finite"], "a method of lanes"),
+        ("solve", &["solve"], "the entry point"),
+    ],
+    renamed: &[
+        ("algebra", "zero", "zero_matrix"),
+        ("rod", "length", "rod_length"),
+        ("step", "velocity", "stage_velocity"),
+        ("source", "load", "load_sources"),
+        ("source", "force", "source_force"),
+        ("source", "bend", "source_bend"),
+        ("source", "shear", "source_shear"),
+        ("source", "couple", "source_couple"),
+        ("source", "lengthen", "source_lengthen"),
+        ("source", "cross_rigid", "source_cross_rigid"),
+        ("shoot", "integrate", "shoot"),
+        ("rows", "new", "new_responses"),
+    ],
+};
+
+/// A function's name and the equation tags on its lines, in order.
+type Function = (String, Vec<String>);
+
+/// Every function of a source, in order, with the tags at the ends of its lines of code.
+fn functions(text: &str) -> Vec<Function> {
+    let mut found: Vec<Function> = Vec::new();
+    for line in text.lines().map(str::trim_start).filter(|line| !line.starts_with("//")) {
+        let words = line.strip_prefix("pub ").or(line.strip_prefix("pub(crate) ")).unwrap_or(line);
+        if let Some(rest) = words.strip_prefix("fn ") {
+            let name = rest.split(|c: char| !c.is_alphanumeric() && c != '_').next().unwrap_or_default();
+            // Functions of a tableau are emitted for each.
+            found.push((name.strip_suffix("_r").unwrap_or(name).into(), Vec::new()));
+        }
+        if let (true, Some((_, tags))) = (is_tagged(line), found.last_mut()) {
+            tags.push(comment(line).into());
+        }
+    }
+    found
+}
+
+/// What stands behind a line of code.
+fn comment(line: &str) -> &str {
+    line.rsplit_once("// ").filter(|(code, _)| !code.trim().is_empty()).map_or("", |(_, comment)| comment.trim())
+}
+
+fn is_tagged(line: &str) -> bool {
+    let tag = comment(line);
+    tag.len() == 2 && tag.starts_with(['R', 'J']) && tag.ends_with(|c: char| c.is_ascii_digit())
+}
+
+/// What differs between the twins of a stem.
+fn differences(stem: &str, rust: &str, wgsl: &str) -> Vec<String> {
+    let excepted = |list: &[(&str, &[&str], &str)], name: &str| {
+        list.iter().any(|(at, names, _)| *at == stem && names.contains(&name))
+    };
+    let renamed = |name: String| {
+        EXCEPTIONS
+            .renamed
+            .iter()
+            .find(|(at, from, _)| *at == stem && *from == name)
+            .map_or(name, |(_, _, to)| (*to).into())
+    };
+    let rust: Vec<Function> = functions(rust)
+        .into_iter()
+        .filter(|(name, _)| {
+            EXCEPTIONS.renamed.iter().any(|(at, from, _)| *at == stem && from == name)
+                || !excepted(EXCEPTIONS.rust_only, name)
+        })
+        .map(|(name, tags)| (renamed(name), tags))
+        .collect();
+    let wgsl: Vec<Function> =
+        functions(wgsl).into_iter().filter(|(name, _)| !excepted(EXCEPTIONS.wgsl_only, name)).collect();
+    let names = |list: &[Function]| list.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>();
+    let mut found = Vec::new();
+    if names(&rust) != names(&wgsl) {
+        found.push(format!("{stem}: functions\n  Rust {:?}\n  WGSL {:?}", names(&rust), names(&wgsl)));
+    }
+    let wgsl: BTreeMap<String, Vec<String>> = wgsl.into_iter().collect();
+    for (name, tags) in rust {
+        match wgsl.get(&name) {
+            Some(other) if *other != tags => found.push(format!("{stem}: {name}: Rust {tags:?}, WGSL {other:?}")),
+            _ => {}
+        }
+    }
+    found
+}
+
+fn read(path: &str) -> String {
+    let path = root().join(path);
+    fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+fn twins(stem: &str) -> (String, String) {
+    (read(&format!("crates/kernels/src/lanes/{stem}.rs")), read(&format!("shaders/{stem}.wgsl")))
+}
+
+#[test]
+fn twins_agree() {
+    let found: Vec<String> = STEMS
+        .iter()
+        .flat_map(|stem| {
+            let (rust, wgsl) = twins(stem);
+            differences(stem, &rust, &wgsl)
+        })
+        .collect();
+    assert!(found.is_empty(), "{}", found.join("\n"));
+}
+
+#[test]
+fn every_stem_has_functions_and_the_physics_has_tags() {
+    let mut tags: Vec<String> = Vec::new();
+    for stem in STEMS {
+        let (_, wgsl) = twins(stem);
+        let found = functions(&wgsl);
+        assert!(found.len() > usize::from(stem != "step"), "{stem}");
+        tags.extend(found.into_iter().flat_map(|(_, tags)| tags));
+    }
+    for tag in ["R1", "R2", "R3", "R4", "R5", "R6", "J1", "J2", "J3", "J4", "J5"] {
+        assert!(tags.iter().any(|found| found == tag), "{tag}");
+    }
+}
+
+#[test]
+fn every_exception_is_needed() {
+    for (list, suffix) in [(EXCEPTIONS.rust_only, "rs"), (EXCEPTIONS.wgsl_only, "wgsl")] {
+        for (stem, names, _) in list {
+            let (rust, wgsl) = twins(stem);
+            let text = if suffix == "rs" { rust } else { wgsl };
+            let found = functions(&text);
+            for name in *names {
+                assert!(found.iter().any(|(other, _)| other == name), "{stem}.{suffix} has no {name}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_change_on_one_side_is_noticed() {
+    for stem in STEMS {
+        let (rust, wgsl) = twins(stem);
+        for (at, (name, tags)) in functions(&wgsl).iter().enumerate() {
+            if EXCEPTIONS.wgsl_only.iter().any(|(s, names, _)| *s == stem && names.contains(&name.as_str())) {
+                continue;
+            }
+            let renamed = wgsl.replace(&format!("fn {name}"), &format!("fn other_{name}"));
+            assert!(!differences(stem, &rust, &renamed).is_empty(), "{stem} {name} {at}");
+            assert!(tags.iter().all(|tag| tag.len() == 2), "{stem} {name}");
+        }
+        for (at, line) in wgsl.lines().enumerate().filter(|(_, line)| is_tagged(line)) {
+            let retag = |(i, other): (usize, &str)| if i == at { format!("{other}9") } else { other.to_owned() };
+            let retagged: Vec<String> = wgsl.lines().enumerate().map(retag).collect();
+            assert!(!differences(stem, &rust, &retagged.join("\n")).is_empty(), "{stem} {line}");
+        }
+    }
+}
+
+/// Settings of the path have one home, `model::path`.
+#[test]
+fn numbers_of_the_path_come_from_the_host() {
+    let wgsl = read("shaders/solve.wgsl");
+    for line in wgsl.lines().filter(|line| line.starts_with("const ") && line.contains(": f32")) {
+        assert!(line.ends_with("//@spec"), "{line}");
+    }
+    let rust = read("crates/kernels/src/lanes/solve.rs");
+    assert!(!rust.lines().any(|line| line.trim_start().trim_start_matches("pub ").starts_with("const ")));
+}

@@ -1,0 +1,14 @@
+//! Files that are read and written: scenes, sweeps, tables, result directories.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod bad_input;
+mod branch_sweeps;
+mod foreign_tables;
+mod method;
+mod same_rows;
+mod scenes;
+mod sinks;
+mod sweeps;
+mod table;

@@ -1,0 +1,12 @@
+//! The GPU engine: its shaders, its device, what follows when it fails.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod emit;
+mod faults;
+mod fleet;
+mod host;
+mod reduce;
+mod shaders;
+mod solve;

@@ -1,0 +1,280 @@
+//! Shaders without a GPU: every piece validates, and its layout is the host's.
+
+use rodsweep::backend::Precision;
+use rodsweep::gpu::shader::{
+    Generator, KERNELS, Kernel, Piece, REQUEST_FLOATS, REQUEST_WORDS, Value, WORKGROUP_SIZE, check, settings_members,
+    specialisation,
+};
+use rodsweep::model::{
+    BLOCK, Density, Node, Parameter, Plan, PlanOptions, Profile, RecipeMethod, SampleRecipe, Scene, SegmentKind,
+    Sensitivity, Stepper, Stiffness, Terms,
+};
+
+const IDLE: &str = "@compute @workgroup_size(WORKGROUP)\nfn idle(@builtin(global_invocation_id) id: vec3<u32>) {\n    \
+                    if select_sample(id.x) { store_status(STATUS_OK); }\n}\n";
+
+fn plans() -> Vec<Plan> {
+    let scene = crate::common::scenes::catheter();
+    let mut plans = Vec::new();
+    for stepper in Stepper::ALL {
+        let options = PlanOptions { stepper, ..PlanOptions::default() };
+        plans.push(Plan::single(&scene, &[], options).unwrap());
+        let axes = crate::common::scenes::parameters(&scene, &["coil.current", "loads.tip_force"]);
+        let axes: Vec<_> = axes.into_iter().map(|parameter| vec![parameter]).collect();
+        let wrt = crate::common::scenes::parameters(&scene, &["coil.current", "insertion", "distal.youngs_modulus"]);
+        plans.push(Plan::new(&scene, &axes, &wrt, options).unwrap());
+    }
+    plans
+}
+
+/// The catheter with everything that may vary along its distal segment, and a magnet all along it.
+fn general() -> Scene {
+    let mut scene = crate::common::scenes::catheter();
+    let node = |at: f64, value: f64| Node { at, value: [value; 3] };
+    if let SegmentKind::Flexible(distal) = &mut scene.segments[2].kind {
+        distal.stiffness = Stiffness::Nodes(vec![node(0.0, 3e-7), node(0.033, 1e-7)]);
+        distal.rest_curvature = Profile::Nodes(vec![node(0.0, 3.0), node(0.02, 1.0)]);
+        distal.stiffness_shear = Some([1.0, 2.0]);
+        distal.stiffness_axial = Some(3.0);
+        distal.dipole_per_length = Some([1e-5; 3]);
+        distal.density = Some(Density::Linear(1e-4));
+    }
+    if let SegmentKind::Rigid(coil) = &mut scene.segments[1].kind {
+        coil.mass = Some(1e-5);
+    }
+    scene.loads.gravity = Some([0.0, 0.0, -9.81]);
+    scene
+}
+
+/// Parameters to differentiate by: one of each kind alone, all.
+fn derivatives(scene: &Scene, kinds: &[&str]) -> Vec<Vec<Parameter>> {
+    let mut lists: Vec<Vec<Parameter>> =
+        kinds.iter().map(|name| crate::common::scenes::parameters(scene, &[name])).collect();
+    lists.push(Parameter::all(scene));
+    lists
+}
+
+const KINDS: [&str; 11] = [
+    "insertion",
+    "base.position.x",
+    "base.rotation.y",
+    "field.flux_density.z",
+    "loads.tip_force.x",
+    "loads.tip_moment.y",
+    "loads.distributed_force.z",
+    "distal.length",
+    "distal.rest_curvature.x",
+    "distal.stiffness.bending",
+    "coil.current.y",
+];
+const GENERAL_KINDS: [&str; 7] = [
+    "distal.rest_curvature.node_1.x",
+    "distal.stiffness.node_2.bending",
+    "distal.stiffness_shear",
+    "distal.dipole_per_length.x",
+    "field.flux_density.z",
+    "coil.mass",
+    "distal.length",
+];
+
+#[test]
+fn the_prelude_validates_and_has_the_layout_of_the_host() {
+    for plan in plans() {
+        let piece = Piece { name: "idle.wgsl".into(), text: IDLE.into() };
+        expect_layout(&Kernel::custom("idle", &[piece], &plan).unwrap());
+    }
+}
+
+fn expect_layout(kernel: &Kernel) {
+    let reflection = check(&kernel.source).unwrap_or_else(|error| panic!("{error}\n{}", kernel.source.text));
+    let members = reflection.members("Settings").unwrap();
+    let members: Vec<_> = members.iter().map(|(name, offset)| (name.as_str(), *offset)).collect();
+    assert_eq!(members, settings_members(kernel.precision));
+    let bindings = reflection.bindings();
+    let bindings: Vec<_> = bindings.iter().map(|(group, index, name)| (*group, *index, name.as_str())).collect();
+    assert_eq!(bindings, [(0, 0, "settings"), (0, 1, "constants"), (0, 2, "inputs"), (0, 3, "outputs")]);
+    assert_eq!(reflection.workgroup_size(kernel.entry_point), Some([WORKGROUP_SIZE, 1, 1]));
+    assert_eq!(BLOCK % WORKGROUP_SIZE as usize, 0);
+}
+
+/// A plan as if its samples used these terms and no others.
+fn force_terms(plan: &mut Plan, terms: Terms) {
+    plan.terms = terms;
+    for segment in &mut plan.segments {
+        segment.has_dipole &= terms.dipole;
+        segment.has_magnet &= terms.magnet;
+        segment.shears &= terms.shear;
+        segment.tapers &= terms.taper;
+        segment.curvature_rises &= terms.curvature_rise;
+    }
+}
+
+#[test]
+fn every_kernel_validates_for_every_combination_of_terms() {
+    let scene = general();
+    let mut count = 0;
+    // Every combination of the first five beside all or none of the others, and the other way round.
+    let first = (0..1 << 5).flat_map(|bits| [bits, bits | 0b1111 << 5]);
+    let others = (0..1 << 4).flat_map(|bits| [bits << 5, bits << 5 | 0b11111]);
+    for (number, bits) in first.chain(others).enumerate() {
+        let bit = |k: usize| bits >> k & 1 == 1;
+        let terms = Terms {
+            force: bit(0) || bit(1) || bit(6),
+            load: bit(1),
+            anisotropic: bit(2),
+            tip_moment: bit(3),
+            dipole: bit(4),
+            magnet: bit(5),
+            shear: bit(6),
+            taper: bit(7),
+            curvature_rise: bit(8),
+        };
+        let stepper = Stepper::ALL[number % 2];
+        for sensitivity in [Sensitivity::Auto, Sensitivity::Reciprocity, Sensitivity::Forward] {
+            let wrt = if sensitivity == Sensitivity::Auto { Vec::new() } else { Parameter::all(&scene) };
+            let options = PlanOptions { stepper, sensitivity, ..PlanOptions::default() };
+            let mut plan = Plan::single(&scene, &wrt, options).unwrap();
+            plan.scene.rigid_force_arm = number % 3 != 0;
+            force_terms(&mut plan, terms);
+            validate(&plan);
+            count += 1;
+        }
+    }
+    assert_eq!(count, (2 * 32 + 2 * 16) * 3);
+}
+
+#[test]
+fn every_kernel_validates_for_every_kind_of_derivative() {
+    for sensitivity in [Sensitivity::Forward, Sensitivity::Reciprocity] {
+        for plan in plans() {
+            for wrt in derivatives(&plan.scene, &KINDS) {
+                let options = PlanOptions { sensitivity, ..plan.options };
+                validate(&Plan::new(&plan.scene, &plan.axes, &wrt, options).unwrap());
+            }
+        }
+        let scene = general();
+        for wrt in derivatives(&scene, &GENERAL_KINDS) {
+            let options = PlanOptions { stepper: Stepper::Rk4, sensitivity, ..PlanOptions::default() };
+            // Some of all parameters follow from others and cannot be swept.
+            let swept = if wrt.len() > 3 { &[][..] } else { &wrt };
+            let axes: Vec<_> = swept.iter().map(|parameter| vec![*parameter]).collect();
+            validate(&Plan::new(&scene, &axes, &wrt, options).unwrap());
+            validate(&Plan::single(&scene, &wrt, options).unwrap());
+        }
+    }
+}
+
+#[test]
+fn a_free_distal_part_validates() {
+    let mut scene = crate::common::scenes::catheter();
+    scene.loads.tip_force = None;
+    for names in [&[][..], &["coil.current"], &["insertion", "coil.current", "distal.stiffness.bending"]] {
+        for sensitivity in [Sensitivity::Forward, Sensitivity::Reciprocity] {
+            let options = PlanOptions { sensitivity, ..PlanOptions::default() };
+            let plan = Plan::single(&scene, &crate::common::scenes::parameters(&scene, names), options).unwrap();
+            assert!(plan.free.is_some());
+            validate(&plan);
+        }
+    }
+}
+
+#[test]
+fn a_rod_of_one_segment_and_one_of_many_validate() {
+    let mut scene = crate::common::scenes::catheter();
+    let segments = scene.segments.clone();
+    scene.segments.truncate(1);
+    validate(&Plan::single(&scene, &Parameter::all(&scene), PlanOptions::default()).unwrap());
+    scene.segments.clear();
+    for k in 0..12 {
+        let mut segment = segments[k % 2].clone();
+        segment.name = format!("segment{k}");
+        scene.segments.push(segment);
+    }
+    validate(&Plan::single(&scene, &Parameter::all(&scene), PlanOptions::default()).unwrap());
+}
+
+fn validate(plan: &Plan) {
+    for entry in KERNELS {
+        for precision in [Precision::F32, Precision::F64] {
+            let kernel = Kernel::new(entry, plan, precision).unwrap();
+            if let Err(error) = check(&kernel.source) {
+                panic!("{precision}: {error}\n{:?} {:?}", plan.terms, plan.options);
+            }
+            expect_layout(&kernel);
+        }
+    }
+}
+
+/// A recipe of each method for two axes.
+fn recipes() -> [SampleRecipe; 4] {
+    let methods = [
+        RecipeMethod::Grid(vec![vec![-0.1, 0.0, 0.1], vec![0.0, 0.2]]),
+        RecipeMethod::Sobol { directions: vec![vec![1 << 31; 32]; 2], keys: vec![1, 2] },
+        RecipeMethod::LatinHypercube { rounds: vec![[1, 2, 3, 4, 5, 6]; 2], jitter: vec![7, 8] },
+        RecipeMethod::Uniform(vec![1, 2]),
+    ];
+    methods.map(|method| SampleRecipe { method, ranges: vec![(-0.1, 0.1), (0.0, 0.2)], sample_count: 6 })
+}
+
+#[test]
+fn kernels_that_make_and_count_samples_validate_and_have_the_layout_of_the_host() {
+    let scene = crate::common::scenes::catheter();
+    let axes = crate::common::scenes::parameters(&scene, &["coil.current.x", "loads.tip_force.y"]);
+    let axes: Vec<_> = axes.into_iter().map(|parameter| vec![parameter]).collect();
+    let plan = Plan::new(&scene, &axes, &[], PlanOptions::default()).unwrap();
+    let bindings_of = |kernel: &Kernel| {
+        let reflection = check(&kernel.source).unwrap_or_else(|error| panic!("{error}\n{}", kernel.source.text));
+        assert_eq!(reflection.workgroup_size(kernel.entry_point), Some([WORKGROUP_SIZE, 1, 1]));
+        let names = reflection.bindings().into_iter().map(|(_, _, name)| name).collect::<Vec<_>>().join(" ");
+        (reflection, names)
+    };
+    for precision in [Precision::F32, Precision::F64] {
+        for recipe in recipes() {
+            let generator = Generator::new(&plan, &recipe).unwrap();
+            let (_, names) = bindings_of(&Kernel::generate(&plan, &generator, precision).unwrap());
+            assert_eq!(names, "range recipe tables inputs");
+        }
+        let (reflection, names) = bindings_of(&Kernel::reduce(&plan, precision).unwrap());
+        assert_eq!(names, "request outputs tally returned voxels");
+        let size = precision.size();
+        let floats = REQUEST_FLOATS.iter().enumerate().map(|(at, name)| (name.to_string(), at * size));
+        let words = (0..).zip(REQUEST_WORDS).map(|(at, name)| (name.to_string(), REQUEST_FLOATS.len() * size + 4 * at));
+        assert_eq!(reflection.members("Request").unwrap(), floats.chain(words).collect::<Vec<_>>());
+    }
+}
+
+#[test]
+fn what_the_device_cannot_make_is_declined_with_a_reason() {
+    let scene = crate::common::scenes::catheter();
+    let refused = |names: &[&str], range: (f64, f64)| {
+        let parameters = crate::common::scenes::parameters(&scene, names);
+        let axes: Vec<_> = parameters.into_iter().map(|parameter| vec![parameter]).collect();
+        let plan = Plan::new(&scene, &axes, &[], PlanOptions::default()).unwrap();
+        let method = RecipeMethod::Uniform(vec![1; axes.len()]);
+        Generator::new(&plan, &SampleRecipe { method, ranges: vec![range; axes.len()], sample_count: 9 }).unwrap_err()
+    };
+    assert_eq!(refused(&["base.rotation.x"], (0.0, 1.0)), "an input is no linear function of the axes");
+    assert_eq!(refused(&["distal.length"], (-0.1, 0.1)), "some of its samples make no rod");
+    // The same as a grid is no trouble: its values are tabulated.
+    let axes =
+        crate::common::scenes::parameters(&scene, &["base.rotation"]).into_iter().map(|p| vec![p]).collect::<Vec<_>>();
+    let plan = Plan::new(&scene, &axes, &[], PlanOptions::default()).unwrap();
+    let method = RecipeMethod::Grid(vec![vec![-0.1, 0.2, 0.5]; 3]);
+    Generator::new(&plan, &SampleRecipe { method, ranges: vec![(-0.1, 0.5); 3], sample_count: 27 }).unwrap();
+}
+
+#[test]
+fn a_plan_names_its_terms() {
+    let plan = &plans()[1];
+    let terms = specialisation(plan, Precision::F32).terms;
+    let holds = |name: &str| terms[name];
+    assert!(holds("DIPOLE") && holds("FORCE") && holds("RECIPROCITY") && !holds("LOAD"));
+    assert!(holds("FLEXIBLE[0]") && !holds("FLEXIBLE[1]"));
+    assert!(holds("WANT_INSERTION") && holds("WANT_DIPOLE") && holds("WANT_STIFFNESS"));
+    assert!(!holds("WANT_TIP_FORCE") && !holds("WANT_LENGTH"));
+    assert!(holds("COLLECT_STRAIN") && holds("COLLECT_DIPOLE") && !holds("COLLECT_LOAD") && !holds("COLLECT_FIELD"));
+    assert!(!holds("FORWARD") && !holds("FREE"));
+    // Flexible, rigid, flexible with integrals.
+    assert_eq!(specialisation(plan, Precision::F32).constants["FLAGS"], Value::u32_array([1, 0, 17]));
+    assert!(holds("A[0][1][0]") && !holds("A[0][2][0]") && holds("B[0][3]"));
+}

@@ -1,0 +1,34 @@
+//! House rules of `src/ARCHITECTURE.md`, kept by machine.
+
+mod circles;
+mod layering;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Folders of sources.
+const FOLDERS: [&str; 5] = ["src", "shaders", "crates/kernels/src", "crates/bench/src", "crates/cli/src"];
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// Every Rust and WGSL file, from the root, sorted.
+fn all_sources() -> Vec<String> {
+    let mut files = Vec::new();
+    FOLDERS.iter().for_each(|folder| sources(Path::new(folder), &mut files));
+    files.sort();
+    files
+}
+
+fn sources(folder: &Path, found: &mut Vec<String>) {
+    let root = root();
+    for entry in fs::read_dir(root.join(folder)).expect("a folder").flatten() {
+        let path = folder.join(entry.file_name());
+        if entry.path().is_dir() {
+            sources(&path, found);
+        } else if path.extension().is_some_and(|extension| extension == "rs" || extension == "wgsl") {
+            found.push(path.to_string_lossy().replace('\\', "/"));
+        }
+    }
+}

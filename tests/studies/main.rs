@@ -1,0 +1,12 @@
+//! Questions to a rod: one equilibrium, a trajectory, a shape that was measured; and their figures.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod control;
+mod control_windows;
+mod controllers;
+mod figures;
+mod fit;
+mod solve;
+mod targets;

@@ -1,0 +1,81 @@
+//! Targets that searches find hard: near the rod's axis, where J is singular.
+
+use crate::common::root;
+use crate::controllers::cpu;
+use rodsweep::input::read_scene;
+use rodsweep::model::{Parameter, Scene, Stepper, Vector};
+use rodsweep::spec::{ControlInput, Target};
+use rodsweep::study::{ControlOptions, Controller, Outcome, TargetOptions, TargetResult, play};
+use rodsweep_bench::random::Random;
+
+const LIMIT: f64 = 0.3;
+
+fn scene(name: &str) -> Scene {
+    read_scene(&root().join("sweeps/scenes").join(name)).expect("the scene")
+}
+
+fn currents(scene: &Scene) -> Vec<Parameter> {
+    Parameter::parse(scene, "coil.current").expect("currents")
+}
+
+fn reach(scene: &Scene, coordinates: [bool; 3], targets: &[Target], options: &TargetOptions) -> Vec<TargetResult> {
+    let input = |parameter| ControlInput::within(parameter, LIMIT);
+    let inputs: Vec<ControlInput> = currents(scene).into_iter().map(input).collect();
+    let control = ControlOptions::default().with_coordinates(coordinates);
+    let control = Controller::new(scene, &inputs, control, Stepper::Dop853, &mut cpu).expect("a controller");
+    let mut control = control.for_targets(&mut cpu).expect("a controller");
+    control.reach(targets, options, &mut |_| {}).expect("points")
+}
+
+/// Tips of random permitted currents, at most 8 mm from the axis.
+fn near_the_axis(scene: &Scene) -> Vec<Target> {
+    let mut random = Random(5);
+    let commands: Vec<Vec<f64>> = (0..20_000).map(|_| random.vector(LIMIT).to_vec()).collect();
+    let tips = play(scene, &currents(scene), &commands, &mut cpu).expect("tips");
+    let near = |tip: &Vector| tip[0].hypot(tip[1]) < 8e-3;
+    tips.into_iter().flatten().filter(near).map(Target::at).collect()
+}
+
+/// Tips of permitted currents where J has one large and one weak direction, of a twenty-thousandth: what is missing is
+/// found along the weak one.
+const WEAK: [Vector; 3] = [
+    [-0.0006523778911778792, 0.002924912303866696, 0.0942393737901146],
+    [-0.0007136588875228899, 0.0030175489446134245, 0.09423630036828465],
+    [-0.0008086869134166676, 0.003074403983280887, 0.09423313140982921],
+];
+
+#[test]
+fn a_weak_direction_is_followed() {
+    let targets = WEAK.map(Target::at);
+    for point in reach(&scene("p6.toml"), [true; 3], &targets, &TargetOptions::default()) {
+        assert!(point.outcome == Outcome::Reached && point.iterations < 300, "{point:?}");
+    }
+}
+
+/// A tip of permitted currents near a fold, where the coarse grid of a few steps has another equilibrium.
+const NEAR_A_FOLD: Vector = [-0.03693269796929339, 0.06375451929617514, 0.030298580684696777];
+
+#[test]
+fn a_target_near_a_fold_is_reached() {
+    let targets = [Target::at(NEAR_A_FOLD)];
+    for point in reach(&scene("p6.toml"), [true; 3], &targets, &TargetOptions::default()) {
+        assert!(point.outcome == Outcome::Reached && point.from_rest, "{point:?}");
+    }
+}
+
+#[test]
+fn nearly_all_targets_near_the_axis_are_reached() {
+    let scene = scene("p6.toml");
+    let targets = near_the_axis(&scene);
+    assert!(targets.len() > 2000, "{}", targets.len());
+    let missed = |further: usize| {
+        let options = TargetOptions::default().with_further(further);
+        let points = reach(&scene, [true; 3], &targets, &options);
+        let missed: Vec<TargetResult> = points.into_iter().filter(|p| p.outcome != Outcome::Reached).collect();
+        assert!(missed.iter().all(|point| point.residual < 1e-3), "{missed:?}");
+        missed.len()
+    };
+    let (few, many) = (missed(TargetOptions::default().further), missed(0));
+    eprintln!("{} targets near the axis: {few} missed, {many} without further starts", targets.len());
+    assert!(few * 1000 <= targets.len() && many > 3 * few, "{few}, {many}");
+}
