@@ -9,7 +9,6 @@ mod experiment;
 mod experiment_text;
 mod fit;
 mod replay;
-mod shape;
 mod simulate;
 mod solve;
 
@@ -21,11 +20,10 @@ pub use control::{
 pub use experiment::{Experiment, ExperimentRun, MEASURED, Measured, PlayedTrajectory};
 pub use fit::{Direction, Fit, FitError, FitJob, FittedParameter, Strength};
 pub use replay::{Replay, ReplayComparison};
-pub use shape::{Shape, evenly_spaced};
 pub use simulate::{CommandedPath, Imperfection, Simulation, TRIALS, play, simulate};
 pub use solve::{
-    AllBranches, Explanation, FoundBranch, Jacobian, PlannedPass, PlannedPiece, Rows, Solve, SolveError, Solved,
-    check_tolerance,
+    AllBranches, Explanation, FoundBranch, Jacobian, PlannedPass, PlannedPiece, Rows, Shape, Solve, SolveError, Solved,
+    check_tolerance, evenly_spaced,
 };
 
 use crate::backend::{Backend, BackendError};

@@ -1,13 +1,11 @@
 //! `rodsweep control`: the currents that drive the tip along a trajectory, or to many targets at once.
 
-use super::args::{ControlArguments, RedundancyName, positive_length};
+use super::args::ControlArguments;
+use super::control_job::job;
 use super::control_output::Outputs;
-use super::{CommandError, Exit, experiment, print, replay, say, simulate};
+use super::{CommandError, Exit, experiment, print, replay, say, say_notes, simulate};
 use rodsweep::figures::draw_control;
-use rodsweep::input::{parse_coordinates, read_scene, read_trajectory, scene_notes};
-use rodsweep::model::Scene;
-use rodsweep::spec::Redundancy;
-use rodsweep::study::{ControlEvent, ControlJob};
+use rodsweep::input::{read_scene, read_trajectory};
 
 pub fn control(arguments: &ControlArguments) -> Result<Exit, CommandError> {
     let scene = read_scene(&arguments.scene)?;
@@ -51,43 +49,4 @@ pub fn control(arguments: &ControlArguments) -> Result<Exit, CommandError> {
         }
         _ => Exit::Done,
     })
-}
-
-/// What is odd about a scene.
-pub fn say_notes(scene: &Scene) {
-    scene_notes(scene).iter().for_each(|note| say(&format!("note: {note}")));
-}
-
-/// What the arguments ask for.
-pub fn job(scene: Scene, arguments: &ControlArguments) -> Result<ControlJob, CommandError> {
-    let mut job = ControlJob::new(scene).engine(arguments.engine.request()).on_event(say_event);
-    for text in &arguments.input {
-        job = job.input(text).map_err(|error| CommandError::Usage(format!("`--input {text}`: {error}")))?;
-    }
-    if let Some(names) = &arguments.coordinates {
-        let names: Vec<&str> = names.iter().map(String::as_str).collect();
-        let coordinates = parse_coordinates(&names);
-        let wrong = |error| CommandError::Usage(format!("`--coordinates`: {error}"));
-        job = job.coordinates(coordinates.map_err(wrong)?);
-    }
-    if let Some(text) = &arguments.tolerance {
-        job = job.tolerance(positive_length("--tolerance", text, "0.1 um").map_err(CommandError::Usage)?);
-    }
-    match arguments.redundancy {
-        Some(RedundancyName::LeastChange) => job = job.redundancy(Redundancy::LeastChange),
-        Some(RedundancyName::LeastCurrent) => job = job.redundancy(Redundancy::LeastCurrent),
-        None => {}
-    }
-    Ok(job)
-}
-
-fn say_event(event: &ControlEvent) {
-    match event {
-        ControlEvent::EveryCurrent { limit } => {
-            say(&format!("note: every current is commanded, within ±{limit} A; `--input` says otherwise"));
-        }
-        ControlEvent::Ended { ended, targets } => say(&format!("{ended} of {targets} targets ended")),
-        ControlEvent::Played { name } => say(&format!("{name}: played")),
-        _ => {}
-    }
 }

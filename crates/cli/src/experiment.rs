@@ -1,9 +1,9 @@
 //! `rodsweep control --experiment`: the paper's experiment, simulated, beside what it measured.
 
 use super::args::ControlArguments;
-use super::control::{job, say_notes};
+use super::control_job::job;
 use super::control_output::Outputs;
-use super::{CommandError, Exit, print, say};
+use super::{CommandError, Exit, print, say, say_notes};
 use rodsweep::figures::ExperimentFigure;
 use rodsweep::model::Scene;
 use rodsweep::report;

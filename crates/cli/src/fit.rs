@@ -1,8 +1,7 @@
 //! `rodsweep fit`: numbers of a scene from observed shapes, with intervals, and what cannot be told apart.
 
 use super::args::{FitArguments, positive_length};
-use super::control::say_notes;
-use super::{CommandError, Exit, print, say};
+use super::{CommandError, Exit, print, say, say_notes};
 use rodsweep::figures;
 use rodsweep::input::{read_scene, read_shapes, write_scene};
 use rodsweep::report::{self, ImageFormat};

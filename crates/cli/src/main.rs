@@ -5,6 +5,7 @@
 mod args;
 mod bench;
 mod control;
+mod control_job;
 mod control_output;
 mod directory;
 mod doctor;
@@ -22,9 +23,9 @@ mod verify;
 use args::{Arguments, Command};
 use clap::{CommandFactory, Parser};
 use rodsweep::backend::BackendError;
-use rodsweep::model::PlanError;
 use rodsweep::figures::RunFiguresError;
-use rodsweep::input::{AssignError, InputError};
+use rodsweep::input::{AssignError, InputError, scene_notes};
+use rodsweep::model::{PlanError, Scene};
 use rodsweep::report::ReportError;
 use rodsweep::results::ResultsError;
 use rodsweep::study::{ControlError, FitError};
@@ -148,4 +149,9 @@ fn print(text: &str) -> Result<(), CommandError> {
 /// Writes a line to the standard error; a closed one is no reason to stop.
 fn say(line: &str) {
     let _ = writeln!(std::io::stderr().lock(), "{line}");
+}
+
+/// What is odd about a scene.
+fn say_notes(scene: &Scene) {
+    scene_notes(scene).iter().for_each(|note| say(&format!("note: {note}")));
 }

@@ -1,9 +1,8 @@
 //! `rodsweep control --replay`: recorded currents through the model, beside the tips that were observed.
 
 use super::args::ControlArguments;
-use super::control::say_notes;
 use super::control_output::Outputs;
-use super::{CommandError, Exit, print, say};
+use super::{CommandError, Exit, print, say, say_notes};
 use rodsweep::input::{read_input_table, read_observed_tips};
 use rodsweep::model::Scene;
 use rodsweep::study::{Agreement, ControlError, Replay, ReplayComparison};

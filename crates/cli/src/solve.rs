@@ -1,8 +1,8 @@
 //! `rodsweep solve`: one equilibrium with its Jacobian.
 
 use super::args::SolveArguments;
-use super::{CommandError, Exit, flags, print, say};
-use rodsweep::input::{Dimension, assign, parse_quantity, read_scene, scene_notes};
+use super::{CommandError, Exit, flags, print, say, say_notes};
+use rodsweep::input::{Dimension, assign, parse_quantity, read_scene};
 use rodsweep::report::ImageFormat;
 use rodsweep::study::{Solve, SolveError, Solved, check_tolerance, evenly_spaced};
 use rodsweep::{figures, report};
@@ -18,9 +18,7 @@ pub fn solve(arguments: &SolveArguments) -> Result<Exit, CommandError> {
         Some(text) => Some(arc_lengths(text, scene.total_length())?),
         None => None,
     };
-    for note in scene_notes(&scene) {
-        say(&format!("note: {note}"));
-    }
+    say_notes(&scene);
     let mut task = Solve::new(scene).tolerance(arguments.tolerance).engine(arguments.engine.request());
     if let Some(names) = &arguments.wrt {
         task = task.wrt(names);

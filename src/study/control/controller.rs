@@ -1,18 +1,17 @@
 //! A rod with its inputs and the engines that solve it.
 
 use super::descent::{Descent, State};
-use super::engines::{SHARE, STEPS, Search};
-use super::least_squares::{Inputs, norm2};
+use super::engines::{Engines, SHARE, STEPS};
+use super::inputs::{Inputs, MOST_INPUTS};
+use super::least_squares::norm2;
 use super::task::Task;
 use super::{ControlError, ControlOptions, Outcome, TargetResult};
-use crate::backend::{Backend, Precision};
+use crate::backend::Precision;
 use crate::model::{Parameter, Plan, PlanOptions, Quantity, Scene, Stepper};
 use crate::spec::ControlInput;
 use crate::study::MakeEngine;
 use std::sync::Arc;
 
-/// Most inputs of one controller: three coil sets and insertion.
-pub const MOST_INPUTS: usize = 10;
 /// Tips nearer than this, over the rod's length, are one equilibrium.
 const SAME: f64 = 1e-6;
 const SAME_F32: f64 = 1e-4;
@@ -22,14 +21,7 @@ const NOISE_F32: f64 = 4e-6;
 /// A rod with its inputs, ready to be controlled.
 pub struct Controller {
     pub(super) task: Arc<Task>,
-    /// From rest; its axes are the inputs, its derivatives by them.
-    pub(super) plan: Plan,
-    pub(super) rest: Box<dyn Backend>,
-    /// At growing resolutions, the last that of the plan.
-    pub(super) searches: Vec<Search>,
-    /// The one in use.
-    pub(super) resolution: usize,
-    pub(super) precision: Precision,
+    pub(super) engines: Engines,
 }
 
 impl Controller {
@@ -65,37 +57,50 @@ impl Controller {
         for (z, input) in home.iter_mut().zip(inputs) {
             *z = input.parameter.get(scene).clamp(input.low, input.high) / (0.5 * (input.high - input.low));
         }
-        let mut control = Controller {
-            task: Arc::new(Task {
-                inputs: inputs.to_vec(),
-                options,
-                unit: plan.units.moment(),
-                length: scene.total_length(),
-                home,
-            }),
-            rest: make(&plan)?,
-            searches: Vec::new(),
-            resolution: 0,
-            plan,
-            precision: Precision::F64,
+        let rest = make(&plan)?;
+        let length = scene.total_length();
+        let tolerance = match rest.info().precision {
+            Precision::F32 => options.tolerance.max(NOISE_F32 * length),
+            Precision::F64 => options.tolerance,
         };
-        control.precision = control.rest.info().precision;
-        if control.precision == Precision::F32 {
-            Arc::make_mut(&mut control.task).options.tolerance =
-                options.tolerance.max(NOISE_F32 * scene.total_length());
-        }
-        control.refine(make)?;
-        Ok(control)
+        let options = options.with_tolerance(tolerance);
+        let task = Arc::new(Task { inputs: inputs.to_vec(), options, unit: plan.units.moment(), length, home });
+        Ok(Controller { engines: Engines::refined(Arc::clone(&task), plan, rest, make)?, task })
+    }
+
+    /// Makes trajectories quick and thorough: an engine for single searches, where that for many leaves most of itself
+    /// idle; engines of fewer steps, for rods that bend less than the limits permit; one of more, where points are missed.
+    ///
+    /// # Errors
+    ///
+    /// An engine that cannot be used.
+    pub fn for_trajectories(
+        mut self,
+        many: &mut MakeEngine,
+        single: &mut MakeEngine,
+    ) -> Result<Controller, ControlError> {
+        self.engines.add_for_trajectories(many, single)?;
+        Ok(self)
+    }
+
+    /// Makes targets thorough: an engine of more steps, for those that are missed by little.
+    ///
+    /// # Errors
+    ///
+    /// An engine that cannot be used.
+    pub fn for_targets(mut self, make: &mut MakeEngine) -> Result<Controller, ControlError> {
+        self.engines.add_for_targets(make)?;
+        Ok(self)
     }
 
     /// The plan from rest: its axes are the inputs, its derivatives are by them.
     pub fn plan(&self) -> &Plan {
-        &self.plan
+        &self.engines.plan
     }
 
     /// The engine that solves, for a person.
     pub fn engine(&self) -> String {
-        self.searches[self.resolution].engine.info().to_string()
+        self.engines.name()
     }
 
     /// What is commanded, within which limits.
@@ -109,14 +114,14 @@ impl Controller {
     }
 
     fn same(&self) -> f64 {
-        let share = if self.precision == Precision::F32 { SAME_F32 } else { SAME };
-        share * self.plan.scene.total_length()
+        let share = if self.engines.precision == Precision::F32 { SAME_F32 } else { SAME };
+        share * self.task.length
     }
 
     /// What came of ended searches; asks where the equilibria from rest with the same inputs are.
     pub(super) fn results(&mut self, ended: &[Descent]) -> Result<Vec<TargetResult>, ControlError> {
         let rows: Vec<Inputs> = ended.iter().map(|descent| descent.at.z).collect();
-        let solutions = self.solve_from_rest(&rows)?;
+        let solutions = self.engines.solve_from_rest(&rows)?;
         let result = |(row, descent): (usize, &Descent)| {
             let at = &descent.at;
             let tip = solutions.vector(row, Quantity::TipPosition);
@@ -141,7 +146,7 @@ impl Controller {
 
     /// A state from rest at some inputs.
     pub(super) fn start(&mut self, z: Inputs) -> Result<State, ControlError> {
-        let solutions = self.solve_from_rest(&[z])?;
+        let solutions = self.engines.solve_from_rest(&[z])?;
         match solutions.status(0) {
             status if status.is_success() => Ok(State::new(&self.task, z, &solutions, 0)),
             status => Err(ControlError::NoStart { status: status.name() }),

@@ -3,9 +3,10 @@
 //! A state machine, so that one loop serves a trajectory and a hundred thousand targets: `propose` says where to solve
 //! next, `judge` takes what came back. Inputs are scaled by half their range; the damping follows the gain.
 
-use super::least_squares::{Columns, Inputs, LEAST_DAMPING, NormalEquations, ROWS, dot, norm2};
+use super::Outcome;
+use super::inputs::{Inputs, MOST_INPUTS};
+use super::least_squares::{Columns, LEAST_DAMPING, NormalEquations, ROWS, dot, norm2};
 use super::task::Task;
-use super::{MOST_INPUTS, Outcome};
 use crate::model::{Quantity, Solutions, Vector};
 use crate::spec::{Redundancy, Target};
 

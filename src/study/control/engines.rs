@@ -1,11 +1,11 @@
 //! The engines of a controller: from rest, and from given base moments at the resolutions that it may need.
 
-use super::least_squares::Inputs;
+use super::inputs::Inputs;
 use super::task::Task;
-use super::{ControlError, Controller};
 use crate::backend::{Backend, BackendError, Precision};
 use crate::model::{Batch, Plan, PlanOptions, Quantity, Solutions, Stepper, Vector};
 use crate::study::MakeEngine;
+use std::sync::Arc;
 
 /// Resolutions that are tried, and the inputs they are tried at.
 pub(super) const STEPS: [usize; 11] = [2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64];
@@ -17,16 +17,52 @@ const CAREFUL_STEPS: usize = 16;
 pub(super) const SHARE: f64 = 0.5;
 
 /// Looks for equilibria near given base moments.
-pub(super) struct Search {
+struct Search {
     plan: Plan,
-    pub engine: Box<dyn Backend>,
+    engine: Box<dyn Backend>,
     /// For one at a time.
     single: Option<Box<dyn Backend>>,
 }
 
-impl Controller {
+/// The engines of one controller.
+pub(super) struct Engines {
+    task: Arc<Task>,
+    /// From rest; its axes are the inputs, its derivatives by them.
+    pub plan: Plan,
+    rest: Box<dyn Backend>,
+    pub precision: Precision,
+    /// At growing resolutions, the last that of the plan or one of more steps.
+    searches: Vec<Search>,
+    /// The one in use.
+    pub resolution: usize,
+}
+
+impl Engines {
+    /// For a plan and its engine, with as many steps as the tolerance takes.
+    pub(crate) fn refined(
+        task: Arc<Task>,
+        plan: Plan,
+        rest: Box<dyn Backend>,
+        make: &mut MakeEngine,
+    ) -> Result<Engines, BackendError> {
+        let precision = rest.info().precision;
+        let mut engines = Engines { task, plan, rest, precision, searches: Vec::new(), resolution: 0 };
+        engines.refine(make)?;
+        Ok(engines)
+    }
+
+    /// That in use, for a person.
+    pub(crate) fn name(&self) -> String {
+        self.searches[self.resolution].engine.info().to_string()
+    }
+
+    /// The highest resolution.
+    pub(crate) fn finest(&self) -> usize {
+        self.searches.len() - 1
+    }
+
     /// More steps, until those of the probes that are solved have small errors, or more steps do not help.
-    pub(super) fn refine(&mut self, make: &mut MakeEngine) -> Result<(), ControlError> {
+    fn refine(&mut self, make: &mut MakeEngine) -> Result<(), BackendError> {
         let tolerance = self.fine_enough();
         let probes: Vec<Inputs> = (0..PROBES).map(|k| self.task.lattice(k)).collect();
         let mut least = f64::INFINITY;
@@ -56,36 +92,27 @@ impl Controller {
         STEPS.into_iter().filter(move |steps| *steps >= fewest)
     }
 
-    /// Makes trajectories quick and thorough: an engine for single searches, where that for many leaves most of itself
-    /// idle; engines of fewer steps, for rods that bend less than the limits permit; one of more, where points are missed.
-    ///
-    /// # Errors
-    ///
-    /// An engine that cannot be used.
-    pub fn for_trajectories(
-        mut self,
+    /// One for single searches, ones of fewer steps, and where points may be missed one of more.
+    pub(crate) fn add_for_trajectories(
+        &mut self,
         many: &mut MakeEngine,
         single: &mut MakeEngine,
-    ) -> Result<Controller, ControlError> {
+    ) -> Result<(), BackendError> {
         let most = self.plan.options.steps;
         self.searches.clear();
         for steps in self.resolutions().filter(|steps| *steps <= most).chain(self.careful_steps()) {
             self.searches.push(self.search(steps, many, Some(single))?);
         }
         self.resolution = self.searches.iter().position(|search| search.plan.options.steps == most).unwrap_or(0);
-        Ok(self)
+        Ok(())
     }
 
-    /// Makes targets thorough: an engine of more steps, for those that are missed by little.
-    ///
-    /// # Errors
-    ///
-    /// An engine that cannot be used.
-    pub fn for_targets(mut self, make: &mut MakeEngine) -> Result<Controller, ControlError> {
+    /// One of more steps, for targets that are missed by little.
+    pub(crate) fn add_for_targets(&mut self, make: &mut MakeEngine) -> Result<(), BackendError> {
         if let Some(steps) = self.careful_steps() {
             self.searches.push(self.search(steps, make, None)?);
         }
-        Ok(self)
+        Ok(())
     }
 
     fn careful_steps(&self) -> Option<usize> {
@@ -104,12 +131,12 @@ impl Controller {
     }
 
     /// Error of the integration that is small beside the tolerance, over the rod's length.
-    pub(super) fn fine_enough(&self) -> f64 {
+    pub(crate) fn fine_enough(&self) -> f64 {
         SHARE * self.task.options.tolerance / self.task.length
     }
 
     /// Equilibria from rest.
-    pub(super) fn solve_from_rest(&mut self, rows: &[Inputs]) -> Result<Solutions, BackendError> {
+    pub(crate) fn solve_from_rest(&mut self, rows: &[Inputs]) -> Result<Solutions, BackendError> {
         let mut all = Solutions::new(&self.plan, rows.len());
         let size = self.rest.batch_size();
         let task = &self.task;
@@ -122,7 +149,7 @@ impl Controller {
     }
 
     /// Equilibria near given base moments.
-    pub(super) fn continued(&mut self, rows: &[(Inputs, Vector)], found: &mut Solutions) -> Result<(), BackendError> {
+    pub(crate) fn continued(&mut self, rows: &[(Inputs, Vector)], found: &mut Solutions) -> Result<(), BackendError> {
         let Search { plan, engine, single } = &mut self.searches[self.resolution];
         let engine = single.as_mut().filter(|_| rows.len() == 1).unwrap_or(engine);
         let size = engine.batch_size();

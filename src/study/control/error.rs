@@ -1,6 +1,6 @@
 //! Why a rod cannot be controlled, or commands not be played.
 
-use super::controller::MOST_INPUTS;
+use super::inputs::MOST_INPUTS;
 use crate::backend::BackendError;
 use crate::model::PlanError;
 

@@ -1,6 +1,6 @@
 //! Damped least squares for a few scaled inputs and at most six residuals.
 
-use super::MOST_INPUTS;
+use super::inputs::{Inputs, MOST_INPUTS};
 
 /// Rows of a residual: position, tangent.
 pub(super) const ROWS: usize = 6;
@@ -8,8 +8,6 @@ pub(super) const ROWS: usize = 6;
 /// being taken for one in which it can.
 pub(super) const LEAST_DAMPING: f64 = 1e-6;
 
-/// Inputs over half their range.
-pub(super) type Inputs = [f64; MOST_INPUTS];
 /// Derivatives of a residual's rows by the scaled inputs [m].
 pub(super) type Columns = [[f64; ROWS]; MOST_INPUTS];
 

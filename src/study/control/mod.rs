@@ -9,6 +9,7 @@ mod controller;
 mod descent;
 mod engines;
 mod error;
+mod inputs;
 mod job;
 mod least_squares;
 mod options;
@@ -21,8 +22,9 @@ mod text;
 mod trajectory;
 mod window;
 
-pub use controller::{Controller, MOST_INPUTS};
+pub use controller::Controller;
 pub use error::ControlError;
+pub use inputs::MOST_INPUTS;
 pub use job::{CURRENT_LIMIT, ControlEvent, ControlJob};
 pub use options::{ControlOptions, TargetOptions};
 pub use run::{ControlRun, Outcome, TargetResult};

@@ -1,6 +1,6 @@
 //! What came of a trajectory or of many targets.
 
-use super::{ControlOptions, ControlSummary};
+use super::ControlOptions;
 use crate::model::{Parameter, Scene, Vector};
 use crate::spec::{ControlInput, Target, Trajectory};
 
@@ -148,11 +148,6 @@ impl ControlRun {
         let values = self.inputs.iter().map(|input| input.parameter).zip(result.inputs.iter().copied());
         Parameter::set_all(&mut scene, values).ok()?;
         Some(scene)
-    }
-
-    /// The numbers that sum a run up.
-    pub fn summary(&self) -> ControlSummary {
-        ControlSummary::of(self)
     }
 
     /// One value a target, and on a closed trajectory the first of them once more at the end.

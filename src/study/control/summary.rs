@@ -1,7 +1,6 @@
 //! The numbers that sum up a run of control.
 
-use super::run::median_step;
-use super::{ControlRun, Outcome, TargetResult};
+use super::run::{ControlRun, Outcome, TargetResult, median_step};
 
 /// The numbers that sum up a run of control.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,8 +26,15 @@ pub struct ControlSummary {
     pub median_seconds_a_step: f64,
 }
 
+impl ControlRun {
+    /// The numbers that sum a run up.
+    pub fn summary(&self) -> ControlSummary {
+        ControlSummary::of(self)
+    }
+}
+
 impl ControlSummary {
-    pub(super) fn of(run: &ControlRun) -> ControlSummary {
+    fn of(run: &ControlRun) -> ControlSummary {
         let results = run.results();
         let is_reached = |result: &&TargetResult| result.outcome == Outcome::Reached;
         let is_missed = |result: &&TargetResult| !is_reached(result);

@@ -2,6 +2,7 @@
 //! stay as they are.
 
 use super::descent::{Descent, State};
+use super::inputs::MOST_INPUTS;
 use super::least_squares::norm2;
 use super::task::Task;
 use super::{ControlError, Controller, Outcome, TargetOptions, TargetResult};
@@ -33,7 +34,7 @@ impl Controller {
         let table = self.table(options.table)?;
         let task = Arc::clone(&self.task);
         let task = &*task;
-        let little = LITTLE * self.plan.scene.total_length();
+        let little = LITTLE * self.task.length;
         let start = |target: &Target, attempt: usize| {
             // Of those farther apart the first has been tried.
             let (rank, apart) = match attempt.checked_sub(options.attempts) {
@@ -80,8 +81,9 @@ impl Controller {
     fn look_closely(&mut self, results: &mut [TargetResult], little: f64) -> Result<(), ControlError> {
         let wanting = |i: &usize| results[*i].outcome != Outcome::Reached && results[*i].residual < little;
         let left: Vec<usize> = (0..results.len()).filter(wanting).collect();
-        let before = std::mem::replace(&mut self.resolution, self.searches.len() - 1);
-        if before < self.resolution && !left.is_empty() {
+        let finest = self.engines.finest();
+        let before = std::mem::replace(&mut self.engines.resolution, finest);
+        if before < self.engines.resolution && !left.is_empty() {
             let mut again: Vec<TargetResult> = left.iter().map(|i| results[*i].clone()).collect();
             self.finish(&mut again)?;
             for (i, again) in left.into_iter().zip(again) {
@@ -90,7 +92,7 @@ impl Controller {
                 }
             }
         }
-        self.resolution = before;
+        self.engines.resolution = before;
         Ok(())
     }
 
@@ -106,13 +108,13 @@ impl Controller {
         let rows: Vec<_> = results
             .iter()
             .map(|result| {
-                let mut z = [0.0; super::MOST_INPUTS];
+                let mut z = [0.0; MOST_INPUTS];
                 (0..result.inputs.len()).for_each(|k| z[k] = result.inputs[k] / self.task.scale(k));
                 (z, result.base_moment)
             })
             .collect();
         let mut solutions = Solutions::default();
-        self.continued(&rows, &mut solutions)?;
+        self.engines.continued(&rows, &mut solutions)?;
         // Where this engine finds no stable equilibrium, what the other one found is not to be trusted.
         let found: Vec<usize> = (0..rows.len()).filter(|row| solutions.status(*row).is_success()).collect();
         let start =
@@ -138,7 +140,7 @@ impl Controller {
     fn table(&mut self, count: usize) -> Result<Vec<State>, ControlError> {
         let mut rows = vec![self.task.home];
         rows.extend((0..count).map(|k| self.task.lattice(k)));
-        let solutions = self.solve_from_rest(&rows)?;
+        let solutions = self.engines.solve_from_rest(&rows)?;
         let state = |(row, z)| State::new(&self.task, z, &solutions, row);
         let stable = |(row, _): &(usize, _)| solutions.status(*row).is_success();
         let table: Vec<State> = rows.into_iter().enumerate().filter(stable).map(state).collect();
@@ -157,7 +159,7 @@ impl Controller {
             if rows.is_empty() {
                 return Ok(());
             }
-            self.continued(&rows, &mut solutions)?;
+            self.engines.continued(&rows, &mut solutions)?;
             let solutions = &solutions;
             let mut row = 0;
             let rows: Vec<Option<usize>> =

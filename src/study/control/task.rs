@@ -1,7 +1,7 @@
 //! What a controller is asked for, with inputs scaled by half their range.
 
 use super::ControlOptions;
-use super::least_squares::Inputs;
+use super::inputs::Inputs;
 use crate::model::{Parameter, SegmentParameter};
 use crate::spec::ControlInput;
 

@@ -38,9 +38,9 @@ impl Controller {
     fn follow_by(&mut self, targets: &[Target], most: usize) -> Result<Vec<TargetResult>, ControlError> {
         let mut effort = Effort { equilibria: vec![0; targets.len()], seconds: vec![0.0; targets.len()] };
         // Within the thread pool, or every step would wait for one of its threads to wake.
-        let resolution = self.resolution;
+        let resolution = self.engines.resolution;
         let ended = rayon::scope(|_| self.descend(targets, most, &mut effort));
-        self.resolution = resolution;
+        self.engines.resolution = resolution;
         let ended = ended?;
         let mut results = self.results(&ended)?;
         for (result, (equilibria, seconds)) in results.iter_mut().zip(effort.equilibria.into_iter().zip(effort.seconds))
@@ -52,14 +52,14 @@ impl Controller {
 
     /// At the lowest resolution that suffices for every point.
     fn descend(&mut self, targets: &[Target], most: usize, effort: &mut Effort) -> Result<Vec<Descent>, ControlError> {
-        let (tolerance, finest) = (self.fine_enough(), self.searches.len() - 1);
+        let (tolerance, finest) = (self.engines.fine_enough(), self.engines.finest());
         for resolution in 0..finest {
-            self.resolution = resolution;
+            self.engines.resolution = resolution;
             if let Some(ended) = self.descend_at(targets, most, tolerance, effort)? {
                 return Ok(ended);
             }
         }
-        self.resolution = finest;
+        self.engines.resolution = finest;
         Ok(self.descend_at(targets, most, f64::INFINITY, effort)?.unwrap_or_default())
     }
 
@@ -127,9 +127,9 @@ impl Controller {
         let mut descent = Descent::new(&task, from.clone(), *target);
         while let Some((z, m0)) = descent.propose(&task) {
             if is_first {
-                *solutions = self.solve_from_rest(&[z])?;
+                *solutions = self.engines.solve_from_rest(&[z])?;
             } else {
-                self.continued(&[(z, m0)], solutions)?;
+                self.engines.continued(&[(z, m0)], solutions)?;
             }
             descent.judge(&task, solutions, 0);
         }

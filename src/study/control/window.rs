@@ -4,10 +4,11 @@
 //! lies in the range of J_kᵀ. That fixes currents which the tip does not need, so that the points of a window are the
 //! solution of one system; each pass solves all of them once more, then takes z_k to where J_k says that the target is.
 
+use super::Controller;
 use super::descent::{LONGEST, State, is_near};
-use super::least_squares::{Inputs, LEAST_DAMPING, NormalEquations, ROWS, norm2};
+use super::inputs::{Inputs, MOST_INPUTS};
+use super::least_squares::{LEAST_DAMPING, NormalEquations, ROWS, norm2};
 use super::task::Task;
-use super::{Controller, MOST_INPUTS};
 use crate::backend::BackendError;
 use crate::model::{Solutions, Vector};
 use crate::spec::Target;
@@ -39,7 +40,7 @@ impl Controller {
             if rows.is_empty() {
                 break;
             }
-            self.continued(&rows, solutions)?;
+            self.engines.continued(&rows, solutions)?;
             let first = reached.len();
             spent[first..first + rows.len()].iter_mut().for_each(|spent| *spent += 1);
             let tried = std::mem::take(&mut rows);

@@ -73,24 +73,31 @@ impl AllBranches {
     }
 }
 
-pub(super) fn search(from_rest: &Solved) -> Result<AllBranches, SolveError> {
-    let engine = from_rest.chosen_engine();
-    let make = |plan: &Plan| engine.make(plan);
-    let mut search = BranchSearch::new(from_rest.plan(), branch_tools(&make))?;
-    let found = search.find(from_rest.batch(), from_rest.solutions(), &|| false)?;
-    let mut all = AllBranches { branches: Vec::new(), is_balanced: false, search_count: 0 };
-    // Nothing asks the search to stop early.
-    let Some(found) = found else { return Ok(all) };
-    if let Some(equilibria) = found.samples.first() {
-        (all.is_balanced, all.search_count) = (equilibria.balanced, equilibria.searches);
+impl Solved {
+    /// Every equilibrium that can be found, this one among them.
+    ///
+    /// # Errors
+    ///
+    /// An engine that cannot search: the reference, or a GPU that fails.
+    pub fn all_branches(&self) -> Result<AllBranches, SolveError> {
+        let engine = self.chosen_engine();
+        let make = |plan: &Plan| engine.make(plan);
+        let mut search = BranchSearch::new(self.plan(), branch_tools(&make))?;
+        let found = search.find(self.batch(), self.solutions(), &|| false)?;
+        let mut all = AllBranches { branches: Vec::new(), is_balanced: false, search_count: 0 };
+        // Nothing asks the search to stop early.
+        let Some(found) = found else { return Ok(all) };
+        if let Some(equilibria) = found.samples.first() {
+            (all.is_balanced, all.search_count) = (equilibria.balanced, equilibria.searches);
+        }
+        for (row, branch) in found.branches.into_iter().enumerate() {
+            let Branch { energy, from_rest: is_from_rest, .. } = branch;
+            let mut solutions = Solutions::new(self.plan(), 1);
+            solutions.copy_row(0, &found.solutions, row);
+            all.branches.push(FoundBranch { solved: self.at(solutions), energy, is_from_rest });
+        }
+        Ok(all)
     }
-    for (row, branch) in found.branches.into_iter().enumerate() {
-        let Branch { energy, from_rest: is_from_rest, .. } = branch;
-        let mut solutions = Solutions::new(from_rest.plan(), 1);
-        solutions.copy_row(0, &found.solutions, row);
-        all.branches.push(FoundBranch { solved: from_rest.at(solutions), energy, is_from_rest });
-    }
-    Ok(all)
 }
 
 impl fmt::Display for AllBranches {

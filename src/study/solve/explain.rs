@@ -67,8 +67,19 @@ pub struct PlannedPass {
     pub operations: Operations,
 }
 
+impl Solved {
+    /// The plan that the scene was compiled to, with the operations that it takes.
+    ///
+    /// # Errors
+    ///
+    /// A plan that the CPU engine, which counts, does not model.
+    pub fn explain(&self) -> Result<Explanation, SolveError> {
+        Explanation::of(self)
+    }
+}
+
 impl Explanation {
-    pub(super) fn of(solved: &Solved) -> Result<Explanation, SolveError> {
+    fn of(solved: &Solved) -> Result<Explanation, SolveError> {
         let plan = solved.plan();
         let derivative_count = plan.derivatives.len();
         Ok(Explanation {

@@ -16,11 +16,14 @@ pub struct Jacobian<'a> {
     solved: &'a Solved,
 }
 
-impl<'a> Jacobian<'a> {
-    pub(super) fn new(solved: &'a Solved) -> Jacobian<'a> {
-        Jacobian { solved }
+impl Solved {
+    /// Derivatives by the parameters asked for.
+    pub fn jacobian(&self) -> Jacobian<'_> {
+        Jacobian { solved: self }
     }
+}
 
+impl Jacobian<'_> {
     /// Names of the parameters, in the order of the columns.
     pub fn names(&self) -> Vec<String> {
         self.solved.plan().derivatives.iter().map(|derivative| derivative.name.clone()).collect()

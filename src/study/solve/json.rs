@@ -4,8 +4,11 @@ use super::{Rows, Solved};
 use crate::model::Quantity;
 use serde_json::{Value, json};
 
-pub(super) fn of(solved: &Solved) -> Value {
-    if solved.is_equilibrium() { equilibrium(solved) } else { failed(solved) }
+impl Solved {
+    /// The solution as JSON: metres, radians, 1/m, N·m; quaternion x, y, z, w; null where a number is undefined.
+    pub fn to_json(&self) -> Value {
+        if self.is_equilibrium() { equilibrium(self) } else { failed(self) }
+    }
 }
 
 /// Numbers of the last iterate mean nothing here: null.

@@ -5,6 +5,7 @@ mod error;
 mod explain;
 mod jacobian;
 mod json;
+mod shape;
 mod solved;
 mod text;
 
@@ -12,6 +13,7 @@ pub use branches::{AllBranches, FoundBranch};
 pub use error::SolveError;
 pub use explain::{Explanation, PlannedPass, PlannedPiece};
 pub use jacobian::{Jacobian, Rows};
+pub use shape::{Shape, evenly_spaced};
 pub use solved::Solved;
 
 use crate::backend::BackendKind;

@@ -1,15 +1,9 @@
 //! What came of one scene.
 
-use super::branches::{self, AllBranches};
-use super::explain::Explanation;
-use super::jacobian::Jacobian;
-use super::{SolveError, json};
 use crate::engines::Engine;
 use crate::model::{
     Batch, Matrix, Plan, Quantity, Rod, Scene, Solutions, Status, Vector, base_curvature, tip_curvature,
 };
-use crate::study::shape::{Shape, evenly_spaced};
-use serde_json::Value;
 
 /// A solved scene. SI units; vectors stand in the world frame unless said otherwise.
 ///
@@ -154,52 +148,6 @@ impl Solved {
     /// Share of the full load that was reached from rest; 1 where the rod has converged.
     pub fn load_fraction(&self) -> f64 {
         self.solutions.get(0, Quantity::LoadFraction)
-    }
-
-    /// Derivatives by the parameters asked for.
-    pub fn jacobian(&self) -> Jacobian<'_> {
-        Jacobian::new(self)
-    }
-
-    /// Points at arc lengths from the base [m], in the order given, with their derivatives.
-    ///
-    /// # Errors
-    ///
-    /// A rod without equilibrium, or a point that is not on it.
-    pub fn shape(&self, arc_lengths: &[f64]) -> Result<Shape, SolveError> {
-        Shape::of(self, arc_lengths)
-    }
-
-    /// So many points evenly spaced from base to tip, at least 2, with their derivatives.
-    ///
-    /// # Errors
-    ///
-    /// As [`Solved::shape`], or fewer than 2 points.
-    pub fn evenly(&self, count: usize) -> Result<Shape, SolveError> {
-        self.shape(&evenly_spaced(self.scene().total_length(), count)?)
-    }
-
-    /// Every equilibrium that can be found, this one among them.
-    ///
-    /// # Errors
-    ///
-    /// An engine that cannot search: the reference, or a GPU that fails.
-    pub fn all_branches(&self) -> Result<AllBranches, SolveError> {
-        branches::search(self)
-    }
-
-    /// The plan that the scene was compiled to, with the operations that it takes.
-    ///
-    /// # Errors
-    ///
-    /// A plan that the CPU engine, which counts, does not model.
-    pub fn explain(&self) -> Result<Explanation, SolveError> {
-        Explanation::of(self)
-    }
-
-    /// The solution as JSON: metres, radians, 1/m, N·m; quaternion x, y, z, w; null where a number is undefined.
-    pub fn to_json(&self) -> Value {
-        json::of(self)
     }
 
     fn number(&self, quantity: Quantity) -> f64 {

@@ -1,6 +1,6 @@
 //! Points along one solved rod, and how they move with the parameters.
 
-use super::solve::{Rows, SolveError, Solved};
+use super::{Rows, SolveError, Solved};
 use crate::model::{Matrix, Slot, Vector};
 use crate::reference::{Pose, PoseDerivative, shape_with_derivatives};
 use crate::report::TextTable;
@@ -29,8 +29,28 @@ pub fn evenly_spaced(length: f64, count: usize) -> Result<Vec<f64>, SolveError> 
     Ok((0..count).map(|k| length * k as f64 / (count - 1) as f64).collect())
 }
 
+impl Solved {
+    /// Points at arc lengths from the base [m], in the order given, with their derivatives.
+    ///
+    /// # Errors
+    ///
+    /// A rod without equilibrium, or a point that is not on it.
+    pub fn shape(&self, arc_lengths: &[f64]) -> Result<Shape, SolveError> {
+        Shape::of(self, arc_lengths)
+    }
+
+    /// So many points evenly spaced from base to tip, at least 2, with their derivatives.
+    ///
+    /// # Errors
+    ///
+    /// As [`Solved::shape`], or fewer than 2 points.
+    pub fn evenly(&self, count: usize) -> Result<Shape, SolveError> {
+        self.shape(&evenly_spaced(self.scene().total_length(), count)?)
+    }
+}
+
 impl Shape {
-    pub(super) fn of(solved: &Solved, arc_lengths: &[f64]) -> Result<Shape, SolveError> {
+    fn of(solved: &Solved, arc_lengths: &[f64]) -> Result<Shape, SolveError> {
         let length = solved.scene().total_length();
         let on_rod = 0.0..=length * (1.0 + ROUNDING);
         if let Some(arc_length) = arc_lengths.iter().copied().find(|at| !on_rod.contains(at)) {
