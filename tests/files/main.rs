@@ -3,10 +3,12 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod arc;
 mod bad_input;
 mod branch_sweeps;
 mod foreign_tables;
 mod same_rows;
 mod scenes;
+mod shipped;
 mod sweeps;
 mod table;

@@ -7,7 +7,7 @@ use rodsweep::backend::{Backend, BackendError, Precision, ReduceJob, Reduced};
 use rodsweep::gpu::testing::{Faults, Flip, device_or_skip};
 use rodsweep::gpu::{Device, Gpu};
 use rodsweep::lanes::Lanes;
-use rodsweep::model::{Plan, PlanOptions, Quantity, Stepper};
+use rodsweep::model::{BLOCK, Plan, PlanOptions, Quantity, Stepper};
 use rodsweep::reference::Reference;
 use rodsweep::results::{SampleOrigin, TIPS_FILE, WORKSPACE_FILE};
 use rodsweep::spec::SweepSpec;
@@ -19,8 +19,12 @@ use std::path::{Path, PathBuf};
 
 const SAMPLES: usize = 8192;
 const TOLERANCE: f64 = 2e-5;
-/// Two blocks of samples a dispatch, so that a run has many.
+/// Two blocks of samples a dispatch at most, so that a run has many; fewer where the device is slow.
 const FEW_WORKGROUPS: Option<u32> = Some(8);
+/// One block: every run has as many dispatches, whatever time they take.
+const FEWEST_WORKGROUPS: Option<u32> = Some(4);
+/// Dispatches that every run has after the first, which has no samples.
+const CERTAIN_DISPATCHES: u64 = (SAMPLES / (2 * BLOCK)) as u64;
 
 /// Every sample has an equilibrium, so that engines may differ by round-off only.
 fn spec(format: &str) -> SweepSpec {
@@ -106,9 +110,9 @@ fn expect_close(found: &Path, expected: &Path) {
     }
 }
 
-/// Dispatches of a run without faults, the first one without samples included.
+/// Dispatches of a run without faults, a block each, the first one without samples included.
 fn undisturbed(format: &str, dir: &Path) -> Option<u64> {
-    let faults = Faults { most_workgroups: FEW_WORKGROUPS, ..Faults::default() };
+    let faults = Faults { most_workgroups: FEWEST_WORKGROUPS, ..Faults::default() };
     let (told, summary) = go_with(format, faults.clone(), dir, "undisturbed")?;
     assert!(told.is_empty() && summary.notes.is_empty(), "{told:?} {:?}", summary.notes);
     assert_eq!((summary.solved, summary.failed()), (SAMPLES as u64, 0));
@@ -121,9 +125,14 @@ fn a_lost_device_is_opened_again_and_the_run_goes_on() {
     for format in ["parquet", "none"] {
         let dir = tempfile::tempdir().expect("a directory");
         let Some(dispatches) = undisturbed(format, dir.path()) else { return };
-        assert!(dispatches > 10, "{dispatches}");
-        for lost in [1, dispatches / 2, dispatches - 1] {
-            let faults = Faults { lost_at: vec![lost], most_workgroups: FEW_WORKGROUPS, ..Faults::default() };
+        assert!(dispatches > 2 * CERTAIN_DISPATCHES, "{dispatches}");
+        for (lost, most_workgroups) in [
+            (1, FEW_WORKGROUPS),
+            (CERTAIN_DISPATCHES / 2, FEW_WORKGROUPS),
+            (CERTAIN_DISPATCHES, FEW_WORKGROUPS),
+            (dispatches - 1, FEWEST_WORKGROUPS),
+        ] {
+            let faults = Faults { lost_at: vec![lost], most_workgroups, ..Faults::default() };
             let name = format!("lost-{lost}");
             let Some((told, summary)) = go_with(format, faults.clone(), dir.path(), &name) else { return };
             assert_eq!((faults.counts.losses(), told.len(), summary.solved), (1, 0, SAMPLES as u64), "{format} {lost}");
@@ -175,7 +184,7 @@ fn counted(faults: Faults) -> Option<Counted> {
 
 #[test]
 fn what_only_a_lost_device_had_counted_is_counted_again() {
-    let faults = Faults { most_workgroups: FEW_WORKGROUPS, ..Faults::default() };
+    let faults = Faults { most_workgroups: FEWEST_WORKGROUPS, ..Faults::default() };
     let Some((cells, returned, on_device)) = counted(faults.clone()) else { return };
     assert_eq!(on_device + returned.len() as u64, SAMPLES as u64 - 100);
     assert!(on_device > SAMPLES as u64 / 2, "{on_device}");
@@ -195,8 +204,8 @@ fn a_device_lost_twice_gives_way_to_the_cpu() {
     let dir = tempfile::tempdir().expect("a directory");
     for format in ["parquet", "none"] {
         let base = dir.path().join(format);
-        let Some(dispatches) = undisturbed(format, &base) else { return };
-        let lost_at = vec![dispatches / 2, dispatches / 2 + 3];
+        let Some(_) = undisturbed(format, &base) else { return };
+        let lost_at = vec![CERTAIN_DISPATCHES / 2, CERTAIN_DISPATCHES / 2 + 3];
         let faults = Faults { lost_at, most_workgroups: FEW_WORKGROUPS, ..Faults::default() };
         let Some((told, summary)) = go_with(format, faults, &base, "lost") else { return };
         assert!(told.len() == 1 && told[0].contains("the device was lost"), "{told:?}");
