@@ -3,6 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod arc;
 mod bad_input;
 mod branch_sweeps;
 mod foreign_tables;
