@@ -7,8 +7,8 @@ use super::dispatcher::Dispatcher;
 use super::pipelines::compile;
 use super::shader::{Generator, HEADER, Kernel, VoxelGrid, float_bytes};
 use crate::backend::BackendError;
+use crate::model::Entry;
 use crate::model::record::BASE_POSITION_AT;
-use crate::model::{Entry};
 use std::time::Instant;
 use wgpu::{BufferBindingType as Kind, BufferUsages as Usage};
 

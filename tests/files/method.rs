@@ -47,7 +47,10 @@ fn run_json_tells_the_method_that_solved() {
     let method = method_of(&out);
     let prepared = job().prepare(&Memory::new()).expect("prepared");
     assert_eq!(method, prepared.method());
-    assert_eq!((method.engine, method.precision, method.tolerance), (BackendKind::Cpu, Precision::F64, spec().tolerance));
+    assert_eq!(
+        (method.engine, method.precision, method.tolerance),
+        (BackendKind::Cpu, Precision::F64, spec().tolerance)
+    );
     assert!(method.steps >= 2);
     let text = std::fs::read_to_string(out.join("run.json")).expect("run.json");
     let record: serde_json::Value = serde_json::from_str(&text).expect("JSON");

@@ -78,7 +78,10 @@ fn a_directory_opened_again_gives_what_the_run_had() {
         assert_eq!(results.tips().expect("tips"), had.tips);
         let voxels = results.voxels(results.spec().voxel).expect("voxels");
         assert_eq!(voxels, again.voxel_table());
-        assert_eq!(voxels.numbers("count").expect("counts").iter().sum::<f64>(), summary.count(Status::Ok) as f64 + (summary.count(Status::Ramped) + summary.count(Status::Refined)) as f64);
+        assert_eq!(
+            voxels.numbers("count").expect("counts").iter().sum::<f64>(),
+            summary.count(Status::Ok) as f64 + (summary.count(Status::Ramped) + summary.count(Status::Refined)) as f64
+        );
         let manifest = results.manifest().expect("a manifest");
         let text = std::fs::read_to_string(out.join("manifest.json")).expect("a file");
         assert_eq!(text, serde_json::to_string_pretty(&manifest).expect("JSON") + "\n", "it reads back whole");
@@ -117,7 +120,10 @@ fn figures_are_drawn_from_the_files() {
         let folder = dir.path().join(name);
         std::fs::create_dir(&folder).expect("a folder");
         let files = figures.draw(&results, &folder).expect("figures");
-        files.into_iter().map(|file| (file.file_name().expect("a name").to_owned(), std::fs::read(file).expect("a file"))).collect::<Vec<_>>()
+        files
+            .into_iter()
+            .map(|file| (file.file_name().expect("a name").to_owned(), std::fs::read(file).expect("a file")))
+            .collect::<Vec<_>>()
     };
     let by_margin = draw(&RunFigures::new(), "margin");
     let names: Vec<_> = by_margin.iter().map(|(name, _)| name.to_string_lossy().into_owned()).collect();

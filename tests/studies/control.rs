@@ -319,7 +319,7 @@ fn a_controller_without_sense_is_refused() {
     let text = turned.err().expect("an error").to_string();
     assert!(text.contains("coil.current.x") && text.contains("limit"), "{text}");
     let never = ControlJob::new(p6()).tolerance(0.0).follow(&Trajectory::from(vec![Target::default()]));
-    assert!(never.err().expect("an error").to_string().contains("positive tolerance"));
+    assert!(never.expect_err("an error").to_string().contains("positive tolerance"));
 }
 
 #[test]
