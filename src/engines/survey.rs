@@ -36,6 +36,7 @@ pub struct Survey {
 
 /// Memory of the machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Memory {
     /// [bytes]
     pub total: u64,

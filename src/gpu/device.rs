@@ -86,7 +86,11 @@ fn named(what: &str, error: &wgpu::Error) -> BackendError {
 
 /// The adapters that the environment variable `RODSWEEP_ADAPTER` names. Without it: the best one and those like it.
 ///
-/// Empty where the machine has no GPU. `NoDevice`: the variable has a name that matches none.
+/// Empty where the machine has no GPU.
+///
+/// # Errors
+///
+/// `NoDevice`: the variable has a name that matches none.
 pub fn chosen_adapters() -> Result<Vec<AdapterSummary>, BackendError> {
     Ok(chosen(wanted().as_deref())?.iter().map(AdapterSummary::new).collect())
 }
@@ -117,6 +121,8 @@ impl Device {
     /// Opens the first adapter that the environment variable `RODSWEEP_ADAPTER` names. Without it, the best one:
     /// discrete before integrated, virtual and software.
     ///
+    /// # Errors
+    ///
     /// `NoDevice`: there is none, the name matches none, or it does not open.
     pub fn open() -> Result<Self, BackendError> {
         Self::open_named(wanted().as_deref())
@@ -124,12 +130,16 @@ impl Device {
 
     /// Opens the best adapter of those whose name, driver or interface contains `wanted`, in any case.
     ///
-    /// Errors are those of [`Device::open`].
+    /// # Errors
+    ///
+    /// Those of [`Device::open`].
     pub fn open_named(wanted: Option<&str>) -> Result<Self, BackendError> {
         Self::open_with_faults(wanted, Faults::default())
     }
 
     /// Opens every adapter of [`chosen_adapters`]. Those that do not open are left out.
+    ///
+    /// # Errors
     ///
     /// `NoDevice`: there is none, or none opens.
     pub fn open_all() -> Result<Vec<Self>, BackendError> {
@@ -205,6 +215,8 @@ impl Device {
     }
 
     /// Whether the device still works, as far as is known.
+    ///
+    /// # Errors
     ///
     /// `DeviceFailed`, `OutOfMemory`: what went wrong first; a loss before all else.
     pub fn check(&self) -> Result<(), BackendError> {

@@ -29,6 +29,8 @@ pub struct Gpu {
 impl Gpu {
     /// Compiles the solving kernel for a plan and checks that the device computes right.
     ///
+    /// # Errors
+    ///
     /// `Unsupported`: f64 on an adapter that has none, or a plan of so many steps that a kernel would run too long.
     /// `DeviceFailed`, `OutOfMemory`: the device gave an error, or wrong numbers.
     pub fn new(device: Device, plan: &Plan, precision: Precision) -> Result<Self, BackendError> {

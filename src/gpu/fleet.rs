@@ -38,6 +38,8 @@ struct Part {
 
 /// The GPU engine on every adapter that is to be taken, see [`Device::open_all`]. A backend for samples of the plan.
 ///
+/// # Errors
+///
 /// `NoDevice`: none opens. Other errors are those of [`Gpu::new`], where it starts on none.
 pub fn open(plan: &Plan, precision: Precision) -> Result<Box<dyn Backend>, BackendError> {
     let mut devices = Device::open_all()?;
@@ -53,7 +55,9 @@ pub fn open(plan: &Plan, precision: Precision) -> Result<Box<dyn Backend>, Backe
 impl Fleet {
     /// Prepares every device. Those on which the engine does not start are left out, and a note says so.
     ///
-    /// Errors: those of [`Gpu::new`] where it starts on none; `NoDevice` without devices.
+    /// # Errors
+    ///
+    /// Those of [`Gpu::new`] where it starts on none; `NoDevice` without devices.
     pub fn new(devices: Vec<Device>, plan: &Plan, precision: Precision) -> Result<Self, BackendError> {
         let (mut gpus, mut notes, mut refused) = (Vec::new(), Vec::new(), None);
         for device in devices {
@@ -72,7 +76,11 @@ impl Fleet {
         }
     }
 
-    /// Engines that were prepared for the same plan. `NoDevice` without engines.
+    /// Engines that were prepared for the same plan.
+    ///
+    /// # Errors
+    ///
+    /// `NoDevice` without engines.
     pub fn of(gpus: Vec<Gpu>) -> Result<Self, BackendError> {
         let first = gpus.first().ok_or_else(|| BackendError::NoDevice { reason: "none was named".into() })?;
         let (plan, info) = (first.plan().clone(), first.info());

@@ -68,6 +68,8 @@ pub(super) fn expect_right(device: &Device) -> Result<(), BackendError> {
 
 /// Runs the test on a device.
 ///
+/// # Errors
+///
 /// `DeviceFailed`, `OutOfMemory`: it could not run. Wrong answers are no error here.
 pub fn self_test(device: &Device) -> Result<SelfTest, BackendError> {
     let tiny = (-13f32).exp2();

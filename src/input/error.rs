@@ -7,48 +7,117 @@ use std::path::PathBuf;
 
 /// A mistake in an input file: where it is, what it is, what to do.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct InputError {
+    /// The file, as it was named to be read.
     pub file: PathBuf,
+    /// From 1; `None` where the whole file is meant.
     pub line: Option<usize>,
     /// Path into the file, such as `segment[1].length`; empty where the whole file is meant.
     pub key: String,
+    /// What is wrong.
     pub problem: Box<Problem>,
 }
 
+/// What is wrong at a place in an input file.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum Problem {
+    /// The file, or one that it names, cannot be read: why.
     #[error("cannot be read: {0}")]
     Unreadable(String),
+    /// A table of numbers (CSV or Parquet) is not as it should be: how.
     #[error("{0}")]
     Table(String),
+    /// The text is no TOML: what the parser says.
     #[error("is not valid TOML: {0}")]
     Syntax(String),
+    /// A key that has no meaning at this place.
     #[error("is not a key here{}; known keys: {}", did_you_mean(.suggestion), .known.join(", "))]
-    UnknownKey { suggestion: Option<String>, known: Vec<&'static str> },
+    UnknownKey {
+        /// The known key that is spelled nearly so.
+        suggestion: Option<String>,
+        /// Every key that may stand here.
+        known: Vec<&'static str>,
+    },
+    /// A key that has to be there.
     #[error("is missing: {remedy}")]
-    Missing { remedy: String },
+    Missing {
+        /// What to write.
+        remedy: String,
+    },
+    /// A value of another type.
     #[error("is {found}; give {expected}")]
-    Type { expected: String, found: &'static str },
+    Type {
+        /// What may stand here.
+        expected: String,
+        /// What stands here.
+        found: &'static str,
+    },
+    /// A text that is no quantity of the dimension that is needed.
     #[error("{0}")]
     Quantity(#[from] QuantityError),
+    /// A value beyond what is possible.
     #[error("is {value}; give {expected}")]
-    Range { value: String, expected: String },
+    Range {
+        /// What stands here.
+        value: String,
+        /// What may stand here.
+        expected: String,
+    },
+    /// A word that is none of a fixed list.
     #[error("\"{found}\" is not known{}; use one of: {allowed}", did_you_mean(.suggestion))]
-    Choice { found: String, suggestion: Option<String>, allowed: String },
+    Choice {
+        /// The word.
+        found: String,
+        /// The known word that is spelled nearly so.
+        suggestion: Option<String>,
+        /// The list, with commas.
+        allowed: String,
+    },
+    /// Two entries that exclude each other.
     #[error("cannot stand beside `{with}`; {remedy}")]
-    Conflict { with: String, remedy: String },
+    Conflict {
+        /// The other key or parameter.
+        with: String,
+        /// What to do.
+        remedy: String,
+    },
+    /// The values make no scene.
     #[error("{0}")]
     Scene(SceneError),
+    /// A parameter's name that the scene does not have, or that cannot be set.
     #[error("{0}")]
     Parameter(#[from] ParameterError),
+    /// The sweep makes no plan.
     #[error("{0}")]
     Plan(PlanError),
+    /// More than the library can do.
     #[error("{what} {count}; at most {limit} are possible: {remedy}")]
-    TooMany { what: &'static str, count: String, limit: String, remedy: &'static str },
+    TooMany {
+        /// The verb of the message, such as `asks for`.
+        what: &'static str,
+        /// How many, and of what.
+        count: String,
+        /// The most that are possible.
+        limit: String,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// An insertion that leaves the first segment no length.
     #[error("the other segments alone are {others} m long; give more than that")]
-    InsertionTooShort { others: f64 },
+    InsertionTooShort {
+        /// Length of the other segments [m].
+        others: f64,
+    },
+    /// A line of a table that is longer or shorter than the first.
     #[error("has {found} columns where the first line has {expected}; mend the line")]
-    Columns { found: usize, expected: usize },
+    Columns {
+        /// Columns of the line.
+        found: usize,
+        /// Columns of the first line.
+        expected: usize,
+    },
 }
 
 fn did_you_mean(suggestion: &Option<String>) -> String {

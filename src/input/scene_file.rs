@@ -10,12 +10,21 @@ use std::path::Path;
 
 const SCENE_KEYS: [&str; 7] = ["name", "base", "field", "loads", "segment", "model", "insertion"];
 const LOAD_KEYS: [&str; 5] = ["tip_force", "tip_moment", "gravity", "distributed_force", "fluid_density"];
+
 /// Reads a scene file.
+///
+/// # Errors
+///
+/// A file that cannot be read, or any mistake in it.
 pub fn read_scene(file: &Path) -> Result<Scene, InputError> {
     parse_scene(file, &read_text(file)?)
 }
 
 /// Parses the text of a scene file; `file` names it in messages.
+///
+/// # Errors
+///
+/// Any mistake in the text: syntax, unknown keys, units, values that make no scene.
 pub fn parse_scene(file: &Path, text: &str) -> Result<Scene, InputError> {
     let source = Source::parse(file, text)?;
     scene(&source.root())
@@ -42,6 +51,11 @@ pub fn scene_notes(scene: &Scene) -> Vec<String> {
     notes
 }
 
+/// The text of a file.
+///
+/// # Errors
+///
+/// A file that cannot be read or is not UTF-8.
 pub fn read_text(file: &Path) -> Result<String, InputError> {
     let unreadable = |reason: String| InputError {
         file: file.into(),

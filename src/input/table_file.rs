@@ -9,6 +9,10 @@ use crate::spec::InputTable;
 use std::path::Path;
 
 /// Reads a table of values by parameter; a column `sample` is ignored.
+///
+/// # Errors
+///
+/// A file that cannot be read, a column that is no parameter, a value that is no finite number, no rows.
 pub fn read_input_table(file: &Path, scene: &Scene) -> Result<InputTable, InputError> {
     let table = if is_parquet(file) { parse_parquet(file, scene)? } else { parse_csv(file, &read_text(file)?, scene)? };
     if table.row_count() == 0 {

@@ -14,7 +14,7 @@ pub struct Source {
     lines: BTreeMap<String, usize>,
 }
 
-/// One table of a file.
+/// One table of a file. Values are `None` where their key is not there.
 #[derive(Clone)]
 pub struct Reader<'a> {
     source: &'a Source,
@@ -23,6 +23,11 @@ pub struct Reader<'a> {
 }
 
 impl Source {
+    /// Parses the text of a file; `file` names it in messages.
+    ///
+    /// # Errors
+    ///
+    /// A text that is no TOML.
     pub fn parse(file: &Path, text: &str) -> Result<Source, InputError> {
         let document = Document::parse(text.to_owned()).map_err(|error| InputError {
             file: file.into(),
@@ -35,6 +40,7 @@ impl Source {
         Ok(Source { file: file.into(), document, lines })
     }
 
+    /// The table that is the whole file.
     pub fn root(&self) -> Reader<'_> {
         Reader { source: self, table: self.document.as_table(), path: String::new() }
     }
@@ -50,10 +56,12 @@ impl Source {
         }
     }
 
-    pub fn contains(&self, key: &str) -> bool {
+    /// Whether the file has a key, by its full path such as `axis[0].points`.
+    pub(crate) fn contains(&self, key: &str) -> bool {
         self.lines.contains_key(key)
     }
 
+    /// A mistake at a key, by its full path.
     pub fn error(&self, key: impl Into<String>, problem: impl Into<Problem>) -> InputError {
         let key = key.into();
         InputError { file: self.file.clone(), line: self.line(&key), key, problem: Box::new(problem.into()) }
@@ -106,6 +114,7 @@ fn join(path: &str, name: &str) -> String {
 }
 
 impl<'a> Reader<'a> {
+    /// The file that the table is of.
     pub fn source(&self) -> &'a Source {
         self.source
     }
@@ -115,23 +124,31 @@ impl<'a> Reader<'a> {
         if name.is_empty() { self.path.clone() } else { join(&self.path, name) }
     }
 
+    /// A mistake at a key of this table.
     pub fn error(&self, name: &str, problem: impl Into<Problem>) -> InputError {
         self.source.error(self.key(name), problem)
     }
 
+    /// The mistake that a key of this table is not there.
     pub fn missing(&self, name: &str, remedy: impl Into<String>) -> InputError {
         self.error(name, Problem::Missing { remedy: remedy.into() })
     }
 
+    /// Whether the table has a key.
     pub fn has(&self, name: &str) -> bool {
         self.table.contains_key(name)
     }
 
-    pub fn names(&self) -> Vec<String> {
+    /// Every key of the table, in the order of the file.
+    pub(crate) fn names(&self) -> Vec<String> {
         self.table.iter().map(|(name, _)| name.to_owned()).collect()
     }
 
     /// Refuses every key that is not in the list.
+    ///
+    /// # Errors
+    ///
+    /// The first unknown key, with the known one that is spelled nearly so.
     pub fn check_keys(&self, known: &[&'static str]) -> Result<(), InputError> {
         match self.table.iter().find(|(name, _)| !known.contains(name)) {
             None => Ok(()),
@@ -147,6 +164,10 @@ impl<'a> Reader<'a> {
     }
 
     /// A number (SI) or a string with a unit of the dimension of `unit`.
+    ///
+    /// # Errors
+    ///
+    /// A value of another type, with another dimension, or not finite.
     pub fn quantity(&self, name: &str, unit: &str) -> Result<Option<f64>, InputError> {
         self.table.get(name).map(|item| self.item_quantity(name, item.as_value(), item, unit)).transpose()
     }
@@ -177,12 +198,12 @@ impl<'a> Reader<'a> {
     }
 
     /// Three quantities along x, y, z.
-    pub fn vector(&self, name: &str, unit: &str) -> Result<Option<Vector>, InputError> {
+    pub(crate) fn vector(&self, name: &str, unit: &str) -> Result<Option<Vector>, InputError> {
         self.components(name, "three values along x, y, z", unit)
     }
 
     /// Two quantities along x, y.
-    pub fn pair(&self, name: &str, unit: &str) -> Result<Option<[f64; 2]>, InputError> {
+    pub(crate) fn pair(&self, name: &str, unit: &str) -> Result<Option<[f64; 2]>, InputError> {
         self.components(name, "two values along x, y", unit)
     }
 
@@ -202,7 +223,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Three rows of three quantities.
-    pub fn matrix(&self, name: &str, unit: &str) -> Result<Option<[Vector; 3]>, InputError> {
+    pub(crate) fn matrix(&self, name: &str, unit: &str) -> Result<Option<[Vector; 3]>, InputError> {
         let Some(item) = self.table.get(name) else { return Ok(None) };
         let wrong = || self.wrong_type(name, "three rows of three values", item);
         let array = item.as_array().ok_or_else(wrong)?;
@@ -220,18 +241,28 @@ impl<'a> Reader<'a> {
         Ok(Some(rows))
     }
 
+    /// A text in quotes.
+    ///
+    /// # Errors
+    ///
+    /// A value of another type.
     pub fn string(&self, name: &str) -> Result<Option<&'a str>, InputError> {
         let Some(item) = self.table.get(name) else { return Ok(None) };
         item.as_str().map(Some).ok_or_else(|| self.wrong_type(name, "a text in quotes", item))
     }
 
+    /// `true` or `false`.
+    ///
+    /// # Errors
+    ///
+    /// A value of another type.
     pub fn boolean(&self, name: &str) -> Result<Option<bool>, InputError> {
         let Some(item) = self.table.get(name) else { return Ok(None) };
         item.as_bool().map(Some).ok_or_else(|| self.wrong_type(name, "true or false", item))
     }
 
     /// A whole number of at least `least`; a float without fraction such as 1e6 counts.
-    pub fn count(&self, name: &str, least: u64) -> Result<Option<u64>, InputError> {
+    pub(crate) fn count(&self, name: &str, least: u64) -> Result<Option<u64>, InputError> {
         let Some(item) = self.table.get(name) else { return Ok(None) };
         let expected = || format!("a whole number of at least {least}");
         let number = match (item.as_integer(), item.as_float()) {
@@ -249,6 +280,10 @@ impl<'a> Reader<'a> {
     }
 
     /// A list of whole numbers of at least `least`.
+    ///
+    /// # Errors
+    ///
+    /// A value of another type, or a smaller number.
     pub fn counts(&self, name: &str, least: u64) -> Result<Option<Vec<u64>>, InputError> {
         let Some(item) = self.table.get(name) else { return Ok(None) };
         let wrong = || self.wrong_type(name, format!("a list of whole numbers of at least {least}"), item);
@@ -258,6 +293,10 @@ impl<'a> Reader<'a> {
     }
 
     /// A list of texts.
+    ///
+    /// # Errors
+    ///
+    /// A value of another type.
     pub fn strings(&self, name: &str) -> Result<Option<Vec<&'a str>>, InputError> {
         let Some(item) = self.table.get(name) else { return Ok(None) };
         let wrong = || self.wrong_type(name, "a list of texts in quotes", item);
@@ -266,6 +305,10 @@ impl<'a> Reader<'a> {
     }
 
     /// A table inside this one.
+    ///
+    /// # Errors
+    ///
+    /// A value of another type.
     pub fn table(&self, name: &str) -> Result<Option<Reader<'a>>, InputError> {
         let Some(item) = self.table.get(name) else { return Ok(None) };
         match item.as_table_like() {
@@ -275,7 +318,7 @@ impl<'a> Reader<'a> {
     }
 
     /// A list of tables: `[[name]]` blocks, or inline tables in a list.
-    pub fn tables(&self, name: &str) -> Result<Vec<Reader<'a>>, InputError> {
+    pub(crate) fn tables(&self, name: &str) -> Result<Vec<Reader<'a>>, InputError> {
         let Some(item) = self.table.get(name) else { return Ok(Vec::new()) };
         let wrong = || self.wrong_type(name, format!("[[{}]] blocks", self.key(name)), item);
         let reader = |(index, table): (usize, &'a dyn TableLike)| Reader {
@@ -293,18 +336,18 @@ impl<'a> Reader<'a> {
     }
 
     /// Whether a value is a list.
-    pub fn is_list(&self, name: &str) -> bool {
+    pub(crate) fn is_list(&self, name: &str) -> bool {
         self.table.get(name).is_some_and(Item::is_array)
     }
 
     /// Whether a value is a list that holds tables (nodes along a segment), or nothing.
-    pub fn is_node_list(&self, name: &str) -> bool {
+    pub(crate) fn is_node_list(&self, name: &str) -> bool {
         let holds_nodes = |array: &Array| array.is_empty() || array.iter().any(Value::is_inline_table);
         self.table.get(name).is_some_and(|item| item.is_array_of_tables() || item.as_array().is_some_and(holds_nodes))
     }
 
     /// A list of at least one table, such as `node`.
-    pub fn nodes(&self, name: &str, node: &str) -> Result<Vec<Reader<'a>>, InputError> {
+    pub(crate) fn nodes(&self, name: &str, node: &str) -> Result<Vec<Reader<'a>>, InputError> {
         let array = self.table.get(name).and_then(Item::as_array);
         let other = array.and_then(|array| array.iter().enumerate().find(|(_, value)| !value.is_inline_table()));
         if let Some((index, value)) = other {

@@ -14,19 +14,54 @@ struct Unit {
     power: i32,
 }
 
+/// Why a text is no quantity of the dimension that is needed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum QuantityError {
+    /// The text does not start with a number.
     #[error("\"{text}\" does not start with a number; write for example {example}")]
-    NoNumber { text: String, example: &'static str },
+    NoNumber {
+        /// The text that was to be read.
+        text: String,
+        /// What a right one looks like.
+        example: &'static str,
+    },
+    /// What follows the number is no unit.
     #[error("\"{text}\": \"{unit}\" is no unit known here; write for example {example}")]
-    UnknownUnit { text: String, unit: String, example: &'static str },
+    UnknownUnit {
+        /// The text that was to be read.
+        text: String,
+        /// What follows the number.
+        unit: String,
+        /// What a right one looks like.
+        example: &'static str,
+    },
+    /// The unit measures something else.
     #[error("\"{text}\" is {found}; give {expected} such as {example}")]
-    Dimension { text: String, found: String, expected: String, example: &'static str },
+    Dimension {
+        /// The text that was to be read.
+        text: String,
+        /// The dimension of the text, in words.
+        found: String,
+        /// The dimension that is needed, in words.
+        expected: String,
+        /// What a right one looks like.
+        example: &'static str,
+    },
+    /// The value in SI units is too large for a double.
     #[error("\"{text}\" is not finite; give {expected} such as {example}")]
-    NotFinite { text: String, expected: String, example: &'static str },
+    NotFinite {
+        /// The text that was to be read.
+        text: String,
+        /// The dimension that is needed, in words.
+        expected: String,
+        /// What a right one looks like.
+        example: &'static str,
+    },
 }
 
 impl Dimension {
+    /// That of a pure number.
     pub const NUMBER: Dimension = Dimension([0; 5]);
 
     /// Dimension of an SI unit as `Parameter::unit` writes it.
@@ -89,7 +124,11 @@ const KNOWN: [(&str, &str, &str); 19] = [
     ("A·m", "a magnetic moment per length", "\"0.1 A·m\""),
 ];
 
-/// Value in SI units of a text whose dimension must be `expected`.
+/// Value in SI units of a text whose dimension must be `expected`; a number without unit is in SI units.
+///
+/// # Errors
+///
+/// A text without number, an unknown unit, another dimension, a value that is not finite.
 pub fn parse_quantity(text: &str, expected: Dimension) -> Result<f64, QuantityError> {
     let example = expected.example();
     let trimmed = text.trim();

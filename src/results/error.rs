@@ -11,25 +11,82 @@ pub enum ResultsError {
     /// The sweep that lies in the directory.
     #[error(transparent)]
     Input(#[from] InputError),
+    /// The system refuses to read or write.
     #[error("{}: {action}: {reason}", path.display())]
-    Io { path: PathBuf, action: &'static str, reason: String },
+    Io {
+        /// The file or directory.
+        path: PathBuf,
+        /// What was tried, such as `reading`.
+        action: &'static str,
+        /// What the system says.
+        reason: String,
+    },
+    /// The directory holds a run, and none was to be resumed.
     #[error("{} already holds a run; resume it, or choose another directory", dir.display())]
-    Exists { dir: PathBuf },
+    Exists {
+        /// The directory.
+        dir: PathBuf,
+    },
+    /// The directory holds files that are not of a run.
     #[error("{} is not empty and holds no run of rodsweep; choose an empty or a new directory", dir.display())]
-    Foreign { dir: PathBuf },
+    Foreign {
+        /// The directory.
+        dir: PathBuf,
+    },
+    /// The directory holds a run that differs from the one that was to be resumed.
     #[error("{} holds another run: its {what} is {theirs}, here it is {ours}; choose another directory", dir.display())]
-    Mismatch { dir: PathBuf, what: &'static str, theirs: String, ours: String },
+    Mismatch {
+        /// The directory.
+        dir: PathBuf,
+        /// What differs, such as `chunk size`.
+        what: &'static str,
+        /// Of the run that is there.
+        theirs: String,
+        /// Of the run that was asked for.
+        ours: String,
+    },
+    /// The directory is not that of a run.
     #[error("{} holds no run of rodsweep (no run.json)", dir.display())]
-    NoRun { dir: PathBuf },
+    NoRun {
+        /// The directory.
+        dir: PathBuf,
+    },
+    /// The run has not been finished.
     #[error("{count} of {total} parts are missing, the first is part {first}; resume the shards to finish them")]
-    MissingParts { count: u64, total: u64, first: u64 },
+    MissingParts {
+        /// How many are missing.
+        count: u64,
+        /// Parts of the whole run.
+        total: u64,
+        /// Number of the first that is missing, from 0.
+        first: u64,
+    },
+    /// A file of the run is not what was written.
     #[error("{} is damaged: {reason}; remove it and resume the run", path.display())]
-    Damaged { path: PathBuf, reason: String },
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
     /// A table of the run, or one that was to be written.
     #[error("{} {problem}", path.display())]
-    Table { path: PathBuf, problem: TableError },
+    Table {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        problem: TableError,
+    },
+    /// The run has no such column.
     #[error("no column `{name}` in {}{}", dir.display(), suggestion.as_ref().map(|name| format!(": did you mean `{name}`?")).unwrap_or_default())]
-    NoColumn { dir: PathBuf, name: String, suggestion: Option<String> },
+    NoColumn {
+        /// The directory.
+        dir: PathBuf,
+        /// What was asked for.
+        name: String,
+        /// The column that is spelled nearly so.
+        suggestion: Option<String>,
+    },
 }
 
 impl ResultsError {

@@ -113,6 +113,7 @@ pub struct RunAccount {
 
 /// Time by stage, and the engine's own account of its time [s]; stages overlap.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct RunTimings {
     /// Of the run.
     #[serde(flatten)]
@@ -124,6 +125,7 @@ pub struct RunTimings {
 
 /// Samples that failed or were doubtful.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct SecondAttempts {
     /// Solved again.
     pub made: u64,

@@ -7,6 +7,7 @@ use std::fmt;
 
 /// Busy time of each stage [s]; stages overlap.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Timings {
     /// Inputs of batches.
     pub build: f64,
@@ -28,6 +29,7 @@ pub struct Timings {
 
 /// Quantiles of an error over samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct ErrorDistribution {
     /// Half of the samples are below.
     #[serde(deserialize_with = "number_or_null")]
@@ -122,6 +124,7 @@ impl PilotChoice {
 
 /// What is known of samples with several equilibria.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct BranchCounts {
     /// Equilibria of one sample.
     pub most: u64,
@@ -131,6 +134,7 @@ pub struct BranchCounts {
 
 /// Where the samples of a run were made.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum SampleOrigin {
     /// By the program, and uploaded.
     Host,

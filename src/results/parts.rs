@@ -161,6 +161,10 @@ pub(crate) fn write_run_table(path: &Path, table: &Table, metadata: &FileMetadat
 
 /// Writes a table, replacing what is there: Parquet if the name ends in `.parquet`, else CSV, which has no place for
 /// units and metadata.
+///
+/// # Errors
+///
+/// A table that the format cannot hold, or a file that cannot be written.
 pub fn write_table(path: &Path, table: &Table, metadata: &[(&str, String)]) -> Result<(), ResultsError> {
     let is_parquet = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("parquet"));
     let bytes = if is_parquet {

@@ -151,6 +151,7 @@ impl Reduction {
         }
     }
 
+    /// Rows that were counted, of any status.
     pub fn row_count(&self) -> u64 {
         self.counts.iter().sum()
     }

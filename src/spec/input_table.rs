@@ -15,14 +15,21 @@ impl InputTable {
         InputTable { parameters, values }
     }
 
+    /// What each column is of.
     pub fn parameters(&self) -> &[Parameter] {
         &self.parameters
     }
 
+    /// Number of rows.
     pub fn row_count(&self) -> usize {
         self.values.len() / self.parameters.len().max(1)
     }
 
+    /// The values of a row, SI, one a parameter.
+    ///
+    /// # Panics
+    ///
+    /// There is no such row.
     pub fn row(&self, index: usize) -> &[f64] {
         let width = self.parameters.len();
         &self.values[index * width..(index + 1) * width]

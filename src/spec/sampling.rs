@@ -62,10 +62,12 @@ impl Sampler {
         Sampler { kind, ranges, sample_count: spec.sample_count, seed: spec.seed }
     }
 
+    /// Samples of the whole sweep.
     pub fn sample_count(&self) -> u64 {
         self.sample_count
     }
 
+    /// Values of a sample.
     pub fn axis_count(&self) -> usize {
         self.ranges.len()
     }

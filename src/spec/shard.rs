@@ -15,6 +15,7 @@ pub struct Shard {
 /// A text that names no shard.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("shard `{text}`: {reason}; write K/N with K from 1 to N, such as 2/8")]
+#[non_exhaustive]
 pub struct ShardError {
     /// As it was given.
     pub text: String,

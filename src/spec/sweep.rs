@@ -18,12 +18,19 @@ pub const BRANCH_CHUNK: u64 = 2048;
 /// Beside a resolved sweep file: the values of a table, SI.
 pub const RESOLVED_TABLE: &str = "inputs.csv";
 
+/// How samples are chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Method {
+    /// Every combination of evenly spaced values; the first axis varies fastest.
     Grid,
+    /// Sobol' points (Joe and Kuo's directions), scrambled after Owen by the seed.
     Sobol,
+    /// One value in each of as many equal shares of every axis as there are samples.
     LatinHypercube,
+    /// Values drawn independently.
     Uniform,
+    /// The rows of a table.
     Table,
 }
 
@@ -39,22 +46,37 @@ pub enum BranchChoice {
 
 /// A column group of the result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum OutputQuantity {
+    /// Position of the tip, world frame [m].
     TipPosition,
+    /// Rotation of the tip as a rotation vector, body to world [rad].
     TipRotation,
+    /// Curvature at the start of the first flexible segment, body frame [1/m].
     BaseCurvature,
+    /// Stability margin, and whether the equilibrium is stable.
     Stability,
+    /// Estimated error of tip position over rod length or of tip rotation [rad], whichever is larger.
     ErrorEstimate,
+    /// Internal moment at the base, world frame [N·m].
     BaseMoment,
+    /// What is left of the balance of moments at the tip, in the plan's unit of moment.
     Residual,
+    /// Passes over the rod.
     Iterations,
+    /// Share of the full load that was reached from rest.
     LoadFraction,
 }
 
+/// What a sweep writes its rows as.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Format {
+    /// Parquet, with units in the schema.
     Parquet,
+    /// Text with commas; it has no place for units.
     Csv,
+    /// NumPy's archive of arrays.
     Npz,
     /// No rows: only the workspace reduction.
     None,
@@ -63,10 +85,11 @@ pub enum Format {
 /// One swept direction; it may drive several parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AxisSpec {
+    /// What it drives, all of one unit.
     pub parameters: Vec<Parameter>,
-    /// SI
+    /// Where it begins, SI.
     pub from: f64,
-    /// SI
+    /// Where it ends, SI.
     pub to: f64,
     /// Grid points; 0 for other methods.
     pub points: u64,
@@ -75,20 +98,31 @@ pub struct AxisSpec {
 /// A sweep as it will be run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SweepSpec {
+    /// The sweep file.
     pub file: PathBuf,
+    /// With its own values, where no axis says otherwise.
     pub scene: Scene,
+    /// How samples are chosen.
     pub method: Method,
+    /// Of what is drawn; the same seed makes the same samples.
     pub seed: u64,
+    /// Samples of the whole sweep, over all shards.
     pub sample_count: u64,
+    /// What varies.
     pub axes: Vec<AxisSpec>,
     /// Values of `method = "table"`.
     pub table: Option<Arc<InputTable>>,
+    /// Target error of tip position over rod length and of tip rotation [rad].
     pub tolerance: f64,
+    /// Which equilibria are wanted.
     pub branch: BranchChoice,
     /// Steps over the rod, where the file fixes them.
     pub steps: Option<usize>,
+    /// Column groups of the rows, in order.
     pub quantities: Vec<OutputQuantity>,
+    /// What the tip is differentiated by.
     pub wrt: Vec<Parameter>,
+    /// What rows are written as.
     pub format: Format,
     /// Edge of a workspace voxel [m]
     pub voxel: f64,
@@ -97,6 +131,7 @@ pub struct SweepSpec {
 }
 
 impl OutputQuantity {
+    /// Every quantity, in the order of the columns.
     pub const ALL: [OutputQuantity; 9] = [
         OutputQuantity::TipPosition,
         OutputQuantity::TipRotation,
@@ -109,6 +144,7 @@ impl OutputQuantity {
         OutputQuantity::LoadFraction,
     ];
 
+    /// The word in sweep files.
     pub fn name(self) -> &'static str {
         match self {
             OutputQuantity::TipPosition => "tip_position",
@@ -125,8 +161,10 @@ impl OutputQuantity {
 }
 
 impl Method {
+    /// Every method.
     pub const ALL: [Method; 5] = [Method::Grid, Method::Sobol, Method::LatinHypercube, Method::Uniform, Method::Table];
 
+    /// The word in sweep files.
     pub fn name(self) -> &'static str {
         match self {
             Method::Grid => "grid",
@@ -139,8 +177,10 @@ impl Method {
 }
 
 impl BranchChoice {
+    /// Every choice.
     pub const ALL: [BranchChoice; 2] = [BranchChoice::FromRest, BranchChoice::All];
 
+    /// The word in sweep files.
     pub fn name(self) -> &'static str {
         match self {
             BranchChoice::FromRest => "from_rest",
@@ -150,6 +190,7 @@ impl BranchChoice {
 }
 
 impl Format {
+    /// Every format.
     pub const ALL: [Format; 4] = [Format::Parquet, Format::Csv, Format::Npz, Format::None];
 
     /// The word in sweep files, and the extension of parts.
@@ -171,6 +212,10 @@ impl SweepSpec {
 
     /// The plan of this sweep at a resolution; tolerance and fixed steps come from the file. Without rows there are
     /// no derivatives, and rows have none of the base moment.
+    ///
+    /// # Errors
+    ///
+    /// A scene or parameters that make no plan.
     pub fn plan(&self, options: PlanOptions) -> Result<Plan, PlanError> {
         let steps = self.steps.unwrap_or(options.steps);
         let options = PlanOptions { tolerance: self.tolerance, steps, base_moment_rows: false, ..options };

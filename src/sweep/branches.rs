@@ -41,11 +41,13 @@ pub struct BranchTools<'a> {
     pub engine: BackendFactory<'a>,
     /// Finishes what was found, in f64.
     pub finisher: BackendFactory<'a>,
+    /// Orders what was found.
     pub energy: Energy<'a>,
 }
 
 /// One equilibrium.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Branch {
     /// Sample of the batch.
     pub sample: usize,
@@ -57,6 +59,7 @@ pub struct Branch {
 
 /// What was found of one sample.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Equilibria {
     /// Its rows.
     pub rows: Range<usize>,
@@ -68,10 +71,13 @@ pub struct Equilibria {
 
 /// The equilibria of a batch: sample after sample, lowest energy first; where nothing has one, lowest index first.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Branches {
+    /// Their rows.
     pub solutions: Solutions,
     /// One for each row of `solutions`.
     pub branches: Vec<Branch>,
+    /// One for each sample of the batch.
     pub samples: Vec<Equilibria>,
 }
 
@@ -88,7 +94,11 @@ pub struct BranchSearch<'a> {
 }
 
 impl<'a> BranchSearch<'a> {
-    /// Refuses an engine that cannot search.
+    /// Prepares engines for a plan.
+    ///
+    /// # Errors
+    ///
+    /// An engine that cannot search, or cannot be used.
     pub fn new(plan: &Plan, tools: BranchTools<'a>) -> Result<BranchSearch<'a>, BackendError> {
         let least = if plan.options.stepper == Stepper::Rk4 { LEAST_RK4_STEPS } else { LEAST_STEPS };
         let steps = plan.options.steps.max(least);
@@ -105,6 +115,10 @@ impl<'a> BranchSearch<'a> {
 
     /// Looks for the equilibria of every sample of a batch of the plan, beside those from rest. `None` if `stop` said
     /// so between two rounds.
+    ///
+    /// # Errors
+    ///
+    /// An engine that fails.
     pub fn find(
         &mut self,
         batch: &Batch,

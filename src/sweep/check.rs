@@ -11,8 +11,11 @@ use crate::spec::Selection;
 /// How many samples are checked.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpotCheckOptions {
+    /// Share of all samples.
     pub share: f64,
+    /// At least so many, or all that there are.
     pub least: u64,
+    /// At most so many.
     pub most: u64,
 }
 

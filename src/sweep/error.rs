@@ -12,17 +12,32 @@ pub enum SweepError {
     /// The sweep file, or what it refers to.
     #[error(transparent)]
     Input(#[from] InputError),
+    /// The sweep makes no plan.
     #[error(transparent)]
     Plan(#[from] PlanError),
+    /// The engine cannot be used, or failed.
     #[error(transparent)]
     Backend(#[from] BackendError),
+    /// The rows cannot be written, or what is there not be resumed.
     #[error(transparent)]
     Results(#[from] ResultsError),
+    /// The engine was prepared for another plan than the sweep's.
     #[error("the backend was prepared for another plan: {what} differ")]
-    WrongPlan { what: &'static str },
+    WrongPlan {
+        /// What differs, in the plural.
+        what: &'static str,
+    },
     /// The run was begun by another method, or is to be as another run.
     #[error("the run is solved with {what} {settled}, asked for is {asked}; leave that out, or begin another run")]
-    OtherMethod { what: &'static str, settled: String, asked: String },
+    OtherMethod {
+        /// What differs, such as `steps`.
+        what: &'static str,
+        /// As the run was begun.
+        settled: String,
+        /// As it was asked for.
+        asked: String,
+    },
+    /// The sweep asks for every equilibrium, but [`RunOptions::search`](super::RunOptions::search) is empty.
     #[error("the sweep asks for every equilibrium, and the run was given nothing to search with")]
     NoSearch,
 }

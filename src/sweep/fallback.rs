@@ -23,6 +23,10 @@ pub struct Fallback<'a> {
 
 /// The same as [`run`]; where the device fails, another engine solves what is left. Finished parts are kept; a run
 /// without rows starts anew. So no sample is lost, and none counts twice.
+///
+/// # Errors
+///
+/// As [`run`], and a failure of the other engine.
 pub fn run_with_fallback(
     spec: &SweepSpec,
     backend: &mut dyn Backend,

@@ -22,6 +22,7 @@ pub struct RunOptions<'a> {
     pub chunk: u64,
     /// Checked between batches; finished parts are kept.
     pub interrupt: Option<&'a AtomicBool>,
+    /// Told after every batch.
     pub progress: Option<&'a (dyn Fn(&Progress) + Sync)>,
     /// Second attempts for samples that failed or are doubtful, in order.
     pub refiners: Vec<BackendFactory<'a>>,
@@ -29,6 +30,7 @@ pub struct RunOptions<'a> {
     pub search: Option<BranchTools<'a>>,
     /// What the spot check believes.
     pub trusted: Option<BackendFactory<'a>>,
+    /// How many samples the spot check takes.
     pub spot_check: SpotCheckOptions,
     /// How the number of steps was chosen, for the manifest.
     pub pilot: Option<PilotChoice>,
@@ -38,13 +40,17 @@ pub struct RunOptions<'a> {
 
 /// State of a run, reported after every batch.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Progress {
+    /// Samples that are solved, those of parts that were already there included.
     pub done: u64,
+    /// Samples of this shard.
     pub total: u64,
     /// As [`Summary::failed`], so far.
     pub failed: u64,
     /// Samples a second.
     pub rate: f64,
+    /// Time that is left at this rate; `None` where it is not known.
     pub left: Option<Duration>,
     /// Solving is over; samples are being solved again for the spot check.
     pub checking: bool,

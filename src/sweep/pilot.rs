@@ -14,6 +14,10 @@ const SAMPLES: u64 = 64;
 
 /// Picks, of the plan's method and others, the one that meets the tolerance with the fewest stages; if none does, the
 /// most accurate.
+///
+/// # Errors
+///
+/// As [`choose_steps`].
 pub fn choose_method(
     plan: &Plan,
     sampler: &Sampler,
@@ -40,6 +44,10 @@ pub fn choose_method(
 ///
 /// Where none does, the differences have stopped falling (rounding) or 128 is too few: then the smallest number
 /// within twice the least difference is taken, and `reached` is false.
+///
+/// # Errors
+///
+/// An engine that cannot be used, or fails.
 pub fn choose_steps(plan: &Plan, sampler: &Sampler, factory: BackendFactory) -> Result<PilotChoice, BackendError> {
     let selection = Selection::new(sampler.sample_count(), SAMPLES, 0x9170);
     let batch = plan.batch(selection.len() as usize, |at, row| {

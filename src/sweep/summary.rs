@@ -7,7 +7,9 @@ use std::path::PathBuf;
 
 /// What came of a run.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Summary {
+    /// What solved it.
     pub backend: BackendInfo,
     /// Samples of this shard.
     pub total: u64,
@@ -17,23 +19,28 @@ pub struct Summary {
     pub resumed: u64,
     /// Samples a second of this call, second attempts and files included, spot check excluded.
     pub rate: f64,
+    /// Whether it was stopped before its end.
     pub interrupted: bool,
-    /// Second attempts made and won.
+    /// Second attempts that were made.
     pub attempts: u64,
+    /// Second attempts whose rows were taken.
     pub refined: u64,
     /// Success rows of this call (converged ones, where every equilibrium was asked for) whose error estimate stays
     /// above the tolerance.
     pub above_tolerance: u64,
-    /// Of the converged rows of this call, in units of the plan's moment.
+    /// Largest residual of the converged rows of this call, in units of the plan's moment.
     pub worst_residual: f64,
-    /// Of the same rows.
+    /// Largest error estimate of the same rows.
     pub worst_error_estimate: f64,
+    /// What the spot check found; `None` where there was none.
     pub spot_check: Option<SpotCheck>,
+    /// Where the time of the run went.
     pub timings: Timings,
     /// The engine's own account of its time, by name [s]; stages overlap.
     pub engine_timings: Vec<(&'static str, f64)>,
     /// What happened to the engine on the way, such as a device that was lost and opened again.
     pub notes: Vec<String>,
+    /// Whether the host or the device made the samples.
     pub origin: SampleOrigin,
     /// Damaged parts that were moved away and solved again.
     pub quarantined: Vec<PathBuf>,
@@ -42,6 +49,7 @@ pub struct Summary {
 }
 
 impl Summary {
+    /// Rows of a status.
     pub fn count(&self, status: Status) -> u64 {
         self.reduction.counts[status.code() as usize]
     }

@@ -59,11 +59,19 @@ fn push_word(text: &mut String, word: &str) {
 /// Reads the columns of `like` that are named (all, if none are), in the file's order, with its kinds and units.
 ///
 /// The text itself tells neither; columns that `like` lacks are passed over.
+///
+/// # Errors
+///
+/// A file that cannot be read, or cells that are not of their column's kind.
 pub fn read(path: &Path, names: &[&str], like: &Table) -> Result<Table, TableError> {
     decode(&std::fs::read_to_string(path)?, names, like)
 }
 
 /// As [`read`], of a text.
+///
+/// # Errors
+///
+/// Cells that are not of their column's kind.
 pub fn decode(text: &str, names: &[&str], like: &Table) -> Result<Table, TableError> {
     let mut rest = text;
     let header = next_row(&mut rest).unwrap_or_default();

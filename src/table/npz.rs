@@ -17,6 +17,10 @@ const MAGIC: &[u8] = b"\x93NUMPY\x01\x00";
 const STATUS_WIDTH: usize = 16;
 
 /// The archive of a table. The same rows make the same bytes.
+///
+/// # Errors
+///
+/// A table that the archive cannot hold.
 pub fn encode(table: &Table) -> Result<Vec<u8>, TableError> {
     let unwritable =
         |error: &dyn std::fmt::Display| TableError::Unwritable { format: FORMAT, reason: error.to_string() };
@@ -73,11 +77,19 @@ fn array(values: &Values) -> (String, Vec<u8>) {
 }
 
 /// Reads the columns of `like` that are named (all, if none are), with its kinds and units: NumPy knows no units.
+///
+/// # Errors
+///
+/// A file that cannot be read, or lacks a column, or has another kind of values.
 pub fn read(path: &Path, names: &[&str], like: &Table) -> Result<Table, TableError> {
     read_archive(std::io::BufReader::new(std::fs::File::open(path)?), names, like)
 }
 
 /// As [`read`], of an archive in memory.
+///
+/// # Errors
+///
+/// An archive that is damaged, or lacks a column, or has another kind of values.
 pub fn decode(bytes: &[u8], names: &[&str], like: &Table) -> Result<Table, TableError> {
     read_archive(Cursor::new(bytes), names, like)
 }

@@ -4,6 +4,7 @@ use crate::model::Status;
 
 /// Values of one kind.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Values {
     /// Counts and indices; every row has one.
     Index(Vec<u64>),

@@ -357,9 +357,9 @@ fn sweep(text: &str) -> Result<SweepSpec, InputError> {
     fs::write(dir.path().join("scene.toml"), SCENE).unwrap();
     fs::write(dir.path().join("good.csv"), "coil.current.x\n0.1\n200 mA\n").unwrap();
     let result = SweepSpec::parse(&dir.path().join("sweep.toml"), text);
-    result.map_err(|error| {
-        let name = error.file.file_name().unwrap_or_default().into();
-        InputError { file: name, ..error }
+    result.map_err(|mut error| {
+        error.file = error.file.file_name().unwrap_or_default().into();
+        error
     })
 }
 

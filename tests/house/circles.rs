@@ -130,7 +130,7 @@ fn code(text: &str) -> String {
 }
 
 fn words(path: &str) -> Module {
-    path.split("::").map(|word| word.trim().split_whitespace().next().unwrap_or_default().to_owned()).collect()
+    path.split("::").map(|word| word.split_whitespace().next().unwrap_or_default().to_owned()).collect()
 }
 
 /// Paths that `use` names, groups taken apart.

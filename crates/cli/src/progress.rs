@@ -44,7 +44,7 @@ impl Meter {
     }
 
     fn line(&self, progress: &Progress) -> String {
-        let Progress { done, total, failed, rate, left, checking } = *progress;
+        let Progress { done, total, failed, rate, left, checking, .. } = *progress;
         if checking {
             return format!("{} of {} samples; checking some against the reference", count(done), count(total));
         }

@@ -251,7 +251,7 @@ fn say_statuses(summary: &Summary) {
         .collect();
     let words = words.join(", ");
     let share = 100.0 * (1.0 - summary.failed() as f64 / reduction.sample_count.max(1) as f64);
-    let Some(BranchCounts { most, unbalanced }) = reduction.branches else {
+    let Some(BranchCounts { most, unbalanced, .. }) = reduction.branches else {
         return say(&format!("status: {words}; {share:.3} % usable"));
     };
     let rows = count(reduction.row_count());

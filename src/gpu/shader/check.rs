@@ -7,6 +7,7 @@ use wgpu::naga;
 /// What is wrong with a shader, at its original place.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{piece}:{line}: {message}")]
+#[non_exhaustive]
 pub struct ShaderError {
     /// Name of the piece.
     pub piece: String,

@@ -27,6 +27,7 @@ pub struct Source {
 /// A directive that cannot be followed, at its place.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{piece}:{line}: {kind}")]
+#[non_exhaustive]
 pub struct EmitError {
     /// Name of the piece.
     pub piece: String,

@@ -35,6 +35,7 @@ pub struct Direction {
 
 /// How well a direction is determined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Strength {
     /// The observations tell it.
     Determined,

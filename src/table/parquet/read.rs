@@ -23,6 +23,7 @@ const TAIL: usize = 8;
 
 /// What a file says about itself.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Footer {
     /// Rows of each column.
     pub row_count: u64,
@@ -46,6 +47,10 @@ impl Footer {
 }
 
 /// The footer of a file that is in memory.
+///
+/// # Errors
+///
+/// Bytes that are no whole Parquet file.
 pub fn footer(bytes: &[u8]) -> Result<Footer, TableError> {
     let parse = || {
         let (rest, tail) =
@@ -61,6 +66,10 @@ pub fn footer(bytes: &[u8]) -> Result<Footer, TableError> {
 ///
 /// Signed integers become [`Values::Double`], and so do unsigned ones where some are missing. Text is
 /// [`Values::Status`] in a column `status` that holds no other words.
+///
+/// # Errors
+///
+/// A file that cannot be read or is damaged, or a column of a kind that tables do not hold.
 pub fn read(path: &Path, names: &[&str]) -> Result<Table, TableError> {
     let file = SerializedFileReader::new(File::open(path)?).map_err(|error| damaged(FORMAT, error))?;
     let footer = Footer::of(file.metadata().file_metadata());

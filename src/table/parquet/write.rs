@@ -17,6 +17,10 @@ use std::sync::Arc;
 const WORDS: usize = 4096;
 
 /// The file of a table, with pairs of keys and values in its footer.
+///
+/// # Errors
+///
+/// A table that Parquet cannot hold.
 pub fn encode(table: &Table, metadata: &[(&str, String)]) -> Result<Vec<u8>, TableError> {
     let mut bytes = Vec::new();
     let pairs = metadata.iter().map(|(key, value)| ((*key).to_owned(), value.clone())).collect();
@@ -27,6 +31,10 @@ pub fn encode(table: &Table, metadata: &[(&str, String)]) -> Result<Vec<u8>, Tab
 /// Makes `bytes` the file of a table; what they held is forgotten, their memory is used again.
 ///
 /// `metadata` gives the pairs of the footer. It is shown everything before the footer, to take a checksum of.
+///
+/// # Errors
+///
+/// As [`encode`].
 pub fn encode_into(
     table: &Table,
     bytes: &mut Vec<u8>,
