@@ -10,6 +10,7 @@ mod foreign_tables;
 mod method;
 mod same_rows;
 mod scenes;
+mod shipped;
 mod sinks;
 mod sweeps;
 mod table;
