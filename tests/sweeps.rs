@@ -289,6 +289,26 @@ struct Interrupting<'a> {
     left: AtomicUsize,
 }
 
+/// Meets a fold on the way to every sample.
+struct Folding(Arc);
+
+impl Backend for Folding {
+    fn info(&self) -> BackendInfo {
+        self.0.info()
+    }
+    fn plan(&self) -> &Plan {
+        self.0.plan()
+    }
+    fn batch_size(&self) -> usize {
+        self.0.batch_size()
+    }
+    fn solve(&mut self, batch: &Batch) -> Result<Solutions, BackendError> {
+        let mut solutions = self.0.solve(batch)?;
+        (0..batch.sample_count()).for_each(|at| solutions.set_status(at, Status::Fold));
+        Ok(solutions)
+    }
+}
+
 impl Backend for Interrupting<'_> {
     fn info(&self) -> BackendInfo {
         self.arc.info()
@@ -438,6 +458,19 @@ fn spot_check_finds_the_size_of_an_error() {
     assert_eq!(worst, spec.sample_scene(check.worst_sample.unwrap()));
     let manifest = read_manifest(&dir.path().join("off")).unwrap();
     assert!(manifest["spot_check"]["position"]["max"].as_f64().unwrap() > 0.0);
+}
+
+#[test]
+fn spot_check_counts_what_only_the_run_solves() {
+    let spec = small("parquet");
+    let dir = tempfile::tempdir().unwrap();
+    let trusted = |plan: &Plan| Ok(Box::new(Folding(Arc::new(plan))) as Box<dyn Backend>);
+    let options = RunOptions { trusted: Some(&trusted), ..options(&dir.path().join("out")) };
+    let check = run(&spec, &mut arc(&spec), &options).unwrap().spot_check.unwrap();
+    assert!(check.only_run > 0 && check.only_run + check.compared <= check.checked, "{check:?}");
+    assert_eq!((check.compared, check.only_trusted, check.wrong), (0, 0, 0));
+    assert!(check.only_run_sample.is_some());
+    assert_eq!(check.only_run_values.len(), 3);
 }
 
 #[test]

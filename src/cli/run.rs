@@ -110,6 +110,16 @@ pub fn run(arguments: &RunArguments) -> Result<Exit, CommandError> {
         ));
         return Ok(Exit::Failed);
     }
+    let unfounded = summary.spot_check.as_ref().map_or(0, |check| check.only_run);
+    if unfounded > 0 {
+        say(&format!(
+            "error: spot check: {} samples are solved here but not by the reference; do not trust these rows: they may lie \
+             beyond a fold, and others like them, too. `solve` shows such a sample with `--backend reference`{}",
+            count(unfounded),
+            example(&summary)
+        ));
+        return Ok(Exit::Failed);
+    }
     Ok(match arguments.max_failures {
         Some(most) if summary.failed() > most => {
             say(&format!("error: {} samples failed; --max-failures allows {most}", count(summary.failed())));
@@ -117,6 +127,17 @@ pub fn run(arguments: &RunArguments) -> Result<Exit, CommandError> {
         }
         _ => Exit::Done,
     })
+}
+
+/// The first sample that only the run solved, with its values.
+fn example(summary: &Summary) -> String {
+    let check = summary.spot_check.as_ref();
+    let Some((sample, values)) = check.and_then(|check| check.only_run_sample.map(|at| (at, &check.only_run_values)))
+    else {
+        return String::new();
+    };
+    let values: Vec<String> = values.iter().map(|(name, value)| format!("{name} = {value}")).collect();
+    format!("; the first is sample {sample}: {}", values.join(", "))
 }
 
 /// `results/` and the name of the sweep file.

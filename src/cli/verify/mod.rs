@@ -1,11 +1,14 @@
 //! `rodsweep verify`: every engine of this machine against the reference, in a chain whose links each isolate one
 //! cause: reference and cpu f64 (algebra), cpu f64 and cpu f32 (precision), cpu f32 and gpu (hardware).
 
+mod any_scene;
 mod cases;
 mod compare;
 pub mod hard;
 pub mod random;
+mod search;
 mod show;
+mod verdicts;
 
 use super::args::VerifyArguments;
 use super::engine::Engine;
@@ -106,6 +109,9 @@ struct Row {
 pub fn verify(arguments: &VerifyArguments) -> Result<Exit, CommandError> {
     if arguments.hard {
         return hard::verify_hard(arguments);
+    }
+    if let Some(count) = arguments.random {
+        return search::verify_random(arguments, count);
     }
     let cases = cases::cases(arguments.samples, arguments.seed)?;
     let (cpu, gpu) = (Setup::single(BackendKind::Cpu), Setup::single(BackendKind::Gpu));

@@ -18,13 +18,17 @@ const FIELD: f64 = 2.0;
 pub struct Random(pub u64);
 
 impl Random {
-    /// Uniform in [0, 1).
-    pub fn unit(&mut self) -> f64 {
+    pub fn bits(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+        z ^ (z >> 31)
+    }
+
+    /// Uniform in [0, 1).
+    pub fn unit(&mut self) -> f64 {
+        (self.bits() >> 11) as f64 / (1u64 << 53) as f64
     }
 
     /// Uniform in [low, high).
@@ -32,11 +36,17 @@ impl Random {
         low + (high - low) * self.unit()
     }
 
-    fn vector(&mut self, size: f64) -> Vector {
+    /// Between positive numbers, uniform in the logarithm.
+    pub fn between(&mut self, low: f64, high: f64) -> f64 {
+        low * (high / low).powf(self.unit())
+    }
+
+    /// Components uniform in [-size, size).
+    pub fn vector(&mut self, size: f64) -> Vector {
         std::array::from_fn(|_| self.within(-size, size))
     }
 
-    fn chance(&mut self, probability: f64) -> bool {
+    pub fn chance(&mut self, probability: f64) -> bool {
         self.unit() < probability
     }
 }
