@@ -77,15 +77,18 @@ impl SpotSamples {
         let (mut position, mut rotation, mut derivative) = (Vec::new(), Vec::new(), Vec::new());
         let (mut worst, mut worst_derivative) = (-1.0, -1.0);
         for (at, index) in self.indices.iter().enumerate() {
-            match (ours.status(at).is_converged(), truth.status(at).is_converged()) {
-                (true, true) => check.compared += 1,
-                (true, false) => check.only_run += 1,
+            match (ours.status(at).is_success(), truth.status(at).is_success()) {
+                (true, false) => {
+                    check.only_run += 1;
+                    check.only_run_sample.get_or_insert(*index);
+                }
                 (false, true) => check.only_trusted += 1,
-                (false, false) => {}
+                _ => {}
             }
             if !(ours.status(at).is_converged() && truth.status(at).is_converged()) {
                 continue;
             }
+            check.compared += 1;
             let length = plan.sample_rod(&batch, at).total_length();
             let (p, q) = (ours.vector(at, Quantity::TipPosition), truth.vector(at, Quantity::TipPosition));
             let dp = (0..3).map(|k| (p[k] - q[k]).powi(2)).sum::<f64>().sqrt() / length;
@@ -117,6 +120,8 @@ impl SpotSamples {
         check.position = distribution(position);
         check.rotation = distribution(rotation);
         check.derivative = distribution(derivative);
+        check.only_run_values =
+            check.only_run_sample.map(|index| named_values(plan, sampler, index)).unwrap_or_default();
         check.worst_values = check.worst_sample.map(|index| named_values(plan, sampler, index)).unwrap_or_default();
         Ok(check)
     }
