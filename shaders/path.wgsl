@@ -10,6 +10,10 @@ const RAMP_TRUST: f32 = 0.0; //@spec
 const NEARBY: f32 = 0.0; //@spec
 const CORRECTIONS: f32 = 0.0; //@spec
 const FIRST_BEND: f32 = 0.0; //@spec
+const FIRST_GUARDED_BEND: f32 = 0.0; //@spec
+const RETREATS: f32 = 0.0; //@spec
+const NEAR_MARGIN: f32 = 0.0; //@spec
+const WIDENING: f32 = 0.0; //@spec
 const AIM: f32 = 0.0; //@spec
 const LEAST_RATIO: f32 = 0.0; //@spec
 const MOST_RATIO: f32 = 0.0; //@spec
@@ -75,6 +79,14 @@ fn accept(history: History, goal: f32, m0: vec3<f32>) -> History {
     return History(goal, m0, history.lambda, secant, bend);
 }
 
+//@if TIP_MOMENT
+// Whether a load step takes the margin so far, where it is small, that stability may be lost and won again between.
+fn leaps(square: f32, last_square: f32) -> bool {
+    let near = !is_above(max(square, last_square), NEAR_MARGIN);
+    return near && (square * WIDENING < last_square || last_square * WIDENING < square);
+}
+//@end
+
 // Follows the equilibrium from rest to the full load on the coarse grid; where a path fails, the next.
 fn follow_path(rod: Rod, first: u32, secant: vec3<f32>) -> PathEnd {
     var end: PathEnd;
@@ -83,8 +95,11 @@ fn follow_path(rod: Rod, first: u32, secant: vec3<f32>) -> PathEnd {
     var last_size = 0.0;
     var first_size = 0.0;
     var corrections = 0.0;
-    // Largest squared norm of the inverse on accepted steps.
+    // Largest squared norm of the inverse on accepted steps, and that on the last.
     var weakest = 0.0;
+    var last_square = 3.0;
+    // Steps in a row that were rejected.
+    var retreats = 0.0;
     var started = false;
     end.path = first;
     loop {
@@ -94,12 +109,18 @@ fn follow_path(rod: Rod, first: u32, secant: vec3<f32>) -> PathEnd {
         let first_bound = trust * (1.0 / CONTRACTION);
         if !started {
             end.history = History(0.0, vec3<f32>(), 0.0, secant, vec3<f32>());
-            step = FIRST_BEND / max(length(secant), FIRST_BEND);
+            var first_bend = FIRST_BEND;
+            //@if TIP_MOMENT
+            if guarded { first_bend = FIRST_GUARDED_BEND; }
+            //@end
+            step = first_bend / max(length(secant), first_bend);
             goal = step;
             end.m0 = predict(end.history, goal);
             last_size = first_bound;
             corrections = 0.0;
             weakest = 0.0;
+            last_square = 3.0;
+            retreats = 0.0;
             end.passes = 1.0;
             end.ramped = false;
             end.exhausted = false;
@@ -131,11 +152,15 @@ fn follow_path(rod: Rod, first: u32, secant: vec3<f32>) -> PathEnd {
         if guarded { same_branch = same_branch && stability_index(tip) < 0.5; }
         let square = squared_norm(form_inverse);
         // Too near a bifurcation to know afterwards on which side it was passed; no long correction may start beyond one.
-        let safe = is_above(square, SAFE_MARGIN);
+        // Whoever retreats so often did not stand on the branch.
+        let safe = is_above(square, SAFE_MARGIN) && retreats < RETREATS;
         let regular = select(same_branch && safe, same_branch || size < NEARBY, guarded);
         let recovers = !is_above(weakest, NARROW_MARGIN) && square < 0.25 * weakest;
         let lost = converged && same_branch && select(!safe, recovers, guarded);
-        let accepted = converged && same_branch && !lost;
+        var accepted = converged && same_branch && !lost;
+        //@if TIP_MOMENT
+        if guarded { accepted = accepted && !leaps(square, last_square); }
+        //@end
         let go_on = !converged && contracting && regular;
         var failed = false;
         if corrections < 0.5 { first_size = size; }
@@ -153,10 +178,13 @@ fn follow_path(rod: Rod, first: u32, secant: vec3<f32>) -> PathEnd {
             if accepted {
                 end.history = accept(end.history, goal, m_new);
                 weakest = max(weakest, square);
+                last_square = square;
                 end.reached = !partial;
                 end.ramped = end.ramped || partial;
+                retreats = 0.0;
                 step = used * factor;
             } else {
+                retreats = retreats + 1.0;
                 step = used * min(factor, RETREAT);
                 failed = lost || step < smallest_step;
             }

@@ -52,6 +52,12 @@ pub struct SpotCheck {
     pub compared: u64,
     /// Solved by the run, not by the trusted backend.
     pub only_run: u64,
+    /// The first sample of these.
+    #[serde(default)]
+    pub only_run_sample: Option<u64>,
+    /// Its swept parameters by name, SI.
+    #[serde(default)]
+    pub only_run_values: Vec<(String, f64)>,
     /// Solved by the trusted backend, not by the run.
     pub only_trusted: u64,
     /// Compared successes whose position or rotation is off by more than ten times the tolerance and than ten times their

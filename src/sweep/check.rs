@@ -29,21 +29,21 @@ impl Default for SpotCheckOptions {
 const WRONG: f64 = 10.0;
 
 /// Samples of a run set aside for the check.
-pub(crate) struct Kept {
+pub(crate) struct SpotSamples {
     selection: Selection,
     indices: Vec<u64>,
     /// Solution columns, sample after sample.
     rows: Vec<f64>,
 }
 
-impl Kept {
-    pub fn new(sample_count: u64, options: SpotCheckOptions) -> Kept {
+impl SpotSamples {
+    pub fn new(sample_count: u64, options: SpotCheckOptions) -> SpotSamples {
         let wanted = (sample_count as f64 * options.share).ceil() as u64;
         let wanted = wanted.max(options.least).min(options.most.max(options.least)).min(sample_count);
-        Kept { selection: Selection::new(sample_count, wanted, 0x5b07), indices: Vec::new(), rows: Vec::new() }
+        SpotSamples { selection: Selection::new(sample_count, wanted, 0x5b07), indices: Vec::new(), rows: Vec::new() }
     }
 
-    /// Samples that are kept.
+    /// Samples that are checked.
     pub fn selection(&self) -> Selection {
         self.selection
     }
@@ -55,7 +55,7 @@ impl Kept {
         }
     }
 
-    /// Solves the kept samples again and compares.
+    /// Solves the chosen samples again and compares.
     pub fn compare(self, plan: &Plan, sampler: &Sampler, trusted: BackendFactory) -> Result<SpotCheck, SweepError> {
         let mut check = SpotCheck { checked: self.indices.len() as u64, ..SpotCheck::default() };
         if self.indices.is_empty() {
@@ -77,15 +77,18 @@ impl Kept {
         let (mut position, mut rotation, mut derivative) = (Vec::new(), Vec::new(), Vec::new());
         let (mut worst, mut worst_derivative) = (-1.0, -1.0);
         for (at, index) in self.indices.iter().enumerate() {
-            match (ours.status(at).is_converged(), truth.status(at).is_converged()) {
-                (true, true) => check.compared += 1,
-                (true, false) => check.only_run += 1,
+            match (ours.status(at).is_success(), truth.status(at).is_success()) {
+                (true, false) => {
+                    check.only_run += 1;
+                    check.only_run_sample.get_or_insert(*index);
+                }
                 (false, true) => check.only_trusted += 1,
-                (false, false) => {}
+                _ => {}
             }
             if !(ours.status(at).is_converged() && truth.status(at).is_converged()) {
                 continue;
             }
+            check.compared += 1;
             let length = plan.sample_rod(&batch, at).total_length();
             let (p, q) = (ours.vector(at, Quantity::TipPosition), truth.vector(at, Quantity::TipPosition));
             let dp = (0..3).map(|k| (p[k] - q[k]).powi(2)).sum::<f64>().sqrt() / length;
@@ -117,6 +120,8 @@ impl Kept {
         check.position = distribution(position);
         check.rotation = distribution(rotation);
         check.derivative = distribution(derivative);
+        check.only_run_values =
+            check.only_run_sample.map(|index| named_values(plan, sampler, index)).unwrap_or_default();
         check.worst_values = check.worst_sample.map(|index| named_values(plan, sampler, index)).unwrap_or_default();
         Ok(check)
     }

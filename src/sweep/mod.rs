@@ -9,10 +9,11 @@ mod error;
 mod fallback;
 mod job;
 mod manifest;
+mod on_device;
 mod options;
 mod pilot;
 mod pipeline;
-mod reduced;
+
 mod refine;
 mod run;
 mod sink;

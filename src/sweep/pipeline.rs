@@ -1,7 +1,7 @@
 //! The overlapping stages of a run: build batches, solve, finish rows, write. Each queue holds one item.
 
 use super::branches::{Branch, BranchSearch, Branches};
-use super::check::Kept;
+use super::check::SpotSamples;
 use super::error::SweepError;
 use super::options::{Progress, RunOptions};
 use super::refine::Refiners;
@@ -195,7 +195,7 @@ pub(crate) struct Finisher<'a> {
     pub options: &'a RunOptions<'a>,
     pub refiners: Refiners<'a>,
     pub search: Option<BranchSearch<'a>>,
-    pub kept: Option<Kept>,
+    pub spot_samples: Option<SpotSamples>,
     pub reduction: Reduction,
     /// Rows of the chunk that is being filled.
     pub table: Table,
@@ -296,8 +296,8 @@ impl Finisher<'_> {
         let rows = Rows { plan: self.plan, batch, solutions, range: solved.range(samples.clone()), branches };
         self.layout.append(&mut self.table, &rows, self.sampler, index);
         self.in_table += samples.len() as u64;
-        if let Some(kept) = &mut self.kept {
-            samples.for_each(|sample| kept.offer(index(sample), solved.from_rest, sample));
+        if let Some(chosen) = &mut self.spot_samples {
+            samples.for_each(|sample| chosen.offer(index(sample), solved.from_rest, sample));
         }
         rows.range.for_each(|row| self.note(solutions, row));
     }

@@ -4,12 +4,12 @@
 //! (three of them with solutions) and four chunks of rows are in memory, whatever the number of samples.
 
 use super::branches::BranchSearch;
-use super::check::Kept;
+use super::check::SpotSamples;
 use super::error::SweepError;
 use super::manifest::manifest;
+use super::on_device;
 use super::options::RunOptions;
 use super::pipeline::{Finisher, pieces, pipeline};
-use super::reduced;
 use super::refine::Refiners;
 use super::sink::{RowSink, RunEnd, RunHeader};
 use super::summary::Summary;
@@ -69,7 +69,7 @@ pub fn run(
         options,
         refiners: Refiners::new(&options.refiners),
         search,
-        kept: options.trusted.map(|_| Kept::new(sample_count, options.spot_check)),
+        spot_samples: options.trusted.map(|_| SpotSamples::new(sample_count, options.spot_check)),
         reduction,
         table: layout.empty().clone(),
         in_table: 0,
@@ -87,7 +87,7 @@ pub fn run(
     let has_rows = spec.format != Format::None || spec.branch == BranchChoice::All;
     let (origin, solve) = match has_rows {
         true => (SampleOrigin::Host, 0.0),
-        false => reduced::reduce(backend, &mut finisher, &record, &missing)?,
+        false => on_device::run(backend, &mut finisher, &record, &missing)?,
     };
     let (build, solve, write) = match origin {
         SampleOrigin::Device => (0.0, solve, 0.0),
@@ -100,10 +100,10 @@ pub fn run(
     let interrupted = finisher.solved < size(&missing);
     let mut timings = Timings { build, solve, write, ..finisher.timings };
     let mut spot_check = None;
-    if let (Some(kept), Some(trusted), false) = (finisher.kept.take(), options.trusted, interrupted) {
+    if let (Some(spot_samples), Some(trusted), false) = (finisher.spot_samples.take(), options.trusted, interrupted) {
         finisher.report(true);
         let begin = Instant::now();
-        spot_check = Some(kept.compare(&plan, &sampler, trusted)?);
+        spot_check = Some(spot_samples.compare(&plan, &sampler, trusted)?);
         timings.check = begin.elapsed().as_secs_f64();
     }
     timings.total = start.elapsed().as_secs_f64();

@@ -6,6 +6,7 @@ use rodsweep::lanes::Lanes;
 use rodsweep::model::{Plan, PlanOptions, Quantity, Solutions};
 use rodsweep::reference::Reference;
 use rodsweep::spec::SweepSpec;
+use std::sync::LazyLock;
 
 /// Coprime to 61: the chosen samples run through every value of every current.
 const STRIDE: u64 = 97;
@@ -36,6 +37,12 @@ fn solve(map: &Map, backend: &mut dyn Backend, indices: &[u64]) -> Solutions {
     backend.solve(&batch).expect("solved")
 }
 
+/// By the reference, once for all tests.
+static TRUTH: LazyLock<Solutions> = LazyLock::new(|| {
+    let map = map();
+    solve(&map, &mut Reference::new(&map.plan), &map.indices)
+});
+
 fn tip_difference(map: &Map, a: &Solutions, b: &Solutions, sample: usize) -> f64 {
     let (p, q) = (a.vector(sample, Quantity::TipPosition), b.vector(sample, Quantity::TipPosition));
     (0..3).map(|k| (p[k] - q[k]).powi(2)).sum::<f64>().sqrt() / map.plan.units.length
@@ -62,11 +69,10 @@ fn compare(map: &Map, name: &str, found: &Solutions, truth: &Solutions, toleranc
 #[test]
 fn right_branch() {
     let map = map();
-    let truth = solve(&map, &mut Reference::new(&map.plan), &map.indices);
     for (precision, tolerance) in [(Precision::F64, TOLERANCE), (Precision::F32, TOLERANCE_F32)] {
         let mut lanes = Lanes::new(&map.plan, precision).expect("supported");
         let found = solve(&map, &mut lanes, &map.indices);
-        let given_up = compare(&map, &precision.to_string(), &found, &truth, tolerance);
+        let given_up = compare(&map, &precision.to_string(), &found, &TRUTH, tolerance);
         // Before any second attempt: fewer than one in a thousand.
         assert!(given_up * 1000 <= map.indices.len(), "{given_up} given up in {precision}");
     }
@@ -75,13 +81,13 @@ fn right_branch() {
 #[test]
 fn error_estimates_bound_errors() {
     let map = map();
-    let truth = solve(&map, &mut Reference::new(&map.plan), &map.indices);
+    let truth = &*TRUTH;
     let mut lanes = Lanes::new(&map.plan, Precision::F64).expect("supported");
     let found = solve(&map, &mut lanes, &map.indices);
     let mut beyond = 0;
     for sample in (0..map.indices.len()).filter(|sample| found.status(*sample).is_success()) {
         let estimate = found.get(sample, Quantity::ErrorEstimate) + truth.get(sample, Quantity::ErrorEstimate);
-        beyond += usize::from(tip_difference(&map, &found, &truth, sample) > estimate);
+        beyond += usize::from(tip_difference(&map, &found, truth, sample) > estimate);
     }
     println!("{beyond} of {} errors beyond their estimate", map.indices.len());
     assert!(beyond * 1000 <= map.indices.len());

@@ -17,8 +17,8 @@ use rodsweep::sweep::{BranchTools, RunOptions, Summary, SweepError};
 use rodsweep::table::{Column, Table};
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 use std::sync::atomic::{AtomicBool, Ordering};
-use tempfile::TempDir;
 
 fn lanes(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
     Ok(Box::new(Lanes::new(plan, Precision::F64)?))
@@ -149,17 +149,18 @@ fn golden_lists_are_rows() {
     }
 }
 
-/// The run of `SWEEP` as a whole.
-fn whole() -> (TempDir, PathBuf, SweepSpec) {
-    let (dir, spec) = (tempfile::tempdir().unwrap(), shipped(SWEEP));
-    let out = dir.path().join("whole");
-    run_on_cpu(&out, &spec, &options());
-    (dir, out, spec)
-}
+/// The rows of `SWEEP` as a whole.
+static WHOLE: LazyLock<Table> = LazyLock::new(|| {
+    let dir = tempfile::tempdir().unwrap();
+    run_on_cpu(dir.path(), &shipped(SWEEP), &options());
+    read_columns(dir.path(), &[]).unwrap()
+});
 
 #[test]
 fn rows_and_counts_are_those_of_the_samples() {
-    let (dir, out, spec) = whole();
+    let (dir, spec) = (tempfile::tempdir().unwrap(), shipped(SWEEP));
+    let out = dir.path().join("whole");
+    run_on_cpu(&out, &spec, &options());
     let table = read_columns(&out, &[]).unwrap();
     check_rows(&table);
     let names: Vec<&str> = table.columns.iter().map(|column| column.name.as_str()).collect();
@@ -201,8 +202,8 @@ fn rows_and_counts_are_those_of_the_samples() {
 
 #[test]
 fn rows_do_not_depend_on_how_the_work_is_cut() {
-    let (dir, whole, spec) = whole();
-    let expected = rows(&whole);
+    let (dir, spec) = (tempfile::tempdir().unwrap(), shipped(SWEEP));
+    let expected = bits(&WHOLE);
     for chunk in [1, 3] {
         let out = dir.path().join(format!("chunk-{chunk}"));
         run_on_cpu(&out, &spec, &RunOptions { chunk, ..options() });
@@ -228,10 +229,9 @@ fn rows_do_not_depend_on_how_the_work_is_cut() {
         let spec = shipped(&format!("{SWEEP}format = \"{format}\"\n"));
         let out = dir.path().join(format);
         run_on_cpu(&out, &spec, &RunOptions { limit: Some(3), ..options() });
-        let expected = read_columns(&whole, &[]).unwrap();
         let found = read_columns(&out, &[]).unwrap();
         assert_eq!(found.sample_count(), 3, "{format}");
-        for (found, expected) in bits(&found).iter().zip(bits(&expected)) {
+        for (found, expected) in bits(&found).iter().zip(&expected) {
             assert_eq!(found.1, expected.1[..found.1.len()], "{format}: {}", expected.0);
         }
     }
@@ -263,8 +263,8 @@ impl Backend for Interrupting {
 
 #[test]
 fn what_is_missing_or_damaged_is_searched_again() {
-    let (dir, whole, spec) = whole();
-    let expected = rows(&whole);
+    let (dir, spec) = (tempfile::tempdir().unwrap(), shipped(SWEEP));
+    let expected = bits(&WHOLE);
     let out = dir.path().join("cut");
     let interrupting =
         |plan: &Plan| -> Result<Box<dyn Backend>, BackendError> { Ok(Box::new(Interrupting(lanes(plan)?, 0))) };
@@ -364,21 +364,21 @@ fn without_a_potential_stable_ones_come_first() {
 #[test]
 fn a_gpu_finds_as_many() {
     let Some(_) = device_or_skip("a_gpu_finds_as_many") else { return };
-    let (dir, whole, mut spec) = whole();
+    let (dir, mut spec) = (tempfile::tempdir().unwrap(), shipped(SWEEP));
     let out = dir.path().join("gpu");
     spec.tolerance = 2e-5;
     let plan = spec.plan(PlanOptions { steps: 16, stepper: Stepper::Rk4, ..PlanOptions::default() }).unwrap();
     let options = RunOptions { search: Some(tools(&gpu)), ..options() };
     let summary = run_into(&out, &spec, gpu(&plan).unwrap().as_mut(), &options);
     assert_eq!(summary.unwrap().failed(), 0);
-    let (expected, found) = (read_columns(&whole, &[]).unwrap(), read_columns(&out, &[]).unwrap());
+    let (expected, found) = (&*WHOLE, read_columns(&out, &[]).unwrap());
     check_rows(&found);
     assert_eq!(expected.samples(), found.samples());
     let stable = |table: &Table| table.statuses().iter().map(|status| status.is_success()).collect::<Vec<_>>();
-    assert_eq!(stable(&expected), stable(&found));
+    assert_eq!(stable(expected), stable(&found));
     assert_eq!(expected.numbers("from_rest"), found.numbers("from_rest"));
     let tips = |table: &Table| table.numbers("tip.position.y").unwrap();
-    for (a, b) in tips(&expected).iter().zip(tips(&found)) {
+    for (a, b) in tips(expected).iter().zip(tips(&found)) {
         assert!((a - b).abs() < 1e-4 * spec.scene.total_length(), "{a} {b}");
     }
 }

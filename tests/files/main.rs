@@ -3,12 +3,14 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod arc;
 mod bad_input;
 mod branch_sweeps;
 mod foreign_tables;
 mod method;
 mod same_rows;
 mod scenes;
+mod shipped;
 mod sinks;
 mod sweeps;
 mod table;

@@ -1,196 +1,20 @@
-//! Shipped sweeps, and runs that are cut short, resumed, damaged, sharded: with a small analytic backend.
+//! Runs that are cut short, resumed, damaged, sharded: with a small analytic backend.
 
-use crate::common::root;
+use crate::arc::{Arc, arc, contents, options, parts, shipped, small};
 use crate::common::runs::{manifest_of, read_columns, reduced, resume_in, run_into, spec_of, status_of};
-use rodsweep::backend::{Backend, BackendError, BackendInfo, BackendKind, Precision};
-use rodsweep::input::{assign, parse_scene, read_scene, write_scene};
-use rodsweep::model::rotation_vector;
-use rodsweep::model::{
-    Batch, FlexibleRod, Plan, PlanOptions, Quantity, RigidRod, RodSegment, Solutions, Status, base_curvature,
-};
+use rodsweep::backend::{Backend, BackendError, BackendInfo, Precision};
+use rodsweep::input::read_scene;
+use rodsweep::model::{Batch, Plan, PlanOptions, Solutions, Status};
 use rodsweep::results::{ResultsError, TIPS_FILE, WORKSPACE_FILE, WORST_FILE, merge, read_parquet_table};
 use rodsweep::spec::{Shard, SweepSpec};
-use rodsweep::sweep::{BranchTools, Progress, RunOptions, SweepError, choose_steps};
+use rodsweep::sweep::{Progress, RunOptions, SweepError, choose_steps};
 use rodsweep::table::{Table, Values};
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-
-/// The tip of a circular arc whose bend follows the coils' dipoles; every 97th dipole pattern fails.
-struct Arc {
-    plan: Plan,
-    batch_size: usize,
-    precision: Precision,
-    /// Added to the tip along x [m].
-    offset: f64,
-    fails: bool,
-}
-
-impl Arc {
-    fn new(plan: &Plan) -> Arc {
-        Arc { plan: plan.clone(), batch_size: 700, precision: Precision::F64, offset: 0.0, fails: true }
-    }
-}
-
-impl Backend for Arc {
-    fn info(&self) -> BackendInfo {
-        let device = "arc".into();
-        BackendInfo { kind: BackendKind::Cpu, precision: self.precision, device, driver: String::new() }
-    }
-
-    fn plan(&self) -> &Plan {
-        &self.plan
-    }
-
-    fn batch_size(&self) -> usize {
-        self.batch_size
-    }
-
-    fn solve(&mut self, batch: &Batch) -> Result<Solutions, BackendError> {
-        let mut solutions = Solutions::new(&self.plan, batch.sample_count());
-        for at in 0..batch.sample_count() {
-            let rod = self.plan.sample_rod(batch, at);
-            let mut bend = [0.0; 2];
-            for segment in &rod.segments {
-                match segment {
-                    RodSegment::Rigid(rigid) => {
-                        let dipole = rigid.dipole;
-                        bend = [bend[0] + 2e3 * dipole[2], bend[1] + 2e3 * dipole[0]];
-                    }
-                    RodSegment::Flexible(flexible) => bend[0] += 1e-3 / flexible.stiffness[0].max(1e-9) * 1e-3,
-                }
-            }
-            let angle = (bend[0] * bend[0] + bend[1] * bend[1]).sqrt().max(1e-12);
-            let (length, error) = (rod.total_length(), 1.0 / (self.plan.options.steps as f64).powi(8));
-            let (sine, cosine) = angle.sin_cos();
-            let [x, y] = bend.map(|b| b / angle);
-            let out = length * (1.0 - cosine) / angle;
-            let tip = [x * out + self.offset, y * out, length * (sine / angle + error)];
-            solutions.set_vector(at, Quantity::TipPosition, tip);
-            solutions.set_vector(at, Quantity::TipD1, [cosine * x * x + y * y, (cosine - 1.0) * x * y, -sine * x]);
-            solutions.set_vector(at, Quantity::TipTangent, [x * sine, y * sine, cosine]);
-            solutions.set_vector(at, Quantity::BaseMoment, [bend[0] * 1e-6, bend[1] * 1e-6, 0.0]);
-            solutions.set(at, Quantity::StabilityMargin, 0.5);
-            solutions.set(at, Quantity::ErrorEstimate, error);
-            for derivative in 0..self.plan.derivatives.len() {
-                for row in 0..self.plan.rows() {
-                    let column = solutions.derivative_column(derivative, row);
-                    solutions.values.set(at, column, tip[row % 3] * (1.0 + row as f64));
-                }
-            }
-            let fails = self.fails && ((tip[0] * 1e9).abs() as u64).is_multiple_of(97);
-            solutions.set_status(at, if fails { Status::NotConverged } else { Status::Ok });
-        }
-        Ok(solutions)
-    }
-}
-
-fn shipped() -> PathBuf {
-    root().join("sweeps")
-}
-
-const SMALL: &str = r#"
-scene = "scenes/p6.toml"
-[sampling]
-method = "uniform"
-samples = 5000
-seed = 3
-[[axis]]
-parameter = "coil.current.x"
-from = -0.1
-to = 0.1
-[[axis]]
-parameters = ["proximal.youngs_modulus", "distal.youngs_modulus"]
-from = "5 MPa"
-to = "6 MPa"
-[output]
-derivatives = ["coil.current"]
-"#;
-
-fn small(format: &str) -> SweepSpec {
-    let text = format!("{SMALL}format = \"{format}\"\n");
-    SweepSpec::parse(&shipped().join("small.toml"), &text).unwrap()
-}
-
-fn arc(spec: &SweepSpec) -> Arc {
-    Arc::new(&spec.plan(PlanOptions::default()).unwrap())
-}
-
-fn options<'a>() -> RunOptions<'a> {
-    RunOptions { chunk: 1000, ..RunOptions::new() }
-}
-
-fn parts(dir: &Path) -> Vec<String> {
-    let mut names: Vec<String> = fs::read_dir(dir)
-        .unwrap()
-        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
-        .filter(|name| name.starts_with("part-") && !name.ends_with(".json") && !name.contains(".bad"))
-        .collect();
-    names.sort();
-    names
-}
-
-/// Every part's bytes.
-fn contents(dir: &Path) -> Vec<(String, Vec<u8>)> {
-    parts(dir).into_iter().map(|name| (name.clone(), fs::read(dir.join(name)).unwrap())).collect()
-}
-
-#[test]
-fn shipped_sweeps_have_their_counts_and_run_limited() {
-    let declared = [
-        ("workspace", 226_981),
-        ("stiffness", 16_384),
-        ("insertion", 20_000),
-        ("ten_million", 10_000_000),
-        ("billion", 1_000_000_000),
-        ("two_coil", 65_536),
-        ("branches", 81),
-        ("lap", 8),
-    ];
-    let mut files: Vec<String> = fs::read_dir(shipped())
-        .unwrap()
-        .map(|entry| entry.unwrap().path())
-        .filter(|path| path.extension().is_some_and(|extension| extension == "toml"))
-        .map(|path| path.file_stem().unwrap().to_str().unwrap().to_owned())
-        .collect();
-    files.sort();
-    let mut names: Vec<&str> = declared.iter().map(|(name, _)| *name).collect();
-    names.sort_unstable();
-    assert_eq!(files, names, "every shipped sweep declares its count here");
-    for (name, count) in declared {
-        let spec = SweepSpec::read(&shipped().join(format!("{name}.toml"))).unwrap_or_else(|error| panic!("{error}"));
-        assert_eq!(spec.sample_count, count, "{name}");
-        let dir = tempfile::tempdir().unwrap();
-        let out = dir.path().join("out");
-        let make = |plan: &Plan| -> Result<Box<dyn Backend>, BackendError> { Ok(Box::new(Arc::new(plan))) };
-        let search = Some(BranchTools { engine: &make, finisher: &make, energy: &|_, _| None });
-        let limited = RunOptions { limit: Some(2000), search, ..options() };
-        let summary = run_into(&out, &spec, &mut arc(&spec), &limited).unwrap();
-        assert_eq!(summary.solved, count.min(2000), "{name}");
-        assert_eq!(spec_of(&out).unwrap().to_toml(), spec.to_toml(), "{name}");
-    }
-}
-
-#[test]
-fn shipped_scenes_read_and_round_trip() {
-    for entry in fs::read_dir(shipped().join("scenes")).unwrap() {
-        let path = entry.unwrap().path();
-        let scene = read_scene(&path).unwrap_or_else(|error| panic!("{error}"));
-        let text = write_scene(&scene);
-        assert_eq!(parse_scene(Path::new("again.toml"), &text).as_ref(), Ok(&scene), "{}\n{text}", path.display());
-    }
-}
-
-#[test]
-fn p6_is_the_prototype() {
-    let scene = read_scene(&shipped().join("scenes/p6.toml")).unwrap();
-    assert!((scene.total_length() - 0.0943).abs() < 1e-15);
-    assert!((scene.segments[0].length - 0.0575).abs() < 1e-15);
-    let rod = scene.rod();
-    let RodSegment::Flexible(FlexibleRod { stiffness, .. }) = rod.segments[0] else { panic!() };
-    assert!((stiffness[0] - 2.28299e-5).abs() < 1e-9, "{stiffness:?}");
-    assert!(scene.rigid_force_arm);
-}
+use std::thread;
+use std::time::{Duration, Instant};
 
 #[test]
 fn columns_are_those_of_the_interface() {
@@ -339,17 +163,33 @@ fn an_interrupted_run_keeps_whole_parts_and_resumes() {
     assert_eq!((again.resumed, again.solved), (5000, 0));
 }
 
+/// A directory to run into, and how many samples to stop at, for the process that is killed.
 const KILLED: &str = "RODSWEEP_TEST_KILLED_RUN";
+const STOP_AT: &str = "RODSWEEP_TEST_STOP_AT";
+/// Nothing is waited for any longer.
+const PATIENCE: Duration = Duration::from_secs(120);
 
 /// Not a test of its own: the process that the next test kills.
 #[test]
 fn child_that_is_killed() {
     let Ok(dir) = std::env::var(KILLED) else { return };
+    let stop_at: u64 = std::env::var(STOP_AT).unwrap().parse().unwrap();
     let spec = small("parquet");
     let mut backend = Arc { batch_size: 50, ..arc(&spec) };
-    let slow = |_: &Progress| std::thread::sleep(std::time::Duration::from_millis(1));
-    let options = RunOptions { chunk: 100, progress: Some(&slow), ..options() };
+    // In the midst of its work when it is killed, however late that comes.
+    let wait = |progress: &Progress| match progress.done < stop_at {
+        true => thread::sleep(Duration::from_millis(1)),
+        false => thread::sleep(PATIENCE),
+    };
+    let options = RunOptions { chunk: 100, progress: Some(&wait), ..options() };
     resume_in(Path::new(&dir), &spec, &mut backend, &options).unwrap();
+}
+
+/// This program again, to run one test of this file.
+fn this_program(test: &str) -> Command {
+    let mut command = Command::new(std::env::current_exe().unwrap());
+    command.args([&format!("{}::{test}", module_path!().split_once("::").unwrap().1), "--exact", "--nocapture"]);
+    command
 }
 
 #[test]
@@ -358,14 +198,21 @@ fn killed_runs_leave_whole_parts_and_resume() {
     let dir = tempfile::tempdir().unwrap();
     let (whole, cut) = (dir.path().join("whole"), dir.path().join("cut"));
     run_into(&whole, &spec, &mut arc(&spec), &RunOptions { chunk: 100, ..options() }).unwrap();
-    for wait in [5, 20, 35, 50, 65] {
-        let mut child = std::process::Command::new(std::env::current_exe().unwrap())
-            .args(["child_that_is_killed", "--exact"])
-            .env(KILLED, &cut)
-            .stdout(std::process::Stdio::null())
+    let done = || parts(&cut).len();
+    for wanted in [0, 1, 3, 10, 25] {
+        let mut child = this_program("child_that_is_killed")
+            .envs([(KILLED, cut.as_os_str()), (STOP_AT, format!("{}", 100 * (wanted + 10)).as_ref())])
+            .stdout(Stdio::null())
             .spawn()
             .unwrap();
-        std::thread::sleep(std::time::Duration::from_millis(wait));
+        let begin = Instant::now();
+        while !cut.is_dir() || done() < wanted {
+            assert!(
+                begin.elapsed() < PATIENCE && child.try_wait().unwrap().is_none(),
+                "{wanted} parts are not reached"
+            );
+            thread::sleep(Duration::from_millis(1));
+        }
         child.kill().unwrap();
         child.wait().unwrap();
         if cut.join("run.json").exists() {
@@ -373,6 +220,7 @@ fn killed_runs_leave_whole_parts_and_resume() {
             assert!(status.damaged.is_empty(), "{:?}", status.damaged);
         }
     }
+    assert!(done() >= 25 && done() < 50, "{} of 50 parts", done());
     resume_in(&cut, &spec, &mut arc(&spec), &RunOptions { chunk: 100, ..options() }).unwrap();
     assert_eq!(contents(&whole), contents(&cut));
 }
@@ -533,59 +381,16 @@ fn inputs_from_parquet_and_csv_agree() {
     assert_eq!(spec_of(&resolved).unwrap().table, table.table);
 }
 
-#[test]
-fn rotation_vectors_survive_small_and_half_turns() {
-    let mut scene = read_scene(&shipped().join("scenes/cantilever.toml")).unwrap();
-    let pi = std::f64::consts::PI;
-    for angle in [0.0, 1e-12, 1e-7, 1e-3, 1.0, pi - 1e-3, pi - 1e-7, pi - 1e-12] {
-        for axis in [[1.0, 0.0, 0.0], [0.6, 0.0, -0.8], [-2.0 / 3.0, 1.0 / 3.0, 2.0 / 3.0]] {
-            scene.base.rotation = axis.map(|a| a * angle);
-            let v = rotation_vector(&scene.rod().base_rotation);
-            for k in 0..3 {
-                assert!((v[k] - axis[k] * angle).abs() < 1e-14 + 1e-15 * angle, "{angle} {axis:?}: {v:?}");
-            }
-        }
-    }
-}
-
-#[test]
-fn base_curvature_takes_leading_rigid_segments_into_account() {
-    let mut rod = read_scene(&shipped().join("scenes/cantilever.toml")).unwrap().rod();
-    rod.base_rotation = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-    rod.flux_density = [0.0, 3.0, 0.0];
-    rod.tip_force = [1.0, 0.0, 0.0];
-    let (dipole, weight) = ([1e-3, 0.0, 0.0], [0.0, 0.2, 0.0]);
-    rod.segments.insert(0, RodSegment::Rigid(RigidRod { length: 0.1, dipole, weight }));
-    let RodSegment::Flexible(FlexibleRod { stiffness, .. }) = rod.segments[1] else { panic!() };
-    // m - mu x B - L t x n - L/2 t x w; t x (1, 0, 0) = (0, 1, 0), t x (0, 0.2, 0) = (-0.2, 0, 0).
-    let m = [0.5 + 0.01, 0.6 - 0.1, 0.7 - 3e-3];
-    let u = base_curvature(&rod, [0.5, 0.6, 0.7]);
-    for k in 0..3 {
-        assert!((u[k] * stiffness[k] - m[k]).abs() < 1e-14, "{u:?}");
-    }
-    rod.rigid_force_arm = false;
-    let u = base_curvature(&rod, [0.5, 0.6, 0.7]);
-    assert!((u[1] * stiffness[1] - 0.6).abs() < 1e-14 && (u[2] * stiffness[2] - 0.697).abs() < 1e-14);
-}
-
-#[test]
-fn assignments_set_scenes() {
-    let mut scene = read_scene(&shipped().join("scenes/p6.toml")).unwrap();
-    assign(&mut scene, &["insertion=90 mm", "coil.current.x=20 mA", "distal.length=0.02", "base.position=1 mm"])
-        .unwrap();
-    assert!((scene.total_length() - 0.09).abs() < 1e-15 && scene.segments[2].length == 0.02);
-    assert_eq!(scene.base.position, [1e-3; 3]);
-    let mut refused = |text: &str| assign(&mut scene, &[text]).unwrap_err().to_string();
-    assert!(refused("coil.current.x").contains("write NAME=VALUE"));
-    assert!(refused("coil.curent.x=1").contains("did you mean `coil.current.x`?"));
-    assert!(refused("coil.current.x=1 m").contains("`coil.current.x`: \"1 m\" is a length"));
-    assert!(refused("proximal.stiffness.torsion=1").contains("follows from `tube`"));
-    assert!(refused("insertion=1 mm").contains("must be finite and not negative"));
-}
+/// Set for the process whose memory is looked at: there other tests take none.
+const ALONE: &str = "RODSWEEP_TEST_ALONE";
 
 /// Ten million samples in bounded memory.
 #[test]
 fn ten_million_samples_stay_below_one_gibibyte() {
+    if std::env::var_os(ALONE).is_none() {
+        let status = this_program("ten_million_samples_stay_below_one_gibibyte").env(ALONE, "1").status().unwrap();
+        return assert!(status.success(), "{status}");
+    }
     let spec = SweepSpec::read(&shipped().join("ten_million.toml")).unwrap();
     let dir = tempfile::tempdir().unwrap();
     let mut backend = Arc { batch_size: 1 << 16, fails: false, ..arc(&spec) };
@@ -596,6 +401,6 @@ fn ten_million_samples_stay_below_one_gibibyte() {
     let peak = peak.and_then(|text| text.split_whitespace().next()).and_then(|number| number.parse::<u64>().ok());
     if let Some(peak) = peak {
         assert!(peak < 1 << 20, "{peak} kB");
-        eprintln!("peak {} MiB, {:.0} samples a second, {:?}", peak >> 10, summary.rate, summary.timings);
+        eprintln!("peak {} MiB", peak >> 10);
     }
 }

@@ -7,20 +7,26 @@ use rodsweep::backend::{Backend, BackendError, Precision, ReduceJob, Reduced};
 use rodsweep::gpu::testing::{Faults, Flip, device_or_skip};
 use rodsweep::gpu::{Device, Gpu};
 use rodsweep::lanes::Lanes;
-use rodsweep::model::{Plan, PlanOptions, Quantity, Stepper};
+use rodsweep::model::{BLOCK, Plan, PlanOptions, Quantity, Stepper};
 use rodsweep::reference::Reference;
 use rodsweep::results::{SampleOrigin, TIPS_FILE, WORKSPACE_FILE};
 use rodsweep::spec::SweepSpec;
 use rodsweep::sweep::{Fallback, ResultDirectory, RunOptions, Summary, run_with_fallback};
+use rodsweep::table::Table;
 use std::cell::RefCell;
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
+use std::sync::LazyLock;
 
 const SAMPLES: usize = 8192;
 const TOLERANCE: f64 = 2e-5;
-/// Two blocks of samples a dispatch, so that a run has many.
+/// Two blocks of samples a dispatch at most, so that a run has many; fewer where the device is slow.
 const FEW_WORKGROUPS: Option<u32> = Some(8);
+/// One block: every run has as many dispatches, whatever time they take.
+const FEWEST_WORKGROUPS: Option<u32> = Some(4);
+/// Dispatches that every run has after the first, which has no samples.
+const CERTAIN_DISPATCHES: u64 = (SAMPLES / (2 * BLOCK)) as u64;
 
 /// Every sample has an equilibrium, so that engines may differ by round-off only.
 fn spec(format: &str) -> SweepSpec {
@@ -74,31 +80,30 @@ fn go_with(format: &str, faults: Faults, dir: &Path, name: &str) -> Option<(Vec<
     Some(go(&spec, &mut gpu, &dir.join(name)))
 }
 
-fn part_files(dir: &Path) -> Vec<PathBuf> {
-    let mut parts: Vec<_> = fs::read_dir(dir).expect("a directory").flatten().map(|entry| entry.path()).collect();
-    parts.retain(|path| path.file_name().is_some_and(|name| name.to_string_lossy().starts_with("part-")));
-    parts.sort();
-    parts
+/// Every part and table by name.
+fn files(dir: &Path) -> BTreeMap<String, Vec<u8>> {
+    let names = fs::read_dir(dir).expect("a directory").flatten().map(|entry| entry.file_name().into_string());
+    let mut names: Vec<String> = names.map(|name| name.expect("UTF-8")).collect();
+    names.retain(|name| name.starts_with("part-") || [WORKSPACE_FILE, TIPS_FILE].contains(&name.as_str()));
+    names.into_iter().map(|name| (name.clone(), fs::read(dir.join(name)).expect("reads"))).collect()
 }
 
 /// Every part and table to the last byte.
-fn expect_same_files(found: &Path, expected: &Path) {
-    let mut files = part_files(expected);
-    assert_eq!(files.len(), part_files(found).len());
-    files.extend([WORKSPACE_FILE, TIPS_FILE].map(|name| expected.join(name)).into_iter().filter(|path| path.exists()));
-    assert!(!files.is_empty());
-    for path in files {
-        let name = path.file_name().expect("a name");
-        assert!(fs::read(&path).expect("reads") == fs::read(found.join(name)).expect("reads"), "{name:?} differs");
+fn expect_same_files(found: &Path, expected: &BTreeMap<String, Vec<u8>>) {
+    let found = files(found);
+    assert!(!expected.is_empty());
+    assert_eq!(found.keys().collect::<Vec<_>>(), expected.keys().collect::<Vec<_>>());
+    for (name, bytes) in expected {
+        assert!(found[name] == *bytes, "{name} differs");
     }
 }
 
 /// Every sample once, with the status and, to the tolerance, the tip of a run without faults.
-fn expect_close(found: &Path, expected: &Path) {
-    let [a, b] = [found, expected].map(|dir| read_columns(dir, &[]).expect("reads"));
+fn expect_close(found: &Path, b: &Table) {
+    let a = read_columns(found, &[]).expect("reads");
     assert_eq!(a.samples(), (0..SAMPLES as u64).collect::<Vec<_>>());
     let length = spec("parquet").scene.total_length();
-    let [p, q] = [&a, &b].map(|table| table.vector_columns("tip.position").expect("tips"));
+    let [p, q] = [&a, b].map(|table| table.vector_columns("tip.position").expect("tips"));
     for row in 0..SAMPLES {
         assert_eq!(a.statuses()[row].is_success(), b.statuses()[row].is_success(), "sample {row}");
         let off = (0..3).map(|axis| (p[axis].number(row) - q[axis].number(row)).abs()).fold(0.0, f64::max);
@@ -106,24 +111,54 @@ fn expect_close(found: &Path, expected: &Path) {
     }
 }
 
-/// Dispatches of a run without faults, the first one without samples included.
-fn undisturbed(format: &str, dir: &Path) -> Option<u64> {
-    let faults = Faults { most_workgroups: FEW_WORKGROUPS, ..Faults::default() };
-    let (told, summary) = go_with(format, faults.clone(), dir, "undisturbed")?;
-    assert!(told.is_empty() && summary.notes.is_empty(), "{told:?} {:?}", summary.notes);
-    assert_eq!((summary.solved, summary.failed()), (SAMPLES as u64, 0));
-    assert_eq!(summary.spot_check.map(|check| (check.compared, check.wrong)), Some((64, 0)));
-    Some(faults.counts.dispatches())
+/// A run without faults, a block a dispatch.
+struct Undisturbed {
+    /// The first one, without samples, included.
+    dispatches: u64,
+    files: BTreeMap<String, Vec<u8>>,
+    /// Of a run with rows.
+    rows: Table,
+}
+
+impl Undisturbed {
+    fn new(format: &str) -> Option<Undisturbed> {
+        let dir = tempfile::tempdir().expect("a directory");
+        let faults = Faults { most_workgroups: FEWEST_WORKGROUPS, ..Faults::default() };
+        let (told, summary) = go_with(format, faults.clone(), dir.path(), "undisturbed")?;
+        assert!(told.is_empty() && summary.notes.is_empty(), "{told:?} {:?}", summary.notes);
+        assert_eq!((summary.solved, summary.failed()), (SAMPLES as u64, 0));
+        assert_eq!(summary.spot_check.map(|check| (check.compared, check.wrong)), Some((64, 0)));
+        let out = dir.path().join("undisturbed");
+        let rows = read_columns(&out, &[]).expect("reads");
+        Some(Undisturbed { dispatches: faults.counts.dispatches(), files: files(&out), rows })
+    }
+}
+
+static WITH_ROWS: LazyLock<Option<Undisturbed>> = LazyLock::new(|| Undisturbed::new("parquet"));
+static WITHOUT_ROWS: LazyLock<Option<Undisturbed>> = LazyLock::new(|| Undisturbed::new("none"));
+
+/// Made once for all tests; `None` without a GPU.
+fn undisturbed(format: &str) -> Option<&'static Undisturbed> {
+    match format {
+        "parquet" => WITH_ROWS.as_ref(),
+        _ => WITHOUT_ROWS.as_ref(),
+    }
 }
 
 #[test]
 fn a_lost_device_is_opened_again_and_the_run_goes_on() {
     for format in ["parquet", "none"] {
         let dir = tempfile::tempdir().expect("a directory");
-        let Some(dispatches) = undisturbed(format, dir.path()) else { return };
-        assert!(dispatches > 10, "{dispatches}");
-        for lost in [1, dispatches / 2, dispatches - 1] {
-            let faults = Faults { lost_at: vec![lost], most_workgroups: FEW_WORKGROUPS, ..Faults::default() };
+        let Some(expected) = undisturbed(format) else { return };
+        let dispatches = expected.dispatches;
+        assert!(dispatches > 2 * CERTAIN_DISPATCHES, "{dispatches}");
+        for (lost, most_workgroups) in [
+            (1, FEW_WORKGROUPS),
+            (CERTAIN_DISPATCHES / 2, FEW_WORKGROUPS),
+            (CERTAIN_DISPATCHES, FEW_WORKGROUPS),
+            (dispatches - 1, FEWEST_WORKGROUPS),
+        ] {
+            let faults = Faults { lost_at: vec![lost], most_workgroups, ..Faults::default() };
             let name = format!("lost-{lost}");
             let Some((told, summary)) = go_with(format, faults.clone(), dir.path(), &name) else { return };
             assert_eq!((faults.counts.losses(), told.len(), summary.solved), (1, 0, SAMPLES as u64), "{format} {lost}");
@@ -136,7 +171,7 @@ fn a_lost_device_is_opened_again_and_the_run_goes_on() {
             }
             assert_eq!(summary.reduction.row_count(), SAMPLES as u64);
             assert_eq!(summary.origin == SampleOrigin::Device, format == "none");
-            expect_same_files(&dir.path().join(name), &dir.path().join("undisturbed"));
+            expect_same_files(&dir.path().join(name), &expected.files);
         }
     }
 }
@@ -175,7 +210,7 @@ fn counted(faults: Faults) -> Option<Counted> {
 
 #[test]
 fn what_only_a_lost_device_had_counted_is_counted_again() {
-    let faults = Faults { most_workgroups: FEW_WORKGROUPS, ..Faults::default() };
+    let faults = Faults { most_workgroups: FEWEST_WORKGROUPS, ..Faults::default() };
     let Some((cells, returned, on_device)) = counted(faults.clone()) else { return };
     assert_eq!(on_device + returned.len() as u64, SAMPLES as u64 - 100);
     assert!(on_device > SAMPLES as u64 / 2, "{on_device}");
@@ -195,8 +230,8 @@ fn a_device_lost_twice_gives_way_to_the_cpu() {
     let dir = tempfile::tempdir().expect("a directory");
     for format in ["parquet", "none"] {
         let base = dir.path().join(format);
-        let Some(dispatches) = undisturbed(format, &base) else { return };
-        let lost_at = vec![dispatches / 2, dispatches / 2 + 3];
+        let Some(expected) = undisturbed(format) else { return };
+        let lost_at = vec![CERTAIN_DISPATCHES / 2, CERTAIN_DISPATCHES / 2 + 3];
         let faults = Faults { lost_at, most_workgroups: FEW_WORKGROUPS, ..Faults::default() };
         let Some((told, summary)) = go_with(format, faults, &base, "lost") else { return };
         assert!(told.len() == 1 && told[0].contains("the device was lost"), "{told:?}");
@@ -206,14 +241,14 @@ fn a_device_lost_twice_gives_way_to_the_cpu() {
         assert_eq!((summary.failed(), summary.spot_check.as_ref().map(|check| check.wrong)), (0, Some(0)));
         if format == "parquet" {
             assert!(summary.resumed > 0 && summary.solved + summary.resumed == SAMPLES as u64);
-            expect_close(&base.join("lost"), &base.join("undisturbed"));
+            expect_close(&base.join("lost"), &expected.rows);
         } else {
             // Counted from the start, as if there had been no GPU.
             let spec = spec(format);
             let (_, alone) = go(&spec, cpu(&plan(&spec)).expect("supported").as_mut(), &base.join("cpu"));
             assert!(summary.reduction.voxels == alone.reduction.voxels);
             assert_eq!(summary.reduction.voxels.values().sum::<u32>() as usize, SAMPLES);
-            expect_same_files(&base.join("lost"), &base.join("cpu"));
+            expect_same_files(&base.join("lost"), &files(&base.join("cpu")));
         }
     }
 }
@@ -222,14 +257,14 @@ fn a_device_lost_twice_gives_way_to_the_cpu() {
 fn too_little_memory_means_smaller_dispatches() {
     for format in ["parquet", "none"] {
         let dir = tempfile::tempdir().expect("a directory");
-        let Some(_) = undisturbed(format, dir.path()) else { return };
+        let Some(expected) = undisturbed(format) else { return };
         // A block of outputs takes 37 columns of 1 KiB: there is room for three, and one with what comes back in a list.
         let faults = Faults { memory: Some(130 << 10), ..Faults::default() };
         let Some((told, summary)) = go_with(format, faults.clone(), dir.path(), "short") else { return };
         assert!(told.is_empty() && faults.counts.refusals() >= 2, "{told:?} {:?}", faults.counts);
         assert_eq!(summary.notes.len(), 1, "{:?}", summary.notes);
         assert!(summary.notes[0].contains("too little memory"), "{:?}", summary.notes);
-        expect_same_files(&dir.path().join("short"), &dir.path().join("undisturbed"));
+        expect_same_files(&dir.path().join("short"), &expected.files);
     }
     // Not even for a block.
     let faults = Faults { memory: Some(32 << 10), ..Faults::default() };
@@ -241,14 +276,14 @@ fn too_little_memory_means_smaller_dispatches() {
 #[test]
 fn tiny_limits_are_respected() {
     let dir = tempfile::tempdir().expect("a directory");
-    let Some(_) = undisturbed("parquet", dir.path()) else { return };
+    let Some(expected) = undisturbed("parquet") else { return };
     for (name, largest_buffer, most_workgroups) in
         [("default", Some(128 << 20), None), ("a MiB", Some(1 << 20), None), ("four workgroups", None, Some(4))]
     {
         let faults = Faults { largest_buffer, most_workgroups, ..Faults::default() };
         let Some((told, summary)) = go_with("parquet", faults, dir.path(), name) else { return };
         assert!(told.is_empty() && summary.notes.is_empty(), "{name}: {told:?} {:?}", summary.notes);
-        expect_same_files(&dir.path().join(name), &dir.path().join("undisturbed"));
+        expect_same_files(&dir.path().join(name), &expected.files);
     }
     let faults = Faults { largest_buffer: Some(32 << 10), ..Faults::default() };
     let Some(Err(error)) = gpu(&plan(&spec("parquet")), faults) else { panic!("a block does not fit") };
@@ -275,11 +310,11 @@ fn numbers_that_go_wrong_on_the_way_are_found() {
     assert!(check.wrong > check.compared / 2 && check.wrong < check.compared, "{check:?}");
 
     // Statuses are marked, so that a changed one is noticed at once.
-    let Some(_) = undisturbed("parquet", dir.path()) else { return };
+    let Some(expected) = undisturbed("parquet") else { return };
     let flipped = Some(Flip { dispatches: 6..7, column: Quantity::Status.column(), bit: 0 });
     let faults = Faults { flipped, most_workgroups: FEW_WORKGROUPS, ..Faults::default() };
     let Some((told, summary)) = go_with("parquet", faults, dir.path(), "statuses") else { return };
     assert!(told.len() == 1 && told[0].contains("unwritten"), "{told:?}");
     assert_eq!(summary.reduction.row_count(), SAMPLES as u64);
-    expect_close(&dir.path().join("statuses"), &dir.path().join("undisturbed"));
+    expect_close(&dir.path().join("statuses"), &expected.rows);
 }

@@ -9,6 +9,10 @@ use std::fs;
 /// Folders of one crate each, and the name by which the crate's own files may call it.
 const CRATES: [&str; 4] = ["src", "crates/kernels/src", "crates/bench/src", "crates/cli/src"];
 
+/// Folders whose private files may refer to each other: the scene and its parameters say the same thing from two sides,
+/// and compiled kernels call each other through their table (`kernels.rs`).
+const ONE_DETAIL: [&str; 2] = ["crates/kernels/src/model/", "crates/kernels/src/lanes/"];
+
 type Module = Vec<String>;
 
 /// The modules of a crate, and what they import of it.
@@ -185,7 +189,8 @@ fn no_file_leads_back_to_itself() {
         assert!(imports.modules.len() > 10, "{folder}: only {} files", imports.modules.len());
         let edges: usize = imports.graph().values().map(BTreeSet::len).sum();
         assert!(edges > imports.modules.len() / 2, "{folder}: only {edges} imports found");
-        let circles = imports.circles();
+        let mut circles = imports.circles();
+        circles.retain(|file| !ONE_DETAIL.iter().any(|detail| file.starts_with(detail)));
         assert!(circles.is_empty(), "these files import each other in circles:\n{}", circles.join("\n"));
     }
 }

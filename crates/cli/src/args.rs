@@ -181,6 +181,10 @@ pub struct VerifyArguments {
     /// The hard cases instead: folds, flips, many equilibria, extreme units
     #[arg(long, conflicts_with_all = ["samples", "seed"])]
     pub hard: bool,
+    /// Look for disagreement instead: so many random scenes, with every combination of terms, on the CPU engine and on
+    /// the reference
+    #[arg(long, value_name = "N", conflicts_with_all = ["hard", "samples"])]
+    pub random: Option<u64>,
     /// Random scenes beside the built-in ones
     #[arg(long, value_name = "N", default_value_t = 200)]
     pub samples: usize,

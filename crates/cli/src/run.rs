@@ -94,6 +94,16 @@ fn verdict(summary: &Summary, max_failures: Option<u64>) -> Exit {
         ));
         return Exit::Failed;
     }
+    let unfounded = summary.spot_check.as_ref().map_or(0, |check| check.only_run);
+    if unfounded > 0 {
+        say(&format!(
+            "error: spot check: {} samples are solved here but not by the reference; do not trust these rows: they may lie \
+             beyond a fold, and others like them, too. `solve` shows such a sample with `--backend reference`{}",
+            count(unfounded),
+            example(summary)
+        ));
+        return Exit::Failed;
+    }
     match max_failures {
         Some(most) if summary.failed() > most => {
             say(&format!("error: {} samples failed; --max-failures allows {most}", count(summary.failed())));
@@ -119,6 +129,17 @@ fn tell_method(sweep: &PreparedSweep, tell: &dyn Fn(&str)) {
             format!("integration: {}, {steps} steps, {who}", stepper.name())
         }
     });
+}
+
+/// The first sample that only the run solved, with its values.
+fn example(summary: &Summary) -> String {
+    let check = summary.spot_check.as_ref();
+    let Some((sample, values)) = check.and_then(|check| check.only_run_sample.map(|at| (at, &check.only_run_values)))
+    else {
+        return String::new();
+    };
+    let values: Vec<String> = values.iter().map(|(name, value)| format!("{name} = {value}")).collect();
+    format!("; the first is sample {sample}: {}", values.join(", "))
 }
 
 /// `results/` and the name of the sweep file.

@@ -3,15 +3,26 @@
 use crate::args::VerifyArguments;
 use crate::{CommandError, Exit, print, say};
 use rodsweep_bench::BenchError;
-use rodsweep_bench::verify::{VerifyOptions, verify_hard};
+use rodsweep_bench::verify::{VerifyOptions, search_disagreements, verify_hard};
 
 pub fn verify(arguments: &VerifyArguments) -> Result<Exit, CommandError> {
+    if let Some(scenes) = arguments.random {
+        return random(arguments, scenes);
+    }
     let (good, skipped) = if arguments.hard { hard(arguments)? } else { chain(arguments)? };
     let refused = skipped && std::env::var("RODSWEEP_GPU").is_ok_and(|value| value == "require");
     if refused {
         say("error: an engine was skipped, and RODSWEEP_GPU=require asks for all; install a driver or unset it");
     }
     Ok(if good && !refused { Exit::Done } else { Exit::Failed })
+}
+
+/// Random scenes with every combination of terms, on the CPU engine and on the reference.
+fn random(arguments: &VerifyArguments, scenes: u64) -> Result<Exit, CommandError> {
+    let mut found = search_disagreements(scenes, arguments.seed, &mut say)?;
+    found.write_replays(&arguments.out).map_err(unwritten)?;
+    print(&if arguments.json { found.json() } else { found.text() })?;
+    Ok(if found.is_right() { Exit::Done } else { Exit::Failed })
 }
 
 /// Whether all is within its limits, and whether an engine was skipped.

@@ -4,12 +4,14 @@ use super::clock::Clock;
 use super::problem::{Judged, Problem};
 use super::session::Session;
 use crate::baseline::{
-    Adaptive, BaselineError, Column, Differences, Input, Jacobian, Method, Paper, Rod, Scheme, from_rest, solve,
+    Adaptive, BaselineError, Column, Differences, Input, Jacobian, Method, NewtonStep, Paper, Rod, Scheme, Tip,
+    from_rest, solve,
 };
 use crate::bench_file::Work;
 use crate::error::BenchError;
 use crate::record::Record;
 use rodsweep::model::PlanOptions;
+use std::cell::Cell;
 
 /// Samples that they are measured on: they take long.
 const SAMPLES: usize = 24;
@@ -26,6 +28,39 @@ struct Contender {
     /// Steps over the rod, or a tolerance.
     size: f64,
     method: Box<dyn Method>,
+}
+
+/// Counts passes: steps of Newton's method, tips and Jacobians.
+struct Counted<'a> {
+    method: &'a dyn Method,
+    passes: Cell<u64>,
+}
+
+impl Counted<'_> {
+    fn count(&self) {
+        self.passes.set(self.passes.get() + 1);
+    }
+}
+
+impl Method for Counted<'_> {
+    fn rest(&self, rod: &Rod) -> Vec<f64> {
+        self.method.rest(rod)
+    }
+
+    fn newton_step(&self, rod: &Rod, unknowns: &[f64]) -> Option<NewtonStep> {
+        self.count();
+        self.method.newton_step(rod, unknowns)
+    }
+
+    fn tip(&self, rod: &Rod, unknowns: &[f64]) -> Tip {
+        self.count();
+        self.method.tip(rod, unknowns)
+    }
+
+    fn jacobian(&self, rod: &Rod, unknowns: &[f64], inputs: &[Input]) -> Option<Jacobian> {
+        self.count();
+        self.method.jacobian(rod, unknowns, inputs)
+    }
 }
 
 /// Rods with starts for all of them.
@@ -96,7 +131,7 @@ fn point(
     rods: &Rods,
     session: &mut Session,
 ) -> Result<(), BenchError> {
-    let method = contender.method.as_ref();
+    let method = &Counted { method: contender.method.as_ref(), passes: Cell::new(0) };
     let solved =
         |rods: &[Rod]| -> Vec<Option<Vec<f64>>> { rods.iter().map(|rod| from_rest(method, rod).ok()).collect() };
     let known = match work {
@@ -113,7 +148,10 @@ fn point(
         method.jacobian(rod, &unknowns, &rods.inputs)
     };
     let all = || rods.here.iter().zip(&known).map(one).collect::<Vec<_>>();
-    let (found, timing) = (all(), Clock::Processor.time(session.effort, all));
+    method.passes.set(0);
+    let found = all();
+    let passes = method.passes.get();
+    let timing = Clock::Processor.time(session.effort, all);
     let mut judged = Judged::default();
     for (found, sample) in found.into_iter().zip(&rods.samples) {
         let Some(Jacobian { tip, columns }) = found else {
@@ -141,6 +179,7 @@ fn point(
         ..Record::new("precision", problem.spec.name.as_str())
     };
     judged.write(&mut record);
+    record.passes = passes as f64 / count;
     session.records.push(record);
     Ok(())
 }

@@ -1,8 +1,10 @@
 //! Reproducible random numbers, rods and scenes: everything follows from a seed.
 
+mod any_scene;
 mod chains;
 mod numbers;
 mod rods;
 
+pub use any_scene::any_scene;
 pub use chains::Chain;
 pub use numbers::Random;

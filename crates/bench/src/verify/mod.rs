@@ -13,6 +13,7 @@
 
 mod cases;
 mod compare;
+mod disagreements;
 mod engines;
 mod hard;
 mod hard_text;
@@ -20,7 +21,9 @@ mod links;
 mod replay;
 mod text;
 mod time;
+mod verdicts;
 
+pub use disagreements::{Disagreements, search_disagreements};
 pub use hard::{HardCases, verify_hard};
 
 use crate::error::BenchError;

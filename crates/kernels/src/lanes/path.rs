@@ -10,9 +10,9 @@ use super::rod::{Rod, Segment};
 use super::shoot::{Record, shoot, tip_moment_columns};
 use super::stability::{is_above, is_sharp, squared_norm, stability_index};
 use crate::model::path::{
-    AIM, CONTRACTION, CORRECTIONS, FIRST_BEND, FOLD_MARGIN, FULL_LOAD_TOLERANCE, LEAST_RATIO, LOAD_STEP_TOLERANCE,
-    MOST_RATIO, NARROW_MARGIN, NEARBY, PASS_LIMIT, PATH_TOLERANCE, RAMP_TRUST, RETREAT, SAFE_MARGIN,
-    SMALLEST_GUARDED_STEP, SMALLEST_RAMP_STEP, TRUST,
+    AIM, CONTRACTION, CORRECTIONS, FIRST_BEND, FIRST_GUARDED_BEND, FOLD_MARGIN, FULL_LOAD_TOLERANCE, LEAST_RATIO,
+    LOAD_STEP_TOLERANCE, MOST_RATIO, NARROW_MARGIN, NEAR_MARGIN, NEARBY, PASS_LIMIT, PATH_TOLERANCE, RAMP_TRUST,
+    RETREAT, RETREATS, SAFE_MARGIN, SMALLEST_GUARDED_STEP, SMALLEST_RAMP_STEP, TRUST, WIDENING,
 };
 
 /// How to reach the full load; each is tried where the one before did not lead to a stable equilibrium.
@@ -95,6 +95,14 @@ impl<L: Lane> History<L> {
     }
 }
 
+/// Whether a load step takes the margin so far, where it is small, that stability may be lost and won again between.
+#[inline(always)]
+fn leaps<L: Lane>(square: L, last_square: L) -> L::Mask {
+    let most = square.constant(WIDENING);
+    let near = !is_above(square.max(last_square), NEAR_MARGIN);
+    near & ((square * most).lt(last_square) | (last_square * most).lt(square))
+}
+
 /// Follows the equilibrium from rest, where dm0/dlambda is `rest_slope`, to the full load on the coarse grid.
 #[inline(always)]
 pub fn follow_path<L: Lane>(
@@ -115,7 +123,8 @@ pub fn follow_path<L: Lane>(
     };
     let no_vector = Vec3::splat(zero);
     let mut history = History { lambda: zero, m0: no_vector, lambda_before: zero, secant: rest_slope, bend: no_vector };
-    let first_bend = zero.constant(FIRST_BEND);
+    let unsymmetric = program.tip_moment;
+    let first_bend = zero.constant(if guarded && unsymmetric { FIRST_GUARDED_BEND } else { FIRST_BEND });
     let mut step = first_bend / length(rest_slope).max(first_bend);
     let mut target = step;
     let mut m0 = history.predict(target);
@@ -125,8 +134,10 @@ pub fn follow_path<L: Lane>(
     let mut corrections = zero;
     let mut passes = one;
     let mut inverse_w = Mat3 { x: no_vector, y: no_vector, z: no_vector };
-    // Largest squared norm of the inverse on accepted steps.
-    let mut weakest = zero;
+    // Largest squared norm of the inverse on accepted steps, and that on the last.
+    let (mut weakest, mut last_square) = (zero, zero.constant(3.0));
+    // Steps in a row that were rejected.
+    let mut retreats = zero;
     let (mut reached, mut ramped, mut failed, mut exhausted) = (nobody, nobody, nobody, nobody);
     // The last step was rejected for its stability, not for Newton's method.
     let mut unstable = nobody;
@@ -155,7 +166,7 @@ pub fn follow_path<L: Lane>(
         let contracting = size.lt(last_size * zero.constant(CONTRACTION)) & corrections.lt(zero.constant(CORRECTIONS));
         // A dead tip moment makes w unsymmetric; the index changes where its symmetric part is singular. S5
         let (mut form, mut form_inverse) = (w, w_inverse);
-        if program.tip_moment {
+        if unsymmetric {
             form = columns_cross_sub(columns[0].w, rod.l_tip * (target * zero.constant(0.5)), w);
             form_inverse = inverse(form);
         }
@@ -172,16 +183,21 @@ pub fn follow_path<L: Lane>(
                 same_branch | size.lt(zero.constant(NEARBY)),
             )
         } else {
-            let safe = is_above(square, SAFE_MARGIN);
+            // Whoever retreats so often did not stand on the branch.
+            let safe = is_above(square, SAFE_MARGIN) & retreats.lt(zero.constant(RETREATS));
             (!safe, same_branch & safe)
         };
         let lost = active & converged & same_branch & lost;
-        let accept = active & converged & same_branch & !lost;
+        let mut accept = active & converged & same_branch & !lost;
+        if guarded && unsymmetric {
+            accept = accept & !leaps(square, last_square);
+        }
         let go_on = active & !converged & contracting & regular;
         let reject = active & !accept & !go_on;
         let destabilised = converged & !same_branch & is_sharp(&w);
         unstable = (unstable & !active) | (reject & destabilised);
         weakest = L::select(accept, weakest.max(square), weakest);
+        last_square = L::select(accept, square, last_square);
 
         let used = target - history.lambda;
         inverse_w = select_matrix::<L>(accept | go_on, w_inverse, inverse_w);
@@ -202,6 +218,7 @@ pub fn follow_path<L: Lane>(
         m0 = Vec3::select(go_on, m_new, m0);
         last_size = L::select(go_on, size, first_bound);
         corrections = L::select(go_on, corrections + one, zero);
+        retreats = L::select(reject, retreats + one, L::select(accept, zero, retreats));
         passes = L::select(active, passes + one, passes);
         let over = active & !reached & !passes.lt(zero.constant(PASS_LIMIT));
         exhausted = exhausted | over;

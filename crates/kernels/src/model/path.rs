@@ -18,8 +18,10 @@ pub const TRUST: f64 = 0.3;
 pub const NEARBY: f64 = 0.03;
 /// Newton steps on one load step.
 pub const CORRECTIONS: f64 = 8.0;
-/// The first load step bends the rod by so much, to first order (plan units of moment).
+/// The first load step bends the rod by so much, to first order (plan units of moment); with care and under a tip moment,
+/// where Newton's method contracts beyond the loss of stability as well as before, by less.
 pub const FIRST_BEND: f64 = 1.5;
+pub const FIRST_GUARDED_BEND: f64 = 0.4;
 /// A load step is chosen so that its first correction, which grows like the step's fourth power, will be this share of
 /// what is trusted.
 pub const AIM: f64 = 0.375;
@@ -29,12 +31,18 @@ pub const LEAST_RATIO: f64 = 1.0 / 81.0;
 pub const MOST_RATIO: f64 = 625.0;
 /// A step that failed is followed by one at most this share as long.
 pub const RETREAT: f64 = 0.5;
+/// A ramp that has retreated so many times in a row did not stand on its branch.
+pub const RETREATS: f64 = 3.0;
 /// The smallest load steps.
 pub const SMALLEST_RAMP_STEP: f64 = 1.0 / 64.0;
 pub const SMALLEST_GUARDED_STEP: f64 = 1.0 / 4096.0;
 /// A path on the coarse grid that comes nearer than this to a fold or a bifurcation (stability margin) is followed again
 /// with care: few steps may unfold the bifurcation the other way. A correction that comes so near shortens its load step.
 pub const SAFE_MARGIN: f64 = 0.1;
+/// With care and under a tip moment a load step that starts or ends nearer than this may change the margin twofold at
+/// most (its inverse square): stability may be lost and won again between.
+pub const NEAR_MARGIN: f64 = 0.3;
+pub const WIDENING: f64 = 4.0;
 /// A path that comes nearer than this and moves away again has passed what no grid resolves, and ends there.
 pub const NARROW_MARGIN: f64 = 1e-3;
 /// A path that ends without having come so near has not met a fold: shooting has failed.

@@ -22,7 +22,7 @@ fn ranges(record: &RunRecord, chunks: &[u64]) -> Vec<Range<u64>> {
 }
 
 /// Runs some chunks; says where samples can be made and, if that is the device, the seconds it was busy.
-pub(crate) fn reduce(
+pub(crate) fn run(
     backend: &mut dyn Backend,
     finisher: &mut Finisher,
     record: &RunRecord,
@@ -31,7 +31,8 @@ pub(crate) fn reduce(
     let (sampler, options) = (finisher.sampler, finisher.options);
     let recipe = sampler.recipe();
     let ranges = ranges(record, chunks);
-    let selections = [Some(finisher.reduction.selection()), finisher.kept.as_ref().map(|kept| kept.selection())];
+    let selections =
+        [Some(finisher.reduction.selection()), finisher.spot_samples.as_ref().map(|chosen| chosen.selection())];
     let wanted = |range: Range<u64>| {
         let chosen = selections.iter().flatten().flat_map(|selection| selection.within(range.clone()));
         let mut chosen: Vec<u64> = chosen.collect();
