@@ -15,3 +15,4 @@ mod paper;
 mod program;
 mod readme;
 mod sandbox;
+mod stretches;

@@ -20,6 +20,7 @@ mod reliability;
 mod rods;
 mod shape;
 mod steppers;
+mod stretches;
 mod terms;
 mod trust;
 mod twins;

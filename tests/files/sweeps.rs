@@ -280,6 +280,39 @@ fn other_runs_and_foreign_directories_are_refused() {
     assert!(matches!(run_into(&out, &wider, &mut Arc::new(&plan), &options()), Err(SweepError::WrongPlan { .. })));
 }
 
+/// Meets a fold on the way to every sample.
+struct Folding(Arc);
+
+impl Backend for Folding {
+    fn info(&self) -> BackendInfo {
+        self.0.info()
+    }
+    fn plan(&self) -> &Plan {
+        self.0.plan()
+    }
+    fn batch_size(&self) -> usize {
+        self.0.batch_size()
+    }
+    fn solve(&mut self, batch: &Batch) -> Result<Solutions, BackendError> {
+        let mut solutions = self.0.solve(batch)?;
+        (0..batch.sample_count()).for_each(|at| solutions.set_status(at, Status::Fold));
+        Ok(solutions)
+    }
+}
+
+#[test]
+fn spot_check_counts_what_only_the_run_solves() {
+    let spec = small("parquet");
+    let dir = tempfile::tempdir().unwrap();
+    let trusted = |plan: &Plan| Ok(Box::new(Folding(Arc::new(plan))) as Box<dyn Backend>);
+    let options = RunOptions { trusted: Some(&trusted), ..options() };
+    let check = run_into(&dir.path().join("out"), &spec, &mut arc(&spec), &options).unwrap().spot_check.unwrap();
+    assert!(check.only_run > 0 && check.only_run + check.compared <= check.checked, "{check:?}");
+    assert_eq!((check.compared, check.only_trusted, check.wrong), (0, 0, 0));
+    assert!(check.only_run_sample.is_some());
+    assert_eq!(check.only_run_values.len(), 3);
+}
+
 #[test]
 fn spot_check_finds_the_size_of_an_error() {
     let spec = small("parquet");

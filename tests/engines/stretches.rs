@@ -1,15 +1,15 @@
 //! Paths from rest across a stretch that is not stable: the engines say what the reference says.
 
-mod common;
-
-use common::sandbox::{Sandbox, json};
+use crate::common::root;
 use rodsweep::backend::{Backend, Precision};
-use rodsweep::gpu::{Gpu, device_or_skip};
+use rodsweep::gpu::Gpu;
+use rodsweep::gpu::testing::device_or_skip;
+use rodsweep::input::read_scene;
 use rodsweep::lanes::Lanes;
 use rodsweep::model::{Plan, PlanOptions, Quantity, Scene, SegmentKind, Solutions, Status, Stepper, Vector};
 use rodsweep::reference::Reference;
-use rodsweep::sweep::{SweepSpec, read_scene};
-use std::path::{Path, PathBuf};
+use rodsweep_bench::verify::search_disagreements;
+use std::path::PathBuf;
 
 /// Scenes, with shares of their load. All but the last have a tip moment and lose stability on the way.
 const SCENES: [(&str, &[f64]); 4] = [
@@ -27,7 +27,7 @@ const APART: [(Precision, f64); 2] = [(Precision::F64, 1e-7), (Precision::F32, 1
 const STEPS: [usize; 2] = [4, 24];
 
 fn file(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/attack").join(name)
+    root().join("tests/data/attack").join(name)
 }
 
 /// The scene with all loads and dipoles times `share`.
@@ -119,21 +119,10 @@ fn the_gpu_says_what_the_reference_says() {
 }
 
 #[test]
-fn a_sweep_beyond_the_stretch_has_no_usable_rows() {
-    let spec = SweepSpec::read(&file("mmsweep.toml")).expect("the sweep reads");
-    assert_eq!(spec.sample_count, 64);
-    let sandbox = Sandbox::new();
-    let path = file("mmsweep.toml");
-    let sweep = path.to_str().expect("a path of words");
-    let output = sandbox.ok(&["run", sweep, "--out", "out", "--backend", "cpu", "--no-figures"]);
-    assert!(output.stderr.contains("64 fold; 0.000 % usable"), "{}", output.stderr);
-}
-
-#[test]
 fn random_scenes_find_no_disagreement() {
-    let sandbox = Sandbox::new();
-    let output = sandbox.ok(&["verify", "--random", "2048", "--seed", "5", "--json"]);
-    let value = json(&output.stdout);
+    let found = search_disagreements(2048, 5, &mut |_| {}).expect("solved");
+    assert!(found.is_right(), "{}", found.text());
+    let value: serde_json::Value = serde_json::from_str(&found.json()).expect("JSON");
     for engine in value["engines"].as_array().expect("engines") {
         assert_eq!((engine["only_here"].as_u64(), engine["apart"].as_u64()), (Some(0), Some(0)), "{engine}");
         assert!(engine["both"].as_u64() > Some(1500) && engine["neither"].as_u64() > Some(20), "{engine}");
