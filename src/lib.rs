@@ -3,20 +3,21 @@
 //! A [`model::Scene`] is what a user writes: one rod in one field. A [`model::Plan`] fixes what all samples of a sweep
 //! share, a [`model::Batch`] holds what varies, a [`backend::Backend`] turns it into [`model::Solutions`].
 //!
-//! | layer | modules | know |
-//! |---|---|---|
-//! | 5 | the program `rodsweep` | everything: chooses the engine, prints, exits |
-//! | 4 | [`report`] | [`model`] |
-//! | 4 | [`study`] | [`model`], [`backend`] and [`sweep`] |
-//! | 3 | [`sweep`] | [`model`], [`backend`] and [`table`] |
-//! | 2 | [`reference`](mod@reference), [`lanes`], [`gpu`], [`baseline`] | [`model`] and [`backend`], not each other |
-//! | 1 | [`backend`] | [`model`] |
-//! | 1 | [`table`] | [`model`] |
-//! | 0 | [`model`] | nothing |
+//! | rooms, from the ground up | hold |
+//! |---|---|
+//! | [`model`], [`backend`], [`lanes`] | rods, plans and statuses; the trait of all engines; the CPU engine (`crates/kernels`) |
+//! | [`reference`](mod@reference), [`gpu`] | the reference; the GPU engine (feature `gpu`) |
+//! | [`table`], [`spec`], [`input`] | tables and their formats; what is asked for, as plain data; text to data, and back |
+//! | [`engines`] | the choice of an engine, and its reason |
+//! | [`results`] | result directories: parts, identity, reading, merging |
+//! | [`sweep`] | running a sweep: jobs, sinks, the check against the reference |
+//! | [`study`] | questions that take more than one solution: solve, control, fit, simulation |
+//! | [`report`], [`figures`] | drawing plain data; the figures of runs and studies |
+//! | [`shipped`] | files that the program brings along |
+//!
+//! What stands above names what stands below, never the other way; the engines do not name each other.
 //!
 //! How it is built is told in [`architecture`], what it computes in [`equations`], how it is used in `README.md`.
-// Units stand in brackets, such as [m]; they are no links.
-#![allow(rustdoc::broken_intra_doc_links)]
 
 pub mod engines;
 pub mod figures;
@@ -49,3 +50,8 @@ pub mod equations {}
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 pub struct Readme;
+
+/// The examples of `docs/rust.md`, likewise.
+#[cfg(doctest)]
+#[doc = include_str!("../docs/rust.md")]
+pub struct FromRust;

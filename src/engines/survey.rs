@@ -38,9 +38,9 @@ pub struct Survey {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Memory {
-    /// [bytes]
+    /// In bytes
     pub total: u64,
-    /// What programs can still have [bytes]
+    /// What programs can still have (bytes)
     pub available: u64,
 }
 

@@ -6,14 +6,14 @@ use crate::reference::shape_with_derivatives;
 /// Points along a centreline.
 const POINTS: usize = 81;
 
-/// Evenly from base to tip [m]; `None` where the rod cannot be integrated.
+/// Evenly from base to tip (m); `None` where the rod cannot be integrated.
 pub(crate) fn centreline(scene: &Scene, base_moment: Vector) -> Option<Vec<Vector>> {
     let length = scene.rod().total_length();
     let at: Vec<f64> = (0..POINTS).map(|k| length * k as f64 / (POINTS - 1) as f64).collect();
     positions(scene, base_moment, &at)
 }
 
-/// At arc lengths [m].
+/// At arc lengths (m).
 pub(crate) fn positions(scene: &Scene, base_moment: Vector, at: &[f64]) -> Option<Vec<Vector>> {
     let poses = shape_with_derivatives(&scene.rod(), base_moment, at, &[])?;
     Some(poses.into_iter().map(|pose| pose.position).collect())

@@ -9,7 +9,7 @@ use crate::study::{ControlRun, TargetResult};
 const SEGMENT_POINTS: usize = 14;
 /// Places of the rod, at most.
 const FRAMES: usize = 100;
-/// Time for a point where the trajectory has none [s].
+/// Time for a point where the trajectory has none (s).
 const SECONDS_A_POINT: f64 = 0.1;
 
 /// `None` where the rod cannot be integrated.

@@ -32,15 +32,15 @@ pub struct AdapterSummary {
     pub driver: String,
     /// Its place on the PCI bus, where known.
     pub bus: String,
-    /// Largest buffer [bytes]
+    /// Largest buffer (bytes)
     pub max_buffer_size: u64,
-    /// Largest part of a buffer that a kernel can see [bytes]
+    /// Largest part of a buffer that a kernel can see (bytes)
     pub max_storage_binding_size: u64,
     /// Workgroups in one dimension of a dispatch at most.
     pub max_workgroups: u32,
     /// Invocations of a workgroup at most.
     pub max_workgroup_size: u32,
-    /// Memory that a workgroup shares at most [bytes]
+    /// Memory that a workgroup shares at most (bytes)
     pub max_workgroup_storage: u32,
     /// Fewest invocations that run in step.
     pub min_subgroup_size: u32,

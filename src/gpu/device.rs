@@ -57,7 +57,7 @@ pub struct Device {
     pub(super) compiled: Arc<CompiledKernels>,
     /// Whether the self-test has passed.
     pub(super) computes_right: Arc<AtomicBool>,
-    /// Time to find and open the device [s].
+    /// Time to find and open the device (s).
     pub(super) open_seconds: f64,
 }
 

@@ -18,11 +18,11 @@ const STAMP_BYTES: u64 = 24;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Capacity {
     pub samples: u64,
-    /// [bytes]
+    /// In bytes
     pub inputs: u64,
-    /// [bytes]
+    /// In bytes
     pub outputs: u64,
-    /// What is copied back to the host [bytes]
+    /// What is copied back to the host (bytes)
     pub staging: u64,
 }
 
@@ -45,7 +45,7 @@ struct Stamps {
     of_copies: bool,
 }
 
-/// Time by the device's own clock [s]; `None` where the device does not tell.
+/// Time by the device's own clock (s); `None` where the device does not tell.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct DeviceTime {
     pub kernels: Option<f64>,

@@ -1,6 +1,6 @@
 //! How much work the device gets at once: no dispatch keeps it busy for long, and its memory suffices.
 
-/// Time that a dispatch should take [s]; some systems reset a device that is busy much longer.
+/// Time that a dispatch should take (s); some systems reset a device that is busy much longer.
 const TARGET: f64 = 0.1;
 
 /// Blocks of the first dispatch on an unknown device.

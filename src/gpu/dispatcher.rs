@@ -198,7 +198,7 @@ impl Dispatcher {
     }
 }
 
-/// Blocks of one dispatch that the device's limits allow, and outputs of `budget` [bytes].
+/// Blocks of one dispatch that the device's limits allow, and outputs of `budget` (bytes).
 pub(super) fn block_limit(device: &Device, plan: &Plan, precision: Precision, budget: u64) -> usize {
     let limits = device.adapter();
     let columns = plan.output_count().max(plan.input_count);

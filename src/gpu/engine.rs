@@ -9,7 +9,7 @@ use super::{solve_batch, voxel_sweep};
 use crate::backend::{Backend, BackendError, BackendInfo, BackendKind, Precision, ReduceJob, Reduced, Returned};
 use crate::model::{BLOCK, Batch, Plan, Solutions};
 
-/// Outputs of one dispatch at most [bytes].
+/// Outputs of one dispatch at most (bytes).
 const OUTPUT_BUDGET: u64 = 64 << 20;
 
 /// Full dispatches in a batch of the recommended size.

@@ -13,13 +13,13 @@ use std::sync::atomic::{AtomicU64, Ordering};
 pub struct Faults {
     /// The device is lost while these dispatches are under way.
     pub lost_at: Vec<u64>,
-    /// Buffers larger than this cannot be had [bytes].
+    /// Buffers larger than this cannot be had (bytes).
     pub memory: Option<u64>,
     /// Numbers that come back changed.
     pub flipped: Option<Flip>,
     /// The self-test's first answer is off by a thousandth.
     pub wrong_arithmetic: bool,
-    /// The device has no larger buffers and bindings [bytes].
+    /// The device has no larger buffers and bindings (bytes).
     pub largest_buffer: Option<u64>,
     /// The device has no more workgroups in one dimension.
     pub most_workgroups: Option<u32>,

@@ -9,7 +9,7 @@ use xxhash_rust::xxh3::xxh3_64;
 
 /// Where the cache is; empty means none.
 const VARIABLE: &str = "RODSWEEP_CACHE";
-/// Every plan adds its pipelines to the adapter's file, which starts anew beyond this [bytes].
+/// Every plan adds its pipelines to the adapter's file, which starts anew beyond this (bytes).
 const MOST: u64 = 64 << 20;
 /// Bytes of the hash that a file begins with.
 const HASH: usize = 8;

@@ -2,7 +2,7 @@
 
 use super::dispatch_buffers::DeviceTime;
 
-/// Summed over all batches [s]. Kernels and copies are timed by the device's own clock where it has one. They overlap
+/// Summed over all batches (s). Kernels and copies are timed by the device's own clock where it has one. They overlap
 /// with the host's work.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
@@ -40,7 +40,7 @@ impl Timings {
         kernel
     }
 
-    /// By name [s].
+    /// By name (s).
     pub fn named(&self) -> Vec<(&'static str, f64)> {
         vec![
             ("open", self.open),

@@ -52,7 +52,7 @@ fn filled(device: &Device, what: &str, bytes: &[u8]) -> Result<wgpu::Buffer, Bac
 }
 
 impl VoxelKernels {
-    /// Makes the kernels for voxels of an edge [m].
+    /// Makes the kernels for voxels of an edge (m).
     pub fn new(
         dispatcher: &mut Dispatcher,
         voxel: f64,

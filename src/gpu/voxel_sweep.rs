@@ -19,15 +19,15 @@ use std::collections::{HashMap, VecDeque};
 use std::ops::Range;
 use std::time::Instant;
 
-/// Outputs of one dispatch at most [bytes]. The device holds as much again for the rows that come back.
+/// Outputs of one dispatch at most (bytes). The device holds as much again for the rows that come back.
 const OUTPUT_BUDGET: u64 = 128 << 20;
-/// Counts of all voxels at most [bytes].
+/// Counts of all voxels at most (bytes).
 const VOXEL_BUDGET: u64 = 512 << 20;
 /// Samples after which counts are taken off the device, so that none overflows.
 const MOST_UNREAD: u64 = 1 << 31;
 /// Samples that need the guarded ramp are solved so many at a time: enough for every processor of a device.
 const MOST_STRAGGLERS: usize = 1 << 14;
-/// Counts that are read back at once [bytes].
+/// Counts that are read back at once (bytes).
 const READ_BYTES: u64 = 64 << 20;
 
 /// A dispatch in flight.

@@ -107,7 +107,7 @@ pub enum Problem {
     /// An insertion that leaves the first segment no length.
     #[error("the other segments alone are {others} m long; give more than that")]
     InsertionTooShort {
-        /// Length of the other segments [m].
+        /// Length of the other segments (m).
         others: f64,
     },
     /// A line of a table that is longer or shorter than the first.

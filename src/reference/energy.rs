@@ -19,7 +19,7 @@ const GAUSS: [(f64, f64); 4] = [
 /// Intervals of a segment: the rule's error, of order eight, stays below 1e-10 for a bend of a few radians.
 const INTERVALS: usize = 8;
 
-/// Energy of the state with base moment `m0` [N·m, world frame], against loads as they stand [J].
+/// Energy of the state with base moment `m0` (N·m, world frame), against loads as they stand (J).
 ///
 /// Equilibria of one rod can be compared by it. `None` where the rod cannot be integrated, and with a tip moment,
 /// which has no potential.

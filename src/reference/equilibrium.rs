@@ -18,13 +18,13 @@ const STEPS: f64 = 10.0;
 /// How an equilibrium moves with one slot: total derivatives, SI units per unit of the slot.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SlotDerivative {
-    /// d(tip position) [m]
+    /// d(tip position) (m)
     pub dp: Vector,
-    /// Virtual rotation of the tip, world frame [rad]
+    /// Virtual rotation of the tip, world frame (rad)
     pub w: Vector,
-    /// d(base moment), world frame [N·m]
+    /// d(base moment), world frame (N·m)
     pub dm0: Vector,
-    /// d(u0), body frame [1/m]
+    /// d(u0), body frame (1/m)
     pub du0: Vector,
 }
 
@@ -32,19 +32,19 @@ pub struct SlotDerivative {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Equilibrium {
-    /// Moment at s = 0+, world frame [N·m]
+    /// Moment at s = 0+, world frame (N·m)
     pub m0: Vector,
-    /// Curvature at the start of the first flexible segment, body frame [1/m]
+    /// Curvature at the start of the first flexible segment, body frame (1/m)
     pub u0: Vector,
-    /// Tip position, world frame [m]
+    /// Tip position, world frame (m)
     pub p_tip: Vector,
     /// Tip rotation, body to world, by rows.
     pub R_tip: Matrix,
-    /// Curvature at the end of the last flexible segment, body frame [1/m]
+    /// Curvature at the end of the last flexible segment, body frame (1/m)
     pub u_tip: Vector,
-    /// |m(L) - l_tip| [N·m]
+    /// |m(L) - l_tip| (N·m)
     pub residual: f64,
-    /// Estimated error of tip position over rod length, or of tip rotation [rad].
+    /// Estimated error of tip position over rod length, or of tip rotation (rad).
     pub error_estimate: f64,
     /// Negative eigenvalues of the second variation; 0 is stable.
     pub index: usize,
@@ -68,7 +68,7 @@ pub struct Stability {
     pub index: usize,
     /// sqrt(3) / |(dr/dm0)^-1|, negative when unstable: 1 at rest, 0 at a fold.
     pub margin: f64,
-    /// |m(L) - l_tip| [N·m]
+    /// |m(L) - l_tip| (N·m)
     pub residual: f64,
 }
 
@@ -199,7 +199,7 @@ fn differentiate(
     slots.iter().enumerate().map(derivative).collect()
 }
 
-/// Stability of the equilibrium with base moment `m0` [N·m, world frame]; `None` where it cannot be integrated.
+/// Stability of the equilibrium with base moment `m0` (N·m, world frame); `None` where it cannot be integrated.
 pub fn stability_at(rod: &Rod, m0: Vector) -> Option<Stability> {
     let units = chain::units(rod);
     let chain = Chain::new(rod, &units);
@@ -211,7 +211,7 @@ pub fn stability_at(rod: &Rod, m0: Vector) -> Option<Stability> {
     Some(Stability { index, margin: stability::margin(&passage, index), residual })
 }
 
-/// d(residual)/d(base moment), both in the world frame, by rows, at base moment `m0` [N·m, world frame]. `None` where
+/// d(residual)/d(base moment), both in the world frame, by rows, at base moment `m0` (N·m, world frame). `None` where
 /// the rod cannot be integrated.
 ///
 /// Times the change of the base moment by a parameter, and negated, it is the change of the residual by that parameter
@@ -225,7 +225,7 @@ pub fn residual_by_base_moment(rod: &Rod, m0: Vector) -> Option<Matrix> {
     Some(rows(&(passage.tip.R * passage.matrix() * chain.R0.transpose())))
 }
 
-/// Curvature at the start of the first flexible segment for a base moment [N·m, world frame]; body frame [1/m]. `None`
+/// Curvature at the start of the first flexible segment for a base moment (N·m, world frame); body frame (1/m). `None`
 /// where the rod cannot be integrated.
 pub fn base_curvature(rod: &Rod, m0: Vector) -> Option<Vector> {
     let units = chain::units(rod);

@@ -12,7 +12,7 @@ const TOLERANCE: f64 = 1e-10;
 const ARRIVED: f64 = 1e-7;
 /// Each of Newton's steps must be shorter than the last by this factor.
 const CONTRACTION: f64 = 0.3;
-/// The predictor may turn the tip by this much in the first step [rad].
+/// The predictor may turn the tip by this much in the first step (rad).
 const FIRST_TURN: f64 = 0.5;
 /// Corrections may be this large against the predicted step, ...
 const CORRECTION: f64 = 0.3;

@@ -14,13 +14,13 @@ use nalgebra::{Matrix3, Vector3};
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Pose {
-    /// From the base [m]
+    /// From the base (m)
     pub arc_length: f64,
-    /// World frame [m]
+    /// World frame (m)
     pub position: Vector,
     /// Body to world, by rows.
     pub rotation: Matrix,
-    /// Body frame; zero in rigid segments [1/m]
+    /// Body frame; zero in rigid segments (1/m)
     pub curvature: Vector,
     /// One for each slot or parameter asked for.
     pub derivatives: Vec<PoseDerivative>,
@@ -30,11 +30,11 @@ pub struct Pose {
 /// the material: it goes along when the rod before it lengthens or is inserted.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PoseDerivative {
-    /// d(position) [m]
+    /// d(position) (m)
     pub dp: Vector,
-    /// Virtual rotation, world frame [rad]
+    /// Virtual rotation, world frame (rad)
     pub w: Vector,
-    /// d(curvature), body frame [1/m]
+    /// d(curvature), body frame (1/m)
     pub du: Vector,
 }
 
@@ -48,7 +48,7 @@ struct Station {
     du: Vec<Vector3<f64>>,
 }
 
-/// Poses at the given arc lengths from the base [m], held within the rod; in the order asked for.
+/// Poses at the given arc lengths from the base (m), held within the rod; in the order asked for.
 ///
 /// A point between two segments belongs to the proximal one. Poses past a point where the rod cannot be integrated
 /// are missing.
@@ -61,7 +61,7 @@ pub fn shape(rod: &Rod, equilibrium: &Equilibrium, arc_lengths: &[f64]) -> Vec<P
     stations.iter().map(pose).collect()
 }
 
-/// Poses at arc lengths [m] with their derivatives by `slots`. `m0` is the base moment [N·m, world frame] of an
+/// Poses at arc lengths (m) with their derivatives by `slots`. `m0` is the base moment (N·m, world frame) of an
 /// equilibrium under the full load; an error in it is taken out to first order. `None` where the rod cannot be
 /// integrated.
 pub fn shape_with_derivatives(rod: &Rod, m0: Vector, arc_lengths: &[f64], slots: &[Slot]) -> Option<Vec<Pose>> {

@@ -4,7 +4,7 @@ use super::canvas::{Align, Canvas, NORMAL, Point, Rect, SMALL, Stroke, TITLE, Te
 use super::colour::Colour;
 use super::ticks::{self, Ticks};
 
-/// Least distance between ticks of a vertical axis [pt].
+/// Least distance between ticks of a vertical axis (pt).
 const TICK_HEIGHT: f64 = 18.0;
 
 /// How numbers are spread along an axis.

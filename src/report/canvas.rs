@@ -3,17 +3,17 @@
 use super::colour::Colour;
 use super::font;
 
-/// A place on the page [pt].
+/// A place on the page (pt).
 pub type Point = [f64; 2];
 
-/// Size of tick labels [pt].
+/// Size of tick labels (pt).
 pub const SMALL: f64 = 7.0;
-/// Size of axis labels [pt].
+/// Size of axis labels (pt).
 pub const NORMAL: f64 = 8.0;
-/// Size of titles [pt].
+/// Size of titles (pt).
 pub const TITLE: f64 = 9.0;
 
-/// An upright rectangle [pt].
+/// An upright rectangle (pt).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rect {
     /// Distance from the left edge of the page.
@@ -27,17 +27,17 @@ pub struct Rect {
 }
 
 impl Rect {
-    /// Its right edge [pt].
+    /// Its right edge (pt).
     pub fn right(&self) -> f64 {
         self.left + self.width
     }
 
-    /// Its lower edge [pt].
+    /// Its lower edge (pt).
     pub fn bottom(&self) -> f64 {
         self.top + self.height
     }
 
-    /// Its middle [pt].
+    /// Its middle (pt).
     pub fn centre(&self) -> Point {
         [self.left + 0.5 * self.width, self.top + 0.5 * self.height]
     }
@@ -47,13 +47,13 @@ impl Rect {
         (self.left..=self.right()).contains(&x) && (self.top..=self.bottom()).contains(&y)
     }
 
-    /// Its corners [pt], clockwise from the upper left one.
+    /// Its corners (pt), clockwise from the upper left one.
     pub fn corners(&self) -> [Point; 4] {
         let (left, top, right, bottom) = (self.left, self.top, self.right(), self.bottom());
         [[left, top], [right, top], [right, bottom], [left, bottom]]
     }
 
-    /// Moves every side inwards [pt], outwards when negative.
+    /// Moves every side inwards (pt), outwards when negative.
     pub fn inset(&self, by: f64) -> Rect {
         let (width, height) = (self.width - 2.0 * by, self.height - 2.0 * by);
         Rect { left: self.left + by, top: self.top + by, width, height }
@@ -65,14 +65,14 @@ impl Rect {
 pub struct Stroke {
     /// Of the line.
     pub colour: Colour,
-    /// Of the line [pt].
+    /// Of the line (pt).
     pub width: f64,
-    /// Lengths on and off [pt].
+    /// Lengths on and off (pt).
     pub dash: Option<[f64; 2]>,
 }
 
 impl Stroke {
-    /// A line without dashes, so wide [pt].
+    /// A line without dashes, so wide (pt).
     pub fn new(colour: Colour, width: f64) -> Self {
         Self { colour, width, dash: None }
     }
@@ -96,7 +96,7 @@ pub struct Text {
     pub content: String,
     /// Where it stands.
     pub at: Point,
-    /// Of the letters [pt].
+    /// Of the letters (pt).
     pub size: f64,
     /// Whether letters are bold.
     pub bold: bool,
@@ -104,14 +104,14 @@ pub struct Text {
     pub colour: Colour,
     /// Which end stands at `at`.
     pub align: Align,
-    /// Counter-clockwise [deg].
+    /// Counter-clockwise (deg).
     pub angle: f64,
     /// A white rim keeps the text readable on top of data.
     pub halo: bool,
 }
 
 impl Text {
-    /// Plain text in ink that starts at a place, in a size [pt].
+    /// Plain text in ink that starts at a place, in a size (pt).
     pub fn new(content: impl Into<String>, at: Point, size: f64) -> Self {
         let colour = Colour::INK;
         Self { content: content.into(), at, size, bold: false, colour, align: Align::Start, angle: 0.0, halo: false }
@@ -132,7 +132,7 @@ impl Text {
         Self { colour, ..self }
     }
 
-    /// Turned counter-clockwise [deg].
+    /// Turned counter-clockwise (deg).
     pub fn angle(self, angle: f64) -> Self {
         Self { angle, ..self }
     }
@@ -142,7 +142,7 @@ impl Text {
         Self { halo: true, ..self }
     }
 
-    /// Its width [pt].
+    /// Its width (pt).
     pub fn width(&self) -> f64 {
         font::width(&self.content, self.size, self.bold)
     }
@@ -213,15 +213,15 @@ pub(super) enum Shape {
 /// A page and the shapes on it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Canvas {
-    /// From left to right [pt].
+    /// From left to right (pt).
     pub width: f64,
-    /// From top to bottom [pt].
+    /// From top to bottom (pt).
     pub height: f64,
     pub(super) shapes: Vec<Shape>,
 }
 
 impl Canvas {
-    /// An empty page [pt].
+    /// An empty page (pt).
     pub fn new(width: f64, height: f64) -> Self {
         Self { width, height, shapes: Vec::new() }
     }
@@ -248,7 +248,7 @@ impl Canvas {
         self.polygon(rect.corners(), fill, stroke);
     }
 
-    /// Draws a circle of a radius [pt].
+    /// Draws a circle of a radius (pt).
     pub fn circle(&mut self, centre: Point, radius: f64, fill: Option<Colour>, stroke: Option<Stroke>) {
         self.shapes.push(Shape::Circle { centre, radius, fill, stroke, clip: None });
     }

@@ -112,7 +112,7 @@ impl ColourMap {
     }
 }
 
-/// Oklab's lightness, chroma and hue [deg] as sRGB.
+/// Oklab's lightness, chroma and hue (deg) as sRGB.
 fn oklch(lightness: f64, chroma: f64, hue: f64) -> Colour {
     let (a, b) = (chroma * (hue * PI / 180.0).cos(), chroma * (hue * PI / 180.0).sin());
     let l = (lightness + 0.396_337_777_4 * a + 0.215_803_757_3 * b).powi(3);

@@ -64,7 +64,7 @@ pub struct Series {
     pub marker: Option<Marker>,
     /// Whether markers are not filled.
     pub hollow: bool,
-    /// Of the line [pt].
+    /// Of the line (pt).
     pub width: f64,
     /// The next colour of the palette unless chosen.
     pub colour: Option<Colour>,
@@ -98,7 +98,7 @@ impl Series {
         Self { dashed: true, ..self }
     }
 
-    /// Width of the line [pt].
+    /// Width of the line (pt).
     pub fn width(self, width: f64) -> Self {
         Self { width, ..self }
     }

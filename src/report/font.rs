@@ -50,7 +50,7 @@ pub(super) fn runs(text: &str) -> Vec<Run> {
     runs
 }
 
-/// Width of a text [pt] at `size` [pt].
+/// Width of a text (pt) at `size` (pt).
 pub(super) fn width(text: &str, size: f64, bold: bool) -> f64 {
     let font = face(bold);
     let em = f64::from(font.units_per_em().unwrap_or(2048.0));

@@ -59,11 +59,11 @@ pub use views::{FourViews, View};
 
 use std::path::{Path, PathBuf};
 
-/// Two columns of a journal page, 183 mm [pt].
+/// Two columns of a journal page, 183 mm (pt).
 pub const TWO_COLUMNS: f64 = 183.0 / 25.4 * 72.0;
-/// One column of a journal page, 89 mm [pt].
+/// One column of a journal page, 89 mm (pt).
 pub const ONE_COLUMN: f64 = 89.0 / 25.4 * 72.0;
-/// Resolution of PNG files [1/inch].
+/// Resolution of PNG files (1/inch).
 pub const DOTS_PER_INCH: f64 = 300.0;
 
 /// Why a figure could not be drawn or written.
@@ -87,9 +87,9 @@ pub enum ReportError {
     /// The page has more pixels than fit into memory.
     #[error("the figure is too large for a bitmap: {width} x {height} pixels")]
     Bitmap {
-        /// [pixels]
+        /// In pixels
         width: f64,
-        /// [pixels]
+        /// In pixels
         height: f64,
     },
     /// There is nothing that can be shown.

@@ -9,7 +9,7 @@ use tiny_skia::{
     PremultipliedColorU8, StrokeDash, Transform,
 };
 
-/// Draws the canvas at a resolution [1/inch] and compresses it.
+/// Draws the canvas at a resolution (1/inch) and compresses it.
 pub(super) fn encode(canvas: &Canvas, dots_per_inch: f64) -> Result<Vec<u8>, ReportError> {
     let scale = dots_per_inch / 72.0;
     let (width, height) = ((canvas.width * scale).round(), (canvas.height * scale).round());

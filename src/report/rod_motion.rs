@@ -20,14 +20,14 @@ const ACHIEVED: Stroke = Stroke { colour: Colour::BLUE, width: 0.9, dash: None }
 pub struct RodMotion {
     /// Above the panels; empty for none.
     pub title: String,
-    /// Where the tip should go [m].
+    /// Where the tip should go (m).
     pub desired: Vec<Vector>,
-    /// Where the tip goes [m].
+    /// Where the tip goes (m).
     pub tips: Vec<Vector>,
     /// The rod at places that follow one another evenly in time, the same stretches with as many points in each; the
     /// first at the first tip, the last at the last.
     pub rods: Vec<Vec<Stretch>>,
-    /// Of the whole way [s].
+    /// Of the whole way (s).
     pub seconds: f64,
 }
 

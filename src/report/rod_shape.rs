@@ -45,9 +45,9 @@ pub struct Stretch {
     pub name: String,
     /// What it is drawn as.
     pub kind: StretchKind,
-    /// Along the centreline, base to tip [m].
+    /// Along the centreline, base to tip (m).
     pub points: Vec<Vector>,
-    /// Of the coil, world frame [A·m²].
+    /// Of the coil, world frame (A·m²).
     pub dipole: Option<Vector>,
 }
 
@@ -60,11 +60,11 @@ pub struct RodShape {
     pub stretches: Vec<Stretch>,
     /// Tip orientation, body to world, by rows; columns are the directors.
     pub tip_rotation: Option<[[f64; 3]; 3]>,
-    /// World frame [T].
+    /// World frame (T).
     pub flux_density: Option<Vector>,
-    /// World frame [N].
+    /// World frame (N).
     pub tip_force: Option<Vector>,
-    /// Centreline at rest [m].
+    /// Centreline at rest (m).
     pub rest: Option<Vec<Vector>>,
 }
 
@@ -119,7 +119,7 @@ impl Figure for RodShape {
     }
 }
 
-/// An arrow at the rod [m].
+/// An arrow at the rod (m).
 struct Mark {
     from: Vector,
     vector: Vector,
@@ -155,7 +155,7 @@ impl RodShape {
         arrows
     }
 
-    /// [A·m²]
+    /// In A·m²
     fn largest_dipole(&self) -> f64 {
         self.stretches.iter().filter_map(|stretch| stretch.dipole).filter(|m| nonzero(*m)).map(norm).fold(0.0, f64::max)
     }
@@ -222,7 +222,7 @@ impl RodShape {
     }
 }
 
-/// Colour and width [pt].
+/// Colour and width (pt).
 pub(super) fn style(kind: StretchKind) -> (Colour, f64) {
     match kind {
         StretchKind::Flexible => (FLEXIBLE, 1.7),

@@ -15,7 +15,7 @@ pub trait Panel {
     /// Nothing to draw, or data that do not fit together.
     fn draw_into(&self, canvas: &mut Canvas, rect: Rect) -> Result<(), ReportError>;
 
-    /// Height of the panel at a width [pt].
+    /// Height of the panel at a width (pt).
     fn height(&self, width: f64) -> f64 {
         ASPECT * width
     }

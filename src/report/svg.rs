@@ -9,7 +9,7 @@ use std::fmt::Write;
 const MOST_VECTOR_DOTS: usize = 1500;
 /// Pixels along the longer side of an image whose cells keep sharp edges.
 const FINE_IMAGE: usize = 800;
-/// Resolution of embedded point clouds [1/inch].
+/// Resolution of embedded point clouds (1/inch).
 const DOTS_PER_INCH: f64 = 400.0;
 
 pub(super) fn encode(canvas: &Canvas) -> String {

@@ -5,7 +5,7 @@ use super::colour::Colour;
 use super::views::{View, cross, dot};
 use crate::model::Vector;
 
-/// Draws an arrow from a point in space along a vector [m]; towards the reader as a circled dot, away as a circled
+/// Draws an arrow from a point in space along a vector (m); towards the reader as a circled dot, away as a circled
 /// cross. Returns the place of its head.
 pub(super) fn arrow(
     canvas: &mut Canvas,

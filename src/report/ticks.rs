@@ -104,12 +104,12 @@ pub(super) fn with_unit(label: &str, unit: &str, power: i32) -> String {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct LengthUnit {
     pub name: &'static str,
-    /// [m]
+    /// In m
     pub metres: f64,
 }
 
 impl LengthUnit {
-    /// For coordinates up to `extent` [m].
+    /// For coordinates up to `extent` (m).
     pub(super) fn for_extent(extent: f64) -> Self {
         match extent {
             x if x < 2e-6 => Self { name: "nm", metres: 1e-9 },

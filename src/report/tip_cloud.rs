@@ -9,7 +9,7 @@ use super::{Figure, ReportError, TWO_COLUMNS};
 use crate::model::Vector;
 
 const FIGURE: &str = "the tip cloud";
-/// Room for the title and for the colour bar [pt].
+/// Room for the title and for the colour bar (pt).
 const TOP: f64 = 30.0;
 const MARGIN: f64 = 62.0;
 /// Most dots that are drawn with a rim.
@@ -18,7 +18,7 @@ const MOST_RIMS: usize = 1500;
 /// Tip positions with one value each.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Cloud {
-    /// [m]; points that are not finite, in position or value, are left out and counted.
+    /// In m; points that are not finite, in position or value, are left out and counted.
     pub points: Vec<Vector>,
     /// One for each point, in `unit`.
     pub values: Vec<f64>,
@@ -30,7 +30,7 @@ pub struct Cloud {
     pub title: String,
     /// Sequential, or diverging where values have both signs, unless chosen here.
     pub map: Option<ColourMap>,
-    /// The rod at rest, drawn as a line [m].
+    /// The rod at rest, drawn as a line (m).
     pub rod: Option<Vec<Vector>>,
 }
 

@@ -19,13 +19,13 @@ const FLAGGED: Colour = Colour::VERMILION;
 pub struct TipPath {
     /// Above the panels; empty for none.
     pub title: String,
-    /// Where the tip should be, in order [m]; what is not finite interrupts the line.
+    /// Where the tip should be, in order (m); what is not finite interrupts the line.
     pub desired: Vec<Vector>,
-    /// Where the tip is, in order [m].
+    /// Where the tip is, in order (m).
     pub achieved: Vec<Vector>,
-    /// Desired places that are not reached [m].
+    /// Desired places that are not reached (m).
     pub flagged: Vec<Vector>,
-    /// Centrelines along the way [m], coloured from first to last.
+    /// Centrelines along the way (m), coloured from first to last.
     pub rods: Vec<Vec<Vector>>,
     /// What the two are called in the legend.
     pub names: [&'static str; 2],

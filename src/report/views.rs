@@ -13,13 +13,13 @@ const NAMES: [&str; 3] = ["x", "y", "z"];
 const NARROWEST: f64 = 0.6;
 /// White rim between data and limits over their range.
 const RIM: f64 = 0.05;
-/// Room for tick labels and axis labels [pt].
+/// Room for tick labels and axis labels (pt).
 const LEFT: f64 = 40.0;
 const BOTTOM: f64 = 31.0;
 const GAP_X: f64 = 43.0;
 const GAP_Y: f64 = 44.0;
 const TALLEST: f64 = 430.0;
-/// Directions of the camera in space [deg].
+/// Directions of the camera in space (deg).
 const AZIMUTH: f64 = -58.0;
 const ELEVATION: f64 = 24.0;
 
@@ -36,27 +36,27 @@ pub struct View {
     pub toward: Vector,
     /// Points per metre, the same in every direction.
     pub scale: f64,
-    /// The point in space that is drawn at `middle` [m].
+    /// The point in space that is drawn at `middle` (m).
     pub centre: Vector,
-    /// Where on the page [pt].
+    /// Where on the page (pt).
     pub middle: Point,
     /// The horizontal and vertical axis of a projection; none in space.
     pub axes: Option<[usize; 2]>,
 }
 
 impl View {
-    /// Where on the page a point in space is drawn [m to pt].
+    /// Where on the page a point in space is drawn (m to pt).
     pub fn place(&self, point: Vector) -> Point {
         let [x, y] = self.along(std::array::from_fn(|k| point[k] - self.centre[k]));
         [self.middle[0] + x, self.middle[1] + y]
     }
 
-    /// A vector in space, drawn on the page [m to pt].
+    /// A vector in space, drawn on the page (m to pt).
     pub fn along(&self, direction: Vector) -> Point {
         [self.scale * dot(direction, self.right), -self.scale * dot(direction, self.up)]
     }
 
-    /// How near to the reader a point is [m].
+    /// How near to the reader a point is (m).
     pub fn depth(&self, point: Vector) -> f64 {
         dot(point, self.toward)
     }
@@ -65,22 +65,22 @@ impl View {
 /// The four panels of a spatial figure.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FourViews {
-    /// Lower and upper limit of x, y and z [m].
+    /// Lower and upper limit of x, y and z (m).
     pub limits: [[f64; 2]; 3],
     /// In which coordinates are written.
     unit: LengthUnit,
     /// x-z, y-z, x-y, space.
     pub views: [View; 4],
-    /// The lowest point of the panels' labels [pt].
+    /// The lowest point of the panels' labels (pt).
     pub bottom: f64,
-    /// Of the page, and what is free on its right [pt].
+    /// Of the page, and what is free on its right (pt).
     width: f64,
     margin: f64,
 }
 
 impl FourViews {
-    /// Arranges the panels for points within `bounds` [m]: from `top` down, on a page of some width, leaving
-    /// `margin` free on the right [pt].
+    /// Arranges the panels for points within `bounds` (m): from `top` down, on a page of some width, leaving
+    /// `margin` free on the right (pt).
     pub fn new(bounds: [[f64; 2]; 3], width: f64, top: f64, margin: f64) -> Self {
         let largest = bounds.iter().flatten().fold(0.0f64, |largest, x| largest.max(x.abs()));
         let widest = bounds.iter().map(|[low, high]| high - low).fold(0.0, f64::max);
@@ -157,7 +157,7 @@ impl FourViews {
         format!("{} ({})", NAMES[axis], self.unit.name)
     }
 
-    /// Ticks of an axis between limits [m], at least `spacing` metres apart.
+    /// Ticks of an axis between limits (m), at least `spacing` metres apart.
     fn ticks(&self, limits: [f64; 2], spacing: f64) -> (Vec<f64>, Vec<String>) {
         let metres = self.unit.metres;
         let [low, high] = limits.map(|x| x / metres);

@@ -98,10 +98,10 @@ pub struct RunAccount {
     /// In units of the plan's moment.
     #[serde(deserialize_with = "number_or_null")]
     pub worst_residual: f64,
-    /// Over rod length, or [rad].
+    /// Over rod length, or (rad).
     #[serde(deserialize_with = "number_or_null")]
     pub worst_error_estimate: f64,
-    /// Box around the tips [m].
+    /// Box around the tips (m).
     pub extents: Option<[[f64; 3]; 2]>,
     /// Samples solved again by the reference.
     pub spot_check: Option<SpotCheck>,
@@ -111,7 +111,7 @@ pub struct RunAccount {
     pub notes: Vec<String>,
 }
 
-/// Time by stage, and the engine's own account of its time [s]; stages overlap.
+/// Time by stage, and the engine's own account of its time (s); stages overlap.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct RunTimings {

@@ -5,7 +5,7 @@ use crate::spec::stepper_name;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
 
-/// Busy time of each stage [s]; stages overlap.
+/// Busy time of each stage (s); stages overlap.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Timings {
@@ -65,7 +65,7 @@ pub struct SpotCheck {
     pub wrong: u64,
     /// |dp| / rod length.
     pub position: ErrorDistribution,
-    /// Angle between tip frames [rad].
+    /// Angle between tip frames (rad).
     pub rotation: ErrorDistribution,
     /// Worst derivative column of each sample: |d(dp/L, w)| over the column's norm, at least 1 % of its typical norm.
     pub derivative: ErrorDistribution,
@@ -86,7 +86,7 @@ pub struct PilotChoice {
     pub stepper: Stepper,
     /// Steps over the whole rod.
     pub steps: usize,
-    /// Largest difference to twice the steps: tip position over length, or tip rotation [rad].
+    /// Largest difference to twice the steps: tip position over length, or tip rotation (rad).
     #[serde(deserialize_with = "number_or_null")]
     pub error: f64,
     /// What was asked for, in the same measure.

@@ -183,7 +183,7 @@ impl Results {
         Ok(all)
     }
 
-    /// Statistics of all rows, as the run itself has gathered them: counts, extents, voxels of an edge [m], and the
+    /// Statistics of all rows, as the run itself has gathered them: counts, extents, voxels of an edge (m), and the
     /// rows of at most [`MAX_TIPS`](super::MAX_TIPS) samples without derivatives.
     ///
     /// Of a run without rows it is what the run has kept: voxels have the edge of the sweep, whatever `voxel` says.
@@ -215,7 +215,7 @@ impl Results {
         }
     }
 
-    /// Occupied voxels of an edge [m]: centre [m] and number of rows. Of a run without rows the edge is the sweep's.
+    /// Occupied voxels of an edge (m): centre (m) and number of rows. Of a run without rows the edge is the sweep's.
     ///
     /// # Errors
     ///

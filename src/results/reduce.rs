@@ -20,11 +20,11 @@ pub(crate) fn failures(counts: &[u64; Status::ALL.len()], every_branch: bool) ->
 /// What is known of a workspace without its rows. Order of tables changes nothing but the order of `tips`.
 #[derive(Clone, Debug)]
 pub struct Reduction {
-    /// Edge of a voxel [m]
+    /// Edge of a voxel (m)
     pub voxel: f64,
     /// Rows with a success status in each voxel, by floor(position / voxel).
     pub voxels: HashMap<[i32; 3], u32>,
-    /// Box around the tips of success rows [m]; `None` before the first.
+    /// Box around the tips of success rows (m); `None` before the first.
     pub extents: Option<[[f64; 3]; 2]>,
     /// Rows by status code.
     pub counts: [u64; Status::ALL.len()],
@@ -161,7 +161,7 @@ impl Reduction {
         failures(&self.counts, self.branches.is_some())
     }
 
-    /// Occupied voxels, sorted: centre [m] and count.
+    /// Occupied voxels, sorted: centre (m) and count.
     pub fn voxel_table(&self) -> Table {
         let mut cells: Vec<_> = self.voxels.iter().collect();
         cells.sort_unstable();

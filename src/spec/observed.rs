@@ -5,9 +5,9 @@ use crate::model::{Parameter, Vector};
 /// A point of a rod that was seen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ObservedPoint {
-    /// Arc length from the base [m]; `None` for the tip.
+    /// Arc length from the base (m); `None` for the tip.
     pub arc_length: Option<f64>,
-    /// World frame [m].
+    /// World frame (m).
     pub position: Vector,
 }
 
@@ -41,6 +41,6 @@ impl ObservedShapes {
 pub struct ObservedTip {
     /// Row of the command that it belongs to, from 0.
     pub command: usize,
-    /// World frame [m].
+    /// World frame (m).
     pub position: Vector,
 }

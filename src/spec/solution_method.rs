@@ -21,7 +21,7 @@ pub struct SolutionMethod {
     pub stepper: Stepper,
     /// Steps over the whole rod.
     pub steps: usize,
-    /// Target error of tip position over rod length and of tip rotation [rad].
+    /// Target error of tip position over rod length and of tip rotation (rad).
     pub tolerance: f64,
 }
 

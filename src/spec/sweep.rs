@@ -48,17 +48,17 @@ pub enum BranchChoice {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum OutputQuantity {
-    /// Position of the tip, world frame [m].
+    /// Position of the tip, world frame (m).
     TipPosition,
-    /// Rotation of the tip as a rotation vector, body to world [rad].
+    /// Rotation of the tip as a rotation vector, body to world (rad).
     TipRotation,
-    /// Curvature at the start of the first flexible segment, body frame [1/m].
+    /// Curvature at the start of the first flexible segment, body frame (1/m).
     BaseCurvature,
     /// Stability margin, and whether the equilibrium is stable.
     Stability,
-    /// Estimated error of tip position over rod length or of tip rotation [rad], whichever is larger.
+    /// Estimated error of tip position over rod length or of tip rotation (rad), whichever is larger.
     ErrorEstimate,
-    /// Internal moment at the base, world frame [N·m].
+    /// Internal moment at the base, world frame (N·m).
     BaseMoment,
     /// What is left of the balance of moments at the tip, in the plan's unit of moment.
     Residual,
@@ -112,7 +112,7 @@ pub struct SweepSpec {
     pub axes: Vec<AxisSpec>,
     /// Values of `method = "table"`.
     pub table: Option<Arc<InputTable>>,
-    /// Target error of tip position over rod length and of tip rotation [rad].
+    /// Target error of tip position over rod length and of tip rotation (rad).
     pub tolerance: f64,
     /// Which equilibria are wanted.
     pub branch: BranchChoice,
@@ -124,7 +124,7 @@ pub struct SweepSpec {
     pub wrt: Vec<Parameter>,
     /// What rows are written as.
     pub format: Format,
-    /// Edge of a workspace voxel [m]
+    /// Edge of a workspace voxel (m)
     pub voxel: f64,
     /// What the user should know about how the file was read.
     pub notes: Vec<String>,

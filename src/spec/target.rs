@@ -5,14 +5,14 @@ use crate::model::{Parameter, Scene, Vector};
 /// A place for the tip, perhaps with a direction.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Target {
-    /// Where the tip should be, world frame [m].
+    /// Where the tip should be, world frame (m).
     pub position: Vector,
     /// The unit vector along which the tip's tangent should point, world frame; `None` leaves it free.
     pub tangent: Option<Vector>,
 }
 
 impl Target {
-    /// A place [m] without a direction.
+    /// A place (m) without a direction.
     pub fn at(position: Vector) -> Target {
         Target { position, tangent: None }
     }
@@ -89,13 +89,13 @@ pub struct Trajectory {
     pub coordinates: [bool; 3],
     /// What is commanded; empty for every current.
     pub inputs: Vec<ControlInput>,
-    /// Of the whole trajectory [s].
+    /// Of the whole trajectory (s).
     pub duration: Option<f64>,
-    /// A target is reached where so much is left of it [m].
+    /// A target is reached where so much is left of it (m).
     pub tolerance: Option<f64>,
     /// Equilibria for one target, at most.
     pub most_iterations: Option<usize>,
-    /// Length by which a tangent's error counts [m].
+    /// Length by which a tangent's error counts (m).
     pub tangent_weight: Option<f64>,
     /// What becomes of inputs that the tip does not need.
     pub redundancy: Option<Redundancy>,

@@ -3,7 +3,7 @@
 use crate::model::Vector;
 use nalgebra::{Matrix3, Vector3};
 
-/// Root mean squares of the distances between pairs of points [m].
+/// Root mean squares of the distances between pairs of points (m).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Agreement {
@@ -17,7 +17,7 @@ pub struct Agreement {
     pub aligned_rmse: f64,
 }
 
-/// Of pairs of points [m]; none without a pair.
+/// Of pairs of points (m); none without a pair.
 pub fn agreement(pairs: &[(Vector, Vector)]) -> Option<Agreement> {
     if pairs.is_empty() {
         return None;

@@ -21,9 +21,9 @@ const FILES: [(&str, &str); 4] = [
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Measured {
-    /// Root mean square errors [mm]: the two numbers that it gives, by Table I and by the text on Fig. 5.
+    /// Root mean square errors (mm): the two numbers that it gives, by Table I and by the text on Fig. 5.
     pub rmse: [f64; 2],
-    /// After rigid alignment [mm], where it is known.
+    /// After rigid alignment (mm), where it is known.
     pub aligned_rmse: Option<f64>,
 }
 
@@ -127,7 +127,7 @@ impl PlayedTrajectory {
         self.simulations.iter().map(|simulation| simulation.lost).sum()
     }
 
-    /// What 10, 50 and 90 % of the catheters stay below [mm], of a length [m].
+    /// What 10, 50 and 90 % of the catheters stay below (mm), of a length (m).
     pub fn quantiles_mm(&self, of: impl Fn(&Simulation) -> f64) -> [f64; 3] {
         let mut values: Vec<f64> = self.simulations.iter().map(|simulation| 1e3 * of(simulation)).collect();
         values.sort_by(f64::total_cmp);
@@ -160,7 +160,7 @@ impl ExperimentRun {
         order[(order.len() - 1) / 2]
     }
 
-    /// One row a trajectory and catheter: `trajectory`, `seed`, `rmse`, `aligned_rmse`, `repeatability` [m], `lost`.
+    /// One row a trajectory and catheter: `trajectory`, `seed`, `rmse`, `aligned_rmse`, `repeatability` (m), `lost`.
     pub fn table(&self) -> Table {
         let rows: Vec<(&str, &Simulation)> = self
             .trajectories

@@ -53,7 +53,7 @@ impl Replay {
         &self.scene
     }
 
-    /// Tips by row [m]; `None` where there is no stable equilibrium from rest.
+    /// Tips by row (m); `None` where there is no stable equilibrium from rest.
     pub fn tips(&self) -> &[Option<Vector>] {
         &self.tips
     }
@@ -85,7 +85,7 @@ impl Replay {
         write_table(path, &self.table(), &[])
     }
 
-    /// The tips as JSON [m].
+    /// The tips as JSON (m).
     pub fn to_json(&self) -> Value {
         json!({ "states": self.tips.len(), "lost": self.lost(), "tips": self.tips })
     }
@@ -116,13 +116,13 @@ pub struct ReplayComparison {
     pub agreement: Agreement,
     /// Tips that could be compared: the model has a stable equilibrium.
     pub compared: usize,
-    /// Every observed tip and that of the model [m].
+    /// Every observed tip and that of the model (m).
     pub pairs: Vec<(ObservedTip, Option<Vector>)>,
 }
 
 impl ReplayComparison {
     /// Observed less model, as it is and without the mean offset: `point`, `observed.*`, `residual.*`, `distance`,
-    /// `distance_without_offset` [m].
+    /// `distance_without_offset` (m).
     pub fn table(&self) -> Table {
         let apart = |(seen, tip): &(ObservedTip, Option<Vector>)| -> Vector {
             let tip = tip.unwrap_or(NOWHERE);
@@ -149,7 +149,7 @@ impl ReplayComparison {
         write_table(path, &self.table(), &[])
     }
 
-    /// The agreement as JSON [m].
+    /// The agreement as JSON (m).
     pub fn to_json(&self) -> Value {
         let Agreement { rmse, offset, centred_rmse, aligned_rmse } = self.agreement;
         json!({

@@ -21,15 +21,15 @@ const STEPS: usize = 16;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Imperfection {
-    /// Of rest curvature about x and y, each segment on its own [1/m].
+    /// Of rest curvature about x and y, each segment on its own (1/m).
     pub rest_curvature: f64,
     /// Of stiffness, all segments together, relative.
     pub stiffness: f64,
     /// Of the turns (or turns-area) of each axis, relative.
     pub winding: f64,
-    /// Plastic change of the rest curvature from one trial to the next [1/m].
+    /// Plastic change of the rest curvature from one trial to the next (1/m).
     pub drift: f64,
-    /// Of an observed coordinate [m].
+    /// Of an observed coordinate (m).
     pub noise: f64,
 }
 
@@ -65,15 +65,15 @@ pub struct Simulation {
     pub imperfection: Imperfection,
     /// What makes this one of them.
     pub seed: u64,
-    /// Observed tips by trial and command [m]; `None` where the catheter has no stable equilibrium from rest.
+    /// Observed tips by trial and command (m); `None` where the catheter has no stable equilibrium from rest.
     pub trials: Vec<Vec<Option<Vector>>>,
-    /// Over the trials, by command [m].
+    /// Over the trials, by command (m).
     pub mean: Vec<Option<Vector>>,
-    /// Root mean square distance from the desired positions [m].
+    /// Root mean square distance from the desired positions (m).
     pub rmse: f64,
-    /// The same after the best rotation and translation of each trial (Kabsch) [m].
+    /// The same after the best rotation and translation of each trial (Kabsch) (m).
     pub aligned_rmse: f64,
-    /// Root mean square distance of a trial's tip from the mean over the trials [m].
+    /// Root mean square distance of a trial's tip from the mean over the trials (m).
     pub repeatability: f64,
     /// Commands without a stable equilibrium, over all trials.
     pub lost: usize,
@@ -143,7 +143,7 @@ pub struct CommandedPath<'a> {
     pub parameters: &'a [Parameter],
     /// Values of the parameters by command, SI.
     pub commands: &'a [Vec<f64>],
-    /// Where the tip should be at each command, world frame [m].
+    /// Where the tip should be at each command, world frame (m).
     pub desired: &'a [Vector],
 }
 
@@ -177,7 +177,7 @@ pub fn simulate(
     Ok(Simulation { imperfection: *imperfection, seed, ..evaluate(observed, desired) })
 }
 
-/// Tips that commands lead to from rest [m]; `None` where that is no stable equilibrium. `commands` holds the values of
+/// Tips that commands lead to from rest (m); `None` where that is no stable equilibrium. `commands` holds the values of
 /// the parameters, SI.
 ///
 /// # Errors

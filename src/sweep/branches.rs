@@ -31,7 +31,7 @@ const SAME_SINGLE: f64 = 1e-3;
 /// Fractional parts of its multiples fill the cube evenly (Roberts' generalised golden ratio).
 const GOLDEN: f64 = 1.220_744_084_605_759_5;
 
-/// Energy [J] of a rod's state with a base moment [N·m], where its loads have a potential.
+/// Energy (J) of a rod's state with a base moment (N·m), where its loads have a potential.
 pub type Energy<'a> = &'a (dyn Fn(&Rod, Vector) -> Option<f64> + Sync);
 
 /// What a search needs from the layers above.
@@ -51,7 +51,7 @@ pub struct BranchTools<'a> {
 pub struct Branch {
     /// Sample of the batch.
     pub sample: usize,
-    /// [J]; `None` where the loads have no potential.
+    /// In J; `None` where the loads have no potential.
     pub energy: Option<f64>,
     /// Whether it is the one reached from rest.
     pub from_rest: bool,
@@ -301,7 +301,7 @@ struct Found {
     signs: i64,
     has_from_rest: bool,
     unit: f64,
-    /// Of the ball in which searches start [N·m].
+    /// Of the ball in which searches start (N·m).
     radius: f64,
     searches: usize,
     empty_rounds: usize,

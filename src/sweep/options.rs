@@ -46,7 +46,7 @@ pub struct Progress {
     pub done: u64,
     /// Samples of this shard.
     pub total: u64,
-    /// As [`Summary::failed`], so far.
+    /// As [`Summary::failed`](super::Summary::failed), so far.
     pub failed: u64,
     /// Samples a second.
     pub rate: f64,

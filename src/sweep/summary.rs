@@ -36,7 +36,7 @@ pub struct Summary {
     pub spot_check: Option<SpotCheck>,
     /// Where the time of the run went.
     pub timings: Timings,
-    /// The engine's own account of its time, by name [s]; stages overlap.
+    /// The engine's own account of its time, by name (s); stages overlap.
     pub engine_timings: Vec<(&'static str, f64)>,
     /// What happened to the engine on the way, such as a device that was lost and opened again.
     pub notes: Vec<String>,

@@ -72,13 +72,13 @@ pub struct Record {
     pub estimate: f64,
     /// Successes whose error is within their estimate.
     pub bounded: f64,
-    /// For one sample, the median of the repeats [s].
+    /// For one sample, the median of the repeats (s).
     pub seconds: f64,
-    /// The same, the least [s].
+    /// The same, the least (s).
     pub least: f64,
     /// (median - least) / least
     pub spread: f64,
-    /// To make the engine and solve for the first time, beyond what a solve takes [s].
+    /// To make the engine and solve for the first time, beyond what a solve takes (s).
     pub setup: f64,
     /// Operations on numbers for one sample, a fused one being two.
     pub operations: f64,

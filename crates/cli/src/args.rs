@@ -156,7 +156,7 @@ pub struct SolveArguments {
     pub wrt: Option<Vec<String>>,
     #[command(flatten)]
     pub engine: EngineArguments,
-    /// Target error of tip position over rod length and of tip rotation [rad]
+    /// Target error of tip position over rod length and of tip rotation (rad)
     #[arg(long, default_value_t = 1e-9)]
     pub tolerance: f64,
     /// Print JSON
@@ -259,7 +259,7 @@ fn some(text: &str) -> Result<usize, String> {
     }
 }
 
-/// A length [m] that an argument must give; `example` is one.
+/// A length (m) that an argument must give; `example` is one.
 pub fn positive_length(flag: &str, text: &str, example: &str) -> Result<f64, String> {
     let wrong = |why: String| format!("`{flag} {text}`: {why}");
     let length = parse_quantity(text, Dimension::of("m")).map_err(|error| wrong(error.to_string()))?;

@@ -6,13 +6,13 @@ use rodsweep::gpu::AdapterSummary;
 use rodsweep::input::parse_scene;
 use rodsweep::model::{Plan, PlanOptions};
 use rodsweep::report::count;
+use rodsweep::shipped::CANTILEVER;
 use std::path::Path;
 
-/// A rod to try the engines with.
-const SCENE: &str = include_str!("../../../sweeps/scenes/cantilever.toml");
-
 pub fn doctor() -> Result<Exit, CommandError> {
-    let scene = parse_scene(Path::new("cantilever.toml"), SCENE)?;
+    // A rod to try the engines with.
+    let (name, text) = CANTILEVER;
+    let scene = parse_scene(Path::new(name), text)?;
     let plan = Plan::single(&scene, &[], PlanOptions::default())?;
     print(&(describe(&survey(&plan)?).join("\n") + "\n"))?;
     Ok(Exit::Done)

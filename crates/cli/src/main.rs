@@ -35,7 +35,7 @@ use std::process::ExitCode;
 
 /// How a command ended, as the shell sees it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Exit {
+pub(crate) enum Exit {
     Done = 0,
     Failed = 1,
     Usage = 2,
@@ -45,7 +45,7 @@ pub enum Exit {
 
 /// Why a command could not do its work.
 #[derive(Debug, thiserror::Error)]
-pub enum CommandError {
+pub(crate) enum CommandError {
     #[error(transparent)]
     Input(#[from] InputError),
     #[error(transparent)]

@@ -73,7 +73,7 @@ fn all_branches(solved: &Solved, as_json: bool) -> Result<String, CommandError> 
     Ok(if as_json { format!("{:#}\n", all.to_json()) } else { all.to_string() })
 }
 
-/// The arc lengths [m] that `--shape` means: a number of points from base to tip, or a list of lengths.
+/// The arc lengths (m) that `--shape` means: a number of points from base to tip, or a list of lengths.
 fn arc_lengths(text: &str, length: f64) -> Result<Vec<f64>, CommandError> {
     let wrong = |why: String| CommandError::Usage(format!("`--shape {text}`: {why}"));
     if let Ok(count) = text.trim().parse::<usize>() {

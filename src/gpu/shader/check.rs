@@ -55,7 +55,7 @@ fn innermost<E: Error>(error: &naga::WithSpan<E>, text: &str) -> Option<naga::So
 }
 
 impl Reflection {
-    /// Members of a struct and their offsets [bytes].
+    /// Members of a struct and their offsets (bytes).
     pub fn members(&self, name: &str) -> Option<Vec<(String, usize)>> {
         let of = |(_, ty): (_, &naga::Type)| match &ty.inner {
             naga::TypeInner::Struct { members, .. } if ty.name.as_deref() == Some(name) => {

@@ -46,9 +46,9 @@ pub(crate) struct Catheter<'a> {
 
 pub(crate) struct Segment<'a> {
     pub name: String,
-    /// [mm]
+    /// In mm
     pub length: Number<'a>,
-    /// Of the tube [kg/mm]
+    /// Of the tube (kg/mm)
     pub linear_density: Number<'a>,
     pub kind: Kind<'a>,
 }
@@ -60,24 +60,24 @@ pub(crate) enum Kind<'a> {
 }
 
 pub(crate) struct Flexible<'a> {
-    /// [mm]
+    /// In mm
     pub outer_radius: Number<'a>,
-    /// [mm]
+    /// In mm
     pub inner_radius: Number<'a>,
-    /// [MPa]
+    /// In MPa
     pub youngs_modulus: Number<'a>,
-    /// [MPa]
+    /// In MPa
     pub shear_modulus: Number<'a>,
-    /// [1/mm]
+    /// In 1/mm
     pub rest_curvature: [Number<'a>; 3],
 }
 
 pub(crate) struct Actuator<'a> {
-    /// Without the tube [kg]
+    /// Without the tube (kg)
     pub mass: Number<'a>,
-    /// Row by row, before alignment [1000 mm²]
+    /// Row by row, before alignment (1000 mm²)
     pub turns_area: [Number<'a>; 9],
-    /// [rad]
+    /// In rad
     pub angles: [Number<'a>; 2],
 }
 

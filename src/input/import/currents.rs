@@ -12,7 +12,7 @@ use std::path::Path;
 const CHANNELS: usize = 6;
 
 struct Play<'a> {
-    /// Currents of all channels [A] and the dwell time's digits [ms]
+    /// Currents of all channels (A) and the dwell time's digits (ms)
     states: Vec<([f64; CHANNELS], &'a str)>,
     /// Highest channel that is set by its number.
     highest: usize,

@@ -45,7 +45,7 @@ fn notes(catheter: &Catheter, spatial: Option<&Spatial>) -> Vec<String> {
     notes
 }
 
-/// [mm]
+/// In mm
 fn total_length(catheter: &Catheter) -> f64 {
     rounded(catheter.segments.iter().map(|segment| segment.length.value).sum())
 }

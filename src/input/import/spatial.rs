@@ -24,7 +24,7 @@ pub(crate) struct Spatial {
     pub flux_density: [String; 3],
     pub gravity: [String; 3],
     pub position: [String; 3],
-    /// Rotation vector, body to world [rad]
+    /// Rotation vector, body to world (rad)
     pub rotation: Vector,
 }
 

@@ -80,7 +80,7 @@ impl State {
         }
     }
 
-    /// The base moment after a small change of the inputs, to first order [N·m].
+    /// The base moment after a small change of the inputs, to first order (N·m).
     pub(crate) fn moment_after(&self, change: &Inputs) -> Vector {
         let mut m0 = self.m0;
         for (rates, dz) in self.rates.iter().zip(change) {
@@ -89,7 +89,7 @@ impl State {
         m0
     }
 
-    /// What is missing to a target: controlled coordinates [m], tangent times its weight [m].
+    /// What is missing to a target: controlled coordinates (m), tangent times its weight (m).
     pub(crate) fn missing(&self, task: &Task, target: &Target) -> [f64; ROWS] {
         let mut e = [0.0; ROWS];
         for a in 0..3 {

@@ -30,7 +30,7 @@ pub enum ControlError {
         /// Upper limit, SI.
         high: f64,
     },
-    /// A tolerance that is not positive [m].
+    /// A tolerance that is not positive (m).
     #[error("a target is never reached to {0} m: give a positive tolerance")]
     Tolerance(f64),
     /// The rod has no stable equilibrium where a trajectory begins.

@@ -9,7 +9,7 @@ use crate::model::{Parameter, Plan, Scene, SegmentParameter, Stepper};
 use crate::spec::{ControlInput, Redundancy, Target, Trajectory};
 use std::sync::Arc;
 
-/// Currents may have either sign up to this, unless something is said about them [A].
+/// Currents may have either sign up to this, unless something is said about them (A).
 pub const CURRENT_LIMIT: f64 = 0.3;
 /// Points that are followed once more, one at a time, to tell what a lone step takes.
 const LONE_STEPS: usize = 200;
@@ -20,7 +20,7 @@ const LONE_STEPS: usize = 200;
 pub enum ControlEvent {
     /// Nothing was said about inputs: every current is commanded, in either sign.
     EveryCurrent {
-        /// [A]
+        /// In A
         limit: f64,
     },
     /// So many searches of a batch have ended; told about ten times.
@@ -132,7 +132,7 @@ impl ControlJob {
         ControlJob { coordinates: Some(coordinates), ..self }
     }
 
-    /// A target is reached where so much is left of it [m].
+    /// A target is reached where so much is left of it (m).
     pub fn tolerance(self, tolerance: f64) -> ControlJob {
         ControlJob { tolerance: Some(tolerance), ..self }
     }
@@ -142,7 +142,7 @@ impl ControlJob {
         ControlJob { most_iterations: Some(most_iterations), ..self }
     }
 
-    /// Length by which a tangent's error counts [m].
+    /// Length by which a tangent's error counts (m).
     pub fn tangent_weight(self, tangent_weight: f64) -> ControlJob {
         ControlJob { tangent_weight: Some(tangent_weight), ..self }
     }

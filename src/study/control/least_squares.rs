@@ -8,7 +8,7 @@ pub(super) const ROWS: usize = 6;
 /// being taken for one in which it can.
 pub(super) const LEAST_DAMPING: f64 = 1e-6;
 
-/// Derivatives of a residual's rows by the scaled inputs [m].
+/// Derivatives of a residual's rows by the scaled inputs (m).
 pub(super) type Columns = [[f64; ROWS]; MOST_INPUTS];
 
 /// J Jᵀ of the inputs that are free to move.

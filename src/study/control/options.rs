@@ -8,9 +8,9 @@ use crate::spec::{Redundancy, Trajectory};
 pub struct ControlOptions {
     /// Which of x, y and z of the tip are controlled; the others are free.
     pub coordinates: [bool; 3],
-    /// Length by which a tangent's error counts [m].
+    /// Length by which a tangent's error counts (m).
     pub tangent_weight: f64,
-    /// A target is reached where so much is left of it [m].
+    /// A target is reached where so much is left of it (m).
     pub tolerance: f64,
     /// Equilibria for one target, at most.
     pub most_iterations: usize,
@@ -48,12 +48,12 @@ impl ControlOptions {
         ControlOptions { coordinates, ..self }
     }
 
-    /// With another weight of the tangent [m].
+    /// With another weight of the tangent (m).
     pub fn with_tangent_weight(self, tangent_weight: f64) -> ControlOptions {
         ControlOptions { tangent_weight, ..self }
     }
 
-    /// With another tolerance [m].
+    /// With another tolerance (m).
     pub fn with_tolerance(self, tolerance: f64) -> ControlOptions {
         ControlOptions { tolerance, ..self }
     }

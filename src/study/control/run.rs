@@ -45,11 +45,11 @@ pub struct TargetResult {
     pub target: Target,
     /// Values of the inputs, in their order.
     pub inputs: Vec<f64>,
-    /// Where the tip is, world frame [m].
+    /// Where the tip is, world frame (m).
     pub tip: Vector,
     /// Its unit tangent, world frame.
     pub tangent: Vector,
-    /// What is left: controlled coordinates, and the tangent times its weight [m].
+    /// What is left: controlled coordinates, and the tangent times its weight (m).
     pub residual: f64,
     /// How the search ended.
     pub outcome: Outcome,
@@ -59,11 +59,11 @@ pub struct TargetResult {
     pub margin: f64,
     /// Error of the integration at the tip, over the rod's length.
     pub error_estimate: f64,
-    /// Internal moment at the base [N·m].
+    /// Internal moment at the base (N·m).
     pub base_moment: Vector,
     /// Whether the loads, raised together from zero, lead to this equilibrium.
     pub from_rest: bool,
-    /// Wall time of the search; of its share in a batch [s].
+    /// Wall time of the search; of its share in a batch (s).
     pub seconds: f64,
 }
 
@@ -116,7 +116,7 @@ impl ControlRun {
         self.in_order
     }
 
-    /// Time of a step where each target is known only when the last is reached [s]; `None` unless it was measured.
+    /// Time of a step where each target is known only when the last is reached (s); `None` unless it was measured.
     pub fn seconds_of_a_lone_step(&self) -> Option<f64> {
         self.seconds_of_a_lone_step
     }
@@ -131,13 +131,13 @@ impl ControlRun {
         self.results.len() - self.count(Outcome::Reached)
     }
 
-    /// Distance of the tip from its target in the controlled coordinates [m].
+    /// Distance of the tip from its target in the controlled coordinates (m).
     pub fn tip_error(&self, result: &TargetResult) -> f64 {
         let controlled = (0..3).filter(|a| self.options.coordinates[*a]);
         norm(controlled.map(|a| result.tip[a] - result.target.position[a]))
     }
 
-    /// Where the tip should be; where a coordinate is free, the target goes along with the tip [m].
+    /// Where the tip should be; where a coordinate is free, the target goes along with the tip (m).
     pub fn desired_tip(&self, result: &TargetResult) -> Vector {
         std::array::from_fn(|a| if self.options.coordinates[a] { result.target.position[a] } else { result.tip[a] })
     }
@@ -160,7 +160,7 @@ impl ControlRun {
 }
 
 impl TargetResult {
-    /// Angle between the tip's tangent and the target's [rad]; `None` where the target has none.
+    /// Angle between the tip's tangent and the target's (rad); `None` where the target has none.
     pub fn tangent_error(&self) -> Option<f64> {
         let target = self.target.tangent?;
         let half = 0.5 * norm((0..3).map(|a| self.tangent[a] - target[a]));
@@ -172,7 +172,7 @@ fn norm(v: impl IntoIterator<Item = f64>) -> f64 {
     v.into_iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
-/// The median time of a step [s]: a shared machine interrupts. `None` where no step was taken.
+/// The median time of a step (s): a shared machine interrupts. `None` where no step was taken.
 pub(super) fn median_step(results: &[TargetResult]) -> Option<f64> {
     let taken = results.iter().filter(|result| result.iterations > 0);
     let mut each: Vec<f64> = taken.map(|result| result.seconds / result.iterations as f64).collect();

@@ -8,21 +8,21 @@ use super::run::{ControlRun, Outcome, TargetResult, median_step};
 pub struct ControlSummary {
     /// Targets by outcome, in the order of [`Outcome::ALL`]; outcomes without targets are left out.
     pub counts: Vec<(Outcome, usize)>,
-    /// Largest distance from a target that is reached, in the controlled coordinates [m].
+    /// Largest distance from a target that is reached, in the controlled coordinates (m).
     pub largest_error: f64,
-    /// Largest error of the integration at a target that is reached [m].
+    /// Largest error of the integration at a target that is reached (m).
     pub largest_integration_error: f64,
     /// Least stability margin of all results; infinite without results.
     pub least_margin: f64,
-    /// Farthest distance from a target that is not reached [m]; `None` where all are.
+    /// Farthest distance from a target that is not reached (m); `None` where all are.
     pub farthest_missed: Option<f64>,
     /// Results whose equilibrium is not the one that the loads lead to from rest.
     pub not_from_rest: usize,
     /// Mean number of steps for a target. A step is an equilibrium with its Jacobian and what becomes of the inputs.
     pub steps_a_target: f64,
-    /// Mean time of a step [s].
+    /// Mean time of a step (s).
     pub mean_seconds_a_step: f64,
-    /// Median time of a step [s]; zero where none was taken.
+    /// Median time of a step (s); zero where none was taken.
     pub median_seconds_a_step: f64,
 }
 

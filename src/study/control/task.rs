@@ -10,9 +10,9 @@ use crate::spec::ControlInput;
 pub(super) struct Task {
     pub inputs: Vec<ControlInput>,
     pub options: ControlOptions,
-    /// Of moments [N·m]
+    /// Of moments (N·m)
     pub unit: f64,
-    /// Of the rod [m]
+    /// Of the rod (m)
     pub length: f64,
     /// The scene's own values, held within the limits; scaled.
     pub home: Inputs,

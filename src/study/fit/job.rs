@@ -68,7 +68,7 @@ impl FitJob {
         FitJob { problem: Problem { free, ..self.problem } }
     }
 
-    /// The standard deviation of a coordinate [m]; estimated from the residuals if not given.
+    /// The standard deviation of a coordinate (m); estimated from the residuals if not given.
     pub fn noise(self, noise: f64) -> FitJob {
         FitJob { problem: Problem { noise: Some(noise), ..self.problem } }
     }
@@ -83,7 +83,7 @@ impl FitJob {
         &self.problem.observed
     }
 
-    /// The standard deviation of a coordinate as it was given [m].
+    /// The standard deviation of a coordinate as it was given (m).
     pub fn given_noise(&self) -> Option<f64> {
         self.problem.noise
     }

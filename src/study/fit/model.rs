@@ -21,7 +21,7 @@ pub(super) struct Problem {
     /// What is fitted; parameters that stand together keep their ratios.
     pub free: Vec<Vec<Parameter>>,
     pub observed: ObservedShapes,
-    /// Standard deviation of a coordinate [m]; estimated from the residuals if not given.
+    /// Standard deviation of a coordinate (m); estimated from the residuals if not given.
     pub noise: Option<f64>,
 }
 
@@ -33,12 +33,12 @@ pub(super) struct Model<'a> {
     pub names: Vec<String>,
     /// Whether a parameter is fitted by its logarithm.
     pub logarithmic: Vec<bool>,
-    /// Of the rod [m]
+    /// Of the rod (m)
     pub length: f64,
 }
 
 pub(super) struct State {
-    /// Model less observation [m], and by the scaled parameters.
+    /// Model less observation (m), and by the scaled parameters.
     pub residuals: DVector<f64>,
     pub jacobian: DMatrix<f64>,
     pub positions: Vec<Vec<Vector>>,

@@ -59,9 +59,9 @@ pub struct Fit {
     pub directions: Vec<Direction>,
     /// What the directions mean, in words.
     pub findings: Vec<String>,
-    /// Root mean square of the distances between points and model [m].
+    /// Root mean square of the distances between points and model (m).
     pub rms: f64,
-    /// Standard deviation of a coordinate: as given, or estimated [m].
+    /// Standard deviation of a coordinate: as given, or estimated (m).
     pub noise: f64,
     /// Observed coordinates.
     pub observations: usize,
@@ -69,9 +69,9 @@ pub struct Fit {
     pub evaluations: usize,
     /// Whether the method came to an end.
     pub converged: bool,
-    /// Model positions by shape and point, world frame [m].
+    /// Model positions by shape and point, world frame (m).
     pub positions: Vec<Vec<Vector>>,
-    /// Internal moments at the base by shape [N·m].
+    /// Internal moments at the base by shape (N·m).
     pub base_moments: Vec<Vector>,
 }
 

@@ -30,7 +30,7 @@ impl FoundBranch {
         &self.solved
     }
 
-    /// Elastic energy less the work of the loads [J]; `None` where the loads have no potential.
+    /// Elastic energy less the work of the loads (J); `None` where the loads have no potential.
     pub fn energy(&self) -> Option<f64> {
         self.energy
     }

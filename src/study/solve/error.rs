@@ -31,9 +31,9 @@ pub enum SolveError {
     /// A point beyond the ends of the rod.
     #[error("{arc_length} m is not on the rod, which is {length} m long")]
     OffTheRod {
-        /// From the base [m]
+        /// From the base (m)
         arc_length: f64,
-        /// Of the rod [m]
+        /// Of the rod (m)
         length: f64,
     },
     /// Points that do not reach from base to tip.

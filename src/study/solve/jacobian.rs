@@ -44,27 +44,27 @@ impl Jacobian<'_> {
         self.len() == 0
     }
 
-    /// d(tip position) [m/unit]
+    /// d(tip position) (m/unit)
     pub fn position(&self) -> Rows {
         self.rows(0)
     }
 
-    /// The tip's virtual rotation w, world frame, with dR = hat(w) R [rad/unit]
+    /// The tip's virtual rotation w, world frame, with dR = hat(w) R (rad/unit)
     pub fn rotation(&self) -> Rows {
         self.rows(3)
     }
 
-    /// d(base moment) [N·m/unit]
+    /// d(base moment) (N·m/unit)
     pub fn base_moment(&self) -> Rows {
         self.rows(6)
     }
 
-    /// d(curvature at the start of the first flexible segment), body frame [1/m/unit]
+    /// d(curvature at the start of the first flexible segment), body frame (1/m/unit)
     pub fn base_curvature(&self) -> Rows {
         self.gather(|k| self.base_curvature_column(k))
     }
 
-    /// d(moment that is left at the tip), the base moment held [N·m/unit]; `None` where the rod cannot be integrated or
+    /// d(moment that is left at the tip), the base moment held (N·m/unit); `None` where the rod cannot be integrated or
     /// has no equilibrium.
     pub fn residual(&self) -> Option<Rows> {
         if !self.solved.is_equilibrium() {

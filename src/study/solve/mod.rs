@@ -75,7 +75,7 @@ impl Solve {
         Solve { wrt: Some(Vec::new()), ..self }
     }
 
-    /// Target error of tip position over rod length and of tip rotation [rad], between 0 and 1.
+    /// Target error of tip position over rod length and of tip rotation (rad), between 0 and 1.
     pub fn tolerance(self, tolerance: f64) -> Solve {
         Solve { tolerance, ..self }
     }

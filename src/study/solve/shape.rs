@@ -17,7 +17,7 @@ pub struct Shape {
     points: Vec<Pose>,
 }
 
-/// Arc lengths of so many points evenly spaced over a length [m], both ends among them.
+/// Arc lengths of so many points evenly spaced over a length (m), both ends among them.
 ///
 /// # Errors
 ///
@@ -30,7 +30,7 @@ pub fn evenly_spaced(length: f64, count: usize) -> Result<Vec<f64>, SolveError> 
 }
 
 impl Solved {
-    /// Points at arc lengths from the base [m], in the order given, with their derivatives.
+    /// Points at arc lengths from the base (m), in the order given, with their derivatives.
     ///
     /// # Errors
     ///
@@ -81,12 +81,12 @@ impl Shape {
         &self.names
     }
 
-    /// From the base [m], one for each of n points.
+    /// From the base (m), one for each of n points.
     pub fn arc_lengths(&self) -> Vec<f64> {
         self.points.iter().map(|point| point.arc_length).collect()
     }
 
-    /// World frame [m], n x 3.
+    /// World frame (m), n x 3.
     pub fn positions(&self) -> Vec<Vector> {
         self.points.iter().map(|point| point.position).collect()
     }
@@ -96,22 +96,22 @@ impl Shape {
         self.points.iter().map(|point| point.rotation).collect()
     }
 
-    /// Body frame, zero in rigid segments [1/m], n x 3.
+    /// Body frame, zero in rigid segments (1/m), n x 3.
     pub fn curvatures(&self) -> Vec<Vector> {
         self.points.iter().map(|point| point.curvature).collect()
     }
 
-    /// d(position) [m/unit], n x 3 x k for k parameters.
+    /// d(position) (m/unit), n x 3 x k for k parameters.
     pub fn position_jacobian(&self) -> Vec<Rows> {
         self.rows(|derivative| derivative.dp)
     }
 
-    /// The points' virtual rotations w, world frame, with dR = hat(w) R [rad/unit], n x 3 x k.
+    /// The points' virtual rotations w, world frame, with dR = hat(w) R (rad/unit), n x 3 x k.
     pub fn rotation_jacobian(&self) -> Vec<Rows> {
         self.rows(|derivative| derivative.w)
     }
 
-    /// d(curvature), body frame [1/m/unit], n x 3 x k.
+    /// d(curvature), body frame (1/m/unit), n x 3 x k.
     pub fn curvature_jacobian(&self) -> Vec<Rows> {
         self.rows(|derivative| derivative.du)
     }

@@ -80,7 +80,7 @@ impl Solved {
         self.solutions.is_equilibrium(0)
     }
 
-    /// Position of the tip [m].
+    /// Position of the tip (m).
     pub fn tip_position(&self) -> Vector {
         self.vector(Quantity::TipPosition)
     }
@@ -100,17 +100,17 @@ impl Solved {
         if self.is_equilibrium() { quaternion(&self.tip_rotation()) } else { [f64::NAN; 4] }
     }
 
-    /// Curvature at the end of the last flexible segment, body frame [1/m].
+    /// Curvature at the end of the last flexible segment, body frame (1/m).
     pub fn tip_curvature(&self) -> Vector {
         if self.is_equilibrium() { tip_curvature(&self.rod(), &self.tip_rotation()) } else { [f64::NAN; 3] }
     }
 
-    /// Internal moment at the base [N·m].
+    /// Internal moment at the base (N·m).
     pub fn base_moment(&self) -> Vector {
         self.vector(Quantity::BaseMoment)
     }
 
-    /// Curvature at the start of the first flexible segment, body frame [1/m].
+    /// Curvature at the start of the first flexible segment, body frame (1/m).
     pub fn base_curvature(&self) -> Vector {
         if self.is_equilibrium() { base_curvature(&self.rod(), self.base_moment()) } else { [f64::NAN; 3] }
     }
@@ -130,12 +130,12 @@ impl Solved {
         self.stability_index() == Some(0)
     }
 
-    /// Estimated error of tip position over rod length or of tip rotation [rad], whichever is larger.
+    /// Estimated error of tip position over rod length or of tip rotation (rad), whichever is larger.
     pub fn error_estimate(&self) -> f64 {
         self.number(Quantity::ErrorEstimate)
     }
 
-    /// What is left of the balance of moments at the tip [N·m].
+    /// What is left of the balance of moments at the tip (N·m).
     pub fn residual(&self) -> f64 {
         self.number(Quantity::Residual) * self.plan.units.moment()
     }

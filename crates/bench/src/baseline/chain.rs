@@ -1,5 +1,5 @@
 //! A chain of rigid links with elastic joints, in the manner of the finite-element and finite-difference models that
-//! controllers used before [H]: moment balance at every joint, all joint angles unknown, numerical Jacobians.
+//! controllers used before Hao and others: moment balance at every joint, all joint angles unknown, numerical Jacobians.
 //!
 //! A flexible segment is cut into cells of length h: half a link, a joint, half a link, so that the error falls with
 //! h². The joint's angles theta (a rotation vector, about x, y and the axis) carry the moment K (theta / h - u*). C1, R3
@@ -9,7 +9,7 @@ use super::method::{self, Column, Jacobian, Method, NewtonStep, Tip};
 use super::rod::{Input, Rod, Segment};
 use nalgebra::{DMatrix, DVector, Dyn, LU, Matrix3, Rotation3, Vector3};
 
-/// Step by which joint angles are differenced: the square root of epsilon, for angles below a radian [rad].
+/// Step by which joint angles are differenced: the square root of epsilon, for angles below a radian (rad).
 const ANGLE: f64 = 1.5e-8;
 /// Step of inputs in units of what bends the rod by a radian: central differences.
 const INPUT: f64 = 6e-6;

@@ -19,7 +19,7 @@ pub struct ControlStep {
     pub unknowns: Vec<f64>,
 }
 
-/// Changes of the inputs that move the tip towards `error` [m]: J^T (J J^T + damping²)^-1 error, inputs over `scales`.
+/// Changes of the inputs that move the tip towards `error` (m): J^T (J J^T + damping²)^-1 error, inputs over `scales`.
 pub fn damped_least_squares(columns: &[Column], scales: &[f64], length: f64, error: Vector) -> Vec<f64> {
     let J = DMatrix::from_fn(3, columns.len(), |row, k| columns[k].dp[row] * scales[k]);
     let damping = DAMPING * length;
@@ -29,7 +29,7 @@ pub fn damped_least_squares(columns: &[Column], scales: &[f64], length: f64, err
     moves.iter().zip(scales).map(|(change, scale)| change * scale).collect()
 }
 
-/// From an equilibrium: Jacobian, damped least squares towards `error` [m], and the equilibrium there.
+/// From an equilibrium: Jacobian, damped least squares towards `error` (m), and the equilibrium there.
 pub fn control_step(
     method: &dyn Method,
     rod: &Rod,

@@ -30,7 +30,7 @@ pub struct Differences {
 
 /// Most corrections of an equilibrium that is solved again.
 const CORRECTIONS: usize = 6;
-/// A correction below this is round-off [rad].
+/// A correction below this is round-off (rad).
 pub(super) const SHARP: f64 = 1e-13;
 
 /// Base curvature and the integration there.

@@ -5,11 +5,11 @@ use super::rod::{Input, Rod};
 use nalgebra::{Matrix3, Vector3};
 use rodsweep::model::{Matrix, Vector};
 
-/// Newton's step below which the next one would be round-off [rad].
+/// Newton's step below which the next one would be round-off (rad).
 const ARRIVED: f64 = 1e-7;
 /// A step must be shorter than the last by this factor.
 const CONTRACTION: f64 = 0.5;
-/// A first step above this is too far from the path [rad].
+/// A first step above this is too far from the path (rad).
 const TRUST: f64 = 1.0;
 const MOST_STEPS: usize = 12;
 /// Share of the load in the first step from rest, and in the smallest.
@@ -19,7 +19,7 @@ const SMALLEST_LOAD_STEP: f64 = 1e-4;
 /// Pose of the distal end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tip {
-    /// World frame [m]
+    /// World frame (m)
     pub p: Vector,
     /// Body to world, by rows.
     pub R: Matrix,
@@ -28,9 +28,9 @@ pub struct Tip {
 /// Change of the tip by one input, the rod staying in equilibrium.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Column {
-    /// [m per unit]
+    /// In m per unit
     pub dp: Vector,
-    /// Virtual rotation, world frame [rad per unit]
+    /// Virtual rotation, world frame (rad per unit)
     pub w: Vector,
 }
 
@@ -47,7 +47,7 @@ pub struct Jacobian {
 pub struct NewtonStep {
     /// To be added to the unknowns.
     pub step: Vec<f64>,
-    /// [rad]
+    /// In rad
     pub size: f64,
 }
 

@@ -1,9 +1,9 @@
 //! Methods of the literature, for comparison: plain scalar f64, one rod at a time, apart from the engines.
 //!
-//! [`Paper`] is the analytic nine-number form of [H], [`Differences`] differences the same boundary value problem,
-//! [`Adaptive`] leaves the integration, sensitivities included, to a crate with error control, [`Chain`] is a chain of
-//! rigid links with elastic joints. All follow the loads from rest by [`from_rest`] and share
-//! no arithmetic with the engines or the reference. Equations are those of `EQUATIONS.md`.
+//! [`Paper`] is the analytic nine-number form of Hao and others, [`Differences`] differences the same boundary value
+//! problem, [`Adaptive`] leaves the integration, sensitivities included, to a crate with error control, [`Chain`] is a
+//! chain of rigid links with elastic joints. All follow the loads from rest by [`from_rest`] and share no arithmetic with
+//! the engines or the reference. Equations are those of `EQUATIONS.md`.
 #![allow(non_snake_case)]
 
 mod adaptive;

@@ -1,6 +1,6 @@
-//! The analytic form of [H]: p, R, u integrated with nine numbers a column (w, dp, du), fixed steps of RK4, Newton's
-//! method on the base curvature, Jacobian by the implicit function theorem. (1)-(4), (10), (11), (17)-(20), (26),
-//! (29), (33), corrected as `EQUATIONS.md` lists. What the inner loop calls is inlined by order: else its speed would
+//! The analytic form of Hao and others: p, R, u integrated with nine numbers a column (w, dp, du), fixed steps of RK4,
+//! Newton's method on the base curvature, Jacobian by the implicit function theorem. (1)-(4), (10), (11), (17)-(20),
+//! (26), (29), (33), corrected as `EQUATIONS.md` lists. What the inner loop calls is inlined by order: else its speed would
 //! change by half with the compiler's division of the crate.
 
 use super::method::{self, Column, Jacobian, Method, NewtonStep, Tip};

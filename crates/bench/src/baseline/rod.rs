@@ -7,24 +7,24 @@ use rodsweep::model::{self, Parameter, RodSegment, Scene, Slot};
 /// A stretch that bends.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Flexible {
-    /// [m]
+    /// In m
     pub length: f64,
-    /// EIx, EIy, GJ [N·m²]
+    /// EIx, EIy, GJ (N·m²)
     pub K: Vector3<f64>,
-    /// [1/m]
+    /// In 1/m
     pub u_star: Vector3<f64>,
-    /// Force per length, world frame [N/m]
+    /// Force per length, world frame (N/m)
     pub load: Vector3<f64>,
 }
 
 /// A stretch that does not.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Rigid {
-    /// [m]
+    /// In m
     pub length: f64,
-    /// Dipole, body frame [A·m²]
+    /// Dipole, body frame (A·m²)
     pub mu: Vector3<f64>,
-    /// Spread over the length, world frame [N]
+    /// Spread over the length, world frame (N)
     pub weight: Vector3<f64>,
 }
 
@@ -52,29 +52,29 @@ pub enum Input {
     Dipole {
         /// Its index.
         segment: usize,
-        /// Body frame [A·m² per unit of the input]
+        /// Body frame (A·m² per unit of the input)
         per_unit: model::Vector,
     },
     /// Force at the tip.
     TipForce {
-        /// World frame [N per unit]
+        /// World frame (N per unit)
         per_unit: model::Vector,
     },
     /// Of a flexible segment.
     RestCurvature {
         /// Its index.
         segment: usize,
-        /// Body frame [1/m per unit]
+        /// Body frame (1/m per unit)
         per_unit: model::Vector,
     },
     /// Of a flexible segment.
     Stiffness {
         /// Its index.
         segment: usize,
-        /// EIx, EIy, GJ [N·m² per unit]
+        /// EIx, EIy, GJ (N·m² per unit)
         per_unit: model::Vector,
     },
-    /// Length of the first segment [m].
+    /// Length of the first segment (m).
     Insertion,
 }
 
@@ -256,7 +256,7 @@ impl Rod {
         rod
     }
 
-    /// [m]
+    /// In m
     pub fn length(&self) -> f64 {
         let length = |segment: &Segment| match segment {
             Segment::Flexible(flexible) => flexible.length,
@@ -272,7 +272,7 @@ impl Rod {
         })
     }
 
-    /// Moment that bends the flexible part by about one radian [N·m].
+    /// Moment that bends the flexible part by about one radian (N·m).
     pub(super) fn moment_unit(&self) -> f64 {
         let length: f64 = self.flexible().map(|flexible| flexible.length).sum();
         let compliance: f64 = self.flexible().map(|flexible| flexible.length / flexible.K.x.min(flexible.K.y)).sum();

@@ -23,7 +23,7 @@ pub struct Case {
 /// Where the tip is on the branch from rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Truth {
-    /// By independent programs or in closed form [m].
+    /// By independent programs or in closed form (m).
     Tip(Vector),
     /// Where the reference finds it.
     Reference,
@@ -33,7 +33,7 @@ pub enum Truth {
 
 /// The truth of a case, found once for all engines.
 pub struct Answer {
-    /// [m]
+    /// In m
     pub(super) tip: Option<Vector>,
     /// Errors of a residual are amplified so at the tip, where the rod is near a fold or a flip.
     amplification: f64,

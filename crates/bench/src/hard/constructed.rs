@@ -10,11 +10,11 @@ use rodsweep::shipped::{self, ShippedFile};
 use std::f64::consts::PI;
 use std::path::Path;
 
-/// Of a catheter: EI and GJ [N·m²], length [m].
+/// Of a catheter: EI and GJ (N·m²), length (m).
 const EI: f64 = 6e-5;
 const GJ: f64 = 3.1e-5;
 const LENGTH: f64 = 0.146;
-/// Dipole per ampere of a coil set [m²].
+/// Dipole per ampere of a coil set (m²).
 const TURNS_AREA: Vector = [1.4e-3, 1.4e-3, 1.6e-3];
 const FIELD: Vector = [0.0, 0.0, 3.0];
 
@@ -301,7 +301,7 @@ fn with(mut segment: Segment, change: impl FnOnce(&mut Flexible)) -> Segment {
     segment
 }
 
-/// A flexible segment with a mass per length [kg/m].
+/// A flexible segment with a mass per length (kg/m).
 fn weighing(segment: Segment, linear_density: f64) -> Segment {
     with(segment, |flexible| flexible.density = Some(Density::Linear(linear_density)))
 }

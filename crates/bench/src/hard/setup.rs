@@ -37,7 +37,7 @@ pub struct Outcome {
     pub load_fraction: f64,
     /// Over the rod; none where the engine chooses them itself.
     pub steps: Option<usize>,
-    /// The quickest of a few solves [s].
+    /// The quickest of a few solves (s).
     pub seconds: f64,
     /// Whether it is right.
     pub verdict: Verdict,

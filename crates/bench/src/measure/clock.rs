@@ -22,7 +22,7 @@ pub struct Effort {
     pub seconds: f64,
 }
 
-/// What the repeats took [s].
+/// What the repeats took (s).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Timing {
     pub median: f64,
@@ -45,7 +45,7 @@ impl Clock {
         }
     }
 
-    /// What a call returns, and how long it took [s].
+    /// What a call returns, and how long it took (s).
     pub fn once<T>(self, call: impl FnOnce() -> T) -> (T, f64) {
         let start = Instant::now();
         let before = self.now(start);

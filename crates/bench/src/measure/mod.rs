@@ -54,7 +54,7 @@ pub struct Measured {
     pub records: Vec<Record>,
     /// What ran on which machine, as JSON.
     pub manifest: String,
-    /// How long it took [s].
+    /// How long it took (s).
     pub seconds: f64,
 }
 

@@ -30,7 +30,7 @@ pub struct Problem<'a> {
     pub rows: Vec<Vec<f64>>,
     /// Values near by.
     pub near: Vec<Vec<f64>>,
-    /// Base moments of the equilibria there and near by [N·m].
+    /// Base moments of the equilibria there and near by (N·m).
     starts: Vec<[Vector; 2]>,
     /// Answers by all derivatives of `wrt`.
     truth: Solutions,
@@ -216,7 +216,7 @@ impl<'a> Problem<'a> {
         Some(error)
     }
 
-    /// Mean angle between tip and base [rad].
+    /// Mean angle between tip and base (rad).
     pub fn bend(&self) -> f64 {
         let base = self.spec.sweep.scene.rod().base_rotation.map(|row| row[2]);
         let angle = |sample: usize| {
@@ -226,7 +226,7 @@ impl<'a> Problem<'a> {
         (0..self.len()).map(angle).sum::<f64>() / self.len() as f64
     }
 
-    /// Lengths of the rods [m].
+    /// Lengths of the rods (m).
     pub fn length(&self, sample: usize) -> f64 {
         self.lengths[sample]
     }

@@ -7,7 +7,7 @@ use rodsweep::backend::Backend;
 use rodsweep::model::{Batch, Parameter, Plan, PlanOptions, Quantity, Scene, SegmentParameter, Solutions, Vector};
 use rodsweep::reference::Reference;
 
-/// Largest current [A].
+/// Largest current (A).
 pub const CURRENT: f64 = 0.3;
 /// A step along a path, as a share of the largest current: how far away a warm start is.
 pub const NEAR: f64 = 0.01;
@@ -18,13 +18,13 @@ pub const SMALL_COLUMN: f64 = 1e-3;
 
 /// One configuration.
 pub struct Case {
-    /// Currents [A]
+    /// Currents (A)
     pub values: Vec<f64>,
     pub rod: Rod,
     /// With slightly other currents.
     pub near: Rod,
     pub near_values: Vec<f64>,
-    /// Where the tip is to go from here [m]
+    /// Where the tip is to go from here (m)
     pub reach: Vector,
     pub truth: Jacobian,
 }
@@ -34,7 +34,7 @@ pub struct Cases {
     pub plan: Plan,
     pub inputs: Vec<Input>,
     pub names: Vec<String>,
-    /// [m]
+    /// In m
     pub length: f64,
     /// Change of each input that bends the rod by about a radian.
     pub scales: Vec<f64>,

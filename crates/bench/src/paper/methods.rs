@@ -25,12 +25,12 @@ pub struct Baseline {
     pub method: Box<dyn Method>,
     /// Measured on every so many-th configuration.
     pub every: usize,
-    /// Published times of one Jacobian and of one step of control [s].
+    /// Published times of one Jacobian and of one step of control (s).
     pub published: [Option<f64>; 2],
 }
 
 pub const PAPER: &str = "paper's 9-number form";
-/// Integration step of the solver that the paper's group has published [m]
+/// Integration step of the solver that the paper's group has published (m)
 const PUBLISHED_STEP: f64 = 0.2e-3;
 
 /// The first resolution whose tips meet the tolerance, or the last.

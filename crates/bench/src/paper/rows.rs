@@ -8,13 +8,13 @@ use std::time::Instant;
 
 /// Tips further than this from the reference's, over the length, lie on another branch.
 const OTHER_BRANCH: f64 = 0.02;
-/// A call that takes longer needs no other to warm up [s].
+/// A call that takes longer needs no other to warm up (s).
 const SLOW: f64 = 2e-3;
 
 /// What is timed.
 pub const TIMED: [&str; 4] = ["jacobian", "warm", "cold", "control"];
 
-/// Median of the configurations, and what 5 % and 95 % of them stay below [s].
+/// Median of the configurations, and what 5 % and 95 % of them stay below (s).
 #[derive(Clone, Copy, Debug)]
 pub struct Spread {
     pub p5: f64,
@@ -36,7 +36,7 @@ pub struct Row {
     pub errors: [[f64; 2]; 2],
     /// As `TIMED`; `None` where a method has no such thing.
     pub times: [Option<Spread>; 4],
-    /// Published times [s], as `TIMED`.
+    /// Published times (s), as `TIMED`.
     pub published: [Option<f64>; 4],
 }
 

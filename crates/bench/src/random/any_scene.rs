@@ -23,23 +23,23 @@ const TERMS: [&str; 13] = [
     "armless",
 ];
 
-/// How far a scene's loads bend it, all of them together [rad]: anything between.
+/// How far a scene's loads bend it, all of them together (rad): anything between.
 const LEAST_BEND: f64 = 0.3;
 const MOST_BEND: f64 = 10.0;
-/// Largest component of the field [T].
+/// Largest component of the field (T).
 const FIELD: f64 = 2.0;
-/// Largest current [A].
+/// Largest current (A).
 const CURRENT: f64 = 0.1;
 
 /// What a scene's numbers are drawn around.
 struct Draw<'a> {
     number: u64,
     random: &'a mut Random,
-    /// [m]
+    /// In m
     length: f64,
-    /// [N·m²]
+    /// In N·m²
     stiffness: f64,
-    /// [rad]
+    /// In rad
     bend: f64,
 }
 
@@ -59,7 +59,7 @@ impl Draw<'_> {
         TERMS.iter().position(|name| *name == term).is_some_and(|bit| (self.number >> bit) & 1 == 1)
     }
 
-    /// [N·m], a share of what bends the rod.
+    /// In N·m, a share of what bends the rod.
     fn moment(&mut self) -> f64 {
         self.random.within(0.1, 1.0) * self.bend * self.stiffness / self.length
     }
@@ -131,12 +131,12 @@ impl Draw<'_> {
         self.vector(moment)
     }
 
-    /// [kg/m], such that gravity bends the rod.
+    /// In kg/m, such that gravity bends the rod.
     fn linear_density(&mut self) -> f64 {
         self.moment() / self.length.powi(2) / STANDARD_GRAVITY
     }
 
-    /// [A·m], of a magnet or of a coil spread over the rod.
+    /// In A·m, of a magnet or of a coil spread over the rod.
     fn dipole_per_length(&mut self) -> Vector {
         let size = self.moment() / (FIELD * self.length);
         self.vector(size)

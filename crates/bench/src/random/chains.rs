@@ -6,40 +6,40 @@ use rodsweep::model::{
     Segment, SegmentKind, SegmentParameter, ShearAxis, Stiffness, StiffnessAxis, Vector,
 };
 
-/// Each kind of load alone bends the rod by about so much, each component [rad].
+/// Each kind of load alone bends the rod by about so much, each component (rad).
 const BEND: f64 = 0.6;
-/// Largest current [A].
+/// Largest current (A).
 const CURRENT: f64 = 0.1;
-/// Largest component of the field [T].
+/// Largest component of the field (T).
 const FIELD: f64 = 2.0;
 
 /// What a chain's numbers are drawn around.
 #[derive(Clone, Copy)]
 struct Sizes {
-    /// [m]
+    /// In m
     length: f64,
-    /// [N·m²]
+    /// In N·m²
     stiffness: f64,
     coil_sets: usize,
 }
 
 impl Sizes {
-    /// [N·m]
+    /// In N·m
     fn moment(&self) -> f64 {
         BEND * self.stiffness / self.length
     }
 
-    /// [N]
+    /// In N
     fn force(&self) -> f64 {
         self.moment() / self.length
     }
 
-    /// [N/m]
+    /// In N/m
     fn load(&self) -> f64 {
         self.force() / self.length
     }
 
-    /// Dipole per ampere [m²]
+    /// Dipole per ampere (m²)
     fn winding(&self) -> f64 {
         self.moment() / (CURRENT * FIELD * self.coil_sets.max(1) as f64)
     }

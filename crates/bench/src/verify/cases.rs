@@ -23,7 +23,7 @@ pub struct Case {
     pub rows: Vec<Vec<f64>>,
 }
 
-/// A scene file and the ranges its samples are drawn from: parameter or group, largest magnitude [SI].
+/// A scene file and the ranges its samples are drawn from: parameter or group, largest magnitude (SI).
 struct Shipped {
     file: ShippedFile,
     ranges: &'static [(&'static str, f64)],

@@ -9,7 +9,7 @@ const OTHER_BRANCH: f64 = 1e-2;
 /// The largest differences that a row may show.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
-    /// Tip position over rod length, and tip rotation [rad].
+    /// Tip position over rod length, and tip rotation (rad).
     pub pose: f64,
     /// Base moment over the larger of itself and the moment that bends the rod by one radian.
     pub moment: f64,

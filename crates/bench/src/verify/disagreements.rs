@@ -40,7 +40,7 @@ pub fn search_disagreements(
     for start in (0..scenes).step_by(ROUND as usize) {
         let end = scenes.min(start + ROUND);
         judge(seed, start..end, &PRECISIONS, &mut verdicts)?;
-        if end % SAY_EACH == 0 {
+        if end.is_multiple_of(SAY_EACH) {
             progress(&format!("{end} scenes of {scenes}"));
         }
     }

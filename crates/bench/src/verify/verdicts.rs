@@ -30,7 +30,7 @@ pub enum Difference {
     OnlyHere,
     /// Solved by the reference, not by the engine.
     OnlyReference,
-    /// Both solved; the larger of |dp| over length and the angle between the tips [rad] is more than allowed.
+    /// Both solved; the larger of |dp| over length and the angle between the tips (rad) is more than allowed.
     Apart(f64),
 }
 
@@ -89,7 +89,7 @@ pub fn judge(
                     let apart = distance(&found, &expected, length);
                     let allowed = WRONG * tolerance.max(found.get(0, Quantity::ErrorEstimate));
                     verdicts.both += 1;
-                    (!(apart <= allowed)).then_some(Difference::Apart(apart))
+                    (apart.is_nan() || apart > allowed).then_some(Difference::Apart(apart))
                 }
                 (true, false) => Some(Difference::OnlyHere),
                 (false, true) => Some(Difference::OnlyReference),
@@ -128,7 +128,7 @@ fn solve(seed: u64, number: u64, precisions: &[Precision]) -> Result<Vec<Solutio
     Ok(answers)
 }
 
-/// The larger of |dp| over length and the angle between the tips [rad].
+/// The larger of |dp| over length and the angle between the tips (rad).
 fn distance(found: &Solutions, expected: &Solutions, length: f64) -> f64 {
     let (p, q) = (found.vector(0, Quantity::TipPosition), expected.vector(0, Quantity::TipPosition));
     let dp = (0..3).map(|k| (p[k] - q[k]).powi(2)).sum::<f64>().sqrt() / length;
