@@ -120,7 +120,7 @@ pub trait Backend: Send {
         Vec::new()
     }
 
-    /// Where its own time went so far, by name [s]; nothing where it keeps no account.
+    /// Where its own time went so far, by name (s); nothing where it keeps no account.
     fn timings(&self) -> Vec<(&'static str, f64)> {
         Vec::new()
     }
@@ -133,7 +133,7 @@ pub struct ReduceJob<'a> {
     pub recipe: Option<&'a SampleRecipe>,
     /// Samples, in order.
     pub ranges: &'a [Range<u64>],
-    /// Edge of a voxel [m]
+    /// Edge of a voxel (m)
     pub voxel: f64,
     /// Samples of a larger error estimate come back.
     pub tolerance: f64,

@@ -7,11 +7,12 @@ use super::counted::Counted;
 use super::group::{Answer, Follow, Load};
 use super::lane::{F32, F64, Lane};
 use super::path::PathEnd;
-use super::shoot::{Pass, Tip};
+use super::shoot::Pass;
 use super::terms::ProgramTerms;
 
-/// A pass over the rod.
-pub type PassKernel<L> = fn(Pass<'_, L>) -> Tip<L>;
+/// A pass over the rod. It returns nothing, so that naming it costs no frame of its own on the stack: another 16 bytes
+/// there, and what an AVX-512 kernel spills lies across cache lines.
+pub type PassKernel<L> = fn(Pass<'_, L>);
 
 /// A register type with passes for every program.
 pub trait Passes: Lane {
@@ -33,10 +34,10 @@ macro_rules! pass {
     ($module:ident, $terms:ty) => {
         mod $module {
             use super::L;
-            use crate::lanes::shoot::{Pass, Tip, WithTerms};
+            use crate::lanes::shoot::{Pass, WithTerms};
             use crate::lanes::{lane::Lane, terms::*};
 
-            pub fn run(pass: Pass<'_, L>) -> Tip<L> {
+            pub fn run(pass: Pass<'_, L>) {
                 let terms = <$terms>::of(pass.problem.program.terms);
                 L::vectorize(pass.lambda.token(), WithTerms(pass, terms))
             }
@@ -50,14 +51,18 @@ macro_rules! passes {
         pass!(plain, Isotropic<false, false>);
         pass!(force, Isotropic<true, false>);
         pass!(load, Isotropic<true, true>);
-        pass!(anisotropic, Anisotropic<false>);
-        pass!(general, Anisotropic<true>);
+        pass!(anisotropic, Anisotropic<false, false>);
+        pass!(anisotropic_load, Anisotropic<true, false>);
+        pass!(general, Anisotropic<false, true>);
+        pass!(general_load, Anisotropic<true, true>);
 
         pub fn pass(terms: ProgramTerms) -> PassKernel<L> {
             let ProgramTerms { force, load, anisotropic, general } = terms;
             match (general, anisotropic, load, force) {
-                (true, ..) => general::run,
-                (_, true, ..) => anisotropic::run,
+                (true, _, false, _) => general::run,
+                (true, _, true, _) => general_load::run,
+                (_, true, false, _) => anisotropic::run,
+                (_, true, true, _) => anisotropic_load::run,
                 (_, _, true, _) => load::run,
                 (_, _, _, true) => force::run,
                 _ => plain::run,

@@ -1,10 +1,12 @@
 //! What a group of samples is solved with: what a shader has in its module's scope.
 
+use super::algebra::Vec3;
 use super::column::Columns;
 use super::kernels::{PassKernel, Passes};
 use super::lane::Lane;
 use super::program::{Inputs, Program};
 use super::rod::Rod;
+use super::shoot::Tip;
 use super::source::Sources;
 use super::stability::Station;
 use super::step::Stages;
@@ -39,6 +41,8 @@ pub struct Workspace<L: Lane> {
     pub stages: Stages<L>,
     /// For each segment, one trace for each three columns.
     pub traces: Vec<[Trace<L>; 3]>,
+    /// What the last pass came to.
+    pub tip: Tip<L>,
     /// The last interval of the stability index.
     pub station: Station<L>,
     /// Of the forward columns, three parameters each.
@@ -50,10 +54,12 @@ pub struct Workspace<L: Lane> {
 impl<L: Passes> Workspace<L> {
     pub fn new(token: L::Token, program: &Program) -> Self {
         let zero = Trace::zero(L::splat(token, 0.0));
+        let v = Vec3::splat(L::splat(token, 0.0));
         Self {
             pass: L::pass(program.terms),
             stages: Stages::new(token, program.fine.tableau),
             traces: vec![[zero; 3]; program.all_segments],
+            tip: Tip { p: v, d1: v, t: v, m: v, n: v },
             station: Station::new(L::splat(token, 0.0)),
             sources: (0..program.forward_threes()).map(|_| Sources::new(token)).collect(),
             columns: Vec::new(),

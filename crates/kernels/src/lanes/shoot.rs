@@ -59,10 +59,12 @@ pub fn shoot<L: Lane>(
     record: Record,
     workspace: &mut Workspace<L>,
 ) -> Tip<L> {
-    (workspace.pass)(Pass { problem: *problem, resolution, lambda, m0, columns, record, workspace })
+    let pass = workspace.pass;
+    pass(Pass { problem: *problem, resolution, lambda, m0, columns, record, workspace });
+    workspace.tip
 }
 
-/// The arguments of [`shoot`].
+/// The arguments of [`shoot`]; the tip is left in the workspace.
 pub struct Pass<'a, L: Lane> {
     pub problem: Problem<'a, L>,
     pub resolution: &'a Resolution,
@@ -77,11 +79,13 @@ pub struct Pass<'a, L: Lane> {
 pub struct WithTerms<'a, L: Lane, T>(pub Pass<'a, L>, pub T);
 
 impl<L: Lane, T: Terms> WithSimd for WithTerms<'_, L, T> {
-    type Output = Tip<L>;
+    type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> Tip<L> {
-        integrate(self.0, self.1)
+    fn with_simd<S: Simd>(self, _: S) {
+        let WithTerms(pass, terms) = self;
+        let Pass { columns, workspace, .. } = pass;
+        workspace.tip = integrate(Pass { columns, workspace: &mut *workspace, ..pass }, terms);
     }
 }
 

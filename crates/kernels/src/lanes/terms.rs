@@ -83,21 +83,20 @@ impl<const FORCE: bool, const LOAD: bool> Terms for Isotropic<FORCE, LOAD> {
     }
 }
 
-/// Anisotropic bending, with rarely used terms or without; asked for forces.
+/// Anisotropic bending, with rarely used terms or without; asked for a force where there is no load.
 #[derive(Clone, Copy)]
-pub struct Anisotropic<const GENERAL: bool> {
+pub struct Anisotropic<const LOAD: bool, const GENERAL: bool> {
     force: bool,
-    load: bool,
 }
 
-impl<const GENERAL: bool> Terms for Anisotropic<GENERAL> {
+impl<const LOAD: bool, const GENERAL: bool> Terms for Anisotropic<LOAD, GENERAL> {
     #[inline(always)]
     fn of(terms: ProgramTerms) -> Self {
-        Self { force: terms.force, load: terms.load }
+        Self { force: terms.force }
     }
 
     #[inline(always)]
     fn all(self) -> ProgramTerms {
-        ProgramTerms { force: self.force, load: self.load, anisotropic: true, general: GENERAL }
+        ProgramTerms { force: LOAD || self.force, load: LOAD, anisotropic: true, general: GENERAL }
     }
 }

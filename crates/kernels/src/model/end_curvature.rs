@@ -48,7 +48,7 @@ impl Div for Dual {
 
 type DualVector = [Dual; 3];
 
-/// u0 = u* + K^-1 R0^T m at the start of the first flexible segment, body frame [1/m].
+/// u0 = u* + K^-1 R0^T m at the start of the first flexible segment, body frame (1/m).
 ///
 /// `base_moment` is m at s = 0+, before any rigid segment. NaN for a rod without a flexible segment.
 pub fn base_curvature(rod: &Rod, base_moment: Vector) -> Vector {
@@ -60,7 +60,7 @@ pub fn base_curvature_rate(rod: &Rod, base_moment: Vector, slot: Slot, base_mome
     propagate(rod, base_moment, Some((slot, base_moment_rate))).map(|u| u.rate)
 }
 
-/// u at the end of the last flexible segment, from the tip backwards, body frame [1/m].
+/// u at the end of the last flexible segment, from the tip backwards, body frame (1/m).
 ///
 /// `tip_rotation` is body to world, by rows. NaN for a rod without a flexible segment.
 pub fn tip_curvature(rod: &Rod, tip_rotation: &Matrix) -> Vector {

@@ -76,7 +76,7 @@ pub struct SegmentPlan {
 /// Choices that the scene does not make.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlanOptions {
-    /// Target error of tip position over rod length and of tip rotation [rad].
+    /// Target error of tip position over rod length and of tip rotation (rad).
     pub tolerance: f64,
     pub stepper: Stepper,
     /// Steps over the whole rod, shared out by length.

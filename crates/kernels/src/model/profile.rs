@@ -14,7 +14,7 @@ pub enum Profile {
 /// A value at a distance from the segment's proximal end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Node {
-    /// [m]
+    /// In m
     pub at: f64,
     pub value: Vector,
 }
@@ -22,12 +22,12 @@ pub struct Node {
 /// A stretch of a segment on which every profile is linear.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Piece {
-    /// Arc lengths in the segment, as it is inserted [m]
+    /// Arc lengths in the segment, as it is inserted (m)
     pub start: f64,
     pub end: f64,
-    /// Between which nodes it lies: a material coordinate inside, whatever is cut off [m]
+    /// Between which nodes it lies: a material coordinate inside, whatever is cut off (m)
     middle: f64,
-    /// Material coordinate less arc length [m]
+    /// Material coordinate less arc length (m)
     offset: f64,
 }
 

@@ -5,7 +5,7 @@ use super::{RodSegment, Vector};
 /// Entries of a rest pose: position, d1, t.
 pub const REST_POSE: usize = 9;
 
-/// Pose of the distal end of some segments at rest, in the frame of their proximal end: position [m], d1, t.
+/// Pose of the distal end of some segments at rest, in the frame of their proximal end: position (m), d1, t.
 ///
 /// Rest curvature must be constant on each segment: a helix, R = exp(s hat(u*)).
 pub(super) fn rest_pose(segments: &[RodSegment]) -> [f64; REST_POSE] {

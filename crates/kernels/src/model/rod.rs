@@ -5,15 +5,15 @@ use super::{Axis, Matrix, Units, Vector};
 /// A clamped rod under dead loads in a uniform field; SI units, world frame unless said otherwise.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rod {
-    /// [m]
+    /// In m
     pub base_position: Vector,
     /// Body to world, by rows.
     pub base_rotation: Matrix,
-    /// [T]
+    /// In T
     pub flux_density: Vector,
-    /// [N]
+    /// In N
     pub tip_force: Vector,
-    /// [N·m]
+    /// In N·m
     pub tip_moment: Vector,
     pub rigid_force_arm: bool,
     /// Base to tip.
@@ -30,32 +30,32 @@ pub enum RodSegment {
 /// A stretch that bends. What varies along it does so linearly: x(s) = x + (s / length) x_rise.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FlexibleRod {
-    /// [m]
+    /// In m
     pub length: f64,
-    /// EIx, EIy, GJ at the proximal end, body frame [N·m²]
+    /// EIx, EIy, GJ at the proximal end, body frame (N·m²)
     pub stiffness: Vector,
-    /// What is added to them towards the distal end [N·m²]
+    /// What is added to them towards the distal end (N·m²)
     pub stiffness_rise: Vector,
-    /// u* at the proximal end, body frame [1/m]
+    /// u* at the proximal end, body frame (1/m)
     pub rest_curvature: Vector,
-    /// What is added to it towards the distal end [1/m]
+    /// What is added to it towards the distal end (1/m)
     pub rest_curvature_rise: Vector,
-    /// Force per length [N/m]
+    /// Force per length (N/m)
     pub load: Vector,
-    /// Magnetic moment per length, body frame [A·m]
+    /// Magnetic moment per length, body frame (A·m)
     pub dipole: Vector,
-    /// 1 / (shear stiffness along x, along y, axial stiffness); zero: neither shears nor stretches [1/N]
+    /// 1 / (shear stiffness along x, along y, axial stiffness); zero: neither shears nor stretches (1/N)
     pub shear_compliance: Vector,
 }
 
 /// A stretch that does not bend.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RigidRod {
-    /// [m]
+    /// In m
     pub length: f64,
-    /// Magnetic moment, body frame [A·m²]
+    /// Magnetic moment, body frame (A·m²)
     pub dipole: Vector,
-    /// Dead force, spread over the length [N]
+    /// Dead force, spread over the length (N)
     pub weight: Vector,
 }
 
@@ -137,12 +137,12 @@ impl Slot {
 }
 
 impl FlexibleRod {
-    /// EIx, EIy, GJ at the distal end [N·m²]
+    /// EIx, EIy, GJ at the distal end (N·m²)
     pub fn distal_stiffness(&self) -> Vector {
         std::array::from_fn(|k| self.stiffness[k] + self.stiffness_rise[k])
     }
 
-    /// u* at the distal end [1/m]
+    /// u* at the distal end (1/m)
     pub fn distal_rest_curvature(&self) -> Vector {
         std::array::from_fn(|k| self.rest_curvature[k] + self.rest_curvature_rise[k])
     }
@@ -170,7 +170,7 @@ impl RodSegment {
 }
 
 impl Rod {
-    /// Sum of the segments' lengths [m].
+    /// Sum of the segments' lengths (m).
     pub fn total_length(&self) -> f64 {
         self.segments.iter().map(RodSegment::length).sum()
     }

@@ -26,7 +26,7 @@ pub fn rotation_vector(r: &Matrix) -> Vector {
     v.map(|x| x * scale)
 }
 
-/// Angle of the rotation between two orthonormal frames [rad].
+/// Angle of the rotation between two orthonormal frames (rad).
 pub fn rotation_angle(a: &Matrix, b: &Matrix) -> f64 {
     let relative: Matrix = std::array::from_fn(|r| std::array::from_fn(|c| (0..3).map(|k| a[k][r] * b[k][c]).sum()));
     let v = rotation_vector(&relative);

@@ -4,7 +4,7 @@ use super::profile::{Piece, pieces};
 use super::{FlexibleRod, Matrix, Node, Profile, RigidRod, Rod, RodSegment, Vector};
 use std::f64::consts::PI;
 
-/// [m/s²]
+/// In m/s²
 pub const STANDARD_GRAVITY: f64 = 9.80665;
 
 /// A rod, clamped at its base, in a uniform field. Lengths, forces and so on in SI units.
@@ -12,12 +12,12 @@ pub const STANDARD_GRAVITY: f64 = 9.80665;
 pub struct Scene {
     pub name: String,
     pub base: Base,
-    /// Uniform flux density, world frame [T]
+    /// Uniform flux density, world frame (T)
     pub flux_density: Vector,
     pub loads: Loads,
     /// Base to tip.
     pub segments: Vec<Segment>,
-    /// Length pushed in at the base of the first segment, above its own; its material moves on [m]
+    /// Length pushed in at the base of the first segment, above its own; its material moves on (m)
     pub inserted: f64,
     /// Whether a force acts on the lever arm of a rigid segment. `false` reproduces published codes.
     pub rigid_force_arm: bool,
@@ -26,31 +26,31 @@ pub struct Scene {
 /// Pose of the clamped end.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Base {
-    /// World frame [m]
+    /// World frame (m)
     pub position: Vector,
-    /// Rotation vector, body to world [rad]
+    /// Rotation vector, body to world (rad)
     pub rotation: Vector,
 }
 
 /// Dead loads in the world frame. A term that is `None` is not modelled.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Loads {
-    /// [N]
+    /// In N
     pub tip_force: Option<Vector>,
-    /// [N·m]
+    /// In N·m
     pub tip_moment: Option<Vector>,
-    /// [m/s²]
+    /// In m/s²
     pub gravity: Option<Vector>,
-    /// Along the whole rod [N/m]
+    /// Along the whole rod (N/m)
     pub distributed_force: Option<Vector>,
-    /// For buoyancy [kg/m³]
+    /// For buoyancy (kg/m³)
     pub fluid_density: Option<f64>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
 pub struct Segment {
     pub name: String,
-    /// [m]
+    /// In m
     pub length: f64,
     pub kind: SegmentKind,
 }
@@ -64,48 +64,48 @@ pub enum SegmentKind {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Flexible {
     pub stiffness: Stiffness,
-    /// Body frame [1/m]
+    /// Body frame (1/m)
     pub rest_curvature: Profile,
-    /// Against shear along body x and y [N]; `None`: does not shear.
+    /// Against shear along body x and y (N); `None`: does not shear.
     pub stiffness_shear: Option<[f64; 2]>,
-    /// Against stretch [N]; `None`: does not stretch.
+    /// Against stretch (N); `None`: does not stretch.
     pub stiffness_axial: Option<f64>,
     pub density: Option<Density>,
-    /// Of a permanent magnet, body frame [A·m]
+    /// Of a permanent magnet, body frame (A·m)
     pub dipole_per_length: Option<Vector>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
 pub enum Stiffness {
-    /// Principal stiffnesses about body x, y, z [N·m²]
+    /// Principal stiffnesses about body x, y, z (N·m²)
     Direct { bending_x: f64, bending_y: f64, torsion: f64 },
     /// The same, linear between nodes.
     Nodes(Vec<Node>),
-    /// A homogeneous round tube: radii [m], modulus [Pa]
+    /// A homogeneous round tube: radii (m), modulus (Pa)
     Tube { inner_radius: f64, outer_radius: f64, youngs_modulus: f64, shear: ShearElasticity },
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ShearElasticity {
-    /// [Pa]
+    /// In Pa
     Modulus(f64),
     PoissonRatio(f64),
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Density {
-    /// Of the material [kg/m³]; needs a tube.
+    /// Of the material (kg/m³); needs a tube.
     Volume(f64),
-    /// Of the rod [kg/m]; taken as given, without buoyancy.
+    /// Of the rod (kg/m); taken as given, without buoyancy.
     Linear(f64),
 }
 
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Rigid {
-    /// Spread over the length; taken as given, without buoyancy [kg]
+    /// Spread over the length; taken as given, without buoyancy (kg)
     pub mass: Option<f64>,
     pub coil: Option<Coil>,
-    /// Of a permanent magnet, body frame [A·m]
+    /// Of a permanent magnet, body frame (A·m)
     pub dipole_per_length: Option<Vector>,
 }
 
@@ -113,17 +113,17 @@ pub struct Rigid {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coil {
     pub winding: CoilWinding,
-    /// [A]
+    /// In A
     pub current: Vector,
-    /// Rotation vector applied to the dipole [rad]
+    /// Rotation vector applied to the dipole (rad)
     pub alignment: Vector,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum CoilWinding {
-    /// Coils about body x, y, z: turns, area of a turn [m²]
+    /// Coils about body x, y, z: turns, area of a turn (m²)
     Axes { turns: Vector, area: Vector },
-    /// Columns: dipole per ampere of each current [m²]
+    /// Columns: dipole per ampere of each current (m²)
     Matrix(Matrix),
 }
 
@@ -145,12 +145,12 @@ pub enum SceneError {
 }
 
 impl Scene {
-    /// Sum of the segments' lengths [m].
+    /// Sum of the segments' lengths (m).
     pub fn total_length(&self) -> f64 {
         self.segments.iter().map(|segment| segment.length).sum::<f64>() + self.inserted
     }
 
-    /// Length of a segment as it is inserted [m].
+    /// Length of a segment as it is inserted (m).
     pub fn segment_length(&self, index: usize) -> f64 {
         self.segments[index].length + if index == 0 { self.inserted } else { 0.0 }
     }
@@ -274,7 +274,7 @@ impl Scene {
         }
     }
 
-    /// Force per length on a flexible segment, world frame [N/m].
+    /// Force per length on a flexible segment, world frame (N/m).
     fn load(&self, flexible: &Flexible) -> Vector {
         let load = self.loads.distributed_force.unwrap_or_default();
         let gravity = self.loads.gravity.unwrap_or_default();
@@ -282,7 +282,7 @@ impl Scene {
         std::array::from_fn(|axis| load[axis] + density * gravity[axis])
     }
 
-    /// Force on a rigid segment, world frame [N].
+    /// Force on a rigid segment, world frame (N).
     fn weight(&self, rigid: &Rigid, length: f64) -> Vector {
         let load = self.loads.distributed_force.unwrap_or_default();
         let gravity = self.loads.gravity.unwrap_or_default();
@@ -290,7 +290,7 @@ impl Scene {
         std::array::from_fn(|axis| load[axis] * length + mass * gravity[axis])
     }
 
-    /// Mass per length, net of displaced fluid where the density is of the material [kg/m].
+    /// Mass per length, net of displaced fluid where the density is of the material (kg/m).
     pub fn linear_density(&self, flexible: &Flexible) -> f64 {
         match flexible.density {
             None => 0.0,
@@ -312,7 +312,7 @@ impl Stiffness {
         }
     }
 
-    /// Stiffness about body x, y, z: EI, EI, GJ, at the first node where there are nodes [N·m²].
+    /// Stiffness about body x, y, z: EI, EI, GJ, at the first node where there are nodes (N·m²).
     pub fn principal(&self) -> Vector {
         match *self {
             Stiffness::Direct { bending_x, bending_y, torsion } => [bending_x, bending_y, torsion],
@@ -327,7 +327,7 @@ impl Stiffness {
         }
     }
 
-    /// [Pa]
+    /// In Pa
     pub fn shear_modulus(&self) -> Option<f64> {
         match *self {
             Stiffness::Direct { .. } | Stiffness::Nodes(_) => None,
@@ -338,7 +338,7 @@ impl Stiffness {
         }
     }
 
-    /// Area of the tube's wall [m²].
+    /// Area of the tube's wall (m²).
     pub fn cross_section(&self) -> Option<f64> {
         match *self {
             Stiffness::Direct { .. } | Stiffness::Nodes(_) => None,
@@ -350,13 +350,13 @@ impl Stiffness {
 }
 
 impl Coil {
-    /// Dipole moment, body frame [A·m²].
+    /// Dipole moment, body frame (A·m²).
     pub fn dipole(&self) -> Vector {
         let per_ampere = self.dipole_per_ampere();
         std::array::from_fn(|row| (0..3).map(|k| per_ampere[row][k] * self.current[k]).sum())
     }
 
-    /// Columns: dipole per ampere of each current, body frame [m²].
+    /// Columns: dipole per ampere of each current, body frame (m²).
     pub fn dipole_per_ampere(&self) -> Matrix {
         let winding = match self.winding {
             CoilWinding::Axes { turns, area } => {

@@ -6,17 +6,17 @@ use super::{Blocks, Plan, Status};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(usize)]
 pub enum Quantity {
-    /// Tip position [m], three columns.
+    /// Tip position (m), three columns.
     TipPosition = 0,
     /// First director (body x) of the tip, three columns.
     TipD1 = 3,
     /// Tangent (body z) of the tip, three columns.
     TipTangent = 6,
-    /// Internal moment at the base [N·m], three columns.
+    /// Internal moment at the base (N·m), three columns.
     BaseMoment = 9,
     /// |m(L) - l_tip| at the end of Newton's iteration, in units of the plan's moment.
     Residual = 12,
-    /// Estimated error of tip position over rod length or of tip rotation [rad], whichever is larger.
+    /// Estimated error of tip position over rod length or of tip rotation (rad), whichever is larger.
     ErrorEstimate = 13,
     /// sqrt(3) over the Frobenius norm of (dr/dm0)^-1, negative when unstable: 1 at rest, 0 at a fold.
     StabilityMargin = 14,
@@ -47,8 +47,8 @@ pub const MOST_ROWS: usize = 9;
 
 /// Solutions of a batch: one row a sample; `Quantity` columns, then [`Plan::rows`] columns for each derivative.
 ///
-/// A derivative's rows are d(tip position) [m/unit], the world-frame virtual rotation w with dR = hat(w) R
-/// [rad/unit] and d(base moment) [N·m/unit]. Failed samples hold the last iterate or NaN.
+/// A derivative's rows are d(tip position) (m/unit), the world-frame virtual rotation w with dR = hat(w) R
+/// (rad/unit) and d(base moment) (N·m/unit). Failed samples hold the last iterate or NaN.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Solutions {
     pub values: Blocks<f64>,

@@ -13,7 +13,7 @@ pub const SEARCH_ENTRIES: usize = 3 + 3 * MOST_KNOWN;
 /// Where an unused place for a known equilibrium lies: too far to be felt (plan units).
 const FAR: f64 = 1e9;
 
-/// A search: for the rod of a sample, from a base moment [N·m, world frame], away from known equilibria, of which at
+/// A search: for the rod of a sample, from a base moment (N·m, world frame), away from known equilibria, of which at
 /// most [`MOST_KNOWN`] count.
 #[derive(Clone, Copy, Debug)]
 pub struct Start<'a> {
@@ -41,7 +41,7 @@ impl Plan {
         plan
     }
 
-    /// Where a sample of [`Plan::with_lone_starts`] starts from [N·m, world frame].
+    /// Where a sample of [`Plan::with_lone_starts`] starts from (N·m, world frame).
     pub fn set_lone_start(&self, batch: &mut Batch, sample: usize, m0: Vector) {
         let first = self.input_count - 3;
         m0.into_iter().enumerate().for_each(|(axis, value)| batch.inputs.set(sample, first + axis, value));
@@ -94,7 +94,7 @@ impl Plan {
         Batch { inputs, bad: batch.bad.clone() }
     }
 
-    /// No base moment of an equilibrium is larger: the moment of all loads on the longest lever arms [N·m].
+    /// No base moment of an equilibrium is larger: the moment of all loads on the longest lever arms (N·m).
     pub fn moment_bound(&self, batch: &Batch, sample: usize) -> f64 {
         use super::RodSegment::{Flexible, Rigid};
         let norm = |v: Vector| v.iter().map(|x| x * x).sum::<f64>().sqrt();

@@ -3,36 +3,36 @@
 /// One unit of each base quantity, in SI. Equations keep their form in any consistent set.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Units {
-    /// [m]
+    /// In m
     pub length: f64,
-    /// [N]
+    /// In N
     pub force: f64,
-    /// [T]
+    /// In T
     pub field: f64,
 }
 
 impl Units {
-    /// [N·m]
+    /// In N·m
     pub fn moment(&self) -> f64 {
         self.force * self.length
     }
 
-    /// [N·m²]
+    /// In N·m²
     pub fn stiffness(&self) -> f64 {
         self.force * self.length * self.length
     }
 
-    /// [1/m]
+    /// In 1/m
     pub fn curvature(&self) -> f64 {
         1.0 / self.length
     }
 
-    /// Force per length [N/m]
+    /// Force per length (N/m)
     pub fn load(&self) -> f64 {
         self.force / self.length
     }
 
-    /// Magnetic dipole moment [A·m²]
+    /// Magnetic dipole moment (A·m²)
     pub fn dipole(&self) -> f64 {
         self.moment() / self.field
     }
