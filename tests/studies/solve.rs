@@ -48,13 +48,14 @@ fn assert_close(found: f64, expected: f64, size: f64) {
 
 #[test]
 fn numbers_are_those_of_the_reference() {
-    let scene = scene(&["coil.current.x=0.1"]);
+    let scene = scene(&["coil.current.z=0.1"]);
     let wrt = [Parameter::parse(&scene, "coil.current").expect("a group"), vec![Parameter::Insertion]].concat();
     let plan = Plan::single(&scene, &wrt, PlanOptions::default()).expect("a plan");
     let truth = Reference::new(&plan).solve(&plan.batch(1, |_, _| {})).expect("solutions");
     let solved = Solve::new(scene.clone()).wrt(&["coil.current", " insertion", ""]).run().expect("an answer");
     assert!(solved.is_equilibrium() && solved.is_converged() && solved.is_stable());
-    assert_eq!((solved.status(), solved.stability_index(), solved.load_fraction()), (truth.status(0), Some(0), 1.0));
+    assert!(solved.status().is_success() && truth.status(0).is_success());
+    assert_eq!((solved.stability_index(), solved.load_fraction()), (Some(0), 1.0));
     let jacobian = solved.jacobian();
     assert_eq!(jacobian.names(), wrt.iter().map(|parameter| parameter.name(&scene)).collect::<Vec<_>>());
     assert_eq!((jacobian.units(), jacobian.len()), (vec!["A", "A", "A", "m"], 4));
@@ -89,25 +90,27 @@ fn derivatives_by_default_and_none() {
 #[test]
 fn engines_agree() {
     for backend in [BackendKind::Cpu, BackendKind::Reference] {
-        let task = Solve::new(scene(&["coil.current.x=0.1"])).engine(EngineRequest::of(backend));
+        let task = Solve::new(scene(&["coil.current.z=0.1"])).engine(EngineRequest::of(backend));
         let solved = task.run().expect("an answer");
         assert!(solved.engine().starts_with(backend.name()), "{}", solved.engine());
-        assert_close(solved.tip_position()[2], self::solved(&["coil.current.x=0.1"]).tip_position()[2], 0.1);
+        assert_close(solved.tip_position()[2], self::solved(&["coil.current.z=0.1"]).tip_position()[2], 0.1);
     }
 }
 
 #[test]
 fn points_along_the_rod() {
-    let solved = solved(&["coil.current.x=0.1"]);
+    let solved = solved(&["coil.current.z=0.1"]);
     let shape = solved.evenly(5).expect("a shape");
     assert_eq!(shape.arc_lengths().len(), 5);
     assert_close(shape.arc_lengths()[4], 0.093, 0.1);
     assert_eq!((shape.positions()[0], shape.names().len()), ([0.0; 3], 7));
     for row in 0..3 {
         assert_close(shape.positions()[4][row], solved.tip_position()[row], 0.1);
-        // By the first current.
-        assert_close(shape.position_jacobian()[4][row][0], solved.jacobian().position()[row][0], 0.1);
-        assert_close(shape.rotation_jacobian()[4][row][0], solved.jacobian().rotation()[row][0], 1.0);
+        // By the currents.
+        for k in 0..3 {
+            assert_close(shape.position_jacobian()[4][row][k], solved.jacobian().position()[row][k], 0.1);
+            assert_close(shape.rotation_jacobian()[4][row][k], solved.jacobian().rotation()[row][k], 1.0);
+        }
     }
     // In the order asked for.
     let some = solved.shape(&[0.09, 0.01]).expect("a shape");
@@ -134,7 +137,7 @@ fn a_rod_without_equilibrium_has_no_numbers() {
 
 #[test]
 fn the_equilibrium_from_rest_is_among_all() {
-    let solved = solved(&["coil.current.x=0.1"]);
+    let solved = solved(&["coil.current.z=0.1"]);
     let all = solved.all_branches().expect("equilibria");
     assert!(all.is_balanced() && all.search_count() > 0);
     let from_rest: Vec<_> = all.branches().iter().filter(|branch| branch.is_from_rest()).collect();
