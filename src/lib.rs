@@ -6,7 +6,7 @@
 //! | rooms, from the ground up | hold |
 //! |---|---|
 //! | [`model`], [`backend`], [`lanes`] | rods, plans and statuses; the trait of all engines; the CPU engine (`crates/kernels`) |
-//! | [`reference`](mod@reference), [`gpu`] | the reference; the GPU engine (feature `gpu`) |
+//! | [`reference`](mod@reference), `gpu` | the reference; the GPU engine (feature `gpu`) |
 //! | [`table`], [`spec`], [`input`] | tables and their formats; what is asked for, as plain data; text to data, and back |
 //! | [`engines`] | the choice of an engine, and its reason |
 //! | [`results`] | result directories: parts, identity, reading, merging |

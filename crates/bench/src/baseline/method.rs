@@ -91,6 +91,10 @@ pub fn solve<M: Method + ?Sized>(method: &M, rod: &Rod, guess: &[f64]) -> Option
 }
 
 /// Raises all loads together from zero; each step starts where the last two point.
+///
+/// # Errors
+///
+/// Steps that have become too short: the load cannot be raised further.
 pub fn from_rest<M: Method + ?Sized>(method: &M, rod: &Rod) -> Result<Vec<f64>, BaselineError> {
     let mut here = (0.0, method.rest(rod));
     let mut before: Option<(f64, Vec<f64>)> = None;

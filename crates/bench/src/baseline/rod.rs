@@ -111,6 +111,10 @@ impl Input {
     }
 
     /// The input that a parameter of the scene is.
+    ///
+    /// # Errors
+    ///
+    /// A parameter that the baselines do not differentiate by.
     pub fn new(parameter: Parameter, scene: &Scene) -> Result<Input, BaselineError> {
         let mut found: Option<Input> = None;
         for (slot, rate) in parameter.chain(scene) {
@@ -159,6 +163,10 @@ impl Input {
 
 impl Rod {
     /// The rod of a scene, if the baselines model all of it.
+    ///
+    /// # Errors
+    ///
+    /// A scene that makes no rod, or has what the baselines do not model.
     pub fn new(scene: &Scene) -> Result<Rod, BaselineError> {
         scene.validate()?;
         let rod = scene.rod();
