@@ -32,7 +32,7 @@ pub const MOST_RATIO: f64 = 625.0;
 /// A step that failed is followed by one at most this share as long.
 pub const RETREAT: f64 = 0.5;
 /// A ramp that has retreated so many times in a row did not stand on its branch.
-pub const RETREATS: f64 = 3.0;
+pub const RETREATS: f64 = 4.0;
 /// The smallest load steps.
 pub const SMALLEST_RAMP_STEP: f64 = 1.0 / 64.0;
 pub const SMALLEST_GUARDED_STEP: f64 = 1.0 / 4096.0;
