@@ -14,6 +14,7 @@ use parquet::file::metadata::{FileMetaData, FooterTail, ParquetMetaDataReader};
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::schema::types::ColumnDescriptor;
 use std::fs::File;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
 /// Rows for which memory is taken on a file's word alone.
@@ -87,7 +88,10 @@ pub fn read(path: &Path, names: &[&str]) -> Result<Table, TableError> {
         })?;
         let reader = Reader { file: &file, column: index, rows: footer.row_count as usize };
         reader.check_codec()?;
-        let values = reader.values(kind, name).map_err(|error| damaged(FORMAT, error))?;
+        // The crate trusts some lengths within pages, and panics where they are damaged.
+        let values = catch_unwind(AssertUnwindSafe(|| reader.values(kind, name)))
+            .map_err(|_| damaged(FORMAT, format!("column `{name}` has a damaged page")))?
+            .map_err(|error| damaged(FORMAT, error))?;
         if values.len() as u64 != footer.row_count {
             return Err(damaged(FORMAT, format!("column `{name}` has {} of {} rows", values.len(), footer.row_count)));
         }
