@@ -168,11 +168,12 @@ fn expect_same(name: &str, (found, in_found): &Run, (expected, in_expected): &Ru
 #[test]
 fn a_reduced_sweep_leaves_what_its_rows_would_leave() {
     let dir = tempfile::tempdir().unwrap();
-    // More samples than tips that are kept, so that most are counted without a row.
-    for (method, samples, limit, precision) in [
-        ("grid", 0, None, Precision::F32),
-        ("sobol", 1 << 19, Some(290_000), Precision::F32),
-        ("latin_hypercube", 4000, None, Precision::F64),
+    // Of a large sweep few tips are kept, so that most samples are counted without a row; its last part is cut short.
+    let (large, last) = (1 << 24, Shard { index: 512, count: 512 });
+    for (method, samples, limit, shard, precision) in [
+        ("grid", 0, None, Shard::WHOLE, Precision::F32),
+        ("sobol", large, Some(large - 1000), last, Precision::F32),
+        ("latin_hypercube", 4000, None, Shard::WHOLE, Precision::F64),
     ] {
         let mut spec = spec(method, samples, 3);
         let plan = plan(&mut spec, precision);
@@ -190,10 +191,13 @@ fn a_reduced_sweep_leaves_what_its_rows_would_leave() {
             };
             Some((summary.unwrap(), out))
         };
-        let Some(found) = one("reduced", Shard::WHOLE, limit) else { return };
-        let Some(expected) = one("rows", Shard::WHOLE, limit) else { return };
+        let Some(found) = one("reduced", shard, limit) else { return };
+        let Some(expected) = one("rows", shard, limit) else { return };
         expect_same(method, &found, &expected, if precision == Precision::F32 { 0.0 } else { 1e-12 });
-        assert!(found.0.failed() > 0 || method != "sobol");
+        if method == "sobol" {
+            let (kept, all) = (found.0.reduction.tips.row_count() as u64, found.0.solved);
+            assert!(found.0.failed() > 0 && 0 < kept && kept < all / 10, "{kept} of {all} kept");
+        }
         eprintln!("{method}: {:?}, {} again", found.0.reduction.counts, found.0.attempts);
         if method == "grid" {
             let shard = Shard { index: 2, count: 2 };

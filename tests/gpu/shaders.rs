@@ -81,12 +81,14 @@ const GENERAL_KINDS: [&str; 7] = [
 fn the_prelude_validates_and_has_the_layout_of_the_host() {
     for plan in plans() {
         let piece = Piece { name: "idle.wgsl".into(), text: IDLE.into() };
-        expect_layout(&Kernel::custom("idle", &[piece], &plan).unwrap());
+        expect_layout(&Kernel::custom("idle", &[piece], &plan).unwrap(), &plan);
     }
 }
 
-fn expect_layout(kernel: &Kernel) {
-    let reflection = check(&kernel.source).unwrap_or_else(|error| panic!("{error}\n{}", kernel.source.text));
+/// A valid kernel whose layout is the host's.
+fn expect_layout(kernel: &Kernel, plan: &Plan) {
+    let reflection = check(&kernel.source)
+        .unwrap_or_else(|error| panic!("{}: {error}\n{:?} {:?}", kernel.precision, plan.terms, plan.options));
     let members = reflection.members("Settings").unwrap();
     let members: Vec<_> = members.iter().map(|(name, offset)| (name.as_str(), *offset)).collect();
     assert_eq!(members, settings_members(kernel.precision));
@@ -196,11 +198,7 @@ fn a_rod_of_one_segment_and_one_of_many_validate() {
 fn validate(plan: &Plan) {
     for entry in KERNELS {
         for precision in [Precision::F32, Precision::F64] {
-            let kernel = Kernel::new(entry, plan, precision).unwrap();
-            if let Err(error) = check(&kernel.source) {
-                panic!("{precision}: {error}\n{:?} {:?}", plan.terms, plan.options);
-            }
-            expect_layout(&kernel);
+            expect_layout(&Kernel::new(entry, plan, precision).unwrap(), plan);
         }
     }
 }
