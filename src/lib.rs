@@ -37,8 +37,18 @@ pub use rodsweep_kernels::{backend, lanes, model};
 
 /// Version of this library.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
-/// Commit that it was built from, where it is known.
-pub const COMMIT: Option<&str> = option_env!("RODSWEEP_COMMIT");
+static COMMIT: std::sync::OnceLock<&str> = std::sync::OnceLock::new();
+
+/// The commit that the running program was built from, for manifests and reports; `None` where no program has told it.
+pub fn commit() -> Option<&'static str> {
+    COMMIT.get().copied()
+}
+
+/// Tells the commit that the running program was built from. The first word counts.
+pub fn set_commit(commit: &'static str) {
+    // Told before: that stays.
+    let _ = COMMIT.set(commit);
+}
 
 #[doc = include_str!("ARCHITECTURE.md")]
 pub mod architecture {}

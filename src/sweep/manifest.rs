@@ -51,7 +51,7 @@ pub(crate) fn manifest(
     Manifest {
         program: "rodsweep".into(),
         version: crate::VERSION.into(),
-        commit: crate::COMMIT.map(str::to_owned),
+        commit: crate::commit().map(str::to_owned),
         run_id: record.run_id.clone(),
         solved_by: record.method,
         engines: BTreeMap::from([(backend.to_string(), reduction.row_count())]),

@@ -19,7 +19,7 @@ pub fn doctor() -> Result<Exit, CommandError> {
 }
 
 fn describe(survey: &Survey) -> Vec<String> {
-    let commit = rodsweep::COMMIT.map_or("commit unknown".into(), |commit| format!("commit {commit}"));
+    let commit = rodsweep::commit().map_or("commit unknown".into(), |commit| format!("commit {commit}"));
     let mut lines = vec![
         format!(
             "rodsweep {} ({commit}), {} {}",

@@ -69,7 +69,7 @@ pub fn manifest(session: &Session, specs: &[BenchSpec]) -> String {
     let value = json!({
         "program": "rodsweep",
         "version": rodsweep::VERSION,
-        "commit": rodsweep::COMMIT,
+        "commit": rodsweep::commit(),
         "date": today(),
         "system": format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
         "processor": machine::processor(),

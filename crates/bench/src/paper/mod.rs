@@ -114,7 +114,7 @@ impl Comparison {
 
 /// What ran, for the record.
 fn machine_lines() -> Vec<String> {
-    let commit = rodsweep::COMMIT.map_or("commit unknown".into(), |commit| format!("commit {commit}"));
+    let commit = rodsweep::commit().map_or("commit unknown".into(), |commit| format!("commit {commit}"));
     let (processor, cores) = (machine::processor(), machine::cores());
     let set = InstructionSet::available()[0].name();
     vec![

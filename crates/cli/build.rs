@@ -5,7 +5,8 @@ use std::process::Command;
 
 fn main() {
     // A watched file that is missing would mean a rebuild every time.
-    for file in ["build.rs", ".git/HEAD", ".git/index"].into_iter().filter(|file| Path::new(file).exists()) {
+    for file in ["build.rs", "../../.git/HEAD", "../../.git/index"].into_iter().filter(|file| Path::new(file).exists())
+    {
         println!("cargo:rerun-if-changed={file}");
     }
     let output = Command::new("git").args(["describe", "--always", "--dirty", "--abbrev=12"]).output();
