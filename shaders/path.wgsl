@@ -20,6 +20,7 @@ const MOST_RATIO: f32 = 0.0; //@spec
 const RETREAT: f32 = 0.0; //@spec
 const SMALLEST_RAMP_STEP: f32 = 0.0; //@spec
 const SMALLEST_GUARDED_STEP: f32 = 0.0; //@spec
+const SMALLEST_UNSYMMETRIC_STEP: f32 = 0.0; //@spec
 const PASS_LIMIT: f32 = 0.0; //@spec
 const SAFE_MARGIN: f32 = 0.0; //@spec
 const NARROW_MARGIN: f32 = 0.0; //@spec
@@ -105,14 +106,17 @@ fn follow_path(rod: Rod, first: u32, secant: vec3<f32>) -> PathEnd {
     loop {
         let guarded = end.path == GUARDED_RAMP;
         let trust = select(RAMP_TRUST, TRUST, guarded);
-        let smallest_step = select(SMALLEST_RAMP_STEP, SMALLEST_GUARDED_STEP, guarded);
+        var first_bend = FIRST_BEND;
+        var smallest_step = select(SMALLEST_RAMP_STEP, SMALLEST_GUARDED_STEP, guarded);
+        //@if TIP_MOMENT
+        if guarded {
+            first_bend = FIRST_GUARDED_BEND;
+            smallest_step = SMALLEST_UNSYMMETRIC_STEP;
+        }
+        //@end
         let first_bound = trust * (1.0 / CONTRACTION);
         if !started {
             end.history = History(0.0, vec3<f32>(), 0.0, secant, vec3<f32>());
-            var first_bend = FIRST_BEND;
-            //@if TIP_MOMENT
-            if guarded { first_bend = FIRST_GUARDED_BEND; }
-            //@end
             step = first_bend / max(length(secant), first_bend);
             goal = step;
             end.m0 = predict(end.history, goal);

@@ -4,7 +4,7 @@ use super::chain::Chain;
 use super::extrapolation::{Extrapolation, RunAway};
 use super::shooting::{Passage, pass};
 use super::stability;
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 /// Error per step of the integrator on the way; only the end of the path must be sharp.
 const TOLERANCE: f64 = 1e-10;
@@ -18,6 +18,10 @@ const FIRST_TURN: f64 = 0.5;
 const CORRECTION: f64 = 0.3;
 /// ... or against this change of the base moment, where hardly any is predicted.
 const SMALL_MOMENT: f64 = 0.1;
+/// Below this margin of the symmetric form a step may change it by ...
+const NEAR: f64 = 0.3;
+/// ... this factor: stability may be lost and won again between.
+const WIDENING: f64 = 2.0;
 /// Load steps below this mean that the path ends.
 const SMALLEST_STEP: f64 = 1e-5;
 /// Passages over the rod before giving up.
@@ -40,18 +44,21 @@ pub(super) fn from_rest(chain: &Chain) -> Path {
     let mut integrator = Extrapolation::new(TOLERANCE);
     let Ok(rest) = loaded_pass(chain, 0.0, path.m0_body, &mut integrator) else { return path };
     let Some(mut tangent) = tangent(&rest) else { return path };
+    let mut margin = symmetric_margin(chain, 0.0, &rest);
     let mut step = (FIRST_TURN / turn(&rest, tangent)).min(1.0);
     while path.lambda < 1.0 && path.passes < MOST_PASSES {
         let lambda = if path.lambda + step >= 1.0 { 1.0 } else { path.lambda + step };
         let predicted = tangent * (lambda - path.lambda);
         let corrected = correct(chain, lambda, path.m0_body, predicted, &mut integrator, &mut path.passes);
         match corrected {
-            Some((m0_body, next_tangent, fast)) => {
+            Some((m0_body, passage, fast)) if !leaps(margin, symmetric_margin(chain, lambda, &passage)) => {
+                let Some(next_tangent) = self::tangent(&passage) else { break };
+                margin = symmetric_margin(chain, lambda, &passage);
                 (path.m0_body, path.lambda, tangent) = (m0_body, lambda, next_tangent);
                 path.steps += 1;
                 step *= if fast { 2.0 } else { 1.0 };
             }
-            None => {
+            _ => {
                 step = 0.5 * (lambda - path.lambda);
                 if step < SMALLEST_STEP {
                     break;
@@ -87,8 +94,26 @@ fn turn(passage: &Passage, tangent: Vector3<f64>) -> f64 {
     (w + columns[3].w).norm()
 }
 
-/// Newton's iteration from the predicted moment: the stable equilibrium it contracts to, the tangent there, and
-/// whether it was reached fast.
+/// sqrt(3) / |W_s^-1|, where W_s is dr/dm0 with its part by tip rotation made symmetric, which a dead tip moment l is
+/// not: R W_s = R W - w x l / 2. `None` without a tip moment, where a loss of stability is a singular W.
+fn symmetric_margin(chain: &Chain, lambda: f64, passage: &Passage) -> Option<f64> {
+    let l_tip = chain.loaded(lambda).numbers.l_tip;
+    if chain.numbers.l_tip == Vector3::zeros() {
+        return None;
+    }
+    let turned = |k: usize| 0.5 * passage.tip.R.tr_mul(&passage.tip.columns[k].w.cross(&l_tip));
+    let form = passage.matrix() - Matrix3::from_columns(&[turned(0), turned(1), turned(2)]);
+    Some(form.try_inverse().map_or(0.0, |inverse| 3.0_f64.sqrt() / inverse.norm()))
+}
+
+/// Whether a step takes a small margin so far that it may have been zero between.
+fn leaps(before: Option<f64>, after: Option<f64>) -> bool {
+    let (Some(before), Some(after)) = (before, after) else { return false };
+    before.min(after) < NEAR && (before > WIDENING * after || after > WIDENING * before)
+}
+
+/// Newton's iteration from the predicted moment: the stable equilibrium it contracts to, the passage there, and whether
+/// it was reached fast.
 fn correct(
     chain: &Chain,
     lambda: f64,
@@ -96,7 +121,7 @@ fn correct(
     predicted: Vector3<f64>,
     integrator: &mut Extrapolation,
     passes: &mut usize,
-) -> Option<(Vector3<f64>, Vector3<f64>, bool)> {
+) -> Option<(Vector3<f64>, Passage, bool)> {
     let mut m0_body = m0_body + predicted;
     let mut allowed = CORRECTION * predicted.norm().max(SMALL_MOMENT);
     let mut first = None;
@@ -109,9 +134,9 @@ fn correct(
         if size <= ARRIVED * (1.0 + m0_body.norm()) {
             *passes += 1;
             let is_stable = stability::index(&chain.loaded(lambda), m0_body, integrator) == Some(0);
-            let tangent = tangent(&passage)?;
+            tangent(&passage)?;
             let fast = first < 0.3 * CORRECTION * predicted.norm().max(SMALL_MOMENT);
-            return is_stable.then_some((m0_body + step, tangent, fast));
+            return is_stable.then_some((m0_body + step, passage, fast));
         }
         // Also false for NaN.
         let contracts = size <= allowed;

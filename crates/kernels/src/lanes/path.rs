@@ -12,7 +12,8 @@ use super::stability::{is_above, is_sharp, squared_norm, stability_index};
 use crate::model::path::{
     AIM, CONTRACTION, CORRECTIONS, FIRST_BEND, FIRST_GUARDED_BEND, FOLD_MARGIN, FULL_LOAD_TOLERANCE, LEAST_RATIO,
     LOAD_STEP_TOLERANCE, MOST_RATIO, NARROW_MARGIN, NEAR_MARGIN, NEARBY, PASS_LIMIT, PATH_TOLERANCE, RAMP_TRUST,
-    RETREAT, RETREATS, SAFE_MARGIN, SMALLEST_GUARDED_STEP, SMALLEST_RAMP_STEP, TRUST, WIDENING,
+    RETREAT, RETREATS, SAFE_MARGIN, SMALLEST_GUARDED_STEP, SMALLEST_RAMP_STEP, SMALLEST_UNSYMMETRIC_STEP, TRUST,
+    WIDENING,
 };
 
 /// How to reach the full load; each is tried where the one before did not lead to a stable equilibrium.
@@ -124,7 +125,10 @@ pub fn follow_path<L: Lane>(
     let no_vector = Vec3::splat(zero);
     let mut history = History { lambda: zero, m0: no_vector, lambda_before: zero, secant: rest_slope, bend: no_vector };
     let unsymmetric = program.tip_moment;
-    let first_bend = zero.constant(if guarded && unsymmetric { FIRST_GUARDED_BEND } else { FIRST_BEND });
+    let (mut first_bend, mut smallest_step) = (zero.constant(FIRST_BEND), smallest_step);
+    if guarded && unsymmetric {
+        (first_bend, smallest_step) = (zero.constant(FIRST_GUARDED_BEND), zero.constant(SMALLEST_UNSYMMETRIC_STEP));
+    }
     let mut step = first_bend / length(rest_slope).max(first_bend);
     let mut target = step;
     let mut m0 = history.predict(target);

@@ -36,6 +36,8 @@ pub const RETREATS: f64 = 4.0;
 /// The smallest load steps.
 pub const SMALLEST_RAMP_STEP: f64 = 1.0 / 64.0;
 pub const SMALLEST_GUARDED_STEP: f64 = 1.0 / 4096.0;
+/// With care and under a tip moment, where small margins ask for short steps.
+pub const SMALLEST_UNSYMMETRIC_STEP: f64 = 1.0 / 131_072.0;
 /// A path on the coarse grid that comes nearer than this to a fold or a bifurcation (stability margin) is followed again
 /// with care: few steps may unfold the bifurcation the other way. A correction that comes so near shortens its load step.
 pub const SAFE_MARGIN: f64 = 0.1;
