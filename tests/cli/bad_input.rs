@@ -162,7 +162,7 @@ fn broken_commands() {
         (&["solve", "none.toml"][..], "none.toml: cannot be read"),
         (&["run", "none.toml"], "none.toml: cannot be read"),
         (&["solve", "."], "cannot be read"),
-        (&["run", "sweep.toml", "--shard", "3/2"], "`--shard 3/2`: K is not between 1 and N"),
+        (&["run", "sweep.toml", "--shard", "3/2"], "`--shard`: shard `3/2`: K is not between 1 and N"),
         (&["run", "sweep.toml", "--shard", "half"], "write K/N"),
         (&["run", "sweep.toml", "--limit", "0"], "--limit"),
         (&["run", "sweep.toml", "--colour", "tip.colour"], "no such column"),

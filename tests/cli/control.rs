@@ -193,7 +193,7 @@ fn mistakes_in_tables_and_arguments_are_named() {
         (&["--input", "coil.current=1", "--input", "coil.current.x=1"], "input already"),
         (&["--coordinates", "x,q"], "--coordinates"),
         (&["--tolerance", "0 m"], "positive length"),
-        (&["--backend", "reference"], "use the CPU engine"),
+        (&["--backend", "reference"], "use `--backend cpu`"),
         (&["--targets", "bad.csv"], "cannot be used with"),
     ] {
         let output = sandbox.run(&[&["control", "scene.toml", "lap.toml"], arguments].concat());

@@ -22,7 +22,7 @@ fn without_a_gpu_the_cpu_is_taken_and_the_program_says_why() {
         let (code, said) = go("auto", Some("/nowhere.json"));
         assert!(code == Some(0) && said.contains("engine: cpu f64 (this machine has no GPU)"), "{said}");
         let (code, said) = go("gpu", Some("/nowhere.json"));
-        assert!(code == Some(1) && said.contains("no usable GPU") && said.contains("use the CPU engine"), "{said}");
+        assert!(code == Some(1) && said.contains("no usable GPU") && said.contains("use `--backend cpu`"), "{said}");
     }
     let Some(device) = device_or_skip("a GPU in software") else { return };
     if device.adapter().is_software() {
