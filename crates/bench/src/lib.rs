@@ -25,7 +25,6 @@
 //! ```
 // Units stand in brackets, such as [m]; they are no links.
 #![allow(rustdoc::broken_intra_doc_links)]
-#![warn(missing_docs)]
 
 pub mod baseline;
 mod bench_file;

@@ -8,7 +8,9 @@ use std::ops::Range;
 /// Arithmetic of an engine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Precision {
+    /// Single precision: about 7 digits.
     F32,
+    /// Double precision: about 16 digits.
     F64,
 }
 
@@ -44,15 +46,20 @@ impl Precision {
 /// Which engine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum BackendKind {
+    /// A plain f64 solver that the others are checked against.
     Reference,
+    /// SIMD kernels on all threads.
     Cpu,
+    /// WGSL compute shaders.
     Gpu,
 }
 
 /// What solves, for logs and manifests.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BackendInfo {
+    /// The engine.
     pub kind: BackendKind,
+    /// Arithmetic of its kernels.
     pub precision: Precision,
     /// For example `avx512, 2 threads` or the adapter's name.
     pub device: String,
@@ -63,14 +70,34 @@ pub struct BackendInfo {
 /// Why a whole batch could not be solved. A sample that fails is a status, not an error.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum BackendError {
+    /// The engine lacks something that the plan or the caller asks for.
     #[error("the {backend} backend does not model {what}: {remedy}")]
-    Unsupported { backend: BackendKind, what: String, remedy: String },
+    Unsupported {
+        /// The engine that was asked.
+        backend: BackendKind,
+        /// What it lacks.
+        what: String,
+        /// What the user can do about it.
+        remedy: String,
+    },
+    /// The machine has no GPU that works.
     #[error("no usable GPU: {reason}; use the CPU engine")]
-    NoDevice { reason: String },
+    NoDevice {
+        /// Why none can be used.
+        reason: String,
+    },
+    /// The GPU or its driver gave up.
     #[error("the GPU failed: {reason}")]
-    DeviceFailed { reason: String },
+    DeviceFailed {
+        /// What went wrong.
+        reason: String,
+    },
+    /// Buffers do not fit on the GPU.
     #[error("the GPU has too little memory: {reason}; use the CPU engine")]
-    OutOfMemory { reason: String },
+    OutOfMemory {
+        /// What did not fit.
+        reason: String,
+    },
 }
 
 impl BackendError {
@@ -80,13 +107,15 @@ impl BackendError {
     }
 }
 
-/// Makes a backend for a plan.
+/// Makes a backend for a plan; fails where the engine cannot solve it.
 pub type BackendFactory<'a> = &'a (dyn Fn(&Plan) -> Result<Box<dyn Backend>, BackendError> + Sync);
 
 /// An engine prepared for one plan.
 pub trait Backend: Send {
+    /// Engine, arithmetic and device, for logs and manifests.
     fn info(&self) -> BackendInfo;
 
+    /// The plan it was prepared for.
     fn plan(&self) -> &Plan;
 
     /// Samples of one call that keep the device busy without exceeding its limits.
@@ -95,9 +124,17 @@ pub trait Backend: Send {
     /// Solves every sample of a batch; row i of the solutions belongs to sample i.
     ///
     /// The row of a sample depends on that sample's inputs alone.
+    ///
+    /// # Errors
+    ///
+    /// The device fails; a sample that fails has a status instead.
     fn solve(&mut self, batch: &Batch) -> Result<Solutions, BackendError>;
 
     /// The same into memory of a call before.
+    ///
+    /// # Errors
+    ///
+    /// As [`Backend::solve`].
     fn solve_into(&mut self, batch: &Batch, solutions: &mut Solutions) -> Result<(), BackendError> {
         *solutions = self.solve(batch)?;
         Ok(())
@@ -107,6 +144,10 @@ pub trait Backend: Send {
     /// the engine has no such way.
     ///
     /// `give` takes what comes back of each dispatch, in order; false ends the run.
+    ///
+    /// # Errors
+    ///
+    /// The device fails.
     fn reduce(
         &mut self,
         _job: &ReduceJob,
@@ -148,7 +189,9 @@ pub struct ReduceJob<'a> {
 pub struct Returned {
     /// Ascending.
     pub indices: Vec<u64>,
+    /// Their inputs, in the same order.
     pub batch: Batch,
+    /// Their rows, in the same order.
     pub solutions: Solutions,
     /// Samples counted as `Ok` and as `Ramped`. Neither their tips nor their residuals nor their error estimates lie
     /// beyond those of the rows given so far that are within the tolerance.

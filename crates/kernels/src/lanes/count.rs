@@ -15,7 +15,9 @@ use crate::model::{MOST_ROWS, Quantity};
 /// Arithmetic operations on one sample. Comparisons, choices and changes of sign are not counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Operations {
+    /// And subtractions.
     pub additions: u64,
+    /// Not those of fused operations.
     pub multiplications: u64,
     /// `a b + c`
     pub fused: u64,

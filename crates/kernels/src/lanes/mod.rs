@@ -45,9 +45,13 @@ use terms::ProgramTerms;
 /// Vector instructions that a kernel is compiled for; all are in one binary.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum InstructionSet {
+    /// x86-64, registers of 512 bits: 8 samples in f64.
     Avx512,
+    /// x86-64, registers of 256 bits: 4 samples in f64.
     Avx2,
+    /// AArch64, registers of 128 bits: 2 samples in f64.
     Neon,
+    /// Any machine, one sample at a time.
     Scalar,
 }
 
@@ -64,6 +68,7 @@ impl InstructionSet {
         [Avx2, Neon].into_iter().find(|set| set.arch().is_some()).unwrap_or(Scalar)
     }
 
+    /// As users know it, for example `AVX-512`.
     pub fn name(self) -> &'static str {
         match self {
             InstructionSet::Avx512 => "AVX-512",
@@ -104,11 +109,19 @@ pub struct Lanes {
 
 impl Lanes {
     /// With the best instructions of this machine.
+    ///
+    /// # Errors
+    ///
+    /// None, as these instructions are there.
     pub fn new(plan: &Plan, precision: Precision) -> Result<Self, BackendError> {
         Self::with_instruction_set(plan, precision, InstructionSet::available()[0])
     }
 
-    /// With given instructions; those that this machine lacks are an error.
+    /// With given instructions.
+    ///
+    /// # Errors
+    ///
+    /// This machine lacks them.
     pub fn with_instruction_set(plan: &Plan, precision: Precision, set: InstructionSet) -> Result<Self, BackendError> {
         let unsupported = |what: &str, remedy: &str| BackendError::Unsupported {
             backend: BackendKind::Cpu,

@@ -27,10 +27,12 @@ impl<T: Copy + Default> Blocks<T> {
         (self.column_count, self.sample_count) = (column_count, sample_count);
     }
 
+    /// Numbers of one sample.
     pub fn column_count(&self) -> usize {
         self.column_count
     }
 
+    /// Rows, without the padding of the last block.
     pub fn sample_count(&self) -> usize {
         self.sample_count
     }
@@ -41,10 +43,12 @@ impl<T: Copy + Default> Blocks<T> {
         (sample / BLOCK) * self.block_len() + column * BLOCK + sample % BLOCK
     }
 
+    /// Element of a sample in a column; both must lie in the table.
     pub fn get(&self, sample: usize, column: usize) -> T {
         self.data[self.index(sample, column)]
     }
 
+    /// Replaces an element; both must lie in the table.
     pub fn set(&mut self, sample: usize, column: usize, value: T) {
         let index = self.index(sample, column);
         self.data[index] = value;
@@ -60,6 +64,7 @@ impl<T: Copy + Default> Blocks<T> {
         &self.data
     }
 
+    /// The same, for changes.
     pub fn data_mut(&mut self) -> &mut [T] {
         &mut self.data
     }

@@ -4,6 +4,7 @@
 //! every backend. `Plan` fixes what all samples of a sweep share. `Batch` goes in, `Solutions` come out.
 
 mod blocks;
+mod coil;
 mod dependence;
 mod end_curvature;
 mod parameter;
@@ -18,6 +19,7 @@ pub mod rod;
 mod rotation;
 mod sample;
 mod scene;
+mod scene_error;
 mod segment_chain;
 mod segment_parameter;
 mod solution;
@@ -28,6 +30,7 @@ mod units;
 mod validate;
 
 pub use blocks::{BLOCK, Blocks};
+pub use coil::{Coil, CoilWinding};
 pub use end_curvature::{base_curvature, base_curvature_rate, tip_curvature};
 pub use parameter::{Axis, Parameter, ParameterError, StiffnessAxis, closest};
 pub use plan::{Batch, Derivative, Entry, FreePart, Plan, PlanError, PlanOptions, SegmentPlan, Sensitivity, Terms};
@@ -38,9 +41,9 @@ pub use rest_shape::REST_POSE;
 pub use rod::{FlexibleRod, RigidRod, Rod, RodSegment, Slot};
 pub use rotation::{rotation_angle, rotation_vector};
 pub use scene::{
-    Base, Coil, CoilWinding, Density, Flexible, Loads, Rigid, STANDARD_GRAVITY, Scene, SceneError, Segment,
-    SegmentKind, ShearElasticity, Stiffness,
+    Base, Density, Flexible, Loads, Rigid, STANDARD_GRAVITY, Scene, Segment, SegmentKind, ShearElasticity, Stiffness,
 };
+pub use scene_error::SceneError;
 pub use segment_parameter::{SegmentParameter, ShearAxis};
 pub use solution::{MOST_ROWS, NO_EQUILIBRIUM, Quantity, Solutions};
 pub use starts::{MOST_KNOWN, SEARCH_ENTRIES, Start};

@@ -7,63 +7,91 @@ use super::segment_chain::{load_chain, rotation_jacobian, weight_chain};
 use super::segment_parameter::SegmentParameter;
 use super::{Density, Flexible, Scene, SegmentKind, Slot, Stiffness, Vector, segment_chain};
 
+/// One of three axes, of the world or of the body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Axis {
+    /// First axis; in the body frame a principal axis of bending.
     X,
+    /// Second axis; in the body frame the other principal axis of bending.
     Y,
+    /// Third axis; in the body frame along the rod, from base to tip.
     Z,
 }
 
 impl Axis {
+    /// x, y, z.
     pub const ALL: [Axis; 3] = [Axis::X, Axis::Y, Axis::Z];
 
+    /// Place in a [`Vector`]: 0, 1 or 2.
     pub fn index(self) -> usize {
         self as usize
     }
 
+    /// The letter in names of parameters.
     pub fn name(self) -> &'static str {
         ["x", "y", "z"][self.index()]
     }
 }
 
+/// A stiffness of a flexible segment (N·m²).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum StiffnessAxis {
     /// Both bending stiffnesses together.
     Bending,
+    /// About body x.
     BendingX,
+    /// About body y.
     BendingY,
+    /// About body z.
     Torsion,
 }
 
 /// A number of the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Parameter {
+    /// Length of the whole rod (m): more is pushed in at the base of the first segment.
     Insertion,
+    /// Component of the position of the base (m).
     BasePosition(Axis),
+    /// Component of the rotation vector of the base (rad).
     BaseRotation(Axis),
+    /// Component of the uniform flux density (T).
     FluxDensity(Axis),
+    /// Component of the dead force at the tip (N).
     TipForce(Axis),
+    /// Component of the dead couple at the tip (N·m).
     TipMoment(Axis),
+    /// Component of the acceleration of gravity (m/s²).
     Gravity(Axis),
+    /// Component of the force per length along the rod (N/m).
     DistributedForce(Axis),
+    /// Density of the fluid around the rod (kg/m³).
     FluidDensity,
     /// A number of one segment, by its index from the base.
     Segment(usize, SegmentParameter),
 }
 
+/// Why a name or a value is refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ParameterError {
+    /// The scene has no parameter or group of this name.
     #[error("no parameter is named `{name}`{}", remedy(suggestion, heads))]
     Unknown {
+        /// As the user wrote it.
         name: String,
+        /// The nearest name that there is, if one is near.
         suggestion: Option<String>,
         /// First words of the names that there are.
         heads: Vec<String>,
     },
+    /// The scene computes this number from others.
     #[error(
         "`{name}` follows from `tube` and moduli in this scene: sweep `youngs_modulus`, or give `stiffness` instead of the tube"
     )]
-    Derived { name: String },
+    Derived {
+        /// Path of the parameter.
+        name: String,
+    },
 }
 
 fn remedy(suggestion: &Option<String>, heads: &[String]) -> String {
@@ -98,6 +126,10 @@ impl Parameter {
     }
 
     /// Parameters meant by a name; a group (`coil.current`) stands for its components.
+    ///
+    /// # Errors
+    ///
+    /// The scene has no such parameter.
     pub fn parse(scene: &Scene, name: &str) -> Result<Vec<Parameter>, ParameterError> {
         let all = Self::all(scene);
         if let Some(exact) = all.iter().find(|parameter| parameter.name(scene) == name) {
@@ -174,6 +206,10 @@ impl Parameter {
     }
 
     /// Sets the value, SI. Insertion depends on the segments' own lengths: see [`Parameter::set_all`].
+    ///
+    /// # Errors
+    ///
+    /// The stiffness of a tube, which follows from its radii and moduli.
     pub fn set(&self, scene: &mut Scene, value: f64) -> Result<(), ParameterError> {
         let set = |vector: &mut Option<Vector>, axis: Axis| vector.get_or_insert([0.0; 3])[axis.index()] = value;
         match *self {
@@ -203,6 +239,10 @@ impl Parameter {
     }
 
     /// Sets several values, SI, in order but insertion last, for it depends on the other lengths.
+    ///
+    /// # Errors
+    ///
+    /// As [`Parameter::set`]; values before the refused one are set.
     pub fn set_all(
         scene: &mut Scene,
         values: impl Iterator<Item = (Parameter, f64)> + Clone,

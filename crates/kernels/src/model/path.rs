@@ -5,45 +5,49 @@ use super::Stepper;
 /// Newton's steps on a path followed with care, and in a search, end below this change of the base moment (plan units,
 /// relative to 1 + the moment) and turn of the tip (radians).
 pub const PATH_TOLERANCE: f64 = 1e-3;
-/// On a ramp, the same under part of the load and under the full load: the fine grid corrects the rest.
+/// On a ramp, the same under part of the load.
 pub const LOAD_STEP_TOLERANCE: f64 = 0.2;
+/// On a ramp, the same under the full load: the fine grid corrects the rest.
 pub const FULL_LOAD_TOLERANCE: f64 = 0.03;
 /// On the path each correction must be smaller than this share of the one before.
 pub const CONTRACTION: f64 = 0.3;
-/// A first correction above this many plan units of moment or radians of the tip is not trusted: on a ramp, and on a
-/// path followed with care or on the fine grid.
+/// On a ramp, a first correction above this many plan units of moment or radians of the tip is not trusted.
 pub const RAMP_TRUST: f64 = 0.5;
+/// The same on a path followed with care, and on the fine grid.
 pub const TRUST: f64 = 0.3;
 /// A correction smaller than this leads to no other branch, wherever it starts.
 pub const NEARBY: f64 = 0.03;
 /// Newton steps on one load step.
 pub const CORRECTIONS: f64 = 8.0;
-/// The first load step bends the rod by so much, to first order (plan units of moment); with care and under a tip moment,
-/// where Newton's method contracts beyond the loss of stability as well as before, by less.
+/// The first load step bends the rod by so much, to first order (plan units of moment).
 pub const FIRST_BEND: f64 = 1.5;
+/// The same with care and under a tip moment, where Newton's method contracts beyond the loss of stability as well as
+/// before.
 pub const FIRST_GUARDED_BEND: f64 = 0.4;
 /// A load step is chosen so that its first correction, which grows like the step's fourth power, will be this share of
 /// what is trusted.
 pub const AIM: f64 = 0.375;
-/// The correction over the aim is taken to lie within these bounds: a step becomes 3 times as long at most, a fifth at
-/// least.
+/// The correction over the aim is taken to be at least this: a step becomes 3 times as long at most.
 pub const LEAST_RATIO: f64 = 1.0 / 81.0;
+/// The correction over the aim is taken to be at most this: a step becomes a fifth as long at least.
 pub const MOST_RATIO: f64 = 625.0;
 /// A step that failed is followed by one at most this share as long.
 pub const RETREAT: f64 = 0.5;
 /// A ramp that has retreated so many times in a row did not stand on its branch.
 pub const RETREATS: f64 = 4.0;
-/// The smallest load steps.
+/// The smallest load step on a ramp (share of the full load).
 pub const SMALLEST_RAMP_STEP: f64 = 1.0 / 64.0;
+/// The smallest load step with care (share of the full load).
 pub const SMALLEST_GUARDED_STEP: f64 = 1.0 / 4096.0;
 /// With care and under a tip moment, where small margins ask for short steps.
 pub const SMALLEST_UNSYMMETRIC_STEP: f64 = 1.0 / 131_072.0;
 /// A path on the coarse grid that comes nearer than this to a fold or a bifurcation (stability margin) is followed again
 /// with care: few steps may unfold the bifurcation the other way. A correction that comes so near shortens its load step.
 pub const SAFE_MARGIN: f64 = 0.1;
-/// With care and under a tip moment a load step that starts or ends nearer than this may change the margin twofold at
-/// most (its inverse square): stability may be lost and won again between.
+/// With care and under a tip moment, a load step that starts or ends nearer than this is bounded by [`WIDENING`]:
+/// stability may be lost and won again between.
 pub const NEAR_MARGIN: f64 = 0.3;
+/// Such a step may change the inverse square of the margin by this factor at most: the margin twofold.
 pub const WIDENING: f64 = 4.0;
 /// A path that comes nearer than this and moves away again has passed what no grid resolves, and ends there.
 pub const NARROW_MARGIN: f64 = 1e-3;
@@ -51,13 +55,15 @@ pub const NARROW_MARGIN: f64 = 1e-3;
 pub const FOLD_MARGIN: f64 = 0.25;
 /// Above this round-off (epsilon times the squared norm of dr/dm0) a stability index other than 0 says nothing.
 pub const INDEX_NOISE: f64 = 1e-5;
-/// A search from a given base moment: its passes, and the longest of its steps (plan units of moment).
+/// Passes over the rod in one search from a given base moment.
 pub const SEARCH_LIMIT: f64 = 60.0;
+/// The longest step of a search (plan units of moment).
 pub const SEARCH_STEP: f64 = 1.0;
 /// Passes over the rod on one path.
 pub const PASS_LIMIT: f64 = 400.0;
-/// Chord steps on the fine grid, and full Newton steps after them.
+/// Chord steps on the fine grid.
 pub const CHORD_LIMIT: usize = 4;
+/// Full Newton steps on the fine grid, after the chord steps.
 pub const NEWTON_LIMIT: usize = 5;
 /// Longest chord step that is taken (plan units of moment).
 pub const CHORD_TRUST: f64 = 0.1;

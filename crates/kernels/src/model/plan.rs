@@ -47,7 +47,9 @@ pub enum Entry {
 /// A parameter to differentiate by: combination of slots.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Derivative {
+    /// What solutions are differentiated by.
     pub parameter: Parameter,
+    /// Its path in the scene, for names of columns.
     pub name: String,
     /// Slots and the entries that hold their rates (SI per unit of the parameter).
     pub terms: Vec<(Slot, usize)>,
@@ -56,6 +58,7 @@ pub struct Derivative {
 /// One segment as the kernels see it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SegmentPlan {
+    /// Whether it bends.
     pub is_flexible: bool,
     /// A rigid segment that may carry a dipole.
     pub has_dipole: bool,
@@ -78,9 +81,11 @@ pub struct SegmentPlan {
 pub struct PlanOptions {
     /// Target error of tip position over rod length and of tip rotation (rad).
     pub tolerance: f64,
+    /// Integration method of the answer.
     pub stepper: Stepper,
     /// Steps over the whole rod, shared out by length.
     pub steps: usize,
+    /// How derivatives are computed.
     pub sensitivity: Sensitivity,
     /// Whether derivatives include those of the base moment, which take three columns more.
     pub base_moment_rows: bool,
@@ -126,8 +131,11 @@ pub struct Plan {
     pub scene: Scene,
     /// Parameters that each sample sets; an axis may drive several.
     pub axes: Vec<Vec<Parameter>>,
+    /// Units in which the kernels compute.
     pub units: Units,
+    /// Terms of the model that some sample uses.
     pub terms: Terms,
+    /// Base to tip, one for each segment of the rod: nodes cut a segment of the scene into several.
     pub segments: Vec<SegmentPlan>,
     /// The distal part that nothing loads: it keeps its rest shape and is not integrated.
     pub free: Option<FreePart>,
@@ -139,18 +147,25 @@ pub struct Plan {
     pub entries: Vec<Entry>,
     /// Columns of a batch.
     pub input_count: usize,
+    /// In the order they were asked for.
     pub derivatives: Vec<Derivative>,
+    /// Choices it was made with.
     pub options: PlanOptions,
 }
 
+/// Why a sweep cannot be planned.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PlanError {
+    /// The scene describes no rod.
     #[error(transparent)]
     Scene(#[from] SceneError),
+    /// A swept parameter cannot be set in this scene.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
+    /// Insertion is swept or differentiated by, but the first segment, whose name this is, is rigid.
     #[error("`insertion` needs a flexible first segment: `{0}` is rigid")]
     InsertionIntoRigid(String),
+    /// Reciprocity was asked for, but the scene leaves out the force arm of rigid segments.
     #[error(
         "reciprocity does not hold without the force arm of rigid segments: leave the choice to the program, or `model.rigid_force_arm` out"
     )]
@@ -160,12 +175,14 @@ pub enum PlanError {
 /// Inputs of a batch: the varying entries of each sample, SI.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Batch {
+    /// One row a sample, [`Plan::input_count`] columns.
     pub inputs: Blocks<f64>,
     /// Samples whose values make no rod; their inputs hold the plan's own scene.
     pub bad: Vec<bool>,
 }
 
 impl Batch {
+    /// Rows of the inputs.
     pub fn sample_count(&self) -> usize {
         self.bad.len()
     }
@@ -180,6 +197,10 @@ impl Terms {
 
 impl Plan {
     /// Plans a sweep of `scene` along `axes`, differentiated by `wrt`.
+    ///
+    /// # Errors
+    ///
+    /// The scene, a parameter or an option does not allow it; see [`PlanError`].
     pub fn new(
         scene: &Scene,
         axes: &[Vec<Parameter>],
@@ -248,6 +269,10 @@ impl Plan {
     }
 
     /// A plan for one scene, nothing swept.
+    ///
+    /// # Errors
+    ///
+    /// As [`Plan::new`].
     pub fn single(scene: &Scene, wrt: &[Parameter], options: PlanOptions) -> Result<Plan, PlanError> {
         Self::new(scene, &[], wrt, options)
     }

@@ -6,6 +6,7 @@ use super::Vector;
 /// Three numbers along a segment, attached to its material.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Profile {
+    /// The same everywhere.
     Constant(Vector),
     /// In order of `at`, at least one.
     Nodes(Vec<Node>),
@@ -16,14 +17,16 @@ pub enum Profile {
 pub struct Node {
     /// In m
     pub at: f64,
+    /// Curvature (1/m) or stiffness (N·m²) about body x, y, z.
     pub value: Vector,
 }
 
 /// A stretch of a segment on which every profile is linear.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Piece {
-    /// Arc lengths in the segment, as it is inserted (m)
+    /// Arc length of its proximal end in the segment, as it is inserted (m)
     pub start: f64,
+    /// Arc length of its distal end (m)
     pub end: f64,
     /// Between which nodes it lies: a material coordinate inside, whatever is cut off (m)
     middle: f64,
@@ -32,6 +35,7 @@ pub struct Piece {
 }
 
 impl Profile {
+    /// Base to tip; none where it is constant.
     pub fn nodes(&self) -> &[Node] {
         match self {
             Profile::Constant(_) => &[],

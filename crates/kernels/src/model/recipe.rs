@@ -5,10 +5,20 @@
 pub enum RecipeMethod {
     /// Every combination of these values of the axes, SI; the first axis is the fastest.
     Grid(Vec<Vec<f64>>),
-    /// Of each axis the direction numbers and the key of the scrambling; the middle of the cell is taken.
-    Sobol { directions: Vec<Vec<u32>>, keys: Vec<u32> },
-    /// Of each axis the keys of the permutation's rounds and that of the place within a stratum.
-    LatinHypercube { rounds: Vec<[u64; 6]>, jitter: Vec<u64> },
+    /// Sobol' points, scrambled; the middle of the cell is taken.
+    Sobol {
+        /// Direction numbers of each axis, one a bit of the index.
+        directions: Vec<Vec<u32>>,
+        /// Key of the scrambling of each axis.
+        keys: Vec<u32>,
+    },
+    /// Each axis has one sample in each of as many strata as there are samples.
+    LatinHypercube {
+        /// Of each axis the keys of the permutation's rounds.
+        rounds: Vec<[u64; 6]>,
+        /// Of each axis the key of the place within a stratum.
+        jitter: Vec<u64>,
+    },
     /// Of each axis the key of its hash.
     Uniform(Vec<u64>),
 }
@@ -16,8 +26,10 @@ pub enum RecipeMethod {
 /// Axis values of a sample by its index.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SampleRecipe {
+    /// How points follow from the index.
     pub method: RecipeMethod,
     /// From and to of each axis, SI.
     pub ranges: Vec<(f64, f64)>,
+    /// Samples of the whole sweep, whatever part of it is solved.
     pub sample_count: u64,
 }

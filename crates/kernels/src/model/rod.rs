@@ -15,6 +15,7 @@ pub struct Rod {
     pub tip_force: Vector,
     /// In N·m
     pub tip_moment: Vector,
+    /// Whether a force acts on the lever arm of a rigid segment.
     pub rigid_force_arm: bool,
     /// Base to tip.
     pub segments: Vec<RodSegment>,
@@ -23,7 +24,9 @@ pub struct Rod {
 /// One stretch of a rod.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum RodSegment {
+    /// It bends.
     Flexible(FlexibleRod),
+    /// It keeps its shape.
     Rigid(RigidRod),
 }
 
@@ -60,31 +63,42 @@ pub struct RigidRod {
 }
 
 /// A number of the rod by which solutions are differentiated; every user parameter is a combination of these.
+///
+/// Segments are given by their index in the rod, base to tip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Slot {
+    /// Position of the base (m).
     BasePosition(Axis),
-    /// Virtual rotation of the base about a world axis: dR0 = hat(e) R0.
+    /// Virtual rotation of the base about a world axis (rad): dR0 = hat(e) R0.
     BaseRotation(Axis),
+    /// Flux density (T).
     FluxDensity(Axis),
+    /// Force at the tip (N).
     TipForce(Axis),
+    /// Couple at the tip (N·m).
     TipMoment(Axis),
-    /// More rod past the entry point: a base-pose derivative with the loads fixed. What varies along the first piece
+    /// More rod past the entry point (m): a base-pose derivative with the loads fixed. What varies along the first piece
     /// that has a length goes on towards the base as it does there.
     Insertion,
-    /// More of a segment at its distal end; what varies along it goes on as it does there.
+    /// More of a segment at its distal end (m); what varies along it goes on as it does there.
     Length(usize),
+    /// Stiffness of a flexible segment at its proximal end (N·m²).
     Stiffness(usize, Axis),
+    /// What is added to the stiffness towards the distal end (N·m²).
     StiffnessRise(usize, Axis),
+    /// Rest curvature of a flexible segment at its proximal end (1/m).
     RestCurvature(usize, Axis),
+    /// What is added to the rest curvature towards the distal end (1/m).
     RestCurvatureRise(usize, Axis),
-    /// Force per length of a flexible segment.
+    /// Force per length of a flexible segment, world frame (N/m).
     Load(usize, Axis),
-    /// Magnetic moment per length of a flexible segment.
+    /// Magnetic moment per length of a flexible segment, body frame (A·m).
     DipolePerLength(usize, Axis),
+    /// Compliance of a flexible segment: to shear along body x and y, to stretch along z (1/N).
     ShearCompliance(usize, Axis),
-    /// Magnetic moment of a rigid segment.
+    /// Magnetic moment of a rigid segment, body frame (A·m²).
     Dipole(usize, Axis),
-    /// Force on a rigid segment.
+    /// Force on a rigid segment, world frame (N).
     Weight(usize, Axis),
 }
 
@@ -157,6 +171,7 @@ impl FlexibleRod {
 }
 
 impl RodSegment {
+    /// From its proximal to its distal end (m).
     pub fn length(&self) -> f64 {
         match self {
             RodSegment::Flexible(flexible) => flexible.length,
@@ -164,6 +179,7 @@ impl RodSegment {
         }
     }
 
+    /// Whether it bends.
     pub fn is_flexible(&self) -> bool {
         matches!(self, RodSegment::Flexible(_))
     }

@@ -1,4 +1,4 @@
-//! Rotations as vectors and angles.
+//! Rotations as matrices, vectors and angles.
 
 use super::{Matrix, Vector};
 
@@ -31,4 +31,28 @@ pub fn rotation_angle(a: &Matrix, b: &Matrix) -> f64 {
     let relative: Matrix = std::array::from_fn(|r| std::array::from_fn(|c| (0..3).map(|k| a[k][r] * b[k][c]).sum()));
     let v = rotation_vector(&relative);
     (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt()
+}
+
+/// Product of two 3 x 3 matrices.
+pub(super) fn multiply(a: &Matrix, b: &Matrix) -> Matrix {
+    std::array::from_fn(|row| std::array::from_fn(|col| (0..3).map(|k| a[row][k] * b[k][col]).sum()))
+}
+
+/// Rotation by a rotation vector (Rodrigues).
+pub fn rotation_matrix(vector: Vector) -> Matrix {
+    let [x, y, z] = vector;
+    let angle2 = x * x + y * y + z * z;
+    let angle = angle2.sqrt();
+    // The series agree with the quotients to the last bit below the bound.
+    let (sine, cosine) = if angle < 1e-4 {
+        (1.0 - angle2 / 6.0, 0.5 - angle2 / 24.0)
+    } else {
+        (angle.sin() / angle, (1.0 - angle.cos()) / angle2)
+    };
+    let diagonal = 1.0 - cosine * angle2;
+    [
+        [diagonal + cosine * x * x, cosine * x * y - sine * z, cosine * x * z + sine * y],
+        [cosine * x * y + sine * z, diagonal + cosine * y * y, cosine * y * z - sine * x],
+        [cosine * x * z - sine * y, cosine * y * z + sine * x, diagonal + cosine * z * z],
+    ]
 }

@@ -1,19 +1,23 @@
 //! One rod in one field, as a user describes it.
 
 use super::profile::{Piece, pieces};
-use super::{FlexibleRod, Matrix, Node, Profile, RigidRod, Rod, RodSegment, Vector};
+use super::rotation::rotation_matrix;
+use super::{Coil, FlexibleRod, Node, Profile, RigidRod, Rod, RodSegment, SceneError, Vector};
 use std::f64::consts::PI;
 
-/// In m/s²
+/// Standard acceleration of gravity on Earth (m/s²)
 pub const STANDARD_GRAVITY: f64 = 9.80665;
 
 /// A rod, clamped at its base, in a uniform field. Lengths, forces and so on in SI units.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
+    /// Title of its figures; may be empty.
     pub name: String,
+    /// Where the rod is held.
     pub base: Base,
     /// Uniform flux density, world frame (T)
     pub flux_density: Vector,
+    /// What acts on the rod besides the field.
     pub loads: Loads,
     /// Base to tip.
     pub segments: Vec<Segment>,
@@ -47,22 +51,30 @@ pub struct Loads {
     pub fluid_density: Option<f64>,
 }
 
+/// A part of a rod, of one kind.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Segment {
+    /// Begins the names of its parameters; no two segments share one.
     pub name: String,
     /// In m
     pub length: f64,
+    /// Whether it bends, and what that takes.
     pub kind: SegmentKind,
 }
 
+/// What a segment is made of.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SegmentKind {
+    /// It bends and twists.
     Flexible(Flexible),
+    /// It keeps its shape.
     Rigid(Rigid),
 }
 
+/// A segment that bends and twists.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Flexible {
+    /// Against bending and torsion.
     pub stiffness: Stiffness,
     /// Body frame (1/m)
     pub rest_curvature: Profile,
@@ -70,28 +82,49 @@ pub struct Flexible {
     pub stiffness_shear: Option<[f64; 2]>,
     /// Against stretch (N); `None`: does not stretch.
     pub stiffness_axial: Option<f64>,
+    /// For weight; `None`: weighs nothing.
     pub density: Option<Density>,
     /// Of a permanent magnet, body frame (A·m)
     pub dipole_per_length: Option<Vector>,
 }
 
+/// Stiffness against bending and torsion: given, or computed from a tube.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Stiffness {
-    /// Principal stiffnesses about body x, y, z (N·m²)
-    Direct { bending_x: f64, bending_y: f64, torsion: f64 },
-    /// The same, linear between nodes.
+    /// Principal stiffnesses.
+    Direct {
+        /// EI about body x (N·m²)
+        bending_x: f64,
+        /// EI about body y (N·m²)
+        bending_y: f64,
+        /// GJ (N·m²)
+        torsion: f64,
+    },
+    /// Principal stiffnesses, linear between nodes.
     Nodes(Vec<Node>),
-    /// A homogeneous round tube: radii (m), modulus (Pa)
-    Tube { inner_radius: f64, outer_radius: f64, youngs_modulus: f64, shear: ShearElasticity },
+    /// A homogeneous round tube.
+    Tube {
+        /// 0 for a solid rod (m)
+        inner_radius: f64,
+        /// In m
+        outer_radius: f64,
+        /// In Pa
+        youngs_modulus: f64,
+        /// Shear modulus or Poisson's ratio, for torsion.
+        shear: ShearElasticity,
+    },
 }
 
+/// Elasticity of an isotropic material in shear.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ShearElasticity {
     /// In Pa
     Modulus(f64),
+    /// Above -1; with Young's modulus it tells the shear modulus.
     PoissonRatio(f64),
 }
 
+/// Mass of a flexible segment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Density {
     /// Of the material (kg/m³); needs a tube.
@@ -100,48 +133,15 @@ pub enum Density {
     Linear(f64),
 }
 
+/// A segment that keeps its shape.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Rigid {
     /// Spread over the length; taken as given, without buoyancy (kg)
     pub mass: Option<f64>,
+    /// Coils on it that carry currents.
     pub coil: Option<Coil>,
     /// Of a permanent magnet, body frame (A·m)
     pub dipole_per_length: Option<Vector>,
-}
-
-/// A set of three coils: dipole (body frame) = alignment x winding x current.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Coil {
-    pub winding: CoilWinding,
-    /// In A
-    pub current: Vector,
-    /// Rotation vector applied to the dipole (rad)
-    pub alignment: Vector,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum CoilWinding {
-    /// Coils about body x, y, z: turns, area of a turn (m²)
-    Axes { turns: Vector, area: Vector },
-    /// Columns: dipole per ampere of each current (m²)
-    Matrix(Matrix),
-}
-
-/// Why a scene describes no rod. Each names the parameter and the remedy.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum SceneError {
-    #[error("the scene has no [[segment]]: a rod needs at least one flexible segment")]
-    NoSegment,
-    #[error("every segment is rigid: a rod needs at least one flexible segment")]
-    NoFlexible,
-    #[error("`{name}` is {value}: it must be {requirement}")]
-    OutOfRange { name: String, value: f64, requirement: &'static str },
-    #[error("two segments are named `{0}`: give each its own name")]
-    DuplicateName(String),
-    #[error("`{segment}.density` needs a `tube` to know the cross-section: give `linear_density` instead")]
-    DensityWithoutTube { segment: String },
-    #[error("`loads.gravity` acts on nothing: give a segment `density`, `linear_density` or `mass`, or remove gravity")]
-    GravityWithoutMass,
 }
 
 impl Scene {
@@ -205,6 +205,10 @@ impl Scene {
     }
 
     /// Checks that the numbers describe a rod.
+    ///
+    /// # Errors
+    ///
+    /// The first number that does not.
     pub fn validate(&self) -> Result<(), SceneError> {
         super::validate::validate(self)
     }
@@ -327,7 +331,7 @@ impl Stiffness {
         }
     }
 
-    /// In Pa
+    /// Shear modulus of a tube (Pa); `None` where the stiffness is given.
     pub fn shear_modulus(&self) -> Option<f64> {
         match *self {
             Stiffness::Direct { .. } | Stiffness::Nodes(_) => None,
@@ -338,7 +342,7 @@ impl Stiffness {
         }
     }
 
-    /// Area of the tube's wall (m²).
+    /// Area of the tube's wall (m²); `None` where the stiffness is given.
     pub fn cross_section(&self) -> Option<f64> {
         match *self {
             Stiffness::Direct { .. } | Stiffness::Nodes(_) => None,
@@ -347,51 +351,4 @@ impl Stiffness {
             }
         }
     }
-}
-
-impl Coil {
-    /// Dipole moment, body frame (A·m²).
-    pub fn dipole(&self) -> Vector {
-        let per_ampere = self.dipole_per_ampere();
-        std::array::from_fn(|row| (0..3).map(|k| per_ampere[row][k] * self.current[k]).sum())
-    }
-
-    /// Columns: dipole per ampere of each current, body frame (m²).
-    pub fn dipole_per_ampere(&self) -> Matrix {
-        let winding = match self.winding {
-            CoilWinding::Axes { turns, area } => {
-                let mut diagonal = [[0.0; 3]; 3];
-                for axis in 0..3 {
-                    diagonal[axis][axis] = turns[axis] * area[axis];
-                }
-                diagonal
-            }
-            CoilWinding::Matrix(matrix) => matrix,
-        };
-        multiply(&rotation_matrix(self.alignment), &winding)
-    }
-}
-
-/// Product of two 3 x 3 matrices.
-pub(super) fn multiply(a: &Matrix, b: &Matrix) -> Matrix {
-    std::array::from_fn(|row| std::array::from_fn(|col| (0..3).map(|k| a[row][k] * b[k][col]).sum()))
-}
-
-/// Rotation by a rotation vector (Rodrigues).
-pub fn rotation_matrix(vector: Vector) -> Matrix {
-    let [x, y, z] = vector;
-    let angle2 = x * x + y * y + z * z;
-    let angle = angle2.sqrt();
-    // The series agree with the quotients to the last bit below the bound.
-    let (sine, cosine) = if angle < 1e-4 {
-        (1.0 - angle2 / 6.0, 0.5 - angle2 / 24.0)
-    } else {
-        (angle.sin() / angle, (1.0 - angle.cos()) / angle2)
-    };
-    let diagonal = 1.0 - cosine * angle2;
-    [
-        [diagonal + cosine * x * x, cosine * x * y - sine * z, cosine * x * z + sine * y],
-        [cosine * x * y + sine * z, diagonal + cosine * y * y, cosine * y * z - sine * x],
-        [cosine * x * z - sine * y, cosine * y * z + sine * x, diagonal + cosine * z * z],
-    ]
 }

@@ -1,6 +1,6 @@
 //! How the numbers of one segment move the rod: slots and their rates.
 
-use super::scene::{multiply, rotation_matrix};
+use super::rotation::{multiply, rotation_matrix};
 use super::segment_parameter::{SegmentParameter, ShearAxis};
 use super::{
     Axis, Coil, CoilWinding, Density, Flexible, Matrix, Profile, Rigid, Scene, SegmentKind, ShearElasticity, Slot,

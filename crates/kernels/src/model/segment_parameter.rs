@@ -6,42 +6,66 @@ use super::{
 };
 use SegmentParameter as S;
 
+/// A number of one segment; nodes are given by their index from the proximal end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum SegmentParameter {
+    /// Its own length, without what is inserted (m).
     Length,
+    /// Rest curvature of a segment without nodes (1/m).
     RestCurvature(Axis),
-    /// By the node's index from the proximal end.
+    /// Rest curvature at a node (1/m).
     RestCurvatureNode(usize, Axis),
+    /// Stiffness of a segment without nodes (N·m²).
     Stiffness(StiffnessAxis),
+    /// Stiffness at a node (N·m²).
     StiffnessNode(usize, StiffnessAxis),
+    /// Stiffness against shear (N).
     StiffnessShear(ShearAxis),
+    /// Stiffness against stretch (N).
     StiffnessAxial,
+    /// Of a tube (Pa).
     YoungsModulus,
+    /// Of a tube (Pa).
     ShearModulus,
+    /// Of a tube, in place of the shear modulus.
     PoissonRatio,
+    /// Of a tube (m).
     InnerRadius,
+    /// Of a tube (m).
     OuterRadius,
+    /// Of the material of a tube (kg/m³).
     Density,
+    /// Mass per length of a flexible segment, taken as given, without buoyancy (kg/m).
     LinearDensity,
+    /// Of a permanent magnet, body frame (A·m).
     DipolePerLength(Axis),
+    /// Of a rigid segment (kg).
     Mass,
+    /// Of a coil of a rigid segment (A).
     Current(Axis),
+    /// Turns of the coil about a body axis.
     Turns(Axis),
+    /// Area of one turn of the coil about a body axis (m²).
     Area(Axis),
-    /// Dipole along the first axis per ampere of the second's current.
+    /// Dipole along the first axis per ampere of the second's current (m²).
     TurnsArea(Axis, Axis),
+    /// Component of the rotation vector applied to the coils' dipole (rad).
     Alignment(Axis),
 }
 
+/// A stiffness of a flexible segment against shear (N).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ShearAxis {
     /// Along body x and y together.
     Both,
+    /// Along body x.
     X,
+    /// Along body y.
     Y,
 }
 
 impl StiffnessAxis {
+    /// In the order of a scene's parameters.
     pub const ALL: [StiffnessAxis; 4] =
         [StiffnessAxis::Bending, StiffnessAxis::BendingX, StiffnessAxis::BendingY, StiffnessAxis::Torsion];
 
@@ -66,6 +90,7 @@ impl StiffnessAxis {
 }
 
 impl ShearAxis {
+    /// In the order of a scene's parameters.
     pub const ALL: [ShearAxis; 3] = [ShearAxis::Both, ShearAxis::X, ShearAxis::Y];
 
     /// The axes meant: x and y are 0 and 1.

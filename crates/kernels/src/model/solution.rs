@@ -34,6 +34,7 @@ impl Quantity {
     /// Columns before the first derivative.
     pub const COUNT: usize = 19;
 
+    /// Its first column.
     pub fn column(self) -> usize {
         self as usize
     }
@@ -51,6 +52,7 @@ pub const MOST_ROWS: usize = 9;
 /// (rad/unit) and d(base moment) (N·m/unit). Failed samples hold the last iterate or NaN.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Solutions {
+    /// One row a sample, [`Plan::output_count`] columns.
     pub values: Blocks<f64>,
     /// Of a derivative.
     rows: usize,
@@ -68,28 +70,34 @@ impl Solutions {
         self.rows = plan.rows();
     }
 
+    /// Rows of the table.
     pub fn sample_count(&self) -> usize {
         self.values.sample_count()
     }
 
+    /// A number of a sample; of a vector, its x.
     pub fn get(&self, sample: usize, quantity: Quantity) -> f64 {
         self.values.get(sample, quantity.column())
     }
 
+    /// Replaces a number of a sample; of a vector, its x.
     pub fn set(&mut self, sample: usize, quantity: Quantity, value: f64) {
         self.values.set(sample, quantity.column(), value);
     }
 
+    /// Three columns of a sample, for example of `TipPosition`.
     pub fn vector(&self, sample: usize, quantity: Quantity) -> [f64; 3] {
         std::array::from_fn(|axis| self.values.get(sample, quantity.column() + axis))
     }
 
+    /// Replaces three columns of a sample.
     pub fn set_vector(&mut self, sample: usize, quantity: Quantity, value: [f64; 3]) {
         for (axis, x) in value.into_iter().enumerate() {
             self.values.set(sample, quantity.column() + axis, x);
         }
     }
 
+    /// What became of a sample; `NonFinite` where the column holds no code.
     pub fn status(&self, sample: usize) -> Status {
         let code = self.get(sample, Quantity::Status);
         if code >= 0.0 { Status::from_code(code as u8).unwrap_or(Status::NonFinite) } else { Status::NonFinite }
@@ -101,6 +109,7 @@ impl Solutions {
         (status.is_converged() || status == Status::Fold) && self.get(sample, Quantity::StabilityIndex) >= 0.0
     }
 
+    /// Replaces what became of a sample.
     pub fn set_status(&mut self, sample: usize, status: Status) {
         self.set(sample, Quantity::Status, f64::from(status.code()));
     }
@@ -110,6 +119,7 @@ impl Solutions {
         Quantity::COUNT + self.rows * derivative + row
     }
 
+    /// One row of a derivative: 0 to 2 tip position, 3 to 5 tip rotation, 6 to 8 base moment.
     pub fn derivative(&self, sample: usize, derivative: usize, row: usize) -> f64 {
         self.values.get(sample, self.derivative_column(derivative, row))
     }

@@ -17,8 +17,11 @@ const FAR: f64 = 1e9;
 /// most [`MOST_KNOWN`] count.
 #[derive(Clone, Copy, Debug)]
 pub struct Start<'a> {
+    /// Row of the batch whose rod is meant.
     pub sample: usize,
+    /// Base moment to start from (N·m, world frame)
     pub m0: Vector,
+    /// Base moments of known equilibria (N·m, world frame)
     pub known: &'a [Vector],
 }
 

@@ -29,6 +29,7 @@ pub enum Status {
 }
 
 impl Status {
+    /// In the order of their codes.
     pub const ALL: [Status; 10] = [
         Status::Ok,
         Status::Refined,
@@ -42,10 +43,12 @@ impl Status {
         Status::Pending,
     ];
 
+    /// The status of a code; `None` for a number that is no code.
     pub fn from_code(code: u8) -> Option<Status> {
         Self::ALL.get(code as usize).copied()
     }
 
+    /// Its number in files and shaders.
     pub fn code(self) -> u8 {
         self as u8
     }

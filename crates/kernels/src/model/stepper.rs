@@ -14,8 +14,10 @@ pub enum Stepper {
 }
 
 impl Stepper {
+    /// In ascending order.
     pub const ALL: [Stepper; 4] = [Stepper::Rk4, Stepper::Tp6, Stepper::Tp7, Stepper::Dop853];
 
+    /// The word in files and on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Stepper::Rk4 => "rk4",
@@ -25,6 +27,7 @@ impl Stepper {
         }
     }
 
+    /// Power of the step length by which the error of a whole rod falls.
     pub fn order(self) -> u32 {
         match self {
             Stepper::Rk4 => 4,
@@ -34,6 +37,7 @@ impl Stepper {
         }
     }
 
+    /// Evaluations of the slope in one step.
     pub fn stage_count(self) -> usize {
         match self {
             Stepper::Rk4 => 4,
@@ -43,6 +47,7 @@ impl Stepper {
         }
     }
 
+    /// Coefficients of its stages.
     pub fn tableau(self) -> &'static Tableau {
         match self {
             Stepper::Rk4 => &RK4,

@@ -1,0 +1,34 @@
+//! What is wrong with a scene.
+
+/// Why a scene describes no rod. Each names the parameter and the remedy.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SceneError {
+    /// It has no segments.
+    #[error("the scene has no [[segment]]: a rod needs at least one flexible segment")]
+    NoSegment,
+    /// It has no flexible segment.
+    #[error("every segment is rigid: a rod needs at least one flexible segment")]
+    NoFlexible,
+    /// A number lies outside its range.
+    #[error("`{name}` is {value}: it must be {requirement}")]
+    OutOfRange {
+        /// Path of the number in the scene.
+        name: String,
+        /// The number, SI.
+        value: f64,
+        /// What holds for a good value, in words.
+        requirement: &'static str,
+    },
+    /// Two segments share this name.
+    #[error("two segments are named `{0}`: give each its own name")]
+    DuplicateName(String),
+    /// A density of the material where no cross-section is known.
+    #[error("`{segment}.density` needs a `tube` to know the cross-section: give `linear_density` instead")]
+    DensityWithoutTube {
+        /// Name of the segment.
+        segment: String,
+    },
+    /// Gravity, but no segment has a mass.
+    #[error("`loads.gravity` acts on nothing: give a segment `density`, `linear_density` or `mass`, or remove gravity")]
+    GravityWithoutMass,
+}
