@@ -18,10 +18,10 @@ pub const TRUST: f64 = 0.3;
 pub const NEARBY: f64 = 0.03;
 /// Newton steps on one load step.
 pub const CORRECTIONS: f64 = 8.0;
-/// The first load step bends the rod by so much, to first order (plan units of moment); with care and under a tip moment,
-/// where Newton's method contracts beyond the loss of stability as well as before, by less.
+/// The first load step bends the rod by so much, to first order (plan units of moment); under a tip moment, where
+/// Newton's method contracts beyond the loss of stability as well as before, by less.
 pub const FIRST_BEND: f64 = 1.5;
-pub const FIRST_GUARDED_BEND: f64 = 0.4;
+pub const FIRST_UNSYMMETRIC_BEND: f64 = 0.4;
 /// A load step is chosen so that its first correction, which grows like the step's fourth power, will be this share of
 /// what is trusted.
 pub const AIM: f64 = 0.375;
