@@ -10,7 +10,7 @@ const RAMP_TRUST: f32 = 0.0; //@spec
 const NEARBY: f32 = 0.0; //@spec
 const CORRECTIONS: f32 = 0.0; //@spec
 const FIRST_BEND: f32 = 0.0; //@spec
-const FIRST_GUARDED_BEND: f32 = 0.0; //@spec
+const FIRST_UNSYMMETRIC_BEND: f32 = 0.0; //@spec
 const RETREATS: f32 = 0.0; //@spec
 const NEAR_MARGIN: f32 = 0.0; //@spec
 const WIDENING: f32 = 0.0; //@spec
@@ -109,10 +109,8 @@ fn follow_path(rod: Rod, first: u32, secant: vec3<f32>) -> PathEnd {
         var first_bend = FIRST_BEND;
         var smallest_step = select(SMALLEST_RAMP_STEP, SMALLEST_GUARDED_STEP, guarded);
         //@if TIP_MOMENT
-        if guarded {
-            first_bend = FIRST_GUARDED_BEND;
-            smallest_step = SMALLEST_UNSYMMETRIC_STEP;
-        }
+        first_bend = FIRST_UNSYMMETRIC_BEND;
+        if guarded { smallest_step = SMALLEST_UNSYMMETRIC_STEP; }
         //@end
         let first_bound = trust * (1.0 / CONTRACTION);
         if !started {

@@ -133,7 +133,7 @@ fn add_path(s: &mut Specialisation, plan: &Plan) {
         ("NEARBY", path::NEARBY),
         ("CORRECTIONS", path::CORRECTIONS),
         ("FIRST_BEND", path::FIRST_BEND),
-        ("FIRST_GUARDED_BEND", path::FIRST_GUARDED_BEND),
+        ("FIRST_UNSYMMETRIC_BEND", path::FIRST_UNSYMMETRIC_BEND),
         ("RETREATS", path::RETREATS),
         ("NEAR_MARGIN", path::NEAR_MARGIN),
         ("WIDENING", path::WIDENING),

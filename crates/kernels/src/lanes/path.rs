@@ -10,7 +10,7 @@ use super::rod::{Rod, Segment};
 use super::shoot::{Record, shoot, tip_moment_columns};
 use super::stability::{is_above, is_sharp, squared_norm, stability_index};
 use crate::model::path::{
-    AIM, CONTRACTION, CORRECTIONS, FIRST_BEND, FIRST_GUARDED_BEND, FOLD_MARGIN, FULL_LOAD_TOLERANCE, LEAST_RATIO,
+    AIM, CONTRACTION, CORRECTIONS, FIRST_BEND, FIRST_UNSYMMETRIC_BEND, FOLD_MARGIN, FULL_LOAD_TOLERANCE, LEAST_RATIO,
     LOAD_STEP_TOLERANCE, MOST_RATIO, NARROW_MARGIN, NEAR_MARGIN, NEARBY, PASS_LIMIT, PATH_TOLERANCE, RAMP_TRUST,
     RETREAT, RETREATS, SAFE_MARGIN, SMALLEST_GUARDED_STEP, SMALLEST_RAMP_STEP, SMALLEST_UNSYMMETRIC_STEP, TRUST,
     WIDENING,
@@ -125,10 +125,9 @@ pub fn follow_path<L: Lane>(
     let no_vector = Vec3::splat(zero);
     let mut history = History { lambda: zero, m0: no_vector, lambda_before: zero, secant: rest_slope, bend: no_vector };
     let unsymmetric = program.tip_moment;
-    let (mut first_bend, mut smallest_step) = (zero.constant(FIRST_BEND), smallest_step);
-    if guarded && unsymmetric {
-        (first_bend, smallest_step) = (zero.constant(FIRST_GUARDED_BEND), zero.constant(SMALLEST_UNSYMMETRIC_STEP));
-    }
+    let first_bend = zero.constant(if unsymmetric { FIRST_UNSYMMETRIC_BEND } else { FIRST_BEND });
+    let unsymmetric_step = zero.constant(SMALLEST_UNSYMMETRIC_STEP);
+    let smallest_step = if guarded && unsymmetric { unsymmetric_step } else { smallest_step };
     let mut step = first_bend / length(rest_slope).max(first_bend);
     let mut target = step;
     let mut m0 = history.predict(target);

@@ -21,9 +21,8 @@ pub const NEARBY: f64 = 0.03;
 pub const CORRECTIONS: f64 = 8.0;
 /// The first load step bends the rod by so much, to first order (plan units of moment).
 pub const FIRST_BEND: f64 = 1.5;
-/// The same with care and under a tip moment, where Newton's method contracts beyond the loss of stability as well as
-/// before.
-pub const FIRST_GUARDED_BEND: f64 = 0.4;
+/// The same under a tip moment, where Newton's method contracts beyond the loss of stability as well as before.
+pub const FIRST_UNSYMMETRIC_BEND: f64 = 0.4;
 /// A load step is chosen so that its first correction, which grows like the step's fourth power, will be this share of
 /// what is trusted.
 pub const AIM: f64 = 0.375;
