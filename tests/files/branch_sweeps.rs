@@ -5,8 +5,8 @@ use crate::common::root;
 use crate::common::runs::{manifest_of, read_columns, reduced, resume_in, run_into, spec_of, status_of};
 use rodsweep::backend::BackendFactory;
 use rodsweep::backend::{Backend, BackendError, BackendInfo, Precision};
+use rodsweep::gpu::Gpu;
 use rodsweep::gpu::testing::device_or_skip;
-use rodsweep::gpu::{Device, Gpu};
 use rodsweep::input::write_scene;
 use rodsweep::lanes::Lanes;
 use rodsweep::model::{Batch, Plan, PlanOptions, Solutions, Status, Stepper};
@@ -25,7 +25,8 @@ fn lanes(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
 }
 
 fn gpu(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
-    Ok(Box::new(Gpu::new(Device::open()?, plan, Precision::F32)?))
+    let device = device_or_skip("branches on the GPU").expect("it was there before");
+    Ok(Box::new(Gpu::new(device, plan, Precision::F32)?))
 }
 
 fn reference(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {

@@ -4,8 +4,8 @@ use crate::common::root;
 use crate::controllers::{circle, cpu, inputs, p6};
 use rodsweep::backend::{Backend, BackendError, BackendKind, Precision};
 use rodsweep::engines::EngineRequest;
+use rodsweep::gpu::Gpu;
 use rodsweep::gpu::testing::device_or_skip;
-use rodsweep::gpu::{Device, Gpu};
 use rodsweep::input::read_trajectory;
 use rodsweep::lanes::{InstructionSet, Lanes};
 use rodsweep::model::{Parameter, Plan, PlanOptions, Quantity, Scene, Stepper};
@@ -266,7 +266,8 @@ fn targets_are_reached_together_in_any_order_and_precision() {
         return;
     }
     let mut on_gpu = |plan: &Plan| -> Result<Box<dyn Backend>, BackendError> {
-        Ok(Box::new(Gpu::new(Device::open()?, plan, Precision::F32)?))
+        let device = device_or_skip("targets on the GPU").expect("it was there before");
+        Ok(Box::new(Gpu::new(device, plan, Precision::F32)?))
     };
     finish_in_f64(&scene, &inputs, options, &targets, Stepper::Rk4, &mut on_gpu);
 }
