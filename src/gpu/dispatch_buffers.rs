@@ -9,6 +9,7 @@ use crate::model::BLOCK;
 use crate::model::path::chord_tolerance;
 use std::ops::Range;
 use std::sync::mpsc::{Receiver, channel};
+use std::time::Duration;
 use wgpu::BufferUsages as Usage;
 
 /// Bytes of the timestamps before the outputs in the staging buffer: start of the kernels, their end, end of the copies.
@@ -195,6 +196,9 @@ fn map(buffer: &wgpu::Buffer, bytes: u64) -> Mapped {
     mapped
 }
 
+/// From the end of a submission to the call that tells of it, however busy the machine is.
+const TOLD_WITHIN: Duration = Duration::from_secs(60);
+
 /// Waits for a submission and hands the bytes it asked for to `read`.
 fn receive(
     device: &Device,
@@ -203,7 +207,8 @@ fn receive(
     read: impl FnOnce(&[u8]),
 ) -> Result<(), BackendError> {
     device.wait(Some(readback.submission.clone()))?;
-    match readback.mapped.try_recv() {
+    // Where threads share a device, another one may have noticed the end and be about to tell.
+    match readback.mapped.recv_timeout(TOLD_WITHIN) {
         Ok(Ok(())) => {}
         Ok(Err(error)) => return Err(failed(format!("results could not be read back: {error}"))),
         Err(_) => return Err(failed("results did not come back")),
