@@ -202,7 +202,7 @@ impl ExperimentRun {
                 "aligned_rmse": aligned,
                 "repeatability": repeatability,
                 "measured_rmse": played.measured.rmse.map(|x| 1e-3 * x),
-                "measured_aligned_rmse": played.measured.aligned_rmse.map(|x| 1e-3 * x),
+                "measured_aligned_rmse": played.measured.aligned_rmse.map(|x| x / 1e3),
             })
         };
         let trajectories: Vec<Value> = self.trajectories.iter().map(value).collect();

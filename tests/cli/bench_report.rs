@@ -8,7 +8,7 @@ use rodsweep_bench::report::Report;
 use std::fs;
 use std::path::Path;
 
-/// The report whose table the README shows.
+/// The report whose table `docs/benchmarks.md` shows.
 const COMMITTED: &str = "sweeps/reports/2026-11-21-2-core-avx512";
 const BEGIN: &str = "<!-- bench: begin -->\n";
 const END: &str = "<!-- bench: end -->\n";
@@ -29,8 +29,8 @@ fn peers() -> Option<String> {
 }
 
 #[test]
-fn the_readme_shows_the_committed_data() {
-    let readme = read("README.md");
+fn the_guide_shows_the_committed_data() {
+    let readme = read("docs/benchmarks.md");
     let (_, rest) = readme.split_once(BEGIN).expect("a place for the table");
     let (shown, _) = rest.split_once(END).expect("an end of the table");
     let report =
@@ -51,7 +51,7 @@ fn the_committed_report_is_that_of_its_data() {
         sandbox.write("report/peers.csv", &peers);
     }
     let output = sandbox.ok(&["bench", "--render", "report"]);
-    assert!(read("README.md").contains(&output.stdout), "{}", output.stdout);
+    assert!(read("docs/benchmarks.md").contains(&output.stdout), "{}", output.stdout);
     let fresh = fs::read_to_string(sandbox.path("report/report.md")).expect("a report");
     assert!(fresh == committed("report.md"), "run `rodsweep bench --render {COMMITTED}`");
     let figures: Vec<&str> = fresh.split("](").skip(1).filter_map(|rest| rest.split(')').next()).collect();

@@ -2,6 +2,7 @@
 
 use super::CommandError;
 use rodsweep::backend::{BackendError, BackendKind};
+use rodsweep::figures::RunFiguresError;
 use rodsweep::results::ResultsError;
 use rodsweep::study::{ControlError, FitError, SolveError};
 use rodsweep::sweep::SweepError;
@@ -55,6 +56,17 @@ pub fn of_backend(error: &BackendError) -> String {
         }
         BackendError::NoDevice { reason } => format!("no usable GPU: {reason}; {on_the_cpu}"),
         BackendError::OutOfMemory { reason } => format!("the GPU has too little memory: {reason}; {on_the_cpu}"),
+        other => other.to_string(),
+    }
+}
+
+/// What is wrong with a figure of a run, with the flag that helps.
+pub fn of_run_figures(error: &RunFiguresError) -> String {
+    match error {
+        RunFiguresError::Colour { name, known, .. } => {
+            format!("`--colour {name}`: no such column; use one of: {}", known.join(", "))
+        }
+        RunFiguresError::Results(error) => of_results(error),
         other => other.to_string(),
     }
 }

@@ -58,7 +58,7 @@ pub(crate) enum CommandError {
     Results(#[from] ResultsError),
     #[error("{}", flags::of_backend(.0))]
     Backend(#[from] BackendError),
-    #[error(transparent)]
+    #[error("{}", flags::of_run_figures(.0))]
     RunFigures(#[from] RunFiguresError),
     #[error(transparent)]
     Report(#[from] ReportError),
