@@ -9,7 +9,7 @@ use rodsweep::gpu::{Device, Gpu};
 use rodsweep::lanes::Lanes;
 use rodsweep::model::{BLOCK, Plan, PlanOptions, Quantity, Stepper};
 use rodsweep::reference::Reference;
-use rodsweep::results::{SampleOrigin, TIPS_FILE, WORKSPACE_FILE};
+use rodsweep::results::{SampleOrigin, TIPS_FILE, WORKSPACE_FILE, read_parquet_table};
 use rodsweep::spec::SweepSpec;
 use rodsweep::sweep::{Fallback, ResultDirectory, RunOptions, Summary, run_with_fallback};
 use rodsweep::table::Table;
@@ -248,7 +248,11 @@ fn a_device_lost_twice_gives_way_to_the_cpu() {
             let (_, alone) = go(&spec, cpu(&plan(&spec)).expect("supported").as_mut(), &base.join("cpu"));
             assert!(summary.reduction.voxels == alone.reduction.voxels);
             assert_eq!(summary.reduction.voxels.values().sum::<u32>() as usize, SAMPLES);
-            expect_same_files(&base.join("lost"), &files(&base.join("cpu")));
+            // The identity stays that of the run as it was begun, so the files differ in it alone.
+            for name in [WORKSPACE_FILE, TIPS_FILE] {
+                let read = |dir: &str| read_parquet_table(&base.join(dir).join(name)).expect("a table");
+                assert_eq!(read("lost"), read("cpu"), "{name}");
+            }
         }
     }
 }
