@@ -51,6 +51,12 @@ pub enum ResultsError {
         /// The directory.
         dir: PathBuf,
     },
+    /// The run was stopped between its identity and its sweep.
+    #[error("{} holds a run that was stopped before it wrote its sweep.toml; resume it", dir.display())]
+    NotBegun {
+        /// The directory.
+        dir: PathBuf,
+    },
     /// The run has not been finished.
     #[error("{count} of {total} parts are missing, the first is part {first}; resume the shards to finish them")]
     MissingParts {
@@ -95,6 +101,7 @@ impl ResultsError {
         !matches!(
             self,
             ResultsError::Io { .. }
+                | ResultsError::NotBegun { .. }
                 | ResultsError::MissingParts { .. }
                 | ResultsError::Damaged { .. }
                 | ResultsError::Table { .. }

@@ -73,11 +73,15 @@ impl Results {
     ///
     /// # Errors
     ///
-    /// A directory without a run, or whose identity or sweep cannot be read.
+    /// A directory without a run, or whose identity or sweep cannot be read or is not yet there.
     pub fn open(dir: impl Into<PathBuf>) -> Result<Results, ResultsError> {
         let dir = dir.into();
         let record = RunRecord::read(&dir)?;
-        let spec = SweepSpec::read(&dir.join(SWEEP_FILE))?;
+        let sweep = dir.join(SWEEP_FILE);
+        if !sweep.exists() {
+            return Err(ResultsError::NotBegun { dir });
+        }
+        let spec = SweepSpec::read(&sweep)?;
         let precision = if record.precision == Precision::F32.name() { Precision::F32 } else { Precision::F64 };
         let columns = Layout::new(&spec, precision).empty().clone();
         Ok(Results { dir, record, spec, columns })

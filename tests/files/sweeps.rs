@@ -215,14 +215,30 @@ fn killed_runs_leave_whole_parts_and_resume() {
         }
         child.kill().unwrap();
         child.wait().unwrap();
-        if cut.join("run.json").exists() {
-            let status = status_of(&cut).unwrap();
-            assert!(status.damaged.is_empty(), "{:?}", status.damaged);
+        match status_of(&cut) {
+            Ok(status) => assert!(status.damaged.is_empty(), "{:?}", status.damaged),
+            Err(ResultsError::NoRun { .. } | ResultsError::NotBegun { .. }) => assert_eq!(done(), 0),
+            Err(error) => panic!("{error}"),
         }
     }
     assert!(done() >= 25 && done() < 50, "{} of 50 parts", done());
     resume_in(&cut, &spec, &mut arc(&spec), &RunOptions { chunk: 100, ..options() }).unwrap();
     assert_eq!(contents(&whole), contents(&cut));
+}
+
+#[test]
+fn runs_killed_before_their_first_part_say_so_and_resume() {
+    let spec = small("parquet");
+    let dir = tempfile::tempdir().unwrap();
+    run_into(dir.path(), &spec, &mut arc(&spec), &options()).unwrap();
+    let whole = contents(dir.path());
+    for path in parts(dir.path()).iter().map(|name| dir.path().join(name)).chain([dir.path().join("sweep.toml")]) {
+        fs::remove_file(path).unwrap();
+    }
+    assert!(matches!(status_of(dir.path()), Err(ResultsError::NotBegun { .. })));
+    resume_in(dir.path(), &spec, &mut arc(&spec), &options()).unwrap();
+    assert_eq!(whole, contents(dir.path()));
+    assert!(status_of(dir.path()).unwrap().is_complete());
 }
 
 #[test]

@@ -78,6 +78,12 @@ pub fn of_results(error: &ResultsError) -> String {
             "{} already holds a run; add `--resume` to go on with it, or choose another directory",
             dir.display()
         ),
+        ResultsError::NotBegun { dir } => {
+            format!(
+                "{} holds a run that was stopped before it wrote its sweep.toml; run it again with `--resume`",
+                dir.display()
+            )
+        }
         ResultsError::Damaged { path, reason } => {
             format!("{} is damaged: {reason}; remove it and run with `--resume`", path.display())
         }
