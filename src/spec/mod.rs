@@ -13,6 +13,7 @@ mod target;
 pub use input_table::InputTable;
 pub use observed::{ObservedPoint, ObservedShape, ObservedShapes, ObservedTip};
 pub use sampling::{MAX_SOBOL_DIMENSIONS, Sampler};
+pub(crate) use sampling::hash;
 pub(crate) use selection::Selection;
 pub use shard::{Shard, ShardError};
 pub use solution_method::SolutionMethod;

@@ -11,6 +11,7 @@ mod fit;
 mod replay;
 mod simulate;
 mod solve;
+pub mod workspace;
 
 pub use agreement::{Agreement, agreement};
 pub use control::{

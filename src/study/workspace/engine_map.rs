@@ -1,0 +1,252 @@
+//! An engine as a map from inputs to tips: from rest on one plan, near given base moments on another.
+
+use super::error::WorkspaceError;
+use super::inputs::WorkspaceInput;
+use super::tip_map::{Inputs, MOST_INPUTS, Tip, TipMap};
+use crate::backend::{Backend, BackendError};
+use crate::engines::{Engine, cpu_f64, second_attempt};
+use crate::model::{Axis, Batch, Parameter, Plan, PlanOptions, Quantity, Scene, Solutions, Status, Vector};
+use crate::spec::{Sampler, SolutionMethod};
+use crate::sweep::choose_steps;
+use rayon::prelude::*;
+
+/// How equilibria are computed.
+#[derive(Clone, Debug)]
+pub struct MapOptions {
+    /// What solves.
+    pub engine: Engine,
+    /// Target error of the tip over the rod's length.
+    pub tolerance: f64,
+    /// Steps over the rod, where the sweep fixes them.
+    pub steps: Option<usize>,
+    /// Equilibria of a smaller stability margin are not used.
+    pub minimum_margin: f64,
+}
+
+/// A rod that inputs act on, with an engine.
+pub struct EngineMap {
+    reader: TipReader,
+    plan: Plan,
+    rest: Box<dyn Backend>,
+    engine: Engine,
+    second: Option<Box<dyn Backend>>,
+    near: Option<(Plan, Box<dyn Backend>)>,
+    solves: u64,
+}
+
+impl EngineMap {
+    /// Plans and opens the engine; a pilot on `sampler` chooses the steps where they are not fixed.
+    ///
+    /// # Errors
+    ///
+    /// Inputs that the scene does not allow, or an engine that cannot be used.
+    pub fn new(
+        scene: &Scene,
+        inputs: &[WorkspaceInput],
+        options: &MapOptions,
+        sampler: Option<&Sampler>,
+    ) -> Result<EngineMap, WorkspaceError> {
+        let plan = plan(scene, inputs, options, &[])?;
+        let plan = match (options.steps, sampler) {
+            (None, Some(sampler)) => plan.with_options(choose_steps(&plan, sampler, &cpu_f64)?.options(&plan)),
+            _ => plan,
+        };
+        let rest = options.engine.make(&plan)?;
+        let mut first = 0;
+        let derivatives = inputs
+            .iter()
+            .map(|input| {
+                let of_input = (first..first + input.parameters.len()).collect();
+                first += input.parameters.len();
+                of_input
+            })
+            .collect();
+        Ok(EngineMap {
+            reader: TipReader { inputs: inputs.to_vec(), derivatives, minimum_margin: options.minimum_margin },
+            plan,
+            rest,
+            engine: options.engine.clone(),
+            second: None,
+            near: None,
+            solves: 0,
+        })
+    }
+
+    /// What solves, for a person.
+    pub fn engine(&self) -> String {
+        self.rest.info().to_string()
+    }
+
+    /// Engine, precision, stepper, steps and tolerance.
+    pub fn method(&self) -> SolutionMethod {
+        let PlanOptions { stepper, steps, tolerance, .. } = self.plan.options;
+        let info = self.rest.info();
+        SolutionMethod { engine: info.kind, precision: info.precision, stepper, steps, tolerance }
+    }
+
+    /// Equilibria computed so far, those of second attempts included.
+    pub fn solves(&self) -> u64 {
+        self.solves
+    }
+
+    /// What is commanded.
+    pub fn inputs(&self) -> &[WorkspaceInput] {
+        &self.reader.inputs
+    }
+
+    /// Derivatives of the tip by a force on it (m/N), row k by force component k, of equilibria from rest.
+    ///
+    /// # Errors
+    ///
+    /// An engine that fails.
+    pub fn compliance(&mut self, inputs: &[Inputs]) -> Result<Vec<[Vector; 3]>, WorkspaceError> {
+        let forces: Vec<Parameter> = Axis::ALL.map(Parameter::TipForce).to_vec();
+        let axes: Vec<Vec<Parameter>> = self.reader.inputs.iter().map(|input| input.parameters.clone()).collect();
+        let plan = Plan::new(&self.plan.scene, &axes, &forces, self.plan.options)?;
+        let mut backend = self.engine.make(&plan)?;
+        let size = backend.batch_size().max(1);
+        let mut all = Vec::with_capacity(inputs.len());
+        for rows in inputs.chunks(size) {
+            let solutions = backend.solve(&batch(&plan, &self.reader.inputs, rows))?;
+            self.solves += rows.len() as u64;
+            all.extend((0..rows.len()).map(|row| match solutions.status(row).is_success() {
+                true => std::array::from_fn(|force| {
+                    std::array::from_fn(|axis| solutions.derivative(row, force, axis))
+                }),
+                false => [[f64::NAN; 3]; 3],
+            }));
+        }
+        Ok(all)
+    }
+
+    /// Second attempts at what found no equilibrium, as a run makes them.
+    fn try_again(&mut self, rows: &[Inputs], solutions: &mut Solutions) -> Result<(), BackendError> {
+        let failed = |row: &usize| {
+            matches!(solutions.status(*row), Status::StepLimit | Status::NotConverged | Status::NonFinite)
+        };
+        let failed: Vec<usize> = (0..rows.len()).filter(failed).collect();
+        if failed.is_empty() {
+            return Ok(());
+        }
+        if self.second.is_none() {
+            self.second = Some(second_attempt(&self.plan)?);
+        }
+        let Some(second) = &mut self.second else { return Ok(()) };
+        let again: Vec<Inputs> = failed.iter().map(|row| rows[*row]).collect();
+        let found = second.solve(&batch(&self.plan, &self.reader.inputs, &again))?;
+        self.solves += again.len() as u64;
+        for (from, to) in failed.into_iter().enumerate() {
+            solutions.copy_row(to, &found, from);
+        }
+        Ok(())
+    }
+}
+
+/// What a row of solutions says of a tip.
+struct TipReader {
+    inputs: Vec<WorkspaceInput>,
+    /// Derivatives of the plan that belong to each input.
+    derivatives: Vec<Vec<usize>>,
+    minimum_margin: f64,
+}
+
+impl TipReader {
+    fn tips(&self, plan: &Plan, solutions: &Solutions) -> Vec<Tip> {
+        (0..solutions.sample_count()).into_par_iter().with_min_len(64).map(|row| self.tip(plan, solutions, row)).collect()
+    }
+
+    fn tip(&self, plan: &Plan, solutions: &Solutions, row: usize) -> Tip {
+        if !solutions.status(row).is_success() {
+            return Tip::NONE;
+        }
+        let margin = solutions.get(row, Quantity::StabilityMargin);
+        let mut tip = Tip {
+            usable: margin >= self.minimum_margin,
+            position: solutions.vector(row, Quantity::TipPosition),
+            tangent: solutions.vector(row, Quantity::TipTangent),
+            margin,
+            base_moment: solutions.vector(row, Quantity::BaseMoment),
+            ..Tip::NONE
+        };
+        for (k, (input, derivatives)) in self.inputs.iter().zip(&self.derivatives).enumerate() {
+            let rate = |row_of: usize| {
+                let sum: f64 = derivatives.iter().map(|at| solutions.derivative(row, *at, row_of)).sum();
+                sum * input.half_range()
+            };
+            tip.jacobian[k] = std::array::from_fn(rate);
+            if plan.options.base_moment_rows {
+                tip.moment_rates[k] = std::array::from_fn(|axis| rate(6 + axis));
+            }
+        }
+        tip
+    }
+}
+
+impl TipMap for EngineMap {
+    fn input_count(&self) -> usize {
+        self.reader.inputs.len()
+    }
+
+    fn from_rest(&mut self, inputs: &[Inputs]) -> Result<Vec<Tip>, BackendError> {
+        let mut tips = Vec::with_capacity(inputs.len());
+        for rows in inputs.chunks(self.rest.batch_size().max(1)) {
+            let mut solutions = self.rest.solve(&batch(&self.plan, &self.reader.inputs, rows))?;
+            self.solves += rows.len() as u64;
+            self.try_again(rows, &mut solutions)?;
+            tips.append(&mut self.reader.tips(&self.plan, &solutions));
+        }
+        Ok(tips)
+    }
+
+    fn near(&mut self, inputs: &[(Inputs, Vector)]) -> Result<Vec<Tip>, BackendError> {
+        if self.near.is_none() {
+            let options = PlanOptions { base_moment_rows: true, ..self.plan.options };
+            let plan = self.plan.with_options(options).with_lone_starts();
+            let backend = self.engine.make(&plan)?;
+            self.near = Some((plan, backend));
+        }
+        let Some((plan, mut backend)) = self.near.take() else { return Ok(Vec::new()) };
+        let mut tips = Vec::with_capacity(inputs.len());
+        for rows in inputs.chunks(backend.batch_size().max(1)) {
+            let values: Vec<Inputs> = rows.iter().map(|(inputs, _)| *inputs).collect();
+            let mut batch = batch(&plan, &self.reader.inputs, &values);
+            rows.iter().enumerate().for_each(|(row, (_, m0))| plan.set_lone_start(&mut batch, row, *m0));
+            let solutions = backend.solve(&batch)?;
+            self.solves += rows.len() as u64;
+            tips.append(&mut self.reader.tips(&plan, &solutions));
+        }
+        self.near = Some((plan, backend));
+        Ok(tips)
+    }
+}
+
+fn plan(
+    scene: &Scene,
+    inputs: &[WorkspaceInput],
+    options: &MapOptions,
+    others: &[Parameter],
+) -> Result<Plan, WorkspaceError> {
+    let axes: Vec<Vec<Parameter>> = inputs.iter().map(|input| input.parameters.clone()).collect();
+    let wrt: Vec<Parameter> = axes.iter().flatten().chain(others).copied().collect();
+    let usual = PlanOptions::default();
+    let plan = Plan::new(
+        scene,
+        &axes,
+        &wrt,
+        PlanOptions {
+            tolerance: options.engine.tolerance(options.tolerance),
+            stepper: options.engine.steppers()[0],
+            steps: options.steps.unwrap_or(usual.steps),
+            base_moment_rows: false,
+            ..usual
+        },
+    )?;
+    Ok(plan)
+}
+
+fn batch(plan: &Plan, inputs: &[WorkspaceInput], rows: &[Inputs]) -> Batch {
+    plan.batch(rows.len(), |row, values| {
+        let row = rows.get(row).copied().unwrap_or([0.0; MOST_INPUTS]);
+        values.iter_mut().zip(inputs).zip(row).for_each(|((value, input), t)| *value = input.value(t));
+    })
+}

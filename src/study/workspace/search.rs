@@ -1,0 +1,171 @@
+//! The search for one voxel, as a state machine: `propose` says where to solve next, `judge` takes what came back.
+//!
+//! In a workspace of three dimensions it looks for inputs whose tip is the voxel's centre. In a surface or a curve it
+//! looks for the foot point, the tip nearest to the centre, along the strongest directions only.
+
+use super::lattice::Cell;
+use super::step::{Singular, Step, bounded_step};
+use super::tip_map::{Branch, Inputs, MOST_INPUTS, Tip, difference, distance, dot, norm};
+use crate::model::Vector;
+use std::sync::Arc;
+
+/// Equilibria of one search, at most.
+const MOST_STEPS: usize = 8;
+/// Of a step: how far the tip moves over the edge of a voxel, and an input over half its range.
+const LONGEST_TRAVEL: f64 = 4.0;
+const LONGEST_INPUT: f64 = 0.5;
+/// A centre is reached within this share of an edge.
+pub(super) const ARRIVED: f64 = 1e-3;
+/// A foot point is found where the next step would move the tip by less than this share of an edge.
+const SETTLED: f64 = 0.02;
+/// Where a step promises less than this share of what is missing, the point is the nearest.
+const HARDLY: f64 = 0.02;
+/// What a step in vain makes of the next one's length, and the shortest.
+const SHORTENED: f64 = 0.3;
+const SHORTEST: f64 = 0.05;
+/// A tip further from where it was predicted than this share of the step has jumped.
+const JUMP: f64 = 1.0;
+
+/// What all searches of a workspace share.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Aim {
+    pub input_count: usize,
+    /// Dimension of the workspace.
+    pub dimension: usize,
+    /// Of a voxel (m).
+    pub edge: f64,
+    pub branch: Branch,
+}
+
+/// How a search ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum End {
+    /// The centre is reached; of a surface or curve, the foot point lies inside.
+    Reached,
+    /// The nearest tip is held back by a limit of the inputs.
+    AtLimit,
+    /// A surface or curve passes by: its foot point is found, and it does not cut the voxel.
+    Beside,
+    /// The nearest tip is one where the Jacobian loses a direction.
+    Singular,
+    /// Reached only by an equilibrium that is not the one from rest, or whose margin is too small.
+    OffBranch,
+    /// Undecided.
+    Stuck,
+}
+
+/// An equilibrium from which neighbours are looked for.
+#[derive(Clone, Debug)]
+pub(super) struct Source {
+    pub at: Inputs,
+    pub tip: Tip,
+}
+
+/// The way to one voxel.
+#[derive(Clone, Debug)]
+pub(super) struct Search {
+    pub cell: Cell,
+    pub at: Inputs,
+    pub tip: Tip,
+    pub end: Option<End>,
+    /// Whether equilibria were missing or jumped on the way.
+    pub is_broken: bool,
+    centre: Vector,
+    /// Where to solve next: inputs and base moment (N·m).
+    pub trial: (Inputs, Vector),
+    predicted: Vector,
+    steps: usize,
+    share: f64,
+}
+
+impl Search {
+    pub(super) fn new(cell: Cell, centre: Vector, source: &Arc<Source>) -> Search {
+        Search {
+            cell,
+            at: source.at,
+            tip: source.tip,
+            end: None,
+            is_broken: false,
+            centre,
+            trial: (source.at, source.tip.base_moment),
+            predicted: source.tip.position,
+            steps: 0,
+            share: 1.0,
+        }
+    }
+
+    /// What is missing to the centre (m).
+    pub(super) fn missing(&self) -> f64 {
+        distance(self.centre, self.tip.position)
+    }
+
+    /// Fills `trial`, or ends the search.
+    pub(super) fn propose(&mut self, aim: &Aim) {
+        let missing = difference(self.centre, self.tip.position);
+        let step = bounded_step(&self.tip, &self.at, aim.input_count, missing, aim.dimension);
+        self.end = self.ended(aim, missing, &step);
+        if self.end.is_some() {
+            return;
+        }
+        let change = step.shortened(&self.tip, LONGEST_TRAVEL * aim.edge, LONGEST_INPUT).map(|x| self.share * x);
+        let mut at = self.at;
+        at.iter_mut().zip(change).for_each(|(t, change)| *t = (*t + change).clamp(-1.0, 1.0));
+        let taken: Inputs = std::array::from_fn(|k| at[k] - self.at[k]);
+        self.trial = (at, self.tip.moment_after(&taken));
+        self.predicted = self.tip.position_after(&taken);
+    }
+
+    fn ended(&self, aim: &Aim, missing: Vector, step: &Step) -> Option<End> {
+        let (far, left) = (norm(missing), norm(step.left));
+        if aim.dimension == 3 && far <= ARRIVED * aim.edge {
+            return Some(End::Reached);
+        }
+        let nearest = match aim.dimension {
+            3 => left > (1.0 - HARDLY) * far,
+            _ => norm(difference(missing, step.left)) <= SETTLED * aim.edge,
+        };
+        let at_nearest = if step.is_held { End::AtLimit } else { End::Singular };
+        match nearest {
+            // Whether a foot point lies in the voxel is for the caller to say.
+            true if aim.dimension < 3 => Some(if self.is_at_edge(aim, step) { End::AtLimit } else { End::Reached }),
+            true => Some(at_nearest),
+            false if self.steps >= MOST_STEPS || self.share < SHORTEST => {
+                Some(if self.is_broken { End::OffBranch } else { End::Stuck })
+            }
+            false => None,
+        }
+    }
+
+    /// Whether the nearest tip lies on an edge of the surface or curve: something tangential is left.
+    fn is_at_edge(&self, aim: &Aim, step: &Step) -> bool {
+        let singular = Singular::new(&self.tip.jacobian[..aim.input_count]);
+        let tangential = |k: usize| dot(singular.directions[k], step.left).powi(2);
+        (0..aim.dimension).map(tangential).sum::<f64>().sqrt() > SETTLED * aim.edge
+    }
+
+    /// Takes the equilibrium at `trial`; goes there if it is nearer.
+    pub(super) fn judge(&mut self, aim: &Aim, tip: Tip) {
+        self.steps += 1;
+        let moved = distance(self.predicted, self.tip.position);
+        let jumped = !tip.usable || distance(tip.position, self.predicted) > JUMP * moved + ARRIVED * aim.edge;
+        // A foot point may be a little further away than the tip before it: the normal part is not sought.
+        let slack = if aim.dimension == 3 { 1.0 } else { 1.05 };
+        let nearer = tip.usable && distance(tip.position, self.centre) < slack * self.missing();
+        // On another sheet the nearest point means nothing; an arrival counts wherever it came from.
+        let arrived = aim.dimension == 3 && distance(tip.position, self.centre) <= ARRIVED * aim.edge;
+        if nearer && (!jumped || arrived || aim.branch == Branch::FromRest) {
+            (self.at, self.tip) = (self.trial.0, tip);
+            self.share = (self.share / SHORTENED).min(1.0);
+        } else {
+            self.share *= SHORTENED;
+            self.is_broken |= jumped;
+        }
+    }
+}
+
+/// Inputs of which those beyond the number in use are zero.
+pub(super) fn padded(values: &[f64]) -> Inputs {
+    let mut inputs = [0.0; MOST_INPUTS];
+    inputs[..values.len()].copy_from_slice(values);
+    inputs
+}

@@ -1,0 +1,106 @@
+//! The map from inputs to tips that is asked about: an engine behind it, or a closed form in a test.
+
+use crate::backend::BackendError;
+use crate::model::Vector;
+
+/// Most inputs of one workspace.
+pub const MOST_INPUTS: usize = 12;
+
+/// Inputs over half their range: from -1 to 1; those beyond the number of inputs are zero.
+pub type Inputs = [f64; MOST_INPUTS];
+
+/// One equilibrium: its tip and what the inputs do to it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tip {
+    /// Whether it is a stable equilibrium that may be used.
+    pub usable: bool,
+    /// Of the tip (m).
+    pub position: Vector,
+    /// Unit tangent at the tip.
+    pub tangent: Vector,
+    /// Stability margin.
+    pub margin: f64,
+    /// Internal moment at the base (N·m), from which a neighbour is followed.
+    pub base_moment: Vector,
+    /// By each input over half its range: of the position (m).
+    pub jacobian: [Vector; MOST_INPUTS],
+    /// By each input over half its range: of the base moment (N·m). Zero where nobody asked.
+    pub moment_rates: [Vector; MOST_INPUTS],
+}
+
+impl Tip {
+    /// No equilibrium.
+    pub const NONE: Tip = Tip {
+        usable: false,
+        position: [f64::NAN; 3],
+        tangent: [f64::NAN; 3],
+        margin: f64::NAN,
+        base_moment: [f64::NAN; 3],
+        jacobian: [[0.0; 3]; MOST_INPUTS],
+        moment_rates: [[0.0; 3]; MOST_INPUTS],
+    };
+
+    /// Where the tip goes with a small change of the inputs, to first order (m).
+    pub fn position_after(&self, change: &Inputs) -> Vector {
+        advanced(self.position, &self.jacobian, change)
+    }
+
+    /// The base moment after a small change of the inputs, to first order (N·m).
+    pub fn moment_after(&self, change: &Inputs) -> Vector {
+        advanced(self.base_moment, &self.moment_rates, change)
+    }
+}
+
+fn advanced(from: Vector, rates: &[Vector; MOST_INPUTS], change: &Inputs) -> Vector {
+    let mut to = from;
+    for (rate, change) in rates.iter().zip(change) {
+        (0..3).for_each(|axis| to[axis] += rate[axis] * change);
+    }
+    to
+}
+
+/// Which equilibrium of some inputs is meant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Branch {
+    /// The one that is reached from rest.
+    FromRest,
+    /// The stable one that continues that of the neighbour from which a search comes.
+    Neighbour,
+}
+
+/// Where inputs take the tip.
+pub trait TipMap {
+    /// Number of inputs, at most [`MOST_INPUTS`].
+    fn input_count(&self) -> usize;
+
+    /// Equilibria from rest, one for each row of inputs.
+    ///
+    /// # Errors
+    ///
+    /// An engine that fails; inputs without a usable equilibrium are no error.
+    fn from_rest(&mut self, inputs: &[Inputs]) -> Result<Vec<Tip>, BackendError>;
+
+    /// Stable equilibria near given base moments (N·m), one for each row of inputs.
+    ///
+    /// # Errors
+    ///
+    /// As [`TipMap::from_rest`].
+    fn near(&mut self, inputs: &[(Inputs, Vector)]) -> Result<Vec<Tip>, BackendError>;
+}
+
+/// Distance of two points.
+pub(super) fn distance(a: Vector, b: Vector) -> f64 {
+    norm(difference(a, b))
+}
+
+pub(super) fn difference(a: Vector, b: Vector) -> Vector {
+    std::array::from_fn(|axis| a[axis] - b[axis])
+}
+
+pub(super) fn norm(a: Vector) -> f64 {
+    dot(a, a).sqrt()
+}
+
+pub(super) fn dot(a: Vector, b: Vector) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
