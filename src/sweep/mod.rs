@@ -25,7 +25,7 @@ pub use error::SweepError;
 pub use fallback::{Fallback, run_with_fallback};
 pub use job::{PreparedSweep, SweepJob, branch_tools};
 pub use options::{Progress, RunOptions};
-pub use pilot::{STEPS, choose_method, choose_steps};
+pub use pilot::{STEPS, choose_method, choose_steps, choose_steps_for};
 pub use run::run;
 pub use sink::{Callback, Found, Memory, ResultDirectory, RowSink, RunEnd, RunHeader};
 pub use summary::Summary;

@@ -55,6 +55,15 @@ pub fn choose_steps(plan: &Plan, sampler: &Sampler, factory: BackendFactory) -> 
             sampler.values(selection.get(at as u64), row);
         }
     });
+    choose_steps_for(plan, &batch, factory)
+}
+
+/// The same for given samples.
+///
+/// # Errors
+///
+/// As [`choose_steps`].
+pub fn choose_steps_for(plan: &Plan, batch: &Batch, factory: BackendFactory) -> Result<PilotChoice, BackendError> {
     let PlanOptions { tolerance, stepper, .. } = plan.options;
     let mut solved: Vec<(usize, Solutions)> = Vec::new();
     let mut tried = Vec::new();
@@ -63,12 +72,12 @@ pub fn choose_steps(plan: &Plan, sampler: &Sampler, factory: BackendFactory) -> 
         for steps in [steps, 2 * steps] {
             if !solved.iter().any(|(done, _)| *done == steps) {
                 let mut backend = factory(&plan.with_options(PlanOptions { steps, ..plan.options }))?;
-                solved.push((steps, backend.solve(&batch)?));
+                solved.push((steps, backend.solve(batch)?));
             }
         }
         let of = |steps: usize| solved.iter().find(|(done, _)| *done == steps).map(|(_, solutions)| solutions);
         let (Some(coarse), Some(fine)) = (of(steps), of(2 * steps)) else { continue };
-        let (error, count) = difference(plan, &batch, coarse, fine);
+        let (error, count) = difference(plan, batch, coarse, fine);
         compared = count;
         tried.push((steps, error));
         if count > 0 && error < 0.5 * tolerance {

@@ -1,7 +1,7 @@
 //! The dimension of the set of tips, by the rank of the Jacobian over all rows.
 
 use super::step::Singular;
-use super::tip_map::{Inputs, Tip};
+use super::tip_map::Tip;
 
 /// Singular values below this share of the largest are round-off, and those below this share of a voxel do not count.
 const ROUND_OFF: f64 = 1e-6;
@@ -54,9 +54,4 @@ impl Dimension {
             _ => "body",
         }
     }
-}
-
-/// The equilibria of the rows that can be used, each with its inputs.
-pub(super) fn usable(inputs: &[Inputs], tips: &[Tip]) -> Vec<(Inputs, Tip)> {
-    inputs.iter().zip(tips).filter(|(_, tip)| tip.usable).map(|(at, tip)| (*at, *tip)).collect()
 }

@@ -2,13 +2,19 @@
 
 use super::error::WorkspaceError;
 use super::inputs::WorkspaceInput;
+use super::seeds::net_points;
 use super::tip_map::{Inputs, MOST_INPUTS, Tip, TipMap};
 use crate::backend::{Backend, BackendError};
 use crate::engines::{Engine, cpu_f64, second_attempt};
 use crate::model::{Axis, Batch, Parameter, Plan, PlanOptions, Quantity, Scene, Solutions, Status, Vector};
-use crate::spec::{Sampler, SolutionMethod};
-use crate::sweep::choose_steps;
+use crate::spec::SolutionMethod;
+use crate::sweep::choose_steps_for;
 use rayon::prelude::*;
+use std::ops::Range;
+
+/// Samples that choose the number of steps.
+const PILOT_SAMPLES: u64 = 64;
+const PILOT_SEED: u64 = 0x9170;
 
 /// How equilibria are computed.
 #[derive(Clone, Debug)]
@@ -19,8 +25,6 @@ pub struct MapOptions {
     pub tolerance: f64,
     /// Steps over the rod, where the sweep fixes them.
     pub steps: Option<usize>,
-    /// Equilibria of a smaller stability margin are not used.
-    pub minimum_margin: f64,
 }
 
 /// A rod that inputs act on, with an engine.
@@ -35,34 +39,32 @@ pub struct EngineMap {
 }
 
 impl EngineMap {
-    /// Plans and opens the engine; a pilot on `sampler` chooses the steps where they are not fixed.
+    /// Plans and opens the engine; a pilot chooses the steps where they are not fixed.
     ///
     /// # Errors
     ///
     /// Inputs that the scene does not allow, or an engine that cannot be used.
-    pub fn new(
-        scene: &Scene,
-        inputs: &[WorkspaceInput],
-        options: &MapOptions,
-        sampler: Option<&Sampler>,
-    ) -> Result<EngineMap, WorkspaceError> {
-        let plan = plan(scene, inputs, options, &[])?;
-        let plan = match (options.steps, sampler) {
-            (None, Some(sampler)) => plan.with_options(choose_steps(&plan, sampler, &cpu_f64)?.options(&plan)),
-            _ => plan,
+    pub fn new(scene: &Scene, inputs: &[WorkspaceInput], options: &MapOptions) -> Result<EngineMap, WorkspaceError> {
+        let plan = plan(scene, inputs, options)?;
+        let plan = match options.steps {
+            Some(_) => plan,
+            None => {
+                let batch = batch(&plan, inputs, &net_points(inputs.len(), PILOT_SAMPLES, PILOT_SEED));
+                plan.with_options(choose_steps_for(&plan, &batch, &cpu_f64)?.options(&plan))
+            }
         };
         let rest = options.engine.make(&plan)?;
         let mut first = 0;
         let derivatives = inputs
             .iter()
             .map(|input| {
-                let of_input = (first..first + input.parameters.len()).collect();
+                let of_input = first..first + input.parameters.len();
                 first += input.parameters.len();
                 of_input
             })
             .collect();
         Ok(EngineMap {
-            reader: TipReader { inputs: inputs.to_vec(), derivatives, minimum_margin: options.minimum_margin },
+            reader: TipReader { inputs: inputs.to_vec(), derivatives },
             plan,
             rest,
             engine: options.engine.clone(),
@@ -101,8 +103,7 @@ impl EngineMap {
     /// An engine that fails.
     pub fn compliance(&mut self, inputs: &[Inputs]) -> Result<Vec<[Vector; 3]>, WorkspaceError> {
         let forces: Vec<Parameter> = Axis::ALL.map(Parameter::TipForce).to_vec();
-        let axes: Vec<Vec<Parameter>> = self.reader.inputs.iter().map(|input| input.parameters.clone()).collect();
-        let plan = Plan::new(&self.plan.scene, &axes, &forces, self.plan.options)?;
+        let plan = Plan::new(&self.plan.scene, &self.plan.axes, &forces, self.plan.options)?;
         let mut backend = self.engine.make(&plan)?;
         let size = backend.batch_size().max(1);
         let mut all = Vec::with_capacity(inputs.len());
@@ -110,9 +111,7 @@ impl EngineMap {
             let solutions = backend.solve(&batch(&plan, &self.reader.inputs, rows))?;
             self.solves += rows.len() as u64;
             all.extend((0..rows.len()).map(|row| match solutions.status(row).is_success() {
-                true => std::array::from_fn(|force| {
-                    std::array::from_fn(|axis| solutions.derivative(row, force, axis))
-                }),
+                true => std::array::from_fn(|force| std::array::from_fn(|axis| solutions.derivative(row, force, axis))),
                 false => [[f64::NAN; 3]; 3],
             }));
         }
@@ -146,31 +145,34 @@ impl EngineMap {
 struct TipReader {
     inputs: Vec<WorkspaceInput>,
     /// Derivatives of the plan that belong to each input.
-    derivatives: Vec<Vec<usize>>,
-    minimum_margin: f64,
+    derivatives: Vec<Range<usize>>,
 }
 
 impl TipReader {
     fn tips(&self, plan: &Plan, solutions: &Solutions) -> Vec<Tip> {
-        (0..solutions.sample_count()).into_par_iter().with_min_len(64).map(|row| self.tip(plan, solutions, row)).collect()
+        (0..solutions.sample_count())
+            .into_par_iter()
+            .with_min_len(64)
+            .map(|row| self.tip(plan, solutions, row))
+            .collect()
     }
 
     fn tip(&self, plan: &Plan, solutions: &Solutions, row: usize) -> Tip {
         if !solutions.status(row).is_success() {
             return Tip::NONE;
         }
-        let margin = solutions.get(row, Quantity::StabilityMargin);
         let mut tip = Tip {
-            usable: margin >= self.minimum_margin,
+            usable: true,
             position: solutions.vector(row, Quantity::TipPosition),
             tangent: solutions.vector(row, Quantity::TipTangent),
-            margin,
+            margin: solutions.get(row, Quantity::StabilityMargin),
             base_moment: solutions.vector(row, Quantity::BaseMoment),
             ..Tip::NONE
         };
         for (k, (input, derivatives)) in self.inputs.iter().zip(&self.derivatives).enumerate() {
             let rate = |row_of: usize| {
-                let sum: f64 = derivatives.iter().map(|at| solutions.derivative(row, *at, row_of)).sum();
+                let parts = derivatives.clone().zip(&input.rates);
+                let sum: f64 = parts.map(|(at, rate)| rate * solutions.derivative(row, at, row_of)).sum();
                 sum * input.half_range()
             };
             tip.jacobian[k] = std::array::from_fn(rate);
@@ -220,14 +222,10 @@ impl TipMap for EngineMap {
     }
 }
 
-fn plan(
-    scene: &Scene,
-    inputs: &[WorkspaceInput],
-    options: &MapOptions,
-    others: &[Parameter],
-) -> Result<Plan, WorkspaceError> {
-    let axes: Vec<Vec<Parameter>> = inputs.iter().map(|input| input.parameters.clone()).collect();
-    let wrt: Vec<Parameter> = axes.iter().flatten().chain(others).copied().collect();
+fn plan(scene: &Scene, inputs: &[WorkspaceInput], options: &MapOptions) -> Result<Plan, WorkspaceError> {
+    // One axis for each parameter: an input may give several of them different values.
+    let wrt: Vec<Parameter> = inputs.iter().flat_map(|input| input.parameters.iter().copied()).collect();
+    let axes: Vec<Vec<Parameter>> = wrt.iter().map(|parameter| vec![*parameter]).collect();
     let usual = PlanOptions::default();
     let plan = Plan::new(
         scene,
@@ -247,6 +245,10 @@ fn plan(
 fn batch(plan: &Plan, inputs: &[WorkspaceInput], rows: &[Inputs]) -> Batch {
     plan.batch(rows.len(), |row, values| {
         let row = rows.get(row).copied().unwrap_or([0.0; MOST_INPUTS]);
-        values.iter_mut().zip(inputs).zip(row).for_each(|((value, input), t)| *value = input.value(t));
+        let each = inputs.iter().zip(row).flat_map(|(input, t)| {
+            let value = input.value(t);
+            input.rates.iter().map(move |rate| rate * value)
+        });
+        values.iter_mut().zip(each).for_each(|(to, value)| *to = value);
     })
 }

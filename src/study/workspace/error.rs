@@ -50,7 +50,9 @@ pub enum WorkspaceError {
         column: String,
     },
     /// No sample gives an equilibrium that can be used.
-    #[error("none of {samples} samples gives a stable equilibrium with a margin of at least {minimum_margin}; check the scene and the limits")]
+    #[error(
+        "none of {samples} samples gives a stable equilibrium with a margin of at least {minimum_margin}; check the scene and the limits"
+    )]
     NoUsableRows {
         /// Samples looked at.
         samples: usize,

@@ -36,7 +36,7 @@ pub struct Voxel {
     pub tangent: [f32; 3],
     /// Of a surface: the area inside (m²); of a curve, the length (m); 1 for a reached centre, else 0.
     pub measure: f64,
-    /// Of a surface or curve: foot point (m) less the centre.
+    /// The nearest tip that was found less the centre (m); of a surface or curve the foot point.
     pub offset: [f32; 3],
     /// Of a surface its unit normal, of a curve its direction.
     pub normal: [f32; 3],
@@ -66,6 +66,8 @@ pub struct Grown {
     pub input_count: usize,
     /// Which equilibria count.
     pub branch: Branch,
+    /// Least stability margin that counts.
+    pub minimum_margin: f64,
     index: CellMap<u32>,
 }
 
@@ -76,9 +78,9 @@ struct Task {
 
 impl Grown {
     /// No voxel yet.
-    pub fn new(lattice: Lattice, dimension: usize, input_count: usize, branch: Branch) -> Grown {
+    pub fn new(lattice: Lattice, dimension: usize, input_count: usize, branch: Branch, minimum_margin: f64) -> Grown {
         let (voxels, inputs, index) = (Vec::new(), Vec::new(), CellMap::default());
-        Grown { lattice, dimension, voxels, inputs, input_count, branch, index }
+        Grown { lattice, dimension, voxels, inputs, input_count, branch, minimum_margin, index }
     }
 
     /// The voxel of a cell that was looked for.
@@ -107,6 +109,7 @@ impl Grown {
             dimension: self.dimension,
             edge: self.lattice.edge,
             branch: self.branch,
+            minimum_margin: self.minimum_margin,
         }
     }
 
@@ -123,7 +126,8 @@ impl Grown {
         watch: &mut dyn FnMut(&Grown) -> bool,
     ) -> Result<bool, BackendError> {
         let mut queue = VecDeque::new();
-        for (at, tip) in seeds.iter().filter(|(_, tip)| tip.usable) {
+        let least = self.minimum_margin;
+        for (at, tip) in seeds.iter().filter(|(_, tip)| tip.counts(least)) {
             let voxel = self.meet(self.lattice.cell(tip.position));
             if self.wants(voxel) {
                 self.voxels[voxel as usize].tries += 1;
@@ -215,6 +219,15 @@ impl Grown {
         }
     }
 
+    /// Notes a voxel without a search.
+    pub(super) fn put(&mut self, cell: Cell, at: &Inputs, tip: &Tip, end: End) {
+        let place = self.meet(cell) as usize;
+        let (end, tangent) = (Some(end), tip.tangent.map(|x| x as f32));
+        let measure = if end == Some(End::Reached) { 1.0 } else { 0.0 };
+        self.voxels[place] = Voxel { end, missing: 0.0, margin: tip.margin, tangent, measure, ..Voxel::unknown(cell) };
+        self.inputs[self.input_count * place..][..self.input_count].copy_from_slice(&at[..self.input_count]);
+    }
+
     /// What a search has found out about its voxel.
     fn found(&self, search: &Search) -> Voxel {
         let mut voxel = Voxel {
@@ -225,6 +238,7 @@ impl Grown {
             measure: if search.end == Some(End::Reached) { 1.0 } else { 0.0 },
             ..Voxel::unknown(search.cell)
         };
+        voxel.set_offset(search, &self.lattice);
         if self.dimension < 3 && matches!(search.end, Some(End::Reached | End::AtLimit)) {
             let singular = Singular::new(&search.tip.jacobian[..self.input_count]);
             let normal = singular.directions[if self.dimension == 2 { 2 } else { 0 }];
@@ -236,7 +250,7 @@ impl Grown {
                 voxel.measure = cut * edge.powi(self.dimension as i32);
                 voxel.end = Some(if cut > 0.0 { End::Reached } else { End::Beside });
             }
-            (voxel.offset, voxel.normal) = (offset.map(|x| x as f32), normal.map(|x| x as f32));
+            voxel.normal = normal.map(|x| x as f32);
         }
         voxel
     }
@@ -254,6 +268,11 @@ impl Grown {
 }
 
 impl Voxel {
+    pub(super) fn set_offset(&mut self, search: &Search, lattice: &Lattice) {
+        let centre = lattice.centre(search.cell);
+        self.offset = std::array::from_fn(|axis| (search.tip.position[axis] - centre[axis]) as f32);
+    }
+
     fn unknown(cell: Cell) -> Voxel {
         Voxel {
             cell,

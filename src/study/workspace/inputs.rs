@@ -8,8 +8,10 @@ use crate::spec::{AxisSpec, Method, SweepSpec};
 /// One input and its limits; it may drive several parameters at once.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WorkspaceInput {
-    /// What it drives, all of one unit.
+    /// What it drives.
     pub parameters: Vec<Parameter>,
+    /// What its value is multiplied by for each of them: 1, or the scene's value where it scales them.
+    pub rates: Vec<f64>,
     /// Least value, SI.
     pub low: f64,
     /// Largest value, SI.
@@ -22,9 +24,10 @@ impl WorkspaceInput {
         self.parameters.first().map_or_else(String::new, |parameter| parameter.name(scene))
     }
 
-    /// SI unit of its value.
+    /// SI unit of its value; empty where it scales several.
     pub fn unit(&self) -> &'static str {
-        self.parameters.first().map_or("", Parameter::unit)
+        let scales = self.rates.iter().any(|rate| *rate != 1.0);
+        self.parameters.first().filter(|_| !scales).map_or("", Parameter::unit)
     }
 
     /// Half the distance of its limits, SI.
@@ -53,11 +56,7 @@ fn is_commanded(parameter: &Parameter) -> bool {
     use Parameter::{BasePosition, BaseRotation, FluxDensity, Insertion, Segment};
     matches!(
         parameter,
-        Insertion
-            | BasePosition(_)
-            | BaseRotation(_)
-            | FluxDensity(_)
-            | Segment(_, SegmentParameter::Current(_))
+        Insertion | BasePosition(_) | BaseRotation(_) | FluxDensity(_) | Segment(_, SegmentParameter::Current(_))
     )
 }
 
@@ -74,7 +73,8 @@ pub fn workspace_inputs(spec: &SweepSpec) -> Result<(Vec<WorkspaceInput>, Vec<St
         if !axis.parameters.iter().all(is_commanded) {
             notes.push(format!("`{name}` is no input that can be commanded: it stays at the scene's value"));
         } else if low < high {
-            inputs.push(WorkspaceInput { parameters: axis.parameters.clone(), low, high });
+            let (parameters, rates) = (axis.parameters.clone(), axis.rates(&spec.scene));
+            inputs.push(WorkspaceInput { parameters, rates, low, high });
         } else {
             notes.push(format!("`{name}` has a single value: it is no input"));
         }
@@ -86,13 +86,16 @@ pub fn workspace_inputs(spec: &SweepSpec) -> Result<(Vec<WorkspaceInput>, Vec<St
     }
 }
 
-/// Limits of an axis; of a table, the least and the largest value of its column.
+/// Limits of an axis, of a normal law those of the uniform law that spreads as much; of a table, the least and the largest value of its column.
 fn limits(spec: &SweepSpec, number: usize, axis: &AxisSpec) -> [f64; 2] {
     match (&spec.table, spec.method) {
         (Some(table), Method::Table) => (0..spec.sample_count)
             .map(|row| table.row(row as usize)[number])
             .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)]),
-        _ => [axis.from.min(axis.to), axis.from.max(axis.to)],
+        _ => {
+            let (middle, half) = (axis.distribution.mean(), axis.distribution.half_range());
+            axis.distribution.limits().map_or([middle - half, middle + half], |(a, b)| [a.min(b), a.max(b)])
+        }
     }
 }
 
@@ -103,7 +106,9 @@ pub fn base_scene(spec: &SweepSpec) -> Scene {
         let [low, high] = limits(spec, number, axis);
         (low == high && axis.parameters.iter().all(is_commanded)).then_some((axis, low))
     });
-    let values = fixed.flat_map(|(axis, value)| axis.parameters.iter().map(move |p| (*p, value)));
+    let values = fixed.flat_map(|(axis, value)| {
+        axis.parameters.iter().zip(axis.rates(&spec.scene)).map(move |(p, rate)| (*p, value * rate))
+    });
     // Checked when the file was read.
     let _ = Parameter::set_all(&mut scene, values);
     scene

@@ -5,7 +5,7 @@
 
 use super::lattice::Cell;
 use super::step::{Singular, Step, bounded_step};
-use super::tip_map::{Branch, Inputs, MOST_INPUTS, Tip, difference, distance, dot, norm};
+use super::tip_map::{Branch, Inputs, Tip, difference, distance, dot, norm};
 use crate::model::Vector;
 use std::sync::Arc;
 
@@ -35,6 +35,8 @@ pub(super) struct Aim {
     /// Of a voxel (m).
     pub edge: f64,
     pub branch: Branch,
+    /// Equilibria of a smaller stability margin do not count.
+    pub minimum_margin: f64,
 }
 
 /// How a search ended.
@@ -147,10 +149,11 @@ impl Search {
     pub(super) fn judge(&mut self, aim: &Aim, tip: Tip) {
         self.steps += 1;
         let moved = distance(self.predicted, self.tip.position);
-        let jumped = !tip.usable || distance(tip.position, self.predicted) > JUMP * moved + ARRIVED * aim.edge;
+        let counts = tip.counts(aim.minimum_margin);
+        let jumped = !counts || distance(tip.position, self.predicted) > JUMP * moved + ARRIVED * aim.edge;
         // A foot point may be a little further away than the tip before it: the normal part is not sought.
         let slack = if aim.dimension == 3 { 1.0 } else { 1.05 };
-        let nearer = tip.usable && distance(tip.position, self.centre) < slack * self.missing();
+        let nearer = counts && distance(tip.position, self.centre) < slack * self.missing();
         // On another sheet the nearest point means nothing; an arrival counts wherever it came from.
         let arrived = aim.dimension == 3 && distance(tip.position, self.centre) <= ARRIVED * aim.edge;
         if nearer && (!jumped || arrived || aim.branch == Branch::FromRest) {
@@ -161,11 +164,4 @@ impl Search {
             self.is_broken |= jumped;
         }
     }
-}
-
-/// Inputs of which those beyond the number in use are zero.
-pub(super) fn padded(values: &[f64]) -> Inputs {
-    let mut inputs = [0.0; MOST_INPUTS];
-    inputs[..values.len()].copy_from_slice(values);
-    inputs
 }

@@ -4,31 +4,19 @@ use super::error::WorkspaceError;
 use super::inputs::WorkspaceInput;
 use super::lattice::{CellMap, Lattice};
 use super::tip_map::{Inputs, MOST_INPUTS, Tip};
-use crate::model::{Parameter, Vector};
+use crate::model::Vector;
 use crate::results::Results;
-use crate::spec::{AxisSpec, Method, Sampler, SweepSpec};
+use crate::spec::SobolNet;
 use crate::table::Table;
 
-/// The sampler of a scrambled Sobol' net over the inputs; `count` is a power of two.
-pub fn net(spec: &SweepSpec, inputs: &[WorkspaceInput], count: u64, seed: u64) -> Sampler {
-    let axis = |input: &WorkspaceInput| AxisSpec {
-        parameters: input.parameters.clone(),
-        from: input.low,
-        to: input.high,
-        points: 0,
-    };
-    let axes = inputs.iter().map(axis).collect();
-    SweepSpec { method: Method::Sobol, seed, sample_count: count, axes, table: None, ..spec.clone() }.sampler()
-}
-
-/// The first points of a net, scaled.
-pub fn net_points(spec: &SweepSpec, inputs: &[WorkspaceInput], count: u64, seed: u64) -> Vec<Inputs> {
-    let sampler = net(spec, inputs, count, seed);
-    let mut row = vec![0.0; inputs.len()];
+/// The first points of a scrambled Sobol' net over the inputs, scaled; `count` is a power of two.
+pub(super) fn net_points(input_count: usize, count: u64, seed: u64) -> Vec<Inputs> {
+    let net = SobolNet::new(input_count, seed);
     (0..count)
         .map(|index| {
-            sampler.values(index, &mut row);
-            scaled(inputs, &row)
+            let mut point = [0.0; MOST_INPUTS];
+            net.point(index, &mut point[..input_count]);
+            std::array::from_fn(|k| if k < input_count { 2.0 * point[k] - 1.0 } else { 0.0 })
         })
         .collect()
 }
@@ -144,9 +132,4 @@ pub(super) fn coverage(counts: &CellMap<u32>) -> f64 {
     let all: u64 = counts.values().map(|count| u64::from(*count)).sum();
     let singletons = counts.values().filter(|count| **count == 1).count();
     if all == 0 { 0.0 } else { 1.0 - singletons as f64 / all as f64 }
-}
-
-/// Names of what is commanded.
-pub(super) fn input_names(inputs: &[WorkspaceInput], scene: &crate::model::Scene) -> Vec<String> {
-    inputs.iter().map(|input| input.parameters.first().map_or_else(String::new, |p: &Parameter| p.name(scene))).collect()
 }

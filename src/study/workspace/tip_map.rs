@@ -12,7 +12,7 @@ pub type Inputs = [f64; MOST_INPUTS];
 /// One equilibrium: its tip and what the inputs do to it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tip {
-    /// Whether it is a stable equilibrium that may be used.
+    /// Whether it is a stable equilibrium.
     pub usable: bool,
     /// Of the tip (m).
     pub position: Vector,
@@ -39,6 +39,11 @@ impl Tip {
         jacobian: [[0.0; 3]; MOST_INPUTS],
         moment_rates: [[0.0; 3]; MOST_INPUTS],
     };
+
+    /// Whether it is stable with this margin at least.
+    pub fn counts(&self, minimum_margin: f64) -> bool {
+        self.usable && self.margin >= minimum_margin
+    }
 
     /// Where the tip goes with a small change of the inputs, to first order (m).
     pub fn position_after(&self, change: &Inputs) -> Vector {
@@ -103,4 +108,11 @@ pub(super) fn norm(a: Vector) -> f64 {
 
 pub(super) fn dot(a: Vector, b: Vector) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// Inputs of which those beyond the number in use are zero.
+pub(super) fn padded(values: &[f64]) -> Inputs {
+    let mut inputs = [0.0; MOST_INPUTS];
+    inputs[..values.len()].copy_from_slice(values);
+    inputs
 }

@@ -1,0 +1,81 @@
+//! Voxels whose search met missing or jumping equilibria: is there a stable equilibrium that is not the one from rest?
+
+use super::growth::Grown;
+use super::lattice::neighbours;
+use super::search::{Aim, End, Search, Source};
+use super::tip_map::{Branch, Inputs, TipMap, distance, padded};
+use crate::backend::BackendError;
+use rayon::prelude::*;
+use std::sync::Arc;
+
+/// A tip this near to a centre, over the edge of a voxel, is there.
+const THERE: f64 = 0.01;
+
+impl Grown {
+    /// Follows the neighbour's own equilibrium into every voxel that growth left because equilibria were missing.
+    /// What is reached so is `OffBranch`, unless it is the equilibrium from rest after all; those voxels are returned
+    /// with their inputs, to grow from. What is not reached is at a limit, singular, or stuck.
+    ///
+    /// # Errors
+    ///
+    /// An engine that fails.
+    pub(super) fn decide(&mut self, map: &mut dyn TipMap) -> Result<Vec<Inputs>, BackendError> {
+        let aim = Aim {
+            input_count: self.input_count,
+            dimension: self.dimension,
+            edge: self.lattice.edge,
+            branch: Branch::Neighbour,
+            minimum_margin: 0.0,
+        };
+        let doubtful = |at: &usize| matches!(self.voxels[*at].end, Some(End::OffBranch | End::Stuck));
+        let pairs: Vec<(usize, usize)> = (0..self.voxels.len())
+            .filter(doubtful)
+            .filter_map(|at| {
+                let beside = neighbours(self.voxels[at].cell).into_iter().filter_map(|cell| self.place(cell));
+                beside.into_iter().find(|other| self.voxels[*other].is_reached()).map(|other| (at, other))
+            })
+            .collect();
+        let starts: Vec<Inputs> = pairs.iter().map(|(_, other)| padded(self.inputs_of(*other))).collect();
+        // First from rest, for the base moment, then once on the spot, for its derivatives.
+        let at_rest = map.from_rest(&starts)?;
+        let moments: Vec<_> = starts.iter().zip(&at_rest).map(|(at, tip)| (*at, tip.base_moment)).collect();
+        let tips = map.near(&moments)?;
+        let mut active: Vec<(usize, Search)> = Vec::new();
+        for (((at, _), start), tip) in pairs.iter().zip(&starts).zip(tips).filter(|(_, tip)| tip.usable) {
+            let cell = self.voxels[*at].cell;
+            let source = Arc::new(Source { at: *start, tip });
+            active.push((*at, Search::new(cell, self.lattice.centre(cell), &source)));
+        }
+        let mut ended = Vec::new();
+        while !active.is_empty() {
+            active.par_iter_mut().with_min_len(64).for_each(|(_, search)| search.propose(&aim));
+            let (done, mut going): (Vec<_>, Vec<_>) = active.into_iter().partition(|(_, search)| search.end.is_some());
+            ended.extend(done);
+            let trials: Vec<_> = going.iter().map(|(_, search)| search.trial).collect();
+            let tips = map.near(&trials)?;
+            going.par_iter_mut().zip(tips).with_min_len(64).for_each(|((_, search), tip)| search.judge(&aim, tip));
+            active = going;
+        }
+        let at_end: Vec<Inputs> = ended.iter().map(|(_, search)| search.at).collect();
+        let from_rest = map.from_rest(&at_end)?;
+        let mut found = Vec::new();
+        for ((at, search), rest) in ended.into_iter().zip(from_rest) {
+            let is_there = search.end == Some(End::Reached);
+            let same = rest.counts(self.minimum_margin)
+                && distance(rest.position, search.tip.position) < THERE * self.lattice.edge;
+            let voxel = &mut self.voxels[at];
+            match search.end {
+                Some(_) if is_there && same => found.push(search.at),
+                Some(_) if is_there => voxel.end = Some(End::OffBranch),
+                // A fold of the stable equilibria themselves ends the workspace, too.
+                Some(End::OffBranch) => voxel.end = Some(End::OffBranch),
+                Some(end) => {
+                    (voxel.end, voxel.missing) = (Some(end), search.missing());
+                    voxel.set_offset(&search, &self.lattice);
+                }
+                None => {}
+            }
+        }
+        Ok(found)
+    }
+}
