@@ -171,13 +171,7 @@ impl Family {
         let near = Near::new(self, minimum_margin);
         let starts: Vec<Vec<usize>> = points.par_iter().map(|at| near.starts(self, *at)).collect();
         let free: Vec<_> = (0..self.skeleton.face_count()).map(|face| free_inputs(&self.skeleton, face)).collect();
-        let aim = Aim {
-            input_count: map.input_count(),
-            dimension: self.dimension,
-            edge,
-            branch: Branch::FromRest,
-            minimum_margin,
-        };
+        let aim = Aim::voxels(map.input_count(), self.dimension, edge, Branch::FromRest, minimum_margin);
         let begin = |(number, start): (usize, usize)| {
             let source = Source { at: self.inputs[start], tip: self.tips[start] };
             let search = Search::new([0; 3], self.tips[points[number]].position, &Arc::new(source));

@@ -20,13 +20,7 @@ impl Grown {
     ///
     /// An engine that fails.
     pub(super) fn decide(&mut self, map: &mut dyn TipMap) -> Result<Vec<Inputs>, BackendError> {
-        let aim = Aim {
-            input_count: self.input_count,
-            dimension: self.dimension,
-            edge: self.lattice.edge,
-            branch: Branch::Neighbour,
-            minimum_margin: 0.0,
-        };
+        let aim = Aim::voxels(self.input_count, self.dimension, self.lattice.edge, Branch::Neighbour, 0.0);
         let doubtful = |at: &usize| matches!(self.voxels[*at].end, Some(End::OffBranch | End::Stuck));
         let pairs: Vec<(usize, usize)> = (0..self.voxels.len())
             .filter(doubtful)

@@ -104,13 +104,8 @@ impl Grown {
     }
 
     fn aim(&self) -> Aim {
-        Aim {
-            input_count: self.input_count,
-            dimension: self.dimension,
-            edge: self.lattice.edge,
-            branch: self.branch,
-            minimum_margin: self.minimum_margin,
-        }
+        let edge = self.lattice.edge;
+        Aim::voxels(self.input_count, self.dimension, edge, self.branch, self.minimum_margin)
     }
 
     /// Grows from known equilibria until no neighbour is left to be tried. `watch` hears after every round how many

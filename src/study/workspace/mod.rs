@@ -1,5 +1,6 @@
 //! The workspace: what can be reached, how surely, with what margin.
 
+mod account;
 mod check;
 mod decide;
 mod dimension;
@@ -16,11 +17,13 @@ mod search;
 mod section;
 mod seeds;
 mod step;
+mod tables;
 mod tip_map;
 mod voxel_values;
 #[allow(clippy::module_inception)]
 mod workspace;
 
+pub use account::{CheckAccount, InputAccount, WorkspaceAccount};
 pub use check::ChangeOfVariables;
 pub use dimension::Dimension;
 pub use engine_map::{EngineMap, MapOptions};

@@ -9,8 +9,10 @@ use super::tip_map::{Branch, Inputs, Tip, difference, distance, dot, norm};
 use crate::model::Vector;
 use std::sync::Arc;
 
-/// Equilibria of one search, at most.
+/// Equilibria of one search for a voxel, at most.
 const MOST_STEPS: usize = 8;
+/// The same of a search for a point that somebody asked for.
+const MOST_STEPS_OF_A_QUERY: usize = 40;
 /// Of a step: how far the tip moves over the edge of a voxel, and an input over half its range.
 const LONGEST_TRAVEL: f64 = 4.0;
 const LONGEST_INPUT: f64 = 0.5;
@@ -18,8 +20,9 @@ const LONGEST_INPUT: f64 = 0.5;
 pub(super) const ARRIVED: f64 = 1e-3;
 /// A foot point is found where the next step would move the tip by less than this share of an edge.
 const SETTLED: f64 = 0.02;
-/// Where a step promises less than this share of what is missing, the point is the nearest.
+/// Where a step promises less than this share of what is missing, the point is the nearest; the same of a query.
 const HARDLY: f64 = 0.02;
+const HARDLY_OF_A_QUERY: f64 = 1e-4;
 /// What a step in vain makes of the next one's length, and the shortest.
 const SHORTENED: f64 = 0.3;
 const SHORTEST: f64 = 0.05;
@@ -37,6 +40,24 @@ pub(super) struct Aim {
     pub branch: Branch,
     /// Equilibria of a smaller stability margin do not count.
     pub minimum_margin: f64,
+    /// A point is reached where so much is missing (m).
+    pub tolerance: f64,
+    pub most_steps: usize,
+    /// A step that promises less than this share of what is missing ends the search.
+    pub hardly: f64,
+}
+
+impl Aim {
+    /// For the voxels of a workspace.
+    pub(super) fn voxels(input_count: usize, dimension: usize, edge: f64, branch: Branch, minimum_margin: f64) -> Aim {
+        let tolerance = ARRIVED * edge;
+        Aim { input_count, dimension, edge, branch, minimum_margin, tolerance, most_steps: MOST_STEPS, hardly: HARDLY }
+    }
+
+    /// For points that are asked for; steps are as long as between voxels of this edge.
+    pub(super) fn points(self, tolerance: f64) -> Aim {
+        Aim { tolerance, dimension: 3, most_steps: MOST_STEPS_OF_A_QUERY, hardly: HARDLY_OF_A_QUERY, ..self }
+    }
 }
 
 /// How a search ended.
@@ -119,11 +140,11 @@ impl Search {
 
     fn ended(&self, aim: &Aim, missing: Vector, step: &Step) -> Option<End> {
         let (far, left) = (norm(missing), norm(step.left));
-        if aim.dimension == 3 && far <= ARRIVED * aim.edge {
+        if aim.dimension == 3 && far <= aim.tolerance {
             return Some(End::Reached);
         }
         let nearest = match aim.dimension {
-            3 => left > (1.0 - HARDLY) * far,
+            3 => left > (1.0 - aim.hardly) * far,
             _ => norm(difference(missing, step.left)) <= SETTLED * aim.edge,
         };
         let at_nearest = if step.is_held { End::AtLimit } else { End::Singular };
@@ -131,7 +152,7 @@ impl Search {
             // Whether a foot point lies in the voxel is for the caller to say.
             true if aim.dimension < 3 => Some(if self.is_at_edge(aim, step) { End::AtLimit } else { End::Reached }),
             true => Some(at_nearest),
-            false if self.steps >= MOST_STEPS || self.share < SHORTEST => {
+            false if self.steps >= aim.most_steps || self.share < SHORTEST => {
                 Some(if self.is_broken { End::OffBranch } else { End::Stuck })
             }
             false => None,
@@ -155,7 +176,7 @@ impl Search {
         let slack = if aim.dimension == 3 { 1.0 } else { 1.05 };
         let nearer = counts && distance(tip.position, self.centre) < slack * self.missing();
         // On another sheet the nearest point means nothing; an arrival counts wherever it came from.
-        let arrived = aim.dimension == 3 && distance(tip.position, self.centre) <= ARRIVED * aim.edge;
+        let arrived = aim.dimension == 3 && distance(tip.position, self.centre) <= aim.tolerance;
         if nearer && (!jumped || arrived || aim.branch == Branch::FromRest) {
             (self.at, self.tip) = (self.trial.0, tip);
             self.share = (self.share / SHORTENED).min(1.0);
