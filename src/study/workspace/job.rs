@@ -22,6 +22,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Samples of a net where there are no rows, and rows that growth begins from at most.
 const SEEDS: u64 = 65_536;
+/// Equilibria of the nominal design that another one is grown from, at most.
+const DESIGN_SEEDS: usize = 8192;
 /// Cells within reach of the rod, at most.
 const MOST_CELLS: f64 = 5e7;
 
@@ -300,6 +302,41 @@ impl<'a> WorkspaceJob<'a> {
         WorkspaceError::NoUsableRows { samples, minimum_margin: self.minimum_margin }
     }
 
+    pub(super) fn lattice_seed(&self) -> u64 {
+        self.seed
+    }
+
+    /// The workspace of another rod on the nominal one's lattice, grown from the nominal inputs.
+    pub(super) fn of_design(&self, nominal: &Workspace, scene: Scene) -> Result<Workspace, WorkspaceError> {
+        let reached: Vec<usize> = nominal.grown.reached().collect();
+        let every = reached.len().div_ceil(DESIGN_SEEDS).max(1);
+        let starts: Vec<Inputs> =
+            reached.iter().step_by(every).map(|at| super::tip_map::padded(nominal.grown.inputs_of(*at))).collect();
+        let inputs = nominal.inputs.clone();
+        let job = WorkspaceJob {
+            origin: match self.origin {
+                Origin::Sweep(spec) => Origin::Sweep(spec),
+                Origin::Rows(results) => Origin::Sweep(results.spec()),
+            },
+            scene: Some(scene.clone()),
+            lattice: Some(nominal.grown.lattice),
+            with_values: false,
+            progress: None,
+            ..*self
+        };
+        let mut map = job.map(&inputs)?;
+        let mut work = Work::new(&job, &mut map, nominal.grown.lattice);
+        work.is_design = true;
+        work.seed(&starts)?;
+        if work.dimension.is_none() {
+            return Err(self.nothing_usable(starts.len()));
+        }
+        let counts = CellMap::default();
+        // The dimension is the nominal one's: it decides what is counted.
+        let found = work.measured(nominal.dimension)?;
+        job.assemble(found, inputs, scene, Vec::new(), nominal.dimension, counts, &mut map)
+    }
+
     pub(super) fn tell(&self, stage: WorkspaceStage) {
         if let Some(progress) = self.progress {
             progress(stage);
@@ -332,11 +369,22 @@ struct Work<'a> {
     tips: Vec<Tip>,
     dimension: Option<Dimension>,
     seen: Seen,
+    /// One of many designs: neither checked nor decided, so that it is quick.
+    is_design: bool,
 }
 
 impl<'a> Work<'a> {
     fn new(job: &'a WorkspaceJob<'a>, map: &'a mut EngineMap, lattice: Lattice) -> Work<'a> {
-        Work { job, map, lattice, rows: Vec::new(), tips: Vec::new(), dimension: None, seen: Seen::default() }
+        Work {
+            job,
+            map,
+            lattice,
+            rows: Vec::new(),
+            tips: Vec::new(),
+            dimension: None,
+            seen: Seen::default(),
+            is_design: false,
+        }
     }
 
     /// Solves where growth is to begin.
@@ -373,7 +421,7 @@ impl<'a> Work<'a> {
         let (seed_count, edge) = (self.rows.len(), self.lattice.edge);
         let least = self.job.minimum_margin;
         self.job.tell(WorkspaceStage::Checking);
-        let family = match (self.job.any_stable, dimension.rank) {
+        let family = match (self.job.any_stable || self.is_design, dimension.rank) {
             (true, _) | (_, 0) => None,
             (false, rank) => Family::solve(self.map, rank, least, self.job.seed)?,
         };
@@ -462,7 +510,7 @@ impl<'a> Work<'a> {
             if round == 0 {
                 self.rows = std::mem::take(&mut rows);
             }
-            if round == MOST_ROUNDS || branch == Branch::Neighbour {
+            if round == MOST_ROUNDS || branch == Branch::Neighbour || self.is_design {
                 break;
             }
             let further = grown.decide(self.map)?;

@@ -2,7 +2,9 @@
 
 mod account;
 mod check;
+mod compare;
 mod decide;
+mod designs;
 mod dimension;
 mod distances;
 mod engine_map;
@@ -13,6 +15,7 @@ mod job;
 mod lattice;
 mod measures;
 mod paint;
+mod reach;
 mod search;
 mod section;
 mod seeds;
@@ -25,6 +28,8 @@ mod workspace;
 
 pub use account::{CheckAccount, InputAccount, WorkspaceAccount};
 pub use check::ChangeOfVariables;
+pub use compare::Comparison;
+pub use designs::{Design, DesignStudy, RobustWorkspace, Variation, WILKS_DESIGNS, clopper_pearson};
 pub use dimension::Dimension;
 pub use engine_map::{EngineMap, MapOptions};
 pub use error::WorkspaceError;
@@ -33,6 +38,7 @@ pub use inputs::{WorkspaceInput, base_scene, reserve, workspace_inputs};
 pub use job::{WorkspaceJob, WorkspaceStage};
 pub use lattice::{Cell, Lattice, neighbours};
 pub use measures::{Ends, Estimate};
+pub use reach::{Preference, Reach};
 pub use search::End;
 pub use tip_map::{Branch, Inputs, MOST_INPUTS, Tip, TipMap};
 pub use voxel_values::{Cause, VoxelValues};

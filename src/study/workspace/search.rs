@@ -117,6 +117,11 @@ impl Search {
         }
     }
 
+    /// What is looked for (m).
+    pub(super) fn target(&self) -> Vector {
+        self.centre
+    }
+
     /// What is missing to the centre (m).
     pub(super) fn missing(&self) -> f64 {
         distance(self.centre, self.tip.position)
