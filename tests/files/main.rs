@@ -12,5 +12,6 @@ mod same_rows;
 mod scenes;
 mod shipped;
 mod sinks;
+mod surfaces;
 mod sweeps;
 mod table;
