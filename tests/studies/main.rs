@@ -8,5 +8,7 @@ mod control_windows;
 mod controllers;
 mod figures;
 mod fit;
+mod mesh;
 mod solve;
 mod targets;
+mod workspace_figures;
