@@ -11,4 +11,5 @@ mod fit;
 mod mesh;
 mod solve;
 mod targets;
+mod voxel_panels;
 mod workspace_figures;

@@ -209,6 +209,11 @@ fn little_is_drawn_of_little() {
     let mut lost = all.clone();
     lost.columns[0] = Column::new("voxel.x", "m", vec![f64::NAN; all.row_count()]);
     assert_eq!(names(&lost, &nothing), none);
+    // What only another design reaches is drawn for that alone.
+    let mut others = all.select(&outside);
+    others.columns.retain(|column| column.name != "reach.probability");
+    others.columns.push(Column::new("reach.probability", "", vec![0.25; outside.len()]));
+    assert_eq!(names(&others, &nothing), ["robust"]);
     // One voxel, and voxels of which nothing is known but that they were counted.
     assert_eq!(names(&all.select(&reached[..1]), &nothing), EVERY[..7]);
     let mut counted = all.select(&reached);

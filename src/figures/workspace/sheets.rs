@@ -24,13 +24,14 @@ const CAUSE_WORDS: [(&str, Colour); CAUSES.len()] = [
     ("end of the branch", Colour::VERMILION),
     ("undecided", Colour::GREY),
 ];
+const PROBABILITY: &str = "reach.probability";
 /// More solutions than this share a bar.
 const MOST_BARS: usize = 6;
 
 /// The figures of a table of voxels. What needs a column that is not there is left out.
 ///
 /// Columns: `voxel.x`, `voxel.y`, `voxel.z` (any point within the voxel, m), and of the following any: `reached` (rows of
-/// 0 are not drawn), `cause`, `stability.margin`, `stability.margin.least`, `isotropy`, `manipulability` (m to the power of
+/// 0 count for `reach.probability` alone), `cause`, `stability.margin`, `stability.margin.least`, `isotropy`, `manipulability` (m to the power of
 /// the dimension), `compliance.least`, `compliance.most` (m/N), `density`, `solutions`, `orientations`,
 /// `reach.probability`.
 #[derive(Clone, Copy, Debug)]
@@ -48,8 +49,9 @@ impl<'a> WorkspaceFigures<'a> {
     /// `density`, `multiplicity`, `robust`, `convergence`.
     pub fn figures(&self) -> Vec<(&'static str, Box<dyn Figure + 'a>)> {
         let mut figures: Vec<(&'static str, Box<dyn Figure + 'a>)> = Vec::new();
-        if let Some(voxels) = Voxels::new(self.table, self.lattice) {
-            let sheets = Sheets { voxels, summary: self.summary };
+        let (lattice, summary) = (self.lattice, self.summary);
+        if let Some(voxels) = Voxels::reached(self.table, lattice) {
+            let sheets = Sheets { voxels, summary };
             let made = [
                 ("workspace", sheets.workspace()),
                 ("margin", sheets.margin()),
@@ -57,10 +59,13 @@ impl<'a> WorkspaceFigures<'a> {
                 ("compliance", sheets.compliance()),
                 ("density", sheets.density()),
                 ("multiplicity", sheets.multiplicity()),
-                ("robust", sheets.robust()),
             ];
             let made = made.into_iter().filter_map(|(name, sheet)| Some((name, sheet?)));
             figures.extend(made.map(|(name, sheet)| (name, Box::new(sheet) as Box<dyn Figure>)));
+        }
+        let designs = Voxels::positive(self.table, lattice, PROBABILITY);
+        if let Some(sheet) = designs.and_then(|voxels| Sheets { voxels, summary }.robust()) {
+            figures.push(("robust", Box::new(sheet)));
         }
         if self.summary.methods.iter().any(|method| !method.points.is_empty()) {
             figures.push(("convergence", Box::new(Convergence(self.summary))));
@@ -181,9 +186,9 @@ impl Sheets<'_> {
     }
 
     fn robust(&self) -> Option<VoxelSheet> {
-        let quantity = Quantity::new("reach.probability", "share of designs").range([0.0, 1.0]);
+        let quantity = Quantity::new(PROBABILITY, "share of designs").range([0.0, 1.0]);
         let mut sheet = self.sheet("robust workspace", [self.rows(quantity, false)])?;
-        let numbers = self.voxels.sorted(&self.voxels.column("reach.probability", 1.0)?);
+        let numbers = self.voxels.sorted(&self.voxels.column(PROBABILITY, 1.0)?);
         if self.summary.dimension == 3 && !numbers.is_empty() {
             let (name, factor, unit) = size_unit(3);
             let whole = factor * self.voxels.spacing().powi(3) * numbers.len() as f64;
@@ -203,7 +208,7 @@ impl Sheets<'_> {
     }
 
     fn note(&self) -> String {
-        let voxels = self.voxels.reached.len();
+        let voxels = self.voxels.shown.len();
         let voxels = format!("{} voxel{}", count(voxels as u64), if voxels == 1 { "" } else { "s" });
         let voxels = format!("{voxels} of {}", millimetres(self.voxels.spacing()));
         let (name, factor, unit) = size_unit(self.summary.dimension);

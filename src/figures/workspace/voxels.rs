@@ -36,12 +36,12 @@ impl Shown {
     }
 }
 
-/// The voxels that are reached.
+/// The voxels that a figure shows.
 pub(super) struct Voxels<'a> {
     pub table: &'a Table,
     lattice: Lattice,
     /// Each with its row.
-    pub reached: Vec<([i32; 3], usize)>,
+    pub shown: Vec<([i32; 3], usize)>,
     /// Least and greatest index along each axis.
     bounds: [[i32; 2]; 3],
     /// Place in [`CAUSES`], of each row of the table.
@@ -50,19 +50,28 @@ pub(super) struct Voxels<'a> {
 }
 
 impl<'a> Voxels<'a> {
-    /// `None` where nothing is reached.
-    pub(super) fn new(table: &'a Table, lattice: Lattice) -> Option<Self> {
+    /// The voxels that are reached; `None` where none is.
+    pub(super) fn reached(table: &'a Table, lattice: Lattice) -> Option<Self> {
         let reached = table.numbers("reached");
-        let is_reached = |row: usize| reached.as_ref().is_none_or(|reached| reached[row] == 1.0);
+        Self::new(table, lattice, |row| reached.as_ref().is_none_or(|reached| reached[row] == 1.0))
+    }
+
+    /// Those with a number above zero in a column, whether they are reached or not.
+    pub(super) fn positive(table: &'a Table, lattice: Lattice, column: &str) -> Option<Self> {
+        let numbers = table.numbers(column)?;
+        Self::new(table, lattice, |row| numbers[row] > 0.0)
+    }
+
+    fn new(table: &'a Table, lattice: Lattice, is_shown: impl Fn(usize) -> bool) -> Option<Self> {
         let voxels = lattice.voxels(table)?;
-        let rows = voxels.into_iter().enumerate().filter(|(row, _)| is_reached(*row));
-        let reached: Vec<([i32; 3], usize)> = rows.filter_map(|(row, voxel)| Some((voxel?, row))).collect();
-        let first = reached.first()?.0;
-        let bounds = reached.iter().fold(first.map(|index| [index; 2]), |bounds, (voxel, _)| {
+        let rows = voxels.into_iter().enumerate().filter(|(row, _)| is_shown(*row));
+        let shown: Vec<([i32; 3], usize)> = rows.filter_map(|(row, voxel)| Some((voxel?, row))).collect();
+        let first = shown.first()?.0;
+        let bounds = shown.iter().fold(first.map(|index| [index; 2]), |bounds, (voxel, _)| {
             std::array::from_fn(|k| [bounds[k][0].min(voxel[k]), bounds[k][1].max(voxel[k])])
         });
         let causes = table.column("cause").map(|column| causes(&column.values));
-        Some(Self { table, lattice, reached, bounds, causes, areas: table.numbers("area") })
+        Some(Self { table, lattice, shown, bounds, causes, areas: table.numbers("area") })
     }
 
     /// Edge of a voxel (m).
@@ -70,18 +79,18 @@ impl<'a> Voxels<'a> {
         self.lattice.spacing
     }
 
-    /// A column, times a factor, where a voxel that is reached has a number in it; one number a row of the table.
+    /// A column, times a factor, where a voxel that is shown has a number in it; one number a row of the table.
     pub(super) fn column(&self, name: &str, factor: f64) -> Option<Vec<f64>> {
         let mut numbers = self.table.numbers(name)?;
         numbers.iter_mut().for_each(|number| *number *= factor);
-        self.reached.iter().any(|(_, row)| numbers[*row].is_finite()).then_some(numbers)
+        self.shown.iter().any(|(_, row)| numbers[*row].is_finite()).then_some(numbers)
     }
 
-    /// Numbers of the voxels that are reached, without what is none, in order; each with the voxel's area where the table
+    /// Numbers of the voxels that are shown, without what is none, in order; each with the voxel's area where the table
     /// has a column `area`, else with 1.
     pub(super) fn sorted(&self, numbers: &[f64]) -> Vec<(f64, f64)> {
         let weight = |row: usize| self.areas.as_ref().map_or(1.0, |areas| areas[row]);
-        let pairs = self.reached.iter().map(|(_, row)| (numbers[*row], weight(*row)));
+        let pairs = self.shown.iter().map(|(_, row)| (numbers[*row], weight(*row)));
         let mut sorted: Vec<(f64, f64)> =
             pairs.filter(|(number, weight)| number.is_finite() && *weight > 0.0).collect();
         sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -112,11 +121,11 @@ impl<'a> Voxels<'a> {
     fn slice_index(&self, across: usize) -> i32 {
         let mut counts: HashMap<i32, u64> = HashMap::new();
         let mut sum = 0.0;
-        for (voxel, _) in &self.reached {
+        for (voxel, _) in &self.shown {
             *counts.entry(voxel[across]).or_default() += 1;
             sum += f64::from(voxel[across]);
         }
-        let middle = (sum / self.reached.len() as f64).round() as i32;
+        let middle = (sum / self.shown.len() as f64).round() as i32;
         let count = |index: &i32| counts.get(index).copied().unwrap_or(0);
         let away = |index: &i32| (f64::from(*index) - f64::from(middle)).abs();
         let fullest = counts
@@ -147,7 +156,7 @@ impl<'a> Voxels<'a> {
         let [columns, rows] = [u, w].map(|axis| ((count(axis) - 1) / gather + 1) as usize);
         let mut squares = vec![None; columns * rows];
         let mut kinds = vec![0; columns * rows];
-        for (voxel, row) in self.reached.iter().filter(|(voxel, _)| is_in(voxel)) {
+        for (voxel, row) in self.shown.iter().filter(|(voxel, _)| is_in(voxel)) {
             let [column, line] =
                 [u, w].map(|axis| ((i64::from(voxel[axis]) - i64::from(self.bounds[axis][0])) / gather) as usize);
             let at = line * columns + column;
