@@ -11,6 +11,7 @@ mod rod_motion;
 mod run;
 mod shape;
 mod simulation;
+mod workspace;
 
 pub use control::draw_control;
 pub use experiment::ExperimentFigure;
@@ -19,3 +20,4 @@ pub use replay::replay;
 pub use run::{RunFigures, RunFiguresError};
 pub use shape::{NothingToDraw, rod_shape};
 pub use simulation::simulation;
+pub use workspace::{DesignStudy, Estimate, Method, MethodPoint, WorkspaceFigures, WorkspaceSummary};

@@ -163,19 +163,29 @@ impl Axes {
 
     /// Frame, grid and labels, to lie under the data.
     pub(super) fn draw(&self, canvas: &mut Canvas, title: &str) {
+        let marks = [self.x.ticks(self.rect.width / 30.0), self.y.ticks(self.rect.height / TICK_HEIGHT)];
+        self.draw_marks(canvas, marks, [true; 2]);
+        canvas.text(Text::new(title, [self.rect.left, self.rect.top - 9.0], TITLE).bold());
+    }
+
+    /// As [`draw`](Axes::draw) without a title, with marks at multiples of a step on each axis, which is labelled or not.
+    pub(super) fn draw_multiples(&self, canvas: &mut Canvas, [x, y]: [f64; 2], labelled: [bool; 2]) {
+        let marks = [(&self.x, x), (&self.y, y)].map(|(axis, step)| ticks::multiples(axis.low, axis.high, step));
+        self.draw_marks(canvas, marks, labelled);
+    }
+
+    fn draw_marks(&self, canvas: &mut Canvas, [x_marks, y_marks]: [Ticks; 2], labelled: [bool; 2]) {
         let rect = self.rect;
         let frame = Stroke::new(Colour::MUTED, 0.6);
         let grid = Stroke::new(Colour::GRID, 0.5);
-        let marks = self.x.ticks(rect.width / 30.0);
-        for (value, label) in marks.values.into_iter().zip(marks.labels) {
+        for (value, label) in x_marks.values.into_iter().zip(x_marks.labels) {
             let x = rect.left + rect.width * self.x.share(value);
             canvas.line([[x, rect.top], [x, rect.bottom()]], grid);
             canvas.line([[x, rect.bottom()], [x, rect.bottom() + 3.0]], frame);
             canvas.text(Text::new(label, [x, rect.bottom() + 9.0], SMALL).align(Align::Middle));
         }
-        let marks = self.y.ticks(rect.height / TICK_HEIGHT);
         let mut widest = 0.0f64;
-        for (value, label) in marks.values.into_iter().zip(marks.labels) {
+        for (value, label) in y_marks.values.into_iter().zip(y_marks.labels) {
             let y = rect.bottom() - rect.height * self.y.share(value);
             canvas.line([[rect.left, y], [rect.right(), y]], grid);
             canvas.line([[rect.left - 3.0, y], [rect.left, y]], frame);
@@ -193,9 +203,12 @@ impl Axes {
         }
         canvas.rect(rect, None, Some(frame));
         let [x, y] = rect.centre();
-        canvas.text(Text::new(self.x.title(), [x, rect.bottom() + 21.0], NORMAL).align(Align::Middle));
-        let at = [rect.left - widest - 13.0, y];
-        canvas.text(Text::new(self.y.title(), at, NORMAL).align(Align::Middle).angle(90.0));
-        canvas.text(Text::new(title, [rect.left, rect.top - 9.0], TITLE).bold());
+        if labelled[0] {
+            canvas.text(Text::new(self.x.title(), [x, rect.bottom() + 21.0], NORMAL).align(Align::Middle));
+        }
+        if labelled[1] {
+            let at = [rect.left - widest - 13.0, y];
+            canvas.text(Text::new(self.y.title(), at, NORMAL).align(Align::Middle).angle(90.0));
+        }
     }
 }

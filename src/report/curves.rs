@@ -56,6 +56,8 @@ pub struct Series {
     pub points: Vec<[f64; 2]>,
     /// Lower and upper bound at each point, or none.
     pub band: Vec<[f64; 2]>,
+    /// Whether the bounds are drawn as a bar at each point, not as a band.
+    pub bars: bool,
     /// Whether points are joined.
     pub line: bool,
     /// Whether the line is dashed.
@@ -74,8 +76,8 @@ impl Series {
     /// A line without markers.
     pub fn line(name: impl Into<String>, points: Vec<[f64; 2]>) -> Self {
         let band = Vec::new();
-        let (dashed, hollow, marker, colour) = (false, false, None, None);
-        Self { name: name.into(), points, band, line: true, dashed, marker, hollow, width: 1.2, colour }
+        let (bars, dashed, hollow, marker, colour) = (false, false, false, None, None);
+        Self { name: name.into(), points, band, bars, line: true, dashed, marker, hollow, width: 1.2, colour }
     }
 
     /// Markers without a line.
@@ -111,6 +113,11 @@ impl Series {
     /// With a lower and an upper bound at each point, shaded.
     pub fn band(self, band: Vec<[f64; 2]>) -> Self {
         Self { band, ..self }
+    }
+
+    /// With a lower and an upper bound at each point, drawn as bars. A bound that is not finite ends at the point.
+    pub fn bars(self, bounds: Vec<[f64; 2]>) -> Self {
+        Self { band: bounds, bars: true, ..self }
     }
 }
 
@@ -235,13 +242,26 @@ impl Curves {
                 }
                 trace.extend(stretch);
             }
+            for (point, bounds) in series.points.iter().zip(&series.band).filter(|_| series.bars) {
+                if let Some([[x, top], [_, bottom]]) = bar_ends(axes, *point, *bounds) {
+                    let count = ((bottom - top) / 4.0).ceil().clamp(0.0, 500.0) as usize;
+                    trace.extend((0..=count).map(|k| [x, top + (bottom - top) * k as f64 / count.max(1) as f64]));
+                }
+            }
         }
         trace
     }
 
     fn draw_series(&self, canvas: &mut Canvas, axes: &Axes) {
         let clip = Some(axes.rect);
-        for (index, series) in self.series.iter().enumerate().filter(|(_, series)| !series.band.is_empty()) {
+        for (index, series) in self.series.iter().enumerate().filter(|(_, series)| series.bars) {
+            let stroke = Stroke::new(self.colour(index), 0.7);
+            for (point, bounds) in series.points.iter().zip(&series.band) {
+                draw_bar(canvas, axes, *point, *bounds, stroke);
+            }
+        }
+        let banded = |series: &Series| !series.band.is_empty() && !series.bars;
+        for (index, series) in self.series.iter().enumerate().filter(|(_, series)| banded(series)) {
             let side = |k: usize| series.points.iter().zip(&series.band).map(move |(point, band)| [point[0], band[k]]);
             let edge = side(0).chain(side(1).collect::<Vec<_>>().into_iter().rev()).map(|point| axes.place(point));
             let points: Vec<Point> = edge.filter(|place| place.iter().all(|x| x.is_finite())).collect();
@@ -261,5 +281,31 @@ impl Curves {
                     .for_each(|place| marker.draw(canvas, place, self.colour(index), series.hollow));
             }
         }
+    }
+}
+
+/// The upper and the lower end of a point's bar. A bound that is not finite ends at the point, one that a logarithmic axis
+/// cannot show at the frame.
+fn bar_ends(axes: &Axes, point: [f64; 2], [low, high]: [f64; 2]) -> Option<[Point; 2]> {
+    let [x, y] = axes.place(point);
+    let end = |bound: f64, edge: f64| match axes.place([point[0], bound])[1] {
+        _ if !bound.is_finite() => y,
+        place if place.is_finite() => place,
+        _ => edge,
+    };
+    let ends = [[x, end(high, axes.rect.top)], [x, end(low, axes.rect.bottom())]];
+    (x.is_finite() && y.is_finite()).then_some(ends)
+}
+
+/// A point's bar, with a short line across both ends that lie within the frame.
+fn draw_bar(canvas: &mut Canvas, axes: &Axes, point: [f64; 2], bounds: [f64; 2], stroke: Stroke) {
+    let Some(ends) = bar_ends(axes, point, bounds) else { return };
+    let [[x, top], [_, bottom]] = ends;
+    if top == bottom {
+        return;
+    }
+    canvas.clipped_line(ends, stroke, axes.rect);
+    for y in [top, bottom].into_iter().filter(|y| axes.rect.inset(0.1).contains([x, *y])) {
+        canvas.clipped_line([[x - 1.8, y], [x + 1.8, y]], stroke, axes.rect);
     }
 }

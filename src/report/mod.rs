@@ -41,11 +41,14 @@ mod ticks;
 mod tip_cloud;
 mod tip_path;
 mod views;
+mod voxel_sheet;
+mod voxels;
 
 pub use axes::{AxisLabel, Scale};
 pub use bars::{Counts, Histogram};
 pub use canvas::{Align, Canvas, NORMAL, Point, Rect, SMALL, Stroke, TITLE, Text};
 pub use colour::{Colour, ColourMap};
+pub use colour_bar::ColourScale;
 pub use curves::{Curves, Marker, PlaneCurves, Series};
 pub use failure_map::{FailureMap, SweptAxis};
 pub use named_bars::NamedBars;
@@ -56,6 +59,8 @@ pub use text_table::{TextTable, count, engineering};
 pub use tip_cloud::Cloud;
 pub use tip_path::TipPath;
 pub use views::{FourViews, View};
+pub use voxel_sheet::{VoxelRows, VoxelSheet};
+pub use voxels::{VoxelEdge, VoxelPanel};
 
 use std::path::{Path, PathBuf};
 

@@ -8,6 +8,7 @@ mod control;
 mod experiment;
 mod experiment_text;
 mod fit;
+mod mesh;
 mod replay;
 mod simulate;
 mod solve;
@@ -20,6 +21,7 @@ pub use control::{
 };
 pub use experiment::{Experiment, ExperimentRun, MEASURED, Measured, PlayedTrajectory};
 pub use fit::{Direction, Fit, FitError, FitJob, FittedParameter, Strength};
+pub use mesh::{Mesh, surface_nets};
 pub use replay::{Replay, ReplayComparison};
 pub use simulate::{CommandedPath, Imperfection, Simulation, TRIALS, play, simulate};
 pub use solve::{

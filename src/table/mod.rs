@@ -6,14 +6,20 @@ mod arrow_schema;
 mod column;
 pub mod csv;
 mod error;
+mod lattice;
 pub mod npz;
 pub mod parquet;
+pub mod ply;
 #[cfg(feature = "arrow")]
 mod record_batch;
+mod triangles;
 mod values;
+pub mod vtk;
 
 pub use column::Column;
 pub use error::TableError;
+pub use lattice::Lattice;
+pub use triangles::Triangles;
 pub use values::Values;
 
 use crate::model::Status;

@@ -13,5 +13,6 @@ mod same_rows;
 mod scenes;
 mod shipped;
 mod sinks;
+mod surfaces;
 mod sweeps;
 mod table;

@@ -28,7 +28,7 @@ const ROOMS: [(&str, &[&str]); 17] = [
     ("cli", &["*"]),
 ];
 /// Crates that belong to one part of the source.
-const OWNERS: [(&str, &[&str]); 19] = [
+const OWNERS: [(&str, &[&str]); 20] = [
     ("wgpu", &["src/gpu/"]),
     ("naga", &["src/gpu/"]),
     ("pollster", &["src/gpu/"]),
@@ -39,6 +39,7 @@ const OWNERS: [(&str, &[&str]); 19] = [
     ("levenberg_marquardt", &["src/study/fit/"]),
     ("parquet", &["src/table/"]),
     ("flatbuffers", &["src/table/"]),
+    ("flate2", &["src/table/"]),
     ("zip", &["src/table/"]),
     ("toml_edit", &["src/input/"]),
     ("sobol", &["src/spec/"]),

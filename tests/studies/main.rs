@@ -8,5 +8,8 @@ mod control_windows;
 mod controllers;
 mod figures;
 mod fit;
+mod mesh;
 mod solve;
 mod targets;
+mod voxel_panels;
+mod workspace_figures;

@@ -1,0 +1,9 @@
+//! Figures of a workspace: its voxels in slices and projections, and curves of its size.
+
+mod curves;
+mod sheets;
+mod summary;
+mod voxels;
+
+pub use sheets::WorkspaceFigures;
+pub use summary::{DesignStudy, Estimate, Method, MethodPoint, WorkspaceSummary};
