@@ -20,4 +20,4 @@ pub use replay::replay;
 pub use run::{RunFigures, RunFiguresError};
 pub use shape::{NothingToDraw, rod_shape};
 pub use simulation::simulation;
-pub use workspace::{DesignStudy, Estimate, Method, MethodPoint, WorkspaceFigures, WorkspaceSummary};
+pub use workspace::{DesignStudy, Estimate, Method, MethodPoint, WorkspaceFigures, WorkspaceSummary, draw_workspace};

@@ -16,6 +16,8 @@ pub(crate) const MANIFEST_FILE: &str = "manifest.json";
 pub const WORST_FILE: &str = "spot-check-worst.toml";
 /// Voxels of a run without rows.
 pub const WORKSPACE_FILE: &str = "workspace.parquet";
+/// The same once the workspace itself has been measured, which takes that name.
+pub(crate) const TOUCHED_FILE: &str = "touched.parquet";
 /// Tips of a run without rows.
 pub const TIPS_FILE: &str = "tips.parquet";
 

@@ -118,6 +118,11 @@ impl ResultsError {
         }
     }
 
+    /// Of a table that cannot be written as this file.
+    pub fn of_table(path: std::path::PathBuf) -> impl FnOnce(TableError) -> ResultsError {
+        move |problem| ResultsError::Table { path, problem }
+    }
+
     pub(crate) fn io(path: &Path, action: &'static str) -> impl FnOnce(std::io::Error) -> ResultsError {
         let path = path.to_owned();
         move |error| ResultsError::Io { path, action, reason: error.to_string() }

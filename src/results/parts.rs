@@ -175,6 +175,15 @@ pub fn write_table(path: &Path, table: &Table, metadata: &[(&str, String)]) -> R
     write_atomically(path, &bytes, true).map(|_| ())
 }
 
+/// Writes a file whole or not at all, replacing what is there.
+///
+/// # Errors
+///
+/// A file that cannot be written.
+pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), ResultsError> {
+    write_atomically(path, bytes, true).map(|_| ())
+}
+
 /// Moves a damaged part and its sidecar out of the way.
 pub(crate) fn quarantine(path: &Path) -> Result<PathBuf, ResultsError> {
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();

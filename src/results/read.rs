@@ -227,8 +227,26 @@ impl Results {
     pub fn voxels(&self, voxel: f64) -> Result<Table, ResultsError> {
         match self.has_rows() {
             true => Ok(self.reduce(voxel)?.voxel_table()),
-            false => read_parquet_table(&self.dir.join(directory::WORKSPACE_FILE)),
+            false => read_parquet_table(&self.touched_voxels()),
         }
+    }
+
+    fn touched_voxels(&self) -> std::path::PathBuf {
+        let kept = self.dir.join(directory::TOUCHED_FILE);
+        if kept.is_file() { kept } else { self.dir.join(directory::WORKSPACE_FILE) }
+    }
+
+    /// Moves the voxels of a run without rows to `touched.parquet`, so that the measured workspace can have their name.
+    ///
+    /// # Errors
+    ///
+    /// A file that cannot be moved.
+    pub fn keep_touched_voxels(&self) -> Result<(), ResultsError> {
+        let (from, to) = (self.dir.join(directory::WORKSPACE_FILE), self.dir.join(directory::TOUCHED_FILE));
+        if self.has_rows() || to.exists() || !from.exists() {
+            return Ok(());
+        }
+        std::fs::rename(&from, &to).map_err(ResultsError::io(&from, "moving"))
     }
 
     /// Whether a directory holds a run.

@@ -50,6 +50,8 @@ pub enum Command {
     },
     /// Find the currents that drive the tip along a trajectory or to many targets
     Control(ControlArguments),
+    /// Measure what can be reached: its size with an error, its boundary, dexterity, queries, designs
+    Workspace(super::workspace_args::WorkspaceArguments),
     /// Fit rest curvature, stiffness and the like to observed shapes
     Fit(FitArguments),
     /// Make a scene of a catheter's parameter file, or a table of a play file
@@ -256,6 +258,15 @@ fn some(text: &str) -> Result<usize, String> {
     match text.parse() {
         Ok(number @ 1..=MOST) => Ok(number),
         _ => Err(format!("give a number from 1 to {MOST}")),
+    }
+}
+
+/// A positive length (m), for clap.
+pub fn length(text: &str) -> Result<f64, String> {
+    match parse_quantity(text, Dimension::of("m")) {
+        Ok(length) if length > 0.0 => Ok(length),
+        Ok(_) => Err("give a length greater than zero, such as 1mm".into()),
+        Err(error) => Err(error.to_string()),
     }
 }
 

@@ -19,6 +19,8 @@ mod run;
 mod simulate;
 mod solve;
 mod verify;
+mod workspace;
+mod workspace_args;
 
 use args::{Arguments, Command};
 use clap::{CommandFactory, Parser};
@@ -28,6 +30,7 @@ use rodsweep::input::{AssignError, InputError, scene_notes};
 use rodsweep::model::{PlanError, Scene};
 use rodsweep::report::ReportError;
 use rodsweep::results::ResultsError;
+use rodsweep::study::workspace::WorkspaceError;
 use rodsweep::study::{ControlError, FitError};
 use rodsweep::sweep::SweepError;
 use std::io::Write;
@@ -66,6 +69,8 @@ pub(crate) enum CommandError {
     Control(ControlError),
     #[error(transparent)]
     Fit(FitError),
+    #[error(transparent)]
+    Workspace(WorkspaceError),
     #[error("{0}")]
     Usage(String),
     #[error("cannot write to the standard output: {0}")]
@@ -79,7 +84,8 @@ impl CommandError {
                 Exit::Usage
             }
             CommandError::Fit(FitError::Failed(_)) => Exit::Failed,
-            CommandError::Fit(_) | CommandError::Control(_) => Exit::Usage,
+            CommandError::Workspace(WorkspaceError::Interrupted) => Exit::Interrupted,
+            CommandError::Fit(_) | CommandError::Control(_) | CommandError::Workspace(_) => Exit::Usage,
             CommandError::Sweep(error) if error.is_usage() => Exit::Usage,
             CommandError::Results(error) if error.is_usage() => Exit::Usage,
             CommandError::Backend(BackendError::Unsupported { .. }) => Exit::Usage,
@@ -115,6 +121,7 @@ fn main() -> ExitCode {
         Command::Figures { directory, colour } => run::draw(&directory, colour.as_deref()),
         Command::Merge { directories, out } => directory::merge(&directories, &out),
         Command::Control(arguments) => control::control(&arguments),
+        Command::Workspace(arguments) => workspace::workspace(&arguments),
         Command::Fit(arguments) => fit::fit(&arguments),
         Command::Import(arguments) => import::import(&arguments),
         Command::Completions { shell } => completions(shell),

@@ -1,9 +1,11 @@
 //! Figures of a workspace: its voxels in slices and projections, and curves of its size.
 
 mod curves;
+mod draw;
 mod sheets;
 mod summary;
 mod voxels;
 
+pub use draw::draw_workspace;
 pub use sheets::WorkspaceFigures;
 pub use summary::{DesignStudy, Estimate, Method, MethodPoint, WorkspaceSummary};

@@ -1,6 +1,7 @@
 //! The account of a workspace: what is printed and what goes into `workspace.json`.
 
 use super::measures::{Ends, Estimate, boundary_area, centroid, components, extents, quantiles};
+use super::pose::PoseRank;
 use super::workspace::Workspace;
 use crate::model::Vector;
 use serde::Serialize;
@@ -38,6 +39,8 @@ pub struct WorkspaceAccount {
     pub multiplicity: Option<f64>,
     /// 90 %-quantiles of the singular values (m per half range).
     pub sigma: [f64; 3],
+    /// Rank of the whole pose.
+    pub pose: Option<PoseRank>,
     /// Of a body: area of its boundary (m²), good to a few per cent.
     pub boundary_area: Option<f64>,
     /// Boundary voxels by cause, as shares.
@@ -168,6 +171,7 @@ impl Workspace {
             coverage: self.coverage,
             multiplicity: self.multiplicity(),
             sigma: self.dimension.quantiles,
+            pose: self.pose.clone(),
             boundary_area: (self.dimension.rank == 3).then(|| boundary_area(grown)),
             boundary_causes: self.boundary_causes(),
             extents: extents(grown),
@@ -275,6 +279,10 @@ impl WorkspaceAccount {
         let shares: Vec<String> =
             self.share_with_margin.iter().map(|(least, share)| format!("{} ≥ {least}", per_cent(*share))).collect();
         lines.push(format!("margin: {}", shares.join(", ")));
+        if let Some(pose) = &self.pose {
+            let rank = pose.rank;
+            lines.push(format!("pose: rank {rank} with rotations times {:.1} mm", 1e3 * pose.length));
+        }
         if let Some(index) = self.global_conditioning_index {
             lines.push(format!("isotropy, mean over the workspace: {index:.3}"));
         }

@@ -162,7 +162,7 @@ impl WorkspaceJob<'_> {
             net.point(number as u64, &mut point);
             let values: Vec<f64> = uncertain.iter().zip(&point).map(|(axis, u)| axis.distribution.value(*u)).collect();
             let scene = changed(&nominal.scene, settings(uncertain, &values, &nominal.scene))?;
-            let found = self.of_design(nominal, scene)?;
+            let found = self.of_design(nominal, scene, nominal.grown.lattice)?;
             for at in found.grown.reached() {
                 let voxel = &found.grown.voxels[at];
                 *counts.entry(voxel.cell).or_default() += 1;
@@ -199,7 +199,7 @@ impl WorkspaceJob<'_> {
         for (number, value) in variation.values.iter().enumerate() {
             self.tell(WorkspaceStage::Designs(number, variation.values.len()));
             let scene = variation.scene(&nominal.scene, *value)?;
-            designs.push(design(&self.of_design(nominal, scene)?, vec![*value])?);
+            designs.push(design(&self.of_design(nominal, scene, nominal.grown.lattice)?, vec![*value])?);
         }
         let place = |design: &Design| if variation.scales { design.values[0].ln() } else { design.values[0] };
         let points: Vec<(f64, f64)> = designs.iter().map(|design| (place(design), design.size.value)).collect();

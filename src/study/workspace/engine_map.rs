@@ -141,6 +141,33 @@ impl EngineMap {
     }
 }
 
+impl EngineMap {
+    /// Derivatives of position (m) and rotation (rad) by each input over half its range, of equilibria from rest.
+    ///
+    /// # Errors
+    ///
+    /// An engine that fails.
+    pub fn pose_jacobians(&mut self, inputs: &[Inputs]) -> Result<Vec<Option<Vec<[f64; 6]>>>, WorkspaceError> {
+        let mut all = Vec::with_capacity(inputs.len());
+        for rows in inputs.chunks(self.rest.batch_size().max(1)) {
+            let solutions = self.rest.solve(&batch(&self.plan, &self.reader.inputs, rows))?;
+            self.solves += rows.len() as u64;
+            let columns = |row: usize| {
+                let of = |(input, derivatives): (&WorkspaceInput, &Range<usize>)| {
+                    std::array::from_fn(|k| {
+                        let parts = derivatives.clone().zip(&input.rates);
+                        let sum: f64 = parts.map(|(at, rate)| rate * solutions.derivative(row, at, k)).sum();
+                        sum * input.half_range()
+                    })
+                };
+                self.reader.inputs.iter().zip(&self.reader.derivatives).map(of).collect()
+            };
+            all.extend((0..rows.len()).map(|row| solutions.status(row).is_success().then(|| columns(row))));
+        }
+        Ok(all)
+    }
+}
+
 /// What a row of solutions says of a tip.
 struct TipReader {
     inputs: Vec<WorkspaceInput>,

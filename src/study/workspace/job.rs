@@ -1,19 +1,17 @@
 //! One call for a workspace: from a sweep or a run to its size, its boundary, and what is known of every voxel.
 
-use super::check::Family;
 use super::dimension::Dimension;
 use super::distances::boundary_distances;
 use super::engine_map::{EngineMap, MapOptions};
 use super::error::WorkspaceError;
-use super::growth::Grown;
 use super::inputs::{WorkspaceInput, base_scene, workspace_inputs};
 use super::lattice::{CellMap, Lattice};
-use super::measures::{Ends, Estimate, extrapolated, sections, volume};
-use super::paint::paint;
+use super::measures::Ends;
+use super::pose::PoseRank;
 use super::seeds::{Rows, count_tips, coverage, net_points};
-use super::tip_map::{Branch, Inputs, Tip, TipMap};
-use super::voxel_values::{Cause, Seen, VoxelValues};
-use super::workspace::{Check, Workspace};
+use super::voxel_values::{Cause, VoxelValues};
+use super::work::{Found, Work};
+use super::workspace::Workspace;
 use crate::engines::EngineRequest;
 use crate::model::Scene;
 use crate::results::Results;
@@ -22,8 +20,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Samples of a net where there are no rows, and rows that growth begins from at most.
 const SEEDS: u64 = 65_536;
-/// Equilibria of the nominal design that another one is grown from, at most.
-const DESIGN_SEEDS: usize = 8192;
 /// Cells within reach of the rod, at most.
 const MOST_CELLS: f64 = 5e7;
 
@@ -43,7 +39,8 @@ pub enum WorkspaceStage {
     Designs(usize, usize),
 }
 
-enum Origin<'a> {
+#[derive(Clone, Copy)]
+pub(super) enum Origin<'a> {
     Sweep(&'a SweepSpec),
     Rows(&'a Results),
 }
@@ -61,19 +58,21 @@ enum Origin<'a> {
 /// }
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
+#[derive(Clone)]
 pub struct WorkspaceJob<'a> {
-    origin: Origin<'a>,
-    scene: Option<Scene>,
-    request: EngineRequest,
-    voxel: f64,
-    minimum_margin: f64,
-    seed: u64,
-    any_stable: bool,
-    fast: bool,
-    with_values: bool,
-    lattice: Option<Lattice>,
-    interrupt: Option<&'a AtomicBool>,
-    progress: Option<&'a dyn Fn(WorkspaceStage)>,
+    pub(super) origin: Origin<'a>,
+    pub(super) scene: Option<Scene>,
+    pub(super) request: EngineRequest,
+    pub(super) voxel: f64,
+    pub(super) minimum_margin: f64,
+    pub(super) seed: u64,
+    pub(super) any_stable: bool,
+    pub(super) length: Option<f64>,
+    pub(super) fast: bool,
+    pub(super) with_values: bool,
+    pub(super) lattice: Option<Lattice>,
+    pub(super) interrupt: Option<&'a AtomicBool>,
+    pub(super) progress: Option<&'a dyn Fn(WorkspaceStage)>,
 }
 
 impl<'a> WorkspaceJob<'a> {
@@ -96,6 +95,7 @@ impl<'a> WorkspaceJob<'a> {
             minimum_margin: spec.workspace.minimum_margin,
             seed: spec.workspace.seed,
             any_stable: false,
+            length: spec.workspace.length,
             fast: false,
             with_values: true,
             lattice: None,
@@ -122,6 +122,11 @@ impl<'a> WorkspaceJob<'a> {
     /// Of the lattice and of all nets.
     pub fn seed(self, seed: u64) -> Self {
         WorkspaceJob { seed, ..self }
+    }
+
+    /// What rotations are multiplied by beside positions (m); `None`: the length of the last flexible segment.
+    pub fn length(self, length: Option<f64>) -> Self {
+        WorkspaceJob { length, ..self }
     }
 
     /// Whether every stable equilibrium counts that continues one from rest, not only those from rest.
@@ -225,7 +230,7 @@ impl<'a> WorkspaceJob<'a> {
     }
 
     #[allow(clippy::too_many_arguments)]
-    fn assemble(
+    pub(super) fn assemble(
         &self,
         found: Found,
         inputs: Vec<WorkspaceInput>,
@@ -244,7 +249,12 @@ impl<'a> WorkspaceJob<'a> {
         };
         let distances = if grown.dimension == 3 && !self.fast { boundary_distances(&grown) } else { Vec::new() };
         let causes = (0..grown.voxels.len()).map(|at| Cause::of(&grown, at)).collect();
+        let pose = match self.with_values {
+            true => Some(PoseRank::of(map, &grown, &scene, self.length)?),
+            false => None,
+        };
         Ok(Workspace {
+            pose,
             dimension,
             volume,
             area,
@@ -298,43 +308,12 @@ impl<'a> WorkspaceJob<'a> {
         Ok(())
     }
 
-    fn nothing_usable(&self, samples: usize) -> WorkspaceError {
+    pub(super) fn nothing_usable(&self, samples: usize) -> WorkspaceError {
         WorkspaceError::NoUsableRows { samples, minimum_margin: self.minimum_margin }
     }
 
     pub(super) fn lattice_seed(&self) -> u64 {
         self.seed
-    }
-
-    /// The workspace of another rod on the nominal one's lattice, grown from the nominal inputs.
-    pub(super) fn of_design(&self, nominal: &Workspace, scene: Scene) -> Result<Workspace, WorkspaceError> {
-        let reached: Vec<usize> = nominal.grown.reached().collect();
-        let every = reached.len().div_ceil(DESIGN_SEEDS).max(1);
-        let starts: Vec<Inputs> =
-            reached.iter().step_by(every).map(|at| super::tip_map::padded(nominal.grown.inputs_of(*at))).collect();
-        let inputs = nominal.inputs.clone();
-        let job = WorkspaceJob {
-            origin: match self.origin {
-                Origin::Sweep(spec) => Origin::Sweep(spec),
-                Origin::Rows(results) => Origin::Sweep(results.spec()),
-            },
-            scene: Some(scene.clone()),
-            lattice: Some(nominal.grown.lattice),
-            with_values: false,
-            progress: None,
-            ..*self
-        };
-        let mut map = job.map(&inputs)?;
-        let mut work = Work::new(&job, &mut map, nominal.grown.lattice);
-        work.is_design = true;
-        work.seed(&starts)?;
-        if work.dimension.is_none() {
-            return Err(self.nothing_usable(starts.len()));
-        }
-        let counts = CellMap::default();
-        // The dimension is the nominal one's: it decides what is counted.
-        let found = work.measured(nominal.dimension)?;
-        job.assemble(found, inputs, scene, Vec::new(), nominal.dimension, counts, &mut map)
     }
 
     pub(super) fn tell(&self, stage: WorkspaceStage) {
@@ -347,182 +326,3 @@ impl<'a> WorkspaceJob<'a> {
         self.interrupt.is_some_and(|flag| flag.load(Ordering::Relaxed))
     }
 }
-
-/// What was found of a workspace.
-struct Found {
-    grown: Grown,
-    surface: Option<Grown>,
-    volume: Option<Estimate>,
-    area: Option<Estimate>,
-    length: Option<Estimate>,
-    check: Option<Check>,
-    seen: Seen,
-    seed_count: usize,
-}
-
-/// A job under way.
-struct Work<'a> {
-    job: &'a WorkspaceJob<'a>,
-    map: &'a mut EngineMap,
-    lattice: Lattice,
-    rows: Vec<(Inputs, Tip)>,
-    tips: Vec<Tip>,
-    dimension: Option<Dimension>,
-    seen: Seen,
-    /// One of many designs: neither checked nor decided, so that it is quick.
-    is_design: bool,
-}
-
-impl<'a> Work<'a> {
-    fn new(job: &'a WorkspaceJob<'a>, map: &'a mut EngineMap, lattice: Lattice) -> Work<'a> {
-        Work {
-            job,
-            map,
-            lattice,
-            rows: Vec::new(),
-            tips: Vec::new(),
-            dimension: None,
-            seen: Seen::default(),
-            is_design: false,
-        }
-    }
-
-    /// Solves where growth is to begin.
-    fn seed(&mut self, starts: &[Inputs]) -> Result<(), WorkspaceError> {
-        self.tips = self.map.from_rest(starts)?;
-        let pairs = starts.iter().copied().zip(self.tips.iter().copied());
-        self.rows = pairs.filter(|(_, tip)| tip.counts(self.job.minimum_margin)).collect();
-        self.rows.iter().for_each(|(at, tip)| self.seen.add(&self.lattice, at, tip));
-        let usable: Vec<Tip> = self.rows.iter().map(|(_, tip)| *tip).collect();
-        let known = !usable.is_empty();
-        self.dimension = known.then(|| Dimension::of(&usable, self.map.input_count(), self.lattice.edge));
-        Ok(())
-    }
-
-    fn painted(self) -> Found {
-        let (count, least) = (self.map.input_count(), self.job.minimum_margin);
-        let grown = paint(self.lattice, count, least, &self.rows, self.tips.len());
-        let painted = volume(&grown, &Ends::of(&grown));
-        // Nothing is proven, and what no row came near is missing: no interval holds.
-        let volume = Some(Estimate { low: f64::NAN, high: f64::NAN, ..painted });
-        Found {
-            grown,
-            surface: None,
-            volume,
-            area: None,
-            length: None,
-            check: None,
-            seen: self.seen,
-            seed_count: self.rows.len(),
-        }
-    }
-
-    fn measured(mut self, dimension: Dimension) -> Result<Found, WorkspaceError> {
-        let (seed_count, edge) = (self.rows.len(), self.lattice.edge);
-        let least = self.job.minimum_margin;
-        self.job.tell(WorkspaceStage::Checking);
-        let family = match (self.job.any_stable || self.is_design, dimension.rank) {
-            (true, _) | (_, 0) => None,
-            (false, rank) => Family::solve(self.map, rank, least, self.job.seed)?,
-        };
-        if let Some(family) = &family {
-            // Further places to begin from; the integral itself knows nothing of growth.
-            let counting = family.seeds().filter(|(_, tip)| tip.counts(least));
-            let starts: Vec<Inputs> = counting.map(|(at, _)| at).collect();
-            let (cells, mut fresh) = (self.cells(), Vec::new());
-            for (at, tip) in starts.into_iter().zip(family.tips.iter().filter(|tip| tip.counts(least))) {
-                self.seen.add(&self.lattice, &at, tip);
-                if !cells.contains_key(&self.lattice.cell(tip.position)) {
-                    fresh.push(at);
-                }
-            }
-            // Once more with every derivative: those of the family are held at its limits.
-            let tips = self.map.from_rest(&fresh)?;
-            self.rows.extend(fresh.into_iter().zip(tips).filter(|(_, tip)| tip.counts(least)));
-        }
-        let (mut volume_of, mut area_of, mut length_of, mut surface) = (None, None, None, None);
-        let rank = dimension.rank;
-        if dimension.is_thin {
-            let (sheet, area) = self.sectioned(2)?;
-            let feet: Vec<Inputs> = sheet.reached().map(|at| super::tip_map::padded(sheet.inputs_of(at))).collect();
-            let tips = self.map.from_rest(&feet)?;
-            self.rows.extend(feet.into_iter().zip(tips));
-            (surface, area_of) = (Some(sheet), Some(area));
-        }
-        let grown = match rank {
-            0 => self.grow(self.lattice, 3)?,
-            1 | 2 => {
-                let (grown, size) = self.sectioned(rank)?;
-                if rank == 2 {
-                    area_of = Some(size)
-                } else {
-                    length_of = Some(size)
-                }
-                grown
-            }
-            _ => {
-                let grown = self.grow(self.lattice, 3)?;
-                volume_of = Some(volume(&grown, &Ends::of(&grown)));
-                grown
-            }
-        };
-        self.job.tell(WorkspaceStage::Checking);
-        let check = match family {
-            Some(family) => {
-                let integral = family.measure(self.map, edge, least, self.job.seed)?;
-                let size = if rank == 3 { volume_of } else { area_of.or(length_of) };
-                size.map(|size| Check::new(integral, &size))
-            }
-            None => None,
-        };
-        let (volume, area, length) = (volume_of, area_of, length_of);
-        Ok(Found { grown, surface, volume, area, length, check, seen: self.seen, seed_count })
-    }
-
-    fn cells(&self) -> CellMap<()> {
-        self.rows.iter().map(|(_, tip)| (self.lattice.cell(tip.position), ())).collect()
-    }
-
-    /// A surface or curve, and its size by voxels of this edge and of twice as much.
-    fn sectioned(&mut self, dimension: usize) -> Result<(Grown, Estimate), WorkspaceError> {
-        let fine = self.grow(self.lattice, dimension)?;
-        let coarse = self.grow(Lattice { edge: 2.0 * self.lattice.edge, ..self.lattice }, dimension)?;
-        Ok((fine.clone(), extrapolated(&fine, sections(&fine), sections(&coarse))))
-    }
-
-    fn grow(&mut self, lattice: Lattice, dimension: usize) -> Result<Grown, WorkspaceError> {
-        let branch = if self.job.any_stable { Branch::Neighbour } else { Branch::FromRest };
-        let mut grown = Grown::new(lattice, dimension, self.map.input_count(), branch, self.job.minimum_margin);
-        let mut rows = std::mem::take(&mut self.rows);
-        for round in 0.. {
-            let mut reached = 0;
-            let mut watch = |grown: &Grown| {
-                let now = grown.voxels.iter().filter(|voxel| voxel.is_reached()).count();
-                if now != reached {
-                    self.job.tell(WorkspaceStage::Growing(now));
-                }
-                reached = now;
-                !self.job.is_interrupted()
-            };
-            if !grown.grow(self.map, &rows, &mut watch)? {
-                return Err(WorkspaceError::Interrupted);
-            }
-            if round == 0 {
-                self.rows = std::mem::take(&mut rows);
-            }
-            if round == MOST_ROUNDS || branch == Branch::Neighbour || self.is_design {
-                break;
-            }
-            let further = grown.decide(self.map)?;
-            if further.is_empty() {
-                break;
-            }
-            let tips = self.map.from_rest(&further)?;
-            rows = further.into_iter().zip(tips).collect();
-        }
-        Ok(grown)
-    }
-}
-
-/// How often growth goes on from voxels that turn out to be reached from rest after all.
-const MOST_ROUNDS: usize = 3;

@@ -6,8 +6,6 @@ use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
 /// Singular values below this share of the largest are round-off.
 const RANK_TOLERANCE: f64 = 1e-9;
-/// An input this near a limit (over half its range) is at it.
-pub(super) const AT_LIMIT: f64 = 1e-9;
 
 /// A change of the inputs and what it leaves, to first order.
 #[derive(Clone, Copy, Debug)]

@@ -6,6 +6,7 @@ use super::growth::Grown;
 use super::inputs::WorkspaceInput;
 use super::lattice::CellMap;
 use super::measures::{Ends, Estimate};
+use super::pose::PoseRank;
 use super::voxel_values::{Cause, VoxelValues};
 use crate::model::Scene;
 use crate::spec::SolutionMethod;
@@ -43,6 +44,8 @@ impl Check {
 pub struct Workspace {
     /// Point, curve, surface, body.
     pub dimension: Dimension,
+    /// Rank of the whole pose; `None` where nobody asked.
+    pub pose: Option<PoseRank>,
     /// Of a body (m³).
     pub volume: Option<Estimate>,
     /// Of a surface, or of the middle of a thin body (m²).

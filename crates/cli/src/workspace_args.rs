@@ -1,0 +1,74 @@
+//! The arguments of `rodsweep workspace`.
+
+use super::args::{EngineArguments, length};
+use clap::{Args, ValueEnum};
+use std::path::PathBuf;
+
+#[derive(Debug, Args)]
+pub struct WorkspaceArguments {
+    /// A result directory, or a sweep file (TOML) that need not have been run
+    pub source: PathBuf,
+    /// Where files go [default: the result directory, or results/NAME-OF-THE-SWEEP-workspace]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Edge of a voxel, such as 1mm
+    #[arg(long, value_name = "LENGTH", value_parser = length)]
+    pub voxel: Option<f64>,
+    /// Least stability margin that counts, from 0 to 1
+    #[arg(long, value_name = "MARGIN")]
+    pub minimum_margin: Option<f64>,
+    /// Count every stable equilibrium that continues one from rest, not only those from rest
+    #[arg(long)]
+    pub any_stable: bool,
+    /// Only paint the voxels near rows: quick, and no voxel is proven
+    #[arg(long)]
+    pub fast: bool,
+    /// Of the lattice and of all nets
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+    /// Can the tip be there? A table with columns x, y, z and perhaps tx, ty, tz, or "10 mm,-40 mm,80 mm"
+    #[arg(long, value_name = "FILE|X,Y,Z", allow_hyphen_values = true)]
+    pub reach: Option<String>,
+    /// Which of several solutions answers a query
+    #[arg(long, value_enum, default_value = "margin")]
+    pub prefer: PreferenceName,
+    /// What remains reachable for the designs that [[uncertain]] in the sweep describes
+    #[arg(long)]
+    pub robust: bool,
+    /// Designs of --robust; 59 are the fewest that can show 95 % with a confidence of 95 %
+    #[arg(long, value_name = "N", default_value = "64", requires = "robust")]
+    pub designs: usize,
+    /// A number of the design and its range, such as tube.youngs_modulus=-10%..10%:5
+    #[arg(long, value_name = "NAME+NAME=LOW..HIGH:COUNT")]
+    pub vary: Option<String>,
+    /// Another directory with a workspace of the same voxel and seed
+    #[arg(long, value_name = "DIR")]
+    pub compare: Option<PathBuf>,
+    /// What rotations are multiplied by beside positions [default: the last flexible segment]
+    #[arg(long, value_name = "LENGTH", value_parser = length)]
+    pub length: Option<f64>,
+    #[command(flatten)]
+    pub engine: EngineArguments,
+    /// Write the voxels as a dense grid for ParaView, too
+    #[arg(long)]
+    pub vtk: bool,
+    /// Draw nothing
+    #[arg(long)]
+    pub no_figures: bool,
+    /// Print workspace.json and nothing else on the standard output
+    #[arg(long)]
+    pub json: bool,
+    /// Tell nothing on the way
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum PreferenceName {
+    /// The largest stability margin
+    Margin,
+    /// The farthest from the limits of the inputs
+    Reserve,
+    /// The smallest currents
+    LeastCurrent,
+}

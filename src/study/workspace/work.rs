@@ -1,0 +1,193 @@
+//! A job under way: seeds, growth, the independent value.
+
+use super::check::Family;
+use super::dimension::Dimension;
+use super::engine_map::EngineMap;
+use super::error::WorkspaceError;
+use super::growth::Grown;
+use super::job::{WorkspaceJob, WorkspaceStage};
+use super::lattice::{CellMap, Lattice};
+use super::measures::{Ends, Estimate, extrapolated, sections, volume};
+use super::paint::paint;
+use super::tip_map::{Branch, Inputs, Tip, TipMap, padded};
+use super::voxel_values::Seen;
+use super::workspace::Check;
+
+/// What was found of a workspace.
+pub(super) struct Found {
+    pub grown: Grown,
+    pub surface: Option<Grown>,
+    pub volume: Option<Estimate>,
+    pub area: Option<Estimate>,
+    pub length: Option<Estimate>,
+    pub check: Option<Check>,
+    pub seen: Seen,
+    pub seed_count: usize,
+}
+
+/// A job under way.
+pub(super) struct Work<'a> {
+    job: &'a WorkspaceJob<'a>,
+    map: &'a mut EngineMap,
+    lattice: Lattice,
+    rows: Vec<(Inputs, Tip)>,
+    pub tips: Vec<Tip>,
+    pub dimension: Option<Dimension>,
+    seen: Seen,
+    /// One of many designs: neither checked nor decided, so that it is quick.
+    pub is_design: bool,
+}
+
+impl<'a> Work<'a> {
+    pub(super) fn new(job: &'a WorkspaceJob<'a>, map: &'a mut EngineMap, lattice: Lattice) -> Work<'a> {
+        Work {
+            job,
+            map,
+            lattice,
+            rows: Vec::new(),
+            tips: Vec::new(),
+            dimension: None,
+            seen: Seen::default(),
+            is_design: false,
+        }
+    }
+
+    /// Solves where growth is to begin.
+    pub(super) fn seed(&mut self, starts: &[Inputs]) -> Result<(), WorkspaceError> {
+        self.tips = self.map.from_rest(starts)?;
+        let pairs = starts.iter().copied().zip(self.tips.iter().copied());
+        self.rows = pairs.filter(|(_, tip)| tip.counts(self.job.minimum_margin)).collect();
+        self.rows.iter().for_each(|(at, tip)| self.seen.add(&self.lattice, at, tip));
+        let usable: Vec<Tip> = self.rows.iter().map(|(_, tip)| *tip).collect();
+        let known = !usable.is_empty();
+        self.dimension = known.then(|| Dimension::of(&usable, self.map.input_count(), self.lattice.edge));
+        Ok(())
+    }
+
+    pub(super) fn painted(self) -> Found {
+        let (count, least) = (self.map.input_count(), self.job.minimum_margin);
+        let grown = paint(self.lattice, count, least, &self.rows, self.tips.len());
+        let painted = volume(&grown, &Ends::of(&grown));
+        // Nothing is proven, and what no row came near is missing: no interval holds.
+        let volume = Some(Estimate { low: f64::NAN, high: f64::NAN, ..painted });
+        Found {
+            grown,
+            surface: None,
+            volume,
+            area: None,
+            length: None,
+            check: None,
+            seen: self.seen,
+            seed_count: self.rows.len(),
+        }
+    }
+
+    pub(super) fn measured(mut self, dimension: Dimension) -> Result<Found, WorkspaceError> {
+        let (seed_count, edge) = (self.rows.len(), self.lattice.edge);
+        let least = self.job.minimum_margin;
+        self.job.tell(WorkspaceStage::Checking);
+        let family = match (self.job.any_stable || self.is_design, dimension.rank) {
+            (true, _) | (_, 0) => None,
+            (false, rank) => Family::solve(self.map, rank, least, self.job.seed)?,
+        };
+        if let Some(family) = &family {
+            // Further places to begin from; the integral itself knows nothing of growth.
+            let counting = family.seeds().filter(|(_, tip)| tip.counts(least));
+            let starts: Vec<Inputs> = counting.map(|(at, _)| at).collect();
+            let (cells, mut fresh) = (self.cells(), Vec::new());
+            for (at, tip) in starts.into_iter().zip(family.tips.iter().filter(|tip| tip.counts(least))) {
+                self.seen.add(&self.lattice, &at, tip);
+                if !cells.contains_key(&self.lattice.cell(tip.position)) {
+                    fresh.push(at);
+                }
+            }
+            // Once more with every derivative: those of the family are held at its limits.
+            let tips = self.map.from_rest(&fresh)?;
+            self.rows.extend(fresh.into_iter().zip(tips).filter(|(_, tip)| tip.counts(least)));
+        }
+        let (mut volume_of, mut area_of, mut length_of, mut surface) = (None, None, None, None);
+        let rank = dimension.rank;
+        if dimension.is_thin {
+            let (sheet, area) = self.sectioned(2)?;
+            let feet: Vec<Inputs> = sheet.reached().map(|at| padded(sheet.inputs_of(at))).collect();
+            let tips = self.map.from_rest(&feet)?;
+            self.rows.extend(feet.into_iter().zip(tips));
+            (surface, area_of) = (Some(sheet), Some(area));
+        }
+        let grown = match rank {
+            0 => self.grow(self.lattice, 3)?,
+            1 | 2 => {
+                let (grown, size) = self.sectioned(rank)?;
+                if rank == 2 {
+                    area_of = Some(size)
+                } else {
+                    length_of = Some(size)
+                }
+                grown
+            }
+            _ => {
+                let grown = self.grow(self.lattice, 3)?;
+                volume_of = Some(volume(&grown, &Ends::of(&grown)));
+                grown
+            }
+        };
+        self.job.tell(WorkspaceStage::Checking);
+        let check = match family {
+            Some(family) => {
+                let integral = family.measure(self.map, edge, least, self.job.seed)?;
+                let size = if rank == 3 { volume_of } else { area_of.or(length_of) };
+                size.map(|size| Check::new(integral, &size))
+            }
+            None => None,
+        };
+        let (volume, area, length) = (volume_of, area_of, length_of);
+        Ok(Found { grown, surface, volume, area, length, check, seen: self.seen, seed_count })
+    }
+
+    fn cells(&self) -> CellMap<()> {
+        self.rows.iter().map(|(_, tip)| (self.lattice.cell(tip.position), ())).collect()
+    }
+
+    /// A surface or curve, and its size by voxels of this edge and of twice as much.
+    fn sectioned(&mut self, dimension: usize) -> Result<(Grown, Estimate), WorkspaceError> {
+        let fine = self.grow(self.lattice, dimension)?;
+        let coarse = self.grow(Lattice { edge: 2.0 * self.lattice.edge, ..self.lattice }, dimension)?;
+        Ok((fine.clone(), extrapolated(&fine, sections(&fine), sections(&coarse))))
+    }
+
+    fn grow(&mut self, lattice: Lattice, dimension: usize) -> Result<Grown, WorkspaceError> {
+        let branch = if self.job.any_stable { Branch::Neighbour } else { Branch::FromRest };
+        let mut grown = Grown::new(lattice, dimension, self.map.input_count(), branch, self.job.minimum_margin);
+        let mut rows = std::mem::take(&mut self.rows);
+        for round in 0.. {
+            let mut reached = 0;
+            let mut watch = |grown: &Grown| {
+                let now = grown.voxels.iter().filter(|voxel| voxel.is_reached()).count();
+                if now != reached {
+                    self.job.tell(WorkspaceStage::Growing(now));
+                }
+                reached = now;
+                !self.job.is_interrupted()
+            };
+            if !grown.grow(self.map, &rows, &mut watch)? {
+                return Err(WorkspaceError::Interrupted);
+            }
+            if round == 0 {
+                self.rows = std::mem::take(&mut rows);
+            }
+            if round == MOST_ROUNDS || branch == Branch::Neighbour || self.is_design {
+                break;
+            }
+            let further = grown.decide(self.map)?;
+            if further.is_empty() {
+                break;
+            }
+            let tips = self.map.from_rest(&further)?;
+            rows = further.into_iter().zip(tips).collect();
+        }
+        Ok(grown)
+    }
+}
+
+/// How often growth goes on from voxels that turn out to be reached from rest after all.
+const MOST_ROUNDS: usize = 3;
