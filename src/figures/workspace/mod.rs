@@ -1,6 +1,7 @@
 //! Figures of a workspace: its voxels in slices and projections, and curves of its size.
 
 mod curves;
+mod outline;
 mod sheets;
 mod summary;
 mod voxels;
