@@ -42,7 +42,7 @@ pub struct VoxelPanel {
 impl VoxelPanel {
     /// Rows of squares.
     pub fn rows(&self) -> usize {
-        if self.columns == 0 { 0 } else { self.squares.len() / self.columns }
+        self.squares.len().checked_div(self.columns).unwrap_or(0)
     }
 
     /// Width and height of all squares together (m).

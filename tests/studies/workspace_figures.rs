@@ -180,6 +180,43 @@ fn a_workspace_has_every_figure() {
     assert!(designs.contains("slope −2.39 ± 0.06"), "{designs}");
 }
 
+/// The words under which lines along the boundary are drawn.
+fn causes(table: &Table) -> Vec<&'static str> {
+    let summary = WorkspaceSummary { dimension: 3, ..WorkspaceSummary::default() };
+    let figures = WorkspaceFigures { table, lattice: LATTICE, summary: &summary }.figures();
+    let svg = String::from_utf8(report::encode(figures[0].1.as_ref(), ImageFormat::Svg).unwrap()).unwrap();
+    let words = ["input limit", "singular", "end of the branch", "undecided"];
+    words.into_iter().filter(|words| svg.contains(*words)).collect()
+}
+
+#[test]
+fn boundaries_are_drawn_by_their_cause() {
+    // A cube of three voxels a side in a shell of voxels that are not reached.
+    let voxels: Vec<[i32; 3]> = (0..125).map(|k| [k % 5, k / 5 % 5, k / 25]).collect();
+    let is_inside = |voxel: &[i32; 3]| voxel.iter().all(|index| (1..4).contains(index));
+    let with = |reached: bool, cause: &dyn Fn(&[i32; 3]) -> &'static str| {
+        let axis = |k: usize| voxels.iter().map(|voxel| LATTICE.centre(*voxel)[k]).collect::<Vec<f64>>();
+        let words = voxels.iter().map(|voxel| if is_inside(voxel) == reached { cause(voxel) } else { "inside" });
+        Table::new(vec![
+            Column::new("voxel.x", "m", axis(0)),
+            Column::new("voxel.y", "m", axis(1)),
+            Column::new("voxel.z", "m", axis(2)),
+            Column::new("reached", "", voxels.iter().map(is_inside).collect::<Vec<bool>>()),
+            Column::new("cause", "", words.map(str::to_owned).collect::<Vec<String>>()),
+            Column::new("stability.margin", "", vec![1.0; voxels.len()]),
+        ])
+    };
+    let by_height = |voxel: &[i32; 3]| if voxel[2] >= 3 { "input-limit" } else { "branch" };
+    for reached in [true, false] {
+        assert_eq!(causes(&with(reached, &by_height)), ["input limit", "end of the branch"], "reached: {reached}");
+        assert_eq!(causes(&with(reached, &|_| "stuck")), ["undecided"], "reached: {reached}");
+    }
+    let mut coded = with(false, &|_| "singular");
+    coded.columns[4] = Column::new("cause", "", vec![2u64; voxels.len()]);
+    assert_eq!(causes(&coded), ["singular"]);
+    assert!(causes(&with(true, &|_| "inside")).is_empty());
+}
+
 #[test]
 fn a_surface_is_drawn_by_projections() {
     let (folder, _kept) = folder();

@@ -2,6 +2,7 @@
 
 mod curves;
 mod draw;
+mod outline;
 mod sheets;
 mod summary;
 mod voxels;

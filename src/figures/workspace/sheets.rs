@@ -31,7 +31,8 @@ const MOST_BARS: usize = 6;
 /// The figures of a table of voxels. What needs a column that is not there is left out.
 ///
 /// Columns: `voxel.x`, `voxel.y`, `voxel.z` (any point within the voxel, m), and of the following any: `reached` (rows of
-/// 0 count for `reach.probability` alone), `cause`, `stability.margin`, `stability.margin.least`, `isotropy`, `manipulability` (m to the power of
+/// 0 count for `reach.probability` alone), `cause` (of the boundary, on either side of it: a word, or its place in `inside`,
+/// `input-limit`, `singular`, `branch`, `stuck`), `stability.margin`, `stability.margin.least`, `isotropy`, `manipulability` (m to the power of
 /// the dimension), `compliance.least`, `compliance.most` (m/N), `density`, `solutions`, `orientations`,
 /// `reach.probability`.
 #[derive(Clone, Copy, Debug)]

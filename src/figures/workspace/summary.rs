@@ -98,7 +98,7 @@ pub(super) fn words(estimate: Estimate) -> String {
 
 /// A number with as many decimals as its standard error allows.
 pub(super) fn with_error(value: f64, error: f64) -> String {
-    if !(error > 0.0) {
+    if error.is_nan() || error <= 0.0 {
         return fixed(value, decimals(0.01 * value.abs()));
     }
     let decimals = decimals(error);

@@ -1,6 +1,7 @@
 //! The voxels of a table as planes: slices, and projections along an axis.
 
-use crate::report::{VoxelEdge, VoxelPanel};
+use super::outline::Outline;
+use crate::report::VoxelPanel;
 use crate::table::{Lattice, Table, Values};
 use std::collections::HashMap;
 
@@ -46,6 +47,8 @@ pub(super) struct Voxels<'a> {
     bounds: [[i32; 2]; 3],
     /// Place in [`CAUSES`], of each row of the table.
     causes: Option<Vec<usize>>,
+    /// Voxels that are not shown, with the cause.
+    others: Vec<([i32; 3], usize)>,
     areas: Option<Vec<f64>>,
 }
 
@@ -63,15 +66,17 @@ impl<'a> Voxels<'a> {
     }
 
     fn new(table: &'a Table, lattice: Lattice, is_shown: impl Fn(usize) -> bool) -> Option<Self> {
-        let voxels = lattice.voxels(table)?;
-        let rows = voxels.into_iter().enumerate().filter(|(row, _)| is_shown(*row));
-        let shown: Vec<([i32; 3], usize)> = rows.filter_map(|(row, voxel)| Some((voxel?, row))).collect();
+        let voxels = lattice.voxels(table)?.into_iter().enumerate().filter_map(|(row, voxel)| Some((voxel?, row)));
+        let (shown, others): (Vec<_>, Vec<_>) = voxels.partition(|(_, row)| is_shown(*row));
         let first = shown.first()?.0;
         let bounds = shown.iter().fold(first.map(|index| [index; 2]), |bounds, (voxel, _)| {
             std::array::from_fn(|k| [bounds[k][0].min(voxel[k]), bounds[k][1].max(voxel[k])])
         });
         let causes = table.column("cause").map(|column| causes(&column.values));
-        Some(Self { table, lattice, shown, bounds, causes, areas: table.numbers("area") })
+        let cause = |row: usize| causes.as_ref().map_or(0, |causes: &Vec<usize>| causes[row]);
+        let others =
+            others.into_iter().map(|(voxel, row)| (voxel, cause(row))).filter(|(_, cause)| *cause > 0).collect();
+        Some(Self { table, lattice, shown, bounds, causes, others, areas: table.numbers("area") })
     }
 
     /// Edge of a voxel (m).
@@ -155,15 +160,22 @@ impl<'a> Voxels<'a> {
         let gather = count(u).max(count(w)).div_euclid(MOST_SQUARES) + 1;
         let [columns, rows] = [u, w].map(|axis| ((count(axis) - 1) / gather + 1) as usize);
         let mut squares = vec![None; columns * rows];
-        let mut kinds = vec![0; columns * rows];
+        let square = |voxel: &[i32; 3]| {
+            [u, w].map(|axis| (i64::from(voxel[axis]) - i64::from(self.bounds[axis][0])).div_euclid(gather))
+        };
         for (voxel, row) in self.shown.iter().filter(|(voxel, _)| is_in(voxel)) {
-            let [column, line] =
-                [u, w].map(|axis| ((i64::from(voxel[axis]) - i64::from(self.bounds[axis][0])) / gather) as usize);
-            let at = line * columns + column;
+            let [column, line] = square(voxel);
+            let at = line as usize * columns + column as usize;
             let number = numbers[*row];
             squares[at] = Some(squares[at].map_or(number, |other| shown.of(other, number)));
-            if let Some(causes) = &self.causes {
-                kinds[at] = kinds[at].max(causes[*row]);
+        }
+        let mut outline = Outline::new(columns, rows);
+        if let Some(causes) = self.causes.as_ref().filter(|_| edges) {
+            let shown = self.shown.iter().map(|(voxel, row)| (voxel, true, causes[*row]));
+            let others = self.others.iter().map(|(voxel, cause)| (voxel, false, *cause));
+            for (voxel, is_there, cause) in shown.chain(others).filter(|(voxel, ..)| is_in(voxel)) {
+                let [column, line] = square(voxel);
+                outline.set(column, line, is_there, cause);
             }
         }
         let corner = |axis: usize| self.lattice.centre([self.bounds[axis][0]; 3])[axis] - 0.5 * self.lattice.spacing;
@@ -173,8 +185,8 @@ impl<'a> Voxels<'a> {
             corner: [corner(u), corner(w)],
             spacing: self.lattice.spacing * gather as f64,
             columns,
-            edges: if edges { outline(&squares, &kinds, columns) } else { Vec::new() },
             squares,
+            edges: outline.edges(),
         }
     }
 }
@@ -192,46 +204,4 @@ pub(super) fn millimetres(length: f64) -> String {
     let text = format!("{:.1}", 1e3 * length);
     let text = text.strip_suffix(".0").unwrap_or(&text);
     format!("{} mm", if text == "-0" { "0".into() } else { text.replace('-', "−") })
-}
-
-/// Lines between squares that are there and squares that are not, by the kind of those that are; kind 0 has none.
-fn outline(squares: &[Option<f64>], kinds: &[usize], columns: usize) -> Vec<VoxelEdge> {
-    let rows = squares.len() / columns.max(1);
-    let square = |column: Option<usize>, row: Option<usize>| {
-        let (column, row) = (column.filter(|column| *column < columns)?, row.filter(|row| *row < rows)?);
-        squares[row * columns + column].map(|_| kinds[row * columns + column])
-    };
-    let between = |a: Option<usize>, b: Option<usize>| match (a, b) {
-        (Some(kind), None) | (None, Some(kind)) => kind,
-        _ => 0,
-    };
-    let mut edges = Vec::new();
-    for row in 0..=rows {
-        let kind = |column: usize| between(square(Some(column), row.checked_sub(1)), square(Some(column), Some(row)));
-        add_runs(&mut edges, columns, kind, |column| [column, row]);
-    }
-    for column in 0..=columns {
-        let kind = |row: usize| between(square(column.checked_sub(1), Some(row)), square(Some(column), Some(row)));
-        add_runs(&mut edges, rows, kind, |row| [column, row]);
-    }
-    edges
-}
-
-/// Runs of one kind along a line of edges, as one line each.
-fn add_runs(
-    edges: &mut Vec<VoxelEdge>,
-    count: usize,
-    kind: impl Fn(usize) -> usize,
-    corner: impl Fn(usize) -> [usize; 2],
-) {
-    let mut start = 0;
-    for at in 1..=count {
-        let here = kind(start);
-        if at == count || kind(at) != here {
-            if here > 0 {
-                edges.push(VoxelEdge { corners: vec![corner(start), corner(at)], kind: here });
-            }
-            start = at;
-        }
-    }
 }
