@@ -3,7 +3,7 @@
 use super::error::SweepError;
 use crate::backend::BackendFactory;
 use crate::model::rotation_angle;
-use crate::model::{Plan, Quantity, Solutions};
+use crate::model::{Parameter, Plan, Quantity, Scene, Solutions, Units};
 use crate::results::{ErrorDistribution, SpotCheck};
 use crate::spec::Sampler;
 use crate::spec::Selection;
@@ -74,6 +74,8 @@ impl SpotSamples {
             ours.values.set(at / width, at % width, *value);
         }
         let typical = typical_norms(plan, &truth);
+        let natural: Vec<f64> =
+            plan.derivatives.iter().map(|d| natural_size(&plan.scene, d.parameter, &plan.units)).collect();
         let (mut position, mut rotation, mut derivative) = (Vec::new(), Vec::new(), Vec::new());
         let (mut worst, mut worst_derivative) = (-1.0, -1.0);
         for (at, index) in self.indices.iter().enumerate() {
@@ -107,7 +109,7 @@ impl SpotSamples {
                 let found = column_of(&ours, at, column, length);
                 let expected = column_of(&truth, at, column, length);
                 let difference = norm(&std::array::from_fn(|k| found[k] - expected[k]));
-                let scale = norm(&expected).max(0.01 * typical);
+                let scale = norm(&expected).max(0.01 * typical).max(SMALL_COLUMN * natural[column]);
                 let error = if scale > 0.0 { difference / scale } else { difference };
                 largest = largest.max(error);
                 if error > worst_derivative {
@@ -125,6 +127,14 @@ impl SpotSamples {
         check.worst_values = check.worst_sample.map(|index| named_values(plan, sampler, index)).unwrap_or_default();
         Ok(check)
     }
+}
+
+/// A column smaller than this share of its natural size does next to nothing, and is measured against that.
+const SMALL_COLUMN: f64 = 1e-3;
+
+/// Size that a column (dp/L, w) has when a unit change of a rod-sized number turns the tip by one radian.
+pub fn natural_size(scene: &Scene, parameter: Parameter, units: &Units) -> f64 {
+    parameter.chain(scene).iter().map(|(slot, rate)| (rate / slot.unit(units)).powi(2)).sum::<f64>().sqrt()
 }
 
 /// A sample's swept parameters by name.

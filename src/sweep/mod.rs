@@ -20,7 +20,7 @@ mod sink;
 mod summary;
 
 pub use branches::{Branch, BranchSearch, BranchTools, Branches, Energy, Equilibria};
-pub use check::SpotCheckOptions;
+pub use check::{SpotCheckOptions, natural_size};
 pub use error::SweepError;
 pub use fallback::{Fallback, run_with_fallback};
 pub use job::{PreparedSweep, SweepJob, branch_tools};

@@ -50,7 +50,8 @@ impl WorkspaceJob<'_> {
             ..self.clone()
         };
         let mut map = job.map(&inputs)?;
-        let mut work = Work::new(&job, &mut map, lattice);
+        let watch = |stage| job.goes_on(stage);
+        let mut work = Work::new(job.options(&watch), &mut map, lattice);
         work.is_design = true;
         work.seed(&starts)?;
         if work.dimension.is_none() {

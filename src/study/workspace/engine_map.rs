@@ -35,6 +35,8 @@ pub struct EngineMap {
     engine: Engine,
     second: Option<Box<dyn Backend>>,
     near: Option<(Plan, Box<dyn Backend>)>,
+    /// With derivatives by a force on the tip.
+    soft: Option<(Box<dyn Backend>, Plan)>,
     solves: u64,
 }
 
@@ -70,6 +72,7 @@ impl EngineMap {
             engine: options.engine.clone(),
             second: None,
             near: None,
+            soft: None,
             solves: 0,
         })
     }
@@ -96,24 +99,32 @@ impl EngineMap {
         &self.reader.inputs
     }
 
-    /// Derivatives of the tip by a force on it (m/N), row k by force component k, of equilibria from rest.
+    /// Equilibria from rest with the derivatives of the tip by a force on it (m/N), row k by force component k.
     ///
     /// # Errors
     ///
     /// An engine that fails.
-    pub fn compliance(&mut self, inputs: &[Inputs]) -> Result<Vec<[Vector; 3]>, WorkspaceError> {
-        let forces: Vec<Parameter> = Axis::ALL.map(Parameter::TipForce).to_vec();
-        let plan = Plan::new(&self.plan.scene, &self.plan.axes, &forces, self.plan.options)?;
-        let mut backend = self.engine.make(&plan)?;
-        let size = backend.batch_size().max(1);
+    pub fn with_compliance(&mut self, inputs: &[Inputs]) -> Result<Vec<(Tip, [Vector; 3])>, WorkspaceError> {
+        if self.soft.is_none() {
+            let of_inputs = self.plan.derivatives.iter().map(|derivative| derivative.parameter);
+            let wrt: Vec<Parameter> = of_inputs.chain(Axis::ALL.map(Parameter::TipForce)).collect();
+            let plan = Plan::new(&self.plan.scene, &self.plan.axes, &wrt, self.plan.options)?;
+            self.soft = Some((self.engine.make(&plan)?, plan));
+        }
+        let Some((backend, plan)) = &mut self.soft else { return Ok(Vec::new()) };
+        let first = self.plan.derivatives.len();
         let mut all = Vec::with_capacity(inputs.len());
-        for rows in inputs.chunks(size) {
-            let solutions = backend.solve(&batch(&plan, &self.reader.inputs, rows))?;
+        for rows in inputs.chunks(backend.batch_size().max(1)) {
+            let solutions = backend.solve(&batch(plan, &self.reader.inputs, rows))?;
             self.solves += rows.len() as u64;
-            all.extend((0..rows.len()).map(|row| match solutions.status(row).is_success() {
-                true => std::array::from_fn(|force| std::array::from_fn(|axis| solutions.derivative(row, force, axis))),
+            let tips = self.reader.tips(plan, &solutions);
+            let rates = |row: usize| match solutions.status(row).is_success() {
+                true => std::array::from_fn(|force| {
+                    std::array::from_fn(|axis| solutions.derivative(row, first + force, axis))
+                }),
                 false => [[f64::NAN; 3]; 3],
-            }));
+            };
+            all.extend(tips.into_iter().enumerate().map(|(row, tip)| (tip, rates(row))));
         }
         Ok(all)
     }

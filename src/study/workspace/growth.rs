@@ -223,6 +223,12 @@ impl Grown {
         self.inputs[self.input_count * place..][..self.input_count].copy_from_slice(&at[..self.input_count]);
     }
 
+    /// Takes another solution for a voxel.
+    pub(super) fn replace(&mut self, at: usize, search: &Search) {
+        self.voxels[at] = Voxel { tries: self.voxels[at].tries, ..self.found(search) };
+        self.inputs[self.input_count * at..][..self.input_count].copy_from_slice(&search.at[..self.input_count]);
+    }
+
     /// What a search has found out about its voxel.
     fn found(&self, search: &Search) -> Voxel {
         let mut voxel = Voxel {

@@ -10,7 +10,7 @@ use super::measures::Ends;
 use super::pose::PoseRank;
 use super::seeds::{Rows, count_tips, coverage, net_points};
 use super::voxel_values::{Cause, VoxelValues};
-use super::work::{Found, Work};
+use super::work::{MeasureOptions, Measured, Work};
 use super::workspace::Workspace;
 use crate::engines::EngineRequest;
 use crate::model::Scene;
@@ -221,18 +221,19 @@ impl<'a> WorkspaceJob<'a> {
             None => net_points(inputs.len(), SEEDS, self.seed),
         };
         let mut map = self.map(&inputs)?;
-        let mut work = Work::new(self, &mut map, lattice);
+        let watch = |stage| self.goes_on(stage);
+        let mut work = Work::new(self.options(&watch), &mut map, lattice);
         work.seed(&starts)?;
         let counts = rows.as_ref().map_or_else(|| count_tips(&lattice, &work.tips), Rows::counts);
         let Some(dimension) = work.dimension else { return Err(self.nothing_usable(starts.len())) };
-        let found = if self.fast && dimension.rank == 3 { work.painted() } else { work.measured(dimension)? };
+        let found = if self.fast && dimension.rank == 3 { work.painted(dimension) } else { work.measured(dimension)? };
         self.assemble(found, inputs, scene, notes, dimension, counts, &mut map)
     }
 
     #[allow(clippy::too_many_arguments)]
     pub(super) fn assemble(
         &self,
-        found: Found,
+        found: Measured,
         inputs: Vec<WorkspaceInput>,
         scene: Scene,
         notes: Vec<String>,
@@ -240,7 +241,7 @@ impl<'a> WorkspaceJob<'a> {
         counts: CellMap<u32>,
         map: &mut EngineMap,
     ) -> Result<Workspace, WorkspaceError> {
-        let Found { grown, surface, volume, area, length, check, seen, seed_count } = found;
+        let Measured { grown, surface, volume, area, length, check, seen, seed_count, .. } = found;
         let places: Vec<usize> = grown.reached().collect();
         self.tell(WorkspaceStage::Voxels(places.len()));
         let values = match self.with_values {
@@ -322,7 +323,19 @@ impl<'a> WorkspaceJob<'a> {
         }
     }
 
-    pub(super) fn is_interrupted(&self) -> bool {
-        self.interrupt.is_some_and(|flag| flag.load(Ordering::Relaxed))
+    /// Tells and asks whether to go on.
+    pub(super) fn goes_on(&self, stage: WorkspaceStage) -> bool {
+        self.tell(stage);
+        !self.interrupt.is_some_and(|flag| flag.load(Ordering::Relaxed))
+    }
+
+    pub(super) fn options<'b>(&self, watch: &'b dyn Fn(WorkspaceStage) -> bool) -> MeasureOptions<'b> {
+        MeasureOptions {
+            minimum_margin: self.minimum_margin,
+            any_stable: self.any_stable,
+            seed: self.seed,
+            improves: self.with_values,
+            watch,
+        }
     }
 }

@@ -155,15 +155,13 @@ impl VoxelValues {
         let count = grown.input_count;
         let all: u64 = counts.values().map(|count| u64::from(*count)).sum();
         for (places, inputs) in places.chunks(TOGETHER).zip(inputs.chunks(TOGETHER)) {
-            let tips = match grown.branch {
-                super::Branch::FromRest => map.from_rest(inputs)?,
-                super::Branch::Neighbour => {
-                    let at_rest = map.from_rest(inputs)?;
-                    let starts: Vec<_> = inputs.iter().zip(at_rest).map(|(at, tip)| (*at, tip.base_moment)).collect();
-                    map.near(&starts)?
-                }
-            };
-            values.compliance.extend(map.compliance(inputs)?.iter().map(principal_compliance));
+            let solved = map.with_compliance(inputs)?;
+            values.compliance.extend(solved.iter().map(|(_, rates)| principal_compliance(rates)));
+            let mut tips: Vec<Tip> = solved.into_iter().map(|(tip, _)| tip).collect();
+            if grown.branch == super::Branch::Neighbour {
+                let starts: Vec<_> = inputs.iter().zip(&tips).map(|(at, tip)| (*at, tip.base_moment)).collect();
+                tips = map.near(&starts)?;
+            }
             for ((at, inputs), tip) in places.iter().zip(inputs).zip(&tips) {
                 let voxel = &grown.voxels[*at];
                 let sigma = Singular::new(&tip.jacobian[..count]).values;

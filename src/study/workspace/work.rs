@@ -2,10 +2,9 @@
 
 use super::check::Family;
 use super::dimension::Dimension;
-use super::engine_map::EngineMap;
 use super::error::WorkspaceError;
 use super::growth::Grown;
-use super::job::{WorkspaceJob, WorkspaceStage};
+use super::job::WorkspaceStage;
 use super::lattice::{CellMap, Lattice};
 use super::measures::{Ends, Estimate, extrapolated, sections, volume};
 use super::paint::paint;
@@ -14,21 +13,70 @@ use super::voxel_values::Seen;
 use super::workspace::Check;
 
 /// What was found of a workspace.
-pub(super) struct Found {
+#[derive(Clone, Debug)]
+pub struct Measured {
+    /// Point, curve, surface, body.
+    pub dimension: Dimension,
+    /// Its voxels.
     pub grown: Grown,
+    /// Of a thin body: its middle.
     pub surface: Option<Grown>,
+    /// Of a body (m³).
     pub volume: Option<Estimate>,
+    /// Of a surface, or of the middle of a thin body (m²).
     pub area: Option<Estimate>,
+    /// Of a curve (m).
     pub length: Option<Estimate>,
+    /// The independent value.
     pub check: Option<Check>,
-    pub seen: Seen,
-    pub seed_count: usize,
+    pub(super) seen: Seen,
+    pub(super) seed_count: usize,
+}
+
+/// What is asked of the measurement of a map.
+#[derive(Clone, Copy)]
+pub struct MeasureOptions<'a> {
+    /// Least stability margin that counts.
+    pub minimum_margin: f64,
+    /// Whether every stable equilibrium counts that continues one from rest.
+    pub any_stable: bool,
+    /// Of all nets.
+    pub seed: u64,
+    /// Whether voxels take over their neighbours' more stable solutions.
+    pub improves: bool,
+    /// Hears what is done, and ends it with false.
+    pub watch: &'a dyn Fn(WorkspaceStage) -> bool,
+}
+
+impl Default for MeasureOptions<'_> {
+    fn default() -> Self {
+        MeasureOptions { minimum_margin: 0.0, any_stable: false, seed: 0, improves: false, watch: &|_| true }
+    }
+}
+
+/// Measures where a map takes the tip, beginning from these inputs.
+///
+/// # Errors
+///
+/// An engine that fails, starts without a usable equilibrium, or the caller's interruption.
+pub fn measure(
+    map: &mut dyn TipMap,
+    lattice: Lattice,
+    starts: &[Inputs],
+    options: MeasureOptions<'_>,
+) -> Result<Measured, WorkspaceError> {
+    let mut work = Work::new(options, map, lattice);
+    work.seed(starts)?;
+    match work.dimension {
+        Some(dimension) => work.measured(dimension),
+        None => Err(WorkspaceError::NoUsableRows { samples: starts.len(), minimum_margin: options.minimum_margin }),
+    }
 }
 
 /// A job under way.
 pub(super) struct Work<'a> {
-    job: &'a WorkspaceJob<'a>,
-    map: &'a mut EngineMap,
+    job: MeasureOptions<'a>,
+    map: &'a mut dyn TipMap,
     lattice: Lattice,
     rows: Vec<(Inputs, Tip)>,
     pub tips: Vec<Tip>,
@@ -39,7 +87,7 @@ pub(super) struct Work<'a> {
 }
 
 impl<'a> Work<'a> {
-    pub(super) fn new(job: &'a WorkspaceJob<'a>, map: &'a mut EngineMap, lattice: Lattice) -> Work<'a> {
+    pub(super) fn new(job: MeasureOptions<'a>, map: &'a mut dyn TipMap, lattice: Lattice) -> Work<'a> {
         Work {
             job,
             map,
@@ -64,13 +112,14 @@ impl<'a> Work<'a> {
         Ok(())
     }
 
-    pub(super) fn painted(self) -> Found {
+    pub(super) fn painted(self, dimension: Dimension) -> Measured {
         let (count, least) = (self.map.input_count(), self.job.minimum_margin);
         let grown = paint(self.lattice, count, least, &self.rows, self.tips.len());
         let painted = volume(&grown, &Ends::of(&grown));
         // Nothing is proven, and what no row came near is missing: no interval holds.
         let volume = Some(Estimate { low: f64::NAN, high: f64::NAN, ..painted });
-        Found {
+        Measured {
+            dimension,
             grown,
             surface: None,
             volume,
@@ -82,10 +131,10 @@ impl<'a> Work<'a> {
         }
     }
 
-    pub(super) fn measured(mut self, dimension: Dimension) -> Result<Found, WorkspaceError> {
+    pub(super) fn measured(mut self, dimension: Dimension) -> Result<Measured, WorkspaceError> {
         let (seed_count, edge) = (self.rows.len(), self.lattice.edge);
         let least = self.job.minimum_margin;
-        self.job.tell(WorkspaceStage::Checking);
+        (self.job.watch)(WorkspaceStage::Checking);
         let family = match (self.job.any_stable || self.is_design, dimension.rank) {
             (true, _) | (_, 0) => None,
             (false, rank) => Family::solve(self.map, rank, least, self.job.seed)?,
@@ -126,12 +175,15 @@ impl<'a> Work<'a> {
                 grown
             }
             _ => {
-                let grown = self.grow(self.lattice, 3)?;
+                let mut grown = self.grow(self.lattice, 3)?;
+                if self.job.improves {
+                    grown.improve(self.map)?;
+                }
                 volume_of = Some(volume(&grown, &Ends::of(&grown)));
                 grown
             }
         };
-        self.job.tell(WorkspaceStage::Checking);
+        (self.job.watch)(WorkspaceStage::Checking);
         let check = match family {
             Some(family) => {
                 let integral = family.measure(self.map, edge, least, self.job.seed)?;
@@ -141,7 +193,7 @@ impl<'a> Work<'a> {
             None => None,
         };
         let (volume, area, length) = (volume_of, area_of, length_of);
-        Ok(Found { grown, surface, volume, area, length, check, seen: self.seen, seed_count })
+        Ok(Measured { dimension, grown, surface, volume, area, length, check, seen: self.seen, seed_count })
     }
 
     fn cells(&self) -> CellMap<()> {
@@ -161,13 +213,12 @@ impl<'a> Work<'a> {
         let mut rows = std::mem::take(&mut self.rows);
         for round in 0.. {
             let mut reached = 0;
+            let job = self.job;
             let mut watch = |grown: &Grown| {
                 let now = grown.voxels.iter().filter(|voxel| voxel.is_reached()).count();
-                if now != reached {
-                    self.job.tell(WorkspaceStage::Growing(now));
-                }
+                let goes_on = now == reached || (job.watch)(WorkspaceStage::Growing(now));
                 reached = now;
-                !self.job.is_interrupted()
+                goes_on
             };
             if !grown.grow(self.map, &rows, &mut watch)? {
                 return Err(WorkspaceError::Interrupted);

@@ -1,7 +1,8 @@
 //! How far two engines are apart, over all samples of all cases, in measures that do not depend on units.
 
 use super::cases::Case;
-use rodsweep::model::{MOST_ROWS, Parameter, Quantity, Scene, Solutions, Units, rotation_angle};
+use rodsweep::model::{MOST_ROWS, Quantity, Solutions, rotation_angle};
+use rodsweep::sweep::natural_size;
 
 /// Converged tips further apart than this share of the length lie on different branches.
 const OTHER_BRANCH: f64 = 1e-2;
@@ -128,11 +129,6 @@ impl Differences {
         let exceeded = worst.filter(|(largest, limit)| largest.error > *limit);
         self.odd.or(exceeded.map(|(largest, _)| (largest.case, largest.sample)))
     }
-}
-
-/// Size that a column (dp/L, w) has when a unit change of a rod-sized number turns the tip by one radian.
-fn natural_size(scene: &Scene, parameter: Parameter, units: &Units) -> f64 {
-    parameter.chain(scene).iter().map(|(slot, rate)| (rate / slot.unit(units)).powi(2)).sum::<f64>().sqrt()
 }
 
 fn norm(v: &[f64]) -> f64 {
