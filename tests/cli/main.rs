@@ -16,3 +16,4 @@ mod program;
 mod readme;
 mod sandbox;
 mod stretches;
+mod workspace;

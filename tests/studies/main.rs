@@ -13,3 +13,5 @@ mod solve;
 mod targets;
 mod voxel_panels;
 mod workspace_figures;
+mod workspace_golden;
+mod workspace_shapes;

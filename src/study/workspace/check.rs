@@ -15,10 +15,10 @@ use rayon::prelude::*;
 use std::sync::Arc;
 
 /// Nets of different scrambling whose spread is the error.
-const NETS: u64 = 8;
-/// Samples over all faces, about, and fewest on a face.
-const SAMPLES: u64 = 32_768;
-const LEAST_ON_A_FACE: u64 = 1024;
+const NETS: u64 = 16;
+/// Samples over all faces, about. First so many of each net on each face; then more where the integrand varies more.
+const SAMPLES: f64 = 49_152.0;
+const PILOT: u64 = 32;
 /// More faces are not taken: a point of the workspace then has too many sources for all to be found.
 const MOST_FACES: u64 = 24;
 /// Points whose sources are counted, and searches for further sources of one point.
@@ -59,8 +59,8 @@ pub(super) struct Family {
     faces: Vec<u64>,
     /// Net of each.
     nets: Vec<u64>,
+    /// Integrand times the part of the family that a sample stands for.
     weights: Vec<f64>,
-    per_face: u64,
 }
 
 impl Family {
@@ -76,31 +76,76 @@ impl Family {
         if skeleton.face_count() > MOST_FACES {
             return Ok(None);
         }
-        let per_face = (SAMPLES / skeleton.face_count()).next_power_of_two().max(LEAST_ON_A_FACE);
-        let per_net = per_face / NETS;
+        let mut family = Family {
+            skeleton,
+            dimension,
+            inputs: Vec::new(),
+            tips: Vec::new(),
+            faces: Vec::new(),
+            nets: Vec::new(),
+            weights: Vec::new(),
+        };
+        let mut per_net = vec![0; family.skeleton.face_count() as usize];
+        family.extend(map, &mut per_net, &|_| PILOT, minimum_margin, seed)?;
+        // Where the integrand varies most, most samples (Neyman 1934).
+        let spread = family.spread();
+        let all: f64 = spread.iter().sum();
+        let share = |face: usize| SAMPLES / NETS as f64 * spread[face] / all;
+        let wanted = |face: usize| if all > 0.0 { (share(face) as u64).max(PILOT).next_power_of_two() } else { PILOT };
+        family.extend(map, &mut per_net, &wanted, minimum_margin, seed)?;
+        // A face has the size 2^m in inputs over half their range.
+        let size = |face: usize| 2f64.powi(dimension as i32) / (NETS * per_net[face]) as f64;
+        let faces = &family.faces;
+        family.weights.iter_mut().zip(faces).for_each(|(weight, face)| *weight *= size(*face as usize));
+        Ok(Some(family))
+    }
+
+    /// Solves so many samples of each net on each face, beyond those that there are.
+    fn extend(
+        &mut self,
+        map: &mut dyn TipMap,
+        per_net: &mut [u64],
+        wanted: &dyn Fn(usize) -> u64,
+        minimum_margin: f64,
+        seed: u64,
+    ) -> Result<(), BackendError> {
+        let (count, dimension, first) = (map.input_count(), self.dimension, self.inputs.len());
         let base = SobolNet::new(dimension, 0);
-        let (mut inputs, mut faces, mut nets) = (Vec::new(), Vec::new(), Vec::new());
-        for face in 0..skeleton.face_count() {
+        for (face, known) in per_net.iter_mut().enumerate() {
+            let wanted = wanted(face).max(*known);
             for number in 0..NETS {
-                let net = base.reseeded(hash(seed, STREAM + number, face));
-                for index in 0..per_net {
+                let net = base.reseeded(hash(seed, STREAM + number, face as u64));
+                for index in *known..wanted {
                     let mut point = [0.0; 3];
                     net.point(index, &mut point[..dimension]);
                     let mut unit = [0.5; MOST_INPUTS];
-                    skeleton.values(face, &point[..dimension], &mut unit[..count]);
-                    inputs.push(std::array::from_fn(|k| if k < count { 2.0 * unit[k] - 1.0 } else { 0.0 }));
-                    faces.push(face);
-                    nets.push(number);
+                    self.skeleton.values(face as u64, &point[..dimension], &mut unit[..count]);
+                    self.inputs.push(std::array::from_fn(|k| if k < count { 2.0 * unit[k] - 1.0 } else { 0.0 }));
+                    self.faces.push(face as u64);
+                    self.nets.push(number);
                 }
             }
+            *known = wanted;
         }
-        let mut tips = map.from_rest(&inputs)?;
+        let mut tips = map.from_rest(&self.inputs[first..])?;
         let free: Vec<[bool; MOST_INPUTS]> =
-            (0..skeleton.face_count()).map(|face| free_inputs(&skeleton, face)).collect();
-        tips.iter_mut().zip(&faces).for_each(|(tip, face)| hold(tip, &free[*face as usize]));
+            (0..self.skeleton.face_count()).map(|face| free_inputs(&self.skeleton, face)).collect();
+        tips.iter_mut().zip(&self.faces[first..]).for_each(|(tip, face)| hold(tip, &free[*face as usize]));
         let weigh = |tip: &Tip| if tip.counts(minimum_margin) { stretch(tip, dimension) } else { 0.0 };
-        let weights = tips.iter().map(weigh).collect();
-        Ok(Some(Family { skeleton, dimension, inputs, tips, faces, nets, weights, per_face }))
+        self.weights.extend(tips.iter().map(weigh));
+        self.tips.append(&mut tips);
+        Ok(())
+    }
+
+    /// Standard deviation of the integrand on each face.
+    fn spread(&self) -> Vec<f64> {
+        let faces = self.skeleton.face_count() as usize;
+        let mut sums = vec![[0.0; 3]; faces];
+        for (weight, face) in self.weights.iter().zip(&self.faces) {
+            let sum = &mut sums[*face as usize];
+            *sum = [sum[0] + 1.0, sum[1] + weight, sum[2] + weight * weight];
+        }
+        sums.iter().map(|[n, sum, squares]| (squares / n - (sum / n).powi(2)).max(0.0).sqrt()).collect()
     }
 
     /// Every sample, for growth to begin from.
@@ -116,15 +161,13 @@ impl Family {
         minimum_margin: f64,
         seed: u64,
     ) -> Result<ChangeOfVariables, BackendError> {
-        // A face has the size 2^m in inputs over half their range.
-        let size = 2f64.powi(self.dimension as i32) / self.per_face as f64;
         let mut by_net = vec![0.0; NETS as usize];
-        self.weights.iter().zip(&self.nets).for_each(|(weight, net)| by_net[*net as usize] += size * weight);
+        self.weights.iter().zip(&self.nets).for_each(|(weight, net)| by_net[*net as usize] += weight);
         let integral: f64 = by_net.iter().sum();
         let mean = integral / NETS as f64;
         let spread: f64 = by_net.iter().map(|sum| (sum - mean).powi(2)).sum::<f64>();
         let of_integral = (spread * NETS as f64 / (NETS - 1) as f64).sqrt();
-        let largest = self.weights.iter().fold(0.0f64, |largest, weight| largest.max(size * weight));
+        let largest = self.weights.iter().fold(0.0f64, |largest, weight| largest.max(*weight));
         let points = self.points(seed);
         let sources = self.sources(map, &points, edge, minimum_margin)?;
         let shares: Vec<f64> = sources.iter().map(|count| 1.0 / *count as f64).collect();

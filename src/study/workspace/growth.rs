@@ -68,6 +68,8 @@ pub struct Grown {
     pub branch: Branch,
     /// Least stability margin that counts.
     pub minimum_margin: f64,
+    /// Whether the middle of a thin body is meant.
+    pub is_middle: bool,
     index: CellMap<u32>,
 }
 
@@ -80,7 +82,7 @@ impl Grown {
     /// No voxel yet.
     pub fn new(lattice: Lattice, dimension: usize, input_count: usize, branch: Branch, minimum_margin: f64) -> Grown {
         let (voxels, inputs, index) = (Vec::new(), Vec::new(), CellMap::default());
-        Grown { lattice, dimension, voxels, inputs, input_count, branch, minimum_margin, index }
+        Grown { lattice, dimension, voxels, inputs, input_count, branch, minimum_margin, is_middle: false, index }
     }
 
     /// The voxel of a cell that was looked for.
@@ -105,7 +107,8 @@ impl Grown {
 
     fn aim(&self) -> Aim {
         let edge = self.lattice.edge;
-        Aim::voxels(self.input_count, self.dimension, edge, self.branch, self.minimum_margin)
+        let aim = Aim::voxels(self.input_count, self.dimension, edge, self.branch, self.minimum_margin);
+        Aim { relaxes: self.is_middle, ..aim }
     }
 
     /// Grows from known equilibria until no neighbour is left to be tried. `watch` hears after every round how many

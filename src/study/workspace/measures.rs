@@ -12,6 +12,8 @@ const LATTICE_VARIANCE: f64 = 0.067;
 const SMOOTH_SHARE: f64 = 2.0 / 3.0;
 /// Of what one voxel at the rim of a surface adds, over its section.
 const RIM_VARIANCE: f64 = 0.1;
+/// Student's quantile for eight values.
+const STUDENT_95: f64 = 2.364_624;
 const NORMAL_95: f64 = 1.959_963_985;
 
 /// A number with its interval of 95 %.
@@ -83,11 +85,23 @@ pub(super) fn boundary_area(grown: &Grown) -> f64 {
 }
 
 /// Volume of a body by counted centres (m³): the error is that of a lattice; what is undecided may be part of it.
+///
+/// For a smooth boundary the variance is 0.067 h⁴ S. That of a body with edges and thin parts is larger: it shows in how
+/// far the eight lattices of twice the spacing that make up this one differ, whose variance is sixteen times as large.
 pub(super) fn volume(grown: &Grown, ends: &Ends) -> Estimate {
     let edge = grown.lattice.edge;
     let cell = edge.powi(3);
     let value = cell * ends.reached as f64;
-    let error = NORMAL_95 * (LATTICE_VARIANCE * edge.powi(4) * boundary_area(grown)).sqrt();
+    let mut counts = [0.0f64; 8];
+    for at in grown.reached() {
+        let odd = grown.voxels[at].cell.map(|index| (index & 1) as usize);
+        counts[odd[0] + 2 * odd[1] + 4 * odd[2]] += 1.0;
+    }
+    let mean = counts.iter().sum::<f64>() / 8.0;
+    let variance = counts.iter().map(|count| (count - mean).powi(2)).sum::<f64>() / 7.0;
+    let by_parts = STUDENT_95 * 8.0 * cell * variance.sqrt() / 4.0;
+    let smooth = NORMAL_95 * (LATTICE_VARIANCE * edge.powi(4) * boundary_area(grown)).sqrt();
+    let error = smooth.max(by_parts);
     Estimate { value, low: (value - error).max(0.0), high: value + error + cell * ends.stuck as f64 }
 }
 

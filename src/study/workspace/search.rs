@@ -45,13 +45,26 @@ pub(super) struct Aim {
     pub most_steps: usize,
     /// A step that promises less than this share of what is missing ends the search.
     pub hardly: f64,
+    /// Whether inputs that the strongest directions leave open go towards their middle: of all parallel sheets of a
+    /// thin body the middle one is meant.
+    pub relaxes: bool,
 }
 
 impl Aim {
     /// For the voxels of a workspace.
     pub(super) fn voxels(input_count: usize, dimension: usize, edge: f64, branch: Branch, minimum_margin: f64) -> Aim {
         let tolerance = ARRIVED * edge;
-        Aim { input_count, dimension, edge, branch, minimum_margin, tolerance, most_steps: MOST_STEPS, hardly: HARDLY }
+        Aim {
+            input_count,
+            dimension,
+            edge,
+            branch,
+            minimum_margin,
+            tolerance,
+            most_steps: MOST_STEPS,
+            hardly: HARDLY,
+            relaxes: false,
+        }
     }
 
     /// For points that are asked for; steps are as long as between voxels of this edge.
@@ -130,7 +143,10 @@ impl Search {
     /// Fills `trial`, or ends the search.
     pub(super) fn propose(&mut self, aim: &Aim) {
         let missing = difference(self.centre, self.tip.position);
-        let step = bounded_step(&self.tip, &self.at, aim.input_count, missing, aim.dimension);
+        let mut step = bounded_step(&self.tip, &self.at, aim.input_count, missing, aim.dimension);
+        if aim.relaxes {
+            step.relax(&self.tip, &self.at, aim.input_count, aim.dimension);
+        }
         self.end = self.ended(aim, missing, &step);
         if self.end.is_some() {
             return;
@@ -150,7 +166,7 @@ impl Search {
         }
         let nearest = match aim.dimension {
             3 => left > (1.0 - aim.hardly) * far,
-            _ => norm(difference(missing, step.left)) <= SETTLED * aim.edge,
+            _ => norm(difference(missing, step.left)).max(step.relaxation) <= SETTLED * aim.edge,
         };
         let at_nearest = if step.is_held { End::AtLimit } else { End::Singular };
         match nearest {
@@ -178,7 +194,12 @@ impl Search {
         let counts = tip.counts(aim.minimum_margin);
         let jumped = !counts || distance(tip.position, self.predicted) > JUMP * moved + ARRIVED * aim.edge;
         // A foot point may be a little further away than the tip before it: the normal part is not sought.
-        let slack = if aim.dimension == 3 { 1.0 } else { 1.05 };
+        let slack = match aim.dimension {
+            3 => 1.0,
+            // Towards the middle of a thin body the tip may well go away from the centre.
+            _ if aim.relaxes => f64::INFINITY,
+            _ => 1.05,
+        };
         let nearer = counts && distance(tip.position, self.centre) < slack * self.missing();
         // On another sheet the nearest point means nothing; an arrival counts wherever it came from.
         let arrived = aim.dimension == 3 && distance(tip.position, self.centre) <= aim.tolerance;

@@ -15,6 +15,8 @@ pub(super) struct Step {
     pub left: Vector,
     /// Whether a limit holds an input back.
     pub is_held: bool,
+    /// How far the tip moves by relaxation (m).
+    pub relaxation: f64,
 }
 
 /// The change d that leaves least of `missing` - J d within the limits, and of those the smallest; along the `rank`
@@ -46,10 +48,29 @@ pub(super) fn bounded_step(tip: &Tip, at: &Inputs, count: usize, missing: Vector
     }
     let reached = tip.position_after(&change);
     let left = std::array::from_fn(|axis| missing[axis] - (reached[axis] - tip.position[axis]));
-    Step { change, left, is_held }
+    Step { change, left, is_held, relaxation: 0.0 }
 }
 
 impl Step {
+    /// Moves the inputs towards the middle of their ranges as far as the strongest directions do not notice.
+    pub(super) fn relax(&mut self, tip: &Tip, at: &Inputs, count: usize, rank: usize) {
+        let jacobian = &tip.jacobian[..count];
+        let towards: Inputs = std::array::from_fn(|k| if k < count { -(at[k] + self.change[k]) } else { 0.0 });
+        let moves = |change: &Inputs| {
+            let to = tip.position_after(change);
+            std::array::from_fn(|axis| to[axis] - tip.position[axis])
+        };
+        let all = [true; MOST_INPUTS];
+        let pull = pseudo_inverse(jacobian, &all, moves(&towards), rank);
+        let mut relaxed = towards;
+        jacobian.iter().enumerate().for_each(|(k, column)| relaxed[k] -= dot(*column, pull));
+        for k in 0..count {
+            relaxed[k] = (at[k] + self.change[k] + relaxed[k]).clamp(-1.0, 1.0) - at[k] - self.change[k];
+            self.change[k] += relaxed[k];
+        }
+        self.relaxation = norm(moves(&relaxed));
+    }
+
     /// The step, shortened: the tip moves at most `travel` (m), no input more than `longest`.
     pub(super) fn shortened(&self, tip: &Tip, travel: f64, longest: f64) -> Inputs {
         let reached = tip.position_after(&self.change);

@@ -2,6 +2,7 @@
 
 use super::growth::Grown;
 use super::lattice::Lattice;
+use super::reach::Reach;
 use super::workspace::Workspace;
 use crate::model::Vector;
 use crate::study::columns::Columns;
@@ -86,6 +87,28 @@ impl Workspace {
         columns.numbers("area", "m²", order.iter().map(|at| surface.voxels[*at].measure));
         columns.numbers("stability.margin", "", order.iter().map(|at| surface.voxels[*at].margin));
         Some(columns.finish())
+    }
+
+    /// The answers as a table: target, `status`, inputs, margin, reserve, distance to the boundary, nearest tip.
+    pub fn reach_table(&self, answers: &[Reach]) -> Table {
+        let mut columns = Columns::default();
+        columns.vectors("target.position", "m", &answers.iter().map(|a| a.target.position).collect::<Vec<Vector>>());
+        let has_tangent = answers.iter().any(|answer| answer.target.tangent.is_some());
+        if has_tangent {
+            let tangents = answers.iter().map(|answer| answer.target.tangent.unwrap_or([f64::NAN; 3]));
+            columns.vectors("target.tangent", "", &tangents.collect::<Vec<Vector>>());
+        }
+        columns.words("status", answers.iter().map(|answer| answer.status.to_owned()));
+        for (k, input) in self.inputs.iter().enumerate() {
+            columns.numbers(input.name(&self.scene), input.unit(), answers.iter().map(|a| input.value(a.inputs[k])));
+        }
+        columns.numbers("stability.margin", "", answers.iter().map(|answer| answer.margin));
+        columns.numbers("input_reserve", "", answers.iter().map(|answer| answer.reserve));
+        columns.numbers("boundary_distance", "m", answers.iter().map(|answer| answer.boundary_distance));
+        columns.vectors("nearest", "m", &answers.iter().map(|answer| answer.tip).collect::<Vec<Vector>>());
+        columns.numbers("reach.probability", "", answers.iter().map(|answer| answer.probability));
+        columns.numbers("tangent_error", "rad", answers.iter().map(|answer| answer.tangent_error));
+        columns.finish()
     }
 }
 

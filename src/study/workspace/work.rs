@@ -210,6 +210,7 @@ impl<'a> Work<'a> {
     fn grow(&mut self, lattice: Lattice, dimension: usize) -> Result<Grown, WorkspaceError> {
         let branch = if self.job.any_stable { Branch::Neighbour } else { Branch::FromRest };
         let mut grown = Grown::new(lattice, dimension, self.map.input_count(), branch, self.job.minimum_margin);
+        grown.is_middle = dimension < 3 && self.dimension.is_some_and(|known| known.is_thin);
         let mut rows = std::mem::take(&mut self.rows);
         for round in 0.. {
             let mut reached = 0;
