@@ -93,6 +93,8 @@ fn small(call: &[String]) -> Vec<&'static str> {
         "verify" | "bench" | "doctor" => vec!["--help"],
         "run" if has("--dry-run") || has("--limit") => vec![],
         "run" => vec!["--limit", SAMPLES],
+        "workspace" if has("--robust") => vec!["--voxel", "12mm", "--no-figures"],
+        "workspace" => vec!["--voxel", "8mm", "--no-figures"],
         "control" if has("--experiment") => vec!["--no-figures", "--catheters", "1"],
         "control" => vec!["--no-figures"],
         _ => vec![],

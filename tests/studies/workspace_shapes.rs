@@ -67,6 +67,11 @@ fn polar(t: &[f64], radius: f64) -> Option<Vector> {
     Some([r * polar.sin() * turn.cos(), r * polar.sin() * turn.sin(), r * polar.cos()])
 }
 
+/// So that no side of a box is parallel to the lattice.
+fn turned([x, y, z]: Vector) -> Vector {
+    [0.8 * x - 0.6 * y, 0.48 * x + 0.64 * y - 0.6 * z, 0.36 * x + 0.48 * y + 0.8 * z]
+}
+
 fn assert_within(name: &str, found: f64, truth: f64, share: f64) {
     assert!((found / truth - 1.0).abs() <= share, "{name}: {found}, in truth {truth}");
 }
@@ -164,7 +169,7 @@ fn a_map_covered_twice_says_so() {
 #[test]
 fn more_inputs_than_dimensions_are_no_obstacle() {
     // Each point of a cube is reached by a straight fibre of inputs; both its ends lie on faces.
-    let found = measured(4, 2e-3, 4, |t| Some([0.02 * (t[0] + t[3]), 0.02 * t[1], 0.02 * t[2]]));
+    let found = measured(4, 2e-3, 4, |t| Some(turned([0.02 * (t[0] + t[3]), 0.02 * t[1], 0.02 * t[2]])));
     let truth = 0.08 * 0.04 * 0.04;
     assert_within("volume", found.volume.expect("a volume").value, truth, 0.02);
     let check = found.check.expect("an independent value");
@@ -177,9 +182,7 @@ fn a_torn_map_is_measured_in_pieces() {
     // The equilibrium jumps at t = 0, and there is none at large inputs: two boxes with a corner missing.
     let found = measured(3, 1e-3, 4, |t| {
         let jump = if t[0] > 0.0 { 0.03 } else { 0.0 };
-        // Turned, so that no side is parallel to the lattice.
-        let [x, y, z] = [0.02 * t[0] + jump, 0.02 * t[1], 0.02 * t[2]];
-        (t[0] + t[1] < 1.0).then_some([0.8 * x - 0.6 * y, 0.48 * x + 0.64 * y - 0.6 * z, 0.36 * x + 0.48 * y + 0.8 * z])
+        (t[0] + t[1] < 1.0).then_some(turned([0.02 * t[0] + jump, 0.02 * t[1], 0.02 * t[2]]))
     });
     let truth = 0.04 * 0.04 * 0.04 * (1.0 - 0.5 / 4.0);
     let volume = found.volume.expect("a volume");

@@ -18,7 +18,7 @@ use std::sync::Arc;
 const NETS: u64 = 16;
 /// Samples over all faces, about. First so many of each net on each face; then more where the integrand varies more.
 const SAMPLES: f64 = 49_152.0;
-const PILOT: u64 = 32;
+const PILOT: u64 = 128;
 /// More faces are not taken: a point of the workspace then has too many sources for all to be found.
 const MOST_FACES: u64 = 24;
 /// Points whose sources are counted, and searches for further sources of one point.
