@@ -6,6 +6,7 @@ mod common;
 mod control;
 mod control_windows;
 mod controllers;
+mod estimators;
 mod figures;
 mod fit;
 mod solve;
