@@ -73,7 +73,7 @@ impl RunFigures {
     /// Results that cannot be read, or a figure that cannot be written.
     pub fn draw(&self, results: &Results, folder: &Path) -> Result<Vec<PathBuf>, RunFiguresError> {
         self.check(results.spec())?;
-        self.draw_reduction(results.spec(), &results.reduce(results.spec().voxel)?, folder)
+        self.draw_reduction(results.spec(), &results.reduce(results.spec().workspace.voxel)?, folder)
     }
 
     fn draw_reduction(

@@ -12,7 +12,9 @@ const PILOT: u64 = 4096;
 
 /// The tables of the samples, or why they cannot be made on the device.
 pub(super) fn generator(plan: &Plan, job: &ReduceJob) -> Result<Generator, String> {
-    let recipe = job.recipe.ok_or("they come from a table, or from axes too long for one")?;
+    let recipe = job.recipe.ok_or(
+        "they come from a table, from axes too long for one, or from a method or a law that only the host knows",
+    )?;
     if (0..3).any(|axis| matches!(plan.entries[BASE_POSITION_AT + axis], Entry::Varying(_))) {
         return Err("the base moves".into());
     }

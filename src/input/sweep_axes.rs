@@ -1,13 +1,18 @@
-//! The axes of a sweep file, and how many samples they make.
+//! What varies by a sweep file: its axes and its uncertain numbers.
 
 use super::error::{InputError, Problem};
+use super::sweep_distribution::{KEYS, law};
 use super::table_file::read_input_table;
 use super::toml::Reader;
 use super::words::parameters;
 use crate::model::{Parameter, Scene, SegmentParameter, StiffnessAxis};
-use crate::spec::{AxisSpec, Format, InputTable, MAX_ROWS, MAX_SAMPLES, MAX_SOBOL_DIMENSIONS, Method};
+use crate::spec::{AxisSpec, Distribution, InputTable, Method};
 use std::path::Path;
 use std::sync::Arc;
+
+/// The blocks that say what varies.
+pub(super) const AXIS: &str = "axis";
+pub(super) const UNCERTAIN: &str = "uncertain";
 
 /// What varies, by the blocks `[[axis]]`.
 pub(super) fn axes(
@@ -16,33 +21,72 @@ pub(super) fn axes(
     method: Method,
     notes: &mut Vec<String>,
 ) -> Result<Vec<AxisSpec>, InputError> {
-    let readers = root.tables("axis")?;
+    let readers = root.tables(AXIS)?;
     if readers.is_empty() {
-        return Err(root.missing("axis", "add an [[axis]] block with parameter, from and to"));
+        return Err(root.missing(AXIS, "add an [[axis]] block with parameter, from and to"));
     }
-    readers.iter().map(|reader| axis(reader, scene, method, notes)).collect()
+    let axis = |reader: &Reader| {
+        let axis = varying(reader, scene, notes)?;
+        check_method(reader, &axis, method)?;
+        let points = match (method, reader.count("points", 1)?) {
+            (Method::Grid, Some(points)) => points,
+            (Method::Grid, None) => {
+                return Err(reader.missing("points", "a grid needs the number of points of each axis"));
+            }
+            (_, None) => 0,
+            (_, Some(_)) => {
+                let remedy = "points belong to a grid: give [sampling] samples instead".into();
+                return Err(reader.error("points", Problem::Conflict { with: "sampling.method".into(), remedy }));
+            }
+        };
+        Ok(AxisSpec { points, ..axis })
+    };
+    readers.iter().map(axis).collect()
 }
 
-fn axis(reader: &Reader, scene: &Scene, method: Method, notes: &mut Vec<String>) -> Result<AxisSpec, InputError> {
-    reader.check_keys(&["parameter", "parameters", "from", "to", "points"])?;
+/// What is not known well, by the blocks `[[uncertain]]`.
+pub(super) fn uncertain(root: &Reader, scene: &Scene, notes: &mut Vec<String>) -> Result<Vec<AxisSpec>, InputError> {
+    let number = |reader: &Reader| {
+        if reader.has("points") {
+            let remedy = "points belong to an axis of a grid: remove them".into();
+            return Err(reader.error("points", Problem::Conflict { with: UNCERTAIN.into(), remedy }));
+        }
+        varying(reader, scene, notes)
+    };
+    root.tables(UNCERTAIN)?.iter().map(number).collect()
+}
+
+/// Refuses laws without ends where samples lie at the ends or between them.
+fn check_method(reader: &Reader, axis: &AxisSpec, method: Method) -> Result<(), InputError> {
+    let remedy = match (method, axis.distribution) {
+        (_, Distribution::Uniform { .. }) => return Ok(()),
+        (Method::Grid, _) => "a grid needs ends: give from and to, or draw samples by method = \"sobol\"",
+        (Method::Skeleton, _) => "faces need ends: give from and to",
+        _ => return Ok(()),
+    };
+    let with = format!("sampling.method = {}", method.name());
+    Err(reader.error("distribution", Problem::Conflict { with, remedy: remedy.into() }))
+}
+
+/// What a block drives, and its law.
+fn varying(reader: &Reader, scene: &Scene, notes: &mut Vec<String>) -> Result<AxisSpec, InputError> {
+    reader.check_keys(&KEYS)?;
     if reader.has("parameter") && reader.has("parameters") {
         let remedy = "keep one of the two".into();
         return Err(reader.error("parameter", Problem::Conflict { with: "parameters".into(), remedy }));
     }
-    let driven = match (reader.string("parameter")?, reader.strings("parameters")?) {
+    let (driven, group) = match (reader.string("parameter")?, reader.strings("parameters")?) {
         (Some(name), _) => {
             let driven = parameters(reader, "parameter", scene, name)?;
-            if driven.len() > 1 {
-                notes.push(format!("the axis `{name}` gives all {} components the same value", driven.len()));
-            }
-            driven
+            let group = (driven.len() > 1).then_some(name);
+            (driven, group)
         }
         (None, Some(names)) => {
             let mut driven = Vec::new();
             for (index, name) in names.iter().enumerate() {
                 driven.extend(parameters(reader, &format!("parameters[{index}]"), scene, name)?);
             }
-            driven
+            (driven, None)
         }
         (None, None) => return Err(reader.missing("parameter", "name what to sweep, such as \"coil.current.x\"")),
     };
@@ -51,27 +95,11 @@ fn axis(reader: &Reader, scene: &Scene, method: Method, notes: &mut Vec<String>)
             reader.error("parameters", Problem::Range { value: "empty".into(), expected: "at least one name".into() })
         );
     };
-    let unit = first.unit();
-    if let Some(other) = driven.iter().find(|other| other.unit() != unit) {
-        let remedy = format!("they are measured in {unit} and {}: give each its own axis", other.unit());
-        let with = other.name(scene);
-        return Err(reader.error("parameters", Problem::Conflict { with, remedy }));
+    let law = law(reader, scene, first, &driven)?;
+    if let Some(name) = group.filter(|_| !law.scales) {
+        notes.push(format!("the axis `{name}` gives all {} components the same value", driven.len()));
     }
-    let end = |name: &str| -> Result<f64, InputError> {
-        let value = reader.quantity(name, unit)?;
-        value.ok_or_else(|| reader.missing(name, "an axis runs from `from` to `to`"))
-    };
-    let (from, to) = (end("from")?, end("to")?);
-    let points = match (method, reader.count("points", 1)?) {
-        (Method::Grid, Some(points)) => points,
-        (Method::Grid, None) => return Err(reader.missing("points", "a grid needs the number of points of each axis")),
-        (_, None) => 0,
-        (_, Some(_)) => {
-            let remedy = "points belong to a grid: give [sampling] samples instead".into();
-            return Err(reader.error("points", Problem::Conflict { with: "sampling.method".into(), remedy }));
-        }
-    };
-    Ok(AxisSpec { parameters: driven, from, to, points })
+    Ok(AxisSpec { parameters: driven, distribution: law.distribution, scales: law.scales, points: 0 })
 }
 
 type TableAxes = (Vec<AxisSpec>, Option<Arc<InputTable>>);
@@ -96,25 +124,30 @@ pub(super) fn table_axes(
         return Err(sampling.error("file", Problem::Unreadable(reason)));
     }
     let table = read_input_table(&path, scene)?;
-    let axis = |parameter: &Parameter| AxisSpec { parameters: vec![*parameter], from: 0.0, to: 0.0, points: 0 };
+    let distribution = Distribution::Uniform { from: 0.0, to: 0.0 };
+    let axis =
+        |parameter: &Parameter| AxisSpec { parameters: vec![*parameter], distribution, scales: false, points: 0 };
     Ok((table.parameters().iter().map(axis).collect(), Some(Arc::new(table))))
 }
 
-/// Refuses two axes that drive the same number.
+/// Refuses two axes, or uncertain numbers, that drive the same number.
 pub(super) fn check_overlaps(
     root: &Reader,
     scene: &Scene,
     axes: &[AxisSpec],
+    uncertain: &[AxisSpec],
     method: Method,
 ) -> Result<(), InputError> {
     let mut seen: Vec<Parameter> = Vec::new();
-    for (index, axis) in axes.iter().enumerate() {
+    let axes = axes.iter().enumerate().map(|(index, axis)| (AXIS, index, axis));
+    let uncertain = uncertain.iter().enumerate().map(|(index, number)| (UNCERTAIN, index, number));
+    for (block, index, axis) in axes.chain(uncertain) {
         for parameter in &axis.parameters {
             if let Some(other) = seen.iter().find(|other| overlap(*parameter, **other)) {
                 let remedy = format!("both set `{}`: drop one", parameter.name(scene));
                 let key = match method {
-                    Method::Table => "sampling.file".to_owned(),
-                    _ => axis_key(root, index),
+                    Method::Table if block == AXIS => "sampling.file".to_owned(),
+                    _ => axis_key(root, block, index),
                 };
                 return Err(root.error(&key, Problem::Conflict { with: other.name(scene), remedy }));
             }
@@ -137,85 +170,8 @@ fn overlap(a: Parameter, b: Parameter) -> bool {
     }
 }
 
-/// How many samples there are; those of Sobol' are rounded up to a power of two.
-pub(super) fn sample_count(
-    root: &Reader,
-    sampling: &Reader,
-    method: Method,
-    axes: &[AxisSpec],
-    table_rows: Option<u64>,
-    format: Format,
-    notes: &mut Vec<String>,
-) -> Result<u64, InputError> {
-    let samples = sampling.count("samples", 1)?;
-    if samples.is_some() && matches!(method, Method::Grid | Method::Table) {
-        let remedy = "the axes' points or the table's rows give the number: remove it".into();
-        return Err(sampling.error("samples", Problem::Conflict { with: "method".into(), remedy }));
-    }
-    if sampling.has("file") && method != Method::Table {
-        let remedy = "only method = \"table\" reads a file: remove it".into();
-        return Err(sampling.error("file", Problem::Conflict { with: "method".into(), remedy }));
-    }
-    let too_many = |key: &str, count: String, limit: u64, remedy| {
-        let limit = grouped(limit);
-        root.error(key, Problem::TooMany { what: "asks for", count: format!("{count} samples"), limit, remedy })
-    };
-    let key = if method == Method::Grid { "axis" } else { "sampling.samples" };
-    let mut count = match method {
-        Method::Grid => {
-            let product = axes.iter().try_fold(1u64, |product, axis| product.checked_mul(axis.points));
-            product.ok_or_else(|| too_many(key, "more than 2^64".into(), MAX_ROWS, "lower `points`"))?
-        }
-        Method::Table => table_rows.unwrap_or(0),
-        _ => samples.ok_or_else(|| sampling.missing("samples", "say how many samples to draw"))?,
-    };
-    let (limit, remedy) = match format {
-        Format::None => (MAX_SAMPLES, "lower the number of samples"),
-        _ => (MAX_ROWS, "lower the number of samples, or write no rows with [output] format = \"none\""),
-    };
-    if count > limit {
-        return Err(too_many(key, grouped(count), limit, remedy));
-    }
-    if method == Method::Sobol {
-        if axes.len() > MAX_SOBOL_DIMENSIONS {
-            let (count, limit) = (format!("{} axes", axes.len()), MAX_SOBOL_DIMENSIONS.to_string());
-            let remedy = "use latin_hypercube or uniform";
-            return Err(root.error("axis", Problem::TooMany { what: "has", count, limit, remedy }));
-        }
-        if count > 1 << 32 {
-            return Err(too_many(key, grouped(count), 1 << 32, "use uniform"));
-        }
-        let rounded = count.next_power_of_two();
-        if rounded != count {
-            notes.push(format!(
-                "{} samples rounded up to {} (a power of two, for Sobol')",
-                grouped(count),
-                grouped(rounded)
-            ));
-            count = rounded;
-        }
-        if count > limit {
-            return Err(too_many(key, grouped(count), limit, remedy));
-        }
-    }
-    Ok(count)
-}
-
-/// 1234567 as `1,234,567`.
-fn grouped(number: u64) -> String {
-    let digits = number.to_string();
-    let mut text = String::new();
-    for (index, digit) in digits.chars().enumerate() {
-        if index > 0 && (digits.len() - index).is_multiple_of(3) {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text
-}
-
-/// The key that names what an axis drives.
-pub(super) fn axis_key(root: &Reader, index: usize) -> String {
-    let several = format!("axis[{index}].parameters");
-    if root.source().contains(&several) { several } else { format!("axis[{index}].parameter") }
+/// The key that names what a block drives.
+pub(super) fn axis_key(root: &Reader, block: &str, index: usize) -> String {
+    let several = format!("{block}[{index}].parameters");
+    if root.source().contains(&several) { several } else { format!("{block}[{index}].parameter") }
 }

@@ -2,11 +2,12 @@
 
 use super::error::{InputError, Problem};
 use super::scene_file::{parse_scene, read_scene, read_text, scene};
-use super::sweep_axes::{axes, axis_key, check_overlaps, sample_count, table_axes};
+use super::sweep_axes::{AXIS, UNCERTAIN, axes, axis_key, check_overlaps, table_axes, uncertain};
+use super::sweep_samples::samples;
 use super::toml::{Reader, Source};
 use super::words::{choice, one_of, parameters};
-use crate::model::{Parameter, ParameterError, PlanError, PlanOptions, Scene};
-use crate::spec::{BranchChoice, Format, Method, OutputQuantity, SweepSpec};
+use crate::model::{Parameter, ParameterError, Plan, PlanError, PlanOptions, Scene};
+use crate::spec::{AxisSpec, BranchChoice, Format, Method, OutputQuantity, SweepSpec, WorkspaceOptions};
 use std::path::Path;
 
 impl SweepSpec {
@@ -53,12 +54,12 @@ fn parse_sweep(file: &Path, text: &str, built_in: &BuiltIn) -> Result<SweepSpec,
 /// Any mistake in the file or in what it refers to.
 pub fn sweep_of(source: &Source, file: &Path, built_in: &BuiltIn) -> Result<SweepSpec, InputError> {
     let root = source.root();
-    root.check_keys(&["scene", "sampling", "axis", "solver", "output", "workspace", "bench"])?;
+    root.check_keys(&["scene", "sampling", "axis", "uncertain", "solver", "output", "workspace", "bench"])?;
     let scene = sweep_scene(&root, file, built_in)?;
     let mut notes = super::scene_file::scene_notes(&scene);
     let sampling = root.table("sampling")?;
     let sampling = sampling.ok_or_else(|| root.missing("sampling", "add [sampling] with a method such as \"grid\""))?;
-    sampling.check_keys(&["method", "samples", "seed", "file"])?;
+    sampling.check_keys(&["method", "samples", "dimension", "seed", "file"])?;
     let method = choice(&sampling, "method", &Method::ALL, Method::name)?
         .ok_or_else(|| sampling.missing("method", "write method = \"grid\", \"sobol\" or another"))?;
     let (format, quantities, wrt) = output(&root, &scene)?;
@@ -66,9 +67,10 @@ pub fn sweep_of(source: &Source, file: &Path, built_in: &BuiltIn) -> Result<Swee
         Method::Table => table_axes(&root, &sampling, &scene, file)?,
         _ => (axes(&root, &scene, method, &mut notes)?, None),
     };
-    check_overlaps(&root, &scene, &axes, method)?;
+    let uncertain = uncertain(&root, &scene, &mut notes)?;
+    check_overlaps(&root, &scene, &axes, &uncertain, method)?;
     let rows = table.as_ref().map(|table| table.row_count() as u64);
-    let sample_count = sample_count(&root, &sampling, method, &axes, rows, format, &mut notes)?;
+    let (sample_count, skeleton) = samples(&root, &sampling, method, &axes, rows, format, &mut notes)?;
     let (tolerance, branch, steps) = solver(&root)?;
     let spec = SweepSpec {
         file: file.into(),
@@ -77,6 +79,8 @@ pub fn sweep_of(source: &Source, file: &Path, built_in: &BuiltIn) -> Result<Swee
         seed: sampling.count("seed", 0)?.unwrap_or(0),
         sample_count,
         axes,
+        uncertain,
+        skeleton,
         table,
         tolerance,
         branch,
@@ -84,10 +88,13 @@ pub fn sweep_of(source: &Source, file: &Path, built_in: &BuiltIn) -> Result<Swee
         quantities,
         wrt,
         format,
-        voxel: voxel(&root)?,
+        workspace: workspace(&root)?,
         notes,
     };
     spec.plan(PlanOptions::default()).map_err(|error| plan_problem(&root, &spec, error))?;
+    let uncertain: Vec<Vec<Parameter>> = spec.uncertain.iter().map(|number| number.parameters.clone()).collect();
+    Plan::new(&spec.scene, &uncertain, &[], PlanOptions::default())
+        .map_err(|error| plan_problem(&root, &spec, error))?;
     Ok(spec)
 }
 
@@ -167,15 +174,28 @@ fn output(root: &Reader, scene: &Scene) -> Result<(Format, Vec<OutputQuantity>, 
     Ok((format, quantities, wrt))
 }
 
-fn voxel(root: &Reader) -> Result<f64, InputError> {
-    let Some(workspace) = root.table("workspace")? else { return Ok(1e-3) };
-    workspace.check_keys(&["voxel"])?;
-    let voxel = workspace.quantity("voxel", "m")?.unwrap_or(1e-3);
-    if voxel > 0.0 {
-        return Ok(voxel);
+fn workspace(root: &Reader) -> Result<WorkspaceOptions, InputError> {
+    let usual = WorkspaceOptions::default();
+    let Some(workspace) = root.table("workspace")? else { return Ok(usual) };
+    workspace.check_keys(&["voxel", "minimum_margin", "seed", "length"])?;
+    let length = |key: &str, example: &str| match workspace.quantity(key, "m")? {
+        Some(length) if length <= 0.0 => {
+            let expected = format!("a length greater than zero, such as \"{example}\"");
+            Err(workspace.error(key, Problem::Range { value: length.to_string(), expected }))
+        }
+        length => Ok(length),
+    };
+    let minimum_margin = workspace.quantity("minimum_margin", "")?.unwrap_or(usual.minimum_margin);
+    if !(0.0..=1.0).contains(&minimum_margin) {
+        let expected = "a number from 0 to 1, such as 0.1".into();
+        return Err(workspace.error("minimum_margin", Problem::Range { value: minimum_margin.to_string(), expected }));
     }
-    let expected = "a length greater than zero, such as \"1 mm\"".into();
-    Err(workspace.error("voxel", Problem::Range { value: voxel.to_string(), expected }))
+    Ok(WorkspaceOptions {
+        voxel: length("voxel", "1 mm")?.unwrap_or(usual.voxel),
+        minimum_margin,
+        seed: workspace.count("seed", 0)?.unwrap_or(usual.seed),
+        length: length("length", "20 mm")?,
+    })
 }
 
 /// Finds the key that a plan error is about.
@@ -187,11 +207,12 @@ fn plan_problem(root: &Reader, spec: &SweepSpec, error: PlanError) -> InputError
         }
         PlanError::Scene(_) | PlanError::NoReciprocity => false,
     };
-    let axis = spec.axes.iter().position(|axis| axis.parameters.iter().any(is_meant));
-    let key = match axis {
-        Some(_) if spec.method == Method::Table => "sampling.file".to_owned(),
-        Some(index) => axis_key(root, index),
-        None => "output.derivatives".to_owned(),
+    let place = |axes: &[AxisSpec]| axes.iter().position(|axis| axis.parameters.iter().any(is_meant));
+    let key = match (place(&spec.axes), place(&spec.uncertain)) {
+        (Some(_), _) if spec.method == Method::Table => "sampling.file".to_owned(),
+        (Some(index), _) => axis_key(root, AXIS, index),
+        (None, Some(index)) => axis_key(root, UNCERTAIN, index),
+        (None, None) => "output.derivatives".to_owned(),
     };
     let problem = match error {
         PlanError::Parameter(error) => Problem::Parameter(error),

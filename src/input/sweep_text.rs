@@ -2,7 +2,7 @@
 
 use super::scene_text::write_inline_scene;
 use crate::model::Parameter;
-use crate::spec::{Method, RESOLVED_TABLE, SweepSpec};
+use crate::spec::{AxisSpec, Distribution, Method, RESOLVED_TABLE, SweepSpec, WorkspaceOptions};
 
 impl SweepSpec {
     /// The sweep as TOML that reads back to the same sweep: scene inline, SI numbers, names in full.
@@ -15,14 +15,23 @@ impl SweepSpec {
         match self.method {
             Method::Grid => {}
             Method::Table => text += &format!("file = \"{RESOLVED_TABLE}\"\n"),
-            _ => text += &format!("samples = {}\n", self.sample_count),
+            Method::Saltelli => {
+                let each = self.saltelli_design().map_or(1, |design| design.rows_per_base());
+                text += &format!("samples = {}\n", self.sample_count / each);
+            }
+            _ => text += &format!("samples = {}\n", self.skeleton.map_or(self.sample_count, |asked| asked.samples)),
+        }
+        if let Some(dimension) = self.skeleton.and_then(|asked| asked.dimension) {
+            text += &format!("dimension = {dimension}\n");
         }
         for axis in self.axes.iter().filter(|_| self.method != Method::Table) {
-            let (from, to) = (axis.from, axis.to);
-            text += &format!("\n[[axis]]\nparameters = [{}]\nfrom = {from:?}\nto = {to:?}\n", list(&axis.parameters));
+            text += &format!("\n[[axis]]\nparameters = [{}]\n{}", list(&axis.parameters), law(axis));
             if self.method == Method::Grid {
                 text += &format!("points = {}\n", axis.points);
             }
+        }
+        for number in &self.uncertain {
+            text += &format!("\n[[uncertain]]\nparameters = [{}]\n{}", list(&number.parameters), law(number));
         }
         text += &format!("\n[solver]\ntolerance = {:?}\nbranch = \"{}\"\n", self.tolerance, self.branch.name());
         if let Some(steps) = self.steps {
@@ -31,7 +40,35 @@ impl SweepSpec {
         let quantities: Vec<_> = self.quantities.iter().map(|quantity| format!("\"{}\"", quantity.name())).collect();
         text += &format!("\n[output]\nquantities = [{}]\n", quantities.join(", "));
         text += &format!("derivatives = [{}]\nformat = \"{}\"\n", list(&self.wrt), self.format.name());
-        text += &format!("\n[workspace]\nvoxel = {:?}\n\n", self.voxel);
-        text + &write_inline_scene(&self.scene)
+        text += &workspace(&self.workspace);
+        text + "\n" + &write_inline_scene(&self.scene)
     }
+}
+
+/// How an axis varies; what is usual is not said.
+fn law(axis: &AxisSpec) -> String {
+    let scale = if axis.scales { "scale = true\n" } else { "" };
+    let law = match axis.distribution {
+        Distribution::Uniform { from, to } => format!("from = {from:?}\nto = {to:?}\n"),
+        Distribution::Normal { mean, standard_deviation } => {
+            format!("distribution = \"normal\"\nmean = {mean:?}\nstandard_deviation = {standard_deviation:?}\n")
+        }
+    };
+    scale.to_owned() + &law
+}
+
+/// The block of the workspace; beside the voxel only what is not usual.
+fn workspace(options: &WorkspaceOptions) -> String {
+    let usual = WorkspaceOptions::default();
+    let mut text = format!("\n[workspace]\nvoxel = {:?}\n", options.voxel);
+    if options.minimum_margin != usual.minimum_margin {
+        text += &format!("minimum_margin = {:?}\n", options.minimum_margin);
+    }
+    if options.seed != usual.seed {
+        text += &format!("seed = {}\n", options.seed);
+    }
+    if let Some(length) = options.length {
+        text += &format!("length = {length:?}\n");
+    }
+    text
 }

@@ -1,6 +1,7 @@
 //! Quantities with units: `"1.3 mm"`, `"31.03 MPa"`, `"2.9e-4 kg/m"`, `"20 deg"`; a bare number is SI.
 //!
-//! A unit carries its dimension and a decimal power, so `"1.3 mm"` is the double nearest to 0.0013.
+//! A unit carries its dimension and a decimal power, so `"1.3 mm"` is the double nearest to 0.0013. `"10 %"` is the number
+//! 0.1.
 
 /// Exponents of m, kg, s, A, rad.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -205,7 +206,7 @@ fn parse_unit(text: &str) -> Option<Unit> {
             rest = &rest[c.len_utf8()..];
             continue;
         }
-        let end = rest.find(|c: char| !(c.is_alphabetic() || c == '°')).unwrap_or(rest.len());
+        let end = rest.find(|c: char| !(c.is_alphabetic() || matches!(c, '°' | '%'))).unwrap_or(rest.len());
         if end == 0 {
             // The only number in a unit is the one of `1/m`.
             rest = rest.strip_prefix('1')?;
@@ -253,12 +254,13 @@ fn parse_symbol(symbol: &str) -> Option<Unit> {
     let giga = ("G", 9);
     let (prefix, power) = PREFIXES.iter().chain([&giga]).find(|(prefix, _)| symbol.starts_with(prefix))?;
     let unit = base_symbol(&symbol[prefix.len()..])?;
-    let takes_prefix = !matches!(&symbol[prefix.len()..], "deg" | "°" | "bar" | "kg");
+    let takes_prefix = !matches!(&symbol[prefix.len()..], "deg" | "°" | "bar" | "kg" | "%");
     takes_prefix.then_some(Unit { power: unit.power + power, ..unit })
 }
 
 fn base_symbol(symbol: &str) -> Option<Unit> {
     let (exponents, factor, power) = match symbol {
+        "%" => ([0; 5], 1.0, -2),
         "m" => ([1, 0, 0, 0, 0], 1.0, 0),
         "g" => ([0, 1, 0, 0, 0], 1.0, -3),
         "kg" => ([0, 1, 0, 0, 0], 1.0, 0),
@@ -307,6 +309,8 @@ mod tests {
             ("9.81 m/s²", "m/s²", 9.81),
             ("9.81 m/s/s", "m/s²", 9.81),
             ("30", "", 30.0),
+            ("10 %", "", 0.1),
+            ("2.5%", "", 0.025),
             ("0.0013", "m", 0.0013),
         ];
         for (text, unit, value) in cases {
@@ -324,6 +328,8 @@ mod tests {
         let message = |text, unit| parse_quantity(text, Dimension::of(unit)).unwrap_err().to_string();
         assert_eq!(message("3 kg", "m"), "\"3 kg\" is a mass; give a length such as \"13 mm\"");
         assert_eq!(message("3 deg", ""), "\"3 deg\" is an angle; give a pure number such as 100");
+        assert_eq!(message("3 %", "m"), "\"3 %\" is a pure number; give a length such as \"13 mm\"");
+        assert!(message("3 m%", "").contains("no unit"));
         assert_eq!(message("3 m", "rad"), "\"3 m\" is a length; give an angle such as \"20 deg\"");
         assert!(message("3 furlong", "m").contains("\"furlong\" is no unit"));
         assert!(message("long", "m").contains("does not start with a number"));

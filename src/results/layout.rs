@@ -19,7 +19,7 @@ pub(crate) struct Layout {
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Source {
     Sample,
-    /// Of the sweep.
+    /// Of the values of a sample.
     Axis(usize),
     Status,
     BranchNumber,
@@ -99,8 +99,8 @@ impl Layout {
             Precision::F64 => Values::Double(Vec::new()),
         };
         add("sample".into(), "", Values::Index(Vec::new()), Source::Sample);
-        for (axis, parameters) in spec.axes.iter().enumerate() {
-            for parameter in &parameters.parameters {
+        for (axis, parameters) in spec.axis_parameters().iter().enumerate() {
+            for parameter in parameters {
                 let name = parameter.name(&spec.scene);
                 add(name, parameter.unit(), Values::Double(Vec::new()), Source::Axis(axis));
             }
@@ -164,9 +164,9 @@ impl Layout {
         // A row that is no equilibrium carries no numbers; a number that is not finite is none.
         let known: Vec<bool> = range.clone().map(|row| solutions.is_equilibrium(row)).collect();
         let indices: Vec<u64> = range.clone().map(|row| index(rows.sample(row))).collect();
-        let axis_count = sampler.axis_count();
-        let mut axes = vec![0.0; indices.len() * axis_count];
-        let rows_of_axes = axes.par_chunks_exact_mut(axis_count.max(1)).with_min_len(GROUP);
+        let value_count = sampler.value_count();
+        let mut axes = vec![0.0; indices.len() * value_count];
+        let rows_of_axes = axes.par_chunks_exact_mut(value_count.max(1)).with_min_len(GROUP);
         rows_of_axes.zip(&indices).for_each(|(values, index)| sampler.values(*index, values));
         let rotations = self.vectors(Source::TipRotation(0), range.len(), || {
             |at| rotation_vector(&solutions.tip_rotation(range.start + at))
@@ -194,7 +194,7 @@ impl Layout {
         table.columns.par_iter_mut().zip(&self.sources).for_each(|(column, source)| {
             match (*source, &mut column.values) {
                 (Source::Sample, Values::Index(to)) => to.extend(&indices),
-                (Source::Axis(axis), to) => extend(to, axes.chunks_exact(axis_count).map(|values| values[axis])),
+                (Source::Axis(axis), to) => extend(to, axes.chunks_exact(value_count).map(|values| values[axis])),
                 (Source::Status, Values::Status(to)) => to.extend(range.clone().map(|row| solutions.status(row))),
                 (Source::BranchNumber, Values::Index(to)) => {
                     to.extend(range.clone().map(|row| cells(row).map_or(0, |cells| cells.number as u64)));

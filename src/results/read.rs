@@ -214,7 +214,7 @@ impl Results {
     /// As [`Results::parts`].
     pub fn tips(&self) -> Result<Table, ResultsError> {
         match self.has_rows() {
-            true => Ok(self.reduce(self.spec.voxel)?.tips),
+            true => Ok(self.reduce(self.spec.workspace.voxel)?.tips),
             false => read_parquet_table(&self.dir.join(TIPS_FILE)),
         }
     }

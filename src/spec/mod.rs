@@ -1,7 +1,9 @@
 //! What is asked for and what was seen, as plain data: a sweep, its samples by index, a table of inputs, targets,
 //! trajectories, observed shapes.
 
+mod axis;
 mod input_table;
+mod normal;
 mod observed;
 mod sampling;
 mod selection;
@@ -9,16 +11,22 @@ mod shard;
 mod solution_method;
 mod sweep;
 mod target;
+mod words;
 
+pub use axis::{AxisSpec, Distribution};
 pub use input_table::InputTable;
 pub use observed::{ObservedPoint, ObservedShape, ObservedShapes, ObservedTip};
-pub use sampling::{MAX_SOBOL_DIMENSIONS, Sampler};
+pub use sampling::{
+    DesignKind, Face, MAX_SOBOL_DIMENSIONS, SaltelliDesign, Sampler, Skeleton, SkeletonError, SkeletonSampling,
+    SobolNet,
+};
 pub(crate) use selection::Selection;
 pub use shard::{Shard, ShardError};
 pub use solution_method::SolutionMethod;
 pub(crate) use solution_method::stepper_name;
 pub use sweep::{
-    AxisSpec, BRANCH_CHUNK, BranchChoice, CHUNK, Format, MAX_ROWS, MAX_SAMPLES, Method, OutputQuantity, RESOLVED_TABLE,
-    SweepSpec,
+    BRANCH_CHUNK, BranchChoice, CHUNK, Format, MAX_ROWS, MAX_SAMPLES, Method, OutputQuantity, RESOLVED_TABLE,
+    SweepSpec, WorkspaceOptions,
 };
 pub use target::{ControlInput, Redundancy, Target, Trajectory};
+pub(crate) use words::grouped;

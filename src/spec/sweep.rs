@@ -1,6 +1,8 @@
 //! A sweep: which scene, which samples, which columns. A valid `SweepSpec` can be planned and run.
 
 use super::InputTable;
+use super::axis::AxisSpec;
+use super::sampling::{SaltelliDesign, Skeleton, SkeletonError, SkeletonSampling};
 use crate::model::{Parameter, Plan, PlanError, PlanOptions, Scene};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -30,6 +32,10 @@ pub enum Method {
     LatinHypercube,
     /// Values drawn independently.
     Uniform,
+    /// Base rows of Saltelli's design for Sobol' indices, each of 2 axes + 2 samples.
+    Saltelli,
+    /// Sobol' points on the faces of the box of axes: some axes vary, the others are at a limit.
+    Skeleton,
     /// The rows of a table.
     Table,
 }
@@ -82,17 +88,23 @@ pub enum Format {
     None,
 }
 
-/// One swept direction; it may drive several parameters.
-#[derive(Clone, Debug, PartialEq)]
-pub struct AxisSpec {
-    /// What it drives, all of one unit.
-    pub parameters: Vec<Parameter>,
-    /// Where it begins, SI.
-    pub from: f64,
-    /// Where it ends, SI.
-    pub to: f64,
-    /// Grid points; 0 for other methods.
-    pub points: u64,
+/// What a sweep says about its workspace.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WorkspaceOptions {
+    /// Edge of a voxel (m)
+    pub voxel: f64,
+    /// Least stability margin of an equilibrium that counts, from 0 to 1.
+    pub minimum_margin: f64,
+    /// Of what is drawn for the workspace alone.
+    pub seed: u64,
+    /// What rotations are multiplied by beside positions (m); the study chooses where there is none.
+    pub length: Option<f64>,
+}
+
+impl Default for WorkspaceOptions {
+    fn default() -> Self {
+        WorkspaceOptions { voxel: 1e-3, minimum_margin: 0.0, seed: 0, length: None }
+    }
 }
 
 /// A sweep as it will be run.
@@ -110,6 +122,10 @@ pub struct SweepSpec {
     pub sample_count: u64,
     /// What varies.
     pub axes: Vec<AxisSpec>,
+    /// What is not known well; a run gives it the scene's values.
+    pub uncertain: Vec<AxisSpec>,
+    /// What `method = "skeleton"` was asked for.
+    pub skeleton: Option<SkeletonSampling>,
     /// Values of `method = "table"`.
     pub table: Option<Arc<InputTable>>,
     /// Target error of tip position over rod length and of tip rotation (rad).
@@ -124,8 +140,8 @@ pub struct SweepSpec {
     pub wrt: Vec<Parameter>,
     /// What rows are written as.
     pub format: Format,
-    /// Edge of a workspace voxel (m)
-    pub voxel: f64,
+    /// What it says about its workspace.
+    pub workspace: WorkspaceOptions,
     /// What the user should know about how the file was read.
     pub notes: Vec<String>,
 }
@@ -162,7 +178,15 @@ impl OutputQuantity {
 
 impl Method {
     /// Every method.
-    pub const ALL: [Method; 5] = [Method::Grid, Method::Sobol, Method::LatinHypercube, Method::Uniform, Method::Table];
+    pub const ALL: [Method; 7] = [
+        Method::Grid,
+        Method::Sobol,
+        Method::LatinHypercube,
+        Method::Uniform,
+        Method::Saltelli,
+        Method::Skeleton,
+        Method::Table,
+    ];
 
     /// The word in sweep files.
     pub fn name(self) -> &'static str {
@@ -171,6 +195,8 @@ impl Method {
             Method::Sobol => "sobol",
             Method::LatinHypercube => "latin_hypercube",
             Method::Uniform => "uniform",
+            Method::Saltelli => "saltelli",
+            Method::Skeleton => "skeleton",
             Method::Table => "table",
         }
     }
@@ -193,6 +219,11 @@ impl Format {
     /// Every format.
     pub const ALL: [Format; 4] = [Format::Parquet, Format::Csv, Format::Npz, Format::None];
 
+    /// Most samples of a sweep that writes this.
+    pub(crate) fn most_samples(self) -> u64 {
+        if self == Format::None { MAX_SAMPLES } else { MAX_ROWS }
+    }
+
     /// The word in sweep files, and the extension of parts.
     pub fn name(self) -> &'static str {
         match self {
@@ -205,9 +236,36 @@ impl Format {
 }
 
 impl SweepSpec {
-    /// Parameters that each axis drives.
+    /// Parameters that each value of a sample drives: all those of an axis, or one each where an axis scales them.
     pub fn axis_parameters(&self) -> Vec<Vec<Parameter>> {
-        self.axes.iter().map(|axis| axis.parameters.clone()).collect()
+        self.axes.iter().flat_map(AxisSpec::groups).collect()
+    }
+
+    /// The design of `method = "saltelli"`.
+    pub fn saltelli_design(&self) -> Option<SaltelliDesign> {
+        (self.method == Method::Saltelli).then_some(SaltelliDesign { axis_count: self.axes.len() })
+    }
+
+    /// The faces of `method = "skeleton"`.
+    pub fn skeleton_faces(&self) -> Option<Skeleton> {
+        self.skeleton?.skeleton(self.axes.len()).ok()
+    }
+
+    /// The same sweep with so many axes that vary on each face; other methods stay as they are.
+    ///
+    /// # Errors
+    ///
+    /// More axes than the sweep has, none, or faces that take more samples than a sweep may have.
+    pub fn with_skeleton_dimension(self, dimension: usize) -> Result<SweepSpec, SkeletonError> {
+        let Some(before) = self.skeleton else { return Ok(self) };
+        let axis_count = self.axes.len();
+        let skeleton = SkeletonSampling { dimension: Some(dimension), ..before };
+        let sample_count = skeleton.sample_count(axis_count, self.format.most_samples())?;
+        let outdated = before.note(axis_count, self.sample_count);
+        let mut notes = self.notes;
+        notes.retain(|note| Some(note) != outdated.as_ref());
+        notes.extend(skeleton.note(axis_count, sample_count));
+        Ok(SweepSpec { skeleton: Some(skeleton), sample_count, notes, ..self })
     }
 
     /// The plan of this sweep at a resolution; tolerance and fixed steps come from the file. Without rows there are
@@ -233,10 +291,11 @@ impl SweepSpec {
 
     /// The scene of one sample, as `solve` would read it.
     pub fn sample_scene(&self, index: u64) -> Scene {
-        let mut row = vec![0.0; self.axes.len()];
-        self.sampler().values(index, &mut row);
+        let (sampler, driven) = (self.sampler(), self.axis_parameters());
+        let mut row = vec![0.0; sampler.value_count()];
+        sampler.values(index, &mut row);
         let mut scene = self.scene.clone();
-        let values = self.axes.iter().zip(&row).flat_map(|(axis, value)| axis.parameters.iter().map(|p| (*p, *value)));
+        let values = driven.iter().zip(&row).flat_map(|(driven, value)| driven.iter().map(|p| (*p, *value)));
         // Checked when the file was read.
         let _ = Parameter::set_all(&mut scene, values);
         scene

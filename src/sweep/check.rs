@@ -129,7 +129,7 @@ impl SpotSamples {
 
 /// A sample's swept parameters by name.
 pub(crate) fn named_values(plan: &Plan, sampler: &Sampler, index: u64) -> Vec<(String, f64)> {
-    let mut row = vec![0.0; sampler.axis_count()];
+    let mut row = vec![0.0; sampler.value_count()];
     sampler.values(index, &mut row);
     let named = |(axis, value): (&Vec<_>, f64)| {
         axis.iter()

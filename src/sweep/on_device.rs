@@ -43,7 +43,7 @@ pub(crate) fn run(
     let job = ReduceJob {
         recipe: recipe.as_ref(),
         ranges: &ranges,
-        voxel: finisher.spec.voxel,
+        voxel: finisher.spec.workspace.voxel,
         tolerance: finisher.plan.options.tolerance.min(finisher.spec.tolerance),
         wanted: &wanted,
         values: &|index, row| sampler.values(index, row),

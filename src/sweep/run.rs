@@ -52,7 +52,7 @@ pub fn run(
     let sample_count = options.limit.unwrap_or(u64::MAX).min(spec.sample_count);
     let method = options.method.unwrap_or_else(|| method_of(&info, &plan));
     let record = RunRecord::new(spec, &layout.schema(), sample_count, options.chunk.max(1), method);
-    let mut reduction = Reduction::new(sample_count, spec.voxel, spec.format == Format::None);
+    let mut reduction = Reduction::new(sample_count, spec.workspace.voxel, spec.format == Format::None);
     let header = RunHeader { spec, record: &record, columns: layout.empty(), engine: &info, shard: options.shard };
     let found = sink.open(&header, &mut |rows| reduction.add(rows))?;
     let sampler = spec.sampler();

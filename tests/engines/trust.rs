@@ -208,7 +208,7 @@ fn beyond_a_fold() {
 
 fn report(plan: &Plan, spec: &SweepSpec, indices: &[u64], found: &Solutions, truth: &Solutions) {
     let sampler = spec.sampler();
-    let mut row = vec![0.0; sampler.axis_count()];
+    let mut row = vec![0.0; sampler.value_count()];
     let (mut errors, mut given_up, mut unproven) = (Vec::new(), Vec::new(), Vec::new());
     for at in 0..indices.len() {
         match (found.status(at).is_success(), truth.status(at).is_success()) {

@@ -436,6 +436,157 @@ fn broken_sweeps() {
 }
 
 #[test]
+fn broken_laws() {
+    const FROM_TO: &str = "from = \"-0.1 A\"\nto = \"0.1 A\"\n";
+    const DRAWN: &str = "method = \"sobol\"\nsamples = 8\n";
+    let modulus = |text: &str| text.replace("coil.current.x", "tube.youngs_modulus").replace("points = 5\n", "");
+    let drawn = |text: &str| modulus(text).replace("method = \"grid\"\n", DRAWN);
+    let cases: &[(&str, usize, &str, &str)] = &[
+        ("relative = \"10 %\"\nfrom = 0\nto = 1\n", 9, "axis[0].from", "cannot stand beside `relative`"),
+        ("relative = \"10 %\"\nmean = 1\n", 9, "axis[0].mean", "keep one of the two"),
+        (
+            "relative = 10\n",
+            8,
+            "axis[0].relative",
+            "a share above 0 and up to 1, such as \"10 %\"; else write from and to",
+        ),
+        ("relative = \"-10 %\"\n", 8, "axis[0].relative", "is -0.1; give a share above 0"),
+        ("relative = 3\ndistribution = \"normal\"\n", 8, "axis[0].relative", "else write mean and standard_deviation"),
+        ("relative = \"10 mm\"\n", 8, "axis[0].relative", "is a length; give a pure number"),
+        ("distribution = \"normal\"\n", 6, "axis[0].standard_deviation", "is missing: a normal distribution needs it"),
+        (
+            "distribution = \"normal\"\nstandard_deviation = 0\n",
+            9,
+            "axis[0].standard_deviation",
+            "a value greater than zero",
+        ),
+        (
+            "distribution = \"normal\"\nstandard_deviation = \"1 mm\"\n",
+            9,
+            "axis[0].standard_deviation",
+            "is a length; give a pressure or modulus",
+        ),
+        (
+            "distribution = \"normal\"\nfrom = 0\nto = 1\n",
+            9,
+            "axis[0].from",
+            "cannot stand beside `distribution = normal`; a normal distribution has no ends",
+        ),
+        (
+            "from = 0\nto = 1\nstandard_deviation = 1\n",
+            10,
+            "axis[0].standard_deviation",
+            "write distribution = \"normal\"",
+        ),
+        ("distribution = \"gauss\"\n", 8, "axis[0].distribution", "use one of: uniform, normal"),
+        ("scale = \"yes\"\nfrom = 0\nto = 1\n", 8, "axis[0].scale", "give true or false"),
+        ("scale = true\nfrom = \"1 MPa\"\nto = 2\n", 9, "axis[0].from", "give a pure number"),
+        ("relativ = 0.1\n", 8, "axis[0].relativ", "did you mean `relative`?"),
+    ];
+    for (law, line, key, words) in cases {
+        let error = sweep(&replaced(&drawn(SWEEP), FROM_TO, law)).expect_err(law);
+        check(error, "sweep.toml", ("", "", *line, key, words));
+    }
+    let fails = |text: &str, line: usize, key: &str, words: &str| {
+        let error = sweep(text).expect_err(words);
+        assert_eq!((error.line, error.key.as_str()), (Some(line), key), "{error}");
+        assert!(error.to_string().contains(words), "{error}");
+    };
+    let relative = |name: &str| replaced(SWEEP, FROM_TO, "relative = \"10 %\"\n").replace("coil.current.x", name);
+    fails(&relative("coil.current.x"), 7, "axis[0].relative", "it is 0 in the scene: name others, or give from and to");
+    fails(
+        &relative("coil.turns.x\", \"coil.current.x")
+            .replace("parameter =", "parameters = [")
+            .replace("t.x\"", "t.x\"]"),
+        7,
+        "axis[0].relative",
+        "cannot stand beside `coil.current.x`; it is 0",
+    );
+    fails(&relative("tube.density"), 7, "axis[0].relative", "it is 0 in the scene");
+    let pair = relative("coil.turns.x\", \"coil.turns.z").replace("parameter = ", "parameters = [");
+    let pair = pair.replace("turns.z\"", "turns.z\"]");
+    assert!(sweep(&pair).unwrap().axes[0].scales);
+    fails(&pair.replace("points", "scale = false\npoints"), 8, "axis[0].scale", "several parameters keep their ratio");
+    let normal = replaced(SWEEP, FROM_TO, "distribution = \"normal\"\nstandard_deviation = 1\n");
+    fails(&normal, 7, "axis[0].distribution", "a grid needs ends: give from and to, or draw samples");
+    let faces = normal.replace("points = 5\n", "").replace("\"grid\"", "\"skeleton\"\nsamples = 8");
+    fails(&faces, 8, "axis[0].distribution", "faces need ends: give from and to");
+}
+
+#[test]
+fn broken_designs() {
+    let text = |method: &str, more: &str| {
+        let sampling = format!("method = \"{method}\"\n{more}");
+        SWEEP.replace("method = \"grid\"\n", &sampling).replace("points = 5\n", "")
+    };
+    let fails = |text: &str, line: usize, key: &str, words: &str| {
+        let error = sweep(text).expect_err(words);
+        assert_eq!((error.line, error.key.as_str()), (Some(line), key), "{error}");
+        assert!(error.to_string().contains(words), "{error}");
+    };
+    fails(&text("saltelli", ""), 2, "sampling.samples", "say how many samples to draw");
+    fails(&text("saltelli", "samples = 300_000_000\n"), 4, "sampling.samples", "2,147,483,648 samples; at most");
+    fails(
+        &text("saltelli", "samples = 8\ndimension = 1\n"),
+        5,
+        "sampling.dimension",
+        "only method = \"skeleton\" has it",
+    );
+    fails(&text("skeleton", "samples = 8\ndimension = 2\n"), 5, "sampling.dimension", "a whole number from 1 to 1");
+    fails(&text("skeleton", "samples = 8\ndimension = 0\n"), 5, "sampling.dimension", "a whole number of at least 1");
+    fails(&text("skeleton", "dimension = 1\n"), 2, "sampling.samples", "say how many samples to draw");
+    fails(
+        &text("skeleton", "samples = 900_000_000\n"),
+        4,
+        "sampling.samples",
+        "900,000,000 samples on 1 face; at most 1,000,000,000 are possible: give a larger `dimension`",
+    );
+    // One axis more than there are directions for.
+    let axes: String = (0..501).map(|k| format!("[[axis]]\nparameter = \"s{k}.length\"\nfrom = 0\nto = 1\n")).collect();
+    let segments: String =
+        (0..501).map(|k| format!("[[scene.segment]]\nname = \"s{k}\"\nkind = \"rigid\"\nlength = 1\n")).collect();
+    let tube = "[[scene.segment]]\nname = \"tube\"\nkind = \"flexible\"\nlength = 1\n\
+         stiffness = { bending_x = 1, bending_y = 1, torsion = 1 }\n";
+    let wide = |axes: &str| format!("[sampling]\nmethod = \"saltelli\"\nsamples = 2\n{axes}[scene]\n{tube}{segments}");
+    let error = sweep(&wide(&axes)).unwrap_err();
+    assert!(error.to_string().contains("`axis`: has 501 axes; at most 500 are possible"), "{error}");
+}
+
+#[test]
+fn broken_uncertain_numbers_and_workspaces() {
+    let with = |block: &str| format!("{SWEEP}{block}");
+    let fails = |text: &str, line: usize, key: &str, words: &str| {
+        let error = sweep(text).expect_err(words);
+        assert_eq!((error.line, error.key.as_str()), (Some(line), key), "{error}");
+        assert!(error.to_string().contains(words), "{error}");
+    };
+    let block = "[[uncertain]]\nparameter = \"tube.youngs_modulus\"\nrelative = \"5 %\"\n";
+    assert_eq!(sweep(&with(block)).unwrap().uncertain.len(), 1);
+    fails(&with(&format!("{block}points = 3\n")), 22, "uncertain[0].points", "points belong to an axis of a grid");
+    fails(&with(&format!("{block}{block}")), 23, "uncertain[1].parameter", "both set `tube.youngs_modulus`: drop one");
+    let current = "[[uncertain]]\nparameter = \"coil.current.x\"\nfrom = 0\nto = 1\n";
+    fails(&with(current), 20, "uncertain[0].parameter", "both set `coil.current.x`: drop one");
+    fails(&with(&block.replace("youngs", "yongs")), 20, "uncertain[0].parameter", "did you mean");
+    fails(
+        &with(&block.replace("youngs_modulus", "stiffness.torsion")),
+        20,
+        "uncertain[0].parameter",
+        "follows from `tube`",
+    );
+    fails(&with(&block.replace("relative", "seed")), 21, "uncertain[0].seed", "is not a key here");
+    for (key, value, words) in [
+        ("minimum_margin", "1.5", "a number from 0 to 1"),
+        ("minimum_margin", "-0.1", "a number from 0 to 1"),
+        ("seed", "-1", "a whole number of at least 0"),
+        ("length", "\"0 mm\"", "a length greater than zero, such as \"20 mm\""),
+        ("length", "\"1 A\"", "give a length"),
+        ("margin", "0", "is not a key here"),
+    ] {
+        fails(&with(&format!("{key} = {value}\n")), 19, &format!("workspace.{key}"), words);
+    }
+}
+
+#[test]
 fn sweeps_of_what_cannot_be_swept() {
     let stiffness = SWEEP
         .replace("coil.current.x", "tube.stiffness.bending")

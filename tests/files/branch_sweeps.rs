@@ -190,7 +190,7 @@ fn rows_and_counts_are_those_of_the_samples() {
     let status = status_of(&out).unwrap();
     assert_eq!((status.samples_done, status.failed(), status.every_branch), (7, 0, true));
     assert_eq!(status.counts.iter().sum::<u64>(), table.row_count() as u64);
-    let reduction = reduced(&out, spec.voxel).unwrap();
+    let reduction = reduced(&out, spec.workspace.voxel).unwrap();
     assert_eq!((reduction.sample_count, reduction.row_count()), (7, table.row_count() as u64));
     let most = groups.iter().map(Vec::len).max().unwrap() as u64;
     let counts = reduction.branches.unwrap();

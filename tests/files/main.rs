@@ -7,6 +7,7 @@ mod arc;
 mod bad_input;
 mod branch_sweeps;
 mod foreign_tables;
+mod laws;
 mod method;
 mod same_rows;
 mod scenes;

@@ -71,12 +71,12 @@ fn a_directory_opened_again_gives_what_the_run_had() {
         let results = Results::open(&out).expect("results");
         assert_eq!(results.spec().sample_count, 130);
         assert_eq!(results.has_rows(), results.spec().format != Format::None);
-        let again = results.reduce(results.spec().voxel).expect("statistics");
+        let again = results.reduce(results.spec().workspace.voxel).expect("statistics");
         let had = &summary.reduction;
         assert_eq!((again.counts, again.sample_count, again.extents), (had.counts, had.sample_count, had.extents));
         assert_eq!(again.tips, had.tips, "{format}");
         assert_eq!(results.tips().expect("tips"), had.tips);
-        let voxels = results.voxels(results.spec().voxel).expect("voxels");
+        let voxels = results.voxels(results.spec().workspace.voxel).expect("voxels");
         assert_eq!(voxels, again.voxel_table());
         assert_eq!(
             voxels.numbers("count").expect("counts").iter().sum::<f64>(),

@@ -187,7 +187,7 @@ fn counted(faults: Faults) -> Option<Counted> {
     let job = ReduceJob {
         recipe: recipe.as_ref(),
         ranges: &[0..5000, 5100..SAMPLES as u64],
-        voxel: spec.voxel,
+        voxel: spec.workspace.voxel,
         tolerance: TOLERANCE,
         wanted: &|range| range.filter(|index| index % 1000 == 0).collect(),
         values: &|index, row| sampler.values(index, row),
@@ -198,7 +198,7 @@ fn counted(faults: Faults) -> Option<Counted> {
         for (row, index) in rows.indices.iter().enumerate() {
             *returned.entry(*index).or_default() += 1;
             let tip = rows.solutions.vector(row, Quantity::TipPosition);
-            *cells.entry(tip.map(|x| (x / spec.voxel).floor() as i32)).or_default() += 1;
+            *cells.entry(tip.map(|x| (x / spec.workspace.voxel).floor() as i32)).or_default() += 1;
         }
         true
     });

@@ -103,7 +103,7 @@ fn a_sweep_without_rows_is_shared_too() {
     let job = ReduceJob {
         recipe: recipe.as_ref(),
         ranges: &[0..2500, 2600..SAMPLES as u64],
-        voxel: spec.voxel,
+        voxel: spec.workspace.voxel,
         tolerance: TOLERANCE,
         wanted: &|range| range.filter(|index| index % 500 == 0).collect(),
         values: &|index, row| sampler.values(index, row),
@@ -118,7 +118,7 @@ fn a_sweep_without_rows_is_shared_too() {
                 *statuses.entry(status).or_insert(0) += 1;
                 if status.is_success() {
                     let tip = rows.solutions.vector(row, Quantity::TipPosition);
-                    *cells.entry(tip.map(|x| (x / spec.voxel).floor() as i32)).or_insert(0) += 1;
+                    *cells.entry(tip.map(|x| (x / spec.workspace.voxel).floor() as i32)).or_insert(0) += 1;
                 }
             }
             true

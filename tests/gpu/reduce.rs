@@ -77,7 +77,9 @@ fn samples_made_on_the_device_are_those_of_the_host() {
             let generator = Generator::new(&plan, &sampler.recipe().unwrap()).unwrap();
             let mut gpu = Gpu::new(device, &plan, precision).unwrap();
             let ends = plan.batch(2, |at, row| {
-                let end = |axis: &AxisSpec| if at == 0 { axis.from } else { axis.to };
+                let end = |axis: &AxisSpec| {
+                    axis.distribution.limits().map_or(0.0, |(from, to)| if at == 0 { from } else { to })
+                };
                 row.iter_mut().zip(&spec.axes).for_each(|(value, axis)| *value = end(axis));
             });
             for first in firsts {

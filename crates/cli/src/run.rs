@@ -8,7 +8,7 @@ use rodsweep::input::scene_notes;
 use rodsweep::model::{Plan, PlanOptions, Quantity, Status};
 use rodsweep::report::{count, engineering};
 use rodsweep::results::{BranchCounts, ErrorDistribution, Results, SampleOrigin};
-use rodsweep::spec::{BranchChoice, Format, Method, Shard, SweepSpec};
+use rodsweep::spec::{AxisSpec, BranchChoice, Distribution, Format, Method, Shard, SweepSpec};
 use rodsweep::sweep::{PreparedSweep, Progress, ResultDirectory, Summary, SweepJob};
 use std::cell::OnceCell;
 use std::path::{Path, PathBuf};
@@ -147,16 +147,28 @@ fn default_directory(spec: &SweepSpec) -> PathBuf {
     PathBuf::from("results").join(spec.file.file_stem().unwrap_or(spec.file.as_os_str()))
 }
 
+/// By which law an axis varies.
+fn law(axis: &AxisSpec) -> String {
+    let unit = if axis.scales { "times the scene's values" } else { axis.unit() };
+    match axis.distribution {
+        Distribution::Uniform { from, to } => format!("{from} to {to} {unit}"),
+        Distribution::Normal { mean, standard_deviation } => {
+            format!("normal, mean {mean}, standard deviation {standard_deviation} {unit}")
+        }
+    }
+}
+
 fn describe(sweep: &PreparedSweep, arguments: &RunArguments, out: &Path) {
     let (spec, plan) = (sweep.spec(), sweep.plan());
     let samples = arguments.limit.unwrap_or(u64::MAX).min(spec.sample_count);
-    let columns = 1 + spec.axes.len() + Quantity::COUNT + plan.rows() * plan.derivatives.len();
+    let driven: usize = spec.axes.iter().map(|axis| axis.parameters.len()).sum();
+    let columns = 1 + driven + Quantity::COUNT + plan.rows() * plan.derivatives.len();
     say(&format!("samples: {} by {}", count(samples), spec.method.name()));
     for axis in &spec.axes {
         let names: Vec<String> = axis.parameters.iter().map(|parameter| parameter.name(&spec.scene)).collect();
         match spec.method {
             Method::Table => say(&format!("  {}", names.join(", "))),
-            _ => say(&format!("  {}: {} to {} {}", names.join(", "), axis.from, axis.to, axis.parameters[0].unit())),
+            _ => say(&format!("  {}: {}", names.join(", "), law(axis))),
         }
     }
     let names: Vec<&str> = plan.derivatives.iter().map(|derivative| derivative.name.as_str()).collect();

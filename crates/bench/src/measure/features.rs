@@ -151,7 +151,7 @@ fn point(part: &str, name: &str, size: f64, rod: &Rod, session: &mut Session) ->
         spec.wrt.extend(Parameter::parse(&spec.scene, name)?);
     }
     let sampler = spec.sampler();
-    let mut rows = vec![vec![0.0; spec.axes.len()]; SAMPLES];
+    let mut rows = vec![vec![0.0; sampler.value_count()]; SAMPLES];
     rows.iter_mut().enumerate().for_each(|(index, row)| sampler.values(index as u64, row));
     let plan = spec.plan(PlanOptions { stepper: Stepper::Dop853, steps: STEPS, ..PlanOptions::default() })?;
     let batch = batch_of(&plan, SAMPLES, &rows);

@@ -142,7 +142,7 @@ fn median(mut values: Vec<f64>) -> f64 {
 /// Of a sample of the map: what error estimate and stability index add.
 fn operations(map: &Map, session: &mut Session) -> Result<(), BenchError> {
     let sampler = map.spec.sampler();
-    let mut rows = vec![vec![0.0; map.spec.axes.len()]; COUNTED];
+    let mut rows = vec![vec![0.0; sampler.value_count()]; COUNTED];
     let every = map.spec.sample_count / COUNTED as u64;
     rows.iter_mut().enumerate().for_each(|(index, row)| sampler.values(index as u64 * every, row));
     let batch = batch_of(&map.plan, COUNTED, &rows);

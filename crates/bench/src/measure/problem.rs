@@ -77,19 +77,20 @@ impl<'a> Problem<'a> {
         let count = (spec.sweep.sample_count as usize).min(most).max(1);
         let (sampler, mut random) = (spec.sweep.sampler(), Random(spec.sweep.seed));
         let drawn = if count < spec.sweep.sample_count as usize { count } else { TIMED.max(count) };
-        let mut rows = vec![vec![0.0; spec.sweep.axes.len()]; drawn];
-        rows.iter_mut().enumerate().for_each(|(index, row)| sampler.values(index as u64, row));
-        let near: Vec<Vec<f64>> = rows
-            .iter()
-            .map(|row| {
-                let shifted = spec.sweep.axes.iter().zip(row).map(|(axis, value)| {
-                    let by = NEAR * (axis.to - axis.from) * if random.unit() < 0.5 { -1.0 } else { 1.0 };
-                    let inside = (axis.from.min(axis.to)..=axis.from.max(axis.to)).contains(&(value + by));
-                    if inside { value + by } else { value - by }
-                });
-                shifted.collect()
-            })
-            .collect();
+        let mut rows = vec![vec![0.0; sampler.value_count()]; drawn];
+        let mut near = rows.clone();
+        let mut values = vec![0.0; sampler.axis_count()];
+        for (index, (row, near)) in rows.iter_mut().zip(&mut near).enumerate() {
+            sampler.values(index as u64, row);
+            sampler.axis_values(index as u64, &mut values);
+            for (axis, value) in spec.sweep.axes.iter().zip(&mut values) {
+                let law = axis.distribution;
+                let by = 2.0 * NEAR * law.half_range() * if random.unit() < 0.5 { -1.0 } else { 1.0 };
+                let is_inside = |x: &f64| law.limits().is_none_or(|(a, b)| (a.min(b)..=a.max(b)).contains(x));
+                *value = if is_inside(&(*value + by)) { *value + by } else { *value - by };
+            }
+            sampler.expand(&values, near);
+        }
         let options = PlanOptions { tolerance: 1e-12, stepper: Stepper::Dop853, steps: FINE, ..PlanOptions::default() };
         let plan = plan(spec, &wrt, options)?;
         let truth = Reference::new(&plan).solve(&batch_of(&plan, count, &rows))?;
