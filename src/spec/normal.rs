@@ -2,8 +2,9 @@
 
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
-/// Least probability that a quantile is taken of, and 1 minus it the largest: samples may fall on an end of (0, 1).
-const LEAST: f64 = 1.0 / (1u64 << 54) as f64;
+/// Least and largest share that a quantile is taken of: samples may fall on an end of (0, 1).
+const LEAST: f64 = 0.25 * f64::EPSILON;
+const MOST: f64 = 1.0 - 0.5 * f64::EPSILON;
 /// From here on the tail comes from a continued fraction, for a difference from 1 would lose digits.
 const TAIL: f64 = 2.5;
 
@@ -77,7 +78,7 @@ const FAR_TAIL: [[f64; 8]; 2] = [
 
 /// Value below which a share of all values lies, to 1e-15 of itself; ends of (0, 1) count as the nearest share inside.
 pub(super) fn quantile(share: f64) -> f64 {
-    let share = share.clamp(LEAST, 1.0 - LEAST);
+    let share = share.clamp(LEAST, MOST);
     let off = share - 0.5;
     if off.abs() <= 0.425 {
         return off * ratio(&MIDDLE, 0.180625 - off * off);

@@ -502,7 +502,12 @@ fn broken_laws() {
         "axis[0].relative",
         "cannot stand beside `coil.current.x`; it is 0",
     );
-    fails(&relative("tube.density"), 7, "axis[0].relative", "it is 0 in the scene");
+    let oval = SWEEP.replace("scene = \"scene.toml\"\n", "").replace(FROM_TO, "relative = 0.1\n");
+    let oval = oval.replace("coil.current.x", "tube.stiffness.bending").replace("[\"coil.current\"]", "[]")
+        + "[scene]\n[[scene.segment]]\nname = \"tube\"\nkind = \"flexible\"\nlength = 1\n\
+           stiffness = { bending_x = 1, bending_y = 2, torsion = 1 }\n";
+    fails(&oval, 6, "axis[0].relative", "it stands for several numbers that differ");
+    assert!(sweep(&oval.replace("bending_y = 2", "bending_y = 1")).is_ok());
     let pair = relative("coil.turns.x\", \"coil.turns.z").replace("parameter = ", "parameters = [");
     let pair = pair.replace("turns.z\"", "turns.z\"]");
     assert!(sweep(&pair).unwrap().axes[0].scales);
