@@ -9,6 +9,7 @@ mod fit;
 mod replay;
 mod rod_motion;
 mod run;
+mod sensitivity;
 mod shape;
 mod simulation;
 
@@ -17,5 +18,6 @@ pub use experiment::ExperimentFigure;
 pub use fit::fit;
 pub use replay::replay;
 pub use run::{RunFigures, RunFiguresError};
+pub use sensitivity::draw_sensitivity;
 pub use shape::{NothingToDraw, rod_shape};
 pub use simulation::simulation;

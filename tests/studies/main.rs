@@ -9,5 +9,7 @@ mod controllers;
 mod estimators;
 mod figures;
 mod fit;
+mod sensitivity;
 mod solve;
 mod targets;
+mod variance_shares;

@@ -9,6 +9,7 @@ mod control_job;
 mod control_output;
 mod directory;
 mod doctor;
+mod engine_args;
 mod experiment;
 mod fit;
 mod flags;
@@ -16,6 +17,8 @@ mod import;
 mod progress;
 mod replay;
 mod run;
+mod sensitivity;
+mod sensitivity_args;
 mod simulate;
 mod solve;
 mod verify;
@@ -28,6 +31,7 @@ use rodsweep::input::{AssignError, InputError, scene_notes};
 use rodsweep::model::{PlanError, Scene};
 use rodsweep::report::ReportError;
 use rodsweep::results::ResultsError;
+use rodsweep::study::sensitivity::SensitivityError;
 use rodsweep::study::{ControlError, FitError};
 use rodsweep::sweep::SweepError;
 use std::io::Write;
@@ -66,6 +70,8 @@ pub(crate) enum CommandError {
     Control(ControlError),
     #[error(transparent)]
     Fit(FitError),
+    #[error(transparent)]
+    Sensitivity(SensitivityError),
     #[error("{0}")]
     Usage(String),
     #[error("cannot write to the standard output: {0}")]
@@ -80,6 +86,7 @@ impl CommandError {
             }
             CommandError::Fit(FitError::Failed(_)) => Exit::Failed,
             CommandError::Fit(_) | CommandError::Control(_) => Exit::Usage,
+            CommandError::Sensitivity(error) if error.is_usage() => Exit::Usage,
             CommandError::Sweep(error) if error.is_usage() => Exit::Usage,
             CommandError::Results(error) if error.is_usage() => Exit::Usage,
             CommandError::Backend(BackendError::Unsupported { .. }) => Exit::Usage,
@@ -116,6 +123,7 @@ fn main() -> ExitCode {
         Command::Merge { directories, out } => directory::merge(&directories, &out),
         Command::Control(arguments) => control::control(&arguments),
         Command::Fit(arguments) => fit::fit(&arguments),
+        Command::Sensitivity(arguments) => sensitivity::sensitivity(&arguments),
         Command::Import(arguments) => import::import(&arguments),
         Command::Completions { shell } => completions(shell),
     };

@@ -2,7 +2,7 @@
 //!
 //! Least squares in an orthonormal basis. A row gives one equation of its value and one of each slope, by the input's
 //! standard variable: over half the range of a uniform law, over the standard deviation of a normal one (Peng, Hampton,
-//! Doostan 2016). A fifth of the rows is held out. The smallest degree that predicts them is taken, then fitted to all.
+//! Doostan 2016). A fifth of the rows is held out. The degree that predicts them best is taken, then fitted to all rows.
 
 use super::cholesky;
 use super::polynomials::{Basis, Family};
@@ -16,6 +16,8 @@ pub const MAX_DEGREE: usize = 4;
 pub const MAX_INPUTS: usize = 12;
 /// Share of the held-out variance that a chaos has to predict.
 pub const GOOD: f64 = 0.999;
+/// A chaos that predicts this share needs no higher degree.
+const BEST: f64 = 1.0 - 1e-6;
 /// Equations for each term, at least.
 const EQUATIONS: usize = 6;
 /// Terms of a basis.
@@ -81,20 +83,20 @@ impl Chaos {
         fit_all(&Basis::new(families, degree), rows, shape, &vec![f64::NAN; shape.outputs], degree)
     }
 
-    /// Fits, for each output, a chaos of the smallest degree that predicts it well, else of the one that predicts best;
-    /// `None` where the rows are too few for the first degree. `degree` is the largest to try.
+    /// Fits, for each output, a chaos of the degree that predicts best; higher ones are not tried where one predicts all
+    /// but a millionth. `None` where the rows are too few for the first degree. `degree` is the largest to try.
     pub fn choose(families: &[Family], rows: &ChaosRows, degree: usize) -> Vec<Option<Chaos>> {
         let shape = rows.shape(families.len());
         let mut chosen: Vec<Option<Chaos>> = vec![None; shape.outputs];
         for degree in 1..=degree.min(MAX_DEGREE) {
-            let is_good = |chaos: &Option<Chaos>| chaos.as_ref().is_some_and(|chaos| chaos.predicted >= GOOD);
-            if !rows.suffice(shape, degree) || chosen.iter().all(is_good) {
+            let is_enough = |chaos: &Option<Chaos>| chaos.as_ref().is_some_and(|chaos| chaos.predicted >= BEST);
+            if !rows.suffice(shape, degree) || chosen.iter().all(is_enough) {
                 break;
             }
             let basis = Basis::new(families, degree);
             let predicted = held_out(&basis, rows, shape);
             let is_better = |(chaos, predicted): (&Option<Chaos>, &f64)| {
-                !is_good(chaos) && chaos.as_ref().is_none_or(|chaos| *predicted > chaos.predicted)
+                !is_enough(chaos) && chaos.as_ref().is_none_or(|chaos| *predicted > chaos.predicted)
             };
             let better: Vec<bool> = chosen.iter().zip(&predicted).map(is_better).collect();
             if better.contains(&true) {
@@ -107,6 +109,13 @@ impl Chaos {
             }
         }
         chosen
+    }
+
+    /// Its value at a point, in standard variables.
+    pub fn value(&self, point: &[f64]) -> f64 {
+        let mut terms = vec![0.0; self.basis.len()];
+        self.basis.terms(&self.basis.factors(point), None, &mut terms);
+        terms.iter().zip(&self.coefficients).map(|(term, c)| term * c).sum()
     }
 
     /// Mean of the output.

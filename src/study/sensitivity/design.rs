@@ -22,19 +22,20 @@ pub(super) struct Layout {
 }
 
 impl Layout {
-    pub fn new(spec: &SweepSpec) -> Layout {
+    /// Of the first samples only, where there is a limit.
+    pub fn new(spec: &SweepSpec, limit: Option<u64>) -> Layout {
         let design = match spec.method {
             Method::Saltelli => Design::PickFreeze(SaltelliDesign { axis_count: spec.axes.len() }),
             Method::Grid => Design::Grid(spec.axes.iter().map(|axis| axis.points).collect()),
             _ => Design::Sample,
         };
-        Layout { design, samples: spec.sample_count }
+        Layout { design, samples: limit.map_or(spec.sample_count, |limit| limit.min(spec.sample_count)) }
     }
 
     /// Base rows of a pick-freeze design.
     pub fn bases(&self) -> u64 {
         match &self.design {
-            Design::PickFreeze(design) => self.samples / design.rows_per_base(),
+            Design::PickFreeze(design) => self.samples.div_ceil(design.rows_per_base()),
             _ => 0,
         }
     }

@@ -32,7 +32,9 @@ pub enum SensitivityError {
     #[error("the run has written no rows: run the sweep with [output] format = \"parquet\"")]
     NoRows,
     /// A sweep with several equilibria a sample.
-    #[error("the run lists every equilibrium; indices need one row a sample: run it with [solver] branch = \"from_rest\"")]
+    #[error(
+        "the run lists every equilibrium; indices need one row a sample: run it with [solver] branch = \"from_rest\""
+    )]
     EveryBranch,
     /// An output that the run has not.
     #[error("no output `{name}`{}; there are: {}", suggestion.as_ref().map(|name| format!(": did you mean `{name}`?")).unwrap_or_default(), known.join(", "))]
@@ -55,7 +57,10 @@ pub enum SensitivityError {
         known: Vec<String>,
     },
     /// Too few rows for any answer.
-    #[error("{usable} of {rows} rows can be used, at least {needed} are needed: raise [sampling] samples{}", failed_by(statuses))]
+    #[error(
+        "{usable} of {rows} rows can be used, at least {needed} are needed: raise [sampling] samples{}",
+        failed_by(statuses)
+    )]
     TooFewRows {
         /// Rows that can be used.
         usable: u64,
@@ -87,7 +92,9 @@ pub enum SensitivityError {
         correlation: f64,
     },
     /// An estimator that needs another design.
-    #[error("{estimator} needs the design of [sampling] method = \"saltelli\"; this sweep is {method}: take chaos or slopes, or run it so")]
+    #[error(
+        "{estimator} needs the design of [sampling] method = \"saltelli\"; this sweep is {method}: take chaos or slopes, or run it so"
+    )]
     NeedsDesign {
         /// As it was asked for.
         estimator: &'static str,
@@ -102,13 +109,20 @@ pub enum SensitivityError {
         /// Parameters whose derivatives are missing.
         names: Vec<String>,
     },
+    /// No nominal sample to begin from.
+    #[error(
+        "the first order needs an equilibrium with every input at its mean, and a law of every input: change the axes, or leave the propagation out"
+    )]
+    NoNominal,
     /// Nothing is left to be found out by measuring.
     #[error(
         "there is nothing to identify: every parameter with derivatives is an axis of the sweep; name what is to be found by the inputs, or list it in [[uncertain]]"
     )]
     NothingToIdentify,
     /// More measurements than candidates.
-    #[error("{asked} measurements are to be chosen of {candidates} candidates: lower the number, the margin, or raise [sampling] samples")]
+    #[error(
+        "{asked} measurements are to be chosen of {candidates} candidates: lower the number, the margin, or raise [sampling] samples"
+    )]
     TooFewCandidates {
         /// As many as were asked for.
         asked: usize,

@@ -27,13 +27,15 @@ pub(super) struct Kept {
     points: Vec<f64>,
     chaos_values: Vec<Vec<f64>>,
     slopes: Vec<Vec<Vec<f64>>>,
+    /// By scalar and uncertain number.
+    uncertain: Vec<Vec<Vec<f64>>>,
 }
 
 /// First order about the nominal sample: value and slopes by scalar, or distance from slopes of the tip.
 pub(super) type Linear<'a> = dyn Fn(usize, &[f64]) -> f64 + 'a;
 
 impl Kept {
-    pub fn new(layout: &Layout, inputs: &[Input], scalars: &[Scalar]) -> Kept {
+    pub fn new(layout: &Layout, inputs: &[Input], uncertain: &[Input], scalars: &[Scalar]) -> Kept {
         let terms = (1..=super::MAX_DEGREE).filter_map(|degree| Basis::size(inputs.len(), degree));
         let most = terms.filter(|terms| *terms <= MOST_TERMS).max().unwrap_or(0) as u64;
         let none = vec![Vec::new(); scalars.len()];
@@ -46,6 +48,7 @@ impl Kept {
             points: Vec::new(),
             chaos_values: none,
             slopes: scalars.iter().map(of).collect(),
+            uncertain: vec![vec![Vec::new(); uncertain.len()]; scalars.len()],
         }
     }
 
@@ -66,9 +69,9 @@ impl Kept {
                 }
                 for (scalar, values) in block.values.iter().enumerate() {
                     self.chaos_values[scalar].push(values[row]);
-                    for (to, from) in self.slopes[scalar].iter_mut().zip(&block.slopes[scalar]) {
-                        to.push(from[row]);
-                    }
+                    let known = self.slopes[scalar].iter_mut().zip(&block.slopes[scalar]);
+                    let uncertain = self.uncertain[scalar].iter_mut().zip(&block.uncertain[scalar]);
+                    known.chain(uncertain).for_each(|(to, from)| to.push(from[row]));
                 }
             }
         }
@@ -79,15 +82,23 @@ impl Kept {
         self.slopes[scalar].get(input).map_or(&[], Vec::as_slice)
     }
 
+    /// The same by an uncertain number.
+    pub fn uncertain(&self, scalar: usize, number: usize) -> &[f64] {
+        &self.uncertain[scalar][number]
+    }
+
     /// Rows to fit a chaos of some scalars to; slopes are taken where all have them.
     pub fn chaos_rows(&self, inputs: &[Input], scalars: &[usize]) -> ChaosRows {
         let rates: Vec<f64> = inputs.iter().map(|input| input.law.standard_rate()).collect();
-        let has_slopes = scalars.iter().all(|scalar| !self.slopes[*scalar].is_empty()) && !rates.iter().any(|r| r.is_nan());
+        let has_slopes =
+            scalars.iter().all(|scalar| !self.slopes[*scalar].is_empty()) && !rates.iter().any(|r| r.is_nan());
         let mut rows = ChaosRows::default();
         for (row, point) in self.points.chunks(inputs.len().max(1)).enumerate() {
             let values: Vec<f64> = scalars.iter().map(|scalar| self.chaos_values[*scalar][row]).collect();
-            let by = |input: usize| scalars.iter().map(move |scalar| rates[input] * self.slopes[*scalar][input][row]);
-            let slopes: Vec<f64> = if has_slopes { (0..inputs.len()).flat_map(by).collect() } else { Vec::new() };
+            let mut slopes = Vec::new();
+            for (input, rate) in rates.iter().enumerate().filter(|_| has_slopes) {
+                slopes.extend(scalars.iter().map(|scalar| rate * self.slopes[*scalar][input][row]));
+            }
             if values.iter().chain(&slopes).chain(point).all(|x| x.is_finite()) {
                 rows.points.extend(point);
                 rows.values.extend(values);

@@ -134,7 +134,9 @@ mod tests {
         let one = ascending(&(0..2000).map(|k| (unit(k) / (1.0 - unit(k))).ln()).collect::<Vec<_>>());
         assert_eq!(lumps(&one), None);
         assert_eq!(lumps(&ascending(&(0..2000).map(unit).collect::<Vec<_>>())), None);
-        let two = ascending(&one.iter().enumerate().map(|(k, x)| x + if k % 10 < 3 { -20.0 } else { 20.0 }).collect::<Vec<_>>());
+        let two = ascending(
+            &one.iter().enumerate().map(|(k, x)| x + if k % 10 < 3 { -20.0 } else { 20.0 }).collect::<Vec<_>>(),
+        );
         let found = lumps(&two).expect("two lumps");
         assert!((found.share_above - 0.7).abs() < 0.01 && found.at.abs() < 12.0, "{found:?}");
     }

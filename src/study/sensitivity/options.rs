@@ -42,6 +42,8 @@ pub(super) struct Options {
     /// Standard deviation of a measured coordinate (m).
     pub noise: Option<f64>,
     pub minimum_margin: f64,
+    /// Only the first samples.
+    pub limit: Option<u64>,
 }
 
 impl Default for Options {
@@ -57,6 +59,14 @@ impl Default for Options {
             choose: None,
             noise: None,
             minimum_margin: 0.3,
+            limit: None,
         }
+    }
+}
+
+impl Options {
+    /// Whether it is asked what measurements would tell.
+    pub fn identifies(&self) -> bool {
+        self.choose.is_some() || self.noise.is_some()
     }
 }

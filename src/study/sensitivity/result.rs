@@ -117,6 +117,8 @@ pub struct Spread {
     pub ratio: f64,
     /// Mean less the nominal value: what the first order does not see.
     pub mean_shift: f64,
+    /// Percentiles 1 to 99: by the first order, of the rows; empty where the first order is not known.
+    pub percentiles: Vec<[f64; 2]>,
     /// Two groups of values with few between.
     pub lumps: Option<Lumps>,
     /// Why the first order is not to be trusted; else empty.
@@ -256,6 +258,8 @@ pub struct Sensitivity {
     pub confidence: f64,
     /// Name, unit and law of each input.
     pub inputs: Vec<(String, &'static str, String)>,
+    /// The same of the numbers that the rows hold at the scene's values.
+    pub uncertain: Vec<(String, &'static str, String)>,
     /// Indices of every output.
     pub indices: Vec<Index>,
     /// Bounds by slopes.

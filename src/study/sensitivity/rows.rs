@@ -26,12 +26,16 @@ pub(super) struct Block {
     pub values: Vec<Vec<f64>>,
     /// By scalar and input; empty for a scalar without slopes.
     pub slopes: Vec<Vec<Vec<f64>>>,
+    /// By scalar and uncertain number; empty where the rows have none.
+    pub uncertain: Vec<Vec<Vec<f64>>>,
 }
 
 /// How rows are read.
 #[derive(Clone, Copy)]
 pub(super) struct Reading<'a> {
     pub inputs: &'a [Input],
+    /// Numbers that the rows hold at the scene's values.
+    pub uncertain: &'a [Input],
     pub scalars: &'a [Scalar],
     /// Tip to take distances from (m).
     pub nominal: Option<Vector>,
@@ -81,15 +85,17 @@ impl Reading<'_> {
         let is_usable = |status: &Status| status.is_success() || self.with_unstable && *status == Status::Unstable;
         let statuses = rows.statuses().to_vec();
         let usable: Vec<bool> = statuses.iter().map(is_usable).collect();
-        let slopes = |scalar: &Scalar| -> Vec<Vec<f64>> {
-            let of = |input| scalar.slopes(rows, input, self.nominal);
-            if scalar.has_slopes { self.inputs.iter().filter_map(of).collect() } else { Vec::new() }
+        let by = |scalar: &Scalar, inputs: &[Input]| -> Vec<Vec<f64>> {
+            let slopes: Option<Vec<_>> = inputs.iter().map(|input| scalar.slopes(rows, input, self.nominal)).collect();
+            slopes.unwrap_or_default()
         };
+        let slopes = |scalar: &Scalar| if scalar.has_slopes { by(scalar, self.inputs) } else { Vec::new() };
         Block {
             samples: rows.samples().to_vec(),
             inputs: self.inputs.iter().map(|input| input.values(rows)).collect(),
             values: self.scalars.iter().map(|scalar| scalar.values(rows, &usable, self.nominal)).collect(),
             slopes: self.scalars.iter().map(slopes).collect(),
+            uncertain: self.scalars.iter().map(|scalar| by(scalar, self.uncertain)).collect(),
             statuses,
             usable,
         }
