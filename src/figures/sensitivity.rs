@@ -9,8 +9,9 @@ use std::path::{Path, PathBuf};
 
 /// Names of inputs that are longer are cut.
 const LONGEST: usize = 34;
-/// Curves of a panel.
-const MOST_CURVES: usize = 7;
+/// Curves of a panel, and the least index of one that is drawn.
+const MOST_CURVES: usize = 6;
+const LEAST: f64 = 0.01;
 
 /// Draws what there is to be drawn into a directory that is there: `indices.png`, `slopes.png`, `scatter.png`,
 /// `first_order.png`, `convergence.png`, `failures.png`, `identification.png`. Gives the files.
@@ -70,13 +71,15 @@ fn index_bars(indices: &[Index], found: &Sensitivity) -> Vec<IntervalBars> {
         let row = |input: String| {
             let bound = found.slopes.iter().find(|slopes| slopes.output == output && slopes.input == input);
             let bars = orders.iter().map(|order| bar(*order, &input)).collect();
-            (short(&input), bars, bound.map_or(f64::NAN, |slopes| slopes.upper))
+            // A bound above 1 bounds nothing.
+            let cap = bound.map(|slopes| slopes.upper).filter(|upper| *upper <= 1.0).unwrap_or(f64::NAN);
+            (short(&input), bars, cap)
         };
         let firsts = main.iter().filter(|index| index.order == Order::First).map(|index| &index.input);
         let rows: Vec<(String, Vec<Interval>, f64)> = names(firsts).into_iter().map(row).collect();
         let is_known = rows.iter().any(|(_, bars, _)| bars.iter().any(|bar| bar.value.is_finite() && bar.value != 0.0));
         if is_known {
-            let cap = if rows.iter().any(|(.., cap)| cap.is_finite()) { "bound of the total by slopes" } else { "" };
+            let cap = if rows.iter().any(|(.., cap)| cap.is_finite()) { "bound by slopes" } else { "" };
             panels.push(IntervalBars {
                 title: output.clone(),
                 label: "share of the variance".into(),
@@ -180,16 +183,24 @@ fn convergence(found: &Sensitivity) -> Vec<Curves> {
         let mut shown: Vec<_> = of().filter(|one| one.order == order).collect();
         let last = |steps: &[(u64, f64)]| steps.last().map_or(0.0, |(_, value)| *value);
         shown.sort_by(|a, b| last(&b.steps).total_cmp(&last(&a.steps)));
-        let series = shown.into_iter().take(MOST_CURVES).map(|one| {
+        // An input has the same colour in every panel.
+        let colour = |input: &str| {
+            let place = found.inputs.iter().position(|(name, ..)| name == input).unwrap_or(0);
+            Colour::SERIES[place % Colour::SERIES.len()]
+        };
+        let series = shown.into_iter().filter(|one| last(&one.steps) >= LEAST).take(MOST_CURVES).map(|one| {
             let points = one.steps.iter().map(|(rows, value)| [*rows as f64, *value]).collect();
-            Series::line(short(&one.input), points).marker(Marker::Circle)
+            Series::line(short(&one.input), points).marker(Marker::Circle).colour(colour(&one.input))
         });
         let series: Vec<Series> = series.collect();
         if !series.is_empty() {
-            let what = if order == Order::Total { "total index" } else { "index of first order" };
+            let [what, rows] = match order {
+                Order::Total => ["total index", "base rows"],
+                _ => ["index of first order", "rows"],
+            };
             panels.push(Curves {
                 title: output.clone(),
-                x: AxisLabel::logarithmic("rows (of A and of B)", ""),
+                x: AxisLabel::logarithmic(rows, ""),
                 y: AxisLabel::linear(what, ""),
                 series,
             });
@@ -237,11 +248,25 @@ fn names<'a>(all: impl Iterator<Item = &'a String>) -> Vec<String> {
     names
 }
 
-/// A long name without its middle.
+/// What several parameters have in common, said once: `youngs_modulus (proximal, distal)`; a long name without its middle.
 fn short(name: &str) -> String {
+    let parts: Vec<&str> = name.split('+').collect();
+    let heads: Option<Vec<(&str, &str)>> = parts.iter().map(|part| part.split_once('.')).collect();
+    let tails: Option<Vec<(&str, &str)>> = parts.iter().map(|part| part.rsplit_once('.')).collect();
+    let joined = |words: Vec<&str>| words.join(", ");
+    let name = match (heads, tails) {
+        _ if parts.len() < 2 => name.to_owned(),
+        (Some(heads), _) if heads.iter().all(|(_, tail)| *tail == heads[0].1) => {
+            format!("{} ({})", heads[0].1, joined(heads.iter().map(|(head, _)| *head).collect()))
+        }
+        (_, Some(tails)) if tails.iter().all(|(head, _)| *head == tails[0].0) => {
+            format!("{} ({})", tails[0].0, joined(tails.iter().map(|(_, tail)| *tail).collect()))
+        }
+        _ => name.to_owned(),
+    };
     let letters: Vec<char> = name.chars().collect();
     if letters.len() <= LONGEST {
-        return name.to_owned();
+        return name;
     }
     let (head, tail) = (&letters[..LONGEST / 2], &letters[letters.len() - LONGEST / 2 + 1..]);
     head.iter().chain(&['…']).chain(tail).collect()

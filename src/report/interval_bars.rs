@@ -8,9 +8,11 @@ use super::{Panel, ReportError, ticks};
 /// Height of one bar, and of the gap between names (pt).
 const BAR: f64 = 5.0;
 const GAP: f64 = 5.0;
-/// Room for title and legend above, ticks and label below (pt).
-const ABOVE: f64 = 32.0;
+/// Room for the title above the legend, and for ticks and label below (pt).
+const TITLE_ROOM: f64 = 17.0;
 const BELOW: f64 = 32.0;
+/// The legend begins so far from the left (pt).
+const INDENT: f64 = 42.0;
 /// Half the height of a whisker's end and of a cap (pt).
 const END: f64 = 1.6;
 
@@ -41,6 +43,11 @@ pub struct IntervalBars {
 }
 
 impl IntervalBars {
+    /// Height of title and legend at a width.
+    fn above(&self, width: f64) -> f64 {
+        TITLE_ROOM + legend::flow(None, &self.entries(), [0.0; 2], width - INDENT - 10.0) + 5.0
+    }
+
     fn step(&self) -> f64 {
         BAR * self.kinds.len().max(1) as f64 + GAP
     }
@@ -78,17 +85,17 @@ impl Panel for IntervalBars {
         };
         let width = |text: &str| Text::new(text, [0.0; 2], SMALL).width();
         let names = self.rows.iter().map(|(name, ..)| width(name)).fold(0.0, f64::max);
-        let left = rect.left + (14.0 + names).max(42.0);
+        let left = rect.left + (14.0 + names).max(INDENT);
         let frame = Rect {
             left,
-            top: rect.top + ABOVE,
+            top: rect.top + self.above(rect.width),
             width: rect.right() - 10.0 - left,
             height: self.step() * self.rows.len() as f64,
         };
         let place = |x: f64| frame.left + frame.width * (x - low) / (high - low);
-        canvas.text(Text::new(&self.title, [rect.left + 42.0, rect.top + 9.0], TITLE).bold());
-        let entries = self.entries();
-        legend::flow(Some(canvas), &entries, [rect.left + 42.0, rect.top + 17.0], rect.width - 52.0);
+        canvas.text(Text::new(&self.title, [rect.left + INDENT, rect.top + 9.0], TITLE).bold());
+        let at = [rect.left + INDENT, rect.top + TITLE_ROOM];
+        legend::flow(Some(canvas), &self.entries(), at, rect.width - INDENT - 10.0);
         let marks = ticks::linear(low, high, frame.width / 30.0);
         for (value, label) in marks.values.into_iter().zip(marks.labels) {
             let x = place(value);
@@ -115,8 +122,8 @@ impl Panel for IntervalBars {
         Ok(())
     }
 
-    fn height(&self, _: f64) -> f64 {
-        ABOVE + self.step() * self.rows.len() as f64 + BELOW
+    fn height(&self, width: f64) -> f64 {
+        self.above(width) + self.step() * self.rows.len() as f64 + BELOW
     }
 }
 

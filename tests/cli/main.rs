@@ -15,4 +15,5 @@ mod paper;
 mod program;
 mod readme;
 mod sandbox;
+mod sensitivity;
 mod stretches;

@@ -93,6 +93,7 @@ fn small(call: &[String]) -> Vec<&'static str> {
         "verify" | "bench" | "doctor" => vec!["--help"],
         "run" if has("--dry-run") || has("--limit") => vec![],
         "run" => vec!["--limit", SAMPLES],
+        "sensitivity" => vec!["--limit", "256", "--no-figures"],
         "control" if has("--experiment") => vec!["--no-figures", "--catheters", "1"],
         "control" => vec!["--no-figures"],
         _ => vec![],

@@ -3,6 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod calibration;
 mod control;
 mod control_windows;
 mod controllers;
@@ -11,5 +12,6 @@ mod figures;
 mod fit;
 mod sensitivity;
 mod solve;
+mod study_rows;
 mod targets;
 mod variance_shares;

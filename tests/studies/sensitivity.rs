@@ -99,7 +99,8 @@ fn p6_has_the_golden_indices() {
             let slopes = slopes.expect("slopes");
             let expected = golden["outputs"][short][input]["dgsm_upper"].as_f64().expect("a number");
             assert!((slopes.upper - expected).abs() < 0.02 * expected + 1e-9, "{output} {input}: {}", slopes.upper);
-            assert!(slopes.jump_share < 3e-3, "{output} {input}: {}", slopes.jump_share);
+            // Of so few rows it is chance.
+            assert!(slopes.jump_share < 5e-3 && slopes.flag.is_empty(), "{output} {input}: {}", slopes.jump_share);
             // Polynomials agree with 294,912 solutions to their errors.
             let [first, total] =
                 [Order::First, Order::Total].map(|order| index(&found, output, &name(input), order, "chaos"));

@@ -9,7 +9,7 @@ use super::outputs::{Output, Outputs};
 use super::pass::Pass;
 use super::rows::Source;
 use crate::model::Status;
-use crate::spec::{BranchChoice, SweepSpec};
+use crate::spec::{BranchChoice, Method, SweepSpec};
 
 /// Rows that can be used, at least.
 const LEAST_ROWS: u64 = 8;
@@ -30,14 +30,15 @@ pub(super) fn check_numbers(options: &Options) -> Result<(), SensitivityError> {
     Ok(())
 }
 
-/// Refuses a source without rows, or with several rows a sample.
+/// Refuses a source without rows, with several rows a sample, or whose samples follow no law.
 pub(super) fn check_source(source: &Source) -> Result<(), SensitivityError> {
     if !source.has_rows() {
         return Err(SensitivityError::NoRows);
     }
-    match source.spec().branch {
-        BranchChoice::All => Err(SensitivityError::EveryBranch),
-        BranchChoice::FromRest => Ok(()),
+    match (source.spec().branch, source.spec().method) {
+        (BranchChoice::All, _) => Err(SensitivityError::EveryBranch),
+        (_, Method::Skeleton) => Err(SensitivityError::Faces),
+        _ => Ok(()),
     }
 }
 

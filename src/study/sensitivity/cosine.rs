@@ -17,6 +17,8 @@ pub const ORDERS: usize = 6;
 pub const JUMP_ORDERS: usize = 4;
 /// Above this jump share nothing that rests on derivatives is trusted.
 pub const JUMP_LIMIT: f64 = 0.005;
+/// A jump is told from chance where what slopes do not see is so many standard deviations above what chance makes.
+const CHANCE: f64 = 4.0;
 
 /// The cosines of an input's value, and what its slope is multiplied by, with the slope by u.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -72,17 +74,25 @@ pub enum Source {
 }
 
 impl CosineSums {
-    fn add(&mut self, y: f64, slope: f64, at: &Harmonics) {
+    fn add(&mut self, y: f64, at: &Harmonics) {
         self.values.add(y);
-        let [e1, e2, v1, v2, ve, s1, s2, vs, es] = &mut self.orders;
+        let [e1, e2, v1, v2, ve, ..] = &mut self.orders;
         for k in 0..ORDERS {
-            let (e, s) = (at.cosines[k], slope * at.sines[k]);
+            let e = at.cosines[k];
             let v = y * e;
             e1[k] += e;
             e2[k] += e * e;
             v1[k] += v;
             v2[k] += v * v;
             ve[k] += v * e;
+        }
+    }
+
+    fn add_slope(&mut self, y: f64, slope: f64, at: &Harmonics) {
+        let [.., s1, s2, vs, es] = &mut self.orders;
+        for k in 0..ORDERS {
+            let (e, s) = (at.cosines[k], slope * at.sines[k]);
+            let v = y * e;
             s1[k] += s;
             s2[k] += s * s;
             vs[k] += v * s;
@@ -119,8 +129,14 @@ impl CosineSums {
         Share { part, whole: self.values.sample_variance() }
     }
 
+    /// What slopes do not see beyond what chance makes, and the variance that chance gives it.
+    fn excess(&self) -> [f64; 2] {
+        let each = (0..JUMP_ORDERS).map(|k| self.coefficient(k).excess());
+        each.fold([0.0; 2], |[sum, variance], [excess, noise]| [sum + excess, variance + 2.0 * noise * noise])
+    }
+
     fn jump(&self) -> Share {
-        let part = (0..JUMP_ORDERS).map(|k| self.coefficient(k).jump()).sum();
+        let part = (0..JUMP_ORDERS).map(|k| self.coefficient(k).excess()[0].max(0.0)).sum();
         Share { part, whole: self.values.sample_variance() }
     }
 }
@@ -146,9 +162,10 @@ impl Coefficient {
         if difference > 0.0 { ((self.slope_variance - self.covariance) / difference).clamp(0.0, 1.0) } else { 0.5 }
     }
 
-    fn jump(&self) -> f64 {
-        let variance = self.value_variance + self.slope_variance - 2.0 * self.covariance;
-        ((self.value - self.slope).powi(2) - variance / self.count).max(0.0)
+    /// Squared difference of values and slopes less its expectation without a jump, and that expectation.
+    fn excess(&self) -> [f64; 2] {
+        let noise = (self.value_variance + self.slope_variance - 2.0 * self.covariance) / self.count;
+        [(self.value - self.slope).powi(2) - noise, noise]
     }
 }
 
@@ -172,9 +189,13 @@ impl Cosines {
     /// Adds a row: block, value of the output, slope by the input (any number without slopes). Rows without a value, or
     /// without a slope where there are slopes, do not count.
     pub fn add(&mut self, block: usize, value: f64, slope: f64, at: &Harmonics) {
-        let slope = if self.has_slopes { slope } else { 0.0 };
-        if !(value + slope).is_nan() {
-            self.blocks[block].add(value - self.offset, slope, at);
+        if value.is_nan() || self.has_slopes && slope.is_nan() {
+            return;
+        }
+        let y = value - self.offset;
+        self.blocks[block].add(y, at);
+        if self.has_slopes {
+            self.blocks[block].add_slope(y, slope, at);
             self.slopes.add(slope);
         }
     }
@@ -231,5 +252,12 @@ impl Cosines {
     pub fn jump_share(of: &[&Cosines]) -> Option<f64> {
         let has_slopes = of.iter().all(|one| one.has_slopes);
         has_slopes.then(|| of.iter().map(|one| one.all.jump()).sum::<Share>().value())
+    }
+
+    /// Whether the jump share is above its limit, and not by chance.
+    pub fn jumps(of: &[&Cosines]) -> bool {
+        let [excess, variance] =
+            of.iter().map(|one| one.all.excess()).fold([0.0; 2], |sum, one| [sum[0] + one[0], sum[1] + one[1]]);
+        Cosines::jump_share(of).is_some_and(|share| share > JUMP_LIMIT) && excess > CHANCE * variance.sqrt()
     }
 }

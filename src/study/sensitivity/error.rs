@@ -36,6 +36,11 @@ pub enum SensitivityError {
         "the run lists every equilibrium; indices need one row a sample: run it with [solver] branch = \"from_rest\""
     )]
     EveryBranch,
+    /// Samples on the faces of a box.
+    #[error(
+        "the samples lie on the faces of the box of axes and follow no law: run the sweep with [sampling] method = \"sobol\" or \"saltelli\""
+    )]
+    Faces,
     /// An output that the run has not.
     #[error("no output `{name}`{}; there are: {}", suggestion.as_ref().map(|name| format!(": did you mean `{name}`?")).unwrap_or_default(), known.join(", "))]
     UnknownOutput {

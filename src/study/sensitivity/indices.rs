@@ -2,7 +2,7 @@
 
 use super::blocks::Estimate;
 use super::chaos::{Chaos, GOOD};
-use super::cosine::{Cosines, JUMP_LIMIT, ORDERS, Source};
+use super::cosine::{Cosines, ORDERS, Source};
 use super::design::{Design, Layout};
 use super::estimator::Estimator;
 use super::inputs::{Input, Law};
@@ -47,9 +47,10 @@ impl Evidence<'_> {
     fn of<'a>(&'a self, output: &'a Output) -> OfOutput<'a> {
         let sums = output.components.iter().map(|scalar| &self.sums[*scalar]).collect();
         let mut of = OfOutput { evidence: self, output, sums, jumps: None };
-        let shares = (0..self.inputs.len()).filter_map(|input| Some((input, of.jump_share(input)?)));
+        let jumping = (0..self.inputs.len()).filter(|input| of.has_slopes() && Cosines::jumps(&of.cosine_sums(*input)));
+        let shares = jumping.filter_map(|input| Some((input, of.jump_share(input)?)));
         let most = shares.reduce(|most, next| if next.1 > most.1 { next } else { most });
-        of.jumps = most.filter(|(_, share)| *share > JUMP_LIMIT).map(|(input, share)| {
+        of.jumps = most.map(|(input, share)| {
             format!(
                 "slopes do not see {:.1} % of the variance, where the output jumps in {}: only pick-freeze and values may be trusted",
                 100.0 * share,

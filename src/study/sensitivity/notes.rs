@@ -39,8 +39,5 @@ pub(super) fn notes(evidence: &Evidence, asked: &[&Output], has_nominal: bool) -
     if matches!(evidence.layout.design, Design::Grid(_)) {
         notes.push("indices of a grid are exact sums over its points: there is no interval".into());
     }
-    for output in asked {
-        notes.extend(evidence.jumps(output).map(|why| format!("{}: {why}", output.name)));
-    }
     notes
 }
