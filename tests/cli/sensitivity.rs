@@ -6,10 +6,10 @@ use crate::sandbox::{Sandbox, json};
 fn sweep(sampling: &str) -> String {
     let axis = |parameter: &str| format!("[[axis]]\nparameter = \"{parameter}\"\nrelative = \"10 %\"\n");
     format!(
-        "scene = \"scene.toml\"\n[sampling]\n{sampling}\n[[axis]]\nparameter = \"coil.current.x\"\nfrom = \"50 mA\"\n\
+        "scene = \"scene.toml\"\n[sampling]\n{sampling}\n[[axis]]\nparameter = \"coil.current.z\"\nfrom = \"50 mA\"\n\
          to = \"100 mA\"\n{}{}[solver]\ntolerance = 1e-6\n",
         axis("tube.youngs_modulus"),
-        axis("coil.turns.x")
+        axis("coil.turns.z")
     )
 }
 
@@ -42,13 +42,13 @@ fn a_sweep_is_run_and_told_of_and_its_directory_again() {
     assert_eq!((&found["method"], &found["rows"]), (&"saltelli".into(), &(32 * 8).into()));
     let indices = found["indices"].as_array().expect("indices");
     assert!(indices.iter().all(|index| index["output"] == "tip.position.y"));
-    let current = |index: &&serde_json::Value| index["input"] == "coil.current.x" && index["index"] == "ST";
+    let current = |index: &&serde_json::Value| index["input"] == "coil.current.z" && index["index"] == "ST";
     let total = indices.iter().find(current).expect("an index")["value"].as_f64().expect("a number");
     assert!(total > 0.5 && total < 1.0, "{total}");
     assert!(again.stderr.is_empty(), "{}", again.stderr);
     let csv = std::fs::read_to_string(sandbox.path("out").join("indices.csv")).expect("a table");
     assert!(csv.starts_with("output,input,index,estimator,main,value,low,high,pairs,rows,flag\n"), "{csv}");
-    assert!(csv.contains("coil.current.x*tube.youngs_modulus,S2"), "{csv}");
+    assert!(csv.contains("coil.current.z*tube.youngs_modulus,S2"), "{csv}");
 }
 
 #[test]

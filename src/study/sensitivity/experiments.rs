@@ -21,6 +21,59 @@ pub struct Choice {
     pub log_determinant: f64,
 }
 
+/// Measurements that could be made: each some numbers over their noise, by the scaled parameters.
+///
+/// ```
+/// use rodsweep::study::sensitivity::Measurements;
+///
+/// let mut candidates = Measurements::new(2);
+/// for row in [[1.0, 0.0], [0.9, 0.1], [0.0, 1.0]] {
+///     candidates.push(&row);
+/// }
+/// assert_eq!(candidates.choose(&[0, 1, 2], 2).unwrap().rows, [0, 2]);
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Measurements {
+    parameters: usize,
+    matrices: Vec<DMatrix<f64>>,
+}
+
+impl Measurements {
+    /// None yet, of so many parameters.
+    pub fn new(parameters: usize) -> Measurements {
+        Measurements { parameters, matrices: Vec::new() }
+    }
+
+    /// Adds a measurement: for each of its numbers the slopes by every parameter, over the noise.
+    pub fn push(&mut self, slopes: &[f64]) {
+        let numbers = slopes.len() / self.parameters.max(1);
+        self.matrices.push(DMatrix::from_row_slice(numbers, self.parameters, &slopes[..numbers * self.parameters]));
+    }
+
+    /// Fisher information of some of them, row by row.
+    pub fn information(&self, rows: &[usize]) -> Vec<Vec<f64>> {
+        let matrix = fisher(&self.matrices, rows);
+        matrix.row_iter().map(|row| row.iter().copied().collect()).collect()
+    }
+
+    /// Logarithm of its determinant; minus infinity where they do not determine every parameter.
+    pub fn log_determinant(&self, rows: &[usize]) -> f64 {
+        log_determinant(&fisher(&self.matrices, rows))
+    }
+
+    /// Observability indices of some of them.
+    pub fn observability(&self, rows: &[usize]) -> Observability {
+        let numbers = rows.iter().map(|row| self.matrices[*row].nrows()).sum();
+        Observability::new(&fisher(&self.matrices, rows), numbers)
+    }
+
+    /// The D-optimal `count` of the allowed ones: chosen greedily, then exchanged one for another until nothing gains.
+    /// `None` where so many are not allowed, or none are asked for.
+    pub fn choose(&self, allowed: &[usize], count: usize) -> Option<Choice> {
+        choose(&self.matrices, allowed, count)
+    }
+}
+
 /// Observability indices of a design (Nahvi and Hollerbach 1996), of the singular values s_1 ≥ .. ≥ s_p of all
 /// measurements together, m numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,14 +90,14 @@ pub struct Observability {
 }
 
 /// Σ JᵀJ of the chosen measurements.
-pub fn fisher(candidates: &[DMatrix<f64>], rows: &[usize]) -> DMatrix<f64> {
+pub(super) fn fisher(candidates: &[DMatrix<f64>], rows: &[usize]) -> DMatrix<f64> {
     let parameters = candidates.first().map_or(0, DMatrix::ncols);
     rows.iter()
         .fold(DMatrix::zeros(parameters, parameters), |sum, row| sum + candidates[*row].transpose() * &candidates[*row])
 }
 
 /// Logarithm of the determinant; minus infinity where it is not positive.
-pub fn log_determinant(information: &DMatrix<f64>) -> f64 {
+pub(super) fn log_determinant(information: &DMatrix<f64>) -> f64 {
     match information.clone().cholesky() {
         Some(cholesky) => 2.0 * cholesky.l_dirty().diagonal().iter().map(|x| x.ln()).sum::<f64>(),
         None => f64::NEG_INFINITY,
@@ -53,7 +106,7 @@ pub fn log_determinant(information: &DMatrix<f64>) -> f64 {
 
 /// Chooses `count` of the allowed candidates so that the determinant of the Fisher information is large: greedily, then
 /// by exchanges of one for another until none gains (Fedorov 1972).
-pub fn choose(candidates: &[DMatrix<f64>], allowed: &[usize], count: usize) -> Option<Choice> {
+pub(super) fn choose(candidates: &[DMatrix<f64>], allowed: &[usize], count: usize) -> Option<Choice> {
     let parameters = candidates.first()?.ncols();
     if count == 0 || count > allowed.len() {
         return None;
@@ -116,7 +169,7 @@ fn exchange(candidates: &[DMatrix<f64>], allowed: &[usize], rows: &mut [usize], 
 
 impl Observability {
     /// Of Fisher information and the numbers that were measured.
-    pub fn new(information: &DMatrix<f64>, numbers: usize) -> Observability {
+    pub(super) fn new(information: &DMatrix<f64>, numbers: usize) -> Observability {
         let mut squares: Vec<f64> = information.clone().symmetric_eigenvalues().iter().map(|x| x.max(0.0)).collect();
         squares.sort_by(|a, b| b.total_cmp(a));
         let singular: Vec<f64> = squares.iter().map(|x| x.sqrt()).collect();

@@ -8,6 +8,12 @@ use super::outputs::Output;
 /// In plain words, most important first.
 pub(super) fn notes(evidence: &Evidence, asked: &[&Output], has_nominal: bool) -> Vec<String> {
     let mut notes = Vec::new();
+    let told = evidence.outputs.outputs.iter().filter(|output| !output.is_indicator);
+    let constant: Vec<&str> =
+        told.filter(|output| !asked.contains(output)).map(|output| output.name.as_str()).collect();
+    if !constant.is_empty() {
+        notes.push(format!("no input changes {}: left out", constant.join(", ")));
+    }
     if evidence.missing > 0.0 {
         notes.push(format!(
             "{:.2} % of the rows are missing: indices are those given success; the inputs that are left depend on each other, and indices of first order may add up to more than 1",
