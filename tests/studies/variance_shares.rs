@@ -136,13 +136,15 @@ fn coverage(of: &Function, bases: u64, estimator: Estimator) -> (f64, f64) {
 fn intervals_cover_the_truth() {
     for function in [ishigami(), g_function()] {
         for estimator in Estimator::ALL {
-            let (all, worst) = coverage(&function, 512, estimator);
+            let (all, worst) = coverage(&function, 1024, estimator);
             println!(
-                "{} n = 512, {}: coverage {all:.3}, of the worst index {worst:.3}",
+                "{} n = 1024, {}: coverage {all:.3}, of the worst index {worst:.3}",
                 function.name,
                 estimator.name()
             );
-            assert!(all >= 0.92 && worst >= 0.85, "{} {estimator:?}: {all}, {worst}", function.name);
+            // The default keeps its promise for each index; the others on the average.
+            let least = if estimator == Estimator::Azzini { 0.90 } else { 0.80 };
+            assert!(all >= 0.92 && worst >= least, "{} {estimator:?}: {all}, {worst}", function.name);
         }
     }
 }
@@ -173,7 +175,7 @@ fn intervals_cover_the_truth_of_a_polynomial_of_eight_inputs() {
     };
     let (all, worst) = coverage(&function, 256, Estimator::Azzini);
     println!("polynomial n = 256, azzini: coverage {all:.3}, of the worst index {worst:.3}");
-    assert!(all >= 0.92 && worst >= 0.85, "{all}, {worst}");
+    assert!(all >= 0.92 && worst >= 0.90, "{all}, {worst}");
 }
 
 #[test]

@@ -17,6 +17,9 @@ pub const ORDERS: usize = 6;
 pub const JUMP_ORDERS: usize = 4;
 /// Above this jump share nothing that rests on derivatives is trusted.
 pub const JUMP_LIMIT: f64 = 0.005;
+/// Missing rows cut the law of the others: at its edges values and slopes differ. Of a share p that is missing, about so
+/// many times p² of the variance may look like a jump (an edge two standard deviations high, four orders).
+const EDGE: f64 = 32.0;
 /// A jump is told from chance where what slopes do not see is so many standard deviations above what chance makes.
 const CHANCE: f64 = 4.0;
 
@@ -254,10 +257,11 @@ impl Cosines {
         has_slopes.then(|| of.iter().map(|one| one.all.jump()).sum::<Share>().value())
     }
 
-    /// Whether the jump share is above its limit, and not by chance.
-    pub fn jumps(of: &[&Cosines]) -> bool {
+    /// Whether the jump share is above its limit, and neither by chance nor by the share of the rows that is missing.
+    pub fn jumps(of: &[&Cosines], missing: f64) -> bool {
         let [excess, variance] =
             of.iter().map(|one| one.all.excess()).fold([0.0; 2], |sum, one| [sum[0] + one[0], sum[1] + one[1]]);
-        Cosines::jump_share(of).is_some_and(|share| share > JUMP_LIMIT) && excess > CHANCE * variance.sqrt()
+        Cosines::jump_share(of).is_some_and(|share| share > JUMP_LIMIT + EDGE * missing * missing)
+            && excess > CHANCE * variance.sqrt()
     }
 }

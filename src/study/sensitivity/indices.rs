@@ -47,7 +47,8 @@ impl Evidence<'_> {
     fn of<'a>(&'a self, output: &'a Output) -> OfOutput<'a> {
         let sums = output.components.iter().map(|scalar| &self.sums[*scalar]).collect();
         let mut of = OfOutput { evidence: self, output, sums, jumps: None };
-        let jumping = (0..self.inputs.len()).filter(|input| of.has_slopes() && Cosines::jumps(&of.cosine_sums(*input)));
+        let jumping = (0..self.inputs.len())
+            .filter(|input| of.has_slopes() && Cosines::jumps(&of.cosine_sums(*input), self.missing));
         let shares = jumping.filter_map(|input| Some((input, of.jump_share(input)?)));
         let most = shares.reduce(|most, next| if next.1 > most.1 { next } else { most });
         of.jumps = most.map(|(input, share)| {
