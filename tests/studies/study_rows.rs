@@ -171,3 +171,52 @@ fn tables_are_taken_where_their_columns_are_independent() {
     let slopes = job(&table(&|u| u[2]), |_| false).estimator(EstimatorChoice::PickFreeze(Default::default()));
     assert!(matches!(slopes.run(), Err(SensitivityError::NeedsDesign { .. })));
 }
+
+#[test]
+fn a_pose_is_position_and_rotation_together() {
+    let spec = p6([0.05, 0.10, -0.20], "method = \"saltelli\"\nsamples = 16\nseed = 1");
+    let job = with_rows(SensitivityJob::of_sweep(spec).outputs(&["tip.pose", "tip.rotation", "tip.position"]));
+    let found = job.run().unwrap_or_else(|error| panic!("{error}"));
+    // Of a vector the index is the mean of its components', weighted with their variances.
+    let total = |output: &str| {
+        let is_meant = |index: &&Index| {
+            index.output == output && index.order == Order::Total && index.input == INPUTS[2] && index.is_main
+        };
+        found.indices.iter().find(is_meant).unwrap_or_else(|| panic!("no {output}")).estimate.value
+    };
+    let (pose, parts) = (total("tip.pose"), [total("tip.position"), total("tip.rotation")]);
+    assert!(parts[0].min(parts[1]) < pose && pose < parts[0].max(parts[1]), "{pose}, {parts:?}");
+    // Derivatives of a rotation are not those of the rotation vector: nothing is made of them.
+    assert!(found.slopes.iter().all(|slopes| !slopes.output.starts_with("tip.rotation")));
+}
+
+/// Prints how long a million rows of eight inputs and four outputs take.
+#[test]
+#[ignore = "a measurement, of a release build"]
+fn a_million_rows() {
+    let spec = p6([0.05, 0.10, -0.20], "method = \"sobol\"\nsamples = 1048576\nseed = 1");
+    let prepared = SensitivityJob::of_sweep(spec).sweep();
+    let (sampler, count) = (prepared.sampler(), prepared.sample_count as usize);
+    let names: Vec<String> = prepared.axis_parameters().concat().iter().map(|p| p.name(&prepared.scene)).collect();
+    let mut inputs = vec![vec![0.0; count]; names.len()];
+    let mut row = vec![0.0; names.len()];
+    for sample in 0..count {
+        sampler.values(sample as u64, &mut row);
+        inputs.iter_mut().zip(&row).for_each(|(column, value)| column[sample] = *value);
+    }
+    let output = |k: usize| -> Vec<f64> { (0..count).map(|row| inputs[k][row] * (1.0 + inputs[k + 1][row])).collect() };
+    let outputs = ["tip.position.x", "tip.position.y", "tip.position.z", "stability.margin"];
+    let mut columns = vec![Column::new("sample", "", (0..count as u64).collect::<Vec<u64>>())];
+    columns.push(Column::new("status", "", vec![Status::Ok; count]));
+    for (k, name) in outputs.iter().enumerate() {
+        columns.push(Column::new(*name, "m", output(k + 4)));
+        for (parameter, slopes) in names.iter().zip(&inputs).filter(|_| k < 3) {
+            columns.push(Column::new(format!("d({name})/d({parameter})"), "m", slopes.clone()));
+        }
+    }
+    columns.extend(names.iter().zip(&inputs).map(|(name, values)| Column::new(name.clone(), "", values.clone())));
+    let job = SensitivityJob::of_rows(prepared, Table::new(columns)).outputs(&outputs);
+    let clock = std::time::Instant::now();
+    let found = job.run().unwrap_or_else(|error| panic!("{error}"));
+    println!("{} rows, {} indices: {:.2} s", found.rows, found.indices.len(), clock.elapsed().as_secs_f64());
+}

@@ -14,7 +14,7 @@ use super::moments::{ascending, quantile};
 use super::nominal::Nominal;
 use super::notes::notes;
 use super::options::Options;
-use super::outputs::{Kind, MARGIN, Output, Outputs, Scalar};
+use super::outputs::{Kind, MARGIN, Output, Outputs, Scalar, pose_length};
 use super::pass::Pass;
 use super::result::{Polynomial, Sensitivity, StatusShare};
 use super::rows::{Reading, Source};
@@ -35,7 +35,7 @@ pub(super) fn analyse(source: &Source, options: &Options) -> Result<Sensitivity,
         false => chosen(&inputs, &options.inputs)?,
     };
     let nominal = Nominal::solve(spec, &inputs, &uncertain)?;
-    let outputs = Outputs::new(&options.outputs, source.columns(), &inputs, minimum_margin)?;
+    let outputs = Outputs::new(&options.outputs, source.columns(), &inputs, minimum_margin, pose_length(spec))?;
     if options.propagate && nominal.is_none() {
         return Err(SensitivityError::NoNominal);
     }

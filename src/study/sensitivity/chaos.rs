@@ -18,8 +18,9 @@ pub const MAX_INPUTS: usize = 12;
 pub const GOOD: f64 = 0.999;
 /// A chaos that predicts this share needs no higher degree.
 const BEST: f64 = 1.0 - 1e-6;
-/// Equations for each term, at least.
+/// Equations for each term, at least; and at most, for more cost time and gain little.
 const EQUATIONS: usize = 6;
+const MOST_EQUATIONS: usize = 24;
 /// Terms of a basis.
 const MAX_TERMS: usize = 2000;
 /// One in so many rows is held out.
@@ -180,6 +181,8 @@ fn fit_rows(basis: &Basis, rows: &ChaosRows, shape: Shape, chosen: &[usize]) -> 
     let mut gram = DMatrix::zeros(basis.len(), basis.len());
     let mut right = DMatrix::zeros(basis.len(), outputs);
     let each = if rows.slopes.is_empty() { 1 } else { 1 + inputs };
+    let some = Selection::new(chosen.len() as u64, (MOST_EQUATIONS * basis.len() / each) as u64, 4);
+    let chosen: Vec<usize> = (0..some.len()).map(|k| chosen[some.get(k) as usize]).collect();
     for part in chosen.chunks((CHUNK / each).max(1)) {
         let mut terms = DMatrix::zeros(basis.len(), part.len() * each);
         let mut known = DMatrix::zeros(part.len() * each, outputs);

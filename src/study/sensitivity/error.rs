@@ -36,6 +36,12 @@ pub enum SensitivityError {
         "the run lists every equilibrium; indices need one row a sample: run it with [solver] branch = \"from_rest\""
     )]
     EveryBranch,
+    /// An axis without any width.
+    #[error("`{input}` does not vary: give its axis a range, or remove it")]
+    Fixed {
+        /// The input.
+        input: String,
+    },
     /// Samples on the faces of a box.
     #[error(
         "the samples lie on the faces of the box of axes and follow no law: run the sweep with [sampling] method = \"sobol\" or \"saltelli\""

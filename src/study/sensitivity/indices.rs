@@ -72,7 +72,7 @@ impl Evidence<'_> {
         let chaos = of.chaos();
         let is_asked = self.estimator == EstimatorChoice::Chaos;
         let is_better = matches!(self.layout.design, Design::Sample) && self.estimator == EstimatorChoice::Auto;
-        let is_whole = !chaos.is_empty() && chaos.iter().all(|index| index.flag.is_empty());
+        let is_whole = !chaos.is_empty() && chaos.iter().all(|index| !index.flag.starts_with(WITHHELD));
         let is_main = is_asked || is_better && is_whole && !output.is_indicator;
         if self.estimator == EstimatorChoice::Slopes && !matches!(self.layout.design, Design::Sample) {
             found.extend(of.cosines());
@@ -271,7 +271,12 @@ impl<'a> OfOutput<'a> {
             // The error of an index is about what the polynomial does not predict.
             let estimate = Estimate::within(if withheld.is_some() { f64::NAN } else { share.value() }, 1.0 - predicted);
             let index = self.index(order, input, "chaos", PairedEstimate { estimate, pairs });
-            let flag = withheld.clone().map(|why| format!("{WITHHELD}{why}")).unwrap_or_default();
+            let missing = 100.0 * self.evidence.missing;
+            let flag = match &withheld {
+                Some(why) => format!("{WITHHELD}{why}"),
+                None if missing > 0.0 => format!("extrapolates over {missing:.2} % of the rows, which are missing"),
+                None => String::new(),
+            };
             found.push(Index { flag, ..index });
         };
         for input in self.evidence.chosen {

@@ -149,7 +149,13 @@ pub(super) fn inputs(spec: &SweepSpec) -> Result<Vec<Input>, SensitivityError> {
         Some(shares) => Law::Ranks(shares.clone()),
         None => Law::Known(axis.distribution),
     };
-    Ok(spec.axes.iter().enumerate().map(|(k, axis)| Input::new(axis, spec, law(k, axis))).collect())
+    let inputs = spec.axes.iter().enumerate().map(|(k, axis)| Input::new(axis, spec, law(k, axis)));
+    let inputs: Vec<Input> = inputs.collect();
+    let is_fixed = |axis: &AxisSpec| axis.distribution.standard_deviation() <= 0.0 || axis.points == 1;
+    match spec.axes.iter().position(is_fixed).filter(|_| spec.method != Method::Table) {
+        Some(fixed) => Err(SensitivityError::Fixed { input: inputs[fixed].name.clone() }),
+        None => Ok(inputs),
+    }
 }
 
 /// The uncertain numbers of a sweep, which its rows hold at the scene's values.

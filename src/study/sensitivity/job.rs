@@ -7,7 +7,7 @@ use super::checks::{check_design, check_numbers};
 use super::design::Layout;
 use super::inputs::{chosen, inputs};
 use super::options::{EstimatorChoice, Options};
-use super::outputs::Outputs;
+use super::outputs::{Outputs, pose_length};
 use super::prepare::prepared;
 use super::result::Sensitivity;
 use super::rows::Source;
@@ -68,7 +68,7 @@ impl SensitivityJob {
         SensitivityJob { source: Source::Memory(Box::new(spec), rows), ..self }
     }
 
-    /// Columns, vectors of three columns such as `tip.position`, `tip.distance`. Unless named: tip, its distance from the
+    /// Columns, vectors of three columns such as `tip.position`, `tip.distance`, `tip.pose`. Unless named: tip, its distance from the
     /// nominal tip, stability margin.
     pub fn outputs(mut self, names: &[impl AsRef<str>]) -> SensitivityJob {
         self.options.outputs = names.iter().map(|name| name.as_ref().trim().to_owned()).collect();
@@ -158,7 +158,8 @@ impl SensitivityJob {
         } else {
             chosen(&inputs, &self.options.inputs)?;
         }
-        let outputs = Outputs::new(&self.options.outputs, columns, &inputs, self.options.minimum_margin)?;
+        let outputs =
+            Outputs::new(&self.options.outputs, columns, &inputs, self.options.minimum_margin, pose_length(&spec))?;
         check_design(&spec, &self.options, &layout, &outputs, &inputs)
     }
 

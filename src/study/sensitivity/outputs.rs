@@ -2,7 +2,8 @@
 
 use super::SensitivityError;
 use super::inputs::{Input, slope_name};
-use crate::model::{Vector, closest};
+use crate::model::{SegmentKind, Vector, closest};
+use crate::spec::SweepSpec;
 use crate::table::{Column, Table, Values};
 
 /// The distance of the tip from where it is nominally.
@@ -12,6 +13,9 @@ pub(super) const FAILED: &str = "failed";
 /// The column of the margin.
 pub(super) const MARGIN: &str = "stability.margin";
 const POSITION: &str = "tip.position";
+const ROTATION: &str = "tip.rotation";
+/// Position and rotation together, the rotation times a length.
+const POSE: &str = "tip.pose";
 const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// One number a row.
@@ -28,6 +32,8 @@ pub(super) struct Scalar {
 pub(super) enum Kind {
     Column,
     Distance,
+    /// A component of the rotation vector times a length (m).
+    Turn(usize, f64),
     /// 1 where the row failed, else 0.
     Failed,
     /// 1 where the margin is below a limit, else 0; no value where the row failed.
@@ -59,6 +65,7 @@ impl Outputs {
         columns: &[Column],
         inputs: &[Input],
         margin_limit: f64,
+        length: f64,
     ) -> Result<Outputs, SensitivityError> {
         let mut found = Outputs::default();
         let has = |name: &str| columns.iter().any(|column| column.name == name);
@@ -69,7 +76,7 @@ impl Outputs {
             false => names.iter().collect(),
         };
         for name in names {
-            found.add(name, columns, inputs)?;
+            found.add(name, columns, inputs, length)?;
         }
         found.indicator(FAILED.into(), Kind::Failed);
         if has(MARGIN) {
@@ -78,7 +85,7 @@ impl Outputs {
         Ok(found)
     }
 
-    fn add(&mut self, name: &str, columns: &[Column], inputs: &[Input]) -> Result<(), SensitivityError> {
+    fn add(&mut self, name: &str, columns: &[Column], inputs: &[Input], length: f64) -> Result<(), SensitivityError> {
         let find = |name: &str| columns.iter().find(|column| column.name == name && is_output(column, inputs));
         if let Some(column) = find(name) {
             self.column(column, columns, inputs);
@@ -98,11 +105,25 @@ impl Outputs {
             self.output(name, &column.unit, vec![at]);
             return Ok(());
         }
+        let vector =
+            |of: &str| -> Vec<&Column> { AXES.iter().filter_map(|axis| find(&format!("{of}.{axis}"))).collect() };
+        let (positions, rotations) = (vector(POSITION), vector(ROTATION));
+        if name == POSE && positions.len() + rotations.len() == 6 {
+            let mut components: Vec<usize> =
+                positions.iter().map(|column| self.column(column, columns, inputs)).collect();
+            for (axis, letter) in AXES.iter().enumerate() {
+                let (name, kind) = (format!("{length} m · {ROTATION}.{letter}"), Kind::Turn(axis, length));
+                components.push(self.scalar(Scalar { name, unit: "m".into(), kind, has_slopes: false }));
+            }
+            self.output(name, "m", components);
+            return Ok(());
+        }
         let mut known: Vec<String> =
             columns.iter().filter(|column| is_output(column, inputs)).map(|column| column.name.clone()).collect();
         let vectors: Vec<String> = known.iter().filter_map(|name| name.strip_suffix(".x").map(str::to_owned)).collect();
         known.extend(vectors);
         known.extend(position.map(|_| DISTANCE.to_owned()));
+        known.extend((rotations.len() == 3).then(|| POSE.to_owned()));
         let suggestion = closest(name, known.iter().map(String::as_str));
         Err(SensitivityError::UnknownOutput { name: name.into(), suggestion, known })
     }
@@ -142,6 +163,7 @@ impl Outputs {
             match scalar.kind {
                 Kind::Column => names.push(scalar.name.clone()),
                 Kind::Distance => names.extend(AXES.iter().map(|axis| format!("{POSITION}.{axis}"))),
+                Kind::Turn(axis, _) => names.push(format!("{ROTATION}.{}", AXES[axis])),
                 Kind::MarginBelow(_) => names.push(MARGIN.into()),
                 Kind::Failed => {}
             }
@@ -175,6 +197,10 @@ impl Scalar {
                 let off = offsets(rows, nominal);
                 off.into_iter().map(|[x, y, z]| (x * x + y * y + z * z).sqrt()).collect()
             }
+            Kind::Turn(axis, length) => {
+                let turns = rows.numbers(&format!("{ROTATION}.{}", AXES[axis])).unwrap_or_default();
+                turns.into_iter().map(|turn| length * turn).collect()
+            }
             Kind::Failed => return is_usable.iter().map(|usable| flag(!usable)).collect(),
             Kind::MarginBelow(limit) => {
                 let margins = rows.numbers(MARGIN).unwrap_or_default();
@@ -201,7 +227,7 @@ impl Scalar {
                 };
                 Some(offsets(rows, nominal).into_iter().enumerate().map(along).collect())
             }
-            Kind::Failed | Kind::MarginBelow(_) => None,
+            Kind::Turn(..) | Kind::Failed | Kind::MarginBelow(_) => None,
         }
     }
 }
@@ -213,6 +239,14 @@ fn offsets(rows: &Table, nominal: Option<Vector>) -> Vec<Vector> {
     (0..rows.row_count()).map(|row| std::array::from_fn(|a| columns[a].number(row) - nominal[a])).collect()
 }
 
+/// What rotations are multiplied by beside positions: the sweep's `[workspace] length`, else the length of the last
+/// flexible segment (m).
+pub(super) fn pose_length(spec: &SweepSpec) -> f64 {
+    let flexible = spec.scene.segments.iter().rev().find(|one| matches!(one.kind, SegmentKind::Flexible(_)));
+    let last = flexible.map_or_else(|| spec.scene.total_length(), |segment| segment.length);
+    spec.workspace.length.unwrap_or(last)
+}
+
 /// Numbers that are neither inputs nor slopes nor bookkeeping.
 fn is_output(column: &Column, inputs: &[Input]) -> bool {
     let is_input = inputs.iter().any(|input| input.parameters.contains(&column.name));
@@ -220,9 +254,12 @@ fn is_output(column: &Column, inputs: &[Input]) -> bool {
     is_number && !is_input && !column.name.starts_with("d(")
 }
 
+/// Whether the rows have the slopes of a column by every input. Those of rotations are of the turning frame, not of the
+/// rotation vector.
 fn has_slopes(name: &str, columns: &[Column], inputs: &[Input]) -> bool {
     let mut parameters = inputs.iter().flat_map(|input| &input.parameters);
     !inputs.is_empty()
+        && !name.starts_with(ROTATION)
         && parameters.all(|parameter| {
             let slope = slope_name(name, parameter);
             columns.iter().any(|column| column.name == slope)
