@@ -10,7 +10,20 @@ use std::collections::HashMap;
 use std::f64::consts::PI;
 
 /// Columns of a golden file by name.
-fn columns(file: &str) -> HashMap<String, Vec<f64>> {
+#[derive(Clone)]
+struct Columns(HashMap<String, Vec<f64>>);
+
+impl Columns {
+    fn column(&mut self, name: &str) -> &mut Vec<f64> {
+        self.0.get_mut(name).expect("a column")
+    }
+
+    fn at(&self, name: &str, row: usize) -> f64 {
+        self.0[name][row]
+    }
+}
+
+fn columns(file: &str) -> Columns {
     let text = std::fs::read_to_string(root().join("tests/data/analyses").join(file)).expect("a golden file");
     let mut lines = text.lines();
     let names: Vec<&str> = lines.next().expect("a header").split(',').collect();
@@ -20,7 +33,7 @@ fn columns(file: &str) -> HashMap<String, Vec<f64>> {
             columns.get_mut(*name).expect("a column").push(cell.parse().expect("a number"));
         }
     }
-    columns
+    Columns(columns)
 }
 
 fn golden(file: &str) -> Value {
@@ -50,19 +63,20 @@ fn pick_freeze_estimators_give_the_golden_numbers() {
             let mut numbers_of = &expected[mode];
             if mode == "missing" {
                 for row in numbers_of["fA_rows"].as_array().expect("rows") {
-                    data.get_mut("fA").expect("a column")[row.as_u64().expect("a row") as usize] = f64::NAN;
+                    data.column("fA")[row.as_u64().expect("a row") as usize] = f64::NAN;
                 }
                 for cell in numbers_of["fAB_cells"].as_array().expect("cells") {
                     let [row, input] = [0, 1].map(|k| cell[k].as_u64().expect("a place") as usize);
-                    data.get_mut(&format!("fAB{input}")).expect("a column")[row] = f64::NAN;
+                    data.column(&format!("fAB{input}"))[row] = f64::NAN;
                 }
                 numbers_of = &numbers_of["values"];
             }
             let mut sums = PickFreezeSums::new(inputs, 1.25);
             for row in 0..64 {
-                let of = |kind: &str| -> Vec<f64> { (0..inputs).map(|k| data[&format!("{kind}{k}")][row]).collect() };
+                let of =
+                    |kind: &str| -> Vec<f64> { (0..inputs).map(|k| data.at(&format!("{kind}{k}"), row)).collect() };
                 let (ab, ba) = (of("fAB"), of("fBA"));
-                sums.add(BaseRow { a: data["fA"][row], b: data["fB"][row], ab: &ab, ba: &ba });
+                sums.add(BaseRow { a: data.at("fA", row), b: data.at("fB", row), ab: &ab, ba: &ba });
             }
             near(sums.mean(), numbers_of["mean"].as_f64().expect("a mean"), 1e-12, "mean");
             near(sums.variance(), numbers_of["V"].as_f64().expect("a variance"), 1e-12, "variance");
@@ -90,12 +104,12 @@ fn cosines_and_chaos_give_the_golden_numbers() {
         let data = columns(&format!("estimators_{name}.csv"));
         let expected = &golden("estimators.json")["expected"][name];
         let given = &expected["given_data"];
-        let values = &data["fA"];
+        let values = &data.0["fA"];
         for input in 0..inputs {
             let mut cosines = Cosines::new(0.7, true);
             for (row, value) in values.iter().enumerate() {
-                let at = Harmonics::new((data[&format!("A{input}")][row] - low) / width, width);
-                cosines.add(row / 4, *value, data[&format!("gA{input}")][row], &at);
+                let at = Harmonics::new((data.at(&format!("A{input}"), row) - low) / width, width);
+                cosines.add(row / 4, *value, data.at(&format!("gA{input}"), row), &at);
             }
             let cosines = cosines.finish();
             for (source, word) in [(Source::Values, "value"), (Source::Slopes, "slope"), (Source::Mix, "mix")] {
@@ -120,12 +134,12 @@ fn cosines_and_chaos_give_the_golden_numbers() {
     }
 }
 
-fn chaos_rows(data: &HashMap<String, Vec<f64>>, inputs: usize, low: f64, width: f64) -> ChaosRows {
-    let mut rows = ChaosRows { values: data["fA"].clone(), ..ChaosRows::default() };
+fn chaos_rows(data: &Columns, inputs: usize, low: f64, width: f64) -> ChaosRows {
+    let mut rows = ChaosRows { values: data.0["fA"].clone(), ..ChaosRows::default() };
     for row in 0..rows.values.len() {
         for input in 0..inputs {
-            rows.points.push(2.0 * (data[&format!("A{input}")][row] - low) / width - 1.0);
-            rows.slopes.push(0.5 * width * data[&format!("gA{input}")][row]);
+            rows.points.push(2.0 * (data.at(&format!("A{input}"), row) - low) / width - 1.0);
+            rows.slopes.push(0.5 * width * data.at(&format!("gA{input}"), row));
         }
     }
     rows
@@ -147,13 +161,13 @@ fn chosen_experiments_reach_the_golden_determinants() {
     let names = ["lnE", "lnG", "kxL", "kyL", "lnN"];
     let mut candidates = Measurements::new(5);
     for row in 0..256 {
-        let slope = |place: usize| data[&format!("d{}/d{}", ["x", "y", "z"][place / 5], names[place % 5])][row];
+        let slope = |place: usize| data.at(&format!("d{}/d{}", ["x", "y", "z"][place / 5], names[place % 5]), row);
         candidates.push(&(0..15).map(slope).collect::<Vec<_>>());
     }
     let all: Vec<usize> = (0..256).collect();
     let trace: f64 = candidates.information(&all).iter().enumerate().map(|(k, row)| row[k]).sum();
     near(trace / numbers(&golden["eigenvalues_all"]).iter().sum::<f64>(), 1.0, 1e-8, "sum of the eigenvalues");
-    let margins = &columns("p6_dopt_candidates.csv")["margin"];
+    let margins = columns("p6_dopt_candidates.csv").column("margin").clone();
     let safe: Vec<usize> = all.iter().copied().filter(|row| margins[*row] >= 0.3).collect();
     for (key, allowed) in [("designs", &all), ("with_margin_03", &safe)] {
         for count in [4, 6, 10] {
@@ -182,13 +196,13 @@ fn blocks_add_up_to_the_whole() {
     let mut design = PickFreeze::new(3, 64, 3.0);
     let mut sums = PickFreezeSums::new(3, 3.0);
     for row in 0..64 {
-        let of = |kind: &str| -> Vec<f64> { (0..3).map(|k| data[&format!("{kind}{k}")][row]).collect() };
+        let of = |kind: &str| -> Vec<f64> { (0..3).map(|k| data.at(&format!("{kind}{k}"), row)).collect() };
         let (ab, ba) = (of("fAB"), of("fBA"));
-        let all = [&[data["fA"][row]], &ab[..], &[data["fB"][row]], &ba[..]].concat();
+        let all = [&[data.at("fA", row)], &ab[..], &[data.at("fB", row)], &ba[..]].concat();
         all.iter().enumerate().for_each(|(place, value)| design.push(row as u64, place, *value));
         sums.add(BaseRow { a: all[0], b: all[4], ab: &ab, ba: &ba });
-        let x: Vec<f64> = (0..3).map(|k| data[&format!("A{k}")][row]).collect();
-        near(data["fA"][row], ishigami(&x), 1e-12, "the function");
+        let x: Vec<f64> = (0..3).map(|k| data.at(&format!("A{k}"), row)).collect();
+        near(data.at("fA", row), ishigami(&x), 1e-12, "the function");
     }
     let design = design.finish();
     for input in 0..3 {

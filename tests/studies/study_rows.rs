@@ -50,7 +50,7 @@ fn job(spec: &SweepSpec, fails: impl Fn(&[f64]) -> bool) -> SensitivityJob {
     SensitivityJob::of_rows(spec.clone(), rows(spec, fails)).outputs(&["base_curvature.x"])
 }
 
-fn main_index<'a>(found: &'a Sensitivity, input: usize, order: Order) -> &'a Index {
+fn main_index(found: &Sensitivity, input: usize, order: Order) -> &Index {
     let is_meant = |index: &&Index| index.is_main && index.input == INPUTS[input] && index.order == order;
     found.indices.iter().find(is_meant).unwrap_or_else(|| panic!("no {order:?} of {input}"))
 }
