@@ -3,6 +3,8 @@
 
 mod axis;
 mod input_table;
+// Coefficients stand as they were printed.
+#[allow(clippy::excessive_precision)]
 mod normal;
 mod observed;
 mod sampling;

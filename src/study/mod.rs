@@ -10,6 +10,7 @@ mod experiment_text;
 mod fit;
 mod mesh;
 mod replay;
+pub mod sensitivity;
 mod simulate;
 mod solve;
 pub mod workspace;

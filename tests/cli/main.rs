@@ -15,5 +15,6 @@ mod paper;
 mod program;
 mod readme;
 mod sandbox;
+mod sensitivity;
 mod stretches;
 mod workspace;

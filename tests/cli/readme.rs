@@ -95,6 +95,7 @@ fn small(call: &[String]) -> Vec<&'static str> {
         "run" => vec!["--limit", SAMPLES],
         "workspace" if has("--robust") => vec!["--voxel", "12mm", "--no-figures"],
         "workspace" => vec!["--voxel", "8mm", "--no-figures"],
+        "sensitivity" => vec!["--limit", "256", "--no-figures"],
         "control" if has("--experiment") => vec!["--no-figures", "--catheters", "1"],
         "control" => vec!["--no-figures"],
         _ => vec![],

@@ -21,6 +21,8 @@ fn shipped_sweeps_have_their_counts_and_run_limited() {
         ("two_coil", 65_536),
         ("branches", 81),
         ("lap", 8),
+        ("p6_errors", 8192),
+        ("p6_calibration", 2048),
     ];
     let mut files: Vec<String> = fs::read_dir(shipped())
         .unwrap()

@@ -3,14 +3,19 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod calibration;
 mod control;
 mod control_windows;
 mod controllers;
+mod estimators;
 mod figures;
 mod fit;
 mod mesh;
+mod sensitivity;
 mod solve;
+mod study_rows;
 mod targets;
+mod variance_shares;
 mod voxel_panels;
 mod workspace_figures;
 mod workspace_golden;

@@ -37,7 +37,7 @@ impl<F: Fn(&[f64]) -> Option<Vector>> TipMap for Formula<F> {
         self.count
     }
 
-    fn from_rest(&mut self, inputs: &[Inputs]) -> Result<Vec<Tip>, BackendError> {
+    fn solve_from_rest(&mut self, inputs: &[Inputs]) -> Result<Vec<Tip>, BackendError> {
         Ok(inputs.iter().map(|at| self.tip(at)).collect())
     }
 

@@ -4,6 +4,7 @@ use super::CommandError;
 use rodsweep::backend::{BackendError, BackendKind};
 use rodsweep::figures::RunFiguresError;
 use rodsweep::results::ResultsError;
+use rodsweep::study::sensitivity::SensitivityError;
 use rodsweep::study::{ControlError, FitError, SolveError};
 use rodsweep::sweep::SweepError;
 
@@ -40,6 +41,35 @@ impl From<FitError> for CommandError {
                 CommandError::Usage(format!("`--free`: {error}"))
             }
             error => CommandError::Fit(error),
+        }
+    }
+}
+
+/// What went wrong with a study of sensitivity, with the flag that helps.
+impl From<SensitivityError> for CommandError {
+    fn from(error: SensitivityError) -> CommandError {
+        use SensitivityError as E;
+        let flag = match &error {
+            E::UnknownOutput { .. } => "--outputs",
+            E::UnknownInput { .. } | E::Parameter(_) | E::NothingToIdentify => "--inputs",
+            E::NeedsDesign { .. } => "--estimator",
+            E::NoNominal => "--propagate",
+            E::TooFewCandidates { .. } => "--choose",
+            E::Number { what: "the confidence", .. } => "--confidence",
+            E::Number { what: "the degree", .. } => "--degree",
+            E::Number { what: "the least margin", .. } => "--minimum-margin",
+            E::Number { what: "the number of measurements", .. } => "--choose",
+            E::Number { .. } => "--noise",
+            _ => "",
+        };
+        match error {
+            E::Results(error) => error.into(),
+            E::Sweep(error) => error.into(),
+            E::Plan(error) => error.into(),
+            E::Backend(error) => error.into(),
+            E::Solve(error) => of_solve(error),
+            error if !flag.is_empty() => CommandError::Usage(format!("`{flag}`: {error}")),
+            error => CommandError::Sensitivity(error),
         }
     }
 }

@@ -9,6 +9,7 @@ mod control_job;
 mod control_output;
 mod directory;
 mod doctor;
+mod engine_args;
 mod experiment;
 mod fit;
 mod flags;
@@ -16,6 +17,8 @@ mod import;
 mod progress;
 mod replay;
 mod run;
+mod sensitivity;
+mod sensitivity_args;
 mod simulate;
 mod solve;
 mod verify;
@@ -30,6 +33,7 @@ use rodsweep::input::{AssignError, InputError, scene_notes};
 use rodsweep::model::{PlanError, Scene};
 use rodsweep::report::ReportError;
 use rodsweep::results::ResultsError;
+use rodsweep::study::sensitivity::SensitivityError;
 use rodsweep::study::workspace::WorkspaceError;
 use rodsweep::study::{ControlError, FitError};
 use rodsweep::sweep::SweepError;
@@ -71,6 +75,8 @@ pub(crate) enum CommandError {
     Fit(FitError),
     #[error(transparent)]
     Workspace(WorkspaceError),
+    #[error(transparent)]
+    Sensitivity(SensitivityError),
     #[error("{0}")]
     Usage(String),
     #[error("cannot write to the standard output: {0}")]
@@ -86,6 +92,7 @@ impl CommandError {
             CommandError::Fit(FitError::Failed(_)) => Exit::Failed,
             CommandError::Workspace(WorkspaceError::Interrupted) => Exit::Interrupted,
             CommandError::Fit(_) | CommandError::Control(_) | CommandError::Workspace(_) => Exit::Usage,
+            CommandError::Sensitivity(error) if error.is_usage() => Exit::Usage,
             CommandError::Sweep(error) if error.is_usage() => Exit::Usage,
             CommandError::Results(error) if error.is_usage() => Exit::Usage,
             CommandError::Backend(BackendError::Unsupported { .. }) => Exit::Usage,
@@ -123,6 +130,7 @@ fn main() -> ExitCode {
         Command::Control(arguments) => control::control(&arguments),
         Command::Workspace(arguments) => workspace::workspace(&arguments),
         Command::Fit(arguments) => fit::fit(&arguments),
+        Command::Sensitivity(arguments) => sensitivity::sensitivity(&arguments),
         Command::Import(arguments) => import::import(&arguments),
         Command::Completions { shell } => completions(shell),
     };

@@ -1,6 +1,6 @@
 //! `rodsweep run`: a sweep file to a result directory, a summary and figures.
 
-use super::args::RunArguments;
+use super::args::{RunArguments, SensitivityArguments};
 use super::progress::{Meter, duration};
 use super::{CommandError, Exit, say};
 use rodsweep::figures::RunFigures;
@@ -75,6 +75,47 @@ pub fn run(arguments: &RunArguments) -> Result<Exit, CommandError> {
     Ok(verdict(&summary, arguments.max_failures))
 }
 
+/// Runs the sweep of a study into a directory, or goes on with it there; the exit where that ends the command.
+pub fn run_for_study(
+    spec: SweepSpec,
+    arguments: &SensitivityArguments,
+    out: &Path,
+) -> Result<Option<Exit>, CommandError> {
+    let quiet = arguments.quiet;
+    let tell = |line: &str| {
+        if !quiet {
+            say(line);
+        }
+    };
+    for note in spec.notes.iter().chain(&scene_notes(&spec.scene)) {
+        tell(&format!("note: {note}"));
+    }
+    let warn = |text: &str| say(&format!("warning: {text}"));
+    let job = SweepJob::new(spec).engine(arguments.engine.request()).limit(arguments.limit);
+    let job = job.interrupt(&INTERRUPTED).warn(&warn);
+    let mut directory = ResultDirectory::new(out).resume(true);
+    let mut sweep = job.prepare(&directory)?;
+    tell_method(&sweep, &tell);
+    // A second handler cannot be set; then Ctrl-C simply ends the program.
+    let _ = ctrlc::set_handler(|| INTERRUPTED.store(true, Ordering::Relaxed));
+    let mut backend = sweep.open()?;
+    let meter = Meter::new(&backend.info());
+    let show = |progress: &Progress| meter.show(progress);
+    sweep.set_progress(if quiet { None } else { Some(&show) });
+    let result = sweep.run_on(backend.as_mut(), &mut directory);
+    meter.finish();
+    let summary = result?;
+    if !quiet {
+        print_summary(sweep.spec(), &summary, out);
+    }
+    if summary.interrupted {
+        say("interrupted; the same command goes on");
+        return Ok(Some(Exit::Interrupted));
+    }
+    let exit = verdict(&summary, None);
+    Ok((exit != Exit::Done).then_some(exit))
+}
+
 /// Draws the figures of a result directory again.
 pub fn draw(directory: &Path, colour: Option<&str>) -> Result<Exit, CommandError> {
     for path in RunFigures::new().colour(colour).draw(&Results::open(directory)?, directory)? {
@@ -143,7 +184,7 @@ fn example(summary: &Summary) -> String {
 }
 
 /// `results/` and the name of the sweep file.
-fn default_directory(spec: &SweepSpec) -> PathBuf {
+pub fn default_directory(spec: &SweepSpec) -> PathBuf {
     PathBuf::from("results").join(spec.file.file_stem().unwrap_or(spec.file.as_os_str()))
 }
 

@@ -49,7 +49,7 @@ pub fn draw_workspace(
             unit: study.unit.into(),
             values: study.designs.iter().map(|design| design.values[0]).collect(),
             sizes: study.designs.iter().map(|design| estimate(design.size)).collect(),
-            slope: (study.unit != "" || study.designs.len() > 2).then_some([study.slope, study.slope_error]),
+            slope: (!study.unit.is_empty() || study.designs.len() > 2).then_some([study.slope, study.slope_error]),
             margins: [0.01, 0.05, 0.5]
                 .into_iter()
                 .enumerate()

@@ -1,6 +1,5 @@
 //! What the observations say: covariance, directions of the parameters from the strongest to the weakest, words.
 
-use super::model::Model;
 use super::{Direction, Strength};
 use nalgebra::{DMatrix, DVector};
 
@@ -13,8 +12,8 @@ const COUNTS: f64 = 0.1;
 pub(super) const NORMAL_95: f64 = 1.959_963_984_540_054;
 
 /// Covariance of the scaled parameters, which of them are open, and the directions, strongest first.
-pub(super) fn analyse(model: &Model, jacobian: &DMatrix<f64>, noise: f64) -> (DMatrix<f64>, Vec<bool>, Vec<Direction>) {
-    let count = model.names.len();
+pub(in crate::study) fn analyse(jacobian: &DMatrix<f64>, noise: f64) -> (DMatrix<f64>, Vec<bool>, Vec<Direction>) {
+    let count = jacobian.ncols();
     let svd = jacobian.clone().svd(false, true);
     let rows = svd.v_t.unwrap_or_else(|| DMatrix::identity(count, count));
     let mut order: Vec<usize> = (0..svd.singular_values.len()).collect();
@@ -51,20 +50,20 @@ pub(super) fn ridges(jacobian: &DMatrix<f64>) -> Vec<DVector<f64>> {
     (0..rows.nrows()).filter(|k| svd.singular_values[*k] <= limit).map(|k| rows.row(k).transpose()).collect()
 }
 
-/// What weak directions and ridges mean.
-pub(super) fn findings(model: &Model, directions: &[Direction]) -> Vec<String> {
+/// What weak directions and ridges mean, of parameters by name; logarithmic ones count by their ratio.
+pub(in crate::study) fn findings(names: &[String], logarithmic: &[bool], directions: &[Direction]) -> Vec<String> {
     let of = |direction: &Direction| {
         let most = direction.weights.iter().fold(0.0f64, |most, weight| most.max(weight.abs()));
         let part: Vec<usize> =
             (0..direction.weights.len()).filter(|k| direction.weights[*k].abs() > COUNTS * most).collect();
-        let names: Vec<&str> = part.iter().map(|k| model.names[*k].as_str()).collect();
-        let what = match &names[..] {
+        let named: Vec<&str> = part.iter().map(|k| names[*k].as_str()).collect();
+        let what = match &named[..] {
             [name] => (*name).to_owned(),
             [head @ .., last] => format!("{} and {last}", head.join(", ")),
             [] => String::new(),
         };
         let share = |k: &usize| direction.weights[*k] / direction.weights[part[0]];
-        let together = part.len() > 1 && part.iter().all(|k| model.logarithmic[*k] && (share(k) - 1.0).abs() < 0.01);
+        let together = part.len() > 1 && part.iter().all(|k| logarithmic[*k] && (share(k) - 1.0).abs() < 0.01);
         let shares: Vec<String> = part.iter().map(|k| format!("{:+.2}", direction.weights[*k] / most)).collect();
         match direction.strength {
             Strength::Determined => None,

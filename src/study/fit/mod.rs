@@ -12,6 +12,8 @@ mod result;
 mod solve;
 mod text;
 
+pub(super) use analysis::{analyse, findings};
 pub use error::FitError;
 pub use job::FitJob;
+pub(super) use model::is_scale;
 pub use result::{Direction, Fit, FittedParameter, Strength};

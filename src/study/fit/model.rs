@@ -165,7 +165,7 @@ impl<'a> Model<'a> {
 }
 
 /// Numbers that are positive and act by their ratio.
-fn is_scale(parameter: &Parameter) -> bool {
+pub(in crate::study) fn is_scale(parameter: &Parameter) -> bool {
     use Parameter as P;
     match parameter {
         P::Insertion => true,

@@ -34,7 +34,7 @@ pub(super) fn fit(problem: &Problem, make: &mut MakeEngine) -> Result<Fit, FitEr
     let quantile = if problem.noise.is_some() { NORMAL_95 } else { student_95(freedom) };
     let (state, x) = leave_ridges(&mut search.model, state, x)?;
     let scene = search.model.scene(&x, None);
-    let (covariance, open, directions) = analyse(&search.model, &state.jacobian, noise);
+    let (covariance, open, directions) = analyse(&state.jacobian, noise);
     let fitted = |k: usize| {
         let parameter = problem.free[k][0];
         let value = parameter.get(&scene);
@@ -54,7 +54,7 @@ pub(super) fn fit(problem: &Problem, make: &mut MakeEngine) -> Result<Fit, FitEr
     let entry = |row: usize, column: usize| rates[row] * covariance[(row, column)] * rates[column];
     Ok(Fit {
         covariance: (0..parameters).map(|row| (0..parameters).map(|column| entry(row, column)).collect()).collect(),
-        findings: findings(&search.model, &directions),
+        findings: findings(&search.model.names, &search.model.logarithmic, &directions),
         directions,
         parameters: fitted,
         scene,

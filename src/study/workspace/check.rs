@@ -127,7 +127,7 @@ impl Family {
             }
             *known = wanted;
         }
-        let mut tips = map.from_rest(&self.inputs[first..])?;
+        let mut tips = map.solve_from_rest(&self.inputs[first..])?;
         let free: Vec<[bool; MOST_INPUTS]> =
             (0..self.skeleton.face_count()).map(|face| free_inputs(&self.skeleton, face)).collect();
         tips.iter_mut().zip(&self.faces[first..]).for_each(|(tip, face)| hold(tip, &free[*face as usize]));
@@ -239,7 +239,7 @@ impl Family {
                     found[number].push(search.at);
                 }
             }
-            let tips = map.from_rest(&going.iter().map(|(_, _, search)| search.trial.0).collect::<Vec<_>>())?;
+            let tips = map.solve_from_rest(&going.iter().map(|(_, _, search)| search.trial.0).collect::<Vec<_>>())?;
             going.par_iter_mut().zip(tips).for_each(|((_, face, search), mut tip)| {
                 hold(&mut tip, &free[*face as usize]);
                 search.judge(&aim, tip);

@@ -31,7 +31,7 @@ impl Grown {
             .collect();
         let starts: Vec<Inputs> = pairs.iter().map(|(_, other)| padded(self.inputs_of(*other))).collect();
         // First from rest, for the base moment, then once on the spot, for its derivatives.
-        let at_rest = map.from_rest(&starts)?;
+        let at_rest = map.solve_from_rest(&starts)?;
         let moments: Vec<_> = starts.iter().zip(&at_rest).map(|(at, tip)| (*at, tip.base_moment)).collect();
         let tips = map.near(&moments)?;
         let mut active: Vec<(usize, Search)> = Vec::new();
@@ -51,7 +51,7 @@ impl Grown {
             active = going;
         }
         let at_end: Vec<Inputs> = ended.iter().map(|(_, search)| search.at).collect();
-        let from_rest = map.from_rest(&at_end)?;
+        let from_rest = map.solve_from_rest(&at_end)?;
         let mut found = Vec::new();
         for ((at, search), rest) in ended.into_iter().zip(from_rest) {
             let is_there = search.end == Some(End::Reached);

@@ -227,7 +227,7 @@ impl TipMap for EngineMap {
         self.reader.inputs.len()
     }
 
-    fn from_rest(&mut self, inputs: &[Inputs]) -> Result<Vec<Tip>, BackendError> {
+    fn solve_from_rest(&mut self, inputs: &[Inputs]) -> Result<Vec<Tip>, BackendError> {
         let mut tips = Vec::with_capacity(inputs.len());
         for rows in inputs.chunks(self.rest.batch_size().max(1)) {
             let mut solutions = self.rest.solve(&batch(&self.plan, &self.reader.inputs, rows))?;

@@ -162,7 +162,9 @@ impl Grown {
                 }
             }
             let tips = match self.branch {
-                Branch::FromRest => map.from_rest(&going.iter().map(|search| search.trial.0).collect::<Vec<_>>())?,
+                Branch::FromRest => {
+                    map.solve_from_rest(&going.iter().map(|search| search.trial.0).collect::<Vec<_>>())?
+                }
                 Branch::Neighbour => map.near(&going.iter().map(|search| search.trial).collect::<Vec<_>>())?,
             };
             going.par_iter_mut().zip(tips).with_min_len(GRAIN).for_each(|(search, tip)| search.judge(&aim, tip));

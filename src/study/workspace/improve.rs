@@ -37,7 +37,7 @@ impl Grown {
             let pairs: Vec<(usize, usize)> =
                 self.reached().filter_map(|at| better(at).map(|other| (at, other))).collect();
             let starts: Vec<Inputs> = pairs.iter().map(|(_, other)| padded(self.inputs_of(*other))).collect();
-            let tips = map.from_rest(&starts)?;
+            let tips = map.solve_from_rest(&starts)?;
             let mut active: Vec<(usize, Search)> = pairs
                 .iter()
                 .zip(starts.iter().zip(tips))
@@ -58,7 +58,7 @@ impl Grown {
                         self.replace(at, &search);
                     }
                 }
-                let tips = map.from_rest(&going.iter().map(|(_, search)| search.trial.0).collect::<Vec<_>>())?;
+                let tips = map.solve_from_rest(&going.iter().map(|(_, search)| search.trial.0).collect::<Vec<_>>())?;
                 going.par_iter_mut().zip(tips).with_min_len(64).for_each(|((_, search), tip)| search.judge(&aim, tip));
                 active = going;
             }

@@ -32,8 +32,8 @@ impl PoseRank {
         scene: &Scene,
         length: Option<f64>,
     ) -> Result<PoseRank, WorkspaceError> {
-        let flexible = scene.segments.iter().filter(|segment| matches!(segment.kind, SegmentKind::Flexible(_)));
-        let length = length.or(flexible.last().map(|segment| segment.length)).unwrap_or(scene.total_length());
+        let mut flexible = scene.segments.iter().filter(|segment| matches!(segment.kind, SegmentKind::Flexible(_)));
+        let length = length.or(flexible.next_back().map(|segment| segment.length)).unwrap_or(scene.total_length());
         let places: Vec<usize> = grown.reached().collect();
         let every = places.len().div_ceil(ROWS).max(1);
         let inputs: Vec<Inputs> = places.iter().step_by(every).map(|at| padded(grown.inputs_of(*at))).collect();

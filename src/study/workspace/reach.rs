@@ -157,7 +157,7 @@ impl Workspace {
     ) -> Result<Vec<Vec<Solution>>, WorkspaceError> {
         let flat: Vec<(usize, Inputs)> =
             starts.iter().enumerate().flat_map(|(row, starts)| starts.iter().map(move |at| (row, *at))).collect();
-        let tips = map.from_rest(&flat.iter().map(|(_, at)| *at).collect::<Vec<_>>())?;
+        let tips = map.solve_from_rest(&flat.iter().map(|(_, at)| *at).collect::<Vec<_>>())?;
         let searches =
             flat.iter().zip(tips).filter(|(_, tip)| tip.counts(self.minimum_margin)).map(|((row, at), tip)| {
                 (*row, Search::new([0; 3], targets[*row].position, &Arc::new(Source { at: *at, tip })))
@@ -201,7 +201,7 @@ impl Workspace {
             if tries.is_empty() {
                 break;
             }
-            let tips = map.from_rest(&tries)?;
+            let tips = map.solve_from_rest(&tries)?;
             let begun = searches.iter().zip(tries).zip(tips).filter(|(_, tip)| tip.counts(self.minimum_margin));
             let begun = begun.map(|(((number, row, _), at), tip)| {
                 (*number, Search::new([0; 3], targets[*row].position, &Arc::new(Source { at, tip })))
@@ -276,7 +276,7 @@ impl Workspace {
                 .flat_map(|k| [1.0, -1.0].map(|sign| self.fibre(found, k, None, sign)))
                 .map(|along| std::array::from_fn(|i| (found.at[i] + stride * along[i]).clamp(-1.0, 1.0)))
                 .collect();
-            let tips = map.from_rest(&tries)?;
+            let tips = map.solve_from_rest(&tries)?;
             let begun = tries.iter().zip(tips).filter(|(_, tip)| tip.counts(self.minimum_margin));
             let begun = begun.map(|(at, tip)| (0, Search::new([0; 3], target, &Arc::new(Source { at: *at, tip }))));
             let error = |solution: &Solution| angle(solution.tip.tangent, tangent);
@@ -362,7 +362,7 @@ fn run(
         active.par_iter_mut().for_each(|(_, search)| search.propose(aim));
         let (done, mut going): (Vec<_>, Vec<_>) = active.into_iter().partition(|(_, search)| search.end.is_some());
         ended.extend(done);
-        let tips = map.from_rest(&going.iter().map(|(_, search)| search.trial.0).collect::<Vec<_>>())?;
+        let tips = map.solve_from_rest(&going.iter().map(|(_, search)| search.trial.0).collect::<Vec<_>>())?;
         going.par_iter_mut().zip(tips).for_each(|((_, search), tip)| search.judge(aim, tip));
         active = going;
     }

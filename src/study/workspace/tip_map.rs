@@ -83,13 +83,13 @@ pub trait TipMap {
     /// # Errors
     ///
     /// An engine that fails; inputs without a usable equilibrium are no error.
-    fn from_rest(&mut self, inputs: &[Inputs]) -> Result<Vec<Tip>, BackendError>;
+    fn solve_from_rest(&mut self, inputs: &[Inputs]) -> Result<Vec<Tip>, BackendError>;
 
     /// Stable equilibria near given base moments (N·m), one for each row of inputs.
     ///
     /// # Errors
     ///
-    /// As [`TipMap::from_rest`].
+    /// As [`TipMap::solve_from_rest`].
     fn near(&mut self, inputs: &[(Inputs, Vector)]) -> Result<Vec<Tip>, BackendError>;
 }
 

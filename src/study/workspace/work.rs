@@ -102,7 +102,7 @@ impl<'a> Work<'a> {
 
     /// Solves where growth is to begin.
     pub(super) fn seed(&mut self, starts: &[Inputs]) -> Result<(), WorkspaceError> {
-        self.tips = self.map.from_rest(starts)?;
+        self.tips = self.map.solve_from_rest(starts)?;
         let pairs = starts.iter().copied().zip(self.tips.iter().copied());
         self.rows = pairs.filter(|(_, tip)| tip.counts(self.job.minimum_margin)).collect();
         self.rows.iter().for_each(|(at, tip)| self.seen.add(&self.lattice, at, tip));
@@ -151,7 +151,7 @@ impl<'a> Work<'a> {
                 }
             }
             // Once more with every derivative: those of the family are held at its limits.
-            let tips = self.map.from_rest(&fresh)?;
+            let tips = self.map.solve_from_rest(&fresh)?;
             self.rows.extend(fresh.into_iter().zip(tips).filter(|(_, tip)| tip.counts(least)));
         }
         let (mut volume_of, mut area_of, mut length_of, mut surface) = (None, None, None, None);
@@ -159,7 +159,7 @@ impl<'a> Work<'a> {
         if dimension.is_thin {
             let (sheet, area) = self.sectioned(2)?;
             let feet: Vec<Inputs> = sheet.reached().map(|at| padded(sheet.inputs_of(at))).collect();
-            let tips = self.map.from_rest(&feet)?;
+            let tips = self.map.solve_from_rest(&feet)?;
             self.rows.extend(feet.into_iter().zip(tips));
             (surface, area_of) = (Some(sheet), Some(area));
         }
@@ -234,7 +234,7 @@ impl<'a> Work<'a> {
             if further.is_empty() {
                 break;
             }
-            let tips = self.map.from_rest(&further)?;
+            let tips = self.map.solve_from_rest(&further)?;
             rows = further.into_iter().zip(tips).collect();
         }
         Ok(grown)

@@ -1,0 +1,93 @@
+//! `rodsweep sensitivity`: which input matters, how uncertain the tip is, what to measure.
+
+use super::args::{EstimatorName, SensitivityArguments, WithName, positive_length};
+use super::{CommandError, Exit, print, run, say};
+use rodsweep::figures::draw_sensitivity;
+use rodsweep::results::{Results, ResultsError};
+use rodsweep::spec::SweepSpec;
+use rodsweep::study::sensitivity::{Estimator, EstimatorChoice, Sensitivity, SensitivityJob};
+use std::path::{Path, PathBuf};
+
+pub fn sensitivity(arguments: &SensitivityArguments) -> Result<Exit, CommandError> {
+    let tell = |line: &str| {
+        if !arguments.quiet {
+            say(line);
+        }
+    };
+    let (job, out) = if arguments.source.is_dir() {
+        let job = with_options(SensitivityJob::of_results(Results::open(&arguments.source)?), arguments)?;
+        (job, arguments.out.clone().unwrap_or_else(|| arguments.source.clone()))
+    } else {
+        let spec = SweepSpec::read(&arguments.source)?;
+        let out = arguments.out.clone().unwrap_or_else(|| run::default_directory(&spec));
+        let job = with_options(SensitivityJob::of_sweep(spec), arguments)?;
+        job.check()?;
+        if let Some(exit) = run::run_for_study(job.sweep(), arguments, &out)? {
+            return Ok(exit);
+        }
+        (job.with_results(Results::open(&out)?), out)
+    };
+    let found = job.run()?;
+    make_directory(&out)?;
+    let mut files = found.write(&out)?;
+    if !arguments.no_figures {
+        files.extend(draw_sensitivity(&found, &out)?);
+    }
+    if arguments.json {
+        print(&(serde_json::to_string_pretty(&found.to_json()).unwrap_or_default() + "\n"))?;
+    } else if !arguments.quiet {
+        print(&found.text())?;
+    }
+    files.iter().for_each(|file| tell(&format!("written: {}", file.display())));
+    Ok(verdict(&found, arguments.max_failures))
+}
+
+/// What the arguments ask for.
+fn with_options(job: SensitivityJob, arguments: &SensitivityArguments) -> Result<SensitivityJob, CommandError> {
+    let estimator = match arguments.estimator {
+        EstimatorName::Auto => EstimatorChoice::Auto,
+        EstimatorName::Azzini => EstimatorChoice::PickFreeze(Estimator::Azzini),
+        EstimatorName::Jansen => EstimatorChoice::PickFreeze(Estimator::Jansen),
+        EstimatorName::Saltelli => EstimatorChoice::PickFreeze(Estimator::Saltelli),
+        EstimatorName::Janon => EstimatorChoice::PickFreeze(Estimator::Janon),
+        EstimatorName::Chaos => EstimatorChoice::Chaos,
+        EstimatorName::Slopes => EstimatorChoice::Slopes,
+    };
+    let noise = match &arguments.noise {
+        Some(text) => Some(positive_length("--noise", text, "0.5 mm").map_err(CommandError::Usage)?),
+        None => None,
+    };
+    Ok(job
+        .outputs(&arguments.outputs)
+        .inputs(&arguments.inputs)
+        .estimator(estimator)
+        .confidence(arguments.confidence)
+        .degree(arguments.degree)
+        .with_unstable(arguments.with == Some(WithName::Unstable))
+        .propagate(arguments.propagate)
+        .choose(arguments.choose)
+        .noise(noise)
+        .minimum_margin(arguments.minimum_margin)
+        .limit(arguments.limit))
+}
+
+fn make_directory(out: &Path) -> Result<(), ResultsError> {
+    let path = PathBuf::from(out);
+    let io = |error: std::io::Error| ResultsError::Io {
+        path: path.clone(),
+        action: "making the directory",
+        reason: error.to_string(),
+    };
+    std::fs::create_dir_all(out).map_err(io)
+}
+
+fn verdict(found: &Sensitivity, max_failures: Option<u64>) -> Exit {
+    let failed = found.rows - found.usable;
+    match max_failures {
+        Some(most) if failed > most => {
+            say(&format!("error: {failed} rows failed; --max-failures allows {most}"));
+            Exit::TooManyFailures
+        }
+        _ => Exit::Done,
+    }
+}

@@ -1,0 +1,174 @@
+//! Why a study of sensitivity is not possible.
+
+use crate::backend::BackendError;
+use crate::model::{ParameterError, PlanError};
+use crate::results::ResultsError;
+use crate::study::SolveError;
+use crate::sweep::SweepError;
+
+/// Why a study of sensitivity is not possible.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SensitivityError {
+    /// The results cannot be read or written.
+    #[error(transparent)]
+    Results(#[from] ResultsError),
+    /// The sweep cannot be run.
+    #[error(transparent)]
+    Sweep(#[from] SweepError),
+    /// The scene and its parameters make no plan.
+    #[error(transparent)]
+    Plan(#[from] PlanError),
+    /// An engine cannot be used, or failed.
+    #[error(transparent)]
+    Backend(#[from] BackendError),
+    /// The nominal scene cannot be solved.
+    #[error(transparent)]
+    Solve(#[from] SolveError),
+    /// A name that the scene has not.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+    /// A run that wrote no rows.
+    #[error("the run has written no rows: run the sweep with [output] format = \"parquet\"")]
+    NoRows,
+    /// A sweep with several equilibria a sample.
+    #[error(
+        "the run lists every equilibrium; indices need one row a sample: run it with [solver] branch = \"from_rest\""
+    )]
+    EveryBranch,
+    /// An axis without any width.
+    #[error("`{input}` does not vary: give its axis a range, or remove it")]
+    Fixed {
+        /// The input.
+        input: String,
+    },
+    /// Samples on the faces of a box.
+    #[error(
+        "the samples lie on the faces of the box of axes and follow no law: run the sweep with [sampling] method = \"sobol\" or \"saltelli\""
+    )]
+    Faces,
+    /// An output that the run has not.
+    #[error("no output `{name}`{}; there are: {}", suggestion.as_ref().map(|name| format!(": did you mean `{name}`?")).unwrap_or_default(), known.join(", "))]
+    UnknownOutput {
+        /// As it was asked for.
+        name: String,
+        /// The output that is spelled nearly so.
+        suggestion: Option<String>,
+        /// What there is.
+        known: Vec<String>,
+    },
+    /// An input that the sweep has not.
+    #[error("no input `{name}`{}; the sweep varies: {}", suggestion.as_ref().map(|name| format!(": did you mean `{name}`?")).unwrap_or_default(), known.join(", "))]
+    UnknownInput {
+        /// As it was asked for.
+        name: String,
+        /// The input that is spelled nearly so.
+        suggestion: Option<String>,
+        /// What there is.
+        known: Vec<String>,
+    },
+    /// Too few rows for any answer.
+    #[error(
+        "{usable} of {rows} rows can be used, at least {needed} are needed: raise [sampling] samples{}",
+        failed_by(statuses)
+    )]
+    TooFewRows {
+        /// Rows that can be used.
+        usable: u64,
+        /// Rows that there are.
+        rows: u64,
+        /// As many as are needed.
+        needed: u64,
+        /// Rows by status, without successes.
+        statuses: Vec<(&'static str, u64)>,
+    },
+    /// An output that no input changes.
+    #[error("`{output}` is {value} in every row: no input changes it; leave it out of the outputs, or widen the axes")]
+    Constant {
+        /// The output.
+        output: String,
+        /// Its value, SI.
+        value: f64,
+    },
+    /// Inputs of a table that go together.
+    #[error(
+        "`{first}` and `{second}` are correlated ({correlation:.2}): indices of variance need independent inputs; sample them with [sampling] method = \"sobol\" or \"saltelli\""
+    )]
+    Correlated {
+        /// One input.
+        first: String,
+        /// The other.
+        second: String,
+        /// Of the two.
+        correlation: f64,
+    },
+    /// An estimator that needs another design.
+    #[error(
+        "{estimator} needs the design of [sampling] method = \"saltelli\"; this sweep is {method}: take chaos or slopes, or run it so"
+    )]
+    NeedsDesign {
+        /// As it was asked for.
+        estimator: &'static str,
+        /// Of the sweep.
+        method: &'static str,
+    },
+    /// What needs derivatives that the rows have not.
+    #[error("{what} needs derivatives that the rows have not: add `derivatives = [{}]` to [output] and run the sweep again, or give the sweep file", names.iter().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", "))]
+    NoDerivatives {
+        /// What was asked for.
+        what: &'static str,
+        /// Parameters whose derivatives are missing.
+        names: Vec<String>,
+    },
+    /// No nominal sample to begin from.
+    #[error(
+        "the first order needs an equilibrium with every input at its mean, and a law of every input: change the axes, or leave the propagation out"
+    )]
+    NoNominal,
+    /// Nothing is left to be found out by measuring.
+    #[error(
+        "there is nothing to identify: every parameter with derivatives is an axis of the sweep; name what is to be found by the inputs, or list it in [[uncertain]]"
+    )]
+    NothingToIdentify,
+    /// More measurements than candidates.
+    #[error(
+        "{asked} measurements are to be chosen of {candidates} candidates: lower the number, the margin, or raise [sampling] samples"
+    )]
+    TooFewCandidates {
+        /// As many as were asked for.
+        asked: usize,
+        /// Rows that can be used and have the margin.
+        candidates: usize,
+    },
+    /// A number that makes no sense.
+    #[error("{what} is {value}; give {expected}")]
+    Number {
+        /// The option, in words.
+        what: &'static str,
+        /// What was given.
+        value: f64,
+        /// What may be given.
+        expected: &'static str,
+    },
+}
+
+impl SensitivityError {
+    /// Whether the user's input or command is at fault rather than the run.
+    pub fn is_usage(&self) -> bool {
+        match self {
+            SensitivityError::Results(error) => error.is_usage(),
+            SensitivityError::Sweep(error) => error.is_usage(),
+            SensitivityError::Backend(error) => matches!(error, BackendError::Unsupported { .. }),
+            _ => true,
+        }
+    }
+}
+
+/// `; they failed: 12 fold, 3 step-limit`
+fn failed_by(statuses: &[(&'static str, u64)]) -> String {
+    if statuses.is_empty() {
+        return String::new();
+    }
+    let words: Vec<String> = statuses.iter().map(|(name, count)| format!("{count} {name}")).collect();
+    format!(", or mend what fails: {}", words.join(", "))
+}

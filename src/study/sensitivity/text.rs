@@ -1,0 +1,161 @@
+//! A study in words, for the terminal.
+
+use super::blocks::Estimate;
+use super::result::{Identification, Index, Order, Sensitivity};
+use crate::report::{TextTable, count};
+
+impl Sensitivity {
+    /// Indices, bounds, spreads, failures and what else the reader should know.
+    pub fn text(&self) -> String {
+        let mut text = format!(
+            "{} of {} rows ({}), intervals of {} %\n",
+            count(self.usable),
+            count(self.rows),
+            self.method,
+            100.0 * self.confidence
+        );
+        for output in names(&self.indices) {
+            text += &self.output_text(output);
+        }
+        text += &self.spread_text();
+        text += &self.failure_text();
+        if let Some(identification) = &self.identification {
+            text += &identification_text(identification);
+        }
+        self.notes.iter().for_each(|note| text += &format!("note: {note}\n"));
+        text
+    }
+
+    /// First order, total and bound of each input.
+    fn output_text(&self, output: &str) -> String {
+        let main: Vec<&Index> = self.indices.iter().filter(|index| index.output == output && index.is_main).collect();
+        let mut table = TextTable::new(["input", "S1", "", "ST", "", "ST at most"]);
+        let inputs: Vec<&str> = {
+            let firsts = main.iter().filter(|index| index.order == Order::First);
+            firsts.map(|index| index.input.as_str()).collect()
+        };
+        for input in inputs {
+            let of = |order| main.iter().find(|index| index.order == order && index.input == input);
+            let [s1, s1_error] = of(Order::First).map_or_else(Default::default, |index| words(&index.estimate));
+            let [st, st_error] = of(Order::Total).map_or_else(Default::default, |index| words(&index.estimate));
+            let bound = self.slopes.iter().find(|slopes| slopes.output == output && slopes.input == input);
+            let bound = bound.filter(|slopes| slopes.upper.is_finite());
+            let bound = bound.map(|slopes| format!("{:.4}", slopes.upper)).unwrap_or_default();
+            table.row([input.to_owned(), s1, s1_error, st, st_error, bound]);
+        }
+        let estimator = main.first().map_or("", |index| index.estimator);
+        let mut text = format!("\n{output}, by {estimator}\n{table}");
+        let mut pairs: Vec<&&Index> = main.iter().filter(|index| index.order == Order::Second).collect();
+        pairs.retain(|index| index.estimate.value.is_finite());
+        pairs.sort_by(|a, b| b.estimate.value.total_cmp(&a.estimate.value));
+        if let Some(largest) = pairs.first() {
+            let [value, error] = words(&largest.estimate);
+            text += &format!("largest of second order: {} {value} {error}\n", largest.input);
+        }
+        let mut flags: Vec<&str> = Vec::new();
+        for index in self.indices.iter().filter(|index| index.output == output && !index.flag.is_empty()) {
+            if !flags.contains(&index.flag.as_str()) {
+                flags.push(&index.flag);
+                text += &format!("{} {}\n", index.estimator, index.flag);
+            }
+        }
+        text
+    }
+
+    fn spread_text(&self) -> String {
+        let mut table = TextTable::new(["output", "mean", "sd", "sd, first order", "ratio", "5 %", "95 %", "unit"]);
+        let number = |x: f64| if x.is_finite() { format!("{x:.4e}") } else { String::new() };
+        for spread in &self.spreads {
+            let ratio = if spread.ratio.is_finite() { format!("{:.3}", spread.ratio) } else { String::new() };
+            let [_, low, _, _, _, high, _] = spread.quantiles.map(number);
+            let (mean, deviation, first) = (number(spread.mean), number(spread.deviation), number(spread.first_order));
+            table.row([spread.output.clone(), mean, deviation, first, ratio, low, high, spread.unit.clone()]);
+        }
+        let mut text = format!("\n{table}");
+        for spread in &self.spreads {
+            if !spread.flag.is_empty() {
+                text += &format!("{}: {}\n", spread.output, spread.flag);
+            }
+            if let Some(lumps) = spread.lumps {
+                let share = 100.0 * lumps.share_above;
+                text += &format!("{}: two lumps, {share:.1} % above {:.4e}\n", spread.output, lumps.at);
+            }
+        }
+        let [nominal, low, least] = self.margins;
+        if least.is_finite() {
+            text += &format!("stability margin: nominal {nominal:.3}, 1 % below {low:.3}, least {least:.4}\n");
+        }
+        text
+    }
+
+    fn failure_text(&self) -> String {
+        let mut text = String::new();
+        for share in self.statuses.iter().filter(|share| !share.status.is_success()) {
+            let [value, low, high] = [share.share, share.interval[0], share.interval[1]].map(|x| 100.0 * x);
+            let name = share.status.name();
+            text += &format!("{name}: {} rows, {value:.3} % ({low:.3} to {high:.3})\n", count(share.rows));
+        }
+        for output in names(&self.failure_indices) {
+            let of = self.failure_indices.iter().filter(|index| index.output == output && index.is_main);
+            let order = if of.clone().any(|index| index.order == Order::Total) { Order::Total } else { Order::First };
+            let mut ranked: Vec<&Index> = of.filter(|index| index.order == order).collect();
+            ranked.retain(|index| index.estimate.value.is_finite());
+            ranked.sort_by(|a, b| b.estimate.value.total_cmp(&a.estimate.value));
+            let best = ranked.iter().take(3).map(|index| format!("{} {:.2}", index.input, index.estimate.value));
+            text += &format!("what makes `{output}`, by {}: {}\n", order.name(), best.collect::<Vec<_>>().join(", "));
+        }
+        for worst in self.worst_cases.iter().filter(|worst| worst.changes_order) {
+            text += &format!("{}: missing values could change the order of the inputs\n", worst.output);
+        }
+        text
+    }
+}
+
+/// Outputs, in their order.
+fn names(indices: &[Index]) -> Vec<&str> {
+    let mut names: Vec<&str> = Vec::new();
+    for index in indices {
+        if !names.contains(&index.output.as_str()) {
+            names.push(&index.output);
+        }
+    }
+    names
+}
+
+/// Value, and half the width of its interval.
+fn words(estimate: &Estimate) -> [String; 2] {
+    let Estimate { value, low, high, .. } = *estimate;
+    if !value.is_finite() {
+        return ["withheld".into(), String::new()];
+    }
+    let error = 0.5 * (high - low);
+    [format!("{value:.4}"), if error.is_finite() { format!("±{error:.1e}") } else { String::new() }]
+}
+
+fn identification_text(found: &Identification) -> String {
+    let mut table = TextTable::new(["parameter", "sd, all candidates", "sd, chosen"]);
+    let number = |x: &f64| if x.is_finite() { format!("{x:.3e}") } else { "open".into() };
+    for (k, name) in found.parameters.iter().enumerate() {
+        let chosen = found.chosen.as_ref().map(|chosen| number(&chosen.information.deviations[k])).unwrap_or_default();
+        table.row([name.clone(), number(&found.all.deviations[k]), chosen]);
+    }
+    let mut text = format!(
+        "\nmeasured tips with a noise of {} mm, {} candidates with a margin of at least {}; deviations are relative, of \
+         curvatures times the rod's length\n{table}",
+        1e3 * found.noise,
+        count(found.candidates),
+        found.minimum_margin
+    );
+    let information = found.chosen.as_ref().map_or(&found.all, |chosen| &chosen.information);
+    information.findings.iter().for_each(|finding| text += &format!("identifiability: {finding}\n"));
+    if let Some(chosen) = &found.chosen {
+        let samples: Vec<String> = chosen.samples.iter().map(u64::to_string).collect();
+        let value = chosen.information.log_determinant;
+        text += &format!("chosen samples: {}; log det of the information {value:.3}", samples.join(", "));
+        if let Some((worst, end)) = &chosen.worst {
+            text += &format!(", at worst {worst:.3} ({end})");
+        }
+        text += "\n";
+    }
+    text
+}
