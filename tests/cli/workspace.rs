@@ -30,7 +30,7 @@ fn account(sandbox: &Sandbox, dir: &str) -> Value {
 fn a_body_is_measured_from_a_sweep() {
     let sandbox = Sandbox::new();
     sandbox.write("body.toml", &sweep(&BODY, ""));
-    let arguments = ["workspace", "body.toml", "--voxel", "6mm", "--out", "out", "--json", "--vtk", "--backend", "cpu"];
+    let arguments = ["workspace", "body.toml", "--voxel", "4mm", "--out", "out", "--json", "--vtk", "--backend", "cpu"];
     let output = sandbox.ok(&arguments);
     // The first keys are those that scripts look for.
     let places = ["\"dimension\"", "\"volume\"", "\"area\"", "\"check\""].map(|key| output.stdout.find(key).unwrap());
@@ -51,7 +51,7 @@ fn a_body_is_measured_from_a_sweep() {
     }
     let reached: Vec<f64> = table.numbers("reached").unwrap();
     let inside = reached.iter().filter(|flag| **flag == 1.0).count();
-    assert!((inside as f64 * 6e-3f64.powi(3) - volume).abs() < 1e-12);
+    assert!((inside as f64 * 4e-3f64.powi(3) - volume).abs() < 1e-12);
     // Distances have the sign of their side.
     let distances = table.numbers("boundary_distance").unwrap();
     assert!(reached.iter().zip(&distances).all(|(flag, d)| d.is_nan() || (*d >= 0.0) == (*flag == 1.0)));
@@ -64,7 +64,7 @@ fn a_body_is_measured_from_a_sweep() {
         "workspace",
         "body.toml",
         "--voxel",
-        "6mm",
+        "4mm",
         "--out",
         "again",
         "--json",
@@ -103,7 +103,8 @@ fn queries_designs_and_comparisons_are_answered() {
     let base = ["workspace", "body.toml", "--voxel", "8mm", "--no-figures", "--json", "--quiet"];
     let with = |more: &[&str]| json(&sandbox.ok(&[&base, more].concat()).stdout);
     let told = with(&["--out", "a", "--reach", "targets.csv", "--robust", "--designs", "4"]);
-    assert_eq!((&told["reach"][0]["status"], &told["reach"][1]["status"]), (&"reached".into(), &"at-limit".into()));
+    assert_eq!(told["reach"][0]["status"], "reached");
+    assert!(["at-limit", "stuck"].contains(&told["reach"][1]["status"].as_str().unwrap()), "{told}");
     assert!(told["reach"][1]["boundary_distance"].as_f64().unwrap() < -0.05);
     let sizes: Vec<f64> = told["robust"]["reached_by_share"]
         .as_array()

@@ -23,6 +23,7 @@ fn shipped_sweeps_have_their_counts_and_run_limited() {
         ("lap", 8),
         ("p6_errors", 8192),
         ("p6_calibration", 2048),
+        ("volume", 65_536),
     ];
     let mut files: Vec<String> = fs::read_dir(shipped())
         .unwrap()

@@ -9,6 +9,7 @@ use rodsweep::model::{Plan, PlanOptions, Quantity, Status};
 use rodsweep::report::{count, engineering};
 use rodsweep::results::{BranchCounts, ErrorDistribution, Results, SampleOrigin};
 use rodsweep::spec::{AxisSpec, BranchChoice, Distribution, Format, Method, Shard, SweepSpec};
+use rodsweep::study::workspace::with_measured_dimension;
 use rodsweep::sweep::{PreparedSweep, Progress, ResultDirectory, Summary, SweepJob};
 use std::cell::OnceCell;
 use std::path::{Path, PathBuf};
@@ -24,7 +25,7 @@ pub fn run(arguments: &RunArguments) -> Result<Exit, CommandError> {
             say(line);
         }
     };
-    let spec = SweepSpec::read(&arguments.sweep)?;
+    let spec = with_measured_dimension(SweepSpec::read(&arguments.sweep)?)?;
     let shard = Shard::parse(&arguments.shard).map_err(|error| CommandError::Usage(format!("`--shard`: {error}")))?;
     let figures = RunFigures::new().colour(arguments.colour.as_deref());
     figures.check(&spec)?;

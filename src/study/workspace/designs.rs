@@ -1,9 +1,10 @@
 //! Workspaces of many designs on one lattice: what all of them reach, and what a number of the design does.
 
 use super::error::WorkspaceError;
-use super::job::{WorkspaceJob, WorkspaceStage};
+use super::job::WorkspaceJob;
 use super::lattice::{Cell, CellMap};
 use super::measures::{Estimate, quantiles};
+use super::stage::WorkspaceStage;
 use super::workspace::Workspace;
 use crate::input::{Dimension, parse_quantity};
 use crate::model::{Parameter, Scene, Vector};

@@ -9,6 +9,7 @@ use super::lattice::{CellMap, Lattice};
 use super::measures::Ends;
 use super::pose::PoseRank;
 use super::seeds::{Rows, count_tips, coverage, net_points};
+use super::stage::WorkspaceStage;
 use super::voxel_values::{Cause, VoxelValues};
 use super::work::{MeasureOptions, Measured, Work};
 use super::workspace::Workspace;
@@ -22,22 +23,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 const SEEDS: u64 = 65_536;
 /// Cells within reach of the rod, at most.
 const MOST_CELLS: f64 = 5e7;
-
-/// What a job is at.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum WorkspaceStage {
-    /// Reads rows or solves a net.
-    Seeds,
-    /// Looks for voxels; so many are reached.
-    Growing(usize),
-    /// Computes the independent value.
-    Checking,
-    /// Solves every voxel for its Jacobian and compliance.
-    Voxels(usize),
-    /// Designs done and wanted.
-    Designs(usize, usize),
-}
 
 #[derive(Clone, Copy)]
 pub(super) enum Origin<'a> {

@@ -61,7 +61,7 @@ impl Preference {
 pub struct Reach {
     /// What was asked for.
     pub target: Target,
-    /// How the search ended: `reached`, `at-limit`, `singular`, `branch` or `stuck`.
+    /// How the search ended, in the words of control: `reached`, `at-limit`, `unreachable` or `stuck`.
     pub status: &'static str,
     /// Inputs of the solution, or of the nearest tip, over half their ranges.
     pub inputs: Inputs,
@@ -313,9 +313,9 @@ impl Workspace {
         let status = match solution.end {
             End::Reached => "reached",
             End::AtLimit => "at-limit",
-            End::Singular | End::Beside => "singular",
-            End::OffBranch => "branch",
-            End::Stuck => "stuck",
+            End::Singular | End::Beside => "unreachable",
+            // No stable equilibrium from rest lies further on.
+            End::OffBranch | End::Stuck => "stuck",
         };
         let boundary_distance = match solution.end {
             End::Reached => self.depth(cell, target.position),
