@@ -12,7 +12,7 @@ use std::sync::Arc;
 /// A neighbour's solution is tried where its margin is larger by so much.
 const WORTH: f64 = 0.1;
 /// How often solutions are handed on.
-const ROUNDS: usize = 3;
+const ROUNDS: usize = 2;
 
 impl Grown {
     /// Reaches voxels once more from the neighbour with the largest margin, and keeps the more stable solution. What is

@@ -20,7 +20,7 @@ use crate::spec::SweepSpec;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Samples of a net where there are no rows, and rows that growth begins from at most.
-const SEEDS: u64 = 65_536;
+const SEEDS: u64 = 32_768;
 /// Cells within reach of the rod, at most.
 const MOST_CELLS: f64 = 5e7;
 
