@@ -215,15 +215,6 @@ fn some(text: &str) -> Result<usize, String> {
     }
 }
 
-/// A positive length (m), for clap.
-pub fn length(text: &str) -> Result<f64, String> {
-    match parse_quantity(text, Dimension::of("m")) {
-        Ok(length) if length > 0.0 => Ok(length),
-        Ok(_) => Err("give a length greater than zero, such as 1mm".into()),
-        Err(error) => Err(error.to_string()),
-    }
-}
-
 /// A length (m) that an argument must give; `example` is one.
 pub fn positive_length(flag: &str, text: &str, example: &str) -> Result<f64, String> {
     let wrong = |why: String| format!("`{flag} {text}`: {why}");

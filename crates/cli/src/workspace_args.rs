@@ -1,7 +1,8 @@
 //! The arguments of `rodsweep workspace`.
 
-use super::args::{EngineArguments, length};
+use super::engine_args::EngineArguments;
 use clap::{Args, ValueEnum};
+use rodsweep::input::{Dimension, parse_quantity};
 use std::path::PathBuf;
 
 #[derive(Debug, Args)]
@@ -71,4 +72,13 @@ pub enum PreferenceName {
     Reserve,
     /// The smallest currents
     LeastCurrent,
+}
+
+/// A positive length (m), for clap.
+fn length(text: &str) -> Result<f64, String> {
+    match parse_quantity(text, Dimension::of("m")) {
+        Ok(length) if length > 0.0 => Ok(length),
+        Ok(_) => Err("give a length greater than zero, such as 1mm".into()),
+        Err(error) => Err(error.to_string()),
+    }
 }
