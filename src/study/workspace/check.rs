@@ -6,7 +6,7 @@
 //! whole box where there are m inputs, else its faces with the other inputs at a limit.
 
 use super::lattice::{Cell, CellMap, Lattice};
-use super::search::{Aim, End, Search, Source};
+use super::search::{Aim, End, Search, Source, run_searches};
 use super::tip_map::{Branch, Inputs, MOST_INPUTS, Tip, TipMap, difference, distance, norm};
 use crate::backend::BackendError;
 use crate::model::Vector;
@@ -218,33 +218,23 @@ impl Family {
         let begin = |(number, start): (usize, usize)| {
             let source = Source { at: self.inputs[start], tip: self.tips[start] };
             let search = Search::new([0; 3], self.tips[points[number]].position, &Arc::new(source));
-            (number, self.faces[start], search)
+            ((number, self.faces[start]), search)
         };
         let mut found: Vec<Vec<Inputs>> = points.iter().map(|at| vec![self.inputs[*at]]).collect();
-        let mut active: Vec<(usize, u64, Search)> = starts
+        let active = starts
             .iter()
             .enumerate()
             .flat_map(|(number, starts)| starts.iter().map(move |start| (number, *start)))
             .map(begin)
             .collect();
-        while !active.is_empty() {
-            active.par_iter_mut().for_each(|(_, _, search)| search.propose(&aim));
-            let (ended, mut going): (Vec<_>, Vec<_>) =
-                active.into_iter().partition(|(_, _, search)| search.end.is_some());
-            for (number, _, search) in ended {
-                let place = self.tips[points[number]].position;
-                let arrived = search.end == Some(End::Reached) && distance(search.tip.position, place) < 0.05 * edge;
-                let known = |at: &Inputs| largest_difference(at, &search.at) < DISTINCT;
-                if arrived && !found[number].iter().any(known) {
-                    found[number].push(search.at);
-                }
+        let hold_face = |(_, face): &(usize, u64), tip: &mut Tip| hold(tip, &free[*face as usize]);
+        for ((number, _), search) in run_searches(map, &aim, active, &hold_face)? {
+            let place = self.tips[points[number]].position;
+            let arrived = search.end == Some(End::Reached) && distance(search.tip.position, place) < 0.05 * edge;
+            let known = |at: &Inputs| largest_difference(at, &search.at) < DISTINCT;
+            if arrived && !found[number].iter().any(known) {
+                found[number].push(search.at);
             }
-            let tips = map.solve_from_rest(&going.iter().map(|(_, _, search)| search.trial.0).collect::<Vec<_>>())?;
-            going.par_iter_mut().zip(tips).for_each(|((_, face, search), mut tip)| {
-                hold(&mut tip, &free[*face as usize]);
-                search.judge(&aim, tip);
-            });
-            active = going;
         }
         Ok(found.into_iter().map(|sources| sources.len()).collect())
     }

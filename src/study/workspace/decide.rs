@@ -2,10 +2,9 @@
 
 use super::growth::Grown;
 use super::lattice::neighbours;
-use super::search::{Aim, End, Search, Source};
+use super::search::{Aim, End, Search, Source, run_searches};
 use super::tip_map::{Branch, Inputs, TipMap, distance, padded};
 use crate::backend::BackendError;
-use rayon::prelude::*;
 use std::sync::Arc;
 
 /// A tip this near to a centre, over the edge of a voxel, is there.
@@ -40,16 +39,7 @@ impl Grown {
             let source = Arc::new(Source { at: *start, tip });
             active.push((*at, Search::new(cell, self.lattice.centre(cell), &source)));
         }
-        let mut ended = Vec::new();
-        while !active.is_empty() {
-            active.par_iter_mut().with_min_len(64).for_each(|(_, search)| search.propose(&aim));
-            let (done, mut going): (Vec<_>, Vec<_>) = active.into_iter().partition(|(_, search)| search.end.is_some());
-            ended.extend(done);
-            let trials: Vec<_> = going.iter().map(|(_, search)| search.trial).collect();
-            let tips = map.near(&trials)?;
-            going.par_iter_mut().zip(tips).with_min_len(64).for_each(|((_, search), tip)| search.judge(&aim, tip));
-            active = going;
-        }
+        let ended = run_searches(map, &aim, active, &|_, _| {})?;
         let at_end: Vec<Inputs> = ended.iter().map(|(_, search)| search.at).collect();
         let from_rest = map.solve_from_rest(&at_end)?;
         let mut found = Vec::new();

@@ -4,7 +4,7 @@
 //! alone, which no thread changes.
 
 use super::lattice::{Cell, CellMap, Lattice, neighbours};
-use super::search::{Aim, End, Search, Source};
+use super::search::{Aim, End, GRAIN, Search, Source, solve_trials};
 use super::section::section;
 use super::step::Singular;
 use super::tip_map::{Branch, Inputs, Tip, TipMap};
@@ -18,8 +18,6 @@ use std::sync::Arc;
 const MOST_TRIES: u8 = 3;
 /// Searches that are under way at once.
 const AT_ONCE: usize = 16_384;
-/// What is done together on one thread.
-const GRAIN: usize = 64;
 
 /// A voxel that was looked for.
 #[derive(Clone, Copy, Debug)]
@@ -161,12 +159,8 @@ impl Grown {
                     None => going.push(search),
                 }
             }
-            let tips = match self.branch {
-                Branch::FromRest => {
-                    map.solve_from_rest(&going.iter().map(|search| search.trial.0).collect::<Vec<_>>())?
-                }
-                Branch::Neighbour => map.near(&going.iter().map(|search| search.trial).collect::<Vec<_>>())?,
-            };
+            let trials: Vec<(Inputs, Vector)> = going.iter().map(|search| search.trial).collect();
+            let tips = solve_trials(map, self.branch, &trials)?;
             going.par_iter_mut().zip(tips).with_min_len(GRAIN).for_each(|(search, tip)| search.judge(&aim, tip));
             active = going;
             if !watch(self) {

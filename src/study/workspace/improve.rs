@@ -3,10 +3,9 @@
 
 use super::growth::Grown;
 use super::lattice::neighbours;
-use super::search::{Aim, End, Search, Source};
+use super::search::{Aim, End, Search, Source, run_searches};
 use super::tip_map::{Branch, Inputs, TipMap, padded};
 use crate::backend::BackendError;
-use rayon::prelude::*;
 use std::sync::Arc;
 
 /// A neighbour's solution is tried where its margin is larger by so much.
@@ -38,7 +37,7 @@ impl Grown {
                 self.reached().filter_map(|at| better(at).map(|other| (at, other))).collect();
             let starts: Vec<Inputs> = pairs.iter().map(|(_, other)| padded(self.inputs_of(*other))).collect();
             let tips = map.solve_from_rest(&starts)?;
-            let mut active: Vec<(usize, Search)> = pairs
+            let active: Vec<(usize, Search)> = pairs
                 .iter()
                 .zip(starts.iter().zip(tips))
                 .filter(|(_, (_, tip))| tip.counts(self.minimum_margin))
@@ -48,19 +47,11 @@ impl Grown {
                 })
                 .collect();
             let mut changed = 0;
-            while !active.is_empty() {
-                active.par_iter_mut().with_min_len(64).for_each(|(_, search)| search.propose(&aim));
-                let (done, mut going): (Vec<_>, Vec<_>) =
-                    active.into_iter().partition(|(_, search)| search.end.is_some());
-                for (at, search) in done {
-                    if search.end == Some(End::Reached) && search.tip.margin > self.voxels[at].margin {
-                        changed += 1;
-                        self.replace(at, &search);
-                    }
+            for (at, search) in run_searches(map, &aim, active, &|_, _| {})? {
+                if search.end == Some(End::Reached) && search.tip.margin > self.voxels[at].margin {
+                    changed += 1;
+                    self.replace(at, &search);
                 }
-                let tips = map.solve_from_rest(&going.iter().map(|(_, search)| search.trial.0).collect::<Vec<_>>())?;
-                going.par_iter_mut().zip(tips).with_min_len(64).for_each(|((_, search), tip)| search.judge(&aim, tip));
-                active = going;
             }
             if changed == 0 {
                 break;

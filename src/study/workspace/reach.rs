@@ -4,8 +4,8 @@ use super::engine_map::EngineMap;
 use super::error::WorkspaceError;
 use super::inputs::{WorkspaceInput, current_effort, reserve};
 use super::lattice::{Cell, neighbours};
-use super::search::{Aim, End, Search, Source};
-use super::tip_map::{Branch, Inputs, Tip, TipMap, difference, distance, dot, norm, padded};
+use super::search::{Aim, End, Search, Source, run_searches};
+use super::tip_map::{Branch, Inputs, Tip, TipMap, distance, dot, norm, padded};
 use super::workspace::Workspace;
 use crate::model::Vector;
 use crate::spec::Target;
@@ -351,26 +351,14 @@ fn angle(a: Vector, b: Vector) -> f64 {
     norm(cross).atan2(dot(a, b))
 }
 
-/// Runs searches to their ends, all in one batch a round.
-fn run(
-    map: &mut EngineMap,
-    aim: &Aim,
-    mut active: Vec<(usize, Search)>,
-) -> Result<Vec<(usize, Solution)>, WorkspaceError> {
-    let mut ended = Vec::new();
-    while !active.is_empty() {
-        active.par_iter_mut().for_each(|(_, search)| search.propose(aim));
-        let (done, mut going): (Vec<_>, Vec<_>) = active.into_iter().partition(|(_, search)| search.end.is_some());
-        ended.extend(done);
-        let tips = map.solve_from_rest(&going.iter().map(|(_, search)| search.trial.0).collect::<Vec<_>>())?;
-        going.par_iter_mut().zip(tips).for_each(|((_, search), tip)| search.judge(aim, tip));
-        active = going;
-    }
+/// Runs searches to their ends.
+fn run(map: &mut EngineMap, aim: &Aim, active: Vec<(usize, Search)>) -> Result<Vec<(usize, Solution)>, WorkspaceError> {
+    let ended = run_searches(map, aim, active, &|_, _| {})?;
     let solution = |search: &Search| Solution {
         end: search.end.unwrap_or(End::Stuck),
         at: search.at,
         tip: search.tip,
-        missing: norm(difference(search.tip.position, search.target())),
+        missing: search.missing(),
     };
     // In the order of the searches' numbers, whatever round they ended in.
     let mut all: Vec<(usize, Solution)> = ended.iter().map(|(number, search)| (*number, solution(search))).collect();

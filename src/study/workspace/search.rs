@@ -5,8 +5,10 @@
 
 use super::lattice::Cell;
 use super::step::{Singular, Step, bounded_step};
-use super::tip_map::{Branch, Inputs, Tip, difference, distance, dot, norm};
+use super::tip_map::{Branch, Inputs, Tip, TipMap, difference, distance, dot, norm};
+use crate::backend::BackendError;
 use crate::model::Vector;
+use rayon::prelude::*;
 use std::sync::Arc;
 
 /// Equilibria of one search for a voxel, at most.
@@ -26,6 +28,8 @@ const HARDLY_OF_A_QUERY: f64 = 1e-4;
 /// What a step in vain makes of the next one's length, and the shortest.
 const SHORTENED: f64 = 0.3;
 const SHORTEST: f64 = 0.05;
+/// Searches that are done together on one thread.
+pub(super) const GRAIN: usize = 64;
 /// A tip further from where it was predicted than this share of the step has jumped.
 const JUMP: f64 = 1.0;
 
@@ -130,11 +134,6 @@ impl Search {
         }
     }
 
-    /// What is looked for (m).
-    pub(super) fn target(&self) -> Vector {
-        self.centre
-    }
-
     /// What is missing to the centre (m).
     pub(super) fn missing(&self) -> f64 {
         distance(self.centre, self.tip.position)
@@ -210,5 +209,41 @@ impl Search {
             self.share *= SHORTENED;
             self.is_broken |= jumped;
         }
+    }
+}
+
+/// Runs searches to their ends, all that are under way in one batch, each with what the caller knows it by; in the order in
+/// which they end. `adjust` may change an equilibrium before it is judged.
+pub(super) fn run_searches<K: Send + Sync>(
+    map: &mut dyn TipMap,
+    aim: &Aim,
+    mut active: Vec<(K, Search)>,
+    adjust: &(dyn Fn(&K, &mut Tip) + Sync),
+) -> Result<Vec<(K, Search)>, BackendError> {
+    let mut ended = Vec::new();
+    while !active.is_empty() {
+        active.par_iter_mut().with_min_len(GRAIN).for_each(|(_, search)| search.propose(aim));
+        let (done, mut going): (Vec<_>, Vec<_>) = active.into_iter().partition(|(_, search)| search.end.is_some());
+        ended.extend(done);
+        let trials: Vec<(Inputs, Vector)> = going.iter().map(|(_, search)| search.trial).collect();
+        let tips = solve_trials(map, aim.branch, &trials)?;
+        going.par_iter_mut().zip(tips).with_min_len(GRAIN).for_each(|((key, search), mut tip)| {
+            adjust(key, &mut tip);
+            search.judge(aim, tip);
+        });
+        active = going;
+    }
+    Ok(ended)
+}
+
+/// The equilibria at trials, of the branch that is meant.
+pub(super) fn solve_trials(
+    map: &mut dyn TipMap,
+    branch: Branch,
+    trials: &[(Inputs, Vector)],
+) -> Result<Vec<Tip>, BackendError> {
+    match branch {
+        Branch::FromRest => map.solve_from_rest(&trials.iter().map(|(at, _)| *at).collect::<Vec<_>>()),
+        Branch::Neighbour => map.near(trials),
     }
 }
