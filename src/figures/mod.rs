@@ -22,4 +22,4 @@ pub use run::{RunFigures, RunFiguresError};
 pub use sensitivity::draw_sensitivity;
 pub use shape::{NothingToDraw, rod_shape};
 pub use simulation::simulation;
-pub use workspace::{DesignStudy, Estimate, Method, MethodPoint, WorkspaceFigures, WorkspaceSummary, draw_workspace};
+pub use workspace::{DesignStudy, Method, MethodPoint, WorkspaceFigures, WorkspaceSummary, draw_workspace};

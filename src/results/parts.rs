@@ -175,6 +175,15 @@ pub fn write_table(path: &Path, table: &Table, metadata: &[(&str, String)]) -> R
     write_atomically(path, &bytes, true).map(|_| ())
 }
 
+/// Makes a directory for files, and those above it.
+///
+/// # Errors
+///
+/// A directory that cannot be made.
+pub fn make_directory(dir: &Path) -> Result<(), ResultsError> {
+    std::fs::create_dir_all(dir).map_err(ResultsError::io(dir, "making the directory"))
+}
+
 /// Writes a file whole or not at all, replacing what is there.
 ///
 /// # Errors

@@ -18,11 +18,11 @@ mod words;
 pub use axis::{AxisSpec, Distribution};
 pub use input_table::InputTable;
 pub use observed::{ObservedPoint, ObservedShape, ObservedShapes, ObservedTip};
-pub(crate) use sampling::hash;
 pub use sampling::{
     DesignKind, Face, MAX_SOBOL_DIMENSIONS, SaltelliDesign, Sampler, Skeleton, SkeletonError, SkeletonSampling,
     SobolNet,
 };
+pub(crate) use sampling::{hash, unit_interval};
 pub(crate) use selection::Selection;
 pub use shard::{Shard, ShardError};
 pub use solution_method::SolutionMethod;

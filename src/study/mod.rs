@@ -9,6 +9,7 @@ mod experiment;
 mod experiment_text;
 mod fit;
 mod mesh;
+mod pose_length;
 mod replay;
 pub mod sensitivity;
 mod simulate;

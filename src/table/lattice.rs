@@ -18,9 +18,18 @@ impl Lattice {
         self.place(voxel.map(f64::from))
     }
 
+    /// The voxel in which a point (m) lies; of a point too far away for its number, the outermost.
+    pub fn cell(&self, point: Vector) -> [i32; 3] {
+        self.floors(point).map(|share| share as i32)
+    }
+
+    fn floors(&self, point: Vector) -> [f64; 3] {
+        std::array::from_fn(|k| ((point[k] - self.origin[k]) / self.spacing).floor())
+    }
+
     /// The voxel in which a point (m) lies; `None` where no index is known.
     pub fn voxel(&self, point: Vector) -> Option<[i32; 3]> {
-        let share: [f64; 3] = std::array::from_fn(|k| ((point[k] - self.origin[k]) / self.spacing).floor());
+        let share = self.floors(point);
         share.iter().all(|x| x.abs() <= f64::from(i32::MAX)).then(|| share.map(|x| x as i32))
     }
 

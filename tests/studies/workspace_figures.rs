@@ -2,8 +2,9 @@
 //!
 //! `RODSWEEP_FIGURES=folder` keeps them for a look at them.
 
-use rodsweep::figures::{DesignStudy, Estimate, Method, MethodPoint, WorkspaceFigures, WorkspaceSummary};
+use rodsweep::figures::{DesignStudy, Method, MethodPoint, WorkspaceFigures, WorkspaceSummary};
 use rodsweep::report::{self, ImageFormat};
+use rodsweep::study::workspace::Estimate;
 use rodsweep::table::{Column, Lattice, Table, Values};
 use std::path::Path;
 

@@ -6,48 +6,26 @@ use rodsweep::backend::BackendKind;
 use rodsweep::engines::EngineRequest;
 use rodsweep::spec::{SweepSpec, Target};
 use rodsweep::study::workspace::{
-    EngineMap, Lattice, MOST_INPUTS, MapOptions, Preference, Variation, Workspace, WorkspaceJob, base_scene,
-    neighbours, workspace_inputs,
+    EngineMap, MOST_INPUTS, MapOptions, Preference, Variation, Workspace, WorkspaceJob, base_scene, neighbours,
+    workspace_inputs,
 };
+use rodsweep::table::Lattice;
 use serde_json::Value;
 use std::collections::HashSet;
 use std::io::Read;
 use std::sync::OnceLock;
 
-const AXES: &str = r#"
-scene = "scenes/p6.toml"
-[sampling]
-method = "sobol"
-samples = 262144
-seed = 7
-[[axis]]
-parameter = "coil.current.x"
-from = "-0.3 A"
-to = "0.3 A"
-[[axis]]
-parameter = "coil.current.y"
-from = "-0.3 A"
-to = "0.3 A"
-[[axis]]
-parameter = "coil.current.z"
-from = "-0.3 A"
-to = "0.3 A"
-"#;
-const INSERTION: &str = r#"
-[[axis]]
-parameter = "insertion"
-from = "64.3 mm"
-to = "94.3 mm"
-"#;
 /// Of the six faces of the box of currents, by an integral over 393,216 equilibria (cm³), and its error of 95 %.
 const VOLUME: f64 = 281.5;
 const VOLUME_ERROR: f64 = 0.3;
 /// The same at full insertion (cm²).
 const AREA: f64 = 171.4;
 
+/// Three currents, and insertion where it is wanted.
 fn spec(insertion: bool) -> SweepSpec {
-    let text = format!("{AXES}{}", if insertion { INSERTION } else { "" });
-    SweepSpec::parse(&root().join("sweeps/p6.toml"), &text).expect("a sweep")
+    let mut spec = SweepSpec::read(&root().join("sweeps/volume.toml")).expect("a sweep");
+    spec.axes.truncate(if insertion { 4 } else { 3 });
+    spec
 }
 
 fn job(spec: &SweepSpec) -> WorkspaceJob<'_> {
@@ -58,7 +36,7 @@ fn job(spec: &SweepSpec) -> WorkspaceJob<'_> {
 fn at_two_millimetres() -> &'static Workspace {
     static FOUND: OnceLock<Workspace> = OnceLock::new();
     FOUND.get_or_init(|| {
-        let lattice = Lattice { origin: [-0.052, -0.084, -0.002], edge: 2e-3 };
+        let lattice = Lattice { origin: [-0.052, -0.084, -0.002], spacing: 2e-3 };
         job(&spec(true)).voxel(2e-3).lattice(Some(lattice)).run().expect("a workspace")
     })
 }

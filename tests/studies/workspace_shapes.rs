@@ -3,7 +3,9 @@
 use rodsweep::backend::BackendError;
 use rodsweep::model::Vector;
 use rodsweep::spec::SobolNet;
-use rodsweep::study::workspace::{Inputs, Lattice, MOST_INPUTS, MeasureOptions, Measured, Tip, TipMap, measure};
+use rodsweep::study::workspace::{
+    Inputs, MOST_INPUTS, MeasureOptions, Measured, Tip, TipMap, measure, shifted_lattice,
+};
 use std::f64::consts::PI;
 
 /// A map by a formula; `None` where there is no equilibrium.
@@ -58,7 +60,7 @@ fn starts(count: usize) -> Vec<Inputs> {
 
 fn measured(count: usize, edge: f64, seed: u64, of: impl Fn(&[f64]) -> Option<Vector>) -> Measured {
     let options = MeasureOptions { seed, ..MeasureOptions::default() };
-    measure(&mut Formula { count, of }, Lattice::shifted(edge, seed), &starts(count), options).expect("a workspace")
+    measure(&mut Formula { count, of }, shifted_lattice(edge, seed), &starts(count), options).expect("a workspace")
 }
 
 /// Distance and two angles.

@@ -2,7 +2,7 @@
 
 use super::CommandError;
 use super::args::{ControlArguments, TableFormat};
-use rodsweep::results::ResultsError;
+use rodsweep::results::{ResultsError, make_directory};
 use std::path::PathBuf;
 
 /// Where results go.
@@ -30,11 +30,6 @@ impl Outputs {
     }
 
     pub fn make_directory(&self) -> Result<(), ResultsError> {
-        let io = |error: std::io::Error| ResultsError::Io {
-            path: self.dir.clone(),
-            action: "making the directory",
-            reason: error.to_string(),
-        };
-        std::fs::create_dir_all(&self.dir).map_err(io)
+        make_directory(&self.dir)
     }
 }

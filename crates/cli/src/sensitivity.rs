@@ -3,10 +3,9 @@
 use super::args::{EstimatorName, SensitivityArguments, WithName, positive_length};
 use super::{CommandError, Exit, print, run, say};
 use rodsweep::figures::draw_sensitivity;
-use rodsweep::results::{Results, ResultsError};
+use rodsweep::results::{Results, make_directory};
 use rodsweep::spec::SweepSpec;
 use rodsweep::study::sensitivity::{Estimator, EstimatorChoice, Sensitivity, SensitivityJob};
-use std::path::{Path, PathBuf};
 
 pub fn sensitivity(arguments: &SensitivityArguments) -> Result<Exit, CommandError> {
     let tell = |line: &str| {
@@ -69,16 +68,6 @@ fn with_options(job: SensitivityJob, arguments: &SensitivityArguments) -> Result
         .noise(noise)
         .minimum_margin(arguments.minimum_margin)
         .limit(arguments.limit))
-}
-
-fn make_directory(out: &Path) -> Result<(), ResultsError> {
-    let path = PathBuf::from(out);
-    let io = |error: std::io::Error| ResultsError::Io {
-        path: path.clone(),
-        action: "making the directory",
-        reason: error.to_string(),
-    };
-    std::fs::create_dir_all(out).map_err(io)
 }
 
 fn verdict(found: &Sensitivity, max_failures: Option<u64>) -> Exit {

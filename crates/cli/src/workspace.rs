@@ -57,7 +57,7 @@ pub fn workspace(arguments: &WorkspaceArguments) -> Result<Exit, CommandError> {
     }
     if let Some(targets) = &targets {
         let mut map = job.map(&found.inputs)?;
-        let tolerance = TOLERANCE * found.grown.lattice.edge;
+        let tolerance = TOLERANCE * found.grown.lattice.spacing;
         extras.reach = found.reach(&mut map, targets, preference(arguments.prefer), tolerance)?;
         if let Some(robust) = &extras.robust {
             let probability = |target: &Target| robust.probability(&found, target.position);
@@ -74,15 +74,16 @@ pub fn workspace(arguments: &WorkspaceArguments) -> Result<Exit, CommandError> {
     if let Some(results) = results.as_ref().filter(|results| results.directory() == out) {
         results.keep_touched_voxels()?;
     }
-    let mut files = found.write(&out, &extras, arguments.vtk)?;
+    let account = found.account();
+    let mut files = found.write(&out, &account, &extras, arguments.vtk)?;
     if !arguments.no_figures {
         files.extend(draw_workspace(&found, &extras, &convergence, &out)?);
     }
     if arguments.json {
-        print(&found.json(&extras))?;
+        print(&found.json(&account, &extras))?;
     }
     if !arguments.quiet {
-        let text = [found.account().text(), extras.text(&found)].join("\n");
+        let text = [account.text(), extras.text(&found)].join("\n");
         found.notes.iter().for_each(|note| say(&format!("note: {note}")));
         if arguments.json {
             say(text.trim_end())

@@ -1,8 +1,9 @@
 //! The figures of a measured workspace.
 
-use super::{DesignStudy, Estimate, Method, MethodPoint, WorkspaceFigures, WorkspaceSummary};
-use crate::report::{self, ReportError};
-use crate::study::workspace::{self as study, Convergence, Workspace, WorkspaceExtras};
+use super::sheets::write_both;
+use super::{DesignStudy, Method, MethodPoint, WorkspaceFigures, WorkspaceSummary};
+use crate::report::ReportError;
+use crate::study::workspace::{Convergence, Workspace, WorkspaceExtras};
 use std::path::{Path, PathBuf};
 
 /// Draws everything that is known into a folder, as PNG and SVG; returns the files.
@@ -20,11 +21,11 @@ pub fn draw_workspace(
     let summary = WorkspaceSummary {
         title: title.clone(),
         dimension: found.grown.dimension,
-        size: found.size().map(estimate),
+        size: found.size(),
         methods: methods(convergence),
         reference: None,
     };
-    let lattice = found.grown.lattice.plain();
+    let lattice = found.grown.lattice;
     let table = found.voxel_table();
     let mut files = WorkspaceFigures { table: &table, lattice, summary: &summary }.draw(folder)?;
     if let Some(robust) = &extras.robust {
@@ -33,11 +34,7 @@ pub fn draw_workspace(
         let table = robust.voxel_columns(found);
         for (name, figure) in (WorkspaceFigures { table: &table, lattice, summary: &only }).figures() {
             if name == "robust" {
-                for extension in ["png", "svg"] {
-                    let path = folder.join(format!("{name}.{extension}"));
-                    report::write(figure.as_ref(), &path)?;
-                    files.push(path);
-                }
+                files.extend(write_both(figure.as_ref(), folder, name)?);
             }
         }
     }
@@ -48,7 +45,7 @@ pub fn draw_workspace(
             name: study.name.clone(),
             unit: study.unit.into(),
             values: study.designs.iter().map(|design| design.values[0]).collect(),
-            sizes: study.designs.iter().map(|design| estimate(design.size)).collect(),
+            sizes: study.designs.iter().map(|design| design.size).collect(),
             slope: (!study.unit.is_empty() || study.designs.len() > 2).then_some([study.slope, study.slope_error]),
             margins: [0.01, 0.05, 0.5]
                 .into_iter()
@@ -56,23 +53,15 @@ pub fn draw_workspace(
                 .map(|(k, share)| (share, study.designs.iter().map(|design| design.margin[k]).collect()))
                 .collect(),
         };
-        for extension in ["png", "svg"] {
-            let path = folder.join(format!("designs.{extension}"));
-            report::write(&figure, &path)?;
-            files.push(path);
-        }
+        files.extend(write_both(&figure, folder, "designs")?);
     }
     Ok(files)
-}
-
-fn estimate(of: study::Estimate) -> Estimate {
-    Estimate { value: of.value, low: of.low, high: of.high }
 }
 
 fn methods(convergence: &[Convergence]) -> Vec<Method> {
     let mut methods: Vec<Method> = Vec::new();
     for row in convergence {
-        let point = MethodPoint { spacing: row.edge, solves: row.solves, size: estimate(row.size) };
+        let point = MethodPoint { spacing: row.edge, solves: row.solves, size: row.size };
         match methods.iter_mut().find(|method| method.name == row.method) {
             Some(method) => method.points.push(point),
             None => methods.push(Method { name: row.method.into(), points: vec![point] }),

@@ -9,4 +9,4 @@ mod voxels;
 
 pub use draw::draw_workspace;
 pub use sheets::WorkspaceFigures;
-pub use summary::{DesignStudy, Estimate, Method, MethodPoint, WorkspaceSummary};
+pub use summary::{DesignStudy, Method, MethodPoint, WorkspaceSummary};

@@ -82,14 +82,19 @@ impl<'a> WorkspaceFigures<'a> {
     pub fn draw(&self, folder: &Path) -> Result<Vec<PathBuf>, ReportError> {
         let mut files = Vec::new();
         for (name, figure) in self.figures() {
-            for extension in ["png", "svg"] {
-                let path = folder.join(format!("{name}.{extension}"));
-                report::write(figure.as_ref(), &path)?;
-                files.push(path);
-            }
+            files.extend(write_both(figure.as_ref(), folder, name)?);
         }
         Ok(files)
     }
+}
+
+/// Writes a figure as PNG and SVG; returns the files.
+pub(super) fn write_both(figure: &dyn Figure, folder: &Path, name: &str) -> Result<[PathBuf; 2], ReportError> {
+    let paths = ["png", "svg"].map(|extension| folder.join(format!("{name}.{extension}")));
+    for path in &paths {
+        report::write(figure, path)?;
+    }
+    Ok(paths)
 }
 
 struct Sheets<'a> {

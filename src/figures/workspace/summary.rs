@@ -1,26 +1,6 @@
 //! Numbers of a workspace beside its voxels, for titles and curves.
 
-/// A number and the bounds within which it lies with 95 % confidence; bounds that are not known are NaN.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Estimate {
-    /// Itself.
-    pub value: f64,
-    /// The lower bound.
-    pub low: f64,
-    /// The upper bound.
-    pub high: f64,
-}
-
-impl Estimate {
-    /// A number of which the bounds are not known.
-    pub fn without_bounds(value: f64) -> Self {
-        Self { value, low: f64::NAN, high: f64::NAN }
-    }
-
-    pub(super) fn scaled(self, factor: f64) -> Self {
-        Self { value: factor * self.value, low: factor * self.low, high: factor * self.high }
-    }
-}
+use crate::study::workspace::Estimate;
 
 /// What is known of a workspace besides its voxels.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -5,7 +5,7 @@ const ROUNDS: usize = 6;
 const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
 
 /// 53 bits of a hash as a number in [0, 1).
-pub(super) fn unit_interval(bits: u64) -> f64 {
+pub(crate) fn unit_interval(bits: u64) -> f64 {
     (bits >> 11) as f64 / (1u64 << 53) as f64
 }
 

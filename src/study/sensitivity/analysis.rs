@@ -14,13 +14,14 @@ use super::moments::{ascending, quantile};
 use super::nominal::Nominal;
 use super::notes::notes;
 use super::options::Options;
-use super::outputs::{Kind, MARGIN, Output, Outputs, Scalar, pose_length};
+use super::outputs::{Kind, MARGIN, Output, Outputs, Scalar};
 use super::pass::Pass;
 use super::result::{Polynomial, Sensitivity, StatusShare};
 use super::rows::{Reading, Source};
 use super::spread::{Linearised, spreads};
 use super::worst_case::worst_cases;
 use crate::model::Status;
+use crate::study::pose_length::pose_length;
 
 /// Finds everything.
 pub(super) fn analyse(source: &Source, options: &Options) -> Result<Sensitivity, SensitivityError> {
@@ -35,7 +36,13 @@ pub(super) fn analyse(source: &Source, options: &Options) -> Result<Sensitivity,
         false => chosen(&inputs, &options.inputs)?,
     };
     let nominal = Nominal::solve(spec, &inputs, &uncertain)?;
-    let outputs = Outputs::new(&options.outputs, source.columns(), &inputs, minimum_margin, pose_length(spec))?;
+    let outputs = Outputs::new(
+        &options.outputs,
+        source.columns(),
+        &inputs,
+        minimum_margin,
+        pose_length(&spec.scene, spec.workspace.length),
+    )?;
     if options.propagate && nominal.is_none() {
         return Err(SensitivityError::NoNominal);
     }

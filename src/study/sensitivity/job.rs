@@ -7,13 +7,14 @@ use super::checks::{check_design, check_numbers};
 use super::design::Layout;
 use super::inputs::{chosen, inputs};
 use super::options::{EstimatorChoice, Options};
-use super::outputs::{Outputs, pose_length};
+use super::outputs::Outputs;
 use super::prepare::prepared;
 use super::result::Sensitivity;
 use super::rows::Source;
 use crate::backend::Precision;
 use crate::results::{Layout as Columns, Results};
 use crate::spec::SweepSpec;
+use crate::study::pose_length::pose_length;
 use crate::table::Table;
 
 /// Indices, bounds, spreads and failures of a sweep's outputs, and what measurements would tell.
@@ -158,8 +159,8 @@ impl SensitivityJob {
         } else {
             chosen(&inputs, &self.options.inputs)?;
         }
-        let outputs =
-            Outputs::new(&self.options.outputs, columns, &inputs, self.options.minimum_margin, pose_length(&spec))?;
+        let length = pose_length(&spec.scene, spec.workspace.length);
+        let outputs = Outputs::new(&self.options.outputs, columns, &inputs, self.options.minimum_margin, length)?;
         check_design(&spec, &self.options, &layout, &outputs, &inputs)
     }
 

@@ -2,8 +2,7 @@
 
 use super::SensitivityError;
 use super::inputs::{Input, slope_name};
-use crate::model::{SegmentKind, Vector, closest};
-use crate::spec::SweepSpec;
+use crate::model::{Vector, closest};
 use crate::table::{Column, Table, Values};
 
 /// The distance of the tip from where it is nominally.
@@ -237,14 +236,6 @@ fn offsets(rows: &Table, nominal: Option<Vector>) -> Vec<Vector> {
     let Some(columns) = rows.vector_columns(POSITION) else { return vec![[f64::NAN; 3]; rows.row_count()] };
     let nominal = nominal.unwrap_or([f64::NAN; 3]);
     (0..rows.row_count()).map(|row| std::array::from_fn(|a| columns[a].number(row) - nominal[a])).collect()
-}
-
-/// What rotations are multiplied by beside positions: the sweep's `[workspace] length`, else the length of the last
-/// flexible segment (m).
-pub(super) fn pose_length(spec: &SweepSpec) -> f64 {
-    let flexible = spec.scene.segments.iter().rev().find(|one| matches!(one.kind, SegmentKind::Flexible(_)));
-    let last = flexible.map_or_else(|| spec.scene.total_length(), |segment| segment.length);
-    spec.workspace.length.unwrap_or(last)
 }
 
 /// Numbers that are neither inputs nor slopes nor bookkeeping.

@@ -192,7 +192,7 @@ impl Workspace {
                     high: input.high,
                 })
                 .collect(),
-            voxel: grown.lattice.edge,
+            voxel: grown.lattice.spacing,
             origin: grown.lattice.origin,
             seed: self.seed,
             minimum_margin: self.minimum_margin,

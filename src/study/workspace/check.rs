@@ -5,12 +5,13 @@
 //! Federer 3.2.3). How often that is, is found out at points drawn in proportion to the integrand. The family is the
 //! whole box where there are m inputs, else its faces with the other inputs at a limit.
 
-use super::lattice::{Cell, CellMap, Lattice};
+use super::lattice::{Cell, CellMap};
 use super::search::{Aim, End, Search, Source, run_searches};
 use super::tip_map::{Branch, Inputs, MOST_INPUTS, Tip, TipMap, difference, distance, norm};
 use crate::backend::BackendError;
 use crate::model::Vector;
-use crate::spec::{Skeleton, SobolNet, hash};
+use crate::spec::{Skeleton, SobolNet, hash, unit_interval};
+use crate::table::Lattice;
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -191,7 +192,7 @@ impl Family {
     /// Samples drawn in proportion to the integrand, at equal steps of its sum.
     fn points(&self, seed: u64) -> Vec<usize> {
         let all: f64 = self.weights.iter().sum();
-        let shift = (hash(seed, STREAM, 1) >> 11) as f64 / (1u64 << 53) as f64;
+        let shift = unit_interval(hash(seed, STREAM, 1));
         let (mut sum, mut next, mut points) = (0.0, shift, Vec::with_capacity(POINTS));
         for (at, weight) in self.weights.iter().enumerate() {
             sum += weight / all * POINTS as f64;
@@ -264,7 +265,7 @@ impl Near {
         }
         let diagonal = norm(difference(box_of[1], box_of[0]));
         let edge = diagonal / (counting.len() as f64 / 10.0).powf(1.0 / family.dimension as f64).max(1.0);
-        let lattice = Lattice { origin: [0.0; 3], edge: edge.max(f64::MIN_POSITIVE) };
+        let lattice = Lattice { origin: [0.0; 3], spacing: edge.max(f64::MIN_POSITIVE) };
         let mut cells: CellMap<Vec<u32>> = CellMap::default();
         counting
             .into_iter()

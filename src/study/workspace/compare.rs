@@ -53,7 +53,7 @@ impl Workspace {
             let point: Vector = centre.map(|column| column.number(row));
             let cell = lattice.cell(point);
             let there = lattice.centre(cell);
-            if (0..3).any(|axis| (there[axis] - point[axis]).abs() > SAME * lattice.edge) {
+            if (0..3).any(|axis| (there[axis] - point[axis]).abs() > SAME * lattice.spacing) {
                 return Err(wrong("its voxels lie elsewhere: measure both with the same voxel and seed"));
             }
             if reached.values.number(row) == 1.0 {
@@ -70,7 +70,7 @@ impl Workspace {
             _ => 2,
         };
         let voxels: Vec<(Vector, u8)> = cells.iter().map(|cell| (lattice.centre(*cell), state(cell))).collect();
-        let unit = lattice.edge.powi(self.grown.dimension as i32);
+        let unit = lattice.spacing.powi(self.grown.dimension as i32);
         let size = |wanted: &[u8]| unit * voxels.iter().filter(|(_, state)| wanted.contains(state)).count() as f64;
         Ok(Comparison {
             union: size(&[0, 1, 2]),

@@ -2,15 +2,17 @@
 
 use super::error::WorkspaceError;
 use super::job::{Origin, WorkspaceJob};
-use super::lattice::{CellMap, Lattice};
+use super::lattice::CellMap;
 use super::measures::Estimate;
 use super::tip_map::{Inputs, padded};
 use super::work::Work;
 use super::workspace::Workspace;
 use crate::model::Scene;
+use crate::table::Lattice;
 
 /// Equilibria of the nominal design that another one is grown from, at most.
 const DESIGN_SEEDS: usize = 8192;
+
 /// The size by one method at one cost.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Convergence {
@@ -38,11 +40,8 @@ impl WorkspaceJob<'_> {
             reached.iter().step_by(every).map(|at| padded(nominal.grown.inputs_of(*at))).collect();
         let inputs = nominal.inputs.clone();
         let job = WorkspaceJob {
-            origin: match self.origin {
-                Origin::Sweep(spec) => Origin::Sweep(spec),
-                Origin::Rows(results) => Origin::Sweep(results.spec()),
-            },
-            scene: Some(scene.clone()),
+            origin: Origin::Sweep(self.spec()),
+            scene: Some(scene),
             lattice: Some(lattice),
             with_values: false,
             fast: false,
@@ -54,13 +53,9 @@ impl WorkspaceJob<'_> {
         let mut work = Work::new(job.options(&watch), &mut map, lattice);
         work.is_design = true;
         work.seed(&starts)?;
-        if work.dimension.is_none() {
-            return Err(self.nothing_usable(starts.len()));
-        }
-        let counts = CellMap::default();
         // The dimension is the nominal one's: it decides what is counted.
         let found = work.measured(nominal.dimension)?;
-        job.assemble(found, inputs, scene, Vec::new(), nominal.dimension, counts, &mut map)
+        job.assemble(found, inputs, Vec::new(), CellMap::default(), &mut map)
     }
 
     /// The size by coarser voxels, by counting touched voxels, by painting, and by change of variables: what the figure
@@ -72,19 +67,23 @@ impl WorkspaceJob<'_> {
     pub fn convergence(&self, nominal: &Workspace) -> Result<Vec<Convergence>, WorkspaceError> {
         let Some(size) = nominal.size() else { return Ok(Vec::new()) };
         let grown = "centres reached";
-        let edge = nominal.grown.lattice.edge;
+        let edge = nominal.grown.lattice.spacing;
         let mut rows = Vec::new();
         for factor in [8.0, 4.0, 2.0] {
-            let lattice = Lattice { edge: factor * edge, ..nominal.grown.lattice };
+            let lattice = Lattice { spacing: factor * edge, ..nominal.grown.lattice };
             let found = self.of_design(nominal, nominal.scene.clone(), lattice)?;
             let estimate = found.size().unwrap_or(size);
-            rows.push(Convergence { method: grown, edge: Some(lattice.edge), solves: found.solves, size: estimate });
+            rows.push(Convergence { method: grown, edge: Some(lattice.spacing), solves: found.solves, size: estimate });
         }
         rows.push(Convergence { method: grown, edge: Some(edge), solves: nominal.solves, size });
-        let bare = |value: f64| Estimate { value, low: f64::NAN, high: f64::NAN };
         let samples = nominal.counts.values().map(|count| u64::from(*count)).sum();
         let touched = nominal.counts.len() as f64 * edge.powi(nominal.grown.dimension as i32);
-        rows.push(Convergence { method: "voxels touched", edge: Some(edge), solves: samples, size: bare(touched) });
+        rows.push(Convergence {
+            method: "voxels touched",
+            edge: Some(edge),
+            solves: samples,
+            size: Estimate::without_bounds(touched),
+        });
         if let Some(check) = nominal.check {
             let integral = check.by_change_of_variables;
             let size = Estimate::symmetric(integral.value, 1.96 * integral.standard_error);

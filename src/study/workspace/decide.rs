@@ -19,7 +19,7 @@ impl Grown {
     ///
     /// An engine that fails.
     pub(super) fn decide(&mut self, map: &mut dyn TipMap) -> Result<Vec<Inputs>, BackendError> {
-        let aim = Aim::voxels(self.input_count, self.dimension, self.lattice.edge, Branch::Neighbour, 0.0);
+        let aim = Aim::voxels(self.input_count, self.dimension, self.lattice.spacing, Branch::Neighbour, 0.0);
         let doubtful = |at: &usize| matches!(self.voxels[*at].end, Some(End::OffBranch | End::Stuck));
         let pairs: Vec<(usize, usize)> = (0..self.voxels.len())
             .filter(doubtful)
@@ -46,7 +46,7 @@ impl Grown {
         for ((at, search), rest) in ended.into_iter().zip(from_rest) {
             let is_there = search.end == Some(End::Reached);
             let same = rest.counts(self.minimum_margin)
-                && distance(rest.position, search.tip.position) < THERE * self.lattice.edge;
+                && distance(rest.position, search.tip.position) < THERE * self.lattice.spacing;
             let voxel = &mut self.voxels[at];
             match search.end {
                 Some(_) if is_there && same => found.push(search.at),

@@ -10,7 +10,7 @@ use crate::input::{Dimension, parse_quantity};
 use crate::model::{Parameter, Scene, Vector};
 use crate::spec::{AxisSpec, SobolNet};
 use crate::study::columns::Columns;
-use crate::table::Table;
+use crate::table::{Column, Table};
 use serde::Serialize;
 
 /// Fewest designs of which none may fail for "at least 95 % of all designs with a confidence of 95 %" (Wilks 1941).
@@ -154,7 +154,7 @@ impl WorkspaceJob<'_> {
             let remedy = "add [[uncertain]] blocks with parameter and relative, such as \"10 %\"";
             return Err(WorkspaceError::Designs(format!("nothing is said to be uncertain: {remedy}")));
         }
-        let net = SobolNet::new(uncertain.len(), self.lattice_seed());
+        let net = SobolNet::new(uncertain.len(), self.seed);
         let (mut all, mut counts) = (Vec::new(), CellMap::<u32>::default());
         let mut sizes: CellMap<f64> = CellMap::default();
         for number in 0..designs {
@@ -172,7 +172,7 @@ impl WorkspaceJob<'_> {
             all.push(design(&found, values)?);
         }
         // Of a surface a voxel counts as much as its section in a mean design.
-        let edge = nominal.grown.lattice.edge;
+        let edge = nominal.grown.lattice.spacing;
         let size_of = |cell: &Cell, count: u32| match nominal.grown.dimension {
             3 => edge.powi(3),
             _ => sizes.get(cell).copied().unwrap_or(0.0) / f64::from(count),
@@ -277,18 +277,25 @@ impl RobustWorkspace {
         let lattice = &nominal.grown.lattice;
         let mut cells: Vec<Cell> = self.counts.keys().copied().collect();
         cells.sort_unstable();
-        let trials = self.designs.len() as u32;
-        let bounds: Vec<[f64; 2]> = (0..=trials).map(|count| clopper_pearson(count, trials)).collect();
-        let count = |cell: &Cell| self.counts.get(cell).copied().unwrap_or(0);
         let mut columns = Columns::default();
         columns.vectors("voxel", "m", &cells.iter().map(|cell| lattice.centre(*cell)).collect::<Vec<Vector>>());
         columns.flags("reached", cells.iter().map(|cell| nominal.grown.voxel(*cell).is_some_and(|v| v.is_reached())));
-        columns.counts("reach.designs", cells.iter().map(|cell| u64::from(count(cell))));
-        let share = |cell: &Cell| f64::from(count(cell)) / f64::from(trials);
-        columns.numbers("reach.probability", "", cells.iter().map(share));
-        columns.numbers("reach.low", "", cells.iter().map(|cell| bounds[count(cell) as usize][0]));
-        columns.numbers("reach.high", "", cells.iter().map(|cell| bounds[count(cell) as usize][1]));
-        columns.finish()
+        let mut table = columns.finish();
+        table.columns.extend(self.reach_columns(&cells));
+        table
+    }
+
+    /// Of each cell: designs that reach it, their share and its bounds of 95 %.
+    pub(super) fn reach_columns(&self, cells: &[Cell]) -> Vec<Column> {
+        let trials = self.designs.len() as u32;
+        let bounds: Vec<[f64; 2]> = (0..=trials).map(|count| clopper_pearson(count, trials)).collect();
+        let counts: Vec<u32> = cells.iter().map(|cell| self.counts.get(cell).copied().unwrap_or(0)).collect();
+        let mut columns = Columns::default();
+        columns.counts("reach.designs", counts.iter().map(|count| u64::from(*count)));
+        columns.numbers("reach.probability", "", counts.iter().map(|count| f64::from(*count) / f64::from(trials)));
+        columns.numbers("reach.low", "", counts.iter().map(|count| bounds[*count as usize][0]));
+        columns.numbers("reach.high", "", counts.iter().map(|count| bounds[*count as usize][1]));
+        columns.finish().columns
     }
 
     /// Every design: its values, size with interval, margins.

@@ -1,13 +1,14 @@
 //! The files of a workspace: account, voxels, sections, meshes, queries, designs.
 
+use super::account::WorkspaceAccount;
 use super::compare::Comparison;
 use super::designs::{DesignStudy, RobustWorkspace};
-use super::lattice::Lattice;
+use super::lattice::Cell;
 use super::reach::Reach;
 use super::workspace::Workspace;
-use crate::results::{ResultsError, WORKSPACE_FILE, write_bytes, write_table};
+use crate::results::{ResultsError, WORKSPACE_FILE, make_directory, write_bytes, write_table};
 use crate::study::mesh::surface_nets;
-use crate::table::{Column, Table, Triangles, Values, ply, vtk};
+use crate::table::{Table, Triangles, ply, vtk};
 use serde_json::{Value, json};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -88,9 +89,9 @@ impl WorkspaceExtras {
 }
 
 impl Workspace {
-    /// The account with what was asked for beside it, as JSON.
-    pub fn json(&self, extras: &WorkspaceExtras) -> String {
-        let text = self.account().json();
+    /// Its account with what was asked for beside it, as JSON.
+    pub fn json(&self, account: &WorkspaceAccount, extras: &WorkspaceExtras) -> String {
+        let text = account.json();
         let mut more: Vec<(&str, Value)> = Vec::new();
         if !extras.reach.is_empty() {
             let answers = extras.reach.iter().map(|answer| {
@@ -132,17 +133,19 @@ impl Workspace {
     /// # Errors
     ///
     /// A file that cannot be written.
-    pub fn write(&self, dir: &Path, extras: &WorkspaceExtras, dense: bool) -> Result<Vec<PathBuf>, ResultsError> {
-        std::fs::create_dir_all(dir).map_err(|error| ResultsError::Io {
-            path: dir.into(),
-            action: "making the directory",
-            reason: error.to_string(),
-        })?;
+    pub fn write(
+        &self,
+        dir: &Path,
+        account: &WorkspaceAccount,
+        extras: &WorkspaceExtras,
+        dense: bool,
+    ) -> Result<Vec<PathBuf>, ResultsError> {
+        make_directory(dir)?;
         let metadata = [
             ("rodsweep.version", env!("CARGO_PKG_VERSION").to_owned()),
             ("rodsweep.scene", self.scene.name.clone()),
             ("rodsweep.engine", self.engine.clone()),
-            ("rodsweep.voxel", format!("{:e}", self.grown.lattice.edge)),
+            ("rodsweep.voxel", format!("{:e}", self.grown.lattice.spacing)),
         ];
         let mut written = Vec::new();
         let mut table = |name: &str, table: &Table| -> Result<(), ResultsError> {
@@ -181,10 +184,10 @@ impl Workspace {
             bytes("boundary.ply", ply)?;
         }
         if dense {
-            let grid = vtk::image_data(&plain(&self.grown.lattice), &voxels);
+            let grid = vtk::image_data(&self.grown.lattice, &voxels);
             bytes("workspace.vti", grid.map_err(ResultsError::of_table(dir.join("workspace.vti")))?)?;
         }
-        bytes(ACCOUNT_FILE, self.json(extras).into_bytes())?;
+        bytes(ACCOUNT_FILE, self.json(account, extras).into_bytes())?;
         Ok(written)
     }
 
@@ -193,22 +196,9 @@ impl Workspace {
         let mut table = self.voxel_table();
         let Some(robust) = robust else { return table };
         let Some(centre) = table.vector_columns("voxel") else { return table };
-        let trials = robust.designs.len() as u32;
-        let bounds: Vec<[f64; 2]> = (0..=trials).map(|count| super::clopper_pearson(count, trials)).collect();
-        let counts: Vec<u32> = (0..table.row_count())
-            .map(|row| {
-                let cell = self.grown.lattice.cell(centre.map(|column| column.number(row)));
-                robust.counts.get(&cell).copied().unwrap_or(0)
-            })
-            .collect();
-        let numbers = |of: &dyn Fn(u32) -> f64| Values::Double(counts.iter().map(|count| of(*count)).collect());
-        let share = numbers(&|count| f64::from(count) / f64::from(trials));
-        let low = numbers(&|count| bounds[count as usize][0]);
-        let high = numbers(&|count| bounds[count as usize][1]);
-        let counts = Values::Index(counts.iter().map(|count| u64::from(*count)).collect());
-        let names = ["reach.designs", "reach.probability", "reach.low", "reach.high"];
-        let columns = names.into_iter().zip([counts, share, low, high]);
-        table.columns.extend(columns.map(|(name, values)| Column::new(name, "", values)));
+        let cell = |row: usize| self.grown.lattice.cell(centre.map(|column| column.number(row)));
+        let cells: Vec<Cell> = (0..table.row_count()).map(cell).collect();
+        table.columns.extend(robust.reach_columns(&cells));
         table
     }
 
@@ -218,7 +208,7 @@ impl Workspace {
         let place = |at: usize| (self.grown.voxels[at].cell, self.distances[at]);
         let distances: HashMap<_, _> =
             (0..self.grown.voxels.len()).filter(|at| self.grown.voxels[*at].end.is_some()).map(place).collect();
-        let mesh = surface_nets(&distances, &plain(lattice));
+        let mesh = surface_nets(&distances, lattice);
         let mut rows = HashMap::new();
         if let Some(centre) = voxels.vector_columns("voxel") {
             for row in 0..voxels.row_count() {
@@ -232,17 +222,5 @@ impl Workspace {
         let triangles =
             Triangles { points: &mesh.vertices, normals: &normals, triangles: &mesh.triangles, data: &data };
         Ok((vtk::poly_data(&triangles)?, ply::encode(&triangles)?))
-    }
-}
-
-/// The lattice as tables and figures know it.
-pub(super) fn plain(lattice: &Lattice) -> crate::table::Lattice {
-    crate::table::Lattice { origin: lattice.origin, spacing: lattice.edge }
-}
-
-impl Lattice {
-    /// The same as tables and figures know it.
-    pub fn plain(&self) -> crate::table::Lattice {
-        plain(self)
     }
 }

@@ -3,13 +3,14 @@
 //! All searches that are under way are solved together, round by round. What follows from a round depends on its order
 //! alone, which no thread changes.
 
-use super::lattice::{Cell, CellMap, Lattice, neighbours};
+use super::lattice::{Cell, CellMap, neighbours};
 use super::search::{Aim, End, GRAIN, Search, Source, solve_trials};
 use super::section::section;
 use super::step::Singular;
 use super::tip_map::{Branch, Inputs, Tip, TipMap};
 use crate::backend::BackendError;
 use crate::model::Vector;
+use crate::table::Lattice;
 use rayon::prelude::*;
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -69,6 +70,8 @@ pub struct Grown {
     /// Whether the middle of a thin body is meant.
     pub is_middle: bool,
     index: CellMap<u32>,
+    /// Counted as they come: growth asks after every round.
+    reached_count: usize,
 }
 
 struct Task {
@@ -80,7 +83,18 @@ impl Grown {
     /// No voxel yet.
     pub fn new(lattice: Lattice, dimension: usize, input_count: usize, branch: Branch, minimum_margin: f64) -> Grown {
         let (voxels, inputs, index) = (Vec::new(), Vec::new(), CellMap::default());
-        Grown { lattice, dimension, voxels, inputs, input_count, branch, minimum_margin, is_middle: false, index }
+        Grown {
+            lattice,
+            dimension,
+            voxels,
+            inputs,
+            input_count,
+            branch,
+            minimum_margin,
+            is_middle: false,
+            index,
+            reached_count: 0,
+        }
     }
 
     /// The voxel of a cell that was looked for.
@@ -98,13 +112,18 @@ impl Grown {
         &self.inputs[self.input_count * voxel..][..self.input_count]
     }
 
+    /// Number of the reached voxels.
+    pub fn reached_count(&self) -> usize {
+        self.reached_count
+    }
+
     /// Places of the reached voxels.
     pub fn reached(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.voxels.len()).filter(|at| self.voxels[*at].is_reached())
     }
 
     fn aim(&self) -> Aim {
-        let edge = self.lattice.edge;
+        let edge = self.lattice.spacing;
         let aim = Aim::voxels(self.input_count, self.dimension, edge, self.branch, self.minimum_margin);
         Aim { relaxes: self.is_middle, ..aim }
     }
@@ -197,6 +216,7 @@ impl Grown {
         voxel.is_sought = false;
         let is_better = voxel.end.is_none_or(|end| (found.end, found.missing) < (Some(end), voxel.missing));
         if is_better {
+            self.reached_count += usize::from(found.is_reached() && !voxel.is_reached());
             *voxel = Voxel { tries: voxel.tries, ..found };
             self.inputs[self.input_count * at..][..self.input_count].copy_from_slice(&search.at[..self.input_count]);
         }
@@ -218,6 +238,7 @@ impl Grown {
         let place = self.meet(cell) as usize;
         let (end, tangent) = (Some(end), tip.tangent.map(|x| x as f32));
         let measure = if end == Some(End::Reached) { 1.0 } else { 0.0 };
+        self.reached_count += usize::from(end == Some(End::Reached) && !self.voxels[place].is_reached());
         self.voxels[place] = Voxel { end, missing: 0.0, margin: tip.margin, tangent, measure, ..Voxel::unknown(cell) };
         self.inputs[self.input_count * place..][..self.input_count].copy_from_slice(&at[..self.input_count]);
     }
@@ -242,7 +263,7 @@ impl Grown {
         if self.dimension < 3 && matches!(search.end, Some(End::Reached | End::AtLimit)) {
             let singular = Singular::new(&search.tip.jacobian[..self.input_count]);
             let normal = singular.directions[if self.dimension == 2 { 2 } else { 0 }];
-            let edge = self.lattice.edge;
+            let edge = self.lattice.spacing;
             let centre = self.lattice.centre(search.cell);
             let offset: Vector = std::array::from_fn(|axis| search.tip.position[axis] - centre[axis]);
             if search.end == Some(End::Reached) {

@@ -24,7 +24,7 @@ impl Grown {
         if self.dimension != 3 || self.input_count <= self.dimension || self.branch != Branch::FromRest {
             return Ok(());
         }
-        let aim = Aim::voxels(self.input_count, 3, self.lattice.edge, self.branch, self.minimum_margin);
+        let aim = Aim::voxels(self.input_count, 3, self.lattice.spacing, self.branch, self.minimum_margin);
         for _ in 0..ROUNDS {
             let better = |at: usize| {
                 let beside = neighbours(self.voxels[at].cell).into_iter().filter_map(|cell| self.place(cell));

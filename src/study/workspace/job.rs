@@ -1,11 +1,10 @@
 //! One call for a workspace: from a sweep or a run to its size, its boundary, and what is known of every voxel.
 
-use super::dimension::Dimension;
 use super::distances::boundary_distances;
 use super::engine_map::{EngineMap, MapOptions};
 use super::error::WorkspaceError;
 use super::inputs::{WorkspaceInput, base_scene, workspace_inputs};
-use super::lattice::{CellMap, Lattice};
+use super::lattice::{CellMap, shifted_lattice};
 use super::measures::Ends;
 use super::pose::PoseRank;
 use super::seeds::{Rows, count_tips, coverage, net_points};
@@ -17,6 +16,7 @@ use crate::engines::EngineRequest;
 use crate::model::Scene;
 use crate::results::Results;
 use crate::spec::SweepSpec;
+use crate::table::Lattice;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Samples of a net where there are no rows, and rows that growth begins from at most.
@@ -192,43 +192,41 @@ impl<'a> WorkspaceJob<'a> {
     pub fn run(&self) -> Result<Workspace, WorkspaceError> {
         self.check_options()?;
         let (inputs, notes) = self.inputs()?;
-        let scene = self.rod_scene();
-        self.check_size(&scene, &inputs)?;
-        let lattice = self.lattice.unwrap_or_else(|| Lattice::shifted(self.voxel, self.seed));
+        self.check_size(&self.rod_scene(), &inputs)?;
+        let lattice = self.lattice.unwrap_or_else(|| shifted_lattice(self.voxel, self.seed));
         self.tell(WorkspaceStage::Seeds);
         let rows = match self.origin {
             Origin::Rows(results) => Some(Rows::read(results, &inputs, &lattice, self.minimum_margin)?),
             Origin::Sweep(_) => None,
         };
         let starts = match &rows {
-            Some(rows) if rows.usable == 0 => return Err(self.nothing_usable(rows.seen as usize)),
+            Some(rows) if rows.usable == 0 => {
+                let (samples, minimum_margin) = (rows.seen as usize, self.minimum_margin);
+                return Err(WorkspaceError::NoUsableRows { samples, minimum_margin });
+            }
             Some(rows) => rows.starts(SEEDS as usize),
             None => net_points(inputs.len(), SEEDS, self.seed),
         };
         let mut map = self.map(&inputs)?;
         let watch = |stage| self.goes_on(stage);
         let mut work = Work::new(self.options(&watch), &mut map, lattice);
-        work.seed(&starts)?;
+        let dimension = work.seed(&starts)?;
         let counts = rows.as_ref().map_or_else(|| count_tips(&lattice, &work.tips), Rows::counts);
-        let Some(dimension) = work.dimension else { return Err(self.nothing_usable(starts.len())) };
         let found = if self.fast && dimension.rank == 3 { work.painted(dimension) } else { work.measured(dimension)? };
-        self.assemble(found, inputs, scene, notes, dimension, counts, &mut map)
+        self.assemble(found, inputs, notes, counts, &mut map)
     }
 
-    #[allow(clippy::too_many_arguments)]
     pub(super) fn assemble(
         &self,
         found: Measured,
         inputs: Vec<WorkspaceInput>,
-        scene: Scene,
         notes: Vec<String>,
-        dimension: Dimension,
         counts: CellMap<u32>,
         map: &mut EngineMap,
     ) -> Result<Workspace, WorkspaceError> {
-        let Measured { grown, surface, volume, area, length, check, seen, seed_count, .. } = found;
-        let places: Vec<usize> = grown.reached().collect();
-        self.tell(WorkspaceStage::Voxels(places.len()));
+        let Measured { dimension, grown, surface, volume, area, length, check, seen, seed_count } = found;
+        let scene = self.rod_scene();
+        self.tell(WorkspaceStage::Voxels(grown.reached_count()));
         let values = match self.with_values {
             true => VoxelValues::of(&grown, map, &seen, &counts)?,
             false => VoxelValues::default(),
@@ -292,14 +290,6 @@ impl<'a> WorkspaceJob<'a> {
             return Err(WorkspaceError::TooManyVoxels { voxel: self.voxel, cells, most: MOST_CELLS, fits });
         }
         Ok(())
-    }
-
-    pub(super) fn nothing_usable(&self, samples: usize) -> WorkspaceError {
-        WorkspaceError::NoUsableRows { samples, minimum_margin: self.minimum_margin }
-    }
-
-    pub(super) fn lattice_seed(&self) -> u64 {
-        self.seed
     }
 
     pub(super) fn tell(&self, stage: WorkspaceStage) {

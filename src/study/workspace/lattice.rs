@@ -1,7 +1,7 @@
-//! A lattice of voxels: which cell a point lies in, where its centre is.
+//! Lattices shifted at random, neighbours of a cell, maps by cells.
 
-use crate::model::Vector;
-use crate::spec::hash;
+use crate::spec::{hash, unit_interval};
+use crate::table::Lattice;
 use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
 
@@ -11,31 +11,10 @@ pub type Cell = [i32; 3];
 /// What the hashes of the origin are told apart by.
 const ORIGIN_STREAM: u64 = 0x1a77_1ce5;
 
-/// Cubes of one edge side by side; the centre of cell (i, j, k) is origin + (i + ½, j + ½, k + ½) edge.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Lattice {
-    /// A corner of cell (0, 0, 0) (m).
-    pub origin: Vector,
-    /// Of a voxel (m).
-    pub edge: f64,
-}
-
-impl Lattice {
-    /// A lattice whose origin is shifted at random by the seed, so that counting its centres has no bias.
-    pub fn shifted(edge: f64, seed: u64) -> Lattice {
-        let share = |axis: u64| (hash(seed, ORIGIN_STREAM, axis) >> 11) as f64 / (1u64 << 53) as f64;
-        Lattice { origin: std::array::from_fn(|axis| edge * share(axis as u64)), edge }
-    }
-
-    /// Where the middle of a cell is (m).
-    pub fn centre(&self, cell: Cell) -> Vector {
-        std::array::from_fn(|axis| self.origin[axis] + (f64::from(cell[axis]) + 0.5) * self.edge)
-    }
-
-    /// The cell of a point.
-    pub fn cell(&self, point: Vector) -> Cell {
-        std::array::from_fn(|axis| ((point[axis] - self.origin[axis]) / self.edge).floor() as i32)
-    }
+/// A lattice whose origin is shifted at random by the seed, so that counting its centres has no bias.
+pub fn shifted_lattice(spacing: f64, seed: u64) -> Lattice {
+    let share = |axis: u64| unit_interval(hash(seed, ORIGIN_STREAM, axis));
+    Lattice { origin: std::array::from_fn(|axis| spacing * share(axis as u64)), spacing }
 }
 
 /// The six cells that share a face with a cell.
@@ -78,7 +57,7 @@ mod tests {
     #[test]
     fn centres_lie_in_their_cells() {
         for seed in 0..20 {
-            let lattice = Lattice::shifted(1e-3, seed);
+            let lattice = shifted_lattice(1e-3, seed);
             for cell in [[0, 0, 0], [-1, 5, -300], [40, -7, 2]] {
                 assert_eq!(lattice.cell(lattice.centre(cell)), cell);
             }

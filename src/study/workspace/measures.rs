@@ -17,7 +17,7 @@ const RIM_VARIANCE: f64 = 0.1;
 const STUDENT_95: f64 = 2.364_624;
 const NORMAL_95: f64 = 1.959_963_985;
 
-/// A number with its interval of 95 %.
+/// A number with its interval of 95 %; bounds that are not known are NaN.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Estimate {
     /// The number.
@@ -29,6 +29,16 @@ pub struct Estimate {
 }
 
 impl Estimate {
+    /// A number of which the bounds are not known.
+    pub fn without_bounds(value: f64) -> Estimate {
+        Estimate { value, low: f64::NAN, high: f64::NAN }
+    }
+
+    /// The same in another unit.
+    pub(crate) fn scaled(self, factor: f64) -> Estimate {
+        Estimate { value: factor * self.value, low: factor * self.low, high: factor * self.high }
+    }
+
     /// With the same error on either side.
     pub fn symmetric(value: f64, error: f64) -> Estimate {
         Estimate { value, low: value - error, high: value + error }
@@ -82,14 +92,14 @@ pub(super) fn boundary_area(grown: &Grown) -> f64 {
     let is_reached = |cell| grown.voxel(cell).is_some_and(|voxel| voxel.is_reached());
     let open = |at: usize| neighbours(grown.voxels[at].cell).into_iter().filter(|cell| !is_reached(*cell)).count();
     let faces: usize = grown.reached().map(open).sum();
-    SMOOTH_SHARE * faces as f64 * grown.lattice.edge.powi(2)
+    SMOOTH_SHARE * faces as f64 * grown.lattice.spacing.powi(2)
 }
 
 /// Volume of a body by counted centres (m³): the error is that of a lattice; what is undecided may be part of it.
 ///
 /// The variance is about 0.145 h⁴ S. That of a body with thin parts may be larger: it shows in how far the eight lattices of twice the spacing that make up this one differ, whose variance is sixteen times as large.
 pub(super) fn volume(grown: &Grown, ends: &Ends) -> Estimate {
-    let edge = grown.lattice.edge;
+    let edge = grown.lattice.spacing;
     let cell = edge.powi(3);
     let value = cell * ends.reached as f64;
     let mut counts = [0.0f64; 8];
@@ -112,7 +122,7 @@ pub(super) fn sections(grown: &Grown) -> f64 {
 
 /// Size of a surface or curve by voxels of edge h; its error by those of 2 h and by what a rim adds by chance.
 pub(super) fn extrapolated(grown: &Grown, fine: f64, coarse: f64) -> Estimate {
-    let edge = grown.lattice.edge;
+    let edge = grown.lattice.spacing;
     let is_rim = |at: &usize| {
         let ends = neighbours(grown.voxels[*at].cell).map(|cell| grown.voxel(cell).and_then(|voxel| voxel.end));
         ends.iter().any(|end| matches!(end, Some(End::AtLimit | End::OffBranch | End::Stuck)))

@@ -45,7 +45,7 @@ pub use files::{ACCOUNT_FILE, WorkspaceExtras};
 pub use growth::{Grown, Voxel};
 pub use inputs::{WorkspaceInput, base_scene, reserve, workspace_inputs};
 pub use job::WorkspaceJob;
-pub use lattice::{Cell, Lattice, neighbours};
+pub use lattice::{Cell, neighbours, shifted_lattice};
 pub use measures::{Ends, Estimate};
 pub use pose::PoseRank;
 pub use reach::{Preference, Reach};

@@ -1,11 +1,11 @@
 //! The quick way: every row paints the centres within its first-order image. No centre is proven.
 
 use super::growth::Grown;
-use super::lattice::Lattice;
 use super::search::End;
 use super::step::bounded_step;
 use super::tip_map::{Branch, Inputs, MOST_INPUTS, Tip, distance, norm};
 use crate::model::Vector;
+use crate::table::Lattice;
 
 /// A row paints no further than so many voxels: at folds first order overshoots without limit.
 const CAP: f64 = 4.0;
@@ -23,7 +23,7 @@ pub(super) fn paint(
     let mut grown = Grown::new(lattice, 3, input_count, Branch::FromRest, minimum_margin);
     // Rows that fill the box evenly have a cube each; inputs are scaled to edges of length 2.
     let half = (samples.max(1) as f64).powf(-1.0 / input_count as f64);
-    let edge = lattice.edge;
+    let edge = lattice.spacing;
     for (at, tip) in rows.iter().filter(|(_, tip)| tip.counts(minimum_margin)) {
         let reach: Vector = std::array::from_fn(|axis| {
             let sum: f64 = tip.jacobian[..input_count].iter().map(|column| half * column[axis].abs()).sum();

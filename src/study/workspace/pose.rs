@@ -4,7 +4,8 @@ use super::engine_map::EngineMap;
 use super::error::WorkspaceError;
 use super::growth::Grown;
 use super::tip_map::{Inputs, padded};
-use crate::model::{Scene, SegmentKind};
+use crate::model::Scene;
+use crate::study::pose_length::pose_length;
 use nalgebra::DMatrix;
 use serde::Serialize;
 
@@ -32,8 +33,7 @@ impl PoseRank {
         scene: &Scene,
         length: Option<f64>,
     ) -> Result<PoseRank, WorkspaceError> {
-        let mut flexible = scene.segments.iter().filter(|segment| matches!(segment.kind, SegmentKind::Flexible(_)));
-        let length = length.or(flexible.next_back().map(|segment| segment.length)).unwrap_or(scene.total_length());
+        let length = pose_length(scene, length);
         let places: Vec<usize> = grown.reached().collect();
         let every = places.len().div_ceil(ROWS).max(1);
         let inputs: Vec<Inputs> = places.iter().step_by(every).map(|at| padded(grown.inputs_of(*at))).collect();

@@ -108,7 +108,7 @@ impl Workspace {
                 return Err(WorkspaceError::Query { place: format!("target {row}"), problem });
             }
         }
-        let aim = Aim::voxels(self.inputs.len(), 3, self.grown.lattice.edge, Branch::FromRest, self.minimum_margin)
+        let aim = Aim::voxels(self.inputs.len(), 3, self.grown.lattice.spacing, Branch::FromRest, self.minimum_margin)
             .points(tolerance);
         let places: Vec<usize> = self.grown.reached().collect();
         let starts: Vec<Vec<Inputs>> = targets.par_iter().map(|target| self.starts(&places, target.position)).collect();

@@ -2,11 +2,12 @@
 
 use super::error::WorkspaceError;
 use super::inputs::WorkspaceInput;
-use super::lattice::{CellMap, Lattice};
+use super::lattice::CellMap;
 use super::tip_map::{Inputs, MOST_INPUTS, Tip};
 use crate::model::Vector;
 use crate::results::Results;
 use crate::spec::SobolNet;
+use crate::table::Lattice;
 use crate::table::Table;
 
 /// The first points of a scrambled Sobol' net over the inputs, scaled; `count` is a power of two.

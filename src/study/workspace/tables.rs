@@ -1,11 +1,11 @@
 //! A workspace as tables: a row a voxel, and of surfaces a row a section.
 
 use super::growth::Grown;
-use super::lattice::Lattice;
 use super::reach::Reach;
 use super::workspace::Workspace;
 use crate::model::Vector;
 use crate::study::columns::Columns;
+use crate::table::Lattice;
 use crate::table::Table;
 
 impl Workspace {

@@ -4,11 +4,12 @@ use super::engine_map::EngineMap;
 use super::error::WorkspaceError;
 use super::growth::Grown;
 use super::inputs::reserve;
-use super::lattice::{Cell, CellMap, Lattice, neighbours};
+use super::lattice::{Cell, CellMap, neighbours};
 use super::search::End;
 use super::step::Singular;
 use super::tip_map::{Inputs, MOST_INPUTS, Tip, TipMap, padded};
 use crate::model::Vector;
+use crate::table::Lattice;
 use nalgebra::{Matrix3, SymmetricEigen};
 use serde::Serialize;
 
@@ -193,7 +194,7 @@ const TOGETHER: usize = 65_536;
 
 /// Of a body, the volume that a measure of 1 stands for.
 fn unit_of(grown: &Grown) -> f64 {
-    if grown.dimension == 3 { grown.lattice.edge.powi(3) } else { 1.0 }
+    if grown.dimension == 3 { grown.lattice.spacing.powi(3) } else { 1.0 }
 }
 
 /// Eigenvalues of the symmetric part of dp/df, and the direction of the largest.

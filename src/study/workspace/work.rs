@@ -4,13 +4,14 @@ use super::check::Family;
 use super::dimension::Dimension;
 use super::error::WorkspaceError;
 use super::growth::Grown;
-use super::lattice::{CellMap, Lattice};
+use super::lattice::CellMap;
 use super::measures::{Ends, Estimate, extrapolated, sections, volume};
 use super::paint::paint;
 use super::stage::WorkspaceStage;
 use super::tip_map::{Branch, Inputs, Tip, TipMap, padded};
 use super::voxel_values::Seen;
 use super::workspace::Check;
+use crate::table::Lattice;
 
 /// What was found of a workspace.
 #[derive(Clone, Debug)]
@@ -66,11 +67,8 @@ pub fn measure(
     options: MeasureOptions<'_>,
 ) -> Result<Measured, WorkspaceError> {
     let mut work = Work::new(options, map, lattice);
-    work.seed(starts)?;
-    match work.dimension {
-        Some(dimension) => work.measured(dimension),
-        None => Err(WorkspaceError::NoUsableRows { samples: starts.len(), minimum_margin: options.minimum_margin }),
-    }
+    let dimension = work.seed(starts)?;
+    work.measured(dimension)
 }
 
 /// A job under way.
@@ -80,7 +78,6 @@ pub(super) struct Work<'a> {
     lattice: Lattice,
     rows: Vec<(Inputs, Tip)>,
     pub tips: Vec<Tip>,
-    pub dimension: Option<Dimension>,
     seen: Seen,
     /// One of many designs: neither checked nor decided, so that it is quick.
     pub is_design: bool,
@@ -88,36 +85,28 @@ pub(super) struct Work<'a> {
 
 impl<'a> Work<'a> {
     pub(super) fn new(job: MeasureOptions<'a>, map: &'a mut dyn TipMap, lattice: Lattice) -> Work<'a> {
-        Work {
-            job,
-            map,
-            lattice,
-            rows: Vec::new(),
-            tips: Vec::new(),
-            dimension: None,
-            seen: Seen::default(),
-            is_design: false,
-        }
+        Work { job, map, lattice, rows: Vec::new(), tips: Vec::new(), seen: Seen::default(), is_design: false }
     }
 
-    /// Solves where growth is to begin.
-    pub(super) fn seed(&mut self, starts: &[Inputs]) -> Result<(), WorkspaceError> {
+    /// Solves where growth is to begin, and tells the dimension.
+    pub(super) fn seed(&mut self, starts: &[Inputs]) -> Result<Dimension, WorkspaceError> {
         self.tips = self.map.solve_from_rest(starts)?;
         let pairs = starts.iter().copied().zip(self.tips.iter().copied());
         self.rows = pairs.filter(|(_, tip)| tip.counts(self.job.minimum_margin)).collect();
         self.rows.iter().for_each(|(at, tip)| self.seen.add(&self.lattice, at, tip));
         let usable: Vec<Tip> = self.rows.iter().map(|(_, tip)| *tip).collect();
-        let known = !usable.is_empty();
-        self.dimension = known.then(|| Dimension::of(&usable, self.map.input_count(), self.lattice.edge));
-        Ok(())
+        if usable.is_empty() {
+            let (samples, minimum_margin) = (starts.len(), self.job.minimum_margin);
+            return Err(WorkspaceError::NoUsableRows { samples, minimum_margin });
+        }
+        Ok(Dimension::of(&usable, self.map.input_count(), self.lattice.spacing))
     }
 
     pub(super) fn painted(self, dimension: Dimension) -> Measured {
         let (count, least) = (self.map.input_count(), self.job.minimum_margin);
         let grown = paint(self.lattice, count, least, &self.rows, self.tips.len());
-        let painted = volume(&grown, &Ends::of(&grown));
         // Nothing is proven, and what no row came near is missing: no interval holds.
-        let volume = Some(Estimate { low: f64::NAN, high: f64::NAN, ..painted });
+        let volume = Some(Estimate::without_bounds(volume(&grown, &Ends::of(&grown)).value));
         Measured {
             dimension,
             grown,
@@ -132,7 +121,7 @@ impl<'a> Work<'a> {
     }
 
     pub(super) fn measured(mut self, dimension: Dimension) -> Result<Measured, WorkspaceError> {
-        let (seed_count, edge) = (self.rows.len(), self.lattice.edge);
+        let (seed_count, edge) = (self.rows.len(), self.lattice.spacing);
         let least = self.job.minimum_margin;
         (self.job.watch)(WorkspaceStage::Checking);
         let family = match (self.job.any_stable || self.is_design, dimension.rank) {
@@ -141,10 +130,8 @@ impl<'a> Work<'a> {
         };
         if let Some(family) = &family {
             // Further places to begin from; the integral itself knows nothing of growth.
-            let counting = family.seeds().filter(|(_, tip)| tip.counts(least));
-            let starts: Vec<Inputs> = counting.map(|(at, _)| at).collect();
             let (cells, mut fresh) = (self.cells(), Vec::new());
-            for (at, tip) in starts.into_iter().zip(family.tips.iter().filter(|tip| tip.counts(least))) {
+            for (at, tip) in family.seeds().filter(|(_, tip)| tip.counts(least)) {
                 self.seen.add(&self.lattice, &at, tip);
                 if !cells.contains_key(&self.lattice.cell(tip.position)) {
                     fresh.push(at);
@@ -157,16 +144,16 @@ impl<'a> Work<'a> {
         let (mut volume_of, mut area_of, mut length_of, mut surface) = (None, None, None, None);
         let rank = dimension.rank;
         if dimension.is_thin {
-            let (sheet, area) = self.sectioned(2)?;
+            let (sheet, area) = self.sectioned(2, rank)?;
             let feet: Vec<Inputs> = sheet.reached().map(|at| padded(sheet.inputs_of(at))).collect();
             let tips = self.map.solve_from_rest(&feet)?;
             self.rows.extend(feet.into_iter().zip(tips));
             (surface, area_of) = (Some(sheet), Some(area));
         }
         let grown = match rank {
-            0 => self.grow(self.lattice, 3)?,
+            0 => self.grow(self.lattice, 3, rank)?,
             1 | 2 => {
-                let (grown, size) = self.sectioned(rank)?;
+                let (grown, size) = self.sectioned(rank, rank)?;
                 if rank == 2 {
                     area_of = Some(size)
                 } else {
@@ -175,7 +162,7 @@ impl<'a> Work<'a> {
                 grown
             }
             _ => {
-                let mut grown = self.grow(self.lattice, 3)?;
+                let mut grown = self.grow(self.lattice, 3, rank)?;
                 if self.job.improves {
                     grown.improve(self.map)?;
                 }
@@ -201,22 +188,24 @@ impl<'a> Work<'a> {
     }
 
     /// A surface or curve, and its size by voxels of this edge and of twice as much.
-    fn sectioned(&mut self, dimension: usize) -> Result<(Grown, Estimate), WorkspaceError> {
-        let fine = self.grow(self.lattice, dimension)?;
-        let coarse = self.grow(Lattice { edge: 2.0 * self.lattice.edge, ..self.lattice }, dimension)?;
-        Ok((fine.clone(), extrapolated(&fine, sections(&fine), sections(&coarse))))
+    fn sectioned(&mut self, dimension: usize, rank: usize) -> Result<(Grown, Estimate), WorkspaceError> {
+        let fine = self.grow(self.lattice, dimension, rank)?;
+        let coarse = self.grow(Lattice { spacing: 2.0 * self.lattice.spacing, ..self.lattice }, dimension, rank)?;
+        let size = extrapolated(&fine, sections(&fine), sections(&coarse));
+        Ok((fine, size))
     }
 
-    fn grow(&mut self, lattice: Lattice, dimension: usize) -> Result<Grown, WorkspaceError> {
+    /// Of a thin body, a surface is its middle.
+    fn grow(&mut self, lattice: Lattice, dimension: usize, rank: usize) -> Result<Grown, WorkspaceError> {
         let branch = if self.job.any_stable { Branch::Neighbour } else { Branch::FromRest };
         let mut grown = Grown::new(lattice, dimension, self.map.input_count(), branch, self.job.minimum_margin);
-        grown.is_middle = dimension < 3 && self.dimension.is_some_and(|known| known.is_thin);
+        grown.is_middle = dimension < rank;
         let mut rows = std::mem::take(&mut self.rows);
         for round in 0.. {
             let mut reached = 0;
             let job = self.job;
             let mut watch = |grown: &Grown| {
-                let now = grown.voxels.iter().filter(|voxel| voxel.is_reached()).count();
+                let now = grown.reached_count();
                 let goes_on = now == reached || (job.watch)(WorkspaceStage::Growing(now));
                 reached = now;
                 goes_on
