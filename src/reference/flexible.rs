@@ -195,6 +195,11 @@ impl Flexible {
         (self.u_star(s) + v, state.columns.iter().zip(&self.sources).map(du).collect())
     }
 
+    /// p' of (2) at s.
+    pub(super) fn tangent(&self, s: f64, R: &Matrix3<f64>) -> Vector3<f64> {
+        R * nu(self.numbers.C_se, R.tr_mul(&self.n(s)))
+    }
+
     /// A segment longer by dL ends dL further on.
     pub(super) fn lengthen(&self, state: &mut State) {
         let L = self.numbers.length;

@@ -22,6 +22,8 @@ pub struct Pose {
     pub rotation: Matrix,
     /// Body frame; zero in rigid segments (1/m)
     pub curvature: Vector,
+    /// d(position)/d(arc length), world frame; of length 1 unless the rod shears or stretches.
+    pub tangent: Vector,
     /// One for each slot or parameter asked for.
     pub derivatives: Vec<PoseDerivative>,
 }
@@ -44,6 +46,7 @@ struct Station {
     p: Vector3<f64>,
     R: Matrix3<f64>,
     u: Vector3<f64>,
+    tangent: Vector3<f64>,
     columns: Vec<Column>,
     du: Vec<Vector3<f64>>,
 }
@@ -94,6 +97,7 @@ pub fn shape_with_derivatives(rod: &Rod, m0: Vector, arc_lengths: &[f64], slots:
             p: station.p + by_base(&dp, &correction),
             R: turn.matrix() * station.R,
             u: station.u + by_base(&du, &correction),
+            tangent: turn * station.tangent,
             arc_length: station.arc_length,
             columns: Vec::new(),
             du: Vec::new(),
@@ -109,6 +113,7 @@ fn pose(station: &Station, units: &Units, rod: &Rod, derivatives: Vec<PoseDeriva
         position: (station.p * units.length + Vector3::from(rod.base_position)).into(),
         rotation: rows(&station.R),
         curvature: SI(station.u, units.curvature()),
+        tangent: station.tangent.into(),
         derivatives,
     }
 }
@@ -142,7 +147,15 @@ fn stations(
                 }
                 s = target;
                 let (u, du) = flexible.curvature(target, &state);
-                Station { arc_length: start + target, p: state.p, R: state.R, u, columns: state.columns.clone(), du }
+                Station {
+                    arc_length: start + target,
+                    p: state.p,
+                    R: state.R,
+                    u,
+                    tangent: flexible.tangent(target, &state.R),
+                    columns: state.columns.clone(),
+                    du,
+                }
             } else {
                 on_rigid(&state, start, target)
             };
@@ -172,6 +185,7 @@ fn on_rigid(state: &State, start: f64, along: f64) -> Station {
         p: state.p + arm,
         R: state.R,
         u: Vector3::zeros(),
+        tangent: state.R.column(2).into(),
         columns: state.columns.iter().map(moved).collect(),
         du: vec![Vector3::zeros(); state.columns.len()],
     }

@@ -11,6 +11,7 @@ mod fit;
 mod mesh;
 mod pose_length;
 mod replay;
+mod rod_points;
 pub mod sensitivity;
 mod simulate;
 mod solve;

@@ -12,6 +12,7 @@ mod figures;
 mod fit;
 mod mesh;
 mod sensitivity;
+mod sensitivity_shape;
 mod solve;
 mod study_rows;
 mod targets;

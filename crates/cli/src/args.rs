@@ -217,9 +217,18 @@ fn some(text: &str) -> Result<usize, String> {
 
 /// A length (m) that an argument must give; `example` is one.
 pub fn positive_length(flag: &str, text: &str, example: &str) -> Result<f64, String> {
+    positive(flag, text, ("m", "length"), example)
+}
+
+/// An angle (rad) that an argument must give; `example` is one.
+pub fn positive_angle(flag: &str, text: &str, example: &str) -> Result<f64, String> {
+    positive(flag, text, ("rad", "angle"), example)
+}
+
+fn positive(flag: &str, text: &str, (unit, what): (&'static str, &str), example: &str) -> Result<f64, String> {
     let wrong = |why: String| format!("`{flag} {text}`: {why}");
-    let length = parse_quantity(text, Dimension::of("m")).map_err(|error| wrong(error.to_string()))?;
-    if length > 0.0 { Ok(length) } else { Err(wrong(format!("give a positive length, such as \"{example}\""))) }
+    let value = parse_quantity(text, Dimension::of(unit)).map_err(|error| wrong(error.to_string()))?;
+    if value > 0.0 { Ok(value) } else { Err(wrong(format!("give a positive {what}, such as \"{example}\""))) }
 }
 
 #[derive(Debug, Args)]

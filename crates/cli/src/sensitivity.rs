@@ -1,6 +1,6 @@
 //! `rodsweep sensitivity`: which input matters, how uncertain the tip is, what to measure.
 
-use super::args::{EstimatorName, SensitivityArguments, WithName, positive_length};
+use super::args::{EstimatorName, SensitivityArguments, WithName, positive_angle, positive_length};
 use super::{CommandError, Exit, print, run, say};
 use rodsweep::figures::draw_sensitivity;
 use rodsweep::results::{Results, make_directory};
@@ -56,6 +56,10 @@ fn with_options(job: SensitivityJob, arguments: &SensitivityArguments) -> Result
         Some(text) => Some(positive_length("--noise", text, "0.5 mm").map_err(CommandError::Usage)?),
         None => None,
     };
+    let tangent_noise = match &arguments.tangent_noise {
+        Some(text) => Some(positive_angle("--tangent-noise", text, "2 deg").map_err(CommandError::Usage)?),
+        None => None,
+    };
     Ok(job
         .outputs(&arguments.outputs)
         .inputs(&arguments.inputs)
@@ -66,6 +70,7 @@ fn with_options(job: SensitivityJob, arguments: &SensitivityArguments) -> Result
         .propagate(arguments.propagate)
         .choose(arguments.choose)
         .noise(noise)
+        .tangent_noise(tangent_noise)
         .minimum_margin(arguments.minimum_margin)
         .limit(arguments.limit))
 }

@@ -12,7 +12,8 @@ pub struct SensitivityArguments {
     /// Where the files are written [default: the result directory, or results/NAME-OF-THE-SWEEP]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Outputs: columns, vectors such as tip.position, tip.distance [default: tip.position,tip.distance,stability.margin]
+    /// Outputs: columns, vectors such as tip.position, tip.distance, tip.pose, shape, shape:20 (points along the rod)
+    /// [default: tip.position,tip.distance,stability.margin]
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     pub outputs: Vec<String>,
     /// Inputs that are told of [default: every axis]; with --noise what is to be found, names joined by + keep their
@@ -40,6 +41,9 @@ pub struct SensitivityArguments {
     /// Standard deviation of a measured coordinate, such as "0.5 mm": what all rows would tell
     #[arg(long, value_name = "LENGTH")]
     pub noise: Option<String>,
+    /// Measure the tip's tangent, too: standard deviation about either axis across it, such as "2 deg"
+    #[arg(long, value_name = "ANGLE", requires = "noise")]
+    pub tangent_noise: Option<String>,
     /// Least stability margin of a measurement, and the limit of the indicator of low margins
     #[arg(long, value_name = "MARGIN", default_value_t = 0.3)]
     pub minimum_margin: f64,

@@ -17,7 +17,8 @@ use super::options::Options;
 use super::outputs::{Kind, MARGIN, Output, Outputs, Scalar};
 use super::pass::Pass;
 use super::result::{Polynomial, Sensitivity, StatusShare};
-use super::rows::{Reading, Source};
+use super::rows::{Reading, Rows, Source};
+use super::shapes::{Shapes, points_asked};
 use super::spread::{Linearised, spreads};
 use super::worst_case::worst_cases;
 use crate::model::Status;
@@ -35,10 +36,11 @@ pub(super) fn analyse(source: &Source, options: &Options) -> Result<Sensitivity,
         true => (0..inputs.len()).collect(),
         false => chosen(&inputs, &options.inputs)?,
     };
-    let nominal = Nominal::solve(spec, &inputs, &uncertain)?;
+    let nominal = Nominal::solve(spec, &inputs, &uncertain, points_asked(&options.outputs)?)?;
+    let table = Rows::new(source, Shapes::new(spec, &options.outputs, source.columns())?);
     let outputs = Outputs::new(
         &options.outputs,
-        source.columns(),
+        table.columns(),
         &inputs,
         minimum_margin,
         pose_length(&spec.scene, spec.workspace.length),
@@ -57,8 +59,9 @@ pub(super) fn analyse(source: &Source, options: &Options) -> Result<Sensitivity,
     let linear = nominal.as_ref().map(|nominal| Linearised::new(nominal, &outputs, &inputs));
     let mut pass = Pass::new(&layout, &inputs, &outputs.scalars);
     let mut kept = Kept::new(&layout, &inputs, &uncertain, &outputs.scalars);
-    source.each(&columns(source, &outputs, &inputs, &uncertain), |rows| {
-        let block = reading.read(rows);
+    let names = columns(&table, &outputs, &inputs, &uncertain);
+    table.each(&names, |part| {
+        let block = reading.read(part);
         let value = linear.as_ref().map(|linear| |scalar: usize, x: &[f64]| linear.value(scalar, x));
         kept.add(&layout, &inputs, &block, value.as_ref().map(|value| value as _));
         pass.add(&block);
@@ -85,9 +88,7 @@ pub(super) fn analyse(source: &Source, options: &Options) -> Result<Sensitivity,
     let jumps = |output: &Output| evidence.jumps(output);
     let spreads = spreads(&outputs, &pass.sums, &kept, nominal.as_ref(), linear.as_ref(), &jumps);
     let worst_cases = match layout.design {
-        Design::PickFreeze(_) if usable < rows => {
-            worst_cases(source, &columns(source, &outputs, &inputs, &uncertain), &reading, &evidence, &asked)?
-        }
+        Design::PickFreeze(_) if usable < rows => worst_cases(&table, &names, &reading, &evidence, &asked)?,
         _ => Vec::new(),
     };
     let identification = if options.identifies() { Some(identify(source, &layout, options)?) } else { None };
@@ -114,11 +115,11 @@ pub(super) fn analyse(source: &Source, options: &Options) -> Result<Sensitivity,
 }
 
 /// Columns that are read.
-fn columns(source: &Source, outputs: &Outputs, inputs: &[Input], uncertain: &[Input]) -> Vec<String> {
+fn columns(table: &Rows, outputs: &Outputs, inputs: &[Input], uncertain: &[Input]) -> Vec<String> {
     let mut names = outputs.columns();
     names.extend(inputs.iter().map(|input| input.parameters[0].clone()));
     names.extend(outputs.slope_columns(inputs));
-    let is_there = |name: &String| source.columns().iter().any(|column| column.name == *name);
+    let is_there = |name: &String| table.columns().iter().any(|column| column.name == *name);
     names.extend(outputs.slope_columns(uncertain).into_iter().filter(is_there));
     names.sort();
     names.dedup();

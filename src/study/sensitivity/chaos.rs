@@ -129,6 +129,12 @@ impl Chaos {
         self.share(|_| true).part
     }
 
+    /// What is predicted of the variance.
+    pub(super) fn predicted_share(&self) -> Share {
+        let whole = self.variance();
+        Share { part: self.predicted * whole, whole }
+    }
+
     /// Index of first order.
     pub fn first(&self, input: usize) -> Share {
         self.share(|term| term.iter().enumerate().all(|(k, e)| (k == input) == (*e > 0)))

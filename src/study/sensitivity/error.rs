@@ -120,6 +120,24 @@ pub enum SensitivityError {
         /// Parameters whose derivatives are missing.
         names: Vec<String>,
     },
+    /// A shape of rows that do not tell the rods' base moments.
+    #[error(
+        "the shape needs base moments that the rows have not: add \"base_moment\" to `quantities` of [output] and run the sweep again, or give the sweep file"
+    )]
+    NoBaseMoments,
+    /// Tangents of rows that do not tell the tips' rotations.
+    #[error(
+        "tangents need rotations that the rows have not: add \"tip_rotation\" to `quantities` of [output] and run the sweep again, or give the sweep file"
+    )]
+    NoRotations,
+    /// No number of points.
+    #[error("`shape{asked}`: give a number of points from 1 to {most}, such as shape:20")]
+    ShapePoints {
+        /// As it was asked for.
+        asked: String,
+        /// As many as may be.
+        most: usize,
+    },
     /// No nominal sample to begin from.
     #[error(
         "the first order needs an equilibrium with every input at its mean, and a law of every input: change the axes, or leave the propagation out"

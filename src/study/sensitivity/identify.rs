@@ -1,7 +1,7 @@
 //! What measurements tell of parameters, which ones tell most, and whether that stays so where the parameters may be.
 
 use super::SensitivityError;
-use super::candidates::{Candidates, Unknown, unknowns};
+use super::candidates::{Candidates, Noise, Unknown, unknowns};
 use super::design::Layout;
 use super::experiments::{Observability, choose, fisher, log_determinant};
 use super::options::Options;
@@ -27,11 +27,7 @@ pub(super) fn identify(
     layout: &Layout,
     options: &Options,
 ) -> Result<Identification, SensitivityError> {
-    let noise = options.noise.unwrap_or(f64::NAN);
-    if !(noise > 0.0 && noise.is_finite()) {
-        let expected = "the standard deviation of a measured coordinate, a length above zero such as 0.5 mm";
-        return Err(SensitivityError::Number { what: "the noise", value: noise, expected });
-    }
+    let noise = noise(options)?;
     let unknowns = unknowns(source.spec(), source.columns(), &options.inputs)?;
     let candidates = Candidates::read(source, layout, &unknowns, noise, options.minimum_margin)?;
     let all: Vec<usize> = (0..candidates.samples.len()).collect();
@@ -63,12 +59,29 @@ pub(super) fn identify(
     Ok(Identification {
         parameters: unknowns.iter().map(|unknown| unknown.name.clone()).collect(),
         logarithmic: unknowns.iter().map(|unknown| unknown.logarithmic).collect(),
-        noise,
+        noise: noise.position,
+        tangent_noise: noise.tangent,
         candidates: all.len() as u64,
         minimum_margin: options.minimum_margin,
         all: information(&candidates.matrices, &all, &unknowns),
         chosen,
     })
+}
+
+fn noise(options: &Options) -> Result<Noise, SensitivityError> {
+    let position = options.noise.unwrap_or(f64::NAN);
+    let is_good = |x: f64| x > 0.0 && x.is_finite();
+    if !is_good(position) {
+        let expected = "the standard deviation of a measured coordinate, a length above zero such as 0.5 mm";
+        return Err(SensitivityError::Number { what: "the noise", value: position, expected });
+    }
+    match options.tangent_noise.filter(|tangent| !is_good(*tangent)) {
+        Some(value) => {
+            let expected = "the standard deviation of a measured tangent, an angle above zero such as 2 deg";
+            Err(SensitivityError::Number { what: "the noise of tangents", value, expected })
+        }
+        None => Ok(Noise { position, tangent: options.tangent_noise }),
+    }
 }
 
 /// What some of the measurements tell together.
@@ -95,7 +108,7 @@ fn information(matrices: &[DMatrix<f64>], rows: &[usize], unknowns: &[Unknown]) 
         correlations: matrix(&correlation),
         findings: findings(&names, &logarithmic, &directions),
         directions,
-        observability: Observability::new(&fisher, 3 * rows.len()),
+        observability: Observability::new(&fisher, rows.iter().map(|row| matrices[*row].nrows()).sum()),
         log_determinant: log_determinant(&fisher),
         fisher: matrix(&|i, j| fisher[(i, j)]),
     }
@@ -118,7 +131,7 @@ fn worst(
     unknowns: &[Unknown],
     candidates: &Candidates,
     rows: &[usize],
-    noise: f64,
+    noise: Noise,
 ) -> Result<Option<(f64, String)>, SensitivityError> {
     let commands: Vec<Vec<Parameter>> = spec.axis_parameters();
     let axes: Vec<Vec<Parameter>> = commands
@@ -151,10 +164,13 @@ fn worst(
         let matrix = |at: usize| {
             let sample = number * rows.len() + at;
             let mut first = 0;
-            let mut matrix = DMatrix::zeros(3, unknowns.len());
+            let rotation = solutions.tip_rotation(sample);
+            let mut matrix = DMatrix::zeros(noise.numbers(), unknowns.len());
             for (k, (unknown, side)) in unknowns.iter().zip(end).enumerate() {
                 for (j, rate) in unknown.rates(&moved(unknown, *side), length).into_iter().enumerate() {
-                    let column = DVector::from_fn(3, |a, _| rate * solutions.derivative(sample, first + j, a) / noise);
+                    let slope = |row: usize| rate * solutions.derivative(sample, first + j, row);
+                    let [position, turn] = [0, 3].map(|from| std::array::from_fn(|a| slope(from + a)));
+                    let column = DVector::from_vec(noise.weighed(position, turn, &rotation));
                     matrix.column_mut(k).axpy(1.0, &column, 1.0);
                 }
                 first += unknown.parameters.len();

@@ -263,7 +263,8 @@ impl<'a> OfOutput<'a> {
         let chaos: Option<Vec<&Chaos>> =
             self.output.components.iter().map(|scalar| self.evidence.chaos[*scalar].as_ref()).collect();
         let Some(chaos) = chaos.filter(|_| !self.output.is_indicator) else { return Vec::new() };
-        let predicted = chaos.iter().map(|chaos| chaos.predicted).fold(1.0, f64::min);
+        // Of a vector as of its indices: components count by their variance.
+        let predicted = chaos.iter().map(|chaos| Chaos::predicted_share(chaos)).sum::<Share>().value();
         let pairs = chaos.iter().map(|chaos| chaos.rows as u64).min().unwrap_or(0);
         let withheld = self.no_chaos(predicted);
         let mut found = Vec::new();

@@ -11,6 +11,7 @@ use super::outputs::Outputs;
 use super::prepare::prepared;
 use super::result::Sensitivity;
 use super::rows::Source;
+use super::shapes::Shapes;
 use crate::backend::Precision;
 use crate::results::{Layout as Columns, Results};
 use crate::spec::SweepSpec;
@@ -50,12 +51,12 @@ impl SensitivityJob {
     /// Of a sweep that has yet to be run: [`SensitivityJob::sweep`] is what to run, with the derivatives that are needed.
     /// Give the rows with [`SensitivityJob::with_results`] or [`SensitivityJob::with_rows`].
     pub fn of_sweep(spec: SweepSpec) -> SensitivityJob {
-        SensitivityJob::of_rows(prepared(spec, &[]), Table::default())
+        SensitivityJob::of_rows(prepared(spec, &Options::default()), Table::default())
     }
 
     /// The sweep to run, once all options are set.
     pub fn sweep(&self) -> SweepSpec {
-        prepared(self.spec().clone(), &self.options.inputs)
+        prepared(self.spec().clone(), &self.options)
     }
 
     /// The same study of what a run has written.
@@ -69,8 +70,8 @@ impl SensitivityJob {
         SensitivityJob { source: Source::Memory(Box::new(spec), rows), ..self }
     }
 
-    /// Columns, vectors of three columns such as `tip.position`, `tip.distance`, `tip.pose`. Unless named: tip, its distance from the
-    /// nominal tip, stability margin.
+    /// Columns, vectors of three columns such as `tip.position`, `tip.distance`, `tip.pose`, `shape` or `shape:20` (points
+    /// along the rod, ten unless given). Unless named: tip, its distance from the nominal tip, stability margin.
     pub fn outputs(mut self, names: &[impl AsRef<str>]) -> SensitivityJob {
         self.options.outputs = names.iter().map(|name| name.as_ref().trim().to_owned()).collect();
         self
@@ -125,6 +126,12 @@ impl SensitivityJob {
         self
     }
 
+    /// Standard deviation of a measured tangent (rad): the tip's tangent is measured, too, each time.
+    pub fn tangent_noise(mut self, noise: Option<f64>) -> SensitivityJob {
+        self.options.tangent_noise = noise;
+        self
+    }
+
     /// Least stability margin of a chosen measurement, and the limit of the indicator of low margins; 0.3 unless given.
     pub fn minimum_margin(mut self, margin: f64) -> SensitivityJob {
         self.options.minimum_margin = margin;
@@ -153,14 +160,16 @@ impl SensitivityJob {
         let layout = Layout::new(&spec, self.options.limit);
         let inputs = inputs(&spec)?;
         let columns = Columns::new(&spec, Precision::F64);
-        let columns = &columns.empty().columns;
+        let mut columns = columns.empty().columns.clone();
+        let shapes = Shapes::new(&spec, &self.options.outputs, &columns)?;
+        columns.extend(shapes.as_ref().map(Shapes::columns).unwrap_or_default());
         if self.options.identifies() {
-            unknowns(&spec, columns, &self.options.inputs)?;
+            unknowns(&spec, &columns, &self.options.inputs)?;
         } else {
             chosen(&inputs, &self.options.inputs)?;
         }
         let length = pose_length(&spec.scene, spec.workspace.length);
-        let outputs = Outputs::new(&self.options.outputs, columns, &inputs, self.options.minimum_margin, length)?;
+        let outputs = Outputs::new(&self.options.outputs, &columns, &inputs, self.options.minimum_margin, length)?;
         check_design(&spec, &self.options, &layout, &outputs, &inputs)
     }
 

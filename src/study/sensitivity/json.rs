@@ -127,6 +127,7 @@ fn index(index: &Index) -> Value {
 fn identification(found: &Identification) -> Value {
     json!({
         "parameters": found.parameters, "logarithmic": found.logarithmic, "noise": found.noise,
+        "tangent_noise": found.tangent_noise,
         "candidates": found.candidates, "minimum_margin": found.minimum_margin, "all": information(&found.all),
         "chosen": found.chosen.as_ref().map_or(Value::Null, chosen),
     })

@@ -36,6 +36,7 @@ mod prepare;
 mod quantiles;
 mod result;
 mod rows;
+mod shapes;
 mod spread;
 mod sums;
 mod tables;

@@ -41,6 +41,8 @@ pub(super) struct Options {
     pub choose: Option<usize>,
     /// Standard deviation of a measured coordinate (m).
     pub noise: Option<f64>,
+    /// Standard deviation of a measured tangent (rad), where tangents are measured, too.
+    pub tangent_noise: Option<f64>,
     pub minimum_margin: f64,
     /// Only the first samples.
     pub limit: Option<u64>,
@@ -58,6 +60,7 @@ impl Default for Options {
             propagate: false,
             choose: None,
             noise: None,
+            tangent_noise: None,
             minimum_margin: 0.3,
             limit: None,
         }

@@ -2,6 +2,7 @@
 
 use super::SensitivityError;
 use super::inputs::{Input, slope_name};
+use super::shapes::{SHAPE, is_shape, place};
 use crate::model::{Vector, closest};
 use crate::table::{Column, Table, Values};
 
@@ -14,7 +15,7 @@ pub(super) const MARGIN: &str = "stability.margin";
 const POSITION: &str = "tip.position";
 const ROTATION: &str = "tip.rotation";
 /// Position and rotation together, the rotation times a length.
-const POSE: &str = "tip.pose";
+pub(super) const POSE: &str = "tip.pose";
 const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// One number a row.
@@ -90,6 +91,13 @@ impl Outputs {
             self.column(column, columns, inputs);
             return Ok(());
         }
+        if is_shape(name) {
+            let points = columns.iter().filter(|column| place(&column.name).is_some());
+            let components: Vec<usize> =
+                points.map(|column| self.scalar(Scalar::of(column, columns, inputs))).collect();
+            self.output(SHAPE, "m", components);
+            return Ok(());
+        }
         let parts: Vec<&Column> = AXES.iter().filter_map(|axis| find(&format!("{name}.{axis}"))).collect();
         if parts.len() == 3 {
             let components: Vec<usize> = parts.iter().map(|column| self.column(column, columns, inputs)).collect();
@@ -128,9 +136,7 @@ impl Outputs {
     }
 
     fn column(&mut self, column: &Column, columns: &[Column], inputs: &[Input]) -> usize {
-        let has_slopes = has_slopes(&column.name, columns, inputs);
-        let (name, unit) = (column.name.clone(), column.unit.clone());
-        let at = self.scalar(Scalar { name, unit, kind: Kind::Column, has_slopes });
+        let at = self.scalar(Scalar::of(column, columns, inputs));
         self.output(&column.name, &column.unit, vec![at]);
         at
     }
@@ -187,6 +193,11 @@ impl Outputs {
 }
 
 impl Scalar {
+    fn of(column: &Column, columns: &[Column], inputs: &[Input]) -> Scalar {
+        let (name, unit) = (column.name.clone(), column.unit.clone());
+        Scalar { name, unit, kind: Kind::Column, has_slopes: has_slopes(&column.name, columns, inputs) }
+    }
+
     /// Its values in rows, whether usable or not; `nominal` is the nominal tip (m).
     pub fn values(&self, rows: &Table, is_usable: &[bool], nominal: Option<Vector>) -> Vec<f64> {
         let flag = |is_true: bool| if is_true { 1.0 } else { 0.0 };

@@ -196,6 +196,8 @@ pub struct Identification {
     pub logarithmic: Vec<bool>,
     /// Standard deviation of a measured coordinate (m).
     pub noise: f64,
+    /// Standard deviation of a measured tangent (rad), where tangents are measured.
+    pub tangent_noise: Option<f64>,
     /// Candidates, and the least margin that they were asked to have.
     pub candidates: u64,
     /// Least stability margin of a candidate.

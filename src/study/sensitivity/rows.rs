@@ -2,6 +2,7 @@
 
 use super::inputs::Input;
 use super::outputs::Scalar;
+use super::shapes::Shapes;
 use crate::model::{Status, Vector};
 use crate::results::{Results, ResultsError};
 use crate::spec::SweepSpec;
@@ -12,6 +13,13 @@ use crate::table::{Column, Table};
 pub(super) enum Source {
     Directory(Box<Results>),
     Memory(Box<SweepSpec>, Table),
+}
+
+/// Rows with what follows from them: the rod's shape, where an output asks for it.
+pub(super) struct Rows<'a> {
+    source: &'a Source,
+    shapes: Option<Shapes>,
+    columns: Vec<Column>,
 }
 
 /// Rows of a part.
@@ -77,6 +85,26 @@ impl Source {
             }
         }
         Ok(())
+    }
+}
+
+impl<'a> Rows<'a> {
+    pub fn new(source: &'a Source, shapes: Option<Shapes>) -> Rows<'a> {
+        let mut columns = source.columns().to_vec();
+        columns.extend(shapes.as_ref().map(Shapes::columns).unwrap_or_default());
+        Rows { source, shapes, columns }
+    }
+
+    pub fn columns(&self) -> &[Column] {
+        &self.columns
+    }
+
+    /// As [`Source::each`]; where there are shapes, parts of a part.
+    pub fn each(&self, names: &[String], mut take: impl FnMut(&Table)) -> Result<(), ResultsError> {
+        match &self.shapes {
+            Some(shapes) => self.source.each(&shapes.read(names), |rows| shapes.each(rows, &mut take)),
+            None => self.source.each(names, take),
+        }
     }
 }
 

@@ -140,9 +140,10 @@ fn identification_text(found: &Identification) -> String {
         table.row([name.clone(), number(&found.all.deviations[k]), chosen]);
     }
     let mut text = format!(
-        "\nmeasured tips with a noise of {} mm, {} candidates with a margin of at least {}; deviations are relative, of \
+        "\nmeasured tips with a noise of {} mm{}, {} candidates with a margin of at least {}; deviations are relative, of \
          curvatures times the rod's length\n{table}",
         1e3 * found.noise,
+        found.tangent_noise.map(|noise| format!(" and tangents of {:.3} deg", noise.to_degrees())).unwrap_or_default(),
         count(found.candidates),
         found.minimum_margin
     );

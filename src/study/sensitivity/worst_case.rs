@@ -6,12 +6,12 @@ use super::outputs::Output;
 use super::pass::{Pass, ScalarSums};
 use super::pick_freeze::PickFreeze;
 use super::result::WorstCase;
-use super::rows::{Reading, Source};
+use super::rows::{Reading, Rows};
 use crate::results::ResultsError;
 
 /// Reads the rows twice more.
 pub(super) fn worst_cases(
-    source: &Source,
+    rows: &Rows,
     columns: &[String],
     reading: &Reading,
     evidence: &Evidence,
@@ -22,7 +22,7 @@ pub(super) fn worst_cases(
     for end in ends {
         let fill = evidence.sums.iter().map(end).collect();
         let mut pass = Pass::filled(evidence.layout, reading.inputs, reading.scalars, fill);
-        source.each(columns, |rows| pass.add(&reading.read(rows)))?;
+        rows.each(columns, |part| pass.add(&reading.read(part)))?;
         pass.finish();
         passes.push(pass.sums);
     }

@@ -1,9 +1,10 @@
 //! Points along one solved rod, and how they move with the parameters.
 
 use super::{Rows, SolveError, Solved};
-use crate::model::{Matrix, Slot, Vector};
+use crate::model::{Matrix, Vector};
 use crate::reference::{Pose, PoseDerivative, shape_with_derivatives};
 use crate::report::TextTable;
+use crate::study::rod_points::{by_parameter, slots};
 use serde_json::{Value, json};
 use std::fmt;
 
@@ -59,14 +60,11 @@ impl Shape {
         if !solved.is_equilibrium() {
             return Err(SolveError::NoEquilibrium { status: solved.status() });
         }
-        let derivatives = &solved.plan().derivatives;
-        let mut slots: Vec<Slot> = derivatives.iter().flat_map(|d| d.terms.iter().map(|(slot, _)| *slot)).collect();
-        slots.sort_by_key(|slot| format!("{slot:?}"));
-        slots.dedup();
+        let slots = slots(solved.plan());
         let poses = shape_with_derivatives(&solved.rod(), solved.base_moment(), arc_lengths, &slots);
         let mut points = poses.ok_or(SolveError::NotIntegrable)?;
         for point in &mut points {
-            point.derivatives = by_parameter(solved, &slots, &point.derivatives);
+            point.derivatives = by_parameter(solved.plan(), solved.batch(), 0, &slots, &point.derivatives);
         }
         Ok(Shape { names: solved.jacobian().names(), points })
     }
@@ -136,25 +134,6 @@ impl Shape {
         let of_point = |point: &Pose| [0, 1, 2].map(|row| point.derivatives.iter().map(|d| of(d)[row]).collect());
         self.points.iter().map(of_point).collect()
     }
-}
-
-/// The chain rule: from derivatives by slots to those by the plan's parameters.
-fn by_parameter(solved: &Solved, slots: &[Slot], of_slots: &[PoseDerivative]) -> Vec<PoseDerivative> {
-    let (plan, batch) = (solved.plan(), solved.batch());
-    let total = |terms: &[(Slot, usize)]| {
-        let mut sum = PoseDerivative::default();
-        for (slot, entry) in terms {
-            let rate = plan.entry(batch, 0, *entry);
-            let of_slot = slots.iter().position(|other| other == slot).map(|at| of_slots[at]).unwrap_or_default();
-            for axis in 0..3 {
-                sum.dp[axis] += rate * of_slot.dp[axis];
-                sum.w[axis] += rate * of_slot.w[axis];
-                sum.du[axis] += rate * of_slot.du[axis];
-            }
-        }
-        sum
-    };
-    plan.derivatives.iter().map(|derivative| total(&derivative.terms)).collect()
 }
 
 impl fmt::Display for Shape {

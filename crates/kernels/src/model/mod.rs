@@ -39,7 +39,7 @@ pub use recipe::{RecipeMethod, SampleRecipe};
 pub use record::{BASE_RECORD, FLEXIBLE_RECORD, RIGID_RECORD, record_offsets};
 pub use rest_shape::REST_POSE;
 pub use rod::{FlexibleRod, RigidRod, Rod, RodSegment, Slot};
-pub use rotation::{rotation_angle, rotation_vector};
+pub use rotation::{rotation_angle, rotation_matrix, rotation_vector};
 pub use scene::{
     Base, Density, Flexible, Loads, Rigid, STANDARD_GRAVITY, Scene, Segment, SegmentKind, ShearElasticity, Stiffness,
 };

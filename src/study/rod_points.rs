@@ -1,0 +1,94 @@
+//! Points along the rods of many rows, integrated by the reference from the base moments that the rows hold.
+
+use crate::model::{Batch, Parameter, Plan, PlanError, PlanOptions, Rod, Scene, Slot, Vector};
+use crate::reference::{Pose, PoseDerivative, shape_with_derivatives};
+
+/// Points at equal shares of a rod's length; the last is the tip, the base is left out.
+pub(crate) struct RodPoints {
+    plan: Plan,
+    slots: Vec<Slot>,
+    count: usize,
+}
+
+impl RodPoints {
+    /// So many points of rods with these values varied, with slopes by `wrt`.
+    pub fn new(
+        scene: &Scene,
+        axes: &[Vec<Parameter>],
+        wrt: &[Parameter],
+        count: usize,
+    ) -> Result<RodPoints, PlanError> {
+        let plan = Plan::new(scene, axes, wrt, PlanOptions::default())?;
+        Ok(RodPoints { slots: slots(&plan), plan, count })
+    }
+
+    /// What [`RodPoints::of`] reads rods from: the values of each axis by row.
+    pub fn batch(&self, rows: usize, values: impl Fn(usize, &mut [f64]) + Sync) -> Batch {
+        self.plan.batch(rows, values)
+    }
+
+    /// The points of a row with its base moment (N·m, world frame); each has one derivative for each parameter. They are
+    /// those of the point at this share of the length, whatever the material there. `None` where there is no such rod.
+    pub fn of(&self, batch: &Batch, row: usize, m0: Vector) -> Option<Vec<Pose>> {
+        if batch.bad[row] || !m0.iter().all(|x| x.is_finite()) {
+            return None;
+        }
+        let rod = self.plan.sample_rod(batch, row);
+        let length = rod.total_length();
+        let shares: Vec<f64> = (1..=self.count).map(|k| k as f64 / self.count as f64).collect();
+        let at: Vec<f64> = shares.iter().map(|share| share * length).collect();
+        let mut points = shape_with_derivatives(&rod, m0, &at, &self.slots)?;
+        for (point, share) in points.iter_mut().zip(shares) {
+            for (slot, derivative) in self.slots.iter().zip(&mut point.derivatives) {
+                slide(&rod, *slot, share, point.arc_length, point.tangent, derivative);
+            }
+            point.derivatives = by_parameter(&self.plan, batch, row, &self.slots, &point.derivatives);
+        }
+        Some(points)
+    }
+}
+
+/// From the position of a point of the material to that of the point at a share of the length, where the length changes.
+fn slide(rod: &Rod, slot: Slot, share: f64, arc_length: f64, tangent: Vector, derivative: &mut PoseDerivative) {
+    let carried = match slot {
+        Slot::Insertion => 1.0,
+        Slot::Length(segment) => {
+            let end: f64 = rod.segments[..=segment].iter().map(|segment| segment.length()).sum();
+            if arc_length > end { 1.0 } else { 0.0 }
+        }
+        _ => return,
+    };
+    derivative.dp.iter_mut().zip(tangent).for_each(|(dp, tangent)| *dp += (share - carried) * tangent);
+}
+
+/// Slots that the derivatives of a plan use, each once.
+pub(super) fn slots(plan: &Plan) -> Vec<Slot> {
+    let mut slots: Vec<Slot> = plan.derivatives.iter().flat_map(|d| d.terms.iter().map(|(slot, _)| *slot)).collect();
+    slots.sort_by_key(|slot| format!("{slot:?}"));
+    slots.dedup();
+    slots
+}
+
+/// The chain rule: from derivatives by slots to those by the plan's parameters.
+pub(super) fn by_parameter(
+    plan: &Plan,
+    batch: &Batch,
+    row: usize,
+    slots: &[Slot],
+    of_slots: &[PoseDerivative],
+) -> Vec<PoseDerivative> {
+    let total = |terms: &[(Slot, usize)]| {
+        let mut sum = PoseDerivative::default();
+        for (slot, entry) in terms {
+            let rate = plan.entry(batch, row, *entry);
+            let of_slot = slots.iter().position(|other| other == slot).map(|at| of_slots[at]).unwrap_or_default();
+            for axis in 0..3 {
+                sum.dp[axis] += rate * of_slot.dp[axis];
+                sum.w[axis] += rate * of_slot.w[axis];
+                sum.du[axis] += rate * of_slot.du[axis];
+            }
+        }
+        sum
+    };
+    plan.derivatives.iter().map(|derivative| total(&derivative.terms)).collect()
+}
