@@ -63,6 +63,12 @@ fn shoot(resolution: u32, rod: Rod, lambda: f32, m0: vec3<f32>, taken: u32, reco
             //@if COLLECTS
             collects = complete && has(index, HAS_INTEGRALS);
             //@end
+            //@if !ROTATES
+            if record && !rotates {
+                let end = n - segment.length * lambda * segment.w;
+                add_doubt(rod, segment, h * f32(stride), max(length(n), length(end)));
+            }
+            //@end
             for (var i = 0u; i < steps; i++) {
                 let step = Step(h, f32(i) * share, share, n);
                 for (var r = 0u; r < TABLEAU_COUNT; r++) { //@unroll
@@ -100,6 +106,8 @@ fn shoot(resolution: u32, rod: Rod, lambda: f32, m0: vec3<f32>, taken: u32, reco
                     cross_rigid_columns(rod, segment, lambda, n_before, before, k);
                 }
             } //@end
+            // A coil may make A negative, and the step beyond it positive again.
+            if record && !rotates { add_station(rotates, shortest, s, tip_of(state, n)); }
         //@end
         }
         //@if TRACES

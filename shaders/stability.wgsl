@@ -2,6 +2,7 @@
 // src/lanes/stability.rs
 
 const INDEX_NOISE: f32 = 0.0; //@spec
+const UNBUCKLED: f32 = 0.0; //@spec
 const EPSILON: f32 = 0.0; //@spec
 const SMALLEST: f32 = 1.17549435e-38;
 
@@ -34,6 +35,18 @@ fn add_station(rotates: bool, shortest: f32, s: f32, end: Tip) {
     let q = transpose(station.by_moment) * (inverse(b) * by_moment);
     station = Station(by_moment, by_rotation, s, station.index + negative_count(q));
 }
+
+//@if !ROTATES
+// Counts one more where an interval of length `h` under a force up to `n` may buckle with one end free: what S4 rests on.
+fn add_doubt(rod: Rod, segment: Flexible, h: f32, n: f32) {
+    var softening = n;
+    //@if MAGNET
+    if segment.has_magnet { softening = softening + length(segment.mu) * length(rod.B); }
+    //@end
+    let least = min(min(segment.stiffness.x, segment.stiffness.y), segment.stiffness.z);
+    station.index = station.index + count(least * UNBUCKLED < softening * h * h);
+}
+//@end
 
 // Number of negative eigenvalues of the second variation, from the columns and the station of the last pass.
 fn stability_index(tip: Tip) -> f32 {

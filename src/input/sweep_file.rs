@@ -71,7 +71,7 @@ pub fn sweep_of(source: &Source, file: &Path, built_in: &BuiltIn) -> Result<Swee
     check_overlaps(&root, &scene, &axes, &uncertain, method)?;
     let rows = table.as_ref().map(|table| table.row_count() as u64);
     let (sample_count, skeleton) = samples(&root, &sampling, method, &axes, rows, format, &mut notes)?;
-    let (tolerance, branch, steps) = solver(&root)?;
+    let Solver { tolerance, branch, steps, anchors } = solver(&root)?;
     let spec = SweepSpec {
         file: file.into(),
         scene,
@@ -85,6 +85,7 @@ pub fn sweep_of(source: &Source, file: &Path, built_in: &BuiltIn) -> Result<Swee
         tolerance,
         branch,
         steps,
+        anchors,
         quantities,
         wrt,
         format,
@@ -124,23 +125,34 @@ fn sweep_scene(root: &Reader, file: &Path, built_in: &BuiltIn) -> Result<Scene, 
     }
 }
 
-fn solver(root: &Reader) -> Result<(f64, BranchChoice, Option<usize>), InputError> {
+/// `[solver]`
+struct Solver {
+    tolerance: f64,
+    branch: BranchChoice,
+    steps: Option<usize>,
+    anchors: bool,
+}
+
+fn solver(root: &Reader) -> Result<Solver, InputError> {
     let usual = PlanOptions::default().tolerance;
-    let Some(solver) = root.table("solver")? else { return Ok((usual, BranchChoice::FromRest, None)) };
-    solver.check_keys(&["tolerance", "branch", "steps"])?;
+    let Some(solver) = root.table("solver")? else {
+        return Ok(Solver { tolerance: usual, branch: BranchChoice::FromRest, steps: None, anchors: true });
+    };
+    solver.check_keys(&["tolerance", "branch", "steps", "anchors"])?;
     let tolerance = solver.quantity("tolerance", "")?.unwrap_or(usual);
     if !(tolerance > 0.0 && tolerance < 1.0) {
         let expected = "a number between 0 and 1, such as 1e-6".into();
         return Err(solver.error("tolerance", Problem::Range { value: tolerance.to_string(), expected }));
     }
     let branch = choice(&solver, "branch", &BranchChoice::ALL, BranchChoice::name)?.unwrap_or_default();
+    let anchors = choice(&solver, "anchors", &[true, false], |on| if on { "auto" } else { "off" })?.unwrap_or(true);
     let steps = solver.count("steps", 1)?;
     match steps {
         Some(steps) if steps > 4096 => {
             let expected = "at most 4096, or leave it out to have it chosen".into();
             Err(solver.error("steps", Problem::Range { value: steps.to_string(), expected }))
         }
-        steps => Ok((tolerance, branch, steps.map(|steps| steps as usize))),
+        steps => Ok(Solver { tolerance, branch, steps: steps.map(|steps| steps as usize), anchors }),
     }
 }
 

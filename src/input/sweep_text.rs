@@ -34,6 +34,9 @@ impl SweepSpec {
             text += &format!("\n[[uncertain]]\nparameters = [{}]\n{}", list(&number.parameters), law(number));
         }
         text += &format!("\n[solver]\ntolerance = {:?}\nbranch = \"{}\"\n", self.tolerance, self.branch.name());
+        if !self.anchors {
+            text += "anchors = \"off\"\n";
+        }
         if let Some(steps) = self.steps {
             text += &format!("steps = {steps}\n");
         }

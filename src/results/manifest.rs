@@ -2,7 +2,7 @@
 
 use super::directory::MANIFEST_FILE;
 use super::error::ResultsError;
-use super::outcome::{BranchCounts, PilotChoice, SampleOrigin, SpotCheck, Timings, number_or_null};
+use super::outcome::{AnchorAccount, BranchCounts, PilotChoice, SampleOrigin, SpotCheck, Timings, number_or_null};
 use super::parts;
 use crate::model::Status;
 use crate::spec::{Shard, SolutionMethod};
@@ -91,6 +91,9 @@ pub struct RunAccount {
     pub steps: usize,
     /// How both were chosen, unless the sweep file or a run before fixed them.
     pub pilot: Option<PilotChoice>,
+    /// Equilibria that samples started from, where they did.
+    #[serde(default)]
+    pub anchors: Option<AnchorAccount>,
     /// Samples that were solved again.
     pub second_attempts: SecondAttempts,
     /// Rows whose error estimate stays above the tolerance.

@@ -77,6 +77,32 @@ pub struct SpotCheck {
     pub worst_derivative: Option<String>,
 }
 
+/// Anchors of a run: equilibria on a grid over the axes, from which samples start.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct AnchorAccount {
+    /// Points of each axis.
+    pub points: Vec<usize>,
+    /// Share of the cells between them from which samples may start; in the others they start from rest.
+    pub usable_share: f64,
+}
+
+impl AnchorAccount {
+    /// Those of a plan.
+    pub fn of(plan: &Plan) -> Option<AnchorAccount> {
+        let grid = &plan.anchors.as_ref()?.grid;
+        let points = grid.axes().iter().map(|axis| axis.points).collect();
+        Some(AnchorAccount { points, usable_share: grid.usable_share() })
+    }
+
+    /// One line.
+    pub fn explain(&self) -> String {
+        let points: Vec<String> = self.points.iter().map(usize::to_string).collect();
+        let share = 100.0 * self.usable_share;
+        format!("{}; samples of {share:.1} % of the cells start from them, others from rest", points.join(" x "))
+    }
+}
+
 /// The method of integration and the resolution that a pilot found.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]

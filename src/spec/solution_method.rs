@@ -23,6 +23,9 @@ pub struct SolutionMethod {
     pub steps: usize,
     /// Target error of tip position over rod length and of tip rotation (rad).
     pub tolerance: f64,
+    /// Whether samples start from anchors where they may; what earlier versions began starts from rest.
+    #[serde(default)]
+    pub anchors: bool,
 }
 
 impl SolutionMethod {
@@ -40,6 +43,7 @@ impl SolutionMethod {
                 ("stepper", method.stepper.name().to_owned()),
                 ("number of steps", method.steps.to_string()),
                 ("tolerance", format!("{:e}", method.tolerance)),
+                ("use of anchors", if method.anchors { "auto" } else { "off" }.to_owned()),
             ]
         };
         let pairs = fields(self).into_iter().zip(fields(other));
@@ -49,8 +53,9 @@ impl SolutionMethod {
 
 impl fmt::Display for SolutionMethod {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let SolutionMethod { engine, precision, stepper, steps, tolerance } = self;
-        write!(f, "{engine} {precision}, {steps} steps of {}, tolerance {tolerance:.0e}", stepper.name())
+        let SolutionMethod { engine, precision, stepper, steps, tolerance, anchors } = self;
+        let anchors = if *anchors { ", from anchors" } else { "" };
+        write!(f, "{engine} {precision}, {steps} steps of {}, tolerance {tolerance:.0e}{anchors}", stepper.name())
     }
 }
 

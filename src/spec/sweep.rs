@@ -134,6 +134,8 @@ pub struct SweepSpec {
     pub branch: BranchChoice,
     /// Steps over the rod, where the file fixes them.
     pub steps: Option<usize>,
+    /// Whether samples may start from anchors, equilibria on a grid over the axes, where these pay.
+    pub anchors: bool,
     /// Column groups of the rows, in order.
     pub quantities: Vec<OutputQuantity>,
     /// What the tip is differentiated by.

@@ -1,5 +1,6 @@
 //! A sweep from specification to rows: engine, method, second attempts, witness and searches put together.
 
+use super::anchors::{anchor_axes, solve_anchors};
 use super::branches::BranchTools;
 use super::check::SpotCheckOptions;
 use super::error::SweepError;
@@ -8,7 +9,7 @@ use super::options::{Progress, RunOptions};
 use super::pilot::choose_method;
 use super::sink::RowSink;
 use super::summary::Summary;
-use crate::backend::{Backend, BackendError, BackendFactory};
+use crate::backend::{Backend, BackendError, BackendFactory, BackendKind};
 use crate::engines::{Engine, EngineRequest, cpu_f64, second_attempt, witness};
 use crate::model::{Plan, PlanOptions};
 use crate::reference::energy;
@@ -146,7 +147,10 @@ impl<'a> SweepJob<'a> {
         let engine = Engine::new(engine, precision, "as the run was begun");
         self.spec.tolerance = method.tolerance;
         let options = PlanOptions { stepper: method.stepper, steps: method.steps, ..PlanOptions::default() };
-        let plan = self.spec.plan(options)?;
+        let mut plan = self.spec.plan(options)?;
+        if method.anchors {
+            plan = with_anchors(&self.spec, plan)?;
+        }
         Ok(PreparedSweep { job: self, engine, plan, pilot: None, method, asked_tolerance, is_settled: true })
     }
 
@@ -162,9 +166,21 @@ impl<'a> SweepJob<'a> {
         };
         let plan = pilot.as_ref().map_or(plan.clone(), |pilot| plan.with_options(pilot.options(&plan)));
         let PlanOptions { stepper, steps, tolerance, .. } = plan.options;
-        let method = SolutionMethod { engine: engine.kind(), precision: engine.precision(), stepper, steps, tolerance };
+        let uses_anchors = self.spec.anchors && engine.kind() == BackendKind::Cpu;
+        let plan = if uses_anchors { with_anchors(&self.spec, plan)? } else { plan };
+        let (kind, precision, anchors) = (engine.kind(), engine.precision(), plan.anchors.is_some());
+        let method = SolutionMethod { engine: kind, precision, stepper, steps, tolerance, anchors };
         Ok(PreparedSweep { job: self, engine, plan, pilot, method, asked_tolerance, is_settled: false })
     }
+}
+
+/// The plan with anchors, where they pay.
+fn with_anchors(spec: &SweepSpec, plan: Plan) -> Result<Plan, SweepError> {
+    let Some(axes) = anchor_axes(spec, &plan) else { return Ok(plan) };
+    Ok(match solve_anchors(&plan, axes)? {
+        Some(grid) => plan.with_anchors(grid),
+        None => plan,
+    })
 }
 
 /// A sweep of which everything is settled but its rows.

@@ -3,6 +3,7 @@
 //! [`SweepJob`] puts all of it together. Only it knows the engines; all else knows the
 //! [`Backend`](crate::backend::Backend) trait.
 
+mod anchors;
 mod branches;
 mod check;
 mod error;

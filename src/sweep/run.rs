@@ -135,7 +135,8 @@ pub fn run(
 /// What a backend does by itself.
 pub(crate) fn method_of(info: &BackendInfo, plan: &Plan) -> SolutionMethod {
     let PlanOptions { stepper, steps, tolerance, .. } = plan.options;
-    SolutionMethod { engine: info.kind, precision: info.precision, stepper, steps, tolerance }
+    let anchors = plan.anchors.is_some();
+    SolutionMethod { engine: info.kind, precision: info.precision, stepper, steps, tolerance, anchors }
 }
 
 /// Samples of a batch: what keeps the backend busy, in bounded memory.

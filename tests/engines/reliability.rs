@@ -160,3 +160,25 @@ fn estimates_bound_errors() {
         assert!(whole.median_pessimism() <= pessimism, "{precision}");
     }
 }
+
+/// A strong coil against the field on an almost straight rod: unstable in two directions, so that det(dr/dm0) is positive.
+/// Few steps beyond the coil make A positive again.
+#[test]
+fn few_steps_see_that_a_coil_against_the_field_is_unstable() {
+    let mut scene = read_scene(&root().join("sweeps/scenes/p6.toml")).expect("a scene");
+    let currents = [-0.005388506921008229, -0.5873163673561066, 0.07219260348938406];
+    let names = ["coil.current.x", "coil.current.y", "coil.current.z"];
+    for (name, value) in names.into_iter().zip(currents) {
+        Parameter::parse(&scene, name).expect("a parameter")[0].set(&mut scene, value).expect("a current");
+    }
+    for stepper in Stepper::ALL {
+        for steps in [2, 3, 4, 6] {
+            let options = PlanOptions { stepper, steps, base_moment_rows: false, ..PlanOptions::default() };
+            let plan = Plan::single(&scene, &[], options).expect("a valid plan");
+            let batch = plan.batch(1, |_, _| {});
+            let found = Lanes::new(&plan, Precision::F64).expect("an engine").solve(&batch).expect("solved");
+            let margin = found.get(0, Quantity::StabilityMargin);
+            assert!(found.status(0).is_success() && margin < 0.5, "{stepper:?}, {steps} steps: margin {margin}");
+        }
+    }
+}

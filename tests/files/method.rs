@@ -73,6 +73,7 @@ fn who_resumes_does_as_the_run_was_begun() {
         stepper: Stepper::Tp7,
         steps: 11,
         tolerance: spec().tolerance,
+        anchors: false,
     };
     let out = dir.path().join("run");
     job().method(Some(settled)).run(&mut ResultDirectory::new(&out)).expect("a run");
@@ -136,6 +137,7 @@ fn a_shard_by_the_method_of_another_merges_to_the_whole() {
         stepper: Stepper::Tp6,
         steps: 9,
         tolerance: 2e-5,
+        anchors: false,
     };
     let whole = dir.path().join("whole");
     job().engine(EngineRequest::any()).method(Some(settled)).run(&mut ResultDirectory::new(&whole)).expect("a run");

@@ -7,7 +7,7 @@ use rodsweep::figures::RunFigures;
 use rodsweep::input::scene_notes;
 use rodsweep::model::{Plan, PlanOptions, Quantity, Status};
 use rodsweep::report::{count, engineering};
-use rodsweep::results::{BranchCounts, ErrorDistribution, Results, SampleOrigin};
+use rodsweep::results::{AnchorAccount, BranchCounts, ErrorDistribution, Results, SampleOrigin};
 use rodsweep::spec::{AxisSpec, BranchChoice, Distribution, Format, Method, Shard, SweepSpec};
 use rodsweep::study::workspace::with_measured_dimension;
 use rodsweep::sweep::{PreparedSweep, Progress, ResultDirectory, Summary, SweepJob};
@@ -171,6 +171,9 @@ fn tell_method(sweep: &PreparedSweep, tell: &dyn Fn(&str)) {
             format!("integration: {}, {steps} steps, {who}", stepper.name())
         }
     });
+    if let Some(anchors) = AnchorAccount::of(sweep.plan()) {
+        tell(&format!("anchors: {}", anchors.explain()));
+    }
 }
 
 /// The first sample that only the run solved, with its values.

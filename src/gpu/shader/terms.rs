@@ -149,6 +149,7 @@ fn add_path(s: &mut Specialisation, plan: &Plan) {
         ("NARROW_MARGIN", path::NARROW_MARGIN),
         ("FOLD_MARGIN", path::FOLD_MARGIN),
         ("INDEX_NOISE", path::INDEX_NOISE),
+        ("UNBUCKLED", path::UNBUCKLED),
         ("NO_EQUILIBRIUM", NO_EQUILIBRIUM),
         ("SEARCH_LIMIT", path::SEARCH_LIMIT),
         ("SEARCH_STEP", path::SEARCH_STEP),

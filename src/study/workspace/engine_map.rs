@@ -86,7 +86,7 @@ impl EngineMap {
     pub fn method(&self) -> SolutionMethod {
         let PlanOptions { stepper, steps, tolerance, .. } = self.plan.options;
         let info = self.rest.info();
-        SolutionMethod { engine: info.kind, precision: info.precision, stepper, steps, tolerance }
+        SolutionMethod { engine: info.kind, precision: info.precision, stepper, steps, tolerance, anchors: false }
     }
 
     /// Equilibria computed so far, those of second attempts included.

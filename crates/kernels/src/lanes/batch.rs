@@ -1,6 +1,6 @@
-//! A batch: its blocks side by side on all threads, then, packed together, those of its samples that need care.
+//! A batch: its blocks side by side on all threads, then, packed together, those of its samples that another way is for.
 
-use super::block::{Job, WIDEST};
+use super::block::{Job, WIDEST, Way};
 use super::{BlockScalar, Lanes};
 use crate::model::record::BASE_POSITION_AT;
 use crate::model::{BLOCK, Batch, Entry, Quantity, Solutions};
@@ -24,31 +24,44 @@ impl Lanes {
         let count = batch.sample_count();
         let block_len = solutions.values.block_len();
         let scales = self.output_scales();
+        let from_anchors = self.program.anchors.is_some();
+        let way = if from_anchors { Way::Anchors } else { Way::Rest };
         let first = |scratch: &mut Scratch<S>, (block, out): (usize, &mut [f64])| {
             let samples: Vec<usize> = (block * BLOCK..count.min((block + 1) * BLOCK)).collect();
-            self.solve_samples(batch, &samples, false, &scales, scratch, out)
-        };
-        let again = |scratch: &mut Scratch<S>, samples: &[usize]| {
-            let mut out = vec![0.0; block_len];
-            self.solve_samples(batch, samples, true, &scales, scratch, &mut out);
-            out
+            self.solve_samples(batch, &samples, way, &scales, scratch, out)
         };
         let blocks = solutions.values.data_mut();
-        let (left, careful): (Vec<usize>, Vec<Vec<f64>>);
-        let mut size = BLOCK;
-        if count <= BLOCK {
-            left = blocks.chunks_mut(block_len).enumerate().flat_map(|block| first(own, block)).collect();
-            careful = left.chunks(size).map(|samples| again(own, samples)).collect();
-        } else {
-            let blocks = blocks.par_chunks_mut(block_len).enumerate();
-            left = blocks.map_init(Scratch::default, first).flatten_iter().collect();
-            size = left.len().div_ceil(rayon::current_num_threads()).next_multiple_of(WIDEST).clamp(WIDEST, BLOCK);
-            careful = left.par_chunks(size).map_init(Scratch::default, again).collect();
-        }
-        for (samples, rows) in left.chunks(size).zip(&careful) {
-            for (column, values) in rows.chunks(BLOCK).enumerate() {
-                samples.iter().zip(values).for_each(|(sample, value)| solutions.values.set(*sample, column, *value));
+        let mut left: Vec<usize> = match count <= BLOCK {
+            true => blocks.chunks_mut(block_len).enumerate().flat_map(|block| first(own, block)).collect(),
+            false => {
+                let blocks = blocks.par_chunks_mut(block_len).enumerate();
+                blocks.map_init(Scratch::default, first).flatten_iter().collect()
             }
+        };
+        for way in if from_anchors { &[Way::Rest, Way::Care][..] } else { &[Way::Care] } {
+            let again = |scratch: &mut Scratch<S>, samples: &[usize]| {
+                let mut out = vec![0.0; block_len];
+                let left = self.solve_samples(batch, samples, *way, &scales, scratch, &mut out);
+                (out, left)
+            };
+            let mut size = BLOCK;
+            let solved: Vec<(Vec<f64>, Vec<usize>)> = match count <= BLOCK {
+                true => left.chunks(size).map(|samples| again(own, samples)).collect(),
+                false => {
+                    let threads = rayon::current_num_threads();
+                    size = left.len().div_ceil(threads).next_multiple_of(WIDEST).clamp(WIDEST, BLOCK);
+                    left.par_chunks(size).map_init(Scratch::default, again).collect()
+                }
+            };
+            for (samples, (rows, _)) in left.chunks(size).zip(&solved) {
+                for (column, values) in rows.chunks(BLOCK).enumerate() {
+                    samples
+                        .iter()
+                        .zip(values)
+                        .for_each(|(sample, value)| solutions.values.set(*sample, column, *value));
+                }
+            }
+            left = solved.into_iter().flat_map(|(_, left)| left).collect();
         }
     }
 
@@ -63,13 +76,13 @@ impl Lanes {
         scales
     }
 
-    /// Solves at most a block of samples, with care or not; their rows go to `out`, column by column. Returns those
-    /// that need care.
+    /// Solves at most a block of samples in one way; their rows go to `out`, column by column. Returns those that are left
+    /// to the next.
     fn solve_samples<S: BlockScalar>(
         &self,
         batch: &Batch,
         samples: &[usize],
-        careful: bool,
+        way: Way,
         scales: &[f64],
         scratch: &mut Scratch<S>,
         out: &mut [f64],
@@ -91,7 +104,7 @@ impl Lanes {
             }
         }
         let mut left = Vec::new();
-        let job = Job { program: &self.program, inputs, bad, careful, order, left: &mut left, values, memory };
+        let job = Job { program: &self.program, inputs, bad, way, order, left: &mut left, values, memory };
         S::run(self.arch, job);
         // A place in a block is a byte, which needs no check.
         let places: Vec<u8> = order.iter().map(|place| *place as u8).collect();

@@ -8,12 +8,23 @@ use super::lane::{Lane, Scalar};
 use super::path::{Path, rest_slope};
 use super::problem::Problem;
 use super::program::{Inputs, Outputs, Program};
-use crate::model::{BLOCK, Quantity, Status};
+use crate::model::{Anchors, BLOCK, MOST_ANCHOR_AXES, Prediction, Quantity, Status};
 use pulp::{Simd, WithSimd};
 use std::any::Any;
 
 /// Lanes of the widest register.
 pub const WIDEST: usize = 16;
+
+/// How samples are led to their loads; each is for those that the one before has left.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Way {
+    /// From anchors, where the plan has any.
+    Anchors,
+    /// From rest.
+    Rest,
+    /// The same with care.
+    Care,
+}
 
 /// One block of samples for the kernel, numbers column by column in the plan's units.
 pub struct Job<'a, S: Scalar> {
@@ -21,8 +32,8 @@ pub struct Job<'a, S: Scalar> {
     pub inputs: &'a [S],
     /// Of each sample.
     pub bad: &'a [bool],
-    /// Whether to take the guarded ramp at once.
-    pub careful: bool,
+    /// How samples are led to their loads.
+    pub way: Way,
     /// The samples in the order in which they are solved.
     pub order: &'a mut Vec<usize>,
     /// Those that need care, without an answer.
@@ -48,7 +59,7 @@ impl<L: Kernels> WithSimd for AsKernel<'_, L> {
 /// Solves a block.
 #[inline(always)]
 fn solve_job<L: Kernels>(token: L::Token, job: Job<'_, L::Scalar>) {
-    let Job { program, inputs, bad, careful, order, left, values, memory } = job;
+    let Job { program, inputs, bad, way, order, left, values, memory } = job;
     let kept = memory.take().and_then(|memory| memory.downcast::<Memory<L>>().ok());
     let mut kept = kept.unwrap_or_else(|| Box::new(Memory::new(token, program, inputs.len())));
     order.clear();
@@ -57,8 +68,17 @@ fn solve_job<L: Kernels>(token: L::Token, job: Job<'_, L::Scalar>) {
     let mut block = Block::<L> { program, token, inputs, memory: &mut kept };
     let (mut path, mut ready) = (Path::Search, solved);
     if program.start.is_none() {
-        block.sort_by_bend(bad.len(), order);
-        (path, ready) = if careful { (Path::GuardedRamp, solved) } else { (Path::Ramp, block.follow(order)) };
+        (path, ready) = match (way, &program.anchors) {
+            (Way::Anchors, Some((grid, column))) => (Path::Anchored, block.predict(grid, *column, order)),
+            (Way::Care, _) => {
+                block.sort_by_bend(bad.len(), order);
+                (Path::GuardedRamp, solved)
+            }
+            _ => {
+                block.sort_by_bend(bad.len(), order);
+                (Path::Ramp, block.follow(order))
+            }
+        };
     }
     for offset in (0..ready).step_by(L::COUNT) {
         let samples = &order[offset..ready.min(offset + L::COUNT)];
@@ -145,6 +165,36 @@ impl<L: Kernels> Block<'_, L> {
         order.sort_by(|a, b| bends[*a].total_cmp(&bends[*b]));
     }
 
+    /// Predicts the ends of samples that may start from anchors, puts them first, the surest foremost, and returns their
+    /// number.
+    #[inline(always)]
+    fn predict(&mut self, grid: &Anchors, column: usize, order: &mut Vec<usize>) -> usize {
+        let ends = &mut self.memory.ends;
+        let mut placed = Vec::with_capacity(order.len());
+        for sample in order.iter() {
+            let mut at = [0.0f32; MOST_ANCHOR_AXES];
+            for (axis, at) in at.iter_mut().enumerate().take(grid.axes().len()) {
+                *at = self.inputs[(column + axis) * BLOCK + sample].to_f64() as f32;
+            }
+            let (cell, mismatch) = grid.cell(&at);
+            placed.push((mismatch, *sample));
+            if mismatch < f32::INFINITY {
+                let Prediction { m0, inverse } = grid.predict(cell, &at);
+                let mut put =
+                    |column: usize, value: f32| ends[column * BLOCK + sample] = Scalar::from_f64(value.into());
+                [1.0, 0.0, 0.0, 1.0].into_iter().enumerate().for_each(|(column, value)| put(column, value));
+                m0.into_iter().enumerate().for_each(|(k, value)| put(4 + k, value));
+                for (k, vector) in inverse.into_iter().enumerate() {
+                    vector.into_iter().enumerate().for_each(|(axis, value)| put(7 + 3 * k + axis, value));
+                }
+            }
+        }
+        placed.sort_by(|a, b| a.0.total_cmp(&b.0));
+        order.clear();
+        order.extend(placed.iter().map(|(_, sample)| *sample));
+        placed.iter().filter(|(mismatch, _)| *mismatch < f32::INFINITY).count()
+    }
+
     /// Follows the paths of all samples in `order`; puts those that arrive first and returns their number.
     #[inline(always)]
     fn follow(&mut self, order: &mut Vec<usize>) -> usize {
@@ -181,7 +231,7 @@ impl<L: Kernels> Block<'_, L> {
         let Memory { answers: tools, rest_slopes, ends, .. } = &mut *self.memory;
         pack(self.inputs, samples, L::COUNT, &mut tools.inputs);
         match path {
-            Path::Ramp => pack(ends, samples, L::COUNT, &mut tools.start),
+            Path::Anchored | Path::Ramp => pack(ends, samples, L::COUNT, &mut tools.start),
             Path::GuardedRamp => pack(rest_slopes, samples, L::COUNT, &mut tools.start),
             Path::Search => {}
         }

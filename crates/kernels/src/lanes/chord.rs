@@ -5,24 +5,32 @@
 use super::algebra::{Mat3, Vec3, cross, dot, length, transpose};
 use super::column::Columns;
 use super::lane::{Lane, Scalar};
-use super::path::PathEnd;
+use super::path::{Path, PathEnd};
 use super::problem::{Problem, Workspace};
 use super::rod::Rod;
 use super::shoot::{Record, Tip, shoot};
 use super::stability::margin;
-use crate::model::path::{CHORD_LIMIT, CHORD_TRUST, DIFFERENCE, ROUND_OFF};
+use crate::model::path::{ANCHOR_CONTRACTION, ANCHOR_TRUST, CHORD_LIMIT, CHORD_TRUST, DIFFERENCE, ROUND_OFF};
 
 /// Moves the base moment to the fine grid's equilibrium by steps with the path's inverse of W.
 ///
 /// From the second on they are secant steps along the one before (Broyden's update). The last is one on twice the
-/// fine steps; returns what it found.
+/// fine steps; returns what it found. From anchors a sample counts as led there only where its first step is short and
+/// each further one much shorter.
 #[inline(always)]
-pub fn chord_steps<L: Lane>(problem: &Problem<'_, L>, end: &mut PathEnd<L>, workspace: &mut Workspace<L>) -> Tip<L> {
+pub fn chord_steps<L: Lane>(
+    problem: &Problem<'_, L>,
+    path: Path,
+    end: &mut PathEnd<L>,
+    workspace: &mut Workspace<L>,
+) -> Tip<L> {
     let Problem { program, rod, .. } = *problem;
     let one = end.lambda.constant(1.0);
     // The nearer to a bifurcation, the less a step brings.
     let tolerance = margin(&end.inverse) * one.constant(program.chord_tolerance);
-    let trust = one.constant(CHORD_TRUST);
+    let is_anchored = path == Path::Anchored;
+    let trust = one.constant(if is_anchored { ANCHOR_TRUST } else { CHORD_TRUST });
+    let mut bound = trust;
     let mut last = Vec3::splat(one.constant(0.0));
     let mut square = one;
     let mut moving = end.reached;
@@ -35,7 +43,10 @@ pub fn chord_steps<L: Lane>(problem: &Problem<'_, L>, end: &mut PathEnd<L>, work
         let delta = chord_step(&end.inverse, tip.m - rod.l_tip, last, square);
         let size = length(delta);
         // A chord step that is not small says that the coarse grid was too coarse: Newton's method takes over.
-        trusted = trusted & (!moving | size.lt(trust));
+        trusted = trusted & (!moving | size.lt(bound));
+        if is_anchored {
+            bound = size * one.constant(ANCHOR_CONTRACTION);
+        }
         end.m0 = Vec3::select(moving & trusted, end.m0 + delta, end.m0);
         end.passes = L::select(moving, end.passes + one, end.passes);
         (last, square) = (Vec3::select(moving, delta, last), L::select(moving, dot(delta, delta), square));
@@ -45,6 +56,10 @@ pub fn chord_steps<L: Lane>(problem: &Problem<'_, L>, end: &mut PathEnd<L>, work
     let delta = chord_step(&end.inverse, tip.m - rod.l_tip, last, square);
     end.m0 = Vec3::select(trusted & length(delta).lt(trust), end.m0 + delta, end.m0);
     end.passes = L::select(end.reached, end.passes + one, end.passes);
+    if is_anchored {
+        // What no chord steps certify goes the way from rest.
+        end.reached = trusted & !moving;
+    }
     tip
 }
 

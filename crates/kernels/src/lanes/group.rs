@@ -110,7 +110,7 @@ impl<L: Kernels> WithSimd for Answer<'_, L> {
         L::load_rods(Load { program, token, inputs, rod });
         let problem = Problem { program, inputs, rod };
         let end = match path {
-            Path::Ramp => load_end(token, &start),
+            Path::Anchored | Path::Ramp => load_end(token, &start),
             Path::GuardedRamp => L::follow(Follow { problem, path, rest_slope: start.vector(token, 0), workspace }),
             Path::Search => search_start(&problem, workspace),
         };

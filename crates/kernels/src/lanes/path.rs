@@ -19,6 +19,8 @@ use crate::model::path::{
 /// How to reach the full load; each is tried where the one before did not lead to a stable equilibrium.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Path {
+    /// From the base moment that anchors predict, along no path at all.
+    Anchored,
     /// In as many load steps as it takes to contract, one if that will do; never across a change of sign of
     /// det(dr/dm0).
     Ramp,

@@ -5,7 +5,8 @@ use super::lane::{Lane, Scalar};
 use super::terms::ProgramTerms;
 use crate::model::path::{PATH_STEPPER, chord_tolerance, newton_tolerance};
 use crate::model::record::BASE_POSITION_AT;
-use crate::model::{Entry, Plan, SegmentPlan, Slot, Tableau};
+use crate::model::{Anchors, Entry, Plan, PlanAnchors, SegmentPlan, Slot, Tableau};
+use std::sync::Arc;
 
 /// Where a number of the record comes from, in the plan's units.
 #[derive(Clone, Copy, Debug)]
@@ -63,6 +64,8 @@ pub struct Program {
     pub all_segments: usize,
     /// First entry of the base moments of a search.
     pub start: Option<usize>,
+    /// Where samples may start instead of from rest, and the column of their first coordinate there.
+    pub anchors: Option<(Arc<Anchors>, usize)>,
     /// Whether derivatives come from forward columns.
     pub forward: bool,
     pub collect: Vec<Collect>,
@@ -119,6 +122,7 @@ impl Program {
             free: plan.free.map(|free| free.entry),
             all_segments: plan.segments.len(),
             start: plan.start,
+            anchors: plan.anchors.as_ref().filter(|_| plan.start.is_none()).and_then(anchor_columns(plan)),
             forward: plan.forward,
             collect,
             base_moment_rows: plan.options.base_moment_rows,
@@ -154,6 +158,14 @@ impl Program {
             y: self.entry(token, inputs, entry + 1),
             z: self.entry(token, inputs, entry + 2),
         }
+    }
+}
+
+/// The grid of a plan and the column of the first coordinate.
+fn anchor_columns(plan: &Plan) -> impl Fn(&PlanAnchors) -> Option<(Arc<Anchors>, usize)> + '_ {
+    |anchors| match plan.entries.get(anchors.entry) {
+        Some(Entry::Varying(column)) => Some((anchors.grid.clone(), *column)),
+        _ => None,
     }
 }
 

@@ -1,6 +1,6 @@
 //! One pass over the rod, base to tip, from a base moment: state, columns, and what they leave behind.
 
-use super::algebra::{Mat3, Vec3, axpy, cross, cross_sub};
+use super::algebra::{Mat3, Vec3, axpy, cross, cross_sub, length};
 use super::column::{By, Columns, cross_free_columns, cross_rigid_columns, step_columns};
 use super::lane::Lane;
 use super::problem::{Problem, Workspace};
@@ -8,7 +8,7 @@ use super::program::Resolution;
 use super::rod::{Crossing, Segment, State, cross_free, cross_rigid, moment};
 use super::section::{curvature, to_world, velocity};
 use super::source::{Source, Sources};
-use super::stability::{Station, add_station};
+use super::stability::{Station, add_doubt, add_station, by_rotation};
 use super::step::{Step, step_rod};
 use super::terms::Terms;
 use super::trace::{collect_rigid, length_row, set_strains};
@@ -99,6 +99,7 @@ fn integrate<L: Lane>(pass: Pass<'_, L>, terms: impl Terms) -> Tip<L> {
     let mut s = zero;
     let shortest = rod.flexible_length() * zero.constant(SHORTEST_INTERVAL);
     let (counts, traces) = (record != Record::Nothing, record == Record::Traces);
+    let alone = counts && by_rotation(columns).is_none();
     if counts {
         workspace.station = Station::new(zero);
     }
@@ -114,6 +115,11 @@ fn integrate<L: Lane>(pass: Pass<'_, L>, terms: impl Terms) -> Tip<L> {
                 let h = flexible.length * zero.constant(share);
                 let stages = &mut workspace.stages;
                 stages.set_step(resolution.tableau, h);
+                if alone {
+                    let end = axpy(-(flexible.length * lambda), flexible.w, n);
+                    add_doubt(terms, &mut workspace.station, rod, flexible, h, length(n).max(length(end)));
+                }
+                let stages = &mut workspace.stages;
                 let mut step = Step { terms, rod, segment: flexible, lambda, h, start: 0.0, share, n };
                 for k in 0..steps {
                     (step.start, step.n) = (k as f64 * share, n);
@@ -156,6 +162,10 @@ fn integrate<L: Lane>(pass: Pass<'_, L>, terms: impl Terms) -> Tip<L> {
                     }
                     let source = forward_source(terms, &workspace.sources, three.by, k, index);
                     cross_rigid_columns(&crossing, n_before, &before, source, three);
+                }
+                if alone {
+                    // A coil may make A negative, and the step beyond it positive again.
+                    add_station(terms, &mut workspace.station, shortest, s, &tip_of(terms, &state, n), columns);
                 }
             }
         }

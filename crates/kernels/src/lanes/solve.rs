@@ -34,7 +34,7 @@ pub fn solve_group<L: Lane>(
     let one = L::splat(token, 1.0);
     let snapped = if L::any(end.fold) { snap(problem, &mut end, workspace) } else { end.fold };
     end.reached = end.reached | snapped;
-    let mut check = chord_steps(problem, &mut end, workspace);
+    let mut check = chord_steps(problem, path, &mut end, workspace);
 
     for k in 0..workspace.sources.len() {
         workspace.sources[k].load(problem, 3 * k);
@@ -158,6 +158,7 @@ fn status_codes<L: Lane>(
     let ok = code(one, Status::Ok);
     let unsolved = L::select(finite, code(one, Status::NotConverged), code(one, Status::NonFinite));
     match path {
+        Path::Anchored => L::select(converged & stable, ok, code(one, Status::Pending)),
         Path::Ramp => {
             let done = L::select(end.ramped, code(one, Status::Ramped), ok);
             L::select(converged & stable, done, code(one, Status::Pending))

@@ -6,14 +6,16 @@
 //! Where there are columns by base moment alone, the negative eigenvalues of A itself are counted at each station: those
 //! of the rod cut off there. None at all means none of the whole (S4); others mean nothing.
 
-use super::algebra::{Mat3, Vec3, columns_cross_sub, cross, dot, inverse, select_matrix, transpose};
+use super::algebra::{Mat3, Vec3, columns_cross_sub, cross, dot, inverse, length, select_matrix, transpose};
 use super::base::{moment_columns, rotation_columns};
 use super::column::{By, Columns};
 use super::lane::{Lane, Scalar};
 use super::problem::{Problem, Workspace};
+use super::rod::Rod;
+use super::section::Flexible;
 use super::shoot::{Record, Tip, shoot, tip_moment_columns};
 use super::terms::Terms;
-use crate::model::path::INDEX_NOISE;
+use crate::model::path::{INDEX_NOISE, UNBUCKLED};
 
 /// The distal end of the intervals that have been counted.
 #[derive(Clone, Copy, Debug)]
@@ -56,6 +58,27 @@ pub fn add_station<L: Lane>(
     station.by_moment = select_matrix::<L>(counts, by_moment, station.by_moment);
     station.by_rotation = select_matrix::<L>(counts, by_rotation, station.by_rotation);
     station.s = L::select(counts, s, station.s);
+}
+
+/// Counts one more where an interval of length `h` under a force up to `n` may buckle with one end free: what S4 rests on.
+#[inline(always)]
+pub fn add_doubt<L: Lane>(
+    terms: impl Terms,
+    station: &mut Station<L>,
+    rod: &Rod<L>,
+    segment: &Flexible<L>,
+    h: L,
+    n: L,
+) {
+    let mut softening = n;
+    if terms.general() && segment.has_magnet {
+        softening = softening + length(segment.mu) * length(rod.B);
+    }
+    let Vec3 { x, y, z } = segment.stiffness;
+    let mut least = L::select(x.lt(y), x, y);
+    least = L::select(z.lt(least), z, least);
+    let doubtful = (least * h.constant(UNBUCKLED)).lt(softening * h * h);
+    station.index = station.index + count(doubtful, h.constant(1.0));
 }
 
 /// The columns by base rotation, which are the last.

@@ -3,6 +3,7 @@
 //! `Scene` is what a user writes. `Rod` is the mechanics of one sample (stiffness, dipole, load), the same for
 //! every backend. `Plan` fixes what all samples of a sweep share. `Batch` goes in, `Solutions` come out.
 
+mod anchors;
 mod blocks;
 mod coil;
 mod dependence;
@@ -29,6 +30,7 @@ mod stepper;
 mod units;
 mod validate;
 
+pub use anchors::{Anchor, AnchorAxis, Anchors, MOST_ANCHOR_AXES, PlanAnchors, Prediction};
 pub use blocks::{BLOCK, Blocks};
 pub use coil::{Coil, CoilWinding};
 pub use end_curvature::{base_curvature, base_curvature_rate, tip_curvature};

@@ -58,6 +58,15 @@ pub const INDEX_NOISE: f64 = 1e-5;
 pub const SEARCH_LIMIT: f64 = 60.0;
 /// The longest step of a search (plan units of moment).
 pub const SEARCH_STEP: f64 = 1.0;
+/// A sample starts from anchors where each corner of its cell is farther from a fold or a bifurcation than this
+/// (stability margin).
+pub const ANCHOR_MARGIN: f64 = 0.1;
+/// The same: where each edge of the cell is predicted from both ends alike, within this (plan units of moment).
+pub const ANCHOR_MISMATCH: f64 = 0.1;
+/// A first correction above this is not trusted after anchors (plan units of moment).
+pub const ANCHOR_TRUST: f64 = 1e-2;
+/// Nor is a correction above this share of the one before.
+pub const ANCHOR_CONTRACTION: f64 = 0.2;
 /// Passes over the rod on one path.
 pub const PASS_LIMIT: f64 = 400.0;
 /// Chord steps on the fine grid.
@@ -71,6 +80,9 @@ pub const SHORTEST_INTERVAL: f64 = 1e-4;
 /// An error is at most so many times the difference to twice the steps: 16/15 in fourth order, and sqrt(2) where a
 /// rotation about an axis between d1 and t moves both alike; the rest is for higher orders.
 pub const DIFFERENCE: f64 = 1.6;
+/// Columns by base moment alone show stability (S4) where force times the square of a step, over stiffness, is below
+/// this: a cantilever buckles at (pi / 2)^2.
+pub const UNBUCKLED: f64 = 2.0;
 /// No tip is farther from the base than this many lengths of the rod; steps too long may throw it there.
 pub const REACH: f64 = 100.0;
 /// Round-off of a pass, in units of the number format's epsilon.

@@ -1,5 +1,6 @@
 //! What all samples of a sweep share: terms, record layout, derivatives, resolution. And the batch that varies.
 
+use super::anchors::PlanAnchors;
 use super::dependence::{changes_chain, touched_entries};
 use super::plan_parts::{free_part, is_forward, natural_units, segment_plans, terms_of};
 use super::rest_shape::{REST_POSE, rest_pose};
@@ -143,6 +144,8 @@ pub struct Plan {
     pub forward: bool,
     /// First entry of the base moments of a search; `None`: the path from rest is followed.
     pub start: Option<usize>,
+    /// Equilibria from which samples may start instead of from rest.
+    pub anchors: Option<PlanAnchors>,
     /// The rod's record, the rest pose of the free part, then the coefficients of the derivatives.
     pub entries: Vec<Entry>,
     /// Columns of a batch.
@@ -261,6 +264,7 @@ impl Plan {
             free,
             forward,
             start: None,
+            anchors: None,
             entries,
             input_count,
             derivatives,
@@ -370,6 +374,9 @@ impl Plan {
         }
         for derivative in &self.derivatives {
             scale.extend(derivative.terms.iter().map(|(slot, _)| slot.unit(units)));
+        }
+        if let Some(PlanAnchors { grid, .. }) = &self.anchors {
+            scale.extend(grid.axes().iter().map(|_| 1.0));
         }
         if self.start.is_some() {
             scale.extend([units.moment(); SEARCH_ENTRIES]);

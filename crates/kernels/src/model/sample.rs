@@ -1,5 +1,6 @@
 //! The numbers of one sample after another: what no swept parameter moves is computed once.
 
+use super::anchors::PlanAnchors;
 use super::dependence::touched_segments;
 use super::rest_shape::{REST_POSE, rest_pose};
 use super::{Entry, Parameter, Plan, Rod, Scene};
@@ -57,6 +58,9 @@ impl<'a> Sample<'a> {
             }
             // Constant coefficients are not read from here; a segment shrunk to nothing has fewer.
             entries.resize(end, 0.0);
+        }
+        if let Some(PlanAnchors { grid, .. }) = &plan.anchors {
+            entries.extend(row.iter().enumerate().map(|(axis, value)| grid.coordinate(axis, *value)));
         }
         valid
     }
