@@ -85,11 +85,9 @@ impl RunFigures {
         let tips = &reduction.tips;
         let mut files = Vec::new();
         if let Some(cloud) = cloud(spec, tips, self.colour.as_deref())? {
-            for name in ["tips.png", "tips.svg"] {
-                let path = folder.join(name);
-                report::write(&cloud, &path)?;
-                files.push(path);
-            }
+            let paths = ["tips.png", "tips.svg"].map(|name| folder.join(name));
+            report::write_all(&cloud, &paths)?;
+            files.extend(paths);
         }
         if let Some(panels) = branch_panels(spec, tips) {
             let path = folder.join("branches.png");

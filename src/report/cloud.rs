@@ -1,67 +1,198 @@
-//! Fast painting of many dots: a disc's coverage is tabulated once for each place within a pixel.
+//! Fast painting of many dots, strip by strip: a disc's coverage is tabulated once for each place within a pixel.
 
+use super::DOTS_PER_INCH;
 use super::canvas::{Dot, Rect};
 use super::colour::Colour;
+use rayon::prelude::*;
 
 /// Places within a pixel, along each axis, at which a disc is tabulated.
 const PLACES: usize = 4;
 /// Subdivisions of a pixel, along each axis, to measure how much of it a disc covers.
 const SAMPLES: usize = 8;
+/// Subdivisions of a pixel that is covered whole.
+const WHOLE: u32 = (SAMPLES * SAMPLES) as u32;
+/// Rows of pixels that are painted at a time.
+const STRIP: usize = 32;
 
-/// Dots as a bitmap over `clip` at `scale` pixels per point: width, height, pixels by rows.
-pub(super) fn rasterise(dots: &[Dot], clip: Rect, radius: f64, rim: f64, scale: f64) -> (usize, usize, Vec<Colour>) {
-    let (width, height) = ((clip.width * scale).round() as usize, (clip.height * scale).round() as usize);
-    let (width, height) = (width.max(1), height.max(1));
-    let mut pixels = vec![Colour::WHITE.with_alpha(0.0); width * height];
-    let radius = radius * scale;
-    let reach = radius.ceil() as i64 + 1;
-    let size = (2 * reach + 1) as usize;
-    let discs = |radius: f64| -> Vec<Vec<f64>> {
-        (0..PLACES * PLACES).map(|place| disc(radius, reach, place % PLACES, place / PLACES)).collect()
-    };
-    let (outer, inner) = (discs(radius), discs(radius - rim * scale));
-    for dot in dots {
-        let x = (dot.at[0] - clip.left) * scale;
-        let y = (dot.at[1] - clip.top) * scale;
-        let place = |x: f64| ((x - x.floor()) * PLACES as f64) as usize;
-        let disc = place(y).min(PLACES - 1) * PLACES + place(x).min(PLACES - 1);
-        let (outer, inner) = (&outer[disc], &inner[disc]);
-        for row in 0..size {
-            let pixel_y = y.floor() as i64 - reach + row as i64;
-            if !(0..height as i64).contains(&pixel_y) {
+/// An image with transparency that lies on whole pixels of a page of [`DOTS_PER_INCH`].
+pub(super) struct Bitmap {
+    /// Its first pixel on the page, from the left and from the top.
+    pub corner: [i32; 2],
+    /// In pixels.
+    pub width: usize,
+    /// By rows from the top: red, green, blue, opacity.
+    pub pixels: Vec<[u8; 4]>,
+}
+
+impl Bitmap {
+    /// Paints dots, the last one on top; cut at `clip`, whose upper left corner moves outwards to a whole pixel.
+    pub fn new(dots: &[Dot], clip: Rect, radius: f64, rim: f64) -> Bitmap {
+        let scale = DOTS_PER_INCH / 72.0;
+        let [left, top] = [clip.left, clip.top].map(|x| (x * scale).floor());
+        let corner = [left, top].map(|x| x / scale);
+        let size = |end: f64, start: f64| (((end - start) * scale).round() as usize).max(1);
+        let (width, height) = (size(clip.right(), corner[0]), size(clip.bottom(), corner[1]));
+        let discs = Discs::new(radius * scale, (radius - rim) * scale);
+        let placed: Vec<Placed> = dots.iter().map(|dot| discs.place(dot, corner, scale)).collect();
+        let mut pixels = vec![[255, 255, 255, 0]; width * height];
+        let strips = strips(&placed, discs.reach, height);
+        pixels.par_chunks_mut(width * STRIP).zip(strips).enumerate().for_each(|(k, (pixels, dots))| {
+            let mut strip = Strip::new(k * STRIP, width, pixels);
+            dots.iter().rev().for_each(|dot| strip.add(&placed[*dot as usize], &discs));
+            strip.paint();
+        });
+        Bitmap { corner: [left, top].map(|x| x as i32), width, pixels }
+    }
+
+    /// In pixels.
+    pub fn height(&self) -> usize {
+        self.pixels.len() / self.width
+    }
+
+    /// Where it lies on the page (pt).
+    pub fn rect(&self) -> Rect {
+        let [left, top] = self.corner.map(|x| f64::from(x) * 72.0 / DOTS_PER_INCH);
+        let [width, height] = [self.width, self.height()].map(|x| x as f64 * 72.0 / DOTS_PER_INCH);
+        Rect { left, top, width, height }
+    }
+}
+
+/// A dot in pixels.
+struct Placed {
+    /// Of the bitmap, that its middle lies in.
+    pixel: [i32; 2],
+    /// By where in the pixel.
+    disc: usize,
+    colour: Colour,
+    rim: Colour,
+}
+
+/// The dots that reach into each strip, in painting order.
+fn strips(dots: &[Placed], reach: i32, height: usize) -> Vec<Vec<u32>> {
+    let mut strips = vec![Vec::new(); height.div_ceil(STRIP)];
+    let last = height as i32 - 1;
+    for (k, dot) in dots.iter().enumerate() {
+        let y = dot.pixel[1];
+        if y + reach >= 0 && y - reach <= last {
+            let strip = |y: i32| y.clamp(0, last) as usize / STRIP;
+            strips[strip(y - reach)..=strip(y + reach)].iter_mut().for_each(|strip| strip.push(k as u32));
+        }
+    }
+    strips
+}
+
+/// What a disc covers of one pixel.
+struct Spot {
+    /// From the pixel that the disc's middle lies in.
+    at: [i32; 2],
+    /// Subdivisions that it covers.
+    cover: u32,
+    /// Share of these within the rim.
+    inner: f64,
+}
+
+/// Discs of one size with a rim, by the place of their middle within a pixel.
+struct Discs {
+    reach: i32,
+    has_rim: bool,
+    spots: Vec<Vec<Spot>>,
+}
+
+impl Discs {
+    /// Radii in pixels, with and without the rim.
+    fn new(radius: f64, inner: f64) -> Discs {
+        let reach = radius.ceil() as i32 + 1;
+        let spots = (0..PLACES * PLACES).map(|place| {
+            let middle = [place % PLACES, place / PLACES].map(|place| (place as f64 + 0.5) / PLACES as f64);
+            let pixels = (-reach..=reach).flat_map(|y| (-reach..=reach).map(move |x| [x, y]));
+            let spot = |at: [i32; 2]| {
+                let [cover, within] = [radius, inner].map(|radius| covered(at, middle, radius));
+                Spot { at, cover, inner: f64::from(within) / f64::from(cover) }
+            };
+            pixels.map(spot).filter(|spot| spot.cover > 0).collect()
+        });
+        Discs { reach, has_rim: inner < radius, spots: spots.collect() }
+    }
+
+    fn place(&self, dot: &Dot, corner: [f64; 2], scale: f64) -> Placed {
+        let [x, y]: [f64; 2] = std::array::from_fn(|k| (dot.at[k] - corner[k]) * scale);
+        let place = |x: f64| (((x - x.floor()) * PLACES as f64) as usize).min(PLACES - 1);
+        let rim = if self.has_rim { dot.rim() } else { dot.colour };
+        Placed { pixel: [x, y].map(|x| x.floor() as i32), disc: place(y) * PLACES + place(x), colour: dot.colour, rim }
+    }
+}
+
+/// Subdivisions of a pixel that a disc covers whose middle lies in the pixel at the origin.
+fn covered(pixel: [i32; 2], middle: [f64; 2], radius: f64) -> u32 {
+    let step = |k: usize| (k as f64 + 0.5) / SAMPLES as f64;
+    let from = |axis: usize, k: usize| f64::from(pixel[axis]) + step(k) - middle[axis];
+    let within = |k: &usize| from(0, k % SAMPLES).hypot(from(1, k / SAMPLES)) <= radius;
+    (0..SAMPLES * SAMPLES).filter(within).count() as u32
+}
+
+/// A pixel's share of a dot.
+struct Fragment {
+    pixel: u32,
+    /// Subdivisions of the pixel.
+    cover: u8,
+    colour: [u8; 3],
+}
+
+/// Rows of a bitmap. Dots are added from the front, and what they hide is left out; the rest is painted from the back.
+struct Strip<'a> {
+    top: i32,
+    width: usize,
+    pixels: &'a mut [[u8; 4]],
+    is_hidden: Vec<bool>,
+    fragments: Vec<Fragment>,
+}
+
+impl Strip<'_> {
+    fn new(top: usize, width: usize, pixels: &mut [[u8; 4]]) -> Strip<'_> {
+        let is_hidden = vec![false; pixels.len()];
+        Strip { top: top as i32, width, pixels, is_hidden, fragments: Vec::new() }
+    }
+
+    /// Adds a dot behind those before.
+    fn add(&mut self, dot: &Placed, discs: &Discs) {
+        let [x, y] = [dot.pixel[0], dot.pixel[1] - self.top];
+        let height = self.pixels.len() / self.width;
+        for spot in &discs.spots[dot.disc] {
+            // Without its sign, a negative number is a large one.
+            let (column, row) = ((x + spot.at[0]) as u32 as usize, (y + spot.at[1]) as u32 as usize);
+            if column >= self.width || row >= height {
                 continue;
             }
-            for column in 0..size {
-                let pixel_x = x.floor() as i64 - reach + column as i64;
-                let coverage = outer[row * size + column];
-                if coverage > 0.0 && (0..width as i64).contains(&pixel_x) {
-                    let pixel = &mut pixels[pixel_y as usize * width + pixel_x as usize];
-                    let colour = dot.rim().mix(dot.colour, inner[row * size + column] / coverage);
-                    *pixel = over(colour, coverage, *pixel);
+            let pixel = row * self.width + column;
+            if self.is_hidden[pixel] {
+                continue;
+            }
+            self.is_hidden[pixel] = spot.cover == WHOLE;
+            let Colour { red, green, blue, .. } =
+                if discs.has_rim { dot.rim.mix(dot.colour, spot.inner) } else { dot.colour };
+            let (pixel, cover) = (pixel as u32, spot.cover as u8);
+            self.fragments.push(Fragment { pixel, cover, colour: [red, green, blue] });
+        }
+    }
+
+    fn paint(self) {
+        let mut opacity = vec![0.0; self.pixels.len()];
+        for Fragment { pixel, cover, colour } in self.fragments.into_iter().rev() {
+            let (below, opacity) = (&mut self.pixels[pixel as usize], &mut opacity[pixel as usize]);
+            let cover = u32::from(cover);
+            if *opacity == 1.0 {
+                for (below, top) in below.iter_mut().zip(colour) {
+                    *below = (((WHOLE - cover) * u32::from(*below) + cover * u32::from(top) + WHOLE / 2) / WHOLE) as u8;
                 }
+            } else {
+                let alpha = f64::from(cover) / f64::from(WHOLE);
+                *opacity = alpha + *opacity * (1.0 - alpha);
+                for (below, top) in below.iter_mut().zip(colour) {
+                    let [from, to] = [*below, top].map(f64::from);
+                    *below = (from + alpha / *opacity * (to - from) + 0.5) as u8;
+                }
+                below[3] = (255.0 * *opacity).round() as u8;
             }
         }
     }
-    (width, height, pixels)
-}
-
-fn disc(radius: f64, reach: i64, place_x: usize, place_y: usize) -> Vec<f64> {
-    let centre = |place: usize| reach as f64 + (place as f64 + 0.5) / PLACES as f64;
-    let size = 2 * reach as usize + 1;
-    let within = |x: f64, y: f64| (x - centre(place_x)).hypot(y - centre(place_y)) <= radius;
-    let step = |k: usize| (k as f64 + 0.5) / SAMPLES as f64;
-    (0..size * size)
-        .map(|pixel| {
-            let (column, row) = ((pixel % size) as f64, (pixel / size) as f64);
-            let inside =
-                (0..SAMPLES * SAMPLES).filter(|k| within(column + step(k % SAMPLES), row + step(k / SAMPLES))).count();
-            inside as f64 / (SAMPLES * SAMPLES) as f64
-        })
-        .collect()
-}
-
-/// Paints a colour with some opacity over another.
-fn over(top: Colour, alpha: f64, below: Colour) -> Colour {
-    let total = alpha + below.alpha * (1.0 - alpha);
-    below.mix(top, alpha / total).with_alpha(total)
 }
