@@ -114,11 +114,13 @@ impl Discs {
         Discs { reach, has_rim: inner < radius, spots: spots.collect() }
     }
 
+    /// Where a dot lies on a bitmap that starts at a corner (pt).
     fn place(&self, dot: &Dot, corner: [f64; 2], scale: f64) -> Placed {
-        let [x, y]: [f64; 2] = std::array::from_fn(|k| (dot.at[k] - corner[k]) * scale);
-        let place = |x: f64| (((x - x.floor()) * PLACES as f64) as usize).min(PLACES - 1);
+        let at: [f64; 2] = std::array::from_fn(|k| (dot.at[k] - corner[k]) * scale);
+        let whole = at.map(f64::floor);
+        let [x, y] = std::array::from_fn(|k| (((at[k] - whole[k]) * PLACES as f64) as usize).min(PLACES - 1));
         let rim = if self.has_rim { dot.rim() } else { dot.colour };
-        Placed { pixel: [x, y].map(|x| x.floor() as i32), disc: place(y) * PLACES + place(x), colour: dot.colour, rim }
+        Placed { pixel: whole.map(|x| x as i32), disc: y * PLACES + x, colour: dot.colour, rim }
     }
 }
 
@@ -141,7 +143,8 @@ struct Fragment {
 /// Rows of a bitmap. Dots are added from the front, and what they hide is left out; the rest is painted from the back.
 struct Strip<'a> {
     top: i32,
-    width: usize,
+    width: i32,
+    height: i32,
     pixels: &'a mut [[u8; 4]],
     is_hidden: Vec<bool>,
     fragments: Vec<Fragment>,
@@ -150,20 +153,22 @@ struct Strip<'a> {
 impl Strip<'_> {
     fn new(top: usize, width: usize, pixels: &mut [[u8; 4]]) -> Strip<'_> {
         let is_hidden = vec![false; pixels.len()];
-        Strip { top: top as i32, width, pixels, is_hidden, fragments: Vec::new() }
+        let [top, width, height] = [top, width, pixels.len() / width].map(|x| x as i32);
+        Strip { top, width, height, pixels, is_hidden, fragments: Vec::new() }
     }
 
     /// Adds a dot behind those before.
     fn add(&mut self, dot: &Placed, discs: &Discs) {
+        let (width, height) = (self.width, self.height);
         let [x, y] = [dot.pixel[0], dot.pixel[1] - self.top];
-        let height = self.pixels.len() / self.width;
+        let margin = discs.reach;
+        let is_within = x >= margin && y >= margin && x < width - margin && y < height - margin;
         for spot in &discs.spots[dot.disc] {
-            // Without its sign, a negative number is a large one.
-            let (column, row) = ((x + spot.at[0]) as u32 as usize, (y + spot.at[1]) as u32 as usize);
-            if column >= self.width || row >= height {
+            let (column, row) = (x + spot.at[0], y + spot.at[1]);
+            if !(is_within || (0..width).contains(&column) && (0..height).contains(&row)) {
                 continue;
             }
-            let pixel = row * self.width + column;
+            let pixel = (row * width + column) as usize;
             if self.is_hidden[pixel] {
                 continue;
             }
