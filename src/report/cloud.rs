@@ -10,7 +10,7 @@ const PLACES: usize = 4;
 /// Subdivisions of a pixel, along each axis, to measure how much of it a disc covers.
 const SAMPLES: usize = 8;
 /// Subdivisions of a pixel that is covered whole.
-const WHOLE: u32 = (SAMPLES * SAMPLES) as u32;
+const WHOLE: u8 = (SAMPLES * SAMPLES) as u8;
 /// Rows of pixels that are painted at a time.
 const STRIP: usize = 32;
 
@@ -86,7 +86,7 @@ struct Spot {
     /// From the pixel that the disc's middle lies in.
     at: [i32; 2],
     /// Subdivisions that it covers.
-    cover: u32,
+    cover: u8,
     /// Share of these within the rim.
     inner: f64,
 }
@@ -117,7 +117,8 @@ impl Discs {
     /// Where a dot lies on a bitmap that starts at a corner (pt).
     fn place(&self, dot: &Dot, corner: [f64; 2], scale: f64) -> Placed {
         let at: [f64; 2] = std::array::from_fn(|k| (dot.at[k] - corner[k]) * scale);
-        let whole = at.map(f64::floor);
+        // What is far off the bitmap stays off it, in numbers that can be added to.
+        let whole = at.map(|x| x.floor().clamp(-1e6, 1e6));
         let [x, y] = std::array::from_fn(|k| (((at[k] - whole[k]) * PLACES as f64) as usize).min(PLACES - 1));
         let rim = if self.has_rim { dot.rim() } else { dot.colour };
         Placed { pixel: whole.map(|x| x as i32), disc: y * PLACES + x, colour: dot.colour, rim }
@@ -125,19 +126,18 @@ impl Discs {
 }
 
 /// Subdivisions of a pixel that a disc covers whose middle lies in the pixel at the origin.
-fn covered(pixel: [i32; 2], middle: [f64; 2], radius: f64) -> u32 {
+fn covered(pixel: [i32; 2], middle: [f64; 2], radius: f64) -> u8 {
     let step = |k: usize| (k as f64 + 0.5) / SAMPLES as f64;
     let from = |axis: usize, k: usize| f64::from(pixel[axis]) + step(k) - middle[axis];
     let within = |k: &usize| from(0, k % SAMPLES).hypot(from(1, k / SAMPLES)) <= radius;
-    (0..SAMPLES * SAMPLES).filter(within).count() as u32
+    (0..SAMPLES * SAMPLES).filter(within).count() as u8
 }
 
 /// A pixel's share of a dot.
 struct Fragment {
     pixel: u32,
-    /// Subdivisions of the pixel.
-    cover: u8,
-    colour: [u8; 3],
+    /// Red, green, blue, and subdivisions of the pixel.
+    ink: [u8; 4],
 }
 
 /// Rows of a bitmap. Dots are added from the front, and what they hide is left out; the rest is painted from the back.
@@ -159,44 +159,109 @@ impl Strip<'_> {
 
     /// Adds a dot behind those before.
     fn add(&mut self, dot: &Placed, discs: &Discs) {
-        let (width, height) = (self.width, self.height);
-        let [x, y] = [dot.pixel[0], dot.pixel[1] - self.top];
+        let Strip { top, width, height, is_hidden, fragments, .. } = self;
+        let (width, height) = (*width, *height);
+        let [x, y] = [dot.pixel[0], dot.pixel[1] - *top];
         let margin = discs.reach;
+        // Most dots need no look at the edges.
         let is_within = x >= margin && y >= margin && x < width - margin && y < height - margin;
+        let Colour { red, green, blue, .. } = dot.colour;
         for spot in &discs.spots[dot.disc] {
             let (column, row) = (x + spot.at[0], y + spot.at[1]);
             if !(is_within || (0..width).contains(&column) && (0..height).contains(&row)) {
                 continue;
             }
-            let pixel = (row * width + column) as usize;
-            if self.is_hidden[pixel] {
+            let pixel = (row * width + column) as u32;
+            let is_hidden = &mut is_hidden[pixel as usize];
+            if *is_hidden {
                 continue;
             }
-            self.is_hidden[pixel] = spot.cover == WHOLE;
-            let Colour { red, green, blue, .. } =
-                if discs.has_rim { dot.rim.mix(dot.colour, spot.inner) } else { dot.colour };
-            let (pixel, cover) = (pixel as u32, spot.cover as u8);
-            self.fragments.push(Fragment { pixel, cover, colour: [red, green, blue] });
+            *is_hidden = spot.cover == WHOLE;
+            let mut ink = [red, green, blue, spot.cover];
+            if discs.has_rim {
+                let Colour { red, green, blue, .. } = dot.rim.mix(dot.colour, spot.inner);
+                ink = [red, green, blue, spot.cover];
+            }
+            fragments.push(Fragment { pixel, ink });
         }
     }
 
     fn paint(self) {
         let mut opacity = vec![0.0; self.pixels.len()];
-        for Fragment { pixel, cover, colour } in self.fragments.into_iter().rev() {
+        for Fragment { pixel, ink: [red, green, blue, cover] } in self.fragments.into_iter().rev() {
             let (below, opacity) = (&mut self.pixels[pixel as usize], &mut opacity[pixel as usize]);
-            let cover = u32::from(cover);
+            let (colour, cover, whole) = ([red, green, blue], u32::from(cover), u32::from(WHOLE));
             if *opacity == 1.0 {
                 for (below, top) in below.iter_mut().zip(colour) {
-                    *below = (((WHOLE - cover) * u32::from(*below) + cover * u32::from(top) + WHOLE / 2) / WHOLE) as u8;
+                    *below = (((whole - cover) * u32::from(*below) + cover * u32::from(top) + whole / 2) / whole) as u8;
                 }
             } else {
-                let alpha = f64::from(cover) / f64::from(WHOLE);
+                let alpha = f64::from(cover) / f64::from(whole);
                 *opacity = alpha + *opacity * (1.0 - alpha);
                 for (below, top) in below.iter_mut().zip(colour) {
                     let [from, to] = [*below, top].map(f64::from);
                     *below = (from + alpha / *opacity * (to - from) + 0.5) as u8;
                 }
                 below[3] = (255.0 * *opacity).round() as u8;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CLIP: Rect = Rect { left: 20.3, top: 31.9, width: 37.0, height: 25.0 };
+
+    /// Dots in and around the clip, by a linear congruential generator.
+    fn dots(count: usize) -> Vec<Dot> {
+        let mut state = 12345u64;
+        let mut random = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 40) as f64 / (1u64 << 24) as f64
+        };
+        let dot = |_| Dot {
+            at: [CLIP.left + 41.0 * random() - 2.0, CLIP.top + 29.0 * random() - 2.0],
+            colour: Colour::hex((random() * f64::from(0x1000000)) as u32),
+        };
+        (0..count).map(dot).chain([Dot { at: [-1e300, 1e300], colour: Colour::INK }]).collect()
+    }
+
+    /// One dot after the other from the back, each over what is there.
+    fn painted_plainly(dots: &[Dot], radius: f64, rim: f64, width: usize, height: usize) -> Vec<[u8; 4]> {
+        let scale = DOTS_PER_INCH / 72.0;
+        let discs = Discs::new(radius * scale, (radius - rim) * scale);
+        let corner = [CLIP.left, CLIP.top].map(|x| (x * scale).floor() / scale);
+        let mut page = vec![Colour::WHITE.with_alpha(0.0); width * height];
+        for dot in dots {
+            let placed = discs.place(dot, corner, scale);
+            for spot in &discs.spots[placed.disc] {
+                let [x, y] = [0, 1].map(|k| placed.pixel[k] + spot.at[k]);
+                if (0..width as i32).contains(&x) && (0..height as i32).contains(&y) {
+                    let below = &mut page[y as usize * width + x as usize];
+                    let top = dot.rim().mix(dot.colour, spot.inner);
+                    let alpha = f64::from(spot.cover) / 64.0;
+                    let total = alpha + below.alpha * (1.0 - alpha);
+                    *below = below.mix(top, alpha / total).with_alpha(total);
+                }
+            }
+        }
+        page.iter().map(|p| [p.red, p.green, p.blue, (255.0 * p.alpha).round() as u8]).collect()
+    }
+
+    #[test]
+    fn strips_give_the_picture_of_one_dot_after_the_other_on_any_number_of_threads() {
+        for (count, radius, rim) in [(4000, 0.36, 0.0), (1500, 0.8, 0.3), (60, 2.4, 0.0), (0, 1.0, 0.0)] {
+            let dots = dots(count);
+            let bitmap = Bitmap::new(&dots, CLIP, radius, rim);
+            assert!(bitmap.height() > 3 * STRIP && bitmap.rect().contains([CLIP.left, CLIP.top]));
+            let plain = painted_plainly(&dots, radius, rim, bitmap.width, bitmap.height());
+            let differing = bitmap.pixels.iter().zip(&plain).filter(|(a, b)| a != b).count();
+            assert_eq!(differing, 0, "{count} dots of {radius} pt");
+            for threads in [1, 5] {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+                assert!(pool.install(|| Bitmap::new(&dots, CLIP, radius, rim)).pixels == bitmap.pixels);
             }
         }
     }
