@@ -162,13 +162,10 @@ impl Strip<'_> {
         let Strip { top, width, height, is_hidden, fragments, .. } = self;
         let (width, height) = (*width, *height);
         let [x, y] = [dot.pixel[0], dot.pixel[1] - *top];
-        let margin = discs.reach;
-        // Most dots need no look at the edges.
-        let is_within = x >= margin && y >= margin && x < width - margin && y < height - margin;
         let Colour { red, green, blue, .. } = dot.colour;
         for spot in &discs.spots[dot.disc] {
             let (column, row) = (x + spot.at[0], y + spot.at[1]);
-            if !(is_within || (0..width).contains(&column) && (0..height).contains(&row)) {
+            if !((0..width).contains(&column) && (0..height).contains(&row)) {
                 continue;
             }
             let pixel = (row * width + column) as u32;
