@@ -73,47 +73,62 @@ impl RunFigures {
     /// Results that cannot be read, or a figure that cannot be written.
     pub fn draw(&self, results: &Results, folder: &Path) -> Result<Vec<PathBuf>, RunFiguresError> {
         self.check(results.spec())?;
-        self.draw_reduction(results.spec(), &results.reduce(results.spec().workspace.voxel)?, folder)
+        self.draw_reduction(results.spec(), &results.reduce_without_voxels()?, folder)
     }
 
-    fn draw_reduction(
+    /// Draws what a run has kept of its rows; returns the files. Voxels are not drawn.
+    ///
+    /// # Errors
+    ///
+    /// A colour that is no column, or a figure that cannot be written.
+    pub fn draw_reduction(
         &self,
         spec: &SweepSpec,
         reduction: &Reduction,
         folder: &Path,
     ) -> Result<Vec<PathBuf>, RunFiguresError> {
         let tips = &reduction.tips;
-        let mut files = Vec::new();
-        if let Some(cloud) = cloud(spec, tips, self.colour.as_deref())? {
-            for name in ["tips.png", "tips.svg"] {
-                let path = folder.join(name);
-                report::write(&cloud, &path)?;
-                files.push(path);
-            }
-        }
-        if let Some(panels) = branch_panels(spec, tips) {
-            let path = folder.join("branches.png");
-            let panels: Vec<&dyn Panel> = panels.iter().map(|panel| panel as &dyn Panel).collect();
-            report::write(&Sheet { columns: 2, panels }, &path)?;
-            files.push(path);
-        }
-        let path = folder.join("statuses.png");
-        let count = |status: Status| (status, reduction.counts[status.code() as usize]);
-        let counts = Counts {
-            title: if reduction.branches.is_some() { "Equilibria by status" } else { "Samples by status" }.into(),
-            counts: Status::ALL.into_iter().map(count).collect(),
-        };
-        let map = if reduction.branches.is_some() { None } else { failure_map(tips) };
-        let mut panels: Vec<&dyn Panel> = vec![&counts];
-        if let Some(map) = &map {
-            panels.push(map);
-        }
-        if reduction.sample_count > 0 {
-            report::write(&Sheet { columns: panels.len(), panels }, &path)?;
-            files.push(path);
-        }
+        let (cloud, rest) =
+            rayon::join(|| self.draw_cloud(spec, tips, folder), || draw_counts(spec, reduction, folder));
+        let mut files = cloud?;
+        files.extend(rest?);
         Ok(files)
     }
+
+    fn draw_cloud(&self, spec: &SweepSpec, tips: &Table, folder: &Path) -> Result<Vec<PathBuf>, RunFiguresError> {
+        let Some(cloud) = cloud(spec, tips, self.colour.as_deref())? else { return Ok(Vec::new()) };
+        let paths = ["tips.png", "tips.svg"].map(|name| folder.join(name));
+        report::write_all(&cloud, &paths)?;
+        Ok(paths.to_vec())
+    }
+}
+
+/// Draws equilibria where every one was asked for, and statuses.
+fn draw_counts(spec: &SweepSpec, reduction: &Reduction, folder: &Path) -> Result<Vec<PathBuf>, ReportError> {
+    let tips = &reduction.tips;
+    let mut files = Vec::new();
+    if let Some(panels) = branch_panels(spec, tips) {
+        let path = folder.join("branches.png");
+        let panels: Vec<&dyn Panel> = panels.iter().map(|panel| panel as &dyn Panel).collect();
+        report::write(&Sheet { columns: 2, panels }, &path)?;
+        files.push(path);
+    }
+    let path = folder.join("statuses.png");
+    let count = |status: Status| (status, reduction.counts[status.code() as usize]);
+    let counts = Counts {
+        title: if reduction.branches.is_some() { "Equilibria by status" } else { "Samples by status" }.into(),
+        counts: Status::ALL.into_iter().map(count).collect(),
+    };
+    let map = if reduction.branches.is_some() { None } else { failure_map(tips) };
+    let mut panels: Vec<&dyn Panel> = vec![&counts];
+    if let Some(map) = &map {
+        panels.push(map);
+    }
+    if reduction.sample_count > 0 {
+        report::write(&Sheet { columns: panels.len(), panels }, &path)?;
+        files.push(path);
+    }
+    Ok(files)
 }
 
 fn no_colour(spec: &SweepSpec, name: &str) -> RunFiguresError {

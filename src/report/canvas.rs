@@ -193,15 +193,15 @@ pub(super) enum Shape {
         stroke: Stroke,
         seconds: f64,
     },
-    /// `width` by `height` pixels by rows from the top, stretched over `rect`.
+    /// `width` by `height` cells by rows from the top, stretched over `rect`, with sharp edges.
     Image {
         rect: Rect,
         width: usize,
         height: usize,
         pixels: Vec<Colour>,
-        smooth: bool,
     },
-    /// Dots in painting order, cut at `clip`, with a darker rim; a bitmap in every format when they are many.
+    /// Dots in painting order, cut at `clip`, with a darker rim; a [`Bitmap`](super::cloud::Bitmap) in every format when
+    /// they are many.
     Dots {
         clip: Rect,
         radius: f64,

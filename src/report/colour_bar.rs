@@ -36,8 +36,7 @@ pub(super) struct ColourRange {
 impl ColourRange {
     /// Range of finite values, of which there is at least one; signed values get a diverging map around zero.
     pub(super) fn new(values: impl IntoIterator<Item = f64>, map: Option<ColourMap>) -> Self {
-        let sorted = sorted(values);
-        let [mut low, mut high] = bulk(&sorted);
+        let ([mut low, mut high], [first, last]) = bulk(values);
         let signed = low < 0.0 && high > 0.0 && -low > 0.05 * high && high > -0.05 * low;
         let map = map.unwrap_or(if signed { ColourMap::Diverging } else { ColourMap::Sequential });
         if map == ColourMap::Diverging {
@@ -48,15 +47,14 @@ impl ColourRange {
             let half = if high == 0.0 { 1.0 } else { 0.05 * high.abs() };
             (low, high) = (low - half, high + half);
         }
-        let clipped = [sorted[0] < low, sorted[sorted.len() - 1] > high];
+        let clipped = [first < low, last > high];
         Self { map, scale: ColourScale::Linear, low, high, clipped }
     }
 
     /// Range of positive values, of which there is at least one, equal ratios apart.
     pub(super) fn logarithmic(values: impl IntoIterator<Item = f64>) -> Self {
-        let powers = sorted(values.into_iter().map(f64::log10));
-        let [low, high] = bulk(&powers);
-        let clipped = [powers[0] < low, powers[powers.len() - 1] > high];
+        let ([low, high], [first, last]) = bulk(values.into_iter().map(f64::log10));
+        let clipped = [first < low, last > high];
         let half = if high - low < 1e-9 { 0.15 } else { 0.0 };
         let [low, high] = [low - half, high + half].map(|power| 10f64.powf(power));
         Self { map: ColourMap::Sequential, scale: ColourScale::Logarithmic, low, high, clipped }
@@ -69,8 +67,8 @@ impl ColourRange {
 
     /// Whole numbers, of which there is at least one.
     pub(super) fn whole(values: impl IntoIterator<Item = f64>) -> Self {
-        let sorted = sorted(values);
-        let [low, high] = [sorted[0].round() - 0.5, sorted[sorted.len() - 1].round() + 0.5];
+        let (_, [first, last]) = bulk(values);
+        let [low, high] = [first.round() - 0.5, last.round() + 0.5];
         let map = ColourMap::Sequential;
         Self { map, scale: ColourScale::Whole, low, high, clipped: [false; 2] }
     }
@@ -104,7 +102,7 @@ impl ColourRange {
         } else {
             (256, (0..256).map(|row| self.map.at(1.0 - f64::from(row) / 255.0)).collect())
         };
-        canvas.shapes.push(Shape::Image { rect: bar, width: 1, height: count, pixels, smooth: false });
+        canvas.shapes.push(Shape::Image { rect: bar, width: 1, height: count, pixels });
         let frame = Stroke::new(Colour::MUTED, 0.6);
         canvas.rect(bar, None, Some(frame));
         let tip = 7.0;
@@ -140,16 +138,13 @@ impl ColourRange {
     }
 }
 
-fn sorted(values: impl IntoIterator<Item = f64>) -> Vec<f64> {
-    let mut sorted: Vec<f64> = values.into_iter().collect();
-    sorted.sort_by(f64::total_cmp);
-    sorted
-}
-
-/// What most of sorted values span.
-fn bulk(sorted: &[f64]) -> [f64; 2] {
-    let (first, last) = (sorted[0], sorted[sorted.len() - 1]);
-    let percentile = |share: f64| sorted[(share * (sorted.len() - 1) as f64).round() as usize];
+/// What most of the values span, and what all of them span.
+fn bulk(values: impl IntoIterator<Item = f64>) -> ([f64; 2], [f64; 2]) {
+    let mut values: Vec<f64> = values.into_iter().collect();
+    let highest = values.len() - 1;
+    let mut ranked = |rank: usize| *values.select_nth_unstable_by(rank, f64::total_cmp).1;
+    let (first, last) = (ranked(0), ranked(highest));
+    let mut percentile = |share: f64| ranked((share * highest as f64).round() as usize);
     let (mut low, mut high) = (percentile(LOW), percentile(HIGH));
     // Short tails are shown whole: an arrow is for outliers.
     let width = high - low;
@@ -159,5 +154,5 @@ fn bulk(sorted: &[f64]) -> [f64; 2] {
     if last - high <= 0.05 * width {
         high = last;
     }
-    [low, high]
+    ([low, high], [first, last])
 }

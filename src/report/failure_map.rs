@@ -71,7 +71,7 @@ impl Panel for FailureMap {
         let rows = (0..y.count).rev().flat_map(|row| &cells[row * x.count..(row + 1) * x.count]);
         let pixels = rows.map(cell_colour).collect();
         axes.draw(canvas, "");
-        canvas.shapes.push(Shape::Image { rect: axes.rect, width: x.count, height: y.count, pixels, smooth: false });
+        canvas.shapes.push(Shape::Image { rect: axes.rect, width: x.count, height: y.count, pixels });
         canvas.rect(axes.rect, None, Some(super::canvas::Stroke::new(Colour::MUTED, 0.6)));
         canvas.text(Text::new(&self.title, [axes.rect.left, rect.top + 9.0], TITLE).bold());
         legend::flow(Some(canvas), &entries, above, axes.rect.width);

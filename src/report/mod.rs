@@ -66,6 +66,9 @@ pub use views::{FourViews, View};
 pub use voxel_sheet::{VoxelRows, VoxelSheet};
 pub use voxels::{VoxelEdge, VoxelPanel};
 
+use canvas::Shape;
+use cloud::Bitmap;
+use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
 /// Two columns of a journal page, 183 mm (pt).
@@ -183,11 +186,7 @@ impl ImageFormat {
 ///
 /// A figure that cannot be drawn, or is too large for a bitmap.
 pub fn encode(figure: &(impl Figure + ?Sized), format: ImageFormat) -> Result<Vec<u8>, ReportError> {
-    let canvas = figure.draw()?;
-    match format {
-        ImageFormat::Png => png::encode(&canvas, DOTS_PER_INCH),
-        ImageFormat::Svg => Ok(svg::encode(&canvas).into_bytes()),
-    }
+    Page::new(figure)?.encode(format)
 }
 
 /// Writes a figure as PNG or SVG, by the extension of `path`. An existing file is replaced.
@@ -196,6 +195,47 @@ pub fn encode(figure: &(impl Figure + ?Sized), format: ImageFormat) -> Result<Ve
 ///
 /// Another extension, a figure that cannot be drawn, a file that cannot be written.
 pub fn write(figure: &(impl Figure + ?Sized), path: &Path) -> Result<(), ReportError> {
-    let bytes = encode(figure, ImageFormat::of(path)?)?;
-    std::fs::write(path, bytes).map_err(|source| ReportError::Write { path: path.to_owned(), source })
+    write_all(figure, &[path])
+}
+
+/// The same to several files: the figure is drawn once, and the files are written side by side.
+///
+/// # Errors
+///
+/// As [`write`].
+pub fn write_all(figure: &(impl Figure + ?Sized), paths: &[impl AsRef<Path> + Sync]) -> Result<(), ReportError> {
+    let formats = paths.iter().map(|path| ImageFormat::of(path.as_ref())).collect::<Result<Vec<_>, _>>()?;
+    let page = Page::new(figure)?;
+    let write = |(path, format): (&_, ImageFormat)| {
+        let path: &Path = AsRef::as_ref(path);
+        let bytes = page.encode(format)?;
+        std::fs::write(path, bytes).map_err(|source| ReportError::Write { path: path.to_owned(), source })
+    };
+    let written: Vec<_> = paths.par_iter().zip(formats).map(write).collect();
+    written.into_iter().collect()
+}
+
+/// A figure that is drawn, its clouds of dots as bitmaps in their order.
+struct Page {
+    canvas: Canvas,
+    clouds: Vec<Bitmap>,
+}
+
+impl Page {
+    fn new(figure: &(impl Figure + ?Sized)) -> Result<Page, ReportError> {
+        let canvas = figure.draw()?;
+        let bitmap = |shape: &Shape| match shape {
+            Shape::Dots { clip, radius, rim, dots } => Some(Bitmap::new(dots, *clip, *radius, *rim)),
+            _ => None,
+        };
+        let clouds = canvas.shapes.par_iter().filter_map(bitmap).collect();
+        Ok(Page { canvas, clouds })
+    }
+
+    fn encode(&self, format: ImageFormat) -> Result<Vec<u8>, ReportError> {
+        match format {
+            ImageFormat::Png => png::encode(&self.canvas, &self.clouds),
+            ImageFormat::Svg => Ok(svg::encode(&self.canvas, &self.clouds).into_bytes()),
+        }
+    }
 }

@@ -1,37 +1,41 @@
 //! A canvas as PNG: lines and text antialiased by tiny-skia.
 
 use super::canvas::{Align, Canvas, Point, Rect, Shape, Stroke, Text};
+use super::cloud::Bitmap;
 use super::colour::Colour;
 use super::font::{self, Pen};
-use super::{ReportError, cloud};
+use super::{DOTS_PER_INCH, ReportError};
 use tiny_skia::{
     FillRule, FilterQuality, LineCap, LineJoin, Mask, Paint, PathBuilder, Pixmap, PixmapPaint, PixmapRef,
     PremultipliedColorU8, StrokeDash, Transform,
 };
 
-/// Draws the canvas at a resolution (1/inch) and compresses it.
-pub(super) fn encode(canvas: &Canvas, dots_per_inch: f64) -> Result<Vec<u8>, ReportError> {
-    let scale = dots_per_inch / 72.0;
+/// Draws the canvas, whose clouds of dots are these bitmaps, and compresses it.
+pub(super) fn encode(canvas: &Canvas, clouds: &[Bitmap]) -> Result<Vec<u8>, ReportError> {
+    let scale = DOTS_PER_INCH / 72.0;
     let (width, height) = ((canvas.width * scale).round(), (canvas.height * scale).round());
     let mut pixmap = Pixmap::new(width as u32, height as u32).ok_or(ReportError::Bitmap { width, height })?;
     pixmap.fill(tiny_skia::Color::WHITE);
     let mut painter = Painter { pixmap, scale, mask: None };
+    let mut clouds = clouds.iter();
     for shape in &canvas.shapes {
-        painter.shape(shape);
+        match shape {
+            Shape::Dots { .. } => clouds.next().into_iter().for_each(|cloud| painter.cloud(cloud)),
+            shape => painter.shape(shape),
+        }
     }
-    let opaque: Vec<u8> =
-        painter.pixmap.data().chunks_exact(4).flat_map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect();
-    let per_metre = (dots_per_inch / 0.0254).round() as u32;
+    let pixels = painter.pixmap.data();
+    let mut opaque = vec![0; pixels.len() / 4 * 3];
+    for (opaque, pixel) in opaque.chunks_exact_mut(3).zip(pixels.chunks_exact(4)) {
+        opaque.copy_from_slice(&pixel[..3]);
+    }
+    let per_metre = (DOTS_PER_INCH / 0.0254).round() as u32;
     Ok(compress(width as u32, height as u32, png::ColorType::Rgb, &opaque, Some(per_metre)))
 }
 
 /// An image with transparency as PNG.
-pub(super) fn encode_image(width: usize, height: usize, pixels: &[Colour]) -> Vec<u8> {
-    let bytes: Vec<u8> = pixels
-        .iter()
-        .flat_map(|pixel| [pixel.red, pixel.green, pixel.blue, (255.0 * pixel.alpha).round() as u8])
-        .collect();
-    compress(width as u32, height as u32, png::ColorType::Rgba, &bytes, None)
+pub(super) fn encode_image(width: usize, height: usize, pixels: &[[u8; 4]]) -> Vec<u8> {
+    compress(width as u32, height as u32, png::ColorType::Rgba, pixels.as_flattened(), None)
 }
 
 fn compress(width: u32, height: u32, colour: png::ColorType, bytes: &[u8], per_metre: Option<u32>) -> Vec<u8> {
@@ -40,6 +44,8 @@ fn compress(width: u32, height: u32, colour: png::ColorType, bytes: &[u8], per_m
     encoder.set_color(colour);
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_compression(png::Compression::Fast);
+    // The best filter of every line takes six times as long, for 2 to 10 % of a cloud's bytes.
+    encoder.set_filter(png::Filter::Sub);
     encoder.set_pixel_dims(per_metre.map(|density| png::PixelDimensions {
         xppu: density,
         yppu: density,
@@ -86,18 +92,30 @@ impl Painter {
                 self.shape(&Shape::Path { points, closed: false, fill: None, stroke: Some(*stroke), clip: None });
             }
             Shape::Text(text) => self.text(text),
-            Shape::Image { rect, width, height, pixels, smooth } => {
-                self.image(*rect, *width, *height, pixels, *smooth);
-            }
-            Shape::Dots { clip, radius, rim, dots } => {
-                // The bitmap starts on a whole pixel so that it is copied without blur.
-                let left = (clip.left * self.scale).floor() / self.scale;
-                let top = (clip.top * self.scale).floor() / self.scale;
-                let clip = Rect { left, top, width: clip.right() - left, height: clip.bottom() - top };
-                let (width, height, pixels) = cloud::rasterise(dots, clip, *radius, *rim, self.scale);
-                let (width_pt, height_pt) = (width as f64 / self.scale, height as f64 / self.scale);
-                let rect = Rect { left, top, width: width_pt, height: height_pt };
-                self.image(rect, width, height, &pixels, false);
+            Shape::Image { rect, width, height, pixels } => self.image(*rect, *width, *height, pixels),
+            // A cloud is a bitmap.
+            Shape::Dots { .. } => {}
+        }
+    }
+
+    /// Lays a bitmap over the page, which is opaque.
+    fn cloud(&mut self, cloud: &Bitmap) {
+        let (width, height) = (self.pixmap.width() as i32, self.pixmap.height() as i32);
+        let page = self.pixmap.pixels_mut();
+        for (row, pixels) in cloud.pixels.chunks(cloud.width).enumerate() {
+            let y = cloud.corner[1] + row as i32;
+            for (column, &[red, green, blue, alpha]) in pixels.iter().enumerate() {
+                let x = cloud.corner[0] + column as i32;
+                if alpha == 0 || !(0..width).contains(&x) || !(0..height).contains(&y) {
+                    continue;
+                }
+                let below = &mut page[(y * width + x) as usize];
+                let over = |top: u8, below: u8| {
+                    let [alpha, top, below] = [alpha, top, below].map(u32::from);
+                    ((alpha * top + (255 - alpha) * below + 127) / 255) as u8
+                };
+                let [red, green, blue] = [over(red, below.red()), over(green, below.green()), over(blue, below.blue())];
+                *below = PremultipliedColorU8::from_rgba(red, green, blue, 255).unwrap_or(*below);
             }
         }
     }
@@ -186,7 +204,7 @@ impl Painter {
         self.paint(builder, Some(text.colour), None, None);
     }
 
-    fn image(&mut self, rect: Rect, width: usize, height: usize, pixels: &[Colour], smooth: bool) {
+    fn image(&mut self, rect: Rect, width: usize, height: usize, pixels: &[Colour]) {
         let bytes: Vec<u8> = pixels
             .iter()
             .flat_map(|pixel| {
@@ -207,8 +225,8 @@ impl Painter {
             (rect.left * self.scale) as f32,
             (rect.top * self.scale) as f32,
         );
-        let quality = if smooth { FilterQuality::Bilinear } else { FilterQuality::Nearest };
-        self.pixmap.draw_pixmap(0, 0, image, &PixmapPaint { quality, ..Default::default() }, transform, None);
+        let paint = PixmapPaint { quality: FilterQuality::Nearest, ..Default::default() };
+        self.pixmap.draw_pixmap(0, 0, image, &paint, transform, None);
     }
 }
 

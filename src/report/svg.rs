@@ -1,22 +1,31 @@
 //! A canvas as SVG: lines and text stay vectors, large point clouds become an embedded image.
 
-use super::canvas::{Align, Canvas, Point, Rect, Shape, Stroke, Text};
+use super::canvas::{Align, Canvas, Dot, Point, Rect, Shape, Stroke, Text};
+use super::cloud::Bitmap;
 use super::colour::Colour;
-use super::{cloud, font, png};
+use super::{font, png};
+use rayon::prelude::*;
 use std::fmt::Write;
 
 /// More dots than this become an image.
 const MOST_VECTOR_DOTS: usize = 1500;
 /// Pixels along the longer side of an image whose cells keep sharp edges.
 const FINE_IMAGE: usize = 800;
-/// Resolution of embedded point clouds (1/inch).
-const DOTS_PER_INCH: f64 = 400.0;
 
-pub(super) fn encode(canvas: &Canvas) -> String {
-    let mut writer = Writer { out: String::new(), clips: Vec::new() };
-    for shape in &canvas.shapes {
-        writer.shape(shape);
-    }
+/// The canvas, whose clouds of many dots are these bitmaps.
+pub(super) fn encode(canvas: &Canvas, clouds: &[Bitmap]) -> String {
+    let dots = canvas.shapes.iter().filter_map(|shape| match shape {
+        Shape::Dots { dots, .. } => Some(dots),
+        _ => None,
+    });
+    let clouds: Vec<(_, &Bitmap)> = dots.zip(clouds).collect();
+    let embed = |(dots, cloud): (&Vec<Dot>, &Bitmap)| {
+        let image = || png::encode_image(cloud.width, cloud.height(), &cloud.pixels);
+        (dots.len() > MOST_VECTOR_DOTS).then(|| element(&cloud.rect(), "", &image()))
+    };
+    let embedded: Vec<Option<String>> = clouds.into_par_iter().map(embed).collect();
+    let mut writer = Writer { out: String::new(), clips: Vec::new(), embedded: embedded.into_iter() };
+    canvas.shapes.iter().for_each(|shape| writer.shape(shape));
     let (width, height) = (number(canvas.width), number(canvas.height));
     let mut page = String::new();
     page.push_str("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n");
@@ -41,6 +50,8 @@ pub(super) fn encode(canvas: &Canvas) -> String {
 struct Writer {
     out: String,
     clips: Vec<Rect>,
+    /// The clouds to come; `None` for one of few dots.
+    embedded: std::vec::IntoIter<Option<String>>,
 }
 
 impl Writer {
@@ -76,14 +87,11 @@ impl Writer {
                 ));
             }
             Shape::Text(text) => self.text(text),
-            Shape::Image { rect, width, height, pixels, smooth } => {
-                self.image(rect, *width, *height, pixels, *smooth);
-            }
-            Shape::Dots { clip, radius, rim, dots } if dots.len() > MOST_VECTOR_DOTS => {
-                let (width, height, pixels) = cloud::rasterise(dots, *clip, *radius, *rim, DOTS_PER_INCH / 72.0);
-                self.image(clip, width, height, &pixels, true);
-            }
+            Shape::Image { rect, width, height, pixels } => self.image(rect, *width, *height, pixels),
             Shape::Dots { clip, radius, rim, dots } => {
+                if let Some(image) = self.embedded.next().flatten() {
+                    return self.line(format_args!("{image}"));
+                }
                 let clip = self.clip(Some(*clip));
                 self.line(format_args!("<g{clip}>"));
                 for dot in dots {
@@ -148,18 +156,23 @@ impl Writer {
         ));
     }
 
-    fn image(&mut self, rect: &Rect, width: usize, height: usize, pixels: &[Colour], smooth: bool) {
+    fn image(&mut self, rect: &Rect, width: usize, height: usize, pixels: &[Colour]) {
         // Viewers blur between pixels, whatever they are asked for: cells are repeated to keep their edges.
-        let repeat = if smooth { 1 } else { (FINE_IMAGE / width.max(height)).max(1) };
-        let cell = |row: usize, column: usize| pixels[row / repeat * width + column / repeat];
-        let rows = (0..height * repeat).flat_map(|row| (0..width * repeat).map(move |column| cell(row, column)));
-        let data = base64(&png::encode_image(width * repeat, height * repeat, &rows.collect::<Vec<_>>()));
-        let rendering = if smooth { "" } else { " image-rendering=\"optimizeSpeed\"" };
-        self.line(format_args!(
-            "<image {} preserveAspectRatio=\"none\"{rendering} xlink:href=\"data:image/png;base64,{data}\"/>",
-            place(rect)
-        ));
+        let repeat = (FINE_IMAGE / width.max(height)).max(1);
+        let cell = |row: usize, column: usize| {
+            let Colour { red, green, blue, alpha } = pixels[row / repeat * width + column / repeat];
+            [red, green, blue, (255.0 * alpha).round() as u8]
+        };
+        let cells = (0..height * repeat).flat_map(|row| (0..width * repeat).map(move |column| cell(row, column)));
+        let image = png::encode_image(width * repeat, height * repeat, &cells.collect::<Vec<_>>());
+        self.line(format_args!("{}", element(rect, " image-rendering=\"optimizeSpeed\"", &image)));
     }
+}
+
+/// A PNG stretched over a rectangle.
+fn element(rect: &Rect, rendering: &str, image: &[u8]) -> String {
+    let (place, data) = (place(rect), base64(image));
+    format!("<image {place} preserveAspectRatio=\"none\"{rendering} xlink:href=\"data:image/png;base64,{data}\"/>")
 }
 
 /// A line through points.

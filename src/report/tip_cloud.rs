@@ -4,9 +4,10 @@ use super::canvas::{Align, Canvas, Dot, NORMAL, Rect, SMALL, Shape, Stroke, TITL
 use super::colour::{Colour, ColourMap};
 use super::colour_bar::ColourRange;
 use super::text_table::count;
-use super::views::{FourViews, bounds};
+use super::views::{FourViews, View, bounds};
 use super::{Figure, ReportError, TWO_COLUMNS};
 use crate::model::Vector;
+use rayon::prelude::*;
 
 const FIGURE: &str = "the tip cloud";
 /// Room for the title and for the colour bar (pt).
@@ -61,12 +62,13 @@ impl Figure for Cloud {
         let note = self.note(cloud.len(), expected - cloud.len(), &range, !rod.is_empty());
         canvas.text(Text::new(note, [TWO_COLUMNS - 6.0, 9.0], SMALL).align(Align::End).colour(Colour::MUTED));
         views.draw_axes(&mut canvas);
-        let mut order: Vec<usize> = (0..cloud.len()).collect();
-        for view in &views.views {
-            let depth: Vec<f64> = cloud.iter().map(|(point, _)| view.depth(*point)).collect();
-            order.sort_unstable_by(|&a, &b| depth[a].total_cmp(&depth[b]));
-            let dots: Vec<Dot> =
-                order.iter().map(|&i| Dot { at: view.place(cloud[i].0), colour: range.colour(cloud[i].1) }).collect();
+        let colours: Vec<Colour> = cloud.iter().map(|(_, value)| range.colour(*value)).collect();
+        let dots = |view: &View| -> Vec<Dot> {
+            let depths = cloud.iter().map(|(point, _)| view.depth(*point));
+            back_to_front(depths).map(|k| Dot { at: view.place(cloud[k].0), colour: colours[k] }).collect()
+        };
+        let dots: Vec<Vec<Dot>> = views.views.par_iter().map(dots).collect();
+        for (view, dots) in views.views.iter().zip(dots) {
             let radius = dot_radius(view.rect, cloud.len());
             // A rim keeps pale dots apart from the paper; many would darken the cloud.
             let rim = if cloud.len() <= MOST_RIMS { 0.3 } else { 0.0 };
@@ -99,6 +101,15 @@ impl Cloud {
         }
         parts.join(" · ")
     }
+}
+
+/// Places of numbers from the lowest to the highest; of equal ones the first comes first.
+fn back_to_front(depths: impl Iterator<Item = f64>) -> impl Iterator<Item = usize> {
+    // As whole numbers in the same order: below zero, the bits of a number fall where it rises.
+    let key = |depth: f64| depth.to_bits() as i64 ^ (depth.to_bits() as i64 >> 63 & i64::MAX);
+    let mut order: Vec<(i64, u32)> = depths.map(key).zip(0..).collect();
+    order.sort_unstable();
+    order.into_iter().map(|(_, k)| k as usize)
 }
 
 /// Few points are drawn large, many so that they just cover the panel.

@@ -89,7 +89,7 @@ impl VoxelPanel {
         let pixels: Vec<Colour> = self.squares.chunks(self.columns.max(1)).rev().flatten().map(colour).collect();
         if !pixels.is_empty() {
             let (width, height) = (self.columns, self.rows());
-            canvas.shapes.push(Shape::Image { rect, width, height, pixels, smooth: false });
+            canvas.shapes.push(Shape::Image { rect, width, height, pixels });
         }
         for edge in &self.edges {
             if let Some((_, colour)) = edges.get(edge.kind) {

@@ -196,14 +196,35 @@ impl Results {
     ///
     /// As [`Results::parts`].
     pub fn reduce(&self, voxel: f64) -> Result<Reduction, ResultsError> {
-        let mut reduction = Reduction::new(self.record.sample_count, voxel, true);
-        if !self.has_rows() {
-            reduction.restore(self.tips()?, &self.voxels(voxel)?, &self.manifest()?);
-            return Ok(reduction);
+        if self.has_rows() {
+            return self.add_parts(Reduction::new(self.record.sample_count, voxel, true));
         }
+        self.restore(voxel, &self.voxels(voxel)?)
+    }
+
+    /// The same without voxels.
+    ///
+    /// # Errors
+    ///
+    /// As [`Results::parts`].
+    pub fn reduce_without_voxels(&self) -> Result<Reduction, ResultsError> {
+        let voxel = self.spec.workspace.voxel;
+        if self.has_rows() {
+            return self.add_parts(Reduction::new(self.record.sample_count, voxel, false));
+        }
+        self.restore(voxel, &Table::default())
+    }
+
+    fn add_parts(&self, mut reduction: Reduction) -> Result<Reduction, ResultsError> {
         for part in self.parts(&plain_columns(&self.columns))? {
             reduction.add(&part?);
         }
+        Ok(reduction)
+    }
+
+    fn restore(&self, voxel: f64, voxels: &Table) -> Result<Reduction, ResultsError> {
+        let mut reduction = Reduction::new(self.record.sample_count, voxel, true);
+        reduction.restore(self.tips()?, voxels, &self.manifest()?);
         Ok(reduction)
     }
 
@@ -214,7 +235,7 @@ impl Results {
     /// As [`Results::parts`].
     pub fn tips(&self) -> Result<Table, ResultsError> {
         match self.has_rows() {
-            true => Ok(self.reduce(self.spec.workspace.voxel)?.tips),
+            true => Ok(self.reduce_without_voxels()?.tips),
             false => read_parquet_table(&self.dir.join(TIPS_FILE)),
         }
     }

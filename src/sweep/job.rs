@@ -5,7 +5,7 @@ use super::branches::BranchTools;
 use super::check::SpotCheckOptions;
 use super::error::SweepError;
 use super::fallback::{Fallback, run_with_fallback};
-use super::options::{Progress, RunOptions};
+use super::options::{Progress, RowsWritten, RunOptions};
 use super::pilot::choose_method;
 use super::sink::RowSink;
 use super::summary::Summary;
@@ -42,6 +42,7 @@ pub struct SweepJob<'a> {
     part_size: Option<u64>,
     interrupt: Option<&'a AtomicBool>,
     progress: Option<&'a (dyn Fn(&Progress) + Sync)>,
+    rows_written: Option<RowsWritten<'a>>,
     warn: Option<&'a dyn Fn(&str)>,
     spot_check: Option<SpotCheckOptions>,
 }
@@ -58,6 +59,7 @@ impl<'a> SweepJob<'a> {
             part_size: None,
             interrupt: None,
             progress: None,
+            rows_written: None,
             warn: None,
             spot_check: Some(SpotCheckOptions::default()),
         }
@@ -97,6 +99,12 @@ impl<'a> SweepJob<'a> {
     /// Called after every batch.
     pub fn progress(self, progress: Option<&'a (dyn Fn(&Progress) + Sync)>) -> Self {
         SweepJob { progress, ..self }
+    }
+
+    /// Called when every row is written, beside the spot check, so that figures need not wait for it. The run ends when
+    /// both have ended. A run that is interrupted does not call it.
+    pub fn rows_written(self, call: Option<RowsWritten<'a>>) -> Self {
+        SweepJob { rows_written: call, ..self }
     }
 
     /// Called with what the user should know on the way, such as a device that failed.
@@ -281,6 +289,7 @@ impl<'a> PreparedSweep<'a> {
         options.chunk = job.part_size.unwrap_or(job.spec.chunk());
         options.interrupt = job.interrupt;
         options.progress = job.progress;
+        options.rows_written = job.rows_written;
         options.refiners = vec![&second_attempt, &trusted];
         options.search = Some(branch_tools(&search));
         options.trusted = job.spot_check.is_some().then_some(&trusted as BackendFactory);

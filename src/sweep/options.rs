@@ -3,10 +3,13 @@
 use super::branches::BranchTools;
 use super::check::SpotCheckOptions;
 use crate::backend::BackendFactory;
-use crate::results::PilotChoice;
-use crate::spec::{CHUNK, Shard, SolutionMethod};
+use crate::results::{PilotChoice, Reduction};
+use crate::spec::{CHUNK, Shard, SolutionMethod, SweepSpec};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
+
+/// Takes a sweep and what its run has kept of the rows.
+pub type RowsWritten<'a> = &'a (dyn Fn(&SweepSpec, &Reduction) + Sync);
 
 /// How to run a sweep.
 #[derive(Clone)]
@@ -24,6 +27,9 @@ pub struct RunOptions<'a> {
     pub interrupt: Option<&'a AtomicBool>,
     /// Told after every batch.
     pub progress: Option<&'a (dyn Fn(&Progress) + Sync)>,
+    /// Told once, beside the spot check, when every row is written: what the run has kept of them. Not told by a run that
+    /// is interrupted.
+    pub rows_written: Option<RowsWritten<'a>>,
     /// Second attempts for samples that failed or are doubtful, in order.
     pub refiners: Vec<BackendFactory<'a>>,
     /// Looks for the equilibria beside the one from rest, where the sweep asks for them.
@@ -72,6 +78,7 @@ impl<'a> RunOptions<'a> {
             chunk: CHUNK,
             interrupt: None,
             progress: None,
+            rows_written: None,
             refiners: Vec::new(),
             search: None,
             trusted: None,

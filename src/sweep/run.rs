@@ -99,14 +99,25 @@ pub fn run(
     let seconds = finisher.start.elapsed().as_secs_f64();
     let interrupted = finisher.solved < size(&missing);
     let mut timings = Timings { build, solve, write, ..finisher.timings };
-    let mut spot_check = None;
-    if let (Some(spot_samples), Some(trusted), false) = (finisher.spot_samples.take(), options.trusted, interrupted) {
-        finisher.report(true);
-        let begin = Instant::now();
-        spot_check = Some(spot_samples.compare(&plan, &sampler, trusted)?);
-        timings.check = begin.elapsed().as_secs_f64();
+    if resumed > 0 {
+        finisher.reduction.sort_tips();
     }
-    timings.total = start.elapsed().as_secs_f64();
+    let spot_samples = finisher.spot_samples.take().filter(|_| !interrupted);
+    let spot_check = std::thread::scope(|scope| {
+        let reduction = &finisher.reduction;
+        if let (Some(rows_written), false) = (options.rows_written, interrupted) {
+            scope.spawn(move || rows_written(spec, reduction));
+        }
+        let mut spot_check = None;
+        if let (Some(spot_samples), Some(trusted)) = (spot_samples, options.trusted) {
+            finisher.report(true);
+            let begin = Instant::now();
+            spot_check = Some(spot_samples.compare(&plan, &sampler, trusted)?);
+            timings.check = begin.elapsed().as_secs_f64();
+        }
+        timings.total = start.elapsed().as_secs_f64();
+        Ok::<_, SweepError>(spot_check)
+    })?;
     let summary = Summary {
         backend: info,
         total,

@@ -4,11 +4,13 @@ use rodsweep::backend::BackendKind;
 use rodsweep::engines::EngineRequest;
 use rodsweep::figures::{RunFigures, RunFiguresError};
 use rodsweep::model::Status;
-use rodsweep::results::{Results, ResultsError};
+use rodsweep::results::{Reduction, Results, ResultsError};
 use rodsweep::spec::{Format, SweepSpec};
-use rodsweep::sweep::{Callback, Memory, ResultDirectory, SweepError, SweepJob};
+use rodsweep::sweep::{Callback, Memory, ResultDirectory, SpotCheckOptions, SweepError, SweepJob};
 use rodsweep::table::Table;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::sync::atomic::AtomicBool;
 
 fn spec(format: &str) -> SweepSpec {
     let text = format!(
@@ -133,4 +135,40 @@ fn figures_are_drawn_from_the_files() {
     assert!(by_current[1] != by_margin[1]);
     let error = RunFigures::new().colour(Some("margin")).draw(&results, &out).expect_err("no such column");
     assert!(matches!(&error, RunFiguresError::Colour { known, .. } if known.len() > 5), "{error}");
+}
+
+#[test]
+fn what_a_run_tells_beside_its_spot_check_gives_the_figures_of_its_files() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let drawn = |folder: &str, names: Vec<PathBuf>| -> Vec<Vec<u8>> {
+        assert!(names.iter().all(|name| name.starts_with(dir.path().join(folder))));
+        names.into_iter().map(|name| std::fs::read(name).expect("a file")).collect()
+    };
+    let told = Mutex::new(Vec::new());
+    let tell = |spec: &SweepSpec, rows: &Reduction| {
+        let folder = dir.path().join("told");
+        std::fs::create_dir_all(&folder).expect("a folder");
+        let files = RunFigures::new().draw_reduction(spec, rows, &folder).expect("figures");
+        told.lock().expect("no panic").push(drawn("told", files));
+    };
+    let flag = AtomicBool::new(true);
+    let out = dir.path().join("run");
+    let job = |spot_check| job("parquet").spot_check(spot_check).rows_written(Some(&tell));
+    let summary = job(None).interrupt(&flag).run(&mut ResultDirectory::new(&out)).expect("a run");
+    assert!(summary.interrupted && told.lock().expect("no panic").is_empty(), "an interrupted run tells nothing");
+
+    let out = dir.path().join("whole");
+    let check = Some(SpotCheckOptions::default());
+    let summary = job(check).run(&mut ResultDirectory::new(&out)).expect("a run");
+    assert!(summary.spot_check.is_some_and(|check| check.checked > 0));
+    // A run that goes on finds its parts in another order than it makes them.
+    std::fs::remove_file(out.join("part-0000000001.parquet")).expect("a part");
+    let summary = job(None).run(&mut ResultDirectory::new(&out).resume(true)).expect("a run");
+    assert_eq!((summary.solved, summary.resumed), (32, 98));
+
+    let files = RunFigures::new().draw(&Results::open(&out).expect("results"), &out).expect("figures");
+    let files = drawn("whole", files);
+    let told = told.into_inner().expect("no panic");
+    assert_eq!(told.len(), 2, "once a run");
+    assert!(told.iter().all(|told| *told == files));
 }

@@ -7,13 +7,14 @@ use rodsweep::figures::RunFigures;
 use rodsweep::input::scene_notes;
 use rodsweep::model::{Plan, PlanOptions, Quantity, Status};
 use rodsweep::report::{count, engineering};
-use rodsweep::results::{AnchorAccount, BranchCounts, ErrorDistribution, Results, SampleOrigin};
+use rodsweep::results::{AnchorAccount, BranchCounts, ErrorDistribution, Reduction, Results, SampleOrigin};
 use rodsweep::spec::{AxisSpec, BranchChoice, Distribution, Format, Method, Shard, SweepSpec};
 use rodsweep::study::workspace::with_measured_dimension;
 use rodsweep::sweep::{PreparedSweep, Progress, ResultDirectory, Summary, SweepJob};
 use std::cell::OnceCell;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 /// Set by Ctrl-C.
@@ -44,6 +45,14 @@ pub fn run(arguments: &RunArguments) -> Result<Exit, CommandError> {
     };
     let job = SweepJob::new(spec).engine(arguments.engine.request()).method(settled).shard(shard);
     let job = job.limit(arguments.limit).interrupt(&INTERRUPTED).warn(&warn);
+    let drawn = Mutex::new(None);
+    let draw = |spec: &SweepSpec, rows: &Reduction| {
+        let files = figures.draw_reduction(spec, rows, &out);
+        drawn.lock().unwrap_or_else(PoisonError::into_inner).replace(files);
+    };
+    // A shard's figures show what the directory holds of all shards.
+    let is_drawn = !arguments.no_figures && shard == Shard::WHOLE;
+    let job = job.rows_written(if is_drawn { Some(&draw) } else { None });
     let mut directory = ResultDirectory::new(&out).resume(arguments.resume);
     let mut sweep = job.prepare(&directory)?;
     tell_method(&sweep, &tell);
@@ -69,7 +78,12 @@ pub fn run(arguments: &RunArguments) -> Result<Exit, CommandError> {
         return Ok(Exit::Interrupted);
     }
     if !arguments.no_figures {
-        for path in figures.draw(&Results::open(&out)?, &out)? {
+        let drawn = drawn.lock().unwrap_or_else(PoisonError::into_inner).take();
+        let files = match drawn {
+            Some(files) => files?,
+            None => figures.draw(&Results::open(&out)?, &out)?,
+        };
+        for path in files {
             tell(&format!("figure: {}", path.display()));
         }
     }

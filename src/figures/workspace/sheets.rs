@@ -91,9 +91,7 @@ impl<'a> WorkspaceFigures<'a> {
 /// Writes a figure as PNG and SVG; returns the files.
 pub(super) fn write_both(figure: &dyn Figure, folder: &Path, name: &str) -> Result<[PathBuf; 2], ReportError> {
     let paths = ["png", "svg"].map(|extension| folder.join(format!("{name}.{extension}")));
-    for path in &paths {
-        report::write(figure, path)?;
-    }
+    report::write_all(figure, &paths)?;
     Ok(paths)
 }
 
