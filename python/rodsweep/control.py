@@ -132,7 +132,7 @@ class Control:
     @property
     def outcome(self) -> NDArray[np.str_]:
         """``reached``, ``at-limit`` and others, shape (n,)."""
-        return np.asarray(self._table["outcome"])
+        return np.asarray(self._table["status"])
 
     @property
     def missed(self) -> int:

@@ -82,7 +82,7 @@ class Solution:
         self._branch = branch
         rows = answer.pop("rows")
         self._shape = (rows,) if branch == "all" else columns.shape
-        self._block = answer.pop("numbers").reshape((-1, *self._shape))
+        self._block = answer.pop("numbers").reshape((len(answer["names"]), *self._shape))
         self._status = answer.pop("status").reshape(self._shape)
         self._wrt = [(name, scene.components(name)) for name in wrt]
         self._answer = answer
