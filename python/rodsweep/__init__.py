@@ -4,7 +4,7 @@
 >>> scene = rodsweep.Scene.from_dict({
 ...     "field": {"flux_density": [0, "3 T", 0]},
 ...     "segment": [
-...         {"name": "tube", "kind": "flexible", "length": "80 mm", "stiffness": "8 N mm^2"},
+...         {"name": "tube", "kind": "flexible", "length": "80 mm", "stiffness": {"bending": 8e-6, "torsion": 6e-6}},
 ...         {"name": "coil", "kind": "rigid", "length": "13 mm",
 ...          "coil": {"turns": [30, 30, 100], "area": ["4.7 mm^2", "4.7 mm^2", "1.1 mm^2"], "current": [0, 0, 0]}},
 ...     ],

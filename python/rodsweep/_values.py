@@ -96,7 +96,7 @@ def names_of(key: str, names: str | Sequence[str] | None) -> list[str]:
     try:
         listed = list(names)
     except TypeError:
-        listed = [names]
+        raise InputError(f"`{key}`: {names!r} is no name; give texts such as \"coil.current\"", key) from None
     for name in listed:
         if not isinstance(name, str):
             raise InputError(f"`{key}`: {name!r} is no name; give texts such as \"coil.current\"", key)

@@ -46,7 +46,7 @@ def fit(
     Examples
     --------
     >>> scene = Scene.from_dict({
-    ...     "segment": [{"name": "rod", "kind": "flexible", "length": 0.1, "stiffness": 1e-5}],
+    ...     "segment": [{"name": "rod", "kind": "flexible", "length": 0.1, "stiffness": {"bending": 1e-5, "torsion": 1e-5}}],
     ... })
     >>> found = fit(scene, [[0, -0.0049, 0.0998]], free="rod.rest_curvature.x")
     >>> found.value.round(2), found.names

@@ -6,7 +6,7 @@ JAX is imported here only. Switch on its 64 bits for full precision: ``jax.confi
 >>> import rodsweep, rodsweep.jax
 >>> jax.config.update("jax_enable_x64", True)
 >>> scene = rodsweep.Scene.from_dict({
-...     "segment": [{"name": "rod", "kind": "flexible", "length": 0.1, "stiffness": 1e-5}],
+...     "segment": [{"name": "rod", "kind": "flexible", "length": 0.1, "stiffness": {"bending": 1e-5, "torsion": 1e-5}}],
 ... })
 >>> tip = rodsweep.jax.function(scene, "loads.tip_force")
 >>> jax.jacrev(lambda force: tip({"loads.tip_force": force})["tip_position"])(jnp.zeros(3)).shape
@@ -82,10 +82,11 @@ def function(
         like = tuple(jax.ShapeDtypeStruct((*theta.shape[:-1], *shape), theta.dtype) for shape in shapes)
         return jax.pure_callback(there, like if len(like) > 1 else like[0], theta, vmap_method="broadcast_all")
 
-    @jax.custom_jvp
-    def core(theta: jax.Array) -> jax.Array:
+    def plain(theta: jax.Array) -> jax.Array:
         value: jax.Array = call(value_there, theta, (model.size,))
         return value
+
+    core = jax.custom_jvp(plain)
 
     def rule(primals: tuple[jax.Array], tangents: tuple[jax.Array]) -> tuple[jax.Array, jax.Array]:
         (theta,), (turn,) = primals, tangents

@@ -30,7 +30,7 @@ class Scene:
     """One rod: segments from base to tip, a field, loads. It never changes; :meth:`with_values` gives another one.
 
     >>> scene = Scene.from_dict({
-    ...     "segment": [{"name": "rod", "kind": "flexible", "length": "0.1 m", "stiffness": 1e-5}],
+    ...     "segment": [{"name": "rod", "kind": "flexible", "length": "0.1 m", "stiffness": {"bending": 1e-5, "torsion": 1e-5}}],
     ...     "loads": {"tip_force": [0, "1 mN", 0]},
     ... })
     >>> scene
@@ -66,10 +66,10 @@ class Scene:
 
         Quantities are numbers in SI units or texts with units. A value of None is left out.
 
-        >>> Scene.from_dict({"segment": [{"name": "rod", "kind": "flexible", "length": "1 kg", "stiffness": 1e-5}]})
+        >>> Scene.from_dict({"segment": [{"name": "rod", "kind": "flexible", "length": "1 kg"}]})
         Traceback (most recent call last):
             ...
-        rodsweep._errors.InputError: `segment[0].length`: "1 kg" has another dimension; give a quantity in m
+        rodsweep._errors.InputError: `segment[0].length`: "1 kg" is a mass; give a length such as "13 mm"
         """
         if not isinstance(tables, Mapping):
             raise InputError(f"the scene is of type {type(tables).__name__}; give a dictionary")
@@ -79,7 +79,7 @@ class Scene:
         """The same scene with other values: SI numbers or texts with units. A group sets all of its components.
 
         >>> scene = Scene.from_dict({
-        ...     "segment": [{"name": "rod", "kind": "flexible", "length": 0.1, "stiffness": 1e-5}],
+        ...     "segment": [{"name": "rod", "kind": "flexible", "length": 0.1, "stiffness": {"bending": 1e-5, "torsion": 1e-5}}],
         ... })
         >>> scene.with_values({"insertion": "120 mm", "loads.tip_force.x": 1e-3})
         <Scene: rod 120 mm>

@@ -49,7 +49,7 @@ _WORDS = np.array(_rodsweep.STATUSES)
 _OK = np.array([status <= Status.RAMPED for status in Status])
 _CONVERGED = np.array([status <= Status.RAMPED or status == Status.UNSTABLE for status in Status])
 # Columns of the library's block of numbers.
-_COLUMNS = {
+_COLUMNS: dict[str, int | slice] = {
     "tip_position": slice(0, 3),
     "tip_rotation": slice(3, 6),
     "base_curvature": slice(6, 9),
@@ -133,8 +133,9 @@ class Solution:
 
     def _column(self, name: str) -> Floats:
         place = _COLUMNS[name]
-        columns = self._block[place]
-        return np.moveaxis(columns, 0, -1) if isinstance(place, slice) else columns
+        if isinstance(place, slice):
+            return np.moveaxis(self._block[place], 0, -1)
+        return np.asarray(self._block[place])
 
     @property
     def tip_position(self) -> Floats:
