@@ -109,6 +109,7 @@ impl From<PlanError> for Failure {
     fn from(error: PlanError) -> Failure {
         match error {
             PlanError::Parameter(error) => error.into(),
+            error @ PlanError::InsertionIntoRigid(_) => Failure::at("insertion", error),
             error => Failure::input(error),
         }
     }

@@ -9,7 +9,7 @@ use numpy::{IntoPyArray, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rodsweep::engines::EngineRequest;
-use rodsweep::input::{sweep_of_rows, sweep_of_table};
+use rodsweep::input::sweep_of_rows;
 use rodsweep::model::{Parameter, Scene};
 use rodsweep::spec::{BranchChoice, InputTable, OutputQuantity, SolutionMethod, SweepSpec};
 use rodsweep::sweep::{Memory, Progress, SpotCheckOptions, Summary, SweepJob};
@@ -58,8 +58,11 @@ impl Request {
         for row in 0..count {
             values.extend(columns.iter().map(|column| if column.len() == 1 { column[0] } else { column[row] }));
         }
-        let table = InputTable::new(parameters, values);
-        let spec = if lenient { sweep_of_rows(scene, table)? } else { sweep_of_table(scene, table)? };
+        if let Some(at) = values.iter().position(|value| !value.is_finite()).filter(|_| !lenient) {
+            let (name, row, value) = (parameters[at % columns.len()].name(&scene), at / columns.len(), values[at]);
+            return Err(Failure::at(&name, format!("is {value} in sample {row}; give a finite number")));
+        }
+        let spec = sweep_of_rows(scene, InputTable::new(parameters, values))?;
         // A table without columns has no rows, but the scene is a sample.
         let sample_count = count as u64;
         Ok(SweepSpec { sample_count, wrt, tolerance, branch, quantities: OutputQuantity::ALL.to_vec(), ..spec })
@@ -92,7 +95,7 @@ impl Request {
                 let mut memory = Memory::new();
                 let mut sweep = job.prepare(&memory)?;
                 let mut backend = sweep.open()?;
-                answer.method = Some(sweep.method());
+                answer.method = (count > 0).then(|| sweep.method());
                 let summary = sweep.run_on(backend.as_mut(), &mut memory)?;
                 let table = memory.into_table();
                 answer.block = Block::new(&table.empty(), table.row_count())?;
@@ -103,7 +106,7 @@ impl Request {
             let mut sink = BlockSink { block: Block::default(), rows: count };
             let mut sweep = job.prepare(&sink)?;
             let mut backend = sweep.open()?;
-            answer.method = Some(sweep.method());
+            answer.method = (count > 0).then(|| sweep.method());
             let summary = sweep.run_on(backend.as_mut(), &mut sink)?;
             answer.block = sink.block;
             Ok(summary)

@@ -2,7 +2,7 @@
 
 use super::error::{InputError, Problem};
 use super::sweep_axes::{overlap, row_axis};
-use crate::model::{ParameterError, Plan, PlanError, PlanOptions, Scene};
+use crate::model::{ParameterError, PlanError, PlanOptions, Scene};
 use crate::spec::{
     BranchChoice, Format, InputTable, MAX_ROWS, Method, OutputQuantity, SweepSpec, WorkspaceOptions, grouped,
 };
@@ -25,14 +25,17 @@ pub fn sweep_of_table(scene: Scene, table: InputTable) -> Result<SweepSpec, Inpu
             return Err(error(&name, problem));
         }
     }
-    sweep_of_rows(scene, table)
+    let spec = sweep_of_rows(scene, table)?;
+    spec.plan(PlanOptions::default()).map_err(plan_error)?;
+    Ok(spec)
 }
 
-/// The same for a table that may hold numbers that are not finite: these rows get the status `bad-parameter`.
+/// The same for a table that may hold numbers that are not finite: these rows get the status `bad-parameter`. Whether
+/// its parameters can be swept is told by [`SweepSpec::plan`].
 ///
 /// # Errors
 ///
-/// As [`sweep_of_table`], values left out.
+/// Columns that set the same number, or too many rows.
 pub fn sweep_of_rows(scene: Scene, table: InputTable) -> Result<SweepSpec, InputError> {
     let parameters = table.parameters();
     for (at, parameter) in parameters.iter().enumerate() {
@@ -48,8 +51,6 @@ pub fn sweep_of_rows(scene: Scene, table: InputTable) -> Result<SweepSpec, Input
         return Err(error("", Problem::TooMany { what: "asks for", count, limit, remedy: "solve fewer at once" }));
     }
     let axes: Vec<_> = parameters.iter().map(row_axis).collect();
-    let driven: Vec<_> = parameters.iter().map(|parameter| vec![*parameter]).collect();
-    Plan::new(&scene, &driven, &[], PlanOptions::default()).map_err(plan_error)?;
     Ok(SweepSpec {
         file: PathBuf::new(),
         scene,
