@@ -142,7 +142,8 @@ def _solve(
         columns.names,
         columns.columns,
         columns.count,
-        wrt,
+        # Names in full are found at once.
+        [component for name in wrt for component in scene.components(name)],
         engine=engine,
         precision=precision,
         tolerance=tolerance,

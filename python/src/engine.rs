@@ -6,6 +6,8 @@ use rodsweep::engines::EngineRequest;
 use rodsweep::input::one_of;
 use rodsweep::spec::{BranchChoice, SolutionMethod};
 use rodsweep::study::check_tolerance;
+#[cfg(feature = "gpu")]
+use std::sync::OnceLock;
 
 /// Of a fixed list of words.
 pub fn word<T: Copy>(key: &str, text: &str, all: &[T], name: fn(T) -> &'static str) -> Result<T, Failure> {
@@ -20,12 +22,29 @@ pub fn request(engine: &str, precision: Option<&str>) -> Result<EngineRequest, F
         ("cpu", Some(BackendKind::Cpu)),
         ("reference", Some(BackendKind::Reference)),
     ];
-    let (_, backend) = word("engine", engine, &ENGINES, |(name, _)| name)?;
+    let (_, mut backend) = word("engine", engine, &ENGINES, |(name, _)| name)?;
+    if engine == "auto" && !has_gpu() {
+        backend = Some(BackendKind::Cpu);
+    }
     let precision = match precision {
         Some(text) => Some(word("precision", text, &[Precision::F32, Precision::F64], Precision::name)?),
         None => None,
     };
     Ok(EngineRequest::any().backend(backend).precision(precision))
+}
+
+/// Whether there is a GPU that is no software: looked for once, since that takes longer than a small batch.
+#[cfg(feature = "gpu")]
+fn has_gpu() -> bool {
+    static ONLY_SOFTWARE: OnceLock<bool> = OnceLock::new();
+    // An error is told by the choice of the engine.
+    let look = || rodsweep::gpu::chosen_adapters().is_ok_and(|all| all.iter().all(|adapter| adapter.is_software()));
+    !*ONLY_SOFTWARE.get_or_init(look)
+}
+
+#[cfg(not(feature = "gpu"))]
+fn has_gpu() -> bool {
+    false
 }
 
 /// A target error between 0 and 1.
