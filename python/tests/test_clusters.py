@@ -71,12 +71,38 @@ def test_dask(p6: rodsweep.Scene, root: Path, tmp_path: Path) -> None:
     check(results, sweep(p6))
 
 
-def test_ray(p6: rodsweep.Scene, root: Path, tmp_path: Path) -> None:
+def busy_workers(mark: str) -> list[int]:
+    """Processes of this test's cluster that run a shard."""
+    found = []
+    for folder in Path("/proc").glob("[0-9]*"):
+        try:
+            is_busy = (folder / "cmdline").read_bytes().startswith(b"ray::run_shard")
+            if is_busy and mark.encode() in (folder / "environ").read_bytes():
+                found.append(int(folder.name))
+        except OSError:
+            continue
+    return found
+
+
+def test_ray(p6: rodsweep.Scene, root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     ray = pytest.importorskip("ray", reason="Ray is not installed")
     recipe = example(root, "ray_shards")
+    directory, killed = tmp_path / "out", []
+    monkeypatch.setenv("RODSWEEP_TEST_CLUSTER", str(tmp_path))
     ray.init(num_cpus=3, include_dashboard=False)
     try:
-        results = recipe.run_on(sweep(p6), str(tmp_path / "out"), shards=12)
+
+        def kill() -> None:
+            while parts_in(directory) < 6 or not (busy := busy_workers(str(tmp_path))):
+                time.sleep(0.002)
+            os.kill(busy[0], signal.SIGKILL)
+            killed.append(busy[0])
+
+        killer = threading.Thread(target=kill, daemon=True)
+        killer.start()
+        results = recipe.run_on(sweep(p6), str(directory), shards=12)
+        killer.join(timeout=1)
     finally:
         ray.shutdown()
+    assert killed, "no worker was killed"
     check(results, sweep(p6))
