@@ -50,7 +50,10 @@ def main() -> None:
     """Prints the ratios."""
     scene = rodsweep.Scene.from_file(ROOT / "sweeps/scenes/p6.toml")
     generator = np.random.default_rng(0)
-    values = {"coil.current": generator.uniform(-0.2, 0.2, (SAMPLES, 3)), "insertion": generator.uniform(0.09, 0.1, SAMPLES)}
+    values = {
+        "coil.current": generator.uniform(-0.2, 0.2, (SAMPLES, 3)),
+        "insertion": generator.uniform(0.09, 0.1, SAMPLES),
+    }
     pair(scene, values, None)
     times = [pair(scene, values, None) for _ in range(REPEATS)]
     ratio = statistics.median(python / library for python, library in times)

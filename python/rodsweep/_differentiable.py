@@ -37,7 +37,7 @@ class Model:
         self.groups = [(name, scene.components(name)) for name in names_of("parameters", parameters)]
         self.names = [component for _, components in self.groups for component in components]
         if not self.names:
-            raise InputError("`parameters`: are none; name what is varied, such as \"coil.current\"", "parameters")
+            raise InputError('`parameters`: are none; name what is varied, such as "coil.current"', "parameters")
         self.outputs = names_of("outputs", outputs)
         for name in self.outputs:
             if name not in OUTPUTS:

@@ -39,7 +39,7 @@ class Columns:
         arrays: list[Floats] = []
         for name, value in values.items():
             if not isinstance(name, str):
-                raise InputError(f"`values`: {name!r} is no name; give a text such as \"coil.current.x\"", "values")
+                raise InputError(f'`values`: {name!r} is no name; give a text such as "coil.current.x"', "values")
             components = scene.components(name)
             array = numbers(scene, name, value)
             names += components
@@ -96,10 +96,10 @@ def names_of(key: str, names: str | Sequence[str] | None) -> list[str]:
     try:
         listed = list(names)
     except TypeError:
-        raise InputError(f"`{key}`: {names!r} is no name; give texts such as \"coil.current\"", key) from None
+        raise InputError(f'`{key}`: {names!r} is no name; give texts such as "coil.current"', key) from None
     for name in listed:
         if not isinstance(name, str):
-            raise InputError(f"`{key}`: {name!r} is no name; give texts such as \"coil.current\"", key)
+            raise InputError(f'`{key}`: {name!r} is no name; give texts such as "coil.current"', key)
     return listed
 
 

@@ -67,7 +67,10 @@ def control(
     Examples
     --------
     >>> scene = Scene.from_dict({
-    ...     "segment": [{"name": "rod", "kind": "flexible", "length": 0.1, "stiffness": {"bending": 1e-5, "torsion": 1e-5}}],
+    ...     "segment": [{
+    ...         "name": "rod", "kind": "flexible", "length": 0.1,
+    ...         "stiffness": {"bending": 1e-5, "torsion": 1e-5},
+    ...     }],
     ... })
     >>> found = control(scene, [[0, 0.01, 0.099]], inputs={"loads.tip_force": "2 mN"}, coordinates="y")
     >>> found.outcome.tolist(), found.inputs

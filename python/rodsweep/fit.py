@@ -46,7 +46,10 @@ def fit(
     Examples
     --------
     >>> scene = Scene.from_dict({
-    ...     "segment": [{"name": "rod", "kind": "flexible", "length": 0.1, "stiffness": {"bending": 1e-5, "torsion": 1e-5}}],
+    ...     "segment": [{
+    ...         "name": "rod", "kind": "flexible", "length": 0.1,
+    ...         "stiffness": {"bending": 1e-5, "torsion": 1e-5},
+    ...     }],
     ... })
     >>> found = fit(scene, [[0, -0.0049, 0.0998]], free="rod.rest_curvature.x")
     >>> found.value.round(2), found.names
@@ -75,7 +78,11 @@ def fit(
     rows = [np.broadcast_to(column, (count,)) for column in columns.columns]
     known = np.stack(rows, axis=-1).tolist() if rows else [[] for _ in range(count)]
     shapes = [
-        [[s, *point] for s, point in zip(at[row].tolist(), points[row].tolist(), strict=True) if not any(map(_is_nan, point))]
+        [
+            [s, *point]
+            for s, point in zip(at[row].tolist(), points[row].tolist(), strict=True)
+            if not any(map(_is_nan, point))
+        ]
         for row in range(count)
     ]
     native = _rodsweep.fit(

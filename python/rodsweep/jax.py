@@ -6,7 +6,10 @@ JAX is imported here only. Switch on its 64 bits for full precision: ``jax.confi
 >>> import rodsweep, rodsweep.jax
 >>> jax.config.update("jax_enable_x64", True)
 >>> scene = rodsweep.Scene.from_dict({
-...     "segment": [{"name": "rod", "kind": "flexible", "length": 0.1, "stiffness": {"bending": 1e-5, "torsion": 1e-5}}],
+...     "segment": [{
+...         "name": "rod", "kind": "flexible", "length": 0.1,
+...         "stiffness": {"bending": 1e-5, "torsion": 1e-5},
+...     }],
 ... })
 >>> tip = rodsweep.jax.function(scene, "loads.tip_force")
 >>> jax.jacrev(lambda force: tip({"loads.tip_force": force})["tip_position"])(jnp.zeros(3)).shape

@@ -30,7 +30,10 @@ class Scene:
     """One rod: segments from base to tip, a field, loads. It never changes; :meth:`with_values` gives another one.
 
     >>> scene = Scene.from_dict({
-    ...     "segment": [{"name": "rod", "kind": "flexible", "length": "0.1 m", "stiffness": {"bending": 1e-5, "torsion": 1e-5}}],
+    ...     "segment": [{
+    ...         "name": "rod", "kind": "flexible", "length": "0.1 m",
+    ...         "stiffness": {"bending": 1e-5, "torsion": 1e-5},
+    ...     }],
     ...     "loads": {"tip_force": [0, "1 mN", 0]},
     ... })
     >>> scene
@@ -79,7 +82,10 @@ class Scene:
         """The same scene with other values: SI numbers or texts with units. A group sets all of its components.
 
         >>> scene = Scene.from_dict({
-        ...     "segment": [{"name": "rod", "kind": "flexible", "length": 0.1, "stiffness": {"bending": 1e-5, "torsion": 1e-5}}],
+        ...     "segment": [{
+        ...         "name": "rod", "kind": "flexible", "length": 0.1,
+        ...         "stiffness": {"bending": 1e-5, "torsion": 1e-5},
+        ...     }],
         ... })
         >>> scene.with_values({"insertion": "120 mm", "loads.tip_force.x": 1e-3})
         <Scene: rod 120 mm>

@@ -195,7 +195,7 @@ class Solution:
 
     @property
     def error_estimate(self) -> Floats:
-        """Estimated error of tip position over rod length, or of tip rotation (rad), whichever is larger, shape (n,)."""
+        """Estimated error of tip position over rod length or of tip rotation (rad), the larger one, shape (n,)."""
         return self._column("error_estimate")
 
     @property
@@ -389,9 +389,7 @@ class Solution:
         columns = [np.ascontiguousarray(values.reshape(-1)[rows]) for values in self.values.values()]
         moments = np.ascontiguousarray(self.base_moment.reshape(-1, 3)[rows]).reshape(-1)
         shares = [k / 40 for k in range(41)]
-        answer = _rodsweep.shape(
-            self.scene._native, self._columns.names, columns, len(rows), [], moments, shares, None
-        )
+        answer = _rodsweep.shape(self.scene._native, self._columns.names, columns, len(rows), [], moments, shares, None)
         return answer["numbers"].reshape(len(rows), 41, answer["width"])[..., 1:4]
 
 

@@ -83,7 +83,10 @@ def solve(
     --------
     >>> import numpy as np
     >>> scene = Scene.from_dict({
-    ...     "segment": [{"name": "rod", "kind": "flexible", "length": 0.1, "stiffness": {"bending": 1e-5, "torsion": 1e-5}}],
+    ...     "segment": [{
+    ...         "name": "rod", "kind": "flexible", "length": 0.1,
+    ...         "stiffness": {"bending": 1e-5, "torsion": 1e-5},
+    ...     }],
     ... })
     >>> force = np.linspace(0, 1e-3, 5)
     >>> solution = solve(scene, {"loads.tip_force.y": force}, wrt=["loads.tip_force", "insertion"])

@@ -78,7 +78,9 @@ class Workspace:
         self._native = native
 
     @classmethod
-    def _of_sweep(cls, sweep: NativeSweep, options: dict[str, Any], progress: Callable[..., object] | None) -> Workspace:
+    def _of_sweep(
+        cls, sweep: NativeSweep, options: dict[str, Any], progress: Callable[..., object] | None
+    ) -> Workspace:
         return cls(NativeWorkspace.of_sweep(sweep, options, progress))
 
     @classmethod
@@ -165,7 +167,7 @@ class Sensitivity:
 
     @property
     def tables(self) -> dict[str, Table]:
-        """Tables by name: ``indices``, ``dgsm``, ``local``, ``moments``, ``failures``, ``chaos``, ``fisher``, ``design``."""
+        """Those with rows of ``indices``, ``dgsm``, ``local``, ``moments``, ``failures``, ``chaos``, ``fisher``, ``design``."""
         return dict(self._native.tables())
 
     @property

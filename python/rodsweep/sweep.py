@@ -50,7 +50,10 @@ class Sweep:
     Examples
     --------
     >>> scene = Scene.from_dict({
-    ...     "segment": [{"name": "rod", "kind": "flexible", "length": 0.1, "stiffness": {"bending": 1e-5, "torsion": 1e-5}}],
+    ...     "segment": [{
+    ...         "name": "rod", "kind": "flexible", "length": 0.1,
+    ...         "stiffness": {"bending": 1e-5, "torsion": 1e-5},
+    ...     }],
     ... })
     >>> sweep = Sweep(scene, "grid", {"loads.tip_force.x": ("-1 mN", "1 mN", 5)}, derivatives="insertion")
     >>> len(sweep)

@@ -5,7 +5,10 @@ PyTorch is imported here only. Tensors are on the CPU; double precision is full 
 >>> import torch
 >>> import rodsweep, rodsweep.torch
 >>> scene = rodsweep.Scene.from_dict({
-...     "segment": [{"name": "rod", "kind": "flexible", "length": 0.1, "stiffness": {"bending": 1e-5, "torsion": 1e-5}}],
+...     "segment": [{
+...         "name": "rod", "kind": "flexible", "length": 0.1,
+...         "stiffness": {"bending": 1e-5, "torsion": 1e-5},
+...     }],
 ... })
 >>> tip = rodsweep.torch.function(scene, "loads.tip_force")
 >>> force = torch.zeros(3, dtype=torch.float64, requires_grad=True)

@@ -169,9 +169,7 @@ def test_fit_is_that_of_the_program(root: Path, program: Any, tmp_path: Path) ->
     points = rodsweep.solve(true, {"coil.current": currents}).shape(4).position[:, 1:]
     at = true.length * np.arange(1, 4) / 3
     head = "s,x,y,z,coil.current.x,coil.current.y,coil.current.z"
-    rows = [
-        ",".join(repr(float(x)) for x in (at[p], *points[m, p], *currents[m])) for m in range(3) for p in range(3)
-    ]
+    rows = [",".join(repr(float(x)) for x in (at[p], *points[m, p], *currents[m])) for m in range(3) for p in range(3)]
     (tmp_path / "shapes.csv").write_text("\n".join([head, *rows]) + "\n")
     free = ["proximal.rest_curvature.x", "proximal.rest_curvature.y"]
     done = program("fit", root / "sweeps/scenes/p6.toml", tmp_path / "shapes.csv", "--free", ",".join(free), "--json")

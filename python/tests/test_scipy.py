@@ -1,13 +1,10 @@
 """The same boundary value problem, written anew for SciPy: equilibria of a rod from its differential equations.
 
-p' = R e3, R' = R hat(u), n' = -q, m' = -p' x n - l, with m = R K (u - u*); the base is clamped, at the tip stand the
-force and the moment of the scene. In the field B the coil at the tip has the moment R N A i and the couple (R mu) x B.
-Nothing of the library is used for the answers.
+p' = R e3, R' = R hat(u), n' = -q, m' = -p' x n, with m = R K (u - u*); the base is clamped, at the tip stand the
+force and the moment of the scene; q is the weight. Nothing of the library is used for the answers.
 """
 
 from __future__ import annotations
-
-from typing import Any
 
 import numpy as np
 import pytest
@@ -30,35 +27,35 @@ def hat(v: np.ndarray) -> np.ndarray:
     return np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
 
 
-def slope(_: float, y: np.ndarray) -> np.ndarray:
-    p_slope = y[3:12].reshape(3, 3)[:, 2]
-    rotation = y[3:12].reshape(3, 3)
-    n, m = y[12:15], y[15:18]
+def slope(_: float, y: np.ndarray, share: float) -> np.ndarray:
+    rotation, n, m = y[3:12].reshape(3, 3), y[12:15], y[15:18]
+    p_slope = rotation[:, 2]
     u = REST + (rotation.T @ m) / STIFFNESS
-    return np.concatenate([p_slope, (rotation @ hat(u)).ravel(), -DENSITY * GRAVITY, -np.cross(p_slope, n)])
+    weight = share * DENSITY * GRAVITY
+    return np.concatenate([p_slope, (rotation @ hat(u)).ravel(), -weight, -np.cross(p_slope, n)])
 
 
-def integrated(m0: np.ndarray, force: np.ndarray, length: float) -> Any:
-    n0 = force + DENSITY * GRAVITY * length
+def end(m0: np.ndarray, force: np.ndarray, length: float, share: float) -> np.ndarray:
+    """The state at the tip with this moment at the base, under a share of the loads."""
+    n0 = share * (force + DENSITY * GRAVITY * length)
     start = np.concatenate([np.zeros(3), np.eye(3).ravel(), n0, m0])
-    return integrate.solve_ivp(slope, (0, length), start, method="DOP853", rtol=3e-13, atol=1e-15)
+    path = integrate.solve_ivp(slope, (0, length), start, method="DOP853", rtol=3e-13, atol=1e-15, args=(share,))
+    return np.asarray(path.y[:, -1])
+
+
+def miss(m0: np.ndarray, force: np.ndarray, length: float, share: float) -> np.ndarray:
+    """What the moment at the tip is off; moments in µN·m."""
+    return np.asarray(1e6 * (end(1e-6 * m0, force, length, share)[15:18] - share * MOMENT))
 
 
 def shot(force: np.ndarray, length: float) -> tuple[np.ndarray, np.ndarray]:
     """Tip position and rotation; loads are raised in steps, so that the equilibrium is that from rest."""
     m0 = np.zeros(3)
     for share in np.linspace(0.2, 1, 5):
-        global GRAVITY
-        full = GRAVITY
-        GRAVITY = share * full
-        try:
-            miss = lambda m: 1e6 * (integrated(1e-6 * m, share * force, length).y[15:18, -1] - share * MOMENT)  # noqa: E731
-            found = optimize.root(miss, 1e6 * m0, method="hybr", tol=1e-12)
-        finally:
-            GRAVITY = full
-        m0 = 1e-6 * found.x
+        found = optimize.root(miss, m0, args=(force, length, share), method="hybr", tol=1e-12)
+        m0 = found.x
     assert np.abs(found.fun).max() < 1e-8
-    y = integrated(m0, force, length).y[:, -1]
+    y = end(1e-6 * m0, force, length, 1.0)
     return y[:3], y[3:12].reshape(3, 3)
 
 

@@ -28,7 +28,7 @@ def test_gradients(rod: rodsweep.Scene, output: str) -> None:
 def test_values_and_vmap(rod: rodsweep.Scene) -> None:
     f = rodsweep.torch.function(rod, "loads.tip_force")
     forces = FORCE * torch.linspace(0, 1, 20, dtype=torch.float64)[:, None]
-    tip = lambda force: f({"loads.tip_force": force})["tip_position"]  # noqa: E731
+    tip = lambda force: f({"loads.tip_force": force})["tip_position"]
     batch = tip(forces)
     expected = rodsweep.solve(rod, {"loads.tip_force": forces.numpy()}, tolerance=1e-9)
     assert np.allclose(batch.numpy(), expected.tip_position, atol=1e-12)

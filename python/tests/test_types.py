@@ -27,7 +27,10 @@ def test_docstrings(name: str) -> None:
 
 def test_enough_examples() -> None:
     finder = doctest.DocTestFinder()
-    modules = [rodsweep, *(importlib.import_module(f"rodsweep.{name}") for name in ("solve", "sweep", "scene", "control", "fit"))]
+    modules = [
+        rodsweep,
+        *(importlib.import_module(f"rodsweep.{name}") for name in ("solve", "sweep", "scene", "control", "fit")),
+    ]
     assert sum(len(test.examples) > 0 for module in modules for test in finder.find(module)) >= 6
 
 
@@ -38,7 +41,9 @@ def test_public_names_have_docstrings() -> None:
             assert thing.__doc__, name
         for member, value in vars(thing).items() if isinstance(thing, type) else ():
             if not member.startswith("_") and (callable(value) or isinstance(value, property)):
-                assert value.__doc__ or thing.__module__ == "rodsweep._rodsweep" or issubclass(thing, (int, tuple)), f"{name}.{member}"
+                assert value.__doc__ or thing.__module__ == "rodsweep._rodsweep" or issubclass(thing, (int, tuple)), (
+                    f"{name}.{member}"
+                )
 
 
 def test_mypy_strict(tmp_path: Path) -> None:
@@ -55,9 +60,22 @@ def test_mypy_strict(tmp_path: Path) -> None:
     config = tmp_path / "mypy.ini"
     config.write_text(
         "[mypy]\nstrict = true\npython_version = 3.10\n"
-        + "".join(f"[mypy-{name}.*]\nignore_missing_imports = true\nfollow_imports = skip\n" for name in ("jax", "torch", "tqdm"))
+        + "".join(
+            f"[mypy-{name}.*]\nignore_missing_imports = true\nfollow_imports = skip\n"
+            for name in ("jax", "torch", "tqdm")
+        )
     )
-    command = [sys.executable, "-m", "mypy", "--config-file", str(config), "--cache-dir", str(tmp_path), str(package), str(use)]
+    command = [
+        sys.executable,
+        "-m",
+        "mypy",
+        "--config-file",
+        str(config),
+        "--cache-dir",
+        str(tmp_path),
+        str(package),
+        str(use),
+    ]
     done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
     assert done.returncode == 0, done.stdout
 
@@ -68,7 +86,11 @@ def test_stubs_name_what_there_is() -> None:
 
     native = importlib.import_module("rodsweep._rodsweep")
     stub = ast.parse((Path(rodsweep.__path__[0]) / "_rodsweep.pyi").read_text())
-    named = {node.name for node in stub.body if isinstance(node, (ast.ClassDef, ast.FunctionDef)) and not node.name.startswith("_")}
+    named = {
+        node.name
+        for node in stub.body
+        if isinstance(node, (ast.ClassDef, ast.FunctionDef)) and not node.name.startswith("_")
+    }
     there = {name for name in dir(native) if not name.startswith("_") and callable(getattr(native, name))}
     assert named == there
     for node in stub.body:
