@@ -14,6 +14,10 @@ use rodsweep::results::Results;
 use rodsweep::table::{Column, Table as Rows, Values};
 use std::sync::Arc;
 
+/// What a text of a table shows.
+const SHOWN_COLUMNS: usize = 8;
+const SHOWN_ROWS: usize = 5;
+
 /// Named columns of equal length, each with a unit.
 #[pyclass(frozen, module = "rodsweep._rodsweep")]
 pub struct Table {
@@ -66,6 +70,38 @@ impl Table {
 
     fn __len__(&self) -> usize {
         self.batch.num_rows()
+    }
+
+    fn __contains__(&self, name: &str) -> bool {
+        self.place(name).is_ok()
+    }
+
+    fn __repr__(&self) -> String {
+        let columns = self.columns().into_iter().zip(self.units());
+        let named: Vec<String> = columns.map(|(name, unit)| with_unit(&name, &unit)).collect();
+        let shown = named.iter().take(SHOWN_COLUMNS).cloned().collect::<Vec<_>>().join(", ");
+        let more = if named.len() > SHOWN_COLUMNS { ", ..." } else { "" };
+        format!("<Table: {} rows, {} columns: {shown}{more}>", self.batch.num_rows(), named.len())
+    }
+
+    /// The first rows and columns.
+    fn _repr_html_(&self) -> PyResult<String> {
+        let rows = self.rows()?;
+        let columns = &rows.columns[..rows.columns.len().min(SHOWN_COLUMNS)];
+        let cell = |column: &Column, row: usize| match &column.values {
+            Values::Status(values) => values[row].name().to_owned(),
+            Values::Text(values) => escaped(&values[row]),
+            Values::Index(values) => values[row].to_string(),
+            Values::Flag(values) => values[row].map(|flag| flag.to_string()).unwrap_or_default(),
+            values => format!("{:.6}", values.number(row)),
+        };
+        let head: String =
+            columns.iter().map(|c| format!("<th>{}</th>", escaped(&with_unit(&c.name, &c.unit)))).collect();
+        let line = |row| columns.iter().map(|column| format!("<td>{}</td>", cell(column, row))).collect::<String>();
+        let count = rows.row_count();
+        let lines: String = (0..count.min(SHOWN_ROWS)).map(|row| format!("<tr>{}</tr>", line(row))).collect();
+        let size = format!("{count} rows, {} columns", rows.columns.len());
+        Ok(format!("<table><tr>{head}</tr>{lines}</table>{size}"))
     }
 
     /// A column: a read-only view of numbers, an array of words or of flags (None where it is not known).
@@ -141,6 +177,14 @@ impl Table {
         }
         Ok((py.get_type::<Table>().getattr("_of")?, (list,)))
     }
+}
+
+fn with_unit(name: &str, unit: &str) -> String {
+    if unit.is_empty() { name.to_owned() } else { format!("{name} [{unit}]") }
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
 /// A view of numbers that keeps their owner alive.

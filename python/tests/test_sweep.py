@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import subprocess
 import sys
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -67,6 +69,9 @@ def test_arrow_takes_tables_without_a_copy(root: Path) -> None:
     assert not x.flags.writeable
     assert table["tip.position.x"].null_count == np.isnan(x).sum()
     assert arrow.table(run).num_rows == 200
+    assert repr(run.table).startswith("<Table: 200 rows, ") and "[A]" in repr(run.table)
+    assert run.table._repr_html_().count("<tr>") == 6
+    assert "status" in run.table and "x" not in run.table
     polars = pytest.importorskip("polars")
     frame = polars.DataFrame(run.table)
     assert frame.shape == run.table.shape
@@ -110,6 +115,21 @@ def test_shards_make_one_directory(root: Path, tmp_path: Path) -> None:
     whole = sweep.run(engine="cpu").table
     assert table["sample"].tolist() == list(range(len(sweep)))
     assert table["tip.position.x"].tobytes() == whole["tip.position.x"].tobytes()
+
+
+def run_shard(shard: rodsweep.Shard, directory: str) -> None:
+    """In a process of its own."""
+    shard.run(directory, engine="cpu", threads=1, spot_check=False)
+
+
+def test_shards_may_begin_at_the_same_moment(p6: rodsweep.Scene, tmp_path: Path) -> None:
+    sweep = rodsweep.Sweep(p6, "sobol", {"coil.current.x": (-0.2, 0.2)}, samples=2**10)
+    with ProcessPoolExecutor(4, multiprocessing.get_context("spawn")) as pool:
+        for trial in range(6):
+            directory = str(tmp_path / f"out{trial}")
+            list(pool.map(run_shard, sweep.shards(4), [directory] * 4))
+            table = rodsweep.Results.open(directory).table("sample")
+            assert np.array_equal(table["sample"], np.arange(len(sweep)))
 
 
 def test_sensitivity_of_rows_in_memory(root: Path) -> None:
