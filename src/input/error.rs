@@ -9,7 +9,7 @@ use std::path::PathBuf;
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct InputError {
-    /// The file, as it was named to be read.
+    /// The file, as it was named to be read; empty where there is none.
     pub file: PathBuf,
     /// From 1; `None` where the whole file is meant.
     pub line: Option<usize>,
@@ -126,15 +126,17 @@ fn did_you_mean(suggestion: &Option<String>) -> String {
 
 impl fmt::Display for InputError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}", self.file.display())?;
-        if let Some(line) = self.line {
-            write!(f, ":{line}")?;
+        if !self.file.as_os_str().is_empty() {
+            write!(f, "{}", self.file.display())?;
+            if let Some(line) = self.line {
+                write!(f, ":{line}")?;
+            }
+            f.write_str(": ")?;
         }
-        f.write_str(":")?;
         if !self.key.is_empty() {
-            write!(f, " `{}`:", self.key)?;
+            write!(f, "`{}`: ", self.key)?;
         }
-        write!(f, " {}", self.problem)
+        write!(f, "{}", self.problem)
     }
 }
 

@@ -2,6 +2,7 @@
 //!
 //! Every mistake is an [`InputError`] with file, line, key and remedy.
 
+mod array_sweep;
 mod assign;
 mod error;
 mod import;
@@ -23,6 +24,7 @@ mod trajectory_file;
 mod units;
 mod words;
 
+pub use array_sweep::{sweep_of_rows, sweep_of_table};
 pub use assign::{AssignError, assign};
 pub use error::{InputError, Problem};
 pub use import::{Import, ImportKind, ImportOptions, import};

@@ -124,10 +124,13 @@ pub(super) fn table_axes(
         return Err(sampling.error("file", Problem::Unreadable(reason)));
     }
     let table = read_input_table(&path, scene)?;
+    Ok((table.parameters().iter().map(row_axis).collect(), Some(Arc::new(table))))
+}
+
+/// The axis of a column of a table.
+pub(super) fn row_axis(parameter: &Parameter) -> AxisSpec {
     let distribution = Distribution::Uniform { from: 0.0, to: 0.0 };
-    let axis =
-        |parameter: &Parameter| AxisSpec { parameters: vec![*parameter], distribution, scales: false, points: 0 };
-    Ok((table.parameters().iter().map(axis).collect(), Some(Arc::new(table))))
+    AxisSpec { parameters: vec![*parameter], distribution, scales: false, points: 0 }
 }
 
 /// Refuses two axes, or uncertain numbers, that drive the same number.
@@ -157,7 +160,8 @@ pub(super) fn check_overlaps(
     Ok(())
 }
 
-fn overlap(a: Parameter, b: Parameter) -> bool {
+/// Whether both set the same number.
+pub(super) fn overlap(a: Parameter, b: Parameter) -> bool {
     use Parameter::{Insertion, Segment};
     use SegmentParameter::{Length, Stiffness};
     match (a, b) {

@@ -129,7 +129,8 @@ pub(crate) fn open(dir: &Path, record: &RunRecord, spec: &SweepSpec, resume: boo
             return Err(ResultsError::Exists { dir: dir.into() });
         }
     } else {
-        if names(dir)?.iter().any(|name| !name.starts_with('.')) {
+        // Another shard may begin the run at this moment.
+        if names(dir)?.iter().any(|name| !name.starts_with('.')) && !run_file.exists() {
             return Err(ResultsError::Foreign { dir: dir.into() });
         }
         let text = serde_json::to_string_pretty(record).unwrap_or_default() + "\n";

@@ -161,17 +161,39 @@ impl Results {
         &'a self,
         names: &'a [&'a str],
     ) -> Result<impl Iterator<Item = Result<Table, ResultsError>> + 'a, ResultsError> {
-        for name in names {
-            if self.columns.column(name).is_none() {
+        self.check_names(names)?;
+        let chunks = self.part_numbers()?;
+        Ok(chunks.into_iter().map(move |chunk| self.read_part(chunk, names)))
+    }
+
+    /// Numbers of the sound parts, from 0.
+    ///
+    /// # Errors
+    ///
+    /// A directory that cannot be read.
+    pub fn part_numbers(&self) -> Result<Vec<u64>, ResultsError> {
+        Ok(directory::parts(&self.dir, &self.record)?.sound.into_keys().collect())
+    }
+
+    /// The named columns of one part (all, if none are named).
+    ///
+    /// # Errors
+    ///
+    /// A column that is not there, or a part that is missing or damaged.
+    pub fn read_part(&self, part: u64, names: &[&str]) -> Result<Table, ResultsError> {
+        self.check_names(names)?;
+        let format = self.record.format();
+        parts::read_part(&directory::part_path(&self.dir, part, format), format, names, &self.columns)
+    }
+
+    fn check_names(&self, names: &[&str]) -> Result<(), ResultsError> {
+        match names.iter().find(|name| self.columns.column(name).is_none()) {
+            None => Ok(()),
+            Some(name) => {
                 let suggestion = closest(name, self.columns.columns.iter().map(|column| column.name.as_str()));
-                return Err(ResultsError::NoColumn { dir: self.dir.clone(), name: (*name).into(), suggestion });
+                Err(ResultsError::NoColumn { dir: self.dir.clone(), name: (*name).into(), suggestion })
             }
         }
-        let format = self.record.format();
-        let chunks = directory::parts(&self.dir, &self.record)?.sound.into_keys();
-        Ok(chunks.map(move |chunk| {
-            parts::read_part(&directory::part_path(&self.dir, chunk, format), format, names, &self.columns)
-        }))
     }
 
     /// The named columns of all rows (every column, if none are named), in order of samples.

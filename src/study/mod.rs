@@ -26,6 +26,7 @@ pub use experiment::{Experiment, ExperimentRun, MEASURED, Measured, PlayedTrajec
 pub use fit::{Direction, Fit, FitError, FitJob, FittedParameter, Strength};
 pub use mesh::{Mesh, surface_nets};
 pub use replay::{Replay, ReplayComparison};
+pub use rod_points::RodPoints;
 pub use simulate::{CommandedPath, Imperfection, Simulation, TRIALS, play, simulate};
 pub use solve::{
     AllBranches, Explanation, FoundBranch, Jacobian, PlannedPass, PlannedPiece, Rows, Shape, Solve, SolveError, Solved,

@@ -3,23 +3,44 @@
 use crate::model::{Batch, Parameter, Plan, PlanError, PlanOptions, Rod, Scene, Slot, Vector};
 use crate::reference::{Pose, PoseDerivative, shape_with_derivatives};
 
-/// Points at equal shares of a rod's length; the last is the tip, the base is left out.
-pub(crate) struct RodPoints {
+/// Points at shares of a rod's length, for many rods of one scene whose base moments are known.
+pub struct RodPoints {
     plan: Plan,
     slots: Vec<Slot>,
-    count: usize,
+    /// Of the length, from 0 to 1.
+    shares: Vec<f64>,
 }
 
 impl RodPoints {
-    /// So many points of rods with these values varied, with slopes by `wrt`.
+    /// So many points at equal shares of the length, with slopes by `wrt`, of rods with these values varied. The last is
+    /// the tip; the base is left out.
+    ///
+    /// # Errors
+    ///
+    /// A scene or parameters that make no plan.
     pub fn new(
         scene: &Scene,
         axes: &[Vec<Parameter>],
         wrt: &[Parameter],
         count: usize,
     ) -> Result<RodPoints, PlanError> {
+        let shares = (1..=count).map(|k| k as f64 / count as f64).collect();
+        RodPoints::at(scene, axes, wrt, shares)
+    }
+
+    /// Points at these shares of the length, from 0 at the base to 1 at the tip.
+    ///
+    /// # Errors
+    ///
+    /// A scene or parameters that make no plan.
+    pub fn at(
+        scene: &Scene,
+        axes: &[Vec<Parameter>],
+        wrt: &[Parameter],
+        shares: Vec<f64>,
+    ) -> Result<RodPoints, PlanError> {
         let plan = Plan::new(scene, axes, wrt, PlanOptions::default())?;
-        Ok(RodPoints { slots: slots(&plan), plan, count })
+        Ok(RodPoints { slots: slots(&plan), plan, shares })
     }
 
     /// What [`RodPoints::of`] reads rods from: the values of each axis by row.
@@ -35,12 +56,11 @@ impl RodPoints {
         }
         let rod = self.plan.sample_rod(batch, row);
         let length = rod.total_length();
-        let shares: Vec<f64> = (1..=self.count).map(|k| k as f64 / self.count as f64).collect();
-        let at: Vec<f64> = shares.iter().map(|share| share * length).collect();
+        let at: Vec<f64> = self.shares.iter().map(|share| share * length).collect();
         let mut points = shape_with_derivatives(&rod, m0, &at, &self.slots)?;
-        for (point, share) in points.iter_mut().zip(shares) {
+        for (point, share) in points.iter_mut().zip(&self.shares) {
             for (slot, derivative) in self.slots.iter().zip(&mut point.derivatives) {
-                slide(&rod, *slot, share, point.arc_length, point.tangent, derivative);
+                slide(&rod, *slot, *share, point.arc_length, point.tangent, derivative);
             }
             point.derivatives = by_parameter(&self.plan, batch, row, &self.slots, &point.derivatives);
         }

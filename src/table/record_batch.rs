@@ -1,7 +1,11 @@
 //! Tables as Arrow record batches.
 
 use super::{Column, Table, Values};
-use arrow_array::{ArrayRef, BooleanArray, Float32Array, Float64Array, RecordBatch, StringArray, UInt64Array};
+use crate::model::Status;
+use arrow_array::types::ArrowPrimitiveType;
+use arrow_array::types::{Float32Type, Float64Type};
+use arrow_array::{Array, ArrayRef, BooleanArray, PrimitiveArray, RecordBatch, StringArray, UInt64Array};
+use arrow_buffer::{BooleanBuffer, NullBuffer};
 use arrow_schema::{ArrowError, DataType, Field, Schema};
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -12,8 +16,30 @@ impl Table {
     /// # Errors
     /// If the columns differ in length.
     pub fn to_record_batch(&self) -> Result<RecordBatch, ArrowError> {
+        self.clone().into_record_batch()
+    }
+
+    /// The same without a copy of its numbers. Where a number is none, NaN stands below the null.
+    ///
+    /// # Errors
+    /// If the columns differ in length.
+    pub fn into_record_batch(self) -> Result<RecordBatch, ArrowError> {
         let schema = Schema::new(self.columns.iter().map(field).collect::<Vec<Field>>());
-        RecordBatch::try_new(Arc::new(schema), self.columns.iter().map(|column| array(&column.values)).collect())
+        let columns = self.columns.into_iter().map(|column| array(column.values)).collect();
+        RecordBatch::try_new(Arc::new(schema), columns)
+    }
+
+    /// The table of a batch that [`Table::into_record_batch`] made; numbers are copied.
+    ///
+    /// # Errors
+    /// A column of a kind that tables have not.
+    pub fn from_record_batch(batch: &RecordBatch) -> Result<Table, ArrowError> {
+        let schema = batch.schema();
+        let columns = schema.fields().iter().zip(batch.columns()).map(|(field, array)| {
+            let unit = field.metadata().get("unit").cloned().unwrap_or_default();
+            Ok(Column { name: field.name().clone(), unit, values: values(field.name(), array)? })
+        });
+        Ok(Table { columns: columns.collect::<Result<_, ArrowError>>()? })
     }
 }
 
@@ -29,17 +55,47 @@ fn field(column: &Column) -> Field {
     Field::new(&column.name, kind, column.values.is_nullable()).with_metadata(unit)
 }
 
-fn array(values: &Values) -> ArrayRef {
+fn array(values: Values) -> ArrayRef {
     match values {
-        Values::Index(values) => Arc::new(UInt64Array::from(values.clone())),
-        Values::Double(values) => {
-            Arc::new(values.iter().map(|x| (!x.is_nan()).then_some(*x)).collect::<Float64Array>())
-        }
-        Values::Single(values) => {
-            Arc::new(values.iter().map(|x| (!x.is_nan()).then_some(*x)).collect::<Float32Array>())
-        }
+        Values::Index(values) => Arc::new(UInt64Array::from(values)),
+        Values::Double(values) => numbers::<Float64Type>(values, |x| x.is_nan()),
+        Values::Single(values) => numbers::<Float32Type>(values, |x| x.is_nan()),
         Values::Status(values) => Arc::new(values.iter().map(|status| Some(status.name())).collect::<StringArray>()),
         Values::Text(values) => Arc::new(values.iter().map(Some).collect::<StringArray>()),
-        Values::Flag(values) => Arc::new(values.iter().copied().collect::<BooleanArray>()),
+        Values::Flag(values) => Arc::new(values.into_iter().collect::<BooleanArray>()),
+    }
+}
+
+/// Numbers with nulls where there is none.
+fn numbers<T: ArrowPrimitiveType>(values: Vec<T::Native>, is_none: fn(&T::Native) -> bool) -> ArrayRef {
+    let nulls = values.iter().any(is_none).then(|| {
+        let is_there = BooleanBuffer::collect_bool(values.len(), |row| !is_none(&values[row]));
+        NullBuffer::new(is_there)
+    });
+    Arc::new(PrimitiveArray::<T>::new(values.into(), nulls))
+}
+
+fn values(name: &str, array: &ArrayRef) -> Result<Values, ArrowError> {
+    let array = array.as_any();
+    if let Some(array) = array.downcast_ref::<UInt64Array>() {
+        return Ok(Values::Index(array.values().to_vec()));
+    }
+    if let Some(array) = array.downcast_ref::<PrimitiveArray<Float64Type>>() {
+        return Ok(Values::Double(array.values().to_vec()));
+    }
+    if let Some(array) = array.downcast_ref::<PrimitiveArray<Float32Type>>() {
+        return Ok(Values::Single(array.values().to_vec()));
+    }
+    if let Some(array) = array.downcast_ref::<BooleanArray>() {
+        return Ok(Values::Flag(array.iter().collect()));
+    }
+    let Some(array) = array.downcast_ref::<StringArray>() else {
+        return Err(ArrowError::SchemaError(format!("column `{name}` is of a kind that tables have not")));
+    };
+    let words: Vec<&str> = array.iter().map(Option::unwrap_or_default).collect();
+    let status = |word: &&str| Status::ALL.into_iter().find(|status| status.name() == *word);
+    match words.iter().map(status).collect::<Option<Vec<Status>>>().filter(|_| name == "status") {
+        Some(statuses) => Ok(Values::Status(statuses)),
+        None => Ok(Values::Text(words.into_iter().map(str::to_owned).collect())),
     }
 }

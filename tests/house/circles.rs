@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 
 /// Folders of one crate each, and the name by which the crate's own files may call it.
-const CRATES: [&str; 4] = ["src", "crates/kernels/src", "crates/bench/src", "crates/cli/src"];
+const CRATES: [&str; 5] = ["src", "crates/kernels/src", "crates/bench/src", "crates/cli/src", "python/src"];
 
 /// Folders whose private files may refer to each other: the scene and its parameters say the same thing from two sides,
 /// and compiled kernels call each other through their table (`kernels.rs`).

@@ -5,7 +5,7 @@ use std::fs;
 /// What each room may name, besides itself; from the bottom up, so that nothing names what stands above it.
 ///
 /// The engines `reference`, `lanes` and `gpu` are blind to each other: a shared mistake would cancel itself.
-const ROOMS: [(&str, &[&str]); 17] = [
+const ROOMS: [(&str, &[&str]); 18] = [
     ("model", &[]),
     ("backend", &["model"]),
     ("lanes", &["model", "backend"]),
@@ -26,9 +26,10 @@ const ROOMS: [(&str, &[&str]); 17] = [
     ("figures", &["model", "reference", "report", "table", "spec", "results", "study"]),
     ("bench", &["*"]),
     ("cli", &["*"]),
+    ("python", &["*"]),
 ];
 /// Crates that belong to one part of the source.
-const OWNERS: [(&str, &[&str]); 20] = [
+const OWNERS: [(&str, &[&str]); 22] = [
     ("wgpu", &["src/gpu/"]),
     ("naga", &["src/gpu/"]),
     ("pollster", &["src/gpu/"]),
@@ -49,6 +50,8 @@ const OWNERS: [(&str, &[&str]); 20] = [
     ("clap_complete", &["crates/cli/src/"]),
     ("indicatif", &["crates/cli/src/"]),
     ("ctrlc", &["crates/cli/src/"]),
+    ("pyo3", &["python/src/"]),
+    ("numpy", &["python/src/"]),
 ];
 /// Lines of a file, and of a kernel: every shader, and the files of `lanes` that have a twin among them.
 const FILE_LINES: usize = 400;
@@ -108,10 +111,12 @@ fn room(module: &str) -> Option<(&'static str, &'static [&'static str])> {
     ROOMS.iter().find(|(name, _)| *name == module).map(|(name, allowed)| (*name, *allowed))
 }
 
-/// `src/results/read.rs` is `results::read`; what lies in `crates/bench` and `crates/cli` belongs to rooms of that name.
+/// `src/results/read.rs` is `results::read`; what lies in `crates/bench`, `crates/cli` and `python` belongs to rooms of
+/// that name.
 fn module_path(file: &str) -> Vec<String> {
     let file = file.trim_end_matches(".rs");
-    let (crate_room, inner) = match file.strip_prefix("crates/").and_then(|rest| rest.split_once("/src/")) {
+    let other = file.strip_prefix("crates/").or(file.starts_with("python/").then_some(file));
+    let (crate_room, inner) = match other.and_then(|rest| rest.split_once("/src/")) {
         Some(("kernels", inner)) => (None, inner),
         Some((name, inner)) => (Some(name), inner),
         None => (None, file.trim_start_matches("src/")),

@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Folders of sources.
-const FOLDERS: [&str; 5] = ["src", "shaders", "crates/kernels/src", "crates/bench/src", "crates/cli/src"];
+const FOLDERS: [&str; 6] = ["src", "shaders", "crates/kernels/src", "crates/bench/src", "crates/cli/src", "python/src"];
 
 fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))

@@ -1,0 +1,168 @@
+"""Currents for a trajectory, or for many targets at once."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from os import PathLike, fspath
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _html, _rodsweep
+from ._errors import InputError
+from ._rodsweep import NativeControl, Table
+from ._values import Floats, names_of
+from .scene import Scene, _quantity
+from .solve import _count
+from .studies import points
+
+
+def control(
+    scene: Scene,
+    positions: Any,
+    tangents: Any = None,
+    *,
+    inputs: Mapping[str, Any] | None = None,
+    in_order: bool = True,
+    closed: bool = False,
+    coordinates: str | Sequence[str] | None = None,
+    tolerance: float | None = None,
+    tangent_weight: float | None = None,
+    redundancy: str | None = None,
+    engine: str = "auto",
+    precision: str | None = None,
+    threads: int | None = None,
+    name: str = "targets",
+    progress: Callable[[str], object] | None = None,
+) -> Control:
+    """Finds what to command so that the tip goes where it should, as ``rodsweep control``.
+
+    Parameters
+    ----------
+    scene : Scene
+        The rod.
+    positions : array_like, shape (n, 3)
+        Where the tip should be (m).
+    tangents : array_like, shape (n, 3), optional
+        Directions of the tip; of any length.
+    inputs : dict, optional
+        What is commanded: names to a limit of either sign, or to ``(low, high)``; SI numbers or texts with units. By
+        default every current, within ±0.3 A.
+    in_order : bool
+        Whether each target is reached from where the last one ended. Else all are reached at once, each from rest.
+    closed : bool
+        Whether the way goes on from the last target to the first; for the figures.
+    coordinates : str or sequence of str, optional
+        Which of x, y and z are controlled; by default all.
+    tolerance : float, optional
+        A target is reached where so much is left (m).
+    tangent_weight : float, optional
+        Length by which a tangent's error counts (m).
+    redundancy : {"least-change", "least-current"}, optional
+        What becomes of inputs that the tip does not need.
+
+    Examples
+    --------
+    >>> scene = Scene.from_dict({
+    ...     "segment": [{
+    ...         "name": "rod", "kind": "flexible", "length": 0.1,
+    ...         "stiffness": {"bending": 1e-5, "torsion": 1e-5},
+    ...     }],
+    ... })
+    >>> found = control(scene, [[0, 0.01, 0.099]], inputs={"loads.tip_force": "2 mN"}, coordinates="y")
+    >>> found.outcome.tolist(), found.inputs
+    (['reached'], ['loads.tip_force.x', 'loads.tip_force.y', 'loads.tip_force.z'])
+    """
+    if not isinstance(scene, Scene):
+        raise TypeError(f"scene: is of type {type(scene).__name__}; give a Scene")
+    if inputs is not None and not isinstance(inputs, Mapping):
+        raise InputError(f"`inputs`: is of type {type(inputs).__name__}; give a dictionary", "inputs")
+    options = {
+        "engine": engine,
+        "precision": precision,
+        "threads": _count("threads", threads),
+        "inputs": [f"{input}={_limits(input, limits)}" for input, limits in (inputs or {}).items()],
+        "coordinates": None if coordinates is None else names_of("coordinates", coordinates),
+        "tolerance": tolerance,
+        "tangent_weight": tangent_weight,
+        "redundancy": redundancy,
+        "in_order": bool(in_order),
+        "closed": bool(closed),
+        "name": name,
+    }
+    directions = None if tangents is None else points("tangents", tangents)
+    return Control(_rodsweep.control(scene._native, points("positions", positions), directions, options, progress))
+
+
+def _limits(name: str, limits: Any) -> str:
+    if isinstance(limits, (tuple, list)):
+        if len(limits) != 2:
+            raise InputError(f"`{name}`: is {limits!r}; give a limit, or (low, high)", name)
+        return f"{_quantity(name, limits[0])}..{_quantity(name, limits[1])}"
+    return _quantity(name, limits)
+
+
+class Control:
+    """Inputs for targets, and what the tip does with them."""
+
+    def __init__(self, native: NativeControl) -> None:
+        self._native = native
+        self._table = native.table()
+
+    @property
+    def table(self) -> Table:
+        """One row a target, as the command line writes it."""
+        return self._table
+
+    @property
+    def inputs(self) -> list[str]:
+        """Names of the m inputs."""
+        return self._native.inputs()
+
+    @property
+    def values(self) -> Floats:
+        """Values of the inputs, SI, shape (n, m)."""
+        return np.array(self._native.values(), dtype=np.float64).reshape(len(self._table), len(self.inputs))
+
+    @property
+    def tip_position(self) -> Floats:
+        """Where the tip is (m), shape (n, 3)."""
+        return np.stack([self._table[f"tip.position.{axis}"] for axis in "xyz"], axis=-1)
+
+    @property
+    def outcome(self) -> NDArray[np.str_]:
+        """``reached``, ``at-limit`` and others, shape (n,)."""
+        return np.asarray(self._table["status"])
+
+    @property
+    def missed(self) -> int:
+        """Targets that are not reached."""
+        return self._native.missed()
+
+    @property
+    def account(self) -> dict[str, Any]:
+        """A summary, as the command line's JSON."""
+        return dict(json.loads(self._native.json()))
+
+    def write(self, path: str | PathLike[str]) -> None:
+        """Writes the table as ``.csv`` or ``.parquet``."""
+        self._native.write(fspath(path))
+
+    def draw(self, folder: str | PathLike[str]) -> list[Path]:
+        """Draws the figures of ``rodsweep control``; returns the files."""
+        return [Path(file) for file in self._native.draw(fspath(folder))]
+
+    def __len__(self) -> int:
+        return len(self._table)
+
+    def __str__(self) -> str:
+        return self._native.text()
+
+    def __repr__(self) -> str:
+        return f"<Control: {len(self)} targets, {self.missed} missed, by {', '.join(self.inputs)}>"
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{_html.escape(self._native.text())}</pre>"

@@ -1,0 +1,173 @@
+"""Numbers of a scene from observed shapes."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from . import _html, _rodsweep
+from ._errors import InputError
+from ._rodsweep import NativeFit
+from ._values import Columns, Floats, floats, names_of
+from .scene import Scene
+from .solve import _count, _number
+
+
+def fit(
+    scene: Scene,
+    positions: Any,
+    arc_length: Any = None,
+    values: Mapping[str, Any] | None = None,
+    *,
+    free: str | Sequence[str] | None = None,
+    noise: float | None = None,
+    threads: int | None = None,
+) -> Fit:
+    """Fits numbers of a scene to observed points, as ``rodsweep fit``.
+
+    Parameters
+    ----------
+    scene : Scene
+        Where the fit starts.
+    positions : array_like, shape (m, p, 3) or (m, 3)
+        Points of m shapes in the world (m); of shape (m, 3) one point each. A point that is NaN was not seen.
+    arc_length : array_like, shape (p,) or (m, p), optional
+        Of the points, from the base (m); NaN means the tip. Without it every point is the tip.
+    values : dict, optional
+        What is known to differ from one shape to the next: names to numbers or arrays of shape (m,).
+    free : str or sequence of str, optional
+        What is fitted; names joined by ``+`` keep their ratio. By default rest curvature about x and y.
+    noise : float, optional
+        Standard deviation of a coordinate (m); else it is estimated.
+
+    Examples
+    --------
+    >>> scene = Scene.from_dict({
+    ...     "segment": [{
+    ...         "name": "rod", "kind": "flexible", "length": 0.1,
+    ...         "stiffness": {"bending": 1e-5, "torsion": 1e-5},
+    ...     }],
+    ... })
+    >>> found = fit(scene, [[0, -0.0049, 0.0998]], free="rod.rest_curvature.x")
+    >>> found.value.round(2), found.names
+    (array([0.98]), ['rod.rest_curvature.x'])
+    """
+    if not isinstance(scene, Scene):
+        raise TypeError(f"scene: is of type {type(scene).__name__}; give a Scene")
+    points = floats("positions", positions)
+    if points.ndim == 2:
+        points = points[:, np.newaxis]
+    if points.ndim != 3 or points.shape[2] != 3:
+        raise InputError(f"`positions`: has shape {points.shape}; give (m, p, 3) or (m, 3)", "positions")
+    count = points.shape[0]
+    if arc_length is None:
+        at = np.full(points.shape[:2], np.nan)
+    else:
+        given = floats("arc_length", arc_length)
+        try:
+            at = np.broadcast_to(given, points.shape[:2])
+        except ValueError:
+            what = f"has shape {given.shape} for points of shape {points.shape[:2]}"
+            raise InputError(f"`arc_length`: {what}", "arc_length") from None
+    columns = Columns.of(scene, values)
+    if columns.shape not in ((), (count,)):
+        raise InputError(f"`values`: have shape {columns.shape} for {count} shapes; give ({count},)", "values")
+    rows = [np.broadcast_to(column, (count,)) for column in columns.columns]
+    known = np.stack(rows, axis=-1).tolist() if rows else [[] for _ in range(count)]
+    shapes = [
+        [
+            [s, *point]
+            for s, point in zip(at[row].tolist(), points[row].tolist(), strict=True)
+            if not any(map(_is_nan, point))
+        ]
+        for row in range(count)
+    ]
+    native = _rodsweep.fit(
+        scene._native,
+        columns.names,
+        known,
+        shapes,
+        None if free is None else names_of("free", free),
+        None if noise is None else _number("noise", noise),
+        _count("threads", threads),
+    )
+    return Fit(native)
+
+
+def _is_nan(number: float) -> bool:
+    return number != number
+
+
+class Fit:
+    """Fitted numbers with their intervals, and what cannot be told apart."""
+
+    def __init__(self, native: NativeFit) -> None:
+        self._native = native
+        self.account: dict[str, Any] = json.loads(native.json())
+        """Everything, as the command line's JSON."""
+
+    @property
+    def scene(self) -> Scene:
+        """The scene with the fitted numbers."""
+        return Scene(self._native.scene())
+
+    @property
+    def names(self) -> list[str]:
+        """What was fitted."""
+        return [parameter["name"] for parameter in self.account["parameters"]]
+
+    def _of_each(self, key: str) -> Floats:
+        values = [parameter[key] for parameter in self.account["parameters"]]
+        return np.array(values, dtype=np.float64)
+
+    @property
+    def value(self) -> Floats:
+        """Fitted values, SI, shape (k,)."""
+        return self._of_each("value")
+
+    @property
+    def deviation(self) -> Floats:
+        """Standard deviations, SI; NaN where a number cannot be told, shape (k,)."""
+        return self._of_each("deviation")
+
+    @property
+    def interval(self) -> Floats:
+        """Intervals of 95 %, SI, shape (k, 2)."""
+        return self._of_each("interval_95")
+
+    @property
+    def covariance(self) -> Floats:
+        """Of the fitted numbers, shape (k, k)."""
+        return np.array(self.account["covariance"], dtype=np.float64)
+
+    @property
+    def converged(self) -> bool:
+        """Whether the method came to an end."""
+        return bool(self.account["converged"])
+
+    @property
+    def rms(self) -> float:
+        """Root mean square of what is left of a coordinate (m)."""
+        return float(self.account["rms"])
+
+    @property
+    def positions(self) -> list[Floats]:
+        """The fitted points (m), one array of shape (p, 3) a shape."""
+        return [np.array(shape, dtype=np.float64).reshape(-1, 3) for shape in self._native.positions()]
+
+    def figure(self, format: str = "png") -> bytes:
+        """Observed and fitted points as the bytes of a ``png`` or ``svg``."""
+        return self._native.figure(format)
+
+    def __str__(self) -> str:
+        return self._native.text()
+
+    def __repr__(self) -> str:
+        numbers = [f"{p['name']} = {p['value']:.6g} {p['unit']}" for p in self.account["parameters"]]
+        return f"<Fit: {', '.join(numbers)}>"
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{_html.escape(self._native.text())}</pre>"

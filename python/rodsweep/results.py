@@ -1,0 +1,92 @@
+"""Result directories."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from os import PathLike, fspath
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from . import _html
+from ._rodsweep import NativeResults, Parts, Table
+from ._values import names_of
+from .studies import Sensitivity, Workspace, _sensitivity_options, _workspace_options
+
+if TYPE_CHECKING:
+    from .sweep import Sweep
+
+
+class Results:
+    """A directory that a run has written to, from Python or from the command line."""
+
+    __slots__ = ("_native",)
+
+    def __init__(self, native: NativeResults) -> None:
+        if not isinstance(native, NativeResults):
+            raise TypeError("open a directory with Results.open")
+        self._native = native
+
+    @classmethod
+    def open(cls, directory: str | PathLike[str]) -> Results:
+        """Opens a directory. Raises :class:`ResultsError` where it holds no run."""
+        return cls(NativeResults.open(fspath(directory)))
+
+    @property
+    def directory(self) -> Path:
+        """Where it lies."""
+        return Path(self._native.directory())
+
+    @property
+    def sweep(self) -> Sweep:
+        """The sweep as it was run."""
+        from .sweep import Sweep
+
+        return Sweep._of(self._native.sweep())
+
+    def table(self, columns: str | Sequence[str] | None = None) -> Table:
+        """All rows, in order of samples; every column, if none are named."""
+        return self._native.table(names_of("columns", columns))
+
+    def parts(self, columns: str | Sequence[str] | None = None) -> Parts:
+        """The rows part by part, each read when it is asked for.
+
+        The answer is an iterator of tables, and an Arrow stream: ``pyarrow.RecordBatchReader.from_stream(parts)`` or
+        DuckDB read it without holding all rows.
+        """
+        return self._native.parts(names_of("columns", columns))
+
+    def status(self) -> dict[str, Any]:
+        """Parts that are there, missing or damaged, and rows by status."""
+        return dict(json.loads(self._native.status()))
+
+    def manifest(self) -> dict[str, Any]:
+        """The run's account of itself: device, times, spot check."""
+        return dict(json.loads(self._native.manifest()))
+
+    def workspace(self, **options: Any) -> Workspace:
+        """Measures what the tip can reach, beginning from these rows; options as :meth:`Sweep.workspace`."""
+        progress = options.pop("progress", None)
+        return Workspace._of_results(self._native, _workspace_options(options), progress)
+
+    def sensitivity(self, outputs: str | Sequence[str] = (), **options: Any) -> Sensitivity:
+        """Which input matters, of these rows; options as :meth:`Sweep.sensitivity` without those of the run."""
+        return Sensitivity._of_results(self._native, _sensitivity_options(outputs, options))
+
+    def draw(self, folder: str | PathLike[str] | None = None, *, colour: str | None = None) -> list[Path]:
+        """Draws the figures of the run, as ``rodsweep figures``; returns the files."""
+        folder = self.directory if folder is None else folder
+        return [Path(file) for file in self._native.draw(fspath(folder), colour)]
+
+    def __reduce__(self) -> tuple[Any, tuple[str]]:
+        return Results.open, (str(self.directory),)
+
+    def __repr__(self) -> str:
+        status = self.status()
+        return f"<Results: {self.directory}, {status['samples_done']:,} samples in {status['parts_done']} parts>"
+
+    def _repr_html_(self) -> str:
+        status = self.status()
+        rows = [[word, f"{count:,}"] for word, count in status["counts"].items()]
+        head = f"<b>Results</b> {_html.escape(str(self.directory))}: {status['parts_done']} of "
+        return head + f"{status['parts_total']} parts" + _html.table(["status", "rows"], rows)

@@ -1,0 +1,451 @@
+"""What comes of solving: statuses, tips, Jacobians, shapes."""
+
+from __future__ import annotations
+
+import enum
+import json
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _html, _rodsweep
+from ._errors import InputError
+from ._values import Columns, Floats, names_of
+from .scene import Scene
+
+
+class Status(enum.IntEnum):
+    """What became of a sample. Arrays of statuses hold these numbers: ``solution.status == Status.FOLD``."""
+
+    OK = 0
+    """Solved straight from rest."""
+    REFINED = 1
+    """Solved by a second attempt."""
+    RAMPED = 2
+    """Solved in several load steps."""
+    FOLD = 3
+    """The path from rest ends in a snap before the full load."""
+    UNSTABLE = 4
+    """In balance, but not stable."""
+    STEP_LIMIT = 5
+    """The load could not be raised to the end in as many steps as are allowed."""
+    NOT_CONVERGED = 6
+    """No equilibrium was found."""
+    BAD_PARAMETER = 7
+    """The values make no rod: a length below zero, or a value that is not finite."""
+    NON_FINITE = 8
+    """Numbers overflowed."""
+    PENDING = 9
+    """Not solved; no result has it."""
+
+    @property
+    def word(self) -> str:
+        """The word in files, such as ``step-limit``."""
+        return _rodsweep.STATUSES[self]
+
+
+_WORDS = np.array(_rodsweep.STATUSES)
+_OK = np.array([status <= Status.RAMPED for status in Status])
+_CONVERGED = np.array([status <= Status.RAMPED or status == Status.UNSTABLE for status in Status])
+# Columns of the library's block of numbers.
+_COLUMNS: dict[str, int | slice] = {
+    "tip_position": slice(0, 3),
+    "tip_rotation": slice(3, 6),
+    "base_curvature": slice(6, 9),
+    "stability_margin": 9,
+    "error_estimate": 10,
+    "base_moment": slice(11, 14),
+    "residual": 14,
+    "iterations": 15,
+    "load_fraction": 16,
+}
+_FIRST_DERIVATIVE = 17
+
+
+class Solution:
+    """The answers of :func:`solve`, one a sample. Numbers are NaN where the status says that there is no equilibrium.
+
+    Arrays are views of one block of memory; none is copied a row at a time. Their first axes are those of the values:
+    (n, ...) for columns of n values, nothing for plain numbers. With ``branch="all"`` there is a row for each
+    equilibrium, and :attr:`sample` says whose it is.
+    """
+
+    def __init__(self) -> None:
+        raise TypeError("solutions come from rodsweep.solve")
+
+    @classmethod
+    def _of(cls, scene: Scene, columns: Columns, wrt: list[str], branch: str, answer: dict[str, Any]) -> Solution:
+        self = cls.__new__(cls)
+        self.scene = scene
+        self._columns = columns
+        self._branch = branch
+        rows = answer.pop("rows")
+        self._shape = (rows,) if branch == "all" else columns.shape
+        self._block = answer.pop("numbers").reshape((len(answer["names"]), *self._shape))
+        self._status = answer.pop("status").reshape(self._shape)
+        self._wrt = [(name, scene.components(name)) for name in wrt]
+        self._answer = answer
+        return self
+
+    scene: Scene
+    """The scene that was solved."""
+    _columns: Columns
+    _branch: str
+    _shape: tuple[int, ...]
+    _block: Floats
+    _status: NDArray[np.uint8]
+    _wrt: list[tuple[str, list[str]]]
+    _answer: dict[str, Any]
+
+    # What became of the samples.
+
+    @property
+    def status(self) -> NDArray[np.uint8]:
+        """Codes of :class:`Status`, shape (n,)."""
+        return self._status
+
+    @property
+    def status_name(self) -> NDArray[np.str_]:
+        """The same as words, such as ``ok`` or ``fold``, shape (n,)."""
+        return np.asarray(_WORDS[self._status])
+
+    @property
+    def ok(self) -> NDArray[np.bool_]:
+        """Whether the row can be used as it stands: in balance and not known to be unstable, shape (n,)."""
+        return np.asarray(_OK[self._status])
+
+    @property
+    def converged(self) -> NDArray[np.bool_]:
+        """Whether the row is an equilibrium, stable or not, shape (n,)."""
+        return np.asarray(_CONVERGED[self._status])
+
+    @property
+    def counts(self) -> dict[Status, int]:
+        """Rows by status."""
+        counts = np.bincount(self._status.reshape(-1), minlength=len(Status))
+        return {status: int(counts[status]) for status in Status if counts[status]}
+
+    def __len__(self) -> int:
+        return self._status.size
+
+    # The tip.
+
+    def _column(self, name: str) -> Floats:
+        place = _COLUMNS[name]
+        if isinstance(place, slice):
+            return np.moveaxis(self._block[place], 0, -1)
+        return np.asarray(self._block[place])
+
+    @property
+    def tip_position(self) -> Floats:
+        """Position of the tip in the world (m), shape (n, 3)."""
+        return self._column("tip_position")
+
+    @property
+    def tip_rotation(self) -> Floats:
+        """Rotation of the tip, body to world, as a rotation vector (rad), shape (n, 3)."""
+        return self._column("tip_rotation")
+
+    @property
+    def tip_matrix(self) -> Floats:
+        """Rotation of the tip, body to world, as matrices, shape (n, 3, 3)."""
+        q = self.tip_quaternion
+        x, y, z, w = (q[..., k] for k in range(4))
+        rows = [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+        return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+    @property
+    def tip_quaternion(self) -> Floats:
+        """Rotation of the tip, body to world, as unit quaternions x, y, z, w, as SciPy has them, shape (n, 4)."""
+        vector = self.tip_rotation
+        angle = np.linalg.norm(vector, axis=-1, keepdims=True)
+        # sinc(x) of NumPy is sin(pi x) / (pi x).
+        half = 0.5 * np.sinc(angle / (2 * np.pi))
+        return np.concatenate([half * vector, np.cos(0.5 * angle)], axis=-1)
+
+    @property
+    def tip_tangent(self) -> Floats:
+        """Direction of the rod's axis at the tip, a unit vector in the world, shape (n, 3)."""
+        return self.tip_matrix[..., :, 2]
+
+    @property
+    def base_moment(self) -> Floats:
+        """Internal moment at the base in the world (N·m), shape (n, 3)."""
+        return self._column("base_moment")
+
+    @property
+    def base_curvature(self) -> Floats:
+        """Curvature at the start of the first flexible segment in the body frame (1/m), shape (n, 3)."""
+        return self._column("base_curvature")
+
+    @property
+    def stability_margin(self) -> Floats:
+        """From 1 (free of load) to 0 (about to become unstable); negative or zero where unstable, shape (n,)."""
+        return self._column("stability_margin")
+
+    @property
+    def stable(self) -> NDArray[np.bool_]:
+        """Whether the equilibrium is elastically stable; False where that is not known, shape (n,)."""
+        return np.asarray((self._answer["stable"] == 1).reshape(self._shape))
+
+    @property
+    def error_estimate(self) -> Floats:
+        """Estimated error of tip position over rod length or of tip rotation (rad), the larger one, shape (n,)."""
+        return self._column("error_estimate")
+
+    @property
+    def residual(self) -> Floats:
+        """What is left of the balance of moments at the tip, in the unit of moment of the rod, shape (n,)."""
+        return self._column("residual")
+
+    @property
+    def iterations(self) -> Floats:
+        """Passes over the rod, shape (n,)."""
+        return self._column("iterations")
+
+    @property
+    def load_fraction(self) -> Floats:
+        """Share of the full load that was reached from rest, shape (n,)."""
+        return self._column("load_fraction")
+
+    # Derivatives.
+
+    @property
+    def wrt(self) -> list[str]:
+        """Names of the k parameters of the Jacobian, in the order of its columns."""
+        names: list[str] = []
+        for _, components in self._wrt:
+            names += [name for name in components if name not in names]
+        return names
+
+    @property
+    def jacobian(self) -> Floats:
+        """Derivative of the tip's pose, shape (n, 6, k).
+
+        Rows 0 to 2 are d(position) (m per unit of the parameter); rows 3 to 5 the virtual rotation w in the world (rad
+        per unit): dR = hat(w) R for the rotation matrix R.
+        """
+        slopes = self._block[_FIRST_DERIVATIVE:].reshape((len(self.wrt), 6, *self._shape))
+        return np.moveaxis(slopes, (0, 1), (-1, -2))
+
+    def d(self, what: str, by: str) -> Floats:
+        """Derivative of ``tip_position`` or ``tip_rotation`` by a parameter or a group.
+
+        Shape (n, 3) for a parameter, (n, 3, m) for a group of m. That of the rotation is the virtual rotation, see
+        :attr:`jacobian`.
+        """
+        rows = {"tip_position": slice(0, 3), "tip_rotation": slice(3, 6)}
+        if what not in rows:
+            raise InputError(f"`{what}`: has no derivative here; use one of: tip_position, tip_rotation", what)
+        components, known = self.scene.components(by), self.wrt
+        missing = [name for name in components if name not in known]
+        if missing:
+            raise InputError(f"`{by}`: was not differentiated by; solve with wrt=[..., {by!r}]", by)
+        columns = self.jacobian[..., rows[what], :]
+        if components == [by]:
+            return columns[..., known.index(by)]
+        return columns[..., [known.index(name) for name in components]]
+
+    # Every equilibrium.
+
+    @property
+    def sample(self) -> NDArray[np.int64]:
+        """Sample of each row, counted from 0 over the values, shape (n,)."""
+        if "sample" in self._answer:
+            return np.asarray(self._answer["sample"].astype(np.int64))
+        return np.arange(len(self), dtype=np.int64).reshape(self._shape)
+
+    @property
+    def branch(self) -> NDArray[np.int64]:
+        """Number of the equilibrium in its sample, lowest energy first, shape (n,)."""
+        if "branch" in self._answer:
+            return np.asarray(self._answer["branch"].astype(np.int64))
+        return np.zeros(self._shape, dtype=np.int64)
+
+    @property
+    def energy(self) -> Floats:
+        """Potential energy (J), with ``branch="all"``, shape (n,)."""
+        return self._of_branches("energy")
+
+    @property
+    def from_rest(self) -> NDArray[np.bool_]:
+        """Whether it is the equilibrium that is reached from rest, shape (n,)."""
+        return self._of_branches("from_rest") if self._branch == "all" else np.ones(self._shape, dtype=bool)
+
+    @property
+    def balanced(self) -> NDArray[np.bool_]:
+        """Whether the list of the sample's equilibria may be complete, with ``branch="all"``, shape (n,)."""
+        return self._of_branches("balanced")
+
+    def _of_branches(self, name: str) -> NDArray[Any]:
+        if name not in self._answer:
+            raise InputError(f'`{name}`: is known with branch="all" only', "branch")
+        return np.asarray(self._answer[name])
+
+    # How it was solved.
+
+    @property
+    def values(self) -> dict[str, Floats]:
+        """Values of the parameters that were given, one a row, SI."""
+        values = {}
+        for name, column in zip(self._columns.names, self._columns.columns, strict=True):
+            column = np.broadcast_to(column if column.size != 1 else column[0], (self._columns.count,))
+            rows = column[self.sample] if self._branch == "all" else column.reshape(self._shape)
+            values[name] = rows
+        return values
+
+    @property
+    def method(self) -> dict[str, Any] | None:
+        """Engine, precision, stepper, steps and tolerance; an argument of :func:`solve`."""
+        text = self._answer["method"]
+        return None if text is None else dict(json.loads(text))
+
+    @property
+    def engine(self) -> str:
+        """What solved, in words."""
+        return str(self._answer["engine"])
+
+    @property
+    def spot_check(self) -> dict[str, Any] | None:
+        """How far a share of the samples is from the reference; None unless it was asked for."""
+        text = self._answer["spot_check"]
+        return None if text is None else dict(json.loads(text))
+
+    @property
+    def notes(self) -> list[str]:
+        """What happened to the engine on the way."""
+        return list(self._answer["notes"])
+
+    @property
+    def seconds(self) -> float:
+        """Time of the library's call (s); what Python adds is not in it."""
+        return float(self._answer["seconds"])
+
+    # Shapes.
+
+    def shape(self, n_points: int, *, wrt: bool = False, threads: int | None = None) -> Shape:
+        """Points along every rod, evenly spaced from base to tip, integrated by the reference.
+
+        Parameters
+        ----------
+        n_points : int
+            At least 2; the first is the base, the last the tip.
+        wrt : bool
+            Whether the points are differentiated by the parameters of :attr:`wrt`, too.
+        threads : int, optional
+            By default one for each core.
+        """
+        try:
+            count = int(n_points)
+        except (TypeError, ValueError):
+            raise InputError(f"`n_points`: is {n_points!r}; give a whole number", "n_points") from None
+        if not 2 <= count <= 1_000_000:
+            raise InputError(f"`n_points`: is {count}; give a number from 2 to 1,000,000", "n_points")
+        shares = [k / (count - 1) for k in range(count)]
+        moments = np.ascontiguousarray(self.base_moment).reshape(-1)
+        columns = list(self._columns.columns)
+        if self._branch == "all":
+            columns = [np.ascontiguousarray(rows).reshape(-1) for rows in self.values.values()]
+        names = self.wrt if wrt else []
+        rows = self._status.size
+        answer = _rodsweep.shape(
+            self.scene._native, self._columns.names, columns, rows, names, moments, shares, threads
+        )
+        block = answer["numbers"].reshape((*self._shape, count, answer["width"]))
+        return Shape._of(block, names)
+
+    # Keeping and showing.
+
+    def __getstate__(self) -> dict[str, Any]:
+        columns = self._columns
+        state = {name: value for name, value in self.__dict__.items() if name != "_columns"}
+        return state | {"_columns": (columns.names, columns.columns, columns.shape)}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        state = dict(state)
+        state["_columns"] = Columns(*state["_columns"])
+        self.__dict__.update(state)
+
+    def __repr__(self) -> str:
+        counts = ", ".join(f"{count} {status.word}" for status, count in self.counts.items())
+        by = f", by {', '.join(names_of('wrt', [name for name, _ in self._wrt]))}" if self._wrt else ""
+        return f"<Solution: {len(self)} rows ({counts or 'none'}){by}; {self.engine}>"
+
+    def _repr_html_(self) -> str:
+        rows = [[status.word, str(count)] for status, count in self.counts.items()]
+        table = _html.table(["status", "rows"], rows)
+        shown = np.flatnonzero(self.converged.reshape(-1))
+        shown = shown[np.linspace(0, len(shown) - 1, min(len(shown), 5)).astype(int)] if len(shown) else shown
+        picture = _html.rods(list(self._some_rods(shown))) if len(shown) else ""
+        return f"<b>Solution</b>, {_html.escape(self.engine)}{_html.beside(table, picture)}"
+
+    def _some_rods(self, rows: NDArray[np.intp]) -> Floats:
+        """Centre lines of a few rows."""
+        columns = [np.ascontiguousarray(values.reshape(-1)[rows]) for values in self.values.values()]
+        moments = np.ascontiguousarray(self.base_moment.reshape(-1, 3)[rows]).reshape(-1)
+        shares = [k / 40 for k in range(41)]
+        answer = _rodsweep.shape(self.scene._native, self._columns.names, columns, len(rows), [], moments, shares, None)
+        return answer["numbers"].reshape(len(rows), 41, answer["width"])[..., 1:4]
+
+
+class Shape:
+    """Points along rods, from base to tip, NaN where there is no equilibrium. SI units.
+
+    Attributes
+    ----------
+    arc_length : ndarray, shape (n, p)
+        From the base (m).
+    position : ndarray, shape (n, p, 3)
+        In the world (m).
+    rotation : ndarray, shape (n, p, 3, 3)
+        Matrices, body to world.
+    curvature : ndarray, shape (n, p, 3)
+        Body frame, zero in rigid segments (1/m).
+    position_jacobian, rotation_jacobian, curvature_jacobian : ndarray, shape (n, p, 3, k)
+        By the parameters of :attr:`wrt`. Points stay at their share of the length where the length changes. That of
+        the rotation is the virtual rotation w in the world: dR = hat(w) R.
+    wrt : list of str
+        Names of the k parameters.
+    """
+
+    def __init__(self) -> None:
+        raise TypeError("shapes come from Solution.shape")
+
+    arc_length: Floats
+    position: Floats
+    rotation: Floats
+    curvature: Floats
+    position_jacobian: Floats
+    rotation_jacobian: Floats
+    curvature_jacobian: Floats
+    wrt: list[str]
+
+    @classmethod
+    def _of(cls, block: Floats, wrt: list[str]) -> Shape:
+        self = cls.__new__(cls)
+        leading = block.shape[:-1]
+        self.arc_length = block[..., 0]
+        self.position = block[..., 1:4]
+        self.rotation = block[..., 4:13].reshape((*leading, 3, 3))
+        self.curvature = block[..., 13:16]
+        slopes = np.moveaxis(block[..., 16:].reshape((*leading, len(wrt), 3, 3)), -3, -1)
+        self.position_jacobian = slopes[..., 0, :, :]
+        self.rotation_jacobian = slopes[..., 1, :, :]
+        self.curvature_jacobian = slopes[..., 2, :, :]
+        self.wrt = wrt
+        return self
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
+        return np.array(self.position, dtype=dtype, copy=True if copy else None)
+
+    def __repr__(self) -> str:
+        return f"<Shape: position {self.position.shape}, {len(self.wrt)} derivatives>"
+
+    def _repr_html_(self) -> str:
+        rods = self.position.reshape((-1, *self.position.shape[-2:]))
+        return f"<b>Shape</b> {self.position.shape}<br>{_html.rods(list(rods[:5]))}"

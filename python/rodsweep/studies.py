@@ -1,0 +1,193 @@
+"""The workspace and the sensitivity of a sweep."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from os import PathLike, fspath
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from . import _html
+from ._errors import InputError
+from ._rodsweep import NativeResults, NativeSensitivity, NativeSweep, NativeWorkspace, Table
+from ._values import floats, names_of
+
+_WORKSPACE: dict[str, Any] = {
+    "engine": "auto",
+    "precision": None,
+    "threads": None,
+    "voxel": None,
+    "minimum_margin": None,
+    "any_stable": False,
+    "fast": False,
+    "seed": None,
+    "length": None,
+    "designs": None,
+    "vary": None,
+    "convergence": False,
+}
+_SENSITIVITY: dict[str, Any] = {
+    "inputs": (),
+    "estimator": "auto",
+    "confidence": 0.95,
+    "degree": 4,
+    "with_unstable": False,
+    "propagate": False,
+    "choose": None,
+    "noise": None,
+    "tangent_noise": None,
+    "minimum_margin": 0.3,
+    "limit": None,
+}
+
+
+def _options(usual: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, Any]:
+    for name in given:
+        if name not in usual:
+            raise InputError(f"`{name}`: is no option; use one of: {', '.join(usual)}", name)
+    return {**usual, **given}
+
+
+def _workspace_options(given: Mapping[str, Any]) -> dict[str, Any]:
+    return _options(_WORKSPACE, given)
+
+
+def _sensitivity_options(outputs: str | Sequence[str], given: Mapping[str, Any]) -> dict[str, Any]:
+    options = _options(_SENSITIVITY, given)
+    options["outputs"] = names_of("outputs", outputs)
+    options["inputs"] = names_of("inputs", options["inputs"])
+    return options
+
+
+def points(key: str, values: Any) -> list[list[float]]:
+    """Vectors, one a row; one vector alone is a row."""
+    array = np.atleast_2d(floats(key, values))
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise InputError(f"`{key}`: has shape {array.shape}; give an array of shape (n, 3)", key)
+    rows: list[list[float]] = array.tolist()
+    return rows
+
+
+class Workspace:
+    """What the tip can reach: size with its interval, voxels, answers to queries."""
+
+    def __init__(self, native: NativeWorkspace) -> None:
+        self._native = native
+
+    @classmethod
+    def _of_sweep(
+        cls, sweep: NativeSweep, options: dict[str, Any], progress: Callable[..., object] | None
+    ) -> Workspace:
+        return cls(NativeWorkspace.of_sweep(sweep, options, progress))
+
+    @classmethod
+    def _of_results(
+        cls, results: NativeResults, options: dict[str, Any], progress: Callable[..., object] | None
+    ) -> Workspace:
+        return cls(NativeWorkspace.of_results(results, options, progress))
+
+    @property
+    def account(self) -> dict[str, Any]:
+        """Everything but the voxels, as ``workspace.json`` of the command line, SI."""
+        return dict(json.loads(self._native.json()))
+
+    @property
+    def voxels(self) -> Table:
+        """One row a voxel: centre (m), whether it is reached, stability margin, dexterity, compliance and more."""
+        return self._native.voxels()
+
+    @property
+    def surface(self) -> Table | None:
+        """One row a voxel of the middle surface, where the workspace is thin."""
+        return self._native.surface()
+
+    @property
+    def designs(self) -> Table | None:
+        """One row a design, where ``designs`` or ``vary`` was asked for."""
+        return self._native.designs()
+
+    @property
+    def is_doubtful(self) -> bool:
+        """Whether the two independent values differ, or many voxels are undecided."""
+        return self._native.is_doubtful()
+
+    def reach(self, positions: Any, tangents: Any = None, *, prefer: str = "margin") -> Table:
+        """Can the tip be there? One row a position (n, 3) in metres, with the inputs that bring it there.
+
+        ``tangents`` (n, 3) asks for a direction, too. ``prefer`` chooses among several solutions: ``margin``,
+        ``reserve`` or ``least-current``.
+        """
+        directions = None if tangents is None else points("tangents", tangents)
+        return self._native.reach(points("positions", positions), directions, prefer)
+
+    def write(self, folder: str | PathLike[str]) -> list[Path]:
+        """Writes every file that ``rodsweep workspace`` writes; returns them."""
+        return [Path(file) for file in self._native.write(fspath(folder))]
+
+    def draw(self, folder: str | PathLike[str]) -> list[Path]:
+        """Draws the figures of ``rodsweep workspace``; returns the files."""
+        return [Path(file) for file in self._native.draw(fspath(folder))]
+
+    def __str__(self) -> str:
+        return self._native.text()
+
+    def __repr__(self) -> str:
+        return f"<Workspace: {self._native.text().splitlines()[1].strip()}>"
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{_html.escape(self._native.text())}</pre>"
+
+
+class Sensitivity:
+    """Which input matters: indices, spreads, failures, and what measurements would tell."""
+
+    def __init__(self, native: NativeSensitivity) -> None:
+        self._native = native
+
+    @classmethod
+    def _of_sweep(
+        cls,
+        sweep: NativeSweep,
+        options: dict[str, Any],
+        run_options: dict[str, Any],
+        progress: Callable[..., object] | None,
+    ) -> Sensitivity:
+        return cls(NativeSensitivity.of_sweep(sweep, options, run_options, progress))
+
+    @classmethod
+    def _of_rows(cls, sweep: NativeSweep, rows: Table, options: dict[str, Any]) -> Sensitivity:
+        return cls(NativeSensitivity.of_rows(sweep, rows, options))
+
+    @classmethod
+    def _of_results(cls, results: NativeResults, options: dict[str, Any]) -> Sensitivity:
+        return cls(NativeSensitivity.of_results(results, options))
+
+    @property
+    def tables(self) -> dict[str, Table]:
+        """Those with rows of ``indices``, ``dgsm``, ``local``, ``moments``, ``failures``, ``chaos``, ``fisher``, ``design``."""
+        return dict(self._native.tables())
+
+    @property
+    def account(self) -> dict[str, Any]:
+        """Everything, as ``sensitivity.json`` of the command line."""
+        return dict(json.loads(self._native.json()))
+
+    def write(self, folder: str | PathLike[str]) -> list[Path]:
+        """Writes every file that ``rodsweep sensitivity`` writes; returns them."""
+        return [Path(file) for file in self._native.write(fspath(folder))]
+
+    def draw(self, folder: str | PathLike[str]) -> list[Path]:
+        """Draws the figures of ``rodsweep sensitivity``; returns the files."""
+        return [Path(file) for file in self._native.draw(fspath(folder))]
+
+    def __str__(self) -> str:
+        return self._native.text()
+
+    def __repr__(self) -> str:
+        return f"<Sensitivity: {', '.join(f'{name} ({len(table)})' for name, table in self.tables.items())}>"
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{_html.escape(self._native.text())}</pre>"

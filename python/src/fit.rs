@@ -1,0 +1,107 @@
+//! Numbers of a scene from observed shapes.
+
+use super::failure::Failure;
+use super::job::run;
+use super::scene::NativeScene;
+use pyo3::prelude::*;
+use rodsweep::model::Parameter;
+use rodsweep::report::{ImageFormat, encode};
+use rodsweep::spec::{ObservedPoint, ObservedShape, ObservedShapes};
+use rodsweep::study::{Fit, FitJob};
+use std::sync::Arc;
+
+/// What was fitted.
+#[pyclass(frozen, module = "rodsweep._rodsweep")]
+pub struct NativeFit {
+    found: Arc<(Fit, FitJob)>,
+}
+
+/// Points of one shape: arc length (NaN for the tip), then the position.
+type Points = Vec<[f64; 4]>;
+
+/// Fits; `values` holds the known parameters of each shape.
+#[pyfunction]
+#[pyo3(signature = (scene, known, values, shapes, free, noise, threads))]
+#[allow(clippy::too_many_arguments)]
+pub fn fit(
+    py: Python<'_>,
+    scene: &NativeScene,
+    known: Vec<String>,
+    values: Vec<Vec<f64>>,
+    shapes: Vec<Points>,
+    free: Option<Vec<String>>,
+    noise: Option<f64>,
+    threads: Option<usize>,
+) -> PyResult<NativeFit> {
+    let mut parameters = Vec::new();
+    for name in &known {
+        parameters.extend(scene.parse(name)?);
+    }
+    if shapes.is_empty() || shapes.iter().any(Vec::is_empty) {
+        return Err(Failure::at("positions", "hold no point; give at least one point of each shape").into());
+    }
+    if values.len() != shapes.len() || values.iter().any(|row| row.len() != parameters.len()) {
+        return Err(Failure::at("values", "are not one for each shape").into());
+    }
+    if values.iter().flatten().chain(shapes.iter().flatten().flat_map(|point| &point[1..])).any(|x| !x.is_finite()) {
+        return Err(Failure::at("positions", "or values hold a number that is not finite").into());
+    }
+    if noise.is_some_and(|noise| !(noise > 0.0 && noise.is_finite())) {
+        return Err(Failure::at("noise", "is no positive number; give a length in metres").into());
+    }
+    let mut observed = ObservedShapes { known: parameters, shapes: Vec::new() };
+    for (row, points) in values.into_iter().zip(&shapes) {
+        let mut own = scene.scene.clone();
+        let pairs = observed.known.iter().copied().zip(row.iter().copied());
+        Parameter::set_all(&mut own, pairs).map_err(Failure::from)?;
+        let length = own.total_length();
+        let points = points.iter().map(|[s, x, y, z]| {
+            let arc_length = s.is_finite().then_some(*s);
+            if arc_length.is_some_and(|s| !(0.0..=length * (1.0 + 1e-9)).contains(&s)) {
+                return Err(Failure::at("arc_length", format!("is {s}; give 0 to {length} m, the length of the rod")));
+            }
+            Ok(ObservedPoint { arc_length, position: [*x, *y, *z] })
+        });
+        let points = points.collect::<Result<Vec<_>, Failure>>()?;
+        observed.shapes.push(ObservedShape { known: row, points });
+    }
+    let mut job = FitJob::new(scene.scene.clone(), observed);
+    if let Some(names) = &free {
+        job = job.free(names).map_err(Failure::from)?;
+    }
+    if let Some(noise) = noise {
+        job = job.noise(noise);
+    }
+    let found = run(py, threads, None, move |_| {
+        let fit = job.run()?;
+        Ok((fit, job))
+    })?;
+    Ok(NativeFit { found: Arc::new(found) })
+}
+
+#[pymethods]
+impl NativeFit {
+    fn json(&self) -> String {
+        self.found.0.to_json().to_string()
+    }
+
+    fn text(&self) -> String {
+        self.found.0.text(&self.found.1)
+    }
+
+    fn scene(&self) -> NativeScene {
+        NativeScene::new(self.found.0.scene.clone())
+    }
+
+    /// Fitted points, shape after shape.
+    fn positions(&self) -> Vec<Vec<[f64; 3]>> {
+        self.found.0.positions.clone()
+    }
+
+    /// The figure of observed and fitted points as a PNG or SVG.
+    fn figure(&self, format: &str) -> PyResult<Vec<u8>> {
+        let format = ImageFormat::of(format!("x.{format}").as_ref()).map_err(Failure::from)?;
+        let (fit, job) = &*self.found;
+        Ok(encode(&rodsweep::figures::fit(fit, job), format).map_err(Failure::from)?)
+    }
+}
