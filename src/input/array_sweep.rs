@@ -63,6 +63,7 @@ pub fn sweep_of_rows(scene: Scene, table: InputTable) -> Result<SweepSpec, Input
         table: Some(Arc::new(table)),
         tolerance: PlanOptions::default().tolerance,
         branch: BranchChoice::FromRest,
+        anchors: true,
         steps: None,
         quantities: OutputQuantity::ALL[..5].to_vec(),
         wrt: Vec::new(),

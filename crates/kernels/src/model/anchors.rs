@@ -137,7 +137,8 @@ impl Anchors {
             return f32::INFINITY;
         }
         let corner = |corner: usize| &anchors[self.corner(first, corner)];
-        if (0..self.corners()).any(|k| !(corner(k).margin > ANCHOR_MARGIN)) {
+        let are_good = (0..self.corners()).all(|k| corner(k).margin > ANCHOR_MARGIN);
+        if !are_good {
             return f32::INFINITY;
         }
         let mut largest = 0.0f64;
