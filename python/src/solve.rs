@@ -71,7 +71,7 @@ impl Request {
         let spec = self.spec()?;
         let progress = |progress: &Progress| line.tell(Told::Progress(*progress));
         let warn = |text: &str| line.tell(Told::Warning(text.into()));
-        let job = SweepJob::new(spec.clone())
+        let job = SweepJob::new(spec)
             .engine(engine)
             .method(method)
             .interrupt(&line.stop)
