@@ -167,7 +167,10 @@ class Sensitivity:
 
     @property
     def tables(self) -> dict[str, Table]:
-        """Those with rows of ``indices``, ``dgsm``, ``local``, ``moments``, ``failures``, ``chaos``, ``fisher``, ``design``."""
+        """By name: ``indices``, ``dgsm``, ``local``, ``moments``, ``failures``, ``chaos``, ``fisher``, ``design``.
+
+        Those without rows are left out.
+        """
         return dict(self._native.tables())
 
     @property

@@ -5,9 +5,9 @@ use pyo3::prelude::*;
 use rodsweep::sweep::Progress;
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 /// How often Python is asked whether Ctrl-C was pressed.
@@ -30,16 +30,14 @@ pub enum Told {
 pub struct Line {
     /// Ends the work between batches.
     pub stop: Arc<AtomicBool>,
-    tell: Option<Sender<Told>>,
+    tell: Sender<Told>,
 }
 
 impl Line {
-    /// Tells something, if anyone listens.
+    /// Tells something.
     pub fn tell(&self, told: Told) {
-        if let Some(tell) = &self.tell {
-            // Nobody listens any more after an interruption.
-            let _ = tell.send(told);
-        }
+        // Nobody listens any more after an interruption.
+        let _ = self.tell.send(told);
     }
 }
 
@@ -59,12 +57,30 @@ fn check_process() -> Result<(), Failure> {
     }
 }
 
-/// Runs short work where it is called, without the GIL.
-pub fn run_here<T: Send>(py: Python<'_>, work: impl FnOnce(&Line) -> Result<T, Failure> + Send) -> PyResult<T> {
-    check_process()?;
-    let line = Line { stop: Arc::default(), tell: None };
-    let done = py.detach(|| catch_unwind(AssertUnwindSafe(|| work(&line))));
-    Ok(done.unwrap_or_else(|panic| Err(broken(panic)))?)
+type Work = Box<dyn FnOnce() + Send>;
+
+/// Threads that wait for work: to wake one is quicker than to start one.
+static IDLE: Mutex<Vec<Sender<Work>>> = Mutex::new(Vec::new());
+/// Threads that are kept.
+const MOST_IDLE: usize = 8;
+
+/// A thread that waits for work. It ends when its sender is dropped.
+fn hire() -> Result<Sender<Work>, Failure> {
+    if let Some(worker) = IDLE.lock().ok().and_then(|mut idle| idle.pop()) {
+        return Ok(worker);
+    }
+    let (give, take) = channel::<Work>();
+    let spawned = std::thread::Builder::new().name("rodsweep".into()).spawn(move || take.into_iter().for_each(|w| w()));
+    spawned.map_err(|error| Failure::new(Kind::Engine, format!("no thread can be started: {error}")))?;
+    Ok(give)
+}
+
+fn dismiss(worker: Sender<Work>) {
+    if let Ok(mut idle) = IDLE.lock()
+        && idle.len() < MOST_IDLE
+    {
+        idle.push(worker);
+    }
 }
 
 /// Runs work on a thread, and calls `listener` with what it tells. Ctrl-C and an exception of the listener end it.
@@ -77,28 +93,29 @@ pub fn run<T: Send + 'static>(
     check_process()?;
     let (tell, told) = channel();
     let (finish, finished) = channel();
-    let line = Line { stop: Arc::default(), tell: Some(tell) };
+    let line = Line { stop: Arc::default(), tell };
     let stop = line.stop.clone();
     let on_thread = move || {
         let done = catch_unwind(AssertUnwindSafe(|| on_threads(threads, || work(&line))));
         // The caller may have been interrupted.
         let _ = finish.send(done.unwrap_or_else(|panic| Err(broken(panic))));
     };
-    std::thread::Builder::new()
-        .name("rodsweep".into())
-        .spawn(on_thread)
-        .map_err(|error| Failure::new(Kind::Engine, format!("no thread can be started: {error}")))?;
-    let mut receivers = Some((told, finished));
+    let worker = hire()?;
+    worker.send(Box::new(on_thread)).map_err(|_| lost())?;
+    let mut finished = finished;
     loop {
-        let (told, finished) = receivers.take().ok_or_else(lost)?;
-        let (told, finished, ended) = py.detach(move || {
-            let ended = wait(&told, &finished);
-            (told, finished, ended)
+        let (back, ended) = py.detach(move || {
+            let ended = finished.recv_timeout(LISTEN);
+            (finished, ended)
         });
+        finished = back;
         let heard = told.try_iter().collect::<Vec<_>>();
         let result = heard.into_iter().try_for_each(|told| hear(py, told, listener)).and_then(|()| py.check_signals());
         match (result, ended) {
-            (Ok(()), Ok(done)) => return Ok(done?),
+            (Ok(()), Ok(done)) => {
+                dismiss(worker);
+                return Ok(done?);
+            }
             (Ok(()), Err(RecvTimeoutError::Timeout)) => {}
             (Ok(()), Err(RecvTimeoutError::Disconnected)) => return Err(lost().into()),
             (Err(error), _) => {
@@ -109,13 +126,7 @@ pub fn run<T: Send + 'static>(
                 return Err(error);
             }
         }
-        receivers = Some((told, finished));
     }
-}
-
-/// Waits for the end for as long as Python may be kept waiting.
-fn wait<T>(_: &Receiver<Told>, finished: &Receiver<T>) -> Result<T, RecvTimeoutError> {
-    finished.recv_timeout(LISTEN)
 }
 
 /// Hands something told to Python.

@@ -3,7 +3,7 @@
 use super::block::{Block, BlockSink};
 use super::engine;
 use super::failure::Failure;
-use super::job::{Line, Told, run, run_here, timed};
+use super::job::{Line, Told, run, timed};
 use super::scene::NativeScene;
 use numpy::{IntoPyArray, PyReadonlyArray1};
 use pyo3::prelude::*;
@@ -14,9 +14,6 @@ use rodsweep::model::{Parameter, Scene};
 use rodsweep::spec::{BranchChoice, InputTable, OutputQuantity, SolutionMethod, SweepSpec};
 use rodsweep::sweep::{Memory, Progress, SpotCheckOptions, Summary, SweepJob};
 use rodsweep::table::{Table, Values};
-
-/// Samples that are solved where they are asked for: a thread would take longer to start.
-const FEW: usize = 8;
 
 /// One call.
 struct Request {
@@ -74,7 +71,7 @@ impl Request {
         let spec = self.spec()?;
         let progress = |progress: &Progress| line.tell(Told::Progress(*progress));
         let warn = |text: &str| line.tell(Told::Warning(text.into()));
-        let job = SweepJob::new(spec.clone())
+        let job = SweepJob::new(spec)
             .engine(engine)
             .method(method)
             .interrupt(&line.stop)
@@ -173,11 +170,7 @@ pub fn solve<'py>(
         spot_check,
         lenient,
     };
-    let few = count <= FEW && threads.is_none() && progress.is_none() && branch != "all" && engine != "reference";
-    let answer = match few {
-        true => run_here(py, move |line| request.solve(line))?,
-        false => run(py, threads, progress.as_ref(), move |line| request.solve(line))?,
-    };
+    let answer = run(py, threads, progress.as_ref(), move |line| request.solve(line))?;
     answer.into_dict(py)
 }
 

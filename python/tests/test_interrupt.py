@@ -49,6 +49,25 @@ def test_sweeps_and_studies_are_interrupted(p6: rodsweep.Scene, root: Path, tmp_
     assert interrupted(lambda: rodsweep.control(p6, targets)) < LIMIT
 
 
+def test_a_few_hard_samples_are_interrupted() -> None:
+    """Forces far beyond what the rod bears: each sample takes its second attempts."""
+    rod = rodsweep.Scene.from_dict(
+        {
+            "segment": [
+                {
+                    "name": "rod",
+                    "kind": "flexible",
+                    "length": 0.1,
+                    "stiffness": {"bending": 1e-5, "torsion": 1e-5},
+                    "rest_curvature": [10, 0, 0],
+                }
+            ]
+        }
+    )
+    forces = np.random.default_rng(0).normal(0, 0.1, (8, 3))
+    assert interrupted(lambda: rodsweep.solve(rod, {"loads.tip_force": forces}, engine="cpu")) < LIMIT
+
+
 def test_other_threads_go_on(p6: rodsweep.Scene) -> None:
     """While a batch is solved, Python counts in another thread."""
     values = {"coil.current": np.random.default_rng(0).uniform(-0.3, 0.3, (400_000, 3))}

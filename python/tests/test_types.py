@@ -5,6 +5,7 @@ from __future__ import annotations
 import doctest
 import importlib
 import pkgutil
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -48,7 +49,12 @@ def test_public_names_have_docstrings() -> None:
 
 def test_mypy_strict(tmp_path: Path) -> None:
     pytest.importorskip("mypy")
-    package = Path(rodsweep.__path__[0])
+    # A copy, since mypy takes what lies among installed packages for theirs.
+    package = tmp_path / "rodsweep"
+    package.mkdir()
+    for pattern in ("*.py", "*.pyi", "py.typed"):
+        for file in Path(rodsweep.__path__[0]).glob(pattern):
+            shutil.copy(file, package / file.name)
     use = tmp_path / "use.py"
     use.write_text(
         "import numpy as np\nimport rodsweep\n\n"
