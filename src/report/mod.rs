@@ -202,7 +202,7 @@ pub fn write(figure: &(impl Figure + ?Sized), path: &Path) -> Result<(), ReportE
 ///
 /// # Errors
 ///
-/// As [`write`].
+/// As [`write()`].
 pub fn write_all(figure: &(impl Figure + ?Sized), paths: &[impl AsRef<Path> + Sync]) -> Result<(), ReportError> {
     let formats = paths.iter().map(|path| ImageFormat::of(path.as_ref())).collect::<Result<Vec<_>, _>>()?;
     let page = Page::new(figure)?;
