@@ -2,11 +2,10 @@
 
 use super::error::ResultsError;
 use super::parts::{self, FileMetadata, PartInfo};
+use super::store::{Entry, Store};
 use crate::spec::{Format, RESOLVED_TABLE, SolutionMethod, SweepSpec};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
-use std::time::{Duration, SystemTime};
 use xxhash_rust::xxh3::xxh3_128;
 
 pub(crate) const RUN_FILE: &str = "run.json";
@@ -90,14 +89,20 @@ impl RunRecord {
         Format::ALL.into_iter().find(|format| format.name() == self.format).unwrap_or(Format::Parquet)
     }
 
-    pub(crate) fn read(dir: &Path) -> Result<RunRecord, ResultsError> {
-        let path = dir.join(RUN_FILE);
-        let text = std::fs::read_to_string(&path).map_err(|_| ResultsError::NoRun { dir: dir.into() })?;
-        serde_json::from_str(&text).map_err(|error| ResultsError::Damaged { path, reason: error.to_string() })
+    pub(crate) fn read(store: &dyn Store) -> Result<RunRecord, ResultsError> {
+        RunRecord::find(store)?.ok_or_else(|| ResultsError::NoRun { dir: store.place() })
+    }
+
+    /// `None`: there is no run.
+    pub(crate) fn find(store: &dyn Store) -> Result<Option<RunRecord>, ResultsError> {
+        let Some(bytes) = store.get(RUN_FILE)? else { return Ok(None) };
+        let damaged =
+            |error: serde_json::Error| ResultsError::Damaged { path: store.path(RUN_FILE), reason: error.to_string() };
+        serde_json::from_slice(&bytes).map(Some).map_err(damaged)
     }
 
     /// Refuses a directory whose run differs, naming what differs.
-    pub(crate) fn check_same(&self, dir: &Path, theirs: &RunRecord) -> Result<(), ResultsError> {
+    pub(crate) fn check_same(&self, store: &dyn Store, theirs: &RunRecord) -> Result<(), ResultsError> {
         if self.run_id == theirs.run_id {
             return Ok(());
         }
@@ -115,71 +120,50 @@ impl RunRecord {
         let method = || theirs.method?.difference(&self.method?);
         let unknown = || ("run id", theirs.run_id.clone(), self.run_id.clone());
         let (what, theirs, ours) = method().or(differs).unwrap_or_else(unknown);
-        Err(ResultsError::Mismatch { dir: dir.into(), what, theirs, ours })
+        Err(ResultsError::Mismatch { dir: store.place(), what, theirs, ours })
     }
 }
 
 /// Makes or joins a directory for a run.
-pub(crate) fn open(dir: &Path, record: &RunRecord, spec: &SweepSpec, resume: bool) -> Result<(), ResultsError> {
-    std::fs::create_dir_all(dir).map_err(ResultsError::io(dir, "making the result directory"))?;
-    let run_file = dir.join(RUN_FILE);
-    if run_file.exists() {
-        record.check_same(dir, &RunRecord::read(dir)?)?;
+pub(crate) fn open(store: &dyn Store, record: &RunRecord, spec: &SweepSpec, resume: bool) -> Result<(), ResultsError> {
+    store.prepare()?;
+    if let Some(theirs) = RunRecord::find(store)? {
+        record.check_same(store, &theirs)?;
         if !resume {
-            return Err(ResultsError::Exists { dir: dir.into() });
+            return Err(ResultsError::Exists { dir: store.place() });
         }
     } else {
         // Another shard may begin the run at this moment.
-        if names(dir)?.iter().any(|name| !name.starts_with('.')) && !run_file.exists() {
-            return Err(ResultsError::Foreign { dir: dir.into() });
+        let is_foreign = store.list("")?.iter().any(|entry| !entry.name.starts_with('.'));
+        if is_foreign && store.head(RUN_FILE)?.is_none() {
+            return Err(ResultsError::Foreign { dir: store.place() });
         }
         let text = serde_json::to_string_pretty(record).unwrap_or_default() + "\n";
-        if !parts::write_atomically(&run_file, text.as_bytes(), false)? {
-            record.check_same(dir, &RunRecord::read(dir)?)?;
+        if !store.create(RUN_FILE, text.as_bytes())? {
+            record.check_same(store, &RunRecord::read(store)?)?;
         }
     }
-    remove_stale_temporaries(dir)?;
     if let Some(table) = &spec.table {
-        parts::write_atomically(&dir.join(RESOLVED_TABLE), table.to_csv(&spec.scene).as_bytes(), true)?;
+        store.put(RESOLVED_TABLE, table.to_csv(&spec.scene).as_bytes())?;
     }
-    parts::write_atomically(&dir.join(SWEEP_FILE), spec.to_toml().as_bytes(), true)?;
-    Ok(())
+    store.put(SWEEP_FILE, spec.to_toml().as_bytes())
 }
 
-pub(crate) fn names(dir: &Path) -> Result<Vec<String>, ResultsError> {
-    let entries = std::fs::read_dir(dir).map_err(ResultsError::io(dir, "listing"))?;
-    Ok(entries.flatten().map(|entry| entry.file_name().to_string_lossy().into_owned()).collect())
-}
-
-/// Temporary files that no live writer can still be writing.
-fn remove_stale_temporaries(dir: &Path) -> Result<(), ResultsError> {
-    const STALE: Duration = Duration::from_secs(3600);
-    for name in names(dir)?.iter().filter(|name| name.starts_with('.') && name.contains(".tmp-")) {
-        let path = dir.join(name);
-        let modified = std::fs::metadata(&path).and_then(|metadata| metadata.modified());
-        let age = modified.ok().and_then(|modified| SystemTime::now().duration_since(modified).ok());
-        if age.is_some_and(|age| age > STALE) {
-            let _ = std::fs::remove_file(&path);
-        }
-    }
-    Ok(())
-}
-
-/// Parts of a directory by chunk: sound ones, and paths of damaged ones with the reason.
+/// Parts of a directory by chunk: sound ones, and names of damaged ones with the reason.
 pub(crate) struct Parts {
     pub sound: BTreeMap<u64, PartInfo>,
-    pub damaged: Vec<(PathBuf, String)>,
+    pub damaged: Vec<(String, String)>,
 }
 
-pub(crate) fn parts(dir: &Path, record: &RunRecord) -> Result<Parts, ResultsError> {
-    let mut parts = Parts { sound: BTreeMap::new(), damaged: Vec::new() };
+pub(crate) fn parts(store: &dyn Store, record: &RunRecord) -> Result<Parts, ResultsError> {
     let format = record.format();
-    for name in names(dir)? {
-        let Some(chunk) = parts::part_chunk(&name, format) else { continue };
-        let path = dir.join(&name);
-        match check(&path, chunk, record) {
+    let listed = store.list("")?;
+    let listed = listed.iter().filter_map(|entry| Some((parts::part_chunk(&entry.name, format)?, entry)));
+    let mut parts = Parts { sound: BTreeMap::new(), damaged: Vec::new() };
+    for (chunk, entry) in listed {
+        match check(store, entry, chunk, record) {
             Ok(info) => drop(parts.sound.insert(chunk, info)),
-            Err(ResultsError::Damaged { reason, .. }) => parts.damaged.push((path, reason)),
+            Err(ResultsError::Damaged { reason, .. }) => parts.damaged.push((entry.name.clone(), reason)),
             Err(error) => return Err(error),
         }
     }
@@ -188,9 +172,9 @@ pub(crate) fn parts(dir: &Path, record: &RunRecord) -> Result<Parts, ResultsErro
 }
 
 /// Whether a part is whole, of this run, and holds its chunk's samples.
-fn check(path: &Path, chunk: u64, record: &RunRecord) -> Result<PartInfo, ResultsError> {
-    let damaged = |reason: &str| ResultsError::Damaged { path: path.into(), reason: reason.into() };
-    let info = parts::check_part(path, record.format())?;
+fn check(store: &dyn Store, entry: &Entry, chunk: u64, record: &RunRecord) -> Result<PartInfo, ResultsError> {
+    let damaged = |reason: &str| ResultsError::Damaged { path: store.path(&entry.name), reason: reason.into() };
+    let info = parts::look_at_part(store, entry, record.format())?;
     if info.run_id != record.run_id {
         return Err(damaged("it belongs to another run"));
     }
@@ -198,10 +182,6 @@ fn check(path: &Path, chunk: u64, record: &RunRecord) -> Result<PartInfo, Result
         return Err(damaged("it does not hold the samples of its number"));
     }
     Ok(info)
-}
-
-pub(crate) fn part_path(dir: &Path, chunk: u64, format: Format) -> PathBuf {
-    dir.join(parts::part_name(chunk, format))
 }
 
 /// Metadata that every file of a run carries.

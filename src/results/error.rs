@@ -21,6 +21,24 @@ pub enum ResultsError {
         /// What the system says.
         reason: String,
     },
+    /// The address of an object store is not understood.
+    #[error("`{}`: {reason}", url.display())]
+    Address {
+        /// As it was given.
+        url: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// An object store does not answer as it should.
+    #[error("{}: {remedy} (the store: {reason})", url.display())]
+    Unreachable {
+        /// Its address.
+        url: PathBuf,
+        /// What came back.
+        reason: String,
+        /// What would help.
+        remedy: &'static str,
+    },
     /// The directory holds a run, and none was to be resumed.
     #[error("{} already holds a run; resume it, or choose another directory", dir.display())]
     Exists {
@@ -101,6 +119,7 @@ impl ResultsError {
         !matches!(
             self,
             ResultsError::Io { .. }
+                | ResultsError::Unreachable { .. }
                 | ResultsError::NotBegun { .. }
                 | ResultsError::MissingParts { .. }
                 | ResultsError::Damaged { .. }

@@ -3,8 +3,9 @@
 use super::directory::{self, RunRecord, SWEEP_FILE, TIPS_FILE, WORKSPACE_FILE};
 use super::error::ResultsError;
 use super::manifest::{Manifest, named_counts};
-use super::parts;
+use super::parts::{self, PartInfo};
 use super::read::{DirectoryStatus, Results, read_parquet_table};
+use super::store::{Store, store_at};
 use crate::model::Status;
 use crate::spec::{BranchChoice, Format, RESOLVED_TABLE, SweepSpec};
 use crate::table::Table;
@@ -21,19 +22,20 @@ pub fn merge(dirs: &[PathBuf], out: &Path) -> Result<DirectoryStatus, ResultsErr
     let Some(first) = dirs.first() else { return Err(ResultsError::NoRun { dir: out.into() }) };
     let results = Results::open(first)?;
     let (record, spec) = (results.record(), results.spec());
-    for dir in dirs {
-        record.check_same(dir, &RunRecord::read(dir)?)?;
+    let stores = dirs.iter().map(|dir| store_at(dir)).collect::<Result<Vec<_>, _>>()?;
+    for store in &stores {
+        record.check_same(store.as_ref(), &RunRecord::read(store.as_ref())?)?;
     }
     if record.format() == Format::None {
         return merge_workspaces(dirs, out, record, spec);
     }
-    let mut sources: BTreeMap<u64, PathBuf> = BTreeMap::new();
+    let mut sources: BTreeMap<u64, (&dyn Store, PartInfo)> = BTreeMap::new();
     let mut engines: BTreeMap<String, u64> = BTreeMap::new();
-    for dir in dirs {
-        for (chunk, info) in directory::parts(dir, record)?.sound {
+    for store in &stores {
+        for (chunk, info) in directory::parts(store.as_ref(), record)?.sound {
             sources.entry(chunk).or_insert_with(|| {
-                *engines.entry(info.engine).or_default() += info.rows;
-                directory::part_path(dir, chunk, record.format())
+                *engines.entry(info.engine.clone()).or_default() += info.rows;
+                (store.as_ref(), info)
             });
         }
     }
@@ -42,27 +44,27 @@ pub fn merge(dirs: &[PathBuf], out: &Path) -> Result<DirectoryStatus, ResultsErr
         let (count, total) = (missing.len() as u64, record.chunk_count());
         return Err(ResultsError::MissingParts { count, total, first: *first });
     }
+    let target = store_at(out)?;
     // The sweep as run was read from `first`, so its text is the same again.
-    directory::open(out, record, spec, true)?;
+    directory::open(target.as_ref(), record, spec, true)?;
     for name in [SWEEP_FILE, RESOLVED_TABLE] {
-        if first.join(name).is_file() {
-            copy(&first.join(name), &out.join(name), true)?;
+        if let Some(bytes) = stores[0].get(name)? {
+            target.put(name, &bytes)?;
         }
     }
-    for path in sources.values() {
-        let to = out.join(path.file_name().unwrap_or_default());
-        if parts::sidecar(path).is_file() {
-            copy(&parts::sidecar(path), &parts::sidecar(&to), true)?;
-        }
-        copy(path, &to, false)?;
+    let format = record.format();
+    for (chunk, (store, info)) in sources {
+        let name = parts::part_name(chunk, format);
+        let gone = || ResultsError::Damaged { path: store.path(&name), reason: "it is gone".into() };
+        parts::place_part(target.as_ref(), &name, format, info, &store.get(&name)?.ok_or_else(gone)?)?;
     }
-    finish(dirs, out, record, spec, engines, Results::open(out)?.status()?)
+    finish(dirs, target.as_ref(), record, spec, engines, Results::open(out)?.status()?)
 }
 
 /// Writes the manifest of a merged result.
 fn finish(
     dirs: &[PathBuf],
-    out: &Path,
+    out: &dyn Store,
     record: &RunRecord,
     spec: &SweepSpec,
     mut engines: BTreeMap<String, u64>,
@@ -132,7 +134,8 @@ fn merge_workspaces(
         let count = expected.saturating_sub(seen.len() as u64).max(1);
         return Err(ResultsError::MissingParts { count, total: expected, first });
     }
-    directory::open(out, record, spec, true)?;
+    let target = store_at(out)?;
+    directory::open(target.as_ref(), record, spec, true)?;
     let metadata = directory::metadata(spec, record);
     let mut rows: Vec<(usize, u64)> = voxels.into_values().collect();
     rows.sort_unstable();
@@ -141,14 +144,10 @@ fn merge_workspaces(
     if let Some(count) = merged.columns.iter_mut().find(|column| column.name == "count") {
         count.values = totals.into();
     }
-    parts::write_run_table(&out.join(WORKSPACE_FILE), &merged, &metadata)?;
-    parts::write_run_table(&out.join(TIPS_FILE), &tips, &metadata)?;
+    parts::write_run_table(target.as_ref(), WORKSPACE_FILE, &merged, &metadata)?;
+    parts::write_run_table(target.as_ref(), TIPS_FILE, &tips, &metadata)?;
     let every_branch = spec.branch == BranchChoice::All;
     let status = Results::open(out)?.status()?;
-    finish(dirs, out, record, spec, engines, DirectoryStatus { samples_done: done, every_branch, counts, ..status })
-}
-
-fn copy(from: &Path, to: &Path, replace: bool) -> Result<(), ResultsError> {
-    let bytes = std::fs::read(from).map_err(ResultsError::io(from, "reading"))?;
-    parts::write_atomically(to, &bytes, replace).map(|_| ())
+    let status = DirectoryStatus { samples_done: done, every_branch, counts, ..status };
+    finish(dirs, target.as_ref(), record, spec, engines, status)
 }

@@ -1,17 +1,19 @@
 //! Part files: encode in memory, write whole or not at all, read back, check.
 //!
-//! A Parquet part carries the XXH3 of its data pages and its counts in the footer; a CSV or NPZ part has them in a
-//! sidecar `<part>.json`, written before it.
+//! A Parquet part carries the XXH3 of its data pages and its counts in the footer. A CSV or NPZ part has them in a sidecar
+//! `<part>.<XXH3>.json`, written before it. The name of the sidecar tells which bytes it is of, so that a part with another
+//! writer's bytes never meets it: the part's own name is the one commit record.
 
 use super::error::ResultsError;
 use super::layout::BRANCH_COLUMN;
+use super::store::{Entry, Store, store_at, store_of};
 use crate::model::Status;
 use crate::spec::Format;
 use crate::table::{self, Table, TableError};
 use serde::{Deserialize, Serialize};
-use std::io::Write;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::Arc;
 use xxhash_rust::xxh3::xxh3_64;
 
 /// Key of what a part says about itself.
@@ -79,28 +81,43 @@ pub(crate) fn info_of(table: &Table, metadata: &FileMetadata) -> PartInfo {
     }
 }
 
-/// Writes a part unless one is there; then the one there is checked and kept. Returns what lies on disk.
+/// Writes a part unless one is there; then the one there is checked and kept. Returns what lies in the store.
 ///
 /// `bytes` is memory to encode in, used again from part to part.
 pub(crate) fn write_part(
-    path: &Path,
+    store: &dyn Store,
+    name: &str,
     table: &Table,
     format: Format,
     metadata: &FileMetadata,
     bytes: &mut Vec<u8>,
 ) -> Result<PartInfo, ResultsError> {
     let mut info = info_of(table, metadata);
+    let path = store.path(name);
     match format {
-        Format::Parquet => encode_parquet(table, metadata, &mut info, bytes).map_err(ResultsError::table(path))?,
+        Format::Parquet => encode_parquet(table, metadata, &mut info, bytes).map_err(ResultsError::table(&path))?,
         Format::Csv => *bytes = table::csv::encode(table),
-        Format::Npz | Format::None => *bytes = table::npz::encode(table).map_err(ResultsError::table(path))?,
+        Format::Npz | Format::None => *bytes = table::npz::encode(table).map_err(ResultsError::table(&path))?,
     }
     if format != Format::Parquet {
         info.checksum = checksum(bytes);
-        let text = serde_json::to_string(&info).unwrap_or_default();
-        write_atomically(&sidecar(path), text.as_bytes(), true)?;
     }
-    if write_atomically(path, bytes, false)? { Ok(info) } else { check_part(path, format) }
+    place_part(store, name, format, info, bytes)
+}
+
+/// Puts a part that is encoded, its sidecar before it, unless there is one.
+pub(crate) fn place_part(
+    store: &dyn Store,
+    name: &str,
+    format: Format,
+    info: PartInfo,
+    bytes: &[u8],
+) -> Result<PartInfo, ResultsError> {
+    if format != Format::Parquet {
+        let text = serde_json::to_string(&info).unwrap_or_default();
+        store.create(&sidecar(name, bytes), text.as_bytes())?;
+    }
+    if store.create(name, bytes)? { Ok(info) } else { check_part(store, name, format) }
 }
 
 /// Makes `bytes` a Parquet part and completes `info` by the checksum.
@@ -123,40 +140,116 @@ fn encode_parquet(
 }
 
 /// Checks a part's checksum and returns what it says about itself.
-pub(crate) fn check_part(path: &Path, format: Format) -> Result<PartInfo, ResultsError> {
-    let bytes = std::fs::read(path).map_err(ResultsError::io(path, "reading"))?;
-    let damaged = |reason: &str| ResultsError::Damaged { path: path.into(), reason: reason.into() };
+pub(crate) fn check_part(store: &dyn Store, name: &str, format: Format) -> Result<PartInfo, ResultsError> {
+    let path = store.path(name);
+    let damaged = |reason: &str| ResultsError::Damaged { path: path.clone(), reason: reason.into() };
+    let bytes = store.get(name)?.ok_or_else(|| damaged("it is gone"))?;
     if format == Format::Parquet {
-        let footer = table::parquet::footer(&bytes).map_err(ResultsError::table(path))?;
-        let text = footer.get(PART_KEY).ok_or_else(|| damaged("its footer has no checksum"))?;
-        let info: PartInfo = serde_json::from_str(text).map_err(|error| damaged(&error.to_string()))?;
-        let length = info.checksum.rsplit(':').next().and_then(|length| length.parse().ok()).unwrap_or(usize::MAX);
-        return match bytes.get(..length) {
-            Some(data) if checksum(data) == info.checksum && footer.row_count == info.rows => Ok(info),
+        let (info, rows) = said_by_footer(&bytes, &path)?;
+        return match data_length(&info).and_then(|length| bytes.get(..length)) {
+            Some(data) if checksum(data) == info.checksum && rows == info.rows => Ok(info),
             _ => Err(damaged("the checksum differs")),
         };
     }
-    let text = std::fs::read_to_string(sidecar(path)).map_err(|_| damaged("its checksum file is missing"))?;
-    let info: PartInfo = serde_json::from_str(&text).map_err(|_| damaged("its checksum file cannot be read"))?;
+    // Versions before 0.3 had one sidecar a part.
+    let text = match store.get(&sidecar(name, &bytes))? {
+        Some(text) => Some(text),
+        None => store.get(&format!("{name}.json"))?,
+    };
+    let text = text.ok_or_else(|| damaged("it is not what was written: no checksum file is of its bytes"))?;
+    let info: PartInfo = serde_json::from_slice(&text).map_err(|_| damaged("its checksum file cannot be read"))?;
     if info.checksum == checksum(&bytes) { Ok(info) } else { Err(damaged("the checksum differs")) }
 }
 
+/// What a part says about itself, without reading all of one that is far away: the store keeps its bytes as they are.
+pub(crate) fn look_at_part(store: &dyn Store, entry: &Entry, format: Format) -> Result<PartInfo, ResultsError> {
+    /// A footer is rarely longer.
+    const END: u64 = 64 << 10;
+    let name = &entry.name;
+    if !store.is_remote() || format != Format::Parquet {
+        return check_part(store, name, format);
+    }
+    let path = store.path(name);
+    let mut end = store.get_range(name, entry.size.saturating_sub(END)..entry.size)?;
+    let length = table::parquet::footer_length(&end).unwrap_or(0);
+    if length > end.len() as u64 {
+        end = store.get_range(name, entry.size.saturating_sub(length)..entry.size)?;
+    }
+    let (info, rows) = said_by_footer(&end, &path)?;
+    // Between the two lies what the format knows about pages.
+    let is_whole = data_length(&info).is_some_and(|data| data as u64 + length <= entry.size) && rows == info.rows;
+    if is_whole { Ok(info) } else { Err(ResultsError::Damaged { path, reason: "its length differs".into() }) }
+}
+
+/// What the footer of a part says, and its number of rows.
+fn said_by_footer(bytes: &[u8], path: &Path) -> Result<(PartInfo, u64), ResultsError> {
+    let damaged = |reason: &str| ResultsError::Damaged { path: path.into(), reason: reason.into() };
+    let footer = table::parquet::footer(bytes).map_err(ResultsError::table(path))?;
+    let text = footer.get(PART_KEY).ok_or_else(|| damaged("its footer has no checksum"))?;
+    let info = serde_json::from_str(text).map_err(|error| damaged(&error.to_string()))?;
+    Ok((info, footer.row_count))
+}
+
+/// Bytes that the checksum is of.
+fn data_length(info: &PartInfo) -> Option<usize> {
+    info.checksum.rsplit(':').next()?.parse().ok()
+}
+
 /// Reads the columns named (all, if none are) of a part, in the part's order. `like` gives the kinds of text formats.
-pub(crate) fn read_part(path: &Path, format: Format, names: &[&str], like: &Table) -> Result<Table, ResultsError> {
+pub(crate) fn read_part(
+    store: &Arc<dyn Store>,
+    name: &str,
+    format: Format,
+    names: &[&str],
+    like: &Table,
+) -> Result<Table, ResultsError> {
+    let path = store.path(name);
+    let missing = || ResultsError::io(&path, "reading")(std::io::ErrorKind::NotFound.into());
     let table = match format {
-        Format::Parquet => table::parquet::read(path, names),
-        Format::Csv => table::csv::read(path, names, like),
-        Format::Npz | Format::None => table::npz::read(path, names, like),
+        Format::Parquet => {
+            let size = store.head(name)?.ok_or_else(missing)?.size;
+            table::parquet::read_from(Arc::new(Part { store: store.clone(), name: name.into(), size }), names)
+        }
+        Format::Csv => {
+            let bytes = store.get(name)?.ok_or_else(missing)?;
+            let text = std::str::from_utf8(&bytes);
+            let text =
+                text.map_err(|_| ResultsError::Damaged { path: path.clone(), reason: "it is no text".into() })?;
+            table::csv::decode(text, names, like)
+        }
+        Format::Npz | Format::None => table::npz::decode(&store.get(name)?.ok_or_else(missing)?, names, like),
     };
-    table.map_err(ResultsError::table(path))
+    table.map_err(ResultsError::table(&path))
+}
+
+/// A file of a store, read by ranges.
+struct Part {
+    store: Arc<dyn Store>,
+    name: String,
+    size: u64,
+}
+
+impl table::parquet::ByteSource for Part {
+    fn size(&self) -> u64 {
+        self.size
+    }
+
+    fn read(&self, range: Range<u64>) -> std::io::Result<Vec<u8>> {
+        self.store.get_range(&self.name, range).map_err(std::io::Error::other)
+    }
 }
 
 /// Writes a table of a run that is not a part (voxels, tips) as Parquet, replacing what is there.
-pub(crate) fn write_run_table(path: &Path, table: &Table, metadata: &FileMetadata) -> Result<(), ResultsError> {
+pub(crate) fn write_run_table(
+    store: &dyn Store,
+    name: &str,
+    table: &Table,
+    metadata: &FileMetadata,
+) -> Result<(), ResultsError> {
     let mut info = info_of(table, metadata);
     let mut bytes = Vec::new();
-    encode_parquet(table, metadata, &mut info, &mut bytes).map_err(ResultsError::table(path))?;
-    write_atomically(path, &bytes, true).map(|_| ())
+    encode_parquet(table, metadata, &mut info, &mut bytes).map_err(ResultsError::table(&store.path(name)))?;
+    store.put(name, &bytes)
 }
 
 /// Writes a table, replacing what is there: Parquet if the name ends in `.parquet`, else CSV, which has no place for
@@ -172,16 +265,16 @@ pub fn write_table(path: &Path, table: &Table, metadata: &[(&str, String)]) -> R
     } else {
         table::csv::encode(table)
     };
-    write_atomically(path, &bytes, true).map(|_| ())
+    write_bytes(path, &bytes)
 }
 
-/// Makes a directory for files, and those above it.
+/// Makes a directory for files, and those above it; an object store needs none.
 ///
 /// # Errors
 ///
 /// A directory that cannot be made.
 pub fn make_directory(dir: &Path) -> Result<(), ResultsError> {
-    std::fs::create_dir_all(dir).map_err(ResultsError::io(dir, "making the directory"))
+    store_at(dir)?.prepare()
 }
 
 /// Writes a file whole or not at all, replacing what is there.
@@ -190,66 +283,26 @@ pub fn make_directory(dir: &Path) -> Result<(), ResultsError> {
 ///
 /// A file that cannot be written.
 pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), ResultsError> {
-    write_atomically(path, bytes, true).map(|_| ())
+    let (store, name) = store_of(path)?;
+    store.put(&name, bytes)
 }
 
-/// Moves a damaged part and its sidecar out of the way.
-pub(crate) fn quarantine(path: &Path) -> Result<PathBuf, ResultsError> {
-    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let free = (0..).map(|k| path.with_file_name(format!("{name}.bad-{k}"))).find(|to| !to.exists());
-    let to = free.unwrap_or_else(|| path.with_file_name(format!("{name}.bad")));
-    std::fs::rename(path, &to).map_err(ResultsError::io(path, "moving a damaged part away"))?;
-    let _ = std::fs::remove_file(sidecar(path));
-    Ok(to)
+/// Moves a damaged part out of the way. Sidecars stay: the part's name may be given again at any moment.
+pub(crate) fn quarantine(store: &dyn Store, name: &str) -> Result<PathBuf, ResultsError> {
+    for number in 0u32.. {
+        let to = format!("{name}.bad-{number}");
+        if store.rename(name, &to)? {
+            return Ok(store.path(&to));
+        }
+    }
+    Ok(store.path(name))
 }
 
-pub(crate) fn sidecar(path: &Path) -> PathBuf {
-    let mut name = path.as_os_str().to_owned();
-    name.push(".json");
-    name.into()
+/// The sidecar of a part with these bytes.
+fn sidecar(name: &str, bytes: &[u8]) -> String {
+    format!("{name}.{:016x}.json", xxh3_64(bytes))
 }
 
 pub(crate) fn checksum(bytes: &[u8]) -> String {
     format!("xxh3:{:016x}:{}", xxh3_64(bytes), bytes.len())
-}
-
-/// Temporary file, fsync, then link (fails if the name is taken) or rename, fsync of the folder. False: taken.
-pub(crate) fn write_atomically(path: &Path, bytes: &[u8], replace: bool) -> Result<bool, ResultsError> {
-    static COUNTER: AtomicU64 = AtomicU64::new(0);
-    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let unique = COUNTER.fetch_add(1, Ordering::Relaxed);
-    let temporary = path.with_file_name(format!(".{name}.tmp-{}-{unique}", std::process::id()));
-    let written = (|| {
-        let mut file = std::fs::File::create_new(&temporary)?;
-        file.write_all(bytes)?;
-        file.sync_all()
-    })();
-    let placed = written.and_then(|()| place(&temporary, path, replace));
-    let _ = std::fs::remove_file(&temporary);
-    let placed = placed.map_err(ResultsError::io(path, "writing"))?;
-    sync_folder(path);
-    Ok(placed)
-}
-
-fn place(temporary: &Path, path: &Path, replace: bool) -> std::io::Result<bool> {
-    if replace {
-        return std::fs::rename(temporary, path).map(|()| true);
-    }
-    match std::fs::hard_link(temporary, path) {
-        Ok(()) => Ok(true),
-        Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => Ok(false),
-        // A file system without hard links.
-        Err(_) if path.exists() => Ok(false),
-        Err(_) => std::fs::rename(temporary, path).map(|()| true),
-    }
-}
-
-/// Makes a new name in a folder survive a power loss, where the system can.
-fn sync_folder(path: &Path) {
-    if let Some(folder) = path.parent() {
-        let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-        if let Ok(folder) = std::fs::File::open(folder) {
-            let _ = folder.sync_all();
-        }
-    }
 }

@@ -1,18 +1,20 @@
 //! A result directory opened again: sweep, rows by column and part by part, statuses, tips, voxels.
 
-use super::directory::{self, RUN_FILE, RunRecord, SWEEP_FILE, TIPS_FILE};
+use super::directory::{self, RunRecord, SWEEP_FILE, TIPS_FILE};
 use super::error::ResultsError;
 use super::layout::{Layout, plain_columns};
 use super::manifest::Manifest;
 use super::parts::{self, PartInfo};
 use super::reduce::{Reduction, failures};
+use super::store::{self, Store};
 use crate::backend::Precision;
 use crate::model::{Status, closest};
-use crate::spec::{Format, SolutionMethod, SweepSpec};
+use crate::spec::{Format, RESOLVED_TABLE, SolutionMethod, SweepSpec};
 use crate::table::{Column, Table};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-/// A result directory.
+/// A result directory, or the address of one in an object store.
 ///
 /// ```no_run
 /// use rodsweep::results::Results;
@@ -28,6 +30,7 @@ use std::path::{Path, PathBuf};
 #[derive(Clone, Debug)]
 pub struct Results {
     dir: PathBuf,
+    store: Arc<dyn Store>,
     record: RunRecord,
     spec: SweepSpec,
     /// Without rows.
@@ -76,15 +79,15 @@ impl Results {
     /// A directory without a run, or whose identity or sweep cannot be read or is not yet there.
     pub fn open(dir: impl Into<PathBuf>) -> Result<Results, ResultsError> {
         let dir = dir.into();
-        let record = RunRecord::read(&dir)?;
-        let sweep = dir.join(SWEEP_FILE);
-        if !sweep.exists() {
-            return Err(ResultsError::NotBegun { dir });
-        }
-        let spec = SweepSpec::read(&sweep)?;
+        let store = store::store_at(&dir)?;
+        let record = RunRecord::read(store.as_ref())?;
+        let Some(text) = text(store.as_ref(), SWEEP_FILE)? else { return Err(ResultsError::NotBegun { dir }) };
+        let table = self::text(store.as_ref(), RESOLVED_TABLE)?;
+        let tables: Vec<(&str, &str)> = table.iter().map(|text| (RESOLVED_TABLE, text.as_str())).collect();
+        let spec = SweepSpec::parse_with(&store.path(SWEEP_FILE), &text, &tables)?;
         let precision = if record.precision == Precision::F32.name() { Precision::F32 } else { Precision::F64 };
         let columns = Layout::new(&spec, precision).empty().clone();
-        Ok(Results { dir, record, spec, columns })
+        Ok(Results { dir, store, record, spec, columns })
     }
 
     /// Where it lies.
@@ -127,7 +130,7 @@ impl Results {
     ///
     /// A directory that cannot be listed or read.
     pub fn status(&self) -> Result<DirectoryStatus, ResultsError> {
-        let parts = directory::parts(&self.dir, &self.record)?;
+        let parts = directory::parts(self.store.as_ref(), &self.record)?;
         let mut counts = [0; Status::ALL.len()];
         for info in parts.sound.values() {
             for (sum, count) in counts.iter_mut().zip(&info.counts) {
@@ -141,7 +144,7 @@ impl Results {
             missing: (0..parts_total).filter(|chunk| !parts.sound.contains_key(chunk)).collect(),
             samples_done: parts.sound.values().map(PartInfo::sample_count).sum(),
             every_branch: parts.sound.values().any(|info| info.samples.is_some()),
-            damaged: parts.damaged,
+            damaged: parts.damaged.into_iter().map(|(name, why)| (self.store.path(&name), why)).collect(),
             counts,
             record: self.record.clone(),
         })
@@ -172,7 +175,7 @@ impl Results {
     ///
     /// A directory that cannot be read.
     pub fn part_numbers(&self) -> Result<Vec<u64>, ResultsError> {
-        Ok(directory::parts(&self.dir, &self.record)?.sound.into_keys().collect())
+        Ok(directory::parts(self.store.as_ref(), &self.record)?.sound.into_keys().collect())
     }
 
     /// The named columns of one part (all, if none are named).
@@ -183,7 +186,7 @@ impl Results {
     pub fn read_part(&self, part: u64, names: &[&str]) -> Result<Table, ResultsError> {
         self.check_names(names)?;
         let format = self.record.format();
-        parts::read_part(&directory::part_path(&self.dir, part, format), format, names, &self.columns)
+        parts::read_part(&self.store, &parts::part_name(part, format), format, names, &self.columns)
     }
 
     fn check_names(&self, names: &[&str]) -> Result<(), ResultsError> {
@@ -258,7 +261,7 @@ impl Results {
     pub fn tips(&self) -> Result<Table, ResultsError> {
         match self.has_rows() {
             true => Ok(self.reduce_without_voxels()?.tips),
-            false => read_parquet_table(&self.dir.join(TIPS_FILE)),
+            false => self.run_table(TIPS_FILE),
         }
     }
 
@@ -270,13 +273,15 @@ impl Results {
     pub fn voxels(&self, voxel: f64) -> Result<Table, ResultsError> {
         match self.has_rows() {
             true => Ok(self.reduce(voxel)?.voxel_table()),
-            false => read_parquet_table(&self.touched_voxels()),
+            false => match self.store.head(directory::TOUCHED_FILE)? {
+                Some(_) => self.run_table(directory::TOUCHED_FILE),
+                None => self.run_table(directory::WORKSPACE_FILE),
+            },
         }
     }
 
-    fn touched_voxels(&self) -> std::path::PathBuf {
-        let kept = self.dir.join(directory::TOUCHED_FILE);
-        if kept.is_file() { kept } else { self.dir.join(directory::WORKSPACE_FILE) }
+    fn run_table(&self, name: &str) -> Result<Table, ResultsError> {
+        parts::read_part(&self.store, name, Format::Parquet, &[], &Table::default())
     }
 
     /// Moves the voxels of a run without rows to `touched.parquet`, so that the measured workspace can have their name.
@@ -285,17 +290,18 @@ impl Results {
     ///
     /// A file that cannot be moved.
     pub fn keep_touched_voxels(&self) -> Result<(), ResultsError> {
-        let (from, to) = (self.dir.join(directory::WORKSPACE_FILE), self.dir.join(directory::TOUCHED_FILE));
-        if self.has_rows() || to.exists() || !from.exists() {
-            return Ok(());
+        let (from, to) = (directory::WORKSPACE_FILE, directory::TOUCHED_FILE);
+        if !self.has_rows() && self.store.head(to)?.is_none() && self.store.head(from)?.is_some() {
+            self.store.rename(from, to)?;
         }
-        std::fs::rename(&from, &to).map_err(ResultsError::io(&from, "moving"))
+        Ok(())
     }
+}
 
-    /// Whether a directory holds a run.
-    pub fn is_there(dir: &Path) -> bool {
-        dir.join(RUN_FILE).is_file()
-    }
+/// A file of a run that is text; `None`: there is none.
+fn text(store: &dyn Store, name: &str) -> Result<Option<String>, ResultsError> {
+    let damaged = |_| ResultsError::Damaged { path: store.path(name), reason: "it is not UTF-8 text".into() };
+    store.get(name)?.map(|bytes| String::from_utf8(bytes).map_err(damaged)).transpose()
 }
 
 /// Any Parquet file that a run wrote (`workspace.parquet`, `tips.parquet`).
@@ -304,5 +310,6 @@ impl Results {
 ///
 /// A file that cannot be read.
 pub fn read_parquet_table(path: &Path) -> Result<Table, ResultsError> {
-    parts::read_part(path, Format::Parquet, &[], &Table::default())
+    let (store, name) = store::store_of(path)?;
+    parts::read_part(&store, &name, Format::Parquet, &[], &Table::default())
 }

@@ -13,6 +13,7 @@ mod same_rows;
 mod scenes;
 mod shipped;
 mod sinks;
+mod stores;
 mod surfaces;
 mod sweeps;
 mod table;

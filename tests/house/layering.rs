@@ -29,7 +29,7 @@ const ROOMS: [(&str, &[&str]); 18] = [
     ("python", &["*"]),
 ];
 /// Crates that belong to one part of the source.
-const OWNERS: [(&str, &[&str]); 22] = [
+const OWNERS: [(&str, &[&str]); 25] = [
     ("wgpu", &["src/gpu/"]),
     ("naga", &["src/gpu/"]),
     ("pollster", &["src/gpu/"]),
@@ -39,6 +39,9 @@ const OWNERS: [(&str, &[&str]); 22] = [
     ("ode_solvers", &["crates/bench/src/baseline/adaptive.rs"]),
     ("levenberg_marquardt", &["src/study/fit/"]),
     ("parquet", &["src/table/"]),
+    ("bytes", &["src/table/"]),
+    ("object_store", &["src/results/store/"]),
+    ("tokio", &["src/results/store/"]),
     ("flatbuffers", &["src/table/"]),
     ("flate2", &["src/table/"]),
     ("zip", &["src/table/"]),

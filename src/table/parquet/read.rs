@@ -1,6 +1,7 @@
 //! Tables from Parquet, our own and those of other programs.
 
 use super::FORMAT;
+use super::ranges::{ByteSource, LocalFile, Ranges};
 use crate::model::Status;
 use crate::table::error::damaged;
 use crate::table::{Column, Table, TableError, Values, arrow_schema};
@@ -10,12 +11,13 @@ use parquet::data_type::{
     BoolType, ByteArray, ByteArrayType, DataType, DoubleType, FixedLenByteArrayType, FloatType, Int32Type, Int64Type,
 };
 use parquet::errors::ParquetError;
-use parquet::file::metadata::{FileMetaData, FooterTail, ParquetMetaDataReader};
+use parquet::file::metadata::{ColumnChunkMetaData, FileMetaData, FooterTail, ParquetMetaDataReader};
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::schema::types::ColumnDescriptor;
-use std::fs::File;
+use std::ops::Range;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
+use std::sync::Arc;
 
 /// Rows for which memory is taken on a file's word alone.
 const TRUSTED_ROWS: usize = 1 << 20;
@@ -63,6 +65,12 @@ pub fn footer(bytes: &[u8]) -> Result<Footer, TableError> {
     parse().map(|metadata| Footer::of(metadata.file_metadata())).map_err(|error| damaged(FORMAT, error))
 }
 
+/// Bytes of the footer and of what follows it, by the end of a file; `None`: it is no end of such a file.
+pub fn footer_length(end: &[u8]) -> Option<u64> {
+    let tail = FooterTail::try_new(end.last_chunk::<TAIL>()?).ok()?;
+    Some((tail.metadata_length() + TAIL) as u64)
+}
+
 /// The named columns of a file, in its order; all of them if no name is given.
 ///
 /// Signed integers become [`Values::Double`], and so do unsigned ones where some are missing. Text is
@@ -72,7 +80,27 @@ pub fn footer(bytes: &[u8]) -> Result<Footer, TableError> {
 ///
 /// A file that cannot be read or is damaged, or a column of a kind that tables do not hold.
 pub fn read(path: &Path, names: &[&str]) -> Result<Table, TableError> {
-    let file = SerializedFileReader::new(File::open(path)?).map_err(|error| damaged(FORMAT, error))?;
+    read_from(Arc::new(LocalFile::open(path)?), names)
+}
+
+/// The same of a file that may be far away: only the footer and the named columns are fetched.
+///
+/// # Errors
+///
+/// As [`read`].
+pub fn read_from(source: Arc<dyn ByteSource>, names: &[&str]) -> Result<Table, TableError> {
+    let ranges = Ranges::new(source);
+    let table = read_ranges(&ranges, names);
+    // What the system refuses is no fault of the file.
+    match ranges.failure() {
+        Some(error) => Err(error.into()),
+        None => table,
+    }
+}
+
+fn read_ranges(ranges: &Ranges, names: &[&str]) -> Result<Table, TableError> {
+    let file = SerializedFileReader::new(ranges.clone()).map_err(|error| damaged(FORMAT, error))?;
+    ranges.fetch(wanted_ranges(&file, names));
     let footer = Footer::of(file.metadata().file_metadata());
     let units = footer.get(arrow_schema::KEY).map(arrow_schema::units).unwrap_or_default();
     let mut table = Table::default();
@@ -98,6 +126,22 @@ pub fn read(path: &Path, names: &[&str]) -> Result<Table, TableError> {
         table.columns.push(Column::new(name, units.get(name).map_or("", String::as_str), values));
     }
     Ok(table)
+}
+
+/// Where the named columns lie.
+fn wanted_ranges(file: &SerializedFileReader<Ranges>, names: &[&str]) -> Vec<Range<u64>> {
+    let columns = file.metadata().row_groups().iter().flat_map(|group| group.columns());
+    let is_wanted = |column: &&ColumnChunkMetaData| {
+        let name = column.column_path().parts().first().map_or("", String::as_str);
+        names.is_empty() || names.contains(&name)
+    };
+    let range = |column: &ColumnChunkMetaData| {
+        // A damaged footer may have any number.
+        let first = column.dictionary_page_offset().unwrap_or(i64::MAX).min(column.data_page_offset());
+        let start = u64::try_from(first).unwrap_or(0);
+        start..start.saturating_add(u64::try_from(column.compressed_size()).unwrap_or(0))
+    };
+    columns.filter(is_wanted).map(range).collect()
 }
 
 /// How a column is stored, as far as tables hold it.
@@ -165,7 +209,7 @@ fn of_integer(converted: ConvertedType) -> Result<Kind, &'static str> {
 
 /// One column of a file.
 struct Reader<'a> {
-    file: &'a SerializedFileReader<File>,
+    file: &'a SerializedFileReader<Ranges>,
     column: usize,
     rows: usize,
 }
