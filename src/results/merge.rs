@@ -30,13 +30,9 @@ pub fn merge(dirs: &[PathBuf], out: &Path) -> Result<DirectoryStatus, ResultsErr
         return merge_workspaces(dirs, out, record, spec);
     }
     let mut sources: BTreeMap<u64, (&dyn Store, PartInfo)> = BTreeMap::new();
-    let mut engines: BTreeMap<String, u64> = BTreeMap::new();
     for store in &stores {
         for (chunk, info) in directory::parts(store.as_ref(), record)?.sound {
-            sources.entry(chunk).or_insert_with(|| {
-                *engines.entry(info.engine.clone()).or_default() += info.rows;
-                (store.as_ref(), info)
-            });
+            sources.entry(chunk).or_insert((store.as_ref(), info));
         }
     }
     let missing: Vec<u64> = (0..record.chunk_count()).filter(|chunk| !sources.contains_key(chunk)).collect();
@@ -58,26 +54,22 @@ pub fn merge(dirs: &[PathBuf], out: &Path) -> Result<DirectoryStatus, ResultsErr
         let gone = || ResultsError::Damaged { path: store.path(&name), reason: "it is gone".into() };
         parts::place_part(target.as_ref(), &name, format, info, &store.get(&name)?.ok_or_else(gone)?)?;
     }
-    finish(dirs, target.as_ref(), record, spec, engines, Results::open(out)?.status()?)
+    let status = Results::open(out)?.status()?;
+    let merged_from = dirs.iter().filter_map(|dir| Manifest::read(dir).ok()).collect();
+    Manifest { merged_from, ..account(record, spec, &status) }.write(target.as_ref())?;
+    Ok(status)
 }
 
-/// Writes the manifest of a merged result.
-fn finish(
-    dirs: &[PathBuf],
-    out: &dyn Store,
-    record: &RunRecord,
-    spec: &SweepSpec,
-    mut engines: BTreeMap<String, u64>,
-    status: DirectoryStatus,
-) -> Result<DirectoryStatus, ResultsError> {
-    engines.remove("");
-    let manifest = Manifest {
+/// What the parts of a run say of it.
+pub(crate) fn account(record: &RunRecord, spec: &SweepSpec, status: &DirectoryStatus) -> Manifest {
+    Manifest {
         program: "rodsweep".into(),
         version: crate::VERSION.into(),
         commit: crate::commit().map(str::to_owned),
         run_id: record.run_id.clone(),
         solved_by: record.method,
-        engines,
+        engines: status.engines.clone(),
+        methods: if record.mixed { status.methods.clone() } else { BTreeMap::new() },
         sample_count: record.sample_count,
         chunk: record.chunk,
         seed: spec.seed,
@@ -87,10 +79,9 @@ fn finish(
         counts: named_counts(&status.counts),
         failed: status.failed(),
         run: None,
-        merged_from: dirs.iter().filter_map(|dir| Manifest::read(dir).ok()).collect(),
-    };
-    manifest.write(out)?;
-    Ok(status)
+        merged_from: Vec::new(),
+        workers: Vec::new(),
+    }
 }
 
 /// Adds up the voxels of shards without rows; every shard must be there once and complete.
@@ -148,6 +139,8 @@ fn merge_workspaces(
     parts::write_run_table(target.as_ref(), TIPS_FILE, &tips, &metadata)?;
     let every_branch = spec.branch == BranchChoice::All;
     let status = Results::open(out)?.status()?;
-    let status = DirectoryStatus { samples_done: done, every_branch, counts, ..status };
-    finish(dirs, target.as_ref(), record, spec, engines, status)
+    let status = DirectoryStatus { samples_done: done, every_branch, counts, engines, ..status };
+    let merged_from = dirs.iter().filter_map(|dir| Manifest::read(dir).ok()).collect();
+    Manifest { merged_from, ..account(record, spec, &status) }.write(target.as_ref())?;
+    Ok(status)
 }
