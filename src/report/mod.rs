@@ -66,6 +66,7 @@ pub use views::{FourViews, View};
 pub use voxel_sheet::{VoxelRows, VoxelSheet};
 pub use voxels::{VoxelEdge, VoxelPanel};
 
+use crate::files;
 use canvas::Shape;
 use cloud::Bitmap;
 use rayon::prelude::*;
@@ -189,7 +190,7 @@ pub fn encode(figure: &(impl Figure + ?Sized), format: ImageFormat) -> Result<Ve
     Page::new(figure)?.encode(format)
 }
 
-/// Writes a figure as PNG or SVG, by the extension of `path`. An existing file is replaced.
+/// Writes a figure as PNG or SVG, by the extension of `path`: whole or not at all. An existing file is replaced.
 ///
 /// # Errors
 ///
@@ -209,7 +210,7 @@ pub fn write_all(figure: &(impl Figure + ?Sized), paths: &[impl AsRef<Path> + Sy
     let write = |(path, format): (&_, ImageFormat)| {
         let path: &Path = AsRef::as_ref(path);
         let bytes = page.encode(format)?;
-        std::fs::write(path, bytes).map_err(|source| ReportError::Write { path: path.to_owned(), source })
+        files::replace(path, &bytes).map_err(|source| ReportError::Write { path: path.to_owned(), source })
     };
     let written: Vec<_> = paths.par_iter().zip(formats).map(write).collect();
     written.into_iter().collect()

@@ -2,6 +2,7 @@
 
 use super::error::ResultsError;
 use super::parts::{self, FileMetadata, PartInfo};
+use crate::files;
 use crate::spec::{Format, RESOLVED_TABLE, SolutionMethod, SweepSpec};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -70,7 +71,7 @@ impl RunRecord {
             input: hash(&input),
             columns: hash(schema),
         };
-        record.run_id = hash(&format!("{record:?}"));
+        record.run_id = record.id();
         record
     }
 
@@ -81,7 +82,7 @@ impl RunRecord {
 
     /// First sample and number of samples of a chunk.
     pub fn chunk_range(&self, chunk: u64) -> (u64, u64) {
-        let start = chunk * self.chunk;
+        let start = chunk.saturating_mul(self.chunk);
         (start, self.chunk.min(self.sample_count.saturating_sub(start)))
     }
 
@@ -92,8 +93,35 @@ impl RunRecord {
 
     pub(crate) fn read(dir: &Path) -> Result<RunRecord, ResultsError> {
         let path = dir.join(RUN_FILE);
-        let text = std::fs::read_to_string(&path).map_err(|_| ResultsError::NoRun { dir: dir.into() })?;
-        serde_json::from_str(&text).map_err(|error| ResultsError::Damaged { path, reason: error.to_string() })
+        if !files::is_taken(&path) {
+            return Err(ResultsError::NoRun { dir: dir.into() });
+        }
+        let bytes = files::read(&path).map_err(ResultsError::io(&path, "reading"))?;
+        let unsound = |reason: String| ResultsError::Identity { path: path.clone(), reason };
+        let record: RunRecord = serde_json::from_slice(&bytes).map_err(|error| unsound(error.to_string()))?;
+        record.check().map_err(unsound)?;
+        Ok(record)
+    }
+
+    /// Whether the numbers can be those of a run, and the id is theirs.
+    fn check(&self) -> Result<(), String> {
+        let Some(format) = Format::ALL.into_iter().find(|format| format.name() == self.format) else {
+            return Err(format!("no format is called \"{}\"", self.format));
+        };
+        if self.chunk == 0 || self.sample_count == 0 || self.sample_count > format.most_samples() {
+            return Err(format!("no run has {} samples in parts of {}", self.sample_count, self.chunk));
+        }
+        // Other versions may have hashed more, or less.
+        if self.version == env!("CARGO_PKG_VERSION") && self.run_id != self.id() {
+            return Err("its run id does not fit what it says: it has been changed".into());
+        }
+        Ok(())
+    }
+
+    /// Hash of all but the id.
+    fn id(&self) -> String {
+        let record = RunRecord { run_id: String::new(), ..self.clone() };
+        format!("{:032x}", xxh3_128(format!("{record:?}").as_bytes()))
     }
 
     /// Refuses a directory whose run differs, naming what differs.
@@ -123,14 +151,14 @@ impl RunRecord {
 pub(crate) fn open(dir: &Path, record: &RunRecord, spec: &SweepSpec, resume: bool) -> Result<(), ResultsError> {
     std::fs::create_dir_all(dir).map_err(ResultsError::io(dir, "making the result directory"))?;
     let run_file = dir.join(RUN_FILE);
-    if run_file.exists() {
+    if files::is_taken(&run_file) {
         record.check_same(dir, &RunRecord::read(dir)?)?;
         if !resume {
             return Err(ResultsError::Exists { dir: dir.into() });
         }
     } else {
         // Another shard may begin the run at this moment.
-        if names(dir)?.iter().any(|name| !name.starts_with('.')) && !run_file.exists() {
+        if names(dir)?.iter().any(|name| !name.starts_with('.')) && !files::is_taken(&run_file) {
             return Err(ResultsError::Foreign { dir: dir.into() });
         }
         let text = serde_json::to_string_pretty(record).unwrap_or_default() + "\n";

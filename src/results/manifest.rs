@@ -4,6 +4,7 @@ use super::directory::MANIFEST_FILE;
 use super::error::ResultsError;
 use super::outcome::{AnchorAccount, BranchCounts, PilotChoice, SampleOrigin, SpotCheck, Timings, number_or_null};
 use super::parts;
+use crate::files;
 use crate::model::Status;
 use crate::spec::{Shard, SolutionMethod};
 use serde::{Deserialize, Serialize};
@@ -149,8 +150,8 @@ impl Manifest {
     /// A manifest that is missing or cannot be understood.
     pub fn read(dir: &Path) -> Result<Manifest, ResultsError> {
         let path = dir.join(MANIFEST_FILE);
-        let text = std::fs::read_to_string(&path).map_err(ResultsError::io(&path, "reading"))?;
-        serde_json::from_str(&text).map_err(|error| ResultsError::Damaged { path, reason: error.to_string() })
+        let bytes = files::read(&path).map_err(ResultsError::io(&path, "reading"))?;
+        serde_json::from_slice(&bytes).map_err(|error| ResultsError::Damaged { path, reason: error.to_string() })
     }
 
     pub(crate) fn write(&self, dir: &Path) -> Result<(), ResultsError> {

@@ -5,6 +5,7 @@
 
 use super::error::ResultsError;
 use super::layout::BRANCH_COLUMN;
+use crate::files;
 use crate::model::Status;
 use crate::spec::Format;
 use crate::table::{self, Table, TableError};
@@ -124,8 +125,11 @@ fn encode_parquet(
 
 /// Checks a part's checksum and returns what it says about itself.
 pub(crate) fn check_part(path: &Path, format: Format) -> Result<PartInfo, ResultsError> {
-    let bytes = std::fs::read(path).map_err(ResultsError::io(path, "reading"))?;
     let damaged = |reason: &str| ResultsError::Damaged { path: path.into(), reason: reason.into() };
+    if let Some(what) = files::irregular(path) {
+        return Err(damaged(&format!("it is {what}")));
+    }
+    let bytes = files::read(path).map_err(ResultsError::io(path, "reading"))?;
     if format == Format::Parquet {
         let footer = table::parquet::footer(&bytes).map_err(ResultsError::table(path))?;
         let text = footer.get(PART_KEY).ok_or_else(|| damaged("its footer has no checksum"))?;
@@ -136,8 +140,8 @@ pub(crate) fn check_part(path: &Path, format: Format) -> Result<PartInfo, Result
             _ => Err(damaged("the checksum differs")),
         };
     }
-    let text = std::fs::read_to_string(sidecar(path)).map_err(|_| damaged("its checksum file is missing"))?;
-    let info: PartInfo = serde_json::from_str(&text).map_err(|_| damaged("its checksum file cannot be read"))?;
+    let text = files::read(&sidecar(path)).map_err(|_| damaged("its checksum file is missing"))?;
+    let info: PartInfo = serde_json::from_slice(&text).map_err(|_| damaged("its checksum file cannot be read"))?;
     if info.checksum == checksum(&bytes) { Ok(info) } else { Err(damaged("the checksum differs")) }
 }
 

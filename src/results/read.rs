@@ -7,6 +7,7 @@ use super::manifest::Manifest;
 use super::parts::{self, PartInfo};
 use super::reduce::{Reduction, failures};
 use crate::backend::Precision;
+use crate::files;
 use crate::model::{Status, closest};
 use crate::spec::{Format, SolutionMethod, SweepSpec};
 use crate::table::{Column, Table};
@@ -78,8 +79,11 @@ impl Results {
         let dir = dir.into();
         let record = RunRecord::read(&dir)?;
         let sweep = dir.join(SWEEP_FILE);
-        if !sweep.exists() {
+        if !files::is_taken(&sweep) {
             return Err(ResultsError::NotBegun { dir });
+        }
+        if let Some(what) = files::irregular(&sweep) {
+            return Err(ResultsError::Io { path: sweep, action: "reading", reason: format!("it is {what}") });
         }
         let spec = SweepSpec::read(&sweep)?;
         let precision = if record.precision == Precision::F32.name() { Precision::F32 } else { Precision::F64 };

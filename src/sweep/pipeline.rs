@@ -17,6 +17,7 @@ use crate::spec::{Format, SweepSpec};
 use crate::table::Table;
 use std::ops::Range;
 use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
+use std::thread::{Builder, Scope, ScopedJoinHandle};
 use std::time::{Duration, Instant};
 
 /// Consecutive samples of one chunk within a batch.
@@ -33,26 +34,51 @@ struct Job {
     batch: Batch,
 }
 
-/// Shares chunks out over batches: a batch holds several chunks or a piece of one.
-pub(crate) fn pieces(record: &RunRecord, chunks: &[u64], batch_size: u64) -> Vec<Vec<Piece>> {
-    let mut jobs: Vec<Vec<Piece>> = Vec::new();
-    let mut room = 0;
-    for chunk in chunks {
-        let (mut start, mut left) = record.chunk_range(*chunk);
-        while left > 0 {
-            if room == 0 {
-                jobs.push(Vec::new());
-                room = batch_size;
-            }
-            let len = left.min(room);
-            let piece = Piece { chunk: *chunk, start, len, is_last: len == left };
-            if let Some(job) = jobs.last_mut() {
-                job.push(piece);
-            }
-            (start, left, room) = (start + len, left - len, room - len);
-        }
+/// Shares chunks out over batches, one after another: a batch holds several chunks or a piece of one.
+pub(crate) struct Jobs<'a, I> {
+    record: &'a RunRecord,
+    chunks: I,
+    batch_size: u64,
+    /// Of a chunk that the last batch did not hold whole: its number, the next sample, and how many are left.
+    rest: Option<(u64, u64, u64)>,
+}
+
+impl<'a, I: Iterator<Item = u64>> Jobs<'a, I> {
+    pub fn new(record: &'a RunRecord, chunks: I, batch_size: u64) -> Self {
+        Jobs { record, chunks, batch_size, rest: None }
     }
-    jobs
+
+    fn next_rest(&mut self) -> Option<(u64, u64, u64)> {
+        let whole = |chunk| {
+            let (start, left) = self.record.chunk_range(chunk);
+            (chunk, start, left)
+        };
+        self.rest.take().or_else(|| self.chunks.next().map(whole))
+    }
+}
+
+impl<I: Iterator<Item = u64>> Iterator for Jobs<'_, I> {
+    type Item = Vec<Piece>;
+
+    fn next(&mut self) -> Option<Vec<Piece>> {
+        let (mut job, mut room) = (Vec::new(), self.batch_size);
+        while room > 0 {
+            let Some((chunk, start, left)) = self.next_rest() else { break };
+            let len = left.min(room);
+            room -= len;
+            job.push(Piece { chunk, start, len, is_last: len == left });
+            self.rest = (len < left).then_some((chunk, start + len, left - len));
+        }
+        (!job.is_empty()).then_some(job)
+    }
+}
+
+/// Starts a thread; a system that gives none ends the run.
+pub(crate) fn spawn<'scope, T: Send + 'scope>(
+    scope: &'scope Scope<'scope, '_>,
+    work: impl FnOnce() -> T + Send + 'scope,
+) -> Result<ScopedJoinHandle<'scope, T>, SweepError> {
+    Builder::new().spawn_scoped(scope, work).map_err(|error| SweepError::Threads { reason: error.to_string() })
 }
 
 /// Sample at a place of a batch.
@@ -71,7 +97,7 @@ fn index_at(pieces: &[Piece], at: usize) -> Option<u64> {
 ///
 /// Solutions and tables go back to where they come from, since fresh memory takes longer to get than to fill.
 pub(crate) fn pipeline(
-    jobs: Vec<Vec<Piece>>,
+    jobs: impl Iterator<Item = Vec<Piece>> + Send,
     backend: &mut dyn Backend,
     finisher: &mut Finisher,
     mut write: impl FnMut(u64, &Table) -> Result<(), SweepError> + Send,
@@ -83,7 +109,7 @@ pub(crate) fn pipeline(
         let (finished, to_write) = sync_channel::<(u64, Table)>(1);
         let (used_solutions, spare_solutions) = channel::<Solutions>();
         let (used_tables, spare_tables) = channel::<Table>();
-        let builder = scope.spawn(move || {
+        let builder = spawn(scope, move || {
             let mut busy = Duration::ZERO;
             for pieces in jobs {
                 let begin = Instant::now();
@@ -99,9 +125,10 @@ pub(crate) fn pipeline(
                 }
             }
             busy.as_secs_f64()
-        });
-        let finishing = scope.spawn(move || finisher.finish_all(to_finish, &finished, &spare_tables, &used_solutions));
-        let writer = scope.spawn(move || -> Result<f64, SweepError> {
+        })?;
+        let finishing =
+            spawn(scope, move || finisher.finish_all(to_finish, &finished, &spare_tables, &used_solutions))?;
+        let writer = spawn(scope, move || -> Result<f64, SweepError> {
             let mut busy = Duration::ZERO;
             for (chunk, table) in to_write {
                 let begin = Instant::now();
@@ -111,7 +138,7 @@ pub(crate) fn pipeline(
                 let _ = used_tables.send(table);
             }
             Ok(busy.as_secs_f64())
-        });
+        })?;
         let solving = solve_all(backend, options, to_solve, solved, &spare_solutions);
         // A stage that fails drops its queue, which ends the others; the error nearest the disk is the cause.
         let build = builder.join().unwrap_or(0.0);

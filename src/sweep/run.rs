@@ -7,9 +7,10 @@ use super::branches::BranchSearch;
 use super::check::SpotSamples;
 use super::error::SweepError;
 use super::manifest::manifest;
+use super::missing::Missing;
 use super::on_device;
 use super::options::RunOptions;
-use super::pipeline::{Finisher, pieces, pipeline};
+use super::pipeline::{Finisher, Jobs, pipeline, spawn};
 use super::refine::Refiners;
 use super::sink::{RowSink, RunEnd, RunHeader};
 use super::summary::Summary;
@@ -56,11 +57,8 @@ pub fn run(
     let header = RunHeader { spec, record: &record, columns: layout.empty(), engine: &info, shard: options.shard };
     let found = sink.open(&header, &mut |rows| reduction.add(rows))?;
     let sampler = spec.sampler();
-    let mut missing: Vec<u64> = (0..record.chunk_count()).filter(|chunk| options.shard.owns(*chunk)).collect();
-    let size = |chunks: &[u64]| chunks.iter().map(|chunk| record.chunk_range(*chunk).1).sum::<u64>();
-    let total = size(&missing);
-    missing.retain(|chunk| !found.done.contains(chunk));
-    let resumed = total - size(&missing);
+    let missing = Missing::new(&record, options.shard, &found.done);
+    let (total, resumed) = (missing.samples_of_shard(), missing.samples_done());
     let mut finisher = Finisher {
         spec,
         plan: &plan,
@@ -69,7 +67,9 @@ pub fn run(
         options,
         refiners: Refiners::new(&options.refiners),
         search,
-        spot_samples: options.trusted.map(|_| SpotSamples::new(sample_count, options.spot_check)),
+        spot_samples: options
+            .trusted
+            .map(|_| SpotSamples::new(sample_count, options.spot_check, layout.single_columns())),
         reduction,
         table: layout.empty().clone(),
         in_table: 0,
@@ -87,17 +87,17 @@ pub fn run(
     let has_rows = spec.format != Format::None || spec.branch == BranchChoice::All;
     let (origin, solve) = match has_rows {
         true => (SampleOrigin::Host, 0.0),
-        false => on_device::run(backend, &mut finisher, &record, &missing)?,
+        false => on_device::run(backend, &mut finisher, &record, missing)?,
     };
     let (build, solve, write) = match origin {
         SampleOrigin::Device => (0.0, solve, 0.0),
         _ => {
-            let jobs = pieces(&record, &missing, batch_size as u64);
+            let jobs = Jobs::new(&record, missing.chunks(), batch_size as u64);
             pipeline(jobs, backend, &mut finisher, |chunk, table: &Table| sink.write(chunk, table))?
         }
     };
     let seconds = finisher.start.elapsed().as_secs_f64();
-    let interrupted = finisher.solved < size(&missing);
+    let interrupted = finisher.solved < total - resumed;
     let mut timings = Timings { build, solve, write, ..finisher.timings };
     if resumed > 0 {
         finisher.reduction.sort_tips();
@@ -106,7 +106,7 @@ pub fn run(
     let spot_check = std::thread::scope(|scope| {
         let reduction = &finisher.reduction;
         if let (Some(rows_written), false) = (options.rows_written, interrupted) {
-            scope.spawn(move || rows_written(spec, reduction));
+            spawn(scope, move || rows_written(spec, reduction))?;
         }
         let mut spot_check = None;
         if let (Some(spot_samples), Some(trusted)) = (spot_samples, options.trusted) {

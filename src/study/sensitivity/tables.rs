@@ -48,7 +48,7 @@ impl Sensitivity {
             action: "writing",
             reason: error.to_string(),
         };
-        std::fs::write(&path, text).map_err(io)?;
+        crate::files::replace(&path, text.as_bytes()).map_err(io)?;
         files.push(path);
         Ok(files)
     }

@@ -3,9 +3,11 @@
 //! Units stand in the metadata of each field, as Arrow writes them.
 
 mod read;
+mod seal;
 mod write;
 
-pub use read::{Footer, footer, read};
+pub use read::{Footer, footer, read, read_numbers};
+pub use seal::is_sealed;
 pub use write::{encode, encode_into};
 
 const FORMAT: &str = "Parquet";

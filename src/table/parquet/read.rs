@@ -19,6 +19,8 @@ use std::path::Path;
 
 /// Rows for which memory is taken on a file's word alone.
 const TRUSTED_ROWS: usize = 1 << 20;
+/// Rows of a column that are asked for at once.
+const AT_A_TIME: usize = 1 << 20;
 /// Of an eight-byte end: the length of the footer and `PAR1`.
 const TAIL: usize = 8;
 
@@ -73,20 +75,47 @@ pub fn footer(bytes: &[u8]) -> Result<Footer, TableError> {
 /// A file that cannot be read or is damaged, or a column of a kind that tables do not hold.
 pub fn read(path: &Path, names: &[&str]) -> Result<Table, TableError> {
     let file = SerializedFileReader::new(File::open(path)?).map_err(|error| damaged(FORMAT, error))?;
+    let is_wanted = |name: &str| names.is_empty() || names.contains(&name);
+    read_columns(&file, &is_wanted, &|kind| Ok(kind), "numbers, flags or text")
+}
+
+/// Every column of a file of numbers. A small file may stand for very many of them: at most so many are read.
+///
+/// # Errors
+///
+/// As [`read`], a column of anything but numbers, or more numbers.
+pub fn read_numbers(path: &Path, most: u64) -> Result<Table, TableError> {
+    let file = SerializedFileReader::new(File::open(path)?).map_err(|error| damaged(FORMAT, error))?;
+    let metadata = file.metadata().file_metadata();
+    let (rows, columns) = (Footer::of(metadata).row_count, metadata.schema_descr().num_columns() as u64);
+    let of_numbers = |kind| match kind {
+        Kind::Text => Err("text"),
+        Kind::Flag => Err("true or false"),
+        kind => Ok(kind),
+    };
+    if rows.saturating_mul(columns) > most {
+        return Err(TableError::TooLarge { rows, columns, most });
+    }
+    read_columns(&file, &|_| true, &of_numbers, "numbers")
+}
+
+fn read_columns(
+    file: &SerializedFileReader<File>,
+    is_wanted: &dyn Fn(&str) -> bool,
+    allowed: &dyn Fn(Kind) -> Result<Kind, &'static str>,
+    expected: &'static str,
+) -> Result<Table, TableError> {
     let footer = Footer::of(file.metadata().file_metadata());
     let units = footer.get(arrow_schema::KEY).map(arrow_schema::units).unwrap_or_default();
     let mut table = Table::default();
     for (index, column) in file.metadata().file_metadata().schema_descr().columns().iter().enumerate() {
         let name = column.path().parts().first().map_or("", String::as_str);
-        if !names.is_empty() && !names.contains(&name) {
+        if !is_wanted(name) {
             continue;
         }
-        let kind = Kind::of(column).map_err(|found| TableError::Kind {
-            column: name.into(),
-            found,
-            expected: "numbers, flags or text",
-        })?;
-        let reader = Reader { file: &file, column: index, rows: footer.row_count as usize };
+        let kind = Kind::of(column).and_then(allowed);
+        let kind = kind.map_err(|found| TableError::Kind { column: name.into(), found, expected })?;
+        let reader = Reader { file, column: index, rows: footer.row_count as usize };
         reader.check_codec()?;
         // The crate trusts some lengths within pages, and panics where they are damaged.
         let values = catch_unwind(AssertUnwindSafe(|| reader.values(kind, name)))
@@ -208,10 +237,22 @@ impl Reader<'_> {
     /// All row groups one after another.
     fn stored<T: DataType>(&self) -> Result<Stored<T::T>, ParquetError> {
         let (mut known, mut levels) = (Vec::with_capacity(self.rows.min(TRUSTED_ROWS)), Vec::new());
+        let mut rows = 0;
         for index in 0..self.file.num_row_groups() {
             let group = self.file.get_row_group(index)?;
             let mut reader: ColumnReaderImpl<T> = get_typed_column_reader(group.get_column_reader(self.column)?);
-            while reader.read_records(usize::MAX, Some(&mut levels), None, &mut known)?.0 > 0 {}
+            loop {
+                // A page of a few bytes may claim to hold billions of rows.
+                let wanted = (self.rows - rows).saturating_add(1).min(AT_A_TIME);
+                let read = reader.read_records(wanted, Some(&mut levels), None, &mut known)?.0;
+                rows += read;
+                if rows > self.rows {
+                    return Err(ParquetError::General(format!("a column has more than {} rows", self.rows)));
+                }
+                if read == 0 {
+                    break;
+                }
+            }
         }
         Ok(Stored { known, levels })
     }
