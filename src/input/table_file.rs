@@ -98,7 +98,7 @@ fn parse_parquet(file: &Path, scene: &Scene) -> Result<InputTable, InputError> {
     let columns = columns(file, None, &names, scene)?;
     let used: Vec<&(String, Vec<f64>)> =
         named.iter().zip(&columns).filter(|(_, column)| column.is_some()).map(|(named, _)| named).collect();
-    let mut values = Vec::new();
+    let mut values = Vec::with_capacity(used[0].1.len() * used.len());
     for row in 0..used[0].1.len() {
         for (name, column) in &used {
             if !column[row].is_finite() {

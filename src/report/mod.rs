@@ -66,6 +66,7 @@ pub use views::{FourViews, View};
 pub use voxel_sheet::{VoxelRows, VoxelSheet};
 pub use voxels::{VoxelEdge, VoxelPanel};
 
+use crate::files;
 use canvas::Shape;
 use cloud::Bitmap;
 use rayon::prelude::*;
@@ -189,7 +190,7 @@ pub fn encode(figure: &(impl Figure + ?Sized), format: ImageFormat) -> Result<Ve
     Page::new(figure)?.encode(format)
 }
 
-/// Writes a figure as PNG or SVG, by the extension of `path`. An existing file is replaced.
+/// Writes a figure as PNG or SVG, by the extension of `path`: whole or not at all. An existing file is replaced.
 ///
 /// # Errors
 ///
@@ -204,7 +205,7 @@ pub fn write(figure: &(impl Figure + ?Sized), path: &Path) -> Result<(), ReportE
 ///
 /// As [`write()`].
 pub fn write_all(figure: &(impl Figure + ?Sized), paths: &[impl AsRef<Path> + Sync]) -> Result<(), ReportError> {
-    write_with(figure, paths, &|path, bytes| std::fs::write(path, bytes))
+    write_with(figure, paths, &files::replace)
 }
 
 /// The same; `put` writes the bytes of a file.

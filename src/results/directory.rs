@@ -75,7 +75,7 @@ impl RunRecord {
             input: hash(&input),
             columns: hash(schema),
         };
-        record.run_id = hash(&format!("{record:?}"));
+        record.run_id = record.id();
         record
     }
 
@@ -86,7 +86,7 @@ impl RunRecord {
 
     /// First sample and number of samples of a chunk.
     pub fn chunk_range(&self, chunk: u64) -> (u64, u64) {
-        let start = chunk * self.chunk;
+        let start = chunk.saturating_mul(self.chunk);
         (start, self.chunk.min(self.sample_count.saturating_sub(start)))
     }
 
@@ -102,9 +102,31 @@ impl RunRecord {
     /// `None`: there is no run.
     pub(crate) fn find(store: &dyn Store) -> Result<Option<RunRecord>, ResultsError> {
         let Some(bytes) = store.get(RUN_FILE)? else { return Ok(None) };
-        let damaged =
-            |error: serde_json::Error| ResultsError::Damaged { path: store.path(RUN_FILE), reason: error.to_string() };
-        serde_json::from_slice(&bytes).map(Some).map_err(damaged)
+        let unsound = |reason: String| ResultsError::Identity { path: store.path(RUN_FILE), reason };
+        let record: RunRecord = serde_json::from_slice(&bytes).map_err(|error| unsound(error.to_string()))?;
+        record.check().map_err(unsound)?;
+        Ok(Some(record))
+    }
+
+    /// Whether the numbers can be those of a run, and the id is theirs.
+    fn check(&self) -> Result<(), String> {
+        let Some(format) = Format::ALL.into_iter().find(|format| format.name() == self.format) else {
+            return Err(format!("no format is called \"{}\"", self.format));
+        };
+        if self.chunk == 0 || self.sample_count == 0 || self.sample_count > format.most_samples() {
+            return Err(format!("no run has {} samples in parts of {}", self.sample_count, self.chunk));
+        }
+        // Other versions may have hashed more, or less.
+        if self.version == env!("CARGO_PKG_VERSION") && self.run_id != self.id() {
+            return Err("its run id does not fit what it says: it has been changed".into());
+        }
+        Ok(())
+    }
+
+    /// Hash of all but the id.
+    fn id(&self) -> String {
+        let record = RunRecord { run_id: String::new(), ..self.clone() };
+        format!("{:032x}", xxh3_128(format!("{record:?}").as_bytes()))
     }
 
     /// Refuses a directory whose run differs, naming what differs.

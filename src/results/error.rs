@@ -75,6 +75,14 @@ pub enum ResultsError {
         /// The directory.
         dir: PathBuf,
     },
+    /// The identity of the run is not what was written.
+    #[error("{} is no identity of a run: {reason}; bring back the file as it was written, or begin another run", path.display())]
+    Identity {
+        /// `run.json`
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
     /// The run was stopped between its identity and its sweep.
     #[error("{} holds a run that was stopped before it wrote its sweep.toml; resume it", dir.display())]
     NotBegun {
@@ -127,6 +135,7 @@ impl ResultsError {
             ResultsError::Io { .. }
                 | ResultsError::Unreachable { .. }
                 | ResultsError::NotBegun { .. }
+                | ResultsError::Identity { .. }
                 | ResultsError::MissingParts { .. }
                 | ResultsError::Damaged { .. }
                 | ResultsError::Table { .. }

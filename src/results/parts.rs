@@ -157,7 +157,10 @@ fn encode_parquet(
 pub(crate) fn check_part(store: &dyn Store, name: &str, format: Format) -> Result<PartInfo, ResultsError> {
     let path = store.path(name);
     let damaged = |reason: &str| ResultsError::Damaged { path: path.clone(), reason: reason.into() };
-    let bytes = store.get(name)?.ok_or_else(|| damaged("it is gone"))?;
+    let bytes = match store.get(name) {
+        Err(ResultsError::Io { reason, .. }) if reason.starts_with("it is a ") => return Err(damaged(&reason)),
+        bytes => bytes?.ok_or_else(|| damaged("it is gone"))?,
+    };
     if format == Format::Parquet {
         let (info, rows) = said_by_footer(&bytes, &path)?;
         return match data_length(&info).and_then(|length| bytes.get(..length)) {

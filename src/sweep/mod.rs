@@ -11,11 +11,11 @@ mod error;
 mod fallback;
 mod job;
 mod manifest;
+mod missing;
 mod on_device;
 mod options;
 mod pilot;
 mod pipeline;
-
 mod refine;
 mod run;
 mod sink;

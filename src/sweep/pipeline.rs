@@ -20,11 +20,20 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
+use std::thread::{Builder, Scope, ScopedJoinHandle};
 use std::time::{Duration, Instant};
 
 struct Job {
     pieces: Vec<Piece>,
     batch: Batch,
+}
+
+/// Starts a thread; a system that gives none ends the run.
+pub(crate) fn spawn<'scope, T: Send + 'scope>(
+    scope: &'scope Scope<'scope, '_>,
+    work: impl FnOnce() -> T + Send + 'scope,
+) -> Result<ScopedJoinHandle<'scope, T>, SweepError> {
+    Builder::new().spawn_scoped(scope, work).map_err(|error| SweepError::Threads { reason: error.to_string() })
 }
 
 /// Sample at a place of a batch.
@@ -56,7 +65,7 @@ pub(crate) fn pipeline(
         let (finished, to_write) = sync_channel::<(u64, Table)>(1);
         let (used_solutions, spare_solutions) = channel::<Solutions>();
         let (used_tables, spare_tables) = channel::<Table>();
-        let builder = scope.spawn(move || {
+        let builder = spawn(scope, move || {
             let mut busy = Duration::ZERO;
             for pieces in jobs {
                 let pieces = pieces?;
@@ -73,9 +82,10 @@ pub(crate) fn pipeline(
                 }
             }
             Ok::<_, SweepError>(busy.as_secs_f64())
-        });
-        let finishing = scope.spawn(move || finisher.finish_all(to_finish, &finished, &spare_tables, &used_solutions));
-        let writer = scope.spawn(move || -> Result<f64, SweepError> {
+        })?;
+        let finishing =
+            spawn(scope, move || finisher.finish_all(to_finish, &finished, &spare_tables, &used_solutions))?;
+        let writer = spawn(scope, move || -> Result<f64, SweepError> {
             let _over = SetOnDrop(is_over);
             let mut busy = Duration::ZERO;
             for (chunk, table) in to_write {
@@ -86,7 +96,7 @@ pub(crate) fn pipeline(
                 let _ = used_tables.send(table);
             }
             Ok(busy.as_secs_f64())
-        });
+        })?;
         let solving = {
             let _over = SetOnDrop(is_over);
             solve_all(backend, options, to_solve, solved, &spare_solutions)

@@ -8,9 +8,10 @@ use super::check::SpotSamples;
 use super::chunks::{Chunks, Jobs};
 use super::error::SweepError;
 use super::manifest::manifest;
+use super::missing::Missing;
 use super::on_device;
 use super::options::RunOptions;
-use super::pipeline::{Finisher, pipeline};
+use super::pipeline::{Finisher, pipeline, spawn};
 use super::refine::Refiners;
 use super::sink::{RowSink, RunEnd, RunHeader};
 use super::summary::Summary;
@@ -71,11 +72,8 @@ pub fn run(
     let found = sink.open(&header, &mut |rows| reduction.add(rows))?;
     let others = found.claims.as_ref().map(Claims::state);
     let sampler = spec.sampler();
-    let mut missing: Vec<u64> = (0..record.chunk_count()).filter(|chunk| options.shard.owns(*chunk)).collect();
-    let size = |chunks: &[u64]| chunks.iter().map(|chunk| record.chunk_range(*chunk).1).sum::<u64>();
-    let total = size(&missing);
-    missing.retain(|chunk| !found.done.contains(chunk));
-    let resumed = total - size(&missing);
+    let missing = Missing::new(&record, options.shard, &found.done);
+    let (total, resumed) = (missing.samples_of_shard(), missing.samples_done());
     let mut finisher = Finisher {
         spec,
         plan: &plan,
@@ -84,7 +82,9 @@ pub fn run(
         options,
         refiners: Refiners::new(&options.refiners),
         search,
-        spot_samples: options.trusted.map(|_| SpotSamples::new(sample_count, options.spot_check)),
+        spot_samples: options
+            .trusted
+            .map(|_| SpotSamples::new(sample_count, options.spot_check, layout.single_columns())),
         reduction,
         table: layout.empty().clone(),
         in_table: 0,
@@ -103,7 +103,7 @@ pub fn run(
     let has_rows = spec.format != Format::None || spec.branch == BranchChoice::All;
     let (origin, solve) = match has_rows {
         true => (SampleOrigin::Host, 0.0),
-        false => on_device::run(backend, &mut finisher, &record, &missing)?,
+        false => on_device::run(backend, &mut finisher, &record, missing)?,
     };
     let (build, solve, write) = match origin {
         SampleOrigin::Device => (0.0, solve, 0.0),
@@ -111,7 +111,7 @@ pub fn run(
             let is_over = AtomicBool::new(false);
             let chunks = match found.claims {
                 Some(claims) => Chunks::Claimed(Box::new(claims)),
-                None => Chunks::Listed(Box::new(missing.iter().copied())),
+                None => Chunks::Listed(Box::new(missing.chunks())),
             };
             let jobs = Jobs::new(&record, chunks, batch_size as u64, options, &is_over);
             pipeline(jobs, &is_over, backend, &mut finisher, |chunk, table: &Table| sink.write(chunk, table))?
@@ -120,7 +120,7 @@ pub fn run(
     let seconds = finisher.start.elapsed().as_secs_f64();
     let interrupted = match &others {
         Some(others) => !others.complete.load(Ordering::Relaxed),
-        None => finisher.solved < size(&missing),
+        None => finisher.solved < total - resumed,
     };
     let mut timings = Timings { build, solve, write, ..finisher.timings };
     if resumed > 0 {
@@ -130,7 +130,7 @@ pub fn run(
     let spot_check = std::thread::scope(|scope| {
         let reduction = &finisher.reduction;
         if let (Some(rows_written), false) = (options.rows_written, interrupted) {
-            scope.spawn(move || rows_written(spec, reduction));
+            spawn(scope, move || rows_written(spec, reduction))?;
         }
         let mut spot_check = None;
         if let (Some(spot_samples), Some(trusted)) = (spot_samples, options.trusted) {

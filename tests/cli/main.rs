@@ -8,6 +8,7 @@ mod bench_report;
 mod branches;
 mod control;
 mod experiment;
+mod faults;
 mod gpu_cache;
 mod import;
 mod no_gpu;

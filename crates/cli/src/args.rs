@@ -130,6 +130,9 @@ pub struct SolveArguments {
     /// Draw the rod's shape (.png or .svg)
     #[arg(long, value_name = "FILE")]
     pub plot: Option<PathBuf>,
+    /// Overwrite what is there
+    #[arg(long, requires = "plot")]
+    pub force: bool,
 }
 
 #[derive(Debug, Args)]

@@ -7,8 +7,9 @@ use rodsweep::results::{self, DirectoryStatus, Results};
 use std::path::{Path, PathBuf};
 
 pub fn status(directory: &Path) -> Result<Exit, CommandError> {
-    print(&describe(directory, &Results::open(directory)?.status()?))?;
-    Ok(Exit::Done)
+    let status = Results::open(directory)?.status()?;
+    print(&describe(directory, &status))?;
+    Ok(if status.damaged.is_empty() { Exit::Done } else { Exit::Failed })
 }
 
 pub fn merge(directories: &[PathBuf], out: &Path) -> Result<Exit, CommandError> {

@@ -19,6 +19,7 @@ mod replay;
 mod run;
 mod sensitivity;
 mod sensitivity_args;
+mod signals;
 mod simulate;
 mod solve;
 mod verify;
@@ -79,6 +80,8 @@ pub(crate) enum CommandError {
     Sensitivity(SensitivityError),
     #[error("{0}")]
     Usage(String),
+    #[error("cannot start threads: {0}; set RAYON_NUM_THREADS to fewer, or raise the limit of processes (ulimit -u)")]
+    Threads(String),
     #[error("cannot write to the standard output: {0}")]
     Output(#[from] std::io::Error),
 }
@@ -110,6 +113,7 @@ fn main() -> ExitCode {
         // SAFETY: no other thread has been started yet.
         unsafe { std::env::set_var("XDG_RUNTIME_DIR", std::env::temp_dir()) };
     }
+    signals::outlive_file_limits();
     option_env!("RODSWEEP_COMMIT").into_iter().for_each(rodsweep::set_commit);
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,
@@ -118,7 +122,24 @@ fn main() -> ExitCode {
             return exit_code(if error.use_stderr() { Exit::Usage } else { Exit::Done });
         }
     };
-    let result = match arguments.command {
+    let result = start_threads().and_then(|()| command(arguments.command));
+    match result {
+        Ok(exit) => exit_code(exit),
+        Err(CommandError::Output(error)) if error.kind() == std::io::ErrorKind::BrokenPipe => exit_code(Exit::Done),
+        Err(error) => {
+            say(&format!("error: {error}"));
+            exit_code(error.exit())
+        }
+    }
+}
+
+/// Starts the threads that engines share out their work to: a system that gives none is heard of here.
+fn start_threads() -> Result<(), CommandError> {
+    rayon::ThreadPoolBuilder::new().build_global().map_err(|error| CommandError::Threads(error.to_string()))
+}
+
+fn command(command: Command) -> Result<Exit, CommandError> {
+    match command {
         Command::Run(arguments) => run::run(&arguments),
         Command::Solve(arguments) => solve::solve(&arguments),
         Command::Verify(arguments) => verify::verify(&arguments),
@@ -133,14 +154,6 @@ fn main() -> ExitCode {
         Command::Sensitivity(arguments) => sensitivity::sensitivity(&arguments),
         Command::Import(arguments) => import::import(&arguments),
         Command::Completions { shell } => completions(shell),
-    };
-    match result {
-        Ok(exit) => exit_code(exit),
-        Err(CommandError::Output(error)) if error.kind() == std::io::ErrorKind::BrokenPipe => exit_code(Exit::Done),
-        Err(error) => {
-            say(&format!("error: {error}"));
-            exit_code(error.exit())
-        }
     }
 }
 

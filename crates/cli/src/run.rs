@@ -2,7 +2,7 @@
 
 use super::args::{RunArguments, SensitivityArguments};
 use super::progress::{Meter, duration};
-use super::{CommandError, Exit, say};
+use super::{CommandError, Exit, say, signals};
 use rodsweep::figures::RunFigures;
 use rodsweep::input::scene_notes;
 use rodsweep::model::{Plan, PlanOptions, Quantity, Status};
@@ -13,12 +13,8 @@ use rodsweep::study::workspace::with_measured_dimension;
 use rodsweep::sweep::{PreparedSweep, Progress, ResultDirectory, Summary, SweepJob};
 use std::cell::OnceCell;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
-
-/// Set by Ctrl-C.
-static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
 pub fn run(arguments: &RunArguments) -> Result<Exit, CommandError> {
     let tell = |line: &str| {
@@ -44,7 +40,8 @@ pub fn run(arguments: &RunArguments) -> Result<Exit, CommandError> {
         say(&format!("warning: {text}"));
     };
     let job = SweepJob::new(spec).engine(arguments.engine.request()).method(settled).shard(shard);
-    let job = job.limit(arguments.limit).interrupt(&INTERRUPTED).warn(&warn);
+    let interrupted = signals::listen();
+    let job = job.limit(arguments.limit).interrupt(interrupted).warn(&warn);
     let drawn = Mutex::new(None);
     let draw = |spec: &SweepSpec, rows: &Reduction| {
         let files = figures.draw_reduction(spec, rows, &out);
@@ -60,8 +57,6 @@ pub fn run(arguments: &RunArguments) -> Result<Exit, CommandError> {
         describe(&sweep, arguments, &out);
         return Ok(Exit::Done);
     }
-    // A second handler cannot be set; then Ctrl-C simply ends the program.
-    let _ = ctrlc::set_handler(|| INTERRUPTED.store(true, Ordering::Relaxed));
     let mut backend = sweep.open()?;
     let meter: &Meter = meter.get_or_init(|| Meter::new(&backend.info()));
     let show = |progress: &Progress| meter.show(progress);
@@ -107,12 +102,10 @@ pub fn run_for_study(
     }
     let warn = |text: &str| say(&format!("warning: {text}"));
     let job = SweepJob::new(spec).engine(arguments.engine.request()).limit(arguments.limit);
-    let job = job.interrupt(&INTERRUPTED).warn(&warn);
+    let job = job.interrupt(signals::listen()).warn(&warn);
     let mut directory = ResultDirectory::new(out).resume(true);
     let mut sweep = job.prepare(&directory)?;
     tell_method(&sweep, &tell);
-    // A second handler cannot be set; then Ctrl-C simply ends the program.
-    let _ = ctrlc::set_handler(|| INTERRUPTED.store(true, Ordering::Relaxed));
     let mut backend = sweep.open()?;
     let meter = Meter::new(&backend.info());
     let show = |progress: &Progress| meter.show(progress);

@@ -1,6 +1,7 @@
 //! A directory as a store: temporary file, fsync, link or rename, fsync of the folder.
 
 use super::{Entry, Store, random_name};
+use crate::files;
 use crate::results::error::ResultsError;
 use std::fs::{self, File};
 use std::io::{Error, ErrorKind, Read, Seek, SeekFrom, Write};
@@ -54,11 +55,8 @@ impl Local {
         let path = self.path(name);
         let io = ResultsError::io(&path, "reading");
         // Opening a pipe would wait for somebody to write to it.
-        match fs::metadata(&path) {
-            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
-            Err(error) => return Err(io(error)),
-            Ok(metadata) if !metadata.is_file() => return Err(io(Error::other("it is not a file"))),
-            Ok(_) => {}
+        if let Some(what) = files::irregular(&path) {
+            return Err(io(Error::other(format!("it is {what}"))));
         }
         match File::open(&path) {
             Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),
@@ -147,7 +145,7 @@ impl Store for Local {
 
     fn rename(&self, from: &str, to: &str) -> Result<bool, ResultsError> {
         let (from, to) = (self.path(from), self.path(to));
-        if fs::symlink_metadata(&to).is_ok() {
+        if files::is_taken(&to) {
             return Ok(false);
         }
         fs::rename(&from, &to).map_err(ResultsError::io(&from, "moving"))?;

@@ -4,10 +4,12 @@
 
 mod ranges;
 mod read;
+mod seal;
 mod write;
 
 pub use ranges::ByteSource;
-pub use read::{Footer, footer, footer_length, read, read_from};
+pub use read::{Footer, footer, footer_length, read, read_from, read_numbers};
+pub use seal::is_sealed;
 pub use write::{encode, encode_into};
 
 const FORMAT: &str = "Parquet";

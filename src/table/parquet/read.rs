@@ -21,6 +21,8 @@ use std::sync::Arc;
 
 /// Rows for which memory is taken on a file's word alone.
 const TRUSTED_ROWS: usize = 1 << 20;
+/// Rows of a column that are asked for at once.
+const AT_A_TIME: usize = 1 << 20;
 /// Of an eight-byte end: the length of the footer and `PAR1`.
 const TAIL: usize = 8;
 
@@ -89,8 +91,12 @@ pub fn read(path: &Path, names: &[&str]) -> Result<Table, TableError> {
 ///
 /// As [`read`].
 pub fn read_from(source: Arc<dyn ByteSource>, names: &[&str]) -> Result<Table, TableError> {
+    let is_wanted = |name: &str| names.is_empty() || names.contains(&name);
     let ranges = Ranges::new(source);
-    let table = read_ranges(&ranges, names);
+    let table = open(&ranges).and_then(|file| {
+        ranges.fetch(wanted_ranges(&file, &is_wanted));
+        read_columns(&file, &is_wanted, &|kind| Ok(kind), "numbers, flags or text")
+    });
     // What the system refuses is no fault of the file.
     match ranges.failure() {
         Some(error) => Err(error.into()),
@@ -98,23 +104,47 @@ pub fn read_from(source: Arc<dyn ByteSource>, names: &[&str]) -> Result<Table, T
     }
 }
 
-fn read_ranges(ranges: &Ranges, names: &[&str]) -> Result<Table, TableError> {
-    let file = SerializedFileReader::new(ranges.clone()).map_err(|error| damaged(FORMAT, error))?;
-    ranges.fetch(wanted_ranges(&file, names));
+fn open(ranges: &Ranges) -> Result<SerializedFileReader<Ranges>, TableError> {
+    SerializedFileReader::new(ranges.clone()).map_err(|error| damaged(FORMAT, error))
+}
+
+/// Every column of a file of numbers. A small file may stand for very many of them: at most so many are read.
+///
+/// # Errors
+///
+/// As [`read`], a column of anything but numbers, or more numbers.
+pub fn read_numbers(path: &Path, most: u64) -> Result<Table, TableError> {
+    let file = open(&Ranges::new(Arc::new(LocalFile::open(path)?)))?;
+    let metadata = file.metadata().file_metadata();
+    let (rows, columns) = (Footer::of(metadata).row_count, metadata.schema_descr().num_columns() as u64);
+    let of_numbers = |kind| match kind {
+        Kind::Text => Err("text"),
+        Kind::Flag => Err("true or false"),
+        kind => Ok(kind),
+    };
+    if rows.saturating_mul(columns) > most {
+        return Err(TableError::TooLarge { rows, columns, most });
+    }
+    read_columns(&file, &|_| true, &of_numbers, "numbers")
+}
+
+fn read_columns(
+    file: &SerializedFileReader<Ranges>,
+    is_wanted: &dyn Fn(&str) -> bool,
+    allowed: &dyn Fn(Kind) -> Result<Kind, &'static str>,
+    expected: &'static str,
+) -> Result<Table, TableError> {
     let footer = Footer::of(file.metadata().file_metadata());
     let units = footer.get(arrow_schema::KEY).map(arrow_schema::units).unwrap_or_default();
     let mut table = Table::default();
     for (index, column) in file.metadata().file_metadata().schema_descr().columns().iter().enumerate() {
         let name = column.path().parts().first().map_or("", String::as_str);
-        if !names.is_empty() && !names.contains(&name) {
+        if !is_wanted(name) {
             continue;
         }
-        let kind = Kind::of(column).map_err(|found| TableError::Kind {
-            column: name.into(),
-            found,
-            expected: "numbers, flags or text",
-        })?;
-        let reader = Reader { file: &file, column: index, rows: footer.row_count as usize };
+        let kind = Kind::of(column).and_then(allowed);
+        let kind = kind.map_err(|found| TableError::Kind { column: name.into(), found, expected })?;
+        let reader = Reader { file, column: index, rows: footer.row_count as usize };
         reader.check_codec()?;
         // The crate trusts some lengths within pages, and panics where they are damaged.
         let values = catch_unwind(AssertUnwindSafe(|| reader.values(kind, name)))
@@ -129,12 +159,10 @@ fn read_ranges(ranges: &Ranges, names: &[&str]) -> Result<Table, TableError> {
 }
 
 /// Where the named columns lie.
-fn wanted_ranges(file: &SerializedFileReader<Ranges>, names: &[&str]) -> Vec<Range<u64>> {
+fn wanted_ranges(file: &SerializedFileReader<Ranges>, is_wanted: &dyn Fn(&str) -> bool) -> Vec<Range<u64>> {
     let columns = file.metadata().row_groups().iter().flat_map(|group| group.columns());
-    let is_wanted = |column: &&ColumnChunkMetaData| {
-        let name = column.column_path().parts().first().map_or("", String::as_str);
-        names.is_empty() || names.contains(&name)
-    };
+    let is_wanted =
+        |column: &&ColumnChunkMetaData| is_wanted(column.column_path().parts().first().map_or("", String::as_str));
     let range = |column: &ColumnChunkMetaData| {
         // A damaged footer may have any number.
         let first = column.dictionary_page_offset().unwrap_or(i64::MAX).min(column.data_page_offset());
@@ -252,10 +280,22 @@ impl Reader<'_> {
     /// All row groups one after another.
     fn stored<T: DataType>(&self) -> Result<Stored<T::T>, ParquetError> {
         let (mut known, mut levels) = (Vec::with_capacity(self.rows.min(TRUSTED_ROWS)), Vec::new());
+        let mut rows = 0;
         for index in 0..self.file.num_row_groups() {
             let group = self.file.get_row_group(index)?;
             let mut reader: ColumnReaderImpl<T> = get_typed_column_reader(group.get_column_reader(self.column)?);
-            while reader.read_records(usize::MAX, Some(&mut levels), None, &mut known)?.0 > 0 {}
+            loop {
+                // A page of a few bytes may claim to hold billions of rows.
+                let wanted = (self.rows - rows).saturating_add(1).min(AT_A_TIME);
+                let read = reader.read_records(wanted, Some(&mut levels), None, &mut known)?.0;
+                rows += read;
+                if rows > self.rows {
+                    return Err(ParquetError::General(format!("a column has more than {} rows", self.rows)));
+                }
+                if read == 0 {
+                    break;
+                }
+            }
         }
         Ok(Stored { known, levels })
     }
