@@ -6,6 +6,7 @@ in a run alone, and no claim of a living worker may have been taken over.
 
 import glob
 import json
+import logging
 import os
 import random
 import signal
@@ -21,9 +22,8 @@ SILENCE = 3
 def start(program, out, environment=None):
     command = [program, "run", SWEEP, "--out", out, "--join", "--silence", str(SILENCE), "--backend", "cpu"]
     environment = dict(os.environ, RAYON_NUM_THREADS="1", **(environment or {}))
-    log = open(os.devnull, "w") if os.environ.get("QUIET") else subprocess.PIPE
     command += PART + ["--no-figures", "--quiet"]
-    return subprocess.Popen(command, env=environment, stdout=log, stderr=subprocess.STDOUT, text=True)
+    return subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
 
 
 class Directory:
@@ -106,7 +106,8 @@ def check_claims(store, manifest, dead):
 def run_alone(program, folder):
     out = os.path.join(folder, "alone")
     command = [program, "run", SWEEP, "--out", out, "--backend", "cpu", "--no-figures", "--quiet"] + PART
-    subprocess.run(command, check=True)
+    # Parts name their engine with its threads.
+    subprocess.run(command, check=True, env=dict(os.environ, RAYON_NUM_THREADS="1"))
     return Directory(out)
 
 
@@ -144,6 +145,7 @@ def bucket(program, folder, rounds, rng):
         return
     from proxy import LossyProxy
 
+    logging.getLogger("werkzeug").setLevel(logging.ERROR)
     server = ThreadedMotoServer(ip_address="127.0.0.1", port=0, verbose=False)
     server.start()
     host, port = server.get_host_and_port()
