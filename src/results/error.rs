@@ -21,6 +21,24 @@ pub enum ResultsError {
         /// What the system says.
         reason: String,
     },
+    /// The address of an object store is not understood.
+    #[error("`{}`: {reason}", url.display())]
+    Address {
+        /// As it was given.
+        url: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// An object store does not answer as it should.
+    #[error("{}: {remedy} (the store: {reason})", url.display())]
+    Unreachable {
+        /// Its address.
+        url: PathBuf,
+        /// What came back.
+        reason: String,
+        /// What would help.
+        remedy: &'static str,
+    },
     /// The directory holds a run, and none was to be resumed.
     #[error("{} already holds a run; resume it, or choose another directory", dir.display())]
     Exists {
@@ -75,6 +93,14 @@ pub enum ResultsError {
         /// Number of the first that is missing, from 0.
         first: u64,
     },
+    /// A shard that cannot be put together with the others.
+    #[error("{} cannot be merged: {reason}", dir.display())]
+    Unmergeable {
+        /// The directory.
+        dir: PathBuf,
+        /// Why not, and what to do.
+        reason: String,
+    },
     /// A file of the run is not what was written.
     #[error("{} is damaged: {reason}; remove it and resume the run", path.display())]
     Damaged {
@@ -109,9 +135,11 @@ impl ResultsError {
         !matches!(
             self,
             ResultsError::Io { .. }
+                | ResultsError::Unreachable { .. }
                 | ResultsError::NotBegun { .. }
                 | ResultsError::Identity { .. }
                 | ResultsError::MissingParts { .. }
+                | ResultsError::Unmergeable { .. }
                 | ResultsError::Damaged { .. }
                 | ResultsError::Table { .. }
         )

@@ -1,15 +1,15 @@
 //! `manifest.json`: what is known of a run once it has ended. Everything in it can be made again from the parts.
 
-use super::directory::MANIFEST_FILE;
 use super::error::ResultsError;
 use super::outcome::{AnchorAccount, BranchCounts, PilotChoice, SampleOrigin, SpotCheck, Timings, number_or_null};
-use super::parts;
-use crate::files;
+use super::store::{Store, store_at};
 use crate::model::Status;
 use crate::spec::{Shard, SolutionMethod};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+
+pub(crate) const MANIFEST_FILE: &str = "manifest.json";
 
 /// The account of a run, or of shards put together.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -149,14 +149,21 @@ impl Manifest {
     ///
     /// A manifest that is missing or cannot be understood.
     pub fn read(dir: &Path) -> Result<Manifest, ResultsError> {
-        let path = dir.join(MANIFEST_FILE);
-        let bytes = files::read(&path).map_err(ResultsError::io(&path, "reading"))?;
-        serde_json::from_slice(&bytes).map_err(|error| ResultsError::Damaged { path, reason: error.to_string() })
+        Manifest::find(store_at(dir)?.as_ref())?
+            .ok_or_else(|| ResultsError::io(&dir.join(MANIFEST_FILE), "reading")(std::io::ErrorKind::NotFound.into()))
     }
 
-    pub(crate) fn write(&self, dir: &Path) -> Result<(), ResultsError> {
+    /// `None`: the run has none yet.
+    pub(crate) fn find(store: &dyn Store) -> Result<Option<Manifest>, ResultsError> {
+        let Some(bytes) = store.get(MANIFEST_FILE)? else { return Ok(None) };
+        let path = store.path(MANIFEST_FILE);
+        let damaged = |error: serde_json::Error| ResultsError::Damaged { path, reason: error.to_string() };
+        serde_json::from_slice(&bytes).map(Some).map_err(damaged)
+    }
+
+    pub(crate) fn write(&self, store: &dyn Store) -> Result<(), ResultsError> {
         let text = serde_json::to_string_pretty(self).unwrap_or_default() + "\n";
-        parts::write_atomically(&dir.join(MANIFEST_FILE), text.as_bytes(), true).map(|_| ())
+        store.put(MANIFEST_FILE, text.as_bytes())
     }
 }
 

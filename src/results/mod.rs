@@ -9,6 +9,7 @@ mod outcome;
 pub(crate) mod parts;
 mod read;
 mod reduce;
+mod store;
 
 pub use directory::{RunRecord, TIPS_FILE, WORKSPACE_FILE, WORST_FILE};
 pub use error::ResultsError;
@@ -19,3 +20,4 @@ pub use outcome::{AnchorAccount, BranchCounts, ErrorDistribution, PilotChoice, S
 pub use parts::{make_directory, write_bytes, write_table};
 pub use read::{DirectoryStatus, Results, read_parquet_table};
 pub use reduce::{MAX_TIPS, Reduction};
+pub use store::{Entry, Store, is_place, is_url, store_at};

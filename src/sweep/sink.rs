@@ -5,12 +5,13 @@ use crate::backend::BackendInfo;
 use crate::input::write_scene;
 use crate::results::directory::{self, TIPS_FILE, WORKSPACE_FILE, WORST_FILE};
 use crate::results::layout;
-use crate::results::parts::{self, FileMetadata};
-use crate::results::{Manifest, Reduction, RunRecord};
+use crate::results::parts::{self, FileMetadata, Kept};
+use crate::results::{Manifest, Reduction, RunRecord, Store, store_at};
 use crate::spec::{Format, Shard, SolutionMethod, SweepSpec};
 use crate::table::Table;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Takes the rows of a run, part after part in order of samples.
 pub trait RowSink: Send {
@@ -80,13 +81,16 @@ pub struct RunEnd<'a> {
     pub reduction: &'a Reduction,
 }
 
-/// A result directory: parts that are whole or absent, `run.json`, `sweep.toml`, `manifest.json`.
+/// A result directory, or a place in an object store: parts that are whole or absent, `run.json`, `sweep.toml`, `manifest.json`.
 #[derive(Debug)]
 pub struct ResultDirectory {
     dir: PathBuf,
+    /// Of the run that is open.
+    store: Option<Arc<dyn Store>>,
     resume: bool,
     format: Format,
     metadata: Option<FileMetadata>,
+    record: Option<RunRecord>,
     /// Rows by the engine that made them.
     engines: BTreeMap<String, u64>,
     /// Memory to encode in.
@@ -94,13 +98,15 @@ pub struct ResultDirectory {
 }
 
 impl ResultDirectory {
-    /// A new directory, or an empty one.
+    /// A new directory, or an empty one; or the address of one, such as `s3://bucket/results`.
     pub fn new(dir: impl Into<PathBuf>) -> ResultDirectory {
         ResultDirectory {
             dir: dir.into(),
+            store: None,
             resume: false,
             format: Format::None,
             metadata: None,
+            record: None,
             engines: BTreeMap::new(),
             bytes: Vec::new(),
         }
@@ -119,34 +125,38 @@ impl ResultDirectory {
 
 impl RowSink for ResultDirectory {
     fn method(&self) -> Result<Option<SolutionMethod>, SweepError> {
-        match self.resume && crate::results::Results::is_there(&self.dir) {
-            true => Ok(RunRecord::read(&self.dir)?.method),
+        match self.resume {
+            true => Ok(RunRecord::find(store_at(&self.dir)?.as_ref())?.and_then(|record| record.method)),
             false => Ok(None),
         }
     }
 
     fn open(&mut self, run: &RunHeader<'_>, seen: &mut dyn FnMut(&Table)) -> Result<Found, SweepError> {
         let RunHeader { spec, record, columns, .. } = *run;
-        directory::open(&self.dir, record, spec, self.resume)?;
+        let store = store_at(&self.dir)?;
+        directory::open(store.as_ref(), record, spec, self.resume)?;
+        self.store = Some(store.clone());
         // Opened again by the same program, a run goes on.
         self.resume = true;
         self.format = spec.format;
         let metadata = FileMetadata { engine: run.engine.to_string(), ..directory::metadata(spec, record) };
         self.metadata = Some(metadata);
+        self.record = Some(record.clone());
         self.engines.clear();
         let mut found = Found::default();
         if spec.format == Format::None {
+            directory::check_shard(store.as_ref(), record, run.shard)?;
             return Ok(found);
         }
-        let there = directory::parts(&self.dir, record)?;
-        for (path, _) in there.damaged {
-            found.quarantined.push(parts::quarantine(&path)?);
+        let there = directory::parts(store.as_ref(), record)?;
+        for (name, _) in there.damaged {
+            found.quarantined.push(parts::quarantine(store.as_ref(), &name)?);
         }
         let names = layout::plain_columns(columns);
         for (chunk, info) in there.sound {
             if run.shard.owns(chunk) {
-                let path = directory::part_path(&self.dir, chunk, spec.format);
-                seen(&parts::read_part(&path, spec.format, &names, columns)?);
+                let name = parts::part_name(chunk, spec.format);
+                seen(&parts::read_part(&store, &name, spec.format, &names, columns)?);
                 self.count(info.engine, info.rows);
             }
             found.done.insert(chunk);
@@ -155,30 +165,37 @@ impl RowSink for ResultDirectory {
     }
 
     fn write(&mut self, part: u64, rows: &Table) -> Result<(), SweepError> {
-        let Some(metadata) = &self.metadata else { return Ok(()) };
-        let path = directory::part_path(&self.dir, part, self.format);
-        let info = parts::write_part(&path, rows, self.format, metadata, &mut self.bytes)?;
+        let (Some(metadata), Some(store)) = (&self.metadata, &self.store) else { return Ok(()) };
+        let name = parts::part_name(part, self.format);
+        let info = parts::write_part(store.as_ref(), &name, rows, self.format, metadata, &mut self.bytes)?;
         self.count(info.engine, info.rows);
         Ok(())
     }
 
     fn close(&mut self, end: &RunEnd<'_>) -> Result<(), SweepError> {
-        let Some(metadata) = &self.metadata else { return Ok(()) };
+        let (Some(metadata), Some(store)) = (&self.metadata, &self.store) else { return Ok(()) };
+        let store = store.as_ref();
         let RunEnd { spec, reduction, .. } = *end;
         if spec.format == Format::None && end.manifest.complete {
-            parts::write_run_table(&self.dir.join(WORKSPACE_FILE), &reduction.voxel_table(), metadata)?;
-            parts::write_run_table(&self.dir.join(TIPS_FILE), &reduction.tips, metadata)?;
+            // Another shard may have ended here meanwhile.
+            let shard = end.manifest.run.as_ref().map(|run| run.shard);
+            if let Some((record, shard)) = self.record.as_ref().zip(shard) {
+                directory::check_shard(store, record, shard)?;
+            }
+            let kept = Kept { shard, samples: reduction.sample_count, counts: reduction.counts };
+            parts::write_run_table(store, WORKSPACE_FILE, &reduction.voxel_table(), metadata, &kept)?;
+            parts::write_run_table(store, TIPS_FILE, &reduction.tips, metadata, &kept)?;
         }
         let check = end.manifest.run.as_ref().and_then(|run| run.spot_check.as_ref());
         if let Some(index) = check.and_then(|check| check.worst_sample) {
             let scene = write_scene(&spec.sample_scene(index));
-            parts::write_atomically(&self.dir.join(WORST_FILE), scene.as_bytes(), true)?;
+            store.put(WORST_FILE, scene.as_bytes())?;
         }
         let mut manifest = end.manifest.clone();
         if spec.format != Format::None {
             manifest.engines = std::mem::take(&mut self.engines);
         }
-        manifest.write(&self.dir)?;
+        manifest.write(store)?;
         Ok(())
     }
 }

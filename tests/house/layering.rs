@@ -43,7 +43,7 @@ const ROOMS: [(&str, &[&str]); 19] = [
     ("python", &["*"]),
 ];
 /// Crates that belong to one part of the source.
-const OWNERS: [(&str, &[&str]); 23] = [
+const OWNERS: [(&str, &[&str]); 26] = [
     ("wgpu", &["src/gpu/"]),
     ("naga", &["src/gpu/"]),
     ("pollster", &["src/gpu/"]),
@@ -53,6 +53,9 @@ const OWNERS: [(&str, &[&str]); 23] = [
     ("ode_solvers", &["crates/bench/src/baseline/adaptive.rs"]),
     ("levenberg_marquardt", &["src/study/fit/"]),
     ("parquet", &["src/table/"]),
+    ("bytes", &["src/table/"]),
+    ("object_store", &["src/results/store/"]),
+    ("tokio", &["src/results/store/"]),
     ("flatbuffers", &["src/table/"]),
     ("flate2", &["src/table/"]),
     ("zip", &["src/table/"]),

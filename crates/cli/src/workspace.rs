@@ -4,7 +4,7 @@ use super::workspace_args::{PreferenceName, WorkspaceArguments};
 use super::{CommandError, Exit, print, say, signals};
 use rodsweep::figures::draw_workspace;
 use rodsweep::input::{Dimension, parse_quantity, read_trajectory};
-use rodsweep::results::Results;
+use rodsweep::results::{Results, is_place};
 use rodsweep::spec::{SweepSpec, Target};
 use rodsweep::study::workspace::{
     Preference, Variation, Workspace, WorkspaceError, WorkspaceExtras, WorkspaceJob, WorkspaceStage,
@@ -20,7 +20,7 @@ const TOLERANCE: f64 = 1e-4;
 
 pub fn workspace(arguments: &WorkspaceArguments) -> Result<Exit, CommandError> {
     let interrupted = signals::listen();
-    let results = match arguments.source.is_dir() {
+    let results = match is_place(&arguments.source) {
         true => Some(Results::open(&arguments.source)?),
         false => None,
     };
