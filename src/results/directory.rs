@@ -4,6 +4,7 @@ use super::error::ResultsError;
 use super::manifest::Manifest;
 use super::parts::{self, FileMetadata, PartInfo};
 use super::store::{Entry, Store};
+use crate::backend::Precision;
 use crate::files;
 use crate::spec::{Format, RESOLVED_TABLE, Shard, SolutionMethod, SweepSpec};
 use serde::{Deserialize, Serialize};
@@ -40,6 +41,9 @@ pub struct RunRecord {
     /// By what it is solved; runs of version 0.1 do not say.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub method: Option<SolutionMethod>,
+    /// Workers may solve it by different methods; each part then says by which.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub mixed: bool,
     /// Hash of the resolved scene and sweep.
     pub input: String,
     /// Hash of the columns.
@@ -52,7 +56,7 @@ impl RunRecord {
         schema: &str,
         sample_count: u64,
         chunk: u64,
-        method: SolutionMethod,
+        method: Option<SolutionMethod>,
     ) -> RunRecord {
         let mut input = spec.to_toml();
         if let Some(table) = &spec.table {
@@ -65,8 +69,10 @@ impl RunRecord {
             sample_count,
             chunk,
             format: spec.format.name().into(),
-            precision: method.precision.to_string(),
-            method: Some(method),
+            // Where methods may differ, columns hold what the finest of them gives.
+            precision: method.map_or(Precision::F64, |method| method.precision).to_string(),
+            method,
+            mixed: method.is_none(),
             input: hash(&input),
             columns: hash(schema),
         };
@@ -154,11 +160,13 @@ impl RunRecord {
             return Ok(());
         }
         let number = |number: u64| number.to_string();
+        let choice = |mixed: bool| if mixed { "free" } else { "fixed" }.to_owned();
         let fields = [
             ("rodsweep version", theirs.version.clone(), self.version.clone()),
             ("number of samples", number(theirs.sample_count), number(self.sample_count)),
             ("chunk size", number(theirs.chunk), number(self.chunk)),
             ("format", theirs.format.clone(), self.format.clone()),
+            ("choice of methods", choice(theirs.mixed), choice(self.mixed)),
             ("precision", theirs.precision.clone(), self.precision.clone()),
             ("scene or sweep", format!("hash {:.8}", theirs.input), format!("hash {:.8}", self.input)),
             ("set of columns", format!("hash {:.8}", theirs.columns), format!("hash {:.8}", self.columns)),
@@ -258,5 +266,11 @@ fn check(store: &dyn Store, entry: &Entry, chunk: u64, record: &RunRecord) -> Re
 
 /// Metadata that every file of a run carries.
 pub(crate) fn metadata(spec: &SweepSpec, record: &RunRecord) -> FileMetadata {
-    FileMetadata { run_id: record.run_id.clone(), engine: String::new(), sweep: spec.to_toml(), seed: spec.seed }
+    FileMetadata {
+        run_id: record.run_id.clone(),
+        engine: String::new(),
+        method: record.method,
+        sweep: spec.to_toml(),
+        seed: spec.seed,
+    }
 }

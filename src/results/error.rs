@@ -63,6 +63,12 @@ pub enum ResultsError {
         /// Of the run that was asked for.
         ours: String,
     },
+    /// Workers cannot share a run that writes no rows.
+    #[error("{}: workers share a run by its parts, and one without rows has none; run shards of it, and merge them", dir.display())]
+    SharedWithoutRows {
+        /// The directory.
+        dir: PathBuf,
+    },
     /// The directory is not that of a run.
     #[error("{} holds no run of rodsweep (no run.json)", dir.display())]
     NoRun {

@@ -3,6 +3,7 @@
 use super::error::ResultsError;
 use super::outcome::{AnchorAccount, BranchCounts, PilotChoice, SampleOrigin, SpotCheck, Timings, number_or_null};
 use super::store::{Store, store_at};
+use super::workers::WorkerReport;
 use crate::model::Status;
 use crate::spec::{Shard, SolutionMethod};
 use serde::{Deserialize, Serialize};
@@ -30,6 +31,9 @@ pub struct Manifest {
     /// Rows by the engine that made them, as each part says.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub engines: BTreeMap<String, u64>,
+    /// Rows by the method they were solved by, where methods may differ.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub methods: BTreeMap<String, u64>,
     /// Samples of the sweep.
     pub sample_count: u64,
     /// Samples in a part.
@@ -52,6 +56,9 @@ pub struct Manifest {
     /// Manifests of the shards that were put together.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub merged_from: Vec<Manifest>,
+    /// Who has worked on it, where workers shared the run out among themselves.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub workers: Vec<WorkerReport>,
 }
 
 /// What only the program that ran a sweep knows.

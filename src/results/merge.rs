@@ -31,15 +31,11 @@ pub fn merge(dirs: &[PathBuf], out: &Path) -> Result<DirectoryStatus, ResultsErr
         return merge_workspaces(dirs, &stores, out, record, spec);
     }
     let mut sources: BTreeMap<u64, (&dyn Store, PartInfo)> = BTreeMap::new();
-    let mut engines: BTreeMap<String, u64> = BTreeMap::new();
     let mut damaged: Vec<(PathBuf, String)> = Vec::new();
     for store in &stores {
         let there = directory::parts(store.as_ref(), record)?;
         for (chunk, info) in there.sound {
-            sources.entry(chunk).or_insert_with(|| {
-                *engines.entry(info.engine.clone()).or_default() += info.rows;
-                (store.as_ref(), info)
-            });
+            sources.entry(chunk).or_insert((store.as_ref(), info));
         }
         damaged.extend(there.damaged.into_iter().map(|(name, reason)| (store.path(&name), reason)));
     }
@@ -67,33 +63,37 @@ pub fn merge(dirs: &[PathBuf], out: &Path) -> Result<DirectoryStatus, ResultsErr
         let gone = || ResultsError::Damaged { path: store.path(&name), reason: "it is gone".into() };
         parts::place_part(target.as_ref(), &name, format, info, &store.get(&name)?.ok_or_else(gone)?)?;
     }
-    finish(dirs, target.as_ref(), record, spec, engines, Results::open(out)?.status()?)
+    let status = Results::open(out)?.status()?;
+    check_whole(&status)?;
+    let merged_from = dirs.iter().filter_map(|dir| Manifest::read(dir).ok()).collect();
+    Manifest { merged_from, ..account(record, spec, &status) }.write(target.as_ref())?;
+    Ok(status)
 }
 
-/// Writes the manifest of a merged result.
-fn finish(
-    dirs: &[PathBuf],
-    out: &dyn Store,
-    record: &RunRecord,
-    spec: &SweepSpec,
-    mut engines: BTreeMap<String, u64>,
-    status: DirectoryStatus,
-) -> Result<DirectoryStatus, ResultsError> {
-    engines.remove("");
+/// Refuses what is not whole.
+fn check_whole(status: &DirectoryStatus) -> Result<(), ResultsError> {
     if let Some((path, reason)) = status.damaged.first() {
         return Err(ResultsError::Damaged { path: path.clone(), reason: reason.clone() });
     }
-    if let Some(first) = status.missing.first() {
-        let (count, total) = (status.missing.len() as u64, status.parts_total);
-        return Err(ResultsError::MissingParts { count, total, first: *first });
+    match status.missing.first() {
+        None => Ok(()),
+        Some(first) => {
+            let (count, total) = (status.missing.len() as u64, status.parts_total);
+            Err(ResultsError::MissingParts { count, total, first: *first })
+        }
     }
-    let manifest = Manifest {
+}
+
+/// What the parts of a run say of it.
+pub(crate) fn account(record: &RunRecord, spec: &SweepSpec, status: &DirectoryStatus) -> Manifest {
+    Manifest {
         program: "rodsweep".into(),
         version: crate::VERSION.into(),
         commit: crate::commit().map(str::to_owned),
         run_id: record.run_id.clone(),
         solved_by: record.method,
-        engines,
+        engines: status.engines.clone(),
+        methods: if record.mixed { status.methods.clone() } else { BTreeMap::new() },
         sample_count: record.sample_count,
         chunk: record.chunk,
         seed: spec.seed,
@@ -103,10 +103,9 @@ fn finish(
         counts: named_counts(&status.counts),
         failed: status.failed(),
         run: None,
-        merged_from: dirs.iter().filter_map(|dir| Manifest::read(dir).ok()).collect(),
-    };
-    manifest.write(out)?;
-    Ok(status)
+        merged_from: Vec::new(),
+        workers: Vec::new(),
+    }
 }
 
 /// What a shard without rows keeps, as far as it can be merged.
@@ -205,5 +204,9 @@ fn merge_workspaces(
     let kept = Kept { shard: None, samples: done, counts };
     parts::write_run_table(target.as_ref(), WORKSPACE_FILE, &merged, &metadata, &kept)?;
     parts::write_run_table(target.as_ref(), TIPS_FILE, &tips, &metadata, &kept)?;
-    finish(dirs, target.as_ref(), record, spec, engines, Results::open(out)?.status()?)
+    let status = DirectoryStatus { engines, ..Results::open(out)?.status()? };
+    check_whole(&status)?;
+    let merged_from = dirs.iter().filter_map(|dir| Manifest::read(dir).ok()).collect();
+    Manifest { merged_from, ..account(record, spec, &status) }.write(target.as_ref())?;
+    Ok(status)
 }

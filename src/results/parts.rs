@@ -6,9 +6,10 @@
 
 use super::error::ResultsError;
 use super::layout::BRANCH_COLUMN;
+use super::reduce::failures;
 use super::store::{Entry, Store, store_at, store_of};
 use crate::model::Status;
-use crate::spec::{Format, Shard};
+use crate::spec::{Format, Shard, SolutionMethod};
 use crate::table::{self, Table, TableError};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -20,7 +21,7 @@ use xxhash_rust::xxh3::xxh3_64;
 const PART_KEY: &str = "rodsweep.part";
 
 /// What a part says about itself.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct PartInfo {
     pub run_id: String,
     pub rows: u64,
@@ -34,6 +35,9 @@ pub(crate) struct PartInfo {
     /// What solved it, second attempts aside.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub engine: String,
+    /// By what; parts of versions before 0.3 do not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub method: Option<SolutionMethod>,
     pub checksum: String,
     /// Of a table that a run without rows keeps: which samples its numbers are of; `None` where shards were put together.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -56,6 +60,12 @@ impl PartInfo {
     pub fn sample_count(&self) -> u64 {
         self.samples.unwrap_or(self.rows)
     }
+
+    pub fn failed(&self) -> u64 {
+        let mut counts = [0; Status::ALL.len()];
+        counts.iter_mut().zip(&self.counts).for_each(|(count, of)| *count = *of);
+        failures(&counts, self.samples.is_some())
+    }
 }
 
 /// What every file of a run carries.
@@ -64,6 +74,8 @@ pub(crate) struct FileMetadata {
     pub run_id: String,
     /// What solves.
     pub engine: String,
+    /// By what.
+    pub method: Option<SolutionMethod>,
     /// The resolved sweep.
     pub sweep: String,
     pub seed: u64,
@@ -92,13 +104,15 @@ pub(crate) fn info_of(table: &Table, metadata: &FileMetadata) -> PartInfo {
         first: table.samples().first().copied().unwrap_or(0),
         counts,
         engine: metadata.engine.clone(),
+        method: metadata.method,
         checksum: String::new(),
         shard: None,
         seal: String::new(),
     }
 }
 
-/// Writes a part unless one is there; then the one there is checked and kept. Returns what lies in the store.
+/// Writes a part unless one is there; then the one there is checked and kept. Returns what lies in the store, and whether
+/// that is new.
 ///
 /// `bytes` is memory to encode in, used again from part to part.
 pub(crate) fn write_part(
@@ -108,7 +122,7 @@ pub(crate) fn write_part(
     format: Format,
     metadata: &FileMetadata,
     bytes: &mut Vec<u8>,
-) -> Result<PartInfo, ResultsError> {
+) -> Result<(PartInfo, bool), ResultsError> {
     let mut info = info_of(table, metadata);
     let path = store.path(name);
     match format {
@@ -129,7 +143,7 @@ pub(crate) fn place_part(
     format: Format,
     mut info: PartInfo,
     bytes: &[u8],
-) -> Result<PartInfo, ResultsError> {
+) -> Result<(PartInfo, bool), ResultsError> {
     if format != Format::Parquet {
         info.seal = info.own_seal();
         let (sidecar, text) = (sidecar(name, bytes), serde_json::to_string(&info).unwrap_or_default());
@@ -138,7 +152,7 @@ pub(crate) fn place_part(
             store.put(&sidecar, text.as_bytes())?;
         }
     }
-    if store.create(name, bytes)? { Ok(info) } else { check_part(store, name, format) }
+    if store.create(name, bytes)? { Ok((info, true)) } else { Ok((check_part(store, name, format)?, false)) }
 }
 
 /// Makes `bytes` a Parquet part and completes `info` by the checksum.

@@ -7,10 +7,12 @@ use super::manifest::Manifest;
 use super::parts::{self, PartInfo};
 use super::reduce::{Reduction, failures};
 use super::store::{self, Store};
+use super::workers::{self, Worker};
 use crate::backend::Precision;
 use crate::model::{Status, closest};
 use crate::spec::{BranchChoice, Format, RESOLVED_TABLE, SolutionMethod, SweepSpec};
 use crate::table::{Column, Table};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -57,6 +59,10 @@ pub struct DirectoryStatus {
     pub every_branch: bool,
     /// Rows by status code.
     pub counts: [u64; Status::ALL.len()],
+    /// Rows by the engine that solved them, as each part says.
+    pub engines: BTreeMap<String, u64>,
+    /// Rows by the method they were solved by, as each part says.
+    pub methods: BTreeMap<String, u64>,
 }
 
 impl DirectoryStatus {
@@ -141,6 +147,14 @@ impl Results {
                 *sum += count;
             }
         }
+        let (mut engines, mut methods) = (BTreeMap::new(), BTreeMap::new());
+        for info in parts.sound.values() {
+            *engines.entry(info.engine.clone()).or_default() += info.rows;
+            let method = info.method.or(self.record.method).map(|method| method.to_string());
+            *methods.entry(method.unwrap_or_default()).or_default() += info.rows;
+        }
+        engines.remove("");
+        methods.remove("");
         let parts_total = self.record.chunk_count();
         Ok(DirectoryStatus {
             parts_total,
@@ -150,6 +164,8 @@ impl Results {
             every_branch: parts.sound.values().any(|info| info.samples.is_some()),
             damaged: parts.damaged.into_iter().map(|(name, why)| (self.store.path(&name), why)).collect(),
             counts,
+            engines,
+            methods,
             record: self.record.clone(),
         })
     }
@@ -165,6 +181,8 @@ impl Results {
             every_branch: self.spec.branch == BranchChoice::All,
             damaged: Vec::new(),
             counts: [0; Status::ALL.len()],
+            engines: BTreeMap::new(),
+            methods: BTreeMap::new(),
             record: self.record.clone(),
         };
         for name in [directory::voxel_file(store)?, TIPS_FILE] {
@@ -182,6 +200,15 @@ impl Results {
             status.missing = vec![0];
         }
         Ok(status)
+    }
+
+    /// Who works on the run, or has done so, the last seen first; none where no worker has joined it.
+    ///
+    /// # Errors
+    ///
+    /// A directory that cannot be listed or read.
+    pub fn workers(&self) -> Result<Vec<Worker>, ResultsError> {
+        workers::workers(self.store.as_ref())
     }
 
     /// Whether the run has written its rows, not only tips and voxels.

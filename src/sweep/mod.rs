@@ -6,6 +6,7 @@
 mod anchors;
 mod branches;
 mod check;
+mod chunks;
 mod error;
 mod fallback;
 mod job;

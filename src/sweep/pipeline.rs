@@ -2,75 +2,30 @@
 
 use super::branches::{Branch, BranchSearch, Branches};
 use super::check::SpotSamples;
+use super::chunks::Piece;
 use super::error::SweepError;
 use super::options::{Progress, RunOptions};
 use super::refine::Refiners;
 use crate::backend::{Backend, Returned};
 use crate::model::{Batch, Plan, Quantity, Solutions};
 use crate::results::Reduction;
-use crate::results::RunRecord;
 use crate::results::Timings;
+use crate::results::claims::ClaimState;
 use crate::results::{BranchCells, Layout, Rows};
 use crate::spec::CHUNK;
 use crate::spec::Sampler;
 use crate::spec::{Format, SweepSpec};
 use crate::table::Table;
 use std::ops::Range;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
 use std::thread::{Builder, Scope, ScopedJoinHandle};
 use std::time::{Duration, Instant};
 
-/// Consecutive samples of one chunk within a batch.
-#[derive(Clone, Copy)]
-pub(crate) struct Piece {
-    chunk: u64,
-    start: u64,
-    len: u64,
-    is_last: bool,
-}
-
 struct Job {
     pieces: Vec<Piece>,
     batch: Batch,
-}
-
-/// Shares chunks out over batches, one after another: a batch holds several chunks or a piece of one.
-pub(crate) struct Jobs<'a, I> {
-    record: &'a RunRecord,
-    chunks: I,
-    batch_size: u64,
-    /// Of a chunk that the last batch did not hold whole: its number, the next sample, and how many are left.
-    rest: Option<(u64, u64, u64)>,
-}
-
-impl<'a, I: Iterator<Item = u64>> Jobs<'a, I> {
-    pub fn new(record: &'a RunRecord, chunks: I, batch_size: u64) -> Self {
-        Jobs { record, chunks, batch_size, rest: None }
-    }
-
-    fn next_rest(&mut self) -> Option<(u64, u64, u64)> {
-        let whole = |chunk| {
-            let (start, left) = self.record.chunk_range(chunk);
-            (chunk, start, left)
-        };
-        self.rest.take().or_else(|| self.chunks.next().map(whole))
-    }
-}
-
-impl<I: Iterator<Item = u64>> Iterator for Jobs<'_, I> {
-    type Item = Vec<Piece>;
-
-    fn next(&mut self) -> Option<Vec<Piece>> {
-        let (mut job, mut room) = (Vec::new(), self.batch_size);
-        while room > 0 {
-            let Some((chunk, start, left)) = self.next_rest() else { break };
-            let len = left.min(room);
-            room -= len;
-            job.push(Piece { chunk, start, len, is_last: len == left });
-            self.rest = (len < left).then_some((chunk, start + len, left - len));
-        }
-        (!job.is_empty()).then_some(job)
-    }
 }
 
 /// Starts a thread; a system that gives none ends the run.
@@ -97,7 +52,8 @@ fn index_at(pieces: &[Piece], at: usize) -> Option<u64> {
 ///
 /// Solutions and tables go back to where they come from, since fresh memory takes longer to get than to fill.
 pub(crate) fn pipeline(
-    jobs: impl Iterator<Item = Vec<Piece>> + Send,
+    jobs: impl Iterator<Item = Result<Vec<Piece>, SweepError>> + Send,
+    is_over: &AtomicBool,
     backend: &mut dyn Backend,
     finisher: &mut Finisher,
     mut write: impl FnMut(u64, &Table) -> Result<(), SweepError> + Send,
@@ -112,6 +68,7 @@ pub(crate) fn pipeline(
         let builder = spawn(scope, move || {
             let mut busy = Duration::ZERO;
             for pieces in jobs {
+                let pieces = pieces?;
                 let begin = Instant::now();
                 let count = pieces.iter().map(|piece| piece.len).sum::<u64>() as usize;
                 let batch = plan.batch(count, |at, row| {
@@ -124,11 +81,12 @@ pub(crate) fn pipeline(
                     break;
                 }
             }
-            busy.as_secs_f64()
+            Ok::<_, SweepError>(busy.as_secs_f64())
         })?;
         let finishing =
             spawn(scope, move || finisher.finish_all(to_finish, &finished, &spare_tables, &used_solutions))?;
         let writer = spawn(scope, move || -> Result<f64, SweepError> {
+            let _over = SetOnDrop(is_over);
             let mut busy = Duration::ZERO;
             for (chunk, table) in to_write {
                 let begin = Instant::now();
@@ -139,14 +97,27 @@ pub(crate) fn pipeline(
             }
             Ok(busy.as_secs_f64())
         })?;
-        let solving = solve_all(backend, options, to_solve, solved, &spare_solutions);
+        let solving = {
+            let _over = SetOnDrop(is_over);
+            solve_all(backend, options, to_solve, solved, &spare_solutions)
+        };
         // A stage that fails drops its queue, which ends the others; the error nearest the disk is the cause.
-        let build = builder.join().unwrap_or(0.0);
+        let building = join(builder.join());
         let finishing = join(finishing.join());
         let write = join(writer.join())?;
         finishing?;
-        Ok((build, solving?, write))
+        let solve = solving?;
+        Ok((building?, solve, write))
     })
+}
+
+/// Tells the first stage, which may be waiting for other workers, that a later one has ended.
+struct SetOnDrop<'a>(&'a AtomicBool);
+
+impl Drop for SetOnDrop<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
 }
 
 pub(crate) fn join<T>(result: std::thread::Result<T>) -> T {
@@ -230,6 +201,8 @@ pub(crate) struct Finisher<'a> {
     pub in_table: u64,
     pub total: u64,
     pub resumed: u64,
+    /// Where workers share the run: what the others have done.
+    pub others: Option<Arc<ClaimState>>,
     pub start: Instant,
     pub solved: u64,
     pub failed: u64,
@@ -348,7 +321,8 @@ impl Finisher<'_> {
         let Some(progress) = self.options.progress else { return };
         let rows = self.solved + self.in_table;
         let rate = rows as f64 / self.start.elapsed().as_secs_f64().max(1e-9);
-        let done = self.resumed + rows;
+        let elsewhere = self.others.as_ref().map_or(0, |others| others.elsewhere.load(Ordering::Relaxed));
+        let done = (self.resumed + rows + elsewhere).min(self.total);
         let left = (rate > 0.0).then(|| Duration::from_secs_f64((self.total - done) as f64 / rate));
         progress(&Progress { done, total: self.total, failed: self.failed, rate, left, checking });
     }

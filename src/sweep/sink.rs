@@ -3,15 +3,20 @@
 use super::error::SweepError;
 use crate::backend::BackendInfo;
 use crate::input::write_scene;
+use crate::results::claims::{ClaimState, Claims};
 use crate::results::directory::{self, TIPS_FILE, WORKSPACE_FILE, WORST_FILE};
 use crate::results::layout;
+use crate::results::merge;
 use crate::results::parts::{self, FileMetadata, Kept};
-use crate::results::{Manifest, Reduction, RunRecord, Store, store_at};
+use crate::results::workers::Beat;
+use crate::results::{Manifest, Reduction, Results, ResultsError, RunRecord, Store, WorkerReport, store_at};
 use crate::spec::{Format, Shard, SolutionMethod, SweepSpec};
 use crate::table::Table;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
 
 /// Takes the rows of a run, part after part in order of samples.
 pub trait RowSink: Send {
@@ -57,17 +62,21 @@ pub struct RunHeader<'a> {
     pub columns: &'a Table,
     /// What solves.
     pub engine: &'a BackendInfo,
+    /// By what it solves.
+    pub method: SolutionMethod,
     /// Which part of the sweep.
     pub shard: Shard,
 }
 
 /// What of a run was already there.
-#[derive(Clone, Debug, Default)]
+#[derive(Default)]
 pub struct Found {
     /// Parts that need not be solved.
     pub done: BTreeSet<u64>,
     /// Damaged parts that were put aside.
     pub quarantined: Vec<PathBuf>,
+    /// What shares the chunks out among workers; then `done` says nothing.
+    pub(crate) claims: Option<Claims>,
 }
 
 /// A run that has ended.
@@ -82,12 +91,15 @@ pub struct RunEnd<'a> {
 }
 
 /// A result directory, or a place in an object store: parts that are whole or absent, `run.json`, `sweep.toml`, `manifest.json`.
-#[derive(Debug)]
 pub struct ResultDirectory {
     dir: PathBuf,
     /// Of the run that is open.
     store: Option<Arc<dyn Store>>,
     resume: bool,
+    /// Shares the run with other workers, the silent ones of which are taken for dead after this time.
+    join: Option<Duration>,
+    /// The sign of life, and how it ended, where the run is shared.
+    worker: Option<(Arc<Beat>, Arc<ClaimState>)>,
     format: Format,
     metadata: Option<FileMetadata>,
     record: Option<RunRecord>,
@@ -104,6 +116,8 @@ impl ResultDirectory {
             dir: dir.into(),
             store: None,
             resume: false,
+            join: None,
+            worker: None,
             format: Format::None,
             metadata: None,
             record: None,
@@ -115,6 +129,13 @@ impl ResultDirectory {
     /// Whether to go on with what the directory holds.
     pub fn resume(self, resume: bool) -> ResultDirectory {
         ResultDirectory { resume, ..self }
+    }
+
+    /// Shares the run with whoever else joins it, on whatever machine: workers claim chunks of it, take over what dead ones
+    /// have claimed, and end together. A worker that shows no sign for `silence` is taken for dead; the first worker of a
+    /// run settles it for all.
+    pub fn join(self, silence: Duration) -> ResultDirectory {
+        ResultDirectory { resume: true, join: Some(silence), ..self }
     }
 
     /// Where it lies.
@@ -139,11 +160,24 @@ impl RowSink for ResultDirectory {
         // Opened again by the same program, a run goes on.
         self.resume = true;
         self.format = spec.format;
-        let metadata = FileMetadata { engine: run.engine.to_string(), ..directory::metadata(spec, record) };
+        let metadata = FileMetadata {
+            engine: run.engine.to_string(),
+            method: Some(run.method),
+            ..directory::metadata(spec, record)
+        };
         self.metadata = Some(metadata);
         self.record = Some(record.clone());
         self.engines.clear();
         let mut found = Found::default();
+        if let Some(silence) = self.join {
+            if spec.format == Format::None {
+                return Err(ResultsError::SharedWithoutRows { dir: self.dir.clone() }.into());
+            }
+            let claims = Claims::join(store, record, WorkerReport::new(run.engine.to_string()), silence)?;
+            self.worker = Some((claims.beat(), claims.state()));
+            found.claims = Some(claims);
+            return Ok(found);
+        }
         if spec.format == Format::None {
             directory::check_shard(store.as_ref(), record, run.shard)?;
             return Ok(found);
@@ -167,7 +201,10 @@ impl RowSink for ResultDirectory {
     fn write(&mut self, part: u64, rows: &Table) -> Result<(), SweepError> {
         let (Some(metadata), Some(store)) = (&self.metadata, &self.store) else { return Ok(()) };
         let name = parts::part_name(part, self.format);
-        let info = parts::write_part(store.as_ref(), &name, rows, self.format, metadata, &mut self.bytes)?;
+        let (info, is_new) = parts::write_part(store.as_ref(), &name, rows, self.format, metadata, &mut self.bytes)?;
+        if let Some((beat, _)) = self.worker.as_ref().filter(|_| is_new) {
+            beat.add(info.sample_count(), info.failed());
+        }
         self.count(info.engine, info.rows);
         Ok(())
     }
@@ -185,6 +222,19 @@ impl RowSink for ResultDirectory {
             let kept = Kept { shard, samples: reduction.sample_count, counts: reduction.counts };
             parts::write_run_table(store, WORKSPACE_FILE, &reduction.voxel_table(), metadata, &kept)?;
             parts::write_run_table(store, TIPS_FILE, &reduction.tips, metadata, &kept)?;
+        }
+        if let Some((beat, state)) = self.worker.take() {
+            let text = serde_json::to_string_pretty(end.manifest).unwrap_or_default() + "\n";
+            store.put(&format!("workers/{}.account.json", beat.id()), text.as_bytes())?;
+            if state.finishes.load(Ordering::Relaxed) {
+                beat.renew()?;
+                let results = Results::open(&self.dir)?;
+                let workers = results.workers()?.into_iter().map(|worker| worker.report).collect();
+                let account = merge::account(results.record(), results.spec(), &results.status()?);
+                Manifest { workers, ..account }.write(store)?;
+                Claims::done(store)?;
+            }
+            return Ok(());
         }
         let check = end.manifest.run.as_ref().and_then(|run| run.spot_check.as_ref());
         if let Some(index) = check.and_then(|check| check.worst_sample) {

@@ -6,6 +6,7 @@ mod common;
 mod arc;
 mod bad_input;
 mod branch_sweeps;
+mod claims;
 mod faults;
 mod foreign_tables;
 mod fuzz;
