@@ -170,6 +170,18 @@ impl Results {
         })
     }
 
+    /// Parts that are there, and their samples, without looking into them.
+    ///
+    /// # Errors
+    ///
+    /// A directory that cannot be listed.
+    pub fn progress(&self) -> Result<(u64, u64), ResultsError> {
+        let listed = self.store.list("")?;
+        let chunks = listed.iter().filter_map(|entry| parts::part_chunk(&entry.name, self.record.format()));
+        let sizes = chunks.map(|chunk| self.record.chunk_range(chunk).1).filter(|size| *size > 0);
+        Ok(sizes.fold((0, 0), |(parts, samples), size| (parts + 1, samples + size)))
+    }
+
     /// What the tables say that a run without rows keeps: all of it, or nothing.
     fn status_without_rows(&self) -> Result<DirectoryStatus, ResultsError> {
         let store = self.store.as_ref();

@@ -219,10 +219,6 @@ impl Beat {
         state.report.failed += failed;
         state.report.rate = state.report.samples as f64 / state.begin.elapsed().as_secs_f64().max(1e-3);
     }
-
-    pub fn report(&self) -> WorkerReport {
-        self.shared.state().report.clone()
-    }
 }
 
 impl Drop for Beat {

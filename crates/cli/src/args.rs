@@ -2,6 +2,7 @@
 
 pub use super::engine_args::EngineArguments;
 pub use super::sensitivity_args::{EstimatorName, SensitivityArguments, WithName};
+use super::share_args::{ShareArguments, StatusArguments, SubmitCommand};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use rodsweep::input::{Dimension, parse_quantity};
 use std::path::PathBuf;
@@ -26,11 +27,11 @@ pub enum Command {
     Bench(BenchArguments),
     /// Tell what this machine has and what would be used
     Doctor,
-    /// Tell what of a run is done, failed and left
-    Status {
-        /// A result directory
-        directory: PathBuf,
-    },
+    /// Tell what of a run is done, failed and left, and who works on it
+    Status(StatusArguments),
+    /// Write the files by which a scheduler runs a sweep on many machines
+    #[command(subcommand)]
+    Submit(SubmitCommand),
     /// Draw the figures of a result directory again
     Figures {
         /// A result directory
@@ -77,6 +78,8 @@ pub struct RunArguments {
     /// Go on with what the result directory holds
     #[arg(long)]
     pub resume: bool,
+    #[command(flatten)]
+    pub share: ShareArguments,
     /// Solve by the method (engine, precision, stepper, steps) of another result directory, such as another shard's
     #[arg(long, value_name = "DIR")]
     pub method_of: Option<PathBuf>,

@@ -19,9 +19,11 @@ mod replay;
 mod run;
 mod sensitivity;
 mod sensitivity_args;
+mod share_args;
 mod signals;
 mod simulate;
 mod solve;
+mod submit;
 mod verify;
 mod workspace;
 mod workspace_args;
@@ -48,6 +50,8 @@ pub(crate) enum Exit {
     Failed = 1,
     Usage = 2,
     TooManyFailures = 3,
+    /// What was begun is finished; started again, it goes on.
+    Unfinished = 85,
     Interrupted = 130,
 }
 
@@ -145,7 +149,8 @@ fn command(command: Command) -> Result<Exit, CommandError> {
         Command::Verify(arguments) => verify::verify(&arguments),
         Command::Bench(arguments) => bench::bench(&arguments),
         Command::Doctor => doctor::doctor(),
-        Command::Status { directory } => directory::status(&directory),
+        Command::Status(arguments) => directory::status(&arguments),
+        Command::Submit(command) => submit::submit(&command),
         Command::Figures { directory, colour } => run::draw(&directory, colour.as_deref()),
         Command::Merge { directories, out } => directory::merge(&directories, &out),
         Command::Control(arguments) => control::control(&arguments),

@@ -41,16 +41,19 @@ pub fn run(arguments: &RunArguments) -> Result<Exit, CommandError> {
     };
     let job = SweepJob::new(spec).engine(arguments.engine.request()).method(settled).shard(shard);
     let interrupted = signals::listen();
+    let share = &arguments.share;
     let job = job.limit(arguments.limit).interrupt(interrupted).warn(&warn);
+    let job = job.drain(signals::listen_for_drain(share.join)).mixed_methods(share.mixed_methods);
     let drawn = Mutex::new(None);
     let draw = |spec: &SweepSpec, rows: &Reduction| {
         let files = figures.draw_reduction(spec, rows, &out);
         drawn.lock().unwrap_or_else(PoisonError::into_inner).replace(files);
     };
-    // A shard's figures show what the directory holds of all shards.
-    let is_drawn = !arguments.no_figures && shard == Shard::WHOLE;
+    // A shard's figures show what the directory holds of all shards, and a worker's what it holds of all workers.
+    let is_drawn = !arguments.no_figures && shard == Shard::WHOLE && !share.join;
     let job = job.rows_written(if is_drawn { Some(&draw) } else { None });
-    let mut directory = ResultDirectory::new(&out).resume(arguments.resume);
+    let directory = ResultDirectory::new(&out).resume(arguments.resume);
+    let mut directory = if share.join { directory.join(share.silence()) } else { directory };
     let mut sweep = job.prepare(&directory)?;
     tell_method(&sweep, &tell);
     if arguments.dry_run {
@@ -69,10 +72,12 @@ pub fn run(arguments: &RunArguments) -> Result<Exit, CommandError> {
         print_summary(spec, &summary, &out);
     }
     if summary.interrupted {
-        say(&format!("interrupted; go on with: rodsweep run {} --out {} --resume", spec.file.display(), out.display()));
-        return Ok(Exit::Interrupted);
+        let how = if share.join { "--join" } else { "--resume" };
+        let what = if summary.drained { "stopped between two parts" } else { "interrupted" };
+        say(&format!("{what}; go on with: rodsweep run {} --out {} {how}", spec.file.display(), out.display()));
+        return Ok(if summary.drained { Exit::Unfinished } else { Exit::Interrupted });
     }
-    if !arguments.no_figures {
+    if !arguments.no_figures && summary.finished_run {
         let drawn = drawn.lock().unwrap_or_else(PoisonError::into_inner).take();
         let files = match drawn {
             Some(files) => files?,

@@ -5,6 +5,33 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// Set by Ctrl-C, and by what else asks a program to end: SIGTERM and SIGHUP, or a console that is closed.
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
+/// Set by SIGUSR1, and where workers share a run by SIGTERM: finish what was begun, then end.
+static DRAINING: AtomicBool = AtomicBool::new(false);
+
+/// From now on SIGUSR1, and SIGTERM if `on_term`, set the flag that is given. A second SIGTERM ends the run at once.
+pub fn listen_for_drain(on_term: bool) -> &'static AtomicBool {
+    #[cfg(unix)]
+    {
+        let handler = drain as extern "C" fn(libc::c_int) as libc::sighandler_t;
+        // SAFETY: the handler only touches atomics.
+        unsafe {
+            libc::signal(libc::SIGUSR1, handler);
+            if on_term {
+                libc::signal(libc::SIGTERM, handler);
+            }
+        }
+    }
+    let _ = on_term;
+    &DRAINING
+}
+
+#[cfg(unix)]
+extern "C" fn drain(signal: libc::c_int) {
+    if DRAINING.swap(true, Ordering::Relaxed) && signal == libc::SIGTERM {
+        INTERRUPTED.store(true, Ordering::Relaxed);
+    }
+}
+
 /// From now on those signals set the flag that is given, and nothing else.
 pub fn listen() -> &'static AtomicBool {
     let stays_ignored = is_hangup_ignored();

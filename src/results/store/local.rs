@@ -146,7 +146,7 @@ impl Store for Local {
 
     fn rename(&self, from: &str, to: &str) -> Result<bool, ResultsError> {
         let (from, to) = (self.path(from), self.path(to));
-        if fs::symlink_metadata(&to).is_ok() {
+        if files::is_taken(&to) {
             return Ok(false);
         }
         fs::rename(&from, &to).map_err(ResultsError::io(&from, "moving"))?;
