@@ -117,6 +117,11 @@ impl Claims {
         self.beat.clone()
     }
 
+    /// Whether a chunk is claimed and not yet given out, so that to ask for it costs nothing.
+    pub fn has_ready(&self) -> bool {
+        !self.ready.is_empty()
+    }
+
     /// What to do next.
     pub fn next(&mut self) -> Result<Next, ResultsError> {
         if self.beat.age() > self.plan.silence() / 2 {
@@ -296,10 +301,16 @@ impl Claims {
             parts::quarantine(self.store.as_ref(), name)?;
         }
         self.there = found.sound.into_keys().collect();
-        let missing = (0..self.record.chunk_count()).filter(|chunk| !self.there.contains(chunk));
-        self.ready.extend(missing);
-        if let Some(chunk) = self.ready.pop_front() {
-            return Ok(Next::Chunk(chunk));
+        if !self.is_whole() {
+            // Its worker believes that it is done, so whether that lives does not matter.
+            let broken: Vec<u64> = (0..end).filter(|unit| !self.missing(*unit).is_empty()).collect();
+            for unit in broken {
+                let turn = self.turns.get(&unit).map_or(0, |turn| turn + 1);
+                if self.claim(unit, turn)? {
+                    self.ready.extend(self.missing(unit));
+                }
+            }
+            return Ok(self.ready.pop_front().map_or(Next::Wait(pause / 2), Next::Chunk));
         }
         self.state.complete.store(true, Ordering::Relaxed);
         self.state.finishes.store(true, Ordering::Relaxed);

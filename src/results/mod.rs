@@ -10,6 +10,8 @@ mod outcome;
 pub(crate) mod parts;
 mod read;
 mod reduce;
+#[cfg(test)]
+mod simulation;
 mod store;
 pub(crate) mod workers;
 

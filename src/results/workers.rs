@@ -180,12 +180,20 @@ struct BeatState {
     /// When the last sign that has arrived was begun.
     last: Instant,
     is_over: bool,
+    /// Killed, as far as others can tell.
+    is_dead: bool,
 }
 
 impl Beat {
     pub fn start(store: Arc<dyn Store>, report: WorkerReport, silence: Duration) -> Result<Beat, ResultsError> {
         let id = report.id.clone();
-        let state = Mutex::new(BeatState { report, begin: Instant::now(), last: Instant::now(), is_over: false });
+        let state = Mutex::new(BeatState {
+            report,
+            begin: Instant::now(),
+            last: Instant::now(),
+            is_over: false,
+            is_dead: false,
+        });
         let shared = Arc::new(Shared { store, state, changed: Condvar::new(), writing: Mutex::new(()) });
         shared.write()?;
         let other = shared.clone();
@@ -221,6 +229,17 @@ impl Beat {
     }
 }
 
+#[cfg(test)]
+impl Beat {
+    /// No sign from now on, not even a last one.
+    pub fn die(&self) {
+        let mut state = self.shared.state();
+        (state.is_over, state.is_dead) = (true, true);
+        drop(state);
+        self.shared.changed.notify_all();
+    }
+}
+
 impl Drop for Beat {
     fn drop(&mut self) {
         {
@@ -245,7 +264,13 @@ impl Shared {
     fn write(&self) -> Result<(), ResultsError> {
         let _one = self.writing.lock().unwrap_or_else(PoisonError::into_inner);
         let begin = Instant::now();
-        let report = self.state().report.clone();
+        let report = {
+            let state = self.state();
+            if state.is_dead {
+                return Ok(());
+            }
+            state.report.clone()
+        };
         let mut text = serde_json::to_string(&report).unwrap_or_default();
         if report.has_left {
             let missing = (LEFT_SIZE as usize).saturating_sub(text.len() + 1);

@@ -72,6 +72,14 @@ impl<'a> Jobs<'a> {
         })
     }
 
+    /// Whether to take another chunk costs nothing. What a batch holds is claimed at once: others could solve the rest.
+    fn has_ready(&self) -> bool {
+        match &self.chunks {
+            Chunks::Listed(_) => true,
+            Chunks::Claimed(claims) => claims.has_ready(),
+        }
+    }
+
     fn goes_on(&self) -> bool {
         !self.options.is_interrupted() && !self.is_over.load(Ordering::Relaxed)
     }
@@ -89,6 +97,9 @@ impl<'a> Jobs<'a> {
                 (Some(piece), _) => {
                     job.push(piece);
                     room -= piece.len;
+                    if !self.has_ready() {
+                        break;
+                    }
                 }
                 // What is there need not wait for more.
                 (None, Some(_)) if !job.is_empty() => break,

@@ -6,6 +6,7 @@ mod common;
 mod bad_input;
 mod bench_report;
 mod branches;
+mod clusters;
 mod control;
 mod experiment;
 mod faults;

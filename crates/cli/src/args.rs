@@ -89,6 +89,9 @@ pub struct RunArguments {
     /// Solve the first N samples only
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     pub limit: Option<u64>,
+    /// Samples in a part [default: 65536, or 2048 where every equilibrium is wanted]; all shards and workers take the same
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    pub part_size: Option<u64>,
     /// No progress and no summary
     #[arg(long)]
     pub quiet: bool,

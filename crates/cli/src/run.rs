@@ -44,6 +44,7 @@ pub fn run(arguments: &RunArguments) -> Result<Exit, CommandError> {
     let share = &arguments.share;
     let job = job.limit(arguments.limit).interrupt(interrupted).warn(&warn);
     let job = job.drain(signals::listen_for_drain(share.join)).mixed_methods(share.mixed_methods);
+    let job = job.part_size(arguments.part_size);
     let drawn = Mutex::new(None);
     let draw = |spec: &SweepSpec, rows: &Reduction| {
         let files = figures.draw_reduction(spec, rows, &out);

@@ -9,7 +9,7 @@ use std::time::Duration;
 pub struct ShareArguments {
     /// Share the run with every other worker that joins it, on whatever machine: each claims chunks, those of dead
     /// workers are taken over, and all end together
-    #[arg(long, conflicts_with_all = ["shard", "limit"])]
+    #[arg(long, conflicts_with = "shard")]
     pub join: bool,
     /// Seconds without a sign after which a worker is taken for dead; the first worker settles it [default: 60]
     #[arg(long, value_name = "SECONDS", requires = "join", value_parser = clap::value_parser!(u64).range(1..=86400))]
