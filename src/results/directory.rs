@@ -1,17 +1,18 @@
 //! A result directory: its identity, what lies in it, who may write to it.
 
 use super::error::ResultsError;
+use super::manifest::Manifest;
 use super::parts::{self, FileMetadata, PartInfo};
 use super::store::{Entry, Store};
 use crate::backend::Precision;
-use crate::spec::{Format, RESOLVED_TABLE, SolutionMethod, SweepSpec};
+use crate::files;
+use crate::spec::{Format, RESOLVED_TABLE, Shard, SolutionMethod, SweepSpec};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use xxhash_rust::xxh3::xxh3_128;
 
 pub(crate) const RUN_FILE: &str = "run.json";
 pub(crate) const SWEEP_FILE: &str = "sweep.toml";
-pub(crate) const MANIFEST_FILE: &str = "manifest.json";
 /// Scene of the sample with the largest spot-check error, for `solve`.
 pub const WORST_FILE: &str = "spot-check-worst.toml";
 /// Voxels of a run without rows.
@@ -90,6 +91,16 @@ impl RunRecord {
         (start, self.chunk.min(self.sample_count.saturating_sub(start)))
     }
 
+    /// Samples of a shard.
+    pub fn samples_of(&self, shard: Shard) -> u64 {
+        let count = self.chunk_count();
+        let first = shard.index.checked_sub(1).filter(|first| *first < count && shard.count > 0);
+        let Some(first) = first else { return 0 };
+        let chunks = (count - 1 - first) / shard.count + 1;
+        let short = if shard.owns(count - 1) { self.chunk - self.chunk_range(count - 1).1 } else { 0 };
+        chunks.saturating_mul(self.chunk) - short
+    }
+
     /// Format of the parts.
     pub fn format(&self) -> Format {
         Format::ALL.into_iter().find(|format| format.name() == self.format).unwrap_or(Format::Parquet)
@@ -116,11 +127,25 @@ impl RunRecord {
         if self.chunk == 0 || self.sample_count == 0 || self.sample_count > format.most_samples() {
             return Err(format!("no run has {} samples in parts of {}", self.sample_count, self.chunk));
         }
-        // Other versions may have hashed more, or less.
-        if self.version == env!("CARGO_PKG_VERSION") && self.run_id != self.id() {
-            return Err("its run id does not fit what it says: it has been changed".into());
+        if !self.is_old() && self.run_id != self.id() {
+            return Err("its run id does not fit what it says: it has been changed, or is of another version".into());
         }
         Ok(())
+    }
+
+    /// Refuses a resolved sweep, and its table, that are not those of the run.
+    pub(crate) fn check_sweep(&self, store: &dyn Store, sweep: &str, table: Option<&str>) -> Result<(), ResultsError> {
+        let hash = format!("{:032x}", xxh3_128((sweep.to_owned() + table.unwrap_or_default()).as_bytes()));
+        if self.is_old() || hash == self.input {
+            return Ok(());
+        }
+        let reason = "it is not the sweep that was run: it has been changed".into();
+        Err(ResultsError::Damaged { path: store.path(SWEEP_FILE), reason })
+    }
+
+    /// Version 0.1 hashed less.
+    fn is_old(&self) -> bool {
+        self.version.starts_with("0.1.")
     }
 
     /// Hash of all but the id.
@@ -179,6 +204,27 @@ pub(crate) fn open(store: &dyn Store, record: &RunRecord, spec: &SweepSpec, resu
     store.put(SWEEP_FILE, spec.to_toml().as_bytes())
 }
 
+/// Where a run without rows keeps its voxels: the measured workspace may have taken their name.
+pub(crate) fn voxel_file(store: &dyn Store) -> Result<&'static str, ResultsError> {
+    Ok(if store.head(TOUCHED_FILE)?.is_some() { TOUCHED_FILE } else { WORKSPACE_FILE })
+}
+
+/// Refuses a directory that holds another shard of a run without rows: there its numbers would be lost.
+pub(crate) fn check_shard(store: &dyn Store, record: &RunRecord, shard: Shard) -> Result<(), ResultsError> {
+    let theirs = match Manifest::find(store)? {
+        Some(manifest) => manifest.run.map(|run| run.shard),
+        None => match parts::check_run_table(store, voxel_file(store)?, &record.run_id)? {
+            Some(kept) => kept.shard,
+            None => return Ok(()),
+        },
+    };
+    if theirs == Some(shard) {
+        return Ok(());
+    }
+    let theirs = theirs.map_or("that of shards put together".into(), |shard| shard.to_string());
+    Err(ResultsError::Mismatch { dir: store.place(), what: "shard", theirs, ours: shard.to_string() })
+}
+
 /// Parts of a directory by chunk: sound ones, and names of damaged ones with the reason.
 pub(crate) struct Parts {
     pub sound: BTreeMap<u64, PartInfo>,
@@ -204,6 +250,10 @@ pub(crate) fn parts(store: &dyn Store, record: &RunRecord) -> Result<Parts, Resu
 /// Whether a part is whole, of this run, and holds its chunk's samples.
 fn check(store: &dyn Store, entry: &Entry, chunk: u64, record: &RunRecord) -> Result<PartInfo, ResultsError> {
     let damaged = |reason: &str| ResultsError::Damaged { path: store.path(&entry.name), reason: reason.into() };
+    if !entry.is_file {
+        let what = files::irregular(&store.path(&entry.name)).unwrap_or("not a file");
+        return Err(damaged(&format!("it is {what}")));
+    }
     let info = parts::look_at_part(store, entry, record.format())?;
     if info.run_id != record.run_id {
         return Err(damaged("it belongs to another run"));

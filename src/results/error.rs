@@ -99,6 +99,14 @@ pub enum ResultsError {
         /// Number of the first that is missing, from 0.
         first: u64,
     },
+    /// A shard that cannot be put together with the others.
+    #[error("{} cannot be merged: {reason}", dir.display())]
+    Unmergeable {
+        /// The directory.
+        dir: PathBuf,
+        /// Why not, and what to do.
+        reason: String,
+    },
     /// A file of the run is not what was written.
     #[error("{} is damaged: {reason}; remove it and resume the run", path.display())]
     Damaged {
@@ -137,6 +145,7 @@ impl ResultsError {
                 | ResultsError::NotBegun { .. }
                 | ResultsError::Identity { .. }
                 | ResultsError::MissingParts { .. }
+                | ResultsError::Unmergeable { .. }
                 | ResultsError::Damaged { .. }
                 | ResultsError::Table { .. }
         )

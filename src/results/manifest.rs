@@ -1,6 +1,5 @@
 //! `manifest.json`: what is known of a run once it has ended. Everything in it can be made again from the parts.
 
-use super::directory::MANIFEST_FILE;
 use super::error::ResultsError;
 use super::outcome::{AnchorAccount, BranchCounts, PilotChoice, SampleOrigin, SpotCheck, Timings, number_or_null};
 use super::store::{Store, store_at};
@@ -10,6 +9,8 @@ use crate::spec::{Shard, SolutionMethod};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+
+pub(crate) const MANIFEST_FILE: &str = "manifest.json";
 
 /// The account of a run, or of shards put together.
 #[derive(Clone, Debug, Serialize, Deserialize)]

@@ -1,7 +1,7 @@
 //! Part files: encode in memory, write whole or not at all, read back, check.
 //!
-//! A Parquet part carries the XXH3 of its data pages and its counts in the footer. A CSV or NPZ part has them in a sidecar
-//! `<part>.<XXH3>.json`, written before it. The name of the sidecar tells which bytes it is of, so that a part with another
+//! A Parquet part carries the XXH3 of its data pages and its counts in the footer, which carries one of itself. A CSV or NPZ
+//! part has them in a sidecar `<part>.<XXH3>.json`, written before it and likewise sealed: every byte is covered. The name of the sidecar tells which bytes it is of, so that a part with another
 //! writer's bytes never meets it: the part's own name is the one commit record.
 
 use super::error::ResultsError;
@@ -9,7 +9,7 @@ use super::layout::BRANCH_COLUMN;
 use super::reduce::failures;
 use super::store::{Entry, Store, store_at, store_of};
 use crate::model::Status;
-use crate::spec::{Format, SolutionMethod};
+use crate::spec::{Format, Shard, SolutionMethod};
 use crate::table::{self, Table, TableError};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -39,9 +39,24 @@ pub(crate) struct PartInfo {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub method: Option<SolutionMethod>,
     pub checksum: String,
+    /// Of a table that a run without rows keeps: which samples its numbers are of; `None` where shards were put together.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shard: Option<Shard>,
+    /// In a sidecar: hash of all the rest. In Parquet the footer has one.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub seal: String,
 }
 
 impl PartInfo {
+    fn own_seal(&self) -> String {
+        let rest = PartInfo { seal: String::new(), ..self.clone() };
+        format!("{:016x}", xxh3_64(serde_json::to_string(&rest).unwrap_or_default().as_bytes()))
+    }
+
+    fn is_sealed(&self) -> bool {
+        self.seal == self.own_seal()
+    }
+
     pub fn sample_count(&self) -> u64 {
         self.samples.unwrap_or(self.rows)
     }
@@ -91,6 +106,8 @@ pub(crate) fn info_of(table: &Table, metadata: &FileMetadata) -> PartInfo {
         engine: metadata.engine.clone(),
         method: metadata.method,
         checksum: String::new(),
+        shard: None,
+        seal: String::new(),
     }
 }
 
@@ -124,12 +141,16 @@ pub(crate) fn place_part(
     store: &dyn Store,
     name: &str,
     format: Format,
-    info: PartInfo,
+    mut info: PartInfo,
     bytes: &[u8],
 ) -> Result<(PartInfo, bool), ResultsError> {
     if format != Format::Parquet {
-        let text = serde_json::to_string(&info).unwrap_or_default();
-        store.create(&sidecar(name, bytes), text.as_bytes())?;
+        info.seal = info.own_seal();
+        let (sidecar, text) = (sidecar(name, bytes), serde_json::to_string(&info).unwrap_or_default());
+        let is_sound = |text: Vec<u8>| serde_json::from_slice(&text).is_ok_and(|info: PartInfo| info.is_sealed());
+        if !store.create(&sidecar, text.as_bytes())? && !store.get(&sidecar)?.is_some_and(is_sound) {
+            store.put(&sidecar, text.as_bytes())?;
+        }
     }
     if store.create(name, bytes)? { Ok((info, true)) } else { Ok((check_part(store, name, format)?, false)) }
 }
@@ -157,25 +178,26 @@ fn encode_parquet(
 pub(crate) fn check_part(store: &dyn Store, name: &str, format: Format) -> Result<PartInfo, ResultsError> {
     let path = store.path(name);
     let damaged = |reason: &str| ResultsError::Damaged { path: path.clone(), reason: reason.into() };
-    let bytes = match store.get(name) {
-        Err(ResultsError::Io { reason, .. }) if reason.starts_with("it is a ") => return Err(damaged(&reason)),
-        bytes => bytes?.ok_or_else(|| damaged("it is gone"))?,
-    };
+    let bytes = store.get(name)?.ok_or_else(|| damaged("it is gone"))?;
     if format == Format::Parquet {
-        let (info, rows) = said_by_footer(&bytes, &path)?;
-        return match data_length(&info).and_then(|length| bytes.get(..length)) {
-            Some(data) if checksum(data) == info.checksum && rows == info.rows => Ok(info),
+        let said = said_by_footer(&bytes, &path)?;
+        return match data_length(&said.info).and_then(|length| bytes.split_at_checked(length)) {
+            Some((data, rest)) if checksum(data) == said.info.checksum && said.is_sound(rest) => Ok(said.info),
             _ => Err(damaged("the checksum differs")),
         };
     }
-    // Versions before 0.3 had one sidecar a part.
-    let text = match store.get(&sidecar(name, &bytes))? {
-        Some(text) => Some(text),
-        None => store.get(&format!("{name}.json"))?,
+    // Version 0.1 had one sidecar a part, without a seal.
+    let (text, is_old) = match store.get(&sidecar(name, &bytes))? {
+        Some(text) => (Some(text), false),
+        None => (store.get(&format!("{name}.json"))?, true),
     };
     let text = text.ok_or_else(|| damaged("it is not what was written: no checksum file is of its bytes"))?;
     let info: PartInfo = serde_json::from_slice(&text).map_err(|_| damaged("its checksum file cannot be read"))?;
-    if info.checksum == checksum(&bytes) { Ok(info) } else { Err(damaged("the checksum differs")) }
+    if info.checksum == checksum(&bytes) && (is_old || info.is_sealed()) {
+        Ok(info)
+    } else {
+        Err(damaged("the checksum differs"))
+    }
 }
 
 /// What a part says about itself, without reading all of one that is far away: the store keeps its bytes as they are.
@@ -192,19 +214,42 @@ pub(crate) fn look_at_part(store: &dyn Store, entry: &Entry, format: Format) -> 
     if length > end.len() as u64 {
         end = store.get_range(name, entry.size.saturating_sub(length)..entry.size)?;
     }
-    let (info, rows) = said_by_footer(&end, &path)?;
-    // Between the two lies what the format knows about pages.
-    let is_whole = data_length(&info).is_some_and(|data| data as u64 + length <= entry.size) && rows == info.rows;
-    if is_whole { Ok(info) } else { Err(ResultsError::Damaged { path, reason: "its length differs".into() }) }
+    let said = said_by_footer(&end, &path)?;
+    let damaged = |reason: &str| ResultsError::Damaged { path: path.clone(), reason: reason.into() };
+    let start = data_length(&said.info).map_or(u64::MAX, |length| length as u64);
+    if start > entry.size {
+        return Err(damaged("its length differs"));
+    }
+    let fetched = end.len() as u64;
+    if entry.size - start > fetched {
+        end = store.get_range(name, start..entry.size)?;
+    }
+    let rest = end.len().checked_sub((entry.size - start) as usize).and_then(|from| end.get(from..));
+    if rest.is_some_and(|rest| said.is_sound(rest)) { Ok(said.info) } else { Err(damaged("the checksum differs")) }
 }
 
-/// What the footer of a part says, and its number of rows.
-fn said_by_footer(bytes: &[u8], path: &Path) -> Result<(PartInfo, u64), ResultsError> {
+/// What the footer of a part says.
+struct Said {
+    info: PartInfo,
+    rows: u64,
+    /// Written by a version whose footers carry no checksum.
+    is_old: bool,
+}
+
+impl Said {
+    /// Whether all that follows the data is as it was written.
+    fn is_sound(&self, after_data: &[u8]) -> bool {
+        self.rows == self.info.rows && table::parquet::is_sealed(after_data).unwrap_or(self.is_old)
+    }
+}
+
+fn said_by_footer(bytes: &[u8], path: &Path) -> Result<Said, ResultsError> {
     let damaged = |reason: &str| ResultsError::Damaged { path: path.into(), reason: reason.into() };
     let footer = table::parquet::footer(bytes).map_err(ResultsError::table(path))?;
     let text = footer.get(PART_KEY).ok_or_else(|| damaged("its footer has no checksum"))?;
     let info = serde_json::from_str(text).map_err(|error| damaged(&error.to_string()))?;
-    Ok((info, footer.row_count))
+    let is_old = footer.get("rodsweep.version").is_some_and(|version| version.starts_with("0.1."));
+    Ok(Said { info, rows: footer.row_count, is_old })
 }
 
 /// Bytes that the checksum is of.
@@ -256,17 +301,41 @@ impl table::parquet::ByteSource for Part {
     }
 }
 
+/// What the tables that a run without rows keeps are of.
+pub(crate) struct Kept {
+    /// `None`: shards put together.
+    pub shard: Option<Shard>,
+    pub samples: u64,
+    /// Rows by status code.
+    pub counts: [u64; Status::ALL.len()],
+}
+
 /// Writes a table of a run that is not a part (voxels, tips) as Parquet, replacing what is there.
 pub(crate) fn write_run_table(
     store: &dyn Store,
     name: &str,
     table: &Table,
     metadata: &FileMetadata,
+    kept: &Kept,
 ) -> Result<(), ResultsError> {
-    let mut info = info_of(table, metadata);
+    let of_table = info_of(table, metadata);
+    let mut info = PartInfo { samples: Some(kept.samples), counts: kept.counts.into(), shard: kept.shard, ..of_table };
     let mut bytes = Vec::new();
     encode_parquet(table, metadata, &mut info, &mut bytes).map_err(ResultsError::table(&store.path(name)))?;
     store.put(name, &bytes)
+}
+
+/// Checks a table that a run without rows keeps; `None`: it is not there.
+pub(crate) fn check_run_table(store: &dyn Store, name: &str, run_id: &str) -> Result<Option<PartInfo>, ResultsError> {
+    if store.head(name)?.is_none() {
+        return Ok(None);
+    }
+    let info = check_part(store, name, Format::Parquet)?;
+    if info.run_id != run_id {
+        let reason = "it belongs to another run".into();
+        return Err(ResultsError::Damaged { path: store.path(name), reason });
+    }
+    Ok(Some(info))
 }
 
 /// Writes a table, replacing what is there: Parquet if the name ends in `.parquet`, else CSV, which has no place for

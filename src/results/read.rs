@@ -10,7 +10,7 @@ use super::store::{self, Store};
 use super::workers::{self, Worker};
 use crate::backend::Precision;
 use crate::model::{Status, closest};
-use crate::spec::{Format, RESOLVED_TABLE, SolutionMethod, SweepSpec};
+use crate::spec::{BranchChoice, Format, RESOLVED_TABLE, SolutionMethod, SweepSpec};
 use crate::table::{Column, Table};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -49,7 +49,7 @@ pub struct DirectoryStatus {
     pub parts_total: u64,
     /// Sound parts.
     pub parts_done: u64,
-    /// Chunks without a sound part.
+    /// Chunks without a sound part. Of a run without rows, which keeps all or nothing, only the first.
     pub missing: Vec<u64>,
     /// Damaged parts and what is wrong with them.
     pub damaged: Vec<(PathBuf, String)>,
@@ -90,6 +90,7 @@ impl Results {
         let Some(text) = text(store.as_ref(), SWEEP_FILE)? else { return Err(ResultsError::NotBegun { dir }) };
         let table = self::text(store.as_ref(), RESOLVED_TABLE)?;
         let tables: Vec<(&str, &str)> = table.iter().map(|text| (RESOLVED_TABLE, text.as_str())).collect();
+        record.check_sweep(store.as_ref(), &text, table.as_deref())?;
         let spec = SweepSpec::parse_with(&store.path(SWEEP_FILE), &text, &tables)?;
         let precision = if record.precision == Precision::F32.name() { Precision::F32 } else { Precision::F64 };
         let columns = Layout::new(&spec, precision).empty().clone();
@@ -136,6 +137,9 @@ impl Results {
     ///
     /// A directory that cannot be listed or read.
     pub fn status(&self) -> Result<DirectoryStatus, ResultsError> {
+        if !self.has_rows() {
+            return self.status_without_rows();
+        }
         let parts = directory::parts(self.store.as_ref(), &self.record)?;
         let mut counts = [0; Status::ALL.len()];
         for info in parts.sound.values() {
@@ -151,7 +155,7 @@ impl Results {
         }
         engines.remove("");
         methods.remove("");
-        let parts_total = if self.has_rows() { self.record.chunk_count() } else { 0 };
+        let parts_total = self.record.chunk_count();
         Ok(DirectoryStatus {
             parts_total,
             parts_done: parts.sound.len() as u64,
@@ -176,6 +180,38 @@ impl Results {
         let chunks = listed.iter().filter_map(|entry| parts::part_chunk(&entry.name, self.record.format()));
         let sizes = chunks.map(|chunk| self.record.chunk_range(chunk).1).filter(|size| *size > 0);
         Ok(sizes.fold((0, 0), |(parts, samples), size| (parts + 1, samples + size)))
+    }
+
+    /// What the tables say that a run without rows keeps: all of it, or nothing.
+    fn status_without_rows(&self) -> Result<DirectoryStatus, ResultsError> {
+        let store = self.store.as_ref();
+        let mut status = DirectoryStatus {
+            parts_total: 0,
+            parts_done: 0,
+            missing: Vec::new(),
+            samples_done: 0,
+            every_branch: self.spec.branch == BranchChoice::All,
+            damaged: Vec::new(),
+            counts: [0; Status::ALL.len()],
+            engines: BTreeMap::new(),
+            methods: BTreeMap::new(),
+            record: self.record.clone(),
+        };
+        for name in [directory::voxel_file(store)?, TIPS_FILE] {
+            match parts::check_run_table(store, name, &self.record.run_id) {
+                Ok(Some(kept)) => {
+                    status.samples_done = kept.sample_count();
+                    status.counts.iter_mut().zip(&kept.counts).for_each(|(to, from)| *to = *from);
+                }
+                Ok(None) => status.missing = vec![0],
+                Err(ResultsError::Damaged { path, reason }) => status.damaged.push((path, reason)),
+                Err(error) => return Err(error),
+            }
+        }
+        if !status.damaged.is_empty() {
+            status.missing = vec![0];
+        }
+        Ok(status)
     }
 
     /// Who works on the run, or has done so, the last seen first; none where no worker has joined it.
@@ -310,14 +346,12 @@ impl Results {
     pub fn voxels(&self, voxel: f64) -> Result<Table, ResultsError> {
         match self.has_rows() {
             true => Ok(self.reduce(voxel)?.voxel_table()),
-            false => match self.store.head(directory::TOUCHED_FILE)? {
-                Some(_) => self.run_table(directory::TOUCHED_FILE),
-                None => self.run_table(directory::WORKSPACE_FILE),
-            },
+            false => self.run_table(directory::voxel_file(self.store.as_ref())?),
         }
     }
 
     fn run_table(&self, name: &str) -> Result<Table, ResultsError> {
+        parts::check_run_table(self.store.as_ref(), name, &self.record.run_id)?;
         parts::read_part(&self.store, name, Format::Parquet, &[], &Table::default())
     }
 

@@ -26,13 +26,7 @@ impl<'a> Missing<'a> {
 
     /// Samples of the whole shard.
     pub fn samples_of_shard(self) -> u64 {
-        let (count, first) = (self.record.chunk_count(), self.shard.index - 1);
-        if first >= count {
-            return 0;
-        }
-        let chunks = (count - 1 - first) / self.shard.count + 1;
-        let short = if self.shard.owns(count - 1) { self.record.chunk - self.size(count - 1) } else { 0 };
-        chunks.saturating_mul(self.record.chunk) - short
+        self.record.samples_of(self.shard)
     }
 
     /// Samples of the shard that are there.

@@ -7,7 +7,7 @@ use crate::results::claims::{ClaimState, Claims};
 use crate::results::directory::{self, TIPS_FILE, WORKSPACE_FILE, WORST_FILE};
 use crate::results::layout;
 use crate::results::merge;
-use crate::results::parts::{self, FileMetadata};
+use crate::results::parts::{self, FileMetadata, Kept};
 use crate::results::workers::Beat;
 use crate::results::{Manifest, Reduction, Results, ResultsError, RunRecord, Store, WorkerReport, store_at};
 use crate::spec::{Format, Shard, SolutionMethod, SweepSpec};
@@ -102,6 +102,7 @@ pub struct ResultDirectory {
     worker: Option<(Arc<Beat>, Arc<ClaimState>)>,
     format: Format,
     metadata: Option<FileMetadata>,
+    record: Option<RunRecord>,
     /// Rows by the engine that made them.
     engines: BTreeMap<String, u64>,
     /// Memory to encode in.
@@ -119,6 +120,7 @@ impl ResultDirectory {
             worker: None,
             format: Format::None,
             metadata: None,
+            record: None,
             engines: BTreeMap::new(),
             bytes: Vec::new(),
         }
@@ -164,6 +166,7 @@ impl RowSink for ResultDirectory {
             ..directory::metadata(spec, record)
         };
         self.metadata = Some(metadata);
+        self.record = Some(record.clone());
         self.engines.clear();
         let mut found = Found::default();
         if let Some(silence) = self.join {
@@ -176,6 +179,7 @@ impl RowSink for ResultDirectory {
             return Ok(found);
         }
         if spec.format == Format::None {
+            directory::check_shard(store.as_ref(), record, run.shard)?;
             return Ok(found);
         }
         let there = directory::parts(store.as_ref(), record)?;
@@ -210,8 +214,14 @@ impl RowSink for ResultDirectory {
         let store = store.as_ref();
         let RunEnd { spec, reduction, .. } = *end;
         if spec.format == Format::None && end.manifest.complete {
-            parts::write_run_table(store, WORKSPACE_FILE, &reduction.voxel_table(), metadata)?;
-            parts::write_run_table(store, TIPS_FILE, &reduction.tips, metadata)?;
+            // Another shard may have ended here meanwhile.
+            let shard = end.manifest.run.as_ref().map(|run| run.shard);
+            if let Some((record, shard)) = self.record.as_ref().zip(shard) {
+                directory::check_shard(store, record, shard)?;
+            }
+            let kept = Kept { shard, samples: reduction.sample_count, counts: reduction.counts };
+            parts::write_run_table(store, WORKSPACE_FILE, &reduction.voxel_table(), metadata, &kept)?;
+            parts::write_run_table(store, TIPS_FILE, &reduction.tips, metadata, &kept)?;
         }
         if let Some((beat, state)) = self.worker.take() {
             let text = serde_json::to_string_pretty(end.manifest).unwrap_or_default() + "\n";

@@ -10,6 +10,7 @@ mod claims;
 mod faults;
 mod foreign_tables;
 mod fuzz;
+mod integrity;
 mod laws;
 mod method;
 mod same_rows;

@@ -6,6 +6,7 @@ use super::{CommandError, Exit, print, say, signals};
 use rodsweep::model::Status;
 use rodsweep::report::count;
 use rodsweep::results::{self, DirectoryStatus, Results, Worker};
+use rodsweep::spec::Format;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
@@ -110,13 +111,15 @@ pub fn merge(directories: &[PathBuf], out: &Path) -> Result<Exit, CommandError> 
 }
 
 fn describe(directory: &Path, status: &DirectoryStatus) -> String {
-    let mut text = format!(
-        "{}: {} of {} parts done, {} samples\n",
-        directory.display(),
-        status.parts_done,
-        status.parts_total,
-        count(status.samples_done)
-    );
+    let (place, samples) = (directory.display(), count(status.samples_done));
+    let has_rows = status.record.format() != Format::None;
+    let mut text = match (has_rows, status.is_complete()) {
+        (true, _) => {
+            format!("{place}: {} of {} parts done, {samples} samples\n", status.parts_done, status.parts_total)
+        }
+        (false, true) => format!("{place}: done, {samples} samples without rows\n"),
+        (false, false) => format!("{place}: not done, and a run without rows keeps none before its end\n"),
+    };
     if status.every_branch {
         text += &format!("every equilibrium: {} rows\n", count(status.counts.iter().sum()));
     }
@@ -134,7 +137,7 @@ fn describe(directory: &Path, status: &DirectoryStatus) -> String {
     for (path, reason) in &status.damaged {
         text += &format!("damaged: {}: {reason}\n", path.display());
     }
-    if !status.is_complete() {
+    if !status.is_complete() && has_rows {
         text += &format!("left: {} parts; `rodsweep run ... --resume` goes on\n", status.missing.len());
     }
     text

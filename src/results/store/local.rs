@@ -47,7 +47,7 @@ impl Local {
         let placed = written.and_then(|()| place(&temporary, &path));
         let _ = fs::remove_file(&temporary);
         let placed = placed.map_err(ResultsError::io(&path, "writing"))?;
-        sync_folder(folder);
+        sync_folder(folder).map_err(ResultsError::io(&path, "writing"))?;
         Ok(placed)
     }
 
@@ -125,7 +125,8 @@ impl Store for Local {
         let mut found = Vec::new();
         for item in entries {
             let item = item.map_err(ResultsError::io(&dir, "listing"))?;
-            match item.metadata() {
+            // What a link leads to, or the link itself.
+            match fs::metadata(item.path()).or_else(|_| item.metadata()) {
                 Ok(metadata) => found.push(entry(&item.file_name().to_string_lossy(), &metadata)),
                 // Somebody else's temporary file.
                 Err(error) if error.kind() == ErrorKind::NotFound => {}
@@ -149,7 +150,7 @@ impl Store for Local {
             return Ok(false);
         }
         fs::rename(&from, &to).map_err(ResultsError::io(&from, "moving"))?;
-        sync_folder(&self.dir);
+        sync_folder(&self.dir).map_err(ResultsError::io(&from, "moving"))?;
         Ok(true)
     }
 
@@ -189,10 +190,16 @@ fn link(temporary: &Path, path: &Path) -> std::io::Result<bool> {
         Ok(()) => Ok(true),
         // Over a network the reply to a link that was made may have been lost, and the link asked for again.
         Err(error) if error.kind() == ErrorKind::AlreadyExists => Ok(is_same_file(temporary, path)),
-        // A file system without hard links.
+        Err(error) if !has_no_links(&error) => Err(error),
         Err(_) if path.exists() => Ok(false),
         Err(_) => fs::rename(temporary, path).map(|()| true),
     }
+}
+
+/// Whether a file system knows no hard links; other errors are no reason to do without them.
+fn has_no_links(error: &Error) -> bool {
+    use ErrorKind::{InvalidInput, PermissionDenied, TooManyLinks, Unsupported};
+    matches!(error.kind(), InvalidInput | PermissionDenied | TooManyLinks | Unsupported)
 }
 
 #[cfg(unix)]
@@ -208,9 +215,16 @@ fn is_same_file(_: &Path, _: &Path) -> bool {
 }
 
 /// Makes a new name in a folder survive a power loss, where the system can.
-fn sync_folder(folder: &Path) {
+fn sync_folder(folder: &Path) -> std::io::Result<()> {
     let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-    if let Ok(folder) = File::open(folder) {
-        let _ = folder.sync_all();
+    let Ok(folder) = File::open(folder) else { return Ok(()) };
+    match folder.sync_all() {
+        Err(error) if !cannot_sync(&error) => Err(error),
+        _ => Ok(()),
     }
+}
+
+/// Whether a system has no such thing for folders.
+fn cannot_sync(error: &Error) -> bool {
+    matches!(error.kind(), ErrorKind::InvalidInput | ErrorKind::PermissionDenied | ErrorKind::Unsupported)
 }

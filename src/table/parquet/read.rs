@@ -92,20 +92,7 @@ pub fn read(path: &Path, names: &[&str]) -> Result<Table, TableError> {
 /// As [`read`].
 pub fn read_from(source: Arc<dyn ByteSource>, names: &[&str]) -> Result<Table, TableError> {
     let is_wanted = |name: &str| names.is_empty() || names.contains(&name);
-    let ranges = Ranges::new(source);
-    let table = open(&ranges).and_then(|file| {
-        ranges.fetch(wanted_ranges(&file, &is_wanted));
-        read_columns(&file, &is_wanted, &|kind| Ok(kind), "numbers, flags or text")
-    });
-    // What the system refuses is no fault of the file.
-    match ranges.failure() {
-        Some(error) => Err(error.into()),
-        None => table,
-    }
-}
-
-fn open(ranges: &Ranges) -> Result<SerializedFileReader<Ranges>, TableError> {
-    SerializedFileReader::new(ranges.clone()).map_err(|error| damaged(FORMAT, error))
+    read_wanted(source, &is_wanted, &|_| Ok(()), &Ok)
 }
 
 /// Every column of a file of numbers. A small file may stand for very many of them: at most so many are read.
@@ -114,26 +101,43 @@ fn open(ranges: &Ranges) -> Result<SerializedFileReader<Ranges>, TableError> {
 ///
 /// As [`read`], a column of anything but numbers, or more numbers.
 pub fn read_numbers(path: &Path, most: u64) -> Result<Table, TableError> {
-    let file = open(&Ranges::new(Arc::new(LocalFile::open(path)?)))?;
-    let metadata = file.metadata().file_metadata();
-    let (rows, columns) = (Footer::of(metadata).row_count, metadata.schema_descr().num_columns() as u64);
     let of_numbers = |kind| match kind {
         Kind::Text => Err("text"),
         Kind::Flag => Err("true or false"),
         kind => Ok(kind),
     };
-    if rows.saturating_mul(columns) > most {
-        return Err(TableError::TooLarge { rows, columns, most });
-    }
-    read_columns(&file, &|_| true, &of_numbers, "numbers")
+    let is_moderate = |metadata: &FileMetaData| {
+        let (rows, columns) = (Footer::of(metadata).row_count, metadata.schema_descr().num_columns() as u64);
+        if rows.saturating_mul(columns) > most { Err(TableError::TooLarge { rows, columns, most }) } else { Ok(()) }
+    };
+    read_wanted(Arc::new(LocalFile::open(path)?), &|_| true, &is_moderate, &of_numbers)
 }
 
-fn read_columns(
-    file: &SerializedFileReader<Ranges>,
+/// Columns by name, of kinds that are allowed, of a file that is.
+fn read_wanted(
+    source: Arc<dyn ByteSource>,
     is_wanted: &dyn Fn(&str) -> bool,
+    check: &dyn Fn(&FileMetaData) -> Result<(), TableError>,
     allowed: &dyn Fn(Kind) -> Result<Kind, &'static str>,
-    expected: &'static str,
 ) -> Result<Table, TableError> {
+    let ranges = Ranges::new(source);
+    let table = read_ranges(&ranges, is_wanted, check, allowed);
+    // What the system refuses is no fault of the file.
+    match ranges.failure() {
+        Some(error) => Err(error.into()),
+        None => table,
+    }
+}
+
+fn read_ranges(
+    ranges: &Ranges,
+    is_wanted: &dyn Fn(&str) -> bool,
+    check: &dyn Fn(&FileMetaData) -> Result<(), TableError>,
+    allowed: &dyn Fn(Kind) -> Result<Kind, &'static str>,
+) -> Result<Table, TableError> {
+    let file = SerializedFileReader::new(ranges.clone()).map_err(|error| damaged(FORMAT, error))?;
+    check(file.metadata().file_metadata())?;
+    ranges.fetch(wanted_ranges(&file, is_wanted));
     let footer = Footer::of(file.metadata().file_metadata());
     let units = footer.get(arrow_schema::KEY).map(arrow_schema::units).unwrap_or_default();
     let mut table = Table::default();
@@ -143,8 +147,9 @@ fn read_columns(
             continue;
         }
         let kind = Kind::of(column).and_then(allowed);
+        let expected = "numbers, flags or text";
         let kind = kind.map_err(|found| TableError::Kind { column: name.into(), found, expected })?;
-        let reader = Reader { file, column: index, rows: footer.row_count as usize };
+        let reader = Reader { file: &file, column: index, rows: footer.row_count as usize };
         reader.check_codec()?;
         // The crate trusts some lengths within pages, and panics where they are damaged.
         let values = catch_unwind(AssertUnwindSafe(|| reader.values(kind, name)))
