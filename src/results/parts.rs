@@ -53,8 +53,10 @@ impl PartInfo {
         format!("{:016x}", xxh3_64(serde_json::to_string(&rest).unwrap_or_default().as_bytes()))
     }
 
-    fn is_sealed(&self) -> bool {
-        self.seal == self.own_seal()
+    /// Of a sidecar, if it is to the byte what was written.
+    fn of_sidecar(text: &[u8]) -> Option<PartInfo> {
+        let info: PartInfo = serde_json::from_slice(text).ok()?;
+        (info.seal == info.own_seal() && serde_json::to_vec(&info).is_ok_and(|own| own == text)).then_some(info)
     }
 
     pub fn sample_count(&self) -> u64 {
@@ -147,7 +149,7 @@ pub(crate) fn place_part(
     if format != Format::Parquet {
         info.seal = info.own_seal();
         let (sidecar, text) = (sidecar(name, bytes), serde_json::to_string(&info).unwrap_or_default());
-        let is_sound = |text: Vec<u8>| serde_json::from_slice(&text).is_ok_and(|info: PartInfo| info.is_sealed());
+        let is_sound = |text: Vec<u8>| PartInfo::of_sidecar(&text).is_some();
         if !store.create(&sidecar, text.as_bytes())? && !store.get(&sidecar)?.is_some_and(is_sound) {
             store.put(&sidecar, text.as_bytes())?;
         }
@@ -192,12 +194,9 @@ pub(crate) fn check_part(store: &dyn Store, name: &str, format: Format) -> Resul
         None => (store.get(&format!("{name}.json"))?, true),
     };
     let text = text.ok_or_else(|| damaged("it is not what was written: no checksum file is of its bytes"))?;
-    let info: PartInfo = serde_json::from_slice(&text).map_err(|_| damaged("its checksum file cannot be read"))?;
-    if info.checksum == checksum(&bytes) && (is_old || info.is_sealed()) {
-        Ok(info)
-    } else {
-        Err(damaged("the checksum differs"))
-    }
+    let info = if is_old { serde_json::from_slice(&text).ok() } else { PartInfo::of_sidecar(&text) };
+    let info = info.ok_or_else(|| damaged("its checksum file is damaged"))?;
+    if info.checksum == checksum(&bytes) { Ok(info) } else { Err(damaged("the checksum differs")) }
 }
 
 /// What a part says about itself, without reading all of one that is far away: the store keeps its bytes as they are.
