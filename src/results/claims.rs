@@ -29,6 +29,9 @@ const ROUND: Duration = Duration::from_secs(5);
 /// Claims of one round.
 const MOST_UNITS: u64 = 16;
 
+/// A worker that finds nothing free lists everything anew at most this seldom.
+const LOOK: Duration = Duration::from_secs(10);
+
 /// What a worker does next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Next {
@@ -143,10 +146,9 @@ impl Claims {
             self.state.complete.store(true, Ordering::Relaxed);
             return Ok(Next::Done);
         }
-        let pause = self.plan.silence() / 6;
-        let pause = pause.min(Duration::from_secs(5));
+        let pause = (self.plan.silence() / 6).min(LOOK);
         if self.last_look.is_some_and(|last| last.elapsed() < pause) {
-            return Ok(Next::Wait(pause / 2));
+            return Ok(Next::Wait(pause / 4));
         }
         self.look()?;
         if self.is_whole() {
@@ -158,7 +160,7 @@ impl Claims {
                 self.given += 1;
                 Ok(Next::Chunk(chunk))
             }
-            None => Ok(Next::Wait(pause / 2)),
+            None => Ok(Next::Wait(pause / 4)),
         }
     }
 
@@ -294,7 +296,7 @@ impl Claims {
             },
         };
         if !is_mine {
-            return Ok(Next::Wait(pause / 2));
+            return Ok(Next::Wait(pause / 4));
         }
         let found = directory::parts(self.store.as_ref(), &self.record)?;
         for (name, _) in &found.damaged {
@@ -310,7 +312,7 @@ impl Claims {
                     self.ready.extend(self.missing(unit));
                 }
             }
-            return Ok(self.ready.pop_front().map_or(Next::Wait(pause / 2), Next::Chunk));
+            return Ok(self.ready.pop_front().map_or(Next::Wait(pause / 4), Next::Chunk));
         }
         self.state.complete.store(true, Ordering::Relaxed);
         self.state.finishes.store(true, Ordering::Relaxed);
