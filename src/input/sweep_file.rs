@@ -29,7 +29,8 @@ impl SweepSpec {
         parse_sweep(file, text, &[])
     }
 
-    /// The same; scenes that `built_in` lists, by the path that the sweep has for them, are not read from files.
+    /// The same; scenes and tables (CSV) that `built_in` lists, by the path that the sweep has for them, are not read from
+    /// files.
     ///
     /// # Errors
     ///
@@ -39,7 +40,7 @@ impl SweepSpec {
     }
 }
 
-/// Scene files that need not be read: path as a sweep names it, and text.
+/// Files that need not be read: path as a sweep names it, and text.
 pub type BuiltIn<'a> = [(&'a str, &'a str)];
 
 /// Parses the text of a sweep file.
@@ -64,7 +65,7 @@ pub fn sweep_of(source: &Source, file: &Path, built_in: &BuiltIn) -> Result<Swee
         .ok_or_else(|| sampling.missing("method", "write method = \"grid\", \"sobol\" or another"))?;
     let (format, quantities, wrt) = output(&root, &scene)?;
     let (axes, table) = match method {
-        Method::Table => table_axes(&root, &sampling, &scene, file)?,
+        Method::Table => table_axes(&root, &sampling, &scene, file, built_in)?,
         _ => (axes(&root, &scene, method, &mut notes)?, None),
     };
     let uncertain = uncertain(&root, &scene, &mut notes)?;

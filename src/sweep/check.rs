@@ -35,13 +35,16 @@ pub(crate) struct SpotSamples {
     indices: Vec<u64>,
     /// Solution columns, sample after sample.
     rows: Vec<f64>,
+    /// Columns that are written in single precision, and therefore checked so.
+    single: Vec<usize>,
 }
 
 impl SpotSamples {
-    pub fn new(sample_count: u64, options: SpotCheckOptions) -> SpotSamples {
+    pub fn new(sample_count: u64, options: SpotCheckOptions, single: Vec<usize>) -> SpotSamples {
         let wanted = (sample_count as f64 * options.share).ceil() as u64;
         let wanted = wanted.max(options.least).min(options.most.max(options.least)).min(sample_count);
-        SpotSamples { selection: Selection::new(sample_count, wanted, 0x5b07), indices: Vec::new(), rows: Vec::new() }
+        let selection = Selection::new(sample_count, wanted, 0x5b07);
+        SpotSamples { selection, indices: Vec::new(), rows: Vec::new(), single }
     }
 
     /// Samples that are checked.
@@ -52,7 +55,12 @@ impl SpotSamples {
     pub fn offer(&mut self, index: u64, solutions: &Solutions, at: usize) {
         if self.selection.contains(index) {
             self.indices.push(index);
+            let first = self.rows.len();
             self.rows.extend((0..solutions.values.column_count()).map(|column| solutions.values.get(at, column)));
+            for column in &self.single {
+                let value = &mut self.rows[first + column];
+                *value = f64::from(*value as f32);
+            }
         }
     }
 

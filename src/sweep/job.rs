@@ -41,6 +41,8 @@ pub struct SweepJob<'a> {
     limit: Option<u64>,
     part_size: Option<u64>,
     interrupt: Option<&'a AtomicBool>,
+    drain: Option<&'a AtomicBool>,
+    mixed: bool,
     progress: Option<&'a (dyn Fn(&Progress) + Sync)>,
     rows_written: Option<RowsWritten<'a>>,
     warn: Option<&'a dyn Fn(&str)>,
@@ -58,6 +60,8 @@ impl<'a> SweepJob<'a> {
             limit: None,
             part_size: None,
             interrupt: None,
+            drain: None,
+            mixed: false,
             progress: None,
             rows_written: None,
             warn: None,
@@ -94,6 +98,17 @@ impl<'a> SweepJob<'a> {
     /// A flag that ends the run: it is looked at between batches, and finished parts are kept.
     pub fn interrupt(self, flag: &'a AtomicBool) -> Self {
         SweepJob { interrupt: Some(flag), ..self }
+    }
+
+    /// A flag that ends the run when the chunks that were begun are finished and kept.
+    pub fn drain(self, flag: &'a AtomicBool) -> Self {
+        SweepJob { drain: Some(flag), ..self }
+    }
+
+    /// Whether workers may solve the run by different methods: engines, precisions, steps. Each part says by which. It
+    /// belongs to the identity of a run.
+    pub fn mixed_methods(self, mixed: bool) -> Self {
+        SweepJob { mixed, ..self }
     }
 
     /// Called after every batch.
@@ -288,6 +303,8 @@ impl<'a> PreparedSweep<'a> {
         options.limit = job.limit;
         options.chunk = job.part_size.unwrap_or(job.spec.chunk());
         options.interrupt = job.interrupt;
+        options.drain = job.drain;
+        options.mixed = job.mixed.then_some(self.asked_tolerance);
         options.progress = job.progress;
         options.rows_written = job.rows_written;
         options.refiners = vec![&second_attempt, &trusted];

@@ -6,16 +6,17 @@
 mod anchors;
 mod branches;
 mod check;
+mod chunks;
 mod columns;
 mod error;
 mod fallback;
 mod job;
 mod manifest;
+mod missing;
 mod on_device;
 mod options;
 mod pilot;
 mod pipeline;
-
 mod refine;
 mod run;
 mod sink;

@@ -226,6 +226,14 @@ fn broken_scenes() {
             "segment[1].coil.turns[2]",
             "\"100 m\" is a length; give a pure number",
         ),
+        (
+            "turns = [30, 30, 100], area = [\"4.67 mm^2\", \"4.67 mm^2\", \"1.13 mm^2\"]",
+            "turns_area = [[1e-4, 0, 0], [0, -1e308, 0], [0, 0, 1e-4]]",
+            21,
+            "segment[1].coil.turns_area[1]",
+            "must be at most 1e60 in size",
+        ),
+        ("youngs_modulus = \"5 MPa\"", "youngs_modulus = 1e-70", 13, "segment[0].youngs_modulus", "at least 1e-60"),
         ("turns = [30, 30, 100], ", "", 21, "segment[1].coil.turns", "give turns and area, or turns_area instead"),
         (
             "turns = [30, 30, 100]",

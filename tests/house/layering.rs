@@ -5,23 +5,37 @@ use std::fs;
 /// What each room may name, besides itself; from the bottom up, so that nothing names what stands above it.
 ///
 /// The engines `reference`, `lanes` and `gpu` are blind to each other: a shared mistake would cancel itself.
-const ROOMS: [(&str, &[&str]); 18] = [
+const ROOMS: [(&str, &[&str]); 19] = [
     ("model", &[]),
     ("backend", &["model"]),
     ("lanes", &["model", "backend"]),
     ("reference", &["model", "backend"]),
     ("gpu", &["model", "backend"]),
     ("shipped", &[]),
-    ("report", &["model"]),
+    ("files", &[]),
+    ("report", &["model", "files"]),
     ("table", &["model"]),
     ("spec", &["model", "backend"]),
     ("input", &["model", "table", "spec"]),
     ("engines", &["model", "backend", "reference", "lanes", "gpu"]),
-    ("results", &["model", "backend", "table", "spec", "input"]),
+    ("results", &["model", "backend", "files", "table", "spec", "input"]),
     ("sweep", &["model", "backend", "reference", "table", "spec", "input", "engines", "results"]),
     (
         "study",
-        &["model", "backend", "reference", "lanes", "report", "table", "spec", "input", "engines", "results", "sweep"],
+        &[
+            "model",
+            "backend",
+            "reference",
+            "lanes",
+            "files",
+            "report",
+            "table",
+            "spec",
+            "input",
+            "engines",
+            "results",
+            "sweep",
+        ],
     ),
     ("figures", &["model", "reference", "report", "table", "spec", "results", "study"]),
     ("bench", &["*"]),
@@ -29,7 +43,7 @@ const ROOMS: [(&str, &[&str]); 18] = [
     ("python", &["*"]),
 ];
 /// Crates that belong to one part of the source.
-const OWNERS: [(&str, &[&str]); 22] = [
+const OWNERS: [(&str, &[&str]); 26] = [
     ("wgpu", &["src/gpu/"]),
     ("naga", &["src/gpu/"]),
     ("pollster", &["src/gpu/"]),
@@ -39,6 +53,9 @@ const OWNERS: [(&str, &[&str]); 22] = [
     ("ode_solvers", &["crates/bench/src/baseline/adaptive.rs"]),
     ("levenberg_marquardt", &["src/study/fit/"]),
     ("parquet", &["src/table/"]),
+    ("bytes", &["src/table/"]),
+    ("object_store", &["src/results/store/"]),
+    ("tokio", &["src/results/store/"]),
     ("flatbuffers", &["src/table/"]),
     ("flate2", &["src/table/"]),
     ("zip", &["src/table/"]),
@@ -49,7 +66,8 @@ const OWNERS: [(&str, &[&str]); 22] = [
     ("clap", &["crates/cli/src/"]),
     ("clap_complete", &["crates/cli/src/"]),
     ("indicatif", &["crates/cli/src/"]),
-    ("ctrlc", &["crates/cli/src/"]),
+    ("ctrlc", &["crates/cli/src/signals.rs"]),
+    ("libc", &["crates/cli/src/signals.rs"]),
     ("pyo3", &["python/src/"]),
     ("numpy", &["python/src/"]),
 ];

@@ -1,26 +1,24 @@
 //! `rodsweep workspace`: what can be reached, how surely, with what margin.
 
 use super::workspace_args::{PreferenceName, WorkspaceArguments};
-use super::{CommandError, Exit, print, say};
+use super::{CommandError, Exit, print, say, signals};
 use rodsweep::figures::draw_workspace;
 use rodsweep::input::{Dimension, parse_quantity, read_trajectory};
-use rodsweep::results::Results;
+use rodsweep::results::{Results, is_place};
 use rodsweep::spec::{SweepSpec, Target};
 use rodsweep::study::workspace::{
     Preference, Variation, Workspace, WorkspaceError, WorkspaceExtras, WorkspaceJob, WorkspaceStage,
 };
 use std::cell::Cell;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 /// A line of progress at most this often.
 const INTERVAL: Duration = Duration::from_secs(2);
 
 pub fn workspace(arguments: &WorkspaceArguments) -> Result<Exit, CommandError> {
-    let _ = ctrlc::set_handler(|| INTERRUPTED.store(true, Ordering::Relaxed));
-    let results = match arguments.source.is_dir() {
+    let interrupted = signals::listen();
+    let results = match is_place(&arguments.source) {
         true => Some(Results::open(&arguments.source)?),
         false => None,
     };
@@ -43,7 +41,7 @@ pub fn workspace(arguments: &WorkspaceArguments) -> Result<Exit, CommandError> {
         .length(arguments.length.or(spec.workspace.length))
         .any_stable(arguments.any_stable)
         .fast(arguments.fast)
-        .interrupt(&INTERRUPTED)
+        .interrupt(interrupted)
         .progress(Some(&tell));
     // What was asked for is read before anything is solved.
     let targets = arguments.reach.as_deref().map(|text| targets(text, spec)).transpose()?;
