@@ -226,7 +226,10 @@ fn the_recipes_of_the_guide_run() {
         let bin = sandbox.path("bin");
         fs::create_dir(&bin).expect("a folder");
         let program = env!("CARGO_BIN_EXE_rodsweep");
-        script(&bin.join("rodsweep"), &format!("#!/bin/sh\nexec {program} \"$@\" --backend cpu\n"));
+        script(
+            &bin.join("rodsweep"),
+            &format!("#!/bin/sh\n[ \"$1\" != run ] || set -- \"$@\" --backend cpu\nexec {program} \"$@\"\n"),
+        );
         // Another machine is this one by another name; it begins in another folder, as `ssh` does.
         script(&bin.join("ssh"), "#!/bin/sh\nshift\ncd / && exec sh -c \"$*\"\n");
         if recipe.contains("parallel") && Command::new("parallel").arg("--version").output().is_err() {

@@ -188,3 +188,12 @@ fn a_method_is_fixed_unless_the_run_says_otherwise() {
     let refused = job("parquet").run(&mut ResultDirectory::new(&free).join(SILENCE)).map(|_| ());
     assert!(refused.expect_err("refused").to_string().contains("choice of methods"));
 }
+
+#[test]
+fn no_clock_of_a_machine_is_asked_for_the_time() {
+    for file in ["claims", "workers", "store/mod", "store/local", "store/objects"] {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("src/results/{file}.rs"));
+        let text = std::fs::read_to_string(path).expect("a file");
+        assert!(text.len() > 2000 && !text.contains("SystemTime::now") && !text.contains("Utc::now"), "{file}");
+    }
+}
