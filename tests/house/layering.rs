@@ -5,7 +5,7 @@ use std::fs;
 /// What each room may name, besides itself; from the bottom up, so that nothing names what stands above it.
 ///
 /// The engines `reference`, `lanes` and `gpu` are blind to each other: a shared mistake would cancel itself.
-const ROOMS: [(&str, &[&str]); 18] = [
+const ROOMS: [(&str, &[&str]); 19] = [
     ("model", &[]),
     ("backend", &["model"]),
     ("lanes", &["model", "backend"]),
@@ -25,11 +25,12 @@ const ROOMS: [(&str, &[&str]); 18] = [
     ),
     ("figures", &["model", "reference", "report", "table", "spec", "results", "study"]),
     ("bench", &["*"]),
+    ("view", &["model", "reference", "report", "table", "spec", "input", "engines", "results", "study", "figures"]),
     ("cli", &["*"]),
     ("python", &["*"]),
 ];
 /// Crates that belong to one part of the source.
-const OWNERS: [(&str, &[&str]); 22] = [
+const OWNERS: [(&str, &[&str]); 26] = [
     ("wgpu", &["src/gpu/"]),
     ("naga", &["src/gpu/"]),
     ("pollster", &["src/gpu/"]),
@@ -40,7 +41,11 @@ const OWNERS: [(&str, &[&str]); 22] = [
     ("levenberg_marquardt", &["src/study/fit/"]),
     ("parquet", &["src/table/"]),
     ("flatbuffers", &["src/table/"]),
-    ("flate2", &["src/table/"]),
+    ("flate2", &["src/table/", "crates/view/src/export/"]),
+    ("hyper", &["crates/view/src/server/"]),
+    ("tokio", &["crates/view/src/server/"]),
+    ("arrow_ipc", &["crates/view/src/ipc.rs"]),
+    ("getrandom", &["crates/view/src/server/", "crates/view/src/error.rs"]),
     ("zip", &["src/table/"]),
     ("toml_edit", &["src/input/"]),
     ("sobol", &["src/spec/"]),

@@ -7,7 +7,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Folders of sources.
-const FOLDERS: [&str; 6] = ["src", "shaders", "crates/kernels/src", "crates/bench/src", "crates/cli/src", "python/src"];
+const FOLDERS: [&str; 7] =
+    ["src", "shaders", "crates/kernels/src", "crates/bench/src", "crates/view/src", "crates/cli/src", "python/src"];
 
 fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))

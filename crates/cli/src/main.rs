@@ -22,6 +22,7 @@ mod sensitivity_args;
 mod simulate;
 mod solve;
 mod verify;
+mod view;
 mod workspace;
 mod workspace_args;
 
@@ -37,6 +38,7 @@ use rodsweep::study::sensitivity::SensitivityError;
 use rodsweep::study::workspace::WorkspaceError;
 use rodsweep::study::{ControlError, FitError};
 use rodsweep::sweep::SweepError;
+use rodsweep_view::ViewError;
 use std::io::Write;
 use std::process::ExitCode;
 
@@ -77,6 +79,8 @@ pub(crate) enum CommandError {
     Workspace(WorkspaceError),
     #[error(transparent)]
     Sensitivity(SensitivityError),
+    #[error(transparent)]
+    View(#[from] ViewError),
     #[error("{0}")]
     Usage(String),
     #[error("cannot write to the standard output: {0}")]
@@ -95,6 +99,7 @@ impl CommandError {
             CommandError::Sensitivity(error) if error.is_usage() => Exit::Usage,
             CommandError::Sweep(error) if error.is_usage() => Exit::Usage,
             CommandError::Results(error) if error.is_usage() => Exit::Usage,
+            CommandError::View(error) if error.is_usage() => Exit::Usage,
             CommandError::Backend(BackendError::Unsupported { .. }) => Exit::Usage,
             CommandError::RunFigures(RunFiguresError::Colour { .. }) => Exit::Usage,
             CommandError::Report(ReportError::Extension { .. }) => Exit::Usage,
@@ -131,6 +136,7 @@ fn main() -> ExitCode {
         Command::Workspace(arguments) => workspace::workspace(&arguments),
         Command::Fit(arguments) => fit::fit(&arguments),
         Command::Sensitivity(arguments) => sensitivity::sensitivity(&arguments),
+        Command::View(arguments) => view::view(&arguments),
         Command::Import(arguments) => import::import(&arguments),
         Command::Completions { shell } => completions(shell),
     };

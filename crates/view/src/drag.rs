@@ -1,0 +1,76 @@
+//! Dragging the tip: the search of `rodsweep control` for the inputs that bring it to a point, gone on with as the point
+//! moves.
+
+use crate::error::Refusal;
+use rodsweep::engines::EngineRequest;
+use rodsweep::model::{Plan, Scene, Vector};
+use rodsweep::spec::{ControlInput, Target};
+use rodsweep::study::{ControlError, ControlOptions, Controller, TargetResult};
+use serde_json::{Value, json};
+
+/// What may be left of a target (m).
+const TOLERANCE: f64 = 1e-7;
+/// Equilibria for one place of the pointer.
+const MOST_ITERATIONS: usize = 40;
+/// No coordinate is larger (m).
+const LARGEST: f64 = 1e3;
+
+/// A search that goes on from place to place.
+pub struct Drag {
+    /// The scene at its beginning.
+    scene: Scene,
+    inputs: Vec<ControlInput>,
+    controller: Controller,
+    last: Option<TargetResult>,
+}
+
+impl Drag {
+    /// Begins at a scene's own values.
+    pub fn new(scene: Scene, inputs: Vec<ControlInput>) -> Result<Drag, Refusal> {
+        if inputs.is_empty() {
+            return Err(Refusal::wrong("the scene has no current to search for: drag is for rods with coils"));
+        }
+        let options = ControlOptions::default().with_tolerance(TOLERANCE).with_most_iterations(MOST_ITERATIONS);
+        let engine = EngineRequest::any().choose_for_one(TOLERANCE).map_err(Refusal::failed)?;
+        let mut make = |plan: &Plan| engine.make_for_one(plan);
+        let controller =
+            Controller::new(&scene, &inputs, options, engine.steppers()[0], &mut make).map_err(of_control)?;
+        Ok(Drag { scene, inputs, controller, last: None })
+    }
+
+    /// Goes on to a place (m): inputs by name, the tip, how the search ended.
+    pub fn follow(&mut self, position: Vector) -> Result<Value, Refusal> {
+        if !position.iter().all(|x| x.abs() <= LARGEST) {
+            return Err(Refusal::wrong("`target`: give three coordinates in metres"));
+        }
+        let target = Target::at(position);
+        let result = match self.last.take() {
+            None => self.controller.follow(&[target]).map_err(of_control)?.pop(),
+            Some(mut last) => {
+                last.target = target;
+                let mut results = [last];
+                self.controller.finish(&mut results).map_err(of_control)?;
+                let [result] = results;
+                Some(result)
+            }
+        };
+        let result = result.ok_or_else(|| Refusal::failed("the search gave no result"))?;
+        let names = self.inputs.iter().map(|input| input.name(&self.scene));
+        let values: serde_json::Map<String, Value> =
+            names.zip(&result.inputs).map(|(name, value)| (name, json!(value))).collect();
+        let answer = json!({
+            "values": values,
+            "outcome": result.outcome.name(),
+            "tip": result.tip,
+            "residual": result.residual,
+            "from_rest": result.from_rest,
+            "iterations": result.iterations,
+        });
+        self.last = Some(result);
+        Ok(answer)
+    }
+}
+
+fn of_control(error: ControlError) -> Refusal {
+    Refusal::wrong(error)
+}
