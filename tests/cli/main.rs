@@ -17,4 +17,5 @@ mod readme;
 mod sandbox;
 mod sensitivity;
 mod stretches;
+mod view;
 mod workspace;

@@ -44,7 +44,8 @@ impl Drag {
             return Err(Refusal::wrong("`target`: give three coordinates in metres"));
         }
         let target = Target::at(position);
-        let result = match self.last.take() {
+        let before = self.last.clone();
+        let result = match before.clone() {
             None => self.controller.follow(&[target]).map_err(of_control)?.pop(),
             Some(mut last) => {
                 last.target = target;
@@ -55,18 +56,20 @@ impl Drag {
             }
         };
         let result = result.ok_or_else(|| Refusal::failed("the search gave no result"))?;
+        let is_from_rest = result.from_rest;
+        // A catheter that is switched on would not come there: it stays where it was.
+        let taken = if is_from_rest { result } else { before.unwrap_or(result) };
         let names = self.inputs.iter().map(|input| input.name(&self.scene));
         let values: serde_json::Map<String, Value> =
-            names.zip(&result.inputs).map(|(name, value)| (name, json!(value))).collect();
+            names.zip(&taken.inputs).map(|(name, value)| (name, json!(value))).collect();
         let answer = json!({
             "values": values,
-            "outcome": result.outcome.name(),
-            "tip": result.tip,
-            "residual": result.residual,
-            "from_rest": result.from_rest,
-            "iterations": result.iterations,
+            "outcome": taken.outcome.name(),
+            "tip": taken.tip,
+            "residual": taken.residual,
+            "from_rest": is_from_rest,
         });
-        self.last = Some(result);
+        self.last = Some(taken);
         Ok(answer)
     }
 }

@@ -100,7 +100,7 @@ fn swept_limits(scene: &Scene, axis: &AxisSpec, parameter: Parameter) -> (f64, f
 fn group(scene: &Scene, parameter: Parameter) -> String {
     match parameter {
         Parameter::Insertion => "insertion".into(),
-        Parameter::FluxDensity(_) => "field".into(),
+        Parameter::FluxDensity(_) => "flux density".into(),
         Parameter::BasePosition(_) | Parameter::BaseRotation(_) => "base".into(),
         Parameter::Segment(index, SegmentParameter::Current(_)) => format!("{} currents", scene.segments[index].name),
         Parameter::Segment(index, _) => scene.segments[index].name.clone(),
@@ -109,7 +109,7 @@ fn group(scene: &Scene, parameter: Parameter) -> String {
 }
 
 fn rank(group: &str) -> usize {
-    let known = ["insertion", "field", "loads", "base"].iter().position(|name| *name == group);
+    let known = ["insertion", "flux density", "loads", "base"].iter().position(|name| *name == group);
     known.map_or(if group.ends_with(" currents") { 0 } else { 5 }, |at| at + 1)
 }
 

@@ -66,7 +66,7 @@ export class AxesBox {
         const geometry = new BufferGeometry();
         geometry.setAttribute("position", new BufferAttribute(new Float32Array(points), 3));
         const lines = new LineSegments(geometry, this.material);
-        lines.renderOrder = -1;
+        lines.renderOrder = -3;
         this.panes.push({ axis, end, lines });
         this.group.add(lines);
       }

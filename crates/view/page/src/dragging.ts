@@ -7,6 +7,8 @@ import type { Stage } from "./stage";
 import { colourOf, onTheme } from "./theme";
 import type { DragAnswer, Vector } from "./wire";
 
+/** A change of depth that is gone after, over the rod's length. */
+const DEPTH = 1e-3;
 /** The tip is taken within so many pixels. */
 const REACH = 16;
 
@@ -15,7 +17,9 @@ export class Dragging {
   private isBusy = false;
   private wanted: Vector | null = null;
   private begins = true;
+  /** The tip as it was last, while it is held: the plane of the picture goes through it. */
   private held: Vector3 | null = null;
+  private pointer: [number, number] = [0, 0];
   private readonly target: Mesh;
   private readonly leash: Line;
   private readonly listeners: ((answer: DragAnswer | null, error: string | null) => void)[] = [];
@@ -48,6 +52,11 @@ export class Dragging {
     this.listeners.push(listener);
   }
 
+  /** Whether an answer is still to come. */
+  isPending(): boolean {
+    return this.isBusy || this.wanted !== null;
+  }
+
   private isNear(event: PointerEvent): boolean {
     if (!this.rod.answer?.solution.tip || !this.rod.mesh.group.visible) return false;
     const [x, y] = this.stage.project(this.rod.mesh.tip.position);
@@ -69,7 +78,14 @@ export class Dragging {
       return;
     }
     canvas.style.cursor = "grabbing";
-    const place = this.stage.unproject(event.offsetX, event.offsetY, this.held);
+    this.pointer = [event.offsetX, event.offsetY];
+    this.pull();
+  }
+
+  /** Searches for the place below the pointer, as deep as the tip. */
+  private pull(): void {
+    if (!this.held) return;
+    const place = this.stage.unproject(...this.pointer, this.held);
     this.mark(place);
     this.seek([place.x / this.stage.perMetre, place.y / this.stage.perMetre, place.z / this.stage.perMetre]);
   }
@@ -81,6 +97,16 @@ export class Dragging {
     this.stage.renderer.domElement.style.cursor = "";
     this.target.visible = this.leash.visible = false;
     this.stage.invalidate();
+  }
+
+  /** Only the picture's two directions are asked for: as long as the tip comes nearer by it, the plane goes with it. */
+  private deepen(answer: DragAnswer): void {
+    if (!this.held || this.wanted) return;
+    const tip = new Vector3(...answer.tip).multiplyScalar(this.stage.perMetre);
+    const { toward } = this.stage.directions();
+    const depth = tip.clone().sub(this.held).dot(new Vector3(...toward));
+    this.held = tip;
+    if (Math.abs(depth) > DEPTH * this.rod.source.description.length * this.stage.perMetre) this.pull();
   }
 
   private mark(place: Vector3): void {
@@ -108,6 +134,7 @@ export class Dragging {
       const answer = await this.rod.source.drag({ ...this.rod.values }, target, begin);
       this.last = answer;
       this.rod.set(answer.values);
+      this.deepen(answer);
       this.listeners.forEach((listener) => listener(answer, null));
     } catch (error) {
       this.begins = true;

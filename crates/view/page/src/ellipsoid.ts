@@ -4,7 +4,7 @@ import { Group, LineBasicMaterial, LineSegments, Matrix4, Mesh, MeshLambertMater
 import type { Slider, Solution, Style } from "./wire";
 
 /** Share of an input's range that makes the ellipsoid of manipulability. */
-export const INPUT_SHARE = 0.02;
+export const INPUT_SHARE = 0.1;
 
 /** Rows of a symmetric matrix. */
 type Matrix = [number, number, number][];

@@ -12,9 +12,15 @@ export const BINS = 56;
 export interface Histogram {
   low: number;
   high: number;
+  isLogarithmic: boolean;
   /** All points with a shown status, and those that pass everything. */
   all: Uint32Array;
   passing: Uint32Array;
+}
+
+/** Whether numbers of a range are told apart better by their ratios. */
+export function spansDecades({ low, high }: Range): boolean {
+  return low > 0 && high / low > 1000;
 }
 
 export class Filters {
@@ -54,18 +60,20 @@ export class Filters {
     return passing;
   }
 
-  histogram(values: Float32Array, count: number, low: number, high: number, codes: Uint8Array, mask: Uint8Array): Histogram {
+  histogram(values: Float32Array, count: number, { low, high }: Range, codes: Uint8Array, mask: Uint8Array): Histogram {
     const all = new Uint32Array(BINS);
     const passing = new Uint32Array(BINS);
-    const factor = BINS / (high - low || 1);
+    const isLogarithmic = spansDecades({ low, high });
+    const factor = BINS / ((isLogarithmic ? Math.log(high / low) : high - low) || 1);
     for (let k = 0; k < count; k++) {
       if (!this.statuses.has(codes[k]!)) continue;
       const x = values[k]!;
       if (!(x >= low && x <= high)) continue;
-      const bin = Math.min(BINS - 1, Math.floor((x - low) * factor));
+      const at = isLogarithmic ? Math.log(x / low) : x - low;
+      const bin = Math.min(BINS - 1, Math.floor(at * factor));
       all[bin]! += 1;
       if (mask[k] !== 0) passing[bin]! += 1;
     }
-    return { low, high, all, passing };
+    return { low, high, isLogarithmic, all, passing };
   }
 }

@@ -22,6 +22,12 @@ export function raised(power: number): string {
   return String(power).replace("-", "\u207b").replace(/\d/g, (digit) => digits[Number(digit)]!);
 }
 
+/** From a shown unit to SI, without the noise of a factor such as 0.001. */
+export function toSi(shown: number, factor: number): number {
+  const inverse = Math.round(1 / factor);
+  return factor < 1 && Math.abs(inverse * factor - 1) < 1e-12 ? shown / inverse : shown * factor;
+}
+
 /** Whole numbers with thin spaces, such as 226 981. */
 export function whole(x: number): string {
   return Math.round(x).toString().replace(/\B(?=(\d{3})+(?!\d))/g, "\u202f");
@@ -62,7 +68,15 @@ export function shownUnit(unit: string, largest: number): { unit: string; factor
   return { unit, factor: 1 };
 }
 
-/** Text for the command line: every digit. */
-export function exact(x: number): string {
-  return String(x);
+/** Short enough for a field: three digits, with an exponent where it is very large or small. */
+export function brief(x: number): string {
+  const power = x === 0 ? 0 : Math.floor(Math.log10(Math.abs(x)));
+  return power >= -3 && power < 5 ? compact(x) : x.toExponential(1).replace("-", MINUS);
+}
+
+/** About nine digits, for a table; every digit stands in its title. */
+export function digits(x: number): string {
+  const text = String(x);
+  const short = x.toPrecision(9).replace(/\.?0+($|e)/, "$1");
+  return (short.length < text.length ? short : text).replace(/-/g, MINUS);
 }

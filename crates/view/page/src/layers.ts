@@ -82,6 +82,7 @@ export class Layers {
         mesh.setColorAt(k, Number.isFinite(values[k]!) ? steps[Math.round(255 * share)]! : grey);
       }
       mesh.frustumCulled = false;
+      mesh.renderOrder = -2;
       this.voxels = mesh;
       this.stage.add(mesh);
     }

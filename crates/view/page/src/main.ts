@@ -19,7 +19,7 @@ import { symbol } from "./dom";
 declare global {
   interface Window {
     /** For tests and measurements: what the page holds. */
-    rodsweep?: { source: Source; stage: Stage | null; rod: RodView; map: MapView | null };
+    rodsweep?: { source: Source; stage: Stage | null; rod: RodView; map: MapView | null; dragging: Dragging | null };
   }
 }
 
@@ -45,11 +45,11 @@ async function start(): Promise<void> {
   const rod = new RodView(source, stage);
   const dragging = stage && description.engine && description.can_drag ? new Dragging(stage, rod) : null;
   const map = stage && description.map ? new MapView(source, stage, rod) : null;
-  window.rodsweep = { source, stage, rod, map };
+  window.rodsweep = { source, stage, rod, map, dragging };
   const sliders = new SliderPanel(rod);
   const readout = new Readout(rod, dragging);
   const legend = new Legend(description.style);
-  host.append(legend.element);
+  if (stage) host.append(legend.element);
   rod.onAnswer((answer) => {
     legend.show(answer);
     sliders.show(rod.values);
@@ -111,7 +111,7 @@ function sceneBox(rod: RodView): Box3 {
   return box.translate(base);
 }
 
-/** Frames a box, a little wider than what it holds; the field's arrow stands at its left upper corner. */
+/** Frames a box, a little wider than what it holds; the field's arrow stands at the floor. */
 function frame(stage: Stage, box: AxesBox, rod: RodView, bounds: Box3): void {
   const size = bounds.getSize(new Vector3());
   const widest = Math.max(size.x, size.y, size.z);
@@ -121,7 +121,7 @@ function frame(stage: Stage, box: AxesBox, rod: RodView, bounds: Box3): void {
   const framed = new Box3().setFromCenterAndSize(centre, wide);
   stage.setBox(framed);
   box.setBox(framed);
-  const corner = new Vector3(0.78, 0.3, 0.8).multiply(framed.getSize(new Vector3())).add(framed.min);
+  const corner = new Vector3(0.86, 0.4, 0.04).multiply(framed.getSize(new Vector3())).add(framed.min);
   rod.placeField(corner);
 }
 

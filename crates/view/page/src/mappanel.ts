@@ -2,6 +2,7 @@
 
 import { ColourBar } from "./colourbar";
 import { el } from "./dom";
+import { spansDecades, type Range } from "./filters";
 import { shownUnit, whole } from "./format";
 import type { MapView } from "./mapview";
 import { HistogramView, RangeInput } from "./ranges";
@@ -105,11 +106,12 @@ export class MapPanel {
     }
     const limits = { low: statistics.percentiles[0]!, high: statistics.percentiles[8]! };
     const { unit, factor } = shownUnit(statistics.unit, Math.max(Math.abs(limits.low), Math.abs(limits.high)));
-    const range = new RangeInput(name, limits, factor, (chosen) => {
+    const changed = (chosen: Range | null) => {
       if (chosen) filters.ranges.set(name, chosen);
       else filters.ranges.delete(name);
       this.map.change();
-    });
+    };
+    const range = new RangeInput(name, limits, factor, changed, spansDecades(limits));
     const view = new HistogramView(name, (brushed) => range.choose(brushed));
     if (name === this.map.colouring) view.colour((value) => this.bar.colour(value));
     const remove = el("button", { type: "button", class: "reset", "aria-label": `Remove the filter by ${name}`, title: "Remove" }, "\u00d7");

@@ -135,8 +135,8 @@ export class MapView {
     const values = this.columns.get(name);
     const statistics = this.statistics.get(name);
     if (!values || !statistics || statistics.count === 0) return null;
-    const [low, high] = [statistics.percentiles[0]!, statistics.percentiles[8]!];
-    return this.filters.histogram(values, this.cloud.count, low, high, this.codes, this.cloud.mask);
+    const range = { low: statistics.percentiles[0]!, high: statistics.percentiles[8]! };
+    return this.filters.histogram(values, this.cloud.count, range, this.codes, this.cloud.mask);
   }
 
   /** Points of each status. */

@@ -82,6 +82,9 @@ export class Cloud {
     const material = new ShaderMaterial({ vertexShader: VERTEX, fragmentShader: FRAGMENT, uniforms });
     this.object = new Points(geometry, material);
     this.object.frustumCulled = false;
+    // The rod is drawn over the tips, as in the figures.
+    this.object.renderOrder = -1;
+    this.object.onAfterRender = (renderer) => renderer.clearDepth();
     stage.add(this.object);
     stage.onFrame((isMoving) => this.thin(isMoving));
   }

@@ -2,7 +2,7 @@
 
 import { el } from "./dom";
 import type { Histogram, Range } from "./filters";
-import { compact, parse } from "./format";
+import { brief, parse } from "./format";
 import { colourOf, onTheme } from "./theme";
 
 const STEPS = 1000;
@@ -20,14 +20,14 @@ export class RangeInput {
     private limits: Range,
     private readonly factor: number,
     private readonly changed: (range: Range | null) => void,
+    private readonly isLogarithmic = false,
   ) {
     this.value = { ...limits };
     const thumb = (end: "low" | "high") => {
       const words = `${label}, ${end === "low" ? "lowest" : "highest"}`;
       const input = el("input", { type: "range", min: 0, max: STEPS, step: 1, "aria-label": words });
       input.addEventListener("input", () => {
-        const at = this.limits.low + (Number(input.value) / STEPS) * (this.limits.high - this.limits.low);
-        this.set({ ...this.value, [end]: at }, end);
+        this.set({ ...this.value, [end]: fromShare(Number(input.value) / STEPS, this.limits, this.isLogarithmic) }, end);
       });
       return input;
     };
@@ -77,17 +77,29 @@ export class RangeInput {
   }
 
   private write(): void {
-    const { low, high } = this.limits;
-    const share = (x: number) => Math.max(0, Math.min(1, (x - low) / (high - low || 1)));
+    const share = (x: number) => toShare(x, this.limits, this.isLogarithmic);
     const ends = [this.value.low, this.value.high];
     this.thumbs.forEach((thumb, k) => {
       thumb.value = String(Math.round(share(ends[k]!) * STEPS));
-      thumb.setAttribute("aria-valuetext", compact(ends[k]! / this.factor));
+      thumb.setAttribute("aria-valuetext", brief(ends[k]! / this.factor));
     });
-    this.texts.forEach((text, k) => (text.value = compact(ends[k]! / this.factor)));
+    this.texts.forEach((text, k) => (text.value = brief(ends[k]! / this.factor)));
     this.bar.style.left = `${100 * share(this.value.low)}%`;
     this.bar.style.right = `${100 - 100 * share(this.value.high)}%`;
   }
+}
+
+/** Where a number stands between limits, 0 to 1, by equal differences or equal ratios. */
+export function toShare(x: number, { low, high }: Range, isLogarithmic: boolean): number {
+  const share = isLogarithmic ? Math.log(x / low) / Math.log(high / low) : (x - low) / (high - low || 1);
+  return Math.max(0, Math.min(1, share));
+}
+
+/** The number there. */
+export function fromShare(share: number, { low, high }: Range, isLogarithmic: boolean): number {
+  if (share <= 0) return low;
+  if (share >= 1) return high;
+  return isLogarithmic ? low * (high / low) ** share : low + share * (high - low);
 }
 
 /** A histogram: all points behind, those that pass in front. Dragging across it chooses a range. */
@@ -102,7 +114,7 @@ export class HistogramView {
     const at = (event: PointerEvent) => {
       const rect = this.element.getBoundingClientRect();
       const share = Math.max(0, Math.min(1, (event.clientX - rect.left) / rect.width));
-      return this.data ? this.data.low + share * (this.data.high - this.data.low) : 0;
+      return this.data ? fromShare(share, this.data, this.data.isLogarithmic) : 0;
     };
     this.element.addEventListener("pointerdown", (event) => {
       begun = at(event);
@@ -151,7 +163,7 @@ export class HistogramView {
     const behind = colourOf("--bar");
     for (let bin = 0; bin < bins; bin++) {
       bar(bin, data.all[bin]!, behind);
-      const value = data.low + ((bin + 0.5) / bins) * (data.high - data.low);
+      const value = fromShare((bin + 0.5) / bins, data, data.isLogarithmic);
       bar(bin, data.passing[bin]!, this.paint(value));
     }
   }

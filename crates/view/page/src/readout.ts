@@ -82,7 +82,7 @@ export class Readout {
       ),
       canDrag ? el("section", {}, el("h2", {}, `Move the tip (${unit})`), form, this.search) : null,
       isLive ? el("section", {}, el("h2", {}, "Other equilibria"), all, this.others) : null,
-      el(
+      rod.stage === null ? null : el(
         "section",
         {},
         el("h2", {}, "Ellipsoids at the tip"),
@@ -101,7 +101,7 @@ export class Readout {
   private tellSearch(answer: DragAnswer | null, error: string | null): void {
     if (!answer) this.search.textContent = error ?? "";
     else {
-      const elsewhere = answer.from_rest ? "" : " It is not the equilibrium from rest, which is drawn.";
+      const elsewhere = answer.from_rest ? "" : " Beyond lies an equilibrium that is not reached from rest, so the currents stay.";
       this.search.textContent = (OUTCOMES[answer.outcome] ?? answer.outcome) + elsewhere;
     }
   }

@@ -1,7 +1,7 @@
 // The row of the chosen point: its inputs as arguments, and every cell.
 
 import { copyButton, el } from "./dom";
-import { exact } from "./format";
+import { digits } from "./format";
 import type { MapView } from "./mapview";
 import { setArguments } from "./rodview";
 import type { Row, Values } from "./wire";
@@ -18,8 +18,8 @@ export class RowCard {
     const { description } = this.map.source;
     const text = setArguments(inputs);
     const cells = row.cells.map(({ name, unit, value }) => {
-      const words = value === null ? "\u2013" : typeof value === "number" ? exact(value) : String(value);
-      return el("tr", { "data-column": name }, el("th", { scope: "row" }, name), el("td", { class: "value" }, words), el("td", { class: "unit" }, unit));
+      const words = value === null ? "\u2013" : typeof value === "number" ? digits(value) : String(value);
+      return el("tr", { "data-column": name }, el("th", { scope: "row" }, name), el("td", { class: "value", title: String(value), "data-exact": String(value) }, words), el("td", { class: "unit" }, unit));
     });
     const isRounded = description.engine ? null : el("p", { class: "note" }, "Numbers of this page are rounded to 16 bits over their range.");
     this.element.replaceChildren(

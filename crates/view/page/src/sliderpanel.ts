@@ -1,7 +1,7 @@
 // The numbers of the scene: a slider and a number each, by groups; what is commanded stands open.
 
 import { el } from "./dom";
-import { decimalsFor, parse } from "./format";
+import { decimalsFor, parse, toSi } from "./format";
 import type { RodView } from "./rodview";
 import type { Slider, Values } from "./wire";
 
@@ -17,9 +17,10 @@ export class SliderPanel {
     const groups = new Map<string, Slider[]>();
     sliders.forEach((slider) => groups.set(slider.group, [...(groups.get(slider.group) ?? []), slider]));
     for (const [name, members] of groups) {
-      const isOpen = members.some((slider) => slider.is_input) || name === "field";
+      const isOpen = members.some((slider) => slider.is_input) || name === "flux density";
       const changed = el("span", { class: "changed" });
-      const group = el("details", { class: "group", open: isOpen }, el("summary", {}, name, changed));
+      const isShort = members.every((slider) => shortName(slider.name, name).length <= 1);
+      const group = el("details", { class: `group${isShort ? " is-short" : ""}`, open: isOpen }, el("summary", {}, name, changed));
       for (const slider of members) {
         const row = new SliderRow(slider, name, (value, isLast) => this.rod.set({ [slider.name]: value }, isLast));
         this.rows.set(slider.name, row);
@@ -64,7 +65,7 @@ class SliderRow {
     this.thumb.addEventListener("change", () => this.changed(this.thumbValue(), true));
     this.thumb.addEventListener("keydown", (event) => this.key(event));
     this.text.addEventListener("change", () => {
-      const typed = parse(this.text.value) * slider.factor;
+      const typed = toSi(parse(this.text.value), slider.factor);
       this.changed(Number.isFinite(typed) ? typed : slider.value, true);
     });
     const reset = el("button", { type: "button", class: "reset", title: "As in the file", "aria-label": `${label}: as in the file` }, "\u21ba");
@@ -82,8 +83,11 @@ class SliderRow {
   }
 
   private thumbValue(): number {
-    const { low, high } = this.slider;
-    return low + (Number(this.thumb.value) / STEPS) * (high - low);
+    const { low, high, factor } = this.slider;
+    const value = low + (Number(this.thumb.value) / STEPS) * (high - low);
+    // As many digits as a slider can tell, so that arguments stay short.
+    const rounded = toSi(Number((value / factor).toFixed(decimalsFor((high - low) / factor) + 1)), factor);
+    return Math.max(low, Math.min(high, rounded));
   }
 
   private key(event: KeyboardEvent): void {
@@ -99,7 +103,11 @@ class SliderRow {
     const { low, high, factor } = this.slider;
     const share = (value - low) / (high - low || 1);
     this.thumb.value = String(share * STEPS);
-    this.thumb.style.setProperty("--share", `${100 * Math.max(0, Math.min(1, share))}%`);
+    // From zero, where zero lies between the limits.
+    const origin = low < 0 && high > 0 ? -low / (high - low) : 0;
+    const percent = (x: number) => `${100 * Math.max(0, Math.min(1, x))}%`;
+    this.thumb.style.setProperty("--from", percent(Math.min(share, origin)));
+    this.thumb.style.setProperty("--to", percent(Math.max(share, origin)));
     const decimals = decimalsFor((high - low) / factor);
     const text = (value / factor).toFixed(decimals);
     if (document.activeElement !== this.text) this.text.value = /[1-9]/.test(text) ? text : text.replace("-", "");
@@ -110,8 +118,9 @@ class SliderRow {
 
 /** A name below its group's heading. */
 function shortName(name: string, group: string): string {
-  const head = group.replace(/ currents$/, "");
   const parts = name.split(".");
-  const rest = parts[0] === head || ["field", "loads", "base"].includes(parts[0]!) ? parts.slice(1) : parts;
-  return rest.join(" ").replaceAll("_", " ");
+  // The heading says the rest.
+  if (/ currents?$/.test(group) || parts[0] === "field") return parts[parts.length - 1]!;
+  if (parts.length === 1) return "";
+  return parts.slice(1).join(" ").replaceAll("_", " ");
 }

@@ -16,7 +16,7 @@ import { colourOf, onTheme } from "./theme";
 import type { Description, Vector } from "./wire";
 
 /** Room for labels around the box, in pixels. */
-const RIM = { x: 70, y: 48 };
+const RIM = { x: 70, y: 56 };
 
 export class Stage {
   readonly scene = new Scene();
@@ -55,10 +55,10 @@ export class Stage {
     canvas.setAttribute("aria-label", "The rod in space. Arrow keys turn the view, plus and minus change its size.");
     host.prepend(canvas);
     this.camera.up.set(0, 0, 1);
-    const light = new DirectionalLight(0xffffff, 2.2);
+    const light = new DirectionalLight(0xffffff, 1.7);
     light.position.set(-0.4, 0.7, 1);
     this.camera.add(light);
-    this.scene.add(this.camera, new AmbientLight(0xffffff, 1.5));
+    this.scene.add(this.camera, new AmbientLight(0xffffff, 2.1));
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.addEventListener("change", () => {
       this.moved = performance.now();
