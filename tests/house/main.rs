@@ -2,6 +2,7 @@
 
 mod circles;
 mod layering;
+mod page;
 
 use std::fs;
 use std::path::{Path, PathBuf};

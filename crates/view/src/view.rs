@@ -82,10 +82,13 @@ impl View {
         let length = self.scene.total_length();
         let unit = LengthUnit::for_extent(length);
         let map = self.map.as_ref().map(ResultMap::describe).transpose()?;
+        // Where it lies is nobody's business but the user's.
+        let name = Path::new(&self.file).file_name().map(|name| name.to_string_lossy().into_owned());
+        let file = if engine { self.file.clone() } else { name.unwrap_or_default() };
         Ok(json!({
             "kind": if map.is_some() { "map" } else { "scene" },
             "title": self.title,
-            "file": self.file,
+            "file": file,
             "version": rodsweep::VERSION,
             "engine": engine,
             "style": style(),

@@ -61,6 +61,7 @@ export class Readout {
     this.element = el(
       "div",
       { class: "readout" },
+      isLive ? null : el("section", {}, el("h2", {}, "Rod as in the file")),
       this.status,
       el(
         "section",
@@ -78,7 +79,7 @@ export class Readout {
         number("index", "unstable modes"),
         number("estimate", "error estimate", "Of tip position over rod length or of tip rotation, whichever is larger"),
         number("load", "load reached from rest"),
-        number("time", "solved in"),
+        isLive ? number("time", "solved in") : null,
       ),
       canDrag ? el("section", {}, el("h2", {}, `Move the tip (${unit})`), form, this.search) : null,
       isLive ? el("section", {}, el("h2", {}, "Other equilibria"), all, this.others) : null,

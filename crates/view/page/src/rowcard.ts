@@ -16,7 +16,9 @@ export class RowCard {
 
   private show(row: Row, inputs: Values): void {
     const { description } = this.map.source;
-    const text = setArguments(inputs);
+    // Rounded numbers need no more digits.
+    const told = description.engine ? inputs : Object.fromEntries(Object.entries(inputs).map(([name, x]) => [name, Number(x.toPrecision(5))]));
+    const text = setArguments(told);
     const cells = row.cells.map(({ name, unit, value }) => {
       const words = value === null ? "\u2013" : typeof value === "number" ? digits(value) : String(value);
       return el("tr", { "data-column": name }, el("th", { scope: "row" }, name), el("td", { class: "value", title: String(value), "data-exact": String(value) }, words), el("td", { class: "unit" }, unit));
