@@ -55,10 +55,11 @@ export class Stage {
     canvas.setAttribute("aria-label", "The rod in space. Arrow keys turn the view, plus and minus change its size.");
     host.prepend(canvas);
     this.camera.up.set(0, 0, 1);
-    const light = new DirectionalLight(0xffffff, 1.7);
+    const light = new DirectionalLight(0xffffff, 1.6);
     light.position.set(-0.4, 0.7, 1);
-    this.camera.add(light);
-    this.scene.add(this.camera, new AmbientLight(0xffffff, 2.1));
+    // It shines from beside the reader, wherever the camera is.
+    this.camera.add(light, light.target);
+    this.scene.add(this.camera, new AmbientLight(0xffffff, 1.9));
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.addEventListener("change", () => {
       this.moved = performance.now();
