@@ -5,13 +5,16 @@ use crate::error::Refusal;
 use rodsweep::engines::EngineRequest;
 use rodsweep::model::{Plan, Scene, Vector};
 use rodsweep::spec::{ControlInput, Target};
-use rodsweep::study::{ControlError, ControlOptions, Controller, TargetResult};
+use rodsweep::study::{ControlError, ControlOptions, Controller, TargetOptions, TargetResult};
 use serde_json::{Value, json};
 
 /// What may be left of a target (m).
 const TOLERANCE: f64 = 1e-7;
 /// Equilibria for one place of the pointer.
 const MOST_ITERATIONS: usize = 40;
+/// Tips of the table, and starts that are tried besides: few, for the pointer waits.
+const TABLE: usize = 256;
+const FURTHER: usize = 2;
 /// No coordinate is larger (m).
 const LARGEST: f64 = 1e3;
 
@@ -38,6 +41,13 @@ impl Drag {
         Ok(Drag { scene, inputs, controller, last: None })
     }
 
+    /// Looks for other inputs, from a table of tips.
+    fn elsewhere(&mut self, target: Target) -> Result<Option<TargetResult>, Refusal> {
+        let options = TargetOptions::default().with_table(TABLE).with_further(FURTHER);
+        let found = self.controller.reach(&[target], &options, &mut |_| {}).map_err(of_control)?;
+        Ok(found.into_iter().next())
+    }
+
     /// Goes on to a place (m): inputs by name, the tip, how the search ended.
     pub fn follow(&mut self, position: Vector) -> Result<Value, Refusal> {
         if !position.iter().all(|x| x.abs() <= LARGEST) {
@@ -56,8 +66,9 @@ impl Drag {
             }
         };
         let result = result.ok_or_else(|| Refusal::failed("the search gave no result"))?;
+        // A catheter that is switched on would not come there: other inputs may, or it stays where it was.
+        let result = if result.from_rest { result } else { self.elsewhere(target)?.unwrap_or(result) };
         let is_from_rest = result.from_rest;
-        // A catheter that is switched on would not come there: it stays where it was.
         let taken = if is_from_rest { result } else { before.unwrap_or(result) };
         let names = self.inputs.iter().map(|input| input.name(&self.scene));
         let values: serde_json::Map<String, Value> =

@@ -4,12 +4,14 @@ import { Box3, Mesh, MeshBasicMaterial, RingGeometry, Vector3 } from "three";
 import { Filters, type Histogram } from "./filters";
 import { Layers } from "./layers";
 import { Cloud } from "./points";
-import type { RodView } from "./rodview";
+import { distance, type RodView } from "./rodview";
 import type { Source } from "./source";
 import type { Stage } from "./stage";
 import { colourOf, onTheme } from "./theme";
-import type { MapInfo, Numbers, Row, Statistics, Values } from "./wire";
+import type { MapInfo, Numbers, Row, Statistics, Values, Vector } from "./wire";
 
+/** Tips nearer than this are one equilibrium, over the rod's length: runs have errors of their own. */
+const SAME = 1e-4;
 const POSITION = ["tip.position.x", "tip.position.y", "tip.position.z"];
 
 export class MapView {
@@ -151,6 +153,27 @@ export class MapView {
     if (point !== null) await this.choose(point);
   }
 
+  /** The rod of a row: that from rest or, where the row is another equilibrium, the one whose tip is nearest. */
+  private async solve(inputs: Values, row: Row): Promise<void> {
+    this.rod.values = { ...inputs };
+    const answer = await this.source.solve(inputs, false);
+    const cells = POSITION.map((name) => row.cells.find((cell) => cell.name === name)?.value);
+    const at = cells as Vector;
+    const isFar = (tip: Vector) => distance(tip, at) > SAME * this.source.description.length;
+    if (!cells.every(Number.isFinite) || (answer.solution.tip && !isFar(answer.solution.tip.position))) {
+      this.rod.take(answer);
+      return;
+    }
+    const { branches, shapes } = await this.source.branches(inputs);
+    const far = (k: number) => (branches[k]!.tip ? distance(branches[k]!.tip!.position, at) : Infinity);
+    const nearest = branches.map((_, k) => k).sort((a, b) => far(a) - far(b))[0];
+    if (nearest === undefined || far(nearest) === Infinity) this.rod.take(answer);
+    else {
+      const solution = branches[nearest]!;
+      this.rod.take({ ...answer, solution, shape: shapes[nearest] ?? null, stability_index: solution.stability_index ?? null });
+    }
+  }
+
   /** Shows the row of a point, and the rod that leads there. */
   async choose(point: number): Promise<void> {
     const row = await this.source.row(point, this.cloud.rows[point]!);
@@ -161,10 +184,7 @@ export class MapView {
     for (const cell of row.cells) {
       if (this.info.inputs.includes(cell.name) && typeof cell.value === "number") inputs[cell.name] = cell.value;
     }
-    if (this.source.description.engine) {
-      this.rod.values = {};
-      this.rod.set(inputs);
-    }
+    if (this.source.description.engine) await this.solve(inputs, row);
     this.chosen.forEach((listener) => listener(row, inputs));
     this.stage.invalidate();
   }
