@@ -54,8 +54,9 @@ export class Layers {
     this.stage.invalidate();
   }
 
-  /** Voxels coloured by a column, over its percentiles 1 to 99. */
-  async showVoxels(column: string | null): Promise<void> {
+  /** Voxels coloured by a column, over its percentiles 1 to 99, which are told. */
+  async showVoxels(column: string | null): Promise<Range | null> {
+    let range: Range | null = null;
     if (this.voxels) {
       this.stage.remove(this.voxels);
       this.voxels.dispose();
@@ -69,6 +70,7 @@ export class Layers {
       const sorted = Float32Array.from(values).filter(Number.isFinite).sort();
       const at = (share: number) => sorted[Math.round(share * (sorted.length - 1))] ?? 0;
       const [low, high] = [at(0.01), at(0.99)];
+      range = { low, high };
       const steps = this.source.description.style.maps.sequential.map((hex) => new Color(hex));
       const side = 0.92 * edge * this.stage.perMetre;
       const material = new MeshLambertMaterial({ clippingPlanes: this.planes });
@@ -87,6 +89,7 @@ export class Layers {
       this.stage.add(mesh);
     }
     this.stage.invalidate();
+    return range;
   }
 
   cut(cuts: (Range | null)[]): void {

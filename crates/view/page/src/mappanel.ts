@@ -3,7 +3,7 @@
 import { ColourBar } from "./colourbar";
 import { el } from "./dom";
 import { spansDecades, type Range } from "./filters";
-import { shownUnit, whole } from "./format";
+import { compact, shownUnit, whole } from "./format";
 import type { MapView } from "./mapview";
 import { HistogramView, RangeInput } from "./ranges";
 
@@ -166,8 +166,14 @@ export class MapPanel {
     if (info.voxels) {
       const names = info.voxels.filter(({ kind, name }) => kind === "number" && !name.startsWith("voxel.")).map(({ name }) => name);
       const select = el("select", { "aria-label": "Voxels" }, el("option", { value: "" }, "No voxels"), ...names.map((name) => el("option", { value: name }, `Voxels by ${name}`)));
-      select.addEventListener("change", () => void layers.showVoxels(select.value || null));
-      children.push(select);
+      const range = el("p", { class: "note" });
+      select.addEventListener("change", () => {
+        void layers.showVoxels(select.value || null).then((found) => {
+          const unit = info.voxels?.find(({ name }) => name === select.value)?.unit ?? "";
+          range.textContent = found ? `Colours from ${compact(found.low)} to ${compact(found.high)} ${unit}` : "";
+        });
+      });
+      children.push(select, range);
     }
     if (!info.surface && !info.voxels) {
       children.push(el("p", { class: "note" }, "Boundary and voxels: run rodsweep workspace on the directory."));

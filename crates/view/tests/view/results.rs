@@ -2,9 +2,10 @@
 
 use super::client::{Running, shipped};
 use rodsweep::report::ColourRange;
-use rodsweep::results::Results;
+use rodsweep::results::{Results, write_table};
 use rodsweep::spec::SweepSpec;
 use rodsweep::sweep::{ResultDirectory, SweepJob};
+use rodsweep::table::{Column, Table, Triangles, ply};
 use serde_json::Value;
 use std::path::Path;
 use std::sync::OnceLock;
@@ -115,6 +116,51 @@ fn colours_span_what_the_figures_span() {
         assert!((found - expected).abs() < 1e-6 * expected.abs(), "{key}: {found} {expected}");
     }
     assert_eq!(server.get("api/column?name=no.such").0, 404);
+}
+
+/// A copy of the run with what `workspace` writes: a tetrahedron and two voxels, one of them outside.
+fn with_workspace() -> TempDir {
+    let folder = tempfile::tempdir().expect("a folder");
+    for entry in std::fs::read_dir(directory()).expect("a folder").flatten() {
+        if entry.file_name().to_string_lossy().ends_with(".png") {
+            continue;
+        }
+        std::fs::copy(entry.path(), folder.path().join(entry.file_name())).expect("a copy");
+    }
+    let points = [[0.0; 3], [0.01, 0.0, 0.0], [0.0, 0.02, 0.0], [0.0, 0.0, 0.03]];
+    let data = Table::new(vec![Column::new("stability.margin", "", vec![0.1, 0.2, 0.3, 0.4])]);
+    let triangles = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
+    let surface = Triangles { points: &points, normals: &[], triangles: &triangles, data: &data };
+    std::fs::write(folder.path().join("boundary.ply"), ply::encode(&surface).expect("a surface")).expect("a file");
+    let voxels = Table::new(vec![
+        Column::new("voxel.x", "m", vec![0.001, 0.003]),
+        Column::new("voxel.y", "m", vec![0.001, 0.001]),
+        Column::new("voxel.z", "m", vec![0.001, 0.001]),
+        Column::new("reached", "", vec![true, false]),
+        Column::new("isotropy", "", vec![0.5, f64::NAN]),
+    ]);
+    write_table(&folder.path().join("workspace.parquet"), &voxels, &[]).expect("a file");
+    folder
+}
+
+#[test]
+fn a_workspace_brings_its_boundary_and_voxels() {
+    let folder = with_workspace();
+    let server = Running::new(folder.path());
+    let points = singles(&server.get("api/surface/points").1);
+    assert_eq!(points[2], ("z".to_owned(), vec![0.0, 0.0, 0.0, f64::from(0.03f32)]));
+    let corners = singles(&server.get("api/surface/triangles").1);
+    assert_eq!(corners[1], ("b".to_owned(), vec![2.0, 1.0, 3.0, 2.0]));
+    let voxels = singles(&server.get("api/voxels?column=isotropy").1);
+    assert_eq!(voxels[3], ("isotropy".to_owned(), vec![0.5]));
+    assert_eq!(server.json("api/view", None)["map"]["voxel"], 0.002);
+    // A file that is cut short shows nothing.
+    let path = folder.path().join("boundary.ply");
+    let whole = std::fs::read(&path).expect("a file");
+    for length in [0, 10, 100, whole.len() - 1] {
+        std::fs::write(&path, &whole[..length]).expect("a file");
+        assert_eq!(Running::new(folder.path()).json("api/view", None)["map"]["surface"], false, "{length} bytes");
+    }
 }
 
 #[test]
