@@ -83,7 +83,8 @@ fn post(view: &View, request: &Request) -> Result<Answer, Refusal> {
             let target: Vec<f64> = target.iter().filter_map(Value::as_f64).collect();
             let target = <[f64; 3]>::try_from(target);
             let target = target.map_err(|_| Refusal::wrong("`target`: give three coordinates in metres"))?;
-            Ok(of_json(&view.drag(values, target, is_set("begin"))?))
+            let begin = is_set("begin").then(|| is_set("precise"));
+            Ok(of_json(&view.drag(values, target, begin)?))
         }
         _ => Err(Refusal::absent("no such page")),
     }

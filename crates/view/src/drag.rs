@@ -4,12 +4,15 @@
 use crate::error::Refusal;
 use rodsweep::engines::EngineRequest;
 use rodsweep::model::{Plan, Scene, Vector};
-use rodsweep::spec::{ControlInput, Target};
+use rodsweep::spec::{ControlInput, Redundancy, Target};
 use rodsweep::study::{ControlError, ControlOptions, Controller, TargetOptions, TargetResult};
 use serde_json::{Value, json};
 
 /// What may be left of a target (m).
 const TOLERANCE: f64 = 1e-7;
+/// The same while a pointer moves, over the rod's length: less than a pixel. A finer search would spend currents on the
+/// last micrometres of places that cannot be reached.
+const ROUGH: f64 = 2e-3;
 /// Equilibria for one place of the pointer.
 const MOST_ITERATIONS: usize = 40;
 /// Tips of the table, and starts that are tried besides: few, for the pointer waits.
@@ -28,12 +31,15 @@ pub struct Drag {
 }
 
 impl Drag {
-    /// Begins at a scene's own values.
-    pub fn new(scene: Scene, inputs: Vec<ControlInput>) -> Result<Drag, Refusal> {
+    /// Begins at a scene's own values; a pointer asks for less precision than a number.
+    pub fn new(scene: Scene, inputs: Vec<ControlInput>, is_precise: bool) -> Result<Drag, Refusal> {
         if inputs.is_empty() {
             return Err(Refusal::wrong("the scene has no current to search for: drag is for rods with coils"));
         }
-        let options = ControlOptions::default().with_tolerance(TOLERANCE).with_most_iterations(MOST_ITERATIONS);
+        let tolerance = if is_precise { TOLERANCE } else { ROUGH * scene.total_length() };
+        let options = ControlOptions::default().with_tolerance(tolerance).with_most_iterations(MOST_ITERATIONS);
+        // Small currents keep to the equilibria that are reached from rest.
+        let options = options.with_redundancy(Redundancy::LeastCurrent);
         let engine = EngineRequest::any().choose_for_one(TOLERANCE).map_err(Refusal::failed)?;
         let mut make = |plan: &Plan| engine.make_for_one(plan);
         let controller =

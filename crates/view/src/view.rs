@@ -110,16 +110,17 @@ impl View {
         rod::with_values(&self.scene, values)
     }
 
-    /// Goes on with dragging the tip to a place (m); `begin` forgets the search so far.
+    /// Goes on with dragging the tip to a place (m); with `begin` the search so far is forgotten, and a new one is precise or
+    /// rough.
     ///
     /// # Errors
     ///
     /// A rod that nothing drives, or that has no equilibrium to begin from.
-    pub fn drag(&self, values: &Map<String, Value>, target: [f64; 3], begin: bool) -> Result<Value, Refusal> {
+    pub fn drag(&self, values: &Map<String, Value>, target: [f64; 3], begin: Option<bool>) -> Result<Value, Refusal> {
         let inputs = self.inputs();
         let mut drag = self.drag.lock().unwrap_or_else(PoisonError::into_inner);
-        if begin || drag.is_none() {
-            *drag = Some(Drag::new(self.scene_at(values)?, inputs)?);
+        if begin.is_some() || drag.is_none() {
+            *drag = Some(Drag::new(self.scene_at(values)?, inputs, begin.unwrap_or(false))?);
         }
         match drag.as_mut() {
             Some(drag) => drag.follow(target),

@@ -131,7 +131,7 @@ export class Dragging {
     this.wanted = null;
     this.begins = false;
     try {
-      const answer = await this.rod.source.drag({ ...this.rod.values }, target, begin);
+      const answer = await this.rod.source.drag({ ...this.rod.values }, target, begin, this.held === null);
       this.last = answer;
       this.rod.set(answer.values);
       this.deepen(answer);

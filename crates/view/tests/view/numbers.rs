@@ -65,7 +65,7 @@ fn the_tip_is_dragged_within_limits() {
     let there = solve(json!({ "coil.current.x": 0.05, "coil.current.y": 0.02, "coil.current.z": 0.1 }));
     let target = there["solution"]["tip"]["position"].clone();
     let drag = |target: &Value, begin: bool| {
-        server.json("api/drag", Some(json!({ "values": {}, "target": target, "begin": begin })))
+        server.json("api/drag", Some(json!({ "values": {}, "target": target, "begin": begin, "precise": true })))
     };
     let found = drag(&target, true);
     assert_eq!(found["outcome"], "reached", "{found}");
