@@ -5,7 +5,7 @@ use crate::error::Refusal;
 use rodsweep::engines::EngineRequest;
 use rodsweep::model::{Plan, Scene, Vector};
 use rodsweep::spec::{ControlInput, Redundancy, Target};
-use rodsweep::study::{ControlError, ControlOptions, Controller, TargetOptions, TargetResult};
+use rodsweep::study::{ControlError, ControlOptions, Controller, TargetResult};
 use serde_json::{Value, json};
 
 /// What may be left of a target (m).
@@ -15,9 +15,6 @@ const TOLERANCE: f64 = 1e-7;
 const ROUGH: f64 = 2e-3;
 /// Equilibria for one place of the pointer.
 const MOST_ITERATIONS: usize = 40;
-/// Tips of the table, and starts that are tried besides: few, for the pointer waits.
-const TABLE: usize = 256;
-const FURTHER: usize = 2;
 /// No coordinate is larger (m).
 const LARGEST: f64 = 1e3;
 
@@ -47,11 +44,9 @@ impl Drag {
         Ok(Drag { scene, inputs, controller, last: None })
     }
 
-    /// Looks for other inputs, from a table of tips.
-    fn elsewhere(&mut self, target: Target) -> Result<Option<TargetResult>, Refusal> {
-        let options = TargetOptions::default().with_table(TABLE).with_further(FURTHER);
-        let found = self.controller.reach(&[target], &options, &mut |_| {}).map_err(of_control)?;
-        Ok(found.into_iter().next())
+    /// Searches from where the drag began, by equilibria that are all reached from rest.
+    fn afresh(&mut self, target: Target) -> Result<Option<TargetResult>, Refusal> {
+        Ok(self.controller.follow(&[target]).map_err(of_control)?.pop())
     }
 
     /// Goes on to a place (m): inputs by name, the tip, how the search ended.
@@ -62,7 +57,7 @@ impl Drag {
         let target = Target::at(position);
         let before = self.last.clone();
         let result = match before.clone() {
-            None => self.controller.follow(&[target]).map_err(of_control)?.pop(),
+            None => self.afresh(target)?,
             Some(mut last) => {
                 last.target = target;
                 let mut results = [last];
@@ -72,8 +67,8 @@ impl Drag {
             }
         };
         let result = result.ok_or_else(|| Refusal::failed("the search gave no result"))?;
-        // A catheter that is switched on would not come there: other inputs may, or it stays where it was.
-        let result = if result.from_rest { result } else { self.elsewhere(target)?.unwrap_or(result) };
+        // A catheter that is switched on would not come there: another way may lead there, or it stays where it was.
+        let result = if result.from_rest { result } else { self.afresh(target)?.unwrap_or(result) };
         let is_from_rest = result.from_rest;
         let taken = if is_from_rest { result } else { before.unwrap_or(result) };
         let names = self.inputs.iter().map(|input| input.name(&self.scene));
