@@ -78,7 +78,7 @@ impl View {
     /// # Errors
     ///
     /// Results that cannot be read any more.
-    pub fn describe(&self, engine: bool) -> Result<Value, Refusal> {
+    pub(crate) fn describe(&self, engine: bool) -> Result<Value, Refusal> {
         let length = self.scene.total_length();
         let unit = LengthUnit::for_extent(length);
         let map = self.map.as_ref().map(ResultMap::describe).transpose()?;
@@ -106,7 +106,7 @@ impl View {
     /// # Errors
     ///
     /// A name or a value that the scene cannot take.
-    pub fn scene_at(&self, values: &Map<String, Value>) -> Result<Scene, Refusal> {
+    pub(crate) fn scene_at(&self, values: &Map<String, Value>) -> Result<Scene, Refusal> {
         rod::with_values(&self.scene, values)
     }
 
@@ -116,7 +116,12 @@ impl View {
     /// # Errors
     ///
     /// A rod that nothing drives, or that has no equilibrium to begin from.
-    pub fn drag(&self, values: &Map<String, Value>, target: [f64; 3], begin: Option<bool>) -> Result<Value, Refusal> {
+    pub(crate) fn drag(
+        &self,
+        values: &Map<String, Value>,
+        target: [f64; 3],
+        begin: Option<bool>,
+    ) -> Result<Value, Refusal> {
         let inputs = self.inputs();
         let mut drag = self.drag.lock().unwrap_or_else(PoisonError::into_inner);
         if begin.is_some() || drag.is_none() {
