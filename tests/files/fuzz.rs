@@ -11,8 +11,8 @@ use readers::{Place, READERS, Reader};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
-/// Mutations of all seeds of a reader together.
-const ROUNDS: u64 = 3000;
+/// Mutations of all seeds of a reader together: some seconds in all.
+const ROUNDS: u64 = 8000;
 /// Words that readers may trip over.
 const WORDS: [&str; 18] = [
     "-1",
