@@ -24,16 +24,28 @@ pub enum ColourScale {
 
 /// Range of a quantity's colours.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct ColourRange {
+pub struct ColourRange {
+    /// From a share of the range to a colour.
     pub map: ColourMap,
+    /// From a number to a share of the range.
     pub scale: ColourScale,
+    /// Number of the first colour.
     pub low: f64,
+    /// Number of the last colour.
     pub high: f64,
     /// Whether values lie below or above the range.
     pub clipped: [bool; 2],
 }
 
 impl ColourRange {
+    /// Range of finite values, as [`Cloud`](super::Cloud) colours them; signed values get a diverging map around zero.
+    /// `None` without values.
+    pub fn of(values: impl IntoIterator<Item = f64>) -> Option<Self> {
+        let mut values = values.into_iter().peekable();
+        values.peek()?;
+        Some(Self::new(values, None))
+    }
+
     /// Range of finite values, of which there is at least one; signed values get a diverging map around zero.
     pub(super) fn new(values: impl IntoIterator<Item = f64>, map: Option<ColourMap>) -> Self {
         let ([mut low, mut high], [first, last]) = bulk(values);
@@ -80,7 +92,8 @@ impl ColourRange {
         }
     }
 
-    pub(super) fn colour(&self, value: f64) -> Colour {
+    /// The colour of a value; held at both ends.
+    pub fn colour(&self, value: f64) -> Colour {
         match self.scale {
             ColourScale::Whole => self.map.at((value.round() - self.low - 0.5) / (self.high - self.low - 1.0).max(1.0)),
             ColourScale::Linear | ColourScale::Logarithmic => self.map.at(self.share(value)),

@@ -19,14 +19,6 @@ const FORCE: f64 = 0.18;
 const FRAME: f64 = 0.10;
 const PLATE: f64 = 0.10;
 
-const FLEXIBLE: Colour = Colour::hex(0x333333);
-const RIGID: Colour = Colour::GREY;
-const COIL: Colour = Colour::ORANGE;
-const DIPOLE_COLOUR: Colour = Colour::VERMILION;
-const FIELD_COLOUR: Colour = Colour::BLUE;
-const FORCE_COLOUR: Colour = Colour::GREEN;
-const FRAME_COLOURS: [Colour; 3] = [Colour::hex(0xb03060), Colour::hex(0x4daf4a), Colour::hex(0x3b6fb6)];
-
 /// What a stretch of a rod is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StretchKind {
@@ -66,6 +58,23 @@ pub struct RodShape {
     pub tip_force: Option<Vector>,
     /// Centreline at rest (m).
     pub rest: Option<Vec<Vector>>,
+}
+
+impl RodShape {
+    /// Of stretches that bend.
+    pub const FLEXIBLE_COLOUR: Colour = Colour::hex(0x333333);
+    /// Of stretches that do not bend.
+    pub const RIGID_COLOUR: Colour = Colour::GREY;
+    /// Of coils.
+    pub const COIL_COLOUR: Colour = Colour::ORANGE;
+    /// Of dipole moments.
+    pub const DIPOLE_COLOUR: Colour = Colour::VERMILION;
+    /// Of the field.
+    pub const FIELD_COLOUR: Colour = Colour::BLUE;
+    /// Of forces.
+    pub const FORCE_COLOUR: Colour = Colour::GREEN;
+    /// Of the directors of the tip.
+    pub const FRAME_COLOURS: [Colour; 3] = [Colour::hex(0xb03060), Colour::hex(0x4daf4a), Colour::hex(0x3b6fb6)];
 }
 
 impl Figure for RodShape {
@@ -110,8 +119,8 @@ impl Figure for RodShape {
             if let Some(flux_density) = self.flux_density.filter(|b| nonzero(*b)) {
                 let vector = scaled(flux_density, FIELD * widest);
                 let from = field_place(&views, view, vector, &occupied(view, &centreline, &rest, &arrows));
-                let head = arrow(&mut canvas, view, from, vector, FIELD_COLOUR, 1.5);
-                canvas.text(beside("B", view, vector, head, FIELD_COLOUR, &[]));
+                let head = arrow(&mut canvas, view, from, vector, RodShape::FIELD_COLOUR, 1.5);
+                canvas.text(beside("B", view, vector, head, RodShape::FIELD_COLOUR, &[]));
             }
         }
         views.draw_legend(&mut canvas, &entries);
@@ -135,7 +144,7 @@ impl RodShape {
         if let Some(rows) = directors {
             for (k, label) in ["d₁", "d₂", "d₃"].into_iter().enumerate() {
                 let vector = rows.map(|row| FRAME * widest * row[k]);
-                arrows.push(Mark { from: tip, vector, colour: FRAME_COLOURS[k], width: 0.9, label });
+                arrows.push(Mark { from: tip, vector, colour: RodShape::FRAME_COLOURS[k], width: 0.9, label });
             }
         }
         let largest = self.largest_dipole();
@@ -145,12 +154,12 @@ impl RodShape {
                 let (a, b) = (points[0], points[points.len() - 1]);
                 let from = std::array::from_fn(|k| 0.5 * (a[k] + b[k]));
                 let vector = dipole.map(|x| DIPOLE * widest * x / largest);
-                arrows.push(Mark { from, vector, colour: DIPOLE_COLOUR, width: 1.5, label: "µ" });
+                arrows.push(Mark { from, vector, colour: RodShape::DIPOLE_COLOUR, width: 1.5, label: "µ" });
             }
         }
         if let Some(force) = self.tip_force.filter(|f| nonzero(*f)) {
             let vector = scaled(force, FORCE * widest);
-            arrows.push(Mark { from: tip, vector, colour: FORCE_COLOUR, width: 1.5, label: "F" });
+            arrows.push(Mark { from: tip, vector, colour: RodShape::FORCE_COLOUR, width: 1.5, label: "F" });
         }
         arrows
     }
@@ -199,22 +208,28 @@ impl RodShape {
             self.stretches.iter().filter_map(|s| s.dipole).filter(|m| nonzero(*m)).map(norm).collect();
         match dipoles[..] {
             [] => {}
-            [one] => entries.push(arrow_entry(format!("dipole moment µ, {} A·m²", compact(one)), DIPOLE_COLOUR)),
+            [one] => {
+                entries.push(arrow_entry(format!("dipole moment µ, {} A·m²", compact(one)), RodShape::DIPOLE_COLOUR))
+            }
             _ => {
                 let words = format!("dipole moments µ, longest {} A·m²", compact(self.largest_dipole()));
-                entries.push(arrow_entry(words, DIPOLE_COLOUR));
+                entries.push(arrow_entry(words, RodShape::DIPOLE_COLOUR));
             }
         }
         if let Some(flux_density) = self.flux_density.filter(|b| nonzero(*b)) {
-            entries.push(arrow_entry(format!("field B, {} T", compact(norm(flux_density))), FIELD_COLOUR));
+            entries.push(arrow_entry(format!("field B, {} T", compact(norm(flux_density))), RodShape::FIELD_COLOUR));
         }
         if let Some(force) = self.tip_force.filter(|f| nonzero(*f)) {
             let newtons = norm(force);
             let (factor, unit) = if newtons < 0.1 { (1e3, "mN") } else { (1.0, "N") };
-            entries.push(arrow_entry(format!("tip force F, {} {unit}", compact(newtons * factor)), FORCE_COLOUR));
+            entries.push(arrow_entry(
+                format!("tip force F, {} {unit}", compact(newtons * factor)),
+                RodShape::FORCE_COLOUR,
+            ));
         }
         if self.tip_rotation.is_some() {
-            for (colour, words) in FRAME_COLOURS.into_iter().zip(["tip d₁", "tip d₂", "tip d₃ (tangent)"]) {
+            for (colour, words) in RodShape::FRAME_COLOURS.into_iter().zip(["tip d₁", "tip d₂", "tip d₃ (tangent)"])
+            {
                 entries.push(arrow_entry(words.into(), colour));
             }
         }
@@ -225,9 +240,9 @@ impl RodShape {
 /// Colour and width (pt).
 pub(super) fn style(kind: StretchKind) -> (Colour, f64) {
     match kind {
-        StretchKind::Flexible => (FLEXIBLE, 1.7),
-        StretchKind::Rigid => (RIGID, 3.2),
-        StretchKind::Coil => (COIL, 4.2),
+        StretchKind::Flexible => (RodShape::FLEXIBLE_COLOUR, 1.7),
+        StretchKind::Rigid => (RodShape::RIGID_COLOUR, 3.2),
+        StretchKind::Coil => (RodShape::COIL_COLOUR, 4.2),
     }
 }
 

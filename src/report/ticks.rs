@@ -102,7 +102,8 @@ pub(super) fn with_unit(label: &str, unit: &str, power: i32) -> String {
 
 /// A unit of length in which coordinates read well.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct LengthUnit {
+pub struct LengthUnit {
+    /// Such as `mm`.
     pub name: &'static str,
     /// In m
     pub metres: f64,
@@ -110,7 +111,7 @@ pub(super) struct LengthUnit {
 
 impl LengthUnit {
     /// For coordinates up to `extent` (m).
-    pub(super) fn for_extent(extent: f64) -> Self {
+    pub fn for_extent(extent: f64) -> Self {
         match extent {
             x if x < 2e-6 => Self { name: "nm", metres: 1e-9 },
             x if x < 2e-3 => Self { name: "µm", metres: 1e-6 },

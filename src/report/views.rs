@@ -19,9 +19,10 @@ const BOTTOM: f64 = 31.0;
 const GAP_X: f64 = 43.0;
 const GAP_Y: f64 = 44.0;
 const TALLEST: f64 = 430.0;
-/// Directions of the camera in space (deg).
-const AZIMUTH: f64 = -58.0;
-const ELEVATION: f64 = 24.0;
+/// From where figures in space are seen: angle about z, from the x axis (deg).
+pub const AZIMUTH: f64 = -58.0;
+/// From where figures in space are seen: angle above the plane of x and y (deg).
+pub const ELEVATION: f64 = 24.0;
 
 /// An orthographic camera and its panel.
 #[derive(Clone, Debug, PartialEq)]

@@ -29,6 +29,9 @@ const ROUND: Duration = Duration::from_secs(5);
 /// Claims of one round.
 const MOST_UNITS: u64 = 16;
 
+/// A worker that finds nothing free lists everything anew at most this seldom.
+const LOOK: Duration = Duration::from_secs(10);
+
 /// What a worker does next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Next {
@@ -72,6 +75,8 @@ pub(crate) struct Claims {
     /// The unit where it looks first, so that workers seldom meet.
     place: u64,
     last_look: Option<Instant>,
+    /// Looks since it last had something to solve.
+    idle: u32,
 }
 
 impl Claims {
@@ -99,6 +104,7 @@ impl Claims {
             begin: Instant::now(),
             place,
             last_look: None,
+            idle: 0,
         };
         claims.look()?;
         if !claims.is_whole() {
@@ -136,30 +142,39 @@ impl Claims {
             self.claim_free()?;
         }
         if let Some(chunk) = self.ready.pop_front() {
-            self.given += 1;
+            (self.given, self.idle) = (self.given + 1, 0);
             return Ok(Next::Chunk(chunk));
         }
         if self.store.head(DONE)?.is_some() {
             self.state.complete.store(true, Ordering::Relaxed);
             return Ok(Next::Done);
         }
-        let pause = self.plan.silence() / 6;
-        let pause = pause.min(Duration::from_secs(5));
+        let pause = self.pause();
         if self.last_look.is_some_and(|last| last.elapsed() < pause) {
             return Ok(Next::Wait(pause / 2));
         }
         self.look()?;
+        self.idle += 1;
         if self.is_whole() {
             return self.finish(pause);
         }
         self.take_over()?;
         match self.ready.pop_front() {
             Some(chunk) => {
-                self.given += 1;
+                (self.given, self.idle) = (self.given + 1, 0);
                 Ok(Next::Chunk(chunk))
             }
             None => Ok(Next::Wait(pause / 2)),
         }
+    }
+
+    /// Time between two looks: twice as long each time, and longer where a look takes many requests.
+    fn pause(&self) -> Duration {
+        const FIRST: Duration = Duration::from_millis(250);
+        const PAGE: u64 = 1000;
+        let pages = 1 + (self.record.chunk_count() + self.end_unit()) / PAGE;
+        let factor = pages.min(1000) as u32 * (1 << self.idle.min(10));
+        (FIRST * factor).min(self.plan.silence() / 6).min(LOOK)
     }
 
     /// After the manifest has been written: all others may go.

@@ -204,17 +204,18 @@ fn many_workers_share_chunks_and_outlive_some() {
     let found = directory::parts(store.as_ref(), &record).expect("parts");
     assert_eq!((found.sound.len() as u64, found.damaged.len()), (chunks, 0));
     let sum = |of: &dyn Fn(&Worked) -> u64| worked.iter().map(of).sum::<u64>();
-    assert_eq!(sum(&|worked| worked.finished), 1, "one ends the run");
+    // A machine under load may keep a living worker silent for long: then a chunk is solved twice, and put once.
+    assert!(sum(&|worked| worked.finished) >= 1, "somebody ends the run");
     assert_eq!(sum(&|worked| worked.chunks), chunks + sum(&|worked| worked.twice));
-    assert_eq!(sum(&|worked| worked.twice), 0, "nobody that lived was taken for dead");
     let total = |of: &dyn Fn(&Worked) -> Duration| worked.iter().map(of).sum::<Duration>().as_secs_f64();
     let busy = chunks as f64 * chunk_time.as_secs_f64();
     let requests = [&store.puts, &store.gets, &store.lists].map(|count| count.load(Ordering::Relaxed));
     println!(
         "{workers} workers, {chunks} chunks of {chunk_time:?}, delay {delay:?}: {seconds:.1} s; claiming {:.2} % of solving, \
-         waiting at the end {:.1} s a worker; requests: {} puts, {} gets, {} lists, {:.1} a second, {:.2} a chunk",
+         waiting at the end {:.1} s a worker; {} chunks solved twice; requests: {} puts, {} gets, {} lists, {:.1} a second, {:.2} a chunk",
         100.0 * total(&|worked| worked.claiming) / busy,
         total(&|worked| worked.waited) / workers as f64,
+        sum(&|worked| worked.twice),
         requests[0],
         requests[1],
         requests[2],

@@ -198,8 +198,8 @@ fn jobs_of_kubernetes_are_valid() {
     assert_eq!(job["template"]["spec"]["containers"][0]["resources"]["limits"]["nvidia.com/gpu"], "1");
     check(&["--out", "/results", "--volume", "claim"]);
     // The sweep that the workers get is whole by itself.
-    sandbox.write("mounted/sweep.toml", list["items"][0]["data"]["sweep.toml"].as_str().expect("a sweep"));
-    sandbox.ok(&["run", "mounted/sweep.toml", "--out", "out", "--dry-run"]);
+    sandbox.write("mounted.toml", list["items"][0]["data"]["sweep.toml"].as_str().expect("a sweep"));
+    sandbox.ok(&["run", "mounted.toml", "--out", "out", "--dry-run"]);
     let output =
         sandbox.run(&["submit", "kubernetes", "sweep.toml", "--workers", "8", "--image", "a", "--out", "here"]);
     assert!(output.code == 2 && output.stderr.contains("--volume"), "{}", output.stderr);

@@ -19,4 +19,5 @@ mod readme;
 mod sandbox;
 mod sensitivity;
 mod stretches;
+mod view;
 mod workspace;

@@ -57,6 +57,8 @@ pub enum Command {
     Fit(FitArguments),
     /// Find which input matters, how uncertain the tip is, and what to measure
     Sensitivity(SensitivityArguments),
+    /// Show a rod that follows sliders, or the map of a result directory, in the browser
+    View(super::view::ViewArguments),
     /// Make a scene of a catheter's parameter file, or a table of a play file
     Import(ImportArguments),
     /// Print a completion script for a shell

@@ -25,6 +25,7 @@ mod simulate;
 mod solve;
 mod submit;
 mod verify;
+mod view;
 mod workspace;
 mod workspace_args;
 
@@ -40,6 +41,7 @@ use rodsweep::study::sensitivity::SensitivityError;
 use rodsweep::study::workspace::WorkspaceError;
 use rodsweep::study::{ControlError, FitError};
 use rodsweep::sweep::SweepError;
+use rodsweep_view::ViewError;
 use std::io::Write;
 use std::process::ExitCode;
 
@@ -82,6 +84,8 @@ pub(crate) enum CommandError {
     Workspace(WorkspaceError),
     #[error(transparent)]
     Sensitivity(SensitivityError),
+    #[error(transparent)]
+    View(#[from] ViewError),
     #[error("{0}")]
     Usage(String),
     #[error("cannot start threads: {0}; set RAYON_NUM_THREADS to fewer, or raise the limit of processes (ulimit -u)")]
@@ -102,6 +106,7 @@ impl CommandError {
             CommandError::Sensitivity(error) if error.is_usage() => Exit::Usage,
             CommandError::Sweep(error) if error.is_usage() => Exit::Usage,
             CommandError::Results(error) if error.is_usage() => Exit::Usage,
+            CommandError::View(error) if error.is_usage() => Exit::Usage,
             CommandError::Backend(BackendError::Unsupported { .. }) => Exit::Usage,
             CommandError::RunFigures(RunFiguresError::Colour { .. }) => Exit::Usage,
             CommandError::Report(ReportError::Extension { .. }) => Exit::Usage,
@@ -157,6 +162,7 @@ fn command(command: Command) -> Result<Exit, CommandError> {
         Command::Workspace(arguments) => workspace::workspace(&arguments),
         Command::Fit(arguments) => fit::fit(&arguments),
         Command::Sensitivity(arguments) => sensitivity::sensitivity(&arguments),
+        Command::View(arguments) => view::view(&arguments),
         Command::Import(arguments) => import::import(&arguments),
         Command::Completions { shell } => completions(shell),
     }

@@ -15,8 +15,6 @@ use std::time::{Duration, Instant};
 
 /// A line of progress at most this often.
 const INTERVAL: Duration = Duration::from_secs(2);
-/// A point is reached within this share of a voxel.
-const TOLERANCE: f64 = 1e-4;
 
 pub fn workspace(arguments: &WorkspaceArguments) -> Result<Exit, CommandError> {
     let interrupted = signals::listen();
@@ -55,11 +53,9 @@ pub fn workspace(arguments: &WorkspaceArguments) -> Result<Exit, CommandError> {
     }
     if let Some(targets) = &targets {
         let mut map = job.map(&found.inputs)?;
-        let tolerance = TOLERANCE * found.grown.lattice.spacing;
-        extras.reach = found.reach(&mut map, targets, preference(arguments.prefer), tolerance)?;
+        extras.reach = found.reach(&mut map, targets, preference(arguments.prefer), found.usual_tolerance())?;
         if let Some(robust) = &extras.robust {
-            let probability = |target: &Target| robust.probability(&found, target.position);
-            extras.reach.iter_mut().for_each(|answer| answer.probability = probability(&answer.target));
+            robust.rate(&found, &mut extras.reach);
         }
     }
     extras.study = variation.as_ref().map(|variation| job.vary(&found, variation)).transpose()?;
@@ -168,14 +164,7 @@ impl Teller {
             return;
         }
         self.last.set(Some(Instant::now()));
-        match stage {
-            WorkspaceStage::Seeds => say("looking for places to begin"),
-            WorkspaceStage::Growing(reached) => say(&format!("{reached} voxels reached")),
-            WorkspaceStage::Checking => say("computing the independent value"),
-            WorkspaceStage::Voxels(count) => say(&format!("dexterity and compliance of {count} voxels")),
-            WorkspaceStage::Designs(done, all) => say(&format!("{done} of {all} designs")),
-            _ => {}
-        }
+        say(&stage.words());
     }
 }
 

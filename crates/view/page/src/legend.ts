@@ -1,0 +1,48 @@
+// What the colours in space mean, in the words of the figures.
+
+import { el } from "./dom";
+import { compact } from "./format";
+import { norm } from "./rodmesh";
+import type { RodAnswer, Style } from "./wire";
+
+export class Legend {
+  readonly element = el("div", { class: "legend" });
+  private words = "";
+
+  constructor(private readonly style: Style) {}
+
+  show(answer: RodAnswer | null): void {
+    const shape = answer?.shape;
+    const entries: [string, string, string][] = [];
+    const { colours } = this.style;
+    if (shape) {
+      const kinds = new Set(shape.stretches.map((stretch) => stretch.kind));
+      if (kinds.has("flexible")) entries.push(["line", "var(--flexible)", "flexible"]);
+      if (kinds.has("rigid")) entries.push(["line", colours.rigid!, "rigid"]);
+      if (kinds.has("coil")) entries.push(["line", colours.coil!, "coil (rigid)"]);
+      const dipole = Math.max(...shape.stretches.map((stretch) => norm(stretch.dipole)));
+      if (dipole > 0) entries.push(["arrow", colours.dipole!, `dipole moment \u00b5, ${compact(dipole, 2)} A\u00b7m\u00b2`]);
+      const field = norm(shape.flux_density);
+      if (field > 0) entries.push(["arrow", colours.field!, `field B, ${compact(field, 3)} T`]);
+      const force = norm(shape.tip_force);
+      if (force > 0) entries.push(["arrow", colours.force!, `tip force F, ${compact(1e3 * force, 2)} mN`]);
+      entries.push(["frame", "", "tip frame d\u2081 d\u2082 d\u2083"]);
+    }
+    entries.push(["dash", colours.grey!, "at rest"]);
+    const words = JSON.stringify(entries);
+    if (words === this.words) return;
+    this.words = words;
+    this.element.replaceChildren(
+      ...entries.map(([kind, colour, text]) => {
+        const mark = el("i", { class: `mark is-${kind}` });
+        if (kind === "frame") mark.append(...colours.frame.map((colour) => marked(el("b"), colour)));
+        return el("span", {}, marked(mark, colour), text);
+      }),
+    );
+  }
+}
+
+function marked(element: HTMLElement, colour: string): HTMLElement {
+  if (colour) element.style.setProperty("--colour", colour);
+  return element;
+}

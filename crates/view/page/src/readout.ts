@@ -1,0 +1,200 @@
+// What came of the rod: status in words, shape and colour; tip, margin, estimate; other equilibria; ellipsoids.
+
+import { copyButton, el, symbol } from "./dom";
+import type { Dragging } from "./dragging";
+import { INPUT_SHARE } from "./ellipsoid";
+import { compact, fixed, parse } from "./format";
+import type { RodView, Shown } from "./rodview";
+import type { Branches, DragAnswer, RodAnswer, Solution, Vector } from "./wire";
+
+const OUTCOMES: Record<string, string> = {
+  reached: "The tip is there.",
+  "at-limit": "Out of reach: this is the nearest place within the limits of the inputs.",
+  unreachable: "Out of reach: this is the nearest place that the tip can go to.",
+  stuck: "Every step leads away, or to no stable equilibrium nearby.",
+  "iteration-limit": "Still on its way.",
+};
+
+export class Readout {
+  readonly element: HTMLElement;
+  private readonly status = el("div", { class: "status", role: "status", "aria-live": "polite" });
+  private readonly numbers: Record<string, HTMLElement> = {};
+  private readonly margin = el("i");
+  private readonly others = el("div", { class: "others" });
+  private readonly arguments = el("code", { class: "arguments" });
+  private readonly notes = el("p", { class: "note" });
+  private readonly search = el("p", { class: "note", role: "status" });
+  private readonly tipInputs: HTMLInputElement[];
+  private found: Branches | null = null;
+
+  constructor(
+    private readonly rod: RodView,
+    private readonly dragging: Dragging | null,
+  ) {
+    const { description } = rod.source;
+    const unit = description.length_unit.name;
+    const number = (name: string, label: string, title = "") => {
+      const cell = el("output", { class: "value", "data-value": name }, "\u2013");
+      this.numbers[name] = cell;
+      return el("div", { class: "row", title }, el("span", { class: "label" }, label), cell);
+    };
+    const isLive = description.engine;
+    this.tipInputs = ["x", "y", "z"].map((axis) =>
+      el("input", { type: "text", inputmode: "decimal", class: "number", "aria-label": `Tip ${axis} in ${unit}` }),
+    );
+    const go = el("button", { type: "submit", class: "small" }, "Find currents");
+    const form = el("form", { class: "tip-form" }, ...this.tipInputs, go);
+    form.addEventListener("submit", (event) => {
+      event.preventDefault();
+      const metres = description.length_unit.metres;
+      const target = this.tipInputs.map((input) => parse(input.value) * metres);
+      if (target.every(Number.isFinite)) this.dragging?.seek(target as Vector, true);
+    });
+    const toggle = (name: keyof Shown, label: string) => {
+      const box = el("input", { type: "checkbox" });
+      box.addEventListener("change", () => rod.setShown(name, box.checked));
+      return el("label", { class: `check is-${name}` }, box, el("span", {}, label));
+    };
+    const all = el("button", { type: "button" }, "All equilibria");
+    all.addEventListener("click", () => void this.findAll(all));
+    const canDrag = isLive && description.can_drag && dragging !== null;
+    this.element = el(
+      "div",
+      { class: "readout" },
+      isLive ? null : el("section", {}, el("h2", {}, "Rod as in the file")),
+      this.status,
+      el(
+        "section",
+        {},
+        el("h2", {}, "Tip"),
+        ...["x", "y", "z"].map((axis, k) => number(`tip.${axis}`, `${axis} (${unit})`, k === 0 ? "Position, world frame" : "")),
+        number("tangent", "tangent"),
+      ),
+      el(
+        "section",
+        {},
+        el("h2", {}, "Equilibrium"),
+        number("margin", "stability margin", "1 at rest, 0 at a fold, negative when unstable"),
+        el("div", { class: "meter", "aria-hidden": "true" }, this.margin),
+        number("index", "unstable modes"),
+        number("estimate", "error estimate", "Of tip position over rod length or of tip rotation, whichever is larger"),
+        number("load", "load reached from rest"),
+        isLive ? number("time", "solved in") : null,
+      ),
+      canDrag ? el("section", {}, el("h2", {}, `Move the tip (${unit})`), form, this.search) : null,
+      isLive ? el("section", {}, el("h2", {}, "Other equilibria"), all, this.others) : null,
+      rod.stage === null ? null : el(
+        "section",
+        {},
+        el("h2", {}, "Ellipsoids at the tip"),
+        toggle("manipulability", "Manipulability"),
+        toggle("compliance", "Compliance"),
+        this.notes,
+      ),
+      isLive
+        ? el("section", {}, el("h2", {}, "As arguments"), this.arguments, copyButton(() => rod.setArguments(), "Copy arguments"))
+        : null,
+    );
+    rod.onAnswer((answer, error) => this.show(answer, error));
+    dragging?.onAnswer((answer, error) => this.tellSearch(answer, error));
+  }
+
+  private tellSearch(answer: DragAnswer | null, error: string | null): void {
+    if (!answer) this.search.textContent = error ?? "";
+    else {
+      const elsewhere = answer.from_rest ? "" : " Beyond lies an equilibrium that is not reached from rest, so the currents stay.";
+      this.search.textContent = (OUTCOMES[answer.outcome] ?? answer.outcome) + elsewhere;
+    }
+  }
+
+  private show(answer: RodAnswer | null, error: string | null): void {
+    const solution = answer?.solution ?? null;
+    const { kind, title, words } = judge(solution, error);
+    this.status.className = `status is-${kind}`;
+    this.status.replaceChildren(symbol(kind), el("b", {}, title), el("span", {}, words));
+    const write = (name: string, text: string) => {
+      const cell = this.numbers[name];
+      if (cell && cell.textContent !== text) cell.textContent = text;
+    };
+    const metres = this.rod.source.description.length_unit.metres;
+    const tip = solution?.tip ?? null;
+    ["x", "y", "z"].forEach((axis, k) => {
+      const text = tip ? fixed(tip.position[k]! / metres, 4) : "\u2013";
+      write(`tip.${axis}`, text);
+      const input = this.tipInputs[k]!;
+      if (document.activeElement !== input) input.value = tip ? (tip.position[k]! / metres).toFixed(2) : "";
+    });
+    write("tangent", tip ? tip.rotation.map((row) => fixed(row[2]!, 3)).join("  ") : "\u2013");
+    const margin = solution?.stability_margin;
+    write("margin", margin === undefined || margin === null ? "\u2013" : fixed(margin, 4));
+    this.margin.style.width = `${100 * Math.max(0, Math.min(1, margin ?? 0))}%`;
+    write("index", answer?.stability_index == null ? "\u2013" : String(answer.stability_index));
+    write("estimate", solution?.error_estimate == null ? "\u2013" : compact(solution.error_estimate, 2));
+    write("load", solution ? `${fixed(100 * solution.load_fraction, solution.load_fraction === 1 ? 0 : 1)}\u202f%` : "\u2013");
+    write("time", answer && this.rod.source.description.engine ? `${fixed(1e3 * answer.seconds, 1)}\u202fms` : "\u2013");
+    this.arguments.textContent = this.rod.setArguments() || "none: the values of the file";
+    this.others.replaceChildren();
+    this.found = null;
+    this.tellEllipsoids();
+  }
+
+  private tellEllipsoids(): void {
+    const { shown, softForce } = this.rod;
+    const words = [];
+    if (shown.manipulability) words.push(`Manipulability: every input moves by ${100 * INPUT_SHARE}\u202f% of half its range.`);
+    if (shown.compliance) words.push(`Compliance: any force of ${compact(softForce * 1e3)}\u202fmN.`);
+    this.notes.textContent = words.join(" ");
+  }
+
+  private async findAll(button: HTMLButtonElement): Promise<void> {
+    button.disabled = true;
+    try {
+      this.found = await this.rod.branches();
+      this.list(this.found);
+    } catch (error) {
+      this.others.replaceChildren(el("p", { class: "note" }, error instanceof Error ? error.message : String(error)));
+    }
+    button.disabled = false;
+  }
+
+  private list(found: Branches): void {
+    const { metres, name } = this.rod.source.description.length_unit;
+    const stable = found.branches.filter((branch) => branch.stable).length;
+    const words = `${found.branches.length} found, ${stable} stable${found.balanced ? "" : "; some are missing"}.`;
+    const isUnstableShown = el("input", { type: "checkbox", checked: true });
+    isUnstableShown.addEventListener("change", () =>
+      this.rod.showGhosts(found, (branch) => branch.stable === true || isUnstableShown.checked),
+    );
+    const rows = found.branches.map((branch) => {
+      const at = branch.tip ? branch.tip.position.map((x) => fixed(x / metres, 1)).join("  ") : "\u2013";
+      const cells = [el("td", {}, symbol(branch.stable ? "good" : "warn"), branch.stable ? "stable" : "unstable")];
+      cells.push(el("td", { class: "value" }, at), el("td", { class: "value" }, fixed(branch.stability_margin ?? NaN, 2)));
+      return el("tr", {}, ...cells);
+    });
+    const head = el("tr", {}, el("th", {}, ""), el("th", {}, `tip (${name})`), el("th", {}, "margin"));
+    this.others.replaceChildren(
+      el("p", { class: "note" }, words),
+      el("label", { class: "check" }, isUnstableShown, el("span", {}, "Unstable ones, too")),
+      el("table", { class: "equilibria" }, el("thead", {}, head), el("tbody", {}, ...rows)),
+    );
+  }
+}
+
+type Kind = "good" | "warn" | "bad" | "wait";
+
+/** A solution in words. */
+export function judge(solution: Solution | null, error: string | null): { kind: Kind; title: string; words: string } {
+  if (error) return { kind: "bad", title: "No rod", words: error };
+  if (!solution) return { kind: "wait", title: "Solving", words: "" };
+  const status = solution.status;
+  if (!solution.tip) {
+    const words = `${status}: followed from rest to ${fixed(100 * solution.load_fraction, 1)}\u202f% of the load. Drawn in grey: the last equilibrium.`;
+    return { kind: "bad", title: "No equilibrium", words };
+  }
+  if (solution.stable === false) return { kind: "warn", title: "Unstable", words: `${status}: no rod stays here.` };
+  if (!solution.converged) {
+    const words = `The path from rest ends at ${fixed(100 * solution.load_fraction, 1)}\u202f% of the load: the rod would snap. Drawn: an equilibrium beyond.`;
+    return { kind: "warn", title: "Fold", words };
+  }
+  return { kind: "good", title: "Stable", words: status === "ok" ? "reached from rest" : `${status}, reached from rest` };
+}

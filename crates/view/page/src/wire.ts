@@ -1,0 +1,140 @@
+// What goes over the wire; told in docs/view.md. Numbers are in SI units.
+
+export type Vector = [number, number, number];
+
+export interface Slider {
+  name: string;
+  group: string;
+  unit: string;
+  shown_unit: string;
+  factor: number;
+  value: number;
+  low: number;
+  high: number;
+  limits: "sweep" | "kind";
+  is_input: boolean;
+}
+
+export interface Style {
+  azimuth: number;
+  elevation: number;
+  colours: Record<string, string> & { frame: string[] };
+  maps: Record<"sequential" | "diverging", string[]>;
+}
+
+export interface ColumnInfo {
+  name: string;
+  unit: string;
+  kind: "number" | "flag" | "status" | "text";
+  derivative: boolean;
+}
+
+export interface StatusInfo {
+  name: string;
+  success: boolean;
+  converged: boolean;
+}
+
+export interface MapInfo {
+  rows: number;
+  points: number;
+  samples: number;
+  has_rows: boolean;
+  columns: ColumnInfo[];
+  inputs: string[];
+  colour: string;
+  statuses: StatusInfo[];
+  surface: boolean;
+  voxels: ColumnInfo[] | null;
+  voxel: number | null;
+}
+
+export interface Description {
+  kind: "scene" | "map";
+  title: string;
+  file: string;
+  version: string;
+  engine: boolean;
+  style: Style;
+  length: number;
+  length_unit: { name: string; metres: number };
+  sliders: Slider[];
+  can_drag: boolean;
+  map: MapInfo | null;
+  stills: string[] | Record<string, string>;
+}
+
+export interface Solution {
+  status: string;
+  converged: boolean;
+  stable: boolean | null;
+  stability_margin?: number;
+  iterations: number;
+  residual: number | null;
+  error_estimate: number | null;
+  load_fraction: number;
+  tip: { position: Vector; quaternion: number[]; rotation: number[][] } | null;
+  jacobian: { parameters: string[]; position: number[][] } | null;
+  energy?: number | null;
+  from_rest?: boolean;
+  stability_index?: number;
+}
+
+export interface Stretch {
+  name: string;
+  kind: "flexible" | "rigid" | "coil";
+  radius: number | null;
+  positions: number[];
+  rotations: number[];
+  dipole: Vector | null;
+}
+
+export interface Shape {
+  stretches: Stretch[];
+  flux_density: Vector;
+  tip_force: Vector;
+}
+
+export interface RodAnswer {
+  solution: Solution;
+  stability_index: number | null;
+  shape: Shape | null;
+  engine: string;
+  seconds: number;
+  rest?: Vector[] | null;
+}
+
+export interface Branches {
+  branches: Solution[];
+  balanced: boolean;
+  searches: number;
+  shapes: (Shape | null)[];
+}
+
+export interface DragAnswer {
+  values: Record<string, number>;
+  outcome: string;
+  tip: Vector;
+  residual: number;
+  from_rest: boolean;
+}
+
+export interface Statistics {
+  name: string;
+  unit: string;
+  count: number;
+  map: "sequential" | "diverging";
+  low: number;
+  high: number;
+  clipped: [boolean, boolean];
+  shares: number[];
+  percentiles: number[];
+}
+
+export interface Row {
+  row: number;
+  cells: { name: string; unit: string; value: number | string | boolean | null }[];
+}
+
+export type Values = Record<string, number>;
+export type Numbers = Float32Array | Uint32Array | Uint8Array;

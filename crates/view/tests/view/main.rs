@@ -1,0 +1,7 @@
+//! The server as its own page and as strangers find it, and the exported page.
+
+mod client;
+mod export;
+mod guard;
+mod numbers;
+mod results;

@@ -1,0 +1,126 @@
+//! What the page is told of one rod is what `solve` says of it.
+
+use super::client::{Running, shipped};
+use rodsweep::input::{assign, read_scene};
+use rodsweep::report::{AZIMUTH, Colour, ColourMap, ELEVATION, FourViews, RodShape};
+use rodsweep::study::Solve;
+use serde_json::{Value, json};
+
+fn numbers(value: &Value) -> Vec<f64> {
+    value.as_array().expect("a list").iter().map(|x| x.as_f64().expect("a number")).collect()
+}
+
+#[test]
+fn the_rod_is_that_of_solve() {
+    let server = Running::scene();
+    let values = json!({ "coil.current.x": 0.12, "coil.current.z": -0.2, "insertion": 0.09, "field.flux_density.z": 0.5,
+                         "proximal.youngs_modulus": 6.1e6, "loads.tip_force.x": 1e-3 });
+    let answer = server.json("api/solve", Some(json!({ "values": values, "rest": true })));
+    let mut scene = read_scene(&shipped("sweeps/scenes/p6.toml")).expect("a scene");
+    let texts: Vec<String> =
+        values.as_object().expect("values").iter().map(|(name, value)| format!("{name}={value}")).collect();
+    assign(&mut scene, &texts).expect("values");
+    let solved = Solve::new(scene).run().expect("a rod");
+    let mut expected = solved.to_json();
+    let mut found = answer["solution"].clone();
+    // Derivatives, numbers and words: all of it, bit for bit.
+    assert_eq!(found, expected);
+    assert!(found["tip"].is_object());
+    found["tip"]["position"][0] = json!(0.0);
+    expected["stable"] = json!(false);
+    assert_ne!(found, expected);
+    // The shape ends at the tip.
+    let stretches = answer["shape"]["stretches"].as_array().expect("stretches");
+    assert_eq!(
+        stretches.iter().map(|s| s["kind"].as_str().expect("a kind")).collect::<Vec<_>>(),
+        ["flexible", "coil", "flexible"]
+    );
+    let last = numbers(&stretches[2]["positions"]);
+    let tip = solved.tip_position();
+    for axis in 0..3 {
+        assert!((last[last.len() - 3 + axis] - tip[axis]).abs() < 1e-9, "{last:?} {tip:?}");
+    }
+    assert_eq!(numbers(&answer["shape"]["flux_density"]), [0.0, 3.0, 0.5]);
+    assert!(answer["rest"].as_array().expect("the rod at rest").len() > 40);
+}
+
+#[test]
+fn every_equilibrium_is_that_of_solve() {
+    let server = Running::scene();
+    let values = json!({ "coil.current.x": 0.12, "coil.current.y": -0.25, "coil.current.z": 0.2 });
+    let answer = server.json("api/branches", Some(json!({ "values": values })));
+    let mut scene = read_scene(&shipped("sweeps/scenes/p6.toml")).expect("a scene");
+    assign(&mut scene, &["coil.current.x=0.12", "coil.current.y=-0.25", "coil.current.z=0.2"]).expect("values");
+    let all = Solve::new(scene).run().expect("a rod").all_branches().expect("branches");
+    assert_eq!(answer["branches"], all.to_json()["branches"]);
+    assert!(all.branches().len() >= 3);
+    assert_eq!(answer["shapes"].as_array().map(Vec::len), Some(all.branches().len()));
+}
+
+#[test]
+fn the_tip_is_dragged_within_limits() {
+    let server = Running::scene();
+    let solve = |values: Value| server.json("api/solve", Some(json!({ "values": values })));
+    // Where it can go: the tip of other currents.
+    let there = solve(json!({ "coil.current.x": 0.05, "coil.current.y": 0.02, "coil.current.z": 0.1 }));
+    let target = there["solution"]["tip"]["position"].clone();
+    let drag = |target: &Value, begin: bool| {
+        server.json("api/drag", Some(json!({ "values": {}, "target": target, "begin": begin, "precise": true })))
+    };
+    let found = drag(&target, true);
+    assert_eq!(found["outcome"], "reached", "{found}");
+    let back = solve(found["values"].clone());
+    let (tip, target) = (numbers(&back["solution"]["tip"]["position"]), numbers(&target));
+    assert!(tip.iter().zip(&target).all(|(a, b)| (a - b).abs() < 1e-6), "{tip:?} {target:?}");
+    // Out of reach: the nearest place, within the limits of the sliders.
+    let far = drag(&json!([0.5, 0.5, 0.0]), false);
+    assert_ne!(far["outcome"], "reached");
+    for (name, value) in far["values"].as_object().expect("values") {
+        assert!(value.as_f64().is_some_and(|x| x.abs() <= 0.3), "{name}: {value}");
+    }
+}
+
+#[test]
+fn sliders_have_units_and_limits() {
+    let of = |path: &str| Running::new(&shipped(path)).json("api/view", None);
+    let scene = of("sweeps/scenes/p6.toml");
+    let sliders = scene["sliders"].as_array().expect("sliders").clone();
+    let slider = |sliders: &[Value], name: &str| {
+        sliders.iter().find(|slider| slider["name"] == name).cloned().unwrap_or_else(|| panic!("no slider {name}"))
+    };
+    for name in [
+        "coil.current.x",
+        "insertion",
+        "field.flux_density.y",
+        "loads.tip_force.z",
+        "proximal.rest_curvature.x",
+        "proximal.youngs_modulus",
+    ] {
+        let slider = slider(&sliders, name);
+        let [low, value, high] = ["low", "value", "high"].map(|key| slider[key].as_f64().expect("a number"));
+        assert!(low <= value && value <= high && low < high, "{slider}");
+    }
+    assert_eq!(slider(&sliders, "insertion")["shown_unit"], "mm");
+    assert_eq!(slider(&sliders, "proximal.youngs_modulus")["shown_unit"], "MPa");
+    assert!(!sliders.iter().any(|slider| slider["name"] == "proximal.stiffness.bending"), "it follows from the tube");
+    let sweep = of("sweeps/volume.toml");
+    let insertion = slider(sweep["sliders"].as_array().expect("sliders"), "insertion");
+    assert_eq!(insertion["limits"], "sweep");
+    assert!((insertion["low"].as_f64().expect("a number") - 0.0643).abs() < 1e-12);
+}
+
+#[test]
+fn camera_and_colours_are_those_of_the_figures() {
+    let style = Running::scene().json("api/view", None)["style"].clone();
+    let hex = |colour: Colour| format!("#{:02x}{:02x}{:02x}", colour.red, colour.green, colour.blue);
+    assert_eq!(style["colours"]["coil"], hex(RodShape::COIL_COLOUR));
+    assert_eq!(style["maps"]["sequential"][0], hex(ColourMap::Sequential.at(0.0)));
+    assert_eq!(style["maps"]["diverging"][255], hex(ColourMap::Diverging.at(1.0)));
+    let (azimuth, elevation) = (style["azimuth"].as_f64(), style["elevation"].as_f64());
+    assert_eq!((azimuth, elevation), (Some(AZIMUTH), Some(ELEVATION)));
+    // They are the angles of the panel in space.
+    let space = &FourViews::new([[-1.0, 1.0]; 3], 500.0, 30.0, 14.0).views[3];
+    let (a, e) = (AZIMUTH.to_radians(), ELEVATION.to_radians());
+    let toward = [e.cos() * a.cos(), e.cos() * a.sin(), e.sin()];
+    assert!(space.toward.iter().zip(toward).all(|(x, y)| (x - y).abs() < 1e-12), "{space:?}");
+}
