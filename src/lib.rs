@@ -7,6 +7,7 @@
 //! |---|---|
 //! | [`model`], [`backend`], [`lanes`] | rods, plans and statuses; the trait of all engines; the CPU engine (`crates/kernels`) |
 //! | [`reference`](mod@reference), `gpu` | the reference; the GPU engine (feature `gpu`) |
+//! | [`files`] | files that are replaced whole or not at all |
 //! | [`table`], [`spec`], [`input`] | tables and their formats; what is asked for, as plain data; text to data, and back |
 //! | [`engines`] | the choice of an engine, and its reason |
 //! | [`results`] | result directories: parts, identity, reading, merging |
@@ -21,6 +22,7 @@
 
 pub mod engines;
 pub mod figures;
+pub mod files;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 pub mod input;

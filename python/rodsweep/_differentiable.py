@@ -9,7 +9,7 @@ import numpy as np
 
 from ._errors import InputError
 from ._values import Columns, Floats, names_of
-from .scene import Scene
+from .scene import Scene, check_scene
 from .solution import Solution
 from .solve import _solve
 
@@ -31,8 +31,7 @@ class Model:
         n_points: int,
         options: Mapping[str, Any],
     ) -> None:
-        if not isinstance(scene, Scene):
-            raise TypeError(f"scene: is of type {type(scene).__name__}; give a Scene")
+        check_scene(scene)
         self.scene = scene
         self.groups = [(name, scene.components(name)) for name in names_of("parameters", parameters)]
         self.names = [component for _, components in self.groups for component in components]
@@ -75,6 +74,15 @@ class Model:
             else:
                 columns += [value[..., index] for index in range(len(components))]
         return stack(columns)
+
+    def split(self, flat: Any) -> dict[str, Any]:
+        """The outputs of y (..., q) by name, each of its own shape."""
+        found, start = {}, 0
+        for name in self.outputs:
+            stop = start + self.sizes[name]
+            found[name] = flat[..., start:stop].reshape((*flat.shape[:-1], *self.shapes[name]))
+            start = stop
+        return found
 
     def solve(self, theta: Floats, wrt: list[str]) -> Solution:
         """One batch."""

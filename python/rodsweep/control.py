@@ -11,11 +11,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from . import _html, _rodsweep
+from . import _rodsweep
 from ._errors import InputError
 from ._rodsweep import NativeControl, Table
+from ._told import Told
 from ._values import Floats, names_of
-from .scene import Scene, _quantity
+from .scene import Scene, _quantity, check_scene
 from .solve import _count
 from .studies import points
 
@@ -76,8 +77,7 @@ def control(
     >>> found.outcome.tolist(), found.inputs
     (['reached'], ['loads.tip_force.x', 'loads.tip_force.y', 'loads.tip_force.z'])
     """
-    if not isinstance(scene, Scene):
-        raise TypeError(f"scene: is of type {type(scene).__name__}; give a Scene")
+    check_scene(scene)
     if inputs is not None and not isinstance(inputs, Mapping):
         raise InputError(f"`inputs`: is of type {type(inputs).__name__}; give a dictionary", "inputs")
     options = {
@@ -105,8 +105,10 @@ def _limits(name: str, limits: Any) -> str:
     return _quantity(name, limits)
 
 
-class Control:
+class Control(Told):
     """Inputs for targets, and what the tip does with them."""
+
+    _native: NativeControl
 
     def __init__(self, native: NativeControl) -> None:
         self._native = native
@@ -158,11 +160,5 @@ class Control:
     def __len__(self) -> int:
         return len(self._table)
 
-    def __str__(self) -> str:
-        return self._native.text()
-
     def __repr__(self) -> str:
         return f"<Control: {len(self)} targets, {self.missed} missed, by {', '.join(self.inputs)}>"
-
-    def _repr_html_(self) -> str:
-        return f"<pre>{_html.escape(self._native.text())}</pre>"

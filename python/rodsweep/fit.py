@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from . import _html, _rodsweep
+from . import _rodsweep
 from ._errors import InputError
 from ._rodsweep import NativeFit
+from ._told import Told
 from ._values import Columns, Floats, floats, names_of
-from .scene import Scene
+from .scene import Scene, check_scene
 from .solve import _count, _number
 
 
@@ -55,8 +56,7 @@ def fit(
     >>> found.value.round(2), found.names
     (array([0.98]), ['rod.rest_curvature.x'])
     """
-    if not isinstance(scene, Scene):
-        raise TypeError(f"scene: is of type {type(scene).__name__}; give a Scene")
+    check_scene(scene)
     points = floats("positions", positions)
     if points.ndim == 2:
         points = points[:, np.newaxis]
@@ -101,8 +101,10 @@ def _is_nan(number: float) -> bool:
     return number != number
 
 
-class Fit:
+class Fit(Told):
     """Fitted numbers with their intervals, and what cannot be told apart."""
+
+    _native: NativeFit
 
     def __init__(self, native: NativeFit) -> None:
         self._native = native
@@ -162,12 +164,6 @@ class Fit:
         """Observed and fitted points as the bytes of a ``png`` or ``svg``."""
         return self._native.figure(format)
 
-    def __str__(self) -> str:
-        return self._native.text()
-
     def __repr__(self) -> str:
         numbers = [f"{p['name']} = {p['value']:.6g} {p['unit']}" for p in self.account["parameters"]]
         return f"<Fit: {', '.join(numbers)}>"
-
-    def _repr_html_(self) -> str:
-        return f"<pre>{_html.escape(self._native.text())}</pre>"

@@ -105,12 +105,6 @@ def function(
 
     def apply(values: Mapping[str, Any]) -> dict[str, jax.Array]:
         theta = model.theta(values, stack)
-        flat = core(theta)
-        found, start = {}, 0
-        for name in model.outputs:
-            stop = start + model.sizes[name]
-            found[name] = flat[..., start:stop].reshape((*theta.shape[:-1], *model.shapes[name]))
-            start = stop
-        return found
+        return model.split(core(theta))
 
     return apply

@@ -155,3 +155,9 @@ def _quantity(name: object, value: object) -> str:
     if not math.isfinite(number):
         raise InputError(f"`{name}`: is {number}; give a finite number", str(name))
     return repr(number)
+
+
+def check_scene(scene: object) -> None:
+    """Refuses what is no scene."""
+    if not isinstance(scene, Scene):
+        raise TypeError(f"scene: is of type {type(scene).__name__}; give a Scene")

@@ -10,7 +10,7 @@ from typing import Any
 from . import _rodsweep
 from ._errors import InputError
 from ._values import Columns, names_of
-from .scene import Scene
+from .scene import Scene, check_scene
 from .solution import Solution
 
 
@@ -97,8 +97,7 @@ def solve(
     >>> solution.d("tip_position", "loads.tip_force").shape
     (5, 3, 3)
     """
-    if not isinstance(scene, Scene):
-        raise TypeError(f"scene: is of type {type(scene).__name__}; give a Scene")
+    check_scene(scene)
     if all_branches:
         branch = "all"
     columns = Columns.of(scene, values)

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping, Sequence
-from os import PathLike, fspath
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from . import _html
 from ._errors import InputError
 from ._rodsweep import NativeResults, NativeSensitivity, NativeSweep, NativeWorkspace, Table
+from ._told import Study
 from ._values import floats, names_of
 
 _WORKSPACE: dict[str, Any] = {
@@ -71,8 +68,10 @@ def points(key: str, values: Any) -> list[list[float]]:
     return rows
 
 
-class Workspace:
+class Workspace(Study):
     """What the tip can reach: size with its interval, voxels, answers to queries."""
+
+    _native: NativeWorkspace
 
     def __init__(self, native: NativeWorkspace) -> None:
         self._native = native
@@ -88,11 +87,6 @@ class Workspace:
         cls, results: NativeResults, options: dict[str, Any], progress: Callable[..., object] | None
     ) -> Workspace:
         return cls(NativeWorkspace.of_results(results, options, progress))
-
-    @property
-    def account(self) -> dict[str, Any]:
-        """Everything but the voxels, as ``workspace.json`` of the command line, SI."""
-        return dict(json.loads(self._native.json()))
 
     @property
     def voxels(self) -> Table:
@@ -123,26 +117,14 @@ class Workspace:
         directions = None if tangents is None else points("tangents", tangents)
         return self._native.reach(points("positions", positions), directions, prefer)
 
-    def write(self, folder: str | PathLike[str]) -> list[Path]:
-        """Writes every file that ``rodsweep workspace`` writes; returns them."""
-        return [Path(file) for file in self._native.write(fspath(folder))]
-
-    def draw(self, folder: str | PathLike[str]) -> list[Path]:
-        """Draws the figures of ``rodsweep workspace``; returns the files."""
-        return [Path(file) for file in self._native.draw(fspath(folder))]
-
-    def __str__(self) -> str:
-        return self._native.text()
-
     def __repr__(self) -> str:
         return f"<Workspace: {self._native.text().splitlines()[1].strip()}>"
 
-    def _repr_html_(self) -> str:
-        return f"<pre>{_html.escape(self._native.text())}</pre>"
 
-
-class Sensitivity:
+class Sensitivity(Study):
     """Which input matters: indices, spreads, failures, and what measurements would tell."""
+
+    _native: NativeSensitivity
 
     def __init__(self, native: NativeSensitivity) -> None:
         self._native = native
@@ -173,24 +155,5 @@ class Sensitivity:
         """
         return dict(self._native.tables())
 
-    @property
-    def account(self) -> dict[str, Any]:
-        """Everything, as ``sensitivity.json`` of the command line."""
-        return dict(json.loads(self._native.json()))
-
-    def write(self, folder: str | PathLike[str]) -> list[Path]:
-        """Writes every file that ``rodsweep sensitivity`` writes; returns them."""
-        return [Path(file) for file in self._native.write(fspath(folder))]
-
-    def draw(self, folder: str | PathLike[str]) -> list[Path]:
-        """Draws the figures of ``rodsweep sensitivity``; returns the files."""
-        return [Path(file) for file in self._native.draw(fspath(folder))]
-
-    def __str__(self) -> str:
-        return self._native.text()
-
     def __repr__(self) -> str:
         return f"<Sensitivity: {', '.join(f'{name} ({len(table)})' for name, table in self.tables.items())}>"
-
-    def _repr_html_(self) -> str:
-        return f"<pre>{_html.escape(self._native.text())}</pre>"

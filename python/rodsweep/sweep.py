@@ -17,7 +17,7 @@ from ._rodsweep import NativeSweep, Table
 from ._toml import dump
 from ._values import Columns, Floats, names_of
 from .results import Results
-from .scene import Scene
+from .scene import Scene, check_scene
 from .solve import _count
 from .studies import Sensitivity, Workspace, _sensitivity_options, _workspace_options
 
@@ -82,8 +82,7 @@ class Sweep:
         uncertain: Sequence[Mapping[str, Any]] = (),
         workspace: Mapping[str, Any] | None = None,
     ) -> None:
-        if not isinstance(scene, Scene):
-            raise TypeError(f"scene: is of type {type(scene).__name__}; give a Scene")
+        check_scene(scene)
         if method == "table":
             raise InputError("`method`: a table of values is Sweep.from_values", "method")
         blocks = [_axis(name, law) for name, law in axes.items()] if isinstance(axes, Mapping) else list(axes)

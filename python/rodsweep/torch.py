@@ -95,11 +95,6 @@ def function(
             flat, _ = _Solve.apply(theta, model)
         else:
             flat = torch.as_tensor(model.value(theta.detach().cpu().double().numpy())).to(theta)
-        found, start = {}, 0
-        for name in model.outputs:
-            stop = start + model.sizes[name]
-            found[name] = flat[..., start:stop].reshape((*theta.shape[:-1], *model.shapes[name]))
-            start = stop
-        return found
+        return model.split(flat)
 
     return apply

@@ -3,6 +3,7 @@
 use super::failure::Failure;
 use super::job::run;
 use super::scene::NativeScene;
+use super::solve::values_of;
 use numpy::{IntoPyArray, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -34,11 +35,10 @@ pub fn shape<'py>(
     let scene = scene.get();
     let axes: Vec<Vec<Parameter>> = names.iter().map(|name| scene.parse(name)).collect::<Result<_, _>>()?;
     let wrt = scene.parse_all(&wrt)?;
-    let slices = columns.iter().map(|column| Ok(column.as_slice()?.to_vec()));
-    let columns: Vec<Vec<f64>> = slices.collect::<PyResult<_>>()?;
+    let columns = values_of(&names, &columns, count)?;
     let moments = moments.as_slice()?.to_vec();
-    if moments.len() != 3 * count || columns.iter().any(|column| column.len() != 1 && column.len() != count) {
-        return Err(Failure::input("the arrays differ in length").into());
+    if moments.len() != 3 * count {
+        return Err(Failure::input("there are not three moments a sample").into());
     }
     let (points, slopes) = (shares.len(), wrt.len());
     let scene = scene.scene.clone();

@@ -146,14 +146,7 @@ pub fn solve<'py>(
             _ => return Err(Failure::at(name, "is a group; give its components").into()),
         }
     }
-    let mut values = Vec::with_capacity(columns.len());
-    for (name, column) in names.iter().zip(&columns) {
-        let column = column.as_slice().map_err(|_| Failure::at(name, "is not contiguous"))?;
-        if column.len() != 1 && column.len() != count {
-            return Err(Failure::at(name, format!("has {} values for {count} samples", column.len())).into());
-        }
-        values.push(column.to_vec());
-    }
+    let values = values_of(&names, &columns, count)?;
     if parameters.len() != values.len() {
         return Err(Failure::input("there are not as many columns as names").into());
     }
@@ -172,6 +165,22 @@ pub fn solve<'py>(
     };
     let answer = run(py, threads, progress.as_ref(), move |line| request.solve(line))?;
     answer.into_dict(py)
+}
+
+/// The values of each column: one for all samples, or one each.
+pub(super) fn values_of(
+    names: &[String],
+    columns: &[PyReadonlyArray1<'_, f64>],
+    count: usize,
+) -> Result<Vec<Vec<f64>>, Failure> {
+    let values = |(name, column): (&String, &PyReadonlyArray1<'_, f64>)| {
+        let column = column.as_slice().map_err(|_| Failure::at(name, "is not contiguous"))?;
+        match column.len() {
+            length if length == 1 || length == count => Ok(column.to_vec()),
+            length => Err(Failure::at(name, format!("has {length} values for {count} samples"))),
+        }
+    };
+    names.iter().zip(columns).map(values).collect()
 }
 
 impl Answer {

@@ -19,9 +19,6 @@ use rodsweep::sweep::Memory;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// A point is reached within this share of a voxel.
-const REACHED: f64 = 1e-4;
-
 /// What a study is about.
 #[derive(Clone)]
 enum Source {
@@ -91,7 +88,7 @@ fn workspace(
     let (source_there, options_there) = (source.clone(), options.clone());
     let found = run(py, options.threads, progress, move |line| {
         let (source, options) = (source_there, options_there);
-        let tell = |stage: WorkspaceStage| line.tell(Told::Stage(words(stage)));
+        let tell = |stage: WorkspaceStage| line.tell(Told::Stage(stage.words()));
         let job = options.job(&source, request).interrupt(&line.stop).progress(Some(&tell));
         let scene = &source.spec().scene;
         let variation = options.vary.as_deref().map(|text| Variation::parse(scene, text)).transpose()?;
@@ -105,17 +102,6 @@ fn workspace(
         Ok((found, extras, convergence))
     })?;
     Ok(NativeWorkspace { source, options, found: Arc::new(found) })
-}
-
-fn words(stage: WorkspaceStage) -> String {
-    match stage {
-        WorkspaceStage::Seeds => "looking for places to begin".into(),
-        WorkspaceStage::Growing(reached) => format!("{reached} voxels reached"),
-        WorkspaceStage::Checking => "computing the independent value".into(),
-        WorkspaceStage::Voxels(count) => format!("dexterity and compliance of {count} voxels"),
-        WorkspaceStage::Designs(done, all) => format!("{done} of {all} designs"),
-        _ => String::new(),
-    }
 }
 
 #[pymethods]
@@ -192,10 +178,9 @@ impl NativeWorkspace {
         let table = run(py, options.threads, None, move |_| {
             let (found, extras, _) = &*found;
             let mut map = options.job(&source, request).map(&found.inputs)?;
-            let mut answers = found.reach(&mut map, &targets, preference, REACHED * found.grown.lattice.spacing)?;
+            let mut answers = found.reach(&mut map, &targets, preference, found.usual_tolerance())?;
             if let Some(robust) = &extras.robust {
-                let probability = |target: &Target| robust.probability(found, target.position);
-                answers.iter_mut().for_each(|answer| answer.probability = probability(&answer.target));
+                robust.rate(found, &mut answers);
             }
             Ok(found.reach_table(&answers))
         })?;

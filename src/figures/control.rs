@@ -1,9 +1,10 @@
 //! Figures of control: the tip's path, the inputs, rods along the way, the rod in motion.
 
 use super::centreline::centreline;
+use super::files;
 use super::rod_motion::rod_motion;
 use crate::model::{Parameter, SegmentParameter, Vector};
-use crate::report::{self, AxisLabel, Curves, Figure, Panel, ReportError, Series, Sheet, TipPath};
+use crate::report::{AxisLabel, Curves, Figure, Panel, ReportError, Series, Sheet, TipPath};
 use crate::study::{ControlRun, Outcome, TargetResult};
 use std::path::{Path, PathBuf};
 
@@ -23,7 +24,7 @@ pub fn draw_control(run: &ControlRun, dir: &Path) -> Result<Vec<PathBuf>, Report
     let path = tip_path(run);
     let mut files = Vec::new();
     let mut write = |figure: &dyn Figure, name: &str| -> Result<(), ReportError> {
-        report::write(figure, &dir.join(name))?;
+        files::write(figure, &dir.join(name))?;
         files.push(dir.join(name));
         Ok(())
     };

@@ -5,6 +5,7 @@
 mod centreline;
 mod control;
 mod experiment;
+mod files;
 mod fit;
 mod replay;
 mod rod_motion;

@@ -1,9 +1,10 @@
 //! Figures of a run: where the tip goes, and where samples fail.
 
+use super::files;
 use crate::model::{Status, closest};
 use crate::reference;
 use crate::report::{
-    self, AxisLabel, Cloud, Colour, Counts, Curves, FailureMap, Marker, Panel, ReportError, Series, Sheet, SweptAxis,
+    AxisLabel, Cloud, Colour, Counts, Curves, FailureMap, Marker, Panel, ReportError, Series, Sheet, SweptAxis,
 };
 use crate::results::{Reduction, Results, ResultsError};
 use crate::spec::SweepSpec;
@@ -98,7 +99,7 @@ impl RunFigures {
     fn draw_cloud(&self, spec: &SweepSpec, tips: &Table, folder: &Path) -> Result<Vec<PathBuf>, RunFiguresError> {
         let Some(cloud) = cloud(spec, tips, self.colour.as_deref())? else { return Ok(Vec::new()) };
         let paths = ["tips.png", "tips.svg"].map(|name| folder.join(name));
-        report::write_all(&cloud, &paths)?;
+        files::write_all(&cloud, &paths)?;
         Ok(paths.to_vec())
     }
 }
@@ -110,7 +111,7 @@ fn draw_counts(spec: &SweepSpec, reduction: &Reduction, folder: &Path) -> Result
     if let Some(panels) = branch_panels(spec, tips) {
         let path = folder.join("branches.png");
         let panels: Vec<&dyn Panel> = panels.iter().map(|panel| panel as &dyn Panel).collect();
-        report::write(&Sheet { columns: 2, panels }, &path)?;
+        files::write(&Sheet { columns: 2, panels }, &path)?;
         files.push(path);
     }
     let path = folder.join("statuses.png");
@@ -125,7 +126,7 @@ fn draw_counts(spec: &SweepSpec, reduction: &Reduction, folder: &Path) -> Result
         panels.push(map);
     }
     if reduction.sample_count > 0 {
-        report::write(&Sheet { columns: panels.len(), panels }, &path)?;
+        files::write(&Sheet { columns: panels.len(), panels }, &path)?;
         files.push(path);
     }
     Ok(files)

@@ -1,8 +1,8 @@
 //! Figures of a study of sensitivity: indices, slopes, first order against the rows, how indices settle, failures.
 
+use super::files;
 use crate::report::{
-    self, AxisLabel, Colour, Curves, Figure, Interval, IntervalBars, Marker, NumberMatrix, Panel, ReportError, Series,
-    Sheet,
+    AxisLabel, Colour, Curves, Figure, Interval, IntervalBars, Marker, NumberMatrix, Panel, ReportError, Series, Sheet,
 };
 use crate::study::sensitivity::{Index, Order, Sensitivity, Spread};
 use std::path::{Path, PathBuf};
@@ -22,7 +22,7 @@ const LEAST: f64 = 0.01;
 pub fn draw_sensitivity(found: &Sensitivity, dir: &Path) -> Result<Vec<PathBuf>, ReportError> {
     let mut files = Vec::new();
     let mut write = |figure: &dyn Figure, name: &str| -> Result<(), ReportError> {
-        report::write(figure, &dir.join(name))?;
+        files::write(figure, &dir.join(name))?;
         files.push(dir.join(name));
         Ok(())
     };

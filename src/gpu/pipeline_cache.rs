@@ -72,7 +72,9 @@ impl PipelineCache {
 
 /// What a file holds, if it is whole.
 fn read(path: &Path) -> Option<Vec<u8>> {
-    if fs::metadata(path).ok()?.len() > MOST {
+    // What is no file, such as a pipe, might never end.
+    let there = fs::metadata(path).ok()?;
+    if !there.is_file() || there.len() > MOST {
         return None;
     }
     let bytes = fs::read(path).ok()?;

@@ -4,7 +4,11 @@ use super::error::{InputError, Problem};
 use super::scene_file::read_text;
 use super::units::{Dimension, parse_quantity};
 use crate::table::{self, TableError, Values};
+use std::collections::HashSet;
 use std::path::Path;
+
+/// Numbers that a Parquet file may give: with the samples made of them they take less than 1 GB.
+const MOST_NUMBERS: u64 = 50_000_000;
 
 /// Columns by name, SI. An empty cell is NaN in the column `optional`, and a mistake elsewhere.
 pub(crate) fn read_number_table(
@@ -19,8 +23,9 @@ pub(crate) fn read_number_table(
     let mut lines = csv_lines(&text);
     let Some((header_line, header)) = lines.next() else { return Ok(Vec::new()) };
     let mut columns: Vec<(String, Vec<f64>)> = Vec::new();
+    let mut names = HashSet::new();
     for name in cells(header) {
-        if columns.iter().any(|(other, _)| other == name) {
+        if !names.insert(name) {
             let problem = Problem::Conflict { with: name.into(), remedy: "drop one of the two columns".into() };
             return Err(error(file, Some(header_line), name, problem));
         }
@@ -47,18 +52,16 @@ pub(crate) fn is_parquet(file: &Path) -> bool {
 /// Columns by name, NaN for what is missing. Every column must hold numbers.
 pub(crate) fn read_parquet(file: &Path) -> Result<Vec<(String, Vec<f64>)>, InputError> {
     let wrong_kind = |name: &str, found| error(file, None, name, Problem::Type { expected: "numbers".into(), found });
-    let table = table::parquet::read(file, &[]).map_err(|problem| match problem {
+    let table = table::parquet::read_numbers(file, MOST_NUMBERS).map_err(|problem| match problem {
         TableError::Kind { column, found, .. } => wrong_kind(&column, found),
         TableError::Io(problem) => error(file, None, "", Problem::Unreadable(problem.to_string())),
         problem => error(file, None, "", Problem::Table(problem.to_string())),
     })?;
     let numbers = |column: table::Column| match column.values {
-        Values::Text(_) | Values::Status(_) => Err(wrong_kind(&column.name, "text")),
-        Values::Flag(_) => Err(wrong_kind(&column.name, "true or false")),
-        Values::Double(values) => Ok((column.name, values)),
-        values => Ok((column.name, values.numbers())),
+        Values::Double(values) => (column.name, values),
+        values => (column.name, values.numbers()),
     };
-    table.columns.into_iter().map(numbers).collect()
+    Ok(table.columns.into_iter().map(numbers).collect())
 }
 
 /// Lines of a CSV file, neither empty nor comments, with their numbers from 1.

@@ -3,9 +3,8 @@
 use super::error::{InputError, Problem};
 use super::segment_file::segment;
 use super::toml::{Reader, Source};
-use crate::model::{
-    Base, Flexible, Loads, Parameter, Scene, SceneError, Segment, SegmentKind, ShearElasticity, Stiffness,
-};
+use crate::model::{Base, Flexible, Loads, Parameter, Scene, SceneError, SegmentKind, ShearElasticity, Stiffness};
+use std::collections::HashSet;
 use std::path::Path;
 
 const SCENE_KEYS: [&str; 7] = ["name", "base", "field", "loads", "segment", "model", "insertion"];
@@ -71,9 +70,10 @@ pub fn read_text(file: &Path) -> Result<String, InputError> {
 pub(crate) fn scene(reader: &Reader) -> Result<Scene, InputError> {
     reader.check_keys(&SCENE_KEYS)?;
     let mut segments = Vec::new();
+    let mut names = HashSet::new();
     for segment_reader in reader.tables("segment")? {
         let segment = segment(&segment_reader)?;
-        if segments.iter().any(|other: &Segment| other.name == segment.name) {
+        if !names.insert(segment.name.clone()) {
             let problem = Problem::Scene(SceneError::DuplicateName(segment.name));
             return Err(segment_reader.error("name", problem));
         }

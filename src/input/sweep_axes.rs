@@ -2,7 +2,7 @@
 
 use super::error::{InputError, Problem};
 use super::sweep_distribution::{KEYS, law};
-use super::table_file::read_input_table;
+use super::table_file::{parse_input_table, read_input_table};
 use super::toml::Reader;
 use super::words::parameters;
 use crate::model::{Parameter, Scene, SegmentParameter, StiffnessAxis};
@@ -110,6 +110,7 @@ pub(super) fn table_axes(
     sampling: &Reader,
     scene: &Scene,
     file: &Path,
+    built_in: &[(&str, &str)],
 ) -> Result<TableAxes, InputError> {
     if root.has("axis") {
         let remedy = "the columns of the table are the axes: remove [[axis]]".into();
@@ -119,6 +120,10 @@ pub(super) fn table_axes(
     let name =
         name.ok_or_else(|| sampling.missing("file", "name a CSV or Parquet file whose columns are parameters"))?;
     let path = file.parent().unwrap_or(Path::new("")).join(name);
+    if let Some((_, text)) = built_in.iter().find(|(built_in, _)| *built_in == name) {
+        let table = parse_input_table(&path, text, scene)?;
+        return Ok((table.parameters().iter().map(row_axis).collect(), Some(Arc::new(table))));
+    }
     if !path.is_file() {
         let reason = format!("{} is no file; the path starts from the folder of this file", path.display());
         return Err(sampling.error("file", Problem::Unreadable(reason)));

@@ -33,7 +33,11 @@ impl SweepSpec {
         for number in &self.uncertain {
             text += &format!("\n[[uncertain]]\nparameters = [{}]\n{}", list(&number.parameters), law(number));
         }
-        text += &format!("\n[solver]\ntolerance = {:?}\nbranch = \"{}\"\n", self.tolerance, self.branch.name());
+        text += &format!(
+            "\n[solver]\ntolerance = {:?}\nderivative_tolerance = {:?}\n",
+            self.tolerance, self.derivative_tolerance
+        );
+        text += &format!("branch = \"{}\"\n", self.branch.name());
         if !self.anchors {
             text += "anchors = \"off\"\n";
         }

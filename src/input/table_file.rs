@@ -15,6 +15,19 @@ use std::path::Path;
 /// A file that cannot be read, a column that is no parameter, a value that is no finite number, no rows.
 pub fn read_input_table(file: &Path, scene: &Scene) -> Result<InputTable, InputError> {
     let table = if is_parquet(file) { parse_parquet(file, scene)? } else { parse_csv(file, &read_text(file)?, scene)? };
+    with_rows(file, table)
+}
+
+/// The same of the text of a CSV file.
+///
+/// # Errors
+///
+/// As [`read_input_table`].
+pub fn parse_input_table(file: &Path, text: &str, scene: &Scene) -> Result<InputTable, InputError> {
+    with_rows(file, parse_csv(file, text, scene)?)
+}
+
+fn with_rows(file: &Path, table: InputTable) -> Result<InputTable, InputError> {
     if table.row_count() == 0 {
         return Err(error(
             file,
@@ -85,7 +98,7 @@ fn parse_parquet(file: &Path, scene: &Scene) -> Result<InputTable, InputError> {
     let columns = columns(file, None, &names, scene)?;
     let used: Vec<&(String, Vec<f64>)> =
         named.iter().zip(&columns).filter(|(_, column)| column.is_some()).map(|(named, _)| named).collect();
-    let mut values = Vec::new();
+    let mut values = Vec::with_capacity(used[0].1.len() * used.len());
     for row in 0..used[0].1.len() {
         for (name, column) in &used {
             if !column[row].is_finite() {

@@ -29,14 +29,15 @@ impl Source {
     ///
     /// A text that is no TOML.
     pub fn parse(file: &Path, text: &str) -> Result<Source, InputError> {
+        let starts = LineStarts::of(text);
         let document = Document::parse(text.to_owned()).map_err(|error| InputError {
             file: file.into(),
-            line: error.span().map(|span| line_of(text, span.start)),
+            line: error.span().map(|span| starts.line_of(span.start)),
             key: String::new(),
             problem: Problem::Syntax(error.message().trim().replace('\n', ", ")).into(),
         })?;
         let mut lines = BTreeMap::new();
-        index_table(text, document.as_table(), "", &mut lines);
+        index_table(&starts, document.as_table(), "", &mut lines);
         Ok(Source { file: file.into(), document, lines })
     }
 
@@ -68,42 +69,51 @@ impl Source {
     }
 }
 
-fn line_of(text: &str, at: usize) -> usize {
-    1 + text.as_bytes()[..at.min(text.len())].iter().filter(|byte| **byte == b'\n').count()
+/// Where the lines of a text begin, the first aside: a line is found by search, whatever the length of the text.
+struct LineStarts(Vec<usize>);
+
+impl LineStarts {
+    fn of(text: &str) -> LineStarts {
+        LineStarts(text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n').map(|(at, _)| at + 1).collect())
+    }
+
+    fn line_of(&self, at: usize) -> usize {
+        1 + self.0.partition_point(|start| *start <= at)
+    }
 }
 
-fn index_table(text: &str, table: &dyn TableLike, path: &str, lines: &mut BTreeMap<String, usize>) {
+fn index_table(starts: &LineStarts, table: &dyn TableLike, path: &str, lines: &mut BTreeMap<String, usize>) {
     for (name, item) in table.iter() {
         let key = join(path, name);
         let span = table.key(name).and_then(|key| key.span()).or_else(|| item.span());
         if let Some(span) = span {
-            lines.insert(key.clone(), line_of(text, span.start));
+            lines.insert(key.clone(), starts.line_of(span.start));
         }
         if let Some(inner) = item.as_table_like() {
-            index_table(text, inner, &key, lines);
+            index_table(starts, inner, &key, lines);
         } else if let Some(tables) = item.as_array_of_tables() {
             for (index, inner) in tables.iter().enumerate() {
                 let key = format!("{key}[{index}]");
                 if let Some(span) = inner.span() {
-                    lines.insert(key.clone(), line_of(text, span.start));
+                    lines.insert(key.clone(), starts.line_of(span.start));
                 }
-                index_table(text, inner, &key, lines);
+                index_table(starts, inner, &key, lines);
             }
         } else if let Some(array) = item.as_array() {
-            index_array(text, array, &key, lines);
+            index_array(starts, array, &key, lines);
         }
     }
 }
 
-fn index_array(text: &str, array: &Array, path: &str, lines: &mut BTreeMap<String, usize>) {
+fn index_array(starts: &LineStarts, array: &Array, path: &str, lines: &mut BTreeMap<String, usize>) {
     for (index, value) in array.iter().enumerate() {
         let key = format!("{path}[{index}]");
         if let Some(span) = value.span() {
-            lines.insert(key.clone(), line_of(text, span.start));
+            lines.insert(key.clone(), starts.line_of(span.start));
         }
         match value {
-            Value::InlineTable(table) => index_table(text, table, &key, lines),
-            Value::Array(array) => index_array(text, array, &key, lines),
+            Value::InlineTable(table) => index_table(starts, table, &key, lines),
+            Value::Array(array) => index_array(starts, array, &key, lines),
             _ => {}
         }
     }

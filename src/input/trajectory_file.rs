@@ -6,7 +6,7 @@ use super::scene_file::read_text;
 use super::toml::{Reader, Source};
 use super::units::Dimension;
 use crate::model::{Axis, Parameter, Scene, Vector, closest};
-use crate::spec::{ControlInput, Redundancy, Target, Trajectory};
+use crate::spec::{ControlInput, Redundancy, Target, Trajectory, grouped};
 use std::f64::consts::TAU;
 use std::path::Path;
 
@@ -25,6 +25,8 @@ const KEYS: [&str; 13] = [
     "control",
     "start",
 ];
+/// Points of a curve that is made: some kilobytes each by the time that they are solved.
+const MOST_POINTS: u64 = 1_000_000;
 const CONTROL_KEYS: [&str; 4] = ["tolerance", "iterations", "tangent_weight", "redundancy"];
 const INPUT_KEYS: [&str; 3] = ["parameter", "from", "to"];
 const SHAPES: [&str; 5] = ["circle", "lemniscate", "rectangle", "butterfly", "table"];
@@ -206,7 +208,12 @@ fn curve(reader: &Reader, shape: &str) -> Result<Vec<Target>, InputError> {
     let names: Vec<&'static str> = PLANES.iter().map(|(name, _)| *name).collect();
     let plane = choice(reader, "plane", plane, &names)?;
     let axes = PLANES.iter().find(|(name, _)| *name == plane).map_or([0, 1], |(_, axes)| *axes);
-    let count = reader.count("points", 3)?.unwrap_or(200) as usize;
+    let count = reader.count("points", 3)?.unwrap_or(200);
+    if count > MOST_POINTS {
+        let expected = format!("at most {} points", grouped(MOST_POINTS));
+        return Err(reader.error("points", Problem::Range { value: grouped(count), expected }));
+    }
+    let count = count as usize;
     let start = reader.quantity("start", "rad")?.unwrap_or(0.0);
     let place = |k: usize| {
         let share = (k as f64 / count as f64 + start / TAU).rem_euclid(1.0);

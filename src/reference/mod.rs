@@ -51,13 +51,7 @@ pub struct Reference {
 impl Reference {
     /// A reference for a plan, whose resolution and tolerance do not matter to it.
     pub fn new(plan: &Plan) -> Self {
-        let mut slots = Vec::new();
-        for (slot, _) in plan.derivatives.iter().flat_map(|derivative| &derivative.terms) {
-            if !slots.contains(slot) {
-                slots.push(*slot);
-            }
-        }
-        Self { plan: plan.clone(), slots }
+        Self { plan: plan.clone(), slots: plan.slots() }
     }
 
     fn solve_sample(&self, batch: &Batch, sample: usize) -> Vec<f64> {

@@ -67,6 +67,7 @@ pub use views::{AZIMUTH, ELEVATION, FourViews, View};
 pub use voxel_sheet::{VoxelRows, VoxelSheet};
 pub use voxels::{VoxelEdge, VoxelPanel};
 
+use crate::files;
 use canvas::Shape;
 use cloud::Bitmap;
 use rayon::prelude::*;
@@ -190,7 +191,7 @@ pub fn encode(figure: &(impl Figure + ?Sized), format: ImageFormat) -> Result<Ve
     Page::new(figure)?.encode(format)
 }
 
-/// Writes a figure as PNG or SVG, by the extension of `path`. An existing file is replaced.
+/// Writes a figure as PNG or SVG, by the extension of `path`: whole or not at all. An existing file is replaced.
 ///
 /// # Errors
 ///
@@ -205,12 +206,25 @@ pub fn write(figure: &(impl Figure + ?Sized), path: &Path) -> Result<(), ReportE
 ///
 /// As [`write()`].
 pub fn write_all(figure: &(impl Figure + ?Sized), paths: &[impl AsRef<Path> + Sync]) -> Result<(), ReportError> {
+    write_with(figure, paths, &files::replace)
+}
+
+/// The same; `put` writes the bytes of a file.
+///
+/// # Errors
+///
+/// As [`write()`].
+pub fn write_with(
+    figure: &(impl Figure + ?Sized),
+    paths: &[impl AsRef<Path> + Sync],
+    put: &(dyn Fn(&Path, &[u8]) -> std::io::Result<()> + Sync),
+) -> Result<(), ReportError> {
     let formats = paths.iter().map(|path| ImageFormat::of(path.as_ref())).collect::<Result<Vec<_>, _>>()?;
     let page = Page::new(figure)?;
     let write = |(path, format): (&_, ImageFormat)| {
         let path: &Path = AsRef::as_ref(path);
         let bytes = page.encode(format)?;
-        std::fs::write(path, bytes).map_err(|source| ReportError::Write { path: path.to_owned(), source })
+        put(path, &bytes).map_err(|source| ReportError::Write { path: path.to_owned(), source })
     };
     let written: Vec<_> = paths.par_iter().zip(formats).map(write).collect();
     written.into_iter().collect()

@@ -1,17 +1,18 @@
 //! A result directory: its identity, what lies in it, who may write to it.
 
 use super::error::ResultsError;
+use super::manifest::Manifest;
 use super::parts::{self, FileMetadata, PartInfo};
-use crate::spec::{Format, RESOLVED_TABLE, SolutionMethod, SweepSpec};
+use super::store::{Entry, Store};
+use crate::backend::Precision;
+use crate::files;
+use crate::spec::{Format, RESOLVED_TABLE, Shard, SolutionMethod, SweepSpec};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
-use std::time::{Duration, SystemTime};
 use xxhash_rust::xxh3::xxh3_128;
 
 pub(crate) const RUN_FILE: &str = "run.json";
 pub(crate) const SWEEP_FILE: &str = "sweep.toml";
-pub(crate) const MANIFEST_FILE: &str = "manifest.json";
 /// Scene of the sample with the largest spot-check error, for `solve`.
 pub const WORST_FILE: &str = "spot-check-worst.toml";
 /// Voxels of a run without rows.
@@ -40,6 +41,9 @@ pub struct RunRecord {
     /// By what it is solved; runs of version 0.1 do not say.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub method: Option<SolutionMethod>,
+    /// Workers may solve it by different methods; each part then says by which.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub mixed: bool,
     /// Hash of the resolved scene and sweep.
     pub input: String,
     /// Hash of the columns.
@@ -52,7 +56,7 @@ impl RunRecord {
         schema: &str,
         sample_count: u64,
         chunk: u64,
-        method: SolutionMethod,
+        method: Option<SolutionMethod>,
     ) -> RunRecord {
         let mut input = spec.to_toml();
         if let Some(table) = &spec.table {
@@ -65,12 +69,14 @@ impl RunRecord {
             sample_count,
             chunk,
             format: spec.format.name().into(),
-            precision: method.precision.to_string(),
-            method: Some(method),
+            // Where methods may differ, columns hold what the finest of them gives.
+            precision: method.map_or(Precision::F64, |method| method.precision).to_string(),
+            method,
+            mixed: method.is_none(),
             input: hash(&input),
             columns: hash(schema),
         };
-        record.run_id = hash(&format!("{record:?}"));
+        record.run_id = record.id();
         record
     }
 
@@ -81,8 +87,18 @@ impl RunRecord {
 
     /// First sample and number of samples of a chunk.
     pub fn chunk_range(&self, chunk: u64) -> (u64, u64) {
-        let start = chunk * self.chunk;
+        let start = chunk.saturating_mul(self.chunk);
         (start, self.chunk.min(self.sample_count.saturating_sub(start)))
+    }
+
+    /// Samples of a shard.
+    pub fn samples_of(&self, shard: Shard) -> u64 {
+        let count = self.chunk_count();
+        let first = shard.index.checked_sub(1).filter(|first| *first < count && shard.count > 0);
+        let Some(first) = first else { return 0 };
+        let chunks = (count - 1 - first) / shard.count + 1;
+        let short = if shard.owns(count - 1) { self.chunk - self.chunk_range(count - 1).1 } else { 0 };
+        chunks.saturating_mul(self.chunk) - short
     }
 
     /// Format of the parts.
@@ -90,23 +106,67 @@ impl RunRecord {
         Format::ALL.into_iter().find(|format| format.name() == self.format).unwrap_or(Format::Parquet)
     }
 
-    pub(crate) fn read(dir: &Path) -> Result<RunRecord, ResultsError> {
-        let path = dir.join(RUN_FILE);
-        let text = std::fs::read_to_string(&path).map_err(|_| ResultsError::NoRun { dir: dir.into() })?;
-        serde_json::from_str(&text).map_err(|error| ResultsError::Damaged { path, reason: error.to_string() })
+    pub(crate) fn read(store: &dyn Store) -> Result<RunRecord, ResultsError> {
+        RunRecord::find(store)?.ok_or_else(|| ResultsError::NoRun { dir: store.place() })
+    }
+
+    /// `None`: there is no run.
+    pub(crate) fn find(store: &dyn Store) -> Result<Option<RunRecord>, ResultsError> {
+        let Some(bytes) = store.get(RUN_FILE)? else { return Ok(None) };
+        let unsound = |reason: String| ResultsError::Identity { path: store.path(RUN_FILE), reason };
+        let record: RunRecord = serde_json::from_slice(&bytes).map_err(|error| unsound(error.to_string()))?;
+        record.check().map_err(unsound)?;
+        Ok(Some(record))
+    }
+
+    /// Whether the numbers can be those of a run, and the id is theirs.
+    fn check(&self) -> Result<(), String> {
+        let Some(format) = Format::ALL.into_iter().find(|format| format.name() == self.format) else {
+            return Err(format!("no format is called \"{}\"", self.format));
+        };
+        if self.chunk == 0 || self.sample_count == 0 || self.sample_count > format.most_samples() {
+            return Err(format!("no run has {} samples in parts of {}", self.sample_count, self.chunk));
+        }
+        if !self.is_old() && self.run_id != self.id() {
+            return Err("its run id does not fit what it says: it has been changed, or is of another version".into());
+        }
+        Ok(())
+    }
+
+    /// Refuses a resolved sweep, and its table, that are not those of the run.
+    pub(crate) fn check_sweep(&self, store: &dyn Store, sweep: &str, table: Option<&str>) -> Result<(), ResultsError> {
+        let hash = format!("{:032x}", xxh3_128((sweep.to_owned() + table.unwrap_or_default()).as_bytes()));
+        if self.is_old() || hash == self.input {
+            return Ok(());
+        }
+        let reason = "it is not the sweep that was run: it has been changed".into();
+        Err(ResultsError::Damaged { path: store.path(SWEEP_FILE), reason })
+    }
+
+    /// Version 0.1 hashed less.
+    fn is_old(&self) -> bool {
+        self.version.starts_with("0.1.")
+    }
+
+    /// Hash of all but the id.
+    fn id(&self) -> String {
+        let record = RunRecord { run_id: String::new(), ..self.clone() };
+        format!("{:032x}", xxh3_128(format!("{record:?}").as_bytes()))
     }
 
     /// Refuses a directory whose run differs, naming what differs.
-    pub(crate) fn check_same(&self, dir: &Path, theirs: &RunRecord) -> Result<(), ResultsError> {
+    pub(crate) fn check_same(&self, store: &dyn Store, theirs: &RunRecord) -> Result<(), ResultsError> {
         if self.run_id == theirs.run_id {
             return Ok(());
         }
         let number = |number: u64| number.to_string();
+        let choice = |mixed: bool| if mixed { "free" } else { "fixed" }.to_owned();
         let fields = [
             ("rodsweep version", theirs.version.clone(), self.version.clone()),
             ("number of samples", number(theirs.sample_count), number(self.sample_count)),
             ("chunk size", number(theirs.chunk), number(self.chunk)),
             ("format", theirs.format.clone(), self.format.clone()),
+            ("choice of methods", choice(theirs.mixed), choice(self.mixed)),
             ("precision", theirs.precision.clone(), self.precision.clone()),
             ("scene or sweep", format!("hash {:.8}", theirs.input), format!("hash {:.8}", self.input)),
             ("set of columns", format!("hash {:.8}", theirs.columns), format!("hash {:.8}", self.columns)),
@@ -115,71 +175,71 @@ impl RunRecord {
         let method = || theirs.method?.difference(&self.method?);
         let unknown = || ("run id", theirs.run_id.clone(), self.run_id.clone());
         let (what, theirs, ours) = method().or(differs).unwrap_or_else(unknown);
-        Err(ResultsError::Mismatch { dir: dir.into(), what, theirs, ours })
+        Err(ResultsError::Mismatch { dir: store.place(), what, theirs, ours })
     }
 }
 
 /// Makes or joins a directory for a run.
-pub(crate) fn open(dir: &Path, record: &RunRecord, spec: &SweepSpec, resume: bool) -> Result<(), ResultsError> {
-    std::fs::create_dir_all(dir).map_err(ResultsError::io(dir, "making the result directory"))?;
-    let run_file = dir.join(RUN_FILE);
-    if run_file.exists() {
-        record.check_same(dir, &RunRecord::read(dir)?)?;
+pub(crate) fn open(store: &dyn Store, record: &RunRecord, spec: &SweepSpec, resume: bool) -> Result<(), ResultsError> {
+    store.prepare()?;
+    if let Some(theirs) = RunRecord::find(store)? {
+        record.check_same(store, &theirs)?;
         if !resume {
-            return Err(ResultsError::Exists { dir: dir.into() });
+            return Err(ResultsError::Exists { dir: store.place() });
         }
     } else {
         // Another shard may begin the run at this moment.
-        if names(dir)?.iter().any(|name| !name.starts_with('.')) && !run_file.exists() {
-            return Err(ResultsError::Foreign { dir: dir.into() });
+        let is_foreign = store.list("")?.iter().any(|entry| !entry.name.starts_with('.'));
+        if is_foreign && store.head(RUN_FILE)?.is_none() {
+            return Err(ResultsError::Foreign { dir: store.place() });
         }
         let text = serde_json::to_string_pretty(record).unwrap_or_default() + "\n";
-        if !parts::write_atomically(&run_file, text.as_bytes(), false)? {
-            record.check_same(dir, &RunRecord::read(dir)?)?;
+        if !store.create(RUN_FILE, text.as_bytes())? {
+            record.check_same(store, &RunRecord::read(store)?)?;
         }
     }
-    remove_stale_temporaries(dir)?;
     if let Some(table) = &spec.table {
-        parts::write_atomically(&dir.join(RESOLVED_TABLE), table.to_csv(&spec.scene).as_bytes(), true)?;
+        store.put(RESOLVED_TABLE, table.to_csv(&spec.scene).as_bytes())?;
     }
-    parts::write_atomically(&dir.join(SWEEP_FILE), spec.to_toml().as_bytes(), true)?;
-    Ok(())
+    store.put(SWEEP_FILE, spec.to_toml().as_bytes())
 }
 
-pub(crate) fn names(dir: &Path) -> Result<Vec<String>, ResultsError> {
-    let entries = std::fs::read_dir(dir).map_err(ResultsError::io(dir, "listing"))?;
-    Ok(entries.flatten().map(|entry| entry.file_name().to_string_lossy().into_owned()).collect())
+/// Where a run without rows keeps its voxels: the measured workspace may have taken their name.
+pub(crate) fn voxel_file(store: &dyn Store) -> Result<&'static str, ResultsError> {
+    Ok(if store.head(TOUCHED_FILE)?.is_some() { TOUCHED_FILE } else { WORKSPACE_FILE })
 }
 
-/// Temporary files that no live writer can still be writing.
-fn remove_stale_temporaries(dir: &Path) -> Result<(), ResultsError> {
-    const STALE: Duration = Duration::from_secs(3600);
-    for name in names(dir)?.iter().filter(|name| name.starts_with('.') && name.contains(".tmp-")) {
-        let path = dir.join(name);
-        let modified = std::fs::metadata(&path).and_then(|metadata| metadata.modified());
-        let age = modified.ok().and_then(|modified| SystemTime::now().duration_since(modified).ok());
-        if age.is_some_and(|age| age > STALE) {
-            let _ = std::fs::remove_file(&path);
-        }
+/// Refuses a directory that holds another shard of a run without rows: there its numbers would be lost.
+pub(crate) fn check_shard(store: &dyn Store, record: &RunRecord, shard: Shard) -> Result<(), ResultsError> {
+    let theirs = match Manifest::find(store)? {
+        Some(manifest) => manifest.run.map(|run| run.shard),
+        None => match parts::check_run_table(store, voxel_file(store)?, &record.run_id)? {
+            Some(kept) => kept.shard,
+            None => return Ok(()),
+        },
+    };
+    if theirs == Some(shard) {
+        return Ok(());
     }
-    Ok(())
+    let theirs = theirs.map_or("that of shards put together".into(), |shard| shard.to_string());
+    Err(ResultsError::Mismatch { dir: store.place(), what: "shard", theirs, ours: shard.to_string() })
 }
 
-/// Parts of a directory by chunk: sound ones, and paths of damaged ones with the reason.
+/// Parts of a directory by chunk: sound ones, and names of damaged ones with the reason.
 pub(crate) struct Parts {
     pub sound: BTreeMap<u64, PartInfo>,
-    pub damaged: Vec<(PathBuf, String)>,
+    pub damaged: Vec<(String, String)>,
 }
 
-pub(crate) fn parts(dir: &Path, record: &RunRecord) -> Result<Parts, ResultsError> {
-    let mut parts = Parts { sound: BTreeMap::new(), damaged: Vec::new() };
+pub(crate) fn parts(store: &dyn Store, record: &RunRecord) -> Result<Parts, ResultsError> {
     let format = record.format();
-    for name in names(dir)? {
-        let Some(chunk) = parts::part_chunk(&name, format) else { continue };
-        let path = dir.join(&name);
-        match check(&path, chunk, record) {
+    let listed = store.list("")?;
+    let listed = listed.iter().filter_map(|entry| Some((parts::part_chunk(&entry.name, format)?, entry)));
+    let mut parts = Parts { sound: BTreeMap::new(), damaged: Vec::new() };
+    for (chunk, entry) in listed {
+        match check(store, entry, chunk, record) {
             Ok(info) => drop(parts.sound.insert(chunk, info)),
-            Err(ResultsError::Damaged { reason, .. }) => parts.damaged.push((path, reason)),
+            Err(ResultsError::Damaged { reason, .. }) => parts.damaged.push((entry.name.clone(), reason)),
             Err(error) => return Err(error),
         }
     }
@@ -188,9 +248,13 @@ pub(crate) fn parts(dir: &Path, record: &RunRecord) -> Result<Parts, ResultsErro
 }
 
 /// Whether a part is whole, of this run, and holds its chunk's samples.
-fn check(path: &Path, chunk: u64, record: &RunRecord) -> Result<PartInfo, ResultsError> {
-    let damaged = |reason: &str| ResultsError::Damaged { path: path.into(), reason: reason.into() };
-    let info = parts::check_part(path, record.format())?;
+fn check(store: &dyn Store, entry: &Entry, chunk: u64, record: &RunRecord) -> Result<PartInfo, ResultsError> {
+    let damaged = |reason: &str| ResultsError::Damaged { path: store.path(&entry.name), reason: reason.into() };
+    if !entry.is_file {
+        let what = files::irregular(&store.path(&entry.name)).unwrap_or("not a file");
+        return Err(damaged(&format!("it is {what}")));
+    }
+    let info = parts::look_at_part(store, entry, record.format())?;
     if info.run_id != record.run_id {
         return Err(damaged("it belongs to another run"));
     }
@@ -200,11 +264,13 @@ fn check(path: &Path, chunk: u64, record: &RunRecord) -> Result<PartInfo, Result
     Ok(info)
 }
 
-pub(crate) fn part_path(dir: &Path, chunk: u64, format: Format) -> PathBuf {
-    dir.join(parts::part_name(chunk, format))
-}
-
 /// Metadata that every file of a run carries.
 pub(crate) fn metadata(spec: &SweepSpec, record: &RunRecord) -> FileMetadata {
-    FileMetadata { run_id: record.run_id.clone(), engine: String::new(), sweep: spec.to_toml(), seed: spec.seed }
+    FileMetadata {
+        run_id: record.run_id.clone(),
+        engine: String::new(),
+        method: record.method,
+        sweep: spec.to_toml(),
+        seed: spec.seed,
+    }
 }

@@ -21,6 +21,24 @@ pub enum ResultsError {
         /// What the system says.
         reason: String,
     },
+    /// The address of an object store is not understood.
+    #[error("`{}`: {reason}", url.display())]
+    Address {
+        /// As it was given.
+        url: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// An object store does not answer as it should.
+    #[error("{}: {remedy} (the store: {reason})", url.display())]
+    Unreachable {
+        /// Its address.
+        url: PathBuf,
+        /// What came back.
+        reason: String,
+        /// What would help.
+        remedy: &'static str,
+    },
     /// The directory holds a run, and none was to be resumed.
     #[error("{} already holds a run; resume it, or choose another directory", dir.display())]
     Exists {
@@ -45,11 +63,25 @@ pub enum ResultsError {
         /// Of the run that was asked for.
         ours: String,
     },
+    /// Workers cannot share a run that writes no rows.
+    #[error("{}: workers share a run by its parts, and one without rows has none; run shards of it, and merge them", dir.display())]
+    SharedWithoutRows {
+        /// The directory.
+        dir: PathBuf,
+    },
     /// The directory is not that of a run.
     #[error("{} holds no run of rodsweep (no run.json)", dir.display())]
     NoRun {
         /// The directory.
         dir: PathBuf,
+    },
+    /// The identity of the run is not what was written.
+    #[error("{} is no identity of a run: {reason}; bring back the file as it was written, or begin another run", path.display())]
+    Identity {
+        /// `run.json`
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
     },
     /// The run was stopped between its identity and its sweep.
     #[error("{} holds a run that was stopped before it wrote its sweep.toml; resume it", dir.display())]
@@ -66,6 +98,14 @@ pub enum ResultsError {
         total: u64,
         /// Number of the first that is missing, from 0.
         first: u64,
+    },
+    /// A shard that cannot be put together with the others.
+    #[error("{} cannot be merged: {reason}", dir.display())]
+    Unmergeable {
+        /// The directory.
+        dir: PathBuf,
+        /// Why not, and what to do.
+        reason: String,
     },
     /// A file of the run is not what was written.
     #[error("{} is damaged: {reason}; remove it and resume the run", path.display())]
@@ -101,8 +141,11 @@ impl ResultsError {
         !matches!(
             self,
             ResultsError::Io { .. }
+                | ResultsError::Unreachable { .. }
                 | ResultsError::NotBegun { .. }
+                | ResultsError::Identity { .. }
                 | ResultsError::MissingParts { .. }
+                | ResultsError::Unmergeable { .. }
                 | ResultsError::Damaged { .. }
                 | ResultsError::Table { .. }
         )

@@ -1,7 +1,7 @@
 //! Rows of a result: the sample, its parameters, its status, quantities, derivatives. Column by column out of solutions.
 
 use crate::backend::Precision;
-use crate::model::{Batch, Plan, Quantity, Solutions, Vector, base_curvature, rotation_vector};
+use crate::model::{Batch, Parameter, Plan, Quantity, Solutions, Vector, base_curvature, rotation_vector};
 use crate::spec::Sampler;
 use crate::spec::{BranchChoice, Format, OutputQuantity, SweepSpec};
 use crate::table::{Column, Table, Values};
@@ -65,6 +65,8 @@ pub(crate) const BALANCED_COLUMN: &str = "balanced";
 
 const VECTOR: [&str; 3] = [".x", ".y", ".z"];
 const SCALAR: [&str; 1] = [""];
+/// Rod lengths from which on a position is written in double precision: single then rounds by 1e-6 of the length.
+const FAR: f64 = 8.0;
 /// Rows that one thread works out at a time, where they take more than copying.
 const GROUP: usize = 1024;
 
@@ -114,6 +116,8 @@ impl Layout {
             add(BALANCED_COLUMN.into(), "", Values::Flag(Vec::new()), Source::Balanced);
         }
         for quantity in quantities {
+            let is_exact = precision == Precision::F64 || *quantity == OutputQuantity::TipPosition && is_base_far(spec);
+            let number = || if is_exact { Values::Double(Vec::new()) } else { Values::Single(Vec::new()) };
             let mut group = |name: &str, unit, axes: &[&str], source: &dyn Fn(usize) -> Source| {
                 for (axis, suffix) in axes.iter().enumerate() {
                     add(format!("{name}{suffix}"), unit, number(), source(axis));
@@ -145,6 +149,16 @@ impl Layout {
             }
         }
         Layout { empty: Table { columns }, sources }
+    }
+
+    /// Columns of the solutions that are written in single precision.
+    pub fn single_columns(&self) -> Vec<usize> {
+        let pairs = self.empty.columns.iter().zip(&self.sources);
+        let single = |(column, source): (&Column, &Source)| match (&column.values, source) {
+            (Values::Single(_), Source::Solution(from)) => Some(*from),
+            _ => None,
+        };
+        pairs.filter_map(single).collect()
     }
 
     /// The columns without rows.
@@ -244,6 +258,13 @@ impl Layout {
         });
         vectors
     }
+}
+
+/// Whether the base may lie so far from the origin that single precision, beside it, shows too little of the rod.
+fn is_base_far(spec: &SweepSpec) -> bool {
+    let far = FAR * spec.scene.total_length();
+    let moves = |parameter: &Parameter| matches!(parameter, Parameter::BasePosition(_));
+    spec.scene.base.position.iter().any(|x| x.abs() > far) || spec.axis_parameters().iter().flatten().any(moves)
 }
 
 fn number(x: f64, is_known: bool) -> f64 {

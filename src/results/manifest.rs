@@ -1,14 +1,16 @@
 //! `manifest.json`: what is known of a run once it has ended. Everything in it can be made again from the parts.
 
-use super::directory::MANIFEST_FILE;
 use super::error::ResultsError;
 use super::outcome::{AnchorAccount, BranchCounts, PilotChoice, SampleOrigin, SpotCheck, Timings, number_or_null};
-use super::parts;
+use super::store::{Store, store_at};
+use super::workers::WorkerReport;
 use crate::model::Status;
 use crate::spec::{Shard, SolutionMethod};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+
+pub(crate) const MANIFEST_FILE: &str = "manifest.json";
 
 /// The account of a run, or of shards put together.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -29,6 +31,9 @@ pub struct Manifest {
     /// Rows by the engine that made them, as each part says.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub engines: BTreeMap<String, u64>,
+    /// Rows by the method they were solved by, where methods may differ.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub methods: BTreeMap<String, u64>,
     /// Samples of the sweep.
     pub sample_count: u64,
     /// Samples in a part.
@@ -51,6 +56,9 @@ pub struct Manifest {
     /// Manifests of the shards that were put together.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub merged_from: Vec<Manifest>,
+    /// Who has worked on it, where workers shared the run out among themselves.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub workers: Vec<WorkerReport>,
 }
 
 /// What only the program that ran a sweep knows.
@@ -148,14 +156,21 @@ impl Manifest {
     ///
     /// A manifest that is missing or cannot be understood.
     pub fn read(dir: &Path) -> Result<Manifest, ResultsError> {
-        let path = dir.join(MANIFEST_FILE);
-        let text = std::fs::read_to_string(&path).map_err(ResultsError::io(&path, "reading"))?;
-        serde_json::from_str(&text).map_err(|error| ResultsError::Damaged { path, reason: error.to_string() })
+        Manifest::find(store_at(dir)?.as_ref())?
+            .ok_or_else(|| ResultsError::io(&dir.join(MANIFEST_FILE), "reading")(std::io::ErrorKind::NotFound.into()))
     }
 
-    pub(crate) fn write(&self, dir: &Path) -> Result<(), ResultsError> {
+    /// `None`: the run has none yet.
+    pub(crate) fn find(store: &dyn Store) -> Result<Option<Manifest>, ResultsError> {
+        let Some(bytes) = store.get(MANIFEST_FILE)? else { return Ok(None) };
+        let path = store.path(MANIFEST_FILE);
+        let damaged = |error: serde_json::Error| ResultsError::Damaged { path, reason: error.to_string() };
+        serde_json::from_slice(&bytes).map(Some).map_err(damaged)
+    }
+
+    pub(crate) fn write(&self, store: &dyn Store) -> Result<(), ResultsError> {
         let text = serde_json::to_string_pretty(self).unwrap_or_default() + "\n";
-        parts::write_atomically(&dir.join(MANIFEST_FILE), text.as_bytes(), true).map(|_| ())
+        store.put(MANIFEST_FILE, text.as_bytes())
     }
 }
 

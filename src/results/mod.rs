@@ -1,14 +1,19 @@
 //! Results: the columns of a run's rows, parts on disk, the directory and its identity, and all of it opened again.
 
+pub(crate) mod claims;
 pub(crate) mod directory;
 mod error;
 pub(crate) mod layout;
 pub(crate) mod manifest;
-mod merge;
+pub(crate) mod merge;
 mod outcome;
 pub(crate) mod parts;
 mod read;
 mod reduce;
+#[cfg(test)]
+mod simulation;
+mod store;
+pub(crate) mod workers;
 
 pub use directory::{RunRecord, TIPS_FILE, WORKSPACE_FILE, WORST_FILE};
 pub use error::ResultsError;
@@ -19,3 +24,5 @@ pub use outcome::{AnchorAccount, BranchCounts, ErrorDistribution, PilotChoice, S
 pub use parts::{make_directory, write_bytes, write_table};
 pub use read::{DirectoryStatus, Results, read_parquet_table};
 pub use reduce::{MAX_TIPS, Reduction};
+pub use store::{Entry, Store, is_place, is_url, store_at};
+pub use workers::{SILENCE, Worker, WorkerReport};

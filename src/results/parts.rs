@@ -1,24 +1,27 @@
 //! Part files: encode in memory, write whole or not at all, read back, check.
 //!
-//! A Parquet part carries the XXH3 of its data pages and its counts in the footer; a CSV or NPZ part has them in a
-//! sidecar `<part>.json`, written before it.
+//! A Parquet part carries the XXH3 of its data pages and its counts in the footer, which carries one of itself. A CSV or NPZ
+//! part has them in a sidecar `<part>.<XXH3>.json`, written before it and likewise sealed: every byte is covered. The name of the sidecar tells which bytes it is of, so that a part with another
+//! writer's bytes never meets it: the part's own name is the one commit record.
 
 use super::error::ResultsError;
 use super::layout::BRANCH_COLUMN;
+use super::reduce::failures;
+use super::store::{Entry, Store, store_at, store_of};
 use crate::model::Status;
-use crate::spec::Format;
+use crate::spec::{Format, Shard, SolutionMethod};
 use crate::table::{self, Table, TableError};
 use serde::{Deserialize, Serialize};
-use std::io::Write;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::Arc;
 use xxhash_rust::xxh3::xxh3_64;
 
 /// Key of what a part says about itself.
 const PART_KEY: &str = "rodsweep.part";
 
 /// What a part says about itself.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct PartInfo {
     pub run_id: String,
     pub rows: u64,
@@ -32,12 +35,38 @@ pub(crate) struct PartInfo {
     /// What solved it, second attempts aside.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub engine: String,
+    /// By what; parts of versions before 0.3 do not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub method: Option<SolutionMethod>,
     pub checksum: String,
+    /// Of a table that a run without rows keeps: which samples its numbers are of; `None` where shards were put together.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shard: Option<Shard>,
+    /// In a sidecar: hash of all the rest. In Parquet the footer has one.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub seal: String,
 }
 
 impl PartInfo {
+    fn own_seal(&self) -> String {
+        let rest = PartInfo { seal: String::new(), ..self.clone() };
+        format!("{:016x}", xxh3_64(serde_json::to_string(&rest).unwrap_or_default().as_bytes()))
+    }
+
+    /// Of a sidecar, if it is to the byte what was written.
+    fn of_sidecar(text: &[u8]) -> Option<PartInfo> {
+        let info: PartInfo = serde_json::from_slice(text).ok()?;
+        (info.seal == info.own_seal() && serde_json::to_vec(&info).is_ok_and(|own| own == text)).then_some(info)
+    }
+
     pub fn sample_count(&self) -> u64 {
         self.samples.unwrap_or(self.rows)
+    }
+
+    pub fn failed(&self) -> u64 {
+        let mut counts = [0; Status::ALL.len()];
+        counts.iter_mut().zip(&self.counts).for_each(|(count, of)| *count = *of);
+        failures(&counts, self.samples.is_some())
     }
 }
 
@@ -47,6 +76,8 @@ pub(crate) struct FileMetadata {
     pub run_id: String,
     /// What solves.
     pub engine: String,
+    /// By what.
+    pub method: Option<SolutionMethod>,
     /// The resolved sweep.
     pub sweep: String,
     pub seed: u64,
@@ -75,32 +106,55 @@ pub(crate) fn info_of(table: &Table, metadata: &FileMetadata) -> PartInfo {
         first: table.samples().first().copied().unwrap_or(0),
         counts,
         engine: metadata.engine.clone(),
+        method: metadata.method,
         checksum: String::new(),
+        shard: None,
+        seal: String::new(),
     }
 }
 
-/// Writes a part unless one is there; then the one there is checked and kept. Returns what lies on disk.
+/// Writes a part unless one is there; then the one there is checked and kept. Returns what lies in the store, and whether
+/// that is new.
 ///
 /// `bytes` is memory to encode in, used again from part to part.
 pub(crate) fn write_part(
-    path: &Path,
+    store: &dyn Store,
+    name: &str,
     table: &Table,
     format: Format,
     metadata: &FileMetadata,
     bytes: &mut Vec<u8>,
-) -> Result<PartInfo, ResultsError> {
+) -> Result<(PartInfo, bool), ResultsError> {
     let mut info = info_of(table, metadata);
+    let path = store.path(name);
     match format {
-        Format::Parquet => encode_parquet(table, metadata, &mut info, bytes).map_err(ResultsError::table(path))?,
+        Format::Parquet => encode_parquet(table, metadata, &mut info, bytes).map_err(ResultsError::table(&path))?,
         Format::Csv => *bytes = table::csv::encode(table),
-        Format::Npz | Format::None => *bytes = table::npz::encode(table).map_err(ResultsError::table(path))?,
+        Format::Npz | Format::None => *bytes = table::npz::encode(table).map_err(ResultsError::table(&path))?,
     }
     if format != Format::Parquet {
         info.checksum = checksum(bytes);
-        let text = serde_json::to_string(&info).unwrap_or_default();
-        write_atomically(&sidecar(path), text.as_bytes(), true)?;
     }
-    if write_atomically(path, bytes, false)? { Ok(info) } else { check_part(path, format) }
+    place_part(store, name, format, info, bytes)
+}
+
+/// Puts a part that is encoded, its sidecar before it, unless there is one.
+pub(crate) fn place_part(
+    store: &dyn Store,
+    name: &str,
+    format: Format,
+    mut info: PartInfo,
+    bytes: &[u8],
+) -> Result<(PartInfo, bool), ResultsError> {
+    if format != Format::Parquet {
+        info.seal = info.own_seal();
+        let (sidecar, text) = (sidecar(name, bytes), serde_json::to_string(&info).unwrap_or_default());
+        let is_sound = |text: Vec<u8>| PartInfo::of_sidecar(&text).is_some();
+        if !store.create(&sidecar, text.as_bytes())? && !store.get(&sidecar)?.is_some_and(is_sound) {
+            store.put(&sidecar, text.as_bytes())?;
+        }
+    }
+    if store.create(name, bytes)? { Ok((info, true)) } else { Ok((check_part(store, name, format)?, false)) }
 }
 
 /// Makes `bytes` a Parquet part and completes `info` by the checksum.
@@ -123,40 +177,164 @@ fn encode_parquet(
 }
 
 /// Checks a part's checksum and returns what it says about itself.
-pub(crate) fn check_part(path: &Path, format: Format) -> Result<PartInfo, ResultsError> {
-    let bytes = std::fs::read(path).map_err(ResultsError::io(path, "reading"))?;
-    let damaged = |reason: &str| ResultsError::Damaged { path: path.into(), reason: reason.into() };
+pub(crate) fn check_part(store: &dyn Store, name: &str, format: Format) -> Result<PartInfo, ResultsError> {
+    let path = store.path(name);
+    let damaged = |reason: &str| ResultsError::Damaged { path: path.clone(), reason: reason.into() };
+    let bytes = store.get(name)?.ok_or_else(|| damaged("it is gone"))?;
     if format == Format::Parquet {
-        let footer = table::parquet::footer(&bytes).map_err(ResultsError::table(path))?;
-        let text = footer.get(PART_KEY).ok_or_else(|| damaged("its footer has no checksum"))?;
-        let info: PartInfo = serde_json::from_str(text).map_err(|error| damaged(&error.to_string()))?;
-        let length = info.checksum.rsplit(':').next().and_then(|length| length.parse().ok()).unwrap_or(usize::MAX);
-        return match bytes.get(..length) {
-            Some(data) if checksum(data) == info.checksum && footer.row_count == info.rows => Ok(info),
+        let said = said_by_footer(&bytes, &path)?;
+        return match data_length(&said.info).and_then(|length| bytes.split_at_checked(length)) {
+            Some((data, rest)) if checksum(data) == said.info.checksum && said.is_sound(rest) => Ok(said.info),
             _ => Err(damaged("the checksum differs")),
         };
     }
-    let text = std::fs::read_to_string(sidecar(path)).map_err(|_| damaged("its checksum file is missing"))?;
-    let info: PartInfo = serde_json::from_str(&text).map_err(|_| damaged("its checksum file cannot be read"))?;
+    // Version 0.1 had one sidecar a part, without a seal.
+    let (text, is_old) = match store.get(&sidecar(name, &bytes))? {
+        Some(text) => (Some(text), false),
+        None => (store.get(&format!("{name}.json"))?, true),
+    };
+    let text = text.ok_or_else(|| damaged("it is not what was written: no checksum file is of its bytes"))?;
+    let info = if is_old { serde_json::from_slice(&text).ok() } else { PartInfo::of_sidecar(&text) };
+    let info = info.ok_or_else(|| damaged("its checksum file is damaged"))?;
     if info.checksum == checksum(&bytes) { Ok(info) } else { Err(damaged("the checksum differs")) }
 }
 
+/// What a part says about itself, without reading all of one that is far away: the store keeps its bytes as they are.
+pub(crate) fn look_at_part(store: &dyn Store, entry: &Entry, format: Format) -> Result<PartInfo, ResultsError> {
+    /// A footer is rarely longer.
+    const END: u64 = 64 << 10;
+    let name = &entry.name;
+    if !store.is_remote() || format != Format::Parquet {
+        return check_part(store, name, format);
+    }
+    let path = store.path(name);
+    let mut end = store.get_range(name, entry.size.saturating_sub(END)..entry.size)?;
+    let length = table::parquet::footer_length(&end).unwrap_or(0);
+    if length > end.len() as u64 {
+        end = store.get_range(name, entry.size.saturating_sub(length)..entry.size)?;
+    }
+    let said = said_by_footer(&end, &path)?;
+    let damaged = |reason: &str| ResultsError::Damaged { path: path.clone(), reason: reason.into() };
+    let start = data_length(&said.info).map_or(u64::MAX, |length| length as u64);
+    if start > entry.size {
+        return Err(damaged("its length differs"));
+    }
+    let fetched = end.len() as u64;
+    if entry.size - start > fetched {
+        end = store.get_range(name, start..entry.size)?;
+    }
+    let rest = end.len().checked_sub((entry.size - start) as usize).and_then(|from| end.get(from..));
+    if rest.is_some_and(|rest| said.is_sound(rest)) { Ok(said.info) } else { Err(damaged("the checksum differs")) }
+}
+
+/// What the footer of a part says.
+struct Said {
+    info: PartInfo,
+    rows: u64,
+    /// Written by a version whose footers carry no checksum.
+    is_old: bool,
+}
+
+impl Said {
+    /// Whether all that follows the data is as it was written.
+    fn is_sound(&self, after_data: &[u8]) -> bool {
+        self.rows == self.info.rows && table::parquet::is_sealed(after_data).unwrap_or(self.is_old)
+    }
+}
+
+fn said_by_footer(bytes: &[u8], path: &Path) -> Result<Said, ResultsError> {
+    let damaged = |reason: &str| ResultsError::Damaged { path: path.into(), reason: reason.into() };
+    let footer = table::parquet::footer(bytes).map_err(ResultsError::table(path))?;
+    let text = footer.get(PART_KEY).ok_or_else(|| damaged("its footer has no checksum"))?;
+    let info = serde_json::from_str(text).map_err(|error| damaged(&error.to_string()))?;
+    let is_old = footer.get("rodsweep.version").is_some_and(|version| version.starts_with("0.1."));
+    Ok(Said { info, rows: footer.row_count, is_old })
+}
+
+/// Bytes that the checksum is of.
+fn data_length(info: &PartInfo) -> Option<usize> {
+    info.checksum.rsplit(':').next()?.parse().ok()
+}
+
 /// Reads the columns named (all, if none are) of a part, in the part's order. `like` gives the kinds of text formats.
-pub(crate) fn read_part(path: &Path, format: Format, names: &[&str], like: &Table) -> Result<Table, ResultsError> {
+pub(crate) fn read_part(
+    store: &Arc<dyn Store>,
+    name: &str,
+    format: Format,
+    names: &[&str],
+    like: &Table,
+) -> Result<Table, ResultsError> {
+    let path = store.path(name);
+    let missing = || ResultsError::io(&path, "reading")(std::io::ErrorKind::NotFound.into());
     let table = match format {
-        Format::Parquet => table::parquet::read(path, names),
-        Format::Csv => table::csv::read(path, names, like),
-        Format::Npz | Format::None => table::npz::read(path, names, like),
+        Format::Parquet => {
+            let size = store.head(name)?.ok_or_else(missing)?.size;
+            table::parquet::read_from(Arc::new(Part { store: store.clone(), name: name.into(), size }), names)
+        }
+        Format::Csv => {
+            let bytes = store.get(name)?.ok_or_else(missing)?;
+            let text = std::str::from_utf8(&bytes);
+            let text =
+                text.map_err(|_| ResultsError::Damaged { path: path.clone(), reason: "it is no text".into() })?;
+            table::csv::decode(text, names, like)
+        }
+        Format::Npz | Format::None => table::npz::decode(&store.get(name)?.ok_or_else(missing)?, names, like),
     };
-    table.map_err(ResultsError::table(path))
+    table.map_err(ResultsError::table(&path))
+}
+
+/// A file of a store, read by ranges.
+struct Part {
+    store: Arc<dyn Store>,
+    name: String,
+    size: u64,
+}
+
+impl table::parquet::ByteSource for Part {
+    fn size(&self) -> u64 {
+        self.size
+    }
+
+    fn read(&self, range: Range<u64>) -> std::io::Result<Vec<u8>> {
+        self.store.get_range(&self.name, range).map_err(std::io::Error::other)
+    }
+}
+
+/// What the tables that a run without rows keeps are of.
+pub(crate) struct Kept {
+    /// `None`: shards put together.
+    pub shard: Option<Shard>,
+    pub samples: u64,
+    /// Rows by status code.
+    pub counts: [u64; Status::ALL.len()],
 }
 
 /// Writes a table of a run that is not a part (voxels, tips) as Parquet, replacing what is there.
-pub(crate) fn write_run_table(path: &Path, table: &Table, metadata: &FileMetadata) -> Result<(), ResultsError> {
-    let mut info = info_of(table, metadata);
+pub(crate) fn write_run_table(
+    store: &dyn Store,
+    name: &str,
+    table: &Table,
+    metadata: &FileMetadata,
+    kept: &Kept,
+) -> Result<(), ResultsError> {
+    let of_table = info_of(table, metadata);
+    let mut info = PartInfo { samples: Some(kept.samples), counts: kept.counts.into(), shard: kept.shard, ..of_table };
     let mut bytes = Vec::new();
-    encode_parquet(table, metadata, &mut info, &mut bytes).map_err(ResultsError::table(path))?;
-    write_atomically(path, &bytes, true).map(|_| ())
+    encode_parquet(table, metadata, &mut info, &mut bytes).map_err(ResultsError::table(&store.path(name)))?;
+    store.put(name, &bytes)
+}
+
+/// Checks a table that a run without rows keeps; `None`: it is not there.
+pub(crate) fn check_run_table(store: &dyn Store, name: &str, run_id: &str) -> Result<Option<PartInfo>, ResultsError> {
+    if store.head(name)?.is_none() {
+        return Ok(None);
+    }
+    let info = check_part(store, name, Format::Parquet)?;
+    if info.run_id != run_id {
+        let reason = "it belongs to another run".into();
+        return Err(ResultsError::Damaged { path: store.path(name), reason });
+    }
+    Ok(Some(info))
 }
 
 /// Writes a table, replacing what is there: Parquet if the name ends in `.parquet`, else CSV, which has no place for
@@ -172,16 +350,16 @@ pub fn write_table(path: &Path, table: &Table, metadata: &[(&str, String)]) -> R
     } else {
         table::csv::encode(table)
     };
-    write_atomically(path, &bytes, true).map(|_| ())
+    write_bytes(path, &bytes)
 }
 
-/// Makes a directory for files, and those above it.
+/// Makes a directory for files, and those above it; an object store needs none.
 ///
 /// # Errors
 ///
 /// A directory that cannot be made.
 pub fn make_directory(dir: &Path) -> Result<(), ResultsError> {
-    std::fs::create_dir_all(dir).map_err(ResultsError::io(dir, "making the directory"))
+    store_at(dir)?.prepare()
 }
 
 /// Writes a file whole or not at all, replacing what is there.
@@ -190,66 +368,26 @@ pub fn make_directory(dir: &Path) -> Result<(), ResultsError> {
 ///
 /// A file that cannot be written.
 pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), ResultsError> {
-    write_atomically(path, bytes, true).map(|_| ())
+    let (store, name) = store_of(path)?;
+    store.put(&name, bytes)
 }
 
-/// Moves a damaged part and its sidecar out of the way.
-pub(crate) fn quarantine(path: &Path) -> Result<PathBuf, ResultsError> {
-    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let free = (0..).map(|k| path.with_file_name(format!("{name}.bad-{k}"))).find(|to| !to.exists());
-    let to = free.unwrap_or_else(|| path.with_file_name(format!("{name}.bad")));
-    std::fs::rename(path, &to).map_err(ResultsError::io(path, "moving a damaged part away"))?;
-    let _ = std::fs::remove_file(sidecar(path));
-    Ok(to)
+/// Moves a damaged part out of the way. Sidecars stay: the part's name may be given again at any moment.
+pub(crate) fn quarantine(store: &dyn Store, name: &str) -> Result<PathBuf, ResultsError> {
+    for number in 0u32.. {
+        let to = format!("{name}.bad-{number}");
+        if store.rename(name, &to)? {
+            return Ok(store.path(&to));
+        }
+    }
+    Ok(store.path(name))
 }
 
-pub(crate) fn sidecar(path: &Path) -> PathBuf {
-    let mut name = path.as_os_str().to_owned();
-    name.push(".json");
-    name.into()
+/// The sidecar of a part with these bytes.
+fn sidecar(name: &str, bytes: &[u8]) -> String {
+    format!("{name}.{:016x}.json", xxh3_64(bytes))
 }
 
 pub(crate) fn checksum(bytes: &[u8]) -> String {
     format!("xxh3:{:016x}:{}", xxh3_64(bytes), bytes.len())
-}
-
-/// Temporary file, fsync, then link (fails if the name is taken) or rename, fsync of the folder. False: taken.
-pub(crate) fn write_atomically(path: &Path, bytes: &[u8], replace: bool) -> Result<bool, ResultsError> {
-    static COUNTER: AtomicU64 = AtomicU64::new(0);
-    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let unique = COUNTER.fetch_add(1, Ordering::Relaxed);
-    let temporary = path.with_file_name(format!(".{name}.tmp-{}-{unique}", std::process::id()));
-    let written = (|| {
-        let mut file = std::fs::File::create_new(&temporary)?;
-        file.write_all(bytes)?;
-        file.sync_all()
-    })();
-    let placed = written.and_then(|()| place(&temporary, path, replace));
-    let _ = std::fs::remove_file(&temporary);
-    let placed = placed.map_err(ResultsError::io(path, "writing"))?;
-    sync_folder(path);
-    Ok(placed)
-}
-
-fn place(temporary: &Path, path: &Path, replace: bool) -> std::io::Result<bool> {
-    if replace {
-        return std::fs::rename(temporary, path).map(|()| true);
-    }
-    match std::fs::hard_link(temporary, path) {
-        Ok(()) => Ok(true),
-        Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => Ok(false),
-        // A file system without hard links.
-        Err(_) if path.exists() => Ok(false),
-        Err(_) => std::fs::rename(temporary, path).map(|()| true),
-    }
-}
-
-/// Makes a new name in a folder survive a power loss, where the system can.
-fn sync_folder(path: &Path) {
-    if let Some(folder) = path.parent() {
-        let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-        if let Ok(folder) = std::fs::File::open(folder) {
-            let _ = folder.sync_all();
-        }
-    }
 }

@@ -1,18 +1,22 @@
 //! A result directory opened again: sweep, rows by column and part by part, statuses, tips, voxels.
 
-use super::directory::{self, RUN_FILE, RunRecord, SWEEP_FILE, TIPS_FILE};
+use super::directory::{self, RunRecord, SWEEP_FILE, TIPS_FILE};
 use super::error::ResultsError;
 use super::layout::{Layout, plain_columns};
 use super::manifest::Manifest;
 use super::parts::{self, PartInfo};
 use super::reduce::{Reduction, failures};
+use super::store::{self, Store};
+use super::workers::{self, Worker};
 use crate::backend::Precision;
 use crate::model::{Status, closest};
-use crate::spec::{Format, SolutionMethod, SweepSpec};
+use crate::spec::{BranchChoice, Format, RESOLVED_TABLE, SolutionMethod, SweepSpec};
 use crate::table::{Column, Table};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-/// A result directory.
+/// A result directory, or the address of one in an object store.
 ///
 /// ```no_run
 /// use rodsweep::results::Results;
@@ -28,6 +32,7 @@ use std::path::{Path, PathBuf};
 #[derive(Clone, Debug)]
 pub struct Results {
     dir: PathBuf,
+    store: Arc<dyn Store>,
     record: RunRecord,
     spec: SweepSpec,
     /// Without rows.
@@ -44,7 +49,7 @@ pub struct DirectoryStatus {
     pub parts_total: u64,
     /// Sound parts.
     pub parts_done: u64,
-    /// Chunks without a sound part.
+    /// Chunks without a sound part. Of a run without rows, which keeps all or nothing, only the first.
     pub missing: Vec<u64>,
     /// Damaged parts and what is wrong with them.
     pub damaged: Vec<(PathBuf, String)>,
@@ -54,6 +59,10 @@ pub struct DirectoryStatus {
     pub every_branch: bool,
     /// Rows by status code.
     pub counts: [u64; Status::ALL.len()],
+    /// Rows by the engine that solved them, as each part says.
+    pub engines: BTreeMap<String, u64>,
+    /// Rows by the method they were solved by, as each part says.
+    pub methods: BTreeMap<String, u64>,
 }
 
 impl DirectoryStatus {
@@ -76,15 +85,16 @@ impl Results {
     /// A directory without a run, or whose identity or sweep cannot be read or is not yet there.
     pub fn open(dir: impl Into<PathBuf>) -> Result<Results, ResultsError> {
         let dir = dir.into();
-        let record = RunRecord::read(&dir)?;
-        let sweep = dir.join(SWEEP_FILE);
-        if !sweep.exists() {
-            return Err(ResultsError::NotBegun { dir });
-        }
-        let spec = SweepSpec::read(&sweep)?;
+        let store = store::store_at(&dir)?;
+        let record = RunRecord::read(store.as_ref())?;
+        let Some(text) = text(store.as_ref(), SWEEP_FILE)? else { return Err(ResultsError::NotBegun { dir }) };
+        let table = self::text(store.as_ref(), RESOLVED_TABLE)?;
+        let tables: Vec<(&str, &str)> = table.iter().map(|text| (RESOLVED_TABLE, text.as_str())).collect();
+        record.check_sweep(store.as_ref(), &text, table.as_deref())?;
+        let spec = SweepSpec::parse_with(&store.path(SWEEP_FILE), &text, &tables)?;
         let precision = if record.precision == Precision::F32.name() { Precision::F32 } else { Precision::F64 };
         let columns = Layout::new(&spec, precision).empty().clone();
-        Ok(Results { dir, record, spec, columns })
+        Ok(Results { dir, store, record, spec, columns })
     }
 
     /// Where it lies.
@@ -127,24 +137,90 @@ impl Results {
     ///
     /// A directory that cannot be listed or read.
     pub fn status(&self) -> Result<DirectoryStatus, ResultsError> {
-        let parts = directory::parts(&self.dir, &self.record)?;
+        if !self.has_rows() {
+            return self.status_without_rows();
+        }
+        let parts = directory::parts(self.store.as_ref(), &self.record)?;
         let mut counts = [0; Status::ALL.len()];
         for info in parts.sound.values() {
             for (sum, count) in counts.iter_mut().zip(&info.counts) {
                 *sum += count;
             }
         }
-        let parts_total = if self.has_rows() { self.record.chunk_count() } else { 0 };
+        let (mut engines, mut methods) = (BTreeMap::new(), BTreeMap::new());
+        for info in parts.sound.values() {
+            *engines.entry(info.engine.clone()).or_default() += info.rows;
+            let method = info.method.or(self.record.method).map(|method| method.to_string());
+            *methods.entry(method.unwrap_or_default()).or_default() += info.rows;
+        }
+        engines.remove("");
+        methods.remove("");
+        let parts_total = self.record.chunk_count();
         Ok(DirectoryStatus {
             parts_total,
             parts_done: parts.sound.len() as u64,
             missing: (0..parts_total).filter(|chunk| !parts.sound.contains_key(chunk)).collect(),
             samples_done: parts.sound.values().map(PartInfo::sample_count).sum(),
             every_branch: parts.sound.values().any(|info| info.samples.is_some()),
-            damaged: parts.damaged,
+            damaged: parts.damaged.into_iter().map(|(name, why)| (self.store.path(&name), why)).collect(),
             counts,
+            engines,
+            methods,
             record: self.record.clone(),
         })
+    }
+
+    /// Parts that are there, and their samples, without looking into them.
+    ///
+    /// # Errors
+    ///
+    /// A directory that cannot be listed.
+    pub fn progress(&self) -> Result<(u64, u64), ResultsError> {
+        let listed = self.store.list("")?;
+        let chunks = listed.iter().filter_map(|entry| parts::part_chunk(&entry.name, self.record.format()));
+        let sizes = chunks.map(|chunk| self.record.chunk_range(chunk).1).filter(|size| *size > 0);
+        Ok(sizes.fold((0, 0), |(parts, samples), size| (parts + 1, samples + size)))
+    }
+
+    /// What the tables say that a run without rows keeps: all of it, or nothing.
+    fn status_without_rows(&self) -> Result<DirectoryStatus, ResultsError> {
+        let store = self.store.as_ref();
+        let mut status = DirectoryStatus {
+            parts_total: 0,
+            parts_done: 0,
+            missing: Vec::new(),
+            samples_done: 0,
+            every_branch: self.spec.branch == BranchChoice::All,
+            damaged: Vec::new(),
+            counts: [0; Status::ALL.len()],
+            engines: BTreeMap::new(),
+            methods: BTreeMap::new(),
+            record: self.record.clone(),
+        };
+        for name in [directory::voxel_file(store)?, TIPS_FILE] {
+            match parts::check_run_table(store, name, &self.record.run_id) {
+                Ok(Some(kept)) => {
+                    status.samples_done = kept.sample_count();
+                    status.counts.iter_mut().zip(&kept.counts).for_each(|(to, from)| *to = *from);
+                }
+                Ok(None) => status.missing = vec![0],
+                Err(ResultsError::Damaged { path, reason }) => status.damaged.push((path, reason)),
+                Err(error) => return Err(error),
+            }
+        }
+        if !status.damaged.is_empty() {
+            status.missing = vec![0];
+        }
+        Ok(status)
+    }
+
+    /// Who works on the run, or has done so, the last seen first; none where no worker has joined it.
+    ///
+    /// # Errors
+    ///
+    /// A directory that cannot be listed or read.
+    pub fn workers(&self) -> Result<Vec<Worker>, ResultsError> {
+        workers::workers(self.store.as_ref())
     }
 
     /// Whether the run has written its rows, not only tips and voxels.
@@ -172,7 +248,7 @@ impl Results {
     ///
     /// A directory that cannot be read.
     pub fn part_numbers(&self) -> Result<Vec<u64>, ResultsError> {
-        Ok(directory::parts(&self.dir, &self.record)?.sound.into_keys().collect())
+        Ok(directory::parts(self.store.as_ref(), &self.record)?.sound.into_keys().collect())
     }
 
     /// The named columns of one part (all, if none are named).
@@ -183,7 +259,7 @@ impl Results {
     pub fn read_part(&self, part: u64, names: &[&str]) -> Result<Table, ResultsError> {
         self.check_names(names)?;
         let format = self.record.format();
-        parts::read_part(&directory::part_path(&self.dir, part, format), format, names, &self.columns)
+        parts::read_part(&self.store, &parts::part_name(part, format), format, names, &self.columns)
     }
 
     fn check_names(&self, names: &[&str]) -> Result<(), ResultsError> {
@@ -258,7 +334,7 @@ impl Results {
     pub fn tips(&self) -> Result<Table, ResultsError> {
         match self.has_rows() {
             true => Ok(self.reduce_without_voxels()?.tips),
-            false => read_parquet_table(&self.dir.join(TIPS_FILE)),
+            false => self.run_table(TIPS_FILE),
         }
     }
 
@@ -270,13 +346,13 @@ impl Results {
     pub fn voxels(&self, voxel: f64) -> Result<Table, ResultsError> {
         match self.has_rows() {
             true => Ok(self.reduce(voxel)?.voxel_table()),
-            false => read_parquet_table(&self.touched_voxels()),
+            false => self.run_table(directory::voxel_file(self.store.as_ref())?),
         }
     }
 
-    fn touched_voxels(&self) -> std::path::PathBuf {
-        let kept = self.dir.join(directory::TOUCHED_FILE);
-        if kept.is_file() { kept } else { self.dir.join(directory::WORKSPACE_FILE) }
+    fn run_table(&self, name: &str) -> Result<Table, ResultsError> {
+        parts::check_run_table(self.store.as_ref(), name, &self.record.run_id)?;
+        parts::read_part(&self.store, name, Format::Parquet, &[], &Table::default())
     }
 
     /// Moves the voxels of a run without rows to `touched.parquet`, so that the measured workspace can have their name.
@@ -285,17 +361,18 @@ impl Results {
     ///
     /// A file that cannot be moved.
     pub fn keep_touched_voxels(&self) -> Result<(), ResultsError> {
-        let (from, to) = (self.dir.join(directory::WORKSPACE_FILE), self.dir.join(directory::TOUCHED_FILE));
-        if self.has_rows() || to.exists() || !from.exists() {
-            return Ok(());
+        let (from, to) = (directory::WORKSPACE_FILE, directory::TOUCHED_FILE);
+        if !self.has_rows() && self.store.head(to)?.is_none() && self.store.head(from)?.is_some() {
+            self.store.rename(from, to)?;
         }
-        std::fs::rename(&from, &to).map_err(ResultsError::io(&from, "moving"))
+        Ok(())
     }
+}
 
-    /// Whether a directory holds a run.
-    pub fn is_there(dir: &Path) -> bool {
-        dir.join(RUN_FILE).is_file()
-    }
+/// A file of a run that is text; `None`: there is none.
+fn text(store: &dyn Store, name: &str) -> Result<Option<String>, ResultsError> {
+    let damaged = |_| ResultsError::Damaged { path: store.path(name), reason: "it is not UTF-8 text".into() };
+    store.get(name)?.map(|bytes| String::from_utf8(bytes).map_err(damaged)).transpose()
 }
 
 /// Any Parquet file that a run wrote (`workspace.parquet`, `tips.parquet`).
@@ -304,5 +381,6 @@ impl Results {
 ///
 /// A file that cannot be read.
 pub fn read_parquet_table(path: &Path) -> Result<Table, ResultsError> {
-    parts::read_part(path, Format::Parquet, &[], &Table::default())
+    let (store, name) = store::store_of(path)?;
+    parts::read_part(&store, &name, Format::Parquet, &[], &Table::default())
 }

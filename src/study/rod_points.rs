@@ -40,7 +40,7 @@ impl RodPoints {
         shares: Vec<f64>,
     ) -> Result<RodPoints, PlanError> {
         let plan = Plan::new(scene, axes, wrt, PlanOptions::default())?;
-        Ok(RodPoints { slots: slots(&plan), plan, shares })
+        Ok(RodPoints { slots: plan.slots(), plan, shares })
     }
 
     /// What [`RodPoints::of`] reads rods from: the values of each axis by row.
@@ -79,14 +79,6 @@ fn slide(rod: &Rod, slot: Slot, share: f64, arc_length: f64, tangent: Vector, de
         _ => return,
     };
     derivative.dp.iter_mut().zip(tangent).for_each(|(dp, tangent)| *dp += (share - carried) * tangent);
-}
-
-/// Slots that the derivatives of a plan use, each once.
-pub(super) fn slots(plan: &Plan) -> Vec<Slot> {
-    let mut slots: Vec<Slot> = plan.derivatives.iter().flat_map(|d| d.terms.iter().map(|(slot, _)| *slot)).collect();
-    slots.sort_by_key(|slot| format!("{slot:?}"));
-    slots.dedup();
-    slots
 }
 
 /// The chain rule: from derivatives by slots to those by the plan's parameters.

@@ -7,7 +7,7 @@ use crate::engines::cpu_f64;
 use crate::model::{
     Anchor, AnchorAxis, Anchors, Axis, MOST_ANCHOR_AXES, Parameter, Plan, PlanOptions, Quantity, Solutions, Vector,
 };
-use crate::spec::{BranchChoice, Distribution, Method, SweepSpec};
+use crate::spec::{AxisSpec, BranchChoice, Distribution, Method, SweepSpec};
 use std::sync::Arc;
 
 /// One anchor for so many samples, at most.
@@ -36,9 +36,9 @@ pub(super) fn anchor_axes(spec: &SweepSpec, plan: &Plan) -> Option<Vec<AnchorAxi
     if points < FEWEST[count - 1] {
         return None;
     }
-    let axis = |axis: &crate::spec::AxisSpec| {
+    let axis = |axis: &AxisSpec| {
         let (from, to) = match axis.distribution {
-            Distribution::Uniform { from, to } => (from.min(to), from.max(to)),
+            Distribution::Uniform { from, to } => (from, to),
             Distribution::Normal { mean, standard_deviation } => {
                 (mean - COVERED * standard_deviation, mean + COVERED * standard_deviation)
             }

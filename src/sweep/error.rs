@@ -21,6 +21,12 @@ pub enum SweepError {
     /// The rows cannot be written, or what is there not be resumed.
     #[error(transparent)]
     Results(#[from] ResultsError),
+    /// The system gives no threads to run on.
+    #[error("cannot start a thread: {reason}; raise the limit of processes, or run on fewer threads")]
+    Threads {
+        /// What the system says.
+        reason: String,
+    },
     /// The engine was prepared for another plan than the sweep's.
     #[error("the backend was prepared for another plan: {what} differ")]
     WrongPlan {

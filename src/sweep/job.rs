@@ -41,6 +41,8 @@ pub struct SweepJob<'a> {
     limit: Option<u64>,
     part_size: Option<u64>,
     interrupt: Option<&'a AtomicBool>,
+    drain: Option<&'a AtomicBool>,
+    mixed: bool,
     progress: Option<&'a (dyn Fn(&Progress) + Sync)>,
     rows_written: Option<RowsWritten<'a>>,
     warn: Option<&'a dyn Fn(&str)>,
@@ -58,6 +60,8 @@ impl<'a> SweepJob<'a> {
             limit: None,
             part_size: None,
             interrupt: None,
+            drain: None,
+            mixed: false,
             progress: None,
             rows_written: None,
             warn: None,
@@ -94,6 +98,17 @@ impl<'a> SweepJob<'a> {
     /// A flag that ends the run: it is looked at between batches, and finished parts are kept.
     pub fn interrupt(self, flag: &'a AtomicBool) -> Self {
         SweepJob { interrupt: Some(flag), ..self }
+    }
+
+    /// A flag that ends the run when the chunks that were begun are finished and kept.
+    pub fn drain(self, flag: &'a AtomicBool) -> Self {
+        SweepJob { drain: Some(flag), ..self }
+    }
+
+    /// Whether workers may solve the run by different methods: engines, precisions, steps. Each part says by which. It
+    /// belongs to the identity of a run.
+    pub fn mixed_methods(self, mixed: bool) -> Self {
+        SweepJob { mixed, ..self }
     }
 
     /// Called after every batch.
@@ -154,7 +169,7 @@ impl<'a> SweepJob<'a> {
         }
         let engine = Engine::new(engine, precision, "as the run was begun");
         self.spec.tolerance = method.tolerance;
-        let options = PlanOptions { stepper: method.stepper, steps: method.steps, ..PlanOptions::default() };
+        let options = method.apply(PlanOptions::default());
         let mut plan = self.spec.plan(options)?;
         if method.anchors {
             plan = with_anchors(&self.spec, plan)?;
@@ -173,11 +188,11 @@ impl<'a> SweepJob<'a> {
             None => Some(choose_method(&plan, &self.spec.sampler(), &steppers[1..], &cpu_f64)?),
         };
         let plan = pilot.as_ref().map_or(plan.clone(), |pilot| plan.with_options(pilot.options(&plan)));
-        let PlanOptions { stepper, steps, tolerance, .. } = plan.options;
+        let PlanOptions { stepper, steps, tolerance, error_share, .. } = plan.options;
         let uses_anchors = self.spec.anchors && engine.kind() == BackendKind::Cpu;
         let plan = if uses_anchors { with_anchors(&self.spec, plan)? } else { plan };
         let (kind, precision, anchors) = (engine.kind(), engine.precision(), plan.anchors.is_some());
-        let method = SolutionMethod { engine: kind, precision, stepper, steps, tolerance, anchors };
+        let method = SolutionMethod { engine: kind, precision, stepper, steps, tolerance, error_share, anchors };
         Ok(PreparedSweep { job: self, engine, plan, pilot, method, asked_tolerance, is_settled: false })
     }
 }
@@ -288,6 +303,8 @@ impl<'a> PreparedSweep<'a> {
         options.limit = job.limit;
         options.chunk = job.part_size.unwrap_or(job.spec.chunk());
         options.interrupt = job.interrupt;
+        options.drain = job.drain;
+        options.mixed = job.mixed.then_some(self.asked_tolerance);
         options.progress = job.progress;
         options.rows_written = job.rows_written;
         options.refiners = vec![&second_attempt, &trusted];

@@ -56,6 +56,7 @@ pub(crate) fn manifest(
         run_id: record.run_id.clone(),
         solved_by: record.method,
         engines: BTreeMap::from([(backend.to_string(), reduction.row_count())]),
+        methods: BTreeMap::new(),
         sample_count: record.sample_count,
         chunk: record.chunk,
         seed: spec.seed,
@@ -66,5 +67,6 @@ pub(crate) fn manifest(
         failed: summary.failed(),
         run: Some(run),
         merged_from: Vec::new(),
+        workers: Vec::new(),
     }
 }

@@ -1,7 +1,8 @@
 //! A run without rows on an engine that makes, solves and counts its samples itself.
 
 use super::error::SweepError;
-use super::pipeline::{Finisher, join};
+use super::missing::Missing;
+use super::pipeline::{Finisher, join, spawn};
 use crate::backend::{Backend, ReduceJob, Reduced, Returned};
 use crate::results::{RunRecord, SampleOrigin};
 use std::ops::Range;
@@ -9,10 +10,10 @@ use std::sync::mpsc::sync_channel;
 use std::time::{Duration, Instant};
 
 /// The samples of some chunks, neighbours joined.
-fn ranges(record: &RunRecord, chunks: &[u64]) -> Vec<Range<u64>> {
+fn ranges(record: &RunRecord, chunks: impl Iterator<Item = u64>) -> Vec<Range<u64>> {
     let mut ranges: Vec<Range<u64>> = Vec::new();
     for chunk in chunks {
-        let (start, len) = record.chunk_range(*chunk);
+        let (start, len) = record.chunk_range(chunk);
         match ranges.last_mut() {
             Some(last) if last.end == start => last.end += len,
             _ => ranges.push(start..start + len),
@@ -26,11 +27,11 @@ pub(crate) fn run(
     backend: &mut dyn Backend,
     finisher: &mut Finisher,
     record: &RunRecord,
-    chunks: &[u64],
+    missing: Missing<'_>,
 ) -> Result<(SampleOrigin, f64), SweepError> {
     let (sampler, options) = (finisher.sampler, finisher.options);
     let recipe = sampler.recipe();
-    let ranges = ranges(record, chunks);
+    let ranges = ranges(record, missing.chunks());
     let selections =
         [Some(finisher.reduction.selection()), finisher.spot_samples.as_ref().map(|chosen| chosen.selection())];
     let wanted = |range: Range<u64>| {
@@ -53,7 +54,7 @@ pub(crate) fn run(
     let (sender, receiver) = sync_channel::<Returned>(1);
     let reduced = std::thread::scope(|scope| {
         let finishing =
-            scope.spawn(|| receiver.into_iter().try_for_each(|returned| finisher.finish_returned(returned)));
+            spawn(scope, || receiver.into_iter().try_for_each(|returned| finisher.finish_returned(returned)))?;
         let reduced = backend.reduce(&job, &mut |returned| {
             let begin = Instant::now();
             let goes_on = !options.is_interrupted() && sender.send(returned).is_ok();

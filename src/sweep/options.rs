@@ -25,6 +25,10 @@ pub struct RunOptions<'a> {
     pub chunk: u64,
     /// Checked between batches; finished parts are kept.
     pub interrupt: Option<&'a AtomicBool>,
+    /// Checked between chunks: what has been begun is finished and kept, nothing else is begun.
+    pub drain: Option<&'a AtomicBool>,
+    /// Whether workers may solve the run by different methods, and then the tolerance that its sweep asks for.
+    pub mixed: Option<f64>,
     /// Told after every batch.
     pub progress: Option<&'a (dyn Fn(&Progress) + Sync)>,
     /// Told once, beside the spot check, when every row is written: what the run has kept of them. Not told by a run that
@@ -77,6 +81,8 @@ impl<'a> RunOptions<'a> {
             limit: None,
             chunk: CHUNK,
             interrupt: None,
+            drain: None,
+            mixed: None,
             progress: None,
             rows_written: None,
             refiners: Vec::new(),
@@ -86,6 +92,10 @@ impl<'a> RunOptions<'a> {
             pilot: None,
             notes: Vec::new(),
         }
+    }
+
+    pub(crate) fn is_draining(&self) -> bool {
+        self.drain.is_some_and(|flag| flag.load(Ordering::Relaxed))
     }
 
     pub(crate) fn is_interrupted(&self) -> bool {

@@ -2,57 +2,38 @@
 
 use super::branches::{Branch, BranchSearch, Branches};
 use super::check::SpotSamples;
+use super::chunks::Piece;
 use super::error::SweepError;
 use super::options::{Progress, RunOptions};
 use super::refine::Refiners;
 use crate::backend::{Backend, Returned};
 use crate::model::{Batch, Plan, Quantity, Solutions};
 use crate::results::Reduction;
-use crate::results::RunRecord;
 use crate::results::Timings;
+use crate::results::claims::ClaimState;
 use crate::results::{BranchCells, Layout, Rows};
 use crate::spec::CHUNK;
 use crate::spec::Sampler;
 use crate::spec::{Format, SweepSpec};
 use crate::table::Table;
 use std::ops::Range;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
+use std::thread::{Builder, Scope, ScopedJoinHandle};
 use std::time::{Duration, Instant};
-
-/// Consecutive samples of one chunk within a batch.
-#[derive(Clone, Copy)]
-pub(crate) struct Piece {
-    chunk: u64,
-    start: u64,
-    len: u64,
-    is_last: bool,
-}
 
 struct Job {
     pieces: Vec<Piece>,
     batch: Batch,
 }
 
-/// Shares chunks out over batches: a batch holds several chunks or a piece of one.
-pub(crate) fn pieces(record: &RunRecord, chunks: &[u64], batch_size: u64) -> Vec<Vec<Piece>> {
-    let mut jobs: Vec<Vec<Piece>> = Vec::new();
-    let mut room = 0;
-    for chunk in chunks {
-        let (mut start, mut left) = record.chunk_range(*chunk);
-        while left > 0 {
-            if room == 0 {
-                jobs.push(Vec::new());
-                room = batch_size;
-            }
-            let len = left.min(room);
-            let piece = Piece { chunk: *chunk, start, len, is_last: len == left };
-            if let Some(job) = jobs.last_mut() {
-                job.push(piece);
-            }
-            (start, left, room) = (start + len, left - len, room - len);
-        }
-    }
-    jobs
+/// Starts a thread; a system that gives none ends the run.
+pub(crate) fn spawn<'scope, T: Send + 'scope>(
+    scope: &'scope Scope<'scope, '_>,
+    work: impl FnOnce() -> T + Send + 'scope,
+) -> Result<ScopedJoinHandle<'scope, T>, SweepError> {
+    Builder::new().spawn_scoped(scope, work).map_err(|error| SweepError::Threads { reason: error.to_string() })
 }
 
 /// Sample at a place of a batch.
@@ -71,7 +52,8 @@ fn index_at(pieces: &[Piece], at: usize) -> Option<u64> {
 ///
 /// Solutions and tables go back to where they come from, since fresh memory takes longer to get than to fill.
 pub(crate) fn pipeline(
-    jobs: Vec<Vec<Piece>>,
+    jobs: impl Iterator<Item = Result<Vec<Piece>, SweepError>> + Send,
+    is_over: &AtomicBool,
     backend: &mut dyn Backend,
     finisher: &mut Finisher,
     mut write: impl FnMut(u64, &Table) -> Result<(), SweepError> + Send,
@@ -83,9 +65,10 @@ pub(crate) fn pipeline(
         let (finished, to_write) = sync_channel::<(u64, Table)>(1);
         let (used_solutions, spare_solutions) = channel::<Solutions>();
         let (used_tables, spare_tables) = channel::<Table>();
-        let builder = scope.spawn(move || {
+        let builder = spawn(scope, move || {
             let mut busy = Duration::ZERO;
             for pieces in jobs {
+                let pieces = pieces?;
                 let begin = Instant::now();
                 let count = pieces.iter().map(|piece| piece.len).sum::<u64>() as usize;
                 let batch = plan.batch(count, |at, row| {
@@ -98,10 +81,12 @@ pub(crate) fn pipeline(
                     break;
                 }
             }
-            busy.as_secs_f64()
-        });
-        let finishing = scope.spawn(move || finisher.finish_all(to_finish, &finished, &spare_tables, &used_solutions));
-        let writer = scope.spawn(move || -> Result<f64, SweepError> {
+            Ok::<_, SweepError>(busy.as_secs_f64())
+        })?;
+        let finishing =
+            spawn(scope, move || finisher.finish_all(to_finish, &finished, &spare_tables, &used_solutions))?;
+        let writer = spawn(scope, move || -> Result<f64, SweepError> {
+            let _over = SetOnDrop(is_over);
             let mut busy = Duration::ZERO;
             for (chunk, table) in to_write {
                 let begin = Instant::now();
@@ -111,15 +96,28 @@ pub(crate) fn pipeline(
                 let _ = used_tables.send(table);
             }
             Ok(busy.as_secs_f64())
-        });
-        let solving = solve_all(backend, options, to_solve, solved, &spare_solutions);
+        })?;
+        let solving = {
+            let _over = SetOnDrop(is_over);
+            solve_all(backend, options, to_solve, solved, &spare_solutions)
+        };
         // A stage that fails drops its queue, which ends the others; the error nearest the disk is the cause.
-        let build = builder.join().unwrap_or(0.0);
+        let building = join(builder.join());
         let finishing = join(finishing.join());
         let write = join(writer.join())?;
         finishing?;
-        Ok((build, solving?, write))
+        let solve = solving?;
+        Ok((building?, solve, write))
     })
+}
+
+/// Tells the first stage, which may be waiting for other workers, that a later one has ended.
+struct SetOnDrop<'a>(&'a AtomicBool);
+
+impl Drop for SetOnDrop<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
 }
 
 pub(crate) fn join<T>(result: std::thread::Result<T>) -> T {
@@ -203,6 +201,8 @@ pub(crate) struct Finisher<'a> {
     pub in_table: u64,
     pub total: u64,
     pub resumed: u64,
+    /// Where workers share the run: what the others have done.
+    pub others: Option<Arc<ClaimState>>,
     pub start: Instant,
     pub solved: u64,
     pub failed: u64,
@@ -321,7 +321,8 @@ impl Finisher<'_> {
         let Some(progress) = self.options.progress else { return };
         let rows = self.solved + self.in_table;
         let rate = rows as f64 / self.start.elapsed().as_secs_f64().max(1e-9);
-        let done = self.resumed + rows;
+        let elsewhere = self.others.as_ref().map_or(0, |others| others.elsewhere.load(Ordering::Relaxed));
+        let done = (self.resumed + rows + elsewhere).min(self.total);
         let left = (rate > 0.0).then(|| Duration::from_secs_f64((self.total - done) as f64 / rate));
         progress(&Progress { done, total: self.total, failed: self.failed, rate, left, checking });
     }

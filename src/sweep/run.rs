@@ -5,19 +5,23 @@
 
 use super::branches::BranchSearch;
 use super::check::SpotSamples;
+use super::chunks::{Chunks, Jobs};
 use super::error::SweepError;
 use super::manifest::manifest;
+use super::missing::Missing;
 use super::on_device;
 use super::options::RunOptions;
-use super::pipeline::{Finisher, pieces, pipeline};
+use super::pipeline::{Finisher, pipeline, spawn};
 use super::refine::Refiners;
 use super::sink::{RowSink, RunEnd, RunHeader};
 use super::summary::Summary;
-use crate::backend::{Backend, BackendInfo, BackendKind};
-use crate::model::{BLOCK, Plan, PlanOptions};
+use crate::backend::{Backend, BackendKind, Precision};
+use crate::model::{BLOCK, Plan};
+use crate::results::claims::Claims;
 use crate::results::{Layout, Reduction, RunRecord, SampleOrigin, Timings};
 use crate::spec::{BranchChoice, Format, SolutionMethod, SweepSpec};
 use crate::table::Table;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 /// Samples of a batch there: enough to keep an engine busy, few enough to be heard of.
@@ -43,24 +47,33 @@ pub fn run(
     let plan = backend.plan().clone();
     check_plan(spec, &plan)?;
     let info = backend.info();
-    let layout = Layout::new(spec, info.precision);
+    // Where methods may differ, so may precisions, and columns hold what the finest of them gives.
+    let precision = if options.mixed.is_some() { Precision::F64 } else { info.precision };
+    let layout = Layout::new(spec, precision);
     let search = match (spec.branch, options.search) {
         (BranchChoice::FromRest, _) => None,
         (BranchChoice::All, None) => return Err(SweepError::NoSearch),
         (BranchChoice::All, Some(tools)) => Some(BranchSearch::new(&plan, tools)?),
     };
     let sample_count = options.limit.unwrap_or(u64::MAX).min(spec.sample_count);
-    let method = options.method.unwrap_or_else(|| method_of(&info, &plan));
-    let record = RunRecord::new(spec, &layout.schema(), sample_count, options.chunk.max(1), method);
+    let method = options.method.unwrap_or_else(|| SolutionMethod::of(&info, &plan));
+    let asked = SweepSpec { tolerance: options.mixed.unwrap_or(spec.tolerance), ..spec.clone() };
+    let settled = if options.mixed.is_some() { None } else { Some(method) };
+    let record = RunRecord::new(&asked, &layout.schema(), sample_count, options.chunk.max(1), settled);
     let mut reduction = Reduction::new(sample_count, spec.workspace.voxel, spec.format == Format::None);
-    let header = RunHeader { spec, record: &record, columns: layout.empty(), engine: &info, shard: options.shard };
+    let header = RunHeader {
+        spec: &asked,
+        record: &record,
+        columns: layout.empty(),
+        engine: &info,
+        method,
+        shard: options.shard,
+    };
     let found = sink.open(&header, &mut |rows| reduction.add(rows))?;
+    let others = found.claims.as_ref().map(Claims::state);
     let sampler = spec.sampler();
-    let mut missing: Vec<u64> = (0..record.chunk_count()).filter(|chunk| options.shard.owns(*chunk)).collect();
-    let size = |chunks: &[u64]| chunks.iter().map(|chunk| record.chunk_range(*chunk).1).sum::<u64>();
-    let total = size(&missing);
-    missing.retain(|chunk| !found.done.contains(chunk));
-    let resumed = total - size(&missing);
+    let missing = Missing::new(&record, options.shard, &found.done);
+    let (total, resumed) = (missing.samples_of_shard(), missing.samples_done());
     let mut finisher = Finisher {
         spec,
         plan: &plan,
@@ -69,12 +82,15 @@ pub fn run(
         options,
         refiners: Refiners::new(&options.refiners),
         search,
-        spot_samples: options.trusted.map(|_| SpotSamples::new(sample_count, options.spot_check)),
+        spot_samples: options
+            .trusted
+            .map(|_| SpotSamples::new(sample_count, options.spot_check, layout.single_columns())),
         reduction,
         table: layout.empty().clone(),
         in_table: 0,
         total,
         resumed,
+        others: others.clone(),
         start: Instant::now(),
         solved: 0,
         failed: 0,
@@ -87,17 +103,25 @@ pub fn run(
     let has_rows = spec.format != Format::None || spec.branch == BranchChoice::All;
     let (origin, solve) = match has_rows {
         true => (SampleOrigin::Host, 0.0),
-        false => on_device::run(backend, &mut finisher, &record, &missing)?,
+        false => on_device::run(backend, &mut finisher, &record, missing)?,
     };
     let (build, solve, write) = match origin {
         SampleOrigin::Device => (0.0, solve, 0.0),
         _ => {
-            let jobs = pieces(&record, &missing, batch_size as u64);
-            pipeline(jobs, backend, &mut finisher, |chunk, table: &Table| sink.write(chunk, table))?
+            let is_over = AtomicBool::new(false);
+            let chunks = match found.claims {
+                Some(claims) => Chunks::Claimed(Box::new(claims)),
+                None => Chunks::Listed(Box::new(missing.chunks())),
+            };
+            let jobs = Jobs::new(&record, chunks, batch_size as u64, options, &is_over);
+            pipeline(jobs, &is_over, backend, &mut finisher, |chunk, table: &Table| sink.write(chunk, table))?
         }
     };
     let seconds = finisher.start.elapsed().as_secs_f64();
-    let interrupted = finisher.solved < size(&missing);
+    let interrupted = match &others {
+        Some(others) => !others.complete.load(Ordering::Relaxed),
+        None => finisher.solved < total - resumed,
+    };
     let mut timings = Timings { build, solve, write, ..finisher.timings };
     if resumed > 0 {
         finisher.reduction.sort_tips();
@@ -106,7 +130,7 @@ pub fn run(
     let spot_check = std::thread::scope(|scope| {
         let reduction = &finisher.reduction;
         if let (Some(rows_written), false) = (options.rows_written, interrupted) {
-            scope.spawn(move || rows_written(spec, reduction));
+            spawn(scope, move || rows_written(spec, reduction))?;
         }
         let mut spot_check = None;
         if let (Some(spot_samples), Some(trusted)) = (spot_samples, options.trusted) {
@@ -125,6 +149,8 @@ pub fn run(
         resumed,
         rate: finisher.solved as f64 / seconds.max(1e-9),
         interrupted,
+        drained: interrupted && options.is_draining() && !options.is_interrupted(),
+        finished_run: others.as_ref().map_or(!interrupted, |others| others.finishes.load(Ordering::Relaxed)),
         attempts: finisher.refiners.attempts,
         refined: finisher.refiners.refined,
         above_tolerance: finisher.above_tolerance,
@@ -139,15 +165,8 @@ pub fn run(
         reduction: finisher.reduction,
     };
     let manifest = manifest(spec, &plan, &record, options, &summary);
-    sink.close(&RunEnd { spec, manifest: &manifest, reduction: &summary.reduction })?;
+    sink.close(&RunEnd { spec: &asked, manifest: &manifest, reduction: &summary.reduction })?;
     Ok(summary)
-}
-
-/// What a backend does by itself.
-pub(crate) fn method_of(info: &BackendInfo, plan: &Plan) -> SolutionMethod {
-    let PlanOptions { stepper, steps, tolerance, .. } = plan.options;
-    let anchors = plan.anchors.is_some();
-    SolutionMethod { engine: info.kind, precision: info.precision, stepper, steps, tolerance, anchors }
 }
 
 /// Samples of a batch: what keeps the backend busy, in bounded memory.

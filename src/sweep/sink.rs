@@ -3,14 +3,20 @@
 use super::error::SweepError;
 use crate::backend::BackendInfo;
 use crate::input::write_scene;
+use crate::results::claims::{ClaimState, Claims};
 use crate::results::directory::{self, TIPS_FILE, WORKSPACE_FILE, WORST_FILE};
 use crate::results::layout;
-use crate::results::parts::{self, FileMetadata};
-use crate::results::{Manifest, Reduction, RunRecord};
+use crate::results::merge;
+use crate::results::parts::{self, FileMetadata, Kept};
+use crate::results::workers::Beat;
+use crate::results::{Manifest, Reduction, Results, ResultsError, RunRecord, Store, WorkerReport, store_at};
 use crate::spec::{Format, Shard, SolutionMethod, SweepSpec};
 use crate::table::Table;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
 
 /// Takes the rows of a run, part after part in order of samples.
 pub trait RowSink: Send {
@@ -56,17 +62,21 @@ pub struct RunHeader<'a> {
     pub columns: &'a Table,
     /// What solves.
     pub engine: &'a BackendInfo,
+    /// By what it solves.
+    pub method: SolutionMethod,
     /// Which part of the sweep.
     pub shard: Shard,
 }
 
 /// What of a run was already there.
-#[derive(Clone, Debug, Default)]
+#[derive(Default)]
 pub struct Found {
     /// Parts that need not be solved.
     pub done: BTreeSet<u64>,
     /// Damaged parts that were put aside.
     pub quarantined: Vec<PathBuf>,
+    /// What shares the chunks out among workers; then `done` says nothing.
+    pub(crate) claims: Option<Claims>,
 }
 
 /// A run that has ended.
@@ -80,13 +90,19 @@ pub struct RunEnd<'a> {
     pub reduction: &'a Reduction,
 }
 
-/// A result directory: parts that are whole or absent, `run.json`, `sweep.toml`, `manifest.json`.
-#[derive(Debug)]
+/// A result directory, or a place in an object store: parts that are whole or absent, `run.json`, `sweep.toml`, `manifest.json`.
 pub struct ResultDirectory {
     dir: PathBuf,
+    /// Of the run that is open.
+    store: Option<Arc<dyn Store>>,
     resume: bool,
+    /// Shares the run with other workers, the silent ones of which are taken for dead after this time.
+    join: Option<Duration>,
+    /// The sign of life, and how it ended, where the run is shared.
+    worker: Option<(Arc<Beat>, Arc<ClaimState>)>,
     format: Format,
     metadata: Option<FileMetadata>,
+    record: Option<RunRecord>,
     /// Rows by the engine that made them.
     engines: BTreeMap<String, u64>,
     /// Memory to encode in.
@@ -94,13 +110,17 @@ pub struct ResultDirectory {
 }
 
 impl ResultDirectory {
-    /// A new directory, or an empty one.
+    /// A new directory, or an empty one; or the address of one, such as `s3://bucket/results`.
     pub fn new(dir: impl Into<PathBuf>) -> ResultDirectory {
         ResultDirectory {
             dir: dir.into(),
+            store: None,
             resume: false,
+            join: None,
+            worker: None,
             format: Format::None,
             metadata: None,
+            record: None,
             engines: BTreeMap::new(),
             bytes: Vec::new(),
         }
@@ -111,6 +131,13 @@ impl ResultDirectory {
         ResultDirectory { resume, ..self }
     }
 
+    /// Shares the run with whoever else joins it, on whatever machine: workers claim chunks of it, take over what dead ones
+    /// have claimed, and end together. A worker that shows no sign for `silence` is taken for dead; the first worker of a
+    /// run settles it for all.
+    pub fn join(self, silence: Duration) -> ResultDirectory {
+        ResultDirectory { resume: true, join: Some(silence), ..self }
+    }
+
     /// Where it lies.
     pub fn path(&self) -> &Path {
         &self.dir
@@ -119,34 +146,51 @@ impl ResultDirectory {
 
 impl RowSink for ResultDirectory {
     fn method(&self) -> Result<Option<SolutionMethod>, SweepError> {
-        match self.resume && crate::results::Results::is_there(&self.dir) {
-            true => Ok(RunRecord::read(&self.dir)?.method),
+        match self.resume {
+            true => Ok(RunRecord::find(store_at(&self.dir)?.as_ref())?.and_then(|record| record.method)),
             false => Ok(None),
         }
     }
 
     fn open(&mut self, run: &RunHeader<'_>, seen: &mut dyn FnMut(&Table)) -> Result<Found, SweepError> {
         let RunHeader { spec, record, columns, .. } = *run;
-        directory::open(&self.dir, record, spec, self.resume)?;
+        let store = store_at(&self.dir)?;
+        directory::open(store.as_ref(), record, spec, self.resume)?;
+        self.store = Some(store.clone());
         // Opened again by the same program, a run goes on.
         self.resume = true;
         self.format = spec.format;
-        let metadata = FileMetadata { engine: run.engine.to_string(), ..directory::metadata(spec, record) };
+        let metadata = FileMetadata {
+            engine: run.engine.to_string(),
+            method: Some(run.method),
+            ..directory::metadata(spec, record)
+        };
         self.metadata = Some(metadata);
+        self.record = Some(record.clone());
         self.engines.clear();
         let mut found = Found::default();
-        if spec.format == Format::None {
+        if let Some(silence) = self.join {
+            if spec.format == Format::None {
+                return Err(ResultsError::SharedWithoutRows { dir: self.dir.clone() }.into());
+            }
+            let claims = Claims::join(store, record, WorkerReport::new(run.engine.to_string()), silence)?;
+            self.worker = Some((claims.beat(), claims.state()));
+            found.claims = Some(claims);
             return Ok(found);
         }
-        let there = directory::parts(&self.dir, record)?;
-        for (path, _) in there.damaged {
-            found.quarantined.push(parts::quarantine(&path)?);
+        if spec.format == Format::None {
+            directory::check_shard(store.as_ref(), record, run.shard)?;
+            return Ok(found);
+        }
+        let there = directory::parts(store.as_ref(), record)?;
+        for (name, _) in there.damaged {
+            found.quarantined.push(parts::quarantine(store.as_ref(), &name)?);
         }
         let names = layout::plain_columns(columns);
         for (chunk, info) in there.sound {
             if run.shard.owns(chunk) {
-                let path = directory::part_path(&self.dir, chunk, spec.format);
-                seen(&parts::read_part(&path, spec.format, &names, columns)?);
+                let name = parts::part_name(chunk, spec.format);
+                seen(&parts::read_part(&store, &name, spec.format, &names, columns)?);
                 self.count(info.engine, info.rows);
             }
             found.done.insert(chunk);
@@ -155,30 +199,53 @@ impl RowSink for ResultDirectory {
     }
 
     fn write(&mut self, part: u64, rows: &Table) -> Result<(), SweepError> {
-        let Some(metadata) = &self.metadata else { return Ok(()) };
-        let path = directory::part_path(&self.dir, part, self.format);
-        let info = parts::write_part(&path, rows, self.format, metadata, &mut self.bytes)?;
+        let (Some(metadata), Some(store)) = (&self.metadata, &self.store) else { return Ok(()) };
+        let name = parts::part_name(part, self.format);
+        let (info, is_new) = parts::write_part(store.as_ref(), &name, rows, self.format, metadata, &mut self.bytes)?;
+        if let Some((beat, _)) = self.worker.as_ref().filter(|_| is_new) {
+            beat.add(info.sample_count(), info.failed());
+        }
         self.count(info.engine, info.rows);
         Ok(())
     }
 
     fn close(&mut self, end: &RunEnd<'_>) -> Result<(), SweepError> {
-        let Some(metadata) = &self.metadata else { return Ok(()) };
+        let (Some(metadata), Some(store)) = (&self.metadata, &self.store) else { return Ok(()) };
+        let store = store.as_ref();
         let RunEnd { spec, reduction, .. } = *end;
         if spec.format == Format::None && end.manifest.complete {
-            parts::write_run_table(&self.dir.join(WORKSPACE_FILE), &reduction.voxel_table(), metadata)?;
-            parts::write_run_table(&self.dir.join(TIPS_FILE), &reduction.tips, metadata)?;
+            // Another shard may have ended here meanwhile.
+            let shard = end.manifest.run.as_ref().map(|run| run.shard);
+            if let Some((record, shard)) = self.record.as_ref().zip(shard) {
+                directory::check_shard(store, record, shard)?;
+            }
+            let kept = Kept { shard, samples: reduction.sample_count, counts: reduction.counts };
+            parts::write_run_table(store, WORKSPACE_FILE, &reduction.voxel_table(), metadata, &kept)?;
+            parts::write_run_table(store, TIPS_FILE, &reduction.tips, metadata, &kept)?;
+        }
+        if let Some((beat, state)) = self.worker.take() {
+            let text = serde_json::to_string_pretty(end.manifest).unwrap_or_default() + "\n";
+            store.put(&format!("workers/{}.account.json", beat.id()), text.as_bytes())?;
+            if state.finishes.load(Ordering::Relaxed) {
+                beat.renew()?;
+                let results = Results::open(&self.dir)?;
+                let workers = results.workers()?.into_iter().map(|worker| worker.report).collect();
+                let account = merge::account(results.record(), results.spec(), &results.status()?);
+                Manifest { workers, ..account }.write(store)?;
+                Claims::done(store)?;
+            }
+            return Ok(());
         }
         let check = end.manifest.run.as_ref().and_then(|run| run.spot_check.as_ref());
         if let Some(index) = check.and_then(|check| check.worst_sample) {
             let scene = write_scene(&spec.sample_scene(index));
-            parts::write_atomically(&self.dir.join(WORST_FILE), scene.as_bytes(), true)?;
+            store.put(WORST_FILE, scene.as_bytes())?;
         }
         let mut manifest = end.manifest.clone();
         if spec.format != Format::None {
             manifest.engines = std::mem::take(&mut self.engines);
         }
-        manifest.write(&self.dir)?;
+        manifest.write(store)?;
         Ok(())
     }
 }

@@ -21,6 +21,10 @@ pub struct Summary {
     pub rate: f64,
     /// Whether it was stopped before its end.
     pub interrupted: bool,
+    /// Whether it was asked to finish what it had begun and then to stop, and did so.
+    pub drained: bool,
+    /// Whether every part of this shard is there, and this call, if workers share the run, wrote the manifest of all.
+    pub finished_run: bool,
     /// Second attempts that were made.
     pub attempts: u64,
     /// Second attempts whose rows were taken.

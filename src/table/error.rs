@@ -31,6 +31,18 @@ pub enum TableError {
         /// Its name in lower case.
         codec: &'static str,
     },
+    /// More numbers than are taken into memory.
+    #[error(
+        "holds {rows} rows of {columns} columns, which is more than the {most} numbers that are read from one table; split it"
+    )]
+    TooLarge {
+        /// By the file's own word.
+        rows: u64,
+        /// That would be read.
+        columns: u64,
+        /// Numbers that are read at most.
+        most: u64,
+    },
     /// A table that the format cannot hold.
     #[error("cannot be written as {format}: {reason}")]
     Unwritable {

@@ -102,7 +102,11 @@ fn read_archive(file: impl Read + Seek, names: &[&str], like: &Table) -> Result<
         bytes.clear();
         let mut file = archive.by_name(&format!("{}.npy", column.name)).map_err(|error| damaged(FORMAT, error))?;
         file.read_to_end(&mut bytes).map_err(|error| damaged(FORMAT, error))?;
-        table.columns.push(column.with_values(parse_array(column, &bytes)?));
+        let values = parse_array(column, &bytes)?;
+        if table.columns.first().is_some_and(|first| first.values.len() != values.len()) {
+            return Err(damaged(FORMAT, format!("the array `{}` is of another length than the first", column.name)));
+        }
+        table.columns.push(column.with_values(values));
     }
     Ok(table)
 }

@@ -226,6 +226,14 @@ fn broken_scenes() {
             "segment[1].coil.turns[2]",
             "\"100 m\" is a length; give a pure number",
         ),
+        (
+            "turns = [30, 30, 100], area = [\"4.67 mm^2\", \"4.67 mm^2\", \"1.13 mm^2\"]",
+            "turns_area = [[1e-4, 0, 0], [0, -1e308, 0], [0, 0, 1e-4]]",
+            21,
+            "segment[1].coil.turns_area[1]",
+            "must be at most 1e60 in size",
+        ),
+        ("youngs_modulus = \"5 MPa\"", "youngs_modulus = 1e-70", 13, "segment[0].youngs_modulus", "at least 1e-60"),
         ("turns = [30, 30, 100], ", "", 21, "segment[1].coil.turns", "give turns and area, or turns_area instead"),
         (
             "turns = [30, 30, 100]",
@@ -412,6 +420,7 @@ fn broken_sweeps() {
             "both set `coil.current.x`: drop one",
         ),
         ("tolerance = 1e-6", "tolerance = 0", 11, "solver.tolerance", "a number between 0 and 1"),
+        ("tolerance = 1e-6", "derivative_tolerance = 1", 11, "solver.derivative_tolerance", "such as 1e-3"),
         ("tolerance = 1e-6", "tolerance = \"1e-6 m\"", 11, "solver.tolerance", "is a length; give a pure number"),
         ("branch = \"from_rest\"", "branch = \"al\"", 12, "solver.branch", "did you mean `all`?"),
         ("branch = \"from_rest\"", "branch = 2", 12, "solver.branch", "give a text"),

@@ -127,3 +127,12 @@ fn a_column_without_numbers_is_called_what_it_is() {
     let whole = file::<DoubleType>(dir, "double", &[0.1], None);
     assert_eq!(read_input_table(&whole, &scene).unwrap().row_count(), 2);
 }
+
+#[test]
+fn a_small_file_of_too_many_numbers_is_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = file::<DoubleType>(dir.path(), "double", &[0.1; 3], None);
+    assert_eq!(table::parquet::read_numbers(&path, 6).unwrap().row_count(), 6);
+    let message = table::parquet::read_numbers(&path, 5).unwrap_err().to_string();
+    assert!(message.contains("6 rows of 1 columns") && message.contains("split it"), "{message}");
+}

@@ -57,7 +57,7 @@ fn name(short: &str) -> String {
     quoted.join("+")
 }
 
-fn index<'a>(found: &'a Sensitivity, output: &str, input: &str, order: Order, estimator: &str) -> &'a Index {
+pub fn index<'a>(found: &'a Sensitivity, output: &str, input: &str, order: Order, estimator: &str) -> &'a Index {
     let is_meant = |index: &&Index| {
         index.output == output && index.input == input && index.order == order && index.estimator == estimator
     };

@@ -1,20 +1,13 @@
 //! The whole shape as an output, measured tangents, and coverage of the intervals on P6 itself.
 
-use crate::sensitivity::{p6, study, with_rows};
+use crate::sensitivity::{index, p6, study, with_rows};
 use rodsweep::input::assign;
 use rodsweep::model::{Scene, Vector};
 use rodsweep::spec::SweepSpec;
 use rodsweep::study::Solve;
-use rodsweep::study::sensitivity::{Index, Order, Sensitivity, SensitivityJob};
+use rodsweep::study::sensitivity::{Index, Order, SensitivityJob};
 
 const SMOOTH: [f64; 3] = [0.05, 0.10, -0.20];
-
-fn find<'a>(found: &'a Sensitivity, output: &str, input: &str, order: Order, estimator: &str) -> &'a Index {
-    let is_meant = |index: &&Index| {
-        index.output == output && index.input == input && index.order == order && index.estimator == estimator
-    };
-    found.indices.iter().find(is_meant).unwrap_or_else(|| panic!("no {order:?} of {output} by {input}, {estimator}"))
-}
 
 #[test]
 fn the_last_point_of_the_shape_is_the_tip() {
@@ -39,8 +32,8 @@ fn the_last_point_of_the_shape_is_the_tip() {
     }
     assert!(compared > 60, "{compared}");
     // Of the whole shape: shares of the summed variances, here by polynomials.
-    let chaos = |output: &str, input: &str| find(&four, output, input, Order::First, "chaos").estimate.value;
-    let whole = find(&four, "shape", "coil.turns.z", Order::First, "chaos").estimate;
+    let chaos = |output: &str, input: &str| index(&four, output, input, Order::First, "chaos").estimate.value;
+    let whole = index(&four, "shape", "coil.turns.z", Order::First, "chaos").estimate;
     let of_points = (1..=4).map(|k| chaos(&format!("shape.{k}"), "coil.turns.z"));
     let (least, most) = of_points.fold((1.0f64, 0.0f64), |(least, most), x| (least.min(x), most.max(x)));
     assert!(least < most && (least..=most).contains(&whole.value), "{whole:?}, points {least} to {most}");

@@ -17,9 +17,10 @@ pub fn create_directory(directory: &Path) -> Result<(), BenchError> {
     std::fs::create_dir_all(directory).map_err(|source| BenchError::Write { path: directory.to_owned(), source })
 }
 
-/// Writes a text; a file that is there is replaced.
+/// Writes a text whole or not at all; a file that is there is replaced.
 pub fn write_file(path: &Path, text: &str) -> Result<(), BenchError> {
-    std::fs::write(path, text).map_err(|source| BenchError::Write { path: path.to_owned(), source })
+    rodsweep::files::replace(path, text.as_bytes())
+        .map_err(|source| BenchError::Write { path: path.to_owned(), source })
 }
 
 /// Reads a text.

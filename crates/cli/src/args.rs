@@ -2,6 +2,7 @@
 
 pub use super::engine_args::EngineArguments;
 pub use super::sensitivity_args::{EstimatorName, SensitivityArguments, WithName};
+use super::share_args::{ShareArguments, StatusArguments, SubmitCommand};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use rodsweep::input::{Dimension, parse_quantity};
 use std::path::PathBuf;
@@ -26,11 +27,11 @@ pub enum Command {
     Bench(BenchArguments),
     /// Tell what this machine has and what would be used
     Doctor,
-    /// Tell what of a run is done, failed and left
-    Status {
-        /// A result directory
-        directory: PathBuf,
-    },
+    /// Tell what of a run is done, failed and left, and who works on it
+    Status(StatusArguments),
+    /// Write the files by which a scheduler runs a sweep on many machines
+    #[command(subcommand)]
+    Submit(SubmitCommand),
     /// Draw the figures of a result directory again
     Figures {
         /// A result directory
@@ -79,6 +80,8 @@ pub struct RunArguments {
     /// Go on with what the result directory holds
     #[arg(long)]
     pub resume: bool,
+    #[command(flatten)]
+    pub share: ShareArguments,
     /// Solve by the method (engine, precision, stepper, steps) of another result directory, such as another shard's
     #[arg(long, value_name = "DIR")]
     pub method_of: Option<PathBuf>,
@@ -88,6 +91,9 @@ pub struct RunArguments {
     /// Solve the first N samples only
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     pub limit: Option<u64>,
+    /// Samples in a part [default: 65536, or 2048 where every equilibrium is wanted]; all shards and workers take the same
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    pub part_size: Option<u64>,
     /// No progress and no summary
     #[arg(long)]
     pub quiet: bool,
@@ -132,6 +138,9 @@ pub struct SolveArguments {
     /// Draw the rod's shape (.png or .svg)
     #[arg(long, value_name = "FILE")]
     pub plot: Option<PathBuf>,
+    /// Overwrite what is there
+    #[arg(long, requires = "plot")]
+    pub force: bool,
 }
 
 #[derive(Debug, Args)]

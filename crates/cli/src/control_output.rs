@@ -1,7 +1,7 @@
 //! Where `rodsweep control` writes.
 
-use super::CommandError;
 use super::args::{ControlArguments, TableFormat};
+use super::{CommandError, flags};
 use rodsweep::results::{ResultsError, make_directory};
 use std::path::PathBuf;
 
@@ -20,12 +20,7 @@ impl Outputs {
             TableFormat::Csv => format!("{table}.csv"),
             TableFormat::Parquet => format!("{table}.parquet"),
         });
-        if table.exists() && !arguments.force {
-            return Err(CommandError::Usage(format!(
-                "{} is already there: overwrite it with `--force`, or choose another directory with `--out`",
-                table.display()
-            )));
-        }
+        flags::refuse_to_overwrite(&table, arguments.force, "directory with `--out`")?;
         Ok(Outputs { dir, table })
     }
 

@@ -20,7 +20,7 @@ pub fn experiment(scene: Scene, arguments: &ControlArguments) -> Result<Exit, Co
     let page = outputs.dir.join("experiment.md");
     let io =
         |error: std::io::Error| ResultsError::Io { path: page.clone(), action: "writing", reason: error.to_string() };
-    std::fs::write(&page, found.markdown()).map_err(io)?;
+    rodsweep::files::replace(&page, found.markdown().as_bytes()).map_err(io)?;
     if !arguments.json {
         print(&found.text())?;
     }

@@ -1,20 +1,21 @@
 //! `rodsweep fit`: numbers of a scene from observed shapes, with intervals, and what cannot be told apart.
 
 use super::args::{FitArguments, positive_length};
-use super::{CommandError, Exit, print, say, say_notes};
-use rodsweep::figures;
+use super::{CommandError, Exit, flags, print, say, say_notes};
 use rodsweep::input::{read_scene, read_shapes, write_scene};
 use rodsweep::report::{self, ImageFormat};
 use rodsweep::results::ResultsError;
 use rodsweep::study::FitJob;
+use rodsweep::{figures, files};
 
 pub fn fit(arguments: &FitArguments) -> Result<Exit, CommandError> {
     if let Some(path) = &arguments.plot {
         ImageFormat::of(path)?;
     }
-    if let Some(path) = arguments.out.as_ref().filter(|path| path.exists() && !arguments.force) {
-        let text = "is already there: overwrite it with `--force`, or choose another name with `--out`";
-        return Err(CommandError::Usage(format!("{} {text}", path.display())));
+    for (path, flag) in [(&arguments.out, "--out"), (&arguments.plot, "--plot")] {
+        if let Some(path) = path {
+            flags::refuse_to_overwrite(path, arguments.force, &format!("name with `{flag}`"))?;
+        }
     }
     let scene = read_scene(&arguments.scene)?;
     let observed = read_shapes(&arguments.shapes, &scene)?;
@@ -36,7 +37,7 @@ pub fn fit(arguments: &FitArguments) -> Result<Exit, CommandError> {
             action: "writing",
             reason: error.to_string(),
         };
-        std::fs::write(path, write_scene(&fit.scene)).map_err(io)?;
+        files::replace(path, write_scene(&fit.scene).as_bytes()).map_err(io)?;
         say(&format!("scene: {}", path.display()));
     }
     if let Some(path) = &arguments.plot {

@@ -7,6 +7,7 @@ use rodsweep::results::ResultsError;
 use rodsweep::study::sensitivity::SensitivityError;
 use rodsweep::study::{ControlError, FitError, SolveError};
 use rodsweep::sweep::SweepError;
+use std::path::Path;
 
 /// What went wrong with one scene.
 pub fn of_solve(error: SolveError) -> CommandError {
@@ -142,4 +143,13 @@ pub fn of_sweep(error: &SweepError) -> String {
         }
         other => other.to_string(),
     }
+}
+
+/// Refuses a file whose name is taken; `other` says what else to choose.
+pub fn refuse_to_overwrite(path: &Path, force: bool, other: &str) -> Result<(), CommandError> {
+    if force || !rodsweep::files::is_taken(path) {
+        return Ok(());
+    }
+    let path = path.display();
+    Err(CommandError::Usage(format!("{path} is already there: overwrite it with `--force`, or choose another {other}")))
 }

@@ -1,11 +1,10 @@
 //! `rodsweep import`: a laboratory's text file as a scene or as a table of currents.
 
 use super::args::ImportArguments;
-use super::{CommandError, Exit, say};
+use super::{CommandError, Exit, flags, say};
+use rodsweep::files;
 use rodsweep::input::{self, ImportKind, ImportOptions};
 use rodsweep::results::ResultsError;
-use std::fs::OpenOptions;
-use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 pub fn import(arguments: &ImportArguments) -> Result<Exit, CommandError> {
@@ -59,14 +58,7 @@ fn write(file: &Path, out: &Path, force: bool, text: &str) -> Result<(), Command
         let problem = format!("{} is the file to import: choose another name with `--out`", out.display());
         return Err(CommandError::Usage(problem));
     }
-    let mut options = OpenOptions::new();
-    options.write(true).create(force).truncate(force).create_new(!force);
-    let written = options.open(out).and_then(|mut target| target.write_all(text.as_bytes()));
-    written.map_err(|error| match error.kind() {
-        ErrorKind::AlreadyExists => CommandError::Usage(format!(
-            "{} is already there: overwrite it with `--force`, or choose another name with `--out`",
-            out.display()
-        )),
-        _ => ResultsError::Io { path: out.into(), action: "writing", reason: error.to_string() }.into(),
-    })
+    flags::refuse_to_overwrite(out, force, "name with `--out`")?;
+    files::replace(out, text.as_bytes())
+        .map_err(|error| ResultsError::Io { path: out.into(), action: "writing", reason: error.to_string() }.into())
 }

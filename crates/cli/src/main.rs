@@ -19,8 +19,11 @@ mod replay;
 mod run;
 mod sensitivity;
 mod sensitivity_args;
+mod share_args;
+mod signals;
 mod simulate;
 mod solve;
+mod submit;
 mod verify;
 mod view;
 mod workspace;
@@ -49,6 +52,8 @@ pub(crate) enum Exit {
     Failed = 1,
     Usage = 2,
     TooManyFailures = 3,
+    /// What was begun is finished; started again, it goes on.
+    Unfinished = 85,
     Interrupted = 130,
 }
 
@@ -83,6 +88,8 @@ pub(crate) enum CommandError {
     View(#[from] ViewError),
     #[error("{0}")]
     Usage(String),
+    #[error("cannot start threads: {0}; set RAYON_NUM_THREADS to fewer, or raise the limit of processes (ulimit -u)")]
+    Threads(String),
     #[error("cannot write to the standard output: {0}")]
     Output(#[from] std::io::Error),
 }
@@ -115,6 +122,7 @@ fn main() -> ExitCode {
         // SAFETY: no other thread has been started yet.
         unsafe { std::env::set_var("XDG_RUNTIME_DIR", std::env::temp_dir()) };
     }
+    signals::outlive_file_limits();
     option_env!("RODSWEEP_COMMIT").into_iter().for_each(rodsweep::set_commit);
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,
@@ -123,13 +131,31 @@ fn main() -> ExitCode {
             return exit_code(if error.use_stderr() { Exit::Usage } else { Exit::Done });
         }
     };
-    let result = match arguments.command {
+    let result = start_threads().and_then(|()| command(arguments.command));
+    match result {
+        Ok(exit) => exit_code(exit),
+        Err(CommandError::Output(error)) if error.kind() == std::io::ErrorKind::BrokenPipe => exit_code(Exit::Done),
+        Err(error) => {
+            say(&format!("error: {error}"));
+            exit_code(error.exit())
+        }
+    }
+}
+
+/// Starts the threads that engines share out their work to: a system that gives none is heard of here.
+fn start_threads() -> Result<(), CommandError> {
+    rayon::ThreadPoolBuilder::new().build_global().map_err(|error| CommandError::Threads(error.to_string()))
+}
+
+fn command(command: Command) -> Result<Exit, CommandError> {
+    match command {
         Command::Run(arguments) => run::run(&arguments),
         Command::Solve(arguments) => solve::solve(&arguments),
         Command::Verify(arguments) => verify::verify(&arguments),
         Command::Bench(arguments) => bench::bench(&arguments),
         Command::Doctor => doctor::doctor(),
-        Command::Status { directory } => directory::status(&directory),
+        Command::Status(arguments) => directory::status(&arguments),
+        Command::Submit(command) => submit::submit(&command),
         Command::Figures { directory, colour } => run::draw(&directory, colour.as_deref()),
         Command::Merge { directories, out } => directory::merge(&directories, &out),
         Command::Control(arguments) => control::control(&arguments),
@@ -139,14 +165,6 @@ fn main() -> ExitCode {
         Command::View(arguments) => view::view(&arguments),
         Command::Import(arguments) => import::import(&arguments),
         Command::Completions { shell } => completions(shell),
-    };
-    match result {
-        Ok(exit) => exit_code(exit),
-        Err(CommandError::Output(error)) if error.kind() == std::io::ErrorKind::BrokenPipe => exit_code(Exit::Done),
-        Err(error) => {
-            say(&format!("error: {error}"));
-            exit_code(error.exit())
-        }
     }
 }
 

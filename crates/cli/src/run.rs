@@ -2,7 +2,7 @@
 
 use super::args::{RunArguments, SensitivityArguments};
 use super::progress::{Meter, duration};
-use super::{CommandError, Exit, say};
+use super::{CommandError, Exit, say, signals};
 use rodsweep::figures::RunFigures;
 use rodsweep::input::scene_notes;
 use rodsweep::model::{Plan, PlanOptions, Quantity, Status};
@@ -13,12 +13,8 @@ use rodsweep::study::workspace::with_measured_dimension;
 use rodsweep::sweep::{PreparedSweep, Progress, ResultDirectory, Summary, SweepJob};
 use std::cell::OnceCell;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
-
-/// Set by Ctrl-C.
-static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
 pub fn run(arguments: &RunArguments) -> Result<Exit, CommandError> {
     let tell = |line: &str| {
@@ -44,24 +40,27 @@ pub fn run(arguments: &RunArguments) -> Result<Exit, CommandError> {
         say(&format!("warning: {text}"));
     };
     let job = SweepJob::new(spec).engine(arguments.engine.request()).method(settled).shard(shard);
-    let job = job.limit(arguments.limit).interrupt(&INTERRUPTED).warn(&warn);
+    let interrupted = signals::listen();
+    let share = &arguments.share;
+    let job = job.limit(arguments.limit).interrupt(interrupted).warn(&warn);
+    let job = job.drain(signals::listen_for_drain(share.join)).mixed_methods(share.mixed_methods);
+    let job = job.part_size(arguments.part_size);
     let drawn = Mutex::new(None);
     let draw = |spec: &SweepSpec, rows: &Reduction| {
         let files = figures.draw_reduction(spec, rows, &out);
         drawn.lock().unwrap_or_else(PoisonError::into_inner).replace(files);
     };
-    // A shard's figures show what the directory holds of all shards.
-    let is_drawn = !arguments.no_figures && shard == Shard::WHOLE;
+    // A shard's figures show what the directory holds of all shards, and a worker's what it holds of all workers.
+    let is_drawn = !arguments.no_figures && shard == Shard::WHOLE && !share.join;
     let job = job.rows_written(if is_drawn { Some(&draw) } else { None });
-    let mut directory = ResultDirectory::new(&out).resume(arguments.resume);
+    let directory = ResultDirectory::new(&out).resume(arguments.resume);
+    let mut directory = if share.join { directory.join(share.silence()) } else { directory };
     let mut sweep = job.prepare(&directory)?;
     tell_method(&sweep, &tell);
     if arguments.dry_run {
         describe(&sweep, arguments, &out);
         return Ok(Exit::Done);
     }
-    // A second handler cannot be set; then Ctrl-C simply ends the program.
-    let _ = ctrlc::set_handler(|| INTERRUPTED.store(true, Ordering::Relaxed));
     let mut backend = sweep.open()?;
     let meter: &Meter = meter.get_or_init(|| Meter::new(&backend.info()));
     let show = |progress: &Progress| meter.show(progress);
@@ -74,10 +73,12 @@ pub fn run(arguments: &RunArguments) -> Result<Exit, CommandError> {
         print_summary(spec, &summary, &out);
     }
     if summary.interrupted {
-        say(&format!("interrupted; go on with: rodsweep run {} --out {} --resume", spec.file.display(), out.display()));
-        return Ok(Exit::Interrupted);
+        let how = if share.join { "--join" } else { "--resume" };
+        let what = if summary.drained { "stopped between two parts" } else { "interrupted" };
+        say(&format!("{what}; go on with: rodsweep run {} --out {} {how}", spec.file.display(), out.display()));
+        return Ok(if summary.drained { Exit::Unfinished } else { Exit::Interrupted });
     }
-    if !arguments.no_figures {
+    if !arguments.no_figures && summary.finished_run {
         let drawn = drawn.lock().unwrap_or_else(PoisonError::into_inner).take();
         let files = match drawn {
             Some(files) => files?,
@@ -107,12 +108,10 @@ pub fn run_for_study(
     }
     let warn = |text: &str| say(&format!("warning: {text}"));
     let job = SweepJob::new(spec).engine(arguments.engine.request()).limit(arguments.limit);
-    let job = job.interrupt(&INTERRUPTED).warn(&warn);
+    let job = job.interrupt(signals::listen()).warn(&warn);
     let mut directory = ResultDirectory::new(out).resume(true);
     let mut sweep = job.prepare(&directory)?;
     tell_method(&sweep, &tell);
-    // A second handler cannot be set; then Ctrl-C simply ends the program.
-    let _ = ctrlc::set_handler(|| INTERRUPTED.store(true, Ordering::Relaxed));
     let mut backend = sweep.open()?;
     let meter = Meter::new(&backend.info());
     let show = |progress: &Progress| meter.show(progress);

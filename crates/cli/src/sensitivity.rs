@@ -3,7 +3,7 @@
 use super::args::{EstimatorName, SensitivityArguments, WithName, positive_angle, positive_length};
 use super::{CommandError, Exit, print, run, say};
 use rodsweep::figures::draw_sensitivity;
-use rodsweep::results::{Results, make_directory};
+use rodsweep::results::{Results, is_place, make_directory};
 use rodsweep::spec::SweepSpec;
 use rodsweep::study::sensitivity::{Estimator, EstimatorChoice, Sensitivity, SensitivityJob};
 
@@ -13,7 +13,7 @@ pub fn sensitivity(arguments: &SensitivityArguments) -> Result<Exit, CommandErro
             say(line);
         }
     };
-    let (job, out) = if arguments.source.is_dir() {
+    let (job, out) = if is_place(&arguments.source) {
         let job = with_options(SensitivityJob::of_results(Results::open(&arguments.source)?), arguments)?;
         (job, arguments.out.clone().unwrap_or_else(|| arguments.source.clone()))
     } else {

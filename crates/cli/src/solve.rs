@@ -7,10 +7,14 @@ use rodsweep::report::ImageFormat;
 use rodsweep::study::{Solve, SolveError, Solved, check_tolerance, evenly_spaced};
 use rodsweep::{figures, report};
 
+/// Points of a shape that is printed.
+const MOST_POINTS: usize = 1_000_000;
+
 pub fn solve(arguments: &SolveArguments) -> Result<Exit, CommandError> {
     check_tolerance(arguments.tolerance).map_err(flags::of_solve)?;
     if let Some(path) = &arguments.plot {
         ImageFormat::of(path)?;
+        flags::refuse_to_overwrite(path, arguments.force, "name with `--plot`")?;
     }
     let mut scene = read_scene(&arguments.scene)?;
     assign(&mut scene, &arguments.set)?;
@@ -77,6 +81,9 @@ fn all_branches(solved: &Solved, as_json: bool) -> Result<String, CommandError> 
 fn arc_lengths(text: &str, length: f64) -> Result<Vec<f64>, CommandError> {
     let wrong = |why: String| CommandError::Usage(format!("`--shape {text}`: {why}"));
     if let Ok(count) = text.trim().parse::<usize>() {
+        if count > MOST_POINTS {
+            return Err(wrong("give at most 1,000,000 points".into()));
+        }
         let few = |_: SolveError| wrong("give at least 2 points, or lengths such as \"10 mm, 20 mm\"".into());
         return evenly_spaced(length, count).map_err(few);
     }

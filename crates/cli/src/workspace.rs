@@ -1,28 +1,24 @@
 //! `rodsweep workspace`: what can be reached, how surely, with what margin.
 
 use super::workspace_args::{PreferenceName, WorkspaceArguments};
-use super::{CommandError, Exit, print, say};
+use super::{CommandError, Exit, print, say, signals};
 use rodsweep::figures::draw_workspace;
 use rodsweep::input::{Dimension, parse_quantity, read_trajectory};
-use rodsweep::results::Results;
+use rodsweep::results::{Results, is_place};
 use rodsweep::spec::{SweepSpec, Target};
 use rodsweep::study::workspace::{
     Preference, Variation, Workspace, WorkspaceError, WorkspaceExtras, WorkspaceJob, WorkspaceStage,
 };
 use std::cell::Cell;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 /// A line of progress at most this often.
 const INTERVAL: Duration = Duration::from_secs(2);
-/// A point is reached within this share of a voxel.
-const TOLERANCE: f64 = 1e-4;
 
 pub fn workspace(arguments: &WorkspaceArguments) -> Result<Exit, CommandError> {
-    let _ = ctrlc::set_handler(|| INTERRUPTED.store(true, Ordering::Relaxed));
-    let results = match arguments.source.is_dir() {
+    let interrupted = signals::listen();
+    let results = match is_place(&arguments.source) {
         true => Some(Results::open(&arguments.source)?),
         false => None,
     };
@@ -45,7 +41,7 @@ pub fn workspace(arguments: &WorkspaceArguments) -> Result<Exit, CommandError> {
         .length(arguments.length.or(spec.workspace.length))
         .any_stable(arguments.any_stable)
         .fast(arguments.fast)
-        .interrupt(&INTERRUPTED)
+        .interrupt(interrupted)
         .progress(Some(&tell));
     // What was asked for is read before anything is solved.
     let targets = arguments.reach.as_deref().map(|text| targets(text, spec)).transpose()?;
@@ -57,11 +53,9 @@ pub fn workspace(arguments: &WorkspaceArguments) -> Result<Exit, CommandError> {
     }
     if let Some(targets) = &targets {
         let mut map = job.map(&found.inputs)?;
-        let tolerance = TOLERANCE * found.grown.lattice.spacing;
-        extras.reach = found.reach(&mut map, targets, preference(arguments.prefer), tolerance)?;
+        extras.reach = found.reach(&mut map, targets, preference(arguments.prefer), found.usual_tolerance())?;
         if let Some(robust) = &extras.robust {
-            let probability = |target: &Target| robust.probability(&found, target.position);
-            extras.reach.iter_mut().for_each(|answer| answer.probability = probability(&answer.target));
+            robust.rate(&found, &mut extras.reach);
         }
     }
     extras.study = variation.as_ref().map(|variation| job.vary(&found, variation)).transpose()?;
@@ -170,14 +164,7 @@ impl Teller {
             return;
         }
         self.last.set(Some(Instant::now()));
-        match stage {
-            WorkspaceStage::Seeds => say("looking for places to begin"),
-            WorkspaceStage::Growing(reached) => say(&format!("{reached} voxels reached")),
-            WorkspaceStage::Checking => say("computing the independent value"),
-            WorkspaceStage::Voxels(count) => say(&format!("dexterity and compliance of {count} voxels")),
-            WorkspaceStage::Designs(done, all) => say(&format!("{done} of {all} designs")),
-            _ => {}
-        }
+        say(&stage.words());
     }
 }
 

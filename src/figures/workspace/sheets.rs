@@ -3,8 +3,9 @@
 use super::curves::{Convergence, at_least};
 use super::summary::{WorkspaceSummary, size_unit, words};
 use super::voxels::{CAUSES, Shown, Voxels, millimetres};
+use crate::figures::files;
 use crate::report::{
-    self, AxisLabel, Colour, ColourScale, Figure, NamedBars, Panel, ReportError, Scale, VoxelRows, VoxelSheet, count,
+    AxisLabel, Colour, ColourScale, Figure, NamedBars, Panel, ReportError, Scale, VoxelRows, VoxelSheet, count,
 };
 use crate::table::{Lattice, Table};
 use std::path::{Path, PathBuf};
@@ -91,7 +92,7 @@ impl<'a> WorkspaceFigures<'a> {
 /// Writes a figure as PNG and SVG; returns the files.
 pub(super) fn write_both(figure: &dyn Figure, folder: &Path, name: &str) -> Result<[PathBuf; 2], ReportError> {
     let paths = ["png", "svg"].map(|extension| folder.join(format!("{name}.{extension}")));
-    report::write_all(figure, &paths)?;
+    files::write_all(figure, &paths)?;
     Ok(paths)
 }
 

@@ -8,6 +8,7 @@ use crate::spec::SweepSpec;
 use crate::study::rod_points::RodPoints;
 use crate::table::{Column, Table};
 use rayon::prelude::*;
+use std::collections::BTreeSet;
 
 /// Points along the rod, all of them as one output.
 pub(super) const SHAPE: &str = "shape";
@@ -86,9 +87,9 @@ impl Shapes {
 
     /// The columns to be read: those of these that are not added, and those that the points follow from.
     pub fn read(&self, names: &[String]) -> Vec<String> {
-        let is_added = |name: &&String| self.columns().iter().any(|column| column.name == **name);
+        let added: BTreeSet<String> = self.columns().into_iter().map(|column| column.name).collect();
         let moments = AXES.iter().map(|axis| format!("{BASE_MOMENT}.{axis}"));
-        let own = names.iter().filter(|name| !is_added(name)).cloned();
+        let own = names.iter().filter(|name| !added.contains(*name)).cloned();
         let mut names: Vec<String> = own.chain(self.values.iter().cloned()).chain(moments).collect();
         names.sort();
         names.dedup();

@@ -2,7 +2,7 @@
 
 use super::experiments::Observability;
 use super::result::{Identification, Index, Information, QUANTILES, Sensitivity};
-use crate::results::{ResultsError, write_table};
+use crate::results::{ResultsError, write_bytes, write_table};
 use crate::study::columns::Columns;
 use crate::table::Table;
 use std::path::{Path, PathBuf};
@@ -43,12 +43,7 @@ impl Sensitivity {
         }
         let path = dir.join(JSON_FILE);
         let text = serde_json::to_string_pretty(&self.to_json()).unwrap_or_default() + "\n";
-        let io = |error: std::io::Error| ResultsError::Io {
-            path: path.clone(),
-            action: "writing",
-            reason: error.to_string(),
-        };
-        std::fs::write(&path, text).map_err(io)?;
+        write_bytes(&path, text.as_bytes())?;
         files.push(path);
         Ok(files)
     }

@@ -4,7 +4,7 @@ use super::{Rows, SolveError, Solved};
 use crate::model::{Matrix, Vector};
 use crate::reference::{Pose, PoseDerivative, shape_with_derivatives};
 use crate::report::TextTable;
-use crate::study::rod_points::{by_parameter, slots};
+use crate::study::rod_points::by_parameter;
 use serde_json::{Value, json};
 use std::fmt;
 
@@ -60,7 +60,7 @@ impl Shape {
         if !solved.is_equilibrium() {
             return Err(SolveError::NoEquilibrium { status: solved.status() });
         }
-        let slots = slots(solved.plan());
+        let slots = solved.plan().slots();
         let poses = shape_with_derivatives(&solved.rod(), solved.base_moment(), arc_lengths, &slots);
         let mut points = poses.ok_or(SolveError::NotIntegrable)?;
         for point in &mut points {

@@ -4,7 +4,7 @@ use super::error::WorkspaceError;
 use super::lattice::{Cell, CellMap};
 use super::workspace::Workspace;
 use crate::model::Vector;
-use crate::results::read_parquet_table;
+use crate::results::{read_parquet_table, store_at};
 use crate::study::columns::Columns;
 use crate::table::Table;
 use serde::Serialize;
@@ -40,7 +40,7 @@ impl Workspace {
     pub fn compare(&self, dir: &Path) -> Result<Comparison, WorkspaceError> {
         let path = dir.join(crate::results::WORKSPACE_FILE);
         let wrong = |problem: &str| WorkspaceError::Compare { path: path.clone(), problem: problem.into() };
-        if !path.is_file() {
+        if store_at(dir)?.head(crate::results::WORKSPACE_FILE)?.is_none() {
             return Err(wrong("there is no such file: measure that workspace first, with the same voxel and seed"));
         }
         let table = read_parquet_table(&path)?;

@@ -4,6 +4,7 @@ use super::error::WorkspaceError;
 use super::job::WorkspaceJob;
 use super::lattice::{Cell, CellMap};
 use super::measures::{Estimate, quantiles};
+use super::reach::Reach;
 use super::stage::WorkspaceStage;
 use super::workspace::Workspace;
 use crate::input::{Dimension, parse_quantity};
@@ -303,10 +304,13 @@ impl RobustWorkspace {
         design_table(&self.names, &self.designs)
     }
 
-    /// Share of the designs that reach the voxel of a point.
-    pub fn probability(&self, nominal: &Workspace, point: Vector) -> f64 {
-        let count = self.counts.get(&nominal.grown.lattice.cell(point)).copied().unwrap_or(0);
-        f64::from(count) / self.designs.len().max(1) as f64
+    /// Tells each answer of the nominal workspace which share of the designs reaches the voxel of its target.
+    pub fn rate(&self, nominal: &Workspace, answers: &mut [Reach]) {
+        for answer in answers {
+            let cell = nominal.grown.lattice.cell(answer.target.position);
+            let count = self.counts.get(&cell).copied().unwrap_or(0);
+            answer.probability = f64::from(count) / self.designs.len().max(1) as f64;
+        }
     }
 }
 

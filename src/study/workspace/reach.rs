@@ -19,6 +19,8 @@ const NEAREST: usize = 64;
 /// Steps along a fibre in each direction, over half the range of the inputs.
 const WALK: usize = 24;
 const STRIDE: f64 = 0.08;
+/// A point is reached within this share of a voxel, unless said otherwise.
+const USUAL_TOLERANCE: f64 = 1e-4;
 /// A tangent is turned to by so many steps of least squares.
 const TURNS: usize = 40;
 
@@ -88,6 +90,11 @@ struct Solution {
 }
 
 impl Workspace {
+    /// How near to a point the tip has to be, unless said otherwise (m): a small share of a voxel.
+    pub fn usual_tolerance(&self) -> f64 {
+        USUAL_TOLERANCE * self.grown.lattice.spacing
+    }
+
     /// Answers queries: starts at the nearest reached voxels whose inputs are farthest apart. A point is reached where
     /// the tip is within `tolerance` (m).
     ///

@@ -15,3 +15,16 @@ pub enum WorkspaceStage {
     /// Designs done and wanted.
     Designs(usize, usize),
 }
+
+impl WorkspaceStage {
+    /// A line of progress.
+    pub fn words(&self) -> String {
+        match self {
+            WorkspaceStage::Seeds => "looking for places to begin".into(),
+            WorkspaceStage::Growing(reached) => format!("{reached} voxels reached"),
+            WorkspaceStage::Checking => "computing the independent value".into(),
+            WorkspaceStage::Voxels(count) => format!("dexterity and compliance of {count} voxels"),
+            WorkspaceStage::Designs(done, all) => format!("{done} of {all} designs"),
+        }
+    }
+}

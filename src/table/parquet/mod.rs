@@ -2,10 +2,14 @@
 //!
 //! Units stand in the metadata of each field, as Arrow writes them.
 
+mod ranges;
 mod read;
+mod seal;
 mod write;
 
-pub use read::{Footer, footer, read};
+pub use ranges::ByteSource;
+pub use read::{Footer, footer, footer_length, read, read_from, read_numbers};
+pub use seal::is_sealed;
 pub use write::{encode, encode_into};
 
 const FORMAT: &str = "Parquet";

@@ -1,6 +1,7 @@
 //! Tables from Parquet, our own and those of other programs.
 
 use super::FORMAT;
+use super::ranges::{ByteSource, LocalFile, Ranges};
 use crate::model::Status;
 use crate::table::error::damaged;
 use crate::table::{Column, Table, TableError, Values, arrow_schema};
@@ -10,15 +11,18 @@ use parquet::data_type::{
     BoolType, ByteArray, ByteArrayType, DataType, DoubleType, FixedLenByteArrayType, FloatType, Int32Type, Int64Type,
 };
 use parquet::errors::ParquetError;
-use parquet::file::metadata::{FileMetaData, FooterTail, ParquetMetaDataReader};
+use parquet::file::metadata::{ColumnChunkMetaData, FileMetaData, FooterTail, ParquetMetaDataReader};
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::schema::types::ColumnDescriptor;
-use std::fs::File;
+use std::ops::Range;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
+use std::sync::Arc;
 
 /// Rows for which memory is taken on a file's word alone.
 const TRUSTED_ROWS: usize = 1 << 20;
+/// Rows of a column that are asked for at once.
+const AT_A_TIME: usize = 1 << 20;
 /// Of an eight-byte end: the length of the footer and `PAR1`.
 const TAIL: usize = 8;
 
@@ -63,6 +67,12 @@ pub fn footer(bytes: &[u8]) -> Result<Footer, TableError> {
     parse().map(|metadata| Footer::of(metadata.file_metadata())).map_err(|error| damaged(FORMAT, error))
 }
 
+/// Bytes of the footer and of what follows it, by the end of a file; `None`: it is no end of such a file.
+pub fn footer_length(end: &[u8]) -> Option<u64> {
+    let tail = FooterTail::try_new(end.last_chunk::<TAIL>()?).ok()?;
+    Some((tail.metadata_length() + TAIL) as u64)
+}
+
 /// The named columns of a file, in its order; all of them if no name is given.
 ///
 /// Signed integers become [`Values::Double`], and so do unsigned ones where some are missing. Text is
@@ -72,20 +82,73 @@ pub fn footer(bytes: &[u8]) -> Result<Footer, TableError> {
 ///
 /// A file that cannot be read or is damaged, or a column of a kind that tables do not hold.
 pub fn read(path: &Path, names: &[&str]) -> Result<Table, TableError> {
-    let file = SerializedFileReader::new(File::open(path)?).map_err(|error| damaged(FORMAT, error))?;
+    read_from(Arc::new(LocalFile::open(path)?), names)
+}
+
+/// The same of a file that may be far away: only the footer and the named columns are fetched.
+///
+/// # Errors
+///
+/// As [`read`].
+pub fn read_from(source: Arc<dyn ByteSource>, names: &[&str]) -> Result<Table, TableError> {
+    let is_wanted = |name: &str| names.is_empty() || names.contains(&name);
+    read_wanted(source, &is_wanted, &|_| Ok(()), &Ok)
+}
+
+/// Every column of a file of numbers. A small file may stand for very many of them: at most so many are read.
+///
+/// # Errors
+///
+/// As [`read`], a column of anything but numbers, or more numbers.
+pub fn read_numbers(path: &Path, most: u64) -> Result<Table, TableError> {
+    let of_numbers = |kind| match kind {
+        Kind::Text => Err("text"),
+        Kind::Flag => Err("true or false"),
+        kind => Ok(kind),
+    };
+    let is_moderate = |metadata: &FileMetaData| {
+        let (rows, columns) = (Footer::of(metadata).row_count, metadata.schema_descr().num_columns() as u64);
+        if rows.saturating_mul(columns) > most { Err(TableError::TooLarge { rows, columns, most }) } else { Ok(()) }
+    };
+    read_wanted(Arc::new(LocalFile::open(path)?), &|_| true, &is_moderate, &of_numbers)
+}
+
+/// Columns by name, of kinds that are allowed, of a file that is.
+fn read_wanted(
+    source: Arc<dyn ByteSource>,
+    is_wanted: &dyn Fn(&str) -> bool,
+    check: &dyn Fn(&FileMetaData) -> Result<(), TableError>,
+    allowed: &dyn Fn(Kind) -> Result<Kind, &'static str>,
+) -> Result<Table, TableError> {
+    let ranges = Ranges::new(source);
+    let table = read_ranges(&ranges, is_wanted, check, allowed);
+    // What the system refuses is no fault of the file.
+    match ranges.failure() {
+        Some(error) => Err(error.into()),
+        None => table,
+    }
+}
+
+fn read_ranges(
+    ranges: &Ranges,
+    is_wanted: &dyn Fn(&str) -> bool,
+    check: &dyn Fn(&FileMetaData) -> Result<(), TableError>,
+    allowed: &dyn Fn(Kind) -> Result<Kind, &'static str>,
+) -> Result<Table, TableError> {
+    let file = SerializedFileReader::new(ranges.clone()).map_err(|error| damaged(FORMAT, error))?;
+    check(file.metadata().file_metadata())?;
+    ranges.fetch(wanted_ranges(&file, is_wanted));
     let footer = Footer::of(file.metadata().file_metadata());
     let units = footer.get(arrow_schema::KEY).map(arrow_schema::units).unwrap_or_default();
     let mut table = Table::default();
     for (index, column) in file.metadata().file_metadata().schema_descr().columns().iter().enumerate() {
         let name = column.path().parts().first().map_or("", String::as_str);
-        if !names.is_empty() && !names.contains(&name) {
+        if !is_wanted(name) {
             continue;
         }
-        let kind = Kind::of(column).map_err(|found| TableError::Kind {
-            column: name.into(),
-            found,
-            expected: "numbers, flags or text",
-        })?;
+        let kind = Kind::of(column).and_then(allowed);
+        let expected = "numbers, flags or text";
+        let kind = kind.map_err(|found| TableError::Kind { column: name.into(), found, expected })?;
         let reader = Reader { file: &file, column: index, rows: footer.row_count as usize };
         reader.check_codec()?;
         // The crate trusts some lengths within pages, and panics where they are damaged.
@@ -98,6 +161,20 @@ pub fn read(path: &Path, names: &[&str]) -> Result<Table, TableError> {
         table.columns.push(Column::new(name, units.get(name).map_or("", String::as_str), values));
     }
     Ok(table)
+}
+
+/// Where the named columns lie.
+fn wanted_ranges(file: &SerializedFileReader<Ranges>, is_wanted: &dyn Fn(&str) -> bool) -> Vec<Range<u64>> {
+    let columns = file.metadata().row_groups().iter().flat_map(|group| group.columns());
+    let is_wanted =
+        |column: &&ColumnChunkMetaData| is_wanted(column.column_path().parts().first().map_or("", String::as_str));
+    let range = |column: &ColumnChunkMetaData| {
+        // A damaged footer may have any number.
+        let first = column.dictionary_page_offset().unwrap_or(i64::MAX).min(column.data_page_offset());
+        let start = u64::try_from(first).unwrap_or(0);
+        start..start.saturating_add(u64::try_from(column.compressed_size()).unwrap_or(0))
+    };
+    columns.filter(is_wanted).map(range).collect()
 }
 
 /// How a column is stored, as far as tables hold it.
@@ -165,7 +242,7 @@ fn of_integer(converted: ConvertedType) -> Result<Kind, &'static str> {
 
 /// One column of a file.
 struct Reader<'a> {
-    file: &'a SerializedFileReader<File>,
+    file: &'a SerializedFileReader<Ranges>,
     column: usize,
     rows: usize,
 }
@@ -208,10 +285,22 @@ impl Reader<'_> {
     /// All row groups one after another.
     fn stored<T: DataType>(&self) -> Result<Stored<T::T>, ParquetError> {
         let (mut known, mut levels) = (Vec::with_capacity(self.rows.min(TRUSTED_ROWS)), Vec::new());
+        let mut rows = 0;
         for index in 0..self.file.num_row_groups() {
             let group = self.file.get_row_group(index)?;
             let mut reader: ColumnReaderImpl<T> = get_typed_column_reader(group.get_column_reader(self.column)?);
-            while reader.read_records(usize::MAX, Some(&mut levels), None, &mut known)?.0 > 0 {}
+            loop {
+                // A page of a few bytes may claim to hold billions of rows.
+                let wanted = (self.rows - rows).saturating_add(1).min(AT_A_TIME);
+                let read = reader.read_records(wanted, Some(&mut levels), None, &mut known)?.0;
+                rows += read;
+                if rows > self.rows {
+                    return Err(ParquetError::General(format!("a column has more than {} rows", self.rows)));
+                }
+                if read == 0 {
+                    break;
+                }
+            }
         }
         Ok(Stored { known, levels })
     }

@@ -1,6 +1,6 @@
 //! Tables to Parquet, column after column straight from their memory.
 
-use super::FORMAT;
+use super::{FORMAT, seal};
 use crate::model::Status;
 use crate::table::{Column, Table, TableError, Values, arrow_schema};
 use bytemuck::cast_slice;
@@ -30,7 +30,8 @@ pub fn encode(table: &Table, metadata: &[(&str, String)]) -> Result<Vec<u8>, Tab
 
 /// Makes `bytes` the file of a table; what they held is forgotten, their memory is used again.
 ///
-/// `metadata` gives the pairs of the footer. It is shown everything before the footer, to take a checksum of.
+/// `metadata` gives the pairs of the footer. It is shown everything before the footer, to take a checksum of. The footer
+/// gets a checksum of its own.
 ///
 /// # Errors
 ///
@@ -63,7 +64,10 @@ fn try_encode(
     for (key, value) in metadata(writer.inner()) {
         writer.append_key_value_metadata(KeyValue::new(key, value));
     }
-    writer.into_inner().map(|_| ())
+    writer.append_key_value_metadata(KeyValue::new(seal::KEY.into(), seal::UNSEALED.to_owned()));
+    let data = writer.inner().len();
+    seal::seal(&mut writer.into_inner()?[data..]);
+    Ok(())
 }
 
 fn properties(table: &Table) -> Result<WriterProperties, ParquetError> {

@@ -8,7 +8,8 @@ use super::rod::Slot;
 use super::sample::{Sample, set_axes};
 use super::starts::SEARCH_ENTRIES;
 use super::{
-    BLOCK, Blocks, MOST_ROWS, Parameter, ParameterError, Quantity, Rod, Scene, SceneError, SegmentKind, Stepper, Units,
+    BLOCK, Blocks, MOST_ROWS, Parameter, ParameterError, PlanOptions, Quantity, Rod, Scene, SceneError, SegmentKind,
+    Units,
 };
 use rayon::prelude::*;
 use std::collections::BTreeSet;
@@ -75,45 +76,6 @@ pub struct SegmentPlan {
     pub record: usize,
     /// Integration steps over a flexible segment.
     pub steps: usize,
-}
-
-/// Choices that the scene does not make.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PlanOptions {
-    /// Target error of tip position over rod length and of tip rotation (rad).
-    pub tolerance: f64,
-    /// Integration method of the answer.
-    pub stepper: Stepper,
-    /// Steps over the whole rod, shared out by length.
-    pub steps: usize,
-    /// How derivatives are computed.
-    pub sensitivity: Sensitivity,
-    /// Whether derivatives include those of the base moment, which take three columns more.
-    pub base_moment_rows: bool,
-}
-
-/// How derivatives are computed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum Sensitivity {
-    /// The cheaper of those that hold.
-    #[default]
-    Auto,
-    /// A column for each parameter.
-    Forward,
-    /// Six columns for all parameters, and integrals along the rod; only where the tangent problem is self-adjoint.
-    Reciprocity,
-}
-
-impl Default for PlanOptions {
-    fn default() -> Self {
-        Self {
-            tolerance: 1e-6,
-            stepper: Stepper::Dop853,
-            steps: 6,
-            sensitivity: Sensitivity::Auto,
-            base_moment_rows: true,
-        }
-    }
 }
 
 /// A distal part without loads.
@@ -332,6 +294,17 @@ impl Plan {
             Entry::Varying(column) => Some((*column, *value)),
             Entry::Constant(_) => None,
         })
+    }
+
+    /// Slots that some derivative uses, each once.
+    pub fn slots(&self) -> Vec<Slot> {
+        let mut slots = Vec::new();
+        for (slot, _) in self.derivatives.iter().flat_map(|derivative| &derivative.terms) {
+            if !slots.contains(slot) {
+                slots.push(*slot);
+            }
+        }
+        slots
     }
 
     /// Value of an entry for one sample of a batch, SI.

@@ -50,7 +50,11 @@ impl Profile {
             Profile::Nodes(nodes) => {
                 let mut value = [0.0; 3];
                 let mut rise = [0.0; 3];
-                for (k, node) in nodes.iter().enumerate() {
+                // The nodes around the piece; others have no share in it.
+                let after = |s: f64| nodes.partition_point(|node| node.at <= s + piece.offset);
+                let (first, last) = (after(piece.start.min(piece.end)), after(piece.start.max(piece.end)));
+                let near = first.saturating_sub(1)..nodes.len().min(last + 1);
+                for (k, node) in near.clone().zip(&nodes[near]) {
                     let (share, share_rise) = self.share(k, piece);
                     for axis in 0..3 {
                         value[axis] += share * node.value[axis];

@@ -3,9 +3,17 @@
 use super::{CoilWinding, Density, Node, Profile, Scene, SceneError, SegmentKind, ShearElasticity, Stiffness, Vector};
 use std::collections::HashSet;
 
+/// No number of a scene is larger, in SI: turns, area, current and field multiplied stay finite, and derivatives do.
+const LARGEST: f64 = 1e60;
+
 /// Checks one number; `requirement` words the condition for the message.
 fn check(name: String, value: f64, holds: bool, requirement: &'static str) -> Result<(), SceneError> {
-    if holds { Ok(()) } else { Err(SceneError::OutOfRange { name, value, requirement }) }
+    let requirement = match holds {
+        false => requirement,
+        true if value.abs() > LARGEST => "at most 1e60 in size",
+        true => return Ok(()),
+    };
+    Err(SceneError::OutOfRange { name, value, requirement })
 }
 
 fn check_finite(name: &str, vector: Vector) -> Result<(), SceneError> {
@@ -16,7 +24,8 @@ fn check_finite(name: &str, vector: Vector) -> Result<(), SceneError> {
 }
 
 fn check_positive(name: String, value: f64) -> Result<(), SceneError> {
-    check(name, value, value.is_finite() && value > 0.0, "finite and greater than zero")
+    check(name.clone(), value, value.is_finite() && value > 0.0, "finite and greater than zero")?;
+    check(name, value, value >= 1.0 / LARGEST, "at least 1e-60")
 }
 
 /// Checks every number of a scene, in the order a user wrote them.

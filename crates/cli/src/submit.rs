@@ -1,0 +1,211 @@
+//! `rodsweep submit`: a run that many workers share, as the files of a scheduler.
+
+use super::share_args::{KubernetesArguments, SlurmArguments, SubmitArguments, SubmitCommand};
+use super::{CommandError, Exit, say};
+use rodsweep::results::{is_url, make_directory, write_bytes};
+use rodsweep::spec::{Format, RESOLVED_TABLE, SweepSpec};
+use serde_json::{Map, Value, json};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// How a program ends that was asked to finish its part, and is to be started again.
+const UNFINISHED: u8 = super::Exit::Unfinished as u8;
+/// Seconds that a worker gets to finish its part.
+const GRACE: u64 = 60;
+
+pub fn submit(command: &SubmitCommand) -> Result<Exit, CommandError> {
+    let (common, name) = match command {
+        SubmitCommand::Slurm(slurm) => (&slurm.common, "slurm"),
+        SubmitCommand::Kubernetes(kubernetes) => (&kubernetes.common, "kubernetes"),
+    };
+    let spec = SweepSpec::read(&common.sweep)?;
+    if spec.format == Format::None {
+        return Err(CommandError::Usage(
+            "workers share a run by its parts, and format = \"none\" has none: run shards (`--shard`), and merge them"
+                .into(),
+        ));
+    }
+    let stem = spec.file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let folder = common.write.clone().unwrap_or_else(|| PathBuf::from(format!("{stem}-{name}")));
+    let (files, hand_in): (Vec<(&str, String)>, Vec<String>) = match command {
+        SubmitCommand::Slurm(slurm) => {
+            let script = folder.join("submit.sh");
+            (slurm_files(slurm, &stem, &folder)?, vec!["sh".into(), script.display().to_string()])
+        }
+        SubmitCommand::Kubernetes(kubernetes) => {
+            let file = folder.join("jobs.json");
+            let hand_in = ["kubectl", "apply", "-f"].map(str::to_owned).into_iter();
+            (
+                vec![("jobs.json", kubernetes_file(kubernetes, &spec, &stem)?)],
+                hand_in.chain([file.display().to_string()]).collect(),
+            )
+        }
+    };
+    if let Some((name, _)) = files.iter().find(|(name, _)| folder.join(name).exists() && !common.force) {
+        let path = folder.join(name);
+        return Err(CommandError::Usage(format!("{} is there; add `--force` to overwrite it", path.display())));
+    }
+    make_directory(&folder)?;
+    for (name, text) in &files {
+        write_bytes(&folder.join(name), text.as_bytes())?;
+        say(&format!("file: {}", folder.join(name).display()));
+    }
+    if !common.submit {
+        say(&format!("hand it in with: {}", hand_in.join(" ")));
+        return Ok(Exit::Done);
+    }
+    let failed = |what: String| CommandError::Usage(format!("`{}`: {what}", hand_in.join(" ")));
+    let status = Command::new(&hand_in[0]).args(&hand_in[1..]).status();
+    match status.map_err(|error| failed(error.to_string()))? {
+        status if status.success() => Ok(Exit::Done),
+        status => Err(failed(status.to_string())),
+    }
+}
+
+/// A path as every node understands it.
+fn absolute(path: &Path) -> Result<String, CommandError> {
+    let path = if is_url(path) { path.to_owned() } else { std::path::absolute(path)? };
+    let text = path.to_str().map(str::to_owned);
+    text.ok_or_else(|| CommandError::Usage(format!("{}: give a path that is UTF-8 text", path.display())))
+}
+
+/// A word as a shell takes it.
+fn quoted(word: &str) -> String {
+    format!("'{}'", word.replace('\'', r"'\''"))
+}
+
+fn extra(common: &SubmitArguments) -> String {
+    common.run.as_ref().map_or(String::new(), |text| format!(" {text}"))
+}
+
+fn slurm_files(
+    arguments: &SlurmArguments,
+    name: &str,
+    folder: &Path,
+) -> Result<Vec<(&'static str, String)>, CommandError> {
+    let common = &arguments.common;
+    let program = match &arguments.program {
+        Some(program) => program.clone(),
+        None => std::env::current_exe()?,
+    };
+    let (program, folder) = (quoted(&absolute(&program)?), absolute(folder)?);
+    let (sweep, out) = (quoted(&absolute(&common.sweep)?), quoted(&absolute(&common.out)?));
+    let options = [
+        common.gpus.map(|gpus| format!("--gpus-per-task={gpus}")),
+        common.gpus.map(|_| "--ntasks=1".to_owned()),
+        common.cpus.map(|cpus| format!("--cpus-per-task={cpus}")),
+        arguments.memory.as_ref().map(|memory| format!("--mem={memory}")),
+        arguments.time.as_ref().map(|time| format!("--time={time}")),
+        arguments.partition.as_ref().map(|partition| format!("--partition={partition}")),
+        arguments.account.as_ref().map(|account| format!("--account={account}")),
+    ];
+    let options: String = options.into_iter().flatten().map(|option| format!("#SBATCH {option}\n")).collect();
+    let head = |name: &str, log: &str, more: &str| {
+        format!(
+            "#!/bin/bash\n#SBATCH --job-name={name}\n#SBATCH --requeue\n#SBATCH --open-mode=append\n\
+             #SBATCH --signal=B:USR1@{GRACE}\n#SBATCH --output={folder}/{log}.log\n{more}{options}"
+        )
+    };
+    let work = format!(
+        "# Before the time limit the worker finishes its part and ends with {UNFINISHED}; then it is queued again.\n\
+         {program} run {sweep} --out {out} --join --quiet --no-figures{} &\nworker=$!\n\
+         trap 'kill -USR1 \"$worker\" 2>/dev/null' USR1 TERM\n\
+         code=129\nwhile [ \"$code\" -gt 128 ]; do\n    wait \"$worker\"\n    code=$?\n\
+         \x20   kill -0 \"$worker\" 2>/dev/null || {{ wait \"$worker\"; code=$?; break; }}\ndone\n",
+        extra(common)
+    );
+    let again = |job: &str| format!("if [ \"$code\" -eq {UNFINISHED} ]; then\n    scontrol requeue \"{job}\"\nfi\n");
+    let array = format!("#SBATCH --array=1-{}\n", common.workers);
+    let worker = head(name, "worker-%A-%a", &array)
+        + &work
+        + &again("${SLURM_ARRAY_JOB_ID}_${SLURM_ARRAY_TASK_ID}")
+        + "exit \"$code\"\n";
+    let finish = head(&format!("{name}-end"), "end-%j", "")
+        + "# One more worker: it solves what is left and writes the manifest, if no other has.\n"
+        + &work
+        + &again("$SLURM_JOB_ID")
+        + &format!("[ \"$code\" -eq 0 ] || exit \"$code\"\n{program} figures {out}\n");
+    let here = quoted(&folder);
+    let submit = format!(
+        "#!/bin/sh\n# Hands in the workers, and the job that ends the run after them.\nset -e\n\
+         workers=$(sbatch --parsable {here}/worker.sh)\n\
+         end=$(sbatch --parsable --dependency=afterany:\"${{workers%%;*}}\" {here}/end.sh)\n\
+         echo \"workers: job ${{workers%%;*}}; end: job ${{end%%;*}}\"\n"
+    );
+    Ok(vec![("worker.sh", worker), ("end.sh", finish), ("submit.sh", submit)])
+}
+
+/// A name as Kubernetes allows it: lower case, digits and dashes, at most 40 characters.
+fn label(name: &str) -> String {
+    let lower = name.to_lowercase();
+    let text: String = lower.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).take(40).collect();
+    let text = text.trim_matches('-');
+    format!("rodsweep-{}", if text.is_empty() { "run" } else { text })
+}
+
+fn kubernetes_file(arguments: &KubernetesArguments, spec: &SweepSpec, stem: &str) -> Result<String, CommandError> {
+    let common = &arguments.common;
+    let (name, out) = (label(stem), common.out.to_string_lossy().into_owned());
+    if !is_url(&common.out) && arguments.volume.is_none() {
+        let remedy = "give the address of an object store, or the claim of a volume with `--volume`";
+        return Err(CommandError::Usage(format!("`--out {out}`: the nodes see no such directory; {remedy}")));
+    }
+    let mut files = Map::new();
+    files.insert("sweep.toml".into(), spec.to_toml().into());
+    if let Some(table) = &spec.table {
+        files.insert(RESOLVED_TABLE.into(), table.to_csv(&spec.scene).into());
+    }
+    let work =
+        format!("rodsweep run /sweep/sweep.toml --out {} --join --quiet --no-figures{}", quoted(&out), extra(common));
+    // The shell gives way to the program, which then gets the signals.
+    let worker = format!("exec {work}");
+    let end = format!("{work} && exec rodsweep figures {}", quoted(&out));
+    let job = |name: &str, command: &str, workers: u64| {
+        let mut limits = Map::new();
+        let amounts = [
+            ("nvidia.com/gpu", common.gpus.map(|gpus| gpus.to_string())),
+            ("cpu", common.cpus.map(|cpus| cpus.to_string())),
+            ("memory", arguments.memory.clone()),
+        ];
+        limits.extend(amounts.into_iter().filter_map(|(what, much)| Some((what.to_owned(), much?.into()))));
+        let mut container = json!({
+            "name": "worker", "image": arguments.image, "command": ["/bin/sh", "-c", command],
+            "volumeMounts": [{ "name": "sweep", "mountPath": "/sweep", "readOnly": true }],
+        });
+        let mut volumes = vec![json!({ "name": "sweep", "configMap": { "name": format!("{}-sweep", label(stem)) } })];
+        if !limits.is_empty() {
+            container["resources"] = json!({ "limits": limits });
+        }
+        if let Some(secret) = &arguments.secret {
+            container["envFrom"] = json!([{ "secretRef": { "name": secret } }]);
+        }
+        if let (Some(claim), Some(mounts)) = (&arguments.volume, container["volumeMounts"].as_array_mut()) {
+            mounts.push(json!({ "name": "results", "mountPath": out }));
+            volumes.push(json!({ "name": "results", "persistentVolumeClaim": { "claimName": claim } }));
+        }
+        let ends = |action: &str, codes: &[u8]| json!({ "action": action, "onExitCodes": { "containerName": "worker", "operator": "In", "values": codes } });
+        json!({
+            "apiVersion": "batch/v1", "kind": "Job",
+            "metadata": { "name": name, "labels": { "app": "rodsweep" } },
+            "spec": {
+                "completionMode": "Indexed", "completions": workers, "parallelism": workers, "backoffLimitPerIndex": 6,
+                "podFailurePolicy": { "rules": [
+                    // A node that is drained, and a worker that gave way, are no failures.
+                    { "action": "Ignore", "onPodConditions": [{ "type": "DisruptionTarget", "status": "True" }] },
+                    ends("Ignore", &[UNFINISHED, Exit::Interrupted as u8]),
+                    ends("FailJob", &[Exit::Usage as u8]),
+                ] },
+                "template": { "metadata": { "labels": { "app": "rodsweep" } }, "spec": {
+                    "restartPolicy": "Never", "terminationGracePeriodSeconds": GRACE,
+                    "containers": [container], "volumes": volumes,
+                } },
+            },
+        })
+    };
+    let list: Value = json!({ "apiVersion": "v1", "kind": "List", "items": [
+        { "apiVersion": "v1", "kind": "ConfigMap", "metadata": { "name": format!("{name}-sweep") }, "data": files },
+        job(&name, &worker, common.workers),
+        job(&format!("{name}-end"), &end, 1),
+    ] });
+    Ok(serde_json::to_string_pretty(&list).unwrap_or_default() + "\n")
+}

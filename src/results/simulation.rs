@@ -1,0 +1,224 @@
+//! Many workers in one process, against a store that answers after a while: requests are counted, workers die.
+//!
+//! `RODSWEEP_WORKERS=1000` makes it long; `benches/workers/run` writes what it counts.
+
+use super::claims::{Claims, Next};
+use super::directory::{self, RunRecord};
+use super::error::ResultsError;
+use super::parts::{self, FileMetadata};
+use super::store::{Entry, Store};
+use super::workers::WorkerReport;
+use crate::model::Status;
+use crate::spec::Format;
+use crate::table::{Column, Table};
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant, SystemTime};
+
+/// Keys of one answer to a listing, as with S3.
+const PAGE: usize = 1000;
+
+/// A store in memory that takes `delay` for each request.
+#[derive(Debug, Default)]
+struct SlowStore {
+    files: Mutex<BTreeMap<String, (Vec<u8>, SystemTime)>>,
+    delay: Duration,
+    puts: AtomicU64,
+    gets: AtomicU64,
+    lists: AtomicU64,
+}
+
+impl SlowStore {
+    fn ask(&self, counter: &AtomicU64, requests: u64) -> MutexGuard<'_, BTreeMap<String, (Vec<u8>, SystemTime)>> {
+        counter.fetch_add(requests, Ordering::Relaxed);
+        std::thread::sleep(self.delay * requests as u32);
+        self.files.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Store for SlowStore {
+    fn create(&self, name: &str, bytes: &[u8]) -> Result<bool, ResultsError> {
+        let mut files = self.ask(&self.puts, 1);
+        let is_free = !files.contains_key(name);
+        if is_free {
+            files.insert(name.into(), (bytes.into(), SystemTime::now()));
+        }
+        Ok(is_free)
+    }
+
+    fn put(&self, name: &str, bytes: &[u8]) -> Result<(), ResultsError> {
+        self.ask(&self.puts, 1).insert(name.into(), (bytes.into(), SystemTime::now()));
+        Ok(())
+    }
+
+    fn get(&self, name: &str) -> Result<Option<Vec<u8>>, ResultsError> {
+        Ok(self.ask(&self.gets, 1).get(name).map(|(bytes, _)| bytes.clone()))
+    }
+
+    fn get_range(&self, name: &str, range: Range<u64>) -> Result<Vec<u8>, ResultsError> {
+        let bytes = self.get(name)?.unwrap_or_default();
+        let end = bytes.len().min(range.end as usize);
+        Ok(bytes[end.min(range.start as usize)..end].into())
+    }
+
+    fn head(&self, name: &str) -> Result<Option<Entry>, ResultsError> {
+        Ok(self.ask(&self.gets, 1).get(name).map(|file| entry(name, file)))
+    }
+
+    fn list(&self, folder: &str) -> Result<Vec<Entry>, ResultsError> {
+        let prefix = if folder.is_empty() { String::new() } else { format!("{folder}/") };
+        let inside = |files: &BTreeMap<String, (Vec<u8>, SystemTime)>| -> Vec<Entry> {
+            let below = files.iter().filter_map(|(name, file)| Some((name.strip_prefix(&prefix)?, file)));
+            below.filter(|(name, _)| !name.contains('/')).map(|(name, file)| entry(name, file)).collect()
+        };
+        let found = inside(&self.ask(&self.lists, 1));
+        let more = found.len() / PAGE;
+        drop(self.ask(&self.lists, more as u64));
+        Ok(found)
+    }
+
+    fn remove(&self, name: &str) -> Result<(), ResultsError> {
+        self.ask(&self.puts, 1).remove(name);
+        Ok(())
+    }
+
+    fn rename(&self, from: &str, to: &str) -> Result<bool, ResultsError> {
+        let mut files = self.ask(&self.puts, 2);
+        if let Some(file) = files.remove(from) {
+            files.insert(to.into(), file);
+        }
+        Ok(true)
+    }
+
+    fn prepare(&self) -> Result<(), ResultsError> {
+        Ok(())
+    }
+
+    fn is_remote(&self) -> bool {
+        true
+    }
+
+    fn place(&self) -> PathBuf {
+        "simulated".into()
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        name.into()
+    }
+}
+
+fn entry(name: &str, (bytes, modified): &(Vec<u8>, SystemTime)) -> Entry {
+    Entry { name: name.into(), size: bytes.len() as u64, modified: *modified, is_file: true }
+}
+
+fn record(chunks: u64) -> RunRecord {
+    let text = format!(
+        r#"{{"run_id":"simulated","version":"","sample_count":{chunks},"chunk":1,"format":"parquet","precision":"f64",
+            "input":"","columns":""}}"#
+    );
+    serde_json::from_str(&text).expect("a record")
+}
+
+fn rows(chunk: u64) -> Table {
+    Table { columns: vec![Column::new("sample", "", vec![chunk]), Column::new("status", "", vec![Status::Ok])] }
+}
+
+/// What one worker does: chunk after chunk, until all are there, or until it dies.
+fn work(
+    store: &Arc<SlowStore>,
+    record: &RunRecord,
+    chunk_time: Duration,
+    silence: Duration,
+    dies_after: u64,
+) -> Worked {
+    let metadata =
+        FileMetadata { run_id: "simulated".into(), engine: "none".into(), method: None, sweep: String::new(), seed: 0 };
+    let mut claims = Claims::join(store.clone(), record, WorkerReport::new("none".into()), silence).expect("joins");
+    let (mut worked, mut bytes, beat) = (Worked::default(), Vec::new(), claims.beat());
+    loop {
+        let begin = Instant::now();
+        let next = claims.next().expect("an answer");
+        match next {
+            Next::Done => break,
+            Next::Wait(pause) => {
+                worked.waited += pause;
+                std::thread::sleep(pause);
+            }
+            Next::Chunk(_) if worked.chunks == dies_after => {
+                beat.die();
+                return worked;
+            }
+            Next::Chunk(chunk) => {
+                worked.claiming += begin.elapsed();
+                std::thread::sleep(chunk_time);
+                let name = parts::part_name(chunk, Format::Parquet);
+                let (_, is_new) =
+                    parts::write_part(store.as_ref(), &name, &rows(chunk), Format::Parquet, &metadata, &mut bytes)
+                        .expect("a part");
+                worked.chunks += 1;
+                worked.twice += u64::from(!is_new);
+                beat.add(1, 0);
+            }
+        }
+    }
+    if claims.state().finishes.load(Ordering::Relaxed) {
+        Claims::done(store.as_ref()).expect("done");
+        worked.finished = 1;
+    }
+    worked
+}
+
+#[derive(Clone, Copy, Default)]
+struct Worked {
+    chunks: u64,
+    twice: u64,
+    finished: u64,
+    claiming: Duration,
+    waited: Duration,
+}
+
+#[test]
+fn many_workers_share_chunks_and_outlive_some() {
+    let given = std::env::var("RODSWEEP_WORKERS").ok().and_then(|text| text.parse::<u64>().ok());
+    let (workers, each, chunk_time, silence, delay) = match given {
+        Some(workers) => (workers, 12, Duration::from_secs(5), Duration::from_secs(60), Duration::from_millis(30)),
+        None => (24, 6, Duration::from_millis(40), Duration::from_millis(1500), Duration::from_millis(1)),
+    };
+    let chunks = workers * each;
+    let (store, record) = (Arc::new(SlowStore { delay, ..SlowStore::default() }), record(chunks));
+    let begin = Instant::now();
+    let worked: Vec<Worked> = std::thread::scope(|scope| {
+        let worker = |number: u64| {
+            // One of twelve dies.
+            let dies_after = if number % 12 == 5 { 2 } else { u64::MAX };
+            let (store, record) = (&store, &record);
+            scope.spawn(move || work(store, record, chunk_time, silence, dies_after))
+        };
+        let threads: Vec<_> = (0..workers).map(worker).collect();
+        threads.into_iter().map(|thread| thread.join().expect("no panic")).collect()
+    });
+    let seconds = begin.elapsed().as_secs_f64();
+    let found = directory::parts(store.as_ref(), &record).expect("parts");
+    assert_eq!((found.sound.len() as u64, found.damaged.len()), (chunks, 0));
+    let sum = |of: &dyn Fn(&Worked) -> u64| worked.iter().map(of).sum::<u64>();
+    assert_eq!(sum(&|worked| worked.finished), 1, "one ends the run");
+    assert_eq!(sum(&|worked| worked.chunks), chunks + sum(&|worked| worked.twice));
+    assert_eq!(sum(&|worked| worked.twice), 0, "nobody that lived was taken for dead");
+    let total = |of: &dyn Fn(&Worked) -> Duration| worked.iter().map(of).sum::<Duration>().as_secs_f64();
+    let busy = chunks as f64 * chunk_time.as_secs_f64();
+    let requests = [&store.puts, &store.gets, &store.lists].map(|count| count.load(Ordering::Relaxed));
+    println!(
+        "{workers} workers, {chunks} chunks of {chunk_time:?}, delay {delay:?}: {seconds:.1} s; claiming {:.2} % of solving, \
+         waiting at the end {:.1} s a worker; requests: {} puts, {} gets, {} lists, {:.1} a second, {:.2} a chunk",
+        100.0 * total(&|worked| worked.claiming) / busy,
+        total(&|worked| worked.waited) / workers as f64,
+        requests[0],
+        requests[1],
+        requests[2],
+        requests.iter().sum::<u64>() as f64 / seconds,
+        requests.iter().sum::<u64>() as f64 / chunks as f64,
+    );
+}

@@ -1,0 +1,209 @@
+"""Workers that share a run: `shared.py directory|clocks|bucket PROGRAM FOLDER ROUNDS`.
+
+One of three workers is killed with SIGKILL once some parts are there. Then every part has to be there, byte for byte as
+in a run alone, and no claim of a living worker may have been taken over.
+"""
+
+import glob
+import json
+import logging
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+
+SWEEP = os.path.join(os.path.dirname(os.path.abspath(__file__)), "sweep.toml")
+PART = ["--part-size", "500"]
+SILENCE = 3
+
+
+def start(program, out, environment=None):
+    command = [program, "run", SWEEP, "--out", out, "--join", "--silence", str(SILENCE), "--backend", "cpu"]
+    environment = dict(os.environ, RAYON_NUM_THREADS="1", **(environment or {}))
+    command += PART + ["--no-figures", "--quiet"]
+    return subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+
+
+class Directory:
+    """Files of a result directory."""
+
+    def __init__(self, path):
+        self.path = path
+
+    def names(self, folder=""):
+        return [os.path.basename(p) for p in glob.glob(os.path.join(self.path, folder, "*")) if os.path.isfile(p)]
+
+    def read(self, name):
+        with open(os.path.join(self.path, name), "rb") as file:
+            return file.read()
+
+    def time(self, name):
+        return os.stat(os.path.join(self.path, name)).st_mtime
+
+
+class Bucket:
+    """Files of a place in a bucket, asked for past the proxy."""
+
+    def __init__(self, client, bucket, prefix):
+        self.client, self.bucket, self.prefix = client, bucket, prefix
+
+    def names(self, folder=""):
+        prefix = f"{self.prefix}/{folder + '/' if folder else ''}"
+        pages = self.client.get_paginator("list_objects_v2").paginate(Bucket=self.bucket, Prefix=prefix, Delimiter="/")
+        return [item["Key"].rsplit("/", 1)[1] for page in pages for item in page.get("Contents", [])]
+
+    def read(self, name):
+        return self.client.get_object(Bucket=self.bucket, Key=f"{self.prefix}/{name}")["Body"].read()
+
+    def time(self, name):
+        return self.client.head_object(Bucket=self.bucket, Key=f"{self.prefix}/{name}")["LastModified"].timestamp()
+
+
+def parts(store):
+    return sorted(name for name in store.names() if name.startswith("part-") and name.endswith(".parquet"))
+
+
+def reports(store):
+    return [name for name in store.names("workers") if len(name) == 37]
+
+
+def share(program, out, store, alone, environments, rng):
+    """Three workers, one killed; tells what came of it."""
+    begin = time.time()
+    workers = [start(program, out, environment) for environment in environments]
+    total = len(parts(alone))
+    wanted = rng.randrange(1, total // 2)
+    # A worker that has not begun leaves nothing behind.
+    while len(parts(store)) < wanted or len(reports(store)) < 3:
+        if all(worker.poll() is not None for worker in workers):
+            raise SystemExit("\n".join(worker.communicate()[0] or "" for worker in workers))
+        time.sleep(0.02)
+    victim = rng.randrange(3)
+    workers[victim].send_signal(signal.SIGKILL)
+    killed_at = len(parts(store))
+    for number, worker in enumerate(workers):
+        text = worker.communicate(timeout=120)[0]
+        if number != victim and worker.returncode != 0:
+            raise SystemExit(f"worker {number} ended with {worker.returncode}:\n{text}")
+    check_same(store, alone)
+    manifest = json.loads(store.read("manifest.json"))
+    assert manifest["complete"] and sum(manifest["counts"].values()) == 30000, manifest
+    assert sum(manifest["engines"].values()) == 30000, manifest["engines"]
+    taken, mistaken = check_claims(store, manifest, workers[victim].pid)
+    seconds = time.time() - begin
+    print(
+        f"  {killed_at} of {total} parts at the kill, {taken} claims taken over, {mistaken} of living workers; "
+        f"whole after {seconds:.1f} s",
+        flush=True,
+    )
+    return mistaken
+
+
+def check_same(store, alone):
+    names = parts(alone)
+    assert parts(store) == names, set(names) ^ set(parts(store))
+    for name in names:
+        assert store.read(name) == alone.read(name), f"{name} differs from that of a run alone"
+
+
+def check_claims(store, manifest, dead):
+    """How many claims of the dead worker have been taken over, none before it was silent for long enough; how many of
+    living ones, which a machine under load may have kept silent for as long.
+    """
+    owner_of = {report["id"]: report["process"] for report in manifest["workers"]}
+    claims, taken, mistaken = {}, 0, 0
+    for name in store.names("claims"):
+        unit, turn = name.split("-")
+        claims.setdefault(unit, []).append((int(turn), store.read(f"claims/{name}").decode(), name))
+    for unit, turns in claims.items():
+        turns.sort()
+        for (_, owner, _), (_, _, name) in zip(turns, turns[1:]):
+            if owner_of[owner] != dead:
+                mistaken += 1
+                continue
+            # Times of a bucket are whole seconds.
+            silent = store.time(f"claims/{name}") - store.time(f"workers/{owner}.json")
+            assert silent >= SILENCE - 1, f"unit {unit} was taken over after {silent:.2f} s"
+            taken += 1
+    return taken, mistaken
+
+
+def run_alone(program, folder):
+    out = os.path.join(folder, "alone")
+    command = [program, "run", SWEEP, "--out", out, "--backend", "cpu", "--no-figures", "--quiet"] + PART
+    # Parts name their engine with its threads.
+    subprocess.run(command, check=True, env=dict(os.environ, RAYON_NUM_THREADS="1"))
+    return Directory(out)
+
+
+def directory(program, folder, rounds, rng):
+    alone = run_alone(program, folder)
+    for number in range(rounds):
+        out = os.path.join(folder, f"shared-{number}")
+        share(program, out, Directory(out), alone, [{}, {}, {}], rng)
+
+
+def clocks(program, folder, rounds, rng):
+    """Two of the workers have clocks that are an hour ahead and an hour behind."""
+    library = glob.glob("/usr/lib/*/faketime/libfaketimeMT.so.1") + glob.glob("/usr/lib/*/faketime/libfaketime.so.1")
+    if not library:
+        print("  skipped: there is no libfaketime (Debian: apt install libfaketime)")
+        return
+    # The times of files stay those of the file system.
+    honest = {"LD_PRELOAD": library[0], "NO_FAKE_STAT": "1", "DONT_FAKE_MONOTONIC": "1", "FAKETIME_DONT_FAKE_MONOTONIC": "1"}
+    shifted = [dict(honest, FAKETIME=shift) for shift in ("+3600s", "-3600s")]
+    told = subprocess.run(["date", "+%s"], env=dict(os.environ, **shifted[0]), capture_output=True, text=True).stdout
+    assert abs(int(told) - time.time() - 3600) < 60, "the clock is not shifted"
+    alone = run_alone(program, folder)
+    for number in range(rounds):
+        out = os.path.join(folder, f"shared-{number}")
+        # Who compared clocks would take living workers for dead each time; load does so now and then.
+        tries = (share(program, f"{out}-{k}", Directory(f"{out}-{k}"), alone, shifted + [{}], rng) for k in range(4))
+        assert 0 in tries, "living workers are taken for dead"
+
+
+def bucket(program, folder, rounds, rng):
+    """A real S3 interface; every twelfth reply is lost after the request was served."""
+    try:
+        import boto3
+        from moto.server import ThreadedMotoServer
+    except ImportError:
+        print("  skipped: there is no moto (pip install 'moto[server]')")
+        return
+    from proxy import LossyProxy
+
+    logging.getLogger("werkzeug").setLevel(logging.ERROR)
+    server = ThreadedMotoServer(ip_address="127.0.0.1", port=0, verbose=False)
+    server.start()
+    host, port = server.get_host_and_port()
+    keys = {"AWS_ACCESS_KEY_ID": "test", "AWS_SECRET_ACCESS_KEY": "test", "AWS_REGION": "us-east-1"}
+    os.environ.update(keys)
+    client = boto3.client("s3", endpoint_url=f"http://{host}:{port}", region_name="us-east-1")
+    client.create_bucket(Bucket="runs")
+    with LossyProxy(host, port, lost=1 / 12, seed=rng.randrange(1 << 30)) as proxy:
+        environment = {"AWS_ENDPOINT_URL": f"http://127.0.0.1:{proxy.port}"}
+        missing = subprocess.run(
+            [program, "status", "s3://nowhere/run"], env=dict(os.environ, **environment), capture_output=True, text=True
+        )
+        assert missing.returncode == 1 and "there is no such bucket" in missing.stderr, missing
+        alone = run_alone(program, folder)
+        for number in range(rounds):
+            store = Bucket(client, "runs", f"shared-{number}")
+            share(program, f"s3://runs/shared-{number}", store, alone, [environment] * 3, rng)
+        status = subprocess.run(
+            [program, "status", "s3://runs/shared-0"], env=dict(os.environ, **environment), capture_output=True, text=True
+        )
+        assert status.returncode == 0 and "60 of 60 parts done" in status.stdout, status
+        print(f"  {proxy.requests} requests, {proxy.dropped} replies lost")
+    server.stop()
+
+
+if __name__ == "__main__":
+    part, program, folder, rounds = sys.argv[1:]
+    sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+    os.makedirs(folder, exist_ok=True)
+    seed = int(os.environ.get("SEED", time.time_ns() % 1_000_000))
+    print(f"{part} (SEED={seed})", flush=True)
+    {"directory": directory, "clocks": clocks, "bucket": bucket}[part](os.path.abspath(program), folder, int(rounds), random.Random(seed))
