@@ -287,7 +287,7 @@ fn what_is_not_modelled_is_refused() {
     let scene = catheter();
     let error = Input::new(parameters(&scene, &["field.flux_density.x"])[0], &scene).expect_err("no input");
     assert!(error.to_string().contains("field.flux_density.x"), "{error}");
-    let overloaded = Scene { flux_density: [0.0, 0.0, f64::MAX], ..scene };
+    let overloaded = Scene { flux_density: [0.0, 0.0, 1e50], ..scene };
     let rod = Rod::new(&overloaded).expect("a rod");
     assert!(matches!(from_rest(&Paper::new(&rod, 16), &rod), Err(BaselineError::NotConverged { .. })));
 }

@@ -384,7 +384,8 @@ fn a_run_without_rows_leaves_its_workspace() {
         run_into(out, &none, &mut arc(&none), &RunOptions { shard: Shard { index, count: 2 }, ..options() }).unwrap();
     }
     let merged = dir.path().join("merged");
-    assert!(matches!(merge(&shards[..1], &merged), Err(ResultsError::MissingParts { first: 2, .. })));
+    let error = merge(&shards[..1], &merged).unwrap_err();
+    assert!(matches!(&error, ResultsError::Unmergeable { reason, .. } if reason.contains("shard 2/2 is missing")));
     assert_eq!(merge(&shards, &merged).unwrap().samples_done, 5000);
     let cells = |table: &Table| {
         let number = |row: usize| table.columns.iter().map(|c| c.values.number(row).to_bits()).collect::<Vec<_>>();
@@ -411,7 +412,7 @@ fn the_pilot_keeps_what_derivatives_must() {
     let spec = SweepSpec::read(&crate::common::root().join("sweeps/workspace.toml")).unwrap();
     let plan = spec.plan(PlanOptions { stepper: Stepper::Tp6, ..PlanOptions::default() }).unwrap();
     let mut last = (0, f64::INFINITY);
-    for derivative_tolerance in [1e-2, 1e-5, 1e-8] {
+    for derivative_tolerance in [1e-4, 1e-6, 1e-8] {
         let plan = plan.with_options(PlanOptions { derivative_tolerance, ..plan.options });
         let choice = choose_steps(&plan, &spec.sampler(), &cpu_f64).unwrap();
         let error = choice.derivative_error.unwrap();

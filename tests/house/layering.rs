@@ -44,7 +44,7 @@ const ROOMS: [(&str, &[&str]); 20] = [
     ("python", &["*"]),
 ];
 /// Crates that belong to one part of the source.
-const OWNERS: [(&str, &[&str]); 30] = [
+const OWNERS: [(&str, &[&str]); 29] = [
     ("wgpu", &["src/gpu/"]),
     ("naga", &["src/gpu/"]),
     ("pollster", &["src/gpu/"]),
@@ -56,11 +56,10 @@ const OWNERS: [(&str, &[&str]); 30] = [
     ("parquet", &["src/table/"]),
     ("bytes", &["src/table/"]),
     ("object_store", &["src/results/store/"]),
-    ("tokio", &["src/results/store/"]),
+    ("tokio", &["src/results/store/", "crates/view/src/server/"]),
     ("flatbuffers", &["src/table/"]),
     ("flate2", &["src/table/", "crates/view/src/export/"]),
     ("hyper", &["crates/view/src/server/"]),
-    ("tokio", &["crates/view/src/server/"]),
     ("arrow_ipc", &["crates/view/src/ipc.rs"]),
     ("getrandom", &["crates/view/src/server/", "crates/view/src/error.rs"]),
     ("zip", &["src/table/"]),

@@ -1,13 +1,11 @@
 //! `rodsweep view`: a rod that follows sliders, or the map of a result directory, in the browser.
 
 use super::{CommandError, Exit, print, say, say_notes};
+use crate::signals;
 use clap::Args;
 use rodsweep::report::count;
 use rodsweep_view::{Server, View, open_browser};
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, Ordering};
-
-static STOP: AtomicBool = AtomicBool::new(false);
 
 #[derive(Debug, Args)]
 pub struct ViewArguments {
@@ -37,8 +35,7 @@ pub fn view(arguments: &ViewArguments) -> Result<Exit, CommandError> {
         }
         return Ok(Exit::Done);
     }
-    // Ctrl-C is the way to end it.
-    let _ = ctrlc::set_handler(|| STOP.store(true, Ordering::Relaxed));
+    let stop = signals::listen();
     let server = Server::bind(view)?;
     let address = server.address();
     print(&format!("{address}\n"))?;
@@ -46,6 +43,6 @@ pub fn view(arguments: &ViewArguments) -> Result<Exit, CommandError> {
         say("note: no browser could be opened; open the address above");
     }
     say(if arguments.keep { "Ctrl-C ends it" } else { "Ctrl-C ends it, or closing its last window" });
-    server.run(&STOP, arguments.keep)?;
+    server.run(stop, arguments.keep)?;
     Ok(Exit::Done)
 }
