@@ -68,22 +68,26 @@ struct Answered {
     error: f32,
 }
 
-// The equilibrium on twice the fine steps: `check`, moved to first order by a step of the base moment.
+// The equilibrium on twice the fine steps: `check`, moved to first order by a step of the base moment. On the fine steps it
+// is `tip` moved by `back`; where both differ by no more than round-off, fewer steps have less of it.
 //
-// Its error: a share of the difference to the equilibrium on the fine steps, which is `tip` moved by `back`; the second
-// order of the step; what round-off can do through dm0/dr.
+// The error: a share of the difference, the second order of the step, what round-off can do through dm0/dr.
 fn answer(
     rod: Rod, check: Check, tip: Tip, back: vec3<f32>, by_moment: Columns, w_inverse: mat3x3<f32>,
 ) -> Answered {
     let delta = newton_step(rod, check.tip, w_inverse);
-    let moved = moved_tip(check.tip, by_moment, delta);
+    var moved = moved_tip(check.tip, by_moment, delta);
     let fine = moved_tip(tip, by_moment, back);
     let dp = length(moved.p - fine.p) / rod.length;
     let difference = max(max(dp, length(moved.d1 - fine.d1)), length(moved.t - fine.t));
     let response = transpose(by_moment.w * w_inverse);
-    let amplification = 1.0 + length(response[0]) + length(response[1]) + length(response[2]);
-    let left = ROUND_OFF * EPSILON + dot(delta, delta);
-    let error = difference * (DIFFERENCE * settings.error_share) + left * amplification * (1.0 + length(check.m0));
+    let responses = 1.0 + length(response[0]) + length(response[1]) + length(response[2]);
+    let amplification = responses * (1.0 + length(check.m0));
+    let round_off = amplification * (ROUND_OFF * EPSILON);
+    let is_rounded = difference < round_off;
+    if is_rounded { moved = fine; }
+    let share = select(settings.error_share, 1.0, is_rounded);
+    let error = difference * DIFFERENCE * share + round_off + amplification * dot(delta, delta);
     return Answered(check.m0 + delta, moved.p, moved.d1, moved.t, error);
 }
 

@@ -1,6 +1,7 @@
 //! Comparison of an engine with golden results, in measures that do not depend on units.
 
 use super::golden::GoldenCase;
+use rayon::prelude::*;
 use rodsweep::backend::Backend;
 use rodsweep::model::{
     Axis, Matrix, Parameter, Plan, PlanOptions, Quantity, Scene, Slot, Solutions, Status, Units, Vector,
@@ -37,14 +38,15 @@ pub struct Errors {
     pub worst_column: String,
 }
 
-/// Solves every case alone and compares; panics with the list of offenders, worst values first.
+/// Solves every case alone, several at a time, and compares; panics with the list of offenders, worst values first.
 pub fn check_golden(
     cases: &[GoldenCase],
     options: PlanOptions,
-    make: impl Fn(&Plan) -> Box<dyn Backend>,
+    make: impl Fn(&Plan) -> Box<dyn Backend> + Sync,
     tolerance: Tolerance,
 ) -> Vec<Errors> {
-    let mut all: Vec<Errors> = cases.iter().map(|case| measure(case, options, tolerance.small_column, &make)).collect();
+    let mut all: Vec<Errors> =
+        cases.par_iter().map(|case| measure(case, options, tolerance.small_column, &make)).collect();
     all.sort_by(|a, b| b.jacobian.total_cmp(&a.jacobian));
     let fails = |e: &&Errors| {
         let good = e.pose <= tolerance.pose && e.moment <= tolerance.moment && e.jacobian <= tolerance.jacobian;

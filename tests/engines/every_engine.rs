@@ -35,7 +35,7 @@ fn split() -> (Vec<GoldenCase>, Vec<GoldenCase>) {
     golden::dev().into_iter().partition(|case| !case.scene.name.contains("_hard_"))
 }
 
-fn check_f32(engine: &str, options: PlanOptions, make: impl Fn(&Plan) -> Box<dyn Backend>) {
+fn check_f32(engine: &str, options: PlanOptions, make: impl Fn(&Plan) -> Box<dyn Backend> + Sync) {
     let (ordinary, hard) = split();
     assert_eq!((ordinary.len(), hard.len()), (52, 8));
     print(engine, &check_golden(&ordinary, options, &make, F32));

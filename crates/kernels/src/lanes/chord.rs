@@ -108,10 +108,10 @@ pub struct Answered<L: Lane> {
     pub error: L,
 }
 
-/// The equilibrium on twice the fine steps: `check`, moved to first order by a step of the base moment.
+/// The equilibrium on twice the fine steps: `check`, moved to first order by a step of the base moment. On the fine steps it
+/// is `tip` moved by `back`; where both differ by no more than round-off, fewer steps have less of it.
 ///
-/// Its error: a share of the difference to the equilibrium on the fine steps, which is `tip` moved by `back`; the second
-/// order of the step; what round-off can do through dm0/dr.
+/// The error: a share of the difference, the second order of the step, what round-off can do through dm0/dr.
 #[inline(always)]
 pub fn answer<L: Lane>(
     problem: &Problem<'_, L>,
@@ -128,11 +128,19 @@ pub fn answer<L: Lane>(
     let dp = length(p - fine_p) / rod.length();
     let difference = dp.max(length(d1 - fine_d1)).max(length(t - fine_t));
     let columns = transpose(by_moment.w * *w_inverse);
-    let amplification = one + length(columns.x) + length(columns.y) + length(columns.z);
-    let left = one.constant(ROUND_OFF * L::Scalar::EPSILON) + dot(delta, delta);
-    let left = left * amplification * (one + length(check.m0));
-    let error = difference * one.constant(DIFFERENCE * program.error_share) + left;
-    Answered { m0: check.m0 + delta, p, d1, t, error }
+    let responses = one + length(columns.x) + length(columns.y) + length(columns.z);
+    let amplification = responses * (one + length(check.m0));
+    let round_off = amplification * one.constant(ROUND_OFF * L::Scalar::EPSILON);
+    let is_rounded = difference.lt(round_off);
+    let share = L::select(is_rounded, one, one.constant(program.error_share));
+    let error = difference * one.constant(DIFFERENCE) * share + round_off + amplification * dot(delta, delta);
+    Answered {
+        m0: check.m0 + delta,
+        p: Vec3::select(is_rounded, fine_p, p),
+        d1: Vec3::select(is_rounded, fine_d1, d1),
+        t: Vec3::select(is_rounded, fine_t, t),
+        error,
+    }
 }
 
 /// Position and frame of a tip after a change of the base moment, to first order.
