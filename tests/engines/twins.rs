@@ -47,7 +47,6 @@ const EXCEPTIONS: Exceptions = Exceptions {
         ("shoot", &["forward_source"], "the shader has one source in hand"),
         ("stability", &["by_rotation"], "the shader knows the columns by their number"),
         ("shoot", &["select"], "operators of WGSL"),
-        ("chord", &["select"], "operators of WGSL"),
         ("search", &["search_start"], "the search of the shader reads its start itself"),
         ("search", &["unit", "snap"], "samples that end at a fold are solved again on the CPU"),
         ("rows", &["add"], "an operator of WGSL's matrices"),

@@ -84,7 +84,9 @@ impl EngineMap {
 
     /// Engine, precision, stepper, steps and tolerance.
     pub fn method(&self) -> SolutionMethod {
-        SolutionMethod::of(&self.rest.info(), &self.plan)
+        let PlanOptions { stepper, steps, tolerance, .. } = self.plan.options;
+        let info = self.rest.info();
+        SolutionMethod { engine: info.kind, precision: info.precision, stepper, steps, tolerance, anchors: false }
     }
 
     /// Equilibria computed so far, those of second attempts included.

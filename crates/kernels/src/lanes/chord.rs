@@ -1,4 +1,4 @@
-//! From the path onto the fine grid without columns, and the pass on twice the steps, from which the answer comes. R4
+//! From the path onto the fine grid without columns, and the error estimate, whose pass is the last step there. R4
 //!
 //! A sample's steps depend on that sample alone: a lane that has finished is frozen while its neighbours go on.
 
@@ -12,20 +12,6 @@ use super::shoot::{Record, Tip, shoot};
 use super::stability::margin;
 use crate::model::path::{ANCHOR_CONTRACTION, ANCHOR_TRUST, CHORD_LIMIT, CHORD_TRUST, DIFFERENCE, ROUND_OFF};
 
-/// What a pass on twice the fine steps found, and from which base moment.
-pub struct Check<L: Lane> {
-    pub m0: Vec3<L>,
-    pub tip: Tip<L>,
-}
-
-impl<L: Lane> Check<L> {
-    #[inline(always)]
-    pub fn select(mask: L::Mask, if_true: Self, if_false: Self) -> Self {
-        let m0 = Vec3::select(mask, if_true.m0, if_false.m0);
-        Self { m0, tip: Tip::select(mask, if_true.tip, if_false.tip) }
-    }
-}
-
 /// Moves the base moment to the fine grid's equilibrium by steps with the path's inverse of W.
 ///
 /// From the second on they are secant steps along the one before (Broyden's update). The last is one on twice the
@@ -37,7 +23,7 @@ pub fn chord_steps<L: Lane>(
     path: Path,
     end: &mut PathEnd<L>,
     workspace: &mut Workspace<L>,
-) -> Check<L> {
+) -> Tip<L> {
     let Problem { program, rod, .. } = *problem;
     let one = end.lambda.constant(1.0);
     // The nearer to a bifurcation, the less a step brings.
@@ -66,15 +52,15 @@ pub fn chord_steps<L: Lane>(
         (last, square) = (Vec3::select(moving, delta, last), L::select(moving, dot(delta, delta), square));
         moving = moving & trusted & !size.lt(tolerance);
     }
-    let check = check_pass(problem, end.m0, workspace);
-    let delta = chord_step(&end.inverse, check.tip.m - rod.l_tip, last, square);
+    let tip = check_pass(problem, end.m0, workspace);
+    let delta = chord_step(&end.inverse, tip.m - rod.l_tip, last, square);
     end.m0 = Vec3::select(trusted & length(delta).lt(trust), end.m0 + delta, end.m0);
     end.passes = L::select(end.reached, end.passes + one, end.passes);
     if is_anchored {
         // What no chord steps certify goes the way from rest.
         end.reached = trusted & !moving;
     }
-    check
+    tip
 }
 
 /// A step with the path's inverse, corrected by the one before and its square.
@@ -85,67 +71,32 @@ fn chord_step<L: Lane>(inverse: &Mat3<L>, residual: Vec3<L>, last: Vec3<L>, squa
     delta * (one / (one - dot(last, delta) / square))
 }
 
-/// The step of the base moment to equilibrium, from a pass with the inverse of W on the fine grid.
-#[inline(always)]
-pub fn newton_step<L: Lane>(rod: &Rod<L>, tip: &Tip<L>, w_inverse: &Mat3<L>) -> Vec3<L> {
-    -(*w_inverse * (tip.m - rod.l_tip)) // J5
-}
-
 /// A pass on twice the fine steps.
 #[inline(always)]
-pub fn check_pass<L: Lane>(problem: &Problem<'_, L>, m0: Vec3<L>, workspace: &mut Workspace<L>) -> Check<L> {
+pub fn check_pass<L: Lane>(problem: &Problem<'_, L>, m0: Vec3<L>, workspace: &mut Workspace<L>) -> Tip<L> {
     let one = m0.x.constant(1.0);
-    let tip = shoot(problem, &problem.program.check, one, m0, &mut [], Record::Nothing, workspace);
-    Check { m0, tip }
+    shoot(problem, &problem.program.check, one, m0, &mut [], Record::Nothing, workspace)
 }
 
-/// Base moment and tip, and how far the tip may be from the truth.
-pub struct Answered<L: Lane> {
-    pub m0: Vec3<L>,
-    pub p: Vec3<L>,
-    pub d1: Vec3<L>,
-    pub t: Vec3<L>,
-    pub error: L,
-}
-
-/// The equilibrium on twice the fine steps: `check`, moved to first order by a step of the base moment. On the fine steps it
-/// is `tip` moved by `back`; where both differ by no more than round-off, fewer steps have less of it.
-///
-/// The error: a share of the difference, the second order of the step, what round-off can do through dm0/dr.
+/// Difference to the equilibrium on twice as many steps, by a pass `check` near it, plus what round-off can do through
+/// dm0/dr.
 #[inline(always)]
-pub fn answer<L: Lane>(
-    problem: &Problem<'_, L>,
-    check: &Check<L>,
-    (tip, back): (&Tip<L>, Vec3<L>),
+pub fn error_estimate<L: Lane>(
+    rod: &Rod<L>,
+    m0: Vec3<L>,
+    check: &Tip<L>,
     by_moment: &Columns<L>,
-    w_inverse: &Mat3<L>,
-) -> Answered<L> {
-    let Problem { program, rod, .. } = *problem;
-    let one = back.x.constant(1.0);
-    let delta = newton_step(rod, &check.tip, w_inverse);
-    let (p, d1, t) = moved_tip(&check.tip, by_moment, delta);
-    let (fine_p, fine_d1, fine_t) = moved_tip(tip, by_moment, back);
-    let dp = length(p - fine_p) / rod.length();
-    let difference = dp.max(length(d1 - fine_d1)).max(length(t - fine_t));
-    let columns = transpose(by_moment.w * *w_inverse);
-    let responses = one + length(columns.x) + length(columns.y) + length(columns.z);
-    let amplification = responses * (one + length(check.m0));
-    let round_off = amplification * one.constant(ROUND_OFF * L::Scalar::EPSILON);
-    let is_rounded = difference.lt(round_off);
-    let share = L::select(is_rounded, one, one.constant(program.error_share));
-    let error = difference * one.constant(DIFFERENCE) * share + round_off + amplification * dot(delta, delta);
-    Answered {
-        m0: check.m0 + delta,
-        p: Vec3::select(is_rounded, fine_p, p),
-        d1: Vec3::select(is_rounded, fine_d1, d1),
-        t: Vec3::select(is_rounded, fine_t, t),
-        error,
-    }
-}
-
-/// Position and frame of a tip after a change of the base moment, to first order.
-#[inline(always)]
-fn moved_tip<L: Lane>(tip: &Tip<L>, by_moment: &Columns<L>, delta: Vec3<L>) -> (Vec3<L>, Vec3<L>, Vec3<L>) {
+    w_inverse: Mat3<L>,
+    (p, d1, t): (Vec3<L>, Vec3<L>, Vec3<L>),
+) -> L {
+    let one = m0.x.constant(1.0);
+    let delta = -(w_inverse * (check.m - rod.l_tip));
     let turn = by_moment.w * delta;
-    (tip.p + by_moment.dp * delta, tip.d1 + cross(turn, tip.d1), tip.t + cross(turn, tip.t))
+    let dp = length(check.p + by_moment.dp * delta - p) / rod.length();
+    let dd1 = length(check.d1 + cross(turn, check.d1) - d1);
+    let dt = length(check.t + cross(turn, check.t) - t);
+    let columns = transpose(by_moment.w * w_inverse);
+    let amplification = length(columns.x) + length(columns.y) + length(columns.z);
+    let round_off = (one + amplification) * one.constant(ROUND_OFF * L::Scalar::EPSILON);
+    dp.max(dd1).max(dt) * one.constant(DIFFERENCE) + round_off * (one + length(m0))
 }
