@@ -61,6 +61,11 @@ impl Colour {
         Self { red: (code >> 16) as u8, green: (code >> 8) as u8, blue: code as u8, alpha: 1.0 }
     }
 
+    /// As `#rrggbb`, without the opacity.
+    pub fn code(self) -> String {
+        format!("#{:02x}{:02x}{:02x}", self.red, self.green, self.blue)
+    }
+
     /// The same with an opacity, 0 to 1.
     pub fn with_alpha(self, alpha: f64) -> Self {
         Self { alpha, ..self }

@@ -80,7 +80,7 @@ impl Writer {
             Shape::Growing { points, shares, stroke, seconds } => {
                 let hidden: Vec<String> = shares.iter().map(|share| number(1.0 - share)).collect();
                 let (d, animate) = (outline(points), animate("stroke-dashoffset", &hidden.join(";"), *seconds));
-                let (colour, width) = (hex(stroke.colour), number(stroke.width));
+                let (colour, width) = (stroke.colour.code(), number(stroke.width));
                 self.line(format_args!(
                     "<path d=\"{d}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"{width}\" stroke-linejoin=\"round\" \
                      pathLength=\"1\" stroke-dasharray=\"1\">{animate}</path>"
@@ -149,7 +149,7 @@ impl Writer {
             }
             rise = run.rise;
         }
-        let colour = hex(text.colour);
+        let colour = text.colour.code();
         self.line(format_args!(
             "<text transform=\"translate({x} {y}){turn}\" y=\"{baseline}\" font-size=\"{size}\" \
              fill=\"{colour}\"{anchor}{weight}{halo} xml:space=\"preserve\">{content}</text>"
@@ -205,18 +205,14 @@ fn number(x: f64) -> String {
     if text == "-0" { "0".into() } else { text.into() }
 }
 
-fn hex(colour: Colour) -> String {
-    format!("#{:02x}{:02x}{:02x}", colour.red, colour.green, colour.blue)
-}
-
 fn style(fill: Option<Colour>, stroke: Option<Stroke>) -> String {
     let mut out = match fill {
         None => " fill=\"none\"".into(),
-        Some(fill) if fill.alpha < 1.0 => format!(" fill=\"{}\" fill-opacity=\"{}\"", hex(fill), number(fill.alpha)),
-        Some(fill) => format!(" fill=\"{}\"", hex(fill)),
+        Some(fill) if fill.alpha < 1.0 => format!(" fill=\"{}\" fill-opacity=\"{}\"", fill.code(), number(fill.alpha)),
+        Some(fill) => format!(" fill=\"{}\"", fill.code()),
     };
     if let Some(stroke) = stroke {
-        out.push_str(&format!(" stroke=\"{}\" stroke-width=\"{}\"", hex(stroke.colour), number(stroke.width)));
+        out.push_str(&format!(" stroke=\"{}\" stroke-width=\"{}\"", stroke.colour.code(), number(stroke.width)));
         if stroke.colour.alpha < 1.0 {
             out.push_str(&format!(" stroke-opacity=\"{}\"", number(stroke.colour.alpha)));
         }

@@ -18,6 +18,7 @@ mod words;
 pub use axis::{AxisSpec, Distribution};
 pub use input_table::InputTable;
 pub use observed::{ObservedPoint, ObservedShape, ObservedShapes, ObservedTip};
+pub use sampling::permute;
 pub use sampling::{
     DesignKind, Face, MAX_SOBOL_DIMENSIONS, SaltelliDesign, Sampler, Skeleton, SkeletonError, SkeletonSampling,
     SobolNet,

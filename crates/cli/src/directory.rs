@@ -33,7 +33,7 @@ fn watch(results: &Results, pause: Duration) -> Result<(), CommandError> {
             rate = Some(done.saturating_sub(before) as f64 / now.duration_since(then).as_secs_f64().max(1e-3));
         }
         let workers = results.workers()?;
-        let living = workers.iter().filter(|worker| worker.is_alive).count();
+        let (living, _) = living(&workers);
         let speed = rate.map_or(String::new(), |rate| format!(", {}/s", count(rate.round() as u64)));
         let left = rate
             .filter(|rate| *rate > 0.0)
@@ -59,9 +59,15 @@ fn watch(results: &Results, pause: Duration) -> Result<(), CommandError> {
     Ok(())
 }
 
+/// How many workers live, and how many samples a second they solve together.
+fn living(workers: &[Worker]) -> (usize, f64) {
+    let living = || workers.iter().filter(|worker| worker.is_alive);
+    (living().count(), living().map(|worker| worker.report.rate).sum())
+}
+
 /// How long the workers that live will take for what is left.
 fn left(status: &DirectoryStatus, workers: &[Worker]) -> Option<Duration> {
-    let rate: f64 = workers.iter().filter(|worker| worker.is_alive).map(|worker| worker.report.rate).sum();
+    let (_, rate) = living(workers);
     let left = status.record.sample_count.saturating_sub(status.samples_done);
     (rate > 0.0 && left > 0).then(|| Duration::from_secs_f64((left as f64 / rate).min(1e9)))
 }
@@ -73,8 +79,7 @@ fn describe_workers(workers: &[Worker], left: Option<Duration>) -> String {
     if workers.is_empty() {
         return text;
     }
-    let living = workers.iter().filter(|worker| worker.is_alive).count();
-    let rate: f64 = workers.iter().filter(|worker| worker.is_alive).map(|worker| worker.report.rate).sum();
+    let (living, rate) = living(workers);
     let left = left.map_or(String::new(), |left| format!(", {} left", duration(left)));
     text += &format!("workers: {living} of {} alive, {}/s{left}\n", workers.len(), count(rate.round() as u64));
     for Worker { report, silent, is_alive, .. } in workers.iter().take(MOST) {

@@ -25,7 +25,6 @@ mod page;
 mod rod;
 mod rows;
 mod server;
-mod shuffle;
 mod sliders;
 mod stills;
 mod style;

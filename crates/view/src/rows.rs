@@ -1,9 +1,9 @@
 //! The rows of a result directory, for drawing: columns on demand in single precision, in a shuffled order; one row whole.
 
 use crate::error::{Refusal, ViewError};
-use crate::shuffle::Shuffle;
 use rodsweep::model::Status;
 use rodsweep::results::{Results, ResultsError};
+use rodsweep::spec::permute;
 use rodsweep::table::{Column, Table, Values};
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -12,6 +12,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 pub const MOST_POINTS: u64 = 4_000_000;
 /// Columns that are kept in memory, 16 MB each at most.
 const MOST_KEPT: usize = 24;
+/// Tells the order of the points from other permutations.
+const ORDER: u64 = 0x7669_6577;
 
 /// A part and what of it is drawn.
 struct Part {
@@ -53,8 +55,7 @@ impl Rows {
             false => {
                 let tips = results.tips()?;
                 let row_count = tips.row_count() as u64;
-                let shuffle = Shuffle::new(row_count);
-                let order: Vec<u32> = (0..row_count).map(|place| shuffle.at(place) as u32).collect();
+                let order: Vec<u32> = shuffled(row_count, row_count).map(|row| row as u32).collect();
                 let columns = tips.empty().columns;
                 (Source::Tips(tips), columns, order, row_count)
             }
@@ -180,8 +181,7 @@ fn chosen_parts(results: &Results) -> Result<Chosen, ResultsError> {
         parts.push(Part { number, first: row_count, chosen: Vec::new() });
         row_count += results.read_part(number, &["sample"])?.row_count() as u64;
     }
-    let shuffle = Shuffle::new(row_count.min(u32::MAX.into()));
-    let order: Vec<u64> = (0..row_count.min(MOST_POINTS)).map(|place| shuffle.at(place)).collect();
+    let order: Vec<u64> = shuffled(row_count.min(u32::MAX.into()), MOST_POINTS).collect();
     for (place, row) in order.iter().enumerate() {
         let at = parts.partition_point(|part| part.first <= *row);
         if let Some(part) = at.checked_sub(1).and_then(|at| parts.get_mut(at)) {
@@ -189,6 +189,11 @@ fn chosen_parts(results: &Results) -> Result<Chosen, ResultsError> {
         }
     }
     Ok((parts, order.into_iter().map(|row| row as u32).collect(), row_count))
+}
+
+/// Rows in a fixed shuffled order, `most` at most: any beginning of it is a fair sample of all.
+fn shuffled(row_count: u64, most: u64) -> impl Iterator<Item = u64> {
+    (0..row_count.min(most)).map(move |place| permute(place, row_count, ORDER))
 }
 
 /// The kind of a column in a word: `number`, `flag`, `status`, `text`.

@@ -9,29 +9,25 @@ const STEPS: u32 = 256;
 /// What the page takes from the figures.
 pub fn style() -> Value {
     let map = |map: ColourMap| -> Vec<String> {
-        (0..STEPS).map(|k| hex(map.at(f64::from(k) / f64::from(STEPS - 1)))).collect()
+        (0..STEPS).map(|k| map.at(f64::from(k) / f64::from(STEPS - 1)).code()).collect()
     };
     json!({
         "azimuth": AZIMUTH,
         "elevation": ELEVATION,
         "colours": {
-            "flexible": hex(RodShape::FLEXIBLE_COLOUR),
-            "rigid": hex(RodShape::RIGID_COLOUR),
-            "coil": hex(RodShape::COIL_COLOUR),
-            "dipole": hex(RodShape::DIPOLE_COLOUR),
-            "field": hex(RodShape::FIELD_COLOUR),
-            "force": hex(RodShape::FORCE_COLOUR),
-            "frame": RodShape::FRAME_COLOURS.map(hex),
-            "wrong": hex(Colour::VERMILION),
-            "right": hex(Colour::GREEN),
-            "grey": hex(Colour::GREY),
-            "manipulability": hex(Colour::SKY),
-            "compliance": hex(Colour::PURPLE),
+            "flexible": RodShape::FLEXIBLE_COLOUR.code(),
+            "rigid": RodShape::RIGID_COLOUR.code(),
+            "coil": RodShape::COIL_COLOUR.code(),
+            "dipole": RodShape::DIPOLE_COLOUR.code(),
+            "field": RodShape::FIELD_COLOUR.code(),
+            "force": RodShape::FORCE_COLOUR.code(),
+            "frame": RodShape::FRAME_COLOURS.map(Colour::code),
+            "wrong": Colour::VERMILION.code(),
+            "right": Colour::GREEN.code(),
+            "grey": Colour::GREY.code(),
+            "manipulability": Colour::SKY.code(),
+            "compliance": Colour::PURPLE.code(),
         },
         "maps": { "sequential": map(ColourMap::Sequential), "diverging": map(ColourMap::Diverging) },
     })
-}
-
-fn hex(colour: Colour) -> String {
-    format!("#{:02x}{:02x}{:02x}", colour.red, colour.green, colour.blue)
 }

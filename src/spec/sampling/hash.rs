@@ -27,8 +27,9 @@ pub(super) fn hash_key(a: u64, b: u64) -> u64 {
     mix(first ^ b.wrapping_add(GOLDEN).wrapping_mul(0xd1b5_4a32_d192_ed03))
 }
 
-/// A keyed permutation of 0..count: Feistel rounds on the enclosing power of four, walked until inside.
-pub(super) fn permute(index: u64, count: u64, key: u64) -> u64 {
+/// A keyed permutation of 0..count, where `index` is below `count`: Feistel rounds on the enclosing power of four, walked
+/// until inside.
+pub fn permute(index: u64, count: u64, key: u64) -> u64 {
     let bits = (64 - (count - 1).leading_zeros()).max(2);
     let half = bits.div_ceil(2);
     let mask = (1u64 << half) - 1;

@@ -6,6 +6,7 @@ mod saltelli;
 mod sampler;
 mod skeleton;
 
+pub use hash::permute;
 pub(crate) use hash::{hash, unit_interval};
 pub use net::{MAX_SOBOL_DIMENSIONS, SobolNet};
 pub use saltelli::{DesignKind, SaltelliDesign};
