@@ -1,9 +1,9 @@
 //! Compiled pipelines on disk, from run to run, where the driver hands them out. Any trouble with the file means no cache.
 
-use crate::files;
 use std::env;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process;
 use std::sync::{Mutex, PoisonError};
 use xxhash_rust::xxh3::xxh3_64;
 
@@ -86,7 +86,13 @@ fn read(path: &Path) -> Option<Vec<u8>> {
 fn write(path: &Path, hash: u64, data: &[u8]) -> Option<()> {
     let directory = path.parent()?;
     fs::create_dir_all(directory).ok()?;
-    files::replace(path, &[&hash.to_le_bytes(), data].concat()).ok()
+    let temporary = path.with_extension(format!("{}-{hash:016x}", process::id()));
+    let written =
+        fs::write(&temporary, [&hash.to_le_bytes(), data].concat()).and_then(|()| fs::rename(&temporary, path));
+    if written.is_err() {
+        let _ = fs::remove_file(&temporary);
+    }
+    written.ok()
 }
 
 #[cfg(test)]

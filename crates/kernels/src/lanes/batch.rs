@@ -2,10 +2,16 @@
 
 use super::block::{Job, WIDEST, Way};
 use super::{BlockScalar, Lanes};
+use crate::model::path::growth_limit;
 use crate::model::record::BASE_POSITION_AT;
-use crate::model::{BLOCK, Batch, Entry, Quantity, Solutions};
+use crate::model::{BLOCK, Batch, Entry, Quantity, Solutions, Status};
 use rayon::prelude::*;
 use std::any::Any;
+
+/// A path that ends on a smaller share of the load has not told why.
+const LEAST_LOAD: f64 = 1.0 / 16.0;
+/// Two ways to the same equilibrium end no farther apart, over the rod's length.
+const SAME_TIP: f64 = 1e-2;
 
 /// Memory of a thread, reused from block to block.
 #[derive(Default)]
@@ -25,7 +31,13 @@ impl Lanes {
         let block_len = solutions.values.block_len();
         let scales = self.output_scales();
         let from_anchors = self.program.anchors.is_some();
-        let way = if from_anchors { Way::Anchors } else { Way::Rest };
+        let way = if self.by_nodes {
+            Way::Nodes
+        } else if from_anchors {
+            Way::Anchors
+        } else {
+            Way::Rest
+        };
         let first = |scratch: &mut Scratch<S>, (block, out): (usize, &mut [f64])| {
             let samples: Vec<usize> = (block * BLOCK..count.min((block + 1) * BLOCK)).collect();
             self.solve_samples(batch, &samples, way, &scales, scratch, out)
@@ -38,7 +50,11 @@ impl Lanes {
                 blocks.map_init(Scratch::default, first).flatten_iter().collect()
             }
         };
-        for way in if from_anchors { &[Way::Rest, Way::Care][..] } else { &[Way::Care] } {
+        let ways = [Way::Rest, Way::Care, Way::Nodes];
+        for way in if from_anchors { &ways[..] } else { &ways[1..] } {
+            if *way == Way::Nodes {
+                left.retain(|sample| self.may_be_grown(batch, solutions, *sample));
+            }
             let again = |scratch: &mut Scratch<S>, samples: &[usize]| {
                 let mut out = vec![0.0; block_len];
                 let left = self.solve_samples(batch, samples, *way, &scales, scratch, &mut out);
@@ -54,15 +70,47 @@ impl Lanes {
                 }
             };
             for (samples, (rows, _)) in left.chunks(size).zip(&solved) {
-                for (column, values) in rows.chunks(BLOCK).enumerate() {
-                    samples
-                        .iter()
-                        .zip(values)
-                        .for_each(|(sample, value)| solutions.values.set(*sample, column, *value));
+                for (at, sample) in samples.iter().enumerate() {
+                    let value = |column: usize| rows[column * BLOCK + at];
+                    if *way != Way::Nodes || self.takes(solutions, *sample, value) {
+                        (0..rows.len() / BLOCK).for_each(|column| solutions.values.set(*sample, column, value(column)));
+                    }
                 }
             }
             left = solved.into_iter().flat_map(|(_, left)| left).collect();
         }
+    }
+
+    /// Whether a sample that a single pass does not solve, or whose columns it does not tell, may be one of much growth.
+    fn may_be_grown(&self, batch: &Batch, solutions: &Solutions, sample: usize) -> bool {
+        if solutions.status(sample) == Status::Pending {
+            return true;
+        }
+        // What counts is the load that the path came to; one that never set out tells nothing.
+        let load = solutions.get(sample, Quantity::LoadFraction);
+        let load = if load > LEAST_LOAD { load } else { LEAST_LOAD };
+        self.plan.sample_rod(batch, sample).growth() * load.sqrt() > growth_limit(self.precision.epsilon())
+    }
+
+    /// Whether the row of a sample is replaced by one that nodes have found. One without an equilibrium only takes back a
+    /// fold that is none.
+    fn takes(&self, solutions: &mut Solutions, sample: usize, found: impl Fn(usize) -> f64) -> bool {
+        let is = |status: Status| found(Quantity::Status.column()) == f64::from(status.code());
+        let before = solutions.status(sample);
+        if is(Status::Ramped) {
+            // A single pass has lost digits, not the branch.
+            let apart = |k: usize| (found(k) - solutions.values.get(sample, k)).powi(2);
+            let apart = (0..3).map(apart).sum::<f64>().sqrt();
+            if before == Status::Pending && apart > SAME_TIP * self.plan.scene.total_length() {
+                solutions.set_status(sample, Status::NotConverged);
+                return false;
+            }
+            return true;
+        }
+        if before == Status::Pending || before == Status::Fold && !is(Status::Fold) {
+            solutions.set_status(sample, Status::NotConverged);
+        }
+        false
     }
 
     /// Factors that turn the kernel's columns into SI.

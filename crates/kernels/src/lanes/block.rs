@@ -2,9 +2,10 @@
 //! that arrived; or both with care.
 
 use super::algebra::length;
-use super::group::{Answer, END_COLUMNS, Follow, Load, Tools, store_end};
+use super::group::{Answer, ByNodes, END_COLUMNS, Follow, Load, Tools, store_end};
 use super::kernels::Kernels;
 use super::lane::{Lane, Scalar};
+use super::nodes::Nodes;
 use super::path::{Path, rest_slope};
 use super::problem::Problem;
 use super::program::{Inputs, Outputs, Program};
@@ -24,6 +25,8 @@ pub enum Way {
     Rest,
     /// The same with care.
     Care,
+    /// From rest, by nodes all along the rod.
+    Nodes,
 }
 
 /// One block of samples for the kernel, numbers column by column in the plan's units.
@@ -67,7 +70,7 @@ fn solve_job<L: Kernels>(token: L::Token, job: Job<'_, L::Scalar>) {
     let solved = order.len();
     let mut block = Block::<L> { program, token, inputs, memory: &mut kept };
     let (mut path, mut ready) = (Path::Search, solved);
-    if program.start.is_none() {
+    if program.start.is_none() && way != Way::Nodes {
         (path, ready) = match (way, &program.anchors) {
             (Way::Anchors, Some((grid, column))) => (Path::Anchored, block.predict(grid, *column, order)),
             (Way::Care, _) => {
@@ -82,10 +85,14 @@ fn solve_job<L: Kernels>(token: L::Token, job: Job<'_, L::Scalar>) {
     }
     for offset in (0..ready).step_by(L::COUNT) {
         let samples = &order[offset..ready.min(offset + L::COUNT)];
-        block.solve(samples, path, Outputs { data: values, stride: BLOCK, offset });
+        let out = Outputs { data: &mut *values, stride: BLOCK, offset };
+        match way {
+            Way::Nodes => block.solve_by_nodes(samples, out),
+            _ => block.solve(samples, path, out),
+        }
     }
     let status = Quantity::Status.column() * BLOCK;
-    let is_left = |place: &usize| *place >= ready || !is_settled(values[status + *place]);
+    let is_left = |place: &usize| *place >= ready || is_for_next(way, values[status + *place]);
     left.extend((0..solved).filter(is_left).map(|place| order[place]));
     order.extend((0..bad.len()).filter(|sample| bad[*sample]));
     let code = L::Scalar::from_f64(f64::from(Status::BadParameter.code()));
@@ -93,9 +100,16 @@ fn solve_job<L: Kernels>(token: L::Token, job: Job<'_, L::Scalar>) {
     *memory = Some(kept);
 }
 
-/// Whether a status is final: anything but `Pending`, NaN included in pending.
-fn is_settled<S: Scalar>(status: S) -> bool {
-    status.to_f64() < f64::from(Status::Pending.code())
+/// Whether a sample of this status is left to the next way: one that is pending, and after care one without success.
+fn is_for_next<S: Scalar>(way: Way, status: S) -> bool {
+    let settled = match way {
+        Way::Anchors | Way::Rest => Status::Pending,
+        Way::Care => Status::Fold,
+        Way::Nodes => return false,
+    };
+    // A status that is no number is not settled.
+    let is_settled = status.to_f64() < f64::from(settled.code());
+    !is_settled
 }
 
 type CoarseScalar<L> = <<L as Kernels>::Coarse as Lane>::Scalar;
@@ -104,6 +118,7 @@ type CoarseScalar<L> = <<L as Kernels>::Coarse as Lane>::Scalar;
 struct Memory<L: Kernels> {
     paths: Tools<L::Coarse>,
     answers: Tools<L>,
+    nodes: Nodes<L>,
     /// Inputs of the block, dm0/dlambda at rest and the ends of the paths, by sample.
     inputs: Vec<CoarseScalar<L>>,
     rest_slopes: Vec<CoarseScalar<L>>,
@@ -116,6 +131,7 @@ impl<L: Kernels> Memory<L> {
         Self {
             paths: Tools::new(token, program, inputs / BLOCK),
             answers: Tools::new(token, program, inputs / BLOCK),
+            nodes: Nodes::new(token, program),
             inputs: vec![zero; inputs],
             rest_slopes: vec![zero; 3 * BLOCK],
             ends: vec![zero; END_COLUMNS * BLOCK],
@@ -236,5 +252,13 @@ impl<L: Kernels> Block<'_, L> {
             Path::Search => {}
         }
         L::answer(Answer { program: self.program, token: self.token, path, tools, out });
+    }
+
+    /// The same by nodes.
+    #[inline(always)]
+    fn solve_by_nodes(&mut self, samples: &[usize], out: Outputs<'_, L::Scalar>) {
+        let Memory { answers: tools, nodes, .. } = &mut *self.memory;
+        pack(self.inputs, samples, L::COUNT, &mut tools.inputs);
+        L::by_nodes(ByNodes { program: self.program, token: self.token, nodes, tools, out });
     }
 }

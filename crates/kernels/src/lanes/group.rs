@@ -3,6 +3,7 @@
 use super::algebra::{Mat3, Vec3};
 use super::kernels::Kernels;
 use super::lane::Lane;
+use super::nodes::{Nodes, solve_nodes};
 use super::path::{Path, PathEnd, follow_path};
 use super::problem::{Problem, Workspace};
 use super::program::{Inputs, Outputs, Program};
@@ -115,6 +116,34 @@ impl<L: Kernels> WithSimd for Answer<'_, L> {
             Path::Search => search_start(&problem, workspace),
         };
         solve_group(&problem, path, end, workspace, &mut out);
+    }
+}
+
+/// The arguments of [`solve_nodes`].
+pub struct ByNodes<'a, L: Lane> {
+    pub program: &'a Program,
+    pub token: L::Token,
+    pub nodes: &'a mut Nodes<L>,
+    pub tools: &'a mut Tools<L>,
+    pub out: Outputs<'a, L::Scalar>,
+}
+
+impl<L: Lane> ByNodes<'_, L> {
+    pub fn token(&self) -> L::Token {
+        self.token
+    }
+}
+
+impl<L: Kernels> WithSimd for ByNodes<'_, L> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let ByNodes { program, token, nodes, tools, mut out } = self;
+        let Tools { rod, workspace, inputs, .. } = tools;
+        let inputs = Inputs { data: inputs, stride: L::COUNT, offset: 0 };
+        L::load_rods(Load { program, token, inputs, rod });
+        solve_nodes(&Problem { program, inputs, rod }, nodes, workspace, &mut out);
     }
 }
 

@@ -4,7 +4,7 @@
 
 use super::block::Job;
 use super::counted::Counted;
-use super::group::{Answer, Follow, Load};
+use super::group::{Answer, ByNodes, Follow, Load};
 use super::lane::{F32, F64, Lane};
 use super::path::PathEnd;
 use super::shoot::Pass;
@@ -27,6 +27,7 @@ pub trait Kernels: Passes {
     fn load_rods(load: Load<'_, Self>);
     fn follow(follow: Follow<'_, Self>) -> PathEnd<Self>;
     fn answer(answer: Answer<'_, Self>);
+    fn by_nodes(by_nodes: ByNodes<'_, Self>);
 }
 
 /// A pass of some terms.
@@ -105,6 +106,7 @@ macro_rules! kernels {
             kernel!(load_rods, Load, ());
             kernel!(follow, Follow, PathEnd<L>);
             kernel!(answer, Answer, ());
+            kernel!(by_nodes, ByNodes, ());
 
             pub mod job {
                 use super::L;
@@ -137,6 +139,9 @@ macro_rules! kernels {
             }
             fn answer(answer: Answer<'_, Self>) {
                 $module::answer::run(answer)
+            }
+            fn by_nodes(by_nodes: ByNodes<'_, Self>) {
+                $module::by_nodes::run(by_nodes)
             }
         }
     };

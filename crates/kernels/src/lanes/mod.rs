@@ -15,6 +15,7 @@ mod counted;
 mod group;
 mod kernels;
 mod lane;
+mod nodes;
 mod operators;
 mod path;
 mod problem;
@@ -103,6 +104,8 @@ pub struct Lanes {
     units: Vec<f64>,
     set: InstructionSet,
     arch: Arch,
+    /// Whether every sample is solved by nodes.
+    by_nodes: bool,
     /// For batches of one block, in either precision.
     scratch: (Scratch<f64>, Scratch<f32>),
 }
@@ -140,8 +143,14 @@ impl Lanes {
             units: plan.entry_units(),
             set,
             arch,
+            by_nodes: false,
             scratch: Default::default(),
         })
+    }
+
+    /// The same, solving every sample by nodes, which else only rods do that are too limp or too taut for a single pass.
+    pub fn by_nodes(self) -> Self {
+        Self { by_nodes: true, ..self }
     }
 
     /// Arithmetic operations of the passes over the rod for a sample of a batch.

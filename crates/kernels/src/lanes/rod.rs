@@ -38,6 +38,8 @@ pub struct Rod<L> {
     pub B: Vec3<L>,
     pub f_tip: Vec3<L>,
     pub l_tip: Vec3<L>,
+    /// The first of its segments in the program.
+    pub first: usize,
     /// Those that must be integrated.
     pub segments: Vec<Segment<L>>,
     /// The distal part beyond them, which nothing loads: its rest shape.
@@ -125,7 +127,7 @@ impl<L: Lane> Rod<L> {
 
     pub fn new(token: L::Token) -> Self {
         let zero = Vec3::splat(L::splat(token, 0.0));
-        Self { d1: zero, t: zero, B: zero, f_tip: zero, l_tip: zero, segments: Vec::new(), free: None }
+        Self { d1: zero, t: zero, B: zero, f_tip: zero, l_tip: zero, first: 0, segments: Vec::new(), free: None }
     }
 }
 

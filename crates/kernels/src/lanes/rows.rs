@@ -24,11 +24,13 @@ struct Functional<L> {
 /// How the columns combine to the responses to a unit tip force, a unit tip moment and a unit base rotation; of the
 /// last, zero where the base moment is not differentiated.
 pub struct Responses<L> {
-    force: Mat3<L>,
-    moment: Mat3<L>,
-    rotation: Mat3<L>,
+    pub force: Mat3<L>,
+    pub moment: Mat3<L>,
+    pub rotation: Mat3<L>,
+    /// The base moments of the first two.
+    pub base: [Mat3<L>; 2],
     /// dm0 by base rotation, less its canonical part.
-    base_rotation: Mat3<L>,
+    pub base_rotation: Mat3<L>,
 }
 
 impl<L: Lane> Responses<L> {
@@ -46,7 +48,7 @@ impl<L: Lane> Responses<L> {
             rotation = -(moment * columns_cross_sub(by_rotation.w, rod.l_tip, dm_rotation));
             base_rotation = -(inverse(dm_moment) * dm_rotation);
         }
-        Self { force, moment, rotation, base_rotation }
+        Self { force, moment, rotation, base: [force, moment], base_rotation }
     }
 
     /// Rows of a parameter whose load columns have functional `q`: tip position, tip rotation, base moment.
@@ -64,7 +66,7 @@ impl<L: Lane> Responses<L> {
     fn base_rotation_rows(&self, m0: Vec3<L>, axis: Vec3<L>) -> [Vec3<L>; 3] {
         let half = m0.x.constant(0.5);
         let canonical = cross(axis, m0) * half;
-        [transpose(self.force) * axis, transpose(self.moment) * axis, canonical + self.base_rotation * axis]
+        [transpose(self.base[0]) * axis, transpose(self.base[1]) * axis, canonical + self.base_rotation * axis]
     }
 }
 
@@ -142,7 +144,7 @@ fn insertion_rows<L: Lane>(
 
 /// Stores the rows of one derivative: tip position, tip rotation and, where they are wanted, base moment.
 #[inline(always)]
-fn store_rows<L: Lane>(program: &Program, index: usize, rows: &[Vec3<L>; 3], out: &mut Outputs<'_, L::Scalar>) {
+pub fn store_rows<L: Lane>(program: &Program, index: usize, rows: &[Vec3<L>; 3], out: &mut Outputs<'_, L::Scalar>) {
     let count = if program.base_moment_rows { 3 } else { 2 };
     for (k, row) in rows.iter().enumerate().take(count) {
         out.store_vector(Quantity::COUNT + 3 * (count * index + k), *row);

@@ -103,7 +103,8 @@ fn integrate<L: Lane>(pass: Pass<'_, L>, terms: impl Terms) -> Tip<L> {
     if counts {
         workspace.station = Station::new(zero);
     }
-    for (index, segment) in rod.segments.iter().enumerate() {
+    for (at, segment) in rod.segments.iter().enumerate() {
+        let index = rod.first + at;
         let collect = program.collect[index];
         if traces && collect.any() {
             workspace.traces[index].iter_mut().for_each(|trace| trace.clear(collect, zero));

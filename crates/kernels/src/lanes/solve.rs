@@ -7,6 +7,7 @@ use super::base::{force_columns, forward_columns, moment_columns, rotation_colum
 use super::chord::{check_pass, chord_steps, error_estimate};
 use super::column::Columns;
 use super::lane::Lane;
+use super::nodes::is_grown;
 use super::path::{Path, PathEnd};
 use super::problem::{Problem, Workspace};
 use super::program::Outputs;
@@ -82,7 +83,8 @@ pub fn solve_group<L: Lane>(
     let converged = converged & within_reach & certain;
     let margin = margin(&w_inverse);
     let margin = L::select(stable, margin, -margin);
-    let status = status_codes(&end, path, converged, stable, size.is_finite() & within_reach, one);
+    let finite = size.is_finite() & within_reach;
+    let status = status_codes(&end, path, converged, stable, is_grown(&w), finite, one);
     let index = L::select(converged, index, one.constant(NO_EQUILIBRIUM));
 
     out.store_vector(Quantity::TipPosition.column(), tip_position);
@@ -152,16 +154,18 @@ fn status_codes<L: Lane>(
     path: Path,
     converged: L::Mask,
     stable: L::Mask,
+    grown: L::Mask,
     finite: L::Mask,
     one: L,
 ) -> L {
     let ok = code(one, Status::Ok);
+    let pending = code(one, Status::Pending);
     let unsolved = L::select(finite, code(one, Status::NotConverged), code(one, Status::NonFinite));
     match path {
-        Path::Anchored => L::select(converged & stable, ok, code(one, Status::Pending)),
+        Path::Anchored => L::select(converged & stable & !grown, ok, pending),
         Path::Ramp => {
             let done = L::select(end.ramped, code(one, Status::Ramped), ok);
-            L::select(converged & stable, done, code(one, Status::Pending))
+            L::select(converged & stable & !grown, done, pending)
         }
         Path::Search => {
             let done = L::select(stable, ok, code(one, Status::Unstable));
@@ -170,6 +174,7 @@ fn status_codes<L: Lane>(
         Path::GuardedRamp => {
             let lost = L::select(end.exhausted, code(one, Status::StepLimit), unsolved);
             let done = L::select(stable, code(one, Status::Ramped), code(one, Status::Unstable));
+            let done = L::select(grown, pending, done);
             let end_status = L::select(end.reached, L::select(converged, done, unsolved), lost);
             L::select(end.fold, code(one, Status::Fold), end_status)
         }

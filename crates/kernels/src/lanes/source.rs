@@ -37,12 +37,12 @@ pub struct Source<L> {
     /// Of the force, per length on a flexible segment.
     pub dload: Mat3<L>,
     pub dB: Mat3<L>,
-    uses: Uses,
+    pub uses: Uses,
 }
 
 /// What of a source is not zero.
 #[derive(Clone, Copy, Debug, Default)]
-struct Uses {
+pub struct Uses {
     bend: bool,
     shear: bool,
     load: bool,

@@ -130,7 +130,7 @@ pub fn is_sharp<L: Lane>(w: &Mat3<L>) -> L::Mask {
 
 /// mu = dm - w x m / 2 of three columns at the tip.
 #[inline(always)]
-fn canonical<L: Lane>(terms: impl Terms, tip: &Tip<L>, columns: &Columns<L>) -> Mat3<L> {
+pub fn canonical<L: Lane>(terms: impl Terms, tip: &Tip<L>, columns: &Columns<L>) -> Mat3<L> {
     let half_m = tip.m * tip.m.x.constant(0.5);
     columns_cross_sub(columns.w, half_m, tip_moment_columns(terms, tip, columns))
 }
@@ -143,7 +143,7 @@ fn count<L: Lane>(mask: L::Mask, one: L) -> L {
 
 /// Number of negative eigenvalues of the symmetric part, by the signs of its leading minors.
 #[inline(always)]
-fn negative_count<L: Lane>(q: Mat3<L>) -> L {
+pub fn negative_count<L: Lane>(q: Mat3<L>) -> L {
     let s = q + transpose(q);
     let largest = s.x.x.abs().max(s.y.y.abs()).max(s.z.z.abs()).max(s.y.x.abs()).max(s.z.x.abs()).max(s.z.y.abs());
     let (zero, one) = (largest.constant(0.0), largest.constant(1.0));

@@ -8,6 +8,7 @@ mod blocks;
 mod coil;
 mod dependence;
 mod end_curvature;
+mod growth;
 mod parameter;
 pub mod path;
 mod plan;

@@ -54,6 +54,15 @@ pub const NARROW_MARGIN: f64 = 1e-3;
 pub const FOLD_MARGIN: f64 = 0.25;
 /// Above this round-off (epsilon times the squared norm of dr/dm0) a stability index other than 0 says nothing.
 pub const INDEX_NOISE: f64 = 1e-5;
+/// Above this round-off (the same) a single pass does not tell the columns: the rod is solved by nodes.
+pub fn growth_noise(epsilon: f64) -> f64 {
+    (2500.0 * epsilon).max(1e-10)
+}
+/// Errors that grow by more powers of e than this leave half the digits of columns: what a single pass says of a rod that
+/// it does not solve means little.
+pub fn growth_limit(epsilon: f64) -> f64 {
+    -0.25 * epsilon.ln()
+}
 /// Passes over the rod in one search from a given base moment.
 pub const SEARCH_LIMIT: f64 = 60.0;
 /// The longest step of a search (plan units of moment).
@@ -87,6 +96,52 @@ pub const UNBUCKLED: f64 = 2.0;
 pub const REACH: f64 = 100.0;
 /// Round-off of a pass, in units of the number format's epsilon.
 pub const ROUND_OFF: f64 = 4.0;
+/// Nodes lie so close that errors grow by this power of e from one to the next; a fold must repeat on the second mesh.
+pub const NODE_SPACINGS: [f64; 2] = [1.0, 0.5];
+/// Steps between two nodes on the path.
+pub const NODE_PATH_STEPS: usize = 2;
+/// Steps between two nodes for the answer: as many as bring the error below [`NODE_GOOD`].
+pub const NODE_STEPS: [usize; 4] = [1, 2, 4, 8];
+/// The method that takes them.
+pub const NODE_STEPPER: Stepper = Stepper::Dop853;
+/// Changes of the tip below this, over the rod's length or in radians, ask for no finer steps.
+pub const NODE_GOOD: f64 = 1e-10;
+/// Nor do changes of the columns below this, relative to them.
+pub const NODE_COLUMNS_GOOD: f64 = 1e-10;
+/// Round-off by nodes, in units of epsilon, of the largest moment and of the square root of the number of intervals.
+pub const NODE_ROUND_OFF: f64 = 16.0;
+/// Newton's last step by nodes is below this.
+pub const NODE_NEWTON: f64 = 1e-9;
+/// Newton steps by nodes for the answer.
+pub const NODE_CORRECTIONS: usize = 8;
+/// The first load step by nodes.
+pub const NODE_FIRST_STEP: f64 = 0.1;
+/// The largest first correction of a node: radians, or moment relative to 1 plus the largest.
+pub const NODE_TRUST: f64 = 0.5;
+/// Each correction of the nodes must be smaller than this share of the one before.
+pub const NODE_CONTRACTION: f64 = 0.3;
+/// Corrections of the nodes on the path end below this.
+pub const NODE_TOLERANCE: f64 = 1e-3;
+/// A load step by nodes is chosen so that its first correction will be this share of what is trusted; that grows like
+/// the step's square.
+pub const NODE_AIM: f64 = 0.35;
+/// It is so many times as long as the one before, at least and at most.
+pub const NODE_LEAST_RATIO: f64 = 0.4;
+/// See [`NODE_LEAST_RATIO`].
+pub const NODE_MOST_RATIO: f64 = 4.0;
+/// After one that failed it is this share as long.
+pub const NODE_RETREAT: f64 = 1.0 / 3.0;
+/// The smallest load step by nodes, as a share of the load so far, and next to rest as a share of the full load.
+pub const NODE_SMALLEST_STEP: f64 = 1.0 / 4096.0;
+/// See [`NODE_SMALLEST_STEP`].
+pub const NODE_SMALLEST_FIRST_STEP: f64 = 1e-10;
+/// A load step by nodes that starts or ends where the least pivot is smaller than this, relative to the pivot of the
+/// interval alone, may change it by [`WIDENING`] at most.
+pub const NODE_NEAR_PIVOT: f64 = 0.1;
+/// A path by nodes that ends without having come to so small a pivot has not met a fold.
+pub const NODE_FOLD_PIVOT: f64 = 0.05;
+/// Passes over all intervals on one path.
+pub const NODE_PASS_LIMIT: f64 = 400.0;
 /// With care the path takes so many times the steps, up to so many over a segment.
 const CARE: usize = 6;
 const MOST_CARE: usize = 24;

@@ -1,0 +1,115 @@
+//! Block elimination over the nodes, from the free tip to the base and back: Newton's steps, responses, stability. N3
+
+use super::interval::Transfer;
+use crate::lanes::algebra::{Mat3, Vec3, cross, dot, inverse, transpose};
+use crate::lanes::lane::Lane;
+use crate::lanes::stability::negative_count;
+use std::ops::{Add, Mul, Sub};
+
+/// What elimination leaves at the start of an interval: mu = s w + g.
+#[derive(Clone, Copy, Debug)]
+pub struct Pivot<L> {
+    pub inverse: Mat3<L>,
+    pub s: Mat3<L>,
+}
+
+/// The elimination of all nodes.
+#[derive(Clone, Debug)]
+pub struct Elimination<L> {
+    /// At the tip.
+    s_tip: Mat3<L>,
+    pub pivots: Vec<Pivot<L>>,
+    /// (dr/dm0)^-1
+    pub w_inverse: Mat3<L>,
+    /// Negative eigenvalues of the second variation.
+    pub index: L,
+    /// The least pivot, its determinant relative to that of the interval alone, whose end is free.
+    pub least: L,
+}
+
+impl<L: Lane> Elimination<L> {
+    pub fn new(zero: L) -> Self {
+        let none = Mat3::zero(zero);
+        Self { s_tip: none, pivots: Vec::new(), w_inverse: none, index: zero, least: zero }
+    }
+
+    /// Eliminates the nodes of a rod whose tip asks for mu = `s_tip` w + g.
+    #[inline(always)]
+    pub fn factor(&mut self, transfers: &[Transfer<L>], s_tip: Mat3<L>) {
+        let one = s_tip.x.x.constant(1.0);
+        let (mut s, mut index, mut w_inverse) = (s_tip, one.constant(0.0), Mat3::identity(one));
+        self.s_tip = s_tip;
+        let mut least = one;
+        self.pivots.clear();
+        for transfer in transfers.iter().rev() {
+            let Transfer { a, b, c, d, .. } = transfer;
+            let p = *d - s * *b; // N3
+            if transfer.bends {
+                // A piece of no length has no pivot.
+                let form = negative_count(p * inverse(*b)); // N4
+                let odd = dot(p.x, cross(p.y, p.z)).lt(one.constant(0.0));
+                let form = L::select(odd, form.max(one), form);
+                let bends = one.constant(0.0).lt(transfer.length);
+                index = L::select(bends, index + form, index);
+                let of_pivot = symmetric_determinant(p * inverse(*b)) / symmetric_determinant(*d * inverse(*b));
+                least = L::select(bends & of_pivot.lt(least), of_pivot, least);
+            }
+            let inverse = inverse(p);
+            s = inverse * (s * *a - *c); // N3
+            w_inverse = inverse * w_inverse;
+            self.pivots.push(Pivot { inverse, s });
+        }
+        self.pivots.reverse();
+        (self.w_inverse, self.index, self.least) = (w_inverse, index, least);
+    }
+
+    /// Changes (w, mu) at all nodes, the tip among them, from the defects of the intervals, what the tip asks for, and the
+    /// rotation of the base.
+    #[inline(always)]
+    pub fn solve<T>(
+        &self,
+        transfers: &[Transfer<L>],
+        defect: impl Fn(usize) -> (T, T),
+        g_tip: T,
+        w_base: T,
+        changes: &mut Vec<(T, T)>,
+    ) where
+        T: Copy + Add<Output = T> + Sub<Output = T>,
+        Mat3<L>: Mul<T, Output = T>,
+    {
+        changes.clear();
+        let mut g = g_tip;
+        let count = transfers.len();
+        for i in (0..count).rev() {
+            let s = if i + 1 < count { self.pivots[i + 1].s } else { self.s_tip };
+            let (e_w, e_mu) = defect(i);
+            g = self.pivots[i].inverse * (s * e_w + g - e_mu); // N3
+            changes.push((e_w, g));
+        }
+        changes.reverse();
+        let mut w = w_base;
+        for (i, (change, transfer)) in changes.iter_mut().zip(transfers).enumerate() {
+            let (e_w, g) = *change;
+            let mu = self.pivots[i].s * w + g;
+            *change = (w, mu);
+            w = transfer.a * w + transfer.b * mu + e_w; // N3
+        }
+        changes.push((w, self.s_tip * w + g_tip));
+    }
+}
+
+/// Determinant of the symmetric part, times 8.
+#[inline(always)]
+fn symmetric_determinant<L: Lane>(a: Mat3<L>) -> L {
+    let s = a + transpose(a);
+    dot(s.x, cross(s.y, s.z))
+}
+
+/// Rotates `v` by a small rotation vector.
+#[inline(always)]
+pub fn rotate<L: Lane>(w: Vec3<L>, v: Vec3<L>) -> Vec3<L> {
+    let one = w.x.constant(1.0);
+    let r = w * one.constant(0.5);
+    let turn = cross(r, v);
+    v + (turn + cross(r, turn)) * (one.constant(2.0) / (one + dot(r, r)))
+}

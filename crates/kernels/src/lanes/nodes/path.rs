@@ -1,0 +1,122 @@
+//! The path from rest by nodes: load steps on all of them together, each on the stable branch. N5
+//!
+//! A rod's steps depend on that rod alone: a lane that has finished is frozen while its neighbours go on.
+
+use super::elimination::rotate;
+use super::interval::{Node, turn};
+use super::state::{Nodes, What};
+use crate::lanes::algebra::axpy;
+use crate::lanes::lane::Lane;
+use crate::lanes::problem::{Problem, Workspace};
+use crate::model::path::{
+    CORRECTIONS, NODE_AIM, NODE_CONTRACTION, NODE_FIRST_STEP, NODE_FOLD_PIVOT, NODE_LEAST_RATIO, NODE_MOST_RATIO,
+    NODE_NEAR_PIVOT, NODE_PASS_LIMIT, NODE_RETREAT, NODE_SMALLEST_FIRST_STEP, NODE_SMALLEST_STEP, NODE_TOLERANCE,
+    NODE_TRUST, WIDENING,
+};
+
+/// Where the paths of a register ended.
+pub struct NodePath<L: Lane> {
+    pub reached: L::Mask,
+    /// Not reached, and near a fold or a bifurcation.
+    pub fold: L::Mask,
+    pub exhausted: L::Mask,
+    pub lambda: L,
+    pub passes: L,
+}
+
+/// Leads `wanted` lanes from rest to their full load; their nodes are then those of the equilibrium there.
+#[inline(always)]
+pub fn follow_nodes<L: Lane>(
+    problem: &Problem<'_, L>,
+    nodes: &mut Nodes<L>,
+    wanted: L::Mask,
+    workspace: &mut Workspace<L>,
+) -> NodePath<L> {
+    let zero = problem.rod.t.x.constant(0.0);
+    let one = zero.constant(1.0);
+    let nobody = one.lt(zero);
+    nodes.rest(problem, workspace);
+    nodes.accepted.clone_from(&nodes.nodes);
+    nodes.before.clone_from(&nodes.nodes);
+    let (mut lambda, mut lambda_before) = (zero, zero);
+    let mut step = one.constant(NODE_FIRST_STEP);
+    let mut target = step;
+    let first_bound = one.constant(NODE_TRUST / NODE_CONTRACTION);
+    // The least pivot on the last accepted step, and on all of them.
+    let (mut last_least, mut weakest) = (one, one);
+    let (mut last_size, mut first_size) = (first_bound, zero);
+    let (mut corrections, mut passes) = (zero, zero);
+    let (mut reached, mut failed, mut exhausted, mut unstable) = (nobody, !wanted, nobody, nobody);
+    loop {
+        let active = !(reached | failed);
+        if !L::any(active) {
+            break;
+        }
+        nodes.pass(problem, target, What::Transfers, workspace);
+        let size = nodes.newton_step(problem, target);
+        let least = nodes.elimination.least;
+        let stable = nodes.elimination.index.lt(one.constant(0.5)) & !leaps(least, last_least);
+        let partial = target.lt(one);
+        let converged = size.lt(one.constant(NODE_TOLERANCE));
+        let contracting =
+            size.lt(last_size * one.constant(NODE_CONTRACTION)) & corrections.lt(one.constant(CORRECTIONS));
+        let accept = active & converged & stable;
+        let go_on = active & !converged & contracting;
+        let reject = active & !accept & !go_on;
+        unstable = (unstable & !active) | (reject & converged);
+        last_least = L::select(accept, least, last_least);
+        weakest = L::select(accept, weakest.min(least), weakest);
+
+        nodes.take_step(accept | go_on);
+        for ((trial, accepted), before) in nodes.nodes.iter().zip(&mut nodes.accepted).zip(&mut nodes.before) {
+            *before = Node::select(accept, *accepted, *before);
+            *accepted = Node::select(accept, *trial, *accepted);
+        }
+        let used = target - lambda;
+        lambda_before = L::select(accept, lambda, lambda_before);
+        lambda = L::select(accept, target, lambda);
+        reached = reached | (accept & !partial);
+        first_size = L::select(corrections.lt(one.constant(0.5)), size, first_size);
+        let ratio = (one.constant(NODE_AIM * NODE_TRUST) / first_size.max(one.constant(1e-6))).sqrt();
+        let ratio = ratio.max(one.constant(NODE_LEAST_RATIO)).min(one.constant(NODE_MOST_RATIO));
+        step = L::select(accept, used * ratio, L::select(reject, used * one.constant(NODE_RETREAT), step));
+        let smallest = (lambda * one.constant(NODE_SMALLEST_STEP)).max(one.constant(NODE_SMALLEST_FIRST_STEP));
+        failed = failed | (reject & step.lt(smallest));
+        let restart = (accept | reject) & !reached;
+        target = L::select(restart, (lambda + step).min(one), target);
+        predict(nodes, restart, lambda, lambda_before, target);
+        last_size = L::select(go_on, size, first_bound);
+        corrections = L::select(go_on, corrections + one, zero);
+        passes = L::select(active, passes + one, passes);
+        let over = active & !reached & !passes.lt(one.constant(NODE_PASS_LIMIT));
+        exhausted = exhausted | over;
+        failed = failed | over;
+    }
+    let fold = wanted & !(reached | exhausted) & (unstable | weakest.lt(one.constant(NODE_FOLD_PIVOT)));
+    NodePath { reached: reached & wanted, fold, exhausted, lambda, passes }
+}
+
+/// Whether a load step changes the least pivot so much, where it is small, that stability may be lost and won again between.
+#[inline(always)]
+fn leaps<L: Lane>(least: L, last: L) -> L::Mask {
+    let most = least.constant(WIDENING);
+    let near = least.min(last).lt(least.constant(NODE_NEAR_PIVOT));
+    near & ((least * most).lt(last) | (last * most).lt(least))
+}
+
+/// Puts the nodes of lanes that start a load step where the last two equilibria point to.
+#[inline(always)]
+fn predict<L: Lane>(nodes: &mut Nodes<L>, restart: L::Mask, lambda: L, lambda_before: L, target: L) {
+    let zero = lambda.constant(0.0);
+    let secant = lambda - lambda_before;
+    let ahead = L::select(zero.lt(secant), (target - lambda) / secant, zero);
+    for ((trial, accepted), before) in nodes.nodes.iter_mut().zip(&nodes.accepted).zip(&nodes.before) {
+        let w = turn(before, accepted) * ahead;
+        let predicted = Node {
+            d1: rotate(w, accepted.d1),
+            t: rotate(w, accepted.t),
+            m: axpy(ahead, accepted.m - before.m, accepted.m),
+        };
+        *trial = Node::select(restart, predicted, *trial);
+    }
+}

@@ -1,0 +1,248 @@
+//! The nodes of a register of rods, and a pass over all their intervals.
+
+use super::elimination::{Elimination, rotate};
+use super::interval::{Node, Transfer, defect, load_interval};
+use super::mesh::{Interval, Mesh};
+use crate::lanes::algebra::{Mat3, Vec3, cross_add, hat, length};
+use crate::lanes::base::{moment_columns, rotation_columns};
+use crate::lanes::column::{By, Columns};
+use crate::lanes::lane::Lane;
+use crate::lanes::problem::{Problem, Workspace};
+use crate::lanes::program::{Program, Resolution};
+use crate::lanes::rod::Rod;
+use crate::lanes::shoot::{Record, Tip, shoot};
+use crate::lanes::source::Source;
+use crate::lanes::stability::canonical;
+use crate::model::Tableau;
+
+/// What three loads or parameters do over an interval whose start is held.
+#[derive(Clone, Copy, Debug)]
+pub struct Drive<L> {
+    pub w: Mat3<L>,
+    pub mu: Mat3<L>,
+    pub dp: Mat3<L>,
+}
+
+/// A register of rods by their nodes.
+pub struct Nodes<L: Lane> {
+    pub mesh: Mesh<L>,
+    /// One interval at work.
+    pub alone: Rod<L>,
+    pub resolution: Resolution,
+    /// At the start of each interval: on trial, accepted last, accepted before.
+    pub nodes: Vec<Node<L>>,
+    pub accepted: Vec<Node<L>>,
+    pub before: Vec<Node<L>>,
+    pub transfers: Vec<Transfer<L>>,
+    pub defects: Vec<(Vec3<L>, Vec3<L>)>,
+    /// Of each interval, `drive_count` threes.
+    pub drives: Vec<Drive<L>>,
+    pub drive_count: usize,
+    /// The rod's end, its position summed over the intervals.
+    pub tip: Tip<L>,
+    pub elimination: Elimination<L>,
+    pub changes: Vec<(Vec3<L>, Vec3<L>)>,
+}
+
+impl<L: Lane> Nodes<L> {
+    pub fn new(token: L::Token, program: &Program) -> Self {
+        let zero = L::splat(token, 0.0);
+        let v = Vec3::splat(zero);
+        Self {
+            mesh: Mesh::new(zero),
+            alone: Rod::new(token),
+            resolution: Resolution { tableau: program.fine.tableau, steps: vec![1; program.segments.len()] },
+            nodes: Vec::new(),
+            accepted: Vec::new(),
+            before: Vec::new(),
+            transfers: Vec::new(),
+            defects: Vec::new(),
+            drives: Vec::new(),
+            drive_count: 0,
+            tip: Tip { p: v, d1: v, t: v, m: v, n: v },
+            elimination: Elimination::new(zero),
+            changes: Vec::new(),
+        }
+    }
+
+    /// Integrates every piece in so many steps from now on.
+    pub fn resolve(&mut self, tableau: &'static Tableau, steps: usize) {
+        self.resolution.tableau = tableau;
+        self.resolution.steps.fill(steps);
+    }
+
+    /// Puts the nodes where they are at rest.
+    #[inline(always)]
+    pub fn rest(&mut self, problem: &Problem<'_, L>, workspace: &mut Workspace<L>) {
+        let rod = problem.rod;
+        let zero = rod.t.x.constant(0.0);
+        let no_moment = Vec3::splat(zero);
+        let mut node = Node { d1: rod.d1, t: rod.t, m: no_moment };
+        self.nodes.clear();
+        for i in 0..self.mesh.intervals.len() {
+            self.nodes.push(node);
+            load_interval(rod, &self.mesh, i, &node, &mut self.alone);
+            let alone = Problem { rod: &self.alone, ..*problem };
+            let end = shoot(&alone, &self.resolution, zero, node.m, &mut [], Record::Nothing, workspace);
+            node = Node::new(end.d1, end.t, no_moment);
+        }
+    }
+
+    /// A pass over every interval: defects, transfers, tip and, if asked for, drives.
+    #[inline(always)]
+    pub fn pass(&mut self, problem: &Problem<'_, L>, lambda: L, what: What, workspace: &mut Workspace<L>) {
+        let Problem { program, rod, .. } = *problem;
+        let zero = lambda.constant(0.0);
+        let one = lambda.constant(1.0);
+        let count = self.mesh.intervals.len();
+        self.defects.clear();
+        self.transfers.clear();
+        self.drives.clear();
+        self.drive_count = 0;
+        let mut columns = Vec::new();
+        let mut forces = Vec::new();
+        if what == What::Drives {
+            forces = driving_forces(program, workspace, one);
+            self.drive_count = forces.len();
+        }
+        let mut p = Vec3::splat(zero);
+        for i in 0..count {
+            let node = self.nodes[i];
+            load_interval(rod, &self.mesh, i, &node, &mut self.alone);
+            columns.clear();
+            self.start_columns(&node, &forces, program.forward, &mut columns);
+            let record = if what == What::Drives && program.forward { Record::Traces } else { Record::Nothing };
+            let whole = if record == Record::Traces { self.cut_sources(i, workspace) } else { None };
+            let alone = Problem { rod: &self.alone, ..*problem };
+            let end = shoot(&alone, &self.resolution, lambda, node.m, &mut columns, record, workspace);
+            if let Some((segment, whole)) = whole {
+                let sources = workspace.sources.iter_mut().zip(whole);
+                sources.for_each(|(sources, source)| sources.segments[segment] = source);
+            }
+            p = p + end.p;
+            self.push_transfer(problem, i, &end, &columns);
+            for (force, three) in forces.iter_mut().zip(&columns[1..]) {
+                let mu = canonical(program.terms, &end, three);
+                self.drives.push(Drive { w: three.w, mu, dp: three.dp });
+                *force = three.dn;
+            }
+            match self.nodes.get(i + 1) {
+                Some(next) => self.defects.push(defect(&end, next)),
+                None => {
+                    self.defects.push((Vec3::splat(zero), Vec3::splat(zero)));
+                    self.tip = Tip { p, ..end };
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn push_transfer(&mut self, problem: &Problem<'_, L>, i: usize, end: &Tip<L>, columns: &[Columns<L>]) {
+        let terms = problem.program.terms;
+        let (by_moment, by_rotation) = (&columns[0], &columns[columns.len() - 1]);
+        let bends = matches!(self.mesh.intervals[i], Interval::Piece { .. });
+        self.transfers.push(Transfer {
+            a: by_rotation.w,
+            b: by_moment.w,
+            c: canonical(terms, end, by_rotation),
+            d: canonical(terms, end, by_moment),
+            dp_w: by_rotation.dp,
+            dp_mu: by_moment.dp,
+            length: self.alone.flexible_length(),
+            bends,
+        });
+    }
+
+    /// The columns of a pass over an interval: by the moment at its start, by what drives it, by the rotation there.
+    #[inline(always)]
+    pub fn start_columns(&self, node: &Node<L>, forces: &[Mat3<L>], forward: bool, columns: &mut Vec<Columns<L>>) {
+        let one = node.m.x.constant(1.0);
+        let zero = Mat3::zero(one);
+        let by = if forward { By::Parameters } else { By::TipForce };
+        columns.push(moment_columns(one));
+        columns.extend(forces.iter().map(|dn| Columns { w: zero, dp: zero, dM: zero, by, dn: *dn }));
+        columns.push(rotation_columns(node.m));
+    }
+
+    /// Puts the part of each source that lies in interval `i` in its place; returns what was there.
+    #[inline(always)]
+    fn cut_sources(&self, i: usize, workspace: &mut Workspace<L>) -> Option<(usize, Vec<Source<L>>)> {
+        let Interval::Piece { segment, start, share, is_last } = self.mesh.intervals[i] else { return None };
+        let mut whole = Vec::new();
+        for sources in &mut workspace.sources {
+            let source = &mut sources.segments[segment];
+            whole.push(*source);
+            *source = source.piece(start, share, is_last);
+        }
+        Some((segment, whole))
+    }
+
+    /// Newton's step at all nodes, after a pass with transfers, under a share of the load; its size, against the largest
+    /// moment.
+    #[inline(always)]
+    pub fn newton_step(&mut self, problem: &Problem<'_, L>, lambda: L) -> L {
+        let rod = problem.rod;
+        let half = lambda.constant(0.5);
+        let l_tip = rod.l_tip * lambda;
+        self.elimination.factor(&self.transfers, hat(l_tip * half)); // N3
+        let defects = &self.defects;
+        let no_turn = Vec3::splat(lambda.constant(0.0));
+        self.elimination.solve(&self.transfers, |i| defects[i], l_tip - self.tip.m, no_turn, &mut self.changes);
+        self.step_size()
+    }
+
+    #[inline(always)]
+    fn step_size(&self) -> L {
+        let one = self.tip.m.x.constant(1.0);
+        let half = one.constant(0.5);
+        let (mut turn, mut change, mut largest) = (one.constant(0.0), one.constant(0.0), one.constant(0.0));
+        for (node, (w, mu)) in self.nodes.iter().zip(&self.changes) {
+            // A number that is none stays one.
+            turn = L::select(length(*w).lt(turn), turn, length(*w));
+            let dm = length(cross_add(*w, node.m * half, *mu));
+            change = L::select(dm.lt(change), change, dm);
+            largest = largest.max(length(node.m));
+        }
+        let relative = change / (one + largest);
+        L::select(relative.lt(turn), turn, relative)
+    }
+
+    /// Takes Newton's step in some lanes. N3
+    #[inline(always)]
+    pub fn take_step(&mut self, mask: L::Mask) {
+        for (node, (w, mu)) in self.nodes.iter_mut().zip(&self.changes) {
+            let half = w.x.constant(0.5);
+            let m = node.m + cross_add(*w, node.m * half, *mu);
+            let moved = Node::new(rotate(*w, node.d1), rotate(*w, node.t), m);
+            *node = Node::select(mask, moved, *node);
+        }
+    }
+
+    /// The largest defect, at a node or at the tip.
+    #[inline(always)]
+    pub fn residual(&self, l_tip: Vec3<L>) -> L {
+        let of = |largest: L, (e_w, e_mu): &(Vec3<L>, Vec3<L>)| largest.max(length(*e_w)).max(length(*e_mu));
+        self.defects.iter().fold(length(self.tip.m - l_tip), of)
+    }
+}
+
+/// What a pass is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum What {
+    /// Newton's method.
+    Transfers,
+    /// And for a row: what tip forces, or the parameters of forward columns, do over each interval.
+    Drives,
+}
+
+/// Changes of the force at the base, by threes: of unit tip forces, or of the parameters of forward columns.
+#[inline(always)]
+fn driving_forces<L: Lane>(program: &Program, workspace: &Workspace<L>, one: L) -> Vec<Mat3<L>> {
+    if program.forward {
+        workspace.sources.iter().map(|sources| sources.dn0).collect()
+    } else if program.derivatives.is_empty() {
+        Vec::new()
+    } else {
+        vec![Mat3::identity(one)]
+    }
+}
