@@ -177,7 +177,8 @@ impl Chain {
         self.R0 * nu
     }
 
-    fn no_variation(&self) -> Variation {
+    /// Nothing changes.
+    pub(super) fn no_variation(&self) -> Variation {
         let zero = Vector3::zeros();
         let count = self.numbers.segments.len();
         let numbers = Numbers { segments: vec![Segment::default(); count], ..Numbers::default() };

@@ -1,12 +1,14 @@
 //! Potential energy of a state: what is stored in the rod, less the work of the loads.
 
+use super::answer::{Equilibrium, TOLERANCE};
+use super::by_nodes;
 use super::chain::{self, Chain, nu};
-use super::equilibrium::TOLERANCE;
 use super::extrapolation::{Extrapolation, RunAway};
 use super::flexible::Flexible;
+use super::places::{Node, Section, ends, sections};
 use super::rigid;
-use super::state::{State, base_state};
-use crate::model::{Rod, Vector};
+use super::state::State;
+use crate::model::{Rod, Units, Vector};
 use nalgebra::Vector3;
 
 /// Gauss and Legendre's points and weights on [0, 1].
@@ -18,11 +20,14 @@ const GAUSS: [(f64, f64); 4] = [
 ];
 /// Intervals of a segment: the rule's error, of order eight, stays below 1e-10 for a bend of a few radians.
 const INTERVALS: usize = 8;
+/// The same between two nodes, which bends less.
+const INTERVALS_AT_NODES: usize = 2;
 
 /// Energy of the state with base moment `m0` (N·m, world frame), against loads as they stand (J).
 ///
 /// Equilibria of one rod can be compared by it. `None` where the rod cannot be integrated, and with a tip moment,
-/// which has no potential.
+/// which has no potential. A base moment does not tell the state of a limp rod: there it must be that of the
+/// equilibrium from rest.
 pub fn energy(rod: &Rod, m0: Vector) -> Option<f64> {
     if rod.tip_moment != [0.0; 3] {
         return None;
@@ -30,31 +35,66 @@ pub fn energy(rod: &Rod, m0: Vector) -> Option<f64> {
     let units = chain::units(rod);
     let chain = Chain::new(rod, &units);
     let m0_body = chain.R0.tr_mul(&Vector3::from(m0)) / units.moment();
-    let mut integrator = Extrapolation::new(TOLERANCE);
-    let mut state = base_state(&chain, m0_body, &[]);
-    let mut energy = 0.0;
-    for (j, segment) in chain.numbers.segments.iter().enumerate() {
-        if chain.is_flexible[j] {
-            energy += of_flexible(&chain, j, &mut state, &mut integrator).ok()?;
-        } else {
-            let middle = state.p + 0.5 * segment.length * state.R.column(2);
-            energy -= segment.load.dot(&middle) + (state.R * segment.mu).dot(&chain.numbers.B);
-            rigid::cross(&chain, j, &[], &mut state);
-        }
+    if by_nodes::is_limp(&chain) {
+        let (nodes, ..) = by_nodes::from_rest_with(&chain, m0_body, &[])?;
+        return by_sections(&chain, &units, &nodes);
     }
-    energy -= chain.numbers.f_tip.dot(&state.p);
+    by_sections(&chain, &units, &[Node::base(&chain, m0_body)])
+}
+
+/// Energy of an equilibrium of this rod (J), against the loads that it bears; `None` as for [`energy`].
+pub fn energy_of(rod: &Rod, equilibrium: &Equilibrium) -> Option<f64> {
+    if rod.tip_moment != [0.0; 3] {
+        return None;
+    }
+    let units = chain::units(rod);
+    let chain = Chain::new(rod, &units).loaded(equilibrium.load_fraction);
+    if !equilibrium.nodes.is_empty() {
+        return by_sections(&chain, &units, &equilibrium.nodes);
+    }
+    let m0_body = chain.R0.tr_mul(&Vector3::from(equilibrium.m0)) / units.moment();
+    by_sections(&chain, &units, &[Node::base(&chain, m0_body)])
+}
+
+/// Energy of all sections between nodes, each integrated from its node (J).
+fn by_sections(chain: &Chain, units: &Units, nodes: &[Node]) -> Option<f64> {
+    let mut integrator = Extrapolation::new(TOLERANCE);
+    let intervals = if nodes.len() == 1 { INTERVALS } else { INTERVALS_AT_NODES };
+    let mut energy = 0.0;
+    let mut tip = nodes.first()?.p;
+    for (node, end) in nodes.iter().zip(ends(chain, nodes)) {
+        let mut state = node.state(Vec::new());
+        for section in sections(chain, node.place, end) {
+            let segment = &chain.numbers.segments[section.segment];
+            if chain.is_flexible[section.segment] {
+                energy += of_flexible(chain, section, intervals, &mut state, &mut integrator).ok()?;
+            } else {
+                let middle = state.p + 0.5 * segment.length * state.R.column(2);
+                energy -= segment.load.dot(&middle) + (state.R * segment.mu).dot(&chain.numbers.B);
+                rigid::cross(chain, section.segment, &[], &mut state);
+            }
+        }
+        tip = state.p;
+    }
+    energy -= chain.numbers.f_tip.dot(&tip);
     Some(energy * units.moment())
 }
 
-/// Takes the state over flexible segment j; its energy.
-fn of_flexible(chain: &Chain, j: usize, state: &mut State, integrator: &mut Extrapolation) -> Result<f64, RunAway> {
-    let segment = chain.numbers.segments[j];
-    let flexible = Flexible::new(chain, j, &[]);
-    let h = segment.length / INTERVALS as f64;
-    let (mut s, mut energy) = (0.0, 0.0);
-    for interval in 0..INTERVALS {
+/// Takes the state over a flexible section; its energy.
+fn of_flexible(
+    chain: &Chain,
+    section: Section,
+    intervals: usize,
+    state: &mut State,
+    integrator: &mut Extrapolation,
+) -> Result<f64, RunAway> {
+    let segment = chain.numbers.segments[section.segment];
+    let flexible = Flexible::new(chain, section.segment, &[]);
+    let h = (section.end - section.start) / intervals as f64;
+    let (mut s, mut energy) = (section.start, 0.0);
+    for interval in 0..intervals {
         for (place, weight) in GAUSS {
-            let target = (interval as f64 + place) * h;
+            let target = section.start + (interval as f64 + place) * h;
             flexible.advance(integrator, s, target, state)?;
             s = target;
             let v = state.m_body.component_div(&flexible.K(s));
@@ -65,6 +105,6 @@ fn of_flexible(chain: &Chain, j: usize, state: &mut State, integrator: &mut Extr
             energy += weight * h * (stored - work);
         }
     }
-    flexible.advance(integrator, s, segment.length, state)?;
+    flexible.advance(integrator, s, section.end, state)?;
     Ok(energy)
 }

@@ -27,6 +27,8 @@ pub(super) struct Extrapolation {
     tolerance: f64,
     /// Step to try next.
     step: f64,
+    /// Estimated errors of the steps so far, summed up.
+    spent: f64,
     slope0: Vec<f64>,
     slope: Vec<f64>,
     point: Vec<f64>,
@@ -40,7 +42,12 @@ impl Extrapolation {
     /// `tolerance` is the error allowed in one step.
     pub(super) fn new(tolerance: f64) -> Self {
         let (slope0, slope, point, older, newer, error) = Default::default();
-        Self { tolerance, step: 0.25, slope0, slope, point, older, newer, table: Default::default(), error }
+        Self { tolerance, step: 0.25, spent: 0.0, slope0, slope, point, older, newer, table: Default::default(), error }
+    }
+
+    /// Estimated errors of all steps since the last call, summed up.
+    pub(super) fn take_spent(&mut self) -> f64 {
+        std::mem::take(&mut self.spent)
     }
 
     /// Integrates y from s = start to s = end.
@@ -63,6 +70,7 @@ impl Extrapolation {
             if error <= self.tolerance {
                 y.iter_mut().zip(&self.table[0]).for_each(|(y, increment)| *y += increment);
                 s = if is_last { end } else { s + h };
+                self.spent += error;
                 // A step cut short says nothing against longer ones.
                 self.step = if h < self.step { self.step.max(proposal) } else { proposal };
             } else {

@@ -110,6 +110,20 @@ impl Flexible {
         n + self.numbers.C_se.amax() * n * n + self.numbers.mu.norm() * self.B.norm()
     }
 
+    /// By how much changes of moment and rotation grow on a unit of length. MS1
+    pub(super) fn growth_rate(&self, s: f64) -> f64 {
+        let K = self.K(s);
+        let (softer, stiffer) = (K.x.min(K.y), K.x.max(K.y));
+        let n = self.n(s).norm();
+        let softening = n + self.numbers.C_se.amax() * n * n + self.numbers.mu.norm() * self.B.norm();
+        (softening / softer * (stiffer / K.z).max(1.0)).sqrt()
+    }
+
+    /// |u*|
+    pub(super) fn rest_bend(&self, s: f64) -> f64 {
+        self.u_star(s).norm()
+    }
+
     /// m_body' = -(u x m_body + nu x R^T n + mu x R^T B), with (1) per length as the couple l of (2).
     fn moment_slope(&self, s: f64, R: &Matrix3<f64>, u: Vector3<f64>, m_body: Vector3<f64>) -> Vector3<f64> {
         let n_body = R.tr_mul(&self.n(s));

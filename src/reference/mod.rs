@@ -16,11 +16,18 @@
 //! ```
 #![allow(non_snake_case)]
 
+mod answer;
+mod band;
+mod by_base;
+mod by_nodes;
 mod chain;
 mod energy;
 mod equilibrium;
 mod extrapolation;
 mod flexible;
+mod multiple;
+mod node_ramp;
+mod places;
 mod ramp;
 mod rigid;
 mod shape;
@@ -28,9 +35,10 @@ mod shooting;
 mod stability;
 mod state;
 
-pub use energy::energy;
+pub use answer::{Equilibrium, SlotDerivative, Stability};
+pub use energy::{energy, energy_of};
 pub use equilibrium::{
-    Equilibrium, SlotDerivative, Stability, base_curvature, residual_by_base_moment, solve_rod, stability_at,
+    base_curvature, growth_exponent, residual_by_base_moment, solve_rod, solve_rod_by_nodes, stability_at,
 };
 pub use shape::{Pose, PoseDerivative, shape, shape_with_derivatives};
 

@@ -2,6 +2,7 @@
 
 use super::chain::Chain;
 use super::extrapolation::{Extrapolation, RunAway};
+use super::places::Node;
 use super::shooting::{Passage, pass};
 use super::stability;
 use nalgebra::{Matrix3, Vector3};
@@ -106,8 +107,12 @@ fn symmetric_margin(chain: &Chain, lambda: f64, passage: &Passage) -> Option<f64
     Some(form.try_inverse().map_or(0.0, |inverse| 3.0_f64.sqrt() / inverse.norm()))
 }
 
+fn index_at(chain: &Chain, m0_body: Vector3<f64>, integrator: &mut Extrapolation) -> Option<usize> {
+    stability::index(chain, &[Node::base(chain, m0_body)], integrator)
+}
+
 /// Whether a step takes a small margin so far that it may have been zero between.
-fn leaps(before: Option<f64>, after: Option<f64>) -> bool {
+pub(super) fn leaps(before: Option<f64>, after: Option<f64>) -> bool {
     let (Some(before), Some(after)) = (before, after) else { return false };
     before.min(after) < NEAR && (before > WIDENING * after || after > WIDENING * before)
 }
@@ -133,7 +138,7 @@ fn correct(
         let first = *first.get_or_insert(size);
         if size <= ARRIVED * (1.0 + m0_body.norm()) {
             *passes += 1;
-            let is_stable = stability::index(&chain.loaded(lambda), m0_body, integrator) == Some(0);
+            let is_stable = index_at(&chain.loaded(lambda), m0_body, integrator) == Some(0);
             tangent(&passage)?;
             let fast = first < 0.3 * CORRECTION * predicted.norm().max(SMALL_MOMENT);
             return is_stable.then_some((m0_body + step, passage, fast));

@@ -1,9 +1,11 @@
 //! The shape of a solved rod, and how its points move with the rod's numbers.
 
+use super::answer::{Equilibrium, SI, TOLERANCE};
+use super::by_nodes;
 use super::chain::{self, Chain, Variation, rows};
-use super::equilibrium::{Equilibrium, SI, TOLERANCE};
 use super::extrapolation::Extrapolation;
 use super::flexible::Flexible;
+use super::places::{Node, Place};
 use super::rigid;
 use super::shooting::tip_residual;
 use super::state::{Column, State, base_state};
@@ -59,7 +61,10 @@ pub fn shape(rod: &Rod, equilibrium: &Equilibrium, arc_lengths: &[f64]) -> Vec<P
     let units = chain::units(rod);
     let chain = Chain::new(rod, &units).loaded(equilibrium.load_fraction);
     let m0_body = chain.R0.tr_mul(&Vector3::from(equilibrium.m0)) / units.moment();
-    let (stations, _) = stations(&chain, &units, m0_body, &[], arc_lengths);
+    let base = [Node::base(&chain, m0_body)];
+    let nodes = if equilibrium.nodes.is_empty() { &base[..] } else { &equilibrium.nodes };
+    let starts = nodes.iter().map(|node| (node.place, node.state(Vec::new()))).collect();
+    let (stations, _) = stations(&chain, &units, starts, &[], arc_lengths);
     let pose = |station: &Station| pose(station, &units, rod, Vec::new());
     stations.iter().map(pose).collect()
 }
@@ -67,13 +72,19 @@ pub fn shape(rod: &Rod, equilibrium: &Equilibrium, arc_lengths: &[f64]) -> Vec<P
 /// Poses at arc lengths (m) with their derivatives by `slots`. `m0` is the base moment (N·m, world frame) of an
 /// equilibrium under the full load; an error in it is taken out to first order. `None` where the rod cannot be
 /// integrated.
+///
+/// A base moment does not tell the state of a limp rod: it is then solved from rest again, and must have this moment.
 pub fn shape_with_derivatives(rod: &Rod, m0: Vector, arc_lengths: &[f64], slots: &[Slot]) -> Option<Vec<Pose>> {
     let units = chain::units(rod);
     let chain = Chain::new(rod, &units);
     let m0_body = chain.R0.tr_mul(&Vector3::from(m0)) / units.moment();
+    if by_nodes::is_limp(&chain) {
+        return limp_shape(rod, &units, &chain, m0_body, arc_lengths, slots);
+    }
     let mut variations = chain.base_moment_variations().to_vec();
     variations.extend(slots.iter().map(|slot| chain.slot_variation(*slot, m0_body)));
-    let (stations, tip) = stations(&chain, &units, m0_body, &variations, arc_lengths);
+    let starts = vec![(Place::BASE, base_state(&chain, m0_body, &variations))];
+    let (stations, tip) = stations(&chain, &units, starts, &variations, arc_lengths);
     let (residual, dresidual) = tip_residual(&chain, &variations, &tip?);
     let matrix = Matrix3::from_columns(&dresidual[..3]).lu();
     let correction = matrix.solve(&-residual)?;
@@ -107,6 +118,32 @@ pub fn shape_with_derivatives(rod: &Rod, m0: Vector, arc_lengths: &[f64], slots:
     (stations.len() == arc_lengths.len()).then(|| stations.iter().map(complete).collect())
 }
 
+/// The same by nodes, whose columns are total changes.
+fn limp_shape(
+    rod: &Rod,
+    units: &Units,
+    chain: &Chain,
+    m0_body: Vector3<f64>,
+    arc_lengths: &[f64],
+    slots: &[Slot],
+) -> Option<Vec<Pose>> {
+    let (nodes, variations, columns) = by_nodes::from_rest_with(chain, m0_body, slots)?;
+    let starts = nodes.iter().zip(columns).map(|(node, columns)| (node.place, node.state(columns))).collect();
+    let (stations, _) = stations(chain, units, starts, &variations, arc_lengths);
+    let complete = |station: &Station| {
+        let derivative = |(k, slot): (usize, &Slot)| {
+            let (column, per) = (&station.columns[k], 1.0 / slot.unit(units));
+            PoseDerivative {
+                dp: SI(column.dp, units.length * per),
+                w: SI(column.w, per),
+                du: SI(station.du[k], units.curvature() * per),
+            }
+        };
+        pose(station, units, rod, slots.iter().enumerate().map(derivative).collect())
+    };
+    (stations.len() == arc_lengths.len()).then(|| stations.iter().map(complete).collect())
+}
+
 fn pose(station: &Station, units: &Units, rod: &Rod, derivatives: Vec<PoseDerivative>) -> Pose {
     Pose {
         arc_length: station.arc_length * units.length,
@@ -118,15 +155,17 @@ fn pose(station: &Station, units: &Units, rod: &Rod, derivatives: Vec<PoseDeriva
     }
 }
 
-/// Integrates the rod past all the points; also the state at the tip, where it can be reached.
+/// Integrates the rod past all the points from the last start before each; also the state at the tip, where it can be
+/// reached. The first start is the base.
 fn stations(
     chain: &Chain,
     units: &Units,
-    m0_body: Vector3<f64>,
+    starts: Vec<(Place, State)>,
     variations: &[Variation],
     arc_lengths: &[f64],
 ) -> (Vec<Station>, Option<State>) {
-    let mut state = base_state(chain, m0_body, variations);
+    let mut starts = starts.into_iter().peekable();
+    let Some((_, mut state)) = starts.next() else { return (Vec::new(), None) };
     let mut integrator = Extrapolation::new(TOLERANCE);
     let mut order: Vec<usize> = (0..arc_lengths.len()).collect();
     order.sort_by(|a, b| arc_lengths[*a].total_cmp(&arc_lengths[*b]));
@@ -141,6 +180,9 @@ fn stations(
         while let Some(k) = order.next_if(|k| j == last || arc_lengths[*k] / units.length <= start + segment.length) {
             let target = (arc_lengths[k] / units.length - start).clamp(s, segment.length.max(s));
             let station = if chain.is_flexible[j] {
+                while let Some((place, start)) = starts.next_if(|(at, _)| at.segment == j && at.s <= target) {
+                    (s, state) = (place.s, start);
+                }
                 if flexible.advance(&mut integrator, s, target, &mut state).is_err() {
                     reached = false;
                     break 'rod;
@@ -162,6 +204,9 @@ fn stations(
             found.push((k, station));
         }
         if chain.is_flexible[j] {
+            while let Some((place, start)) = starts.next_if(|(at, _)| at.segment == j) {
+                (s, state) = (place.s, start);
+            }
             if flexible.advance(&mut integrator, s, segment.length, &mut state).is_err() {
                 reached = false;
                 break;

@@ -2,21 +2,21 @@
 //!
 //! The rod is cut into intervals too short to buckle between clamped ends. Minimised over the inside of each interval,
 //! the second variation is a quadratic form in the rotations of the cuts, block tridiagonal; eliminating cut by cut
-//! from the tip, its index is the number of negative eigenvalues of the pivots.
+//! from the tip, its index is the number of negative eigenvalues of the pivots. Integration starts anew at every node.
 
 use super::chain::Chain;
 use super::extrapolation::Extrapolation;
 use super::flexible::Flexible;
+use super::places::{Node, all_flexible, ends, sections};
 use super::rigid;
-use super::shooting::Passage;
-use super::state::{Column, State, base_state};
+use super::state::{Column, State};
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 use std::f64::consts::PI;
 
 /// Share of the buckling bound that an interval may reach.
 const SAFETY: f64 = 0.7;
 /// More intervals than this mean that no bending stiffness is left to speak of.
-const MOST_INTERVALS: usize = 5000;
+const MOST_INTERVALS: usize = 50_000;
 
 /// Second variation over one interval, by the rotations of its proximal (0) and distal (1) end.
 struct Interval {
@@ -27,19 +27,19 @@ struct Interval {
     h_rigid: Matrix3<f64>,
 }
 
-/// sqrt(3) / |(dr/dm0)^-1|, negative when unstable.
-pub(super) fn margin(passage: &Passage, index: usize) -> f64 {
-    let size = passage.matrix().try_inverse().map_or(0.0, |inverse| 3.0_f64.sqrt() / inverse.norm());
+/// sqrt(3) / |W^-1| of W = dr/dm0, negative when unstable.
+pub(super) fn margin(inverse: Option<Matrix3<f64>>, index: usize) -> f64 {
+    let size = inverse.map_or(0.0, |inverse| 3.0_f64.sqrt() / inverse.norm());
     if index > 0 { -size } else { size }
 }
 
-/// Negative eigenvalues of the second variation at the equilibrium with this base moment.
+/// Negative eigenvalues of the second variation at the equilibrium with these nodes.
 ///
 /// `None` where the rod cannot be integrated.
-pub(super) fn index(chain: &Chain, m0_body: Vector3<f64>, integrator: &mut Extrapolation) -> Option<usize> {
+pub(super) fn index(chain: &Chain, nodes: &[Node], integrator: &mut Extrapolation) -> Option<usize> {
     let mut index = 0;
     let mut beyond = Matrix3::zeros();
-    for interval in intervals(chain, m0_body, integrator)?.iter().rev() {
+    for interval in intervals(chain, nodes, integrator)?.iter().rev() {
         let pivot = interval.h11 + interval.h_rigid + beyond;
         index += negative_eigenvalues(pivot)?;
         beyond = interval.h00 - interval.h01 * pivot.try_inverse()? * interval.h01.transpose();
@@ -57,33 +57,33 @@ fn negative_eigenvalues(matrix: Matrix3<f64>) -> Option<usize> {
     Some(eigen.eigenvalues.iter().filter(|value| **value < 0.0).count())
 }
 
-fn intervals(chain: &Chain, m0_body: Vector3<f64>, integrator: &mut Extrapolation) -> Option<Vec<Interval>> {
-    let mut state = base_state(chain, m0_body, &[]);
+fn intervals(chain: &Chain, nodes: &[Node], integrator: &mut Extrapolation) -> Option<Vec<Interval>> {
     let mut intervals: Vec<Interval> = Vec::new();
-    let none = chain.base_moment_variations().map(|mut v| {
-        v.dm0_body.fill(0.0);
-        v
-    });
-    let homogeneous = [none.as_slice(), none.as_slice()].concat();
-    for (j, segment) in chain.numbers.segments.iter().enumerate() {
-        if chain.is_flexible[j] {
-            let flexible = Flexible::new(chain, j, &homogeneous);
-            let mut s = 0.0;
-            while s < segment.length {
-                let K = flexible.K(s).min().min(flexible.K(segment.length).min());
-                let longest = interval_length(K, state.m_body.norm(), flexible.softening(s));
-                let end = if s + longest >= segment.length { segment.length } else { s + longest };
-                intervals.push(interval(&flexible, s, end, &mut state, integrator)?);
+    let flexible = all_flexible(chain, &vec![chain.no_variation(); 6]);
+    for (node, end) in nodes.iter().zip(ends(chain, nodes)) {
+        let mut state = node.state(Vec::new());
+        for section in sections(chain, node.place, end) {
+            let j = section.segment;
+            if !chain.is_flexible[j] {
+                if let Some(interval) = intervals.last_mut() {
+                    interval.h_rigid += rigid_form(chain, j, &state.R);
+                }
+                rigid::cross(chain, j, &[], &mut state);
+                continue;
+            }
+            let mut s = section.start;
+            while s < section.end {
+                let K = flexible[j].K(s).min().min(flexible[j].K(section.end).min());
+                let longest = interval_length(K, state.m_body.norm(), flexible[j].softening(s));
+                // Equal pieces rather than long ones and a tiny one.
+                let pieces = ((section.end - s) / longest).ceil();
+                let end = if pieces > 1.0 { s + (section.end - s) / pieces } else { section.end };
+                intervals.push(interval(&flexible[j], s, end, &mut state, integrator)?);
                 if intervals.len() > MOST_INTERVALS {
                     return None;
                 }
                 s = end;
             }
-        } else {
-            if let Some(interval) = intervals.last_mut() {
-                interval.h_rigid += rigid_form(chain, j, &state.R);
-            }
-            rigid::cross(chain, j, &[], &mut state);
         }
     }
     Some(intervals)
@@ -114,15 +114,17 @@ fn interval(
     };
     let zero = Vector3::zeros();
     let unit = |k: usize| Vector3::ith(k, 1.0);
-    let columns = (0..3).map(|k| column(unit(k), zero)).chain((0..3).map(|k| column(zero, unit(k)))).collect();
-    state.columns = columns;
+    // A moment that turns the interval's end by about one radian.
+    let moment = flexible.K(start).min() / (end - start);
+    let by_moment = (0..3).map(|k| column(zero, moment * unit(k)));
+    state.columns = (0..3).map(|k| column(unit(k), zero)).chain(by_moment).collect();
     flexible.advance(integrator, start, end, state).ok()?;
     let columns = std::mem::take(&mut state.columns);
     let m = state.R * state.m_body;
     let q = |column: &Column| 0.5 * column.w.cross(&m) + state.R * column.dm_body;
     // w1 = a w0 + b q0, q1 = c w0 + d q0
-    let [a, b] = [0, 3].map(|at| Matrix3::from_fn(|row, col| columns[at + col].w[row]));
-    let d = Matrix3::from_columns(&[3, 4, 5].map(|k| q(&columns[k])));
+    let [a, b] = [(0, 1.0), (3, moment)].map(|(at, by)| Matrix3::from_fn(|row, col| columns[at + col].w[row] / by));
+    let d = Matrix3::from_columns(&[3, 4, 5].map(|k| q(&columns[k]) / moment));
     let b_inverse = b.try_inverse()?;
     let symmetric = |h: Matrix3<f64>| 0.5 * (h + h.transpose());
     Some(Interval {

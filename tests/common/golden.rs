@@ -178,7 +178,6 @@ fn extended_column(scene: &Scene, value: &Value) -> Vec<(Slot, f64)> {
         "length" => stretched(scene, count(&value[1])),
         "ustar_start" => of(SegmentParameter::RestCurvatureNode(0, axis())),
         "ustar_end" => of(SegmentParameter::RestCurvatureNode(1, axis())),
-        "weight" => Parameter::DistributedForce(axis()).chain(scene),
         "p0" => Parameter::BasePosition(axis()).chain(scene),
         "R0" => vec![(Slot::BaseRotation(axis()), 1.0)],
         "Kse" => {
@@ -259,7 +258,7 @@ fn rigid(value: &Value) -> SegmentKind {
     SegmentKind::Rigid(Rigid { coil, ..Rigid::default() })
 }
 
-fn parameter(value: &Value) -> Parameter {
+pub(super) fn parameter(value: &Value) -> Parameter {
     let segment = || count(&value[1]);
     let axis = || Axis::ALL[count(&value[2])];
     let of_segment = |parameter| Parameter::Segment(segment(), parameter);
@@ -267,6 +266,7 @@ fn parameter(value: &Value) -> Parameter {
         "current" => of_segment(SegmentParameter::Current(axis())),
         "f_tip" => Parameter::TipForce(axis()),
         "l_tip" => Parameter::TipMoment(axis()),
+        "weight" => Parameter::DistributedForce(axis()),
         "B" => Parameter::FluxDensity(axis()),
         "length" => of_segment(SegmentParameter::Length),
         "EIx" => of_segment(SegmentParameter::Stiffness(StiffnessAxis::BendingX)),
@@ -302,15 +302,15 @@ pub fn rotation_vector(R: &Matrix) -> Vector {
     [q[1], q[2], q[3]].map(|x| sign * angle * x / sine)
 }
 
-fn parse(text: &str) -> Value {
+pub(super) fn parse(text: &str) -> Value {
     serde_json::from_str(text).expect("valid JSON")
 }
 
-fn list(value: &Value) -> &Vec<Value> {
+pub(super) fn list(value: &Value) -> &Vec<Value> {
     value.as_array().expect("a list")
 }
 
-fn number(value: &Value) -> f64 {
+pub(super) fn number(value: &Value) -> f64 {
     value.as_f64().expect("a number")
 }
 
@@ -318,14 +318,14 @@ fn count(value: &Value) -> usize {
     value.as_u64().expect("a count") as usize
 }
 
-fn vector(value: &Value) -> Vector {
+pub(super) fn vector(value: &Value) -> Vector {
     std::array::from_fn(|k| number(&value[k]))
 }
 
-fn matrix(value: &Value) -> Matrix {
+pub(super) fn matrix(value: &Value) -> Matrix {
     std::array::from_fn(|row| vector(&value[row]))
 }
 
-fn table(value: &Value) -> Vec<Vec<f64>> {
+pub(super) fn table(value: &Value) -> Vec<Vec<f64>> {
     list(value).iter().map(|row| list(row).iter().map(number).collect()).collect()
 }

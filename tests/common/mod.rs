@@ -3,6 +3,7 @@
 
 pub mod check;
 pub mod golden;
+pub mod limp;
 pub mod runs;
 pub mod scenes;
 pub mod strategy;

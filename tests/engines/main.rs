@@ -15,6 +15,8 @@ mod golden;
 mod hard;
 mod invariance;
 mod jacobian;
+mod limp;
+mod limp_forms;
 mod operations;
 mod physics;
 mod reliability;

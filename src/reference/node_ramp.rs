@@ -1,0 +1,172 @@
+//! From rest to the full load with nodes along the rod: as `ramp`, for rods on which a base moment says too little.
+
+use super::chain::Chain;
+use super::extrapolation::{Extrapolation, RunAway};
+use super::multiple::{Passages, along, carried, columns_size, size};
+use super::places::{Node, Place, march, mesh};
+use super::ramp::leaps;
+use super::state::Column;
+use super::{places, stability};
+use nalgebra::Vector3;
+
+/// Error per step of the integrator on the way; only the end of the path must be sharp.
+const TOLERANCE: f64 = 1e-10;
+/// Newton's step at which the corrector has arrived.
+const ARRIVED: f64 = 1e-7;
+/// Each of Newton's steps must be shorter than the last by this factor.
+const CONTRACTION: f64 = 0.4;
+/// The predictor may turn a node by this much in the first step (rad).
+const FIRST_TURN: f64 = 0.5;
+/// Corrections may be this large against the predicted change of the nodes, ...
+const CORRECTION: f64 = 0.3;
+/// ... or against this change, where hardly any is predicted.
+const SMALL_CHANGE: f64 = 0.1;
+/// The next load step aims at this share of the correction allowed, ...
+const AIM: f64 = 0.35;
+/// ... and is between these times the last one.
+const RATIOS: (f64, f64) = (0.5, 4.0);
+/// A rejected load step is shortened so.
+const RETREAT: f64 = 0.4;
+/// Load steps below this share of the load reached mean that the path ends.
+const SMALLEST_STEP: f64 = 1e-5;
+/// Newton's steps before giving up.
+const MOST_PASSES: usize = 1000;
+
+/// Where the path from rest leads.
+pub(super) struct NodePath {
+    pub nodes: Vec<Node>,
+    /// Share of the load reached.
+    pub lambda: f64,
+    pub steps: usize,
+    pub passes: usize,
+    /// Ended by a bound on passages or nodes, not by the path.
+    pub gave_up: bool,
+}
+
+/// An equilibrium on the path.
+struct Step {
+    nodes: Vec<Node>,
+    /// d(nodes)/d(lambda)
+    tangent: Vec<Column>,
+    margin: Option<f64>,
+    /// The first correction over what was allowed.
+    share: f64,
+}
+
+/// Follows the equilibrium from the unloaded rod as far as it stays stable; intervals are at most `longest` long, in
+/// units of the growth.
+pub(super) fn from_rest(chain: &Chain, longest: f64) -> NodePath {
+    let mut path = NodePath { nodes: Vec::new(), lambda: 0.0, steps: 0, passes: 1, gave_up: false };
+    let mut integrator = Extrapolation::new(TOLERANCE);
+    let Some(mut last) = at_rest(chain, longest, &mut integrator) else { return path };
+    let mut step = (FIRST_TURN / columns_size(chain, &last.nodes, &last.tangent)).min(1.0);
+    let first_step = step;
+    while path.lambda < 1.0 {
+        if path.passes >= MOST_PASSES {
+            path.gave_up = true;
+            break;
+        }
+        let lambda = if path.lambda + step >= 1.0 { 1.0 } else { path.lambda + step };
+        let Some(places) = mesh(&chain.loaded(lambda), longest) else {
+            path.gave_up = true;
+            break;
+        };
+        let ahead = lambda - path.lambda;
+        match advance(chain, &last, (path.lambda, ahead), &places, &mut integrator, &mut path.passes) {
+            Some(next) if !leaps(last.margin, next.margin) => {
+                step = ahead * (AIM / next.share).sqrt().clamp(RATIOS.0, RATIOS.1);
+                (path.lambda, last) = (lambda, next);
+                path.steps += 1;
+            }
+            _ => {
+                step = RETREAT * ahead;
+                if step < SMALLEST_STEP * path.lambda.max(first_step) {
+                    break;
+                }
+            }
+        }
+    }
+    path.nodes = last.nodes;
+    path
+}
+
+/// The unloaded rod.
+fn at_rest(chain: &Chain, longest: f64, integrator: &mut Extrapolation) -> Option<Step> {
+    let rest = chain.loaded(0.0);
+    let places = mesh(&rest, longest)?;
+    let flexible = places::all_flexible(&rest, &[]);
+    let base = Node::base(&rest, Vector3::zeros());
+    let (mut state, mut at) = (base.state(Vec::new()), Place::BASE);
+    let mut nodes = Vec::new();
+    for place in places {
+        march(&rest, &flexible, &[], (at, place), &mut state, integrator).ok()?;
+        at = place;
+        nodes.push(Node { place, p: state.p, R: state.R, m_body: state.m_body });
+    }
+    let passages = Passages::new(&rest, &nodes, &[chain.load_variation(0.0)], integrator)?;
+    Some(Step { tangent: passages.tangent_columns(&passages.response(0)), margin: margin(chain, &passages), nodes, share: 0.0 })
+}
+
+/// One load step: prediction along the tangent on a mesh that suits the new load, correction there.
+fn advance(
+    chain: &Chain,
+    last: &Step,
+    (lambda, ahead): (f64, f64),
+    places: &[Place],
+    integrator: &mut Extrapolation,
+    passes: &mut usize,
+) -> Option<Step> {
+    let loaded = chain.loaded(lambda);
+    *passes += 1;
+    let carried: Result<_, RunAway> =
+        carried(&loaded, (&last.nodes, &last.tangent), &chain.load_variation(lambda), places, integrator);
+    let (nodes, tangent) = carried.ok()?;
+    let chain_ahead = chain.loaded(lambda + ahead);
+    let predicted = ahead * columns_size(&chain_ahead, &nodes, &tangent);
+    correct(chain, lambda + ahead, along(&nodes, &tangent, ahead), predicted, integrator, passes)
+}
+
+/// Newton's iteration from the predicted nodes: the stable equilibrium it contracts to.
+fn correct(
+    chain: &Chain,
+    lambda: f64,
+    mut nodes: Vec<Node>,
+    predicted: f64,
+    integrator: &mut Extrapolation,
+    passes: &mut usize,
+) -> Option<Step> {
+    let loaded = chain.loaded(lambda);
+    let mut allowed = CORRECTION * predicted.max(SMALL_CHANGE);
+    let mut share = None;
+    loop {
+        let passages = Passages::new(&loaded, &nodes, &[chain.load_variation(lambda)], integrator)?;
+        *passes += 1;
+        let changes = passages.newton_step();
+        let correction = size(&changes);
+        let share = *share.get_or_insert(correction / allowed);
+        if correction <= ARRIVED {
+            *passes += 1;
+            if stability::index(&loaded, &nodes, integrator) != Some(0) {
+                return None;
+            }
+            let tangent = passages.tangent_columns(&passages.response(0));
+            let nodes = passages.moved(&nodes, &changes);
+            return Some(Step { nodes, tangent, margin: margin(chain, &passages), share });
+        }
+        // Also false for NaN.
+        let contracts = correction <= allowed;
+        if !contracts {
+            return None;
+        }
+        allowed = CONTRACTION * correction;
+        nodes = passages.moved(&nodes, &changes);
+    }
+}
+
+/// sqrt(3) / |W_s^-1|. `None` without a tip moment, where a loss of stability is a singular W.
+fn margin(chain: &Chain, passages: &Passages) -> Option<f64> {
+    if chain.numbers.l_tip == Vector3::zeros() {
+        return None;
+    }
+    Some(passages.symmetric_inverse().map_or(0.0, |inverse| 3.0_f64.sqrt() / inverse.norm()))
+}
