@@ -200,7 +200,8 @@ fn shapes_of_limp_rods() {
     let cases = limp::cases();
     for name in ["guidewire_tip_coil_1.5m", "rigid_base_stiff_then_limp"] {
         let rod = cases.iter().find(|case| case.scene.name == name).expect("one of them").scene.rod();
-        let (units, coil) = (rod_units(&rod), rod.segments.iter().position(|segment| !segment.is_flexible()).expect("a coil"));
+        let (units, coil) =
+            (rod_units(&rod), rod.segments.iter().position(|segment| !segment.is_flexible()).expect("a coil"));
         let slots = [
             Slot::TipForce(Axis::X),
             Slot::TipMoment(Axis::Z),

@@ -17,6 +17,7 @@ mod invariance;
 mod jacobian;
 mod limp;
 mod limp_forms;
+mod limp_lanes;
 mod operations;
 mod physics;
 mod reliability;

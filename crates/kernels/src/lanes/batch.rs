@@ -83,7 +83,8 @@ impl Lanes {
 
     /// Whether a sample that a single pass does not solve, or whose columns it does not tell, may be one of much growth.
     fn may_be_grown(&self, batch: &Batch, solutions: &Solutions, sample: usize) -> bool {
-        if solutions.status(sample) == Status::Pending {
+        // Of no other status is anything claimed that nodes might take back.
+        if !matches!(solutions.status(sample), Status::Fold | Status::Unstable) {
             return true;
         }
         // What counts is the load that the path came to; one that never set out tells nothing.

@@ -19,7 +19,11 @@ impl Rod {
                     let pull = |at: f64| norm([0, 1, 2].map(|k| n[k] + at * flexible.length * flexible.load[k]));
                     let magnet = norm(flexible.dipole) * norm(self.flux_density);
                     let softness = softness(flexible);
-                    let rate = |panel: usize| ((pull((panel as f64 + 0.5) / PANELS as f64) + magnet) * softness).sqrt();
+                    let give = flexible.shear_compliance.iter().fold(0.0, |most: f64, c| most.max(*c));
+                    let rate = |panel: usize| {
+                        let pull = pull((panel as f64 + 0.5) / PANELS as f64);
+                        ((pull * (1.0 + give * pull) + magnet) * softness).sqrt()
+                    };
                     growth += (0..PANELS).map(rate).sum::<f64>() * flexible.length / PANELS as f64;
                     (0..3).for_each(|k| n[k] += flexible.length * flexible.load[k]);
                 }

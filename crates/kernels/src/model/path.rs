@@ -56,7 +56,7 @@ pub const FOLD_MARGIN: f64 = 0.25;
 pub const INDEX_NOISE: f64 = 1e-5;
 /// Above this round-off (the same) a single pass does not tell the columns: the rod is solved by nodes.
 pub fn growth_noise(epsilon: f64) -> f64 {
-    (2500.0 * epsilon).max(1e-10)
+    (2500.0 * epsilon).max(1e-12)
 }
 /// Errors that grow by more powers of e than this leave half the digits of columns: what a single pass says of a rod that
 /// it does not solve means little.
@@ -109,7 +109,7 @@ pub const NODE_GOOD: f64 = 1e-10;
 /// Nor do changes of the columns below this, relative to them.
 pub const NODE_COLUMNS_GOOD: f64 = 1e-10;
 /// Round-off by nodes, in units of epsilon, of the largest moment and of the square root of the number of intervals.
-pub const NODE_ROUND_OFF: f64 = 16.0;
+pub const NODE_ROUND_OFF: f64 = 32.0;
 /// Newton's last step by nodes is below this.
 pub const NODE_NEWTON: f64 = 1e-9;
 /// Newton steps by nodes for the answer.

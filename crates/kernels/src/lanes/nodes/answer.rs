@@ -160,8 +160,12 @@ fn difference<L: Lane>(coarser: &Compared<L>, finer: &Compared<L>, rod_length: L
 fn round_off<L: Lane>(nodes: &Nodes<L>) -> L {
     let one = nodes.tip.p.x.constant(1.0);
     let largest = nodes.nodes.iter().fold(one.constant(0.0), |largest, node| largest.max(length(node.m)));
-    let factor = NODE_ROUND_OFF * L::Scalar::EPSILON * (1.0 + (nodes.nodes.len() as f64).sqrt());
-    (one + largest) * one.constant(factor)
+    let count = nodes
+        .mesh
+        .intervals
+        .iter()
+        .fold(one.constant(0.0), |count, interval| L::select(interval.is_there(one), count + one, count));
+    (one + largest) * (one + count.sqrt()) * one.constant(NODE_ROUND_OFF * L::Scalar::EPSILON)
 }
 
 /// Writes the row of an equilibrium after [`balance`].

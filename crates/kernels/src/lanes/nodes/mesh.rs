@@ -24,19 +24,29 @@ pub enum Interval<L> {
     Rigid { first: usize, count: usize, is_tip: bool },
 }
 
+impl<L: Lane> Interval<L> {
+    /// Lanes in which there is something of it; `of` is any number.
+    #[inline(always)]
+    pub fn is_there(&self, of: L) -> L::Mask {
+        let zero = of.constant(0.0);
+        match self {
+            Interval::Piece { share, .. } => zero.lt(*share),
+            Interval::Rigid { .. } => zero.lt(zero.constant(1.0)),
+        }
+    }
+}
+
 /// The intervals of a rod, base to tip.
 #[derive(Clone, Debug)]
 pub struct Mesh<L> {
     pub intervals: Vec<Interval<L>>,
     /// Force at the distal end of each under full loads.
     pub n: Vec<Vec3<L>>,
-    /// By what power of e errors grow along the whole rod.
-    pub growth: L,
 }
 
 impl<L: Lane> Mesh<L> {
-    pub fn new(zero: L) -> Self {
-        Self { intervals: Vec::new(), n: Vec::new(), growth: zero }
+    pub fn new() -> Self {
+        Self { intervals: Vec::new(), n: Vec::new() }
     }
 
     /// Cuts the rods so that errors grow by `spacing` powers of e between two nodes.
@@ -47,11 +57,10 @@ impl<L: Lane> Mesh<L> {
         self.n.clear();
         let mut n = rod.base_force(problem.program.terms);
         let field = length(rod.B);
-        let mut growth = [0.0; WIDEST];
         for (index, segment) in rod.segments.iter().enumerate() {
             match segment {
                 Segment::Flexible(flexible) => {
-                    let shares = self.pieces(flexible, n, field, spacing, &mut growth);
+                    let shares = pieces(flexible, n, field, spacing);
                     let count = shares.len() - 1;
                     for k in 0..count {
                         let (start, end) = (lanes(n.x, &shares[k]), lanes(n.x, &shares[k + 1]));
@@ -82,67 +91,59 @@ impl<L: Lane> Mesh<L> {
                 self.n.push(n);
             }
         }
-        self.growth = lanes(n.x, &growth);
     }
+}
 
-    /// The ends of the pieces of a segment, as shares of it, of every lane; `n` is the force at its start. Adds to the
-    /// lanes' growth.
-    #[inline(always)]
-    fn pieces(
-        &self,
-        segment: &Flexible<L>,
-        n: Vec3<L>,
-        field: L,
-        spacing: f64,
-        growth: &mut [f64; WIDEST],
-    ) -> Vec<[f64; WIDEST]> {
-        let one = n.x.constant(1.0);
-        let lost = segment.w * segment.length;
-        let magnet = length(segment.mu) * field;
-        let least = |k: Vec3<L>| k.x.min(k.y);
-        let (near, far) = (segment.stiffness, segment.stiffness + segment.stiffness_rise);
-        let bend = least(near).min(least(far));
-        let soft = near.x.max(near.y).max(far.x).max(far.y) / near.z.min(far.z);
-        let curl = length(segment.u_star).max(length(segment.u_star + segment.u_star_rise)) * segment.length;
-        // Rates at the middle of the panels: of growth alone, and of nodes.
-        let mut rates = [[0.0; WIDEST]; PANELS];
-        for (panel, rates) in rates.iter_mut().enumerate() {
-            let at = one.constant((panel as f64 + 0.5) / PANELS as f64);
-            let pull = length(axpy(-at, lost, n)) + magnet;
-            let rate = (pull / bend * one.max(soft)).sqrt() * segment.length; // N1
-            *rates = numbers(rate);
-        }
-        let curls = numbers(curl + one.constant(2.0));
-        let mut ends = Vec::new();
-        for lane in 0..L::COUNT {
-            let rate = |panel: usize| (rates[panel][lane] + curls[lane]) / PANELS as f64;
-            growth[lane] += rates.iter().map(|rates| rates[lane]).sum::<f64>() / PANELS as f64;
-            let total: f64 = (0..PANELS).map(rate).sum();
-            let count = (total / spacing).ceil();
-            let count = if count.is_finite() { (count as usize).clamp(1, MOST_PIECES) } else { 1 };
-            let mut of_lane = vec![0.0];
-            let (mut panel, mut before) = (0, 0.0);
-            for k in 1..count {
-                let wanted = total * k as f64 / count as f64;
-                while panel + 1 < PANELS && before + rate(panel) < wanted {
-                    before += rate(panel);
-                    panel += 1;
-                }
-                of_lane.push((panel as f64 + ((wanted - before) / rate(panel)).clamp(0.0, 1.0)) / PANELS as f64);
-            }
-            of_lane.push(1.0);
-            ends.push(of_lane);
-        }
-        let count = ends.iter().map(Vec::len).max().unwrap_or(2);
-        let at = |k: usize| {
-            let mut shares = [1.0; WIDEST];
-            for (share, of_lane) in shares.iter_mut().zip(&ends) {
-                *share = of_lane[(k + of_lane.len()).saturating_sub(count)];
-            }
-            shares
-        };
-        (0..count).map(at).collect()
+/// The ends of the pieces of a segment, as shares of it, of every lane; `n` is the force at its start.
+#[inline(always)]
+fn pieces<L: Lane>(segment: &Flexible<L>, n: Vec3<L>, field: L, spacing: f64) -> Vec<[f64; WIDEST]> {
+    let one = n.x.constant(1.0);
+    let lost = segment.w * segment.length;
+    let magnet = length(segment.mu) * field;
+    let give = segment.shear.x.max(segment.shear.y).max(segment.shear.z);
+    let least = |k: Vec3<L>| k.x.min(k.y);
+    let (near, far) = (segment.stiffness, segment.stiffness + segment.stiffness_rise);
+    let bend = least(near).min(least(far));
+    let soft = near.x.max(near.y).max(far.x).max(far.y) / near.z.min(far.z);
+    let curl = length(segment.u_star).max(length(segment.u_star + segment.u_star_rise)) * segment.length;
+    // Growth over the segment at the rate in the middle of each panel.
+    let mut rates = [[0.0; WIDEST]; PANELS];
+    for (panel, rates) in rates.iter_mut().enumerate() {
+        let at = one.constant((panel as f64 + 0.5) / PANELS as f64);
+        let pull = length(axpy(-at, lost, n));
+        let tension = (give * pull).mul_add(pull, pull + magnet);
+        let rate = (tension / bend * one.max(soft)).sqrt() * segment.length; // N1
+        *rates = numbers(rate);
     }
+    let curls = numbers(curl + one.constant(2.0));
+    let mut ends = Vec::new();
+    for lane in 0..L::COUNT {
+        let rate = |panel: usize| (rates[panel][lane] + curls[lane]) / PANELS as f64;
+        let total: f64 = (0..PANELS).map(rate).sum();
+        let count = (total / spacing).ceil();
+        let count = if count.is_finite() { (count as usize).clamp(1, MOST_PIECES) } else { 1 };
+        let mut of_lane = vec![0.0];
+        let (mut panel, mut before) = (0, 0.0);
+        for k in 1..count {
+            let wanted = total * k as f64 / count as f64;
+            while panel + 1 < PANELS && before + rate(panel) < wanted {
+                before += rate(panel);
+                panel += 1;
+            }
+            of_lane.push((panel as f64 + ((wanted - before) / rate(panel)).clamp(0.0, 1.0)) / PANELS as f64);
+        }
+        of_lane.push(1.0);
+        ends.push(of_lane);
+    }
+    let count = ends.iter().map(Vec::len).max().unwrap_or(2);
+    let at = |k: usize| {
+        let mut shares = [1.0; WIDEST];
+        for (share, of_lane) in shares.iter_mut().zip(&ends) {
+            *share = of_lane[(k + of_lane.len()).saturating_sub(count)];
+        }
+        shares
+    };
+    (0..count).map(at).collect()
 }
 
 /// The numbers of all lanes.

@@ -49,7 +49,7 @@ impl<L: Lane> Nodes<L> {
         let zero = L::splat(token, 0.0);
         let v = Vec3::splat(zero);
         Self {
-            mesh: Mesh::new(zero),
+            mesh: Mesh::new(),
             alone: Rod::new(token),
             resolution: Resolution { tableau: program.fine.tableau, steps: vec![1; program.segments.len()] },
             nodes: Vec::new(),
@@ -84,7 +84,8 @@ impl<L: Lane> Nodes<L> {
             load_interval(rod, &self.mesh, i, &node, &mut self.alone);
             let alone = Problem { rod: &self.alone, ..*problem };
             let end = shoot(&alone, &self.resolution, zero, node.m, &mut [], Record::Nothing, workspace);
-            node = Node::new(end.d1, end.t, no_moment);
+            let there = self.mesh.intervals[i].is_there(zero);
+            node = Node::select(there, Node::new(end.d1, end.t, no_moment), node);
         }
     }
 
@@ -127,7 +128,12 @@ impl<L: Lane> Nodes<L> {
                 *force = three.dn;
             }
             match self.nodes.get(i + 1) {
-                Some(next) => self.defects.push(defect(&end, next)),
+                Some(next) => {
+                    // What is not there leaves nothing, not even round-off.
+                    let (there, none) = (self.mesh.intervals[i].is_there(zero), Vec3::splat(zero));
+                    let (e_w, e_mu) = defect(&end, next);
+                    self.defects.push((Vec3::select(there, e_w, none), Vec3::select(there, e_mu, none)));
+                }
                 None => {
                     self.defects.push((Vec3::splat(zero), Vec3::splat(zero)));
                     self.tip = Tip { p, ..end };

@@ -1,0 +1,151 @@
+//! Limp and taut rods on the CPU: multiple shooting in lanes, in both precisions.
+
+use crate::common::check::{SMALL_COLUMN, Tolerance, check_golden};
+use crate::common::golden;
+use crate::common::limp::{LimpCase, LimpErrors, cases, measure};
+use rayon::prelude::*;
+use rodsweep::backend::{Backend, Precision};
+use rodsweep::lanes::{InstructionSet, Lanes};
+use rodsweep::model::{Axis, Parameter, Plan, PlanOptions, Quantity, Sensitivity, Status};
+use rodsweep::reference::solve_rod;
+use rodsweep_bench::random::any_scene;
+
+/// Tip position over the length, tip rotation (rad).
+const POSE: f64 = 1e-9;
+/// Of the tip position in f32. Its rotation may be off by the largest moment's rounding, which the estimate tells.
+const POSITION_F32: f64 = 1e-4;
+/// The golden margins have six digits.
+const MARGIN: f64 = 1e-5;
+
+fn options(sensitivity: Sensitivity) -> PlanOptions {
+    PlanOptions { base_moment_rows: true, tolerance: 1e-9, steps: 32, sensitivity, ..PlanOptions::default() }
+}
+
+fn golden_errors(precision: Precision, sensitivity: Sensitivity) -> Vec<(LimpErrors, LimpCase)> {
+    let make = |plan: &Plan| Box::new(Lanes::new(plan, precision).expect("supported")) as Box<_>;
+    let measured = |case: LimpCase| (measure(&case, options(sensitivity), make), case);
+    cases().into_par_iter().map(measured).collect()
+}
+
+#[test]
+fn golden_scenes_in_f64() {
+    for sensitivity in [Sensitivity::Reciprocity, Sensitivity::Forward] {
+        let mut offenders = Vec::new();
+        for (errors, case) in golden_errors(Precision::F64, sensitivity) {
+            println!("{errors:?}");
+            let stated = case.stated;
+            // Forward columns of the base moment are cancelled to their size where they are small.
+            let columns = if sensitivity == Sensitivity::Forward { 10.0 } else { 1.0 };
+            let is_good = errors.status.is_success()
+                && errors.index == 0.0
+                && errors.pose <= POSE
+                && errors.pose <= errors.estimate + stated.pose
+                && errors.J.0 <= columns * stated.J
+                && errors.J_m0.0 <= columns * stated.J_m0
+                && errors.moment <= POSE
+                && errors.margin <= MARGIN;
+            if !is_good {
+                offenders.push(format!("{errors:?}, {stated:?}"));
+            }
+        }
+        assert!(offenders.is_empty(), "{sensitivity:?}\n{}", offenders.join("\n"));
+    }
+}
+
+#[test]
+fn golden_scenes_in_f32() {
+    let mut offenders = Vec::new();
+    for (errors, case) in golden_errors(Precision::F32, Sensitivity::Reciprocity) {
+        println!("{errors:?}");
+        let plan = Plan::single(&case.scene, &[], options(Sensitivity::Auto)).expect("a valid plan");
+        let mut lanes = Lanes::new(&plan, Precision::F32).expect("supported");
+        let tip = lanes.solve(&plan.batch(1, |_, _| {})).expect("solved").vector(0, Quantity::TipPosition);
+        let apart = (0..3).map(|k| (tip[k] - case.p_tip[k]).powi(2)).sum::<f64>().sqrt();
+        let is_good =
+            errors.status.is_success() && apart <= POSITION_F32 * plan.units.length && errors.pose <= errors.estimate;
+        if !is_good {
+            offenders.push(format!("{errors:?}, position {apart:.1e} m"));
+        }
+    }
+    assert!(offenders.is_empty(), "\n{}", offenders.join("\n"));
+}
+
+/// The ordinary golden scenes, all by nodes.
+#[test]
+fn nodes_alone_find_the_golden_scenes() {
+    let tolerance = Tolerance { pose: 1e-11, moment: 1e-11, jacobian: 1e-9, small_column: SMALL_COLUMN };
+    let make = |plan: &Plan| Box::new(Lanes::new(plan, Precision::F64).expect("supported").by_nodes()) as Box<_>;
+    assert_eq!(check_golden(&golden::dev(), PlanOptions::default(), make, tolerance).len(), 60);
+}
+
+/// A rod's mesh, path and answer depend on that rod alone, whatever stands beside it in the register.
+#[test]
+fn neighbours_change_no_bit() {
+    let case = cases().into_iter().find(|case| case.scene.name == "anisotropic_segments_3e3").expect("a golden scene");
+    let weight = Parameter::DistributedForce(Axis::Z);
+    let load = weight.get(&case.scene);
+    let plan = Plan::new(&case.scene, &[vec![weight]], &case.parameters, options(Sensitivity::Auto));
+    let plan = plan.expect("a valid plan");
+    let share = |sample: usize| load * 10f64.powf(sample as f64 / 7.0 - 2.0);
+    for precision in [Precision::F64, Precision::F32] {
+        let mut lanes = Lanes::new(&plan, precision).expect("supported");
+        let together = lanes.solve(&plan.batch(21, |sample, row| row[0] = share(sample))).expect("solved");
+        for sample in 0..21 {
+            let alone = lanes.solve(&plan.batch(1, |_, row| row[0] = share(sample))).expect("solved");
+            assert!(alone.status(0).is_success(), "{precision}, sample {sample}: {:?}", alone.status(0));
+            for column in 0..plan.output_count() {
+                let (a, b) = (together.values.get(sample, column), alone.values.get(0, column));
+                assert_eq!(a.to_bits(), b.to_bits(), "{precision}, sample {sample}, column {column}: {a} {b}");
+            }
+        }
+    }
+}
+
+/// Every kind of register comes to the same tip.
+#[test]
+fn instruction_sets_agree() {
+    for case in cases().iter().filter(|case| case.scene.name.contains("taut_30") || case.scene.name.contains("1e4")) {
+        let plan = Plan::single(&case.scene, &[], options(Sensitivity::Auto)).expect("a valid plan");
+        for set in InstructionSet::available() {
+            let mut lanes = Lanes::with_instruction_set(&plan, Precision::F64, set).expect("available");
+            let found = lanes.solve(&plan.batch(1, |_, _| {})).expect("solved");
+            let tip = found.vector(0, Quantity::TipPosition);
+            let apart = (0..3).map(|k| (tip[k] - case.p_tip[k]).powi(2)).sum::<f64>().sqrt();
+            assert!(apart <= POSE * plan.units.length, "{}, {}: {apart}", case.scene.name, set.name());
+        }
+    }
+}
+
+/// From stiff to limp: random scenes of every term, their loads up to thousands of times what bends them by a radian. What
+/// the CPU answers is what the reference finds; no fold is said where the reference goes on.
+#[test]
+fn random_scenes_agree_with_the_reference() {
+    let one = |number: u64| -> Option<String> {
+        let mut scene = any_scene(23, number * 7919);
+        let factor = 10f64.powf((number % 8) as f64 / 2.0);
+        let scaled = |load: Option<[f64; 3]>| load.map(|v| v.map(|x| x * factor));
+        scene.loads.tip_force = scaled(scene.loads.tip_force);
+        scene.loads.gravity = scaled(scene.loads.gravity);
+        scene.loads.distributed_force = scaled(scene.loads.distributed_force);
+        let plan = Plan::single(&scene, &[], options(Sensitivity::Auto)).ok()?;
+        let mut lanes = Lanes::new(&plan, Precision::F64).expect("supported");
+        let found = lanes.solve(&plan.batch(1, |_, _| {})).expect("solved");
+        let truth = solve_rod(&scene.rod(), &[]);
+        let tip = found.vector(0, Quantity::TipPosition);
+        let apart = (0..3).map(|k| (tip[k] - truth.p_tip[k]).powi(2)).sum::<f64>().sqrt() / plan.units.length;
+        let (status, estimate) = (found.status(0), found.get(0, Quantity::ErrorEstimate));
+        let is_wrong =
+            status.is_success() && truth.status.is_success() && apart > 1e-7 + estimate + truth.error_estimate;
+        let is_false = status == Status::Fold && truth.status.is_success();
+        (is_wrong || is_false).then(|| {
+            let growth = scene.rod().growth();
+            let load = found.get(0, Quantity::LoadFraction);
+            format!(
+                "scene {number}: {status:?} at {load}, reference {:?} margin {:.3}, apart {apart:.1e}, growth {growth:.1}",
+                truth.status, truth.margin
+            )
+        })
+    };
+    let found: Vec<String> = (0..96u64).into_par_iter().filter_map(one).collect();
+    assert!(found.is_empty(), "\n{}", found.join("\n"));
+}
