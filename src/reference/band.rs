@@ -145,7 +145,11 @@ mod tests {
         let x = DVector::from_vec(numbers(SIZE));
         for (matrix, transposed) in [(full.clone(), false), (full.transpose(), true)] {
             let mut b: Vec<f64> = (matrix * &x).iter().copied().collect();
-            if transposed { factored.solve_transposed(&mut b) } else { factored.solve(&mut b) }
+            if transposed {
+                factored.solve_transposed(&mut b)
+            } else {
+                factored.solve(&mut b)
+            }
             let error = b.iter().zip(x.iter()).map(|(b, x)| (b - x).abs()).fold(0.0, f64::max);
             assert!(error <= 1e-10, "{error:e}");
         }

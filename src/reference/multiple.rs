@@ -211,7 +211,8 @@ impl Passages {
 
     /// Changes of nodes by columns there.
     pub(super) fn tangent_columns(&self, changes: &[Change]) -> Vec<Column> {
-        let column = |(change, scale): (&Change, &f64)| Column { w: change.w, dm_body: change.y * *scale, ..no_column() };
+        let column =
+            |(change, scale): (&Change, &f64)| Column { w: change.w, dm_body: change.y * *scale, ..no_column() };
         changes.iter().zip(&self.scales).map(column).collect()
     }
 

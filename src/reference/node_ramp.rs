@@ -104,7 +104,12 @@ fn at_rest(chain: &Chain, longest: f64, integrator: &mut Extrapolation) -> Optio
         nodes.push(Node { place, p: state.p, R: state.R, m_body: state.m_body });
     }
     let passages = Passages::new(&rest, &nodes, &[chain.load_variation(0.0)], integrator)?;
-    Some(Step { tangent: passages.tangent_columns(&passages.response(0)), margin: margin(chain, &passages), nodes, share: 0.0 })
+    Some(Step {
+        tangent: passages.tangent_columns(&passages.response(0)),
+        margin: margin(chain, &passages),
+        nodes,
+        share: 0.0,
+    })
 }
 
 /// One load step: prediction along the tangent on a mesh that suits the new load, correction there.

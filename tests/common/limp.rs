@@ -95,7 +95,9 @@ pub fn measure(case: &LimpCase, options: PlanOptions, make: impl Fn(&Plan) -> Bo
     let column = |table: &[Vec<f64>], k: usize| -> [f64; 6] {
         std::array::from_fn(|row| table.get(row).map_or(0.0, |row| row[k]))
     };
-    let size = |of: [f64; 6], length: f64| norm(&std::array::from_fn::<f64, 6, _>(|k| if k < 3 { of[k] / length } else { of[k] }));
+    let size = |of: [f64; 6], length: f64| {
+        norm(&std::array::from_fn::<f64, 6, _>(|k| if k < 3 { of[k] / length } else { of[k] }))
+    };
     for (k, parameter) in case.parameters.iter().enumerate() {
         let largest = |table: &[Vec<f64>], length: f64| {
             let of_kind = (0..case.kinds.len()).filter(|other| case.kinds[*other] == case.kinds[k]);
@@ -115,7 +117,8 @@ pub fn measure(case: &LimpCase, options: PlanOptions, make: impl Fn(&Plan) -> Bo
         }
         // Loads at the tip of a taut rod move the base moment by e^-100 of what they are.
         let small = SMALL_COLUMN * largest(&case.J_m0, 1.0).max(units.moment() * natural);
-        let found: [f64; 6] = std::array::from_fn(|row| if row < 3 { solutions.derivative(0, k, 6 + row) } else { 0.0 });
+        let found: [f64; 6] =
+            std::array::from_fn(|row| if row < 3 { solutions.derivative(0, k, 6 + row) } else { 0.0 });
         let error = column_error(&found, &column(&case.J_m0, k), small, 1.0);
         if worse(error, J_m0.0) {
             J_m0 = (error, name());
