@@ -103,8 +103,9 @@ fn polish(chain: &Chain, mut nodes: Vec<Node>, integrator: &mut Extrapolation) -
         let changes = passages.newton_step();
         let left_over = size(&changes);
         steps += 1;
-        // Also true for NaN.
-        let ends = !(left_over < 0.5 * last) || left_over <= f64::EPSILON || steps == MOST_STEPS;
+        // Also false for NaN.
+        let shrinks = left_over < 0.5 * last;
+        let ends = !shrinks || left_over <= f64::EPSILON || steps == MOST_STEPS;
         if ends {
             let (dp, w) = passages.tip_change(&changes, None);
             return Some(Polished { nodes, left_over, tip_shift: dp.norm().max(w.norm()), passages, steps });
@@ -144,13 +145,17 @@ fn differentiate(
     Some(slots.iter().enumerate().map(derivative).collect())
 }
 
-/// Nodes of the equilibrium from rest if that has this base moment, with their total changes by each variation of
-/// `slots`: node by node, then slot by slot.
-pub(super) fn from_rest_with(
-    chain: &Chain,
-    m0_body: Vector3<f64>,
-    slots: &[Slot],
-) -> Option<(Vec<Node>, Vec<Variation>, Vec<Vec<Column>>)> {
+/// Nodes, and how they change.
+pub(super) struct MovingNodes {
+    pub nodes: Vec<Node>,
+    /// One for each slot.
+    pub variations: Vec<Variation>,
+    /// At each node its total change by each variation.
+    pub columns: Vec<Vec<Column>>,
+}
+
+/// The equilibrium from rest if that has this base moment, with its changes by `slots`.
+pub(super) fn from_rest_with(chain: &Chain, m0_body: Vector3<f64>, slots: &[Slot]) -> Option<MovingNodes> {
     let mut integrator = Extrapolation::new(TOLERANCE);
     let nodes = polished_from_rest(chain, m0_body, &mut integrator)?.nodes;
     let variations = slot_variations(chain, slots, &nodes);
@@ -158,7 +163,7 @@ pub(super) fn from_rest_with(
     let by_slot: Vec<Vec<Column>> =
         variations.iter().enumerate().map(|(k, variation)| passages.node_columns(k, variation)).collect();
     let columns = (0..nodes.len()).map(|i| by_slot.iter().map(|columns| columns[i]).collect()).collect();
-    Some((nodes, variations, columns))
+    Some(MovingNodes { nodes, variations, columns })
 }
 
 /// Stability of the equilibrium from rest if that has this base moment.

@@ -36,8 +36,8 @@ pub fn energy(rod: &Rod, m0: Vector) -> Option<f64> {
     let chain = Chain::new(rod, &units);
     let m0_body = chain.R0.tr_mul(&Vector3::from(m0)) / units.moment();
     if by_nodes::is_limp(&chain) {
-        let (nodes, ..) = by_nodes::from_rest_with(&chain, m0_body, &[])?;
-        return by_sections(&chain, &units, &nodes);
+        let found = by_nodes::from_rest_with(&chain, m0_body, &[])?;
+        return by_sections(&chain, &units, &found.nodes);
     }
     by_sections(&chain, &units, &[Node::base(&chain, m0_body)])
 }

@@ -1,6 +1,8 @@
 //! The reference: scalar f64 in the literature's own form (p, R, u integrated; virtual angular velocities). It is
 //! adaptive and shoots to machine precision, on the branch that leads from rest to the full load.
 //!
+//! Limp and taut rods, on which that loses its digits, it solves by multiple shooting (`by_nodes`).
+//!
 //! Clear before fast. It shares neither formulation nor stepper with the engines, so that an error in either shows.
 //! Equations (1)-(4), (9)-(33), with the corrections listed in `EQUATIONS.md`.
 //!

@@ -354,13 +354,12 @@ fn system(ends: &[State], scales: &[f64], dresidual: &[Vector3<f64>]) -> Band {
     let last = ends.len() - 1;
     let mut band = Band::new(OWN * ends.len() - 3);
     for (i, end) in ends.iter().enumerate() {
-        for k in 0..OWN {
+        for (k, (column, dr)) in end.columns.iter().zip(dresidual).enumerate() {
             let Some(at) = unknown(i, k) else { continue };
             let rows = if i < last {
-                let column = end.columns[k];
                 [column.w, column.dm_body / scales[i + 1]]
             } else {
-                [dresidual[k] / scales[last], Vector3::zeros()]
+                [*dr / scales[last], Vector3::zeros()]
             };
             for (row, value) in rows.iter().flat_map(|v| v.iter()).enumerate().take(if i < last { OWN } else { 3 }) {
                 band.set(OWN * i + row, at, *value);

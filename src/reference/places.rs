@@ -10,7 +10,7 @@ use nalgebra::{Matrix3, Vector3};
 /// Points on a segment at which the growth is summed up.
 const SAMPLES: usize = 256;
 /// More intervals than this mean that hardly any stiffness is left.
-const MOST_INTERVALS: usize = 20_000;
+const MOST_INTERVALS: usize = 5000;
 /// Intervals for each segment, as far as nothing else asks for them. MS2
 const PER_SEGMENT: f64 = 2.0;
 

@@ -1,7 +1,7 @@
 //! The shape of a solved rod, and how its points move with the rod's numbers.
 
 use super::answer::{Equilibrium, SI, TOLERANCE};
-use super::by_nodes;
+use super::by_nodes::{self, MovingNodes};
 use super::chain::{self, Chain, Variation, rows};
 use super::extrapolation::Extrapolation;
 use super::flexible::Flexible;
@@ -127,7 +127,7 @@ fn limp_shape(
     arc_lengths: &[f64],
     slots: &[Slot],
 ) -> Option<Vec<Pose>> {
-    let (nodes, variations, columns) = by_nodes::from_rest_with(chain, m0_body, slots)?;
+    let MovingNodes { nodes, variations, columns } = by_nodes::from_rest_with(chain, m0_body, slots)?;
     let starts = nodes.iter().zip(columns).map(|(node, columns)| (node.place, node.state(columns))).collect();
     let (stations, _) = stations(chain, units, starts, &variations, arc_lengths);
     let complete = |station: &Station| {

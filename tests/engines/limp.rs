@@ -2,12 +2,16 @@
 
 use crate::common::limp::{LimpErrors, cases, measure};
 use rayon::prelude::*;
-use rodsweep::model::{Plan, PlanOptions};
-use rodsweep::reference::Reference;
+use rodsweep::model::{Plan, PlanOptions, RodSegment, Status};
+use rodsweep::reference::{Reference, solve_rod};
 use std::time::Instant;
 
 /// Tip position over the length, tip rotation (rad).
 const POSE: f64 = 1e-9;
+/// Base moment, relative.
+const MOMENT: f64 = 1e-9;
+/// No estimate is larger; errors are 1e-11 at most.
+const ESTIMATE: f64 = 2e-8;
 /// The golden margins have six digits.
 const MARGIN: f64 = 1e-5;
 
@@ -43,12 +47,33 @@ fn golden_scenes() {
             && errors.pose <= POSE
             && errors.J.0 <= stated.J
             && errors.J_m0.0 <= stated.J_m0
-            && errors.moment <= 1e-9
+            && errors.moment <= MOMENT
             && errors.margin <= MARGIN
-            && errors.pose <= errors.estimate + stated.pose;
+            && errors.pose <= errors.estimate + stated.pose
+            && errors.estimate <= ESTIMATE;
         if !is_good {
             offenders.push(format!("{errors:?}, {stated:?}"));
         }
     }
     assert!(offenders.is_empty(), "\n{}", offenders.join("\n"));
+}
+
+/// Rods that are soft in torsion seem to fold on meshes that do not count it.
+#[test]
+fn soft_torsion_is_no_fold() {
+    let cases: Vec<_> = cases().into_iter().filter(|case| case.scene.name.contains("soft_torsion")).collect();
+    assert_eq!(cases.len(), 4);
+    let shares = [0.05, 0.15, 0.19, 0.34, 0.5, 0.75];
+    let all: Vec<_> = cases.iter().flat_map(|case| shares.map(|share| (case, share))).collect();
+    all.par_iter().for_each(|(case, share)| {
+        let mut rod = case.scene.rod();
+        rod.tip_force = rod.tip_force.map(|x| share * x);
+        for segment in &mut rod.segments {
+            if let RodSegment::Flexible(flexible) = segment {
+                flexible.load = flexible.load.map(|x| share * x);
+            }
+        }
+        let found = solve_rod(&rod, &[]);
+        assert_eq!(found.status, Status::Ramped, "{} at {share}", case.scene.name);
+    });
 }

@@ -7,7 +7,7 @@ use super::rod::{FlexibleRod, Rod, RodSegment};
 const PANELS: usize = 32;
 
 impl Rod {
-    /// Growth exponent: what happens at the base tells at the tip, and the other way about, by e to this power. N1
+    /// Growth exponent: what happens at the base tells at the tip, and the other way about, by e to this power. MS1
     ///
     /// A rod without force and without magnets has none. Digits of single shooting go at about 8 in f64 and 3 in f32.
     pub fn growth(&self) -> f64 {

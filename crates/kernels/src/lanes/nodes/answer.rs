@@ -1,4 +1,4 @@
-//! Answers by nodes: the path from rest, Newton's method on ever finer steps, and the row of each rod. N5
+//! Answers by nodes: the path from rest, Newton's method on ever finer steps, and the row of each rod. N4
 
 use super::path::follow_nodes;
 use super::responses::{tip_response, write_node_rows};

@@ -1,4 +1,4 @@
-//! Block elimination over the nodes, from the free tip to the base and back: Newton's steps, responses, stability. N3
+//! Block elimination over the nodes, from the free tip to the base and back: Newton's steps, responses, stability. N2, N3
 
 use super::interval::Transfer;
 use crate::lanes::algebra::{Mat3, Vec3, cross, dot, inverse, transpose};
@@ -43,10 +43,10 @@ impl<L: Lane> Elimination<L> {
         self.pivots.clear();
         for transfer in transfers.iter().rev() {
             let Transfer { a, b, c, d, .. } = transfer;
-            let p = *d - s * *b; // N3
+            let p = *d - s * *b; // N2
             if transfer.bends {
                 // A piece of no length has no pivot.
-                let form = negative_count(p * inverse(*b)); // N4
+                let form = negative_count(p * inverse(*b)); // N3
                 let odd = dot(p.x, cross(p.y, p.z)).lt(one.constant(0.0));
                 let form = L::select(odd, form.max(one), form);
                 let bends = one.constant(0.0).lt(transfer.length);
@@ -55,7 +55,7 @@ impl<L: Lane> Elimination<L> {
                 least = L::select(bends & of_pivot.lt(least), of_pivot, least);
             }
             let inverse = inverse(p);
-            s = inverse * (s * *a - *c); // N3
+            s = inverse * (s * *a - *c); // N2
             w_inverse = inverse * w_inverse;
             self.pivots.push(Pivot { inverse, s });
         }
@@ -83,7 +83,7 @@ impl<L: Lane> Elimination<L> {
         for i in (0..count).rev() {
             let s = if i + 1 < count { self.pivots[i + 1].s } else { self.s_tip };
             let (e_w, e_mu) = defect(i);
-            g = self.pivots[i].inverse * (s * e_w + g - e_mu); // N3
+            g = self.pivots[i].inverse * (s * e_w + g - e_mu); // N2
             changes.push((e_w, g));
         }
         changes.reverse();
@@ -92,7 +92,7 @@ impl<L: Lane> Elimination<L> {
             let (e_w, g) = *change;
             let mu = self.pivots[i].s * w + g;
             *change = (w, mu);
-            w = transfer.a * w + transfer.b * mu + e_w; // N3
+            w = transfer.a * w + transfer.b * mu + e_w; // N2
         }
         changes.push((w, self.s_tip * w + g_tip));
     }

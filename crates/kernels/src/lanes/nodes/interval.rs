@@ -1,4 +1,4 @@
-//! One interval between nodes: a pass over it alone, and how its end changes with its start. N2
+//! One interval between nodes: a pass over it alone, and how its end changes with its start. N1
 
 use super::mesh::{Interval, Mesh};
 use crate::lanes::algebra::{Mat3, Vec3, axpy, columns_axpy, cross, cross_add, dot, length};
@@ -36,7 +36,7 @@ impl<L: Lane> Node<L> {
     }
 }
 
-/// How the end of an interval moves with its start, in the canonical pair (w, mu). S1, N2
+/// How the end of an interval moves with its start, in the canonical pair (w, mu). S1, N1
 #[derive(Clone, Copy, Debug)]
 pub struct Transfer<L> {
     pub a: Mat3<L>,
@@ -74,7 +74,7 @@ pub fn load_interval<L: Lane>(rod: &Rod<L>, mesh: &Mesh<L>, i: usize, node: &Nod
     }
 }
 
-/// What is left between the end of an interval and the node there: rotation and canonical moment. N2
+/// What is left between the end of an interval and the node there: rotation and canonical moment. N1
 #[inline(always)]
 pub fn defect<L: Lane>(end: &Tip<L>, node: &Node<L>) -> (Vec3<L>, Vec3<L>) {
     let half = end.m.x.constant(0.5);

@@ -1,4 +1,4 @@
-//! Where the rod is cut for multiple shooting: nodes so close that no error grows much from one to the next. N1
+//! Where the rod is cut for multiple shooting: nodes so close that no error grows much from one to the next. MS2
 //!
 //! A rod's cuts depend on that rod alone. Lanes share the number of pieces of a segment; one that needs fewer has pieces
 //! of no length at the segment's start.
@@ -112,7 +112,7 @@ fn pieces<L: Lane>(segment: &Flexible<L>, n: Vec3<L>, field: L, spacing: f64) ->
         let at = one.constant((panel as f64 + 0.5) / PANELS as f64);
         let pull = length(axpy(-at, lost, n));
         let tension = (give * pull).mul_add(pull, pull + magnet);
-        let rate = (tension / bend * one.max(soft)).sqrt() * segment.length; // N1
+        let rate = (tension / bend * one.max(soft)).sqrt() * segment.length; // MS2
         *rates = numbers(rate);
     }
     let curls = numbers(curl + one.constant(2.0));

@@ -1,4 +1,4 @@
-//! Multiple shooting, for rods so limp or so taut that a single pass loses its digits. N1 to N5
+//! Multiple shooting, for rods so limp or so taut that a single pass loses its digits. N1 to N4
 //!
 //! Orientation and moment are unknown at nodes all along the rod. Each interval between nodes is a pass of its own, and
 //! block elimination from the tip joins them. Nothing grows along the whole rod.

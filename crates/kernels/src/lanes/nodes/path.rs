@@ -1,4 +1,4 @@
-//! The path from rest by nodes: load steps on all of them together, each on the stable branch. N5
+//! The path from rest by nodes: load steps on all of them together, each on the stable branch. N4
 //!
 //! A rod's steps depend on that rod alone: a lane that has finished is frozen while its neighbours go on.
 

@@ -1,4 +1,4 @@
-//! Derivatives by nodes: what loads and parameters do to all nodes, and rows of the Jacobian from it. N3, J5
+//! Derivatives by nodes: what loads and parameters do to all nodes, and rows of the Jacobian from it. N2, J5
 
 use super::interval::load_interval;
 use super::mesh::Interval;

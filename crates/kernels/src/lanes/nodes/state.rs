@@ -190,7 +190,7 @@ impl<L: Lane> Nodes<L> {
         let rod = problem.rod;
         let half = lambda.constant(0.5);
         let l_tip = rod.l_tip * lambda;
-        self.elimination.factor(&self.transfers, hat(l_tip * half)); // N3
+        self.elimination.factor(&self.transfers, hat(l_tip * half)); // N2
         let defects = &self.defects;
         let no_turn = Vec3::splat(lambda.constant(0.0));
         self.elimination.solve(&self.transfers, |i| defects[i], l_tip - self.tip.m, no_turn, &mut self.changes);
@@ -213,7 +213,7 @@ impl<L: Lane> Nodes<L> {
         L::select(relative.lt(turn), turn, relative)
     }
 
-    /// Takes Newton's step in some lanes. N3
+    /// Takes Newton's step in some lanes. N2
     #[inline(always)]
     pub fn take_step(&mut self, mask: L::Mask) {
         for (node, (w, mu)) in self.nodes.iter_mut().zip(&self.changes) {
