@@ -93,28 +93,53 @@ test("every equilibrium is listed and drawn, ellipsoids are shown", async () => 
   assert.deepEqual(page.troubles, []);
 });
 
-test("the tip is dragged", async () => {
-  const page = await open(browser, server.address);
+/** Takes the tip and draws it over a place on the stage in a few moves, without letting go. */
+async function drag(page, [x, y]) {
   const stage = await page.locator("#stage").boundingBox();
-  const tip = () => page.evaluate(() => window.rodsweep.stage.project(window.rodsweep.rod.mesh.tip.position));
-  const [x, y] = await tip();
-  await page.mouse.move(stage.x + x, stage.y + y);
+  const [u, v] = await drawnAt(page);
+  await page.mouse.move(stage.x + u, stage.y + v);
   await page.mouse.down();
-  // Along y, where the currents of this rod move it; whatever the depth.
-  const way = await page.evaluate(() => {
-    const { stage, rod } = window.rodsweep;
-    const at = rod.mesh.tip.position;
-    const [a, b] = [stage.project(at), stage.project(at.clone().set(at.x, at.y + 20, at.z - 2))];
-    return [b[0] - a[0], b[1] - a[1]];
-  });
-  for (let k = 1; k <= 8; k++) await page.mouse.move(stage.x + x + (way[0] * k) / 8, stage.y + y + (way[1] * k) / 8);
-  await page.waitForFunction(() => Object.keys(window.rodsweep.rod.values).length >= 2);
+  for (let k = 1; k <= 6; k++) await page.mouse.move(stage.x + u + ((x - u) * k) / 6, stage.y + v + ((y - v) * k) / 6);
+  await page.waitForFunction(() => window.rodsweep.dragging.last !== null);
   await settled(page);
+}
+
+const drawnAt = (page) => page.evaluate(() => window.rodsweep.stage.project(window.rodsweep.rod.mesh.tip.position).slice(0, 2));
+
+test("the tip is dragged: it is below the pointer where currents lead there", async () => {
+  const page = await open(browser, server.address);
+  const limit = 0.3;
+  // Near rest and far; the last goes on where the one before has ended.
+  const currents = [[0.01, 0, 0.02], [0.03, -0.02, -0.05], [-0.12, 0.1, 0.15], [0.2, -0.25, 0.05], [0.28, 0.2, -0.28]];
+  for (const [x, y, z] of currents) {
+    const set = ["x", "y", "z"].map((axis, k) => `coil.current.${axis}=${[x, y, z][k]}`);
+    const there = JSON.parse(await run("solve", SCENE, "--json", ...set.flatMap((word) => ["--set", word]))).tip.position;
+    const place = await page.evaluate((p) => {
+      const { stage, rod } = window.rodsweep;
+      const at = rod.mesh.tip.position.clone().set(...p).multiplyScalar(stage.perMetre);
+      return stage.project(at).slice(0, 2);
+    }, there);
+    await drag(page, place);
+    await page.mouse.up();
+    const [u, v] = await drawnAt(page);
+    const off = Math.hypot(u - place[0], v - place[1]);
+    assert.ok(off < 2, `${off} pixels beside the pointer, for the currents ${[x, y, z]}`);
+    const found = await page.evaluate(() => Object.values(window.rodsweep.rod.values));
+    assert.ok(found.every((value) => Math.abs(value) <= limit));
+  }
+  await agrees(page);
+  assert.deepEqual(page.troubles, []);
+});
+
+test("where a limit holds the tip back, the page says which", async () => {
+  const page = await open(browser, server.address);
+  const [x, y] = await drawnAt(page);
+  await drag(page, [x + 220, y + 190]);
+  assert.match(await page.locator(".drag-note").textContent(), /Held back by the limit of coil\.current\.[xyz] \S?0\.300\sA/);
+  assert.match(await page.locator(".readout").textContent(), /Held back by the limit of .*mm are missing/);
+  await shot(page, "rod-dragged");
   await page.mouse.up();
-  const [u, v] = await tip();
-  assert.ok(Math.hypot(u - x - way[0], v - y - way[1]) < 0.85 * Math.hypot(...way), `the tip went from ${x}, ${y} to ${u}, ${v}`);
-  const limits = await page.evaluate(() => Object.values(window.rodsweep.rod.values));
-  assert.ok(limits.every((value) => Math.abs(value) <= 0.3));
+  assert.equal(await page.locator(".drag-note").isVisible(), false);
   await agrees(page);
 });
 

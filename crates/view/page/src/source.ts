@@ -10,7 +10,8 @@ export interface Source {
   readonly rod: RodAnswer | null;
   solve(values: Values, rest: boolean): Promise<RodAnswer>;
   branches(values: Values): Promise<Branches>;
-  drag(values: Values, target: Vector, begin: boolean, precise: boolean): Promise<DragAnswer>;
+  /** Along a direction, the place is free; else it is searched for precisely. */
+  drag(values: Values, target: Vector, along: Vector | null, begin: boolean): Promise<DragAnswer>;
   /** Columns of the points in a shuffled order, slice by slice. */
   points(columns: string[], take: (columns: Map<string, Numbers>, from: number) => void): Promise<void>;
   statistics(column: string): Promise<Statistics>;
@@ -71,8 +72,8 @@ class Live implements Source {
     return this.post("api/branches", { values });
   }
 
-  drag(values: Values, target: Vector, begin: boolean, precise: boolean): Promise<DragAnswer> {
-    return this.post("api/drag", { values, target, begin, precise });
+  drag(values: Values, target: Vector, along: Vector | null, begin: boolean): Promise<DragAnswer> {
+    return this.post("api/drag", { values, target, along, begin, precise: along === null });
   }
 
   async points(columns: string[], take: (columns: Map<string, Numbers>, from: number) => void): Promise<void> {
