@@ -94,8 +94,6 @@ export class Dragging {
     this.target.position.copy(place);
     this.target.quaternion.copy(this.stage.camera.quaternion);
     this.stage.invalidate();
-    this.note.style.transform = `translate(${event.offsetX}px, ${event.offsetY}px)`;
-    this.note.classList.toggle("is-left", event.offsetX > 0.6 * this.stage.width);
     const { perMetre } = this.stage;
     this.seek({ target: place.divideScalar(perMetre).toArray(), along: this.stage.directions().toward });
   }
@@ -148,7 +146,7 @@ export class Dragging {
     void this.pump();
   }
 
-  /** Beside the pointer, what holds the tip back. */
+  /** Below the rod, what holds the tip back. */
   private tell(answer: DragAnswer): void {
     const isThere = answer.outcome === "reached" || answer.outcome === "iteration-limit";
     this.note.hidden = isThere || !this.isHeld;

@@ -15,7 +15,7 @@ export function outcomeInWords({ outcome, held, values }: DragAnswer, sliders: S
   if (held.length === 0) return OUTCOMES[outcome] ?? outcome;
   const named = held.map((name) => {
     const slider = sliders.find((slider) => slider.name === name);
-    const limit = slider ? ` ${compact(values[name]! / slider.factor)}\u202f${slider.shown_unit}` : "";
+    const limit = slider ? ` (${compact(values[name]! / slider.factor)}\u202f${slider.shown_unit})` : "";
     return `${name}${limit}`;
   });
   return `Held back by the limit of ${named.join(", ")}.`;

@@ -96,12 +96,15 @@ export class Cloud {
     this.splat = stage.isSoftware ? new Splat(stage) : null;
     this.dots = { positions: this.positions, shades: new Int16Array(this.splat ? total : 0), palette: new Uint32Array(256), version: 0 };
     for (const object of this.splat ? [this.points, this.splat.object] : [this.points]) {
-      // The rod is drawn over the tips, as in the figures.
-      object.renderOrder = -1;
-      object.onAfterRender = (renderer) => renderer.clearDepth();
+      object.renderOrder = -2;
       this.object.add(object);
     }
-    stage.add(this.object);
+    // The rod is drawn over the tips and voxels, as in the figures.
+    const curtain = new Points(new BufferGeometry(), material);
+    curtain.renderOrder = -1;
+    curtain.frustumCulled = false;
+    curtain.onAfterRender = (renderer) => renderer.clearDepth();
+    stage.add(this.object, curtain);
     stage.onFrame((isMoving) => this.prepare(isMoving));
   }
 

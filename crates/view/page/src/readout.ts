@@ -177,19 +177,17 @@ export class Readout {
 
 type Kind = "good" | "warn" | "bad" | "wait";
 
-/** A solution in words. */
-export function judge(solution: Solution | null, error: string | null): { kind: Kind; title: string; words: string } {
-  if (error) return { kind: "bad", title: "No rod", words: error };
-  if (!solution) return { kind: "wait", title: "Solving", words: "" };
+/** A solution in words, and in a few of them. */
+export function judge(solution: Solution | null, error: string | null): { kind: Kind; title: string; words: string; brief: string } {
+  if (error) return { kind: "bad", title: "No rod", words: error, brief: "the last one stays in grey" };
+  if (!solution) return { kind: "wait", title: "Solving", words: "", brief: "" };
   const status = solution.status;
-  if (!solution.tip) {
-    const words = `${status}: followed from rest to ${fixed(100 * solution.load_fraction, 1)}\u202f% of the load. Drawn in grey: the last equilibrium.`;
-    return { kind: "bad", title: "No equilibrium", words };
+  const path = `followed from rest to ${fixed(100 * solution.load_fraction, 1)}\u202f% of the load`;
+  if (!solution.tip) return { kind: "bad", title: "No equilibrium", words: `${status}: ${path}.`, brief: "the last one stays in grey" };
+  if (solution.stable === false) {
+    const words = status === "unstable" ? "No rod stays here." : `${status}: no rod stays here.`;
+    return { kind: "warn", title: "Unstable", words, brief: "no rod stays here" };
   }
-  if (solution.stable === false) return { kind: "warn", title: "Unstable", words: `${status}: no rod stays here.` };
-  if (!solution.converged) {
-    const words = `The path from rest ends at ${fixed(100 * solution.load_fraction, 1)}\u202f% of the load: the rod would snap. Drawn: an equilibrium beyond.`;
-    return { kind: "warn", title: "Fold", words };
-  }
-  return { kind: "good", title: "Stable", words: status === "ok" ? "reached from rest" : `${status}, reached from rest` };
+  if (!solution.converged) return { kind: "warn", title: "Fold", words: `${path}: there the rod would snap.`, brief: "drawn: an equilibrium beyond" };
+  return { kind: "good", title: "Stable", words: status === "ok" ? "reached from rest" : `${status}, reached from rest`, brief: "" };
 }

@@ -16,7 +16,7 @@ import { colourOf, onTheme } from "./theme";
 import type { Description, Vector } from "./wire";
 
 /** Room for labels around the box, in pixels. */
-const RIM = { x: 70, y: 56 };
+const RIM = { x: 78, y: 56 };
 
 export class Stage {
   readonly scene = new Scene();
