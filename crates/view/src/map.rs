@@ -21,7 +21,7 @@ pub struct ResultMap {
     pub rows: Rows,
     /// Its boundary, where `workspace` left one.
     pub surface: Option<Surface>,
-    /// Its voxels, likewise.
+    /// Its voxels, those that are reached, likewise.
     pub voxels: Option<Table>,
     results: Results,
 }
@@ -33,7 +33,7 @@ impl ResultMap {
         let dir = results.directory();
         let surface = std::fs::read(dir.join("boundary.ply")).ok().and_then(|bytes| Surface::parse(&bytes));
         let voxels = read_parquet_table(&dir.join(WORKSPACE_FILE)).ok();
-        let voxels = voxels.filter(|table| table.vector_columns("voxel").is_some());
+        let voxels = voxels.filter(|table| table.vector_columns("voxel").is_some()).map(|table| reached(&table));
         Ok(ResultMap { rows, surface, voxels, results })
     }
 
@@ -176,17 +176,21 @@ impl ResultMap {
     /// No voxels, or no such column.
     pub fn voxels(&self, name: &str) -> Result<Vec<u8>, Refusal> {
         let table = self.voxels.as_ref().ok_or_else(|| Refusal::absent("no voxels: run `rodsweep workspace` on it"))?;
-        let reached = table.column("reached").map(|column| column.values.numbers());
-        let kept: Vec<usize> =
-            (0..table.row_count()).filter(|row| reached.as_ref().is_none_or(|reached| reached[*row] == 1.0)).collect();
         let mut columns = Vec::new();
         for name in ["voxel.x", "voxel.y", "voxel.z", name] {
             let column = table.column(name).ok_or_else(|| Refusal::absent(format!("no column `{name}`")))?;
-            let values = kept.iter().map(|row| column.values.number(*row) as f32).collect();
+            let values = (0..table.row_count()).map(|row| column.values.number(row) as f32).collect();
             columns.push(WireColumn::single(name, &column.unit, values));
         }
         stream(columns)
     }
+}
+
+/// Those voxels that are part of the workspace.
+fn reached(voxels: &Table) -> Table {
+    let reached = voxels.column("reached");
+    let is_reached = |row: &usize| reached.is_none_or(|column| column.values.number(*row) == 1.0);
+    voxels.select(&(0..voxels.row_count()).filter(is_reached).collect::<Vec<_>>())
 }
 
 fn value(values: &Values) -> Value {

@@ -9,7 +9,7 @@ use crate::rod;
 use crate::view::View;
 use base64::prelude::{BASE64_STANDARD, Engine};
 use pack::Pack;
-use rodsweep::table::{Table, Values};
+use rodsweep::table::Values;
 use serde_json::{Map, Value, json};
 use std::path::Path;
 
@@ -141,18 +141,10 @@ fn pack_workspace(pack: &mut Pack, map: &ResultMap) {
         }
     }
     if let Some(voxels) = &map.voxels {
-        let kept = reached(voxels);
         for column in &voxels.columns {
             if let Values::Double(_) | Values::Single(_) | Values::Index(_) = column.values {
-                let values: Vec<f64> = kept.iter().map(|row| column.values.number(*row)).collect();
-                pack.numbers("voxels", &column.name, &column.unit, &values);
+                pack.numbers("voxels", &column.name, &column.unit, &column.values.numbers());
             }
         }
     }
-}
-
-/// Rows of voxels that are part of the workspace.
-fn reached(voxels: &Table) -> Vec<usize> {
-    let reached = voxels.column("reached");
-    (0..voxels.row_count()).filter(|row| reached.is_none_or(|column| column.values.number(*row) == 1.0)).collect()
 }
