@@ -23,6 +23,8 @@ pub struct ResultMap {
     pub surface: Option<Surface>,
     /// Its voxels, those that are reached, likewise.
     pub voxels: Option<Table>,
+    /// Distance of neighbouring voxels (m).
+    voxel_edge: Option<f64>,
     results: Results,
 }
 
@@ -33,8 +35,9 @@ impl ResultMap {
         let dir = results.directory();
         let surface = std::fs::read(dir.join("boundary.ply")).ok().and_then(|bytes| Surface::parse(&bytes));
         let voxels = read_parquet_table(&dir.join(WORKSPACE_FILE)).ok();
-        let voxels = voxels.filter(|table| table.vector_columns("voxel").is_some()).map(|table| reached(&table));
-        Ok(ResultMap { rows, surface, voxels, results })
+        let voxels = voxels.filter(|table| table.vector_columns("voxel").is_some());
+        let voxel_edge = voxels.as_ref().and_then(voxel_edge);
+        Ok(ResultMap { rows, surface, voxels: voxels.as_ref().map(reached), voxel_edge, results })
     }
 
     /// The directory and what was swept.
@@ -69,7 +72,7 @@ impl ResultMap {
                 "name": status.name(), "success": status.is_success(), "converged": status.is_converged() })),
             "surface": self.surface.is_some(),
             "voxels": self.voxels.as_ref().map(words),
-            "voxel": self.voxel_edge(),
+            "voxel": self.voxel_edge,
         }))
     }
 
@@ -78,19 +81,6 @@ impl ResultMap {
         let columns = self.rows.columns();
         let known = COLOURS.iter().find(|name| columns.iter().any(|column| column.name == **name));
         known.map(|name| (*name).to_owned()).or(columns.get(1).map(|column| column.name.clone())).unwrap_or_default()
-    }
-
-    /// Distance of neighbouring voxels (m).
-    fn voxel_edge(&self) -> Option<f64> {
-        let columns = self.voxels.as_ref()?.vector_columns("voxel")?;
-        let mut edge = f64::INFINITY;
-        for values in columns {
-            let mut at: Vec<f64> = values.numbers();
-            at.sort_unstable_by(f64::total_cmp);
-            let steps = at.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > 1e-9);
-            edge = steps.fold(edge, f64::min);
-        }
-        edge.is_finite().then_some(edge)
     }
 
     /// Columns of the points from one place of the order on. `row` is the number of the row, `status` its code.
@@ -184,6 +174,17 @@ impl ResultMap {
         }
         stream(columns)
     }
+}
+
+fn voxel_edge(voxels: &Table) -> Option<f64> {
+    let mut edge = f64::INFINITY;
+    for values in voxels.vector_columns("voxel")? {
+        let mut at: Vec<f64> = values.numbers();
+        at.sort_unstable_by(f64::total_cmp);
+        let steps = at.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > 1e-9);
+        edge = steps.fold(edge, f64::min);
+    }
+    edge.is_finite().then_some(edge)
 }
 
 /// Those voxels that are part of the workspace.
