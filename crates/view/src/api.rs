@@ -58,6 +58,7 @@ fn get(view: &View, request: &Request) -> Result<Answer, Refusal> {
         "api/column" => Ok(of_json(&map(view)?.column(query.text("name")?)?)),
         "api/row" => Ok(of_json(&map(view)?.row(query.number("row")? as u64)?)),
         "api/voxels" => Ok(of(ARROW, map(view)?.voxels(query.text("column")?)?)),
+        "api/voxels/column" => Ok(of_json(&map(view)?.voxel_column(query.text("name")?)?)),
         "api/surface/points" => Ok(of(ARROW, surface(view)?.points_stream()?)),
         "api/surface/triangles" => Ok(of(ARROW, surface(view)?.triangles_stream()?)),
         path => match path.strip_prefix("stills/") {

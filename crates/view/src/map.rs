@@ -125,26 +125,22 @@ impl ResultMap {
         let values = self.rows.column(name)?;
         let usable = self.rows.successes()?;
         let pairs = values.iter().zip(&usable);
-        let mut shown: Vec<f64> = pairs
-            .filter(|(value, is_usable)| **is_usable && value.is_finite())
-            .map(|(value, _)| f64::from(*value))
-            .collect();
-        let Some(range) = ColourRange::of(shown.iter().copied()) else {
-            return Ok(json!({ "name": name, "unit": self.unit(name), "count": 0 }));
-        };
-        shown.sort_unstable_by(f64::total_cmp);
-        let at = |share: f64| shown[(share * (shown.len() - 1) as f64).round() as usize];
-        Ok(json!({
-            "name": name,
-            "unit": self.unit(name),
-            "count": shown.len(),
-            "map": if range.map == ColourMap::Diverging { "diverging" } else { "sequential" },
-            "low": range.low,
-            "high": range.high,
-            "clipped": range.clipped,
-            "shares": SHARES,
-            "percentiles": SHARES.map(at),
-        }))
+        let shown = pairs.filter(|(_, is_usable)| **is_usable).map(|(value, _)| f64::from(*value));
+        Ok(statistics(name, &self.unit(name), shown))
+    }
+
+    /// The same of a column of the voxels.
+    ///
+    /// # Errors
+    ///
+    /// As [`ResultMap::voxels`].
+    pub fn voxel_column(&self, name: &str) -> Result<Value, Refusal> {
+        let column = voxel_column(self.known_voxels()?, name)?;
+        Ok(statistics(name, &column.unit, column.values.numbers()))
+    }
+
+    fn known_voxels(&self) -> Result<&Table, Refusal> {
+        self.voxels.as_ref().ok_or_else(|| Refusal::absent("no voxels: run `rodsweep workspace` on it"))
     }
 
     /// A row with all its digits: names, units, values; null for none.
@@ -165,15 +161,40 @@ impl ResultMap {
     ///
     /// No voxels, or no such column.
     pub fn voxels(&self, name: &str) -> Result<Vec<u8>, Refusal> {
-        let table = self.voxels.as_ref().ok_or_else(|| Refusal::absent("no voxels: run `rodsweep workspace` on it"))?;
+        let table = self.known_voxels()?;
         let mut columns = Vec::new();
         for name in ["voxel.x", "voxel.y", "voxel.z", name] {
-            let column = table.column(name).ok_or_else(|| Refusal::absent(format!("no column `{name}`")))?;
+            let column = voxel_column(table, name)?;
             let values = (0..table.row_count()).map(|row| column.values.number(row) as f32).collect();
             columns.push(WireColumn::single(name, &column.unit, values));
         }
         stream(columns)
     }
+}
+
+fn voxel_column<'a>(voxels: &'a Table, name: &str) -> Result<&'a Column, Refusal> {
+    voxels.column(name).ok_or_else(|| Refusal::absent(format!("no column `{name}`")))
+}
+
+/// Range of the colours of finite values, as in the figures, and percentiles.
+fn statistics(name: &str, unit: &str, values: impl IntoIterator<Item = f64>) -> Value {
+    let mut shown: Vec<f64> = values.into_iter().filter(|value| value.is_finite()).collect();
+    let Some(range) = ColourRange::of(shown.iter().copied()) else {
+        return json!({ "name": name, "unit": unit, "count": 0 });
+    };
+    shown.sort_unstable_by(f64::total_cmp);
+    let at = |share: f64| shown[(share * (shown.len() - 1) as f64).round() as usize];
+    json!({
+        "name": name,
+        "unit": unit,
+        "count": shown.len(),
+        "map": if range.map == ColourMap::Diverging { "diverging" } else { "sequential" },
+        "low": range.low,
+        "high": range.high,
+        "clipped": range.clipped,
+        "shares": SHARES,
+        "percentiles": SHARES.map(at),
+    })
 }
 
 fn voxel_edge(voxels: &Table) -> Option<f64> {

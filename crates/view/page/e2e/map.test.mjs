@@ -30,9 +30,18 @@ async function loneliest(page) {
   const stage = await page.locator("#stage").boundingBox();
   const found = await page.evaluate(() => {
     const { map, stage } = window.rodsweep;
-    for (let point = 0; point < map.cloud.count; point += 7) {
-      const [x, y] = stage.project(map.cloud.at(point));
-      if (map.cloud.mask[point] === 1 && map.cloud.pick(x, y) === point) return { point, x, y, row: map.cloud.rows[point] };
+    // Points in squares of 4 pixels: alone in its own and in those around.
+    const squares = new Map();
+    const number = (x, y) => 4096 * Math.floor(y / 4) + Math.floor(x / 4);
+    const at = (point) => stage.project(map.cloud.at(point));
+    for (let point = 0; point < map.cloud.count; point++) {
+      const square = number(...at(point));
+      squares.set(square, (squares.get(square) ?? 0) + 1);
+    }
+    const isAlone = (x, y) => [-4, 0, 4].every((u) => [-4, 0, 4].every((v) => (squares.get(number(x + u, y + v)) ?? 0) === (u || v ? 0 : 1)));
+    for (let point = 0; point < map.cloud.count; point++) {
+      const [x, y] = at(point);
+      if (map.cloud.mask[point] === 1 && isAlone(x, y) && map.cloud.pick(x, y) === point) return { point, x, y, row: map.cloud.rows[point] };
     }
     return null;
   });

@@ -10,7 +10,7 @@ const GAP = 9;
 
 export function labelFrame(stage: Stage, rod: RodView): void {
   const labels = NAMES.map((name) => el("span", {}, name));
-  const host = el("div", { class: "axis-labels", "aria-hidden": "true" }, ...labels);
+  const host = el("div", { class: "axis-labels is-frame", "aria-hidden": "true" }, ...labels);
   stage.host.append(host);
   stage.onFrame(() => {
     const heads = rod.mesh.directorHeads();

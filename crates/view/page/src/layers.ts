@@ -21,7 +21,6 @@ import type { Numbers, Statistics } from "./wire";
 
 /** A side of a voxel's cube over the voxel's: edges stay visible. */
 const CUBE = 0.92;
-const SHARES = [0, 0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99, 1];
 
 export class Layers {
   /** Kept: what lies on the positive side of each. */
@@ -54,17 +53,18 @@ export class Layers {
     this.stage.invalidate();
   }
 
-  /** Voxels coloured by a column, over its percentiles 1 to 99; tells its numbers. */
+  /** Voxels coloured by a column; tells its numbers. */
   async showVoxels(column: string | null): Promise<Statistics | null> {
     const { map, style } = this.source.description;
-    const columns = column && map?.voxel ? await this.source.voxels(column) : null;
+    const found = column && map?.voxel ? await Promise.all([this.source.voxels(column), this.source.voxelStatistics(column)]) : null;
     if (this.voxels) this.stage.remove(this.voxels.mesh);
     this.voxels?.mesh.dispose();
     this.voxels = null;
     this.stage.invalidate();
-    if (!columns || !column) return null;
-    const told = statistics(column, map!.voxels!.find(({ name }) => name === column)?.unit ?? "", columns.get(column)!);
-    this.voxels = new Voxels(columns, columns.get(column)!, told, style.maps.sequential, map!.voxel!, this.stage.perMetre);
+    if (!found) return null;
+    const [columns, told] = found;
+    const steps = style.maps[told.map ?? "sequential"];
+    this.voxels = new Voxels(columns, columns.get(column!)!, told, steps, map!.voxel!, this.stage.perMetre);
     this.voxels.cut(this.cuts);
     this.stage.add(this.voxels.mesh);
     return told;
@@ -154,14 +154,6 @@ class Voxels {
     this.mesh.instanceMatrix.needsUpdate = true;
     if (this.mesh.instanceColor) this.mesh.instanceColor.needsUpdate = true;
   }
-}
-
-/** Of a column of voxels. */
-function statistics(name: string, unit: string, values: Numbers): Statistics {
-  const sorted = Float32Array.from(values).filter(Number.isFinite).sort();
-  const percentiles = SHARES.map((share) => sorted[Math.round(share * (sorted.length - 1))] ?? 0);
-  const [least, low, high, most] = [percentiles[0]!, percentiles[1]!, percentiles[7]!, percentiles[8]!];
-  return { name, unit, count: sorted.length, map: "sequential", low, high, clipped: [least < low, most > high], shares: SHARES, percentiles };
 }
 
 function interleaved(columns: ArrayLike<number>[], factor: number): Float32Array | Uint32Array {

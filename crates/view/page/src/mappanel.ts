@@ -170,8 +170,8 @@ export class MapPanel {
       bar.element.hidden = true;
       select.addEventListener("change", () => {
         void this.map.showVoxels(select.value || null).then((told) => {
-          bar.element.hidden = told === null;
-          if (told) bar.show(told);
+          bar.element.hidden = !told || told.count === 0;
+          if (told && told.count > 0) bar.show(told);
         });
       });
       children.push(select, bar.element);

@@ -18,6 +18,7 @@ export interface Source {
   row(point: number, row: number): Promise<Row>;
   surface(): Promise<{ positions: Map<string, Numbers>; corners: Map<string, Numbers> }>;
   voxels(column: string): Promise<Map<string, Numbers>>;
+  voxelStatistics(column: string): Promise<Statistics>;
   still(name: string): string;
 }
 
@@ -107,6 +108,10 @@ class Live implements Source {
     return this.arrow(`api/voxels?column=${encodeURIComponent(column)}`);
   }
 
+  voxelStatistics(column: string): Promise<Statistics> {
+    return json(`api/voxels/column?name=${encodeURIComponent(column)}`);
+  }
+
   still(name: string): string {
     return `stills/${encodeURIComponent(name)}`;
   }
@@ -116,6 +121,7 @@ interface ExportedData extends Description {
   rod: RodAnswer;
   blocks: Block[];
   statistics: Record<string, Statistics>;
+  voxel_statistics: Record<string, Statistics>;
 }
 
 class Exported implements Source {
@@ -182,6 +188,10 @@ class Exported implements Source {
   async voxels(column: string): Promise<Map<string, Numbers>> {
     const names = ["voxel.x", "voxel.y", "voxel.z", column];
     return new Map(names.map((name) => [name, this.columns.get(`voxels/${name}`)!]));
+  }
+
+  async voxelStatistics(column: string): Promise<Statistics> {
+    return this.description.voxel_statistics[column] ?? this.none();
   }
 
   still(name: string): string {
