@@ -7,6 +7,7 @@ import { after, before, test } from "node:test";
 import { folder, launch, open, run, serve, settled, shot } from "./harness.mjs";
 
 const SCENE = "sweeps/scenes/p6.toml";
+const TWO = "sweeps/scenes/two_coil.toml";
 let browser;
 let server;
 
@@ -147,7 +148,7 @@ test("where a limit holds the tip back, the page says which", async () => {
 
 /** A scene of its own with values, settled. */
 async function withValues(scene, values, then, theme) {
-  const other = await serve(`sweeps/scenes/${scene}.toml`, "--keep");
+  const other = await serve(scene, "--keep");
   try {
     const page = await open(browser, other.address, { theme });
     await page.evaluate((values) => window.rodsweep.rod.set(values, true), values);
@@ -164,7 +165,7 @@ const coils = (...currents) =>
   Object.fromEntries(currents.map((current, k) => [`coil${1 + Math.floor(k / 3)}.current.${"xyz"[k % 3]}`, current]));
 
 test("a fold is told, with the equilibrium beyond it", async () => {
-  await withValues("two_coil", coils(0.087, -0.08, -0.089, -0.079, -0.071, 0.04), async (page) => {
+  await withValues(TWO, coils(0.087, -0.08, -0.089, -0.079, -0.071, 0.04), async (page) => {
     assert.match(await page.locator(".banner").textContent(), /Fold.*an equilibrium beyond/);
     assert.match(await page.locator(".status").textContent(), /from rest to 74\.\d.%.*would snap/);
     assert.equal(await page.locator(".banner .symbol.is-warn").count(), 1);
@@ -178,10 +179,10 @@ test("a fold is told, with the equilibrium beyond it", async () => {
 
 test("next to a fold lies an unstable equilibrium, drawn as a ghost and as the rod", async () => {
   const near = coils(-0.07, 0.014, -0.049, 0.072, -0.088, 0.036);
-  await withValues("two_coil", near, async (page, words) => {
+  await withValues(TWO, near, async (page, words) => {
     await page.getByRole("button", { name: "All equilibria" }).click();
     await page.waitForSelector(".equilibria tbody tr");
-    const all = JSON.parse(await run("solve", "sweeps/scenes/two_coil.toml", "--json", "--all-branches", ...words)).branches;
+    const all = JSON.parse(await run("solve", TWO, "--json", "--all-branches", ...words)).branches;
     assert.deepEqual(all.map((branch) => branch.stable).sort(), [false, true, true]);
     assert.equal(await page.locator(".equilibria .symbol.is-warn").count(), 1);
     assert.equal(await page.evaluate(() => window.rodsweep.rod.ghostCount()), 2);
@@ -201,16 +202,16 @@ test("next to a fold lies an unstable equilibrium, drawn as a ghost and as the r
 });
 
 test("a rod without equilibrium is told, the last one stays in grey", async () => {
-  await withValues("tip_coil", { "loads.tip_force.z": -0.3 }, async (page) => {
+  await withValues("crates/view/page/e2e/flip.toml", { "coil.current.z": -0.15 }, async (page) => {
     assert.match(await page.locator(".banner").textContent(), /No equilibrium.*grey/);
-    assert.match(await page.locator(".status").textContent(), /fold: followed from rest to 77\.\d/);
+    assert.match(await page.locator(".status").textContent(), /fold: followed from rest to 80\.1/);
     assert.equal(await page.locator(".banner .symbol.is-bad").count(), 1);
     assert.equal(await page.locator('[data-value="tip.x"]').textContent(), "\u2013");
     await shot(page, "rod-lost");
     await page.getByRole("button", { name: "Reset inputs" }).click();
     await page.waitForFunction(() => document.querySelector(".status").textContent.includes("Stable"));
     // Values that make no rod.
-    await page.evaluate(() => window.rodsweep.rod.set({ "tube.tube.inner_radius": 1 }));
+    await page.evaluate(() => window.rodsweep.rod.set({ "rod.length": 1e99 }));
     await page.waitForFunction(() => document.querySelector(".status").textContent.includes("No rod"));
     page.troubles.splice(0);
   });
