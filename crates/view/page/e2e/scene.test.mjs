@@ -211,7 +211,7 @@ test("a rod without equilibrium is told, the last one stays in grey", async () =
     await page.getByRole("button", { name: "Reset inputs" }).click();
     await page.waitForFunction(() => document.querySelector(".status").textContent.includes("Stable"));
     // Values that make no rod.
-    await page.evaluate(() => window.rodsweep.rod.set({ "rod.length": 1e99 }));
+    await page.evaluate(() => window.rodsweep.rod.set({ "rod.length": -1 }));
     await page.waitForFunction(() => document.querySelector(".status").textContent.includes("No rod"));
     page.troubles.splice(0);
   });

@@ -16,7 +16,7 @@ export class Readout {
   private readonly others = el("div", { class: "others" });
   private readonly arguments = el("code", { class: "arguments" });
   private readonly notes = el("p", { class: "note" });
-  private readonly search = el("p", { class: "note", role: "status" });
+  private readonly search = el("p", { class: "note search", role: "status" });
   private readonly tipInputs: HTMLInputElement[];
   private found: Branches | null = null;
 
