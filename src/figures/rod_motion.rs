@@ -1,9 +1,9 @@
 //! The rod on its way along a trajectory.
 
 use super::centreline::positions;
-use crate::model::{Segment, SegmentKind, Vector};
+use crate::model::{Segment, Vector};
 use crate::report::{RodMotion, Stretch, StretchKind};
-use crate::study::{ControlRun, TargetResult};
+use crate::study::{ControlRun, TargetResult, along_segments};
 
 /// Points along a segment.
 const SEGMENT_POINTS: usize = 14;
@@ -30,21 +30,10 @@ pub(crate) fn rod_motion(run: &ControlRun) -> Option<RodMotion> {
 
 fn stretches(run: &ControlRun, point: &TargetResult) -> Option<Vec<Stretch>> {
     let scene = run.commanded_scene(point)?;
-    let mut at = Vec::new();
-    let mut start = 0.0;
-    for index in 0..scene.segments.len() {
-        let length = scene.segment_length(index);
-        at.extend((0..SEGMENT_POINTS).map(|k| start + length * k as f64 / (SEGMENT_POINTS - 1) as f64));
-        start += length;
-    }
-    let positions = positions(&scene, point.base_moment, &at)?;
+    let positions = positions(&scene, point.base_moment, &along_segments(&scene, SEGMENT_POINTS))?;
     let stretch = |(segment, points): (&Segment, &[Vector])| Stretch {
         name: segment.name.clone(),
-        kind: match &segment.kind {
-            SegmentKind::Flexible(_) => StretchKind::Flexible,
-            SegmentKind::Rigid(rigid) if rigid.coil.is_some() => StretchKind::Coil,
-            SegmentKind::Rigid(_) => StretchKind::Rigid,
-        },
+        kind: StretchKind::of(segment),
         points: points.to_vec(),
         dipole: None,
     };

@@ -1,9 +1,9 @@
 //! A solved rod's shape in space, with its coils, the field and the loads.
 
-use crate::model::{RigidRod, Rod, RodSegment, SegmentPlan, Status, Vector};
+use crate::model::{RigidRod, Rod, RodSegment, Segment, Status, Vector};
 use crate::reference::{Pose, shape, solve_rod};
 use crate::report::{RodShape, Stretch, StretchKind};
-use crate::study::Solved;
+use crate::study::{Solved, along_segments};
 
 /// Points along one segment.
 const POINTS: usize = 41;
@@ -39,16 +39,11 @@ pub fn rod_shape(solved: &Solved) -> Result<RodShape, NothingToDraw> {
     if !equilibrium.status.is_converged() {
         return Err(NothingToDraw { status: equilibrium.status });
     }
-    let mut start = 0.0;
-    let mut stretches = Vec::new();
-    for (index, segment) in scene.segments.iter().enumerate() {
-        let length = scene.segment_length(index);
-        let at: Vec<f64> = (0..POINTS).map(|k| start + length * k as f64 / (POINTS - 1) as f64).collect();
-        let poses = shape(&rod, &equilibrium, &at);
-        let piece = scene.piece_indices(index).start;
-        stretches.push(stretch(&rod.segments[piece], &solved.plan().segments[piece], &segment.name, &poses));
-        start += length;
-    }
+    let poses = shape(&rod, &equilibrium, &along_segments(scene, POINTS));
+    let of_segment = |(index, poses): (usize, &[Pose])| {
+        stretch(&scene.segments[index], &rod.segments[scene.piece_indices(index).start], poses)
+    };
+    let stretches = poses.chunks(POINTS).enumerate().map(of_segment).collect();
     let if_any = |v: Vector| v.iter().any(|x| *x != 0.0).then_some(v);
     Ok(RodShape {
         title: scene.name.clone(),
@@ -60,16 +55,16 @@ pub fn rod_shape(solved: &Solved) -> Result<RodShape, NothingToDraw> {
     })
 }
 
-fn stretch(segment: &RodSegment, plan: &SegmentPlan, name: &str, poses: &[Pose]) -> Stretch {
-    let (kind, dipole) = match segment {
-        RodSegment::Flexible(_) => (StretchKind::Flexible, None),
-        RodSegment::Rigid(RigidRod { dipole, .. }) if plan.has_dipole => {
+fn stretch(segment: &Segment, rod: &RodSegment, poses: &[Pose]) -> Stretch {
+    let kind = StretchKind::of(segment);
+    let dipole = match (kind, rod) {
+        (StretchKind::Coil, RodSegment::Rigid(RigidRod { dipole, .. })) => {
             let in_world = |pose: &Pose| pose.rotation.map(|row| (0..3).map(|k| row[k] * dipole[k]).sum());
-            (StretchKind::Coil, poses.first().map(in_world))
+            poses.first().map(in_world)
         }
-        RodSegment::Rigid(_) => (StretchKind::Rigid, None),
+        _ => None,
     };
-    Stretch { name: name.into(), kind, points: poses.iter().map(|pose| pose.position).collect(), dipole }
+    Stretch { name: segment.name.clone(), kind, points: poses.iter().map(|pose| pose.position).collect(), dipole }
 }
 
 /// Without loads.

@@ -7,7 +7,7 @@ use super::symbols::{arrow, clamp, flat_arrow};
 use super::ticks::compact;
 use super::views::{FourViews, View, bounds, dot};
 use super::{Figure, ReportError, TWO_COLUMNS};
-use crate::model::Vector;
+use crate::model::{Segment, SegmentKind, Vector};
 
 const FIGURE: &str = "the rod's shape";
 const TOP: f64 = 30.0;
@@ -28,6 +28,26 @@ pub enum StretchKind {
     Rigid,
     /// It does not bend and carries a coil.
     Coil,
+}
+
+impl StretchKind {
+    /// What a segment is drawn as.
+    pub fn of(segment: &Segment) -> StretchKind {
+        match &segment.kind {
+            SegmentKind::Flexible(_) => StretchKind::Flexible,
+            SegmentKind::Rigid(rigid) if rigid.coil.is_some() || rigid.dipole_per_length.is_some() => StretchKind::Coil,
+            SegmentKind::Rigid(_) => StretchKind::Rigid,
+        }
+    }
+
+    /// In a word: `flexible`, `rigid`, `coil`.
+    pub fn name(self) -> &'static str {
+        match self {
+            StretchKind::Flexible => "flexible",
+            StretchKind::Rigid => "rigid",
+            StretchKind::Coil => "coil",
+        }
+    }
 }
 
 /// One segment of the rod.

@@ -10,6 +10,7 @@ mod controllers;
 mod estimators;
 mod figures;
 mod fit;
+mod lines;
 mod mesh;
 mod sensitivity;
 mod sensitivity_shape;

@@ -1,10 +1,12 @@
 //! The table of paths: what a request asks for, and its answer. No path names a file.
 
+use crate::drag::Beginning;
 use crate::error::Refusal;
 use crate::map::ResultMap;
 use crate::page;
 use crate::rod;
 use crate::view::View;
+use rodsweep::model::Vector;
 use serde_json::{Map, Value, json};
 
 /// A request whose sender has been checked.
@@ -56,6 +58,7 @@ fn get(view: &View, request: &Request) -> Result<Answer, Refusal> {
         "api/column" => Ok(of_json(&map(view)?.column(query.text("name")?)?)),
         "api/row" => Ok(of_json(&map(view)?.row(query.number("row")? as u64)?)),
         "api/voxels" => Ok(of(ARROW, map(view)?.voxels(query.text("column")?)?)),
+        "api/voxels/column" => Ok(of_json(&map(view)?.voxel_column(query.text("name")?)?)),
         "api/surface/points" => Ok(of(ARROW, surface(view)?.points_stream()?)),
         "api/surface/triangles" => Ok(of(ARROW, surface(view)?.triangles_stream()?)),
         path => match path.strip_prefix("stills/") {
@@ -79,15 +82,29 @@ fn post(view: &View, request: &Request) -> Result<Answer, Refusal> {
         "api/solve" => Ok(of_json(&rod::answer(view.scene_at(values)?, is_set("rest"))?)),
         "api/branches" => Ok(of_json(&rod::branches(view.scene_at(values)?)?)),
         "api/drag" => {
-            let target = body.get("target").and_then(Value::as_array).map(Vec::as_slice).unwrap_or_default();
-            let target: Vec<f64> = target.iter().filter_map(Value::as_f64).collect();
-            let target = <[f64; 3]>::try_from(target);
-            let target = target.map_err(|_| Refusal::wrong("`target`: give three coordinates in metres"))?;
-            let begin = is_set("begin").then(|| is_set("precise"));
-            Ok(of_json(&view.drag(values, target, begin)?))
+            let target = vector(&body["target"]);
+            let target = target.ok_or_else(|| Refusal::wrong("`target`: give three coordinates in metres"))?;
+            let along = match &body["along"] {
+                Value::Null => None,
+                along => Some(vector(along).and_then(unit).ok_or_else(|| Refusal::wrong("`along`: give a direction"))?),
+            };
+            let beginning = Beginning { is_precise: is_set("precise"), along };
+            Ok(of_json(&view.drag(values, target, is_set("begin").then_some(beginning))?))
         }
         _ => Err(Refusal::absent("no such page")),
     }
+}
+
+/// Three numbers.
+fn vector(value: &Value) -> Option<Vector> {
+    let numbers: Vec<f64> = value.as_array()?.iter().filter_map(Value::as_f64).collect();
+    numbers.try_into().ok()
+}
+
+/// A direction as a unit vector.
+fn unit(vector: Vector) -> Option<Vector> {
+    let length = vector.iter().map(|x| x * x).sum::<f64>().sqrt();
+    (length.is_finite() && length > 0.0).then(|| vector.map(|x| x / length))
 }
 
 fn map(view: &View) -> Result<&ResultMap, Refusal> {

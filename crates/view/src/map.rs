@@ -21,8 +21,10 @@ pub struct ResultMap {
     pub rows: Rows,
     /// Its boundary, where `workspace` left one.
     pub surface: Option<Surface>,
-    /// Its voxels, likewise.
+    /// Its voxels, those that are reached, likewise.
     pub voxels: Option<Table>,
+    /// Distance of neighbouring voxels (m).
+    voxel_edge: Option<f64>,
     results: Results,
 }
 
@@ -34,7 +36,8 @@ impl ResultMap {
         let surface = std::fs::read(dir.join("boundary.ply")).ok().and_then(|bytes| Surface::parse(&bytes));
         let voxels = read_parquet_table(&dir.join(WORKSPACE_FILE)).ok();
         let voxels = voxels.filter(|table| table.vector_columns("voxel").is_some());
-        Ok(ResultMap { rows, surface, voxels, results })
+        let voxel_edge = voxels.as_ref().and_then(voxel_edge);
+        Ok(ResultMap { rows, surface, voxels: voxels.as_ref().map(reached), voxel_edge, results })
     }
 
     /// The directory and what was swept.
@@ -69,7 +72,7 @@ impl ResultMap {
                 "name": status.name(), "success": status.is_success(), "converged": status.is_converged() })),
             "surface": self.surface.is_some(),
             "voxels": self.voxels.as_ref().map(words),
-            "voxel": self.voxel_edge(),
+            "voxel": self.voxel_edge,
         }))
     }
 
@@ -78,19 +81,6 @@ impl ResultMap {
         let columns = self.rows.columns();
         let known = COLOURS.iter().find(|name| columns.iter().any(|column| column.name == **name));
         known.map(|name| (*name).to_owned()).or(columns.get(1).map(|column| column.name.clone())).unwrap_or_default()
-    }
-
-    /// Distance of neighbouring voxels (m).
-    fn voxel_edge(&self) -> Option<f64> {
-        let columns = self.voxels.as_ref()?.vector_columns("voxel")?;
-        let mut edge = f64::INFINITY;
-        for values in columns {
-            let mut at: Vec<f64> = values.numbers();
-            at.sort_unstable_by(f64::total_cmp);
-            let steps = at.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > 1e-9);
-            edge = steps.fold(edge, f64::min);
-        }
-        edge.is_finite().then_some(edge)
     }
 
     /// Columns of the points from one place of the order on. `row` is the number of the row, `status` its code.
@@ -135,26 +125,22 @@ impl ResultMap {
         let values = self.rows.column(name)?;
         let usable = self.rows.successes()?;
         let pairs = values.iter().zip(&usable);
-        let mut shown: Vec<f64> = pairs
-            .filter(|(value, is_usable)| **is_usable && value.is_finite())
-            .map(|(value, _)| f64::from(*value))
-            .collect();
-        let Some(range) = ColourRange::of(shown.iter().copied()) else {
-            return Ok(json!({ "name": name, "unit": self.unit(name), "count": 0 }));
-        };
-        shown.sort_unstable_by(f64::total_cmp);
-        let at = |share: f64| shown[(share * (shown.len() - 1) as f64).round() as usize];
-        Ok(json!({
-            "name": name,
-            "unit": self.unit(name),
-            "count": shown.len(),
-            "map": if range.map == ColourMap::Diverging { "diverging" } else { "sequential" },
-            "low": range.low,
-            "high": range.high,
-            "clipped": range.clipped,
-            "shares": SHARES,
-            "percentiles": SHARES.map(at),
-        }))
+        let shown = pairs.filter(|(_, is_usable)| **is_usable).map(|(value, _)| f64::from(*value));
+        Ok(statistics(name, &self.unit(name), shown))
+    }
+
+    /// The same of a column of the voxels.
+    ///
+    /// # Errors
+    ///
+    /// As [`ResultMap::voxels`].
+    pub fn voxel_column(&self, name: &str) -> Result<Value, Refusal> {
+        let column = voxel_column(self.known_voxels()?, name)?;
+        Ok(statistics(name, &column.unit, column.values.numbers()))
+    }
+
+    fn known_voxels(&self) -> Result<&Table, Refusal> {
+        self.voxels.as_ref().ok_or_else(|| Refusal::absent("no voxels: run `rodsweep workspace` on it"))
     }
 
     /// A row with all its digits: names, units, values; null for none.
@@ -175,18 +161,58 @@ impl ResultMap {
     ///
     /// No voxels, or no such column.
     pub fn voxels(&self, name: &str) -> Result<Vec<u8>, Refusal> {
-        let table = self.voxels.as_ref().ok_or_else(|| Refusal::absent("no voxels: run `rodsweep workspace` on it"))?;
-        let reached = table.column("reached").map(|column| column.values.numbers());
-        let kept: Vec<usize> =
-            (0..table.row_count()).filter(|row| reached.as_ref().is_none_or(|reached| reached[*row] == 1.0)).collect();
+        let table = self.known_voxels()?;
         let mut columns = Vec::new();
         for name in ["voxel.x", "voxel.y", "voxel.z", name] {
-            let column = table.column(name).ok_or_else(|| Refusal::absent(format!("no column `{name}`")))?;
-            let values = kept.iter().map(|row| column.values.number(*row) as f32).collect();
+            let column = voxel_column(table, name)?;
+            let values = (0..table.row_count()).map(|row| column.values.number(row) as f32).collect();
             columns.push(WireColumn::single(name, &column.unit, values));
         }
         stream(columns)
     }
+}
+
+fn voxel_column<'a>(voxels: &'a Table, name: &str) -> Result<&'a Column, Refusal> {
+    voxels.column(name).ok_or_else(|| Refusal::absent(format!("no column `{name}`")))
+}
+
+/// Range of the colours of finite values, as in the figures, and percentiles.
+fn statistics(name: &str, unit: &str, values: impl IntoIterator<Item = f64>) -> Value {
+    let mut shown: Vec<f64> = values.into_iter().filter(|value| value.is_finite()).collect();
+    let Some(range) = ColourRange::of(shown.iter().copied()) else {
+        return json!({ "name": name, "unit": unit, "count": 0 });
+    };
+    shown.sort_unstable_by(f64::total_cmp);
+    let at = |share: f64| shown[(share * (shown.len() - 1) as f64).round() as usize];
+    json!({
+        "name": name,
+        "unit": unit,
+        "count": shown.len(),
+        "map": if range.map == ColourMap::Diverging { "diverging" } else { "sequential" },
+        "low": range.low,
+        "high": range.high,
+        "clipped": range.clipped,
+        "shares": SHARES,
+        "percentiles": SHARES.map(at),
+    })
+}
+
+fn voxel_edge(voxels: &Table) -> Option<f64> {
+    let mut edge = f64::INFINITY;
+    for values in voxels.vector_columns("voxel")? {
+        let mut at: Vec<f64> = values.numbers();
+        at.sort_unstable_by(f64::total_cmp);
+        let steps = at.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > 1e-9);
+        edge = steps.fold(edge, f64::min);
+    }
+    edge.is_finite().then_some(edge)
+}
+
+/// Those voxels that are part of the workspace.
+fn reached(voxels: &Table) -> Table {
+    let reached = voxels.column("reached");
+    let is_reached = |row: &usize| reached.is_none_or(|column| column.values.number(*row) == 1.0);
+    voxels.select(&(0..voxels.row_count()).filter(is_reached).collect::<Vec<_>>())
 }
 
 fn value(values: &Values) -> Value {

@@ -5,7 +5,8 @@ use rodsweep::figures::rod_shape;
 use rodsweep::input::assign;
 use rodsweep::model::{Rod, RodSegment, Scene, SegmentKind, Stiffness, Vector};
 use rodsweep::reference::{Pose, shape_with_derivatives};
-use rodsweep::study::{Solve, SolveError, Solved};
+use rodsweep::report::StretchKind;
+use rodsweep::study::{Solve, SolveError, Solved, along_segments};
 use serde_json::{Map, Value, json};
 use std::time::Instant;
 
@@ -68,36 +69,22 @@ pub fn shape(solved: &Solved) -> Value {
         return Value::Null;
     }
     let (scene, rod) = (solved.scene(), solved.rod());
-    let mut at = Vec::new();
-    let mut start = 0.0;
-    for index in 0..scene.segments.len() {
-        let length = scene.segment_length(index);
-        at.extend((0..POINTS).map(|k| start + length * k as f64 / (POINTS - 1) as f64));
-        start += length;
-    }
-    // Rounding must not lead beyond the tip.
-    let total = rod.total_length();
-    at.iter_mut().for_each(|s| *s = s.min(total));
+    let at = along_segments(scene, POINTS);
     let Some(poses) = shape_with_derivatives(&rod, solved.base_moment(), &at, &[]) else { return Value::Null };
-    let stretches: Vec<Value> = scene
-        .segments
-        .iter()
-        .enumerate()
-        .map(|(index, _)| stretch(scene, &rod, index, &poses[POINTS * index..POINTS * (index + 1)]))
-        .collect();
+    let each = poses.chunks(POINTS).enumerate();
+    let stretches: Vec<Value> = each.map(|(index, poses)| stretch(scene, &rod, index, poses)).collect();
     json!({ "stretches": stretches, "flux_density": rod.flux_density, "tip_force": rod.tip_force })
 }
 
 fn stretch(scene: &Scene, rod: &Rod, index: usize, poses: &[Pose]) -> Value {
     let rotations: Vec<f64> = poses.iter().flat_map(|pose| pose.rotation.as_flattened().iter().copied()).collect();
     let positions: Vec<f64> = poses.iter().flat_map(|pose| pose.position).collect();
-    let (kind, dipole) = kind(scene, rod, index);
-    let in_world = dipole
+    let in_world = dipole(scene, rod, index)
         .zip(poses.first())
         .map(|(dipole, pose)| -> Vector { pose.rotation.map(|row| (0..3).map(|k| row[k] * dipole[k]).sum()) });
     json!({
         "name": scene.segments[index].name,
-        "kind": kind,
+        "kind": StretchKind::of(&scene.segments[index]).name(),
         "radius": radius(scene, index),
         "positions": positions,
         "rotations": rotations,
@@ -105,15 +92,13 @@ fn stretch(scene: &Scene, rod: &Rod, index: usize, poses: &[Pose]) -> Value {
     })
 }
 
-/// What a segment is drawn as, and its dipole in the body frame.
-pub fn kind(scene: &Scene, rod: &Rod, index: usize) -> (&'static str, Option<Vector>) {
-    let SegmentKind::Rigid(rigid) = &scene.segments[index].kind else { return ("flexible", None) };
-    if rigid.coil.is_none() && rigid.dipole_per_length.is_none() {
-        return ("rigid", None);
-    }
+/// Of a coil, body frame.
+fn dipole(scene: &Scene, rod: &Rod, index: usize) -> Option<Vector> {
     match rod.segments.get(scene.piece_indices(index).start) {
-        Some(RodSegment::Rigid(segment)) => ("coil", Some(segment.dipole)),
-        _ => ("coil", None),
+        Some(RodSegment::Rigid(rigid)) if StretchKind::of(&scene.segments[index]) == StretchKind::Coil => {
+            Some(rigid.dipole)
+        }
+        _ => None,
     }
 }
 

@@ -1,6 +1,6 @@
 //! What is viewed: a scene, alone or with the results of a sweep.
 
-use crate::drag::Drag;
+use crate::drag::{Beginning, Drag};
 use crate::error::{Refusal, ViewError};
 use crate::map::ResultMap;
 use crate::rod;
@@ -8,7 +8,7 @@ use crate::sliders::{Slider, sliders};
 use crate::stills::Stills;
 use crate::style::style;
 use rodsweep::input::{read_scene, read_text};
-use rodsweep::model::{Parameter, Scene, SegmentParameter};
+use rodsweep::model::{Parameter, Scene, SegmentParameter, Vector};
 use rodsweep::report::LengthUnit;
 use rodsweep::results::Results;
 use rodsweep::spec::{AxisSpec, ControlInput, SweepSpec};
@@ -110,8 +110,7 @@ impl View {
         rod::with_values(&self.scene, values)
     }
 
-    /// Goes on with dragging the tip to a place (m); with `begin` the search so far is forgotten, and a new one is precise or
-    /// rough.
+    /// Goes on with dragging the tip to a place (m); where one begins anew, the search so far is forgotten.
     ///
     /// # Errors
     ///
@@ -119,13 +118,13 @@ impl View {
     pub(crate) fn drag(
         &self,
         values: &Map<String, Value>,
-        target: [f64; 3],
-        begin: Option<bool>,
+        target: Vector,
+        beginning: Option<Beginning>,
     ) -> Result<Value, Refusal> {
         let inputs = self.inputs();
         let mut drag = self.drag.lock().unwrap_or_else(PoisonError::into_inner);
-        if begin.is_some() || drag.is_none() {
-            *drag = Some(Drag::new(self.scene_at(values)?, inputs, begin.unwrap_or(false))?);
+        if beginning.is_some() || drag.is_none() {
+            *drag = Some(Drag::new(self.scene_at(values)?, inputs, beginning.unwrap_or_default())?);
         }
         match drag.as_mut() {
             Some(drag) => drag.follow(target),

@@ -22,6 +22,10 @@ const NOISE_F32: f64 = 4e-6;
 pub struct Controller {
     pub(super) task: Arc<Task>,
     pub(super) engines: Engines,
+    /// Where searches begin: at first the scene's own values; scaled.
+    pub(super) home: Inputs,
+    /// Starts that were tabled last, and how many were asked for.
+    pub(super) tabled: Option<(usize, Arc<Vec<State>>)>,
 }
 
 impl Controller {
@@ -53,10 +57,6 @@ impl Controller {
         let tolerance = SHARE * options.tolerance / scene.total_length();
         let plan_options = PlanOptions { tolerance, stepper, steps: STEPS[0], ..PlanOptions::default() };
         let plan = Plan::new(scene, &axes, &wrt, plan_options)?;
-        let mut home = [0.0; MOST_INPUTS];
-        for (z, input) in home.iter_mut().zip(inputs) {
-            *z = input.parameter.get(scene).clamp(input.low, input.high) / (0.5 * (input.high - input.low));
-        }
         let rest = make(&plan)?;
         let length = scene.total_length();
         let tolerance = match rest.info().precision {
@@ -64,8 +64,11 @@ impl Controller {
             Precision::F64 => options.tolerance,
         };
         let options = options.with_tolerance(tolerance);
-        let task = Arc::new(Task { inputs: inputs.to_vec(), options, unit: plan.units.moment(), length, home });
-        Ok(Controller { engines: Engines::refined(Arc::clone(&task), plan, rest, make)?, task })
+        let task = Arc::new(Task { inputs: inputs.to_vec(), options, unit: plan.units.moment(), length });
+        let own: Vec<f64> = inputs.iter().map(|input| input.parameter.get(scene)).collect();
+        let home = task.scaled(&own);
+        let engines = Engines::refined(Arc::clone(&task), plan, rest, make)?;
+        Ok(Controller { engines, task, home, tabled: None })
     }
 
     /// Makes trajectories quick and thorough: an engine for single searches, where that for many leaves most of itself
@@ -91,6 +94,11 @@ impl Controller {
     pub fn for_targets(mut self, make: &mut MakeEngine) -> Result<Controller, ControlError> {
         self.engines.add_for_targets(make)?;
         Ok(self)
+    }
+
+    /// Searches begin at other values of the inputs, in their order, held within the limits.
+    pub fn begin_at(&mut self, values: &[f64]) {
+        self.home = self.task.scaled(values);
     }
 
     /// The plan from rest: its axes are the inputs, its derivatives are by them.

@@ -92,13 +92,10 @@ impl State {
     /// What is missing to a target: controlled coordinates (m), tangent times its weight (m).
     pub(crate) fn missing(&self, task: &Task, target: &Target) -> [f64; ROWS] {
         let mut e = [0.0; ROWS];
-        for a in 0..3 {
-            if task.options.coordinates[a] {
-                e[a] = target.position[a] - self.tip[a];
-            }
-            if let Some(tangent) = target.tangent {
-                e[3 + a] = task.options.tangent_weight * (tangent[a] - self.tangent[a]);
-            }
+        let way = std::array::from_fn(|a| target.position[a] - self.tip[a]);
+        e[..3].copy_from_slice(&task.options.controlled(way));
+        if let Some(tangent) = target.tangent {
+            (0..3).for_each(|a| e[3 + a] = task.options.tangent_weight * (tangent[a] - self.tangent[a]));
         }
         e
     }
@@ -107,11 +104,9 @@ impl State {
     pub(crate) fn jacobian(&self, task: &Task, target: &Target) -> Columns {
         let mut columns = [[0.0; ROWS]; MOST_INPUTS];
         for (column, rates) in columns.iter_mut().zip(&self.rates) {
-            for a in 0..3 {
-                column[a] = if task.options.coordinates[a] { rates[a] } else { 0.0 };
-                let weight = if target.tangent.is_some() { task.options.tangent_weight } else { 0.0 };
-                column[3 + a] = weight * rates[3 + a];
-            }
+            column[..3].copy_from_slice(&task.options.controlled([rates[0], rates[1], rates[2]]));
+            let weight = if target.tangent.is_some() { task.options.tangent_weight } else { 0.0 };
+            (0..3).for_each(|a| column[3 + a] = weight * rates[3 + a]);
         }
         columns
     }

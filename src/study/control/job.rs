@@ -282,6 +282,7 @@ impl ControlJob {
         let of_trajectory = ControlOptions::of(trajectory);
         ControlOptions {
             coordinates: self.coordinates.unwrap_or(of_trajectory.coordinates),
+            free_direction: of_trajectory.free_direction,
             tangent_weight: self.tangent_weight.unwrap_or(of_trajectory.tangent_weight),
             tolerance: self.tolerance.unwrap_or(of_trajectory.tolerance),
             most_iterations: self.most_iterations.unwrap_or(of_trajectory.most_iterations),

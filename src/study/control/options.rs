@@ -1,5 +1,6 @@
 //! How targets are looked for.
 
+use crate::model::Vector;
 use crate::spec::{Redundancy, Trajectory};
 
 /// How a controller looks for the inputs of one target.
@@ -8,6 +9,9 @@ use crate::spec::{Redundancy, Trajectory};
 pub struct ControlOptions {
     /// Which of x, y and z of the tip are controlled; the others are free.
     pub coordinates: [bool; 3],
+    /// A unit vector along which the tip is free, world frame: each target stands for a line, such as that below a pixel
+    /// of a picture. `None` for none.
+    pub free_direction: Option<Vector>,
     /// Length by which a tangent's error counts (m).
     pub tangent_weight: f64,
     /// A target is reached where so much is left of it (m).
@@ -22,6 +26,7 @@ impl Default for ControlOptions {
     fn default() -> Self {
         Self {
             coordinates: [true; 3],
+            free_direction: None,
             tangent_weight: 0.01,
             tolerance: 1e-8,
             most_iterations: 200,
@@ -36,6 +41,7 @@ impl ControlOptions {
         let default = ControlOptions::default();
         ControlOptions {
             coordinates: trajectory.coordinates,
+            free_direction: default.free_direction,
             tangent_weight: trajectory.tangent_weight.unwrap_or(default.tangent_weight),
             tolerance: trajectory.tolerance.unwrap_or(default.tolerance),
             most_iterations: trajectory.most_iterations.unwrap_or(default.most_iterations),
@@ -46,6 +52,23 @@ impl ControlOptions {
     /// With other controlled coordinates.
     pub fn with_coordinates(self, coordinates: [bool; 3]) -> ControlOptions {
         ControlOptions { coordinates, ..self }
+    }
+
+    /// With a direction, a unit vector, along which the tip is free.
+    pub fn with_free_direction(self, free_direction: Option<Vector>) -> ControlOptions {
+        ControlOptions { free_direction, ..self }
+    }
+
+    /// What of a vector is controlled: coordinates, without the free direction.
+    pub(super) fn controlled(&self, vector: Vector) -> Vector {
+        let of_coordinates: Vector = std::array::from_fn(|a| if self.coordinates[a] { vector[a] } else { 0.0 });
+        match self.free_direction {
+            None => of_coordinates,
+            Some(free) => {
+                let along: f64 = of_coordinates.iter().zip(free).map(|(x, d)| x * d).sum();
+                std::array::from_fn(|a| of_coordinates[a] - along * free[a])
+            }
+        }
     }
 
     /// With another weight of the tangent (m).

@@ -133,8 +133,7 @@ impl ControlRun {
 
     /// Distance of the tip from its target in the controlled coordinates (m).
     pub fn tip_error(&self, result: &TargetResult) -> f64 {
-        let controlled = (0..3).filter(|a| self.options.coordinates[*a]);
-        norm(controlled.map(|a| result.tip[a] - result.target.position[a]))
+        norm(self.options.controlled(std::array::from_fn(|a| result.tip[a] - result.target.position[a])))
     }
 
     /// Where the tip should be; where a coordinate is free, the target goes along with the tip (m).

@@ -32,6 +32,7 @@ impl Controller {
     ) -> Result<Vec<TargetResult>, ControlError> {
         let begun = Instant::now();
         let table = self.table(options.table)?;
+        let table = table.as_slice();
         let task = Arc::clone(&self.task);
         let task = &*task;
         let little = LITTLE * self.task.length;
@@ -41,7 +42,7 @@ impl Controller {
                 None => (attempt, APART),
                 Some(further) => (further + 1, FAR_APART),
             };
-            let state = table[*nearest(task, &table, target, rank + 1, apart).get(rank)?].clone();
+            let state = table[*nearest(task, table, target, rank + 1, apart).get(rank)?].clone();
             Some(Descent::new(task, state, *target))
         };
         let mut best: Vec<Descent> = targets.par_iter().filter_map(|target| start(target, 0)).collect();
@@ -136,15 +137,23 @@ impl Controller {
         Ok(())
     }
 
-    /// Stable equilibria from rest, evenly over the permitted inputs.
-    fn table(&mut self, count: usize) -> Result<Vec<State>, ControlError> {
-        let mut rows = vec![self.task.home];
+    /// Stable equilibria from rest, evenly over the permitted inputs; those of the last call, if as many are wanted again.
+    fn table(&mut self, count: usize) -> Result<Arc<Vec<State>>, ControlError> {
+        if let Some((_, table)) = self.tabled.as_ref().filter(|(tabled, _)| *tabled == count) {
+            return Ok(Arc::clone(table));
+        }
+        let mut rows = vec![self.home];
         rows.extend((0..count).map(|k| self.task.lattice(k)));
         let solutions = self.engines.solve_from_rest(&rows)?;
         let state = |(row, z)| State::new(&self.task, z, &solutions, row);
         let stable = |(row, _): &(usize, _)| solutions.status(*row).is_success();
         let table: Vec<State> = rows.into_iter().enumerate().filter(stable).map(state).collect();
-        if table.is_empty() { Err(ControlError::NoTable(count + 1)) } else { Ok(table) }
+        if table.is_empty() {
+            return Err(ControlError::NoTable(count + 1));
+        }
+        let table = Arc::new(table);
+        self.tabled = Some((count, Arc::clone(&table)));
+        Ok(table)
     }
 
     /// Until every search has ended.

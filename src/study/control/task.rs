@@ -1,7 +1,7 @@
 //! What a controller is asked for, with inputs scaled by half their range.
 
 use super::ControlOptions;
-use super::inputs::Inputs;
+use super::inputs::{Inputs, MOST_INPUTS};
 use crate::model::{Parameter, SegmentParameter};
 use crate::spec::ControlInput;
 
@@ -14,14 +14,21 @@ pub(super) struct Task {
     pub unit: f64,
     /// Of the rod (m)
     pub length: f64,
-    /// The scene's own values, held within the limits; scaled.
-    pub home: Inputs,
 }
 
 impl Task {
     /// Half the range of an input.
     pub(crate) fn scale(&self, k: usize) -> f64 {
         0.5 * (self.inputs[k].high - self.inputs[k].low)
+    }
+
+    /// Values of the inputs, held within the limits; scaled.
+    pub(crate) fn scaled(&self, values: &[f64]) -> Inputs {
+        let mut scaled = [0.0; MOST_INPUTS];
+        for (k, (value, input)) in values.iter().zip(&self.inputs).enumerate() {
+            scaled[k] = value.clamp(input.low, input.high) / self.scale(k);
+        }
+        scaled
     }
 
     pub(crate) fn low(&self, k: usize) -> f64 {

@@ -75,7 +75,7 @@ impl Controller {
         // Currents that relax depend on the way there.
         let can_advance = task.options.redundancy == Redundancy::LeastChange;
         // The last states, the latest first; more than one where they were reached.
-        let mut last = vec![self.start(task.home)?];
+        let mut last = vec![self.start(self.home)?];
         let mut ended: Vec<Descent> = Vec::with_capacity(targets.len());
         let mut together = 1;
         let mut solutions = Solutions::default();

@@ -1,7 +1,7 @@
 //! Points along one solved rod, and how they move with the parameters.
 
 use super::{Rows, SolveError, Solved};
-use crate::model::{Matrix, Vector};
+use crate::model::{Matrix, Scene, Vector};
 use crate::reference::{Pose, PoseDerivative, shape_with_derivatives};
 use crate::report::TextTable;
 use crate::study::rod_points::by_parameter;
@@ -28,6 +28,20 @@ pub fn evenly_spaced(length: f64, count: usize) -> Result<Vec<f64>, SolveError> 
         return Err(SolveError::TooFewPoints { count });
     }
     Ok((0..count).map(|k| length * k as f64 / (count - 1) as f64).collect())
+}
+
+/// Arc lengths of so many points along each segment, from end to end (m). Rounding does not lead beyond the tip.
+pub fn along_segments(scene: &Scene, count: usize) -> Vec<f64> {
+    let tip = scene.rod().total_length();
+    let mut start = 0.0;
+    let mut at = Vec::with_capacity(count * scene.segments.len());
+    for index in 0..scene.segments.len() {
+        let length = scene.segment_length(index);
+        let share = |k: usize| k as f64 / count.saturating_sub(1).max(1) as f64;
+        at.extend((0..count).map(|k| (start + length * share(k)).min(tip)));
+        start += length;
+    }
+    at
 }
 
 impl Solved {

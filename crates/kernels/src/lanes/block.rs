@@ -2,10 +2,10 @@
 //! that arrived; or both with care.
 
 use super::algebra::length;
-use super::group::{Answer, ByNodes, END_COLUMNS, Follow, Load, Tools, store_end};
+use super::group::{Answer, ByNodes, Follow, Load, Tools, store_end};
 use super::kernels::Kernels;
 use super::lane::{Lane, Scalar};
-use super::nodes::Nodes;
+use super::memory::{CoarseScalar, Memory, pack};
 use super::path::{Path, rest_slope};
 use super::problem::Problem;
 use super::program::{Inputs, Outputs, Program};
@@ -110,44 +110,6 @@ fn is_for_next<S: Scalar>(way: Way, status: S) -> bool {
     // A status that is no number is not settled.
     let is_settled = status.to_f64() < f64::from(settled.code());
     !is_settled
-}
-
-type CoarseScalar<L> = <<L as Kernels>::Coarse as Lane>::Scalar;
-
-/// Memory of a thread.
-struct Memory<L: Kernels> {
-    paths: Tools<L::Coarse>,
-    answers: Tools<L>,
-    nodes: Nodes<L>,
-    /// Inputs of the block, dm0/dlambda at rest and the ends of the paths, by sample.
-    inputs: Vec<CoarseScalar<L>>,
-    rest_slopes: Vec<CoarseScalar<L>>,
-    ends: Vec<CoarseScalar<L>>,
-}
-
-impl<L: Kernels> Memory<L> {
-    fn new(token: L::Token, program: &Program, inputs: usize) -> Self {
-        let zero = CoarseScalar::<L>::default();
-        Self {
-            paths: Tools::new(token, program, inputs / BLOCK),
-            answers: Tools::new(token, program, inputs / BLOCK),
-            nodes: Nodes::new(token, program),
-            inputs: vec![zero; inputs],
-            rest_slopes: vec![zero; 3 * BLOCK],
-            ends: vec![zero; END_COLUMNS * BLOCK],
-        }
-    }
-}
-
-/// Puts columns of some samples of a block side by side; lanes without a sample do as the last one does, and take no
-/// time of their own.
-#[inline(always)]
-fn pack<From: Scalar, To: Scalar>(columns: &[From], samples: &[usize], lanes: usize, to: &mut [To]) {
-    let last = samples[samples.len() - 1];
-    for (to, from) in to.chunks_exact_mut(lanes).zip(columns.chunks_exact(BLOCK)) {
-        to.fill(To::from_f64(from[last].to_f64()));
-        to.iter_mut().zip(samples).for_each(|(to, sample)| *to = To::from_f64(from[*sample].to_f64()));
-    }
 }
 
 /// A block at work.

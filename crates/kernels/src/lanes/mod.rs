@@ -15,6 +15,7 @@ mod counted;
 mod group;
 mod kernels;
 mod lane;
+mod memory;
 mod nodes;
 mod operators;
 mod path;

@@ -30,9 +30,18 @@ async function loneliest(page) {
   const stage = await page.locator("#stage").boundingBox();
   const found = await page.evaluate(() => {
     const { map, stage } = window.rodsweep;
-    for (let point = 0; point < map.cloud.count; point += 7) {
-      const [x, y] = stage.project(map.cloud.at(point));
-      if (map.cloud.mask[point] === 1 && map.cloud.pick(x, y) === point) return { point, x, y, row: map.cloud.rows[point] };
+    // Points in squares of 4 pixels: alone in its own and in those around.
+    const squares = new Map();
+    const number = (x, y) => 4096 * Math.floor(y / 4) + Math.floor(x / 4);
+    const at = (point) => stage.project(map.cloud.at(point));
+    for (let point = 0; point < map.cloud.count; point++) {
+      const square = number(...at(point));
+      squares.set(square, (squares.get(square) ?? 0) + 1);
+    }
+    const isAlone = (x, y) => [-4, 0, 4].every((u) => [-4, 0, 4].every((v) => (squares.get(number(x + u, y + v)) ?? 0) === (u || v ? 0 : 1)));
+    for (let point = 0; point < map.cloud.count; point++) {
+      const [x, y] = at(point);
+      if (map.cloud.mask[point] === 1 && isAlone(x, y) && map.cloud.pick(x, y) === point) return { point, x, y, row: map.cloud.rows[point] };
     }
     return null;
   });
@@ -116,6 +125,66 @@ test("cuts and filters hide points, histograms follow", async () => {
   await page.waitForFunction(() => window.rodsweep.map.colouring === "coil.current.x");
   await shot(page, "map-dark");
   assert.deepEqual(page.troubles, []);
+});
+
+test("a row is found by keyboard, too", async () => {
+  const page = await open(browser, server.address);
+  const row = await page.evaluate(() => window.rodsweep.map.cloud.rows[3]);
+  await page.getByLabel("Row", { exact: true }).fill(String(row));
+  await page.keyboard.press("Enter");
+  await page.waitForSelector(`.row-card h2:text-is("Row ${row}")`);
+  await page.getByLabel("Row", { exact: true }).fill("123456789");
+  await page.keyboard.press("Enter");
+  await page.waitForFunction(() => /whole number from 0/.test(document.querySelector(".row-card").textContent));
+  // Everything that can be used is reached by tabs, and shows that it is.
+  await page.evaluate(() => document.activeElement.blur());
+  const seen = new Set();
+  for (let k = 0; k < 90; k++) {
+    await page.keyboard.press("Tab");
+    const at = await page.evaluate(() => {
+      const here = document.activeElement;
+      const ring = getComputedStyle(here).outlineStyle;
+      return { name: here.getAttribute("aria-label") || here.textContent.trim().slice(0, 30) || here.id || here.tagName, ring, isBody: here === document.body };
+    });
+    if (!at.isBody) assert.notEqual(at.ring, "none", `${at.name} does not show that it has the focus`);
+    seen.add(at.name);
+  }
+  for (const name of ["Colour by", "x in mm, lowest", "Add a filter by a column", "All equilibria", "Find currents", "Row"]) {
+    assert.ok(seen.has(name), `${name} is not reached: ${[...seen].join("; ")}`);
+  }
+});
+
+test("the boundary and the voxels of a workspace are drawn", async (t) => {
+  const volume = join(folder(), "volume");
+  await run("run", "sweeps/volume.toml", "--backend", "cpu", "--limit", "8192", "--out", volume, "--quiet");
+  await run("workspace", volume, "--no-figures", "--quiet");
+  const other = await serve(volume, "--keep");
+  t.after(() => other.stop());
+  for (const theme of ["light", "dark"]) {
+    const page = await open(browser, other.address, { theme });
+    const layers = (name) => page.evaluate((name) => window.rodsweep.map.layers[name], name);
+    await page.getByLabel("Boundary surface").check();
+    await page.waitForFunction(() => window.rodsweep.map.layers.surface?.visible);
+    await settled(page);
+    await shot(page, `surface-${theme}`);
+    await page.getByLabel("Tips").uncheck();
+    await page.getByLabel("Boundary surface").uncheck();
+    await page.getByLabel("Voxels").selectOption("stability.margin");
+    await page.waitForFunction(() => window.rodsweep.map.layers.voxels?.mesh.count > 0);
+    assert.equal(await page.locator(".colour-bar:visible").count(), 2, "voxels have a bar of their own");
+    await settled(page);
+    const count = () => page.evaluate(() => window.rodsweep.map.layers.voxels.mesh.count);
+    const whole = await count();
+    const y = page.getByLabel("y in mm, highest, as a number");
+    await y.fill("0");
+    await y.press("Enter");
+    await page.waitForFunction((whole) => window.rodsweep.map.layers.voxels.mesh.count < whole, whole);
+    await settled(page);
+    await shot(page, `voxels-${theme}`);
+    assert.ok((await layers("surface")) !== null);
+    assert.deepEqual(page.troubles, []);
+    await page.context().close();
+  }
 });
 
 test("the exported page opens with the network cut off", async () => {

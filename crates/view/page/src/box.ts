@@ -66,7 +66,7 @@ export class AxesBox {
         const geometry = new BufferGeometry();
         geometry.setAttribute("position", new BufferAttribute(new Float32Array(points), 3));
         const lines = new LineSegments(geometry, this.material);
-        lines.renderOrder = -3;
+        lines.renderOrder = -4;
         this.panes.push({ axis, end, lines });
         this.group.add(lines);
       }
@@ -117,7 +117,7 @@ export class AxesBox {
           const [dx, dy] = out(15);
           write(label, x + dx!, y + dy!, "tick");
         }
-        const [dx, dy] = out(axis === 2 ? 44 : 37);
+        const [dx, dy] = out(axis === 2 ? 52 : 37);
         write(`${NAMES[axis]!} (${this.unit})`, middle[0]! + dx!, middle[1]! + dy!, "axis");
       }
     }

@@ -1,27 +1,35 @@
-// Dragging the tip: `control`'s search for the currents, live, in the plane of the picture. The numbers beside it do the
-// same by keyboard.
+// Dragging the tip: `control`'s search for the currents, live, for the two directions of the picture; the depth is free.
+// The numbers beside it do the same by keyboard, for all three.
 
 import { BufferGeometry, Line, LineBasicMaterial, Mesh, MeshBasicMaterial, RingGeometry, Vector3 } from "three";
+import { el } from "./dom";
 import type { RodView } from "./rodview";
 import type { Stage } from "./stage";
 import { colourOf, onTheme } from "./theme";
+import { outcomeInWords } from "./outcome";
 import type { DragAnswer, Vector } from "./wire";
 
-/** A change of depth that is gone after, over the rod's length. */
-const DEPTH = 1e-3;
 /** The tip is taken within so many pixels. */
 const REACH = 16;
+/** A search that is still on its way after so many answers is as near as it gets. */
+const PATIENCE = 12;
+
+/** What is searched for: a place (m), perhaps with a direction along which it is free. */
+interface Goal {
+  target: Vector;
+  along: Vector | null;
+}
 
 export class Dragging {
   last: DragAnswer | null = null;
   private isBusy = false;
-  private wanted: Vector | null = null;
+  private wanted: Goal | null = null;
   private begins = true;
-  /** The tip as it was last, while it is held: the plane of the picture goes through it. */
-  private held: Vector3 | null = null;
-  private pointer: [number, number] = [0, 0];
+  private isHeld = false;
+  private tries = 0;
   private readonly target: Mesh;
   private readonly leash: Line;
+  private readonly note = el("div", { class: "drag-note", "aria-hidden": "true", hidden: true });
   private readonly listeners: ((answer: DragAnswer | null, error: string | null) => void)[] = [];
 
   constructor(
@@ -36,6 +44,7 @@ export class Dragging {
     this.leash.frustumCulled = false;
     this.target.visible = this.leash.visible = false;
     stage.add(this.target, this.leash);
+    stage.host.append(this.note);
     onTheme(() => {
       material.color.set(colourOf("--accent"));
       line.color.set(colourOf("--accent"));
@@ -46,6 +55,8 @@ export class Dragging {
     canvas.addEventListener("pointermove", (event) => this.move(event));
     canvas.addEventListener("pointerup", () => this.release());
     canvas.addEventListener("pointercancel", () => this.release());
+    // The leash ends at the rod, whenever that is drawn anew.
+    stage.onFrame(() => this.leash.visible && this.stretch());
   }
 
   onAnswer(listener: (answer: DragAnswer | null, error: string | null) => void): void {
@@ -65,76 +76,67 @@ export class Dragging {
 
   private down(event: PointerEvent): void {
     if (!this.isNear(event)) return;
-    this.held = this.rod.mesh.tip.position.clone();
-    this.begins = true;
+    this.isHeld = this.begins = true;
     this.stage.controls.enabled = false;
     this.stage.renderer.domElement.setPointerCapture(event.pointerId);
   }
 
   private move(event: PointerEvent): void {
     const canvas = this.stage.renderer.domElement;
-    if (!this.held) {
+    if (!this.isHeld) {
       canvas.style.cursor = this.isNear(event) ? "grab" : "";
       return;
     }
     canvas.style.cursor = "grabbing";
-    this.pointer = [event.offsetX, event.offsetY];
-    this.pull();
-  }
-
-  /** Searches for the place below the pointer, as deep as the tip. */
-  private pull(): void {
-    if (!this.held) return;
-    const place = this.stage.unproject(...this.pointer, this.held);
-    this.mark(place);
-    this.seek([place.x / this.stage.perMetre, place.y / this.stage.perMetre, place.z / this.stage.perMetre]);
-  }
-
-  private release(): void {
-    if (!this.held) return;
-    this.held = null;
-    this.stage.controls.enabled = true;
-    this.stage.renderer.domElement.style.cursor = "";
-    this.target.visible = this.leash.visible = false;
-    this.stage.invalidate();
-  }
-
-  /** Only the picture's two directions are asked for: as long as the tip comes nearer by it, the plane goes with it. */
-  private deepen(answer: DragAnswer): void {
-    if (!this.held || this.wanted) return;
-    const tip = new Vector3(...answer.tip).multiplyScalar(this.stage.perMetre);
-    const { toward } = this.stage.directions();
-    const depth = tip.clone().sub(this.held).dot(new Vector3(...toward));
-    this.held = tip;
-    if (Math.abs(depth) > DEPTH * this.rod.source.description.length * this.stage.perMetre) this.pull();
-  }
-
-  private mark(place: Vector3): void {
+    // As deep as the tip is now; the search may go where it likes along the direction of view.
+    const place = this.stage.unproject(event.offsetX, event.offsetY, this.rod.mesh.tip.position);
     this.target.visible = this.leash.visible = true;
     this.target.position.copy(place);
     this.target.quaternion.copy(this.stage.camera.quaternion);
-    this.leash.geometry.setFromPoints([this.rod.mesh.tip.position, place]);
+    this.stage.invalidate();
+    const { perMetre } = this.stage;
+    this.seek({ target: place.divideScalar(perMetre).toArray(), along: this.stage.directions().toward });
+  }
+
+  private release(): void {
+    if (!this.isHeld) return;
+    this.isHeld = false;
+    this.stage.controls.enabled = true;
+    this.stage.renderer.domElement.style.cursor = "";
+    this.target.visible = this.leash.visible = false;
+    this.note.hidden = true;
     this.stage.invalidate();
   }
 
-  /** Searches for a place (m); `afresh` begins at the values as they are. */
-  seek(target: Vector, afresh = false): void {
-    this.wanted = target;
-    this.begins ||= afresh;
+  private stretch(): void {
+    this.leash.geometry.setFromPoints([this.rod.mesh.tip.position, this.target.position]);
+  }
+
+  /** Searches for a place (m) from the values as they are. */
+  find(target: Vector): void {
+    this.begins = true;
+    this.seek({ target, along: null });
+  }
+
+  private seek(goal: Goal): void {
+    this.wanted = goal;
+    this.tries = 0;
     void this.pump();
   }
 
   private async pump(): Promise<void> {
     if (this.isBusy || !this.wanted) return;
     this.isBusy = true;
-    const [target, begin] = [this.wanted, this.begins];
+    const [goal, begin] = [this.wanted, this.begins];
     this.wanted = null;
     this.begins = false;
     try {
-      const answer = await this.rod.source.drag({ ...this.rod.values }, target, begin, this.held === null);
+      const answer = await this.rod.source.drag({ ...this.rod.values }, goal.target, goal.along, begin);
       this.last = answer;
       this.rod.set(answer.values);
-      this.deepen(answer);
+      this.tell(answer);
+      this.tries += 1;
+      if (answer.outcome === "iteration-limit" && this.tries < PATIENCE) this.wanted ??= goal;
       this.listeners.forEach((listener) => listener(answer, null));
     } catch (error) {
       this.begins = true;
@@ -142,5 +144,12 @@ export class Dragging {
     }
     this.isBusy = false;
     void this.pump();
+  }
+
+  /** Below the rod, what holds the tip back. */
+  private tell(answer: DragAnswer): void {
+    const isThere = answer.outcome === "reached" || answer.outcome === "iteration-limit";
+    this.note.hidden = isThere || !this.isHeld;
+    if (!isThere) this.note.textContent = outcomeInWords(answer, this.rod.source.description.sliders);
   }
 }

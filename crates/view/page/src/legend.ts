@@ -13,6 +13,8 @@ export class Legend {
 
   show(answer: RodAnswer | null): void {
     const shape = answer?.shape;
+    // What is drawn in grey keeps its legend.
+    if (!shape && this.words) return;
     const entries: [string, string, string][] = [];
     const { colours } = this.style;
     if (shape) {

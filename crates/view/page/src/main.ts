@@ -4,6 +4,7 @@ import { Box3, Vector3 } from "three";
 import { AxesBox } from "./box";
 import { byId, el } from "./dom";
 import { Dragging } from "./dragging";
+import { labelFrame } from "./framelabels";
 import { Legend } from "./legend";
 import { MapPanel } from "./mappanel";
 import { MapView } from "./mapview";
@@ -49,7 +50,10 @@ async function start(): Promise<void> {
   const sliders = new SliderPanel(rod);
   const readout = new Readout(rod, dragging);
   const legend = new Legend(description.style);
-  if (stage) host.append(legend.element);
+  if (stage) {
+    host.append(legend.element);
+    labelFrame(stage, rod);
+  }
   rod.onAnswer((answer) => {
     legend.show(answer);
     sliders.show(rod.values);
@@ -129,11 +133,11 @@ function showWarnings(rod: RodView, host: HTMLElement): void {
   const banner = el("div", { class: "banner", hidden: true });
   host.append(banner);
   rod.onAnswer((answer, error) => {
-    const { kind, title, words } = judge(answer?.solution ?? null, error);
+    const { kind, title, brief } = judge(answer?.solution ?? null, error);
     const isShown = kind === "warn" || kind === "bad";
     banner.hidden = !isShown;
     banner.className = `banner is-${kind}`;
-    if (isShown) banner.replaceChildren(symbol(kind), el("b", {}, title), el("span", {}, words));
+    if (isShown) banner.replaceChildren(symbol(kind), el("b", {}, title), el("span", {}, brief));
   });
 }
 

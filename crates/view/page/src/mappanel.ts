@@ -3,7 +3,7 @@
 import { ColourBar } from "./colourbar";
 import { el } from "./dom";
 import { spansDecades, type Range } from "./filters";
-import { compact, shownUnit, whole } from "./format";
+import { shownUnit, whole } from "./format";
 import type { MapView } from "./mapview";
 import { HistogramView, RangeInput } from "./ranges";
 
@@ -50,10 +50,10 @@ export class MapPanel {
         this.note,
       ),
       el("section", {}, el("h2", {}, "Colour"), colour, this.bar.element),
+      this.layers(),
       el("section", {}, el("h2", {}, "Cut planes"), ...[0, 1, 2].map((axis) => this.cut(axis))),
       el("section", {}, el("h2", {}, "Filters"), this.filters, add),
       el("section", {}, el("h2", {}, "Status"), this.statuses),
-      this.layers(),
     );
     map.onChange(() => this.refresh());
   }
@@ -166,14 +166,15 @@ export class MapPanel {
     if (info.voxels) {
       const names = info.voxels.filter(({ kind, name }) => kind === "number" && !name.startsWith("voxel.")).map(({ name }) => name);
       const select = el("select", { "aria-label": "Voxels" }, el("option", { value: "" }, "No voxels"), ...names.map((name) => el("option", { value: name }, `Voxels by ${name}`)));
-      const range = el("p", { class: "note" });
+      const bar = new ColourBar(this.map.source.description.style);
+      bar.element.hidden = true;
       select.addEventListener("change", () => {
-        void layers.showVoxels(select.value || null).then((found) => {
-          const unit = info.voxels?.find(({ name }) => name === select.value)?.unit ?? "";
-          range.textContent = found ? `Colours from ${compact(found.low)} to ${compact(found.high)} ${unit}` : "";
+        void this.map.showVoxels(select.value || null).then((told) => {
+          bar.element.hidden = !told || told.count === 0;
+          if (told && told.count > 0) bar.show(told);
         });
       });
-      children.push(select, range);
+      children.push(select, bar.element);
     }
     if (!info.surface && !info.voxels) {
       children.push(el("p", { class: "note" }, "Boundary and voxels: run rodsweep workspace on the directory."));

@@ -133,6 +133,12 @@ export class MapView {
     });
   }
 
+  /** Voxels by a column, or none. */
+  showVoxels(column: string | null): Promise<Statistics | null> {
+    this.cloud.isMixed = column !== null;
+    return this.layers.showVoxels(column);
+  }
+
   histogram(name: string): Histogram | null {
     const values = this.columns.get(name);
     const statistics = this.statistics.get(name);
@@ -172,6 +178,14 @@ export class MapView {
       const solution = branches[nearest]!;
       this.rod.take({ ...answer, solution, shape: shapes[nearest] ?? null, stability_index: solution.stability_index ?? null });
     }
+  }
+
+  /** Shows a row by its number; false where no point stands for it. */
+  async chooseRow(row: number): Promise<boolean> {
+    const point = this.cloud.rows.subarray(0, this.cloud.count).indexOf(row);
+    if (point < 0) return false;
+    await this.choose(point);
+    return true;
   }
 
   /** Shows the row of a point, and the rod that leads there. */

@@ -1,10 +1,12 @@
-// Tips as points: coloured in a shader by one column, hidden by a mask, thinned while the camera moves.
+// Tips as points: coloured by one column, hidden by a mask, thinned while the camera moves. A shader draws them, or,
+// without a GPU, a loop.
 
 import {
   BufferAttribute,
   BufferGeometry,
   DataTexture,
   DynamicDrawUsage,
+  Group,
   NearestFilter,
   Points,
   RGBAFormat,
@@ -12,6 +14,7 @@ import {
   Sphere,
   Vector3,
 } from "three";
+import { Splat, type Dots } from "./splat";
 import type { Stage } from "./stage";
 import type { Statistics, Style } from "./wire";
 
@@ -45,7 +48,7 @@ void main() {
 }`;
 
 export class Cloud {
-  readonly object: Points<BufferGeometry, ShaderMaterial>;
+  readonly object = new Group();
   /** Of each point, in metres. */
   readonly positions: Float32Array;
   readonly rows: Uint32Array;
@@ -54,6 +57,14 @@ export class Cloud {
   count = 0;
   /** Share of the points that the last frame drew. */
   drawn = 0;
+  /** Whether something stands between the points, which they must hide or be hidden by. */
+  isMixed = false;
+  private readonly points: Points<BufferGeometry, ShaderMaterial>;
+  private readonly splat: Splat | null;
+  private readonly dots: Dots;
+  private isShaded = false;
+  private size = 3;
+  private range: Pick<Statistics, "low" | "high" | "map"> = { low: 0, high: 1, map: "sequential" };
   private readonly value: BufferAttribute;
   private readonly shown: BufferAttribute;
   private readonly place: BufferAttribute;
@@ -80,13 +91,21 @@ export class Cloud {
     geometry.boundingSphere = new Sphere(new Vector3(), Infinity);
     const uniforms = { size: { value: 3 }, low: { value: 0 }, high: { value: 1 }, palette: { value: this.palette("sequential") } };
     const material = new ShaderMaterial({ vertexShader: VERTEX, fragmentShader: FRAGMENT, uniforms });
-    this.object = new Points(geometry, material);
-    this.object.frustumCulled = false;
-    // The rod is drawn over the tips, as in the figures.
-    this.object.renderOrder = -1;
-    this.object.onAfterRender = (renderer) => renderer.clearDepth();
-    stage.add(this.object);
-    stage.onFrame((isMoving) => this.thin(isMoving));
+    this.points = new Points(geometry, material);
+    this.points.frustumCulled = false;
+    this.splat = stage.isSoftware ? new Splat(stage) : null;
+    this.dots = { positions: this.positions, shades: new Int16Array(this.splat ? total : 0), palette: new Uint32Array(256), version: 0 };
+    for (const object of this.splat ? [this.points, this.splat.object] : [this.points]) {
+      object.renderOrder = -2;
+      this.object.add(object);
+    }
+    // The rod is drawn over the tips and voxels, as in the figures.
+    const curtain = new Points(new BufferGeometry(), material);
+    curtain.renderOrder = -1;
+    curtain.frustumCulled = false;
+    curtain.onAfterRender = (renderer) => renderer.clearDepth();
+    stage.add(this.object, curtain);
+    stage.onFrame((isMoving) => this.prepare(isMoving));
   }
 
   private palette(name: "sequential" | "diverging"): DataTexture {
@@ -119,6 +138,7 @@ export class Cloud {
     }
     this.rows.set(rows, from);
     this.count = Math.max(this.count, from + rows.length);
+    this.place.addUpdateRange(3 * from, 3 * rows.length);
     this.place.needsUpdate = true;
   }
 
@@ -126,11 +146,14 @@ export class Cloud {
   takeValues(from: number, values: ArrayLike<number>): void {
     (this.value.array as Float32Array).set(values, from);
     this.value.needsUpdate = true;
+    this.isShaded = false;
     this.stage.invalidate();
   }
 
   colour(statistics: Statistics): void {
-    const { uniforms } = this.object.material;
+    this.range = statistics;
+    this.isShaded = false;
+    const { uniforms } = this.points.material;
     uniforms.low!.value = statistics.low;
     uniforms.high!.value = statistics.high;
     uniforms.palette!.value = this.palette(statistics.map);
@@ -140,22 +163,52 @@ export class Cloud {
   /** The mask has changed. */
   refresh(shown: number): void {
     this.shown.needsUpdate = true;
+    this.isShaded = false;
     // Few points are drawn large, many so that they just cover each other, as in the figures.
     const { width, height } = this.stage;
     const size = 0.94 * Math.sqrt((0.25 * width * height) / Math.max(shown, 1));
     const ratio = this.stage.renderer.getPixelRatio();
-    this.object.material.uniforms.size!.value = ratio * Math.min(7, Math.max(1.8, size));
+    this.size = ratio * Math.min(7, Math.max(1.8, size));
+    this.points.material.uniforms.size!.value = this.size;
     this.stage.invalidate();
   }
 
-  private thin(isMoving: boolean): void {
+  /** Before a frame: as many points as there is time for, drawn by whom it takes less. */
+  private prepare(isMoving: boolean): void {
+    const splat = this.isMixed ? null : this.splat;
+    this.points.visible = splat === null;
+    if (this.splat) this.splat.object.visible = splat !== null;
+    const drawn = isMoving ? Math.floor(Math.min(this.count, splat ? PATIENCE / splat.pace : this.thinned())) : this.count;
+    this.drawn = this.count > 0 ? drawn / this.count : 0;
+    if (!splat) this.points.geometry.setDrawRange(0, drawn);
+    else if (this.object.visible) {
+      this.shade();
+      splat.draw(this.dots, drawn, this.size);
+    }
+  }
+
+  private thinned(): number {
     const times = this.stage.frameTimes;
     const last = times[times.length - 1] ?? 0;
-    if (isMoving && last > PATIENCE) this.moving = Math.max(FEWEST, Math.min(this.moving, this.count) / 2);
-    else if (isMoving && last < 0.4 * PATIENCE) this.moving = Math.min(this.count, this.moving * 1.1);
-    const drawn = isMoving ? Math.min(this.count, Math.floor(this.moving)) : this.count;
-    this.drawn = this.count > 0 ? drawn / this.count : 0;
-    this.object.geometry.setDrawRange(0, drawn);
+    if (last > PATIENCE) this.moving = Math.max(FEWEST, Math.min(this.moving, this.count) / 2);
+    else if (last < 0.75 * PATIENCE) this.moving = Math.min(this.count, this.moving * 1.1);
+    return this.moving;
+  }
+
+  /** Steps of the palette for those that are drawn by hand, as the shader has them. */
+  private shade(): void {
+    if (this.isShaded) return;
+    this.isShaded = true;
+    const { shades, palette } = this.dots;
+    const { low, high, map } = this.range;
+    const value = this.value.array as Float32Array;
+    const factor = 255 / (high - low);
+    for (let k = 0; k < this.count; k++) {
+      const step = Math.floor((value[k]! - low) * factor + 0.5);
+      shades[k] = this.mask[k] === 0 || Number.isNaN(step) ? -1 : Math.max(0, Math.min(255, step));
+    }
+    palette.set(new Uint32Array((this.palette(map).image.data as Uint8Array).buffer));
+    this.dots.version += 1;
   }
 
   /** The point below a pixel: of those near enough, the one in front. */

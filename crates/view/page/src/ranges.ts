@@ -166,5 +166,10 @@ export class HistogramView {
       const value = fromShare((bin + 0.5) / bins, data, data.isLogarithmic);
       bar(bin, data.passing[bin]!, this.paint(value));
     }
+    // What is as dark or as light as the panel keeps its outline.
+    canvas.fillStyle = colourOf("--muted");
+    data.passing.forEach((count, bin) => {
+      if (count > 0) canvas.fillRect(bin * step, height - Math.sqrt(count / most) * (height - 2), Math.max(1, step - 1), 1);
+    });
   }
 }

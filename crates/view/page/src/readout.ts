@@ -4,16 +4,9 @@ import { copyButton, el, symbol } from "./dom";
 import type { Dragging } from "./dragging";
 import { INPUT_SHARE } from "./ellipsoid";
 import { compact, fixed, parse } from "./format";
+import { outcomeInWords } from "./outcome";
 import type { RodView, Shown } from "./rodview";
 import type { Branches, DragAnswer, RodAnswer, Solution, Vector } from "./wire";
-
-const OUTCOMES: Record<string, string> = {
-  reached: "The tip is there.",
-  "at-limit": "Out of reach: this is the nearest place within the limits of the inputs.",
-  unreachable: "Out of reach: this is the nearest place that the tip can go to.",
-  stuck: "Every step leads away, or to no stable equilibrium nearby.",
-  "iteration-limit": "Still on its way.",
-};
 
 export class Readout {
   readonly element: HTMLElement;
@@ -23,7 +16,7 @@ export class Readout {
   private readonly others = el("div", { class: "others" });
   private readonly arguments = el("code", { class: "arguments" });
   private readonly notes = el("p", { class: "note" });
-  private readonly search = el("p", { class: "note", role: "status" });
+  private readonly search = el("p", { class: "note search", role: "status" });
   private readonly tipInputs: HTMLInputElement[];
   private found: Branches | null = null;
 
@@ -48,7 +41,7 @@ export class Readout {
       event.preventDefault();
       const metres = description.length_unit.metres;
       const target = this.tipInputs.map((input) => parse(input.value) * metres);
-      if (target.every(Number.isFinite)) this.dragging?.seek(target as Vector, true);
+      if (target.every(Number.isFinite)) this.dragging?.find(target as Vector);
     });
     const toggle = (name: keyof Shown, label: string) => {
       const box = el("input", { type: "checkbox" });
@@ -102,8 +95,10 @@ export class Readout {
   private tellSearch(answer: DragAnswer | null, error: string | null): void {
     if (!answer) this.search.textContent = error ?? "";
     else {
-      const elsewhere = answer.from_rest ? "" : " Beyond lies an equilibrium that is not reached from rest, so the currents stay.";
-      this.search.textContent = (OUTCOMES[answer.outcome] ?? answer.outcome) + elsewhere;
+      const { sliders, length_unit } = this.rod.source.description;
+      const isThere = answer.outcome === "reached";
+      const left = isThere ? "" : ` ${compact(answer.residual / length_unit.metres, 2)}\u202f${length_unit.name} are missing.`;
+      this.search.textContent = outcomeInWords(answer, sliders) + left;
     }
   }
 
@@ -122,7 +117,7 @@ export class Readout {
       const text = tip ? fixed(tip.position[k]! / metres, 4) : "\u2013";
       write(`tip.${axis}`, text);
       const input = this.tipInputs[k]!;
-      if (document.activeElement !== input) input.value = tip ? (tip.position[k]! / metres).toFixed(2) : "";
+      if (document.activeElement !== input) input.value = tip ? fixed(tip.position[k]! / metres, 2) : "";
     });
     write("tangent", tip ? tip.rotation.map((row) => fixed(row[2]!, 3)).join("  ") : "\u2013");
     const margin = solution?.stability_margin;
@@ -182,19 +177,17 @@ export class Readout {
 
 type Kind = "good" | "warn" | "bad" | "wait";
 
-/** A solution in words. */
-export function judge(solution: Solution | null, error: string | null): { kind: Kind; title: string; words: string } {
-  if (error) return { kind: "bad", title: "No rod", words: error };
-  if (!solution) return { kind: "wait", title: "Solving", words: "" };
+/** A solution in words, and in a few of them. */
+export function judge(solution: Solution | null, error: string | null): { kind: Kind; title: string; words: string; brief: string } {
+  if (error) return { kind: "bad", title: "No rod", words: error, brief: "the last one stays in grey" };
+  if (!solution) return { kind: "wait", title: "Solving", words: "", brief: "" };
   const status = solution.status;
-  if (!solution.tip) {
-    const words = `${status}: followed from rest to ${fixed(100 * solution.load_fraction, 1)}\u202f% of the load. Drawn in grey: the last equilibrium.`;
-    return { kind: "bad", title: "No equilibrium", words };
+  const path = `followed from rest to ${fixed(100 * solution.load_fraction, 1)}\u202f% of the load`;
+  if (!solution.tip) return { kind: "bad", title: "No equilibrium", words: `${status}: ${path}.`, brief: "the last one stays in grey" };
+  if (solution.stable === false) {
+    const words = status === "unstable" ? "No rod stays here." : `${status}: no rod stays here.`;
+    return { kind: "warn", title: "Unstable", words, brief: "no rod stays here" };
   }
-  if (solution.stable === false) return { kind: "warn", title: "Unstable", words: `${status}: no rod stays here.` };
-  if (!solution.converged) {
-    const words = `The path from rest ends at ${fixed(100 * solution.load_fraction, 1)}\u202f% of the load: the rod would snap. Drawn: an equilibrium beyond.`;
-    return { kind: "warn", title: "Fold", words };
-  }
-  return { kind: "good", title: "Stable", words: status === "ok" ? "reached from rest" : `${status}, reached from rest` };
+  if (!solution.converged) return { kind: "warn", title: "Fold", words: `${path}: there the rod would snap.`, brief: "drawn: an equilibrium beyond" };
+  return { kind: "good", title: "Stable", words: status === "ok" ? "reached from rest" : `${status}, reached from rest`, brief: "" };
 }

@@ -39,6 +39,7 @@ export class RodMesh {
   readonly tip = new Group();
   private readonly tubes = new Map<string, Mesh<BufferGeometry, MeshLambertMaterial>>();
   private readonly arrows = new Map<string, Arrow>();
+  private heads: Vector3[] = [];
   private readonly clamp: Mesh;
   private readonly handle: Mesh;
   private rest: Line | null = null;
@@ -132,10 +133,9 @@ export class RodMesh {
     }
     const tip = this.tip.position;
     const rotation = solution.tip!.rotation;
-    for (let k = 0; k < 3; k++) {
-      const director = new Vector3(rotation[0]![k]!, rotation[1]![k]!, rotation[2]![k]!);
-      this.arrow(`d${k}`, colours.frame[k]!, 0.0035 * length).point(tip, director.multiplyScalar(FRAME * length));
-    }
+    const directors = [0, 1, 2].map((k) => new Vector3(...rotation.map((row) => FRAME * length * row[k]!)));
+    directors.forEach((director, k) => this.arrow(`d${k}`, colours.frame[k]!, 0.0035 * length).point(tip, director));
+    this.heads = directors.map((director) => director.clone().add(tip));
     const dipoles = shape.stretches.map((stretch) => norm(stretch.dipole));
     const largest = Math.max(...dipoles);
     shape.stretches.forEach((stretch, index) => {
@@ -147,6 +147,11 @@ export class RodMesh {
     });
     const force = new Vector3(...shape.tip_force);
     this.arrow("force", colours.force!, 0.006 * length).point(tip, force.setLength(force.length() > 0 ? FORCE * length : 0));
+  }
+
+  /** Where the arrows of the tip's directors end. */
+  directorHeads(): Vector3[] {
+    return this.heads;
   }
 
   /** The field stands beside the rod, at a corner of the box. */

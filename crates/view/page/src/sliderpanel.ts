@@ -1,7 +1,7 @@
 // The numbers of the scene: a slider and a number each, by groups; what is commanded stands open.
 
 import { el } from "./dom";
-import { decimalsFor, parse, toSi } from "./format";
+import { decimalsFor, fixed, parse, toSi } from "./format";
 import type { RodView } from "./rodview";
 import type { Slider, Values } from "./wire";
 
@@ -109,8 +109,7 @@ class SliderRow {
     this.thumb.style.setProperty("--from", percent(Math.min(share, origin)));
     this.thumb.style.setProperty("--to", percent(Math.max(share, origin)));
     const decimals = decimalsFor((high - low) / factor);
-    const text = (value / factor).toFixed(decimals);
-    if (document.activeElement !== this.text) this.text.value = /[1-9]/.test(text) ? text : text.replace("-", "");
+    if (document.activeElement !== this.text) this.text.value = fixed(value / factor, decimals);
     this.thumb.setAttribute("aria-valuetext", `${this.text.value} ${this.slider.shown_unit}`);
     this.element.classList.toggle("is-changed", value !== this.slider.value);
   }

@@ -10,13 +10,15 @@ export interface Source {
   readonly rod: RodAnswer | null;
   solve(values: Values, rest: boolean): Promise<RodAnswer>;
   branches(values: Values): Promise<Branches>;
-  drag(values: Values, target: Vector, begin: boolean, precise: boolean): Promise<DragAnswer>;
+  /** Along a direction, the place is free; else it is searched for precisely. */
+  drag(values: Values, target: Vector, along: Vector | null, begin: boolean): Promise<DragAnswer>;
   /** Columns of the points in a shuffled order, slice by slice. */
   points(columns: string[], take: (columns: Map<string, Numbers>, from: number) => void): Promise<void>;
   statistics(column: string): Promise<Statistics>;
   row(point: number, row: number): Promise<Row>;
   surface(): Promise<{ positions: Map<string, Numbers>; corners: Map<string, Numbers> }>;
   voxels(column: string): Promise<Map<string, Numbers>>;
+  voxelStatistics(column: string): Promise<Statistics>;
   still(name: string): string;
 }
 
@@ -71,8 +73,8 @@ class Live implements Source {
     return this.post("api/branches", { values });
   }
 
-  drag(values: Values, target: Vector, begin: boolean, precise: boolean): Promise<DragAnswer> {
-    return this.post("api/drag", { values, target, begin, precise });
+  drag(values: Values, target: Vector, along: Vector | null, begin: boolean): Promise<DragAnswer> {
+    return this.post("api/drag", { values, target, along, begin, precise: along === null });
   }
 
   async points(columns: string[], take: (columns: Map<string, Numbers>, from: number) => void): Promise<void> {
@@ -106,6 +108,10 @@ class Live implements Source {
     return this.arrow(`api/voxels?column=${encodeURIComponent(column)}`);
   }
 
+  voxelStatistics(column: string): Promise<Statistics> {
+    return json(`api/voxels/column?name=${encodeURIComponent(column)}`);
+  }
+
   still(name: string): string {
     return `stills/${encodeURIComponent(name)}`;
   }
@@ -115,6 +121,7 @@ interface ExportedData extends Description {
   rod: RodAnswer;
   blocks: Block[];
   statistics: Record<string, Statistics>;
+  voxel_statistics: Record<string, Statistics>;
 }
 
 class Exported implements Source {
@@ -181,6 +188,10 @@ class Exported implements Source {
   async voxels(column: string): Promise<Map<string, Numbers>> {
     const names = ["voxel.x", "voxel.y", "voxel.z", column];
     return new Map(names.map((name) => [name, this.columns.get(`voxels/${name}`)!]));
+  }
+
+  async voxelStatistics(column: string): Promise<Statistics> {
+    return this.description.voxel_statistics[column] ?? this.none();
   }
 
   still(name: string): string {

@@ -114,9 +114,10 @@ export interface Branches {
 export interface DragAnswer {
   values: Record<string, number>;
   outcome: string;
+  /** Inputs whose limits hold the tip back. */
+  held: string[];
   tip: Vector;
   residual: number;
-  from_rest: boolean;
 }
 
 export interface Statistics {

@@ -9,7 +9,7 @@ use crate::rod;
 use crate::view::View;
 use base64::prelude::{BASE64_STANDARD, Engine};
 use pack::Pack;
-use rodsweep::table::{Table, Values};
+use rodsweep::table::{Column, Values};
 use serde_json::{Map, Value, json};
 use std::path::Path;
 
@@ -66,6 +66,7 @@ impl View {
             pack_workspace(&mut pack, map);
             data["map"]["points"] = json!(points);
             data["statistics"] = Value::Object(statistics(map)?);
+            data["voxel_statistics"] = Value::Object(voxel_statistics(map)?);
         }
         let (blocks, rounding) = (pack.blocks(), pack.rounding());
         data["blocks"] = json!(blocks);
@@ -124,6 +125,16 @@ fn statistics(map: &ResultMap) -> Result<Map<String, Value>, Refusal> {
     drawn_columns(map).into_iter().map(|(name, _)| Ok((name.clone(), map.column(&name)?))).collect()
 }
 
+fn voxel_statistics(map: &ResultMap) -> Result<Map<String, Value>, Refusal> {
+    let columns = map.voxels.iter().flat_map(|voxels| &voxels.columns).filter(|column| is_packed(column));
+    columns.map(|column| Ok((column.name.clone(), map.voxel_column(&column.name)?))).collect()
+}
+
+/// Whether a column of the voxels goes onto the page.
+fn is_packed(column: &Column) -> bool {
+    matches!(column.values, Values::Double(_) | Values::Single(_) | Values::Index(_))
+}
+
 /// Boundary and voxels, where there are any.
 fn pack_workspace(pack: &mut Pack, map: &ResultMap) {
     if let Some(surface) = &map.surface {
@@ -141,18 +152,8 @@ fn pack_workspace(pack: &mut Pack, map: &ResultMap) {
         }
     }
     if let Some(voxels) = &map.voxels {
-        let kept = reached(voxels);
-        for column in &voxels.columns {
-            if let Values::Double(_) | Values::Single(_) | Values::Index(_) = column.values {
-                let values: Vec<f64> = kept.iter().map(|row| column.values.number(*row)).collect();
-                pack.numbers("voxels", &column.name, &column.unit, &values);
-            }
+        for column in voxels.columns.iter().filter(|column| is_packed(column)) {
+            pack.numbers("voxels", &column.name, &column.unit, &column.values.numbers());
         }
     }
-}
-
-/// Rows of voxels that are part of the workspace.
-fn reached(voxels: &Table) -> Vec<usize> {
-    let reached = voxels.column("reached");
-    (0..voxels.row_count()).filter(|row| reached.is_none_or(|column| column.values.number(*row) == 1.0)).collect()
 }

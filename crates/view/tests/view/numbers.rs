@@ -81,6 +81,39 @@ fn the_tip_is_dragged_within_limits() {
 }
 
 #[test]
+fn the_tip_is_dragged_in_the_picture() {
+    let server = Running::scene();
+    let solve = |values: Value| server.json("api/solve", Some(json!({ "values": values })));
+    let along = [0.5, -0.6, 0.4];
+    let length = along.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let rest = numbers(&solve(json!({}))["solution"]["tip"]["position"]);
+    // From rest, where the tip moves in two directions alone, to the place of other currents, moved along the view.
+    for [x, y, z] in [[0.02, 0.0, 0.01], [-0.05, 0.03, 0.04], [0.25, -0.2, -0.15]] {
+        let currents = json!({ "coil.current.x": x, "coil.current.y": y, "coil.current.z": z });
+        let there = numbers(&solve(currents)["solution"]["tip"]["position"]);
+        let mut found = Value::Null;
+        for k in 1..=5 {
+            let share = f64::from(k) / 5.0;
+            let place: Vec<f64> =
+                (0..3).map(|a| rest[a] + share * (there[a] - rest[a]) + 0.03 * along[a] * share).collect();
+            let body = json!({ "values": {}, "target": place, "along": along, "begin": k == 1 });
+            found = server.json("api/drag", Some(body));
+        }
+        assert_eq!(found["outcome"], "reached", "{found}");
+        assert_eq!(found["held"], json!([]));
+        let tip = numbers(&solve(found["values"].clone())["solution"]["tip"]["position"]);
+        let way: Vec<f64> = (0..3).map(|a| tip[a] - there[a]).collect();
+        let depth: f64 = (0..3).map(|a| way[a] * along[a] / length).sum();
+        let beside = (0..3).map(|a| (way[a] - depth * along[a] / length).powi(2)).sum::<f64>().sqrt();
+        assert!(beside < 2e-4, "{beside} m beside the line, for the currents {x}, {y}, {z}");
+    }
+    for along in [json!([0, 0, 0]), json!([1, 2]), json!("up")] {
+        let body = json!({ "values": {}, "target": rest, "along": along, "begin": true }).to_string();
+        assert_eq!(server.post("api/drag", body.as_bytes()).0, 400, "{along}");
+    }
+}
+
+#[test]
 fn sliders_have_units_and_limits() {
     let of = |path: &str| Running::new(&shipped(path)).json("api/view", None);
     let scene = of("sweeps/scenes/p6.toml");

@@ -154,6 +154,9 @@ fn a_workspace_brings_its_boundary_and_voxels() {
     let voxels = singles(&server.get("api/voxels?column=isotropy").1);
     assert_eq!(voxels[3], ("isotropy".to_owned(), vec![0.5]));
     assert_eq!(server.json("api/view", None)["map"]["voxel"], 0.002);
+    let told = server.json("api/voxels/column?name=isotropy", None);
+    assert_eq!((&told["count"], &told["map"]), (&Value::from(1), &Value::from("sequential")));
+    assert_eq!(server.get("api/voxels/column?name=no.such").0, 404);
     // A file that is cut short shows nothing.
     let path = folder.path().join("boundary.ply");
     let whole = std::fs::read(&path).expect("a file");

@@ -4,6 +4,7 @@
 //! block elimination from the tip joins them. Nothing grows along the whole rod.
 
 mod answer;
+mod drives;
 mod elimination;
 mod interval;
 mod mesh;

@@ -1,5 +1,6 @@
 //! The nodes of a register of rods, and a pass over all their intervals.
 
+use super::drives::{Drive, driving_forces};
 use super::elimination::{Elimination, rotate};
 use super::interval::{Node, Transfer, defect, load_interval};
 use super::mesh::{Interval, Mesh};
@@ -14,14 +15,6 @@ use crate::lanes::shoot::{Record, Tip, shoot};
 use crate::lanes::source::Source;
 use crate::lanes::stability::canonical;
 use crate::model::Tableau;
-
-/// What three loads or parameters do over an interval whose start is held.
-#[derive(Clone, Copy, Debug)]
-pub struct Drive<L> {
-    pub w: Mat3<L>,
-    pub mu: Mat3<L>,
-    pub dp: Mat3<L>,
-}
 
 /// A register of rods by their nodes.
 pub struct Nodes<L: Lane> {
@@ -239,16 +232,4 @@ pub enum What {
     Transfers,
     /// And for a row: what tip forces, or the parameters of forward columns, do over each interval.
     Drives,
-}
-
-/// Changes of the force at the base, by threes: of unit tip forces, or of the parameters of forward columns.
-#[inline(always)]
-fn driving_forces<L: Lane>(program: &Program, workspace: &Workspace<L>, one: L) -> Vec<Mat3<L>> {
-    if program.forward {
-        workspace.sources.iter().map(|sources| sources.dn0).collect()
-    } else if program.derivatives.is_empty() {
-        Vec::new()
-    } else {
-        vec![Mat3::identity(one)]
-    }
 }

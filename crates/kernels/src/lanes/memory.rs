@@ -1,0 +1,46 @@
+//! What a thread keeps from block to block, and how samples of a block are put side by side.
+
+use super::group::{END_COLUMNS, Tools};
+use super::kernels::Kernels;
+use super::lane::{Lane, Scalar};
+use super::nodes::Nodes;
+use super::program::Program;
+use crate::model::BLOCK;
+
+pub type CoarseScalar<L> = <<L as Kernels>::Coarse as Lane>::Scalar;
+
+/// Memory of a thread.
+pub struct Memory<L: Kernels> {
+    pub paths: Tools<L::Coarse>,
+    pub answers: Tools<L>,
+    pub nodes: Nodes<L>,
+    /// Inputs of the block, dm0/dlambda at rest and the ends of the paths, by sample.
+    pub inputs: Vec<CoarseScalar<L>>,
+    pub rest_slopes: Vec<CoarseScalar<L>>,
+    pub ends: Vec<CoarseScalar<L>>,
+}
+
+impl<L: Kernels> Memory<L> {
+    pub fn new(token: L::Token, program: &Program, inputs: usize) -> Self {
+        let zero = CoarseScalar::<L>::default();
+        Self {
+            paths: Tools::new(token, program, inputs / BLOCK),
+            answers: Tools::new(token, program, inputs / BLOCK),
+            nodes: Nodes::new(token, program),
+            inputs: vec![zero; inputs],
+            rest_slopes: vec![zero; 3 * BLOCK],
+            ends: vec![zero; END_COLUMNS * BLOCK],
+        }
+    }
+}
+
+/// Puts columns of some samples of a block side by side; lanes without a sample do as the last one does, and take no
+/// time of their own.
+#[inline(always)]
+pub fn pack<From: Scalar, To: Scalar>(columns: &[From], samples: &[usize], lanes: usize, to: &mut [To]) {
+    let last = samples[samples.len() - 1];
+    for (to, from) in to.chunks_exact_mut(lanes).zip(columns.chunks_exact(BLOCK)) {
+        to.fill(To::from_f64(from[last].to_f64()));
+        to.iter_mut().zip(samples).for_each(|(to, sample)| *to = To::from_f64(from[*sample].to_f64()));
+    }
+}
