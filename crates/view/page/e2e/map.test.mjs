@@ -30,18 +30,21 @@ async function loneliest(page) {
   const stage = await page.locator("#stage").boundingBox();
   const found = await page.evaluate(() => {
     const { map, stage } = window.rodsweep;
-    // Points in squares of 4 pixels: alone in its own and in those around.
-    const squares = new Map();
-    const number = (x, y) => 4096 * Math.floor(y / 4) + Math.floor(x / 4);
+    // Points in squares of some pixels: alone in its own and in those around.
     const at = (point) => stage.project(map.cloud.at(point));
-    for (let point = 0; point < map.cloud.count; point++) {
-      const square = number(...at(point));
-      squares.set(square, (squares.get(square) ?? 0) + 1);
-    }
-    const isAlone = (x, y) => [-4, 0, 4].every((u) => [-4, 0, 4].every((v) => (squares.get(number(x + u, y + v)) ?? 0) === (u || v ? 0 : 1)));
-    for (let point = 0; point < map.cloud.count; point++) {
-      const [x, y] = at(point);
-      if (map.cloud.mask[point] === 1 && isAlone(x, y) && map.cloud.pick(x, y) === point) return { point, x, y, row: map.cloud.rows[point] };
+    for (const size of [4, 3, 2, 1]) {
+      const squares = new Map();
+      const number = (x, y) => 65536 * Math.floor(y / size) + Math.floor(x / size);
+      for (let point = 0; point < map.cloud.count; point++) {
+        const square = number(...at(point));
+        squares.set(square, (squares.get(square) ?? 0) + 1);
+      }
+      const around = [-size, 0, size];
+      const isAlone = (x, y) => around.every((u) => around.every((v) => (squares.get(number(x + u, y + v)) ?? 0) === (u || v ? 0 : 1)));
+      for (let point = 0; point < map.cloud.count; point++) {
+        const [x, y] = at(point);
+        if (map.cloud.mask[point] === 1 && isAlone(x, y) && map.cloud.pick(x, y) === point) return { point, x, y, row: map.cloud.rows[point] };
+      }
     }
     return null;
   });

@@ -180,20 +180,26 @@ export class MapView {
     }
   }
 
-  /** Shows a row by its number; false where no point stands for it. */
+  /** Shows a row by its number, drawn or not; false where this page knows no such row. */
   async chooseRow(row: number): Promise<boolean> {
     const point = this.cloud.rows.subarray(0, this.cloud.count).indexOf(row);
-    if (point < 0) return false;
-    await this.choose(point);
+    const isThere = Number.isInteger(row) && row >= 0 && row < this.info.rows;
+    if (point < 0 && !(isThere && this.source.description.engine)) return false;
+    await this.show(await this.source.row(point, row));
     return true;
   }
 
-  /** Shows the row of a point, and the rod that leads there. */
+  /** Shows the row of a point. */
   async choose(point: number): Promise<void> {
-    const row = await this.source.row(point, this.cloud.rows[point]!);
+    await this.show(await this.source.row(point, this.cloud.rows[point]!));
+  }
+
+  /** Shows a row, and the rod that leads there. */
+  private async show(row: Row): Promise<void> {
     this.row = row;
-    this.ring.visible = true;
-    this.ring.position.copy(this.cloud.at(point));
+    const at = POSITION.map((name) => row.cells.find((cell) => cell.name === name)?.value);
+    this.ring.visible = at.every(Number.isFinite);
+    if (this.ring.visible) this.ring.position.set(...(at as Vector)).multiplyScalar(this.stage.perMetre);
     const inputs: Values = {};
     for (const cell of row.cells) {
       if (this.info.inputs.includes(cell.name) && typeof cell.value === "number") inputs[cell.name] = cell.value;
