@@ -3,10 +3,10 @@
 use crate::model::{RigidRod, Rod, RodSegment, Segment, Status, Vector};
 use crate::reference::{Pose, shape, solve_rod};
 use crate::report::{RodShape, Stretch, StretchKind};
-use crate::study::{Solved, along_segments};
+use crate::study::{Solved, along_segments, smooth_count};
 
-/// Points along one segment.
-const POINTS: usize = 41;
+/// Points along the rod at rest.
+const REST_POINTS: usize = 164;
 
 /// The reference, which integrates the shape, finds no equilibrium on the branch from rest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -39,11 +39,12 @@ pub fn rod_shape(solved: &Solved) -> Result<RodShape, NothingToDraw> {
     if !equilibrium.status.is_converged() {
         return Err(NothingToDraw { status: equilibrium.status });
     }
-    let poses = shape(&rod, &equilibrium, &along_segments(scene, POINTS));
+    let count = smooth_count(&rod);
+    let poses = shape(&rod, &equilibrium, &along_segments(scene, count));
     let of_segment = |(index, poses): (usize, &[Pose])| {
         stretch(&scene.segments[index], &rod.segments[scene.piece_indices(index).start], poses)
     };
-    let stretches = poses.chunks(POINTS).enumerate().map(of_segment).collect();
+    let stretches = poses.chunks(count).enumerate().map(of_segment).collect();
     let if_any = |v: Vector| v.iter().any(|x| *x != 0.0).then_some(v);
     Ok(RodShape {
         title: scene.name.clone(),
@@ -79,7 +80,7 @@ fn centreline_at_rest(rod: &Rod) -> Option<Vec<Vector>> {
     }
     let equilibrium = solve_rod(&unloaded, &[]);
     let length = rod.total_length();
-    let at: Vec<f64> = (0..=4 * POINTS).map(|k| length * k as f64 / (4 * POINTS) as f64).collect();
+    let at: Vec<f64> = (0..=REST_POINTS).map(|k| length * k as f64 / REST_POINTS as f64).collect();
     let points: Vec<Vector> = shape(&unloaded, &equilibrium, &at).into_iter().map(|pose| pose.position).collect();
     equilibrium.status.is_converged().then_some(points)
 }

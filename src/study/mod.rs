@@ -30,7 +30,7 @@ pub use rod_points::RodPoints;
 pub use simulate::{CommandedPath, Imperfection, Simulation, TRIALS, play, simulate};
 pub use solve::{
     AllBranches, Explanation, FoundBranch, Jacobian, PlannedPass, PlannedPiece, Rows, Shape, Solve, SolveError, Solved,
-    along_segments, check_tolerance, evenly_spaced,
+    along_segments, check_tolerance, evenly_spaced, smooth_count,
 };
 
 use crate::backend::{Backend, BackendError};

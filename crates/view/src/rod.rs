@@ -6,12 +6,10 @@ use rodsweep::input::assign;
 use rodsweep::model::{Rod, RodSegment, Scene, SegmentKind, Stiffness, Vector};
 use rodsweep::reference::{Pose, shape_with_derivatives};
 use rodsweep::report::StretchKind;
-use rodsweep::study::{Solve, SolveError, Solved, along_segments};
+use rodsweep::study::{Solve, SolveError, Solved, along_segments, smooth_count};
 use serde_json::{Map, Value, json};
 use std::time::Instant;
 
-/// Points along one segment, as many as in the figures.
-const POINTS: usize = 41;
 /// Equilibria that are given a shape.
 const MOST_BRANCHES: usize = 64;
 
@@ -69,9 +67,10 @@ pub fn shape(solved: &Solved) -> Value {
         return Value::Null;
     }
     let (scene, rod) = (solved.scene(), solved.rod());
-    let at = along_segments(scene, POINTS);
+    let count = smooth_count(&rod);
+    let at = along_segments(scene, count);
     let Some(poses) = shape_with_derivatives(&rod, solved.base_moment(), &at, &[]) else { return Value::Null };
-    let each = poses.chunks(POINTS).enumerate();
+    let each = poses.chunks(count).enumerate();
     let stretches: Vec<Value> = each.map(|(index, poses)| stretch(scene, &rod, index, poses)).collect();
     json!({ "stretches": stretches, "flux_density": rod.flux_density, "tip_force": rod.tip_force })
 }

@@ -13,7 +13,7 @@ pub use branches::{AllBranches, FoundBranch};
 pub use error::SolveError;
 pub use explain::{Explanation, PlannedPass, PlannedPiece};
 pub use jacobian::{Jacobian, Rows};
-pub use shape::{Shape, along_segments, evenly_spaced};
+pub use shape::{Shape, along_segments, evenly_spaced, smooth_count};
 pub use solved::Solved;
 
 use crate::backend::BackendKind;

@@ -1,13 +1,17 @@
 //! Points along one solved rod, and how they move with the parameters.
 
 use super::{Rows, SolveError, Solved};
-use crate::model::{Matrix, Scene, Vector};
+use crate::model::{Matrix, Rod, Scene, Vector};
 use crate::reference::{Pose, PoseDerivative, shape_with_derivatives};
 use crate::report::TextTable;
 use crate::study::rod_points::by_parameter;
 use serde_json::{Value, json};
 use std::fmt;
 
+/// Points that draw a segment of an ordinary rod, and how many more for each power of e by which errors grow along it.
+const SMOOTH: usize = 41;
+const SMOOTH_BY_GROWTH: f64 = 4.0;
+const MOST_SMOOTH: usize = 1001;
 /// How far beyond the tip a point may lie, over the rod's length.
 const ROUNDING: f64 = 1e-12;
 
@@ -42,6 +46,11 @@ pub fn along_segments(scene: &Scene, count: usize) -> Vec<f64> {
         start += length;
     }
     at
+}
+
+/// Points along each segment that draw a rod smoothly: the limper or tauter it is, the sharper it bends at its clamp.
+pub fn smooth_count(rod: &Rod) -> usize {
+    (SMOOTH + (SMOOTH_BY_GROWTH * rod.growth()) as usize).min(MOST_SMOOTH)
 }
 
 impl Solved {
