@@ -7,6 +7,7 @@ use rodsweep::backend::{Backend, BackendError, Precision};
 use rodsweep::gpu::testing::device_or_skip;
 use rodsweep::gpu::{Device, Gpu};
 use rodsweep::lanes::Lanes;
+use rodsweep::model::path::growth_limit;
 use rodsweep::model::{
     Axis, Base, Batch, Coil, CoilWinding, Flexible, Loads, Node, Parameter, Plan, PlanOptions, Profile, Quantity,
     Rigid, Scene, Segment, SegmentKind, Sensitivity, Solutions, Status, Stepper, Stiffness, Vector,
@@ -341,7 +342,12 @@ fn the_hardest_samples_are_right_or_say_that_passes_ran_out() {
             let p = expected.vector(sample, Quantity::TipPosition);
             worst = worst.max(pose_error(&found, sample, &p, &expected.tip_rotation(sample), plan.units.length));
         } else if a != b && a != Status::StepLimit {
-            differing.push((sample, a, b));
+            // Nodes, which the CPU has, solve rods on which no single pass in f32 tells anything.
+            let growth = plan.sample_rod(&batch, sample).growth();
+            let is_limp = growth > growth_limit(Precision::F32.epsilon()) && b == Status::Ramped;
+            if !(is_limp && matches!(a, Status::NotConverged | Status::NonFinite)) {
+                differing.push((sample, a, b));
+            }
         }
     }
     eprintln!("{counts:?}, worst pose {worst:.1e}, differing {differing:?}");
