@@ -49,8 +49,8 @@ def test_sweeps_and_studies_are_interrupted(p6: rodsweep.Scene, root: Path, tmp_
     assert interrupted(lambda: rodsweep.control(p6, targets)) < LIMIT
 
 
-def test_a_few_hard_samples_are_interrupted() -> None:
-    """Forces far beyond what the rod bears: each sample takes its second attempts."""
+def test_hard_samples_are_interrupted() -> None:
+    """Forces under which a single pass loses its digits: each sample is solved by nodes."""
     rod = rodsweep.Scene.from_dict(
         {
             "segment": [
@@ -64,7 +64,7 @@ def test_a_few_hard_samples_are_interrupted() -> None:
             ]
         }
     )
-    forces = np.random.default_rng(0).normal(0, 0.1, (8, 3))
+    forces = np.random.default_rng(0).normal(0, 0.1, (4000, 3))
     assert interrupted(lambda: rodsweep.solve(rod, {"loads.tip_force": forces}, engine="cpu")) < LIMIT
 
 
