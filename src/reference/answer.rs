@@ -89,6 +89,25 @@ impl Equilibrium {
     }
 }
 
+/// What became of a rod whose path from rest came to a share of the load, gave up or not, in so many steps. Of Newton's
+/// method there is something left over and a most that may be; `index` is that of the end.
+pub(super) fn status(
+    (lambda, gave_up, steps): (f64, bool, usize),
+    (left_over, most): (f64, f64),
+    index: Option<usize>,
+) -> Status {
+    match index {
+        _ if lambda < 1.0 && gave_up => Status::StepLimit,
+        _ if lambda < 1.0 => Status::Fold,
+        _ if left_over.is_nan() => Status::NonFinite,
+        _ if left_over > most => Status::NotConverged,
+        None => Status::NotConverged,
+        Some(0) if steps > 1 => Status::Ramped,
+        Some(0) => Status::Ok,
+        Some(_) => Status::Unstable,
+    }
+}
+
 /// A vector in SI.
 #[expect(non_snake_case)]
 pub(super) fn SI(v: Vector3<f64>, unit: f64) -> Vector {

@@ -1,6 +1,6 @@
 //! The equilibrium by its base moment alone: single shooting, for rods on which errors grow little.
 
-use super::answer::{Equilibrium, SI, SlotDerivative, TOLERANCE, TotalChange};
+use super::answer::{Equilibrium, SI, SlotDerivative, TOLERANCE, TotalChange, status};
 use super::chain::{Chain, rows};
 use super::extrapolation::Extrapolation;
 use super::places::Node;
@@ -23,19 +23,8 @@ pub(super) fn solve(rod: &Rod, units: &Units, full: &Chain, slots: &[Slot]) -> E
         return Equilibrium::without_solution(Status::NonFinite, slots.len());
     };
     let index = stability::index(&chain, &[Node::base(&chain, m0_body)], &mut integrator);
-    let status = if path.lambda < 1.0 {
-        if path.gave_up { Status::StepLimit } else { Status::Fold }
-    } else if passage.residual.norm().is_nan() {
-        Status::NonFinite
-    } else if passage.residual.norm() > RESIDUAL_FACTOR * TOLERANCE * passage.growth() || index.is_none() {
-        Status::NotConverged
-    } else if index != Some(0) {
-        Status::Unstable
-    } else if path.steps > 1 {
-        Status::Ramped
-    } else {
-        Status::Ok
-    };
+    let most = RESIDUAL_FACTOR * TOLERANCE * passage.growth();
+    let status = status((path.lambda, path.gave_up, path.steps), (passage.residual.norm(), most), index);
     let index = index.unwrap_or_default();
     let derivatives = differentiate(&chain, units, m0_body, slots, &mut integrator);
     Equilibrium {

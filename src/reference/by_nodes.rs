@@ -1,6 +1,6 @@
 //! The equilibrium by rotation and moment at nodes: multiple shooting, for limp and taut rods.
 
-use super::answer::{Equilibrium, SI, SlotDerivative, Stability, TOLERANCE, TotalChange};
+use super::answer::{Equilibrium, SI, SlotDerivative, Stability, TOLERANCE, TotalChange, status};
 use super::chain::{Chain, Variation, rows};
 use super::extrapolation::Extrapolation;
 use super::multiple::{Passages, size};
@@ -49,19 +49,7 @@ pub(super) fn solve(rod: &Rod, units: &Units, full: &Chain, slots: &[Slot]) -> E
     let Some(found) = polish(&chain, path.nodes, &mut integrator) else { return without(Status::NonFinite) };
     let nodes = found.nodes;
     let index = stability::index(&chain, &nodes, &mut integrator);
-    let status = if path.lambda < 1.0 {
-        if path.gave_up { Status::StepLimit } else { Status::Fold }
-    } else if found.left_over.is_nan() {
-        Status::NonFinite
-    } else if found.left_over > LEFT_OVER || index.is_none() {
-        Status::NotConverged
-    } else if index != Some(0) {
-        Status::Unstable
-    } else if path.steps > 1 {
-        Status::Ramped
-    } else {
-        Status::Ok
-    };
+    let status = status((path.lambda, path.gave_up, path.steps), (found.left_over, LEFT_OVER), index);
     let index = index.unwrap_or_default();
     let derivatives = differentiate(&chain, units, &nodes, slots, &mut integrator);
     let (u_first, _) = first_curvature(&chain, &[], nodes[0].state(Vec::new()));

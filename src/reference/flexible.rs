@@ -106,7 +106,10 @@ impl Flexible {
 
     /// Size of the terms by which the second variation may be negative per |w|^2: force and magnet.
     pub(super) fn softening(&self, s: f64) -> f64 {
-        let n = self.n(s).norm().max(self.n_end.norm());
+        self.softening_by(self.n(s).norm().max(self.n_end.norm()))
+    }
+
+    fn softening_by(&self, n: f64) -> f64 {
         n + self.numbers.C_se.amax() * n * n + self.numbers.mu.norm() * self.B.norm()
     }
 
@@ -114,9 +117,7 @@ impl Flexible {
     pub(super) fn growth_rate(&self, s: f64) -> f64 {
         let K = self.K(s);
         let (softer, stiffer) = (K.x.min(K.y), K.x.max(K.y));
-        let n = self.n(s).norm();
-        let softening = n + self.numbers.C_se.amax() * n * n + self.numbers.mu.norm() * self.B.norm();
-        (softening / softer * (stiffer / K.z).max(1.0)).sqrt()
+        (self.softening_by(self.n(s).norm()) / softer * (stiffer / K.z).max(1.0)).sqrt()
     }
 
     /// |u*|

@@ -130,12 +130,16 @@ impl Passages {
 
     /// Change of the base moment by unit moments at the tip, which is -(dr/dm0)^-1 and does not grow. MS6
     pub(super) fn inverse(&self) -> Matrix3<f64> {
+        self.inverse_by(&self.factored)
+    }
+
+    fn inverse_by(&self, factored: &Factored) -> Matrix3<f64> {
         let last = self.count() - 1;
-        let zero = (Vector3::zeros(), Vector3::zeros());
         let column = |k: usize| {
-            let mut sources = vec![zero; last];
-            sources.push((Vector3::zeros(), Vector3::ith(k, 1.0 / self.scales[last])));
-            self.solve(&sources)[0].y * self.scales[0]
+            let mut b = vec![0.0; OWN * self.count() - 3];
+            b[OWN * last + k] = -1.0 / self.scales[last];
+            factored.solve(&mut b);
+            Vector3::new(b[0], b[1], b[2]) * self.scales[0]
         };
         Matrix3::from_columns(&[column(0), column(1), column(2)])
     }
@@ -146,14 +150,7 @@ impl Passages {
         let turned = |k: usize| 0.5 * tip.R.tr_mul(&tip.columns[k].w.cross(&self.l_tip));
         let dresidual: Vec<Vector3<f64>> = (0..OWN).map(|k| self.dresidual[k] - turned(k)).collect();
         let factored = system(&self.ends, &self.scales, &dresidual).factor()?;
-        let last = self.count() - 1;
-        let column = |k: usize| {
-            let mut b = vec![0.0; OWN * self.count() - 3];
-            b[OWN * last + k] = -1.0 / self.scales[last];
-            factored.solve(&mut b);
-            Vector3::new(b[0], b[1], b[2]) * self.scales[0]
-        };
-        Some(Matrix3::from_columns(&[column(0), column(1), column(2)]))
+        Some(self.inverse_by(&factored))
     }
 
     /// What becomes of the tip: change of its position and its rotation, `own` being the variation, if any, that acts

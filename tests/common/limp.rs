@@ -43,6 +43,8 @@ pub struct LimpErrors {
     pub index: f64,
     /// Tip position over rod length, or tip rotation (rad).
     pub pose: f64,
+    /// The first of them.
+    pub position: f64,
     /// The engine's own estimate of that.
     pub estimate: f64,
     /// Base moment over the larger of itself and the moment that bends the rod by one radian.
@@ -54,6 +56,27 @@ pub struct LimpErrors {
     /// Stability margin, relative.
     pub margin: f64,
     pub passes: f64,
+}
+
+/// Tip position over the length, tip rotation (rad).
+pub const POSE: f64 = 1e-9;
+/// Base moment, relative.
+const MOMENT: f64 = 1e-9;
+/// The golden margins have six digits.
+const MARGIN: f64 = 1e-5;
+
+impl LimpErrors {
+    /// Whether an engine in f64 is right: within what is stated, for columns so many times that, and its own estimate.
+    pub fn are_small(&self, stated: Stated, columns: f64) -> bool {
+        self.status.is_success()
+            && self.index == 0.0
+            && self.pose <= POSE
+            && self.pose <= self.estimate + stated.pose
+            && self.J.0 <= columns * stated.J
+            && self.J_m0.0 <= columns * stated.J_m0
+            && self.moment <= MOMENT
+            && self.margin <= MARGIN
+    }
 }
 
 /// All of them.
@@ -129,6 +152,7 @@ pub fn measure(case: &LimpCase, options: PlanOptions, make: impl Fn(&Plan) -> Bo
         status: solutions.status(0),
         index: solutions.get(0, Quantity::StabilityIndex),
         pose: pose_error(&solutions, 0, &case.p_tip, &case.R_tip, units.length),
+        position: difference(&solutions.vector(0, Quantity::TipPosition), &case.p_tip) / units.length,
         estimate: solutions.get(0, Quantity::ErrorEstimate),
         moment: difference(&solutions.vector(0, Quantity::BaseMoment), &case.m0) / norm(&case.m0).max(units.moment()),
         J,

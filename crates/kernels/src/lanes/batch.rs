@@ -70,11 +70,12 @@ impl Lanes {
                 }
             };
             for (samples, (rows, _)) in left.chunks(size).zip(&solved) {
-                for (at, sample) in samples.iter().enumerate() {
-                    let value = |column: usize| rows[column * BLOCK + at];
-                    if *way != Way::Nodes || self.takes(solutions, *sample, value) {
-                        (0..rows.len() / BLOCK).for_each(|column| solutions.values.set(*sample, column, value(column)));
-                    }
+                let mut is_taken = |(at, sample): &(usize, &usize)| {
+                    *way != Way::Nodes || self.takes(solutions, **sample, |column| rows[column * BLOCK + at])
+                };
+                let taken: Vec<(usize, &usize)> = samples.iter().enumerate().filter(|row| is_taken(row)).collect();
+                for (column, values) in rows.chunks(BLOCK).enumerate() {
+                    taken.iter().for_each(|(at, sample)| solutions.values.set(**sample, column, values[*at]));
                 }
             }
             left = solved.into_iter().flat_map(|(_, left)| left).collect();
