@@ -9,31 +9,30 @@ const ROUND_OFF: f32 = 0.0; //@spec
 // Moves the base moment to the fine grid's equilibrium by steps with the path's inverse of W.
 //
 // From the second on they are secant steps along the one before (Broyden's update). The last is one on twice the
-// fine steps; returns what it found.
-fn chord_steps(rod: Rod, end: ptr<function, PathEnd>) -> Tip {
+// fine steps; returns what it found. Where nothing `moves`, that is the only pass, and no step follows from it. All
+// passes are one call: the code of a pass is long, and processors keep little of it at hand.
+fn chord_steps(rod: Rod, end: ptr<function, PathEnd>, moves: bool) -> Tip {
+    var tip: Tip;
     var last = vec3<f32>();
     var square = 1.0;
     // The nearer to a bifurcation, the less a step brings.
     let tolerance = margin((*end).inverse) * settings.chord_tolerance;
-    var moving = (*end).reached;
+    var moving = moves && (*end).reached;
     var trusted = moving;
-    for (var i = 0u; i < CHORD_LIMIT; i++) {
-        if !moving { break; }
-        let tip = shoot(FINE, rod, 1.0, (*end).m0, NO_COLUMNS, false);
+    for (var i = 0u; i <= CHORD_LIMIT; i++) {
+        let checks = !moving || i == CHORD_LIMIT;
+        tip = shoot(select(FINE, CHECK, checks), rod, 1.0, (*end).m0, NO_COLUMNS, false);
         let delta = chord_step((*end).inverse, tip.m - rod.l_tip, last, square);
         let size = length(delta);
         // A chord step that is not small says that the coarse grid was too coarse: Newton's method takes over.
-        trusted = size < CHORD_TRUST;
+        trusted = trusted && size < CHORD_TRUST;
         if trusted { (*end).m0 = (*end).m0 + delta; }
-        (*end).passes = (*end).passes + 1.0;
+        if moves && (*end).reached { (*end).passes = (*end).passes + 1.0; }
+        if checks { break; }
         last = delta;
         square = dot(delta, delta);
         moving = trusted && size >= tolerance;
     }
-    let tip = check_pass(rod, (*end).m0);
-    let delta = chord_step((*end).inverse, tip.m - rod.l_tip, last, square);
-    if trusted && length(delta) < CHORD_TRUST { (*end).m0 = (*end).m0 + delta; }
-    if (*end).reached { (*end).passes = (*end).passes + 1.0; }
     return tip;
 }
 
@@ -41,11 +40,6 @@ fn chord_steps(rod: Rod, end: ptr<function, PathEnd>) -> Tip {
 fn chord_step(inverse: mat3x3<f32>, residual: vec3<f32>, last: vec3<f32>, square: f32) -> vec3<f32> {
     let delta = -(inverse * residual);
     return delta * (1.0 / (1.0 - dot(last, delta) / square));
-}
-
-// A pass on twice the fine steps.
-fn check_pass(rod: Rod, m0: vec3<f32>) -> Tip {
-    return shoot(CHECK, rod, 1.0, m0, NO_COLUMNS, false);
 }
 
 // Difference to the equilibrium on twice as many steps, by a pass `check` near it, plus what round-off can do through

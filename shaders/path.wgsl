@@ -104,7 +104,11 @@ fn follow_path(rod: Rod, first: u32, secant: vec3<f32>) -> PathEnd {
     var started = false;
     end.path = first;
     loop {
+        //@if GUARDS
         let guarded = end.path == GUARDED_RAMP;
+        //@else
+        let guarded = false;
+        //@end
         let trust = select(RAMP_TRUST, TRUST, guarded);
         var first_bend = FIRST_BEND;
         var smallest_step = select(SMALLEST_RAMP_STEP, SMALLEST_GUARDED_STEP, guarded);
@@ -129,8 +133,13 @@ fn follow_path(rod: Rod, first: u32, secant: vec3<f32>) -> PathEnd {
             started = true;
         }
         columns[BY_MOMENT] = moment_columns();
-        columns[BY_ROTATION] = rotation_columns(end.m0);
-        let taken = select(PATH_COLUMNS, STABILITY_COLUMNS, guarded);
+        var taken = PATH_COLUMNS;
+        //@if GUARDS
+        if guarded {
+            columns[BY_ROTATION] = rotation_columns(end.m0);
+            taken = STABILITY_COLUMNS;
+        }
+        //@end
         let tip = shoot(select(COARSE, CAREFUL, guarded), rod, goal, end.m0, taken, guarded);
         let residual = tip.m - rod.l_tip * goal;
         let w = tip_moment_columns(tip, BY_MOMENT);

@@ -33,10 +33,10 @@ fn load_flexible(index: u32, is_stiff: bool) -> Flexible {
     segment.length = record_length(at);
     segment.u_star = record_rest_curvature(at);
     let stiffness = record_stiffness(at);
+    segment.stiffness = stiffness;
     segment.compliance = 1.0 / stiffness;
     //@if TAPER
     segment.tapers = has(index, TAPERS);
-    segment.stiffness = stiffness;
     segment.stiffness_rise = record_stiffness_rise(at);
     //@end
     //@if CURVATURE_RISE

@@ -40,7 +40,11 @@ fn shoot(resolution: u32, rod: Rod, lambda: f32, m0: vec3<f32>, taken: u32, reco
     var s = 0.0;
     let shortest = rod.flexible_length * SHORTEST_INTERVAL;
     let tableau = select(TABLEAU_COUNT - 1u, 0u, resolution <= CAREFUL);
+    //@if ROTATION
     let rotates = (taken & (1u << BY_ROTATION)) != 0u;
+    //@else
+    let rotates = false;
+    //@end
     let complete = (taken & FORWARD_COLUMNS) != 0u;
     if record { station = Station(zero_matrix(), identity(), 0.0, 0.0); }
     //@if TRACES
@@ -74,10 +78,8 @@ fn shoot(resolution: u32, rod: Rod, lambda: f32, m0: vec3<f32>, taken: u32, reco
                 for (var r = 0u; r < TABLEAU_COUNT; r++) { //@unroll
                     if tableau == r {
                         step_rod_r(rod, segment, lambda, step, &state);
-                        for (var k = 0u; k < THREES; k++) { //@unroll
-                            //@if TAKES[r][k]
+                        for (var k = 0u; k < THREES; k++) { //@unroll UNROLLED
                             if (taken & (1u << k)) != 0u { step_columns_r(rod, segment, lambda, step, k, collects); }
-                            //@end
                         } //@end
                     }
                 } //@end
@@ -98,7 +100,7 @@ fn shoot(resolution: u32, rod: Rod, lambda: f32, m0: vec3<f32>, taken: u32, reco
             let before = state;
             let n_before = n;
             cross_rigid(rod, segment, lambda, &n, &state);
-            for (var k = 0u; k < THREES; k++) { //@unroll
+            for (var k = 0u; k < THREES; k++) { //@unroll UNROLLED
                 if (taken & (1u << k)) != 0u {
                     //@if COLLECT_RIGID
                     if complete { collect_rigid(rod, segment, before, n, k); }
@@ -117,7 +119,7 @@ fn shoot(resolution: u32, rod: Rod, lambda: f32, m0: vec3<f32>, taken: u32, reco
     //@if FREE
     let before = state;
     cross_free(&state);
-    for (var k = 0u; k < THREES; k++) { //@unroll
+    for (var k = 0u; k < THREES; k++) { //@unroll UNROLLED
         if (taken & (1u << k)) != 0u { cross_free_columns(before, state.p, k); }
     } //@end
     //@end
@@ -136,7 +138,7 @@ fn end_flexible(rod: Rod, segment: Flexible, state: State, n: vec3<f32>) {
     let omega = curvature(section(segment, 1.0), state.d1, d2, state.t, m);
     let v = velocity(segment, state.d1, d2, state.t, n);
     //@if RECIPROCITY
-    for (var k = 0u; k < TRACED; k++) { //@unroll
+    for (var k = 0u; k < TRACED; k++) { //@unroll UNROLLED
         trace[k].length = length_row(rod, segment, state, m, n, omega, v, k);
     } //@end
     //@else
@@ -149,5 +151,5 @@ fn end_flexible(rod: Rod, segment: Flexible, state: State, n: vec3<f32>) {
 
 // dm of three columns at the tip.
 fn tip_moment_columns(tip: Tip, k: u32) -> mat3x3<f32> {
-    return column_moment(force_of(k), tip.p, tip.n, columns[k].dp, columns[k].dM);
+    return columns_moment(k, tip.p, tip.n);
 }

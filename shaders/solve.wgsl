@@ -15,6 +15,7 @@ fn solve_group() {
     var check: Tip;
     var tip: Tip;
     var delta = vec3<f32>();
+    var size = 0.0;
     var w = mat3x3<f32>();
     var w_inverse = mat3x3<f32>();
     var index = 0.0;
@@ -26,29 +27,33 @@ fn solve_group() {
         //@else
         end = follow_path(rod, first, secant);
         //@end
-        check = chord_steps(rod, &end);
-        var moving = end.reached;
-        var moved = false;
-        converged = false;
-        var size = 0.0;
-        for (var i = 0u; i < NEWTON_LIMIT; i++) {
-            start_columns(rod, end.m0);
-            tip = shoot(FINE, rod, 1.0, end.m0, ANSWER_COLUMNS, true);
-            w = tip_moment_columns(tip, BY_MOMENT);
-            w_inverse = inverse(w);
-            delta = -(w_inverse * (tip.m - rod.l_tip)); // J5
-            size = length(delta);
-            converged = end.reached && size < settings.tolerance * (1.0 + length(end.m0));
-            if moving { end.passes = end.passes + 1.0; }
-            moving = moving && !converged && size < TRUST;
-            if i + 1u == NEWTON_LIMIT || !moving { break; }
-            end.m0 = end.m0 + delta;
-            moved = true;
+        var moved = true;
+        for (var moves = true; moved; moves = false) {
+            check = chord_steps(rod, &end, moves);
+            moved = false;
+            if !moves { break; }
+            var moving = end.reached;
+            converged = false;
+            for (var i = 0u; i < NEWTON_LIMIT; i++) {
+                start_columns(rod, end.m0);
+                tip = shoot(FINE, rod, 1.0, end.m0, ANSWER_COLUMNS, true);
+                w = tip_moment_columns(tip, BY_MOMENT);
+                w_inverse = inverse(w);
+                delta = -(w_inverse * (tip.m - rod.l_tip)); // J5
+                size = length(delta);
+                converged = end.reached && size < settings.tolerance * (1.0 + length(end.m0));
+                if moving { end.passes = end.passes + 1.0; }
+                moving = moving && !converged && size < TRUST;
+                if i + 1u == NEWTON_LIMIT || !moving { break; }
+                end.m0 = end.m0 + delta;
+                moved = true;
+            }
         }
-        if moved { check = check_pass(rod, end.m0); }
         index = stability_index(tip);
         //@if !ROTATES
+        //@if GUARDS
         if converged && index >= 0.5 { index = whole_index(rod, end.m0); }
+        //@end
         //@end
         let within_reach = is_finite(length(tip.p)) && length(tip.p) < REACH;
         let certain = end.path == SEARCH || index < 0.5 || is_sharp(w);

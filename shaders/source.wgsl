@@ -80,45 +80,43 @@ fn load_source(index: u32) {
     } //@end
 }
 
-// dn a distance beyond the point where it is `dn`.
-fn source_force(dn: Force, distance: f32) -> Force {
-    var beyond = dn;
-    if dn.is_forward && source.loads { beyond.dn = columns_axpy(-distance, source.dload, dn.dn); }
-    return beyond;
+// dn of column `c` a distance beyond the point where it is `dn`.
+fn source_force(c: u32, dn: vec3<f32>, distance: f32) -> vec3<f32> {
+    if source.loads { return axpy(-distance, source.dload[c], dn); }
+    return dn;
 }
 
-// R du* + R d(K^-1) R^T m at a share `x` of the segment, added to `dw`.
-fn source_bend(x: f32, k: vec3<f32>, stage: Stage, dw: mat3x3<f32>) -> mat3x3<f32> {
+// R du* + R d(K^-1) R^T m at a share `x` of the segment, added to `dw` of column `c`.
+fn source_bend(c: u32, x: f32, k: vec3<f32>, stage: Stage, dw: vec3<f32>) -> vec3<f32> {
     if !source.bends { return dw; }
     let R = mat3x3<f32>(stage.d1, stage.d2, stage.t);
-    var du = mat3x3<f32>();
+    var du = vec3<f32>();
     //@if SOURCE_REST_CURVATURE
-    du = columns_axpy(x, source.du_star_rise, source.du_star);
+    du = axpy(x, source.du_star_rise[c], source.du_star[c]);
     //@end
     //@if SOURCE_STIFFNESS
-    let dK = columns_axpy(x, source.dK_rise, source.dK);
-    du = du - scaled(row_times(stage.m, R) * k * k, dK);
+    du = du - row_times(stage.m, R) * k * k * axpy(x, source.dK_rise[c], source.dK[c]);
     //@end
     return dw + R * du; // J1
 }
 
-// R d(Kse^-1) R^T n, added to `ddp`.
-fn source_shear(stage: Stage, ddp: mat3x3<f32>) -> mat3x3<f32> {
+// R d(Kse^-1) R^T n, added to `ddp` of column `c`.
+fn source_shear(c: u32, stage: Stage, ddp: vec3<f32>) -> vec3<f32> {
     if !source.shears { return ddp; }
     let R = mat3x3<f32>(stage.d1, stage.d2, stage.t);
-    return ddp + R * scaled(row_times(stage.n, R), source.dC_se);
+    return ddp + R * (row_times(stage.n, R) * source.dC_se[c]);
 }
 
-// -p x df - (R dmu) x B - (R mu) x dB, added to `ddM`.
-fn source_couple(rod: Rod, segment: Flexible, stage: Stage, ddM: mat3x3<f32>) -> mat3x3<f32> {
+// -p x df - (R dmu) x B - (R mu) x dB, added to `ddM` of column `c`.
+fn source_couple(c: u32, rod: Rod, segment: Flexible, stage: Stage, ddM: vec3<f32>) -> vec3<f32> {
     var sum = ddM;
     //@if SOURCE_LOAD
-    if source.loads { sum = sum + columns_cross(source.dload, stage.p); }
+    if source.loads { sum = sum + cross(source.dload[c], stage.p); }
     //@end
     //@if SOURCE_MAGNET
     if source.magnetises {
         let R = mat3x3<f32>(stage.d1, stage.d2, stage.t);
-        sum = columns_cross_sub(R * source.dmu, rod.B, sum) + columns_cross(source.dB, R * segment.mu);
+        sum = cross_sub(R * source.dmu[c], rod.B, sum) + cross(source.dB[c], R * segment.mu);
     }
     //@end
     return sum;
@@ -153,10 +151,5 @@ fn source_cross_rigid(rod: Rod, segment: Rigid, state: State) {
     columns[FORWARD].dM = columns[FORWARD].dM + columns_cross(source.dload, middle);
     columns[FORWARD].dn = columns[FORWARD].dn - source.dload;
     //@end
-}
-
-// diag(v) times three columns.
-fn scaled(v: vec3<f32>, a: mat3x3<f32>) -> mat3x3<f32> {
-    return mat3x3<f32>(v * a[0], v * a[1], v * a[2]);
 }
 //@end

@@ -28,12 +28,14 @@ fn add_station(rotates: bool, shortest: f32, s: f32, end: Tip) {
         station.index = stability_index(end);
         return;
     }
+    //@if ROTATION
     if s - station.s <= shortest { return; }
     let by_moment = columns[BY_MOMENT].w;
     let by_rotation = columns[BY_ROTATION].w;
     let b = by_moment * transpose(station.by_rotation) - by_rotation * transpose(station.by_moment);
     let q = transpose(station.by_moment) * (inverse(b) * by_moment);
     station = Station(by_moment, by_rotation, s, station.index + negative_count(q));
+    //@end
 }
 
 //@if !ROTATES
@@ -54,6 +56,7 @@ fn stability_index(tip: Tip) -> f32 {
 }
 
 //@if !ROTATES
+//@if GUARDS
 // The stability index at a base moment, with columns by base rotation.
 fn whole_index(rod: Rod, m0: vec3<f32>) -> f32 {
     columns[BY_MOMENT] = moment_columns();
@@ -61,6 +64,7 @@ fn whole_index(rod: Rod, m0: vec3<f32>) -> f32 {
     let tip = shoot(FINE, rod, 1.0, m0, STABILITY_COLUMNS, true);
     return stability_index(tip);
 }
+//@end
 //@end
 
 // Squared Frobenius norm.

@@ -38,51 +38,55 @@ const TRACED: u32 = 3u; //@spec
 // What each three columns leave behind on the segment in hand.
 var<private> trace: array<Trace, THREES>;
 
-// Adds a stage's part of the integrals that the derivatives need, with the stepper's own weight times the step.
+// Adds a stage's part of the integrals that the derivatives need, with the stepper's own weight times the step, for
+// column `c` of the three `k`.
 fn collect_integrals(
     rod: Rod, segment: Flexible, hb: f32, share: f32, stage: Stage,
-    w: mat3x3<f32>, x: mat3x3<f32>, dp: mat3x3<f32>, dn: Force, k: u32,
+    w: vec3<f32>, x: vec3<f32>, dp: vec3<f32>, dn: vec3<f32>, k: u32, c: u32,
 ) {
     let d = mat3x3<f32>(stage.d1, stage.d2, stage.t);
     //@if COLLECT_STRAIN
     let compliance = compliance_at(segment, stage.compliance);
     for (var j = 0u; j < 3u; j++) { //@unroll
-        let dm_body = row_times(d[j], x) * hb;
+        let dm_body = dot(d[j], x) * hb;
         let strain = -dot(d[j], stage.m) * (compliance[j] * compliance[j]);
         //@if WANT_REST_CURVATURE
-        trace[k].rest_curvature[j] = trace[k].rest_curvature[j] + dm_body;
+        trace[k].rest_curvature[j][c] += dm_body;
         //@end
         //@if WANT_REST_CURVATURE_RISE
-        trace[k].rest_curvature_rise[j] = axpy(share, dm_body, trace[k].rest_curvature_rise[j]);
+        trace[k].rest_curvature_rise[j][c] += share * dm_body;
         //@end
         //@if WANT_STIFFNESS
-        trace[k].stiffness[j] = axpy(strain, dm_body, trace[k].stiffness[j]);
+        trace[k].stiffness[j][c] += strain * dm_body;
         //@end
         //@if WANT_STIFFNESS_RISE
-        trace[k].stiffness_rise[j] = axpy(strain * share, dm_body, trace[k].stiffness_rise[j]);
+        trace[k].stiffness_rise[j][c] += strain * share * dm_body;
         //@end
     } //@end
     //@end
     //@if WANT_SHEAR_COMPLIANCE
-    let y = column_force(dn, stage.n, w);
+    let y = column_force(k, dn, stage.n, w);
     for (var j = 0u; j < 3u; j++) { //@unroll
-        let n_body = dot(d[j], stage.n) * hb;
-        trace[k].shear_compliance[j] = axpy(n_body, row_times(d[j], y), trace[k].shear_compliance[j]);
+        trace[k].shear_compliance[j][c] += dot(d[j], stage.n) * hb * dot(d[j], y);
     } //@end
     //@end
     //@if WANT_LOAD
-    trace[k].load = add_rows(hb, dp, trace[k].load);
+    for (var j = 0u; j < 3u; j++) { //@unroll
+        trace[k].load[j][c] += hb * dp[j];
+    } //@end
     //@end
     //@if WANT_DIPOLE_PER_LENGTH
     for (var j = 0u; j < 3u; j++) { //@unroll
-        trace[k].dipole[j] = axpy(hb, row_times(cross(d[j], rod.B), w), trace[k].dipole[j]);
+        trace[k].dipole[j][c] += hb * dot(cross(d[j], rod.B), w);
     } //@end
     //@end
     //@if COLLECT_FIELD
     //@if MAGNET
     if segment.has_magnet {
-        let mu_world = to_world(stage.d1, stage.d2, stage.t, segment.mu);
-        trace[k].field = add_rows(hb, columns_cross(w, mu_world), trace[k].field);
+        let torque = cross(w, to_world(stage.d1, stage.d2, stage.t, segment.mu));
+        for (var j = 0u; j < 3u; j++) { //@unroll
+            trace[k].field[j][c] += hb * torque[j];
+        } //@end
     }
     //@end
     //@end
@@ -100,10 +104,9 @@ fn length_row(
     rod: Rod, segment: Flexible, state: State, m: vec3<f32>, n: vec3<f32>, omega: vec3<f32>, v: vec3<f32>, k: u32,
 ) -> vec3<f32> {
     let three = columns[k];
-    let dn = force_of(k);
-    let dm = column_moment(dn, state.p, n, three.dp, three.dM);
+    let dm = columns_moment(k, state.p, n);
     var row = row_times(omega, columns_cross_sub(three.w, m, dm));
-    if dn.is_unit { row = row + v; }
+    if k == BY_FORCE { row = row + v; }
     //@if FORCE
     row = row + row_times(n, columns_cross(three.w, v));
     //@end
@@ -137,7 +140,7 @@ fn collect_rigid(rod: Rod, segment: Rigid, state: State, n: vec3<f32>, k: u32) {
     trace[k].load = transpose(columns_axpy(segment.length * 0.5, wt, columns[k].dp));
     //@end
     //@if WANT_LENGTH
-    if force_of(k).is_unit { trace[k].length = state.t; }
+    if k == BY_FORCE { trace[k].length = state.t; }
     //@if FORCE
     trace[k].length = trace[k].length + row_times(axpy(0.5, segment.w, n), wt);
     //@end

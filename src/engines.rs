@@ -19,6 +19,10 @@ pub const F32_TOLERANCE: f64 = 2e-5;
 /// Steps of a second attempt, at least.
 const SECOND_STEPS: usize = 24;
 
+/// Samples from which on a GPU takes the doubt of its own rows: before, opening it in f64 costs more than it saves.
+#[cfg(feature = "gpu")]
+const MANY_SAMPLES: u64 = 10_000_000;
+
 /// What is asked of the choice of an engine; by default everything is left to the program.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct EngineRequest {
@@ -174,6 +178,8 @@ impl Engine {
         match (self.kind, self.precision) {
             (BackendKind::Gpu, Precision::F32) => &[Stepper::Tp6, Stepper::Rk4],
             (_, Precision::F32) => &[Stepper::Tp7, Stepper::Tp6, Stepper::Dop853],
+            // The twelve stages of DOP853 are too many for the registers of a GPU.
+            (BackendKind::Gpu, Precision::F64) => &[Stepper::Tp7, Stepper::Tp6],
             (_, Precision::F64) => &[Stepper::Dop853, Stepper::Tp7, Stepper::Tp6],
         }
     }
@@ -204,6 +210,27 @@ impl Engine {
 }
 
 impl Engine {
+    /// Whether [`Engine::settle`] pays for a sweep of so many samples: by a GPU in f32 that is hardware and has f64.
+    pub fn settles(&self, sample_count: u64) -> bool {
+        #[cfg(feature = "gpu")]
+        if (self.kind, self.precision) == (BackendKind::Gpu, Precision::F32) && sample_count >= MANY_SAMPLES {
+            return gpus_have_f64()
+                && gpu::chosen_adapters().is_ok_and(|chosen| !chosen.iter().any(|a| a.is_software()));
+        }
+        false
+    }
+
+    /// The same engine in f64 on twice the steps, for rows whose only doubt is their error estimate.
+    ///
+    /// # Errors
+    ///
+    /// A device that cannot be used, or a plan that the engine does not model.
+    pub fn settle(&self, plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
+        let engine = Engine::new(self.kind, Precision::F64, "settles doubt");
+        let steps = 2 * plan.options.steps;
+        engine.make(&plan.with_options(PlanOptions { stepper: engine.steppers()[0], steps, ..plan.options }))
+    }
+
     /// The engine for one sample at a time. On the CPU most of a wide register would stay idle; narrow ones are quicker.
     ///
     /// # Errors

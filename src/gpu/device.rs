@@ -269,7 +269,9 @@ impl Device {
     /// Waits for one submission, or for all.
     pub(super) fn wait(&self, submission: Option<wgpu::SubmissionIndex>) -> Result<(), BackendError> {
         let poll = wgpu::PollType::Wait { submission_index: submission, timeout: Some(PATIENCE) };
-        self.raw.poll(poll).map_err(|error| failed(format!("{}: {error}", self.adapter.name)))?;
-        self.check()
+        let polled = self.raw.poll(poll);
+        // What went wrong first says more than that nothing came back.
+        self.check()?;
+        polled.map(|_| ()).map_err(|error| failed(format!("{}: {error}", self.adapter.name)))
     }
 }

@@ -129,7 +129,7 @@ impl DispatchBuffers {
         });
         let mut pass =
             encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("solve"), timestamp_writes });
-        let solve = KernelPass { pipeline: &solver.pipeline, bind_group: &self.bind_group };
+        let solve = KernelPass { pipeline: solver.pipeline(dispatch.paths), bind_group: &self.bind_group };
         for kernel in dispatch.before.iter().chain([&solve]).chain(&dispatch.after) {
             pass.set_pipeline(kernel.pipeline);
             pass.set_bind_group(0, kernel.bind_group, &[]);

@@ -70,6 +70,11 @@ impl Dispatcher {
         Ok(dispatcher)
     }
 
+    /// Leaves samples that need the guarded ramp for dispatches of their own, or not.
+    pub fn set_stages(&mut self, in_stages: bool) -> Result<(), BackendError> {
+        self.solver.set_stages(&self.device, &self.kernel, in_stages)
+    }
+
     /// Dispatches no samples, so that the driver compiles now.
     fn warm_up(&mut self) -> Result<(), BackendError> {
         let start = Instant::now();
@@ -120,7 +125,7 @@ impl Dispatcher {
 
     /// How the outputs of a dispatch become solutions of a batch.
     pub fn conversion<'a>(&'a self, batch: &'a Batch, mark: f64) -> OutputConversion<'a> {
-        let in_stages = self.solver.in_stages;
+        let in_stages = self.solver.is_in_stages();
         OutputConversion { plan: &self.plan, batch, units: &self.output_units, mark, in_stages }
     }
 
@@ -169,9 +174,10 @@ impl Dispatcher {
     fn try_reopening(&mut self) -> Result<(), BackendError> {
         let device = self.device.reopen()?;
         expect_right(&device)?;
-        let in_stages = self.solver.in_stages;
+        let in_stages = self.solver.is_in_stages();
         self.buffers.clear();
-        self.solver = SolvePipeline { in_stages, ..SolvePipeline::new(&device, &self.plan, &self.kernel)? };
+        self.solver = SolvePipeline::new(&device, &self.plan, &self.kernel)?;
+        self.solver.set_stages(&device, &self.kernel, in_stages)?;
         self.device = device;
         self.warm_up()
     }

@@ -51,7 +51,7 @@ impl Gpu {
                 remedy: "take fewer steps of a method of higher order, or use the CPU engine".into(),
             });
         }
-        let kernel = Kernel::new(&KERNELS[0], plan, precision).map_err(failed)?;
+        let kernel = Kernel::new(&KERNELS[0], plan, precision, device.adapter().is_software()).map_err(failed)?;
         expect_right(&device)?;
         Self::with_kernel(device, plan, &kernel)
     }
@@ -68,9 +68,13 @@ impl Gpu {
     /// The same engine with samples that need the guarded ramp solved in dispatches of their own, or among others.
     ///
     /// Without it they have dispatches of their own on hardware, and stay among others on a software adapter.
-    pub fn with_stages(mut self, in_stages: bool) -> Self {
-        self.dispatcher.solver.in_stages = in_stages && self.dispatcher.plan.start.is_none();
-        self
+    ///
+    /// # Errors
+    ///
+    /// `DeviceFailed`, `OutOfMemory`: the kernel for this could not be compiled.
+    pub fn with_stages(mut self, in_stages: bool) -> Result<Self, BackendError> {
+        self.dispatcher.set_stages(in_stages)?;
+        Ok(self)
     }
 
     /// The same engine with the tips of sweeps without rows counted on the device, or by the host.

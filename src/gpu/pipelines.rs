@@ -2,7 +2,7 @@
 
 use super::bindings::bind_group_layout;
 use super::device::{Device, failed};
-use super::shader::{Kernel, check, constants, float_bytes};
+use super::shader::{Kernel, Paths, QUICK_PATHS, check, constants, float_bytes};
 use crate::backend::{BackendError, Precision};
 use crate::model::Plan;
 use wgpu::{BufferBindingType as Kind, BufferUsages as Usage};
@@ -10,10 +10,10 @@ use wgpu::{BufferBindingType as Kind, BufferUsages as Usage};
 /// The solving kernel of one plan, ready to run.
 pub(super) struct SolvePipeline {
     pub precision: Precision,
-    /// Whether samples that need the guarded ramp are left for dispatches of their own.
-    pub in_stages: bool,
     pub layout: wgpu::BindGroupLayout,
     pub pipeline: wgpu::ComputePipeline,
+    /// Where samples that need the guarded ramp are left for dispatches of their own: what solves the others.
+    pub quick: Option<wgpu::ComputePipeline>,
     pub constants: wgpu::Buffer,
 }
 
@@ -33,9 +33,32 @@ impl SolvePipeline {
         let values = float_bytes(&constants(plan), kernel.precision);
         let constants = device.buffer("constants", values.len() as u64, Usage::STORAGE | Usage::COPY_DST)?;
         device.queue.write_buffer(&constants, 0, &values);
+        let mut solver = Self { precision: kernel.precision, layout, pipeline, quick: None, constants };
         // On a processor of few threads a dispatch of few samples leaves some of them idle.
-        let in_stages = kernel.in_stages && !device.adapter().is_software();
-        Ok(Self { precision: kernel.precision, in_stages, layout, pipeline, constants })
+        solver.set_stages(device, kernel, !device.adapter().is_software())?;
+        Ok(solver)
+    }
+
+    /// Leaves samples that need the guarded ramp for dispatches of their own, or not.
+    pub fn set_stages(&mut self, device: &Device, kernel: &Kernel, in_stages: bool) -> Result<(), BackendError> {
+        self.quick = match &kernel.quick {
+            Some(quick) if in_stages => Some(compile(device, &self.layout, quick)?),
+            _ => None,
+        };
+        Ok(())
+    }
+
+    /// Whether samples that need the guarded ramp are left for dispatches of their own.
+    pub fn is_in_stages(&self) -> bool {
+        self.quick.is_some()
+    }
+
+    /// What solves by these paths.
+    pub fn pipeline(&self, paths: Paths) -> &wgpu::ComputePipeline {
+        match &self.quick {
+            Some(quick) if paths == QUICK_PATHS => quick,
+            _ => &self.pipeline,
+        }
     }
 }
 

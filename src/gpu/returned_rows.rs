@@ -33,7 +33,7 @@ impl ReturnedRows<'_> {
     /// Sorts the rows by sample and converts them; also returns the samples that are left for another dispatch.
     ///
     /// `rows` lie block by block in the plan's units. They widen the bounds.
-    pub fn read<S: Pod + Sync + Into<f64>>(
+    pub fn read<S: Pod + Send + Sync + Into<f64>>(
         &self,
         dispatcher: &Dispatcher,
         rows: &[S],
@@ -50,18 +50,18 @@ impl ReturnedRows<'_> {
         }
         let pending = self.mark + f64::from(Status::Pending.code());
         let is_left =
-            |row: &usize| dispatcher.solver.in_stages && value(*row, Quantity::Status.column()).into() == pending;
+            |row: &usize| dispatcher.solver.is_in_stages() && value(*row, Quantity::Status.column()).into() == pending;
         let index = |row: usize| self.range.start + u64::from(list[row]);
         let (left, order): (Vec<usize>, Vec<usize>) = order.into_iter().partition(is_left);
         let indices: Vec<u64> = order.iter().map(|row| index(*row)).collect();
         let batch = batch_of(plan, self.job, &indices);
         let mut solutions = Solutions::new(plan, indices.len());
         let mut sorted = vec![S::zeroed(); solutions.values.data().len()];
-        for (to, from) in order.iter().enumerate() {
-            for column in 0..width {
-                sorted[(to / BLOCK * width + column) * BLOCK + to % BLOCK] = value(*from, column);
+        sorted.par_chunks_mut(width * BLOCK).zip(order.par_chunks(BLOCK)).for_each(|(block, rows)| {
+            for (column, values) in block.chunks_mut(BLOCK).enumerate() {
+                values.iter_mut().zip(rows).for_each(|(to, from)| *to = value(*from, column));
             }
-        }
+        });
         let conversion = dispatcher.conversion(&batch, self.mark);
         let block_len = solutions.values.block_len();
         let blocks = solutions.values.data_mut().par_chunks_mut(block_len).zip(sorted.par_chunks(block_len));

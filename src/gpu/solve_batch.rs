@@ -4,7 +4,7 @@ use super::conversion::pack;
 use super::device::failed;
 use super::dispatch_buffers::{Dispatch, Submission};
 use super::dispatcher::{DISPATCHES_IN_FLIGHT, Dispatcher};
-use super::shader::{ALL_PATHS, GUARDED_PATH, Paths, QUICK_PATHS};
+use super::shader::{ALL_PATHS, Paths, QUICK_PATHS};
 use crate::backend::{BackendError, Precision};
 use crate::model::{BLOCK, Batch, Blocks, Solutions, Status};
 use rayon::prelude::*;
@@ -31,10 +31,10 @@ pub(super) fn solve(dispatcher: &mut Dispatcher, batch: &Batch) -> Result<Soluti
     })
 }
 
-/// Solves samples that need the guarded ramp in dispatches of their own. Among others, each would hold up its
-/// neighbours.
+/// Solves samples that need care in dispatches of their own: the guarded ramp, or a stability index by all columns.
+/// Among others, each would hold up its neighbours.
 pub(super) fn solve_stragglers(dispatcher: &mut Dispatcher, batch: &Batch) -> Result<Solutions, BackendError> {
-    let solved = solve_by(dispatcher, batch, GUARDED_PATH);
+    let solved = solve_by(dispatcher, batch, ALL_PATHS);
     if solved.is_err() {
         dispatcher.buffers.clear();
     }
@@ -51,7 +51,7 @@ fn attempt(dispatcher: &mut Dispatcher, batch: &Batch) -> Result<Solutions, Back
 }
 
 fn solve_in_stages(dispatcher: &mut Dispatcher, batch: &Batch) -> Result<Solutions, BackendError> {
-    if !dispatcher.solver.in_stages {
+    if !dispatcher.solver.is_in_stages() {
         return solve_by(dispatcher, batch, ALL_PATHS);
     }
     let mut solutions = solve_by(dispatcher, batch, QUICK_PATHS)?;

@@ -26,7 +26,7 @@ const VOXEL_BUDGET: u64 = 512 << 20;
 /// Samples after which counts are taken off the device, so that none overflows.
 const MOST_UNREAD: u64 = 1 << 31;
 /// Samples that need the guarded ramp are solved so many at a time: enough for every processor of a device.
-const MOST_STRAGGLERS: usize = 1 << 14;
+const MOST_STRAGGLERS: usize = 1 << 17;
 /// Counts that are read back at once (bytes).
 const READ_BYTES: u64 = 64 << 20;
 
@@ -254,7 +254,7 @@ impl VoxelSweep<'_> {
         }
         let row_bytes = dispatcher.output_bytes(expected / BLOCK);
         let copies = [(&held.tally, 4 * (HEADER + expected) as u64), (&held.returned, row_bytes)];
-        let paths = if dispatcher.solver.in_stages { QUICK_PATHS } else { ALL_PATHS };
+        let paths = if dispatcher.solver.is_in_stages() { QUICK_PATHS } else { ALL_PATHS };
         let mut dispatch = dispatcher.dispatch(mark, paths, sample_count as u32, &copies);
         dispatch.before = Some(KernelPass { pipeline: &kernels.generate, bind_group: &held.generate });
         dispatch.after = Some(KernelPass { pipeline: &kernels.reduce, bind_group: &held.reduce });

@@ -42,6 +42,7 @@ pub fn run_with_fallback(
     let mut options = options.clone();
     options.method.get_or_insert_with(|| method_of(&backend.info(), backend.plan()));
     options.search = fallback.search;
+    options.settle = None;
     options.notes.extend(backend.take_notes());
     let mut engine = (fallback.engine)(backend.plan())?;
     options.notes.push(format!("{error}; {} went on", engine.info()));

@@ -296,6 +296,7 @@ impl<'a> PreparedSweep<'a> {
         let trusted = |plan: &Plan| Ok(witness(plan));
         let on_the_cpu = self.engine.on_the_cpu();
         let engine = &self.engine;
+        let settle = |plan: &Plan| engine.settle(plan);
         let (search, search_on_the_cpu) = (|plan: &Plan| engine.make(plan), |plan: &Plan| on_the_cpu.make(plan));
         let mut options = RunOptions::new();
         options.shard = job.shard;
@@ -307,6 +308,7 @@ impl<'a> PreparedSweep<'a> {
         options.mixed = job.mixed.then_some(self.asked_tolerance);
         options.progress = job.progress;
         options.rows_written = job.rows_written;
+        options.settle = engine.settles(job.spec.sample_count).then_some(&settle);
         options.refiners = vec![&second_attempt, &trusted];
         options.search = Some(branch_tools(&search));
         options.trusted = job.spot_check.is_some().then_some(&trusted as BackendFactory);

@@ -34,6 +34,9 @@ pub struct RunOptions<'a> {
     /// Told once, beside the spot check, when every row is written: what the run has kept of them. Not told by a run that
     /// is interrupted.
     pub rows_written: Option<RowsWritten<'a>>,
+    /// Tried before second attempts, on samples whose only doubt is their error estimate. A row of it counts where its
+    /// own estimate keeps the tolerance.
+    pub settle: Option<BackendFactory<'a>>,
     /// Second attempts for samples that failed or are doubtful, in order.
     pub refiners: Vec<BackendFactory<'a>>,
     /// Looks for the equilibria beside the one from rest, where the sweep asks for them.
@@ -85,6 +88,7 @@ impl<'a> RunOptions<'a> {
             mixed: None,
             progress: None,
             rows_written: None,
+            settle: None,
             refiners: Vec::new(),
             search: None,
             trusted: None,

@@ -80,7 +80,7 @@ pub fn run(
         layout: &layout,
         sampler: &sampler,
         options,
-        refiners: Refiners::new(&options.refiners),
+        refiners: Refiners::new(options.settle, &options.refiners),
         search,
         spot_samples: options
             .trusted

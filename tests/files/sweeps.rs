@@ -4,6 +4,7 @@ use crate::arc::{Arc, arc, contents, options, parts, shipped, small};
 use crate::common::runs::{manifest_of, read_columns, reduced, resume_in, run_into, spec_of, status_of};
 use rodsweep::backend::{Backend, BackendError, BackendInfo, Precision};
 use rodsweep::input::read_scene;
+use rodsweep::lanes::Lanes;
 use rodsweep::model::{Batch, Plan, PlanOptions, Solutions, Status};
 use rodsweep::results::{ResultsError, TIPS_FILE, WORKSPACE_FILE, WORST_FILE, merge, read_parquet_table};
 use rodsweep::spec::{Shard, SweepSpec};
@@ -360,6 +361,27 @@ fn failed_samples_get_a_second_attempt() {
     assert_eq!((summary.failed(), summary.count(Status::Refined)), (0, failed));
     let table = read_columns(&dir.path().join("two"), &["tip.position.x"]).unwrap();
     assert!(table.numbers("tip.position.x").unwrap().iter().all(|x| x.is_finite()));
+}
+
+#[test]
+fn doubt_is_settled_before_a_second_attempt() {
+    let spec = small("parquet");
+    let plan = spec.plan(PlanOptions { steps: 1, ..PlanOptions::default() }).unwrap();
+    let dir = tempfile::tempdir().unwrap();
+    let settle = |plan: &Plan| {
+        let finer = plan.with_options(PlanOptions { steps: 8, ..plan.options });
+        Ok(Box::new(Lanes::new(&finer, Precision::F64)?) as Box<dyn Backend>)
+    };
+    // Nothing is left for it.
+    let refiner = |_: &Plan| Err(BackendError::NoDevice { reason: "a second attempt was made".into() });
+    let options = RunOptions { settle: Some(&settle), refiners: vec![&refiner], limit: Some(1000), ..options() };
+    let mut engine = Lanes::new(&plan, Precision::F64).unwrap();
+    let summary = run_into(dir.path(), &spec, &mut engine, &options).unwrap();
+    assert_eq!(summary.failed(), 0);
+    assert!(summary.count(Status::Refined) > 500, "{}", summary.count(Status::Refined));
+    let estimates = read_columns(dir.path(), &["error_estimate"]).unwrap();
+    let worst = estimates.numbers("error_estimate").unwrap().iter().fold(0.0, |a: f64, b| a.max(*b));
+    assert!(worst <= plan.options.tolerance, "{worst}");
 }
 
 #[test]

@@ -183,7 +183,7 @@ fn counted(faults: Faults) -> Option<Counted> {
     let spec = spec("none");
     let (plan, sampler) = (plan(&spec), spec.sampler());
     let recipe = sampler.recipe();
-    let mut gpu = gpu(&plan, faults)?.expect("starts").with_stages(true);
+    let mut gpu = gpu(&plan, faults)?.expect("starts").with_stages(true).expect("compiles");
     let job = ReduceJob {
         recipe: recipe.as_ref(),
         ranges: &[0..5000, 5100..SAMPLES as u64],

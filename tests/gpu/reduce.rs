@@ -7,7 +7,7 @@ use rodsweep::gpu::Gpu;
 use rodsweep::gpu::shader::Generator;
 use rodsweep::gpu::testing::{device_or_skip, generate_inputs};
 use rodsweep::lanes::Lanes;
-use rodsweep::model::{BLOCK, Batch, Entry, Plan, PlanOptions, Solutions, Status, Stepper};
+use rodsweep::model::{Batch, Entry, Plan, PlanOptions, Quantity, Solutions, Status, Stepper};
 use rodsweep::results::{SampleOrigin, TIPS_FILE, WORKSPACE_FILE};
 use rodsweep::spec::{AxisSpec, Shard, SweepSpec};
 use rodsweep::sweep::{RunOptions, Summary};
@@ -181,7 +181,7 @@ fn a_reduced_sweep_leaves_what_its_rows_would_leave() {
         let plan = plan(&mut spec, precision);
         let one = |name: &str, shard: Shard, limit: Option<u64>| {
             let device = device_or_skip("a_reduced_sweep")?;
-            let mut gpu = Gpu::new(device, &plan, precision).unwrap().with_stages(true).with_counting(true);
+            let mut gpu = Gpu::new(device, &plan, precision).unwrap().with_stages(true).unwrap().with_counting(true);
             let out = dir.path().join(format!("{method}-{name}-{}", shard.index));
             let mut options = RunOptions { chunk: 2048, shard, limit, ..RunOptions::new() };
             if method == "grid" {
@@ -240,13 +240,22 @@ fn stragglers_have_the_rows_they_would_have_among_others() {
         let sampler = spec.sampler();
         let Some(device) = device_or_skip("stragglers_have_the_rows") else { return };
         let batch = plan.batch(3000, |at, row| sampler.values(at as u64 % spec.sample_count, row));
-        let whole = Gpu::new(device.clone(), &plan, precision).unwrap().with_stages(true).solve(&batch).unwrap();
+        let whole =
+            Gpu::new(device.clone(), &plan, precision).unwrap().with_stages(true).unwrap().solve(&batch).unwrap();
         assert!((0..3000).all(|sample| whole.status(sample) != Status::Pending));
-        let mut in_one_stage = Gpu::new(device, &plan, precision).unwrap().with_stages(false);
+        let mut in_one_stage = Gpu::new(device, &plan, precision).unwrap().with_stages(false).unwrap();
         let together = in_one_stage.solve(&batch).unwrap();
-        for (at, (a, b)) in whole.values.data().iter().zip(together.values.data()).enumerate() {
-            assert_eq!(a.to_bits(), b.to_bits(), "{precision}: place {at} of blocks of {BLOCK}");
-        }
+        // Another kernel rounds differently: beside a fold that may decide what becomes of a sample.
+        let tolerance = if precision == Precision::F32 { 1e-4 } else { 1e-10 } * plan.units.length;
+        let same = (0..3000).filter(|sample| whole.status(*sample) == together.status(*sample));
+        let same = same.inspect(|sample| {
+            let tip = |solutions: &Solutions| solutions.vector(*sample, Quantity::TipPosition);
+            let apart = (0..3).map(|k| (tip(&whole)[k] - tip(&together)[k]).abs()).fold(0.0, f64::max);
+            let near = together.get(*sample, Quantity::StabilityMargin).abs() < 0.03;
+            let is_success = whole.status(*sample).is_success();
+            assert!(!is_success || near || apart <= tolerance, "{precision}: sample {sample}: {apart:.1e} m");
+        });
+        assert!(same.count() >= 2970, "{precision}");
         let count = |status: Status| (0..3000).filter(|sample| whole.status(*sample) == status).count();
         let solved = count(Status::Ok) + count(Status::Ramped);
         assert!(solved > 0 && solved < 3000, "{precision}: {:?}", Status::ALL.map(count));

@@ -2,8 +2,8 @@
 
 use rodsweep::backend::Precision;
 use rodsweep::gpu::shader::{
-    Generator, KERNELS, Kernel, Piece, REQUEST_FLOATS, REQUEST_WORDS, Value, WORKGROUP_SIZE, check, settings_members,
-    specialisation,
+    Form, Generator, KERNELS, Kernel, Piece, REQUEST_FLOATS, REQUEST_WORDS, Value, WORKGROUP_SIZE, check,
+    settings_members, specialisation,
 };
 use rodsweep::model::{
     BLOCK, Density, Node, Parameter, Plan, PlanOptions, Profile, RecipeMethod, SampleRecipe, Scene, SegmentKind,
@@ -198,7 +198,13 @@ fn a_rod_of_one_segment_and_one_of_many_validate() {
 fn validate(plan: &Plan) {
     for entry in KERNELS {
         for precision in [Precision::F32, Precision::F64] {
-            expect_layout(&Kernel::new(entry, plan, precision).unwrap(), plan);
+            let kernel = Kernel::new(entry, plan, precision, false).unwrap();
+            expect_layout(&kernel, plan);
+            // In f64 they are the same text but for its types.
+            if precision == Precision::F32 {
+                kernel.quick.iter().for_each(|quick| expect_layout(quick, plan));
+                expect_layout(&Kernel::new(entry, plan, precision, true).unwrap(), plan);
+            }
         }
     }
 }
@@ -264,7 +270,7 @@ fn what_the_device_cannot_make_is_declined_with_a_reason() {
 #[test]
 fn a_plan_names_its_terms() {
     let plan = &plans()[1];
-    let terms = specialisation(plan, Precision::F32).terms;
+    let terms = specialisation(plan, Precision::F32, Form::ROLLED).terms;
     let holds = |name: &str| terms[name];
     assert!(holds("DIPOLE") && holds("FORCE") && holds("RECIPROCITY") && !holds("LOAD"));
     assert!(holds("FLEXIBLE[0]") && !holds("FLEXIBLE[1]"));
@@ -273,6 +279,6 @@ fn a_plan_names_its_terms() {
     assert!(holds("COLLECT_STRAIN") && holds("COLLECT_DIPOLE") && !holds("COLLECT_LOAD") && !holds("COLLECT_FIELD"));
     assert!(!holds("FORWARD") && !holds("FREE"));
     // Flexible, rigid, flexible with integrals.
-    assert_eq!(specialisation(plan, Precision::F32).constants["FLAGS"], Value::u32_array([1, 0, 17]));
+    assert_eq!(specialisation(plan, Precision::F32, Form::ROLLED).constants["FLAGS"], Value::u32_array([1, 0, 17]));
     assert!(holds("A[0][1][0]") && !holds("A[0][2][0]") && holds("B[0][3]"));
 }

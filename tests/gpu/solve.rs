@@ -4,6 +4,7 @@ use crate::common::check::{SMALL_COLUMN, Tolerance, column_error, difference, na
 use crate::common::scenes::flexible;
 use crate::common::{golden, scenes};
 use rodsweep::backend::{Backend, BackendError, Precision};
+use rodsweep::gpu::shader::{KERNELS, Kernel};
 use rodsweep::gpu::testing::device_or_skip;
 use rodsweep::gpu::{Device, Gpu};
 use rodsweep::lanes::Lanes;
@@ -94,8 +95,7 @@ fn compare(plan: &Plan, found: &Solutions, expected: &Solutions, tolerance: Tole
 }
 
 /// Solves on the GPU and on the CPU in both precisions, and compares.
-fn check_plan(name: &str, device: Device, plan: &Plan, batch: &Batch) -> Solutions {
-    let mut gpu = Gpu::new(device, plan, Precision::F32).unwrap();
+fn check_plan(name: &str, mut gpu: Gpu, plan: &Plan, batch: &Batch) -> Solutions {
     let found = gpu.solve(batch).unwrap();
     let cpu = |precision| Lanes::new(plan, precision).unwrap().solve(batch).unwrap();
     let f64s = compare(plan, &found, &cpu(Precision::F64), AGAINST_F64);
@@ -105,6 +105,16 @@ fn check_plan(name: &str, device: Device, plan: &Plan, batch: &Batch) -> Solutio
     let limit = (FEW * batch.sample_count() as f64) as usize + 1;
     assert!(f64s.excused <= limit && f32s.excused <= limit, "{name}");
     found
+}
+
+fn gpu(device: Device, plan: &Plan) -> Gpu {
+    Gpu::new(device, plan, Precision::F32).unwrap()
+}
+
+/// With the kernels of hardware, on any device.
+fn gpu_as_hardware(device: Device, plan: &Plan) -> Gpu {
+    let kernel = Kernel::new(&KERNELS[0], plan, Precision::F32, false).unwrap();
+    Gpu::with_kernel(device, plan, &kernel).unwrap().with_stages(true).unwrap()
 }
 
 /// Which terms a random scene has.
@@ -261,7 +271,11 @@ fn random_rods() {
                 row.copy_from_slice(sample);
             }
         });
-        check_plan(&format!("{kind:?}"), device, &plan, &batch);
+        check_plan(&format!("{kind:?}"), gpu(device.clone(), &plan), &plan, &batch);
+        // One by reciprocity and one forward, each with all that varies along a segment.
+        if kind.segments.contains('v') {
+            check_plan(&format!("{kind:?} as on hardware"), gpu_as_hardware(device, &plan), &plan, &batch);
+        }
     }
 }
 
@@ -290,7 +304,7 @@ fn p6_batch(plan: &Plan, points: usize, first: usize, count: usize) -> Batch {
 fn a_catheter_over_its_currents_however_the_batch_is_cut() {
     let Some(device) = device_or_skip("a_catheter_over_its_currents") else { return };
     let (plan, batch) = p6(9, true, &["coil.current", "insertion", "loads.tip_force"]);
-    let whole = check_plan("P6", device.clone(), &plan, &batch);
+    let whole = check_plan("P6", gpu(device.clone(), &plan), &plan, &batch);
     let mut gpu = Gpu::new(device, &plan, Precision::F32).unwrap();
     let mut first = 0;
     for count in [1, 63, 64, 65, 255, 257, 24] {
@@ -311,7 +325,7 @@ fn rigid_segments_without_a_force_arm() {
     let Some(device) = device_or_skip("rigid_segments_without_a_force_arm") else { return };
     let (plan, batch) = p6(5, false, &["coil.current", "insertion", "loads.tip_force"]);
     assert!(plan.forward);
-    check_plan("P6 without arm", device, &plan, &batch);
+    check_plan("P6 without arm", gpu(device, &plan), &plan, &batch);
 }
 
 #[test]

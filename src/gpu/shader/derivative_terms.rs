@@ -7,18 +7,20 @@ use super::tableaux::tableaux;
 use crate::model::{Plan, Slot};
 
 /// Which threes of columns there are, and which of them the answer takes.
-pub(super) fn add_columns(s: &mut Specialisation, plan: &Plan) {
+pub(super) fn add_columns(s: &mut Specialisation, plan: &Plan, guards: bool) {
     let reciprocity = !plan.forward && !plan.derivatives.is_empty();
     let rotates = reciprocity && plan.options.base_moment_rows;
     let (moment, derived, rotation) = (1, 1 << 1, 1 << by_rotation(plan));
     let answer = moment + if plan.derivatives.is_empty() { 0 } else { derived } + if rotates { rotation } else { 0 };
-    s.constant("THREES", Value::U32(by_rotation(plan) + 1));
+    s.constant("THREES", Value::U32(by_rotation(plan) + u32::from(guards || rotates)));
     s.constant("TRACED", Value::U32(if rotates { 3 } else { 2 }));
     s.constant("BY_ROTATION", Value::U32(by_rotation(plan)));
     s.constant("STABILITY_COLUMNS", Value::U32(moment + rotation));
     s.constant("ANSWER_COLUMNS", Value::U32(answer));
     s.term("RECIPROCITY", reciprocity);
     s.term("ROTATES", rotates);
+    s.term("GUARDS", guards);
+    s.term("ROTATION", guards || rotates);
     s.term("BASE_MOMENT_ROWS", plan.options.base_moment_rows);
 }
 
@@ -68,8 +70,6 @@ pub(super) fn add_derivative_terms(s: &mut Specialisation, plan: &Plan) {
         for (i, b) in tableau.b.iter().enumerate() {
             s.term(format!("COLLECTS[{r}][{i}]"), is_answer && *b != 0.0 && reciprocity && integrals);
         }
-        // The path takes no columns of derivatives.
-        (0..3).for_each(|k| s.term(format!("TAKES[{r}][{k}]"), k == 0 || k == by_rotation(plan) || is_answer));
     }
 }
 

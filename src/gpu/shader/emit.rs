@@ -4,6 +4,7 @@
 //! `//@if NAME`, `//@if !NAME`, `//@else`, `//@end`: keep or drop lines by a named term.
 //! `const NAME: T = value; //@spec`: the value of this specialisation instead.
 //! `for (var i = A; i < B; i++) { //@unroll` ... `} //@end`: one copy of the body, in braces, for each value of i.
+//! `//@unroll NAME`: the same where this term holds, else the loop as it is written.
 //! `//@repeat i COUNT` ... `//@end`: the same for declarations, without braces, for i from 0 below COUNT.
 //! In f64 every `f32` is an `f64`, literals included.
 //! In a copy the word `i` is a literal, and `name_i` is `name_3`; `//@if NAME[i]` asks for the term `NAME[3]`.
@@ -84,6 +85,10 @@ pub fn emit(pieces: &[Piece], specialisation: &Specialisation) -> Result<Source,
 /// Line, from 0, and what is wrong there.
 type Trouble = (usize, EmitErrorKind);
 
+fn unknown_term(name: &str, at: usize) -> Trouble {
+    (at, EmitErrorKind::UnknownTerm(name.into()))
+}
+
 struct Emitter<'a> {
     lines: &'a [&'a str],
     piece: usize,
@@ -105,7 +110,7 @@ impl Emitter<'_> {
                 Some("if") => {
                     let (middle, end) = self.find_end(at, range.end)?;
                     let name = substitute_plain(directive.trim_start_matches("if").trim(), bounds);
-                    if self.holds(&name).ok_or((at, EmitErrorKind::UnknownTerm(name)))? {
+                    if self.holds(&name).ok_or_else(|| unknown_term(&name, at))? {
                         self.block(at + 1..middle.unwrap_or(end), bounds)?;
                     } else if let Some(middle) = middle {
                         self.block(middle + 1..end, bounds)?;
@@ -115,6 +120,15 @@ impl Emitter<'_> {
                 Some("unroll") => {
                     let (_, end) = self.find_end(at, range.end)?;
                     let (name, values, suffix) = self.parse_loop(&substitute(code, bounds), at)?;
+                    let term = directive.trim_start_matches("unroll").trim();
+                    let is_unrolled = term.is_empty() || self.holds(term).ok_or_else(|| unknown_term(term, at))?;
+                    if !is_unrolled {
+                        self.push(substitute(code.trim_end(), bounds), at);
+                        self.block(at + 1..end, bounds)?;
+                        self.push("}".into(), end);
+                        at = end + 1;
+                        continue;
+                    }
                     for value in values {
                         bounds.push(Bound { name: name.clone(), value, suffix });
                         self.push(format!("{{ // {name} = {value}"), at);

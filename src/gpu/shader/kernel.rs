@@ -5,7 +5,7 @@ use super::generator::{Generator, TERMS};
 use super::record::record_functions;
 use super::sources::source_functions;
 use super::specialise::{Piece, Specialisation, Value};
-use super::terms::specialisation;
+use super::terms::{Form, specialisation};
 use super::voxel_request::voxel_margin;
 use crate::backend::Precision;
 use crate::model::Plan;
@@ -84,24 +84,29 @@ pub struct Kernel {
     pub entry_point: &'static str,
     /// In which it computes.
     pub precision: Precision,
-    /// Whether it can leave samples that need the guarded ramp to other dispatches.
-    pub in_stages: bool,
+    /// The same without the guarded ramp: it leaves samples that need care to dispatches of this one. Processors keep
+    /// little code at hand, so it is much faster.
+    pub quick: Option<Box<Kernel>>,
     /// Complete WGSL.
     pub source: Source,
 }
 
 impl Kernel {
     /// A row of the table, specialised.
-    pub fn new(entry: &KernelEntry, plan: &Plan, precision: Precision) -> Result<Self, EmitError> {
+    ///
+    /// `unrolled`: for a GPU that is software, see [`Form`].
+    pub fn new(entry: &KernelEntry, plan: &Plan, precision: Precision, unrolled: bool) -> Result<Self, EmitError> {
         let pieces: Vec<Piece> = entry.parts.iter().map(|part| part.piece(plan)).collect();
+        let make = |form| Self::from_pieces(entry.entry_point, &pieces, &specialisation(plan, precision, form));
         // A search knows one way only.
-        let in_stages = plan.start.is_none();
-        Ok(Self { in_stages, ..Self::from_pieces(entry.entry_point, &pieces, plan, precision)? })
+        let is_quick = plan.start.is_none();
+        let quick = is_quick.then(|| make(Form { guards: false, unrolled: false })).transpose()?.map(Box::new);
+        Ok(Self { quick, ..make(Form { guards: true, unrolled })? })
     }
 
     /// The kernel that makes samples.
     pub fn generate(plan: &Plan, generator: &Generator, precision: Precision) -> Result<Self, EmitError> {
-        let mut s = specialisation(plan, precision);
+        let mut s = specialisation(plan, precision, Form::ROLLED);
         TERMS.iter().for_each(|term| s.term(*term, *term == generator.term));
         let numbers = [
             ("AXIS_COUNT", generator.axis_count),
@@ -115,7 +120,7 @@ impl Kernel {
 
     /// The kernel that counts samples in voxels.
     pub fn reduce(plan: &Plan, precision: Precision) -> Result<Self, EmitError> {
-        let mut s = specialisation(plan, precision);
+        let mut s = specialisation(plan, precision, Form::ROLLED);
         s.constant("VOXEL_MARGIN", Value::Float(voxel_margin(precision)));
         Self::emitted("reduce", REDUCE, plan, &s)
     }
@@ -127,24 +132,22 @@ impl Kernel {
         specialisation: &Specialisation,
     ) -> Result<Self, EmitError> {
         let pieces: Vec<Piece> = parts.iter().map(|part| part.piece(plan)).collect();
-        let source = emit(&pieces, specialisation)?;
-        Ok(Self { entry_point, precision: specialisation.precision, in_stages: false, source })
+        Self::from_pieces(entry_point, &pieces, specialisation)
     }
 
     /// An f32 kernel of its own pieces after the prelude, for tests and trials.
     pub fn custom(entry_point: &'static str, pieces: &[Piece], plan: &Plan) -> Result<Self, EmitError> {
         let pieces: Vec<Piece> = PRELUDE.iter().map(|part| part.piece(plan)).chain(pieces.iter().cloned()).collect();
-        Self::from_pieces(entry_point, &pieces, plan, Precision::F32)
+        Self::from_pieces(entry_point, &pieces, &specialisation(plan, Precision::F32, Form::ROLLED))
     }
 
     fn from_pieces(
         entry_point: &'static str,
         pieces: &[Piece],
-        plan: &Plan,
-        precision: Precision,
+        specialisation: &Specialisation,
     ) -> Result<Self, EmitError> {
-        let source = emit(pieces, &specialisation(plan, precision))?;
-        Ok(Self { entry_point, precision, in_stages: false, source })
+        let source = emit(pieces, specialisation)?;
+        Ok(Self { entry_point, precision: specialisation.precision, quick: None, source })
     }
 }
 

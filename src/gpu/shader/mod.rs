@@ -24,11 +24,11 @@ pub use generator::Generator;
 pub use kernel::{KERNELS, Kernel, KernelEntry, Part};
 pub use settings::{WORKGROUP_SIZE, settings_members};
 pub use specialise::{Piece, Specialisation, Value};
-pub use terms::specialisation;
+pub use terms::{Form, specialisation};
 pub use voxel_request::{REQUEST_FLOATS, REQUEST_WORDS};
 
 pub(super) use record::{constants, input_units};
 pub(super) use segments::integrated;
-pub(super) use settings::{ALL_PATHS, GUARDED_PATH, Paths, QUICK_PATHS, Settings, float_bytes};
+pub(super) use settings::{ALL_PATHS, Paths, QUICK_PATHS, Settings, float_bytes};
 pub(super) use terms::pass_limit;
 pub(super) use voxel_request::{Bounds, HEADER, Request, VoxelGrid};

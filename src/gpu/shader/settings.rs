@@ -27,9 +27,8 @@ pub(crate) struct Settings<S> {
 /// Ways to the full load, from the first to the last, as `shaders/path.wgsl` numbers them.
 pub(crate) type Paths = (u32, u32);
 pub(crate) const ALL_PATHS: Paths = (0, 1);
-/// All but the guarded ramp, and that alone.
+/// All but the guarded ramp.
 pub(crate) const QUICK_PATHS: Paths = (0, 0);
-pub(crate) const GUARDED_PATH: Paths = (1, 1);
 
 impl Settings<f64> {
     /// As the kernels of a precision read them.

@@ -14,6 +14,21 @@ use crate::model::{BLOCK, MOST_KNOWN, NO_EQUILIBRIUM, Plan, Quantity, SegmentPla
 /// Loop iterations of one invocation that every driver runs; software Vulkan stops silently at 65,535.
 const ITERATION_BUDGET: usize = 60_000;
 
+/// What a kernel is made for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Form {
+    /// `GUARDS`: it knows the guarded ramp.
+    pub guards: bool,
+    /// `UNROLLED`: each column has code of its own. Registers of a processor hold numbers only where code names them; a GPU
+    /// runs out of room for the code.
+    pub unrolled: bool,
+}
+
+impl Form {
+    /// The whole kernel as hardware runs it.
+    pub const ROLLED: Form = Form { guards: true, unrolled: false };
+}
+
 /// Intervals of the stability index over a segment at least, where it has as many steps.
 const STATIONS_EACH: usize = 8;
 
@@ -22,8 +37,8 @@ const STATIONS_EACH: usize = 8;
 /// Terms: those of `Terms` in capitals; `FREE`, `RIGID_FORCE_ARM`, `FORWARD`, `RECIPROCITY`; for each segment j
 /// `FLEXIBLE[j]`; for tableau r `A[r][i][j]`, `B[r][i]`, where not zero; for the slots to
 /// differentiate by `WANT_TIP_FORCE` and so on; for what the columns leave behind `COLLECT_STRAIN` and so on; for what
-/// forward columns need `SOURCE_BEND` and so on.
-pub fn specialisation(plan: &Plan, precision: Precision) -> Specialisation {
+/// forward columns need `SOURCE_BEND` and so on. Those of the form.
+pub fn specialisation(plan: &Plan, precision: Precision, form: Form) -> Specialisation {
     let mut s = Specialisation::new(precision);
     let number = |value: usize| Value::U32(value as u32);
     s.constant("WORKGROUP", Value::U32(WORKGROUP_SIZE));
@@ -33,7 +48,8 @@ pub fn specialisation(plan: &Plan, precision: Precision) -> Specialisation {
     s.constant("DERIVATIVE_COLUMN", number(Quantity::COUNT));
     s.constant("DERIVATIVE_COUNT", number(plan.derivatives.len()));
     s.constant("ROWS", number(plan.rows()));
-    add_columns(&mut s, plan);
+    add_columns(&mut s, plan, form.guards);
+    s.term("UNROLLED", form.unrolled);
     for (name, quantity) in COLUMNS {
         s.constant(format!("{name}_COLUMN"), number(quantity.column()));
     }
