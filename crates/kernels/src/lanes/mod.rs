@@ -132,6 +132,9 @@ impl Lanes {
             what: what.into(),
             remedy: remedy.into(),
         };
+        if plan.terms.varying_field {
+            return Err(unsupported("fields that vary in space", "use the reference"));
+        }
         let arch = set.arch().ok_or_else(|| unsupported(set.name(), "this machine lacks it"))?;
         let mut program = Program::new(plan, precision.epsilon());
         if set == InstructionSet::Scalar {

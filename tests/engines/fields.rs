@@ -1,0 +1,112 @@
+//! Fields that vary in space: golden scenes, invariances, limits.
+#![allow(non_snake_case)]
+
+use super::common::check::{column_error, difference, norm};
+use super::common::fields::{FieldCase, cases};
+use super::rods::rod_units;
+use rodsweep::model::{Rod, Slot, Status};
+use rodsweep::reference::{Equilibrium, SlotDerivative, energy_of, solve_rod};
+
+/// What two computations of golden data agree to, with room for the reference's own integration.
+const POSE: f64 = 1e-9;
+const COLUMNS: f64 = 1e-9;
+/// A column smaller than this share of the largest of its kind is measured against that.
+const SMALL: f64 = 1e-3;
+
+fn slots(case: &FieldCase) -> Vec<Slot> {
+    let mut slots: Vec<Slot> = Vec::new();
+    for (slot, _) in case.columns.iter().flat_map(|(_, slots)| slots) {
+        if !slots.contains(slot) {
+            slots.push(*slot);
+        }
+    }
+    slots
+}
+
+/// Six numbers of the tip and six of the base by column k.
+fn found_column(slots: &[Slot], found: &Equilibrium, column: &[(Slot, f64)]) -> ([f64; 6], [f64; 6]) {
+    let (mut tip, mut base) = ([0.0; 6], [0.0; 6]);
+    for (slot, rate) in column {
+        let at = slots.iter().position(|other| other == slot).expect("a slot asked for");
+        let d = &found.derivatives[at];
+        tip.iter_mut().zip(d.dp.iter().chain(&d.w)).for_each(|(sum, x)| *sum += rate * x);
+        base.iter_mut().zip(d.dn0.iter().chain(&d.dm0)).for_each(|(sum, x)| *sum += rate * x);
+    }
+    (tip, base)
+}
+
+/// Worst error of columns against golden ones, each measured against itself or, if small, against the largest of its
+/// kind; `scale` makes the first three rows of one kind with the last.
+fn worst_column(case: &FieldCase, golden: &[Vec<f64>], scale: f64, found: impl Fn(usize) -> [f64; 6]) -> (f64, String) {
+    let expected = |k: usize| -> [f64; 6] { std::array::from_fn(|row| golden[row][k]) };
+    let size =
+        |column: [f64; 6]| norm(&std::array::from_fn::<f64, 6, _>(|r| column[r] / if r < 3 { scale } else { 1.0 }));
+    let mut worst = (0.0, String::new());
+    for (k, (kind, slots)) in case.columns.iter().enumerate() {
+        let of_kind = case.columns.iter().enumerate().filter(|(_, (other, _))| other == kind);
+        let largest = of_kind.map(|(j, _)| size(expected(j))).fold(0.0, f64::max);
+        let error = column_error(&found(k), &expected(k), SMALL * largest, scale);
+        if error.is_nan() || error > worst.0 {
+            worst = (error, format!("{}: {kind} {slots:?}", case.scene.name));
+        }
+    }
+    worst
+}
+
+#[test]
+fn reference_matches_golden_fields() {
+    let (mut pose, mut base, mut columns) = (0.0_f64, 0.0_f64, (0.0, String::new()));
+    let mut worst_base = (0.0, String::new());
+    for case in cases() {
+        let rod = case.scene.rod();
+        let slots = slots(&case);
+        let found = solve_rod(&rod, &slots);
+        let name = &case.scene.name;
+        assert!(found.status.is_success(), "{name}: {:?} at {}", found.status, found.load_fraction);
+        assert_eq!(found.index as u64, case.index, "{name}");
+        let length = rod.total_length();
+        let rotation = (0..9).map(|k| (found.R_tip[k / 3][k % 3] - case.R_tip[k / 3][k % 3]).abs()).fold(0.0, f64::max);
+        pose = pose.max(difference(&found.p_tip, &case.p_tip) / length).max(rotation);
+        base = base.max(difference(&found.n0, &case.n0) / norm(&case.n0));
+        base = base.max(difference(&found.m0, &case.m0) / norm(&case.m0));
+        // Of the golden energies, dead loads count from the world's origin.
+        let weight = case.scene.loads.distributed_force.unwrap_or_default();
+        let lifted = |k: usize| rod.base_position[k] * (rod.tip_force[k] + length * weight[k]);
+        let energy = energy_of(&rod, &found).expect("an energy") - (0..3).map(lifted).sum::<f64>();
+        assert!((energy - case.energy).abs() <= POSE * case.energy.abs(), "{name}: {energy} for {}", case.energy);
+        let tip = worst_column(&case, &case.J, length, |k| found_column(&slots, &found, &case.columns[k].1).0);
+        let at_base =
+            worst_column(&case, &case.J_base, 1.0 / length, |k| found_column(&slots, &found, &case.columns[k].1).1);
+        columns = if tip.0 > columns.0 || tip.0.is_nan() { tip } else { columns };
+        worst_base = if at_base.0 > worst_base.0 || at_base.0.is_nan() { at_base } else { worst_base };
+    }
+    println!("pose {pose:.1e}, base {base:.1e}, columns {columns:?}, of the base {worst_base:?}");
+    assert!(pose <= POSE && base <= POSE, "pose {pose:e}, base {base:e}");
+    assert!(columns.0 <= COLUMNS && worst_base.0 <= COLUMNS, "{columns:?}, {worst_base:?}");
+}
+
+/// A uniform field through the new way is the old one.
+#[test]
+fn a_gradient_of_nothing_changes_nothing() {
+    for case in cases().into_iter().step_by(5) {
+        let slots: Vec<Slot> = slots(&case).into_iter().filter(|slot| !slot.is_of_sources()).collect();
+        let uniform = Rod { field: None, ..case.scene.rod() };
+        let mut varying = case.scene.rod();
+        let field = varying.field.as_mut().expect("a field that varies");
+        field.gradient = [0.0; 5];
+        field.dipoles.iter_mut().for_each(|dipole| dipole.moment = [0.0; 3]);
+        let (old, new) = (solve_rod(&uniform, &slots), solve_rod(&varying, &slots));
+        assert!(old.status.is_success() && new.status.is_success(), "{:?} {:?}", old.status, new.status);
+        let length = uniform.total_length();
+        assert!(difference(&old.p_tip, &new.p_tip) <= 1e-12 * length);
+        assert!(difference(&old.m0, &new.m0) <= 1e-11 * norm(&old.m0).max(1e-9), "{:?} {:?}", old.m0, new.m0);
+        assert!((old.margin - new.margin).abs() <= 1e-10, "{} {}", old.margin, new.margin);
+        for (slot, (a, b)) in slots.iter().zip(old.derivatives.iter().zip(&new.derivatives)) {
+            let column = |d: &SlotDerivative| [d.dp, d.w].concat().try_into().expect("six numbers");
+            let small = SMALL / slot.unit(&rod_units(&uniform));
+            let error = column_error(&column(b), &column(a), small, length);
+            assert!(error <= 1e-10, "{slot:?}: {error:e}");
+        }
+        assert!(new.status == Status::Ok || new.status == Status::Ramped);
+    }
+}
