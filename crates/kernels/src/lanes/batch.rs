@@ -31,7 +31,9 @@ impl Lanes {
         let block_len = solutions.values.block_len();
         let scales = self.output_scales();
         let from_anchors = self.program.anchors.is_some();
-        let way = if self.by_nodes {
+        let way = if self.program.field.is_some() {
+            Way::Varying
+        } else if self.by_nodes {
             Way::Nodes
         } else if from_anchors {
             Way::Anchors

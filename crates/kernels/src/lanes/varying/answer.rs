@@ -1,0 +1,176 @@
+//! Newton's method on the fine grid and the row of each sample, in a field that varies. F5, J5
+
+use super::index::index;
+use super::matrix::Mat6;
+use super::pass::{Pass, VaryingWorkspace, What, slopes};
+use super::path::{VaryingPath, follow_varying, margin, size};
+use crate::lanes::algebra::{Vec3, cross, length};
+use crate::lanes::kernels::Kernels;
+use crate::lanes::lane::{Lane, Scalar};
+use crate::lanes::problem::Problem;
+use crate::lanes::program::{Outputs, Resolution};
+use crate::lanes::rod::Segment;
+use crate::lanes::section::velocity;
+use crate::model::path::{DIFFERENCE, NEWTON_LIMIT, REACH, ROUND_OFF, TRUST};
+use crate::model::{NO_EQUILIBRIUM, Quantity, Status};
+
+/// Solves one group and writes its rows, in the plan's units, to `out`.
+#[inline(always)]
+pub fn solve_varying<L: Kernels>(
+    problem: &Problem<'_, L>,
+    workspace: &mut VaryingWorkspace<L>,
+    out: &mut Outputs<'_, L::Scalar>,
+) {
+    let Problem { program, rod, .. } = *problem;
+    let zero = rod.t.x.constant(0.0);
+    let one = zero.constant(1.0);
+    workspace.space.load(problem);
+    for k in 0..workspace.parameters.len() {
+        workspace.parameters[k].load(problem, 3 * k);
+    }
+    let mut end = follow_varying(problem, workspace);
+    let tolerance = one.constant(program.newton_tolerance);
+    let (mut moving, mut converged) = (end.reached, one.lt(zero));
+    let mut last = (end.base.0, end.base.1);
+    for pass in 0..=NEWTON_LIMIT {
+        let is_last = pass == NEWTON_LIMIT;
+        shoot(problem, &program.fine, end.base, What::Transfers, workspace);
+        let inverse = workspace.matrix().solve(&Mat6::identity(one));
+        let tip = workspace.tip;
+        let (dn, dm) = inverse.on(rod.f_tip - tip.n, rod.l_tip - tip.m); // F5
+        let change = size((dn, dm), end.base);
+        converged = converged | (moving & change.lt(tolerance));
+        end.passes = L::select(moving, end.passes + one, end.passes);
+        moving = moving & !converged & change.lt(one.constant(TRUST));
+        last = (dn, dm);
+        if is_last || !L::any(moving) {
+            break;
+        }
+        end.base =
+            (Vec3::select(moving, end.base.0 + dn, end.base.0), Vec3::select(moving, end.base.1 + dm, end.base.1));
+    }
+    write(problem, &end, last, converged, workspace, out);
+}
+
+#[inline(always)]
+fn shoot<L: Kernels>(
+    problem: &Problem<'_, L>,
+    resolution: &Resolution,
+    base: (Vec3<L>, Vec3<L>),
+    what: What,
+    workspace: &mut VaryingWorkspace<L>,
+) {
+    let lambda = base.0.x.constant(1.0);
+    L::varying_pass(Pass { problem: *problem, resolution, lambda, base, what, workspace });
+}
+
+/// What a change of the base's load does to the tip: displacement and rotation.
+#[inline(always)]
+fn moved<L: Lane>(workspace: &VaryingWorkspace<L>, change: (Vec3<L>, Vec3<L>)) -> (Vec3<L>, Vec3<L>) {
+    workspace.pose.on(change.0, change.1)
+}
+
+/// Writes the row; `left` is Newton's last step, which was not taken.
+#[inline(always)]
+fn write<L: Kernels>(
+    problem: &Problem<'_, L>,
+    end: &VaryingPath<L>,
+    left: (Vec3<L>, Vec3<L>),
+    converged: L::Mask,
+    workspace: &mut VaryingWorkspace<L>,
+    out: &mut Outputs<'_, L::Scalar>,
+) {
+    let Problem { program, rod, .. } = *problem;
+    let one = rod.t.x.constant(1.0);
+    // On twice the steps, for the error estimate.
+    shoot(problem, &program.check, end.base, What::State, workspace);
+    let check = workspace.tip;
+    shoot(problem, &program.fine, end.base, What::Parameters, workspace);
+    let tip = workspace.tip;
+    let inverse = workspace.matrix().solve(&Mat6::identity(one));
+    let (dp, turn) = moved(workspace, left);
+    let position = tip.p + dp;
+    let (d1, t) = (tip.d1 + cross(turn, tip.d1), tip.t + cross(turn, tip.t));
+    let m0 = end.base.1 + left.1;
+    let index = index(&workspace.transfers, one);
+    let stable = index.lt(one.constant(0.5));
+    let margin = margin(&inverse);
+    let within_reach = length(tip.p).lt(one.constant(REACH));
+    let clear = one.constant(0.0).lt(workspace.clearance);
+
+    let code = |status: Status| one.constant(f64::from(status.code()));
+    let mut status = L::select(stable, code(Status::Ramped), code(Status::Unstable));
+    let unsolved = L::select(length(tip.p).is_finite(), code(Status::NotConverged), code(Status::NonFinite));
+    let converged = converged & within_reach;
+    status = L::select(converged, status, unsolved);
+    status = L::select(clear, status, code(Status::TooNearMagnet));
+    let mut lost = L::select(end.exhausted, code(Status::StepLimit), code(Status::NotConverged));
+    lost = L::select(end.fold, code(Status::Fold), lost);
+    lost = L::select(end.too_near, code(Status::TooNearMagnet), lost);
+    let status = L::select(end.reached, status, lost);
+    let is_equilibrium = end.reached & converged & clear;
+
+    out.store_vector(Quantity::TipPosition.column(), position);
+    out.store_vector(Quantity::TipD1.column(), d1);
+    out.store_vector(Quantity::TipTangent.column(), t);
+    out.store_vector(Quantity::BaseMoment.column(), m0);
+    let residual = length(tip.n - rod.f_tip).max(length(tip.m - rod.l_tip));
+    out.store(Quantity::Residual.column(), residual);
+    out.store(Quantity::StabilityMargin.column(), L::select(stable, margin, -margin));
+    out.store(Quantity::StabilityIndex.column(), L::select(is_equilibrium, index, one.constant(NO_EQUILIBRIUM)));
+    out.store(Quantity::Iterations.column(), end.passes);
+    out.store(Quantity::LoadFraction.column(), end.lambda);
+    out.store(Quantity::Status.column(), status);
+
+    let delta = inverse.on(rod.f_tip - check.n, rod.l_tip - check.m);
+    let (shift, turned) = moved(workspace, delta);
+    let by_position = length(check.p + shift - position) / rod.length();
+    let by_d1 = length(check.d1 + cross(turned, check.d1) - d1);
+    let by_t = length(check.t + cross(turned, check.t) - t);
+    let answers = workspace.pose.times(&inverse);
+    let mut square = one;
+    answers.0.iter().flatten().for_each(|x| square = x.mul_add(*x, square));
+    let load = (length(end.base.0) + length(m0) + one) * one.constant(ROUND_OFF * L::Scalar::EPSILON);
+    let error = by_position.max(by_d1).max(by_t) * one.constant(DIFFERENCE) + load * square.sqrt();
+    out.store(Quantity::ErrorEstimate.column(), error);
+    write_rows(problem, end, &inverse, workspace, out);
+}
+
+/// The rows of every derivative: dX = dX|base + (dX/d(base)) d(base). J5
+#[inline(always)]
+fn write_rows<L: Lane>(
+    problem: &Problem<'_, L>,
+    end: &VaryingPath<L>,
+    inverse: &Mat6<L>,
+    workspace: &VaryingWorkspace<L>,
+    out: &mut Outputs<'_, L::Scalar>,
+) {
+    let Problem { program, rod, .. } = *problem;
+    let rows = if program.base_moment_rows { 3 } else { 2 };
+    let base = super::step::State {
+        p: Vec3::splat(rod.t.x.constant(0.0)),
+        d1: rod.d1,
+        t: rod.t,
+        m: end.base.1,
+        n: end.base.0,
+    };
+    let mut slope = base.p;
+    if let Some(Segment::Flexible(first)) = rod.segments.first() {
+        let v = velocity(program.terms, first, base.d1, cross(base.t, base.d1), base.t, base.n);
+        slope = slopes(&workspace.space, first, &base, v).0;
+    }
+    for (three, (parameters, columns)) in workspace.parameters.iter().zip(&workspace.columns).enumerate() {
+        for k in 0..3.min(program.derivatives.len() - 3 * three) {
+            let dn = parameters.df_tip[k] - columns.dn[k];
+            let dm = parameters.sources.dl_tip[k] - columns.dm[k];
+            let change = inverse.on(dn, dm);
+            let (dp, w) = moved(workspace, change);
+            // What is inserted lies proximal to the former base.
+            let dm0 = change.1 - slope * parameters.sources.insertion[k];
+            let all = [columns.dp[k] + dp, columns.w[k] + w, dm0];
+            for (row, value) in all.into_iter().enumerate().take(rows) {
+                out.store_vector(Quantity::COUNT + 3 * (rows * (3 * three + k) + row), value);
+            }
+        }
+    }
+}

@@ -1,0 +1,246 @@
+//! One pass over the rod, base to tip, from the load at the base: state, transfers of its intervals, parameters. F5
+
+use super::crossing::Crossing;
+use super::index::Transfer;
+use super::matrix::Mat6;
+use super::parameters::Parameters;
+use super::space::Space;
+use super::step::{Columns, Room, State, Step, step_columns, step_rod};
+use crate::lanes::algebra::{Mat3, Vec3, columns_cross_sub, cross, cross_sub, hat, outer};
+use crate::lanes::lane::Lane;
+use crate::lanes::problem::Problem;
+use crate::lanes::program::{Program, Resolution};
+use crate::lanes::rod::Segment;
+use crate::lanes::section::{Flexible, curvature, to_world, velocity};
+use crate::lanes::step::Stages;
+
+/// What a pass carries along.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum What {
+    /// The state alone.
+    State,
+    /// The transfer of every interval, and their product.
+    Transfers,
+    /// The same, and forward columns of the parameters.
+    Parameters,
+}
+
+/// A pass: the arguments of [`integrate`].
+pub struct Pass<'a, L: Lane> {
+    pub problem: Problem<'a, L>,
+    pub resolution: &'a Resolution,
+    pub lambda: L,
+    /// Force and moment at the base.
+    pub base: (Vec3<L>, Vec3<L>),
+    pub what: What,
+    pub workspace: &'a mut VaryingWorkspace<L>,
+}
+
+/// Memory of the kernel.
+pub struct VaryingWorkspace<L: Lane> {
+    pub space: Space<L>,
+    room: Room<L>,
+    pub parameters: Vec<Parameters<L>>,
+    /// Of the last pass: the tip, what its pose and its load follow the base's load by, each interval.
+    pub tip: State<L>,
+    pub pose: Mat6<L>,
+    pub load: Mat6<L>,
+    pub transfers: Vec<Transfer<L>>,
+    /// Its columns by parameters, three each.
+    pub columns: Vec<Columns<L>>,
+    /// The least distance to a magnet beyond its clearance.
+    pub clearance: L,
+}
+
+impl<L: Lane> VaryingWorkspace<L> {
+    pub fn new(token: L::Token, program: &Program) -> Self {
+        let zero = L::splat(token, 0.0);
+        let v = Vec3::splat(zero);
+        let threes = if program.field.is_some() { program.derivatives.len().div_ceil(3) } else { 0 };
+        Self {
+            space: Space::new(zero),
+            room: Room::new(Stages::new(token, program.fine.tableau), zero),
+            parameters: (0..threes).map(|_| Parameters::new(token)).collect(),
+            tip: State { p: v, d1: v, t: v, m: v, n: v },
+            pose: Mat6::zero(zero),
+            load: Mat6::zero(zero),
+            transfers: Vec::new(),
+            columns: Vec::new(),
+            clearance: zero,
+        }
+    }
+
+    /// dr/d(n0, m0), the tip's residual being dn and dm there.
+    #[inline(always)]
+    pub fn matrix(&self) -> Mat6<L> {
+        let mut matrix = self.load;
+        let half = self.tip.m.x.constant(0.5);
+        for k in 0..6 {
+            let w = Vec3 { x: self.pose.0[3][k], y: self.pose.0[4][k], z: self.pose.0[5][k] };
+            let turned = cross(w, self.tip.m * half);
+            (0..3).for_each(|row| matrix.0[3 + row][k] = matrix.0[3 + row][k] + turned[row]);
+        }
+        matrix
+    }
+}
+
+/// dm - w x m / 2 of three columns.
+#[inline(always)]
+fn canonical<L: Lane>(columns: &Columns<L>, m: Vec3<L>) -> Mat3<L> {
+    columns_cross_sub(columns.w, m * m.x.constant(0.5), columns.dm)
+}
+
+/// Columns at the start of an interval: by force, by moment, by rotation and by displacement there.
+#[inline(always)]
+fn interval_columns<L: Lane>(m: Vec3<L>) -> [Columns<L>; 4] {
+    let half = m.x.constant(0.5);
+    let (zero, one) = (Mat3::zero(half), Mat3::identity(half));
+    let none = Columns { w: zero, dp: zero, dm: zero, dn: zero };
+    [
+        Columns { dn: one, ..none },
+        Columns { dm: one, ..none },
+        Columns { w: one, dm: hat(m) * -half, ..none },
+        Columns { dp: one, ..none },
+    ]
+}
+
+/// Integrates the rod; what it comes to is left in the workspace.
+#[inline(always)]
+pub fn integrate<L: Lane>(pass: Pass<'_, L>) {
+    let Pass { problem, resolution, lambda, base, what, workspace } = pass;
+    let Problem { program, rod, .. } = problem;
+    let VaryingWorkspace { space, room, parameters, transfers, columns, .. } = workspace;
+    let zero = lambda.constant(0.0);
+    let mut state = State { p: Vec3::splat(zero), d1: rod.d1, t: rod.t, m: base.1, n: base.0 };
+    let (mut pose, mut load) = (Mat6::zero(zero), Mat6::identity(zero));
+    let mut clearance = space.clearance(state.p, zero.constant(1e9));
+    let with_transfers = what != What::State;
+    transfers.clear();
+    columns.clear();
+    if what == What::Parameters {
+        columns.extend(parameters.iter().map(|parameters| base_columns(&problem, parameters, &state)));
+    }
+    let points = program.field.as_ref().map_or(&[][..], |field| field.points);
+    for (index, segment) in rod.segments.iter().enumerate() {
+        match segment {
+            Segment::Flexible(flexible) => {
+                let steps = resolution.steps[index];
+                let share = 1.0 / steps.max(1) as f64;
+                room.stages.set_step(resolution.tableau, flexible.length * zero.constant(share));
+                for k in 0..steps {
+                    let start = k as f64 * share;
+                    let step = Step { terms: program.terms, space, segment: flexible, lambda, start, share };
+                    let before = state;
+                    step_rod(&step, room, with_transfers, &mut state);
+                    if with_transfers {
+                        let mut four = interval_columns(before.m);
+                        let count = if flexible.has_magnet { 4 } else { 3 };
+                        for three in &mut four[..count] {
+                            step_columns(&step, room, None, three);
+                        }
+                        push(transfers, (&mut pose, &mut load), &four, state.m, true);
+                    }
+                    for (parameters, three) in parameters.iter().zip(columns.iter_mut()) {
+                        step_columns(&step, room, Some((parameters, index)), three);
+                    }
+                    clearance = space.clearance(state.p, clearance);
+                }
+                for (parameters, three) in parameters.iter().zip(columns.iter_mut()) {
+                    lengthen(space, &problem, flexible, &state, &parameters.sources.segments[index].dL, three);
+                }
+            }
+            Segment::Rigid(rigid) => {
+                let crossing = Crossing { space, segment: rigid, lambda, points, before: state };
+                let after = crossing.cross();
+                if with_transfers {
+                    let mut four = interval_columns(state.m);
+                    four.iter_mut().for_each(|three| crossing.cross_columns(&after, None, three));
+                    push(transfers, (&mut pose, &mut load), &four, after.m, false);
+                }
+                for (parameters, three) in parameters.iter().zip(columns.iter_mut()) {
+                    crossing.cross_columns(&after, Some((parameters, index)), three);
+                }
+                let middle = (state.p + after.p) * zero.constant(0.5);
+                clearance = space.clearance(after.p, space.clearance(middle, clearance));
+                state = after;
+            }
+        }
+    }
+    (workspace.tip, workspace.pose, workspace.load, workspace.clearance) = (state, pose, load, clearance);
+}
+
+/// Adds an interval with moment `m` at its end.
+#[inline(always)]
+fn push<L: Lane>(
+    transfers: &mut Vec<Transfer<L>>,
+    (pose, load): (&mut Mat6<L>, &mut Mat6<L>),
+    [by_n, by_m, by_w, by_p]: &[Columns<L>; 4],
+    m: Vec3<L>,
+    bends: bool,
+) {
+    let none = Mat6::zero(m.x);
+    let (mut a, mut b, mut c, mut d) = (none, none, none, none);
+    for (at, by) in [(0, by_p), (3, by_w)] {
+        a.put(at, &by.dp, &by.w);
+        c.put(at, &by.dn, &canonical(by, m));
+    }
+    for (at, by) in [(0, by_n), (3, by_m)] {
+        b.put(at, &by.dp, &by.w);
+        d.put(at, &by.dn, &canonical(by, m));
+    }
+    let next = a.times(pose).plus(&b.times(load));
+    *load = c.times(pose).plus(&d.times(load));
+    *pose = next;
+    transfers.push(Transfer { a, b, c, d, bends });
+}
+
+/// Columns by three parameters at the base, its load held.
+#[inline(always)]
+fn base_columns<L: Lane>(problem: &Problem<'_, L>, parameters: &Parameters<L>, state: &State<L>) -> Columns<L> {
+    let (terms, sources) = (problem.program.terms, &parameters.sources);
+    let zero = Mat3::zero(state.m.x);
+    let (mut w, mut dp) = (sources.w0, sources.dp0);
+    if let Some(Segment::Flexible(first)) = problem.rod.segments.first() {
+        let d2 = cross(state.t, state.d1);
+        let omega = curvature(terms, &first.section(terms, 0.0), state.d1, d2, state.t, state.m);
+        w = outer(omega, sources.insertion, w);
+        dp = outer(velocity(terms, first, state.d1, d2, state.t, state.n), sources.insertion, dp);
+    }
+    Columns { w, dp, dm: zero, dn: zero }
+}
+
+/// More of a flexible segment at its distal end, where the state stands.
+#[inline(always)]
+fn lengthen<L: Lane>(
+    space: &Space<L>,
+    problem: &Problem<'_, L>,
+    segment: &Flexible<L>,
+    state: &State<L>,
+    dL: &Vec3<L>,
+    columns: &mut Columns<L>,
+) {
+    let terms = problem.program.terms;
+    let State { d1, t, m, n, .. } = *state;
+    let d2 = cross(t, d1);
+    let omega = curvature(terms, &segment.section(terms, 1.0), d1, d2, t, m);
+    let v = velocity(terms, segment, d1, d2, t, n);
+    let (dm, dn) = slopes(space, segment, state, v);
+    columns.w = outer(omega, *dL, columns.w);
+    columns.dp = outer(v, *dL, columns.dp);
+    columns.dm = outer(dm, *dL, columns.dm);
+    columns.dn = outer(dn, *dL, columns.dn);
+}
+
+/// m' and n' under the full load, where p' is `v`. F2
+#[inline(always)]
+pub fn slopes<L: Lane>(space: &Space<L>, segment: &Flexible<L>, state: &State<L>, v: Vec3<L>) -> (Vec3<L>, Vec3<L>) {
+    let State { p, d1, t, n, .. } = *state;
+    let (mut dm, mut dn) = (cross(n, v), -segment.w);
+    if segment.has_magnet {
+        let mu = to_world(d1, cross(t, d1), t, segment.mu);
+        let (B, G) = space.field(p);
+        dm = cross_sub(mu, B, dm);
+        dn = dn - G * mu;
+    }
+    (dm, dn)
+}

@@ -1,0 +1,138 @@
+//! The path from rest in a field that stays: the rod's dipoles and all other loads grow, each step on the stable branch.
+//!
+//! A rod's steps depend on that rod alone: a lane that has finished is frozen while its neighbours go on.
+
+use super::index::index;
+use super::pass::{Pass, VaryingWorkspace, What};
+use crate::lanes::algebra::{Vec3, dot, length};
+use crate::lanes::kernels::Kernels;
+use crate::lanes::lane::Lane;
+use crate::lanes::problem::Problem;
+use crate::model::path::{
+    CORRECTIONS, FOLD_MARGIN, NODE_AIM, NODE_CONTRACTION, NODE_FIRST_STEP, NODE_LEAST_RATIO, NODE_MOST_RATIO,
+    NODE_PASS_LIMIT, NODE_RETREAT, NODE_SMALLEST_STEP, NODE_TRUST, PATH_TOLERANCE,
+};
+
+/// Where the paths of a register ended.
+pub struct VaryingPath<L: Lane> {
+    /// Force and moment at the base.
+    pub base: (Vec3<L>, Vec3<L>),
+    pub reached: L::Mask,
+    /// In several load steps.
+    pub fold: L::Mask,
+    pub too_near: L::Mask,
+    pub exhausted: L::Mask,
+    pub lambda: L,
+    pub passes: L,
+}
+
+/// sqrt(3) over the norm of d(m0)/d(l_tip).
+#[inline(always)]
+pub fn margin<L: Lane>(inverse: &super::matrix::Mat6<L>) -> L {
+    let mut square = inverse.0[3][3].constant(0.0);
+    for row in &inverse.0[3..] {
+        row[3..].iter().for_each(|x| square = x.mul_add(*x, square));
+    }
+    square.constant(3.0_f64.sqrt()) / square.sqrt()
+}
+
+/// Size of a change of the load at the base, against 1 and the load.
+#[inline(always)]
+pub fn size<L: Lane>(change: (Vec3<L>, Vec3<L>), base: (Vec3<L>, Vec3<L>)) -> L {
+    let norm = |(n, m): (Vec3<L>, Vec3<L>)| (dot(n, n) + dot(m, m)).sqrt();
+    norm(change) / (norm(base) + change.0.x.constant(1.0))
+}
+
+type Load<L> = (Vec3<L>, Vec3<L>);
+
+#[inline(always)]
+fn select<L: Lane>(mask: L::Mask, a: Load<L>, b: Load<L>) -> Load<L> {
+    (Vec3::select(mask, a.0, b.0), Vec3::select(mask, a.1, b.1))
+}
+
+/// Leads all lanes from rest to their full load.
+#[inline(always)]
+pub fn follow_varying<L: Kernels>(problem: &Problem<'_, L>, workspace: &mut VaryingWorkspace<L>) -> VaryingPath<L> {
+    let program = problem.program;
+    let rod = problem.rod;
+    let zero = rod.t.x.constant(0.0);
+    let one = zero.constant(1.0);
+    let nobody = one.lt(zero);
+    let rest = (Vec3::splat(zero), Vec3::splat(zero));
+    let (mut base, mut accepted, mut secant) = (rest, rest, rest);
+    let mut lambda = zero;
+    let mut target = one.constant(NODE_FIRST_STEP);
+    let mut step = target;
+    let first_bound = one.constant(NODE_TRUST / NODE_CONTRACTION);
+    let (mut last_size, mut first_size) = (first_bound, zero);
+    let (mut corrections, mut passes) = (zero, zero);
+    let (mut reached, mut failed, mut exhausted) = (nobody, nobody, nobody);
+    let (mut unstable, mut too_near) = (nobody, nobody);
+    let mut weakest = one;
+    loop {
+        let active = !(reached | failed);
+        if !L::any(active) {
+            break;
+        }
+        let what = What::Transfers;
+        let pass = Pass { problem: *problem, resolution: &program.coarse, lambda: target, base, what, workspace };
+        L::varying_pass(pass);
+        let matrix = workspace.matrix();
+        let inverse = matrix.solve(&super::matrix::Mat6::identity(one));
+        let tip = workspace.tip;
+        let (dn, dm) = inverse.on(rod.f_tip * target - tip.n, rod.l_tip * target - tip.m); // F5
+        let correction = size((dn, dm), base);
+        let converged = active & correction.lt(one.constant(PATH_TOLERANCE));
+        let clear = zero.lt(workspace.clearance);
+        let mut stable = converged;
+        if L::any(converged) {
+            stable = index(&workspace.transfers, one).lt(one.constant(0.5));
+        }
+        let margin = margin(&inverse);
+        let partial = target.lt(one);
+        let contracting =
+            correction.lt(last_size * one.constant(NODE_CONTRACTION)) & corrections.lt(one.constant(CORRECTIONS));
+        let accept = converged & stable & clear;
+        let go_on = active & !converged & contracting;
+        let reject = active & !accept & !go_on;
+        unstable = (unstable & !active) | (reject & converged & !stable);
+        too_near = (too_near & !active) | (reject & !clear);
+        weakest = L::select(accept, weakest.min(margin), weakest);
+
+        base = select::<L>(accept | go_on, (base.0 + dn, base.1 + dm), base);
+        let used = target - lambda;
+        let per = one / used;
+        secant = select::<L>(accept, ((base.0 - accepted.0) * per, (base.1 - accepted.1) * per), secant);
+        accepted = select::<L>(accept, base, accepted);
+        lambda = L::select(accept, target, lambda);
+        reached = reached | (accept & !partial);
+        first_size = L::select(corrections.lt(one.constant(0.5)), correction, first_size);
+        let ratio = (one.constant(NODE_AIM * NODE_TRUST) / first_size.max(one.constant(1e-6))).sqrt();
+        let ratio = ratio.max(one.constant(NODE_LEAST_RATIO)).min(one.constant(NODE_MOST_RATIO));
+        step = L::select(accept, used * ratio, L::select(reject, used * one.constant(NODE_RETREAT), step));
+        failed = failed | (reject & step.lt(one.constant(NODE_SMALLEST_STEP)));
+        let restart = (accept | reject) & !reached;
+        target = L::select(restart, (lambda + step).min(one), target);
+        let ahead = target - lambda;
+        let predicted = (accepted.0 + secant.0 * ahead, accepted.1 + secant.1 * ahead);
+        base = select::<L>(restart, predicted, base);
+        last_size = L::select(go_on, correction, first_bound);
+        corrections = L::select(go_on, corrections + one, zero);
+        passes = L::select(active, passes + one, passes);
+        let over = active & !reached & !passes.lt(one.constant(NODE_PASS_LIMIT));
+        exhausted = exhausted | over;
+        failed = failed | over;
+    }
+    let lost = !(reached | exhausted);
+    let fold = lost & !too_near & (unstable | weakest.lt(one.constant(FOLD_MARGIN)));
+    let is_finite = length(accepted.1).is_finite();
+    VaryingPath {
+        base: accepted,
+        reached: reached & is_finite,
+        fold,
+        too_near: lost & too_near,
+        exhausted,
+        lambda,
+        passes,
+    }
+}
