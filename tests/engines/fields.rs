@@ -3,7 +3,8 @@
 
 use super::common::check::{column_error, difference, norm, pose_error};
 use super::common::fields::{FieldCase, cases};
-use super::rods::rod_units;
+use super::rods::{moved, rod_units};
+use nalgebra::{Matrix3, Rotation3, Vector3};
 use rodsweep::backend::{Backend, Precision};
 use rodsweep::lanes::Lanes;
 use rodsweep::model::{Derivative, Entry, Parameter, Plan, PlanOptions, Quantity, Rod, Scene, Slot, Status, Stepper};
@@ -184,4 +185,150 @@ fn a_gradient_of_nothing_changes_nothing() {
         }
         assert!(new.status == Status::Ok || new.status == Status::Ramped);
     }
+}
+
+fn vector(v: Vector3<f64>) -> Vector {
+    v.into()
+}
+
+/// The rod and its field moved by a rotation about the world's origin and a shift.
+fn carried(rod: &Rod, Q: &Rotation3<f64>, shift: Vector3<f64>) -> Rod {
+    let turned = |v: Vector| vector(Q * Vector3::from(v));
+    let moved = |v: Vector| vector(Q * Vector3::from(v) + shift);
+    let mut rod = rod.clone();
+    rod.base_position = moved(rod.base_position);
+    let R = Q.matrix() * Matrix3::from_fn(|row, col| rod.base_rotation[row][col]);
+    rod.base_rotation = std::array::from_fn(|row| std::array::from_fn(|col| R[(row, col)]));
+    for v in [&mut rod.flux_density, &mut rod.tip_force, &mut rod.tip_moment] {
+        *v = turned(*v);
+    }
+    for segment in &mut rod.segments {
+        match segment {
+            RodSegment::Flexible(flexible) => flexible.load = turned(flexible.load),
+            RodSegment::Rigid(rigid) => rigid.weight = turned(rigid.weight),
+        }
+    }
+    let field = rod.field.as_mut().expect("a field that varies");
+    let rows = gradient_matrix(field.gradient);
+    let G = Q.matrix() * Matrix3::from_fn(|row, col| rows[row][col]) * Q.matrix().transpose();
+    field.gradient = [G[(0, 0)], G[(0, 1)], G[(0, 2)], G[(1, 1)], G[(1, 2)]];
+    field.origin = moved(field.origin);
+    for dipole in &mut field.dipoles {
+        (dipole.position, dipole.moment) = (moved(dipole.position), turned(dipole.moment));
+    }
+    rod
+}
+
+/// Turning and moving base, field and loads together turns and moves the rod.
+#[test]
+fn moving_everything_changes_nothing() {
+    let Q = Rotation3::new(Vector3::new(0.7, -1.1, 0.4));
+    let shift = Vector3::new(0.3, -0.2, 0.15);
+    for case in cases() {
+        let rod = case.scene.rod();
+        let (here, there) = (solve_rod(&rod, &[]), solve_rod(&carried(&rod, &Q, shift), &[]));
+        let expected = Q * Vector3::from(here.p_tip) + shift;
+        let error = (Vector3::from(there.p_tip) - expected).norm() / rod.total_length();
+        assert!(error <= 2e-12, "{}: {error:e}", case.scene.name);
+        let m0 = Q * Vector3::from(here.m0);
+        assert!((Vector3::from(there.m0) - m0).norm() <= 1e-11 * m0.norm(), "{}", case.scene.name);
+    }
+}
+
+/// The response to loads at the tip is symmetric (Betti).
+#[test]
+fn load_responses_are_symmetric() {
+    let loads: Vec<Slot> = Axis::ALL.map(Slot::TipForce).into_iter().chain(Axis::ALL.map(Slot::TipMoment)).collect();
+    for case in cases() {
+        let rod = case.scene.rod();
+        let found = solve_rod(&rod, &loads);
+        let length = rod.total_length();
+        // Force times length beside moment.
+        let entry = |row: usize, column: usize| {
+            let d = &found.derivatives[column];
+            let value = if row < 3 { d.dp[row] / length } else { d.w[row - 3] };
+            if column < 3 { value / length } else { value }
+        };
+        let largest = (0..36).map(|k| entry(k / 6, k % 6).abs()).fold(0.0, f64::max);
+        for (row, column) in (0..36).map(|k| (k / 6, k % 6)) {
+            let error = (entry(row, column) - entry(column, row)).abs() / largest;
+            assert!(error <= 1e-11, "{} {row} {column}: {error:e}", case.scene.name);
+        }
+    }
+}
+
+/// A dipole far away is its field and gradient at the rod, up to second differences: these fall with the square of the
+/// rod's length over the distance.
+#[test]
+fn a_far_dipole_is_a_linear_field() {
+    let case = cases().into_iter().find(|case| case.scene.name.starts_with("golden-dipole-3")).expect("a scene");
+    let near = case.scene.rod();
+    let mut errors = Vec::new();
+    for far in [8.0, 16.0] {
+        let mut rod = near.clone();
+        let field = rod.field.as_mut().expect("a field that varies");
+        let base = Vector3::from(near.base_position);
+        for dipole in &mut field.dipoles {
+            let r = Vector3::from(dipole.position) - base;
+            dipole.position = vector(base + far * r);
+            // The field at the base stays the same.
+            dipole.moment = dipole.moment.map(|x| x * far.powi(3));
+        }
+        let mut linear = rod.clone();
+        let flat = linear.field.as_mut().expect("a field that varies");
+        let at_base = flat.flux_density(near.base_position);
+        let by = |axis: usize| flat.load(near.base_position, std::array::from_fn(|k| f64::from(u8::from(k == axis)))).0;
+        let rows = [by(0), by(1), by(2)];
+        flat.gradient = [rows[0][0], rows[0][1], rows[0][2], rows[1][1], rows[1][2]];
+        flat.origin = near.base_position;
+        flat.dipoles.clear();
+        linear.flux_density = std::array::from_fn(|k| near.flux_density[k] + at_base[k]);
+        let (exact, model) = (solve_rod(&rod, &[]), solve_rod(&linear, &[]));
+        assert!(exact.status.is_success() && model.status.is_success());
+        errors.push(difference(&exact.p_tip, &model.p_tip) / near.total_length());
+    }
+    let order = (errors[0] / errors[1]).log2();
+    assert!((1.7..2.3).contains(&order), "{errors:?}: order {order}");
+}
+
+/// Central differences over a rod's numbers, sources among them.
+#[test]
+fn columns_by_sources_are_differences() {
+    for case in cases().into_iter().step_by(7) {
+        let rod = case.scene.rod();
+        let sources: Vec<Slot> = slots(&case).into_iter().filter(Slot::is_of_sources).collect();
+        let found = solve_rod(&rod, &sources);
+        for (slot, d) in sources.iter().zip(&found.derivatives) {
+            let h = 1e-5 * slot.unit(&rod_units(&rod)) / norm(&d.w).max(1.0 / slot.unit(&rod_units(&rod)));
+            let at = |steps: f64| solve_rod(&moved(&rod, *slot, steps * h), &[]).p_tip;
+            let (up, down, far_up, far_down) = (at(1.0), at(-1.0), at(2.0), at(-2.0));
+            let by: Vector = std::array::from_fn(|k| (8.0 * (up[k] - down[k]) - far_up[k] + far_down[k]) / (12.0 * h));
+            let size = norm(&d.dp).max(1e-3 * rod.total_length() / slot.unit(&rod_units(&rod)));
+            assert!(difference(&by, &d.dp) <= 2e-6 * size, "{} {slot:?}: {by:?} {:?}", case.scene.name, d.dp);
+        }
+    }
+}
+
+/// A rod within the clearance of a magnet has no answer, in either engine; nor has one that the magnet pulls in.
+#[test]
+fn magnets_keep_their_distance_and_pull_in() {
+    let case = cases().into_iter().find(|case| case.scene.name.starts_with("golden-dipole-5")).expect("a scene");
+    let solve = |scene: &Scene| {
+        let plan = Plan::single(scene, &[], PlanOptions { steps: 12, ..PlanOptions::default() }).expect("a plan");
+        let mut lanes = Lanes::new(&plan, Precision::F64).expect("an engine");
+        let by_lanes = lanes.solve(&plan.batch(1, |_, _| {})).expect("a solved batch").status(0);
+        (solve_rod(&scene.rod(), &[]).status, by_lanes)
+    };
+    let mut near = case.scene.clone();
+    let tip = case.p_tip;
+    near.sources.magnets[0].position = [tip[0] + 0.004, tip[1], tip[2]];
+    near.sources.magnets[0].moment = [0.0, 0.0, 1e-3];
+    near.sources.magnets[0].clearance = 0.03;
+    assert_eq!(solve(&near), (Status::TooNearMagnet, Status::TooNearMagnet));
+    let mut strong = case.scene.clone();
+    strong.sources.magnets[0].strength = 60.0;
+    strong.sources.magnets[0].clearance = 1e-3;
+    let (reference, lanes) = solve(&strong);
+    assert!(matches!(reference, Status::Fold | Status::TooNearMagnet), "{reference:?}");
+    assert!(!lanes.is_success(), "{lanes:?}");
 }

@@ -1,8 +1,9 @@
 //! Newton's method on the fine grid and the row of each sample, in a field that varies. F5, J5
 
+use super::ends::slopes;
 use super::index::index;
 use super::matrix::Mat6;
-use super::pass::{Pass, VaryingWorkspace, What, slopes};
+use super::pass::{Pass, VaryingWorkspace, What};
 use super::path::{VaryingPath, follow_varying, margin, size};
 use crate::lanes::algebra::{Vec3, cross, length};
 use crate::lanes::kernels::Kernels;
@@ -11,8 +12,12 @@ use crate::lanes::problem::Problem;
 use crate::lanes::program::{Outputs, Resolution};
 use crate::lanes::rod::Segment;
 use crate::lanes::section::velocity;
-use crate::model::path::{DIFFERENCE, NEWTON_LIMIT, REACH, ROUND_OFF, TRUST};
+use crate::model::path::{CONTRACTION, DIFFERENCE, REACH, ROUND_OFF, TRUST};
 use crate::model::{NO_EQUILIBRIUM, Quantity, Status};
+
+/// Passes on the fine grid, the first of them for chord steps.
+const PASSES: usize = 14;
+const CHORDS: usize = 8;
 
 /// Solves one group and writes its rows, in the plan's units, to `out`.
 #[inline(always)]
@@ -31,25 +36,32 @@ pub fn solve_varying<L: Kernels>(
     let mut end = follow_varying(problem, workspace);
     let tolerance = one.constant(program.newton_tolerance);
     let (mut moving, mut converged) = (end.reached, one.lt(zero));
-    let mut last = (end.base.0, end.base.1);
-    for pass in 0..=NEWTON_LIMIT {
-        let is_last = pass == NEWTON_LIMIT;
-        shoot(problem, &program.fine, end.base, What::Transfers, workspace);
-        let inverse = workspace.matrix().solve(&Mat6::identity(one));
+    // Chord steps with the path's inverse while they bring much, else Newton's.
+    let mut bound = one.constant(TRUST);
+    let mut chords = true;
+    for pass in 0..PASSES {
+        let what = if pass < CHORDS && chords { What::State } else { What::Base };
+        shoot(problem, &program.fine, end.base, what, workspace);
+        if what == What::Base {
+            end.inverse = workspace.matrix.solve(&Mat6::identity(one));
+            bound = one.constant(TRUST);
+        }
         let tip = workspace.tip;
-        let (dn, dm) = inverse.on(rod.f_tip - tip.n, rod.l_tip - tip.m); // F5
+        let (dn, dm) = end.inverse.on(rod.f_tip - tip.n, rod.l_tip - tip.m); // F5
         let change = size((dn, dm), end.base);
-        converged = converged | (moving & change.lt(tolerance));
+        let trusted = moving & change.lt(bound);
         end.passes = L::select(moving, end.passes + one, end.passes);
-        moving = moving & !converged & change.lt(one.constant(TRUST));
-        last = (dn, dm);
-        if is_last || !L::any(moving) {
+        end.base =
+            (Vec3::select(trusted, end.base.0 + dn, end.base.0), Vec3::select(trusted, end.base.1 + dm, end.base.1));
+        converged = converged | (trusted & change.lt(tolerance));
+        chords = chords && L::any(trusted);
+        bound = L::select(trusted, change * one.constant(CONTRACTION), bound);
+        moving = moving & !converged;
+        if !L::any(moving) {
             break;
         }
-        end.base =
-            (Vec3::select(moving, end.base.0 + dn, end.base.0), Vec3::select(moving, end.base.1 + dm, end.base.1));
     }
-    write(problem, &end, last, converged, workspace, out);
+    write(problem, &end, converged, workspace, out);
 }
 
 #[inline(always)]
@@ -61,7 +73,8 @@ fn shoot<L: Kernels>(
     workspace: &mut VaryingWorkspace<L>,
 ) {
     let lambda = base.0.x.constant(1.0);
-    L::varying_pass(Pass { problem: *problem, resolution, lambda, base, what, workspace });
+    let points = problem.program.field.as_ref().map_or(&[][..], |field| field.points);
+    L::varying_pass(Pass { problem: *problem, resolution, lambda, base, what, points, workspace });
 }
 
 /// What a change of the base's load does to the tip: displacement and rotation.
@@ -70,12 +83,11 @@ fn moved<L: Lane>(workspace: &VaryingWorkspace<L>, change: (Vec3<L>, Vec3<L>)) -
     workspace.pose.on(change.0, change.1)
 }
 
-/// Writes the row; `left` is Newton's last step, which was not taken.
+/// Writes the row; what is left of the residual is taken out to first order.
 #[inline(always)]
 fn write<L: Kernels>(
     problem: &Problem<'_, L>,
     end: &VaryingPath<L>,
-    left: (Vec3<L>, Vec3<L>),
     converged: L::Mask,
     workspace: &mut VaryingWorkspace<L>,
     out: &mut Outputs<'_, L::Scalar>,
@@ -87,7 +99,9 @@ fn write<L: Kernels>(
     let check = workspace.tip;
     shoot(problem, &program.fine, end.base, What::Parameters, workspace);
     let tip = workspace.tip;
-    let inverse = workspace.matrix().solve(&Mat6::identity(one));
+    let inverse = workspace.matrix.solve(&Mat6::identity(one));
+    let left = inverse.on(rod.f_tip - tip.n, rod.l_tip - tip.m); // F5
+    let converged = converged & size(left, end.base).lt(one.constant(10.0 * program.newton_tolerance));
     let (dp, turn) = moved(workspace, left);
     let position = tip.p + dp;
     let (d1, t) = (tip.d1 + cross(turn, tip.d1), tip.t + cross(turn, tip.t));

@@ -20,6 +20,15 @@ impl<L: Lane> Mat6<L> {
         all
     }
 
+    #[inline(always)]
+    pub fn select(mask: L::Mask, a: &Self, b: &Self) -> Self {
+        let mut all = *a;
+        for row in 0..6 {
+            (0..6).for_each(|column| all.0[row][column] = L::select(mask, a.0[row][column], b.0[row][column]));
+        }
+        all
+    }
+
     /// Puts three columns from column `at` on: the first three rows, and the last.
     #[inline(always)]
     pub fn put(&mut self, at: usize, first: &Mat3<L>, last: &Mat3<L>) {

@@ -5,6 +5,7 @@
 
 mod answer;
 mod crossing;
+mod ends;
 mod index;
 mod matrix;
 mod parameters;

@@ -1,17 +1,17 @@
 //! One pass over the rod, base to tip, from the load at the base: state, transfers of its intervals, parameters. F5
 
 use super::crossing::Crossing;
+use super::ends::{base_columns, lengthen};
 use super::index::Transfer;
 use super::matrix::Mat6;
 use super::parameters::Parameters;
 use super::space::Space;
 use super::step::{Columns, Room, State, Step, step_columns, step_rod};
-use crate::lanes::algebra::{Mat3, Vec3, columns_cross_sub, cross, cross_sub, hat, outer};
+use crate::lanes::algebra::{Mat3, Vec3, columns_cross_sub, cross, hat};
 use crate::lanes::lane::Lane;
 use crate::lanes::problem::Problem;
 use crate::lanes::program::{Program, Resolution};
 use crate::lanes::rod::Segment;
-use crate::lanes::section::{Flexible, curvature, to_world, velocity};
 use crate::lanes::step::Stages;
 
 /// What a pass carries along.
@@ -19,6 +19,8 @@ use crate::lanes::step::Stages;
 pub enum What {
     /// The state alone.
     State,
+    /// Columns by the load at the base.
+    Base,
     /// The transfer of every interval, and their product.
     Transfers,
     /// The same, and forward columns of the parameters.
@@ -33,6 +35,8 @@ pub struct Pass<'a, L: Lane> {
     /// Force and moment at the base.
     pub base: (Vec3<L>, Vec3<L>),
     pub what: What,
+    /// Points of a rigid segment where the field acts, and their shares of its dipole.
+    pub points: &'static [(f64, f64)],
     pub workspace: &'a mut VaryingWorkspace<L>,
 }
 
@@ -41,10 +45,10 @@ pub struct VaryingWorkspace<L: Lane> {
     pub space: Space<L>,
     room: Room<L>,
     pub parameters: Vec<Parameters<L>>,
-    /// Of the last pass: the tip, what its pose and its load follow the base's load by, each interval.
+    /// Of the last pass: the tip, how its pose and its residual follow the load at the base, each interval.
     pub tip: State<L>,
     pub pose: Mat6<L>,
-    pub load: Mat6<L>,
+    pub matrix: Mat6<L>,
     pub transfers: Vec<Transfer<L>>,
     /// Its columns by parameters, three each.
     pub columns: Vec<Columns<L>>,
@@ -63,25 +67,25 @@ impl<L: Lane> VaryingWorkspace<L> {
             parameters: (0..threes).map(|_| Parameters::new(token)).collect(),
             tip: State { p: v, d1: v, t: v, m: v, n: v },
             pose: Mat6::zero(zero),
-            load: Mat6::zero(zero),
+            matrix: Mat6::zero(zero),
             transfers: Vec::new(),
             columns: Vec::new(),
             clearance: zero,
         }
     }
+}
 
-    /// dr/d(n0, m0), the tip's residual being dn and dm there.
-    #[inline(always)]
-    pub fn matrix(&self) -> Mat6<L> {
-        let mut matrix = self.load;
-        let half = self.tip.m.x.constant(0.5);
-        for k in 0..6 {
-            let w = Vec3 { x: self.pose.0[3][k], y: self.pose.0[4][k], z: self.pose.0[5][k] };
-            let turned = cross(w, self.tip.m * half);
-            (0..3).for_each(|row| matrix.0[3 + row][k] = matrix.0[3 + row][k] + turned[row]);
-        }
-        matrix
+/// dr/d(n0, m0) from the canonical load at the tip, with moment `m` there.
+#[inline(always)]
+fn residual<L: Lane>(pose: &Mat6<L>, load: &Mat6<L>, m: Vec3<L>) -> Mat6<L> {
+    let mut matrix = *load;
+    let half = m.x.constant(0.5);
+    for k in 0..6 {
+        let w = Vec3 { x: pose.0[3][k], y: pose.0[4][k], z: pose.0[5][k] };
+        let turned = cross(w, m * half);
+        (0..3).for_each(|row| matrix.0[3 + row][k] = matrix.0[3 + row][k] + turned[row]);
     }
+    matrix
 }
 
 /// dm - w x m / 2 of three columns.
@@ -107,20 +111,21 @@ fn interval_columns<L: Lane>(m: Vec3<L>) -> [Columns<L>; 4] {
 /// Integrates the rod; what it comes to is left in the workspace.
 #[inline(always)]
 pub fn integrate<L: Lane>(pass: Pass<'_, L>) {
-    let Pass { problem, resolution, lambda, base, what, workspace } = pass;
+    let Pass { problem, resolution, lambda, base, what, points, workspace } = pass;
     let Problem { program, rod, .. } = problem;
     let VaryingWorkspace { space, room, parameters, transfers, columns, .. } = workspace;
     let zero = lambda.constant(0.0);
     let mut state = State { p: Vec3::splat(zero), d1: rod.d1, t: rod.t, m: base.1, n: base.0 };
     let (mut pose, mut load) = (Mat6::zero(zero), Mat6::identity(zero));
     let mut clearance = space.clearance(state.p, zero.constant(1e9));
-    let with_transfers = what != What::State;
+    let with_transfers = matches!(what, What::Transfers | What::Parameters);
+    let [by_n, by_m, ..] = interval_columns(state.m);
+    let mut by_base = [by_n, by_m];
     transfers.clear();
     columns.clear();
     if what == What::Parameters {
         columns.extend(parameters.iter().map(|parameters| base_columns(&problem, parameters, &state)));
     }
-    let points = program.field.as_ref().map_or(&[][..], |field| field.points);
     for (index, segment) in rod.segments.iter().enumerate() {
         match segment {
             Segment::Flexible(flexible) => {
@@ -131,7 +136,10 @@ pub fn integrate<L: Lane>(pass: Pass<'_, L>) {
                     let start = k as f64 * share;
                     let step = Step { terms: program.terms, space, segment: flexible, lambda, start, share };
                     let before = state;
-                    step_rod(&step, room, with_transfers, &mut state);
+                    step_rod(&step, room, what != What::State, &mut state);
+                    if what == What::Base {
+                        by_base.iter_mut().for_each(|three| step_columns(&step, room, None, three));
+                    }
                     if with_transfers {
                         let mut four = interval_columns(before.m);
                         let count = if flexible.has_magnet { 4 } else { 3 };
@@ -152,6 +160,9 @@ pub fn integrate<L: Lane>(pass: Pass<'_, L>) {
             Segment::Rigid(rigid) => {
                 let crossing = Crossing { space, segment: rigid, lambda, points, before: state };
                 let after = crossing.cross();
+                if what == What::Base {
+                    by_base.iter_mut().for_each(|three| crossing.cross_columns(&after, None, three));
+                }
                 if with_transfers {
                     let mut four = interval_columns(state.m);
                     four.iter_mut().for_each(|three| crossing.cross_columns(&after, None, three));
@@ -166,7 +177,14 @@ pub fn integrate<L: Lane>(pass: Pass<'_, L>) {
             }
         }
     }
-    (workspace.tip, workspace.pose, workspace.load, workspace.clearance) = (state, pose, load, clearance);
+    let mut matrix = residual(&pose, &load, state.m);
+    if what == What::Base {
+        for (at, three) in [(0, &by_base[0]), (3, &by_base[1])] {
+            pose.put(at, &three.dp, &three.w);
+            matrix.put(at, &three.dn, &three.dm);
+        }
+    }
+    (workspace.tip, workspace.pose, workspace.matrix, workspace.clearance) = (state, pose, matrix, clearance);
 }
 
 /// Adds an interval with moment `m` at its end.
@@ -192,55 +210,4 @@ fn push<L: Lane>(
     *load = c.times(pose).plus(&d.times(load));
     *pose = next;
     transfers.push(Transfer { a, b, c, d, bends });
-}
-
-/// Columns by three parameters at the base, its load held.
-#[inline(always)]
-fn base_columns<L: Lane>(problem: &Problem<'_, L>, parameters: &Parameters<L>, state: &State<L>) -> Columns<L> {
-    let (terms, sources) = (problem.program.terms, &parameters.sources);
-    let zero = Mat3::zero(state.m.x);
-    let (mut w, mut dp) = (sources.w0, sources.dp0);
-    if let Some(Segment::Flexible(first)) = problem.rod.segments.first() {
-        let d2 = cross(state.t, state.d1);
-        let omega = curvature(terms, &first.section(terms, 0.0), state.d1, d2, state.t, state.m);
-        w = outer(omega, sources.insertion, w);
-        dp = outer(velocity(terms, first, state.d1, d2, state.t, state.n), sources.insertion, dp);
-    }
-    Columns { w, dp, dm: zero, dn: zero }
-}
-
-/// More of a flexible segment at its distal end, where the state stands.
-#[inline(always)]
-fn lengthen<L: Lane>(
-    space: &Space<L>,
-    problem: &Problem<'_, L>,
-    segment: &Flexible<L>,
-    state: &State<L>,
-    dL: &Vec3<L>,
-    columns: &mut Columns<L>,
-) {
-    let terms = problem.program.terms;
-    let State { d1, t, m, n, .. } = *state;
-    let d2 = cross(t, d1);
-    let omega = curvature(terms, &segment.section(terms, 1.0), d1, d2, t, m);
-    let v = velocity(terms, segment, d1, d2, t, n);
-    let (dm, dn) = slopes(space, segment, state, v);
-    columns.w = outer(omega, *dL, columns.w);
-    columns.dp = outer(v, *dL, columns.dp);
-    columns.dm = outer(dm, *dL, columns.dm);
-    columns.dn = outer(dn, *dL, columns.dn);
-}
-
-/// m' and n' under the full load, where p' is `v`. F2
-#[inline(always)]
-pub fn slopes<L: Lane>(space: &Space<L>, segment: &Flexible<L>, state: &State<L>, v: Vec3<L>) -> (Vec3<L>, Vec3<L>) {
-    let State { p, d1, t, n, .. } = *state;
-    let (mut dm, mut dn) = (cross(n, v), -segment.w);
-    if segment.has_magnet {
-        let mu = to_world(d1, cross(t, d1), t, segment.mu);
-        let (B, G) = space.field(p);
-        dm = cross_sub(mu, B, dm);
-        dn = dn - G * mu;
-    }
-    (dm, dn)
 }

@@ -3,22 +3,30 @@
 //! A rod's steps depend on that rod alone: a lane that has finished is frozen while its neighbours go on.
 
 use super::index::index;
+use super::matrix::Mat6;
 use super::pass::{Pass, VaryingWorkspace, What};
 use crate::lanes::algebra::{Vec3, dot, length};
 use crate::lanes::kernels::Kernels;
 use crate::lanes::lane::Lane;
 use crate::lanes::problem::Problem;
+use crate::model::CoilLoad;
 use crate::model::path::{
-    CORRECTIONS, FOLD_MARGIN, NODE_AIM, NODE_CONTRACTION, NODE_FIRST_STEP, NODE_LEAST_RATIO, NODE_MOST_RATIO,
-    NODE_PASS_LIMIT, NODE_RETREAT, NODE_SMALLEST_STEP, NODE_TRUST, PATH_TOLERANCE,
+    CORRECTIONS, FIRST_BEND, FOLD_MARGIN, FULL_LOAD_TOLERANCE, NODE_AIM, NODE_CONTRACTION, NODE_LEAST_RATIO,
+    NODE_MOST_RATIO, NODE_PASS_LIMIT, NODE_RETREAT, NODE_SMALLEST_STEP, NODE_TRUST,
 };
+
+/// A share of the load under which the rod hardly bends.
+const LITTLE_LOAD: f64 = 1.0 / 64.0;
+/// Under part of the load, corrections of the base's load end below this.
+const LOAD_TOLERANCE: f64 = 0.05;
 
 /// Where the paths of a register ended.
 pub struct VaryingPath<L: Lane> {
     /// Force and moment at the base.
     pub base: (Vec3<L>, Vec3<L>),
+    /// Of dr/d(n0, m0) there.
+    pub inverse: Mat6<L>,
     pub reached: L::Mask,
-    /// In several load steps.
     pub fold: L::Mask,
     pub too_near: L::Mask,
     pub exhausted: L::Mask,
@@ -28,7 +36,7 @@ pub struct VaryingPath<L: Lane> {
 
 /// sqrt(3) over the norm of d(m0)/d(l_tip).
 #[inline(always)]
-pub fn margin<L: Lane>(inverse: &super::matrix::Mat6<L>) -> L {
+pub fn margin<L: Lane>(inverse: &Mat6<L>) -> L {
     let mut square = inverse.0[3][3].constant(0.0);
     for row in &inverse.0[3..] {
         row[3..].iter().for_each(|x| square = x.mul_add(*x, square));
@@ -58,11 +66,24 @@ pub fn follow_varying<L: Kernels>(problem: &Problem<'_, L>, workspace: &mut Vary
     let zero = rod.t.x.constant(0.0);
     let one = zero.constant(1.0);
     let nobody = one.lt(zero);
+    // The field acts on the path as if it did at the middles of rigid segments; the answer corrects it.
+    let points = CoilLoad::Middle.points();
     let rest = (Vec3::splat(zero), Vec3::splat(zero));
-    let (mut base, mut accepted, mut secant) = (rest, rest, rest);
+    let (mut accepted, mut end_inverse) = (rest, Mat6::identity(one));
+    // How the equilibrium sets out from rest tells how far the first step may go.
+    let little = one.constant(LITTLE_LOAD);
+    let (resolution, what) = (&program.coarse, What::Base);
+    L::varying_pass(Pass { problem: *problem, resolution, lambda: little, base: rest, what, points, workspace });
+    let inverse = workspace.matrix.solve(&Mat6::identity(one));
+    let tip = workspace.tip;
+    let per_little = one.constant(1.0 / LITTLE_LOAD);
+    let first = inverse.on(rod.f_tip * little - tip.n, rod.l_tip * little - tip.m);
+    let mut secant = (first.0 * per_little, first.1 * per_little);
+    let slope = size(secant, rest).max(one.constant(1e-6));
     let mut lambda = zero;
-    let mut target = one.constant(NODE_FIRST_STEP);
-    let mut step = target;
+    let mut step = (one.constant(FIRST_BEND) / slope).min(one);
+    let mut target = step;
+    let mut base = (secant.0 * target, secant.1 * target);
     let first_bound = one.constant(NODE_TRUST / NODE_CONTRACTION);
     let (mut last_size, mut first_size) = (first_bound, zero);
     let (mut corrections, mut passes) = (zero, zero);
@@ -74,22 +95,24 @@ pub fn follow_varying<L: Kernels>(problem: &Problem<'_, L>, workspace: &mut Vary
         if !L::any(active) {
             break;
         }
-        let what = What::Transfers;
-        let pass = Pass { problem: *problem, resolution: &program.coarse, lambda: target, base, what, workspace };
-        L::varying_pass(pass);
-        let matrix = workspace.matrix();
-        let inverse = matrix.solve(&super::matrix::Mat6::identity(one));
+        let resolution = &program.coarse;
+        let mut what = What::Base;
+        L::varying_pass(Pass { problem: *problem, resolution, lambda: target, base, what, points, workspace });
+        let inverse = workspace.matrix.solve(&Mat6::identity(one));
         let tip = workspace.tip;
         let (dn, dm) = inverse.on(rod.f_tip * target - tip.n, rod.l_tip * target - tip.m); // F5
         let correction = size((dn, dm), base);
-        let converged = active & correction.lt(one.constant(PATH_TOLERANCE));
+        let partial = target.lt(one);
+        let enough = L::select(partial, one.constant(LOAD_TOLERANCE), one.constant(FULL_LOAD_TOLERANCE));
+        let converged = active & correction.lt(enough);
         let clear = zero.lt(workspace.clearance);
         let mut stable = converged;
         if L::any(converged) {
+            what = What::Transfers;
+            L::varying_pass(Pass { problem: *problem, resolution, lambda: target, base, what, points, workspace });
             stable = index(&workspace.transfers, one).lt(one.constant(0.5));
         }
         let margin = margin(&inverse);
-        let partial = target.lt(one);
         let contracting =
             correction.lt(last_size * one.constant(NODE_CONTRACTION)) & corrections.lt(one.constant(CORRECTIONS));
         let accept = converged & stable & clear;
@@ -105,6 +128,7 @@ pub fn follow_varying<L: Kernels>(problem: &Problem<'_, L>, workspace: &mut Vary
         secant = select::<L>(accept, ((base.0 - accepted.0) * per, (base.1 - accepted.1) * per), secant);
         accepted = select::<L>(accept, base, accepted);
         lambda = L::select(accept, target, lambda);
+        end_inverse = Mat6::select(accept, &inverse, &end_inverse);
         reached = reached | (accept & !partial);
         first_size = L::select(corrections.lt(one.constant(0.5)), correction, first_size);
         let ratio = (one.constant(NODE_AIM * NODE_TRUST) / first_size.max(one.constant(1e-6))).sqrt();
@@ -128,6 +152,7 @@ pub fn follow_varying<L: Kernels>(problem: &Problem<'_, L>, workspace: &mut Vary
     let is_finite = length(accepted.1).is_finite();
     VaryingPath {
         base: accepted,
+        inverse: end_inverse,
         reached: reached & is_finite,
         fold,
         too_near: lost & too_near,
