@@ -112,15 +112,14 @@ fn write<L: Kernels>(
     let within_reach = length(tip.p).lt(one.constant(REACH));
     let clear = one.constant(0.0).lt(workspace.clearance);
 
-    let code = |status: Status| one.constant(f64::from(status.code()));
-    let mut status = L::select(stable, code(Status::Ramped), code(Status::Unstable));
-    let unsolved = L::select(length(tip.p).is_finite(), code(Status::NotConverged), code(Status::NonFinite));
+    let mut status = L::select(stable, code(one, Status::Ramped), code(one, Status::Unstable));
+    let unsolved = L::select(length(tip.p).is_finite(), code(one, Status::NotConverged), code(one, Status::NonFinite));
     let converged = converged & within_reach;
     status = L::select(converged, status, unsolved);
-    status = L::select(clear, status, code(Status::TooNearMagnet));
-    let mut lost = L::select(end.exhausted, code(Status::StepLimit), code(Status::NotConverged));
-    lost = L::select(end.fold, code(Status::Fold), lost);
-    lost = L::select(end.too_near, code(Status::TooNearMagnet), lost);
+    status = L::select(clear, status, code(one, Status::TooNearMagnet));
+    let mut lost = L::select(end.exhausted, code(one, Status::StepLimit), code(one, Status::NotConverged));
+    lost = L::select(end.fold, code(one, Status::Fold), lost);
+    lost = L::select(end.too_near, code(one, Status::TooNearMagnet), lost);
     let status = L::select(end.reached, status, lost);
     let is_equilibrium = end.reached & converged & clear;
 
@@ -143,7 +142,9 @@ fn write<L: Kernels>(
     let by_t = length(check.t + cross(turned, check.t) - t);
     let answers = workspace.pose.times(&inverse);
     let mut square = one;
-    answers.0.iter().flatten().for_each(|x| square = x.mul_add(*x, square));
+    for x in answers.0.as_flattened() {
+        square = x.mul_add(*x, square);
+    }
     let load = (length(end.base.0) + length(m0) + one) * one.constant(ROUND_OFF * L::Scalar::EPSILON);
     let error = by_position.max(by_d1).max(by_t) * one.constant(DIFFERENCE) + load * square.sqrt();
     out.store(Quantity::ErrorEstimate.column(), error);
@@ -187,4 +188,9 @@ fn write_rows<L: Lane>(
             }
         }
     }
+}
+
+#[inline(always)]
+fn code<L: Lane>(of: L, status: Status) -> L {
+    of.constant(f64::from(status.code()))
 }

@@ -33,7 +33,9 @@ pub fn index<L: Lane>(transfers: &[Transfer<L>], one: L) -> L {
         let half = one.constant(0.5);
         let turned = next.transposed();
         S = next.plus(&turned);
-        S.0.iter_mut().flatten().for_each(|x| *x = *x * half);
+        for x in S.0.as_flattened_mut() {
+            *x = *x * half;
+        }
     }
     index
 }
@@ -70,7 +72,9 @@ fn root<L: Lane>(C: &Mat6<L>, one: L) -> (Mat6<L>, L) {
     let noise = one.constant(64.0 * L::Scalar::EPSILON);
     let (mut c, mut root, mut index) = (C.0, Mat6::zero(one), zero);
     let mut largest = zero;
-    (0..6).for_each(|k| largest = largest.max(c[k][k].abs()));
+    for k in 0..6 {
+        largest = largest.max(c[k][k].abs());
+    }
     let least = largest * noise;
     for k in [3, 4, 5, 0, 1, 2] {
         let yields = least.lt(c[k][k]);

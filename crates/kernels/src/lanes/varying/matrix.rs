@@ -1,4 +1,5 @@
-//! Matrices of six rows, and their elimination with a choice of pivots in each lane.
+//! Matrices of six rows, and their elimination with a choice of pivots in each lane. Loops are written out: a closure is
+//! compiled without the kernel's instructions.
 
 use crate::lanes::algebra::{Mat3, Vec3};
 use crate::lanes::lane::Lane;
@@ -16,7 +17,9 @@ impl<L: Lane> Mat6<L> {
     #[inline(always)]
     pub fn identity(of: L) -> Self {
         let mut all = Self::zero(of);
-        (0..6).for_each(|k| all.0[k][k] = of.constant(1.0));
+        for k in 0..6 {
+            all.0[k][k] = of.constant(1.0);
+        }
         all
     }
 
@@ -24,7 +27,9 @@ impl<L: Lane> Mat6<L> {
     pub fn select(mask: L::Mask, a: &Self, b: &Self) -> Self {
         let mut all = *a;
         for row in 0..6 {
-            (0..6).for_each(|column| all.0[row][column] = L::select(mask, a.0[row][column], b.0[row][column]));
+            for column in 0..6 {
+                all.0[row][column] = L::select(mask, a.0[row][column], b.0[row][column]);
+            }
         }
         all
     }
@@ -43,7 +48,11 @@ impl<L: Lane> Mat6<L> {
     #[inline(always)]
     pub fn transposed(&self) -> Self {
         let mut all = *self;
-        (0..6).for_each(|row| (0..6).for_each(|column| all.0[row][column] = self.0[column][row]));
+        for row in 0..6 {
+            for column in 0..6 {
+                all.0[row][column] = self.0[column][row];
+            }
+        }
         all
     }
 
@@ -65,14 +74,22 @@ impl<L: Lane> Mat6<L> {
     #[inline(always)]
     pub fn plus(&self, b: &Self) -> Self {
         let mut all = *self;
-        (0..6).for_each(|row| (0..6).for_each(|column| all.0[row][column] = self.0[row][column] + b.0[row][column]));
+        for row in 0..6 {
+            for column in 0..6 {
+                all.0[row][column] = self.0[row][column] + b.0[row][column];
+            }
+        }
         all
     }
 
     #[inline(always)]
     pub fn minus(&self, b: &Self) -> Self {
         let mut all = *self;
-        (0..6).for_each(|row| (0..6).for_each(|column| all.0[row][column] = self.0[row][column] - b.0[row][column]));
+        for row in 0..6 {
+            for column in 0..6 {
+                all.0[row][column] = self.0[row][column] - b.0[row][column];
+            }
+        }
         all
     }
 
@@ -80,12 +97,14 @@ impl<L: Lane> Mat6<L> {
     #[inline(always)]
     pub fn on(&self, first: Vec3<L>, last: Vec3<L>) -> (Vec3<L>, Vec3<L>) {
         let v = [first.x, first.y, first.z, last.x, last.y, last.z];
-        let row = |row: usize| {
-            let mut sum = self.0[row][0] * v[0];
-            (1..6).for_each(|k| sum = self.0[row][k].mul_add(v[k], sum));
-            sum
-        };
-        (Vec3 { x: row(0), y: row(1), z: row(2) }, Vec3 { x: row(3), y: row(4), z: row(5) })
+        let mut all = v;
+        for row in 0..6 {
+            all[row] = self.0[row][0] * v[0];
+            for k in 1..6 {
+                all[row] = self.0[row][k].mul_add(v[k], all[row]);
+            }
+        }
+        (Vec3 { x: all[0], y: all[1], z: all[2] }, Vec3 { x: all[3], y: all[4], z: all[5] })
     }
 
     /// A^-1 B by elimination, the largest pivot of each column chosen lane by lane.

@@ -48,11 +48,6 @@ impl<L: Lane> Parameters<L> {
     pub fn field(&self, space: &Space<L>, k: usize, x: Vec3<L>, mu: Vec3<L>) -> (Vec3<L>, Vec3<L>) {
         let zero = Vec3::splat(x.x.constant(0.0));
         let (mut dB, mut dF) = (self.sources.dB[k], zero);
-        let unit = |axis: Axis, by: L| {
-            let mut v = zero;
-            v[axis.index()] = by;
-            v
-        };
         for (slot, rate) in &self.field[k] {
             match *slot {
                 Slot::FieldGradient(entry) => {
@@ -81,4 +76,11 @@ impl<L: Lane> Parameters<L> {
         }
         (dB, dF)
     }
+}
+
+#[inline(always)]
+fn unit<L: Lane>(axis: Axis, by: L) -> Vec3<L> {
+    let mut v = Vec3::splat(by.constant(0.0));
+    v[axis.index()] = by;
+    v
 }

@@ -83,7 +83,9 @@ fn residual<L: Lane>(pose: &Mat6<L>, load: &Mat6<L>, m: Vec3<L>) -> Mat6<L> {
     for k in 0..6 {
         let w = Vec3 { x: pose.0[3][k], y: pose.0[4][k], z: pose.0[5][k] };
         let turned = cross(w, m * half);
-        (0..3).for_each(|row| matrix.0[3 + row][k] = matrix.0[3 + row][k] + turned[row]);
+        for row in 0..3 {
+            matrix.0[3 + row][k] = matrix.0[3 + row][k] + turned[row];
+        }
     }
     matrix
 }
@@ -108,6 +110,19 @@ fn interval_columns<L: Lane>(m: Vec3<L>) -> [Columns<L>; 4] {
     ]
 }
 
+/// Three columns of segment `index` by their number: `count` of its own, then those of parameters.
+#[inline(always)]
+fn numbered<'a, L>(
+    k: usize,
+    count: usize,
+    index: usize,
+    parameters: &'a [Parameters<L>],
+    own: &'a mut [Columns<L>; 4],
+    columns: &'a mut [Columns<L>],
+) -> (Option<(&'a Parameters<L>, usize)>, &'a mut Columns<L>) {
+    if k < count { (None, &mut own[k]) } else { (Some((&parameters[k - count], index)), &mut columns[k - count]) }
+}
+
 /// Integrates the rod; what it comes to is left in the workspace.
 #[inline(always)]
 pub fn integrate<L: Lane>(pass: Pass<'_, L>) {
@@ -119,12 +134,14 @@ pub fn integrate<L: Lane>(pass: Pass<'_, L>) {
     let (mut pose, mut load) = (Mat6::zero(zero), Mat6::identity(zero));
     let mut clearance = space.clearance(state.p, zero.constant(1e9));
     let with_transfers = matches!(what, What::Transfers | What::Parameters);
-    let [by_n, by_m, ..] = interval_columns(state.m);
-    let mut by_base = [by_n, by_m];
+    // By the load at the base, or by the start of each interval.
+    let mut own = interval_columns(state.m);
     transfers.clear();
     columns.clear();
     if what == What::Parameters {
-        columns.extend(parameters.iter().map(|parameters| base_columns(&problem, parameters, &state)));
+        for parameters in parameters.iter() {
+            columns.push(base_columns(&problem, parameters, &state));
+        }
     }
     for (index, segment) in rod.segments.iter().enumerate() {
         match segment {
@@ -137,19 +154,18 @@ pub fn integrate<L: Lane>(pass: Pass<'_, L>) {
                     let step = Step { terms: program.terms, space, segment: flexible, lambda, start, share };
                     let before = state;
                     step_rod(&step, room, what != What::State, &mut state);
-                    if what == What::Base {
-                        by_base.iter_mut().for_each(|three| step_columns(&step, room, None, three));
+                    let mut count = if what == What::Base { 2 } else { 0 };
+                    if with_transfers {
+                        own = interval_columns(before.m);
+                        // Without a magnet a displacement takes the interval along.
+                        count = if flexible.has_magnet { 4 } else { 3 };
+                    }
+                    for k in 0..count + columns.len() {
+                        let (by, three) = numbered(k, count, index, parameters, &mut own, columns);
+                        step_columns(&step, room, by, three);
                     }
                     if with_transfers {
-                        let mut four = interval_columns(before.m);
-                        let count = if flexible.has_magnet { 4 } else { 3 };
-                        for three in &mut four[..count] {
-                            step_columns(&step, room, None, three);
-                        }
-                        push(transfers, (&mut pose, &mut load), &four, state.m, true);
-                    }
-                    for (parameters, three) in parameters.iter().zip(columns.iter_mut()) {
-                        step_columns(&step, room, Some((parameters, index)), three);
+                        push(transfers, (&mut pose, &mut load), &own, state.m, true);
                     }
                     clearance = space.clearance(state.p, clearance);
                 }
@@ -160,16 +176,16 @@ pub fn integrate<L: Lane>(pass: Pass<'_, L>) {
             Segment::Rigid(rigid) => {
                 let crossing = Crossing { space, segment: rigid, lambda, points, before: state };
                 let after = crossing.cross();
-                if what == What::Base {
-                    by_base.iter_mut().for_each(|three| crossing.cross_columns(&after, None, three));
+                let mut count = if what == What::Base { 2 } else { 0 };
+                if with_transfers {
+                    (own, count) = (interval_columns(state.m), 4);
+                }
+                for k in 0..count + columns.len() {
+                    let (by, three) = numbered(k, count, index, parameters, &mut own, columns);
+                    crossing.cross_columns(&after, by, three);
                 }
                 if with_transfers {
-                    let mut four = interval_columns(state.m);
-                    four.iter_mut().for_each(|three| crossing.cross_columns(&after, None, three));
-                    push(transfers, (&mut pose, &mut load), &four, after.m, false);
-                }
-                for (parameters, three) in parameters.iter().zip(columns.iter_mut()) {
-                    crossing.cross_columns(&after, Some((parameters, index)), three);
+                    push(transfers, (&mut pose, &mut load), &own, after.m, false);
                 }
                 let middle = (state.p + after.p) * zero.constant(0.5);
                 clearance = space.clearance(after.p, space.clearance(middle, clearance));
@@ -179,7 +195,7 @@ pub fn integrate<L: Lane>(pass: Pass<'_, L>) {
     }
     let mut matrix = residual(&pose, &load, state.m);
     if what == What::Base {
-        for (at, three) in [(0, &by_base[0]), (3, &by_base[1])] {
+        for (at, three) in [(0, &own[0]), (3, &own[1])] {
             pose.put(at, &three.dp, &three.w);
             matrix.put(at, &three.dn, &three.dm);
         }

@@ -39,7 +39,9 @@ pub struct VaryingPath<L: Lane> {
 pub fn margin<L: Lane>(inverse: &Mat6<L>) -> L {
     let mut square = inverse.0[3][3].constant(0.0);
     for row in &inverse.0[3..] {
-        row[3..].iter().for_each(|x| square = x.mul_add(*x, square));
+        for x in &row[3..] {
+            square = x.mul_add(*x, square);
+        }
     }
     square.constant(3.0_f64.sqrt()) / square.sqrt()
 }
@@ -47,8 +49,12 @@ pub fn margin<L: Lane>(inverse: &Mat6<L>) -> L {
 /// Size of a change of the load at the base, against 1 and the load.
 #[inline(always)]
 pub fn size<L: Lane>(change: (Vec3<L>, Vec3<L>), base: (Vec3<L>, Vec3<L>)) -> L {
-    let norm = |(n, m): (Vec3<L>, Vec3<L>)| (dot(n, n) + dot(m, m)).sqrt();
     norm(change) / (norm(base) + change.0.x.constant(1.0))
+}
+
+#[inline(always)]
+fn norm<L: Lane>((n, m): (Vec3<L>, Vec3<L>)) -> L {
+    (dot(n, n) + dot(m, m)).sqrt()
 }
 
 type Load<L> = (Vec3<L>, Vec3<L>);

@@ -121,7 +121,11 @@ impl<L: Lane> Space<L> {
         let Some(field) = &program.field else { return };
         let base = program.vector(token, &inputs, BASE_POSITION_AT);
         self.B0 = rod.B;
-        self.G = gradient(std::array::from_fn(|k| program.entry(token, &inputs, field.entry + k)));
+        let mut entries = [base.x; 5];
+        for (k, entry) in entries.iter_mut().enumerate() {
+            *entry = program.entry(token, &inputs, field.entry + k);
+        }
+        self.G = gradient(entries);
         self.origin = program.vector(token, &inputs, field.entry + 5) - base;
         self.dipoles.clear();
         for (j, clearance) in field.clearances.iter().enumerate() {
