@@ -52,8 +52,12 @@ impl Lanes {
                 blocks.map_init(Scratch::default, first).flatten_iter().collect()
             }
         };
-        let ways = [Way::Rest, Way::Care, Way::Nodes];
-        for way in if from_anchors { &ways[..] } else { &ways[1..] } {
+        let ways = match way {
+            Way::Anchors => &[Way::Rest, Way::Care, Way::Nodes][..],
+            Way::Varying => &[Way::VaryingCare],
+            _ => &[Way::Care, Way::Nodes],
+        };
+        for way in ways {
             if *way == Way::Nodes {
                 left.retain(|sample| self.may_be_grown(batch, solutions, *sample));
             }

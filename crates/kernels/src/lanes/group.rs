@@ -152,6 +152,7 @@ impl<L: Kernels> WithSimd for ByNodes<'_, L> {
 pub struct InVarying<'a, L: Lane> {
     pub program: &'a Program,
     pub token: L::Token,
+    pub care: bool,
     pub varying: &'a mut VaryingWorkspace<L>,
     pub tools: &'a mut Tools<L>,
     pub out: Outputs<'a, L::Scalar>,
@@ -168,11 +169,11 @@ impl<L: Kernels> WithSimd for InVarying<'_, L> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let InVarying { program, token, varying, tools, mut out } = self;
+        let InVarying { program, token, care, varying, tools, mut out } = self;
         let Tools { rod, inputs, .. } = tools;
         let inputs = Inputs { data: inputs, stride: L::COUNT, offset: 0 };
         L::load_rods(Load { program, token, inputs, rod });
-        solve_varying(&Problem { program, inputs, rod }, varying, &mut out);
+        solve_varying(&Problem { program, inputs, rod }, care, varying, &mut out);
     }
 }
 

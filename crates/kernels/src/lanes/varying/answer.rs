@@ -19,10 +19,12 @@ use crate::model::{NO_EQUILIBRIUM, Quantity, Status};
 const PASSES: usize = 14;
 const CHORDS: usize = 8;
 
-/// Solves one group and writes its rows, in the plan's units, to `out`.
+/// Solves one group and writes its rows, in the plan's units, to `out`. Without care, lanes whose path asks for short
+/// steps are `Pending`.
 #[inline(always)]
 pub fn solve_varying<L: Kernels>(
     problem: &Problem<'_, L>,
+    care: bool,
     workspace: &mut VaryingWorkspace<L>,
     out: &mut Outputs<'_, L::Scalar>,
 ) {
@@ -33,7 +35,7 @@ pub fn solve_varying<L: Kernels>(
     for k in 0..workspace.parameters.len() {
         workspace.parameters[k].load(problem, 3 * k);
     }
-    let mut end = follow_varying(problem, workspace);
+    let mut end = follow_varying(problem, care, workspace);
     let tolerance = one.constant(program.newton_tolerance);
     let (mut moving, mut converged) = (end.reached, one.lt(zero));
     // Chord steps with the path's inverse while they bring much, else Newton's.
@@ -61,7 +63,7 @@ pub fn solve_varying<L: Kernels>(
             break;
         }
     }
-    write(problem, &end, converged, workspace, out);
+    write(problem, &end, (converged, care), workspace, out);
 }
 
 #[inline(always)]
@@ -88,7 +90,7 @@ fn moved<L: Lane>(workspace: &VaryingWorkspace<L>, change: (Vec3<L>, Vec3<L>)) -
 fn write<L: Kernels>(
     problem: &Problem<'_, L>,
     end: &VaryingPath<L>,
-    converged: L::Mask,
+    (converged, care): (L::Mask, bool),
     workspace: &mut VaryingWorkspace<L>,
     out: &mut Outputs<'_, L::Scalar>,
 ) {
@@ -120,6 +122,7 @@ fn write<L: Kernels>(
     let mut lost = L::select(end.exhausted, code(one, Status::StepLimit), code(one, Status::NotConverged));
     lost = L::select(end.fold, code(one, Status::Fold), lost);
     lost = L::select(end.too_near, code(one, Status::TooNearMagnet), lost);
+    let lost = if care { lost } else { code(one, Status::Pending) };
     let status = L::select(end.reached, status, lost);
     let is_equilibrium = end.reached & converged & clear;
 

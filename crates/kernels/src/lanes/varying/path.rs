@@ -12,7 +12,7 @@ use crate::lanes::problem::Problem;
 use crate::model::CoilLoad;
 use crate::model::path::{
     CORRECTIONS, FIRST_BEND, FOLD_MARGIN, FULL_LOAD_TOLERANCE, NODE_AIM, NODE_CONTRACTION, NODE_LEAST_RATIO,
-    NODE_MOST_RATIO, NODE_PASS_LIMIT, NODE_RETREAT, NODE_SMALLEST_STEP, NODE_TRUST,
+    NODE_MOST_RATIO, NODE_PASS_LIMIT, NODE_RETREAT, NODE_SMALLEST_STEP, NODE_TRUST, SMALLEST_RAMP_STEP,
 };
 
 /// A share of the load under which the rod hardly bends.
@@ -64,9 +64,13 @@ fn select<L: Lane>(mask: L::Mask, a: Load<L>, b: Load<L>) -> Load<L> {
     (Vec3::select(mask, a.0, b.0), Vec3::select(mask, a.1, b.1))
 }
 
-/// Leads all lanes from rest to their full load.
+/// Leads all lanes from rest to their full load; without care those that ask for no short steps.
 #[inline(always)]
-pub fn follow_varying<L: Kernels>(problem: &Problem<'_, L>, workspace: &mut VaryingWorkspace<L>) -> VaryingPath<L> {
+pub fn follow_varying<L: Kernels>(
+    problem: &Problem<'_, L>,
+    care: bool,
+    workspace: &mut VaryingWorkspace<L>,
+) -> VaryingPath<L> {
     let program = problem.program;
     let rod = problem.rod;
     let zero = rod.t.x.constant(0.0);
@@ -78,7 +82,7 @@ pub fn follow_varying<L: Kernels>(problem: &Problem<'_, L>, workspace: &mut Vary
     let (mut accepted, mut end_inverse) = (rest, Mat6::identity(one));
     // How the equilibrium sets out from rest tells how far the first step may go.
     let little = one.constant(LITTLE_LOAD);
-    let (resolution, what) = (&program.coarse, What::Base);
+    let (resolution, what) = (if care { &program.careful } else { &program.coarse }, What::Base);
     L::varying_pass(Pass { problem: *problem, resolution, lambda: little, base: rest, what, points, workspace });
     let inverse = workspace.matrix.solve(&Mat6::identity(one));
     let tip = workspace.tip;
@@ -86,6 +90,7 @@ pub fn follow_varying<L: Kernels>(problem: &Problem<'_, L>, workspace: &mut Vary
     let first = inverse.on(rod.f_tip * little - tip.n, rod.l_tip * little - tip.m);
     let mut secant = (first.0 * per_little, first.1 * per_little);
     let slope = size(secant, rest).max(one.constant(1e-6));
+    let smallest = one.constant(if care { NODE_SMALLEST_STEP } else { SMALLEST_RAMP_STEP });
     let mut lambda = zero;
     let mut step = (one.constant(FIRST_BEND) / slope).min(one);
     let mut target = step;
@@ -101,7 +106,6 @@ pub fn follow_varying<L: Kernels>(problem: &Problem<'_, L>, workspace: &mut Vary
         if !L::any(active) {
             break;
         }
-        let resolution = &program.coarse;
         let mut what = What::Base;
         L::varying_pass(Pass { problem: *problem, resolution, lambda: target, base, what, points, workspace });
         let inverse = workspace.matrix.solve(&Mat6::identity(one));
@@ -140,7 +144,7 @@ pub fn follow_varying<L: Kernels>(problem: &Problem<'_, L>, workspace: &mut Vary
         let ratio = (one.constant(NODE_AIM * NODE_TRUST) / first_size.max(one.constant(1e-6))).sqrt();
         let ratio = ratio.max(one.constant(NODE_LEAST_RATIO)).min(one.constant(NODE_MOST_RATIO));
         step = L::select(accept, used * ratio, L::select(reject, used * one.constant(NODE_RETREAT), step));
-        failed = failed | (reject & step.lt(one.constant(NODE_SMALLEST_STEP)));
+        failed = failed | (reject & step.lt(smallest));
         let restart = (accept | reject) & !reached;
         target = L::select(restart, (lambda + step).min(one), target);
         let ahead = target - lambda;
