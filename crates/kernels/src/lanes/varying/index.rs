@@ -3,6 +3,7 @@
 //! z = (dp, w) and y = (dn, dm - w x m / 2) of an interval's end follow from those of its start by (a, b; c, d). Held at
 //! its start its end yields by C = b d^-1. Where what lies beyond answers with y = S z, its pivot C^-1 - S has as many
 //! negative eigenvalues as I - B^T S B, where C = B B^T: an interval that cannot lengthen needs no inverse of C.
+#![allow(clippy::needless_range_loop)]
 
 use super::matrix::Mat6;
 use crate::lanes::lane::{Lane, Scalar};

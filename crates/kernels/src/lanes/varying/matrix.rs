@@ -1,5 +1,6 @@
 //! Matrices of six rows, and their elimination with a choice of pivots in each lane. Loops are written out: a closure is
 //! compiled without the kernel's instructions.
+#![allow(clippy::needless_range_loop)]
 
 use crate::lanes::algebra::{Mat3, Vec3};
 use crate::lanes::lane::Lane;
