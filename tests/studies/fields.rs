@@ -67,7 +67,7 @@ fn the_strength_of_a_magnet_comes_back() {
         };
         ObservedShape { known: places.to_vec(), points: poses.iter().zip(at).map(point).collect() }
     };
-    let shapes = [[0.0, 0.06], [0.05, 0.03], [-0.04, 0.07]].into_iter().map(of).collect();
+    let shapes = [[0.0, 0.06], [0.04, 0.06], [-0.04, 0.07]].into_iter().map(of).collect();
     let mut start = truth.clone();
     start.sources.magnets[0].strength = 0.8;
     let fit = FitJob::new(start, ObservedShapes { shapes, known: known.clone() });
