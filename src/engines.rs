@@ -10,7 +10,7 @@ use crate::backend::{Backend, BackendError, BackendKind, Precision};
 #[cfg(feature = "gpu")]
 use crate::gpu;
 use crate::lanes::{InstructionSet, Lanes};
-use crate::model::{Plan, PlanOptions, Stepper};
+use crate::model::{Plan, PlanOptions, Scene, Stepper};
 use crate::reference::Reference;
 
 /// The finest tolerance that f32 meets on ordinary rods; finer ones need f64.
@@ -91,6 +91,30 @@ impl EngineRequest {
                 let precision = self.precision.unwrap_or(if needs_f64 { Precision::F64 } else { Precision::F32 });
                 Ok(engine(BackendKind::Gpu, precision, "asked for"))
             }
+        }
+    }
+
+    /// The same for a scene: fields that vary in space are for the CPU.
+    ///
+    /// # Errors
+    ///
+    /// As [`EngineRequest::choose`], and a GPU that is asked for a field that varies in space.
+    pub fn choose_for(&self, scene: &Scene, tolerance: f64) -> Result<Engine, BackendError> {
+        if !scene.sources.varies() {
+            return self.choose(tolerance);
+        }
+        match self.backend {
+            None => Ok(Engine {
+                kind: BackendKind::Cpu,
+                precision: self.precision.unwrap_or(Precision::F64),
+                reason: "the field varies in space, which no GPU kernel models".into(),
+            }),
+            Some(BackendKind::Gpu) => Err(BackendError::Unsupported {
+                backend: BackendKind::Gpu,
+                what: "fields that vary in space".into(),
+                remedy: "use the CPU engine".into(),
+            }),
+            Some(_) => self.choose(tolerance),
         }
     }
 

@@ -15,13 +15,15 @@ pub const CANTILEVER: ShippedFile = shipped!("scenes/", "cantilever.toml");
 pub const P35: ShippedFile = shipped!("scenes/", "p35.toml");
 /// The catheter P6 with one coil set, whose moduli and windings are known.
 pub const P6: ShippedFile = shipped!("scenes/", "p6.toml");
+/// A magnet at the tip, steered by a magnet on an arm.
+pub const ARM_MAGNET: ShippedFile = shipped!("scenes/", "arm_magnet.toml");
 /// A coil at the tip alone.
 pub const TIP_COIL: ShippedFile = shipped!("scenes/", "tip_coil.toml");
 /// Two coil sets on one catheter.
 pub const TWO_COIL: ShippedFile = shipped!("scenes/", "two_coil.toml");
 
 /// Every scene, by name.
-pub const SCENES: [ShippedFile; 5] = [CANTILEVER, P35, P6, TIP_COIL, TWO_COIL];
+pub const SCENES: [ShippedFile; 6] = [ARM_MAGNET, CANTILEVER, P35, P6, TIP_COIL, TWO_COIL];
 
 /// The sweep of P6's workspace; its scene is `scenes/p6.toml`.
 pub const WORKSPACE: ShippedFile = shipped!("", "workspace.toml");

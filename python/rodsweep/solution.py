@@ -38,6 +38,8 @@ class Status(enum.IntEnum):
     """Numbers overflowed."""
     PENDING = 9
     """Not solved; no result has it."""
+    TOO_NEAR_MAGNET = 10
+    """A part of the rod comes nearer to a magnet than its clearance."""
 
     @property
     def word(self) -> str:

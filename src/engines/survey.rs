@@ -68,8 +68,8 @@ pub fn survey(plan: &Plan) -> Result<Survey, BackendError> {
     Ok(Survey {
         processor: Lanes::new(plan, Precision::F64)?.info().device,
         memory: memory(),
-        engine: EngineRequest::any().choose(plan.options.tolerance),
-        coarse_engine: EngineRequest::any().choose(F32_TOLERANCE),
+        engine: EngineRequest::any().choose_for(&plan.scene, plan.options.tolerance),
+        coarse_engine: EngineRequest::any().choose_for(&plan.scene, F32_TOLERANCE),
         #[cfg(feature = "gpu")]
         adapters: gpu::adapters(),
         #[cfg(feature = "gpu")]

@@ -70,7 +70,7 @@ fn stretch(segment: &Segment, rod: &RodSegment, poses: &[Pose]) -> Stretch {
 
 /// Without loads.
 fn centreline_at_rest(rod: &Rod) -> Option<Vec<Vector>> {
-    let mut unloaded = rod.clone();
+    let mut unloaded = Rod { field: None, ..rod.clone() };
     (unloaded.tip_force, unloaded.tip_moment) = ([0.0; 3], [0.0; 3]);
     for segment in &mut unloaded.segments {
         match segment {

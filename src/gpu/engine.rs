@@ -31,7 +31,7 @@ impl Gpu {
     ///
     /// # Errors
     ///
-    /// `Unsupported`: f64 on an adapter that has none, or a plan of so many steps that a kernel would run too long.
+    /// `Unsupported`: f64 on an adapter that has none, a field that varies in space, or a plan of so many steps that a kernel would run too long.
     /// `DeviceFailed`, `OutOfMemory`: the device gave an error, or wrong numbers.
     pub fn new(device: Device, plan: &Plan, precision: Precision) -> Result<Self, BackendError> {
         if precision == Precision::F64 && !device.adapter().has_f64 {
@@ -39,6 +39,13 @@ impl Gpu {
                 backend: BackendKind::Gpu,
                 what: format!("f64 on {}, which has none", device.adapter().name),
                 remedy: "use f32, or the CPU engine for f64".into(),
+            });
+        }
+        if plan.terms.varying_field {
+            return Err(BackendError::Unsupported {
+                backend: BackendKind::Gpu,
+                what: "fields that vary in space".into(),
+                remedy: "use the CPU engine".into(),
             });
         }
         if pass_limit(plan) < FEWEST_PASSES {

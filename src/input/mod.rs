@@ -5,6 +5,7 @@
 mod array_sweep;
 mod assign;
 mod error;
+mod field_file;
 mod import;
 mod limits;
 mod number_table;

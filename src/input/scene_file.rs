@@ -1,13 +1,18 @@
 //! Scene files: TOML with units to a `Scene`. Every mistake names file, line, key and remedy.
 
 use super::error::{InputError, Problem};
+use super::field_file;
 use super::segment_file::segment;
 use super::toml::{Reader, Source};
-use crate::model::{Base, Flexible, Loads, Parameter, Scene, SceneError, SegmentKind, ShearElasticity, Stiffness};
+use crate::model::{
+    Base, CoilLoad, FieldSources, Flexible, Loads, Parameter, Scene, SceneError, SegmentKind, ShearElasticity,
+    Stiffness, closest,
+};
 use std::collections::HashSet;
 use std::path::Path;
 
-const SCENE_KEYS: [&str; 7] = ["name", "base", "field", "loads", "segment", "model", "insertion"];
+const SCENE_KEYS: [&str; 9] =
+    ["name", "base", "field", "magnet", "coil_array", "loads", "segment", "model", "insertion"];
 const LOAD_KEYS: [&str; 5] = ["tip_force", "tip_moment", "gravity", "distributed_force", "fluid_density"];
 
 /// Reads a scene file.
@@ -85,7 +90,8 @@ pub(crate) fn scene(reader: &Reader) -> Result<Scene, InputError> {
     let mut scene = Scene {
         name: reader.string("name")?.unwrap_or_default().to_owned(),
         base: base(reader)?,
-        flux_density: field(reader)?,
+        flux_density: field_file::flux_density(reader)?,
+        sources: FieldSources { coil_load: coil_load(reader)?, ..field_file::sources(reader)? },
         loads: loads(reader)?,
         segments,
         inserted: 0.0,
@@ -107,12 +113,6 @@ fn base(reader: &Reader) -> Result<Base, InputError> {
     })
 }
 
-fn field(reader: &Reader) -> Result<[f64; 3], InputError> {
-    let Some(field) = reader.table("field")? else { return Ok([0.0; 3]) };
-    field.check_keys(&["flux_density"])?;
-    Ok(field.vector("flux_density", "T")?.unwrap_or_default())
-}
-
 fn loads(reader: &Reader) -> Result<Loads, InputError> {
     let Some(loads) = reader.table("loads")? else { return Ok(Loads::default()) };
     loads.check_keys(&LOAD_KEYS)?;
@@ -127,8 +127,20 @@ fn loads(reader: &Reader) -> Result<Loads, InputError> {
 
 fn rigid_force_arm(reader: &Reader) -> Result<bool, InputError> {
     let Some(model) = reader.table("model")? else { return Ok(true) };
-    model.check_keys(&["rigid_force_arm"])?;
+    model.check_keys(&["rigid_force_arm", "coil_load"])?;
     Ok(model.boolean("rigid_force_arm")?.unwrap_or(true))
+}
+
+fn coil_load(reader: &Reader) -> Result<CoilLoad, InputError> {
+    let Some(model) = reader.table("model")? else { return Ok(CoilLoad::default()) };
+    let Some(found) = model.string("coil_load")? else { return Ok(CoilLoad::default()) };
+    CoilLoad::ALL.into_iter().find(|load| load.name() == found).ok_or_else(|| {
+        let suggestion = closest(found, CoilLoad::ALL.iter().map(|load| load.name()));
+        model.error(
+            "coil_load",
+            Problem::Choice { found: found.into(), suggestion, allowed: "distributed, middle".into() },
+        )
+    })
 }
 
 /// The first segment gets what the others leave of the insertion.
@@ -155,13 +167,32 @@ fn located(reader: &Reader, scene: &Scene, error: SceneError) -> InputError {
         SceneError::DuplicateName(name) => file_key(reader, scene, &format!("{name}.name")),
         SceneError::GravityWithoutMass => "loads.gravity".into(),
         SceneError::NoSegment | SceneError::NoFlexible => "segment".into(),
+        SceneError::RigidFirst { .. } => "segment[0].kind".into(),
+        SceneError::ForceWithoutArm => "model.rigid_force_arm".into(),
+        SceneError::DuplicateSource(name) => source_key(scene, name, "name"),
+        SceneError::CurrentsOfCoils { name, .. } => source_key(scene, name, "current"),
     };
     reader.error(&key, Problem::Scene(error))
+}
+
+/// A key of the last magnet or array of coils of a name.
+fn source_key(scene: &Scene, name: &str, rest: &str) -> String {
+    let sources = &scene.sources;
+    let magnet = sources.magnets.iter().rposition(|magnet| magnet.name == name).map(|at| format!("magnet[{at}]"));
+    let array = || sources.arrays.iter().rposition(|array| array.name == name).map(|at| format!("coil_array[{at}]"));
+    format!("{}.{rest}", magnet.or_else(array).unwrap_or_else(|| "magnet".into()))
 }
 
 /// `coil.coil.area.x` becomes `segment[1].coil.area[0]`, or the nearest key around it that the file has.
 fn file_key(reader: &Reader, scene: &Scene, name: &str) -> String {
     let mut key = match name.split_once('.') {
+        Some(("magnets", rest)) => match rest.split_once('.') {
+            Some((magnet, rest)) => source_key(scene, magnet, rest),
+            None => name.to_owned(),
+        },
+        Some((first, rest)) if scene.sources.arrays.iter().any(|array| array.name == first) => {
+            source_key(scene, first, rest)
+        }
         Some((first, rest)) => match scene.segments.iter().position(|segment| segment.name == first) {
             Some(index) => format!("segment[{index}].{rest}"),
             None => name.to_owned(),

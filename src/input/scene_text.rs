@@ -2,7 +2,8 @@
 
 use super::toml::quoted;
 use crate::model::{
-    CoilWinding, Density, Flexible, Profile, Rigid, Scene, Segment, SegmentKind, ShearElasticity, Stiffness, Vector,
+    CoilWinding, Density, FieldSources, Flexible, MagnetBody, Profile, Rigid, Scene, Segment, SegmentKind,
+    ShearElasticity, Stiffness, UnitDipole, Vector,
 };
 use std::fmt::Write;
 
@@ -32,6 +33,7 @@ fn try_write_tables(text: &mut String, scene: &Scene, prefix: &str) -> std::fmt:
     writeln!(text, "\n[{prefix}base]")?;
     writeln!(text, "position = {:?}\nrotation = {:?}", scene.base.position, scene.base.rotation)?;
     writeln!(text, "\n[{prefix}field]\nflux_density = {:?}", scene.flux_density)?;
+    write_sources(text, &scene.sources, prefix)?;
     writeln!(text, "\n[{prefix}loads]")?;
     let loads = &scene.loads;
     let vectors = [
@@ -52,7 +54,37 @@ fn try_write_tables(text: &mut String, scene: &Scene, prefix: &str) -> std::fmt:
         writeln!(text, "\n[[{prefix}segment]]")?;
         write_segment(text, segment)?;
     }
-    writeln!(text, "\n[{prefix}model]\nrigid_force_arm = {}", scene.rigid_force_arm)
+    writeln!(text, "\n[{prefix}model]\nrigid_force_arm = {}", scene.rigid_force_arm)?;
+    if scene.sources.varies() {
+        writeln!(text, "coil_load = \"{}\"", scene.sources.coil_load.name())?;
+    }
+    Ok(())
+}
+
+fn write_sources(text: &mut String, sources: &FieldSources, prefix: &str) -> std::fmt::Result {
+    if let Some([xx, xy, xz, yy, yz]) = sources.gradient {
+        writeln!(text, "gradient = {{ xx = {xx:?}, xy = {xy:?}, xz = {xz:?}, yy = {yy:?}, yz = {yz:?} }}")?;
+        writeln!(text, "origin = {:?}", sources.origin)?;
+    }
+    for magnet in &sources.magnets {
+        writeln!(text, "\n[[{prefix}magnet]]\nname = {}\nposition = {:?}", quoted(&magnet.name), magnet.position)?;
+        writeln!(text, "moment = {:?}\nrotation = {:?}", magnet.moment, magnet.rotation)?;
+        writeln!(text, "strength = {:?}\nclearance = {:?}", magnet.strength, magnet.clearance)?;
+        if let Some(MagnetBody { axis, length, diameter }) = magnet.body {
+            writeln!(text, "axis = {axis:?}\nlength = {length:?}\ndiameter = {diameter:?}")?;
+        }
+    }
+    for array in &sources.arrays {
+        writeln!(text, "\n[[{prefix}coil_array]]\nname = {}\ncurrent = {:?}", quoted(&array.name), array.current)?;
+        for coil in &array.coils {
+            writeln!(text, "[[{prefix}coil_array.coil]]\ndipoles = [")?;
+            for UnitDipole { position, moment_per_ampere } in coil {
+                writeln!(text, "  {{ position = {position:?}, moment_per_ampere = {moment_per_ampere:?} }},")?;
+            }
+            writeln!(text, "]")?;
+        }
+    }
+    Ok(())
 }
 
 fn write_segment(text: &mut String, segment: &Segment) -> std::fmt::Result {

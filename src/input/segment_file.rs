@@ -26,7 +26,7 @@ const FLEXIBLE_KEYS: [&str; 14] = [
 const RIGID_KEYS: [&str; 6] = ["name", "kind", "length", "mass", "coil", "dipole_per_length"];
 const COIL_KEYS: [&str; 5] = ["turns", "area", "turns_area", "current", "alignment"];
 /// First words of parameter names that are not segments.
-const RESERVED: [&str; 6] = ["base", "field", "loads", "insertion", "model", "scene"];
+const RESERVED: [&str; 7] = ["base", "field", "loads", "insertion", "model", "scene", "magnets"];
 
 /// Reads a `[[segment]]` block.
 pub(crate) fn segment(reader: &Reader) -> Result<Segment, InputError> {
@@ -58,7 +58,7 @@ pub(crate) fn segment(reader: &Reader) -> Result<Segment, InputError> {
     Ok(Segment { name: name.into(), length, kind })
 }
 
-fn check_name(reader: &Reader, name: &str) -> Result<(), InputError> {
+pub(super) fn check_name(reader: &Reader, name: &str) -> Result<(), InputError> {
     let plain = !name.is_empty() && name.chars().all(|c| c.is_alphanumeric() || c == '_' || c == '-');
     let expected = if !plain {
         "a name of letters, digits, _ and -".to_owned()
@@ -87,7 +87,7 @@ fn check_segment_keys(
 }
 
 /// At most one of two keys.
-fn exclusive(reader: &Reader, one: &str, other: &str) -> Result<(), InputError> {
+pub(super) fn exclusive(reader: &Reader, one: &str, other: &str) -> Result<(), InputError> {
     if reader.has(one) && reader.has(other) {
         let remedy = "keep one of the two".into();
         return Err(reader.error(one, Problem::Conflict { with: other.into(), remedy }));

@@ -232,6 +232,14 @@ impl<'a> Reader<'a> {
         Ok(Some(components))
     }
 
+    pub(crate) fn quantities(&self, name: &str, unit: &str) -> Result<Option<Vec<f64>>, InputError> {
+        let Some(item) = self.table.get(name) else { return Ok(None) };
+        let wrong = || self.wrong_type(name, format!("a list, each {}", Dimension::of(unit).name()), item);
+        let array = item.as_array().ok_or_else(wrong)?;
+        let of = |(k, value): (usize, &Value)| self.item_quantity(&format!("{name}[{k}]"), Some(value), item, unit);
+        array.iter().enumerate().map(of).collect::<Result<_, _>>().map(Some)
+    }
+
     /// Three rows of three quantities.
     pub(crate) fn matrix(&self, name: &str, unit: &str) -> Result<Option<[Vector; 3]>, InputError> {
         let Some(item) = self.table.get(name) else { return Ok(None) };

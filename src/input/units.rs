@@ -103,7 +103,7 @@ impl Dimension {
 }
 
 /// SI unit, what it measures, an example.
-const KNOWN: [(&str, &str, &str); 19] = [
+const KNOWN: [(&str, &str, &str); 20] = [
     ("", "a pure number", "100"),
     ("m", "a length", "\"13 mm\""),
     ("kg", "a mass", "\"58 mg\""),
@@ -112,6 +112,7 @@ const KNOWN: [(&str, &str, &str); 19] = [
     ("rad", "an angle", "\"20 deg\""),
     ("m²", "an area", "\"46.7 mm^2\""),
     ("T", "a flux density", "\"3 T\""),
+    ("T/m", "a gradient of a field", "\"0.3 T/m\""),
     ("N", "a force", "\"2 mN\""),
     ("N·m", "a moment", "\"5 uN·m\""),
     ("N·m²", "a bending or torsional stiffness", "\"2e-5 N·m²\""),
@@ -273,6 +274,7 @@ fn base_symbol(symbol: &str) -> Option<Unit> {
         "Pa" => ([-1, 1, -2, 0, 0], 1.0, 0),
         "bar" => ([-1, 1, -2, 0, 0], 1.0, 5),
         "T" => ([0, 1, -2, -1, 0], 1.0, 0),
+        "G" => ([0, 1, -2, -1, 0], 1.0, -4),
         _ => return None,
     };
     Some(Unit { dimension: Dimension(exponents), factor, power })
@@ -300,6 +302,10 @@ mod tests {
             ("0.74 m^-1", "1/m", 0.74),
             ("0.74 rad/m", "1/m", 0.74),
             ("5 mT", "T", 5e-3),
+            ("300 G", "T", 0.03),
+            ("1 G/cm", "T/m", 0.01),
+            ("30 mT/cm", "T/m", 3.0),
+            ("70 A·m^2", "A·m²", 70.0),
             ("-300 mA", "A", -0.3),
             ("58 mg", "kg", 58e-6),
             ("3 g", "kg", 3e-3),

@@ -17,6 +17,8 @@ pub struct SlotDerivative {
     pub w: Vector,
     /// d(base moment), world frame (N·m)
     pub dm0: Vector,
+    /// d(force at the base), world frame (N); zero where the field is uniform and loads alone tell it.
+    pub dn0: Vector,
     /// d(u0), body frame (1/m)
     pub du0: Vector,
 }
@@ -25,6 +27,8 @@ pub struct SlotDerivative {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Equilibrium {
+    /// Force at s = 0+, world frame (N)
+    pub n0: Vector,
     /// Moment at s = 0+, world frame (N·m)
     pub m0: Vector,
     /// Curvature at the start of the first flexible segment, body frame (1/m)
@@ -71,6 +75,7 @@ impl Equilibrium {
     /// A row for a rod that has no solution.
     pub(super) fn without_solution(status: Status, slot_count: usize) -> Self {
         Self {
+            n0: [0.0; 3],
             m0: [0.0; 3],
             u0: [0.0; 3],
             p_tip: [0.0; 3],
@@ -151,6 +156,7 @@ impl TotalChange {
             dp: SI(self.dp, units.length * per),
             w: SI(self.w, per),
             dm0: SI(dm0, units.moment() * per),
+            dn0: [0.0; 3],
             du0: SI(du0, units.curvature() * per),
         }
     }

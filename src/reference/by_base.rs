@@ -28,6 +28,7 @@ pub(super) fn solve(rod: &Rod, units: &Units, full: &Chain, slots: &[Slot]) -> E
     let index = index.unwrap_or_default();
     let derivatives = differentiate(&chain, units, m0_body, slots, &mut integrator);
     Equilibrium {
+        n0: SI(chain.n_start(0), units.force),
         m0: SI(chain.R0 * m0_body, units.moment()),
         u0: SI(passage.u_first, units.curvature()),
         p_tip: SI(passage.tip.p + Vector3::from(rod.base_position) / units.length, units.length),

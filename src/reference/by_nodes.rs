@@ -56,6 +56,7 @@ pub(super) fn solve(rod: &Rod, units: &Units, full: &Chain, slots: &[Slot]) -> E
     let u_last = last_curvature(&chain, &nodes, &mut integrator).unwrap_or_default();
     let passages = &found.passages;
     Equilibrium {
+        n0: SI(chain.n_start(0), units.force),
         m0: SI(chain.R0 * nodes[0].m_body, units.moment()),
         u0: SI(u_first, units.curvature()),
         p_tip: SI(passages.tip_position() + Vector3::from(rod.base_position) / units.length, units.length),

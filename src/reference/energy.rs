@@ -8,6 +8,7 @@ use super::flexible::Flexible;
 use super::places::{Node, Section, ends, sections};
 use super::rigid;
 use super::state::State;
+use super::varying;
 use crate::model::{Rod, Units, Vector};
 use nalgebra::Vector3;
 
@@ -32,6 +33,9 @@ pub fn energy(rod: &Rod, m0: Vector) -> Option<f64> {
     if rod.tip_moment != [0.0; 3] {
         return None;
     }
+    if let Some(found) = varying::energy(rod, &varying::Of::BaseMoment(m0)) {
+        return found;
+    }
     let units = chain::units(rod);
     let chain = Chain::new(rod, &units);
     let m0_body = chain.R0.tr_mul(&Vector3::from(m0)) / units.moment();
@@ -46,6 +50,9 @@ pub fn energy(rod: &Rod, m0: Vector) -> Option<f64> {
 pub fn energy_of(rod: &Rod, equilibrium: &Equilibrium) -> Option<f64> {
     if rod.tip_moment != [0.0; 3] {
         return None;
+    }
+    if let Some(found) = varying::energy(rod, &varying::Of::Equilibrium(equilibrium)) {
+        return found;
     }
     let units = chain::units(rod);
     let chain = Chain::new(rod, &units).loaded(equilibrium.load_fraction);

@@ -6,7 +6,7 @@ use super::extrapolation::Extrapolation;
 use super::places::{Node, first_curvature, growth};
 use super::shooting::pass;
 use super::state::base_state;
-use super::{by_base, by_nodes, stability};
+use super::{by_base, by_nodes, stability, varying};
 use crate::model::{Matrix, Rod, Slot, Status, Vector};
 use nalgebra::Vector3;
 
@@ -18,6 +18,9 @@ use nalgebra::Vector3;
 pub fn solve_rod(rod: &Rod, slots: &[Slot]) -> Equilibrium {
     if !rod.is_valid() {
         return Equilibrium::without_solution(Status::BadParameter, slots.len());
+    }
+    if let Some(found) = varying::solve(rod, slots) {
+        return found;
     }
     let units = chain::units(rod);
     let full = Chain::new(rod, &units);
@@ -50,7 +53,11 @@ pub fn growth_exponent(rod: &Rod) -> f64 {
 /// Stability of the equilibrium with base moment `m0` (N·m, world frame); `None` where it cannot be integrated.
 ///
 /// A base moment does not tell the state of a limp rod: there it must be that of the equilibrium from rest.
+/// Nor does it that of a rod in a field that varies in space.
 pub fn stability_at(rod: &Rod, m0: Vector) -> Option<Stability> {
+    if let Some(found) = varying::stability_at(rod, m0) {
+        return found;
+    }
     let units = chain::units(rod);
     let chain = Chain::new(rod, &units);
     let m0_body = chain.R0.tr_mul(&Vector3::from(m0)) / units.moment();
@@ -66,7 +73,7 @@ pub fn stability_at(rod: &Rod, m0: Vector) -> Option<Stability> {
 }
 
 /// d(residual)/d(base moment), both in the world frame, by rows, at base moment `m0` (N·m, world frame). `None` where
-/// the rod cannot be integrated, as a limp one from its base.
+/// the rod cannot be integrated, as a limp one from its base, and in a field that varies, where it is no such matrix.
 ///
 /// Times the change of the base moment by a parameter, and negated, it is the change of the residual by that parameter
 /// with the base moment held.
@@ -74,7 +81,7 @@ pub fn residual_by_base_moment(rod: &Rod, m0: Vector) -> Option<Matrix> {
     let units = chain::units(rod);
     let chain = Chain::new(rod, &units);
     let m0_body = chain.R0.tr_mul(&Vector3::from(m0)) / units.moment();
-    if by_nodes::is_limp(&chain) {
+    if by_nodes::is_limp(&chain) || rod.field.is_some() {
         return None;
     }
     let base = chain.base_moment_variations();

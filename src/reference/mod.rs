@@ -1,7 +1,7 @@
 //! The reference: scalar f64 in the literature's own form (p, R, u integrated; virtual angular velocities). It is
 //! adaptive and shoots to machine precision, on the branch that leads from rest to the full load.
 //!
-//! Limp and taut rods, on which that loses its digits, it solves by multiple shooting (`by_nodes`).
+//! Fields that vary in space have six unknowns (`varying`). Limp and taut rods, on which that loses its digits, it solves by multiple shooting (`by_nodes`).
 //!
 //! Clear before fast. It shares neither formulation nor stepper with the engines, so that an error in either shows.
 //! Equations (1)-(4), (9)-(33), with the corrections listed in `EQUATIONS.md`.
@@ -36,6 +36,7 @@ mod shape;
 mod shooting;
 mod stability;
 mod state;
+mod varying;
 
 pub use answer::{Equilibrium, SlotDerivative, Stability};
 pub use energy::{energy, energy_of};

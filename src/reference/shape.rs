@@ -9,6 +9,7 @@ use super::places::{Node, Place};
 use super::rigid;
 use super::shooting::tip_residual;
 use super::state::{Column, State, base_state};
+use super::varying;
 use crate::model::{Matrix, Rod, Slot, Units, Vector};
 use nalgebra::{Matrix3, Vector3};
 
@@ -58,6 +59,9 @@ struct Station {
 /// A point between two segments belongs to the proximal one. Poses past a point where the rod cannot be integrated
 /// are missing.
 pub fn shape(rod: &Rod, equilibrium: &Equilibrium, arc_lengths: &[f64]) -> Vec<Pose> {
+    if let Some(poses) = varying::poses(rod, equilibrium, arc_lengths) {
+        return poses;
+    }
     let units = chain::units(rod);
     let chain = Chain::new(rod, &units).loaded(equilibrium.load_fraction);
     let m0_body = chain.R0.tr_mul(&Vector3::from(equilibrium.m0)) / units.moment();
@@ -73,8 +77,11 @@ pub fn shape(rod: &Rod, equilibrium: &Equilibrium, arc_lengths: &[f64]) -> Vec<P
 /// equilibrium under the full load; an error in it is taken out to first order. `None` where the rod cannot be
 /// integrated.
 ///
-/// A base moment does not tell the state of a limp rod: it is then solved from rest again, and must have this moment.
+/// A base moment does not tell the state of a limp rod, or of one in a field that varies in space: it is then solved from rest again, and must have this moment.
 pub fn shape_with_derivatives(rod: &Rod, m0: Vector, arc_lengths: &[f64], slots: &[Slot]) -> Option<Vec<Pose>> {
+    if let Some(poses) = varying::poses_with_derivatives(rod, m0, arc_lengths, slots) {
+        return poses;
+    }
     let units = chain::units(rod);
     let chain = Chain::new(rod, &units);
     let m0_body = chain.R0.tr_mul(&Vector3::from(m0)) / units.moment();

@@ -135,5 +135,6 @@ pub(super) fn status_colour(status: Status) -> Colour {
         Status::BadParameter => Colour::hex(0xb8a500),
         Status::NonFinite => Colour::BLACK,
         Status::Pending => Colour::GREY,
+        Status::TooNearMagnet => Colour::hex(0x6b4f3a),
     }
 }

@@ -28,7 +28,7 @@ pub(super) fn anchor_axes(spec: &SweepSpec, plan: &Plan) -> Option<Vec<AnchorAxi
     // An axis that gives several parameters values of their own is several axes of the plan.
     let is_plain = count == spec.axes.len() && (1..=MOST_ANCHOR_AXES).contains(&count);
     let follows = spec.method != Method::Table && spec.branch == BranchChoice::FromRest;
-    if !is_plain || !follows || plan.terms.tip_moment || plan.start.is_some() {
+    if !is_plain || !follows || plan.terms.tip_moment || plan.terms.varying_field || plan.start.is_some() {
         return None;
     }
     let points = (spec.sample_count as f64 / SAMPLES_EACH).powf(1.0 / count as f64).floor() as usize;

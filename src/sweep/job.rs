@@ -178,7 +178,7 @@ impl<'a> SweepJob<'a> {
     }
 
     fn prepare_anew(mut self, asked_tolerance: f64) -> Result<PreparedSweep<'a>, SweepError> {
-        let engine = self.request.choose(asked_tolerance)?;
+        let engine = self.request.choose_for(&self.spec.scene, asked_tolerance)?;
         self.spec.tolerance = engine.tolerance(asked_tolerance);
         let steppers = engine.steppers();
         let plan = self.spec.plan(PlanOptions { stepper: steppers[0], ..PlanOptions::default() })?;

@@ -113,6 +113,7 @@ pub fn p6_scene() -> Scene {
         name: "P6".into(),
         base: Base::default(),
         flux_density: [0.0, 3.0, 0.0],
+        sources: Default::default(),
         loads: Loads { tip_force: Some([0.0; 3]), gravity: Some([0.0, 0.0, 9.81]), ..Loads::default() },
         segments: vec![
             flexible("proximal", 0.1008, [0.7399849479553774, -0.2292201697658481, 0.0]),
@@ -229,6 +230,7 @@ pub fn scene(name: &Value, input: &Value) -> Scene {
         name: name.as_str().expect("a name").into(),
         base: Base { position: vector(&input["p0"]), rotation: rotation_vector(&matrix(&input["R0"])) },
         flux_density: vector(&input["B"]),
+        sources: Default::default(),
         loads,
         segments: list(&input["segments"]).iter().enumerate().map(segment).collect(),
         inserted: 0.0,

@@ -2,6 +2,7 @@
 #![allow(dead_code, non_snake_case)]
 
 pub mod check;
+pub mod fields;
 pub mod golden;
 pub mod limp;
 pub mod runs;

@@ -29,6 +29,7 @@ pub fn catheter() -> Scene {
         name: "catheter".into(),
         base: Base { position: [0.01, 0.02, 0.03], rotation: [0.1, 0.0, -0.2] },
         flux_density: [0.0, 0.5, 3.0],
+        sources: Default::default(),
         loads: Loads { tip_force: Some([1e-3, -2e-3, 0.5e-3]), ..Loads::default() },
         segments: vec![segment("proximal", 0.1), coil, segment("distal", 0.033)],
         inserted: 0.0,

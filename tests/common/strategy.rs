@@ -39,6 +39,7 @@ pub fn scenes() -> impl Strategy<Value = Scene> {
                 name: "random".into(),
                 base,
                 flux_density,
+                sources: Default::default(),
                 loads,
                 segments,
                 inserted,

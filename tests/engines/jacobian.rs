@@ -81,7 +81,13 @@ fn automatic(rod: &Rod, m0: [f64; 3], slots: &[Slot]) -> Vec<SlotDerivative> {
         let total = |of: fn(&Shot<Dual64>) -> Vector3<f64>| -> [f64; 3] {
             (of(&shot) + (0..3).map(|k| of(&base[k]) * dm0[k]).sum::<Vector3<f64>>()).into()
         };
-        SlotDerivative { dp: total(|s| rate(s.p)), w: total(spin), dm0: dm0.into(), du0: total(|s| rate(s.u0)) }
+        SlotDerivative {
+            dp: total(|s| rate(s.p)),
+            w: total(spin),
+            dm0: dm0.into(),
+            dn0: [0.0; 3],
+            du0: total(|s| rate(s.u0)),
+        }
     };
     slots.iter().map(derivative).collect()
 }

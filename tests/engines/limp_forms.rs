@@ -20,6 +20,7 @@ fn unit_rod(load: [f64; 3], tip_force: [f64; 3]) -> Rod {
         base_position: [0.0; 3],
         base_rotation: [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
         flux_density: [0.0; 3],
+        field: None,
         tip_force,
         tip_moment: [0.0; 3],
         rigid_force_arm: true,

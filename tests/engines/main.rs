@@ -11,6 +11,8 @@ mod closed_forms;
 mod dual;
 mod energy;
 mod every_engine;
+mod field_energy;
+mod fields;
 mod golden;
 mod hard;
 mod invariance;

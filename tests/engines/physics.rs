@@ -31,6 +31,7 @@ fn straight() -> Rod {
         base_position: [0.0; 3],
         base_rotation: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
         flux_density: [0.0; 3],
+        field: None,
         tip_force: [0.0; 3],
         tip_moment: [0.0; 3],
         rigid_force_arm: true,

@@ -1,7 +1,7 @@
 //! Random rods, and moving a rod along one of its numbers.
 #![allow(non_snake_case)]
 
-use rodsweep::model::{Axis, FlexibleRod, Rod, RodSegment, Slot, Units};
+use rodsweep::model::{Axis, FlexibleRod, Rod, RodField, RodSegment, Slot, Units};
 
 /// Every slot of a rod.
 pub fn all_slots(rod: &Rod) -> Vec<Slot> {
@@ -39,6 +39,10 @@ pub fn moved(rod: &Rod, slot: Slot, by: f64) -> Rod {
             rod.base_rotation = std::array::from_fn(|row| std::array::from_fn(|col| R[(row, col)]));
         }
         Slot::FluxDensity(axis) => rod.flux_density[axis.index()] += by,
+        Slot::FieldGradient(entry) => field(&mut rod).gradient[entry.index()] += by,
+        Slot::FieldOrigin(axis) => field(&mut rod).origin[axis.index()] += by,
+        Slot::SourcePosition(dipole, axis) => field(&mut rod).dipoles[dipole].position[axis.index()] += by,
+        Slot::SourceMoment(dipole, axis) => field(&mut rod).dipoles[dipole].moment[axis.index()] += by,
         Slot::TipForce(axis) => rod.tip_force[axis.index()] += by,
         Slot::TipMoment(axis) => rod.tip_moment[axis.index()] += by,
         Slot::Insertion => insert(&mut rod.segments[0], by),
@@ -54,6 +58,10 @@ pub fn moved(rod: &Rod, slot: Slot, by: f64) -> Rod {
         | Slot::Weight(j, _) => move_segment(&mut rod.segments[j], slot, by),
     }
     rod
+}
+
+fn field(rod: &mut Rod) -> &mut RodField {
+    rod.field.as_mut().expect("a field that varies in space")
 }
 
 /// Lengthens a flexible segment at its proximal end: what varies goes on as it does.

@@ -196,6 +196,7 @@ fn random_scene(kind: Kind, random: &mut Random) -> Scene {
         name: kind.segments.into(),
         base: Base { position: random.vector(0.05), rotation: random.vector(1.5) },
         flux_density: random.vector(2.0),
+        sources: Default::default(),
         loads: Loads {
             tip_force: kind.force.then(|| random.vector(4e-3)),
             tip_moment: kind.moment.then(|| random.vector(1e-4)),

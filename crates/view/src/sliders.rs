@@ -1,6 +1,6 @@
 //! Which numbers of a scene can be moved, within which limits, and the units in which they read well.
 
-use rodsweep::model::{Axis, Parameter, Scene, SegmentKind, SegmentParameter};
+use rodsweep::model::{Axis, MagnetParameter, Parameter, Scene, SegmentKind, SegmentParameter};
 use rodsweep::spec::AxisSpec;
 use rodsweep::study::CURRENT_LIMIT;
 use serde::Serialize;
@@ -102,6 +102,9 @@ fn group(scene: &Scene, parameter: Parameter) -> String {
         Parameter::Insertion => "insertion".into(),
         Parameter::FluxDensity(_) => "flux density".into(),
         Parameter::BasePosition(_) | Parameter::BaseRotation(_) => "base".into(),
+        Parameter::FieldGradient(_) | Parameter::FieldOrigin(_) => "gradient".into(),
+        Parameter::Magnet(index, _) => scene.sources.magnets[index].name.clone(),
+        Parameter::ArrayCurrent(array, _) => format!("{} currents", scene.sources.arrays[array].name),
         Parameter::Segment(index, SegmentParameter::Current(_)) => format!("{} currents", scene.segments[index].name),
         Parameter::Segment(index, _) => scene.segments[index].name.clone(),
         _ => "loads".into(),
@@ -143,6 +146,13 @@ impl Scale {
             Parameter::Segment(_, S::Current(_)) => either(CURRENT_LIMIT),
             Parameter::Insertion => around(0.5, 1.5),
             Parameter::FluxDensity(_) => either(FLUX_DENSITY),
+            Parameter::FieldGradient(_) => either(FLUX_DENSITY),
+            Parameter::FieldOrigin(_) => either(self.length),
+            Parameter::Magnet(_, MagnetParameter::Position(_)) => (value - self.length, value + self.length),
+            Parameter::Magnet(_, MagnetParameter::Rotation(_)) => (-std::f64::consts::PI, std::f64::consts::PI),
+            Parameter::Magnet(_, MagnetParameter::Moment(_)) => either(value.abs().max(1.0)),
+            Parameter::Magnet(_, MagnetParameter::Strength) => (-2.0, 2.0),
+            Parameter::ArrayCurrent(..) => either(CURRENT_LIMIT.max(2.0 * value.abs())),
             Parameter::TipForce(_) => either(self.force),
             Parameter::TipMoment(_) => either(self.moment),
             Parameter::Gravity(_) => either(10.0),

@@ -211,7 +211,7 @@ impl ControlJob {
     pub fn reach(&self, trajectory: &Trajectory) -> Result<ControlRun, ControlError> {
         let (inputs, options) = (self.inputs_for(trajectory)?, self.options_for(trajectory));
         // f32 on a GPU, finished in f64.
-        let engine = self.engine.choose(F32_TOLERANCE)?;
+        let engine = self.engine.choose_for(&self.scene, F32_TOLERANCE)?;
         let mut make = |plan: &Plan| engine.make(plan);
         let mut controller = Controller::new(&self.scene, &inputs, options, engine.steppers()[0], &mut make)?;
         if engine.kind() == BackendKind::Cpu {

@@ -29,7 +29,7 @@ pub struct Explanation {
     pub at_rest: Vec<String>,
     /// The pieces of the segments, from the base.
     pub pieces: Vec<PlannedPiece>,
-    /// Kinds of passes over the rod, and what each costs.
+    /// Kinds of passes over the rod, and what each costs; none are counted in a field that varies in space.
     pub passes: Vec<PlannedPass>,
 }
 
@@ -138,11 +138,12 @@ impl Explanation {
 }
 
 /// What a plan may model beyond bending and twisting: name, and whether it does.
-fn terms(terms: &Terms) -> [(&'static str, bool); 9] {
+fn terms(terms: &Terms) -> [(&'static str, bool); 10] {
     [
         ("coils", terms.dipole),
         ("permanent magnets", terms.magnet),
-        ("internal force", terms.force),
+        ("a field that varies in space", terms.varying_field),
+        ("internal force", terms.force || terms.varying_field),
         ("weight or force per length", terms.load),
         ("tip moment", terms.tip_moment),
         ("different bending about x and y", terms.anisotropic),
@@ -201,6 +202,10 @@ fn traits(segment: &SegmentPlan) -> Vec<&'static str> {
 
 fn passes(solved: &Solved) -> Result<Vec<PlannedPass>, SolveError> {
     let plan = solved.plan();
+    if plan.terms.varying_field {
+        // Its kernels are others, which nothing counts.
+        return Ok(Vec::new());
+    }
     let counted = Lanes::new(plan, Precision::F64)?.count_operations(solved.batch(), 0);
     let stepper = plan.options.stepper;
     let integrated = plan.free.map_or(plan.segments.len(), |free| free.segment);
@@ -245,6 +250,9 @@ impl fmt::Display for Explanation {
             let mut cells = vec![name.to_string(), stepper.to_string(), steps.to_string(), columns.to_string()];
             cells.extend(counts.iter().map(u64::to_string));
             passes.row(cells);
+        }
+        if self.passes.is_empty() {
+            return write!(f, "{segments}");
         }
         let heading = "operations of a pass over the rod (counted; a fused multiply and add is two)";
         write!(f, "{segments}{heading}\n{passes}")

@@ -102,7 +102,11 @@ impl Solved {
 
     /// Curvature at the end of the last flexible segment, body frame (1/m).
     pub fn tip_curvature(&self) -> Vector {
-        if self.is_equilibrium() { tip_curvature(&self.rod(), &self.tip_rotation()) } else { [f64::NAN; 3] }
+        if self.is_equilibrium() {
+            tip_curvature(&self.rod(), self.tip_position(), &self.tip_rotation())
+        } else {
+            [f64::NAN; 3]
+        }
     }
 
     /// Internal moment at the base (N·m).

@@ -2,7 +2,7 @@
 
 use super::error::WorkspaceError;
 use super::tip_map::{Inputs, MOST_INPUTS};
-use crate::model::{Parameter, Scene, SegmentParameter};
+use crate::model::{MagnetParameter, Parameter, Scene, SegmentParameter};
 use crate::spec::{AxisSpec, Method, SweepSpec};
 
 /// One input and its limits; it may drive several parameters at once.
@@ -53,10 +53,20 @@ impl WorkspaceInput {
 
 /// Whether an operator can set it, as opposed to a number of the rod's design or of its surroundings.
 fn is_commanded(parameter: &Parameter) -> bool {
-    use Parameter::{BasePosition, BaseRotation, FluxDensity, Insertion, Segment};
+    use Parameter::{
+        ArrayCurrent, BasePosition, BaseRotation, FieldGradient, FieldOrigin, FluxDensity, Insertion, Magnet, Segment,
+    };
     matches!(
         parameter,
-        Insertion | BasePosition(_) | BaseRotation(_) | FluxDensity(_) | Segment(_, SegmentParameter::Current(_))
+        Insertion
+            | BasePosition(_)
+            | BaseRotation(_)
+            | FluxDensity(_)
+            | FieldGradient(_)
+            | FieldOrigin(_)
+            | ArrayCurrent(..)
+            | Magnet(_, MagnetParameter::Position(_) | MagnetParameter::Rotation(_))
+            | Segment(_, SegmentParameter::Current(_))
     )
 }
 

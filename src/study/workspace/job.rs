@@ -178,9 +178,10 @@ impl<'a> WorkspaceJob<'a> {
     /// As [`EngineMap::new`].
     pub fn map(&self, inputs: &[WorkspaceInput]) -> Result<EngineMap, WorkspaceError> {
         let spec = self.spec();
-        let engine = self.request.choose(spec.tolerance)?;
+        let scene = self.rod_scene();
+        let engine = self.request.choose_for(&scene, spec.tolerance)?;
         let options = MapOptions { engine, tolerance: spec.tolerance, steps: spec.steps };
-        EngineMap::new(&self.rod_scene(), inputs, &options)
+        EngineMap::new(&scene, inputs, &options)
     }
 
     /// Measures.

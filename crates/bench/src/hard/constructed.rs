@@ -261,6 +261,7 @@ fn scene(name: &str, loads: Loads, segments: Vec<Segment>) -> Scene {
         name: name.into(),
         base: Base::default(),
         flux_density: FIELD,
+        sources: Default::default(),
         loads,
         segments,
         inserted: 0.0,

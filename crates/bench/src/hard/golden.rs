@@ -54,6 +54,7 @@ impl GoldenCase {
             name: self.name,
             base: Base { position: self.base_position, rotation: self.base_rotation },
             flux_density: self.flux_density,
+            sources: Default::default(),
             loads,
             segments: self.segments.iter().enumerate().map(|(index, segment)| segment.segment(index)).collect(),
             inserted: 0.0,

@@ -103,6 +103,7 @@ impl Draw<'_> {
             name: format!("Random {}", self.number),
             base,
             flux_density: self.vector(FIELD),
+            sources: Default::default(),
             loads,
             segments,
             inserted: 0.0,

@@ -123,6 +123,7 @@ fn random_scene(chain: usize, random: &mut Random) -> (Scene, Sizes) {
         name: format!("Random {} ({word})", chain + 1),
         base: Base { position: random.vector(0.05), rotation: random.vector(1.0) },
         flux_density: [0.0, FIELD, 0.0],
+        sources: Default::default(),
         loads,
         segments,
         inserted: 0.0,
@@ -165,6 +166,10 @@ fn swept(scene: &Scene, chain: usize) -> Vec<Parameter> {
     let anisotropic = chain % 2 == 1;
     let is_swept = |parameter: &Parameter| match parameter {
         Parameter::Insertion | Parameter::FluidDensity => false,
+        Parameter::FieldGradient(_)
+        | Parameter::FieldOrigin(_)
+        | Parameter::Magnet(..)
+        | Parameter::ArrayCurrent(..) => true,
         Parameter::TipForce(_) => scene.loads.tip_force.is_some(),
         Parameter::TipMoment(_) => scene.loads.tip_moment.is_some(),
         Parameter::Gravity(_) => scene.loads.gravity.is_some(),
@@ -196,7 +201,13 @@ fn value(scene: &Scene, sizes: Sizes, parameter: Parameter, random: &mut Random)
         Parameter::Segment(_, S::Current(_)) => CURRENT,
         Parameter::Segment(_, S::RestCurvature(_) | S::RestCurvatureNode(..)) => BEND / sizes.length,
         Parameter::Segment(_, S::DipolePerLength(_)) => sizes.moment() / (FIELD * sizes.length),
-        Parameter::Segment(..) | Parameter::Insertion | Parameter::FluidDensity => return around(random),
+        Parameter::Segment(..)
+        | Parameter::Insertion
+        | Parameter::FluidDensity
+        | Parameter::FieldGradient(_)
+        | Parameter::FieldOrigin(_)
+        | Parameter::Magnet(..)
+        | Parameter::ArrayCurrent(..) => return around(random),
     };
     random.within(-size, size)
 }

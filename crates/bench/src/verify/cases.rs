@@ -128,6 +128,10 @@ fn derivatives(scene: &Scene) -> Vec<Parameter> {
         Parameter::BasePosition(_)
         | Parameter::BaseRotation(_)
         | Parameter::FluxDensity(_)
+        | Parameter::FieldGradient(_)
+        | Parameter::FieldOrigin(_)
+        | Parameter::Magnet(..)
+        | Parameter::ArrayCurrent(..)
         | Parameter::TipForce(_)
         | Parameter::TipMoment(_) => true,
         Parameter::Segment(_, S::Stiffness(axis)) => *axis != StiffnessAxis::Bending,

@@ -31,7 +31,9 @@ impl Lanes {
         let block_len = solutions.values.block_len();
         let scales = self.output_scales();
         let from_anchors = self.program.anchors.is_some();
-        let way = if self.by_nodes {
+        let way = if self.program.field.is_some() {
+            Way::Varying
+        } else if self.by_nodes {
             Way::Nodes
         } else if from_anchors {
             Way::Anchors
@@ -50,8 +52,12 @@ impl Lanes {
                 blocks.map_init(Scratch::default, first).flatten_iter().collect()
             }
         };
-        let ways = [Way::Rest, Way::Care, Way::Nodes];
-        for way in if from_anchors { &ways[..] } else { &ways[1..] } {
+        let ways = match way {
+            Way::Anchors => &[Way::Rest, Way::Care, Way::Nodes][..],
+            Way::Varying => &[Way::VaryingCare],
+            _ => &[Way::Care, Way::Nodes],
+        };
+        for way in ways {
             if *way == Way::Nodes {
                 left.retain(|sample| self.may_be_grown(batch, solutions, *sample));
             }

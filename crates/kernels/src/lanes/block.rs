@@ -2,7 +2,7 @@
 //! that arrived; or both with care.
 
 use super::algebra::length;
-use super::group::{Answer, ByNodes, Follow, Load, Tools, store_end};
+use super::group::{Answer, ByNodes, Follow, InVarying, Load, Tools, store_end};
 use super::kernels::Kernels;
 use super::lane::{Lane, Scalar};
 use super::memory::{CoarseScalar, Memory, pack};
@@ -27,6 +27,10 @@ pub enum Way {
     Care,
     /// From rest, by nodes all along the rod.
     Nodes,
+    /// From rest, in a field that varies in space.
+    Varying,
+    /// The same in steps as short as it takes.
+    VaryingCare,
 }
 
 /// One block of samples for the kernel, numbers column by column in the plan's units.
@@ -70,7 +74,7 @@ fn solve_job<L: Kernels>(token: L::Token, job: Job<'_, L::Scalar>) {
     let solved = order.len();
     let mut block = Block::<L> { program, token, inputs, memory: &mut kept };
     let (mut path, mut ready) = (Path::Search, solved);
-    if program.start.is_none() && way != Way::Nodes {
+    if program.start.is_none() && !matches!(way, Way::Nodes | Way::Varying | Way::VaryingCare) {
         (path, ready) = match (way, &program.anchors) {
             (Way::Anchors, Some((grid, column))) => (Path::Anchored, block.predict(grid, *column, order)),
             (Way::Care, _) => {
@@ -88,6 +92,7 @@ fn solve_job<L: Kernels>(token: L::Token, job: Job<'_, L::Scalar>) {
         let out = Outputs { data: &mut *values, stride: BLOCK, offset };
         match way {
             Way::Nodes => block.solve_by_nodes(samples, out),
+            Way::Varying | Way::VaryingCare => block.solve_in_varying(samples, way == Way::VaryingCare, out),
             _ => block.solve(samples, path, out),
         }
     }
@@ -103,9 +108,9 @@ fn solve_job<L: Kernels>(token: L::Token, job: Job<'_, L::Scalar>) {
 /// Whether a sample of this status is left to the next way: one that is pending, and after care one without success.
 fn is_for_next<S: Scalar>(way: Way, status: S) -> bool {
     let settled = match way {
-        Way::Anchors | Way::Rest => Status::Pending,
+        Way::Anchors | Way::Rest | Way::Varying => Status::Pending,
         Way::Care => Status::Fold,
-        Way::Nodes => return false,
+        Way::Nodes | Way::VaryingCare => return false,
     };
     // A status that is no number is not settled.
     let is_settled = status.to_f64() < f64::from(settled.code());
@@ -222,5 +227,13 @@ impl<L: Kernels> Block<'_, L> {
         let Memory { answers: tools, nodes, .. } = &mut *self.memory;
         pack(self.inputs, samples, L::COUNT, &mut tools.inputs);
         L::by_nodes(ByNodes { program: self.program, token: self.token, nodes, tools, out });
+    }
+
+    /// The same in a field that varies in space.
+    #[inline(always)]
+    fn solve_in_varying(&mut self, samples: &[usize], care: bool, out: Outputs<'_, L::Scalar>) {
+        let Memory { answers: tools, varying, .. } = &mut *self.memory;
+        pack(self.inputs, samples, L::COUNT, &mut tools.inputs);
+        L::in_varying(InVarying { program: self.program, token: self.token, care, varying, tools, out });
     }
 }

@@ -81,7 +81,7 @@ pub fn column_force<L: Lane>(by: By, dn: Vec3<L>, n: Vec3<L>, w: Vec3<L>) -> Vec
 
 /// R diag(k) R^T x
 #[inline(always)]
-fn compliance_times<L: Lane>(
+pub fn compliance_times<L: Lane>(
     terms: impl Terms,
     k: Vec3<L>,
     d1: Vec3<L>,
@@ -94,7 +94,7 @@ fn compliance_times<L: Lane>(
 
 /// R diag(k) R^T x, any k.
 #[inline(always)]
-fn principal_times<L: Lane>(k: Vec3<L>, d1: Vec3<L>, d2: Vec3<L>, t: Vec3<L>, x: Vec3<L>) -> Vec3<L> {
+pub fn principal_times<L: Lane>(k: Vec3<L>, d1: Vec3<L>, d2: Vec3<L>, t: Vec3<L>, x: Vec3<L>) -> Vec3<L> {
     axpy(dot(d1, x) * k.x, d1, axpy(dot(d2, x) * k.y, d2, t * (dot(t, x) * k.z)))
 }
 

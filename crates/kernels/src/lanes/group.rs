@@ -10,6 +10,7 @@ use super::program::{Inputs, Outputs, Program};
 use super::rod::Rod;
 use super::search::search_start;
 use super::solve::solve_group;
+use super::varying::{Pass as VaryingPass, VaryingWorkspace, integrate, solve_varying};
 use pulp::{Simd, WithSimd};
 
 /// Numbers of the end of a path from rest: reached, in several load steps, passes, lambda, base moment, inverse of W.
@@ -144,6 +145,53 @@ impl<L: Kernels> WithSimd for ByNodes<'_, L> {
         let inputs = Inputs { data: inputs, stride: L::COUNT, offset: 0 };
         L::load_rods(Load { program, token, inputs, rod });
         solve_nodes(&Problem { program, inputs, rod }, nodes, workspace, &mut out);
+    }
+}
+
+/// The arguments of [`solve_varying`].
+pub struct InVarying<'a, L: Lane> {
+    pub program: &'a Program,
+    pub token: L::Token,
+    pub care: bool,
+    pub varying: &'a mut VaryingWorkspace<L>,
+    pub tools: &'a mut Tools<L>,
+    pub out: Outputs<'a, L::Scalar>,
+}
+
+impl<L: Lane> InVarying<'_, L> {
+    pub fn token(&self) -> L::Token {
+        self.token
+    }
+}
+
+impl<L: Kernels> WithSimd for InVarying<'_, L> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let InVarying { program, token, care, varying, tools, mut out } = self;
+        let Tools { rod, inputs, .. } = tools;
+        let inputs = Inputs { data: inputs, stride: L::COUNT, offset: 0 };
+        L::load_rods(Load { program, token, inputs, rod });
+        solve_varying(&Problem { program, inputs, rod }, care, varying, &mut out);
+    }
+}
+
+/// A pass over a rod in a field that varies.
+pub struct PassVarying<'a, L: Lane>(pub VaryingPass<'a, L>);
+
+impl<L: Lane> PassVarying<'_, L> {
+    pub fn token(&self) -> L::Token {
+        self.0.lambda.token()
+    }
+}
+
+impl<L: Lane> WithSimd for PassVarying<'_, L> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        integrate(self.0);
     }
 }
 

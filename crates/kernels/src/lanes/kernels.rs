@@ -4,11 +4,12 @@
 
 use super::block::Job;
 use super::counted::Counted;
-use super::group::{Answer, ByNodes, Follow, Load};
+use super::group::{Answer, ByNodes, Follow, InVarying, Load, PassVarying};
 use super::lane::{F32, F64, Lane};
 use super::path::PathEnd;
 use super::shoot::Pass;
 use super::terms::ProgramTerms;
+use super::varying;
 
 /// A pass over the rod. It returns nothing, so that naming it costs no frame of its own on the stack: another 16 bytes
 /// there, and what an AVX-512 kernel spills lies across cache lines.
@@ -28,6 +29,8 @@ pub trait Kernels: Passes {
     fn follow(follow: Follow<'_, Self>) -> PathEnd<Self>;
     fn answer(answer: Answer<'_, Self>);
     fn by_nodes(by_nodes: ByNodes<'_, Self>);
+    fn in_varying(in_varying: InVarying<'_, Self>);
+    fn varying_pass(pass: varying::Pass<'_, Self>);
 }
 
 /// A pass of some terms.
@@ -107,6 +110,8 @@ macro_rules! kernels {
             kernel!(follow, Follow, PathEnd<L>);
             kernel!(answer, Answer, ());
             kernel!(by_nodes, ByNodes, ());
+            kernel!(in_varying, InVarying, ());
+            kernel!(pass_varying, PassVarying, ());
 
             pub mod job {
                 use super::L;
@@ -142,6 +147,12 @@ macro_rules! kernels {
             }
             fn by_nodes(by_nodes: ByNodes<'_, Self>) {
                 $module::by_nodes::run(by_nodes)
+            }
+            fn in_varying(in_varying: InVarying<'_, Self>) {
+                $module::in_varying::run(in_varying)
+            }
+            fn varying_pass(pass: varying::Pass<'_, Self>) {
+                $module::pass_varying::run(PassVarying(pass))
             }
         }
     };

@@ -5,6 +5,7 @@ use super::kernels::Kernels;
 use super::lane::{Lane, Scalar};
 use super::nodes::Nodes;
 use super::program::Program;
+use super::varying::VaryingWorkspace;
 use crate::model::BLOCK;
 
 pub type CoarseScalar<L> = <<L as Kernels>::Coarse as Lane>::Scalar;
@@ -14,6 +15,7 @@ pub struct Memory<L: Kernels> {
     pub paths: Tools<L::Coarse>,
     pub answers: Tools<L>,
     pub nodes: Nodes<L>,
+    pub varying: VaryingWorkspace<L>,
     /// Inputs of the block, dm0/dlambda at rest and the ends of the paths, by sample.
     pub inputs: Vec<CoarseScalar<L>>,
     pub rest_slopes: Vec<CoarseScalar<L>>,
@@ -27,6 +29,7 @@ impl<L: Kernels> Memory<L> {
             paths: Tools::new(token, program, inputs / BLOCK),
             answers: Tools::new(token, program, inputs / BLOCK),
             nodes: Nodes::new(token, program),
+            varying: VaryingWorkspace::new(token, program),
             inputs: vec![zero; inputs],
             rest_slopes: vec![zero; 3 * BLOCK],
             ends: vec![zero; END_COLUMNS * BLOCK],

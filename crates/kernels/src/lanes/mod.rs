@@ -32,6 +32,7 @@ mod stability;
 mod step;
 mod terms;
 mod trace;
+mod varying;
 
 use crate::backend::{Backend, BackendError, BackendInfo, BackendKind, Precision};
 use crate::model::{Batch, Entry, Plan, Solutions};
@@ -132,6 +133,12 @@ impl Lanes {
             what: what.into(),
             remedy: remedy.into(),
         };
+        // Starts of continuations are left aside, and the path from rest is followed; searches need theirs.
+        let searches = plan.start.is_some_and(|start| matches!(plan.entries[start + 3], Entry::Varying(_)));
+        if plan.terms.varying_field && searches {
+            let what = "the search for other equilibria in fields that vary in space";
+            return Err(unsupported(what, "ask for the equilibrium from rest"));
+        }
         let arch = set.arch().ok_or_else(|| unsupported(set.name(), "this machine lacks it"))?;
         let mut program = Program::new(plan, precision.epsilon());
         if set == InstructionSet::Scalar {

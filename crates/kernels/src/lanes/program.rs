@@ -3,6 +3,7 @@
 use super::algebra::Vec3;
 use super::lane::{Lane, Scalar};
 use super::terms::ProgramTerms;
+use super::varying::ProgramField;
 use crate::model::path::{PATH_STEPPER, chord_tolerance, newton_tolerance};
 use crate::model::record::BASE_POSITION_AT;
 use crate::model::{Anchors, Entry, Plan, PlanAnchors, SegmentPlan, Slot, Tableau};
@@ -56,6 +57,8 @@ pub struct Program {
     pub tip_moment: bool,
     pub rigid_force_arm: bool,
     pub sources: Vec<Source>,
+    /// `None`: the field is uniform.
+    pub field: Option<ProgramField>,
     /// Those that are integrated.
     pub segments: Vec<SegmentPlan>,
     /// First entry of the rest pose of what lies beyond them.
@@ -98,7 +101,9 @@ impl Program {
             })
             .collect();
         // A base position only moves the result; the engine adds it at the end.
-        sources[BASE_POSITION_AT..][..3].fill(Source::Constant(0.0));
+        if !plan.terms.varying_field {
+            sources[BASE_POSITION_AT..][..3].fill(Source::Constant(0.0));
+        }
         let integrated = plan.free.map_or(plan.segments.len(), |free| free.segment);
         let slots = || plan.derivatives.iter().flat_map(|derivative| &derivative.terms).map(|(slot, _)| slot);
         let mut terms = plan.terms;
@@ -118,6 +123,7 @@ impl Program {
             tip_moment: plan.terms.tip_moment,
             rigid_force_arm: plan.scene.rigid_force_arm,
             sources,
+            field: ProgramField::new(plan),
             segments: plan.segments[..integrated].to_vec(),
             free: plan.free.map(|free| free.entry),
             all_segments: plan.segments.len(),

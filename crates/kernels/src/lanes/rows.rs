@@ -208,6 +208,10 @@ fn functional<L: Lane>(slot: Slot, rod: &Rod<L>, columns: &Columns<L>, workspace
             workspace.traces[segment][k].dipole[axis.index()]
         }
         Slot::BasePosition(_) | Slot::BaseRotation(_) | Slot::Insertion => Vec3::splat(zero),
+        // In a field that varies in space columns go forward.
+        Slot::FieldGradient(_) | Slot::FieldOrigin(_) | Slot::SourcePosition(..) | Slot::SourceMoment(..) => {
+            Vec3::splat(zero)
+        }
     }
 }
 

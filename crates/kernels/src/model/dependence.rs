@@ -2,11 +2,12 @@
 
 use super::record::{
     BASE_D1_AT, BASE_POSITION_AT, BASE_T_AT, DIPOLE_AT, DIPOLE_PER_LENGTH_AT, FLUX_DENSITY_AT, LOAD_AT,
-    REST_CURVATURE_AT, SHEAR_COMPLIANCE_AT, STIFFNESS_AT, TIP_FORCE_AT, TIP_MOMENT_AT, WEIGHT_AT, record_offsets,
+    REST_CURVATURE_AT, SHEAR_COMPLIANCE_AT, STIFFNESS_AT, TIP_FORCE_AT, TIP_MOMENT_AT, WEIGHT_AT, field_offset,
+    record_offsets,
 };
 use super::{
-    Axis, CoilWinding, Parameter, Rigid, Rod, RodSegment, Scene, SegmentKind, SegmentParameter, ShearAxis,
-    StiffnessAxis,
+    Axis, CoilWinding, FIELD_DIPOLE_RECORD, FIELD_RECORD, MagnetParameter, Parameter, Rigid, Rod, RodSegment, Scene,
+    SegmentKind, SegmentParameter, ShearAxis, StiffnessAxis,
 };
 use std::ops::Range;
 
@@ -61,6 +62,16 @@ pub(super) fn touched_entries(parameter: Parameter, scene: &Scene, rod: &Rod, sw
     match parameter {
         Parameter::BaseRotation(_) => [BASE_D1_AT, BASE_T_AT].iter().flat_map(|at| places(*at, &Axis::ALL)).collect(),
         Parameter::FluxDensity(axis) => vec![FLUX_DENSITY_AT + axis.index()],
+        Parameter::FieldGradient(entry) => vec![field_offset(&rod.segments) + entry.index()],
+        Parameter::FieldOrigin(axis) => vec![field_offset(&rod.segments) + 5 + axis.index()],
+        Parameter::Magnet(magnet, _) => {
+            let first = scene.sources.magnet_dipole(magnet);
+            source_entries(rod, first..scene.sources.magnet_dipole(magnet + 1), 0)
+        }
+        Parameter::ArrayCurrent(array, coil) => {
+            let first = scene.sources.coil_dipole(array, coil);
+            source_entries(rod, first..first + scene.sources.arrays[array].coils[coil].len(), 3)
+        }
         Parameter::TipForce(axis) => vec![TIP_FORCE_AT + axis.index()],
         Parameter::TipMoment(axis) => vec![TIP_MOMENT_AT + axis.index()],
         Parameter::BasePosition(axis) => vec![BASE_POSITION_AT + axis.index()],
@@ -69,6 +80,13 @@ pub(super) fn touched_entries(parameter: Parameter, scene: &Scene, rod: &Rod, sw
         Parameter::FluidDensity => record.all_loads(0..3),
         Parameter::Segment(index, parameter) => segment_entries(parameter, index, &record, swept),
     }
+}
+
+/// Entries of some dipoles outside of the rod, each from a place on.
+fn source_entries(rod: &Rod, dipoles: Range<usize>, from: usize) -> Vec<usize> {
+    let start = field_offset(&rod.segments) + FIELD_RECORD;
+    let of = |dipole: usize| (from..FIELD_DIPOLE_RECORD).map(move |k| start + FIELD_DIPOLE_RECORD * dipole + k);
+    dipoles.flat_map(of).collect()
 }
 
 /// Segments of a scene whose numbers follow from a parameter.
@@ -80,6 +98,10 @@ pub(super) fn touched_segments(parameter: Parameter, scene: &Scene) -> Range<usi
         Parameter::BasePosition(_)
         | Parameter::BaseRotation(_)
         | Parameter::FluxDensity(_)
+        | Parameter::FieldGradient(_)
+        | Parameter::FieldOrigin(_)
+        | Parameter::Magnet(..)
+        | Parameter::ArrayCurrent(..)
         | Parameter::TipForce(_)
         | Parameter::TipMoment(_) => 0..0,
     }
@@ -147,6 +169,7 @@ pub(super) fn changes_chain(parameter: Parameter, other: Parameter) -> bool {
     use SegmentParameter as S;
     match (parameter, other) {
         (P::BaseRotation(_), P::BaseRotation(_)) => true,
+        (P::Magnet(a, of), P::Magnet(b, _)) => a == b && !matches!(of, MagnetParameter::Position(_)),
         // Densities weigh gravity's derivative; gravity weighs the derivative by densities.
         (P::Gravity(_), P::Segment(_, parameter)) => {
             matches!(parameter, S::Density | S::LinearDensity | S::Mass | S::InnerRadius | S::OuterRadius)

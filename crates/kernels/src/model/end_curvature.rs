@@ -62,10 +62,11 @@ pub fn base_curvature_rate(rod: &Rod, base_moment: Vector, slot: Slot, base_mome
 
 /// u at the end of the last flexible segment, from the tip backwards, body frame (1/m).
 ///
-/// `tip_rotation` is body to world, by rows. NaN for a rod without a flexible segment.
-pub fn tip_curvature(rod: &Rod, tip_rotation: &Matrix) -> Vector {
+/// `tip_position` (m, world frame) counts where the field varies in space; `tip_rotation` is body to world, by rows.
+/// NaN for a rod without a flexible segment.
+pub fn tip_curvature(rod: &Rod, tip_position: Vector, tip_rotation: &Matrix) -> Vector {
     let directors: [Vector; 3] = std::array::from_fn(|col| std::array::from_fn(|row| tip_rotation[row][col]));
-    let (mut m, mut n) = (rod.tip_moment, rod.tip_force);
+    let (mut m, mut n, mut p) = (rod.tip_moment, rod.tip_force, tip_position);
     for segment in rod.segments.iter().rev() {
         match *segment {
             RodSegment::Rigid(RigidRod { length, dipole, weight }) => {
@@ -76,6 +77,16 @@ pub fn tip_curvature(rod: &Rod, tip_rotation: &Matrix) -> Vector {
                     m = add(m, cross(directors[2], weight), 0.5 * length); // R3
                 }
                 n = add(n, weight, 1.0); // R1
+                p = add(p, directors[2], -length);
+                if let Some(field) = &rod.field {
+                    for (xi, share) in field.coil_load.points() {
+                        let arm = directors[2].map(|x| x * xi * length);
+                        let (force, torque) = field.load(add(p, arm, 1.0), mu_world);
+                        m = add(m, torque, *share); // F3, F4
+                        m = add(m, cross(arm, force), *share);
+                        n = add(n, force, *share);
+                    }
+                }
             }
             RodSegment::Flexible(flexible) => {
                 let (stiffness, u_star) = (flexible.distal_stiffness(), flexible.distal_rest_curvature());

@@ -8,6 +8,8 @@ mod blocks;
 mod coil;
 mod dependence;
 mod end_curvature;
+mod field;
+mod field_parameter;
 mod growth;
 mod parameter;
 pub mod path;
@@ -36,6 +38,11 @@ pub use anchors::{Anchor, AnchorAxis, Anchors, MOST_ANCHOR_AXES, PlanAnchors, Pr
 pub use blocks::{BLOCK, Blocks};
 pub use coil::{Coil, CoilWinding};
 pub use end_curvature::{base_curvature, base_curvature_rate, tip_curvature};
+pub use field::{
+    CoilArray, CoilLoad, DEFAULT_CLEARANCE, FIELD_DIPOLE_RECORD, FIELD_RECORD, FieldDipole, FieldSources,
+    GradientEntry, MU0_OVER_4PI, Magnet, MagnetBody, RodField, UnitDipole, gradient_matrix, mri_gradient,
+};
+pub use field_parameter::MagnetParameter;
 pub use parameter::{Axis, Parameter, ParameterError, StiffnessAxis, closest};
 pub use plan::{Batch, Derivative, Entry, FreePart, Plan, PlanError, SegmentPlan, Terms};
 pub use plan_options::{PlanOptions, Sensitivity};

@@ -5,7 +5,10 @@
 
 use super::segment_chain::{load_chain, rotation_jacobian, weight_chain};
 use super::segment_parameter::SegmentParameter;
-use super::{Density, Flexible, Scene, SegmentKind, Slot, Stiffness, Vector, segment_chain};
+use super::{
+    Density, Flexible, GradientEntry, MagnetParameter, Scene, SegmentKind, Slot, Stiffness, Vector, field_parameter,
+    segment_chain,
+};
 
 /// One of three axes, of the world or of the body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -57,6 +60,14 @@ pub enum Parameter {
     BaseRotation(Axis),
     /// Component of the uniform flux density (T).
     FluxDensity(Axis),
+    /// Entry of the gradient of the field (T/m).
+    FieldGradient(GradientEntry),
+    /// Component of the point where the gradient adds nothing (m).
+    FieldOrigin(Axis),
+    /// A number of an external magnet, by its index.
+    Magnet(usize, MagnetParameter),
+    /// Current of a coil of an array of coils, both by their index (A).
+    ArrayCurrent(usize, usize),
     /// Component of the dead force at the tip (N).
     TipForce(Axis),
     /// Component of the dead couple at the tip (N·m).
@@ -119,6 +130,7 @@ impl Parameter {
         ];
         all.extend(vectors.iter().flat_map(|vector| Axis::ALL.map(vector)));
         all.push(P::FluidDensity);
+        all.extend(field_parameter::all(&scene.sources));
         for (index, segment) in scene.segments.iter().enumerate() {
             all.extend(SegmentParameter::all(segment).into_iter().map(|parameter| P::Segment(index, parameter)));
         }
@@ -155,6 +167,12 @@ impl Parameter {
             P::BasePosition(axis) => format!("base.position.{}", axis.name()),
             P::BaseRotation(axis) => format!("base.rotation.{}", axis.name()),
             P::FluxDensity(axis) => format!("field.flux_density.{}", axis.name()),
+            P::FieldGradient(entry) => format!("field.gradient.{}", entry.name()),
+            P::FieldOrigin(axis) => format!("field.origin.{}", axis.name()),
+            P::Magnet(index, parameter) => {
+                format!("magnets.{}.{}", scene.sources.magnets[index].name, parameter.path())
+            }
+            P::ArrayCurrent(array, coil) => format!("{}.current.{}", scene.sources.arrays[array].name, coil + 1),
             P::TipForce(axis) => format!("loads.tip_force.{}", axis.name()),
             P::TipMoment(axis) => format!("loads.tip_moment.{}", axis.name()),
             P::Gravity(axis) => format!("loads.gravity.{}", axis.name()),
@@ -169,7 +187,9 @@ impl Parameter {
     pub fn groups(&self, scene: &Scene) -> Vec<String> {
         let is_joint = matches!(self, P::Segment(_, parameter) if parameter.is_joint());
         let name = self.name(scene);
-        let cuts = name.match_indices('.').skip(1).filter(|_| !is_joint);
+        // A magnet's name is the second word of its parameters.
+        let words = if matches!(self, P::Magnet(..)) { 2 } else { 1 };
+        let cuts = name.match_indices('.').skip(words).filter(|_| !is_joint);
         cuts.map(|(at, _)| name[..at].to_owned()).collect()
     }
 
@@ -179,6 +199,10 @@ impl Parameter {
             P::Insertion | P::BasePosition(_) => "m",
             P::BaseRotation(_) => "rad",
             P::FluxDensity(_) => "T",
+            P::FieldGradient(_) => "T/m",
+            P::FieldOrigin(_) => "m",
+            P::Magnet(_, parameter) => parameter.unit(),
+            P::ArrayCurrent(..) => "A",
             P::TipForce(_) => "N",
             P::TipMoment(_) => "N·m",
             P::Gravity(_) => "m/s²",
@@ -201,6 +225,10 @@ impl Parameter {
             P::Gravity(axis) => component(scene.loads.gravity, axis),
             P::DistributedForce(axis) => component(scene.loads.distributed_force, axis),
             P::FluidDensity => scene.loads.fluid_density.unwrap_or(0.0),
+            P::FieldGradient(_) | P::FieldOrigin(_) | P::Magnet(..) | P::ArrayCurrent(..) => {
+                let mut sources = scene.sources.clone();
+                field_parameter::number(*self, &mut sources).map_or(f64::NAN, |number| *number)
+            }
             P::Segment(index, parameter) => parameter.get(&scene.segments[index]),
         }
     }
@@ -225,6 +253,9 @@ impl Parameter {
             P::Gravity(axis) => set(&mut scene.loads.gravity, axis),
             P::DistributedForce(axis) => set(&mut scene.loads.distributed_force, axis),
             P::FluidDensity => scene.loads.fluid_density = Some(value),
+            P::FieldGradient(_) | P::FieldOrigin(_) | P::Magnet(..) | P::ArrayCurrent(..) => {
+                field_parameter::number(*self, &mut scene.sources).into_iter().for_each(|number| *number = value);
+            }
             P::Segment(index, parameter) => {
                 let name = || self.name(scene);
                 if let (S::Stiffness(_), SegmentKind::Flexible(Flexible { stiffness: Stiffness::Tube { .. }, .. })) =
@@ -286,6 +317,9 @@ impl Parameter {
                 };
                 let segments = (0..scene.segments.len()).filter(displaces);
                 segments.flat_map(|segment| weight_chain(scene, segment, -area(segment))).collect()
+            }
+            P::FieldGradient(_) | P::FieldOrigin(_) | P::Magnet(..) | P::ArrayCurrent(..) => {
+                field_parameter::chain(*self, scene)
             }
             P::Segment(index, parameter) => segment_chain::chain(parameter, scene, index),
         }

@@ -8,8 +8,8 @@ use super::rod::Slot;
 use super::sample::{Sample, set_axes};
 use super::starts::SEARCH_ENTRIES;
 use super::{
-    BLOCK, Blocks, MOST_ROWS, Parameter, ParameterError, PlanOptions, Quantity, Rod, Scene, SceneError, SegmentKind,
-    Units,
+    BLOCK, Blocks, MOST_ROWS, Parameter, ParameterError, PlanOptions, Quantity, Rod, RodField, Scene, SceneError,
+    SegmentKind, Units,
 };
 use rayon::prelude::*;
 use std::collections::BTreeSet;
@@ -35,6 +35,8 @@ pub struct Terms {
     pub tip_moment: bool,
     /// A rigid segment with a dipole.
     pub dipole: bool,
+    /// The field varies in space.
+    pub varying_field: bool,
 }
 
 /// A number of the record or a chain-rule coefficient.
@@ -341,6 +343,9 @@ impl Plan {
     pub fn entry_units(&self) -> Vec<f64> {
         let units = &self.units;
         let mut scale = Rod::record_units(self.segments.iter().map(|segment| segment.is_flexible), units);
+        if let Some(field) = self.scene.sources.rod_field() {
+            scale.extend(RodField::record_units(field.dipoles.len(), units));
+        }
         if self.free.is_some() {
             scale.extend([units.length; 3]);
             scale.extend([1.0; 6]);

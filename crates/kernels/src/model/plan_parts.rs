@@ -4,7 +4,7 @@ use super::record::record_offsets;
 use super::rod::Slot;
 use super::{
     FlexibleRod, Parameter, PlanError, Rigid, Rod, RodSegment, Scene, SegmentKind, SegmentParameter, SegmentPlan,
-    Sensitivity, StiffnessAxis, Terms, Units,
+    Sensitivity, StiffnessAxis, Terms, Units, Vector,
 };
 
 /// Up to this many derivatives forward columns may be the cheaper way.
@@ -22,7 +22,12 @@ pub(super) fn natural_units(rod: &Rod) -> Units {
         }
     }
     let stiffness = if compliance > 0.0 { flexible / compliance } else { 1.0 };
-    let field = rod.flux_density.iter().map(|b| b * b).sum::<f64>().sqrt();
+    let size = |v: Vector| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let mut field = size(rod.flux_density);
+    if let Some(varying) = &rod.field {
+        field += size(varying.flux_density(rod.base_position));
+        field += length * varying.gradient.iter().map(|g| g.abs()).fold(0.0, f64::max);
+    }
     Units { length, force: stiffness / (length * length), field: if field > 0.0 { field } else { 1.0 } }
 }
 
@@ -66,6 +71,7 @@ pub(super) fn terms_of(
         anisotropic: rod.segments.iter().any(differs) || swept.iter().any(one_sided),
         tip_moment: scene.loads.tip_moment.is_some() || sweeps(|p| matches!(p, Parameter::TipMoment(_))),
         dipole: segments.iter().any(|segment| segment.has_dipole),
+        varying_field: scene.sources.varies(),
     }
 }
 
@@ -73,8 +79,10 @@ pub(super) fn terms_of(
 /// depends. Its stiffness does not matter.
 pub(super) fn free_part(terms: &Terms, segments: &[SegmentPlan], chains: &[Vec<(Slot, f64)>]) -> Option<usize> {
     let wanted = |test: &dyn Fn(&Slot) -> bool| chains.iter().flatten().any(|(slot, _)| test(slot));
-    let loaded =
-        terms.force || terms.tip_moment || wanted(&|slot| matches!(slot, Slot::TipForce(_) | Slot::TipMoment(_)));
+    let loaded = terms.force
+        || terms.tip_moment
+        || terms.varying_field
+        || wanted(&|slot| matches!(slot, Slot::TipForce(_) | Slot::TipMoment(_)));
     let is_free = |index: usize| {
         let segment = &segments[index];
         let depends = wanted(&|slot| slot.segment() == Some(index) && !slot.is_compliance());
@@ -97,6 +105,9 @@ pub(super) fn is_forward<'a>(
     let count = derivatives.len();
     // Even where no force acts, rows come from the response to a unit force, which would lack its arm.
     let is_self_adjoint = scene.rigid_force_arm;
+    if terms.varying_field {
+        return Ok(count > 0);
+    }
     let is_cheaper = || {
         let mut slots = derivatives.flatten().map(|(slot, _)| slot);
         count <= FEW && terms.is_general() && slots.any(Slot::is_integral)

@@ -1,7 +1,7 @@
 //! The rod as a flat record: one table gives the places of its numbers, their units, how they are written and read, and
 //! the names by which shaders load them.
 //!
-//! Base entries, then each segment's: its length, then vectors. A load at the tip is one more line in `base`.
+//! Base entries, then each segment's: its length, then vectors; last what of the field varies in space. A load at the tip is one more line in `base`.
 
 use super::rod::{FlexibleRod, RigidRod, Rod, RodSegment};
 use super::{Units, Vector};
@@ -121,6 +121,9 @@ impl Rod {
                 RodSegment::Rigid(rigid) => rigid.write_vectors(record),
             }
         }
+        if let Some(field) = &self.field {
+            field.write(record);
+        }
     }
 
     /// Reads back what [`Rod::write_record`] wrote, entry by entry; `self` gives the kinds of the segments.
@@ -144,6 +147,9 @@ impl Rod {
                 }
             }
             start += segment.record_len();
+        }
+        if let Some(field) = &mut self.field {
+            field.read(|at| record(start + at));
         }
     }
 
@@ -170,4 +176,9 @@ pub fn record_offsets(segments: &[RodSegment]) -> Vec<usize> {
             start
         })
         .collect()
+}
+
+/// First record entry of what of the field varies in space.
+pub fn field_offset(segments: &[RodSegment]) -> usize {
+    BASE_RECORD + segments.iter().map(RodSegment::record_len).sum::<usize>()
 }

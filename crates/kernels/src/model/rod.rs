@@ -1,8 +1,8 @@
 //! The mechanics of one sample: what a backend needs to know, and nothing about materials or windings.
 
-use super::{Axis, Matrix, Units, Vector};
+use super::{Axis, GradientEntry, Matrix, RodField, Units, Vector};
 
-/// A clamped rod under dead loads in a uniform field; SI units, world frame unless said otherwise.
+/// A clamped rod under dead loads in a field; SI units, world frame unless said otherwise.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rod {
     /// In m
@@ -11,6 +11,8 @@ pub struct Rod {
     pub base_rotation: Matrix,
     /// In T
     pub flux_density: Vector,
+    /// What of the field varies in space; `None`: it is uniform.
+    pub field: Option<RodField>,
     /// In N
     pub tip_force: Vector,
     /// In N·m
@@ -73,6 +75,14 @@ pub enum Slot {
     BaseRotation(Axis),
     /// Flux density (T).
     FluxDensity(Axis),
+    /// Gradient of the field (T/m).
+    FieldGradient(GradientEntry),
+    /// Where the gradient adds nothing to the field (m).
+    FieldOrigin(Axis),
+    /// Position of a dipole outside of the rod (m).
+    SourcePosition(usize, Axis),
+    /// Moment of a dipole outside of the rod (A·m²).
+    SourceMoment(usize, Axis),
     /// Force at the tip (N).
     TipForce(Axis),
     /// Couple at the tip (N·m).
@@ -108,7 +118,10 @@ impl Slot {
         match self {
             Slot::BaseRotation(_) => 1.0,
             Slot::BasePosition(_) | Slot::Insertion | Slot::Length(_) => units.length,
+            Slot::FieldOrigin(_) | Slot::SourcePosition(..) => units.length,
             Slot::FluxDensity(_) => units.field,
+            Slot::FieldGradient(_) => units.gradient(),
+            Slot::SourceMoment(..) => units.source_moment(),
             Slot::TipForce(_) | Slot::Weight(..) => units.force,
             Slot::TipMoment(_) => units.moment(),
             Slot::Stiffness(..) | Slot::StiffnessRise(..) => units.stiffness(),
@@ -135,6 +148,14 @@ impl Slot {
             | Slot::Weight(segment, _) => Some(segment),
             _ => None,
         }
+    }
+
+    /// Whether it is of the part of the field that varies in space.
+    pub fn is_of_sources(&self) -> bool {
+        matches!(
+            self,
+            Slot::FieldGradient(_) | Slot::FieldOrigin(_) | Slot::SourcePosition(..) | Slot::SourceMoment(..)
+        )
     }
 
     /// Whether reciprocity needs an integral along the rod for it.
@@ -194,6 +215,7 @@ impl Rod {
     /// Whether the numbers can be integrated: finite, lengths not negative, stiffness positive.
     pub fn is_valid(&self) -> bool {
         self.is_finite()
+            && self.field.as_ref().is_none_or(RodField::is_finite)
             && self.base_rotation.as_flattened().iter().all(|x| x.is_finite())
             && self.total_length() > 0.0
             && self.segments.iter().all(|segment| {

@@ -2,13 +2,13 @@
 
 use super::profile::{Piece, pieces};
 use super::rotation::rotation_matrix;
-use super::{Coil, FlexibleRod, Node, Profile, RigidRod, Rod, RodSegment, SceneError, Vector};
+use super::{Coil, FieldSources, FlexibleRod, Node, Profile, RigidRod, Rod, RodSegment, SceneError, Vector};
 use std::f64::consts::PI;
 
 /// Standard acceleration of gravity on Earth (m/s²)
 pub const STANDARD_GRAVITY: f64 = 9.80665;
 
-/// A rod, clamped at its base, in a uniform field. Lengths, forces and so on in SI units.
+/// A rod, clamped at its base, in a field. Lengths, forces and so on in SI units.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
     /// Title of its figures; may be empty.
@@ -17,6 +17,8 @@ pub struct Scene {
     pub base: Base,
     /// Uniform flux density, world frame (T)
     pub flux_density: Vector,
+    /// What is added to it and varies in space.
+    pub sources: FieldSources,
     /// What acts on the rod besides the field.
     pub loads: Loads,
     /// Base to tip.
@@ -238,6 +240,7 @@ impl Scene {
             base_position: self.base.position,
             base_rotation: rotation_matrix(self.base.rotation),
             flux_density: self.flux_density,
+            field: self.sources.rod_field(),
             tip_force: self.loads.tip_force.unwrap_or_default(),
             tip_moment: self.loads.tip_moment.unwrap_or_default(),
             rigid_force_arm: self.rigid_force_arm,

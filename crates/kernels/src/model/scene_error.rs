@@ -19,6 +19,30 @@ pub enum SceneError {
         /// What holds for a good value, in words.
         requirement: &'static str,
     },
+    /// A rod that starts rigid in a field that varies in space.
+    #[error(
+        "`{segment}` is rigid and first: in a field that varies in space it does not move; leave it out and put the base at its end"
+    )]
+    RigidFirst {
+        /// Name of the segment.
+        segment: String,
+    },
+    /// Forces of the field without their lever arm.
+    #[error("`model.rigid_force_arm = false` leaves out what the forces of a field that varies in space do: remove it")]
+    ForceWithoutArm,
+    /// Two magnets, arrays or segments share this name.
+    #[error("`{0}` is the name of two sources of the field, or of one and a segment: give each its own name")]
+    DuplicateSource(String),
+    /// An array of coils whose currents do not match them.
+    #[error("`{name}` has {coils} coils and {currents} currents: give one current for each coil")]
+    CurrentsOfCoils {
+        /// Name of the array.
+        name: String,
+        /// How many coils it has.
+        coils: usize,
+        /// How many currents it has.
+        currents: usize,
+    },
     /// Two segments share this name.
     #[error("two segments are named `{0}`: give each its own name")]
     DuplicateName(String),

@@ -26,11 +26,13 @@ pub enum Status {
     /// Not solved yet. Never leaves a backend.
     #[default]
     Pending = 9,
+    /// A part of the rod comes nearer to a magnet than its clearance, where a dipole no longer stands for it.
+    TooNearMagnet = 10,
 }
 
 impl Status {
     /// In the order of their codes.
-    pub const ALL: [Status; 10] = [
+    pub const ALL: [Status; 11] = [
         Status::Ok,
         Status::Refined,
         Status::Ramped,
@@ -41,6 +43,7 @@ impl Status {
         Status::BadParameter,
         Status::NonFinite,
         Status::Pending,
+        Status::TooNearMagnet,
     ];
 
     /// The status of a code; `None` for a number that is no code.
@@ -66,6 +69,7 @@ impl Status {
             Status::BadParameter => "bad-parameter",
             Status::NonFinite => "non-finite",
             Status::Pending => "pending",
+            Status::TooNearMagnet => "too-near-magnet",
         }
     }
 

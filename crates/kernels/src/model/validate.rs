@@ -1,6 +1,9 @@
 //! Whether a scene's numbers describe a rod.
 
-use super::{CoilWinding, Density, Node, Profile, Scene, SceneError, SegmentKind, ShearElasticity, Stiffness, Vector};
+use super::{
+    CoilWinding, Density, GradientEntry, Node, Profile, Scene, SceneError, Segment, SegmentKind, ShearElasticity,
+    Stiffness, Vector,
+};
 use std::collections::HashSet;
 
 /// No number of a scene is larger, in SI: turns, area, current and field multiplied stay finite, and derivatives do.
@@ -33,6 +36,7 @@ pub(super) fn validate(scene: &Scene) -> Result<(), SceneError> {
     check_finite("base.position", scene.base.position)?;
     check_finite("base.rotation", scene.base.rotation)?;
     check_finite("field.flux_density", scene.flux_density)?;
+    check_sources(scene)?;
     check_finite("loads.tip_force", scene.loads.tip_force.unwrap_or_default())?;
     check_finite("loads.tip_moment", scene.loads.tip_moment.unwrap_or_default())?;
     check_finite("loads.gravity", scene.loads.gravity.unwrap_or_default())?;
@@ -120,6 +124,77 @@ pub(super) fn validate(scene: &Scene) -> Result<(), SceneError> {
     }
     check_positive("the rod's total length".into(), scene.total_length())?;
     if scene.loads.gravity.is_some() && !massive { Err(SceneError::GravityWithoutMass) } else { Ok(()) }
+}
+
+/// The sources of a field that varies in space.
+fn check_sources(scene: &Scene) -> Result<(), SceneError> {
+    let sources = &scene.sources;
+    if !sources.varies() {
+        return Ok(());
+    }
+    if !scene.rigid_force_arm {
+        return Err(SceneError::ForceWithoutArm);
+    }
+    if let Some(Segment { name, kind: SegmentKind::Rigid(_), .. }) = scene.segments.first() {
+        return Err(SceneError::RigidFirst { segment: name.clone() });
+    }
+    for (entry, value) in GradientEntry::ALL.iter().zip(sources.gradient.unwrap_or_default()) {
+        check(format!("field.gradient.{}", entry.name()), value, value.is_finite(), "finite")?;
+    }
+    check_finite("field.origin", sources.origin)?;
+    let mut names = HashSet::new();
+    for magnet in &sources.magnets {
+        let name = format!("magnets.{}", magnet.name);
+        check_finite(&format!("{name}.position"), magnet.position)?;
+        check_finite(&format!("{name}.moment"), magnet.moment)?;
+        check_finite(&format!("{name}.rotation"), magnet.rotation)?;
+        check(format!("{name}.strength"), magnet.strength, magnet.strength.is_finite(), "finite")?;
+        let size = magnet.moment.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
+        check(format!("{name}.moment"), size, size > 0.0, "other than zero: a magnet without moment does nothing")?;
+        check_positive(format!("{name}.clearance"), magnet.clearance)?;
+        if let Some(body) = magnet.body {
+            check_positive(format!("{name}.length"), body.length)?;
+            check_positive(format!("{name}.diameter"), body.diameter)?;
+        }
+        if !names.insert(format!("magnets.{}", magnet.name)) {
+            return Err(SceneError::DuplicateSource(magnet.name.clone()));
+        }
+    }
+    for array in &sources.arrays {
+        let name = &array.name;
+        if !names.insert(name.clone()) || scene.segments.iter().any(|segment| segment.name == *name) {
+            return Err(SceneError::DuplicateSource(name.clone()));
+        }
+        let (coils, currents) = (array.coils.len(), array.current.len());
+        if coils != currents || coils == 0 {
+            return Err(SceneError::CurrentsOfCoils { name: name.clone(), coils, currents });
+        }
+        for (k, current) in array.current.iter().enumerate() {
+            check(format!("{name}.current.{}", k + 1), *current, current.is_finite(), "finite")?;
+        }
+        for dipole in array.coils.iter().flatten() {
+            check_finite(&format!("{name}.coil.dipoles.position"), dipole.position)?;
+            check_finite(&format!("{name}.coil.dipoles.moment_per_ampere"), dipole.moment_per_ampere)?;
+        }
+    }
+    check_base_clearance(scene)
+}
+
+/// The clamped end at least is where no magnet may be.
+fn check_base_clearance(scene: &Scene) -> Result<(), SceneError> {
+    let place = |p: Vector, q: Vector| (0..3).map(|k| (p[k] - q[k]).powi(2)).sum::<f64>().sqrt();
+    for magnet in &scene.sources.magnets {
+        for dipole in magnet.dipoles() {
+            let distance = place(dipole.position, scene.base.position);
+            check(
+                format!("magnets.{}.position", magnet.name),
+                distance,
+                distance > magnet.clearance,
+                "a place farther from the base than the magnet's clearance; the number is its distance in metres",
+            )?;
+        }
+    }
+    Ok(())
 }
 
 /// Nodes in order, none beyond the segment; some may lie before it, withdrawn.

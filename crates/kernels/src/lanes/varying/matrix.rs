@@ -1,0 +1,150 @@
+//! Matrices of six rows, and their elimination with a choice of pivots in each lane. Loops are written out: a closure is
+//! compiled without the kernel's instructions.
+#![allow(clippy::needless_range_loop)]
+
+use crate::lanes::algebra::{Mat3, Vec3};
+use crate::lanes::lane::Lane;
+
+/// By rows; the first three of a pair are of displacement or force, the last of rotation or moment.
+#[derive(Clone, Copy, Debug)]
+pub struct Mat6<L>(pub [[L; 6]; 6]);
+
+impl<L: Lane> Mat6<L> {
+    #[inline(always)]
+    pub fn zero(of: L) -> Self {
+        Self([[of.constant(0.0); 6]; 6])
+    }
+
+    #[inline(always)]
+    pub fn identity(of: L) -> Self {
+        let mut all = Self::zero(of);
+        for k in 0..6 {
+            all.0[k][k] = of.constant(1.0);
+        }
+        all
+    }
+
+    #[inline(always)]
+    pub fn select(mask: L::Mask, a: &Self, b: &Self) -> Self {
+        let mut all = *a;
+        for row in 0..6 {
+            for column in 0..6 {
+                all.0[row][column] = L::select(mask, a.0[row][column], b.0[row][column]);
+            }
+        }
+        all
+    }
+
+    /// Puts three columns from column `at` on: the first three rows, and the last.
+    #[inline(always)]
+    pub fn put(&mut self, at: usize, first: &Mat3<L>, last: &Mat3<L>) {
+        for k in 0..3 {
+            for row in 0..3 {
+                self.0[row][at + k] = first[k][row];
+                self.0[row + 3][at + k] = last[k][row];
+            }
+        }
+    }
+
+    #[inline(always)]
+    pub fn transposed(&self) -> Self {
+        let mut all = *self;
+        for row in 0..6 {
+            for column in 0..6 {
+                all.0[row][column] = self.0[column][row];
+            }
+        }
+        all
+    }
+
+    #[inline(always)]
+    pub fn times(&self, b: &Self) -> Self {
+        let mut all = *self;
+        for row in 0..6 {
+            for column in 0..6 {
+                let mut sum = self.0[row][0] * b.0[0][column];
+                for k in 1..6 {
+                    sum = self.0[row][k].mul_add(b.0[k][column], sum);
+                }
+                all.0[row][column] = sum;
+            }
+        }
+        all
+    }
+
+    #[inline(always)]
+    pub fn plus(&self, b: &Self) -> Self {
+        let mut all = *self;
+        for row in 0..6 {
+            for column in 0..6 {
+                all.0[row][column] = self.0[row][column] + b.0[row][column];
+            }
+        }
+        all
+    }
+
+    #[inline(always)]
+    pub fn minus(&self, b: &Self) -> Self {
+        let mut all = *self;
+        for row in 0..6 {
+            for column in 0..6 {
+                all.0[row][column] = self.0[row][column] - b.0[row][column];
+            }
+        }
+        all
+    }
+
+    /// The matrix times a pair of vectors.
+    #[inline(always)]
+    pub fn on(&self, first: Vec3<L>, last: Vec3<L>) -> (Vec3<L>, Vec3<L>) {
+        let v = [first.x, first.y, first.z, last.x, last.y, last.z];
+        let mut all = v;
+        for row in 0..6 {
+            all[row] = self.0[row][0] * v[0];
+            for k in 1..6 {
+                all[row] = self.0[row][k].mul_add(v[k], all[row]);
+            }
+        }
+        (Vec3 { x: all[0], y: all[1], z: all[2] }, Vec3 { x: all[3], y: all[4], z: all[5] })
+    }
+
+    /// A^-1 B by elimination, the largest pivot of each column chosen lane by lane.
+    #[inline(always)]
+    pub fn solve(&self, b: &Self) -> Self {
+        let (mut a, mut b) = (self.0, b.0);
+        for k in 0..6 {
+            for row in k + 1..6 {
+                let larger = a[k][k].abs().lt(a[row][k].abs());
+                for column in 0..6 {
+                    let (up, down) = (a[k][column], a[row][column]);
+                    a[k][column] = L::select(larger, down, up);
+                    a[row][column] = L::select(larger, up, down);
+                    let (up, down) = (b[k][column], b[row][column]);
+                    b[k][column] = L::select(larger, down, up);
+                    b[row][column] = L::select(larger, up, down);
+                }
+            }
+            let inverse = a[k][k].constant(1.0) / a[k][k];
+            for row in k + 1..6 {
+                let factor = a[row][k] * inverse;
+                for column in k + 1..6 {
+                    a[row][column] = factor.neg_mul_add(a[k][column], a[row][column]);
+                }
+                for column in 0..6 {
+                    b[row][column] = factor.neg_mul_add(b[k][column], b[row][column]);
+                }
+            }
+        }
+        for k in (0..6).rev() {
+            let inverse = a[k][k].constant(1.0) / a[k][k];
+            for column in 0..6 {
+                let mut x = b[k][column];
+                for j in k + 1..6 {
+                    x = a[k][j].neg_mul_add(b[j][column], x);
+                }
+                b[k][column] = x * inverse;
+            }
+        }
+        Self(b)
+    }
+}

@@ -1,0 +1,229 @@
+//! One pass over the rod, base to tip, from the load at the base: state, transfers of its intervals, parameters. F5
+
+use super::crossing::Crossing;
+use super::ends::{base_columns, lengthen};
+use super::index::Transfer;
+use super::matrix::Mat6;
+use super::parameters::Parameters;
+use super::space::Space;
+use super::step::{Columns, Room, State, Step, step_columns, step_rod};
+use crate::lanes::algebra::{Mat3, Vec3, columns_cross_sub, cross, hat};
+use crate::lanes::lane::Lane;
+use crate::lanes::problem::Problem;
+use crate::lanes::program::{Program, Resolution};
+use crate::lanes::rod::Segment;
+use crate::lanes::step::Stages;
+
+/// What a pass carries along.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum What {
+    /// The state alone.
+    State,
+    /// Columns by the load at the base.
+    Base,
+    /// The transfer of every interval, and their product.
+    Transfers,
+    /// The same, and forward columns of the parameters.
+    Parameters,
+}
+
+/// A pass: the arguments of [`integrate`].
+pub struct Pass<'a, L: Lane> {
+    pub problem: Problem<'a, L>,
+    pub resolution: &'a Resolution,
+    pub lambda: L,
+    /// Force and moment at the base.
+    pub base: (Vec3<L>, Vec3<L>),
+    pub what: What,
+    /// Points of a rigid segment where the field acts, and their shares of its dipole.
+    pub points: &'static [(f64, f64)],
+    pub workspace: &'a mut VaryingWorkspace<L>,
+}
+
+/// Memory of the kernel.
+pub struct VaryingWorkspace<L: Lane> {
+    pub space: Space<L>,
+    room: Room<L>,
+    pub parameters: Vec<Parameters<L>>,
+    /// Of the last pass: the tip, how its pose and its residual follow the load at the base, each interval.
+    pub tip: State<L>,
+    pub pose: Mat6<L>,
+    pub matrix: Mat6<L>,
+    pub transfers: Vec<Transfer<L>>,
+    /// Its columns by parameters, three each.
+    pub columns: Vec<Columns<L>>,
+    /// The least distance to a magnet beyond its clearance.
+    pub clearance: L,
+}
+
+impl<L: Lane> VaryingWorkspace<L> {
+    pub fn new(token: L::Token, program: &Program) -> Self {
+        let zero = L::splat(token, 0.0);
+        let v = Vec3::splat(zero);
+        let threes = if program.field.is_some() { program.derivatives.len().div_ceil(3) } else { 0 };
+        Self {
+            space: Space::new(zero),
+            room: Room::new(Stages::new(token, program.fine.tableau), zero),
+            parameters: (0..threes).map(|_| Parameters::new(token)).collect(),
+            tip: State { p: v, d1: v, t: v, m: v, n: v },
+            pose: Mat6::zero(zero),
+            matrix: Mat6::zero(zero),
+            transfers: Vec::new(),
+            columns: Vec::new(),
+            clearance: zero,
+        }
+    }
+}
+
+/// dr/d(n0, m0) from the canonical load at the tip, with moment `m` there.
+#[inline(always)]
+fn residual<L: Lane>(pose: &Mat6<L>, load: &Mat6<L>, m: Vec3<L>) -> Mat6<L> {
+    let mut matrix = *load;
+    let half = m.x.constant(0.5);
+    for k in 0..6 {
+        let w = Vec3 { x: pose.0[3][k], y: pose.0[4][k], z: pose.0[5][k] };
+        let turned = cross(w, m * half);
+        for row in 0..3 {
+            matrix.0[3 + row][k] = matrix.0[3 + row][k] + turned[row];
+        }
+    }
+    matrix
+}
+
+/// dm - w x m / 2 of three columns.
+#[inline(always)]
+fn canonical<L: Lane>(columns: &Columns<L>, m: Vec3<L>) -> Mat3<L> {
+    columns_cross_sub(columns.w, m * m.x.constant(0.5), columns.dm)
+}
+
+/// Columns at the start of an interval: by force, by moment, by rotation and by displacement there.
+#[inline(always)]
+fn interval_columns<L: Lane>(m: Vec3<L>) -> [Columns<L>; 4] {
+    let half = m.x.constant(0.5);
+    let (zero, one) = (Mat3::zero(half), Mat3::identity(half));
+    let none = Columns { w: zero, dp: zero, dm: zero, dn: zero };
+    [
+        Columns { dn: one, ..none },
+        Columns { dm: one, ..none },
+        Columns { w: one, dm: hat(m) * -half, ..none },
+        Columns { dp: one, ..none },
+    ]
+}
+
+/// Three columns of segment `index` by their number: `count` of its own, then those of parameters.
+#[inline(always)]
+fn numbered<'a, L>(
+    k: usize,
+    count: usize,
+    index: usize,
+    parameters: &'a [Parameters<L>],
+    own: &'a mut [Columns<L>; 4],
+    columns: &'a mut [Columns<L>],
+) -> (Option<(&'a Parameters<L>, usize)>, &'a mut Columns<L>) {
+    if k < count { (None, &mut own[k]) } else { (Some((&parameters[k - count], index)), &mut columns[k - count]) }
+}
+
+/// Integrates the rod; what it comes to is left in the workspace.
+#[inline(always)]
+pub fn integrate<L: Lane>(pass: Pass<'_, L>) {
+    let Pass { problem, resolution, lambda, base, what, points, workspace } = pass;
+    let Problem { program, rod, .. } = problem;
+    let VaryingWorkspace { space, room, parameters, transfers, columns, .. } = workspace;
+    let zero = lambda.constant(0.0);
+    let mut state = State { p: Vec3::splat(zero), d1: rod.d1, t: rod.t, m: base.1, n: base.0 };
+    let (mut pose, mut load) = (Mat6::zero(zero), Mat6::identity(zero));
+    let mut clearance = space.clearance(state.p, zero.constant(1e9));
+    let with_transfers = matches!(what, What::Transfers | What::Parameters);
+    // By the load at the base, or by the start of each interval.
+    let mut own = interval_columns(state.m);
+    transfers.clear();
+    columns.clear();
+    if what == What::Parameters {
+        for parameters in parameters.iter() {
+            columns.push(base_columns(&problem, parameters, &state));
+        }
+    }
+    for (index, segment) in rod.segments.iter().enumerate() {
+        match segment {
+            Segment::Flexible(flexible) => {
+                let steps = resolution.steps[index];
+                let share = 1.0 / steps.max(1) as f64;
+                room.stages.set_step(resolution.tableau, flexible.length * zero.constant(share));
+                for k in 0..steps {
+                    let start = k as f64 * share;
+                    let step = Step { terms: program.terms, space, segment: flexible, lambda, start, share };
+                    let before = state;
+                    step_rod(&step, room, what != What::State, &mut state);
+                    let mut count = if what == What::Base { 2 } else { 0 };
+                    if with_transfers {
+                        own = interval_columns(before.m);
+                        // Without a magnet a displacement takes the interval along.
+                        count = if flexible.has_magnet { 4 } else { 3 };
+                    }
+                    for k in 0..count + columns.len() {
+                        let (by, three) = numbered(k, count, index, parameters, &mut own, columns);
+                        step_columns(&step, room, by, three);
+                    }
+                    if with_transfers {
+                        push(transfers, (&mut pose, &mut load), &own, state.m, true);
+                    }
+                    clearance = space.clearance(state.p, clearance);
+                }
+                for (parameters, three) in parameters.iter().zip(columns.iter_mut()) {
+                    lengthen(space, &problem, flexible, &state, &parameters.sources.segments[index].dL, three);
+                }
+            }
+            Segment::Rigid(rigid) => {
+                let crossing = Crossing { space, segment: rigid, lambda, points, before: state };
+                let after = crossing.cross();
+                let mut count = if what == What::Base { 2 } else { 0 };
+                if with_transfers {
+                    (own, count) = (interval_columns(state.m), 4);
+                }
+                for k in 0..count + columns.len() {
+                    let (by, three) = numbered(k, count, index, parameters, &mut own, columns);
+                    crossing.cross_columns(&after, by, three);
+                }
+                if with_transfers {
+                    push(transfers, (&mut pose, &mut load), &own, after.m, false);
+                }
+                let middle = (state.p + after.p) * zero.constant(0.5);
+                clearance = space.clearance(after.p, space.clearance(middle, clearance));
+                state = after;
+            }
+        }
+    }
+    let mut matrix = residual(&pose, &load, state.m);
+    if what == What::Base {
+        for (at, three) in [(0, &own[0]), (3, &own[1])] {
+            pose.put(at, &three.dp, &three.w);
+            matrix.put(at, &three.dn, &three.dm);
+        }
+    }
+    (workspace.tip, workspace.pose, workspace.matrix, workspace.clearance) = (state, pose, matrix, clearance);
+}
+
+/// Adds an interval with moment `m` at its end.
+#[inline(always)]
+fn push<L: Lane>(
+    transfers: &mut Vec<Transfer<L>>,
+    (pose, load): (&mut Mat6<L>, &mut Mat6<L>),
+    [by_n, by_m, by_w, by_p]: &[Columns<L>; 4],
+    m: Vec3<L>,
+    bends: bool,
+) {
+    let none = Mat6::zero(m.x);
+    let (mut a, mut b, mut c, mut d) = (none, none, none, none);
+    for (at, by) in [(0, by_p), (3, by_w)] {
+        a.put(at, &by.dp, &by.w);
+        c.put(at, &by.dn, &canonical(by, m));
+    }
+    for (at, by) in [(0, by_n), (3, by_m)] {
+        b.put(at, &by.dp, &by.w);
+        d.put(at, &by.dn, &canonical(by, m));
+    }
+    let next = a.times(pose).plus(&b.times(load));
+    *load = c.times(pose).plus(&d.times(load));
+    *pose = next;
+    transfers.push(Transfer { a, b, c, d, bends });
+}

@@ -1,0 +1,173 @@
+//! The path from rest in a field that stays: the rod's dipoles and all other loads grow, each step on the stable branch.
+//!
+//! A rod's steps depend on that rod alone: a lane that has finished is frozen while its neighbours go on.
+
+use super::index::index;
+use super::matrix::Mat6;
+use super::pass::{Pass, VaryingWorkspace, What};
+use crate::lanes::algebra::{Vec3, dot, length};
+use crate::lanes::kernels::Kernels;
+use crate::lanes::lane::Lane;
+use crate::lanes::problem::Problem;
+use crate::model::CoilLoad;
+use crate::model::path::{
+    CORRECTIONS, FIRST_BEND, FOLD_MARGIN, FULL_LOAD_TOLERANCE, NODE_AIM, NODE_CONTRACTION, NODE_LEAST_RATIO,
+    NODE_MOST_RATIO, NODE_PASS_LIMIT, NODE_RETREAT, NODE_SMALLEST_STEP, NODE_TRUST, SMALLEST_RAMP_STEP,
+};
+
+/// A share of the load under which the rod hardly bends.
+const LITTLE_LOAD: f64 = 1.0 / 64.0;
+/// Under part of the load, corrections of the base's load end below this.
+const LOAD_TOLERANCE: f64 = 0.05;
+
+/// Where the paths of a register ended.
+pub struct VaryingPath<L: Lane> {
+    /// Force and moment at the base.
+    pub base: (Vec3<L>, Vec3<L>),
+    /// Of dr/d(n0, m0) there.
+    pub inverse: Mat6<L>,
+    pub reached: L::Mask,
+    pub fold: L::Mask,
+    pub too_near: L::Mask,
+    pub exhausted: L::Mask,
+    pub lambda: L,
+    pub passes: L,
+}
+
+/// sqrt(3) over the norm of d(m0)/d(l_tip).
+#[inline(always)]
+pub fn margin<L: Lane>(inverse: &Mat6<L>) -> L {
+    let mut square = inverse.0[3][3].constant(0.0);
+    for row in &inverse.0[3..] {
+        for x in &row[3..] {
+            square = x.mul_add(*x, square);
+        }
+    }
+    square.constant(3.0_f64.sqrt()) / square.sqrt()
+}
+
+/// Size of a change of the load at the base, against 1 and the load.
+#[inline(always)]
+pub fn size<L: Lane>(change: (Vec3<L>, Vec3<L>), base: (Vec3<L>, Vec3<L>)) -> L {
+    norm(change) / (norm(base) + change.0.x.constant(1.0))
+}
+
+#[inline(always)]
+fn norm<L: Lane>((n, m): (Vec3<L>, Vec3<L>)) -> L {
+    (dot(n, n) + dot(m, m)).sqrt()
+}
+
+type Load<L> = (Vec3<L>, Vec3<L>);
+
+#[inline(always)]
+fn select<L: Lane>(mask: L::Mask, a: Load<L>, b: Load<L>) -> Load<L> {
+    (Vec3::select(mask, a.0, b.0), Vec3::select(mask, a.1, b.1))
+}
+
+/// Leads all lanes from rest to their full load; without care those that ask for no short steps.
+#[inline(always)]
+pub fn follow_varying<L: Kernels>(
+    problem: &Problem<'_, L>,
+    care: bool,
+    workspace: &mut VaryingWorkspace<L>,
+) -> VaryingPath<L> {
+    let program = problem.program;
+    let rod = problem.rod;
+    let zero = rod.t.x.constant(0.0);
+    let one = zero.constant(1.0);
+    let nobody = one.lt(zero);
+    // The field acts on the path as if it did at the middles of rigid segments; the answer corrects it.
+    let points = CoilLoad::Middle.points();
+    let rest = (Vec3::splat(zero), Vec3::splat(zero));
+    let (mut accepted, mut end_inverse) = (rest, Mat6::identity(one));
+    // How the equilibrium sets out from rest tells how far the first step may go.
+    let little = one.constant(LITTLE_LOAD);
+    let (resolution, what) = (if care { &program.careful } else { &program.coarse }, What::Base);
+    L::varying_pass(Pass { problem: *problem, resolution, lambda: little, base: rest, what, points, workspace });
+    let inverse = workspace.matrix.solve(&Mat6::identity(one));
+    let tip = workspace.tip;
+    let per_little = one.constant(1.0 / LITTLE_LOAD);
+    let first = inverse.on(rod.f_tip * little - tip.n, rod.l_tip * little - tip.m);
+    let mut secant = (first.0 * per_little, first.1 * per_little);
+    let slope = size(secant, rest).max(one.constant(1e-6));
+    let smallest = one.constant(if care { NODE_SMALLEST_STEP } else { SMALLEST_RAMP_STEP });
+    let mut lambda = zero;
+    let mut step = (one.constant(FIRST_BEND) / slope).min(one);
+    let mut target = step;
+    let mut base = (secant.0 * target, secant.1 * target);
+    let first_bound = one.constant(NODE_TRUST / NODE_CONTRACTION);
+    let (mut last_size, mut first_size) = (first_bound, zero);
+    let (mut corrections, mut passes) = (zero, zero);
+    let (mut reached, mut failed, mut exhausted) = (nobody, nobody, nobody);
+    let (mut unstable, mut too_near) = (nobody, nobody);
+    let mut weakest = one;
+    loop {
+        let active = !(reached | failed);
+        if !L::any(active) {
+            break;
+        }
+        let mut what = What::Base;
+        L::varying_pass(Pass { problem: *problem, resolution, lambda: target, base, what, points, workspace });
+        let inverse = workspace.matrix.solve(&Mat6::identity(one));
+        let tip = workspace.tip;
+        let (dn, dm) = inverse.on(rod.f_tip * target - tip.n, rod.l_tip * target - tip.m); // F5
+        let correction = size((dn, dm), base);
+        let partial = target.lt(one);
+        let enough = L::select(partial, one.constant(LOAD_TOLERANCE), one.constant(FULL_LOAD_TOLERANCE));
+        let converged = active & correction.lt(enough);
+        let clear = zero.lt(workspace.clearance);
+        let mut stable = converged;
+        if L::any(converged) {
+            what = What::Transfers;
+            L::varying_pass(Pass { problem: *problem, resolution, lambda: target, base, what, points, workspace });
+            stable = index(&workspace.transfers, one).lt(one.constant(0.5));
+        }
+        let margin = margin(&inverse);
+        let contracting =
+            correction.lt(last_size * one.constant(NODE_CONTRACTION)) & corrections.lt(one.constant(CORRECTIONS));
+        let accept = converged & stable & clear;
+        let go_on = active & !converged & contracting;
+        let reject = active & !accept & !go_on;
+        unstable = (unstable & !active) | (reject & converged & !stable);
+        too_near = (too_near & !active) | (reject & !clear);
+        weakest = L::select(accept, weakest.min(margin), weakest);
+
+        base = select::<L>(accept | go_on, (base.0 + dn, base.1 + dm), base);
+        let used = target - lambda;
+        let per = one / used;
+        secant = select::<L>(accept, ((base.0 - accepted.0) * per, (base.1 - accepted.1) * per), secant);
+        accepted = select::<L>(accept, base, accepted);
+        lambda = L::select(accept, target, lambda);
+        end_inverse = Mat6::select(accept, &inverse, &end_inverse);
+        reached = reached | (accept & !partial);
+        first_size = L::select(corrections.lt(one.constant(0.5)), correction, first_size);
+        let ratio = (one.constant(NODE_AIM * NODE_TRUST) / first_size.max(one.constant(1e-6))).sqrt();
+        let ratio = ratio.max(one.constant(NODE_LEAST_RATIO)).min(one.constant(NODE_MOST_RATIO));
+        step = L::select(accept, used * ratio, L::select(reject, used * one.constant(NODE_RETREAT), step));
+        failed = failed | (reject & step.lt(smallest));
+        let restart = (accept | reject) & !reached;
+        target = L::select(restart, (lambda + step).min(one), target);
+        let ahead = target - lambda;
+        let predicted = (accepted.0 + secant.0 * ahead, accepted.1 + secant.1 * ahead);
+        base = select::<L>(restart, predicted, base);
+        last_size = L::select(go_on, correction, first_bound);
+        corrections = L::select(go_on, corrections + one, zero);
+        passes = L::select(active, passes + one, passes);
+        let over = active & !reached & !passes.lt(one.constant(NODE_PASS_LIMIT));
+        exhausted = exhausted | over;
+        failed = failed | over;
+    }
+    let lost = !(reached | exhausted);
+    let fold = lost & !too_near & (unstable | weakest.lt(one.constant(FOLD_MARGIN)));
+    let is_finite = length(accepted.1).is_finite();
+    VaryingPath {
+        base: accepted,
+        inverse: end_inverse,
+        reached: reached & is_finite,
+        fold,
+        too_near: lost & too_near,
+        exhausted,
+        lambda,
+        passes,
+    }
+}

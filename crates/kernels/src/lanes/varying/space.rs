@@ -1,0 +1,173 @@
+//! The field at a point: B, its gradient G, and the second derivatives that columns need. F0, F1, F6
+//!
+//! Positions count from the base; mu0 / 4 pi is one in the plan's units.
+
+use crate::lanes::algebra::{Mat3, Vec3, axpy, dot, outer};
+use crate::lanes::lane::Lane;
+use crate::lanes::problem::Problem;
+use crate::model::record::{BASE_POSITION_AT, field_offset};
+use crate::model::{FIELD_DIPOLE_RECORD, FIELD_RECORD, Plan};
+
+/// What of the field of a plan varies in space.
+#[derive(Clone, Debug)]
+pub struct ProgramField {
+    /// First entry of its record.
+    pub entry: usize,
+    /// Of each dipole outside of the rod, in the plan's units.
+    pub clearances: Vec<f64>,
+    /// Points of a rigid segment where the field acts, and their shares of its dipole.
+    pub points: &'static [(f64, f64)],
+}
+
+impl ProgramField {
+    /// `None` for a uniform field.
+    pub fn new(plan: &Plan) -> Option<Self> {
+        let rod = plan.scene.rod();
+        let field = rod.field.as_ref()?;
+        Some(Self {
+            entry: field_offset(&rod.segments),
+            clearances: field.dipoles.iter().map(|dipole| dipole.clearance / plan.units.length).collect(),
+            points: field.coil_load.points(),
+        })
+    }
+}
+
+/// A dipole outside of the rod.
+#[derive(Clone, Copy, Debug)]
+pub struct Dipole<L> {
+    pub X: Vec3<L>,
+    pub M: Vec3<L>,
+    pub clearance: L,
+}
+
+/// B0 + G (x - x0) + the fields of dipoles.
+#[derive(Clone, Debug)]
+pub struct Space<L> {
+    pub B0: Vec3<L>,
+    pub G: Mat3<L>,
+    pub origin: Vec3<L>,
+    pub dipoles: Vec<Dipole<L>>,
+}
+
+/// The field at one point and what it does to a dipole there.
+#[derive(Clone, Copy, Debug)]
+pub struct Local<L> {
+    pub B: Vec3<L>,
+    pub G: Mat3<L>,
+    /// Second derivatives of mu . B.
+    pub T3: Mat3<L>,
+}
+
+/// The matrix of the five entries of a gradient. F0
+#[inline(always)]
+pub fn gradient<L: Lane>([xx, xy, xz, yy, yz]: [L; 5]) -> Mat3<L> {
+    Mat3 { x: Vec3 { x: xx, y: xy, z: xz }, y: Vec3 { x: xy, y: yy, z: yz }, z: Vec3 { x: xz, y: yz, z: -(xx + yy) } }
+}
+
+impl<L: Lane> Dipole<L> {
+    /// Its field at a distance r. F0
+    #[inline(always)]
+    pub fn B(&self, r: Vec3<L>) -> Vec3<L> {
+        let (inverse2, inverse3) = inverses(r);
+        (r * (dot(self.M, r) * inverse2 * r.x.constant(3.0)) - self.M) * inverse3
+    }
+
+    /// The gradient of its field.
+    #[inline(always)]
+    pub fn G(&self, r: Vec3<L>) -> Mat3<L> {
+        let (inverse2, inverse3) = inverses(r);
+        let b = dot(self.M, r);
+        let along = axpy(b * inverse2 * r.x.constant(-5.0), r, self.M);
+        let sum = outer(self.M, r, outer(r, along, Mat3::identity(b) * b));
+        sum * (inverse2 * inverse3 * r.x.constant(3.0))
+    }
+
+    /// Second derivatives of mu . B.
+    #[inline(always)]
+    pub fn T3(&self, r: Vec3<L>, mu: Vec3<L>) -> Mat3<L> {
+        let (inverse2, inverse3) = inverses(r);
+        let (a, b, c) = (dot(mu, r) * inverse2, dot(self.M, r), dot(mu, self.M));
+        let five = r.x.constant(5.0);
+        let ab = a * b;
+        // Each is linear in r; what multiplies r r^T comes last.
+        let q = axpy(b * inverse2, mu, self.M * a);
+        let square = (ab * r.x.constant(35.0) - five * c) * inverse2;
+        let diagonal = Mat3::identity(a) * (c - five * ab);
+        let mut sum = outer(mu, self.M, outer(self.M, mu, diagonal));
+        sum = outer(q, r * -five, outer(r * -five, q, sum));
+        sum = outer(r * square, r, sum);
+        sum * (inverse2 * inverse3 * r.x.constant(3.0))
+    }
+}
+
+/// r^-2 and r^-3
+#[inline(always)]
+fn inverses<L: Lane>(r: Vec3<L>) -> (L, L) {
+    let inverse2 = r.x.constant(1.0) / dot(r, r);
+    (inverse2, inverse2 * inverse2.sqrt())
+}
+
+impl<L: Lane> Space<L> {
+    pub fn new(zero: L) -> Self {
+        let none = Vec3::splat(zero);
+        Self { B0: none, G: Mat3::zero(zero), origin: none, dipoles: Vec::new() }
+    }
+
+    /// Reads the records of a group.
+    #[inline(always)]
+    pub fn load(&mut self, problem: &Problem<'_, L>) {
+        let Problem { program, inputs, rod } = *problem;
+        let token = problem.token();
+        let Some(field) = &program.field else { return };
+        let base = program.vector(token, &inputs, BASE_POSITION_AT);
+        self.B0 = rod.B;
+        let mut entries = [base.x; 5];
+        for (k, entry) in entries.iter_mut().enumerate() {
+            *entry = program.entry(token, &inputs, field.entry + k);
+        }
+        self.G = gradient(entries);
+        self.origin = program.vector(token, &inputs, field.entry + 5) - base;
+        self.dipoles.clear();
+        for (j, clearance) in field.clearances.iter().enumerate() {
+            let at = field.entry + FIELD_RECORD + FIELD_DIPOLE_RECORD * j;
+            self.dipoles.push(Dipole {
+                X: program.vector(token, &inputs, at) - base,
+                M: program.vector(token, &inputs, at + 3),
+                clearance: L::splat(token, *clearance),
+            });
+        }
+    }
+
+    /// B and G at a point.
+    #[inline(always)]
+    pub fn field(&self, x: Vec3<L>) -> (Vec3<L>, Mat3<L>) {
+        let (mut B, mut G) = (self.B0 + self.G * (x - self.origin), self.G);
+        for dipole in &self.dipoles {
+            B = B + dipole.B(x - dipole.X);
+            G = G + dipole.G(x - dipole.X);
+        }
+        (B, G)
+    }
+
+    /// The same with what columns need for a dipole there.
+    #[inline(always)]
+    pub fn local(&self, x: Vec3<L>, mu: Vec3<L>) -> Local<L> {
+        let (B, G) = self.field(x);
+        let mut T3 = Mat3::zero(x.x);
+        for dipole in &self.dipoles {
+            T3 = T3 + dipole.T3(x - dipole.X, mu);
+        }
+        Local { B, G, T3 }
+    }
+
+    /// Distance to the nearest dipole beyond its clearance.
+    #[inline(always)]
+    pub fn clearance(&self, x: Vec3<L>, least: L) -> L {
+        let mut least = least;
+        for dipole in &self.dipoles {
+            let r = x - dipole.X;
+            least = least.min(dot(r, r).sqrt() - dipole.clearance);
+        }
+        least
+    }
+}

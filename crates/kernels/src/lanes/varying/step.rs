@@ -1,0 +1,184 @@
+//! One step over a flexible segment in a field that varies: the rod once, then every column. F2, F6, J1, J2
+
+use super::parameters::Parameters;
+use super::space::{Local, Space};
+use crate::lanes::algebra::{Mat3, Vec3, axpy, cross, cross_sub};
+use crate::lanes::column::{compliance_times, principal_times};
+use crate::lanes::lane::Lane;
+use crate::lanes::section::{Flexible, curvature, to_world, velocity};
+use crate::lanes::step::{STAGES, Stages};
+use crate::lanes::terms::ProgramTerms;
+
+/// The rod at one place.
+#[derive(Clone, Copy, Debug)]
+pub struct State<L> {
+    pub p: Vec3<L>,
+    pub d1: Vec3<L>,
+    pub t: Vec3<L>,
+    pub m: Vec3<L>,
+    pub n: Vec3<L>,
+}
+
+/// Three columns.
+#[derive(Clone, Copy, Debug)]
+pub struct Columns<L> {
+    pub w: Mat3<L>,
+    pub dp: Mat3<L>,
+    pub dm: Mat3<L>,
+    pub dn: Mat3<L>,
+}
+
+/// How fast a state or a column changes; of a state the first is p' with the stage.
+#[derive(Clone, Copy, Debug)]
+pub struct Slope<L> {
+    a: Vec3<L>,
+    b: Vec3<L>,
+    dm: Vec3<L>,
+    dn: Vec3<L>,
+}
+
+/// The field at one stage.
+#[derive(Clone, Copy, Debug)]
+struct Magnetic<L> {
+    mu: Vec3<L>,
+    local: Local<L>,
+}
+
+/// Room for the stages of a step.
+pub struct Room<L: Lane> {
+    pub stages: Stages<L>,
+    slopes: [Slope<L>; STAGES],
+    column_slopes: [Slope<L>; STAGES],
+    magnetic: [Magnetic<L>; STAGES],
+}
+
+/// One of several equal steps over a segment under part of its loads.
+pub struct Step<'a, L: Lane> {
+    pub terms: ProgramTerms,
+    pub space: &'a Space<L>,
+    pub segment: &'a Flexible<L>,
+    pub lambda: L,
+    /// Its start and its length as shares of the segment.
+    pub start: f64,
+    pub share: f64,
+}
+
+impl<L: Lane> Room<L> {
+    pub fn new(stages: Stages<L>, zero: L) -> Self {
+        let (v, o) = (Vec3::splat(zero), Mat3::zero(zero));
+        let slope = Slope { a: v, b: v, dm: v, dn: v };
+        let magnetic = Magnetic { mu: v, local: Local { B: v, G: o, T3: o } };
+        Self { stages, slopes: [slope; STAGES], column_slopes: [slope; STAGES], magnetic: [magnetic; STAGES] }
+    }
+}
+
+/// Takes the rod over one step; `columns` says whether columns will follow.
+#[inline(always)]
+pub fn step_rod<L: Lane>(step: &Step<'_, L>, room: &mut Room<L>, columns: bool, state: &mut State<L>) {
+    let Step { terms, space, segment, lambda, .. } = *step;
+    let Room { stages, slopes, magnetic, .. } = room;
+    let (weight, mu_body) = (segment.w * lambda, segment.mu * lambda);
+    let count = stages.tableau.a.len();
+    for i in 0..count {
+        let State { p, d1, t, m, n } = advanced(state, stages, slopes, i);
+        let section = segment.section(terms, stages.tableau.c[i].mul_add(step.share, step.start));
+        let d2 = cross(t, d1);
+        let omega = curvature(terms, &section, d1, d2, t, m);
+        let v = velocity(terms, segment, d1, d2, t, n);
+        let slope = &mut slopes[i % STAGES];
+        *slope = Slope { a: cross(omega, d1), b: cross(omega, t), dm: cross(n, v), dn: -weight }; // R1, R2
+        if segment.has_magnet {
+            let mu = to_world(d1, d2, t, mu_body);
+            let local = if columns {
+                space.local(p, mu)
+            } else {
+                let (B, G) = space.field(p);
+                Local { B, G, T3: G }
+            };
+            slope.dm = cross_sub(mu, local.B, slope.dm); // F2
+            slope.dn = slope.dn - local.G * mu; // F2
+            magnetic[i % STAGES] = Magnetic { mu, local };
+        }
+        let stage = &mut stages.stage[i % STAGES];
+        (stage.p, stage.d1, stage.d2, stage.t, stage.m, stage.n) = (p, d1, d2, t, m, n);
+        (stage.v, stage.compliance) = (v, section.compliance);
+    }
+    *state = advanced(state, stages, slopes, count);
+}
+
+/// The state at stage `i`, or at the end.
+#[inline(always)]
+fn advanced<L: Lane>(state: &State<L>, stages: &Stages<L>, slopes: &[Slope<L>; STAGES], i: usize) -> State<L> {
+    let State { mut p, mut d1, mut t, mut m, mut n } = *state;
+    for (ha, j) in stages.row(i) {
+        let slope = &slopes[j];
+        p = axpy(ha, stages.stage[j].v, p);
+        d1 = axpy(ha, slope.a, d1);
+        t = axpy(ha, slope.b, t);
+        m = axpy(ha, slope.dm, m);
+        n = axpy(ha, slope.dn, n);
+    }
+    State { p, d1, t, m, n }
+}
+
+/// Takes three columns over a step whose stages are known; `by` are parameters, number `index` of the segment.
+#[inline(always)]
+pub fn step_columns<L: Lane>(
+    step: &Step<'_, L>,
+    room: &mut Room<L>,
+    by: Option<(&Parameters<L>, usize)>,
+    columns: &mut Columns<L>,
+) {
+    let Step { terms, space, segment, .. } = *step;
+    let Room { stages, column_slopes, magnetic, .. } = room;
+    let count = stages.tableau.a.len();
+    for k in 0..3 {
+        let start = (columns.w[k], columns.dp[k], columns.dm[k], columns.dn[k]);
+        for i in 0..=count {
+            let (mut w, mut dp, mut dm, mut dn) = start;
+            for (ha, j) in stages.row(i) {
+                let slope = &column_slopes[j];
+                w = axpy(ha, slope.a, w);
+                dp = axpy(ha, slope.b, dp);
+                dm = axpy(ha, slope.dm, dm);
+                dn = axpy(ha, slope.dn, dn);
+            }
+            if i == count {
+                (columns.w[k], columns.dp[k], columns.dm[k], columns.dn[k]) = (w, dp, dm, dn);
+                break;
+            }
+            let stage = &stages.stage[i % STAGES];
+            let compliance = segment.compliance_at(terms, stage.compliance);
+            let x = cross_sub(w, stage.m, dm);
+            let mut dw = compliance_times(terms, compliance, stage.d1, stage.d2, stage.t, x); // J1
+            let mut ddp = cross(w, stage.v); // J2
+            if segment.shears {
+                let y = cross_sub(w, stage.n, dn);
+                ddp = ddp + principal_times(segment.shear, stage.d1, stage.d2, stage.t, y); // J2
+            }
+            let mut ddn = Vec3::splat(dn.x.constant(0.0));
+            if let Some((parameters, index)) = by {
+                let source = &parameters.sources.segments[index];
+                let at = stages.tableau.c[i].mul_add(step.share, step.start);
+                source.bend(k, at, compliance, stage, &mut dw); // J1
+                source.shear(k, stage, &mut ddp); // J2
+                ddn = -source.dload[k];
+            }
+            let mut ddm = cross_sub(ddp, stage.n, cross(dn, stage.v)); // J3
+            if segment.has_magnet {
+                let Magnetic { mu, local } = magnetic[i % STAGES];
+                let mut dmu = cross(w, mu);
+                let (mut dB, mut dF) = (local.G * dp, local.T3 * dp);
+                if let Some((parameters, index)) = by {
+                    let dmu_body = parameters.sources.segments[index].dmu[k];
+                    dmu = dmu + to_world(stage.d1, stage.d2, stage.t, dmu_body);
+                    let (of_B, of_F) = parameters.field(space, k, stage.p, mu);
+                    (dB, dF) = (dB + of_B, dF + of_F);
+                }
+                ddm = cross_sub(dmu, local.B, cross_sub(mu, dB, ddm)); // F6
+                ddn = ddn - dF - local.G * dmu; // F6
+            }
+            column_slopes[i % STAGES] = Slope { a: dw, b: ddp, dm: ddm, dn: ddn };
+        }
+    }
+}

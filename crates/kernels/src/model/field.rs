@@ -1,0 +1,380 @@
+//! A field that varies in space: a linear part, external magnets and arrays of coils, added to the uniform field. F0
+
+use super::rotation::{multiply, rotation_matrix};
+use super::{Axis, Matrix, Units, Vector};
+use std::f64::consts::PI;
+
+/// Magnetic constant over 4 pi (T·m/A)
+pub const MU0_OVER_4PI: f64 = 1e-7;
+/// Clearance of a magnet whose size is not stated (m)
+pub const DEFAULT_CLEARANCE: f64 = 0.01;
+
+/// An entry of the gradient G_ij = dB_i/dx_j, which is symmetric and traceless: zz = -(xx + yy).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum GradientEntry {
+    /// dBx/dx; dBz/dz falls as it grows.
+    Xx,
+    /// dBx/dy and dBy/dx.
+    Xy,
+    /// dBx/dz and dBz/dx.
+    Xz,
+    /// dBy/dy; dBz/dz falls as it grows.
+    Yy,
+    /// dBy/dz and dBz/dy.
+    Yz,
+}
+
+/// What makes the field vary in space.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FieldSources {
+    /// By [`GradientEntry`] (T/m); `None`: not modelled.
+    pub gradient: Option<[f64; 5]>,
+    /// Where the gradient adds nothing (m)
+    pub origin: Vector,
+    /// External permanent magnets.
+    pub magnets: Vec<Magnet>,
+    /// Electromagnets around the rod.
+    pub arrays: Vec<CoilArray>,
+    /// Where the field acts on a rigid segment.
+    pub coil_load: CoilLoad,
+}
+
+/// Where the field acts on the dipole of a rigid segment.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum CoilLoad {
+    /// The dipole is spread evenly over the segment's length.
+    #[default]
+    Distributed,
+    /// All of it is at the middle.
+    Middle,
+}
+
+/// An external permanent magnet.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Magnet {
+    /// Its parameters start with `magnets.` and this.
+    pub name: String,
+    /// Of its centre, world frame (m)
+    pub position: Vector,
+    /// Before it is turned, world frame (A·m²)
+    pub moment: Vector,
+    /// Rotation vector that turns it about its centre, world frame (rad)
+    pub rotation: Vector,
+    /// Factor of the moment.
+    pub strength: f64,
+    /// A cylinder; `None`: a dipole, or a sphere.
+    pub body: Option<MagnetBody>,
+    /// No part of the rod may come nearer to one of its dipoles (m)
+    pub clearance: f64,
+}
+
+/// A cylinder magnetised evenly.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MagnetBody {
+    /// Its axis before it is turned, of length one.
+    pub axis: Vector,
+    /// In m
+    pub length: f64,
+    /// In m
+    pub diameter: f64,
+}
+
+/// Coils with currents of their own.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CoilArray {
+    /// Begins the names of its parameters.
+    pub name: String,
+    /// One for each coil (A)
+    pub current: Vec<f64>,
+    /// The dipoles of each coil.
+    pub coils: Vec<Vec<UnitDipole>>,
+}
+
+/// A dipole of a coil.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct UnitDipole {
+    /// World frame (m)
+    pub position: Vector,
+    /// World frame (m²)
+    pub moment_per_ampere: Vector,
+}
+
+/// The part of the field that varies, as the mechanics sees it; SI units, world frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RodField {
+    /// By [`GradientEntry`] (T/m)
+    pub gradient: [f64; 5],
+    /// In m
+    pub origin: Vector,
+    /// All dipoles outside of the rod.
+    pub dipoles: Vec<FieldDipole>,
+    /// Where the field acts on a rigid segment.
+    pub coil_load: CoilLoad,
+}
+
+/// A dipole outside of the rod.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FieldDipole {
+    /// In m
+    pub position: Vector,
+    /// In A·m²
+    pub moment: Vector,
+    /// No part of the rod may come nearer (m)
+    pub clearance: f64,
+}
+
+/// Entries of the record of a field before its dipoles: gradient and origin.
+pub const FIELD_RECORD: usize = 8;
+/// Entries of a dipole's record: position and moment.
+pub const FIELD_DIPOLE_RECORD: usize = 6;
+
+/// Gauss and Legendre's points and weights on [0, 1].
+const LINE: [(f64, f64); 5] = [
+    (0.046_910_077_030_668_004, 0.118_463_442_528_094_54),
+    (0.230_765_344_947_158_45, 0.239_314_335_249_683_23),
+    (0.5, 0.284_444_444_444_444_44),
+    (0.769_234_655_052_841_6, 0.239_314_335_249_683_23),
+    (0.953_089_922_969_332, 0.118_463_442_528_094_54),
+];
+const MIDDLE: [(f64, f64); 1] = [(0.5, 1.0)];
+
+impl CoilLoad {
+    /// Both.
+    pub const ALL: [CoilLoad; 2] = [CoilLoad::Distributed, CoilLoad::Middle];
+
+    /// The word in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            CoilLoad::Distributed => "distributed",
+            CoilLoad::Middle => "middle",
+        }
+    }
+
+    /// Points along a rigid segment, as shares of its length, and their shares of its dipole.
+    pub fn points(self) -> &'static [(f64, f64)] {
+        match self {
+            CoilLoad::Distributed => &LINE,
+            CoilLoad::Middle => &MIDDLE,
+        }
+    }
+}
+
+impl GradientEntry {
+    /// In the order of [`FieldSources::gradient`].
+    pub const ALL: [GradientEntry; 5] =
+        [GradientEntry::Xx, GradientEntry::Xy, GradientEntry::Xz, GradientEntry::Yy, GradientEntry::Yz];
+
+    /// Place in [`FieldSources::gradient`].
+    pub fn index(self) -> usize {
+        self as usize
+    }
+
+    /// The word in names of parameters.
+    pub fn name(self) -> &'static str {
+        ["xx", "xy", "xz", "yy", "yz"][self.index()]
+    }
+}
+
+/// The whole matrix of five entries.
+pub fn gradient_matrix([xx, xy, xz, yy, yz]: [f64; 5]) -> Matrix {
+    [[xx, xy, xz], [xy, yy, yz], [xz, yz, -(xx + yy)]]
+}
+
+/// Gradient of MRI coils that make dBz/dx, dBz/dy and dBz/dz, with what Maxwell's equations bring along.
+pub fn mri_gradient([x, y, z]: Vector) -> [f64; 5] {
+    [-0.5 * z, 0.0, x, -0.5 * z, y]
+}
+
+impl FieldSources {
+    /// Whether there is anything that varies.
+    pub fn varies(&self) -> bool {
+        self.gradient.is_some() || !self.magnets.is_empty() || !self.arrays.is_empty()
+    }
+
+    /// As the mechanics sees it; `None` for a uniform field.
+    pub fn rod_field(&self) -> Option<RodField> {
+        let of_magnets = self.magnets.iter().flat_map(Magnet::dipoles);
+        let of_arrays = self.arrays.iter().flat_map(CoilArray::dipoles);
+        self.varies().then(|| RodField {
+            gradient: self.gradient.unwrap_or_default(),
+            origin: self.origin,
+            dipoles: of_magnets.chain(of_arrays).collect(),
+            coil_load: self.coil_load,
+        })
+    }
+
+    /// Number of the first dipole of a magnet.
+    pub fn magnet_dipole(&self, magnet: usize) -> usize {
+        self.magnets[..magnet].iter().map(Magnet::dipole_count).sum()
+    }
+
+    /// Number of the first dipole of a coil.
+    pub fn coil_dipole(&self, array: usize, coil: usize) -> usize {
+        let before = self.arrays[..array].iter().flat_map(|array| &array.coils);
+        let count: usize = before.chain(&self.arrays[array].coils[..coil]).map(Vec::len).sum();
+        self.magnet_dipole(self.magnets.len()) + count
+    }
+}
+
+impl Magnet {
+    /// Body to world.
+    pub(super) fn turned(&self) -> Matrix {
+        rotation_matrix(self.rotation)
+    }
+
+    /// Places of its dipoles from its centre before it is turned: those of its second moment. F0
+    pub(super) fn offsets(&self) -> Vec<Vector> {
+        let Some(MagnetBody { axis, length, diameter }) = self.body else { return vec![[0.0; 3]] };
+        let along = length * length / 12.0 - diameter * diameter / 16.0;
+        let scaled = |v: Vector, by: f64| v.map(|x| x * by);
+        if along >= 0.0 {
+            let d = along.sqrt();
+            return vec![scaled(axis, d), scaled(axis, -d)];
+        }
+        let e = (-2.0 * along).sqrt();
+        let [one, other] = across(axis);
+        vec![scaled(one, e), scaled(one, -e), scaled(other, e), scaled(other, -e)]
+    }
+
+    /// How many dipoles stand for it.
+    pub fn dipole_count(&self) -> usize {
+        self.offsets().len()
+    }
+
+    /// The dipoles that stand for it.
+    pub fn dipoles(&self) -> Vec<FieldDipole> {
+        let (turned, offsets) = (self.turned(), self.offsets());
+        let share = self.strength / offsets.len() as f64;
+        let moment = rotate(&turned, self.moment).map(|x| x * share);
+        let dipole = |offset: &Vector| {
+            let offset = rotate(&turned, *offset);
+            let position = std::array::from_fn(|k| self.position[k] + offset[k]);
+            FieldDipole { position, moment, clearance: self.clearance }
+        };
+        offsets.iter().map(dipole).collect()
+    }
+}
+
+impl MagnetBody {
+    /// Moment of a cylinder of this remanence (T): Br V / mu0 along its axis (A·m²)
+    pub fn moment(&self, remanence: f64) -> Vector {
+        let volume = PI / 4.0 * self.diameter * self.diameter * self.length;
+        self.axis.map(|x| x * remanence * volume / (4.0 * PI * MU0_OVER_4PI))
+    }
+}
+
+impl CoilArray {
+    /// The dipoles of all coils under their currents.
+    fn dipoles(&self) -> impl Iterator<Item = FieldDipole> + '_ {
+        self.coils.iter().zip(&self.current).flat_map(|(coil, current)| {
+            coil.iter().map(move |dipole| FieldDipole {
+                position: dipole.position,
+                moment: dipole.moment_per_ampere.map(|x| x * current),
+                clearance: DEFAULT_CLEARANCE,
+            })
+        })
+    }
+}
+
+impl RodField {
+    /// Entries of its record.
+    pub fn record_len(&self) -> usize {
+        FIELD_RECORD + FIELD_DIPOLE_RECORD * self.dipoles.len()
+    }
+
+    /// Appends gradient, origin and each dipole's position and moment. SI units.
+    pub(super) fn write(&self, record: &mut Vec<f64>) {
+        record.extend(self.gradient);
+        record.extend(self.origin);
+        for dipole in &self.dipoles {
+            record.extend(dipole.position);
+            record.extend(dipole.moment);
+        }
+    }
+
+    /// Reads back what `write` has appended.
+    pub(super) fn read(&mut self, record: impl Fn(usize) -> f64) {
+        let vector = |at: usize| -> Vector { [record(at), record(at + 1), record(at + 2)] };
+        self.gradient = std::array::from_fn(&record);
+        self.origin = vector(5);
+        for (j, dipole) in self.dipoles.iter_mut().enumerate() {
+            let at = FIELD_RECORD + FIELD_DIPOLE_RECORD * j;
+            (dipole.position, dipole.moment) = (vector(at), vector(at + 3));
+        }
+    }
+
+    /// Unit of each entry of the record with so many dipoles.
+    pub(super) fn record_units(dipoles: usize, units: &Units) -> Vec<f64> {
+        let mut all = vec![units.gradient(); 5];
+        all.extend([units.length; 3]);
+        for _ in 0..dipoles {
+            all.extend([units.length; 3]);
+            all.extend([units.source_moment(); 3]);
+        }
+        all
+    }
+
+    /// Whether every number is finite.
+    pub(super) fn is_finite(&self) -> bool {
+        let mut record = Vec::new();
+        self.write(&mut record);
+        record.iter().all(|x| x.is_finite())
+    }
+
+    /// Force (N) on a dipole (A·m²), and its torque (N·m) but for that of the uniform field, at a point (m)
+    pub fn load(&self, at: Vector, mu: Vector) -> (Vector, Vector) {
+        let cross = |a: Vector, b: Vector| -> Vector {
+            [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+        };
+        let dot = |a: Vector, b: Vector| (0..3).map(|k| a[k] * b[k]).sum::<f64>();
+        let mut force = rotate(&gradient_matrix(self.gradient), mu);
+        for dipole in &self.dipoles {
+            let (r, moment) = (std::array::from_fn(|k| at[k] - dipole.position[k]), dipole.moment);
+            let distance2 = dot(r, r);
+            let by = 3.0 * MU0_OVER_4PI / (distance2 * distance2 * distance2.sqrt());
+            let (a, b) = (dot(r, moment), dot(r, mu));
+            let along = dot(moment, mu) - 5.0 * a * b / distance2;
+            (0..3).for_each(|k| force[k] += by * (a * mu[k] + b * moment[k] + along * r[k]));
+        }
+        (force, cross(mu, self.flux_density(at)))
+    }
+
+    /// B beyond the uniform field (T) at a point (m)
+    pub fn flux_density(&self, at: Vector) -> Vector {
+        let from = |origin: Vector| -> Vector { std::array::from_fn(|k| at[k] - origin[k]) };
+        let mut b = rotate(&gradient_matrix(self.gradient), from(self.origin));
+        for dipole in &self.dipoles {
+            let r = from(dipole.position);
+            let distance2: f64 = r.iter().map(|x| x * x).sum();
+            let along: f64 = (0..3).map(|k| r[k] * dipole.moment[k]).sum();
+            let by = MU0_OVER_4PI / (distance2 * distance2.sqrt());
+            (0..3).for_each(|k| b[k] += by * (3.0 * along / distance2 * r[k] - dipole.moment[k]));
+        }
+        b
+    }
+}
+
+/// `matrix v`
+pub(super) fn rotate(matrix: &Matrix, v: Vector) -> Vector {
+    std::array::from_fn(|row| (0..3).map(|k| matrix[row][k] * v[k]).sum())
+}
+
+/// Two unit vectors across a third.
+fn across(axis: Vector) -> [Vector; 2] {
+    let least = (0..3).fold(0, |best, k| if axis[k].abs() < axis[best].abs() { k } else { best });
+    let cross = |a: Vector, b: Vector| -> Vector {
+        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    };
+    let unit = std::array::from_fn(|k| f64::from(u8::from(k == least)));
+    let one = cross(axis, unit);
+    let size = one.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let one = one.map(|x| x / size);
+    [one, cross(axis, one)]
+}
+
+/// Columns of the virtual rotation by a rotation vector, applied to a vector: w x v for each axis.
+pub(super) fn turning(jacobian: &Matrix, axis: Axis, v: Vector) -> Vector {
+    let hat = [[0.0, v[2], -v[1]], [-v[2], 0.0, v[0]], [v[1], -v[0], 0.0]];
+    let columns = multiply(&hat, jacobian);
+    std::array::from_fn(|row| columns[row][axis.index()])
+}

@@ -1,0 +1,73 @@
+//! Potential energy in a field that varies.
+
+use super::flexible::Flexible;
+use super::state::{BaseLoad, Varying};
+use super::{base_load, from_rest_with, rigid};
+use crate::model::{Rod, Vector};
+use crate::reference::answer::{Equilibrium, TOLERANCE};
+use crate::reference::chain::{self, nu};
+use crate::reference::extrapolation::{Extrapolation, RunAway};
+use nalgebra::Vector3;
+
+/// Gauss and Legendre's points and weights on [0, 1].
+const GAUSS: [(f64, f64); 4] = [
+    (0.069_431_844_202_973_7, 0.173_927_422_568_726_93),
+    (0.330_009_478_207_571_87, 0.326_072_577_431_273_07),
+    (0.669_990_521_792_428_1, 0.326_072_577_431_273_07),
+    (0.930_568_155_797_026_3, 0.173_927_422_568_726_93),
+];
+/// Intervals of a segment.
+const INTERVALS: usize = 8;
+
+/// What is asked for: an equilibrium, or the one from rest with this base moment (N·m).
+pub(in crate::reference) enum Of<'a> {
+    Equilibrium(&'a Equilibrium),
+    BaseMoment(Vector),
+}
+
+/// Energy (J), the first `None` where the field is uniform, the second where the rod cannot be integrated.
+pub(in crate::reference) fn energy(rod: &Rod, of: &Of<'_>) -> Option<Option<f64>> {
+    let units = chain::units(rod);
+    let full = Varying::new(rod, &units)?;
+    let (loaded, base) = match of {
+        Of::Equilibrium(found) => (full.loaded(found.load_fraction), Some(base_load(&full, &units, found))),
+        Of::BaseMoment(m0) => (full.clone(), from_rest_with(&full, &units, *m0)),
+    };
+    let energy = base.and_then(|base| of_rod(&loaded, &base).ok());
+    Some(energy.map(|energy| energy * units.moment()))
+}
+
+fn of_rod(rod: &Varying, base: &BaseLoad) -> Result<f64, RunAway> {
+    let chain = &rod.chain;
+    let mut integrator = Extrapolation::new(TOLERANCE);
+    let mut state = rod.base_state(base, &[]);
+    let mut energy = 0.0;
+    for (j, segment) in chain.numbers.segments.iter().enumerate() {
+        if !chain.is_flexible[j] {
+            let t: Vector3<f64> = state.R.column(2).into();
+            let mu = state.R * segment.mu;
+            let work = |(xi, share): &(f64, f64)| share * mu.dot(&rod.field.B(state.p + *xi * segment.length * t));
+            energy -= rod.field.points.iter().map(work).sum::<f64>();
+            energy -= segment.load.dot(&(state.p + 0.5 * segment.length * t));
+            rigid::cross(rod, j, &[], &mut state);
+            continue;
+        }
+        let flexible = Flexible::new(rod, j, &[]);
+        let h = segment.length / INTERVALS as f64;
+        let mut s = 0.0;
+        for interval in 0..INTERVALS {
+            for (place, weight) in GAUSS {
+                let target = (interval as f64 + place) * h;
+                flexible.advance(&mut integrator, s, target, &mut state)?;
+                s = target;
+                let n_body = state.R.tr_mul(&state.n);
+                let strain = nu(segment.C_se, n_body) - Vector3::z();
+                let bent = state.m_body.dot(&state.m_body.component_div(&flexible.K(s)));
+                let work = segment.load.dot(&state.p) + (state.R * segment.mu).dot(&rod.field.B(state.p));
+                energy += weight * h * (0.5 * (bent + n_body.dot(&strain)) - work);
+            }
+        }
+        flexible.advance(&mut integrator, s, segment.length, &mut state)?;
+    }
+    Ok(energy - chain.numbers.f_tip.dot(&state.p))
+}

@@ -1,0 +1,150 @@
+//! The field at a point: B, its gradient G, and the second derivatives that columns need. F0, F1, F6
+//!
+//! In the units of the chain, positions from the base; the constant mu0 / 4 pi is one there.
+
+use crate::model::{CoilLoad, RodField, Slot, Units, gradient_matrix};
+use nalgebra::{Matrix3, Vector3};
+
+/// Gauss and Legendre's points and weights on [-1, 1], those on one side.
+const GAUSS: [(f64, f64); 4] = [
+    (0.183_434_642_495_649_8, 0.362_683_783_378_362),
+    (0.525_532_409_916_329, 0.313_706_645_877_887_3),
+    (0.796_666_477_413_626_7, 0.222_381_034_453_374_5),
+    (0.960_289_856_497_536_3, 0.101_228_536_290_376_3),
+];
+
+/// A dipole outside of the rod, or its change.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Dipole {
+    pub X: Vector3<f64>,
+    pub M: Vector3<f64>,
+    pub clearance: f64,
+}
+
+/// B0 + G (x - x0) + the fields of dipoles.
+#[derive(Clone, Debug)]
+pub(super) struct Field {
+    pub B0: Vector3<f64>,
+    pub G: Matrix3<f64>,
+    pub origin: Vector3<f64>,
+    pub dipoles: Vec<Dipole>,
+    /// Points of a rigid segment where the field acts, as shares of its length, and their shares of its dipole.
+    pub points: Vec<(f64, f64)>,
+}
+
+/// How numbers of the field change; B0 is a number of the chain.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct FieldChange {
+    dG: Matrix3<f64>,
+    dorigin: Vector3<f64>,
+    /// One dipole of the field.
+    of_dipole: Option<(usize, Dipole)>,
+}
+
+impl Dipole {
+    /// B at a distance r from it.
+    fn B(&self, r: Vector3<f64>) -> Vector3<f64> {
+        let r2 = r.norm_squared();
+        (3.0 * self.M.dot(&r) / r2 * r - self.M) / r2.powf(1.5) // F0
+    }
+
+    /// The gradient of its field.
+    fn G(&self, r: Vector3<f64>) -> Matrix3<f64> {
+        let (M, r2) = (self.M, r.norm_squared());
+        let b = M.dot(&r);
+        let symmetric = M * r.transpose() + r * M.transpose() + b * Matrix3::identity();
+        (symmetric - r * r.transpose() * (5.0 * b / r2)) * (3.0 / r2.powf(2.5))
+    }
+
+    /// Second derivatives of mu . B.
+    fn T3(&self, r: Vector3<f64>, mu: Vector3<f64>) -> Matrix3<f64> {
+        let (M, r2) = (self.M, r.norm_squared());
+        let (a, b, c) = (mu.dot(&r), M.dot(&r), mu.dot(&M));
+        let one = Matrix3::identity();
+        let outer = |x: Vector3<f64>, y: Vector3<f64>| x * y.transpose() + y * x.transpose();
+        let first = outer(mu, M) + c * one;
+        let second = outer(b * mu + a * M, r) + a * b * one + c * r * r.transpose();
+        (3.0 * first - second * (15.0 / r2) + r * r.transpose() * (105.0 * a * b / (r2 * r2))) / r2.powf(2.5)
+    }
+}
+
+impl Field {
+    pub(super) fn new(field: &RodField, B0: Vector3<f64>, base: Vector3<f64>, units: &Units) -> Self {
+        let place = |p: [f64; 3]| (Vector3::from(p) - base) / units.length;
+        let dipole = |dipole: &crate::model::FieldDipole| Dipole {
+            X: place(dipole.position),
+            M: Vector3::from(dipole.moment) / units.source_moment(),
+            clearance: dipole.clearance / units.length,
+        };
+        let line = || {
+            let each = |(x, weight): &(f64, f64)| [-1.0, 1.0].map(|side| (0.5 + 0.5 * side * x, 0.5 * weight));
+            GAUSS.iter().flat_map(each).collect()
+        };
+        let G = gradient_matrix(field.gradient);
+        Self {
+            B0,
+            G: Matrix3::from_fn(|row, col| G[row][col] / units.gradient()),
+            origin: place(field.origin),
+            dipoles: field.dipoles.iter().map(dipole).collect(),
+            points: if field.coil_load == CoilLoad::Middle { vec![(0.5, 1.0)] } else { line() },
+        }
+    }
+
+    pub(super) fn B(&self, x: Vector3<f64>) -> Vector3<f64> {
+        self.B0 + self.G * (x - self.origin) + self.dipoles.iter().map(|d| d.B(x - d.X)).sum::<Vector3<f64>>()
+    }
+
+    pub(super) fn G(&self, x: Vector3<f64>) -> Matrix3<f64> {
+        self.G + self.dipoles.iter().map(|dipole| dipole.G(x - dipole.X)).sum::<Matrix3<f64>>()
+    }
+
+    pub(super) fn T3(&self, x: Vector3<f64>, mu: Vector3<f64>) -> Matrix3<f64> {
+        self.dipoles.iter().map(|dipole| dipole.T3(x - dipole.X, mu)).sum()
+    }
+
+    /// dB and dG mu at a point that stands still.
+    pub(super) fn change(
+        &self,
+        x: Vector3<f64>,
+        mu: Vector3<f64>,
+        change: &FieldChange,
+    ) -> (Vector3<f64>, Vector3<f64>) {
+        let mut dB = change.dG * (x - self.origin) - self.G * change.dorigin;
+        let mut dF = change.dG * mu;
+        if let Some((k, d)) = change.of_dipole {
+            let dipole = self.dipoles[k];
+            let (r, grown) = (x - dipole.X, Dipole { M: d.M, ..dipole });
+            dB += grown.B(r) - dipole.G(r) * d.X;
+            dF += grown.G(r) * mu - dipole.T3(r, mu) * d.X;
+        }
+        (dB, dF)
+    }
+
+    /// Distance to the nearest dipole beyond its clearance; infinite without dipoles.
+    pub(super) fn clearance(&self, x: Vector3<f64>) -> f64 {
+        self.dipoles.iter().map(|dipole| (x - dipole.X).norm() - dipole.clearance).fold(f64::INFINITY, f64::min)
+    }
+}
+
+impl FieldChange {
+    /// Unit change of a slot.
+    pub(super) fn of(slot: Slot) -> Self {
+        let mut change = Self::default();
+        let unit = |axis: crate::model::Axis| Vector3::ith(axis.index(), 1.0);
+        match slot {
+            Slot::FieldGradient(entry) => {
+                let mut entries = [0.0; 5];
+                entries[entry.index()] = 1.0;
+                let rows = gradient_matrix(entries);
+                change.dG = Matrix3::from_fn(|row, col| rows[row][col]);
+            }
+            Slot::FieldOrigin(axis) => change.dorigin = unit(axis),
+            Slot::SourcePosition(k, axis) => {
+                change.of_dipole = Some((k, Dipole { X: unit(axis), ..Dipole::default() }))
+            }
+            Slot::SourceMoment(k, axis) => change.of_dipole = Some((k, Dipole { M: unit(axis), ..Dipole::default() })),
+            _ => {}
+        }
+        change
+    }
+}

@@ -1,0 +1,222 @@
+//! Elastic stability in a field that varies: the second variation of the energy, by collocation of the curvature's
+//! variation at Gauss points. No constraint is left, so that its index is a count of negative eigenvalues. F8
+
+use super::flexible::Flexible;
+use super::rigid;
+use super::state::{BaseLoad, State, Varying};
+use crate::reference::extrapolation::Extrapolation;
+use nalgebra::{Cholesky, DMatrix, Matrix3, Matrix3xX, SymmetricEigen, Vector3};
+
+/// Elements of each flexible segment, and Gauss points of each.
+const ELEMENTS: usize = 3;
+const POINTS: usize = 6;
+/// Abscissae on [0, 1].
+const GAUSS: [f64; POINTS] = [
+    0.033_765_242_898_423_99,
+    0.169_395_306_766_867_74,
+    0.380_690_406_958_401_55,
+    0.619_309_593_041_598_5,
+    0.830_604_693_233_132_3,
+    0.966_234_757_101_576,
+];
+
+/// What was found on the way along the rod.
+pub(super) struct Stability {
+    /// Negative eigenvalues of the second variation.
+    pub index: usize,
+    /// Least distance to a magnet beyond its clearance.
+    pub clearance: f64,
+}
+
+/// Linear forms of the unknowns at one place: rotation and displacement.
+#[derive(Clone)]
+struct Forms {
+    w: Matrix3xX<f64>,
+    dp: Matrix3xX<f64>,
+}
+
+/// Weights by which values at Gauss points integrate to each of them and, last, to the end.
+fn integration() -> [[f64; POINTS]; POINTS + 1] {
+    // Lagrange's polynomials, integrated exactly by the coefficients of their products.
+    let mut rows = [[0.0; POINTS]; POINTS + 1];
+    for j in 0..POINTS {
+        let mut coefficients = vec![1.0];
+        for k in (0..POINTS).filter(|k| *k != j) {
+            let scale = 1.0 / (GAUSS[j] - GAUSS[k]);
+            let mut next = vec![0.0; coefficients.len() + 1];
+            for (power, c) in coefficients.iter().enumerate() {
+                next[power + 1] += c * scale;
+                next[power] -= c * scale * GAUSS[k];
+            }
+            coefficients = next;
+        }
+        for (i, row) in rows.iter_mut().enumerate() {
+            let end = GAUSS.get(i).copied().unwrap_or(1.0);
+            row[j] = coefficients.iter().enumerate().map(|(k, c)| c * end.powi(k as i32 + 1) / (k + 1) as f64).sum();
+        }
+    }
+    rows
+}
+
+fn hat(v: Vector3<f64>) -> Matrix3<f64> {
+    v.cross_matrix()
+}
+
+/// a . (w x (w x b)) as a quadratic form in w.
+fn turned(a: Vector3<f64>, b: Vector3<f64>) -> Matrix3<f64> {
+    0.5 * (a * b.transpose() + b * a.transpose()) - a.dot(&b) * Matrix3::identity()
+}
+
+/// Adds `left^T form right`, symmetrised.
+fn add(q: &mut DMatrix<f64>, left: &Matrix3xX<f64>, form: Matrix3<f64>, right: &Matrix3xX<f64>) {
+    let product: DMatrix<f64> = left.transpose() * (form * right);
+    *q += 0.5 * (&product + product.transpose());
+}
+
+/// A dipole at a place: how its energy changes to second order, twice. F8
+fn add_dipole(q: &mut DMatrix<f64>, rod: &Varying, x: Vector3<f64>, mu: Vector3<f64>, forms: &Forms) {
+    let field = &rod.field;
+    add(q, &forms.w, -turned(field.B(x), mu), &forms.w);
+    add(q, &forms.dp, 2.0 * field.G(x) * hat(mu), &forms.w);
+    add(q, &forms.dp, -field.T3(x, mu), &forms.dp);
+}
+
+/// The index at an equilibrium; `None` where the rod cannot be integrated.
+pub(super) fn stability(rod: &Varying, base: &BaseLoad, integrator: &mut Extrapolation) -> Option<Stability> {
+    let chain = &rod.chain;
+    let bends = |j: &usize| chain.is_flexible[*j] && chain.numbers.segments[*j].length > 0.0;
+    let shears = chain.numbers.segments.iter().any(|segment| segment.C_se != Vector3::zeros());
+    let per_point = if shears { 6 } else { 3 };
+    let count = (0..chain.is_flexible.len()).filter(bends).count() * ELEMENTS * POINTS * per_point;
+    let rules = integration();
+    let mut q = DMatrix::zeros(count, count);
+    let mut forms = Forms { w: Matrix3xX::zeros(count), dp: Matrix3xX::zeros(count) };
+    let mut state = rod.base_state(base, &[]);
+    let mut clearance = rod.field.clearance(state.p);
+    let mut first = 0;
+    for j in 0..chain.is_flexible.len() {
+        if !chain.is_flexible[j] {
+            add_rigid(&mut q, rod, j, &state, &forms);
+            rigid::cross(rod, j, &[], &mut state);
+            let arm = chain.numbers.segments[j].length * state.R.column(2);
+            forms.dp -= hat(arm) * &forms.w;
+            clearance = clearance.min(rod.field.clearance(state.p)).min(rod.field.clearance(state.p - 0.5 * arm));
+            continue;
+        }
+        let length = chain.numbers.segments[j].length;
+        if length <= 0.0 {
+            continue;
+        }
+        let flexible = Flexible::new(rod, j, &[]);
+        let h = length / ELEMENTS as f64;
+        for element in 0..ELEMENTS {
+            let start = element as f64 * h;
+            let mut states = Vec::with_capacity(POINTS);
+            let mut s = start;
+            for place in GAUSS {
+                flexible.advance(integrator, s, start + place * h, &mut state).ok()?;
+                s = start + place * h;
+                clearance = clearance.min(rod.field.clearance(state.p));
+                states.push((s, state.clone()));
+            }
+            flexible.advance(integrator, s, start + h, &mut state).ok()?;
+            add_element(&mut q, rod, (&flexible, j), h, &states, (first, per_point), &rules, &mut forms);
+            first += POINTS * per_point;
+        }
+        clearance = clearance.min(rod.field.clearance(state.p));
+    }
+    Some(Stability { index: negative_eigenvalues(q)?, clearance })
+}
+
+/// The work of the field and of all forces beyond on a rigid segment.
+fn add_rigid(q: &mut DMatrix<f64>, rod: &Varying, j: usize, state: &State, forms: &Forms) {
+    let segment = rod.chain.numbers.segments[j];
+    let t: Vector3<f64> = state.R.column(2).into();
+    let mu = state.R * segment.mu;
+    let mut end = state.n - segment.load;
+    let mut lever = 0.5 * segment.load;
+    for (xi, share) in &rod.field.points {
+        let x = state.p + xi * segment.length * t;
+        let force = *share * (rod.field.G(x) * mu);
+        end -= force;
+        lever += *xi * force;
+        let dp = &forms.dp - hat(*xi * segment.length * t) * &forms.w;
+        add_dipole(q, rod, x, *share * mu, &Forms { w: forms.w.clone(), dp });
+    }
+    add(q, &forms.w, -segment.length * turned(end + lever, t), &forms.w);
+}
+
+/// One element: its unknowns start at `first`, so many a point.
+#[expect(clippy::too_many_arguments)]
+fn add_element(
+    q: &mut DMatrix<f64>,
+    rod: &Varying,
+    (flexible, j): (&Flexible, usize),
+    h: f64,
+    states: &[(f64, State)],
+    (first, per_point): (usize, usize),
+    rules: &[[f64; POINTS]; POINTS + 1],
+    forms: &mut Forms,
+) {
+    let numbers = rod.chain.numbers.segments[j];
+    let count = q.ncols();
+    let root = numbers.C_se.map(f64::sqrt);
+    let slope = |k: usize| {
+        let mut slope = Matrix3xX::zeros(count);
+        slope.view_mut((0, first + k * per_point), (3, 3)).copy_from(&states[k].1.R);
+        slope
+    };
+    // R d(nu), by unknowns whose square is the energy.
+    let strain = |k: usize| {
+        let mut strain = Matrix3xX::zeros(count);
+        if per_point == 6 {
+            let by = states[k].1.R * Matrix3::from_diagonal(&root);
+            strain.view_mut((0, first + k * per_point + 3), (3, 3)).copy_from(&by);
+        }
+        strain
+    };
+    let slopes: Vec<_> = (0..POINTS).map(slope).collect();
+    let strains: Vec<_> = (0..POINTS).map(strain).collect();
+    let sum = |row: usize, of: &[Matrix3xX<f64>]| {
+        of.iter().zip(rules[row]).fold(Matrix3xX::zeros(count), |sum, (form, weight)| sum + form * (h * weight))
+    };
+    let w: Vec<_> = (0..POINTS).map(|i| &forms.w + sum(i, &slopes)).collect();
+    let velocity = |k: usize| flexible.velocity(&states[k].1.R, states[k].1.n);
+    let dp_slopes: Vec<_> = (0..POINTS).map(|k| -(hat(velocity(k)) * &w[k]) + &strains[k]).collect();
+    for i in 0..POINTS {
+        let (s, state) = &states[i];
+        let weight = h * rules[POINTS][i];
+        let at = first + i * per_point;
+        let K = flexible.K(*s);
+        for k in 0..3 {
+            q[(at + k, at + k)] += weight * K[k];
+            if per_point == 6 {
+                q[(at + 3 + k, at + 3 + k)] += weight;
+            }
+        }
+        let m = state.R * state.m_body;
+        add(q, &slopes[i], -weight * hat(m), &w[i]);
+        add(q, &w[i], -weight * turned(state.n, velocity(i)), &w[i]);
+        // -2 n . (w x R d(nu))
+        add(q, &w[i], 2.0 * weight * hat(state.n), &strains[i]);
+        if numbers.mu != Vector3::zeros() {
+            let there = Forms { w: w[i].clone(), dp: &forms.dp + sum(i, &dp_slopes) };
+            add_dipole(q, rod, state.p, weight * (state.R * numbers.mu), &there);
+        }
+    }
+    forms.w += sum(POINTS, &slopes);
+    forms.dp += sum(POINTS, &dp_slopes);
+}
+
+/// `None` for a matrix that is not finite, on which the decomposition would not end.
+fn negative_eigenvalues(q: DMatrix<f64>) -> Option<usize> {
+    const MOST_ITERATIONS: usize = 2000;
+    if !q.iter().all(|x| x.is_finite()) {
+        return None;
+    }
+    if q.is_empty() || Cholesky::new(q.clone()).is_some() {
+        return Some(0);
+    }
+    let eigen = SymmetricEigen::try_new(q, f64::EPSILON, MOST_ITERATIONS)?;
+    Some(eigen.eigenvalues.iter().filter(|value| **value < 0.0).count())
+}

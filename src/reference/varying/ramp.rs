@@ -1,0 +1,160 @@
+//! From rest to the full load in a field that stays: the rod's dipoles and all other loads grow together, and every
+//! step must stay on the stable branch and clear of magnets.
+
+use super::hessian::{Stability, stability};
+use super::shooting::{Passage, pass};
+use super::state::{BaseLoad, Varying};
+use crate::reference::extrapolation::Extrapolation;
+use nalgebra::{Vector3, Vector6};
+
+/// Error per step of the integrator on the way; only the end of the path must be sharp.
+const TOLERANCE: f64 = 1e-10;
+/// Newton's step at which the corrector has arrived.
+const ARRIVED: f64 = 1e-7;
+/// Each of Newton's steps must be shorter than the last by this factor.
+const CONTRACTION: f64 = 0.3;
+/// The predictor may turn the tip by this much in the first step (rad), ...
+const FIRST_TURN: f64 = 0.5;
+/// ... or take it this share of the way to a magnet.
+const APPROACH: f64 = 0.2;
+/// Corrections may be this large against the predicted step, ...
+const CORRECTION: f64 = 0.3;
+/// ... or against this change of the base load, where hardly any is predicted.
+const SMALL_LOAD: f64 = 0.1;
+/// Load steps below this mean that the path ends.
+const SMALLEST_STEP: f64 = 1e-5;
+/// Passages over the rod before giving up.
+const MOST_PASSES: usize = 3000;
+
+/// How a path ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum End {
+    Arrived,
+    Fold,
+    TooNear,
+    GaveUp,
+}
+
+/// Where the path from rest leads.
+pub(super) struct Path {
+    pub base: BaseLoad,
+    /// Share of the load reached.
+    pub lambda: f64,
+    pub steps: usize,
+    pub passes: usize,
+    pub end: End,
+}
+
+/// An equilibrium on the path.
+struct Step {
+    base: BaseLoad,
+    /// d(base load)/d(lambda)
+    tangent: Vector6<f64>,
+    passage: Passage,
+    clearance: f64,
+    fast: bool,
+}
+
+enum Refused {
+    TooNear,
+    Other,
+}
+
+/// Follows the equilibrium from the unloaded rod as far as it stays stable.
+pub(super) fn from_rest(rod: &Varying) -> Path {
+    let mut path = Path { base: BaseLoad::zero(), lambda: 0.0, steps: 0, passes: 1, end: End::Fold };
+    let mut integrator = Extrapolation::new(TOLERANCE);
+    let rest = correct(rod, 0.0, path.base, Vector6::zeros(), &mut integrator, &mut path.passes);
+    let mut last = match rest {
+        Ok(rest) => rest,
+        Err(Refused::TooNear) => return Path { end: End::TooNear, ..path },
+        Err(Refused::Other) => return path,
+    };
+    let mut step = first_step(&last);
+    let mut too_near = false;
+    while path.lambda < 1.0 {
+        if path.passes >= MOST_PASSES {
+            return Path { end: End::GaveUp, ..path };
+        }
+        let lambda = if path.lambda + step >= 1.0 { 1.0 } else { path.lambda + step };
+        let predicted = last.tangent * (lambda - path.lambda);
+        match correct(rod, lambda, path.base, predicted, &mut integrator, &mut path.passes) {
+            Ok(next) => {
+                (path.base, path.lambda, too_near) = (next.base, lambda, false);
+                path.steps += 1;
+                step = (step * if next.fast { 2.0 } else { 1.0 }).min(first_step(&next));
+                last = next;
+            }
+            Err(refused) => {
+                too_near |= matches!(refused, Refused::TooNear);
+                step = 0.5 * (lambda - path.lambda);
+                if step < SMALLEST_STEP {
+                    path.end = if too_near { End::TooNear } else { End::Fold };
+                    return path;
+                }
+            }
+        }
+    }
+    Path { end: End::Arrived, ..path }
+}
+
+/// A step of the load after which a tangent still tells.
+fn first_step(at: &Step) -> f64 {
+    let moved = |of: fn(&super::state::Column) -> Vector3<f64>| -> f64 {
+        (of(&at.passage.tip.columns[6]) + at.passage.combined(of, &at.tangent)).norm()
+    };
+    let turn = FIRST_TURN / moved(|column| column.w);
+    let approach = APPROACH * at.clearance / moved(|column| column.dp);
+    turn.min(approach).min(1.0)
+}
+
+/// Newton's iteration from the predicted load: the stable equilibrium it contracts to.
+fn correct(
+    rod: &Varying,
+    lambda: f64,
+    base: BaseLoad,
+    predicted: Vector6<f64>,
+    integrator: &mut Extrapolation,
+    passes: &mut usize,
+) -> Result<Step, Refused> {
+    let loaded = rod.loaded(lambda);
+    let mut changes = loaded.base_changes();
+    changes.push(rod.load_change(lambda));
+    let mut base = base.moved(&predicted);
+    let allowed_first = CORRECTION * predicted.norm().max(SMALL_LOAD);
+    let mut allowed = allowed_first;
+    let mut first = None;
+    loop {
+        let passage = pass(&loaded, &base, &changes, integrator).map_err(|_| Refused::Other)?;
+        *passes += 1;
+        let matrix = passage.matrix().lu();
+        let step: Vector6<f64> = matrix.solve(&-passage.residual).ok_or(Refused::Other)?;
+        let size = step.norm();
+        let first = *first.get_or_insert(size);
+        if size <= ARRIVED * (1.0 + base.norm()) {
+            *passes += 1;
+            let Stability { index, clearance } = stability(&loaded, &base, integrator).ok_or(Refused::Other)?;
+            if clearance <= 0.0 {
+                return Err(Refused::TooNear);
+            }
+            if index > 0 {
+                return Err(Refused::Other);
+            }
+            let tangent = matrix.solve(&-passage.dresidual[6]).ok_or(Refused::Other)?;
+            return Ok(Step {
+                base: base.moved(&step),
+                tangent,
+                passage,
+                clearance,
+                fast: first < 0.3 * allowed_first,
+            });
+        }
+        // Also false for NaN.
+        let contracts = size <= allowed;
+        if !contracts {
+            return Err(Refused::Other);
+        }
+        allowed = CONTRACTION * size;
+        base = base.moved(&step);
+    }
+}

@@ -1,0 +1,49 @@
+//! A rigid segment in a field that varies: force and torque of the field at its points. F1, F3, F4, F6
+
+use super::state::{Change, State, Varying};
+use nalgebra::Vector3;
+
+/// Crosses rigid segment j.
+pub(super) fn cross(rod: &Varying, j: usize, changes: &[Change], state: &mut State) {
+    let segment = rod.chain.numbers.segments[j];
+    let field = &rod.field;
+    let (L, R, load) = (segment.length, state.R, segment.load);
+    let t: Vector3<f64> = R.column(2).into();
+    let mu = R * segment.mu;
+    let (mut n, mut m) = (state.n - load, R * state.m_body);
+    for (xi, share) in field.points.iter().copied() {
+        let arm = xi * L * t;
+        let x = state.p + arm;
+        let force = share * (field.G(x) * mu);
+        n -= force;
+        m -= share * mu.cross(&field.B(x)) + arm.cross(&force); // F3, F4
+    }
+    m -= L * t.cross(&(n + 0.5 * load)); // F3, F4
+    for (column, change) in state.columns.iter_mut().zip(changes) {
+        let d = change.of.numbers.segments[j];
+        let (w, dp) = (column.w, column.dp);
+        let dmu = w.cross(&mu) + R * d.mu;
+        let darm = L * w.cross(&t) + d.length * t;
+        let mut dn = column.dn - d.load;
+        let mut dm = w.cross(&(R * state.m_body)) + R * column.dm_body;
+        for (xi, share) in field.points.iter().copied() {
+            let (arm, dx) = (xi * L * t, dp + xi * darm);
+            let x = state.p + arm;
+            let (B, G) = (field.B(x), field.G(x));
+            let (dB, dF) = field.change(x, mu, &change.field);
+            let dB = dB + change.of.numbers.B + G * dx;
+            let force = share * (G * mu);
+            let dforce = share * (dF + field.T3(x, mu) * dx + G * dmu); // F6
+            dn -= dforce;
+            dm -= share * (dmu.cross(&B) + mu.cross(&dB)) + (xi * darm).cross(&force) + arm.cross(&dforce); // F6
+        }
+        let half = 0.5 * d.load;
+        dm -= darm.cross(&(n + 0.5 * load)) + L * t.cross(&(dn + half));
+        column.dp += darm;
+        column.dn = dn;
+        column.dm_body = R.tr_mul(&(dm - w.cross(&m)));
+    }
+    state.p += L * t;
+    state.n = n;
+    state.m_body = R.tr_mul(&m);
+}

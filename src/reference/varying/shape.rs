@@ -1,0 +1,159 @@
+//! The shape of a rod in a field that varies, and how its points move with its numbers.
+
+use super::flexible::Flexible;
+use super::shooting::tip_residual;
+use super::state::{BaseLoad, Change, Column, State, Varying};
+use super::{all_changes, base_load, from_rest_with, rigid, turned};
+use crate::model::{Rod, Slot, Units, Vector};
+use crate::reference::answer::{Equilibrium, SI, TOLERANCE};
+use crate::reference::chain::{self, rows};
+use crate::reference::extrapolation::Extrapolation;
+use crate::reference::shape::{Pose, PoseDerivative};
+use nalgebra::{Matrix6, Vector3, Vector6};
+
+/// A point before the derivatives by the base load are known.
+struct Station {
+    arc_length: f64,
+    state: State,
+    u: Vector3<f64>,
+    du: Vec<Vector3<f64>>,
+    tangent: Vector3<f64>,
+}
+
+/// Poses of an equilibrium at arc lengths (m); `None` where the field is uniform.
+pub(in crate::reference) fn poses(rod: &Rod, equilibrium: &Equilibrium, arc_lengths: &[f64]) -> Option<Vec<Pose>> {
+    let units = chain::units(rod);
+    let loaded = Varying::new(rod, &units)?.loaded(equilibrium.load_fraction);
+    let base = base_load(&loaded, &units, equilibrium);
+    let (stations, _) = stations(&loaded, &units, &base, &[], arc_lengths);
+    Some(stations.iter().map(|station| pose(station, &units, rod, Vec::new())).collect())
+}
+
+/// Poses with derivatives of the equilibrium from rest if that has this base moment; the first `None` where the field is
+/// uniform, the second where there is no such equilibrium.
+pub(in crate::reference) fn poses_with_derivatives(
+    rod: &Rod,
+    m0: Vector,
+    arc_lengths: &[f64],
+    slots: &[Slot],
+) -> Option<Option<Vec<Pose>>> {
+    let units = chain::units(rod);
+    let full = Varying::new(rod, &units)?;
+    let found = from_rest_with(&full, &units, m0);
+    Some(found.and_then(|base| moving(rod, &full, &units, &base, arc_lengths, slots)))
+}
+
+fn moving(
+    rod: &Rod,
+    full: &Varying,
+    units: &Units,
+    base: &BaseLoad,
+    arc_lengths: &[f64],
+    slots: &[Slot],
+) -> Option<Vec<Pose>> {
+    let changes = all_changes(full, base, slots);
+    let (mut stations, tip) = stations(full, units, base, &changes, arc_lengths);
+    let (residual, dresidual) = tip_residual(full, &changes, &tip?);
+    let matrix = Matrix6::from_columns(&dresidual[..6]).lu();
+    let correction = matrix.solve(&-residual)?;
+    let by: Vec<Vector6<f64>> = dresidual[6..].iter().map(|dr| matrix.solve(&-dr)).collect::<Option<_>>()?; // (33)
+    let complete = |station: &mut Station| {
+        let columns = std::mem::take(&mut station.state.columns);
+        let combined = |of: &dyn Fn(usize) -> Vector3<f64>, by: &Vector6<f64>| -> Vector3<f64> {
+            (0..6).map(|k| of(k) * by[k]).sum()
+        };
+        let (dp, w, du) = (|k: usize| columns[k].dp, |k: usize| columns[k].w, |k: usize| station.du[k]);
+        let derivative = |(k, slot): (usize, &Slot)| {
+            let per = 1.0 / slot.unit(units);
+            PoseDerivative {
+                dp: SI(dp(6 + k) + combined(&dp, &by[k]), units.length * per),
+                w: SI(w(6 + k) + combined(&w, &by[k]), per),
+                du: SI(du(6 + k) + combined(&du, &by[k]), units.curvature() * per),
+            }
+        };
+        let derivatives = slots.iter().enumerate().map(derivative).collect();
+        let turn = combined(&w, &correction);
+        station.state.p += combined(&dp, &correction);
+        station.u += combined(&du, &correction);
+        station.state.R = turned(turn, &station.state.R);
+        pose(station, units, rod, derivatives)
+    };
+    (stations.len() == arc_lengths.len()).then(|| stations.iter_mut().map(complete).collect())
+}
+
+fn pose(station: &Station, units: &Units, rod: &Rod, derivatives: Vec<PoseDerivative>) -> Pose {
+    Pose {
+        arc_length: station.arc_length * units.length,
+        position: (station.state.p * units.length + Vector3::from(rod.base_position)).into(),
+        rotation: rows(&station.state.R),
+        curvature: SI(station.u, units.curvature()),
+        tangent: station.tangent.into(),
+        derivatives,
+    }
+}
+
+/// Integrates the rod past all the points; also the state at the tip, where it can be reached.
+fn stations(
+    rod: &Varying,
+    units: &Units,
+    base: &BaseLoad,
+    changes: &[Change],
+    arc_lengths: &[f64],
+) -> (Vec<Station>, Option<State>) {
+    let mut integrator = Extrapolation::new(TOLERANCE);
+    let mut order: Vec<usize> = (0..arc_lengths.len()).collect();
+    order.sort_by(|a, b| arc_lengths[*a].total_cmp(&arc_lengths[*b]));
+    let mut order = order.into_iter().peekable();
+    let mut found: Vec<(usize, Station)> = Vec::new();
+    let mut state = rod.base_state(base, changes);
+    let (mut start, mut reached) = (0.0, true);
+    let last = rod.chain.is_flexible.len() - 1;
+    'rod: for (j, segment) in rod.chain.numbers.segments.iter().enumerate() {
+        let flexible = Flexible::new(rod, j, changes);
+        let bends = rod.chain.is_flexible[j];
+        let mut s = 0.0;
+        while let Some(k) = order.next_if(|k| j == last || arc_lengths[*k] / units.length <= start + segment.length) {
+            let target = (arc_lengths[k] / units.length - start).clamp(s, segment.length.max(s));
+            if bends && flexible.advance(&mut integrator, s, target, &mut state).is_err() {
+                reached = false;
+                break 'rod;
+            }
+            s = if bends { target } else { s };
+            let arc_length = start + target;
+            found.push((
+                k,
+                if bends {
+                    on_flexible(&flexible, arc_length, target, &state)
+                } else {
+                    on_rigid(&state, arc_length, target)
+                },
+            ));
+        }
+        if !bends {
+            rigid::cross(rod, j, changes, &mut state);
+        } else if flexible.advance(&mut integrator, s, segment.length, &mut state).is_err() {
+            reached = false;
+            break;
+        } else {
+            flexible.lengthen(&mut state);
+        }
+        start += segment.length;
+    }
+    found.sort_by_key(|(k, _)| *k);
+    (found.into_iter().map(|(_, station)| station).collect(), reached.then_some(state))
+}
+
+fn on_flexible(flexible: &Flexible, arc_length: f64, s: f64, state: &State) -> Station {
+    let (u, du) = flexible.curvature(s, state);
+    Station { arc_length, state: state.clone(), u, du, tangent: flexible.velocity(&state.R, state.n) }
+}
+
+/// A point on a rigid segment, `along` it from its proximal end, where the state stands.
+fn on_rigid(state: &State, arc_length: f64, along: f64) -> Station {
+    let arm: Vector3<f64> = along * state.R.column(2);
+    let moved = |column: &Column| Column { dp: column.dp + column.w.cross(&arm), ..*column };
+    let columns: Vec<Column> = state.columns.iter().map(moved).collect();
+    let du = vec![Vector3::zeros(); columns.len()];
+    let state = State { p: state.p + arm, columns, ..state.clone() };
+    Station { arc_length, u: Vector3::zeros(), du, tangent: state.R.column(2).into(), state }
+}

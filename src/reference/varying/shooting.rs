@@ -1,0 +1,118 @@
+//! One passage from base to tip with six unknowns, and Newton's iteration on them. F5
+
+use super::flexible::Flexible;
+use super::rigid;
+use super::state::{BaseLoad, Change, Column, State, Varying};
+use crate::reference::extrapolation::{Extrapolation, RunAway};
+use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
+
+/// What one passage yields.
+#[derive(Clone, Debug)]
+pub(super) struct Passage {
+    /// At the tip.
+    pub tip: State,
+    /// u and its columns at the start of the first flexible segment.
+    pub u_first: Vector3<f64>,
+    pub du_first: Vec<Vector3<f64>>,
+    /// u at the end of the last flexible segment.
+    pub u_last: Vector3<f64>,
+    /// n(L) - f_tip in the world frame, m(L) - l_tip in the tip's.
+    pub residual: Vector6<f64>,
+    pub dresidual: Vec<Vector6<f64>>,
+}
+
+/// Integrates the rod from the base with the given load.
+pub(super) fn pass(
+    rod: &Varying,
+    base: &BaseLoad,
+    changes: &[Change],
+    integrator: &mut Extrapolation,
+) -> Result<Passage, RunAway> {
+    let mut state = rod.base_state(base, changes);
+    let mut first = None;
+    let mut u_last = Vector3::zeros();
+    for j in 0..rod.chain.is_flexible.len() {
+        if rod.chain.is_flexible[j] {
+            let flexible = Flexible::new(rod, j, changes);
+            first.get_or_insert_with(|| flexible.curvature(0.0, &state));
+            let length = rod.chain.numbers.segments[j].length;
+            flexible.advance(integrator, 0.0, length, &mut state)?;
+            flexible.lengthen(&mut state);
+            u_last = flexible.curvature(length, &state).0;
+        } else {
+            rigid::cross(rod, j, changes, &mut state);
+        }
+    }
+    let (residual, dresidual) = tip_residual(rod, changes, &state);
+    let (u_first, du_first) = first.unwrap_or_default();
+    Ok(Passage { tip: state, u_first, du_first, u_last, residual, dresidual })
+}
+
+fn join(n: Vector3<f64>, m: Vector3<f64>) -> Vector6<f64> {
+    Vector6::new(n.x, n.y, n.z, m.x, m.y, m.z)
+}
+
+/// The tip conditions and their changes. F5
+pub(super) fn tip_residual(rod: &Varying, changes: &[Change], tip: &State) -> (Vector6<f64>, Vec<Vector6<f64>>) {
+    let numbers = &rod.chain.numbers;
+    let residual = join(tip.n - numbers.f_tip, tip.m_body - tip.R.tr_mul(&numbers.l_tip));
+    let change = |(column, change): (&Column, &Change)| {
+        let d = &change.of.numbers;
+        let dl = d.l_tip - column.w.cross(&numbers.l_tip);
+        join(column.dn - d.f_tip, column.dm_body - tip.R.tr_mul(&dl))
+    };
+    (residual, tip.columns.iter().zip(changes).map(change).collect())
+}
+
+impl Passage {
+    /// dr/d(n0, m0); the first six columns must be those of the unknown.
+    pub(super) fn matrix(&self) -> Matrix6<f64> {
+        Matrix6::from_columns(&self.dresidual[..6])
+    }
+
+    /// d(m0)/d(l_tip): of the inverse, what tells of moments. In a uniform field it is the inverse of dr/dm0.
+    pub(super) fn moment_inverse(&self) -> Option<Matrix3<f64>> {
+        Some(self.matrix().try_inverse()?.fixed_view::<3, 3>(3, 3).into())
+    }
+
+    /// Largest entry of the unknown's columns: by how much errors grow along the rod.
+    pub(super) fn growth(&self) -> f64 {
+        let of = |c: &Column| c.w.amax().max(c.dp.amax()).max(c.dm_body.amax()).max(c.dn.amax());
+        self.tip.columns[..6].iter().map(of).fold(1.0, f64::max)
+    }
+
+    /// A sum over the unknown's columns.
+    pub(super) fn combined(&self, of: impl Fn(&Column) -> Vector3<f64>, by: &Vector6<f64>) -> Vector3<f64> {
+        (0..6).map(|k| of(&self.tip.columns[k]) * by[k]).sum()
+    }
+}
+
+/// Full steps of Newton's iteration until neither residual nor step gets smaller.
+///
+/// Returns the load with the least residual, that passage, and the passages spent.
+pub(super) fn polish(
+    rod: &Varying,
+    base: BaseLoad,
+    integrator: &mut Extrapolation,
+) -> Result<(BaseLoad, Passage, usize), RunAway> {
+    const MOST_PASSES: usize = 12;
+    let changes = rod.base_changes();
+    let mut best = (base, pass(rod, &base, &changes, integrator)?);
+    let mut last_step = f64::INFINITY;
+    for passes in 2..=MOST_PASSES {
+        let Some(step) = best.1.matrix().lu().solve(&-best.1.residual) else {
+            return Ok((best.0, best.1, passes - 1));
+        };
+        if step.norm() >= 0.5 * last_step || step.norm() <= f64::EPSILON * best.0.norm() {
+            return Ok((best.0, best.1, passes - 1));
+        }
+        last_step = step.norm();
+        let next = best.0.moved(&step);
+        let passage = pass(rod, &next, &changes, integrator)?;
+        if passage.residual.norm() >= best.1.residual.norm() {
+            return Ok((best.0, best.1, passes));
+        }
+        best = (next, passage);
+    }
+    Ok((best.0, best.1, MOST_PASSES))
+}

@@ -1,0 +1,156 @@
+//! Golden scenes in fields that vary in space: both ways in which the field may act on a rigid segment.
+
+use super::golden::{self, list, matrix, number, table, vector};
+use rodsweep::model::{
+    Axis, Coil, CoilArray, CoilLoad, CoilWinding, FieldSources, GradientEntry, Magnet, Matrix, Rigid, Scene,
+    SegmentKind, Slot, UnitDipole, Vector,
+};
+use serde_json::Value;
+
+/// A scene with one equilibrium and its derivatives.
+pub struct FieldCase {
+    pub scene: Scene,
+    /// Kind of each column and what it is by: a combination of slots.
+    pub columns: Vec<(String, Vec<(Slot, f64)>)>,
+    pub n0: Vector,
+    pub m0: Vector,
+    pub p_tip: Vector,
+    pub R_tip: Matrix,
+    /// Six rows (tip position, tip rotation), a column for each of `columns`.
+    pub J: Vec<Vec<f64>>,
+    /// Six rows (force and moment at the base).
+    pub J_base: Vec<Vec<f64>>,
+    pub energy: f64,
+    pub index: u64,
+}
+
+/// The 24 scenes, those in which it matters under both loads.
+pub fn cases() -> Vec<FieldCase> {
+    let golden = golden::parse(include_str!("../data/golden_fields.json"));
+    let variants = |value: &Value| {
+        let load = |(name, load): (&str, CoilLoad)| {
+            let output = &value["output"][name];
+            (!output.is_null()).then(|| case(value, output, load))
+        };
+        [("middle", CoilLoad::Middle), ("distributed", CoilLoad::Distributed)].into_iter().filter_map(load).collect()
+    };
+    list(&golden["scenes"]).iter().flat_map(|value| -> Vec<FieldCase> { variants(value) }).collect()
+}
+
+fn case(value: &Value, output: &Value, load: CoilLoad) -> FieldCase {
+    let input = &value["input"];
+    let mut scene = golden::scene(&value["name"], input);
+    scene.name = format!("{} {}", scene.name, load.name());
+    scene.sources = FieldSources { coil_load: load, ..sources(&input["field"]) };
+    for (segment, value) in scene.segments.iter_mut().zip(list(&input["segments"])) {
+        let length = segment.length;
+        match &mut segment.kind {
+            SegmentKind::Flexible(flexible) => {
+                flexible.dipole_per_length = some(&value["dipole_per_length"]);
+            }
+            SegmentKind::Rigid(rigid) => *rigid = of_rigid(value, length),
+        }
+    }
+    let columns = list(&output["params"]).iter().map(|of| (kind(of).to_owned(), column(&scene, input, of))).collect();
+    FieldCase {
+        columns,
+        n0: vector(&output["n0"]),
+        m0: vector(&output["m0"]),
+        p_tip: vector(&output["p_tip"]),
+        R_tip: matrix(&output["R_tip"]),
+        J: table(&output["J"]),
+        J_base: table(&output["J_base"]),
+        energy: number(&output["energy"]),
+        index: output["morse_index"].as_u64().expect("an index"),
+        scene,
+    }
+}
+
+fn some(value: &Value) -> Option<Vector> {
+    (!value.is_null()).then(|| vector(value))
+}
+
+fn of_rigid(value: &Value, length: f64) -> Rigid {
+    let coil = &value["coil"];
+    let coil = (!coil.is_null()).then(|| Coil {
+        winding: CoilWinding::Axes { turns: [1.0; 3], area: vector(&coil["turns_area"]) },
+        current: vector(&coil["current"]),
+        alignment: [0.0; 3],
+    });
+    Rigid { coil, dipole_per_length: some(&value["dipole"]).map(|mu| mu.map(|x| x / length)), ..Rigid::default() }
+}
+
+fn sources(field: &Value) -> FieldSources {
+    let entry = |entry: GradientEntry| number(&field["gradient"][entry.name()]);
+    let magnet = |(k, magnet): (usize, &Value)| Magnet {
+        name: format!("m{k}"),
+        position: vector(&magnet["position"]),
+        moment: vector(&magnet["moment"]),
+        rotation: [0.0; 3],
+        strength: 1.0,
+        body: None,
+        clearance: 0.01,
+    };
+    let coil = |coil: &Value| {
+        vec![UnitDipole { position: vector(&coil["position"]), moment_per_ampere: vector(&coil["unit_moment"]) }]
+    };
+    let coils = list(&field["coils"]);
+    let array = CoilArray {
+        name: "array".into(),
+        current: coils.iter().map(|coil| number(&coil["current"])).collect(),
+        coils: coils.iter().map(coil).collect(),
+    };
+    FieldSources {
+        gradient: (!field["gradient"].is_null()).then(|| GradientEntry::ALL.map(entry)),
+        origin: vector(&field["origin"]),
+        magnets: list(&field["magnets"]).iter().enumerate().map(magnet).collect(),
+        arrays: if coils.is_empty() { Vec::new() } else { vec![array] },
+        coil_load: CoilLoad::default(),
+    }
+}
+
+fn kind(value: &Value) -> &str {
+    value[0].as_str().expect("a kind")
+}
+
+/// Slots and rates of a golden column.
+fn column(scene: &Scene, input: &Value, of: &Value) -> Vec<(Slot, f64)> {
+    let index = || of[1].as_u64().expect("an index") as usize;
+    let axis = || Axis::ALL[of[2].as_u64().expect("an axis") as usize];
+    let magnets = scene.sources.magnets.len();
+    let coil = |name: &str| &list(&input["field"]["coils"])[index()][name];
+    match kind(of) {
+        "gradient" => {
+            let name = of[2].as_str().expect("an entry");
+            let entry = GradientEntry::ALL.into_iter().find(|entry| entry.name() == name).expect("an entry");
+            vec![(Slot::FieldGradient(entry), 1.0)]
+        }
+        "origin" => vec![(Slot::FieldOrigin(axis()), 1.0)],
+        "p0" => vec![(Slot::BasePosition(axis()), 1.0)],
+        "R0" => vec![(Slot::BaseRotation(axis()), 1.0)],
+        "magnet.position" => vec![(Slot::SourcePosition(index(), axis()), 1.0)],
+        "magnet.moment" => vec![(Slot::SourceMoment(index(), axis()), 1.0)],
+        "array.position" => vec![(Slot::SourcePosition(magnets + index(), axis()), 1.0)],
+        "array.unit_moment" => vec![(Slot::SourceMoment(magnets + index(), axis()), number(coil("current")))],
+        "array.current" => {
+            let moment = vector(coil("unit_moment"));
+            Axis::ALL.map(|axis| (Slot::SourceMoment(magnets + index(), axis), moment[axis.index()])).to_vec()
+        }
+        "dipole" => vec![(Slot::Dipole(index(), axis()), 1.0)],
+        "dipole_per_length" => vec![(Slot::DipolePerLength(index(), axis()), 1.0)],
+        "turns_area" => {
+            let current = vector(&list(&input["segments"])[index()]["coil"]["current"]);
+            vec![(Slot::Dipole(index(), axis()), current[axis().index()])]
+        }
+        "length" => {
+            // The dipole of a rigid segment stays the same; the force per length acts on more of it.
+            let is_flexible = matches!(scene.segments[index()].kind, SegmentKind::Flexible(_));
+            let mut slots = vec![(Slot::Length(index()), 1.0)];
+            if let (false, Some(load)) = (is_flexible, scene.loads.distributed_force) {
+                slots.extend(Axis::ALL.map(|axis| (Slot::Weight(index(), axis), load[axis.index()])));
+            }
+            slots
+        }
+        _ => golden::parameter(of).chain(scene),
+    }
+}
