@@ -80,9 +80,11 @@ fn answer<L: Lane>(
     workspace: &mut Workspace<L>,
     out: &mut Outputs<'_, L::Scalar>,
 ) -> L::Mask {
+    let program = problem.program;
     let one = passes.constant(1.0);
     let bound = |good: f64| one.constant(good.max(100.0 * L::Scalar::EPSILON));
-    let columns = out.data.len() / out.stride;
+    let row_count = if program.base_moment_rows { 9 } else { 6 };
+    let columns = Quantity::COUNT + row_count * program.derivatives.len();
     let mut rows = vec![L::Scalar::default(); columns * L::COUNT];
     let (mut written, mut left) = (one.lt(one), wanted);
     let mut coarser: Option<Compared<L>> = None;
@@ -140,7 +142,7 @@ fn balance<L: Lane>(
         moving = moving & !converged & size.lt(one);
     }
     nodes.pass(problem, one, What::Drives, workspace);
-    nodes.eliminate(problem, one);
+    nodes.newton_step(problem, one);
     converged
 }
 

@@ -45,16 +45,14 @@ impl<L: Lane> Elimination<L> {
             let Transfer { a, b, c, d, .. } = transfer;
             let p = *d - s * *b; // N2
             if transfer.bends {
-                let b_inverse = inverse(*b);
-                let form = p * b_inverse; // N3
-                let odd = dot(p.x, cross(p.y, p.z)).lt(one.constant(0.0));
-                let negative = negative_count(form);
-                let negative = L::select(odd, negative.max(one), negative);
-                let share = symmetric_determinant(form) / symmetric_determinant(*d * b_inverse);
                 // A piece of no length has no pivot.
-                let is_there = one.constant(0.0).lt(transfer.length);
-                index = L::select(is_there, index + negative, index);
-                least = L::select(is_there & share.lt(least), share, least);
+                let form = negative_count(p * inverse(*b)); // N3
+                let odd = dot(p.x, cross(p.y, p.z)).lt(one.constant(0.0));
+                let form = L::select(odd, form.max(one), form);
+                let bends = one.constant(0.0).lt(transfer.length);
+                index = L::select(bends, index + form, index);
+                let of_pivot = symmetric_determinant(p * inverse(*b)) / symmetric_determinant(*d * inverse(*b));
+                least = L::select(bends & of_pivot.lt(least), of_pivot, least);
             }
             let inverse = inverse(p);
             s = inverse * (s * *a - *c); // N2

@@ -77,22 +77,13 @@ pub fn tip_response<L: Lane>(nodes: &Nodes<L>) -> (Mat3<L>, Mat3<L>) {
 #[inline(always)]
 fn tip_change<L: Lane>(nodes: &Nodes<L>, changes: &Changes<L>, drive: Option<usize>) -> (Mat3<L>, Mat3<L>) {
     let mut dp = Mat3::zero(nodes.tip.p.x);
-    let count = nodes.transfers.len();
-    for (i, change) in changes[..count].iter().enumerate() {
-        dp = dp + displacement(nodes, i, *change, drive);
+    for (i, (transfer, (w, mu))) in nodes.transfers.iter().zip(changes).enumerate() {
+        dp = dp + transfer.dp_w * *w + transfer.dp_mu * *mu;
+        if let Some(drive) = drive {
+            dp = dp + nodes.drives[i * nodes.drive_count + drive].dp;
+        }
     }
-    (changes[count].0, dp)
-}
-
-/// Displacement of the end of interval `i` relative to its start, by changes there and by what drives it.
-#[inline(always)]
-fn displacement<L: Lane>(nodes: &Nodes<L>, i: usize, (w, mu): (Mat3<L>, Mat3<L>), drive: Option<usize>) -> Mat3<L> {
-    let transfer = &nodes.transfers[i];
-    let dp = transfer.dp_w * w + transfer.dp_mu * mu;
-    match drive {
-        Some(drive) => dp + nodes.drives[i * nodes.drive_count + drive].dp,
-        None => dp,
-    }
+    (changes[nodes.transfers.len()].0, dp)
 }
 
 /// Rows by reciprocity: the responses to a unit tip moment, a unit tip force and a unit rotation of the base.
@@ -172,7 +163,11 @@ fn collect_responses<L: Lane>(
                 let trace = Trace::of_response(&workspace.traces[first + at], w, mu, drives);
                 sums[first + at][k].add(&trace, piece, &alone.rod.segments[at], dp[k]);
             }
-            dp[k] = dp[k] + displacement(nodes, i, changes[i], drives.then_some(0));
+            let transfer = &nodes.transfers[i];
+            dp[k] = dp[k] + transfer.dp_w * w + transfer.dp_mu * mu;
+            if drives {
+                dp[k] = dp[k] + nodes.drives[i].dp;
+            }
         }
     }
     for (traces, sums) in workspace.traces.iter_mut().zip(sums) {

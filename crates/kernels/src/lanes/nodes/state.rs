@@ -176,18 +176,14 @@ impl<L: Lane> Nodes<L> {
         Some((segment, whole))
     }
 
-    /// Eliminates the nodes after a pass under a share of the load.
-    #[inline(always)]
-    pub fn eliminate(&mut self, problem: &Problem<'_, L>, lambda: L) {
-        let half_l_tip = problem.rod.l_tip * lambda * lambda.constant(0.5);
-        self.elimination.factor(&self.transfers, hat(half_l_tip)); // N2
-    }
-
-    /// The same, and Newton's step at all nodes; its size, against the largest moment.
+    /// Newton's step at all nodes, after a pass with transfers, under a share of the load; its size, against the largest
+    /// moment.
     #[inline(always)]
     pub fn newton_step(&mut self, problem: &Problem<'_, L>, lambda: L) -> L {
-        self.eliminate(problem, lambda);
-        let l_tip = problem.rod.l_tip * lambda;
+        let rod = problem.rod;
+        let half = lambda.constant(0.5);
+        let l_tip = rod.l_tip * lambda;
+        self.elimination.factor(&self.transfers, hat(l_tip * half)); // N2
         let defects = &self.defects;
         let no_turn = Vec3::splat(lambda.constant(0.0));
         self.elimination.solve(&self.transfers, |i| defects[i], l_tip - self.tip.m, no_turn, &mut self.changes);
