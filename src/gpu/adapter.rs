@@ -1,6 +1,7 @@
 //! Which GPUs this machine has, and which of them to take.
 
 use std::fmt;
+use std::sync::OnceLock;
 
 /// What an adapter is, best first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -145,9 +146,13 @@ pub fn adapters() -> Vec<AdapterSummary> {
 
 /// Adapters, best kind first; the system's own order within a kind.
 pub(super) fn enumerate() -> Vec<wgpu::Adapter> {
-    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
-        backends: wgpu::Backends::PRIMARY,
-        ..wgpu::InstanceDescriptor::new_without_display_handle()
+    // One for the process: a driver that is loaded anew for each fails after some thirty times (NVIDIA 580).
+    static INSTANCE: OnceLock<wgpu::Instance> = OnceLock::new();
+    let instance = INSTANCE.get_or_init(|| {
+        wgpu::Instance::new(wgpu::InstanceDescriptor {
+            backends: wgpu::Backends::PRIMARY,
+            ..wgpu::InstanceDescriptor::new_without_display_handle()
+        })
     });
     let mut found = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY));
     found.sort_by_key(|adapter| kind_of(&adapter.get_info()));
