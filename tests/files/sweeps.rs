@@ -5,7 +5,7 @@ use crate::common::runs::{manifest_of, read_columns, reduced, resume_in, run_int
 use rodsweep::backend::{Backend, BackendError, BackendInfo, Precision};
 use rodsweep::input::read_scene;
 use rodsweep::lanes::Lanes;
-use rodsweep::model::{Batch, Plan, PlanOptions, Solutions, Status};
+use rodsweep::model::{Batch, Plan, PlanOptions, Solutions, Status, Stepper};
 use rodsweep::results::{ResultsError, TIPS_FILE, WORKSPACE_FILE, WORST_FILE, merge, read_parquet_table};
 use rodsweep::spec::{Shard, SweepSpec};
 use rodsweep::sweep::{Progress, RunOptions, SweepError, choose_steps};
@@ -366,10 +366,11 @@ fn failed_samples_get_a_second_attempt() {
 #[test]
 fn doubt_is_settled_before_a_second_attempt() {
     let spec = small("parquet");
-    let plan = spec.plan(PlanOptions { steps: 1, ..PlanOptions::default() }).unwrap();
+    let coarse = PlanOptions { stepper: Stepper::Rk4, steps: 4, tolerance: 1e-9, ..PlanOptions::default() };
+    let plan = spec.plan(coarse).unwrap().with_options(coarse);
     let dir = tempfile::tempdir().unwrap();
     let settle = |plan: &Plan| {
-        let finer = plan.with_options(PlanOptions { steps: 8, ..plan.options });
+        let finer = plan.with_options(PlanOptions { stepper: Stepper::Dop853, steps: 16, ..plan.options });
         Ok(Box::new(Lanes::new(&finer, Precision::F64)?) as Box<dyn Backend>)
     };
     // Nothing is left for it.
