@@ -92,11 +92,6 @@ fn collect_integrals(
     //@end
 }
 
-// Adds the rows of three columns, times a factor.
-fn add_rows(factor: f32, three: mat3x3<f32>, sum: mat3x3<f32>) -> mat3x3<f32> {
-    return columns_axpy(factor, transpose(three), sum);
-}
-
 // Change of H = m_b . K^-1 m_b / 2 + m_b . u* + n . t + n_b . Kse^-1 n_b / 2 at the distal end of a flexible segment.
 //
 // `omega` is R u there and `v` p'.

@@ -238,8 +238,8 @@ impl Engine {
     pub fn settles(&self, sample_count: u64) -> bool {
         #[cfg(feature = "gpu")]
         if (self.kind, self.precision) == (BackendKind::Gpu, Precision::F32) && sample_count >= MANY_SAMPLES {
-            return gpus_have_f64()
-                && gpu::chosen_adapters().is_ok_and(|chosen| !chosen.iter().any(|a| a.is_software()));
+            let is_able = |adapter: &gpu::AdapterSummary| adapter.has_f64 && !adapter.is_software();
+            return gpu::chosen_adapters().is_ok_and(|chosen| chosen.iter().all(is_able));
         }
         false
     }

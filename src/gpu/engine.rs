@@ -31,7 +31,8 @@ impl Gpu {
     ///
     /// # Errors
     ///
-    /// `Unsupported`: f64 on an adapter that has none, a field that varies in space, or a plan of so many steps that a kernel would run too long.
+    /// `Unsupported`: f64 on an adapter that has none, a field that varies in space, or a plan of so many steps that a
+    /// kernel would run too long.
     /// `DeviceFailed`, `OutOfMemory`: the device gave an error, or wrong numbers.
     pub fn new(device: Device, plan: &Plan, precision: Precision) -> Result<Self, BackendError> {
         if precision == Precision::F64 && !device.adapter().has_f64 {

@@ -8,6 +8,8 @@ use nalgebra::{Matrix3, Vector3};
 
 /// Error of one integration step, against the size of the numbers integrated (in units of the rod).
 pub(super) const TOLERANCE: f64 = 1e-13;
+/// A residual above this many tolerances, grown along the rod, is no equilibrium.
+pub(super) const RESIDUAL_FACTOR: f64 = 1e3;
 /// How an equilibrium moves with one slot: total derivatives, SI units per unit of the slot.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SlotDerivative {

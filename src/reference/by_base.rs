@@ -1,6 +1,6 @@
 //! The equilibrium by its base moment alone: single shooting, for rods on which errors grow little.
 
-use super::answer::{Equilibrium, SI, SlotDerivative, TOLERANCE, TotalChange, status};
+use super::answer::{Equilibrium, RESIDUAL_FACTOR, SI, SlotDerivative, TOLERANCE, TotalChange, status};
 use super::chain::{Chain, rows};
 use super::extrapolation::Extrapolation;
 use super::places::Node;
@@ -9,8 +9,6 @@ use super::{ramp, stability};
 use crate::model::{Rod, Slot, Status, Units};
 use nalgebra::{Matrix3, Vector3};
 
-/// A residual above this many tolerances, grown along the rod, is no equilibrium.
-const RESIDUAL_FACTOR: f64 = 1e3;
 /// Steps that a passage may take at this tolerance: bounds the sum of their errors.
 const STEPS: f64 = 10.0;
 

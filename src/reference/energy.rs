@@ -13,14 +13,14 @@ use crate::model::{Rod, Units, Vector};
 use nalgebra::Vector3;
 
 /// Gauss and Legendre's points and weights on [0, 1].
-const GAUSS: [(f64, f64); 4] = [
+pub(super) const GAUSS: [(f64, f64); 4] = [
     (0.069_431_844_202_973_7, 0.173_927_422_568_726_93),
     (0.330_009_478_207_571_87, 0.326_072_577_431_273_07),
     (0.669_990_521_792_428_1, 0.326_072_577_431_273_07),
     (0.930_568_155_797_026_3, 0.173_927_422_568_726_93),
 ];
 /// Intervals of a segment: the rule's error, of order eight, stays below 1e-10 for a bend of a few radians.
-const INTERVALS: usize = 8;
+pub(super) const INTERVALS: usize = 8;
 /// The same between two nodes, which bends less.
 const INTERVALS_AT_NODES: usize = 2;
 

@@ -4,15 +4,11 @@ use super::chain::Chain;
 use super::extrapolation::{Extrapolation, RunAway};
 use super::multiple::{Passages, along, carried, columns_size, size};
 use super::places::{Node, Place, march, mesh};
-use super::ramp::leaps;
+use super::ramp::{ARRIVED, TOLERANCE, leaps};
 use super::state::Column;
 use super::{places, stability};
 use nalgebra::Vector3;
 
-/// Error per step of the integrator on the way; only the end of the path must be sharp.
-const TOLERANCE: f64 = 1e-10;
-/// Newton's step at which the corrector has arrived.
-const ARRIVED: f64 = 1e-7;
 /// Each of Newton's steps must be shorter than the last by this factor.
 const CONTRACTION: f64 = 0.4;
 /// The predictor may turn a node by this much in the first step (rad).

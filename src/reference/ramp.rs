@@ -8,15 +8,15 @@ use super::stability;
 use nalgebra::{Matrix3, Vector3};
 
 /// Error per step of the integrator on the way; only the end of the path must be sharp.
-const TOLERANCE: f64 = 1e-10;
+pub(super) const TOLERANCE: f64 = 1e-10;
 /// Newton's step at which the corrector has arrived.
-const ARRIVED: f64 = 1e-7;
+pub(super) const ARRIVED: f64 = 1e-7;
 /// Each of Newton's steps must be shorter than the last by this factor.
-const CONTRACTION: f64 = 0.3;
+pub(super) const CONTRACTION: f64 = 0.3;
 /// The predictor may turn the tip by this much in the first step (rad).
-const FIRST_TURN: f64 = 0.5;
+pub(super) const FIRST_TURN: f64 = 0.5;
 /// Corrections may be this large against the predicted step, ...
-const CORRECTION: f64 = 0.3;
+pub(super) const CORRECTION: f64 = 0.3;
 /// ... or against this change of the base moment, where hardly any is predicted.
 const SMALL_MOMENT: f64 = 0.1;
 /// Below this margin of the symmetric form a step may change it by ...
@@ -24,9 +24,9 @@ const NEAR: f64 = 0.3;
 /// ... this factor: stability may be lost and won again between.
 const WIDENING: f64 = 2.0;
 /// Load steps below this mean that the path ends.
-const SMALLEST_STEP: f64 = 1e-5;
+pub(super) const SMALLEST_STEP: f64 = 1e-5;
 /// Passages over the rod before giving up.
-const MOST_PASSES: usize = 3000;
+pub(super) const MOST_PASSES: usize = 3000;
 
 /// Where the path from rest leads.
 pub(super) struct Path {

@@ -77,7 +77,8 @@ pub fn shape(rod: &Rod, equilibrium: &Equilibrium, arc_lengths: &[f64]) -> Vec<P
 /// equilibrium under the full load; an error in it is taken out to first order. `None` where the rod cannot be
 /// integrated.
 ///
-/// A base moment does not tell the state of a limp rod, or of one in a field that varies in space: it is then solved from rest again, and must have this moment.
+/// A base moment does not tell the state of a limp rod, or of one in a field that varies in space: it is then solved
+/// from rest again, and must have this moment.
 pub fn shape_with_derivatives(rod: &Rod, m0: Vector, arc_lengths: &[f64], slots: &[Slot]) -> Option<Vec<Pose>> {
     if let Some(poses) = varying::poses_with_derivatives(rod, m0, arc_lengths, slots) {
         return poses;

@@ -23,13 +23,29 @@ struct Stage<'a> {
 }
 
 impl Stage<'_> {
-    fn solve(&mut self, plan: &Plan, batch: &Batch) -> Result<Solutions, BackendError> {
-        let made = match self.backend.take() {
-            Some(made) => made,
-            None => (self.factory)(plan)?,
-        };
-        self.backend.insert(made).solve(batch)
+    /// Solves some samples and tells of each: its solutions, its row there, and its number in the batch.
+    fn solve(
+        &mut self,
+        samples: &Samples,
+        some: &[usize],
+        mut tell: impl FnMut(&Solutions, usize, usize),
+    ) -> Result<(), BackendError> {
+        for group in some.chunks(MAX_BATCH) {
+            let made = match self.backend.take() {
+                Some(made) => made,
+                None => (self.factory)(samples.plan)?,
+            };
+            let again = self.backend.insert(made).solve(&samples.gathered(group))?;
+            group.iter().enumerate().for_each(|(from, to)| tell(&again, from, *to));
+        }
+        Ok(())
     }
+}
+
+/// Replaces a row by what solved its sample again.
+fn take_refined(solutions: &mut Solutions, to: usize, again: &Solutions, from: usize) {
+    solutions.copy_row(to, again, from);
+    solutions.set_status(to, Status::Refined);
 }
 
 /// The samples of a batch, as second attempts see them.
@@ -85,22 +101,17 @@ impl<'a> Refiners<'a> {
         for (number, stage) in self.stages.iter_mut().enumerate() {
             let needs = |at| !solutions.status(at).is_success() || number == 0 && samples.is_doubtful(solutions, at);
             let left = samples.those(solutions, needs);
-            for group in left.chunks(MAX_BATCH) {
-                let again = stage.solve(plan, &samples.gathered(group))?;
-                self.attempts += group.len() as u64;
-                for (from, to) in group.iter().enumerate() {
-                    let status = again.status(from);
-                    if status.is_success() {
-                        solutions.copy_row(*to, &again, from);
-                        solutions.set_status(*to, Status::Refined);
-                        self.refined += 1;
-                    } else if again.is_equilibrium(from) || !solutions.is_equilibrium(*to) {
-                        solutions.copy_row(*to, &again, from);
-                    } else if solutions.status(*to).is_success() {
-                        solutions.set_status(*to, Status::NotConverged);
-                    }
+            self.attempts += left.len() as u64;
+            stage.solve(&samples, &left, |again, from, to| {
+                if again.status(from).is_success() {
+                    take_refined(solutions, to, again, from);
+                    self.refined += 1;
+                } else if again.is_equilibrium(from) || !solutions.is_equilibrium(to) {
+                    solutions.copy_row(to, again, from);
+                } else if solutions.status(to).is_success() {
+                    solutions.set_status(to, Status::NotConverged);
                 }
-            }
+            })?;
         }
         Ok(())
     }
@@ -110,17 +121,12 @@ impl<'a> Refiners<'a> {
         let Some(stage) = &mut self.settle else { return Ok(()) };
         let needs = |at| solutions.status(at).is_success() && samples.is_doubtful(solutions, at);
         let left = samples.those(solutions, needs);
-        for group in left.chunks(MAX_BATCH) {
-            let again = stage.solve(samples.plan, &samples.gathered(group))?;
-            self.attempts += group.len() as u64;
-            for (from, to) in group.iter().enumerate() {
-                if again.status(from).is_success() && !samples.is_doubtful(&again, from) {
-                    solutions.copy_row(*to, &again, from);
-                    solutions.set_status(*to, Status::Refined);
-                    self.refined += 1;
-                }
+        self.attempts += left.len() as u64;
+        stage.solve(samples, &left, |again, from, to| {
+            if again.status(from).is_success() && !samples.is_doubtful(again, from) {
+                take_refined(solutions, to, again, from);
+                self.refined += 1;
             }
-        }
-        Ok(())
+        })
     }
 }

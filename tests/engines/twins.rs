@@ -40,6 +40,7 @@ const EXCEPTIONS: Exceptions = Exceptions {
         ("step", &["new", "set_tableau", "set_step", "row"], "the workspace; the shader's tableau is compiled in"),
         ("source", &["new", "zero", "add", "add_to", "add_at"], "the plan's data, generated for the shader"),
         ("trace", &["zero", "clear"], "WGSL's own zero value"),
+        ("trace", &["add_rows"], "the shader adds to a trace column by column"),
         ("trace", &["set_strains"], "once for all columns; the shader's compiler sees to that"),
         ("shoot", &["shoot", "with_simd"], "the wrapping of `integrate`"),
         ("shoot", &["forward_source"], "the shader has one source in hand"),

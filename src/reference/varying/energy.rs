@@ -6,18 +6,9 @@ use super::{base_load, from_rest_with, rigid};
 use crate::model::{Rod, Vector};
 use crate::reference::answer::{Equilibrium, TOLERANCE};
 use crate::reference::chain::{self, nu};
+use crate::reference::energy::{GAUSS, INTERVALS};
 use crate::reference::extrapolation::{Extrapolation, RunAway};
 use nalgebra::Vector3;
-
-/// Gauss and Legendre's points and weights on [0, 1].
-const GAUSS: [(f64, f64); 4] = [
-    (0.069_431_844_202_973_7, 0.173_927_422_568_726_93),
-    (0.330_009_478_207_571_87, 0.326_072_577_431_273_07),
-    (0.669_990_521_792_428_1, 0.326_072_577_431_273_07),
-    (0.930_568_155_797_026_3, 0.173_927_422_568_726_93),
-];
-/// Intervals of a segment.
-const INTERVALS: usize = 8;
 
 /// What is asked for: an equilibrium, or the one from rest with this base moment (N·m).
 pub(in crate::reference) enum Of<'a> {

@@ -16,7 +16,7 @@ mod state;
 pub(super) use energy::{Of, energy};
 pub(super) use shape::{poses, poses_with_derivatives};
 
-use super::answer::{Equilibrium, SI, SlotDerivative, Stability, TOLERANCE};
+use super::answer::{Equilibrium, RESIDUAL_FACTOR, SI, SlotDerivative, Stability, TOLERANCE, status};
 use super::chain::{self, rows};
 use super::extrapolation::Extrapolation;
 use super::stability::margin;
@@ -27,8 +27,6 @@ use ramp::End;
 use shooting::{Passage, pass, polish};
 use state::{BaseLoad, Change, Varying};
 
-/// A residual above this many tolerances, grown along the rod, is no equilibrium.
-const RESIDUAL_FACTOR: f64 = 1e3;
 /// Steps that a passage may take at this tolerance: bounds the sum of their errors.
 const STEPS: f64 = 20.0;
 /// Base moments that differ by no more than this, against the larger of theirs and EI / L, are those of one equilibrium.
@@ -45,18 +43,10 @@ pub(super) fn solve(rod: &Rod, slots: &[Slot]) -> Option<Equilibrium> {
         return Some(Equilibrium::without_solution(Status::NonFinite, slots.len()));
     };
     let index = hessian::stability(&loaded, &base, &mut integrator).map(|found| found.index);
+    let most = RESIDUAL_FACTOR * TOLERANCE * passage.growth();
     let status = match path.end {
-        End::Fold => Status::Fold,
         End::TooNear => Status::TooNearMagnet,
-        End::GaveUp => Status::StepLimit,
-        End::Arrived if passage.residual.norm().is_nan() => Status::NonFinite,
-        End::Arrived if passage.residual.norm() > RESIDUAL_FACTOR * TOLERANCE * passage.growth() => {
-            Status::NotConverged
-        }
-        End::Arrived if index.is_none() => Status::NotConverged,
-        End::Arrived if index != Some(0) => Status::Unstable,
-        End::Arrived if path.steps > 1 => Status::Ramped,
-        End::Arrived => Status::Ok,
+        end => status((path.lambda, end == End::GaveUp, path.steps), (passage.residual.norm(), most), index),
     };
     let index = index.unwrap_or_default();
     let derivatives = differentiate(&loaded, &units, &base, slots, &mut integrator);
@@ -98,8 +88,7 @@ fn differentiate(
     slots: &[Slot],
     integrator: &mut Extrapolation,
 ) -> Option<Vec<SlotDerivative>> {
-    let mut changes = rod.base_changes();
-    changes.extend(slots.iter().map(|slot| rod.slot_change(*slot, base)));
+    let changes = all_changes(rod, base, slots);
     let passage = pass(rod, base, &changes, integrator).ok()?;
     let matrix = passage.matrix().lu();
     let derivative = |(k, slot): (usize, &Slot)| {

@@ -5,26 +5,13 @@ use super::hessian::{Stability, stability};
 use super::shooting::{Passage, pass};
 use super::state::{BaseLoad, Varying};
 use crate::reference::extrapolation::Extrapolation;
+use crate::reference::ramp::{ARRIVED, CONTRACTION, CORRECTION, FIRST_TURN, MOST_PASSES, SMALLEST_STEP, TOLERANCE};
 use nalgebra::{Vector3, Vector6};
 
-/// Error per step of the integrator on the way; only the end of the path must be sharp.
-const TOLERANCE: f64 = 1e-10;
-/// Newton's step at which the corrector has arrived.
-const ARRIVED: f64 = 1e-7;
-/// Each of Newton's steps must be shorter than the last by this factor.
-const CONTRACTION: f64 = 0.3;
-/// The predictor may turn the tip by this much in the first step (rad), ...
-const FIRST_TURN: f64 = 0.5;
-/// ... or take it this share of the way to a magnet.
+/// The predictor may take the tip this share of the way to a magnet in the first step.
 const APPROACH: f64 = 0.2;
-/// Corrections may be this large against the predicted step, ...
-const CORRECTION: f64 = 0.3;
-/// ... or against this change of the base load, where hardly any is predicted.
+/// Corrections are measured against this change of the base load at least, where hardly any is predicted.
 const SMALL_LOAD: f64 = 0.1;
-/// Load steps below this mean that the path ends.
-const SMALLEST_STEP: f64 = 1e-5;
-/// Passages over the rod before giving up.
-const MOST_PASSES: usize = 3000;
 
 /// How a path ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
