@@ -7,6 +7,8 @@ struct Settings {
     chord_tolerance: f32,
     first_order_tolerance: f32,
     error_share: f32,
+    derivative_share: f32,
+    derivative_floor: f32,
     sample_count: u32,
     // Always zero, which no compiler can know.
     zero: u32,
@@ -23,7 +25,7 @@ struct Settings {
 const WORKGROUP: u32 = 64u; //@spec
 const BLOCK: u32 = 256u; //@spec
 const INPUT_COUNT: u32 = 1u; //@spec
-const OUTPUT_COUNT: u32 = 19u; //@spec
+const OUTPUT_COUNT: u32 = 20u; //@spec
 
 const TIP_POSITION_COLUMN: u32 = 0u; //@spec
 const TIP_D1_COLUMN: u32 = 3u; //@spec
@@ -31,6 +33,7 @@ const TIP_TANGENT_COLUMN: u32 = 6u; //@spec
 const BASE_MOMENT_COLUMN: u32 = 9u; //@spec
 const RESIDUAL_COLUMN: u32 = 12u; //@spec
 const ERROR_ESTIMATE_COLUMN: u32 = 13u; //@spec
+const DERIVATIVE_ERROR_COLUMN: u32 = 19u; //@spec
 const STABILITY_MARGIN_COLUMN: u32 = 14u; //@spec
 const STABILITY_INDEX_COLUMN: u32 = 15u; //@spec
 const ITERATIONS_COLUMN: u32 = 16u; //@spec

@@ -6,6 +6,8 @@ const CHORD_TRUST: f32 = 0.0; //@spec
 const DIFFERENCE: f32 = 0.0; //@spec
 const ROUND_OFF: f32 = 0.0; //@spec
 const ROUNDED: f32 = 0.0; //@spec
+const COLUMN_NOISE: f32 = 0.0; //@spec
+const GROWTH_NOISE: f32 = 0.0; //@spec
 
 // What a pass on twice the fine steps found, and from which base moment.
 struct Check {
@@ -54,23 +56,26 @@ fn newton_step(rod: Rod, tip: Tip, w_inverse: mat3x3<f32>) -> vec3<f32> {
     return -(w_inverse * (tip.m - rod.l_tip)); // J5
 }
 
-// Base moment and tip, and how far the tip may be from the truth.
+// Base moment and tip, and how far the tip and its derivatives may be from the truth.
 struct Answered {
     m0: vec3<f32>,
     p: vec3<f32>,
     d1: vec3<f32>,
     t: vec3<f32>,
     error: f32,
+    derivative_error: f32,
 }
 
 // The equilibrium on twice the fine steps: `check`, moved to first order by a step of the base moment. On the fine steps it
 // is `tip` moved by `back`; where both differ by no more than round-off, fewer steps have less of it.
 //
-// The error: a share of the difference, the second order of the step, what round-off can do through dm0/dr.
+// The error: a share of the difference, the second order of the step, what round-off can do through dm0/dr. That of
+// derivatives, whose columns are those at `m0`: see `DerivativeScale`.
 fn answer(
-    rod: Rod, check: Check, tip: Tip, back: vec3<f32>, by_moment: Columns, w_inverse: mat3x3<f32>,
+    rod: Rod, check: Check, tip: Tip, back: vec3<f32>, by_moment: Columns, m0: vec3<f32>, w: mat3x3<f32>, w_inverse: mat3x3<f32>,
 ) -> Answered {
     let delta = newton_step(rod, check.tip, w_inverse);
+    let answer = check.m0 + delta;
     var moved = moved_tip(check.tip, by_moment, delta);
     let fine = moved_tip(tip, by_moment, back);
     let dp = length(moved.p - fine.p) / rod.length;
@@ -83,7 +88,13 @@ fn answer(
     if is_rounded { moved = fine; }
     let share = select(settings.error_share, 1.0, is_rounded);
     let error = difference * DIFFERENCE * share + round_off + amplification * dot(delta, delta);
-    return Answered(check.m0 + delta, moved.p, moved.d1, moved.t, error);
+    // Columns are those at the base moment `m0`.
+    let margin = margin(w_inverse);
+    let both = difference + length(answer - m0) / margin;
+    let growth = dot(w[0], w[0]) + dot(w[1], w[1]) + dot(w[2], w[2]);
+    let noise = amplification / margin * COLUMN_NOISE + growth * GROWTH_NOISE;
+    let derivative_error = max(both * settings.derivative_share, settings.derivative_floor) + noise * EPSILON;
+    return Answered(answer, moved.p, moved.d1, moved.t, error, derivative_error);
 }
 
 // Position and frame of a tip after a change of the base moment, to first order.

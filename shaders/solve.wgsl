@@ -63,7 +63,7 @@ fn solve_group() {
         code = status_codes(end, converged, index < 0.5, is_finite(size) && within_reach);
         if code != STATUS_PENDING { break; }
     }
-    let answered = answer(rod, check, tip, delta, columns[BY_MOMENT], w_inverse);
+    let answered = answer(rod, check, tip, delta, columns[BY_MOMENT], end.m0, w, w_inverse);
     let residual = length(w * (answered.m0 - end.m0));
 
     store_vector(TIP_POSITION_COLUMN, answered.p);
@@ -76,6 +76,7 @@ fn solve_group() {
     store(ITERATIONS_COLUMN, end.passes);
     store(LOAD_FRACTION_COLUMN, end.history.lambda);
     store(ERROR_ESTIMATE_COLUMN, answered.error);
+    store(DERIVATIVE_ERROR_COLUMN, answered.derivative_error);
     write_derivatives(rod, end.m0, tip);
     store_status(code);
 }

@@ -10,7 +10,7 @@ use crate::backend::{Backend, BackendError, BackendKind, Precision};
 #[cfg(feature = "gpu")]
 use crate::gpu;
 use crate::lanes::{InstructionSet, Lanes};
-use crate::model::{Plan, PlanOptions, Scene, Stepper};
+use crate::model::{DerivativeScale, Plan, PlanOptions, Scene, Stepper};
 use crate::reference::Reference;
 
 /// The finest tolerance that f32 meets on ordinary rods; finer ones need f64.
@@ -18,9 +18,10 @@ pub const F32_TOLERANCE: f64 = 2e-5;
 
 /// Steps of a second attempt, at least.
 const SECOND_STEPS: usize = 24;
+/// What is said of derivatives on that many steps; measured on random scenes.
+pub const SECOND_DERIVATIVES: DerivativeScale = DerivativeScale { share: 100.0, floor: 1e-9 };
 
 /// Samples from which on a GPU takes the doubt of its own rows: before, opening it in f64 costs more than it saves.
-#[cfg(feature = "gpu")]
 const MANY_SAMPLES: u64 = 10_000_000;
 
 /// What is asked of the choice of an engine; by default everything is left to the program.
@@ -237,11 +238,14 @@ impl Engine {
     /// Whether [`Engine::settle`] pays for a sweep of so many samples: by a GPU in f32 that is hardware and has f64.
     pub fn settles(&self, sample_count: u64) -> bool {
         #[cfg(feature = "gpu")]
-        if (self.kind, self.precision) == (BackendKind::Gpu, Precision::F32) && sample_count >= MANY_SAMPLES {
+        let is_able = || {
             let is_able = |adapter: &gpu::AdapterSummary| adapter.has_f64 && !adapter.is_software();
-            return gpu::chosen_adapters().is_ok_and(|chosen| chosen.iter().all(is_able));
-        }
-        false
+            gpu::chosen_adapters().is_ok_and(|chosen| chosen.iter().all(is_able))
+        };
+        #[cfg(not(feature = "gpu"))]
+        let is_able = || false;
+        let is_single = (self.kind, self.precision) == (BackendKind::Gpu, Precision::F32);
+        is_single && sample_count >= MANY_SAMPLES && is_able()
     }
 
     /// The same engine in f64 on twice the steps, for rows whose only doubt is their error estimate.
@@ -291,6 +295,8 @@ pub fn cpu_f64(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
 /// A plan that the engine does not model.
 pub fn second_attempt(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
     let steps = plan.options.steps.max(SECOND_STEPS);
-    let error_share = PlanOptions::default().error_share;
-    cpu_f64(&plan.with_options(PlanOptions { stepper: Stepper::Dop853, steps, error_share, ..plan.options }))
+    let PlanOptions { error_share, .. } = PlanOptions::default();
+    let derivative_scale = SECOND_DERIVATIVES;
+    let stepper = Stepper::Dop853;
+    cpu_f64(&plan.with_options(PlanOptions { stepper, steps, error_share, derivative_scale, ..plan.options }))
 }

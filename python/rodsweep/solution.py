@@ -61,8 +61,9 @@ _COLUMNS: dict[str, int | slice] = {
     "residual": 14,
     "iterations": 15,
     "load_fraction": 16,
+    "derivative_error": 17,
 }
-_FIRST_DERIVATIVE = 17
+_FIRST_DERIVATIVE = 18
 
 
 class Solution:
@@ -199,6 +200,11 @@ class Solution:
     def error_estimate(self) -> Floats:
         """Estimated error of tip position over rod length or of tip rotation (rad), the larger one, shape (n,)."""
         return self._column("error_estimate")
+
+    @property
+    def derivative_error(self) -> Floats:
+        """Estimated error of the derivatives: of the worst one, (dp/L, w) over its norm, shape (n,). 1 and more say nothing."""
+        return self._column("derivative_error")
 
     @property
     def residual(self) -> Floats:

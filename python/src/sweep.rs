@@ -168,7 +168,11 @@ impl NativeSweep {
             spec.branch = engine::branch(branch)?;
         }
         if let Some(names) = derivatives {
+            let is_usual = spec.quantities == OutputQuantity::usual(&spec.wrt);
             spec.wrt = NativeScene::new(spec.scene.clone()).parse_all(&names)?;
+            if is_usual {
+                spec.quantities = OutputQuantity::usual(&spec.wrt);
+            }
         }
         if let Some(names) = quantities {
             let quantity = |name: &String| engine::word("quantities", name, &OutputQuantity::ALL, OutputQuantity::name);

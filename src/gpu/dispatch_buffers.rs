@@ -5,8 +5,8 @@ use super::device::{Device, failed};
 use super::pipelines::SolvePipeline;
 use super::shader::{Paths, Settings, WORKGROUP_SIZE};
 use crate::backend::{BackendError, Precision};
-use crate::model::BLOCK;
 use crate::model::path::{chord_tolerance, first_order_tolerance};
+use crate::model::{BLOCK, DerivativeScale};
 use std::ops::Range;
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
@@ -87,6 +87,7 @@ pub(super) struct Dispatch<'a> {
     pub tolerance: f64,
     /// [`PlanOptions::error_share`](crate::model::PlanOptions::error_share).
     pub error_share: f64,
+    pub derivative_scale: DerivativeScale,
     pub paths: Paths,
     pub sample_count: u32,
     /// As the kernel reads them; empty where the device has them already.
@@ -116,13 +117,16 @@ impl DispatchBuffers {
 
     /// Submits one dispatch.
     pub fn submit(&self, device: &Device, solver: &SolvePipeline, dispatch: &Dispatch) -> Submission {
-        let Dispatch { mark, tolerance, error_share, paths: (first_path, last_path), sample_count, .. } = *dispatch;
+        let Dispatch { mark, tolerance, error_share, derivative_scale, sample_count, .. } = *dispatch;
+        let (first_path, last_path) = dispatch.paths;
         let settings = Settings {
             mark,
             tolerance,
             chord_tolerance: chord_tolerance(tolerance),
             first_order_tolerance: first_order_tolerance(tolerance),
             error_share,
+            derivative_share: derivative_scale.share,
+            derivative_floor: derivative_scale.floor,
             sample_count,
             zero: 0,
             first_path,

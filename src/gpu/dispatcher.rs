@@ -12,7 +12,7 @@ use super::shader::{ALL_PATHS, Kernel, Paths, WORKGROUP_SIZE, input_units};
 use super::timings::Timings;
 use crate::backend::{BackendError, Precision};
 use crate::model::path::newton_tolerance;
-use crate::model::{BLOCK, Batch, Plan};
+use crate::model::{BLOCK, Batch, Plan, PlanOptions};
 use std::time::Instant;
 
 /// Dispatches in flight: the device computes one while the host converts the other.
@@ -102,8 +102,19 @@ impl Dispatcher {
         copies: &'a [(&'a wgpu::Buffer, u64)],
     ) -> Dispatch<'a> {
         let tolerance = newton_tolerance(self.plan.options.tolerance, self.precision.epsilon());
-        let error_share = self.plan.options.error_share;
-        Dispatch { mark, tolerance, error_share, paths, sample_count, inputs: &[], before: None, after: None, copies }
+        let PlanOptions { error_share, derivative_scale, .. } = self.plan.options;
+        Dispatch {
+            mark,
+            tolerance,
+            error_share,
+            derivative_scale,
+            paths,
+            sample_count,
+            inputs: &[],
+            before: None,
+            after: None,
+            copies,
+        }
     }
 
     /// What the next dispatch adds to each status. A status without it was not written by that dispatch.

@@ -6,6 +6,7 @@ use super::sweep_axes::{AXIS, UNCERTAIN, axes, axis_key, check_overlaps, table_a
 use super::sweep_samples::samples;
 use super::toml::{Reader, Source};
 use super::words::{choice, one_of, parameters};
+use crate::backend::Precision;
 use crate::model::{Parameter, ParameterError, Plan, PlanError, PlanOptions, Scene};
 use crate::spec::{AxisSpec, BranchChoice, Format, Method, OutputQuantity, SweepSpec, WorkspaceOptions};
 use std::path::Path;
@@ -63,7 +64,7 @@ pub fn sweep_of(source: &Source, file: &Path, built_in: &BuiltIn) -> Result<Swee
     sampling.check_keys(&["method", "samples", "dimension", "seed", "file"])?;
     let method = choice(&sampling, "method", &Method::ALL, Method::name)?
         .ok_or_else(|| sampling.missing("method", "write method = \"grid\", \"sobol\" or another"))?;
-    let (format, quantities, wrt) = output(&root, &scene)?;
+    let Output { format, quantities, wrt, single_derivatives } = output(&root, &scene)?;
     let (axes, table) = match method {
         Method::Table => table_axes(&root, &sampling, &scene, file, built_in)?,
         _ => (axes(&root, &scene, method, &mut notes)?, None),
@@ -89,6 +90,7 @@ pub fn sweep_of(source: &Source, file: &Path, built_in: &BuiltIn) -> Result<Swee
         steps,
         anchors,
         quantities,
+        single_derivatives,
         wrt,
         format,
         workspace: workspace(&root)?,
@@ -172,13 +174,31 @@ fn share(solver: &Reader, key: &str, example: &str) -> Result<Option<f64>, Input
     }
 }
 
-fn output(root: &Reader, scene: &Scene) -> Result<(Format, Vec<OutputQuantity>, Vec<Parameter>), InputError> {
-    let usual = OutputQuantity::ALL[..5].to_vec();
-    let Some(output) = root.table("output")? else { return Ok((Format::Parquet, usual, Vec::new())) };
-    output.check_keys(&["quantities", "derivatives", "format"])?;
+/// `[output]`
+struct Output {
+    format: Format,
+    quantities: Vec<OutputQuantity>,
+    wrt: Vec<Parameter>,
+    single_derivatives: bool,
+}
+
+fn output(root: &Reader, scene: &Scene) -> Result<Output, InputError> {
+    let Some(output) = root.table("output")? else {
+        let quantities = OutputQuantity::usual(&[]);
+        return Ok(Output { format: Format::Parquet, quantities, wrt: Vec::new(), single_derivatives: false });
+    };
+    output.check_keys(&["quantities", "derivatives", "derivative_precision", "format"])?;
     let format = choice(&output, "format", &Format::ALL, Format::name)?.unwrap_or(Format::Parquet);
+    let mut wrt = Vec::new();
+    for (index, name) in output.strings("derivatives")?.unwrap_or_default().iter().enumerate() {
+        for parameter in parameters(&output, &format!("derivatives[{index}]"), scene, name)? {
+            if !wrt.contains(&parameter) {
+                wrt.push(parameter);
+            }
+        }
+    }
     let quantities = match output.strings("quantities")? {
-        None => usual,
+        None => OutputQuantity::usual(&wrt),
         Some(names) => {
             let mut quantities = Vec::new();
             for (index, name) in names.iter().enumerate() {
@@ -191,15 +211,9 @@ fn output(root: &Reader, scene: &Scene) -> Result<(Format, Vec<OutputQuantity>, 
             quantities
         }
     };
-    let mut wrt = Vec::new();
-    for (index, name) in output.strings("derivatives")?.unwrap_or_default().iter().enumerate() {
-        for parameter in parameters(&output, &format!("derivatives[{index}]"), scene, name)? {
-            if !wrt.contains(&parameter) {
-                wrt.push(parameter);
-            }
-        }
-    }
-    Ok((format, quantities, wrt))
+    let name = |single: bool| if single { Precision::F32.name() } else { Precision::F64.name() };
+    let single_derivatives = choice(&output, "derivative_precision", &[true, false], name)?.unwrap_or(false);
+    Ok(Output { format, quantities, wrt, single_derivatives })
 }
 
 fn workspace(root: &Reader) -> Result<WorkspaceOptions, InputError> {

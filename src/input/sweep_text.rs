@@ -46,6 +46,9 @@ impl SweepSpec {
         let quantities: Vec<_> = self.quantities.iter().map(|quantity| format!("\"{}\"", quantity.name())).collect();
         text += &format!("\n[output]\nquantities = [{}]\n", quantities.join(", "));
         text += &format!("derivatives = [{}]\nformat = \"{}\"\n", list(&self.wrt), self.format.name());
+        if self.single_derivatives {
+            text += "derivative_precision = \"f32\"\n";
+        }
         text += &workspace(&self.workspace);
         text + "\n" + &write_inline_scene(&self.scene)
     }

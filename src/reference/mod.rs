@@ -51,6 +51,8 @@ use rayon::prelude::*;
 
 /// Samples in one call: enough to keep the threads busy.
 const BATCH_SIZE: usize = 1024;
+/// Columns are integrated to the tolerance of the tip, and the nearer to a fold the worse.
+const COLUMN_SHARE: f64 = 30.0;
 
 /// The reference as a backend: one sample after another on each thread.
 pub struct Reference {
@@ -80,6 +82,8 @@ impl Reference {
         put(Quantity::BaseMoment, &equilibrium.m0);
         put(Quantity::Residual, &[equilibrium.residual / self.plan.units.moment()]);
         put(Quantity::ErrorEstimate, &[equilibrium.error_estimate]);
+        let of_derivatives = COLUMN_SHARE * equilibrium.error_estimate / equilibrium.margin.abs().min(1.0);
+        put(Quantity::DerivativeError, &[of_derivatives]);
         put(Quantity::StabilityMargin, &[equilibrium.margin]);
         let index = if equilibrium.status.is_converged() { equilibrium.index as f64 } else { NO_EQUILIBRIUM };
         put(Quantity::StabilityIndex, &[index]);

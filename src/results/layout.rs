@@ -137,6 +137,9 @@ impl Layout {
                 OutputQuantity::Residual => group("residual", "", &SCALAR, &of(Quantity::Residual)),
                 OutputQuantity::Iterations => group("iterations", "", &SCALAR, &of(Quantity::Iterations)),
                 OutputQuantity::LoadFraction => group("load_fraction", "", &SCALAR, &of(Quantity::LoadFraction)),
+                OutputQuantity::DerivativeError => {
+                    group("derivative_error", "", &SCALAR, &of(Quantity::DerivativeError));
+                }
             }
         }
         for (derivative, parameter) in wrt.iter().enumerate() {
@@ -144,7 +147,8 @@ impl Layout {
             for (first, what, of) in [(0, "tip.position", "m"), (3, "tip.rotation", "rad")] {
                 for (axis, suffix) in VECTOR.iter().enumerate() {
                     let source = Source::Derivative(derivative, first + axis);
-                    add(format!("d({what}{suffix})/d({name})"), &quotient(of, unit), number(), source);
+                    let values = if spec.single_derivatives { Values::Single(Vec::new()) } else { number() };
+                    add(format!("d({what}{suffix})/d({name})"), &quotient(of, unit), values, source);
                 }
             }
         }

@@ -1,7 +1,7 @@
 //! What a run says about itself: time by stage, the pilot's choice, the spot check, where samples were made.
 
-use crate::model::{Plan, PlanOptions, Stepper};
-use crate::spec::stepper_name;
+use crate::model::{DerivativeScale, Plan, PlanOptions, Stepper};
+use crate::spec::{ScaleNumbers, stepper_name};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
 
@@ -69,6 +69,9 @@ pub struct SpotCheck {
     pub rotation: ErrorDistribution,
     /// Worst derivative column of each sample: |d(dp/L, w)| over the column's norm, at least 1 % of its typical norm.
     pub derivative: ErrorDistribution,
+    /// Samples whose derivatives are off by more than their row says.
+    #[serde(default)]
+    pub derivatives_beyond: u64,
     /// Sample with the largest position or rotation error.
     pub worst_sample: Option<u64>,
     /// Its swept parameters by name, SI.
@@ -130,6 +133,9 @@ pub struct PilotChoice {
     /// Error of an answer over its difference to the grid of the derivatives, with a reserve: what error estimates use.
     #[serde(default)]
     pub error_share: f64,
+    /// What error estimates of derivatives are made of, with a reserve.
+    #[serde(default, with = "ScaleNumbers")]
+    pub derivative_scale: DerivativeScale,
     /// Whether `error` is below half the tolerance.
     pub reached: bool,
     /// Samples that converged at both resolutions.
@@ -141,8 +147,8 @@ pub struct PilotChoice {
 impl PilotChoice {
     /// The plan's options with what was chosen.
     pub fn options(&self, plan: &Plan) -> PlanOptions {
-        let PilotChoice { stepper, steps, error_share, .. } = *self;
-        PlanOptions { stepper, steps, error_share, ..plan.options }
+        let PilotChoice { stepper, steps, error_share, derivative_scale, .. } = *self;
+        PlanOptions { stepper, steps, error_share, derivative_scale, ..plan.options }
     }
 
     /// One line that says what was picked and why.

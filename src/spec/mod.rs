@@ -27,7 +27,7 @@ pub(crate) use sampling::{hash, unit_interval};
 pub(crate) use selection::Selection;
 pub use shard::{Shard, ShardError};
 pub use solution_method::SolutionMethod;
-pub(crate) use solution_method::stepper_name;
+pub(crate) use solution_method::{ScaleNumbers, stepper_name};
 pub use sweep::{
     BRANCH_CHUNK, BranchChoice, CHUNK, Format, MAX_ROWS, MAX_SAMPLES, Method, OutputQuantity, RESOLVED_TABLE,
     SweepSpec, WorkspaceOptions,

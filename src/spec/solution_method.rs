@@ -1,7 +1,7 @@
 //! By what a run is solved: part of its identity.
 
 use crate::backend::{BackendInfo, BackendKind, Precision};
-use crate::model::{Plan, PlanOptions, Stepper};
+use crate::model::{DerivativeScale, Plan, PlanOptions, Stepper};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
 
@@ -27,6 +27,9 @@ pub struct SolutionMethod {
     /// versions began.
     #[serde(default = "usual_error_share")]
     pub error_share: f64,
+    /// What error estimates of derivatives are made of; nothing is known of it in what earlier versions began.
+    #[serde(default, with = "ScaleNumbers")]
+    pub derivative_scale: DerivativeScale,
     /// Whether samples start from anchors where they may; what earlier versions began starts from rest.
     #[serde(default)]
     pub anchors: bool,
@@ -35,15 +38,15 @@ pub struct SolutionMethod {
 impl SolutionMethod {
     /// That of an engine for a plan.
     pub fn of(info: &BackendInfo, plan: &Plan) -> SolutionMethod {
-        let PlanOptions { stepper, steps, tolerance, error_share, .. } = plan.options;
+        let PlanOptions { stepper, steps, tolerance, error_share, derivative_scale, .. } = plan.options;
         let (engine, precision, anchors) = (info.kind, info.precision, plan.anchors.is_some());
-        SolutionMethod { engine, precision, stepper, steps, tolerance, error_share, anchors }
+        SolutionMethod { engine, precision, stepper, steps, tolerance, error_share, derivative_scale, anchors }
     }
 
     /// The options of a plan that follow from it.
     pub fn apply(&self, options: PlanOptions) -> PlanOptions {
-        let SolutionMethod { stepper, steps, tolerance, error_share, .. } = *self;
-        PlanOptions { stepper, steps, tolerance, error_share, ..options }
+        let SolutionMethod { stepper, steps, tolerance, error_share, derivative_scale, .. } = *self;
+        PlanOptions { stepper, steps, tolerance, error_share, derivative_scale, ..options }
     }
 
     /// What differs first between two methods: its name, this one's value, the other's.
@@ -56,6 +59,7 @@ impl SolutionMethod {
                 ("number of steps", method.steps.to_string()),
                 ("tolerance", format!("{:e}", method.tolerance)),
                 ("error share", format!("{:e}", method.error_share)),
+                ("derivative scale", format!("{:?}", method.derivative_scale)),
                 ("use of anchors", if method.anchors { "auto" } else { "off" }.to_owned()),
             ]
         };
@@ -70,6 +74,14 @@ impl fmt::Display for SolutionMethod {
         let anchors = if *anchors { ", from anchors" } else { "" };
         write!(f, "{engine} {precision}, {steps} steps of {}, tolerance {tolerance:.0e}{anchors}", stepper.name())
     }
+}
+
+/// How a [`DerivativeScale`] is written.
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "DerivativeScale")]
+pub(crate) struct ScaleNumbers {
+    share: f64,
+    floor: f64,
 }
 
 fn usual_error_share() -> f64 {

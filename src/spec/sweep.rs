@@ -72,6 +72,8 @@ pub enum OutputQuantity {
     Iterations,
     /// Share of the full load that was reached from rest.
     LoadFraction,
+    /// Estimated error of the derivatives: of the worst, (dp/L, w) over its norm.
+    DerivativeError,
 }
 
 /// What a sweep writes its rows as.
@@ -142,6 +144,8 @@ pub struct SweepSpec {
     pub quantities: Vec<OutputQuantity>,
     /// What the tip is differentiated by.
     pub wrt: Vec<Parameter>,
+    /// Whether derivatives are written in single precision; without, in that of the engine.
+    pub single_derivatives: bool,
     /// What rows are written as.
     pub format: Format,
     /// What it says about its workspace.
@@ -152,7 +156,7 @@ pub struct SweepSpec {
 
 impl OutputQuantity {
     /// Every quantity, in the order of the columns.
-    pub const ALL: [OutputQuantity; 9] = [
+    pub const ALL: [OutputQuantity; 10] = [
         OutputQuantity::TipPosition,
         OutputQuantity::TipRotation,
         OutputQuantity::BaseCurvature,
@@ -162,7 +166,14 @@ impl OutputQuantity {
         OutputQuantity::Residual,
         OutputQuantity::Iterations,
         OutputQuantity::LoadFraction,
+        OutputQuantity::DerivativeError,
     ];
+
+    /// Those of a sweep that names none.
+    pub fn usual(derivatives: &[Parameter]) -> Vec<OutputQuantity> {
+        let of_derivatives = if derivatives.is_empty() { &[][..] } else { &[OutputQuantity::DerivativeError] };
+        [&OutputQuantity::ALL[..5], of_derivatives].concat()
+    }
 
     /// The word in sweep files.
     pub fn name(self) -> &'static str {
@@ -176,6 +187,7 @@ impl OutputQuantity {
             OutputQuantity::Residual => "residual",
             OutputQuantity::Iterations => "iterations",
             OutputQuantity::LoadFraction => "load_fraction",
+            OutputQuantity::DerivativeError => "derivative_error",
         }
     }
 }

@@ -116,6 +116,7 @@ impl SpotSamples {
                 worst_derivative = largest;
                 check.worst_derivative = plan.derivatives.get(column).map(|derivative| derivative.name.clone());
             }
+            check.derivatives_beyond += u64::from(largest > ours.get(at, Quantity::DerivativeError));
             derivative.push(largest);
         }
         check.position = distribution(position);

@@ -6,7 +6,7 @@ use super::check::SpotCheckOptions;
 use super::error::SweepError;
 use super::fallback::{Fallback, run_with_fallback};
 use super::options::{Progress, RowsWritten, RunOptions};
-use super::pilot::choose_method;
+use super::pilot::{choose_method, measure_derivatives};
 use super::sink::RowSink;
 use super::summary::Summary;
 use crate::backend::{Backend, BackendError, BackendFactory, BackendKind};
@@ -187,12 +187,28 @@ impl<'a> SweepJob<'a> {
             Some(_) => None,
             None => Some(choose_method(&plan, &self.spec.sampler(), &steppers[1..], &cpu_f64)?),
         };
-        let plan = pilot.as_ref().map_or(plan.clone(), |pilot| plan.with_options(pilot.options(&plan)));
-        let PlanOptions { stepper, steps, tolerance, error_share, .. } = plan.options;
+        let options = match &pilot {
+            Some(pilot) => pilot.options(&plan),
+            None => PlanOptions {
+                derivative_scale: measure_derivatives(&plan, &self.spec.sampler(), &cpu_f64)?,
+                ..plan.options
+            },
+        };
+        let plan = plan.with_options(options);
         let uses_anchors = self.spec.anchors && engine.kind() == BackendKind::Cpu;
         let plan = if uses_anchors { with_anchors(&self.spec, plan)? } else { plan };
+        let PlanOptions { stepper, steps, tolerance, error_share, derivative_scale, .. } = plan.options;
         let (kind, precision, anchors) = (engine.kind(), engine.precision(), plan.anchors.is_some());
-        let method = SolutionMethod { engine: kind, precision, stepper, steps, tolerance, error_share, anchors };
+        let method = SolutionMethod {
+            engine: kind,
+            precision,
+            stepper,
+            steps,
+            tolerance,
+            error_share,
+            derivative_scale,
+            anchors,
+        };
         Ok(PreparedSweep { job: self, engine, plan, pilot, method, asked_tolerance, is_settled: false })
     }
 }

@@ -5,7 +5,7 @@ use super::columns::ColumnScales;
 use crate::backend::BackendError;
 use crate::backend::BackendFactory;
 use crate::model::rotation_angle;
-use crate::model::{Batch, Plan, PlanOptions, Quantity, Solutions, Stepper};
+use crate::model::{Batch, DerivativeScale, Plan, PlanOptions, Quantity, Solutions, Stepper};
 use crate::results::PilotChoice;
 use crate::spec::Sampler;
 use crate::spec::Selection;
@@ -17,6 +17,9 @@ const SAMPLES: u64 = 64;
 const RESERVE: f64 = 4.0;
 /// At least that share, whatever the pilot has seen.
 const LEAST_SHARE: f64 = 1.0 / 64.0;
+/// The error of derivatives is taken to be so many times the pilot's median, or the largest share of its bare difference
+/// among samples above that.
+const DERIVATIVE_RESERVE: f64 = 6.0;
 
 /// Picks, of the plan's method and others, the one that meets the tolerance with the fewest stages; if none does, the
 /// most accurate.
@@ -56,13 +59,50 @@ pub fn choose_method(
 ///
 /// An engine that cannot be used, or fails.
 pub fn choose_steps(plan: &Plan, sampler: &Sampler, factory: BackendFactory) -> Result<PilotChoice, BackendError> {
+    choose_steps_for(plan, &pilot_batch(plan, sampler), factory)
+}
+
+/// What error estimates of derivatives are made of where the plan's steps are given.
+///
+/// # Errors
+///
+/// As [`choose_steps`].
+pub fn measure_derivatives(
+    plan: &Plan,
+    sampler: &Sampler,
+    factory: BackendFactory,
+) -> Result<DerivativeScale, BackendError> {
+    if plan.derivatives.is_empty() {
+        return Ok(DerivativeScale::default());
+    }
+    let batch = pilot_batch(plan, sampler);
+    let steps = plan.options.steps;
+    let (coarse, fine) = (solved(plan, steps, &batch, factory)?, solved(plan, 2 * steps, &batch, factory)?);
+    Ok(Trial::new(plan, &batch, steps, &coarse, &fine).derivative_scale)
+}
+
+/// Some samples of a sweep, always the same.
+fn pilot_batch(plan: &Plan, sampler: &Sampler) -> Batch {
     let selection = Selection::new(sampler.sample_count(), SAMPLES, 0x9170);
-    let batch = plan.batch(selection.len() as usize, |at, row| {
+    plan.batch(selection.len() as usize, |at, row| {
         if (at as u64) < selection.len() {
             sampler.values(selection.get(at as u64), row);
         }
-    });
-    choose_steps_for(plan, &batch, factory)
+    })
+}
+
+/// Solves them on so many steps, with estimates that are bare differences.
+fn solved(plan: &Plan, steps: usize, batch: &Batch, factory: BackendFactory) -> Result<Solutions, BackendError> {
+    let bare = DerivativeScale::BARE;
+    let options = PlanOptions { steps, error_share: 1.0, derivative_scale: bare, ..plan.options };
+    factory(&plan.with_options(options))?.solve(batch)
+}
+
+/// Estimated error of the derivatives of a batch of one, from a solution on twice the steps; `None` where that has failed.
+pub fn estimate_from(plan: &Plan, batch: &Batch, (ours, fine): (&Solutions, &Solutions)) -> Option<f64> {
+    let length = plan.sample_rod(batch, 0).total_length();
+    let error = ColumnScales::of(plan, fine).worst_error((ours, fine), 0, length).0;
+    fine.status(0).is_success().then_some(DERIVATIVE_RESERVE * error)
 }
 
 /// The same for given samples.
@@ -71,16 +111,15 @@ pub fn choose_steps(plan: &Plan, sampler: &Sampler, factory: BackendFactory) -> 
 ///
 /// As [`choose_steps`].
 pub fn choose_steps_for(plan: &Plan, batch: &Batch, factory: BackendFactory) -> Result<PilotChoice, BackendError> {
-    let mut solved: Vec<(usize, Solutions)> = Vec::new();
+    let mut all: Vec<(usize, Solutions)> = Vec::new();
     let mut trials: Vec<Trial> = Vec::new();
     for steps in STEPS {
         for steps in [steps, 2 * steps] {
-            if !solved.iter().any(|(done, _)| *done == steps) {
-                let options = PlanOptions { steps, error_share: 1.0, ..plan.options };
-                solved.push((steps, factory(&plan.with_options(options))?.solve(batch)?));
+            if !all.iter().any(|(done, _)| *done == steps) {
+                all.push((steps, solved(plan, steps, batch, factory)?));
             }
         }
-        let of = |steps: usize| solved.iter().find(|(done, _)| *done == steps).map(|(_, solutions)| solutions);
+        let of = |steps: usize| all.iter().find(|(done, _)| *done == steps).map(|(_, solutions)| solutions);
         let (Some(coarse), Some(fine)) = (of(steps), of(2 * steps)) else { continue };
         trials.push(Trial::new(plan, batch, steps, coarse, fine));
         let last = &trials[trials.len() - 1];
@@ -106,6 +145,8 @@ struct Trial {
     derivative_error: f64,
     /// See [`PlanOptions::error_share`], with a reserve.
     error_share: f64,
+    /// With a reserve, too.
+    derivative_scale: DerivativeScale,
     /// Largest error estimate with that share.
     estimate: f64,
 }
@@ -116,7 +157,7 @@ impl Trial {
         let samples: Vec<usize> = (0..a.sample_count()).filter(is_compared).collect();
         let scales = ColumnScales::of(plan, b);
         let (mut error, mut share, mut estimate) = (0.0f64, LEAST_SHARE, 0.0f64);
-        let mut columns = Vec::new();
+        let (mut columns, mut bare) = (Vec::new(), Vec::new());
         for &at in &samples {
             let length = plan.sample_rod(batch, at).total_length();
             let (p, q) = (a.vector(at, Quantity::TipPosition), b.vector(at, Quantity::TipPosition));
@@ -124,6 +165,7 @@ impl Trial {
             let difference = dp.max(rotation_angle(&a.tip_rotation(at), &b.tip_rotation(at)));
             error = error.max(difference);
             columns.push(scales.worst_error((a, b), at, length).0);
+            bare.push(a.get(at, Quantity::DerivativeError));
             let of_grids = a.get(at, Quantity::ErrorEstimate);
             estimate = estimate.max(of_grids);
             if difference > 0.0 {
@@ -131,8 +173,10 @@ impl Trial {
             }
         }
         let error_share = share.min(1.0);
+        let derivative_scale = derivative_scale(&columns, &bare);
         let derivative_error = distribution(columns).p95;
-        Trial { steps, compared: samples.len(), error, derivative_error, error_share, estimate: error_share * estimate }
+        let estimate = error_share * estimate;
+        Trial { steps, compared: samples.len(), error, derivative_error, error_share, derivative_scale, estimate }
     }
 
     fn meets(&self, options: &PlanOptions) -> bool {
@@ -142,7 +186,7 @@ impl Trial {
     }
 
     fn choice(&self, plan: &Plan, trials: &[Trial], reached: bool) -> PilotChoice {
-        let Trial { steps, compared, error, derivative_error, error_share, .. } = *self;
+        let Trial { steps, compared, error, derivative_error, error_share, derivative_scale, .. } = *self;
         let PlanOptions { tolerance, derivative_tolerance, stepper, .. } = plan.options;
         let chosen = plan.with_options(PlanOptions { steps, ..plan.options });
         let all_steps: usize = chosen.segments.iter().map(|segment| segment.steps).sum();
@@ -155,9 +199,18 @@ impl Trial {
             derivative_error: if plan.derivatives.is_empty() { None } else { Some(derivative_error) },
             derivative_tolerance,
             error_share,
+            derivative_scale,
             reached,
             compared,
             tried: trials.iter().map(|trial| (trial.steps, trial.error)).collect(),
         }
     }
+}
+
+/// From the errors of derivatives and the bare differences of the pilot's samples. Without either it says nothing.
+fn derivative_scale(errors: &[f64], bare: &[f64]) -> DerivativeScale {
+    let floor = DERIVATIVE_RESERVE * distribution(errors.to_vec()).median;
+    let shares = errors.iter().zip(bare).filter(|(error, bare)| **error > floor && **bare > 0.0);
+    let share = shares.map(|(error, bare)| DERIVATIVE_RESERVE * error / bare).fold(1.0, f64::max);
+    if floor > 0.0 && share.is_finite() { DerivativeScale { share, floor } } else { DerivativeScale::default() }
 }

@@ -47,6 +47,8 @@ pub struct LimpErrors {
     pub position: f64,
     /// The engine's own estimate of that.
     pub estimate: f64,
+    /// And of the columns.
+    pub derivative_error: f64,
     /// Base moment over the larger of itself and the moment that bends the rod by one radian.
     pub moment: f64,
     /// Columns of (dp/L, w), relative, and the parameter of the worst.
@@ -73,6 +75,7 @@ impl LimpErrors {
             && self.pose <= POSE
             && self.pose <= self.estimate + stated.pose
             && self.J.0 <= columns * stated.J
+            && self.J.0 <= self.derivative_error + stated.J
             && self.J_m0.0 <= columns * stated.J_m0
             && self.moment <= MOMENT
             && self.margin <= MARGIN
@@ -154,6 +157,7 @@ pub fn measure(case: &LimpCase, options: PlanOptions, make: impl Fn(&Plan) -> Bo
         pose: pose_error(&solutions, 0, &case.p_tip, &case.R_tip, units.length),
         position: difference(&solutions.vector(0, Quantity::TipPosition), &case.p_tip) / units.length,
         estimate: solutions.get(0, Quantity::ErrorEstimate),
+        derivative_error: solutions.get(0, Quantity::DerivativeError),
         moment: difference(&solutions.vector(0, Quantity::BaseMoment), &case.m0) / norm(&case.m0).max(units.moment()),
         J,
         J_m0,

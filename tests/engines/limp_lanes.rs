@@ -5,6 +5,7 @@ use crate::common::golden;
 use crate::common::limp::{LimpCase, LimpErrors, POSE, cases, measure};
 use rayon::prelude::*;
 use rodsweep::backend::{Backend, Precision};
+use rodsweep::engines::SECOND_DERIVATIVES;
 use rodsweep::lanes::{InstructionSet, Lanes};
 use rodsweep::model::{Axis, Parameter, Plan, PlanOptions, Quantity, Sensitivity, Status};
 use rodsweep::reference::solve_rod;
@@ -14,7 +15,15 @@ use rodsweep_bench::random::any_scene;
 const POSITION_F32: f64 = 1e-4;
 
 fn options(sensitivity: Sensitivity) -> PlanOptions {
-    PlanOptions { base_moment_rows: true, tolerance: 1e-9, steps: 32, sensitivity, ..PlanOptions::default() }
+    let derivative_scale = SECOND_DERIVATIVES;
+    PlanOptions {
+        base_moment_rows: true,
+        tolerance: 1e-9,
+        steps: 32,
+        sensitivity,
+        derivative_scale,
+        ..PlanOptions::default()
+    }
 }
 
 fn golden_errors(precision: Precision, sensitivity: Sensitivity) -> Vec<(LimpErrors, LimpCase)> {
@@ -46,6 +55,7 @@ fn golden_scenes_in_f32() {
     for (errors, _) in golden_errors(Precision::F32, Sensitivity::Reciprocity) {
         println!("{errors:?}");
         let is_good = errors.status.is_success() && errors.position <= POSITION_F32 && errors.pose <= errors.estimate;
+        let is_good = is_good && errors.J.0 <= errors.derivative_error;
         if !is_good {
             offenders.push(format!("{errors:?}"));
         }

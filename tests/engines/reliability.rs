@@ -27,6 +27,8 @@ const BEYOND: f64 = 1e-3;
 const PESSIMISM: [(Precision, f64); 2] = [(Precision::F64, 400.0), (Precision::F32, 60.0)];
 /// The same where a pilot has measured the share.
 const PILOT_PESSIMISM: f64 = 40.0;
+/// Of the errors of derivatives: they are the worst of many columns.
+const DERIVATIVE_PESSIMISM: f64 = 300.0;
 /// Round-off of the reference, whose own errors on the golden scenes are a third of it.
 const REFERENCE: f64 = 5e-14;
 /// Offenders printed.
@@ -63,6 +65,44 @@ impl Sampled {
     fn scene(file: &str, ranges: &[(&str, f64, f64)], count: usize, random: &mut Random) -> Sampled {
         let path = root().join("sweeps/scenes").join(file);
         Sampled::new(&read_scene(&path).expect("a shipped scene"), ranges, count, random)
+    }
+}
+
+impl Sampled {
+    /// Adds derivatives, and those of the reference.
+    fn differentiate<'a>(&mut self, names: impl Iterator<Item = &'a str>) {
+        let scene = &self.plan.scene;
+        let mut wrt = Vec::new();
+        for parameter in names.flat_map(|name| Parameter::parse(scene, name).expect("a parameter")) {
+            if !wrt.contains(&parameter) {
+                wrt.push(parameter);
+            }
+        }
+        self.plan = Plan::new(scene, &self.plan.axes, &wrt, self.plan.options).expect("a valid plan");
+        self.truth = Reference::new(&self.plan).solve(&self.batch).expect("solved");
+    }
+
+    /// The worst column of each sample that both have solved, over its norm, and what its row says of it.
+    fn derivative_errors(&self, found: &Solutions) -> Vec<(f64, f64)> {
+        let Sampled { plan, batch, truth } = self;
+        let both = |at: &usize| found.status(*at).is_success() && truth.status(*at).is_success();
+        let samples: Vec<usize> = (0..found.sample_count()).filter(both).collect();
+        let column = |of: &Solutions, at: usize, derivative: usize| {
+            let length = plan.sample_rod(batch, at).total_length();
+            [0, 1, 2, 3, 4, 5].map(|k| of.derivative(at, derivative, k) / if k < 3 { length } else { 1.0 })
+        };
+        let norm = |column: &[f64; 6]| column.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let mut errors = vec![0.0f64; samples.len()];
+        for derivative in 0..plan.derivatives.len() {
+            let norms: Vec<f64> = samples.iter().map(|at| norm(&column(truth, *at, derivative))).collect();
+            let typical = (norms.iter().map(|x| x * x).sum::<f64>() / norms.len() as f64).sqrt();
+            for ((at, error), size) in samples.iter().zip(&mut errors).zip(norms) {
+                let (a, b) = (column(found, *at, derivative), column(truth, *at, derivative));
+                *error = error.max(norm(&std::array::from_fn(|k| a[k] - b[k])) / size.max(0.01 * typical));
+            }
+        }
+        let estimate = |at: &usize| found.get(*at, Quantity::DerivativeError);
+        errors.into_iter().zip(samples.iter().map(estimate)).collect()
     }
 }
 
@@ -186,6 +226,42 @@ fn estimates_of_a_pilot_bound_errors() {
             assert!(tally.median_pessimism() <= PILOT_PESSIMISM);
         }
     }
+}
+
+/// What a row says of its derivatives, with what a pilot has measured on other samples, bounds their error.
+#[test]
+fn derivative_estimates_of_a_pilot_bound_errors() {
+    let mut random = Random(8);
+    let p6 = [("coil.current", -0.3, 0.3), ("insertion", 0.06, 0.137), ("loads.tip_force", -5e-3, 5e-3)];
+    let two_coil = [("coil1.current", -0.2, 0.2), ("coil2.current", -0.2, 0.2)];
+    let (mut compared, mut beyond) = (0, 0);
+    for (file, ranges) in [("p6.toml", &p6[..]), ("two_coil.toml", &two_coil[..])] {
+        let mut pilot = Sampled::scene(file, ranges, 64, &mut random);
+        let mut held_out = Sampled::scene(file, ranges, 1000, &mut random);
+        for sampled in [&mut pilot, &mut held_out] {
+            let axes = ranges.iter().map(|(name, ..)| *name);
+            sampled.differentiate(axes.chain(["loads.tip_force", "proximal.youngs_modulus"]));
+        }
+        for stepper in Stepper::ALL {
+            let plan = pilot.plan.with_options(PlanOptions { stepper, ..pilot.plan.options });
+            let chosen = choose_steps_for(&plan, &pilot.batch, &cpu_f64).expect("a choice");
+            let plan = held_out.plan.with_options(chosen.options(&plan));
+            for precision in [Precision::F64, Precision::F32] {
+                let found = Lanes::new(&plan, precision).expect("supported").solve(&held_out.batch).expect("solved");
+                let errors = held_out.derivative_errors(&found);
+                let mut pessimism: Vec<f64> = errors.iter().map(|(error, estimate)| estimate / error).collect();
+                pessimism.sort_by(f64::total_cmp);
+                let median = pessimism[pessimism.len() / 2];
+                let (name, scale) = (stepper.name(), chosen.derivative_scale);
+                let outside = pessimism.iter().filter(|ratio| **ratio < 1.0).count();
+                println!("{file} {precision} {name} of {}: {outside} beyond, {median:.1}, {scale:?}", chosen.steps);
+                assert!(median < DERIVATIVE_PESSIMISM && errors.len() > 900);
+                compared += errors.len();
+                beyond += outside;
+            }
+        }
+    }
+    assert!(beyond as f64 <= 2.0 * BEYOND * compared as f64, "{beyond} of {compared}");
 }
 
 /// The tip is that of twice the steps: by the order of the method nearer than the grid of the columns, at no cost.

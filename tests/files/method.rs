@@ -2,7 +2,7 @@
 
 use rodsweep::backend::{BackendKind, Precision};
 use rodsweep::engines::EngineRequest;
-use rodsweep::model::Stepper;
+use rodsweep::model::{DerivativeScale, Stepper};
 use rodsweep::results::{Results, ResultsError, merge};
 use rodsweep::spec::{Shard, SolutionMethod, SweepSpec};
 use rodsweep::sweep::{Memory, ResultDirectory, SweepError, SweepJob};
@@ -74,6 +74,7 @@ fn who_resumes_does_as_the_run_was_begun() {
         steps: 11,
         tolerance: spec().tolerance,
         error_share: 0.5,
+        derivative_scale: DerivativeScale { share: 10.0, floor: 1e-5 },
         anchors: false,
     };
     let out = dir.path().join("run");
@@ -139,6 +140,7 @@ fn a_shard_by_the_method_of_another_merges_to_the_whole() {
         steps: 9,
         tolerance: 2e-5,
         error_share: 0.5,
+        derivative_scale: DerivativeScale { share: 10.0, floor: 1e-5 },
         anchors: false,
     };
     let whole = dir.path().join("whole");

@@ -7,7 +7,7 @@ use rodsweep::model::Status;
 use rodsweep::results::{Reduction, Results, ResultsError};
 use rodsweep::spec::{Format, SweepSpec};
 use rodsweep::sweep::{Callback, Memory, ResultDirectory, SpotCheckOptions, SweepError, SweepJob};
-use rodsweep::table::Table;
+use rodsweep::table::{Table, Values};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
@@ -50,6 +50,38 @@ fn every_sink_gets_the_same_rows() {
     job("parquet").run(&mut Callback(&mut take)).expect("a run");
     assert_eq!(parts, [(0, 32), (1, 32), (2, 32), (3, 32), (4, 2)]);
     assert_eq!(called, rows);
+}
+
+#[test]
+fn derivatives_in_single_precision() {
+    let single = SweepSpec { single_derivatives: true, ..spec("parquet") };
+    let text = single.to_toml();
+    assert_eq!(text.matches("derivative_precision = \"f32\"").count(), 1, "{text}");
+    assert!(SweepSpec::parse(Path::new("again.toml"), &text).expect("a sweep").single_derivatives);
+    let solve = |spec: SweepSpec| {
+        let mut memory = Memory::new();
+        let job = SweepJob::new(spec).engine(EngineRequest::of(BackendKind::Cpu)).spot_check(None);
+        job.run(&mut memory).expect("a run");
+        memory.into_table()
+    };
+    let (ours, full) = (solve(single.clone()), solve(spec("parquet")));
+    for (ours, full) in ours.columns.iter().zip(&full.columns) {
+        assert_eq!(ours.name, full.name);
+        match (&ours.values, &full.values) {
+            (Values::Single(ours), Values::Double(full)) if full.len() == 130 => {
+                assert!(ours.iter().zip(full).all(|(a, b)| *a == *b as f32));
+            }
+            (ours, full) => assert_eq!(ours, full),
+        }
+        assert_eq!(matches!(ours.values, Values::Single(_)), ours.name.starts_with("d("), "{}", ours.name);
+    }
+    let dir = tempfile::tempdir().expect("a folder");
+    for format in [Format::Parquet, Format::Csv, Format::Npz] {
+        let out = dir.path().join(format.name());
+        let job = SweepJob::new(SweepSpec { format, ..single.clone() }).engine(EngineRequest::of(BackendKind::Cpu));
+        job.spot_check(None).run(&mut ResultDirectory::new(&out)).expect("a run");
+        assert_eq!(Results::open(&out).expect("results").read(&[]).expect("rows"), ours, "{}", format.name());
+    }
 }
 
 #[test]

@@ -319,6 +319,12 @@ fn print_summary(spec: &SweepSpec, summary: &Summary, out: &Path) {
             distribution(&check.rotation),
             distribution(&check.derivative)
         ));
+        if check.derivatives_beyond > 0 {
+            say(&format!(
+                "spot check: derivatives of {} samples are off by more than their `derivative_error`",
+                check.derivatives_beyond
+            ));
+        }
         if check.only_run + check.only_trusted > 0 {
             say(&format!(
                 "spot check: {} samples solved here but not by the reference, {} the other way round",

@@ -20,6 +20,9 @@ pub(crate) struct Settings<S> {
     pub first_order_tolerance: S,
     /// [`PlanOptions::error_share`](crate::model::PlanOptions::error_share).
     pub error_share: S,
+    /// [`PlanOptions::derivative_scale`](crate::model::PlanOptions::derivative_scale).
+    pub derivative_share: S,
+    pub derivative_floor: S,
     pub sample_count: u32,
     /// Always zero.
     pub zero: u32,
@@ -37,7 +40,9 @@ pub(crate) const QUICK_PATHS: Paths = (0, 0);
 impl Settings<f64> {
     /// As the kernels of a precision read them.
     pub fn bytes(&self, precision: Precision) -> Vec<u8> {
-        let floats = [self.mark, self.tolerance, self.chord_tolerance, self.first_order_tolerance, self.error_share];
+        let Settings { mark, tolerance, chord_tolerance, first_order_tolerance, .. } = *self;
+        let shares = [self.error_share, self.derivative_share, self.derivative_floor];
+        let floats = [&[mark, tolerance, chord_tolerance, first_order_tolerance][..], &shares].concat();
         let mut bytes = float_bytes(&floats, precision);
         bytes.extend_from_slice(bytemuck::bytes_of(&[self.sample_count, self.zero, self.first_path, self.last_path]));
         bytes
@@ -60,6 +65,8 @@ macro_rules! offsets {
             ("chord_tolerance", offset_of!(Settings<$float>, chord_tolerance)),
             ("first_order_tolerance", offset_of!(Settings<$float>, first_order_tolerance)),
             ("error_share", offset_of!(Settings<$float>, error_share)),
+            ("derivative_share", offset_of!(Settings<$float>, derivative_share)),
+            ("derivative_floor", offset_of!(Settings<$float>, derivative_floor)),
             ("sample_count", offset_of!(Settings<$float>, sample_count)),
             ("zero", offset_of!(Settings<$float>, zero)),
             ("first_path", offset_of!(Settings<$float>, first_path)),
@@ -69,7 +76,7 @@ macro_rules! offsets {
 }
 
 /// Members of `Settings` and their offsets, to compare with the shaders.
-pub fn settings_members(precision: Precision) -> [(&'static str, usize); 9] {
+pub fn settings_members(precision: Precision) -> [(&'static str, usize); 11] {
     match precision {
         Precision::F32 => offsets!(f32),
         Precision::F64 => offsets!(f64),

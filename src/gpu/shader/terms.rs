@@ -85,7 +85,7 @@ pub fn specialisation(plan: &Plan, precision: Precision, form: Form) -> Speciali
     s
 }
 
-const COLUMNS: [(&str, Quantity); 11] = [
+const COLUMNS: [(&str, Quantity); 12] = [
     ("TIP_POSITION", Quantity::TipPosition),
     ("TIP_D1", Quantity::TipD1),
     ("TIP_TANGENT", Quantity::TipTangent),
@@ -97,6 +97,7 @@ const COLUMNS: [(&str, Quantity); 11] = [
     ("ITERATIONS", Quantity::Iterations),
     ("LOAD_FRACTION", Quantity::LoadFraction),
     ("STATUS", Quantity::Status),
+    ("DERIVATIVE_ERROR", Quantity::DerivativeError),
 ];
 
 /// Steps over each segment while following the path.
@@ -175,6 +176,8 @@ fn add_path(s: &mut Specialisation, plan: &Plan) {
         ("DIFFERENCE", path::DIFFERENCE),
         ("ROUND_OFF", path::ROUND_OFF),
         ("ROUNDED", path::rounded(s.precision.epsilon())),
+        ("COLUMN_NOISE", path::COLUMN_NOISE),
+        ("GROWTH_NOISE", path::GROWTH_NOISE),
         ("REACH", path::REACH),
     ];
     for (name, value) in numbers {

@@ -19,8 +19,10 @@ pub use solved::Solved;
 use crate::backend::BackendKind;
 use crate::engines::{Engine, EngineRequest, cpu_f64, second_attempt};
 use crate::model::{
-    Axis, Batch, Parameter, Plan, PlanOptions, Quantity, Scene, SegmentKind, SegmentParameter, Solutions,
+    Axis, Batch, DerivativeScale, Parameter, Plan, PlanOptions, Quantity, Scene, SegmentKind, SegmentParameter,
+    Solutions,
 };
+use crate::sweep::estimate_from;
 
 /// Target error unless another is asked for.
 const TOLERANCE: f64 = 1e-9;
@@ -100,14 +102,20 @@ impl Solve {
         };
         let engine = self.engine.choose_for_one(self.tolerance)?;
         let tolerance = engine.tolerance(self.tolerance);
-        let options =
-            PlanOptions { tolerance, stepper: engine.steppers()[0], steps: STEPS[0], ..PlanOptions::default() };
+        let options = PlanOptions {
+            tolerance,
+            stepper: engine.steppers()[0],
+            steps: STEPS[0],
+            derivative_scale: DerivativeScale::BARE,
+            ..PlanOptions::default()
+        };
         let plan = Plan::single(&self.scene, &wrt, options)?;
         let batch = plan.batch(1, |_, _| {});
         let mut attempt = Attempt::refined(&plan, &batch, &engine)?;
         if engine.kind() == BackendKind::Gpu {
             attempt.repeat_on_gpu(&batch, &engine)?;
         }
+        attempt.estimate_derivatives(&batch, &engine)?;
         let Attempt { plan, solutions, solved_by } = attempt;
         Ok(Solved::new(plan, batch, solutions, engine, solved_by))
     }
@@ -184,6 +192,19 @@ impl Attempt {
             self.solutions = second_attempt(&self.plan)?.solve(batch)?;
             self.solved_by = "cpu f64, after the GPU failed".into();
         }
+        Ok(())
+    }
+
+    /// Compares derivatives with those on twice the steps.
+    fn estimate_derivatives(&mut self, batch: &Batch, engine: &Engine) -> Result<(), SolveError> {
+        if self.plan.derivatives.is_empty() || engine.kind() == BackendKind::Reference || !self.is_success() {
+            return Ok(());
+        }
+        let fine = PlanOptions { steps: 2 * self.plan.options.steps, ..self.plan.options };
+        let fine = cpu_f64(&self.plan.with_options(fine))?.solve(batch)?;
+        let found = estimate_from(&self.plan, batch, (&self.solutions, &fine));
+        let bare = self.solutions.get(0, Quantity::DerivativeError);
+        self.solutions.set(0, Quantity::DerivativeError, found.unwrap_or(1.0).max(bare));
         Ok(())
     }
 

@@ -139,6 +139,11 @@ impl Solved {
         self.number(Quantity::ErrorEstimate)
     }
 
+    /// Estimated error of the derivatives: of the worst, (dp/L, w) over its norm. NaN without derivatives.
+    pub fn derivative_error(&self) -> f64 {
+        if self.plan.derivatives.is_empty() { f64::NAN } else { self.number(Quantity::DerivativeError) }
+    }
+
     /// What is left of the balance of moments at the tip (N·m).
     pub fn residual(&self) -> f64 {
         self.number(Quantity::Residual) * self.plan.units.moment()

@@ -42,7 +42,11 @@ fn write_numbers(solved: &Solved, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         solutions.get(0, Quantity::Iterations),
         options.steps,
         options.stepper.name()
-    )
+    )?;
+    if solved.derivative_error().is_finite() {
+        writeln!(f, "error of derivatives        {} of their size", engineering(solved.derivative_error()))?;
+    }
+    Ok(())
 }
 
 fn write_stiffness(solved: &Solved, f: &mut fmt::Formatter<'_>) -> fmt::Result {

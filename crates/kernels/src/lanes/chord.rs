@@ -9,8 +9,12 @@ use super::path::{Path, PathEnd};
 use super::problem::{Problem, Workspace};
 use super::rod::Rod;
 use super::shoot::{Record, Tip, shoot};
-use super::stability::margin;
-use crate::model::path::{ANCHOR_CONTRACTION, ANCHOR_TRUST, CHORD_LIMIT, CHORD_TRUST, DIFFERENCE, ROUND_OFF, rounded};
+use super::stability::{margin, squared_norm};
+use crate::model::DerivativeScale;
+use crate::model::path::{
+    ANCHOR_CONTRACTION, ANCHOR_TRUST, CHORD_LIMIT, CHORD_TRUST, COLUMN_NOISE, DIFFERENCE, GROWTH_NOISE, ROUND_OFF,
+    rounded,
+};
 
 /// What a pass on twice the fine steps found, and from which base moment.
 pub struct Check<L: Lane> {
@@ -99,30 +103,33 @@ pub fn check_pass<L: Lane>(problem: &Problem<'_, L>, m0: Vec3<L>, workspace: &mu
     Check { m0, tip }
 }
 
-/// Base moment and tip, and how far the tip may be from the truth.
+/// Base moment and tip, and how far the tip and its derivatives may be from the truth.
 pub struct Answered<L: Lane> {
     pub m0: Vec3<L>,
     pub p: Vec3<L>,
     pub d1: Vec3<L>,
     pub t: Vec3<L>,
     pub error: L,
+    pub derivative_error: L,
 }
 
 /// The equilibrium on twice the fine steps: `check`, moved to first order by a step of the base moment. On the fine steps it
 /// is `tip` moved by `back`; where both differ by no more than round-off, fewer steps have less of it.
 ///
-/// The error: a share of the difference, the second order of the step, what round-off can do through dm0/dr.
+/// The error: a share of the difference, the second order of the step, what round-off can do through dm0/dr. That of
+/// derivatives, whose columns are those at `m0`: see [`DerivativeScale`].
 #[inline(always)]
 pub fn answer<L: Lane>(
     problem: &Problem<'_, L>,
     check: &Check<L>,
     (tip, back): (&Tip<L>, Vec3<L>),
     by_moment: &Columns<L>,
-    w_inverse: &Mat3<L>,
+    (m0, w, w_inverse): (Vec3<L>, &Mat3<L>, &Mat3<L>),
 ) -> Answered<L> {
     let Problem { program, rod, .. } = *problem;
     let one = back.x.constant(1.0);
     let delta = newton_step(rod, &check.tip, w_inverse);
+    let answer = check.m0 + delta;
     let (p, d1, t) = moved_tip(&check.tip, by_moment, delta);
     let (fine_p, fine_d1, fine_t) = moved_tip(tip, by_moment, back);
     let dp = length(p - fine_p) / rod.length();
@@ -134,12 +141,20 @@ pub fn answer<L: Lane>(
     let is_rounded = difference.lt(round_off * one.constant(rounded(L::Scalar::EPSILON)));
     let share = L::select(is_rounded, one, one.constant(program.error_share));
     let error = difference * one.constant(DIFFERENCE) * share + round_off + amplification * dot(delta, delta);
+    // Columns are those at the base moment `m0`.
+    let margin = margin(w_inverse);
+    let both = difference + length(answer - m0) / margin;
+    let DerivativeScale { share, floor } = program.derivative_scale;
+    let noise = amplification / margin * one.constant(COLUMN_NOISE) + squared_norm(w) * one.constant(GROWTH_NOISE);
+    let derivative_error =
+        (both * one.constant(share)).max(one.constant(floor)) + noise * one.constant(L::Scalar::EPSILON);
     Answered {
-        m0: check.m0 + delta,
+        m0: answer,
         p: Vec3::select(is_rounded, fine_p, p),
         d1: Vec3::select(is_rounded, fine_d1, d1),
         t: Vec3::select(is_rounded, fine_t, t),
         error,
+        derivative_error,
     }
 }
 

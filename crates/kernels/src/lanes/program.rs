@@ -6,7 +6,7 @@ use super::terms::ProgramTerms;
 use super::varying::ProgramField;
 use crate::model::path::{PATH_STEPPER, chord_tolerance, first_order_tolerance, newton_tolerance};
 use crate::model::record::BASE_POSITION_AT;
-use crate::model::{Anchors, Entry, Plan, PlanAnchors, SegmentPlan, Slot, Tableau};
+use crate::model::{Anchors, DerivativeScale, Entry, Plan, PlanAnchors, SegmentPlan, Slot, Tableau};
 use std::sync::Arc;
 
 /// Where a number of the record comes from, in the plan's units.
@@ -91,6 +91,8 @@ pub struct Program {
     pub first_order_tolerance: f64,
     /// Error of the answer over its difference to the fine steps.
     pub error_share: f64,
+    /// What error estimates of derivatives are made of.
+    pub derivative_scale: DerivativeScale,
 }
 
 impl Program {
@@ -145,6 +147,7 @@ impl Program {
             chord_tolerance: chord_tolerance(newton_tolerance),
             first_order_tolerance: first_order_tolerance(newton_tolerance),
             error_share: plan.options.error_share,
+            derivative_scale: plan.options.derivative_scale,
         }
     }
 

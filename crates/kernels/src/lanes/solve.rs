@@ -67,7 +67,7 @@ pub fn solve_group<L: Lane>(
     if L::any(moved) {
         check = Check::select(moved, check_pass(problem, end.m0, workspace), check);
     }
-    let answered = answer(problem, &check, (&tip, delta), &columns[0], &w_inverse);
+    let answered = answer(problem, &check, (&tip, delta), &columns[0], (end.m0, &w, &w_inverse));
     let residual = length(w * (answered.m0 - end.m0));
 
     let within_reach = length(tip.p).lt(one.constant(REACH));
@@ -96,6 +96,7 @@ pub fn solve_group<L: Lane>(
     out.store(Quantity::LoadFraction.column(), end.lambda);
     out.store(Quantity::Status.column(), status);
     out.store(Quantity::ErrorEstimate.column(), answered.error);
+    out.store(Quantity::DerivativeError.column(), answered.derivative_error);
 
     write_derivatives(problem, end.m0, &tip, &columns, workspace, out);
     workspace.columns = columns;

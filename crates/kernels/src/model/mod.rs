@@ -45,7 +45,7 @@ pub use field::{
 pub use field_parameter::MagnetParameter;
 pub use parameter::{Axis, Parameter, ParameterError, StiffnessAxis, closest};
 pub use plan::{Batch, Derivative, Entry, FreePart, Plan, PlanError, SegmentPlan, Terms};
-pub use plan_options::{PlanOptions, Sensitivity};
+pub use plan_options::{DerivativeScale, PlanOptions, Sensitivity};
 pub use profile::{Node, Piece, Profile};
 pub use recipe::{RecipeMethod, SampleRecipe};
 pub use record::{BASE_RECORD, FLEXIBLE_RECORD, RIGID_RECORD, record_offsets};

@@ -99,6 +99,10 @@ pub const UNBUCKLED: f64 = 2.0;
 pub const REACH: f64 = 100.0;
 /// Round-off of a pass, in units of the number format's epsilon.
 pub const ROUND_OFF: f64 = 4.0;
+/// Round-off of columns in the same units, near a fold.
+pub const COLUMN_NOISE: f64 = 32.0;
+/// The same where columns grow along the rod.
+pub const GROWTH_NOISE: f64 = 4.0;
 /// Nodes lie so close that errors grow by this power of e from one to the next; a fold must repeat on the second mesh.
 pub const NODE_SPACINGS: [f64; 2] = [1.0, 0.5];
 /// Steps between two nodes on the path.

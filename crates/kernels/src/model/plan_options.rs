@@ -16,6 +16,8 @@ pub struct PlanOptions {
     pub steps: usize,
     /// Error of an answer, which comes from twice the steps, over its difference to one on the steps: at most so much.
     pub error_share: f64,
+    /// What error estimates of derivatives are made of.
+    pub derivative_scale: DerivativeScale,
     /// How derivatives are computed.
     pub sensitivity: Sensitivity,
     /// Whether derivatives include those of the base moment, which take three columns more.
@@ -42,8 +44,31 @@ impl Default for PlanOptions {
             stepper: Stepper::Dop853,
             steps: 6,
             error_share: ERROR_SHARE,
+            derivative_scale: DerivativeScale::default(),
             sensitivity: Sensitivity::Auto,
             base_moment_rows: true,
         }
+    }
+}
+
+/// Error estimate of derivatives: `floor`, or `share` times what tips on both grids and the step between their base moments
+/// tell, whichever is more; and round-off.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DerivativeScale {
+    /// Over the difference between the grids.
+    pub share: f64,
+    /// At least that much: a straight rod's tip does not tell of its columns.
+    pub floor: f64,
+}
+
+impl DerivativeScale {
+    /// The difference itself.
+    pub const BARE: DerivativeScale = DerivativeScale { share: 1.0, floor: 0.0 };
+}
+
+/// Nothing was measured, so nothing is said: 1.
+impl Default for DerivativeScale {
+    fn default() -> Self {
+        DerivativeScale { share: 1.0, floor: 1.0 }
     }
 }

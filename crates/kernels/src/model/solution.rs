@@ -28,11 +28,13 @@ pub enum Quantity {
     LoadFraction = 17,
     /// A `Status` code.
     Status = 18,
+    /// Estimated error of the derivatives: of the worst, (dp/L, w) over its norm. 1 and more say nothing.
+    DerivativeError = 19,
 }
 
 impl Quantity {
     /// Columns before the first derivative.
-    pub const COUNT: usize = 19;
+    pub const COUNT: usize = 20;
 
     /// Its first column.
     pub fn column(self) -> usize {

@@ -10,8 +10,8 @@ use crate::lanes::program::Outputs;
 use crate::lanes::shoot::Tip;
 use crate::lanes::stability::{margin, squared_norm};
 use crate::model::path::{
-    NODE_COLUMNS_GOOD, NODE_CORRECTIONS, NODE_GOOD, NODE_NEWTON, NODE_PATH_STEPS, NODE_ROUND_OFF, NODE_SPACINGS,
-    NODE_STEPPER, NODE_STEPS, PATH_STEPPER, REACH,
+    COLUMN_NOISE, NODE_COLUMNS_GOOD, NODE_CORRECTIONS, NODE_GOOD, NODE_NEWTON, NODE_PATH_STEPS, NODE_ROUND_OFF,
+    NODE_SPACINGS, NODE_STEPPER, NODE_STEPS, PATH_STEPPER, REACH,
 };
 use crate::model::{NO_EQUILIBRIUM, Quantity, Status};
 
@@ -105,7 +105,15 @@ fn answer<L: Lane>(
                 let mut row = Outputs { data: &mut rows, stride: L::COUNT, offset: 0 };
                 let stable = nodes.elimination.index.lt(one.constant(0.5));
                 let fits = ready & converged & stable & length(nodes.tip.p).lt(one.constant(REACH));
-                write_row(problem, nodes, error + round_off(nodes), passes, workspace, &mut row);
+                let noise = round_off(nodes);
+                write_row(
+                    problem,
+                    nodes,
+                    (error + noise, columns_error + noise * one.constant(COLUMN_NOISE)),
+                    passes,
+                    workspace,
+                    &mut row,
+                );
                 for column in 0..columns {
                     merge(out, column, fits, L::load(one.token(), &rows[column * L::COUNT..]));
                 }
@@ -173,7 +181,7 @@ fn round_off<L: Lane>(nodes: &Nodes<L>) -> L {
 fn write_row<L: Lane>(
     problem: &Problem<'_, L>,
     nodes: &mut Nodes<L>,
-    error: L,
+    (error, derivative_error): (L, L),
     passes: L,
     workspace: &mut Workspace<L>,
     row: &mut Outputs<'_, L::Scalar>,
@@ -185,6 +193,7 @@ fn write_row<L: Lane>(
     row.store_vector(Quantity::BaseMoment.column(), nodes.nodes[0].m);
     row.store(Quantity::Residual.column(), nodes.residual(problem.rod.l_tip));
     row.store(Quantity::ErrorEstimate.column(), error);
+    row.store(Quantity::DerivativeError.column(), derivative_error);
     row.store(Quantity::StabilityMargin.column(), margin(&nodes.elimination.w_inverse));
     row.store(Quantity::StabilityIndex.column(), nodes.elimination.index);
     row.store(Quantity::Iterations.column(), passes);

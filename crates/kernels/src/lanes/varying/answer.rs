@@ -5,15 +5,15 @@ use super::index::index;
 use super::matrix::Mat6;
 use super::pass::{Pass, VaryingWorkspace, What};
 use super::path::{VaryingPath, follow_varying, margin, size};
-use crate::lanes::algebra::{Vec3, cross, length};
+use crate::lanes::algebra::{Vec3, cross, dot, length};
 use crate::lanes::kernels::Kernels;
 use crate::lanes::lane::{Lane, Scalar};
 use crate::lanes::problem::Problem;
 use crate::lanes::program::{Outputs, Resolution};
 use crate::lanes::rod::Segment;
 use crate::lanes::section::velocity;
-use crate::model::path::{CONTRACTION, DIFFERENCE, REACH, ROUND_OFF, TRUST};
-use crate::model::{NO_EQUILIBRIUM, Quantity, Status};
+use crate::model::path::{COLUMN_NOISE, CONTRACTION, DIFFERENCE, REACH, ROUND_OFF, TRUST};
+use crate::model::{DerivativeScale, NO_EQUILIBRIUM, Quantity, Status};
 
 /// Passes on the fine grid, the first of them for chord steps.
 const PASSES: usize = 14;
@@ -151,6 +151,12 @@ fn write<L: Kernels>(
     let load = (length(end.base.0) + length(m0) + one) * one.constant(ROUND_OFF * L::Scalar::EPSILON);
     let error = by_position.max(by_d1).max(by_t) * one.constant(DIFFERENCE) + load * square.sqrt();
     out.store(Quantity::ErrorEstimate.column(), error);
+    let steps = (dot(delta.0, delta.0) + dot(delta.1, delta.1)).sqrt();
+    let both = by_position.max(by_d1).max(by_t) + steps / margin;
+    let DerivativeScale { share, floor } = program.derivative_scale;
+    let noise = load * square.sqrt() / margin * one.constant(COLUMN_NOISE);
+    let derivative_error = (both * one.constant(share)).max(one.constant(floor)) + noise;
+    out.store(Quantity::DerivativeError.column(), derivative_error);
     write_rows(problem, end, &inverse, workspace, out);
 }
 
