@@ -21,7 +21,7 @@ mod run;
 mod sink;
 mod summary;
 
-pub use branches::{Branch, BranchSearch, BranchTools, Branches, Energy, Equilibria};
+pub use branches::{Branch, BranchSearch, BranchTools, Branches, Energy, Equilibria, is_too_limp};
 pub use check::{SpotCheckOptions, natural_size};
 pub use error::SweepError;
 pub use fallback::{Fallback, run_with_fallback};
