@@ -29,6 +29,16 @@ struct Rod {
     n0: vec3<f32>,
     flexible_length: f32,
     length: f32,
+    //@if NODES
+    // Of an interval alone: its segments, which share of the first, how many steps, what its end is.
+    first: u32,
+    end: u32,
+    start: f32,
+    share: f32,
+    steps: u32,
+    is_last: bool,
+    is_tip: bool,
+    //@end
 }
 
 // Reads the base of the sample's record.

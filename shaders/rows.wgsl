@@ -22,6 +22,11 @@ struct Responses {
     rotation: mat3x3<f32>,
     // dm0 by base rotation, less its canonical part.
     base_rotation: mat3x3<f32>,
+    //@if NODES
+    // The base moments of the first two.
+    base_force: mat3x3<f32>,
+    base_moment: mat3x3<f32>,
+    //@end
 }
 
 //@if RECIPROCITY
@@ -64,8 +69,13 @@ fn rows(responses: Responses, q: Functional) -> mat3x3<f32> {
 fn base_rotation_rows(responses: Responses, m0: vec3<f32>, axis: vec3<f32>) -> mat3x3<f32> {
     let canonical = cross(axis, m0) * 0.5;
     return mat3x3<f32>(
+        //@if NODES
+        transpose(responses.base_force) * axis,
+        transpose(responses.base_moment) * axis,
+        //@else
         transpose(responses.force) * axis,
         transpose(responses.moment) * axis,
+        //@end
         canonical + responses.base_rotation * axis,
     );
 }

@@ -45,21 +45,37 @@ fn shoot(resolution: u32, rod: Rod, lambda: f32, m0: vec3<f32>, taken: u32, reco
     //@else
     let rotates = false;
     //@end
+    //@if COLLECTS_RESPONSES
+    let complete = collects_traces;
+    //@else
     let complete = (taken & FORWARD_COLUMNS) != 0u;
+    //@end
     if record { station = Station(zero_matrix(), identity(), 0.0, 0.0); }
+    //@if NODES
+    for (var index = rod.first; index < rod.end; index++) {
+    //@else
     //@if TRACES
     if complete { clear_functionals(); }
     //@end
     for (var index = 0u; index < SEGMENT_COUNT; index++) {
+    //@end
         //@if TRACES
         if complete { trace = array<Trace, THREES>(); }
         //@end
         //@if SEGMENT_SOURCES
         if complete { load_source(index); }
+        //@if NODES
+        if complete && has(index, IS_FLEXIBLE) { source_piece(rod.start, rod.share, rod.is_last); }
+        //@end
         //@end
         if has(index, IS_FLEXIBLE) {
+            //@if NODES
+            let segment = piece(load_flexible(index, false), rod.start, rod.share);
+            let steps = rod.steps;
+            //@else
             let segment = load_flexible(index, rod.is_stiff);
             let steps = step_count(index, resolution);
+            //@end
             let share = 1.0 / f32(max(1u, steps));
             let h = segment.length * share;
             let stride = max(1u, steps / STATIONS_EACH);
@@ -94,6 +110,9 @@ fn shoot(resolution: u32, rod: Rod, lambda: f32, m0: vec3<f32>, taken: u32, reco
             //@if WANT_LENGTH
             if complete { end_flexible(rod, segment, state, n); }
             //@end
+            //@if COLLECTS_RESPONSES
+            if complete { collect_responses(rod, segment.length, segment.w, true); }
+            //@end
         //@if RIGID
         } else {
             let segment = load_rigid(index);
@@ -108,6 +127,9 @@ fn shoot(resolution: u32, rod: Rod, lambda: f32, m0: vec3<f32>, taken: u32, reco
                     cross_rigid_columns(rod, segment, lambda, n_before, before, k);
                 }
             } //@end
+            //@if COLLECTS_RESPONSES
+            if complete { collect_responses(rod, 1.0, vec3<f32>(), false); }
+            //@end
             // A coil may make A negative, and the step beyond it positive again.
             if record && !rotates { add_station(rotates, shortest, s, tip_of(state, n)); }
         //@end
@@ -117,6 +139,9 @@ fn shoot(resolution: u32, rod: Rod, lambda: f32, m0: vec3<f32>, taken: u32, reco
         //@end
     }
     //@if FREE
+    //@if NODES
+    if !rod.is_tip { return tip_of(state, n); }
+    //@end
     let before = state;
     cross_free(&state);
     for (var k = 0u; k < THREES; k++) { //@unroll UNROLLED
@@ -138,9 +163,15 @@ fn end_flexible(rod: Rod, segment: Flexible, state: State, n: vec3<f32>) {
     let omega = curvature(section(segment, 1.0), state.d1, d2, state.t, m);
     let v = velocity(segment, state.d1, d2, state.t, n);
     //@if RECIPROCITY
+    //@if NODES
+    for (var k = 0u; k < THREES; k++) { //@unroll UNROLLED
+        trace[k].length = length_row(rod, segment, state, m, n, omega, v, k);
+    } //@end
+    //@else
     for (var k = 0u; k < TRACED; k++) { //@unroll UNROLLED
         trace[k].length = length_row(rod, segment, state, m, n, omega, v, k);
     } //@end
+    //@end
     //@else
     var slope = -cross(state.p, segment.w);
     if segment.has_magnet { slope = cross_sub(to_world(state.d1, d2, state.t, segment.mu), rod.B, slope); }

@@ -29,7 +29,7 @@ pub const SCENES: [ShippedFile; 6] = [ARM_MAGNET, CANTILEVER, P35, P6, TIP_COIL,
 pub const WORKSPACE: ShippedFile = shipped!("", "workspace.toml");
 
 /// The sweeps that are benchmarked, first the one that targets are stated for. Their scenes are in `../scenes`.
-pub const BENCH: [ShippedFile; 8] = [
+pub const BENCH: [ShippedFile; 10] = [
     shipped!("bench/", "benchmark.toml"),
     shipped!("bench/", "easy.toml"),
     shipped!("bench/", "p6.toml"),
@@ -38,6 +38,8 @@ pub const BENCH: [ShippedFile; 8] = [
     shipped!("bench/", "two_coils.toml"),
     shipped!("bench/", "heavy.toml"),
     shipped!("bench/", "folds.toml"),
+    shipped!("bench/", "limp.toml"),
+    shipped!("bench/", "taut.toml"),
 ];
 
 /// The trajectories of the paper's experiment, in its order.

@@ -6,6 +6,7 @@ use super::conversion::{OutputConversion, output_units};
 use super::device::{Device, failed, reason};
 use super::dispatch_buffers::{Capacity, Dispatch, DispatchBuffers};
 use super::dispatch_size::DispatchSize;
+use super::node_batch::NodePipeline;
 use super::pipelines::SolvePipeline;
 use super::self_test::expect_right;
 use super::shader::{ALL_PATHS, Kernel, Paths, WORKGROUP_SIZE, input_units};
@@ -31,6 +32,8 @@ pub(super) struct Dispatcher {
     pub precision: Precision,
     kernel: Kernel,
     pub solver: SolvePipeline,
+    /// Made when first needed.
+    pub nodes: Option<NodePipeline>,
     /// Buffers of the dispatches in flight.
     pub buffers: Vec<DispatchBuffers>,
     pub size: DispatchSize,
@@ -57,6 +60,7 @@ impl Dispatcher {
             precision: kernel.precision,
             kernel: kernel.clone(),
             solver,
+            nodes: None,
             buffers: Vec::new(),
             size: DispatchSize::new(block_limit),
             mark: 0,
@@ -68,6 +72,11 @@ impl Dispatcher {
         };
         dispatcher.warm_up()?;
         Ok(dispatcher)
+    }
+
+    /// Name of the function that solves.
+    pub fn entry_point(&self) -> &'static str {
+        self.kernel.entry_point
     }
 
     /// Leaves samples that need the guarded ramp for dispatches of their own, or not.
@@ -188,6 +197,7 @@ impl Dispatcher {
         expect_right(&device)?;
         let in_stages = self.solver.is_in_stages();
         self.buffers.clear();
+        self.nodes = None;
         self.solver = SolvePipeline::new(&device, &self.plan, &self.kernel)?;
         self.solver.set_stages(&device, &self.kernel, in_stages)?;
         self.device = device;
@@ -207,6 +217,12 @@ impl Dispatcher {
                 self.notes.push(note);
             }
         }
+    }
+
+    /// Samples for nodes that the device has no room for.
+    pub fn note_too_long(&mut self, samples: usize) {
+        let name = &self.device.adapter().name;
+        self.notes.push(format!("{name} has no room for the nodes of {samples} limp or taut rods"));
     }
 
     /// What users should know, each note once.

@@ -4,6 +4,7 @@ use super::conversion::pack;
 use super::device::failed;
 use super::dispatch_buffers::{Dispatch, Submission};
 use super::dispatcher::{DISPATCHES_IN_FLIGHT, Dispatcher};
+use super::node_batch::solve_grown;
 use super::shader::{ALL_PATHS, Paths, QUICK_PATHS};
 use crate::backend::{BackendError, Precision};
 use crate::model::{BLOCK, Batch, Blocks, Solutions, Status};
@@ -51,21 +52,20 @@ fn attempt(dispatcher: &mut Dispatcher, batch: &Batch) -> Result<Solutions, Back
 }
 
 fn solve_in_stages(dispatcher: &mut Dispatcher, batch: &Batch) -> Result<Solutions, BackendError> {
-    if !dispatcher.solver.is_in_stages() {
-        return solve_by(dispatcher, batch, ALL_PATHS);
-    }
-    let mut solutions = solve_by(dispatcher, batch, QUICK_PATHS)?;
+    let in_stages = dispatcher.solver.is_in_stages();
+    let mut solutions = solve_by(dispatcher, batch, if in_stages { QUICK_PATHS } else { ALL_PATHS })?;
     let is_left = |sample: &usize| solutions.status(*sample) == Status::Pending;
     let left: Vec<usize> = (0..batch.sample_count()).filter(is_left).collect();
-    if !left.is_empty() {
+    if in_stages && !left.is_empty() {
         let again = solve_stragglers(dispatcher, &gathered(batch, &left))?;
         left.iter().enumerate().for_each(|(from, to)| solutions.copy_row(*to, &again, from));
     }
+    solve_grown(dispatcher, batch, &mut solutions)?;
     Ok(solutions)
 }
 
 /// Some samples of a batch.
-fn gathered(batch: &Batch, samples: &[usize]) -> Batch {
+pub(super) fn gathered(batch: &Batch, samples: &[usize]) -> Batch {
     let mut inputs = Blocks::new(batch.inputs.column_count(), samples.len());
     for (to, from) in samples.iter().enumerate() {
         (0..inputs.column_count()).for_each(|column| inputs.set(to, column, batch.inputs.get(*from, column)));

@@ -5,6 +5,7 @@
 
 use crate::backend::BackendFactory;
 use crate::backend::{Backend, BackendError, Precision};
+use crate::model::path::growth_limit;
 use crate::model::{Batch, MOST_KNOWN, Plan, PlanOptions, Quantity, Rod, Solutions, Start, Status, Stepper, Vector};
 use rayon::prelude::*;
 use std::cmp::Ordering;
@@ -63,7 +64,8 @@ pub struct Branch {
 pub struct Equilibria {
     /// Its rows.
     pub rows: Range<usize>,
-    /// Whether the signs of det(dr/dm0) add up to 1, as they do over all equilibria. A necessary condition.
+    /// Whether the signs of det(dr/dm0) add up to 1, as they do over all equilibria. A necessary condition. Not so where
+    /// nothing was searched, see [`is_too_limp`].
     pub balanced: bool,
     /// Searches made.
     pub searches: usize,
@@ -161,7 +163,8 @@ impl<'a> BranchSearch<'a> {
             .map(|sample| {
                 let is_rod = !batch.bad[sample] && from_rest.status(sample) != Status::BadParameter;
                 let radius = if is_rod { self.plan.moment_bound(batch, sample).max(unit) } else { 0.0 };
-                Found { unit, radius, is_over: !is_rod, ..Found::default() }
+                let is_limp = is_rod && is_too_limp(&self.plan.sample_rod(batch, sample));
+                Found { unit, radius, is_over: !is_rod || is_limp, is_limp, ..Found::default() }
             })
             .collect();
         for (row, sample) in known.iter().enumerate() {
@@ -254,10 +257,17 @@ impl<'a> BranchSearch<'a> {
                 signs += sign(from, row);
                 branches.push(*branch);
             }
-            samples.push(Equilibria { rows: first..branches.len(), balanced: signs == 1, searches: of.searches });
+            let balanced = signs == 1 && !of.is_limp;
+            samples.push(Equilibria { rows: first..branches.len(), balanced, searches: of.searches });
         }
         Branches { solutions, branches, samples }
     }
+}
+
+/// Whether a rod is so limp or so taut that a base moment does not tell its equilibria: those that differ far from the base
+/// have the same one but for what round-off leaves.
+pub fn is_too_limp(rod: &Rod) -> bool {
+    rod.growth() > growth_limit(f64::EPSILON)
 }
 
 /// The rows of one sample that stay, with what is known of them.
@@ -306,6 +316,8 @@ struct Found {
     searches: usize,
     empty_rounds: usize,
     is_over: bool,
+    /// It is not searched at all.
+    is_limp: bool,
 }
 
 impl Found {

@@ -22,7 +22,7 @@ mod run;
 mod sink;
 mod summary;
 
-pub use branches::{Branch, BranchSearch, BranchTools, Branches, Energy, Equilibria};
+pub use branches::{Branch, BranchSearch, BranchTools, Branches, Energy, Equilibria, is_too_limp};
 pub use check::SpotCheckOptions;
 pub use columns::natural_size;
 pub use error::SweepError;

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use rodsweep::backend::{Backend, Precision};
 use rodsweep::engines::SECOND_DERIVATIVES;
 use rodsweep::lanes::{InstructionSet, Lanes};
-use rodsweep::model::{Axis, Parameter, Plan, PlanOptions, Quantity, Sensitivity, Status};
+use rodsweep::model::{Axis, Parameter, Plan, PlanOptions, Quantity, Scene, Sensitivity, Status};
 use rodsweep::reference::solve_rod;
 use rodsweep_bench::random::any_scene;
 
@@ -109,17 +109,22 @@ fn instruction_sets_agree() {
     }
 }
 
-/// From stiff to limp: random scenes of every term, their loads up to thousands of times what bends them by a radian. What
-/// the CPU answers is what the reference finds; no fold is said where the reference goes on.
+/// A random scene of any terms, its loads up to thousands of times what bends it by a radian.
+pub fn from_stiff_to_limp(seed: u64, number: u64) -> Scene {
+    let mut scene = any_scene(seed, number * 7919);
+    let factor = 10f64.powf((number % 8) as f64 / 2.0);
+    let scaled = |load: Option<[f64; 3]>| load.map(|v| v.map(|x| x * factor));
+    scene.loads.tip_force = scaled(scene.loads.tip_force);
+    scene.loads.gravity = scaled(scene.loads.gravity);
+    scene.loads.distributed_force = scaled(scene.loads.distributed_force);
+    scene
+}
+
+/// From stiff to limp: what the CPU answers is what the reference finds; no fold is said where the reference goes on.
 #[test]
 fn random_scenes_agree_with_the_reference() {
     let one = |number: u64| -> Option<String> {
-        let mut scene = any_scene(23, number * 7919);
-        let factor = 10f64.powf((number % 8) as f64 / 2.0);
-        let scaled = |load: Option<[f64; 3]>| load.map(|v| v.map(|x| x * factor));
-        scene.loads.tip_force = scaled(scene.loads.tip_force);
-        scene.loads.gravity = scaled(scene.loads.gravity);
-        scene.loads.distributed_force = scaled(scene.loads.distributed_force);
+        let scene = from_stiff_to_limp(23, number);
         let plan = Plan::single(&scene, &[], options(Sensitivity::Auto)).ok()?;
         let mut lanes = Lanes::new(&plan, Precision::F64).expect("supported");
         let found = lanes.solve(&plan.batch(1, |_, _| {})).expect("solved");

@@ -11,6 +11,7 @@ mod closed_forms;
 mod dual;
 mod energy;
 mod every_engine;
+mod false_folds;
 mod field_energy;
 mod fields;
 mod golden;

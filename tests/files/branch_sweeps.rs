@@ -396,3 +396,38 @@ fn what_cannot_search_is_refused_before_anything_is_written() {
     assert!(error.is_usage() && error.to_string().contains("use the CPU engine"), "{error}");
     assert!(!out.exists());
 }
+
+/// A sample that is too limp for a search has its equilibrium from rest alone, and its list is not called balanced.
+#[test]
+fn limp_samples_are_not_searched() {
+    let text = r#"[sampling]
+method = "grid"
+[[axis]]
+parameter = "loads.tip_force.z"
+from = "0 N"
+to = "2 N"
+points = 2
+[solver]
+branch = "all"
+[output]
+quantities = ["tip_position", "stability"]
+[scene]
+name = "taut"
+[scene.loads]
+tip_force = ["1 mN", 0, 0]
+[[scene.segment]]
+name = "rod"
+kind = "flexible"
+length = "300 mm"
+stiffness = { bending = "6e-5 N·m²", torsion = "4.6e-5 N·m²" }
+"#;
+    let folder = tempfile::tempdir().unwrap();
+    let spec = shipped(text);
+    run_on_cpu(&folder.path().join("out"), &spec, &options());
+    let table = read_columns(&folder.path().join("out"), &["balanced"]).unwrap();
+    let balanced = table.numbers("balanced").unwrap();
+    let (table, rows) = (&table, balanced.len());
+    let of = |sample: u64| (0..rows).filter(move |row| table.samples()[*row] == sample);
+    assert_eq!(of(1).count(), 1);
+    assert!(of(1).all(|row| balanced[row] == 0.0) && of(0).all(|row| balanced[row] == 1.0), "{balanced:?}");
+}

@@ -283,3 +283,36 @@ fn a_plan_names_its_terms() {
     assert_eq!(specialisation(plan, Precision::F32, Form::ROLLED).constants["FLAGS"], Value::u32_array([1, 0, 17]));
     assert!(holds("A[0][1][0]") && !holds("A[0][2][0]") && holds("B[0][3]"));
 }
+
+/// The kernel by nodes has the settings of the others, and memory of its own.
+#[test]
+fn kernels_by_nodes_validate_and_have_the_layout_of_the_host() {
+    let scene = general();
+    let mut all = plans();
+    for sensitivity in [Sensitivity::Forward, Sensitivity::Reciprocity] {
+        for wrt in derivatives(&scene, &GENERAL_KINDS) {
+            let options = PlanOptions { stepper: Stepper::Rk4, sensitivity, ..PlanOptions::default() };
+            all.push(Plan::single(&scene, &wrt, options).unwrap());
+        }
+    }
+    let mut free = crate::common::scenes::catheter();
+    free.loads.tip_force = None;
+    let wrt = crate::common::scenes::parameters(&free, &["coil.current"]);
+    all.push(Plan::single(&free, &wrt, PlanOptions::default()).unwrap());
+    assert!(all.last().unwrap().free.is_some());
+    for plan in all {
+        for unrolled in [true, false] {
+            let kernel = Kernel::nodes(&plan, unrolled).unwrap();
+            let reflection = check(&kernel.source).unwrap_or_else(|error| panic!("{error}"));
+            let members = reflection.members("Settings").unwrap();
+            let members: Vec<_> = members.iter().map(|(name, offset)| (name.as_str(), *offset)).collect();
+            assert_eq!(members, settings_members(Precision::F32));
+            let of_nodes = reflection.members("NodeSettings").unwrap();
+            let names = ["spacing", "most_intervals", "stride"].map(str::to_owned);
+            assert_eq!(of_nodes, names.into_iter().zip([0, 4, 8]).collect::<Vec<_>>());
+            let names: Vec<String> = reflection.bindings().into_iter().map(|(_, _, name)| name).collect();
+            assert_eq!(names.join(" "), "settings constants inputs outputs node_settings memory under_way");
+            assert_eq!(reflection.workgroup_size("advance"), Some([WORKGROUP_SIZE, 1, 1]));
+        }
+    }
+}

@@ -149,6 +149,17 @@ fn the_equilibrium_from_rest_is_among_all() {
     assert!(matches!(refused, SolveError::Backend(BackendError::Unsupported { .. })) && refused.is_usage());
 }
 
+/// Base moments do not tell the equilibria of a limp rod: the search says so.
+#[test]
+fn a_limp_rod_is_not_searched() {
+    let limp = ["loads.tip_force.x=0.5", "loads.tip_force.z=5"];
+    let solved = solved(&limp);
+    assert!(solved.is_stable() && solved.rod().growth() > 12.0, "{}", solved.rod().growth());
+    let refused = solved.all_branches().expect_err("no search");
+    assert!(matches!(refused, SolveError::Backend(BackendError::Unsupported { .. })) && refused.is_usage());
+    assert!(refused.to_string().contains("base moments do not tell equilibria apart"), "{refused}");
+}
+
 #[test]
 fn a_plan_is_explained() {
     let solved = solved(&[]);

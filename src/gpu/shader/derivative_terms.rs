@@ -3,8 +3,7 @@
 use super::segments::integrated;
 use super::slots::slots;
 use super::specialise::{Specialisation, Value};
-use super::tableaux::tableaux;
-use crate::model::{Plan, Slot};
+use crate::model::{Plan, Slot, Tableau};
 
 /// Which threes of columns there are, and which of them the answer takes.
 pub(super) fn add_columns(s: &mut Specialisation, plan: &Plan, guards: bool) {
@@ -30,7 +29,7 @@ fn by_rotation(plan: &Plan) -> u32 {
 }
 
 /// What is integrated besides the rod, what the columns leave behind and what forward columns need.
-pub(super) fn add_derivative_terms(s: &mut Specialisation, plan: &Plan) {
+pub(super) fn add_derivative_terms(s: &mut Specialisation, plan: &Plan, tableaux: &[&Tableau]) {
     let terms = &plan.terms;
     let has = |test: fn(&Slot) -> bool| slots(plan).any(|(_, slot, _)| test(&slot));
     let rest_curvature = has(|slot| matches!(slot, Slot::RestCurvature(..) | Slot::RestCurvatureRise(..)));
@@ -64,7 +63,6 @@ pub(super) fn add_derivative_terms(s: &mut Specialisation, plan: &Plan) {
     s.term("SOURCE_STIFFNESS", forward && stiffness);
     s.term("SOURCE_MAGNET", forward && (magnet || field && terms.magnet));
     s.term("SOURCE_DIPOLE", forward && dipole);
-    let tableaux = tableaux(plan);
     for (r, tableau) in tableaux.iter().enumerate() {
         let is_answer = r + 1 == tableaux.len();
         for (i, b) in tableau.b.iter().enumerate() {

@@ -68,6 +68,35 @@ pub const KERNELS: &[KernelEntry] = &[KernelEntry {
     ],
 }];
 
+/// Takes samples one turn further by nodes.
+const NODES: &[Part] = &[
+    shader!("batch"),
+    Part::Record,
+    shader!("plan"),
+    shader!("algebra"),
+    shader!("rod"),
+    shader!("section"),
+    shader!("step"),
+    shader!("column"),
+    shader!("source"),
+    Part::Sources,
+    shader!("trace"),
+    shader!("base"),
+    shader!("shoot"),
+    shader!("stability"),
+    shader!("slots"),
+    shader!("rows"),
+    shader!("nodes/memory"),
+    shader!("nodes/mesh"),
+    shader!("nodes/interval"),
+    shader!("nodes/drives"),
+    shader!("nodes/elimination"),
+    shader!("nodes/state"),
+    shader!("nodes/responses"),
+    shader!("nodes/path"),
+    shader!("nodes/answer"),
+];
+
 /// Makes the samples of a sweep from their index.
 const GENERATE: &[Part] = &[shader!("wide"), shader!("generate")];
 
@@ -100,8 +129,16 @@ impl Kernel {
         let make = |form| Self::from_pieces(entry.entry_point, &pieces, &specialisation(plan, precision, form));
         // A search knows one way only.
         let is_quick = plan.start.is_none();
-        let quick = is_quick.then(|| make(Form { guards: false, unrolled: false })).transpose()?.map(Box::new);
-        Ok(Self { quick, ..make(Form { guards: true, unrolled })? })
+        let quick = is_quick.then(|| make(Form { guards: false, ..Form::ROLLED })).transpose()?.map(Box::new);
+        Ok(Self { quick, ..make(Form { unrolled, ..Form::ROLLED })? })
+    }
+
+    /// The kernel that takes samples one turn further by nodes, in f32.
+    ///
+    /// `unrolled`: for a GPU that is software, see [`Form`].
+    pub fn nodes(plan: &Plan, unrolled: bool) -> Result<Self, EmitError> {
+        let form = Form { unrolled, nodes: true, ..Form::ROLLED };
+        Self::emitted("advance", NODES, plan, &specialisation(plan, Precision::F32, form))
     }
 
     /// The kernel that makes samples.

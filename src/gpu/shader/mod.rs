@@ -7,6 +7,7 @@ mod derivative_terms;
 mod emit;
 mod generator;
 mod kernel;
+mod nodes;
 mod record;
 mod segments;
 mod settings;
@@ -27,6 +28,7 @@ pub use specialise::{Piece, Specialisation, Value};
 pub use terms::{Form, specialisation};
 pub use voxel_request::{REQUEST_FLOATS, REQUEST_WORDS};
 
+pub(super) use nodes::{interval_bound, most_intervals, most_turns, node_bytes};
 pub(super) use record::{constants, input_units};
 pub(super) use segments::integrated;
 pub(super) use settings::{ALL_PATHS, Paths, QUICK_PATHS, Settings, float_bytes};

@@ -5,14 +5,15 @@ use crate::model::path::PATH_STEPPER;
 use crate::model::{Plan, Tableau};
 
 /// The tableaux in use: that of the path, that of the answer.
-pub(super) fn tableaux(plan: &Plan) -> Vec<&'static Tableau> {
-    let answer = plan.options.stepper;
+///
+/// By nodes the path's method gives the answer, too: in f32 one of order eight gains nothing.
+pub(super) fn tableaux(plan: &Plan, by_nodes: bool) -> Vec<&'static Tableau> {
+    let answer = if by_nodes { PATH_STEPPER } else { plan.options.stepper };
     if answer == PATH_STEPPER { vec![answer.tableau()] } else { vec![PATH_STEPPER.tableau(), answer.tableau()] }
 }
 
 /// Coefficients, padded to one number of stages, and which of them are not zero.
-pub(super) fn add_tableaux(s: &mut Specialisation, plan: &Plan) {
-    let tableaux = tableaux(plan);
+pub(super) fn add_tableaux(s: &mut Specialisation, tableaux: &[&'static Tableau]) {
     let stages = tableaux.iter().map(|tableau| tableau.b.len()).max().unwrap_or(0);
     let padded = |row: &[f64]| Value::float_array((0..stages).map(|j| row.get(j).copied().unwrap_or(0.0)));
     let row = |tableau: &Tableau, i: usize| padded(tableau.a.get(i).copied().unwrap_or(&[]));

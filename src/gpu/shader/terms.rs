@@ -1,18 +1,19 @@
 //! Terms and constants that a plan fixes in the shaders.
 
 use super::derivative_terms::{add_columns, add_derivative_terms, has_integrals};
+use super::nodes::add_nodes;
 use super::segments::integrated;
 use super::settings::WORKGROUP_SIZE;
 use super::slots::{add_slots, slot_count};
 use super::sources::{add_sources, forward_threes};
 use super::specialise::{Specialisation, Value};
-use super::tableaux::add_tableaux;
+use super::tableaux::{add_tableaux, tableaux};
 use crate::backend::Precision;
 use crate::model::path;
 use crate::model::{BLOCK, MOST_KNOWN, NO_EQUILIBRIUM, Plan, Quantity, SegmentPlan, Status};
 
 /// Loop iterations of one invocation that every driver runs; software Vulkan stops silently at 65,535.
-const ITERATION_BUDGET: usize = 60_000;
+pub(super) const ITERATION_BUDGET: usize = 60_000;
 
 /// What a kernel is made for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,11 +23,13 @@ pub struct Form {
     /// `UNROLLED`: each column has code of its own. Registers of a processor hold numbers only where code names them; a GPU
     /// runs out of room for the code.
     pub unrolled: bool,
+    /// `NODES`: it solves by nodes all along the rod.
+    pub nodes: bool,
 }
 
 impl Form {
     /// The whole kernel as hardware runs it.
-    pub const ROLLED: Form = Form { guards: true, unrolled: false };
+    pub const ROLLED: Form = Form { guards: true, unrolled: false, nodes: false };
 }
 
 /// Intervals of the stability index over a segment at least, where it has as many steps.
@@ -79,8 +82,10 @@ pub fn specialisation(plan: &Plan, precision: Precision, form: Form) -> Speciali
     add_segments(&mut s, plan);
     add_slots(&mut s, plan);
     add_sources(&mut s, plan);
-    add_tableaux(&mut s, plan);
-    add_derivative_terms(&mut s, plan);
+    let tableaux = tableaux(plan, form.nodes);
+    add_tableaux(&mut s, &tableaux);
+    add_derivative_terms(&mut s, plan, &tableaux);
+    add_nodes(&mut s, plan, form.nodes);
     add_path(&mut s, plan);
     s
 }

@@ -1,10 +1,11 @@
 //! Every equilibrium of one scene.
 
 use super::{SolveError, Solved};
+use crate::backend::BackendError;
 use crate::model::{Plan, Solutions};
 use crate::report::{TextTable, engineering};
 use crate::sweep::branch_tools;
-use crate::sweep::{Branch, BranchSearch};
+use crate::sweep::{Branch, BranchSearch, is_too_limp};
 use serde_json::{Value, json};
 use std::fmt;
 
@@ -78,9 +79,19 @@ impl Solved {
     ///
     /// # Errors
     ///
-    /// An engine that cannot search: the reference, or a GPU that fails.
+    /// An engine that cannot search: the reference, or a GPU that fails. A rod that is too limp or too taut for a search.
     pub fn all_branches(&self) -> Result<AllBranches, SolveError> {
         let engine = self.chosen_engine();
+        let rod = self.rod();
+        if is_too_limp(&rod) {
+            let growth = rod.growth();
+            let what = format!(
+                "the search for other equilibria of so limp or so taut a rod: errors grow by e^{growth:.0} from base to tip, so \
+                 that base moments do not tell equilibria apart"
+            );
+            let remedy = "ask for the equilibrium from rest".into();
+            return Err(BackendError::Unsupported { backend: engine.kind(), what, remedy }.into());
+        }
         let make = |plan: &Plan| engine.make(plan);
         let mut search = BranchSearch::new(self.plan(), branch_tools(&make))?;
         let found = search.find(self.batch(), self.solutions(), &|| false)?;

@@ -1,0 +1,143 @@
+// A sample's nodes in a storage buffer, number by number, the samples of a dispatch side by side. What is there outlasts a
+// dispatch: each takes every sample one pass further. src/gpu/shader/nodes.rs owns the sizes.
+
+struct NodeSettings {
+    // Growth from one node to the next.
+    spacing: f32,
+    // Intervals and samples that there is room for.
+    most_intervals: u32,
+    stride: u32,
+}
+
+@group(0) @binding(4) var<uniform> node_settings: NodeSettings;
+@group(0) @binding(5) var<storage, read_write> memory: array<f32>;
+// Samples that are not done.
+@group(0) @binding(6) var<storage, read_write> under_way: atomic<u32>;
+
+// Numbers of a sample, and of each of its intervals.
+const HEAD_NUMBERS: u32 = 52u; //@spec
+const INTERVAL_NUMBERS: u32 = 165u; //@spec
+
+// Of a sample: how far it is, its intervals, where it stands on its path.
+const STAGE: u32 = 0u;
+const INTERVALS: u32 = 1u;
+const LAMBDA: u32 = 2u;
+const LAMBDA_BEFORE: u32 = 3u;
+const LOAD_STEP: u32 = 4u;
+const GOAL: u32 = 5u;
+const LAST_LEAST: u32 = 6u;
+const WEAKEST: u32 = 7u;
+const LAST_SIZE: u32 = 8u;
+const FIRST_SIZE: u32 = 9u;
+const NEWTON_STEPS: u32 = 10u;
+const PASSES: u32 = 11u;
+// dm0 by base rotation, less its canonical part.
+const BASE_ROTATION: u32 = 43u;
+// Which number of steps, whether Newton's method has converged on it, the three of parameters in hand.
+const LEVEL: u32 = 13u;
+const IS_CONVERGED: u32 = 14u;
+const THREE: u32 = 15u;
+// What the number of steps before has come to.
+const COARSER_P: u32 = 16u;
+const COARSER_D1: u32 = 19u;
+const COARSER_T: u32 = 22u;
+const COARSER_W: u32 = 25u;
+const COARSER_DP: u32 = 34u;
+
+// Of an interval: what of the rod it is, its length where it bends, the force at its start.
+const KIND: u32 = 0u;
+const FIRST: u32 = 1u;
+const END: u32 = 2u;
+const START: u32 = 3u;
+const SHARE: u32 = 4u;
+const BENT_LENGTH: u32 = 5u;
+const FORCE_THERE: u32 = 6u;
+// The node at its start: on trial, accepted last, accepted before.
+const NODE: u32 = 9u;
+const ACCEPTED: u32 = 18u;
+const BEFORE: u32 = 27u;
+// How its end moves with its start, in the canonical pair (w, mu), displacement last. S1, N1
+const A_THERE: u32 = 36u;
+const B_THERE: u32 = 45u;
+const C_THERE: u32 = 54u;
+const D_THERE: u32 = 63u;
+const DP_W: u32 = 72u;
+const DP_MU: u32 = 81u;
+const DEFECT_W: u32 = 90u;
+const DEFECT_MU: u32 = 93u;
+// What elimination leaves at its start: mu = s w + g.
+const PIVOT_INVERSE: u32 = 96u;
+const PIVOT_S: u32 = 105u;
+// Change of the node, and g of three loads.
+const CHANGE_W: u32 = 114u;
+const CHANGE_MU: u32 = 117u;
+const G_MOMENT: u32 = 120u;
+// What three loads or parameters do over it while its start is held, and their g.
+const DRIVE_W: u32 = 129u;
+const DRIVE_MU: u32 = 138u;
+const DRIVE_DP: u32 = 147u;
+const G_DRIVE: u32 = 156u;
+
+const_assert BASE_ROTATION + 9u <= HEAD_NUMBERS;
+//@if RECIPROCITY
+const_assert G_DRIVE + 9u <= INTERVAL_NUMBERS;
+//@else
+//@if DRIVES
+const_assert DRIVE_DP + 9u <= INTERVAL_NUMBERS;
+//@end
+//@end
+const_assert G_MOMENT + 9u <= INTERVAL_NUMBERS;
+
+var<private> sample_at: u32;
+var<private> interval_count: u32;
+
+fn interval_at(i: u32) -> u32 {
+    return HEAD_NUMBERS + i * INTERVAL_NUMBERS;
+}
+
+fn held(at: u32) -> f32 {
+    return memory[at * node_settings.stride + sample_at];
+}
+
+fn hold(at: u32, value: f32) {
+    memory[at * node_settings.stride + sample_at] = value;
+}
+
+fn held_vector(at: u32) -> vec3<f32> {
+    return vec3<f32>(held(at), held(at + 1u), held(at + 2u));
+}
+
+fn hold_vector(at: u32, value: vec3<f32>) {
+    hold(at, value.x);
+    hold(at + 1u, value.y);
+    hold(at + 2u, value.z);
+}
+
+fn held_matrix(at: u32) -> mat3x3<f32> {
+    return mat3x3<f32>(held_vector(at), held_vector(at + 3u), held_vector(at + 6u));
+}
+
+fn hold_matrix(at: u32, value: mat3x3<f32>) {
+    hold_vector(at, value[0]);
+    hold_vector(at + 3u, value[1]);
+    hold_vector(at + 6u, value[2]);
+}
+
+fn held_node(at: u32) -> Node {
+    return Node(held_vector(at), held_vector(at + 3u), held_vector(at + 6u));
+}
+
+fn hold_node(at: u32, node: Node) {
+    hold_vector(at, node.d1);
+    hold_vector(at + 3u, node.t);
+    hold_vector(at + 6u, node.m);
+}
+
+// Whether a number is neither infinite nor undefined; by its bits, whatever the compiler assumes.
+fn is_finite(a: f32) -> bool {
+    //@if F64
+    return abs(a) < 1e300;
+    //@else
+    return (bitcast<u32>(a) & 0x7f800000u) != 0x7f800000u;
+    //@end
+}

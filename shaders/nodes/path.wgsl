@@ -1,0 +1,117 @@
+// The path from rest by nodes: load steps on all of them together, each on the stable branch. N4
+// src/lanes/nodes/path.rs
+
+const CORRECTIONS: f32 = 0.0; //@spec
+const WIDENING: f32 = 0.0; //@spec
+const NODE_AIM: f32 = 0.0; //@spec
+const NODE_CONTRACTION: f32 = 0.0; //@spec
+const NODE_FIRST_STEP: f32 = 0.0; //@spec
+const NODE_FOLD_PIVOT: f32 = 0.0; //@spec
+const NODE_LEAST_RATIO: f32 = 0.0; //@spec
+const NODE_MOST_RATIO: f32 = 0.0; //@spec
+const NODE_NEAR_PIVOT: f32 = 0.0; //@spec
+const NODE_PASS_LIMIT: f32 = 0.0; //@spec
+const NODE_RETREAT: f32 = 0.0; //@spec
+const NODE_SMALLEST_FIRST_STEP: f32 = 0.0; //@spec
+const NODE_SMALLEST_STEP: f32 = 0.0; //@spec
+const NODE_TOLERANCE: f32 = 0.0; //@spec
+const NODE_TRUST: f32 = 0.0; //@spec
+
+// The size of a step that is no number.
+const LOST: f32 = 1e30;
+
+// Where the path goes on after a turn.
+const GOES_ON: u32 = 0u;
+const REACHED: u32 = 1u;
+const AT_FOLD: u32 = 2u;
+const EXHAUSTED: u32 = 3u;
+const FAILED: u32 = 4u;
+
+// Puts the path at rest, where the nodes are.
+fn start_path() {
+    hold(LAMBDA, 0.0);
+    hold(LAMBDA_BEFORE, 0.0);
+    hold(LOAD_STEP, NODE_FIRST_STEP);
+    hold(GOAL, NODE_FIRST_STEP);
+    hold(LAST_LEAST, 1.0);
+    hold(WEAKEST, 1.0);
+    hold(LAST_SIZE, NODE_TRUST / NODE_CONTRACTION);
+    hold(FIRST_SIZE, 0.0);
+    hold(NEWTON_STEPS, 0.0);
+    for (var i = 0u; i < interval_count; i++) {
+        let at = interval_at(i);
+        let node = held_node(at + NODE);
+        hold_node(at + ACCEPTED, node);
+        hold_node(at + BEFORE, node);
+    }
+}
+
+// Leads the sample from rest to its full load, a Newton step a turn, after a pass and its step of `size`.
+fn follow_nodes(size: f32) -> u32 {
+    let goal = held(GOAL);
+    let corrections = held(NEWTON_STEPS);
+    let stable = node_index < 0.5 && !leaps(least, held(LAST_LEAST));
+    let partial = goal < 1.0;
+    let converged = size < NODE_TOLERANCE;
+    let contracting = size < held(LAST_SIZE) * NODE_CONTRACTION && corrections < CORRECTIONS;
+    let accept = converged && stable;
+    let go_on = !converged && contracting;
+    let rejected = !accept && !go_on;
+    if accept {
+        hold(LAST_LEAST, least);
+        hold(WEAKEST, min(held(WEAKEST), least));
+        for (var i = 0u; i < interval_count; i++) {
+            let at = interval_at(i);
+            hold_node(at + BEFORE, held_node(at + ACCEPTED));
+            hold_node(at + ACCEPTED, held_node(at + NODE));
+        }
+    }
+    let unstable = rejected && converged;
+    let used = goal - held(LAMBDA);
+    if accept {
+        hold(LAMBDA_BEFORE, held(LAMBDA));
+        hold(LAMBDA, goal);
+    }
+    let lambda = held(LAMBDA);
+    if corrections < 0.5 { hold(FIRST_SIZE, size); }
+    let ratio = clamp(sqrt(NODE_AIM * NODE_TRUST / max(held(FIRST_SIZE), 1e-6)), NODE_LEAST_RATIO, NODE_MOST_RATIO);
+    var step = held(LOAD_STEP);
+    if accept { step = used * ratio; }
+    if rejected { step = used * NODE_RETREAT; }
+    hold(LOAD_STEP, step);
+    let smallest = max(lambda * NODE_SMALLEST_STEP, NODE_SMALLEST_FIRST_STEP);
+    let failed = rejected && step < smallest;
+    let reached = accept && !partial;
+    if !go_on && !reached {
+        let next = min(lambda + step, 1.0);
+        hold(GOAL, next);
+        predict(lambda, held(LAMBDA_BEFORE), next);
+    }
+    hold(LAST_SIZE, select(NODE_TRUST / NODE_CONTRACTION, size, go_on));
+    hold(NEWTON_STEPS, select(0.0, corrections + 1.0, go_on));
+    hold(PASSES, held(PASSES) + 1.0);
+    if reached { return REACHED; }
+    if held(PASSES) >= NODE_PASS_LIMIT { return EXHAUSTED; }
+    let is_fold = unstable || held(WEAKEST) < NODE_FOLD_PIVOT;
+    return select(GOES_ON, select(FAILED, AT_FOLD, is_fold), failed);
+}
+
+// Whether a load step changes the least pivot so much, where it is small, that stability may be lost and won again between.
+fn leaps(pivot: f32, last: f32) -> bool {
+    let near = min(pivot, last) < NODE_NEAR_PIVOT;
+    return near && (pivot * WIDENING < last || last * WIDENING < pivot);
+}
+
+// Puts the nodes where the last two equilibria point to.
+fn predict(lambda: f32, lambda_before: f32, goal: f32) {
+    let secant = lambda - lambda_before;
+    let ahead = select(0.0, (goal - lambda) / secant, secant > 0.0);
+    for (var i = 0u; i < interval_count; i++) {
+        let at = interval_at(i);
+        let accepted = held_node(at + ACCEPTED);
+        let before = held_node(at + BEFORE);
+        let w = turn(before, accepted) * ahead;
+        let m = axpy(ahead, accepted.m - before.m, accepted.m);
+        hold_node(at + NODE, Node(rotate(w, accepted.d1), rotate(w, accepted.t), m));
+    }
+}

@@ -1,0 +1,87 @@
+//! What a plan fixes in the kernel by nodes, how long a sample takes and how much memory it needs.
+
+use super::segments::integrated;
+use super::slots::slot_count;
+use super::specialise::{Specialisation, Value};
+use super::terms::ITERATION_BUDGET;
+use crate::model::{Plan, path};
+
+/// Numbers of a sample, and of each of its intervals: without derivatives, by forward columns, by reciprocity.
+/// `shaders/nodes/memory.wgsl` says which they are.
+const HEAD_NUMBERS: usize = 52;
+const BARE_INTERVAL_NUMBERS: usize = 129;
+const FORWARD_INTERVAL_NUMBERS: usize = 156;
+const RECIPROCAL_INTERVAL_NUMBERS: usize = 165;
+
+/// Steps between two nodes for the answer: as many as it takes. In f32 a method of fourth order needs no more.
+const STEPS: [usize; 3] = [2, 4, 8];
+/// Iterations of a turn for each interval, besides those over its steps and slots: elimination, changes of the nodes, tip.
+const LOOPS: usize = 14;
+
+fn interval_numbers(plan: &Plan) -> usize {
+    match (plan.derivatives.is_empty(), plan.forward) {
+        (true, _) => BARE_INTERVAL_NUMBERS,
+        (false, true) => FORWARD_INTERVAL_NUMBERS,
+        (false, false) => RECIPROCAL_INTERVAL_NUMBERS,
+    }
+}
+
+/// What a sample of so many intervals holds on the device (bytes).
+pub(crate) fn node_bytes(plan: &Plan, intervals: usize) -> u64 {
+    ((HEAD_NUMBERS + intervals * interval_numbers(plan)) * size_of::<f32>()) as u64
+}
+
+/// Intervals such that a turn never exceeds the iterations that software runs; columns are no loops there.
+pub(crate) fn most_intervals(plan: &Plan) -> usize {
+    ITERATION_BUDGET / (LOOPS + STEPS[STEPS.len() - 1] + slot_count(plan))
+}
+
+/// Turns that a sample takes at most: to rest, along its path, for its answer and its rows.
+pub(crate) fn most_turns(plan: &Plan) -> usize {
+    let answer = STEPS.len() * (path::NODE_CORRECTIONS + 1);
+    1 + path::NODE_PASS_LIMIT as usize + answer + plan.derivatives.len().div_ceil(3).max(1)
+}
+
+/// Intervals at most of a rod that turns by `curl` (rad) at rest and whose errors grow by `growth` powers of e.
+pub(crate) fn interval_bound(plan: &Plan, growth: f64, curl: f64, spacing: f64) -> usize {
+    let segments = integrated(plan).len() as f64;
+    // The shader's sum over panels is a finer one.
+    let bound = (1.1 * growth + curl + 2.0 * segments) / spacing + 2.0 * segments + 2.0;
+    if bound.is_finite() { bound as usize } else { usize::MAX }
+}
+
+/// Terms and constants of the kernel by nodes; other kernels have the terms, too.
+pub(super) fn add_nodes(s: &mut Specialisation, plan: &Plan, is_by_nodes: bool) {
+    let collects = is_by_nodes && s.terms.get("TRACES").is_some_and(|holds| *holds);
+    s.term("NODES", is_by_nodes);
+    s.term("DRIVES", !plan.derivatives.is_empty());
+    s.term("COLLECTS_RESPONSES", collects);
+    s.constant("HEAD_NUMBERS", Value::U32(HEAD_NUMBERS as u32));
+    s.constant("INTERVAL_NUMBERS", Value::U32(interval_numbers(plan) as u32));
+    s.constant("NODE_LEVELS", Value::U32(STEPS.len() as u32));
+    s.constant("NODE_STEPS", Value::u32_array(STEPS));
+    s.constant("NODE_PATH_STEPS", Value::U32(path::NODE_PATH_STEPS as u32));
+    let epsilon = s.precision.epsilon();
+    for (name, value) in [
+        ("NODE_AIM", path::NODE_AIM),
+        ("NODE_COLUMNS_GOOD", path::NODE_COLUMNS_GOOD.max(100.0 * epsilon)),
+        ("NODE_CONTRACTION", path::NODE_CONTRACTION),
+        ("NODE_CORRECTIONS", path::NODE_CORRECTIONS as f64),
+        ("NODE_FIRST_STEP", path::NODE_FIRST_STEP),
+        ("NODE_FOLD_PIVOT", path::NODE_FOLD_PIVOT),
+        ("NODE_GOOD", path::NODE_GOOD.max(100.0 * epsilon)),
+        ("NODE_LEAST_RATIO", path::NODE_LEAST_RATIO),
+        ("NODE_MOST_RATIO", path::NODE_MOST_RATIO),
+        ("NODE_NEAR_PIVOT", path::NODE_NEAR_PIVOT),
+        ("NODE_NEWTON", path::NODE_NEWTON.max(64.0 * epsilon)),
+        ("NODE_PASS_LIMIT", path::NODE_PASS_LIMIT),
+        ("NODE_RETREAT", path::NODE_RETREAT),
+        ("NODE_ROUND_OFF", path::NODE_ROUND_OFF),
+        ("NODE_SMALLEST_FIRST_STEP", path::NODE_SMALLEST_FIRST_STEP),
+        ("NODE_SMALLEST_STEP", path::NODE_SMALLEST_STEP),
+        ("NODE_TOLERANCE", path::NODE_TOLERANCE),
+        ("NODE_TRUST", path::NODE_TRUST),
+    ] {
+        s.constant(name, Value::Float(value));
+    }
+}
