@@ -167,8 +167,6 @@ fn located(reader: &Reader, scene: &Scene, error: SceneError) -> InputError {
         SceneError::DuplicateName(name) => file_key(reader, scene, &format!("{name}.name")),
         SceneError::GravityWithoutMass => "loads.gravity".into(),
         SceneError::NoSegment | SceneError::NoFlexible => "segment".into(),
-        SceneError::RigidFirst { .. } => "segment[0].kind".into(),
-        SceneError::ForceWithoutArm => "model.rigid_force_arm".into(),
         SceneError::DuplicateSource(name) => source_key(scene, name, "name"),
         SceneError::CurrentsOfCoils { name, .. } => source_key(scene, name, "current"),
     };

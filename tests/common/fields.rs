@@ -8,6 +8,7 @@ use rodsweep::model::{
 use serde_json::Value;
 
 /// A scene with one equilibrium and its derivatives.
+#[derive(Clone)]
 pub struct FieldCase {
     pub scene: Scene,
     /// Kind of each column and what it is by: a combination of slots.

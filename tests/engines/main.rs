@@ -11,6 +11,7 @@ mod closed_forms;
 mod dual;
 mod energy;
 mod every_engine;
+mod field_combinations;
 mod field_energy;
 mod fields;
 mod golden;

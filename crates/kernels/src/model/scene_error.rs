@@ -19,17 +19,6 @@ pub enum SceneError {
         /// What holds for a good value, in words.
         requirement: &'static str,
     },
-    /// A rod that starts rigid in a field that varies in space.
-    #[error(
-        "`{segment}` is rigid and first: in a field that varies in space it does not move; leave it out and put the base at its end"
-    )]
-    RigidFirst {
-        /// Name of the segment.
-        segment: String,
-    },
-    /// Forces of the field without their lever arm.
-    #[error("`model.rigid_force_arm = false` leaves out what the forces of a field that varies in space do: remove it")]
-    ForceWithoutArm,
     /// Two magnets, arrays or segments share this name.
     #[error("`{0}` is the name of two sources of the field, or of one and a segment: give each its own name")]
     DuplicateSource(String),

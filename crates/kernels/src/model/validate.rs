@@ -1,8 +1,8 @@
 //! Whether a scene's numbers describe a rod.
 
 use super::{
-    CoilWinding, Density, GradientEntry, Node, Profile, Scene, SceneError, Segment, SegmentKind, ShearElasticity,
-    Stiffness, Vector,
+    CoilWinding, Density, GradientEntry, Node, Profile, Scene, SceneError, SegmentKind, ShearElasticity, Stiffness,
+    Vector,
 };
 use std::collections::HashSet;
 
@@ -132,12 +132,6 @@ fn check_sources(scene: &Scene) -> Result<(), SceneError> {
     if !sources.varies() {
         return Ok(());
     }
-    if !scene.rigid_force_arm {
-        return Err(SceneError::ForceWithoutArm);
-    }
-    if let Some(Segment { name, kind: SegmentKind::Rigid(_), .. }) = scene.segments.first() {
-        return Err(SceneError::RigidFirst { segment: name.clone() });
-    }
     for (entry, value) in GradientEntry::ALL.iter().zip(sources.gradient.unwrap_or_default()) {
         check(format!("field.gradient.{}", entry.name()), value, value.is_finite(), "finite")?;
     }
@@ -156,7 +150,7 @@ fn check_sources(scene: &Scene) -> Result<(), SceneError> {
             check_positive(format!("{name}.length"), body.length)?;
             check_positive(format!("{name}.diameter"), body.diameter)?;
         }
-        if !names.insert(format!("magnets.{}", magnet.name)) {
+        if !names.insert(name) {
             return Err(SceneError::DuplicateSource(magnet.name.clone()));
         }
     }

@@ -108,6 +108,10 @@ fn write<L: Kernels>(
     let position = tip.p + dp;
     let (d1, t) = (tip.d1 + cross(turn, tip.d1), tip.t + cross(turn, tip.t));
     let m0 = end.base.1 + left.1;
+    if program.first_beyond_rigid.is_some() {
+        let u = workspace.first.u + workspace.first.moved(left);
+        out.store_vector(Quantity::COUNT + program.rows * program.derivatives.len(), u);
+    }
     let index = index(&workspace.transfers, one);
     let stable = index.lt(one.constant(0.5));
     let margin = margin(&inverse);
@@ -164,7 +168,7 @@ fn write_rows<L: Lane>(
     out: &mut Outputs<'_, L::Scalar>,
 ) {
     let Problem { program, rod, .. } = *problem;
-    let rows = if program.base_moment_rows { 3 } else { 2 };
+    let rows = program.rows / 3;
     let base = super::step::State {
         p: Vec3::splat(rod.t.x.constant(0.0)),
         d1: rod.d1,
@@ -185,7 +189,11 @@ fn write_rows<L: Lane>(
             let (dp, w) = moved(workspace, change);
             // What is inserted lies proximal to the former base.
             let dm0 = change.1 - slope * parameters.sources.insertion[k];
-            let all = [columns.dp[k] + dp, columns.w[k] + w, dm0];
+            let mut du0 = dm0;
+            if program.first_beyond_rigid.is_some() {
+                du0 = workspace.first.by_parameters[three][k] + workspace.first.moved(change);
+            }
+            let all = [columns.dp[k] + dp, columns.w[k] + w, dm0, du0];
             for (row, value) in all.into_iter().enumerate().take(rows) {
                 out.store_vector(Quantity::COUNT + 3 * (rows * (3 * three + k) + row), value);
             }

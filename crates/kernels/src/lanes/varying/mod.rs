@@ -6,6 +6,7 @@
 mod answer;
 mod crossing;
 mod ends;
+mod first;
 mod index;
 mod matrix;
 mod parameters;

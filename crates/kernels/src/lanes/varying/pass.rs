@@ -2,6 +2,7 @@
 
 use super::crossing::Crossing;
 use super::ends::{base_columns, lengthen};
+use super::first::First;
 use super::index::Transfer;
 use super::matrix::Mat6;
 use super::parameters::Parameters;
@@ -52,6 +53,8 @@ pub struct VaryingWorkspace<L: Lane> {
     pub transfers: Vec<Transfer<L>>,
     /// Its columns by parameters, three each.
     pub columns: Vec<Columns<L>>,
+    /// Where the first flexible segment of the rod starts, if a rigid one comes before it.
+    pub first: First<L>,
     /// The least distance to a magnet beyond its clearance.
     pub clearance: L,
 }
@@ -70,6 +73,7 @@ impl<L: Lane> VaryingWorkspace<L> {
             matrix: Mat6::zero(zero),
             transfers: Vec::new(),
             columns: Vec::new(),
+            first: First::new(zero),
             clearance: zero,
         }
     }
@@ -128,7 +132,7 @@ fn numbered<'a, L>(
 pub fn integrate<L: Lane>(pass: Pass<'_, L>) {
     let Pass { problem, resolution, lambda, base, what, points, workspace } = pass;
     let Problem { program, rod, .. } = problem;
-    let VaryingWorkspace { space, room, parameters, transfers, columns, .. } = workspace;
+    let VaryingWorkspace { space, room, parameters, transfers, columns, first, .. } = workspace;
     let zero = lambda.constant(0.0);
     let mut state = State { p: Vec3::splat(zero), d1: rod.d1, t: rod.t, m: base.1, n: base.0 };
     let (mut pose, mut load) = (Mat6::zero(zero), Mat6::identity(zero));
@@ -148,6 +152,9 @@ pub fn integrate<L: Lane>(pass: Pass<'_, L>) {
             Segment::Flexible(flexible) => {
                 let steps = resolution.steps[index];
                 let share = 1.0 / steps.max(1) as f64;
+                if what == What::Parameters && Some(index) == program.first_beyond_rigid {
+                    first.load(program.terms, (flexible, index), &state, &load, parameters, columns);
+                }
                 room.stages.set_step(resolution.tableau, flexible.length * zero.constant(share));
                 for k in 0..steps {
                     let start = k as f64 * share;
@@ -174,7 +181,8 @@ pub fn integrate<L: Lane>(pass: Pass<'_, L>) {
                 }
             }
             Segment::Rigid(rigid) => {
-                let crossing = Crossing { space, segment: rigid, lambda, points, before: state };
+                let force_arm = program.rigid_force_arm;
+                let crossing = Crossing { space, segment: rigid, lambda, points, force_arm, before: state };
                 let after = crossing.cross();
                 let mut count = if what == What::Base { 2 } else { 0 };
                 if with_transfers {
