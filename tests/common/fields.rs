@@ -106,6 +106,7 @@ fn sources(field: &Value) -> FieldSources {
         origin: vector(&field["origin"]),
         magnets: list(&field["magnets"]).iter().enumerate().map(magnet).collect(),
         arrays: if coils.is_empty() { Vec::new() } else { vec![array] },
+        maps: Vec::new(),
         coil_load: CoilLoad::default(),
     }
 }

@@ -13,6 +13,7 @@ mod energy;
 mod every_engine;
 mod field_combinations;
 mod field_energy;
+mod field_maps;
 mod fields;
 mod golden;
 mod hard;

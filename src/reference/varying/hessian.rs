@@ -26,6 +26,8 @@ pub(super) struct Stability {
     pub index: usize,
     /// Least distance to a magnet beyond its clearance.
     pub clearance: f64,
+    /// How far the rod's dipoles are inside of every map.
+    pub inside: f64,
 }
 
 /// Linear forms of the unknowns at one place: rotation, displacement, and the displacement on which forces do work: without
@@ -97,8 +99,13 @@ pub(super) fn stability(rod: &Varying, base: &BaseLoad, integrator: &mut Extrapo
     let mut forms = Forms { w: none.clone(), dp: none.clone(), at_work: none };
     let mut state = rod.base_state(base, &[]);
     let mut clearance = rod.field.clearance(state.p);
+    let mut inside = f64::INFINITY;
     let mut first = 0;
     for j in 0..chain.is_flexible.len() {
+        let is_magnetic = chain.numbers.segments[j].mu != Vector3::zeros();
+        if is_magnetic {
+            inside = inside.min(rod.field.inside(state.p));
+        }
         if !chain.is_flexible[j] {
             add_rigid(&mut q, rod, j, &state, &forms);
             rigid::cross(rod, j, &[], &mut state);
@@ -108,6 +115,9 @@ pub(super) fn stability(rod: &Varying, base: &BaseLoad, integrator: &mut Extrapo
                 forms.at_work -= hat(arm) * &forms.w;
             }
             clearance = clearance.min(rod.field.clearance(state.p)).min(rod.field.clearance(state.p - 0.5 * arm));
+            if is_magnetic {
+                inside = inside.min(rod.field.inside(state.p));
+            }
             continue;
         }
         let length = chain.numbers.segments[j].length;
@@ -124,6 +134,9 @@ pub(super) fn stability(rod: &Varying, base: &BaseLoad, integrator: &mut Extrapo
                 flexible.advance(integrator, s, start + place * h, &mut state).ok()?;
                 s = start + place * h;
                 clearance = clearance.min(rod.field.clearance(state.p));
+                if is_magnetic {
+                    inside = inside.min(rod.field.inside(state.p));
+                }
                 states.push((s, state.clone()));
             }
             flexible.advance(integrator, s, start + h, &mut state).ok()?;
@@ -131,8 +144,11 @@ pub(super) fn stability(rod: &Varying, base: &BaseLoad, integrator: &mut Extrapo
             first += POINTS * per_point;
         }
         clearance = clearance.min(rod.field.clearance(state.p));
+        if is_magnetic {
+            inside = inside.min(rod.field.inside(state.p));
+        }
     }
-    Some(Stability { index: negative_eigenvalues(q)?, clearance })
+    Some(Stability { index: negative_eigenvalues(q)?, clearance, inside })
 }
 
 /// The work of the field and of all forces beyond on a rigid segment.

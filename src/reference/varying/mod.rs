@@ -7,6 +7,7 @@ mod energy;
 mod field;
 mod flexible;
 mod hessian;
+mod map;
 mod ramp;
 mod rigid;
 mod shape;
@@ -46,6 +47,7 @@ pub(super) fn solve(rod: &Rod, slots: &[Slot]) -> Option<Equilibrium> {
     let most = RESIDUAL_FACTOR * TOLERANCE * passage.growth();
     let status = match path.end {
         End::TooNear => Status::TooNearMagnet,
+        End::Outside => Status::OutsideMap,
         end => status((path.lambda, end == End::GaveUp, path.steps), (passage.residual.norm(), most), index),
     };
     let index = index.unwrap_or_default();

@@ -356,7 +356,7 @@ impl Plan {
         let units = &self.units;
         let mut scale = Rod::record_units(self.segments.iter().map(|segment| segment.is_flexible), units);
         if let Some(field) = self.scene.sources.rod_field() {
-            scale.extend(RodField::record_units(field.dipoles.len(), units));
+            scale.extend(RodField::record_units(field.dipoles.len(), field.maps.len(), units));
         }
         if self.free.is_some() {
             scale.extend([units.length; 3]);

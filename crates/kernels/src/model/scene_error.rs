@@ -19,6 +19,14 @@ pub enum SceneError {
         /// What holds for a good value, in words.
         requirement: &'static str,
     },
+    /// A flexible segment magnetised along its length in a field sampled on a grid.
+    #[error(
+        "`{segment}` is magnetised along its length, but integration does not resolve the faces of a sampled field's cells: make it of rigid segments, or the field of magnets and coils"
+    )]
+    MagnetisedInMap {
+        /// Name of the segment.
+        segment: String,
+    },
     /// Two magnets, arrays or segments share this name.
     #[error("`{0}` is the name of two sources of the field, or of one and a segment: give each its own name")]
     DuplicateSource(String),

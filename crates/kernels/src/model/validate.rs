@@ -1,8 +1,8 @@
 //! Whether a scene's numbers describe a rod.
 
 use super::{
-    CoilWinding, Density, GradientEntry, Node, Profile, Scene, SceneError, SegmentKind, ShearElasticity, Stiffness,
-    Vector,
+    CoilWinding, Density, GradientEntry, Node, Profile, Scene, SceneError, Segment, SegmentKind, ShearElasticity,
+    Stiffness, Vector,
 };
 use std::collections::HashSet;
 
@@ -170,6 +170,21 @@ fn check_sources(scene: &Scene) -> Result<(), SceneError> {
             check_finite(&format!("{name}.coil.dipoles.position"), dipole.position)?;
             check_finite(&format!("{name}.coil.dipoles.moment_per_ampere"), dipole.moment_per_ampere)?;
         }
+    }
+    for map in &sources.maps {
+        let name = format!("maps.{}", map.name);
+        check(format!("{name}.scale"), map.scale, map.scale.is_finite(), "finite")?;
+        check_finite(&format!("{name}.position"), map.position)?;
+        if !names.insert(name) {
+            return Err(SceneError::DuplicateSource(map.name.clone()));
+        }
+    }
+    let is_magnetised = |segment: &&Segment| match &segment.kind {
+        SegmentKind::Flexible(flexible) => flexible.dipole_per_length.is_some(),
+        SegmentKind::Rigid(_) => false,
+    };
+    if let Some(segment) = scene.segments.iter().find(is_magnetised).filter(|_| !sources.maps.is_empty()) {
+        return Err(SceneError::MagnetisedInMap { segment: segment.name.clone() });
     }
     check_base_clearance(scene)
 }

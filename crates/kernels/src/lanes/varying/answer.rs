@@ -116,15 +116,19 @@ fn write<L: Kernels>(
     let stable = index.lt(one.constant(0.5));
     let margin = margin(&inverse);
     let within_reach = length(tip.p).lt(one.constant(REACH));
-    let clear = one.constant(0.0).lt(workspace.clearance);
+    let zero = one.constant(0.0);
+    let (is_far, is_inside) = (zero.lt(workspace.clearance), zero.lt(workspace.inside));
+    let clear = is_far & is_inside;
 
     let mut status = L::select(stable, code(one, Status::Ramped), code(one, Status::Unstable));
     let unsolved = L::select(length(tip.p).is_finite(), code(one, Status::NotConverged), code(one, Status::NonFinite));
     let converged = converged & within_reach;
     status = L::select(converged, status, unsolved);
-    status = L::select(clear, status, code(one, Status::TooNearMagnet));
+    status = L::select(is_inside, status, code(one, Status::OutsideMap));
+    status = L::select(is_far, status, code(one, Status::TooNearMagnet));
     let mut lost = L::select(end.exhausted, code(one, Status::StepLimit), code(one, Status::NotConverged));
     lost = L::select(end.fold, code(one, Status::Fold), lost);
+    lost = L::select(end.outside, code(one, Status::OutsideMap), lost);
     lost = L::select(end.too_near, code(one, Status::TooNearMagnet), lost);
     let lost = if care { lost } else { code(one, Status::Pending) };
     let status = L::select(end.reached, status, lost);

@@ -1,5 +1,6 @@
 //! The curvature where the first flexible segment starts, beyond rigid ones. There the moment at the base does not tell
 //! it: the force at the base is unknown, too. J1
+#![allow(clippy::needless_range_loop)]
 
 use super::matrix::Mat6;
 use super::parameters::Parameters;

@@ -8,6 +8,7 @@ mod crossing;
 mod ends;
 mod first;
 mod index;
+mod map;
 mod matrix;
 mod parameters;
 mod pass;

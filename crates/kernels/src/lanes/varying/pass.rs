@@ -57,6 +57,8 @@ pub struct VaryingWorkspace<L: Lane> {
     pub first: First<L>,
     /// The least distance to a magnet beyond its clearance.
     pub clearance: L,
+    /// How far the magnetic parts of the rod are inside of every map.
+    pub inside: L,
 }
 
 impl<L: Lane> VaryingWorkspace<L> {
@@ -75,6 +77,7 @@ impl<L: Lane> VaryingWorkspace<L> {
             columns: Vec::new(),
             first: First::new(zero),
             clearance: zero,
+            inside: zero,
         }
     }
 }
@@ -136,7 +139,8 @@ pub fn integrate<L: Lane>(pass: Pass<'_, L>) {
     let zero = lambda.constant(0.0);
     let mut state = State { p: Vec3::splat(zero), d1: rod.d1, t: rod.t, m: base.1, n: base.0 };
     let (mut pose, mut load) = (Mat6::zero(zero), Mat6::identity(zero));
-    let mut clearance = space.clearance(state.p, zero.constant(1e9));
+    let far = zero.constant(1e9);
+    let (mut clearance, mut inside) = (space.clearance(state.p, far), far);
     let with_transfers = matches!(what, What::Transfers | What::Parameters);
     // By the load at the base, or by the start of each interval.
     let mut own = interval_columns(state.m);
@@ -195,6 +199,9 @@ pub fn integrate<L: Lane>(pass: Pass<'_, L>) {
                 if with_transfers {
                     push(transfers, (&mut pose, &mut load), &own, after.m, false);
                 }
+                if rigid.has_dipole {
+                    inside = space.inside(after.p, space.inside(state.p, inside));
+                }
                 let middle = (state.p + after.p) * zero.constant(0.5);
                 clearance = space.clearance(after.p, space.clearance(middle, clearance));
                 state = after;
@@ -208,7 +215,8 @@ pub fn integrate<L: Lane>(pass: Pass<'_, L>) {
             matrix.put(at, &three.dn, &three.dm);
         }
     }
-    (workspace.tip, workspace.pose, workspace.matrix, workspace.clearance) = (state, pose, matrix, clearance);
+    (workspace.tip, workspace.pose, workspace.matrix) = (state, pose, matrix);
+    (workspace.clearance, workspace.inside) = (clearance, inside);
 }
 
 /// Adds an interval with moment `m` at its end.
