@@ -5,6 +5,8 @@ struct Settings {
     mark: f32,
     tolerance: f32,
     chord_tolerance: f32,
+    first_order_tolerance: f32,
+    error_share: f32,
     sample_count: u32,
     // Always zero, which no compiler can know.
     zero: u32,

@@ -1,18 +1,25 @@
-// From the path onto the fine grid without columns, and the error estimate, whose pass is the last step there. R4
+// From the path onto the fine grid without columns, and the pass on twice the steps, from which the answer comes. R4
 // src/lanes/chord.rs
 
 const CHORD_LIMIT: u32 = 0u; //@spec
 const CHORD_TRUST: f32 = 0.0; //@spec
 const DIFFERENCE: f32 = 0.0; //@spec
 const ROUND_OFF: f32 = 0.0; //@spec
+const ROUNDED: f32 = 0.0; //@spec
+
+// What a pass on twice the fine steps found, and from which base moment.
+struct Check {
+    m0: vec3<f32>,
+    tip: Tip,
+}
 
 // Moves the base moment to the fine grid's equilibrium by steps with the path's inverse of W.
 //
 // From the second on they are secant steps along the one before (Broyden's update). The last is one on twice the
 // fine steps; returns what it found. Where nothing `moves`, that is the only pass, and no step follows from it. All
 // passes are one call: the code of a pass is long, and processors keep little of it at hand.
-fn chord_steps(rod: Rod, end: ptr<function, PathEnd>, moves: bool) -> Tip {
-    var tip: Tip;
+fn chord_steps(rod: Rod, end: ptr<function, PathEnd>, moves: bool) -> Check {
+    var check: Check;
     var last = vec3<f32>();
     var square = 1.0;
     // The nearer to a bifurcation, the less a step brings.
@@ -21,8 +28,8 @@ fn chord_steps(rod: Rod, end: ptr<function, PathEnd>, moves: bool) -> Tip {
     var trusted = moving;
     for (var i = 0u; i <= CHORD_LIMIT; i++) {
         let checks = !moving || i == CHORD_LIMIT;
-        tip = shoot(select(FINE, CHECK, checks), rod, 1.0, (*end).m0, NO_COLUMNS, false);
-        let delta = chord_step((*end).inverse, tip.m - rod.l_tip, last, square);
+        check = Check((*end).m0, shoot(select(FINE, CHECK, checks), rod, 1.0, (*end).m0, NO_COLUMNS, false));
+        let delta = chord_step((*end).inverse, check.tip.m - rod.l_tip, last, square);
         let size = length(delta);
         // A chord step that is not small says that the coarse grid was too coarse: Newton's method takes over.
         trusted = trusted && size < CHORD_TRUST;
@@ -33,7 +40,7 @@ fn chord_steps(rod: Rod, end: ptr<function, PathEnd>, moves: bool) -> Tip {
         square = dot(delta, delta);
         moving = trusted && size >= tolerance;
     }
-    return tip;
+    return check;
 }
 
 // A step with the path's inverse, corrected by the one before and its square.
@@ -42,19 +49,45 @@ fn chord_step(inverse: mat3x3<f32>, residual: vec3<f32>, last: vec3<f32>, square
     return delta * (1.0 / (1.0 - dot(last, delta) / square));
 }
 
-// Difference to the equilibrium on twice as many steps, by a pass `check` near it, plus what round-off can do through
-// dm0/dr.
-fn error_estimate(
-    rod: Rod, m0: vec3<f32>, check: Tip, by_moment: Columns, w_inverse: mat3x3<f32>,
-    p: vec3<f32>, d1: vec3<f32>, t: vec3<f32>,
-) -> f32 {
-    let delta = -(w_inverse * (check.m - rod.l_tip));
-    let turn = by_moment.w * delta;
-    let dp = length(check.p + by_moment.dp * delta - p) / rod.length;
-    let dd1 = length(check.d1 + cross(turn, check.d1) - d1);
-    let dt = length(check.t + cross(turn, check.t) - t);
+// The step of the base moment to equilibrium, from a pass with the inverse of W on the fine grid.
+fn newton_step(rod: Rod, tip: Tip, w_inverse: mat3x3<f32>) -> vec3<f32> {
+    return -(w_inverse * (tip.m - rod.l_tip)); // J5
+}
+
+// Base moment and tip, and how far the tip may be from the truth.
+struct Answered {
+    m0: vec3<f32>,
+    p: vec3<f32>,
+    d1: vec3<f32>,
+    t: vec3<f32>,
+    error: f32,
+}
+
+// The equilibrium on twice the fine steps: `check`, moved to first order by a step of the base moment. On the fine steps it
+// is `tip` moved by `back`; where both differ by no more than round-off, fewer steps have less of it.
+//
+// The error: a share of the difference, the second order of the step, what round-off can do through dm0/dr.
+fn answer(
+    rod: Rod, check: Check, tip: Tip, back: vec3<f32>, by_moment: Columns, w_inverse: mat3x3<f32>,
+) -> Answered {
+    let delta = newton_step(rod, check.tip, w_inverse);
+    var moved = moved_tip(check.tip, by_moment, delta);
+    let fine = moved_tip(tip, by_moment, back);
+    let dp = length(moved.p - fine.p) / rod.length;
+    let difference = max(max(dp, length(moved.d1 - fine.d1)), length(moved.t - fine.t));
     let response = transpose(by_moment.w * w_inverse);
-    let amplification = length(response[0]) + length(response[1]) + length(response[2]);
-    let round_off = (1.0 + amplification) * (ROUND_OFF * EPSILON);
-    return max(max(dp, dd1), dt) * DIFFERENCE + round_off * (1.0 + length(m0));
+    let responses = 1.0 + length(response[0]) + length(response[1]) + length(response[2]);
+    let amplification = responses * (1.0 + length(check.m0));
+    let round_off = amplification * (ROUND_OFF * EPSILON);
+    let is_rounded = difference < round_off * ROUNDED;
+    if is_rounded { moved = fine; }
+    let share = select(settings.error_share, 1.0, is_rounded);
+    let error = difference * DIFFERENCE * share + round_off + amplification * dot(delta, delta);
+    return Answered(check.m0 + delta, moved.p, moved.d1, moved.t, error);
+}
+
+// Position and frame of a tip after a change of the base moment, to first order.
+fn moved_tip(tip: Tip, by_moment: Columns, delta: vec3<f32>) -> Tip {
+    let turn = by_moment.w * delta;
+    return Tip(tip.p + by_moment.dp * delta, tip.d1 + cross(turn, tip.d1), tip.t + cross(turn, tip.t), tip.m, tip.n);
 }

@@ -12,7 +12,7 @@ fn solve_group() {
     let secant = rest_slope(rod);
     //@end
     var end: PathEnd;
-    var check: Tip;
+    var check: Check;
     var tip: Tip;
     var delta = vec3<f32>();
     var size = 0.0;
@@ -39,9 +39,11 @@ fn solve_group() {
                 tip = shoot(FINE, rod, 1.0, end.m0, ANSWER_COLUMNS, true);
                 w = tip_moment_columns(tip, BY_MOMENT);
                 w_inverse = inverse(w);
-                delta = -(w_inverse * (tip.m - rod.l_tip)); // J5
+                delta = newton_step(rod, tip, w_inverse);
                 size = length(delta);
-                converged = end.reached && size < settings.tolerance * (1.0 + length(end.m0));
+                let tolerance = settings.tolerance * (1.0 + length(end.m0));
+                let first_order = margin(w_inverse) * settings.first_order_tolerance;
+                converged = end.reached && size < max(tolerance, first_order);
                 if moving { end.passes = end.passes + 1.0; }
                 moving = moving && !converged && size < TRUST;
                 if i + 1u == NEWTON_LIMIT || !moving { break; }
@@ -61,25 +63,20 @@ fn solve_group() {
         code = status_codes(end, converged, index < 0.5, is_finite(size) && within_reach);
         if code != STATUS_PENDING { break; }
     }
-    // What is left of the residual is taken out to first order.
-    let tip_position = tip.p + columns[BY_MOMENT].dp * delta;
-    let turn = columns[BY_MOMENT].w * delta;
-    let d1 = tip.d1 + cross(turn, tip.d1);
-    let t = tip.t + cross(turn, tip.t);
-    let m0 = end.m0 + delta;
-    let residual = length(tip.m - rod.l_tip);
+    let answered = answer(rod, check, tip, delta, columns[BY_MOMENT], w_inverse);
+    let residual = length(w * (answered.m0 - end.m0));
 
-    store_vector(TIP_POSITION_COLUMN, tip_position);
-    store_vector(TIP_D1_COLUMN, d1);
-    store_vector(TIP_TANGENT_COLUMN, t);
-    store_vector(BASE_MOMENT_COLUMN, m0);
+    store_vector(TIP_POSITION_COLUMN, answered.p);
+    store_vector(TIP_D1_COLUMN, answered.d1);
+    store_vector(TIP_TANGENT_COLUMN, answered.t);
+    store_vector(BASE_MOMENT_COLUMN, answered.m0);
     store(RESIDUAL_COLUMN, residual);
     store(STABILITY_MARGIN_COLUMN, margin(w_inverse) * select(-1.0, 1.0, index < 0.5));
     store(STABILITY_INDEX_COLUMN, select(NO_EQUILIBRIUM, index, converged));
     store(ITERATIONS_COLUMN, end.passes);
     store(LOAD_FRACTION_COLUMN, end.history.lambda);
+    store(ERROR_ESTIMATE_COLUMN, answered.error);
     write_derivatives(rod, end.m0, tip);
-    store(ERROR_ESTIMATE_COLUMN, error_estimate(rod, end.m0, check, columns[BY_MOMENT], w_inverse, tip_position, d1, t));
     store_status(code);
 }
 

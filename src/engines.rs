@@ -291,5 +291,6 @@ pub fn cpu_f64(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
 /// A plan that the engine does not model.
 pub fn second_attempt(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
     let steps = plan.options.steps.max(SECOND_STEPS);
-    cpu_f64(&plan.with_options(PlanOptions { stepper: Stepper::Dop853, steps, ..plan.options }))
+    let error_share = PlanOptions::default().error_share;
+    cpu_f64(&plan.with_options(PlanOptions { stepper: Stepper::Dop853, steps, error_share, ..plan.options }))
 }

@@ -6,7 +6,7 @@ use super::pipelines::SolvePipeline;
 use super::shader::{Paths, Settings, WORKGROUP_SIZE};
 use crate::backend::{BackendError, Precision};
 use crate::model::BLOCK;
-use crate::model::path::chord_tolerance;
+use crate::model::path::{chord_tolerance, first_order_tolerance};
 use std::ops::Range;
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
@@ -85,6 +85,8 @@ pub(super) struct Dispatch<'a> {
     pub mark: f64,
     /// Newton's, in the plan's unit of moment.
     pub tolerance: f64,
+    /// [`PlanOptions::error_share`](crate::model::PlanOptions::error_share).
+    pub error_share: f64,
     pub paths: Paths,
     pub sample_count: u32,
     /// As the kernel reads them; empty where the device has them already.
@@ -114,9 +116,18 @@ impl DispatchBuffers {
 
     /// Submits one dispatch.
     pub fn submit(&self, device: &Device, solver: &SolvePipeline, dispatch: &Dispatch) -> Submission {
-        let Dispatch { mark, tolerance, paths: (first_path, last_path), sample_count, .. } = *dispatch;
-        let chord_tolerance = chord_tolerance(tolerance);
-        let settings = Settings { mark, tolerance, chord_tolerance, sample_count, zero: 0, first_path, last_path };
+        let Dispatch { mark, tolerance, error_share, paths: (first_path, last_path), sample_count, .. } = *dispatch;
+        let settings = Settings {
+            mark,
+            tolerance,
+            chord_tolerance: chord_tolerance(tolerance),
+            first_order_tolerance: first_order_tolerance(tolerance),
+            error_share,
+            sample_count,
+            zero: 0,
+            first_path,
+            last_path,
+        };
         device.queue.write_buffer(&self.settings, 0, &settings.bytes(solver.precision));
         if !dispatch.inputs.is_empty() {
             device.queue.write_buffer(&self.inputs, 0, dispatch.inputs);

@@ -102,7 +102,8 @@ impl Dispatcher {
         copies: &'a [(&'a wgpu::Buffer, u64)],
     ) -> Dispatch<'a> {
         let tolerance = newton_tolerance(self.plan.options.tolerance, self.precision.epsilon());
-        Dispatch { mark, tolerance, paths, sample_count, inputs: &[], before: None, after: None, copies }
+        let error_share = self.plan.options.error_share;
+        Dispatch { mark, tolerance, error_share, paths, sample_count, inputs: &[], before: None, after: None, copies }
     }
 
     /// What the next dispatch adds to each status. A status without it was not written by that dispatch.

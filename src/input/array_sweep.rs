@@ -62,6 +62,7 @@ pub fn sweep_of_rows(scene: Scene, table: InputTable) -> Result<SweepSpec, Input
         skeleton: None,
         table: Some(Arc::new(table)),
         tolerance: PlanOptions::default().tolerance,
+        derivative_tolerance: PlanOptions::default().derivative_tolerance,
         branch: BranchChoice::FromRest,
         anchors: true,
         steps: None,

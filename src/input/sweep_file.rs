@@ -72,7 +72,7 @@ pub fn sweep_of(source: &Source, file: &Path, built_in: &BuiltIn) -> Result<Swee
     check_overlaps(&root, &scene, &axes, &uncertain, method)?;
     let rows = table.as_ref().map(|table| table.row_count() as u64);
     let (sample_count, skeleton) = samples(&root, &sampling, method, &axes, rows, format, &mut notes)?;
-    let Solver { tolerance, branch, steps, anchors } = solver(&root)?;
+    let Solver { tolerance, derivative_tolerance, branch, steps, anchors } = solver(&root)?;
     let spec = SweepSpec {
         file: file.into(),
         scene,
@@ -84,6 +84,7 @@ pub fn sweep_of(source: &Source, file: &Path, built_in: &BuiltIn) -> Result<Swee
         skeleton,
         table,
         tolerance,
+        derivative_tolerance,
         branch,
         steps,
         anchors,
@@ -129,22 +130,21 @@ fn sweep_scene(root: &Reader, file: &Path, built_in: &BuiltIn) -> Result<Scene, 
 /// `[solver]`
 struct Solver {
     tolerance: f64,
+    derivative_tolerance: f64,
     branch: BranchChoice,
     steps: Option<usize>,
     anchors: bool,
 }
 
 fn solver(root: &Reader) -> Result<Solver, InputError> {
-    let usual = PlanOptions::default().tolerance;
+    let PlanOptions { tolerance, derivative_tolerance, .. } = PlanOptions::default();
     let Some(solver) = root.table("solver")? else {
-        return Ok(Solver { tolerance: usual, branch: BranchChoice::FromRest, steps: None, anchors: true });
+        let branch = BranchChoice::FromRest;
+        return Ok(Solver { tolerance, derivative_tolerance, branch, steps: None, anchors: true });
     };
-    solver.check_keys(&["tolerance", "branch", "steps", "anchors"])?;
-    let tolerance = solver.quantity("tolerance", "")?.unwrap_or(usual);
-    if !(tolerance > 0.0 && tolerance < 1.0) {
-        let expected = "a number between 0 and 1, such as 1e-6".into();
-        return Err(solver.error("tolerance", Problem::Range { value: tolerance.to_string(), expected }));
-    }
+    solver.check_keys(&["tolerance", "derivative_tolerance", "branch", "steps", "anchors"])?;
+    let tolerance = share(&solver, "tolerance", "1e-6")?.unwrap_or(tolerance);
+    let derivative_tolerance = share(&solver, "derivative_tolerance", "1e-3")?.unwrap_or(derivative_tolerance);
     let branch = choice(&solver, "branch", &BranchChoice::ALL, BranchChoice::name)?.unwrap_or_default();
     let anchors = choice(&solver, "anchors", &[true, false], |on| if on { "auto" } else { "off" })?.unwrap_or(true);
     let steps = solver.count("steps", 1)?;
@@ -153,7 +153,22 @@ fn solver(root: &Reader) -> Result<Solver, InputError> {
             let expected = "at most 4096, or leave it out to have it chosen".into();
             Err(solver.error("steps", Problem::Range { value: steps.to_string(), expected }))
         }
-        steps => Ok(Solver { tolerance, branch, steps: steps.map(|steps| steps as usize), anchors }),
+        steps => {
+            let steps = steps.map(|steps| steps as usize);
+            Ok(Solver { tolerance, derivative_tolerance, branch, steps, anchors })
+        }
+    }
+}
+
+/// A number between 0 and 1.
+fn share(solver: &Reader, key: &str, example: &str) -> Result<Option<f64>, InputError> {
+    let value = solver.quantity(key, "")?;
+    match value {
+        Some(value) if !(value > 0.0 && value < 1.0) => {
+            let expected = format!("a number between 0 and 1, such as {example}");
+            Err(solver.error(key, Problem::Range { value: value.to_string(), expected }))
+        }
+        value => Ok(value),
     }
 }
 

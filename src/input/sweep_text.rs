@@ -1,7 +1,7 @@
 //! A sweep written out again, resolved, so that it reads back to the same sweep.
 
 use super::scene_text::write_inline_scene;
-use crate::model::Parameter;
+use crate::model::{Parameter, PlanOptions};
 use crate::spec::{AxisSpec, Distribution, Method, RESOLVED_TABLE, SweepSpec, WorkspaceOptions};
 
 impl SweepSpec {
@@ -34,6 +34,9 @@ impl SweepSpec {
             text += &format!("\n[[uncertain]]\nparameters = [{}]\n{}", list(&number.parameters), law(number));
         }
         text += &format!("\n[solver]\ntolerance = {:?}\nbranch = \"{}\"\n", self.tolerance, self.branch.name());
+        if self.derivative_tolerance != PlanOptions::default().derivative_tolerance {
+            text += &format!("derivative_tolerance = {:?}\n", self.derivative_tolerance);
+        }
         if !self.anchors {
             text += "anchors = \"off\"\n";
         }

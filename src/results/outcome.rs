@@ -112,11 +112,24 @@ pub struct PilotChoice {
     pub stepper: Stepper,
     /// Steps over the whole rod.
     pub steps: usize,
+    /// Stages of a pass over the rod.
+    #[serde(default)]
+    pub stages: usize,
     /// Largest difference to twice the steps: tip position over length, or tip rotation (rad).
     #[serde(deserialize_with = "number_or_null")]
     pub error: f64,
     /// What was asked for, in the same measure.
     pub tolerance: f64,
+    /// Difference of derivatives to twice the steps, the worst column of a sample over its norm: 95 % are below. `None`:
+    /// there are no derivatives.
+    #[serde(default)]
+    pub derivative_error: Option<f64>,
+    /// What was asked for, in the same measure.
+    #[serde(default)]
+    pub derivative_tolerance: f64,
+    /// Error of an answer over its difference to the grid of the derivatives, with a reserve: what error estimates use.
+    #[serde(default)]
+    pub error_share: f64,
     /// Whether `error` is below half the tolerance.
     pub reached: bool,
     /// Samples that converged at both resolutions.
@@ -128,12 +141,8 @@ pub struct PilotChoice {
 impl PilotChoice {
     /// The plan's options with what was chosen.
     pub fn options(&self, plan: &Plan) -> PlanOptions {
-        PlanOptions { stepper: self.stepper, steps: self.steps, ..plan.options }
-    }
-
-    /// Stages of a pass over the rod.
-    pub fn cost(&self) -> usize {
-        self.stepper.stage_count() * self.steps
+        let PilotChoice { stepper, steps, error_share, .. } = *self;
+        PlanOptions { stepper, steps, error_share, ..plan.options }
     }
 
     /// One line that says what was picked and why.

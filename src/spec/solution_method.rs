@@ -1,7 +1,7 @@
 //! By what a run is solved: part of its identity.
 
-use crate::backend::{BackendKind, Precision};
-use crate::model::{PlanOptions, Stepper};
+use crate::backend::{BackendInfo, BackendKind, Precision};
+use crate::model::{Plan, PlanOptions, Stepper};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
 
@@ -23,15 +23,27 @@ pub struct SolutionMethod {
     pub steps: usize,
     /// Target error of tip position over rod length and of tip rotation (rad).
     pub tolerance: f64,
+    /// Error of an answer over its difference to the grid of the derivatives, which error estimates use; half in what earlier
+    /// versions began.
+    #[serde(default = "usual_error_share")]
+    pub error_share: f64,
     /// Whether samples start from anchors where they may; what earlier versions began starts from rest.
     #[serde(default)]
     pub anchors: bool,
 }
 
 impl SolutionMethod {
+    /// That of an engine for a plan.
+    pub fn of(info: &BackendInfo, plan: &Plan) -> SolutionMethod {
+        let PlanOptions { stepper, steps, tolerance, error_share, .. } = plan.options;
+        let (engine, precision, anchors) = (info.kind, info.precision, plan.anchors.is_some());
+        SolutionMethod { engine, precision, stepper, steps, tolerance, error_share, anchors }
+    }
+
     /// The options of a plan that follow from it.
     pub fn apply(&self, options: PlanOptions) -> PlanOptions {
-        PlanOptions { stepper: self.stepper, steps: self.steps, tolerance: self.tolerance, ..options }
+        let SolutionMethod { stepper, steps, tolerance, error_share, .. } = *self;
+        PlanOptions { stepper, steps, tolerance, error_share, ..options }
     }
 
     /// What differs first between two methods: its name, this one's value, the other's.
@@ -43,6 +55,7 @@ impl SolutionMethod {
                 ("stepper", method.stepper.name().to_owned()),
                 ("number of steps", method.steps.to_string()),
                 ("tolerance", format!("{:e}", method.tolerance)),
+                ("error share", format!("{:e}", method.error_share)),
                 ("use of anchors", if method.anchors { "auto" } else { "off" }.to_owned()),
             ]
         };
@@ -53,10 +66,14 @@ impl SolutionMethod {
 
 impl fmt::Display for SolutionMethod {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let SolutionMethod { engine, precision, stepper, steps, tolerance, anchors } = self;
+        let SolutionMethod { engine, precision, stepper, steps, tolerance, anchors, .. } = self;
         let anchors = if *anchors { ", from anchors" } else { "" };
         write!(f, "{engine} {precision}, {steps} steps of {}, tolerance {tolerance:.0e}{anchors}", stepper.name())
     }
+}
+
+fn usual_error_share() -> f64 {
+    PlanOptions::default().error_share
 }
 
 /// A value written as one of some names.

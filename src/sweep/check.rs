@@ -1,9 +1,10 @@
 //! Spot check: a fixed choice of samples is solved again by a trusted backend and the differences are reported.
 
+use super::columns::ColumnScales;
 use super::error::SweepError;
 use crate::backend::BackendFactory;
 use crate::model::rotation_angle;
-use crate::model::{Parameter, Plan, Quantity, Scene, Solutions, Units};
+use crate::model::{Plan, Quantity, Solutions};
 use crate::results::{ErrorDistribution, SpotCheck};
 use crate::spec::Sampler;
 use crate::spec::Selection;
@@ -21,7 +22,7 @@ pub struct SpotCheckOptions {
 
 impl Default for SpotCheckOptions {
     fn default() -> Self {
-        Self { share: 1e-3, least: 64, most: 16_384 }
+        Self { share: 1e-3, least: 64, most: 1024 }
     }
 }
 
@@ -81,9 +82,7 @@ impl SpotSamples {
         for (at, value) in self.rows.iter().enumerate() {
             ours.values.set(at / width, at % width, *value);
         }
-        let typical = typical_norms(plan, &truth);
-        let natural: Vec<f64> =
-            plan.derivatives.iter().map(|d| natural_size(&plan.scene, d.parameter, &plan.units)).collect();
+        let scales = ColumnScales::of(plan, &truth);
         let (mut position, mut rotation, mut derivative) = (Vec::new(), Vec::new(), Vec::new());
         let (mut worst, mut worst_derivative) = (-1.0, -1.0);
         for (at, index) in self.indices.iter().enumerate() {
@@ -112,18 +111,10 @@ impl SpotSamples {
                 worst = dp.max(angle);
                 check.worst_sample = Some(*index);
             }
-            let mut largest = 0.0f64;
-            for (column, typical) in typical.iter().enumerate() {
-                let found = column_of(&ours, at, column, length);
-                let expected = column_of(&truth, at, column, length);
-                let difference = norm(&std::array::from_fn(|k| found[k] - expected[k]));
-                let scale = norm(&expected).max(0.01 * typical).max(SMALL_COLUMN * natural[column]);
-                let error = if scale > 0.0 { difference / scale } else { difference };
-                largest = largest.max(error);
-                if error > worst_derivative {
-                    worst_derivative = error;
-                    check.worst_derivative = Some(plan.derivatives[column].name.clone());
-                }
+            let (largest, column) = scales.worst_error((&ours, &truth), at, length);
+            if largest > worst_derivative {
+                worst_derivative = largest;
+                check.worst_derivative = plan.derivatives.get(column).map(|derivative| derivative.name.clone());
             }
             derivative.push(largest);
         }
@@ -137,14 +128,6 @@ impl SpotSamples {
     }
 }
 
-/// A column smaller than this share of its natural size does next to nothing, and is measured against that.
-const SMALL_COLUMN: f64 = 1e-3;
-
-/// Size that a column (dp/L, w) has when a unit change of a rod-sized number turns the tip by one radian.
-pub fn natural_size(scene: &Scene, parameter: Parameter, units: &Units) -> f64 {
-    parameter.chain(scene).iter().map(|(slot, rate)| (rate / slot.unit(units)).powi(2)).sum::<f64>().sqrt()
-}
-
 /// A sample's swept parameters by name.
 pub(crate) fn named_values(plan: &Plan, sampler: &Sampler, index: u64) -> Vec<(String, f64)> {
     let mut row = vec![0.0; sampler.value_count()];
@@ -155,26 +138,6 @@ pub(crate) fn named_values(plan: &Plan, sampler: &Sampler, index: u64) -> Vec<(S
             .collect::<Vec<_>>()
     };
     plan.axes.iter().zip(row).flat_map(named).collect()
-}
-
-/// One derivative: (dp / L, w).
-fn column_of(solutions: &Solutions, at: usize, column: usize, length: f64) -> [f64; 6] {
-    std::array::from_fn(|row| solutions.derivative(at, column, row) / if row < 3 { length } else { 1.0 })
-}
-
-fn norm(column: &[f64; 6]) -> f64 {
-    column.iter().map(|x| x * x).sum::<f64>().sqrt()
-}
-
-/// Root mean square norm of each derivative over the converged samples.
-fn typical_norms(plan: &Plan, truth: &Solutions) -> Vec<f64> {
-    let length = plan.units.length;
-    let converged: Vec<usize> = (0..truth.sample_count()).filter(|at| truth.status(*at).is_converged()).collect();
-    let mean = |column: usize| {
-        let squares: f64 = converged.iter().map(|at| norm(&column_of(truth, *at, column, length)).powi(2)).sum();
-        (squares / converged.len().max(1) as f64).sqrt()
-    };
-    (0..plan.derivatives.len()).map(mean).collect()
 }
 
 pub(crate) fn distribution(mut errors: Vec<f64>) -> ErrorDistribution {

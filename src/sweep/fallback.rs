@@ -3,12 +3,12 @@
 use super::branches::BranchTools;
 use super::error::SweepError;
 use super::options::RunOptions;
-use super::run::{method_of, run};
+use super::run::run;
 use super::sink::RowSink;
 use super::summary::Summary;
 use crate::backend::BackendFactory;
 use crate::backend::{Backend, BackendError};
-use crate::spec::SweepSpec;
+use crate::spec::{SolutionMethod, SweepSpec};
 
 /// What goes on where a device fails.
 #[derive(Clone, Copy)]
@@ -40,7 +40,7 @@ pub fn run_with_fallback(
     };
     (fallback.tell)(&error);
     let mut options = options.clone();
-    options.method.get_or_insert_with(|| method_of(&backend.info(), backend.plan()));
+    options.method.get_or_insert_with(|| SolutionMethod::of(&backend.info(), backend.plan()));
     options.search = fallback.search;
     options.settle = None;
     options.notes.extend(backend.take_notes());

@@ -169,7 +169,7 @@ impl<'a> SweepJob<'a> {
         }
         let engine = Engine::new(engine, precision, "as the run was begun");
         self.spec.tolerance = method.tolerance;
-        let options = PlanOptions { stepper: method.stepper, steps: method.steps, ..PlanOptions::default() };
+        let options = method.apply(PlanOptions::default());
         let mut plan = self.spec.plan(options)?;
         if method.anchors {
             plan = with_anchors(&self.spec, plan)?;
@@ -188,11 +188,11 @@ impl<'a> SweepJob<'a> {
             None => Some(choose_method(&plan, &self.spec.sampler(), &steppers[1..], &cpu_f64)?),
         };
         let plan = pilot.as_ref().map_or(plan.clone(), |pilot| plan.with_options(pilot.options(&plan)));
-        let PlanOptions { stepper, steps, tolerance, .. } = plan.options;
+        let PlanOptions { stepper, steps, tolerance, error_share, .. } = plan.options;
         let uses_anchors = self.spec.anchors && engine.kind() == BackendKind::Cpu;
         let plan = if uses_anchors { with_anchors(&self.spec, plan)? } else { plan };
         let (kind, precision, anchors) = (engine.kind(), engine.precision(), plan.anchors.is_some());
-        let method = SolutionMethod { engine: kind, precision, stepper, steps, tolerance, anchors };
+        let method = SolutionMethod { engine: kind, precision, stepper, steps, tolerance, error_share, anchors };
         Ok(PreparedSweep { job: self, engine, plan, pilot, method, asked_tolerance, is_settled: false })
     }
 }

@@ -7,6 +7,7 @@ mod anchors;
 mod branches;
 mod check;
 mod chunks;
+mod columns;
 mod error;
 mod fallback;
 mod job;
@@ -22,7 +23,8 @@ mod sink;
 mod summary;
 
 pub use branches::{Branch, BranchSearch, BranchTools, Branches, Energy, Equilibria};
-pub use check::{SpotCheckOptions, natural_size};
+pub use check::SpotCheckOptions;
+pub use columns::natural_size;
 pub use error::SweepError;
 pub use fallback::{Fallback, run_with_fallback};
 pub use job::{PreparedSweep, SweepJob, branch_tools};

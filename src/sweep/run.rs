@@ -15,8 +15,8 @@ use super::pipeline::{Finisher, pipeline, spawn};
 use super::refine::Refiners;
 use super::sink::{RowSink, RunEnd, RunHeader};
 use super::summary::Summary;
-use crate::backend::{Backend, BackendInfo, BackendKind, Precision};
-use crate::model::{BLOCK, Plan, PlanOptions};
+use crate::backend::{Backend, BackendKind, Precision};
+use crate::model::{BLOCK, Plan};
 use crate::results::claims::Claims;
 use crate::results::{Layout, Reduction, RunRecord, SampleOrigin, Timings};
 use crate::spec::{BranchChoice, Format, SolutionMethod, SweepSpec};
@@ -56,7 +56,7 @@ pub fn run(
         (BranchChoice::All, Some(tools)) => Some(BranchSearch::new(&plan, tools)?),
     };
     let sample_count = options.limit.unwrap_or(u64::MAX).min(spec.sample_count);
-    let method = options.method.unwrap_or_else(|| method_of(&info, &plan));
+    let method = options.method.unwrap_or_else(|| SolutionMethod::of(&info, &plan));
     let asked = SweepSpec { tolerance: options.mixed.unwrap_or(spec.tolerance), ..spec.clone() };
     let settled = if options.mixed.is_some() { None } else { Some(method) };
     let record = RunRecord::new(&asked, &layout.schema(), sample_count, options.chunk.max(1), settled);
@@ -167,13 +167,6 @@ pub fn run(
     let manifest = manifest(spec, &plan, &record, options, &summary);
     sink.close(&RunEnd { spec: &asked, manifest: &manifest, reduction: &summary.reduction })?;
     Ok(summary)
-}
-
-/// What a backend does by itself.
-pub(crate) fn method_of(info: &BackendInfo, plan: &Plan) -> SolutionMethod {
-    let PlanOptions { stepper, steps, tolerance, .. } = plan.options;
-    let anchors = plan.anchors.is_some();
-    SolutionMethod { engine: info.kind, precision: info.precision, stepper, steps, tolerance, anchors }
 }
 
 /// Samples of a batch: what keeps the backend busy, in bounded memory.

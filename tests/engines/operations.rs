@@ -23,8 +23,14 @@ fn scene(proximal: &str, loads: &str) -> Scene {
 
 fn plan(scene: &Scene, wrt: &[&str], sensitivity: Sensitivity) -> Plan {
     let wrt: Vec<Parameter> = wrt.iter().flat_map(|name| Parameter::parse(scene, name).expect("a parameter")).collect();
-    let options =
-        PlanOptions { tolerance: 1e-9, stepper: Stepper::Dop853, steps: STEPS, sensitivity, base_moment_rows: false };
+    let options = PlanOptions {
+        tolerance: 1e-9,
+        stepper: Stepper::Dop853,
+        steps: STEPS,
+        sensitivity,
+        base_moment_rows: false,
+        ..PlanOptions::default()
+    };
     Plan::single(scene, &wrt, options).expect("a plan")
 }
 

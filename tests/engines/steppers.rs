@@ -23,10 +23,10 @@ rest_curvature = [8, -5, 3]
 /// Steps at which errors are well above round-off and fall as the order says.
 fn steps(stepper: Stepper) -> usize {
     match stepper {
-        Stepper::Rk4 => 24,
-        Stepper::Tp6 => 6,
-        Stepper::Tp7 => 5,
-        Stepper::Dop853 => 4,
+        Stepper::Rk4 => 12,
+        Stepper::Tp6 => 3,
+        Stepper::Tp7 => 3,
+        Stepper::Dop853 => 2,
     }
 }
 

@@ -47,6 +47,7 @@ const EXCEPTIONS: Exceptions = Exceptions {
         ("stability", &["by_rotation"], "the shader knows the columns by their number"),
         ("shoot", &["select"], "operators of WGSL"),
         ("chord", &["check_pass"], "`chord_steps` that do not move: the code of a pass is there once"),
+        ("chord", &["select"], "operators of WGSL"),
         ("search", &["search_start"], "the search of the shader reads its start itself"),
         ("search", &["unit", "snap"], "samples that end at a fold are solved again on the CPU"),
         ("rows", &["add"], "an operator of WGSL's matrices"),

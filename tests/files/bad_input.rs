@@ -420,6 +420,7 @@ fn broken_sweeps() {
             "both set `coil.current.x`: drop one",
         ),
         ("tolerance = 1e-6", "tolerance = 0", 11, "solver.tolerance", "a number between 0 and 1"),
+        ("tolerance = 1e-6", "derivative_tolerance = 1", 11, "solver.derivative_tolerance", "such as 1e-3"),
         ("tolerance = 1e-6", "tolerance = \"1e-6 m\"", 11, "solver.tolerance", "is a length; give a pure number"),
         ("branch = \"from_rest\"", "branch = \"al\"", 12, "solver.branch", "did you mean `all`?"),
         ("branch = \"from_rest\"", "branch = 2", 12, "solver.branch", "give a text"),

@@ -73,6 +73,7 @@ fn who_resumes_does_as_the_run_was_begun() {
         stepper: Stepper::Tp7,
         steps: 11,
         tolerance: spec().tolerance,
+        error_share: 0.5,
         anchors: false,
     };
     let out = dir.path().join("run");
@@ -137,6 +138,7 @@ fn a_shard_by_the_method_of_another_merges_to_the_whole() {
         stepper: Stepper::Tp6,
         steps: 9,
         tolerance: 2e-5,
+        error_share: 0.5,
         anchors: false,
     };
     let whole = dir.path().join("whole");

@@ -3,6 +3,7 @@
 use crate::arc::{Arc, arc, contents, options, parts, shipped, small};
 use crate::common::runs::{manifest_of, read_columns, reduced, resume_in, run_into, spec_of, status_of};
 use rodsweep::backend::{Backend, BackendError, BackendInfo, Precision};
+use rodsweep::engines::cpu_f64;
 use rodsweep::input::read_scene;
 use rodsweep::lanes::Lanes;
 use rodsweep::model::{Batch, Plan, PlanOptions, Solutions, Status, Stepper};
@@ -427,6 +428,24 @@ fn the_pilot_takes_the_fewest_steps_that_are_enough() {
     let strict = plan.with_options(PlanOptions { tolerance: 0.0, ..plan.options });
     let choice = choose_steps(&strict, &spec.sampler(), &factory).unwrap();
     assert!(!choice.reached && choice.explain().contains("not reached"));
+}
+
+#[test]
+fn the_pilot_keeps_what_derivatives_must() {
+    let spec = SweepSpec::read(&crate::common::root().join("sweeps/workspace.toml")).unwrap();
+    let plan = spec.plan(PlanOptions { stepper: Stepper::Tp6, ..PlanOptions::default() }).unwrap();
+    let mut last = (0, f64::INFINITY);
+    for derivative_tolerance in [1e-4, 1e-6, 1e-8] {
+        let plan = plan.with_options(PlanOptions { derivative_tolerance, ..plan.options });
+        let choice = choose_steps(&plan, &spec.sampler(), &cpu_f64).unwrap();
+        let error = choice.derivative_error.unwrap();
+        assert!(choice.reached && error <= derivative_tolerance, "{choice:?}");
+        assert!(choice.steps > last.0 && error < last.1, "{choice:?} after {last:?}");
+        last = (choice.steps, error);
+    }
+    let without = spec.plan(PlanOptions::default()).unwrap();
+    let without = Plan::new(&without.scene, &without.axes, &[], without.options).unwrap();
+    assert_eq!(choose_steps(&without, &spec.sampler(), &cpu_f64).unwrap().derivative_error, None);
 }
 
 #[test]

@@ -16,6 +16,10 @@ pub(crate) struct Settings<S> {
     pub tolerance: S,
     /// Where chord steps end, in the same unit and over the stability margin.
     pub chord_tolerance: S,
+    /// Up to where a step does to first order, in the same unit and over the stability margin.
+    pub first_order_tolerance: S,
+    /// [`PlanOptions::error_share`](crate::model::PlanOptions::error_share).
+    pub error_share: S,
     pub sample_count: u32,
     /// Always zero.
     pub zero: u32,
@@ -33,7 +37,7 @@ pub(crate) const QUICK_PATHS: Paths = (0, 0);
 impl Settings<f64> {
     /// As the kernels of a precision read them.
     pub fn bytes(&self, precision: Precision) -> Vec<u8> {
-        let floats = [self.mark, self.tolerance, self.chord_tolerance];
+        let floats = [self.mark, self.tolerance, self.chord_tolerance, self.first_order_tolerance, self.error_share];
         let mut bytes = float_bytes(&floats, precision);
         bytes.extend_from_slice(bytemuck::bytes_of(&[self.sample_count, self.zero, self.first_path, self.last_path]));
         bytes
@@ -54,6 +58,8 @@ macro_rules! offsets {
             ("mark", offset_of!(Settings<$float>, mark)),
             ("tolerance", offset_of!(Settings<$float>, tolerance)),
             ("chord_tolerance", offset_of!(Settings<$float>, chord_tolerance)),
+            ("first_order_tolerance", offset_of!(Settings<$float>, first_order_tolerance)),
+            ("error_share", offset_of!(Settings<$float>, error_share)),
             ("sample_count", offset_of!(Settings<$float>, sample_count)),
             ("zero", offset_of!(Settings<$float>, zero)),
             ("first_path", offset_of!(Settings<$float>, first_path)),
@@ -63,7 +69,7 @@ macro_rules! offsets {
 }
 
 /// Members of `Settings` and their offsets, to compare with the shaders.
-pub fn settings_members(precision: Precision) -> [(&'static str, usize); 7] {
+pub fn settings_members(precision: Precision) -> [(&'static str, usize); 9] {
     match precision {
         Precision::F32 => offsets!(f32),
         Precision::F64 => offsets!(f64),

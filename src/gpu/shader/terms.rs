@@ -174,6 +174,7 @@ fn add_path(s: &mut Specialisation, plan: &Plan) {
         ("EPSILON", s.precision.epsilon()),
         ("DIFFERENCE", path::DIFFERENCE),
         ("ROUND_OFF", path::ROUND_OFF),
+        ("ROUNDED", path::rounded(s.precision.epsilon())),
         ("REACH", path::REACH),
     ];
     for (name, value) in numbers {

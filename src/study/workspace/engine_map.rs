@@ -84,9 +84,7 @@ impl EngineMap {
 
     /// Engine, precision, stepper, steps and tolerance.
     pub fn method(&self) -> SolutionMethod {
-        let PlanOptions { stepper, steps, tolerance, .. } = self.plan.options;
-        let info = self.rest.info();
-        SolutionMethod { engine: info.kind, precision: info.precision, stepper, steps, tolerance, anchors: false }
+        SolutionMethod::of(&self.rest.info(), &self.plan)
     }
 
     /// Equilibria computed so far, those of second attempts included.

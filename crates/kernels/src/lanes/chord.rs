@@ -1,4 +1,4 @@
-//! From the path onto the fine grid without columns, and the error estimate, whose pass is the last step there. R4
+//! From the path onto the fine grid without columns, and the pass on twice the steps, from which the answer comes. R4
 //!
 //! A sample's steps depend on that sample alone: a lane that has finished is frozen while its neighbours go on.
 
@@ -10,7 +10,21 @@ use super::problem::{Problem, Workspace};
 use super::rod::Rod;
 use super::shoot::{Record, Tip, shoot};
 use super::stability::margin;
-use crate::model::path::{ANCHOR_CONTRACTION, ANCHOR_TRUST, CHORD_LIMIT, CHORD_TRUST, DIFFERENCE, ROUND_OFF};
+use crate::model::path::{ANCHOR_CONTRACTION, ANCHOR_TRUST, CHORD_LIMIT, CHORD_TRUST, DIFFERENCE, ROUND_OFF, rounded};
+
+/// What a pass on twice the fine steps found, and from which base moment.
+pub struct Check<L: Lane> {
+    pub m0: Vec3<L>,
+    pub tip: Tip<L>,
+}
+
+impl<L: Lane> Check<L> {
+    #[inline(always)]
+    pub fn select(mask: L::Mask, if_true: Self, if_false: Self) -> Self {
+        let m0 = Vec3::select(mask, if_true.m0, if_false.m0);
+        Self { m0, tip: Tip::select(mask, if_true.tip, if_false.tip) }
+    }
+}
 
 /// Moves the base moment to the fine grid's equilibrium by steps with the path's inverse of W.
 ///
@@ -23,7 +37,7 @@ pub fn chord_steps<L: Lane>(
     path: Path,
     end: &mut PathEnd<L>,
     workspace: &mut Workspace<L>,
-) -> Tip<L> {
+) -> Check<L> {
     let Problem { program, rod, .. } = *problem;
     let one = end.lambda.constant(1.0);
     // The nearer to a bifurcation, the less a step brings.
@@ -52,15 +66,15 @@ pub fn chord_steps<L: Lane>(
         (last, square) = (Vec3::select(moving, delta, last), L::select(moving, dot(delta, delta), square));
         moving = moving & trusted & !size.lt(tolerance);
     }
-    let tip = check_pass(problem, end.m0, workspace);
-    let delta = chord_step(&end.inverse, tip.m - rod.l_tip, last, square);
+    let check = check_pass(problem, end.m0, workspace);
+    let delta = chord_step(&end.inverse, check.tip.m - rod.l_tip, last, square);
     end.m0 = Vec3::select(trusted & length(delta).lt(trust), end.m0 + delta, end.m0);
     end.passes = L::select(end.reached, end.passes + one, end.passes);
     if is_anchored {
         // What no chord steps certify goes the way from rest.
         end.reached = trusted & !moving;
     }
-    tip
+    check
 }
 
 /// A step with the path's inverse, corrected by the one before and its square.
@@ -71,32 +85,67 @@ fn chord_step<L: Lane>(inverse: &Mat3<L>, residual: Vec3<L>, last: Vec3<L>, squa
     delta * (one / (one - dot(last, delta) / square))
 }
 
-/// A pass on twice the fine steps.
+/// The step of the base moment to equilibrium, from a pass with the inverse of W on the fine grid.
 #[inline(always)]
-pub fn check_pass<L: Lane>(problem: &Problem<'_, L>, m0: Vec3<L>, workspace: &mut Workspace<L>) -> Tip<L> {
-    let one = m0.x.constant(1.0);
-    shoot(problem, &problem.program.check, one, m0, &mut [], Record::Nothing, workspace)
+pub fn newton_step<L: Lane>(rod: &Rod<L>, tip: &Tip<L>, w_inverse: &Mat3<L>) -> Vec3<L> {
+    -(*w_inverse * (tip.m - rod.l_tip)) // J5
 }
 
-/// Difference to the equilibrium on twice as many steps, by a pass `check` near it, plus what round-off can do through
-/// dm0/dr.
+/// A pass on twice the fine steps.
 #[inline(always)]
-pub fn error_estimate<L: Lane>(
-    rod: &Rod<L>,
-    m0: Vec3<L>,
-    check: &Tip<L>,
-    by_moment: &Columns<L>,
-    w_inverse: Mat3<L>,
-    (p, d1, t): (Vec3<L>, Vec3<L>, Vec3<L>),
-) -> L {
+pub fn check_pass<L: Lane>(problem: &Problem<'_, L>, m0: Vec3<L>, workspace: &mut Workspace<L>) -> Check<L> {
     let one = m0.x.constant(1.0);
-    let delta = -(w_inverse * (check.m - rod.l_tip));
+    let tip = shoot(problem, &problem.program.check, one, m0, &mut [], Record::Nothing, workspace);
+    Check { m0, tip }
+}
+
+/// Base moment and tip, and how far the tip may be from the truth.
+pub struct Answered<L: Lane> {
+    pub m0: Vec3<L>,
+    pub p: Vec3<L>,
+    pub d1: Vec3<L>,
+    pub t: Vec3<L>,
+    pub error: L,
+}
+
+/// The equilibrium on twice the fine steps: `check`, moved to first order by a step of the base moment. On the fine steps it
+/// is `tip` moved by `back`; where both differ by no more than round-off, fewer steps have less of it.
+///
+/// The error: a share of the difference, the second order of the step, what round-off can do through dm0/dr.
+#[inline(always)]
+pub fn answer<L: Lane>(
+    problem: &Problem<'_, L>,
+    check: &Check<L>,
+    (tip, back): (&Tip<L>, Vec3<L>),
+    by_moment: &Columns<L>,
+    w_inverse: &Mat3<L>,
+) -> Answered<L> {
+    let Problem { program, rod, .. } = *problem;
+    let one = back.x.constant(1.0);
+    let delta = newton_step(rod, &check.tip, w_inverse);
+    let (p, d1, t) = moved_tip(&check.tip, by_moment, delta);
+    let (fine_p, fine_d1, fine_t) = moved_tip(tip, by_moment, back);
+    let dp = length(p - fine_p) / rod.length();
+    let difference = dp.max(length(d1 - fine_d1)).max(length(t - fine_t));
+    let columns = transpose(by_moment.w * *w_inverse);
+    let responses = one + length(columns.x) + length(columns.y) + length(columns.z);
+    let amplification = responses * (one + length(check.m0));
+    let round_off = amplification * one.constant(ROUND_OFF * L::Scalar::EPSILON);
+    let is_rounded = difference.lt(round_off * one.constant(rounded(L::Scalar::EPSILON)));
+    let share = L::select(is_rounded, one, one.constant(program.error_share));
+    let error = difference * one.constant(DIFFERENCE) * share + round_off + amplification * dot(delta, delta);
+    Answered {
+        m0: check.m0 + delta,
+        p: Vec3::select(is_rounded, fine_p, p),
+        d1: Vec3::select(is_rounded, fine_d1, d1),
+        t: Vec3::select(is_rounded, fine_t, t),
+        error,
+    }
+}
+
+/// Position and frame of a tip after a change of the base moment, to first order.
+#[inline(always)]
+fn moved_tip<L: Lane>(tip: &Tip<L>, by_moment: &Columns<L>, delta: Vec3<L>) -> (Vec3<L>, Vec3<L>, Vec3<L>) {
     let turn = by_moment.w * delta;
-    let dp = length(check.p + by_moment.dp * delta - p) / rod.length();
-    let dd1 = length(check.d1 + cross(turn, check.d1) - d1);
-    let dt = length(check.t + cross(turn, check.t) - t);
-    let columns = transpose(by_moment.w * w_inverse);
-    let amplification = length(columns.x) + length(columns.y) + length(columns.z);
-    let round_off = (one + amplification) * one.constant(ROUND_OFF * L::Scalar::EPSILON);
-    dp.max(dd1).max(dt) * one.constant(DIFFERENCE) + round_off * (one + length(m0))
+    (tip.p + by_moment.dp * delta, tip.d1 + cross(turn, tip.d1), tip.t + cross(turn, tip.t))
 }

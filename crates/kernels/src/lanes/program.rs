@@ -4,7 +4,7 @@ use super::algebra::Vec3;
 use super::lane::{Lane, Scalar};
 use super::terms::ProgramTerms;
 use super::varying::ProgramField;
-use crate::model::path::{PATH_STEPPER, chord_tolerance, newton_tolerance};
+use crate::model::path::{PATH_STEPPER, chord_tolerance, first_order_tolerance, newton_tolerance};
 use crate::model::record::BASE_POSITION_AT;
 use crate::model::{Anchors, Entry, Plan, PlanAnchors, SegmentPlan, Slot, Tableau};
 use std::sync::Arc;
@@ -83,14 +83,18 @@ pub struct Program {
     pub coarse: Resolution,
     /// The same with care.
     pub careful: Resolution,
-    /// For the answer.
+    /// For the columns.
     pub fine: Resolution,
-    /// For the error estimate: twice the steps of `fine`.
+    /// For the answer: twice the steps of `fine`.
     pub check: Resolution,
     /// Newton's last step must be below this, in the plan's units of moment.
     pub newton_tolerance: f64,
     /// Chord steps end below this times the stability margin.
     pub chord_tolerance: f64,
+    /// A step below this times the stability margin does to first order.
+    pub first_order_tolerance: f64,
+    /// Error of the answer over its difference to the fine steps.
+    pub error_share: f64,
 }
 
 impl Program {
@@ -145,6 +149,8 @@ impl Program {
             check: Resolution { tableau, steps: steps(&|n| 2 * n) },
             newton_tolerance,
             chord_tolerance: chord_tolerance(newton_tolerance),
+            first_order_tolerance: first_order_tolerance(newton_tolerance),
+            error_share: plan.options.error_share,
         }
     }
 

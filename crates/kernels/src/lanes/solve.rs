@@ -2,9 +2,9 @@
 //!
 //! A sample's iterations depend on that sample alone: a lane that has finished is frozen while its neighbours go on.
 
-use super::algebra::{Vec3, cross, inverse, length};
+use super::algebra::{Vec3, inverse, length};
 use super::base::{force_columns, forward_columns, moment_columns, rotation_columns};
-use super::chord::{check_pass, chord_steps, error_estimate};
+use super::chord::{Check, answer, check_pass, chord_steps, newton_step};
 use super::column::Columns;
 use super::lane::Lane;
 use super::nodes::is_grown;
@@ -51,9 +51,11 @@ pub fn solve_group<L: Lane>(
         tip = shoot(problem, &program.fine, one, end.m0, &mut columns, Record::Traces, workspace);
         w = tip_moment_columns(program.terms, &tip, &columns[0]);
         w_inverse = inverse(w);
-        delta = -(w_inverse * (tip.m - rod.l_tip)); // J5
+        delta = newton_step(rod, &tip, &w_inverse);
         size = length(delta);
-        converged = end.reached & size.lt(one.constant(program.newton_tolerance) * (one + length(end.m0)));
+        let tolerance = one.constant(program.newton_tolerance) * (one + length(end.m0));
+        let first_order = margin(&w_inverse) * one.constant(program.first_order_tolerance);
+        converged = end.reached & size.lt(tolerance.max(first_order));
         end.passes = L::select(moving, end.passes + one, end.passes);
         moving = moving & !converged & size.lt(one.constant(TRUST));
         if pass + 1 == NEWTON_LIMIT || !L::any(moving) {
@@ -63,14 +65,10 @@ pub fn solve_group<L: Lane>(
         moved = moved | moving;
     }
     if L::any(moved) {
-        check = Tip::select(moved, check_pass(problem, end.m0, workspace), check);
+        check = Check::select(moved, check_pass(problem, end.m0, workspace), check);
     }
-    // What is left of the residual is taken out to first order.
-    let tip_position = tip.p + columns[0].dp * delta;
-    let turn = columns[0].w * delta;
-    let (d1, t) = (tip.d1 + cross(turn, tip.d1), tip.t + cross(turn, tip.t));
-    let m0 = end.m0 + delta;
-    let residual = length(tip.m - rod.l_tip);
+    let answered = answer(problem, &check, (&tip, delta), &columns[0], &w_inverse);
+    let residual = length(w * (answered.m0 - end.m0));
 
     let within_reach = length(tip.p).lt(one.constant(REACH));
     let mut index = stability_index(program.terms, &workspace.station, &tip, &columns);
@@ -87,21 +85,19 @@ pub fn solve_group<L: Lane>(
     let status = status_codes(&end, path, converged, stable, is_grown(&w), finite, one);
     let index = L::select(converged, index, one.constant(NO_EQUILIBRIUM));
 
-    out.store_vector(Quantity::TipPosition.column(), tip_position);
-    out.store_vector(Quantity::TipD1.column(), d1);
-    out.store_vector(Quantity::TipTangent.column(), t);
-    out.store_vector(Quantity::BaseMoment.column(), m0);
+    out.store_vector(Quantity::TipPosition.column(), answered.p);
+    out.store_vector(Quantity::TipD1.column(), answered.d1);
+    out.store_vector(Quantity::TipTangent.column(), answered.t);
+    out.store_vector(Quantity::BaseMoment.column(), answered.m0);
     out.store(Quantity::Residual.column(), residual);
     out.store(Quantity::StabilityMargin.column(), margin);
     out.store(Quantity::StabilityIndex.column(), index);
     out.store(Quantity::Iterations.column(), end.passes);
     out.store(Quantity::LoadFraction.column(), end.lambda);
     out.store(Quantity::Status.column(), status);
+    out.store(Quantity::ErrorEstimate.column(), answered.error);
 
     write_derivatives(problem, end.m0, &tip, &columns, workspace, out);
-
-    let error = error_estimate(rod, end.m0, &check, &columns[0], w_inverse, (tip_position, d1, t));
-    out.store(Quantity::ErrorEstimate.column(), error);
     workspace.columns = columns;
 }
 

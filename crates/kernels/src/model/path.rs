@@ -86,9 +86,12 @@ pub const NEWTON_LIMIT: usize = 5;
 pub const CHORD_TRUST: f64 = 0.1;
 /// Intervals of the stability index shorter than this share of the rod join the next.
 pub const SHORTEST_INTERVAL: f64 = 1e-4;
-/// An error is at most so many times the difference to twice the steps: 16/15 in fourth order, and sqrt(2) where a
-/// rotation about an axis between d1 and t moves both alike; the rest is for higher orders.
+/// A difference in pose is at most so many times the differences of position, d1 and t: sqrt(2) where a rotation about
+/// an axis between d1 and t moves both alike; the rest is for second orders.
 pub const DIFFERENCE: f64 = 1.6;
+/// [`PlanOptions::error_share`](super::PlanOptions::error_share) where nothing was measured: half. In fourth order it is a
+/// fifteenth; long steps are not there yet.
+pub const ERROR_SHARE: f64 = 0.5;
 /// Columns by base moment alone show stability (S4) where force times the square of a step, over stiffness, is below
 /// this: a cantilever buckles at (pi / 2)^2.
 pub const UNBUCKLED: f64 = 2.0;
@@ -171,7 +174,19 @@ pub fn chord_tolerance(newton_tolerance: f64) -> f64 {
     (3000.0 * newton_tolerance).min(1e-3)
 }
 
+/// A step below this times the stability margin does to first order: columns are then off by a small part of themselves,
+/// the tip by the square. It falls faster than the tolerance, as small columns amplify it.
+pub fn first_order_tolerance(newton_tolerance: f64) -> f64 {
+    (3e4 * newton_tolerance.powf(1.5)).min(1e-4)
+}
+
 /// Newton's last step must be below this (plan units of moment), for a target error and a number format.
 pub fn newton_tolerance(tolerance: f64, epsilon: f64) -> f64 {
     tolerance.clamp(64.0 * epsilon, 1e-4)
+}
+
+/// Tips on both grids that differ by less than so many times what round-off can do differ by it alone. Single precision is
+/// beside its last digits on any grid, and worse on a finer one.
+pub fn rounded(epsilon: f64) -> f64 {
+    if epsilon > 1e-10 { 8.0 } else { 1.0 }
 }
