@@ -17,13 +17,15 @@ pub const P35: ShippedFile = shipped!("scenes/", "p35.toml");
 pub const P6: ShippedFile = shipped!("scenes/", "p6.toml");
 /// A magnet at the tip, steered by a magnet on an arm.
 pub const ARM_MAGNET: ShippedFile = shipped!("scenes/", "arm_magnet.toml");
+/// Two coil sets in an array of eight electromagnets.
+pub const COIL_ARRAY: ShippedFile = shipped!("scenes/", "coil_array.toml");
 /// A coil at the tip alone.
 pub const TIP_COIL: ShippedFile = shipped!("scenes/", "tip_coil.toml");
 /// Two coil sets on one catheter.
 pub const TWO_COIL: ShippedFile = shipped!("scenes/", "two_coil.toml");
 
 /// Every scene, by name.
-pub const SCENES: [ShippedFile; 6] = [ARM_MAGNET, CANTILEVER, P35, P6, TIP_COIL, TWO_COIL];
+pub const SCENES: [ShippedFile; 7] = [ARM_MAGNET, CANTILEVER, COIL_ARRAY, P35, P6, TIP_COIL, TWO_COIL];
 
 /// The sweep of P6's workspace; its scene is `scenes/p6.toml`.
 pub const WORKSPACE: ShippedFile = shipped!("", "workspace.toml");

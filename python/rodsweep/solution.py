@@ -40,6 +40,8 @@ class Status(enum.IntEnum):
     """Not solved; no result has it."""
     TOO_NEAR_MAGNET = 10
     """A part of the rod comes nearer to a magnet than its clearance."""
+    OUTSIDE_MAP = 11
+    """A magnetic part of the rod leaves a field that is known on a grid only."""
 
     @property
     def word(self) -> str:

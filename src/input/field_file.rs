@@ -1,6 +1,7 @@
 //! `[field]`, `[[magnet]]` and `[[coil_array]]` of a scene file.
 
 use super::error::{InputError, Problem};
+use super::map::field_maps;
 use super::segment_file::{check_name, exclusive};
 use super::toml::Reader;
 use crate::model::{
@@ -34,6 +35,7 @@ pub(super) fn sources(reader: &Reader) -> Result<FieldSources, InputError> {
     }
     sources.magnets = reader.tables("magnet")?.iter().map(magnet).collect::<Result<_, _>>()?;
     sources.arrays = reader.tables("coil_array")?.iter().map(coil_array).collect::<Result<_, _>>()?;
+    sources.maps = field_maps(reader)?;
     Ok(sources)
 }
 

@@ -8,6 +8,7 @@ mod error;
 mod field_file;
 mod import;
 mod limits;
+mod map;
 mod number_table;
 mod scene_file;
 mod scene_text;

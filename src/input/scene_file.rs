@@ -5,14 +5,14 @@ use super::field_file;
 use super::segment_file::segment;
 use super::toml::{Reader, Source};
 use crate::model::{
-    Base, CoilLoad, FieldSources, Flexible, Loads, Parameter, Scene, SceneError, SegmentKind, ShearElasticity,
-    Stiffness, closest,
+    Base, CoilLoad, FieldMap, FieldSources, Flexible, Loads, Parameter, Scene, SceneError, SegmentKind,
+    ShearElasticity, Stiffness, closest,
 };
 use std::collections::HashSet;
 use std::path::Path;
 
-const SCENE_KEYS: [&str; 9] =
-    ["name", "base", "field", "magnet", "coil_array", "loads", "segment", "model", "insertion"];
+const SCENE_KEYS: [&str; 10] =
+    ["name", "base", "field", "magnet", "coil_array", "field_map", "loads", "segment", "model", "insertion"];
 const LOAD_KEYS: [&str; 5] = ["tip_force", "tip_moment", "gravity", "distributed_force", "fluid_density"];
 
 /// Reads a scene file.
@@ -34,9 +34,9 @@ pub fn parse_scene(file: &Path, text: &str) -> Result<Scene, InputError> {
     scene(&source.root())
 }
 
-/// What is unusual about a scene without being wrong.
+/// What is unusual about a scene without being wrong, and how well sampled fields obey Maxwell's equations.
 pub fn scene_notes(scene: &Scene) -> Vec<String> {
-    let mut notes = Vec::new();
+    let mut notes: Vec<String> = scene.sources.maps.iter().map(FieldMap::summary).collect();
     for segment in &scene.segments {
         if let SegmentKind::Flexible(Flexible {
             stiffness: Stiffness::Tube { youngs_modulus, shear: ShearElasticity::Modulus(shear_modulus), .. },
@@ -167,26 +167,26 @@ fn located(reader: &Reader, scene: &Scene, error: SceneError) -> InputError {
         SceneError::DuplicateName(name) => file_key(reader, scene, &format!("{name}.name")),
         SceneError::GravityWithoutMass => "loads.gravity".into(),
         SceneError::NoSegment | SceneError::NoFlexible => "segment".into(),
-        SceneError::RigidFirst { .. } => "segment[0].kind".into(),
-        SceneError::ForceWithoutArm => "model.rigid_force_arm".into(),
+        SceneError::MagnetisedInMap { segment } => file_key(reader, scene, &format!("{segment}.dipole_per_length")),
         SceneError::DuplicateSource(name) => source_key(scene, name, "name"),
         SceneError::CurrentsOfCoils { name, .. } => source_key(scene, name, "current"),
     };
     reader.error(&key, Problem::Scene(error))
 }
 
-/// A key of the last magnet or array of coils of a name.
+/// A key of the last magnet, array of coils or map of a name.
 fn source_key(scene: &Scene, name: &str, rest: &str) -> String {
     let sources = &scene.sources;
     let magnet = sources.magnets.iter().rposition(|magnet| magnet.name == name).map(|at| format!("magnet[{at}]"));
     let array = || sources.arrays.iter().rposition(|array| array.name == name).map(|at| format!("coil_array[{at}]"));
-    format!("{}.{rest}", magnet.or_else(array).unwrap_or_else(|| "magnet".into()))
+    let map = || sources.maps.iter().rposition(|map| map.name == name).map(|at| format!("field_map[{at}]"));
+    format!("{}.{rest}", magnet.or_else(array).or_else(map).unwrap_or_else(|| "magnet".into()))
 }
 
 /// `coil.coil.area.x` becomes `segment[1].coil.area[0]`, or the nearest key around it that the file has.
 fn file_key(reader: &Reader, scene: &Scene, name: &str) -> String {
     let mut key = match name.split_once('.') {
-        Some(("magnets", rest)) => match rest.split_once('.') {
+        Some(("magnets" | "maps", rest)) => match rest.split_once('.') {
             Some((magnet, rest)) => source_key(scene, magnet, rest),
             None => name.to_owned(),
         },

@@ -1,5 +1,6 @@
 //! Writes a scene as TOML that reads back identically: SI numbers, shortest digits that round-trip.
 
+use super::map::write_map;
 use super::toml::quoted;
 use crate::model::{
     CoilWinding, Density, FieldSources, Flexible, MagnetBody, Profile, Rigid, Scene, Segment, SegmentKind,
@@ -84,7 +85,7 @@ fn write_sources(text: &mut String, sources: &FieldSources, prefix: &str) -> std
             writeln!(text, "]")?;
         }
     }
-    Ok(())
+    sources.maps.iter().try_for_each(|map| write_map(text, map, prefix))
 }
 
 fn write_segment(text: &mut String, segment: &Segment) -> std::fmt::Result {

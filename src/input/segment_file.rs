@@ -26,7 +26,7 @@ const FLEXIBLE_KEYS: [&str; 14] = [
 const RIGID_KEYS: [&str; 6] = ["name", "kind", "length", "mass", "coil", "dipole_per_length"];
 const COIL_KEYS: [&str; 5] = ["turns", "area", "turns_area", "current", "alignment"];
 /// First words of parameter names that are not segments.
-const RESERVED: [&str; 7] = ["base", "field", "loads", "insertion", "model", "scene", "magnets"];
+const RESERVED: [&str; 8] = ["base", "field", "loads", "insertion", "model", "scene", "magnets", "maps"];
 
 /// Reads a `[[segment]]` block.
 pub(crate) fn segment(reader: &Reader) -> Result<Segment, InputError> {

@@ -9,7 +9,7 @@ use toml_edit::{Array, Document, Item, TableLike, Value};
 
 /// A parsed file and the line of each of its keys.
 pub struct Source {
-    file: PathBuf,
+    pub(super) file: PathBuf,
     document: Document<String>,
     lines: BTreeMap<String, usize>,
 }

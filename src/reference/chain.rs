@@ -222,7 +222,12 @@ impl Chain {
             Slot::BaseRotation(axis) => variation.w0 = unit(axis),
             Slot::FluxDensity(axis) => numbers.B = unit(axis),
             // What of the field varies in space is no number of the chain: `varying` adds its part.
-            Slot::FieldGradient(_) | Slot::FieldOrigin(_) | Slot::SourcePosition(..) | Slot::SourceMoment(..) => {}
+            Slot::FieldGradient(_)
+            | Slot::FieldOrigin(_)
+            | Slot::SourcePosition(..)
+            | Slot::SourceMoment(..)
+            | Slot::MapScale(_)
+            | Slot::MapPosition(..) => {}
             Slot::TipForce(axis) => numbers.f_tip = unit(axis),
             Slot::TipMoment(axis) => numbers.l_tip = unit(axis),
             Slot::Insertion => {

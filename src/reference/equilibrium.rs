@@ -7,7 +7,7 @@ use super::places::{Node, first_curvature, growth};
 use super::shooting::pass;
 use super::state::base_state;
 use super::{by_base, by_nodes, stability, varying};
-use crate::model::{Matrix, Rod, Slot, Status, Vector};
+use crate::model::{Matrix, Rod, RodSegment, Slot, Status, Vector};
 use nalgebra::Vector3;
 
 /// Solves a rod (SI) on the branch from rest and differentiates the solution by `slots`.
@@ -90,8 +90,14 @@ pub fn residual_by_base_moment(rod: &Rod, m0: Vector) -> Option<Matrix> {
 }
 
 /// Curvature at the start of the first flexible segment for a base moment (N·m, world frame); body frame (1/m). `None`
-/// where it is not finite.
+/// where it is not finite. Beyond a rigid segment in a field that varies it is that of the equilibrium from rest, if that
+/// has this base moment.
 pub fn base_curvature(rod: &Rod, m0: Vector) -> Option<Vector> {
+    if !rod.segments.first().is_some_and(RodSegment::is_flexible)
+        && let Some(found) = varying::base_curvature(rod, m0)
+    {
+        return found;
+    }
     let units = chain::units(rod);
     let chain = Chain::new(rod, &units);
     let m0_body = chain.R0.tr_mul(&Vector3::from(m0)) / units.moment();

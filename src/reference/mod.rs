@@ -91,17 +91,22 @@ impl Reference {
         put(Quantity::LoadFraction, &[equilibrium.load_fraction]);
         put(Quantity::Status, &[f64::from(equilibrium.status.code())]);
         for derivative in &self.plan.derivatives {
-            let mut rows = [0.0; MOST_ROWS];
+            let mut rows = [0.0; MOST_ROWS + 3];
             for (slot, entry) in &derivative.terms {
                 let rate = self.plan.entry(batch, sample, *entry);
                 let of_slot = self.slots.iter().zip(&equilibrium.derivatives).find(|(other, _)| *other == slot);
                 if let Some((_, of_slot)) = of_slot {
-                    for (row, value) in rows.iter_mut().zip(of_slot.dp.iter().chain(&of_slot.w).chain(&of_slot.dm0)) {
+                    for (row, value) in
+                        rows.iter_mut().zip([of_slot.dp, of_slot.w, of_slot.dm0, of_slot.du0].as_flattened())
+                    {
                         *row += rate * value;
                     }
                 }
             }
             row.extend(&rows[..self.plan.rows()]);
+        }
+        if self.plan.first_beyond_rigid().is_some() {
+            row.extend(equilibrium.u0);
         }
         row
     }

@@ -136,5 +136,6 @@ pub(super) fn status_colour(status: Status) -> Colour {
         Status::NonFinite => Colour::BLACK,
         Status::Pending => Colour::GREY,
         Status::TooNearMagnet => Colour::hex(0x6b4f3a),
+        Status::OutsideMap => Colour::hex(0xa08060),
     }
 }

@@ -194,7 +194,8 @@ impl Layout {
             move |at| {
                 let row = range.start + at;
                 rows.plan.read_sample_rod(rows.batch, rows.sample(row), &mut rod);
-                base_curvature(&rod, solutions.vector(row, Quantity::BaseMoment))
+                let of_moment = || base_curvature(&rod, solutions.vector(row, Quantity::BaseMoment));
+                solutions.own_curvature(row).unwrap_or_else(of_moment)
             }
         });
         let cells = |row: usize| rows.branches.map(|branches| branches[row]);

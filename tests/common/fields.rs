@@ -8,6 +8,7 @@ use rodsweep::model::{
 use serde_json::Value;
 
 /// A scene with one equilibrium and its derivatives.
+#[derive(Clone)]
 pub struct FieldCase {
     pub scene: Scene,
     /// Kind of each column and what it is by: a combination of slots.
@@ -105,6 +106,7 @@ fn sources(field: &Value) -> FieldSources {
         origin: vector(&field["origin"]),
         magnets: list(&field["magnets"]).iter().enumerate().map(magnet).collect(),
         arrays: if coils.is_empty() { Vec::new() } else { vec![array] },
+        maps: Vec::new(),
         coil_load: CoilLoad::default(),
     }
 }

@@ -241,9 +241,12 @@ fn move_slot<D: Number>(dual: &mut DualRod<D>, slot: Slot, by: D) {
             return;
         }
         Slot::Insertion => unreachable!("a piece of its own"),
-        Slot::FieldGradient(_) | Slot::FieldOrigin(_) | Slot::SourcePosition(..) | Slot::SourceMoment(..) => {
-            unreachable!("the field is uniform")
-        }
+        Slot::FieldGradient(_)
+        | Slot::FieldOrigin(_)
+        | Slot::SourcePosition(..)
+        | Slot::SourceMoment(..)
+        | Slot::MapScale(_)
+        | Slot::MapPosition(..) => unreachable!("the field is uniform"),
         Slot::BasePosition(axis) => &mut dual.p0[axis.index()],
         Slot::FluxDensity(axis) => &mut dual.B[axis.index()],
         Slot::TipForce(axis) => &mut dual.f_tip[axis.index()],

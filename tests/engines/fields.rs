@@ -21,7 +21,7 @@ const COLUMNS: f64 = 1e-9;
 /// A column smaller than this share of the largest of its kind is measured against that.
 const SMALL: f64 = 1e-3;
 
-fn slots(case: &FieldCase) -> Vec<Slot> {
+pub fn slots(case: &FieldCase) -> Vec<Slot> {
     let mut slots: Vec<Slot> = Vec::new();
     for (slot, _) in case.columns.iter().flat_map(|(_, slots)| slots) {
         if !slots.contains(slot) {

@@ -173,7 +173,6 @@ fn mistakes_are_named() {
         ("remanence = \"1.4 T\"", "remanense = \"1.4 T\"", "magnet[1].remanense", "did you mean `remanence`"),
         ("current = [\"5 A\", -3]", "current = [5]", "coil_array[0].current", "one current for each coil"),
         ("coil_load = \"middle\"", "coil_load = \"midle\"", "model.coil_load", "did you mean `middle`"),
-        ("[model]\n", "[model]\nrigid_force_arm = false\n", "model.rigid_force_arm", "remove it"),
         ("kind = \"flexible\"\nlength", "kind = \"rigid\"\nlength", "segment[0].tube", "flexible"),
     ];
     for (from, to, key, words) in cases {
@@ -186,13 +185,13 @@ fn mistakes_are_named() {
     }
 }
 
-/// A rod that starts rigid does not move there; the remedy is to put the base at the end of it.
+/// What once was refused: a rigid start, and forces without their arm.
 #[test]
-fn a_rigid_start_is_refused() {
+fn combinations_are_read() {
     let start = SCENE.find("[[segment]]").expect("a segment");
     let rigid = "[[segment]]\nname = \"holder\"\nkind = \"rigid\"\nlength = \"5 mm\"\n";
-    let scene = format!("{}{rigid}{}{SOURCES}", &SCENE[..start], &SCENE[start..]);
-    let error = parsed(&scene).expect_err("a rigid start");
-    assert_eq!(error.key, "segment[0].kind");
-    assert!(error.to_string().contains("put the base at its end"), "{error}");
+    let armless = SOURCES.replace("[model]", "[model]\nrigid_force_arm = false");
+    let scene = parsed(&format!("{}{rigid}{}{armless}", &SCENE[..start], &SCENE[start..])).expect("a good scene");
+    assert!(!scene.rigid_force_arm && !scene.rod().segments[0].is_flexible());
+    assert_eq!(parsed(&write_scene(&scene)).expect("what was written"), scene);
 }

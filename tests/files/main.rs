@@ -8,6 +8,7 @@ mod bad_input;
 mod branch_sweeps;
 mod claims;
 mod faults;
+mod field_maps;
 mod fields;
 mod foreign_tables;
 mod fuzz;

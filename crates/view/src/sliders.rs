@@ -152,6 +152,8 @@ impl Scale {
             Parameter::Magnet(_, MagnetParameter::Rotation(_)) => (-std::f64::consts::PI, std::f64::consts::PI),
             Parameter::Magnet(_, MagnetParameter::Moment(_)) => either(value.abs().max(1.0)),
             Parameter::Magnet(_, MagnetParameter::Strength) => (-2.0, 2.0),
+            Parameter::MapScale(_) => either(2.0 * value.abs().max(1.0)),
+            Parameter::MapPosition(..) => (value - self.length, value + self.length),
             Parameter::ArrayCurrent(..) => either(CURRENT_LIMIT.max(2.0 * value.abs())),
             Parameter::TipForce(_) => either(self.force),
             Parameter::TipMoment(_) => either(self.moment),

@@ -116,7 +116,11 @@ fn parts(slot: Slot) -> (usize, usize, usize) {
         Slot::BaseRotation(axis) => at(1, axis),
         Slot::FluxDensity(axis) => at(2, axis),
         // Plans of a field that varies in space are refused; in a uniform one these move nothing, as the base does.
-        Slot::FieldOrigin(axis) | Slot::SourcePosition(_, axis) | Slot::SourceMoment(_, axis) => at(0, axis),
+        Slot::FieldOrigin(axis)
+        | Slot::SourcePosition(_, axis)
+        | Slot::SourceMoment(_, axis)
+        | Slot::MapPosition(_, axis) => at(0, axis),
+        Slot::MapScale(_) => at(0, Axis::X),
         Slot::FieldGradient(_) => at(0, Axis::X),
         Slot::TipForce(axis) => at(3, axis),
         Slot::TipMoment(axis) => at(4, axis),

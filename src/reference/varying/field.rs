@@ -2,6 +2,7 @@
 //!
 //! In the units of the chain, positions from the base; the constant mu0 / 4 pi is one there.
 
+use super::map::Map;
 use crate::model::{CoilLoad, RodField, Slot, Units, gradient_matrix};
 use nalgebra::{Matrix3, Vector3};
 
@@ -28,6 +29,8 @@ pub(super) struct Field {
     pub G: Matrix3<f64>,
     pub origin: Vector3<f64>,
     pub dipoles: Vec<Dipole>,
+    /// Fields sampled on a grid.
+    pub maps: Vec<Map>,
     /// Points of a rigid segment where the field acts, as shares of its length, and their shares of its dipole.
     pub points: Vec<(f64, f64)>,
 }
@@ -39,6 +42,8 @@ pub(super) struct FieldChange {
     dorigin: Vector3<f64>,
     /// One dipole of the field.
     of_dipole: Option<(usize, Dipole)>,
+    /// Scale and position of one map.
+    of_map: Option<(usize, f64, Vector3<f64>)>,
 }
 
 impl Dipole {
@@ -86,20 +91,25 @@ impl Field {
             G: Matrix3::from_fn(|row, col| G[row][col] / units.gradient()),
             origin: place(field.origin),
             dipoles: field.dipoles.iter().map(dipole).collect(),
+            maps: field.maps.iter().map(|map| Map::new(map, base, units)).collect(),
             points: if field.coil_load == CoilLoad::Middle { vec![(0.5, 1.0)] } else { line() },
         }
     }
 
     pub(super) fn B(&self, x: Vector3<f64>) -> Vector3<f64> {
-        self.B0 + self.G * (x - self.origin) + self.dipoles.iter().map(|d| d.B(x - d.X)).sum::<Vector3<f64>>()
+        let of_dipoles: Vector3<f64> = self.dipoles.iter().map(|d| d.B(x - d.X)).sum();
+        let of_maps: Vector3<f64> = self.maps.iter().map(|map| map.scale * map.B(x)).sum();
+        self.B0 + self.G * (x - self.origin) + of_dipoles + of_maps
     }
 
     pub(super) fn G(&self, x: Vector3<f64>) -> Matrix3<f64> {
-        self.G + self.dipoles.iter().map(|dipole| dipole.G(x - dipole.X)).sum::<Matrix3<f64>>()
+        let of_maps: Matrix3<f64> = self.maps.iter().map(|map| map.scale * map.G(x)).sum();
+        self.G + self.dipoles.iter().map(|dipole| dipole.G(x - dipole.X)).sum::<Matrix3<f64>>() + of_maps
     }
 
     pub(super) fn T3(&self, x: Vector3<f64>, mu: Vector3<f64>) -> Matrix3<f64> {
-        self.dipoles.iter().map(|dipole| dipole.T3(x - dipole.X, mu)).sum()
+        let of_maps: Matrix3<f64> = self.maps.iter().map(|map| map.scale * map.T3(x, mu)).sum();
+        of_maps + self.dipoles.iter().map(|dipole| dipole.T3(x - dipole.X, mu)).sum::<Matrix3<f64>>()
     }
 
     /// dB and dG mu at a point that stands still.
@@ -117,7 +127,17 @@ impl Field {
             dB += grown.B(r) - dipole.G(r) * d.X;
             dF += grown.G(r) * mu - dipole.T3(r, mu) * d.X;
         }
+        if let Some((k, scale, dX)) = change.of_map {
+            let map = &self.maps[k];
+            dB += scale * map.B(x) - map.scale * map.G(x) * dX;
+            dF += scale * map.G(x) * mu - map.scale * map.T3(x, mu) * dX;
+        }
         (dB, dF)
+    }
+
+    /// How far a point where the field acts is inside of every map; infinite without maps.
+    pub(super) fn inside(&self, x: Vector3<f64>) -> f64 {
+        self.maps.iter().map(|map| map.inside(x)).fold(f64::INFINITY, f64::min)
     }
 
     /// Distance to the nearest dipole beyond its clearance; infinite without dipoles.
@@ -143,6 +163,8 @@ impl FieldChange {
                 change.of_dipole = Some((k, Dipole { X: unit(axis), ..Dipole::default() }))
             }
             Slot::SourceMoment(k, axis) => change.of_dipole = Some((k, Dipole { M: unit(axis), ..Dipole::default() })),
+            Slot::MapScale(k) => change.of_map = Some((k, 1.0, Vector3::zeros())),
+            Slot::MapPosition(k, axis) => change.of_map = Some((k, 0.0, unit(axis))),
             _ => {}
         }
         change

@@ -26,13 +26,17 @@ pub(super) struct Stability {
     pub index: usize,
     /// Least distance to a magnet beyond its clearance.
     pub clearance: f64,
+    /// How far the rod's dipoles are inside of every map.
+    pub inside: f64,
 }
 
-/// Linear forms of the unknowns at one place: rotation and displacement.
+/// Linear forms of the unknowns at one place: rotation, displacement, and the displacement on which forces do work: without
+/// the force arm rigid segments do not add to it.
 #[derive(Clone)]
 struct Forms {
     w: Matrix3xX<f64>,
     dp: Matrix3xX<f64>,
+    at_work: Matrix3xX<f64>,
 }
 
 /// Weights by which values at Gauss points integrate to each of them and, last, to the end.
@@ -77,8 +81,9 @@ fn add(q: &mut DMatrix<f64>, left: &Matrix3xX<f64>, form: Matrix3<f64>, right: &
 fn add_dipole(q: &mut DMatrix<f64>, rod: &Varying, x: Vector3<f64>, mu: Vector3<f64>, forms: &Forms) {
     let field = &rod.field;
     add(q, &forms.w, -turned(field.B(x), mu), &forms.w);
-    add(q, &forms.dp, 2.0 * field.G(x) * hat(mu), &forms.w);
-    add(q, &forms.dp, -field.T3(x, mu), &forms.dp);
+    add(q, &forms.dp, field.G(x) * hat(mu), &forms.w);
+    add(q, &forms.at_work, field.G(x) * hat(mu), &forms.w);
+    add(q, &forms.at_work, -field.T3(x, mu), &forms.dp);
 }
 
 /// The index at an equilibrium; `None` where the rod cannot be integrated.
@@ -90,17 +95,29 @@ pub(super) fn stability(rod: &Varying, base: &BaseLoad, integrator: &mut Extrapo
     let count = (0..chain.is_flexible.len()).filter(bends).count() * ELEMENTS * POINTS * per_point;
     let rules = integration();
     let mut q = DMatrix::zeros(count, count);
-    let mut forms = Forms { w: Matrix3xX::zeros(count), dp: Matrix3xX::zeros(count) };
+    let none = Matrix3xX::zeros(count);
+    let mut forms = Forms { w: none.clone(), dp: none.clone(), at_work: none };
     let mut state = rod.base_state(base, &[]);
     let mut clearance = rod.field.clearance(state.p);
+    let mut inside = f64::INFINITY;
     let mut first = 0;
     for j in 0..chain.is_flexible.len() {
+        let is_magnetic = chain.numbers.segments[j].mu != Vector3::zeros();
+        if is_magnetic {
+            inside = inside.min(rod.field.inside(state.p));
+        }
         if !chain.is_flexible[j] {
             add_rigid(&mut q, rod, j, &state, &forms);
             rigid::cross(rod, j, &[], &mut state);
             let arm = chain.numbers.segments[j].length * state.R.column(2);
             forms.dp -= hat(arm) * &forms.w;
+            if chain.rigid_force_arm {
+                forms.at_work -= hat(arm) * &forms.w;
+            }
             clearance = clearance.min(rod.field.clearance(state.p)).min(rod.field.clearance(state.p - 0.5 * arm));
+            if is_magnetic {
+                inside = inside.min(rod.field.inside(state.p));
+            }
             continue;
         }
         let length = chain.numbers.segments[j].length;
@@ -117,6 +134,9 @@ pub(super) fn stability(rod: &Varying, base: &BaseLoad, integrator: &mut Extrapo
                 flexible.advance(integrator, s, start + place * h, &mut state).ok()?;
                 s = start + place * h;
                 clearance = clearance.min(rod.field.clearance(state.p));
+                if is_magnetic {
+                    inside = inside.min(rod.field.inside(state.p));
+                }
                 states.push((s, state.clone()));
             }
             flexible.advance(integrator, s, start + h, &mut state).ok()?;
@@ -124,8 +144,11 @@ pub(super) fn stability(rod: &Varying, base: &BaseLoad, integrator: &mut Extrapo
             first += POINTS * per_point;
         }
         clearance = clearance.min(rod.field.clearance(state.p));
+        if is_magnetic {
+            inside = inside.min(rod.field.inside(state.p));
+        }
     }
-    Some(Stability { index: negative_eigenvalues(q)?, clearance })
+    Some(Stability { index: negative_eigenvalues(q)?, clearance, inside })
 }
 
 /// The work of the field and of all forces beyond on a rigid segment.
@@ -135,13 +158,18 @@ fn add_rigid(q: &mut DMatrix<f64>, rod: &Varying, j: usize, state: &State, forms
     let mu = state.R * segment.mu;
     let mut end = state.n - segment.load;
     let mut lever = 0.5 * segment.load;
+    let has_arm = rod.chain.rigid_force_arm;
     for (xi, share) in &rod.field.points {
         let x = state.p + xi * segment.length * t;
         let force = *share * (rod.field.G(x) * mu);
         end -= force;
         lever += *xi * force;
-        let dp = &forms.dp - hat(*xi * segment.length * t) * &forms.w;
-        add_dipole(q, rod, x, *share * mu, &Forms { w: forms.w.clone(), dp });
+        let by_arm = -hat(*xi * segment.length * t) * &forms.w;
+        let at_work = if has_arm { &forms.at_work + &by_arm } else { forms.at_work.clone() };
+        add_dipole(q, rod, x, *share * mu, &Forms { w: forms.w.clone(), dp: &forms.dp + by_arm, at_work });
+    }
+    if !has_arm {
+        return;
     }
     add(q, &forms.w, -segment.length * turned(end + lever, t), &forms.w);
 }
@@ -200,12 +228,15 @@ fn add_element(
         // -2 n . (w x R d(nu))
         add(q, &w[i], 2.0 * weight * hat(state.n), &strains[i]);
         if numbers.mu != Vector3::zeros() {
-            let there = Forms { w: w[i].clone(), dp: &forms.dp + sum(i, &dp_slopes) };
+            let moved = sum(i, &dp_slopes);
+            let there = Forms { w: w[i].clone(), dp: &forms.dp + &moved, at_work: &forms.at_work + moved };
             add_dipole(q, rod, state.p, weight * (state.R * numbers.mu), &there);
         }
     }
     forms.w += sum(POINTS, &slopes);
-    forms.dp += sum(POINTS, &dp_slopes);
+    let moved = sum(POINTS, &dp_slopes);
+    forms.dp += &moved;
+    forms.at_work += moved;
 }
 
 /// `None` for a matrix that is not finite, on which the decomposition would not end.

@@ -7,6 +7,7 @@ mod energy;
 mod field;
 mod flexible;
 mod hessian;
+mod map;
 mod ramp;
 mod rigid;
 mod shape;
@@ -46,6 +47,7 @@ pub(super) fn solve(rod: &Rod, slots: &[Slot]) -> Option<Equilibrium> {
     let most = RESIDUAL_FACTOR * TOLERANCE * passage.growth();
     let status = match path.end {
         End::TooNear => Status::TooNearMagnet,
+        End::Outside => Status::OutsideMap,
         end => status((path.lambda, end == End::GaveUp, path.steps), (passage.residual.norm(), most), index),
     };
     let index = index.unwrap_or_default();
@@ -118,6 +120,11 @@ fn differentiate(
 
 /// m' in the world frame and u' at the base: what is inserted lies proximal to it.
 fn at_base(rod: &Varying, base: &BaseLoad) -> (Vector3<f64>, Vector3<f64>) {
+    if !rod.chain.is_flexible[0] {
+        let t: Vector3<f64> = rod.chain.R0.column(2).into();
+        let arm = if rod.chain.rigid_force_arm { 1.0 } else { 0.0 };
+        return (-arm * t.cross(&base.n), Vector3::zeros());
+    }
     let mut still = rod.clone();
     // Pieces of no length say nothing of the slope.
     let segments = &rod.chain.numbers.segments;
@@ -144,6 +151,16 @@ pub(super) fn stability_at(rod: &Rod, m0: Vector) -> Option<Option<Stability>> {
         let residual = passage.residual.norm() * units.moment();
         Some(Stability { index, margin: margin(passage.moment_inverse(), index), residual })
     }))
+}
+
+/// Curvature at the start of the first flexible segment of the equilibrium from rest if that has this base moment; the
+/// first `None` where the field is uniform.
+pub(super) fn base_curvature(rod: &Rod, m0: Vector) -> Option<Option<Vector>> {
+    let units = chain::units(rod);
+    let full = Varying::new(rod, &units)?;
+    let found = from_rest_with(&full, &units, m0);
+    let passed = found.and_then(|base| pass(&full, &base, &[], &mut Extrapolation::new(TOLERANCE)).ok());
+    Some(passed.map(|passage| SI(passage.u_first, units.curvature())))
 }
 
 /// The load at the base of the equilibrium from rest if its moment is this (N·m, world frame).

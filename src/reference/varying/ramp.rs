@@ -19,6 +19,7 @@ pub(super) enum End {
     Arrived,
     Fold,
     TooNear,
+    Outside,
     GaveUp,
 }
 
@@ -44,6 +45,7 @@ struct Step {
 
 enum Refused {
     TooNear,
+    Outside,
     Other,
 }
 
@@ -55,10 +57,11 @@ pub(super) fn from_rest(rod: &Varying) -> Path {
     let mut last = match rest {
         Ok(rest) => rest,
         Err(Refused::TooNear) => return Path { end: End::TooNear, ..path },
+        Err(Refused::Outside) => return Path { end: End::Outside, ..path },
         Err(Refused::Other) => return path,
     };
     let mut step = first_step(&last);
-    let mut too_near = false;
+    let (mut too_near, mut outside) = (false, false);
     while path.lambda < 1.0 {
         if path.passes >= MOST_PASSES {
             return Path { end: End::GaveUp, ..path };
@@ -67,16 +70,22 @@ pub(super) fn from_rest(rod: &Varying) -> Path {
         let predicted = last.tangent * (lambda - path.lambda);
         match correct(rod, lambda, path.base, predicted, &mut integrator, &mut path.passes) {
             Ok(next) => {
-                (path.base, path.lambda, too_near) = (next.base, lambda, false);
+                (path.base, path.lambda) = (next.base, lambda);
+                (too_near, outside) = (false, false);
                 path.steps += 1;
                 step = (step * if next.fast { 2.0 } else { 1.0 }).min(first_step(&next));
                 last = next;
             }
             Err(refused) => {
                 too_near |= matches!(refused, Refused::TooNear);
+                outside |= matches!(refused, Refused::Outside);
                 step = 0.5 * (lambda - path.lambda);
                 if step < SMALLEST_STEP {
-                    path.end = if too_near { End::TooNear } else { End::Fold };
+                    path.end = match (too_near, outside) {
+                        (true, _) => End::TooNear,
+                        (_, true) => End::Outside,
+                        _ => End::Fold,
+                    };
                     return path;
                 }
             }
@@ -120,9 +129,12 @@ fn correct(
         let first = *first.get_or_insert(size);
         if size <= ARRIVED * (1.0 + base.norm()) {
             *passes += 1;
-            let Stability { index, clearance } = stability(&loaded, &base, integrator).ok_or(Refused::Other)?;
+            let Stability { index, clearance, inside } = stability(&loaded, &base, integrator).ok_or(Refused::Other)?;
             if clearance <= 0.0 {
                 return Err(Refused::TooNear);
+            }
+            if inside <= 0.0 {
+                return Err(Refused::Outside);
             }
             if index > 0 {
                 return Err(Refused::Other);

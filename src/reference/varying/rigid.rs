@@ -1,4 +1,6 @@
 //! A rigid segment in a field that varies: force and torque of the field at its points. F1, F3, F4, F6
+//!
+//! Without the force arm every force acts as if at the proximal end.
 
 use super::state::{Change, State, Varying};
 use nalgebra::Vector3;
@@ -7,6 +9,7 @@ use nalgebra::Vector3;
 pub(super) fn cross(rod: &Varying, j: usize, changes: &[Change], state: &mut State) {
     let segment = rod.chain.numbers.segments[j];
     let field = &rod.field;
+    let lever = if rod.chain.rigid_force_arm { 1.0 } else { 0.0 };
     let (L, R, load) = (segment.length, state.R, segment.load);
     let t: Vector3<f64> = R.column(2).into();
     let mu = R * segment.mu;
@@ -16,9 +19,9 @@ pub(super) fn cross(rod: &Varying, j: usize, changes: &[Change], state: &mut Sta
         let x = state.p + arm;
         let force = share * (field.G(x) * mu);
         n -= force;
-        m -= share * mu.cross(&field.B(x)) + arm.cross(&force); // F3, F4
+        m -= share * mu.cross(&field.B(x)) + lever * arm.cross(&force); // F3, F4
     }
-    m -= L * t.cross(&(n + 0.5 * load)); // F3, F4
+    m -= lever * L * t.cross(&(n + 0.5 * load)); // F3, F4
     for (column, change) in state.columns.iter_mut().zip(changes) {
         let d = change.of.numbers.segments[j];
         let (w, dp) = (column.w, column.dp);
@@ -35,10 +38,11 @@ pub(super) fn cross(rod: &Varying, j: usize, changes: &[Change], state: &mut Sta
             let force = share * (G * mu);
             let dforce = share * (dF + field.T3(x, mu) * dx + G * dmu); // F6
             dn -= dforce;
-            dm -= share * (dmu.cross(&B) + mu.cross(&dB)) + (xi * darm).cross(&force) + arm.cross(&dforce); // F6
+            let by_arm = (xi * darm).cross(&force) + arm.cross(&dforce);
+            dm -= share * (dmu.cross(&B) + mu.cross(&dB)) + lever * by_arm; // F6
         }
         let half = 0.5 * d.load;
-        dm -= darm.cross(&(n + 0.5 * load)) + L * t.cross(&(dn + half));
+        dm -= lever * (darm.cross(&(n + 0.5 * load)) + L * t.cross(&(dn + half)));
         column.dp += darm;
         column.dn = dn;
         column.dm_body = R.tr_mul(&(dm - w.cross(&m)));

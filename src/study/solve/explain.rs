@@ -4,7 +4,7 @@ use super::{SolveError, Solved};
 use crate::backend::Precision;
 use crate::lanes::{Lanes, Operations};
 use crate::model::path::PATH_STEPPER;
-use crate::model::{Plan, SegmentPlan, Terms, Units};
+use crate::model::{FieldMap, Plan, SegmentPlan, Terms, Units};
 use crate::report::{TextTable, engineering};
 use serde_json::{Value, json};
 use std::fmt;
@@ -27,6 +27,8 @@ pub struct Explanation {
     pub units: Units,
     /// Distal segments that nothing loads; their shape is closed form.
     pub at_rest: Vec<String>,
+    /// Fields sampled on grids, and how well they obey Maxwell's equations.
+    pub maps: Vec<String>,
     /// The pieces of the segments, from the base.
     pub pieces: Vec<PlannedPiece>,
     /// Kinds of passes over the rod, and what each costs; none are counted in a field that varies in space.
@@ -90,6 +92,7 @@ impl Explanation {
             column_count: derivative_columns(plan),
             units: plan.units,
             at_rest: segments_at_rest(solved),
+            maps: solved.scene().sources.maps.iter().map(FieldMap::summary).collect(),
             pieces: pieces(solved),
             passes: passes(solved)?,
         })
@@ -235,6 +238,9 @@ impl fmt::Display for Explanation {
         line("units", format!("length {length} m, force {force} N, moment {moment} N·m, field {field} T"))?;
         if !self.at_rest.is_empty() {
             line("at rest", format!("{}: nothing loads it; its shape is closed form", self.at_rest.join(", ")))?;
+        }
+        for map in &self.maps {
+            line("field", map.clone())?;
         }
         let mut segments = TextTable::new(["segment", "piece", "kind", "steps", "with"]);
         for piece in &self.pieces {

@@ -96,6 +96,9 @@ impl Jacobian<'_> {
 
     /// d(u0) by parameter k: through the base moment, and directly.
     fn base_curvature_column(&self, k: usize) -> Vector {
+        if self.solved.solutions().own_curvature(0).is_some() {
+            return self.column(k, 9);
+        }
         let (plan, rod) = (self.solved.plan(), self.solved.rod());
         let m0 = self.solved.solutions().vector(0, Quantity::BaseMoment);
         // A slot that stands in no term of u0: what is left is the base moment's part.

@@ -116,7 +116,11 @@ impl Solved {
 
     /// Curvature at the start of the first flexible segment, body frame (1/m).
     pub fn base_curvature(&self) -> Vector {
-        if self.is_equilibrium() { base_curvature(&self.rod(), self.base_moment()) } else { [f64::NAN; 3] }
+        if !self.is_equilibrium() {
+            return [f64::NAN; 3];
+        }
+        let of_moment = || base_curvature(&self.rod(), self.base_moment());
+        self.solutions.own_curvature(0).unwrap_or_else(of_moment)
     }
 
     /// How far from a fold: 1 at rest, 0 at a fold, negative when unstable.

@@ -169,7 +169,9 @@ fn swept(scene: &Scene, chain: usize) -> Vec<Parameter> {
         Parameter::FieldGradient(_)
         | Parameter::FieldOrigin(_)
         | Parameter::Magnet(..)
-        | Parameter::ArrayCurrent(..) => true,
+        | Parameter::ArrayCurrent(..)
+        | Parameter::MapScale(_)
+        | Parameter::MapPosition(..) => true,
         Parameter::TipForce(_) => scene.loads.tip_force.is_some(),
         Parameter::TipMoment(_) => scene.loads.tip_moment.is_some(),
         Parameter::Gravity(_) => scene.loads.gravity.is_some(),
@@ -207,7 +209,9 @@ fn value(scene: &Scene, sizes: Sizes, parameter: Parameter, random: &mut Random)
         | Parameter::FieldGradient(_)
         | Parameter::FieldOrigin(_)
         | Parameter::Magnet(..)
-        | Parameter::ArrayCurrent(..) => return around(random),
+        | Parameter::ArrayCurrent(..)
+        | Parameter::MapScale(_)
+        | Parameter::MapPosition(..) => return around(random),
     };
     random.within(-size, size)
 }

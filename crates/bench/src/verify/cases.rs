@@ -132,6 +132,8 @@ fn derivatives(scene: &Scene) -> Vec<Parameter> {
         | Parameter::FieldOrigin(_)
         | Parameter::Magnet(..)
         | Parameter::ArrayCurrent(..)
+        | Parameter::MapScale(_)
+        | Parameter::MapPosition(..)
         | Parameter::TipForce(_)
         | Parameter::TipMoment(_) => true,
         Parameter::Segment(_, S::Stiffness(axis)) => *axis != StiffnessAxis::Bending,

@@ -127,8 +127,9 @@ impl Lanes {
         let mut scales = vec![1.0; Quantity::COUNT];
         scales[..3].fill(units.length);
         scales[Quantity::BaseMoment.column()..][..3].fill(units.moment());
-        let of_row = |row: usize| [units.length, 1.0, units.moment()][row % self.plan.rows() / 3];
+        let of_row = |row: usize| [units.length, 1.0, units.moment(), units.curvature()][row % self.plan.rows() / 3];
         scales.extend((0..self.plan.rows() * self.plan.derivatives.len()).map(of_row));
+        scales.resize(self.plan.output_count(), units.curvature());
         scales
     }
 

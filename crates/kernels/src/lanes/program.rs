@@ -75,6 +75,10 @@ pub struct Program {
     pub derivatives: Vec<Vec<(Slot, usize)>>,
     /// Whether they include those of the base moment.
     pub base_moment_rows: bool,
+    /// Of each.
+    pub rows: usize,
+    /// The segment whose curvature at its start is an output of its own.
+    pub first_beyond_rigid: Option<usize>,
     /// For following the path from rest.
     pub coarse: Resolution,
     /// The same with care.
@@ -138,6 +142,8 @@ impl Program {
             forward: plan.forward,
             collect,
             base_moment_rows: plan.options.base_moment_rows,
+            rows: plan.rows(),
+            first_beyond_rigid: plan.first_beyond_rigid(),
             derivatives: plan.derivatives.iter().map(|derivative| derivative.terms.clone()).collect(),
             coarse: on_path(steps(&|n| stepper.path_steps(n))),
             careful: on_path(steps(&|n| stepper.careful_steps(n))),

@@ -209,9 +209,12 @@ fn functional<L: Lane>(slot: Slot, rod: &Rod<L>, columns: &Columns<L>, workspace
         }
         Slot::BasePosition(_) | Slot::BaseRotation(_) | Slot::Insertion => Vec3::splat(zero),
         // In a field that varies in space columns go forward.
-        Slot::FieldGradient(_) | Slot::FieldOrigin(_) | Slot::SourcePosition(..) | Slot::SourceMoment(..) => {
-            Vec3::splat(zero)
-        }
+        Slot::FieldGradient(_)
+        | Slot::FieldOrigin(_)
+        | Slot::SourcePosition(..)
+        | Slot::SourceMoment(..)
+        | Slot::MapScale(_)
+        | Slot::MapPosition(..) => Vec3::splat(zero),
     }
 }
 

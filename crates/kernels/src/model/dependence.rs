@@ -6,8 +6,8 @@ use super::record::{
     record_offsets,
 };
 use super::{
-    Axis, CoilWinding, FIELD_DIPOLE_RECORD, FIELD_RECORD, MagnetParameter, Parameter, Rigid, Rod, RodSegment, Scene,
-    SegmentKind, SegmentParameter, ShearAxis, StiffnessAxis,
+    Axis, CoilWinding, FIELD_DIPOLE_RECORD, FIELD_MAP_RECORD, FIELD_RECORD, MagnetParameter, Parameter, Rigid, Rod,
+    RodField, RodSegment, Scene, SegmentKind, SegmentParameter, ShearAxis, StiffnessAxis,
 };
 use std::ops::Range;
 
@@ -72,6 +72,8 @@ pub(super) fn touched_entries(parameter: Parameter, scene: &Scene, rod: &Rod, sw
             let first = scene.sources.coil_dipole(array, coil);
             source_entries(rod, first..first + scene.sources.arrays[array].coils[coil].len(), 3)
         }
+        Parameter::MapScale(map) => map_entries(rod, map, 0..1),
+        Parameter::MapPosition(map, axis) => map_entries(rod, map, axis.index() + 1..axis.index() + 2),
         Parameter::TipForce(axis) => vec![TIP_FORCE_AT + axis.index()],
         Parameter::TipMoment(axis) => vec![TIP_MOMENT_AT + axis.index()],
         Parameter::BasePosition(axis) => vec![BASE_POSITION_AT + axis.index()],
@@ -89,6 +91,13 @@ fn source_entries(rod: &Rod, dipoles: Range<usize>, from: usize) -> Vec<usize> {
     dipoles.flat_map(of).collect()
 }
 
+/// Some entries of a field sampled on a grid.
+fn map_entries(rod: &Rod, map: usize, of: Range<usize>) -> Vec<usize> {
+    let before = rod.field.as_ref().map_or(0, RodField::map_record);
+    let start = field_offset(&rod.segments) + before + FIELD_MAP_RECORD * map;
+    of.map(|k| start + k).collect()
+}
+
 /// Segments of a scene whose numbers follow from a parameter.
 pub(super) fn touched_segments(parameter: Parameter, scene: &Scene) -> Range<usize> {
     match parameter {
@@ -102,6 +111,8 @@ pub(super) fn touched_segments(parameter: Parameter, scene: &Scene) -> Range<usi
         | Parameter::FieldOrigin(_)
         | Parameter::Magnet(..)
         | Parameter::ArrayCurrent(..)
+        | Parameter::MapScale(_)
+        | Parameter::MapPosition(..)
         | Parameter::TipForce(_)
         | Parameter::TipMoment(_) => 0..0,
     }

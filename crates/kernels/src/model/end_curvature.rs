@@ -50,7 +50,8 @@ type DualVector = [Dual; 3];
 
 /// u0 = u* + K^-1 R0^T m at the start of the first flexible segment, body frame (1/m).
 ///
-/// `base_moment` is m at s = 0+, before any rigid segment. NaN for a rod without a flexible segment.
+/// `base_moment` is m at s = 0+, before any rigid segment; beyond one in a field that varies in space it does not tell
+/// the curvature. NaN there, and for a rod without a flexible segment.
 pub fn base_curvature(rod: &Rod, base_moment: Vector) -> Vector {
     propagate(rod, base_moment, None).map(|u| u.value)
 }
@@ -83,7 +84,9 @@ pub fn tip_curvature(rod: &Rod, tip_position: Vector, tip_rotation: &Matrix) -> 
                         let arm = directors[2].map(|x| x * xi * length);
                         let (force, torque) = field.load(add(p, arm, 1.0), mu_world);
                         m = add(m, torque, *share); // F3, F4
-                        m = add(m, cross(arm, force), *share);
+                        if rod.rigid_force_arm {
+                            m = add(m, cross(arm, force), *share);
+                        }
                         n = add(n, force, *share);
                     }
                 }
@@ -127,6 +130,7 @@ fn propagate(rod: &Rod, base_moment: Vector, by: Option<(Slot, Vector)>) -> Dual
     let mut m = with(base_moment, by.map_or([0.0; 3], |(_, rate)| rate));
     for (index, segment) in rod.segments.iter().enumerate() {
         match segment {
+            RodSegment::Rigid(_) if rod.field.is_some() => break,
             RodSegment::Rigid(rigid) => {
                 let length = Dual { value: rigid.length, rate: seed(Slot::Length(index)) };
                 let weight = seeded_on(rigid.weight, index, Slot::Weight);

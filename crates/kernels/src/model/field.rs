@@ -1,7 +1,7 @@
 //! A field that varies in space: a linear part, external magnets and arrays of coils, added to the uniform field. F0
 
 use super::rotation::{multiply, rotation_matrix};
-use super::{Axis, Matrix, Units, Vector};
+use super::{Axis, FieldDipole, FieldMap, Matrix, RodField, Vector};
 use std::f64::consts::PI;
 
 /// Magnetic constant over 4 pi (T·m/A)
@@ -35,6 +35,8 @@ pub struct FieldSources {
     pub magnets: Vec<Magnet>,
     /// Electromagnets around the rod.
     pub arrays: Vec<CoilArray>,
+    /// Fields sampled on a grid.
+    pub maps: Vec<FieldMap>,
     /// Where the field acts on a rigid segment.
     pub coil_load: CoilLoad,
 }
@@ -99,35 +101,6 @@ pub struct UnitDipole {
     pub moment_per_ampere: Vector,
 }
 
-/// The part of the field that varies, as the mechanics sees it; SI units, world frame.
-#[derive(Clone, Debug, PartialEq)]
-pub struct RodField {
-    /// By [`GradientEntry`] (T/m)
-    pub gradient: [f64; 5],
-    /// In m
-    pub origin: Vector,
-    /// All dipoles outside of the rod.
-    pub dipoles: Vec<FieldDipole>,
-    /// Where the field acts on a rigid segment.
-    pub coil_load: CoilLoad,
-}
-
-/// A dipole outside of the rod.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FieldDipole {
-    /// In m
-    pub position: Vector,
-    /// In A·m²
-    pub moment: Vector,
-    /// No part of the rod may come nearer (m)
-    pub clearance: f64,
-}
-
-/// Entries of the record of a field before its dipoles: gradient and origin.
-pub const FIELD_RECORD: usize = 8;
-/// Entries of a dipole's record: position and moment.
-pub const FIELD_DIPOLE_RECORD: usize = 6;
-
 /// Gauss and Legendre's points and weights on [0, 1].
 const LINE: [(f64, f64); 5] = [
     (0.046_910_077_030_668_004, 0.118_463_442_528_094_54),
@@ -188,7 +161,8 @@ pub fn mri_gradient([x, y, z]: Vector) -> [f64; 5] {
 impl FieldSources {
     /// Whether there is anything that varies.
     pub fn varies(&self) -> bool {
-        self.gradient.is_some() || !self.magnets.is_empty() || !self.arrays.is_empty()
+        let has_sources = !self.magnets.is_empty() || !self.arrays.is_empty();
+        self.gradient.is_some() || has_sources || !self.maps.is_empty()
     }
 
     /// As the mechanics sees it; `None` for a uniform field.
@@ -199,6 +173,7 @@ impl FieldSources {
             gradient: self.gradient.unwrap_or_default(),
             origin: self.origin,
             dipoles: of_magnets.chain(of_arrays).collect(),
+            maps: self.maps.iter().map(FieldMap::rod_map).collect(),
             coil_load: self.coil_load,
         })
     }
@@ -273,84 +248,6 @@ impl CoilArray {
                 clearance: DEFAULT_CLEARANCE,
             })
         })
-    }
-}
-
-impl RodField {
-    /// Entries of its record.
-    pub fn record_len(&self) -> usize {
-        FIELD_RECORD + FIELD_DIPOLE_RECORD * self.dipoles.len()
-    }
-
-    /// Appends gradient, origin and each dipole's position and moment. SI units.
-    pub(super) fn write(&self, record: &mut Vec<f64>) {
-        record.extend(self.gradient);
-        record.extend(self.origin);
-        for dipole in &self.dipoles {
-            record.extend(dipole.position);
-            record.extend(dipole.moment);
-        }
-    }
-
-    /// Reads back what `write` has appended.
-    pub(super) fn read(&mut self, record: impl Fn(usize) -> f64) {
-        let vector = |at: usize| -> Vector { [record(at), record(at + 1), record(at + 2)] };
-        self.gradient = std::array::from_fn(&record);
-        self.origin = vector(5);
-        for (j, dipole) in self.dipoles.iter_mut().enumerate() {
-            let at = FIELD_RECORD + FIELD_DIPOLE_RECORD * j;
-            (dipole.position, dipole.moment) = (vector(at), vector(at + 3));
-        }
-    }
-
-    /// Unit of each entry of the record with so many dipoles.
-    pub(super) fn record_units(dipoles: usize, units: &Units) -> Vec<f64> {
-        let mut all = vec![units.gradient(); 5];
-        all.extend([units.length; 3]);
-        for _ in 0..dipoles {
-            all.extend([units.length; 3]);
-            all.extend([units.source_moment(); 3]);
-        }
-        all
-    }
-
-    /// Whether every number is finite.
-    pub(super) fn is_finite(&self) -> bool {
-        let mut record = Vec::new();
-        self.write(&mut record);
-        record.iter().all(|x| x.is_finite())
-    }
-
-    /// Force (N) on a dipole (A·m²), and its torque (N·m) but for that of the uniform field, at a point (m)
-    pub fn load(&self, at: Vector, mu: Vector) -> (Vector, Vector) {
-        let cross = |a: Vector, b: Vector| -> Vector {
-            [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-        };
-        let dot = |a: Vector, b: Vector| (0..3).map(|k| a[k] * b[k]).sum::<f64>();
-        let mut force = rotate(&gradient_matrix(self.gradient), mu);
-        for dipole in &self.dipoles {
-            let (r, moment) = (std::array::from_fn(|k| at[k] - dipole.position[k]), dipole.moment);
-            let distance2 = dot(r, r);
-            let by = 3.0 * MU0_OVER_4PI / (distance2 * distance2 * distance2.sqrt());
-            let (a, b) = (dot(r, moment), dot(r, mu));
-            let along = dot(moment, mu) - 5.0 * a * b / distance2;
-            (0..3).for_each(|k| force[k] += by * (a * mu[k] + b * moment[k] + along * r[k]));
-        }
-        (force, cross(mu, self.flux_density(at)))
-    }
-
-    /// B beyond the uniform field (T) at a point (m)
-    pub fn flux_density(&self, at: Vector) -> Vector {
-        let from = |origin: Vector| -> Vector { std::array::from_fn(|k| at[k] - origin[k]) };
-        let mut b = rotate(&gradient_matrix(self.gradient), from(self.origin));
-        for dipole in &self.dipoles {
-            let r = from(dipole.position);
-            let distance2: f64 = r.iter().map(|x| x * x).sum();
-            let along: f64 = (0..3).map(|k| r[k] * dipole.moment[k]).sum();
-            let by = MU0_OVER_4PI / (distance2 * distance2.sqrt());
-            (0..3).for_each(|k| b[k] += by * (3.0 * along / distance2 * r[k] - dipole.moment[k]));
-        }
-        b
     }
 }
 

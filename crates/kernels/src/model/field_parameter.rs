@@ -35,6 +35,10 @@ pub(super) fn all(sources: &FieldSources) -> Vec<Parameter> {
     for (array, coils) in sources.arrays.iter().enumerate() {
         all.extend((0..coils.current.len()).map(|coil| P::ArrayCurrent(array, coil)));
     }
+    for map in 0..sources.maps.len() {
+        all.push(P::MapScale(map));
+        all.extend(Axis::ALL.map(|axis| P::MapPosition(map, axis)));
+    }
     all
 }
 
@@ -74,6 +78,8 @@ pub(super) fn number(parameter: Parameter, sources: &mut FieldSources) -> Option
             })
         }
         P::ArrayCurrent(array, coil) => sources.arrays.get_mut(array)?.current.get_mut(coil),
+        P::MapScale(map) => Some(&mut sources.maps.get_mut(map)?.scale),
+        P::MapPosition(map, axis) => Some(&mut sources.maps.get_mut(map)?.position[axis.index()]),
         _ => None,
     }
 }
@@ -85,6 +91,8 @@ pub(super) fn chain(parameter: Parameter, scene: &Scene) -> Vec<(Slot, f64)> {
         P::FieldGradient(entry) => vec![(Slot::FieldGradient(entry), 1.0)],
         P::FieldOrigin(axis) => vec![(Slot::FieldOrigin(axis), 1.0)],
         P::Magnet(magnet, parameter) => magnet_chain(sources, magnet, parameter),
+        P::MapScale(map) => vec![(Slot::MapScale(map), 1.0)],
+        P::MapPosition(map, axis) => vec![(Slot::MapPosition(map, axis), 1.0)],
         P::ArrayCurrent(array, coil) => {
             let first = sources.coil_dipole(array, coil);
             let dipoles = sources.arrays[array].coils[coil].iter().enumerate();

@@ -9,8 +9,10 @@ mod coil;
 mod dependence;
 mod end_curvature;
 mod field;
+mod field_map;
 mod field_parameter;
 mod growth;
+mod map_fit;
 mod parameter;
 pub mod path;
 mod plan;
@@ -21,6 +23,7 @@ mod recipe;
 pub mod record;
 mod rest_shape;
 pub mod rod;
+mod rod_field;
 mod rotation;
 mod sample;
 mod scene;
@@ -39,9 +42,10 @@ pub use blocks::{BLOCK, Blocks};
 pub use coil::{Coil, CoilWinding};
 pub use end_curvature::{base_curvature, base_curvature_rate, tip_curvature};
 pub use field::{
-    CoilArray, CoilLoad, DEFAULT_CLEARANCE, FIELD_DIPOLE_RECORD, FIELD_RECORD, FieldDipole, FieldSources,
-    GradientEntry, MU0_OVER_4PI, Magnet, MagnetBody, RodField, UnitDipole, gradient_matrix, mri_gradient,
+    CoilArray, CoilLoad, DEFAULT_CLEARANCE, FieldSources, GradientEntry, MU0_OVER_4PI, Magnet, MagnetBody, UnitDipole,
+    gradient_matrix, mri_gradient,
 };
+pub use field_map::{FieldMap, LEAST_MAP_NODES, MapFit, MapGrid, MapPlace, RodMap};
 pub use field_parameter::MagnetParameter;
 pub use parameter::{Axis, Parameter, ParameterError, StiffnessAxis, closest};
 pub use plan::{Batch, Derivative, Entry, FreePart, Plan, PlanError, SegmentPlan, Terms};
@@ -51,6 +55,7 @@ pub use recipe::{RecipeMethod, SampleRecipe};
 pub use record::{BASE_RECORD, FLEXIBLE_RECORD, RIGID_RECORD, record_offsets};
 pub use rest_shape::REST_POSE;
 pub use rod::{FlexibleRod, RigidRod, Rod, RodSegment, Slot};
+pub use rod_field::{FIELD_DIPOLE_RECORD, FIELD_MAP_RECORD, FIELD_RECORD, FieldDipole, RodField};
 pub use rotation::{rotation_angle, rotation_matrix, rotation_vector};
 pub use scene::{
     Base, Density, Flexible, Loads, Rigid, STANDARD_GRAVITY, Scene, Segment, SegmentKind, ShearElasticity, Stiffness,

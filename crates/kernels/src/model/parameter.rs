@@ -68,6 +68,10 @@ pub enum Parameter {
     Magnet(usize, MagnetParameter),
     /// Current of a coil of an array of coils, both by their index (A).
     ArrayCurrent(usize, usize),
+    /// Factor of a field sampled on a grid, by its index.
+    MapScale(usize),
+    /// Component of where such a field is put (m).
+    MapPosition(usize, Axis),
     /// Component of the dead force at the tip (N).
     TipForce(Axis),
     /// Component of the dead couple at the tip (N·m).
@@ -173,6 +177,8 @@ impl Parameter {
                 format!("magnets.{}.{}", scene.sources.magnets[index].name, parameter.path())
             }
             P::ArrayCurrent(array, coil) => format!("{}.current.{}", scene.sources.arrays[array].name, coil + 1),
+            P::MapScale(map) => format!("maps.{}.scale", scene.sources.maps[map].name),
+            P::MapPosition(map, axis) => format!("maps.{}.position.{}", scene.sources.maps[map].name, axis.name()),
             P::TipForce(axis) => format!("loads.tip_force.{}", axis.name()),
             P::TipMoment(axis) => format!("loads.tip_moment.{}", axis.name()),
             P::Gravity(axis) => format!("loads.gravity.{}", axis.name()),
@@ -187,8 +193,8 @@ impl Parameter {
     pub fn groups(&self, scene: &Scene) -> Vec<String> {
         let is_joint = matches!(self, P::Segment(_, parameter) if parameter.is_joint());
         let name = self.name(scene);
-        // A magnet's name is the second word of its parameters.
-        let words = if matches!(self, P::Magnet(..)) { 2 } else { 1 };
+        // A magnet's or a map's name is the second word of its parameters.
+        let words = if matches!(self, P::Magnet(..) | P::MapScale(_) | P::MapPosition(..)) { 2 } else { 1 };
         let cuts = name.match_indices('.').skip(words).filter(|_| !is_joint);
         cuts.map(|(at, _)| name[..at].to_owned()).collect()
     }
@@ -200,7 +206,8 @@ impl Parameter {
             P::BaseRotation(_) => "rad",
             P::FluxDensity(_) => "T",
             P::FieldGradient(_) => "T/m",
-            P::FieldOrigin(_) => "m",
+            P::FieldOrigin(_) | P::MapPosition(..) => "m",
+            P::MapScale(_) => "",
             P::Magnet(_, parameter) => parameter.unit(),
             P::ArrayCurrent(..) => "A",
             P::TipForce(_) => "N",
@@ -225,7 +232,12 @@ impl Parameter {
             P::Gravity(axis) => component(scene.loads.gravity, axis),
             P::DistributedForce(axis) => component(scene.loads.distributed_force, axis),
             P::FluidDensity => scene.loads.fluid_density.unwrap_or(0.0),
-            P::FieldGradient(_) | P::FieldOrigin(_) | P::Magnet(..) | P::ArrayCurrent(..) => {
+            P::FieldGradient(_)
+            | P::FieldOrigin(_)
+            | P::Magnet(..)
+            | P::ArrayCurrent(..)
+            | P::MapScale(_)
+            | P::MapPosition(..) => {
                 let mut sources = scene.sources.clone();
                 field_parameter::number(*self, &mut sources).map_or(f64::NAN, |number| *number)
             }
@@ -253,7 +265,12 @@ impl Parameter {
             P::Gravity(axis) => set(&mut scene.loads.gravity, axis),
             P::DistributedForce(axis) => set(&mut scene.loads.distributed_force, axis),
             P::FluidDensity => scene.loads.fluid_density = Some(value),
-            P::FieldGradient(_) | P::FieldOrigin(_) | P::Magnet(..) | P::ArrayCurrent(..) => {
+            P::FieldGradient(_)
+            | P::FieldOrigin(_)
+            | P::Magnet(..)
+            | P::ArrayCurrent(..)
+            | P::MapScale(_)
+            | P::MapPosition(..) => {
                 field_parameter::number(*self, &mut scene.sources).into_iter().for_each(|number| *number = value);
             }
             P::Segment(index, parameter) => {
@@ -318,9 +335,12 @@ impl Parameter {
                 let segments = (0..scene.segments.len()).filter(displaces);
                 segments.flat_map(|segment| weight_chain(scene, segment, -area(segment))).collect()
             }
-            P::FieldGradient(_) | P::FieldOrigin(_) | P::Magnet(..) | P::ArrayCurrent(..) => {
-                field_parameter::chain(*self, scene)
-            }
+            P::FieldGradient(_)
+            | P::FieldOrigin(_)
+            | P::Magnet(..)
+            | P::ArrayCurrent(..)
+            | P::MapScale(_)
+            | P::MapPosition(..) => field_parameter::chain(*self, scene),
             P::Segment(index, parameter) => segment_chain::chain(parameter, scene, index),
         }
     }

@@ -329,14 +329,26 @@ impl Plan {
         rod.read_record(|entry| self.entry(batch, sample, entry));
     }
 
-    /// Rows of one derivative: tip position, tip rotation and, where they are wanted, base moment.
+    /// The segment of the rod whose curvature at its start is an output of its own: the first flexible one, where rigid
+    /// ones come before it and the field varies. Otherwise the base moment tells it.
+    pub fn first_beyond_rigid(&self) -> Option<usize> {
+        let first = self.segments.iter().position(|segment| segment.is_flexible)?;
+        (self.terms.varying_field && first > 0).then_some(first)
+    }
+
+    /// Rows of one derivative: tip position, tip rotation and, where they are wanted, base moment and what goes with it.
     pub fn rows(&self) -> usize {
-        if self.options.base_moment_rows { MOST_ROWS } else { MOST_ROWS - 3 }
+        match (self.options.base_moment_rows, self.first_beyond_rigid()) {
+            (false, _) => MOST_ROWS - 3,
+            (true, None) => MOST_ROWS,
+            (true, Some(_)) => MOST_ROWS + 3,
+        }
     }
 
     /// Columns of the solutions.
     pub fn output_count(&self) -> usize {
-        Quantity::COUNT + self.rows() * self.derivatives.len()
+        let own_curvature = if self.first_beyond_rigid().is_some() { 3 } else { 0 };
+        Quantity::COUNT + self.rows() * self.derivatives.len() + own_curvature
     }
 
     /// Unit of each entry in the plan's units: divide an SI value by it.
@@ -344,7 +356,7 @@ impl Plan {
         let units = &self.units;
         let mut scale = Rod::record_units(self.segments.iter().map(|segment| segment.is_flexible), units);
         if let Some(field) = self.scene.sources.rod_field() {
-            scale.extend(RodField::record_units(field.dipoles.len(), units));
+            scale.extend(RodField::record_units(field.dipoles.len(), field.maps.len(), units));
         }
         if self.free.is_some() {
             scale.extend([units.length; 3]);

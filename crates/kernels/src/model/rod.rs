@@ -83,6 +83,10 @@ pub enum Slot {
     SourcePosition(usize, Axis),
     /// Moment of a dipole outside of the rod (A·m²).
     SourceMoment(usize, Axis),
+    /// Factor of a field sampled on a grid.
+    MapScale(usize),
+    /// Position of such a field (m).
+    MapPosition(usize, Axis),
     /// Force at the tip (N).
     TipForce(Axis),
     /// Couple at the tip (N·m).
@@ -116,9 +120,9 @@ impl Slot {
     /// One unit of the slot, SI.
     pub fn unit(&self, units: &Units) -> f64 {
         match self {
-            Slot::BaseRotation(_) => 1.0,
+            Slot::BaseRotation(_) | Slot::MapScale(_) => 1.0,
             Slot::BasePosition(_) | Slot::Insertion | Slot::Length(_) => units.length,
-            Slot::FieldOrigin(_) | Slot::SourcePosition(..) => units.length,
+            Slot::FieldOrigin(_) | Slot::SourcePosition(..) | Slot::MapPosition(..) => units.length,
             Slot::FluxDensity(_) => units.field,
             Slot::FieldGradient(_) => units.gradient(),
             Slot::SourceMoment(..) => units.source_moment(),
@@ -154,7 +158,12 @@ impl Slot {
     pub fn is_of_sources(&self) -> bool {
         matches!(
             self,
-            Slot::FieldGradient(_) | Slot::FieldOrigin(_) | Slot::SourcePosition(..) | Slot::SourceMoment(..)
+            Slot::FieldGradient(_)
+                | Slot::FieldOrigin(_)
+                | Slot::SourcePosition(..)
+                | Slot::SourceMoment(..)
+                | Slot::MapScale(_)
+                | Slot::MapPosition(..)
         )
     }
 

@@ -19,17 +19,14 @@ pub enum SceneError {
         /// What holds for a good value, in words.
         requirement: &'static str,
     },
-    /// A rod that starts rigid in a field that varies in space.
+    /// A flexible segment magnetised along its length in a field sampled on a grid.
     #[error(
-        "`{segment}` is rigid and first: in a field that varies in space it does not move; leave it out and put the base at its end"
+        "`{segment}` is magnetised along its length, but integration does not resolve the faces of a sampled field's cells: make it of rigid segments, or the field of magnets and coils"
     )]
-    RigidFirst {
+    MagnetisedInMap {
         /// Name of the segment.
         segment: String,
     },
-    /// Forces of the field without their lever arm.
-    #[error("`model.rigid_force_arm = false` leaves out what the forces of a field that varies in space do: remove it")]
-    ForceWithoutArm,
     /// Two magnets, arrays or segments share this name.
     #[error("`{0}` is the name of two sources of the field, or of one and a segment: give each its own name")]
     DuplicateSource(String),

@@ -45,10 +45,12 @@ impl Quantity {
 /// Stability index of a row whose numbers do not satisfy the equilibrium equations.
 pub const NO_EQUILIBRIUM: f64 = -1.0;
 
-/// Rows of one derivative at most: tip position (3), tip rotation w (3) and, if the plan says so, base moment (3).
+/// Rows of one derivative: tip position (3), tip rotation w (3) and, if the plan says so, base moment (3). Those of the
+/// curvature beyond rigid segments, where it has columns of its own, follow them.
 pub const MOST_ROWS: usize = 9;
 
-/// Solutions of a batch: one row a sample; `Quantity` columns, then [`Plan::rows`] columns for each derivative.
+/// Solutions of a batch: one row a sample; `Quantity` columns, then [`Plan::rows`] columns for each derivative, then, if
+/// the plan says so, the curvature at the start of the first flexible segment.
 ///
 /// A derivative's rows are d(tip position) (m/unit), the world-frame virtual rotation w with dR = hat(w) R
 /// (rad/unit) and d(base moment) (N·m/unit). Failed samples hold the last iterate or NaN.
@@ -58,18 +60,27 @@ pub struct Solutions {
     pub values: Blocks<f64>,
     /// Of a derivative.
     rows: usize,
+    /// First column of that curvature.
+    own_curvature: Option<usize>,
 }
 
 impl Solutions {
     /// Room for the solutions of a batch of a plan.
     pub fn new(plan: &Plan, sample_count: usize) -> Self {
-        Self { values: Blocks::new(plan.output_count(), sample_count), rows: plan.rows() }
+        let mut new = Self { values: Blocks::new(plan.output_count(), sample_count), ..Self::default() };
+        new.arrange(plan);
+        new
     }
 
     /// Makes room for those of another batch in the same memory; what it holds until they are written means nothing.
     pub fn reuse(&mut self, plan: &Plan, sample_count: usize) {
         self.values.reuse(plan.output_count(), sample_count);
+        self.arrange(plan);
+    }
+
+    fn arrange(&mut self, plan: &Plan) {
         self.rows = plan.rows();
+        self.own_curvature = plan.first_beyond_rigid().map(|_| plan.output_count() - 3);
     }
 
     /// Rows of the table.
@@ -121,7 +132,13 @@ impl Solutions {
         Quantity::COUNT + self.rows * derivative + row
     }
 
-    /// One row of a derivative: 0 to 2 tip position, 3 to 5 tip rotation, 6 to 8 base moment.
+    /// Curvature at the start of the first flexible segment, body frame (1/m), where the base moment does not tell it.
+    pub fn own_curvature(&self, sample: usize) -> Option<[f64; 3]> {
+        let first = self.own_curvature?;
+        Some(std::array::from_fn(|axis| self.values.get(sample, first + axis)))
+    }
+
+    /// One row of a derivative: 0 to 2 tip position, 3 to 5 tip rotation, 6 to 8 base moment, 9 to 11 its own curvature.
     pub fn derivative(&self, sample: usize, derivative: usize, row: usize) -> f64 {
         self.values.get(sample, self.derivative_column(derivative, row))
     }

@@ -28,11 +28,13 @@ pub enum Status {
     Pending = 9,
     /// A part of the rod comes nearer to a magnet than its clearance, where a dipole no longer stands for it.
     TooNearMagnet = 10,
+    /// A magnetic part of the rod leaves a field that is known on a grid only.
+    OutsideMap = 11,
 }
 
 impl Status {
     /// In the order of their codes.
-    pub const ALL: [Status; 11] = [
+    pub const ALL: [Status; 12] = [
         Status::Ok,
         Status::Refined,
         Status::Ramped,
@@ -44,6 +46,7 @@ impl Status {
         Status::NonFinite,
         Status::Pending,
         Status::TooNearMagnet,
+        Status::OutsideMap,
     ];
 
     /// The status of a code; `None` for a number that is no code.
@@ -70,6 +73,7 @@ impl Status {
             Status::NonFinite => "non-finite",
             Status::Pending => "pending",
             Status::TooNearMagnet => "too-near-magnet",
+            Status::OutsideMap => "outside-map",
         }
     }
 

@@ -132,12 +132,6 @@ fn check_sources(scene: &Scene) -> Result<(), SceneError> {
     if !sources.varies() {
         return Ok(());
     }
-    if !scene.rigid_force_arm {
-        return Err(SceneError::ForceWithoutArm);
-    }
-    if let Some(Segment { name, kind: SegmentKind::Rigid(_), .. }) = scene.segments.first() {
-        return Err(SceneError::RigidFirst { segment: name.clone() });
-    }
     for (entry, value) in GradientEntry::ALL.iter().zip(sources.gradient.unwrap_or_default()) {
         check(format!("field.gradient.{}", entry.name()), value, value.is_finite(), "finite")?;
     }
@@ -156,7 +150,7 @@ fn check_sources(scene: &Scene) -> Result<(), SceneError> {
             check_positive(format!("{name}.length"), body.length)?;
             check_positive(format!("{name}.diameter"), body.diameter)?;
         }
-        if !names.insert(format!("magnets.{}", magnet.name)) {
+        if !names.insert(name) {
             return Err(SceneError::DuplicateSource(magnet.name.clone()));
         }
     }
@@ -176,6 +170,21 @@ fn check_sources(scene: &Scene) -> Result<(), SceneError> {
             check_finite(&format!("{name}.coil.dipoles.position"), dipole.position)?;
             check_finite(&format!("{name}.coil.dipoles.moment_per_ampere"), dipole.moment_per_ampere)?;
         }
+    }
+    for map in &sources.maps {
+        let name = format!("maps.{}", map.name);
+        check(format!("{name}.scale"), map.scale, map.scale.is_finite(), "finite")?;
+        check_finite(&format!("{name}.position"), map.position)?;
+        if !names.insert(name) {
+            return Err(SceneError::DuplicateSource(map.name.clone()));
+        }
+    }
+    let is_magnetised = |segment: &&Segment| match &segment.kind {
+        SegmentKind::Flexible(flexible) => flexible.dipole_per_length.is_some(),
+        SegmentKind::Rigid(_) => false,
+    };
+    if let Some(segment) = scene.segments.iter().find(is_magnetised).filter(|_| !sources.maps.is_empty()) {
+        return Err(SceneError::MagnetisedInMap { segment: segment.name.clone() });
     }
     check_base_clearance(scene)
 }

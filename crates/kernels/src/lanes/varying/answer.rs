@@ -108,19 +108,27 @@ fn write<L: Kernels>(
     let position = tip.p + dp;
     let (d1, t) = (tip.d1 + cross(turn, tip.d1), tip.t + cross(turn, tip.t));
     let m0 = end.base.1 + left.1;
+    if program.first_beyond_rigid.is_some() {
+        let u = workspace.first.u + workspace.first.moved(left);
+        out.store_vector(Quantity::COUNT + program.rows * program.derivatives.len(), u);
+    }
     let index = index(&workspace.transfers, one);
     let stable = index.lt(one.constant(0.5));
     let margin = margin(&inverse);
     let within_reach = length(tip.p).lt(one.constant(REACH));
-    let clear = one.constant(0.0).lt(workspace.clearance);
+    let zero = one.constant(0.0);
+    let (is_far, is_inside) = (zero.lt(workspace.clearance), zero.lt(workspace.inside));
+    let clear = is_far & is_inside;
 
     let mut status = L::select(stable, code(one, Status::Ramped), code(one, Status::Unstable));
     let unsolved = L::select(length(tip.p).is_finite(), code(one, Status::NotConverged), code(one, Status::NonFinite));
     let converged = converged & within_reach;
     status = L::select(converged, status, unsolved);
-    status = L::select(clear, status, code(one, Status::TooNearMagnet));
+    status = L::select(is_inside, status, code(one, Status::OutsideMap));
+    status = L::select(is_far, status, code(one, Status::TooNearMagnet));
     let mut lost = L::select(end.exhausted, code(one, Status::StepLimit), code(one, Status::NotConverged));
     lost = L::select(end.fold, code(one, Status::Fold), lost);
+    lost = L::select(end.outside, code(one, Status::OutsideMap), lost);
     lost = L::select(end.too_near, code(one, Status::TooNearMagnet), lost);
     let lost = if care { lost } else { code(one, Status::Pending) };
     let status = L::select(end.reached, status, lost);
@@ -170,7 +178,7 @@ fn write_rows<L: Lane>(
     out: &mut Outputs<'_, L::Scalar>,
 ) {
     let Problem { program, rod, .. } = *problem;
-    let rows = if program.base_moment_rows { 3 } else { 2 };
+    let rows = program.rows / 3;
     let base = super::step::State {
         p: Vec3::splat(rod.t.x.constant(0.0)),
         d1: rod.d1,
@@ -191,7 +199,11 @@ fn write_rows<L: Lane>(
             let (dp, w) = moved(workspace, change);
             // What is inserted lies proximal to the former base.
             let dm0 = change.1 - slope * parameters.sources.insertion[k];
-            let all = [columns.dp[k] + dp, columns.w[k] + w, dm0];
+            let mut du0 = dm0;
+            if program.first_beyond_rigid.is_some() {
+                du0 = workspace.first.by_parameters[three][k] + workspace.first.moved(change);
+            }
+            let all = [columns.dp[k] + dp, columns.w[k] + w, dm0, du0];
             for (row, value) in all.into_iter().enumerate().take(rows) {
                 out.store_vector(Quantity::COUNT + 3 * (rows * (3 * three + k) + row), value);
             }

@@ -15,6 +15,8 @@ pub struct Crossing<'a, L: Lane> {
     pub lambda: L,
     /// Shares of its length and of its dipole.
     pub points: &'a [(f64, f64)],
+    /// Whether forces act on lever arms.
+    pub force_arm: bool,
     pub before: State<L>,
 }
 
@@ -29,7 +31,7 @@ impl<L: Lane> Crossing<'_, L> {
     /// The state beyond it.
     #[inline(always)]
     pub fn cross(&self) -> State<L> {
-        let Crossing { space, segment, lambda, before, .. } = self;
+        let Crossing { space, segment, lambda, force_arm, before, .. } = self;
         let State { p, d1, t, mut m, mut n } = *before;
         let (arm, load) = (t * segment.length, segment.w * *lambda);
         let half = lambda.constant(0.5);
@@ -42,17 +44,22 @@ impl<L: Lane> Crossing<'_, L> {
                 let part = mu * lambda.constant(*share);
                 let force = G * part; // F1
                 n = n - force;
-                m = cross_sub(part, B, cross_sub(lever, force, m)); // F3, F4
+                m = cross_sub(part, B, m); // F3, F4
+                if *force_arm {
+                    m = cross_sub(lever, force, m); // F3, F4
+                }
             }
         }
-        m = cross_sub(arm, axpy(half, load, n), m); // F3, F4
+        if *force_arm {
+            m = cross_sub(arm, axpy(half, load, n), m); // F3, F4
+        }
         State { p: p + arm, d1, t, m, n }
     }
 
     /// Takes columns over it; `after` is the state beyond it, `by` are parameters, number `index` of the segment.
     #[inline(always)]
     pub fn cross_columns(&self, after: &State<L>, by: Option<(&Parameters<L>, usize)>, columns: &mut Columns<L>) {
-        let Crossing { space, segment, lambda, before, .. } = self;
+        let Crossing { space, segment, lambda, force_arm, before, .. } = self;
         let State { p, d1, t, .. } = *before;
         let (arm, load) = (t * segment.length, segment.w * *lambda);
         let half = lambda.constant(0.5);
@@ -95,12 +102,15 @@ impl<L: Lane> Crossing<'_, L> {
                     }
                     let dforce = dF + G * dmu; // F6
                     change.dn[k] = change.dn[k] - dforce;
-                    let torque = cross_sub(dmu, B, cross_sub(part, dB, change.dm[k]));
-                    change.dm[k] = cross_sub(dlever, force, cross_sub(lever, dforce, torque)); // F6
+                    let mut torque = cross_sub(dmu, B, cross_sub(part, dB, change.dm[k]));
+                    if *force_arm {
+                        torque = cross_sub(dlever, force, cross_sub(lever, dforce, torque));
+                    }
+                    change.dm[k] = torque; // F6
                 }
             }
         }
-        for k in 0..3 {
+        for k in 0..if *force_arm { 3 } else { 0 } {
             let dload = match by {
                 Some((parameters, index)) => parameters.sources.segments[index].dload[k],
                 None => zero,

@@ -6,7 +6,9 @@
 mod answer;
 mod crossing;
 mod ends;
+mod first;
 mod index;
+mod map;
 mod matrix;
 mod parameters;
 mod pass;

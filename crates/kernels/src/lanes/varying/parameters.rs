@@ -71,6 +71,17 @@ impl<L: Lane> Parameters<L> {
                     dB = dB + dipole.B(r);
                     dF = dF + dipole.G(r) * mu;
                 }
+                Slot::MapScale(j) => {
+                    let local = space.maps[j].local(x, 2);
+                    dB = dB + local.B * *rate;
+                    dF = dF + local.G * mu * *rate;
+                }
+                Slot::MapPosition(j, axis) => {
+                    let (map, dX) = (&space.maps[j], unit(axis, *rate));
+                    let local = map.local(x, 3);
+                    dB = dB - local.G * dX * map.scale;
+                    dF = dF - local.T3(mu) * dX * map.scale;
+                }
                 _ => {}
             }
         }

@@ -2,6 +2,7 @@
 
 use super::crossing::Crossing;
 use super::ends::{base_columns, lengthen};
+use super::first::First;
 use super::index::Transfer;
 use super::matrix::Mat6;
 use super::parameters::Parameters;
@@ -52,8 +53,12 @@ pub struct VaryingWorkspace<L: Lane> {
     pub transfers: Vec<Transfer<L>>,
     /// Its columns by parameters, three each.
     pub columns: Vec<Columns<L>>,
+    /// Where the first flexible segment of the rod starts, if a rigid one comes before it.
+    pub first: First<L>,
     /// The least distance to a magnet beyond its clearance.
     pub clearance: L,
+    /// How far the magnetic parts of the rod are inside of every map.
+    pub inside: L,
 }
 
 impl<L: Lane> VaryingWorkspace<L> {
@@ -70,7 +75,9 @@ impl<L: Lane> VaryingWorkspace<L> {
             matrix: Mat6::zero(zero),
             transfers: Vec::new(),
             columns: Vec::new(),
+            first: First::new(zero),
             clearance: zero,
+            inside: zero,
         }
     }
 }
@@ -128,11 +135,12 @@ fn numbered<'a, L>(
 pub fn integrate<L: Lane>(pass: Pass<'_, L>) {
     let Pass { problem, resolution, lambda, base, what, points, workspace } = pass;
     let Problem { program, rod, .. } = problem;
-    let VaryingWorkspace { space, room, parameters, transfers, columns, .. } = workspace;
+    let VaryingWorkspace { space, room, parameters, transfers, columns, first, .. } = workspace;
     let zero = lambda.constant(0.0);
     let mut state = State { p: Vec3::splat(zero), d1: rod.d1, t: rod.t, m: base.1, n: base.0 };
     let (mut pose, mut load) = (Mat6::zero(zero), Mat6::identity(zero));
-    let mut clearance = space.clearance(state.p, zero.constant(1e9));
+    let far = zero.constant(1e9);
+    let (mut clearance, mut inside) = (space.clearance(state.p, far), far);
     let with_transfers = matches!(what, What::Transfers | What::Parameters);
     // By the load at the base, or by the start of each interval.
     let mut own = interval_columns(state.m);
@@ -148,6 +156,9 @@ pub fn integrate<L: Lane>(pass: Pass<'_, L>) {
             Segment::Flexible(flexible) => {
                 let steps = resolution.steps[index];
                 let share = 1.0 / steps.max(1) as f64;
+                if what == What::Parameters && Some(index) == program.first_beyond_rigid {
+                    first.load(program.terms, (flexible, index), &state, &load, parameters, columns);
+                }
                 room.stages.set_step(resolution.tableau, flexible.length * zero.constant(share));
                 for k in 0..steps {
                     let start = k as f64 * share;
@@ -174,7 +185,8 @@ pub fn integrate<L: Lane>(pass: Pass<'_, L>) {
                 }
             }
             Segment::Rigid(rigid) => {
-                let crossing = Crossing { space, segment: rigid, lambda, points, before: state };
+                let force_arm = program.rigid_force_arm;
+                let crossing = Crossing { space, segment: rigid, lambda, points, force_arm, before: state };
                 let after = crossing.cross();
                 let mut count = if what == What::Base { 2 } else { 0 };
                 if with_transfers {
@@ -186,6 +198,9 @@ pub fn integrate<L: Lane>(pass: Pass<'_, L>) {
                 }
                 if with_transfers {
                     push(transfers, (&mut pose, &mut load), &own, after.m, false);
+                }
+                if rigid.has_dipole {
+                    inside = space.inside(after.p, space.inside(state.p, inside));
                 }
                 let middle = (state.p + after.p) * zero.constant(0.5);
                 clearance = space.clearance(after.p, space.clearance(middle, clearance));
@@ -200,7 +215,8 @@ pub fn integrate<L: Lane>(pass: Pass<'_, L>) {
             matrix.put(at, &three.dn, &three.dm);
         }
     }
-    (workspace.tip, workspace.pose, workspace.matrix, workspace.clearance) = (state, pose, matrix, clearance);
+    (workspace.tip, workspace.pose, workspace.matrix) = (state, pose, matrix);
+    (workspace.clearance, workspace.inside) = (clearance, inside);
 }
 
 /// Adds an interval with moment `m` at its end.

@@ -29,6 +29,8 @@ pub struct VaryingPath<L: Lane> {
     pub reached: L::Mask,
     pub fold: L::Mask,
     pub too_near: L::Mask,
+    /// A magnetic part leaves a map.
+    pub outside: L::Mask,
     pub exhausted: L::Mask,
     pub lambda: L,
     pub passes: L,
@@ -99,7 +101,7 @@ pub fn follow_varying<L: Kernels>(
     let (mut last_size, mut first_size) = (first_bound, zero);
     let (mut corrections, mut passes) = (zero, zero);
     let (mut reached, mut failed, mut exhausted) = (nobody, nobody, nobody);
-    let (mut unstable, mut too_near) = (nobody, nobody);
+    let (mut unstable, mut too_near, mut outside) = (nobody, nobody, nobody);
     let mut weakest = one;
     loop {
         let active = !(reached | failed);
@@ -115,7 +117,8 @@ pub fn follow_varying<L: Kernels>(
         let partial = target.lt(one);
         let enough = L::select(partial, one.constant(LOAD_TOLERANCE), one.constant(FULL_LOAD_TOLERANCE));
         let converged = active & correction.lt(enough);
-        let clear = zero.lt(workspace.clearance);
+        let (is_far, is_inside) = (zero.lt(workspace.clearance), zero.lt(workspace.inside));
+        let clear = is_far & is_inside;
         let mut stable = converged;
         if L::any(converged) {
             what = What::Transfers;
@@ -129,7 +132,8 @@ pub fn follow_varying<L: Kernels>(
         let go_on = active & !converged & contracting;
         let reject = active & !accept & !go_on;
         unstable = (unstable & !active) | (reject & converged & !stable);
-        too_near = (too_near & !active) | (reject & !clear);
+        too_near = (too_near & !active) | (reject & !is_far);
+        outside = (outside & !active) | (reject & is_far & !is_inside);
         weakest = L::select(accept, weakest.min(margin), weakest);
 
         base = select::<L>(accept | go_on, (base.0 + dn, base.1 + dm), base);
@@ -158,7 +162,7 @@ pub fn follow_varying<L: Kernels>(
         failed = failed | over;
     }
     let lost = !(reached | exhausted);
-    let fold = lost & !too_near & (unstable | weakest.lt(one.constant(FOLD_MARGIN)));
+    let fold = lost & !too_near & !outside & (unstable | weakest.lt(one.constant(FOLD_MARGIN)));
     let is_finite = length(accepted.1).is_finite();
     VaryingPath {
         base: accepted,
@@ -166,6 +170,7 @@ pub fn follow_varying<L: Kernels>(
         reached: reached & is_finite,
         fold,
         too_near: lost & too_near,
+        outside: lost & outside,
         exhausted,
         lambda,
         passes,

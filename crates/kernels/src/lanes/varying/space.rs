@@ -2,11 +2,13 @@
 //!
 //! Positions count from the base; mu0 / 4 pi is one in the plan's units.
 
+use super::map::{Map, ProgramMap};
 use crate::lanes::algebra::{Mat3, Vec3, axpy, dot, outer};
 use crate::lanes::lane::Lane;
 use crate::lanes::problem::Problem;
 use crate::model::record::{BASE_POSITION_AT, field_offset};
-use crate::model::{FIELD_DIPOLE_RECORD, FIELD_RECORD, Plan};
+use crate::model::{FIELD_DIPOLE_RECORD, FIELD_MAP_RECORD, FIELD_RECORD, Plan};
+use std::sync::Arc;
 
 /// What of the field of a plan varies in space.
 #[derive(Clone, Debug)]
@@ -15,6 +17,7 @@ pub struct ProgramField {
     pub entry: usize,
     /// Of each dipole outside of the rod, in the plan's units.
     pub clearances: Vec<f64>,
+    pub maps: Vec<Arc<ProgramMap>>,
     /// Points of a rigid segment where the field acts, and their shares of its dipole.
     pub points: &'static [(f64, f64)],
 }
@@ -27,6 +30,7 @@ impl ProgramField {
         Some(Self {
             entry: field_offset(&rod.segments),
             clearances: field.dipoles.iter().map(|dipole| dipole.clearance / plan.units.length).collect(),
+            maps: field.maps.iter().map(|map| Arc::new(ProgramMap::new(&map.grid, &plan.units))).collect(),
             points: field.coil_load.points(),
         })
     }
@@ -47,6 +51,7 @@ pub struct Space<L> {
     pub G: Mat3<L>,
     pub origin: Vec3<L>,
     pub dipoles: Vec<Dipole<L>>,
+    pub maps: Vec<Map<L>>,
 }
 
 /// The field at one point and what it does to a dipole there.
@@ -110,7 +115,7 @@ fn inverses<L: Lane>(r: Vec3<L>) -> (L, L) {
 impl<L: Lane> Space<L> {
     pub fn new(zero: L) -> Self {
         let none = Vec3::splat(zero);
-        Self { B0: none, G: Mat3::zero(zero), origin: none, dipoles: Vec::new() }
+        Self { B0: none, G: Mat3::zero(zero), origin: none, dipoles: Vec::new(), maps: Vec::new() }
     }
 
     /// Reads the records of a group.
@@ -136,11 +141,28 @@ impl<L: Lane> Space<L> {
                 clearance: L::splat(token, *clearance),
             });
         }
+        let first = field.entry + FIELD_RECORD + FIELD_DIPOLE_RECORD * field.clearances.len();
+        self.maps.clear();
+        for (k, map) in field.maps.iter().enumerate() {
+            let at = first + FIELD_MAP_RECORD * k;
+            let X = program.vector(token, &inputs, at + 1) - base;
+            self.maps.push(Map { program: Arc::clone(map), scale: program.entry(token, &inputs, at), X });
+        }
     }
 
     /// B and G at a point.
     #[inline(always)]
     pub fn field(&self, x: Vec3<L>) -> (Vec3<L>, Mat3<L>) {
+        let (mut B, mut G) = self.without_maps(x);
+        for map in &self.maps {
+            let local = map.local(x, 2);
+            (B, G) = (B + local.B * map.scale, G + local.G * map.scale);
+        }
+        (B, G)
+    }
+
+    #[inline(always)]
+    fn without_maps(&self, x: Vec3<L>) -> (Vec3<L>, Mat3<L>) {
         let (mut B, mut G) = (self.B0 + self.G * (x - self.origin), self.G);
         for dipole in &self.dipoles {
             B = B + dipole.B(x - dipole.X);
@@ -152,12 +174,27 @@ impl<L: Lane> Space<L> {
     /// The same with what columns need for a dipole there.
     #[inline(always)]
     pub fn local(&self, x: Vec3<L>, mu: Vec3<L>) -> Local<L> {
-        let (B, G) = self.field(x);
+        let (mut B, mut G) = self.without_maps(x);
         let mut T3 = Mat3::zero(x.x);
         for dipole in &self.dipoles {
             T3 = T3 + dipole.T3(x - dipole.X, mu);
         }
+        for map in &self.maps {
+            let local = map.local(x, 3);
+            (B, G) = (B + local.B * map.scale, G + local.G * map.scale);
+            T3 = T3 + local.T3(mu) * map.scale;
+        }
         Local { B, G, T3 }
+    }
+
+    /// How far a point where the field acts is inside of every map; negative outside.
+    #[inline(always)]
+    pub fn inside(&self, x: Vec3<L>, least: L) -> L {
+        let mut least = least;
+        for map in &self.maps {
+            least = map.inside(x, least);
+        }
+        least
     }
 
     /// Distance to the nearest dipole beyond its clearance.

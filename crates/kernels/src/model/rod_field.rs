@@ -1,0 +1,140 @@
+//! What of the field varies in space as the mechanics sees it: its record of numbers, its value at a point. F0, F1
+
+use super::field::{CoilLoad, MU0_OVER_4PI, gradient_matrix, rotate};
+use super::{RodMap, Units, Vector};
+
+/// The part of the field that varies, as the mechanics sees it; SI units, world frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RodField {
+    /// By [`GradientEntry`] (T/m)
+    pub gradient: [f64; 5],
+    /// In m
+    pub origin: Vector,
+    /// All dipoles outside of the rod.
+    pub dipoles: Vec<FieldDipole>,
+    /// Fields sampled on a grid.
+    pub maps: Vec<RodMap>,
+    /// Where the field acts on a rigid segment.
+    pub coil_load: CoilLoad,
+}
+
+/// A dipole outside of the rod.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FieldDipole {
+    /// In m
+    pub position: Vector,
+    /// In A·m²
+    pub moment: Vector,
+    /// No part of the rod may come nearer (m)
+    pub clearance: f64,
+}
+
+/// Entries of the record of a field before its dipoles: gradient and origin.
+pub const FIELD_RECORD: usize = 8;
+/// Entries of a dipole's record: position and moment.
+pub const FIELD_DIPOLE_RECORD: usize = 6;
+/// Entries of a map's record: scale and position.
+pub const FIELD_MAP_RECORD: usize = 4;
+
+impl RodField {
+    /// Entries of its record.
+    pub fn record_len(&self) -> usize {
+        self.map_record() + FIELD_MAP_RECORD * self.maps.len()
+    }
+
+    /// Entries before those of its maps.
+    pub fn map_record(&self) -> usize {
+        FIELD_RECORD + FIELD_DIPOLE_RECORD * self.dipoles.len()
+    }
+
+    /// Appends gradient, origin, each dipole's position and moment, each map's scale and position. SI units.
+    pub(super) fn write(&self, record: &mut Vec<f64>) {
+        record.extend(self.gradient);
+        record.extend(self.origin);
+        for dipole in &self.dipoles {
+            record.extend(dipole.position);
+            record.extend(dipole.moment);
+        }
+        for map in &self.maps {
+            record.push(map.scale);
+            record.extend(map.position);
+        }
+    }
+
+    /// Reads back what `write` has appended.
+    pub(super) fn read(&mut self, record: impl Fn(usize) -> f64) {
+        let vector = |at: usize| -> Vector { [record(at), record(at + 1), record(at + 2)] };
+        self.gradient = std::array::from_fn(&record);
+        self.origin = vector(5);
+        for (j, dipole) in self.dipoles.iter_mut().enumerate() {
+            let at = FIELD_RECORD + FIELD_DIPOLE_RECORD * j;
+            (dipole.position, dipole.moment) = (vector(at), vector(at + 3));
+        }
+        let first = self.map_record();
+        for (k, map) in self.maps.iter_mut().enumerate() {
+            let at = first + FIELD_MAP_RECORD * k;
+            (map.scale, map.position) = (record(at), vector(at + 1));
+        }
+    }
+
+    /// Unit of each entry of the record with so many dipoles and maps.
+    pub(super) fn record_units(dipoles: usize, maps: usize, units: &Units) -> Vec<f64> {
+        let mut all = vec![units.gradient(); 5];
+        all.extend([units.length; 3]);
+        for _ in 0..dipoles {
+            all.extend([units.length; 3]);
+            all.extend([units.source_moment(); 3]);
+        }
+        for _ in 0..maps {
+            all.extend([1.0, units.length, units.length, units.length]);
+        }
+        all
+    }
+
+    /// Whether every number is finite.
+    pub(super) fn is_finite(&self) -> bool {
+        let mut record = Vec::new();
+        self.write(&mut record);
+        record.iter().all(|x| x.is_finite())
+    }
+
+    /// Force (N) on a dipole (A·m²), and its torque (N·m) but for that of the uniform field, at a point (m)
+    pub fn load(&self, at: Vector, mu: Vector) -> (Vector, Vector) {
+        let cross = |a: Vector, b: Vector| -> Vector {
+            [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+        };
+        let dot = |a: Vector, b: Vector| (0..3).map(|k| a[k] * b[k]).sum::<f64>();
+        let mut force = rotate(&gradient_matrix(self.gradient), mu);
+        for dipole in &self.dipoles {
+            let (r, moment) = (std::array::from_fn(|k| at[k] - dipole.position[k]), dipole.moment);
+            let distance2 = dot(r, r);
+            let by = 3.0 * MU0_OVER_4PI / (distance2 * distance2 * distance2.sqrt());
+            let (a, b) = (dot(r, moment), dot(r, mu));
+            let along = dot(moment, mu) - 5.0 * a * b / distance2;
+            (0..3).for_each(|k| force[k] += by * (a * mu[k] + b * moment[k] + along * r[k]));
+        }
+        for map in &self.maps {
+            let of_map = rotate(&map.local(at).gradient, mu);
+            (0..3).for_each(|k| force[k] += of_map[k]);
+        }
+        (force, cross(mu, self.flux_density(at)))
+    }
+
+    /// B beyond the uniform field (T) at a point (m)
+    pub fn flux_density(&self, at: Vector) -> Vector {
+        let from = |origin: Vector| -> Vector { std::array::from_fn(|k| at[k] - origin[k]) };
+        let mut b = rotate(&gradient_matrix(self.gradient), from(self.origin));
+        for dipole in &self.dipoles {
+            let r = from(dipole.position);
+            let distance2: f64 = r.iter().map(|x| x * x).sum();
+            let along: f64 = (0..3).map(|k| r[k] * dipole.moment[k]).sum();
+            let by = MU0_OVER_4PI / (distance2 * distance2.sqrt());
+            (0..3).for_each(|k| b[k] += by * (3.0 * along / distance2 * r[k] - dipole.moment[k]));
+        }
+        for map in &self.maps {
+            let of_map = map.local(at).flux_density;
+            (0..3).for_each(|k| b[k] += of_map[k]);
+        }
+        b
+    }
+}

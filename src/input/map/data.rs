@@ -1,0 +1,48 @@
+//! What a file of samples holds.
+
+use super::grid::Lattice;
+
+/// The name of a potential's column or array.
+pub(super) const POTENTIAL: &str = "potential";
+
+/// What bare numbers are worth: unit and factor to SI.
+pub(super) struct Factors {
+    pub length: Option<(String, f64)>,
+    pub field: Option<(String, f64)>,
+}
+
+/// Numbers at the nodes of a grid, x the fastest.
+pub(super) struct Samples {
+    pub lattice: Lattice,
+    pub values: Values,
+}
+
+/// In T, or T·m.
+pub(super) enum Values {
+    FluxDensity([Vec<f64>; 3]),
+    Potential(Vec<f64>),
+}
+
+impl Factors {
+    /// As they were given.
+    pub(super) fn words(&self) -> [Option<String>; 2] {
+        [&self.length, &self.field].map(|unit| unit.as_ref().map(|(word, _)| word.clone()))
+    }
+
+    pub(super) fn length(&self) -> f64 {
+        self.length.as_ref().map_or(1.0, |(_, factor)| *factor)
+    }
+
+    pub(super) fn field(&self) -> f64 {
+        self.field.as_ref().map_or(1.0, |(_, factor)| *factor)
+    }
+
+    /// Of a column by its name.
+    pub(super) fn of(&self, name: &str) -> f64 {
+        match name {
+            "x" | "y" | "z" => self.length(),
+            POTENTIAL => self.length() * self.field(),
+            _ => self.field(),
+        }
+    }
+}

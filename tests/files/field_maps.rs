@@ -1,0 +1,218 @@
+//! Files of fields sampled on a grid: CSV, NPZ and VTK, their units and their mistakes.
+
+use crate::common::texts::SCENE;
+use rodsweep::input::{InputError, parse_scene, scene_notes, write_scene};
+use rodsweep::model::{Parameter, Scene};
+use rodsweep::table::{Column, Table, npz};
+use std::fmt::Write;
+use std::path::Path;
+use tempfile::TempDir;
+
+const COUNTS: [usize; 3] = [5, 4, 6];
+
+/// A place and B there.
+type Node = ([f64; 3], [f64; 3]);
+
+/// B = (0.3 x + 0.1 z, -0.5 y, 0.2 z + 0.1 x), on a grid of 10 mm steps from (-20, -15, 0) mm.
+fn nodes() -> Vec<Node> {
+    let [nx, ny, nz] = COUNTS;
+    let at = |k: usize| [k % nx, k / nx % ny, k / (nx * ny)];
+    let node = |k: usize| {
+        let [i, j, l] = at(k).map(|i| 0.01 * i as f64);
+        let x = [i - 0.02, j - 0.015, l];
+        (x, [0.3 * x[0] + 0.1 * x[2], -0.5 * x[1], 0.2 * x[2] + 0.1 * x[0]])
+    };
+    (0..nx * ny * nz).map(node).collect()
+}
+
+fn csv() -> String {
+    let mut text = String::from("# a map\nx,y,z,Bx,By,Bz\n");
+    for ([x, y, z], [a, b, c]) in nodes() {
+        writeln!(text, "{x},{y},{z},{a},{b},{c}").expect("a line");
+    }
+    text
+}
+
+fn scene_text(file: &str, more: &str) -> String {
+    format!("{SCENE}\n[[field_map]]\nname = \"coil1\"\nfile = \"{file}\"\n{more}\n")
+}
+
+fn read(folder: &Path, file: &str, more: &str) -> Result<Scene, InputError> {
+    parse_scene(&folder.join("scene.toml"), &scene_text(file, more))
+}
+
+/// Whatever it was read from, the field is that of the nodes.
+fn is_the_field(scene: &Scene, scale: f64) {
+    let field = scene.rod().field.expect("a field that varies");
+    for ([x, y, z], b) in nodes().into_iter().step_by(7) {
+        let found = field.flux_density([x, y, z]);
+        for k in 0..3 {
+            assert!((found[k] - scale * b[k]).abs() < 1e-14, "{found:?} {b:?}");
+        }
+    }
+    let map = &scene.sources.maps[0];
+    assert_eq!(map.grid.counts, COUNTS);
+    assert!(map.grid.fit.divergence < 1e-10, "{:?}", map.grid.fit);
+}
+
+#[test]
+fn every_format_says_the_same() {
+    let folder = TempDir::new().expect("a folder");
+    let put = |name: &str, bytes: &[u8]| std::fs::write(folder.path().join(name), bytes).expect("a file");
+    put("a.csv", csv().as_bytes());
+    is_the_field(&read(folder.path(), "a.csv", "").expect("a scene"), 1.0);
+    is_the_field(&read(folder.path(), "a.csv", "scale = 2.5").expect("a scene"), 2.5);
+    // In millimetres and millitesla, by the first line or by the scene, rows in any order.
+    let mut lines: Vec<String> = nodes()
+        .iter()
+        .map(|(x, b)| x.iter().chain(b).map(|x| format!("{:.9}", 1e3 * x)).collect::<Vec<_>>().join(", "))
+        .collect();
+    lines.reverse();
+    let body = lines.join("\n");
+    put("b.csv", format!("x [mm], y [mm], z [mm], Bx [mT], By [mT], Bz [mT]\n{body}").as_bytes());
+    is_the_field(&read(folder.path(), "b.csv", "").expect("a scene"), 1.0);
+    put("c.csv", format!("x,y,z,Bx,By,Bz\n{body}").as_bytes());
+    let units = "length_unit = \"mm\"\nfield_unit = \"mT\"";
+    is_the_field(&read(folder.path(), "c.csv", units).expect("a scene"), 1.0);
+    // The potential, -(0.15 x² + 0.1 x z - 0.25 y² + 0.1 z²).
+    let mut potential = String::from("x,y,z,potential\n");
+    for ([x, y, z], _) in nodes() {
+        let phi = -(0.15 * x * x + 0.1 * x * z - 0.25 * y * y + 0.1 * z * z);
+        writeln!(potential, "{x},{y},{z},{phi}").expect("a line");
+    }
+    put("d.csv", potential.as_bytes());
+    let scene = read(folder.path(), "d.csv", "").expect("a scene");
+    assert_eq!(scene.sources.maps[0].grid.fit.rotation, None);
+    is_the_field(&scene, 1.0);
+    // One array a column.
+    let column =
+        |name: &str, of: &dyn Fn(&Node) -> f64| Column::new(name, "", nodes().iter().map(of).collect::<Vec<f64>>());
+    let mut columns: Vec<Column> = ["x", "y", "z"].iter().enumerate().map(|(k, n)| column(n, &|p| p.0[k])).collect();
+    columns.extend(["Bx", "By", "Bz"].iter().enumerate().map(|(k, n)| column(n, &|p| p.1[k])));
+    put("e.npz", &npz::encode(&Table::new(columns)).expect("an archive"));
+    is_the_field(&read(folder.path(), "e.npz", "").expect("a scene"), 1.0);
+    put("f.vtk", vtk(false).as_slice());
+    is_the_field(&read(folder.path(), "f.vtk", "").expect("a scene"), 1.0);
+    put("g.vtk", vtk(true).as_slice());
+    is_the_field(&read(folder.path(), "g.vtk", "").expect("a scene"), 1.0);
+    put("h.npz", &axes_npz());
+    is_the_field(&read(folder.path(), "h.npz", "").expect("a scene"), 1.0);
+}
+
+fn vtk(is_binary: bool) -> Vec<u8> {
+    let [nx, ny, nz] = COUNTS;
+    let kind = if is_binary { "BINARY" } else { "ASCII" };
+    let mut bytes = format!(
+        "# vtk DataFile Version 3.0\na map\n{kind}\nDATASET STRUCTURED_POINTS\nDIMENSIONS {nx} {ny} {nz}\nORIGIN -0.02 -0.015 0\nSPACING 0.01 0.01 0.01\nPOINT_DATA {}\nVECTORS B double\n",
+        nx * ny * nz
+    )
+    .into_bytes();
+    for (_, b) in nodes() {
+        match is_binary {
+            true => b.iter().for_each(|x| bytes.extend(x.to_be_bytes())),
+            false => bytes.extend(format!("{} {} {}\n", b[0], b[1], b[2]).into_bytes()),
+        }
+    }
+    bytes
+}
+
+/// Axes x, y, z and B with an index for each of them, as `numpy.savez` writes them.
+fn axes_npz() -> Vec<u8> {
+    use std::io::{Cursor, Write};
+    let [nx, ny, nz] = COUNTS;
+    let mut archive = zip::ZipWriter::new(Cursor::new(Vec::new()));
+    let mut put = |name: &str, shape: &str, values: &[f64]| {
+        let text = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': ({shape}), }}\n");
+        archive.start_file(format!("{name}.npy"), zip::write::SimpleFileOptions::default()).expect("an entry");
+        archive.write_all(b"\x93NUMPY\x01\x00").expect("bytes");
+        archive.write_all(&(text.len() as u16).to_le_bytes()).expect("bytes");
+        archive.write_all(text.as_bytes()).expect("bytes");
+        values.iter().for_each(|x| archive.write_all(&x.to_le_bytes()).expect("bytes"));
+    };
+    let axis = |n: usize, from: f64| (0..n).map(|i| from + 0.01 * i as f64).collect::<Vec<f64>>();
+    put("x", &format!("{nx},"), &axis(nx, -0.02));
+    put("y", &format!("{ny},"), &axis(ny, -0.015));
+    put("z", &format!("{nz},"), &axis(nz, 0.0));
+    let all = nodes();
+    let mut values = Vec::new();
+    for i in 0..nx {
+        for j in 0..ny {
+            for k in 0..nz {
+                values.extend(all[(k * ny + j) * nx + i].1);
+            }
+        }
+    }
+    put("B", &format!("{nx}, {ny}, {nz}, 3"), &values);
+    archive.finish().expect("an archive").into_inner()
+}
+
+#[test]
+fn maps_have_parameters_and_read_back() {
+    let folder = TempDir::new().expect("a folder");
+    std::fs::write(folder.path().join("a.csv"), csv()).expect("a file");
+    let scene = read(folder.path(), "a.csv", "scale = 2.5\nposition = [0, \"1 mm\", 0]").expect("a scene");
+    let count = |name: &str| Parameter::parse(&scene, name).unwrap_or_else(|error| panic!("{error}")).len();
+    assert_eq!((count("maps.coil1.scale"), count("maps.coil1.position")), (1, 3));
+    let note = scene_notes(&scene).join("\n");
+    assert!(note.contains("maps.coil1") && note.contains("5 x 4 x 6 nodes") && note.contains("div B"), "{note}");
+    let text = write_scene(&scene);
+    assert_eq!(parse_scene("elsewhere/scene.toml".as_ref(), &text).expect("what was written"), scene);
+    // What was read is no longer there.
+    std::fs::write(folder.path().join("a.csv"), csv().replace("# a map", "# another map")).expect("a file");
+    let error = parse_scene("elsewhere/scene.toml".as_ref(), &text).expect_err("another file");
+    assert_eq!(error.key, "field_map[0].digest");
+    assert!(error.to_string().contains("bring that file back"), "{error}");
+}
+
+#[test]
+fn mistakes_in_maps_are_named() {
+    let folder = TempDir::new().expect("a folder");
+    let good = csv();
+    let irregular = good.lines().map(|line| line.replacen("0.02,", "0.027,", 1)).collect::<Vec<_>>().join("\n");
+    let last = good.lines().last().expect("a line").to_owned();
+    let cases = [
+        (good.replace("Bz", "Bw"), "Bz", "is missing: give columns"),
+        (good.replace("x,y,z", "x [mT],y,z"), "x", "a length"),
+        (irregular, "", "irregular"),
+        (good.replace(&last, ""), "", "119 points do not fill its 5 x 4 x 6 nodes"),
+        (good.replace(&last, good.lines().nth(2).expect("a line")), "", "is given twice"),
+        (good.replacen(",0.002", ",2 mT", 1), "", "write the unit once"),
+        (good.replace(&last, &format!("{},nan", last.rsplit_once(',').expect("cells").0)), "", "is not finite"),
+        (good.lines().take(2 + 40).collect::<Vec<_>>().join("\n"), "z", "2 places along z: give at least 4"),
+        (String::new(), "", "must name x, y, z"),
+    ];
+    for (text, key, words) in cases {
+        std::fs::write(folder.path().join("bad.csv"), &text).expect("a file");
+        let error = read(folder.path(), "bad.csv", "").expect_err(words);
+        let message = error.to_string();
+        assert!(message.contains("bad.csv") && message.contains(words), "{message}\n  has not: {words}");
+        assert!(key.is_empty() || error.key == key, "{message}");
+    }
+    let of_scene = [
+        ("none.csv", "", "field_map[0].file", "starts from the folder of this file"),
+        ("scene.toml", "", "", "is no format of samples"),
+        ("good.csv", "field_unit = \"mm\"", "field_map[0].field_unit", "flux density"),
+        ("good.csv", "scal = 1", "field_map[0].scal", "did you mean `scale`"),
+    ];
+    std::fs::write(folder.path().join("good.csv"), &good).expect("a file");
+    std::fs::write(folder.path().join("scene.toml"), "name = \"no map\"").expect("a file");
+    for (file, more, key, words) in of_scene {
+        let error = read(folder.path(), file, more).expect_err(words);
+        assert!(error.to_string().contains(words), "{error}\n  has not: {words}");
+        assert_eq!(error.key, key, "{error}");
+    }
+    let magnetised = scene_text("good.csv", "").replacen(
+        "kind = \"flexible\"\n",
+        "kind = \"flexible\"\ndipole_per_length = [0, 0, 1]\n",
+        1,
+    );
+    let error = parse_scene(&folder.path().join("scene.toml"), &magnetised).expect_err("a magnetised tube");
+    assert!(error.key.ends_with("dipole_per_length") && error.to_string().contains("rigid segments"), "{error}");
+    std::fs::write(folder.path().join("grid.vtk"), "# vtk DataFile Version 3.0\n\nASCII\nDATASET UNSTRUCTURED_GRID\n")
+        .expect("a file");
+    let error = read(folder.path(), "grid.vtk", "").expect_err("no grid").to_string();
+    assert!(error.contains("irregular") && error.contains("STRUCTURED_POINTS"), "{error}");
+    std::fs::write(folder.path().join("grid.vtk"), "<VTKFile type=\"ImageData\">").expect("a file");
+    let error = read(folder.path(), "grid.vtk", "").expect_err("no legacy file").to_string();
+    assert!(error.contains("save it as .vtk"), "{error}");
+}
