@@ -4,7 +4,7 @@
 // The functional of a derivative is gathered in its rows, segment by segment, and turned into them at the end.
 
 const DERIVATIVE_COUNT: u32 = 1u; //@spec
-const DERIVATIVE_COLUMN: u32 = 19u; //@spec
+const DERIVATIVE_COLUMN: u32 = 20u; //@spec
 const ROWS: u32 = 9u; //@spec
 
 // A linear functional of the threes of columns: by base moment, by tip force, by base rotation.

@@ -58,7 +58,7 @@ method = "table"
 file = "values.csv"
 [output]
 quantities = ["tip_position", "tip_rotation", "base_curvature", "stability", "error_estimate", "base_moment",
-    "residual", "iterations", "load_fraction"]
+    "residual", "iterations", "load_fraction", "derivative_error"]
 derivatives = ["coil.current", "insertion"]
 """
     (tmp_path / "sweep.toml").write_text(text)
@@ -92,6 +92,8 @@ derivatives = ["coil.current", "insertion"]
             assert same(ours.jacobian[:, 3 + axis, k], column(f"d(tip.rotation.{letter})/d({name})"))
     assert same(ours.stability_margin, column("stability.margin"))
     assert same(ours.error_estimate, column("error_estimate"))
+    assert same(ours.derivative_error, column("derivative_error"))
+    assert np.all(ours.derivative_error[ours.ok] < 0.1)
     assert same(ours.residual, column("residual"))
     assert same(ours.iterations, column("iterations"))
     assert same(ours.load_fraction, column("load_fraction"))
