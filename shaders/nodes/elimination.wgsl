@@ -73,7 +73,7 @@ fn solve_threes(g_tip: mat3x3<f32>, is_driven: bool, to: u32) {
         //@if DRIVES
         if is_driven { g = s_beyond(i - 1u) * held_matrix(at + DRIVE_W) + g - held_matrix(at + DRIVE_MU); }
         //@end
-        g = held_matrix(at + PIVOT_INVERSE) * g; // N2
+        g = held_matrix(at + PIVOT_INVERSE) * g;
         hold_matrix(at + to, g);
     }
 }

@@ -132,7 +132,7 @@ fn follow_responses(at: u32) {
     let dp_mu = held_matrix(at + DP_MU);
     for (var k = 0u; k < 3u; k++) { //@unroll
         response_dp[k] = response_dp[k] + dp_w * response_w[k] + dp_mu * response_mu[k];
-        response_w[k] = a * response_w[k] + b * response_mu[k]; // N2
+        response_w[k] = a * response_w[k] + b * response_mu[k];
     } //@end
     response_dp[1] = response_dp[1] + held_matrix(at + DRIVE_DP);
     response_w[1] = response_w[1] + held_matrix(at + DRIVE_W);

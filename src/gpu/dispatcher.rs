@@ -6,7 +6,7 @@ use super::conversion::{OutputConversion, output_units};
 use super::device::{Device, failed, reason};
 use super::dispatch_buffers::{Capacity, Dispatch, DispatchBuffers};
 use super::dispatch_size::DispatchSize;
-use super::node_batch::NodePipeline;
+use super::node_pipeline::NodePipeline;
 use super::pipelines::SolvePipeline;
 use super::self_test::expect_right;
 use super::shader::{ALL_PATHS, Kernel, Paths, WORKGROUP_SIZE, input_units};
@@ -34,6 +34,8 @@ pub(super) struct Dispatcher {
     pub solver: SolvePipeline,
     /// Made when first needed.
     pub nodes: Option<NodePipeline>,
+    /// The device does not take that kernel.
+    pub refuses_nodes: bool,
     /// Buffers of the dispatches in flight.
     pub buffers: Vec<DispatchBuffers>,
     pub size: DispatchSize,
@@ -61,6 +63,7 @@ impl Dispatcher {
             kernel: kernel.clone(),
             solver,
             nodes: None,
+            refuses_nodes: false,
             buffers: Vec::new(),
             size: DispatchSize::new(block_limit),
             mark: 0,
@@ -217,6 +220,13 @@ impl Dispatcher {
                 self.notes.push(note);
             }
         }
+    }
+
+    /// The device does not take the kernel by nodes.
+    pub fn refuse_nodes(&mut self, error: &BackendError) {
+        self.refuses_nodes = true;
+        let name = &self.device.adapter().name;
+        self.notes.push(format!("{name} does not solve limp and taut rods: {}", reason(error)));
     }
 
     /// Samples for nodes that the device has no room for.

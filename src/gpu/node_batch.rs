@@ -2,20 +2,19 @@
 //!
 //! What the device has no room for stays as it is, for the CPU.
 
-use super::bindings::{bind_group, bind_group_layout};
-use super::conversion::pack;
+use super::bindings::bind_group;
+use super::conversion::{gathered, pack};
 use super::device::{Device, failed};
 use super::dispatch_buffers::read_back;
 use super::dispatcher::Dispatcher;
 use super::growth::grown_samples;
-use super::pipelines::compile;
-use super::shader::{KERNELS, Kernel, Settings, WORKGROUP_SIZE, most_intervals, most_turns, node_bytes};
-use super::solve_batch::gathered;
+use super::node_pipeline::NodePipeline;
+use super::shader::{KERNELS, Settings, WORKGROUP_SIZE, most_intervals, most_turns, node_bytes};
 use crate::backend::{BackendError, Precision};
 use crate::model::path::NODE_SPACINGS;
 use crate::model::{BLOCK, Batch, Quantity, Solutions, Status};
 use std::time::Instant;
-use wgpu::{BufferBindingType as Kind, BufferUsages as Usage};
+use wgpu::BufferUsages as Usage;
 
 /// Memory of the nodes of one dispatch at most (bytes).
 const NODE_BUDGET: u64 = 512 << 20;
@@ -30,25 +29,6 @@ const ALIGNMENT: usize = 32;
 /// Turns between two looks at how many samples are left.
 const TURNS: usize = 8;
 
-/// The kernel by nodes of one plan, ready to run.
-pub(super) struct NodePipeline {
-    layout: wgpu::BindGroupLayout,
-    pipeline: wgpu::ComputePipeline,
-}
-
-impl NodePipeline {
-    fn new(dispatcher: &Dispatcher) -> Result<Self, BackendError> {
-        let device = &dispatcher.device;
-        let (read, write) = (Kind::Storage { read_only: true }, Kind::Storage { read_only: false });
-        let layout =
-            bind_group_layout(device, "nodes", &[Kind::Uniform, read, read, write, Kind::Uniform, write, write])?;
-        let unrolled = device.adapter().is_software();
-        let kernel = Kernel::nodes(&dispatcher.plan, unrolled).map_err(failed)?;
-        let pipeline = compile(device, &layout, &kernel)?;
-        Ok(Self { layout, pipeline })
-    }
-}
-
 /// Solves by nodes what a single pass has not solved, or whose columns it does not tell, where errors grow much.
 pub(super) fn solve_grown(
     dispatcher: &mut Dispatcher,
@@ -56,11 +36,11 @@ pub(super) fn solve_grown(
     solutions: &mut Solutions,
 ) -> Result<(), BackendError> {
     let has_kernel = dispatcher.entry_point() == KERNELS[0].entry_point && dispatcher.plan.start.is_none();
-    if !has_kernel || dispatcher.precision != Precision::F32 {
+    if !has_kernel || dispatcher.refuses_nodes || dispatcher.precision != Precision::F32 {
         return Ok(());
     }
     let mut grown = grown_samples(&dispatcher.plan, batch, solutions, dispatcher.precision);
-    if grown.is_empty() {
+    if grown.is_empty() || !has_pipeline(dispatcher)? {
         return Ok(());
     }
     // Those of as many intervals share their loops.
@@ -110,6 +90,20 @@ pub(super) fn solve_grown(
     Ok(())
 }
 
+/// Makes the kernel when it is first needed; false where the device does not take it.
+fn has_pipeline(dispatcher: &mut Dispatcher) -> Result<bool, BackendError> {
+    if dispatcher.nodes.is_none() {
+        let start = Instant::now();
+        match NodePipeline::new(&dispatcher.device, &dispatcher.plan) {
+            Ok(pipeline) => dispatcher.nodes = Some(pipeline),
+            Err(error) if dispatcher.device.is_lost() => return Err(error),
+            Err(error) => dispatcher.refuse_nodes(&error),
+        }
+        dispatcher.timings.compile += start.elapsed().as_secs_f64();
+    }
+    Ok(dispatcher.nodes.is_some())
+}
+
 /// Replaces a row by what nodes have found, unless that is another equilibrium.
 fn take(length: f64, solutions: &mut Solutions, to: usize, found: &Solutions, from: usize) {
     let (before, after) = (solutions.vector(to, Quantity::TipPosition), found.vector(from, Quantity::TipPosition));
@@ -143,15 +137,7 @@ fn solve_group(
     intervals: usize,
     spacing: f64,
 ) -> Result<Option<Solutions>, BackendError> {
-    let pipeline = match dispatcher.nodes.take() {
-        Some(pipeline) => pipeline,
-        None => {
-            let start = Instant::now();
-            let pipeline = NodePipeline::new(dispatcher)?;
-            dispatcher.timings.compile += start.elapsed().as_secs_f64();
-            pipeline
-        }
-    };
+    let Some(pipeline) = dispatcher.nodes.take() else { return Ok(None) };
     let start = Instant::now();
     let solved = run(dispatcher, &pipeline, batch, intervals, spacing);
     dispatcher.nodes = Some(pipeline);

@@ -1,13 +1,13 @@
 //! Solves a batch: cuts it into dispatches, keeps two in flight, converts what comes back.
 
-use super::conversion::pack;
+use super::conversion::{gathered, pack};
 use super::device::failed;
 use super::dispatch_buffers::{Dispatch, Submission};
 use super::dispatcher::{DISPATCHES_IN_FLIGHT, Dispatcher};
 use super::node_batch::solve_grown;
 use super::shader::{ALL_PATHS, Paths, QUICK_PATHS};
 use crate::backend::{BackendError, Precision};
-use crate::model::{BLOCK, Batch, Blocks, Solutions, Status};
+use crate::model::{BLOCK, Batch, Solutions, Status};
 use rayon::prelude::*;
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -62,15 +62,6 @@ fn solve_in_stages(dispatcher: &mut Dispatcher, batch: &Batch) -> Result<Solutio
     }
     solve_grown(dispatcher, batch, &mut solutions)?;
     Ok(solutions)
-}
-
-/// Some samples of a batch.
-pub(super) fn gathered(batch: &Batch, samples: &[usize]) -> Batch {
-    let mut inputs = Blocks::new(batch.inputs.column_count(), samples.len());
-    for (to, from) in samples.iter().enumerate() {
-        (0..inputs.column_count()).for_each(|column| inputs.set(to, column, batch.inputs.get(*from, column)));
-    }
-    Batch { inputs, bad: samples.iter().map(|sample| batch.bad[*sample]).collect() }
 }
 
 /// Tries these ways to the full load.

@@ -197,11 +197,12 @@ impl VoxelSweep<'_> {
     fn finish_stragglers(&mut self) -> Result<Returned, BackendError> {
         let indices = std::mem::take(&mut self.stragglers);
         let batch = batch_of(&self.dispatcher.plan, self.job, &indices);
-        match solve_stragglers(self.dispatcher, &batch) {
-            Ok(mut solutions) => {
-                solve_grown(self.dispatcher, &batch, &mut solutions)?;
-                Ok(Returned { indices, batch, solutions, counted: [0; 2] })
-            }
+        let solved = solve_stragglers(self.dispatcher, &batch).and_then(|mut solutions| {
+            solve_grown(self.dispatcher, &batch, &mut solutions)?;
+            Ok(solutions)
+        });
+        match solved {
+            Ok(solutions) => Ok(Returned { indices, batch, solutions, counted: [0; 2] }),
             Err(error) => {
                 self.stragglers = indices;
                 Err(error)
@@ -304,10 +305,12 @@ impl VoxelSweep<'_> {
             Precision::F32 => returned.read::<f32>(dispatcher, &pod_collect_to_vec(&rows), &mut self.bounds)?,
             Precision::F64 => returned.read::<f64>(dispatcher, &pod_collect_to_vec(&rows), &mut self.bounds)?,
         };
+        // Before anything is kept: whoever fails here is solved anew.
+        solve_grown(self.dispatcher, &returned.batch, &mut returned.solutions)?;
         self.stragglers.extend(left);
         let (counted, ramped) = ((sample_count - count) as u64, u64::from(header[1]));
         let Some(direct) = counted.checked_sub(ramped) else {
-            let name = &dispatcher.device.adapter().name;
+            let name = &self.dispatcher.device.adapter().name;
             return Err(failed(format!("{name}: {ramped} of {counted} samples ramped")));
         };
         self.last_unasked = count.saturating_sub((self.job.wanted)(flight.range.clone()).len());
@@ -319,7 +322,6 @@ impl VoxelSweep<'_> {
         timings.unpack += conversion.elapsed().as_secs_f64();
         self.size.learn(sample_count.div_ceil(BLOCK), timings.add(time, on_the_wall, sample_count));
         returned.counted = [direct, ramped];
-        solve_grown(self.dispatcher, &returned.batch, &mut returned.solutions)?;
         Ok(returned)
     }
 

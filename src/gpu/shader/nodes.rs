@@ -1,9 +1,9 @@
 //! What a plan fixes in the kernel by nodes, how long a sample takes and how much memory it needs.
 
 use super::segments::integrated;
+use super::settings::ITERATION_BUDGET;
 use super::slots::slot_count;
 use super::specialise::{Specialisation, Value};
-use super::terms::ITERATION_BUDGET;
 use crate::model::{Plan, path};
 
 /// Numbers of a sample, and of each of its intervals: without derivatives, by forward columns, by reciprocity.

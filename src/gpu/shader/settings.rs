@@ -6,6 +6,9 @@ use std::mem::offset_of;
 /// Invocations of a workgroup; a block of samples is a multiple.
 pub const WORKGROUP_SIZE: u32 = 64;
 
+/// Loop iterations of one invocation that every driver runs; software Vulkan stops silently at 65,535.
+pub(super) const ITERATION_BUDGET: usize = 60_000;
+
 /// The uniform that every kernel reads; `Settings` in `shaders/batch.wgsl`, with floats of the kernel's precision.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

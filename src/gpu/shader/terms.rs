@@ -3,7 +3,7 @@
 use super::derivative_terms::{add_columns, add_derivative_terms, has_integrals};
 use super::nodes::add_nodes;
 use super::segments::integrated;
-use super::settings::WORKGROUP_SIZE;
+use super::settings::{ITERATION_BUDGET, WORKGROUP_SIZE};
 use super::slots::{add_slots, slot_count};
 use super::sources::{add_sources, forward_threes};
 use super::specialise::{Specialisation, Value};
@@ -11,9 +11,6 @@ use super::tableaux::{add_tableaux, tableaux};
 use crate::backend::Precision;
 use crate::model::path;
 use crate::model::{BLOCK, MOST_KNOWN, NO_EQUILIBRIUM, Plan, Quantity, SegmentPlan, Status};
-
-/// Loop iterations of one invocation that every driver runs; software Vulkan stops silently at 65,535.
-pub(super) const ITERATION_BUDGET: usize = 60_000;
 
 /// What a kernel is made for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
