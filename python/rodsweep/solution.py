@@ -63,9 +63,10 @@ _COLUMNS: dict[str, int | slice] = {
     "residual": 14,
     "iterations": 15,
     "load_fraction": 16,
-    "derivative_error": 17,
+    # The last one, behind the derivatives.
+    "derivative_error": -1,
 }
-_FIRST_DERIVATIVE = 18
+_FIRST_DERIVATIVE = 17
 
 
 class Solution:
@@ -240,7 +241,7 @@ class Solution:
         Rows 0 to 2 are d(position) (m per unit of the parameter); rows 3 to 5 the virtual rotation w in the world (rad
         per unit): dR = hat(w) R for the rotation matrix R.
         """
-        slopes = self._block[_FIRST_DERIVATIVE:].reshape((len(self.wrt), 6, *self._shape))
+        slopes = self._block[_FIRST_DERIVATIVE:-1].reshape((len(self.wrt), 6, *self._shape))
         return np.moveaxis(slopes, (0, 1), (-1, -2))
 
     def d(self, what: str, by: str) -> Floats:

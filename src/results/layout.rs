@@ -137,9 +137,8 @@ impl Layout {
                 OutputQuantity::Residual => group("residual", "", &SCALAR, &of(Quantity::Residual)),
                 OutputQuantity::Iterations => group("iterations", "", &SCALAR, &of(Quantity::Iterations)),
                 OutputQuantity::LoadFraction => group("load_fraction", "", &SCALAR, &of(Quantity::LoadFraction)),
-                OutputQuantity::DerivativeError => {
-                    group("derivative_error", "", &SCALAR, &of(Quantity::DerivativeError));
-                }
+                // The last column.
+                OutputQuantity::DerivativeError => {}
             }
         }
         for (derivative, parameter) in wrt.iter().enumerate() {
@@ -151,6 +150,9 @@ impl Layout {
                     add(format!("d({what}{suffix})/d({name})"), &quotient(of, unit), values, source);
                 }
             }
+        }
+        if quantities.contains(&OutputQuantity::DerivativeError) {
+            add("derivative_error".into(), "", number(), Source::Solution(Quantity::DerivativeError.column()));
         }
         Layout { empty: Table { columns }, sources }
     }

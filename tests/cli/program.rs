@@ -69,7 +69,7 @@ fn solve_json_is_as_documented_and_right() {
         "jacobian",
     ];
     let mut expected: BTreeSet<String> = documented.map(str::to_owned).into();
-    expected.extend(["load_fraction", "stability_margin"].map(str::to_owned));
+    expected.extend(["load_fraction", "stability_margin", "derivative_error"].map(str::to_owned));
     assert_eq!(keys(&value), expected);
     assert_eq!(keys(&value["tip"]), ["curvature", "position", "quaternion", "rotation"].map(str::to_owned).into());
     let jacobian = ["base_curvature", "parameters", "position", "residual", "rotation"].map(str::to_owned).into();

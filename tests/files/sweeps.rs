@@ -46,7 +46,7 @@ fn columns_are_those_of_the_interface() {
         "d(tip.position.x)/d(coil.current.x)",
     ];
     assert_eq!(&names[..head.len()], head);
-    assert_eq!(names.len(), 17 + 18);
+    assert_eq!((names.len(), names[names.len() - 1]), (17 + 18 + 1, "derivative_error"));
     assert_eq!(table.column("tip.position.x").unwrap().unit, "m");
     assert_eq!(table.column("d(tip.rotation.x)/d(coil.current.z)").unwrap().unit, "rad/A");
     assert_eq!(table.samples(), (0..5000).collect::<Vec<u64>>());
