@@ -6,7 +6,6 @@ use super::sweep_axes::{AXIS, UNCERTAIN, axes, axis_key, check_overlaps, table_a
 use super::sweep_samples::samples;
 use super::toml::{Reader, Source};
 use super::words::{choice, one_of, parameters};
-use crate::backend::Precision;
 use crate::model::{Parameter, ParameterError, Plan, PlanError, PlanOptions, Scene};
 use crate::spec::{AxisSpec, BranchChoice, Format, Method, OutputQuantity, SweepSpec, WorkspaceOptions};
 use std::path::Path;
@@ -211,7 +210,7 @@ fn output(root: &Reader, scene: &Scene) -> Result<Output, InputError> {
             quantities
         }
     };
-    let name = |single: bool| if single { Precision::F32.name() } else { Precision::F64.name() };
+    let name = |single: bool| if single { "f32" } else { "f64" };
     let single_derivatives = choice(&output, "derivative_precision", &[true, false], name)?.unwrap_or(false);
     Ok(Output { format, quantities, wrt, single_derivatives })
 }
