@@ -126,7 +126,8 @@ fn group_size(dispatcher: &Dispatcher, bounds: &[usize], most_samples: usize) ->
         let stride = count.next_multiple_of(ALIGNMENT) as u64;
         intervals <= most && stride * node_bytes(&dispatcher.plan, intervals) <= budget
     };
-    let most_here = bounds.len().min(most_samples);
+    let by_workgroups = (u64::from(adapter.max_workgroups) * u64::from(WORKGROUP_SIZE)).min(MOST_SAMPLES as u64);
+    let most_here = bounds.len().min(most_samples).min(by_workgroups as usize);
     (1..=most_here).take_while(|count| fits(*count)).last().unwrap_or(0)
 }
 

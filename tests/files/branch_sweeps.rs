@@ -424,8 +424,9 @@ stiffness = { bending = "6e-5 N·m²", torsion = "4.6e-5 N·m²" }
     let folder = tempfile::tempdir().unwrap();
     let spec = shipped(text);
     run_on_cpu(&folder.path().join("out"), &spec, &options());
-    let table = read_columns(&folder.path().join("out"), &["balanced"]).unwrap();
-    let balanced = table.numbers("balanced").unwrap();
+    let table = read_columns(&folder.path().join("out"), &["sample", "balanced"]).unwrap();
+    let column = table.column("balanced").unwrap();
+    let balanced: Vec<f64> = (0..table.row_count()).map(|row| column.values.number(row)).collect();
     let (table, rows) = (&table, balanced.len());
     let of = |sample: u64| (0..rows).filter(move |row| table.samples()[*row] == sample);
     assert_eq!(of(1).count(), 1);
