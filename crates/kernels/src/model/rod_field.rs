@@ -6,7 +6,7 @@ use super::{RodMap, Units, Vector};
 /// The part of the field that varies, as the mechanics sees it; SI units, world frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RodField {
-    /// By [`GradientEntry`] (T/m)
+    /// By `model::GradientEntry` (T/m)
     pub gradient: [f64; 5],
     /// In m
     pub origin: Vector,
