@@ -40,7 +40,12 @@ pub(super) fn solve_grown(
         return Ok(());
     }
     let mut grown = grown_samples(&dispatcher.plan, batch, solutions, dispatcher.precision);
-    if grown.is_empty() || !has_pipeline(dispatcher)? {
+    if grown.is_empty() {
+        return Ok(());
+    }
+    // A loss is told when what is in flight has ended.
+    dispatcher.device.wait(None)?;
+    if !has_pipeline(dispatcher)? {
         return Ok(());
     }
     // Those of as many intervals share their loops.

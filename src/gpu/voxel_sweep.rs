@@ -7,6 +7,7 @@ use super::device::failed;
 use super::dispatch_buffers::{KernelPass, Submission, read_back};
 use super::dispatch_size::DispatchSize;
 use super::dispatcher::{DISPATCHES_IN_FLIGHT, Dispatcher, block_limit};
+use super::node_batch::solve_grown;
 use super::returned_rows::{ReturnedRows, batch_of};
 use super::shader::{ALL_PATHS, Bounds, Generator, HEADER, QUICK_PATHS, Request, VoxelGrid};
 use super::solve_batch::solve_stragglers;
@@ -196,7 +197,11 @@ impl VoxelSweep<'_> {
     fn finish_stragglers(&mut self) -> Result<Returned, BackendError> {
         let indices = std::mem::take(&mut self.stragglers);
         let batch = batch_of(&self.dispatcher.plan, self.job, &indices);
-        match solve_stragglers(self.dispatcher, &batch) {
+        let solved = solve_stragglers(self.dispatcher, &batch).and_then(|mut solutions| {
+            solve_grown(self.dispatcher, &batch, &mut solutions)?;
+            Ok(solutions)
+        });
+        match solved {
             Ok(solutions) => Ok(Returned { indices, batch, solutions, counted: [0; 2] }),
             Err(error) => {
                 self.stragglers = indices;
@@ -296,14 +301,16 @@ impl VoxelSweep<'_> {
         }
         let conversion = Instant::now();
         let returned = ReturnedRows { job: self.job, range: flight.range.clone(), mark: flight.mark, list: &list };
-        let (returned, left) = match dispatcher.precision {
+        let (mut returned, left) = match dispatcher.precision {
             Precision::F32 => returned.read::<f32>(dispatcher, &pod_collect_to_vec(&rows), &mut self.bounds)?,
             Precision::F64 => returned.read::<f64>(dispatcher, &pod_collect_to_vec(&rows), &mut self.bounds)?,
         };
+        // Before anything is kept: whoever fails here is solved anew.
+        solve_grown(self.dispatcher, &returned.batch, &mut returned.solutions)?;
         self.stragglers.extend(left);
         let (counted, ramped) = ((sample_count - count) as u64, u64::from(header[1]));
         let Some(direct) = counted.checked_sub(ramped) else {
-            let name = &dispatcher.device.adapter().name;
+            let name = &self.dispatcher.device.adapter().name;
             return Err(failed(format!("{name}: {ramped} of {counted} samples ramped")));
         };
         self.last_unasked = count.saturating_sub((self.job.wanted)(flight.range.clone()).len());
@@ -314,7 +321,8 @@ impl VoxelSweep<'_> {
         timings.wait += waited;
         timings.unpack += conversion.elapsed().as_secs_f64();
         self.size.learn(sample_count.div_ceil(BLOCK), timings.add(time, on_the_wall, sample_count));
-        Ok(Returned { counted: [direct, ramped], ..returned })
+        returned.counted = [direct, ramped];
+        Ok(returned)
     }
 
     /// Takes the counts off the device.
