@@ -26,7 +26,7 @@ const BEYOND: f64 = 1e-3;
 /// times nearer; in f32 with a bound on round-off that few steps stay far below.
 const PESSIMISM: [(Precision, f64); 2] = [(Precision::F64, 400.0), (Precision::F32, 60.0)];
 /// The same where a pilot has measured the share.
-const PILOT_PESSIMISM: f64 = 40.0;
+const PILOT_PESSIMISM: f64 = 60.0;
 /// Of the errors of derivatives: they are the worst of many columns.
 const DERIVATIVE_PESSIMISM: f64 = 300.0;
 /// Round-off of the reference, whose own errors on the golden scenes are a third of it.
