@@ -38,8 +38,13 @@ pub struct SolutionMethod {
 impl SolutionMethod {
     /// That of an engine for a plan.
     pub fn of(info: &BackendInfo, plan: &Plan) -> SolutionMethod {
+        SolutionMethod::by(info.kind, info.precision, plan)
+    }
+
+    /// The same for an engine that is not made yet.
+    pub fn by(engine: BackendKind, precision: Precision, plan: &Plan) -> SolutionMethod {
         let PlanOptions { stepper, steps, tolerance, error_share, derivative_scale, .. } = plan.options;
-        let (engine, precision, anchors) = (info.kind, info.precision, plan.anchors.is_some());
+        let anchors = plan.anchors.is_some();
         SolutionMethod { engine, precision, stepper, steps, tolerance, error_share, derivative_scale, anchors }
     }
 

@@ -197,18 +197,7 @@ impl<'a> SweepJob<'a> {
         let plan = plan.with_options(options);
         let uses_anchors = self.spec.anchors && engine.kind() == BackendKind::Cpu;
         let plan = if uses_anchors { with_anchors(&self.spec, plan)? } else { plan };
-        let PlanOptions { stepper, steps, tolerance, error_share, derivative_scale, .. } = plan.options;
-        let (kind, precision, anchors) = (engine.kind(), engine.precision(), plan.anchors.is_some());
-        let method = SolutionMethod {
-            engine: kind,
-            precision,
-            stepper,
-            steps,
-            tolerance,
-            error_share,
-            derivative_scale,
-            anchors,
-        };
+        let method = SolutionMethod::by(engine.kind(), engine.precision(), &plan);
         Ok(PreparedSweep { job: self, engine, plan, pilot, method, asked_tolerance, is_settled: false })
     }
 }

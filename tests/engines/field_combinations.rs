@@ -3,13 +3,13 @@
 
 use super::common::check::{column_error, difference, norm};
 use super::common::fields::{FieldCase, cases};
-use super::fields::slots as golden_slots;
+use super::fields::{plan_by_slots, slots as golden_slots};
 use super::rods::{all_slots, moved, rod_units};
 use rodsweep::backend::{Backend, Precision};
 use rodsweep::lanes::Lanes;
 use rodsweep::model::{
-    Axis, Derivative, Entry, Parameter, Plan, PlanOptions, Quantity, Rigid, RigidRod, Rod, RodSegment, Scene, Segment,
-    SegmentKind, Slot, Solutions, Stepper, Vector,
+    Axis, Plan, PlanOptions, Quantity, Rigid, RigidRod, Rod, RodSegment, Scene, Segment, SegmentKind, Slot, Solutions,
+    Stepper, Vector,
 };
 use rodsweep::reference::{base_curvature, solve_rod};
 
@@ -52,13 +52,7 @@ fn behind(slot: Slot, by: usize) -> Slot {
 
 fn by_lanes(scene: &Scene, slots: &[Slot]) -> (Plan, Solutions) {
     let options = PlanOptions { tolerance: 1e-11, stepper: Stepper::Dop853, steps: 24, ..PlanOptions::default() };
-    let mut plan = Plan::single(scene, &[], options).expect("a valid plan");
-    for slot in slots {
-        let terms = vec![(*slot, plan.entries.len())];
-        plan.entries.push(Entry::Constant(1.0));
-        plan.derivatives.push(Derivative { parameter: Parameter::Insertion, name: format!("{slot:?}"), terms });
-    }
-    plan.forward = true;
+    let plan = plan_by_slots(scene, slots, options);
     let batch = plan.batch(1, |_, _| {});
     let solutions = Lanes::new(&plan, Precision::F64).expect("an engine").solve(&batch).expect("a solved batch");
     (plan, solutions)

@@ -38,38 +38,11 @@ pub struct KernelEntry {
     /// Name of the function that the device runs.
     pub entry_point: &'static str,
     /// In the order in which they are joined.
-    pub parts: &'static [Part],
+    pub parts: &'static [&'static [Part]],
 }
 
-/// Every kernel for batches. The first solves one.
-pub const KERNELS: &[KernelEntry] = &[KernelEntry {
-    entry_point: "solve",
-    parts: &[
-        shader!("batch"),
-        Part::Record,
-        shader!("plan"),
-        shader!("algebra"),
-        shader!("rod"),
-        shader!("section"),
-        shader!("step"),
-        shader!("column"),
-        shader!("source"),
-        Part::Sources,
-        shader!("trace"),
-        shader!("base"),
-        shader!("shoot"),
-        shader!("stability"),
-        shader!("slots"),
-        shader!("rows"),
-        shader!("path"),
-        shader!("search"),
-        shader!("chord"),
-        shader!("solve"),
-    ],
-}];
-
-/// Takes samples one turn further by nodes.
-const NODES: &[Part] = &[
+/// A rod: its numbers, a pass over it with columns, and the rows that follow.
+const ROD: &[Part] = &[
     shader!("batch"),
     Part::Record,
     shader!("plan"),
@@ -86,6 +59,16 @@ const NODES: &[Part] = &[
     shader!("stability"),
     shader!("slots"),
     shader!("rows"),
+];
+
+/// Solves a sample, from rest or from a start.
+const SOLVE: &[Part] = &[shader!("path"), shader!("search"), shader!("chord"), shader!("solve")];
+
+/// Every kernel for batches. The first solves one.
+pub const KERNELS: &[KernelEntry] = &[KernelEntry { entry_point: "solve", parts: &[ROD, SOLVE] }];
+
+/// Takes samples one turn further by nodes.
+const NODES: &[Part] = &[
     shader!("nodes/memory"),
     shader!("nodes/mesh"),
     shader!("nodes/interval"),
@@ -125,7 +108,7 @@ impl Kernel {
     ///
     /// `unrolled`: for a GPU that is software, see [`Form`].
     pub fn new(entry: &KernelEntry, plan: &Plan, precision: Precision, unrolled: bool) -> Result<Self, EmitError> {
-        let pieces: Vec<Piece> = entry.parts.iter().map(|part| part.piece(plan)).collect();
+        let pieces = pieces(entry.parts, plan);
         let make = |form| Self::from_pieces(entry.entry_point, &pieces, &specialisation(plan, precision, form));
         // A search knows one way only.
         let is_quick = plan.start.is_none();
@@ -138,7 +121,7 @@ impl Kernel {
     /// `unrolled`: for a GPU that is software, see [`Form`].
     pub fn nodes(plan: &Plan, unrolled: bool) -> Result<Self, EmitError> {
         let form = Form { unrolled, nodes: true, ..Form::ROLLED };
-        Self::emitted("advance", NODES, plan, &specialisation(plan, Precision::F32, form))
+        Self::emitted("advance", &[ROD, NODES], plan, &specialisation(plan, Precision::F32, form))
     }
 
     /// The kernel that makes samples.
@@ -152,24 +135,23 @@ impl Kernel {
             ("COMMON_AT", generator.common_at),
         ];
         numbers.iter().for_each(|(name, value)| s.constant(*name, Value::U32(*value as u32)));
-        Self::emitted("generate", GENERATE, plan, &s)
+        Self::emitted("generate", &[GENERATE], plan, &s)
     }
 
     /// The kernel that counts samples in voxels.
     pub fn reduce(plan: &Plan, precision: Precision) -> Result<Self, EmitError> {
         let mut s = specialisation(plan, precision, Form::ROLLED);
         s.constant("VOXEL_MARGIN", Value::Float(voxel_margin(precision)));
-        Self::emitted("reduce", REDUCE, plan, &s)
+        Self::emitted("reduce", &[REDUCE], plan, &s)
     }
 
     fn emitted(
         entry_point: &'static str,
-        parts: &[Part],
+        parts: &[&[Part]],
         plan: &Plan,
         specialisation: &Specialisation,
     ) -> Result<Self, EmitError> {
-        let pieces: Vec<Piece> = parts.iter().map(|part| part.piece(plan)).collect();
-        Self::from_pieces(entry_point, &pieces, specialisation)
+        Self::from_pieces(entry_point, &pieces(parts, plan), specialisation)
     }
 
     /// An f32 kernel of its own pieces after the prelude, for tests and trials.
@@ -196,4 +178,8 @@ impl Part {
             Part::Sources => source_functions(plan),
         }
     }
+}
+
+fn pieces(parts: &[&[Part]], plan: &Plan) -> Vec<Piece> {
+    parts.iter().copied().flatten().map(|part| part.piece(plan)).collect()
 }
