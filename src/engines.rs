@@ -294,9 +294,14 @@ pub fn cpu_f64(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
 ///
 /// A plan that the engine does not model.
 pub fn second_attempt(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
+    cpu_f64(&for_second_attempt(plan))
+}
+
+/// The plan that [`second_attempt`] solves.
+pub(crate) fn for_second_attempt(plan: &Plan) -> Plan {
     let steps = plan.options.steps.max(SECOND_STEPS);
     let PlanOptions { error_share, .. } = PlanOptions::default();
     let derivative_scale = SECOND_DERIVATIVES;
     let stepper = Stepper::Dop853;
-    cpu_f64(&plan.with_options(PlanOptions { stepper, steps, error_share, derivative_scale, ..plan.options }))
+    plan.with_options(PlanOptions { stepper, steps, error_share, derivative_scale, ..plan.options })
 }

@@ -118,6 +118,9 @@ pub struct PilotChoice {
     /// Stages of a pass over the rod.
     #[serde(default)]
     pub stages: usize,
+    /// The same with the share of second attempts that the pilot expects.
+    #[serde(default)]
+    pub work: f64,
     /// Largest difference to twice the steps: tip position over length, or tip rotation (rad).
     #[serde(deserialize_with = "number_or_null")]
     pub error: f64,

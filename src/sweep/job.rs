@@ -13,7 +13,7 @@ use crate::backend::{Backend, BackendError, BackendFactory, BackendKind};
 use crate::engines::{Engine, EngineRequest, cpu_f64, second_attempt, witness};
 use crate::model::{Plan, PlanOptions};
 use crate::reference::energy;
-use crate::results::PilotChoice;
+use crate::results::{PilotChoice, ResultsError};
 use crate::spec::{Shard, SolutionMethod, SweepSpec};
 use std::sync::atomic::AtomicBool;
 
@@ -288,7 +288,25 @@ impl<'a> PreparedSweep<'a> {
     /// An engine that cannot be used, or a sink that cannot be written.
     pub fn run(mut self, sink: &mut dyn RowSink) -> Result<Summary, SweepError> {
         let mut backend = self.open()?;
-        self.run_on(backend.as_mut(), sink)
+        match self.run_on(backend.as_mut(), sink) {
+            Err(error) => self.settled_meanwhile(error, sink)?.run(sink),
+            summary => summary,
+        }
+    }
+
+    /// The sweep by the method of another worker, where that worker has begun the run since this one was prepared.
+    ///
+    /// # Errors
+    ///
+    /// The error that ended the run, where that is not why; or as [`SweepJob::prepare`].
+    pub fn settled_meanwhile(&self, error: SweepError, sink: &dyn RowSink) -> Result<PreparedSweep<'a>, SweepError> {
+        let is_late = matches!(error, SweepError::Results(ResultsError::Mismatch { .. })) && !self.is_settled;
+        match sink.method()? {
+            Some(method) if is_late && method != self.method => {
+                self.job.clone().prepare_as(method, self.asked_tolerance)
+            }
+            _ => Err(error),
+        }
     }
 
     /// The same on the engine that [`PreparedSweep::open`] made.

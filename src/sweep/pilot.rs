@@ -4,6 +4,7 @@ use super::check::distribution;
 use super::columns::ColumnScales;
 use crate::backend::BackendError;
 use crate::backend::BackendFactory;
+use crate::engines::for_second_attempt;
 use crate::model::rotation_angle;
 use crate::model::{Batch, DerivativeScale, Plan, PlanOptions, Quantity, Solutions, Stepper};
 use crate::results::PilotChoice;
@@ -21,8 +22,8 @@ const LEAST_SHARE: f64 = 1.0 / 64.0;
 /// among samples above that.
 const DERIVATIVE_RESERVE: f64 = 6.0;
 
-/// Picks, of the plan's method and others, the one that meets the tolerance with the fewest stages; if none does, the
-/// most accurate.
+/// Picks, of the plan's method and others, the one that meets the tolerance with the fewest stages, second attempts
+/// included; if none does, the most accurate.
 ///
 /// # Errors
 ///
@@ -38,7 +39,7 @@ pub fn choose_method(
         let plan = plan.with_options(PlanOptions { stepper: *stepper, ..plan.options });
         let choice = choose_steps(&plan, sampler, factory)?;
         let is_better = match (choice.reached, best.reached) {
-            (true, true) => choice.stages < best.stages,
+            (true, true) => choice.work < best.work,
             (false, false) => choice.error < best.error,
             (reached, _) => reached,
         };
@@ -49,8 +50,9 @@ pub fn choose_method(
     Ok(best)
 }
 
-/// Picks the smallest number of steps whose answers meet the tolerances: tips that stay within half of it from those with
-/// twice the steps, and derivatives that in 95 % of the samples do so within theirs.
+/// Picks the number of steps that takes the fewest stages, among those whose answers meet the tolerances: tips that stay
+/// within half of it from those with twice the steps, and derivatives that in 95 % of the samples do so within theirs.
+/// Samples whose error estimate would be above the tolerance count with the stages of their second attempts.
 ///
 /// Where none does, the differences have stopped falling (rounding) or 128 is too few: then the smallest number
 /// within twice the least difference of tips is taken, and `reached` is false.
@@ -98,6 +100,12 @@ fn solved(plan: &Plan, steps: usize, batch: &Batch, factory: BackendFactory) -> 
     factory(&plan.with_options(options))?.solve(batch)
 }
 
+/// Stages of a pass over the rod.
+fn stages(plan: &Plan) -> usize {
+    let all_steps: usize = plan.segments.iter().map(|segment| segment.steps).sum();
+    plan.options.stepper.stage_count() * all_steps
+}
+
 /// Estimated error of the derivatives of a batch of one, from a solution on twice the steps; `None` where that has failed.
 pub fn estimate_from(plan: &Plan, batch: &Batch, (ours, fine): (&Solutions, &Solutions)) -> Option<f64> {
     let length = plan.sample_rod(batch, 0).total_length();
@@ -113,7 +121,13 @@ pub fn estimate_from(plan: &Plan, batch: &Batch, (ours, fine): (&Solutions, &Sol
 pub fn choose_steps_for(plan: &Plan, batch: &Batch, factory: BackendFactory) -> Result<PilotChoice, BackendError> {
     let mut all: Vec<(usize, Solutions)> = Vec::new();
     let mut trials: Vec<Trial> = Vec::new();
+    let mut best: Option<PilotChoice> = None;
+    let again = stages(&for_second_attempt(plan)) as f64;
     for steps in STEPS {
+        let at = plan.with_options(PlanOptions { steps, ..plan.options });
+        if best.as_ref().is_some_and(|best| best.work <= stages(&at) as f64) {
+            break;
+        }
         for steps in [steps, 2 * steps] {
             if !all.iter().any(|(done, _)| *done == steps) {
                 all.push((steps, solved(plan, steps, batch, factory)?));
@@ -124,8 +138,16 @@ pub fn choose_steps_for(plan: &Plan, batch: &Batch, factory: BackendFactory) -> 
         trials.push(Trial::new(plan, batch, steps, coarse, fine));
         let last = &trials[trials.len() - 1];
         if last.meets(&plan.options) {
-            return Ok(last.choice(plan, &trials, true));
+            let mut choice = last.choice(plan, &trials, true);
+            let rows = factory(&plan.with_options(choice.options(plan)))?.solve(batch)?;
+            choice.work += again * doubtful_share(&rows, plan.options.tolerance);
+            if best.as_ref().is_none_or(|best| choice.work < best.work) {
+                best = Some(choice);
+            }
         }
+    }
+    if let Some(best) = best {
+        return Ok(best);
     }
     let least = trials.iter().map(|trial| trial.error).fold(f64::INFINITY, f64::min);
     let good = trials.iter().find(|trial| trial.compared > 0 && trial.error <= 2.0 * least);
@@ -147,8 +169,13 @@ struct Trial {
     error_share: f64,
     /// With a reserve, too.
     derivative_scale: DerivativeScale,
-    /// Largest error estimate with that share.
-    estimate: f64,
+}
+
+/// Of the samples that are solved, those whose error estimate is above the tolerance.
+fn doubtful_share(rows: &Solutions, tolerance: f64) -> f64 {
+    let solved: Vec<usize> = (0..rows.sample_count()).filter(|at| rows.status(*at).is_success()).collect();
+    let is_doubtful = |at: &&usize| rows.get(**at, Quantity::ErrorEstimate) > tolerance;
+    solved.iter().filter(is_doubtful).count() as f64 / solved.len().max(1) as f64
 }
 
 impl Trial {
@@ -156,7 +183,7 @@ impl Trial {
         let is_compared = |at: &usize| a.status(*at).is_success() && b.status(*at).is_success();
         let samples: Vec<usize> = (0..a.sample_count()).filter(is_compared).collect();
         let scales = ColumnScales::of(plan, b);
-        let (mut error, mut share, mut estimate) = (0.0f64, LEAST_SHARE, 0.0f64);
+        let (mut error, mut share) = (0.0f64, LEAST_SHARE);
         let (mut columns, mut bare) = (Vec::new(), Vec::new());
         for &at in &samples {
             let length = plan.sample_rod(batch, at).total_length();
@@ -166,34 +193,30 @@ impl Trial {
             error = error.max(difference);
             columns.push(scales.worst_error((a, b), at, length).0);
             bare.push(a.get(at, Quantity::DerivativeError));
-            let of_grids = a.get(at, Quantity::ErrorEstimate);
-            estimate = estimate.max(of_grids);
             if difference > 0.0 {
-                share = share.max(RESERVE * difference / of_grids);
+                share = share.max(RESERVE * difference / a.get(at, Quantity::ErrorEstimate));
             }
         }
         let error_share = share.min(1.0);
         let derivative_scale = derivative_scale(&columns, &bare);
         let derivative_error = distribution(columns).p95;
-        let estimate = error_share * estimate;
-        Trial { steps, compared: samples.len(), error, derivative_error, error_share, derivative_scale, estimate }
+        Trial { steps, compared: samples.len(), error, derivative_error, error_share, derivative_scale }
     }
 
     fn meets(&self, options: &PlanOptions) -> bool {
         let PlanOptions { tolerance, derivative_tolerance, .. } = *options;
-        let is_small = self.error < 0.5 * tolerance && self.estimate < tolerance;
-        self.compared > 0 && is_small && self.derivative_error <= derivative_tolerance
+        self.compared > 0 && self.error < 0.5 * tolerance && self.derivative_error <= derivative_tolerance
     }
 
     fn choice(&self, plan: &Plan, trials: &[Trial], reached: bool) -> PilotChoice {
         let Trial { steps, compared, error, derivative_error, error_share, derivative_scale, .. } = *self;
         let PlanOptions { tolerance, derivative_tolerance, stepper, .. } = plan.options;
-        let chosen = plan.with_options(PlanOptions { steps, ..plan.options });
-        let all_steps: usize = chosen.segments.iter().map(|segment| segment.steps).sum();
+        let stages = stages(&plan.with_options(PlanOptions { steps, ..plan.options }));
         PilotChoice {
             stepper,
             steps,
-            stages: stepper.stage_count() * all_steps,
+            stages,
+            work: stages as f64,
             error,
             tolerance,
             derivative_error: if plan.derivatives.is_empty() { None } else { Some(derivative_error) },

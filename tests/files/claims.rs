@@ -3,7 +3,7 @@
 use rodsweep::backend::BackendKind;
 use rodsweep::engines::EngineRequest;
 use rodsweep::results::{Results, ResultsError, store_at};
-use rodsweep::spec::SweepSpec;
+use rodsweep::spec::{SolutionMethod, SweepSpec};
 use rodsweep::sweep::{Memory, ResultDirectory, Summary, SweepError, SweepJob};
 use rodsweep::table::Table;
 use std::path::{Path, PathBuf};
@@ -192,6 +192,29 @@ fn a_method_is_fixed_unless_the_run_says_otherwise() {
     // Without being told so, a worker does not join a run of free methods, nor the other way round.
     let refused = job("parquet").run(&mut ResultDirectory::new(&free).join(SILENCE)).map(|_| ());
     assert!(refused.expect_err("refused").to_string().contains("choice of methods"));
+}
+
+#[test]
+fn of_two_first_workers_the_later_takes_the_method_of_the_other() {
+    let dir = tempfile::tempdir().expect("a folder");
+    for place in places("first", &dir) {
+        let sink = || ResultDirectory::new(&place).join(SILENCE);
+        // Both look before either has begun, on machines that choose differently.
+        let late = job("parquet").prepare(&sink()).expect("a sweep");
+        let stop = AtomicBool::new(true);
+        let other = SolutionMethod { steps: late.method().steps + 4, ..late.method() };
+        let early = job("parquet").method(Some(other)).drain(&stop).run(&mut sink()).expect("a worker");
+        assert!(early.solved < 1000 && !late.is_settled());
+        let late = late.run(&mut sink()).expect("a worker");
+        assert_eq!(early.solved + late.solved, 1000);
+        assert_eq!(Results::open(&place).expect("results").method(), Some(other), "one method solved all");
+        // What differs otherwise is refused, as before.
+        let begun = job("parquet").part_size(Some(8)).method(Some(other)).run(&mut sink()).map(|_| ());
+        assert!(
+            matches!(begun, Err(SweepError::Results(ResultsError::Mismatch { what: "chunk size", .. }))),
+            "{begun:?}"
+        );
+    }
 }
 
 #[test]

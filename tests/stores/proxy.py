@@ -7,9 +7,9 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
 
 class LossyProxy:
-    """Hands requests on to a server; `lost` is the share of replies that are dropped."""
+    """Hands requests on to a server; `lost` is the share of replies that are dropped, `headers` replaces some of a request."""
 
-    def __init__(self, host, port, lost, seed):
+    def __init__(self, host, port, lost, seed, headers=None):
         self.requests = self.dropped = 0
         rng, lock, proxy = random.Random(seed), threading.Lock(), self
 
@@ -22,7 +22,7 @@ class LossyProxy:
                 connection = http.client.HTTPConnection(host, port, timeout=60)
                 connection.putrequest(self.command, self.path, skip_host=True, skip_accept_encoding=True)
                 for name, value in self.headers.items():
-                    connection.putheader(name, value)
+                    connection.putheader(*(headers or {}).get((name.lower(), value), (name, value)))
                 connection.endheaders(body)
                 answer = connection.getresponse()
                 data = answer.read()

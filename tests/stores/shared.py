@@ -1,4 +1,4 @@
-"""Workers that share a run: `shared.py directory|clocks|bucket PROGRAM FOLDER ROUNDS`.
+"""Workers that share a run: `shared.py directory|clocks|bucket|container PROGRAM FOLDER ROUNDS`.
 
 One of three workers is killed with SIGKILL once some parts are there. Then every part has to be there, byte for byte as
 in a run alone, and no claim of a living worker may have been taken over.
@@ -10,6 +10,7 @@ import logging
 import os
 import random
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -59,6 +60,24 @@ class Bucket:
 
     def time(self, name):
         return self.client.head_object(Bucket=self.bucket, Key=f"{self.prefix}/{name}")["LastModified"].timestamp()
+
+
+class Container:
+    """Files of a place in a container of Azure's, asked for past the proxy."""
+
+    def __init__(self, client, prefix):
+        self.client, self.prefix = client, prefix
+
+    def names(self, folder=""):
+        prefix = f"{self.prefix}/{folder + '/' if folder else ''}"
+        found = self.client.walk_blobs(name_starts_with=prefix, delimiter="/")
+        return [item.name.rsplit("/", 1)[1] for item in found if not item.name.endswith("/")]
+
+    def read(self, name):
+        return self.client.download_blob(f"{self.prefix}/{name}").readall()
+
+    def time(self, name):
+        return self.client.get_blob_client(f"{self.prefix}/{name}").get_blob_properties().last_modified.timestamp()
 
 
 def parts(store):
@@ -184,20 +203,109 @@ def bucket(program, folder, rounds, rng):
     client.create_bucket(Bucket="runs")
     with LossyProxy(host, port, lost=1 / 12, seed=rng.randrange(1 << 30)) as proxy:
         environment = {"AWS_ENDPOINT_URL": f"http://127.0.0.1:{proxy.port}"}
-        missing = subprocess.run(
-            [program, "status", "s3://nowhere/run"], env=dict(os.environ, **environment), capture_output=True, text=True
-        )
+        missing = status(program, "s3://nowhere/run", environment)
         assert missing.returncode == 1 and "there is no such bucket" in missing.stderr, missing
         alone = run_alone(program, folder)
         for number in range(rounds):
             store = Bucket(client, "runs", f"shared-{number}")
             share(program, f"s3://runs/shared-{number}", store, alone, [environment] * 3, rng)
-        status = subprocess.run(
-            [program, "status", "s3://runs/shared-0"], env=dict(os.environ, **environment), capture_output=True, text=True
-        )
-        assert status.returncode == 0 and "60 of 60 parts done" in status.stdout, status
+        check_status(program, "s3://runs/shared-0", environment)
+        check_profiles(program, folder, environment["AWS_ENDPOINT_URL"])
         print(f"  {proxy.requests} requests, {proxy.dropped} replies lost")
+    # Google's XML interface is that of S3 but for the header that asks for a place that is free.
+    free = {("x-goog-if-generation-match", "0"): ("If-None-Match", "*")}
+    with LossyProxy(host, port, lost=1 / 12, seed=rng.randrange(1 << 30), headers=free) as proxy:
+        environment = {"GOOGLE_BASE_URL": f"http://127.0.0.1:{proxy.port}", "GOOGLE_SKIP_SIGNATURE": "true"}
+        for number in range(rounds):
+            store = Bucket(client, "runs", f"google-{number}")
+            share(program, f"gs://runs/google-{number}", store, alone, [environment] * 3, rng)
+        check_status(program, "gs://runs/google-0", environment)
+        print(f"  {proxy.requests} requests as of Google's client, {proxy.dropped} replies lost")
     server.stop()
+
+
+def check_profiles(program, folder, endpoint):
+    """Keys, region and endpoint from ~/.aws."""
+    aws = os.path.join(folder, ".aws")
+    os.makedirs(aws, exist_ok=True)
+    with open(os.path.join(aws, "credentials"), "w") as file:
+        file.write("[lab]\naws_access_key_id = test\naws_secret_access_key = test\n")
+    with open(os.path.join(aws, "config"), "w") as file:
+        file.write(f"[profile lab]\nregion = us-east-1\nendpoint_url = {endpoint}\n[profile sso]\nsso_session = x\n")
+    bare = {name: value for name, value in os.environ.items() if not name.startswith("AWS_")}
+    for profile, expected in [("lab", "60 of 60 parts done"), ("other", 'no profile "other"'), ("sso", "export-credentials")]:
+        environment = dict(bare, HOME=folder, AWS_PROFILE=profile)
+        said = subprocess.run([program, "status", "s3://runs/shared-0"], env=environment, capture_output=True, text=True)
+        assert expected in said.stdout + said.stderr, (profile, said)
+        assert (said.returncode == 0) == (profile == "lab"), said
+
+
+def status(program, place, environment):
+    return subprocess.run([program, "status", place], env=dict(os.environ, **environment), capture_output=True, text=True)
+
+
+def check_status(program, place, environment):
+    said = status(program, place, environment)
+    assert said.returncode == 0 and "60 of 60 parts done" in said.stdout, said
+
+
+def container(program, folder, rounds, rng):
+    """Azure's interface (Azurite); every twelfth reply is lost after the request was served."""
+    azurite = os.environ.get("STORES_AZURITE", "")
+    try:
+        from azure.storage.blob import ContainerClient
+    except ImportError:
+        azurite = ""
+    if not os.path.exists(azurite):
+        print("  skipped: there is no Azurite (npm install azurite; pip install azure-storage-blob)")
+        return
+    from proxy import LossyProxy
+
+    port = free_port()
+    server = subprocess.Popen(
+        [azurite, "--inMemoryPersistence", "--silent", "--skipApiVersionCheck", "--disableTelemetry", "--blobPort", str(port)],
+        cwd=folder,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    try:
+        wait_for(port)
+        # The account that every emulator has.
+        key = "Eby8vdM02xNOcqFlqUwJPLlmEtlCDXJ1OUzFT50uSRZ6IFsuFq2UVErCz4I6tq/K1SZFPTOtr/KBHBeksoGMGw=="
+        client = ContainerClient(f"http://127.0.0.1:{port}/devstoreaccount1", "runs", credential=key)
+        client.create_container()
+        with LossyProxy("127.0.0.1", port, lost=1 / 12, seed=rng.randrange(1 << 30)) as proxy:
+            environment = {
+                "AZURE_STORAGE_USE_EMULATOR": "true",
+                "AZURITE_BLOB_STORAGE_URL": f"http://127.0.0.1:{proxy.port}",
+            }
+            missing = status(program, "az://nowhere/run", environment)
+            assert missing.returncode == 1 and "there is no such bucket" in missing.stderr, missing
+            alone = run_alone(program, folder)
+            for number in range(rounds):
+                store = Container(client, f"shared-{number}")
+                share(program, f"az://runs/shared-{number}", store, alone, [environment] * 3, rng)
+            check_status(program, "az://runs/shared-0", environment)
+            print(f"  {proxy.requests} requests, {proxy.dropped} replies lost")
+    finally:
+        server.terminate()
+        server.wait()
+
+
+def free_port():
+    with socket.socket() as listener:
+        listener.bind(("127.0.0.1", 0))
+        return listener.getsockname()[1]
+
+
+def wait_for(port):
+    for _ in range(300):
+        try:
+            socket.create_connection(("127.0.0.1", port), 1).close()
+            return
+        except OSError:
+            time.sleep(0.1)
+    raise SystemExit("the store did not start")
 
 
 if __name__ == "__main__":
@@ -206,4 +314,5 @@ if __name__ == "__main__":
     os.makedirs(folder, exist_ok=True)
     seed = int(os.environ.get("SEED", time.time_ns() % 1_000_000))
     print(f"{part} (SEED={seed})", flush=True)
-    {"directory": directory, "clocks": clocks, "bucket": bucket}[part](os.path.abspath(program), folder, int(rounds), random.Random(seed))
+    kinds = {"directory": directory, "clocks": clocks, "bucket": bucket, "container": container}
+    kinds[part](os.path.abspath(program), os.path.abspath(folder), int(rounds), random.Random(seed))

@@ -11,9 +11,9 @@ use rodsweep::results::{AnchorAccount, BranchCounts, ErrorDistribution, Reductio
 use rodsweep::spec::{AxisSpec, BranchChoice, Distribution, Format, Method, Shard, SweepSpec};
 use rodsweep::study::workspace::with_measured_dimension;
 use rodsweep::sweep::{PreparedSweep, Progress, ResultDirectory, Summary, SweepJob};
-use std::cell::OnceCell;
+
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, OnceLock, PoisonError};
 use std::time::Duration;
 
 pub fn run(arguments: &RunArguments) -> Result<Exit, CommandError> {
@@ -34,7 +34,7 @@ pub fn run(arguments: &RunArguments) -> Result<Exit, CommandError> {
     for note in spec.notes.iter().chain(&scene_notes(&spec.scene)) {
         tell(&format!("note: {note}"));
     }
-    let meter = OnceCell::new();
+    let meter = OnceLock::new();
     let warn = |text: &str| {
         meter.get().into_iter().for_each(Meter::finish);
         say(&format!("warning: {text}"));
@@ -61,13 +61,19 @@ pub fn run(arguments: &RunArguments) -> Result<Exit, CommandError> {
         describe(&sweep, arguments, &out);
         return Ok(Exit::Done);
     }
-    let mut backend = sweep.open()?;
-    let meter: &Meter = meter.get_or_init(|| Meter::new(&backend.info()));
-    let show = |progress: &Progress| meter.show(progress);
-    sweep.set_progress(if arguments.quiet { None } else { Some(&show) });
-    let result = sweep.run_on(backend.as_mut(), &mut directory);
-    meter.finish();
-    let summary = result?;
+    let show = |progress: &Progress| meter.get().into_iter().for_each(|meter| meter.show(progress));
+    let summary = loop {
+        let mut backend = sweep.open()?;
+        let meter = meter.get_or_init(|| Meter::new(&backend.info()));
+        sweep.set_progress(if arguments.quiet { None } else { Some(&show) });
+        let result = sweep.run_on(backend.as_mut(), &mut directory);
+        meter.finish();
+        match result {
+            Ok(summary) => break summary,
+            Err(error) => sweep = sweep.settled_meanwhile(error, &directory)?,
+        }
+        tell_method(&sweep, &tell);
+    };
     let spec = sweep.spec();
     if !arguments.quiet {
         print_summary(spec, &summary, &out);

@@ -5,6 +5,8 @@
 mod local;
 #[cfg(feature = "stores")]
 mod objects;
+#[cfg(feature = "stores")]
+mod profile;
 
 use super::error::ResultsError;
 use local::Local;

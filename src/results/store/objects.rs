@@ -3,9 +3,10 @@
 //! A request that fails on the way is made again after a while. A first write that answers "already there" may be our own,
 //! its first reply lost: what lies there is then compared.
 
+use super::profile::profile;
 use super::{Entry, Store};
 use crate::results::error::ResultsError;
-use object_store::aws::AmazonS3Builder;
+use object_store::aws::{AmazonS3Builder, AmazonS3ConfigKey};
 use object_store::azure::MicrosoftAzureBuilder;
 use object_store::gcp::GoogleCloudStorageBuilder;
 use object_store::memory::InMemory;
@@ -197,6 +198,16 @@ impl Store for Objects {
     }
 }
 
+/// Any of these says where keys come from, before the files of Amazon's tools do.
+const HAVE_KEYS: [&str; 2] = ["AWS_ACCESS_KEY_ID", "AWS_WEB_IDENTITY_TOKEN_FILE"];
+/// What a profile may say.
+const PROFILE: [(&str, AmazonS3ConfigKey); 4] = [
+    ("aws_access_key_id", AmazonS3ConfigKey::AccessKeyId),
+    ("aws_secret_access_key", AmazonS3ConfigKey::SecretAccessKey),
+    ("aws_session_token", AmazonS3ConfigKey::Token),
+    ("region", AmazonS3ConfigKey::Region),
+];
+
 /// A bucket with the credentials of the environment; `None`: the scheme is not known.
 fn store(scheme: &str, bucket: &str) -> Result<Option<Arc<dyn ObjectStore>>, Error> {
     if scheme == "memory" {
@@ -209,11 +220,21 @@ fn store(scheme: &str, bucket: &str) -> Result<Option<Arc<dyn ObjectStore>>, Err
     let client = ClientOptions::new().with_timeout(REQUEST_TIMEOUT).with_connect_timeout(CONNECT_TIMEOUT);
     Ok(Some(match scheme {
         "s3" => {
+            let mut builder = AmazonS3Builder::from_env().with_bucket_name(bucket).with_retry(retry);
+            let asked = |name: &&str| std::env::var(name).ok();
+            let mut endpoint = ["AWS_ENDPOINT_URL_S3", "AWS_ENDPOINT_URL", "AWS_ENDPOINT"].iter().find_map(asked);
+            if HAVE_KEYS.iter().find_map(asked).is_none() {
+                let failure = |reason: String| Error::Generic { store: "S3", source: reason.into() };
+                let mut profile = profile().map_err(failure)?;
+                for (name, key) in PROFILE {
+                    if let Some(value) = profile.remove(name).filter(|_| builder.get_config_value(&key).is_none()) {
+                        builder = builder.with_config(key, value);
+                    }
+                }
+                endpoint = endpoint.or(profile.remove("endpoint_url"));
+            }
             // An endpoint without TLS, of a store in one's own network, is named so on purpose.
-            let endpoint = ["AWS_ENDPOINT_URL_S3", "AWS_ENDPOINT_URL", "AWS_ENDPOINT"];
-            let endpoint = endpoint.iter().find_map(|name| std::env::var(name).ok());
             let is_plain = endpoint.as_deref().is_some_and(|url| url.starts_with("http://"));
-            let builder = AmazonS3Builder::from_env().with_bucket_name(bucket).with_retry(retry);
             let builder = builder.with_client_options(client.with_allow_http(is_plain));
             Arc::new(
                 match endpoint {
@@ -224,6 +245,8 @@ fn store(scheme: &str, bucket: &str) -> Result<Option<Arc<dyn ObjectStore>>, Err
             )
         }
         "gs" => {
+            let endpoint = std::env::var("GOOGLE_BASE_URL").ok();
+            let client = client.with_allow_http(endpoint.is_some_and(|url| url.starts_with("http://")));
             let builder = GoogleCloudStorageBuilder::from_env().with_bucket_name(bucket).with_retry(retry);
             Arc::new(builder.with_client_options(client).build()?)
         }

@@ -13,7 +13,6 @@ use super::stability::{margin, squared_norm};
 use crate::model::DerivativeScale;
 use crate::model::path::{
     ANCHOR_CONTRACTION, ANCHOR_TRUST, CHORD_LIMIT, CHORD_TRUST, COLUMN_NOISE, DIFFERENCE, GROWTH_NOISE, ROUND_OFF,
-    rounded,
 };
 
 /// What a pass on twice the fine steps found, and from which base moment.
@@ -138,7 +137,7 @@ pub fn answer<L: Lane>(
     let responses = one + length(columns.x) + length(columns.y) + length(columns.z);
     let amplification = responses * (one + length(check.m0));
     let round_off = amplification * one.constant(ROUND_OFF * L::Scalar::EPSILON);
-    let is_rounded = difference.lt(round_off * one.constant(rounded(L::Scalar::EPSILON)));
+    let is_rounded = difference.lt(round_off * one.constant(program.rounded));
     let share = L::select(is_rounded, one, one.constant(program.error_share));
     let error = difference * one.constant(DIFFERENCE) * share + round_off + amplification * dot(delta, delta);
     // Columns are those at the base moment `m0`.

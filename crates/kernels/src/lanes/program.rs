@@ -4,7 +4,7 @@ use super::algebra::Vec3;
 use super::lane::{Lane, Scalar};
 use super::terms::ProgramTerms;
 use super::varying::ProgramField;
-use crate::model::path::{PATH_STEPPER, chord_tolerance, first_order_tolerance, newton_tolerance};
+use crate::model::path::{PATH_STEPPER, chord_tolerance, first_order_tolerance, newton_tolerance, rounded};
 use crate::model::record::BASE_POSITION_AT;
 use crate::model::{Anchors, DerivativeScale, Entry, Plan, PlanAnchors, SegmentPlan, Slot, Tableau};
 use std::sync::Arc;
@@ -95,6 +95,8 @@ pub struct Program {
     pub first_order_tolerance: f64,
     /// Error of the answer over its difference to the fine steps.
     pub error_share: f64,
+    /// Differences below so many times what round-off can do are round-off alone.
+    pub rounded: f64,
     /// What error estimates of derivatives are made of.
     pub derivative_scale: DerivativeScale,
 }
@@ -153,6 +155,7 @@ impl Program {
             chord_tolerance: chord_tolerance(newton_tolerance),
             first_order_tolerance: first_order_tolerance(newton_tolerance),
             error_share: plan.options.error_share,
+            rounded: rounded(epsilon, plan.segments.iter().map(|segment| segment.steps).sum()),
             derivative_scale: plan.options.derivative_scale,
         }
     }

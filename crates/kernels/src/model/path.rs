@@ -189,8 +189,9 @@ pub fn newton_tolerance(tolerance: f64, epsilon: f64) -> f64 {
     tolerance.clamp(64.0 * epsilon, 1e-4)
 }
 
-/// Tips on both grids that differ by less than so many times what round-off can do differ by it alone. Single precision is
-/// beside its last digits on any grid, and worse on a finer one.
-pub fn rounded(epsilon: f64) -> f64 {
-    if epsilon > 1e-10 { 8.0 } else { 1.0 }
+/// Tips on both grids that differ by less than so many times what round-off can do differ by it alone. In single precision
+/// each step adds some, so that where they are many the finer grid is the worse one.
+pub fn rounded(epsilon: f64, steps: usize) -> f64 {
+    const MANY_STEPS: usize = 12;
+    if epsilon > 1e-10 && steps > MANY_STEPS { 8.0 } else { 1.0 }
 }
