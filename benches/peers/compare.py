@@ -1,4 +1,4 @@
-"""Times what a researcher would write in Python on samples that the reference has solved, and writes peers.csv.
+"""Times what a researcher would write instead on samples that the reference has solved, and writes peers.csv.
 
 All integrate the rod as one would write it down (rod.py): force balance by hand, p, R and m along the rod, shooting on
 the base moment from rest under growing loads. A peer that cannot be imported is left out and said so.
@@ -30,6 +30,33 @@ def jax_points(scene):
             yield method, steps, lambda thetas, solve=solve: [np.asarray(x) for x in solve(thetas)]
 
 
+def blocked_jax_points(scene):
+    import by_jax_blocks
+
+    for method, all_steps in (("rk4", (8, 24, 96)), ("dop853", (2, 4, 6))):
+        for steps in all_steps:
+            yield method, steps, by_jax_blocks.solver(scene, method, steps)
+
+
+def cpp_points(scene):
+    import by_cpp
+
+    built = by_cpp.library()
+    for method, all_steps in (("rk4", (8, 12, 24, 96)), ("dop853", (2, 4, 6, 8))):
+        for steps in all_steps:
+            yield method, steps, by_cpp.solver(built, scene, method, steps, 1e-9)
+
+
+def cpp_version():
+    import by_cpp
+
+    return by_cpp.compiler()
+
+
+def package(name):
+    return lambda: importlib.metadata.version(name)
+
+
 def each(solve):
     return lambda thetas: list(zip(*[solve(theta) for theta in thetas]))
 
@@ -55,12 +82,14 @@ def heyoka_points(scene):
         yield "Taylor", tolerance, by_heyoka.solver(scene, tolerance)
 
 
-# Name, package, what to measure.
+# Name, version, what to measure.
 PEERS = [
-    ("heyoka.py", "heyoka", heyoka_points),
-    ("JAX", "jax", jax_points),
-    ("CasADi, CVODES", "casadi", casadi_points),
-    ("SciPy", "scipy", scipy_points),
+    ("C++ by hand, g++", cpp_version, cpp_points),
+    ("heyoka.py", package("heyoka"), heyoka_points),
+    ("JAX in blocks", package("jax"), blocked_jax_points),
+    ("JAX", package("jax"), jax_points),
+    ("CasADi, CVODES", package("casadi"), casadi_points),
+    ("SciPy", package("scipy"), scipy_points),
 ]
 
 
@@ -147,10 +176,10 @@ def main():
     versions = [f"Python {platform.python_version()}", f"NumPy {np.__version__}"]
     date = datetime.datetime.now(datetime.timezone.utc).date().isoformat()
     rows = [{"part": "peers run", "case": date, "engine": processor(), "status": ", ".join(versions)}]
-    for name, package, points in PEERS:
+    for name, version, points in PEERS:
         some = truth[: FEW.get(name, len(truth))]
         try:
-            engine = f"{name} {importlib.metadata.version(package)}"
+            engine = f"{name} {version()}"
             for method, size, solve in points(scene):
                 found, times = measured(scene, some, solve, 1 if name == "SciPy" else REPEATS)
                 rows.append(row_of(engine, method, size, len(some), found, times))

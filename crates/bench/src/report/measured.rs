@@ -11,7 +11,7 @@ pub struct Report {
 
 /// Kinds of work and the words for them.
 pub(super) const WORK: [(&str, &str); 4] = [
-    ("given", "integration + few columns"),
+    ("given", "from a known base moment, few columns"),
     ("tip", "tip + few columns, from rest"),
     ("cold", "equilibrium + Jacobian, from rest"),
     ("warm", "equilibrium + Jacobian, warm"),
