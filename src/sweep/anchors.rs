@@ -22,8 +22,21 @@ const LEAST_SHARE: f64 = 0.5;
 /// Rows of a derivative by which the base moment follows those of the tip.
 const BASE_MOMENT_ROW: usize = 6;
 
+/// The plan with the anchors of its sweep, where they pay.
+///
+/// # Errors
+///
+/// Anchors that cannot be solved.
+pub fn with_anchors(spec: &SweepSpec, plan: Plan) -> Result<Plan, SweepError> {
+    let Some(axes) = anchor_axes(spec, &plan) else { return Ok(plan) };
+    Ok(match solve_anchors(&plan, axes)? {
+        Some(grid) => plan.with_anchors(grid),
+        None => plan,
+    })
+}
+
 /// The grid of a sweep; `None` where it would not pay: few samples, many axes, no law, loads that keep none.
-pub(super) fn anchor_axes(spec: &SweepSpec, plan: &Plan) -> Option<Vec<AnchorAxis>> {
+fn anchor_axes(spec: &SweepSpec, plan: &Plan) -> Option<Vec<AnchorAxis>> {
     let count = plan.axes.len();
     // An axis that gives several parameters values of their own is several axes of the plan.
     let is_plain = count == spec.axes.len() && (1..=MOST_ANCHOR_AXES).contains(&count);
@@ -51,7 +64,7 @@ pub(super) fn anchor_axes(spec: &SweepSpec, plan: &Plan) -> Option<Vec<AnchorAxi
 }
 
 /// Solves the anchors of a sweep for a plan; `None` where samples may start from few of its cells.
-pub(super) fn solve_anchors(plan: &Plan, axes: Vec<AnchorAxis>) -> Result<Option<Arc<Anchors>>, SweepError> {
+fn solve_anchors(plan: &Plan, axes: Vec<AnchorAxis>) -> Result<Option<Arc<Anchors>>, SweepError> {
     let mut wrt: Vec<Parameter> = plan.axes.concat();
     wrt.extend(Axis::ALL.map(Parameter::TipMoment));
     let options = PlanOptions { base_moment_rows: true, ..plan.options };

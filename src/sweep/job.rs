@@ -1,6 +1,6 @@
 //! A sweep from specification to rows: engine, method, second attempts, witness and searches put together.
 
-use super::anchors::{anchor_axes, solve_anchors};
+use super::anchors::with_anchors;
 use super::branches::BranchTools;
 use super::check::SpotCheckOptions;
 use super::error::SweepError;
@@ -200,15 +200,6 @@ impl<'a> SweepJob<'a> {
         let method = SolutionMethod::by(engine.kind(), engine.precision(), &plan);
         Ok(PreparedSweep { job: self, engine, plan, pilot, method, asked_tolerance, is_settled: false })
     }
-}
-
-/// The plan with anchors, where they pay.
-fn with_anchors(spec: &SweepSpec, plan: Plan) -> Result<Plan, SweepError> {
-    let Some(axes) = anchor_axes(spec, &plan) else { return Ok(plan) };
-    Ok(match solve_anchors(&plan, axes)? {
-        Some(grid) => plan.with_anchors(grid),
-        None => plan,
-    })
 }
 
 /// A sweep of which everything is settled but its rows.

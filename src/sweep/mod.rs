@@ -22,6 +22,7 @@ mod run;
 mod sink;
 mod summary;
 
+pub use anchors::with_anchors;
 pub use branches::{Branch, BranchSearch, BranchTools, Branches, Energy, Equilibria, is_too_limp};
 pub use check::SpotCheckOptions;
 pub use columns::natural_size;

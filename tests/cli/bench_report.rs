@@ -142,6 +142,7 @@ fn others_are_measured_on_the_same_samples() {
         let ours = of("", work).into_iter().filter(|record| !record.engine.starts_with("literature"));
         ours.map(|record| record.passes).filter(|passes| !passes.is_nan()).fold(0.0, f64::max)
     };
+    assert!(ours("sweep") < 0.7 * ours("cold"), "{} and {} passes", ours("sweep"), ours("cold"));
     assert!(ours("given") < 0.7 * ours("tip"), "{} and {} passes", ours("given"), ours("tip"));
     for engine in ["literature: paper's form", "literature: ode_solvers"] {
         let (given, tip) = (passes(engine, "given"), passes(engine, "tip"));

@@ -15,6 +15,8 @@ pub enum Work {
     Tip,
     /// From rest, with all derivatives of the sweep.
     Cold,
+    /// The same as a sweep of many samples does it, from anchors where they certify a start; CPU engines alone.
+    Sweep,
     /// The same from the base moment of a sample near by.
     Warm,
 }
@@ -55,7 +57,7 @@ pub struct BenchSpec {
 
 impl Work {
     /// Every kind of work.
-    pub const ALL: [Work; 4] = [Work::Given, Work::Tip, Work::Cold, Work::Warm];
+    pub const ALL: [Work; 5] = [Work::Given, Work::Tip, Work::Cold, Work::Sweep, Work::Warm];
 
     /// The word in bench files and tables.
     pub fn name(self) -> &'static str {
@@ -63,6 +65,7 @@ impl Work {
             Work::Given => "given",
             Work::Tip => "tip",
             Work::Cold => "cold",
+            Work::Sweep => "sweep",
             Work::Warm => "warm",
         }
     }

@@ -10,6 +10,8 @@ use rodsweep::model::{
     Batch, Parameter, Plan, PlanOptions, Quantity, Solutions, Start, Stepper, Vector, rotation_angle,
 };
 use rodsweep::reference::Reference;
+use rodsweep::spec::SweepSpec;
+use rodsweep::sweep::with_anchors;
 
 /// A warm start lies so far off along every axis, as a share of its range: the next point of a grid of 61.
 pub const NEAR: f64 = 1.0 / 60.0;
@@ -22,6 +24,8 @@ const FINE: usize = 48;
 /// Samples that are timed on a CPU, those with an answer of the reference first: what one in a thousand costs should show
 /// as that.
 const TIMED: usize = 2048;
+/// Samples of the sweep whose anchors are taken.
+const MANY: u64 = 1 << 20;
 
 /// Samples that have an answer.
 pub struct Problem<'a> {
@@ -142,7 +146,7 @@ impl<'a> Problem<'a> {
     pub fn wrt(&self, work: Work) -> &[Parameter] {
         match work {
             Work::Given | Work::Tip => &self.spec.tip,
-            Work::Cold | Work::Warm => &self.spec.sweep.wrt,
+            Work::Cold | Work::Sweep | Work::Warm => &self.spec.sweep.wrt,
         }
     }
 
@@ -152,18 +156,26 @@ impl<'a> Problem<'a> {
         Ok(match work {
             Work::Given | Work::Warm => plan.with_starts(),
             Work::Tip | Work::Cold => plan,
+            Work::Sweep => {
+                let many = SweepSpec { sample_count: MANY, ..self.spec.sweep.clone() };
+                with_anchors(&many, plan)?
+            }
         })
     }
 
     /// So many samples, those that are timed over and over.
     pub fn batch(&self, work: Work, count: usize) -> Result<Batch, BenchError> {
-        let plan = plan(self.spec, self.wrt(work), PlanOptions::default())?;
+        let starts_itself = matches!(work, Work::Tip | Work::Cold | Work::Sweep);
+        let plan = match starts_itself {
+            true => self.plan(work, PlanOptions::default())?,
+            false => plan(self.spec, self.wrt(work), PlanOptions::default())?,
+        };
         let batch = batch_of(&plan, count, &self.rows);
         let m0 = |sample: usize| match work {
             Work::Given => self.starts[sample][0],
-            Work::Tip | Work::Cold | Work::Warm => self.starts[sample][1],
+            Work::Tip | Work::Cold | Work::Sweep | Work::Warm => self.starts[sample][1],
         };
-        if matches!(work, Work::Tip | Work::Cold) {
+        if starts_itself {
             return Ok(batch);
         }
         let start = |sample| Start { sample, m0: m0(sample % self.rows.len()), known: &[] };

@@ -10,10 +10,11 @@ pub struct Report {
 }
 
 /// Kinds of work and the words for them.
-pub(super) const WORK: [(&str, &str); 4] = [
+pub(super) const WORK: [(&str, &str); 5] = [
     ("given", "from a known base moment, few columns"),
     ("tip", "tip + few columns, from rest"),
     ("cold", "equilibrium + Jacobian, from rest"),
+    ("sweep", "equilibrium + Jacobian, in a sweep"),
     ("warm", "equilibrium + Jacobian, warm"),
 ];
 
