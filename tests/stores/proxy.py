@@ -7,7 +7,8 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
 
 class LossyProxy:
-    """Hands requests on to a server; `lost` is the share of replies that are dropped, `headers` replaces some of a request."""
+    """Hands requests on to a server; `lost` is the share of replies that are dropped, `headers` makes others of
+    the headers of a request."""
 
     def __init__(self, host, port, lost, seed, headers=None):
         self.requests = self.dropped = 0
@@ -21,8 +22,8 @@ class LossyProxy:
                 body = self.rfile.read(length)
                 connection = http.client.HTTPConnection(host, port, timeout=60)
                 connection.putrequest(self.command, self.path, skip_host=True, skip_accept_encoding=True)
-                for name, value in self.headers.items():
-                    connection.putheader(*(headers or {}).get((name.lower(), value), (name, value)))
+                for name, value in headers(self.headers.items()) if headers else self.headers.items():
+                    connection.putheader(name, value)
                 connection.endheaders(body)
                 answer = connection.getresponse()
                 data = answer.read()

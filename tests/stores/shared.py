@@ -212,16 +212,28 @@ def bucket(program, folder, rounds, rng):
         check_status(program, "s3://runs/shared-0", environment)
         check_profiles(program, folder, environment["AWS_ENDPOINT_URL"])
         print(f"  {proxy.requests} requests, {proxy.dropped} replies lost")
-    # Google's XML interface is that of S3 but for the header that asks for a place that is free.
-    free = {("x-goog-if-generation-match", "0"): ("If-None-Match", "*")}
-    with LossyProxy(host, port, lost=1 / 12, seed=rng.randrange(1 << 30), headers=free) as proxy:
-        environment = {"GOOGLE_BASE_URL": f"http://127.0.0.1:{proxy.port}", "GOOGLE_SKIP_SIGNATURE": "true"}
+    with LossyProxy(host, port, lost=1 / 12, seed=rng.randrange(1 << 30), headers=as_of_s3) as proxy:
+        key = {"disable_oauth": True, "client_email": "", "private_key": "", "private_key_id": ""}
+        environment = {"GOOGLE_BASE_URL": f"http://127.0.0.1:{proxy.port}", "GOOGLE_SERVICE_ACCOUNT_KEY": json.dumps(key)}
         for number in range(rounds):
             store = Bucket(client, "runs", f"google-{number}")
             share(program, f"gs://runs/google-{number}", store, alone, [environment] * 3, rng)
         check_status(program, "gs://runs/google-0", environment)
         print(f"  {proxy.requests} requests as of Google's client, {proxy.dropped} replies lost")
     server.stop()
+
+
+def as_of_s3(headers):
+    """Google's XML interface is that of S3 but for tokens and the header that asks for a place that is free."""
+    signed = "AWS4-HMAC-SHA256 Credential=test/20260101/us-east-1/s3/aws4_request, SignedHeaders=host, Signature=0"
+    of_s3 = {"authorization": signed}
+    for name, value in headers:
+        if name.lower() == "x-goog-if-generation-match":
+            assert value == "0", value
+            of_s3["If-None-Match"] = "*"
+        elif name.lower() != "authorization":
+            of_s3[name] = value
+    return of_s3.items()
 
 
 def check_profiles(program, folder, endpoint):
