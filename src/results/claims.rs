@@ -170,11 +170,11 @@ impl Claims {
 
     /// Time between two looks: twice as long each time, and longer where a look takes many requests.
     fn pause(&self) -> Duration {
-        const FIRST: Duration = Duration::from_millis(250);
+        let first = Duration::from_millis(if self.store.is_remote() { 250 } else { 20 });
         const PAGE: u64 = 1000;
         let pages = 1 + (self.record.chunk_count() + self.end_unit()) / PAGE;
         let factor = pages.min(1000) as u32 * (1 << self.idle.min(10));
-        (FIRST * factor).min(self.plan.silence() / 6).min(LOOK)
+        (first * factor).min(self.plan.silence() / 6).min(LOOK)
     }
 
     /// After the manifest has been written: all others may go.
@@ -288,7 +288,7 @@ impl Claims {
     }
 
     fn claim(&mut self, unit: u64, turn: u64) -> Result<bool, ResultsError> {
-        let is_won = self.store.create(&claim_name(unit, turn), self.beat.id().as_bytes())?;
+        let is_won = self.store.create_lightly(&claim_name(unit, turn), self.beat.id().as_bytes())?;
         let known = self.turns.entry(unit).or_insert(turn);
         *known = turn.max(*known);
         if is_won {

@@ -7,6 +7,7 @@ mod emit;
 mod faults;
 mod fleet;
 mod host;
+mod languages;
 mod limp;
 mod reduce;
 mod shaders;

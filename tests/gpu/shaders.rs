@@ -28,7 +28,7 @@ fn plans() -> Vec<Plan> {
 }
 
 /// The catheter with everything that may vary along its distal segment, and a magnet all along it.
-fn general() -> Scene {
+pub fn general() -> Scene {
     let mut scene = crate::common::scenes::catheter();
     let node = |at: f64, value: f64| Node { at, value: [value; 3] };
     if let SegmentKind::Flexible(distal) = &mut scene.segments[2].kind {
@@ -211,7 +211,7 @@ fn validate(plan: &Plan) {
 }
 
 /// A recipe of each method for two axes.
-fn recipes() -> [SampleRecipe; 4] {
+pub fn recipes() -> [SampleRecipe; 4] {
     let methods = [
         RecipeMethod::Grid(vec![vec![-0.1, 0.0, 0.1], vec![0.0, 0.2]]),
         RecipeMethod::Sobol { directions: vec![vec![1 << 31; 32]; 2], keys: vec![1, 2] },

@@ -25,11 +25,11 @@ impl Local {
         Local { dir: dir.into() }
     }
 
-    /// Writes a temporary file and hands it to `place`.
+    /// Writes a temporary file and hands it to `place`; what is lasting survives a power loss.
     fn write(
         &self,
-        name: &str,
-        bytes: &[u8],
+        (name, bytes): (&str, &[u8]),
+        is_lasting: bool,
         place: impl FnOnce(&Path, &Path) -> std::io::Result<bool>,
     ) -> Result<bool, ResultsError> {
         let path = self.path(name);
@@ -42,12 +42,14 @@ impl Local {
         }
         let written = File::create_new(&temporary).and_then(|mut file| {
             file.write_all(bytes)?;
-            file.sync_all()
+            if is_lasting { file.sync_all() } else { Ok(()) }
         });
         let placed = written.and_then(|()| place(&temporary, &path));
         let _ = fs::remove_file(&temporary);
         let placed = placed.map_err(ResultsError::io(&path, "writing"))?;
-        sync_folder(folder).map_err(ResultsError::io(&path, "writing"))?;
+        if is_lasting {
+            sync_folder(folder).map_err(ResultsError::io(&path, "writing"))?;
+        }
         Ok(placed)
     }
 
@@ -80,11 +82,15 @@ impl Local {
 
 impl Store for Local {
     fn create(&self, name: &str, bytes: &[u8]) -> Result<bool, ResultsError> {
-        self.write(name, bytes, link)
+        self.write((name, bytes), true, link)
+    }
+
+    fn create_lightly(&self, name: &str, bytes: &[u8]) -> Result<bool, ResultsError> {
+        self.write((name, bytes), false, link)
     }
 
     fn put(&self, name: &str, bytes: &[u8]) -> Result<(), ResultsError> {
-        self.write(name, bytes, |from, to| fs::rename(from, to).map(|()| true)).map(|_| ())
+        self.write((name, bytes), true, |from, to| fs::rename(from, to).map(|()| true)).map(|_| ())
     }
 
     fn get(&self, name: &str) -> Result<Option<Vec<u8>>, ResultsError> {

@@ -27,6 +27,15 @@ pub trait Store: Send + Sync + fmt::Debug {
     /// The store cannot be written. Whether the file is there is then not known.
     fn create(&self, name: &str, bytes: &[u8]) -> Result<bool, ResultsError>;
 
+    /// As [`Store::create`], of a small file that a power loss may take away or empty.
+    ///
+    /// # Errors
+    ///
+    /// As [`Store::create`].
+    fn create_lightly(&self, name: &str, bytes: &[u8]) -> Result<bool, ResultsError> {
+        self.create(name, bytes)
+    }
+
     /// Puts a file, in the place of another one, if there is one.
     ///
     /// # Errors

@@ -1,0 +1,44 @@
+//! Kernels of every kind, written to a folder for `tests/languages/run`.
+
+use rodsweep::backend::Precision;
+use rodsweep::gpu::shader::{Generator, KERNELS, Kernel};
+use rodsweep::model::{Parameter, Plan, PlanOptions, Sensitivity, Stepper};
+use std::fs;
+use std::path::PathBuf;
+
+#[test]
+#[ignore = "writes files: tests/languages/run"]
+fn kernels_are_written_to_a_folder() {
+    let folder = PathBuf::from(std::env::var_os("RODSWEEP_SHADERS").expect("RODSWEEP_SHADERS names a folder"));
+    let write = |name: String, kernel: &Kernel| {
+        fs::write(folder.join(format!("{name}.wgsl")), &kernel.source.text).expect("written");
+    };
+    let scene = crate::common::scenes::catheter();
+    let axes = crate::common::scenes::parameters(&scene, &["coil.current.x", "loads.tip_force.y"]);
+    let axes: Vec<_> = axes.into_iter().map(|parameter| vec![parameter]).collect();
+    let general = super::shaders::general();
+    let mut plans = vec![Plan::new(&scene, &axes, &[], PlanOptions::default()).expect("a plan")];
+    for (scene, stepper) in [(&scene, Stepper::Tp6), (&general, Stepper::Rk4)] {
+        for sensitivity in [Sensitivity::Forward, Sensitivity::Reciprocity] {
+            let options = PlanOptions { sensitivity, stepper, ..PlanOptions::default() };
+            plans.push(Plan::single(scene, &Parameter::all(scene), options).expect("a plan"));
+        }
+    }
+    for (number, plan) in plans.iter().enumerate() {
+        for entry in KERNELS {
+            for unrolled in [false, true] {
+                let kernel = Kernel::new(entry, plan, Precision::F32, unrolled).expect("a kernel");
+                let name = format!("{number}-{}-{unrolled}", kernel.entry_point);
+                kernel.quick.iter().for_each(|quick| write(format!("{name}-quick"), quick));
+                write(name, &kernel);
+            }
+        }
+        write(format!("{number}-nodes"), &Kernel::nodes(plan, false).expect("a kernel"));
+    }
+    for (number, recipe) in super::shaders::recipes().iter().enumerate() {
+        let generator = Generator::new(&plans[0], recipe).expect("a generator");
+        let kernel = Kernel::generate(&plans[0], &generator, Precision::F32).expect("a kernel");
+        write(format!("generate-{number}"), &kernel);
+    }
+    write("reduce".into(), &Kernel::reduce(&plans[0], Precision::F32).expect("a kernel"));
+}
