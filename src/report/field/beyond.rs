@@ -146,12 +146,14 @@ fn places(back: Point, [u, v]: Point, width: f64, panel: Rect) -> Vec<(Point, Al
     let is_side = u.abs() > v.abs();
     let mut places = if u > 0.0 { vec![left, right] } else { vec![right, left] };
     let (first, align) = places[0];
-    let middle = back[0].clamp(panel.left + 0.5 * width + 3.0, (panel.right() - 0.5 * width - 3.0).max(panel.left));
+    let ends = [panel.left + 0.5 * width + 3.0, (panel.right() - 0.5 * width - 3.0).max(panel.left)];
+    let middle = back[0].clamp(ends[0].min(ends[1]), ends[1]);
+    let near_end = if (back[0] - ends[0]).abs() < (back[0] - ends[1]).abs() { ends[0] } else { ends[1] };
     for k in 1..=6 {
         let by = LINE * f64::from(k);
         match is_side {
             true => places.extend([-by, by].map(|by| ([first[0], back[1] + by], align))),
-            false => places.push(([middle, back[1] - v.signum() * by], Align::Middle)),
+            false => places.extend([middle, near_end].map(|x| ([x, back[1] - v.signum() * by], Align::Middle))),
         }
     }
     places

@@ -2,9 +2,6 @@
 
 use super::super::canvas::{Align, NORMAL, Point, Rect, Text};
 
-/// A place farther down the list is as bad as so many hidden points.
-const FARTHER: usize = 2;
-
 /// What a panel holds already.
 pub(in crate::report) struct Taken {
     pub panel: Rect,
@@ -23,17 +20,18 @@ impl Taken {
         self.words.push(rect);
     }
 
-    /// The text at one of some places, nearest first: where it hides no words and few points; `None` where there is none.
+    /// The text at the place where it hides no words and the fewest points, of equal ones the first; `None` where there
+    /// is none.
     pub fn settle(&mut self, text: &Text, places: &[(Point, Align)]) -> Option<Text> {
-        let placed = |(index, (at, align)): (usize, &(Point, Align))| {
+        let placed = |(at, align): &(Point, Align)| {
             let text = Text { at: *at, align: *align, ..text.clone() };
             let rect = extent(&text);
             let is_whole = rect.corners().into_iter().all(|corner| self.panel.contains(corner));
             let hides_words = self.words.iter().any(|other| overlap(&rect, other));
             let hidden = self.points.iter().filter(|point| rect.inset(-1.5).contains(**point)).count();
-            (is_whole && !hides_words).then_some((hidden + FARTHER * index, rect, text))
+            (is_whole && !hides_words).then_some((hidden, rect, text))
         };
-        let (_, rect, text) = places.iter().enumerate().filter_map(placed).min_by_key(|(cost, ..)| *cost)?;
+        let (_, rect, text) = places.iter().filter_map(placed).min_by_key(|(hidden, ..)| *hidden)?;
         self.words.push(rect);
         Some(text)
     }
