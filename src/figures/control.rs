@@ -1,8 +1,8 @@
 //! Figures of control: the tip's path, the inputs, rods along the way, the rod in motion.
 
 use super::centreline::centreline;
-use super::files;
 use super::rod_motion::rod_motion;
+use super::{field, files};
 use crate::model::{Parameter, SegmentParameter, Vector};
 use crate::report::{AxisLabel, Curves, Figure, Panel, ReportError, Series, Sheet, TipPath};
 use crate::study::{ControlRun, Outcome, TargetResult};
@@ -36,8 +36,13 @@ pub fn draw_control(run: &ControlRun, dir: &Path) -> Result<Vec<PathBuf>, Report
     let columns = panels.len().min(2);
     write(&Sheet { columns, panels: panels.iter().map(|panel| panel as &dyn Panel).collect() }, FILES[1])?;
     let frames = run.results().iter().step_by(run.results().len().div_ceil(RODS).max(1));
-    let rods = frames.filter_map(|point| centreline(&run.commanded_scene(point)?, point.base_moment)).collect();
-    write(&TipPath { rods, flagged: Vec::new(), ..path }, FILES[2])?;
+    let at = |point: &TargetResult| {
+        let scene = run.commanded_scene(point)?;
+        Some((centreline(&scene, point.base_moment)?, field::moved(run, &scene)))
+    };
+    let (rods, magnets) = frames.filter_map(at).unzip();
+    let surroundings = field::still(run);
+    write(&TipPath { rods, magnets, surroundings, flagged: Vec::new(), ..path }, FILES[2])?;
     if let Some(motion) = rod_motion(run) {
         write(&motion, FILES[3])?;
     }
@@ -53,9 +58,9 @@ fn tip_path(run: &ControlRun) -> TipPath {
         desired: run.closed(points.iter().map(|point| run.desired_tip(point)).collect::<Vec<Vector>>()),
         achieved: run.closed(points.iter().map(|point| point.tip).collect()),
         flagged: missed.map(|point| run.desired_tip(point)).collect(),
-        rods: Vec::new(),
         names: ["desired", "achieved by the model"],
         order: run.is_in_order(),
+        ..TipPath::default()
     }
 }
 

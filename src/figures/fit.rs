@@ -2,7 +2,7 @@
 
 use super::centreline::centreline;
 use crate::model::{Parameter, Vector};
-use crate::report::TipPath;
+use crate::report::{Surroundings, TipPath};
 use crate::study::{Fit, FitJob};
 
 /// More rods than this are drawn as a choice.
@@ -21,13 +21,15 @@ pub fn fit(fit: &Fit, job: &FitJob) -> TipPath {
         rods.extend(centreline(&scene, *m0));
     }
     let points = observed.shapes.iter().flat_map(|shape| &shape.points);
+    let surroundings = Surroundings::of(&fit.scene);
     TipPath {
         title: format!("{}: fit of {} shapes", job.scene().name, observed.shapes.len()),
         desired: points.map(|point| point.position).collect::<Vec<Vector>>(),
         achieved: fit.positions.concat(),
-        flagged: Vec::new(),
         rods,
         names: ["observed", "fitted"],
-        order: false,
+        surroundings: surroundings
+            .map(|around| observed.known.iter().fold(around, |around, known| around.swept(*known))),
+        ..TipPath::default()
     }
 }

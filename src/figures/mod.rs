@@ -5,6 +5,7 @@
 mod centreline;
 mod control;
 mod experiment;
+mod field;
 mod files;
 mod fit;
 mod replay;

@@ -1,7 +1,8 @@
 //! The rod on its way along a trajectory.
 
 use super::centreline::positions;
-use crate::model::{Segment, Vector};
+use super::field;
+use crate::model::{Scene, Segment, Vector};
 use crate::report::{RodMotion, Stretch, StretchKind};
 use crate::study::{ControlRun, TargetResult, along_segments};
 
@@ -18,19 +19,22 @@ pub(crate) fn rod_motion(run: &ControlRun) -> Option<RodMotion> {
     let intervals = points.len().checked_sub(1)?;
     let frames = intervals.min(FRAMES);
     let at = (0..=frames).map(|k| points[(k * intervals + frames / 2) / frames.max(1)]);
+    let at: Vec<(&TargetResult, Scene)> =
+        at.map(|point| Some((point, run.commanded_scene(point)?))).collect::<Option<_>>()?;
     let seconds = run.trajectory().duration.unwrap_or(SECONDS_A_POINT * run.results().len() as f64);
     Some(RodMotion {
         title: format!("{}: {}, {seconds} s", run.scene().name, run.trajectory().name),
         desired: points.iter().map(|point| run.desired_tip(point)).collect(),
         tips: points.iter().map(|point| point.tip).collect(),
-        rods: at.map(|point| stretches(run, point)).collect::<Option<_>>()?,
+        rods: at.iter().map(|(point, scene)| stretches(scene, point)).collect::<Option<_>>()?,
         seconds,
+        surroundings: field::still(run),
+        magnets: at.iter().map(|(_, scene)| field::moved(run, scene)).collect(),
     })
 }
 
-fn stretches(run: &ControlRun, point: &TargetResult) -> Option<Vec<Stretch>> {
-    let scene = run.commanded_scene(point)?;
-    let positions = positions(&scene, point.base_moment, &along_segments(&scene, SEGMENT_POINTS))?;
+fn stretches(scene: &Scene, point: &TargetResult) -> Option<Vec<Stretch>> {
+    let positions = positions(scene, point.base_moment, &along_segments(scene, SEGMENT_POINTS))?;
     let stretch = |(segment, points): (&Segment, &[Vector])| Stretch {
         name: segment.name.clone(),
         kind: StretchKind::of(segment),

@@ -4,7 +4,8 @@ use super::files;
 use crate::model::{Status, closest};
 use crate::reference;
 use crate::report::{
-    AxisLabel, Cloud, Colour, Counts, Curves, FailureMap, Marker, Panel, ReportError, Series, Sheet, SweptAxis,
+    AxisLabel, Cloud, Colour, Counts, Curves, FailureMap, Marker, Panel, ReportError, Series, Sheet, Surroundings,
+    SweptAxis,
 };
 use crate::results::{Reduction, Results, ResultsError};
 use crate::spec::SweepSpec;
@@ -195,12 +196,19 @@ fn cloud(spec: &SweepSpec, tips: &Table, colour: Option<&str>) -> Result<Option<
         unit: column.unit.clone(),
         title: if spec.scene.name.is_empty() { "Tip positions".into() } else { spec.scene.name.clone() },
         map: None,
-        rod: rod_at_rest(spec),
+        rod: rod_of_scene(spec),
+        surroundings: surroundings(spec),
     }))
 }
 
+/// What makes the field of the scene vary, as it stands in the file; lines only where the sweep leaves the field alone.
+fn surroundings(spec: &SweepSpec) -> Option<Surroundings> {
+    let swept = spec.axes.iter().flat_map(|axis| &axis.parameters);
+    Some(swept.fold(Surroundings::of(&spec.scene)?, |around, parameter| around.swept(*parameter)))
+}
+
 /// The rod of the scene as it stands in the file, before the sweep moves it.
-fn rod_at_rest(spec: &SweepSpec) -> Option<Vec<[f64; 3]>> {
+fn rod_of_scene(spec: &SweepSpec) -> Option<Vec<[f64; 3]>> {
     let rod = spec.scene.rod();
     let equilibrium = reference::solve_rod(&rod, &[]);
     let length = rod.total_length();

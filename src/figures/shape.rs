@@ -2,7 +2,7 @@
 
 use crate::model::{RigidRod, Rod, RodSegment, Segment, Status, Vector};
 use crate::reference::{Pose, shape, solve_rod};
-use crate::report::{RodShape, Stretch, StretchKind};
+use crate::report::{RodShape, Stretch, StretchKind, Surroundings};
 use crate::study::{Solved, along_segments, smooth_count};
 
 /// Points along the rod at rest.
@@ -51,6 +51,7 @@ pub fn rod_shape(solved: &Solved) -> Result<RodShape, NothingToDraw> {
         stretches,
         tip_rotation: Some(equilibrium.R_tip),
         flux_density: if_any(rod.flux_density),
+        surroundings: Surroundings::of(scene),
         tip_force: if_any(rod.tip_force),
         rest: centreline_at_rest(&rod),
     })

@@ -3,9 +3,12 @@
 
 use super::canvas::{Canvas, Point, Shape, Stroke};
 use super::colour::Colour;
+use super::field::{FieldSource, Scenery, Surroundings, widened};
 use super::legend::Entry;
-use super::rod_shape::{Stretch, StretchKind, line_entry, style};
-use super::views::{FourViews, bounds};
+use super::rod_shape::{Stretch, StretchKind, style};
+use super::samples::line_entry;
+use super::vectors::bounds;
+use super::views::{FourViews, View};
 use super::{Figure, ReportError, TWO_COLUMNS};
 use crate::model::Vector;
 
@@ -29,6 +32,10 @@ pub struct RodMotion {
     pub rods: Vec<Vec<Stretch>>,
     /// Of the whole way (s).
     pub seconds: f64,
+    /// What makes the field vary.
+    pub surroundings: Option<Surroundings>,
+    /// Magnets that move, for each place of the rod.
+    pub magnets: Vec<Vec<FieldSource>>,
 }
 
 impl Figure for RodMotion {
@@ -44,10 +51,16 @@ impl Figure for RodMotion {
             let [expected, found] = [first, other].map(|rod| points(rod).len());
             return Err(ReportError::Length { figure: FIGURE, what: "a rod's points", expected, found });
         }
-        let views = FourViews::new(bounds(all().copied()), TWO_COLUMNS, TOP, MARGIN);
-        let entries = self.entries(first);
+        let sources = self.surroundings.iter().flat_map(|surroundings| &surroundings.sources);
+        let limits = widened(sources.chain(self.magnets.iter().flatten()), bounds(all().copied()));
+        let views = FourViews::new(limits, TWO_COLUMNS, TOP, MARGIN);
+        let scenery =
+            self.surroundings.as_ref().map(|around| Scenery::of_points(around, on_rods.clone(), views.limits));
+        let mut entries = self.entries(first);
+        entries.extend(scenery.iter().flat_map(Scenery::entries));
         let mut canvas = views.page(&self.title, &entries);
         for view in &views.views {
+            scenery.iter().for_each(|scenery| self.draw_magnets(&mut canvas, view, scenery));
             let place = |points: &[Vector]| points.iter().map(|point| view.place(*point)).collect::<Vec<Point>>();
             canvas.line(place(&self.desired), DESIRED);
             self.draw_trail(&mut canvas, place(&self.tips));
@@ -56,6 +69,10 @@ impl Figure for RodMotion {
                 let (colour, width) = style(stretch.kind);
                 canvas.shapes.push(Shape::Moving { frames, stroke: Stroke::new(colour, width), seconds: self.seconds });
             }
+            if let Some(scenery) = &scenery {
+                let points = all().map(|point| view.place(*point)).collect();
+                scenery.draw_words(&mut canvas, view, points, &[]);
+            }
         }
         views.draw_legend(&mut canvas, &entries);
         Ok(canvas)
@@ -63,6 +80,22 @@ impl Figure for RodMotion {
 }
 
 impl RodMotion {
+    /// What surrounds the rod, and the magnets that move.
+    fn draw_magnets(&self, canvas: &mut Canvas, view: &View, scenery: &Scenery) {
+        scenery.draw_behind(canvas, view);
+        let count = self.magnets.iter().map(Vec::len).min().unwrap_or(0);
+        for index in 0..count {
+            let lines = || self.magnets.iter().map(|magnets| scenery.moving(view, &magnets[index]));
+            for (part, colour) in [Colour::MUTED, Colour::VERMILION].into_iter().enumerate() {
+                let frames: Vec<Vec<Point>> = lines().map(|mut lines| std::mem::take(&mut lines[part])).collect();
+                if frames.iter().any(Vec::is_empty) {
+                    continue;
+                }
+                canvas.shapes.push(Shape::Moving { frames, stroke: Stroke::new(colour, 1.0), seconds: self.seconds });
+            }
+        }
+    }
+
     /// The tip's path as far as it has come.
     fn draw_trail(&self, canvas: &mut Canvas, points: Vec<Point>) {
         let mut lengths = vec![0.0];
@@ -82,6 +115,9 @@ impl RodMotion {
 
     fn entries(&self, rod: &[Stretch]) -> Vec<Entry> {
         let mut entries = vec![line_entry("desired", DESIRED), line_entry("tip so far", ACHIEVED)];
+        if self.magnets.iter().any(|magnets| !magnets.is_empty()) {
+            entries.push(line_entry("magnet that moves", Stroke::new(Colour::MUTED, 1.0)));
+        }
         let kinds = [(StretchKind::Flexible, "flexible"), (StretchKind::Rigid, "rigid"), (StretchKind::Coil, "coil")];
         for (kind, words) in kinds {
             if rod.iter().any(|stretch| stretch.kind == kind) {

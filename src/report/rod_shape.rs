@@ -2,10 +2,13 @@
 
 use super::canvas::{Align, Canvas, NORMAL, Point, Rect, Stroke, Text};
 use super::colour::Colour;
+use super::field::{Scenery, Surroundings, widened};
 use super::legend::Entry;
-use super::symbols::{arrow, clamp, flat_arrow};
+use super::samples::{arrow_entry, line_entry};
+use super::symbols::{arrow, clamp};
 use super::ticks::compact;
-use super::views::{FourViews, View, bounds, dot};
+use super::vectors::{bounds, minus, nonzero, norm, plus, scaled, widest};
+use super::views::{FourViews, View};
 use super::{Figure, ReportError, TWO_COLUMNS};
 use crate::model::{Segment, SegmentKind, Vector};
 
@@ -72,8 +75,10 @@ pub struct RodShape {
     pub stretches: Vec<Stretch>,
     /// Tip orientation, body to world, by rows; columns are the directors.
     pub tip_rotation: Option<[[f64; 3]; 3]>,
-    /// World frame (T).
+    /// Uniform, world frame (T).
     pub flux_density: Option<Vector>,
+    /// What makes the field vary.
+    pub surroundings: Option<Surroundings>,
     /// World frame (N).
     pub tip_force: Option<Vector>,
     /// Centreline at rest (m).
@@ -109,14 +114,19 @@ impl Figure for RodShape {
         let rest = finite(self.rest.as_deref().unwrap_or_default());
         let mut marks = centreline.clone();
         marks.extend(&rest);
-        let widest = bounds(marks.iter().copied()).iter().map(|[low, high]| high - low).fold(0.0, f64::max);
+        let widest = widest(bounds(marks.iter().copied()));
         let arrows = self.arrows(tip, widest);
         marks.extend(arrows.iter().flat_map(|arrow| [arrow.from, plus(arrow.from, arrow.vector)]));
-        let views = FourViews::new(bounds(marks), TWO_COLUMNS, TOP, MARGIN);
+        let sources = self.surroundings.iter().flat_map(|surroundings| &surroundings.sources);
+        let views = FourViews::new(widened(sources, bounds(marks)), TWO_COLUMNS, TOP, MARGIN);
+        let scenery =
+            self.surroundings.as_ref().map(|around| Scenery::of_rod(around, centreline.clone(), views.limits));
 
-        let entries = self.entries(!rest.is_empty());
+        let mut entries = self.entries(!rest.is_empty());
+        entries.extend(scenery.iter().flat_map(Scenery::entries));
         let mut canvas = views.page(&self.title, &entries);
         for view in &views.views {
+            scenery.iter().for_each(|scenery| scenery.draw_behind(&mut canvas, view));
             if view.axes.is_none() {
                 let floor = views.limits[2][0];
                 let shadow: Vec<Point> = centreline.iter().map(|p| view.place([p[0], p[1], floor])).collect();
@@ -135,13 +145,26 @@ impl Figure for RodShape {
                     labels.push(beside(mark.label, view, mark.vector, head, mark.colour, &labels));
                 }
             }
+            let mut letters: Vec<Point> = labels.iter().map(|label| label.at).collect();
             labels.into_iter().for_each(|label| canvas.text(label));
+            let mut points = occupied(view, &centreline, &rest, &arrows);
+            points.extend(scenery.iter().flat_map(|scenery| scenery.points(view)));
+            // The plate of the base.
+            let [x, y] = view.place(base);
+            let half = 0.5 * PLATE * widest * view.scale;
+            points.extend(
+                (0..25).map(|k| [x + half * f64::from(k % 5 - 2) / 2.0, y + half * f64::from(k / 5 - 2) / 2.0]),
+            );
             if let Some(flux_density) = self.flux_density.filter(|b| nonzero(*b)) {
                 let vector = scaled(flux_density, FIELD * widest);
-                let from = field_place(&views, view, vector, &occupied(view, &centreline, &rest, &arrows));
+                let from = field_place(&views, view, vector, &points);
                 let head = arrow(&mut canvas, view, from, vector, RodShape::FIELD_COLOUR, 1.5);
-                canvas.text(beside("B", view, vector, head, RodShape::FIELD_COLOUR, &[]));
+                let label = beside(self.field_letter(), view, vector, head, RodShape::FIELD_COLOUR, &[]);
+                letters.push(label.at);
+                points.extend([view.place(from), view.place(plus(from, vector))]);
+                canvas.text(label);
             }
+            scenery.iter().for_each(|scenery| scenery.draw_words(&mut canvas, view, points.clone(), &letters));
         }
         views.draw_legend(&mut canvas, &entries);
         Ok(canvas)
@@ -182,6 +205,11 @@ impl RodShape {
             arrows.push(Mark { from: tip, vector, colour: RodShape::FORCE_COLOUR, width: 1.5, label: "F" });
         }
         arrows
+    }
+
+    /// The uniform field is a part of the whole where there are sources.
+    fn field_letter(&self) -> &'static str {
+        if self.surroundings.is_some() { "B₀" } else { "B" }
     }
 
     /// In A·m²
@@ -237,7 +265,11 @@ impl RodShape {
             }
         }
         if let Some(flux_density) = self.flux_density.filter(|b| nonzero(*b)) {
-            entries.push(arrow_entry(format!("field B, {} T", compact(norm(flux_density))), RodShape::FIELD_COLOUR));
+            let words = match &self.surroundings {
+                Some(_) => format!("uniform field {}, {} mT", self.field_letter(), compact(1e3 * norm(flux_density))),
+                None => format!("field {}, {} T", self.field_letter(), compact(norm(flux_density))),
+            };
+            entries.push(arrow_entry(words, RodShape::FIELD_COLOUR));
         }
         if let Some(force) = self.tip_force.filter(|f| nonzero(*f)) {
             let newtons = norm(force);
@@ -250,7 +282,7 @@ impl RodShape {
         if self.tip_rotation.is_some() {
             for (colour, words) in RodShape::FRAME_COLOURS.into_iter().zip(["tip d₁", "tip d₂", "tip d₃ (tangent)"])
             {
-                entries.push(arrow_entry(words.into(), colour));
+                entries.push(arrow_entry(words, colour));
             }
         }
         entries
@@ -264,20 +296,6 @@ pub(super) fn style(kind: StretchKind) -> (Colour, f64) {
         StretchKind::Rigid => (RodShape::RIGID_COLOUR, 3.2),
         StretchKind::Coil => (RodShape::COIL_COLOUR, 4.2),
     }
-}
-
-pub(super) fn line_entry(words: &str, stroke: Stroke) -> Entry {
-    Entry::new(words, move |canvas, rect| {
-        let y = rect.centre()[1];
-        canvas.line([[rect.left + 2.0, y], [rect.right() - 2.0, y]], stroke);
-    })
-}
-
-fn arrow_entry(words: String, colour: Colour) -> Entry {
-    Entry::new(words, move |canvas, rect| {
-        let y = rect.centre()[1];
-        flat_arrow(canvas, [rect.left + 1.0, y], [rect.right() - 1.0, y], colour, 1.2);
-    })
 }
 
 /// Where the field's arrow starts: of the places along the rim of the limits, the one farthest from everything else.
@@ -307,8 +325,11 @@ fn beside(label: &str, view: &View, vector: Vector, head: Point, colour: Colour,
     let length = dx.hypot(dy);
     let [ux, uy] = if length < 4.0 { [1.0, 0.0] } else { [dx / length, dy / length] };
     let mut text = Text::new(label, head, NORMAL).bold().colour(colour).align(Align::Middle).halo();
+    let wider = (0.5 * text.width() - 3.0).max(0.0);
     let turns = [0.0f64, -50.0, 50.0, -100.0, 100.0].map(f64::to_radians);
-    for (distance, turn) in [7.5, 13.0].into_iter().flat_map(|distance| turns.map(|turn| (distance, turn))) {
+    for (distance, turn) in
+        [7.5 + wider, 13.0 + wider].into_iter().flat_map(|distance| turns.map(|turn| (distance, turn)))
+    {
         let (sin, cos) = turn.sin_cos();
         text.at = [head[0] + distance * (cos * ux - sin * uy), head[1] + distance * (sin * ux + cos * uy)];
         let touches = |other: &Text| (other.at[0] - text.at[0]).abs() < 10.0 && (other.at[1] - text.at[1]).abs() < 8.0;
@@ -327,25 +348,4 @@ fn occupied(view: &View, centreline: &[Vector], rest: &[Vector], arrows: &[Mark]
 
 fn finite(points: &[Vector]) -> Vec<Vector> {
     points.iter().copied().filter(|point| point.iter().all(|x| x.is_finite())).collect()
-}
-
-fn nonzero(v: Vector) -> bool {
-    v.iter().all(|x| x.is_finite()) && norm(v) > 0.0
-}
-
-fn norm(v: Vector) -> f64 {
-    dot(v, v).sqrt()
-}
-
-fn scaled(v: Vector, length: f64) -> Vector {
-    let norm = norm(v);
-    v.map(|x| length * x / norm)
-}
-
-fn plus(a: Vector, b: Vector) -> Vector {
-    std::array::from_fn(|k| a[k] + b[k])
-}
-
-fn minus(a: Vector, b: Vector) -> Vector {
-    std::array::from_fn(|k| a[k] - b[k])
 }

@@ -2,7 +2,8 @@
 
 use super::canvas::{Canvas, Point, Stroke};
 use super::colour::Colour;
-use super::views::{View, cross, dot};
+use super::vectors::{across, dot, nonzero, norm, scaled};
+use super::views::View;
 use crate::model::Vector;
 
 /// Draws an arrow from a point in space along a vector (m); towards the reader as a circled dot, away as a circled
@@ -17,7 +18,7 @@ pub(super) fn arrow(
 ) -> Point {
     let [dx, dy] = view.along(vector);
     let length = dx.hypot(dy);
-    let whole = view.scale * dot(vector, vector).sqrt();
+    let whole = view.scale * norm(vector);
     let start = view.place(from);
     if whole == 0.0 {
         return start;
@@ -46,7 +47,7 @@ pub(super) fn flat_arrow(canvas: &mut Canvas, start: Point, end: Point, colour: 
 }
 
 /// An arrow seen along its axis.
-fn end_on(canvas: &mut Canvas, [x, y]: Point, toward: bool, colour: Colour, width: f64) {
+pub(super) fn end_on(canvas: &mut Canvas, [x, y]: Point, toward: bool, colour: Colour, width: f64) {
     let radius = 2.4 + width;
     canvas.circle([x, y], radius, Some(Colour::WHITE), Some(Stroke::new(colour, 0.8)));
     if toward {
@@ -60,13 +61,8 @@ fn end_on(canvas: &mut Canvas, [x, y]: Point, toward: bool, colour: Colour, widt
 
 /// Draws the plate that holds the rod's base: square, behind the base, across the rod's direction.
 pub(super) fn clamp(canvas: &mut Canvas, view: &View, base: Vector, direction: Vector, size: f64) {
-    let norm = dot(direction, direction).sqrt();
-    let along = if norm > 0.0 { direction.map(|x| x / norm) } else { [0.0, 0.0, 1.0] };
-    // Upright sides where possible, so that a plate across z stands along x and y.
-    let helper = if along[0].abs() < 0.9 { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] };
-    let side = cross(along, helper);
-    let side = side.map(|x| x / dot(side, side).sqrt());
-    let other = cross(side, along);
+    let along = if nonzero(direction) { scaled(direction, 1.0) } else { [0.0, 0.0, 1.0] };
+    let [side, other] = across(along);
     let corner = |a: f64, b: f64, c: f64| -> Point {
         view.place(std::array::from_fn(|k| {
             base[k] + size * (0.5 * a * side[k] + 0.5 * b * other[k] - 0.22 * c * along[k])
@@ -87,7 +83,7 @@ pub(super) fn clamp(canvas: &mut Canvas, view: &View, base: Vector, direction: V
 }
 
 /// Convex hull, counter-clockwise (Andrew's monotone chain).
-fn hull(mut points: Vec<Point>) -> Vec<Point> {
+pub(super) fn hull(mut points: Vec<Point>) -> Vec<Point> {
     points.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
     let turn = |a: Point, b: Point, c: Point| (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
     let chain = |points: &mut dyn Iterator<Item = &Point>| {

@@ -1,10 +1,13 @@
 //! Where the tip goes: a cloud of positions coloured by a quantity, in three projections and in space.
 
-use super::canvas::{Align, Canvas, Dot, NORMAL, Rect, SMALL, Shape, Stroke, TITLE, Text};
+use super::canvas::{Align, Canvas, Dot, NORMAL, Point, Rect, SMALL, Shape, Stroke, Text};
 use super::colour::{Colour, ColourMap};
 use super::colour_bar::ColourRange;
+use super::field::{Scenery, Surroundings, widened};
+use super::legend::Entry;
 use super::text_table::count;
-use super::views::{FourViews, View, bounds};
+use super::vectors::bounds;
+use super::views::{FourViews, View};
 use super::{Figure, ReportError, TWO_COLUMNS};
 use crate::model::Vector;
 use rayon::prelude::*;
@@ -31,8 +34,10 @@ pub struct Cloud {
     pub title: String,
     /// Sequential, or diverging where values have both signs, unless chosen here.
     pub map: Option<ColourMap>,
-    /// The rod at rest, drawn as a line (m).
+    /// The rod of the scene, drawn as a line (m).
     pub rod: Option<Vec<Vector>>,
+    /// What makes the field vary.
+    pub surroundings: Option<Surroundings>,
 }
 
 impl Figure for Cloud {
@@ -54,14 +59,15 @@ impl Figure for Cloud {
         let rod = self.rod.iter().flatten().copied().filter(|point| point.iter().all(|x| x.is_finite()));
         let rod: Vec<Vector> = rod.collect();
         let bounds = bounds(cloud.iter().map(|(point, _)| *point).chain(rod.iter().copied()));
-        let views = FourViews::new(bounds, TWO_COLUMNS, TOP, MARGIN);
+        let sources = self.surroundings.iter().flat_map(|surroundings| &surroundings.sources);
+        let views = FourViews::new(widened(sources, bounds), TWO_COLUMNS, TOP, MARGIN);
+        let scenery = self.surroundings.as_ref().map(|around| Scenery::of_rod(around, rod.clone(), views.limits));
+        let entries: Vec<Entry> = scenery.iter().flat_map(Scenery::entries).collect();
         let range = ColourRange::new(cloud.iter().map(|(_, value)| *value), self.map);
 
-        let mut canvas = Canvas::new(TWO_COLUMNS, views.bottom + 4.0);
-        canvas.text(Text::new(&self.title, [views.views[0].rect.left, 9.0], TITLE).bold());
+        let mut canvas = views.page(&self.title, &entries);
         let note = self.note(cloud.len(), expected - cloud.len(), &range, !rod.is_empty());
         canvas.text(Text::new(note, [TWO_COLUMNS - 6.0, 9.0], SMALL).align(Align::End).colour(Colour::MUTED));
-        views.draw_axes(&mut canvas);
         let colours: Vec<Colour> = cloud.iter().map(|(_, value)| range.colour(*value)).collect();
         let dots = |view: &View| -> Vec<Dot> {
             let depths = cloud.iter().map(|(point, _)| view.depth(*point));
@@ -69,6 +75,8 @@ impl Figure for Cloud {
         };
         let dots: Vec<Vec<Dot>> = views.views.par_iter().map(dots).collect();
         for (view, dots) in views.views.iter().zip(dots) {
+            scenery.iter().for_each(|scenery| scenery.draw_behind(&mut canvas, view));
+            let mut points: Vec<Point> = sparse(&dots).map(|dot| dot.at).collect();
             let radius = dot_radius(view.rect, cloud.len());
             // A rim keeps pale dots apart from the paper; many would darken the cloud.
             let rim = if cloud.len() <= MOST_RIMS { 0.3 } else { 0.0 };
@@ -76,9 +84,13 @@ impl Figure for Cloud {
             if rod.len() > 1 {
                 let line: Vec<_> = rod.iter().map(|point| view.place(*point)).collect();
                 canvas.clipped_line(line.clone(), Stroke::new(Colour::WHITE, 3.0), view.rect);
-                canvas.clipped_line(line, Stroke::new(Colour::INK, 1.4), view.rect);
+                canvas.clipped_line(line.clone(), Stroke::new(Colour::INK, 1.4), view.rect);
+                // It counts for more than a dot.
+                (0..6).for_each(|_| points.extend(&line));
             }
+            scenery.iter().for_each(|scenery| scenery.draw_words(&mut canvas, view, points.clone(), &[]));
         }
+        views.draw_legend(&mut canvas, &entries);
         let upper = views.views[1].rect;
         let height = upper.height.max(110.0);
         let bar = Rect { left: TWO_COLUMNS - MARGIN + 14.0, top: upper.top, width: 0.0, height };
@@ -97,7 +109,7 @@ impl Cloud {
             parts.push("colours span percentiles 1 to 99".into());
         }
         if rod {
-            parts.push("black: rod at rest".into());
+            parts.push("black: rod of the scene".into());
         }
         parts.join(" · ")
     }
@@ -110,6 +122,11 @@ fn back_to_front(depths: impl Iterator<Item = f64>) -> impl Iterator<Item = usiz
     let mut order: Vec<(i64, u32)> = depths.map(key).zip(0..).collect();
     order.sort_unstable();
     order.into_iter().map(|(_, k)| k as usize)
+}
+
+/// Enough of many dots to tell where they are.
+fn sparse(dots: &[Dot]) -> impl Iterator<Item = &Dot> {
+    dots.iter().step_by(dots.len() / MOST_RIMS + 1)
 }
 
 /// Few points are drawn large, many so that they just cover the panel.

@@ -2,8 +2,10 @@
 
 use super::canvas::{Canvas, Dot, Point, Shape, Stroke};
 use super::colour::{Colour, ColourMap};
+use super::field::{FieldSource, Scenery, Surroundings, widened};
 use super::legend::Entry;
-use super::views::{FourViews, bounds};
+use super::vectors::bounds;
+use super::views::FourViews;
 use super::{Figure, ReportError, TWO_COLUMNS};
 use crate::model::Vector;
 
@@ -31,6 +33,10 @@ pub struct TipPath {
     pub names: [&'static str; 2],
     /// Whether the points follow one another: lines, else dots.
     pub order: bool,
+    /// What makes the field vary.
+    pub surroundings: Option<Surroundings>,
+    /// Magnets that move, for each rod.
+    pub magnets: Vec<Vec<FieldSource>>,
 }
 
 impl Figure for TipPath {
@@ -40,10 +46,23 @@ impl Figure for TipPath {
         if finite.is_empty() {
             return Err(ReportError::Empty { figure: FIGURE, reason: "no point is finite".into() });
         }
-        let views = FourViews::new(bounds(finite), TWO_COLUMNS, TOP, MARGIN);
-        let entries = self.entries();
+        let sources = self.surroundings.iter().flat_map(|surroundings| &surroundings.sources);
+        let limits = widened(sources.chain(self.magnets.iter().flatten()), bounds(finite.iter().copied()));
+        let views = FourViews::new(limits, TWO_COLUMNS, TOP, MARGIN);
+        let scenery = self.surroundings.as_ref().map(|around| Scenery::of_points(around, finite.clone(), views.limits));
+        let mut entries = self.entries();
+        entries.extend(scenery.iter().flat_map(Scenery::entries));
         let mut canvas = views.page(&self.title, &entries);
         for view in &views.views {
+            if let Some(scenery) = &scenery {
+                scenery.draw_behind(&mut canvas, view);
+                for (k, magnets) in self.magnets.iter().enumerate() {
+                    let is_end = k == 0 || k + 1 == self.magnets.len();
+                    for magnet in magnets {
+                        scenery.draw_moved(&mut canvas, view, magnet, self.rod_colour(k), is_end);
+                    }
+                }
+            }
             for (k, rod) in self.rods.iter().enumerate() {
                 let line: Vec<Point> = rod.iter().map(|point| view.place(*point)).collect();
                 canvas.line(line, Stroke::new(self.rod_colour(k), 1.1));
@@ -72,6 +91,10 @@ impl Figure for TipPath {
             let radius = if self.flagged.len() > 100 { 0.8 } else { 1.6 };
             for point in self.flagged.iter().filter(|point| point.iter().all(|x| x.is_finite())) {
                 canvas.circle(view.place(*point), radius, None, Some(Stroke::new(FLAGGED, 0.4 * radius)));
+            }
+            if let Some(scenery) = &scenery {
+                let points = finite.iter().map(|point| view.place(*point)).collect();
+                scenery.draw_words(&mut canvas, view, points, &[]);
             }
         }
         views.draw_legend(&mut canvas, &entries);
@@ -108,6 +131,9 @@ impl TipPath {
         if let Some(last) = self.rods.len().checked_sub(1) {
             entries.push(line("rod, first", Stroke::new(self.rod_colour(0), 1.1)));
             entries.push(line("rod, last", Stroke::new(self.rod_colour(last), 1.1)));
+            if self.magnets.iter().any(|magnets| !magnets.is_empty()) {
+                entries.push(dot("magnet, first and last whole, others by their middles", self.rod_colour(0), 1.5));
+            }
         }
         entries
     }

@@ -6,6 +6,7 @@ use super::canvas::{Align, Canvas, NORMAL, Point, Rect, SMALL, Stroke, TITLE, Te
 use super::colour::Colour;
 use super::legend::{self, Entry};
 use super::ticks::{self, LengthUnit};
+use super::vectors::{cross, dot, middle, widest};
 use crate::model::Vector;
 
 const NAMES: [&str; 3] = ["x", "y", "z"];
@@ -84,7 +85,7 @@ impl FourViews {
     /// `margin` free on the right (pt).
     pub fn new(bounds: [[f64; 2]; 3], width: f64, top: f64, margin: f64) -> Self {
         let largest = bounds.iter().flatten().fold(0.0f64, |largest, x| largest.max(x.abs()));
-        let widest = bounds.iter().map(|[low, high]| high - low).fold(0.0, f64::max);
+        let widest = widest(bounds);
         // A single point still gets a panel with readable numbers around it.
         let widest = if widest > 1e-9 * largest { widest } else { 0.2 * largest };
         let widest = if widest > 0.0 { widest } else { 1e-3 };
@@ -93,7 +94,7 @@ impl FourViews {
         let scale = (free_width / (ranges[0] + ranges[1])).min((TALLEST - GAP_Y) / (ranges[1] + ranges[2]));
         // Where the height decides the scale, both columns of panels become wider than their limits.
         let spare = 0.5 * (free_width - scale * (ranges[0] + ranges[1]));
-        let middle = bounds.map(|[low, high]| 0.5 * (low + high));
+        let middle = middle(bounds);
         let limits: [[f64; 2]; 3] = std::array::from_fn(|k| [middle[k] - 0.5 * ranges[k], middle[k] + 0.5 * ranges[k]]);
         let extent = limits.iter().flatten().fold(0.0f64, |extent, x| extent.max(x.abs())).min(10.0 * widest);
         let [x, y, z] = ranges.map(|range| range * scale);
@@ -283,21 +284,6 @@ fn spatial(rect: Rect, limits: [[f64; 2]; 3], centre: Vector) -> View {
     let [x, y] = rect.centre();
     let middle = [x + 0.5 * (left - side), y + 0.5 * (above - below)];
     View { rect, right, up, toward, scale, centre, middle, axes: None }
-}
-
-pub(super) fn dot(a: Vector, b: Vector) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-pub(super) fn cross(a: Vector, b: Vector) -> Vector {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-/// Smallest and largest finite coordinates.
-pub(super) fn bounds(points: impl IntoIterator<Item = Vector>) -> [[f64; 2]; 3] {
-    points.into_iter().fold([[f64::INFINITY, f64::NEG_INFINITY]; 3], |bounds, point| {
-        std::array::from_fn(|k| [bounds[k][0].min(point[k]), bounds[k][1].max(point[k])])
-    })
 }
 
 fn minimum(a: Vector, b: Vector) -> Vector {

@@ -214,5 +214,122 @@ fn mistakes_in_maps_are_named() {
     assert!(error.contains("irregular") && error.contains("STRUCTURED_POINTS"), "{error}");
     std::fs::write(folder.path().join("grid.vtk"), "<VTKFile type=\"ImageData\">").expect("a file");
     let error = read(folder.path(), "grid.vtk", "").expect_err("no legacy file").to_string();
-    assert!(error.contains("save it as .vtk"), "{error}");
+    assert!(error.contains("name it .vti"), "{error}");
+}
+
+/// Standard base64, in an order of steps of its own.
+fn base64(bytes: &[u8]) -> String {
+    let letters: Vec<char> = ('A'..='Z').chain('a'..='z').chain('0'..='9').chain(['+', '/']).collect();
+    let bits: String = bytes.iter().map(|byte| format!("{byte:08b}")).collect();
+    let digit = |six: &[u8]| {
+        let six = format!("{:0<6}", std::str::from_utf8(six).expect("digits"));
+        letters[usize::from_str_radix(&six, 2).expect("six bits")]
+    };
+    let mut text: String = bits.as_bytes().chunks(6).map(digit).collect();
+    while !text.len().is_multiple_of(4) {
+        text.push('=');
+    }
+    text
+}
+
+/// An ImageData whose first array is not the field; `about` are attributes of the file, `values` those of the array.
+fn vti(about: &str, values: &str, inline: &str, appended: &[u8]) -> Vec<u8> {
+    let [nx, ny, nz] = COUNTS.map(|count| count - 1);
+    let extent = format!("1 {} 0 {ny} -2 {}", nx + 1, nz as i64 - 2);
+    let mut bytes = format!(
+        "<?xml version=\"1.0\"?>\n<!-- <VTKFile type=\"PolyData\"> -->\n<VTKFile type=\"ImageData\" {about}>\n<ImageData \
+         WholeExtent=\"{extent}\" Origin=\"-0.03 -0.015 0.02\" Spacing=\"0.01 0.01 0.01\">\n<Piece Extent=\"{extent}\">\n<CellData>\
+         <DataArray type=\"Float32\" NumberOfComponents=\"3\" format=\"ascii\">1 2 3</DataArray></CellData>\n<PointData>\n\
+         <DataArray type=\"Int8\" Name=\"mask\" format=\"ascii\">1</DataArray>\n<DataArray Name='B' NumberOfComponents=\"3\" {values}>\
+         {inline}</DataArray>\n</PointData>\n</Piece>\n</ImageData>\n"
+    )
+    .into_bytes();
+    bytes.extend_from_slice(appended);
+    bytes
+}
+
+fn little(width: usize) -> Vec<u8> {
+    let each = nodes().into_iter().flat_map(|(_, b)| b);
+    each.flat_map(|x| if width == 8 { x.to_le_bytes().to_vec() } else { (x as f32).to_le_bytes().to_vec() }).collect()
+}
+
+#[test]
+fn image_data_is_read_in_every_encoding() {
+    let folder = TempDir::new().expect("a folder");
+    let put = |name: &str, bytes: Vec<u8>| std::fs::write(folder.path().join(name), bytes).expect("a file");
+    let text: String = nodes().iter().map(|(_, b)| format!("{} {} {}\n", b[0], b[1], b[2])).collect();
+    put("a.vti", vti("", "type=\"Float64\" format=\"ascii\"", &text, b""));
+    // A number before the block in the same base64, or in one of its own.
+    let doubles = little(8);
+    let whole = base64(&[&(doubles.len() as u32).to_le_bytes()[..], &doubles].concat());
+    put("b.vti", vti("", "type=\"Float64\" format=\"binary\"", &whole, b""));
+    let apart = format!("\n  {}{}\n", base64(&(doubles.len() as u64).to_le_bytes()), base64(&doubles));
+    put("c.vti", vti("header_type=\"UInt64\"", "format=\"binary\" type=\"Float64\"", &apart, b""));
+    let raw = |encoding: &str, junk: usize, block: &[u8]| {
+        let head = format!("<AppendedData encoding=\"{encoding}\">\n  _{}", "x".repeat(junk)).into_bytes();
+        [&head[..], block, b"\n</AppendedData>\n</VTKFile>\n"].concat()
+    };
+    let block = [&(doubles.len() as u64).to_le_bytes()[..], &doubles].concat();
+    let values = "type=\"Float64\" format=\"appended\" offset=\"5\"";
+    put("d.vti", vti("header_type=\"UInt64\" byte_order=\"LittleEndian\"", values, "", &raw("raw", 5, &block)));
+    put("e.vti", vti("", &values.replace('5', "0"), "", &raw("base64", 0, whole.as_bytes())));
+    let mut big = vec![0; 4];
+    nodes().iter().flat_map(|(_, b)| *b).for_each(|x| big.extend(x.to_be_bytes()));
+    big[..4].copy_from_slice(&(doubles.len() as u32).to_be_bytes());
+    put("f.vti", vti("byte_order=\"BigEndian\"", values, "", &raw("raw", 5, &big)));
+    for name in ["a.vti", "b.vti", "c.vti", "d.vti", "e.vti", "f.vti"] {
+        is_the_field(&read(folder.path(), name, "").unwrap_or_else(|error| panic!("{name}: {error}")), 1.0);
+    }
+    let singles = little(4);
+    let block = [&(singles.len() as u32).to_le_bytes()[..], &singles].concat();
+    put("g.vti", vti("", "type=\"Float32\" format=\"appended\" offset=\"0\"", "", &raw("raw", 0, &block)));
+    let [exact, single] = ["d.vti", "g.vti"].map(|name| read(folder.path(), name, "").expect("a scene"));
+    let [exact, single] = [&exact, &single].map(|scene| scene.sources.maps[0].grid.coefficients.clone());
+    let (mut off, mut size) = (0.0f64, 0.0f64);
+    for (a, b) in exact.iter().zip(&single) {
+        (off, size) = (off.max((a - b).abs()), size.max(a.abs()));
+    }
+    assert!(off > 0.0 && off < 1e-6 * size, "{off} of {size}");
+}
+
+#[test]
+fn image_data_that_cannot_be_read_says_what_would_help() {
+    let folder = TempDir::new().expect("a folder");
+    let ascii = "type=\"Float64\" format=\"ascii\"";
+    let good = String::from_utf8(vti("", ascii, "1 2", b"")).expect("text");
+    let cases = [
+        (good.clone(), "numbers in a <DataArray>"),
+        (
+            good.replace("type=\"ImageData\" ", "type=\"ImageData\" compressor=\"vtkZLibDataCompressor\""),
+            "without compression",
+        ),
+        (good.replace("type=\"ImageData\"", "type=\"UnstructuredGrid\""), "save it as ImageData"),
+        (good.replace("Spacing=", "Direction=\"0 1 0 1 0 0 0 0 1\" Spacing="), "turned"),
+        (good.replace("<Piece", "<Piece Extent=\"0 1 0 1 0 1\"></Piece><Piece"), "several pieces"),
+        (good.replace("WholeExtent=\"1", "WholeExtent=\"x"), "six whole numbers"),
+        (good.replace("=\"1 ", "=\"-9223372036854775808 "), "no grid of at most"),
+        (good.replace("format=\"ascii\">1 2<", "format=\"binary\">AAAA<"), "ends before"),
+        (good.replace("format=\"ascii\">1 2<", "format=\"appended\" offset=\"99999\"><"), "beyond the file"),
+        (
+            good.replace("NumberOfComponents=\"3\" type", "NumberOfComponents=\"2\" type").replace("name=\"mask\"", ""),
+            "numbers in a",
+        ),
+        ("<VTKFile type".into(), "<VTKFile> is missing"),
+        ("".into(), "<VTKFile> is missing"),
+    ];
+    for (text, words) in cases {
+        std::fs::write(folder.path().join("bad.vti"), &text).expect("a file");
+        let error = read(folder.path(), "bad.vti", "").expect_err(words).to_string();
+        assert!(error.contains(words), "{error}\n  has not: {words}");
+    }
+    // A file that ends before its last number does is refused.
+    let text: String = nodes().iter().map(|(_, b)| format!("{} {} {}\n", b[0], b[1], b[2])).collect();
+    let whole = vti("", ascii, text.trim_end(), b"");
+    std::fs::write(folder.path().join("bad.vti"), &whole).expect("a file");
+    read(folder.path(), "bad.vti", "").expect("a map");
+    let last = whole.windows(12).rposition(|window| window == b"</DataArray>").expect("the end of the field");
+    for end in (0..last).step_by(3).chain([last - 1, last]) {
+        std::fs::write(folder.path().join("bad.vti"), &whole[..end]).expect("a file");
+        assert!(read(folder.path(), "bad.vti", "").is_err(), "{end}");
+    }
 }

@@ -123,6 +123,7 @@ fn rod(length: f64) -> RodShape {
         ],
         tip_rotation: Some([[0.36, -0.48, 0.8], [0.8, 0.6, 0.0], [-0.48, 0.64, 0.6]]),
         flux_density: Some([0.0, 3.0, 0.0]),
+        surroundings: None,
         tip_force: Some([2e-3, 0.0, -4e-3]),
         rest: Some((0..30).map(|k| [0.0, 0.0, length * f64::from(k) / 29.0]).collect()),
     }
@@ -386,7 +387,8 @@ fn a_rod_in_motion() {
     };
     let rods: Vec<Vec<Stretch>> = [0.0, 1e-4, 2e-4].map(|bend| rod(bend, 6)).into();
     let tips: Vec<[f64; 3]> = rods.iter().map(|rod| rod[0].points[5]).collect();
-    let motion = RodMotion { title: "A rod".into(), desired: tips.clone(), tips, rods, seconds: 3.0 };
+    let motion =
+        RodMotion { title: "A rod".into(), desired: tips.clone(), tips, rods, seconds: 3.0, ..RodMotion::default() };
     check(&motion, "motion", 183.0, &["A rod", "desired", "tip so far", "flexible"]);
     let mut uneven = motion.clone();
     uneven.rods[1] = rod(1e-4, 5);

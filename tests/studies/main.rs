@@ -8,6 +8,7 @@ mod control;
 mod control_windows;
 mod controllers;
 mod estimators;
+mod field_figures;
 mod fields;
 mod figures;
 mod fit;

@@ -26,6 +26,7 @@ mod rod;
 mod rows;
 mod server;
 mod sliders;
+mod sources;
 mod stills;
 mod style;
 mod surface;

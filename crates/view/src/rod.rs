@@ -1,6 +1,7 @@
 //! One rod: values in, equilibrium out, with its shape and what is drawn beside it.
 
 use crate::error::Refusal;
+use crate::sources::sources;
 use rodsweep::figures::rod_shape;
 use rodsweep::input::assign;
 use rodsweep::model::{Rod, RodSegment, Scene, SegmentKind, Stiffness, Vector};
@@ -72,7 +73,12 @@ pub fn shape(solved: &Solved) -> Value {
     let Some(poses) = shape_with_derivatives(&rod, solved.base_moment(), &at, &[]) else { return Value::Null };
     let each = poses.chunks(count).enumerate();
     let stretches: Vec<Value> = each.map(|(index, poses)| stretch(scene, &rod, index, poses)).collect();
-    json!({ "stretches": stretches, "flux_density": rod.flux_density, "tip_force": rod.tip_force })
+    json!({
+        "stretches": stretches,
+        "flux_density": rod.flux_density,
+        "tip_force": rod.tip_force,
+        "sources": sources(scene),
+    })
 }
 
 fn stretch(scene: &Scene, rod: &Rod, index: usize, poses: &[Pose]) -> Value {

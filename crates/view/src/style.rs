@@ -1,6 +1,6 @@
 //! Camera, colours and colour maps of the figures, so that the page looks as they do.
 
-use rodsweep::report::{AZIMUTH, Colour, ColourMap, ELEVATION, RodShape};
+use rodsweep::report::{AZIMUTH, Colour, ColourMap, ELEVATION, RodShape, Surroundings};
 use serde_json::{Value, json};
 
 /// Steps of a colour map on the page.
@@ -19,6 +19,8 @@ pub fn style() -> Value {
             "rigid": RodShape::RIGID_COLOUR.code(),
             "coil": RodShape::COIL_COLOUR.code(),
             "dipole": RodShape::DIPOLE_COLOUR.code(),
+            "magnet": Surroundings::MAGNET_COLOUR.code(),
+            "electromagnet": Surroundings::COIL_COLOUR.code(),
             "field": RodShape::FIELD_COLOUR.code(),
             "force": RodShape::FORCE_COLOUR.code(),
             "frame": RodShape::FRAME_COLOURS.map(Colour::code),

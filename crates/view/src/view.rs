@@ -5,6 +5,7 @@ use crate::error::{Refusal, ViewError};
 use crate::map::ResultMap;
 use crate::rod;
 use crate::sliders::{Slider, sliders};
+use crate::sources::sources;
 use crate::stills::Stills;
 use crate::style::style;
 use rodsweep::input::{read_scene, read_text};
@@ -94,6 +95,7 @@ impl View {
             "style": style(),
             "length": length,
             "length_unit": { "name": unit.name, "metres": unit.metres },
+            "sources": sources(&self.scene),
             "sliders": self.sliders,
             "can_drag": !self.inputs().is_empty(),
             "map": map,

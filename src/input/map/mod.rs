@@ -1,8 +1,9 @@
-//! `[[field_map]]` of a scene file: fields sampled on a grid, from CSV, NPZ or VTK.
+//! `[[field_map]]` of a scene file: fields sampled on a grid, from CSV, NPZ, VTK or VTI.
 
 mod data;
 mod grid;
 mod samples;
+mod vti;
 mod vtk;
 
 use super::error::{InputError, Problem};
@@ -33,7 +34,7 @@ fn field_map(reader: &Reader) -> Result<FieldMap, InputError> {
     })?;
     check_name(reader, name)?;
     let file = reader.string("file")?;
-    let file = file.ok_or_else(|| reader.missing("file", "name the CSV, NPZ or VTK file of the samples"))?;
+    let file = file.ok_or_else(|| reader.missing("file", "name the CSV, NPZ, VTK or VTI file of the samples"))?;
     let path = reader.source().file.parent().unwrap_or(Path::new("")).join(file);
     let bytes = std::fs::read(&path).map_err(|error| {
         let reason = format!("{}: {error}; the path starts from the folder of this file", path.display());

@@ -2,7 +2,7 @@
 
 use super::data::{Factors, POTENTIAL, Samples, Values};
 use super::grid::{of_axes, of_points};
-use super::{MOST_NODES, vtk, wrong};
+use super::{MOST_NODES, vti, vtk, wrong};
 use crate::input::InputError;
 use crate::input::number_table::{cells, csv_lines};
 use crate::input::units::{Dimension, parse_quantity};
@@ -25,8 +25,9 @@ pub(super) fn read(path: &Path, bytes: &[u8], factors: &Factors) -> Result<Sampl
         "csv" => of_csv(path, bytes, factors)?,
         "npz" => of_npz(path, factors)?,
         "vtk" => vtk::read(path, bytes, factors)?,
+        "vti" => vti::read(path, bytes, factors)?,
         _ => {
-            let words = format!("`.{extension}` is no format of samples: give .csv, .npz or .vtk (legacy)");
+            let words = format!("`.{extension}` is no format of samples: give .csv, .npz, .vtk (legacy) or .vti");
             return Err(wrong(path, None, "", words));
         }
     };

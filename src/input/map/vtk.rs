@@ -76,7 +76,7 @@ fn three<T: std::str::FromStr>(cursor: &Cursor, words: &[&str]) -> Result<[T; 3]
 pub(super) fn read(path: &Path, bytes: &[u8], factors: &Factors) -> Result<Samples, InputError> {
     let mut cursor = Cursor { path, bytes, is_binary: false };
     if !cursor.line().is_some_and(|line| line.starts_with("# vtk DataFile")) {
-        return Err(cursor.wrong("is no legacy VTK file: save it as .vtk, not as .vti"));
+        return Err(cursor.wrong("is no legacy VTK file: name it .vti if it is one of XML"));
     }
     cursor.line();
     cursor.is_binary = cursor.line().is_some_and(|line| line.eq_ignore_ascii_case("BINARY"));
@@ -127,8 +127,19 @@ pub(super) fn read(path: &Path, bytes: &[u8], factors: &Factors) -> Result<Sampl
             axes[axis] = (0..counts[axis].min(MOST_NODES)).map(|k| origin[axis] + k as f64 * steps[axis]).collect();
         }
     }
-    axes.iter_mut().flatten().for_each(|x| *x *= factors.length());
-    let lattice: Lattice = of_axes(path, [&axes[0], &axes[1], &axes[2]])?;
+    samples(path, axes, vectors, scalars, factors)
+}
+
+/// Of nodes along each axis, and vectors or a potential at each, in the file's units.
+pub(super) fn samples(
+    path: &Path,
+    axes: [Vec<f64>; 3],
+    vectors: Option<Vec<f64>>,
+    scalars: Option<Vec<f64>>,
+    factors: &Factors,
+) -> Result<Samples, InputError> {
+    let [x, y, z] = axes.map(|axis| axis.into_iter().map(|x| x * factors.length()).collect::<Vec<f64>>());
+    let lattice: Lattice = of_axes(path, [&x, &y, &z])?;
     let values = match (vectors, scalars) {
         (Some(vectors), _) => {
             let of = |k: usize| vectors.iter().skip(k).step_by(3).map(|x| x * factors.field()).collect();
@@ -139,7 +150,7 @@ pub(super) fn read(path: &Path, bytes: &[u8], factors: &Factors) -> Result<Sampl
             Values::Potential(scalars.iter().map(|x| x * factor).collect())
         }
         (None, None) => {
-            return Err(cursor.wrong("has neither VECTORS nor SCALARS at its points: give B, or a potential"));
+            return Err(wrong(path, None, "", "has neither vectors nor scalars at its points: give B, or a potential"));
         }
     };
     Ok(Samples { lattice, values })

@@ -294,3 +294,33 @@ test("a tablet has room for everything", async () => {
   }
   await shot(page, "rod-tablet");
 });
+
+test("a magnet beside the rod is drawn, within the view, and follows its slider", async () => {
+  const server = await serve("sweeps/scenes/arm_magnet.toml");
+  const page = await open(browser, server.address);
+  const drawn = () => page.evaluate(() => window.rodsweep.rod.sources.drawn());
+  assert.deepEqual(await drawn(), [{ name: "arm", position: [0.14, 0, 0.06] }]);
+  // The box has grown for it: its far end is 170 mm away.
+  assert.ok((await page.evaluate(() => window.rodsweep.stage.box.max.x)) > 165);
+  await shot(page, "magnet-light");
+  await page.evaluate(() => window.rodsweep.rod.set({ "magnets.arm.position.y": 0.03 }));
+  await settled(page);
+  const [moved] = await drawn();
+  assert.ok(Math.abs(moved.position[1] - 0.03) < 1e-9, JSON.stringify(moved));
+  assert.match(await page.locator(".legend").textContent(), /magnet, arrow from S to N/);
+  assert.deepEqual(page.troubles, []);
+  await page.close();
+  await server.stop();
+});
+
+test("coils beyond the view are there when it is wider", async () => {
+  const server = await serve("sweeps/scenes/coil_array.toml");
+  const page = await open(browser, server.address);
+  const names = (await page.evaluate(() => window.rodsweep.rod.sources.drawn())).map(({ name }) => name);
+  assert.equal(names.length, 8);
+  assert.deepEqual(names.slice(0, 2), ["array 1, 4.0 A", "array 2, \u22122.0 A"]);
+  assert.ok((await page.evaluate(() => window.rodsweep.stage.box.max.x)) < 100, "the rod is not small");
+  assert.deepEqual(page.troubles, []);
+  await page.close();
+  await server.stop();
+});

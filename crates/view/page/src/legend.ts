@@ -25,7 +25,11 @@ export class Legend {
       const dipole = Math.max(...shape.stretches.map((stretch) => norm(stretch.dipole)));
       if (dipole > 0) entries.push(["arrow", colours.dipole!, `dipole moment \u00b5, ${compact(dipole, 2)} A\u00b7m\u00b2`]);
       const field = norm(shape.flux_density);
-      if (field > 0) entries.push(["arrow", colours.field!, `field B, ${compact(field, 3)} T`]);
+      const letter = shape.sources.length > 0 ? "uniform field B\u2080" : "field B";
+      if (field > 0) entries.push(["arrow", colours.field!, `${letter}, ${compact(field, 3)} T`]);
+      const around = new Set(shape.sources.map((source) => source.kind));
+      if (around.has("magnet")) entries.push(["line", colours.magnet!, "magnet, arrow from S to N"]);
+      if (around.has("electromagnet")) entries.push(["line", colours.electromagnet!, "electromagnet, size not to scale"]);
       const force = norm(shape.tip_force);
       if (force > 0) entries.push(["arrow", colours.force!, `tip force F, ${compact(1e3 * force, 2)} mN`]);
       entries.push(["frame", "", "tip frame d\u2081 d\u2082 d\u2083"]);

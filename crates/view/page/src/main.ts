@@ -13,6 +13,7 @@ import { RodView } from "./rodview";
 import { RowCard } from "./rowcard";
 import { SliderPanel } from "./sliderpanel";
 import { openSource, type Source } from "./source";
+import { widened } from "./sources";
 import { Stage } from "./stage";
 import { setUpTheme } from "./theme";
 import { symbol } from "./dom";
@@ -90,7 +91,7 @@ async function start(): Promise<void> {
       wait();
     });
     await Promise.all([panel.start(), first]);
-    frame(stage, box, rod, map.bounds(rodPoints(rod)));
+    frame(stage, box, rod, widened(map.bounds(rodPoints(rod)), description.sources, stage.perMetre));
   }
   document.body.classList.add("is-ready");
 }
@@ -112,7 +113,7 @@ function sceneBox(rod: RodView): Box3 {
   const box = turned
     ? new Box3(new Vector3(-l, -l, -l), new Vector3(l, l, l))
     : new Box3(new Vector3(-0.6 * l, -0.6 * l, -0.15 * l), new Vector3(0.6 * l, 0.6 * l, 1.05 * l));
-  return box.translate(base);
+  return widened(box.translate(base), rod.source.description.sources, 1 / length_unit.metres);
 }
 
 /** Frames a box, a little wider than what it holds; the field's arrow stands at the floor. */

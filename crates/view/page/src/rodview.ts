@@ -4,6 +4,7 @@ import { Vector3 } from "three";
 import { Ellipsoid, compliance, manipulability } from "./ellipsoid";
 import { RodMesh, isDrawable, type Look } from "./rodmesh";
 import type { Source } from "./source";
+import { SourceMeshes } from "./sources";
 import type { Stage } from "./stage";
 import { onTheme } from "./theme";
 import type { Branches, RodAnswer, Shape, Solution, Values, Vector } from "./wire";
@@ -32,6 +33,8 @@ export class RodView {
   private isBusy = false;
   private wanted: { rest: boolean } | null = null;
   private readonly listeners: ((answer: RodAnswer | null, error: string | null) => void)[] = [];
+  /** Magnets and coils around it. */
+  readonly sources: SourceMeshes | null;
   private fieldFrom = new Vector3();
 
   constructor(
@@ -45,6 +48,7 @@ export class RodView {
       manipulability: new Ellipsoid(style, "manipulability"),
       compliance: new Ellipsoid(style, "compliance"),
     };
+    this.sources = stage ? new SourceMeshes(stage, style, length) : null;
     this.mesh.tip.add(this.ellipsoids.manipulability.group, this.ellipsoids.compliance.group);
     stage?.add(this.mesh.group);
     onTheme((theme) => this.mesh.setDark(theme === "dark"));
@@ -117,6 +121,7 @@ export class RodView {
       const look: Look = solution.stable === false ? "unstable" : "stable";
       this.mesh.show(shape, solution, look);
       this.mesh.showField(shape.flux_density, this.fieldFrom);
+      this.sources?.show(shape.sources);
       this.drawEllipsoids(solution);
     }
     this.stage?.invalidate();

@@ -58,6 +58,7 @@ export interface Description {
   style: Style;
   length: number;
   length_unit: { name: string; metres: number };
+  sources: FieldSource[];
   sliders: Slider[];
   can_drag: boolean;
   map: MapInfo | null;
@@ -93,6 +94,17 @@ export interface Shape {
   stretches: Stretch[];
   flux_density: Vector;
   tip_force: Vector;
+  sources: FieldSource[];
+}
+
+/** A magnet or a coil around the rod. */
+export interface FieldSource {
+  name: string;
+  kind: "magnet" | "electromagnet";
+  position: Vector;
+  moment: Vector;
+  current: number | null;
+  body: { axis: Vector; length: number; diameter: number } | null;
 }
 
 export interface RodAnswer {

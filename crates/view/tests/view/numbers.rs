@@ -142,6 +142,36 @@ fn sliders_have_units_and_limits() {
     assert!((insertion["low"].as_f64().expect("a number") - 0.0643).abs() < 1e-12);
 }
 
+/// Magnets and coils stand where the scene has them, and follow their sliders.
+#[test]
+fn sources_of_the_field_are_those_of_the_scene() {
+    let server = Running::new(&shipped("sweeps/scenes/arm_magnet.toml"));
+    let known = server.json("api/view", None)["sources"].clone();
+    let values = json!({ "magnets.arm.position.y": 0.02, "magnets.arm.rotation.z": std::f64::consts::FRAC_PI_2 });
+    let moved = server.json("api/solve", Some(json!({ "values": values })))["shape"]["sources"].clone();
+    let [known, moved] = [&known, &moved].map(|all| all.as_array().expect("sources").clone());
+    assert_eq!([known.len(), moved.len()], [1, 1]);
+    let near = |value: &Value, expected: [f64; 3]| {
+        let found = numbers(value);
+        assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-9 * (1.0 + b.abs())), "{found:?}");
+    };
+    // Br V / mu0, from S to N.
+    let moment = 1.42 * std::f64::consts::PI * 0.03f64.powi(2) * 0.06 / (4e-7 * std::f64::consts::PI);
+    assert_eq!((&known[0]["name"], &known[0]["kind"]), (&json!("arm"), &json!("magnet")));
+    near(&known[0]["position"], [0.14, 0.0, 0.06]);
+    near(&known[0]["moment"], [moment, 0.0, 0.0]);
+    near(&moved[0]["position"], [0.14, 0.02, 0.06]);
+    near(&moved[0]["moment"], [0.0, moment, 0.0]);
+    near(&moved[0]["body"]["axis"], [0.0, 1.0, 0.0]);
+    assert_eq!(moved[0]["body"]["diameter"], 0.06);
+    let coils = Running::new(&shipped("sweeps/scenes/coil_array.toml")).json("api/view", None)["sources"].clone();
+    let coils = coils.as_array().expect("coils");
+    assert_eq!((coils.len(), &coils[1]["current"], &coils[1]["kind"]), (8, &json!(-2.0), &json!("electromagnet")));
+    // The first coil's field points to its back.
+    assert!(numbers(&coils[0]["moment"])[0] < 0.0 && numbers(&coils[0]["position"])[0] > 0.2);
+    assert_eq!(Running::scene().json("api/view", None)["sources"], json!([]));
+}
+
 #[test]
 fn camera_and_colours_are_those_of_the_figures() {
     let style = Running::scene().json("api/view", None)["style"].clone();

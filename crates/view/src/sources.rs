@@ -1,0 +1,26 @@
+//! Magnets and coils around the rod, as the figures have them.
+
+use rodsweep::model::Scene;
+use rodsweep::report::{FieldSource, SourceBody, Surroundings};
+use serde_json::{Value, json};
+
+/// Of a scene; an empty list where the field is uniform.
+pub fn sources(scene: &Scene) -> Value {
+    let all = Surroundings::of(scene).map(|around| around.sources).unwrap_or_default();
+    all.iter().map(source).collect()
+}
+
+fn source(source: &FieldSource) -> Value {
+    let cylinder = match source.body {
+        SourceBody::Dipole => None,
+        SourceBody::Cylinder(cylinder) | SourceBody::Coil(cylinder) => Some(cylinder),
+    };
+    json!({
+        "name": source.name,
+        "kind": if source.is_coil() { "electromagnet" } else { "magnet" },
+        "position": source.position,
+        "moment": source.moment,
+        "current": source.current,
+        "body": cylinder.map(|body| json!({ "axis": body.axis, "length": body.length, "diameter": body.diameter })),
+    })
+}

@@ -1,0 +1,15 @@
+//! What surrounds a rod in figures: magnets, coils, grids and lines of the field.
+
+mod beyond;
+mod bodies;
+mod free_places;
+mod line;
+mod scenery;
+mod sources;
+mod spread;
+#[cfg(test)]
+mod tests;
+
+pub(super) use scenery::Scenery;
+pub(super) use sources::widened;
+pub use sources::{Cylinder, FieldSource, GridBox, SourceBody, Surroundings};
