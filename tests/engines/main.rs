@@ -12,6 +12,7 @@ mod dual;
 mod energy;
 mod every_engine;
 mod false_folds;
+mod field_branches;
 mod field_combinations;
 mod field_energy;
 mod field_maps;

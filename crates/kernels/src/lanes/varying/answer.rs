@@ -4,7 +4,7 @@ use super::ends::slopes;
 use super::index::index;
 use super::matrix::Mat6;
 use super::pass::{Pass, VaryingWorkspace, What};
-use super::path::{VaryingPath, follow_varying, margin, size};
+use super::path::{VaryingPath, follow_varying, margin, norm, size};
 use crate::lanes::algebra::{Vec3, cross, dot, length};
 use crate::lanes::kernels::Kernels;
 use crate::lanes::lane::{Lane, Scalar};
@@ -50,12 +50,12 @@ pub fn solve_varying<L: Kernels>(
         }
         let tip = workspace.tip;
         let (dn, dm) = end.inverse.on(rod.f_tip - tip.n, rod.l_tip - tip.m); // F5
-        let change = size((dn, dm), end.base);
+        let (change, share) = (norm((dn, dm)), size((dn, dm), end.base));
         let trusted = moving & change.lt(bound);
         end.passes = L::select(moving, end.passes + one, end.passes);
         end.base =
             (Vec3::select(trusted, end.base.0 + dn, end.base.0), Vec3::select(trusted, end.base.1 + dm, end.base.1));
-        converged = converged | (trusted & change.lt(tolerance));
+        converged = converged | (trusted & share.lt(tolerance));
         chords = chords && L::any(trusted);
         bound = L::select(trusted, change * one.constant(CONTRACTION), bound);
         moving = moving & !converged;

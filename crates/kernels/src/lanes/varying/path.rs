@@ -11,8 +11,9 @@ use crate::lanes::lane::Lane;
 use crate::lanes::problem::Problem;
 use crate::model::CoilLoad;
 use crate::model::path::{
-    CORRECTIONS, FIRST_BEND, FOLD_MARGIN, FULL_LOAD_TOLERANCE, NODE_AIM, NODE_CONTRACTION, NODE_LEAST_RATIO,
-    NODE_MOST_RATIO, NODE_PASS_LIMIT, NODE_RETREAT, NODE_SMALLEST_STEP, NODE_TRUST, SMALLEST_RAMP_STEP,
+    AIM, CONTRACTION, CORRECTIONS, FIRST_BEND, FOLD_MARGIN, FULL_LOAD_TOLERANCE, NEAR_MARGIN, NODE_LEAST_RATIO,
+    NODE_MOST_RATIO, NODE_PASS_LIMIT, NODE_RETREAT, NODE_SMALLEST_STEP, RAMP_TRUST, SAFE_MARGIN, SMALLEST_RAMP_STEP,
+    TRUST, WIDENING,
 };
 
 /// A share of the load under which the rod hardly bends.
@@ -55,7 +56,7 @@ pub fn size<L: Lane>(change: (Vec3<L>, Vec3<L>), base: (Vec3<L>, Vec3<L>)) -> L 
 }
 
 #[inline(always)]
-fn norm<L: Lane>((n, m): (Vec3<L>, Vec3<L>)) -> L {
+pub fn norm<L: Lane>((n, m): (Vec3<L>, Vec3<L>)) -> L {
     (dot(n, n) + dot(m, m)).sqrt()
 }
 
@@ -66,7 +67,15 @@ fn select<L: Lane>(mask: L::Mask, a: Load<L>, b: Load<L>) -> Load<L> {
     (Vec3::select(mask, a.0, b.0), Vec3::select(mask, a.1, b.1))
 }
 
-/// Leads all lanes from rest to their full load; without care those that ask for no short steps.
+/// Whether a load step changes the margin so much, where it is small, that stability may be lost and won again between.
+#[inline(always)]
+fn leaps<L: Lane>(margin: L, last: L) -> L::Mask {
+    let most = margin.constant(WIDENING.sqrt());
+    let near = margin.min(last).lt(margin.constant(NEAR_MARGIN));
+    near & ((margin * most).lt(last) | (last * most).lt(margin))
+}
+
+/// Leads all lanes from rest to their full load; without care those that ask for no short steps and come near no fold.
 #[inline(always)]
 pub fn follow_varying<L: Kernels>(
     problem: &Problem<'_, L>,
@@ -97,12 +106,13 @@ pub fn follow_varying<L: Kernels>(
     let mut step = (one.constant(FIRST_BEND) / slope).min(one);
     let mut target = step;
     let mut base = (secant.0 * target, secant.1 * target);
-    let first_bound = one.constant(NODE_TRUST / NODE_CONTRACTION);
+    let trust = if care { TRUST } else { RAMP_TRUST };
+    let first_bound = one.constant(trust / CONTRACTION);
     let (mut last_size, mut first_size) = (first_bound, zero);
     let (mut corrections, mut passes) = (zero, zero);
     let (mut reached, mut failed, mut exhausted) = (nobody, nobody, nobody);
     let (mut unstable, mut too_near, mut outside) = (nobody, nobody, nobody);
-    let mut weakest = one;
+    let (mut weakest, mut last_margin) = (one, margin(&inverse));
     loop {
         let active = !(reached | failed);
         if !L::any(active) {
@@ -114,6 +124,8 @@ pub fn follow_varying<L: Kernels>(
         let tip = workspace.tip;
         let (dn, dm) = inverse.on(rod.f_tip * target - tip.n, rod.l_tip * target - tip.m); // F5
         let correction = size((dn, dm), base);
+        // Moments and radians, as on other paths.
+        let moved = norm((dn, dm)).max(length(workspace.pose.on(dn, dm).1));
         let partial = target.lt(one);
         let enough = L::select(partial, one.constant(LOAD_TOLERANCE), one.constant(FULL_LOAD_TOLERANCE));
         let converged = active & correction.lt(enough);
@@ -126,15 +138,17 @@ pub fn follow_varying<L: Kernels>(
             stable = index(&workspace.transfers, one).lt(one.constant(0.5));
         }
         let margin = margin(&inverse);
-        let contracting =
-            correction.lt(last_size * one.constant(NODE_CONTRACTION)) & corrections.lt(one.constant(CORRECTIONS));
-        let accept = converged & stable & clear;
-        let go_on = active & !converged & contracting;
+        let contracting = moved.lt(last_size * one.constant(CONTRACTION));
+        let converged = converged & contracting;
+        let go_on = active & !converged & contracting & corrections.lt(one.constant(CORRECTIONS));
+        let accept = converged & stable & clear & !leaps(margin, last_margin);
         let reject = active & !accept & !go_on;
+        let is_narrow = if care { nobody } else { accept & margin.lt(one.constant(SAFE_MARGIN)) };
         unstable = (unstable & !active) | (reject & converged & !stable);
         too_near = (too_near & !active) | (reject & !is_far);
         outside = (outside & !active) | (reject & is_far & !is_inside);
         weakest = L::select(accept, weakest.min(margin), weakest);
+        last_margin = L::select(accept, margin, last_margin);
 
         base = select::<L>(accept | go_on, (base.0 + dn, base.1 + dm), base);
         let used = target - lambda;
@@ -143,18 +157,18 @@ pub fn follow_varying<L: Kernels>(
         accepted = select::<L>(accept, base, accepted);
         lambda = L::select(accept, target, lambda);
         end_inverse = Mat6::select(accept, &inverse, &end_inverse);
-        reached = reached | (accept & !partial);
-        first_size = L::select(corrections.lt(one.constant(0.5)), correction, first_size);
-        let ratio = (one.constant(NODE_AIM * NODE_TRUST) / first_size.max(one.constant(1e-6))).sqrt();
+        reached = reached | (accept & !partial & !is_narrow);
+        first_size = L::select(corrections.lt(one.constant(0.5)), moved, first_size);
+        let ratio = (one.constant(AIM * trust) / first_size.max(one.constant(1e-6))).sqrt();
         let ratio = ratio.max(one.constant(NODE_LEAST_RATIO)).min(one.constant(NODE_MOST_RATIO));
         step = L::select(accept, used * ratio, L::select(reject, used * one.constant(NODE_RETREAT), step));
-        failed = failed | (reject & step.lt(smallest));
+        failed = failed | (reject & step.lt(smallest)) | is_narrow;
         let restart = (accept | reject) & !reached;
         target = L::select(restart, (lambda + step).min(one), target);
         let ahead = target - lambda;
         let predicted = (accepted.0 + secant.0 * ahead, accepted.1 + secant.1 * ahead);
         base = select::<L>(restart, predicted, base);
-        last_size = L::select(go_on, correction, first_bound);
+        last_size = L::select(go_on, moved, first_bound);
         corrections = L::select(go_on, corrections + one, zero);
         passes = L::select(active, passes + one, passes);
         let over = active & !reached & !passes.lt(one.constant(NODE_PASS_LIMIT));
