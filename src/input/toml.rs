@@ -280,7 +280,7 @@ impl<'a> Reader<'a> {
     }
 
     /// A whole number of at least `least`; a float without fraction such as 1e6 counts.
-    pub(crate) fn count(&self, name: &str, least: u64) -> Result<Option<u64>, InputError> {
+    pub fn count(&self, name: &str, least: u64) -> Result<Option<u64>, InputError> {
         let Some(item) = self.table.get(name) else { return Ok(None) };
         let expected = || format!("a whole number of at least {least}");
         let number = match (item.as_integer(), item.as_float()) {

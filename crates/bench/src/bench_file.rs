@@ -43,6 +43,8 @@ pub struct BenchSpec {
     pub tip: Vec<Parameter>,
     /// What is done to each sample, one after the other.
     pub work: Vec<Work>,
+    /// Samples that are timed on a CPU, over and over.
+    pub timed: usize,
     /// Methods of integration to measure.
     pub steppers: Vec<Stepper>,
     /// Over the rod; chosen by the stepper's order where the file does not say.
@@ -82,6 +84,9 @@ impl Sets {
     }
 }
 
+/// Samples that are timed where the file does not say: what one in a thousand costs should show as that.
+const TIMED: u64 = 2048;
+const MOST_TIMED: u64 = 1 << 20;
 /// Most steps over a rod.
 const MOST_STEPS: u64 = 4096;
 const FEW: [usize; 9] = [4, 6, 8, 12, 16, 24, 32, 64, 128];
@@ -109,7 +114,8 @@ impl BenchSpec {
         let bench = root.table("bench")?;
         let bench =
             bench.ok_or_else(|| root.missing("bench", "add [bench] with work = [\"tip\", \"cold\", \"warm\"]"))?;
-        let keys = ["title", "tip", "work", "steppers", "steps", "instruction_sets", "literature", "software_gpu"];
+        let keys =
+            ["title", "tip", "work", "timed", "steppers", "steps", "instruction_sets", "literature", "software_gpu"];
         bench.check_keys(&keys)?;
         let mut tip = Vec::new();
         for (index, name) in bench.strings("tip")?.unwrap_or_default().iter().enumerate() {
@@ -127,6 +133,7 @@ impl BenchSpec {
             name,
             tip,
             work: words(&bench, "work", &Work::ALL, Work::name)?,
+            timed: bench.count("timed", 1)?.unwrap_or(TIMED).min(MOST_TIMED) as usize,
             steppers: words(&bench, "steppers", &Stepper::ALL, Stepper::name)?,
             steps: steps(&bench)?,
             sets: choice(&bench, "instruction_sets", &Sets::ALL, Sets::name)?.unwrap_or(Sets::Best),

@@ -21,9 +21,6 @@ const OTHER_BRANCH: f64 = 0.02;
 pub const SMALL_COLUMN: f64 = 1e-3;
 /// Steps of the engine that finds base moments.
 const FINE: usize = 48;
-/// Samples that are timed on a CPU, those with an answer of the reference first: what one in a thousand costs should show
-/// as that.
-const TIMED: usize = 2048;
 /// Samples of the sweep whose anchors are taken.
 const MANY: u64 = 1 << 20;
 
@@ -80,7 +77,7 @@ impl<'a> Problem<'a> {
         wrt.extend(spec.tip.iter().filter(|parameter| !spec.sweep.wrt.contains(parameter)));
         let count = (spec.sweep.sample_count as usize).min(most).max(1);
         let (sampler, mut random) = (spec.sweep.sampler(), Random(spec.sweep.seed));
-        let drawn = if count < spec.sweep.sample_count as usize { count } else { TIMED.max(count) };
+        let drawn = if count < spec.sweep.sample_count as usize { count } else { spec.timed.max(count) };
         let mut rows = vec![vec![0.0; sampler.value_count()]; drawn];
         let mut near = rows.clone();
         let mut values = vec![0.0; sampler.axis_count()];
