@@ -6,12 +6,10 @@ import subprocess
 import tempfile
 
 import numpy as np
-from scipy.integrate import DOP853
 
 import rod
+from tableaus import TABLEAUS
 
-RK4 = (np.array([[0.0] * 4, [0.5, 0, 0, 0], [0, 0.5, 0, 0], [0, 0, 1.0, 0]]), np.array([1, 2, 2, 1]) / 6)
-TABLEAUS = {"rk4": RK4, "dop853": (np.array(DOP853.A), np.array(DOP853.B))}
 FLAGS = ["-O3", "-march=native", "-ffast-math", "-funroll-loops", "-std=c++17", "-shared", "-fPIC"]
 
 

@@ -4,15 +4,11 @@ implicit function theorem."""
 
 import jax
 import jax.numpy as jnp
-import numpy as np
-from scipy.integrate import DOP853
 
 import rod
+from tableaus import TABLEAUS
 
 jax.config.update("jax_enable_x64", True)
-
-RK4 = (np.array([[0.0] * 4, [0.5, 0, 0, 0], [0, 0.5, 0, 0], [0, 0, 1.0, 0]]), np.array([1, 2, 2, 1]) / 6)
-TABLEAUS = {"rk4": RK4, "dop853": (np.array(DOP853.A), np.array(DOP853.B))}
 
 
 def step(y, h, f, method):

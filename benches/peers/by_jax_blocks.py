@@ -7,7 +7,9 @@ import jax.numpy as jnp
 import numpy as np
 
 import rod
-from by_jax import TABLEAUS
+from tableaus import TABLEAUS
+
+jax.config.update("jax_enable_x64", True)
 
 BLOCK = 64
 MOMENT, ALL = 3, 20

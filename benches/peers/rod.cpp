@@ -33,9 +33,8 @@ struct Rod {
 struct Segment {
     double length, u_star[3], bending, torsion;
     double n[3];
-    // Columns of the parameters: where the own ones of this segment begin, and whether its length is one.
+    // Where the columns of its own parameters begin.
     int own;
-    bool is_proximal;
 };
 
 template <int N>
@@ -130,7 +129,7 @@ Rod<N> shoot(const Scene &scene, const double *theta, const double *m0, double l
     }
     for (int j = 0; j < 2; j++) {
         const double *own = theta + 7 + 5 * j;
-        Segment s = {j == 0 ? theta[6] : scene.distal, {own[0], own[1], own[2]}, own[3], own[4], {}, 7 + 5 * j, j == 0};
+        Segment s = {j == 0 ? theta[6] : scene.distal, {own[0], own[1], own[2]}, own[3], own[4], {}, 7 + 5 * j};
         for (int i = 0; i < 3; i++) s.n[i] = load * theta[3 + i];
         for (int i = 0; i < steps[j]; i++) step(x, s.length / steps[j], s, method);
         if (j != 0) break;
