@@ -102,8 +102,7 @@ fn solved(plan: &Plan, steps: usize, batch: &Batch, factory: BackendFactory) -> 
 
 /// Stages of a pass over the rod.
 fn stages(plan: &Plan) -> usize {
-    let all_steps: usize = plan.segments.iter().map(|segment| segment.steps).sum();
-    plan.options.stepper.stage_count() * all_steps
+    plan.options.stepper.stage_count() * plan.step_count()
 }
 
 /// Estimated error of the derivatives of a batch of one, from a solution on twice the steps; `None` where that has failed.

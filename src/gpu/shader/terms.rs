@@ -177,7 +177,7 @@ fn add_path(s: &mut Specialisation, plan: &Plan) {
         ("EPSILON", s.precision.epsilon()),
         ("DIFFERENCE", path::DIFFERENCE),
         ("ROUND_OFF", path::ROUND_OFF),
-        ("ROUNDED", path::rounded(s.precision.epsilon(), plan.segments.iter().map(|segment| segment.steps).sum())),
+        ("ROUNDED", path::rounded(s.precision.epsilon(), plan.step_count())),
         ("COLUMN_NOISE", path::COLUMN_NOISE),
         ("GROWTH_NOISE", path::GROWTH_NOISE),
         ("REACH", path::REACH),

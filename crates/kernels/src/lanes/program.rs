@@ -155,7 +155,7 @@ impl Program {
             chord_tolerance: chord_tolerance(newton_tolerance),
             first_order_tolerance: first_order_tolerance(newton_tolerance),
             error_share: plan.options.error_share,
-            rounded: rounded(epsilon, plan.segments.iter().map(|segment| segment.steps).sum()),
+            rounded: rounded(epsilon, plan.step_count()),
             derivative_scale: plan.options.derivative_scale,
         }
     }

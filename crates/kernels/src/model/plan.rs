@@ -245,6 +245,11 @@ impl Plan {
         Self::new(scene, &[], wrt, options)
     }
 
+    /// Steps of a pass over the rod.
+    pub fn step_count(&self) -> usize {
+        self.segments.iter().map(|segment| segment.steps).sum()
+    }
+
     /// The same plan at another resolution.
     pub fn with_options(&self, options: PlanOptions) -> Plan {
         let swept: Vec<Parameter> = self.axes.iter().flatten().copied().collect();
