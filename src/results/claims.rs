@@ -11,14 +11,14 @@
 //! are the store's: no clock of a machine is compared with another. A claim saves work, it decides nothing: a part is put
 //! only where there is none, so that a worker that was taken for dead does no harm.
 
-use super::directory::{self, RunRecord};
+use super::directory::{self, Parts, RunRecord};
 use super::error::ResultsError;
 use super::parts;
 use super::store::{Store, random_name};
 use super::workers::{self, Beat, Plan, WorkerReport};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 const CLAIMS: &str = "claims";
@@ -52,6 +52,8 @@ pub(crate) struct ClaimState {
     pub complete: AtomicBool,
     /// This worker writes the manifest.
     pub finishes: AtomicBool,
+    /// What it has found, once it has looked into all parts.
+    pub found: Mutex<Option<Parts>>,
 }
 
 /// The claims of one worker.
@@ -315,7 +317,7 @@ impl Claims {
         for (name, _) in &found.damaged {
             parts::quarantine(self.store.as_ref(), name)?;
         }
-        self.there = found.sound.into_keys().collect();
+        self.there = found.sound.keys().copied().collect();
         if !self.is_whole() {
             // Its worker believes that it is done, so whether that lives does not matter.
             let broken: Vec<u64> = (0..end).filter(|unit| !self.missing(*unit).is_empty()).collect();
@@ -329,6 +331,7 @@ impl Claims {
         }
         self.state.complete.store(true, Ordering::Relaxed);
         self.state.finishes.store(true, Ordering::Relaxed);
+        *self.state.found.lock().unwrap_or_else(PoisonError::into_inner) = Some(found);
         Ok(Next::Done)
     }
 }

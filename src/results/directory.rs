@@ -9,6 +9,7 @@ use crate::files;
 use crate::spec::{Format, RESOLVED_TABLE, Shard, SolutionMethod, SweepSpec};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::panic::resume_unwind;
 use xxhash_rust::xxh3::xxh3_128;
 
 pub(crate) const RUN_FILE: &str = "run.json";
@@ -226,6 +227,7 @@ pub(crate) fn check_shard(store: &dyn Store, record: &RunRecord, shard: Shard) -
 }
 
 /// Parts of a directory by chunk: sound ones, and names of damaged ones with the reason.
+#[derive(Debug)]
 pub(crate) struct Parts {
     pub sound: BTreeMap<u64, PartInfo>,
     pub damaged: Vec<(String, String)>,
@@ -235,9 +237,11 @@ pub(crate) fn parts(store: &dyn Store, record: &RunRecord) -> Result<Parts, Resu
     let format = record.format();
     let listed = store.list("")?;
     let listed = listed.iter().filter_map(|entry| Some((parts::part_chunk(&entry.name, format)?, entry)));
+    let listed: Vec<(u64, &Entry)> = listed.collect();
+    let checked = at_once(store, &listed, |(chunk, entry)| check(store, entry, *chunk, record));
     let mut parts = Parts { sound: BTreeMap::new(), damaged: Vec::new() };
-    for (chunk, entry) in listed {
-        match check(store, entry, chunk, record) {
+    for ((chunk, entry), checked) in listed.into_iter().zip(checked) {
+        match checked {
             Ok(info) => drop(parts.sound.insert(chunk, info)),
             Err(ResultsError::Damaged { reason, .. }) => parts.damaged.push((entry.name.clone(), reason)),
             Err(error) => return Err(error),
@@ -245,6 +249,19 @@ pub(crate) fn parts(store: &dyn Store, record: &RunRecord) -> Result<Parts, Resu
     }
     parts.damaged.sort();
     Ok(parts)
+}
+
+/// What `of` makes of each item, many at once: files of this machine wait for processors, others for replies.
+fn at_once<T: Sync, R: Send>(store: &dyn Store, items: &[T], of: impl Fn(&T) -> R + Sync) -> Vec<R> {
+    const REPLIES: usize = 16;
+    let threads = if store.is_remote() { REPLIES } else { std::thread::available_parallelism().map_or(1, usize::from) };
+    let share = items.len().div_ceil(threads.max(1)).max(1);
+    std::thread::scope(|scope| {
+        let of = &of;
+        let workers: Vec<_> =
+            items.chunks(share).map(|items| scope.spawn(move || items.iter().map(of).collect::<Vec<R>>())).collect();
+        workers.into_iter().flat_map(|worker| worker.join().unwrap_or_else(|panic| resume_unwind(panic))).collect()
+    })
 }
 
 /// Whether a part is whole, of this run, and holds its chunk's samples.

@@ -1,6 +1,6 @@
 //! A result directory opened again: sweep, rows by column and part by part, statuses, tips, voxels.
 
-use super::directory::{self, RunRecord, SWEEP_FILE, TIPS_FILE};
+use super::directory::{self, Parts, RunRecord, SWEEP_FILE, TIPS_FILE};
 use super::error::ResultsError;
 use super::layout::{Layout, plain_columns};
 use super::manifest::Manifest;
@@ -140,7 +140,11 @@ impl Results {
         if !self.has_rows() {
             return self.status_without_rows();
         }
-        let parts = directory::parts(self.store.as_ref(), &self.record)?;
+        Ok(self.status_of(directory::parts(self.store.as_ref(), &self.record)?))
+    }
+
+    /// What the parts found say.
+    pub(crate) fn status_of(&self, parts: Parts) -> DirectoryStatus {
         let mut counts = [0; Status::ALL.len()];
         for info in parts.sound.values() {
             for (sum, count) in counts.iter_mut().zip(&info.counts) {
@@ -156,7 +160,7 @@ impl Results {
         engines.remove("");
         methods.remove("");
         let parts_total = self.record.chunk_count();
-        Ok(DirectoryStatus {
+        DirectoryStatus {
             parts_total,
             parts_done: parts.sound.len() as u64,
             missing: (0..parts_total).filter(|chunk| !parts.sound.contains_key(chunk)).collect(),
@@ -167,7 +171,7 @@ impl Results {
             engines,
             methods,
             record: self.record.clone(),
-        })
+        }
     }
 
     /// Parts that are there, and their samples, without looking into them.

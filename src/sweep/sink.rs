@@ -14,8 +14,7 @@ use crate::spec::{Format, Shard, SolutionMethod, SweepSpec};
 use crate::table::Table;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::Ordering;
+use std::sync::{Arc, PoisonError};
 use std::time::Duration;
 
 /// Takes the rows of a run, part after part in order of samples.
@@ -226,11 +225,12 @@ impl RowSink for ResultDirectory {
         if let Some((beat, state)) = self.worker.take() {
             let text = serde_json::to_string_pretty(end.manifest).unwrap_or_default() + "\n";
             store.put(&format!("workers/{}.account.json", beat.id()), text.as_bytes())?;
-            if state.finishes.load(Ordering::Relaxed) {
+            let found = state.found.lock().unwrap_or_else(PoisonError::into_inner).take();
+            if let Some(found) = found {
                 beat.renew()?;
                 let results = Results::open(&self.dir)?;
                 let workers = results.workers()?.into_iter().map(|worker| worker.report).collect();
-                let account = merge::account(results.record(), results.spec(), &results.status()?);
+                let account = merge::account(results.record(), results.spec(), &results.status_of(found));
                 Manifest { workers, ..account }.write(store)?;
                 Claims::done(store)?;
             }

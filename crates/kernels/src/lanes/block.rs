@@ -2,13 +2,14 @@
 //! that arrived; or both with care.
 
 use super::algebra::length;
-use super::group::{Answer, ByNodes, Follow, InVarying, Load, Tools, store_end};
+use super::group::{Answer, ByNodes, Follow, Load, Tools, store_end};
 use super::kernels::Kernels;
 use super::lane::{Lane, Scalar};
-use super::memory::{CoarseScalar, Memory, pack};
+use super::memory::{CoarseScalar, Memory, pack, unpack};
 use super::path::{Path, rest_slope};
 use super::problem::Problem;
 use super::program::{Inputs, Outputs, Program};
+use super::varying::{InVarying, follow_block};
 use crate::model::{Anchors, BLOCK, MOST_ANCHOR_AXES, Prediction, Quantity, Status};
 use pulp::{Simd, WithSimd};
 use std::any::Any;
@@ -87,6 +88,9 @@ fn solve_job<L: Kernels>(token: L::Token, job: Job<'_, L::Scalar>) {
             }
         };
     }
+    if way == Way::Varying {
+        ready = follow_block(program, token, inputs, block.memory, order);
+    }
     for offset in (0..ready).step_by(L::COUNT) {
         let samples = &order[offset..ready.min(offset + L::COUNT)];
         let out = Outputs { data: &mut *values, stride: BLOCK, offset };
@@ -129,7 +133,7 @@ impl<L: Kernels> Block<'_, L> {
     /// Sorts samples, of `count`, by how far they would bend to first order, in plan units of moment.
     #[inline(always)]
     fn sort_by_bend(&mut self, count: usize, order: &mut [usize]) {
-        let Memory { paths: tools, inputs, rest_slopes, .. } = &mut *self.memory;
+        let Memory { paths: tools, inputs, rests, .. } = &mut *self.memory;
         let lanes = L::Coarse::COUNT;
         for (to, from) in inputs.iter_mut().zip(self.inputs) {
             *to = Scalar::from_f64(from.to_f64());
@@ -140,7 +144,7 @@ impl<L: Kernels> Block<'_, L> {
             let Tools { rod, workspace, .. } = tools;
             L::Coarse::load_rods(Load { program: self.program, token: self.token, inputs, rod });
             let slope = rest_slope(&Problem { program: self.program, inputs, rod }, workspace);
-            Outputs { data: rest_slopes, stride: BLOCK, offset }.store_vector(0, slope);
+            Outputs { data: rests, stride: BLOCK, offset }.store_vector(0, slope);
             let mut bend = [CoarseScalar::<L>::default(); WIDEST];
             length(slope).store(&mut bend);
             bends[offset..].iter_mut().zip(bend).take(lanes).for_each(|(to, bend)| *to = bend.to_f64());
@@ -181,13 +185,13 @@ impl<L: Kernels> Block<'_, L> {
     /// Follows the paths of all samples in `order`; puts those that arrive first and returns their number.
     #[inline(always)]
     fn follow(&mut self, order: &mut Vec<usize>) -> usize {
-        let Memory { paths: tools, inputs, rest_slopes, ends, .. } = &mut *self.memory;
+        let Memory { paths: tools, inputs, rests, ends, .. } = &mut *self.memory;
         let lanes = L::Coarse::COUNT;
         let mut arrived = Vec::with_capacity(order.len());
         let mut others = Vec::new();
         for samples in order.chunks(lanes) {
             pack(inputs, samples, lanes, &mut tools.inputs);
-            pack(rest_slopes, samples, lanes, &mut tools.start);
+            pack(rests, samples, lanes, &mut tools.start);
             let Tools { rod, workspace, inputs, start } = tools;
             let inputs = Inputs { data: inputs, stride: lanes, offset: 0 };
             L::Coarse::load_rods(Load { program: self.program, token: self.token, inputs, rod });
@@ -195,9 +199,7 @@ impl<L: Kernels> Block<'_, L> {
             let problem = Problem { program: self.program, inputs, rod };
             let end = L::Coarse::follow(Follow { problem, path: Path::Ramp, rest_slope, workspace });
             store_end(&end, &mut Outputs { data: start, stride: lanes, offset: 0 });
-            for (to, from) in ends.chunks_exact_mut(BLOCK).zip(tools.start.chunks_exact(lanes)) {
-                samples.iter().zip(from).for_each(|(sample, from)| to[*sample] = *from);
-            }
+            unpack(&tools.start, samples, lanes, ends);
             for (sample, reached) in samples.iter().zip(&tools.start) {
                 if reached.to_f64() > 0.5 { arrived.push(*sample) } else { others.push(*sample) }
             }
@@ -211,11 +213,11 @@ impl<L: Kernels> Block<'_, L> {
     /// Solves as many samples as a register holds, or fewer.
     #[inline(always)]
     fn solve(&mut self, samples: &[usize], path: Path, out: Outputs<'_, L::Scalar>) {
-        let Memory { answers: tools, rest_slopes, ends, .. } = &mut *self.memory;
+        let Memory { answers: tools, rests, ends, .. } = &mut *self.memory;
         pack(self.inputs, samples, L::COUNT, &mut tools.inputs);
         match path {
             Path::Anchored | Path::Ramp => pack(ends, samples, L::COUNT, &mut tools.start),
-            Path::GuardedRamp => pack(rest_slopes, samples, L::COUNT, &mut tools.start),
+            Path::GuardedRamp => pack(rests, samples, L::COUNT, &mut tools.start),
             Path::Search => {}
         }
         L::answer(Answer { program: self.program, token: self.token, path, tools, out });
@@ -232,8 +234,11 @@ impl<L: Kernels> Block<'_, L> {
     /// The same in a field that varies in space.
     #[inline(always)]
     fn solve_in_varying(&mut self, samples: &[usize], care: bool, out: Outputs<'_, L::Scalar>) {
-        let Memory { answers: tools, varying, .. } = &mut *self.memory;
+        let Memory { answers: tools, varying, ends, .. } = &mut *self.memory;
         pack(self.inputs, samples, L::COUNT, &mut tools.inputs);
+        if !care {
+            pack(ends, samples, L::COUNT, &mut tools.start);
+        }
         L::in_varying(InVarying { program: self.program, token: self.token, care, varying, tools, out });
     }
 }

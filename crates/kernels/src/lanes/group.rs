@@ -10,11 +10,16 @@ use super::program::{Inputs, Outputs, Program};
 use super::rod::Rod;
 use super::search::search_start;
 use super::solve::solve_group;
-use super::varying::{Pass as VaryingPass, VaryingWorkspace, integrate, solve_varying};
+use super::varying::VARYING_END_COLUMNS;
 use pulp::{Simd, WithSimd};
 
 /// Numbers of the end of a path from rest: reached, in several load steps, passes, lambda, base moment, inverse of W.
-pub const END_COLUMNS: usize = 16;
+const END_COLUMNS: usize = 16;
+
+/// Numbers of the end of a path of a program.
+pub fn end_columns(program: &Program) -> usize {
+    if program.field.is_some() { VARYING_END_COLUMNS } else { END_COLUMNS }
+}
 
 /// What registers of one kind need.
 pub struct Tools<L: Lane> {
@@ -32,7 +37,7 @@ impl<L: Kernels> Tools<L> {
             rod: Rod::new(token),
             workspace: Workspace::new(token, program),
             inputs: vec![L::Scalar::default(); columns * L::COUNT],
-            start: vec![L::Scalar::default(); END_COLUMNS * L::COUNT],
+            start: vec![L::Scalar::default(); end_columns(program) * L::COUNT],
         }
     }
 }
@@ -145,53 +150,6 @@ impl<L: Kernels> WithSimd for ByNodes<'_, L> {
         let inputs = Inputs { data: inputs, stride: L::COUNT, offset: 0 };
         L::load_rods(Load { program, token, inputs, rod });
         solve_nodes(&Problem { program, inputs, rod }, nodes, workspace, &mut out);
-    }
-}
-
-/// The arguments of [`solve_varying`].
-pub struct InVarying<'a, L: Lane> {
-    pub program: &'a Program,
-    pub token: L::Token,
-    pub care: bool,
-    pub varying: &'a mut VaryingWorkspace<L>,
-    pub tools: &'a mut Tools<L>,
-    pub out: Outputs<'a, L::Scalar>,
-}
-
-impl<L: Lane> InVarying<'_, L> {
-    pub fn token(&self) -> L::Token {
-        self.token
-    }
-}
-
-impl<L: Kernels> WithSimd for InVarying<'_, L> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let InVarying { program, token, care, varying, tools, mut out } = self;
-        let Tools { rod, inputs, .. } = tools;
-        let inputs = Inputs { data: inputs, stride: L::COUNT, offset: 0 };
-        L::load_rods(Load { program, token, inputs, rod });
-        solve_varying(&Problem { program, inputs, rod }, care, varying, &mut out);
-    }
-}
-
-/// A pass over a rod in a field that varies.
-pub struct PassVarying<'a, L: Lane>(pub VaryingPass<'a, L>);
-
-impl<L: Lane> PassVarying<'_, L> {
-    pub fn token(&self) -> L::Token {
-        self.0.lambda.token()
-    }
-}
-
-impl<L: Lane> WithSimd for PassVarying<'_, L> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        integrate(self.0);
     }
 }
 

@@ -4,12 +4,12 @@
 
 use super::block::Job;
 use super::counted::Counted;
-use super::group::{Answer, ByNodes, Follow, InVarying, Load, PassVarying};
+use super::group::{Answer, ByNodes, Follow, Load};
 use super::lane::{F32, F64, Lane};
 use super::path::PathEnd;
 use super::shoot::Pass;
 use super::terms::ProgramTerms;
-use super::varying;
+use super::varying::{self, FollowVarying, InVarying, PassVarying};
 
 /// A pass over the rod. It returns nothing, so that naming it costs no frame of its own on the stack: another 16 bytes
 /// there, and what an AVX-512 kernel spills lies across cache lines.
@@ -29,6 +29,7 @@ pub trait Kernels: Passes {
     fn follow(follow: Follow<'_, Self>) -> PathEnd<Self>;
     fn answer(answer: Answer<'_, Self>);
     fn by_nodes(by_nodes: ByNodes<'_, Self>);
+    fn follow_varying(follow: FollowVarying<'_, Self>);
     fn in_varying(in_varying: InVarying<'_, Self>);
     fn varying_pass(pass: varying::Pass<'_, Self>);
 }
@@ -87,7 +88,7 @@ macro_rules! kernel {
     ($module:ident, $argument:ident, $result:ty) => {
         pub mod $module {
             use super::L;
-            use crate::lanes::group::$argument;
+            use crate::lanes::kernels::$argument;
             #[allow(unused_imports)]
             use crate::lanes::{lane::Lane, path::PathEnd};
 
@@ -110,6 +111,7 @@ macro_rules! kernels {
             kernel!(follow, Follow, PathEnd<L>);
             kernel!(answer, Answer, ());
             kernel!(by_nodes, ByNodes, ());
+            kernel!(follow_varying, FollowVarying, ());
             kernel!(in_varying, InVarying, ());
             kernel!(pass_varying, PassVarying, ());
 
@@ -147,6 +149,9 @@ macro_rules! kernels {
             }
             fn by_nodes(by_nodes: ByNodes<'_, Self>) {
                 $module::by_nodes::run(by_nodes)
+            }
+            fn follow_varying(follow: FollowVarying<'_, Self>) {
+                $module::follow_varying::run(follow)
             }
             fn in_varying(in_varying: InVarying<'_, Self>) {
                 $module::in_varying::run(in_varying)

@@ -1,11 +1,11 @@
 //! What a thread keeps from block to block, and how samples of a block are put side by side.
 
-use super::group::{END_COLUMNS, Tools};
+use super::group::{Tools, end_columns};
 use super::kernels::Kernels;
 use super::lane::{Lane, Scalar};
 use super::nodes::Nodes;
 use super::program::Program;
-use super::varying::VaryingWorkspace;
+use super::varying::{REST_COLUMNS, VaryingWorkspace};
 use crate::model::BLOCK;
 
 pub type CoarseScalar<L> = <<L as Kernels>::Coarse as Lane>::Scalar;
@@ -16,9 +16,11 @@ pub struct Memory<L: Kernels> {
     pub answers: Tools<L>,
     pub nodes: Nodes<L>,
     pub varying: VaryingWorkspace<L>,
-    /// Inputs of the block, dm0/dlambda at rest and the ends of the paths, by sample.
+    pub varying_paths: VaryingWorkspace<L::Coarse>,
+    /// Inputs of the block, how its samples set out from rest (dm0/dlambda, where the field varies d(n0, m0)/dlambda) and the ends
+    /// of their paths, by sample.
     pub inputs: Vec<CoarseScalar<L>>,
-    pub rest_slopes: Vec<CoarseScalar<L>>,
+    pub rests: Vec<CoarseScalar<L>>,
     pub ends: Vec<CoarseScalar<L>>,
 }
 
@@ -30,9 +32,10 @@ impl<L: Kernels> Memory<L> {
             answers: Tools::new(token, program, inputs / BLOCK),
             nodes: Nodes::new(token, program),
             varying: VaryingWorkspace::new(token, program),
+            varying_paths: VaryingWorkspace::new(token, program),
             inputs: vec![zero; inputs],
-            rest_slopes: vec![zero; 3 * BLOCK],
-            ends: vec![zero; END_COLUMNS * BLOCK],
+            rests: vec![zero; REST_COLUMNS * BLOCK],
+            ends: vec![zero; end_columns(program) * BLOCK],
         }
     }
 }
@@ -45,5 +48,13 @@ pub fn pack<From: Scalar, To: Scalar>(columns: &[From], samples: &[usize], lanes
     for (to, from) in to.chunks_exact_mut(lanes).zip(columns.chunks_exact(BLOCK)) {
         to.fill(To::from_f64(from[last].to_f64()));
         to.iter_mut().zip(samples).for_each(|(to, sample)| *to = To::from_f64(from[*sample].to_f64()));
+    }
+}
+
+/// Puts them back.
+#[inline(always)]
+pub fn unpack<S: Scalar>(from: &[S], samples: &[usize], lanes: usize, columns: &mut [S]) {
+    for (to, from) in columns.chunks_exact_mut(BLOCK).zip(from.chunks_exact(lanes)) {
+        samples.iter().zip(from).for_each(|(sample, from)| to[*sample] = *from);
     }
 }

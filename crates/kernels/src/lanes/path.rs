@@ -6,7 +6,6 @@ use super::algebra::{Mat3, Vec3, axpy, columns_cross_sub, cross, dot, inverse, l
 use super::base::{moment_columns, rotation_columns};
 use super::lane::Lane;
 use super::problem::{Problem, Workspace};
-use super::rod::{Rod, Segment};
 use super::shoot::{Record, shoot, tip_moment_columns};
 use super::stability::{is_above, is_sharp, squared_norm, stability_index};
 use crate::model::path::{
@@ -51,15 +50,8 @@ pub struct PathEnd<L: Lane> {
 pub fn rest_slope<L: Lane>(problem: &Problem<'_, L>, workspace: &mut Workspace<L>) -> Vec3<L> {
     let Problem { program, rod, .. } = *problem;
     let zero = rod.t.x.constant(0.0);
-    let mut stiff = Rod { segments: Vec::with_capacity(rod.segments.len()), ..*rod };
-    for segment in &rod.segments {
-        stiff.segments.push(match segment {
-            Segment::Flexible(flexible) => Segment::Flexible(flexible.stiff()),
-            Segment::Rigid(rigid) => Segment::Rigid(*rigid),
-        });
-    }
     let one = zero.constant(1.0);
-    let stiff = Problem { rod: &stiff, ..*problem };
+    let stiff = Problem { rod: &rod.stiff(), ..*problem };
     let tip = shoot(&stiff, &program.coarse, one, Vec3::splat(zero), &mut [], Record::Nothing, workspace);
     rod.l_tip - tip.m
 }

@@ -5,8 +5,8 @@ use super::lane::{Lane, Scalar};
 use super::terms::ProgramTerms;
 use super::varying::ProgramField;
 use crate::model::path::{PATH_STEPPER, chord_tolerance, first_order_tolerance, newton_tolerance, rounded};
-use crate::model::record::BASE_POSITION_AT;
-use crate::model::{Anchors, DerivativeScale, Entry, Plan, PlanAnchors, SegmentPlan, Slot, Tableau};
+use crate::model::record::{BASE_POSITION_AT, LOAD_AT};
+use crate::model::{Anchors, Derivative, DerivativeScale, Entry, Plan, PlanAnchors, SegmentPlan, Slot, Tableau};
 use std::sync::Arc;
 
 /// Where a number of the record comes from, in the plan's units.
@@ -69,6 +69,10 @@ pub struct Program {
     pub start: Option<usize>,
     /// Where samples may start instead of from rest, and the column of their first coordinate there.
     pub anchors: Option<(Arc<Anchors>, usize)>,
+    /// Of each segment, in a field that varies: whether force is the same all along it, for derivatives, too.
+    pub steady: Vec<bool>,
+    /// Of each three derivatives, there: the first segment that any of them acts on.
+    pub acts_from: Vec<usize>,
     /// Whether derivatives come from forward columns.
     pub forward: bool,
     pub collect: Vec<Collect>,
@@ -122,13 +126,16 @@ impl Program {
         // Kernels integrate M where anything but coils changes it.
         terms.load |= terms.magnet;
         terms.load |= plan.forward && slots().any(|slot| matches!(slot, Slot::Load(..) | Slot::DipolePerLength(..)));
-        let terms = ProgramTerms::new(terms, terms.is_general() || plan.forward);
+        // In a field that varies each column asks for its own sources.
+        let is_general = terms.is_general() || plan.forward && !plan.terms.varying_field;
+        let terms = ProgramTerms::new(terms, is_general);
         let collect = if plan.forward { vec![Collect::default(); integrated] } else { collect(plan, integrated) };
         let steps =
             |scale: &dyn Fn(usize) -> usize| plan.segments[..integrated].iter().map(|s| scale(s.steps)).collect();
         let stepper = plan.options.stepper;
         let tableau = stepper.tableau();
         let on_path = |steps| Resolution { tableau: PATH_STEPPER.tableau(), steps };
+        let steady = (0..integrated).map(|index| is_steady(plan, &sources, index)).collect();
         let newton_tolerance = newton_tolerance(plan.options.tolerance, epsilon);
         Self {
             terms,
@@ -136,6 +143,8 @@ impl Program {
             rigid_force_arm: plan.scene.rigid_force_arm,
             sources,
             field: ProgramField::new(plan),
+            steady,
+            acts_from: acts_from(plan),
             segments: plan.segments[..integrated].to_vec(),
             free: plan.free.map(|free| free.entry),
             all_segments: plan.segments.len(),
@@ -183,6 +192,32 @@ impl Program {
             z: self.entry(token, inputs, entry + 2),
         }
     }
+}
+
+/// Whether no force acts along a segment, nor that of any derivative.
+fn is_steady(plan: &Plan, sources: &[Source], index: usize) -> bool {
+    let segment = &plan.segments[index];
+    if !(plan.terms.varying_field && segment.is_flexible) {
+        return false;
+    }
+    let load = &sources[segment.record + LOAD_AT..][..3];
+    let by = |slot: &Slot| matches!(slot, Slot::Load(at, _) | Slot::DipolePerLength(at, _) if *at == index);
+    let mut slots = plan.derivatives.iter().flat_map(|derivative| &derivative.terms).map(|(slot, _)| slot);
+    !segment.has_magnet && load.iter().all(|w| matches!(w, Source::Constant(0.0))) && !slots.any(by)
+}
+
+/// The first segment on which any of each three derivatives acts, in a field that varies.
+fn acts_from(plan: &Plan) -> Vec<usize> {
+    let magnetic = plan.segments.iter().position(|segment| segment.has_dipole || segment.has_magnet);
+    let never = plan.segments.len();
+    let of = |slot: &Slot| match slot {
+        Slot::TipForce(_) | Slot::TipMoment(_) => never,
+        slot if slot.is_of_sources() || matches!(slot, Slot::FluxDensity(_)) => magnetic.unwrap_or(never),
+        slot => slot.segment().unwrap_or(0),
+    };
+    let slots =
+        |three: &[Derivative]| three.iter().flat_map(|derivative| &derivative.terms).map(|(slot, _)| of(slot)).min();
+    plan.derivatives.chunks(3).map(|three| slots(three).unwrap_or(never)).collect()
 }
 
 /// The grid of a plan and the column of the first coordinate.

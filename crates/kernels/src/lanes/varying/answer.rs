@@ -1,82 +1,71 @@
 //! Newton's method on the fine grid and the row of each sample, in a field that varies. F5, J5
 
+use super::chord::{Check, check_pass, chord_steps, newton_step, shoot};
 use super::ends::slopes;
 use super::index::index;
 use super::matrix::Mat6;
-use super::pass::{Pass, VaryingWorkspace, What};
-use super::path::{VaryingPath, follow_varying, margin, norm, size};
+use super::path::{Load, VaryingPath, margin, norm, select};
+use super::step::State;
+use super::workspace::{VaryingWorkspace, What};
 use crate::lanes::algebra::{Vec3, cross, dot, length};
 use crate::lanes::kernels::Kernels;
 use crate::lanes::lane::{Lane, Scalar};
 use crate::lanes::problem::Problem;
-use crate::lanes::program::{Outputs, Resolution};
+use crate::lanes::program::Outputs;
 use crate::lanes::rod::Segment;
 use crate::lanes::section::velocity;
-use crate::model::path::{COLUMN_NOISE, CONTRACTION, DIFFERENCE, REACH, ROUND_OFF, TRUST};
+use crate::model::path::{COLUMN_NOISE, DIFFERENCE, NEWTON_LIMIT, REACH, ROUND_OFF, SAFE_MARGIN, TRUST};
 use crate::model::{DerivativeScale, NO_EQUILIBRIUM, Quantity, Status};
 
-/// Passes on the fine grid, the first of them for chord steps.
-const PASSES: usize = 14;
-const CHORDS: usize = 8;
+/// Without care, answers nearer to a fold or a bifurcation than this (stability margin) are followed again with it.
+const ANSWER_MARGIN: f64 = 0.5 * SAFE_MARGIN;
 
-/// Solves one group and writes its rows, in the plan's units, to `out`. Without care, lanes whose path asks for short
-/// steps are `Pending`.
+/// Solves one group from where its paths ended and writes its rows, in the plan's units, to `out`. Without care, lanes whose
+/// path has not led to a stable equilibrium are `Pending`.
 #[inline(always)]
 pub fn solve_varying<L: Kernels>(
     problem: &Problem<'_, L>,
     care: bool,
+    mut end: VaryingPath<L>,
     workspace: &mut VaryingWorkspace<L>,
     out: &mut Outputs<'_, L::Scalar>,
 ) {
     let Problem { program, rod, .. } = *problem;
-    let zero = rod.t.x.constant(0.0);
-    let one = zero.constant(1.0);
-    workspace.space.load(problem);
+    let one = rod.t.x.constant(1.0);
     for k in 0..workspace.parameters.len() {
         workspace.parameters[k].load(problem, 3 * k);
     }
-    let mut end = follow_varying(problem, care, workspace);
-    let tolerance = one.constant(program.newton_tolerance);
-    let (mut moving, mut converged) = (end.reached, one.lt(zero));
-    // Chord steps with the path's inverse while they bring much, else Newton's.
-    let mut bound = one.constant(TRUST);
-    let mut chords = true;
-    for pass in 0..PASSES {
-        let what = if pass < CHORDS && chords { What::State } else { What::Base };
+    let mut check = chord_steps(problem, &mut end, workspace);
+    let (mut moving, mut converged, mut moved) = (end.reached, one.lt(rod.t.x.constant(0.0)), one.lt(one));
+    let mut left = end.base;
+    for pass in 0..NEWTON_LIMIT {
+        let what = if care { What::Parameters } else { What::Columns };
         shoot(problem, &program.fine, end.base, what, workspace);
-        if what == What::Base {
-            end.inverse = workspace.matrix.solve(&Mat6::identity(one));
-            bound = one.constant(TRUST);
-        }
-        let tip = workspace.tip;
-        let (dn, dm) = end.inverse.on(rod.f_tip - tip.n, rod.l_tip - tip.m); // F5
-        let (change, share) = (norm((dn, dm)), size((dn, dm), end.base));
-        let trusted = moving & change.lt(bound);
+        end.inverse = workspace.matrix.solve(&Mat6::identity(one));
+        left = newton_step(rod, &workspace.tip, &end.inverse);
+        let change = norm(left);
+        let tolerance = one.constant(program.newton_tolerance) * (norm(end.base) + one);
+        let first_order = margin(&end.inverse) * one.constant(program.first_order_tolerance);
+        converged = end.reached & change.lt(tolerance.max(first_order));
         end.passes = L::select(moving, end.passes + one, end.passes);
-        end.base =
-            (Vec3::select(trusted, end.base.0 + dn, end.base.0), Vec3::select(trusted, end.base.1 + dm, end.base.1));
-        converged = converged | (trusted & share.lt(tolerance));
-        chords = chords && L::any(trusted);
-        bound = L::select(trusted, change * one.constant(CONTRACTION), bound);
-        moving = moving & !converged;
-        if !L::any(moving) {
+        moving = moving & !converged & change.lt(one.constant(TRUST));
+        if pass + 1 == NEWTON_LIMIT || !L::any(moving) {
             break;
         }
+        end.base = select::<L>(moving, (end.base.0 + left.0, end.base.1 + left.1), end.base);
+        moved = moved | moving;
     }
-    write(problem, &end, (converged, care), workspace, out);
-}
-
-#[inline(always)]
-fn shoot<L: Kernels>(
-    problem: &Problem<'_, L>,
-    resolution: &Resolution,
-    base: (Vec3<L>, Vec3<L>),
-    what: What,
-    workspace: &mut VaryingWorkspace<L>,
-) {
-    let lambda = base.0.x.constant(1.0);
-    let points = problem.program.field.as_ref().map_or(&[][..], |field| field.points);
-    L::varying_pass(Pass { problem: *problem, resolution, lambda, base, what, points, workspace });
+    if L::any(moved) {
+        // What the columns are of stays.
+        let columns = (workspace.tip, workspace.clearance, workspace.inside);
+        let again = check_pass(problem, end.base, workspace);
+        (workspace.tip, workspace.clearance, workspace.inside) = columns;
+        check = Check {
+            base: select::<L>(moved, again.base, check.base),
+            tip: State::select(moved, &again.tip, &check.tip),
+        };
+    }
+    write(problem, &end, (converged, care), (&check, left), workspace, out);
 }
 
 /// What a change of the base's load does to the tip: displacement and rotation.
@@ -85,36 +74,54 @@ fn moved<L: Lane>(workspace: &VaryingWorkspace<L>, change: (Vec3<L>, Vec3<L>)) -
     workspace.pose.on(change.0, change.1)
 }
 
-/// Writes the row; what is left of the residual is taken out to first order.
+/// Position and frame of a tip after a change of the load at the base, to first order.
+#[inline(always)]
+fn moved_tip<L: Lane>(tip: &State<L>, workspace: &VaryingWorkspace<L>, change: Load<L>) -> (Vec3<L>, Vec3<L>, Vec3<L>) {
+    let (dp, turn) = moved(workspace, change);
+    (tip.p + dp, tip.d1 + cross(turn, tip.d1), tip.t + cross(turn, tip.t))
+}
+
+/// Writes the row of the equilibrium on twice the fine steps, `check` moved to first order. On the fine steps it is the last
+/// pass moved by what is `left`; where both differ by no more than round-off, fewer steps have less of it.
 #[inline(always)]
 fn write<L: Kernels>(
     problem: &Problem<'_, L>,
     end: &VaryingPath<L>,
     (converged, care): (L::Mask, bool),
-    workspace: &mut VaryingWorkspace<L>,
+    (check, left): (&Check<L>, Load<L>),
+    workspace: &VaryingWorkspace<L>,
     out: &mut Outputs<'_, L::Scalar>,
 ) {
     let Problem { program, rod, .. } = *problem;
     let one = rod.t.x.constant(1.0);
-    // On twice the steps, for the error estimate.
-    shoot(problem, &program.check, end.base, What::State, workspace);
-    let check = workspace.tip;
-    shoot(problem, &program.fine, end.base, What::Parameters, workspace);
-    let tip = workspace.tip;
-    let inverse = workspace.matrix.solve(&Mat6::identity(one));
-    let left = inverse.on(rod.f_tip - tip.n, rod.l_tip - tip.m); // F5
-    let converged = converged & size(left, end.base).lt(one.constant(10.0 * program.newton_tolerance));
-    let (dp, turn) = moved(workspace, left);
-    let position = tip.p + dp;
-    let (d1, t) = (tip.d1 + cross(turn, tip.d1), tip.t + cross(turn, tip.t));
-    let m0 = end.base.1 + left.1;
+    let (tip, inverse) = (workspace.tip, end.inverse);
+    let step = newton_step(rod, &check.tip, &inverse);
+    let answer = (check.base.0 + step.0, check.base.1 + step.1);
+    let (p, d1, t) = moved_tip(&check.tip, workspace, step);
+    let (fine_p, fine_d1, fine_t) = moved_tip(&tip, workspace, left);
+    let difference = (length(p - fine_p) / rod.length()).max(length(d1 - fine_d1)).max(length(t - fine_t));
+    let answers = workspace.pose.times(&inverse);
+    let mut square = one;
+    for x in answers.0.as_flattened() {
+        square = x.mul_add(*x, square);
+    }
+    let amplification = (norm(check.base) + one) * square.sqrt();
+    let round_off = amplification * one.constant(ROUND_OFF * L::Scalar::EPSILON);
+    let is_rounded = difference.lt(round_off * one.constant(program.rounded));
+    let share = L::select(is_rounded, one, one.constant(program.error_share));
+    let second_order = amplification * (dot(step.0, step.0) + dot(step.1, step.1));
+    let error = difference * one.constant(DIFFERENCE) * share + round_off + second_order;
+    let (p, d1) = (Vec3::select(is_rounded, fine_p, p), Vec3::select(is_rounded, fine_d1, d1));
+    let t = Vec3::select(is_rounded, fine_t, t);
     if program.first_beyond_rigid.is_some() {
         let u = workspace.first.u + workspace.first.moved(left);
         out.store_vector(Quantity::COUNT + program.rows * program.derivatives.len(), u);
     }
-    let index = index(&workspace.transfers, one);
-    let stable = index.lt(one.constant(0.5));
     let margin = margin(&inverse);
+    // Without care the path has counted the index; that says nothing next to a fold.
+    let index = if care { index(&workspace.transfers, one) } else { one.constant(0.0) };
+    let least = one.constant(if care { 0.0 } else { ANSWER_MARGIN });
+    let stable = index.lt(one.constant(0.5)) & least.lt(margin);
     let within_reach = length(tip.p).lt(one.constant(REACH));
     let zero = one.constant(0.0);
     let (is_far, is_inside) = (zero.lt(workspace.clearance), zero.lt(workspace.inside));
@@ -130,14 +137,17 @@ fn write<L: Kernels>(
     lost = L::select(end.fold, code(one, Status::Fold), lost);
     lost = L::select(end.outside, code(one, Status::OutsideMap), lost);
     lost = L::select(end.too_near, code(one, Status::TooNearMagnet), lost);
-    let lost = if care { lost } else { code(one, Status::Pending) };
-    let status = L::select(end.reached, status, lost);
+    let mut status = L::select(end.reached, status, lost);
+    if !care {
+        // Only a stable equilibrium has no need of care.
+        status = L::select(end.reached & converged & stable & clear, status, code(one, Status::Pending));
+    }
     let is_equilibrium = end.reached & converged & clear;
 
-    out.store_vector(Quantity::TipPosition.column(), position);
+    out.store_vector(Quantity::TipPosition.column(), p);
     out.store_vector(Quantity::TipD1.column(), d1);
     out.store_vector(Quantity::TipTangent.column(), t);
-    out.store_vector(Quantity::BaseMoment.column(), m0);
+    out.store_vector(Quantity::BaseMoment.column(), answer.1);
     let residual = length(tip.n - rod.f_tip).max(length(tip.m - rod.l_tip));
     out.store(Quantity::Residual.column(), residual);
     out.store(Quantity::StabilityMargin.column(), L::select(stable, margin, -margin));
@@ -146,26 +156,15 @@ fn write<L: Kernels>(
     out.store(Quantity::LoadFraction.column(), end.lambda);
     out.store(Quantity::Status.column(), status);
 
-    let delta = inverse.on(rod.f_tip - check.n, rod.l_tip - check.m);
-    let (shift, turned) = moved(workspace, delta);
-    let by_position = length(check.p + shift - position) / rod.length();
-    let by_d1 = length(check.d1 + cross(turned, check.d1) - d1);
-    let by_t = length(check.t + cross(turned, check.t) - t);
-    let answers = workspace.pose.times(&inverse);
-    let mut square = one;
-    for x in answers.0.as_flattened() {
-        square = x.mul_add(*x, square);
-    }
-    let load = (length(end.base.0) + length(m0) + one) * one.constant(ROUND_OFF * L::Scalar::EPSILON);
-    let error = by_position.max(by_d1).max(by_t) * one.constant(DIFFERENCE) + load * square.sqrt();
     out.store(Quantity::ErrorEstimate.column(), error);
-    let steps = (dot(delta.0, delta.0) + dot(delta.1, delta.1)).sqrt();
-    let both = by_position.max(by_d1).max(by_t) + steps / margin;
+    // Columns are those at the load that the last pass began with.
+    let off = (answer.0 - end.base.0, answer.1 - end.base.1);
+    let both = difference + norm(off) / margin;
     let DerivativeScale { share, floor } = program.derivative_scale;
-    let noise = load * square.sqrt() / margin * one.constant(COLUMN_NOISE);
+    let noise = amplification / margin * one.constant(COLUMN_NOISE * ROUND_OFF * L::Scalar::EPSILON);
     let derivative_error = (both * one.constant(share)).max(one.constant(floor)) + noise;
     out.store(Quantity::DerivativeError.column(), derivative_error);
-    write_rows(problem, end, &inverse, workspace, out);
+    write_rows(problem, end, workspace, out);
 }
 
 /// The rows of every derivative: dX = dX|base + (dX/d(base)) d(base). J5
@@ -173,19 +172,12 @@ fn write<L: Kernels>(
 fn write_rows<L: Lane>(
     problem: &Problem<'_, L>,
     end: &VaryingPath<L>,
-    inverse: &Mat6<L>,
     workspace: &VaryingWorkspace<L>,
     out: &mut Outputs<'_, L::Scalar>,
 ) {
     let Problem { program, rod, .. } = *problem;
     let rows = program.rows / 3;
-    let base = super::step::State {
-        p: Vec3::splat(rod.t.x.constant(0.0)),
-        d1: rod.d1,
-        t: rod.t,
-        m: end.base.1,
-        n: end.base.0,
-    };
+    let base = State { p: Vec3::splat(rod.t.x.constant(0.0)), d1: rod.d1, t: rod.t, m: end.base.1, n: end.base.0 };
     let mut slope = base.p;
     if let Some(Segment::Flexible(first)) = rod.segments.first() {
         let v = velocity(program.terms, first, base.d1, cross(base.t, base.d1), base.t, base.n);
@@ -195,7 +187,7 @@ fn write_rows<L: Lane>(
         for k in 0..3.min(program.derivatives.len() - 3 * three) {
             let dn = parameters.df_tip[k] - columns.dn[k];
             let dm = parameters.sources.dl_tip[k] - columns.dm[k];
-            let change = inverse.on(dn, dm);
+            let change = end.inverse.on(dn, dm);
             let (dp, w) = moved(workspace, change);
             // What is inserted lies proximal to the former base.
             let dm0 = change.1 - slope * parameters.sources.insertion[k];

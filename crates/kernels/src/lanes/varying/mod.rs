@@ -4,18 +4,27 @@
 //! product is dr/d(n0, m0), and elimination from the tip counts the index. There is no shader of it yet.
 
 mod answer;
+mod block;
+mod chord;
 mod crossing;
 mod ends;
 mod first;
+mod group;
 mod index;
 mod map;
 mod matrix;
 mod parameters;
 mod pass;
 mod path;
+mod rest;
 mod space;
 mod step;
+mod workspace;
 
-pub use answer::solve_varying;
-pub use pass::{Pass, VaryingWorkspace, integrate};
+pub use block::follow_block;
+pub use group::{FollowVarying, InVarying, PassVarying};
+pub use pass::Pass;
+pub use path::VARYING_END_COLUMNS;
+pub use rest::REST_COLUMNS;
 pub use space::ProgramField;
+pub use workspace::VaryingWorkspace;

@@ -2,31 +2,16 @@
 
 use super::crossing::Crossing;
 use super::ends::{base_columns, lengthen};
-use super::first::First;
 use super::index::Transfer;
 use super::matrix::Mat6;
 use super::parameters::Parameters;
-use super::space::Space;
-use super::step::{Columns, Room, State, Step, step_columns, step_rod};
+use super::step::{Columns, State, Step, step_columns, step_rod};
+use super::workspace::{VaryingWorkspace, What};
 use crate::lanes::algebra::{Mat3, Vec3, columns_cross_sub, cross, hat};
 use crate::lanes::lane::Lane;
 use crate::lanes::problem::Problem;
-use crate::lanes::program::{Program, Resolution};
+use crate::lanes::program::Resolution;
 use crate::lanes::rod::Segment;
-use crate::lanes::step::Stages;
-
-/// What a pass carries along.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum What {
-    /// The state alone.
-    State,
-    /// Columns by the load at the base.
-    Base,
-    /// The transfer of every interval, and their product.
-    Transfers,
-    /// The same, and forward columns of the parameters.
-    Parameters,
-}
 
 /// A pass: the arguments of [`integrate`].
 pub struct Pass<'a, L: Lane> {
@@ -39,47 +24,6 @@ pub struct Pass<'a, L: Lane> {
     /// Points of a rigid segment where the field acts, and their shares of its dipole.
     pub points: &'static [(f64, f64)],
     pub workspace: &'a mut VaryingWorkspace<L>,
-}
-
-/// Memory of the kernel.
-pub struct VaryingWorkspace<L: Lane> {
-    pub space: Space<L>,
-    room: Room<L>,
-    pub parameters: Vec<Parameters<L>>,
-    /// Of the last pass: the tip, how its pose and its residual follow the load at the base, each interval.
-    pub tip: State<L>,
-    pub pose: Mat6<L>,
-    pub matrix: Mat6<L>,
-    pub transfers: Vec<Transfer<L>>,
-    /// Its columns by parameters, three each.
-    pub columns: Vec<Columns<L>>,
-    /// Where the first flexible segment of the rod starts, if a rigid one comes before it.
-    pub first: First<L>,
-    /// The least distance to a magnet beyond its clearance.
-    pub clearance: L,
-    /// How far the magnetic parts of the rod are inside of every map.
-    pub inside: L,
-}
-
-impl<L: Lane> VaryingWorkspace<L> {
-    pub fn new(token: L::Token, program: &Program) -> Self {
-        let zero = L::splat(token, 0.0);
-        let v = Vec3::splat(zero);
-        let threes = if program.field.is_some() { program.derivatives.len().div_ceil(3) } else { 0 };
-        Self {
-            space: Space::new(zero),
-            room: Room::new(Stages::new(token, program.fine.tableau), zero),
-            parameters: (0..threes).map(|_| Parameters::new(token)).collect(),
-            tip: State { p: v, d1: v, t: v, m: v, n: v },
-            pose: Mat6::zero(zero),
-            matrix: Mat6::zero(zero),
-            transfers: Vec::new(),
-            columns: Vec::new(),
-            first: First::new(zero),
-            clearance: zero,
-            inside: zero,
-        }
-    }
 }
 
 /// dr/d(n0, m0) from the canonical load at the tip, with moment `m` there.
@@ -141,22 +85,30 @@ pub fn integrate<L: Lane>(pass: Pass<'_, L>) {
     let (mut pose, mut load) = (Mat6::zero(zero), Mat6::identity(zero));
     let far = zero.constant(1e9);
     let (mut clearance, mut inside) = (space.clearance(state.p, far), far);
-    let with_transfers = matches!(what, What::Transfers | What::Parameters);
+    let with_transfers = what.has_transfers();
     // By the load at the base, or by the start of each interval.
     let mut own = interval_columns(state.m);
-    transfers.clear();
-    columns.clear();
-    if what == What::Parameters {
+    // What is not carried along stays as an earlier pass has left it.
+    if with_transfers {
+        transfers.clear();
+    }
+    if what.has_parameters() {
+        columns.clear();
         for parameters in parameters.iter() {
             columns.push(base_columns(&problem, parameters, &state));
         }
     }
+    let threes = if what.has_parameters() { columns.len() } else { 0 };
     for (index, segment) in rod.segments.iter().enumerate() {
         match segment {
             Segment::Flexible(flexible) => {
                 let steps = resolution.steps[index];
-                let share = 1.0 / steps.max(1) as f64;
-                if what == What::Parameters && Some(index) == program.first_beyond_rigid {
+                let (share, steady) = (1.0 / steps.max(1) as f64, program.steady[index]);
+                if what.has_parameters() && Some(index) == program.first_beyond_rigid {
+                    if what.has_base() {
+                        load.put(0, &own[0].dn, &own[0].dm);
+                        load.put(3, &own[1].dn, &own[1].dm);
+                    }
                     first.load(program.terms, (flexible, index), &state, &load, parameters, columns);
                 }
                 room.stages.set_step(resolution.tableau, flexible.length * zero.constant(share));
@@ -164,23 +116,32 @@ pub fn integrate<L: Lane>(pass: Pass<'_, L>) {
                     let start = k as f64 * share;
                     let step = Step { terms: program.terms, space, segment: flexible, lambda, start, share };
                     let before = state;
-                    step_rod(&step, room, what != What::State, &mut state);
-                    let mut count = if what == What::Base { 2 } else { 0 };
+                    match steady {
+                        true => step_rod::<L, true>(&step, room, what != What::State, &mut state),
+                        false => step_rod::<L, false>(&step, room, what != What::State, &mut state),
+                    }
+                    let mut count = if what.has_base() { 2 } else { 0 };
                     if with_transfers {
                         own = interval_columns(before.m);
                         // Without a magnet a displacement takes the interval along.
                         count = if flexible.has_magnet { 4 } else { 3 };
                     }
-                    for k in 0..count + columns.len() {
+                    for k in 0..count + threes {
+                        if k >= count && index < program.acts_from[k - count] {
+                            continue;
+                        }
                         let (by, three) = numbered(k, count, index, parameters, &mut own, columns);
-                        step_columns(&step, room, by, three);
+                        match steady {
+                            true => step_columns::<L, true>(&step, room, by, three),
+                            false => step_columns::<L, false>(&step, room, by, three),
+                        }
                     }
                     if with_transfers {
                         push(transfers, (&mut pose, &mut load), &own, state.m, true);
                     }
                     clearance = space.clearance(state.p, clearance);
                 }
-                for (parameters, three) in parameters.iter().zip(columns.iter_mut()) {
+                for (parameters, three) in parameters.iter().zip(columns.iter_mut()).take(threes) {
                     lengthen(space, &problem, flexible, &state, &parameters.sources.segments[index].dL, three);
                 }
             }
@@ -188,11 +149,14 @@ pub fn integrate<L: Lane>(pass: Pass<'_, L>) {
                 let force_arm = program.rigid_force_arm;
                 let crossing = Crossing { space, segment: rigid, lambda, points, force_arm, before: state };
                 let after = crossing.cross();
-                let mut count = if what == What::Base { 2 } else { 0 };
+                let mut count = if what.has_base() { 2 } else { 0 };
                 if with_transfers {
                     (own, count) = (interval_columns(state.m), 4);
                 }
-                for k in 0..count + columns.len() {
+                for k in 0..count + threes {
+                    if k >= count && index < program.acts_from[k - count] {
+                        continue;
+                    }
                     let (by, three) = numbered(k, count, index, parameters, &mut own, columns);
                     crossing.cross_columns(&after, by, three);
                 }
@@ -208,15 +172,19 @@ pub fn integrate<L: Lane>(pass: Pass<'_, L>) {
             }
         }
     }
+    workspace.tip = state;
+    (workspace.clearance, workspace.inside) = (clearance, inside);
+    if what == What::State {
+        return;
+    }
     let mut matrix = residual(&pose, &load, state.m);
-    if what == What::Base {
+    if what.has_base() {
         for (at, three) in [(0, &own[0]), (3, &own[1])] {
             pose.put(at, &three.dp, &three.w);
             matrix.put(at, &three.dn, &three.dm);
         }
     }
-    (workspace.tip, workspace.pose, workspace.matrix) = (state, pose, matrix);
-    (workspace.clearance, workspace.inside) = (clearance, inside);
+    (workspace.pose, workspace.matrix) = (pose, matrix);
 }
 
 /// Adds an interval with moment `m` at its end.

@@ -4,11 +4,13 @@
 
 use super::index::index;
 use super::matrix::Mat6;
-use super::pass::{Pass, VaryingWorkspace, What};
+use super::pass::Pass;
+use super::workspace::{VaryingWorkspace, What};
 use crate::lanes::algebra::{Vec3, dot, length};
 use crate::lanes::kernels::Kernels;
 use crate::lanes::lane::Lane;
 use crate::lanes::problem::Problem;
+use crate::lanes::program::{Inputs, Outputs};
 use crate::model::CoilLoad;
 use crate::model::path::{
     AIM, CONTRACTION, CORRECTIONS, FIRST_BEND, FOLD_MARGIN, FULL_LOAD_TOLERANCE, NEAR_MARGIN, NODE_LEAST_RATIO,
@@ -16,8 +18,6 @@ use crate::model::path::{
     TRUST, WIDENING,
 };
 
-/// A share of the load under which the rod hardly bends.
-const LITTLE_LOAD: f64 = 1.0 / 64.0;
 /// Under part of the load, corrections of the base's load end below this.
 const LOAD_TOLERANCE: f64 = 0.05;
 
@@ -35,6 +35,41 @@ pub struct VaryingPath<L: Lane> {
     pub exhausted: L::Mask,
     pub lambda: L,
     pub passes: L,
+}
+
+/// Numbers of the end of a path: reached, passes, lambda, force and moment at the base, the inverse.
+pub const VARYING_END_COLUMNS: usize = 9 + 36;
+
+impl<L: Lane> VaryingPath<L> {
+    /// Writes what an answer needs of the end of a path without care.
+    #[inline(always)]
+    pub fn store(&self, out: &mut Outputs<'_, L::Scalar>) {
+        let (zero, one) = (self.lambda.constant(0.0), self.lambda.constant(1.0));
+        out.store(0, L::select(self.reached, one, zero));
+        out.store(1, self.passes);
+        out.store(2, self.lambda);
+        out.store_vector(3, self.base.0);
+        out.store_vector(6, self.base.1);
+        for (k, x) in self.inverse.0.as_flattened().iter().enumerate() {
+            out.store(9 + k, *x);
+        }
+    }
+
+    /// Reads it again.
+    #[inline(always)]
+    pub fn load(token: L::Token, from: &Inputs<'_, L::Scalar>) -> Self {
+        let [reached, passes, lambda] = [0, 1, 2].map(|column| from.column::<L>(token, column));
+        let [half, zero] = [0.5, 0.0].map(|value| L::splat(token, value));
+        let nobody = half.lt(zero);
+        let mut inverse = Mat6::zero(zero);
+        for (k, x) in inverse.0.as_flattened_mut().iter_mut().enumerate() {
+            *x = from.column(token, 9 + k);
+        }
+        let base = (from.vector(token, 3), from.vector(token, 6));
+        let reached = half.lt(reached);
+        let [fold, too_near, outside, exhausted] = [nobody; 4];
+        Self { base, inverse, reached, fold, too_near, outside, exhausted, lambda, passes }
+    }
 }
 
 /// sqrt(3) over the norm of d(m0)/d(l_tip).
@@ -60,10 +95,10 @@ pub fn norm<L: Lane>((n, m): (Vec3<L>, Vec3<L>)) -> L {
     (dot(n, n) + dot(m, m)).sqrt()
 }
 
-type Load<L> = (Vec3<L>, Vec3<L>);
+pub type Load<L> = (Vec3<L>, Vec3<L>);
 
 #[inline(always)]
-fn select<L: Lane>(mask: L::Mask, a: Load<L>, b: Load<L>) -> Load<L> {
+pub fn select<L: Lane>(mask: L::Mask, a: Load<L>, b: Load<L>) -> Load<L> {
     (Vec3::select(mask, a.0, b.0), Vec3::select(mask, a.1, b.1))
 }
 
@@ -75,11 +110,13 @@ fn leaps<L: Lane>(margin: L, last: L) -> L::Mask {
     near & ((margin * most).lt(last) | (last * most).lt(margin))
 }
 
-/// Leads all lanes from rest to their full load; without care those that ask for no short steps and come near no fold.
+/// Leads all lanes from rest, where the load at the base grows by `secant`, to their full load. With care the index is 0 at every step. Without, those arrive that ask
+/// for no short steps, come near no fold and end with an index of 0.
 #[inline(always)]
 pub fn follow_varying<L: Kernels>(
     problem: &Problem<'_, L>,
     care: bool,
+    mut secant: Load<L>,
     workspace: &mut VaryingWorkspace<L>,
 ) -> VaryingPath<L> {
     let program = problem.program;
@@ -89,17 +126,9 @@ pub fn follow_varying<L: Kernels>(
     let nobody = one.lt(zero);
     // The field acts on the path as if it did at the middles of rigid segments; the answer corrects it.
     let points = CoilLoad::Middle.points();
+    let resolution = if care { &program.careful } else { &program.coarse };
     let rest = (Vec3::splat(zero), Vec3::splat(zero));
     let (mut accepted, mut end_inverse) = (rest, Mat6::identity(one));
-    // How the equilibrium sets out from rest tells how far the first step may go.
-    let little = one.constant(LITTLE_LOAD);
-    let (resolution, what) = (if care { &program.careful } else { &program.coarse }, What::Base);
-    L::varying_pass(Pass { problem: *problem, resolution, lambda: little, base: rest, what, points, workspace });
-    let inverse = workspace.matrix.solve(&Mat6::identity(one));
-    let tip = workspace.tip;
-    let per_little = one.constant(1.0 / LITTLE_LOAD);
-    let first = inverse.on(rod.f_tip * little - tip.n, rod.l_tip * little - tip.m);
-    let mut secant = (first.0 * per_little, first.1 * per_little);
     let slope = size(secant, rest).max(one.constant(1e-6));
     let smallest = one.constant(if care { NODE_SMALLEST_STEP } else { SMALLEST_RAMP_STEP });
     let mut lambda = zero;
@@ -112,13 +141,15 @@ pub fn follow_varying<L: Kernels>(
     let (mut corrections, mut passes) = (zero, zero);
     let (mut reached, mut failed, mut exhausted) = (nobody, nobody, nobody);
     let (mut unstable, mut too_near, mut outside) = (nobody, nobody, nobody);
-    let (mut weakest, mut last_margin) = (one, margin(&inverse));
+    let (mut weakest, mut last_margin) = (one, one);
     loop {
         let active = !(reached | failed);
         if !L::any(active) {
             break;
         }
-        let mut what = What::Base;
+        let partial = target.lt(one);
+        let counts = !care && L::any(active & !partial);
+        let what = if counts { What::Transfers } else { What::Base };
         L::varying_pass(Pass { problem: *problem, resolution, lambda: target, base, what, points, workspace });
         let inverse = workspace.matrix.solve(&Mat6::identity(one));
         let tip = workspace.tip;
@@ -126,15 +157,16 @@ pub fn follow_varying<L: Kernels>(
         let correction = size((dn, dm), base);
         // Moments and radians, as on other paths.
         let moved = norm((dn, dm)).max(length(workspace.pose.on(dn, dm).1));
-        let partial = target.lt(one);
         let enough = L::select(partial, one.constant(LOAD_TOLERANCE), one.constant(FULL_LOAD_TOLERANCE));
         let converged = active & correction.lt(enough);
         let (is_far, is_inside) = (zero.lt(workspace.clearance), zero.lt(workspace.inside));
         let clear = is_far & is_inside;
         let mut stable = converged;
-        if L::any(converged) {
-            what = What::Transfers;
-            L::varying_pass(Pass { problem: *problem, resolution, lambda: target, base, what, points, workspace });
+        if L::any(converged & if care { converged } else { !partial }) {
+            if care {
+                let what = What::Transfers;
+                L::varying_pass(Pass { problem: *problem, resolution, lambda: target, base, what, points, workspace });
+            }
             stable = index(&workspace.transfers, one).lt(one.constant(0.5));
         }
         let margin = margin(&inverse);
@@ -143,7 +175,7 @@ pub fn follow_varying<L: Kernels>(
         let go_on = active & !converged & contracting & corrections.lt(one.constant(CORRECTIONS));
         let accept = converged & stable & clear & !leaps(margin, last_margin);
         let reject = active & !accept & !go_on;
-        let is_narrow = if care { nobody } else { accept & margin.lt(one.constant(SAFE_MARGIN)) };
+        let is_narrow = if care { nobody } else { converged & (!stable | margin.lt(one.constant(SAFE_MARGIN))) };
         unstable = (unstable & !active) | (reject & converged & !stable);
         too_near = (too_near & !active) | (reject & !is_far);
         outside = (outside & !active) | (reject & is_far & !is_inside);

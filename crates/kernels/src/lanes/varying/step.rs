@@ -19,6 +19,19 @@ pub struct State<L> {
     pub n: Vec3<L>,
 }
 
+impl<L: Lane> State<L> {
+    #[inline(always)]
+    pub fn select(mask: L::Mask, a: &Self, b: &Self) -> Self {
+        Self {
+            p: Vec3::select(mask, a.p, b.p),
+            d1: Vec3::select(mask, a.d1, b.d1),
+            t: Vec3::select(mask, a.t, b.t),
+            m: Vec3::select(mask, a.m, b.m),
+            n: Vec3::select(mask, a.n, b.n),
+        }
+    }
+}
+
 /// Three columns.
 #[derive(Clone, Copy, Debug)]
 pub struct Columns<L> {
@@ -47,6 +60,8 @@ struct Magnetic<L> {
 /// Room for the stages of a step.
 pub struct Room<L: Lane> {
     pub stages: Stages<L>,
+    /// Where it starts and ends.
+    ends: [Vec3<L>; 2],
     slopes: [Slope<L>; STAGES],
     column_slopes: [Slope<L>; STAGES],
     magnetic: [Magnetic<L>; STAGES],
@@ -68,26 +83,41 @@ impl<L: Lane> Room<L> {
         let (v, o) = (Vec3::splat(zero), Mat3::zero(zero));
         let slope = Slope { a: v, b: v, dm: v, dn: v };
         let magnetic = Magnetic { mu: v, local: Local { B: v, G: o, T3: o } };
-        Self { stages, slopes: [slope; STAGES], column_slopes: [slope; STAGES], magnetic: [magnetic; STAGES] }
+        Self {
+            stages,
+            ends: [v; 2],
+            slopes: [slope; STAGES],
+            column_slopes: [slope; STAGES],
+            magnetic: [magnetic; STAGES],
+        }
     }
 }
 
-/// Takes the rod over one step; `columns` says whether columns will follow.
+/// Takes the rod over one step; `columns` says whether columns will follow, `STEADY` that no force acts along the segment.
 #[inline(always)]
-pub fn step_rod<L: Lane>(step: &Step<'_, L>, room: &mut Room<L>, columns: bool, state: &mut State<L>) {
+pub fn step_rod<L: Lane, const STEADY: bool>(
+    step: &Step<'_, L>,
+    room: &mut Room<L>,
+    columns: bool,
+    state: &mut State<L>,
+) {
     let Step { terms, space, segment, lambda, .. } = *step;
-    let Room { stages, slopes, magnetic, .. } = room;
+    let Room { stages, ends, slopes, magnetic, .. } = room;
     let (weight, mu_body) = (segment.w * lambda, segment.mu * lambda);
     let count = stages.tableau.a.len();
+    ends[0] = state.p;
     for i in 0..count {
-        let State { p, d1, t, m, n } = advanced(state, stages, slopes, i);
+        let State { p, d1, t, m, n } = advanced::<L, STEADY>(state, stages, slopes, i);
         let section = segment.section(terms, stages.tableau.c[i].mul_add(step.share, step.start));
         let d2 = cross(t, d1);
         let omega = curvature(terms, &section, d1, d2, t, m);
         let v = velocity(terms, segment, d1, d2, t, n);
         let slope = &mut slopes[i % STAGES];
-        *slope = Slope { a: cross(omega, d1), b: cross(omega, t), dm: cross(n, v), dn: -weight }; // R1, R2
-        if segment.has_magnet {
+        (slope.a, slope.b) = (cross(omega, d1), cross(omega, t)); // R2
+        if !STEADY {
+            (slope.dm, slope.dn) = (cross(n, v), -weight); // R1
+        }
+        if !STEADY && segment.has_magnet {
             let mu = to_world(d1, d2, t, mu_body);
             let local = if columns {
                 space.local(p, mu)
@@ -103,34 +133,45 @@ pub fn step_rod<L: Lane>(step: &Step<'_, L>, room: &mut Room<L>, columns: bool, 
         (stage.p, stage.d1, stage.d2, stage.t, stage.m, stage.n) = (p, d1, d2, t, m, n);
         (stage.v, stage.compliance) = (v, section.compliance);
     }
-    *state = advanced(state, stages, slopes, count);
+    *state = advanced::<L, STEADY>(state, stages, slopes, count);
+    ends[1] = state.p;
 }
 
 /// The state at stage `i`, or at the end.
 #[inline(always)]
-fn advanced<L: Lane>(state: &State<L>, stages: &Stages<L>, slopes: &[Slope<L>; STAGES], i: usize) -> State<L> {
+fn advanced<L: Lane, const STEADY: bool>(
+    state: &State<L>,
+    stages: &Stages<L>,
+    slopes: &[Slope<L>; STAGES],
+    i: usize,
+) -> State<L> {
     let State { mut p, mut d1, mut t, mut m, mut n } = *state;
     for (ha, j) in stages.row(i) {
         let slope = &slopes[j];
         p = axpy(ha, stages.stage[j].v, p);
         d1 = axpy(ha, slope.a, d1);
         t = axpy(ha, slope.b, t);
-        m = axpy(ha, slope.dm, m);
-        n = axpy(ha, slope.dn, n);
+        if !STEADY {
+            m = axpy(ha, slope.dm, m);
+            n = axpy(ha, slope.dn, n);
+        }
+    }
+    if STEADY {
+        m = cross_sub(p - state.p, n, m); // R1
     }
     State { p, d1, t, m, n }
 }
 
 /// Takes three columns over a step whose stages are known; `by` are parameters, number `index` of the segment.
 #[inline(always)]
-pub fn step_columns<L: Lane>(
+pub fn step_columns<L: Lane, const STEADY: bool>(
     step: &Step<'_, L>,
     room: &mut Room<L>,
     by: Option<(&Parameters<L>, usize)>,
     columns: &mut Columns<L>,
 ) {
     let Step { terms, space, segment, .. } = *step;
-    let Room { stages, column_slopes, magnetic, .. } = room;
+    let Room { stages, ends, column_slopes, magnetic, .. } = room;
     let count = stages.tableau.a.len();
     for k in 0..3 {
         let start = (columns.w[k], columns.dp[k], columns.dm[k], columns.dn[k]);
@@ -140,8 +181,15 @@ pub fn step_columns<L: Lane>(
                 let slope = &column_slopes[j];
                 w = axpy(ha, slope.a, w);
                 dp = axpy(ha, slope.b, dp);
-                dm = axpy(ha, slope.dm, dm);
-                dn = axpy(ha, slope.dn, dn);
+                if !STEADY {
+                    dm = axpy(ha, slope.dm, dm);
+                    dn = axpy(ha, slope.dn, dn);
+                }
+            }
+            if STEADY {
+                let arm = if i == count { ends[1] } else { stages.stage[i % STAGES].p } - ends[0];
+                let n = stages.stage[0].n;
+                dm = cross_sub(arm, dn, cross_sub(dp - start.1, n, dm)); // J3
             }
             if i == count {
                 (columns.w[k], columns.dp[k], columns.dm[k], columns.dn[k]) = (w, dp, dm, dn);
@@ -156,6 +204,7 @@ pub fn step_columns<L: Lane>(
                 let y = cross_sub(w, stage.n, dn);
                 ddp = ddp + principal_times(segment.shear, stage.d1, stage.d2, stage.t, y); // J2
             }
+            let slope = &mut column_slopes[i % STAGES];
             let mut ddn = Vec3::splat(dn.x.constant(0.0));
             if let Some((parameters, index)) = by {
                 let source = &parameters.sources.segments[index];
@@ -163,6 +212,10 @@ pub fn step_columns<L: Lane>(
                 source.bend(k, at, compliance, stage, &mut dw); // J1
                 source.shear(k, stage, &mut ddp); // J2
                 ddn = -source.dload[k];
+            }
+            (slope.a, slope.b) = (dw, ddp);
+            if STEADY {
+                continue;
             }
             let mut ddm = cross_sub(ddp, stage.n, cross(dn, stage.v)); // J3
             if segment.has_magnet {
@@ -178,7 +231,7 @@ pub fn step_columns<L: Lane>(
                 ddm = cross_sub(dmu, local.B, cross_sub(mu, dB, ddm)); // F6
                 ddn = ddn - dF - local.G * dmu; // F6
             }
-            column_slopes[i % STAGES] = Slope { a: dw, b: ddp, dm: ddm, dn: ddn };
+            (slope.dm, slope.dn) = (ddm, ddn);
         }
     }
 }

@@ -1,0 +1,45 @@
+//! The paths of a block of samples in a field that varies, without care: in f32, those that set out alike at a time.
+
+use super::group::FollowVarying;
+use crate::lanes::kernels::Kernels;
+use crate::lanes::lane::{Lane, Scalar};
+use crate::lanes::memory::{Memory, pack, unpack};
+use crate::lanes::program::Program;
+use crate::model::BLOCK;
+
+/// Follows the paths of all samples in `order`; puts those that arrive first and returns their number.
+#[inline(always)]
+pub fn follow_block<L: Kernels>(
+    program: &Program,
+    token: L::Token,
+    inputs: &[L::Scalar],
+    memory: &mut Memory<L>,
+    order: &mut Vec<usize>,
+) -> usize {
+    for (to, from) in memory.inputs.iter_mut().zip(inputs) {
+        *to = Scalar::from_f64(from.to_f64());
+    }
+    for sets_out in [true, false] {
+        let Memory { paths: tools, varying_paths: varying, inputs, rests, ends, .. } = &mut *memory;
+        let lanes = L::Coarse::COUNT;
+        for samples in order.chunks(lanes) {
+            pack(inputs, samples, lanes, &mut tools.inputs);
+            if !sets_out {
+                pack(rests, samples, lanes, &mut tools.start);
+            }
+            L::Coarse::follow_varying(FollowVarying { program, token, sets_out, varying, tools });
+            let to = if sets_out { &mut *rests } else { &mut *ends };
+            unpack(&tools.start, samples, lanes, to);
+        }
+        if sets_out {
+            let bend = |sample: usize| (0..6).map(|k| rests[k * BLOCK + sample].to_f64().powi(2)).sum::<f64>();
+            order.sort_by(|a, b| bend(*a).total_cmp(&bend(*b)));
+        }
+    }
+    let has_arrived = |sample: &usize| memory.ends[*sample].to_f64() > 0.5;
+    let (mut arrived, others): (Vec<usize>, Vec<usize>) = order.iter().partition(|sample| has_arrived(sample));
+    let count = arrived.len();
+    arrived.extend(others);
+    *order = arrived;
+    count
+}

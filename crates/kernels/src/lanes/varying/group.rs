@@ -1,0 +1,109 @@
+//! A register of samples in a field that varies: their paths, their answers, a pass, each a kernel.
+
+use super::answer::solve_varying;
+use super::pass::{Pass, integrate};
+use super::path::{VaryingPath, follow_varying};
+use super::rest::set_out;
+use super::workspace::VaryingWorkspace;
+use crate::lanes::group::{Load, Tools};
+use crate::lanes::kernels::Kernels;
+use crate::lanes::lane::Lane;
+use crate::lanes::problem::Problem;
+use crate::lanes::program::{Inputs, Outputs, Program};
+use pulp::{Simd, WithSimd};
+
+/// The arguments of [`follow_varying`] without care: from how samples set out to where they end, or before that how they
+/// set out.
+pub struct FollowVarying<'a, L: Lane> {
+    pub program: &'a Program,
+    pub token: L::Token,
+    pub sets_out: bool,
+    pub varying: &'a mut VaryingWorkspace<L>,
+    pub tools: &'a mut Tools<L>,
+}
+
+impl<L: Lane> FollowVarying<'_, L> {
+    pub fn token(&self) -> L::Token {
+        self.token
+    }
+}
+
+impl<L: Kernels> WithSimd for FollowVarying<'_, L> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let FollowVarying { program, token, sets_out, varying, tools } = self;
+        let Tools { rod, inputs, start, .. } = tools;
+        let inputs = Inputs { data: inputs, stride: L::COUNT, offset: 0 };
+        L::load_rods(Load { program, token, inputs, rod });
+        let problem = Problem { program, inputs, rod };
+        varying.space.load(&problem);
+        if sets_out {
+            let (dn, dm) = set_out(&problem, varying);
+            let mut out = Outputs { data: start, stride: L::COUNT, offset: 0 };
+            out.store_vector(0, dn);
+            out.store_vector(3, dm);
+        } else {
+            let from = Inputs { data: start, stride: L::COUNT, offset: 0 };
+            let slope = (from.vector(token, 0), from.vector(token, 3));
+            let end = follow_varying(&problem, false, slope, varying);
+            end.store(&mut Outputs { data: start, stride: L::COUNT, offset: 0 });
+        }
+    }
+}
+
+/// The arguments of [`solve_varying`]; with care from rest, else from where paths have ended.
+pub struct InVarying<'a, L: Lane> {
+    pub program: &'a Program,
+    pub token: L::Token,
+    pub care: bool,
+    pub varying: &'a mut VaryingWorkspace<L>,
+    pub tools: &'a mut Tools<L>,
+    pub out: Outputs<'a, L::Scalar>,
+}
+
+impl<L: Lane> InVarying<'_, L> {
+    pub fn token(&self) -> L::Token {
+        self.token
+    }
+}
+
+impl<L: Kernels> WithSimd for InVarying<'_, L> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let InVarying { program, token, care, varying, tools, mut out } = self;
+        let Tools { rod, inputs, start, .. } = tools;
+        let inputs = Inputs { data: inputs, stride: L::COUNT, offset: 0 };
+        L::load_rods(Load { program, token, inputs, rod });
+        let problem = Problem { program, inputs, rod };
+        varying.space.load(&problem);
+        let end = if care {
+            let slope = set_out(&problem, varying);
+            follow_varying(&problem, care, slope, varying)
+        } else {
+            VaryingPath::load(token, &Inputs { data: start, stride: L::COUNT, offset: 0 })
+        };
+        solve_varying(&problem, care, end, varying, &mut out);
+    }
+}
+
+/// A pass over a rod in a field that varies.
+pub struct PassVarying<'a, L: Lane>(pub Pass<'a, L>);
+
+impl<L: Lane> PassVarying<'_, L> {
+    pub fn token(&self) -> L::Token {
+        self.0.lambda.token()
+    }
+}
+
+impl<L: Lane> WithSimd for PassVarying<'_, L> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        integrate(self.0);
+    }
+}
