@@ -50,12 +50,14 @@ fn start_path() {
 fn follow_nodes(size: f32) -> u32 {
     let goal = held(GOAL);
     let corrections = held(NEWTON_STEPS);
-    let stable = node_index < 0.5 && !leaps(least, held(LAST_LEAST));
+    // Newton's method leads to other branches from where the energy is not convex.
+    let convex = node_index < 0.5;
+    let stable = convex && !leaps(least, held(LAST_LEAST));
     let partial = goal < 1.0;
-    let converged = size < NODE_TOLERANCE;
+    let converged = size < narrowed(least) * NODE_TOLERANCE;
     let contracting = size < held(LAST_SIZE) * NODE_CONTRACTION && corrections < CORRECTIONS;
     let accept = converged && stable;
-    let go_on = !converged && contracting;
+    let go_on = !converged && contracting && convex;
     let rejected = !accept && !go_on;
     if accept {
         hold(LAST_LEAST, least);
@@ -74,7 +76,7 @@ fn follow_nodes(size: f32) -> u32 {
     }
     let lambda = held(LAMBDA);
     if corrections < 0.5 { hold(FIRST_SIZE, size); }
-    let ratio = clamp(sqrt(NODE_AIM * NODE_TRUST / max(held(FIRST_SIZE), 1e-6)), NODE_LEAST_RATIO, NODE_MOST_RATIO);
+    let ratio = clamp(sqrt(narrowed(held(LAST_LEAST)) * NODE_AIM * NODE_TRUST / max(held(FIRST_SIZE), 1e-6)), NODE_LEAST_RATIO, NODE_MOST_RATIO);
     var step = held(LOAD_STEP);
     if accept { step = used * ratio; }
     if rejected { step = used * NODE_RETREAT; }
@@ -87,13 +89,19 @@ fn follow_nodes(size: f32) -> u32 {
         hold(GOAL, next);
         predict(lambda, held(LAMBDA_BEFORE), next);
     }
-    hold(LAST_SIZE, select(NODE_TRUST / NODE_CONTRACTION, size, go_on));
+    hold(LAST_SIZE, select(narrowed(held(LAST_LEAST)) * (NODE_TRUST / NODE_CONTRACTION), size, go_on));
     hold(NEWTON_STEPS, select(0.0, corrections + 1.0, go_on));
     hold(PASSES, held(PASSES) + 1.0);
     if reached { return REACHED; }
     if held(PASSES) >= NODE_PASS_LIMIT { return EXHAUSTED; }
     let is_fold = unstable || held(WEAKEST) < NODE_FOLD_PIVOT;
     return select(GOES_ON, select(FAILED, AT_FOLD, is_fold), failed);
+}
+
+// The share of a correction's bounds that holds at a least pivot: next to a bifurcation other branches are as near as its
+// root.
+fn narrowed(pivot: f32) -> f32 {
+    return sqrt(clamp(pivot * (1.0 / NODE_NEAR_PIVOT), 0.0, 1.0));
 }
 
 // Whether a load step changes the least pivot so much, where it is small, that stability may be lost and won again between.

@@ -4,7 +4,7 @@ use super::chain::Chain;
 use super::extrapolation::{Extrapolation, RunAway};
 use super::multiple::{Passages, along, carried, columns_size, size};
 use super::places::{Node, Place, march, mesh};
-use super::ramp::{ARRIVED, TOLERANCE, leaps};
+use super::ramp::{ARRIVED, LITTLE_LOAD, TOLERANCE, leaps};
 use super::state::Column;
 use super::{places, stability};
 use nalgebra::Vector3;
@@ -76,7 +76,7 @@ pub(super) fn from_rest(chain: &Chain, longest: f64) -> NodePath {
             }
             _ => {
                 step = RETREAT * ahead;
-                if step < SMALLEST_STEP * path.lambda.max(first_step) {
+                if step < SMALLEST_STEP * path.lambda.max(first_step.min(LITTLE_LOAD)) {
                     break;
                 }
             }

@@ -23,8 +23,10 @@ const SMALL_MOMENT: f64 = 0.1;
 const NEAR: f64 = 0.3;
 /// ... this factor: stability may be lost and won again between.
 const WIDENING: f64 = 2.0;
-/// Load steps below this mean that the path ends.
+/// Load steps below this share of the load so far, or next to rest of [`LITTLE_LOAD`], mean that the path ends.
 pub(super) const SMALLEST_STEP: f64 = 1e-5;
+/// A share of the full load.
+pub(super) const LITTLE_LOAD: f64 = 0.01;
 /// Passages over the rod before giving up.
 pub(super) const MOST_PASSES: usize = 3000;
 
@@ -61,7 +63,7 @@ pub(super) fn from_rest(chain: &Chain) -> Path {
             }
             _ => {
                 step = 0.5 * (lambda - path.lambda);
-                if step < SMALLEST_STEP {
+                if step < SMALLEST_STEP * path.lambda.max(LITTLE_LOAD) {
                     break;
                 }
             }

@@ -7,6 +7,7 @@ mod anchors;
 mod base_moment;
 mod baselines;
 mod branches;
+mod buckling;
 mod closed_forms;
 mod dual;
 mod energy;

@@ -94,10 +94,10 @@ impl Lanes {
         if !matches!(solutions.status(sample), Status::Fold | Status::Unstable) {
             return true;
         }
-        // What counts is the load that the path came to; one that never set out tells nothing.
+        // What counts is the load that the path came to. One that hardly set out tells nothing: half the growth will do.
         let load = solutions.get(sample, Quantity::LoadFraction);
-        let load = if load > LEAST_LOAD { load } else { LEAST_LOAD };
-        self.plan.sample_rod(batch, sample).growth() * load.sqrt() > growth_limit(self.precision.epsilon())
+        let share = if load > LEAST_LOAD { load.sqrt() } else { 2.0 };
+        self.plan.sample_rod(batch, sample).growth() * share > growth_limit(self.precision.epsilon())
     }
 
     /// Whether the row of a sample is replaced by one that nodes have found. One without an equilibrium only takes back a

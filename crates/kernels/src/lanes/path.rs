@@ -4,15 +4,15 @@
 
 use super::algebra::{Mat3, Vec3, axpy, columns_cross_sub, cross, dot, inverse, length, select_matrix};
 use super::base::{moment_columns, rotation_columns};
-use super::lane::Lane;
-use super::problem::{Problem, Workspace};
+use super::lane::{Lane, Scalar};
+use super::problem::{Problem, Workspace, stiff};
 use super::shoot::{Record, shoot, tip_moment_columns};
 use super::stability::{is_above, is_sharp, squared_norm, stability_index};
 use crate::model::path::{
     AIM, CONTRACTION, CORRECTIONS, FIRST_BEND, FIRST_UNSYMMETRIC_BEND, FOLD_MARGIN, FULL_LOAD_TOLERANCE, LEAST_RATIO,
-    LOAD_STEP_TOLERANCE, MOST_RATIO, NARROW_MARGIN, NEAR_MARGIN, NEARBY, PASS_LIMIT, PATH_TOLERANCE, RAMP_TRUST,
-    RETREAT, RETREATS, SAFE_MARGIN, SMALLEST_GUARDED_STEP, SMALLEST_RAMP_STEP, SMALLEST_UNSYMMETRIC_STEP, TRUST,
-    WIDENING,
+    LITTLE_LOAD, LOAD_STEP_TOLERANCE, MOST_RATIO, NARROW_MARGIN, NEAR_MARGIN, NEARBY, PASS_LIMIT, PATH_TOLERANCE,
+    RAMP_TRUST, RETREAT, RETREATS, ROUND_OFF, SAFE_MARGIN, SMALLEST_GUARDED_STEP, SMALLEST_RAMP_STEP,
+    SMALLEST_UNSYMMETRIC_STEP, TRUST, WIDENING,
 };
 
 /// How to reach the full load; each is tried where the one before did not lead to a stable equilibrium.
@@ -51,7 +51,7 @@ pub fn rest_slope<L: Lane>(problem: &Problem<'_, L>, workspace: &mut Workspace<L
     let Problem { program, rod, .. } = *problem;
     let zero = rod.t.x.constant(0.0);
     let one = zero.constant(1.0);
-    let stiff = Problem { rod: &rod.stiff(), ..*problem };
+    let stiff = Problem { rod: &stiff(rod), ..*problem };
     let tip = shoot(&stiff, &program.coarse, one, Vec3::splat(zero), &mut [], Record::Nothing, workspace);
     rod.l_tip - tip.m
 }
@@ -88,6 +88,13 @@ impl<L: Lane> History<L> {
         self.lambda = L::select(accept, target, self.lambda);
         self.m0 = Vec3::select(accept, m0, self.m0);
     }
+}
+
+/// The share of a correction's bounds that holds at a margin: next to a bifurcation other branches are as near as its root.
+#[inline(always)]
+fn narrowed<L: Lane>(square: L) -> L {
+    let one = square.constant(1.0);
+    (square.constant(3.0_f64.sqrt() / NEAR_MARGIN) / square.sqrt()).min(one).sqrt()
 }
 
 /// Whether a load step takes the margin so far, where it is small, that stability may be lost and won again between.
@@ -154,12 +161,6 @@ pub fn follow_path<L: Lane>(
         // In plan units of moment or in radians: a soft rod turns far by little.
         let size = length(delta).max(length(columns[0].w * delta));
         let m_new = m0 + delta;
-        let partial = target.lt(one);
-        let tolerance = match guarded {
-            true => zero.constant(PATH_TOLERANCE),
-            false => L::select(partial, zero.constant(LOAD_STEP_TOLERANCE), zero.constant(FULL_LOAD_TOLERANCE)),
-        };
-        let converged = size.lt(tolerance * (one + length(m0)));
         let contracting = size.lt(last_size * zero.constant(CONTRACTION)) & corrections.lt(zero.constant(CORRECTIONS));
         // A dead tip moment makes w unsymmetric; the index changes where its symmetric part is singular. S5
         let (mut form, mut form_inverse) = (w, w_inverse);
@@ -173,11 +174,20 @@ pub fn follow_path<L: Lane>(
             same_branch = same_branch & index.lt(zero.constant(0.5));
         }
         let square = squared_norm(&form_inverse);
+        let partial = target.lt(one);
+        let tolerance = match guarded {
+            true => {
+                let round_off = square.sqrt() * zero.constant(ROUND_OFF * L::Scalar::EPSILON);
+                (narrowed(square) * zero.constant(PATH_TOLERANCE)).max(round_off).min(zero.constant(PATH_TOLERANCE))
+            }
+            false => L::select(partial, zero.constant(LOAD_STEP_TOLERANCE), zero.constant(FULL_LOAD_TOLERANCE)),
+        };
+        let converged = size.lt(tolerance * (one + length(m0)));
         // Too near a bifurcation to know afterwards on which side it was passed; no long correction may start beyond one.
         let (lost, regular) = if guarded {
             (
                 !is_above(weakest, NARROW_MARGIN) & square.lt(weakest * zero.constant(0.25)),
-                same_branch | size.lt(zero.constant(NEARBY)),
+                same_branch | size.lt(narrowed(last_square) * zero.constant(NEARBY)),
             )
         } else {
             // Whoever retreats so often did not stand on the branch.
@@ -203,17 +213,20 @@ pub fn follow_path<L: Lane>(
         ramped = ramped | (accept & partial);
         first_size = L::select(corrections.lt(zero.constant(0.5)), size, first_size);
         let most_ratio = zero.constant(MOST_RATIO);
-        let ratio = first_size / (trust * zero.constant(AIM));
+        let aim = trust * zero.constant(AIM);
+        let ratio = first_size / if guarded { narrowed(last_square) * aim } else { aim };
         let ratio = L::select(ratio.lt(most_ratio), ratio, most_ratio).max(zero.constant(LEAST_RATIO));
         let factor = one / ratio.sqrt().sqrt();
         step = L::select(accept, used * factor, step);
         step = L::select(reject, used * factor.min(zero.constant(RETREAT)), step);
-        failed = failed | lost | (reject & step.lt(smallest_step));
+        let smallest =
+            if guarded { smallest_step * history.lambda.max(zero.constant(LITTLE_LOAD)) } else { smallest_step };
+        failed = failed | lost | (reject & step.lt(smallest));
         let restart = accept | reject;
         target = L::select(restart, (history.lambda + step).min(one), target);
         m0 = Vec3::select(restart, Vec3::select(reached, m_new, history.predict(target)), m0);
         m0 = Vec3::select(go_on, m_new, m0);
-        last_size = L::select(go_on, size, first_bound);
+        last_size = L::select(go_on, size, if guarded { narrowed(last_square) * first_bound } else { first_bound });
         corrections = L::select(go_on, corrections + one, zero);
         retreats = L::select(reject, retreats + one, L::select(accept, zero, retreats));
         passes = L::select(active, passes + one, passes);

@@ -5,7 +5,7 @@ use super::column::Columns;
 use super::kernels::{PassKernel, Passes};
 use super::lane::Lane;
 use super::program::{Inputs, Program};
-use super::rod::Rod;
+use super::rod::{Rod, Segment};
 use super::shoot::Tip;
 use super::source::Sources;
 use super::stability::Station;
@@ -32,6 +32,19 @@ impl<L: Lane> Problem<'_, L> {
     pub fn token(&self) -> L::Token {
         self.rod.t.x.token()
     }
+}
+
+/// A rod that can neither bend nor shear.
+#[inline(always)]
+pub fn stiff<L: Lane>(rod: &Rod<L>) -> Rod<L> {
+    let mut stiff = Rod { segments: Vec::with_capacity(rod.segments.len()), ..*rod };
+    for segment in &rod.segments {
+        stiff.segments.push(match segment {
+            Segment::Flexible(flexible) => Segment::Flexible(flexible.stiff()),
+            Segment::Rigid(rigid) => Segment::Rigid(*rigid),
+        });
+    }
+    stiff
 }
 
 /// Memory of a kernel, reused from group to group.

@@ -55,19 +55,6 @@ pub struct Free<L> {
 }
 
 impl<L: Lane> Rod<L> {
-    /// The same rod unable to bend or shear.
-    #[inline(always)]
-    pub fn stiff(&self) -> Self {
-        let mut stiff = Self { segments: Vec::with_capacity(self.segments.len()), ..*self };
-        for segment in &self.segments {
-            stiff.segments.push(match segment {
-                Segment::Flexible(flexible) => Segment::Flexible(flexible.stiff()),
-                Segment::Rigid(rigid) => Segment::Rigid(*rigid),
-            });
-        }
-        stiff
-    }
-
     /// Reads the records of a group.
     #[inline(always)]
     pub fn load(&mut self, program: &Program, token: L::Token, inputs: &Inputs<'_, L::Scalar>) {

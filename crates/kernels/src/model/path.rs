@@ -36,15 +36,17 @@ pub const RETREAT: f64 = 0.5;
 pub const RETREATS: f64 = 4.0;
 /// The smallest load step on a ramp (share of the full load).
 pub const SMALLEST_RAMP_STEP: f64 = 1.0 / 64.0;
-/// The smallest load step with care (share of the full load).
-pub const SMALLEST_GUARDED_STEP: f64 = 1.0 / 4096.0;
+/// The smallest load step with care, as a share of the load so far, and next to rest of [`LITTLE_LOAD`].
+pub const SMALLEST_GUARDED_STEP: f64 = 1.0 / 32_768.0;
+/// A share of the full load.
+pub const LITTLE_LOAD: f64 = 1.0 / 64.0;
 /// With care and under a tip moment, where small margins ask for short steps.
 pub const SMALLEST_UNSYMMETRIC_STEP: f64 = 1.0 / 131_072.0;
 /// A path on the coarse grid that comes nearer than this to a fold or a bifurcation (stability margin) is followed again
 /// with care: few steps may unfold the bifurcation the other way. A correction that comes so near shortens its load step.
 pub const SAFE_MARGIN: f64 = 0.1;
-/// With care and under a tip moment, a load step that starts or ends nearer than this is bounded by [`WIDENING`]:
-/// stability may be lost and won again between.
+/// With care, where branches lie closer than this, corrections are trusted the less. Under a tip moment, a load step that
+/// starts or ends nearer is bounded by [`WIDENING`]: stability may be lost and won again between.
 pub const NEAR_MARGIN: f64 = 0.3;
 /// Such a step may change the inverse square of the margin by this factor at most: the margin twofold.
 pub const WIDENING: f64 = 4.0;
@@ -139,7 +141,7 @@ pub const NODE_MOST_RATIO: f64 = 4.0;
 /// After one that failed it is this share as long.
 pub const NODE_RETREAT: f64 = 1.0 / 3.0;
 /// The smallest load step by nodes, as a share of the load so far, and next to rest as a share of the full load.
-pub const NODE_SMALLEST_STEP: f64 = 1.0 / 4096.0;
+pub const NODE_SMALLEST_STEP: f64 = 1.0 / 131_072.0;
 /// See [`NODE_SMALLEST_STEP`].
 pub const NODE_SMALLEST_FIRST_STEP: f64 = 1e-10;
 /// A load step by nodes that starts or ends where the least pivot is smaller than this, relative to the pivot of the

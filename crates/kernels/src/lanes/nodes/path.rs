@@ -55,13 +55,15 @@ pub fn follow_nodes<L: Lane>(
         nodes.pass(problem, target, What::Transfers, workspace);
         let size = nodes.newton_step(problem, target);
         let least = nodes.elimination.least;
-        let stable = nodes.elimination.index.lt(one.constant(0.5)) & !leaps(least, last_least);
+        // Newton's method leads to other branches from where the energy is not convex.
+        let convex = nodes.elimination.index.lt(one.constant(0.5));
+        let stable = convex & !leaps(least, last_least);
         let partial = target.lt(one);
-        let converged = size.lt(one.constant(NODE_TOLERANCE));
+        let converged = size.lt(narrowed(least) * one.constant(NODE_TOLERANCE));
         let contracting =
             size.lt(last_size * one.constant(NODE_CONTRACTION)) & corrections.lt(one.constant(CORRECTIONS));
         let accept = active & converged & stable;
-        let go_on = active & !converged & contracting;
+        let go_on = active & !converged & contracting & convex;
         let reject = active & !accept & !go_on;
         unstable = (unstable & !active) | (reject & converged);
         last_least = L::select(accept, least, last_least);
@@ -77,7 +79,8 @@ pub fn follow_nodes<L: Lane>(
         lambda = L::select(accept, target, lambda);
         reached = reached | (accept & !partial);
         first_size = L::select(corrections.lt(one.constant(0.5)), size, first_size);
-        let ratio = (one.constant(NODE_AIM * NODE_TRUST) / first_size.max(one.constant(1e-6))).sqrt();
+        let ratio =
+            (narrowed(last_least) * one.constant(NODE_AIM * NODE_TRUST) / first_size.max(one.constant(1e-6))).sqrt();
         let ratio = ratio.max(one.constant(NODE_LEAST_RATIO)).min(one.constant(NODE_MOST_RATIO));
         step = L::select(accept, used * ratio, L::select(reject, used * one.constant(NODE_RETREAT), step));
         let smallest = (lambda * one.constant(NODE_SMALLEST_STEP)).max(one.constant(NODE_SMALLEST_FIRST_STEP));
@@ -85,7 +88,7 @@ pub fn follow_nodes<L: Lane>(
         let restart = (accept | reject) & !reached;
         target = L::select(restart, (lambda + step).min(one), target);
         predict(nodes, restart, lambda, lambda_before, target);
-        last_size = L::select(go_on, size, first_bound);
+        last_size = L::select(go_on, size, narrowed(last_least) * first_bound);
         corrections = L::select(go_on, corrections + one, zero);
         passes = L::select(active, passes + one, passes);
         let over = active & !reached & !passes.lt(one.constant(NODE_PASS_LIMIT));
@@ -94,6 +97,13 @@ pub fn follow_nodes<L: Lane>(
     }
     let fold = wanted & !(reached | exhausted) & (unstable | weakest.lt(one.constant(NODE_FOLD_PIVOT)));
     NodePath { reached: reached & wanted, fold, exhausted, lambda, passes }
+}
+
+/// The share of a correction's bounds that holds at a least pivot: next to a bifurcation other branches are as near as its
+/// root.
+#[inline(always)]
+fn narrowed<L: Lane>(least: L) -> L {
+    (least * least.constant(1.0 / NODE_NEAR_PIVOT)).max(least.constant(0.0)).min(least.constant(1.0)).sqrt()
 }
 
 /// Whether a load step changes the least pivot so much, where it is small, that stability may be lost and won again between.

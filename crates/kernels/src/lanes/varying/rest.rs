@@ -5,7 +5,7 @@ use super::path::Load;
 use super::workspace::{VaryingWorkspace, What};
 use crate::lanes::algebra::Vec3;
 use crate::lanes::kernels::Kernels;
-use crate::lanes::problem::Problem;
+use crate::lanes::problem::{Problem, stiff};
 use crate::model::CoilLoad;
 
 /// Numbers of how a sample sets out: d(n0, m0)/dlambda.
@@ -15,7 +15,7 @@ pub const REST_COLUMNS: usize = 6;
 #[inline(always)]
 pub fn set_out<L: Kernels>(problem: &Problem<'_, L>, workspace: &mut VaryingWorkspace<L>) -> Load<L> {
     let Problem { program, rod, .. } = *problem;
-    let problem = Problem { rod: &rod.stiff(), ..*problem };
+    let problem = Problem { rod: &stiff(rod), ..*problem };
     let none = Vec3::splat(rod.t.x.constant(0.0));
     let (resolution, what, points) = (&program.coarse, What::State, CoilLoad::Middle.points());
     let lambda = rod.t.x.constant(1.0);
