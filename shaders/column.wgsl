@@ -1,5 +1,6 @@
 // Sensitivity columns in threes: virtual rotation w, displacement dp and dM of each. J1 to J4. src/lanes/column.rs
 
+//@if !VARYING_FIELD
 // Three columns; those of a unit tip force carry dn = e_k.
 struct Columns {
     w: mat3x3<f32>,
@@ -63,6 +64,7 @@ fn column_force(k: u32, dn: vec3<f32>, n: vec3<f32>, w: vec3<f32>) -> vec3<f32> 
     if changes_force(k) { return cross_add(n, w, dn); }
     return cross(n, w);
 }
+//@end
 
 // R diag(k) R^T x
 fn compliance_times(k: vec3<f32>, d1: vec3<f32>, d2: vec3<f32>, t: vec3<f32>, x: vec3<f32>) -> vec3<f32> {
@@ -78,6 +80,7 @@ fn principal_times(k: vec3<f32>, d1: vec3<f32>, d2: vec3<f32>, t: vec3<f32>, x: 
     return axpy(dot(d1, x) * k.x, d1, axpy(dot(d2, x) * k.y, d2, t * (dot(t, x) * k.z)));
 }
 
+//@if !VARYING_FIELD
 //@repeat r TABLEAU_COUNT
 // Takes three columns, number `k`, over one step whose stages are known, one after the other: the code of one column
 // stays in the cache of a processor, and its numbers in registers.
@@ -227,3 +230,4 @@ fn cross_rigid_columns(rod: Rod, segment: Rigid, lambda: f32, n: vec3<f32>, stat
 fn cross_free_columns(state: State, p_tip: vec3<f32>, k: u32) {
     columns[k].dp = columns[k].dp + columns_cross(columns[k].w, p_tip - state.p); // R6
 }
+//@end

@@ -1,6 +1,7 @@
 // The rod in the reduced form: R1 (balance of force and moment), R3 (rigid segments), R6 (unloaded distal part).
 // src/lanes/rod.rs
 
+//@if !VARYING_FIELD
 // Where the rod is: position, first director, tangent, and M = m + p x n.
 struct State {
     p: vec3<f32>,
@@ -8,6 +9,7 @@ struct State {
     t: vec3<f32>,
     M: vec3<f32>,
 }
+//@end
 
 struct Rigid {
     length: f32,
@@ -106,6 +108,7 @@ fn load_rigid(index: u32) -> Rigid {
     return segment;
 }
 
+//@if !VARYING_FIELD
 // Moment from M = m + p x n.
 fn moment(p: vec3<f32>, M: vec3<f32>, n: vec3<f32>) -> vec3<f32> {
     //@if FORCE
@@ -154,3 +157,4 @@ fn cross_free(state: ptr<function, State>) {
     (*state).t = to_world(start.d1, d2, start.t, free_t()); // R6
     //@end
 }
+//@end

@@ -29,7 +29,7 @@ struct Slot {
     entry: u32,
 }
 
-//@if RECIPROCITY
+//@if SLOTS
 fn load_slot(at: u32) -> Slot {
     return Slot(
         u32(constants[at]),

@@ -42,6 +42,7 @@ struct Source {
 var<private> forward_three: u32;
 var<private> source: Source;
 
+//@if !VARYING_FIELD
 // What a three of parameters changes at the ends.
 fn load_sources(three: u32) -> Sources {
     var sources: Sources;
@@ -85,6 +86,7 @@ fn source_force(c: u32, dn: vec3<f32>, distance: f32) -> vec3<f32> {
     if source.loads { return axpy(-distance, source.dload[c], dn); }
     return dn;
 }
+//@end
 
 // R du* + R d(K^-1) R^T m at a share `x` of the segment, added to `dw` of column `c`.
 fn source_bend(c: u32, x: f32, k: vec3<f32>, stage: Stage, dw: vec3<f32>) -> vec3<f32> {
@@ -107,6 +109,7 @@ fn source_shear(c: u32, stage: Stage, ddp: vec3<f32>) -> vec3<f32> {
     return ddp + R * (row_times(stage.n, R) * source.dC_se[c]);
 }
 
+//@if !VARYING_FIELD
 // -p x df - (R dmu) x B - (R mu) x dB, added to `ddM` of column `c`.
 fn source_couple(c: u32, rod: Rod, segment: Flexible, stage: Stage, ddM: vec3<f32>) -> vec3<f32> {
     var sum = ddM;
@@ -152,4 +155,5 @@ fn source_cross_rigid(rod: Rod, segment: Rigid, state: State) {
     columns[FORWARD].dn = columns[FORWARD].dn - source.dload;
     //@end
 }
+//@end
 //@end

@@ -21,6 +21,7 @@ struct Stage {
     compliance: vec3<f32>,
 }
 
+//@if !VARYING_FIELD
 // One step of several equal ones over a segment.
 struct Step {
     // Its length.
@@ -31,6 +32,7 @@ struct Step {
     // Force at its start.
     n: vec3<f32>,
 }
+//@end
 
 // Stages of the last step.
 var<private> stages: array<Stage, STAGES>;
@@ -44,6 +46,7 @@ fn stage_velocity(stage: Stage) -> vec3<f32> {
     //@end
 }
 
+//@if !VARYING_FIELD
 //@repeat r TABLEAU_COUNT
 // Takes the rod over one step.
 fn step_rod_r(rod: Rod, segment: Flexible, lambda: f32, step: Step, state: ptr<function, State>) {
@@ -115,4 +118,5 @@ fn step_rod_r(rod: Rod, segment: Flexible, lambda: f32, step: Step, state: ptr<f
         //@end
     } //@end
 }
+//@end
 //@end

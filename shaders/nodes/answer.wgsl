@@ -34,7 +34,7 @@ fn solve_nodes() {
         hold(LEVEL, 0.0);
         hold(THREE, 0.0);
         hold(LAMBDA, 0.0);
-        if !cut(rod, node_settings.spacing) {
+        if !cut(rod, memory_settings.spacing) {
             lose(STATUS_NOT_CONVERGED);
             return;
         }

@@ -1,18 +1,4 @@
-// A sample's nodes in a storage buffer, number by number, the samples of a dispatch side by side. What is there outlasts a
-// dispatch: each takes every sample one pass further. src/gpu/shader/nodes.rs owns the sizes.
-
-struct NodeSettings {
-    // Growth from one node to the next.
-    spacing: f32,
-    // Intervals and samples that there is room for.
-    most_intervals: u32,
-    stride: u32,
-}
-
-@group(0) @binding(4) var<uniform> node_settings: NodeSettings;
-@group(0) @binding(5) var<storage, read_write> memory: array<f32>;
-// Samples that are not done.
-@group(0) @binding(6) var<storage, read_write> under_way: atomic<u32>;
+// A sample's nodes in its memory. src/gpu/shader/nodes.rs owns the sizes.
 
 // Numbers of a sample, and of each of its intervals.
 const HEAD_NUMBERS: u32 = 52u; //@spec
@@ -88,39 +74,10 @@ const_assert DRIVE_DP + 9u <= INTERVAL_NUMBERS;
 //@end
 const_assert G_MOMENT + 9u <= INTERVAL_NUMBERS;
 
-var<private> sample_at: u32;
 var<private> interval_count: u32;
 
 fn interval_at(i: u32) -> u32 {
     return HEAD_NUMBERS + i * INTERVAL_NUMBERS;
-}
-
-fn held(at: u32) -> f32 {
-    return memory[at * node_settings.stride + sample_at];
-}
-
-fn hold(at: u32, value: f32) {
-    memory[at * node_settings.stride + sample_at] = value;
-}
-
-fn held_vector(at: u32) -> vec3<f32> {
-    return vec3<f32>(held(at), held(at + 1u), held(at + 2u));
-}
-
-fn hold_vector(at: u32, value: vec3<f32>) {
-    hold(at, value.x);
-    hold(at + 1u, value.y);
-    hold(at + 2u, value.z);
-}
-
-fn held_matrix(at: u32) -> mat3x3<f32> {
-    return mat3x3<f32>(held_vector(at), held_vector(at + 3u), held_vector(at + 6u));
-}
-
-fn hold_matrix(at: u32, value: mat3x3<f32>) {
-    hold_vector(at, value[0]);
-    hold_vector(at + 3u, value[1]);
-    hold_vector(at + 6u, value[2]);
 }
 
 fn held_node(at: u32) -> Node {
@@ -131,13 +88,4 @@ fn hold_node(at: u32, node: Node) {
     hold_vector(at, node.d1);
     hold_vector(at + 3u, node.t);
     hold_vector(at + 6u, node.m);
-}
-
-// Whether a number is neither infinite nor undefined; by its bits, whatever the compiler assumes.
-fn is_finite(a: f32) -> bool {
-    //@if F64
-    return abs(a) < 1e300;
-    //@else
-    return (bitcast<u32>(a) & 0x7f800000u) != 0x7f800000u;
-    //@end
 }

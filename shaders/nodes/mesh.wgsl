@@ -10,7 +10,7 @@ const RIGID_PIECE: f32 = 2.0;
 
 // Adds an interval from segments `first` up to `end`; false where there is no room.
 fn push_interval(kind: f32, first: u32, end: u32, start: f32, share: f32, n: vec3<f32>) -> bool {
-    if interval_count >= node_settings.most_intervals { return false; }
+    if interval_count >= memory_settings.most_intervals { return false; }
     let at = interval_at(interval_count);
     hold(at + KIND, kind);
     hold(at + FIRST, f32(first));

@@ -85,9 +85,9 @@ impl OutputConversion<'_> {
     /// The status that a kernel stored under this mark.
     fn written_status(&self, stored: f64) -> Option<Status> {
         let code = stored - self.mark;
-        let end = Status::Pending.code() + u8::from(self.in_stages);
-        let is_code = (0.0..f64::from(end)).contains(&code) && code.fract() == 0.0;
-        if is_code { Status::from_code(code as u8) } else { None }
+        let is_code = (0.0..256.0).contains(&code) && code.fract() == 0.0;
+        let status = if is_code { Status::from_code(code as u8) } else { None };
+        status.filter(|status| *status != Status::Pending || self.in_stages)
     }
 }
 
@@ -104,6 +104,12 @@ pub(super) fn output_units(plan: &Plan) -> Vec<f64> {
         if plan.options.base_moment_rows {
             set(first + 6, units.moment());
         }
+        if plan.rows() > 9 {
+            set(first + 9, units.curvature());
+        }
+    }
+    if plan.first_beyond_rigid().is_some() {
+        set(plan.output_count() - 3, units.curvature());
     }
     scale
 }

@@ -6,11 +6,11 @@ use super::conversion::{OutputConversion, output_units};
 use super::device::{Device, failed, reason};
 use super::dispatch_buffers::{Capacity, Dispatch, DispatchBuffers};
 use super::dispatch_size::DispatchSize;
-use super::node_pipeline::NodePipeline;
 use super::pipelines::SolvePipeline;
 use super::self_test::expect_right;
 use super::shader::{ALL_PATHS, Kernel, Paths, WORKGROUP_SIZE, input_units};
 use super::timings::Timings;
+use super::turn_pipeline::TurnPipeline;
 use crate::backend::{BackendError, Precision};
 use crate::model::path::newton_tolerance;
 use crate::model::{BLOCK, Batch, Plan, PlanOptions};
@@ -33,7 +33,7 @@ pub(super) struct Dispatcher {
     kernel: Kernel,
     pub solver: SolvePipeline,
     /// Made when first needed.
-    pub nodes: Option<NodePipeline>,
+    pub nodes: Option<TurnPipeline>,
     /// The device does not take that kernel.
     pub refuses_nodes: bool,
     /// Buffers of the dispatches in flight.
@@ -87,8 +87,12 @@ impl Dispatcher {
         self.solver.set_stages(&self.device, &self.kernel, in_stages)
     }
 
-    /// Dispatches no samples, so that the driver compiles now.
+    /// Dispatches no samples, so that the driver compiles now. A kernel that takes turns has no buffers yet.
     fn warm_up(&mut self) -> Result<(), BackendError> {
+        if self.kernel.takes_turns() {
+            self.store_pipelines();
+            return Ok(());
+        }
         let start = Instant::now();
         self.reserve(0, 1)?;
         let buffers = &self.buffers[0];

@@ -3,7 +3,7 @@
 use super::device::{Device, failed};
 use super::dispatcher::{Dispatcher, block_limit};
 use super::self_test::expect_right;
-use super::shader::{KERNELS, Kernel, integrated, pass_limit};
+use super::shader::{KERNELS, Kernel, fits, integrated, pass_limit};
 use super::timings::Timings;
 use super::{solve_batch, voxel_sweep};
 use crate::backend::{Backend, BackendError, BackendInfo, BackendKind, Precision, ReduceJob, Reduced, Returned};
@@ -31,8 +31,8 @@ impl Gpu {
     ///
     /// # Errors
     ///
-    /// `Unsupported`: f64 on an adapter that has none, a field that varies in space, or a plan of so many steps that a
-    /// kernel would run too long.
+    /// `Unsupported`: f64 on an adapter that has none, a plan of so many steps that a kernel would run too long, or in a
+    /// field that varies in space f64, starts, or a map of the field.
     /// `DeviceFailed`, `OutOfMemory`: the device gave an error, or wrong numbers.
     pub fn new(device: Device, plan: &Plan, precision: Precision) -> Result<Self, BackendError> {
         if precision == Precision::F64 && !device.adapter().has_f64 {
@@ -43,13 +43,10 @@ impl Gpu {
             });
         }
         if plan.terms.varying_field {
-            return Err(BackendError::Unsupported {
-                backend: BackendKind::Gpu,
-                what: "fields that vary in space".into(),
-                remedy: "use the CPU engine".into(),
-            });
+            expect_solved_in_turns(plan, precision)?;
         }
-        if pass_limit(plan) < FEWEST_PASSES {
+        let has_room = if plan.terms.varying_field { fits(plan) } else { pass_limit(plan) >= FEWEST_PASSES };
+        if !has_room {
             return Err(BackendError::Unsupported {
                 backend: BackendKind::Gpu,
                 what: format!(
@@ -59,7 +56,12 @@ impl Gpu {
                 remedy: "take fewer steps of a method of higher order, or use the CPU engine".into(),
             });
         }
-        let kernel = Kernel::new(&KERNELS[0], plan, precision, device.adapter().is_software()).map_err(failed)?;
+        let is_software = device.adapter().is_software();
+        let kernel = match plan.terms.varying_field {
+            true => Kernel::varying(plan, is_software),
+            false => Kernel::new(&KERNELS[0], plan, precision, is_software),
+        };
+        let kernel = kernel.map_err(failed)?;
         expect_right(&device)?;
         Self::with_kernel(device, plan, &kernel)
     }
@@ -104,6 +106,18 @@ impl Gpu {
     }
 }
 
+/// The kernel for fields that vary in space knows no f64, no search from a given start and no map.
+fn expect_solved_in_turns(plan: &Plan, precision: Precision) -> Result<(), BackendError> {
+    let what = match () {
+        _ if precision == Precision::F64 => "f64 in fields that vary in space",
+        _ if plan.start.is_some() => "every equilibrium in fields that vary in space",
+        _ if !plan.scene.sources.maps.is_empty() => "fields sampled on a grid",
+        _ => return Ok(()),
+    };
+    let remedy = "use the CPU engine".into();
+    Err(BackendError::Unsupported { backend: BackendKind::Gpu, what: what.into(), remedy })
+}
+
 impl Backend for Gpu {
     fn info(&self) -> BackendInfo {
         let adapter = self.dispatcher.device.adapter();
@@ -132,6 +146,10 @@ impl Backend for Gpu {
         job: &ReduceJob,
         give: &mut dyn FnMut(Returned) -> bool,
     ) -> Result<Option<Reduced>, BackendError> {
+        if self.dispatcher.plan.terms.varying_field {
+            let reason = "in a field that varies in space samples take turns";
+            return Ok(Some(Reduced::Declined(reason.into())));
+        }
         if !self.counts_on_device {
             let reason = "a software adapter counts no faster than the host";
             return Ok(Some(Reduced::Declined(reason.into())));

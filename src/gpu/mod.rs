@@ -7,7 +7,9 @@
 //! | `bindings`, `pipelines`, `compiled_kernels`, `dispatch_buffers` | a kernel, compiled, and the buffers of one dispatch |
 //! | `dispatch_size`, `dispatcher` | how much work goes to the device at once, and what follows a loss or a shortage |
 //! | `solve_batch`, `conversion` | a batch cut into dispatches, and its numbers in SI |
-//! | `node_batch`, `node_pipeline`, `growth` | samples that a single pass does not tell, solved by nodes |
+//! | `turns`, `turn_pipeline` | samples that take many turns, with memory that outlasts a dispatch |
+//! | `node_batch`, `growth` | samples that a single pass does not tell, solved by nodes |
+//! | `varying_batch` | samples in a field that varies in space |
 //! | `voxel_sweep`, `voxel_kernels`, `voxel_pilot`, `returned_rows` | a sweep without rows, counted on the device |
 //! | `engine`, `fleet`, `split_by_weight`, `timings` | the engine as a backend, on one device or several |
 //!
@@ -26,7 +28,6 @@ mod faults;
 mod fleet;
 mod growth;
 mod node_batch;
-mod node_pipeline;
 mod pipeline_cache;
 mod pipelines;
 mod returned_rows;
@@ -38,6 +39,9 @@ mod split_by_weight;
 #[doc(hidden)]
 pub mod testing;
 mod timings;
+mod turn_pipeline;
+mod turns;
+mod varying_batch;
 mod voxel_kernels;
 mod voxel_pilot;
 mod voxel_sweep;

@@ -3,6 +3,7 @@
 use super::bindings::bind_group_layout;
 use super::device::{Device, failed};
 use super::shader::{Kernel, Paths, QUICK_PATHS, check, constants, float_bytes};
+use super::turn_pipeline::TurnPipeline;
 use crate::backend::{BackendError, Precision};
 use crate::model::Plan;
 use wgpu::{BufferBindingType as Kind, BufferUsages as Usage};
@@ -19,6 +20,13 @@ pub(super) struct SolvePipeline {
 
 impl SolvePipeline {
     pub fn new(device: &Device, plan: &Plan, kernel: &Kernel) -> Result<Self, BackendError> {
+        let values = float_bytes(&constants(plan), kernel.precision);
+        let constants = device.buffer("constants", values.len() as u64, Usage::STORAGE | Usage::COPY_DST)?;
+        device.queue.write_buffer(&constants, 0, &values);
+        if kernel.takes_turns() {
+            let TurnPipeline { layout, pipeline } = TurnPipeline::new(device, kernel)?;
+            return Ok(Self { precision: kernel.precision, layout, pipeline, quick: None, constants });
+        }
         let layout = bind_group_layout(
             device,
             "batch",
@@ -30,9 +38,6 @@ impl SolvePipeline {
             ],
         )?;
         let pipeline = compile(device, &layout, kernel)?;
-        let values = float_bytes(&constants(plan), kernel.precision);
-        let constants = device.buffer("constants", values.len() as u64, Usage::STORAGE | Usage::COPY_DST)?;
-        device.queue.write_buffer(&constants, 0, &values);
         let mut solver = Self { precision: kernel.precision, layout, pipeline, quick: None, constants };
         // On a processor of few threads a dispatch of few samples leaves some of them idle.
         solver.set_stages(device, kernel, !device.adapter().is_software())?;

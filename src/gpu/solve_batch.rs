@@ -6,6 +6,7 @@ use super::dispatch_buffers::{Dispatch, Submission};
 use super::dispatcher::{DISPATCHES_IN_FLIGHT, Dispatcher};
 use super::node_batch::solve_grown;
 use super::shader::{ALL_PATHS, Paths, QUICK_PATHS};
+use super::varying_batch::solve_varying;
 use crate::backend::{BackendError, Precision};
 use crate::model::{BLOCK, Batch, Solutions, Status};
 use rayon::prelude::*;
@@ -52,6 +53,9 @@ fn attempt(dispatcher: &mut Dispatcher, batch: &Batch) -> Result<Solutions, Back
 }
 
 fn solve_in_stages(dispatcher: &mut Dispatcher, batch: &Batch) -> Result<Solutions, BackendError> {
+    if dispatcher.plan.terms.varying_field {
+        return solve_varying(dispatcher, batch);
+    }
     let in_stages = dispatcher.solver.is_in_stages();
     let mut solutions = solve_by(dispatcher, batch, if in_stages { QUICK_PATHS } else { ALL_PATHS })?;
     let is_left = |sample: &usize| solutions.status(*sample) == Status::Pending;

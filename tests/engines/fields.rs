@@ -2,7 +2,8 @@
 #![allow(non_snake_case)]
 
 use super::common::check::{column_error, difference, norm, pose_error};
-use super::common::fields::{FieldCase, cases};
+use super::common::fields::{SMALL, cases, engine_errors, worst_column};
+pub use super::common::fields::{plan_by_slots, slots};
 use super::common::root;
 use super::rods::{moved, rod_units};
 use nalgebra::{Matrix3, Rotation3, Vector3};
@@ -18,19 +19,6 @@ use rodsweep::reference::{Equilibrium, SlotDerivative, energy_of, solve_rod};
 /// What two computations of golden data agree to, with room for the reference's own integration.
 const POSE: f64 = 1e-9;
 const COLUMNS: f64 = 1e-9;
-/// A column smaller than this share of the largest of its kind is measured against that.
-const SMALL: f64 = 1e-3;
-
-pub fn slots(case: &FieldCase) -> Vec<Slot> {
-    let mut slots: Vec<Slot> = Vec::new();
-    for (slot, _) in case.columns.iter().flat_map(|(_, slots)| slots) {
-        if !slots.contains(slot) {
-            slots.push(*slot);
-        }
-    }
-    slots
-}
-
 /// Six numbers of the tip and six of the base by column k.
 fn found_column(slots: &[Slot], found: &Equilibrium, column: &[(Slot, f64)]) -> ([f64; 6], [f64; 6]) {
     let (mut tip, mut base) = ([0.0; 6], [0.0; 6]);
@@ -41,30 +29,6 @@ fn found_column(slots: &[Slot], found: &Equilibrium, column: &[(Slot, f64)]) -> 
         base.iter_mut().zip(d.dn0.iter().chain(&d.dm0)).for_each(|(sum, x)| *sum += rate * x);
     }
     (tip, base)
-}
-
-/// Worst error of columns against golden ones, each measured against itself or, if small, against the largest of its
-/// kind; `scale` makes the first three rows of one kind with the last.
-fn worst_column(
-    case: &FieldCase,
-    golden: &[Vec<f64>],
-    scale: f64,
-    small: impl Fn(&[(Slot, f64)]) -> f64,
-    found: impl Fn(usize) -> [f64; 6],
-) -> (f64, String) {
-    let expected = |k: usize| -> [f64; 6] { std::array::from_fn(|row| golden[row][k]) };
-    let size =
-        |column: [f64; 6]| norm(&std::array::from_fn::<f64, 6, _>(|r| column[r] / if r < 3 { scale } else { 1.0 }));
-    let mut worst = (0.0, String::new());
-    for (k, (kind, slots)) in case.columns.iter().enumerate() {
-        let of_kind = case.columns.iter().enumerate().filter(|(_, (other, _))| other == kind);
-        let largest = of_kind.map(|(j, _)| size(expected(j))).fold(0.0, f64::max);
-        let error = column_error(&found(k), &expected(k), (SMALL * largest).max(small(slots)), scale);
-        if error.is_nan() || error > worst.0 {
-            worst = (error, format!("{}: {kind} {slots:?}", case.scene.name));
-        }
-    }
-    worst
 }
 
 #[test]
@@ -104,65 +68,21 @@ fn reference_matches_golden_fields() {
     assert!(columns.0 <= COLUMNS && worst_base.0 <= COLUMNS, "{columns:?}, {worst_base:?}");
 }
 
-/// A plan of a scene, differentiated by each of some slots.
-pub fn plan_by_slots(scene: &Scene, slots: &[Slot], options: PlanOptions) -> Plan {
-    let mut plan = Plan::single(scene, &[], options).expect("a valid plan");
-    for slot in slots {
-        let terms = vec![(*slot, plan.entries.len())];
-        plan.entries.push(Entry::Constant(1.0));
-        plan.derivatives.push(Derivative { parameter: Parameter::Insertion, name: format!("{slot:?}"), terms });
-    }
-    plan.forward = true;
-    plan
-}
-
-/// Worst pose, base moment and column of an engine over all golden scenes; columns are measured against at least so much
-/// of their natural size.
-fn engine_errors(options: PlanOptions, precision: Precision, small: f64) -> (f64, f64, (f64, String)) {
-    let (mut pose, mut moment, mut columns) = (0.0_f64, 0.0_f64, (0.0, String::new()));
-    for case in cases() {
-        let slots = slots(&case);
-        let plan = plan_by_slots(&case.scene, &slots, options);
-        let batch = plan.batch(1, |_, _| {});
-        let solutions = Lanes::new(&plan, precision).expect("an engine").solve(&batch).expect("a solved batch");
-        let (name, units) = (&case.scene.name, plan.units);
-        assert!(solutions.status(0).is_success(), "{name}: {:?}", solutions.status(0));
-        assert_eq!(solutions.get(0, Quantity::StabilityIndex) as u64, case.index, "{name}");
-        let error = pose_error(&solutions, 0, &case.p_tip, &case.R_tip, units.length);
-        let estimate = solutions.get(0, Quantity::ErrorEstimate);
-        // Five points stand for the line along which the field acts.
-        assert!(error <= estimate + 1e-11, "{name}: error {error:e}, estimate {estimate:e}");
-        pose = pose.max(error);
-        let m0 = solutions.vector(0, Quantity::BaseMoment);
-        moment = moment.max(difference(&m0, &case.m0) / norm(&case.m0).max(units.moment()));
-        let column = |k: usize| -> [f64; 6] {
-            let of = |(slot, rate): &(Slot, f64), row: usize| {
-                let at = slots.iter().position(|other| other == slot).expect("a slot asked for");
-                rate * solutions.derivative(0, at, row)
-            };
-            std::array::from_fn(|row| case.columns[k].1.iter().map(|term| of(term, row)).sum())
-        };
-        let natural = |slots: &[(Slot, f64)]| {
-            small * slots.iter().map(|(slot, rate)| (rate / slot.unit(&units)).powi(2)).sum::<f64>().sqrt()
-        };
-        let worst = worst_column(&case, &case.J, units.length, natural, column);
-        columns = if worst.0 > columns.0 || worst.0.is_nan() { worst } else { columns };
-    }
-    println!("{precision}: pose {pose:.1e}, base moment {moment:.1e}, columns {columns:?}");
-    (pose, moment, columns)
+fn lanes(plan: &Plan, precision: Precision) -> Box<dyn Backend> {
+    Box::new(Lanes::new(plan, precision).expect("an engine"))
 }
 
 #[test]
 fn lanes_match_golden_fields() {
     let options = PlanOptions { tolerance: 1e-11, stepper: Stepper::Dop853, steps: 24, ..PlanOptions::default() };
-    let (pose, moment, columns) = engine_errors(options, Precision::F64, SMALL);
+    let (pose, moment, columns) = engine_errors(cases(), options, SMALL, |plan| lanes(plan, Precision::F64));
     assert!(pose <= POSE && moment <= POSE && columns.0 <= COLUMNS, "{pose:e} {moment:e} {columns:?}");
 }
 
 #[test]
 fn lanes_in_single_precision_match_golden_fields() {
     let options = PlanOptions { tolerance: 2e-5, stepper: Stepper::Tp7, steps: 12, ..PlanOptions::default() };
-    let (pose, moment, columns) = engine_errors(options, Precision::F32, 1.0);
+    let (pose, moment, columns) = engine_errors(cases(), options, 1.0, |plan| lanes(plan, Precision::F32));
     assert!(pose <= 2e-5 && moment <= 2e-5 && columns.0 <= 2e-5, "{pose:e} {moment:e} {columns:?}");
 }
 

@@ -5,6 +5,7 @@ mod common;
 
 mod emit;
 mod faults;
+mod fields;
 mod fleet;
 mod host;
 mod languages;

@@ -69,6 +69,7 @@ pub const KERNELS: &[KernelEntry] = &[KernelEntry { entry_point: "solve", parts:
 
 /// Takes samples one turn further by nodes.
 const NODES: &[Part] = &[
+    shader!("memory"),
     shader!("nodes/memory"),
     shader!("nodes/mesh"),
     shader!("nodes/interval"),
@@ -79,6 +80,36 @@ const NODES: &[Part] = &[
     shader!("nodes/path"),
     shader!("nodes/answer"),
 ];
+
+/// Takes samples in a field that varies in space one turn further.
+const VARYING: &[Part] = &[
+    shader!("batch"),
+    Part::Record,
+    shader!("plan"),
+    shader!("algebra"),
+    shader!("rod"),
+    shader!("section"),
+    shader!("step"),
+    shader!("column"),
+    shader!("source"),
+    shader!("slots"),
+    shader!("memory"),
+    shader!("varying/memory"),
+    shader!("varying/matrix"),
+    shader!("varying/space"),
+    shader!("varying/parameters"),
+    shader!("varying/step"),
+    shader!("varying/crossing"),
+    shader!("varying/ends"),
+    shader!("varying/first"),
+    shader!("varying/index"),
+    shader!("varying/pass"),
+    shader!("varying/path"),
+    shader!("varying/answer"),
+];
+
+/// Entry point of kernels that take samples one turn further, pass by pass.
+const TURN: &str = "advance";
 
 /// Makes the samples of a sweep from their index.
 const GENERATE: &[Part] = &[shader!("wide"), shader!("generate")];
@@ -121,7 +152,20 @@ impl Kernel {
     /// `unrolled`: for a GPU that is software, see [`Form`].
     pub fn nodes(plan: &Plan, unrolled: bool) -> Result<Self, EmitError> {
         let form = Form { unrolled, nodes: true, ..Form::ROLLED };
-        Self::emitted("advance", &[ROD, NODES], plan, &specialisation(plan, Precision::F32, form))
+        Self::emitted(TURN, &[ROD, NODES], plan, &specialisation(plan, Precision::F32, form))
+    }
+
+    /// The kernel that takes samples in a field that varies in space one turn further, in f32.
+    ///
+    /// `unrolled`: for a GPU that is software, see [`Form`].
+    pub fn varying(plan: &Plan, unrolled: bool) -> Result<Self, EmitError> {
+        let form = Form { guards: false, unrolled, nodes: false };
+        Self::emitted(TURN, &[VARYING], plan, &specialisation(plan, Precision::F32, form))
+    }
+
+    /// Whether it takes samples one turn further, so that they need many dispatches and memory that outlasts them.
+    pub fn takes_turns(&self) -> bool {
+        self.entry_point == TURN
     }
 
     /// The kernel that makes samples.

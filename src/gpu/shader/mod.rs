@@ -17,6 +17,7 @@ mod specialise;
 mod substitute;
 mod tableaux;
 mod terms;
+mod varying;
 mod voxel_request;
 
 pub use check::{Reflection, ShaderError, check};
@@ -33,4 +34,5 @@ pub(super) use record::{constants, input_units};
 pub(super) use segments::integrated;
 pub(super) use settings::{ALL_PATHS, Paths, QUICK_PATHS, Settings, float_bytes};
 pub(super) use terms::pass_limit;
+pub(super) use varying::{fits, most_turns as most_varying_turns, varying_bytes};
 pub(super) use voxel_request::{Bounds, HEADER, Request, VoxelGrid};

@@ -3,9 +3,9 @@
 //! Base: the vectors of its record (`model/record.rs`), such as `tip_force`. Segment j: `length_j` and the
 //! vectors of its record, such as `stiffness_j`; the same by the first entry of a segment's record, so that code does
 //! not grow with the segments: `record_length(at)`, `record_stiffness(at)`. Rest pose of an unloaded distal part: `free_p`, `free_d1`, `free_t`.
-//! Rate k of derivative d: `rate_d_k`. All in the plan's units.
+//! What of the field varies in space, by its place in that record: `record_field(at)`. Rate k of derivative d: `rate_d_k`. All in the plan's units.
 
-use super::segments::{integrated, segments_vary, varies};
+use super::segments::{field_entries, integrated, segments_vary, varies};
 use super::slots::slot_table;
 use super::specialise::Piece;
 use crate::model::record::{BASE_FIELDS, FLEXIBLE_FIELDS, RIGID_FIELDS};
@@ -90,6 +90,11 @@ fn segment_functions(text: &mut String, plan: &Plan) {
         false => format!("constants[at + {place}u]"),
     };
     let _ = writeln!(text, "fn record_length(at: u32) -> f32 {{ return {}; }}", number(varies_at(None, 0), 0));
+    if plan.terms.varying_field {
+        let field = field_entries(plan);
+        let number = number(field.clone().any(|entry| varies(plan, entry)), field.start);
+        let _ = writeln!(text, "fn record_field(at: u32) -> f32 {{ return {number}; }}");
+    }
     let fields = FLEXIBLE_FIELDS.iter().map(|field| (true, field));
     for (flexible, field) in fields.chain(RIGID_FIELDS.iter().map(|field| (false, field))) {
         let places = field.at..field.at + 3;

@@ -2,14 +2,15 @@
 //!
 //! First where each list of slots starts, one for each segment, one for each derivative, and where the last ends.
 //! Then the slots: derivative, kind, segment, axis and entry of the rate. An entry below the table is one of the
-//! constants; past its start, a column of the inputs. Forward columns need no table, see `sources.rs`.
+//! constants; past its start, a column of the inputs. Forward columns need no table, see `sources.rs`, but in a field that
+//! varies in space: one list for each three of parameters, a slot's derivative being its column there.
 
 use super::segments::{integrated, segments_vary};
 use super::specialise::{Specialisation, Value};
 use crate::model::{Axis, Entry, Plan, Slot};
 
 /// The kinds of slots, by their code.
-const KINDS: [&str; 16] = [
+const KINDS: [&str; 20] = [
     "BASE_POSITION",
     "BASE_ROTATION",
     "FLUX_DENSITY",
@@ -26,6 +27,10 @@ const KINDS: [&str; 16] = [
     "SHEAR_COMPLIANCE",
     "DIPOLE",
     "WEIGHT",
+    "FIELD_GRADIENT",
+    "FIELD_ORIGIN",
+    "SOURCE_POSITION",
+    "SOURCE_MOMENT",
 ];
 
 /// The kinds from here on belong to a segment.
@@ -51,10 +56,11 @@ const SLOT_LENGTH: usize = 5;
 
 /// The table; whole numbers, exact in f32.
 pub(super) fn slot_table(plan: &Plan) -> Vec<f64> {
-    if plan.forward {
-        return Vec::new();
-    }
-    let lists = slot_lists(plan);
+    let lists = match (plan.forward, plan.terms.varying_field) {
+        (true, true) => lists_by_threes(plan),
+        (true, false) => return Vec::new(),
+        (false, _) => slot_lists(plan),
+    };
     let mut at = slot_table_start(plan) + lists.len() + 1;
     let mut table = vec![at];
     for list in &lists {
@@ -76,11 +82,7 @@ fn slot_lists(plan: &Plan) -> Vec<Vec<[usize; SLOT_LENGTH]>> {
     let mut lists = vec![Vec::new(); segments.len() + plan.derivatives.len()];
     for (index, slot, entry) in slots(plan) {
         let (kind, segment, axis) = parts(slot);
-        let entry = match plan.entries[entry] {
-            Entry::Constant(_) => entry,
-            Entry::Varying(column) => slot_table_start(plan) + column,
-        };
-        let row = [index, kind, segment, axis, entry];
+        let row = [index, kind, segment, axis, place_of_rate(plan, entry)];
         match slot {
             // Every magnet contributes.
             Slot::FluxDensity(_) => {
@@ -94,6 +96,24 @@ fn slot_lists(plan: &Plan) -> Vec<Vec<[usize; SLOT_LENGTH]>> {
     lists
 }
 
+/// The slots of each three of parameters.
+fn lists_by_threes(plan: &Plan) -> Vec<Vec<[usize; SLOT_LENGTH]>> {
+    let mut lists = vec![Vec::new(); plan.derivatives.len().div_ceil(3)];
+    for (index, slot, entry) in slots(plan) {
+        let (kind, segment, axis) = parts(slot);
+        lists[index / 3].push([index % 3, kind, segment, axis, place_of_rate(plan, entry)]);
+    }
+    lists
+}
+
+/// A constant, or past the start of the table a column of the inputs.
+fn place_of_rate(plan: &Plan, entry: usize) -> usize {
+    match plan.entries[entry] {
+        Entry::Constant(_) => entry,
+        Entry::Varying(column) => slot_table_start(plan) + column,
+    }
+}
+
 /// The codes of the kinds, and which kinds a plan uses.
 pub(super) fn add_slots(s: &mut Specialisation, plan: &Plan) {
     s.constant("SLOT_TABLE", Value::U32(slot_table_start(plan) as u32));
@@ -102,6 +122,7 @@ pub(super) fn add_slots(s: &mut Specialisation, plan: &Plan) {
         s.constant(format!("KIND_{name}"), Value::U32(code as u32));
         s.term(format!("WANT_{name}"), false);
     }
+    s.term("SLOTS", !plan.derivatives.is_empty() && (!plan.forward || plan.terms.varying_field));
     for (_, slot, _) in slots(plan) {
         s.term(format!("WANT_{}", KINDS[parts(slot).0]), true);
     }
@@ -115,13 +136,13 @@ fn parts(slot: Slot) -> (usize, usize, usize) {
         Slot::BasePosition(axis) => at(0, axis),
         Slot::BaseRotation(axis) => at(1, axis),
         Slot::FluxDensity(axis) => at(2, axis),
-        // Plans of a field that varies in space are refused; in a uniform one these move nothing, as the base does.
-        Slot::FieldOrigin(axis)
-        | Slot::SourcePosition(_, axis)
-        | Slot::SourceMoment(_, axis)
-        | Slot::MapPosition(_, axis) => at(0, axis),
+        Slot::FieldGradient(entry) => (16, 0, entry.index()),
+        Slot::FieldOrigin(axis) => at(17, axis),
+        Slot::SourcePosition(source, axis) => (18, source, axis.index()),
+        Slot::SourceMoment(source, axis) => (19, source, axis.index()),
+        // Plans of a field sampled on a grid are refused; in a uniform one these move nothing, as the base does.
+        Slot::MapPosition(_, axis) => at(0, axis),
         Slot::MapScale(_) => at(0, Axis::X),
-        Slot::FieldGradient(_) => at(0, Axis::X),
         Slot::TipForce(axis) => at(3, axis),
         Slot::TipMoment(axis) => at(4, axis),
         Slot::Insertion => (5, 0, 0),

@@ -6,10 +6,15 @@ use crate::model::{Plan, Tableau};
 
 /// The tableaux in use: that of the path, that of the answer.
 ///
-/// By nodes the path's method gives the answer, too: in f32 one of order eight gains nothing.
+/// By nodes the path's method gives the answer, too: in f32 one of order eight gains nothing. In a field that varies that of
+/// the answer leads there: compilers take long over the code of a pass.
 pub(super) fn tableaux(plan: &Plan, by_nodes: bool) -> Vec<&'static Tableau> {
     let answer = if by_nodes { PATH_STEPPER } else { plan.options.stepper };
-    if answer == PATH_STEPPER { vec![answer.tableau()] } else { vec![PATH_STEPPER.tableau(), answer.tableau()] }
+    if answer == PATH_STEPPER || plan.terms.varying_field {
+        vec![answer.tableau()]
+    } else {
+        vec![PATH_STEPPER.tableau(), answer.tableau()]
+    }
 }
 
 /// Coefficients, padded to one number of stages, and which of them are not zero.

@@ -8,6 +8,7 @@ use super::slots::{add_slots, slot_count};
 use super::sources::{add_sources, forward_threes};
 use super::specialise::{Specialisation, Value};
 use super::tableaux::{add_tableaux, tableaux};
+use super::varying::add_varying;
 use crate::backend::Precision;
 use crate::model::path;
 use crate::model::{BLOCK, MOST_KNOWN, NO_EQUILIBRIUM, Plan, Quantity, SegmentPlan, Status};
@@ -62,7 +63,7 @@ pub fn specialisation(plan: &Plan, precision: Precision, form: Form) -> Speciali
         ("FORCE", plan.terms.force),
         ("LOAD", plan.terms.load),
         ("MAGNET", plan.terms.magnet),
-        ("SHEAR", plan.terms.shear),
+        ("SHEAR", shears(plan)),
         ("TAPER", plan.terms.taper),
         ("CURVATURE_RISE", plan.terms.curvature_rise),
         ("ANISOTROPIC", plan.terms.anisotropic),
@@ -83,6 +84,7 @@ pub fn specialisation(plan: &Plan, precision: Precision, form: Form) -> Speciali
     add_tableaux(&mut s, &tableaux);
     add_derivative_terms(&mut s, plan, &tableaux);
     add_nodes(&mut s, plan, form.nodes);
+    add_varying(&mut s, plan);
     add_path(&mut s, plan);
     s
 }
@@ -112,6 +114,11 @@ fn careful_steps(plan: &Plan) -> Vec<usize> {
     integrated(plan).iter().map(|segment| plan.options.stepper.careful_steps(segment.steps)).collect()
 }
 
+/// Whether any segment shears or stretches: a field that varies in space is a force.
+fn shears(plan: &Plan) -> bool {
+    plan.terms.shear || plan.terms.varying_field && plan.segments.iter().any(|segment| segment.shears)
+}
+
 fn add_segments(s: &mut Specialisation, plan: &Plan) {
     let segments = integrated(plan);
     let fine = segments.iter().map(|segment| segment.steps);
@@ -125,14 +132,17 @@ fn add_segments(s: &mut Specialisation, plan: &Plan) {
         let flags = [
             segment.is_flexible,
             segment.tapers,
-            segment.shears && plan.terms.shear,
+            segment.shears && shears(plan),
             segment.has_magnet,
             has_integrals(plan, index),
+            plan.terms.varying_field && segment.has_dipole,
         ];
         flags.iter().enumerate().map(|(bit, holds)| usize::from(*holds) << bit).sum()
     };
     s.constant("FLAGS", Value::u32_array(segments.iter().enumerate().map(flags)));
-    for (bit, name) in ["IS_FLEXIBLE", "TAPERS", "SHEARS", "HAS_MAGNET", "HAS_INTEGRALS"].iter().enumerate() {
+    for (bit, name) in
+        ["IS_FLEXIBLE", "TAPERS", "SHEARS", "HAS_MAGNET", "HAS_INTEGRALS", "HAS_DIPOLE"].iter().enumerate()
+    {
         s.constant(*name, Value::U32(1 << bit));
     }
     for (index, segment) in segments.iter().enumerate() {

@@ -151,6 +151,12 @@ pub const NODE_NEAR_PIVOT: f64 = 0.1;
 pub const NODE_FOLD_PIVOT: f64 = 0.05;
 /// Passes over all intervals on one path.
 pub const NODE_PASS_LIMIT: f64 = 400.0;
+/// In a field that varies: under part of the load corrections of the load at the base end below this.
+pub const FIELD_LOAD_TOLERANCE: f64 = 0.05;
+/// The same on a GPU: Newton steps on the fine grid, and how many of them may be chord steps.
+pub const FIELD_NEWTON_LIMIT: f64 = 14.0;
+/// See [`FIELD_NEWTON_LIMIT`].
+pub const FIELD_CHORD_LIMIT: f64 = 8.0;
 /// With care the path takes so many times the steps, up to so many over a segment.
 const CARE: usize = 6;
 const MOST_CARE: usize = 24;

@@ -13,13 +13,10 @@ use crate::lanes::problem::Problem;
 use crate::lanes::program::{Inputs, Outputs};
 use crate::model::CoilLoad;
 use crate::model::path::{
-    AIM, CONTRACTION, CORRECTIONS, FIRST_BEND, FOLD_MARGIN, FULL_LOAD_TOLERANCE, NEAR_MARGIN, NODE_LEAST_RATIO,
-    NODE_MOST_RATIO, NODE_PASS_LIMIT, NODE_RETREAT, NODE_SMALLEST_STEP, RAMP_TRUST, SAFE_MARGIN, SMALLEST_RAMP_STEP,
-    TRUST, WIDENING,
+    AIM, CONTRACTION, CORRECTIONS, FIELD_LOAD_TOLERANCE, FIRST_BEND, FOLD_MARGIN, FULL_LOAD_TOLERANCE, NEAR_MARGIN,
+    NODE_LEAST_RATIO, NODE_MOST_RATIO, NODE_PASS_LIMIT, NODE_RETREAT, NODE_SMALLEST_STEP, RAMP_TRUST, SAFE_MARGIN,
+    SMALLEST_RAMP_STEP, TRUST, WIDENING,
 };
-
-/// Under part of the load, corrections of the base's load end below this.
-const LOAD_TOLERANCE: f64 = 0.05;
 
 /// Where the paths of a register ended.
 pub struct VaryingPath<L: Lane> {
@@ -157,7 +154,7 @@ pub fn follow_varying<L: Kernels>(
         let correction = size((dn, dm), base);
         // Moments and radians, as on other paths.
         let moved = norm((dn, dm)).max(length(workspace.pose.on(dn, dm).1));
-        let enough = L::select(partial, one.constant(LOAD_TOLERANCE), one.constant(FULL_LOAD_TOLERANCE));
+        let enough = L::select(partial, one.constant(FIELD_LOAD_TOLERANCE), one.constant(FULL_LOAD_TOLERANCE));
         let converged = active & correction.lt(enough);
         let (is_far, is_inside) = (zero.lt(workspace.clearance), zero.lt(workspace.inside));
         let clear = is_far & is_inside;

@@ -1,0 +1,49 @@
+//! Samples in a field that varies in space: turn by turn, as many at once as the device has memory for.
+
+use super::conversion::gathered;
+use super::dispatcher::Dispatcher;
+use super::shader::{Settings, most_varying_turns, varying_bytes};
+use super::turn_pipeline::TurnPipeline;
+use super::turns::{ALIGNMENT, Turns, most_samples, run};
+use crate::backend::BackendError;
+use crate::model::path::newton_tolerance;
+use crate::model::{Batch, Solutions};
+use std::time::Instant;
+
+/// Solves every sample of a batch.
+pub(super) fn solve_varying(dispatcher: &mut Dispatcher, batch: &Batch) -> Result<Solutions, BackendError> {
+    let start = Instant::now();
+    let solver = &dispatcher.solver;
+    let pipeline = TurnPipeline { layout: solver.layout.clone(), pipeline: solver.pipeline.clone() };
+    let options = &dispatcher.plan.options;
+    let turns = Turns {
+        pipeline: &pipeline,
+        settings: Settings {
+            tolerance: newton_tolerance(options.tolerance, dispatcher.precision.epsilon()),
+            derivative_share: options.derivative_scale.share,
+            derivative_floor: options.derivative_scale.floor,
+            ..Settings::default()
+        },
+        memory_settings: [0; 2],
+        sample_bytes: varying_bytes(&dispatcher.plan),
+        most: most_varying_turns(&dispatcher.plan),
+    };
+    let mut solutions = Solutions::new(&dispatcher.plan, batch.sample_count());
+    let (mut first, mut most) = (0, most_samples(dispatcher, turns.sample_bytes).max(1));
+    while first < batch.sample_count() {
+        let samples: Vec<usize> = (first..batch.sample_count().min(first + most)).collect();
+        match run(dispatcher, &turns, &gathered(batch, &samples)) {
+            Err(BackendError::OutOfMemory { .. }) if most > ALIGNMENT => most /= 2,
+            Err(error) => return Err(error),
+            Ok(found) => {
+                samples.iter().enumerate().for_each(|(from, to)| solutions.copy_row(*to, &found, from));
+                first += samples.len();
+            }
+        }
+    }
+    let (seconds, timings) = (start.elapsed().as_secs_f64(), &mut dispatcher.timings);
+    timings.wait += seconds;
+    timings.kernel += seconds;
+    timings.sample_count += batch.sample_count() as u64;
+    Ok(solutions)
+}
