@@ -95,26 +95,29 @@ impl EngineRequest {
         }
     }
 
-    /// The same for a scene: fields that vary in space are for the CPU.
+    /// The same for a scene: fields that vary in space are for the CPU, unless a GPU is asked for. That solves them in f32
+    /// and leaves those that are sampled on a grid to the CPU.
     ///
     /// # Errors
     ///
-    /// As [`EngineRequest::choose`], and a GPU that is asked for a field that varies in space.
+    /// As [`EngineRequest::choose`].
     pub fn choose_for(&self, scene: &Scene, tolerance: f64) -> Result<Engine, BackendError> {
         if !scene.sources.varies() {
             return self.choose(tolerance);
         }
+        let on_cpu = |reason: &str| {
+            let precision = self.precision.unwrap_or(Precision::F64);
+            Ok(Engine::new(BackendKind::Cpu, precision, reason))
+        };
         match self.backend {
-            None => Ok(Engine {
-                kind: BackendKind::Cpu,
-                precision: self.precision.unwrap_or(Precision::F64),
-                reason: "the field varies in space, which no GPU kernel models".into(),
-            }),
-            Some(BackendKind::Gpu) => Err(BackendError::Unsupported {
-                backend: BackendKind::Gpu,
-                what: "fields that vary in space".into(),
-                remedy: "use the CPU engine".into(),
-            }),
+            None => on_cpu("the field varies in space; a GPU solves that where it is asked for"),
+            Some(BackendKind::Gpu) if !scene.sources.maps.is_empty() => {
+                on_cpu("the field is sampled on a grid, which no GPU kernel models")
+            }
+            Some(BackendKind::Gpu) if self.precision == Some(Precision::F64) => {
+                on_cpu("the field varies in space, which GPU kernels model in f32 alone")
+            }
+            Some(BackendKind::Gpu) => Ok(Engine::new(BackendKind::Gpu, Precision::F32, "asked for")),
             Some(_) => self.choose(tolerance),
         }
     }

@@ -12,15 +12,6 @@ const REACH: f32 = 0.0; //@spec
 const ROUND_OFF: f32 = 0.0; //@spec
 const ROWS: u32 = 9u; //@spec
 
-// How far a sample is.
-const AT_REST: u32 = 0u;
-const ON_PATH: u32 = 1u;
-const IN_NEWTON: u32 = 2u;
-const TO_CHECK: u32 = 3u;
-const TO_ANSWER: u32 = 4u;
-const TO_DIFFERENTIATE: u32 = 5u;
-const DONE: u32 = 6u;
-
 // Takes the sample one turn further: a pass over the rod, and what follows from it.
 fn solve_varying() {
     let stage = u32(held(STAGE));
@@ -92,29 +83,6 @@ fn solve_varying() {
         default: { finish_rows(rod, inverse); }
     }
     if keeps_inverse { hold_mat6(INVERSE, inverse); }
-}
-
-// Ends a path that did not arrive; one without care is followed again with it.
-fn lose(outcome: u32) {
-    if held(CARE) < 0.5 {
-        restart();
-        return;
-    }
-    store(STABILITY_INDEX_COLUMN, NO_EQUILIBRIUM);
-    store(ITERATIONS_COLUMN, held(PASSES));
-    store(LOAD_FRACTION_COLUMN, held(LAMBDA));
-    var code = STATUS_NOT_CONVERGED;
-    if outcome == EXHAUSTED { code = STATUS_STEP_LIMIT; }
-    if outcome == AT_FOLD { code = STATUS_FOLD; }
-    if outcome == TOO_NEAR { code = STATUS_TOO_NEAR_MAGNET; }
-    store_status(code);
-    hold(STAGE, f32(DONE));
-}
-
-fn restart() {
-    hold(CARE, 1.0);
-    hold(PASSES, 0.0);
-    hold(STAGE, f32(AT_REST));
 }
 
 // A step of Newton's method: chord steps with the path's inverse while they bring much.
@@ -191,7 +159,7 @@ fn write(rod: Rod, inverse: Mat6, index: f32) {
     let by_d1 = length(check.d1 + cross(shift.last, check.d1) - d1);
     let by_t = length(check.t + cross(shift.last, check.t) - t);
     let answers = times(pose, inverse);
-    let square = 1.0 + squared_norm(answers.a) + squared_norm(answers.b) + squared_norm(answers.c) + squared_norm(answers.d);
+    let square = 1.0 + squared_norm(answers);
     let noise = (length(base.first) + length(m0) + 1.0) * (ROUND_OFF * EPSILON) * sqrt(square);
     let largest = max(max(by_position, by_d1), by_t);
     store(ERROR_ESTIMATE_COLUMN, largest * DIFFERENCE + noise);
@@ -209,22 +177,6 @@ fn write(rod: Rod, inverse: Mat6, index: f32) {
     }
     //@end
     store_status(code);
-    hold(STAGE, f32(DONE));
-}
-
-fn squared_norm(a: mat3x3<f32>) -> f32 {
-    return dot(a[0], a[0]) + dot(a[1], a[1]) + dot(a[2], a[2]);
-}
-
-// Writes the rows of three derivatives a turn.
-fn finish_rows(rod: Rod, inverse: Mat6) {
-    //@if FORWARD
-    pose = held_mat6(POSE);
-    write_rows(rod, inverse);
-    hold(THREE, held(THREE) + 1.0);
-    if held(THREE) < f32(FORWARD_THREES) { return; }
-    //@end
-    store_status(select(STATUS_RAMPED, STATUS_UNSTABLE, held(IS_UNSTABLE) > 0.5));
     hold(STAGE, f32(DONE));
 }
 
@@ -263,12 +215,3 @@ fn write_rows(rod: Rod, inverse: Mat6) {
     } //@end
 }
 //@end
-
-@compute @workgroup_size(WORKGROUP)
-fn advance(@builtin(global_invocation_id) id: vec3<u32>) {
-    if !select_sample(id.x) { return; }
-    sample_at = id.x;
-    if u32(held(STAGE)) == DONE { return; }
-    solve_varying();
-    if u32(held(STAGE)) != DONE { atomicAdd(&under_way, 1u); }
-}

@@ -58,6 +58,14 @@ fn minus(m: Mat6, other: Mat6) -> Mat6 {
     return Mat6(m.a - other.a, m.b - other.b, m.c - other.c, m.d - other.d);
 }
 
+// Sum of the squares of its entries.
+fn squared_norm(m: Mat6) -> f32 {
+    let first = dot(m.a[0], m.a[0]) + dot(m.a[1], m.a[1]) + dot(m.a[2], m.a[2]);
+    let second = dot(m.b[0], m.b[0]) + dot(m.b[1], m.b[1]) + dot(m.b[2], m.b[2]);
+    let third = dot(m.c[0], m.c[0]) + dot(m.c[1], m.c[1]) + dot(m.c[2], m.c[2]);
+    return first + second + third + dot(m.d[0], m.d[0]) + dot(m.d[1], m.d[1]) + dot(m.d[2], m.d[2]);
+}
+
 // The matrix times a pair of vectors.
 fn on(m: Mat6, pair: Pair) -> Pair {
     return Pair(m.a * pair.first + m.b * pair.last, m.c * pair.first + m.d * pair.last);

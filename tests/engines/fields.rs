@@ -1,7 +1,7 @@
 //! Fields that vary in space: golden scenes, invariances, limits.
 #![allow(non_snake_case)]
 
-use super::common::check::{column_error, difference, norm, pose_error};
+use super::common::check::{column_error, difference, norm};
 use super::common::fields::{SMALL, cases, engine_errors, worst_column};
 pub use super::common::fields::{plan_by_slots, slots};
 use super::common::root;
@@ -11,8 +11,7 @@ use rodsweep::backend::{Backend, Precision};
 use rodsweep::input::read_scene;
 use rodsweep::lanes::Lanes;
 use rodsweep::model::{
-    Axis, Derivative, Entry, Parameter, Plan, PlanOptions, Quantity, Rod, RodSegment, Scene, Slot, Status, Stepper,
-    Vector, gradient_matrix,
+    Axis, Plan, PlanOptions, Rod, RodSegment, Scene, Slot, Status, Stepper, Vector, gradient_matrix,
 };
 use rodsweep::reference::{Equilibrium, SlotDerivative, energy_of, solve_rod};
 

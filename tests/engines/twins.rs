@@ -4,7 +4,7 @@ use crate::common::root;
 use std::collections::BTreeMap;
 use std::fs;
 
-const STEMS: [&str; 23] = [
+const STEMS: [&str; 34] = [
     "algebra",
     "rod",
     "section",
@@ -28,6 +28,17 @@ const STEMS: [&str; 23] = [
     "nodes/responses",
     "nodes/path",
     "nodes/answer",
+    "varying/space",
+    "varying/step",
+    "varying/crossing",
+    "varying/ends",
+    "varying/first",
+    "varying/matrix",
+    "varying/index",
+    "varying/parameters",
+    "varying/pass",
+    "varying/path",
+    "varying/answer",
 ];
 
 /// Functions of one side alone, by stem: name and reason.
@@ -69,6 +80,14 @@ const EXCEPTIONS: Exceptions = Exceptions {
         ("nodes/state", &["cut_sources"], "the shader cuts a source where it loads it"),
         ("nodes/responses", &["add"], "the shader adds to the rows interval by interval"),
         ("nodes/answer", &["merge"], "masks of lanes"),
+        ("varying/space", &["new", "without_maps", "inside"], "maps are for the CPU"),
+        ("varying/step", &["new", "advanced"], "the workspace; the shader's tableau is compiled in"),
+        ("varying/first", &["new"], "the workspace"),
+        ("varying/matrix", &["zero", "select", "put"], "blocks, which columns fill as they are"),
+        ("varying/parameters", &["new"], "the workspace"),
+        ("varying/pass", &["new", "numbered"], "the workspace"),
+        ("varying/path", &["select"], "masks of lanes"),
+        ("varying/answer", &["shoot", "code"], "one pass a turn; masks of lanes"),
     ],
     wgsl_only: &[
         ("rod", &["load_rigid"], "segments are loaded where they are crossed"),
@@ -86,6 +105,15 @@ const EXCEPTIONS: Exceptions = Exceptions {
         ("nodes/answer", &["node_steps"], "an array that the shader reads by its place"),
         ("nodes/answer", &["lose", "finish_rows"], "what ends a sample, in whichever turn"),
         ("nodes/answer", &["advance"], "the entry point"),
+        ("varying/space", &["field_vector"], "a method of programs"),
+        ("varying/crossing", &["point"], "a list in Rust"),
+        ("varying/matrix", &["product", "squared_norm", "row_of", "without"], "arrays in Rust"),
+        ("varying/index", &["rows_of", "swapped", "symmetric"], "arrays in Rust"),
+        ("varying/parameters", &["load_segment_source", "slot_change"], "sources are read where segments are crossed"),
+        ("varying/pass", &["take_columns", "keep_columns"], "lists in Rust; the shader has one three in hand"),
+        ("varying/path", &["sum", "newton_step", "trust"], "written out in Rust"),
+        ("varying/path", &["start_path"], "local variables in Rust; the shader's outlast a dispatch"),
+        ("varying/answer", &["balance"], "a loop in Rust, a turn each here"),
     ],
     renamed: &[
         ("algebra", "zero", "zero_matrix"),
@@ -106,6 +134,18 @@ const EXCEPTIONS: Exceptions = Exceptions {
         ("nodes/state", "pass", "pass_nodes"),
         ("nodes/state", "start_columns", "start_node_columns"),
         ("nodes/responses", "write_forward_rows", "write_driven_rows"),
+        ("varying/space", "B", "dipole_B"),
+        ("varying/space", "G", "dipole_G"),
+        ("varying/space", "T3", "dipole_T3"),
+        ("varying/space", "load", "load_space"),
+        ("varying/crossing", "dipole", "rigid_dipole"),
+        ("varying/crossing", "cross", "cross_segment"),
+        ("varying/first", "load", "load_first"),
+        ("varying/first", "moved", "first_moved"),
+        ("varying/matrix", "identity", "identity6"),
+        ("varying/index", "index", "stability_index"),
+        ("varying/parameters", "load", "load_parameters"),
+        ("varying/parameters", "field", "parameters_field"),
     ],
 };
 

@@ -35,6 +35,9 @@ fn kernels_are_written_to_a_folder() {
         }
         write(format!("{number}-nodes"), &Kernel::nodes(plan, false).expect("a kernel"));
     }
+    for (number, plan) in super::shaders::varying_plans().iter().enumerate() {
+        write(format!("{number}-varying"), &Kernel::varying(plan, false).expect("a kernel"));
+    }
     for (number, recipe) in super::shaders::recipes().iter().enumerate() {
         let generator = Generator::new(&plans[0], recipe).expect("a generator");
         let kernel = Kernel::generate(&plans[0], &generator, Precision::F32).expect("a kernel");

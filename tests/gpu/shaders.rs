@@ -284,6 +284,45 @@ fn a_plan_names_its_terms() {
     assert!(holds("A[0][1][0]") && !holds("A[0][2][0]") && holds("B[0][3]"));
 }
 
+/// Plans of golden scenes in fields that vary in space, without derivatives and by every slot, and one with a rigid start.
+pub fn varying_plans() -> Vec<Plan> {
+    use crate::common::fields::{cases, plan_by_slots, slots};
+    let mut plans = Vec::new();
+    for (number, case) in cases().into_iter().enumerate().step_by(4) {
+        let options = PlanOptions { stepper: Stepper::ALL[number / 4 % 2], ..PlanOptions::default() };
+        plans.push(Plan::single(&case.scene, &[], options).unwrap());
+        let options = PlanOptions { base_moment_rows: number % 8 == 0, ..options };
+        plans.push(plan_by_slots(&case.scene, &slots(&case), options));
+        let mut scene = case.scene;
+        scene.rigid_force_arm = false;
+        let mut segments = scene.segments.clone();
+        segments.retain(|segment| matches!(segment.kind, SegmentKind::Rigid(_)));
+        segments.truncate(1);
+        segments.iter_mut().for_each(|segment| segment.name = "start".into());
+        scene.segments.splice(0..0, segments);
+        let wrt: Vec<Parameter> =
+            Parameter::all(&scene).into_iter().filter(|parameter| *parameter != Parameter::Insertion).collect();
+        plans.push(Plan::single(&scene, &wrt, PlanOptions { base_moment_rows: true, ..options }).unwrap());
+    }
+    plans
+}
+
+#[test]
+fn kernels_for_fields_that_vary_validate_and_have_the_layout_of_the_host() {
+    for plan in varying_plans() {
+        for unrolled in [true, false] {
+            let kernel = Kernel::varying(&plan, unrolled).unwrap();
+            let reflection = check(&kernel.source).unwrap_or_else(|error| panic!("{}: {error}", plan.scene.name));
+            let members = reflection.members("Settings").unwrap();
+            let members: Vec<_> = members.iter().map(|(name, offset)| (name.as_str(), *offset)).collect();
+            assert_eq!(members, settings_members(Precision::F32));
+            let names: Vec<String> = reflection.bindings().into_iter().map(|(_, _, name)| name).collect();
+            assert_eq!(names.join(" "), "settings constants inputs outputs memory_settings memory under_way");
+            assert_eq!(reflection.workgroup_size("advance"), Some([WORKGROUP_SIZE, 1, 1]));
+        }
+    }
+}
+
 /// The kernel by nodes has the settings of the others, and memory of its own.
 #[test]
 fn kernels_by_nodes_validate_and_have_the_layout_of_the_host() {

@@ -88,6 +88,8 @@ fn a_solution_is_told_in_full() {
     assert!(off(by_cpu.base_curvature(), found.u0) < 1e-6);
     let explained = by_cpu.explain().expect("a plan").to_string();
     assert!(explained.contains("a field that varies in space") && !explained.contains("chord step"), "{explained}");
-    let refused = solve(BackendKind::Gpu).expect_err("no GPU kernel").to_string();
-    assert!(refused.contains("fields that vary in space") || refused.contains("no usable GPU"), "{refused}");
+    match solve(BackendKind::Gpu) {
+        Ok(by_gpu) => assert!(off(by_gpu.tip_position(), by_reference.tip_position()) < 1e-6),
+        Err(error) => assert!(error.to_string().contains("no usable GPU"), "{error}"),
+    }
 }

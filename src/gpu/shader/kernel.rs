@@ -106,6 +106,7 @@ const VARYING: &[Part] = &[
     shader!("varying/pass"),
     shader!("varying/path"),
     shader!("varying/answer"),
+    shader!("varying/turn"),
 ];
 
 /// Entry point of kernels that take samples one turn further, pass by pass.

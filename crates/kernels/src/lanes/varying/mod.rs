@@ -1,7 +1,7 @@
 //! Fields that vary in space: forces act along with torques, and the force at the base is unknown, too. F0 to F7
 //!
 //! State and columns carry the internal force. Each step is an interval of its own with a 12 x 12 transfer; their
-//! product is dr/d(n0, m0), and elimination from the tip counts the index. There is no shader of it yet.
+//! product is dr/d(n0, m0), and elimination from the tip counts the index. Its shaders know no maps.
 
 mod answer;
 mod block;
