@@ -7,7 +7,7 @@
 //! | `bindings`, `pipelines`, `compiled_kernels`, `dispatch_buffers` | a kernel, compiled, and the buffers of one dispatch |
 //! | `dispatch_size`, `dispatcher` | how much work goes to the device at once, and what follows a loss or a shortage |
 //! | `solve_batch`, `conversion` | a batch cut into dispatches, and its numbers in SI |
-//! | `turns`, `turn_pipeline` | samples that take many turns, with memory that outlasts a dispatch |
+//! | `turns` | samples that take many turns, with memory that outlasts a dispatch |
 //! | `node_batch`, `growth` | samples that a single pass does not tell, solved by nodes |
 //! | `varying_batch` | samples in a field that varies in space |
 //! | `voxel_sweep`, `voxel_kernels`, `voxel_pilot`, `returned_rows` | a sweep without rows, counted on the device |
@@ -39,7 +39,6 @@ mod split_by_weight;
 #[doc(hidden)]
 pub mod testing;
 mod timings;
-mod turn_pipeline;
 mod turns;
 mod varying_batch;
 mod voxel_kernels;

@@ -3,7 +3,6 @@
 use super::bindings::bind_group_layout;
 use super::device::{Device, failed};
 use super::shader::{Kernel, Paths, QUICK_PATHS, check, constants, float_bytes};
-use super::turn_pipeline::TurnPipeline;
 use crate::backend::{BackendError, Precision};
 use crate::model::Plan;
 use wgpu::{BufferBindingType as Kind, BufferUsages as Usage};
@@ -64,6 +63,24 @@ impl SolvePipeline {
             Some(quick) if paths == QUICK_PATHS => quick,
             _ => &self.pipeline,
         }
+    }
+}
+
+/// A kernel that takes samples one turn further, ready to run.
+#[derive(Clone)]
+pub(super) struct TurnPipeline {
+    pub layout: wgpu::BindGroupLayout,
+    pub pipeline: wgpu::ComputePipeline,
+}
+
+impl TurnPipeline {
+    /// Compiles it.
+    pub fn new(device: &Device, kernel: &Kernel) -> Result<Self, BackendError> {
+        let (read, write) = (Kind::Storage { read_only: true }, Kind::Storage { read_only: false });
+        let layout =
+            bind_group_layout(device, "turns", &[Kind::Uniform, read, read, write, Kind::Uniform, write, write])?;
+        let pipeline = compile(device, &layout, kernel)?;
+        Ok(Self { layout, pipeline })
     }
 }
 

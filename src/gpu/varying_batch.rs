@@ -2,8 +2,8 @@
 
 use super::conversion::gathered;
 use super::dispatcher::Dispatcher;
+use super::pipelines::TurnPipeline;
 use super::shader::{Settings, most_varying_turns, varying_bytes};
-use super::turn_pipeline::TurnPipeline;
 use super::turns::{ALIGNMENT, Turns, most_samples, run};
 use crate::backend::BackendError;
 use crate::model::path::newton_tolerance;
