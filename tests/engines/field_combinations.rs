@@ -8,8 +8,8 @@ use super::rods::{all_slots, moved, rod_units};
 use rodsweep::backend::{Backend, Precision};
 use rodsweep::lanes::Lanes;
 use rodsweep::model::{
-    Axis, Plan, PlanOptions, Quantity, Rigid, RigidRod, Rod, RodSegment, Scene, Segment, SegmentKind, Slot, Solutions,
-    Stepper, Vector,
+    Axis, Loads, Plan, PlanOptions, Quantity, Rigid, RigidRod, Rod, RodSegment, Scene, Segment, SegmentKind, Slot,
+    Solutions, Stepper, Vector,
 };
 use rodsweep::reference::{base_curvature, solve_rod};
 
@@ -148,6 +148,21 @@ fn engines_agree_without_the_force_arm() {
     for case in cases().into_iter().step_by(3) {
         let slots = slots(&case, 0);
         engines_agree(&Scene { rigid_force_arm: false, ..case.scene }, &slots);
+    }
+}
+
+/// What the field does to a dipole shears and stretches a rod that nothing else loads, with derivatives and without.
+#[test]
+fn engines_agree_on_shear_by_the_field_alone() {
+    let case = cases().into_iter().find(|case| case.scene.name == "golden-dipole-4 middle").expect("a scene");
+    let mut scene = Scene { loads: Loads::default(), ..case.scene };
+    let stiff = solve_rod(&scene.rod(), &[]);
+    let SegmentKind::Flexible(first) = &mut scene.segments[0].kind else { panic!("flexible") };
+    (first.stiffness_shear, first.stiffness_axial) = (Some([0.05; 2]), Some(0.05));
+    let soft = solve_rod(&scene.rod(), &[]);
+    assert!(difference(&stiff.p_tip, &soft.p_tip) > 1e-3 * scene.total_length());
+    for slots in [&[][..], &[Slot::SourcePosition(0, Axis::X), Slot::ShearCompliance(0, Axis::X)]] {
+        engines_agree(&scene, slots);
     }
 }
 

@@ -63,7 +63,7 @@ pub fn specialisation(plan: &Plan, precision: Precision, form: Form) -> Speciali
         ("FORCE", plan.terms.force),
         ("LOAD", plan.terms.load),
         ("MAGNET", plan.terms.magnet),
-        ("SHEAR", shears(plan)),
+        ("SHEAR", plan.terms.shear),
         ("TAPER", plan.terms.taper),
         ("CURVATURE_RISE", plan.terms.curvature_rise),
         ("ANISOTROPIC", plan.terms.anisotropic),
@@ -114,11 +114,6 @@ fn careful_steps(plan: &Plan) -> Vec<usize> {
     integrated(plan).iter().map(|segment| plan.options.stepper.careful_steps(segment.steps)).collect()
 }
 
-/// Whether any segment shears or stretches: a field that varies in space is a force.
-fn shears(plan: &Plan) -> bool {
-    plan.terms.shear || plan.terms.varying_field && plan.segments.iter().any(|segment| segment.shears)
-}
-
 fn add_segments(s: &mut Specialisation, plan: &Plan) {
     let segments = integrated(plan);
     let fine = segments.iter().map(|segment| segment.steps);
@@ -132,7 +127,7 @@ fn add_segments(s: &mut Specialisation, plan: &Plan) {
         let flags = [
             segment.is_flexible,
             segment.tapers,
-            segment.shears && shears(plan),
+            segment.shears && plan.terms.shear,
             segment.has_magnet,
             has_integrals(plan, index),
             plan.terms.varying_field && segment.has_dipole,

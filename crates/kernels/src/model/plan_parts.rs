@@ -41,12 +41,12 @@ pub(super) fn terms_of(
     let sweeps = |test: fn(&Parameter) -> bool| swept.iter().any(test);
     let load =
         scene.has_distributed_load() || sweeps(|p| matches!(p, Parameter::Gravity(_) | Parameter::DistributedForce(_)));
-    // Under no force a rod does not shear, but the responses that reciprocity needs do.
+    // Under no force a rod does not shear, but the responses that reciprocity needs do. A field that varies is a force.
     let shears = segments.iter().any(|segment| segment.shears);
     let force = load
         || scene.loads.tip_force.is_some()
         || sweeps(|p| matches!(p, Parameter::TipForce(_)))
-        || shears && differentiates;
+        || shears && (differentiates || scene.sources.varies());
     let differs = |segment: &RodSegment| match segment {
         RodSegment::Flexible(FlexibleRod { stiffness, stiffness_rise, .. }) => {
             stiffness[0] != stiffness[1] || stiffness_rise[0] != stiffness_rise[1]
