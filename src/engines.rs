@@ -122,13 +122,13 @@ impl EngineRequest {
         }
     }
 
-    /// The same for one sample at a time, which needs no GPU: the CPU unless another is asked for.
+    /// The same for one sample of a scene at a time, which needs no GPU: the CPU unless another is asked for.
     ///
     /// # Errors
     ///
     /// As [`EngineRequest::choose`].
-    pub fn choose_for_one(&self, tolerance: f64) -> Result<Engine, BackendError> {
-        self.backend(Some(self.backend.unwrap_or(BackendKind::Cpu))).choose(tolerance)
+    pub fn choose_for_one(&self, scene: &Scene, tolerance: f64) -> Result<Engine, BackendError> {
+        self.backend(Some(self.backend.unwrap_or(BackendKind::Cpu))).choose_for(scene, tolerance)
     }
 }
 

@@ -58,7 +58,7 @@ impl Drag {
             .with_most_iterations(MOST_ITERATIONS)
             // Small currents keep to the equilibria that are reached from rest.
             .with_redundancy(Redundancy::LeastCurrent);
-        let engine = EngineRequest::any().choose_for_one(TOLERANCE).map_err(Refusal::failed)?;
+        let engine = EngineRequest::any().choose_for_one(&scene, TOLERANCE).map_err(Refusal::failed)?;
         let mut make = |plan: &Plan| engine.make_for_one(plan);
         let controller =
             Controller::new(&scene, &inputs, options, engine.steppers()[0], &mut make).map_err(of_control)?;

@@ -186,7 +186,7 @@ impl ControlJob {
     pub fn follow(&self, trajectory: &Trajectory) -> Result<ControlRun, ControlError> {
         let (inputs, options) = (self.inputs_for(trajectory)?, self.options_for(trajectory));
         let targets = &trajectory.targets;
-        let engine = self.engine.choose_for_one(options.tolerance)?;
+        let engine = self.engine.choose_for_one(&self.scene, options.tolerance)?;
         let mut many = |plan: &Plan| engine.make(plan);
         let mut controller = Controller::new(&self.scene, &inputs, options, engine.steppers()[0], &mut many)?;
         if engine.kind() == BackendKind::Cpu {

@@ -100,7 +100,7 @@ impl Solve {
             Some(names) => parse_parameters(&self.scene, names)?,
             None => default_parameters(&self.scene),
         };
-        let engine = self.engine.choose_for_one(self.tolerance)?;
+        let engine = self.engine.choose_for_one(&self.scene, self.tolerance)?;
         let tolerance = engine.tolerance(self.tolerance);
         let options = PlanOptions {
             tolerance,
