@@ -20,7 +20,6 @@ const MOST_RATIO: f32 = 0.0; //@spec
 const RETREAT: f32 = 0.0; //@spec
 const SMALLEST_RAMP_STEP: f32 = 0.0; //@spec
 const SMALLEST_GUARDED_STEP: f32 = 0.0; //@spec
-const LITTLE_LOAD: f32 = 0.0; //@spec
 const SMALLEST_UNSYMMETRIC_STEP: f32 = 0.0; //@spec
 const PASS_LIMIT: f32 = 0.0; //@spec
 const SAFE_MARGIN: f32 = 0.0; //@spec
@@ -79,11 +78,6 @@ fn accept(history: History, goal: f32, m0: vec3<f32>) -> History {
     let secant = (m0 - history.m0) * (1.0 / (goal - history.lambda));
     let bend = (secant - history.secant) * (1.0 / (goal - history.lambda_before));
     return History(goal, m0, history.lambda, secant, bend);
-}
-
-// The share of a correction's bounds that holds at a margin: next to a bifurcation other branches are as near as its root.
-fn narrowed(square: f32) -> f32 {
-    return sqrt(min(sqrt(3.0 / square) * (1.0 / NEAR_MARGIN), 1.0));
 }
 
 //@if TIP_MOMENT
@@ -155,6 +149,8 @@ fn follow_path(rod: Rod, first: u32, secant: vec3<f32>) -> PathEnd {
         let size = max(length(delta), length(columns[BY_MOMENT].w * delta));
         let m_new = end.m0 + delta;
         let partial = goal < 1.0;
+        let ramp_tolerance = select(FULL_LOAD_TOLERANCE, LOAD_STEP_TOLERANCE, partial);
+        let converged = size < select(ramp_tolerance, PATH_TOLERANCE, guarded) * (1.0 + length(end.m0));
         let contracting = size < last_size * CONTRACTION && corrections < CORRECTIONS;
         // A dead tip moment makes w unsymmetric; the index changes where its symmetric part is singular. S5
         var form = w;
@@ -166,13 +162,10 @@ fn follow_path(rod: Rod, first: u32, secant: vec3<f32>) -> PathEnd {
         var same_branch = 0.0 < dot(form[0], cross(form[1], form[2]));
         if guarded { same_branch = same_branch && stability_index(tip) < 0.5; }
         let square = squared_norm(form_inverse);
-        let careful_tolerance = min(max(narrowed(square) * PATH_TOLERANCE, sqrt(square) * (ROUND_OFF * EPSILON)), PATH_TOLERANCE);
-        let ramp_tolerance = select(FULL_LOAD_TOLERANCE, LOAD_STEP_TOLERANCE, partial);
-        let converged = size < select(ramp_tolerance, careful_tolerance, guarded) * (1.0 + length(end.m0));
         // Too near a bifurcation to know afterwards on which side it was passed; no long correction may start beyond one.
         // Whoever retreats so often did not stand on the branch.
         let safe = is_above(square, SAFE_MARGIN) && retreats < RETREATS;
-        let regular = select(same_branch && safe, same_branch || size < narrowed(last_square) * NEARBY, guarded);
+        let regular = select(same_branch && safe, same_branch || size < NEARBY, guarded);
         let recovers = !is_above(weakest, NARROW_MARGIN) && square < 0.25 * weakest;
         let lost = converged && same_branch && select(!safe, recovers, guarded);
         var accepted = converged && same_branch && !lost;
@@ -191,7 +184,7 @@ fn follow_path(rod: Rod, first: u32, secant: vec3<f32>) -> PathEnd {
             corrections = corrections + 1.0;
         } else {
             let used = goal - end.history.lambda;
-            let ratio = first_size / (trust * AIM * select(1.0, narrowed(last_square), guarded));
+            let ratio = first_size / (trust * AIM);
             let factor = 1.0 / sqrt(sqrt(max(select(MOST_RATIO, ratio, ratio < MOST_RATIO), LEAST_RATIO)));
             if accepted {
                 end.history = accept(end.history, goal, m_new);
@@ -204,12 +197,11 @@ fn follow_path(rod: Rod, first: u32, secant: vec3<f32>) -> PathEnd {
             } else {
                 retreats = retreats + 1.0;
                 step = used * min(factor, RETREAT);
-                let smallest = smallest_step * select(1.0, max(end.history.lambda, LITTLE_LOAD), guarded);
-                failed = lost || step < smallest;
+                failed = lost || step < smallest_step;
             }
             goal = min(end.history.lambda + step, 1.0);
             end.m0 = select(predict(end.history, goal), m_new, end.reached);
-            last_size = first_bound * select(1.0, narrowed(last_square), guarded);
+            last_size = first_bound;
             corrections = 0.0;
         }
         end.exhausted = !end.reached && end.passes >= PASS_LIMIT;

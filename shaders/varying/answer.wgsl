@@ -24,7 +24,7 @@ fn solve_varying() {
     switch stage {
         case AT_REST: {
             base = Pair();
-            lambda = FIELD_LITTLE_LOAD;
+            lambda = LITTLE_LOAD;
         }
         case ON_PATH: {
             lambda = held(GOAL);

@@ -4,7 +4,7 @@
 const AIM: f32 = 0.0; //@spec
 const CONTRACTION: f32 = 0.0; //@spec
 const CORRECTIONS: f32 = 0.0; //@spec
-const FIELD_LITTLE_LOAD: f32 = 0.0; //@spec
+const LITTLE_LOAD: f32 = 0.0; //@spec
 const FIELD_LOAD_TOLERANCE: f32 = 0.0; //@spec
 const FIRST_BEND: f32 = 0.0; //@spec
 const FOLD_MARGIN: f32 = 0.0; //@spec
@@ -71,7 +71,7 @@ fn trust() -> f32 {
 // Puts the path at rest, after a pass under little load: how the equilibrium sets out tells how far the first step may go.
 fn start_path(rod: Rod, inverse: Mat6) {
     let none = Pair();
-    let secant = sum(1.0 / FIELD_LITTLE_LOAD, newton_step(rod, FIELD_LITTLE_LOAD, inverse), none);
+    let secant = sum(1.0 / LITTLE_LOAD, newton_step(rod, LITTLE_LOAD, inverse), none);
     let step = min(FIRST_BEND / max(size(secant, none), 1e-6), 1.0);
     hold_pair(ACCEPTED, none);
     hold_pair(SECANT, secant);

@@ -167,7 +167,6 @@ fn add_path(s: &mut Specialisation, plan: &Plan) {
         ("RETREAT", path::RETREAT),
         ("SMALLEST_RAMP_STEP", path::SMALLEST_RAMP_STEP),
         ("SMALLEST_GUARDED_STEP", path::SMALLEST_GUARDED_STEP),
-        ("LITTLE_LOAD", path::LITTLE_LOAD),
         ("SMALLEST_UNSYMMETRIC_STEP", path::SMALLEST_UNSYMMETRIC_STEP),
         ("PASS_LIMIT", pass_limit(plan)),
         ("SAFE_MARGIN", path::SAFE_MARGIN),

@@ -86,7 +86,7 @@ pub(super) fn add_varying(s: &mut Specialisation, plan: &Plan) {
     s.constant("POINT_SHARES", Value::float_array(points(plan).iter().map(|(_, share)| *share)));
     for (name, value) in [
         ("FIELD_CHORD_LIMIT", path::FIELD_CHORD_LIMIT),
-        ("FIELD_LITTLE_LOAD", path::FIELD_LITTLE_LOAD),
+        ("LITTLE_LOAD", path::LITTLE_LOAD),
         ("FIELD_LOAD_TOLERANCE", path::FIELD_LOAD_TOLERANCE),
         ("FIELD_NEWTON_LIMIT", path::FIELD_NEWTON_LIMIT),
     ] {

@@ -11,7 +11,7 @@ use super::stability::{is_above, is_sharp, squared_norm, stability_index};
 use crate::model::path::{
     AIM, CONTRACTION, CORRECTIONS, FIRST_BEND, FIRST_UNSYMMETRIC_BEND, FOLD_MARGIN, FULL_LOAD_TOLERANCE, LEAST_RATIO,
     LITTLE_LOAD, LOAD_STEP_TOLERANCE, MOST_RATIO, NARROW_MARGIN, NEAR_MARGIN, NEARBY, PASS_LIMIT, PATH_TOLERANCE,
-    RAMP_TRUST, RETREAT, RETREATS, ROUND_OFF, SAFE_MARGIN, SMALLEST_GUARDED_STEP, SMALLEST_RAMP_STEP,
+    RAMP_TRUST, RETREAT, RETREATS, SAFE_MARGIN, SMALLEST_GUARDED_STEP, SMALLEST_RAMP_STEP, SMALLEST_SHARP_STEP,
     SMALLEST_UNSYMMETRIC_STEP, TRUST, WIDENING,
 };
 
@@ -90,11 +90,12 @@ impl<L: Lane> History<L> {
     }
 }
 
-/// The share of a correction's bounds that holds at a margin: next to a bifurcation other branches are as near as its root.
+/// The share of a correction's bounds that holds at a margin, where the path is `sharp`: next to a bifurcation other branches
+/// are as near as its root.
 #[inline(always)]
-fn narrowed<L: Lane>(square: L) -> L {
+fn narrowed<L: Lane>(square: L, sharp: bool) -> L {
     let one = square.constant(1.0);
-    (square.constant(3.0_f64.sqrt() / NEAR_MARGIN) / square.sqrt()).min(one).sqrt()
+    if sharp { (square.constant(3.0_f64.sqrt() / NEAR_MARGIN) / square.sqrt()).min(one).sqrt() } else { one }
 }
 
 /// Whether a load step takes the margin so far, where it is small, that stability may be lost and won again between.
@@ -118,9 +119,11 @@ pub fn follow_path<L: Lane>(
     let one = zero.constant(1.0);
     let nobody = one.lt(zero);
     let guarded = path == Path::GuardedRamp;
+    // In single precision round-off hides what lies closer.
+    let sharp = guarded && L::Scalar::EPSILON < 1e-10;
     let resolution = if guarded { &program.careful } else { &program.coarse };
     let (trust, smallest_step) = match guarded {
-        true => (zero.constant(TRUST), zero.constant(SMALLEST_GUARDED_STEP)),
+        true => (zero.constant(TRUST), zero.constant(if sharp { SMALLEST_SHARP_STEP } else { SMALLEST_GUARDED_STEP })),
         false => (zero.constant(RAMP_TRUST), zero.constant(SMALLEST_RAMP_STEP)),
     };
     let no_vector = Vec3::splat(zero);
@@ -176,10 +179,7 @@ pub fn follow_path<L: Lane>(
         let square = squared_norm(&form_inverse);
         let partial = target.lt(one);
         let tolerance = match guarded {
-            true => {
-                let round_off = square.sqrt() * zero.constant(ROUND_OFF * L::Scalar::EPSILON);
-                (narrowed(square) * zero.constant(PATH_TOLERANCE)).max(round_off).min(zero.constant(PATH_TOLERANCE))
-            }
+            true => narrowed(square, sharp) * zero.constant(PATH_TOLERANCE),
             false => L::select(partial, zero.constant(LOAD_STEP_TOLERANCE), zero.constant(FULL_LOAD_TOLERANCE)),
         };
         let converged = size.lt(tolerance * (one + length(m0)));
@@ -187,7 +187,7 @@ pub fn follow_path<L: Lane>(
         let (lost, regular) = if guarded {
             (
                 !is_above(weakest, NARROW_MARGIN) & square.lt(weakest * zero.constant(0.25)),
-                same_branch | size.lt(narrowed(last_square) * zero.constant(NEARBY)),
+                same_branch | size.lt(narrowed(last_square, sharp) * zero.constant(NEARBY)),
             )
         } else {
             // Whoever retreats so often did not stand on the branch.
@@ -214,19 +214,18 @@ pub fn follow_path<L: Lane>(
         first_size = L::select(corrections.lt(zero.constant(0.5)), size, first_size);
         let most_ratio = zero.constant(MOST_RATIO);
         let aim = trust * zero.constant(AIM);
-        let ratio = first_size / if guarded { narrowed(last_square) * aim } else { aim };
+        let ratio = first_size / (narrowed(last_square, sharp) * aim);
         let ratio = L::select(ratio.lt(most_ratio), ratio, most_ratio).max(zero.constant(LEAST_RATIO));
         let factor = one / ratio.sqrt().sqrt();
         step = L::select(accept, used * factor, step);
         step = L::select(reject, used * factor.min(zero.constant(RETREAT)), step);
-        let smallest =
-            if guarded { smallest_step * history.lambda.max(zero.constant(LITTLE_LOAD)) } else { smallest_step };
-        failed = failed | lost | (reject & step.lt(smallest));
+        let load = if sharp { history.lambda.max(zero.constant(LITTLE_LOAD)) } else { one };
+        failed = failed | lost | (reject & step.lt(smallest_step * load));
         let restart = accept | reject;
         target = L::select(restart, (history.lambda + step).min(one), target);
         m0 = Vec3::select(restart, Vec3::select(reached, m_new, history.predict(target)), m0);
         m0 = Vec3::select(go_on, m_new, m0);
-        last_size = L::select(go_on, size, if guarded { narrowed(last_square) * first_bound } else { first_bound });
+        last_size = L::select(go_on, size, narrowed(last_square, sharp) * first_bound);
         corrections = L::select(go_on, corrections + one, zero);
         retreats = L::select(reject, retreats + one, L::select(accept, zero, retreats));
         passes = L::select(active, passes + one, passes);

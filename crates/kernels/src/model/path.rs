@@ -36,8 +36,10 @@ pub const RETREAT: f64 = 0.5;
 pub const RETREATS: f64 = 4.0;
 /// The smallest load step on a ramp (share of the full load).
 pub const SMALLEST_RAMP_STEP: f64 = 1.0 / 64.0;
-/// The smallest load step with care, as a share of the load so far, and next to rest of [`LITTLE_LOAD`].
-pub const SMALLEST_GUARDED_STEP: f64 = 1.0 / 32_768.0;
+/// The smallest load step with care (share of the full load), in single precision.
+pub const SMALLEST_GUARDED_STEP: f64 = 1.0 / 4096.0;
+/// The same in double precision, as a share of the load so far, and next to rest of [`LITTLE_LOAD`].
+pub const SMALLEST_SHARP_STEP: f64 = 1.0 / 32_768.0;
 /// A share of the full load.
 pub const LITTLE_LOAD: f64 = 1.0 / 64.0;
 /// With care and under a tip moment, where small margins ask for short steps.
@@ -45,7 +47,7 @@ pub const SMALLEST_UNSYMMETRIC_STEP: f64 = 1.0 / 131_072.0;
 /// A path on the coarse grid that comes nearer than this to a fold or a bifurcation (stability margin) is followed again
 /// with care: few steps may unfold the bifurcation the other way. A correction that comes so near shortens its load step.
 pub const SAFE_MARGIN: f64 = 0.1;
-/// With care, where branches lie closer than this, corrections are trusted the less. Under a tip moment, a load step that
+/// With care and in double precision, where branches lie closer than this, corrections are trusted the less. Under a tip moment, a load step that
 /// starts or ends nearer is bounded by [`WIDENING`]: stability may be lost and won again between.
 pub const NEAR_MARGIN: f64 = 0.3;
 /// Such a step may change the inverse square of the margin by this factor at most: the margin twofold.

@@ -113,9 +113,9 @@ pub fn step_rod<L: Lane, const STEADY: bool>(
         let omega = curvature(terms, &section, d1, d2, t, m);
         let v = velocity(terms, segment, d1, d2, t, n);
         let slope = &mut slopes[i % STAGES];
-        (slope.a, slope.b) = (cross(omega, d1), cross(omega, t)); // R2
+        (slope.a, slope.b) = (cross(omega, d1), cross(omega, t)); // R1, R2
         if !STEADY {
-            (slope.dm, slope.dn) = (cross(n, v), -weight); // R1
+            (slope.dm, slope.dn) = (cross(n, v), -weight);
         }
         if !STEADY && segment.has_magnet {
             let mu = to_world(d1, d2, t, mu_body);
@@ -157,7 +157,8 @@ fn advanced<L: Lane, const STEADY: bool>(
         }
     }
     if STEADY {
-        m = cross_sub(p - state.p, n, m); // R1
+        // R1 with a constant force.
+        m = cross_sub(p - state.p, n, m);
     }
     State { p, d1, t, m, n }
 }
@@ -189,7 +190,8 @@ pub fn step_columns<L: Lane, const STEADY: bool>(
             if STEADY {
                 let arm = if i == count { ends[1] } else { stages.stage[i % STAGES].p } - ends[0];
                 let n = stages.stage[0].n;
-                dm = cross_sub(arm, dn, cross_sub(dp - start.1, n, dm)); // J3
+                // J3 with a constant force.
+                dm = cross_sub(arm, dn, cross_sub(dp - start.1, n, dm));
             }
             if i == count {
                 (columns.w[k], columns.dp[k], columns.dm[k], columns.dn[k]) = (w, dp, dm, dn);
