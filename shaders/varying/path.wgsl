@@ -9,12 +9,12 @@ const FIELD_LOAD_TOLERANCE: f32 = 0.0; //@spec
 const FIRST_BEND: f32 = 0.0; //@spec
 const FOLD_MARGIN: f32 = 0.0; //@spec
 const FULL_LOAD_TOLERANCE: f32 = 0.0; //@spec
-const NEAR_MARGIN: f32 = 0.0; //@spec
+const FIELD_NEAR_MARGIN: f32 = 0.0; //@spec
 const NODE_LEAST_RATIO: f32 = 0.0; //@spec
 const NODE_MOST_RATIO: f32 = 0.0; //@spec
 const NODE_PASS_LIMIT: f32 = 0.0; //@spec
 const NODE_RETREAT: f32 = 0.0; //@spec
-const NODE_SMALLEST_STEP: f32 = 0.0; //@spec
+const SMALLEST_GUARDED_STEP: f32 = 0.0; //@spec
 const RAMP_TRUST: f32 = 0.0; //@spec
 const SAFE_MARGIN: f32 = 0.0; //@spec
 const SMALLEST_RAMP_STEP: f32 = 0.0; //@spec
@@ -56,7 +56,7 @@ fn sum(s: f32, a: Pair, b: Pair) -> Pair {
 // Whether a load step changes the margin so much, where it is small, that stability may be lost and won again between.
 fn leaps(margin: f32, last: f32) -> bool {
     let most = sqrt(WIDENING);
-    return min(margin, last) < NEAR_MARGIN && (margin * most < last || last * most < margin);
+    return min(margin, last) < FIELD_NEAR_MARGIN && (margin * most < last || last * most < margin);
 }
 
 // What the loads at the tip ask the load at the base to change by, under a share of them. F5
@@ -138,7 +138,7 @@ fn follow_varying(rod: Rod, inverse: Mat6, index: f32) -> u32 {
     if accept { step = used * ratio; }
     if reject { step = used * NODE_RETREAT; }
     hold(LOAD_STEP, step);
-    let failed = is_narrow || reject && step < select(SMALLEST_RAMP_STEP, NODE_SMALLEST_STEP, is_careful);
+    let failed = is_narrow || reject && step < select(SMALLEST_RAMP_STEP, SMALLEST_GUARDED_STEP, is_careful);
     if !go_on && !reached {
         let next = min(lambda + step, 1.0);
         hold(GOAL, next);

@@ -88,6 +88,7 @@ pub(super) fn add_varying(s: &mut Specialisation, plan: &Plan) {
         ("FIELD_CHORD_LIMIT", path::FIELD_CHORD_LIMIT),
         ("LITTLE_LOAD", path::LITTLE_LOAD),
         ("FIELD_LOAD_TOLERANCE", path::FIELD_LOAD_TOLERANCE),
+        ("FIELD_NEAR_MARGIN", path::FIELD_NEAR_MARGIN),
         ("FIELD_NEWTON_LIMIT", path::FIELD_NEWTON_LIMIT),
     ] {
         s.constant(name, Value::Float(value));

@@ -36,7 +36,7 @@ pub const RETREAT: f64 = 0.5;
 pub const RETREATS: f64 = 4.0;
 /// The smallest load step on a ramp (share of the full load).
 pub const SMALLEST_RAMP_STEP: f64 = 1.0 / 64.0;
-/// The smallest load step with care (share of the full load), in single precision.
+/// The smallest load step with care (share of the full load), in single precision, and in a field that varies.
 pub const SMALLEST_GUARDED_STEP: f64 = 1.0 / 4096.0;
 /// The same in double precision, as a share of the load so far, and next to rest of [`LITTLE_LOAD`].
 pub const SMALLEST_SHARP_STEP: f64 = 1.0 / 32_768.0;
@@ -153,7 +153,9 @@ pub const NODE_NEAR_PIVOT: f64 = 0.1;
 pub const NODE_FOLD_PIVOT: f64 = 0.05;
 /// Passes over all intervals on one path.
 pub const NODE_PASS_LIMIT: f64 = 400.0;
-/// In a field that varies: under part of the load corrections of the load at the base end below this.
+/// In a field that varies: a load step that starts or ends nearer to a fold (stability margin) may halve or double the margin.
+pub const FIELD_NEAR_MARGIN: f64 = 0.6;
+/// The same: under part of the load corrections of the load at the base end below this.
 pub const FIELD_LOAD_TOLERANCE: f64 = 0.05;
 /// The same on a GPU: Newton steps on the fine grid, and how many of them may be chord steps.
 pub const FIELD_NEWTON_LIMIT: f64 = 14.0;

@@ -13,9 +13,9 @@ use crate::lanes::problem::Problem;
 use crate::lanes::program::{Inputs, Outputs};
 use crate::model::CoilLoad;
 use crate::model::path::{
-    AIM, CONTRACTION, CORRECTIONS, FIELD_LOAD_TOLERANCE, FIRST_BEND, FOLD_MARGIN, FULL_LOAD_TOLERANCE, NEAR_MARGIN,
-    NODE_LEAST_RATIO, NODE_MOST_RATIO, NODE_PASS_LIMIT, NODE_RETREAT, NODE_SMALLEST_STEP, RAMP_TRUST, SAFE_MARGIN,
-    SMALLEST_RAMP_STEP, TRUST, WIDENING,
+    AIM, CONTRACTION, CORRECTIONS, FIELD_LOAD_TOLERANCE, FIELD_NEAR_MARGIN, FIRST_BEND, FOLD_MARGIN,
+    FULL_LOAD_TOLERANCE, NODE_LEAST_RATIO, NODE_MOST_RATIO, NODE_PASS_LIMIT, NODE_RETREAT, RAMP_TRUST, SAFE_MARGIN,
+    SMALLEST_GUARDED_STEP, SMALLEST_RAMP_STEP, TRUST, WIDENING,
 };
 
 /// Where the paths of a register ended.
@@ -103,7 +103,7 @@ pub fn select<L: Lane>(mask: L::Mask, a: Load<L>, b: Load<L>) -> Load<L> {
 #[inline(always)]
 fn leaps<L: Lane>(margin: L, last: L) -> L::Mask {
     let most = margin.constant(WIDENING.sqrt());
-    let near = margin.min(last).lt(margin.constant(NEAR_MARGIN));
+    let near = margin.min(last).lt(margin.constant(FIELD_NEAR_MARGIN));
     near & ((margin * most).lt(last) | (last * most).lt(margin))
 }
 
@@ -127,7 +127,7 @@ pub fn follow_varying<L: Kernels>(
     let rest = (Vec3::splat(zero), Vec3::splat(zero));
     let (mut accepted, mut end_inverse) = (rest, Mat6::identity(one));
     let slope = size(secant, rest).max(one.constant(1e-6));
-    let smallest = one.constant(if care { NODE_SMALLEST_STEP } else { SMALLEST_RAMP_STEP });
+    let smallest = one.constant(if care { SMALLEST_GUARDED_STEP } else { SMALLEST_RAMP_STEP });
     let mut lambda = zero;
     let mut step = (one.constant(FIRST_BEND) / slope).min(one);
     let mut target = step;
