@@ -235,6 +235,18 @@ impl Engine {
             BackendKind::Gpu => Err(BackendError::NoDevice { reason: "built without the feature `gpu`".into() }),
         }
     }
+
+    /// The same for a search of equilibria away from rest. No GPU kernel searches in a field that varies: the CPU does.
+    ///
+    /// # Errors
+    ///
+    /// As [`Engine::make`]; the reference does not search.
+    pub fn make_search(&self, plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
+        match self.kind {
+            BackendKind::Gpu if plan.terms.varying_field => self.on_the_cpu().make(plan),
+            _ => self.make(plan),
+        }
+    }
 }
 
 impl Engine {

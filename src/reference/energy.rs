@@ -9,7 +9,7 @@ use super::places::{Node, Section, ends, sections};
 use super::rigid;
 use super::state::State;
 use super::varying;
-use crate::model::{Rod, Units, Vector};
+use crate::model::{BaseWrench, Rod, Units};
 use nalgebra::Vector3;
 
 /// Gauss and Legendre's points and weights on [0, 1].
@@ -24,21 +24,22 @@ pub(super) const INTERVALS: usize = 8;
 /// The same between two nodes, which bends less.
 const INTERVALS_AT_NODES: usize = 2;
 
-/// Energy of the state with base moment `m0` (N·m, world frame), against loads as they stand (J).
+/// Energy of the state with this moment (N·m, world frame), or moment and force, at the base, against loads as they stand (J).
 ///
 /// Equilibria of one rod can be compared by it. `None` where the rod cannot be integrated, and with a tip moment,
 /// which has no potential. A base moment does not tell the state of a limp rod: there it must be that of the
 /// equilibrium from rest.
-pub fn energy(rod: &Rod, m0: Vector) -> Option<f64> {
+pub fn energy(rod: &Rod, base: impl Into<BaseWrench>) -> Option<f64> {
+    let base = base.into();
     if rod.tip_moment != [0.0; 3] {
         return None;
     }
-    if let Some(found) = varying::energy(rod, &varying::Of::BaseMoment(m0)) {
+    if let Some(found) = varying::energy(rod, &varying::Of::Base(base)) {
         return found;
     }
     let units = chain::units(rod);
     let chain = Chain::new(rod, &units);
-    let m0_body = chain.R0.tr_mul(&Vector3::from(m0)) / units.moment();
+    let m0_body = chain.R0.tr_mul(&Vector3::from(base.moment)) / units.moment();
     if by_nodes::is_limp(&chain) {
         let found = by_nodes::from_rest_with(&chain, m0_body, &[])?;
         return by_sections(&chain, &units, &found.nodes);

@@ -7,7 +7,7 @@ use super::places::{Node, first_curvature, growth};
 use super::shooting::pass;
 use super::state::base_state;
 use super::{by_base, by_nodes, stability, varying};
-use crate::model::{Matrix, Rod, RodSegment, Slot, Status, Vector};
+use crate::model::{BaseWrench, Matrix, Rod, RodSegment, Slot, Status, Vector};
 use nalgebra::Vector3;
 
 /// Solves a rod (SI) on the branch from rest and differentiates the solution by `slots`.
@@ -50,17 +50,18 @@ pub fn growth_exponent(rod: &Rod) -> f64 {
     growth(&Chain::new(rod, &chain::units(rod)))
 }
 
-/// Stability of the equilibrium with base moment `m0` (N·m, world frame); `None` where it cannot be integrated.
+/// Stability of the equilibrium with this moment (N·m, world frame), or moment and force, at the base; `None` where it cannot
+/// be integrated.
 ///
 /// A base moment does not tell the state of a limp rod: there it must be that of the equilibrium from rest.
-/// Nor does it that of a rod in a field that varies in space.
-pub fn stability_at(rod: &Rod, m0: Vector) -> Option<Stability> {
-    if let Some(found) = varying::stability_at(rod, m0) {
+pub fn stability_at(rod: &Rod, base: impl Into<BaseWrench>) -> Option<Stability> {
+    let base = base.into();
+    if let Some(found) = varying::stability_at(rod, base) {
         return found;
     }
     let units = chain::units(rod);
     let chain = Chain::new(rod, &units);
-    let m0_body = chain.R0.tr_mul(&Vector3::from(m0)) / units.moment();
+    let m0_body = chain.R0.tr_mul(&Vector3::from(base.moment)) / units.moment();
     if by_nodes::is_limp(&chain) {
         return by_nodes::stability_from_rest(&chain, &units, m0_body);
     }
@@ -90,11 +91,11 @@ pub fn residual_by_base_moment(rod: &Rod, m0: Vector) -> Option<Matrix> {
 }
 
 /// Curvature at the start of the first flexible segment for a base moment (N·m, world frame); body frame (1/m). `None`
-/// where it is not finite. Beyond a rigid segment in a field that varies it is that of the equilibrium from rest, if that
-/// has this base moment.
+/// where it is not finite. Beyond a rigid segment in a field that varies it is that of an equilibrium, which must have this
+/// base moment.
 pub fn base_curvature(rod: &Rod, m0: Vector) -> Option<Vector> {
     if !rod.segments.first().is_some_and(RodSegment::is_flexible)
-        && let Some(found) = varying::base_curvature(rod, m0)
+        && let Some(found) = varying::base_curvature(rod, m0.into())
     {
         return found;
     }

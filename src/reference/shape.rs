@@ -10,7 +10,7 @@ use super::rigid;
 use super::shooting::tip_residual;
 use super::state::{Column, State, base_state};
 use super::varying;
-use crate::model::{Matrix, Rod, Slot, Units, Vector};
+use crate::model::{BaseWrench, Matrix, Rod, Slot, Units, Vector};
 use nalgebra::{Matrix3, Vector3};
 
 /// Pose and curvature at one point of a rod; SI units.
@@ -73,19 +73,24 @@ pub fn shape(rod: &Rod, equilibrium: &Equilibrium, arc_lengths: &[f64]) -> Vec<P
     stations.iter().map(pose).collect()
 }
 
-/// Poses at arc lengths (m) with their derivatives by `slots`. `m0` is the base moment (N·m, world frame) of an
-/// equilibrium under the full load; an error in it is taken out to first order. `None` where the rod cannot be
+/// Poses at arc lengths (m) with their derivatives by `slots`. `base` is the moment (N·m, world frame), or moment and force, at
+/// the base of an equilibrium under the full load; an error in it is taken out to first order. `None` where the rod cannot be
 /// integrated.
 ///
-/// A base moment does not tell the state of a limp rod, or of one in a field that varies in space: it is then solved
-/// from rest again, and must have this moment.
-pub fn shape_with_derivatives(rod: &Rod, m0: Vector, arc_lengths: &[f64], slots: &[Slot]) -> Option<Vec<Pose>> {
-    if let Some(poses) = varying::poses_with_derivatives(rod, m0, arc_lengths, slots) {
+/// A base moment does not tell the state of a limp rod: it is then solved from rest again, and must have this moment.
+pub fn shape_with_derivatives(
+    rod: &Rod,
+    base: impl Into<BaseWrench>,
+    arc_lengths: &[f64],
+    slots: &[Slot],
+) -> Option<Vec<Pose>> {
+    let base = base.into();
+    if let Some(poses) = varying::poses_with_derivatives(rod, base, arc_lengths, slots) {
         return poses;
     }
     let units = chain::units(rod);
     let chain = Chain::new(rod, &units);
-    let m0_body = chain.R0.tr_mul(&Vector3::from(m0)) / units.moment();
+    let m0_body = chain.R0.tr_mul(&Vector3::from(base.moment)) / units.moment();
     if by_nodes::is_limp(&chain) {
         return limp_shape(rod, &units, &chain, m0_body, arc_lengths, slots);
     }

@@ -6,7 +6,9 @@
 use crate::backend::BackendFactory;
 use crate::backend::{Backend, BackendError, Precision};
 use crate::model::path::growth_limit;
-use crate::model::{Batch, MOST_KNOWN, Plan, PlanOptions, Quantity, Rod, Solutions, Start, Status, Stepper, Vector};
+use crate::model::{
+    BaseWrench, Batch, MOST_KNOWN, Plan, PlanOptions, Quantity, Rod, Solutions, Start, Status, Stepper, Vector,
+};
 use rayon::prelude::*;
 use std::cmp::Ordering;
 use std::ops::Range;
@@ -16,6 +18,8 @@ const ROUND: usize = 128;
 /// A sample is done when so many rounds in a row have found nothing: if its signs add up, and if they do not.
 const EMPTY_ROUNDS: usize = 4;
 const EMPTY_ROUNDS_UNBALANCED: usize = 16;
+/// The former in a field that varies, whose equilibria a base moment alone does not tell apart as well.
+const EMPTY_ROUNDS_VARYING: usize = 4;
 const MOST_ROUNDS: usize = 64;
 /// Searches of one call of an engine; bounds memory.
 const MOST_SEARCHES: usize = 1 << 17;
@@ -32,8 +36,8 @@ const SAME_SINGLE: f64 = 1e-3;
 /// Fractional parts of its multiples fill the cube evenly (Roberts' generalised golden ratio).
 const GOLDEN: f64 = 1.220_744_084_605_759_5;
 
-/// Energy (J) of a rod's state with a base moment (N·m), where its loads have a potential.
-pub type Energy<'a> = &'a (dyn Fn(&Rod, Vector) -> Option<f64> + Sync);
+/// Energy (J) of a rod's state with a load at the base, where its loads have a potential.
+pub type Energy<'a> = &'a (dyn Fn(&Rod, BaseWrench) -> Option<f64> + Sync);
 
 /// What a search needs from the layers above.
 #[derive(Clone, Copy)]
@@ -56,6 +60,8 @@ pub struct Branch {
     pub energy: Option<f64>,
     /// Whether it is the one reached from rest.
     pub from_rest: bool,
+    /// Load at the base; its force is told where the field varies.
+    pub base: BaseWrench,
 }
 
 /// What was found of one sample.
@@ -155,8 +161,12 @@ impl<'a> BranchSearch<'a> {
         let unit = self.plan.units.moment();
         let known: Vec<usize> =
             (0..batch.sample_count()).filter(|sample| from_rest.status(*sample).is_converged()).collect();
-        let start =
-            |sample: &usize| Start { sample: *sample, m0: from_rest.vector(*sample, Quantity::BaseMoment), known: &[] };
+        let start = |sample: &usize| Start {
+            sample: *sample,
+            m0: from_rest.vector(*sample, Quantity::BaseMoment),
+            n0: None,
+            known: &[],
+        };
         let finer = self.solve_finer(0, batch, &known.iter().map(start).collect::<Vec<_>>())?;
         let mut found: Vec<Found> = (0..batch.sample_count())
             .into_par_iter()
@@ -164,7 +174,8 @@ impl<'a> BranchSearch<'a> {
                 let is_rod = !batch.bad[sample] && from_rest.status(sample) != Status::BadParameter;
                 let radius = if is_rod { self.plan.moment_bound(batch, sample).max(unit) } else { 0.0 };
                 let is_limp = is_rod && is_too_limp(&self.plan.sample_rod(batch, sample));
-                Found { unit, radius, is_over: !is_rod || is_limp, is_limp, ..Found::default() }
+                let patience = if self.plan.terms.varying_field { EMPTY_ROUNDS_VARYING } else { EMPTY_ROUNDS };
+                Found { unit, radius, patience, is_over: !is_rod || is_limp, is_limp, ..Found::default() }
             })
             .collect();
         for (row, sample) in known.iter().enumerate() {
@@ -197,7 +208,8 @@ impl<'a> BranchSearch<'a> {
     fn finish(&mut self, batch: &Batch, from_rest: &Solutions, found: &[Found]) -> Result<Branches, BackendError> {
         let mut starts: Vec<Start> = Vec::new();
         for (sample, of) in found.iter().enumerate() {
-            starts.extend(of.moments.iter().map(|m0| Start { sample, m0: *m0, known: &[] }));
+            let bases = of.moments.iter().zip(&of.forces);
+            starts.extend(bases.map(|(m0, n0)| Start { sample, m0: *m0, n0: *n0, known: &[] }));
         }
         let mut rows = self.solve_finer(0, batch, &starts)?;
         for level in 1..FINER.len() {
@@ -207,7 +219,9 @@ impl<'a> BranchSearch<'a> {
                 break;
             }
             let again = |row: &usize| match rows.status(*row).is_converged() {
-                true => Start { m0: rows.vector(*row, Quantity::BaseMoment), ..starts[*row] },
+                true => {
+                    Start { m0: rows.vector(*row, Quantity::BaseMoment), n0: rows.base_force(*row), ..starts[*row] }
+                }
                 false => starts[*row],
             };
             let finer = self.solve_finer(level, batch, &doubtful.iter().map(again).collect::<Vec<_>>())?;
@@ -290,7 +304,9 @@ fn chosen(
         let is_new = converged && moments.iter().all(|other| !near(m0, *other, of.unit, SAME));
         if is_new || from_rest {
             moments.push(m0);
-            chosen.push((row, Branch { sample, energy: energy(&rod, m0), from_rest }));
+            let force = if converged { rows.base_force(row) } else { of.forces[row - range.start] };
+            let base = BaseWrench { moment: m0, force };
+            chosen.push((row, Branch { sample, energy: energy(&rod, base), from_rest, base }));
         }
     }
     let rank = |(row, branch): &(usize, Branch)| {
@@ -308,6 +324,8 @@ fn chosen(
 #[derive(Default)]
 struct Found {
     moments: Vec<Vector>,
+    /// Forces at the base that go with them, where a search in a field that varies has told them.
+    forces: Vec<Option<Vector>>,
     signs: i64,
     has_from_rest: bool,
     unit: f64,
@@ -315,6 +333,8 @@ struct Found {
     radius: f64,
     searches: usize,
     empty_rounds: usize,
+    /// Empty rounds after which it is done, if its signs add up.
+    patience: usize,
     is_over: bool,
     /// It is not searched at all.
     is_limp: bool,
@@ -322,7 +342,7 @@ struct Found {
 
 impl Found {
     fn is_open(&self) -> bool {
-        let patience = if self.signs == 1 { EMPTY_ROUNDS } else { EMPTY_ROUNDS_UNBALANCED };
+        let patience = if self.signs == 1 { self.patience } else { EMPTY_ROUNDS_UNBALANCED };
         !self.is_over && self.empty_rounds < patience && self.searches < MOST_ROUNDS * ROUND
     }
 
@@ -331,7 +351,7 @@ impl Found {
         let is_even = (self.searches / ROUND).is_multiple_of(2);
         let known = if is_even { &[] } else { &self.moments[..self.moments.len().min(MOST_KNOWN)] };
         let points = self.searches..self.searches + ROUND;
-        points.map(move |k| Start { sample, m0: point_in_ball(k, self.radius), known })
+        points.map(move |k| Start { sample, m0: point_in_ball(k, self.radius), n0: None, known })
     }
 
     fn add_round(&mut self, solutions: &Solutions, rows: Range<usize>, same: f64) {
@@ -346,6 +366,7 @@ impl Found {
         let is_sound = solutions.status(row).is_converged() && m0.iter().all(|m| m.is_finite());
         if is_sound && self.moments.iter().all(|other| !near(m0, *other, self.unit, same)) {
             self.moments.push(m0);
+            self.forces.push(solutions.base_force(row));
             self.signs += sign(solutions, row);
         }
     }

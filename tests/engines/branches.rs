@@ -11,17 +11,17 @@ fn lanes(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
     Ok(Box::new(Lanes::new(plan, Precision::F64)?))
 }
 
-fn branches(scene: &Scene) -> Branches {
+pub fn branches(scene: &Scene) -> Branches {
     let options = PlanOptions { tolerance: 1e-9, stepper: Stepper::Dop853, steps: 16, ..PlanOptions::default() };
     let plan = Plan::single(scene, &[], options).expect("a plan");
     let batch = plan.batch(1, |_, _| {});
     let from_rest = lanes(&plan).expect("lanes").solve(&batch).expect("solutions");
-    let tools = BranchTools { engine: &lanes, finisher: &lanes, energy: &energy };
+    let tools = BranchTools { engine: &lanes, finisher: &lanes, energy: &|rod, base| energy(rod, base) };
     let found = BranchSearch::new(&plan, tools).expect("a search").find(&batch, &from_rest, &|| false);
     found.expect("solutions").expect("an end")
 }
 
-fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
+pub fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
     (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt()
 }
 

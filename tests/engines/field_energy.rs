@@ -101,42 +101,66 @@ fn energy<D: Number>(rod: &Rod, share: f64, elements: usize, u: &[D]) -> (D, V<D
     (energy, p)
 }
 
-/// Tip of least energy, led there by growing dipoles and Newton's method; its Hessian must have a Cholesky factor.
-fn least(rod: &Rod, elements: usize) -> [f64; 3] {
-    let flexible = rod.segments.iter().filter_map(|segment| match segment {
-        RodSegment::Flexible(flexible) => Some(flexible),
-        RodSegment::Rigid(_) => None,
-    });
-    let mut u: Vec<f64> = flexible.flat_map(|s| s.rest_curvature.repeat(elements)).collect();
-    let count = u.len();
-    let gradient = |share: f64, u: &[f64]| {
+/// A chain whose energy is asked for by all its curvatures.
+pub struct Chain<'a> {
+    pub rod: &'a Rod,
+    /// Helices of a flexible segment.
+    pub elements: usize,
+}
+
+impl Chain<'_> {
+    /// As the rod is without loads.
+    pub fn rest(&self) -> Vec<f64> {
+        let flexible = self.rod.segments.iter().filter_map(|segment| match segment {
+            RodSegment::Flexible(flexible) => Some(flexible),
+            RodSegment::Rigid(_) => None,
+        });
+        flexible.flat_map(|s| s.rest_curvature.repeat(self.elements)).collect()
+    }
+
+    /// Slope of the energy, the rod's dipoles at a share of their size.
+    pub fn gradient(&self, share: f64, u: &[f64]) -> DVector<f64> {
         let slope = |k: usize| {
             let seeded = |(j, x): (usize, &f64)| Dual64::new(*x, f64::from(u8::from(j == k)));
-            energy(rod, share, elements, &u.iter().enumerate().map(seeded).collect::<Vec<_>>()).0.eps
+            energy(self.rod, share, self.elements, &u.iter().enumerate().map(seeded).collect::<Vec<_>>()).0.eps
         };
-        DVector::from_iterator(count, (0..count).map(slope))
-    };
+        DVector::from_iterator(u.len(), (0..u.len()).map(slope))
+    }
+
+    pub fn hessian(&self, share: f64, u: &[f64]) -> DMatrix<f64> {
+        let h = 1e-3;
+        let column = |k: usize| {
+            let at = |by: f64| {
+                let mut moved = u.to_vec();
+                moved[k] += by;
+                self.gradient(share, &moved)
+            };
+            (at(h) - at(-h)) / (2.0 * h)
+        };
+        let columns: Vec<_> = (0..u.len()).map(column).collect();
+        let hessian = DMatrix::from_columns(&columns);
+        0.5 * (&hessian + hessian.transpose())
+    }
+
+    pub fn tip(&self, u: &[f64]) -> [f64; 3] {
+        energy(self.rod, 1.0, self.elements, u).1
+    }
+}
+
+/// Tip of least energy, led there by growing dipoles and Newton's method; its Hessian must have a Cholesky factor.
+fn least(rod: &Rod, elements: usize) -> [f64; 3] {
+    let chain = Chain { rod, elements };
+    let mut u = chain.rest();
     const LOADS: usize = 40;
     for load in 1..=LOADS {
         let share = load as f64 / LOADS as f64;
         for _ in 0..if load == LOADS { 5 } else { 1 } {
-            let h = 1e-3;
-            let column = |k: usize| {
-                let at = |by: f64| {
-                    let mut moved = u.clone();
-                    moved[k] += by;
-                    gradient(share, &moved)
-                };
-                (at(h) - at(-h)) / (2.0 * h)
-            };
-            let columns: Vec<_> = (0..count).map(column).collect();
-            let hessian = DMatrix::from_columns(&columns);
-            let factor = Cholesky::new(0.5 * (&hessian + hessian.transpose())).expect("a stable rod");
-            let step = factor.solve(&-gradient(share, &u));
+            let factor = Cholesky::new(chain.hessian(share, &u)).expect("a stable rod");
+            let step = factor.solve(&-chain.gradient(share, &u));
             u.iter_mut().zip(step.iter()).for_each(|(u, step)| *u += step);
         }
     }
-    energy(rod, 1.0, elements, &u).1
+    chain.tip(&u)
 }
 
 /// The arm's magnet near pull-in, and golden scenes; two meshes and their extrapolation, of fourth order.

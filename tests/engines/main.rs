@@ -16,6 +16,7 @@ mod false_folds;
 mod field_branches;
 mod field_combinations;
 mod field_energy;
+mod field_equilibria;
 mod field_maps;
 mod fields;
 mod golden;

@@ -34,7 +34,7 @@ fn reference(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
 }
 
 fn tools<'a>(engine: BackendFactory<'a>) -> BranchTools<'a> {
-    BranchTools { engine, finisher: &lanes, energy: &energy }
+    BranchTools { engine, finisher: &lanes, energy: &|rod, base| energy(rod, base) }
 }
 
 fn options<'a>() -> RunOptions<'a> {
@@ -431,4 +431,23 @@ stiffness = { bending = "6e-5 N·m²", torsion = "4.6e-5 N·m²" }
     let of = |sample: u64| (0..rows).filter(move |row| table.samples()[*row] == sample);
     assert_eq!(of(1).count(), 1);
     assert!(of(1).all(|row| balanced[row] == 0.0) && of(0).all(|row| balanced[row] == 1.0), "{balanced:?}");
+}
+
+/// In a field that varies in space a list has as many rows, in parts of any size.
+#[test]
+fn beside_a_magnet_every_equilibrium_is_a_row() {
+    let text = SWEEP.replace("two_coil", "arm_magnet").replace("coil1.current.z", "magnets.arm.rotation.y");
+    let spec = shipped(&text.replace("-0.4 A", "0 rad").replace("0.3 A", "3 rad"));
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let summary = run_on_cpu(&out, &spec, &options());
+    let table = read_columns(&out, &[]).unwrap();
+    check_rows(&table);
+    let groups = by_sample(&table);
+    assert_eq!((groups.len(), summary.failed()), (7, 0));
+    assert_eq!(groups.iter().map(Vec::len).collect::<Vec<_>>(), [1, 1, 1, 1, 3, 3, 3]);
+    assert!(table.numbers("balanced").unwrap().iter().all(|balanced| *balanced == 1.0));
+    let parts = folder.path().join("parts");
+    run_on_cpu(&parts, &spec, &RunOptions { chunk: 2, ..options() });
+    assert_eq!(rows(&out), rows(&parts));
 }

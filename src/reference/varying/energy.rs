@@ -2,18 +2,18 @@
 
 use super::flexible::Flexible;
 use super::state::{BaseLoad, Varying};
-use super::{base_load, from_rest_with, rigid};
-use crate::model::{Rod, Vector};
+use super::{base_load, equilibrium_at, rigid};
+use crate::model::{BaseWrench, Rod};
 use crate::reference::answer::{Equilibrium, TOLERANCE};
 use crate::reference::chain::{self, nu};
 use crate::reference::energy::{GAUSS, INTERVALS};
 use crate::reference::extrapolation::{Extrapolation, RunAway};
 use nalgebra::Vector3;
 
-/// What is asked for: an equilibrium, or the one from rest with this base moment (N·m).
+/// What is asked for: an equilibrium, or the one with this load at the base.
 pub(in crate::reference) enum Of<'a> {
     Equilibrium(&'a Equilibrium),
-    BaseMoment(Vector),
+    Base(BaseWrench),
 }
 
 /// Energy (J), the first `None` where the field is uniform, the second where the rod cannot be integrated.
@@ -22,7 +22,7 @@ pub(in crate::reference) fn energy(rod: &Rod, of: &Of<'_>) -> Option<Option<f64>
     let full = Varying::new(rod, &units)?;
     let (loaded, base) = match of {
         Of::Equilibrium(found) => (full.loaded(found.load_fraction), Some(base_load(&full, &units, found))),
-        Of::BaseMoment(m0) => (full.clone(), from_rest_with(&full, &units, *m0)),
+        Of::Base(base) => (full.clone(), equilibrium_at(&full, &units, *base)),
     };
     let energy = base.and_then(|base| of_rod(&loaded, &base).ok());
     Some(energy.map(|energy| energy * units.moment()))

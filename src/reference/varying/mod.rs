@@ -21,11 +21,11 @@ use super::answer::{Equilibrium, RESIDUAL_FACTOR, SI, SlotDerivative, Stability,
 use super::chain::{self, rows};
 use super::extrapolation::Extrapolation;
 use super::stability::margin;
-use crate::model::{Rod, Slot, Status, Units, Vector};
+use crate::model::{BaseWrench, Rod, Slot, Status, Units, Vector};
 use flexible::Flexible;
 use nalgebra::{Matrix3, Vector3, Vector6};
 use ramp::End;
-use shooting::{Passage, pass, polish};
+use shooting::{Passage, balanced_force, pass, polish};
 use state::{BaseLoad, Change, Varying};
 
 /// Steps that a passage may take at this tolerance: bounds the sum of their errors.
@@ -139,11 +139,11 @@ fn at_base(rod: &Varying, base: &BaseLoad) -> (Vector3<f64>, Vector3<f64>) {
     (slope, flexible.u_slope(&state))
 }
 
-/// Stability of the equilibrium from rest if that has this base moment.
-pub(super) fn stability_at(rod: &Rod, m0: Vector) -> Option<Option<Stability>> {
+/// Stability of the equilibrium with this load at the base.
+pub(super) fn stability_at(rod: &Rod, base: BaseWrench) -> Option<Option<Stability>> {
     let units = chain::units(rod);
     let full = Varying::new(rod, &units)?;
-    let found = from_rest_with(&full, &units, m0);
+    let found = equilibrium_at(&full, &units, base);
     Some(found.and_then(|base| {
         let mut integrator = Extrapolation::new(TOLERANCE);
         let passage = pass(&full, &base, &full.base_changes(), &mut integrator).ok()?;
@@ -153,26 +153,35 @@ pub(super) fn stability_at(rod: &Rod, m0: Vector) -> Option<Option<Stability>> {
     }))
 }
 
-/// Curvature at the start of the first flexible segment of the equilibrium from rest if that has this base moment; the
-/// first `None` where the field is uniform.
-pub(super) fn base_curvature(rod: &Rod, m0: Vector) -> Option<Option<Vector>> {
+/// Curvature at the start of the first flexible segment of the equilibrium with this load at the base; the first `None` where the
+/// field is uniform.
+pub(super) fn base_curvature(rod: &Rod, base: BaseWrench) -> Option<Option<Vector>> {
     let units = chain::units(rod);
     let full = Varying::new(rod, &units)?;
-    let found = from_rest_with(&full, &units, m0);
+    let found = equilibrium_at(&full, &units, base);
     let passed = found.and_then(|base| pass(&full, &base, &[], &mut Extrapolation::new(TOLERANCE)).ok());
     Some(passed.map(|passage| SI(passage.u_first, units.curvature())))
 }
 
-/// The load at the base of the equilibrium from rest if its moment is this (N·m, world frame).
-fn from_rest_with(rod: &Varying, units: &Units, m0: Vector) -> Option<BaseLoad> {
-    let path = ramp::from_rest(rod);
-    if path.end != End::Arrived {
-        return None;
+/// The equilibrium with this load at the base. Where the force is not known, that is taken which goes with the moment, or where
+/// that leads elsewhere, as it may in a strong field, that of the equilibrium from rest.
+fn equilibrium_at(rod: &Varying, units: &Units, base: BaseWrench) -> Option<BaseLoad> {
+    let m_body = rod.chain.R0.tr_mul(&Vector3::from(base.moment)) / units.moment();
+    let mut integrator = Extrapolation::new(TOLERANCE);
+    let mut polished = |base: BaseLoad| {
+        let (base, passage, _) = polish(rod, base, &mut integrator).ok()?;
+        let most = RESIDUAL_FACTOR * TOLERANCE * passage.growth();
+        let is_same = (base.m_body - m_body).norm() <= SAME_MOMENT * base.m_body.norm().max(1.0);
+        (is_same && passage.residual.norm() <= most).then_some(base)
+    };
+    if let Some(n) = base.force {
+        return polished(BaseLoad { n: Vector3::from(n) / units.force, m_body });
     }
-    let (base, ..) = polish(rod, path.base, &mut Extrapolation::new(TOLERANCE)).ok()?;
-    let wanted = rod.chain.R0.tr_mul(&Vector3::from(m0)) / units.moment();
-    let is_same = (base.m_body - wanted).norm() <= SAME_MOMENT * base.m_body.norm().max(1.0);
-    is_same.then_some(base)
+    let balanced = balanced_force(rod, m_body, &mut Extrapolation::new(TOLERANCE));
+    balanced.and_then(|n| polished(BaseLoad { n, m_body })).or_else(|| {
+        let path = ramp::from_rest(rod);
+        if path.end == End::Arrived { polished(path.base) } else { None }
+    })
 }
 
 /// The load at the base of an equilibrium, in the units of the chain.

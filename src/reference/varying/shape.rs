@@ -3,8 +3,8 @@
 use super::flexible::Flexible;
 use super::shooting::tip_residual;
 use super::state::{BaseLoad, Change, Column, State, Varying};
-use super::{all_changes, base_load, from_rest_with, rigid, turned};
-use crate::model::{Rod, Slot, Units, Vector};
+use super::{all_changes, base_load, equilibrium_at, rigid, turned};
+use crate::model::{BaseWrench, Rod, Slot, Units};
 use crate::reference::answer::{Equilibrium, SI, TOLERANCE};
 use crate::reference::chain::{self, rows};
 use crate::reference::extrapolation::Extrapolation;
@@ -29,17 +29,17 @@ pub(in crate::reference) fn poses(rod: &Rod, equilibrium: &Equilibrium, arc_leng
     Some(stations.iter().map(|station| pose(station, &units, rod, Vec::new())).collect())
 }
 
-/// Poses with derivatives of the equilibrium from rest if that has this base moment; the first `None` where the field is
-/// uniform, the second where there is no such equilibrium.
+/// Poses with derivatives of the equilibrium with this load at the base; the first `None` where the field is uniform, the second
+/// where there is no such equilibrium.
 pub(in crate::reference) fn poses_with_derivatives(
     rod: &Rod,
-    m0: Vector,
+    base: BaseWrench,
     arc_lengths: &[f64],
     slots: &[Slot],
 ) -> Option<Option<Vec<Pose>>> {
     let units = chain::units(rod);
     let full = Varying::new(rod, &units)?;
-    let found = from_rest_with(&full, &units, m0);
+    let found = equilibrium_at(&full, &units, base);
     Some(found.and_then(|base| moving(rod, &full, &units, &base, arc_lengths, slots)))
 }
 

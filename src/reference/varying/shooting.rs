@@ -87,6 +87,29 @@ impl Passage {
     }
 }
 
+/// The force at the base that, with this moment there, makes the force at the tip that of the loads; by Newton's iteration.
+pub(super) fn balanced_force(
+    rod: &Varying,
+    m_body: Vector3<f64>,
+    integrator: &mut Extrapolation,
+) -> Option<Vector3<f64>> {
+    const MOST_PASSES: usize = 12;
+    let changes = rod.base_changes();
+    let mut base = BaseLoad { n: Vector3::zeros(), m_body };
+    base.n = -pass(rod, &base, &[], integrator).ok()?.residual.fixed_rows::<3>(0);
+    for _ in 0..MOST_PASSES {
+        let passage = pass(rod, &base, &changes[..3], integrator).ok()?;
+        let columns: Vec<Vector3<f64>> = passage.dresidual.iter().map(|dr| dr.fixed_rows::<3>(0).into()).collect();
+        let residual: Vector3<f64> = passage.residual.fixed_rows::<3>(0).into();
+        let step = Matrix3::from_columns(&columns).lu().solve(&-residual)?;
+        if step.norm() <= 1e-6 * (1.0 + base.n.norm()) {
+            return Some(base.n + step);
+        }
+        base.n += step * ((1.0 + base.n.norm()) / step.norm()).min(1.0);
+    }
+    None
+}
+
 /// Full steps of Newton's iteration until neither residual nor step gets smaller.
 ///
 /// Returns the load with the least residual, that passage, and the passages spent.

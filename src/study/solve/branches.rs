@@ -92,7 +92,7 @@ impl Solved {
             let remedy = "ask for the equilibrium from rest".into();
             return Err(BackendError::Unsupported { backend: engine.kind(), what, remedy }.into());
         }
-        let make = |plan: &Plan| engine.make(plan);
+        let make = |plan: &Plan| engine.make_search(plan);
         let mut search = BranchSearch::new(self.plan(), branch_tools(&make))?;
         let found = search.find(self.batch(), self.solutions(), &|| false)?;
         let mut all = AllBranches { branches: Vec::new(), is_balanced: false, search_count: 0 };
@@ -102,10 +102,10 @@ impl Solved {
             (all.is_balanced, all.search_count) = (equilibria.balanced, equilibria.searches);
         }
         for (row, branch) in found.branches.into_iter().enumerate() {
-            let Branch { energy, from_rest: is_from_rest, .. } = branch;
+            let Branch { energy, from_rest: is_from_rest, base, .. } = branch;
             let mut solutions = Solutions::new(self.plan(), 1);
             solutions.copy_row(0, &found.solutions, row);
-            all.branches.push(FoundBranch { solved: self.at(solutions), energy, is_from_rest });
+            all.branches.push(FoundBranch { solved: self.at(solutions, base.force), energy, is_from_rest });
         }
         Ok(all)
     }

@@ -84,7 +84,7 @@ impl Shape {
             return Err(SolveError::NoEquilibrium { status: solved.status() });
         }
         let slots = solved.plan().slots();
-        let poses = shape_with_derivatives(&solved.rod(), solved.base_moment(), arc_lengths, &slots);
+        let poses = shape_with_derivatives(&solved.rod(), solved.base_wrench(), arc_lengths, &slots);
         let mut points = poses.ok_or(SolveError::NotIntegrable)?;
         for point in &mut points {
             point.derivatives = by_parameter(solved.plan(), solved.batch(), 0, &slots, &point.derivatives);

@@ -2,7 +2,7 @@
 
 use crate::engines::Engine;
 use crate::model::{
-    Batch, Matrix, Plan, Quantity, Rod, Scene, Solutions, Status, Vector, base_curvature, tip_curvature,
+    BaseWrench, Batch, Matrix, Plan, Quantity, Rod, Scene, Solutions, Status, Vector, base_curvature, tip_curvature,
 };
 
 /// A solved scene. SI units; vectors stand in the world frame unless said otherwise.
@@ -14,6 +14,8 @@ pub struct Solved {
     /// The one sample.
     batch: Batch,
     solutions: Solutions,
+    /// Where more than the base moment is known of an equilibrium off the path.
+    base_force: Option<Vector>,
     /// What was chosen to solve.
     engine: Engine,
     /// What has solved, in words.
@@ -22,12 +24,12 @@ pub struct Solved {
 
 impl Solved {
     pub(super) fn new(plan: Plan, batch: Batch, solutions: Solutions, engine: Engine, solved_by: String) -> Solved {
-        Solved { plan, batch, solutions, engine, solved_by }
+        Solved { plan, batch, solutions, base_force: None, engine, solved_by }
     }
 
     /// The same rod at another of its equilibria.
-    pub(super) fn at(&self, solutions: Solutions) -> Solved {
-        Solved { solutions, ..self.clone() }
+    pub(super) fn at(&self, solutions: Solutions, base_force: Option<Vector>) -> Solved {
+        Solved { solutions, base_force, ..self.clone() }
     }
 
     /// The scene that was solved.
@@ -112,6 +114,11 @@ impl Solved {
     /// Internal moment at the base (N·m).
     pub fn base_moment(&self) -> Vector {
         self.vector(Quantity::BaseMoment)
+    }
+
+    /// The same with the force at the base, where that is not told by the loads and known.
+    pub fn base_wrench(&self) -> BaseWrench {
+        BaseWrench { moment: self.base_moment(), force: self.base_force }
     }
 
     /// Curvature at the start of the first flexible segment, body frame (1/m).

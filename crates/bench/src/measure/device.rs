@@ -58,7 +58,7 @@ fn known(
     let plan = problem.plan(Work::Tip, options)?;
     let batch = problem.batch(Work::Tip, samples)?;
     let solutions = engine.make(&plan)?.solve(&batch)?;
-    let start = |sample| Start { sample, m0: solutions.vector(sample, Quantity::BaseMoment), known: &[] };
+    let start = |sample| Start { sample, m0: solutions.vector(sample, Quantity::BaseMoment), n0: None, known: &[] };
     let batch = plan.start_batch(&batch, &(0..samples).map(start).collect::<Vec<_>>());
     point("known", engine, &plan.with_starts(), &batch, session)
 }

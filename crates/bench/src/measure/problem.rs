@@ -175,7 +175,7 @@ impl<'a> Problem<'a> {
         if starts_itself {
             return Ok(batch);
         }
-        let start = |sample| Start { sample, m0: m0(sample % self.rows.len()), known: &[] };
+        let start = |sample| Start { sample, m0: m0(sample % self.rows.len()), n0: None, known: &[] };
         Ok(plan.start_batch(&batch, &(0..count).map(start).collect::<Vec<_>>()))
     }
 

@@ -32,7 +32,7 @@ impl Lanes {
         let scales = self.output_scales();
         let from_anchors = self.program.anchors.is_some();
         let way = if self.program.field.is_some() {
-            Way::Varying
+            if self.program.searches { Way::VaryingCare } else { Way::Varying }
         } else if self.by_nodes {
             Way::Nodes
         } else if from_anchors {
@@ -55,6 +55,7 @@ impl Lanes {
         let ways = match way {
             Way::Anchors => &[Way::Rest, Way::Care, Way::Nodes][..],
             Way::Varying => &[Way::VaryingCare],
+            Way::VaryingCare => &[],
             _ => &[Way::Care, Way::Nodes],
         };
         for way in ways {
@@ -129,7 +130,8 @@ impl Lanes {
         scales[Quantity::BaseMoment.column()..][..3].fill(units.moment());
         let of_row = |row: usize| [units.length, 1.0, units.moment(), units.curvature()][row % self.plan.rows() / 3];
         scales.extend((0..self.plan.rows() * self.plan.derivatives.len()).map(of_row));
-        scales.resize(self.plan.output_count(), units.curvature());
+        scales.resize(self.plan.base_force_column().unwrap_or(self.plan.output_count()), units.curvature());
+        scales.resize(self.plan.output_count(), units.force);
         scales
     }
 

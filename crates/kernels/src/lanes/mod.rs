@@ -29,6 +29,7 @@ mod shoot;
 mod solve;
 mod source;
 mod stability;
+mod start;
 mod step;
 mod terms;
 mod trace;
@@ -128,18 +129,12 @@ impl Lanes {
     ///
     /// This machine lacks them.
     pub fn with_instruction_set(plan: &Plan, precision: Precision, set: InstructionSet) -> Result<Self, BackendError> {
-        let unsupported = |what: &str, remedy: &str| BackendError::Unsupported {
+        let unsupported = || BackendError::Unsupported {
             backend: BackendKind::Cpu,
-            what: what.into(),
-            remedy: remedy.into(),
+            what: set.name().into(),
+            remedy: "this machine lacks it".into(),
         };
-        // Starts of continuations are left aside, and the path from rest is followed; searches need theirs.
-        let searches = plan.start.is_some_and(|start| matches!(plan.entries[start + 3], Entry::Varying(_)));
-        if plan.terms.varying_field && searches {
-            let what = "the search for other equilibria in fields that vary in space";
-            return Err(unsupported(what, "ask for the equilibrium from rest"));
-        }
-        let arch = set.arch().ok_or_else(|| unsupported(set.name(), "this machine lacks it"))?;
+        let arch = set.arch().ok_or_else(unsupported)?;
         let mut program = Program::new(plan, precision.epsilon());
         if set == InstructionSet::Scalar {
             program.terms = ProgramTerms::EVERY;

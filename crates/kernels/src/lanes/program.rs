@@ -67,6 +67,10 @@ pub struct Program {
     pub all_segments: usize,
     /// First entry of the base moments of a search.
     pub start: Option<usize>,
+    /// Whether samples are searches.
+    pub searches: bool,
+    /// First column of the force at the base, where a search tells it.
+    pub base_force: Option<usize>,
     /// Where samples may start instead of from rest, and the column of their first coordinate there.
     pub anchors: Option<(Arc<Anchors>, usize)>,
     /// Of each segment, in a field that varies: whether force is the same all along it, for derivatives, too.
@@ -149,6 +153,8 @@ impl Program {
             free: plan.free.map(|free| free.entry),
             all_segments: plan.segments.len(),
             start: plan.start,
+            searches: plan.searches(),
+            base_force: plan.base_force_column(),
             anchors: plan.anchors.as_ref().filter(|_| plan.start.is_none()).and_then(anchor_columns(plan)),
             forward: plan.forward,
             collect,

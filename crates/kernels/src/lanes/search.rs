@@ -10,22 +10,15 @@ use super::problem::{Problem, Workspace};
 use super::program::Resolution;
 use super::shoot::{Record, shoot, tip_moment_columns};
 use super::stability::stability_index;
-use crate::model::MOST_KNOWN;
+use super::start::Start;
 use crate::model::path::{PATH_TOLERANCE, SEARCH_LIMIT, SEARCH_STEP};
 
 /// The equilibrium under the full load that a search from the base moment in the inputs comes to.
 #[inline(always)]
 pub fn search_start<L: Lane>(problem: &Problem<'_, L>, workspace: &mut Workspace<L>) -> PathEnd<L> {
-    let Problem { program, inputs, .. } = *problem;
-    let token = problem.token();
-    let zero = L::splat(token, 0.0);
-    let entry = program.start.unwrap_or_default();
-    let mut known = [Vec3::splat(zero); MOST_KNOWN];
-    for (k, known) in known.iter_mut().enumerate() {
-        *known = program.vector(token, &inputs, entry + 3 + 3 * k);
-    }
-    let start = program.vector(token, &inputs, entry);
-    search(problem, &program.coarse, start, !zero.lt(zero), &known, workspace)
+    let Start { m0, known } = Start::load(problem);
+    let everyone = !m0.x.lt(m0.x);
+    search(problem, &problem.program.coarse, m0, everyone, &known, workspace)
 }
 
 /// The equilibrium that `wanted` lanes come to from `start`, away from `known` ones.
@@ -81,7 +74,7 @@ pub fn search<L: Lane>(
 
 /// What becomes of Newton's step if the residual is multiplied by 1 + 1/d² for each known equilibrium at distance d.
 #[inline(always)]
-fn deflation<L: Lane>(m0: Vec3<L>, newton: Vec3<L>, known: &[Vec3<L>]) -> L {
+pub fn deflation<L: Lane>(m0: Vec3<L>, newton: Vec3<L>, known: &[Vec3<L>]) -> L {
     let one = m0.x.constant(1.0);
     let mut slope = one.constant(0.0);
     for equilibrium in known {

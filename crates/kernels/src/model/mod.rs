@@ -62,8 +62,8 @@ pub use scene::{
 };
 pub use scene_error::SceneError;
 pub use segment_parameter::{SegmentParameter, ShearAxis};
-pub use solution::{MOST_ROWS, NO_EQUILIBRIUM, Quantity, Solutions};
-pub use starts::{MOST_KNOWN, SEARCH_ENTRIES, Start};
+pub use solution::{BaseWrench, MOST_ROWS, NO_EQUILIBRIUM, Quantity, Solutions};
+pub use starts::{FAR, MOST_KNOWN, SEARCH_ENTRIES, Start};
 pub use status::Status;
 pub use stepper::{Stepper, Tableau};
 pub use units::Units;

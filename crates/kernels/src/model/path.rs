@@ -69,8 +69,10 @@ pub fn growth_limit(epsilon: f64) -> f64 {
 }
 /// Passes over the rod in one search from a given base moment.
 pub const SEARCH_LIMIT: f64 = 60.0;
-/// The longest step of a search (plan units of moment).
+/// The longest step of a search (plan units of moment, or of force over 1 + the force at the base).
 pub const SEARCH_STEP: f64 = 1.0;
+/// Before it, in a field that varies: passes that find the force at the base.
+pub const SEARCH_FORCE_LIMIT: usize = 8;
 /// A sample starts from anchors where each corner of its cell is farther from a fold or a bifurcation than this
 /// (stability margin).
 pub const ANCHOR_MARGIN: f64 = 0.1;

@@ -350,10 +350,21 @@ impl Plan {
         }
     }
 
+    /// First column of the solutions after the derivatives, where that of [`Plan::first_beyond_rigid`] has its curvature.
+    pub fn own_curvature_column(&self) -> usize {
+        Quantity::COUNT + self.rows() * self.derivatives.len()
+    }
+
+    /// First column of the force at the base. Searches in fields that vary tell it: the moment alone is no start.
+    pub fn base_force_column(&self) -> Option<usize> {
+        let own_curvature = if self.first_beyond_rigid().is_some() { 3 } else { 0 };
+        (self.terms.varying_field && self.searches()).then(|| self.own_curvature_column() + own_curvature)
+    }
+
     /// Columns of the solutions.
     pub fn output_count(&self) -> usize {
         let own_curvature = if self.first_beyond_rigid().is_some() { 3 } else { 0 };
-        Quantity::COUNT + self.rows() * self.derivatives.len() + own_curvature
+        self.base_force_column().map_or(self.own_curvature_column() + own_curvature, |first| first + 3)
     }
 
     /// Unit of each entry in the plan's units: divide an SI value by it.
@@ -375,6 +386,7 @@ impl Plan {
         }
         if self.start.is_some() {
             scale.extend([units.moment(); SEARCH_ENTRIES]);
+            scale.resize(scale.len() + self.search_entries() - SEARCH_ENTRIES, units.force);
         }
         scale
     }

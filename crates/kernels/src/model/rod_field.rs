@@ -120,6 +120,22 @@ impl RodField {
         (force, cross(mu, self.flux_density(at)))
     }
 
+    /// Largest flux density beyond the uniform field (T) and largest gradient (T/m) at points spread over a ball, those too
+    /// near a dipole left out.
+    pub(super) fn strongest(&self, centre: Vector, radius: f64) -> (f64, f64) {
+        let norm = |v: Vector| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let away = |at: Vector, from: Vector| norm(std::array::from_fn(|k| at[k] - from[k]));
+        let place = |k: usize| -> Vector { [k % 5, k / 5 % 5, k / 25].map(|k| 0.5 * k as f64 - 1.0) };
+        let points = (0..125).map(place).filter(|at| norm(*at) <= 1.0);
+        let points = points.map(|at| -> Vector { std::array::from_fn(|k| centre[k] + radius * at[k]) });
+        let is_clear = |at: &Vector| self.dipoles.iter().all(|dipole| away(*at, dipole.position) > dipole.clearance);
+        points.filter(is_clear).fold((0.0, 0.0), |(b, g), at| {
+            let [x, y, z] =
+                [0, 1, 2].map(|k| norm(self.load(at, std::array::from_fn(|j| f64::from(u8::from(j == k)))).0));
+            (norm(self.flux_density(at)).max(b), norm([x, y, z]).max(g))
+        })
+    }
+
     /// B beyond the uniform field (T) at a point (m)
     pub fn flux_density(&self, at: Vector) -> Vector {
         let from = |origin: Vector| -> Vector { std::array::from_fn(|k| at[k] - origin[k]) };

@@ -42,6 +42,21 @@ impl Quantity {
     }
 }
 
+/// Moment and force at the base: what tells an equilibrium of a rod. World frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BaseWrench {
+    /// In N·m
+    pub moment: [f64; 3],
+    /// In N; `None` where the loads tell it, or it is not known. In a field that varies it then is what goes with that moment.
+    pub force: Option<[f64; 3]>,
+}
+
+impl From<[f64; 3]> for BaseWrench {
+    fn from(moment: [f64; 3]) -> Self {
+        Self { moment, force: None }
+    }
+}
+
 /// Stability index of a row whose numbers do not satisfy the equilibrium equations.
 pub const NO_EQUILIBRIUM: f64 = -1.0;
 
@@ -62,6 +77,8 @@ pub struct Solutions {
     rows: usize,
     /// First column of that curvature.
     own_curvature: Option<usize>,
+    /// First column of the force at the base.
+    base_force: Option<usize>,
 }
 
 impl Solutions {
@@ -80,7 +97,8 @@ impl Solutions {
 
     fn arrange(&mut self, plan: &Plan) {
         self.rows = plan.rows();
-        self.own_curvature = plan.first_beyond_rigid().map(|_| plan.output_count() - 3);
+        self.own_curvature = plan.first_beyond_rigid().map(|_| plan.own_curvature_column());
+        self.base_force = plan.base_force_column();
     }
 
     /// Rows of the table.
@@ -138,6 +156,12 @@ impl Solutions {
         Some(std::array::from_fn(|axis| self.values.get(sample, first + axis)))
     }
 
+    /// Force at the base (N), of a search in a field that varies.
+    pub fn base_force(&self, sample: usize) -> Option<[f64; 3]> {
+        let first = self.base_force?;
+        Some(std::array::from_fn(|axis| self.values.get(sample, first + axis)))
+    }
+
     /// One row of a derivative: 0 to 2 tip position, 3 to 5 tip rotation, 6 to 8 base moment, 9 to 11 its own curvature.
     pub fn derivative(&self, sample: usize, derivative: usize, row: usize) -> f64 {
         self.values.get(sample, self.derivative_column(derivative, row))
@@ -153,9 +177,9 @@ impl Solutions {
         std::array::from_fn(|row| [d1[row], d2[row], t[row]])
     }
 
-    /// Copies one sample's row from another table of the same columns.
+    /// Copies one sample's row from another table of the same columns; that of a search may have more, or this one.
     pub fn copy_row(&mut self, sample: usize, from: &Solutions, from_sample: usize) {
-        for column in 0..self.values.column_count() {
+        for column in 0..self.values.column_count().min(from.values.column_count()) {
             self.values.set(sample, column, from.values.get(from_sample, column));
         }
     }

@@ -7,11 +7,12 @@ use rayon::prelude::*;
 /// Known equilibria that a search can be kept away from.
 pub const MOST_KNOWN: usize = 12;
 
-/// Entries of a search: the base moment to start from, then those of known equilibria.
+/// Entries of a search: the base moment to start from, then those of known equilibria. In a field that varies the force at
+/// the base to start from follows.
 pub const SEARCH_ENTRIES: usize = 3 + 3 * MOST_KNOWN;
 
-/// Where an unused place for a known equilibrium lies: too far to be felt (plan units).
-const FAR: f64 = 1e9;
+/// Where an unused place for a known equilibrium lies: too far to be felt (plan units). A force as large is none.
+pub const FAR: f64 = 1e9;
 
 /// A search: for the rod of a sample, from a base moment (N·m, world frame), away from known equilibria, of which at
 /// most [`MOST_KNOWN`] count.
@@ -21,6 +22,8 @@ pub struct Start<'a> {
     pub sample: usize,
     /// Base moment to start from (N·m, world frame)
     pub m0: Vector,
+    /// Force at the base to start from (N), where the field varies; `None`: what goes with that moment.
+    pub n0: Option<Vector>,
     /// Base moments of known equilibria (N·m, world frame)
     pub known: &'a [Vector],
 }
@@ -30,9 +33,21 @@ impl Plan {
     pub fn with_starts(&self) -> Plan {
         let mut plan = self.clone();
         plan.start = Some(plan.entries.len());
-        plan.entries.extend((0..SEARCH_ENTRIES).map(|k| Entry::Varying(self.input_count + k)));
-        plan.input_count += SEARCH_ENTRIES;
+        let count = self.search_entries();
+        plan.entries.extend((0..count).map(|k| Entry::Varying(self.input_count + k)));
+        plan.input_count += count;
         plan
+    }
+
+    /// Entries of a search.
+    pub(super) fn search_entries(&self) -> usize {
+        SEARCH_ENTRIES + if self.terms.varying_field { 3 } else { 0 }
+    }
+
+    /// Whether its samples are searches. Starts of continuations are none: in a field that varies they are left aside, and the
+    /// path from rest is followed.
+    pub fn searches(&self) -> bool {
+        self.start.is_some_and(|start| matches!(self.entries[start + 3], Entry::Varying(_)))
     }
 
     /// The same for searches that are kept away from nothing: three more columns, the base moment to start from.
@@ -53,7 +68,8 @@ impl Plan {
     /// A batch for [`Plan::with_starts`] out of a batch of this plan, one search a row.
     pub fn start_batch(&self, batch: &Batch, starts: &[Start]) -> Batch {
         let far = [FAR * self.units.moment(); 3];
-        let mut inputs = Blocks::new(self.input_count + SEARCH_ENTRIES, starts.len());
+        let no_force = [FAR * self.units.force; 3];
+        let mut inputs = Blocks::new(self.input_count + self.search_entries(), starts.len());
         let block_len = inputs.block_len();
         inputs.data_mut().par_chunks_mut(block_len).zip(starts.par_chunks(BLOCK)).for_each(|(out, starts)| {
             for (lane, start) in starts.iter().enumerate() {
@@ -61,12 +77,10 @@ impl Plan {
                 for column in 0..self.input_count {
                     put(column, batch.inputs.get(start.sample, column));
                 }
-                for k in 0..=MOST_KNOWN {
-                    let place = if k == 0 { start.m0 } else { start.known.get(k - 1).copied().unwrap_or(far) };
-                    for (axis, value) in place.into_iter().enumerate() {
-                        put(self.input_count + 3 * k + axis, value);
-                    }
-                }
+                let known = (0..MOST_KNOWN).map(|k| start.known.get(k).copied().unwrap_or(far));
+                let force = self.terms.varying_field.then(|| start.n0.unwrap_or(no_force));
+                let vectors = std::iter::once(start.m0).chain(known).chain(force);
+                vectors.flatten().enumerate().for_each(|(k, value)| put(self.input_count + k, value));
             }
         });
         Batch { inputs, bad: starts.iter().map(|start| batch.bad[start.sample]).collect() }
@@ -97,13 +111,16 @@ impl Plan {
         Batch { inputs, bad: batch.bad.clone() }
     }
 
-    /// No base moment of an equilibrium is larger: the moment of all loads on the longest lever arms (N·m).
+    /// No base moment of an equilibrium is larger: the moment of all loads on the longest lever arms (N·m). In a field that
+    /// varies that holds for what was found of the field within the rod's reach.
     pub fn moment_bound(&self, batch: &Batch, sample: usize) -> f64 {
         use super::RodSegment::{Flexible, Rigid};
         let norm = |v: Vector| v.iter().map(|x| x * x).sum::<f64>().sqrt();
         let rod = self.sample_rod(batch, sample);
-        let field = norm(rod.flux_density);
         let length = rod.total_length();
+        let (varying, gradient) =
+            rod.field.as_ref().map_or((0.0, 0.0), |field| field.strongest(rod.base_position, length));
+        let field = norm(rod.flux_density) + varying + gradient * length;
         let of_segments = rod.segments.iter().map(|segment| match segment {
             Flexible(s) => s.length * (norm(s.load) * length + norm(s.dipole) * field),
             Rigid(s) => norm(s.weight) * length + norm(s.dipole) * field,

@@ -117,6 +117,9 @@ fn write<L: Kernels>(
         let u = workspace.first.u + workspace.first.moved(left);
         out.store_vector(Quantity::COUNT + program.rows * program.derivatives.len(), u);
     }
+    if let Some(first) = program.base_force {
+        out.store_vector(first, answer.0);
+    }
     let margin = margin(&inverse);
     // Without care the path has counted the index; that says nothing next to a fold.
     let index = if care { index(&workspace.transfers, one) } else { one.constant(0.0) };
@@ -127,7 +130,8 @@ fn write<L: Kernels>(
     let (is_far, is_inside) = (zero.lt(workspace.clearance), zero.lt(workspace.inside));
     let clear = is_far & is_inside;
 
-    let mut status = L::select(stable, code(one, Status::Ramped), code(one, Status::Unstable));
+    let solved = if program.searches { Status::Ok } else { Status::Ramped };
+    let mut status = L::select(stable, code(one, solved), code(one, Status::Unstable));
     let unsolved = L::select(length(tip.p).is_finite(), code(one, Status::NotConverged), code(one, Status::NonFinite));
     let converged = converged & within_reach;
     status = L::select(converged, status, unsolved);

@@ -4,6 +4,7 @@ use super::answer::solve_varying;
 use super::pass::{Pass, integrate};
 use super::path::{VaryingPath, follow_varying};
 use super::rest::set_out;
+use super::search::search_varying;
 use super::workspace::VaryingWorkspace;
 use crate::lanes::group::{Load, Tools};
 use crate::lanes::kernels::Kernels;
@@ -53,7 +54,7 @@ impl<L: Kernels> WithSimd for FollowVarying<'_, L> {
     }
 }
 
-/// The arguments of [`solve_varying`]; with care from rest, else from where paths have ended.
+/// The arguments of [`solve_varying`]; with care from rest or, in a search, from a start, else from where paths have ended.
 pub struct InVarying<'a, L: Lane> {
     pub program: &'a Program,
     pub token: L::Token,
@@ -80,7 +81,9 @@ impl<L: Kernels> WithSimd for InVarying<'_, L> {
         L::load_rods(Load { program, token, inputs, rod });
         let problem = Problem { program, inputs, rod };
         varying.space.load(&problem);
-        let end = if care {
+        let end = if program.searches {
+            search_varying(&problem, varying)
+        } else if care {
             let slope = set_out(&problem, varying);
             follow_varying(&problem, care, slope, varying)
         } else {

@@ -17,6 +17,7 @@ mod parameters;
 mod pass;
 mod path;
 mod rest;
+mod search;
 mod space;
 mod step;
 mod workspace;
