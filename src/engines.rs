@@ -226,25 +226,16 @@ impl Engine {
     ///
     /// A device that cannot be used, or a plan that the engine does not model.
     pub fn make(&self, plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
+        // No GPU kernel searches in a field that varies.
+        let searches = plan.terms.varying_field && plan.start.is_some();
         match self.kind {
+            BackendKind::Gpu if searches => self.on_the_cpu().make(plan),
             BackendKind::Reference => Ok(witness(plan)),
             BackendKind::Cpu => Ok(Box::new(Lanes::new(plan, self.precision)?)),
             #[cfg(feature = "gpu")]
             BackendKind::Gpu => gpu::open(plan, self.precision),
             #[cfg(not(feature = "gpu"))]
             BackendKind::Gpu => Err(BackendError::NoDevice { reason: "built without the feature `gpu`".into() }),
-        }
-    }
-
-    /// The same for a search of equilibria away from rest. No GPU kernel searches in a field that varies: the CPU does.
-    ///
-    /// # Errors
-    ///
-    /// As [`Engine::make`]; the reference does not search.
-    pub fn make_search(&self, plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
-        match self.kind {
-            BackendKind::Gpu if plan.terms.varying_field => self.on_the_cpu().make(plan),
-            _ => self.make(plan),
         }
     }
 }

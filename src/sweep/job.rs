@@ -311,7 +311,7 @@ impl<'a> PreparedSweep<'a> {
         let on_the_cpu = self.engine.on_the_cpu();
         let engine = &self.engine;
         let settle = |plan: &Plan| engine.settle(plan);
-        let (search, search_on_the_cpu) = (|plan: &Plan| engine.make_search(plan), |plan: &Plan| on_the_cpu.make(plan));
+        let (search, search_on_the_cpu) = (|plan: &Plan| engine.make(plan), |plan: &Plan| on_the_cpu.make(plan));
         let mut options = RunOptions::new();
         options.shard = job.shard;
         options.method = Some(self.method);

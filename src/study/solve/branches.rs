@@ -92,7 +92,7 @@ impl Solved {
             let remedy = "ask for the equilibrium from rest".into();
             return Err(BackendError::Unsupported { backend: engine.kind(), what, remedy }.into());
         }
-        let make = |plan: &Plan| engine.make_search(plan);
+        let make = |plan: &Plan| engine.make(plan);
         let mut search = BranchSearch::new(self.plan(), branch_tools(&make))?;
         let found = search.find(self.batch(), self.solutions(), &|| false)?;
         let mut all = AllBranches { branches: Vec::new(), is_balanced: false, search_count: 0 };

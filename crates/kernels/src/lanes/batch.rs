@@ -95,9 +95,8 @@ impl Lanes {
         if !matches!(solutions.status(sample), Status::Fold | Status::Unstable) {
             return true;
         }
-        // What counts is the load that the path came to. One that hardly set out tells nothing: half the growth will do.
-        let load = solutions.get(sample, Quantity::LoadFraction);
-        let share = if load > LEAST_LOAD { load.sqrt() } else { 2.0 };
+        // A path that hardly set out tells nothing: half the growth will do.
+        let share = if solutions.get(sample, Quantity::LoadFraction) > LEAST_LOAD { 1.0 } else { 2.0 };
         self.plan.sample_rod(batch, sample).growth() * share > growth_limit(self.precision.epsilon())
     }
 

@@ -56,6 +56,7 @@ impl Plan {
         plan.input_count = self.input_count + 3;
         let first = self.entries.len() + 3;
         plan.entries[first..].fill(Entry::Constant(FAR * self.units.moment()));
+        plan.entries[first + 3 * MOST_KNOWN..].fill(Entry::Constant(FAR * self.units.force));
         plan
     }
 
