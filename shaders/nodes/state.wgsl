@@ -106,7 +106,17 @@ fn start_node_columns(node: Node, force: mat3x3<f32>) {
 // Newton's step at all nodes, after a pass with transfers, under a share of the load; its size, against the largest moment.
 fn newton_step(rod: Rod, lambda: f32) -> f32 {
     let l_tip = rod.l_tip * lambda;
+    //@if TIP_MOMENT
+    // Stability is that of the symmetric part.
+    factor(mat3x3<f32>()); // N5
+    let index_there = node_index;
+    let least_there = least;
+    //@end
     factor(hat(l_tip * 0.5)); // N2
+    //@if TIP_MOMENT
+    node_index = index_there;
+    least = least_there;
+    //@end
     solve_changes(l_tip - rod_tip.m);
     return step_size();
 }

@@ -183,7 +183,16 @@ impl<L: Lane> Nodes<L> {
         let rod = problem.rod;
         let half = lambda.constant(0.5);
         let l_tip = rod.l_tip * lambda;
+        let has_moment = problem.program.tip_moment;
+        if has_moment {
+            // Stability is that of the symmetric part.
+            self.elimination.factor(&self.transfers, Mat3::zero(half)); // N5
+        }
+        let (index, least) = (self.elimination.index, self.elimination.least);
         self.elimination.factor(&self.transfers, hat(l_tip * half)); // N2
+        if has_moment {
+            (self.elimination.index, self.elimination.least) = (index, least);
+        }
         let defects = &self.defects;
         let no_turn = Vec3::splat(lambda.constant(0.0));
         self.elimination.solve(&self.transfers, |i| defects[i], l_tip - self.tip.m, no_turn, &mut self.changes);
