@@ -62,7 +62,7 @@ fn last_passes<const BITS: usize>(bencher: Bencher, stepper: Stepper) {
     let plan = spec.plan(options(stepper)).expect("a plan");
     let rods = batch(&spec, &plan);
     let found = Lanes::new(&plan, Precision::F64).expect("an engine").solve(&rods).expect("solved");
-    let start = |sample| Start { sample, m0: found.vector(sample, Quantity::BaseMoment), known: &[] };
+    let start = |sample| Start { sample, m0: found.vector(sample, Quantity::BaseMoment), n0: None, known: &[] };
     let starts = plan.start_batch(&rods, &(0..SAMPLES).map(start).collect::<Vec<_>>());
     time(bencher, &mut Lanes::new(&plan.with_starts(), precision(BITS)).expect("an engine"), &starts);
 }

@@ -18,8 +18,6 @@ const ROUND: usize = 128;
 /// A sample is done when so many rounds in a row have found nothing: if its signs add up, and if they do not.
 const EMPTY_ROUNDS: usize = 4;
 const EMPTY_ROUNDS_UNBALANCED: usize = 16;
-/// The former in a field that varies, whose equilibria a base moment alone does not tell apart as well.
-const EMPTY_ROUNDS_VARYING: usize = 4;
 const MOST_ROUNDS: usize = 64;
 /// Searches of one call of an engine; bounds memory.
 const MOST_SEARCHES: usize = 1 << 17;
@@ -174,8 +172,7 @@ impl<'a> BranchSearch<'a> {
                 let is_rod = !batch.bad[sample] && from_rest.status(sample) != Status::BadParameter;
                 let radius = if is_rod { self.plan.moment_bound(batch, sample).max(unit) } else { 0.0 };
                 let is_limp = is_rod && is_too_limp(&self.plan.sample_rod(batch, sample));
-                let patience = if self.plan.terms.varying_field { EMPTY_ROUNDS_VARYING } else { EMPTY_ROUNDS };
-                Found { unit, radius, patience, is_over: !is_rod || is_limp, is_limp, ..Found::default() }
+                Found { unit, radius, is_over: !is_rod || is_limp, is_limp, ..Found::default() }
             })
             .collect();
         for (row, sample) in known.iter().enumerate() {
@@ -333,8 +330,6 @@ struct Found {
     radius: f64,
     searches: usize,
     empty_rounds: usize,
-    /// Empty rounds after which it is done, if its signs add up.
-    patience: usize,
     is_over: bool,
     /// It is not searched at all.
     is_limp: bool,
@@ -342,7 +337,7 @@ struct Found {
 
 impl Found {
     fn is_open(&self) -> bool {
-        let patience = if self.signs == 1 { self.patience } else { EMPTY_ROUNDS_UNBALANCED };
+        let patience = if self.signs == 1 { EMPTY_ROUNDS } else { EMPTY_ROUNDS_UNBALANCED };
         !self.is_over && self.empty_rounds < patience && self.searches < MOST_ROUNDS * ROUND
     }
 
