@@ -31,6 +31,8 @@ const FINER: [usize; 3] = [1, 2, 4];
 const SAME: f64 = 1e-6;
 /// The same for single precision.
 const SAME_SINGLE: f64 = 1e-3;
+/// Finishing moves an answer by its error, less than this, not to another equilibrium.
+const STAYS: f64 = 0.05;
 /// Fractional parts of its multiples fill the cube evenly (Roberts' generalised golden ratio).
 const GOLDEN: f64 = 1.220_744_084_605_759_5;
 
@@ -178,9 +180,8 @@ impl<'a> BranchSearch<'a> {
         for (row, sample) in known.iter().enumerate() {
             let m0 = from_rest.vector(*sample, Quantity::BaseMoment);
             let of = &mut found[*sample];
-            // Finishing moves an answer by its error, not to another equilibrium.
-            let stays =
-                finer.status(row).is_converged() && near(m0, finer.vector(row, Quantity::BaseMoment), unit, 0.05);
+            let moved = finer.vector(row, Quantity::BaseMoment);
+            let stays = finer.status(row).is_converged() && near(m0, moved, unit, STAYS);
             if stays {
                 of.add(&finer, row, 0.0)
             } else {
@@ -296,8 +297,11 @@ fn chosen(
     let mut moments: Vec<Vector> = Vec::new();
     for row in range.clone() {
         let from_rest = of.has_from_rest && row == range.start;
-        let converged = rows.status(row).is_converged();
-        let m0 = if converged { rows.vector(row, Quantity::BaseMoment) } else { of.moments[row - range.start] };
+        let start = of.moments[row - range.start];
+        let moved = rows.vector(row, Quantity::BaseMoment);
+        // The row from rest is given: one that has left it is not its.
+        let converged = rows.status(row).is_converged() && (!from_rest || near(start, moved, of.unit, STAYS));
+        let m0 = if converged { moved } else { start };
         let is_new = converged && moments.iter().all(|other| !near(m0, *other, of.unit, SAME));
         if is_new || from_rest {
             moments.push(m0);
