@@ -50,7 +50,7 @@ fn behind(slot: Slot, by: usize) -> Slot {
     }
 }
 
-fn by_lanes(scene: &Scene, slots: &[Slot]) -> (Plan, Solutions) {
+pub fn by_lanes(scene: &Scene, slots: &[Slot]) -> (Plan, Solutions) {
     let options = PlanOptions { tolerance: 1e-11, stepper: Stepper::Dop853, steps: 24, ..PlanOptions::default() };
     let plan = plan_by_slots(scene, slots, options);
     let batch = plan.batch(1, |_, _| {});
