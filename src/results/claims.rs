@@ -147,8 +147,7 @@ impl Claims {
             (self.given, self.idle) = (self.given + 1, 0);
             return Ok(Next::Chunk(chunk));
         }
-        if self.store.head(DONE)?.is_some() {
-            self.state.complete.store(true, Ordering::Relaxed);
+        if self.is_done()? {
             return Ok(Next::Done);
         }
         let pause = self.pause();
@@ -182,6 +181,15 @@ impl Claims {
     /// After the manifest has been written: all others may go.
     pub fn done(store: &dyn Store) -> Result<(), ResultsError> {
         store.put(DONE, b"{}\n")
+    }
+
+    /// Whether the manifest has been written.
+    fn is_done(&self) -> Result<bool, ResultsError> {
+        let is_done = self.store.head(DONE)?.is_some();
+        if is_done {
+            self.state.complete.store(true, Ordering::Relaxed);
+        }
+        Ok(is_done)
     }
 
     fn is_whole(&self) -> bool {
@@ -306,6 +314,8 @@ impl Claims {
         let is_mine = match self.turns.get(&end) {
             Some(turn) if self.owners.get(&(end, *turn)) == Some(&own) => true,
             _ => match self.free_turn(end, &living)? {
+                // The worker that had the end may have written the manifest and left since this one asked.
+                Some(turn) if turn > 0 && self.is_done()? => return Ok(Next::Done),
                 Some(turn) => self.claim(end, turn)?,
                 None => false,
             },
