@@ -43,7 +43,7 @@ fn compare(radius: &str, seed: u64, samples: &[u64], precision: Precision) {
             solved += 1;
         }
     }
-    assert!(2 * solved >= samples.len(), "{radius}: {solved} of {}", samples.len());
+    assert!(2 * solved > samples.len(), "{radius}: {solved} of {}", samples.len());
 }
 
 /// Three that step over their fold, and one that changes its branch, where load steps are trusted for the size of the load.
@@ -54,6 +54,6 @@ fn no_load_step_leads_over_a_fold() {
         compare("0.6e-3", 8, &some, precision);
         compare("0.65e-3", 8, &[882, 905, 2847, 3043], precision);
         // Steps shorter than a 4096th of the load lead over its fold.
-        compare("0.58e-3", 21, &[2666, 2667], precision);
+        compare("0.58e-3", 21, &[2664, 2665, 2666, 2667], precision);
     }
 }

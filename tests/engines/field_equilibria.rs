@@ -1,4 +1,5 @@
-//! Every equilibrium in fields that vary in space: uniform fields that are told as varying ones against complete lists.
+//! Every equilibrium in fields that vary in space: uniform fields that are told as varying ones against complete lists, and
+//! rods beside a magnet against the stationary points of an energy.
 
 use super::branches::{branches, distance};
 use super::common::{golden, root};
@@ -6,6 +7,7 @@ use super::field_energy::Chain;
 use rodsweep::input::read_scene;
 use rodsweep::model::{Quantity, Rod, Scene};
 use rodsweep::reference::{shape_with_derivatives, stability_at};
+use rodsweep_bench::random::Random;
 
 /// The golden lists of uniform fields, a gradient of nothing added: six unknowns find what three do.
 #[test]
@@ -54,18 +56,14 @@ fn stationary(rod: &Rod) -> Vec<([f64; 3], usize)> {
     let chain = Chain { rod, elements: 6 };
     let length = rod.total_length();
     let mut found: Vec<([f64; 3], usize)> = Vec::new();
-    let mut seed = 1u64;
-    let mut random = || {
-        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (seed >> 11) as f64 / (1u64 << 53) as f64
-    };
+    let mut random = Random(1);
     for _ in 0..STARTS {
-        let (bend, slope) = ([random(), random(), random()], [random(), random(), random()]);
+        let (bend, slope) = (random.vector(6.0), random.vector(6.0));
         let mut u = chain.rest();
         let count = u.len() as f64;
         for (k, u) in u.iter_mut().enumerate() {
             let along = k as f64 / count;
-            *u += 12.0 / length * (bend[k % 3] - 0.5 + (slope[k % 3] - 0.5) * along);
+            *u += (bend[k % 3] + slope[k % 3] * along) / length;
         }
         let mut size = f64::INFINITY;
         for _ in 0..40 {
