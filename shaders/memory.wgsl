@@ -2,11 +2,14 @@
 // each takes every sample one turn further. src/gpu/shader/nodes.rs and varying.rs own the sizes.
 
 struct MemorySettings {
-    // By nodes: growth from one to the next.
-    spacing: f32,
-    // Intervals, by nodes, and samples that there is room for.
-    most_intervals: u32,
+    // Samples that there is room for.
     stride: u32,
+    // By nodes: intervals that there is room for, and the path's pace.
+    most_intervals: u32,
+    spacing: f32,
+    path_steps: u32,
+    path_tolerance: f32,
+    least_pivot: f32,
 }
 
 @group(0) @binding(4) var<uniform> memory_settings: MemorySettings;

@@ -5,8 +5,8 @@ const COLUMN_NOISE: f32 = 0.0; //@spec
 const NODE_COLUMNS_GOOD: f32 = 0.0; //@spec
 const NODE_CORRECTIONS: f32 = 0.0; //@spec
 const NODE_GOOD: f32 = 0.0; //@spec
-const NODE_NEWTON: f32 = 0.0; //@spec
-const NODE_PATH_STEPS: u32 = 2u; //@spec
+const NODE_ENOUGH: f32 = 0.0; //@spec
+const NODE_NEARBY: f32 = 0.0; //@spec
 const NODE_ROUND_OFF: f32 = 0.0; //@spec
 const NODE_LEVELS: u32 = 1u; //@spec
 const NODE_STEPS: array<u32, 1> = array<u32, 1>(1u); //@spec
@@ -27,7 +27,7 @@ fn solve_nodes() {
     let rod = load();
     interval_count = u32(held(INTERVALS));
     var lambda = 1.0;
-    var steps = NODE_PATH_STEPS;
+    var steps = memory_settings.path_steps;
     var what = TRANSFERS;
     if stage == AT_REST {
         hold(PASSES, 0.0);
@@ -100,7 +100,7 @@ fn lose(code: u32) {
 
 // Takes ever more steps until tip and columns no longer change, and writes the row.
 fn answer(rod: Rod) {
-    let stability = margin(w_inverse);
+    let by_tip = margin(w_inverse);
     let index = node_index;
     let finer = tip_response(rod);
     let level = u32(held(LEVEL));
@@ -117,6 +117,13 @@ fn answer(rod: Rod) {
                 return;
             }
             let noise = round_off();
+            //@if TIP_MOMENT
+            factor_symmetric();
+            //@end
+            let stability = node_margin(by_tip);
+            //@if TIP_MOMENT
+            factor(hat(rod.l_tip * 0.5));
+            //@end
             write_row(rod, error + noise, columns_error + noise * COLUMN_NOISE, stability, index);
             return;
         }
@@ -134,8 +141,8 @@ fn answer(rod: Rod) {
 // Newton's method, a step a turn; then what a row needs is looked at.
 fn balance(size: f32) {
     let count = held(NEWTON_STEPS) + 1.0;
-    let converged = size < NODE_NEWTON;
-    let moving = !converged && size < 1.0 && count < NODE_CORRECTIONS;
+    let converged = size < NODE_ENOUGH;
+    let moving = !converged && size < NODE_NEARBY && count < NODE_CORRECTIONS;
     hold(PASSES, held(PASSES) + 1.0);
     hold(NEWTON_STEPS, count);
     hold(IS_CONVERGED, select(0.0, 1.0, converged));

@@ -2,13 +2,14 @@
 
 // Numbers of a sample, and of each of its intervals.
 const HEAD_NUMBERS: u32 = 52u; //@spec
-const INTERVAL_NUMBERS: u32 = 165u; //@spec
+const INTERVAL_NUMBERS: u32 = 174u; //@spec
 
 // Of a sample: how far it is, its intervals, where it stands on its path.
 const STAGE: u32 = 0u;
 const INTERVALS: u32 = 1u;
 const LAMBDA: u32 = 2u;
 const LAMBDA_BEFORE: u32 = 3u;
+const LAMBDA_EARLIER: u32 = 12u;
 const LOAD_STEP: u32 = 4u;
 const GOAL: u32 = 5u;
 const LAST_LEAST: u32 = 6u;
@@ -38,31 +39,32 @@ const START: u32 = 3u;
 const SHARE: u32 = 4u;
 const BENT_LENGTH: u32 = 5u;
 const FORCE_THERE: u32 = 6u;
-// The node at its start: on trial, accepted last, accepted before.
+// The node at its start: on trial, accepted last, before that, and earlier.
 const NODE: u32 = 9u;
 const ACCEPTED: u32 = 18u;
 const BEFORE: u32 = 27u;
+const EARLIER: u32 = 36u;
 // How its end moves with its start, in the canonical pair (w, mu), displacement last. S1, N1
-const A_THERE: u32 = 36u;
-const B_THERE: u32 = 45u;
-const C_THERE: u32 = 54u;
-const D_THERE: u32 = 63u;
-const DP_W: u32 = 72u;
-const DP_MU: u32 = 81u;
-const DEFECT_W: u32 = 90u;
-const DEFECT_MU: u32 = 93u;
+const A_THERE: u32 = 45u;
+const B_THERE: u32 = 54u;
+const C_THERE: u32 = 63u;
+const D_THERE: u32 = 72u;
+const DP_W: u32 = 81u;
+const DP_MU: u32 = 90u;
+const DEFECT_W: u32 = 99u;
+const DEFECT_MU: u32 = 102u;
 // What elimination leaves at its start: mu = s w + g.
-const PIVOT_INVERSE: u32 = 96u;
-const PIVOT_S: u32 = 105u;
+const PIVOT_INVERSE: u32 = 105u;
+const PIVOT_S: u32 = 114u;
 // Change of the node, and g of three loads.
-const CHANGE_W: u32 = 114u;
-const CHANGE_MU: u32 = 117u;
-const G_MOMENT: u32 = 120u;
+const CHANGE_W: u32 = 123u;
+const CHANGE_MU: u32 = 126u;
+const G_MOMENT: u32 = 129u;
 // What three loads or parameters do over it while its start is held, and their g.
-const DRIVE_W: u32 = 129u;
-const DRIVE_MU: u32 = 138u;
-const DRIVE_DP: u32 = 147u;
-const G_DRIVE: u32 = 156u;
+const DRIVE_W: u32 = 138u;
+const DRIVE_MU: u32 = 147u;
+const DRIVE_DP: u32 = 156u;
+const G_DRIVE: u32 = 165u;
 
 const_assert BASE_ROTATION + 9u <= HEAD_NUMBERS;
 //@if RECIPROCITY

@@ -31,7 +31,7 @@ fn cut(rod: Rod, spacing: f32) -> bool {
     for (var index = 0u; index < SEGMENT_COUNT; index++) {
         if has(index, IS_FLEXIBLE) {
             let segment = load_flexible(index, false);
-            has_room = pieces(index, segment, n, length(rod.B), spacing) && has_room; // R1
+            has_room = pieces(index, segment, n, length(rod.B), spacing) && has_room;
             n = axpy(-segment.length, segment.w, n); // R1
             follows_rigid = false;
         } else {

@@ -14,7 +14,6 @@ const NODE_PASS_LIMIT: f32 = 0.0; //@spec
 const NODE_RETREAT: f32 = 0.0; //@spec
 const NODE_SMALLEST_FIRST_STEP: f32 = 0.0; //@spec
 const NODE_SMALLEST_STEP: f32 = 0.0; //@spec
-const NODE_TOLERANCE: f32 = 0.0; //@spec
 const NODE_TRUST: f32 = 0.0; //@spec
 
 // The size of a step that is no number.
@@ -31,6 +30,7 @@ const FAILED: u32 = 4u;
 fn start_path() {
     hold(LAMBDA, 0.0);
     hold(LAMBDA_BEFORE, 0.0);
+    hold(LAMBDA_EARLIER, 0.0);
     hold(LOAD_STEP, NODE_FIRST_STEP);
     hold(GOAL, NODE_FIRST_STEP);
     hold(LAST_LEAST, 1.0);
@@ -43,6 +43,7 @@ fn start_path() {
         let node = held_node(at + NODE);
         hold_node(at + ACCEPTED, node);
         hold_node(at + BEFORE, node);
+        hold_node(at + EARLIER, node);
     }
 }
 
@@ -52,9 +53,10 @@ fn follow_nodes(size: f32) -> u32 {
     let corrections = held(NEWTON_STEPS);
     // Newton's method leads to other branches from where the energy is not convex.
     let convex = node_index < 0.5;
-    let stable = convex && !leaps(least, held(LAST_LEAST));
+    let near = least < memory_settings.least_pivot;
+    let stable = convex && !near && !leaps(least, held(LAST_LEAST));
     let partial = goal < 1.0;
-    let converged = size < narrowed(least) * NODE_TOLERANCE;
+    let converged = size < narrowed(least) * memory_settings.path_tolerance;
     let contracting = size < held(LAST_SIZE) * NODE_CONTRACTION && corrections < CORRECTIONS;
     let accept = converged && stable;
     let go_on = !converged && contracting && convex;
@@ -62,15 +64,12 @@ fn follow_nodes(size: f32) -> u32 {
     if accept {
         hold(LAST_LEAST, least);
         hold(WEAKEST, min(held(WEAKEST), least));
-        for (var i = 0u; i < interval_count; i++) {
-            let at = interval_at(i);
-            hold_node(at + BEFORE, held_node(at + ACCEPTED));
-            hold_node(at + ACCEPTED, held_node(at + NODE));
-        }
+        keep();
     }
     let unstable = rejected && converged;
     let used = goal - held(LAMBDA);
     if accept {
+        hold(LAMBDA_EARLIER, held(LAMBDA_BEFORE));
         hold(LAMBDA_BEFORE, held(LAMBDA));
         hold(LAMBDA, goal);
     }
@@ -79,7 +78,10 @@ fn follow_nodes(size: f32) -> u32 {
     let ratio = clamp(sqrt(narrowed(held(LAST_LEAST)) * NODE_AIM * NODE_TRUST / max(held(FIRST_SIZE), 1e-6)), NODE_LEAST_RATIO, NODE_MOST_RATIO);
     var step = held(LOAD_STEP);
     if accept { step = used * ratio; }
-    if rejected { step = used * NODE_RETREAT; }
+    // From rest the first correction is as the load.
+    let is_first = corrections < 0.5 && lambda < NODE_SMALLEST_FIRST_STEP;
+    let back = select(NODE_RETREAT, min(NODE_RETREAT, NODE_AIM * NODE_TRUST / size), is_first);
+    if rejected { step = used * back; }
     hold(LOAD_STEP, step);
     let smallest = max(lambda * NODE_SMALLEST_STEP, NODE_SMALLEST_FIRST_STEP);
     let failed = rejected && step < smallest;
@@ -87,7 +89,7 @@ fn follow_nodes(size: f32) -> u32 {
     if !go_on && !reached {
         let next = min(lambda + step, 1.0);
         hold(GOAL, next);
-        predict(lambda, held(LAMBDA_BEFORE), next);
+        predict(next);
     }
     hold(LAST_SIZE, select(narrowed(held(LAST_LEAST)) * (NODE_TRUST / NODE_CONTRACTION), size, go_on));
     hold(NEWTON_STEPS, select(0.0, corrections + 1.0, go_on));
@@ -110,16 +112,35 @@ fn leaps(pivot: f32, last: f32) -> bool {
     return near && (pivot * WIDENING < last || last * WIDENING < pivot);
 }
 
-// Puts the nodes where the last two equilibria point to.
-fn predict(lambda: f32, lambda_before: f32, goal: f32) {
-    let secant = lambda - lambda_before;
-    let ahead = select(0.0, (goal - lambda) / secant, secant > 0.0);
+// Puts the nodes where the last equilibria point to: three, or two where two are one.
+fn predict(goal: f32) {
+    let last = along(held(LAMBDA));
+    let before = along(held(LAMBDA_BEFORE));
+    let earlier = select(before, along(held(LAMBDA_EARLIER)), memory_settings.least_pivot > 0.0);
+    let ahead = along(goal) - last;
+    let secant = last - before;
+    let secant_before = before - earlier;
+    // Newton's form of the parabola: the last secant, and the change from the one before it.
+    let bend = select(0.0, over(ahead * (ahead + secant), secant + secant_before), secant_before > 0.0);
+    let by_last = over(ahead, secant) + over(bend, secant);
+    let by_before = over(bend, secant_before);
     for (var i = 0u; i < interval_count; i++) {
         let at = interval_at(i);
         let accepted = held_node(at + ACCEPTED);
-        let before = held_node(at + BEFORE);
-        let w = turn(before, accepted) * ahead;
-        let m = axpy(ahead, accepted.m - before.m, accepted.m);
+        let second = held_node(at + BEFORE);
+        let third = held_node(at + EARLIER);
+        let w = turn(second, accepted) * by_last - turn(third, second) * by_before;
+        let m = axpy(-by_before, second.m - third.m, axpy(by_last, accepted.m - second.m, accepted.m));
         hold_node(at + NODE, Node(rotate(w, accepted.d1), rotate(w, accepted.t), m));
     }
+}
+
+// What a path goes along: the load, quickly its square root.
+fn along(lambda: f32) -> f32 {
+    return select(lambda, sqrt(lambda), memory_settings.least_pivot > 0.0);
+}
+
+// A share of a load step; none of one that has not been.
+fn over(span: f32, step: f32) -> f32 {
+    return select(0.0, span / step, step > 0.0);
 }

@@ -107,8 +107,7 @@ fn start_node_columns(node: Node, force: mat3x3<f32>) {
 fn newton_step(rod: Rod, lambda: f32) -> f32 {
     let l_tip = rod.l_tip * lambda;
     //@if TIP_MOMENT
-    // Stability is that of the symmetric part.
-    factor(mat3x3<f32>()); // N5
+    factor_symmetric();
     let index_there = node_index;
     let least_there = least;
     //@end
@@ -119,6 +118,11 @@ fn newton_step(rod: Rod, lambda: f32) -> f32 {
     //@end
     solve_changes(l_tip - rod_tip.m);
     return step_size();
+}
+
+// Stability is that of the symmetric part.
+fn factor_symmetric() {
+    factor(mat3x3<f32>()); // N5
 }
 
 fn step_size() -> f32 {
@@ -147,6 +151,22 @@ fn take_step() {
         let w = held_vector(at + CHANGE_W);
         let m = node.m + cross_add(w, node.m * 0.5, held_vector(at + CHANGE_MU));
         hold_node(at + NODE, new_node(rotate(w, node.d1), rotate(w, node.t), m));
+    }
+}
+
+// The node at the end of an interval; beyond the last it is the tip.
+fn end_of(i: u32) -> Node {
+    if i + 1u < interval_count { return held_node(interval_at(i + 1u) + NODE); }
+    return Node(rod_tip.d1, rod_tip.t, rod_tip.m);
+}
+
+// Accepts the nodes on trial.
+fn keep() {
+    for (var i = 0u; i < interval_count; i++) {
+        let at = interval_at(i);
+        hold_node(at + EARLIER, held_node(at + BEFORE));
+        hold_node(at + BEFORE, held_node(at + ACCEPTED));
+        hold_node(at + ACCEPTED, held_node(at + NODE));
     }
 }
 

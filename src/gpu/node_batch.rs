@@ -10,7 +10,7 @@ use super::pipelines::TurnPipeline;
 use super::shader::{KERNELS, Kernel, Settings, most_intervals, most_turns, node_bytes};
 use super::turns::{ALIGNMENT, Turns, most_samples, run};
 use crate::backend::{BackendError, Precision};
-use crate::model::path::NODE_SPACINGS;
+use crate::model::path::{NODE_PACES, NodePace};
 use crate::model::{Batch, Quantity, Solutions, Status};
 use std::time::Instant;
 
@@ -43,15 +43,16 @@ pub(super) fn solve_grown(
     let mut folds = vec![true; grown.len()];
     let mut left: Vec<usize> = (0..grown.len()).collect();
     let mut most = usize::MAX;
-    for spacing in NODE_SPACINGS {
-        let bounds: Vec<usize> = left.iter().map(|at| grown[*at].interval_bound(&dispatcher.plan, spacing)).collect();
+    for pace in NODE_PACES {
+        let bound = |at: &usize| grown[*at].interval_bound(&dispatcher.plan, pace.spacing);
+        let bounds: Vec<usize> = left.iter().map(bound).collect();
         let (mut unsolved, mut first) = (Vec::new(), 0);
         while first < left.len() {
             let group = &left[first..first + group_size(dispatcher, &bounds[first..], most)];
             let samples: Vec<usize> = group.iter().map(|at| grown[*at].sample).collect();
             let found = match group.len() {
                 0 => None,
-                count => solve_group(dispatcher, &gathered(batch, &samples), bounds[first + count - 1], spacing)?,
+                count => solve_group(dispatcher, &gathered(batch, &samples), bounds[first + count - 1], pace)?,
             };
             let Some(found) = found else {
                 if group.len() > ALIGNMENT {
@@ -64,7 +65,7 @@ pub(super) fn solve_grown(
                 break;
             };
             for (from, at) in group.iter().enumerate() {
-                folds[*at] &= found.status(from) == Status::Fold;
+                folds[*at] &= pace.is_quick() || found.status(from) == Status::Fold;
                 if found.status(from) == Status::Ramped {
                     take(dispatcher.plan.scene.total_length(), solutions, grown[*at].sample, &found, from);
                 } else {
@@ -129,14 +130,20 @@ fn solve_group(
     dispatcher: &mut Dispatcher,
     batch: &Batch,
     intervals: usize,
-    spacing: f64,
+    pace: NodePace,
 ) -> Result<Option<Solutions>, BackendError> {
     let Some(pipeline) = dispatcher.nodes.take() else { return Ok(None) };
     let start = Instant::now();
     let turns = Turns {
         pipeline: &pipeline,
         settings: Settings::default(),
-        memory_settings: [(spacing as f32).to_bits(), intervals as u32],
+        memory_settings: [
+            intervals as u32,
+            (pace.spacing as f32).to_bits(),
+            pace.steps as u32,
+            (pace.tolerance as f32).to_bits(),
+            (pace.least_pivot as f32).to_bits(),
+        ],
         sample_bytes: node_bytes(&dispatcher.plan, intervals),
         most: most_turns(&dispatcher.plan),
     };

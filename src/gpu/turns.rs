@@ -27,7 +27,7 @@ pub(super) struct Turns<'a> {
     /// But for mark and number of samples.
     pub settings: Settings<f64>,
     /// `MemorySettings` in `shaders/memory.wgsl` but for the stride.
-    pub memory_settings: [u32; 2],
+    pub memory_settings: [u32; 5],
     /// Memory of a sample.
     pub sample_bytes: u64,
     /// Turns that a sample takes at most.
@@ -57,12 +57,12 @@ pub(super) fn run(dispatcher: &mut Dispatcher, turns: &Turns, batch: &Batch) -> 
         Ok::<_, BackendError>(buffer)
     };
     let settings = Settings { mark, sample_count: count as u32, ..turns.settings };
-    let [spacing, most_intervals] = turns.memory_settings;
-    let memory_settings = [spacing, most_intervals, stride as u32];
+    let mut memory_settings = vec![stride as u32];
+    memory_settings.extend(turns.memory_settings);
     let inputs = pack(&batch.inputs, 0..block_count, &dispatcher.input_units, precision);
     let settings = filled("settings", Usage::UNIFORM, &settings.bytes(precision))?;
     let inputs = filled("inputs", Usage::STORAGE, &inputs)?;
-    let memory_settings = filled("memory settings", Usage::UNIFORM, bytemuck::bytes_of(&memory_settings))?;
+    let memory_settings = filled("memory settings", Usage::UNIFORM, bytemuck::cast_slice(&memory_settings))?;
     let output_bytes = dispatcher.output_bytes(block_count);
     let outputs = device.buffer("outputs", output_bytes, Usage::STORAGE | Usage::COPY_SRC)?;
     let bytes = stride as u64 * turns.sample_bytes;

@@ -24,7 +24,7 @@ pub(super) fn solve_varying(dispatcher: &mut Dispatcher, batch: &Batch) -> Resul
             derivative_floor: options.derivative_scale.floor,
             ..Settings::default()
         },
-        memory_settings: [0; 2],
+        memory_settings: [0; 5],
         sample_bytes: varying_bytes(&dispatcher.plan),
         most: most_varying_turns(&dispatcher.plan),
     };

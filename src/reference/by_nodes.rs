@@ -2,6 +2,7 @@
 
 use super::answer::{Equilibrium, SI, SlotDerivative, Stability, TOLERANCE, TotalChange, status};
 use super::chain::{Chain, Variation, rows};
+use super::compliance::node_margin;
 use super::extrapolation::Extrapolation;
 use super::multiple::{Passages, size};
 use super::node_ramp::{NodePath, from_rest};
@@ -65,7 +66,7 @@ pub(super) fn solve(rod: &Rod, units: &Units, full: &Chain, slots: &[Slot]) -> E
         residual: passages.residual.norm() * units.moment(),
         error_estimate: passages.tip_error(ROUND_OFF) + found.tip_shift,
         index,
-        margin: stability::margin(Some(passages.inverse()), index),
+        margin: node_margin(&chain, &nodes, &mut integrator, passages.inverse(), index),
         status,
         load_fraction: path.lambda,
         iterations: path.passes + found.steps,
@@ -160,7 +161,7 @@ pub(super) fn stability_from_rest(chain: &Chain, units: &Units, m0_body: Vector3
     let mut integrator = Extrapolation::new(TOLERANCE);
     let found = polished_from_rest(chain, m0_body, &mut integrator)?;
     let index = stability::index(chain, &found.nodes, &mut integrator)?;
-    let margin = stability::margin(Some(found.passages.inverse()), index);
+    let margin = node_margin(chain, &found.nodes, &mut integrator, found.passages.inverse(), index);
     Some(Stability { index, margin, residual: found.passages.residual.norm() * units.moment() })
 }
 

@@ -23,6 +23,7 @@ mod band;
 mod by_base;
 mod by_nodes;
 mod chain;
+mod compliance;
 mod energy;
 mod equilibrium;
 mod extrapolation;

@@ -19,12 +19,14 @@ const SAFETY: f64 = 0.7;
 const MOST_INTERVALS: usize = 50_000;
 
 /// Second variation over one interval, by the rotations of its proximal (0) and distal (1) end.
-struct Interval {
-    h00: Matrix3<f64>,
-    h01: Matrix3<f64>,
-    h11: Matrix3<f64>,
+pub(super) struct Interval {
+    pub h00: Matrix3<f64>,
+    pub h01: Matrix3<f64>,
+    pub h11: Matrix3<f64>,
     /// Of the rigid segments that follow.
-    h_rigid: Matrix3<f64>,
+    pub h_rigid: Matrix3<f64>,
+    /// What a moment would turn without loads: the integral of R K^-1 R^T.
+    pub give: Matrix3<f64>,
 }
 
 /// sqrt(3) / |W^-1| of W = dr/dm0, negative when unstable.
@@ -39,7 +41,7 @@ pub(super) fn margin(inverse: Option<Matrix3<f64>>, index: usize) -> f64 {
 pub(super) fn index(chain: &Chain, nodes: &[Node], integrator: &mut Extrapolation) -> Option<usize> {
     let mut index = 0;
     let mut beyond = Matrix3::zeros();
-    for interval in intervals(chain, nodes, integrator)?.iter().rev() {
+    for interval in intervals(chain, nodes, integrator, 0)?.iter().rev() {
         let pivot = interval.h11 + interval.h_rigid + beyond;
         index += negative_eigenvalues(pivot)?;
         beyond = interval.h00 - interval.h01 * pivot.try_inverse()? * interval.h01.transpose();
@@ -57,7 +59,13 @@ fn negative_eigenvalues(matrix: Matrix3<f64>) -> Option<usize> {
     Some(eigen.eigenvalues.iter().filter(|value| **value < 0.0).count())
 }
 
-fn intervals(chain: &Chain, nodes: &[Node], integrator: &mut Extrapolation) -> Option<Vec<Interval>> {
+/// The intervals of a rod; what they would give without loads, by so many panels, or not at all.
+pub(super) fn intervals(
+    chain: &Chain,
+    nodes: &[Node],
+    integrator: &mut Extrapolation,
+    panels: usize,
+) -> Option<Vec<Interval>> {
     let mut intervals: Vec<Interval> = Vec::new();
     let flexible = all_flexible(chain, &vec![chain.no_variation(); 6]);
     for (node, end) in nodes.iter().zip(ends(chain, nodes)) {
@@ -78,7 +86,7 @@ fn intervals(chain: &Chain, nodes: &[Node], integrator: &mut Extrapolation) -> O
                 // Equal pieces rather than long ones and a tiny one.
                 let pieces = ((section.end - s) / longest).ceil();
                 let end = if pieces > 1.0 { s + (section.end - s) / pieces } else { section.end };
-                intervals.push(interval(&flexible[j], s, end, &mut state, integrator)?);
+                intervals.push(interval(&flexible[j], s, end, &mut state, integrator, panels)?);
                 if intervals.len() > MOST_INTERVALS {
                     return None;
                 }
@@ -104,6 +112,7 @@ fn interval(
     end: f64,
     state: &mut State,
     integrator: &mut Extrapolation,
+    panels: usize,
 ) -> Option<Interval> {
     // The conjugate of w is q = dm - (w x m) / 2 = (w x m) / 2 + R dm_body.
     let m = state.R * state.m_body;
@@ -118,7 +127,22 @@ fn interval(
     let moment = flexible.K(start).min() / (end - start);
     let by_moment = (0..3).map(|k| column(zero, moment * unit(k)));
     state.columns = (0..3).map(|k| column(unit(k), zero)).chain(by_moment).collect();
-    flexible.advance(integrator, start, end, state).ok()?;
+    let give =
+        |s: f64, state: &State| state.R * Matrix3::from_diagonal(&flexible.K(s).map(|K| 1.0 / K)) * state.R.transpose();
+    // Simpson's rule.
+    let half = 0.5 * (end - start) / panels.max(1) as f64;
+    let mut total = Matrix3::zeros();
+    if panels == 0 {
+        flexible.advance(integrator, start, end, state).ok()?;
+    }
+    for panel in 0..panels {
+        let at = |k: usize| if panel + 1 == panels && k == 2 { end } else { start + (2 * panel + k) as f64 * half };
+        total += give(at(0), state);
+        flexible.advance(integrator, at(0), at(1), state).ok()?;
+        total += 4.0 * give(at(1), state);
+        flexible.advance(integrator, at(1), at(2), state).ok()?;
+        total += give(at(2), state);
+    }
     let columns = std::mem::take(&mut state.columns);
     let m = state.R * state.m_body;
     let q = |column: &Column| 0.5 * column.w.cross(&m) + state.R * column.dm_body;
@@ -132,6 +156,7 @@ fn interval(
         h01: -b_inverse,
         h11: symmetric(d * b_inverse),
         h_rigid: Matrix3::zeros(),
+        give: total * (half / 3.0),
     })
 }
 

@@ -68,7 +68,7 @@ fn golden_scenes_in_f32() {
 fn nodes_alone_find_the_golden_scenes() {
     let tolerance = Tolerance { pose: 1e-11, moment: 1e-11, jacobian: 1e-9, small_column: SMALL_COLUMN };
     let make = |plan: &Plan| Box::new(Lanes::new(plan, Precision::F64).expect("supported").by_nodes()) as Box<_>;
-    assert_eq!(check_golden(&golden::dev(), PlanOptions::default(), make, tolerance).len(), 60);
+    assert_eq!(check_golden(&golden::dev(), options(Sensitivity::Auto), make, tolerance).len(), 60);
 }
 
 /// A rod's mesh, path and answer depend on that rod alone, whatever stands beside it in the register.

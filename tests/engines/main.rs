@@ -26,6 +26,7 @@ mod jacobian;
 mod limp;
 mod limp_forms;
 mod limp_lanes;
+mod limp_margins;
 mod operations;
 mod physics;
 mod reliability;

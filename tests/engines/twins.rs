@@ -4,7 +4,7 @@ use crate::common::root;
 use std::collections::BTreeMap;
 use std::fs;
 
-const STEMS: [&str; 34] = [
+const STEMS: [&str; 35] = [
     "algebra",
     "rod",
     "section",
@@ -24,6 +24,7 @@ const STEMS: [&str; 34] = [
     "nodes/interval",
     "nodes/drives",
     "nodes/elimination",
+    "nodes/margin",
     "nodes/state",
     "nodes/responses",
     "nodes/path",
@@ -73,11 +74,13 @@ const EXCEPTIONS: Exceptions = Exceptions {
         ("solve", &["code"], "masks of lanes"),
         ("nodes/mesh", &["is_there", "numbers", "lanes"], "lanes share the number of pieces; invocations do not"),
         ("nodes/mesh", &["new"], "the workspace"),
+        ("nodes/mesh", &["lay"], "pieces are kept in Rust, so that other lanes may take them over"),
         ("nodes/interval", &["select"], "masks of lanes"),
         ("nodes/elimination", &["new"], "the workspace"),
         ("nodes/state", &["new", "resolve"], "the workspace; the shader hands its steps on"),
         ("nodes/state", &["rest"], "a pass of the shader that is for that: the code of a pass is there once"),
         ("nodes/state", &["cut_sources"], "the shader cuts a source where it loads it"),
+        ("nodes/responses", &["row", "rows"], "the shader collects the traces of responses themselves"),
         ("nodes/responses", &["add"], "the shader adds to the rows interval by interval"),
         ("nodes/answer", &["merge"], "masks of lanes"),
         ("varying/space", &["new", "without_maps", "inside"], "maps are for the CPU"),

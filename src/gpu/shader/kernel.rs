@@ -75,6 +75,7 @@ const NODES: &[Part] = &[
     shader!("nodes/interval"),
     shader!("nodes/drives"),
     shader!("nodes/elimination"),
+    shader!("nodes/margin"),
     shader!("nodes/state"),
     shader!("nodes/responses"),
     shader!("nodes/path"),

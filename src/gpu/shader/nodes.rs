@@ -9,9 +9,9 @@ use crate::model::{Plan, path};
 /// Numbers of a sample, and of each of its intervals: without derivatives, by forward columns, by reciprocity.
 /// `shaders/nodes/memory.wgsl` says which they are.
 const HEAD_NUMBERS: usize = 52;
-const BARE_INTERVAL_NUMBERS: usize = 129;
-const FORWARD_INTERVAL_NUMBERS: usize = 156;
-const RECIPROCAL_INTERVAL_NUMBERS: usize = 165;
+const BARE_INTERVAL_NUMBERS: usize = 138;
+const FORWARD_INTERVAL_NUMBERS: usize = 165;
+const RECIPROCAL_INTERVAL_NUMBERS: usize = 174;
 
 /// Steps between two nodes for the answer: as many as it takes. In f32 a method of fourth order needs no more.
 const STEPS: [usize; 3] = [2, 4, 8];
@@ -60,27 +60,28 @@ pub(super) fn add_nodes(s: &mut Specialisation, plan: &Plan, is_by_nodes: bool) 
     s.constant("INTERVAL_NUMBERS", Value::U32(interval_numbers(plan) as u32));
     s.constant("NODE_LEVELS", Value::U32(STEPS.len() as u32));
     s.constant("NODE_STEPS", Value::u32_array(STEPS));
-    s.constant("NODE_PATH_STEPS", Value::U32(path::NODE_PATH_STEPS as u32));
     let epsilon = s.precision.epsilon();
+    let good = path::newton_tolerance(plan.options.tolerance, epsilon).max(path::NODE_GOOD).max(100.0 * epsilon);
     for (name, value) in [
         ("NODE_AIM", path::NODE_AIM),
-        ("NODE_COLUMNS_GOOD", path::NODE_COLUMNS_GOOD.max(100.0 * epsilon)),
+        ("NODE_COLUMNS_GOOD", good),
         ("NODE_CONTRACTION", path::NODE_CONTRACTION),
         ("NODE_CORRECTIONS", path::NODE_CORRECTIONS as f64),
         ("NODE_FIRST_STEP", path::NODE_FIRST_STEP),
         ("NODE_FOLD_PIVOT", path::NODE_FOLD_PIVOT),
-        ("NODE_GOOD", path::NODE_GOOD.max(100.0 * epsilon)),
+        ("NODE_ENOUGH", 64.0 * epsilon),
+        ("NODE_GOOD", good),
         ("NODE_LEAST_RATIO", path::NODE_LEAST_RATIO),
         ("NODE_MOST_RATIO", path::NODE_MOST_RATIO),
         ("NODE_NEAR_PIVOT", path::NODE_NEAR_PIVOT),
-        ("NODE_NEWTON", path::NODE_NEWTON.max(64.0 * epsilon)),
+        ("NODE_NEARBY", path::NODE_NEARBY),
         ("NODE_PASS_LIMIT", path::NODE_PASS_LIMIT),
         ("NODE_RETREAT", path::NODE_RETREAT),
         ("NODE_ROUND_OFF", path::NODE_ROUND_OFF),
         ("NODE_SMALLEST_FIRST_STEP", path::NODE_SMALLEST_FIRST_STEP),
         ("NODE_SMALLEST_STEP", path::NODE_SMALLEST_STEP),
-        ("NODE_TOLERANCE", path::NODE_TOLERANCE),
         ("NODE_TRUST", path::NODE_TRUST),
+        ("NODE_USUAL", path::NODE_USUAL),
     ] {
         s.constant(name, Value::Float(value));
     }

@@ -2,7 +2,7 @@
 
 use super::block::{Job, WIDEST, Way};
 use super::{BlockScalar, Lanes};
-use crate::model::path::growth_limit;
+use crate::model::path::{growth_limit, limp_growth};
 use crate::model::record::BASE_POSITION_AT;
 use crate::model::{BLOCK, Batch, Entry, Quantity, Solutions, Status};
 use rayon::prelude::*;
@@ -53,14 +53,18 @@ impl Lanes {
             }
         };
         let ways = match way {
-            Way::Anchors => &[Way::Rest, Way::Care, Way::Nodes][..],
+            Way::Anchors => &[Way::Rest, Way::Limp, Way::Care, Way::Nodes][..],
             Way::Varying => &[Way::VaryingCare],
             Way::VaryingCare => &[],
-            _ => &[Way::Care, Way::Nodes],
+            Way::Nodes => &[],
+            _ => &[Way::Limp, Way::Care, Way::Nodes],
         };
         for way in ways {
-            if *way == Way::Nodes {
-                left.retain(|sample| self.may_be_grown(batch, solutions, *sample));
+            let mut others = Vec::new();
+            match way {
+                Way::Limp => (left, others) = left.into_iter().partition(|sample| self.is_limp(batch, *sample)),
+                Way::Nodes => left.retain(|sample| self.may_be_grown(batch, solutions, *sample)),
+                _ => {}
             }
             let again = |scratch: &mut Scratch<S>, samples: &[usize]| {
                 let mut out = vec![0.0; block_len];
@@ -85,8 +89,13 @@ impl Lanes {
                     taken.iter().for_each(|(at, sample)| solutions.values.set(**sample, column, values[*at]));
                 }
             }
-            left = solved.into_iter().flat_map(|(_, left)| left).collect();
+            left = solved.into_iter().flat_map(|(_, left)| left).chain(others).collect();
         }
+    }
+
+    /// Whether errors of a single pass grow beyond all digits.
+    fn is_limp(&self, batch: &Batch, sample: usize) -> bool {
+        self.plan.sample_rod(batch, sample).growth() > limp_growth(self.precision.epsilon())
     }
 
     /// Whether a sample that a single pass does not solve, or whose columns it does not tell, may be one of much growth.

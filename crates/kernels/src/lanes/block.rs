@@ -2,7 +2,7 @@
 //! that arrived; or both with care.
 
 use super::algebra::length;
-use super::group::{Answer, ByNodes, Follow, Load, Tools, store_end};
+use super::group::{Answer, ByNodes, Follow, FollowNodes, Load, Tools, store_end};
 use super::kernels::Kernels;
 use super::lane::{Lane, Scalar};
 use super::memory::{CoarseScalar, Memory, pack, unpack};
@@ -26,7 +26,9 @@ pub enum Way {
     Rest,
     /// The same with care.
     Care,
-    /// From rest, by nodes all along the rod.
+    /// From rest, by nodes all along the rod: where errors grow so much that a single pass would tell nothing.
+    Limp,
+    /// The same: where no single pass has told enough.
     Nodes,
     /// From rest, in a field that varies in space.
     Varying,
@@ -75,7 +77,7 @@ fn solve_job<L: Kernels>(token: L::Token, job: Job<'_, L::Scalar>) {
     let solved = order.len();
     let mut block = Block::<L> { program, token, inputs, memory: &mut kept };
     let (mut path, mut ready) = (Path::Search, solved);
-    if program.start.is_none() && !matches!(way, Way::Nodes | Way::Varying | Way::VaryingCare) {
+    if program.start.is_none() && !matches!(way, Way::Limp | Way::Nodes | Way::Varying | Way::VaryingCare) {
         (path, ready) = match (way, &program.anchors) {
             (Way::Anchors, Some((grid, column))) => (Path::Anchored, block.predict(grid, *column, order)),
             (Way::Care, _) => {
@@ -95,7 +97,13 @@ fn solve_job<L: Kernels>(token: L::Token, job: Job<'_, L::Scalar>) {
         let samples = &order[offset..ready.min(offset + L::COUNT)];
         let out = Outputs { data: &mut *values, stride: BLOCK, offset };
         match way {
-            Way::Nodes => block.solve_by_nodes(samples, out),
+            Way::Limp | Way::Nodes => {
+                let from = offset % L::Coarse::COUNT;
+                if from == 0 {
+                    block.follow_nodes(&order[offset..ready.min(offset + L::Coarse::COUNT)]);
+                }
+                block.solve_by_nodes(samples, from, out);
+            }
             Way::Varying | Way::VaryingCare => block.solve_in_varying(samples, way == Way::VaryingCare, out),
             _ => block.solve(samples, path, out),
         }
@@ -112,6 +120,7 @@ fn solve_job<L: Kernels>(token: L::Token, job: Job<'_, L::Scalar>) {
 /// Whether a sample of this status is left to the next way: one that is pending, and after care one without success.
 fn is_for_next<S: Scalar>(way: Way, status: S) -> bool {
     let settled = match way {
+        Way::Limp => return status.to_f64() != f64::from(Status::Ramped.code()),
         Way::Anchors | Way::Rest | Way::Varying => Status::Pending,
         Way::Care => Status::Fold,
         Way::Nodes | Way::VaryingCare => return false,
@@ -223,12 +232,21 @@ impl<L: Kernels> Block<'_, L> {
         L::answer(Answer { program: self.program, token: self.token, path, tools, out });
     }
 
-    /// The same by nodes.
+    /// Leads as many samples as a coarse register holds to their loads by nodes, quickly.
     #[inline(always)]
-    fn solve_by_nodes(&mut self, samples: &[usize], out: Outputs<'_, L::Scalar>) {
-        let Memory { answers: tools, nodes, .. } = &mut *self.memory;
+    fn follow_nodes(&mut self, samples: &[usize]) {
+        let Memory { paths: tools, quick: nodes, quick_end: end, .. } = &mut *self.memory;
+        pack(self.inputs, samples, L::Coarse::COUNT, &mut tools.inputs);
+        L::Coarse::follow_nodes(FollowNodes { program: self.program, token: self.token, nodes, end, tools });
+    }
+
+    /// Solves samples by nodes, some of those that were led so, from the one at `offset` on.
+    #[inline(always)]
+    fn solve_by_nodes(&mut self, samples: &[usize], offset: usize, out: Outputs<'_, L::Scalar>) {
+        let Memory { answers: tools, nodes, quick, quick_end, .. } = &mut *self.memory;
+        let (program, token) = (self.program, self.token);
         pack(self.inputs, samples, L::COUNT, &mut tools.inputs);
-        L::by_nodes(ByNodes { program: self.program, token: self.token, nodes, tools, out });
+        L::by_nodes(ByNodes { program, token, nodes, quick, quick_end, offset, tools, out });
     }
 
     /// The same in a field that varies in space.

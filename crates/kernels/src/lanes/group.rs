@@ -3,7 +3,7 @@
 use super::algebra::{Mat3, Vec3};
 use super::kernels::Kernels;
 use super::lane::Lane;
-use super::nodes::{Nodes, solve_nodes};
+use super::nodes::{Nodes, QuickEnd, follow_quickly, solve_nodes};
 use super::path::{Path, PathEnd, follow_path};
 use super::problem::{Problem, Workspace};
 use super::program::{Inputs, Outputs, Program};
@@ -126,15 +126,19 @@ impl<L: Kernels> WithSimd for Answer<'_, L> {
 }
 
 /// The arguments of [`solve_nodes`].
-pub struct ByNodes<'a, L: Lane> {
+pub struct ByNodes<'a, L: Kernels> {
     pub program: &'a Program,
     pub token: L::Token,
     pub nodes: &'a mut Nodes<L>,
+    /// The ends of their quick paths, in the lanes from `offset` on.
+    pub quick: &'a Nodes<L::Coarse>,
+    pub quick_end: &'a QuickEnd,
+    pub offset: usize,
     pub tools: &'a mut Tools<L>,
     pub out: Outputs<'a, L::Scalar>,
 }
 
-impl<L: Lane> ByNodes<'_, L> {
+impl<L: Kernels> ByNodes<'_, L> {
     pub fn token(&self) -> L::Token {
         self.token
     }
@@ -145,11 +149,41 @@ impl<L: Kernels> WithSimd for ByNodes<'_, L> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let ByNodes { program, token, nodes, tools, mut out } = self;
+        let ByNodes { program, token, nodes, quick, quick_end, offset, tools, mut out } = self;
         let Tools { rod, workspace, inputs, .. } = tools;
         let inputs = Inputs { data: inputs, stride: L::COUNT, offset: 0 };
         L::load_rods(Load { program, token, inputs, rod });
-        solve_nodes(&Problem { program, inputs, rod }, nodes, workspace, &mut out);
+        let problem = Problem { program, inputs, rod };
+        let arrived = nodes.take_over(&problem, quick, quick_end, offset);
+        solve_nodes(&problem, nodes, arrived, workspace, &mut out);
+    }
+}
+
+/// The arguments of [`follow_quickly`].
+pub struct FollowNodes<'a, L: Lane> {
+    pub program: &'a Program,
+    pub token: L::Token,
+    pub nodes: &'a mut Nodes<L>,
+    pub end: &'a mut QuickEnd,
+    pub tools: &'a mut Tools<L>,
+}
+
+impl<L: Lane> FollowNodes<'_, L> {
+    pub fn token(&self) -> L::Token {
+        self.token
+    }
+}
+
+impl<L: Kernels> WithSimd for FollowNodes<'_, L> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let FollowNodes { program, token, nodes, end, tools } = self;
+        let Tools { rod, workspace, inputs, .. } = tools;
+        let inputs = Inputs { data: inputs, stride: L::COUNT, offset: 0 };
+        L::load_rods(Load { program, token, inputs, rod });
+        follow_quickly(&Problem { program, inputs, rod }, nodes, workspace, end);
     }
 }
 

@@ -4,7 +4,7 @@
 
 use super::block::Job;
 use super::counted::Counted;
-use super::group::{Answer, ByNodes, Follow, Load};
+use super::group::{Answer, ByNodes, Follow, FollowNodes, Load};
 use super::lane::{F32, F64, Lane};
 use super::path::PathEnd;
 use super::shoot::Pass;
@@ -28,6 +28,7 @@ pub trait Kernels: Passes {
     fn load_rods(load: Load<'_, Self>);
     fn follow(follow: Follow<'_, Self>) -> PathEnd<Self>;
     fn answer(answer: Answer<'_, Self>);
+    fn follow_nodes(follow: FollowNodes<'_, Self>);
     fn by_nodes(by_nodes: ByNodes<'_, Self>);
     fn follow_varying(follow: FollowVarying<'_, Self>);
     fn in_varying(in_varying: InVarying<'_, Self>);
@@ -110,6 +111,7 @@ macro_rules! kernels {
             kernel!(load_rods, Load, ());
             kernel!(follow, Follow, PathEnd<L>);
             kernel!(answer, Answer, ());
+            kernel!(follow_nodes, FollowNodes, ());
             kernel!(by_nodes, ByNodes, ());
             kernel!(follow_varying, FollowVarying, ());
             kernel!(in_varying, InVarying, ());
@@ -146,6 +148,9 @@ macro_rules! kernels {
             }
             fn answer(answer: Answer<'_, Self>) {
                 $module::answer::run(answer)
+            }
+            fn follow_nodes(follow: FollowNodes<'_, Self>) {
+                $module::follow_nodes::run(follow)
             }
             fn by_nodes(by_nodes: ByNodes<'_, Self>) {
                 $module::by_nodes::run(by_nodes)

@@ -3,7 +3,7 @@
 use super::group::{Tools, end_columns};
 use super::kernels::Kernels;
 use super::lane::{Lane, Scalar};
-use super::nodes::Nodes;
+use super::nodes::{Nodes, QuickEnd};
 use super::program::Program;
 use super::varying::{REST_COLUMNS, VaryingWorkspace};
 use crate::model::BLOCK;
@@ -15,6 +15,8 @@ pub struct Memory<L: Kernels> {
     pub paths: Tools<L::Coarse>,
     pub answers: Tools<L>,
     pub nodes: Nodes<L>,
+    pub quick: Nodes<L::Coarse>,
+    pub quick_end: QuickEnd,
     pub varying: VaryingWorkspace<L>,
     pub varying_paths: VaryingWorkspace<L::Coarse>,
     /// Inputs of the block, how its samples set out from rest (dm0/dlambda, where the field varies d(n0, m0)/dlambda) and the ends
@@ -31,6 +33,8 @@ impl<L: Kernels> Memory<L> {
             paths: Tools::new(token, program, inputs / BLOCK),
             answers: Tools::new(token, program, inputs / BLOCK),
             nodes: Nodes::new(token, program),
+            quick: Nodes::new(token, program),
+            quick_end: QuickEnd::new(),
             varying: VaryingWorkspace::new(token, program),
             varying_paths: VaryingWorkspace::new(token, program),
             inputs: vec![zero; inputs],

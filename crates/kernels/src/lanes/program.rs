@@ -175,6 +175,11 @@ impl Program {
         }
     }
 
+    /// Whether rows by reciprocity take integrals along the rod.
+    pub fn collects(&self) -> bool {
+        self.collect.iter().any(|collect| collect.any())
+    }
+
     /// Threes of forward columns.
     pub fn forward_threes(&self) -> usize {
         if self.forward { self.derivatives.len().div_ceil(3) } else { 0 }

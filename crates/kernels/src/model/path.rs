@@ -67,6 +67,10 @@ pub fn growth_noise(epsilon: f64) -> f64 {
 pub fn growth_limit(epsilon: f64) -> f64 {
     -0.25 * epsilon.ln()
 }
+/// Errors that grow by more powers of e leave none: such a rod is solved by nodes at once.
+pub fn limp_growth(epsilon: f64) -> f64 {
+    4.0 / 3.0 * growth_limit(epsilon)
+}
 /// Passes over the rod in one search from a given base moment.
 pub const SEARCH_LIMIT: f64 = 60.0;
 /// The longest step of a search (plan units of moment, or of force over 1 + the force at the base).
@@ -109,22 +113,57 @@ pub const ROUND_OFF: f64 = 4.0;
 pub const COLUMN_NOISE: f64 = 32.0;
 /// The same where columns grow along the rod.
 pub const GROWTH_NOISE: f64 = 4.0;
-/// Nodes lie so close that errors grow by this power of e from one to the next; a fold must repeat on the second mesh.
-pub const NODE_SPACINGS: [f64; 2] = [1.0, 0.5];
-/// Steps between two nodes on the path.
-pub const NODE_PATH_STEPS: usize = 2;
-/// Steps between two nodes for the answer: as many as bring the error below [`NODE_GOOD`].
-pub const NODE_STEPS: [usize; 4] = [1, 2, 4, 8];
-/// The method that takes them.
-pub const NODE_STEPPER: Stepper = Stepper::Dop853;
-/// Changes of the tip below this, over the rod's length or in radians, ask for no finer steps.
+/// How a path by nodes is followed.
+#[derive(Clone, Copy, Debug)]
+pub struct NodePace {
+    /// Nodes lie so close that errors grow by this power of e from one to the next.
+    pub spacing: f64,
+    /// Steps between two nodes.
+    pub steps: usize,
+    /// Corrections of the nodes end below this.
+    pub tolerance: f64,
+    /// A path that comes to a smaller least pivot ends; it then tells nothing.
+    pub least_pivot: f64,
+}
+
+impl NodePace {
+    /// Whether it predicts by a parabola through three equilibria, along the square root of the load, as what is limp or taut
+    /// bends in a layer of that thickness. Others predict by the last secant: a parabola is wrong beside a bifurcation.
+    pub fn is_quick(&self) -> bool {
+        self.least_pivot > 0.0
+    }
+}
+
+/// One after the other until a rod has its answer. The first is quick and stays away from folds and bifurcations; a fold
+/// must repeat on the meshes of both others.
+pub const NODE_PACES: [NodePace; 3] = [
+    NodePace { spacing: 1.0, steps: 1, tolerance: 0.3, least_pivot: 0.3 },
+    NodePace { spacing: 1.0, steps: 2, tolerance: 1e-3, least_pivot: 0.0 },
+    NodePace { spacing: 0.5, steps: 2, tolerance: 1e-3, least_pivot: 0.0 },
+];
+/// Methods and steps between two nodes for the answer: as many as bring the error below what is asked for.
+pub const NODE_LEVELS: [(Stepper, usize); 5] =
+    [(Stepper::Tp7, 1), (Stepper::Dop853, 1), (Stepper::Dop853, 2), (Stepper::Dop853, 4), (Stepper::Dop853, 8)];
+/// Changes of the tip below this, over the rod's length or in radians, are never asked for.
 pub const NODE_GOOD: f64 = 1e-10;
-/// Nor do changes of the columns below this, relative to them.
-pub const NODE_COLUMNS_GOOD: f64 = 1e-10;
+/// Relative to the unloaded rod, the compliance at a node (norm over sqrt(3)) that tells of no fold.
+pub const NODE_USUAL: f64 = 2.0;
 /// Round-off by nodes, in units of epsilon, of the largest moment and of the square root of the number of intervals.
 pub const NODE_ROUND_OFF: f64 = 32.0;
-/// Newton's last step by nodes is below this.
-pub const NODE_NEWTON: f64 = 1e-9;
+/// Newton's last step by nodes is below this share of what is good: its square is left.
+pub const NODE_ENOUGH: f64 = 3.0;
+/// What is asked of the columns, relative to them, where `good` is asked of the tip: 3e-4 for 1e-6, 3e-10 for 1e-9.
+pub fn node_columns_good(good: f64, epsilon: f64) -> f64 {
+    (3e8 * good * good).clamp(NODE_GOOD, 3e-4).max(100.0 * epsilon)
+}
+/// The error of an answer over its difference from the level before: a twentieth was measured, and less.
+pub const NODE_ERROR_SHARE: f64 = 0.15;
+/// The error of a column over the difference of those by tip moment: integrals along the rod are less exact.
+pub const NODE_COLUMNS_ERROR: f64 = 4.0;
+/// What Newton's last step leaves in the columns, relative to it: 5 was measured.
+pub const NODE_LEFT_OVER: f64 = 30.0;
+/// Newton's steps for the answer start nearer than this to it (radians, or moment relative to 1 plus the largest).
+pub const NODE_NEARBY: f64 = 0.3;
 /// Newton steps by nodes for the answer.
 pub const NODE_CORRECTIONS: usize = 8;
 /// The first load step by nodes.
@@ -133,8 +172,6 @@ pub const NODE_FIRST_STEP: f64 = 0.1;
 pub const NODE_TRUST: f64 = 0.5;
 /// Each correction of the nodes must be smaller than this share of the one before.
 pub const NODE_CONTRACTION: f64 = 0.3;
-/// Corrections of the nodes on the path end below this.
-pub const NODE_TOLERANCE: f64 = 1e-3;
 /// A load step by nodes is chosen so that its first correction will be this share of what is trusted; that grows like
 /// the step's square.
 pub const NODE_AIM: f64 = 0.35;

@@ -1,5 +1,6 @@
 //! Answers by nodes: the path from rest, Newton's method on ever finer steps, and the row of each rod. N4
 
+use super::margin::node_margin;
 use super::path::follow_nodes;
 use super::responses::{tip_response, write_node_rows};
 use super::state::{Nodes, What};
@@ -10,40 +11,42 @@ use crate::lanes::program::Outputs;
 use crate::lanes::shoot::Tip;
 use crate::lanes::stability::{margin, squared_norm};
 use crate::model::path::{
-    COLUMN_NOISE, NODE_COLUMNS_GOOD, NODE_CORRECTIONS, NODE_GOOD, NODE_NEWTON, NODE_PATH_STEPS, NODE_ROUND_OFF,
-    NODE_SPACINGS, NODE_STEPPER, NODE_STEPS, PATH_STEPPER, REACH,
+    COLUMN_NOISE, NODE_COLUMNS_ERROR, NODE_CONTRACTION, NODE_CORRECTIONS, NODE_ENOUGH, NODE_ERROR_SHARE, NODE_GOOD,
+    NODE_LEFT_OVER, NODE_LEVELS, NODE_NEARBY, NODE_PACES, NODE_ROUND_OFF, PATH_STEPPER, REACH, node_columns_good,
 };
 use crate::model::{NO_EQUILIBRIUM, Quantity, Status};
 
-/// Solves one group by nodes and writes its rows, in the plan's units, to `out`.
+/// Solves one group by nodes and writes its rows, in the plan's units, to `out`; `arrived` are those whose nodes have come
+/// to their full load by a quick path, in so many passes.
 ///
-/// A fold is said where the path ends there on a mesh and on one twice as fine.
+/// A fold is said where the path ends there on a mesh and on one twice as fine. N4
 #[inline(always)]
 pub fn solve_nodes<L: Lane>(
     problem: &Problem<'_, L>,
     nodes: &mut Nodes<L>,
+    (arrived, mut passes): (L::Mask, L),
     workspace: &mut Workspace<L>,
     out: &mut Outputs<'_, L::Scalar>,
 ) {
-    let one = problem.rod.t.x.constant(1.0);
+    let one = passes.constant(1.0);
     let zero = one.constant(0.0);
     let nobody = one.lt(zero);
     for k in 0..workspace.sources.len() {
         workspace.sources[k].load(problem, 3 * k);
     }
-    let (mut done, mut fold, mut exhausted) = (nobody, !nobody, nobody);
-    let (mut passes, mut lambda) = (zero, zero);
-    for spacing in NODE_SPACINGS {
-        nodes.mesh.cut(problem, spacing);
-        nodes.resolve(PATH_STEPPER.tableau(), NODE_PATH_STEPS);
-        let end = follow_nodes(problem, nodes, !done, workspace);
+    let mut done = answer(problem, nodes, arrived, passes, workspace, out);
+    let (mut fold, mut exhausted, mut lambda) = (!nobody, nobody, zero);
+    for pace in &NODE_PACES[1..] {
+        if !L::any(!done) {
+            return;
+        }
+        nodes.mesh.cut(problem, pace.spacing);
+        nodes.resolve(PATH_STEPPER.tableau(), pace.steps);
+        let end = follow_nodes(problem, nodes, *pace, !done, workspace);
         passes = passes + end.passes;
         lambda = L::select(done, lambda, end.lambda);
         (fold, exhausted) = (fold & end.fold, end.exhausted);
         done = done | answer(problem, nodes, end.reached, passes, workspace, out);
-        if !L::any(!done) {
-            return;
-        }
     }
     let code = |status: Status| one.constant(f64::from(status.code()));
     let lost = L::select(exhausted, code(Status::StepLimit), code(Status::NotConverged));
@@ -82,25 +85,32 @@ fn answer<L: Lane>(
 ) -> L::Mask {
     let program = problem.program;
     let one = passes.constant(1.0);
-    let bound = |good: f64| one.constant(good.max(100.0 * L::Scalar::EPSILON));
+    let good = program.newton_tolerance.max(NODE_GOOD).max(100.0 * L::Scalar::EPSILON);
+    let columns_good = node_columns_good(good, L::Scalar::EPSILON);
     let row_count = if program.base_moment_rows { 9 } else { 6 };
     let columns = Quantity::COUNT + row_count * program.derivatives.len();
     let mut rows = vec![L::Scalar::default(); columns * L::COUNT];
     let (mut written, mut left) = (one.lt(one), wanted);
     let mut coarser: Option<Compared<L>> = None;
-    for (k, steps) in NODE_STEPS.into_iter().enumerate() {
+    for (k, (stepper, steps)) in NODE_LEVELS.into_iter().enumerate() {
         if !L::any(left) {
             break;
         }
-        nodes.resolve(NODE_STEPPER.tableau(), steps);
-        let converged = balance(problem, nodes, left, &mut passes, workspace);
+        nodes.resolve(stepper.tableau(), steps);
+        let what = if k == 0 { What::Transfers } else { What::Drives };
+        let small = NODE_ENOUGH * good;
+        let enough = (small, small.min(columns_good / (2.0 * NODE_LEFT_OVER)));
+        let (converged, left_over) = balance(problem, nodes, what, left, enough, &mut passes, workspace);
         let (w, dp) = tip_response(nodes);
         let finer = Compared { tip: nodes.tip, w, dp };
         if let Some(coarser) = &coarser {
             let (error, columns_error) = difference(coarser, &finer, problem.rod.length());
-            let good = error.lt(bound(NODE_GOOD)) & columns_error.lt(bound(NODE_COLUMNS_GOOD));
-            let is_last = k + 1 == NODE_STEPS.len();
-            let ready = if is_last { left } else { left & (good | !converged) };
+            let error = error * one.constant(NODE_ERROR_SHARE);
+            let columns_error =
+                columns_error * one.constant(NODE_COLUMNS_ERROR) + left_over * one.constant(NODE_LEFT_OVER);
+            let is_good = error.lt(one.constant(good)) & columns_error.lt(one.constant(columns_good));
+            let is_last = k + 1 == NODE_LEVELS.len();
+            let ready = if is_last { left } else { left & (is_good | !converged) };
             if L::any(ready) {
                 let mut row = Outputs { data: &mut rows, stride: L::COUNT, offset: 0 };
                 let stable = nodes.elimination.index.lt(one.constant(0.5));
@@ -126,32 +136,38 @@ fn answer<L: Lane>(
     written
 }
 
-/// Newton's method in `wanted` lanes, then a pass with everything that a row needs; returns those that have converged.
+/// Newton's method in `wanted` lanes, until a step is below `enough`, or small and no longer much smaller than the one
+/// before: it leaves its square. Then a pass for the tip. Returns those that have converged, and that step.
 #[inline(always)]
 fn balance<L: Lane>(
     problem: &Problem<'_, L>,
     nodes: &mut Nodes<L>,
+    what: What,
     wanted: L::Mask,
+    (small, enough): (f64, f64),
     passes: &mut L,
     workspace: &mut Workspace<L>,
-) -> L::Mask {
+) -> (L::Mask, L) {
     let one = passes.constant(1.0);
-    let tolerance = one.constant(NODE_NEWTON.max(64.0 * L::Scalar::EPSILON));
     let (mut moving, mut converged) = (wanted, one.lt(one));
+    let (mut size, mut last_size) = (one, one);
     for _ in 0..NODE_CORRECTIONS {
+        nodes.pass(problem, one, what, workspace);
+        size = nodes.newton_step(problem, one);
+        *passes = L::select(moving, *passes + one, *passes);
+        let stalled = size.lt(one.constant(small)) & !size.lt(last_size * one.constant(NODE_CONTRACTION));
+        converged = converged | (moving & (stalled | size.lt(one.constant(enough))));
+        last_size = size;
+        moving = moving & !converged & size.lt(one.constant(NODE_NEARBY));
         if !L::any(moving) {
             break;
         }
-        nodes.pass(problem, one, What::Transfers, workspace);
-        let size = nodes.newton_step(problem, one);
         nodes.take_step(moving);
-        *passes = L::select(moving, *passes + one, *passes);
-        converged = converged | (moving & size.lt(tolerance));
-        moving = moving & !converged & size.lt(one);
     }
-    nodes.pass(problem, one, What::Drives, workspace);
-    nodes.newton_step(problem, one);
-    converged
+    // All passes alike for a lane that waits for others: it takes its step with the last.
+    nodes.take_step(converged);
+    nodes.pass(problem, one, What::Tip, workspace);
+    (converged, size)
 }
 
 /// The largest change of the tip, over the rod's length or in radians, and that of the columns, relative to them.
@@ -187,6 +203,16 @@ fn write_row<L: Lane>(
     row: &mut Outputs<'_, L::Scalar>,
 ) {
     let one = passes.constant(1.0);
+    let tip_margin = margin(&nodes.elimination.w_inverse);
+    let margin = if problem.program.tip_moment {
+        let kept = nodes.elimination.clone();
+        nodes.factor_symmetric();
+        let margin = node_margin(problem, nodes, tip_margin);
+        nodes.elimination = kept;
+        margin
+    } else {
+        node_margin(problem, nodes, tip_margin)
+    };
     row.store_vector(Quantity::TipPosition.column(), nodes.tip.p);
     row.store_vector(Quantity::TipD1.column(), nodes.tip.d1);
     row.store_vector(Quantity::TipTangent.column(), nodes.tip.t);
@@ -194,7 +220,7 @@ fn write_row<L: Lane>(
     row.store(Quantity::Residual.column(), nodes.residual(problem.rod.l_tip));
     row.store(Quantity::ErrorEstimate.column(), error);
     row.store(Quantity::DerivativeError.column(), derivative_error);
-    row.store(Quantity::StabilityMargin.column(), margin(&nodes.elimination.w_inverse));
+    row.store(Quantity::StabilityMargin.column(), margin);
     row.store(Quantity::StabilityIndex.column(), nodes.elimination.index);
     row.store(Quantity::Iterations.column(), passes);
     row.store(Quantity::LoadFraction.column(), one);

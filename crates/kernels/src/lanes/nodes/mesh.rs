@@ -39,6 +39,8 @@ impl<L: Lane> Interval<L> {
 /// The intervals of a rod, base to tip.
 #[derive(Clone, Debug)]
 pub struct Mesh<L> {
+    /// Where the pieces of each segment start and end, as shares of it, in every lane; none of a rigid one.
+    pub ends: Vec<Vec<[f64; WIDEST]>>,
     pub intervals: Vec<Interval<L>>,
     /// Force at the distal end of each under full loads.
     pub n: Vec<Vec3<L>>,
@@ -46,21 +48,41 @@ pub struct Mesh<L> {
 
 impl<L: Lane> Mesh<L> {
     pub fn new() -> Self {
-        Self { intervals: Vec::new(), n: Vec::new() }
+        Self { ends: Vec::new(), intervals: Vec::new(), n: Vec::new() }
     }
 
     /// Cuts the rods so that errors grow by `spacing` powers of e between two nodes.
     #[inline(always)]
     pub fn cut(&mut self, problem: &Problem<'_, L>, spacing: f64) {
         let rod = problem.rod;
+        self.ends.clear();
+        let mut n = rod.base_force(problem.program.terms);
+        let field = length(rod.B);
+        for segment in &rod.segments {
+            match segment {
+                Segment::Flexible(flexible) => {
+                    self.ends.push(pieces(flexible, n, field, spacing));
+                    n = axpy(-flexible.length, flexible.w, n); // R1
+                }
+                Segment::Rigid(rigid) => {
+                    self.ends.push(Vec::new());
+                    n = n - rigid.w; // R1
+                }
+            }
+        }
+        self.lay(problem);
+    }
+
+    /// Lays the intervals between `ends`.
+    #[inline(always)]
+    pub fn lay(&mut self, problem: &Problem<'_, L>) {
+        let rod = problem.rod;
         self.intervals.clear();
         self.n.clear();
         let mut n = rod.base_force(problem.program.terms);
-        let field = length(rod.B);
-        for (index, segment) in rod.segments.iter().enumerate() {
+        for (index, (segment, shares)) in rod.segments.iter().zip(&self.ends).enumerate() {
             match segment {
                 Segment::Flexible(flexible) => {
-                    let shares = pieces(flexible, n, field, spacing);
                     let count = shares.len() - 1;
                     for k in 0..count {
                         let (start, end) = (lanes(n.x, &shares[k]), lanes(n.x, &shares[k + 1]));

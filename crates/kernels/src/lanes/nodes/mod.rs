@@ -7,12 +7,15 @@ mod answer;
 mod drives;
 mod elimination;
 mod interval;
+mod margin;
 mod mesh;
 mod path;
+mod quick;
 mod responses;
 mod state;
 
 pub use answer::solve_nodes;
+pub use quick::{QuickEnd, follow_quickly};
 pub use state::Nodes;
 
 use super::algebra::Mat3;

@@ -10,8 +10,8 @@ use crate::lanes::lane::Lane;
 use crate::lanes::problem::{Problem, Workspace};
 use crate::model::path::{
     CORRECTIONS, NODE_AIM, NODE_CONTRACTION, NODE_FIRST_STEP, NODE_FOLD_PIVOT, NODE_LEAST_RATIO, NODE_MOST_RATIO,
-    NODE_NEAR_PIVOT, NODE_PASS_LIMIT, NODE_RETREAT, NODE_SMALLEST_FIRST_STEP, NODE_SMALLEST_STEP, NODE_TOLERANCE,
-    NODE_TRUST, WIDENING,
+    NODE_NEAR_PIVOT, NODE_PASS_LIMIT, NODE_RETREAT, NODE_SMALLEST_FIRST_STEP, NODE_SMALLEST_STEP, NODE_TRUST, NodePace,
+    WIDENING,
 };
 
 /// Where the paths of a register ended.
@@ -29,6 +29,7 @@ pub struct NodePath<L: Lane> {
 pub fn follow_nodes<L: Lane>(
     problem: &Problem<'_, L>,
     nodes: &mut Nodes<L>,
+    pace: NodePace,
     wanted: L::Mask,
     workspace: &mut Workspace<L>,
 ) -> NodePath<L> {
@@ -38,7 +39,8 @@ pub fn follow_nodes<L: Lane>(
     nodes.rest(problem, workspace);
     nodes.accepted.clone_from(&nodes.nodes);
     nodes.before.clone_from(&nodes.nodes);
-    let (mut lambda, mut lambda_before) = (zero, zero);
+    nodes.earlier.clone_from(&nodes.nodes);
+    let (mut lambda, mut lambda_before, mut lambda_earlier) = (zero, zero, zero);
     let mut step = one.constant(NODE_FIRST_STEP);
     let mut target = step;
     let first_bound = one.constant(NODE_TRUST / NODE_CONTRACTION);
@@ -57,9 +59,10 @@ pub fn follow_nodes<L: Lane>(
         let least = nodes.elimination.least;
         // Newton's method leads to other branches from where the energy is not convex.
         let convex = nodes.elimination.index.lt(one.constant(0.5));
-        let stable = convex & !leaps(least, last_least);
+        let near = least.lt(one.constant(pace.least_pivot));
+        let stable = convex & !near & !leaps(least, last_least);
         let partial = target.lt(one);
-        let converged = size.lt(narrowed(least) * one.constant(NODE_TOLERANCE));
+        let converged = size.lt(narrowed(least) * one.constant(pace.tolerance));
         let contracting =
             size.lt(last_size * one.constant(NODE_CONTRACTION)) & corrections.lt(one.constant(CORRECTIONS));
         let accept = active & converged & stable;
@@ -70,11 +73,9 @@ pub fn follow_nodes<L: Lane>(
         weakest = L::select(accept, weakest.min(least), weakest);
 
         nodes.take_step(accept | go_on);
-        for ((trial, accepted), before) in nodes.nodes.iter().zip(&mut nodes.accepted).zip(&mut nodes.before) {
-            *before = Node::select(accept, *accepted, *before);
-            *accepted = Node::select(accept, *trial, *accepted);
-        }
+        nodes.keep(accept);
         let used = target - lambda;
+        lambda_earlier = L::select(accept, lambda_before, lambda_earlier);
         lambda_before = L::select(accept, lambda, lambda_before);
         lambda = L::select(accept, target, lambda);
         reached = reached | (accept & !partial);
@@ -82,12 +83,18 @@ pub fn follow_nodes<L: Lane>(
         let ratio =
             (narrowed(last_least) * one.constant(NODE_AIM * NODE_TRUST) / first_size.max(one.constant(1e-6))).sqrt();
         let ratio = ratio.max(one.constant(NODE_LEAST_RATIO)).min(one.constant(NODE_MOST_RATIO));
-        step = L::select(accept, used * ratio, L::select(reject, used * one.constant(NODE_RETREAT), step));
+        // From rest the first correction is as the load.
+        let is_first = corrections.lt(one.constant(0.5)) & lambda.lt(one.constant(NODE_SMALLEST_FIRST_STEP));
+        let back = one.constant(NODE_AIM * NODE_TRUST) / size;
+        let back = L::select(is_first & back.lt(one.constant(NODE_RETREAT)), back, one.constant(NODE_RETREAT));
+        step = L::select(accept, used * ratio, L::select(reject, used * back, step));
         let smallest = (lambda * one.constant(NODE_SMALLEST_STEP)).max(one.constant(NODE_SMALLEST_FIRST_STEP));
         failed = failed | (reject & step.lt(smallest));
         let restart = (accept | reject) & !reached;
         target = L::select(restart, (lambda + step).min(one), target);
-        predict(nodes, restart, lambda, lambda_before, target);
+        let earlier = if pace.is_quick() { lambda_earlier } else { lambda_before };
+        let equilibria = [along(pace, earlier), along(pace, lambda_before), along(pace, lambda)];
+        predict(nodes, restart, equilibria, along(pace, target));
         last_size = L::select(go_on, size, narrowed(last_least) * first_bound);
         corrections = L::select(go_on, corrections + one, zero);
         passes = L::select(active, passes + one, passes);
@@ -114,19 +121,34 @@ fn leaps<L: Lane>(least: L, last: L) -> L::Mask {
     near & ((least * most).lt(last) | (last * most).lt(least))
 }
 
-/// Puts the nodes of lanes that start a load step where the last two equilibria point to.
+/// Puts the nodes of lanes that start a load step where the last equilibria point to: three, or two where two are one.
 #[inline(always)]
-fn predict<L: Lane>(nodes: &mut Nodes<L>, restart: L::Mask, lambda: L, lambda_before: L, target: L) {
-    let zero = lambda.constant(0.0);
-    let secant = lambda - lambda_before;
-    let ahead = L::select(zero.lt(secant), (target - lambda) / secant, zero);
-    for ((trial, accepted), before) in nodes.nodes.iter_mut().zip(&nodes.accepted).zip(&nodes.before) {
-        let w = turn(before, accepted) * ahead;
-        let predicted = Node {
-            d1: rotate(w, accepted.d1),
-            t: rotate(w, accepted.t),
-            m: axpy(ahead, accepted.m - before.m, accepted.m),
-        };
+fn predict<L: Lane>(nodes: &mut Nodes<L>, restart: L::Mask, [earlier, before, last]: [L; 3], target: L) {
+    let zero = last.constant(0.0);
+    let (ahead, secant, secant_before) = (target - last, last - before, before - earlier);
+    // Newton's form of the parabola: the last secant, and the change from the one before it.
+    let bend = over(ahead * (ahead + secant), secant + secant_before);
+    let bend = L::select(zero.lt(secant_before), bend, zero);
+    let by_last = over(ahead, secant) + over(bend, secant);
+    let by_before = over(bend, secant_before);
+    let equilibria = nodes.accepted.iter().zip(&nodes.before).zip(&nodes.earlier);
+    for (trial, ((accepted, before), earlier)) in nodes.nodes.iter_mut().zip(equilibria) {
+        let w = turn(before, accepted) * by_last - turn(earlier, before) * by_before;
+        let m = axpy(-by_before, before.m - earlier.m, axpy(by_last, accepted.m - before.m, accepted.m));
+        let predicted = Node { d1: rotate(w, accepted.d1), t: rotate(w, accepted.t), m };
         *trial = Node::select(restart, predicted, *trial);
     }
+}
+
+/// What a path goes along: the load, quickly its square root.
+#[inline(always)]
+fn along<L: Lane>(pace: NodePace, lambda: L) -> L {
+    if pace.is_quick() { lambda.sqrt() } else { lambda }
+}
+
+/// A share of a load step; none of one that has not been.
+#[inline(always)]
+fn over<L: Lane>(span: L, step: L) -> L {
+    let zero = span.constant(0.0);
+    L::select(zero.lt(step), span / step, zero)
 }

@@ -1,6 +1,5 @@
 //! Derivatives by nodes: what loads and parameters do to all nodes, and rows of the Jacobian from it. N2, J5
 
-use super::interval::load_interval;
 use super::mesh::Interval;
 use super::state::Nodes;
 use crate::lanes::algebra::{Mat3, Vec3, axpy, columns_cross_add, hat, outer, row_times, transpose};
@@ -11,7 +10,6 @@ use crate::lanes::problem::{Problem, Workspace};
 use crate::lanes::program::Outputs;
 use crate::lanes::rod::Segment;
 use crate::lanes::rows::{Responses, store_rows, write_rows};
-use crate::lanes::shoot::{Record, shoot};
 use crate::lanes::trace::Trace;
 
 /// Changes of (w, mu) at every node by three loads.
@@ -128,44 +126,39 @@ fn write_reciprocal_rows<L: Lane>(
     write_rows(problem, nodes.nodes[0].m, &columns, &responses, workspace, out);
 }
 
-/// Leaves the integrals of the responses in the workspace's traces: once more over every interval.
+/// Leaves the integrals of the responses in the workspace's traces, from those of the columns of every interval.
 #[inline(always)]
 fn collect_responses<L: Lane>(
     problem: &Problem<'_, L>,
-    nodes: &mut Nodes<L>,
+    nodes: &Nodes<L>,
     responses: &[Changes<L>],
     workspace: &mut Workspace<L>,
 ) {
     let Problem { program, rod, .. } = *problem;
-    if !program.collect.iter().any(|collect| collect.any()) {
+    if !program.collects() {
         return;
     }
     let one = nodes.tip.p.x.constant(1.0);
-    let forces = [Mat3::identity(one)];
     let mut sums = vec![[Trace::zero(one.constant(0.0)); 3]; rod.segments.len()];
     let mut dp = [Mat3::zero(one); 3];
-    let mut columns = Vec::new();
-    for i in 0..nodes.mesh.intervals.len() {
-        let node = nodes.nodes[i];
-        load_interval(rod, &nodes.mesh, i, &node, &mut nodes.alone);
-        columns.clear();
-        nodes.start_columns(&node, &forces, false, &mut columns);
-        let alone = Problem { rod: &nodes.alone, ..*problem };
-        shoot(&alone, &nodes.resolution, one, node.m, &mut columns, Record::Traces, workspace);
-        let (first, count, piece) = match nodes.mesh.intervals[i] {
+    let mut traces = nodes.traces.iter();
+    for (i, interval) in nodes.mesh.intervals.iter().enumerate() {
+        let (first, count, piece) = match *interval {
             Interval::Piece { segment, start, share, is_last } => (segment, 1, Some((start, share, is_last))),
             Interval::Rigid { first, count, .. } => (first, count, None),
         };
+        for (at, columns) in (first..first + count).zip(&mut traces) {
+            for (k, changes) in responses.iter().enumerate() {
+                let (w, mu) = changes[i];
+                let trace = Trace::of_response(columns, w, mu, k == 1);
+                sums[at][k].add(&trace, piece, &rod.segments[at], dp[k]);
+            }
+        }
         for (k, changes) in responses.iter().enumerate() {
             let (w, mu) = changes[i];
-            let drives = k == 1;
-            for at in 0..count {
-                let trace = Trace::of_response(&workspace.traces[first + at], w, mu, drives);
-                sums[first + at][k].add(&trace, piece, &alone.rod.segments[at], dp[k]);
-            }
             let transfer = &nodes.transfers[i];
             dp[k] = dp[k] + transfer.dp_w * w + transfer.dp_mu * mu;
-            if drives {
+            if k == 1 {
                 dp[k] = dp[k] + nodes.drives[i].dp;
             }
         }
@@ -175,29 +168,44 @@ fn collect_responses<L: Lane>(
     }
 }
 
+/// Three responses at the start of an interval; one of them may drive it.
+#[derive(Clone, Copy)]
+struct Response<L> {
+    w: Mat3<L>,
+    mu: Mat3<L>,
+    drives: bool,
+}
+
+impl<L: Lane> Response<L> {
+    /// A row of theirs, from the same row of the columns by moment, by what drives, by rotation.
+    #[inline(always)]
+    fn row(&self, by_moment: Vec3<L>, by_drive: Vec3<L>, by_rotation: Vec3<L>) -> Vec3<L> {
+        let sum = row_times(by_moment, self.mu) + row_times(by_rotation, self.w);
+        if self.drives { sum + by_drive } else { sum }
+    }
+
+    #[inline(always)]
+    fn rows(&self, a: &[Vec3<L>; 3], b: &[Vec3<L>; 3], c: &[Vec3<L>; 3]) -> [Vec3<L>; 3] {
+        [self.row(a[0], b[0], c[0]), self.row(a[1], b[1], c[1]), self.row(a[2], b[2], c[2])]
+    }
+}
+
 impl<L: Lane> Trace<L> {
     /// What three responses leave on an interval, from what its columns leave: by moment, by what drives, by rotation.
     #[inline(always)]
     fn of_response(columns: &[Self; 3], w: Mat3<L>, mu: Mat3<L>, drives: bool) -> Self {
-        let [by_moment, by_drive, by_rotation] = columns;
-        let combine = |by_moment: Vec3<L>, by_drive: Vec3<L>, by_rotation: Vec3<L>| {
-            let sum = row_times(by_moment, mu) + row_times(by_rotation, w);
-            if drives { sum + by_drive } else { sum }
-        };
-        let rows = |row: fn(&Self) -> &[Vec3<L>; 3]| {
-            let (a, b, c) = (row(by_moment), row(by_drive), row(by_rotation));
-            [combine(a[0], b[0], c[0]), combine(a[1], b[1], c[1]), combine(a[2], b[2], c[2])]
-        };
+        let [a, b, c] = columns;
+        let response = Response { w, mu, drives };
         Self {
-            rest_curvature: rows(|trace| &trace.rest_curvature),
-            rest_curvature_rise: rows(|trace| &trace.rest_curvature_rise),
-            stiffness: rows(|trace| &trace.stiffness),
-            stiffness_rise: rows(|trace| &trace.stiffness_rise),
-            shear_compliance: rows(|trace| &trace.shear_compliance),
-            load: rows(|trace| &trace.load),
-            dipole: rows(|trace| &trace.dipole),
-            field: rows(|trace| &trace.field),
-            length: combine(by_moment.length, by_drive.length, by_rotation.length),
+            rest_curvature: response.rows(&a.rest_curvature, &b.rest_curvature, &c.rest_curvature),
+            rest_curvature_rise: response.rows(&a.rest_curvature_rise, &b.rest_curvature_rise, &c.rest_curvature_rise),
+            stiffness: response.rows(&a.stiffness, &b.stiffness, &c.stiffness),
+            stiffness_rise: response.rows(&a.stiffness_rise, &b.stiffness_rise, &c.stiffness_rise),
+            shear_compliance: response.rows(&a.shear_compliance, &b.shear_compliance, &c.shear_compliance),
+            load: response.rows(&a.load, &b.load, &c.load),
+            dipole: response.rows(&a.dipole, &b.dipole, &c.dipole),
+            field: response.rows(&a.field, &b.field, &c.field),
+            length: response.row(a.length, b.length, c.length),
         }
     }
 
@@ -205,18 +213,18 @@ impl<L: Lane> Trace<L> {
     #[inline(always)]
     fn add(&mut self, part: &Self, piece: Option<(L, L, bool)>, segment: &Segment<L>, dp: Mat3<L>) {
         let moved = transpose(dp);
-        let length = match segment {
-            Segment::Flexible(flexible) => flexible.length,
-            Segment::Rigid(rigid) => rigid.length.constant(1.0),
+        let length = match (piece, segment) {
+            (Some((_, share, _)), Segment::Flexible(flexible)) => flexible.length * share,
+            _ => dp.x.x.constant(1.0),
         };
         for j in 0..3 {
             self.rest_curvature[j] = self.rest_curvature[j] + part.rest_curvature[j];
             self.stiffness[j] = self.stiffness[j] + part.stiffness[j];
             if let Some((start, share, _)) = piece {
-                let rise = |whole: Vec3<L>, part: Vec3<L>, sum: Vec3<L>| axpy(share, part, axpy(start, whole, sum));
-                self.rest_curvature_rise[j] =
-                    rise(part.rest_curvature[j], part.rest_curvature_rise[j], self.rest_curvature_rise[j]);
-                self.stiffness_rise[j] = rise(part.stiffness[j], part.stiffness_rise[j], self.stiffness_rise[j]);
+                let from_start = axpy(start, part.rest_curvature[j], self.rest_curvature_rise[j]);
+                self.rest_curvature_rise[j] = axpy(share, part.rest_curvature_rise[j], from_start);
+                let from_start = axpy(start, part.stiffness[j], self.stiffness_rise[j]);
+                self.stiffness_rise[j] = axpy(share, part.stiffness_rise[j], from_start);
             }
             self.shear_compliance[j] = self.shear_compliance[j] + part.shear_compliance[j];
             self.load[j] = axpy(length, moved[j], self.load[j] + part.load[j]);

@@ -14,6 +14,7 @@ use crate::lanes::rod::Rod;
 use crate::lanes::shoot::{Record, Tip, shoot};
 use crate::lanes::source::Source;
 use crate::lanes::stability::canonical;
+use crate::lanes::trace::Trace;
 use crate::model::Tableau;
 
 /// A register of rods by their nodes.
@@ -22,15 +23,18 @@ pub struct Nodes<L: Lane> {
     /// One interval at work.
     pub alone: Rod<L>,
     pub resolution: Resolution,
-    /// At the start of each interval: on trial, accepted last, accepted before.
+    /// At the start of each interval: on trial, accepted last, before that, and earlier.
     pub nodes: Vec<Node<L>>,
     pub accepted: Vec<Node<L>>,
     pub before: Vec<Node<L>>,
+    pub earlier: Vec<Node<L>>,
     pub transfers: Vec<Transfer<L>>,
     pub defects: Vec<(Vec3<L>, Vec3<L>)>,
     /// Of each interval, `drive_count` threes.
     pub drives: Vec<Drive<L>>,
     pub drive_count: usize,
+    /// By reciprocity, what the columns leave on each segment of each interval.
+    pub traces: Vec<[Trace<L>; 3]>,
     /// The rod's end, its position summed over the intervals.
     pub tip: Tip<L>,
     pub elimination: Elimination<L>,
@@ -48,10 +52,12 @@ impl<L: Lane> Nodes<L> {
             nodes: Vec::new(),
             accepted: Vec::new(),
             before: Vec::new(),
+            earlier: Vec::new(),
             transfers: Vec::new(),
             defects: Vec::new(),
             drives: Vec::new(),
             drive_count: 0,
+            traces: Vec::new(),
             tip: Tip { p: v, d1: v, t: v, m: v, n: v },
             elimination: Elimination::new(zero),
             changes: Vec::new(),
@@ -90,9 +96,12 @@ impl<L: Lane> Nodes<L> {
         let one = lambda.constant(1.0);
         let count = self.mesh.intervals.len();
         self.defects.clear();
-        self.transfers.clear();
-        self.drives.clear();
-        self.drive_count = 0;
+        if what != What::Tip {
+            self.transfers.clear();
+            self.drives.clear();
+            self.traces.clear();
+            self.drive_count = 0;
+        }
         let mut columns = Vec::new();
         let mut forces = Vec::new();
         if what == What::Drives {
@@ -104,18 +113,27 @@ impl<L: Lane> Nodes<L> {
             let node = self.nodes[i];
             load_interval(rod, &self.mesh, i, &node, &mut self.alone);
             columns.clear();
-            self.start_columns(&node, &forces, program.forward, &mut columns);
-            let record = if what == What::Drives && program.forward { Record::Traces } else { Record::Nothing };
-            let whole = if record == Record::Traces { self.cut_sources(i, workspace) } else { None };
+            if what != What::Tip {
+                self.start_columns(&node, &forces, program.forward, &mut columns);
+            }
+            let collects = what == What::Drives && (program.forward || program.collects());
+            let record = if collects { Record::Traces } else { Record::Nothing };
+            let whole = if collects && program.forward { self.cut_sources(i, workspace) } else { None };
             let alone = Problem { rod: &self.alone, ..*problem };
             let end = shoot(&alone, &self.resolution, lambda, node.m, &mut columns, record, workspace);
             if let Some((segment, whole)) = whole {
                 let sources = workspace.sources.iter_mut().zip(whole);
                 sources.for_each(|(sources, source)| sources.segments[segment] = source);
             }
+            if collects && !program.forward {
+                let count = self.alone.segments.len();
+                self.traces.extend_from_slice(&workspace.traces[self.alone.first..][..count]);
+            }
             p = p + end.p;
-            self.push_transfer(problem, i, &end, &columns);
-            for (force, three) in forces.iter_mut().zip(&columns[1..]) {
+            if what != What::Tip {
+                self.push_transfer(problem, i, &end, &columns);
+            }
+            for (force, three) in forces.iter_mut().zip(columns.iter().skip(1)) {
                 let mu = canonical(program.terms, &end, three);
                 self.drives.push(Drive { w: three.w, mu, dp: three.dp });
                 *force = three.dn;
@@ -185,8 +203,7 @@ impl<L: Lane> Nodes<L> {
         let l_tip = rod.l_tip * lambda;
         let has_moment = problem.program.tip_moment;
         if has_moment {
-            // Stability is that of the symmetric part.
-            self.elimination.factor(&self.transfers, Mat3::zero(half)); // N5
+            self.factor_symmetric();
         }
         let (index, least) = (self.elimination.index, self.elimination.least);
         self.elimination.factor(&self.transfers, hat(l_tip * half)); // N2
@@ -197,6 +214,12 @@ impl<L: Lane> Nodes<L> {
         let no_turn = Vec3::splat(lambda.constant(0.0));
         self.elimination.solve(&self.transfers, |i| defects[i], l_tip - self.tip.m, no_turn, &mut self.changes);
         self.step_size()
+    }
+
+    /// Stability is that of the symmetric part.
+    #[inline(always)]
+    pub fn factor_symmetric(&mut self) {
+        self.elimination.factor(&self.transfers, Mat3::zero(self.tip.m.x)); // N5
     }
 
     #[inline(always)]
@@ -226,6 +249,23 @@ impl<L: Lane> Nodes<L> {
         }
     }
 
+    /// The node at the end of an interval; beyond the last it is the tip.
+    #[inline(always)]
+    pub fn end_of(&self, i: usize) -> Node<L> {
+        let Tip { d1, t, m, .. } = self.tip;
+        self.nodes.get(i + 1).copied().unwrap_or(Node { d1, t, m })
+    }
+
+    /// Accepts the nodes on trial in some lanes.
+    #[inline(always)]
+    pub fn keep(&mut self, accept: L::Mask) {
+        for (i, node) in self.nodes.iter().enumerate() {
+            self.earlier[i] = Node::select(accept, self.before[i], self.earlier[i]);
+            self.before[i] = Node::select(accept, self.accepted[i], self.before[i]);
+            self.accepted[i] = Node::select(accept, *node, self.accepted[i]);
+        }
+    }
+
     /// The largest defect, at a node or at the tip.
     #[inline(always)]
     pub fn residual(&self, l_tip: Vec3<L>) -> L {
@@ -237,6 +277,8 @@ impl<L: Lane> Nodes<L> {
 /// What a pass is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum What {
+    /// The tip and what is left to balance.
+    Tip,
     /// Newton's method.
     Transfers,
     /// And for a row: what tip forces, or the parameters of forward columns, do over each interval.
