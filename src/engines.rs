@@ -18,6 +18,8 @@ pub const F32_TOLERANCE: f64 = 2e-5;
 
 /// Steps of a second attempt, at least.
 const SECOND_STEPS: usize = 24;
+/// And what is asked of it at least.
+const SECOND_TOLERANCE: f64 = 1e-9;
 /// What is said of derivatives on that many steps; measured on random scenes.
 pub const SECOND_DERIVATIVES: DerivativeScale = DerivativeScale { share: 100.0, floor: 1e-9 };
 
@@ -309,5 +311,6 @@ pub(crate) fn for_second_attempt(plan: &Plan) -> Plan {
     let PlanOptions { error_share, .. } = PlanOptions::default();
     let derivative_scale = SECOND_DERIVATIVES;
     let stepper = Stepper::Dop853;
-    plan.with_options(PlanOptions { stepper, steps, error_share, derivative_scale, ..plan.options })
+    let tolerance = plan.options.tolerance.min(SECOND_TOLERANCE);
+    plan.with_options(PlanOptions { tolerance, stepper, steps, error_share, derivative_scale, ..plan.options })
 }

@@ -64,7 +64,7 @@ fn solve_nodes() {
             hold(STAGE, f32(ON_PATH));
         }
         case ON_PATH: {
-            switch follow_nodes(size) {
+            switch follow_nodes(rod, size) {
                 case GOES_ON: {}
                 case REACHED: {
                     hold(STAGE, f32(IN_NEWTON));
@@ -102,6 +102,13 @@ fn lose(code: u32) {
 fn answer(rod: Rod) {
     let by_tip = margin(w_inverse);
     let index = node_index;
+    //@if TIP_MOMENT
+    factor_symmetric();
+    //@end
+    let stability = node_margin(by_tip);
+    //@if TIP_MOMENT
+    factor(hat(rod.l_tip * 0.5));
+    //@end
     let finer = tip_response(rod);
     let level = u32(held(LEVEL));
     let is_converged = held(IS_CONVERGED) > 0.5;
@@ -117,13 +124,6 @@ fn answer(rod: Rod) {
                 return;
             }
             let noise = round_off();
-            //@if TIP_MOMENT
-            factor_symmetric();
-            //@end
-            let stability = node_margin(by_tip);
-            //@if TIP_MOMENT
-            factor(hat(rod.l_tip * 0.5));
-            //@end
             write_row(rod, error + noise, columns_error + noise * COLUMN_NOISE, stability, index);
             return;
         }

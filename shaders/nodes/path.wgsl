@@ -48,7 +48,7 @@ fn start_path() {
 }
 
 // Leads the sample from rest to its full load, a Newton step a turn, after a pass and its step of `size`.
-fn follow_nodes(size: f32) -> u32 {
+fn follow_nodes(rod: Rod, size: f32) -> u32 {
     let goal = held(GOAL);
     let corrections = held(NEWTON_STEPS);
     // Newton's method leads to other branches from where the energy is not convex.
@@ -90,6 +90,7 @@ fn follow_nodes(size: f32) -> u32 {
         let next = min(lambda + step, 1.0);
         hold(GOAL, next);
         predict(next);
+        hold_base(rod);
     }
     hold(LAST_SIZE, select(narrowed(held(LAST_LEAST)) * (NODE_TRUST / NODE_CONTRACTION), size, go_on));
     hold(NEWTON_STEPS, select(0.0, corrections + 1.0, go_on));
@@ -114,10 +115,10 @@ fn leaps(pivot: f32, last: f32) -> bool {
 
 // Puts the nodes where the last equilibria point to: three, or two where two are one.
 fn predict(goal: f32) {
-    let last = along(held(LAMBDA));
-    let before = along(held(LAMBDA_BEFORE));
-    let earlier = select(before, along(held(LAMBDA_EARLIER)), memory_settings.least_pivot > 0.0);
-    let ahead = along(goal) - last;
+    let last = on_path(held(LAMBDA));
+    let before = on_path(held(LAMBDA_BEFORE));
+    let earlier = select(before, on_path(held(LAMBDA_EARLIER)), memory_settings.least_pivot > 0.0);
+    let ahead = on_path(goal) - last;
     let secant = last - before;
     let secant_before = before - earlier;
     // Newton's form of the parabola: the last secant, and the change from the one before it.
@@ -136,7 +137,7 @@ fn predict(goal: f32) {
 }
 
 // What a path goes along: the load, quickly its square root.
-fn along(lambda: f32) -> f32 {
+fn on_path(lambda: f32) -> f32 {
     return select(lambda, sqrt(lambda), memory_settings.least_pivot > 0.0);
 }
 

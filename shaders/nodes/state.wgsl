@@ -154,6 +154,12 @@ fn take_step() {
     }
 }
 
+// Puts the base where it is held: nothing else would correct it.
+fn hold_base(rod: Rod) {
+    let base = interval_at(0u) + NODE;
+    hold_node(base, Node(rod.d1, rod.t, held_vector(base + 6u)));
+}
+
 // The node at the end of an interval; beyond the last it is the tip.
 fn end_of(i: u32) -> Node {
     if i + 1u < interval_count { return held_node(interval_at(i + 1u) + NODE); }

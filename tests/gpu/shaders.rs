@@ -347,8 +347,9 @@ fn kernels_by_nodes_validate_and_have_the_layout_of_the_host() {
             let members: Vec<_> = members.iter().map(|(name, offset)| (name.as_str(), *offset)).collect();
             assert_eq!(members, settings_members(Precision::F32));
             let of_nodes = reflection.members("MemorySettings").unwrap();
-            let names = ["spacing", "most_intervals", "stride"].map(str::to_owned);
-            assert_eq!(of_nodes, names.into_iter().zip([0, 4, 8]).collect::<Vec<_>>());
+            let names = ["stride", "most_intervals", "spacing", "path_steps", "path_tolerance", "least_pivot"];
+            let names = names.map(str::to_owned).into_iter();
+            assert_eq!(of_nodes, names.zip((0..).step_by(4)).collect::<Vec<_>>());
             let names: Vec<String> = reflection.bindings().into_iter().map(|(_, _, name)| name).collect();
             assert_eq!(names.join(" "), "settings constants inputs outputs memory_settings memory under_way");
             assert_eq!(reflection.workgroup_size("advance"), Some([WORKGROUP_SIZE, 1, 1]));

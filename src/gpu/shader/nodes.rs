@@ -61,7 +61,7 @@ pub(super) fn add_nodes(s: &mut Specialisation, plan: &Plan, is_by_nodes: bool) 
     s.constant("NODE_LEVELS", Value::U32(STEPS.len() as u32));
     s.constant("NODE_STEPS", Value::u32_array(STEPS));
     let epsilon = s.precision.epsilon();
-    let good = path::newton_tolerance(plan.options.tolerance, epsilon).max(path::NODE_GOOD).max(100.0 * epsilon);
+    let good = path::NODE_GOOD.max(100.0 * epsilon);
     for (name, value) in [
         ("NODE_AIM", path::NODE_AIM),
         ("NODE_COLUMNS_GOOD", good),

@@ -93,8 +93,9 @@ pub fn follow_nodes<L: Lane>(
         let restart = (accept | reject) & !reached;
         target = L::select(restart, (lambda + step).min(one), target);
         let earlier = if pace.is_quick() { lambda_earlier } else { lambda_before };
-        let equilibria = [along(pace, earlier), along(pace, lambda_before), along(pace, lambda)];
-        predict(nodes, restart, equilibria, along(pace, target));
+        let equilibria = [on_path(pace, earlier), on_path(pace, lambda_before), on_path(pace, lambda)];
+        predict(nodes, restart, equilibria, on_path(pace, target));
+        nodes.hold_base(problem);
         last_size = L::select(go_on, size, narrowed(last_least) * first_bound);
         corrections = L::select(go_on, corrections + one, zero);
         passes = L::select(active, passes + one, passes);
@@ -142,7 +143,7 @@ fn predict<L: Lane>(nodes: &mut Nodes<L>, restart: L::Mask, [earlier, before, la
 
 /// What a path goes along: the load, quickly its square root.
 #[inline(always)]
-fn along<L: Lane>(pace: NodePace, lambda: L) -> L {
+fn on_path<L: Lane>(pace: NodePace, lambda: L) -> L {
     if pace.is_quick() { lambda.sqrt() } else { lambda }
 }
 

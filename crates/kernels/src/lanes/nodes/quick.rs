@@ -62,12 +62,7 @@ impl<L: Lane> Nodes<L> {
             let [d1, t, m] = [node.d1, node.t, node.m].map(|v| vector(of, v, offset));
             self.nodes.push(Node::new(d1, t, m));
         }
-        // The base is not rounded, nor is what pieces of no length separate from it: nothing would correct it.
-        let Node { m, .. } = self.nodes[0];
-        self.nodes[0] = Node { d1: problem.rod.d1, t: problem.rod.t, m };
-        for (i, interval) in self.mesh.intervals.iter().enumerate().take(self.nodes.len() - 1) {
-            self.nodes[i + 1] = Node::select(interval.is_there(of), self.nodes[i + 1], self.nodes[i]);
-        }
+        self.hold_base(problem);
         let reached: [f64; WIDEST] = end.reached.map(|reached| f64::from(u8::from(reached)));
         let [reached, passes] = [reached, end.passes].map(|numbers| lanes(of, &numbers[offset..]));
         (of.constant(0.5).lt(reached), passes)

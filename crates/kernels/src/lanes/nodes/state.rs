@@ -249,6 +249,17 @@ impl<L: Lane> Nodes<L> {
         }
     }
 
+    /// Puts the base where it is held, and with it what pieces of no length part from it: nothing else would correct them.
+    #[inline(always)]
+    pub fn hold_base(&mut self, problem: &Problem<'_, L>) {
+        let rod = problem.rod;
+        self.nodes[0] = Node { d1: rod.d1, t: rod.t, m: self.nodes[0].m };
+        for i in 1..self.nodes.len() {
+            let is_there = self.mesh.intervals[i - 1].is_there(rod.t.x);
+            self.nodes[i] = Node::select(is_there, self.nodes[i], self.nodes[i - 1]);
+        }
+    }
+
     /// The node at the end of an interval; beyond the last it is the tip.
     #[inline(always)]
     pub fn end_of(&self, i: usize) -> Node<L> {
