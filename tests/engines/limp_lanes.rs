@@ -63,6 +63,32 @@ fn golden_scenes_in_f32() {
     assert!(offenders.is_empty(), "\n{}", offenders.join("\n"));
 }
 
+/// A row costs what is asked for: where that is less than all digits, its estimates tell what is left.
+#[test]
+fn estimates_hold_at_every_tolerance() {
+    for tolerance in [1e-4, 1e-6, 1e-8] {
+        let make = |plan: &Plan| Box::new(Lanes::new(plan, Precision::F64).expect("supported")) as Box<_>;
+        let measured = |case: &LimpCase| {
+            (measure(case, PlanOptions { tolerance, ..options(Sensitivity::Auto) }, make), case.stated)
+        };
+        let all: Vec<_> = cases().par_iter().map(measured).collect();
+        let mut offenders = Vec::new();
+        for (errors, stated) in &all {
+            let holds = errors.status.is_success()
+                && errors.pose <= errors.estimate + stated.pose
+                && errors.J.0 <= errors.derivative_error + stated.J
+                && errors.estimate <= tolerance.max(1e-9)
+                && errors.derivative_error <= 1e-3;
+            if !holds {
+                offenders.push(format!("{errors:?}"));
+            }
+        }
+        let largest = |of: &dyn Fn(&LimpErrors) -> f64| all.iter().map(|(errors, _)| of(errors)).fold(0.0, f64::max);
+        println!("{tolerance:.0e}: pose {:.1e}, columns {:.1e}", largest(&|e| e.pose), largest(&|e| e.J.0));
+        assert!(offenders.is_empty(), "{tolerance:.0e}\n{}", offenders.join("\n"));
+    }
+}
+
 /// The ordinary golden scenes, all by nodes.
 #[test]
 fn nodes_alone_find_the_golden_scenes() {

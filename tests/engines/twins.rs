@@ -83,6 +83,7 @@ const EXCEPTIONS: Exceptions = Exceptions {
         ("nodes/responses", &["row", "rows"], "the shader collects the traces of responses themselves"),
         ("nodes/responses", &["add"], "the shader adds to the rows interval by interval"),
         ("nodes/answer", &["merge"], "masks of lanes"),
+        ("nodes/answer", &["softness"], "the shader compares passes on the same nodes"),
         ("varying/space", &["new", "without_maps", "inside"], "maps are for the CPU"),
         ("varying/step", &["new", "select", "advanced"], "the workspace; masks; the shader's tableau is compiled in"),
         ("varying/first", &["new"], "the workspace"),

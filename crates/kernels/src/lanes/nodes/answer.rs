@@ -8,11 +8,13 @@ use crate::lanes::algebra::{Mat3, length};
 use crate::lanes::lane::{Lane, Scalar};
 use crate::lanes::problem::{Problem, Workspace};
 use crate::lanes::program::Outputs;
+use crate::lanes::rod::Segment;
 use crate::lanes::shoot::Tip;
 use crate::lanes::stability::{margin, squared_norm};
 use crate::model::path::{
     COLUMN_NOISE, NODE_COLUMNS_ERROR, NODE_CONTRACTION, NODE_CORRECTIONS, NODE_ENOUGH, NODE_ERROR_SHARE, NODE_GOOD,
     NODE_LEFT_OVER, NODE_LEVELS, NODE_NEARBY, NODE_PACES, NODE_ROUND_OFF, PATH_STEPPER, REACH, node_columns_good,
+    node_integrals,
 };
 use crate::model::{NO_EQUILIBRIUM, Quantity, Status};
 
@@ -90,6 +92,7 @@ fn answer<L: Lane>(
     let row_count = if program.base_moment_rows { 9 } else { 6 };
     let columns = Quantity::COUNT + row_count * program.derivatives.len();
     let mut rows = vec![L::Scalar::default(); columns * L::COUNT];
+    let soft = softness(problem);
     let (mut written, mut left) = (one.lt(one), wanted);
     let mut coarser: Option<Compared<L>> = None;
     for (k, (stepper, steps)) in NODE_LEVELS.into_iter().enumerate() {
@@ -99,15 +102,16 @@ fn answer<L: Lane>(
         nodes.resolve(stepper.tableau(), steps);
         let what = if k == 0 { What::Transfers } else { What::Drives };
         let small = NODE_ENOUGH * good;
-        let enough = (small, small.min(columns_good / (2.0 * NODE_LEFT_OVER)));
+        let enough = (small, small.min(columns_good / (1.2 * NODE_LEFT_OVER)));
         let (converged, left_over) = balance(problem, nodes, what, left, enough, &mut passes, workspace);
         let (w, dp) = tip_response(nodes);
         let finer = Compared { tip: nodes.tip, w, dp };
         if let Some(coarser) = &coarser {
             let (error, columns_error) = difference(coarser, &finer, problem.rod.length());
             let error = error * one.constant(NODE_ERROR_SHARE);
-            let columns_error =
-                columns_error * one.constant(NODE_COLUMNS_ERROR) + left_over * one.constant(NODE_LEFT_OVER);
+            let columns_error = columns_error * one.constant(NODE_COLUMNS_ERROR)
+                + left_over * soft * one.constant(NODE_LEFT_OVER)
+                + one.constant(node_integrals(steps));
             let is_good = error.lt(one.constant(good)) & columns_error.lt(one.constant(columns_good));
             let is_last = k + 1 == NODE_LEVELS.len();
             let ready = if is_last { left } else { left & (is_good | !converged) };
@@ -177,6 +181,19 @@ fn difference<L: Lane>(coarser: &Compared<L>, finer: &Compared<L>, rod_length: L
     let turned = length(finer.tip.d1 - coarser.tip.d1).max(length(finer.tip.t - coarser.tip.t));
     let relative = |a: Mat3<L>, b: Mat3<L>| (squared_norm(&(a - b)) / squared_norm(&a)).sqrt();
     (shift.max(turned), relative(finer.w, coarser.w).max(relative(finer.dp, coarser.dp)))
+}
+
+/// The largest bending stiffness of a segment over that of torsion, at least 1.
+#[inline(always)]
+fn softness<L: Lane>(problem: &Problem<'_, L>) -> L {
+    let mut soft = problem.rod.t.x.constant(1.0);
+    for segment in &problem.rod.segments {
+        if let Segment::Flexible(flexible) = segment {
+            let (near, far) = (flexible.stiffness, flexible.stiffness + flexible.stiffness_rise);
+            soft = soft.max(near.x.max(near.y).max(far.x).max(far.y) / near.z.min(far.z));
+        }
+    }
+    soft
 }
 
 /// What rounding does: the larger the moments, the more it turns.
