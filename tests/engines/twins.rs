@@ -4,7 +4,7 @@ use crate::common::root;
 use std::collections::BTreeMap;
 use std::fs;
 
-const STEMS: [&str; 35] = [
+const STEMS: [&str; 36] = [
     "algebra",
     "rod",
     "section",
@@ -26,6 +26,7 @@ const STEMS: [&str; 35] = [
     "nodes/elimination",
     "nodes/margin",
     "nodes/state",
+    "nodes/newton",
     "nodes/responses",
     "nodes/path",
     "nodes/answer",

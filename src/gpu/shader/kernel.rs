@@ -77,6 +77,7 @@ const NODES: &[Part] = &[
     shader!("nodes/elimination"),
     shader!("nodes/margin"),
     shader!("nodes/state"),
+    shader!("nodes/newton"),
     shader!("nodes/responses"),
     shader!("nodes/path"),
     shader!("nodes/answer"),

@@ -2,7 +2,7 @@
 //! that arrived; or both with care.
 
 use super::algebra::length;
-use super::group::{Answer, ByNodes, Follow, FollowNodes, Load, Tools, store_end};
+use super::group::{Answer, Follow, Load, Tools, store_end};
 use super::kernels::Kernels;
 use super::lane::{Lane, Scalar};
 use super::memory::{CoarseScalar, Memory, pack, unpack};
@@ -131,11 +131,11 @@ fn is_for_next<S: Scalar>(way: Way, status: S) -> bool {
 }
 
 /// A block at work.
-struct Block<'a, L: Kernels> {
-    program: &'a Program,
-    token: L::Token,
-    inputs: &'a [L::Scalar],
-    memory: &'a mut Memory<L>,
+pub(super) struct Block<'a, L: Kernels> {
+    pub program: &'a Program,
+    pub token: L::Token,
+    pub inputs: &'a [L::Scalar],
+    pub memory: &'a mut Memory<L>,
 }
 
 impl<L: Kernels> Block<'_, L> {
@@ -230,23 +230,6 @@ impl<L: Kernels> Block<'_, L> {
             Path::Search => {}
         }
         L::answer(Answer { program: self.program, token: self.token, path, tools, out });
-    }
-
-    /// Leads as many samples as a coarse register holds to their loads by nodes, quickly.
-    #[inline(always)]
-    fn follow_nodes(&mut self, samples: &[usize]) {
-        let Memory { paths: tools, quick: nodes, quick_end: end, .. } = &mut *self.memory;
-        pack(self.inputs, samples, L::Coarse::COUNT, &mut tools.inputs);
-        L::Coarse::follow_nodes(FollowNodes { program: self.program, token: self.token, nodes, end, tools });
-    }
-
-    /// Solves samples by nodes, some of those that were led so, from the one at `offset` on.
-    #[inline(always)]
-    fn solve_by_nodes(&mut self, samples: &[usize], offset: usize, out: Outputs<'_, L::Scalar>) {
-        let Memory { answers: tools, nodes, quick, quick_end, .. } = &mut *self.memory;
-        let (program, token) = (self.program, self.token);
-        pack(self.inputs, samples, L::COUNT, &mut tools.inputs);
-        L::by_nodes(ByNodes { program, token, nodes, quick, quick_end, offset, tools, out });
     }
 
     /// The same in a field that varies in space.

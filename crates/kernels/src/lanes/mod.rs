@@ -8,6 +8,7 @@ mod algebra;
 mod base;
 mod batch;
 mod block;
+mod by_nodes;
 mod chord;
 mod column;
 mod count;

@@ -9,6 +9,7 @@ mod elimination;
 mod interval;
 mod margin;
 mod mesh;
+mod newton;
 mod path;
 mod quick;
 mod responses;

@@ -1,0 +1,27 @@
+//! Samples of a block by nodes.
+
+use super::block::Block;
+use super::group::{ByNodes, FollowNodes};
+use super::kernels::Kernels;
+use super::lane::Lane;
+use super::memory::{Memory, pack};
+use super::program::Outputs;
+
+impl<L: Kernels> Block<'_, L> {
+    /// Leads as many samples as a coarse register holds to their loads by nodes, quickly.
+    #[inline(always)]
+    pub(super) fn follow_nodes(&mut self, samples: &[usize]) {
+        let Memory { paths: tools, quick: nodes, quick_end: end, .. } = &mut *self.memory;
+        pack(self.inputs, samples, L::Coarse::COUNT, &mut tools.inputs);
+        L::Coarse::follow_nodes(FollowNodes { program: self.program, token: self.token, nodes, end, tools });
+    }
+
+    /// Solves samples by nodes, some of those that were led so, from the one at `offset` on.
+    #[inline(always)]
+    pub(super) fn solve_by_nodes(&mut self, samples: &[usize], offset: usize, out: Outputs<'_, L::Scalar>) {
+        let Memory { answers: tools, nodes, quick, quick_end, .. } = &mut *self.memory;
+        let (program, token) = (self.program, self.token);
+        pack(self.inputs, samples, L::COUNT, &mut tools.inputs);
+        L::by_nodes(ByNodes { program, token, nodes, quick, quick_end, offset, tools, out });
+    }
+}
