@@ -86,14 +86,19 @@ fn few_scenes() {
     assert!(found.false_folds.is_empty(), "\n{}", found.false_folds.join("\n"));
 }
 
+/// What `RODSWEEP_SCENES` asks for, FIRST..END.
+pub fn asked_scenes(usual: &str) -> (u64, u64) {
+    let asked = std::env::var("RODSWEEP_SCENES").unwrap_or_else(|_| usual.into());
+    let number = |text: &str| text.parse::<u64>().expect("RODSWEEP_SCENES is FIRST..END");
+    let (first, end) = asked.split_once("..").expect("RODSWEEP_SCENES is FIRST..END");
+    (number(first), number(end))
+}
+
 /// Scenes `FIRST..END` of the environment variable `RODSWEEP_SCENES`, which a long run may take in parts.
 #[test]
 #[ignore = "100,000 scenes take hours"]
 fn many_scenes() {
-    let asked = std::env::var("RODSWEEP_SCENES").unwrap_or_else(|_| "0..100000".into());
-    let number = |text: &str| text.parse::<u64>().expect("RODSWEEP_SCENES is FIRST..END");
-    let (first, end) = asked.split_once("..").expect("RODSWEEP_SCENES is FIRST..END");
-    let (first, end) = (number(first), number(end));
+    let (first, end) = asked_scenes("0..100000");
     let mut false_folds = Vec::new();
     for from in (first..end).step_by(REPORT as usize) {
         let numbers = from..end.min(from + REPORT);

@@ -137,7 +137,7 @@ impl NodePace {
 /// One after the other until a rod has its answer. The first is quick and stays away from folds and bifurcations; a fold
 /// must repeat on the meshes of both others.
 pub const NODE_PACES: [NodePace; 3] = [
-    NodePace { spacing: 1.0, steps: 1, tolerance: 0.3, least_pivot: 0.3 },
+    NodePace { spacing: 1.0, steps: 1, tolerance: 0.2, least_pivot: 0.3 },
     NodePace { spacing: 1.0, steps: 2, tolerance: 1e-3, least_pivot: 0.0 },
     NodePace { spacing: 0.5, steps: 2, tolerance: 1e-3, least_pivot: 0.0 },
 ];
@@ -150,7 +150,7 @@ pub const NODE_GOOD: f64 = 1e-10;
 pub const NODE_USUAL: f64 = 2.0;
 /// Round-off by nodes, in units of epsilon, of the largest moment and of the square root of the number of intervals.
 pub const NODE_ROUND_OFF: f64 = 32.0;
-/// Newton's last step by nodes is below this share of what is good: its square is left.
+/// Newton's last step by nodes is at most so many times what is good: its square is left.
 pub const NODE_ENOUGH: f64 = 3.0;
 /// What is asked of the columns, relative to them, where `good` is asked of the tip: 3e-4 for 1e-6, 3e-10 for 1e-9.
 pub fn node_columns_good(good: f64, epsilon: f64) -> f64 {
