@@ -87,7 +87,7 @@ impl<'a> Refiners<'a> {
 
     /// Solves failed and doubtful samples again. A success becomes `Refined`; another verdict replaces the first one, but
     /// an equilibrium is not replaced by none. A doubtful success that a second attempt does not find is no success. The
-    /// second stage sees what the first left failing.
+    /// second stage sees what the first left failing, but for folds that the first certified.
     pub fn refine(
         &mut self,
         plan: &Plan,
@@ -98,8 +98,11 @@ impl<'a> Refiners<'a> {
     ) -> Result<(), BackendError> {
         let samples = Samples { plan, sampler, batch, index };
         self.settle(&samples, solutions)?;
+        let mut folds = samples.those(solutions, |at| solutions.status(at) == Status::Fold);
+        let mut certified = Vec::new();
         for (number, stage) in self.stages.iter_mut().enumerate() {
-            let needs = |at| !solutions.status(at).is_success() || number == 0 && samples.is_doubtful(solutions, at);
+            let has_failed = |at| !solutions.status(at).is_success() && certified.binary_search(&at).is_err();
+            let needs = |at| has_failed(at) || number == 0 && samples.is_doubtful(solutions, at);
             let left = samples.those(solutions, needs);
             self.attempts += left.len() as u64;
             stage.solve(&samples, &left, |again, from, to| {
@@ -112,6 +115,10 @@ impl<'a> Refiners<'a> {
                     solutions.set_status(to, Status::NotConverged);
                 }
             })?;
+            if stage.backend.as_ref().is_some_and(|backend| backend.certifies_folds()) {
+                folds.retain(|at| solutions.status(*at) == Status::Fold);
+                certified = std::mem::take(&mut folds);
+            }
         }
         Ok(())
     }

@@ -57,3 +57,4 @@ fn no_load_step_leads_over_a_fold() {
         compare("0.58e-3", 21, &[2664, 2665, 2666, 2667], precision);
     }
 }
+

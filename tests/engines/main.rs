@@ -17,6 +17,7 @@ mod field_branches;
 mod field_combinations;
 mod field_energy;
 mod field_equilibria;
+mod field_folds;
 mod field_maps;
 mod fields;
 mod golden;

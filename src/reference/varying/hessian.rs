@@ -71,10 +71,9 @@ fn turned(a: Vector3<f64>, b: Vector3<f64>) -> Matrix3<f64> {
     0.5 * (a * b.transpose() + b * a.transpose()) - a.dot(&b) * Matrix3::identity()
 }
 
-/// Adds `left^T form right`, symmetrised.
+/// Adds `left^T form right`, of which the symmetric part counts.
 fn add(q: &mut DMatrix<f64>, left: &Matrix3xX<f64>, form: Matrix3<f64>, right: &Matrix3xX<f64>) {
-    let product: DMatrix<f64> = left.transpose() * (form * right);
-    *q += 0.5 * (&product + product.transpose());
+    q.gemm_tr(1.0, left, &(form * right), 1.0);
 }
 
 /// A dipole at a place: how its energy changes to second order, twice. F8
@@ -148,7 +147,8 @@ pub(super) fn stability(rod: &Varying, base: &BaseLoad, integrator: &mut Extrapo
             inside = inside.min(rod.field.inside(state.p));
         }
     }
-    Some(Stability { index: negative_eigenvalues(q)?, clearance, inside })
+    let symmetric = 0.5 * (&q + q.transpose());
+    Some(Stability { index: negative_eigenvalues(symmetric)?, clearance, inside })
 }
 
 /// The work of the field and of all forces beyond on a rigid segment.

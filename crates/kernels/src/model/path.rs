@@ -199,7 +199,13 @@ pub const NODE_FOLD_PIVOT: f64 = 0.05;
 pub const NODE_PASS_LIMIT: f64 = 400.0;
 /// In a field that varies: a load step that starts or ends nearer to a fold (stability margin) may halve or double the margin.
 pub const FIELD_NEAR_MARGIN: f64 = 0.6;
-/// The same: under part of the load corrections of the load at the base end below this.
+/// The smallest load step there with care and in double precision, as a share of the load so far, and next to rest of
+/// [`LITTLE_LOAD`].
+pub const FIELD_SMALLEST_STEP: f64 = 1.0 / 524_288.0;
+/// With care and in double precision a path that ends at a fold has there at least this slope (plan units of the load at the
+/// base over the share of the load) times the margin: 0.3 and more were measured. Next to a bifurcation it is small.
+pub const FOLD_STEEPNESS: f64 = 0.05;
+/// Under part of the load corrections of the load at the base end below this.
 pub const FIELD_LOAD_TOLERANCE: f64 = 0.05;
 /// The same on a GPU: Newton steps on the fine grid, and how many of them may be chord steps.
 pub const FIELD_NEWTON_LIMIT: f64 = 14.0;

@@ -13,6 +13,9 @@ use crate::lanes::problem::Problem;
 use crate::lanes::program::Resolution;
 use crate::lanes::rod::Segment;
 
+/// Each flexible segment has at most so many intervals, of several steps each where it takes more.
+const INTERVALS: usize = 6;
+
 /// A pass: the arguments of [`integrate`].
 pub struct Pass<'a, L: Lane> {
     pub problem: Problem<'a, L>,
@@ -112,6 +115,7 @@ pub fn integrate<L: Lane>(pass: Pass<'_, L>) {
                     first.load(program.terms, (flexible, index), &state, &load, parameters, columns);
                 }
                 room.stages.set_step(resolution.tableau, flexible.length * zero.constant(share));
+                let joined = steps.div_ceil(INTERVALS);
                 for k in 0..steps {
                     let start = k as f64 * share;
                     let step = Step { terms: program.terms, space, segment: flexible, lambda, start, share };
@@ -122,7 +126,9 @@ pub fn integrate<L: Lane>(pass: Pass<'_, L>) {
                     }
                     let mut count = if what.has_base() { 2 } else { 0 };
                     if with_transfers {
-                        own = interval_columns(before.m);
+                        if k % joined == 0 {
+                            own = interval_columns(before.m);
+                        }
                         // Without a magnet a displacement takes the interval along.
                         count = if flexible.has_magnet { 4 } else { 3 };
                     }
@@ -136,7 +142,7 @@ pub fn integrate<L: Lane>(pass: Pass<'_, L>) {
                             false => step_columns::<L, false>(&step, room, by, three),
                         }
                     }
-                    if with_transfers {
+                    if with_transfers && ((k + 1) % joined == 0 || k + 1 == steps) {
                         push(transfers, (&mut pose, &mut load), &own, state.m, true);
                     }
                     clearance = space.clearance(state.p, clearance);

@@ -8,14 +8,14 @@ use super::pass::Pass;
 use super::workspace::{VaryingWorkspace, What};
 use crate::lanes::algebra::{Vec3, dot, length};
 use crate::lanes::kernels::Kernels;
-use crate::lanes::lane::Lane;
+use crate::lanes::lane::{Lane, Scalar};
 use crate::lanes::problem::Problem;
 use crate::lanes::program::{Inputs, Outputs};
 use crate::model::CoilLoad;
 use crate::model::path::{
-    AIM, CONTRACTION, CORRECTIONS, FIELD_LOAD_TOLERANCE, FIELD_NEAR_MARGIN, FIRST_BEND, FOLD_MARGIN,
-    FULL_LOAD_TOLERANCE, NODE_LEAST_RATIO, NODE_MOST_RATIO, NODE_PASS_LIMIT, NODE_RETREAT, RAMP_TRUST, SAFE_MARGIN,
-    SMALLEST_GUARDED_STEP, SMALLEST_RAMP_STEP, TRUST, WIDENING,
+    AIM, CONTRACTION, CORRECTIONS, FIELD_LOAD_TOLERANCE, FIELD_NEAR_MARGIN, FIELD_SMALLEST_STEP, FIRST_BEND, FOLD_STEEPNESS, FOLD_MARGIN,
+    FULL_LOAD_TOLERANCE, LITTLE_LOAD, NEAR_MARGIN, NODE_LEAST_RATIO, NODE_MOST_RATIO, NODE_PASS_LIMIT, NODE_RETREAT,
+    PATH_TOLERANCE, RAMP_TRUST, SAFE_MARGIN, SMALLEST_GUARDED_STEP, SMALLEST_RAMP_STEP, TRUST, WIDENING,
 };
 
 /// Where the paths of a register ended.
@@ -99,6 +99,14 @@ pub fn select<L: Lane>(mask: L::Mask, a: Load<L>, b: Load<L>) -> Load<L> {
     (Vec3::select(mask, a.0, b.0), Vec3::select(mask, a.1, b.1))
 }
 
+/// The share of a correction's bounds that holds at a margin, where the path is `sharp`: next to a bifurcation other branches
+/// are as near as its root.
+#[inline(always)]
+fn narrowed<L: Lane>(margin: L, sharp: bool) -> L {
+    let one = margin.constant(1.0);
+    if sharp { (margin * one.constant(1.0 / NEAR_MARGIN)).min(one).sqrt() } else { one }
+}
+
 /// Whether a load step changes the margin so much, where it is small, that stability may be lost and won again between.
 #[inline(always)]
 fn leaps<L: Lane>(margin: L, last: L) -> L::Mask {
@@ -121,13 +129,22 @@ pub fn follow_varying<L: Kernels>(
     let zero = rod.t.x.constant(0.0);
     let one = zero.constant(1.0);
     let nobody = one.lt(zero);
-    // The field acts on the path as if it did at the middles of rigid segments; the answer corrects it.
-    let points = CoilLoad::Middle.points();
     let resolution = if care { &program.careful } else { &program.coarse };
     let rest = (Vec3::splat(zero), Vec3::splat(zero));
     let (mut accepted, mut end_inverse) = (rest, Mat6::identity(one));
     let slope = size(secant, rest).max(one.constant(1e-6));
-    let smallest = one.constant(if care { SMALLEST_GUARDED_STEP } else { SMALLEST_RAMP_STEP });
+    // In single precision round-off hides what lies closer.
+    let sharp = care && L::Scalar::EPSILON < 1e-10;
+    // Elsewhere the field acts as if it did at the middles of rigid segments; the answer corrects it.
+    let points = match &program.field {
+        Some(field) if sharp => field.points,
+        _ => CoilLoad::Middle.points(),
+    };
+    let smallest = one.constant(match (care, sharp) {
+        (false, _) => SMALLEST_RAMP_STEP,
+        (true, false) => SMALLEST_GUARDED_STEP,
+        (true, true) => FIELD_SMALLEST_STEP,
+    });
     let mut lambda = zero;
     let mut step = (one.constant(FIRST_BEND) / slope).min(one);
     let mut target = step;
@@ -154,7 +171,11 @@ pub fn follow_varying<L: Kernels>(
         let correction = size((dn, dm), base);
         // Moments and radians, as on other paths.
         let moved = norm((dn, dm)).max(length(workspace.pose.on(dn, dm).1));
-        let enough = L::select(partial, one.constant(FIELD_LOAD_TOLERANCE), one.constant(FULL_LOAD_TOLERANCE));
+        let margin = margin(&inverse);
+        let enough = match sharp {
+            true => narrowed(margin, sharp) * one.constant(PATH_TOLERANCE),
+            false => L::select(partial, one.constant(FIELD_LOAD_TOLERANCE), one.constant(FULL_LOAD_TOLERANCE)),
+        };
         let converged = active & correction.lt(enough);
         let (is_far, is_inside) = (zero.lt(workspace.clearance), zero.lt(workspace.inside));
         let clear = is_far & is_inside;
@@ -166,7 +187,6 @@ pub fn follow_varying<L: Kernels>(
             }
             stable = index(&workspace.transfers, one).lt(one.constant(0.5));
         }
-        let margin = margin(&inverse);
         let contracting = moved.lt(last_size * one.constant(CONTRACTION));
         let converged = converged & contracting;
         let go_on = active & !converged & contracting & corrections.lt(one.constant(CORRECTIONS));
@@ -188,16 +208,18 @@ pub fn follow_varying<L: Kernels>(
         end_inverse = Mat6::select(accept, &inverse, &end_inverse);
         reached = reached | (accept & !partial & !is_narrow);
         first_size = L::select(corrections.lt(one.constant(0.5)), moved, first_size);
-        let ratio = (one.constant(AIM * trust) / first_size.max(one.constant(1e-6))).sqrt();
+        let narrow = narrowed(last_margin, sharp);
+        let ratio = (narrow * one.constant(AIM * trust) / first_size.max(one.constant(1e-6))).sqrt();
         let ratio = ratio.max(one.constant(NODE_LEAST_RATIO)).min(one.constant(NODE_MOST_RATIO));
         step = L::select(accept, used * ratio, L::select(reject, used * one.constant(NODE_RETREAT), step));
-        failed = failed | (reject & step.lt(smallest)) | is_narrow;
+        let load = if sharp { lambda.max(one.constant(LITTLE_LOAD)) } else { one };
+        failed = failed | (reject & step.lt(smallest * load)) | is_narrow;
         let restart = (accept | reject) & !reached;
         target = L::select(restart, (lambda + step).min(one), target);
         let ahead = target - lambda;
         let predicted = (accepted.0 + secant.0 * ahead, accepted.1 + secant.1 * ahead);
         base = select::<L>(restart, predicted, base);
-        last_size = L::select(go_on, moved, first_bound);
+        last_size = L::select(go_on, moved, narrow * first_bound);
         corrections = L::select(go_on, corrections + one, zero);
         passes = L::select(active, passes + one, passes);
         let over = active & !reached & !passes.lt(one.constant(NODE_PASS_LIMIT));
@@ -205,7 +227,10 @@ pub fn follow_varying<L: Kernels>(
         failed = failed | over;
     }
     let lost = !(reached | exhausted);
-    let fold = lost & !too_near & !outside & (unstable | weakest.lt(one.constant(FOLD_MARGIN)));
+    // At a fold the margin goes to zero as the path grows steep. Where it is not steep, the path may bend sharply and go on.
+    let is_steep = one.constant(if sharp { FOLD_STEEPNESS } else { 0.0 }).lt(norm(secant) * last_margin);
+    let at_fold = is_steep & (unstable | weakest.lt(one.constant(FOLD_MARGIN)));
+    let fold = lost & !too_near & !outside & at_fold;
     let is_finite = length(accepted.1).is_finite();
     VaryingPath {
         base: accepted,
