@@ -9,7 +9,7 @@ use super::lane::{F32, F64, Lane};
 use super::path::PathEnd;
 use super::shoot::Pass;
 use super::terms::ProgramTerms;
-use super::varying::{self, FollowVarying, InVarying, PassVarying};
+use super::varying::{self, FollowVarying, InVarying};
 
 /// A pass over the rod. It returns nothing, so that naming it costs no frame of its own on the stack: another 16 bytes
 /// there, and what an AVX-512 kernel spills lies across cache lines.
@@ -100,6 +100,22 @@ macro_rules! kernel {
     };
 }
 
+/// A pass in a field that varies, of some terms.
+macro_rules! varying_pass {
+    ($module:ident, $terms:ty) => {
+        pub mod $module {
+            use super::L;
+            use crate::lanes::varying::{Pass, PassVarying};
+            use crate::lanes::{lane::Lane, terms::*};
+
+            pub fn run(pass: Pass<'_, L>) {
+                let terms = <$terms>::of(pass.problem.program.terms);
+                L::vectorize(pass.lambda.token(), PassVarying(pass, terms))
+            }
+        }
+    };
+}
+
 /// All kernels of a register type.
 macro_rules! kernels {
     ($module:ident, $lane:ty, $passes:ident) => {
@@ -115,7 +131,8 @@ macro_rules! kernels {
             kernel!(by_nodes, ByNodes, ());
             kernel!(follow_varying, FollowVarying, ());
             kernel!(in_varying, InVarying, ());
-            kernel!(pass_varying, PassVarying, ());
+            varying_pass!(varying_plain, Isotropic<true, true>);
+            varying_pass!(varying_every, ProgramTerms);
 
             pub mod job {
                 use super::L;
@@ -162,7 +179,10 @@ macro_rules! kernels {
                 $module::in_varying::run(in_varying)
             }
             fn varying_pass(pass: varying::Pass<'_, Self>) {
-                $module::pass_varying::run(PassVarying(pass))
+                match pass.problem.program.terms.anisotropic {
+                    true => $module::varying_every::run(pass),
+                    false => $module::varying_plain::run(pass),
+                }
             }
         }
     };

@@ -11,6 +11,7 @@ use crate::lanes::kernels::Kernels;
 use crate::lanes::lane::Lane;
 use crate::lanes::problem::Problem;
 use crate::lanes::program::{Inputs, Outputs, Program};
+use crate::lanes::terms::Terms;
 use pulp::{Simd, WithSimd};
 
 /// The arguments of [`follow_varying`] without care: from how samples set out to where they end, or before that how they
@@ -93,20 +94,14 @@ impl<L: Kernels> WithSimd for InVarying<'_, L> {
     }
 }
 
-/// A pass over a rod in a field that varies.
-pub struct PassVarying<'a, L: Lane>(pub Pass<'a, L>);
+/// A pass over a rod in a field that varies, and the terms that it is compiled for.
+pub struct PassVarying<'a, L: Lane, T>(pub Pass<'a, L>, pub T);
 
-impl<L: Lane> PassVarying<'_, L> {
-    pub fn token(&self) -> L::Token {
-        self.0.lambda.token()
-    }
-}
-
-impl<L: Lane> WithSimd for PassVarying<'_, L> {
+impl<L: Lane, T: Terms> WithSimd for PassVarying<'_, L, T> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        integrate(self.0);
+        integrate(self.0, self.1);
     }
 }

@@ -12,6 +12,7 @@ use crate::lanes::lane::Lane;
 use crate::lanes::problem::Problem;
 use crate::lanes::program::Resolution;
 use crate::lanes::rod::Segment;
+use crate::lanes::terms::Terms;
 
 /// Each flexible segment has at most so many intervals, of several steps each where it takes more.
 const INTERVALS: usize = 6;
@@ -79,7 +80,7 @@ fn numbered<'a, L>(
 
 /// Integrates the rod; what it comes to is left in the workspace.
 #[inline(always)]
-pub fn integrate<L: Lane>(pass: Pass<'_, L>) {
+pub fn integrate<L: Lane, T: Terms>(pass: Pass<'_, L>, terms: T) {
     let Pass { problem, resolution, lambda, base, what, points, workspace } = pass;
     let Problem { program, rod, .. } = problem;
     let VaryingWorkspace { space, room, parameters, transfers, columns, first, .. } = workspace;
@@ -118,11 +119,11 @@ pub fn integrate<L: Lane>(pass: Pass<'_, L>) {
                 let joined = steps.div_ceil(INTERVALS);
                 for k in 0..steps {
                     let start = k as f64 * share;
-                    let step = Step { terms: program.terms, space, segment: flexible, lambda, start, share };
+                    let step = Step { terms, space, segment: flexible, lambda, start, share };
                     let before = state;
                     match steady {
-                        true => step_rod::<L, true>(&step, room, what != What::State, &mut state),
-                        false => step_rod::<L, false>(&step, room, what != What::State, &mut state),
+                        true => step_rod::<L, T, true>(&step, room, what != What::State, &mut state),
+                        false => step_rod::<L, T, false>(&step, room, what != What::State, &mut state),
                     }
                     let mut count = if what.has_base() { 2 } else { 0 };
                     if with_transfers {
@@ -138,8 +139,8 @@ pub fn integrate<L: Lane>(pass: Pass<'_, L>) {
                         }
                         let (by, three) = numbered(k, count, index, parameters, &mut own, columns);
                         match steady {
-                            true => step_columns::<L, true>(&step, room, by, three),
-                            false => step_columns::<L, false>(&step, room, by, three),
+                            true => step_columns::<L, T, true>(&step, room, by, three),
+                            false => step_columns::<L, T, false>(&step, room, by, three),
                         }
                     }
                     if with_transfers && ((k + 1) % joined == 0 || k + 1 == steps) {

@@ -7,7 +7,7 @@ use crate::lanes::column::{compliance_times, principal_times};
 use crate::lanes::lane::Lane;
 use crate::lanes::section::{Flexible, curvature, to_world, velocity};
 use crate::lanes::step::{STAGES, Stages};
-use crate::lanes::terms::ProgramTerms;
+use crate::lanes::terms::Terms;
 
 /// The rod at one place.
 #[derive(Clone, Copy, Debug)]
@@ -68,8 +68,8 @@ pub struct Room<L: Lane> {
 }
 
 /// One of several equal steps over a segment under part of its loads.
-pub struct Step<'a, L: Lane> {
-    pub terms: ProgramTerms,
+pub struct Step<'a, L: Lane, T> {
+    pub terms: T,
     pub space: &'a Space<L>,
     pub segment: &'a Flexible<L>,
     pub lambda: L,
@@ -95,8 +95,8 @@ impl<L: Lane> Room<L> {
 
 /// Takes the rod over one step; `columns` says whether columns will follow, `STEADY` that no force acts along the segment.
 #[inline(always)]
-pub fn step_rod<L: Lane, const STEADY: bool>(
-    step: &Step<'_, L>,
+pub fn step_rod<L: Lane, T: Terms, const STEADY: bool>(
+    step: &Step<'_, L, T>,
     room: &mut Room<L>,
     columns: bool,
     state: &mut State<L>,
@@ -117,7 +117,7 @@ pub fn step_rod<L: Lane, const STEADY: bool>(
         if !STEADY {
             (slope.dm, slope.dn) = (cross(n, v), -weight);
         }
-        if !STEADY && segment.has_magnet {
+        if !STEADY && terms.general() && segment.has_magnet {
             let mu = to_world(d1, d2, t, mu_body);
             let local = if columns {
                 space.local(p, mu)
@@ -165,8 +165,8 @@ fn advanced<L: Lane, const STEADY: bool>(
 
 /// Takes three columns over a step whose stages are known; `by` are parameters, number `index` of the segment.
 #[inline(always)]
-pub fn step_columns<L: Lane, const STEADY: bool>(
-    step: &Step<'_, L>,
+pub fn step_columns<L: Lane, T: Terms, const STEADY: bool>(
+    step: &Step<'_, L, T>,
     room: &mut Room<L>,
     by: Option<(&Parameters<L>, usize)>,
     columns: &mut Columns<L>,
@@ -201,8 +201,8 @@ pub fn step_columns<L: Lane, const STEADY: bool>(
             let compliance = segment.compliance_at(terms, stage.compliance);
             let x = cross_sub(w, stage.m, dm);
             let mut dw = compliance_times(terms, compliance, stage.d1, stage.d2, stage.t, x); // J1
-            let mut ddp = cross(w, stage.v); // J2
-            if segment.shears {
+            let mut ddp = cross(w, stage.velocity(terms)); // J2
+            if terms.general() && segment.shears {
                 let y = cross_sub(w, stage.n, dn);
                 ddp = ddp + principal_times(segment.shear, stage.d1, stage.d2, stage.t, y); // J2
             }
@@ -219,8 +219,8 @@ pub fn step_columns<L: Lane, const STEADY: bool>(
             if STEADY {
                 continue;
             }
-            let mut ddm = cross_sub(ddp, stage.n, cross(dn, stage.v)); // J3
-            if segment.has_magnet {
+            let mut ddm = cross_sub(ddp, stage.n, cross(dn, stage.velocity(terms))); // J3
+            if terms.general() && segment.has_magnet {
                 let Magnetic { mu, local } = magnetic[i % STAGES];
                 let mut dmu = cross(w, mu);
                 let (mut dB, mut dF) = (local.G * dp, local.T3 * dp);
