@@ -56,7 +56,7 @@ pub use colour::{Colour, ColourMap};
 pub use colour_bar::{ColourRange, ColourScale};
 pub use curves::{Curves, Marker, PlaneCurves, Series};
 pub use failure_map::{FailureMap, SweptAxis};
-pub use field::{Cylinder, FieldSource, GridBox, SourceBody, Surroundings};
+pub use field::{Cylinder, FieldLine, FieldSource, GridBox, LinePlace, SourceBody, Surroundings};
 pub use interval_bars::{Interval, IntervalBars};
 pub use named_bars::NamedBars;
 pub use number_matrix::NumberMatrix;

@@ -79,7 +79,13 @@ fn post(view: &View, request: &Request) -> Result<Answer, Refusal> {
     };
     let is_set = |name: &str| body.get(name).and_then(Value::as_bool).unwrap_or(false);
     match request.path.as_str() {
-        "api/solve" => Ok(of_json(&rod::answer(view.scene_at(values)?, is_set("rest"))?)),
+        "api/solve" => {
+            let known = match &body["lines"] {
+                Value::Null => None,
+                number => Some(number.as_u64().ok_or_else(|| Refusal::wrong("`lines`: give a number from 0 on"))?),
+            };
+            Ok(of_json(&rod::answer(view.scene_at(values)?, is_set("rest"), view.lines(), known)?))
+        }
         "api/branches" => Ok(of_json(&rod::branches(view.scene_at(values)?)?)),
         "api/drag" => {
             let target = vector(&body["target"]);

@@ -1,12 +1,13 @@
 //! One rod: values in, equilibrium out, with its shape and what is drawn beside it.
 
 use crate::error::Refusal;
+use crate::lines::Lines;
 use crate::sources::sources;
 use rodsweep::figures::rod_shape;
 use rodsweep::input::assign;
 use rodsweep::model::{Rod, RodSegment, Scene, SegmentKind, Stiffness, Vector};
 use rodsweep::reference::{Pose, shape_with_derivatives};
-use rodsweep::report::StretchKind;
+use rodsweep::report::{StretchKind, Surroundings};
 use rodsweep::study::{Solve, SolveError, Solved, along_segments, smooth_count};
 use serde_json::{Map, Value, json};
 use std::time::Instant;
@@ -36,8 +37,9 @@ fn of_solve(error: SolveError) -> Refusal {
     if error.is_usage() { Refusal::wrong(error) } else { Refusal::failed(error) }
 }
 
-/// The answer to `solve`; `rest` adds the rod without loads.
-pub fn answer(scene: Scene, rest: bool) -> Result<Value, Refusal> {
+/// The answer to `solve`; `rest` adds the rod without loads, `known` tells which lines of the field the page has, if it wants
+/// any.
+pub fn answer(scene: Scene, rest: bool, lines: &Lines, known: Option<u64>) -> Result<Value, Refusal> {
     let begun = Instant::now();
     let solved = solve(scene)?;
     let mut answer = json!({
@@ -48,6 +50,9 @@ pub fn answer(scene: Scene, rest: bool) -> Result<Value, Refusal> {
     });
     if rest {
         answer["rest"] = json!(rod_shape(&solved).ok().and_then(|figure| figure.rest));
+    }
+    if let Some(lines) = known.and_then(|known| lines.answer(solved.scene(), known)) {
+        answer["lines"] = lines;
     }
     answer["seconds"] = json!(begun.elapsed().as_secs_f64());
     Ok(answer)
@@ -73,12 +78,17 @@ pub fn shape(solved: &Solved) -> Value {
     let Some(poses) = shape_with_derivatives(&rod, solved.base_wrench(), &at, &[]) else { return Value::Null };
     let each = poses.chunks(count).enumerate();
     let stretches: Vec<Value> = each.map(|(index, poses)| stretch(scene, &rod, index, poses)).collect();
-    json!({
+    let around = Surroundings::of(scene);
+    let mut shape = json!({
         "stretches": stretches,
         "flux_density": rod.flux_density,
         "tip_force": rod.tip_force,
-        "sources": sources(scene),
-    })
+        "sources": sources(around.as_ref()),
+    });
+    if let Some(around) = around {
+        shape["flux_density_at_tip"] = json!(around.magnitude(solved.tip_position()));
+    }
+    shape
 }
 
 fn stretch(scene: &Scene, rod: &Rod, index: usize, poses: &[Pose]) -> Value {

@@ -1,13 +1,11 @@
 //! Magnets and coils around the rod, as the figures have them.
 
-use rodsweep::model::Scene;
 use rodsweep::report::{FieldSource, SourceBody, Surroundings};
 use serde_json::{Value, json};
 
-/// Of a scene; an empty list where the field is uniform.
-pub fn sources(scene: &Scene) -> Value {
-    let all = Surroundings::of(scene).map(|around| around.sources).unwrap_or_default();
-    all.iter().map(source).collect()
+/// Of what surrounds a rod; an empty list where the field is uniform.
+pub fn sources(around: Option<&Surroundings>) -> Value {
+    around.into_iter().flat_map(|around| &around.sources).map(source).collect()
 }
 
 fn source(source: &FieldSource) -> Value {

@@ -21,6 +21,8 @@ pub fn style() -> Value {
             "dipole": RodShape::DIPOLE_COLOUR.code(),
             "magnet": Surroundings::MAGNET_COLOUR.code(),
             "electromagnet": Surroundings::COIL_COLOUR.code(),
+            // Hairlines that fade: more of the field's own colour than in figures.
+            "line": Surroundings::LINE_COLOUR.mix(RodShape::FIELD_COLOUR, 0.35).code(),
             "field": RodShape::FIELD_COLOUR.code(),
             "force": RodShape::FORCE_COLOUR.code(),
             "frame": RodShape::FRAME_COLOURS.map(Colour::code),

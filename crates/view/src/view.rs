@@ -2,7 +2,9 @@
 
 use crate::drag::{Beginning, Drag};
 use crate::error::{Refusal, ViewError};
+use crate::lines::Lines;
 use crate::map::ResultMap;
+use crate::region::region;
 use crate::rod;
 use crate::sliders::{Slider, sliders};
 use crate::sources::sources;
@@ -10,7 +12,7 @@ use crate::stills::Stills;
 use crate::style::style;
 use rodsweep::input::{read_scene, read_text};
 use rodsweep::model::{Parameter, Scene, SegmentParameter, Vector};
-use rodsweep::report::LengthUnit;
+use rodsweep::report::{LengthUnit, Surroundings};
 use rodsweep::results::Results;
 use rodsweep::spec::{AxisSpec, ControlInput, SweepSpec};
 use rodsweep::study::MOST_INPUTS;
@@ -27,6 +29,7 @@ pub struct View {
     map: Option<ResultMap>,
     stills: Stills,
     drag: Mutex<Option<Drag>>,
+    lines: Lines,
 }
 
 impl View {
@@ -57,7 +60,8 @@ impl View {
     fn new(mut scene: Scene, axes: &[AxisSpec], file: String, map: Option<ResultMap>, stills: Stills) -> View {
         scene.absorb_insertion();
         let title = if scene.name.is_empty() { "rod".into() } else { scene.name.clone() };
-        View { title, file, sliders: sliders(&scene, axes), scene, map, stills, drag: Mutex::default() }
+        let (sliders, lines) = (sliders(&scene, axes), Lines::within(region(&scene)));
+        View { title, file, sliders, scene, map, stills, drag: Mutex::default(), lines }
     }
 
     /// The scene as it stands in the file.
@@ -72,6 +76,10 @@ impl View {
 
     pub(crate) fn stills(&self) -> &Stills {
         &self.stills
+    }
+
+    pub(crate) fn lines(&self) -> &Lines {
+        &self.lines
     }
 
     /// Everything that the page must know at first; `engine` tells whether there is one to ask.
@@ -95,7 +103,9 @@ impl View {
             "style": style(),
             "length": length,
             "length_unit": { "name": unit.name, "metres": unit.metres },
-            "sources": sources(&self.scene),
+            "region": self.lines.region(),
+            "field_varies": self.scene.sources.varies(),
+            "sources": sources(Surroundings::of(&self.scene).as_ref()),
             "sliders": self.sliders,
             "can_drag": !self.inputs().is_empty(),
             "map": map,

@@ -1,10 +1,11 @@
-//! A line along the field, by the classical method of Runge and Kutta with steps halved until they agree.
+//! A line along the field, by the classical method of Runge and Kutta. The slope at the end of a step makes a second, coarser
+//! answer of it; steps are halved until both agree.
 
 use super::super::vectors::{along, distance, dot, norm};
 use super::sources::Surroundings;
 use crate::model::Vector;
 
-/// Steps agree where their ends differ by this share of the longest step.
+/// Answers agree where they differ by this share of the longest step.
 const AGREE: f64 = 1e-4;
 /// Steps are halved so often at most.
 const HALVINGS: i32 = 12;
@@ -19,6 +20,7 @@ pub(super) struct Walk<'a> {
     /// The step that was taken last, backwards if negative (m).
     step: f64,
     at: Vector,
+    local: Option<Local>,
 }
 
 impl<'a> Walk<'a> {
@@ -31,53 +33,66 @@ impl<'a> Walk<'a> {
         forwards: bool,
     ) -> Self {
         let step = if forwards { longest } else { -longest };
-        Walk { surroundings, plane, longest, step, at }
+        Walk { surroundings, plane, longest, step, at, local: local(surroundings, plane, at) }
     }
 }
 
-/// The direction of the field in a plane, and which share of the field lies in it; `None` where it is not known.
-pub(super) fn direction(surroundings: &Surroundings, plane: Option<Vector>, at: Vector) -> Option<(Vector, f64)> {
+/// The field at a point of a line.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Local {
+    /// Of length one, in the plane if there is one.
+    pub direction: Vector,
+    /// Of the field, that lies in it.
+    pub share: f64,
+    /// |B| (T)
+    pub size: f64,
+}
+
+/// The field at a point, and its direction in a plane; `None` where it is not known or has none.
+pub(super) fn local(surroundings: &Surroundings, plane: Option<Vector>, at: Vector) -> Option<Local> {
     if !surroundings.is_known(at) {
         return None;
     }
     let whole = surroundings.flux_density(at);
     let inside = plane.map_or(whole, |normal| along(whole, -dot(whole, normal), normal));
-    let size = norm(inside);
-    (size.is_finite() && size > 0.0).then(|| (inside.map(|x| x / size), size / norm(whole)))
+    let (inner, size) = (norm(inside), norm(whole));
+    (inner.is_finite() && inner > 0.0).then(|| Local {
+        direction: inside.map(|x| x / inner),
+        share: inner / size,
+        size,
+    })
 }
 
 impl Walk<'_> {
-    fn stepped(&self, at: Vector, step: f64) -> Option<Vector> {
-        let slope = |at: Vector| direction(self.surroundings, self.plane, at).map(|(direction, _)| direction);
-        let first = slope(at)?;
+    /// Where a step ends, the field there, and how far its two answers are apart; `None` where the field is not known.
+    fn stepped(&self) -> Option<(Vector, Local, f64)> {
+        let (at, step, first) = (self.at, self.step, self.local?.direction);
+        let slope = |at: Vector| local(self.surroundings, self.plane, at).map(|local| local.direction);
         let second = slope(along(at, 0.5 * step, first))?;
         let third = slope(along(at, 0.5 * step, second))?;
-        let last = slope(along(at, step, third))?;
-        Some(std::array::from_fn(|k| at[k] + step / 6.0 * (first[k] + 2.0 * (second[k] + third[k]) + last[k])))
+        let fourth = slope(along(at, step, third))?;
+        let end: Vector =
+            std::array::from_fn(|k| at[k] + step / 6.0 * (first[k] + 2.0 * (second[k] + third[k]) + fourth[k]));
+        let last = local(self.surroundings, self.plane, end)?;
+        // The other has a tenth of the last slope and as much less of the fourth; it is of third order.
+        Some((end, last, 0.1 * step.abs() * distance(fourth, last.direction)))
     }
 }
 
 impl Iterator for Walk<'_> {
-    type Item = Vector;
+    type Item = (Vector, Local);
 
-    fn next(&mut self) -> Option<Vector> {
-        loop {
-            let whole = self.stepped(self.at, self.step);
-            let halves = self.stepped(self.at, 0.5 * self.step).and_then(|at| self.stepped(at, 0.5 * self.step));
-            if let (Some(whole), Some(halves)) = (whole, halves) {
-                let error = distance(whole, halves);
-                if error <= AGREE * self.longest {
-                    let grown = if error < AGREE / 40.0 * self.longest { 2.0 * self.step } else { self.step };
-                    self.step = grown.clamp(-self.longest, self.longest);
-                    self.at = halves;
-                    return Some(halves);
-                }
+    fn next(&mut self) -> Option<Self::Item> {
+        while self.step.abs() >= self.longest * 0.5f64.powi(HALVINGS) {
+            if let Some((end, local, error)) = self.stepped().filter(|(.., error)| *error <= AGREE * self.longest) {
+                let grown = if error < AGREE / 40.0 * self.longest { 2.0 * self.step } else { self.step };
+                self.step = grown.clamp(-self.longest, self.longest);
+                (self.at, self.local) = (end, Some(local));
+                return Some((end, local));
             }
             self.step *= 0.5;
-            if self.step.abs() < self.longest * 0.5f64.powi(HALVINGS) {
-                return None;
-            }
         }
+        None
     }
 }
 
@@ -89,7 +104,7 @@ impl Surroundings {
         for forwards in [false, true] {
             line.reverse();
             let (mut last, mut length) = (through, 0.0);
-            for at in Walk::new(self, None, through, step, forwards) {
+            for (at, _) in Walk::new(self, None, through, step, forwards) {
                 length += distance(last, at);
                 last = at;
                 line.push(at);

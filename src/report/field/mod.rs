@@ -4,8 +4,12 @@ mod beyond;
 mod bodies;
 mod free_places;
 mod line;
+mod near;
 mod scenery;
 mod sources;
+mod space;
+#[cfg(test)]
+mod space_tests;
 mod spread;
 #[cfg(test)]
 mod tests;
@@ -13,3 +17,4 @@ mod tests;
 pub(super) use scenery::Scenery;
 pub(super) use sources::widened;
 pub use sources::{Cylinder, FieldSource, GridBox, SourceBody, Surroundings};
+pub use space::{FieldLine, LinePlace};

@@ -15,8 +15,7 @@ use super::sources::{FieldSource, SourceBody, Surroundings};
 use super::spread::{Plane, SEPARATION, Spot, length};
 use crate::model::Vector;
 
-/// Of lines of the field.
-const LINE: Colour = Colour::hex(0xa9b4c0);
+const LINE: Colour = Surroundings::LINE_COLOUR;
 const LINE_WIDTH: f64 = 0.55;
 /// A line has its full colour where this share of the field lies in the plane.
 const FULL: f64 = 0.6;
@@ -193,8 +192,7 @@ impl<'a> Scenery<'a> {
 
     /// Of the legend, with the field at the rod's tip where it is known.
     fn words_of_lines(&self) -> String {
-        let tip = self.tip.filter(|tip| self.surroundings.is_known(*tip));
-        let size = tip.map(|tip| norm(self.surroundings.flux_density(tip)));
+        let size = self.tip.and_then(|tip| self.surroundings.magnitude(tip));
         let at_tip = size.map(|size| format!("; |B| = {} mT at the tip", compact(1e3 * size)));
         format!("lines of B in the plane through the rod's middle{}", at_tip.unwrap_or_default())
     }

@@ -5,6 +5,7 @@ use super::super::vectors::{along, bounds, distance, dot, middle, minus, nonzero
 use crate::model::{
     CoilArray, FieldMap, FieldSources, Magnet, Parameter, RodField, Scene, UnitDipole, Vector, rotation_matrix,
 };
+use std::sync::Arc;
 
 /// A scene does not tell the size of a coil: its diameter is drawn as this share of its distance from the rod's base.
 const COIL: f64 = 0.24;
@@ -85,6 +86,8 @@ impl Surroundings {
     pub const MAGNET_COLOUR: Colour = Colour::hex(0xd3d9e0);
     /// Of coils around the rod.
     pub const COIL_COLOUR: Colour = Colour::hex(0xf3ddb0);
+    /// Of lines of the field.
+    pub const LINE_COLOUR: Colour = Colour::hex(0xa9b4c0);
 
     /// What surrounds the rod of a scene; `None` where the field is uniform.
     pub fn of(scene: &Scene) -> Option<Surroundings> {
@@ -118,6 +121,29 @@ impl Surroundings {
                 | Parameter::MapPosition(..)
         );
         self
+    }
+
+    /// Whether all that makes the field is the same, and so is the field everywhere.
+    pub fn is_as(&self, other: &Surroundings) -> bool {
+        let numbers = |of: &Surroundings| (of.uniform, of.field.gradient, of.field.origin);
+        // What was read once is known by where it is.
+        let maps = |of: &Surroundings| -> Vec<_> {
+            of.field.maps.iter().map(|map| (map.scale, map.position, Arc::as_ptr(&map.grid))).collect()
+        };
+        numbers(self) == numbers(other)
+            && self.field.dipoles == other.field.dipoles
+            && maps(self) == maps(other)
+            && self.sources == other.sources
+    }
+
+    /// Limits of a rod (m), and of the sources that leave it a third of the view.
+    pub fn widened(&self, rod: [[f64; 2]; 3]) -> [[f64; 2]; 3] {
+        widened(self.sources.iter(), rod)
+    }
+
+    /// |B| at a point (T, m); `None` where the field is not known.
+    pub fn magnitude(&self, at: Vector) -> Option<f64> {
+        self.is_known(at).then(|| norm(self.flux_density(at)))
     }
 
     /// B at a point (T, m).

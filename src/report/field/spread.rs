@@ -4,10 +4,11 @@
 use super::super::canvas::Point;
 use super::super::vectors::{along, dot, minus};
 use super::super::views::View;
-use super::line::{Walk, direction};
+use super::line::{Walk, local};
+use super::near::Known;
 use super::sources::Surroundings;
 use crate::model::Vector;
-use std::collections::{HashMap, VecDeque};
+use std::collections::VecDeque;
 
 /// Between lines (pt).
 pub(super) const SEPARATION: f64 = 12.0;
@@ -49,7 +50,7 @@ impl Plane<'_> {
     /// Lines along the field.
     pub fn lines(&self) -> Vec<Vec<Spot>> {
         let rect = self.view.rect;
-        let mut known = Known::default();
+        let mut known = self.known();
         let mut lines: Vec<Vec<Spot>> = Vec::new();
         let middle = self.view.place(self.through);
         let lattice = |k: usize, from: f64, size: f64| from + size * (k as f64 + 0.5) / 6.0;
@@ -78,16 +79,22 @@ impl Plane<'_> {
         lines
     }
 
+    /// Nothing yet.
+    fn known(&self) -> Known<2> {
+        let rect = self.view.rect;
+        Known::new([[rect.left, rect.right()], [rect.top, rect.bottom()]], SEPARATION)
+    }
+
     /// One line through a seed, as far as it keeps away from others and from itself.
-    fn line(&self, seed: Point, known: &Known) -> Vec<Spot> {
+    fn line(&self, seed: Point, known: &Known<2>) -> Vec<Spot> {
         let (from, normal) = (self.point(seed), Some(self.view.toward));
         let mut line: Vec<Spot> = self.spot(seed).into_iter().collect();
-        let mut own = Known::default();
+        let mut own = self.known();
         own.add(seed, 0.0);
         for sign in [-1.0, 1.0] {
             line.reverse();
             let (mut last, mut gone) = (seed, 0.0f64);
-            for point in Walk::new(self.surroundings, normal, from, STEP / self.view.scale, sign > 0.0) {
+            for (point, _) in Walk::new(self.surroundings, normal, from, STEP / self.view.scale, sign > 0.0) {
                 let at = self.view.place(point);
                 gone += (at[0] - last[0]).hypot(at[1] - last[1]);
                 last = at;
@@ -112,34 +119,12 @@ impl Plane<'_> {
 
     /// What a line is like at a place of the plane.
     pub fn spot(&self, at: Point) -> Option<Spot> {
-        let (_, share) = direction(self.surroundings, Some(self.view.toward), self.point(at))?;
-        Some(Spot { at, share })
+        let local = local(self.surroundings, Some(self.view.toward), self.point(at))?;
+        Some(Spot { at, share: local.share })
     }
 }
 
 /// Of a line (pt).
 pub(super) fn length(line: &[Spot]) -> f64 {
     line.windows(2).map(|pair| (pair[1].at[0] - pair[0].at[0]).hypot(pair[1].at[1] - pair[0].at[1])).sum()
-}
-
-/// Places with a number each, found by where they are.
-#[derive(Default)]
-struct Known(HashMap<[i64; 2], Vec<(Point, f64)>>);
-
-impl Known {
-    fn cell(at: Point) -> [i64; 2] {
-        at.map(|x| (x / SEPARATION).floor() as i64)
-    }
-
-    fn add(&mut self, at: Point, number: f64) {
-        self.0.entry(Known::cell(at)).or_default().push((at, number));
-    }
-
-    /// Whether a place that counts is nearer than a radius, which is no more than the separation.
-    fn is_near(&self, at: Point, radius: f64, counts: impl Fn(f64) -> bool) -> bool {
-        let [x, y] = Known::cell(at);
-        let cells = (-1..=1).flat_map(|i| (-1..=1).map(move |j| [x + i, y + j]));
-        let places = cells.filter_map(|cell| self.0.get(&cell)).flatten();
-        places.into_iter().any(|(other, number)| (other[0] - at[0]).hypot(other[1] - at[1]) < radius && counts(*number))
-    }
 }

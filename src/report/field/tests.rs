@@ -2,7 +2,7 @@
 
 use super::beyond::beyond;
 use super::free_places::{Taken, extent, overlap};
-use super::line::direction;
+use super::line::local;
 use super::sources::{Surroundings, widened};
 use super::spread::{Plane, SEPARATION, length};
 use crate::model::{Base, CoilArray, FieldSources, Loads, Magnet, MagnetBody, Scene, UnitDipole, Vector};
@@ -10,7 +10,7 @@ use crate::report::canvas::{Align, Rect, SMALL, Text};
 use crate::report::vectors::{cross, distance, dot, minus, norm};
 use crate::report::views::{FourViews, View};
 
-fn scene(flux_density: Vector, sources: FieldSources) -> Scene {
+pub(super) fn scene(flux_density: Vector, sources: FieldSources) -> Scene {
     let (base, loads) = (Base::default(), Loads::default());
     Scene {
         name: String::new(),
@@ -24,12 +24,12 @@ fn scene(flux_density: Vector, sources: FieldSources) -> Scene {
     }
 }
 
-fn dipole(name: &str, position: Vector, moment: Vector) -> Magnet {
+pub(super) fn dipole(name: &str, position: Vector, moment: Vector) -> Magnet {
     let (rotation, strength) = ([0.0; 3], 1.0);
     Magnet { name: name.into(), position, moment, rotation, strength, body: None, clearance: 0.01 }
 }
 
-fn around(flux_density: Vector, magnets: Vec<Magnet>) -> Surroundings {
+pub(super) fn around(flux_density: Vector, magnets: Vec<Magnet>) -> Surroundings {
     let sources = FieldSources { magnets, ..FieldSources::default() };
     Surroundings::of(&scene(flux_density, sources)).expect("a field that varies")
 }
@@ -108,7 +108,7 @@ fn lines_are_spread_evenly() {
         for (k, line) in lines.iter().enumerate() {
             assert!(length(line) >= 20.0);
             let points: Vec<Vector> = line.iter().map(|spot| plane.point(spot.at)).collect();
-            let in_plane = |at| direction(&around, Some(view.toward), at).expect("a field").0;
+            let in_plane = |at| local(&around, Some(view.toward), at).expect("a field").direction;
             let angle = largest_angle(&points, in_plane);
             assert!(angle < 0.01, "{angle} rad off");
             // A line's ends are where it came too near; before them it keeps its distance.

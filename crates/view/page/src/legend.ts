@@ -11,7 +11,7 @@ export class Legend {
 
   constructor(private readonly style: Style) {}
 
-  show(answer: RodAnswer | null): void {
+  show(answer: RodAnswer | null, hasLines: boolean): void {
     const shape = answer?.shape;
     // What is drawn in grey keeps its legend.
     if (!shape && this.words) return;
@@ -30,6 +30,11 @@ export class Legend {
       const around = new Set(shape.sources.map((source) => source.kind));
       if (around.has("magnet")) entries.push(["line", colours.magnet!, "magnet, arrow from S to N"]);
       if (around.has("electromagnet")) entries.push(["line", colours.electromagnet!, "electromagnet, size not to scale"]);
+      if (hasLines) {
+        const size = shape.flux_density_at_tip ?? null;
+        const atTip = size === null ? "" : `; |B| = ${compact(1e3 * size, 3)} mT at the tip`;
+        entries.push(["arrow", colours.line!, `lines of B${atTip}`]);
+      }
       const force = norm(shape.tip_force);
       if (force > 0) entries.push(["arrow", colours.force!, `tip force F, ${compact(1e3 * force, 2)} mN`]);
       entries.push(["frame", "", "tip frame d\u2081 d\u2082 d\u2083"]);

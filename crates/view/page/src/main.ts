@@ -56,7 +56,7 @@ async function start(): Promise<void> {
     labelFrame(stage, rod);
   }
   rod.onAnswer((answer) => {
-    legend.show(answer);
+    legend.show(answer, rod.lines?.isShown ?? false);
     sliders.show(rod.values);
   });
   showWarnings(rod, host);
@@ -91,7 +91,7 @@ async function start(): Promise<void> {
       wait();
     });
     await Promise.all([panel.start(), first]);
-    frame(stage, box, rod, widened(map.bounds(rodPoints(rod)), description.sources, stage.perMetre));
+    frame(stage, box, rod, framed(widened(map.bounds(rodPoints(rod)), description.sources, stage.perMetre)));
   }
   document.body.classList.add("is-ready");
 }
@@ -103,31 +103,26 @@ function rodPoints(rod: RodView): Vector3[] {
   return places.flatMap((p) => Array.from({ length: p.length / 3 }, (_, k) => new Vector3(p[3 * k]!, p[3 * k + 1]!, p[3 * k + 2]!).divideScalar(metres)));
 }
 
-/** Room for a rod that bends to all sides. */
+/** What is shown of a scene. */
 function sceneBox(rod: RodView): Box3 {
-  const { length, length_unit, sliders } = rod.source.description;
-  const at = ["x", "y", "z"].map((axis) => sliders.find((slider) => slider.name === `base.position.${axis}`)?.value ?? 0);
-  const turned = sliders.some((slider) => slider.name.startsWith("base.rotation") && slider.value !== 0);
-  const l = length / length_unit.metres;
-  const base = new Vector3(...at).divideScalar(length_unit.metres);
-  const box = turned
-    ? new Box3(new Vector3(-l, -l, -l), new Vector3(l, l, l))
-    : new Box3(new Vector3(-0.6 * l, -0.6 * l, -0.15 * l), new Vector3(0.6 * l, 0.6 * l, 1.05 * l));
-  return widened(box.translate(base), rod.source.description.sources, 1 / length_unit.metres);
+  const { region, length_unit } = rod.source.description;
+  const corner = (side: 0 | 1) => new Vector3(...region.map((limits) => limits[side] / length_unit.metres));
+  return new Box3(corner(0), corner(1));
 }
 
-/** Frames a box, a little wider than what it holds; the field's arrow stands at the floor. */
-function frame(stage: Stage, box: AxesBox, rod: RodView, bounds: Box3): void {
+/** A little wider than what it holds, no narrower than the figures draw it. */
+function framed(bounds: Box3): Box3 {
   const size = bounds.getSize(new Vector3());
   const widest = Math.max(size.x, size.y, size.z);
-  const centre = bounds.getCenter(new Vector3());
-  // No narrower than the figures draw it.
   const wide = new Vector3(...[size.x, size.y, size.z].map((x) => 1.1 * Math.max(x, 0.6 * widest)));
-  const framed = new Box3().setFromCenterAndSize(centre, wide);
-  stage.setBox(framed);
-  box.setBox(framed);
-  const corner = new Vector3(0.86, 0.4, 0.04).multiply(framed.getSize(new Vector3())).add(framed.min);
-  rod.placeField(corner);
+  return new Box3().setFromCenterAndSize(bounds.getCenter(new Vector3()), wide);
+}
+
+/** Shows a box; the field's arrow stands at its floor. */
+function frame(stage: Stage, box: AxesBox, rod: RodView, shown: Box3): void {
+  stage.setBox(shown);
+  box.setBox(shown);
+  rod.placeField(new Vector3(0.86, 0.4, 0.04).multiply(shown.getSize(new Vector3())).add(shown.min));
 }
 
 function showWarnings(rod: RodView, host: HTMLElement): void {

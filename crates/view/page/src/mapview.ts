@@ -162,7 +162,7 @@ export class MapView {
   /** The rod of a row: that from rest or, where the row is another equilibrium, the one whose tip is nearest. */
   private async solve(inputs: Values, row: Row): Promise<void> {
     this.rod.values = { ...inputs };
-    const answer = await this.source.solve(inputs, false);
+    const answer = await this.source.solve(inputs, false, this.rod.lines?.known() ?? null);
     const cells = POSITION.map((name) => row.cells.find((cell) => cell.name === name)?.value);
     const at = cells as Vector;
     const isFar = (tip: Vector) => distance(tip, at) > SAME * this.source.description.length;

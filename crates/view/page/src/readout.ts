@@ -76,6 +76,7 @@ export class Readout {
       ),
       canDrag ? el("section", {}, el("h2", {}, `Move the tip (${unit})`), form, this.search) : null,
       isLive ? el("section", {}, el("h2", {}, "Other equilibria"), all, this.others) : null,
+      description.field_varies ? el("section", {}, el("h2", {}, "Field"), number("field", "|B| at the tip (mT)"), this.lineSwitch()) : null,
       rod.stage === null ? null : el(
         "section",
         {},
@@ -90,6 +91,13 @@ export class Readout {
     );
     rod.onAnswer((answer, error) => this.show(answer, error));
     dragging?.onAnswer((answer, error) => this.tellSearch(answer, error));
+  }
+
+  private lineSwitch(): HTMLElement | null {
+    if (!this.rod.lines) return null;
+    const box = el("input", { type: "checkbox", checked: true });
+    box.addEventListener("change", () => this.rod.showLines(box.checked));
+    return el("label", { class: "check" }, box, el("span", {}, "Lines of B"));
   }
 
   private tellSearch(answer: DragAnswer | null, error: string | null): void {
@@ -127,6 +135,8 @@ export class Readout {
     write("estimate", solution?.error_estimate == null ? "\u2013" : compact(solution.error_estimate, 2));
     write("load", solution ? `${fixed(100 * solution.load_fraction, solution.load_fraction === 1 ? 0 : 1)}\u202f%` : "\u2013");
     write("time", answer && this.rod.source.description.engine ? `${fixed(1e3 * answer.seconds, 1)}\u202fms` : "\u2013");
+    const atTip = answer?.shape?.flux_density_at_tip ?? null;
+    write("field", atTip === null ? "\u2013" : compact(1e3 * atTip, 4));
     this.arguments.textContent = this.rod.setArguments() || "none: the values of the file";
     this.others.replaceChildren();
     this.found = null;

@@ -2,6 +2,7 @@
 
 import { Vector3 } from "three";
 import { Ellipsoid, compliance, manipulability } from "./ellipsoid";
+import { FieldLineMeshes } from "./fieldlines";
 import { RodMesh, isDrawable, type Look } from "./rodmesh";
 import type { Source } from "./source";
 import { SourceMeshes } from "./sources";
@@ -35,6 +36,8 @@ export class RodView {
   private readonly listeners: ((answer: RodAnswer | null, error: string | null) => void)[] = [];
   /** Magnets and coils around it. */
   readonly sources: SourceMeshes | null;
+  /** Lines of the field, where it varies. */
+  readonly lines: FieldLineMeshes | null;
   private fieldFrom = new Vector3();
 
   constructor(
@@ -49,6 +52,7 @@ export class RodView {
       compliance: new Ellipsoid(style, "compliance"),
     };
     this.sources = stage ? new SourceMeshes(stage, style, length) : null;
+    this.lines = stage && source.description.field_varies ? new FieldLineMeshes(stage, style) : null;
     this.mesh.tip.add(this.ellipsoids.manipulability.group, this.ellipsoids.compliance.group);
     stage?.add(this.mesh.group);
     onTheme((theme) => this.mesh.setDark(theme === "dark"));
@@ -90,7 +94,7 @@ export class RodView {
     const { rest } = this.wanted;
     this.wanted = null;
     try {
-      this.take(await this.source.solve({ ...this.values }, rest));
+      this.take(await this.source.solve({ ...this.values }, rest, this.lines?.known() ?? null));
     } catch (error) {
       this.mesh.fade();
       this.stage?.invalidate();
@@ -122,6 +126,7 @@ export class RodView {
       this.mesh.show(shape, solution, look);
       this.mesh.showField(shape.flux_density, this.fieldFrom);
       this.sources?.show(shape.sources);
+      if (answer.lines) this.lines?.show(answer.lines);
       this.drawEllipsoids(solution);
     }
     this.stage?.invalidate();
@@ -148,6 +153,13 @@ export class RodView {
     if (this.answer?.solution.tip) this.drawEllipsoids(this.answer.solution);
     this.tell(this.answer, null);
     this.stage?.invalidate();
+  }
+
+  /** Shows lines of the field, those of the values by now, or hides them. */
+  showLines(isShown: boolean): void {
+    this.lines?.setShown(isShown);
+    this.tell(this.answer, null);
+    if (isShown && this.source.description.engine) this.want();
   }
 
   /** Every equilibrium, the others as ghosts. */

@@ -8,7 +8,8 @@ export interface Source {
   readonly description: Description;
   /** The rod at first; only an exported page knows it without asking. */
   readonly rod: RodAnswer | null;
-  solve(values: Values, rest: boolean): Promise<RodAnswer>;
+  /** With the number of the lines of the field that the page has, 0 for none; null where none are wanted. */
+  solve(values: Values, rest: boolean, lines: number | null): Promise<RodAnswer>;
   branches(values: Values): Promise<Branches>;
   /** Along a direction, the place is free; else it is searched for precisely. */
   drag(values: Values, target: Vector, along: Vector | null, begin: boolean): Promise<DragAnswer>;
@@ -65,8 +66,8 @@ class Live implements Source {
     return (await answered(await fetch(path, { method: "POST", headers, body: JSON.stringify(body) }))).json() as Promise<T>;
   }
 
-  solve(values: Values, rest: boolean): Promise<RodAnswer> {
-    return this.post("api/solve", { values, rest });
+  solve(values: Values, rest: boolean, lines: number | null): Promise<RodAnswer> {
+    return this.post("api/solve", { values, rest, ...(lines !== null && { lines }) });
   }
 
   branches(values: Values): Promise<Branches> {

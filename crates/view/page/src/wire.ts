@@ -58,6 +58,9 @@ export interface Description {
   style: Style;
   length: number;
   length_unit: { name: string; metres: number };
+  /** Limits of x, y and z: what is shown of a scene. */
+  region: [number, number][];
+  field_varies: boolean;
   sources: FieldSource[];
   sliders: Slider[];
   can_drag: boolean;
@@ -94,6 +97,8 @@ export interface Shape {
   stretches: Stretch[];
   flux_density: Vector;
   tip_force: Vector;
+  /** |B| where the field varies; null where it is not known. */
+  flux_density_at_tip?: number | null;
   sources: FieldSource[];
 }
 
@@ -107,6 +112,20 @@ export interface FieldSource {
   body: { axis: Vector; length: number; diameter: number } | null;
 }
 
+/** Lines of the field, and their number: others have another. */
+export interface FieldLines {
+  number: number;
+  lines: FieldLine[];
+}
+
+/** From where B comes to where it goes. */
+export interface FieldLine {
+  positions: number[];
+  flux_density: number[];
+  /** How well each place is seen. */
+  weights: number[];
+}
+
 export interface RodAnswer {
   solution: Solution;
   stability_index: number | null;
@@ -114,6 +133,8 @@ export interface RodAnswer {
   engine: string;
   seconds: number;
   rest?: Vector[] | null;
+  /** Of a field that varies, where the page does not have them yet. */
+  lines?: FieldLines;
 }
 
 export interface Branches {

@@ -58,7 +58,7 @@ impl View {
     /// The page with so many points, and the rounding of their coordinates (m).
     fn page(&self, points: usize) -> Result<(Vec<u8>, f64), Refusal> {
         let mut data = self.describe(false)?;
-        data["rod"] = rod::answer(self.scene().clone(), true)?;
+        data["rod"] = rod::answer(self.scene().clone(), true, self.lines(), Some(0))?;
         data["stills"] = Value::Object(self.small_stills());
         let mut pack = Pack::default();
         if let Some(map) = self.map() {

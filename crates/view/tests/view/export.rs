@@ -38,6 +38,15 @@ fn a_page_asks_for_nothing() {
 }
 
 #[test]
+fn a_page_has_the_lines_of_its_field() {
+    let data = |of: &str| -> Value { serde_json::from_str(part(&exported(&shipped(of)).0, "data")).expect("JSON") };
+    let arm = data("sweeps/scenes/arm_magnet.toml");
+    assert!(arm["rod"]["lines"]["lines"].as_array().is_some_and(|lines| lines.len() > 20));
+    assert!(arm["rod"]["shape"]["flux_density_at_tip"].is_number());
+    assert!(data("sweeps/scenes/p6.toml")["rod"].get("lines").is_none());
+}
+
+#[test]
 fn points_are_rounded_as_it_says() {
     let (page, done) = exported(directory());
     let data: Value = serde_json::from_str(part(&page, "data")).expect("JSON");

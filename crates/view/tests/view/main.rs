@@ -3,5 +3,6 @@
 mod client;
 mod export;
 mod guard;
+mod lines;
 mod numbers;
 mod results;
