@@ -71,9 +71,17 @@ fn turned(a: Vector3<f64>, b: Vector3<f64>) -> Matrix3<f64> {
     0.5 * (a * b.transpose() + b * a.transpose()) - a.dot(&b) * Matrix3::identity()
 }
 
-/// Adds `left^T form right`, of which the symmetric part counts.
+/// Adds `left^T form right`, of which the symmetric part counts; what lies beyond moves neither.
 fn add(q: &mut DMatrix<f64>, left: &Matrix3xX<f64>, form: Matrix3<f64>, right: &Matrix3xX<f64>) {
-    q.gemm_tr(1.0, left, &(form * right), 1.0);
+    let zero = Vector3::zeros();
+    let used = |forms: &Matrix3xX<f64>| forms.column_iter().rposition(|column| column != zero).map_or(0, |at| at + 1);
+    let rows = used(left);
+    for column in 0..used(right) {
+        let by = form * right.column(column);
+        for row in 0..rows {
+            q[(row, column)] += left.column(row).dot(&by);
+        }
+    }
 }
 
 /// A dipole at a place: how its energy changes to second order, twice. F8

@@ -20,6 +20,47 @@ pub struct Crossing<'a, L: Lane> {
     pub before: State<L>,
 }
 
+/// A point of a rigid segment where the field acts on a part of its dipole.
+#[derive(Clone, Copy, Debug)]
+struct Point<L> {
+    xi: L,
+    share: L,
+    lever: Vec3<L>,
+    part: Vec3<L>,
+    local: Local<L>,
+}
+
+/// All of them, and what each dipole of the field does at each.
+#[derive(Clone, Debug)]
+pub struct Points<L> {
+    all: Vec<Point<L>>,
+    kept: Vec<Local<L>>,
+}
+
+impl<L: Lane> Points<L> {
+    pub fn new() -> Self {
+        Self { all: Vec::new(), kept: Vec::new() }
+    }
+
+    /// Looks at the field for the columns of a crossing.
+    #[inline(always)]
+    pub fn load(&mut self, crossing: &Crossing<'_, L>) {
+        let Crossing { space, segment, lambda, points, before, .. } = crossing;
+        self.all.clear();
+        self.kept.clear();
+        if !segment.has_dipole {
+            return;
+        }
+        let mu = crossing.dipole();
+        for (xi, share) in *points {
+            let (xi, share) = (lambda.constant(*xi), lambda.constant(*share));
+            let (lever, part) = (before.t * segment.length * xi, mu * share);
+            let local = space.local(before.p + lever, part, &mut self.kept);
+            self.all.push(Point { xi, share, lever, part, local });
+        }
+    }
+}
+
 impl<L: Lane> Crossing<'_, L> {
     /// R mu
     #[inline(always)]
@@ -58,7 +99,13 @@ impl<L: Lane> Crossing<'_, L> {
 
     /// Takes columns over it; `after` is the state beyond it, `by` are parameters, number `index` of the segment.
     #[inline(always)]
-    pub fn cross_columns(&self, after: &State<L>, by: Option<(&Parameters<L>, usize)>, columns: &mut Columns<L>) {
+    pub fn cross_columns(
+        &self,
+        after: &State<L>,
+        points: &Points<L>,
+        by: Option<(&Parameters<L>, usize)>,
+        columns: &mut Columns<L>,
+    ) {
         let Crossing { space, segment, lambda, force_arm, before, .. } = self;
         let State { p, d1, t, .. } = *before;
         let (arm, load) = (t * segment.length, segment.w * *lambda);
@@ -81,33 +128,29 @@ impl<L: Lane> Crossing<'_, L> {
             change.dp[k] = columns.dp[k] + darm;
             darms[k] = darm;
         }
-        if segment.has_dipole {
-            let mu = self.dipole();
-            for (xi, share) in self.points {
-                let (xi, share) = (lambda.constant(*xi), lambda.constant(*share));
-                let (lever, part) = (arm * xi, mu * share);
-                let x = p + lever;
-                let Local { B, G, T3 } = space.local(x, part);
-                let force = G * part;
-                for k in 0..3 {
-                    let dlever = darms[k] * xi;
-                    let dx = columns.dp[k] + dlever;
-                    let mut dmu = cross(columns.w[k], part);
-                    let (mut dB, mut dF) = (G * dx, T3 * dx);
-                    if let Some((parameters, index)) = by {
-                        let dmu_body = parameters.sources.segments[index].dmu[k];
-                        dmu = axpy(share, to_world(d1, d2, t, dmu_body), dmu);
-                        let (of_B, of_F) = parameters.field(space, k, x, part);
-                        (dB, dF) = (dB + of_B, dF + of_F);
-                    }
-                    let dforce = dF + G * dmu; // F6
-                    change.dn[k] = change.dn[k] - dforce;
-                    let mut torque = cross_sub(dmu, B, cross_sub(part, dB, change.dm[k]));
-                    if *force_arm {
-                        torque = cross_sub(dlever, force, cross_sub(lever, dforce, torque));
-                    }
-                    change.dm[k] = torque; // F6
+        for (point, Point { xi, share, lever, part, local }) in points.all.iter().enumerate() {
+            let (xi, share, lever, part) = (*xi, *share, *lever, *part);
+            let Local { B, G, T3 } = *local;
+            let kept = &points.kept[point * space.dipoles.len()..];
+            let force = G * part;
+            for k in 0..3 {
+                let dlever = darms[k] * xi;
+                let dx = columns.dp[k] + dlever;
+                let mut dmu = cross(columns.w[k], part);
+                let (mut dB, mut dF) = (G * dx, T3 * dx);
+                if let Some((parameters, index)) = by {
+                    let dmu_body = parameters.sources.segments[index].dmu[k];
+                    dmu = axpy(share, to_world(d1, d2, t, dmu_body), dmu);
+                    let (of_B, of_F) = parameters.field(space, k, p + lever, part, kept);
+                    (dB, dF) = (dB + of_B, dF + of_F);
                 }
+                let dforce = dF + G * dmu; // F6
+                change.dn[k] = change.dn[k] - dforce;
+                let mut torque = cross_sub(dmu, B, cross_sub(part, dB, change.dm[k]));
+                if *force_arm {
+                    torque = cross_sub(dlever, force, cross_sub(lever, dforce, torque));
+                }
+                change.dm[k] = torque; // F6
             }
         }
         for k in 0..if *force_arm { 3 } else { 0 } {

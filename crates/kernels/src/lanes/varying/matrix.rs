@@ -2,8 +2,11 @@
 //! compiled without the kernel's instructions.
 #![allow(clippy::needless_range_loop)]
 
-use crate::lanes::algebra::{Mat3, Vec3};
+use crate::lanes::algebra::{Mat3, Vec3, cross, dot, inverse};
 use crate::lanes::lane::Lane;
+
+/// A block is inverted where its volume is at least this share of the product of its sides.
+const SOUND: f64 = 0.01;
 
 /// By rows; the first three of a pair are of displacement or force, the last of rotation or moment.
 #[derive(Clone, Copy, Debug)]
@@ -108,9 +111,48 @@ impl<L: Lane> Mat6<L> {
         (Vec3 { x: all[0], y: all[1], z: all[2] }, Vec3 { x: all[3], y: all[4], z: all[5] })
     }
 
-    /// A^-1 B by elimination, the largest pivot of each column chosen lane by lane.
+    /// A^-1 B; by blocks, and in lanes where the first block is nearly singular by pivots.
     #[inline(always)]
     pub fn solve(&self, b: &Self) -> Self {
+        let (found, sound) = self.by_blocks(b);
+        if L::any(!sound) { Self::select(sound, &found, &self.by_pivots(b)) } else { found }
+    }
+
+    /// Three rows and columns, from these on.
+    #[inline(always)]
+    fn block(&self, row: usize, column: usize) -> Mat3<L> {
+        let mut all = Mat3::zero(self.0[0][0]);
+        for k in 0..3 {
+            for j in 0..3 {
+                all[k][j] = self.0[row + j][column + k];
+            }
+        }
+        all
+    }
+
+    /// A^-1 B by elimination of the first three rows at once, and where that loses no digits.
+    #[inline(always)]
+    fn by_blocks(&self, b: &Self) -> (Self, L::Mask) {
+        let first = self.block(0, 0);
+        let volume = dot(first.x, cross(first.y, first.z));
+        let sides = dot(first.x, first.x) * dot(first.y, first.y) * dot(first.z, first.z);
+        let sound = (sides * sides.constant(SOUND * SOUND)).lt(volume * volume);
+        let first = inverse(first);
+        let across = first * self.block(0, 3);
+        let below = self.block(3, 0);
+        let last = inverse(self.block(3, 3) - below * across);
+        let mut found = *b;
+        for at in [0, 3] {
+            let up = first * b.block(0, at);
+            let down = last * (b.block(3, at) - below * up);
+            found.put(at, &(up - across * down), &down);
+        }
+        (found, sound)
+    }
+
+    /// A^-1 B by elimination, the largest pivot of each column chosen lane by lane.
+    #[inline(always)]
+    fn by_pivots(&self, b: &Self) -> Self {
         let (mut a, mut b) = (self.0, b.0);
         for k in 0..6 {
             for row in k + 1..6 {

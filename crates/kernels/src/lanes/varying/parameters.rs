@@ -1,24 +1,50 @@
 //! What parameters change: numbers of the rod by their sources, numbers of the field by their slots. F6
 
-use super::space::{Space, gradient};
+use super::space::{Dipole, Local, Space, gradient};
 use crate::lanes::algebra::{Mat3, Vec3};
 use crate::lanes::lane::Lane;
 use crate::lanes::problem::Problem;
 use crate::lanes::source::Sources;
 use crate::model::{Axis, Slot};
 
+/// How a dipole outside of the rod changes.
+#[derive(Clone, Copy, Debug)]
+struct DipoleChange<L> {
+    number: usize,
+    moves: bool,
+    dX: Vec3<L>,
+    turns: bool,
+    dM: Vec3<L>,
+}
+
+/// How the field changes.
+#[derive(Clone, Debug)]
+struct FieldChange<L> {
+    has_gradient: bool,
+    gradient: [L; 5],
+    has_origin: bool,
+    origin: Vec3<L>,
+    dipoles: Vec<DipoleChange<L>>,
+    maps: Vec<(Slot, L)>,
+}
+
 /// Three parameters.
 pub struct Parameters<L> {
     pub sources: Sources<L>,
-    /// Numbers of the field that each moves, and how fast.
-    field: [Vec<(Slot, L)>; 3],
+    /// Numbers of the field that each moves.
+    field: [FieldChange<L>; 3],
     /// Change of the force at the tip.
     pub df_tip: Mat3<L>,
 }
 
 impl<L: Lane> Parameters<L> {
     pub fn new(token: L::Token) -> Self {
-        Self { sources: Sources::new(token), field: Default::default(), df_tip: Mat3::zero(L::splat(token, 0.0)) }
+        let zero = L::splat(token, 0.0);
+        let none = Vec3::splat(zero);
+        let (gradient, dipoles, maps) = ([zero; 5], Vec::new(), Vec::new());
+        let still = FieldChange { has_gradient: false, gradient, has_origin: false, origin: none, dipoles, maps };
+        let field = [still.clone(), still.clone(), still];
+        Self { sources: Sources::new(token), field, df_tip: Mat3::zero(zero) }
     }
 
     /// Fills in up to three derivatives of the program, from number `first` on.
@@ -26,51 +52,90 @@ impl<L: Lane> Parameters<L> {
     pub fn load(&mut self, problem: &Problem<'_, L>, first: usize) {
         let Problem { program, inputs, .. } = *problem;
         let token = problem.token();
+        let zero = L::splat(token, 0.0);
+        let none = Vec3::splat(zero);
         self.sources.load(problem, first);
-        self.df_tip = Mat3::zero(L::splat(token, 0.0));
-        self.field.iter_mut().for_each(Vec::clear);
+        self.df_tip = Mat3::zero(zero);
+        for change in &mut self.field {
+            (change.has_gradient, change.gradient) = (false, [zero; 5]);
+            (change.has_origin, change.origin) = (false, none);
+            change.dipoles.clear();
+            change.maps.clear();
+        }
         for (k, terms) in program.derivatives.iter().skip(first).take(3).enumerate() {
+            let change = &mut self.field[k];
             for (slot, entry) in terms {
                 let rate: L = program.entry(token, &inputs, *entry);
-                if let Slot::TipForce(axis) = slot {
-                    let df = &mut self.df_tip[k][axis.index()];
-                    *df = *df + rate;
+                if let Slot::SourcePosition(number, _) | Slot::SourceMoment(number, _) = *slot {
+                    // Slots of a dipole follow one another.
+                    if change.dipoles.last().is_none_or(|last| last.number != number) {
+                        change.dipoles.push(DipoleChange { number, moves: false, dX: none, turns: false, dM: none });
+                    }
                 }
-                if slot.is_of_sources() {
-                    self.field[k].push((*slot, rate));
+                match *slot {
+                    Slot::TipForce(axis) => self.df_tip[k] = self.df_tip[k] + unit(axis, rate),
+                    Slot::FieldGradient(entry) => {
+                        change.has_gradient = true;
+                        change.gradient[entry.index()] = change.gradient[entry.index()] + rate;
+                    }
+                    Slot::FieldOrigin(axis) => {
+                        change.has_origin = true;
+                        change.origin = change.origin + unit(axis, rate);
+                    }
+                    Slot::SourcePosition(_, axis) => {
+                        if let Some(dipole) = change.dipoles.last_mut() {
+                            dipole.moves = true;
+                            dipole.dX = dipole.dX + unit(axis, rate);
+                        }
+                    }
+                    Slot::SourceMoment(_, axis) => {
+                        if let Some(dipole) = change.dipoles.last_mut() {
+                            dipole.turns = true;
+                            dipole.dM = dipole.dM + unit(axis, rate);
+                        }
+                    }
+                    Slot::MapScale(_) | Slot::MapPosition(..) => change.maps.push((*slot, rate)),
+                    _ => {}
                 }
             }
         }
     }
 
-    /// dB and dG mu at a point that stands still, by parameter `k`. F6
+    /// dB and dG mu at a point that stands still, by parameter `k`; `kept` is what each dipole does there. F6
     #[inline(always)]
-    pub fn field(&self, space: &Space<L>, k: usize, x: Vec3<L>, mu: Vec3<L>) -> (Vec3<L>, Vec3<L>) {
-        let zero = Vec3::splat(x.x.constant(0.0));
-        let (mut dB, mut dF) = (self.sources.dB[k], zero);
-        for (slot, rate) in &self.field[k] {
+    pub fn field(
+        &self,
+        space: &Space<L>,
+        k: usize,
+        x: Vec3<L>,
+        mu: Vec3<L>,
+        kept: &[Local<L>],
+    ) -> (Vec3<L>, Vec3<L>) {
+        let (mut dB, mut dF) = (self.sources.dB[k], Vec3::splat(x.x.constant(0.0)));
+        let change = &self.field[k];
+        if change.has_gradient {
+            let dG = gradient(change.gradient);
+            dB = dB + dG * (x - space.origin);
+            dF = dF + dG * mu;
+        }
+        if change.has_origin {
+            dB = dB - space.G * change.origin;
+        }
+        for dipole in &change.dipoles {
+            if dipole.moves {
+                let local = &kept[dipole.number];
+                dB = dB - local.G * dipole.dX;
+                dF = dF - local.T3 * dipole.dX;
+            }
+            if dipole.turns {
+                let Dipole { X, clearance, .. } = space.dipoles[dipole.number];
+                let turned = Dipole { X, M: dipole.dM, clearance };
+                dB = dB + turned.B(x - X);
+                dF = dF + turned.G(x - X) * mu;
+            }
+        }
+        for (slot, rate) in &change.maps {
             match *slot {
-                Slot::FieldGradient(entry) => {
-                    let mut entries = [zero.x; 5];
-                    entries[entry.index()] = *rate;
-                    let dG = gradient(entries);
-                    dB = dB + dG * (x - space.origin);
-                    dF = dF + dG * mu;
-                }
-                Slot::FieldOrigin(axis) => dB = dB - space.G * unit(axis, *rate),
-                Slot::SourcePosition(j, axis) => {
-                    let (dipole, dX) = (space.dipoles[j], unit(axis, *rate));
-                    let r = x - dipole.X;
-                    dB = dB - dipole.G(r) * dX;
-                    dF = dF - dipole.T3(r, mu) * dX;
-                }
-                Slot::SourceMoment(j, axis) => {
-                    let mut dipole = space.dipoles[j];
-                    let r = x - dipole.X;
-                    dipole.M = unit(axis, *rate);
-                    dB = dB + dipole.B(r);
-                    dF = dF + dipole.G(r) * mu;
-                }
                 Slot::MapScale(j) => {
                     let local = space.maps[j].local(x, 2);
                     dB = dB + local.B * *rate;

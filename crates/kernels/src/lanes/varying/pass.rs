@@ -83,7 +83,7 @@ fn numbered<'a, L>(
 pub fn integrate<L: Lane, T: Terms>(pass: Pass<'_, L>, terms: T) {
     let Pass { problem, resolution, lambda, base, what, points, workspace } = pass;
     let Problem { program, rod, .. } = problem;
-    let VaryingWorkspace { space, room, parameters, transfers, columns, first, .. } = workspace;
+    let VaryingWorkspace { space, room, points: acting, parameters, transfers, columns, first, .. } = workspace;
     let zero = lambda.constant(0.0);
     let mut state = State { p: Vec3::splat(zero), d1: rod.d1, t: rod.t, m: base.1, n: base.0 };
     let (mut pose, mut load) = (Mat6::zero(zero), Mat6::identity(zero));
@@ -160,12 +160,15 @@ pub fn integrate<L: Lane, T: Terms>(pass: Pass<'_, L>, terms: T) {
                 if with_transfers {
                     (own, count) = (interval_columns(state.m), 4);
                 }
+                if count + threes > 0 {
+                    acting.load(&crossing);
+                }
                 for k in 0..count + threes {
                     if k >= count && index < program.acts_from[k - count] {
                         continue;
                     }
                     let (by, three) = numbered(k, count, index, parameters, &mut own, columns);
-                    crossing.cross_columns(&after, by, three);
+                    crossing.cross_columns(&after, acting, by, three);
                 }
                 if with_transfers {
                     push(transfers, (&mut pose, &mut load), &own, after.m, false);

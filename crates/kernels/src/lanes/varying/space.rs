@@ -153,7 +153,11 @@ impl<L: Lane> Space<L> {
     /// B and G at a point.
     #[inline(always)]
     pub fn field(&self, x: Vec3<L>) -> (Vec3<L>, Mat3<L>) {
-        let (mut B, mut G) = self.without_maps(x);
+        let (mut B, mut G) = (self.B0 + self.G * (x - self.origin), self.G);
+        for dipole in &self.dipoles {
+            B = B + dipole.B(x - dipole.X);
+            G = G + dipole.G(x - dipole.X);
+        }
         for map in &self.maps {
             let local = map.local(x, 2);
             (B, G) = (B + local.B * map.scale, G + local.G * map.scale);
@@ -161,23 +165,16 @@ impl<L: Lane> Space<L> {
         (B, G)
     }
 
+    /// The same with what columns need for a dipole there; what each dipole of the field does is added to `kept`.
     #[inline(always)]
-    fn without_maps(&self, x: Vec3<L>) -> (Vec3<L>, Mat3<L>) {
+    pub fn local(&self, x: Vec3<L>, mu: Vec3<L>, kept: &mut Vec<Local<L>>) -> Local<L> {
         let (mut B, mut G) = (self.B0 + self.G * (x - self.origin), self.G);
-        for dipole in &self.dipoles {
-            B = B + dipole.B(x - dipole.X);
-            G = G + dipole.G(x - dipole.X);
-        }
-        (B, G)
-    }
-
-    /// The same with what columns need for a dipole there.
-    #[inline(always)]
-    pub fn local(&self, x: Vec3<L>, mu: Vec3<L>) -> Local<L> {
-        let (mut B, mut G) = self.without_maps(x);
         let mut T3 = Mat3::zero(x.x);
         for dipole in &self.dipoles {
-            T3 = T3 + dipole.T3(x - dipole.X, mu);
+            let r = x - dipole.X;
+            let of_dipole = Local { B: dipole.B(r), G: dipole.G(r), T3: dipole.T3(r, mu) };
+            (B, G, T3) = (B + of_dipole.B, G + of_dipole.G, T3 + of_dipole.T3);
+            kept.push(of_dipole);
         }
         for map in &self.maps {
             let local = map.local(x, 3);

@@ -65,6 +65,8 @@ pub struct Room<L: Lane> {
     slopes: [Slope<L>; STAGES],
     column_slopes: [Slope<L>; STAGES],
     magnetic: [Magnetic<L>; STAGES],
+    /// What each dipole of the field does at each stage.
+    kept: Vec<Local<L>>,
 }
 
 /// One of several equal steps over a segment under part of its loads.
@@ -89,6 +91,7 @@ impl<L: Lane> Room<L> {
             slopes: [slope; STAGES],
             column_slopes: [slope; STAGES],
             magnetic: [magnetic; STAGES],
+            kept: Vec::new(),
         }
     }
 }
@@ -102,7 +105,8 @@ pub fn step_rod<L: Lane, T: Terms, const STEADY: bool>(
     state: &mut State<L>,
 ) {
     let Step { terms, space, segment, lambda, .. } = *step;
-    let Room { stages, ends, slopes, magnetic, .. } = room;
+    let Room { stages, ends, slopes, magnetic, kept, .. } = room;
+    kept.clear();
     let (weight, mu_body) = (segment.w * lambda, segment.mu * lambda);
     let count = stages.tableau.a.len();
     ends[0] = state.p;
@@ -120,7 +124,7 @@ pub fn step_rod<L: Lane, T: Terms, const STEADY: bool>(
         if !STEADY && terms.general() && segment.has_magnet {
             let mu = to_world(d1, d2, t, mu_body);
             let local = if columns {
-                space.local(p, mu)
+                space.local(p, mu, kept)
             } else {
                 let (B, G) = space.field(p);
                 Local { B, G, T3: G }
@@ -172,7 +176,7 @@ pub fn step_columns<L: Lane, T: Terms, const STEADY: bool>(
     columns: &mut Columns<L>,
 ) {
     let Step { terms, space, segment, .. } = *step;
-    let Room { stages, ends, column_slopes, magnetic, .. } = room;
+    let Room { stages, ends, column_slopes, magnetic, kept, .. } = room;
     let count = stages.tableau.a.len();
     for k in 0..3 {
         let start = (columns.w[k], columns.dp[k], columns.dm[k], columns.dn[k]);
@@ -227,7 +231,7 @@ pub fn step_columns<L: Lane, T: Terms, const STEADY: bool>(
                 if let Some((parameters, index)) = by {
                     let dmu_body = parameters.sources.segments[index].dmu[k];
                     dmu = dmu + to_world(stage.d1, stage.d2, stage.t, dmu_body);
-                    let (of_B, of_F) = parameters.field(space, k, stage.p, mu);
+                    let (of_B, of_F) = parameters.field(space, k, stage.p, mu, &kept[i * space.dipoles.len()..]);
                     (dB, dF) = (dB + of_B, dF + of_F);
                 }
                 ddm = cross_sub(dmu, local.B, cross_sub(mu, dB, ddm)); // F6
