@@ -58,3 +58,11 @@ fn no_load_step_leads_over_a_fold() {
     }
 }
 
+/// Takes minutes.
+#[test]
+#[ignore = "on request"]
+fn many_samples_stay_on_their_branch() {
+    for (radius, seed, count) in [("0.58e-3", 21, 3000), ("0.6e-3", 8, 4000), ("0.65e-3", 8, 4000)] {
+        compare(radius, seed, &(0..count).collect::<Vec<_>>(), Precision::F64);
+    }
+}

@@ -15,8 +15,7 @@ fn sweep(scene: &str, axes: &[(&str, f64, f64)], samples: u64) -> SweepSpec {
     let axis =
         |(name, from, to): &(&str, f64, f64)| format!("[[axis]]\nparameter = \"{name}\"\nfrom = {from}\nto = {to}\n");
     let axes: String = axes.iter().map(axis).collect();
-    let text =
-        format!("scene = \"<scene>\"\n[sampling]\nmethod = \"uniform\"\nsamples = {samples}\nseed = 1\n{axes}");
+    let text = format!("scene = \"<scene>\"\n[sampling]\nmethod = \"uniform\"\nsamples = {samples}\nseed = 1\n{axes}");
     SweepSpec::parse_with(&root().join("sweeps/s.toml"), &text, &[("<scene>", scene)]).expect("a sweep")
 }
 
@@ -76,7 +75,8 @@ fn compare(spec: &SweepSpec, samples: &[u64]) -> BTreeMap<String, usize> {
             assert!(theirs.is_success(), "{what}");
             let (p, q) = (found.vector(at, Quantity::TipPosition), truth.vector(at, Quantity::TipPosition));
             let apart = (0..3).map(|k| (p[k] - q[k]).powi(2)).sum::<f64>().sqrt();
-            assert!(apart < 1e-6, "{what}: {apart:e} m apart");
+            let estimate = found.get(at, Quantity::ErrorEstimate) * spec.scene.total_length();
+            assert!(apart < estimate.max(1e-6), "{what}: {apart:e} m apart, estimated {estimate:e}");
         } else if ours == Status::Fold {
             let [a, b] = [&found, &truth].map(|of| of.get(at, Quantity::LoadFraction));
             assert!(theirs == Status::Fold && (a - b).abs() < 1e-4, "{what} at {a} and {b} of the load");
@@ -104,6 +104,19 @@ fn no_bifurcation_is_called_a_fold() {
     // Too little to tell the side: no answer, and the reference is asked.
     let counts = compare(&ahead(1e-9), &(0..32).collect::<Vec<_>>());
     assert!(!counts.contains_key("Fold"), "{counts:?}");
+}
+
+/// Errors of a pass grow by up to e^22 along this wire: it has no answer there yet, and that is what its rows say.
+#[test]
+fn no_limp_rod_is_called_a_fold() {
+    let scene = "name = \"Limp\"\n[field]\nflux_density = [0, 0.05, 0]\n\
+        gradient = { xx = 1e-3, xy = 0, xz = 0, yy = 0, yz = 0 }\n[loads]\ngravity = [9.81, 0, 0]\n\
+        [[segment]]\nname = \"wire\"\nkind = \"flexible\"\nlength = 2.0\nlinear_density = 2.9e-4\n\
+        stiffness = { bending = 2e-5, torsion = 1.6e-5 }\n\
+        [[segment]]\nname = \"tip\"\nkind = \"rigid\"\nlength = 0.013\ndipole_per_length = [0, 0, 1e-4]\n";
+    let axes = [("loads.gravity.x", 0.05, 9.81), ("field.gradient.xx", -0.01, 0.01)];
+    let counts = compare(&sweep(scene, &axes, 24), &(0..24).collect::<Vec<_>>());
+    assert!(!counts.contains_key("Fold") && counts["Ramped"] > 0, "{counts:?}");
 }
 
 #[test]

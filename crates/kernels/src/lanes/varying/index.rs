@@ -30,7 +30,7 @@ pub fn index<L: Lane>(transfers: &[Transfer<L>], one: L) -> L {
         }
         let left = transfer.d.minus(&S.times(&transfer.b));
         let right = S.times(&transfer.a).minus(&transfer.c);
-        let next = left.solve(&right);
+        let next = left.solve_soon(&right);
         let half = one.constant(0.5);
         let turned = next.transposed();
         S = next.plus(&turned);
@@ -45,7 +45,7 @@ pub fn index<L: Lane>(transfers: &[Transfer<L>], one: L) -> L {
 #[inline(always)]
 fn pivots<L: Lane>(transfer: &Transfer<L>, S: &Mat6<L>, one: L) -> L {
     let zero = one.constant(0.0);
-    let C = transfer.d.transposed().solve(&transfer.b.transposed());
+    let C = transfer.d.transposed().solve_soon(&transfer.b.transposed());
     let (root, mut index) = root(&C, one);
     let product = root.transposed().times(&S.times(&root));
     let mut pivot = Mat6::identity(one).minus(&product).0;

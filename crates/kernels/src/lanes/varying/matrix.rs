@@ -111,11 +111,11 @@ impl<L: Lane> Mat6<L> {
         (Vec3 { x: all[0], y: all[1], z: all[2] }, Vec3 { x: all[3], y: all[4], z: all[5] })
     }
 
-    /// A^-1 B; by blocks, and in lanes where the first block is nearly singular by pivots.
+    /// A^-1 B with two digits less; by blocks, and in lanes where the first block is nearly singular by pivots.
     #[inline(always)]
-    pub fn solve(&self, b: &Self) -> Self {
+    pub fn solve_soon(&self, b: &Self) -> Self {
         let (found, sound) = self.by_blocks(b);
-        if L::any(!sound) { Self::select(sound, &found, &self.by_pivots(b)) } else { found }
+        if L::any(!sound) { Self::select(sound, &found, &self.solve(b)) } else { found }
     }
 
     /// Three rows and columns, from these on.
@@ -130,7 +130,7 @@ impl<L: Lane> Mat6<L> {
         all
     }
 
-    /// A^-1 B by elimination of the first three rows at once, and where that loses no digits.
+    /// A^-1 B by elimination of three rows at once, and where that loses no more than those.
     #[inline(always)]
     fn by_blocks(&self, b: &Self) -> (Self, L::Mask) {
         let first = self.block(0, 0);
@@ -152,7 +152,7 @@ impl<L: Lane> Mat6<L> {
 
     /// A^-1 B by elimination, the largest pivot of each column chosen lane by lane.
     #[inline(always)]
-    fn by_pivots(&self, b: &Self) -> Self {
+    pub fn solve(&self, b: &Self) -> Self {
         let (mut a, mut b) = (self.0, b.0);
         for k in 0..6 {
             for row in k + 1..6 {

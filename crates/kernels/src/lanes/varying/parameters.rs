@@ -103,14 +103,7 @@ impl<L: Lane> Parameters<L> {
 
     /// dB and dG mu at a point that stands still, by parameter `k`; `kept` is what each dipole does there. F6
     #[inline(always)]
-    pub fn field(
-        &self,
-        space: &Space<L>,
-        k: usize,
-        x: Vec3<L>,
-        mu: Vec3<L>,
-        kept: &[Local<L>],
-    ) -> (Vec3<L>, Vec3<L>) {
+    pub fn field(&self, space: &Space<L>, k: usize, x: Vec3<L>, mu: Vec3<L>, kept: &[Local<L>]) -> (Vec3<L>, Vec3<L>) {
         let (mut dB, mut dF) = (self.sources.dB[k], Vec3::splat(x.x.constant(0.0)));
         let change = &self.field[k];
         if change.has_gradient {

@@ -13,9 +13,10 @@ use crate::lanes::problem::Problem;
 use crate::lanes::program::{Inputs, Outputs};
 use crate::model::CoilLoad;
 use crate::model::path::{
-    AIM, CONTRACTION, CORRECTIONS, FIELD_LOAD_TOLERANCE, FIELD_NEAR_MARGIN, FIELD_SMALLEST_STEP, FIRST_BEND, FOLD_STEEPNESS, FOLD_MARGIN,
-    FULL_LOAD_TOLERANCE, LITTLE_LOAD, NEAR_MARGIN, NODE_LEAST_RATIO, NODE_MOST_RATIO, NODE_PASS_LIMIT, NODE_RETREAT,
-    PATH_TOLERANCE, RAMP_TRUST, SAFE_MARGIN, SMALLEST_GUARDED_STEP, SMALLEST_RAMP_STEP, TRUST, WIDENING,
+    AIM, CONTRACTION, CORRECTIONS, FIELD_LOAD_TOLERANCE, FIELD_NEAR_MARGIN, FIELD_SMALLEST_STEP, FIRST_BEND,
+    FOLD_MARGIN, FOLD_STEEPNESS, FULL_LOAD_TOLERANCE, LITTLE_LOAD, NEAR_MARGIN, NODE_LEAST_RATIO, NODE_MOST_RATIO,
+    NODE_PASS_LIMIT, NODE_RETREAT, PATH_TOLERANCE, RAMP_TRUST, SAFE_MARGIN, SMALLEST_GUARDED_STEP, SMALLEST_RAMP_STEP,
+    TRUST, WIDENING,
 };
 
 /// Where the paths of a register ended.
@@ -165,7 +166,7 @@ pub fn follow_varying<L: Kernels>(
         let counts = !care && L::any(active & !partial);
         let what = if counts { What::Transfers } else { What::Base };
         L::varying_pass(Pass { problem: *problem, resolution, lambda: target, base, what, points, workspace });
-        let inverse = workspace.matrix.solve(&Mat6::identity(one));
+        let inverse = workspace.matrix.solve_soon(&Mat6::identity(one));
         let tip = workspace.tip;
         let (dn, dm) = inverse.on(rod.f_tip * target - tip.n, rod.l_tip * target - tip.m); // F5
         let correction = size((dn, dm), base);
