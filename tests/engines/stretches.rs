@@ -8,6 +8,7 @@ use rodsweep::input::read_scene;
 use rodsweep::lanes::Lanes;
 use rodsweep::model::{Plan, PlanOptions, Quantity, Scene, SegmentKind, Solutions, Status, Stepper, Vector};
 use rodsweep::reference::Reference;
+use rodsweep_bench::random::RandomScenes;
 use rodsweep_bench::verify::search_disagreements;
 use std::path::PathBuf;
 
@@ -133,7 +134,7 @@ fn the_gpu_says_what_the_reference_says() {
 
 #[test]
 fn random_scenes_find_no_disagreement() {
-    let found = search_disagreements(2048, 5, &mut |_| {}).expect("solved");
+    let found = search_disagreements(RandomScenes::Uniform, 2048, 5, &mut |_| {}).expect("solved");
     assert!(found.is_right(), "{}", found.text());
     let value: serde_json::Value = serde_json::from_str(&found.json()).expect("JSON");
     for engine in value["engines"].as_array().expect("engines") {

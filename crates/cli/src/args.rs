@@ -152,6 +152,9 @@ pub struct VerifyArguments {
     /// the reference
     #[arg(long, value_name = "N", conflicts_with_all = ["hard", "samples"])]
     pub random: Option<u64>,
+    /// These scenes with gradients, magnets and coils around the rod
+    #[arg(long, requires = "random")]
+    pub varying_fields: bool,
     /// Random scenes beside the built-in ones
     #[arg(long, value_name = "N", default_value_t = 200)]
     pub samples: usize,

@@ -3,6 +3,7 @@
 use crate::args::VerifyArguments;
 use crate::{CommandError, Exit, print, say};
 use rodsweep_bench::BenchError;
+use rodsweep_bench::random::RandomScenes;
 use rodsweep_bench::verify::{VerifyOptions, search_disagreements, verify_hard};
 
 pub fn verify(arguments: &VerifyArguments) -> Result<Exit, CommandError> {
@@ -19,7 +20,8 @@ pub fn verify(arguments: &VerifyArguments) -> Result<Exit, CommandError> {
 
 /// Random scenes with every combination of terms, on the CPU engine and on the reference.
 fn random(arguments: &VerifyArguments, scenes: u64) -> Result<Exit, CommandError> {
-    let mut found = search_disagreements(scenes, arguments.seed, &mut say)?;
+    let kind = if arguments.varying_fields { RandomScenes::Varying } else { RandomScenes::Uniform };
+    let mut found = search_disagreements(kind, scenes, arguments.seed, &mut say)?;
     found.write_replays(&arguments.out).map_err(unwritten)?;
     print(&if arguments.json { found.json() } else { found.text() })?;
     Ok(if found.is_right() { Exit::Done } else { Exit::Failed })

@@ -27,7 +27,7 @@ const TERMS: [&str; 13] = [
 const LEAST_BEND: f64 = 0.3;
 const MOST_BEND: f64 = 10.0;
 /// Largest component of the field (T).
-const FIELD: f64 = 2.0;
+pub(super) const FIELD: f64 = 2.0;
 /// Largest current (A).
 const CURRENT: f64 = 0.1;
 

@@ -1,10 +1,12 @@
 //! Reproducible random numbers, rods and scenes: everything follows from a seed.
 
+mod any_field;
 mod any_scene;
 mod chains;
 mod numbers;
 mod rods;
 
+pub use any_field::RandomScenes;
 pub use any_scene::any_scene;
 pub use chains::Chain;
 pub use numbers::Random;

@@ -2,7 +2,7 @@
 
 use super::verdicts::{Difference, Mismatch, Verdicts, judge};
 use crate::error::BenchError;
-use crate::random::any_scene;
+use crate::random::RandomScenes;
 use rodsweep::backend::Precision;
 use rodsweep::input::write_scene;
 use rodsweep::model::{Quantity, Solutions};
@@ -19,6 +19,7 @@ const MOST_NAMED: usize = 20;
 
 /// What came of a search.
 pub struct Disagreements {
+    kind: RandomScenes,
     seed: u64,
     scenes: u64,
     verdicts: [Verdicts; 2],
@@ -32,6 +33,7 @@ pub struct Disagreements {
 ///
 /// An engine that fails as a whole.
 pub fn search_disagreements(
+    kind: RandomScenes,
     scenes: u64,
     seed: u64,
     progress: &mut dyn FnMut(&str),
@@ -39,7 +41,7 @@ pub fn search_disagreements(
     let mut verdicts = PRECISIONS.map(|_| Verdicts::default());
     for start in (0..scenes).step_by(ROUND as usize) {
         let end = scenes.min(start + ROUND);
-        judge(seed, start..end, &PRECISIONS, &mut verdicts)?;
+        judge((kind, seed), start..end, &PRECISIONS, &mut verdicts)?;
         if end.is_multiple_of(SAY_EACH) {
             progress(&format!("{end} scenes of {scenes}"));
         }
@@ -47,7 +49,7 @@ pub fn search_disagreements(
     for verdicts in &mut verdicts {
         verdicts.mismatches.sort_by(|a, b| badness(b).total_cmp(&badness(a)));
     }
-    Ok(Disagreements { seed, scenes, verdicts, replays: Vec::new() })
+    Ok(Disagreements { kind, seed, scenes, verdicts, replays: Vec::new() })
 }
 
 /// What is solved here alone is worst, the surer the worse; then tips apart; then what is not solved here.
@@ -61,9 +63,9 @@ fn badness(mismatch: &Mismatch) -> f64 {
 }
 
 impl Disagreements {
-    /// Whether nothing is solved by the engine alone, and no tips are apart.
+    /// Whether nothing is solved by the engine alone, no tips are apart, and no fold is none.
     pub fn is_right(&self) -> bool {
-        self.verdicts.iter().all(|verdicts| verdicts.only_here() + verdicts.apart() == 0)
+        self.verdicts.iter().all(|verdicts| verdicts.only_here() + verdicts.apart() + verdicts.false_folds() == 0)
     }
 
     /// Writes the worst scenes into a folder, for `solve`.
@@ -75,7 +77,7 @@ impl Disagreements {
         for (verdicts, precision) in self.verdicts.iter().zip(PRECISIONS) {
             for mismatch in verdicts.mismatches.iter().take(MOST_NAMED) {
                 let path = folder.join(format!("random-{}-{}.toml", self.seed, mismatch.number));
-                let text = write_scene(&any_scene(self.seed, mismatch.number));
+                let text = write_scene(&self.kind.scene(self.seed, mismatch.number));
                 let written = std::fs::create_dir_all(folder).and_then(|()| std::fs::write(&path, text));
                 written.map_err(|source| BenchError::Write { path: path.clone(), source })?;
                 self.replays.push((precision, mismatch.number, path));
@@ -86,12 +88,13 @@ impl Disagreements {
 
     /// A table of counts, and a line for each of the worst scenes.
     pub fn text(&self) -> String {
-        let heads = ["engine", "both solve", "neither", "only here", "only reference", "tips apart"];
+        let heads = ["engine", "both solve", "neither", "only here", "only reference", "false folds", "tips apart"];
         let mut table = TextTable::new(heads);
         let mut lines = String::new();
         for (verdicts, precision) in self.verdicts.iter().zip(PRECISIONS) {
             let Verdicts { both, neither, .. } = verdicts;
-            let counts = [*both, *neither, verdicts.only_here(), verdicts.only_reference(), verdicts.apart()];
+            let [only_here, only_reference] = [verdicts.only_here(), verdicts.only_reference()];
+            let counts = [*both, *neither, only_here, only_reference, verdicts.false_folds(), verdicts.apart()];
             table.row(std::iter::once(format!("cpu {precision}")).chain(counts.map(|count| count.to_string())));
             for mismatch in verdicts.mismatches.iter().take(MOST_NAMED) {
                 let is_this =
@@ -125,6 +128,7 @@ impl Disagreements {
                 "neither": verdicts.neither,
                 "only_here": verdicts.only_here(),
                 "only_reference": verdicts.only_reference(),
+                "false_folds": verdicts.false_folds(),
                 "apart": verdicts.apart(),
                 "mismatches": verdicts.mismatches.iter().map(mismatch).collect::<Vec<_>>(),
             })

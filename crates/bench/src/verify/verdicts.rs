@@ -1,11 +1,11 @@
 //! Random scenes on the CPU engine, as `run` takes it, against the verdict of the reference.
 
-use crate::random::any_scene;
+use crate::random::RandomScenes;
 use rayon::prelude::*;
 use rodsweep::backend::{Backend, BackendError, Precision};
 use rodsweep::lanes::Lanes;
 use rodsweep::model::rotation_angle;
-use rodsweep::model::{Plan, PlanOptions, Quantity, Solutions, Stepper};
+use rodsweep::model::{Plan, PlanOptions, Quantity, Scene, Solutions, Status, Stepper};
 use rodsweep::reference::Reference;
 use std::ops::Range;
 
@@ -65,6 +65,12 @@ impl Verdicts {
         self.count(|difference| difference == Difference::OnlyReference)
     }
 
+    /// What is called a fold here, and is none by the reference.
+    pub fn false_folds(&self) -> usize {
+        let is_fold = |mismatch: &&Mismatch| mismatch.found.status(0) == Status::Fold;
+        self.mismatches.iter().filter(is_fold).filter(|of| of.difference == Difference::OnlyReference).count()
+    }
+
     pub fn apart(&self) -> usize {
         self.count(|difference| matches!(difference, Difference::Apart(_)))
     }
@@ -72,16 +78,16 @@ impl Verdicts {
 
 /// Adds scenes of a seed to the verdicts of each precision. Each is planned and solved on its own.
 pub fn judge(
-    seed: u64,
+    (scenes, seed): (RandomScenes, u64),
     numbers: Range<u64>,
     precisions: &[Precision],
     verdicts: &mut [Verdicts],
 ) -> Result<(), BackendError> {
     let solved: Vec<Vec<Solutions>> =
-        numbers.clone().into_par_iter().map(|number| solve(seed, number, precisions)).collect::<Result<_, _>>()?;
+        numbers.clone().into_par_iter().map(|number| solve(&scenes.scene(seed, number), precisions)).collect::<Result<_, _>>()?;
     for (number, mut answers) in numbers.zip(solved) {
         let Some(expected) = answers.pop() else { continue };
-        let length = any_scene(seed, number).total_length();
+        let length = scenes.scene(seed, number).total_length();
         for ((found, precision), verdicts) in answers.into_iter().zip(precisions).zip(verdicts.iter_mut()) {
             let tolerance = first_attempt(*precision).tolerance;
             let difference = match (found.status(0).is_success(), expected.status(0).is_success()) {
@@ -106,9 +112,8 @@ pub fn judge(
 }
 
 /// The engine's answer in each precision, then the reference's.
-fn solve(seed: u64, number: u64, precisions: &[Precision]) -> Result<Vec<Solutions>, BackendError> {
-    let scene = any_scene(seed, number);
-    let plan = Plan::new(&scene, &[], &[], PlanOptions::default())
+fn solve(scene: &Scene, precisions: &[Precision]) -> Result<Vec<Solutions>, BackendError> {
+    let plan = Plan::new(scene, &[], &[], PlanOptions::default())
         .map_err(|error| BackendError::DeviceFailed { reason: format!("{}: {error}", scene.name) })?;
     let batch = plan.batch(1, |_, _| {});
     let mut answers = Vec::with_capacity(precisions.len() + 1);

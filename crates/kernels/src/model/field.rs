@@ -109,6 +109,17 @@ const LINE: [(f64, f64); 5] = [
     (0.769_234_655_052_841_6, 0.239_314_335_249_683_23),
     (0.953_089_922_969_332, 0.118_463_442_528_094_54),
 ];
+/// The same with eight points: the answer takes these, and its error estimate the difference.
+const SHARP_LINE: [(f64, f64); 8] = [
+    (0.019_855_071_751_231_856, 0.050_614_268_145_188_09),
+    (0.101_666_761_293_186_58, 0.111_190_517_226_687_23),
+    (0.237_233_795_041_835_5, 0.156_853_322_938_943_7),
+    (0.408_282_678_752_175_1, 0.181_341_891_689_181),
+    (0.591_717_321_247_825, 0.181_341_891_689_181),
+    (0.762_766_204_958_164_5, 0.156_853_322_938_943_7),
+    (0.898_333_238_706_813_5, 0.111_190_517_226_687_23),
+    (0.980_144_928_248_768_2, 0.050_614_268_145_188_09),
+];
 const MIDDLE: [(f64, f64); 1] = [(0.5, 1.0)];
 
 impl CoilLoad {
@@ -127,6 +138,14 @@ impl CoilLoad {
     pub fn points(self) -> &'static [(f64, f64)] {
         match self {
             CoilLoad::Distributed => &LINE,
+            CoilLoad::Middle => &MIDDLE,
+        }
+    }
+
+    /// The same for the pass on twice the steps, from which the answer comes.
+    pub fn check_points(self) -> &'static [(f64, f64)] {
+        match self {
+            CoilLoad::Distributed => &SHARP_LINE,
             CoilLoad::Middle => &MIDDLE,
         }
     }

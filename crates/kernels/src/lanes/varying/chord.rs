@@ -71,14 +71,17 @@ pub fn newton_step<L: Lane>(rod: &Rod<L>, tip: &State<L>, inverse: &Mat6<L>) -> 
     inverse.on(rod.f_tip - tip.n, rod.l_tip - tip.m)
 }
 
-/// A pass on twice the fine steps.
+/// A pass on twice the fine steps, with more points on rigid segments.
 #[inline(always)]
 pub fn check_pass<L: Kernels>(
     problem: &Problem<'_, L>,
     base: Load<L>,
     workspace: &mut VaryingWorkspace<L>,
 ) -> Check<L> {
-    shoot(problem, &problem.program.check, base, What::State, workspace);
+    let (resolution, what) = (&problem.program.check, What::State);
+    let lambda = base.0.x.constant(1.0);
+    let points = problem.program.field.as_ref().map_or(&[][..], |field| field.check_points);
+    L::varying_pass(Pass { problem: *problem, resolution, lambda, base, what, points, workspace });
     Check { base, tip: workspace.tip }
 }
 

@@ -20,6 +20,8 @@ pub struct ProgramField {
     pub maps: Vec<Arc<ProgramMap>>,
     /// Points of a rigid segment where the field acts, and their shares of its dipole.
     pub points: &'static [(f64, f64)],
+    /// The same for the answer.
+    pub check_points: &'static [(f64, f64)],
 }
 
 impl ProgramField {
@@ -32,6 +34,7 @@ impl ProgramField {
             clearances: field.dipoles.iter().map(|dipole| dipole.clearance / plan.units.length).collect(),
             maps: field.maps.iter().map(|map| Arc::new(ProgramMap::new(&map.grid, &plan.units))).collect(),
             points: field.coil_load.points(),
+            check_points: field.coil_load.check_points(),
         })
     }
 }

@@ -1,0 +1,118 @@
+//! The random scenes again, in fields that vary in space.
+
+use super::any_scene::{FIELD, any_scene};
+use super::numbers::Random;
+use rodsweep::model::{CoilArray, CoilLoad, FieldSources, MU0_OVER_4PI, Magnet, MagnetBody, Scene, UnitDipole, Vector};
+use rodsweep::model::{DEFAULT_CLEARANCE, rotation_matrix};
+
+/// Which random scenes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RandomScenes {
+    /// Their field is uniform.
+    Uniform,
+    /// Gradients, magnets and coils around the rod are added to it.
+    Varying,
+}
+
+impl RandomScenes {
+    /// Scene `number` of the scenes of `seed`: it depends on these alone.
+    pub fn scene(self, seed: u64, number: u64) -> Scene {
+        let mut scene = any_scene(seed, number);
+        if self == RandomScenes::Varying {
+            // Numbers next to each other share no random numbers.
+            let mut random = Random(seed ^ number.wrapping_mul(0x9fb2_1c65_1e98_df25));
+            scene.sources = sources(&scene, &mut random);
+        }
+        scene
+    }
+}
+
+/// What lies around a rod: at least one of a gradient, magnets and an array, together about as strong as its uniform field.
+fn sources(scene: &Scene, random: &mut Random) -> FieldSources {
+    let length = scene.total_length();
+    let rotation = rotation_matrix(scene.base.rotation);
+    let middle: Vector = std::array::from_fn(|k| scene.base.position[k] + 0.5 * length * rotation[k][2]);
+    let mut around = Around { random, length, middle };
+    let kinds = 1 + (around.random.unit() * 6.999) as usize;
+    let gradient = (kinds & 1 != 0).then(|| std::array::from_fn(|_| around.random.within(-FIELD, FIELD) / length));
+    let magnets = if kinds & 2 != 0 { 1 + usize::from(around.random.chance(0.5)) } else { 0 };
+    let arrays = if kinds & 4 != 0 { vec![around.array()] } else { Vec::new() };
+    FieldSources {
+        gradient,
+        origin: around.place(length),
+        magnets: (0..magnets).map(|number| around.magnet(number)).collect(),
+        arrays,
+        maps: Vec::new(),
+        coil_load: if around.random.chance(0.3) { CoilLoad::Middle } else { CoilLoad::Distributed },
+    }
+}
+
+/// What sources are drawn around.
+struct Around<'a> {
+    random: &'a mut Random,
+    /// In m
+    length: f64,
+    middle: Vector,
+}
+
+impl Around<'_> {
+    /// A place as far as this from the middle of the straight rod.
+    fn place(&mut self, distance: f64) -> Vector {
+        let direction = self.direction();
+        std::array::from_fn(|k| self.middle[k] + distance * direction[k])
+    }
+
+    fn direction(&mut self) -> Vector {
+        loop {
+            let v = self.random.vector(1.0);
+            let size = v.iter().map(|x| x * x).sum::<f64>().sqrt();
+            if (0.1..1.0).contains(&size) {
+                return v.map(|x| x / size);
+            }
+        }
+    }
+
+    /// How far a source is from the middle (m), and its dipole (A·m²), whose field there is a share of the largest.
+    fn source(&mut self) -> (f64, f64) {
+        let distance = self.length * self.random.between(0.8, 4.0);
+        (distance, self.random.within(0.1, 1.0) * FIELD * distance.powi(3) / (2.0 * MU0_OVER_4PI))
+    }
+
+    fn magnet(&mut self, number: usize) -> Magnet {
+        let (distance, size) = self.source();
+        let axis = self.direction();
+        let is_body = self.random.chance(0.5);
+        let body = is_body.then(|| MagnetBody {
+            axis,
+            length: distance * self.random.between(0.03, 0.3),
+            diameter: distance * self.random.between(0.03, 0.3),
+        });
+        let clearance = body.map_or(DEFAULT_CLEARANCE, |body| 0.5 * body.length.max(body.diameter));
+        Magnet {
+            name: format!("magnet{}", number + 1),
+            position: self.place(distance),
+            moment: axis.map(|x| x * size),
+            rotation: self.random.vector(2.0),
+            strength: self.random.within(0.3, 1.5),
+            body,
+            clearance: clearance.min(0.1 * self.length),
+        }
+    }
+
+    fn array(&mut self) -> CoilArray {
+        let coils = 1 + (self.random.unit() * 3.999) as usize;
+        let coil = |around: &mut Self| {
+            let (distance, size) = around.source();
+            let dipole = UnitDipole {
+                position: around.place(distance),
+                moment_per_ampere: around.direction().map(|x| x * size),
+            };
+            vec![dipole]
+        };
+        CoilArray {
+            name: "array".into(),
+            current: (0..coils).map(|_| self.random.within(-1.0, 1.0)).collect(),
+            coils: (0..coils).map(|_| coil(self)).collect(),
+        }
+    }
+}
