@@ -54,6 +54,11 @@ fn interval_columns(by: u32, m: vec3<f32>) -> Columns {
     return three;
 }
 
+// Halfway over a step of this length; a rigid segment is straight.
+fn midway(before: State, after: State, span: f32) -> vec3<f32> {
+    return (before.p + after.p) * 0.5 + (before.t - after.t) * (span * 0.125);
+}
+
 // Integrates the rod from the load `base` at a share `lambda` of its loads; what it comes to is left behind.
 //
 // All passes are one call, and all threes of a step another: their code is long.
@@ -61,7 +66,7 @@ fn integrate(rod: Rod, resolution: u32, lambda: f32, base: Pair, what: u32, on_p
     var state = State(vec3<f32>(), rod.d1, rod.t, base.last, base.first);
     carried_load = identity6();
     pose = Mat6();
-    nearest = clearance(state.p, FAR);
+    nearest = FAR;
     let tableau = select(TABLEAU_COUNT - 1u, 0u, resolution <= CAREFUL);
     let first = select(BY_FORCE, BY_PARAMETERS, what == PARAMETERS);
     var end = select(BY_FORCE, BY_ROTATION, what == BASE);
@@ -93,7 +98,6 @@ fn integrate(rod: Rod, resolution: u32, lambda: f32, base: Pair, what: u32, on_p
             if !is_flexible {
                 crossing = Crossing(load_rigid(index), has(index, HAS_DIPOLE), lambda, on_path, before);
                 state = cross_segment(crossing);
-                nearest = clearance((before.p + state.p) * 0.5, nearest);
             }
             //@end
             for (var r = 0u; r < TABLEAU_COUNT; r++) { //@unroll
@@ -114,7 +118,8 @@ fn integrate(rod: Rod, resolution: u32, lambda: f32, base: Pair, what: u32, on_p
                 keep_columns(what, by, state.m);
             }
             if what == TRANSFERS { push(is_flexible); }
-            nearest = clearance(state.p, nearest);
+            let middle = midway(before, state, step.h);
+            nearest = clearance(middle, state.p, clearance(before.p, middle, nearest));
         }
         //@if WANT_LENGTH
         if is_flexible && what == PARAMETERS { lengthen(segment, state); }

@@ -10,6 +10,8 @@ const CLEARANCES: array<f32, 1> = array<f32, 1>(0.0); //@spec
 
 // Farther from every magnet than any rod.
 const FAR: f32 = 1e9;
+// Squares of lengths below this are none.
+const TINY: f32 = 1e-30;
 
 // B0 + G (x - x0) + the fields of dipoles.
 struct Space {
@@ -132,13 +134,17 @@ fn local(x: vec3<f32>, mu: vec3<f32>, with_columns: bool) -> Local {
     return found;
 }
 
-// Distance to the nearest dipole beyond its clearance.
-fn clearance(x: vec3<f32>, least: f32) -> f32 {
-    var nearest = least;
+// Distance of a straight piece to the nearest dipole beyond its clearance.
+fn clearance(start: vec3<f32>, end: vec3<f32>, least: f32) -> f32 {
+    var closest = least;
     //@if SOURCES
+    let along = end - start;
+    let per = 1.0 / max(dot(along, along), TINY);
     for (var j = 0u; j < DIPOLE_COUNT; j++) {
-        nearest = min(nearest, length(x - space.X[j]) - space.clearance[j]);
+        let r = start - space.X[j];
+        let share = clamp(-dot(r, along) * per, 0.0, 1.0);
+        closest = min(closest, length(axpy(share, along, r)) - space.clearance[j]);
     }
     //@end
-    return nearest;
+    return closest;
 }

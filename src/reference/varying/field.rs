@@ -140,9 +140,15 @@ impl Field {
         self.maps.iter().map(|map| map.inside(x)).fold(f64::INFINITY, f64::min)
     }
 
-    /// Distance to the nearest dipole beyond its clearance; infinite without dipoles.
-    pub(super) fn clearance(&self, x: Vector3<f64>) -> f64 {
-        self.dipoles.iter().map(|dipole| (x - dipole.X).norm() - dipole.clearance).fold(f64::INFINITY, f64::min)
+    /// Distance of a straight piece to the nearest dipole beyond its clearance; infinite without dipoles.
+    pub(super) fn clearance(&self, from: Vector3<f64>, to: Vector3<f64>) -> f64 {
+        let along = to - from;
+        let of = |dipole: &Dipole| {
+            let r = from - dipole.X;
+            let share = (-r.dot(&along) / along.norm_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+            (r + share * along).norm() - dipole.clearance
+        };
+        self.dipoles.iter().map(of).fold(f64::INFINITY, f64::min)
     }
 }
 

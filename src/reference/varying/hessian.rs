@@ -105,7 +105,8 @@ pub(super) fn stability(rod: &Varying, base: &BaseLoad, integrator: &mut Extrapo
     let none = Matrix3xX::zeros(count);
     let mut forms = Forms { w: none.clone(), dp: none.clone(), at_work: none };
     let mut state = rod.base_state(base, &[]);
-    let mut clearance = rod.field.clearance(state.p);
+    let mut clearance = f64::INFINITY;
+    let mut last = state.p;
     let mut inside = f64::INFINITY;
     let mut first = 0;
     for j in 0..chain.is_flexible.len() {
@@ -121,7 +122,8 @@ pub(super) fn stability(rod: &Varying, base: &BaseLoad, integrator: &mut Extrapo
             if chain.rigid_force_arm {
                 forms.at_work -= hat(arm) * &forms.w;
             }
-            clearance = clearance.min(rod.field.clearance(state.p)).min(rod.field.clearance(state.p - 0.5 * arm));
+            clearance = clearance.min(rod.field.clearance(last, state.p));
+            last = state.p;
             if is_magnetic {
                 inside = inside.min(rod.field.inside(state.p));
             }
@@ -140,7 +142,8 @@ pub(super) fn stability(rod: &Varying, base: &BaseLoad, integrator: &mut Extrapo
             for place in GAUSS {
                 flexible.advance(integrator, s, start + place * h, &mut state).ok()?;
                 s = start + place * h;
-                clearance = clearance.min(rod.field.clearance(state.p));
+                clearance = clearance.min(rod.field.clearance(last, state.p));
+                last = state.p;
                 if is_magnetic {
                     inside = inside.min(rod.field.inside(state.p));
                 }
@@ -150,7 +153,8 @@ pub(super) fn stability(rod: &Varying, base: &BaseLoad, integrator: &mut Extrapo
             add_element(&mut q, rod, (&flexible, j), h, &states, (first, per_point), &rules, &mut forms);
             first += POINTS * per_point;
         }
-        clearance = clearance.min(rod.field.clearance(state.p));
+        clearance = clearance.min(rod.field.clearance(last, state.p));
+        last = state.p;
         if is_magnetic {
             inside = inside.min(rod.field.inside(state.p));
         }

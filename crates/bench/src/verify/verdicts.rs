@@ -83,8 +83,11 @@ pub fn judge(
     precisions: &[Precision],
     verdicts: &mut [Verdicts],
 ) -> Result<(), BackendError> {
-    let solved: Vec<Vec<Solutions>> =
-        numbers.clone().into_par_iter().map(|number| solve(&scenes.scene(seed, number), precisions)).collect::<Result<_, _>>()?;
+    let solved: Vec<Vec<Solutions>> = numbers
+        .clone()
+        .into_par_iter()
+        .map(|number| solve(&scenes.scene(seed, number), precisions))
+        .collect::<Result<_, _>>()?;
     for (number, mut answers) in numbers.zip(solved) {
         let Some(expected) = answers.pop() else { continue };
         let length = scenes.scene(seed, number).total_length();

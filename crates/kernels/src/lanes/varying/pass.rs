@@ -65,6 +65,12 @@ fn interval_columns<L: Lane>(m: Vec3<L>) -> [Columns<L>; 4] {
     ]
 }
 
+/// Halfway over a step of this length.
+#[inline(always)]
+fn midway<L: Lane>(before: &State<L>, after: &State<L>, length: L) -> Vec3<L> {
+    (before.p + after.p) * length.constant(0.5) + (before.t - after.t) * (length * length.constant(0.125))
+}
+
 /// Three columns of segment `index` by their number: `count` of its own, then those of parameters.
 #[inline(always)]
 fn numbered<'a, L>(
@@ -88,7 +94,7 @@ pub fn integrate<L: Lane, T: Terms>(pass: Pass<'_, L>, terms: T) {
     let mut state = State { p: Vec3::splat(zero), d1: rod.d1, t: rod.t, m: base.1, n: base.0 };
     let (mut pose, mut load) = (Mat6::zero(zero), Mat6::identity(zero));
     let far = zero.constant(1e9);
-    let (mut clearance, mut inside) = (space.clearance(state.p, far), far);
+    let (mut clearance, mut inside) = (far, far);
     let with_transfers = what.has_transfers();
     // By the load at the base, or by the start of each interval.
     let mut own = interval_columns(state.m);
@@ -146,7 +152,8 @@ pub fn integrate<L: Lane, T: Terms>(pass: Pass<'_, L>, terms: T) {
                     if with_transfers && ((k + 1) % joined == 0 || k + 1 == steps) {
                         push(transfers, (&mut pose, &mut load), &own, state.m, true);
                     }
-                    clearance = space.clearance(state.p, clearance);
+                    let middle = midway(&before, &state, flexible.length * zero.constant(share));
+                    clearance = space.clearance(middle, state.p, space.clearance(before.p, middle, clearance));
                 }
                 for (parameters, three) in parameters.iter().zip(columns.iter_mut()).take(threes) {
                     lengthen(space, &problem, flexible, &state, &parameters.sources.segments[index].dL, three);
@@ -176,8 +183,7 @@ pub fn integrate<L: Lane, T: Terms>(pass: Pass<'_, L>, terms: T) {
                 if rigid.has_dipole {
                     inside = space.inside(after.p, space.inside(state.p, inside));
                 }
-                let middle = (state.p + after.p) * zero.constant(0.5);
-                clearance = space.clearance(after.p, space.clearance(middle, clearance));
+                clearance = space.clearance(state.p, after.p, clearance);
                 state = after;
             }
         }

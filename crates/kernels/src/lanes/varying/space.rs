@@ -10,6 +10,9 @@ use crate::model::record::{BASE_POSITION_AT, field_offset};
 use crate::model::{FIELD_DIPOLE_RECORD, FIELD_MAP_RECORD, FIELD_RECORD, Plan};
 use std::sync::Arc;
 
+/// Squares of lengths below this are none.
+const TINY: f64 = 1e-30;
+
 /// What of the field of a plan varies in space.
 #[derive(Clone, Debug)]
 pub struct ProgramField {
@@ -197,13 +200,18 @@ impl<L: Lane> Space<L> {
         least
     }
 
-    /// Distance to the nearest dipole beyond its clearance.
+    /// Distance of a straight piece to the nearest dipole beyond its clearance.
     #[inline(always)]
-    pub fn clearance(&self, x: Vec3<L>, least: L) -> L {
+    pub fn clearance(&self, from: Vec3<L>, to: Vec3<L>, least: L) -> L {
         let mut least = least;
+        let (zero, one) = (least.constant(0.0), least.constant(1.0));
+        let along = to - from;
+        let per = one / dot(along, along).max(least.constant(TINY));
         for dipole in &self.dipoles {
-            let r = x - dipole.X;
-            least = least.min(dot(r, r).sqrt() - dipole.clearance);
+            let r = from - dipole.X;
+            let share = (-dot(r, along) * per).max(zero).min(one);
+            let nearest = axpy(share, along, r);
+            least = least.min(dot(nearest, nearest).sqrt() - dipole.clearance);
         }
         least
     }
