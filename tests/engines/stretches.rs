@@ -142,3 +142,14 @@ fn random_scenes_find_no_disagreement() {
         assert!(engine["both"].as_u64() > Some(1500) && engine["neither"].as_u64() > Some(20), "{engine}");
     }
 }
+
+#[test]
+fn random_scenes_in_varying_fields_find_no_disagreement() {
+    let found = search_disagreements(RandomScenes::Varying, 96, 7, &mut |_| {}).expect("solved");
+    assert!(found.is_right(), "{}", found.text());
+    let value: serde_json::Value = serde_json::from_str(&found.json()).expect("JSON");
+    for engine in value["engines"].as_array().expect("engines") {
+        assert_eq!((engine["only_here"].as_u64(), engine["apart"].as_u64()), (Some(0), Some(0)), "{engine}");
+        assert!(engine["both"].as_u64() > Some(60) && engine["neither"].as_u64() > Some(4), "{engine}");
+    }
+}

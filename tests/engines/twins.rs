@@ -96,7 +96,6 @@ const EXCEPTIONS: Exceptions = Exceptions {
         ("path", &["narrowed"], "in double precision alone"),
         ("varying/path", &["select"], "masks of lanes"),
         ("varying/path", &["narrowed"], "in single precision round-off hides what lies closer"),
-        ("varying/path", &["store", "load"], "paths in f32 are handed over to answers in f64"),
         ("varying/answer", &["moved_tip", "code"], "tips from twice the steps; masks of lanes"),
     ],
     wgsl_only: &[

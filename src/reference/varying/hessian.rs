@@ -5,10 +5,10 @@ use super::flexible::Flexible;
 use super::rigid;
 use super::state::{BaseLoad, State, Varying};
 use crate::reference::extrapolation::Extrapolation;
-use nalgebra::{Cholesky, DMatrix, Matrix3, Matrix3xX, SymmetricEigen, Vector3};
+use nalgebra::{Cholesky, DMatrix, DMatrixView, Matrix3, Matrix3xX, SymmetricEigen, Vector3};
 
-/// Elements of each flexible segment, and Gauss points of each.
-const ELEMENTS: usize = 3;
+/// Elements of a rod of one flexible segment, and Gauss points of each.
+const ELEMENTS: f64 = 3.0;
 const POINTS: usize = 6;
 /// Abscissae on [0, 1].
 const GAUSS: [f64; POINTS] = [
@@ -22,12 +22,34 @@ const GAUSS: [f64; POINTS] = [
 
 /// What was found on the way along the rod.
 pub(super) struct Stability {
-    /// Negative eigenvalues of the second variation.
-    pub index: usize,
+    second_variation: DMatrix<f64>,
     /// Least distance to a magnet beyond its clearance.
     pub clearance: f64,
     /// How far the rod's dipoles are inside of every map.
     pub inside: f64,
+}
+
+impl Stability {
+    /// By Cholesky's decomposition: much less work than the index. False for a matrix that is not finite.
+    pub fn is_stable(&self) -> bool {
+        let q = &self.second_variation;
+        q.is_empty() || (q.iter().all(|x| x.is_finite()) && Cholesky::new(q.clone()).is_some())
+    }
+
+    /// Negative eigenvalues of the second variation. `None` for a matrix that is not finite, on which the decomposition would
+    /// not end.
+    pub fn index(&self) -> Option<usize> {
+        const MOST_ITERATIONS: usize = 2000;
+        if self.is_stable() {
+            return Some(0);
+        }
+        let q = &self.second_variation;
+        if !q.iter().all(|x| x.is_finite()) {
+            return None;
+        }
+        let eigen = SymmetricEigen::try_new(q.clone(), f64::EPSILON, MOST_ITERATIONS)?;
+        Some(eigen.eigenvalues.iter().filter(|value| **value < 0.0).count())
+    }
 }
 
 /// Linear forms of the unknowns at one place: rotation, displacement, and the displacement on which forces do work: without
@@ -62,6 +84,27 @@ fn integration() -> [[f64; POINTS]; POINTS + 1] {
     rows
 }
 
+/// Elements of each segment: its share of the rod's length or compliance, and none of a rigid one.
+fn elements(rod: &Varying) -> Vec<usize> {
+    let chain = &rod.chain;
+    let bends = |j: usize| chain.is_flexible[j] && chain.numbers.segments[j].length > 0.0;
+    let sizes: Vec<[f64; 2]> = (0..chain.is_flexible.len())
+        .map(|j| match bends(j) {
+            true => {
+                let length = chain.numbers.segments[j].length;
+                let flexible = Flexible::new(rod, j, &[]);
+                let softest =
+                    [0.0, 0.5, 1.0].map(|at| flexible.K(at * length).min()).into_iter().fold(f64::INFINITY, f64::min);
+                [length, length / softest]
+            }
+            false => [0.0; 2],
+        })
+        .collect();
+    let all = sizes.iter().fold([0.0; 2], |all, of| [all[0] + of[0], all[1] + of[1]]);
+    let share = |of: &[f64; 2]| (of[0] / all[0]).max(of[1] / all[1]);
+    sizes.iter().map(|of| if of[0] > 0.0 { (ELEMENTS * share(of) - 1e-9).ceil() as usize } else { 0 }).collect()
+}
+
 fn hat(v: Vector3<f64>) -> Matrix3<f64> {
     v.cross_matrix()
 }
@@ -71,37 +114,56 @@ fn turned(a: Vector3<f64>, b: Vector3<f64>) -> Matrix3<f64> {
     0.5 * (a * b.transpose() + b * a.transpose()) - a.dot(&b) * Matrix3::identity()
 }
 
-/// Adds `left^T form right`, of which the symmetric part counts; what lies beyond moves neither.
-fn add(q: &mut DMatrix<f64>, left: &Matrix3xX<f64>, form: Matrix3<f64>, right: &Matrix3xX<f64>) {
-    let zero = Vector3::zeros();
-    let used = |forms: &Matrix3xX<f64>| forms.column_iter().rposition(|column| column != zero).map_or(0, |at| at + 1);
-    let rows = used(left);
-    for column in 0..used(right) {
-        let by = form * right.column(column);
-        for row in 0..rows {
-            q[(row, column)] += left.column(row).dot(&by);
+/// A sum of `left^T form right`, of which the symmetric part counts.
+struct Sum {
+    q: DMatrix<f64>,
+    /// What is still to be added: rows of `left` and of `form right`, one after the other.
+    left: Vec<f64>,
+    right: Vec<f64>,
+}
+
+impl Sum {
+    fn zero(count: usize) -> Self {
+        Self { q: DMatrix::zeros(count, count), left: Vec::new(), right: Vec::new() }
+    }
+
+    fn add(&mut self, left: &Matrix3xX<f64>, form: Matrix3<f64>, right: &Matrix3xX<f64>) {
+        let by = form * right;
+        for k in 0..3 {
+            self.left.extend(left.row(k).iter());
+            self.right.extend(by.row(k).iter());
         }
+    }
+
+    /// Adds what waits. None of it has more unknowns than so many.
+    fn settle(&mut self, unknowns: usize) {
+        let (count, rows) = (self.q.ncols(), self.left.len() / self.q.ncols().max(1));
+        let left = DMatrixView::from_slice(&self.left, count, rows);
+        let right = DMatrixView::from_slice(&self.right, count, rows).rows(0, unknowns).transpose();
+        self.q.view_mut((0, 0), (unknowns, unknowns)).gemm(1.0, &left.rows(0, unknowns), &right, 1.0);
+        self.left.clear();
+        self.right.clear();
     }
 }
 
 /// A dipole at a place: how its energy changes to second order, twice. F8
-fn add_dipole(q: &mut DMatrix<f64>, rod: &Varying, x: Vector3<f64>, mu: Vector3<f64>, forms: &Forms) {
+fn add_dipole(q: &mut Sum, rod: &Varying, x: Vector3<f64>, mu: Vector3<f64>, forms: &Forms) {
     let field = &rod.field;
-    add(q, &forms.w, -turned(field.B(x), mu), &forms.w);
-    add(q, &forms.dp, field.G(x) * hat(mu), &forms.w);
-    add(q, &forms.at_work, field.G(x) * hat(mu), &forms.w);
-    add(q, &forms.at_work, -field.T3(x, mu), &forms.dp);
+    q.add(&forms.w, -turned(field.B(x), mu), &forms.w);
+    q.add(&forms.dp, field.G(x) * hat(mu), &forms.w);
+    q.add(&forms.at_work, field.G(x) * hat(mu), &forms.w);
+    q.add(&forms.at_work, -field.T3(x, mu), &forms.dp);
 }
 
-/// The index at an equilibrium; `None` where the rod cannot be integrated.
+/// Stability of an equilibrium; `None` where the rod cannot be integrated.
 pub(super) fn stability(rod: &Varying, base: &BaseLoad, integrator: &mut Extrapolation) -> Option<Stability> {
     let chain = &rod.chain;
-    let bends = |j: &usize| chain.is_flexible[*j] && chain.numbers.segments[*j].length > 0.0;
+    let elements = elements(rod);
     let shears = chain.numbers.segments.iter().any(|segment| segment.C_se != Vector3::zeros());
     let per_point = if shears { 6 } else { 3 };
-    let count = (0..chain.is_flexible.len()).filter(bends).count() * ELEMENTS * POINTS * per_point;
+    let count = elements.iter().sum::<usize>() * POINTS * per_point;
     let rules = integration();
-    let mut q = DMatrix::zeros(count, count);
+    let mut q = Sum::zero(count);
     let none = Matrix3xX::zeros(count);
     let mut forms = Forms { w: none.clone(), dp: none.clone(), at_work: none };
     let mut state = rod.base_state(base, &[]);
@@ -109,13 +171,14 @@ pub(super) fn stability(rod: &Varying, base: &BaseLoad, integrator: &mut Extrapo
     let mut last = state.p;
     let mut inside = f64::INFINITY;
     let mut first = 0;
-    for j in 0..chain.is_flexible.len() {
+    for (j, &elements) in elements.iter().enumerate() {
         let is_magnetic = chain.numbers.segments[j].mu != Vector3::zeros();
         if is_magnetic {
             inside = inside.min(rod.field.inside(state.p));
         }
         if !chain.is_flexible[j] {
             add_rigid(&mut q, rod, j, &state, &forms);
+            q.settle(first);
             rigid::cross(rod, j, &[], &mut state);
             let arm = chain.numbers.segments[j].length * state.R.column(2);
             forms.dp -= hat(arm) * &forms.w;
@@ -134,8 +197,8 @@ pub(super) fn stability(rod: &Varying, base: &BaseLoad, integrator: &mut Extrapo
             continue;
         }
         let flexible = Flexible::new(rod, j, &[]);
-        let h = length / ELEMENTS as f64;
-        for element in 0..ELEMENTS {
+        let h = length / elements as f64;
+        for element in 0..elements {
             let start = element as f64 * h;
             let mut states = Vec::with_capacity(POINTS);
             let mut s = start;
@@ -152,6 +215,7 @@ pub(super) fn stability(rod: &Varying, base: &BaseLoad, integrator: &mut Extrapo
             flexible.advance(integrator, s, start + h, &mut state).ok()?;
             add_element(&mut q, rod, (&flexible, j), h, &states, (first, per_point), &rules, &mut forms);
             first += POINTS * per_point;
+            q.settle(first);
         }
         clearance = clearance.min(rod.field.clearance(last, state.p));
         last = state.p;
@@ -159,12 +223,12 @@ pub(super) fn stability(rod: &Varying, base: &BaseLoad, integrator: &mut Extrapo
             inside = inside.min(rod.field.inside(state.p));
         }
     }
-    let symmetric = 0.5 * (&q + q.transpose());
-    Some(Stability { index: negative_eigenvalues(symmetric)?, clearance, inside })
+    let second_variation = 0.5 * (&q.q + q.q.transpose());
+    Some(Stability { second_variation, clearance, inside })
 }
 
 /// The work of the field and of all forces beyond on a rigid segment.
-fn add_rigid(q: &mut DMatrix<f64>, rod: &Varying, j: usize, state: &State, forms: &Forms) {
+fn add_rigid(q: &mut Sum, rod: &Varying, j: usize, state: &State, forms: &Forms) {
     let segment = rod.chain.numbers.segments[j];
     let t: Vector3<f64> = state.R.column(2).into();
     let mu = state.R * segment.mu;
@@ -183,13 +247,13 @@ fn add_rigid(q: &mut DMatrix<f64>, rod: &Varying, j: usize, state: &State, forms
     if !has_arm {
         return;
     }
-    add(q, &forms.w, -segment.length * turned(end + lever, t), &forms.w);
+    q.add(&forms.w, -segment.length * turned(end + lever, t), &forms.w);
 }
 
 /// One element: its unknowns start at `first`, so many a point.
 #[expect(clippy::too_many_arguments)]
 fn add_element(
-    q: &mut DMatrix<f64>,
+    q: &mut Sum,
     rod: &Varying,
     (flexible, j): (&Flexible, usize),
     h: f64,
@@ -199,7 +263,7 @@ fn add_element(
     forms: &mut Forms,
 ) {
     let numbers = rod.chain.numbers.segments[j];
-    let count = q.ncols();
+    let count = q.q.ncols();
     let root = numbers.C_se.map(f64::sqrt);
     let slope = |k: usize| {
         let mut slope = Matrix3xX::zeros(count);
@@ -229,16 +293,16 @@ fn add_element(
         let at = first + i * per_point;
         let K = flexible.K(*s);
         for k in 0..3 {
-            q[(at + k, at + k)] += weight * K[k];
+            q.q[(at + k, at + k)] += weight * K[k];
             if per_point == 6 {
-                q[(at + 3 + k, at + 3 + k)] += weight;
+                q.q[(at + 3 + k, at + 3 + k)] += weight;
             }
         }
         let m = state.R * state.m_body;
-        add(q, &slopes[i], -weight * hat(m), &w[i]);
-        add(q, &w[i], -weight * turned(state.n, velocity(i)), &w[i]);
+        q.add(&slopes[i], -weight * hat(m), &w[i]);
+        q.add(&w[i], -weight * turned(state.n, velocity(i)), &w[i]);
         // -2 n . (w x R d(nu))
-        add(q, &w[i], 2.0 * weight * hat(state.n), &strains[i]);
+        q.add(&w[i], 2.0 * weight * hat(state.n), &strains[i]);
         if numbers.mu != Vector3::zeros() {
             let moved = sum(i, &dp_slopes);
             let there = Forms { w: w[i].clone(), dp: &forms.dp + &moved, at_work: &forms.at_work + moved };
@@ -249,17 +313,4 @@ fn add_element(
     let moved = sum(POINTS, &dp_slopes);
     forms.dp += &moved;
     forms.at_work += moved;
-}
-
-/// `None` for a matrix that is not finite, on which the decomposition would not end.
-fn negative_eigenvalues(q: DMatrix<f64>) -> Option<usize> {
-    const MOST_ITERATIONS: usize = 2000;
-    if !q.iter().all(|x| x.is_finite()) {
-        return None;
-    }
-    if q.is_empty() || Cholesky::new(q.clone()).is_some() {
-        return Some(0);
-    }
-    let eigen = SymmetricEigen::try_new(q, f64::EPSILON, MOST_ITERATIONS)?;
-    Some(eigen.eigenvalues.iter().filter(|value| **value < 0.0).count())
 }

@@ -43,7 +43,7 @@ pub(super) fn solve(rod: &Rod, slots: &[Slot]) -> Option<Equilibrium> {
     let Ok((base, passage, passes)) = polish(&loaded, path.base, &mut integrator) else {
         return Some(Equilibrium::without_solution(Status::NonFinite, slots.len()));
     };
-    let index = hessian::stability(&loaded, &base, &mut integrator).map(|found| found.index);
+    let index = hessian::stability(&loaded, &base, &mut integrator).and_then(|found| found.index());
     let most = RESIDUAL_FACTOR * TOLERANCE * passage.growth();
     let status = match path.end {
         End::TooNear => Status::TooNearMagnet,
@@ -147,7 +147,7 @@ pub(super) fn stability_at(rod: &Rod, base: BaseWrench) -> Option<Option<Stabili
     Some(found.and_then(|base| {
         let mut integrator = Extrapolation::new(TOLERANCE);
         let passage = pass(&full, &base, &full.base_changes(), &mut integrator).ok()?;
-        let index = hessian::stability(&full, &base, &mut integrator)?.index;
+        let index = hessian::stability(&full, &base, &mut integrator)?.index()?;
         let residual = passage.residual.norm() * units.moment();
         Some(Stability { index, margin: margin(passage.moment_inverse(), index), residual })
     }))

@@ -129,14 +129,15 @@ fn correct(
         let first = *first.get_or_insert(size);
         if size <= ARRIVED * (1.0 + base.norm()) {
             *passes += 1;
-            let Stability { index, clearance, inside } = stability(&loaded, &base, integrator).ok_or(Refused::Other)?;
+            let found = stability(&loaded, &base, integrator).ok_or(Refused::Other)?;
+            let Stability { clearance, inside, .. } = found;
             if clearance <= 0.0 {
                 return Err(Refused::TooNear);
             }
             if inside <= 0.0 {
                 return Err(Refused::Outside);
             }
-            if index > 0 {
+            if !found.is_stable() {
                 return Err(Refused::Other);
             }
             let tangent = matrix.solve(&-passage.dresidual[6]).ok_or(Refused::Other)?;

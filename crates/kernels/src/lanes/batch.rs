@@ -32,7 +32,9 @@ impl Lanes {
         let scales = self.output_scales();
         let from_anchors = self.program.anchors.is_some();
         let way = if self.program.field.is_some() {
-            if self.program.searches { Way::VaryingCare } else { Way::Varying }
+            // Under a tip moment margins do not tell where the index changes: it is counted at every step.
+            let counts = self.program.searches || self.program.tip_moment;
+            if counts { Way::VaryingCare } else { Way::Varying }
         } else if self.by_nodes {
             Way::Nodes
         } else if from_anchors {

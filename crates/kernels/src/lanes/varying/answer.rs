@@ -1,10 +1,11 @@
 //! Newton's method on the fine grid and the row of each sample, in a field that varies. F5, J5
 
+use super::arrival::VaryingPath;
 use super::chord::{Check, check_pass, chord_steps, newton_step, shoot};
 use super::ends::slopes;
 use super::index::index;
 use super::matrix::Mat6;
-use super::path::{Load, VaryingPath, margin, norm, select};
+use super::path::{Load, margin, norm, select};
 use super::step::State;
 use super::workspace::{VaryingWorkspace, What};
 use crate::lanes::algebra::{Vec3, cross, dot, length};

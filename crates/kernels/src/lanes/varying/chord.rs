@@ -1,8 +1,9 @@
 //! From the path onto the fine grid without columns, and the pass on twice the steps, from which the answer comes. F5
 
+use super::arrival::VaryingPath;
 use super::matrix::Mat6;
 use super::pass::Pass;
-use super::path::{Load, VaryingPath, margin, norm, select};
+use super::path::{Load, margin, norm, select};
 use super::step::State;
 use super::workspace::{VaryingWorkspace, What};
 use crate::lanes::algebra::{Vec3, dot};

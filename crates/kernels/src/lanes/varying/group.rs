@@ -1,8 +1,9 @@
 //! A register of samples in a field that varies: their paths, their answers, a pass, each a kernel.
 
 use super::answer::solve_varying;
+use super::arrival::VaryingPath;
 use super::pass::{Pass, integrate};
-use super::path::{VaryingPath, follow_varying};
+use super::path::follow_varying;
 use super::rest::set_out;
 use super::search::search_varying;
 use super::workspace::VaryingWorkspace;

@@ -4,6 +4,7 @@
 //! product is dr/d(n0, m0), and elimination from the tip counts the index. Its shaders know no maps.
 
 mod answer;
+mod arrival;
 mod block;
 mod chord;
 mod crossing;
@@ -22,10 +23,10 @@ mod space;
 mod step;
 mod workspace;
 
+pub use arrival::VARYING_END_COLUMNS;
 pub use block::follow_block;
 pub use group::{FollowVarying, InVarying, PassVarying};
 pub use pass::Pass;
-pub use path::VARYING_END_COLUMNS;
 pub use rest::REST_COLUMNS;
 pub use space::ProgramField;
 pub use workspace::VaryingWorkspace;

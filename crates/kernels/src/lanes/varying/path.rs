@@ -2,6 +2,7 @@
 //!
 //! A rod's steps depend on that rod alone: a lane that has finished is frozen while its neighbours go on.
 
+use super::arrival::VaryingPath;
 use super::index::index;
 use super::matrix::Mat6;
 use super::pass::Pass;
@@ -10,7 +11,6 @@ use crate::lanes::algebra::{Vec3, dot, length};
 use crate::lanes::kernels::Kernels;
 use crate::lanes::lane::{Lane, Scalar};
 use crate::lanes::problem::Problem;
-use crate::lanes::program::{Inputs, Outputs};
 use crate::model::CoilLoad;
 use crate::model::path::{
     AIM, CONTRACTION, CORRECTIONS, FIELD_LOAD_TOLERANCE, FIELD_NEAR_MARGIN, FIELD_SMALLEST_STEP, FIRST_BEND,
@@ -18,57 +18,6 @@ use crate::model::path::{
     NODE_PASS_LIMIT, NODE_RETREAT, PATH_TOLERANCE, RAMP_TRUST, SAFE_MARGIN, SMALLEST_GUARDED_STEP, SMALLEST_RAMP_STEP,
     TRUST, WIDENING,
 };
-
-/// Where the paths of a register ended.
-pub struct VaryingPath<L: Lane> {
-    /// Force and moment at the base.
-    pub base: (Vec3<L>, Vec3<L>),
-    /// Of dr/d(n0, m0) there.
-    pub inverse: Mat6<L>,
-    pub reached: L::Mask,
-    pub fold: L::Mask,
-    pub too_near: L::Mask,
-    /// A magnetic part leaves a map.
-    pub outside: L::Mask,
-    pub exhausted: L::Mask,
-    pub lambda: L,
-    pub passes: L,
-}
-
-/// Numbers of the end of a path: reached, passes, lambda, force and moment at the base, the inverse.
-pub const VARYING_END_COLUMNS: usize = 9 + 36;
-
-impl<L: Lane> VaryingPath<L> {
-    /// Writes what an answer needs of the end of a path without care.
-    #[inline(always)]
-    pub fn store(&self, out: &mut Outputs<'_, L::Scalar>) {
-        let (zero, one) = (self.lambda.constant(0.0), self.lambda.constant(1.0));
-        out.store(0, L::select(self.reached, one, zero));
-        out.store(1, self.passes);
-        out.store(2, self.lambda);
-        out.store_vector(3, self.base.0);
-        out.store_vector(6, self.base.1);
-        for (k, x) in self.inverse.0.as_flattened().iter().enumerate() {
-            out.store(9 + k, *x);
-        }
-    }
-
-    /// Reads it again.
-    #[inline(always)]
-    pub fn load(token: L::Token, from: &Inputs<'_, L::Scalar>) -> Self {
-        let [reached, passes, lambda] = [0, 1, 2].map(|column| from.column::<L>(token, column));
-        let [half, zero] = [0.5, 0.0].map(|value| L::splat(token, value));
-        let nobody = half.lt(zero);
-        let mut inverse = Mat6::zero(zero);
-        for (k, x) in inverse.0.as_flattened_mut().iter_mut().enumerate() {
-            *x = from.column(token, 9 + k);
-        }
-        let base = (from.vector(token, 3), from.vector(token, 6));
-        let reached = half.lt(reached);
-        let [fold, too_near, outside, exhausted] = [nobody; 4];
-        Self { base, inverse, reached, fold, too_near, outside, exhausted, lambda, passes }
-    }
-}
 
 /// sqrt(3) over the norm of d(m0)/d(l_tip).
 #[inline(always)]
@@ -116,8 +65,8 @@ fn leaps<L: Lane>(margin: L, last: L) -> L::Mask {
     near & ((margin * most).lt(last) | (last * most).lt(margin))
 }
 
-/// Leads all lanes from rest, where the load at the base grows by `secant`, to their full load. With care the index is 0 at every step. Without, those arrive that ask
-/// for no short steps, come near no fold and end with an index of 0.
+/// Leads all lanes from rest, where the load at the base grows by `secant`, to their full load. With care the index is 0 at
+/// every step. Without, those arrive that ask for no short steps, come near no fold and end with an index of 0.
 #[inline(always)]
 pub fn follow_varying<L: Kernels>(
     problem: &Problem<'_, L>,
@@ -156,6 +105,12 @@ pub fn follow_varying<L: Kernels>(
     let (mut corrections, mut passes) = (zero, zero);
     let (mut reached, mut failed, mut exhausted) = (nobody, nobody, nobody);
     let (mut unstable, mut too_near, mut outside) = (nobody, nobody, nobody);
+    if care {
+        // As the pass at rest has left it.
+        too_near = !zero.lt(workspace.clearance);
+        outside = !too_near & !zero.lt(workspace.inside);
+        failed = too_near | outside;
+    }
     let (mut weakest, mut last_margin) = (one, one);
     loop {
         let active = !(reached | failed);

@@ -11,7 +11,7 @@ use crate::model::CoilLoad;
 /// Numbers of how a sample sets out: d(n0, m0)/dlambda.
 pub const REST_COLUMNS: usize = 6;
 
-/// How all lanes set out from rest: the loads on the unbent rod.
+/// How all lanes set out from rest: the loads on the unbent rod. Those too near to a magnet there, or outside of a map, do not.
 #[inline(always)]
 pub fn set_out<L: Kernels>(problem: &Problem<'_, L>, workspace: &mut VaryingWorkspace<L>) -> Load<L> {
     let Problem { program, rod, .. } = *problem;
@@ -23,5 +23,8 @@ pub fn set_out<L: Kernels>(problem: &Problem<'_, L>, workspace: &mut VaryingWork
     let n = rod.f_tip - workspace.tip.n;
     // It acts on the arms of that rod.
     L::varying_pass(Pass { problem, resolution, lambda, base: (n, none), what, points, workspace });
-    (n, rod.l_tip - workspace.tip.m)
+    let zero = lambda.constant(0.0);
+    let stands = zero.lt(workspace.clearance) & zero.lt(workspace.inside);
+    let nowhere = Vec3::splat(lambda.constant(f64::NAN));
+    (Vec3::select(stands, n, nowhere), Vec3::select(stands, rod.l_tip - workspace.tip.m, nowhere))
 }

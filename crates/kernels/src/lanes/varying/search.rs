@@ -2,9 +2,10 @@
 //!
 //! Where the force at the base is not given, that is found first that goes with the moment; then both are corrected.
 
+use super::arrival::VaryingPath;
 use super::chord::{newton_step, shoot};
 use super::matrix::Mat6;
-use super::path::{VaryingPath, norm, select};
+use super::path::{norm, select};
 use super::workspace::{VaryingWorkspace, What};
 use crate::lanes::algebra::{Mat3, Vec3, inverse, length};
 use crate::lanes::kernels::Kernels;

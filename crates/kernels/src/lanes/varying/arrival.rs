@@ -1,0 +1,57 @@
+//! Where a path in a varying field ends, and the numbers in which it is kept until its rod is answered.
+
+use super::matrix::Mat6;
+use crate::lanes::algebra::Vec3;
+use crate::lanes::lane::Lane;
+use crate::lanes::program::{Inputs, Outputs};
+
+/// Where the paths of a register ended.
+pub struct VaryingPath<L: Lane> {
+    /// Force and moment at the base.
+    pub base: (Vec3<L>, Vec3<L>),
+    /// Of dr/d(n0, m0) there.
+    pub inverse: Mat6<L>,
+    pub reached: L::Mask,
+    pub fold: L::Mask,
+    pub too_near: L::Mask,
+    /// A magnetic part leaves a map.
+    pub outside: L::Mask,
+    pub exhausted: L::Mask,
+    pub lambda: L,
+    pub passes: L,
+}
+
+/// Numbers of the end of a path: reached, passes, lambda, force and moment at the base, the inverse.
+pub const VARYING_END_COLUMNS: usize = 9 + 36;
+
+impl<L: Lane> VaryingPath<L> {
+    /// Writes what an answer needs of the end of a path without care.
+    #[inline(always)]
+    pub fn store(&self, out: &mut Outputs<'_, L::Scalar>) {
+        let (zero, one) = (self.lambda.constant(0.0), self.lambda.constant(1.0));
+        out.store(0, L::select(self.reached, one, zero));
+        out.store(1, self.passes);
+        out.store(2, self.lambda);
+        out.store_vector(3, self.base.0);
+        out.store_vector(6, self.base.1);
+        for (k, x) in self.inverse.0.as_flattened().iter().enumerate() {
+            out.store(9 + k, *x);
+        }
+    }
+
+    /// Reads it again.
+    #[inline(always)]
+    pub fn load(token: L::Token, from: &Inputs<'_, L::Scalar>) -> Self {
+        let [reached, passes, lambda] = [0, 1, 2].map(|column| from.column::<L>(token, column));
+        let [half, zero] = [0.5, 0.0].map(|value| L::splat(token, value));
+        let nobody = half.lt(zero);
+        let mut inverse = Mat6::zero(zero);
+        for (k, x) in inverse.0.as_flattened_mut().iter_mut().enumerate() {
+            *x = from.column(token, 9 + k);
+        }
+        let base = (from.vector(token, 3), from.vector(token, 6));
+        let reached = half.lt(reached);
+        let [fold, too_near, outside, exhausted] = [nobody; 4];
+        Self { base, inverse, reached, fold, too_near, outside, exhausted, lambda, passes }
+    }
+}
