@@ -38,13 +38,18 @@ fn solve_varying() {
         case TO_ANSWER: { what = TRANSFERS; }
         default: { what = PARAMETERS; }
     }
-    // The field acts on the path as if it did at the middles of rigid segments; the answer corrects it.
     let on_path = stage <= ON_PATH;
     if on_path { resolution = select(COARSE, CAREFUL, held(CARE) > 0.5); }
     //@if FORWARD
     if what == PARAMETERS { load_parameters(u32(held(THREE))); }
     //@end
-    integrate(rod, resolution, lambda, base, what, on_path);
+    // The field acts on the path as if it did at the middles of rigid segments, but for short unstable stretches under a tip moment;
+    // the answer corrects it.
+    var at_middles = on_path;
+    //@if TIP_MOMENT
+    at_middles = false;
+    //@end
+    integrate(rod, resolution, lambda, base, what, at_middles);
     var inverse = Mat6();
     if what == STATE || what == PARAMETERS {
         inverse = held_mat6(INVERSE);
@@ -59,6 +64,7 @@ fn solve_varying() {
         case AT_REST: {
             start_path(rod, inverse);
             hold(STAGE, f32(ON_PATH));
+            if !(0.0 < leeway) { lose(TOO_NEAR); }
         }
         case ON_PATH: {
             let outcome = follow_varying(rod, inverse, index);
@@ -129,7 +135,7 @@ fn write(rod: Rod, inverse: Mat6, index: f32) {
     //@end
     let stable = index < 0.5;
     let stability = margin(inverse);
-    let is_far = 0.0 < nearest;
+    let is_far = 0.0 < leeway;
     let is_sound = is_finite(length(tip.p)) && is_finite(norm(left));
     let is_small = size(left, base) < 10.0 * settings.tolerance;
     let converged = held(IS_CONVERGED) > 0.5 && is_sound && is_small && length(tip.p) < REACH;

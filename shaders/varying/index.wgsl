@@ -10,9 +10,13 @@ const EPSILON: f32 = 0.0; //@spec
 // Six numbers in each of six rows.
 alias Rows = array<array<vec3<f32>, 2>, 6>;
 
-// Negative eigenvalues of all pivots.
+// Of the second variation, over that of a rod without loads.
+var<private> determinant: f32;
+
+// Negative eigenvalues of all pivots; their determinant is left behind.
 fn stability_index() -> f32 {
     var index = 0.0;
+    determinant = 1.0;
     var S: Mat6;
     for (var i = interval_count; i > 0u; i--) {
         let at = interval_at(i - 1u);
@@ -38,6 +42,7 @@ fn pivots(b: Mat6, d: Mat6, S: Mat6) -> f32 {
         let pivot = rows[k][k / 3u][k % 3u];
         // A number that is none is no sign of stability.
         if !(pivot > 0.0 && is_finite(pivot)) { index = index + 1.0; }
+        determinant *= pivot;
         for (var j = 1u; j < 6u; j++) { //@unroll UNROLLED
             if j > k {
                 let factor = rows[j][k / 3u][k % 3u] / pivot;

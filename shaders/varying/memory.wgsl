@@ -1,7 +1,7 @@
 // What a sample in a field that varies holds in its memory. src/gpu/shader/varying.rs owns the sizes.
 
 // Numbers of a sample, and of each of its intervals.
-const HEAD_NUMBERS: u32 = 142u; //@spec
+const HEAD_NUMBERS: u32 = 147u; //@spec
 const INTERVAL_NUMBERS: u32 = 145u; //@spec
 
 // Of a sample: how far it is, whether with care, where it stands on its path.
@@ -39,6 +39,10 @@ const POSE: u32 = 73u;
 const CHECKED: u32 = 109u;
 // How the curvature beyond rigid segments follows the load at the base.
 const FIRST_BY_LOAD: u32 = 124u;
+// At the load accepted last: the tip, and how far it may move before the rod is too near to a magnet.
+const LAST_LEEWAY: u32 = 142u;
+const LAST_TIP: u32 = 143u;
+const LAST_DETERMINANT: u32 = 146u;
 
 // Of an interval: whether it bends, and how its end follows its start.
 const BENDS: u32 = 0u;
@@ -47,7 +51,7 @@ const TRANSFER_B: u32 = 37u;
 const TRANSFER_C: u32 = 73u;
 const TRANSFER_D: u32 = 109u;
 
-const_assert FIRST_BY_LOAD + 18u <= HEAD_NUMBERS;
+const_assert LAST_DETERMINANT < HEAD_NUMBERS;
 const_assert TRANSFER_D + 36u <= INTERVAL_NUMBERS;
 
 // Intervals of the last pass with transfers.

@@ -8,12 +8,15 @@ const BASE: u32 = 1u;
 const TRANSFERS: u32 = 2u;
 const PARAMETERS: u32 = 3u;
 
-// Of the last pass: the tip, how its pose and its residual follow the load at the base, the least distance to a magnet
-// beyond its clearance.
+// What is no length, in plan units.
+const SHORT: f32 = 1e-9;
+
+// Of the last pass: the tip, how its pose and its residual follow the load at the base, how far it may move before any part of
+// the rod is within the clearance of a magnet, if each moves in proportion to its share of the rod.
 var<private> tip: State;
 var<private> pose: Mat6;
 var<private> matrix: Mat6;
-var<private> nearest: f32;
+var<private> leeway: f32;
 
 // Columns by force and by moment at the base, while a pass carries them; the canonical load while it carries transfers.
 var<private> by_force: Columns;
@@ -66,7 +69,8 @@ fn integrate(rod: Rod, resolution: u32, lambda: f32, base: Pair, what: u32, on_p
     var state = State(vec3<f32>(), rod.d1, rod.t, base.last, base.first);
     carried_load = identity6();
     pose = Mat6();
-    nearest = FAR;
+    leeway = FAR;
+    var travelled = 0.0;
     let tableau = select(TABLEAU_COUNT - 1u, 0u, resolution <= CAREFUL);
     let first = select(BY_FORCE, BY_PARAMETERS, what == PARAMETERS);
     var end = select(BY_FORCE, BY_ROTATION, what == BASE);
@@ -119,7 +123,8 @@ fn integrate(rod: Rod, resolution: u32, lambda: f32, base: Pair, what: u32, on_p
             }
             if what == TRANSFERS { push(is_flexible); }
             let middle = midway(before, state, step.h);
-            nearest = clearance(middle, state.p, clearance(before.p, middle, nearest));
+            travelled += distance(before.p, state.p);
+            leeway = min(leeway, min(clearance(before.p, middle), clearance(middle, state.p)) / max(travelled, SHORT));
         }
         //@if WANT_LENGTH
         if is_flexible && what == PARAMETERS { lengthen(segment, state); }
@@ -132,6 +137,9 @@ fn integrate(rod: Rod, resolution: u32, lambda: f32, base: Pair, what: u32, on_p
         matrix = residual(state.m);
     }
     tip = state;
+    // A rod that is nowhere is near to nothing.
+    leeway *= travelled;
+    if !is_finite(leeway) { leeway = FAR; }
 }
 
 // Takes in hand the three that a pass carries from step to step, or those of the interval that begins.

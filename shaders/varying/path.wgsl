@@ -5,7 +5,10 @@ const AIM: f32 = 0.0; //@spec
 const CONTRACTION: f32 = 0.0; //@spec
 const CORRECTIONS: f32 = 0.0; //@spec
 const LITTLE_LOAD: f32 = 0.0; //@spec
+const FIELD_LITTLE_STEP: f32 = 0.0; //@spec
 const FIELD_LOAD_TOLERANCE: f32 = 0.0; //@spec
+const FIELD_SOFT: f32 = 0.0; //@spec
+const FIELD_SOFT_RATIO: f32 = 0.0; //@spec
 const FIRST_BEND: f32 = 0.0; //@spec
 const FOLD_MARGIN: f32 = 0.0; //@spec
 const FULL_LOAD_TOLERANCE: f32 = 0.0; //@spec
@@ -14,6 +17,7 @@ const NODE_LEAST_RATIO: f32 = 0.0; //@spec
 const NODE_MOST_RATIO: f32 = 0.0; //@spec
 const NODE_PASS_LIMIT: f32 = 0.0; //@spec
 const NODE_RETREAT: f32 = 0.0; //@spec
+const PATH_TOLERANCE: f32 = 0.0; //@spec
 const SMALLEST_GUARDED_STEP: f32 = 0.0; //@spec
 const RAMP_TRUST: f32 = 0.0; //@spec
 const SAFE_MARGIN: f32 = 0.0; //@spec
@@ -59,6 +63,18 @@ fn leaps(margin: f32, last: f32) -> bool {
     return min(margin, last) < FIELD_NEAR_MARGIN && (margin * most < last || last * most < margin);
 }
 
+// The same of the determinant of the second variation.
+fn softens(determinant: f32, last: f32) -> bool {
+    let most = FIELD_SOFT_RATIO;
+    return min(determinant, last) < FIELD_SOFT && (determinant * most < last || last * most < determinant);
+}
+
+// Whether the rod may have passed through a magnet in a load step: its tip moved farther than its leeway before and after,
+// both together.
+fn passes_by(way: f32, before: f32, after: f32) -> bool {
+    return !(way < before + after);
+}
+
 // What the loads at the tip ask the load at the base to change by, under a share of them. F5
 fn newton_step(rod: Rod, lambda: f32, inverse: Mat6) -> Pair {
     return on(inverse, Pair(rod.f_tip * lambda - tip.n, rod.l_tip * lambda - tip.m)); // F5
@@ -87,6 +103,9 @@ fn start_path(rod: Rod, inverse: Mat6) {
     hold(IS_UNSTABLE, 0.0);
     hold(IS_TOO_NEAR, 0.0);
     hold(LOOKS, 0.0);
+    hold(LAST_LEEWAY, leeway);
+    hold_vector(LAST_TIP, tip.p);
+    hold(LAST_DETERMINANT, 1.0);
 }
 
 // Leads the sample from rest to its full load, after a pass, with the inverse of its matrix and, where it looks, the index;
@@ -101,9 +120,12 @@ fn follow_varying(rod: Rod, inverse: Mat6, index: f32) -> u32 {
     // Moments and radians, as on other paths.
     let moved = max(norm(change), length(on(pose, change).last));
     let partial = goal < 1.0;
-    let is_far = 0.0 < nearest;
+    let is_far = 0.0 < leeway;
     let contracting = is_finite(moved) && moved < held(LAST_SIZE) * CONTRACTION;
-    let enough = select(FULL_LOAD_TOLERANCE, FIELD_LOAD_TOLERANCE, partial);
+    var enough = select(FULL_LOAD_TOLERANCE, FIELD_LOAD_TOLERANCE, partial);
+    //@if TIP_MOMENT
+    enough = PATH_TOLERANCE;
+    //@end
     let converged = contracting && is_finite(correction) && correction < enough;
     let looks = held(LOOKS) > 0.5;
     hold(LOOKS, select(0.0, 1.0, converged && !looks));
@@ -112,17 +134,27 @@ fn follow_varying(rod: Rod, inverse: Mat6, index: f32) -> u32 {
     let margin_here = margin(inverse);
     let stable = index < 0.5;
     let go_on = !converged && contracting && corrections < CORRECTIONS;
-    let accept = converged && stable && is_far && !leaps(margin_here, held(LAST_MARGIN));
+    let passes = passes_by(distance(tip.p, held_vector(LAST_TIP)), held(LAST_LEEWAY), leeway);
+    var softness = 1.0;
+    //@if TIP_MOMENT
+    softness = determinant;
+    //@end
+    let last_softness = held(LAST_DETERMINANT);
+    let leap = leaps(margin_here, held(LAST_MARGIN)) || softens(softness, last_softness);
+    let accept = converged && stable && is_far && !passes && !leap;
     let reject = !accept && !go_on;
     let is_narrow = !is_careful && accept && margin_here < SAFE_MARGIN;
     hold(IS_UNSTABLE, select(0.0, 1.0, reject && converged && !stable));
-    hold(IS_TOO_NEAR, select(0.0, 1.0, reject && !is_far));
+    hold(IS_TOO_NEAR, select(0.0, 1.0, reject && (!is_far || converged && passes)));
     let improved = sum(1.0, change, base);
     let lambda_before = held(LAMBDA);
     let used = goal - lambda_before;
     if accept {
         hold(WEAKEST, min(held(WEAKEST), margin_here));
         hold(LAST_MARGIN, margin_here);
+        hold(LAST_DETERMINANT, softness);
+        hold(LAST_LEEWAY, leeway);
+        hold_vector(LAST_TIP, tip.p);
         let risen = sum(-1.0, held_pair(ACCEPTED), improved);
         hold_pair(SECANT, sum(1.0 / used, risen, Pair()));
         hold_pair(ACCEPTED, improved);
@@ -136,6 +168,10 @@ fn follow_varying(rod: Rod, inverse: Mat6, index: f32) -> u32 {
     let ratio = clamp(sqrt(AIM * trust() / max(held(FIRST_SIZE), 1e-6)), NODE_LEAST_RATIO, NODE_MOST_RATIO);
     var step = held(LOAD_STEP);
     if accept { step = used * ratio; }
+    if accept && softness < FIELD_SOFT {
+        let halfway = 0.5 * softness * used / abs(last_softness - softness);
+        step = min(step, max(halfway, FIELD_LITTLE_STEP));
+    }
     if reject { step = used * NODE_RETREAT; }
     hold(LOAD_STEP, step);
     let failed = is_narrow || reject && step < select(SMALLEST_RAMP_STEP, SMALLEST_GUARDED_STEP, is_careful);

@@ -135,8 +135,8 @@ fn local(x: vec3<f32>, mu: vec3<f32>, with_columns: bool) -> Local {
 }
 
 // Distance of a straight piece to the nearest dipole beyond its clearance.
-fn clearance(start: vec3<f32>, end: vec3<f32>, least: f32) -> f32 {
-    var closest = least;
+fn clearance(start: vec3<f32>, end: vec3<f32>) -> f32 {
+    var closest = FAR;
     //@if SOURCES
     let along = end - start;
     let per = 1.0 / max(dot(along, along), TINY);

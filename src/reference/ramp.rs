@@ -28,7 +28,7 @@ pub(super) const SMALLEST_STEP: f64 = 1e-5;
 /// A share of the full load.
 pub(super) const LITTLE_LOAD: f64 = 0.01;
 /// Passages over the rod before giving up.
-pub(super) const MOST_PASSES: usize = 3000;
+pub(super) const MOST_PASSES: usize = 5000;
 
 /// Where the path from rest leads.
 pub(super) struct Path {

@@ -31,12 +31,12 @@ const APART: [(Precision, f64); 2] = [(Precision::F64, 1e-7), (Precision::F32, 1
 /// Steps over a segment: of a first attempt, of a second.
 const STEPS: [usize; 2] = [4, 24];
 
-fn file(name: &str) -> PathBuf {
+pub fn file(name: &str) -> PathBuf {
     root().join("tests/data/attack").join(name)
 }
 
 /// The scene with all loads and dipoles times `share`.
-fn loaded(scene: &Scene, share: f64) -> Scene {
+pub fn loaded(scene: &Scene, share: f64) -> Scene {
     let mut scene = scene.clone();
     let scale = |vector: &mut Option<Vector>| vector.iter_mut().flatten().for_each(|x| *x *= share);
     let loads = &mut scene.loads;
@@ -55,13 +55,13 @@ fn loaded(scene: &Scene, share: f64) -> Scene {
     scene
 }
 
-fn plan(scene: &Scene, precision: Precision, steps: usize) -> Plan {
+pub fn plan(scene: &Scene, precision: Precision, steps: usize) -> Plan {
     let tolerance = if precision == Precision::F64 { 1e-9 } else { 2e-5 };
     let options = PlanOptions { stepper: Stepper::Dop853, steps, tolerance, ..PlanOptions::default() };
     Plan::new(scene, &[], &[], options).expect("the scene plans")
 }
 
-fn solve(plan: &Plan, engine: &mut dyn Backend) -> Solutions {
+pub fn solve(plan: &Plan, engine: &mut dyn Backend) -> Solutions {
     engine.solve(&plan.batch(1, |_, _| {})).expect("solved")
 }
 

@@ -7,7 +7,7 @@ use super::specialise::{Specialisation, Value};
 use crate::model::{CoilLoad, Entry, FIELD_DIPOLE_RECORD, FIELD_RECORD, Plan, Slot, path};
 
 /// Numbers of a sample, and of each of its intervals; `shaders/varying/memory.wgsl` says which they are.
-const HEAD_NUMBERS: usize = 142;
+const HEAD_NUMBERS: usize = 147;
 const INTERVAL_NUMBERS: usize = 145;
 /// Iterations of a turn for each interval besides those over stages and sources, where columns are no loops: elimination.
 const LOOPS: usize = 8;
@@ -87,7 +87,11 @@ pub(super) fn add_varying(s: &mut Specialisation, plan: &Plan) {
     for (name, value) in [
         ("FIELD_CHORD_LIMIT", path::FIELD_CHORD_LIMIT),
         ("LITTLE_LOAD", path::LITTLE_LOAD),
+        ("FIELD_LITTLE_STEP", path::FIELD_LITTLE_STEP),
         ("FIELD_LOAD_TOLERANCE", path::FIELD_LOAD_TOLERANCE),
+        ("PATH_TOLERANCE", path::PATH_TOLERANCE),
+        ("FIELD_SOFT", path::FIELD_SOFT),
+        ("FIELD_SOFT_RATIO", path::FIELD_SOFT_RATIO),
         ("FIELD_NEAR_MARGIN", path::FIELD_NEAR_MARGIN),
         ("FIELD_NEWTON_LIMIT", path::FIELD_NEWTON_LIMIT),
     ] {

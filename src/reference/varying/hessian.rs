@@ -5,11 +5,13 @@ use super::flexible::Flexible;
 use super::rigid;
 use super::state::{BaseLoad, State, Varying};
 use crate::reference::extrapolation::Extrapolation;
-use nalgebra::{Cholesky, DMatrix, DMatrixView, Matrix3, Matrix3xX, SymmetricEigen, Vector3};
+use nalgebra::{Cholesky, DMatrix, DMatrixView, DVector, Matrix3, Matrix3xX, SymmetricEigen, Vector3};
 
 /// Elements of a rod of one flexible segment, and Gauss points of each.
 const ELEMENTS: f64 = 3.0;
 const POINTS: usize = 6;
+/// Steps to the least eigenvalue; two digits will do.
+const ITERATIONS: usize = 12;
 /// Abscissae on [0, 1].
 const GAUSS: [f64; POINTS] = [
     0.033_765_242_898_423_99,
@@ -23,24 +25,37 @@ const GAUSS: [f64; POINTS] = [
 /// What was found on the way along the rod.
 pub(super) struct Stability {
     second_variation: DMatrix<f64>,
-    /// Least distance to a magnet beyond its clearance.
-    pub clearance: f64,
+    /// How far the tip may move before any part of the rod is within a magnet's clearance, if each moves in proportion to its share of
+    /// the rod. Negative where one is.
+    pub leeway: f64,
     /// How far the rod's dipoles are inside of every map.
     pub inside: f64,
 }
 
 impl Stability {
-    /// By Cholesky's decomposition: much less work than the index. False for a matrix that is not finite.
-    pub fn is_stable(&self) -> bool {
+    /// The least eigenvalue, by inverse iteration with Cholesky's factors: much less work than the index. `None` where the rod is
+    /// unstable, or the matrix is not finite.
+    pub fn least_eigenvalue(&self) -> Option<f64> {
         let q = &self.second_variation;
-        q.is_empty() || (q.iter().all(|x| x.is_finite()) && Cholesky::new(q.clone()).is_some())
+        if !q.iter().all(|x| x.is_finite()) {
+            return None;
+        }
+        let factors = Cholesky::new(q.clone())?;
+        let mut way = DVector::from_element(q.ncols(), 1.0).normalize();
+        let mut least = f64::INFINITY;
+        for _ in 0..ITERATIONS {
+            factors.solve_mut(&mut way);
+            least = 1.0 / way.norm();
+            way *= least;
+        }
+        Some(least)
     }
 
     /// Negative eigenvalues of the second variation. `None` for a matrix that is not finite, on which the decomposition would
     /// not end.
     pub fn index(&self) -> Option<usize> {
         const MOST_ITERATIONS: usize = 2000;
-        if self.is_stable() {
+        if self.least_eigenvalue().is_some() {
             return Some(0);
         }
         let q = &self.second_variation;
@@ -167,8 +182,13 @@ pub(super) fn stability(rod: &Varying, base: &BaseLoad, integrator: &mut Extrapo
     let none = Matrix3xX::zeros(count);
     let mut forms = Forms { w: none.clone(), dp: none.clone(), at_work: none };
     let mut state = rod.base_state(base, &[]);
-    let mut clearance = f64::INFINITY;
+    let (mut leeway, mut travelled) = (f64::INFINITY, 0.0);
     let mut last = state.p;
+    let mut near = |last: &mut Vector3<f64>, state: &State| {
+        travelled += (state.p - *last).norm();
+        leeway = leeway.min(rod.field.clearance(*last, state.p) / travelled);
+        *last = state.p;
+    };
     let mut inside = f64::INFINITY;
     let mut first = 0;
     for (j, &elements) in elements.iter().enumerate() {
@@ -185,8 +205,7 @@ pub(super) fn stability(rod: &Varying, base: &BaseLoad, integrator: &mut Extrapo
             if chain.rigid_force_arm {
                 forms.at_work -= hat(arm) * &forms.w;
             }
-            clearance = clearance.min(rod.field.clearance(last, state.p));
-            last = state.p;
+            near(&mut last, &state);
             if is_magnetic {
                 inside = inside.min(rod.field.inside(state.p));
             }
@@ -205,8 +224,7 @@ pub(super) fn stability(rod: &Varying, base: &BaseLoad, integrator: &mut Extrapo
             for place in GAUSS {
                 flexible.advance(integrator, s, start + place * h, &mut state).ok()?;
                 s = start + place * h;
-                clearance = clearance.min(rod.field.clearance(last, state.p));
-                last = state.p;
+                near(&mut last, &state);
                 if is_magnetic {
                     inside = inside.min(rod.field.inside(state.p));
                 }
@@ -217,14 +235,13 @@ pub(super) fn stability(rod: &Varying, base: &BaseLoad, integrator: &mut Extrapo
             first += POINTS * per_point;
             q.settle(first);
         }
-        clearance = clearance.min(rod.field.clearance(last, state.p));
-        last = state.p;
+        near(&mut last, &state);
         if is_magnetic {
             inside = inside.min(rod.field.inside(state.p));
         }
     }
     let second_variation = 0.5 * (&q.q + q.q.transpose());
-    Some(Stability { second_variation, clearance, inside })
+    Some(Stability { second_variation, leeway: leeway * travelled, inside })
 }
 
 /// The work of the field and of all forces beyond on a rigid segment.

@@ -8,8 +8,13 @@ use crate::reference::extrapolation::Extrapolation;
 use crate::reference::ramp::{ARRIVED, CONTRACTION, CORRECTION, FIRST_TURN, MOST_PASSES, SMALLEST_STEP, TOLERANCE};
 use nalgebra::{Vector3, Vector6};
 
-/// The predictor may take the tip this share of the way to a magnet in the first step.
+/// The predictor may take the tip this share of the way to a magnet, in steps no smaller than `LITTLE_STEP`.
 const APPROACH: f64 = 0.2;
+/// A least eigenvalue below this share of that at rest may grow or shrink so many times in a step.
+const SOFT: f64 = 0.5;
+const RATIO: f64 = 2.5;
+/// No load step need be smaller for its sake.
+const LITTLE_STEP: f64 = 1e-4;
 /// Corrections are measured against this change of the base load at least, where hardly any is predicted.
 const SMALL_LOAD: f64 = 0.1;
 
@@ -39,7 +44,9 @@ struct Step {
     /// d(base load)/d(lambda)
     tangent: Vector6<f64>,
     passage: Passage,
-    clearance: f64,
+    leeway: f64,
+    /// Eigenvalue of the second variation.
+    least: f64,
     fast: bool,
 }
 
@@ -61,6 +68,7 @@ pub(super) fn from_rest(rod: &Varying) -> Path {
         Err(Refused::Other) => return path,
     };
     let mut step = first_step(&last);
+    let soft = SOFT * last.least;
     let (mut too_near, mut outside) = (false, false);
     while path.lambda < 1.0 {
         if path.passes >= MOST_PASSES {
@@ -68,12 +76,18 @@ pub(super) fn from_rest(rod: &Varying) -> Path {
         }
         let lambda = if path.lambda + step >= 1.0 { 1.0 } else { path.lambda + step };
         let predicted = last.tangent * (lambda - path.lambda);
-        match correct(rod, lambda, path.base, predicted, &mut integrator, &mut path.passes) {
+        let found = correct(rod, lambda, path.base, predicted, &mut integrator, &mut path.passes);
+        match found.and_then(|next| if leaps(next.least, last.least, soft) { Err(Refused::Other) } else { Ok(next) }) {
             Ok(next) => {
-                (path.base, path.lambda) = (next.base, lambda);
                 (too_near, outside) = (false, false);
                 path.steps += 1;
                 step = (step * if next.fast { 2.0 } else { 1.0 }).min(first_step(&next));
+                if next.least < soft {
+                    // As far as it takes, as things go, to half of it.
+                    let slope = (last.least - next.least).abs() / (lambda - path.lambda);
+                    step = step.min((0.5 * next.least / slope).max(LITTLE_STEP));
+                }
+                (path.base, path.lambda) = (next.base, lambda);
                 last = next;
             }
             Err(refused) => {
@@ -94,14 +108,19 @@ pub(super) fn from_rest(rod: &Varying) -> Path {
     Path { end: End::Arrived, ..path }
 }
 
+/// Whether a step changes the least eigenvalue so much, where it is small, that stability may be lost and won again between.
+fn leaps(least: f64, last: f64, soft: f64) -> bool {
+    least.min(last) < soft && (least * RATIO < last || last * RATIO < least)
+}
+
 /// A step of the load after which a tangent still tells.
 fn first_step(at: &Step) -> f64 {
     let moved = |of: fn(&super::state::Column) -> Vector3<f64>| -> f64 {
         (of(&at.passage.tip.columns[6]) + at.passage.combined(of, &at.tangent)).norm()
     };
     let turn = FIRST_TURN / moved(|column| column.w);
-    let approach = APPROACH * at.clearance / moved(|column| column.dp);
-    turn.min(approach).min(1.0)
+    let approach = APPROACH * at.leeway / moved(|column| column.dp);
+    turn.min(approach.max(LITTLE_STEP)).min(1.0)
 }
 
 /// Newton's iteration from the predicted load: the stable equilibrium it contracts to.
@@ -130,22 +149,21 @@ fn correct(
         if size <= ARRIVED * (1.0 + base.norm()) {
             *passes += 1;
             let found = stability(&loaded, &base, integrator).ok_or(Refused::Other)?;
-            let Stability { clearance, inside, .. } = found;
-            if clearance <= 0.0 {
+            let Stability { leeway, inside, .. } = found;
+            if leeway <= 0.0 {
                 return Err(Refused::TooNear);
             }
             if inside <= 0.0 {
                 return Err(Refused::Outside);
             }
-            if !found.is_stable() {
-                return Err(Refused::Other);
-            }
+            let least = found.least_eigenvalue().ok_or(Refused::Other)?;
             let tangent = matrix.solve(&-passage.dresidual[6]).ok_or(Refused::Other)?;
             return Ok(Step {
                 base: base.moved(&step),
                 tangent,
                 passage,
-                clearance,
+                leeway,
+                least,
                 fast: first < 0.3 * allowed_first,
             });
         }

@@ -1,7 +1,7 @@
 //! A batch: its blocks side by side on all threads, then, packed together, those of its samples that another way is for.
 
 use super::block::{Job, WIDEST, Way};
-use super::{BlockScalar, Lanes};
+use super::{BlockScalar, Lanes, Program};
 use crate::model::path::{growth_limit, limp_growth};
 use crate::model::record::BASE_POSITION_AT;
 use crate::model::{BLOCK, Batch, Entry, Quantity, Solutions, Status};
@@ -56,9 +56,10 @@ impl Lanes {
         };
         let ways = match way {
             Way::Anchors => &[Way::Rest, Way::Limp, Way::Care, Way::Nodes][..],
+            Way::Varying if self.is_finer() => &[Way::VaryingCare, Way::VaryingFine],
             Way::Varying => &[Way::VaryingCare],
-            Way::VaryingCare => &[],
-            Way::Nodes => &[],
+            Way::VaryingCare if self.is_finer() => &[Way::VaryingFine],
+            Way::VaryingCare | Way::Nodes => &[],
             _ => &[Way::Limp, Way::Care, Way::Nodes],
         };
         for way in ways {
@@ -93,6 +94,12 @@ impl Lanes {
             }
             left = solved.into_iter().flat_map(|(_, left)| left).chain(others).collect();
         }
+    }
+
+    /// Whether answers take as much work as paths with care, whose steps are of lower order.
+    fn is_finer(&self) -> bool {
+        let Program { fine, careful, .. } = &self.program;
+        fine.steps.iter().zip(&careful.steps).all(|(fine, careful)| 3 * fine >= *careful)
     }
 
     /// Whether errors of a single pass grow beyond all digits.

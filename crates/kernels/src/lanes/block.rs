@@ -8,7 +8,7 @@ use super::lane::{Lane, Scalar};
 use super::memory::{CoarseScalar, Memory, pack, unpack};
 use super::path::{Path, rest_slope};
 use super::problem::Problem;
-use super::program::{Inputs, Outputs, Program};
+use super::program::{Inputs, Outputs, Program, Resolution};
 use super::varying::{InVarying, follow_block};
 use crate::model::{Anchors, BLOCK, MOST_ANCHOR_AXES, Prediction, Quantity, Status};
 use pulp::{Simd, WithSimd};
@@ -34,6 +34,8 @@ pub enum Way {
     Varying,
     /// The same in steps as short as it takes.
     VaryingCare,
+    /// The same on the grid of the answer, where that is no less exact.
+    VaryingFine,
 }
 
 /// One block of samples for the kernel, numbers column by column in the plan's units.
@@ -77,7 +79,7 @@ fn solve_job<L: Kernels>(token: L::Token, job: Job<'_, L::Scalar>) {
     let solved = order.len();
     let mut block = Block::<L> { program, token, inputs, memory: &mut kept };
     let (mut path, mut ready) = (Path::Search, solved);
-    if program.start.is_none() && !matches!(way, Way::Limp | Way::Nodes | Way::Varying | Way::VaryingCare) {
+    if program.field.is_none() && program.start.is_none() && !matches!(way, Way::Limp | Way::Nodes) {
         (path, ready) = match (way, &program.anchors) {
             (Way::Anchors, Some((grid, column))) => (Path::Anchored, block.predict(grid, *column, order)),
             (Way::Care, _) => {
@@ -104,7 +106,9 @@ fn solve_job<L: Kernels>(token: L::Token, job: Job<'_, L::Scalar>) {
                 }
                 block.solve_by_nodes(samples, from, out);
             }
-            Way::Varying | Way::VaryingCare => block.solve_in_varying(samples, way == Way::VaryingCare, out),
+            Way::Varying => block.solve_in_varying(samples, None, out),
+            Way::VaryingCare => block.solve_in_varying(samples, Some(&program.careful), out),
+            Way::VaryingFine => block.solve_in_varying(samples, Some(&program.fine), out),
             _ => block.solve(samples, path, out),
         }
     }
@@ -121,9 +125,10 @@ fn solve_job<L: Kernels>(token: L::Token, job: Job<'_, L::Scalar>) {
 fn is_for_next<S: Scalar>(way: Way, status: S) -> bool {
     let settled = match way {
         Way::Limp => return status.to_f64() != f64::from(Status::Ramped.code()),
+        Way::VaryingCare => return status.to_f64() == f64::from(Status::NotConverged.code()),
         Way::Anchors | Way::Rest | Way::Varying => Status::Pending,
         Way::Care => Status::Fold,
-        Way::Nodes | Way::VaryingCare => return false,
+        Way::Nodes | Way::VaryingFine => return false,
     };
     // A status that is no number is not settled.
     let is_settled = status.to_f64() < f64::from(settled.code());
@@ -232,12 +237,12 @@ impl<L: Kernels> Block<'_, L> {
         L::answer(Answer { program: self.program, token: self.token, path, tools, out });
     }
 
-    /// The same in a field that varies in space.
+    /// The same in a field that varies in space; with care on this grid.
     #[inline(always)]
-    fn solve_in_varying(&mut self, samples: &[usize], care: bool, out: Outputs<'_, L::Scalar>) {
+    fn solve_in_varying(&mut self, samples: &[usize], care: Option<&Resolution>, out: Outputs<'_, L::Scalar>) {
         let Memory { answers: tools, varying, ends, .. } = &mut *self.memory;
         pack(self.inputs, samples, L::COUNT, &mut tools.inputs);
-        if !care {
+        if care.is_none() {
             pack(ends, samples, L::COUNT, &mut tools.start);
         }
         L::in_varying(InVarying { program: self.program, token: self.token, care, varying, tools, out });

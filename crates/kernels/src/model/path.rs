@@ -199,6 +199,13 @@ pub const NODE_FOLD_PIVOT: f64 = 0.05;
 pub const NODE_PASS_LIMIT: f64 = 400.0;
 /// In a field that varies: a load step that starts or ends nearer to a fold (stability margin) may halve or double the margin.
 pub const FIELD_NEAR_MARGIN: f64 = 0.6;
+/// Under a tip moment there, with care, the determinant of the second variation, over that of a rod without loads, may grow or
+/// shrink so many times in a load step, where it is smaller than [`FIELD_SOFT`]: stability may be lost and won again between.
+pub const FIELD_SOFT_RATIO: f64 = 2.5;
+/// See [`FIELD_SOFT_RATIO`].
+pub const FIELD_SOFT: f64 = 0.5;
+/// There a step goes as far as it takes, as things go, to half the determinant, but need not be smaller than this.
+pub const FIELD_LITTLE_STEP: f64 = 1e-4;
 /// The smallest load step there with care and in double precision, as a share of the load so far, and next to rest of
 /// [`LITTLE_LOAD`].
 pub const FIELD_SMALLEST_STEP: f64 = 1.0 / 524_288.0;

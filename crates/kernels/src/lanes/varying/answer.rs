@@ -58,9 +58,9 @@ pub fn solve_varying<L: Kernels>(
     }
     if L::any(moved) {
         // What the columns are of stays.
-        let columns = (workspace.tip, workspace.clearance, workspace.inside);
+        let columns = (workspace.tip, workspace.leeway, workspace.inside);
         let again = check_pass(problem, end.base, workspace);
-        (workspace.tip, workspace.clearance, workspace.inside) = columns;
+        (workspace.tip, workspace.leeway, workspace.inside) = columns;
         check = Check {
             base: select::<L>(moved, again.base, check.base),
             tip: State::select(moved, &again.tip, &check.tip),
@@ -123,12 +123,12 @@ fn write<L: Kernels>(
     }
     let margin = margin(&inverse);
     // Without care the path has counted the index; that says nothing next to a fold.
-    let index = if care { index(&workspace.transfers, one) } else { one.constant(0.0) };
+    let index = if care { index(&workspace.transfers, one).index } else { one.constant(0.0) };
     let least = one.constant(if care { 0.0 } else { ANSWER_MARGIN });
     let stable = index.lt(one.constant(0.5)) & least.lt(margin);
     let within_reach = length(tip.p).lt(one.constant(REACH));
     let zero = one.constant(0.0);
-    let (is_far, is_inside) = (zero.lt(workspace.clearance), zero.lt(workspace.inside));
+    let (is_far, is_inside) = (zero.lt(workspace.leeway), zero.lt(workspace.inside));
     let clear = is_far & is_inside;
 
     let solved = if program.searches { Status::Ok } else { Status::Ramped };

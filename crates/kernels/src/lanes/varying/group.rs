@@ -4,14 +4,14 @@ use super::answer::solve_varying;
 use super::arrival::VaryingPath;
 use super::pass::{Pass, integrate};
 use super::path::follow_varying;
-use super::rest::set_out;
+use super::rest::{Rest, set_out};
 use super::search::search_varying;
 use super::workspace::VaryingWorkspace;
 use crate::lanes::group::{Load, Tools};
 use crate::lanes::kernels::Kernels;
 use crate::lanes::lane::Lane;
 use crate::lanes::problem::Problem;
-use crate::lanes::program::{Inputs, Outputs, Program};
+use crate::lanes::program::{Inputs, Outputs, Program, Resolution};
 use crate::lanes::terms::Terms;
 use pulp::{Simd, WithSimd};
 
@@ -43,14 +43,11 @@ impl<L: Kernels> WithSimd for FollowVarying<'_, L> {
         let problem = Problem { program, inputs, rod };
         varying.space.load(&problem);
         if sets_out {
-            let (dn, dm) = set_out(&problem, varying);
-            let mut out = Outputs { data: start, stride: L::COUNT, offset: 0 };
-            out.store_vector(0, dn);
-            out.store_vector(3, dm);
+            let rest = set_out(&problem, varying);
+            rest.store(&mut Outputs { data: start, stride: L::COUNT, offset: 0 });
         } else {
-            let from = Inputs { data: start, stride: L::COUNT, offset: 0 };
-            let slope = (from.vector(token, 0), from.vector(token, 3));
-            let end = follow_varying(&problem, false, slope, varying);
+            let rest = Rest::load(token, &Inputs { data: start, stride: L::COUNT, offset: 0 });
+            let end = follow_varying(&problem, None, &rest, varying);
             end.store(&mut Outputs { data: start, stride: L::COUNT, offset: 0 });
         }
     }
@@ -60,7 +57,8 @@ impl<L: Kernels> WithSimd for FollowVarying<'_, L> {
 pub struct InVarying<'a, L: Lane> {
     pub program: &'a Program,
     pub token: L::Token,
-    pub care: bool,
+    /// The grid of the path.
+    pub care: Option<&'a Resolution>,
     pub varying: &'a mut VaryingWorkspace<L>,
     pub tools: &'a mut Tools<L>,
     pub out: Outputs<'a, L::Scalar>,
@@ -85,13 +83,13 @@ impl<L: Kernels> WithSimd for InVarying<'_, L> {
         varying.space.load(&problem);
         let end = if program.searches {
             search_varying(&problem, varying)
-        } else if care {
-            let slope = set_out(&problem, varying);
-            follow_varying(&problem, care, slope, varying)
+        } else if let Some(grid) = care {
+            let rest = set_out(&problem, varying);
+            follow_varying(&problem, Some(grid), &rest, varying)
         } else {
             VaryingPath::load(token, &Inputs { data: start, stride: L::COUNT, offset: 0 })
         };
-        solve_varying(&problem, care, end, varying, &mut out);
+        solve_varying(&problem, care.is_some(), end, varying, &mut out);
     }
 }
 

@@ -19,14 +19,23 @@ pub struct Transfer<L> {
     pub bends: bool,
 }
 
-/// Negative eigenvalues of all pivots.
+/// What all pivots tell of stability.
+#[derive(Clone, Copy, Debug)]
+pub struct Stability<L> {
+    /// Negative eigenvalues.
+    pub index: L,
+    /// Of the second variation, over that of a rod without loads.
+    pub determinant: L,
+}
+
+/// Stability by all pivots.
 #[inline(always)]
-pub fn index<L: Lane>(transfers: &[Transfer<L>], one: L) -> L {
-    let mut index = one.constant(0.0);
+pub fn index<L: Lane>(transfers: &[Transfer<L>], one: L) -> Stability<L> {
+    let mut found = Stability { index: one.constant(0.0), determinant: one };
     let mut S = Mat6::zero(one);
     for transfer in transfers.iter().rev() {
         if transfer.bends {
-            index = index + pivots(transfer, &S, one);
+            pivots(transfer, &S, &mut found);
         }
         let left = transfer.d.minus(&S.times(&transfer.b));
         let right = S.times(&transfer.a).minus(&transfer.c);
@@ -38,13 +47,14 @@ pub fn index<L: Lane>(transfers: &[Transfer<L>], one: L) -> L {
             *x = *x * half;
         }
     }
-    index
+    found
 }
 
-/// Negative eigenvalues of one pivot.
+/// Adds negative eigenvalues of one pivot, and its determinant.
 #[inline(always)]
-fn pivots<L: Lane>(transfer: &Transfer<L>, S: &Mat6<L>, one: L) -> L {
-    let zero = one.constant(0.0);
+fn pivots<L: Lane>(transfer: &Transfer<L>, S: &Mat6<L>, found: &mut Stability<L>) {
+    let zero = found.index.constant(0.0);
+    let one = zero.constant(1.0);
     let C = transfer.d.transposed().solve_soon(&transfer.b.transposed());
     let (root, mut index) = root(&C, one);
     let product = root.transposed().times(&S.times(&root));
@@ -54,6 +64,7 @@ fn pivots<L: Lane>(transfer: &Transfer<L>, S: &Mat6<L>, one: L) -> L {
         // A number that is none is no sign of stability.
         let positive = zero.lt(pivot[k][k]);
         index = L::select(negative | !positive, index + one, index);
+        found.determinant = found.determinant * pivot[k][k];
         let inverse = one / pivot[k][k];
         for row in k + 1..6 {
             let factor = pivot[row][k] * inverse;
@@ -62,7 +73,7 @@ fn pivots<L: Lane>(transfer: &Transfer<L>, S: &Mat6<L>, one: L) -> L {
             }
         }
     }
-    index
+    found.index = found.index + index;
 }
 
 /// B of C = B B^T, a column of zeros where C does not yield; and one for each rotation in which C yields the wrong way,

@@ -5,9 +5,10 @@ use super::ends::{base_columns, lengthen};
 use super::index::Transfer;
 use super::matrix::Mat6;
 use super::parameters::Parameters;
+use super::space::FAR;
 use super::step::{Columns, State, Step, step_columns, step_rod};
 use super::workspace::{VaryingWorkspace, What};
-use crate::lanes::algebra::{Mat3, Vec3, columns_cross_sub, cross, hat};
+use crate::lanes::algebra::{Mat3, Vec3, columns_cross_sub, cross, hat, length};
 use crate::lanes::lane::Lane;
 use crate::lanes::problem::Problem;
 use crate::lanes::program::Resolution;
@@ -93,8 +94,8 @@ pub fn integrate<L: Lane, T: Terms>(pass: Pass<'_, L>, terms: T) {
     let zero = lambda.constant(0.0);
     let mut state = State { p: Vec3::splat(zero), d1: rod.d1, t: rod.t, m: base.1, n: base.0 };
     let (mut pose, mut load) = (Mat6::zero(zero), Mat6::identity(zero));
-    let far = zero.constant(1e9);
-    let (mut clearance, mut inside) = (far, far);
+    let far = zero.constant(FAR);
+    let (mut leeway, mut inside, mut travelled) = (far, far, zero);
     let with_transfers = what.has_transfers();
     // By the load at the base, or by the start of each interval.
     let mut own = interval_columns(state.m);
@@ -153,7 +154,9 @@ pub fn integrate<L: Lane, T: Terms>(pass: Pass<'_, L>, terms: T) {
                         push(transfers, (&mut pose, &mut load), &own, state.m, true);
                     }
                     let middle = midway(&before, &state, flexible.length * zero.constant(share));
-                    clearance = space.clearance(middle, state.p, space.clearance(before.p, middle, clearance));
+                    travelled = travelled + length(state.p - before.p);
+                    let clearance = space.clearance(before.p, middle).min(space.clearance(middle, state.p));
+                    leeway = leeway.min(clearance / travelled);
                 }
                 for (parameters, three) in parameters.iter().zip(columns.iter_mut()).take(threes) {
                     lengthen(space, &problem, flexible, &state, &parameters.sources.segments[index].dL, three);
@@ -183,13 +186,16 @@ pub fn integrate<L: Lane, T: Terms>(pass: Pass<'_, L>, terms: T) {
                 if rigid.has_dipole {
                     inside = space.inside(after.p, space.inside(state.p, inside));
                 }
-                clearance = space.clearance(state.p, after.p, clearance);
+                travelled = travelled + length(after.p - state.p);
+                leeway = leeway.min(space.clearance(state.p, after.p) / travelled);
                 state = after;
             }
         }
     }
     workspace.tip = state;
-    (workspace.clearance, workspace.inside) = (clearance, inside);
+    // A rod that is nowhere is near to nothing.
+    leeway = leeway * travelled;
+    (workspace.leeway, workspace.inside) = (L::select(leeway.is_finite(), leeway, far), inside);
     if what == What::State {
         return;
     }

@@ -6,17 +6,19 @@ use super::arrival::VaryingPath;
 use super::index::index;
 use super::matrix::Mat6;
 use super::pass::Pass;
+use super::rest::Rest;
 use super::workspace::{VaryingWorkspace, What};
 use crate::lanes::algebra::{Vec3, dot, length};
 use crate::lanes::kernels::Kernels;
 use crate::lanes::lane::{Lane, Scalar};
 use crate::lanes::problem::Problem;
+use crate::lanes::program::Resolution;
 use crate::model::CoilLoad;
 use crate::model::path::{
-    AIM, CONTRACTION, CORRECTIONS, FIELD_LOAD_TOLERANCE, FIELD_NEAR_MARGIN, FIELD_SMALLEST_STEP, FIRST_BEND,
-    FOLD_MARGIN, FOLD_STEEPNESS, FULL_LOAD_TOLERANCE, LITTLE_LOAD, NEAR_MARGIN, NODE_LEAST_RATIO, NODE_MOST_RATIO,
-    NODE_PASS_LIMIT, NODE_RETREAT, PATH_TOLERANCE, RAMP_TRUST, SAFE_MARGIN, SMALLEST_GUARDED_STEP, SMALLEST_RAMP_STEP,
-    TRUST, WIDENING,
+    AIM, CONTRACTION, CORRECTIONS, FIELD_LITTLE_STEP, FIELD_LOAD_TOLERANCE, FIELD_NEAR_MARGIN, FIELD_SMALLEST_STEP,
+    FIELD_SOFT, FIELD_SOFT_RATIO, FIRST_BEND, FOLD_MARGIN, FOLD_STEEPNESS, FULL_LOAD_TOLERANCE, LITTLE_LOAD,
+    NEAR_MARGIN, NODE_LEAST_RATIO, NODE_MOST_RATIO, NODE_PASS_LIMIT, NODE_RETREAT, PATH_TOLERANCE, RAMP_TRUST,
+    SAFE_MARGIN, SMALLEST_GUARDED_STEP, SMALLEST_RAMP_STEP, TRUST, WIDENING,
 };
 
 /// sqrt(3) over the norm of d(m0)/d(l_tip).
@@ -65,13 +67,28 @@ fn leaps<L: Lane>(margin: L, last: L) -> L::Mask {
     near & ((margin * most).lt(last) | (last * most).lt(margin))
 }
 
-/// Leads all lanes from rest, where the load at the base grows by `secant`, to their full load. With care the index is 0 at
-/// every step. Without, those arrive that ask for no short steps, come near no fold and end with an index of 0.
+/// The same of the determinant of the second variation.
+#[inline(always)]
+fn softens<L: Lane>(determinant: L, last: L) -> L::Mask {
+    let most = determinant.constant(FIELD_SOFT_RATIO);
+    let soft = determinant.min(last).lt(determinant.constant(FIELD_SOFT));
+    soft & ((determinant * most).lt(last) | (last * most).lt(determinant))
+}
+
+/// Whether the rod may have passed through a magnet in a load step: its tip moved farther than its leeway before and after,
+/// both together.
+#[inline(always)]
+fn passes_by<L: Lane>(way: L, before: L, after: L) -> L::Mask {
+    !way.lt(before + after)
+}
+
+/// Leads all lanes from rest to their full load. With care, on a grid for it, the index is 0 at every step. Without, those arrive that ask for
+/// no short steps, come near no fold and end with an index of 0.
 #[inline(always)]
 pub fn follow_varying<L: Kernels>(
     problem: &Problem<'_, L>,
-    care: bool,
-    mut secant: Load<L>,
+    care: Option<&Resolution>,
+    from: &Rest<L>,
     workspace: &mut VaryingWorkspace<L>,
 ) -> VaryingPath<L> {
     let program = problem.program;
@@ -79,15 +96,16 @@ pub fn follow_varying<L: Kernels>(
     let zero = rod.t.x.constant(0.0);
     let one = zero.constant(1.0);
     let nobody = one.lt(zero);
-    let resolution = if care { &program.careful } else { &program.coarse };
+    let resolution = care.unwrap_or(&program.coarse);
+    let care = care.is_some();
     let rest = (Vec3::splat(zero), Vec3::splat(zero));
     let (mut accepted, mut end_inverse) = (rest, Mat6::identity(one));
-    let slope = size(secant, rest).max(one.constant(1e-6));
+    let slope = size(from.slope, rest).max(one.constant(1e-6));
     // In single precision round-off hides what lies closer.
     let sharp = care && L::Scalar::EPSILON < 1e-10;
-    // Elsewhere the field acts as if it did at the middles of rigid segments; the answer corrects it.
+    // Elsewhere the field acts, but for stretches under a tip moment, as if it did at the middles of rigid segments; the answer corrects it.
     let points = match &program.field {
-        Some(field) if sharp => field.points,
+        Some(field) if sharp || program.tip_moment => field.points,
         _ => CoilLoad::Middle.points(),
     };
     let smallest = one.constant(match (care, sharp) {
@@ -95,6 +113,7 @@ pub fn follow_varying<L: Kernels>(
         (true, false) => SMALLEST_GUARDED_STEP,
         (true, true) => FIELD_SMALLEST_STEP,
     });
+    let mut secant = from.slope;
     let mut lambda = zero;
     let mut step = (one.constant(FIRST_BEND) / slope).min(one);
     let mut target = step;
@@ -103,15 +122,12 @@ pub fn follow_varying<L: Kernels>(
     let first_bound = one.constant(trust / CONTRACTION);
     let (mut last_size, mut first_size) = (first_bound, zero);
     let (mut corrections, mut passes) = (zero, zero);
-    let (mut reached, mut failed, mut exhausted) = (nobody, nobody, nobody);
-    let (mut unstable, mut too_near, mut outside) = (nobody, nobody, nobody);
-    if care {
-        // As the pass at rest has left it.
-        too_near = !zero.lt(workspace.clearance);
-        outside = !too_near & !zero.lt(workspace.inside);
-        failed = too_near | outside;
-    }
-    let (mut weakest, mut last_margin) = (one, one);
+    let (mut reached, mut exhausted, mut unstable) = (nobody, nobody, nobody);
+    let mut too_near = !zero.lt(from.leeway);
+    let mut outside = !too_near & !zero.lt(from.inside);
+    let mut failed = too_near | outside;
+    let (mut last_tip, mut last_leeway) = (from.tip, from.leeway);
+    let (mut weakest, mut last_margin, mut last_determinant) = (one, one, one);
     loop {
         let active = !(reached | failed);
         if !L::any(active) {
@@ -128,32 +144,41 @@ pub fn follow_varying<L: Kernels>(
         // Moments and radians, as on other paths.
         let moved = norm((dn, dm)).max(length(workspace.pose.on(dn, dm).1));
         let margin = margin(&inverse);
-        let enough = match sharp {
+        let enough = match sharp || program.tip_moment {
             true => narrowed(margin, sharp) * one.constant(PATH_TOLERANCE),
             false => L::select(partial, one.constant(FIELD_LOAD_TOLERANCE), one.constant(FULL_LOAD_TOLERANCE)),
         };
         let converged = active & correction.lt(enough);
-        let (is_far, is_inside) = (zero.lt(workspace.clearance), zero.lt(workspace.inside));
-        let clear = is_far & is_inside;
-        let mut stable = converged;
+        let (is_far, is_inside) = (zero.lt(workspace.leeway), zero.lt(workspace.inside));
+        let leeway = workspace.leeway;
+        let passes_by = passes_by(length(tip.p - last_tip), last_leeway, leeway);
+        let clear = is_far & is_inside & !passes_by;
+        let (mut stable, mut determinant) = (converged, one);
         if L::any(converged & if care { converged } else { !partial }) {
             if care {
                 let what = What::Transfers;
                 L::varying_pass(Pass { problem: *problem, resolution, lambda: target, base, what, points, workspace });
             }
-            stable = index(&workspace.transfers, one).lt(one.constant(0.5));
+            let found = index(&workspace.transfers, one);
+            stable = found.index.lt(one.constant(0.5));
+            if program.tip_moment {
+                determinant = found.determinant;
+            }
         }
         let contracting = moved.lt(last_size * one.constant(CONTRACTION));
         let converged = converged & contracting;
         let go_on = active & !converged & contracting & corrections.lt(one.constant(CORRECTIONS));
-        let accept = converged & stable & clear & !leaps(margin, last_margin);
+        let leaps = leaps(margin, last_margin) | softens(determinant, last_determinant);
+        let accept = converged & stable & clear & !leaps;
         let reject = active & !accept & !go_on;
         let is_narrow = if care { nobody } else { converged & (!stable | margin.lt(one.constant(SAFE_MARGIN))) };
         unstable = (unstable & !active) | (reject & converged & !stable);
-        too_near = (too_near & !active) | (reject & !is_far);
+        too_near = (too_near & !active) | (reject & (!is_far | (converged & passes_by)));
         outside = (outside & !active) | (reject & is_far & !is_inside);
         weakest = L::select(accept, weakest.min(margin), weakest);
         last_margin = L::select(accept, margin, last_margin);
+        last_tip = Vec3::select(accept, tip.p, last_tip);
+        last_leeway = L::select(accept, leeway, last_leeway);
 
         base = select::<L>(accept | go_on, (base.0 + dn, base.1 + dm), base);
         let used = target - lambda;
@@ -168,6 +193,11 @@ pub fn follow_varying<L: Kernels>(
         let ratio = (narrow * one.constant(AIM * trust) / first_size.max(one.constant(1e-6))).sqrt();
         let ratio = ratio.max(one.constant(NODE_LEAST_RATIO)).min(one.constant(NODE_MOST_RATIO));
         step = L::select(accept, used * ratio, L::select(reject, used * one.constant(NODE_RETREAT), step));
+        let changes = (last_determinant - determinant).abs() * per;
+        let halfway = (determinant * one.constant(0.5) / changes).max(one.constant(FIELD_LITTLE_STEP));
+        let is_soft = accept & determinant.lt(one.constant(FIELD_SOFT));
+        step = L::select(is_soft, step.min(halfway), step);
+        last_determinant = L::select(accept, determinant, last_determinant);
         let load = if sharp { lambda.max(one.constant(LITTLE_LOAD)) } else { one };
         failed = failed | (reject & step.lt(smallest * load)) | is_narrow;
         let restart = (accept | reject) & !reached;

@@ -5,15 +5,47 @@ use super::path::Load;
 use super::workspace::{VaryingWorkspace, What};
 use crate::lanes::algebra::Vec3;
 use crate::lanes::kernels::Kernels;
+use crate::lanes::lane::Lane;
 use crate::lanes::problem::{Problem, stiff};
+use crate::lanes::program::{Inputs, Outputs};
 use crate::model::CoilLoad;
 
-/// Numbers of how a sample sets out: d(n0, m0)/dlambda.
-pub const REST_COLUMNS: usize = 6;
+/// Numbers of how a sample sets out: d(n0, m0)/dlambda, the tip, its leeway, how far the dipoles are inside of maps.
+pub const REST_COLUMNS: usize = 11;
 
-/// How all lanes set out from rest: the loads on the unbent rod. Those too near to a magnet there, or outside of a map, do not.
+/// How samples set out from rest.
+pub struct Rest<L: Lane> {
+    /// d(n0, m0)/dlambda
+    pub slope: Load<L>,
+    pub tip: Vec3<L>,
+    /// How far it may move before the rod is too near to a magnet.
+    pub leeway: L,
+    /// How far the rod's dipoles are inside of every map.
+    pub inside: L,
+}
+
+impl<L: Lane> Rest<L> {
+    #[inline(always)]
+    pub fn store(&self, out: &mut Outputs<'_, L::Scalar>) {
+        out.store_vector(0, self.slope.0);
+        out.store_vector(3, self.slope.1);
+        out.store_vector(6, self.tip);
+        out.store(9, self.leeway);
+        out.store(10, self.inside);
+    }
+
+    /// Reads it again.
+    #[inline(always)]
+    pub fn load(token: L::Token, from: &Inputs<'_, L::Scalar>) -> Self {
+        let [slope, moment, tip] = [0, 3, 6].map(|column| from.vector(token, column));
+        let [leeway, inside] = [9, 10].map(|column| from.column(token, column));
+        Self { slope: (slope, moment), tip, leeway, inside }
+    }
+}
+
+/// How all lanes set out from rest: the loads on the unbent rod.
 #[inline(always)]
-pub fn set_out<L: Kernels>(problem: &Problem<'_, L>, workspace: &mut VaryingWorkspace<L>) -> Load<L> {
+pub fn set_out<L: Kernels>(problem: &Problem<'_, L>, workspace: &mut VaryingWorkspace<L>) -> Rest<L> {
     let Problem { program, rod, .. } = *problem;
     let problem = Problem { rod: &stiff(rod), ..*problem };
     let none = Vec3::splat(rod.t.x.constant(0.0));
@@ -23,8 +55,10 @@ pub fn set_out<L: Kernels>(problem: &Problem<'_, L>, workspace: &mut VaryingWork
     let n = rod.f_tip - workspace.tip.n;
     // It acts on the arms of that rod.
     L::varying_pass(Pass { problem, resolution, lambda, base: (n, none), what, points, workspace });
-    let zero = lambda.constant(0.0);
-    let stands = zero.lt(workspace.clearance) & zero.lt(workspace.inside);
-    let nowhere = Vec3::splat(lambda.constant(f64::NAN));
-    (Vec3::select(stands, n, nowhere), Vec3::select(stands, rod.l_tip - workspace.tip.m, nowhere))
+    Rest {
+        slope: (n, rod.l_tip - workspace.tip.m),
+        tip: workspace.tip.p,
+        leeway: workspace.leeway,
+        inside: workspace.inside,
+    }
 }

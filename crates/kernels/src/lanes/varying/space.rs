@@ -10,6 +10,8 @@ use crate::model::record::{BASE_POSITION_AT, field_offset};
 use crate::model::{FIELD_DIPOLE_RECORD, FIELD_MAP_RECORD, FIELD_RECORD, Plan};
 use std::sync::Arc;
 
+/// Farther from every magnet than any rod.
+pub const FAR: f64 = 1e9;
 /// Squares of lengths below this are none.
 const TINY: f64 = 1e-30;
 
@@ -202,8 +204,8 @@ impl<L: Lane> Space<L> {
 
     /// Distance of a straight piece to the nearest dipole beyond its clearance.
     #[inline(always)]
-    pub fn clearance(&self, from: Vec3<L>, to: Vec3<L>, least: L) -> L {
-        let mut least = least;
+    pub fn clearance(&self, from: Vec3<L>, to: Vec3<L>) -> L {
+        let mut least = from.x.constant(FAR);
         let (zero, one) = (least.constant(0.0), least.constant(1.0));
         let along = to - from;
         let per = one / dot(along, along).max(least.constant(TINY));

@@ -58,8 +58,9 @@ pub struct VaryingWorkspace<L: Lane> {
     pub columns: Vec<Columns<L>>,
     /// Where the first flexible segment of the rod starts, if a rigid one comes before it.
     pub first: First<L>,
-    /// The least distance to a magnet beyond its clearance.
-    pub clearance: L,
+    /// How far the tip may move before any part of the rod is within the clearance of a magnet, if each moves in proportion to
+    /// its share of the rod. Negative where one is.
+    pub leeway: L,
     /// How far the magnetic parts of the rod are inside of every map.
     pub inside: L,
 }
@@ -80,7 +81,7 @@ impl<L: Lane> VaryingWorkspace<L> {
             transfers: Vec::new(),
             columns: Vec::new(),
             first: First::new(zero),
-            clearance: zero,
+            leeway: zero,
             inside: zero,
         }
     }
