@@ -66,3 +66,8 @@ fn hat(v: vec3<f32>) -> mat3x3<f32> {
 fn row_times(v: vec3<f32>, a: mat3x3<f32>) -> vec3<f32> {
     return vec3<f32>(dot(v, a[0]), dot(v, a[1]), dot(v, a[2]));
 }
+
+// Whether two numbers, one of them below `near`, differ more than `most` times.
+fn differs_widely(a: f32, b: f32, near: f32, most: f32) -> bool {
+    return min(a, b) < near && (a * most < b || b * most < a);
+}

@@ -109,8 +109,7 @@ fn narrowed(pivot: f32) -> f32 {
 
 // Whether a load step changes the least pivot so much, where it is small, that stability may be lost and won again between.
 fn leaps(pivot: f32, last: f32) -> bool {
-    let near = min(pivot, last) < NODE_NEAR_PIVOT;
-    return near && (pivot * WIDENING < last || last * WIDENING < pivot);
+    return differs_widely(pivot, last, NODE_NEAR_PIVOT, WIDENING);
 }
 
 // Puts the nodes where the last equilibria point to: three, or two where two are one.

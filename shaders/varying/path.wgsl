@@ -59,14 +59,12 @@ fn sum(s: f32, a: Pair, b: Pair) -> Pair {
 
 // Whether a load step changes the margin so much, where it is small, that stability may be lost and won again between.
 fn leaps(margin: f32, last: f32) -> bool {
-    let most = sqrt(WIDENING);
-    return min(margin, last) < FIELD_NEAR_MARGIN && (margin * most < last || last * most < margin);
+    return differs_widely(margin, last, FIELD_NEAR_MARGIN, sqrt(WIDENING));
 }
 
 // The same of the determinant of the second variation.
 fn softens(determinant: f32, last: f32) -> bool {
-    let most = FIELD_SOFT_RATIO;
-    return min(determinant, last) < FIELD_SOFT && (determinant * most < last || last * most < determinant);
+    return differs_widely(determinant, last, FIELD_SOFT, FIELD_SOFT_RATIO);
 }
 
 // Whether the rod may have passed through a magnet in a load step: its tip moved farther than its leeway before and after,

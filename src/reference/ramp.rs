@@ -116,7 +116,12 @@ fn index_at(chain: &Chain, m0_body: Vector3<f64>, integrator: &mut Extrapolation
 /// Whether a step takes a small margin so far that it may have been zero between.
 pub(super) fn leaps(before: Option<f64>, after: Option<f64>) -> bool {
     let (Some(before), Some(after)) = (before, after) else { return false };
-    before.min(after) < NEAR && (before > WIDENING * after || after > WIDENING * before)
+    differs_widely(before, after, NEAR, WIDENING)
+}
+
+/// Whether two numbers, one of them below `near`, differ more than `most` times.
+pub(super) fn differs_widely(a: f64, b: f64, near: f64, most: f64) -> bool {
+    a.min(b) < near && (a > most * b || b > most * a)
 }
 
 /// Newton's iteration from the predicted moment: the stable equilibrium it contracts to, the passage there, and whether

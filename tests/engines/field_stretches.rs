@@ -1,7 +1,7 @@
 //! Paths from rest in fields that vary: across a stretch that is not stable, into a magnet, past one, on a limp rod. The engines
 //! say what the reference says.
 
-use crate::stretches::{file, loaded, plan, solve};
+use crate::stretches::{distance, file, loaded, plan, solve};
 use rodsweep::backend::Precision;
 use rodsweep::gpu::Gpu;
 use rodsweep::gpu::testing::device_or_skip;
@@ -19,8 +19,7 @@ fn both(scene: &Scene) -> ([Solutions; 2], f64) {
     let plan = plan(scene, Precision::F64, 24);
     let found = solve(&plan, &mut Lanes::new(&plan, Precision::F64).expect("supported"));
     let truth = solve(&plan, &mut Reference::new(&plan));
-    let [p, q] = [&found, &truth].map(|of| of.vector(0, Quantity::TipPosition));
-    let apart = (0..3).map(|k| (p[k] - q[k]).powi(2)).sum::<f64>().sqrt() / scene.total_length();
+    let apart = distance(&found, &truth, scene.total_length());
     ([found, truth], apart)
 }
 

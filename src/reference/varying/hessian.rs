@@ -5,7 +5,7 @@ use super::flexible::Flexible;
 use super::rigid;
 use super::state::{BaseLoad, State, Varying};
 use crate::reference::extrapolation::Extrapolation;
-use nalgebra::{Cholesky, DMatrix, DMatrixView, DVector, Matrix3, Matrix3xX, SymmetricEigen, Vector3};
+use nalgebra::{Cholesky, DMatrix, DMatrixView, DVector, Dyn, Matrix3, Matrix3xX, SymmetricEigen, Vector3};
 
 /// Elements of a rod of one flexible segment, and Gauss points of each.
 const ELEMENTS: f64 = 3.0;
@@ -33,15 +33,20 @@ pub(super) struct Stability {
 }
 
 impl Stability {
+    fn is_finite(&self) -> bool {
+        self.second_variation.iter().all(|x| x.is_finite())
+    }
+
+    /// `None` where the rod is unstable, or the matrix is not finite.
+    fn factors(&self) -> Option<Cholesky<f64, Dyn>> {
+        if self.is_finite() { Cholesky::new(self.second_variation.clone()) } else { None }
+    }
+
     /// The least eigenvalue, by inverse iteration with Cholesky's factors: much less work than the index. `None` where the rod is
     /// unstable, or the matrix is not finite.
     pub fn least_eigenvalue(&self) -> Option<f64> {
-        let q = &self.second_variation;
-        if !q.iter().all(|x| x.is_finite()) {
-            return None;
-        }
-        let factors = Cholesky::new(q.clone())?;
-        let mut way = DVector::from_element(q.ncols(), 1.0).normalize();
+        let factors = self.factors()?;
+        let mut way = DVector::from_element(self.second_variation.ncols(), 1.0).normalize();
         let mut least = f64::INFINITY;
         for _ in 0..ITERATIONS {
             factors.solve_mut(&mut way);
@@ -55,14 +60,13 @@ impl Stability {
     /// not end.
     pub fn index(&self) -> Option<usize> {
         const MOST_ITERATIONS: usize = 2000;
-        if self.least_eigenvalue().is_some() {
-            return Some(0);
-        }
-        let q = &self.second_variation;
-        if !q.iter().all(|x| x.is_finite()) {
+        if !self.is_finite() {
             return None;
         }
-        let eigen = SymmetricEigen::try_new(q.clone(), f64::EPSILON, MOST_ITERATIONS)?;
+        if self.factors().is_some() {
+            return Some(0);
+        }
+        let eigen = SymmetricEigen::try_new(self.second_variation.clone(), f64::EPSILON, MOST_ITERATIONS)?;
         Some(eigen.eigenvalues.iter().filter(|value| **value < 0.0).count())
     }
 }

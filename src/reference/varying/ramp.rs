@@ -5,7 +5,9 @@ use super::hessian::{Stability, stability};
 use super::shooting::{Passage, pass};
 use super::state::{BaseLoad, Varying};
 use crate::reference::extrapolation::Extrapolation;
-use crate::reference::ramp::{ARRIVED, CONTRACTION, CORRECTION, FIRST_TURN, MOST_PASSES, SMALLEST_STEP, TOLERANCE};
+use crate::reference::ramp::{
+    ARRIVED, CONTRACTION, CORRECTION, FIRST_TURN, MOST_PASSES, SMALLEST_STEP, TOLERANCE, differs_widely,
+};
 use nalgebra::{Vector3, Vector6};
 
 /// The predictor may take the tip this share of the way to a magnet, in steps no smaller than `LITTLE_STEP`.
@@ -110,7 +112,7 @@ pub(super) fn from_rest(rod: &Varying) -> Path {
 
 /// Whether a step changes the least eigenvalue so much, where it is small, that stability may be lost and won again between.
 fn leaps(least: f64, last: f64, soft: f64) -> bool {
-    least.min(last) < soft && (least * RATIO < last || last * RATIO < least)
+    differs_widely(least, last, soft, RATIO)
 }
 
 /// A step of the load after which a tangent still tells.

@@ -149,6 +149,14 @@ pub fn row_times<L: Lane>(v: Vec3<L>, a: Mat3<L>) -> Vec3<L> {
     Vec3 { x: dot(v, a.x), y: dot(v, a.y), z: dot(v, a.z) }
 }
 
+/// Whether two numbers, one of them below `near`, differ more than `most` times.
+#[inline(always)]
+pub fn differs_widely<L: Lane>(a: L, b: L, near: f64, most: f64) -> L::Mask {
+    let most = a.constant(most);
+    let is_near = a.min(b).lt(a.constant(near));
+    is_near & ((a * most).lt(b) | (b * most).lt(a))
+}
+
 #[inline(always)]
 pub fn select_matrix<L: Lane>(mask: L::Mask, if_true: Mat3<L>, if_false: Mat3<L>) -> Mat3<L> {
     Mat3 {

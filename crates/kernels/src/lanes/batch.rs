@@ -96,10 +96,10 @@ impl Lanes {
         }
     }
 
-    /// Whether answers take as much work as paths with care, whose steps are of lower order.
+    /// Whether answers take as much work as paths with care, whose steps are of lower order. A search follows no path.
     fn is_finer(&self) -> bool {
-        let Program { fine, careful, .. } = &self.program;
-        fine.steps.iter().zip(&careful.steps).all(|(fine, careful)| 3 * fine >= *careful)
+        let Program { fine, careful, searches, .. } = &self.program;
+        !searches && fine.steps.iter().zip(&careful.steps).all(|(fine, careful)| 3 * fine >= *careful)
     }
 
     /// Whether errors of a single pass grow beyond all digits.

@@ -5,7 +5,7 @@
 use super::elimination::rotate;
 use super::interval::{Node, turn};
 use super::state::{Nodes, What};
-use crate::lanes::algebra::axpy;
+use crate::lanes::algebra::{axpy, differs_widely};
 use crate::lanes::lane::Lane;
 use crate::lanes::problem::{Problem, Workspace};
 use crate::model::path::{
@@ -117,9 +117,7 @@ fn narrowed<L: Lane>(least: L) -> L {
 /// Whether a load step changes the least pivot so much, where it is small, that stability may be lost and won again between.
 #[inline(always)]
 fn leaps<L: Lane>(least: L, last: L) -> L::Mask {
-    let most = least.constant(WIDENING);
-    let near = least.min(last).lt(least.constant(NODE_NEAR_PIVOT));
-    near & ((least * most).lt(last) | (last * most).lt(least))
+    differs_widely(least, last, NODE_NEAR_PIVOT, WIDENING)
 }
 
 /// Puts the nodes of lanes that start a load step where the last equilibria point to: three, or two where two are one.

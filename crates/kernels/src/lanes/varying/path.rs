@@ -8,7 +8,7 @@ use super::matrix::Mat6;
 use super::pass::Pass;
 use super::rest::Rest;
 use super::workspace::{VaryingWorkspace, What};
-use crate::lanes::algebra::{Vec3, dot, length};
+use crate::lanes::algebra::{Vec3, differs_widely, dot, length};
 use crate::lanes::kernels::Kernels;
 use crate::lanes::lane::{Lane, Scalar};
 use crate::lanes::problem::Problem;
@@ -62,17 +62,13 @@ fn narrowed<L: Lane>(margin: L, sharp: bool) -> L {
 /// Whether a load step changes the margin so much, where it is small, that stability may be lost and won again between.
 #[inline(always)]
 fn leaps<L: Lane>(margin: L, last: L) -> L::Mask {
-    let most = margin.constant(WIDENING.sqrt());
-    let near = margin.min(last).lt(margin.constant(FIELD_NEAR_MARGIN));
-    near & ((margin * most).lt(last) | (last * most).lt(margin))
+    differs_widely(margin, last, FIELD_NEAR_MARGIN, WIDENING.sqrt())
 }
 
 /// The same of the determinant of the second variation.
 #[inline(always)]
 fn softens<L: Lane>(determinant: L, last: L) -> L::Mask {
-    let most = determinant.constant(FIELD_SOFT_RATIO);
-    let soft = determinant.min(last).lt(determinant.constant(FIELD_SOFT));
-    soft & ((determinant * most).lt(last) | (last * most).lt(determinant))
+    differs_widely(determinant, last, FIELD_SOFT, FIELD_SOFT_RATIO)
 }
 
 /// Whether the rod may have passed through a magnet in a load step: its tip moved farther than its leeway before and after,
