@@ -4,7 +4,7 @@ use bytes::Bytes;
 use parquet::errors::ParquetError;
 use parquet::file::reader::{ChunkReader, Length};
 use std::fs::File;
-use std::io::{Cursor, Error, Read, Seek, SeekFrom};
+use std::io::{Cursor, Error, ErrorKind, Read, Seek, SeekFrom};
 use std::ops::Range;
 use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -143,16 +143,45 @@ impl Length for Ranges {
     }
 }
 
+/// Bytes in memory. To read beyond their end is an error.
+///
+/// The crate takes no bytes at the end for success when it skips what it does not know. A list that says it has two thousand
+/// million entries is then skipped for ten seconds, in a file of a kilobyte.
+pub(super) struct Piece(Cursor<Bytes>);
+
+impl Read for Piece {
+    fn read(&mut self, into: &mut [u8]) -> std::io::Result<usize> {
+        match self.0.read(into)? {
+            0 if !into.is_empty() => Err(ErrorKind::UnexpectedEof.into()),
+            count => Ok(count),
+        }
+    }
+}
+
 impl ChunkReader for Ranges {
-    type T = Cursor<Bytes>;
+    type T = Piece;
 
     fn get_read(&self, start: u64) -> Result<Self::T, ParquetError> {
         // A column is fetched as a whole, so that the piece that holds a page's first byte holds the page.
-        Ok(Cursor::new(self.from(start, 1)?))
+        Ok(Piece(Cursor::new(self.from(start, 1)?)))
     }
 
     fn get_bytes(&self, start: u64, length: usize) -> Result<Bytes, ParquetError> {
         let bytes = self.from(start, length as u64)?;
         if bytes.len() < length { Err(ParquetError::EOF("it ends before".into())) } else { Ok(bytes.slice(..length)) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_is_read_beyond_the_end() {
+        let mut piece = Piece(Cursor::new(Bytes::from_static(b"abc")));
+        let mut four = [0; 4];
+        assert_eq!(piece.read(&mut four).unwrap(), 3);
+        assert_eq!(piece.read(&mut []).unwrap(), 0);
+        assert_eq!(piece.read(&mut four).unwrap_err().kind(), ErrorKind::UnexpectedEof);
     }
 }
