@@ -167,6 +167,12 @@ impl Layout {
         pairs.filter_map(single).collect()
     }
 
+    /// Whether tip positions are written in single precision; `None`: they are not written.
+    pub fn tip_is_single(&self) -> Option<bool> {
+        let [x, ..] = self.empty.vector_columns("tip.position")?;
+        Some(matches!(x, Values::Single(_)))
+    }
+
     /// The columns without rows.
     pub fn empty(&self) -> &Table {
         &self.empty

@@ -79,6 +79,15 @@ impl Reduction {
         self.keep_rows(table);
     }
 
+    /// Adds a sample without a row, and its tip where it has one.
+    pub(crate) fn add_sample(&mut self, status: Status, tip: Option<[f64; 3]>) {
+        self.counts[status.code() as usize] += 1;
+        self.sample_count += 1;
+        if let Some(p) = tip.filter(|p| status.is_success() && p.iter().all(|x| x.is_finite())) {
+            self.add_tip(p);
+        }
+    }
+
     /// Adds samples that the engine has counted, as `Ok` and as `Ramped`; their voxels follow.
     pub(crate) fn add_counted(&mut self, [ok, ramped]: [u64; 2]) {
         self.counts[Status::Ok.code() as usize] += ok;
@@ -136,7 +145,8 @@ impl Reduction {
         }
     }
 
-    fn keep_rows(&mut self, table: &Table) {
+    /// Keeps those rows of a table that are chosen, and counts none.
+    pub(crate) fn keep_rows(&mut self, table: &Table) {
         if self.tips.columns.is_empty() {
             let mut kept = table.empty();
             kept.columns.retain(|column| !column.name.starts_with("d("));

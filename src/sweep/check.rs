@@ -1,13 +1,18 @@
 //! Spot check: a fixed choice of samples is solved again by a trusted backend and the differences are reported.
+//!
+//! Samples are solved again beside the run, some at a time as their rows come by; they are compared when it has ended.
 
 use super::columns::ColumnScales;
 use super::error::SweepError;
-use crate::backend::BackendFactory;
+use super::samples::Samples;
+use crate::backend::{Backend, BackendFactory};
 use crate::model::rotation_angle;
-use crate::model::{Plan, Quantity, Solutions};
+use crate::model::{Batch, Plan, Quantity, Solutions};
 use crate::results::{ErrorDistribution, SpotCheck};
-use crate::spec::Sampler;
-use crate::spec::Selection;
+use crate::spec::{Sampler, Selection};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::time::Instant;
 
 /// How many samples are checked.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,63 +34,137 @@ impl Default for SpotCheckOptions {
 /// An error that is so many times the tolerance, and the row's own estimate, is no matter of resolution or round-off.
 const WRONG: f64 = 10.0;
 
-/// Samples of a run set aside for the check.
+/// Samples that are solved again at a time: few, since the engine waits for them.
+const GROUP: usize = 32;
+
+/// Some of the chosen samples: their solution columns, sample after sample.
+#[derive(Default)]
+struct Group {
+    indices: Vec<u64>,
+    rows: Vec<f64>,
+}
+
+/// What finds the chosen samples of a run, and what solves them again.
+pub(crate) fn spot_check<'a>(
+    sample_count: u64,
+    options: SpotCheckOptions,
+    single: Vec<usize>,
+    trusted: BackendFactory<'a>,
+) -> (SpotSamples, SpotChecker<'a>) {
+    let wanted = (sample_count as f64 * options.share).ceil() as u64;
+    let wanted = wanted.max(options.least).min(options.most.max(options.least)).min(sample_count);
+    let selection = Selection::new(sample_count, wanted, 0x5b07);
+    let (check, groups) = channel();
+    let checker = SpotChecker { trusted, groups, checked: Vec::new(), seconds: 0.0 };
+    (SpotSamples { selection, group: Group::default(), single, check }, checker)
+}
+
+/// Finds the chosen samples among those of a run, and hands them on.
 pub(crate) struct SpotSamples {
     selection: Selection,
-    indices: Vec<u64>,
-    /// Solution columns, sample after sample.
-    rows: Vec<f64>,
+    group: Group,
     /// Columns that are written in single precision, and therefore checked so.
     single: Vec<usize>,
+    check: Sender<Group>,
 }
 
 impl SpotSamples {
-    pub fn new(sample_count: u64, options: SpotCheckOptions, single: Vec<usize>) -> SpotSamples {
-        let wanted = (sample_count as f64 * options.share).ceil() as u64;
-        let wanted = wanted.max(options.least).min(options.most.max(options.least)).min(sample_count);
-        let selection = Selection::new(sample_count, wanted, 0x5b07);
-        SpotSamples { selection, indices: Vec::new(), rows: Vec::new(), single }
-    }
-
     /// Samples that are checked.
     pub fn selection(&self) -> Selection {
         self.selection
     }
 
-    pub fn offer(&mut self, index: u64, solutions: &Solutions, at: usize) {
-        if self.selection.contains(index) {
-            self.indices.push(index);
-            let first = self.rows.len();
-            self.rows.extend((0..solutions.values.column_count()).map(|column| solutions.values.get(at, column)));
-            for column in &self.single {
-                let value = &mut self.rows[first + column];
-                *value = f64::from(*value as f32);
-            }
+    /// Takes the chosen ones of some samples.
+    pub fn offer(&mut self, samples: &Samples<'_>, solutions: &Solutions) {
+        for at in samples.chosen(self.selection) {
+            self.take(samples.index(at), solutions, at);
         }
     }
 
-    /// Solves the chosen samples again and compares.
-    pub fn compare(self, plan: &Plan, sampler: &Sampler, trusted: BackendFactory) -> Result<SpotCheck, SweepError> {
-        let mut check = SpotCheck { checked: self.indices.len() as u64, ..SpotCheck::default() };
-        if self.indices.is_empty() {
-            return Ok(check);
+    fn take(&mut self, index: u64, solutions: &Solutions, at: usize) {
+        let Group { indices, rows } = &mut self.group;
+        indices.push(index);
+        let first = rows.len();
+        rows.extend((0..solutions.values.column_count()).map(|column| solutions.values.get(at, column)));
+        for column in &self.single {
+            let value = &mut rows[first + column];
+            *value = f64::from(*value as f32);
         }
-        let mut backend = trusted(plan)?;
-        let batch = plan.batch(self.indices.len(), |at, row| {
-            if let Some(index) = self.indices.get(at) {
-                sampler.values(*index, row);
+        if indices.len() == GROUP {
+            self.hand_on();
+        }
+    }
+
+    fn hand_on(&mut self) {
+        // A check that has failed takes no more, and says so in the end.
+        let _ = self.check.send(std::mem::take(&mut self.group));
+    }
+
+    /// All rows have come by.
+    pub fn finish(mut self) {
+        self.hand_on();
+    }
+}
+
+/// Solves chosen samples again.
+pub(crate) struct SpotChecker<'a> {
+    trusted: BackendFactory<'a>,
+    groups: Receiver<Group>,
+    /// Index, the run's row, the row that is believed.
+    checked: Vec<(u64, Vec<f64>, Vec<f64>)>,
+    seconds: f64,
+}
+
+impl SpotChecker<'_> {
+    /// Solves groups until the run has ended, or is given up.
+    pub fn solve(mut self, plan: &Plan, sampler: &Sampler, is_given_up: &AtomicBool) -> Result<Self, SweepError> {
+        let mut backend: Option<Box<dyn Backend>> = None;
+        for group in self.groups.iter().filter(|group| !group.indices.is_empty()) {
+            if is_given_up.load(Ordering::Relaxed) {
+                break;
             }
-        });
-        let truth = backend.solve(&batch)?;
-        let mut ours = Solutions::new(plan, self.indices.len());
-        let width = ours.values.column_count();
-        for (at, value) in self.rows.iter().enumerate() {
-            ours.values.set(at / width, at % width, *value);
+            let begin = Instant::now();
+            let made = match backend.take() {
+                Some(made) => made,
+                None => (self.trusted)(plan)?,
+            };
+            let truth = backend.insert(made).solve(&batch_of(plan, sampler, &group.indices))?;
+            let width = group.rows.len() / group.indices.len();
+            for ((at, index), row) in group.indices.iter().enumerate().zip(group.rows.chunks(width)) {
+                let truth = (0..truth.values.column_count()).map(|column| truth.values.get(at, column));
+                self.checked.push((*index, row.to_vec(), truth.collect()));
+            }
+            self.seconds += begin.elapsed().as_secs_f64();
+        }
+        Ok(self)
+    }
+
+    /// Compares; says how long the check took (s).
+    pub fn compare(mut self, plan: &Plan, sampler: &Sampler) -> (SpotCheck, f64) {
+        let begin = Instant::now();
+        // Chunks may come in any order.
+        self.checked.sort_unstable_by_key(|(index, ..)| *index);
+        let check = self.differences(plan, sampler);
+        (check, self.seconds + begin.elapsed().as_secs_f64())
+    }
+
+    fn differences(&self, plan: &Plan, sampler: &Sampler) -> SpotCheck {
+        let indices: Vec<u64> = self.checked.iter().map(|(index, ..)| *index).collect();
+        let mut check = SpotCheck { checked: indices.len() as u64, ..SpotCheck::default() };
+        if indices.is_empty() {
+            return check;
+        }
+        let batch = batch_of(plan, sampler, &indices);
+        let (mut ours, mut truth) = (Solutions::new(plan, indices.len()), Solutions::new(plan, indices.len()));
+        for (at, (_, our_row, true_row)) in self.checked.iter().enumerate() {
+            for (to, row) in [(&mut ours, our_row), (&mut truth, true_row)] {
+                row.iter().enumerate().for_each(|(column, value)| to.values.set(at, column, *value));
+            }
         }
         let scales = ColumnScales::of(plan, &truth);
         let (mut position, mut rotation, mut derivative) = (Vec::new(), Vec::new(), Vec::new());
         let (mut worst, mut worst_derivative) = (-1.0, -1.0);
-        for (at, index) in self.indices.iter().enumerate() {
+        for (at, index) in indices.iter().enumerate() {
             match (ours.status(at).is_success(), truth.status(at).is_success()) {
                 (true, false) => {
                     check.only_run += 1;
@@ -125,8 +204,16 @@ impl SpotSamples {
         check.only_run_values =
             check.only_run_sample.map(|index| named_values(plan, sampler, index)).unwrap_or_default();
         check.worst_values = check.worst_sample.map(|index| named_values(plan, sampler, index)).unwrap_or_default();
-        Ok(check)
+        check
     }
+}
+
+fn batch_of(plan: &Plan, sampler: &Sampler, indices: &[u64]) -> Batch {
+    plan.batch(indices.len(), |at, row| {
+        if let Some(index) = indices.get(at) {
+            sampler.values(*index, row);
+        }
+    })
 }
 
 /// A sample's swept parameters by name.

@@ -19,6 +19,7 @@ mod pilot;
 mod pipeline;
 mod refine;
 mod run;
+mod samples;
 mod sink;
 mod summary;
 

@@ -6,6 +6,7 @@ use super::chunks::Piece;
 use super::error::SweepError;
 use super::options::{Progress, RunOptions};
 use super::refine::Refiners;
+use super::samples::Samples;
 use crate::backend::{Backend, Returned};
 use crate::model::{Batch, Plan, Quantity, Solutions};
 use crate::results::Reduction;
@@ -239,9 +240,9 @@ impl Finisher<'_> {
             let solved = Solved { batch: &job.batch, from_rest: &solutions, rows, branches: cells };
             let mut at = 0;
             for piece in &job.pieces {
-                let samples = at..at + piece.len as usize;
-                at = samples.end;
-                self.add_rows(&|sample| piece.start + (sample - samples.start) as u64, samples.clone(), &solved);
+                let samples = Samples::Following { places: at..at + piece.len as usize, first: piece.start };
+                at += piece.len as usize;
+                self.add_rows(&samples, &solved);
                 if piece.is_last {
                     let next = spare.try_recv();
                     let table = self.take_table(next.ok());
@@ -268,7 +269,7 @@ impl Finisher<'_> {
         self.refiners.refine(self.plan, self.sampler, &batch, &mut solutions, &index)?;
         let refined = Instant::now();
         let solved = Solved { batch: &batch, from_rest: &solutions, rows: &solutions, branches: None };
-        self.add_rows(&index, 0..indices.len(), &solved);
+        self.add_rows(&Samples::Listed(&indices), &solved);
         self.take_table(None);
         self.solved += counted.iter().sum::<u64>();
         self.reduction.add_counted(counted);
@@ -287,19 +288,50 @@ impl Finisher<'_> {
         std::mem::replace(&mut self.table, next)
     }
 
-    /// Adds the rows of some samples of a batch; `index` tells the sweep's sample of one of them.
-    fn add_rows(&mut self, index: &(dyn Fn(usize) -> u64 + Sync), samples: Range<usize>, solved: &Solved) {
+    /// Adds the rows of some samples of a batch.
+    fn add_rows(&mut self, samples: &Samples, solved: &Solved) {
+        let places = samples.places();
+        if let Some(chosen) = &mut self.spot_samples {
+            chosen.offer(samples, solved.from_rest);
+        }
+        let range = solved.range(places.clone());
+        range.clone().for_each(|row| self.note(solved.rows, row));
+        if self.spec.format == Format::None && self.search.is_none() {
+            return self.count(samples, solved);
+        }
         if self.in_table == 0 {
             self.table.reserve(self.options.chunk.min(CHUNK).min(self.total) as usize);
         }
         let Solved { batch, rows: solutions, branches, .. } = *solved;
-        let rows = Rows { plan: self.plan, batch, solutions, range: solved.range(samples.clone()), branches };
-        self.layout.append(&mut self.table, &rows, self.sampler, index);
-        self.in_table += samples.len() as u64;
-        if let Some(chosen) = &mut self.spot_samples {
-            samples.for_each(|sample| chosen.offer(index(sample), solved.from_rest, sample));
+        let rows = Rows { plan: self.plan, batch, solutions, range, branches };
+        self.layout.append(&mut self.table, &rows, self.sampler, &|at| samples.index(at));
+        self.in_table += places.len() as u64;
+    }
+
+    /// Takes in samples whose rows are not written: only those that are kept become rows.
+    fn count(&mut self, samples: &Samples, solved: &Solved) {
+        let solutions = solved.from_rest;
+        let tip_is_single = self.layout.tip_is_single();
+        for at in samples.places() {
+            let tip = tip_is_single.filter(|_| solutions.is_equilibrium(at)).map(|is_single| {
+                let p = solutions.vector(at, Quantity::TipPosition);
+                if is_single { p.map(|x| f64::from(x as f32)) } else { p }
+            });
+            self.reduction.add_sample(solutions.status(at), tip);
         }
-        rows.range.for_each(|row| self.note(solutions, row));
+        let kept = samples.chosen(self.reduction.selection());
+        self.solved += samples.places().len() as u64;
+        if kept.is_empty() {
+            return;
+        }
+        let index = |at: usize| kept.get(at).map_or(0, |place| samples.index(*place));
+        let batch = self.plan.batch(kept.len(), |at, row| self.sampler.values(index(at), row));
+        let mut of_kept = Solutions::new(self.plan, kept.len());
+        kept.iter().enumerate().for_each(|(to, from)| of_kept.copy_row(to, solutions, *from));
+        let rows = Rows { plan: self.plan, batch: &batch, solutions: &of_kept, range: 0..kept.len(), branches: None };
+        self.layout.append(&mut self.table, &rows, self.sampler, &index);
+        self.reduction.keep_rows(&self.table);
+        self.table.clear();
     }
 
     /// Statistics of one row.

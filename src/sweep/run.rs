@@ -1,24 +1,25 @@
 //! Runs a sweep: chunk after chunk through a backend into part files, resumable, in bounded memory.
 //!
 //! Four stages overlap: build batches, solve, finish rows, write. Each queue holds one item, so at most five batches
-//! (three of them with solutions) and four chunks of rows are in memory, whatever the number of samples.
+//! (three of them with solutions) and four chunks of rows are in memory, whatever the number of samples. The spot check
+//! goes on beside them.
 
 use super::branches::BranchSearch;
-use super::check::SpotSamples;
+use super::check::spot_check;
 use super::chunks::{Chunks, Jobs};
 use super::error::SweepError;
 use super::manifest::manifest;
 use super::missing::Missing;
 use super::on_device;
 use super::options::RunOptions;
-use super::pipeline::{Finisher, pipeline, spawn};
+use super::pipeline::{Finisher, join, pipeline, spawn};
 use super::refine::Refiners;
 use super::sink::{RowSink, RunEnd, RunHeader};
 use super::summary::Summary;
 use crate::backend::{Backend, BackendKind, Precision};
 use crate::model::{BLOCK, Plan};
 use crate::results::claims::Claims;
-use crate::results::{Layout, Reduction, RunRecord, SampleOrigin, Timings};
+use crate::results::{Layout, Reduction, RunRecord, SampleOrigin, SpotCheck, Timings};
 use crate::spec::{BranchChoice, Format, SolutionMethod, SweepSpec};
 use crate::table::Table;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -74,7 +75,9 @@ pub fn run(
     let sampler = spec.sampler();
     let missing = Missing::new(&record, options.shard, &found.done);
     let (total, resumed) = (missing.samples_of_shard(), missing.samples_done());
-    let mut finisher = Finisher {
+    let check = |trusted| spot_check(sample_count, options.spot_check, layout.single_columns(), trusted);
+    let (spot_samples, checker) = options.trusted.map(check).unzip();
+    let finisher = Finisher {
         spec,
         plan: &plan,
         layout: &layout,
@@ -82,9 +85,7 @@ pub fn run(
         options,
         refiners: Refiners::new(options.settle, &options.refiners),
         search,
-        spot_samples: options
-            .trusted
-            .map(|_| SpotSamples::new(sample_count, options.spot_check, layout.single_columns())),
+        spot_samples,
         reduction,
         table: layout.empty().clone(),
         in_table: 0,
@@ -99,49 +100,43 @@ pub fn run(
         worst_error_estimate: 0.0,
         timings: Timings::default(),
     };
-    let batch_size = batch_size(spec, backend);
-    let has_rows = spec.format != Format::None || spec.branch == BranchChoice::All;
-    let (origin, solve) = match has_rows {
-        true => (SampleOrigin::Host, 0.0),
-        false => on_device::run(backend, &mut finisher, &record, missing)?,
-    };
-    let (build, solve, write) = match origin {
-        SampleOrigin::Device => (0.0, solve, 0.0),
-        _ => {
-            let is_over = AtomicBool::new(false);
-            let chunks = match found.claims {
-                Some(claims) => Chunks::Claimed(Box::new(claims)),
-                None => Chunks::Listed(Box::new(missing.chunks())),
-            };
-            let jobs = Jobs::new(&record, chunks, batch_size as u64, options, &is_over);
-            pipeline(jobs, &is_over, backend, &mut finisher, |chunk, table: &Table| sink.write(chunk, table))?
+    let is_given_up = AtomicBool::new(false);
+    let ran = std::thread::scope(|scope| {
+        // Owned here, so that what ends the run ends the queue of the check.
+        let mut finisher = finisher;
+        let (plan, sampler, is_given_up) = (&plan, &sampler, &is_given_up);
+        let checker = checker.map(|checker| spawn(scope, move || checker.solve(plan, sampler, is_given_up)));
+        let checker = checker.transpose()?;
+        let stages = solve_parts(backend, &mut finisher, &record, missing, found.claims, sink);
+        let seconds = finisher.start.elapsed().as_secs_f64();
+        let interrupted = match &others {
+            Some(others) => !others.complete.load(Ordering::Relaxed),
+            None => finisher.solved < total - resumed,
+        };
+        is_given_up.store(interrupted || stages.is_err(), Ordering::Relaxed);
+        if let Some(spot_samples) = finisher.spot_samples.take() {
+            spot_samples.finish();
         }
-    };
-    let seconds = finisher.start.elapsed().as_secs_f64();
-    let interrupted = match &others {
-        Some(others) => !others.complete.load(Ordering::Relaxed),
-        None => finisher.solved < total - resumed,
-    };
-    let mut timings = Timings { build, solve, write, ..finisher.timings };
-    if resumed > 0 {
-        finisher.reduction.sort_tips();
-    }
-    let spot_samples = finisher.spot_samples.take().filter(|_| !interrupted);
-    let spot_check = std::thread::scope(|scope| {
-        let reduction = &finisher.reduction;
-        if let (Some(rows_written), false) = (options.rows_written, interrupted) {
-            spawn(scope, move || rows_written(spec, reduction))?;
+        let (origin, [build, solve, write]) = stages?;
+        if resumed > 0 {
+            finisher.reduction.sort_tips();
         }
-        let mut spot_check = None;
-        if let (Some(spot_samples), Some(trusted)) = (spot_samples, options.trusted) {
+        let mut timings = Timings { build, solve, write, ..finisher.timings };
+        let spot_check = std::thread::scope(|scope| {
+            let reduction = &finisher.reduction;
+            if let (Some(rows_written), false) = (options.rows_written, interrupted) {
+                spawn(scope, move || rows_written(spec, reduction))?;
+            }
+            let Some(checker) = checker.filter(|_| !interrupted) else { return Ok(None) };
             finisher.report(true);
-            let begin = Instant::now();
-            spot_check = Some(spot_samples.compare(&plan, &sampler, trusted)?);
-            timings.check = begin.elapsed().as_secs_f64();
-        }
+            let (spot_check, seconds) = join(checker.join())?.compare(plan, sampler);
+            timings.check = seconds;
+            Ok::<_, SweepError>(Some(spot_check))
+        })?;
         timings.total = start.elapsed().as_secs_f64();
-        Ok::<_, SweepError>(spot_check)
+        Ok::<_, SweepError>(Ran { finisher, origin, seconds, interrupted, spot_check, timings })
     })?;
+    let Ran { finisher, origin, seconds, interrupted, spot_check, timings } = ran;
     let summary = Summary {
         backend: info,
         total,
@@ -167,6 +162,46 @@ pub fn run(
     let manifest = manifest(spec, &plan, &record, options, &summary);
     sink.close(&RunEnd { spec: &asked, manifest: &manifest, reduction: &summary.reduction })?;
     Ok(summary)
+}
+
+/// What came of the stages and of the check.
+struct Ran<'a> {
+    finisher: Finisher<'a>,
+    origin: SampleOrigin,
+    seconds: f64,
+    interrupted: bool,
+    spot_check: Option<SpotCheck>,
+    timings: Timings,
+}
+
+/// Solves what is missing; says where samples were made, and the busy seconds of building, solving and writing.
+fn solve_parts(
+    backend: &mut dyn Backend,
+    finisher: &mut Finisher,
+    record: &RunRecord,
+    missing: Missing<'_>,
+    claims: Option<Claims>,
+    sink: &mut dyn RowSink,
+) -> Result<(SampleOrigin, [f64; 3]), SweepError> {
+    let (spec, options) = (finisher.spec, finisher.options);
+    let batch_size = batch_size(spec, backend);
+    let has_rows = spec.format != Format::None || spec.branch == BranchChoice::All;
+    let (origin, solve) = match has_rows {
+        true => (SampleOrigin::Host, 0.0),
+        false => on_device::run(backend, finisher, record, missing)?,
+    };
+    if origin == SampleOrigin::Device {
+        return Ok((origin, [0.0, solve, 0.0]));
+    }
+    let is_over = AtomicBool::new(false);
+    let chunks = match claims {
+        Some(claims) => Chunks::Claimed(Box::new(claims)),
+        None => Chunks::Listed(Box::new(missing.chunks())),
+    };
+    let jobs = Jobs::new(record, chunks, batch_size as u64, options, &is_over);
+    let write = |chunk, table: &Table| sink.write(chunk, table);
+    let (build, solve, write) = pipeline(jobs, &is_over, backend, finisher, write)?;
+    Ok((origin, [build, solve, write]))
 }
 
 /// Samples of a batch: what keeps the backend busy, in bounded memory.

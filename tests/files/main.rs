@@ -19,6 +19,7 @@ mod same_rows;
 mod scenes;
 mod shipped;
 mod sinks;
+mod spot_check;
 mod stores;
 mod surfaces;
 mod sweeps;
