@@ -21,10 +21,14 @@ use std::time::{Duration, Instant, SystemTime};
 /// Keys of one answer to a listing, as with S3.
 const PAGE: usize = 1000;
 
+/// By folder and name: what a file holds, and when it was written.
+type Folders = BTreeMap<String, BTreeMap<String, File>>;
+type File = (Vec<u8>, SystemTime);
+
 /// A store in memory that takes `delay` for each request.
 #[derive(Debug, Default)]
 struct SlowStore {
-    files: Mutex<BTreeMap<String, (Vec<u8>, SystemTime)>>,
+    folders: Mutex<Folders>,
     delay: Duration,
     puts: AtomicU64,
     gets: AtomicU64,
@@ -32,30 +36,51 @@ struct SlowStore {
 }
 
 impl SlowStore {
-    fn ask(&self, counter: &AtomicU64, requests: u64) -> MutexGuard<'_, BTreeMap<String, (Vec<u8>, SystemTime)>> {
+    fn ask(&self, counter: &AtomicU64, requests: u64) -> MutexGuard<'_, Folders> {
         counter.fetch_add(requests, Ordering::Relaxed);
         std::thread::sleep(self.delay * requests as u32);
-        self.files.lock().unwrap_or_else(PoisonError::into_inner)
+        self.folders.lock().unwrap_or_else(PoisonError::into_inner)
     }
+}
+
+/// Folder and name within it.
+fn split(name: &str) -> (&str, &str) {
+    name.rsplit_once('/').unwrap_or(("", name))
+}
+
+fn find<'a>(folders: &'a Folders, name: &str) -> Option<&'a File> {
+    let (folder, name) = split(name);
+    folders.get(folder)?.get(name)
+}
+
+/// What was there before.
+fn insert(folders: &mut Folders, name: &str, bytes: &[u8]) -> Option<File> {
+    let (folder, name) = split(name);
+    folders.entry(folder.into()).or_default().insert(name.into(), (bytes.into(), SystemTime::now()))
+}
+
+fn remove(folders: &mut Folders, name: &str) -> Option<File> {
+    let (folder, name) = split(name);
+    folders.get_mut(folder)?.remove(name)
 }
 
 impl Store for SlowStore {
     fn create(&self, name: &str, bytes: &[u8]) -> Result<bool, ResultsError> {
-        let mut files = self.ask(&self.puts, 1);
-        let is_free = !files.contains_key(name);
+        let mut folders = self.ask(&self.puts, 1);
+        let is_free = find(&folders, name).is_none();
         if is_free {
-            files.insert(name.into(), (bytes.into(), SystemTime::now()));
+            insert(&mut folders, name, bytes);
         }
         Ok(is_free)
     }
 
     fn put(&self, name: &str, bytes: &[u8]) -> Result<(), ResultsError> {
-        self.ask(&self.puts, 1).insert(name.into(), (bytes.into(), SystemTime::now()));
+        insert(&mut self.ask(&self.puts, 1), name, bytes);
         Ok(())
     }
 
     fn get(&self, name: &str) -> Result<Option<Vec<u8>>, ResultsError> {
-        Ok(self.ask(&self.gets, 1).get(name).map(|(bytes, _)| bytes.clone()))
+        Ok(find(&self.ask(&self.gets, 1), name).map(|(bytes, _)| bytes.clone()))
     }
 
     fn get_range(&self, name: &str, range: Range<u64>) -> Result<Vec<u8>, ResultsError> {
@@ -65,14 +90,12 @@ impl Store for SlowStore {
     }
 
     fn head(&self, name: &str) -> Result<Option<Entry>, ResultsError> {
-        Ok(self.ask(&self.gets, 1).get(name).map(|file| entry(name, file)))
+        Ok(find(&self.ask(&self.gets, 1), name).map(|file| entry(split(name).1, file)))
     }
 
     fn list(&self, folder: &str) -> Result<Vec<Entry>, ResultsError> {
-        let prefix = if folder.is_empty() { String::new() } else { format!("{folder}/") };
-        let inside = |files: &BTreeMap<String, (Vec<u8>, SystemTime)>| -> Vec<Entry> {
-            let below = files.iter().filter_map(|(name, file)| Some((name.strip_prefix(&prefix)?, file)));
-            below.filter(|(name, _)| !name.contains('/')).map(|(name, file)| entry(name, file)).collect()
+        let inside = |folders: &Folders| -> Vec<Entry> {
+            folders.get(folder).into_iter().flatten().map(|(name, file)| entry(name, file)).collect()
         };
         let found = inside(&self.ask(&self.lists, 1));
         let more = found.len() / PAGE;
@@ -81,14 +104,14 @@ impl Store for SlowStore {
     }
 
     fn remove(&self, name: &str) -> Result<(), ResultsError> {
-        self.ask(&self.puts, 1).remove(name);
+        remove(&mut self.ask(&self.puts, 1), name);
         Ok(())
     }
 
     fn rename(&self, from: &str, to: &str) -> Result<bool, ResultsError> {
-        let mut files = self.ask(&self.puts, 2);
-        if let Some(file) = files.remove(from) {
-            files.insert(to.into(), file);
+        let mut folders = self.ask(&self.puts, 2);
+        if let Some((bytes, _)) = remove(&mut folders, from) {
+            insert(&mut folders, to, &bytes);
         }
         Ok(true)
     }
@@ -110,7 +133,7 @@ impl Store for SlowStore {
     }
 }
 
-fn entry(name: &str, (bytes, modified): &(Vec<u8>, SystemTime)) -> Entry {
+fn entry(name: &str, (bytes, modified): &File) -> Entry {
     Entry { name: name.into(), size: bytes.len() as u64, modified: *modified, is_file: true }
 }
 
