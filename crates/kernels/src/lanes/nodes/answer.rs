@@ -67,7 +67,7 @@ fn merge<L: Lane>(out: &mut Outputs<'_, L::Scalar>, column: usize, mask: L::Mask
     out.store(column, L::select(mask, value, before));
 }
 
-/// What is compared from one number of steps to the next: the tip, and how it answers a tip moment.
+/// What is compared with twice the steps, the tip, and from one number of steps to the next, how it answers a tip moment.
 struct Compared<L> {
     tip: Tip<L>,
     w: Mat3<L>,
@@ -107,7 +107,9 @@ fn answer<L: Lane>(
         let (w, dp) = tip_response(nodes);
         let finer = Compared { tip: nodes.tip, w, dp };
         if let Some(coarser) = &coarser {
-            let (error, columns_error) = difference(coarser, &finer, problem.rod.length());
+            nodes.resolve(stepper.tableau(), 2 * steps);
+            correct(problem, nodes, converged, workspace);
+            let (error, columns_error) = difference(coarser, &finer, &nodes.tip, problem.rod.length());
             let error = error * one.constant(NODE_ERROR_SHARE);
             let columns_error = columns_error * one.constant(NODE_COLUMNS_ERROR)
                 + left_over * soft * one.constant(NODE_LEFT_OVER)
@@ -141,7 +143,8 @@ fn answer<L: Lane>(
 }
 
 /// Newton's method in `wanted` lanes, until a step is below `enough`, or small and no longer much smaller than the one
-/// before: it leaves its square. Then a pass for the tip. Returns those that have converged, and that step.
+/// before: it leaves its square. The tip is that after this step, to first order. Returns those that have converged, and
+/// that step.
 #[inline(always)]
 fn balance<L: Lane>(
     problem: &Problem<'_, L>,
@@ -170,15 +173,25 @@ fn balance<L: Lane>(
     }
     // All passes alike for a lane that waits for others: it takes its step with the last.
     nodes.take_step(converged);
-    nodes.pass(problem, one, What::Tip, workspace);
+    nodes.tip = nodes.moved_tip();
     (converged, size)
 }
 
-/// The largest change of the tip, over the rod's length or in radians, and that of the columns, relative to them.
+/// Takes some lanes to the equilibrium on twice the steps, which is so near that the transfers in hand lead there.
 #[inline(always)]
-fn difference<L: Lane>(coarser: &Compared<L>, finer: &Compared<L>, rod_length: L) -> (L, L) {
-    let shift = length(finer.tip.p - coarser.tip.p) / rod_length;
-    let turned = length(finer.tip.d1 - coarser.tip.d1).max(length(finer.tip.t - coarser.tip.t));
+fn correct<L: Lane>(problem: &Problem<'_, L>, nodes: &mut Nodes<L>, wanted: L::Mask, workspace: &mut Workspace<L>) {
+    nodes.pass(problem, problem.rod.t.x.constant(1.0), What::Tip, workspace);
+    nodes.chord_step(problem);
+    nodes.take_step(wanted);
+    nodes.tip = nodes.moved_tip();
+}
+
+/// The largest change of the tip to twice the steps, over the rod's length or in radians, and that of the columns, relative
+/// to them, from half the steps.
+#[inline(always)]
+fn difference<L: Lane>(coarser: &Compared<L>, finer: &Compared<L>, tip: &Tip<L>, rod_length: L) -> (L, L) {
+    let shift = length(tip.p - finer.tip.p) / rod_length;
+    let turned = length(tip.d1 - finer.tip.d1).max(length(tip.t - finer.tip.t));
     let relative = |a: Mat3<L>, b: Mat3<L>| (squared_norm(&(a - b)) / squared_norm(&a)).sqrt();
     (shift.max(turned), relative(finer.w, coarser.w).max(relative(finer.dp, coarser.dp)))
 }
