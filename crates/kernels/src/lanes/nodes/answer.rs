@@ -1,6 +1,7 @@
 //! Answers by nodes: the path from rest, Newton's method on ever finer steps, and the row of each rod. N4
 
 use super::margin::node_margin;
+use super::mesh::softness;
 use super::path::follow_nodes;
 use super::responses::{tip_response, write_node_rows};
 use super::state::{Nodes, What};
@@ -8,7 +9,6 @@ use crate::lanes::algebra::{Mat3, length};
 use crate::lanes::lane::{Lane, Scalar};
 use crate::lanes::problem::{Problem, Workspace};
 use crate::lanes::program::Outputs;
-use crate::lanes::rod::Segment;
 use crate::lanes::shoot::Tip;
 use crate::lanes::stability::{margin, squared_norm};
 use crate::model::path::{
@@ -194,19 +194,6 @@ fn difference<L: Lane>(coarser: &Compared<L>, finer: &Compared<L>, tip: &Tip<L>,
     let turned = length(tip.d1 - finer.tip.d1).max(length(tip.t - finer.tip.t));
     let relative = |a: Mat3<L>, b: Mat3<L>| (squared_norm(&(a - b)) / squared_norm(&a)).sqrt();
     (shift.max(turned), relative(finer.w, coarser.w).max(relative(finer.dp, coarser.dp)))
-}
-
-/// The largest bending stiffness of a segment over that of torsion, at least 1.
-#[inline(always)]
-fn softness<L: Lane>(problem: &Problem<'_, L>) -> L {
-    let mut soft = problem.rod.t.x.constant(1.0);
-    for segment in &problem.rod.segments {
-        if let Segment::Flexible(flexible) = segment {
-            let (near, far) = (flexible.stiffness, flexible.stiffness + flexible.stiffness_rise);
-            soft = soft.max(near.x.max(near.y).max(far.x).max(far.y) / near.z.min(far.z));
-        }
-    }
-    soft
 }
 
 /// What rounding does: the larger the moments, the more it turns.
