@@ -152,11 +152,11 @@ pub const NODE_USUAL: f64 = 2.0;
 pub const NODE_ROUND_OFF: f64 = 32.0;
 /// Newton's last step by nodes is at most so many times what is good: its square is left.
 pub const NODE_ENOUGH: f64 = 3.0;
-/// What is asked of the columns, relative to them, where `good` is asked of the tip: 3e-4 for 1e-6, 3e-10 for 1e-9.
+/// What is asked of the columns, relative to them, where `good` is asked of the tip: 3e-4 for 1e-6, 3e-10 for 1e-9; in f32 5e-4.
 pub fn node_columns_good(good: f64, epsilon: f64) -> f64 {
-    (3e8 * good * good).clamp(NODE_GOOD, 3e-4).max(100.0 * epsilon)
+    (3e8 * good * good).clamp(NODE_GOOD, 3e-4).max(4096.0 * epsilon)
 }
-/// The error of an answer over its difference from the level before: a fifth was measured, mostly a twentieth and less.
+/// The error of an answer over its change from the level before: less than a hundredth where steps are short enough.
 pub const NODE_ERROR_SHARE: f64 = 0.3;
 /// The error of a column over the difference of those by tip moment.
 pub const NODE_COLUMNS_ERROR: f64 = 4.0;

@@ -67,7 +67,7 @@ fn merge<L: Lane>(out: &mut Outputs<'_, L::Scalar>, column: usize, mask: L::Mask
     out.store(column, L::select(mask, value, before));
 }
 
-/// What is compared with twice the steps, the tip, and from one number of steps to the next, how it answers a tip moment.
+/// What is compared from one level to the next: the tip, and how it answers a tip moment.
 struct Compared<L> {
     tip: Tip<L>,
     w: Mat3<L>,
@@ -106,9 +106,10 @@ fn answer<L: Lane>(
         let (converged, left_over) = balance(problem, nodes, what, left, enough, &mut passes, workspace);
         let (w, dp) = tip_response(nodes);
         let finer = Compared { tip: nodes.tip, w, dp };
+        let (stepper, steps_after) = NODE_LEVELS.get(k + 1).copied().unwrap_or((stepper, 2 * steps));
+        nodes.resolve(stepper.tableau(), steps_after);
+        correct(problem, nodes, converged, workspace);
         if let Some(coarser) = &coarser {
-            nodes.resolve(stepper.tableau(), 2 * steps);
-            correct(problem, nodes, converged, workspace);
             let (error, columns_error) = difference(coarser, &finer, &nodes.tip, problem.rod.length());
             let error = error * one.constant(NODE_ERROR_SHARE);
             let columns_error = columns_error * one.constant(NODE_COLUMNS_ERROR)
@@ -177,7 +178,7 @@ fn balance<L: Lane>(
     (converged, size)
 }
 
-/// Takes some lanes to the equilibrium on twice the steps, which is so near that the transfers in hand lead there.
+/// Takes some lanes to the equilibrium of the level beyond, which is so near that the transfers in hand lead there.
 #[inline(always)]
 fn correct<L: Lane>(problem: &Problem<'_, L>, nodes: &mut Nodes<L>, wanted: L::Mask, workspace: &mut Workspace<L>) {
     nodes.pass(problem, problem.rod.t.x.constant(1.0), What::Tip, workspace);
@@ -186,8 +187,8 @@ fn correct<L: Lane>(problem: &Problem<'_, L>, nodes: &mut Nodes<L>, wanted: L::M
     nodes.tip = nodes.moved_tip();
 }
 
-/// The largest change of the tip to twice the steps, over the rod's length or in radians, and that of the columns, relative
-/// to them, from half the steps.
+/// The largest change of the tip to the level beyond, over the rod's length or in radians, and that of the columns from the
+/// level before, relative to them.
 #[inline(always)]
 fn difference<L: Lane>(coarser: &Compared<L>, finer: &Compared<L>, tip: &Tip<L>, rod_length: L) -> (L, L) {
     let shift = length(tip.p - finer.tip.p) / rod_length;
@@ -200,12 +201,11 @@ fn difference<L: Lane>(coarser: &Compared<L>, finer: &Compared<L>, tip: &Tip<L>,
 #[inline(always)]
 fn round_off<L: Lane>(nodes: &Nodes<L>) -> L {
     let one = nodes.tip.p.x.constant(1.0);
-    let largest = nodes.nodes.iter().fold(one.constant(0.0), |largest, node| largest.max(length(node.m)));
-    let count = nodes
-        .mesh
-        .intervals
-        .iter()
-        .fold(one.constant(0.0), |count, interval| L::select(interval.is_there(one), count + one, count));
+    let (mut largest, mut count) = (one.constant(0.0), one.constant(0.0));
+    for (node, interval) in nodes.nodes.iter().zip(&nodes.mesh.intervals) {
+        largest = largest.max(length(node.m));
+        count = L::select(interval.is_there(one), count + one, count);
+    }
     (one + largest) * (one + count.sqrt()) * one.constant(NODE_ROUND_OFF * L::Scalar::EPSILON)
 }
 

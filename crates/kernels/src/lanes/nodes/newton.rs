@@ -117,10 +117,13 @@ impl<L: Lane> Nodes<L> {
         }
     }
 
-    /// The largest defect, at a node or at the tip.
+    /// The largest defect, at a node or at the tip: after a chord step, what that has taken away.
     #[inline(always)]
     pub fn residual(&self, l_tip: Vec3<L>) -> L {
-        let of = |largest: L, (e_w, e_mu): &(Vec3<L>, Vec3<L>)| largest.max(length(*e_w)).max(length(*e_mu));
-        self.defects.iter().fold(length(self.tip.m - l_tip), of)
+        let mut largest = length(self.tip.m - l_tip);
+        for (e_w, e_mu) in &self.defects {
+            largest = largest.max(length(*e_w)).max(length(*e_mu));
+        }
+        largest
     }
 }

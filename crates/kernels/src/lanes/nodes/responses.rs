@@ -112,14 +112,11 @@ fn write_reciprocal_rows<L: Lane>(
         elimination.solve(transfers, |_| None, zero, identity, &mut responses[2]);
     }
     let by = [By::BaseMoment, By::TipForce, By::BaseRotation];
-    let columns: Vec<Columns<L>> = responses
-        .iter()
-        .zip(by)
-        .map(|(changes, by)| {
-            let (w, dp) = tip_change(nodes, changes, (by == By::TipForce).then_some(0));
-            Columns { w, dp, dM: zero, by, dn: zero }
-        })
-        .collect();
+    let mut columns = Vec::with_capacity(count);
+    for (changes, by) in responses.iter().zip(by) {
+        let (w, dp) = tip_change(nodes, changes, (by == By::TipForce).then_some(0));
+        columns.push(Columns { w, dp, dM: zero, by, dn: zero });
+    }
     collect_responses(problem, nodes, &responses, workspace);
     // The columns are the responses themselves.
     let base = [responses[1][0].1, responses[0][0].1];
