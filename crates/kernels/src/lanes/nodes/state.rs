@@ -100,7 +100,8 @@ impl<L: Lane> Nodes<L> {
         let one = lambda.constant(1.0);
         let count = self.mesh.intervals.len();
         let none = Mat3::zero(zero);
-        let empty = Transfer { a: none, b: none, c: none, d: none, dp_w: none, dp_mu: none, length: zero, bends: false };
+        let empty =
+            Transfer { a: none, b: none, c: none, d: none, dp_w: none, dp_mu: none, length: zero, bends: false };
         self.transfers.resize(count, empty);
         self.defects.clear();
         if what != What::Tip {
