@@ -25,12 +25,13 @@ fn factor(s_at_tip: mat3x3<f32>) {
         let d = held_matrix(at + D_THERE);
         let p = d - s * b; // N2
         if held(at + KIND) != RIGID_PIECE && held(at + BENT_LENGTH) > 0.0 {
-            let b_inverse = inverse(b);
-            let form = p * b_inverse;
+            // P b^-1 is that of the interval alone less what lies beyond.
+            let alone = d * inverse(b);
+            let form = alone - s;
             let negative = negative_count(form); // N3
             let odd = dot(p[0], cross(p[1], p[2])) < 0.0;
             node_index = node_index + select(negative, max(negative, 1.0), odd);
-            least = min(least, symmetric_determinant(form) / symmetric_determinant(d * b_inverse));
+            least = min(least, symmetric_determinant(form) / symmetric_determinant(alone));
         }
         let p_inverse = inverse(p);
         s = p_inverse * (s * a - c); // N2

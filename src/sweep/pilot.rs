@@ -5,6 +5,7 @@ use super::columns::ColumnScales;
 use crate::backend::BackendError;
 use crate::backend::BackendFactory;
 use crate::engines::for_second_attempt;
+use crate::model::path::limp_growth;
 use crate::model::rotation_angle;
 use crate::model::{Batch, DerivativeScale, Plan, PlanOptions, Quantity, Solutions, Stepper};
 use crate::results::PilotChoice;
@@ -23,7 +24,7 @@ const LEAST_SHARE: f64 = 1.0 / 64.0;
 const DERIVATIVE_RESERVE: f64 = 6.0;
 
 /// Picks, of the plan's method and others, the one that meets the tolerance with the fewest stages, second attempts
-/// included; if none does, the most accurate.
+/// included; if none does, the most accurate. Nodes take steps of their own: where all are solved so, no other is tried.
 ///
 /// # Errors
 ///
@@ -34,7 +35,9 @@ pub fn choose_method(
     others: &[Stepper],
     factory: BackendFactory,
 ) -> Result<PilotChoice, BackendError> {
-    let mut best = choose_steps(plan, sampler, factory)?;
+    let batch = pilot_batch(plan, sampler);
+    let mut best = choose_steps_for(plan, &batch, factory)?;
+    let others: &[Stepper] = if all_by_nodes(plan, &batch) { &[] } else { others };
     for stepper in others {
         let plan = plan.with_options(PlanOptions { stepper: *stepper, ..plan.options });
         let choice = choose_steps(&plan, sampler, factory)?;
@@ -91,6 +94,12 @@ fn pilot_batch(plan: &Plan, sampler: &Sampler) -> Batch {
             sampler.values(selection.get(at as u64), row);
         }
     })
+}
+
+/// Whether every sample is so limp or so taut that it is solved by nodes at once.
+fn all_by_nodes(plan: &Plan, batch: &Batch) -> bool {
+    let is_limp = |sample| plan.sample_rod(batch, sample).growth() > limp_growth(f64::EPSILON);
+    !plan.terms.varying_field && (0..batch.sample_count()).all(|sample| batch.bad[sample] || is_limp(sample))
 }
 
 /// Solves them on so many steps, with estimates that are bare differences.

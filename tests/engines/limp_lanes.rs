@@ -3,14 +3,18 @@
 use crate::common::check::{SMALL_COLUMN, Tolerance, check_golden};
 use crate::common::golden;
 use crate::common::limp::{LimpCase, LimpErrors, POSE, cases, measure};
+use crate::common::root;
 use crate::false_folds::asked_scenes;
 use rayon::prelude::*;
 use rodsweep::backend::{Backend, Precision};
-use rodsweep::engines::SECOND_DERIVATIVES;
+use rodsweep::engines::{SECOND_DERIVATIVES, cpu_f64};
 use rodsweep::lanes::{InstructionSet, Lanes};
-use rodsweep::model::{Axis, Parameter, Plan, PlanOptions, Quantity, Scene, Sensitivity, Status};
+use rodsweep::model::{Axis, Parameter, Plan, PlanOptions, Quantity, Scene, Sensitivity, Status, Stepper};
 use rodsweep::reference::solve_rod;
+use rodsweep::sweep::choose_method;
+use rodsweep_bench::BenchSpec;
 use rodsweep_bench::random::any_scene;
+use std::sync::Mutex;
 
 /// Of the tip position in f32. Its rotation may be off by the largest moment's rounding, which the estimate tells.
 const POSITION_F32: f64 = 1e-4;
@@ -133,6 +137,25 @@ fn instruction_sets_agree() {
             let apart = (0..3).map(|k| (tip[k] - case.p_tip[k]).powi(2)).sum::<f64>().sqrt();
             assert!(apart <= POSE * plan.units.length, "{}, {}: {apart}", case.scene.name, set.name());
         }
+    }
+}
+
+/// Nodes take steps of their own: a pilot whose samples are all solved so tries no other stepper.
+#[test]
+fn the_pilot_of_limp_rods_tries_one_stepper() {
+    for (name, is_limp) in [("limp", true), ("taut", true), ("weight", false)] {
+        let file = root().join(format!("sweeps/bench/{name}.toml"));
+        let spec = BenchSpec::read(&file).expect("a bench file").sweep;
+        let options = PlanOptions { stepper: Stepper::Tp6, tolerance: 1e-3, ..PlanOptions::default() };
+        let plan = Plan::new(&spec.scene, &spec.axis_parameters(), &[], options).expect("a valid plan");
+        let tried = Mutex::new(Vec::new());
+        let factory = |plan: &Plan| {
+            tried.lock().expect("no panic").push(plan.options.stepper);
+            cpu_f64(plan)
+        };
+        choose_method(&plan, &spec.sampler(), &[Stepper::Rk4], &factory).expect("solved");
+        let tried = tried.into_inner().expect("no panic");
+        assert_eq!(tried.contains(&Stepper::Rk4), !is_limp, "{name}: {tried:?}");
     }
 }
 

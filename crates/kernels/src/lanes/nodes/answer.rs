@@ -1,6 +1,7 @@
 //! Answers by nodes: the path from rest, Newton's method on ever finer steps, and the row of each rod. N4
 
 use super::margin::node_margin;
+use super::mesh::softness;
 use super::path::follow_nodes;
 use super::responses::{tip_response, write_node_rows};
 use super::state::{Nodes, What};
@@ -8,7 +9,6 @@ use crate::lanes::algebra::{Mat3, length};
 use crate::lanes::lane::{Lane, Scalar};
 use crate::lanes::problem::{Problem, Workspace};
 use crate::lanes::program::Outputs;
-use crate::lanes::rod::Segment;
 use crate::lanes::shoot::Tip;
 use crate::lanes::stability::{margin, squared_norm};
 use crate::model::path::{
@@ -67,7 +67,7 @@ fn merge<L: Lane>(out: &mut Outputs<'_, L::Scalar>, column: usize, mask: L::Mask
     out.store(column, L::select(mask, value, before));
 }
 
-/// What is compared from one number of steps to the next: the tip, and how it answers a tip moment.
+/// What is compared from one level to the next: the tip, and how it answers a tip moment.
 struct Compared<L> {
     tip: Tip<L>,
     w: Mat3<L>,
@@ -106,8 +106,11 @@ fn answer<L: Lane>(
         let (converged, left_over) = balance(problem, nodes, what, left, enough, &mut passes, workspace);
         let (w, dp) = tip_response(nodes);
         let finer = Compared { tip: nodes.tip, w, dp };
+        let (stepper, steps_after) = NODE_LEVELS.get(k + 1).copied().unwrap_or((stepper, 2 * steps));
+        nodes.resolve(stepper.tableau(), steps_after);
+        correct(problem, nodes, converged, workspace);
         if let Some(coarser) = &coarser {
-            let (error, columns_error) = difference(coarser, &finer, problem.rod.length());
+            let (error, columns_error) = difference(coarser, &finer, &nodes.tip, problem.rod.length());
             let error = error * one.constant(NODE_ERROR_SHARE);
             let columns_error = columns_error * one.constant(NODE_COLUMNS_ERROR)
                 + left_over * soft * one.constant(NODE_LEFT_OVER)
@@ -141,7 +144,8 @@ fn answer<L: Lane>(
 }
 
 /// Newton's method in `wanted` lanes, until a step is below `enough`, or small and no longer much smaller than the one
-/// before: it leaves its square. Then a pass for the tip. Returns those that have converged, and that step.
+/// before: it leaves its square. The tip is that after this step, to first order. Returns those that have converged, and
+/// that step.
 #[inline(always)]
 fn balance<L: Lane>(
     problem: &Problem<'_, L>,
@@ -170,42 +174,38 @@ fn balance<L: Lane>(
     }
     // All passes alike for a lane that waits for others: it takes its step with the last.
     nodes.take_step(converged);
-    nodes.pass(problem, one, What::Tip, workspace);
+    nodes.tip = nodes.moved_tip();
     (converged, size)
 }
 
-/// The largest change of the tip, over the rod's length or in radians, and that of the columns, relative to them.
+/// Takes some lanes to the equilibrium of the level beyond, which is so near that the transfers in hand lead there.
 #[inline(always)]
-fn difference<L: Lane>(coarser: &Compared<L>, finer: &Compared<L>, rod_length: L) -> (L, L) {
-    let shift = length(finer.tip.p - coarser.tip.p) / rod_length;
-    let turned = length(finer.tip.d1 - coarser.tip.d1).max(length(finer.tip.t - coarser.tip.t));
-    let relative = |a: Mat3<L>, b: Mat3<L>| (squared_norm(&(a - b)) / squared_norm(&a)).sqrt();
-    (shift.max(turned), relative(finer.w, coarser.w).max(relative(finer.dp, coarser.dp)))
+fn correct<L: Lane>(problem: &Problem<'_, L>, nodes: &mut Nodes<L>, wanted: L::Mask, workspace: &mut Workspace<L>) {
+    nodes.pass(problem, problem.rod.t.x.constant(1.0), What::Tip, workspace);
+    nodes.chord_step(problem);
+    nodes.take_step(wanted);
+    nodes.tip = nodes.moved_tip();
 }
 
-/// The largest bending stiffness of a segment over that of torsion, at least 1.
+/// The largest change of the tip to the level beyond, over the rod's length or in radians, and that of the columns from the
+/// level before, relative to them.
 #[inline(always)]
-fn softness<L: Lane>(problem: &Problem<'_, L>) -> L {
-    let mut soft = problem.rod.t.x.constant(1.0);
-    for segment in &problem.rod.segments {
-        if let Segment::Flexible(flexible) = segment {
-            let (near, far) = (flexible.stiffness, flexible.stiffness + flexible.stiffness_rise);
-            soft = soft.max(near.x.max(near.y).max(far.x).max(far.y) / near.z.min(far.z));
-        }
-    }
-    soft
+fn difference<L: Lane>(coarser: &Compared<L>, finer: &Compared<L>, tip: &Tip<L>, rod_length: L) -> (L, L) {
+    let shift = length(tip.p - finer.tip.p) / rod_length;
+    let turned = length(tip.d1 - finer.tip.d1).max(length(tip.t - finer.tip.t));
+    let relative = |a: Mat3<L>, b: Mat3<L>| (squared_norm(&(a - b)) / squared_norm(&a)).sqrt();
+    (shift.max(turned), relative(finer.w, coarser.w).max(relative(finer.dp, coarser.dp)))
 }
 
 /// What rounding does: the larger the moments, the more it turns.
 #[inline(always)]
 fn round_off<L: Lane>(nodes: &Nodes<L>) -> L {
     let one = nodes.tip.p.x.constant(1.0);
-    let largest = nodes.nodes.iter().fold(one.constant(0.0), |largest, node| largest.max(length(node.m)));
-    let count = nodes
-        .mesh
-        .intervals
-        .iter()
-        .fold(one.constant(0.0), |count, interval| L::select(interval.is_there(one), count + one, count));
+    let (mut largest, mut count) = (one.constant(0.0), one.constant(0.0));
+    for (node, interval) in nodes.nodes.iter().zip(&nodes.mesh.intervals) {
+        largest = largest.max(length(node.m));
+        count = L::select(interval.is_there(one), count + one, count);
+    }
     (one + largest) * (one + count.sqrt()) * one.constant(NODE_ROUND_OFF * L::Scalar::EPSILON)
 }
 

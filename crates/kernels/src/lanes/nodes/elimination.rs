@@ -40,36 +40,37 @@ impl<L: Lane> Elimination<L> {
         let (mut s, mut index, mut w_inverse) = (s_tip, one.constant(0.0), Mat3::identity(one));
         self.s_tip = s_tip;
         let mut least = one;
-        self.pivots.clear();
-        for transfer in transfers.iter().rev() {
+        self.pivots.resize(transfers.len(), Pivot { inverse: s_tip, s: s_tip });
+        for (transfer, pivot) in transfers.iter().zip(&mut self.pivots).rev() {
             let Transfer { a, b, c, d, .. } = transfer;
             let p = *d - s * *b; // N2
             if transfer.bends {
-                // A piece of no length has no pivot.
-                let form = negative_count(p * inverse(*b)); // N3
+                // A piece of no length has no pivot. P b^-1 is that of the interval alone less what lies beyond.
+                let alone = *d * inverse(*b);
+                let form = alone - s;
+                let negative = negative_count(form); // N3
                 let odd = dot(p.x, cross(p.y, p.z)).lt(one.constant(0.0));
-                let form = L::select(odd, form.max(one), form);
+                let negative = L::select(odd, negative.max(one), negative);
                 let bends = one.constant(0.0).lt(transfer.length);
-                index = L::select(bends, index + form, index);
-                let of_pivot = symmetric_determinant(p * inverse(*b)) / symmetric_determinant(*d * inverse(*b));
+                index = L::select(bends, index + negative, index);
+                let of_pivot = symmetric_determinant(form) / symmetric_determinant(alone);
                 least = L::select(bends & of_pivot.lt(least), of_pivot, least);
             }
             let inverse = inverse(p);
             s = inverse * (s * *a - *c); // N2
             w_inverse = inverse * w_inverse;
-            self.pivots.push(Pivot { inverse, s });
+            (pivot.inverse, pivot.s) = (inverse, s);
         }
-        self.pivots.reverse();
         (self.w_inverse, self.index, self.least) = (w_inverse, index, least);
     }
 
     /// Changes (w, mu) at all nodes, the tip among them, from the defects of the intervals, what the tip asks for, and the
-    /// rotation of the base.
+    /// rotation of the base. Nothing drives them where there is no defect.
     #[inline(always)]
     pub fn solve<T>(
         &self,
         transfers: &[Transfer<L>],
-        defect: impl Fn(usize) -> (T, T),
+        defect: impl Fn(usize) -> Option<(T, T)>,
         g_tip: T,
         w_base: T,
         changes: &mut Vec<(T, T)>,
@@ -77,24 +78,27 @@ impl<L: Lane> Elimination<L> {
         T: Copy + Add<Output = T> + Sub<Output = T>,
         Mat3<L>: Mul<T, Output = T>,
     {
-        changes.clear();
-        let mut g = g_tip;
         let count = transfers.len();
-        for i in (0..count).rev() {
-            let s = if i + 1 < count { self.pivots[i + 1].s } else { self.s_tip };
-            let (e_w, e_mu) = defect(i);
-            g = self.pivots[i].inverse * (s * e_w + g - e_mu); // N2
-            changes.push((e_w, g));
+        changes.resize(count + 1, (w_base, g_tip));
+        let mut g = g_tip;
+        for (i, (change, pivot)) in changes.iter_mut().zip(&self.pivots).enumerate().rev() {
+            if let Some((e_w, e_mu)) = defect(i) {
+                let s = if i + 1 < count { self.pivots[i + 1].s } else { self.s_tip };
+                g = s * e_w + g - e_mu;
+            }
+            g = pivot.inverse * g; // N2
+            change.1 = g;
         }
-        changes.reverse();
         let mut w = w_base;
-        for (i, (change, transfer)) in changes.iter_mut().zip(transfers).enumerate() {
-            let (e_w, g) = *change;
-            let mu = self.pivots[i].s * w + g;
+        for (i, (change, (transfer, pivot))) in changes.iter_mut().zip(transfers.iter().zip(&self.pivots)).enumerate() {
+            let mu = pivot.s * w + change.1;
             *change = (w, mu);
-            w = transfer.a * w + transfer.b * mu + e_w; // N2
+            w = transfer.a * w + transfer.b * mu; // N2
+            if let Some((e_w, _)) = defect(i) {
+                w = w + e_w;
+            }
         }
-        changes.push((w, self.s_tip * w + g_tip));
+        changes[count] = (w, self.s_tip * w + g_tip);
     }
 }
 

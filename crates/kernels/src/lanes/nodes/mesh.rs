@@ -168,6 +168,19 @@ fn pieces<L: Lane>(segment: &Flexible<L>, n: Vec3<L>, field: L, spacing: f64) ->
     (0..count).map(at).collect()
 }
 
+/// The largest bending stiffness of a segment over that of torsion, at least 1.
+#[inline(always)]
+pub fn softness<L: Lane>(problem: &Problem<'_, L>) -> L {
+    let mut soft = problem.rod.t.x.constant(1.0);
+    for segment in &problem.rod.segments {
+        if let Segment::Flexible(flexible) = segment {
+            let (near, far) = (flexible.stiffness, flexible.stiffness + flexible.stiffness_rise);
+            soft = soft.max(near.x.max(near.y).max(far.x).max(far.y) / near.z.min(far.z));
+        }
+    }
+    soft
+}
+
 /// The numbers of all lanes.
 #[inline(always)]
 fn numbers<L: Lane>(x: L) -> [f64; WIDEST] {

@@ -14,6 +14,7 @@ mod path;
 mod quick;
 mod responses;
 mod state;
+mod traces;
 
 pub use answer::solve_nodes;
 pub use quick::{QuickEnd, follow_quickly};

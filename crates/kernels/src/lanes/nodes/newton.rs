@@ -3,7 +3,7 @@
 use super::elimination::rotate;
 use super::interval::Node;
 use super::state::Nodes;
-use crate::lanes::algebra::{Mat3, Vec3, cross_add, hat, length};
+use crate::lanes::algebra::{Mat3, Vec3, cross_add, dot, hat, length};
 use crate::lanes::lane::Lane;
 use crate::lanes::problem::Problem;
 use crate::lanes::shoot::Tip;
@@ -27,8 +27,27 @@ impl<L: Lane> Nodes<L> {
         }
         let defects = &self.defects;
         let no_turn = Vec3::splat(lambda.constant(0.0));
-        self.elimination.solve(&self.transfers, |i| defects[i], l_tip - self.tip.m, no_turn, &mut self.changes);
+        self.elimination.solve(&self.transfers, |i| Some(defects[i]), l_tip - self.tip.m, no_turn, &mut self.changes);
         self.step_size()
+    }
+
+    /// The step that another pass over the same nodes asks for, with the transfers of the last one, under the full load.
+    #[inline(always)]
+    pub fn chord_step(&mut self, problem: &Problem<'_, L>) {
+        let (l_tip, defects) = (problem.rod.l_tip, &self.defects);
+        let no_turn = Vec3::splat(l_tip.x.constant(0.0));
+        self.elimination.solve(&self.transfers, |i| Some(defects[i]), l_tip - self.tip.m, no_turn, &mut self.changes);
+    }
+
+    /// The tip after the step in hand, to first order.
+    #[inline(always)]
+    pub fn moved_tip(&self) -> Tip<L> {
+        let mut p = self.tip.p;
+        for (transfer, (w, mu)) in self.transfers.iter().zip(&self.changes) {
+            p = p + transfer.dp_w * *w + transfer.dp_mu * *mu;
+        }
+        let (w, _) = self.changes[self.transfers.len()];
+        Tip { p, d1: rotate(w, self.tip.d1), t: rotate(w, self.tip.t), ..self.tip }
     }
 
     /// Stability is that of the symmetric part.
@@ -44,12 +63,15 @@ impl<L: Lane> Nodes<L> {
         let (mut turn, mut change, mut largest) = (one.constant(0.0), one.constant(0.0), one.constant(0.0));
         for (node, (w, mu)) in self.nodes.iter().zip(&self.changes) {
             // A number that is none stays one.
-            turn = L::select(length(*w).lt(turn), turn, length(*w));
-            let dm = length(cross_add(*w, node.m * half, *mu));
-            change = L::select(dm.lt(change), change, dm);
-            largest = largest.max(length(node.m));
+            let squared = dot(*w, *w);
+            turn = L::select(squared.lt(turn), turn, squared);
+            let dm = cross_add(*w, node.m * half, *mu);
+            let squared = dot(dm, dm);
+            change = L::select(squared.lt(change), change, squared);
+            largest = largest.max(dot(node.m, node.m));
         }
-        let relative = change / (one + largest);
+        let turn = turn.sqrt();
+        let relative = change.sqrt() / (one + largest.sqrt());
         L::select(relative.lt(turn), turn, relative)
     }
 
@@ -85,6 +107,9 @@ impl<L: Lane> Nodes<L> {
     /// Accepts the nodes on trial in some lanes.
     #[inline(always)]
     pub fn keep(&mut self, accept: L::Mask) {
+        if !L::any(accept) {
+            return;
+        }
         for (i, node) in self.nodes.iter().enumerate() {
             self.earlier[i] = Node::select(accept, self.before[i], self.earlier[i]);
             self.before[i] = Node::select(accept, self.accepted[i], self.before[i]);
@@ -92,10 +117,13 @@ impl<L: Lane> Nodes<L> {
         }
     }
 
-    /// The largest defect, at a node or at the tip.
+    /// The largest defect, at a node or at the tip: after a chord step, what that has taken away.
     #[inline(always)]
     pub fn residual(&self, l_tip: Vec3<L>) -> L {
-        let of = |largest: L, (e_w, e_mu): &(Vec3<L>, Vec3<L>)| largest.max(length(*e_w)).max(length(*e_mu));
-        self.defects.iter().fold(length(self.tip.m - l_tip), of)
+        let mut largest = length(self.tip.m - l_tip);
+        for (e_w, e_mu) in &self.defects {
+            largest = largest.max(length(*e_w)).max(length(*e_mu));
+        }
+        largest
     }
 }

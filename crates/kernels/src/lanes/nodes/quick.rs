@@ -1,4 +1,4 @@
-//! The quick path by nodes, in f32, and Newton's first step on the answer's mesh: an answer in other lanes goes on from there.
+//! The quick path by nodes, in f32, and Newton's first steps on the answer's mesh: an answer in other lanes goes on from there.
 
 use super::interval::Node;
 use super::mesh::Mesh;
@@ -40,6 +40,9 @@ pub fn follow_quickly<L: Lane>(
     nodes.resolve(stepper.tableau(), steps);
     nodes.pass(problem, one, What::Transfers, workspace);
     let reached = path.reached & nodes.newton_step(problem, one).lt(one.constant(NODE_NEARBY));
+    nodes.take_step(reached);
+    nodes.pass(problem, one, What::Tip, workspace);
+    nodes.chord_step(problem);
     nodes.take_step(reached);
     end.reached = numbers(L::select(reached, one, zero), 0).map(|reached: f64| reached > 0.5);
     end.passes = numbers(path.passes, 0);

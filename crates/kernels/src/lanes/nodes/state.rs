@@ -4,6 +4,7 @@ use super::drives::{Drive, driving_forces};
 use super::elimination::Elimination;
 use super::interval::{Node, Transfer, defect, load_interval};
 use super::mesh::{Interval, Mesh};
+use super::responses::Changes;
 use crate::lanes::algebra::{Mat3, Vec3};
 use crate::lanes::base::{moment_columns, rotation_columns};
 use crate::lanes::column::{By, Columns};
@@ -39,6 +40,8 @@ pub struct Nodes<L: Lane> {
     pub tip: Tip<L>,
     pub elimination: Elimination<L>,
     pub changes: Vec<(Vec3<L>, Vec3<L>)>,
+    /// The responses to unit tip moments.
+    pub by_moment: Changes<L>,
 }
 
 impl<L: Lane> Nodes<L> {
@@ -61,6 +64,7 @@ impl<L: Lane> Nodes<L> {
             tip: Tip { p: v, d1: v, t: v, m: v, n: v },
             elimination: Elimination::new(zero),
             changes: Vec::new(),
+            by_moment: Vec::new(),
         }
     }
 
@@ -95,15 +99,17 @@ impl<L: Lane> Nodes<L> {
         let zero = lambda.constant(0.0);
         let one = lambda.constant(1.0);
         let count = self.mesh.intervals.len();
+        let none = Mat3::zero(zero);
+        let empty =
+            Transfer { a: none, b: none, c: none, d: none, dp_w: none, dp_mu: none, length: zero, bends: false };
+        self.transfers.resize(count, empty);
         self.defects.clear();
         if what != What::Tip {
-            self.transfers.clear();
             self.drives.clear();
-            self.traces.clear();
             self.drive_count = 0;
         }
-        let mut columns = Vec::new();
-        let mut forces = Vec::new();
+        let (mut columns, mut forces) = (Vec::new(), Vec::new());
+        let mut trace_count = 0;
         if what == What::Drives {
             forces = driving_forces(program, workspace, one);
             self.drive_count = forces.len();
@@ -112,7 +118,6 @@ impl<L: Lane> Nodes<L> {
         for i in 0..count {
             let node = self.nodes[i];
             load_interval(rod, &self.mesh, i, &node, &mut self.alone);
-            columns.clear();
             if what != What::Tip {
                 self.start_columns(&node, &forces, program.forward, &mut columns);
             }
@@ -126,14 +131,13 @@ impl<L: Lane> Nodes<L> {
                 sources.for_each(|(sources, source)| sources.segments[segment] = source);
             }
             if collects && !program.forward {
-                let count = self.alone.segments.len();
-                self.traces.extend_from_slice(&workspace.traces[self.alone.first..][..count]);
+                self.keep_traces(program, &workspace.traces, &mut trace_count);
             }
             p = p + end.p;
             if what != What::Tip {
                 self.push_transfer(problem, i, &end, &columns);
             }
-            for (force, three) in forces.iter_mut().zip(columns.iter().skip(1)) {
+            for (force, three) in forces.iter_mut().zip(&columns[columns.len().min(1)..]) {
                 let mu = canonical(program.terms, &end, three);
                 self.drives.push(Drive { w: three.w, mu, dp: three.dp });
                 *force = three.dn;
@@ -157,17 +161,13 @@ impl<L: Lane> Nodes<L> {
     fn push_transfer(&mut self, problem: &Problem<'_, L>, i: usize, end: &Tip<L>, columns: &[Columns<L>]) {
         let terms = problem.program.terms;
         let (by_moment, by_rotation) = (&columns[0], &columns[columns.len() - 1]);
-        let bends = matches!(self.mesh.intervals[i], Interval::Piece { .. });
-        self.transfers.push(Transfer {
-            a: by_rotation.w,
-            b: by_moment.w,
-            c: canonical(terms, end, by_rotation),
-            d: canonical(terms, end, by_moment),
-            dp_w: by_rotation.dp,
-            dp_mu: by_moment.dp,
-            length: self.alone.flexible_length(),
-            bends,
-        });
+        let transfer = &mut self.transfers[i];
+        (transfer.a, transfer.b) = (by_rotation.w, by_moment.w);
+        transfer.c = canonical(terms, end, by_rotation);
+        transfer.d = canonical(terms, end, by_moment);
+        (transfer.dp_w, transfer.dp_mu) = (by_rotation.dp, by_moment.dp);
+        transfer.length = self.alone.flexible_length();
+        transfer.bends = matches!(self.mesh.intervals[i], Interval::Piece { .. });
     }
 
     /// The columns of a pass over an interval: by the moment at its start, by what drives it, by the rotation there.
@@ -176,9 +176,12 @@ impl<L: Lane> Nodes<L> {
         let one = node.m.x.constant(1.0);
         let zero = Mat3::zero(one);
         let by = if forward { By::Parameters } else { By::TipForce };
-        columns.push(moment_columns(one));
-        columns.extend(forces.iter().map(|dn| Columns { w: zero, dp: zero, dM: zero, by, dn: *dn }));
-        columns.push(rotation_columns(node.m));
+        columns.resize(forces.len() + 2, moment_columns(one));
+        columns[0] = moment_columns(one);
+        for (three, dn) in columns[1..].iter_mut().zip(forces) {
+            *three = Columns { w: zero, dp: zero, dM: zero, by, dn: *dn };
+        }
+        columns[forces.len() + 1] = rotation_columns(node.m);
     }
 
     /// Puts the part of each source that lies in interval `i` in its place; returns what was there.
