@@ -12,6 +12,7 @@ mod field_figures;
 mod fields;
 mod figures;
 mod fit;
+mod limp;
 mod lines;
 mod mesh;
 mod sensitivity;
