@@ -95,7 +95,7 @@ fn parquet_files() -> Vec<Vec<u8>> {
     let whole = table();
     let numbers = Table::new(whole.columns[1..3].to_vec());
     let encoded = |table: &Table| parquet::encode(table, &[("key", "value".into())]).unwrap_or_default();
-    // Its page says that a list of two thousand million entries is to be skipped.
+    // Its page says that a list of 124 million entries is to be skipped.
     let found = include_bytes!("../../data/found/parquet-skipped-list").to_vec();
     vec![encoded(&whole), encoded(&numbers), encoded(&Table::new(numbers.columns[..1].to_vec())), found]
 }
