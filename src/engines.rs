@@ -228,8 +228,9 @@ impl Engine {
     ///
     /// A device that cannot be used, or a plan that the engine does not model.
     pub fn make(&self, plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
-        // No GPU kernel searches in a field that varies.
-        let searches = plan.terms.varying_field && plan.start.is_some();
+        // No GPU kernel starts from a base moment in a field that varies, or leaves it aside.
+        let is_limp = || !plan.searches() && plan.scene.rod().is_too_limp();
+        let searches = plan.start.is_some() && (plan.terms.varying_field || is_limp());
         match self.kind {
             BackendKind::Gpu if searches => self.on_the_cpu().make(plan),
             BackendKind::Reference => Ok(witness(plan)),

@@ -5,7 +5,6 @@
 
 use crate::backend::BackendFactory;
 use crate::backend::{Backend, BackendError, Precision};
-use crate::model::path::growth_limit;
 use crate::model::{
     BaseWrench, Batch, MOST_KNOWN, Plan, PlanOptions, Quantity, Rod, Solutions, Start, Status, Stepper, Vector,
 };
@@ -71,7 +70,7 @@ pub struct Equilibria {
     /// Its rows.
     pub rows: Range<usize>,
     /// Whether the signs of det(dr/dm0) add up to 1, as they do over all equilibria. A necessary condition. Not so where
-    /// nothing was searched, see [`is_too_limp`].
+    /// nothing was searched, see [`Rod::is_too_limp`].
     pub balanced: bool,
     /// Searches made.
     pub searches: usize,
@@ -173,7 +172,7 @@ impl<'a> BranchSearch<'a> {
             .map(|sample| {
                 let is_rod = !batch.bad[sample] && from_rest.status(sample) != Status::BadParameter;
                 let radius = if is_rod { self.plan.moment_bound(batch, sample).max(unit) } else { 0.0 };
-                let is_limp = is_rod && is_too_limp(&self.plan.sample_rod(batch, sample));
+                let is_limp = is_rod && self.plan.sample_rod(batch, sample).is_too_limp();
                 Found { unit, radius, is_over: !is_rod || is_limp, is_limp, ..Found::default() }
             })
             .collect();
@@ -274,12 +273,6 @@ impl<'a> BranchSearch<'a> {
         }
         Branches { solutions, branches, samples }
     }
-}
-
-/// Whether a rod is so limp or so taut that a base moment does not tell its equilibria: those that differ far from the base
-/// have the same one but for what round-off leaves.
-pub fn is_too_limp(rod: &Rod) -> bool {
-    rod.growth() > growth_limit(f64::EPSILON)
 }
 
 /// The rows of one sample that stay, with what is known of them.

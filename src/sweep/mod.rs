@@ -24,7 +24,7 @@ mod sink;
 mod summary;
 
 pub use anchors::with_anchors;
-pub use branches::{Branch, BranchSearch, BranchTools, Branches, Energy, Equilibria, is_too_limp};
+pub use branches::{Branch, BranchSearch, BranchTools, Branches, Energy, Equilibria};
 pub use check::SpotCheckOptions;
 pub use columns::natural_size;
 pub use error::SweepError;

@@ -1,44 +1,32 @@
-//! Control and fit of a limp wire, whose equilibria are found by nodes.
+//! Control, fit and workspace of a limp wire, whose equilibria are found by nodes.
 
+use crate::common::root;
 use crate::controllers::{cpu, inputs};
-use rodsweep::input::parse_scene;
-use rodsweep::model::{Parameter, Scene, Stepper};
+use rodsweep::backend::{Backend, BackendKind, Precision};
+use rodsweep::engines::EngineRequest;
+use rodsweep::lanes::Lanes;
+use rodsweep::model::{Parameter, Plan, PlanOptions, Quantity, Scene, Status, Stepper};
 use rodsweep::reference::{Equilibrium, growth_exponent, shape, solve_rod};
 use rodsweep::spec::{ObservedPoint, ObservedShape, ObservedShapes, Target, Trajectory};
+use rodsweep::study::workspace::{
+    EngineMap, Inputs, MOST_INPUTS, MapOptions, MeasureOptions, TipMap, WorkspaceInput, measure, shifted_lattice,
+};
 use rodsweep::study::{ControlOptions, Controller, FitJob, Outcome};
-use std::path::Path;
+use rodsweep_bench::BenchSpec;
 
 /// Where the tip may be beside the reference's at a point that is called reached [m]: 5e-7 of the length.
 const TIP: f64 = 1e-6;
 /// What a fit may err by, relative: shapes are without noise, the fit's engine is good to 1e-9 of the length.
 const FITTED: f64 = 1e-6;
+/// A line through points on a curve is shorter than that, relative.
+const LINE: f64 = 0.01;
+/// Of the coil, at most [A].
+const CURRENT: f64 = 0.15;
 /// A growth exponent from which on a single pass in f64 keeps no digits of its columns.
 const LIMP: f64 = 20.0;
 
-const WIRE: &str = r#"
-[field]
-flux_density = [0, "0.05 T", 0]
-
-[loads]
-gravity = ["9.81 m/s^2", 0, 0]
-
-[[segment]]
-name = "wire"
-kind = "flexible"
-length = "2 m"
-stiffness = { bending = "2e-5 N·m²", torsion = "1.6e-5 N·m²" }
-linear_density = "2.9e-4 kg/m"
-
-[[segment]]
-name = "coil"
-kind = "rigid"
-length = "13 mm"
-mass = "58 mg"
-coil = { turns_area = [[1.4e-3, 0, 0], [0, 1.4e-3, 0], [0, 0, 1.6e-3]], current = [0, 0, 0] }
-"#;
-
 fn wire() -> Scene {
-    let scene = parse_scene(Path::new("wire.toml"), WIRE).expect("a scene");
+    let scene = BenchSpec::read(&root().join("sweeps/bench/limp.toml")).expect("a bench file").sweep.scene;
     let growth = growth_exponent(&scene.rod());
     assert!(growth > LIMP, "{growth}");
     scene
@@ -60,7 +48,7 @@ fn by_reference(scene: &Scene) -> Equilibrium {
 #[test]
 fn a_limp_wire_is_steered() {
     let scene = wire();
-    let inputs = inputs(&scene, &[("coil.current", -0.15, 0.15)]);
+    let inputs = inputs(&scene, &[("coil.current", -CURRENT, CURRENT)]);
     let tip = |currents: [f64; 3]| {
         let p = by_reference(&with(&scene, "coil.current", &currents)).p_tip;
         [p[0], p[1], p[2]]
@@ -110,4 +98,94 @@ fn stiffness_of_a_limp_wire_comes_back() {
     assert!(fit.converged, "{fit:?}");
     let fitted = fit.parameters[0].value;
     assert!((fitted / BENDING - 1.0).abs() < FITTED, "{fitted:e}");
+}
+
+/// Of the wire, by some components of the current.
+fn map(axes: &[&str]) -> (Scene, EngineMap) {
+    let scene = wire();
+    let input = |axis: &&str| {
+        let parameters = Parameter::parse(&scene, &format!("coil.current.{axis}")).expect("a parameter");
+        WorkspaceInput { parameters, rates: vec![1.0], low: -CURRENT, high: CURRENT }
+    };
+    let engine = EngineRequest::of(BackendKind::Cpu).choose_for(&scene, 1e-6).expect("an engine");
+    let options = MapOptions { engine, tolerance: 1e-6, steps: None };
+    let inputs: Vec<WorkspaceInput> = axes.iter().map(input).collect();
+    let map = EngineMap::new(&scene, &inputs, &options).expect("a map");
+    (scene, map)
+}
+
+fn at(x: f64, z: f64) -> Inputs {
+    let mut at = [0.0; MOST_INPUTS];
+    (at[0], at[1]) = (x, z);
+    at
+}
+
+fn distance(a: impl Fn(usize) -> f64, b: impl Fn(usize) -> f64) -> f64 {
+    (0..3).map(|k| (a(k) - b(k)).powi(2)).sum::<f64>().sqrt()
+}
+
+/// A neighbour is followed from a base moment that says nothing of it: it is found all the same.
+#[test]
+fn neighbours_of_a_limp_wire_are_found() {
+    let (scene, mut map) = map(&["x", "z"]);
+    let places: Vec<Inputs> = (0..16).map(|k| at((0.4 * f64::from(k)).cos(), (0.7 * f64::from(k)).sin())).collect();
+    let from_rest = map.solve_from_rest(&places).expect("tips");
+    let wrong = |k: usize| (places[k], from_rest[(k + 5) % places.len()].base_moment.map(|m| 1.2 * m + 1e-6));
+    let near = map.near(&(0..places.len()).map(wrong).collect::<Vec<_>>()).expect("tips");
+    for ((place, tip), other) in places.iter().zip(&near).zip(&from_rest) {
+        let bent = with(&scene, "coil.current", &[CURRENT * place[0], 0.0, CURRENT * place[1]]);
+        let truth = by_reference(&bent).p_tip;
+        for tip in [tip, other] {
+            let off = distance(|k| tip.position[k], |k| truth[k]);
+            assert!(tip.usable && off < TIP, "{off:e} m: {tip:?}");
+        }
+    }
+}
+
+/// By one current the tip reaches a curve. Its length is that of a line through tips by the reference.
+#[test]
+fn the_workspace_of_a_limp_wire() {
+    const POINTS: usize = 49;
+    let (scene, mut map) = map(&["x"]);
+    let share = |k: usize| 2.0 * k as f64 / (POINTS - 1) as f64 - 1.0;
+    let tip = |k: usize| by_reference(&with(&scene, "coil.current.x", &[CURRENT * share(k)])).p_tip;
+    let line: Vec<_> = (0..POINTS).map(tip).collect();
+    let truth: f64 = line.windows(2).map(|pair| distance(|k| pair[0][k], |k| pair[1][k])).sum();
+    let starts: Vec<Inputs> = (0..POINTS).map(|k| at(share(k), 0.0)).collect();
+    let voxels = shifted_lattice(1e-4, 1);
+    let found = measure(&mut map, voxels, &starts, MeasureOptions::default()).expect("a workspace");
+    let length = found.length.expect("a curve").value;
+    assert!((length / truth - 1.0).abs() < LINE, "{length} m, by the reference {truth} m");
+    assert!(found.check.expect("a second number").agrees);
+}
+
+/// Where stiffness is swept, starts of limp rods alone are left aside.
+#[test]
+fn starts_are_left_aside_where_they_say_nothing() {
+    let scene = wire();
+    let axis = Parameter::parse(&scene, "wire.stiffness.bending").expect("a parameter");
+    let torsion = Parameter::parse(&scene, "wire.stiffness.torsion").expect("a parameter");
+    let current = Parameter::parse(&scene, "coil.current.x").expect("a parameter");
+    let options = PlanOptions { steps: 32, ..PlanOptions::default() };
+    let plan = Plan::new(&scene, &[axis, torsion, current], &[], options).expect("a plan").with_lone_starts();
+    assert_eq!(plan.leaves_starts(), None);
+    let stiffnesses = [2e-5, 0.2, 1e-4, 0.05, 4e-5, 0.1];
+    let mut batch = plan.batch(stiffnesses.len(), |row, values| {
+        (values[0], values[1], values[2]) = (stiffnesses[row], 0.8 * stiffnesses[row], 0.1);
+    });
+    let truths: Vec<_> = (0..stiffnesses.len()).map(|row| solve_rod(&plan.sample_rod(&batch, row), &[])).collect();
+    let is_limp = |row: usize| plan.sample_rod(&batch, row).is_too_limp();
+    assert_eq!((0..stiffnesses.len()).filter(|row| is_limp(*row)).count(), 3);
+    // Of those the starts are far off.
+    let starts: Vec<_> =
+        (0..stiffnesses.len()).map(|row| if is_limp(row) { [0.0, 3e-3, 2e-3] } else { truths[row].m0 }).collect();
+    starts.into_iter().enumerate().for_each(|(row, m0)| plan.set_lone_start(&mut batch, row, m0));
+    let solutions = Lanes::new(&plan, Precision::F64).expect("supported").solve(&batch).expect("solved");
+    for (row, truth) in truths.iter().enumerate() {
+        let (status, p) = (solutions.status(row), solutions.vector(row, Quantity::TipPosition));
+        let off = distance(|k| p[k], |k| truth.p_tip[k]);
+        assert!(status.is_success() && off < TIP, "{}: {status:?}, {off:e} m", stiffnesses[row]);
+        let by_nodes = status == Status::Ramped;
+        assert_eq!(by_nodes, plan.sample_rod(&batch, row).is_too_limp(), "{}: {status:?}", stiffnesses[row]);
+    }
 }

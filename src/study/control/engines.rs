@@ -1,12 +1,10 @@
-//! The engines of a controller: from rest, and from given base moments at the resolutions that it may need. Limp and taut rods
-//! are solved from rest alone.
+//! The engines of a controller: from rest, and from given base moments at the resolutions that it may need.
 
 use super::inputs::Inputs;
 use super::task::Task;
 use crate::backend::{Backend, BackendError, Precision};
 use crate::model::{Batch, Plan, PlanOptions, Quantity, Solutions, Stepper, Vector};
 use crate::study::MakeEngine;
-use crate::sweep::is_too_limp;
 use std::sync::Arc;
 
 /// Resolutions that are tried, and the inputs they are tried at.
@@ -127,9 +125,7 @@ impl Engines {
         make: &mut MakeEngine,
         single: Option<&mut MakeEngine>,
     ) -> Result<Search, BackendError> {
-        let plan = self.plan.with_options(PlanOptions { steps, ..self.plan.options });
-        // Of a limp or taut rod the base moment does not tell the equilibrium.
-        let plan = if is_too_limp(&plan.scene.rod()) { plan } else { plan.with_lone_starts() };
+        let plan = self.plan.with_options(PlanOptions { steps, ..self.plan.options }).with_lone_starts();
         let single = single.map(|make| make(&plan)).transpose()?;
         Ok(Search { engine: make(&plan)?, single, plan })
     }
@@ -171,9 +167,7 @@ impl Engines {
 fn search_batch(task: &Task, plan: &Plan, rows: &[(Inputs, Vector)]) -> Batch {
     let values = |i: usize, row: &mut [f64]| (0..row.len()).for_each(|k| row[k] = task.value(k, rows[i].0[k]));
     let mut batch = plan.batch(rows.len(), values);
-    if plan.start.is_some() {
-        rows.iter().enumerate().for_each(|(i, (_, m0))| plan.set_lone_start(&mut batch, i, *m0));
-    }
+    rows.iter().enumerate().for_each(|(i, (_, m0))| plan.set_lone_start(&mut batch, i, *m0));
     batch
 }
 

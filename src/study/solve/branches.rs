@@ -5,7 +5,7 @@ use crate::backend::BackendError;
 use crate::model::{Plan, Solutions};
 use crate::report::{TextTable, engineering};
 use crate::sweep::branch_tools;
-use crate::sweep::{Branch, BranchSearch, is_too_limp};
+use crate::sweep::{Branch, BranchSearch};
 use serde_json::{Value, json};
 use std::fmt;
 
@@ -83,7 +83,7 @@ impl Solved {
     pub fn all_branches(&self) -> Result<AllBranches, SolveError> {
         let engine = self.chosen_engine();
         let rod = self.rod();
-        if is_too_limp(&rod) {
+        if rod.is_too_limp() {
             let growth = rod.growth();
             let what = format!(
                 "the search for other equilibria of so limp or so taut a rod: errors grow by e^{growth:.0} from base to tip, so \

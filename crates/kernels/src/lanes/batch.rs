@@ -44,7 +44,13 @@ impl Lanes {
         };
         let first = |scratch: &mut Scratch<S>, (block, out): (usize, &mut [f64])| {
             let samples: Vec<usize> = (block * BLOCK..count.min((block + 1) * BLOCK)).collect();
-            self.solve_samples(batch, &samples, way, &scales, scratch, out)
+            let mut left = self.solve_samples(batch, &samples, way, &scales, scratch, out);
+            if self.leaves_some_starts {
+                let (limp, others): (Vec<_>, _) = samples.into_iter().partition(|at| self.leaves_start(batch, *at));
+                left.retain(|at| others.contains(at));
+                left.extend(limp);
+            }
+            left
         };
         let blocks = solutions.values.data_mut();
         let mut left: Vec<usize> = match count <= BLOCK {
@@ -65,7 +71,10 @@ impl Lanes {
         for way in ways {
             let mut others = Vec::new();
             match way {
-                Way::Limp => (left, others) = left.into_iter().partition(|sample| self.is_limp(batch, *sample)),
+                Way::Limp => {
+                    let is_limp = |at: &usize| self.is_limp(batch, *at) || self.leaves_start(batch, *at);
+                    (left, others) = left.into_iter().partition(is_limp);
+                }
                 Way::Nodes => left.retain(|sample| self.may_be_grown(batch, solutions, *sample)),
                 _ => {}
             }
@@ -92,7 +101,8 @@ impl Lanes {
                     taken.iter().for_each(|(at, sample)| solutions.values.set(**sample, column, values[*at]));
                 }
             }
-            left = solved.into_iter().flat_map(|(_, left)| left).chain(others).collect();
+            let unsolved = solved.into_iter().flat_map(|(_, left)| left);
+            left = unsolved.filter(|at| !self.leaves_start(batch, *at)).chain(others).collect();
         }
     }
 
@@ -100,6 +110,11 @@ impl Lanes {
     fn is_finer(&self) -> bool {
         let Program { fine, careful, searches, .. } = &self.program;
         !searches && fine.steps.iter().zip(&careful.steps).all(|(fine, careful)| 3 * fine >= *careful)
+    }
+
+    /// Whether a sample starts from rest though a base moment is given, and by nodes, which leave it no other way.
+    fn leaves_start(&self, batch: &Batch, sample: usize) -> bool {
+        self.leaves_some_starts && self.plan.sample_rod(batch, sample).is_too_limp()
     }
 
     /// Whether errors of a single pass grow beyond all digits.

@@ -110,6 +110,8 @@ pub struct Lanes {
     arch: Arch,
     /// Whether every sample is solved by nodes.
     by_nodes: bool,
+    /// Whether the start of some samples is left aside.
+    leaves_some_starts: bool,
     /// For batches of one block, in either precision.
     scratch: (Scratch<f64>, Scratch<f32>),
 }
@@ -147,7 +149,8 @@ impl Lanes {
             units: plan.entry_units(),
             set,
             arch,
-            by_nodes: false,
+            by_nodes: plan.leaves_starts() == Some(true),
+            leaves_some_starts: plan.leaves_starts().is_none(),
             scratch: Default::default(),
         })
     }

@@ -1,7 +1,9 @@
 //! By how much errors grow along a rod: what single shooting must be able to bear.
 
-use super::Vector;
+use super::path::growth_limit;
+use super::record::{FLEXIBLE_RECORD, FLUX_DENSITY_AT, TIP_FORCE_AT, WEIGHT_AT, record_offsets};
 use super::rod::{FlexibleRod, Rod, RodSegment};
+use super::{Entry, Plan, Vector};
 
 /// Panels of the midpoint rule over a segment.
 const PANELS: usize = 32;
@@ -31,6 +33,37 @@ impl Rod {
             }
         }
         growth
+    }
+
+    /// Whether a rod is so limp or so taut that a base moment does not tell its equilibria: those that differ far from the
+    /// base have the same one but for what round-off leaves.
+    pub fn is_too_limp(&self) -> bool {
+        self.growth() > growth_limit(f64::EPSILON)
+    }
+}
+
+impl Plan {
+    /// Whether samples may differ in their growth exponent.
+    fn growth_varies(&self) -> bool {
+        let varies =
+            |first: usize, count: usize| self.entries[first..][..count].iter().any(|e| matches!(e, Entry::Varying(_)));
+        let rod = self.scene.rod();
+        let of_segment = |(segment, first): (&RodSegment, usize)| match segment {
+            RodSegment::Flexible(_) => varies(first, FLEXIBLE_RECORD),
+            RodSegment::Rigid(_) => varies(first + WEIGHT_AT, 3),
+        };
+        varies(TIP_FORCE_AT, 3)
+            || self.terms.magnet && varies(FLUX_DENSITY_AT, 3)
+            || rod.segments.iter().zip(record_offsets(&rod.segments)).any(of_segment)
+    }
+
+    /// Whether starts of continuations are left aside: of all samples or of none, or, where it depends on the sample, `None`.
+    pub fn leaves_starts(&self) -> Option<bool> {
+        let continues = self.start.is_some() && !self.searches() && !self.terms.varying_field;
+        if !continues || !(self.terms.force || self.terms.magnet) {
+            return Some(false);
+        }
+        (!self.growth_varies()).then(|| self.scene.rod().is_too_limp())
     }
 }
 

@@ -44,8 +44,8 @@ impl Plan {
         SEARCH_ENTRIES + if self.terms.varying_field { 3 } else { 0 }
     }
 
-    /// Whether its samples are searches. Starts of continuations are none: in a field that varies they are left aside, and the
-    /// path from rest is followed.
+    /// Whether its samples are searches. Starts of continuations are none: in a field that varies, and where a base moment tells
+    /// nothing ([`Rod::is_too_limp`]), they are left aside, and the path from rest is followed.
     pub fn searches(&self) -> bool {
         self.start.is_some_and(|start| matches!(self.entries[start + 3], Entry::Varying(_)))
     }

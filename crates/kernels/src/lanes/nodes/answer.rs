@@ -182,7 +182,7 @@ fn balance<L: Lane>(
 #[inline(always)]
 fn correct<L: Lane>(problem: &Problem<'_, L>, nodes: &mut Nodes<L>, wanted: L::Mask, workspace: &mut Workspace<L>) {
     nodes.pass(problem, problem.rod.t.x.constant(1.0), What::Tip, workspace);
-    nodes.chord_step(problem);
+    nodes.chord_step(problem.rod.l_tip);
     nodes.take_step(wanted);
     nodes.tip = nodes.moved_tip();
 }

@@ -14,6 +14,8 @@ mod path;
 mod quick;
 mod responses;
 mod state;
+#[cfg(test)]
+mod tests;
 mod traces;
 
 pub use answer::solve_nodes;

@@ -25,16 +25,14 @@ impl<L: Lane> Nodes<L> {
         if has_moment {
             (self.elimination.index, self.elimination.least) = (index, least);
         }
-        let defects = &self.defects;
-        let no_turn = Vec3::splat(lambda.constant(0.0));
-        self.elimination.solve(&self.transfers, |i| Some(defects[i]), l_tip - self.tip.m, no_turn, &mut self.changes);
+        self.chord_step(l_tip);
         self.step_size()
     }
 
-    /// The step that another pass over the same nodes asks for, with the transfers of the last one, under the full load.
+    /// The step that a pass asks for under a tip moment, with the elimination of another pass over the same nodes.
     #[inline(always)]
-    pub fn chord_step(&mut self, problem: &Problem<'_, L>) {
-        let (l_tip, defects) = (problem.rod.l_tip, &self.defects);
+    pub fn chord_step(&mut self, l_tip: Vec3<L>) {
+        let defects = &self.defects;
         let no_turn = Vec3::splat(l_tip.x.constant(0.0));
         self.elimination.solve(&self.transfers, |i| Some(defects[i]), l_tip - self.tip.m, no_turn, &mut self.changes);
     }

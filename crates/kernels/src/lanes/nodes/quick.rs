@@ -42,7 +42,7 @@ pub fn follow_quickly<L: Lane>(
     let reached = path.reached & nodes.newton_step(problem, one).lt(one.constant(NODE_NEARBY));
     nodes.take_step(reached);
     nodes.pass(problem, one, What::Tip, workspace);
-    nodes.chord_step(problem);
+    nodes.chord_step(problem.rod.l_tip);
     nodes.take_step(reached);
     end.reached = numbers(L::select(reached, one, zero), 0).map(|reached: f64| reached > 0.5);
     end.passes = numbers(path.passes, 0);

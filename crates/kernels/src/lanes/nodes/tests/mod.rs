@@ -1,0 +1,57 @@
+//! The method by nodes against other ways: a dense solve, and the energy of a chain.
+#![allow(non_snake_case)]
+
+mod chain;
+mod elimination;
+mod index;
+
+use crate::lanes::algebra::{Mat3, Vec3};
+use crate::lanes::lane::{F64, Lane};
+use crate::model::Vector;
+use nalgebra::{Matrix3, Vector3};
+
+type L = F64<pulp::Scalar>;
+
+fn lane(x: f64) -> L {
+    L::splat(pulp::Scalar::new(), x)
+}
+
+fn number(x: L) -> f64 {
+    let mut stored = [0.0];
+    x.store(&mut stored);
+    stored[0]
+}
+
+fn lanes(v: Vector3<f64>) -> Vec3<L> {
+    Vec3 { x: lane(v.x), y: lane(v.y), z: lane(v.z) }
+}
+
+fn numbers(v: Vec3<L>) -> Vector3<f64> {
+    Vector3::new(number(v.x), number(v.y), number(v.z))
+}
+
+fn matrix(m: Mat3<L>) -> Matrix3<f64> {
+    Matrix3::from_columns(&[m.x, m.y, m.z].map(numbers))
+}
+
+fn vector(v: Vector) -> Vector3<f64> {
+    Vector3::new(v[0], v[1], v[2])
+}
+
+/// Numbers from -1 to 1 (SplitMix64).
+struct Random(u64);
+
+impl Random {
+    fn number(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+
+    fn matrix(&mut self) -> Mat3<L> {
+        let mut column = || Vec3 { x: lane(self.number()), y: lane(self.number()), z: lane(self.number()) };
+        Mat3 { x: column(), y: column(), z: column() }
+    }
+}
