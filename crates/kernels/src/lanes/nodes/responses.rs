@@ -10,6 +10,7 @@ use crate::lanes::lane::Lane;
 use crate::lanes::problem::{Problem, Workspace};
 use crate::lanes::program::Outputs;
 use crate::lanes::rows::{Responses, store_rows, write_rows};
+use crate::lanes::trace::Trace;
 
 /// Changes of (w, mu) at every node by three loads.
 pub type Changes<L> = Vec<(Mat3<L>, Mat3<L>)>;
@@ -141,18 +142,20 @@ fn collect_responses<L: Lane>(
         traces.iter_mut().for_each(|trace| trace.clear(*collect, one.constant(0.0)));
     }
     let mut dp = [Mat3::zero(one); 3];
-    let mut traces = nodes.traces.iter();
+    let mut kept = nodes.traces.iter();
+    let mut columns = [Trace::zero(one.constant(0.0)); 3];
     for (i, interval) in nodes.mesh.intervals.iter().enumerate() {
         let (first, count, piece) = match *interval {
             Interval::Piece { segment, start, share, is_last } => (segment, 1, Some((start, share, is_last))),
             Interval::Rigid { first, count, .. } => (first, count, None),
         };
-        for (at, columns) in (first..first + count).zip(&mut traces) {
+        for at in first..first + count {
+            columns.iter_mut().for_each(|trace| trace.take_back(program.collect[at], &mut kept));
             for (k, changes) in responses.iter().enumerate() {
                 let (w, mu) = changes[i];
                 let response = Response { w, mu, drives: k == 1 };
                 let trace = &mut workspace.traces[at][k];
-                trace.add(columns, program.collect[at], &response, piece, &rod.segments[at], dp[k]);
+                trace.add(&columns, program.collect[at], &response, piece, &rod.segments[at], dp[k]);
             }
         }
         for (k, changes) in responses.iter().enumerate() {

@@ -15,7 +15,6 @@ use crate::lanes::rod::Rod;
 use crate::lanes::shoot::{Record, Tip, shoot};
 use crate::lanes::source::Source;
 use crate::lanes::stability::canonical;
-use crate::lanes::trace::Trace;
 use crate::model::Tableau;
 
 /// A register of rods by their nodes.
@@ -34,8 +33,8 @@ pub struct Nodes<L: Lane> {
     /// Of each interval, `drive_count` threes.
     pub drives: Vec<Drive<L>>,
     pub drive_count: usize,
-    /// By reciprocity, what the columns leave on each segment of each interval.
-    pub traces: Vec<[Trace<L>; 3]>,
+    /// By reciprocity, what the columns leave on each segment of each interval: what is collected of three traces.
+    pub traces: Vec<Vec3<L>>,
     /// The rod's end, its position summed over the intervals.
     pub tip: Tip<L>,
     pub elimination: Elimination<L>,
@@ -109,10 +108,10 @@ impl<L: Lane> Nodes<L> {
             self.drive_count = 0;
         }
         let (mut columns, mut forces) = (Vec::new(), Vec::new());
-        let mut trace_count = 0;
         if what == What::Drives {
             forces = driving_forces(program, workspace, one);
             self.drive_count = forces.len();
+            self.traces.clear();
         }
         let mut p = Vec3::splat(zero);
         for i in 0..count {
@@ -131,7 +130,7 @@ impl<L: Lane> Nodes<L> {
                 sources.for_each(|(sources, source)| sources.segments[segment] = source);
             }
             if collects && !program.forward {
-                self.keep_traces(program, &workspace.traces, &mut trace_count);
+                self.keep_traces(program, &mut workspace.traces);
             }
             p = p + end.p;
             if what != What::Tip {

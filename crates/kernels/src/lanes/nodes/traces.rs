@@ -10,14 +10,10 @@ use crate::lanes::trace::Trace;
 impl<L: Lane> Nodes<L> {
     /// Keeps what the columns have left on the segments of one interval, after those of the intervals before.
     #[inline(always)]
-    pub fn keep_traces(&mut self, program: &Program, traces: &[[Trace<L>; 3]], count: &mut usize) {
+    pub fn keep_traces(&mut self, program: &Program, traces: &mut [[Trace<L>; 3]]) {
         let segments = self.alone.first..self.alone.first + self.alone.segments.len();
-        for (collect, from) in program.collect[segments.clone()].iter().zip(&traces[segments]) {
-            match self.traces.get_mut(*count) {
-                Some(to) => to.iter_mut().zip(from).for_each(|(to, from)| to.keep(from, *collect)),
-                None => self.traces.push(*from),
-            }
-            *count += 1;
+        for (collect, columns) in program.collect[segments.clone()].iter().zip(&mut traces[segments]) {
+            columns.iter_mut().for_each(|trace| trace.keep(*collect, &mut self.traces));
         }
     }
 }
@@ -52,27 +48,34 @@ fn add_rows<L: Lane>(s: L, a: [Vec3<L>; 3], b: &mut [Vec3<L>; 3]) {
 }
 
 impl<L: Lane> Trace<L> {
-    /// Copies what is collected of another.
+    /// Its integrals that are collected.
     #[inline(always)]
-    fn keep(&mut self, from: &Self, collect: Collect) {
-        if collect.rest_curvature || collect.stiffness {
-            (self.rest_curvature, self.stiffness) = (from.rest_curvature, from.stiffness);
-            if collect.rise {
-                self.rest_curvature_rise = from.rest_curvature_rise;
-                self.stiffness_rise = from.stiffness_rise;
-            }
-        }
-        for (is_collected, to, from) in [
-            (collect.shear_compliance, &mut self.shear_compliance, &from.shear_compliance),
-            (collect.load, &mut self.load, &from.load),
-            (collect.dipole, &mut self.dipole, &from.dipole),
-            (collect.field, &mut self.field, &from.field),
-        ] {
-            if is_collected {
-                *to = *from;
-            }
-        }
-        self.length = from.length;
+    fn collected(&mut self, collect: Collect) -> impl Iterator<Item = &mut Vec3<L>> {
+        let Collect { rest_curvature, stiffness, rise, .. } = collect;
+        let integrals = [
+            (rest_curvature, &mut self.rest_curvature),
+            (rest_curvature && rise, &mut self.rest_curvature_rise),
+            (stiffness, &mut self.stiffness),
+            (stiffness && rise, &mut self.stiffness_rise),
+            (collect.shear_compliance, &mut self.shear_compliance),
+            (collect.load, &mut self.load),
+            (collect.dipole, &mut self.dipole),
+            (collect.field, &mut self.field),
+        ];
+        let rows = integrals.into_iter().filter(|(is_collected, _)| *is_collected).flat_map(|(_, rows)| rows);
+        rows.chain(collect.length.then_some(&mut self.length))
+    }
+
+    /// Puts them after others.
+    #[inline(always)]
+    fn keep(&mut self, collect: Collect, kept: &mut Vec<Vec3<L>>) {
+        kept.extend(self.collected(collect).map(|row| *row));
+    }
+
+    /// And back, the next of those that were kept.
+    #[inline(always)]
+    pub fn take_back<'a>(&mut self, collect: Collect, kept: &mut impl Iterator<Item = &'a Vec3<L>>) {
+        self.collected(collect).zip(kept).for_each(|(to, from)| *to = *from);
     }
 
     /// Adds what responses leave on an interval, from what its columns leave: by moment, by what drives, by rotation. It sees

@@ -4,6 +4,7 @@
 mod chain;
 mod elimination;
 mod index;
+mod memory;
 
 use crate::lanes::algebra::{Mat3, Vec3};
 use crate::lanes::lane::{F64, Lane};
