@@ -50,7 +50,16 @@ const OWNERS: [(&str, &[&str]); 29] = [
     ("pollster", &["src/gpu/"]),
     ("pulp", &["crates/kernels/src/lanes/", "crates/bench/src/measure/peak.rs"]),
     ("nix", &["crates/bench/src/measure/clock.rs"]),
-    ("nalgebra", &["src/reference/", "src/study/", "crates/bench/src/baseline/", "crates/bench/src/random/"]),
+    (
+        "nalgebra",
+        &[
+            "src/reference/",
+            "src/study/",
+            "crates/bench/src/baseline/",
+            "crates/bench/src/random/",
+            "crates/kernels/src/lanes/nodes/tests/",
+        ],
+    ),
     ("ode_solvers", &["crates/bench/src/baseline/adaptive.rs"]),
     ("levenberg_marquardt", &["src/study/fit/"]),
     ("parquet", &["src/table/"]),
