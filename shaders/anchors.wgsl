@@ -15,6 +15,7 @@ const ANCHOR_COLUMN: u32 = 0u; //@spec
 // How many samples are left for the kernel that starts from rest, and which.
 @group(0) @binding(5) var<storage, read_write> left_samples: array<atomic<u32>>;
 
+//@if ANCHORED
 // A cell, as its first corner, and what its edges miss.
 struct Cell {
     first: u32,
@@ -33,9 +34,9 @@ fn cell(coordinates: vec4<f32>) -> Cell {
     var is_inside = true;
     for (var axis = 0u; axis < ANCHOR_AXES; axis++) { //@unroll
         let at = coordinates[axis];
-        // The far end belongs to the last cell, whatever round-off makes of it. NaN is outside.
-        is_inside = is_inside && at >= 0.0 && at <= f32(ANCHOR_POINTS[axis] - 1u) * 1.000001;
-        first = first * ANCHOR_POINTS[axis] + min(u32(at), ANCHOR_POINTS[axis] - 2u);
+        // The far end belongs to the last cell. Samples made here may lie beyond the ends by round-off. NaN is outside.
+        is_inside = is_inside && at >= -1e-6 && at <= f32(ANCHOR_POINTS[axis] - 1u) * 1.000001;
+        first = first * ANCHOR_POINTS[axis] + min(u32(max(at, 0.0)), ANCHOR_POINTS[axis] - 2u);
     } //@end
     if !is_inside { return Cell(0u, -1.0); }
     return Cell(first, anchors[first * (ANCHOR_AXES + 4u)].w);
@@ -45,7 +46,7 @@ fn cell(coordinates: vec4<f32>) -> Cell {
 fn predict_within(first: u32, coordinates: vec4<f32>) -> Prediction {
     var share = vec4<f32>();
     for (var axis = 0u; axis < ANCHOR_AXES; axis++) { //@unroll
-        share[axis] = coordinates[axis] - f32(min(u32(coordinates[axis]), ANCHOR_POINTS[axis] - 2u));
+        share[axis] = coordinates[axis] - f32(min(u32(max(coordinates[axis], 0.0)), ANCHOR_POINTS[axis] - 2u));
     } //@end
     var m0 = vec3<f32>();
     var w_inverse = mat3x3<f32>();
@@ -96,10 +97,11 @@ fn leave_pending(sample: u32) {
     let place = atomicAdd(&left_samples[0], 1u);
     atomicStore(&left_samples[1u + place], sample);
 }
-
+//@else
 // One of the samples that were left; none where there are no more.
 fn left_sample(place: u32) -> u32 {
     if place >= atomicLoad(&left_samples[0]) { return settings.sample_count; }
     return atomicLoad(&left_samples[1u + place]);
 }
+//@end
 //@end

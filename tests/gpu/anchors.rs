@@ -1,15 +1,17 @@
 //! Samples that start from anchors on the device are those from rest, and depend on nothing but the sweep and their index.
 
 use crate::common::root;
+use crate::common::runs::run_into;
 use crate::reduce::{Rows, expect_same, plan_of};
-use rodsweep::backend::{Backend, Precision};
+use rodsweep::backend::{Backend, BackendKind, Precision};
+use rodsweep::engines::EngineRequest;
 use rodsweep::gpu::testing::device_or_skip;
 use rodsweep::gpu::{Device, Gpu};
 use rodsweep::model::{Batch, Plan, Quantity, Solutions, Status};
+use rodsweep::results::AnchorAccount;
 use rodsweep::spec::{Shard, SweepSpec};
-use rodsweep::sweep::{RunOptions, with_anchors};
-
-use crate::common::runs::run_into;
+use rodsweep::sweep::{Memory, RunOptions, SweepJob, with_anchors};
+use rodsweep::table::Table;
 
 fn axis(name: &str, from: f64, to: f64) -> String {
     format!("[[axis]]\nparameter = \"{name}\"\nfrom = {from}\nto = {to}\n")
@@ -21,9 +23,12 @@ fn currents(limit: f64) -> String {
 }
 
 fn sweep(samples: u64, axes: &str) -> SweepSpec {
+    sweep_with(samples, axes, "[output]\nformat = \"none\"\n[workspace]\nvoxel = \"2 mm\"\n")
+}
+
+fn sweep_with(samples: u64, axes: &str, more: &str) -> SweepSpec {
     let text = format!(
-        "scene = \"scenes/p6.toml\"\n[sampling]\nmethod = \"sobol\"\nsamples = {samples}\nseed = 3\n{axes}\
-         [output]\nformat = \"none\"\n[workspace]\nvoxel = \"2 mm\"\n"
+        "scene = \"scenes/p6.toml\"\n[sampling]\nmethod = \"sobol\"\nsamples = {samples}\nseed = 3\n{axes}{more}"
     );
     SweepSpec::parse(&root().join("sweeps/anchored.toml"), &text).unwrap()
 }
@@ -37,7 +42,8 @@ fn anchored(spec: &mut SweepSpec, precision: Precision) -> Plan {
 
 /// The same rods from rest: the inputs keep their columns.
 fn from_rest(plan: &Plan) -> Plan {
-    Plan { anchors: None, ..plan.clone() }
+    let entries = plan.entries[..plan.anchors.as_ref().unwrap().entry].to_vec();
+    Plan { anchors: None, entries, ..plan.clone() }
 }
 
 fn batch(plan: &Plan, spec: &SweepSpec, samples: &[u64]) -> Batch {
@@ -166,4 +172,43 @@ fn a_sweep_without_rows_leaves_what_its_rows_would_leave() {
     let (Some(found), Some(expected)) = (run("reduced"), run("rows")) else { return };
     expect_same("anchored", &found, &expected, 0.0);
     assert!(found.0.count(Status::Ramped) > 0, "{:?}", found.0.reduction.counts);
+}
+
+fn rows(job: SweepJob) -> Table {
+    let mut rows = Memory::new();
+    job.run(&mut rows).unwrap();
+    rows.into_table()
+}
+
+#[test]
+fn sweeps_take_anchors_whatever_part_of_them_is_run() {
+    if device_or_skip("sweeps_take_anchors").is_none() {
+        return;
+    }
+    let job = |kind: BackendKind, solver: &str| {
+        let request = EngineRequest::of(kind).precision(Some(Precision::F32));
+        let more = format!("[solver]\ntolerance = 2e-5\n{solver}[output]\nquantities = [\"tip_position\", \"iterations\"]\n");
+        let spec = sweep_with(40_000, &currents(0.3), &more);
+        SweepJob::new(spec).engine(request).spot_check(None)
+    };
+    let told = |job: SweepJob| {
+        let prepared = job.prepare(&Memory::new()).unwrap();
+        assert_eq!(prepared.method().anchors, prepared.plan().anchors.is_some());
+        AnchorAccount::of(prepared.plan()).map(|account| (account.points, account.usable_share))
+    };
+    let by_gpu = told(job(BackendKind::Gpu, ""));
+    assert_eq!(by_gpu, told(job(BackendKind::Cpu, "")));
+    assert_eq!(by_gpu.unwrap().0, [10, 10, 10]);
+    assert_eq!(told(job(BackendKind::Gpu, "anchors = \"off\"\n")), None);
+
+    let whole = rows(job(BackendKind::Gpu, "").limit(Some(1500)));
+    let first = rows(job(BackendKind::Gpu, "").limit(Some(700)));
+    assert_eq!(first, whole.select(&(0..700).collect::<Vec<_>>()));
+    let shard = rows(job(BackendKind::Gpu, "").shard(Shard { index: 2, count: 2 }).part_size(Some(250)).limit(Some(1500)));
+    let places: Vec<usize> = shard.numbers("sample").unwrap().iter().map(|at| *at as usize).collect();
+    assert!((700..800).contains(&places.len()), "{places:?}");
+    assert_eq!(shard, whole.select(&places));
+    let passes = |table: &Table| table.numbers("iterations").unwrap().iter().sum::<f64>();
+    let from_rest = rows(job(BackendKind::Gpu, "anchors = \"off\"\n").limit(Some(700)));
+    assert!(passes(&first) < 0.6 * passes(&from_rest), "{} of {} passes", passes(&first), passes(&from_rest));
 }
