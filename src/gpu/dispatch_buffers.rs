@@ -112,7 +112,9 @@ impl DispatchBuffers {
         let outputs = device.buffer("outputs", capacity.outputs, Usage::STORAGE | Usage::COPY_SRC)?;
         let staging = device.buffer("staging", capacity.staging + STAMP_BYTES, Usage::MAP_READ | Usage::COPY_DST)?;
         let left_samples = match solver.anchored {
-            Some(_) => Some(device.buffer("samples left", 4 + 4 * capacity.samples, Usage::STORAGE | Usage::COPY_DST)?),
+            Some(_) => {
+                Some(device.buffer("samples left", 4 + 4 * capacity.samples, Usage::STORAGE | Usage::COPY_DST)?)
+            }
             None => None,
         };
         let mut buffers = vec![&settings, &solver.constants, &inputs, &outputs];

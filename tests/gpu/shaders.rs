@@ -225,7 +225,8 @@ pub fn anchored(axis_count: usize, wrt: &[&str]) -> Plan {
         (0..axis_count).map(|axis| AnchorAxis { from: 0.1, spacing: 0.01, points: 2 + axis }).collect();
     let count: usize = grid.iter().map(|axis| axis.points).product();
     let one = |at: usize| [at as f64, 0.0, 1.0];
-    let anchor = |at: usize| Anchor { m0: one(at), slopes: vec![one(at); axis_count], inverse: [one(at); 3], margin: 1.0 };
+    let anchor =
+        |at: usize| Anchor { m0: one(at), slopes: vec![one(at); axis_count], inverse: [one(at); 3], margin: 1.0 };
     plan.with_anchors(Arc::new(Anchors::new(grid, &(0..count).map(anchor).collect::<Vec<_>>())))
 }
 

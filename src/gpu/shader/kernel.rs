@@ -63,8 +63,7 @@ const ROD: &[Part] = &[
 ];
 
 /// Solves a sample: from rest, from a start or from anchors.
-const SOLVE: &[Part] =
-    &[shader!("path"), shader!("search"), shader!("anchors"), shader!("chord"), shader!("solve")];
+const SOLVE: &[Part] = &[shader!("path"), shader!("search"), shader!("anchors"), shader!("chord"), shader!("solve")];
 
 /// Every kernel for batches. The first solves one.
 pub const KERNELS: &[KernelEntry] = &[KernelEntry { entry_point: "solve", parts: &[ROD, SOLVE] }];
