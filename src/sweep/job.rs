@@ -1,6 +1,6 @@
 //! A sweep from specification to rows: engine, method, second attempts, witness and searches put together.
 
-use super::anchors::with_anchors;
+use super::anchors::{suit, with_anchors};
 use super::branches::BranchTools;
 use super::check::SpotCheckOptions;
 use super::error::SweepError;
@@ -195,7 +195,7 @@ impl<'a> SweepJob<'a> {
             },
         };
         let plan = plan.with_options(options);
-        let plan = if self.spec.anchors { with_anchors(&self.spec, plan)? } else { plan };
+        let plan = if suit(&self.spec, engine.kind()) { with_anchors(&self.spec, plan)? } else { plan };
         let method = SolutionMethod::by(engine.kind(), engine.precision(), &plan);
         Ok(PreparedSweep { job: self, engine, plan, pilot, method, asked_tolerance, is_settled: false })
     }

@@ -254,32 +254,39 @@ fn sweeps_take_anchors_whatever_part_of_them_is_run() {
     if device_or_skip("sweeps_take_anchors").is_none() {
         return;
     }
-    let job = |kind: BackendKind, solver: &str| {
-        let request = EngineRequest::of(kind).precision(Some(Precision::F32));
-        let more =
-            format!("[solver]\ntolerance = 2e-5\n{solver}[output]\nquantities = [\"tip_position\", \"iterations\"]\n");
-        let spec = sweep_with(40_000, &currents(0.3), &more);
+    let many = 1 << 20;
+    let job = |kind: BackendKind, samples: u64, solver: &str| {
+        let precision = if kind == BackendKind::Reference { Precision::F64 } else { Precision::F32 };
+        let request = EngineRequest::of(kind).precision(Some(precision));
+        let columns = "[output]\nquantities = [\"tip_position\", \"iterations\"]\n";
+        let spec = sweep_with(samples, &currents(0.3), &format!("[solver]\ntolerance = 2e-5\n{solver}{columns}"));
         SweepJob::new(spec).engine(request).spot_check(None)
     };
     let told = |job: SweepJob| {
         let prepared = job.prepare(&Memory::new()).unwrap();
         assert_eq!(prepared.method().anchors, prepared.plan().anchors.is_some());
-        AnchorAccount::of(prepared.plan()).map(|account| (account.points, account.usable_share))
+        AnchorAccount::of(prepared.plan()).map(|account| account.points)
     };
-    let by_gpu = told(job(BackendKind::Gpu, ""));
-    assert_eq!(by_gpu, told(job(BackendKind::Cpu, "")));
-    assert_eq!(by_gpu.unwrap().0, [10, 10, 10]);
-    assert_eq!(told(job(BackendKind::Gpu, "anchors = \"off\"\n")), None);
+    let grid = Some(vec![25, 25, 25]);
+    for (kind, samples, solver, expected) in [
+        (BackendKind::Gpu, many, "", &grid),
+        (BackendKind::Gpu, many, "anchors = \"off\"\n", &None),
+        // It would not save what it takes.
+        (BackendKind::Gpu, many / 2, "", &None),
+        (BackendKind::Cpu, many, "", &grid),
+        (BackendKind::Reference, many, "", &None),
+    ] {
+        assert_eq!(&told(job(kind, samples, solver)), expected, "{kind}, {samples}, {solver}");
+    }
 
-    let whole = rows(job(BackendKind::Gpu, "").limit(Some(1500)));
-    let first = rows(job(BackendKind::Gpu, "").limit(Some(700)));
+    let by_gpu = |solver: &str, limit: u64| job(BackendKind::Gpu, many, solver).limit(Some(limit));
+    let (whole, first) = (rows(by_gpu("", 1500)), rows(by_gpu("", 700)));
     assert_eq!(first, whole.select(&(0..700).collect::<Vec<_>>()));
-    let shard =
-        rows(job(BackendKind::Gpu, "").shard(Shard { index: 2, count: 2 }).part_size(Some(250)).limit(Some(1500)));
+    let shard = rows(by_gpu("", 1500).shard(Shard { index: 2, count: 2 }).part_size(Some(250)));
     let places: Vec<usize> = shard.numbers("sample").unwrap().iter().map(|at| *at as usize).collect();
     assert!((700..800).contains(&places.len()), "{places:?}");
     assert_eq!(shard, whole.select(&places));
     let passes = |table: &Table| table.numbers("iterations").unwrap().iter().sum::<f64>();
-    let from_rest = rows(job(BackendKind::Gpu, "anchors = \"off\"\n").limit(Some(700)));
+    let from_rest = rows(by_gpu("anchors = \"off\"\n", 700));
     assert!(passes(&first) < 0.6 * passes(&from_rest), "{} of {} passes", passes(&first), passes(&from_rest));
 }
