@@ -3,6 +3,10 @@
 
 const CHORD_LIMIT: u32 = 0u; //@spec
 const CHORD_TRUST: f32 = 0.0; //@spec
+//@if ANCHORED
+const ANCHOR_TRUST: f32 = 0.0; //@spec
+const ANCHOR_CONTRACTION: f32 = 0.0; //@spec
+//@end
 const DIFFERENCE: f32 = 0.0; //@spec
 const ROUND_OFF: f32 = 0.0; //@spec
 const ROUNDED: f32 = 0.0; //@spec
@@ -20,6 +24,9 @@ struct Check {
 // From the second on they are secant steps along the one before (Broyden's update). The last is one on twice the
 // fine steps; returns what it found. Where nothing `moves`, that is the only pass, and no step follows from it. All
 // passes are one call: the code of a pass is long, and processors keep little of it at hand.
+//@if ANCHORED
+// A sample counts as led there only where its first step is short and each further one much shorter.
+//@end
 fn chord_steps(rod: Rod, end: ptr<function, PathEnd>, moves: bool) -> Check {
     var check: Check;
     var last = vec3<f32>();
@@ -28,13 +35,26 @@ fn chord_steps(rod: Rod, end: ptr<function, PathEnd>, moves: bool) -> Check {
     let tolerance = margin((*end).inverse) * settings.chord_tolerance;
     var moving = moves && (*end).reached;
     var trusted = moving;
+    //@if ANCHORED
+    var bound = ANCHOR_TRUST;
+    //@end
     for (var i = 0u; i <= CHORD_LIMIT; i++) {
         let checks = !moving || i == CHORD_LIMIT;
         check = Check((*end).m0, shoot(select(FINE, CHECK, checks), rod, 1.0, (*end).m0, NO_COLUMNS, false));
         let delta = chord_step((*end).inverse, check.tip.m - rod.l_tip, last, square);
         let size = length(delta);
         // A chord step that is not small says that the coarse grid was too coarse: Newton's method takes over.
+        //@if ANCHORED
+        trusted = trusted && size < select(bound, ANCHOR_TRUST, checks);
+        bound = size * ANCHOR_CONTRACTION;
+        // What no chord steps certify goes the way from rest.
+        if moves && select(!trusted, moving, checks) {
+            (*end).reached = false;
+            break;
+        }
+        //@else
         trusted = trusted && size < CHORD_TRUST;
+        //@end
         if trusted { (*end).m0 = (*end).m0 + delta; }
         if moves && (*end).reached { (*end).passes = (*end).passes + 1.0; }
         if checks { break; }

@@ -31,6 +31,10 @@ const RAMP: u32 = 0u;
 const GUARDED_RAMP: u32 = 1u;
 // Not from rest: from a given base moment, away from known equilibria.
 const SEARCH: u32 = 2u;
+//@if ANCHORED
+// From the base moment that anchors predict, along no path at all.
+const ANCHORED: u32 = 3u;
+//@end
 
 // The last accepted states, for the prediction of the next.
 struct History {

@@ -9,7 +9,9 @@ const NO_EQUILIBRIUM: f32 = 0.0; //@spec
 fn solve_group() {
     let rod = load();
     //@if !SEARCH
+    //@if !ANCHORED
     let secant = rest_slope(rod);
+    //@end
     //@end
     var end: PathEnd;
     var check: Check;
@@ -25,12 +27,20 @@ fn solve_group() {
         //@if SEARCH
         end = search(rod);
         //@else
+        //@if ANCHORED
+        end = anchored_end();
+        if !end.reached { break; }
+        //@else
         end = follow_path(rod, first, secant);
+        //@end
         //@end
         var moved = true;
         for (var moves = true; moved; moves = false) {
             check = chord_steps(rod, &end, moves);
             moved = false;
+            //@if ANCHORED
+            if !end.reached { break; }
+            //@end
             if !moves { break; }
             var moving = end.reached;
             converged = false;
@@ -51,6 +61,9 @@ fn solve_group() {
                 moved = true;
             }
         }
+        //@if ANCHORED
+        if !end.reached { break; }
+        //@end
         index = stability_index(tip);
         //@if !ROTATES
         //@if GUARDS
@@ -63,6 +76,13 @@ fn solve_group() {
         code = status_codes(end, converged, index < 0.5, is_finite(size) && within_reach);
         if code != STATUS_PENDING { break; }
     }
+    //@if ANCHORED
+    // Another kernel writes its row.
+    if code == STATUS_PENDING {
+        store_status(code);
+        return;
+    }
+    //@end
     let answered = answer(rod, check, tip, delta, columns[BY_MOMENT], end.m0, w, w_inverse);
     let residual = length(w * (answered.m0 - end.m0));
 
@@ -111,6 +131,9 @@ fn status_codes(end: PathEnd, converged: bool, stable: bool, finite: bool) -> u3
     if end.path == SEARCH {
         return select(unsolved, select(STATUS_UNSTABLE, STATUS_OK, stable), end.reached && converged);
     }
+    //@if ANCHORED
+    if end.path == ANCHORED { return select(STATUS_PENDING, STATUS_OK, converged && stable); }
+    //@end
     if end.path == RAMP {
         return select(STATUS_PENDING, select(STATUS_OK, STATUS_RAMPED, end.ramped), converged && stable);
     }
@@ -130,5 +153,16 @@ fn is_finite(a: f32) -> bool {
 
 @compute @workgroup_size(WORKGROUP)
 fn solve(@builtin(global_invocation_id) id: vec3<u32>) {
+    //@if ANCHORED
+    if select_sample(id.x) {
+        solve_group();
+        leave_pending(id.x);
+    }
+    //@else
+    //@if ANCHORS
+    if select_sample(left_sample(id.x)) { solve_group(); }
+    //@else
     if select_sample(id.x) { solve_group(); }
+    //@end
+    //@end
 }

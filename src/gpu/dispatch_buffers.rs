@@ -33,6 +33,8 @@ pub(super) struct DispatchBuffers {
     pub inputs: wgpu::Buffer,
     pub outputs: wgpu::Buffer,
     staging: wgpu::Buffer,
+    /// Which samples anchors leave to the way from rest; their number comes first.
+    left_samples: Option<wgpu::Buffer>,
     stamps: Option<Stamps>,
     bind_group: wgpu::BindGroup,
     pub capacity: Capacity,
@@ -109,10 +111,17 @@ impl DispatchBuffers {
         let inputs = device.buffer("inputs", capacity.inputs.max(8), both)?;
         let outputs = device.buffer("outputs", capacity.outputs, Usage::STORAGE | Usage::COPY_SRC)?;
         let staging = device.buffer("staging", capacity.staging + STAMP_BYTES, Usage::MAP_READ | Usage::COPY_DST)?;
-        let buffers = [&settings, &solver.constants, &inputs, &outputs];
+        let left_samples = match solver.anchored {
+            Some(_) => {
+                Some(device.buffer("samples left", 4 + 4 * capacity.samples, Usage::STORAGE | Usage::COPY_DST)?)
+            }
+            None => None,
+        };
+        let mut buffers = vec![&settings, &solver.constants, &inputs, &outputs];
+        buffers.extend(solver.anchored.as_ref().map(|(_, anchors)| anchors).into_iter().chain(&left_samples));
         let bind_group = bind_group(device, &solver.layout, &buffers)?;
         let stamps = if device.adapter().has_timestamps { Some(timestamps(device)?) } else { None };
-        Ok(Self { settings, inputs, outputs, staging, stamps, bind_group, capacity })
+        Ok(Self { settings, inputs, outputs, staging, left_samples, stamps, bind_group, capacity })
     }
 
     /// Submits one dispatch.
@@ -142,10 +151,14 @@ impl DispatchBuffers {
             beginning_of_pass_write_index: Some(0),
             end_of_pass_write_index: Some(1),
         });
+        if let Some(left_samples) = &self.left_samples {
+            encoder.clear_buffer(left_samples, 0, Some(4));
+        }
         let mut pass =
             encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("solve"), timestamp_writes });
         let solve = KernelPass { pipeline: solver.pipeline(dispatch.paths), bind_group: &self.bind_group };
-        for kernel in dispatch.before.iter().chain([&solve]).chain(&dispatch.after) {
+        let anchored = solver.anchored.as_ref().map(|(pipeline, _)| KernelPass { pipeline, ..solve });
+        for kernel in dispatch.before.iter().chain(&anchored).chain([&solve]).chain(&dispatch.after) {
             pass.set_pipeline(kernel.pipeline);
             pass.set_bind_group(0, kernel.bind_group, &[]);
             pass.dispatch_workgroups(sample_count.max(1).div_ceil(WORKGROUP_SIZE), 1, 1);

@@ -2,7 +2,7 @@
 
 use super::bindings::bind_group_layout;
 use super::device::{Device, failed};
-use super::shader::{Kernel, Paths, QUICK_PATHS, check, constants, float_bytes};
+use super::shader::{Kernel, Paths, QUICK_PATHS, anchor_numbers, check, constants, float_bytes};
 use crate::backend::{BackendError, Precision};
 use crate::model::Plan;
 use wgpu::{BufferBindingType as Kind, BufferUsages as Usage};
@@ -14,30 +14,35 @@ pub(super) struct SolvePipeline {
     pub pipeline: wgpu::ComputePipeline,
     /// Where samples that need the guarded ramp are left for dispatches of their own: what solves the others.
     pub quick: Option<wgpu::ComputePipeline>,
+    /// Where the plan has anchors: what runs first, and their numbers.
+    pub anchored: Option<(wgpu::ComputePipeline, wgpu::Buffer)>,
     pub constants: wgpu::Buffer,
 }
 
 impl SolvePipeline {
     pub fn new(device: &Device, plan: &Plan, kernel: &Kernel) -> Result<Self, BackendError> {
-        let values = float_bytes(&constants(plan), kernel.precision);
-        let constants = device.buffer("constants", values.len() as u64, Usage::STORAGE | Usage::COPY_DST)?;
-        device.queue.write_buffer(&constants, 0, &values);
+        let precision = kernel.precision;
+        let numbers = |what: &str, values: &[f64]| {
+            let values = float_bytes(values, precision);
+            let buffer = device.buffer(what, values.len() as u64, Usage::STORAGE | Usage::COPY_DST)?;
+            device.queue.write_buffer(&buffer, 0, &values);
+            Ok::<_, BackendError>(buffer)
+        };
+        let constants = numbers("constants", &constants(plan))?;
         if kernel.takes_turns() {
             let TurnPipeline { layout, pipeline } = TurnPipeline::new(device, kernel)?;
-            return Ok(Self { precision: kernel.precision, layout, pipeline, quick: None, constants });
+            return Ok(Self { precision, layout, pipeline, quick: None, anchored: None, constants });
         }
-        let layout = bind_group_layout(
-            device,
-            "batch",
-            &[
-                Kind::Uniform,
-                Kind::Storage { read_only: true },
-                Kind::Storage { read_only: true },
-                Kind::Storage { read_only: false },
-            ],
-        )?;
+        let (read, write) = (Kind::Storage { read_only: true }, Kind::Storage { read_only: false });
+        let kinds = [Kind::Uniform, read, read, write, read, write];
+        let kinds = if kernel.anchored.is_some() { &kinds[..] } else { &kinds[..4] };
+        let layout = bind_group_layout(device, "batch", kinds)?;
         let pipeline = compile(device, &layout, kernel)?;
-        let mut solver = Self { precision: kernel.precision, layout, pipeline, quick: None, constants };
+        let anchored = match &kernel.anchored {
+            Some(anchored) => Some((compile(device, &layout, anchored)?, numbers("anchors", &anchor_numbers(plan))?)),
+            None => None,
+        };
+        let mut solver = Self { precision, layout, pipeline, quick: None, anchored, constants };
         // On a processor of few threads a dispatch of few samples leaves some of them idle.
         solver.set_stages(device, kernel, !device.adapter().is_software())?;
         Ok(solver)

@@ -3,6 +3,7 @@
 //! The grid follows from the sweep alone, whatever part of it is run, so that a sample depends on (sweep, index) alone.
 
 use super::error::SweepError;
+use crate::backend::BackendKind;
 use crate::engines::cpu_f64;
 use crate::model::{
     Anchor, AnchorAxis, Anchors, Axis, MOST_ANCHOR_AXES, Parameter, Plan, PlanOptions, Quantity, Solutions, Vector,
@@ -19,6 +20,8 @@ const MOST: [usize; MOST_ANCHOR_AXES] = [257, 65, 25, 13];
 const COVERED: f64 = 3.5;
 /// Where samples may start from fewer cells, anchors do not pay.
 const LEAST_SHARE: f64 = 0.5;
+/// A GPU has one more kernel to compile, and its grid is solved by the processor: fewer samples do not save that.
+const FEWEST_ON_A_GPU: u64 = 1 << 20;
 /// Rows of a derivative by which the base moment follows those of the tip.
 const BASE_MOMENT_ROW: usize = 6;
 
@@ -33,6 +36,17 @@ pub fn with_anchors(spec: &SweepSpec, plan: Plan) -> Result<Plan, SweepError> {
         Some(grid) => plan.with_anchors(grid),
         None => plan,
     })
+}
+
+/// Whether a sweep wants anchors, and an engine of this kind saves by them.
+pub(super) fn suit(spec: &SweepSpec, kind: BackendKind) -> bool {
+    spec.anchors
+        && match kind {
+            BackendKind::Cpu => true,
+            BackendKind::Gpu => spec.sample_count >= FEWEST_ON_A_GPU,
+            // It follows every sample from rest.
+            BackendKind::Reference => false,
+        }
 }
 
 /// The grid of a sweep; `None` where it would not pay: few samples, many axes, no law, loads that keep none.

@@ -1,6 +1,6 @@
 //! A sweep from specification to rows: engine, method, second attempts, witness and searches put together.
 
-use super::anchors::with_anchors;
+use super::anchors::{suit, with_anchors};
 use super::branches::BranchTools;
 use super::check::SpotCheckOptions;
 use super::error::SweepError;
@@ -9,7 +9,7 @@ use super::options::{Progress, RowsWritten, RunOptions};
 use super::pilot::{choose_method, measure_derivatives};
 use super::sink::RowSink;
 use super::summary::Summary;
-use crate::backend::{Backend, BackendError, BackendFactory, BackendKind};
+use crate::backend::{Backend, BackendError, BackendFactory};
 use crate::engines::{Engine, EngineRequest, cpu_f64, second_attempt, witness};
 use crate::model::{Plan, PlanOptions};
 use crate::reference::energy;
@@ -195,8 +195,7 @@ impl<'a> SweepJob<'a> {
             },
         };
         let plan = plan.with_options(options);
-        let uses_anchors = self.spec.anchors && engine.kind() == BackendKind::Cpu;
-        let plan = if uses_anchors { with_anchors(&self.spec, plan)? } else { plan };
+        let plan = if suit(&self.spec, engine.kind()) { with_anchors(&self.spec, plan)? } else { plan };
         let method = SolutionMethod::by(engine.kind(), engine.precision(), &plan);
         Ok(PreparedSweep { job: self, engine, plan, pilot, method, asked_tolerance, is_settled: false })
     }

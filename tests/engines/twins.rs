@@ -4,7 +4,7 @@ use crate::common::root;
 use std::collections::BTreeMap;
 use std::fs;
 
-const STEMS: [&str; 36] = [
+const STEMS: [&str; 37] = [
     "algebra",
     "rod",
     "section",
@@ -16,6 +16,7 @@ const STEMS: [&str; 36] = [
     "shoot",
     "path",
     "search",
+    "anchors",
     "chord",
     "solve",
     "stability",
@@ -67,6 +68,10 @@ const EXCEPTIONS: Exceptions = Exceptions {
         ("shoot", &["forward_source"], "the shader has one source in hand"),
         ("stability", &["by_rotation"], "the shader knows the columns by their number"),
         ("shoot", &["select"], "operators of WGSL"),
+        ("anchors", &["add"], "an operator of WGSL"),
+        ("anchors", &["anchor", "grid", "what_is_of_second_order_is_met"], "tests"),
+        ("anchors", &["cells_without_good_corners_and_places_outside_are_no_start"], "tests"),
+        ("anchors", &["corners_on_two_branches_are_no_start"], "tests"),
         ("chord", &["check_pass"], "`chord_steps` that do not move: the code of a pass is there once"),
         ("chord", &["select"], "operators of WGSL"),
         ("search", &["search_start"], "the search of the shader reads its start itself"),
@@ -102,6 +107,7 @@ const EXCEPTIONS: Exceptions = Exceptions {
         ("rod", &["load_rigid"], "segments are loaded where they are crossed"),
         ("column", &["force_of"], "an enumeration in Rust"),
         ("source", &["load_source"], "sources are loaded where segments are crossed"),
+        ("anchors", &["leave_pending", "left_sample"], "lists in Rust"),
         ("solve", &["is_finite"], "a method of lanes"),
         ("solve", &["solve"], "the entry point"),
         ("nodes/mesh", &["push_interval"], "a list that grows in Rust"),
@@ -138,6 +144,7 @@ const EXCEPTIONS: Exceptions = Exceptions {
         ("source", "lengthen", "source_lengthen"),
         ("source", "cross_rigid", "source_cross_rigid"),
         ("shoot", "integrate", "shoot"),
+        ("anchors", "predict", "predict_within"),
         ("rows", "new", "new_responses"),
         ("nodes/interval", "new", "new_node"),
         ("nodes/elimination", "solve", "solve_changes"),

@@ -24,12 +24,14 @@ fn kernels_are_written_to_a_folder() {
             plans.push(Plan::single(scene, &Parameter::all(scene), options).expect("a plan"));
         }
     }
+    plans.push(super::shaders::anchored(3, &["coil.current", "insertion", "loads.tip_force"]));
     for (number, plan) in plans.iter().enumerate() {
         for entry in KERNELS {
             for unrolled in [false, true] {
                 let kernel = Kernel::new(entry, plan, Precision::F32, unrolled).expect("a kernel");
                 let name = format!("{number}-{}-{unrolled}", kernel.entry_point);
                 kernel.quick.iter().for_each(|quick| write(format!("{name}-quick"), quick));
+                kernel.anchored.iter().for_each(|anchored| write(format!("{name}-anchored"), anchored));
                 write(name, &kernel);
             }
         }

@@ -3,6 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod anchors;
 mod emit;
 mod faults;
 mod fields;

@@ -39,7 +39,7 @@ fn spec(method: &str, samples: u64, seed: u64) -> SweepSpec {
 }
 
 /// A plan that meets the tolerance in all but a few samples.
-fn plan(spec: &mut SweepSpec, precision: Precision) -> Plan {
+pub fn plan_of(spec: &mut SweepSpec, precision: Precision) -> Plan {
     let (stepper, steps, tolerance) = match precision {
         Precision::F32 => (Stepper::Rk4, 16, 1e-4),
         Precision::F64 => (Stepper::Dop853, 6, 1e-6),
@@ -72,7 +72,7 @@ fn samples_made_on_the_device_are_those_of_the_host() {
         for (method, samples, firsts) in &cases {
             let Some(device) = device_or_skip("samples_made_on_the_device") else { return };
             let mut spec = spec(method, *samples, 7);
-            let plan = plan(&mut spec, precision);
+            let plan = plan_of(&mut spec, precision);
             let sampler = spec.sampler();
             let generator = Generator::new(&plan, &sampler.recipe().unwrap()).unwrap();
             let mut gpu = Gpu::new(device, &plan, precision).unwrap();
@@ -111,7 +111,7 @@ fn samples_made_on_the_device_are_those_of_the_host() {
 }
 
 /// The same engine without its own way to reduce.
-struct Rows(Gpu);
+pub struct Rows(pub Gpu);
 
 impl Backend for Rows {
     fn info(&self) -> BackendInfo {
@@ -136,10 +136,10 @@ fn second(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
 }
 
 /// What came of a run, and where its files lie.
-type Run = (Summary, PathBuf);
+pub type Run = (Summary, PathBuf);
 
 /// The same to the last bit, or where samples are made in f64 but for rounding [m].
-fn expect_same(name: &str, (found, in_found): &Run, (expected, in_expected): &Run, rounding: f64) {
+pub fn expect_same(name: &str, (found, in_found): &Run, (expected, in_expected): &Run, rounding: f64) {
     assert_eq!((&found.origin, &expected.origin), (&SampleOrigin::Device, &SampleOrigin::Host), "{name}");
     let (a, b) = (&found.reduction, &expected.reduction);
     assert_eq!(a.counts, b.counts, "{name}");
@@ -178,7 +178,7 @@ fn a_reduced_sweep_leaves_what_its_rows_would_leave() {
         ("latin_hypercube", 4000, None, Shard::WHOLE, Precision::F64),
     ] {
         let mut spec = spec(method, samples, 3);
-        let plan = plan(&mut spec, precision);
+        let plan = plan_of(&mut spec, precision);
         let one = |name: &str, shard: Shard, limit: Option<u64>| {
             let device = device_or_skip("a_reduced_sweep")?;
             let mut gpu = Gpu::new(device, &plan, precision).unwrap().with_stages(true).unwrap().with_counting(true);
@@ -220,7 +220,7 @@ fn samples_that_cannot_be_made_on_the_device_are_uploaded_and_that_is_said() {
                 parameter = \"base.rotation.x\"\nfrom = 0\nto = 1\n[output]\nformat = \"none\"\n";
     let file = root().join("sweeps/reduced.toml");
     let mut spec = SweepSpec::parse(&file, text).unwrap();
-    let plan = plan(&mut spec, Precision::F32);
+    let plan = plan_of(&mut spec, Precision::F32);
     let dir = tempfile::tempdir().unwrap();
     let mut gpu = Gpu::new(device, &plan, Precision::F32).unwrap().with_counting(true);
     let summary = run_into(&dir.path().join("out"), &spec, &mut gpu, &RunOptions::new()).unwrap();
@@ -236,7 +236,7 @@ fn samples_that_cannot_be_made_on_the_device_are_uploaded_and_that_is_said() {
 fn stragglers_have_the_rows_they_would_have_among_others() {
     for precision in [Precision::F32, Precision::F64] {
         let mut spec = spec("uniform", 3000, 5);
-        let plan = plan(&mut spec, precision);
+        let plan = plan_of(&mut spec, precision);
         let sampler = spec.sampler();
         let Some(device) = device_or_skip("stragglers_have_the_rows") else { return };
         let batch = plan.batch(3000, |at, row| sampler.values(at as u64 % spec.sample_count, row));

@@ -6,9 +6,10 @@ use rodsweep::gpu::shader::{
     settings_members, specialisation,
 };
 use rodsweep::model::{
-    BLOCK, Density, Node, Parameter, Plan, PlanOptions, Profile, RecipeMethod, SampleRecipe, Scene, SegmentKind,
-    Sensitivity, Stepper, Stiffness, Terms,
+    Anchor, AnchorAxis, Anchors, BLOCK, Density, MOST_ANCHOR_AXES, Node, Parameter, Plan, PlanOptions, Profile,
+    RecipeMethod, SampleRecipe, Scene, SegmentKind, Sensitivity, Stepper, Stiffness, Terms,
 };
+use std::sync::Arc;
 
 const IDLE: &str = "@compute @workgroup_size(WORKGROUP)\nfn idle(@builtin(global_invocation_id) id: vec3<u32>) {\n    \
                     if select_sample(id.x) { store_status(STATUS_OK); }\n}\n";
@@ -94,7 +95,9 @@ fn expect_layout(kernel: &Kernel, plan: &Plan) {
     assert_eq!(members, settings_members(kernel.precision));
     let bindings = reflection.bindings();
     let bindings: Vec<_> = bindings.iter().map(|(group, index, name)| (*group, *index, name.as_str())).collect();
-    assert_eq!(bindings, [(0, 0, "settings"), (0, 1, "constants"), (0, 2, "inputs"), (0, 3, "outputs")]);
+    let all = ["settings", "constants", "inputs", "outputs", "anchors", "left_samples"];
+    let count = if plan.anchors.is_some() { 6 } else { 4 };
+    assert_eq!(bindings, (0..).zip(all).map(|(at, name)| (0, at, name)).take(count).collect::<Vec<_>>());
     assert_eq!(reflection.workgroup_size(kernel.entry_point), Some([WORKGROUP_SIZE, 1, 1]));
     assert_eq!(BLOCK % WORKGROUP_SIZE as usize, 0);
 }
@@ -203,8 +206,45 @@ fn validate(plan: &Plan) {
             expect_layout(&kernel, plan);
             // In f64 they are the same text but for its types.
             if precision == Precision::F32 {
-                kernel.quick.iter().for_each(|quick| expect_layout(quick, plan));
+                kernel.quick.iter().chain(&kernel.anchored).for_each(|other| expect_layout(other, plan));
                 expect_layout(&Kernel::new(entry, plan, precision, true).unwrap(), plan);
+            }
+        }
+    }
+}
+
+/// A plan with anchors over the first so many axes; what is not solved here holds the numbers of its place.
+pub fn anchored(axis_count: usize, wrt: &[&str]) -> Plan {
+    let scene = crate::common::scenes::catheter();
+    let mut axes = crate::common::scenes::parameters(&scene, &["coil.current", "insertion"]);
+    axes.truncate(axis_count);
+    let axes: Vec<_> = axes.into_iter().map(|parameter| vec![parameter]).collect();
+    let wrt = crate::common::scenes::parameters(&scene, wrt);
+    let plan = Plan::new(&scene, &axes, &wrt, PlanOptions::default()).unwrap();
+    let grid: Vec<AnchorAxis> =
+        (0..axis_count).map(|axis| AnchorAxis { from: 0.1, spacing: 0.01, points: 2 + axis }).collect();
+    let count: usize = grid.iter().map(|axis| axis.points).product();
+    let one = |at: usize| [at as f64, 0.0, 1.0];
+    let anchor =
+        |at: usize| Anchor { m0: one(at), slopes: vec![one(at); axis_count], inverse: [one(at); 3], margin: 1.0 };
+    plan.with_anchors(Arc::new(Anchors::new(grid, &(0..count).map(anchor).collect::<Vec<_>>())))
+}
+
+#[test]
+fn kernels_that_start_from_anchors_validate_and_others_know_none() {
+    for axis_count in 1..=MOST_ANCHOR_AXES {
+        for wrt in [&[][..], &["coil.current", "insertion", "loads.tip_force"]] {
+            let plan = anchored(axis_count, wrt);
+            validate(&plan);
+            let names = |kernel: &Kernel| check(&kernel.source).unwrap().functions();
+            let has = |kernel: &Kernel, name: &str| names(kernel).iter().any(|function| function == name);
+            let kernel = Kernel::new(&KERNELS[0], &plan, Precision::F32, false).unwrap();
+            let start = kernel.anchored.as_ref().unwrap();
+            assert!(has(start, "leave_pending") && has(&kernel, "left_sample") && kernel.quick.is_some());
+            for plain in [plan.with_starts(), Plan { anchors: None, ..plan }] {
+                let kernel = Kernel::new(&KERNELS[0], &plain, Precision::F32, false).unwrap();
+                assert!(kernel.anchored.is_none() && !has(&kernel, "cell") && !has(&kernel, "left_sample"));
+                assert!(!kernel.source.text.contains("ANCHOR") && !kernel.source.text.contains("left_samples"));
             }
         }
     }
@@ -282,6 +322,21 @@ fn a_plan_names_its_terms() {
     // Flexible, rigid, flexible with integrals.
     assert_eq!(specialisation(plan, Precision::F32, Form::ROLLED).constants["FLAGS"], Value::u32_array([1, 0, 17]));
     assert!(holds("A[0][1][0]") && !holds("A[0][2][0]") && holds("B[0][3]"));
+}
+
+/// Coordinates are differences of numbers that may be large: a range far from zero is no reason to decline.
+#[test]
+fn coordinates_among_anchors_are_made_on_the_device() {
+    let scene = crate::common::scenes::catheter();
+    let axes = crate::common::scenes::parameters(&scene, &["distal.youngs_modulus"]);
+    let axes: Vec<_> = axes.into_iter().map(|parameter| vec![parameter]).collect();
+    let plan = Plan::new(&scene, &axes, &[], PlanOptions::default()).unwrap();
+    let (from, to) = (5e6, 5.001e6);
+    let axis = AnchorAxis { from, spacing: (to - from) / 8.0, points: 9 };
+    let anchor = Anchor { m0: [0.0; 3], slopes: vec![[0.0; 3]], inverse: [[0.0; 3]; 3], margin: 1.0 };
+    let plan = plan.with_anchors(Arc::new(Anchors::new(vec![axis], &vec![anchor; 9])));
+    let method = RecipeMethod::Uniform(vec![1]);
+    Generator::new(&plan, &SampleRecipe { method, ranges: vec![(from, to)], sample_count: 9 }).unwrap();
 }
 
 /// Plans of golden scenes in fields that vary in space, without derivatives and by every slot, and one with a rigid start.

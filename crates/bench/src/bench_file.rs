@@ -15,7 +15,7 @@ pub enum Work {
     Tip,
     /// From rest, with all derivatives of the sweep.
     Cold,
-    /// The same as a sweep of many samples does it, from anchors where they certify a start; CPU engines alone.
+    /// The same as a sweep of many samples does it, from anchors where they certify a start.
     Sweep,
     /// The same from the base moment of a sample near by.
     Warm,

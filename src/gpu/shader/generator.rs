@@ -4,7 +4,7 @@
 //! is compared with the plan's own inputs. Where they differ, the device makes no samples.
 
 use super::record::input_units;
-use crate::model::{Plan, RecipeMethod, SampleRecipe};
+use crate::model::{Entry, Plan, PlanAnchors, RecipeMethod, SampleRecipe};
 
 /// Numbers in the tables of a grid at most.
 const MAX_TABLE: usize = 1 << 22;
@@ -186,6 +186,19 @@ fn keys(method: &RecipeMethod, sample_count: u64) -> (&'static str, Vec<Vec<u32>
     }
 }
 
+/// By column: how far from the first anchor the zero of an axis lies, in points. Coordinates are that much less exact.
+fn far_zeros(plan: &Plan) -> Vec<f64> {
+    let mut zeros = vec![0.0; plan.input_count];
+    if let Some(PlanAnchors { grid, entry }) = &plan.anchors {
+        for (axis, entry) in grid.axes().iter().zip(&plan.entries[*entry..]) {
+            if let Entry::Varying(column) = entry {
+                zeros[*column] = (axis.from / axis.spacing).abs();
+            }
+        }
+    }
+    zeros
+}
+
 fn affine(oracle: &Oracle, method: &RecipeMethod, recipe: &SampleRecipe) -> Result<Generator, String> {
     let ranges = &recipe.ranges;
     let value = |axis: usize, share: f64| ranges[axis].0 + (ranges[axis].1 - ranges[axis].0) * share;
@@ -202,10 +215,11 @@ fn affine(oracle: &Oracle, method: &RecipeMethod, recipe: &SampleRecipe) -> Resu
         (0..PROBES).map(|probe| (0..ranges.len()).map(|a| share(probe * ranges.len() + a)).collect()).collect();
     let expected = oracle.inputs(&probes.iter().map(|shares| row(shares)).collect::<Vec<_>>())?;
     let scale = |column: usize| first[column].abs() + rises(column).map(|at| rise(at).abs()).sum::<f64>();
+    let zeros = far_zeros(oracle.plan);
     for (shares, expected) in probes.iter().zip(expected) {
         for (column, expected) in expected.iter().enumerate() {
             let found = first[column] + rises(column).map(|at| rise(at) * shares[at.0]).sum::<f64>();
-            if (found - expected).abs() > 8.0 * f64::EPSILON * scale(column) {
+            if (found - expected).abs() > 8.0 * f64::EPSILON * (scale(column) + zeros[column]) {
                 return Err("an input is no linear function of the axes".into());
             }
         }

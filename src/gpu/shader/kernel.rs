@@ -1,5 +1,6 @@
 //! The kernels: entry points, the pieces they are made of, and what a plan fixes in them.
 
+use super::anchors::has_anchors;
 use super::emit::{EmitError, Source, emit};
 use super::generator::{Generator, TERMS};
 use super::record::record_functions;
@@ -61,8 +62,8 @@ const ROD: &[Part] = &[
     shader!("rows"),
 ];
 
-/// Solves a sample, from rest or from a start.
-const SOLVE: &[Part] = &[shader!("path"), shader!("search"), shader!("chord"), shader!("solve")];
+/// Solves a sample: from rest, from a start or from anchors.
+const SOLVE: &[Part] = &[shader!("path"), shader!("search"), shader!("anchors"), shader!("chord"), shader!("solve")];
 
 /// Every kernel for batches. The first solves one.
 pub const KERNELS: &[KernelEntry] = &[KernelEntry { entry_point: "solve", parts: &[ROD, SOLVE] }];
@@ -133,6 +134,8 @@ pub struct Kernel {
     /// The same without the guarded ramp: it leaves samples that need care to dispatches of this one. Processors keep
     /// little code at hand, so it is much faster.
     pub quick: Option<Box<Kernel>>,
+    /// The same from the plan's anchors, where it has any: it comes first and leaves to this one what they do not certify.
+    pub anchored: Option<Box<Kernel>>,
     /// Complete WGSL.
     pub source: Source,
 }
@@ -147,7 +150,9 @@ impl Kernel {
         // A search knows one way only.
         let is_quick = plan.start.is_none();
         let quick = is_quick.then(|| make(Form { guards: false, ..Form::ROLLED })).transpose()?.map(Box::new);
-        Ok(Self { quick, ..make(Form { unrolled, ..Form::ROLLED })? })
+        let anchored = Form { guards: false, unrolled, anchored: true, ..Form::ROLLED };
+        let anchored = has_anchors(plan).then(|| make(anchored)).transpose()?.map(Box::new);
+        Ok(Self { quick, anchored, ..make(Form { unrolled, ..Form::ROLLED })? })
     }
 
     /// The kernel that takes samples one turn further by nodes, in f32.
@@ -162,7 +167,7 @@ impl Kernel {
     ///
     /// `unrolled`: for a GPU that is software, see [`Form`].
     pub fn varying(plan: &Plan, unrolled: bool) -> Result<Self, EmitError> {
-        let form = Form { guards: false, unrolled, nodes: false };
+        let form = Form { guards: false, unrolled, ..Form::ROLLED };
         Self::emitted(TURN, &[VARYING], plan, &specialisation(plan, Precision::F32, form))
     }
 
@@ -213,7 +218,7 @@ impl Kernel {
         specialisation: &Specialisation,
     ) -> Result<Self, EmitError> {
         let source = emit(pieces, specialisation)?;
-        Ok(Self { entry_point, precision: specialisation.precision, quick: None, source })
+        Ok(Self { entry_point, precision: specialisation.precision, quick: None, anchored: None, source })
     }
 }
 

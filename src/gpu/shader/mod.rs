@@ -2,6 +2,7 @@
 //!
 //! For tests and trials of kernels; engines make their own.
 
+mod anchors;
 mod check;
 mod derivative_terms;
 mod emit;
@@ -29,6 +30,7 @@ pub use specialise::{Piece, Specialisation, Value};
 pub use terms::{Form, specialisation};
 pub use voxel_request::{REQUEST_FLOATS, REQUEST_WORDS};
 
+pub(super) use anchors::anchor_numbers;
 pub(super) use nodes::{interval_bound, most_intervals, most_turns, node_bytes};
 pub(super) use record::{constants, input_units};
 pub(super) use segments::integrated;

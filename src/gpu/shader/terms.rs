@@ -1,5 +1,6 @@
 //! Terms and constants that a plan fixes in the shaders.
 
+use super::anchors::add_anchors;
 use super::derivative_terms::{add_columns, add_derivative_terms, has_integrals};
 use super::nodes::add_nodes;
 use super::segments::integrated;
@@ -23,11 +24,13 @@ pub struct Form {
     pub unrolled: bool,
     /// `NODES`: it solves by nodes all along the rod.
     pub nodes: bool,
+    /// `ANCHORED`: it starts from anchors and leaves what they do not certify to another.
+    pub anchored: bool,
 }
 
 impl Form {
     /// The whole kernel as hardware runs it.
-    pub const ROLLED: Form = Form { guards: true, unrolled: false, nodes: false };
+    pub const ROLLED: Form = Form { guards: true, unrolled: false, nodes: false, anchored: false };
 }
 
 /// Intervals of the stability index over a segment at least, where it has as many steps.
@@ -85,6 +88,7 @@ pub fn specialisation(plan: &Plan, precision: Precision, form: Form) -> Speciali
     add_derivative_terms(&mut s, plan, &tableaux);
     add_nodes(&mut s, plan, form.nodes);
     add_varying(&mut s, plan);
+    add_anchors(&mut s, plan, form.anchored);
     add_path(&mut s, plan);
     s
 }

@@ -26,8 +26,10 @@ pub fn measure(problem: &Problem, session: &mut Session) -> Result<(), BenchErro
     for work in spec.work.iter().copied() {
         for engine in session.engines.clone() {
             let wanted = match (spec.sets, engine.is_gpu(), engine.is_software()) {
-                (_, true, _) if work == Work::Sweep => false,
-                (_, true, true) => work == Work::Cold && software_steps(spec, engine, session.quick) > 0,
+                (_, true, true) => {
+                    let is_whole = matches!(work, Work::Cold | Work::Sweep);
+                    is_whole && software_steps(spec, engine, session.quick) > 0
+                }
                 (Sets::Best, false, _) => engine.is_best(),
                 _ => true,
             };

@@ -2,6 +2,7 @@
 //! that arrived; or both with care.
 
 use super::algebra::length;
+use super::anchors::anchored_end;
 use super::group::{Answer, Follow, Load, Tools, store_end};
 use super::kernels::Kernels;
 use super::lane::{Lane, Scalar};
@@ -10,7 +11,7 @@ use super::path::{Path, rest_slope};
 use super::problem::Problem;
 use super::program::{Inputs, Outputs, Program, Resolution};
 use super::varying::{InVarying, follow_block};
-use crate::model::{Anchors, BLOCK, MOST_ANCHOR_AXES, Prediction, Quantity, Status};
+use crate::model::{Anchors, BLOCK, Quantity, Status};
 use pulp::{Simd, WithSimd};
 use std::any::Any;
 
@@ -173,22 +174,7 @@ impl<L: Kernels> Block<'_, L> {
         let ends = &mut self.memory.ends;
         let mut placed = Vec::with_capacity(order.len());
         for sample in order.iter() {
-            let mut at = [0.0f32; MOST_ANCHOR_AXES];
-            for (axis, at) in at.iter_mut().enumerate().take(grid.axes().len()) {
-                *at = self.inputs[(column + axis) * BLOCK + sample].to_f64() as f32;
-            }
-            let (cell, mismatch) = grid.cell(&at);
-            placed.push((mismatch, *sample));
-            if mismatch < f32::INFINITY {
-                let Prediction { m0, inverse } = grid.predict(cell, &at);
-                let mut put =
-                    |column: usize, value: f32| ends[column * BLOCK + sample] = Scalar::from_f64(value.into());
-                [1.0, 0.0, 0.0, 1.0].into_iter().enumerate().for_each(|(column, value)| put(column, value));
-                m0.into_iter().enumerate().for_each(|(k, value)| put(4 + k, value));
-                for (k, vector) in inverse.into_iter().enumerate() {
-                    vector.into_iter().enumerate().for_each(|(axis, value)| put(7 + 3 * k + axis, value));
-                }
-            }
+            placed.push((anchored_end(grid, column, self.inputs, *sample, ends), *sample));
         }
         placed.sort_by(|a, b| a.0.total_cmp(&b.0));
         order.clear();

@@ -5,6 +5,7 @@
 #![allow(non_snake_case)]
 
 mod algebra;
+mod anchors;
 mod base;
 mod batch;
 mod block;

@@ -37,7 +37,7 @@ mod stepper;
 mod units;
 mod validate;
 
-pub use anchors::{Anchor, AnchorAxis, Anchors, MOST_ANCHOR_AXES, PlanAnchors, Prediction};
+pub use anchors::{ANCHOR_STRIDE, Anchor, AnchorAxis, Anchors, MOST_ANCHOR_AXES, PlanAnchors};
 pub use blocks::{BLOCK, Blocks};
 pub use coil::{Coil, CoilWinding};
 pub use end_curvature::{base_curvature, base_curvature_rate, tip_curvature};
