@@ -74,7 +74,7 @@ pub(crate) struct Claims {
     /// Chunks that this worker has given out.
     given: u64,
     begin: Instant,
-    /// The unit where it looks first, so that workers seldom meet.
+    /// The unit where it looks first: by chance, so that workers seldom meet.
     place: u64,
     last_look: Option<Instant>,
     /// Looks since it last had something to solve.
@@ -91,7 +91,7 @@ impl Claims {
     ) -> Result<Claims, ResultsError> {
         let plan = Plan::agree(store.as_ref(), record.chunk_count(), silence)?;
         let beat = Arc::new(Beat::start(store.clone(), report, plan.silence())?);
-        let place = u64::from_str_radix(&random_name()[..8], 16).unwrap_or(0) % plan.units(record.chunk_count()).max(1);
+        let place = chance() % plan.units(record.chunk_count()).max(1);
         let mut claims = Claims {
             store,
             record: record.clone(),
@@ -208,16 +208,21 @@ impl Claims {
         let listed = self.store.list("")?;
         self.there = listed.iter().filter_map(|entry| parts::part_chunk(&entry.name, format)).collect();
         self.there.retain(|chunk| *chunk < count);
+        self.look_at_claims()?;
+        let samples: u64 = self.there.iter().map(|chunk| self.record.chunk_range(*chunk).1).sum();
+        let own = self.beat.samples();
+        self.state.elsewhere.store(samples.saturating_sub(own), Ordering::Relaxed);
+        self.last_look = Some(Instant::now());
+        Ok(())
+    }
+
+    fn look_at_claims(&mut self) -> Result<(), ResultsError> {
         for entry in self.store.list(CLAIMS)? {
             let Some((unit, turn)) = entry.name.split_once('-') else { continue };
             let (Ok(unit), Ok(turn)) = (unit.parse(), turn.parse()) else { continue };
             let known = self.turns.entry(unit).or_insert(turn);
             *known = turn.max(*known);
         }
-        let samples: u64 = self.there.iter().map(|chunk| self.record.chunk_range(*chunk).1).sum();
-        let own = self.beat.samples();
-        self.state.elsewhere.store(samples.saturating_sub(own), Ordering::Relaxed);
-        self.last_look = Some(Instant::now());
         Ok(())
     }
 
@@ -232,14 +237,15 @@ impl Claims {
         /// After so many lost races what is known of claims is out of date.
         const LOST: u32 = 8;
         loop {
-            let units = self.end_unit();
-            let order = (0..units).map(|k| (self.place + k) % units);
             let is_free = |unit: &u64| !self.turns.contains_key(unit) && !self.missing(*unit).is_empty();
-            let free: Vec<u64> = order.filter(is_free).collect();
+            let mut free: Vec<u64> = self.from_place().filter(is_free).collect();
             let rate = self.given as f64 / self.plan.unit as f64 / self.begin.elapsed().as_secs_f64().max(1e-3);
             let wanted = ((rate * ROUND.as_secs_f64()) as u64).clamp(1, MOST_UNITS).min(1 + free.len() as u64 / 64);
             let (mut won, mut lost) = (0, 0);
-            for unit in free {
+            while won < wanted && lost < LOST && !free.is_empty() {
+                // Where one is taken, its neighbours mostly are, too: workers that follow one another would all try them.
+                let at = if lost == 0 { 0 } else { chance() as usize % free.len() };
+                let unit = free.remove(at);
                 if self.claim(unit, 0)? {
                     self.ready.extend(self.missing(unit));
                     self.place = unit + 1;
@@ -247,25 +253,37 @@ impl Claims {
                 } else {
                     lost += 1;
                 }
-                if won >= wanted || lost >= LOST {
-                    break;
-                }
             }
             if won > 0 || lost < LOST {
                 return Ok(());
             }
-            self.look()?;
+            self.look_at_claims()?;
         }
     }
 
-    /// Claims units whose workers are dead or have left.
+    /// Every unit, from the one where this worker looks first.
+    fn from_place(&self) -> impl Iterator<Item = u64> + use<> {
+        let (place, units) = (self.place, self.end_unit());
+        (0..units).map(move |k| (place + k) % units)
+    }
+
+    /// Claims a unit whose worker is dead or has left.
+    ///
+    /// Whose a unit is has to be asked for: the living share that out by chance, from look to look.
     fn take_over(&mut self) -> Result<(), ResultsError> {
-        let open: Vec<u64> = (0..self.end_unit()).filter(|unit| !self.missing(*unit).is_empty()).collect();
+        self.place = chance() % self.end_unit().max(1);
+        let open: Vec<u64> = self.from_place().filter(|unit| !self.missing(*unit).is_empty()).collect();
         if open.is_empty() {
             return Ok(());
         }
         let living = self.living()?;
+        let mut questions = 4 + 2 * open.len() / living.len().max(1);
         for unit in open {
+            let is_known = self.turns.get(&unit).is_none_or(|turn| self.owners.contains_key(&(unit, *turn)));
+            if !is_known && questions == 0 {
+                continue;
+            }
+            questions -= usize::from(!is_known);
             if let Some(turn) = self.free_turn(unit, &living)?
                 && self.claim(unit, turn)?
             {
@@ -344,6 +362,19 @@ impl Claims {
         *self.state.found.lock().unwrap_or_else(PoisonError::into_inner) = Some(found);
         Ok(Next::Done)
     }
+}
+
+#[cfg(test)]
+impl Claims {
+    /// As if it had looked long ago.
+    pub fn may_look(&mut self) {
+        self.last_look = None;
+    }
+}
+
+/// A number that no other worker has.
+fn chance() -> u64 {
+    u64::from_str_radix(&random_name()[..15], 16).unwrap_or(0)
 }
 
 fn claim_name(unit: u64, turn: u64) -> String {

@@ -1,6 +1,7 @@
 //! Many workers in one process, against a store that answers after a while: requests are counted, workers die.
 //!
-//! `RODSWEEP_WORKERS=1000` makes it long; `benches/workers/run` writes what it counts.
+//! `RODSWEEP_WORKERS=1000` makes it long, `RODSWEEP_CHUNKS` says how many chunks there are a worker; `benches/workers/run` writes
+//! what it counts, beside what the formulas of the model say.
 
 use super::claims::{Claims, Next};
 use super::directory::{self, RunRecord};
@@ -15,7 +16,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::{Duration, Instant, SystemTime};
 
 /// Keys of one answer to a listing, as with S3.
@@ -33,9 +34,18 @@ struct SlowStore {
     puts: AtomicU64,
     gets: AtomicU64,
     lists: AtomicU64,
+    /// Claims that were taken.
+    lost: AtomicU64,
+    /// When somebody first found nothing free, and the requests until then.
+    end: OnceLock<(Instant, [u64; 4])>,
 }
 
 impl SlowStore {
+    /// Puts, gets, lists, claims that were lost.
+    fn counts(&self) -> [u64; 4] {
+        [&self.puts, &self.gets, &self.lists, &self.lost].map(|count| count.load(Ordering::Relaxed))
+    }
+
     fn ask(&self, counter: &AtomicU64, requests: u64) -> MutexGuard<'_, Folders> {
         counter.fetch_add(requests, Ordering::Relaxed);
         std::thread::sleep(self.delay * requests as u32);
@@ -70,6 +80,8 @@ impl Store for SlowStore {
         let is_free = find(&folders, name).is_none();
         if is_free {
             insert(&mut folders, name, bytes);
+        } else if name.starts_with("claims/") {
+            self.lost.fetch_add(1, Ordering::Relaxed);
         }
         Ok(is_free)
     }
@@ -167,6 +179,7 @@ fn work(
         match next {
             Next::Done => break,
             Next::Wait(pause) => {
+                store.end.get_or_init(|| (Instant::now(), store.counts()));
                 worked.waited += pause;
                 std::thread::sleep(pause);
             }
@@ -203,11 +216,25 @@ struct Worked {
     waited: Duration,
 }
 
+/// What one number of the environment says.
+fn given(variable: &str) -> Option<u64> {
+    std::env::var(variable).ok()?.parse().ok()
+}
+
+/// Requests a second of the model, while there is work: signs of life, parts, claims.
+fn model(workers: u64, chunks: u64, chunk_time: Duration, silence: Duration) -> [f64; 3] {
+    let unit = chunks.div_ceil(4096).clamp(1, 64);
+    let (workers, time) = (workers as f64, chunk_time.as_secs_f64());
+    [workers / (silence.as_secs_f64() / 6.0), workers / time, workers / (time * unit as f64)]
+}
+
 #[test]
 fn many_workers_share_chunks_and_outlive_some() {
-    let given = std::env::var("RODSWEEP_WORKERS").ok().and_then(|text| text.parse::<u64>().ok());
-    let (workers, each, chunk_time, silence, delay) = match given {
-        Some(workers) => (workers, 12, Duration::from_secs(5), Duration::from_secs(60), Duration::from_millis(30)),
+    let (workers, each, chunk_time, silence, delay) = match given("RODSWEEP_WORKERS") {
+        Some(workers) => {
+            let each = given("RODSWEEP_CHUNKS").unwrap_or(12);
+            (workers, each, Duration::from_secs(5), Duration::from_secs(60), Duration::from_millis(30))
+        }
         None => (24, 6, Duration::from_millis(40), Duration::from_millis(1500), Duration::from_millis(1)),
     };
     let chunks = workers * each;
@@ -223,7 +250,7 @@ fn many_workers_share_chunks_and_outlive_some() {
         let threads: Vec<_> = (0..workers).map(worker).collect();
         threads.into_iter().map(|thread| thread.join().expect("no panic")).collect()
     });
-    let seconds = begin.elapsed().as_secs_f64();
+    let (all, seconds) = (store.counts(), begin.elapsed().as_secs_f64());
     let found = directory::parts(store.as_ref(), &record).expect("parts");
     assert_eq!((found.sound.len() as u64, found.damaged.len()), (chunks, 0));
     let sum = |of: &dyn Fn(&Worked) -> u64| worked.iter().map(of).sum::<u64>();
@@ -232,17 +259,75 @@ fn many_workers_share_chunks_and_outlive_some() {
     assert_eq!(sum(&|worked| worked.chunks), chunks + sum(&|worked| worked.twice));
     let total = |of: &dyn Fn(&Worked) -> Duration| worked.iter().map(of).sum::<Duration>().as_secs_f64();
     let busy = chunks as f64 * chunk_time.as_secs_f64();
-    let requests = [&store.puts, &store.gets, &store.lists].map(|count| count.load(Ordering::Relaxed));
     println!(
         "{workers} workers, {chunks} chunks of {chunk_time:?}, delay {delay:?}: {seconds:.1} s; claiming {:.2} % of solving, \
-         waiting at the end {:.1} s a worker; {} chunks solved twice; requests: {} puts, {} gets, {} lists, {:.1} a second, {:.2} a chunk",
+         waiting at the end {:.1} s a worker; {} chunks solved twice",
         100.0 * total(&|worked| worked.claiming) / busy,
         total(&|worked| worked.waited) / workers as f64,
         sum(&|worked| worked.twice),
-        requests[0],
-        requests[1],
-        requests[2],
-        requests.iter().sum::<u64>() as f64 / seconds,
-        requests.iter().sum::<u64>() as f64 / chunks as f64,
     );
+    let (end, before) = store.end.get().copied().unwrap_or((Instant::now(), all));
+    let working = end.duration_since(begin).as_secs_f64();
+    let after = std::array::from_fn(|k| all[k] - before[k]);
+    for (when, counts, seconds) in [("while there is work", before, working), ("at the end", after, seconds - working)]
+    {
+        let [puts, gets, lists, lost] = counts;
+        println!(
+            "of {workers} workers, {when} ({seconds:.1} s): {puts} puts ({lost} of claims that were taken), {gets} gets, {lists} \
+             lists, {:.0} a second",
+            (puts + gets + lists) as f64 / seconds
+        );
+    }
+    let [signs, parts, claims] = model(workers, chunks, chunk_time, silence);
+    println!("the model of {workers} workers, while there is work: {signs:.0} + {parts:.0} + {claims:.0} a second");
+}
+
+/// A worker and what it asks of the store, after it has joined a run of so many chunks.
+fn joined(chunks: u64) -> (Arc<SlowStore>, Claims) {
+    let store = Arc::new(SlowStore::default());
+    let report = WorkerReport::new("none".into());
+    let claims = Claims::join(store.clone(), &record(chunks), report, Duration::from_secs(60)).expect("joins");
+    (store, claims)
+}
+
+#[test]
+fn a_lost_race_is_not_run_with_the_neighbours() {
+    let (store, mut claims) = joined(4000);
+    let Next::Chunk(first) = claims.next().expect("an answer") else { panic!("nothing is free") };
+    for unit in 1..=200 {
+        store.create(&format!("claims/{:010}-0", (first + unit) % 4000), b"another").expect("a claim");
+    }
+    let before = store.counts();
+    let Next::Chunk(second) = claims.next().expect("an answer") else { panic!("nothing is free") };
+    let after = store.counts();
+    // Of twenty units one is taken: eight losses in a row would be a wonder.
+    assert!((1..8).contains(&(after[3] - before[3])), "{} claims are lost", after[3] - before[3]);
+    assert_eq!(after[2], before[2], "nothing is listed");
+    assert!((second + 4000 - first) % 4000 > 200);
+}
+
+#[test]
+fn the_living_share_out_whose_claims_they_ask_for() {
+    const UNITS: u64 = 600;
+    let (store, mut claims) = joined(UNITS);
+    let id = |number: u64| format!("{number:032x}");
+    for unit in 0..UNITS {
+        store.create(&format!("claims/{unit:010}-0"), id(unit % 100).as_bytes()).expect("a claim");
+    }
+    // Of the hundred that have claimed, the first is dead.
+    (1..100).for_each(|number| store.put(&format!("workers/{}.json", id(number)), b"{}").expect("a sign"));
+    let (mut looks, before) = (0, store.counts());
+    let taken = loop {
+        match claims.next().expect("an answer") {
+            Next::Chunk(chunk) => break chunk,
+            Next::Wait(_) => claims.may_look(),
+            Next::Done => panic!("there are no parts"),
+        }
+        looks += 1;
+        let asked = store.counts()[1] - before[1];
+        // Six a unit and worker, twice, and four; one more to see whether all is done.
+        assert!(asked <= looks * 17, "{asked} in {looks} looks");
+    };
+    assert_eq!(taken % 100, 0, "only what the dead one had");
+    assert!(looks <= UNITS.div_ceil(16), "{looks} looks");
 }

@@ -1,11 +1,12 @@
 //! Runs on many machines: shared runs by the program, files for schedulers, the recipes of `docs/clusters.md`.
 
 use crate::common::root;
+use crate::common::texts::SWEEP;
 use crate::sandbox::{Sandbox, json};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 const SHARE: [&str; 5] = ["--join", "--part-size", "1", "--backend", "cpu"];
 
@@ -33,6 +34,56 @@ fn workers_join_a_run_and_status_tells_of_them() {
         let read = |dir: &str| fs::read(sandbox.path(&format!("{dir}/part-000000000{chunk}.parquet"))).expect("a part");
         assert!(read("out") == read("alone"), "part {chunk}");
     }
+}
+
+/// Containers are alike: the same host name, and each program is process 1.
+#[cfg(target_os = "linux")]
+#[test]
+fn workers_of_equal_names_and_numbers_share_a_directory() {
+    const CONTAINER: [&str; 6] = ["--user", "--map-root-user", "--pid", "--uts", "--fork", "--kill-child"];
+    let sandbox = Sandbox::new();
+    let boxed = |arguments: &[&str]| {
+        let program = sandbox.command(arguments);
+        let mut command = Command::new("unshare");
+        command.args(CONTAINER).args(["sh", "-c", "hostname box && exec \"$@\"", "sh", env!("CARGO_BIN_EXE_rodsweep")]);
+        command.args(arguments).current_dir(sandbox.path("."));
+        for (name, value) in program.get_envs() {
+            command.env(name, value.unwrap_or_default());
+        }
+        command
+    };
+    if !boxed(&["--version"]).output().is_ok_and(|output| output.status.success()) {
+        eprintln!("skipped: this system gives no containers");
+        return;
+    }
+    sandbox.write("sweep.toml", &SWEEP.replace("points = 5", "points = 3000"));
+    let run = ["run", "sweep.toml", "--part-size", "50", "--backend", "cpu", "--no-figures", "--quiet", "--out"];
+    sandbox.ok(&[&run[..], &["alone"]].concat());
+    // All of them on everything, and sharing it by claims.
+    for out in ["resume", "join"] {
+        let how = format!("--{out}");
+        let workers: Vec<_> =
+            (0..3).map(|_| boxed(&[&run[..], &[out, &how]].concat()).stderr(Stdio::piped()).spawn().unwrap()).collect();
+        for worker in workers {
+            let output = worker.wait_with_output().unwrap();
+            assert!(output.status.success(), "{how}: {}", String::from_utf8_lossy(&output.stderr));
+        }
+        assert!(sandbox.ok(&["status", out]).stdout.contains("60 of 60 parts done"));
+        let names: Vec<String> = fs::read_dir(sandbox.path(out)).unwrap().map(name).collect();
+        assert!(!names.iter().any(|name| name.starts_with('.')), "{names:?}");
+        for part in names.iter().filter(|name| name.starts_with("part-")) {
+            let read = |dir: &str| fs::read(sandbox.path(&format!("{dir}/{part}"))).expect("a part");
+            assert!(read(out) == read("alone"), "{how}: {part}");
+        }
+    }
+    let manifest = json(&fs::read_to_string(sandbox.path("join/manifest.json")).unwrap());
+    let workers = manifest["workers"].as_array().unwrap();
+    assert_eq!(workers.len(), 3);
+    assert!(workers.iter().all(|worker| worker["host"] == "box" && worker["process"] == 1), "{workers:?}");
+}
+
+fn name(entry: std::io::Result<fs::DirEntry>) -> String {
+    entry.unwrap().file_name().to_string_lossy().into_owned()
 }
 
 #[test]
@@ -140,53 +191,66 @@ fn with_path(mut command: Command, first: &Path) -> Command {
     command
 }
 
-/// What in a value does not fit a model of the API.
-fn misfits(models: &Value, model: &str, value: &Value, place: &str, found: &mut Vec<String>) {
-    let fits = match model {
-        "str" | "datetime" => value.is_string(),
-        "int" => value.is_u64(),
-        "bool" => value.is_boolean(),
-        "object" => true,
-        _ => {
-            if let Some(inner) = model.strip_prefix("list[").and_then(|inner| inner.strip_suffix(']')) {
-                let items = value.as_array().into_iter().flatten().enumerate();
-                items.for_each(|(at, item)| misfits(models, inner, item, &format!("{place}[{at}]"), found));
-                value.is_array()
-            } else if let Some(inner) = model.strip_prefix("dict(str, ").and_then(|inner| inner.strip_suffix(')')) {
-                let items = value.as_object().into_iter().flatten();
-                items.for_each(|(key, item)| misfits(models, inner, item, &format!("{place}.{key}"), found));
-                value.is_object()
-            } else {
-                let Some(known) = models.get(model) else { return found.push(format!("{place}: no model {model}")) };
-                for (key, item) in value.as_object().into_iter().flatten() {
-                    match known["fields"][key].as_str() {
-                        Some(inner) => misfits(models, inner, item, &format!("{place}.{key}"), found),
-                        None => found.push(format!("{place}.{key}: {model} has no such field")),
-                    }
-                }
-                let required = known["required"].as_array().into_iter().flatten().filter_map(Value::as_str);
-                let missing = required.filter(|key| value.get(key).is_none());
-                found.extend(missing.map(|key| format!("{place}.{key} is missing")));
-                value.is_object()
-            }
-        }
-    };
-    if !fits {
-        found.push(format!("{place}: {value} is no {model}"));
+/// What in a value does not fit a schema: that part of JSON Schema which the API of Kubernetes uses.
+fn misfits(schemas: &Value, schema: &Value, value: &Value, place: &str, found: &mut Vec<String>) {
+    if let Some(name) = schema["$ref"].as_str() {
+        assert!(schemas[name].is_object(), "{place}: there is no schema {name}");
+        return misfits(schemas, &schemas[name], value, place, found);
     }
+    if let Some(choices) = schema["oneOf"].as_array() {
+        let fits = |choice: &&Value| {
+            let mut none = Vec::new();
+            misfits(schemas, choice, value, place, &mut none);
+            none.is_empty()
+        };
+        if choices.iter().filter(fits).count() != 1 {
+            found.push(format!("{place}: {value} fits not one of {choices:?}"));
+        }
+        return;
+    }
+    let fits = match schema["type"].as_str() {
+        Some("object") => value.is_object(),
+        Some("array") => value.is_array(),
+        Some("string") => value.is_string(),
+        Some("boolean") => value.is_boolean(),
+        Some("number") => value.is_number(),
+        Some("integer") if schema["format"] == "int32" => value.as_i64().is_some_and(|x| i32::try_from(x).is_ok()),
+        Some("integer") => value.is_i64(),
+        _ => true,
+    };
+    if !fits || schema["enum"].as_array().is_some_and(|words| !words.contains(value)) {
+        found.push(format!("{place}: {value} is not of {schema}"));
+    }
+    for (key, item) in value.as_object().into_iter().flatten() {
+        let place = format!("{place}.{key}");
+        match (schema["properties"].get(key), &schema["additionalProperties"]) {
+            (Some(inner), _) => misfits(schemas, inner, item, &place, found),
+            (None, Value::Bool(false)) => found.push(format!("{place}: there is no such field")),
+            (None, inner) => misfits(schemas, inner, item, &place, found),
+        }
+    }
+    let items = value.as_array().into_iter().flatten().enumerate();
+    items.for_each(|(at, item)| misfits(schemas, &schema["items"], item, &format!("{place}[{at}]"), found));
+    let required = schema["required"].as_array().into_iter().flatten().filter_map(Value::as_str);
+    let missing = required.filter(|key| value.is_object() && value.get(key).is_none());
+    found.extend(missing.map(|key| format!("{place}.{key} is missing")));
 }
 
 #[test]
 fn jobs_of_kubernetes_are_valid() {
     let sandbox = Sandbox::new();
-    let models = json(&fs::read_to_string(root().join("tests/data/kubernetes_job.json")).expect("the models"));
+    const JOB: &str = "io.k8s.api.batch.v1.Job";
+    let api = json(&fs::read_to_string(root().join("tests/data/kubernetes_job.json")).expect("the schemas"));
+    let schemas = &api["definitions"];
     let check = |more: &[&str]| {
         let call = ["submit", "kubernetes", "sweep.toml", "--workers", "8", "--image", "rodsweep:1", "--force"];
         sandbox.ok(&[&call[..], more].concat());
         let list = json(&fs::read_to_string(sandbox.path("sweep-kubernetes/jobs.json")).expect("the jobs"));
         let mut found = Vec::new();
-        for (item, model) in list["items"].as_array().expect("items").iter().zip(["V1ConfigMap", "V1Job", "V1Job"]) {
-            misfits(&models["models"], model, item, model, &mut found);
+        let items = list["items"].as_array().expect("items");
+        assert_eq!(items.len(), 3);
+        for (item, name) in items.iter().zip(["io.k8s.api.core.v1.ConfigMap", JOB, JOB]) {
+            misfits(schemas, &schemas[name], item, name, &mut found);
         }
         assert!(found.is_empty(), "{found:#?}");
         list
@@ -204,10 +268,12 @@ fn jobs_of_kubernetes_are_valid() {
         sandbox.run(&["submit", "kubernetes", "sweep.toml", "--workers", "8", "--image", "a", "--out", "here"]);
     assert!(output.code == 2 && output.stderr.contains("--volume"), "{}", output.stderr);
     let mut found = Vec::new();
-    let wrong =
-        serde_json::json!({ "spec": { "completions": "8", "paralelism": 8, "podFailurePolicy": { "rules": [{}] } } });
-    misfits(&models["models"], "V1Job", &wrong, "job", &mut found);
-    assert_eq!(found.len(), 4, "this check can fail: {found:#?}");
+    let wrong = serde_json::json!({ "kind": "Jobs", "spec": {
+        "completions": "8", "paralelism": 8, "backoffLimit": 1_u64 << 31, "podFailurePolicy": { "rules": [{}] },
+        "template": { "spec": { "containers": [{ "name": "a", "resources": { "limits": { "cpu": [] } } }] } }
+    } });
+    misfits(schemas, &schemas[JOB], &wrong, "job", &mut found);
+    assert_eq!(found.len(), 6, "this check can fail: {found:#?}");
 }
 
 /// Blocks of `docs/clusters.md` marked `bash`.

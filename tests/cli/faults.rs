@@ -130,4 +130,21 @@ mod unix {
         });
         assert_eq!(code, Some(0), "{said}");
     }
+
+    /// A system that gives too few threads: here each wants a stack, and there is no memory for so many.
+    #[test]
+    fn threads_that_cannot_be_started_are_an_error() {
+        let sandbox = Sandbox::new();
+        let program = env!("CARGO_BIN_EXE_rodsweep");
+        for arguments in [run(&[]).join(" "), "solve scene.toml".into()] {
+            let limited = format!("ulimit -v 1500000; RAYON_NUM_THREADS=20000 exec {program} {arguments}");
+            let output = Command::new("sh").args(["-c", &limited]).current_dir(sandbox.path("")).output().unwrap();
+            let said = String::from_utf8_lossy(&output.stderr);
+            assert_eq!(output.status.code(), Some(1), "{arguments}: {said}");
+            let lines: Vec<&str> = said.lines().collect();
+            assert!(lines.len() == 1 && lines[0].starts_with("error: cannot start threads: "), "{said}");
+            assert!(lines[0].contains("RAYON_NUM_THREADS") && lines[0].contains("ulimit -u"), "{said}");
+            assert!(!sandbox.path("out").exists());
+        }
+    }
 }

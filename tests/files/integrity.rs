@@ -1,7 +1,9 @@
 //! Every byte of a run is covered by a checksum that is read, and shards are put together only where they fit.
 
 use crate::arc::{arc, contents, options, parts, small};
+use crate::common::root;
 use crate::common::runs::{resume_in, run_into, status_of};
+use rodsweep::input::{read_input_table, read_scene};
 use rodsweep::results::{DirectoryStatus, Results, ResultsError, merge};
 use rodsweep::spec::{Shard, SweepSpec};
 use rodsweep::sweep::{RunOptions, SweepError};
@@ -55,6 +57,29 @@ fn a_flipped_bit_of_a_part_is_noticed() {
             assert!(contents(dir.path()) == before && status_of(dir.path()).unwrap().is_complete());
         }
     }
+}
+
+/// The first was found by a fuzzer: its footer says that 131 million flags are to be skipped. The crate counts through them.
+#[test]
+fn lists_longer_than_the_file_are_refused_unread() {
+    let (dir, spec) = a_run("parquet", 30);
+    let (before, part) = (contents(dir.path()), dir.path().join("part-0000000000.parquet"));
+    fs::write(&part, include_bytes!("../data/found/part-list-of-flags")).unwrap();
+    let longer = "a list has more entries than there are bytes";
+    let damaged = status_of(dir.path()).unwrap().damaged;
+    assert_eq!(damaged.len(), 1);
+    assert!(damaged[0].0 == part && damaged[0].1.ends_with(&format!("in its footer, {longer}")), "{damaged:?}");
+    let refused = Results::open(dir.path()).unwrap().read_part(0, &[]).unwrap_err();
+    assert!(refused.to_string().contains("part-0000000000.parquet"), "{refused}");
+    assert_eq!(resume_in(dir.path(), &spec, &mut arc(&spec), &options()).unwrap().quarantined.len(), 1);
+    assert!(contents(dir.path()) == before && status_of(dir.path()).unwrap().is_complete());
+    // Its page is made of a list of 124 million numbers that stands in the place of a structure.
+    let table = dir.path().join("inputs.parquet");
+    fs::write(&table, include_bytes!("../data/found/parquet-skipped-list")).unwrap();
+    let scene = read_scene(&root().join("sweeps/scenes/p6.toml")).unwrap();
+    let refused = read_input_table(&table, &scene).unwrap_err().to_string();
+    assert!(refused.starts_with(&table.display().to_string()), "{refused}");
+    assert!(refused.ends_with("in a page header, a field has a type that it cannot have"), "{refused}");
 }
 
 #[test]

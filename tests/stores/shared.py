@@ -1,7 +1,7 @@
-"""Workers that share a run: `shared.py directory|clocks|bucket|container PROGRAM FOLDER ROUNDS`.
+"""Workers that share a run: `shared.py directory|clocks|bucket|formats|container PROGRAM FOLDER ROUNDS`.
 
-One of three workers is killed with SIGKILL once some parts are there. Then every part has to be there, byte for byte as
-in a run alone, and no claim of a living worker may have been taken over.
+One of three workers is killed with SIGKILL once some parts are there; of `formats`, a second one later. Then every part has to
+be there, byte for byte as in a run alone, and no claim of a living worker may have been taken over.
 """
 
 import glob
@@ -20,8 +20,8 @@ PART = ["--part-size", "500"]
 SILENCE = 3
 
 
-def start(program, out, environment=None):
-    command = [program, "run", SWEEP, "--out", out, "--join", "--silence", str(SILENCE), "--backend", "cpu"]
+def start(program, sweep, out, environment=None):
+    command = [program, "run", sweep, "--out", out, "--join", "--silence", str(SILENCE), "--backend", "cpu"]
     environment = dict(os.environ, RAYON_NUM_THREADS="1", **(environment or {}))
     command += PART + ["--no-figures", "--quiet"]
     return subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
@@ -81,39 +81,40 @@ class Container:
 
 
 def parts(store):
-    return sorted(name for name in store.names() if name.startswith("part-") and name.endswith(".parquet"))
+    """Names of parts, and of the files with the checksums of CSV and NPZ."""
+    return sorted(name for name in store.names() if name.startswith("part-"))
 
 
 def reports(store):
     return [name for name in store.names("workers") if len(name) == 37]
 
 
-def share(program, out, store, alone, environments, rng):
-    """Three workers, one killed; tells what came of it."""
+def share(program, out, store, alone, environments, rng, sweep=SWEEP, kills=1):
+    """Three workers, one killed or more; tells what came of it."""
     begin = time.time()
-    workers = [start(program, out, environment) for environment in environments]
+    workers = [start(program, sweep, out, environment) for environment in environments]
     total = len(parts(alone))
-    wanted = rng.randrange(1, total // 2)
-    # A worker that has not begun leaves nothing behind.
-    while len(parts(store)) < wanted or len(reports(store)) < 3:
-        if all(worker.poll() is not None for worker in workers):
-            raise SystemExit("\n".join(worker.communicate()[0] or "" for worker in workers))
-        time.sleep(0.02)
-    victim = rng.randrange(3)
-    workers[victim].send_signal(signal.SIGKILL)
-    killed_at = len(parts(store))
+    victims, killed_at = rng.sample(range(3), kills), []
+    for wanted, victim in zip(sorted(rng.sample(range(1, total // 2), kills)), victims):
+        # A worker that has not begun leaves nothing behind.
+        while len(parts(store)) < wanted or len(reports(store)) < 3:
+            if all(worker.poll() is not None for worker in workers):
+                raise SystemExit("\n".join(worker.communicate()[0] or "" for worker in workers))
+            time.sleep(0.02)
+        workers[victim].send_signal(signal.SIGKILL)
+        killed_at.append(len(parts(store)))
     for number, worker in enumerate(workers):
-        text = worker.communicate(timeout=120)[0]
-        if number != victim and worker.returncode != 0:
+        text = worker.communicate(timeout=300)[0]
+        if number not in victims and worker.returncode != 0:
             raise SystemExit(f"worker {number} ended with {worker.returncode}:\n{text}")
     check_same(store, alone)
     manifest = json.loads(store.read("manifest.json"))
     assert manifest["complete"] and sum(manifest["counts"].values()) == 30000, manifest
     assert sum(manifest["engines"].values()) == 30000, manifest["engines"]
-    taken, mistaken = check_claims(store, manifest, workers[victim].pid)
+    taken, mistaken = check_claims(store, manifest, {workers[victim].pid for victim in victims})
     seconds = time.time() - begin
     print(
-        f"  {killed_at} of {total} parts at the kill, {taken} claims taken over, {mistaken} of living workers; "
+        f"  {' and '.join(map(str, killed_at))} of {total} files at the kill, {taken} claims taken over, {mistaken} of living workers; "
         f"whole after {seconds:.1f} s",
         flush=True,
     )
@@ -128,7 +129,7 @@ def check_same(store, alone):
 
 
 def check_claims(store, manifest, dead):
-    """How many claims of the dead worker have been taken over, none before it was silent for long enough; how many of
+    """How many claims of the dead workers have been taken over, none before it was silent for long enough; how many of
     living ones, which a machine under load may have kept silent for as long.
     """
     owner_of = {report["id"]: report["process"] for report in manifest["workers"]}
@@ -139,7 +140,7 @@ def check_claims(store, manifest, dead):
     for unit, turns in claims.items():
         turns.sort()
         for (_, owner, _), (_, _, name) in zip(turns, turns[1:]):
-            if owner_of[owner] != dead:
+            if owner_of[owner] not in dead:
                 mistaken += 1
                 continue
             # Times of a bucket are whole seconds.
@@ -149,9 +150,9 @@ def check_claims(store, manifest, dead):
     return taken, mistaken
 
 
-def run_alone(program, folder):
-    out = os.path.join(folder, "alone")
-    command = [program, "run", SWEEP, "--out", out, "--backend", "cpu", "--no-figures", "--quiet"] + PART
+def run_alone(program, folder, sweep=SWEEP):
+    out = os.path.join(folder, os.path.basename(sweep) + "-alone")
+    command = [program, "run", sweep, "--out", out, "--backend", "cpu", "--no-figures", "--quiet"] + PART
     # Parts name their engine with its threads.
     subprocess.run(command, check=True, env=dict(os.environ, RAYON_NUM_THREADS="1"))
     return Directory(out)
@@ -183,16 +184,14 @@ def clocks(program, folder, rounds, rng):
         assert 0 in tries, "living workers are taken for dead"
 
 
-def bucket(program, folder, rounds, rng):
-    """A real S3 interface; every twelfth reply is lost after the request was served."""
+def start_s3():
+    """A real S3 interface with a bucket `runs`: its server, a client, host and port; `None`: this machine has none."""
     try:
         import boto3
         from moto.server import ThreadedMotoServer
     except ImportError:
         print("  skipped: there is no moto (pip install 'moto[server]')")
-        return
-    from proxy import LossyProxy
-
+        return None
     logging.getLogger("werkzeug").setLevel(logging.ERROR)
     server = ThreadedMotoServer(ip_address="127.0.0.1", port=0, verbose=False)
     server.start()
@@ -201,6 +200,17 @@ def bucket(program, folder, rounds, rng):
     os.environ.update(keys)
     client = boto3.client("s3", endpoint_url=f"http://{host}:{port}", region_name="us-east-1")
     client.create_bucket(Bucket="runs")
+    return server, client, host, port
+
+
+def bucket(program, folder, rounds, rng):
+    """Every twelfth reply is lost after the request was served."""
+    started = start_s3()
+    if started is None:
+        return
+    from proxy import LossyProxy
+
+    server, client, host, port = started
     with LossyProxy(host, port, lost=1 / 12, seed=rng.randrange(1 << 30)) as proxy:
         environment = {"AWS_ENDPOINT_URL": f"http://127.0.0.1:{proxy.port}"}
         missing = status(program, "s3://nowhere/run", environment)
@@ -220,6 +230,31 @@ def bucket(program, folder, rounds, rng):
             share(program, f"gs://runs/google-{number}", store, alone, [environment] * 3, rng)
         check_status(program, "gs://runs/google-0", environment)
         print(f"  {proxy.requests} requests as of Google's client, {proxy.dropped} replies lost")
+    server.stop()
+
+
+def formats(program, folder, rounds, rng):
+    """Parts of every format in a bucket; two of three workers are killed, and every twelfth reply is lost."""
+    started = start_s3()
+    if started is None:
+        return
+    from proxy import LossyProxy
+
+    server, client, host, port = started
+    with open(SWEEP) as file:
+        text = file.read().replace("../../sweeps", os.path.join(os.path.dirname(SWEEP), "../../sweeps"))
+    for form in ["parquet", "csv", "npz"]:
+        sweep = os.path.join(folder, f"{form}.toml")
+        with open(sweep, "w") as file:
+            file.write(f'{text}format = "{form}"\n')
+        alone = run_alone(program, folder, sweep)
+        with LossyProxy(host, port, lost=1 / 12, seed=rng.randrange(1 << 30)) as proxy:
+            environment = {"AWS_ENDPOINT_URL": f"http://127.0.0.1:{proxy.port}"}
+            for number in range(rounds):
+                store = Bucket(client, "runs", f"{form}-{number}")
+                share(program, f"s3://runs/{form}-{number}", store, alone, [environment] * 3, rng, sweep, kills=2)
+            check_status(program, f"s3://runs/{form}-0", environment)
+            print(f"  {form}: {2 * rounds} kills, {proxy.requests} requests, {proxy.dropped} replies lost", flush=True)
     server.stop()
 
 
@@ -326,5 +361,5 @@ if __name__ == "__main__":
     os.makedirs(folder, exist_ok=True)
     seed = int(os.environ.get("SEED", time.time_ns() % 1_000_000))
     print(f"{part} (SEED={seed})", flush=True)
-    kinds = {"directory": directory, "clocks": clocks, "bucket": bucket, "container": container}
+    kinds = {"directory": directory, "clocks": clocks, "bucket": bucket, "formats": formats, "container": container}
     kinds[part](os.path.abspath(program), os.path.abspath(folder), int(rounds), random.Random(seed))

@@ -5,6 +5,7 @@
 mod ranges;
 mod read;
 mod seal;
+mod thrift;
 mod write;
 
 pub use ranges::ByteSource;

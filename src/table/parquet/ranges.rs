@@ -1,5 +1,6 @@
 //! A Parquet file of which only some ranges are in memory.
 
+use super::thrift;
 use bytes::Bytes;
 use parquet::errors::ParquetError;
 use parquet::file::reader::{ChunkReader, Length};
@@ -96,6 +97,12 @@ impl Ranges {
         }
     }
 
+    /// The last bytes of the file.
+    pub fn end(&self, length: usize) -> Result<Bytes, ParquetError> {
+        let start = self.source.size().checked_sub(length as u64);
+        self.get_bytes(start.ok_or_else(|| ParquetError::EOF("it ends before".into()))?, length)
+    }
+
     /// Bytes from a place on, at least `length` unless the file ends before.
     fn from(&self, start: u64, length: u64) -> Result<Bytes, ParquetError> {
         let size = self.source.size();
@@ -162,8 +169,11 @@ impl ChunkReader for Ranges {
     type T = Piece;
 
     fn get_read(&self, start: u64) -> Result<Self::T, ParquetError> {
-        // A column is fetched as a whole, so that the piece that holds a page's first byte holds the page.
-        Ok(Piece(Cursor::new(self.from(start, 1)?)))
+        // Here begins a page. A column is fetched as a whole, so that the piece that holds a page's first byte holds the page.
+        let bytes = self.from(start, 1)?;
+        thrift::check_page_header(&bytes)
+            .map_err(|reason| ParquetError::General(format!("in a page header, {reason}")))?;
+        Ok(Piece(Cursor::new(bytes)))
     }
 
     fn get_bytes(&self, start: u64, length: usize) -> Result<Bytes, ParquetError> {

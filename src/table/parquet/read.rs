@@ -2,17 +2,19 @@
 
 use super::FORMAT;
 use super::ranges::{ByteSource, LocalFile, Ranges};
+use super::thrift;
 use crate::model::Status;
 use crate::table::error::damaged;
 use crate::table::{Column, Table, TableError, Values, arrow_schema};
+use bytes::Bytes;
 use parquet::basic::{Compression, ConvertedType, LogicalType, Type as Physical};
-use parquet::column::reader::{ColumnReaderImpl, get_typed_column_reader};
+use parquet::column::reader::{ColumnReaderImpl, get_column_reader, get_typed_column_reader};
 use parquet::data_type::{
     BoolType, ByteArray, ByteArrayType, DataType, DoubleType, FixedLenByteArrayType, FloatType, Int32Type, Int64Type,
 };
 use parquet::errors::ParquetError;
-use parquet::file::metadata::{ColumnChunkMetaData, FileMetaData, FooterTail, ParquetMetaDataReader};
-use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::file::metadata::{ColumnChunkMetaData, FileMetaData, FooterTail, ParquetMetaData, ParquetMetaDataReader};
+use parquet::file::serialized_reader::SerializedPageReader;
 use parquet::schema::types::ColumnDescriptor;
 use std::ops::Range;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -57,14 +59,24 @@ impl Footer {
 ///
 /// Bytes that are no whole Parquet file.
 pub fn footer(bytes: &[u8]) -> Result<Footer, TableError> {
-    let parse = || {
-        let (rest, tail) =
-            bytes.split_last_chunk::<TAIL>().ok_or_else(|| ParquetError::EOF("it is too short".into()))?;
-        let length = FooterTail::try_new(tail)?.metadata_length();
-        let start = rest.len().checked_sub(length).ok_or_else(|| ParquetError::EOF("its start is missing".into()))?;
-        ParquetMetaDataReader::decode_metadata(&rest[start..])
-    };
-    parse().map(|metadata| Footer::of(metadata.file_metadata())).map_err(|error| damaged(FORMAT, error))
+    let end = |length| bytes.len().checked_sub(length).map(|start| Bytes::copy_from_slice(&bytes[start..]));
+    metadata(|length| end(length).ok_or_else(|| ParquetError::EOF("it ends before".into())))
+        .map(|metadata| Footer::of(metadata.file_metadata()))
+        .map_err(|error| damaged(FORMAT, error))
+}
+
+/// What the end of a file says, of which bytes are asked for by their number.
+fn metadata(end: impl Fn(usize) -> Result<Bytes, ParquetError>) -> Result<ParquetMetaData, ParquetError> {
+    let general = |reason: String| ParquetError::General(reason);
+    let tail = end(TAIL)?;
+    let tail = FooterTail::try_new(tail.first_chunk().ok_or_else(|| general("it is too short".into()))?)?;
+    if tail.is_encrypted_footer() {
+        return Err(general("its footer is encrypted".into()));
+    }
+    let bytes = end(tail.metadata_length() + TAIL)?;
+    let bytes = &bytes[..tail.metadata_length()];
+    thrift::check_footer(bytes).map_err(|reason| general(format!("in its footer, {reason}")))?;
+    ParquetMetaDataReader::decode_metadata(bytes)
 }
 
 /// Bytes of the footer and of what follows it, by the end of a file; `None`: it is no end of such a file.
@@ -135,13 +147,13 @@ fn read_ranges(
     check: &dyn Fn(&FileMetaData) -> Result<(), TableError>,
     allowed: &dyn Fn(Kind) -> Result<Kind, &'static str>,
 ) -> Result<Table, TableError> {
-    let file = SerializedFileReader::new(ranges.clone()).map_err(|error| damaged(FORMAT, error))?;
-    check(file.metadata().file_metadata())?;
-    ranges.fetch(wanted_ranges(&file, is_wanted));
-    let footer = Footer::of(file.metadata().file_metadata());
+    let metadata = metadata(|length| ranges.end(length)).map_err(|error| damaged(FORMAT, error))?;
+    check(metadata.file_metadata())?;
+    ranges.fetch(wanted_ranges(&metadata, is_wanted));
+    let footer = Footer::of(metadata.file_metadata());
     let units = footer.get(arrow_schema::KEY).map(arrow_schema::units).unwrap_or_default();
     let mut table = Table::default();
-    for (index, column) in file.metadata().file_metadata().schema_descr().columns().iter().enumerate() {
+    for (index, column) in metadata.file_metadata().schema_descr().columns().iter().enumerate() {
         let name = column.path().parts().first().map_or("", String::as_str);
         if !is_wanted(name) {
             continue;
@@ -149,7 +161,7 @@ fn read_ranges(
         let kind = Kind::of(column).and_then(allowed);
         let expected = "numbers, flags or text";
         let kind = kind.map_err(|found| TableError::Kind { column: name.into(), found, expected })?;
-        let reader = Reader { file: &file, column: index, rows: footer.row_count as usize };
+        let reader = Reader { ranges, metadata: &metadata, column: index, rows: footer.row_count as usize };
         reader.check_codec()?;
         // The crate trusts some lengths within pages, and panics where they are damaged.
         let values = catch_unwind(AssertUnwindSafe(|| reader.values(kind, name)))
@@ -164,8 +176,8 @@ fn read_ranges(
 }
 
 /// Where the named columns lie.
-fn wanted_ranges(file: &SerializedFileReader<Ranges>, is_wanted: &dyn Fn(&str) -> bool) -> Vec<Range<u64>> {
-    let columns = file.metadata().row_groups().iter().flat_map(|group| group.columns());
+fn wanted_ranges(metadata: &ParquetMetaData, is_wanted: &dyn Fn(&str) -> bool) -> Vec<Range<u64>> {
+    let columns = metadata.row_groups().iter().flat_map(|group| group.columns());
     let is_wanted =
         |column: &&ColumnChunkMetaData| is_wanted(column.column_path().parts().first().map_or("", String::as_str));
     let range = |column: &ColumnChunkMetaData| {
@@ -242,7 +254,8 @@ fn of_integer(converted: ConvertedType) -> Result<Kind, &'static str> {
 
 /// One column of a file.
 struct Reader<'a> {
-    file: &'a SerializedFileReader<Ranges>,
+    ranges: &'a Ranges,
+    metadata: &'a ParquetMetaData,
     column: usize,
     rows: usize,
 }
@@ -255,7 +268,7 @@ struct Stored<T> {
 
 impl Reader<'_> {
     fn check_codec(&self) -> Result<(), TableError> {
-        for group in self.file.metadata().row_groups() {
+        for group in self.metadata.row_groups() {
             let codec = match group.column(self.column).compression() {
                 Compression::BROTLI(_) => "brotli",
                 Compression::LZO => "lzo",
@@ -267,7 +280,7 @@ impl Reader<'_> {
     }
 
     fn values(&self, kind: Kind, name: &str) -> Result<Values, ParquetError> {
-        let descriptor = self.file.metadata().file_metadata().schema_descr().column(self.column);
+        let descriptor = self.metadata.file_metadata().schema_descr().column(self.column);
         let is_long = descriptor.physical_type() == Physical::INT64;
         Ok(match kind {
             Kind::Unsigned if is_long => self.stored::<Int64Type>()?.map(|x| x as u64).unsigned(),
@@ -286,9 +299,12 @@ impl Reader<'_> {
     fn stored<T: DataType>(&self) -> Result<Stored<T::T>, ParquetError> {
         let (mut known, mut levels) = (Vec::with_capacity(self.rows.min(TRUSTED_ROWS)), Vec::new());
         let mut rows = 0;
-        for index in 0..self.file.num_row_groups() {
-            let group = self.file.get_row_group(index)?;
-            let mut reader: ColumnReaderImpl<T> = get_typed_column_reader(group.get_column_reader(self.column)?);
+        let descriptor = self.metadata.file_metadata().schema_descr().column(self.column);
+        for group in self.metadata.row_groups() {
+            let (chunk, group_rows) = (group.column(self.column), usize::try_from(group.num_rows())?);
+            let pages = SerializedPageReader::new(Arc::new(self.ranges.clone()), chunk, group_rows, None)?;
+            let mut reader: ColumnReaderImpl<T> =
+                get_typed_column_reader(get_column_reader(descriptor.clone(), Box::new(pages)));
             loop {
                 // A page of a few bytes may claim to hold billions of rows.
                 let wanted = (self.rows - rows).saturating_add(1).min(AT_A_TIME);

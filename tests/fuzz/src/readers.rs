@@ -38,7 +38,7 @@ pub const READERS: [Reader; 11] = [
     Reader { name: "import", read: read_import, seeds: || shipped(&["tests/data/import"], "") },
     Reader { name: "run", read: run, seeds: || vec![whole_run()[0].1.clone()] },
     Reader { name: "manifest", read: manifest, seeds: || vec![whole_run()[2].1.clone()] },
-    Reader { name: "part", read: part, seeds: || vec![whole_run()[3].1.clone()] },
+    Reader { name: "part", read: part, seeds: parts },
 ];
 
 /// A folder for files that readers open by name.
@@ -98,6 +98,12 @@ fn parquet_files() -> Vec<Vec<u8>> {
     // Its page says that a list of 124 million entries is to be skipped.
     let found = include_bytes!("../../data/found/parquet-skipped-list").to_vec();
     vec![encoded(&whole), encoded(&numbers), encoded(&Table::new(numbers.columns[..1].to_vec())), found]
+}
+
+fn parts() -> Vec<Vec<u8>> {
+    // Its footer says that a list of 131 million flags is to be skipped.
+    let found = include_bytes!("../../data/found/part-list-of-flags").to_vec();
+    vec![whole_run()[3].1.clone(), found]
 }
 
 fn shapes() -> Vec<Vec<u8>> {
