@@ -29,8 +29,10 @@ const ROUND: Duration = Duration::from_secs(5);
 /// Claims of one round.
 const MOST_UNITS: u64 = 16;
 
-/// A worker that finds nothing free lists everything anew at most this seldom.
+/// A worker that finds nothing free lists everything anew at most this seldom, unless there are very many.
 const LOOK: Duration = Duration::from_secs(10);
+/// Requests a second that the looks of all workers together make at most.
+const LISTS: f64 = 500.0;
 
 /// What a worker does next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -79,6 +81,8 @@ pub(crate) struct Claims {
     last_look: Option<Instant>,
     /// Looks since it last had something to solve.
     idle: u32,
+    /// Workers that live, as of the last look.
+    living_count: usize,
 }
 
 impl Claims {
@@ -107,6 +111,7 @@ impl Claims {
             place,
             last_look: None,
             idle: 0,
+            living_count: 1,
         };
         claims.look()?;
         if !claims.is_whole() {
@@ -152,7 +157,7 @@ impl Claims {
         }
         let pause = self.pause();
         if self.last_look.is_some_and(|last| last.elapsed() < pause) {
-            return Ok(Next::Wait(pause / 2));
+            return Ok(Claims::wait(pause));
         }
         self.look()?;
         self.idle += 1;
@@ -165,7 +170,7 @@ impl Claims {
                 (self.given, self.idle) = (self.given + 1, 0);
                 Ok(Next::Chunk(chunk))
             }
-            None => Ok(Next::Wait(pause / 2)),
+            None => Ok(Claims::wait(pause)),
         }
     }
 
@@ -175,7 +180,13 @@ impl Claims {
         const PAGE: u64 = 1000;
         let pages = 1 + (self.record.chunk_count() + self.end_unit()) / PAGE;
         let factor = pages.min(1000) as u32 * (1 << self.idle.min(10));
-        (first * factor).min(self.plan.silence() / 6).min(LOOK)
+        let alone = (first * factor).min(self.plan.silence() / 6).min(LOOK);
+        alone.max(Duration::from_secs_f64(self.living_count as f64 * pages as f64 / LISTS))
+    }
+
+    /// Asks again whether all is done before it looks again.
+    fn wait(pause: Duration) -> Next {
+        Next::Wait((pause / 2).min(LOOK / 2))
     }
 
     /// After the manifest has been written: all others may go.
@@ -309,10 +320,12 @@ impl Claims {
         Ok((!living.contains(&owner)).then_some(turn + 1))
     }
 
-    fn living(&self) -> Result<BTreeSet<String>, ResultsError> {
+    fn living(&mut self) -> Result<BTreeSet<String>, ResultsError> {
         // Its own file, just written, tells the time.
         self.beat.renew()?;
-        workers::living(self.store.as_ref(), self.beat.id(), self.plan.silence())
+        let living = workers::living(self.store.as_ref(), self.beat.id(), self.plan.silence())?;
+        self.living_count = living.len();
+        Ok(living)
     }
 
     fn claim(&mut self, unit: u64, turn: u64) -> Result<bool, ResultsError> {
@@ -339,7 +352,7 @@ impl Claims {
             },
         };
         if !is_mine {
-            return Ok(Next::Wait(pause / 2));
+            return Ok(Claims::wait(pause));
         }
         let found = directory::parts(self.store.as_ref(), &self.record)?;
         for (name, _) in &found.damaged {
@@ -355,7 +368,7 @@ impl Claims {
                     self.ready.extend(self.missing(unit));
                 }
             }
-            return Ok(self.ready.pop_front().map_or(Next::Wait(pause / 2), Next::Chunk));
+            return Ok(self.ready.pop_front().map_or(Claims::wait(pause), Next::Chunk));
         }
         self.state.complete.store(true, Ordering::Relaxed);
         self.state.finishes.store(true, Ordering::Relaxed);
@@ -369,6 +382,10 @@ impl Claims {
     /// As if it had looked long ago.
     pub fn may_look(&mut self) {
         self.last_look = None;
+    }
+
+    pub fn looks_every(&self) -> Duration {
+        self.pause()
     }
 }
 

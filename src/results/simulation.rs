@@ -331,3 +331,19 @@ fn the_living_share_out_whose_claims_they_ask_for() {
     assert_eq!(taken % 100, 0, "only what the dead one had");
     assert!(looks <= UNITS.div_ceil(16), "{looks} looks");
 }
+
+#[test]
+fn very_many_workers_look_seldom() {
+    let (store, mut claims) = joined(4000);
+    for unit in 0..4000 {
+        store.create(&format!("claims/{unit:010}-0"), b"another").expect("a claim");
+    }
+    (0..2999).for_each(|number| store.put(&format!("workers/{number:032x}.json"), b"{}").expect("a sign"));
+    claims.may_look();
+    let next = claims.next().expect("an answer");
+    // Nine requests a look of three thousand workers, 500 a second; claims of nobody are free after the first look.
+    assert!(matches!(next, Next::Chunk(_)), "{next:?}");
+    assert_eq!(claims.looks_every(), Duration::from_secs(54));
+    let (_, alone) = joined(4000);
+    assert!(alone.looks_every() < Duration::from_secs(10));
+}
