@@ -9,13 +9,16 @@ use super::options::{Progress, RowsWritten, RunOptions};
 use super::pilot::{choose_method, measure_derivatives};
 use super::sink::RowSink;
 use super::summary::Summary;
-use crate::backend::{Backend, BackendError, BackendFactory, BackendKind};
+use crate::backend::{Backend, BackendError, BackendFactory, BackendKind, Precision};
 use crate::engines::{Engine, EngineRequest, cpu_f64, second_attempt, witness};
 use crate::model::{Plan, PlanOptions};
 use crate::reference::energy;
 use crate::results::{PilotChoice, ResultsError};
-use crate::spec::{Shard, SolutionMethod, SweepSpec};
+use crate::spec::{PrecisionChoice, Shard, SolutionMethod, SweepSpec};
 use std::sync::atomic::AtomicBool;
+
+/// What a stage costs in mixed precision, over one in f64.
+const MIXED_WORK: f64 = 0.75;
 
 /// A sweep to be run.
 ///
@@ -178,19 +181,33 @@ impl<'a> SweepJob<'a> {
     }
 
     fn prepare_anew(mut self, asked_tolerance: f64) -> Result<PreparedSweep<'a>, SweepError> {
-        let engine = self.request.choose_for(&self.spec.scene, asked_tolerance)?;
+        self.request = with_precision(self.request, self.spec.precision);
+        let mut engine = self.request.choose_for(&self.spec.scene, asked_tolerance)?;
         self.spec.tolerance = engine.tolerance(asked_tolerance);
-        let steppers = engine.steppers();
-        let plan = self.spec.plan(PlanOptions { stepper: steppers[0], ..PlanOptions::default() })?;
-        // The file may fix the number of steps.
-        let pilot = match self.spec.steps {
-            Some(_) => None,
-            None => Some(choose_method(&plan, &self.spec.sampler(), &steppers[1..], &cpu_f64)?),
+        let plan = self.spec.plan(PlanOptions { stepper: engine.steppers()[0], ..PlanOptions::default() })?;
+        let sampler = self.spec.sampler();
+        let pilot_of = |engine: &Engine| {
+            let steppers = engine.steppers();
+            let plan = plan.with_options(PlanOptions { stepper: steppers[0], ..plan.options });
+            choose_method(&plan, &sampler, &steppers[1..], &pilot_engine(engine))
         };
+        // The file may fix the number of steps.
+        let mut pilot = match self.spec.steps {
+            Some(_) => None,
+            None => Some(pilot_of(&engine)?),
+        };
+        let may_mix = self.request.lets_mix() && pilot.is_some();
+        if let Some(mixed) = engine.mixed().filter(|_| may_mix) {
+            let choice = pilot_of(&mixed)?;
+            let pays = |ours: &PilotChoice| choice.reached && choice.work * MIXED_WORK < ours.work;
+            if pilot.as_ref().is_some_and(pays) {
+                (pilot, engine) = (Some(choice), mixed);
+            }
+        }
         let options = match &pilot {
             Some(pilot) => pilot.options(&plan),
             None => PlanOptions {
-                derivative_scale: measure_derivatives(&plan, &self.spec.sampler(), &cpu_f64)?,
+                derivative_scale: measure_derivatives(&plan, &sampler, &pilot_engine(&engine))?,
                 ..plan.options
             },
         };
@@ -341,6 +358,21 @@ impl<'a> PreparedSweep<'a> {
             warn(text);
         }
     }
+}
+
+/// A request with what the sweep file says, where the request says nothing.
+fn with_precision(request: EngineRequest, choice: PrecisionChoice) -> EngineRequest {
+    match choice {
+        _ if request.asked_precision().is_some() || request.lets_mix() => request,
+        PrecisionChoice::Usual => request,
+        PrecisionChoice::Auto => request.may_mix(true),
+        PrecisionChoice::Given(precision) => request.precision(Some(precision)),
+    }
+}
+
+/// What a pilot for an engine solves on: the CPU in f64, and in mixed precision, whose columns are rounded.
+fn pilot_engine(engine: &Engine) -> impl Fn(&Plan) -> Result<Box<dyn Backend>, BackendError> + Sync + '_ {
+    move |plan: &Plan| if engine.precision() == Precision::Mixed { engine.make(plan) } else { cpu_f64(plan) }
 }
 
 /// What finds every equilibrium: searches on an engine, answers in f64 on the CPU, energies by the reference.

@@ -41,6 +41,8 @@ pub enum Way {
 /// One block of samples for the kernel, numbers column by column in the plan's units.
 pub struct Job<'a, S: Scalar> {
     pub program: &'a Program,
+    /// Of columns in f32 beside answers in f64.
+    pub single: Option<&'a Program>,
     pub inputs: &'a [S],
     /// Of each sample.
     pub bad: &'a [bool],
@@ -71,7 +73,7 @@ impl<L: Kernels> WithSimd for AsKernel<'_, L> {
 /// Solves a block.
 #[inline(always)]
 fn solve_job<L: Kernels>(token: L::Token, job: Job<'_, L::Scalar>) {
-    let Job { program, inputs, bad, way, order, left, values, memory } = job;
+    let Job { program, single, inputs, bad, way, order, left, values, memory } = job;
     let kept = memory.take().and_then(|memory| memory.downcast::<Memory<L>>().ok());
     let mut kept = kept.unwrap_or_else(|| Box::new(Memory::new(token, program, inputs.len())));
     order.clear();
@@ -95,7 +97,14 @@ fn solve_job<L: Kernels>(token: L::Token, job: Job<'_, L::Scalar>) {
     if way == Way::Varying {
         ready = follow_block(program, token, inputs, block.memory, order);
     }
-    for offset in (0..ready).step_by(L::COUNT) {
+    let single = single.filter(|_| matches!(path, Path::Anchored | Path::Ramp));
+    if let Some(single) = single {
+        for (group, samples) in order[..ready].chunks(L::Coarse::COUNT).enumerate() {
+            block.solve_mixed(single, samples, path, group * L::Coarse::COUNT, values);
+        }
+    }
+    let settled = if single.is_some() { ready } else { 0 };
+    for offset in (settled..ready).step_by(L::COUNT) {
         let samples = &order[offset..ready.min(offset + L::COUNT)];
         let out = Outputs { data: &mut *values, stride: BLOCK, offset };
         match way {

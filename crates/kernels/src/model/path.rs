@@ -92,6 +92,8 @@ pub const PASS_LIMIT: f64 = 400.0;
 pub const CHORD_LIMIT: usize = 4;
 /// Full Newton steps on the fine grid, after the chord steps.
 pub const NEWTON_LIMIT: usize = 5;
+/// Passes in double precision that follow an answer in single, at most.
+pub const SETTLE_LIMIT: usize = 3;
 /// Longest chord step that is taken (plan units of moment).
 pub const CHORD_TRUST: f64 = 0.1;
 /// Intervals of the stability index shorter than this share of the rod join the next.
