@@ -8,8 +8,8 @@ use super::lane::{Lane, Scalar};
 use super::memory::{CoarseScalar, Memory, pack, unpack};
 use super::path::{Path, rest_slope};
 use super::problem::Problem;
-use super::program::{Inputs, Outputs, Program, Resolution};
-use super::varying::{InVarying, follow_block};
+use super::program::{Inputs, Outputs, Program};
+use super::varying::follow_block;
 use crate::model::{Anchors, BLOCK, MOST_ANCHOR_AXES, Prediction, Quantity, Status};
 use pulp::{Simd, WithSimd};
 use std::any::Any;
@@ -244,16 +244,5 @@ impl<L: Kernels> Block<'_, L> {
             Path::Search => {}
         }
         L::answer(Answer { program: self.program, token: self.token, path, tools, out });
-    }
-
-    /// The same in a field that varies in space; with care on this grid.
-    #[inline(always)]
-    fn solve_in_varying(&mut self, samples: &[usize], care: Option<&Resolution>, out: Outputs<'_, L::Scalar>) {
-        let Memory { answers: tools, varying, ends, .. } = &mut *self.memory;
-        pack(self.inputs, samples, L::COUNT, &mut tools.inputs);
-        if care.is_none() {
-            pack(ends, samples, L::COUNT, &mut tools.start);
-        }
-        L::in_varying(InVarying { program: self.program, token: self.token, care, varying, tools, out });
     }
 }

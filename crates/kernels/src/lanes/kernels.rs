@@ -6,7 +6,7 @@ use super::block::Job;
 use super::counted::Counted;
 use super::group::{Answer, ByNodes, Follow, FollowNodes, Load};
 use super::lane::{F32, F64, Lane};
-use super::mixed::{ColumnsOnly, Settle};
+use super::mixed::{ColumnsOnly, Settle, Single};
 use super::path::PathEnd;
 use super::shoot::Pass;
 use super::terms::ProgramTerms;
@@ -35,11 +35,6 @@ pub trait Kernels: Passes {
     fn follow_varying(follow: FollowVarying<'_, Self>);
     fn in_varying(in_varying: InVarying<'_, Self>);
     fn varying_pass(pass: varying::Pass<'_, Self>);
-}
-
-/// Single precision.
-pub trait Single: Kernels {
-    fn columns(columns: ColumnsOnly<'_, Self>);
 }
 
 /// A pass of some terms.

@@ -8,7 +8,7 @@ use super::block::Block;
 use super::chord::{Check, answer, approach, check_pass, newton_step};
 use super::column::Columns;
 use super::group::{Load, Tools, load_end};
-use super::kernels::{Kernels, Single};
+use super::kernels::Kernels;
 use super::lane::{Lane, Scalar};
 use super::memory::{Memory, pack};
 use super::path::{Path, PathEnd};
@@ -24,6 +24,11 @@ use pulp::{Simd, WithSimd};
 /// Numbers that [`settle`] needs of an answer: base moment, Newton's last step, tip, columns by base moment, W and its
 /// inverse.
 pub const HANDED_COLUMNS: usize = 3 + 3 + 9 + 18 + 18;
+
+/// A register type of single precision.
+pub trait Single: Kernels {
+    fn columns(columns: ColumnsOnly<'_, Self>);
+}
 
 /// What lies between the two precisions.
 #[derive(Default)]

@@ -38,6 +38,7 @@ mod trace;
 mod varying;
 
 use crate::backend::{Backend, BackendError, BackendInfo, BackendKind, Precision};
+use crate::model::path::SINGLE_STEP;
 use crate::model::{Batch, Entry, Plan, Solutions};
 use batch::Scratch;
 use block::Job;
@@ -146,6 +147,7 @@ impl Lanes {
         let mut single = (precision == Precision::Mixed).then(|| Program::new(plan, Precision::F32.epsilon()));
         if let Some(single) = &mut single {
             single.terms = program.terms;
+            (single.chord_tolerance, single.first_order_tolerance) = (SINGLE_STEP, SINGLE_STEP);
         }
         Ok(Self {
             plan: plan.clone(),
