@@ -17,7 +17,7 @@ use super::program::{Inputs, Outputs, Program};
 use super::shoot::Tip;
 use super::solve::{newton, write_answer, write_derivatives, write_verdict};
 use super::stability::margin;
-use crate::model::path::{ROUND_OFF, SETTLE_LIMIT};
+use crate::model::path::{ROUND_OFF, SETTLE_LIMIT, SETTLED_SHARE};
 use crate::model::{BLOCK, Quantity, Status};
 use pulp::{Simd, WithSimd};
 
@@ -91,7 +91,7 @@ fn settle<L: Lane>(
     let pending = one.constant(f64::from(Status::Pending.code()));
     let (status, passes): (L, L) = (out.load(token, Quantity::Status), out.load(token, Quantity::Iterations));
     let solved = status.lt(pending);
-    let first_order = margin(&w_inverse) * one.constant(program.first_order_tolerance);
+    let first_order = margin(&w_inverse) * one.constant(SETTLED_SHARE * program.newton_tolerance.sqrt());
     let bound = (one.constant(program.newton_tolerance) * (one + length(m0))).max(first_order);
 
     let mut check = check_pass(problem, m0 + back, workspace);

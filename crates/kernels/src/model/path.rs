@@ -97,6 +97,9 @@ pub const NEWTON_LIMIT: usize = 5;
 pub const SINGLE_STEP: f64 = 3e-5;
 /// Passes in double precision that follow an answer in single, at most.
 pub const SETTLE_LIMIT: usize = 3;
+/// The last of them leads by at most this share of the square root of what is asked for, times the stability margin: its square
+/// is left.
+pub const SETTLED_SHARE: f64 = 0.1;
 /// Longest chord step that is taken (plan units of moment).
 pub const CHORD_TRUST: f64 = 0.1;
 /// Intervals of the stability index shorter than this share of the rod join the next.
