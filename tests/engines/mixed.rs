@@ -4,7 +4,7 @@ use crate::common::root;
 use rodsweep::backend::{Backend, BackendError, BackendKind, Precision};
 use rodsweep::engines::EngineRequest;
 use rodsweep::lanes::{InstructionSet, Lanes};
-use rodsweep::model::{Batch, Plan, PlanOptions, Quantity, Solutions, Status, Stepper};
+use rodsweep::model::{Batch, Plan, PlanOptions, Quantity, Solutions, Stepper};
 use rodsweep::spec::SweepSpec;
 
 const SAMPLES: usize = 2000;
@@ -42,8 +42,7 @@ fn tips_are_those_of_f64_and_columns_those_of_f32() {
         let (mut tip, mut column, mut compared) = (0.0f64, 0.0f64, 0);
         for at in 0..SAMPLES {
             assert_eq!(ours.status(at).is_success(), theirs.status(at).is_success(), "{file} {at}");
-            let from_rest = |of: &Solutions| of.status(at) == Status::Ok;
-            if !(from_rest(&ours) && from_rest(&theirs)) {
+            if !ours.status(at).is_success() {
                 continue;
             }
             compared += 1;

@@ -17,7 +17,7 @@ use super::program::{Inputs, Outputs, Program};
 use super::shoot::Tip;
 use super::solve::{newton, write_answer, write_derivatives, write_verdict};
 use super::stability::margin;
-use crate::model::path::{ROUND_OFF, SETTLE_LIMIT, SETTLED_SHARE};
+use crate::model::path::{HIDDEN_SHARE, ROUND_OFF, SETTLE_LIMIT, SETTLED_SHARE};
 use crate::model::{BLOCK, Quantity, Status};
 use pulp::{Simd, WithSimd};
 
@@ -113,7 +113,7 @@ fn settle<L: Lane>(
     let mut answered = answer(problem, &check, (&tip, back), &by_moment, (m0, &w, &w_inverse));
     // Round-off of the tip on the fine steps may hide how far that is off; columns move the pose with an error of their own.
     let noise = answered.noise * one.constant(epsilon);
-    let hidden = one.constant(ROUND_OFF * epsilon * program.error_share);
+    let hidden = one.constant(ROUND_OFF * epsilon * HIDDEN_SHARE);
     let moved = size * (noise + length(answered.m0 - m0) / margin(&w_inverse));
     answered.error = answered.error + answered.amplification * (hidden + moved);
     answered.derivative_error = answered.derivative_error + noise;

@@ -100,6 +100,8 @@ pub const SETTLE_LIMIT: usize = 3;
 /// The last of them leads by at most this share of the square root of what is asked for, times the stability margin: its square
 /// is left.
 pub const SETTLED_SHARE: f64 = 0.1;
+/// Of an error on the fine grid that round-off in single precision hides, what is left on twice the steps: sixth order.
+pub const HIDDEN_SHARE: f64 = 1.0 / 64.0;
 /// Longest chord step that is taken (plan units of moment).
 pub const CHORD_TRUST: f64 = 0.1;
 /// Intervals of the stability index shorter than this share of the rod join the next.
