@@ -6,10 +6,10 @@ use super::check::SpotCheckOptions;
 use super::error::SweepError;
 use super::fallback::{Fallback, run_with_fallback};
 use super::options::{Progress, RowsWritten, RunOptions};
-use super::pilot::{choose_method, measure_derivatives};
+use super::pilot::{choose_method, measure_derivatives, meets};
 use super::sink::RowSink;
 use super::summary::Summary;
-use crate::backend::{Backend, BackendError, BackendFactory, BackendKind, Precision};
+use crate::backend::{Backend, BackendError, BackendFactory, BackendKind};
 use crate::engines::{Engine, EngineRequest, cpu_f64, second_attempt, witness};
 use crate::model::{Plan, PlanOptions};
 use crate::reference::energy;
@@ -189,7 +189,7 @@ impl<'a> SweepJob<'a> {
         let pilot_of = |engine: &Engine| {
             let steppers = engine.steppers();
             let plan = plan.with_options(PlanOptions { stepper: steppers[0], ..plan.options });
-            choose_method(&plan, &sampler, &steppers[1..], &pilot_engine(engine))
+            choose_method(&plan, &sampler, &steppers[1..], &cpu_f64)
         };
         // The file may fix the number of steps.
         let mut pilot = match self.spec.steps {
@@ -199,17 +199,15 @@ impl<'a> SweepJob<'a> {
         let may_mix = self.request.lets_mix() && pilot.is_some();
         if let Some(mixed) = engine.mixed().filter(|_| may_mix) {
             let choice = pilot_of(&mixed)?;
-            let pays = |ours: &PilotChoice| choice.reached && choice.work * MIXED_WORK < ours.work;
-            if pilot.as_ref().is_some_and(pays) {
+            let pays = pilot.as_ref().is_some_and(|ours| choice.work * MIXED_WORK < ours.work);
+            let chosen = plan.with_options(choice.options(&plan));
+            if choice.reached && pays && meets(&chosen, &sampler, &|plan| mixed.make(plan), &cpu_f64)? {
                 (pilot, engine) = (Some(choice), mixed);
             }
         }
         let options = match &pilot {
             Some(pilot) => pilot.options(&plan),
-            None => PlanOptions {
-                derivative_scale: measure_derivatives(&plan, &sampler, &pilot_engine(&engine))?,
-                ..plan.options
-            },
+            None => PlanOptions { derivative_scale: measure_derivatives(&plan, &sampler, &cpu_f64)?, ..plan.options },
         };
         let plan = plan.with_options(options);
         let uses_anchors = self.spec.anchors && engine.kind() == BackendKind::Cpu;
@@ -368,11 +366,6 @@ fn with_precision(request: EngineRequest, choice: PrecisionChoice) -> EngineRequ
         PrecisionChoice::Auto => request.may_mix(true),
         PrecisionChoice::Given(precision) => request.precision(Some(precision)),
     }
-}
-
-/// What a pilot for an engine solves on: the CPU in f64, and in mixed precision, whose columns are rounded.
-fn pilot_engine(engine: &Engine) -> impl Fn(&Plan) -> Result<Box<dyn Backend>, BackendError> + Sync + '_ {
-    move |plan: &Plan| if engine.precision() == Precision::Mixed { engine.make(plan) } else { cpu_f64(plan) }
 }
 
 /// What finds every equilibrium: searches on an engine, answers in f64 on the CPU, energies by the reference.

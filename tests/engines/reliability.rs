@@ -3,7 +3,7 @@
 use crate::common::root;
 use crate::common::strategy::some_scenes;
 use rayon::prelude::*;
-use rodsweep::backend::{Backend, BackendError, BackendFactory, Precision};
+use rodsweep::backend::{Backend, BackendError, Precision};
 use rodsweep::engines::cpu_f64;
 use rodsweep::input::read_scene;
 use rodsweep::lanes::Lanes;
@@ -244,7 +244,7 @@ fn estimates_of_a_mixed_pilot_bound_errors() {
         let held_out = Sampled::scene(file, ranges, 2000, &mut random);
         for stepper in Stepper::ALL {
             let plan = pilot.plan.with_options(PlanOptions { stepper, ..pilot.plan.options });
-            let chosen = choose_steps_for(&plan, &pilot.batch, &mixed).expect("a choice");
+            let chosen = choose_steps_for(&plan, &pilot.batch, &cpu_f64).expect("a choice");
             let plan = held_out.plan.with_options(chosen.options(&plan));
             let found = mixed(&plan).expect("supported").solve(&held_out.batch).expect("solved");
             let mut tally = Tally::default();
@@ -282,8 +282,7 @@ fn derivative_estimates_of_a_pilot_bound_errors() {
         for stepper in Stepper::ALL {
             let plan = pilot.plan.with_options(PlanOptions { stepper, ..pilot.plan.options });
             for precision in [Precision::F64, Precision::F32, Precision::Mixed] {
-                let engine: BackendFactory = if precision == Precision::Mixed { &mixed } else { &cpu_f64 };
-                let chosen = choose_steps_for(&plan, &pilot.batch, engine).expect("a choice");
+                let chosen = choose_steps_for(&plan, &pilot.batch, &cpu_f64).expect("a choice");
                 let plan = held_out.plan.with_options(chosen.options(&plan));
                 let found = Lanes::new(&plan, precision).expect("supported").solve(&held_out.batch).expect("solved");
                 let errors = held_out.derivative_errors(&found);
