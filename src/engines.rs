@@ -31,6 +31,7 @@ const MANY_SAMPLES: u64 = 10_000_000;
 pub struct EngineRequest {
     backend: Option<BackendKind>,
     precision: Option<Precision>,
+    may_mix: bool,
 }
 
 impl EngineRequest {
@@ -52,6 +53,16 @@ impl EngineRequest {
     /// Its arithmetic; `None` leaves it to the program.
     pub fn precision(self, precision: Option<Precision>) -> EngineRequest {
         EngineRequest { precision, ..self }
+    }
+
+    /// Lets a pilot take mixed precision where it is as good as f64 on the CPU and costs less.
+    pub fn may_mix(self, may_mix: bool) -> EngineRequest {
+        EngineRequest { may_mix, ..self }
+    }
+
+    /// Whether it may.
+    pub fn lets_mix(&self) -> bool {
+        self.may_mix
     }
 
     /// The engine that is asked for.
@@ -76,14 +87,20 @@ impl EngineRequest {
     /// An engine that does not exist here or has not the precision asked for.
     pub fn choose(&self, tolerance: f64) -> Result<Engine, BackendError> {
         let engine = |kind, precision, reason: &str| Engine { kind, precision, reason: reason.into() };
+        let unsupported = |backend, precision: Precision| {
+            let (what, remedy) = (precision.name().into(), "leave the precision out".into());
+            Err(BackendError::Unsupported { backend, what, remedy })
+        };
         match self.backend {
+            None if self.precision == Some(Precision::Mixed) => {
+                Ok(engine(BackendKind::Cpu, Precision::Mixed, "mixed precision is for the CPU"))
+            }
             None => any_engine(self.precision, tolerance),
-            Some(BackendKind::Reference) => match self.precision {
-                Some(Precision::F32) => Err(BackendError::Unsupported {
-                    backend: BackendKind::Reference,
-                    what: "f32".into(),
-                    remedy: "leave the precision out".into(),
-                }),
+            Some(kind @ BackendKind::Gpu) if self.precision == Some(Precision::Mixed) => {
+                unsupported(kind, Precision::Mixed)
+            }
+            Some(kind @ BackendKind::Reference) => match self.precision {
+                Some(precision @ (Precision::F32 | Precision::Mixed)) => unsupported(kind, precision),
                 _ => Ok(engine(BackendKind::Reference, Precision::F64, "asked for")),
             },
             Some(BackendKind::Cpu) => {
@@ -116,6 +133,7 @@ impl EngineRequest {
             Some(BackendKind::Gpu) if !scene.sources.maps.is_empty() => {
                 on_cpu("the field is sampled on a grid, which no GPU kernel models")
             }
+            Some(BackendKind::Gpu) if self.precision == Some(Precision::Mixed) => self.choose(tolerance),
             Some(BackendKind::Gpu) if self.precision == Some(Precision::F64) => {
                 on_cpu("the field varies in space, which GPU kernels model in f32 alone")
             }
@@ -203,11 +221,17 @@ impl Engine {
         Engine { kind: BackendKind::Cpu, ..self.clone() }
     }
 
+    /// The same in mixed precision, where it is the CPU in f64.
+    pub fn mixed(&self) -> Option<Engine> {
+        let is_double = (self.kind, self.precision) == (BackendKind::Cpu, Precision::F64);
+        is_double.then(|| Engine { precision: Precision::Mixed, ..self.clone() })
+    }
+
     /// Methods of integration that suit it, the first by default.
     pub fn steppers(&self) -> &'static [Stepper] {
         match (self.kind, self.precision) {
             (BackendKind::Gpu, Precision::F32) => &[Stepper::Tp6, Stepper::Rk4],
-            (_, Precision::F32) => &[Stepper::Tp7, Stepper::Tp6, Stepper::Dop853],
+            (_, Precision::F32 | Precision::Mixed) => &[Stepper::Tp7, Stepper::Tp6, Stepper::Dop853],
             // The twelve stages of DOP853 are too many for the registers of a GPU.
             (BackendKind::Gpu, Precision::F64) => &[Stepper::Tp7, Stepper::Tp6],
             (_, Precision::F64) => &[Stepper::Dop853, Stepper::Tp7, Stepper::Tp6],
@@ -218,7 +242,7 @@ impl Engine {
     pub fn tolerance(&self, asked: f64) -> f64 {
         match self.precision {
             Precision::F32 => asked.max(F32_TOLERANCE),
-            Precision::F64 => asked,
+            Precision::F64 | Precision::Mixed => asked,
         }
     }
 

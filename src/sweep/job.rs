@@ -6,7 +6,7 @@ use super::check::SpotCheckOptions;
 use super::error::SweepError;
 use super::fallback::{Fallback, run_with_fallback};
 use super::options::{Progress, RowsWritten, RunOptions};
-use super::pilot::{choose_method, measure_derivatives};
+use super::pilot::{choose_method, measure_derivatives, meets};
 use super::sink::RowSink;
 use super::summary::Summary;
 use crate::backend::{Backend, BackendError, BackendFactory, BackendKind};
@@ -14,8 +14,11 @@ use crate::engines::{Engine, EngineRequest, cpu_f64, second_attempt, witness};
 use crate::model::{Plan, PlanOptions};
 use crate::reference::energy;
 use crate::results::{PilotChoice, ResultsError};
-use crate::spec::{Shard, SolutionMethod, SweepSpec};
+use crate::spec::{PrecisionChoice, Shard, SolutionMethod, SweepSpec};
 use std::sync::atomic::AtomicBool;
+
+/// What a stage costs in mixed precision, over one in f64.
+const MIXED_WORK: f64 = 0.75;
 
 /// A sweep to be run.
 ///
@@ -178,21 +181,33 @@ impl<'a> SweepJob<'a> {
     }
 
     fn prepare_anew(mut self, asked_tolerance: f64) -> Result<PreparedSweep<'a>, SweepError> {
-        let engine = self.request.choose_for(&self.spec.scene, asked_tolerance)?;
+        self.request = with_precision(self.request, self.spec.precision);
+        let mut engine = self.request.choose_for(&self.spec.scene, asked_tolerance)?;
         self.spec.tolerance = engine.tolerance(asked_tolerance);
-        let steppers = engine.steppers();
-        let plan = self.spec.plan(PlanOptions { stepper: steppers[0], ..PlanOptions::default() })?;
-        // The file may fix the number of steps.
-        let pilot = match self.spec.steps {
-            Some(_) => None,
-            None => Some(choose_method(&plan, &self.spec.sampler(), &steppers[1..], &cpu_f64)?),
+        let plan = self.spec.plan(PlanOptions { stepper: engine.steppers()[0], ..PlanOptions::default() })?;
+        let sampler = self.spec.sampler();
+        let pilot_of = |engine: &Engine| {
+            let steppers = engine.steppers();
+            let plan = plan.with_options(PlanOptions { stepper: steppers[0], ..plan.options });
+            choose_method(&plan, &sampler, &steppers[1..], &cpu_f64)
         };
+        // The file may fix the number of steps.
+        let mut pilot = match self.spec.steps {
+            Some(_) => None,
+            None => Some(pilot_of(&engine)?),
+        };
+        let may_mix = self.request.lets_mix() && pilot.is_some();
+        if let Some(mixed) = engine.mixed().filter(|_| may_mix) {
+            let choice = pilot_of(&mixed)?;
+            let pays = pilot.as_ref().is_some_and(|ours| choice.work * MIXED_WORK < ours.work);
+            let chosen = plan.with_options(choice.options(&plan));
+            if choice.reached && pays && meets(&chosen, &sampler, &|plan| mixed.make(plan), &cpu_f64)? {
+                (pilot, engine) = (Some(choice), mixed);
+            }
+        }
         let options = match &pilot {
             Some(pilot) => pilot.options(&plan),
-            None => PlanOptions {
-                derivative_scale: measure_derivatives(&plan, &self.spec.sampler(), &cpu_f64)?,
-                ..plan.options
-            },
+            None => PlanOptions { derivative_scale: measure_derivatives(&plan, &sampler, &cpu_f64)?, ..plan.options },
         };
         let plan = plan.with_options(options);
         let uses_anchors = self.spec.anchors && engine.kind() == BackendKind::Cpu;
@@ -340,6 +355,16 @@ impl<'a> PreparedSweep<'a> {
         if let Some(warn) = self.job.warn {
             warn(text);
         }
+    }
+}
+
+/// A request with what the sweep file says, where the request says nothing.
+fn with_precision(request: EngineRequest, choice: PrecisionChoice) -> EngineRequest {
+    match choice {
+        _ if request.asked_precision().is_some() || request.lets_mix() => request,
+        PrecisionChoice::Usual => request,
+        PrecisionChoice::Auto => request.may_mix(true),
+        PrecisionChoice::Given(precision) => request.precision(Some(precision)),
     }
 }
 

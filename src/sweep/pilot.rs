@@ -86,6 +86,23 @@ pub fn measure_derivatives(
     Ok(Trial::new(plan, &batch, steps, &coarse, &fine).derivative_scale)
 }
 
+/// Whether answers of an engine meet the tolerances of the plan, against those of another on twice the steps.
+///
+/// # Errors
+///
+/// As [`choose_steps`].
+pub fn meets(
+    plan: &Plan,
+    sampler: &Sampler,
+    ours: BackendFactory,
+    truth: BackendFactory,
+) -> Result<bool, BackendError> {
+    let batch = pilot_batch(plan, sampler);
+    let steps = plan.options.steps;
+    let (found, expected) = (solved(plan, steps, &batch, ours)?, solved(plan, 2 * steps, &batch, truth)?);
+    Ok(Trial::new(plan, &batch, steps, &found, &expected).meets(&plan.options))
+}
+
 /// Some samples of a sweep, always the same.
 fn pilot_batch(plan: &Plan, sampler: &Sampler) -> Batch {
     let selection = Selection::new(sampler.sample_count(), SAMPLES, 0x9170);

@@ -9,12 +9,13 @@ use rodsweep::sweep::{Memory, ResultDirectory, SweepError, SweepJob};
 use rodsweep::table::Table;
 use std::path::{Path, PathBuf};
 
-fn spec() -> SweepSpec {
-    let text = "scene = \"scenes/p6.toml\"\n[sampling]\nmethod = \"uniform\"\nsamples = 90\nseed = 3\n\
+const TEXT: &str = "scene = \"scenes/p6.toml\"\n[sampling]\nmethod = \"uniform\"\nsamples = 90\nseed = 3\n\
                 [[axis]]\nparameter = \"coil.current.x\"\nfrom = \"-0.2 A\"\nto = \"0.2 A\"\n\
                 [output]\nquantities = [\"tip_position\"]\n";
+
+fn spec() -> SweepSpec {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("sweeps/method.toml");
-    SweepSpec::parse(&file, text).expect("a sweep")
+    SweepSpec::parse(&file, TEXT).expect("a sweep")
 }
 
 fn job<'a>() -> SweepJob<'a> {
@@ -88,6 +89,44 @@ fn who_resumes_does_as_the_run_was_begun() {
     assert_eq!((prepared.method(), prepared.is_settled(), prepared.pilot()), (settled, true, None));
     let summary = again.run(&mut ResultDirectory::new(&out).resume(true)).expect("a run");
     assert_eq!((summary.solved, summary.resumed), (20, 70));
+    assert_eq!(rows(&out), whole);
+}
+
+/// A sweep file may ask for mixed precision; the command line goes first. What it says belongs to the run.
+#[test]
+fn a_sweep_asks_for_its_precision() {
+    let with = |word: &str| {
+        let text = format!("{}[solver]\nprecision = \"{word}\"\n", TEXT);
+        SweepSpec::parse(&Path::new(env!("CARGO_MANIFEST_DIR")).join("sweeps/method.toml"), &text)
+    };
+    let on_cpu = |spec: SweepSpec| {
+        SweepJob::new(spec).engine(EngineRequest::of(BackendKind::Cpu)).part_size(Some(20)).spot_check(None)
+    };
+    let precision = |job: SweepJob| job.prepare(&Memory::new()).expect("prepared").method().precision;
+    let mixed = with("mixed").expect("a sweep");
+    assert_eq!(precision(on_cpu(mixed.clone())), Precision::Mixed);
+    assert_eq!(precision(SweepJob::new(mixed.clone())), Precision::Mixed);
+    let double = EngineRequest::of(BackendKind::Cpu).precision(Some(Precision::F64));
+    assert_eq!(precision(on_cpu(mixed.clone()).engine(double)), Precision::F64);
+    assert_eq!(precision(on_cpu(with("auto").expect("a sweep"))), Precision::Mixed);
+    assert_eq!(precision(on_cpu(with("f32").expect("a sweep"))), Precision::F32);
+    assert_eq!(precision(job()), Precision::F64);
+    assert!(with("half").is_err_and(|error| error.to_string().contains("auto, f32, f64, mixed")));
+
+    let dir = tempfile::tempdir().expect("a folder");
+    let out = dir.path().join("run");
+    on_cpu(mixed.clone()).run(&mut ResultDirectory::new(&out)).expect("a run");
+    let whole = rows(&out);
+    assert_eq!(method_of(&out).precision, Precision::Mixed);
+    assert_eq!(SweepSpec::read(&out.join("sweep.toml")).expect("a sweep").precision, mixed.precision);
+    let text = std::fs::read_to_string(out.join("run.json")).expect("run.json");
+    assert_eq!(serde_json::from_str::<serde_json::Value>(&text).expect("JSON")["method"]["precision"], "mixed");
+    let manifest = Results::open(&out).expect("results").manifest().expect("a manifest");
+    assert!(manifest.engines.keys().all(|engine| engine.starts_with("cpu mixed")), "{:?}", manifest.engines);
+    let error = on_cpu(mixed.clone()).engine(double).run(&mut ResultDirectory::new(&out).resume(true));
+    assert!(matches!(error, Err(SweepError::OtherMethod { what: "precision", .. })), "{error:?}");
+    std::fs::remove_file(out.join("part-0000000001.parquet")).expect("a part");
+    on_cpu(mixed).run(&mut ResultDirectory::new(&out).resume(true)).expect("a run");
     assert_eq!(rows(&out), whole);
 }
 

@@ -79,7 +79,7 @@ impl From<SensitivityError> for CommandError {
 pub fn of_backend(error: &BackendError) -> String {
     let on_the_cpu = "use `--backend cpu`";
     match error {
-        BackendError::Unsupported { backend: backend @ BackendKind::Reference, what, .. } if what == "f32" => {
+        BackendError::Unsupported { backend, what, .. } if ["f32", "mixed"].contains(&what.as_str()) => {
             format!("the {backend} backend does not model {what}: leave `--precision` out")
         }
         BackendError::Unsupported { backend: backend @ BackendKind::Reference, what, .. } => {

@@ -17,6 +17,7 @@ mod group;
 mod kernels;
 mod lane;
 mod memory;
+mod mixed;
 mod nodes;
 mod operators;
 mod path;
@@ -37,6 +38,7 @@ mod trace;
 mod varying;
 
 use crate::backend::{Backend, BackendError, BackendInfo, BackendKind, Precision};
+use crate::model::path::SINGLE_STEP;
 use crate::model::{Batch, Entry, Plan, Solutions};
 use batch::Scratch;
 use block::Job;
@@ -104,6 +106,8 @@ pub struct Lanes {
     plan: Plan,
     precision: Precision,
     program: Program,
+    /// That of columns in f32 where tips are in f64.
+    single: Option<Program>,
     /// One unit of each entry, SI.
     units: Vec<f64>,
     set: InstructionSet,
@@ -140,10 +144,16 @@ impl Lanes {
         if set == InstructionSet::Scalar {
             program.terms = ProgramTerms::EVERY;
         }
+        let mut single = (precision == Precision::Mixed).then(|| Program::new(plan, Precision::F32.epsilon()));
+        if let Some(single) = &mut single {
+            single.terms = program.terms;
+            (single.chord_tolerance, single.first_order_tolerance) = (SINGLE_STEP, SINGLE_STEP);
+        }
         Ok(Self {
             plan: plan.clone(),
             precision,
             program,
+            single,
             units: plan.entry_units(),
             set,
             arch,
@@ -191,7 +201,7 @@ impl Backend for Lanes {
 
     fn certifies_folds(&self) -> bool {
         // Its folds are steep there, others are not converged.
-        self.program.field.is_some() && self.precision == Precision::F64
+        self.program.field.is_some() && self.precision != Precision::F32
     }
 
     fn solve(&mut self, batch: &Batch) -> Result<Solutions, BackendError> {
@@ -204,7 +214,7 @@ impl Backend for Lanes {
         solutions.reuse(&self.plan, batch.sample_count());
         let mut scratch = std::mem::take(&mut self.scratch);
         match self.precision {
-            Precision::F64 => self.fill(batch, solutions, &mut scratch.0),
+            Precision::F64 | Precision::Mixed => self.fill(batch, solutions, &mut scratch.0),
             Precision::F32 => self.fill(batch, solutions, &mut scratch.1),
         }
         self.scratch = scratch;
