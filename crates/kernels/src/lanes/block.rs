@@ -99,9 +99,7 @@ fn solve_job<L: Kernels>(token: L::Token, job: Job<'_, L::Scalar>) {
     }
     let single = single.filter(|_| matches!(path, Path::Anchored | Path::Ramp));
     if let Some(single) = single {
-        for (group, samples) in order[..ready].chunks(L::Coarse::COUNT).enumerate() {
-            block.solve_mixed(single, samples, path, group * L::Coarse::COUNT, values);
-        }
+        block.solve_mixed(single, &order[..ready], path, values);
     }
     let settled = if single.is_some() { ready } else { 0 };
     for offset in (settled..ready).step_by(L::COUNT) {
@@ -235,7 +233,7 @@ impl<L: Kernels> Block<'_, L> {
 
     /// Solves as many samples as a register holds, or fewer.
     #[inline(always)]
-    fn solve(&mut self, samples: &[usize], path: Path, out: Outputs<'_, L::Scalar>) {
+    pub(super) fn solve(&mut self, samples: &[usize], path: Path, out: Outputs<'_, L::Scalar>) {
         let Memory { answers: tools, rests, ends, .. } = &mut *self.memory;
         pack(self.inputs, samples, L::COUNT, &mut tools.inputs);
         match path {

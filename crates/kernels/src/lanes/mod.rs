@@ -38,13 +38,13 @@ mod trace;
 mod varying;
 
 use crate::backend::{Backend, BackendError, BackendInfo, BackendKind, Precision};
-use crate::model::path::SINGLE_STEP;
 use crate::model::{Batch, Entry, Plan, Solutions};
 use batch::Scratch;
 use block::Job;
 pub use count::{Operations, PassOperations};
 use kernels::Kernels;
 use lane::{F32, F64, Scalar};
+use mixed::single_program;
 use program::Program;
 use pulp::Arch;
 use terms::ProgramTerms;
@@ -144,11 +144,7 @@ impl Lanes {
         if set == InstructionSet::Scalar {
             program.terms = ProgramTerms::EVERY;
         }
-        let mut single = (precision == Precision::Mixed).then(|| Program::new(plan, Precision::F32.epsilon()));
-        if let Some(single) = &mut single {
-            single.terms = program.terms;
-            (single.chord_tolerance, single.first_order_tolerance) = (SINGLE_STEP, SINGLE_STEP);
-        }
+        let single = (precision == Precision::Mixed).then(|| single_program(plan, &program)).flatten();
         Ok(Self {
             plan: plan.clone(),
             precision,

@@ -1,43 +1,35 @@
 //! Mixed precision: columns, rows and stability in f32, twice as many samples side by side; base moment and pose by passes
 //! over the rod alone in f64, on twice the fine steps. R4, J5
 //!
-//! Of what f32 leaves in doubt no more is said than that it is pending: it goes the way of f64.
+//! What f32 leaves in doubt is solved in f64 from where its path ended.
+
+mod block;
+
+pub use block::Handed;
 
 use super::algebra::{Mat3, Vec3, length};
-use super::block::Block;
 use super::chord::{Check, answer, approach, check_pass, newton_step};
 use super::column::Columns;
 use super::group::{Load, Tools, load_end};
 use super::kernels::Kernels;
-use super::lane::{Lane, Scalar};
-use super::memory::{Memory, pack};
+use super::lane::Lane;
 use super::path::{Path, PathEnd};
 use super::problem::{Problem, Workspace};
 use super::program::{Inputs, Outputs, Program};
 use super::shoot::Tip;
 use super::solve::{newton, write_answer, write_derivatives, write_verdict};
 use super::stability::margin;
-use crate::model::path::{HIDDEN_SHARE, ROUND_OFF, SETTLE_LIMIT, SETTLED_SHARE};
-use crate::model::{BLOCK, Quantity, Status};
+use crate::model::path::{HIDDEN_SHARE, ROUND_OFF, SETTLE_LIMIT, SETTLED_SHARE, SINGLE_STEP};
+use crate::model::{Plan, Quantity, Status};
 use pulp::{Simd, WithSimd};
 
 /// Numbers that [`settle`] needs of an answer: base moment, Newton's last step, tip, columns by base moment, W and its
 /// inverse.
-pub const HANDED_COLUMNS: usize = 3 + 3 + 9 + 18 + 18;
+const HANDED_COLUMNS: usize = 3 + 3 + 9 + 18 + 18;
 
 /// A register type of single precision.
 pub trait Single: Kernels {
     fn columns(columns: ColumnsOnly<'_, Self>);
-}
-
-/// What lies between the two precisions.
-#[derive(Default)]
-pub struct Handed<C, S> {
-    /// Rows, and what [`settle`] needs, by lane of the answer.
-    found: Vec<C>,
-    handed: Vec<C>,
-    /// The latter in f64.
-    settled: Vec<S>,
 }
 
 /// Solves one group from where its `path` ended and writes its rows to `out`, but for pose, base moment and their errors:
@@ -122,6 +114,15 @@ fn settle<L: Lane>(
     out.store(Quantity::Status.column(), L::select(solved & !settled, pending, status));
 }
 
+/// That of columns in f32, beside `program`; `None`: searches and fields that vary are solved in f64 throughout.
+pub fn single_program(plan: &Plan, program: &Program) -> Option<Program> {
+    if program.field.is_some() || program.searches {
+        return None;
+    }
+    let single = Program::new(plan, f32::EPSILON.into());
+    Some(Program { terms: program.terms, chord_tolerance: SINGLE_STEP, first_order_tolerance: SINGLE_STEP, ..single })
+}
+
 /// The arguments of [`solve_columns`].
 pub struct ColumnsOnly<'a, L: Lane> {
     pub program: &'a Program,
@@ -182,47 +183,4 @@ impl<L: Kernels> WithSimd for Settle<'_, L> {
         L::load_rods(Load { program, token, inputs, rod });
         settle(&Problem { program, inputs, rod }, epsilon, &handed, workspace, &mut out);
     }
-}
-
-impl<L: Kernels> Block<'_, L> {
-    /// Solves as many samples as a coarse register holds, or fewer: columns by the program `single`.
-    #[inline(always)]
-    pub(super) fn solve_mixed(
-        &mut self,
-        single: &Program,
-        samples: &[usize],
-        path: Path,
-        offset: usize,
-        values: &mut [L::Scalar],
-    ) {
-        let Memory { paths, answers, ends, mixed, .. } = &mut *self.memory;
-        let (program, token, lanes) = (self.program, self.token, L::Coarse::COUNT);
-        let Handed { found, handed, settled } = mixed;
-        found.resize(values.len() / BLOCK * lanes, Scalar::from_f64(0.0));
-        handed.resize(HANDED_COLUMNS * lanes, Scalar::from_f64(0.0));
-        settled.resize(HANDED_COLUMNS * L::COUNT, Scalar::from_f64(0.0));
-        pack(self.inputs, samples, lanes, &mut paths.inputs);
-        pack(ends, samples, lanes, &mut paths.start);
-        let [out, handed_out] =
-            [&mut *found, &mut *handed].map(|data| Outputs { data: &mut data[..], stride: lanes, offset: 0 });
-        L::Coarse::columns(ColumnsOnly { program: single, token, path, tools: paths, out, handed: handed_out });
-        for (to, from) in values.chunks_exact_mut(BLOCK).zip(found.chunks_exact(lanes)) {
-            convert(from, &mut to[offset..]);
-        }
-        for (part, samples) in samples.chunks(L::COUNT).enumerate() {
-            let from = part * L::COUNT;
-            pack(self.inputs, samples, L::COUNT, &mut answers.inputs);
-            for (to, numbers) in settled.chunks_exact_mut(L::COUNT).zip(handed.chunks_exact(lanes)) {
-                convert(&numbers[from..from + L::COUNT], to);
-            }
-            let out = Outputs { data: &mut *values, stride: BLOCK, offset: offset + from };
-            let epsilon = <L::Coarse as Lane>::Scalar::EPSILON;
-            L::settle(Settle { program, token, epsilon, handed: settled, tools: answers, out });
-        }
-    }
-}
-
-#[inline(always)]
-fn convert<From: Scalar, To: Scalar>(from: &[From], to: &mut [To]) {
-    to.iter_mut().zip(from).for_each(|(to, from)| *to = To::from_f64(from.to_f64()));
 }
