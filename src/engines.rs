@@ -13,6 +13,9 @@ use crate::lanes::{InstructionSet, Lanes};
 use crate::model::{DerivativeScale, Plan, PlanOptions, Scene, Stepper};
 use crate::reference::Reference;
 
+/// Of what mixed precision does not pay for.
+const VARYING: &str = "rods in fields that vary";
+
 /// The finest tolerance that f32 meets on ordinary rods; finer ones need f64.
 pub const F32_TOLERANCE: f64 = 2e-5;
 
@@ -124,6 +127,9 @@ impl EngineRequest {
         if !scene.sources.varies() {
             return self.choose(tolerance);
         }
+        if self.precision == Some(Precision::Mixed) {
+            return Ok(self.choose(tolerance)?.unmixed(VARYING));
+        }
         let on_cpu = |reason: &str| {
             let precision = self.precision.unwrap_or(Precision::F64);
             Ok(Engine::new(BackendKind::Cpu, precision, reason))
@@ -133,7 +139,6 @@ impl EngineRequest {
             Some(BackendKind::Gpu) if !scene.sources.maps.is_empty() => {
                 on_cpu("the field is sampled on a grid, which no GPU kernel models")
             }
-            Some(BackendKind::Gpu) if self.precision == Some(Precision::Mixed) => self.choose(tolerance),
             Some(BackendKind::Gpu) if self.precision == Some(Precision::F64) => {
                 on_cpu("the field varies in space, which GPU kernels model in f32 alone")
             }
@@ -224,17 +229,27 @@ impl Engine {
     /// The same in mixed precision, where it is the CPU in f64.
     pub fn mixed(&self) -> Option<Engine> {
         let is_double = (self.kind, self.precision) == (BackendKind::Cpu, Precision::F64);
-        is_double.then(|| Engine { precision: Precision::Mixed, ..self.clone() })
+        is_double.then(|| Engine { precision: Precision::Mixed, reason: "as exact here, and cheaper".into(), ..*self })
+    }
+
+    /// The same in f64 where it is in mixed precision, which does not pay for `what`.
+    pub fn unmixed(self, what: &str) -> Engine {
+        match self.precision {
+            Precision::Mixed => {
+                Engine { precision: Precision::F64, reason: format!("{what} are solved in f64, not mixed"), ..self }
+            }
+            _ => self,
+        }
     }
 
     /// Methods of integration that suit it, the first by default.
     pub fn steppers(&self) -> &'static [Stepper] {
         match (self.kind, self.precision) {
             (BackendKind::Gpu, Precision::F32) => &[Stepper::Tp6, Stepper::Rk4],
-            (_, Precision::F32 | Precision::Mixed) => &[Stepper::Tp7, Stepper::Tp6, Stepper::Dop853],
+            (_, Precision::F32) => &[Stepper::Tp7, Stepper::Tp6, Stepper::Dop853],
             // The twelve stages of DOP853 are too many for the registers of a GPU.
             (BackendKind::Gpu, Precision::F64) => &[Stepper::Tp7, Stepper::Tp6],
-            (_, Precision::F64) => &[Stepper::Dop853, Stepper::Tp7, Stepper::Tp6],
+            (_, Precision::F64 | Precision::Mixed) => &[Stepper::Dop853, Stepper::Tp7, Stepper::Tp6],
         }
     }
 

@@ -6,19 +6,19 @@ use super::check::SpotCheckOptions;
 use super::error::SweepError;
 use super::fallback::{Fallback, run_with_fallback};
 use super::options::{Progress, RowsWritten, RunOptions};
-use super::pilot::{choose_method, measure_derivatives, meets};
+use super::pilot::{choose_method, measure_derivatives, mixing_pays};
 use super::sink::RowSink;
 use super::summary::Summary;
-use crate::backend::{Backend, BackendError, BackendFactory, BackendKind};
+use crate::backend::{Backend, BackendError, BackendFactory, BackendKind, Precision};
 use crate::engines::{Engine, EngineRequest, cpu_f64, second_attempt, witness};
 use crate::model::{Plan, PlanOptions};
 use crate::reference::energy;
 use crate::results::{PilotChoice, ResultsError};
-use crate::spec::{PrecisionChoice, Shard, SolutionMethod, SweepSpec};
+use crate::spec::{BranchChoice, PrecisionChoice, Shard, SolutionMethod, SweepSpec};
 use std::sync::atomic::AtomicBool;
 
-/// What a stage costs in mixed precision, over one in f64.
-const MIXED_WORK: f64 = 0.75;
+/// Samples from which on a pilot looks whether mixed precision pays, which takes as long as a few hundred.
+const MANY_SAMPLES: u64 = 4096;
 
 /// A sweep to be run.
 ///
@@ -164,7 +164,11 @@ impl<'a> SweepJob<'a> {
         if let Some(asked) = self.request.asked_backend().filter(|asked| *asked != engine) {
             return other("engine", engine.to_string(), asked.to_string());
         }
-        if let Some(asked) = self.request.asked_precision().filter(|asked| *asked != precision) {
+        let is_kept = |asked: &Precision| match asked {
+            Precision::Mixed if solves_in_f64(&self.spec) => precision == Precision::F64,
+            asked => *asked == precision,
+        };
+        if let Some(asked) = self.request.asked_precision().filter(|asked| !is_kept(asked)) {
             return other("precision", precision.to_string(), asked.to_string());
         }
         if let Some(asked) = self.spec.steps.filter(|asked| *asked != method.steps) {
@@ -183,33 +187,30 @@ impl<'a> SweepJob<'a> {
     fn prepare_anew(mut self, asked_tolerance: f64) -> Result<PreparedSweep<'a>, SweepError> {
         self.request = with_precision(self.request, self.spec.precision);
         let mut engine = self.request.choose_for(&self.spec.scene, asked_tolerance)?;
-        self.spec.tolerance = engine.tolerance(asked_tolerance);
-        let plan = self.spec.plan(PlanOptions { stepper: engine.steppers()[0], ..PlanOptions::default() })?;
-        let sampler = self.spec.sampler();
-        let pilot_of = |engine: &Engine| {
-            let steppers = engine.steppers();
-            let plan = plan.with_options(PlanOptions { stepper: steppers[0], ..plan.options });
-            choose_method(&plan, &sampler, &steppers[1..], &cpu_f64)
-        };
-        // The file may fix the number of steps.
-        let mut pilot = match self.spec.steps {
-            Some(_) => None,
-            None => Some(pilot_of(&engine)?),
-        };
-        let may_mix = self.request.lets_mix() && pilot.is_some();
-        if let Some(mixed) = engine.mixed().filter(|_| may_mix) {
-            let choice = pilot_of(&mixed)?;
-            let pays = pilot.as_ref().is_some_and(|ours| choice.work * MIXED_WORK < ours.work);
-            let chosen = plan.with_options(choice.options(&plan));
-            if choice.reached && pays && meets(&chosen, &sampler, &|plan| mixed.make(plan), &cpu_f64)? {
-                (pilot, engine) = (Some(choice), mixed);
-            }
+        if self.spec.branch == BranchChoice::All {
+            engine = engine.unmixed("searches for every equilibrium");
         }
+        self.spec.tolerance = engine.tolerance(asked_tolerance);
+        let steppers = engine.steppers();
+        let plan = self.spec.plan(PlanOptions { stepper: steppers[0], ..PlanOptions::default() })?;
+        let sampler = self.spec.sampler();
+        // The file may fix the number of steps.
+        let pilot = match self.spec.steps {
+            Some(_) => None,
+            None => Some(choose_method(&plan, &sampler, &steppers[1..], &cpu_f64)?),
+        };
         let options = match &pilot {
             Some(pilot) => pilot.options(&plan),
             None => PlanOptions { derivative_scale: measure_derivatives(&plan, &sampler, &cpu_f64)?, ..plan.options },
         };
         let plan = plan.with_options(options);
+        let is_large = self.spec.sample_count >= MANY_SAMPLES;
+        let may_mix = self.request.lets_mix() && is_large && !solves_in_f64(&self.spec);
+        if let Some(mixed) = engine.mixed().filter(|_| may_mix)
+            && mixing_pays(&plan, &sampler, &|plan| mixed.make(plan), &cpu_f64)?
+        {
+            engine = mixed;
+        }
         let uses_anchors = self.spec.anchors && engine.kind() == BackendKind::Cpu;
         let plan = if uses_anchors { with_anchors(&self.spec, plan)? } else { plan };
         let method = SolutionMethod::by(engine.kind(), engine.precision(), &plan);
@@ -356,6 +357,11 @@ impl<'a> PreparedSweep<'a> {
             warn(text);
         }
     }
+}
+
+/// Whether a sweep is solved in f64 where mixed precision is asked for.
+fn solves_in_f64(spec: &SweepSpec) -> bool {
+    spec.branch == BranchChoice::All || spec.scene.sources.varies()
 }
 
 /// A request with what the sweep file says, where the request says nothing.
