@@ -4,13 +4,12 @@ use crate::common::root;
 use rodsweep::backend::{Backend, BackendError, BackendKind, Precision};
 use rodsweep::engines::EngineRequest;
 use rodsweep::lanes::{InstructionSet, Lanes};
-use rodsweep::model::{Batch, Plan, PlanOptions, Quantity, Solutions, Stepper};
+use rodsweep::model::{Batch, Plan, PlanOptions, Quantity, Solutions, Start, Stepper};
 use rodsweep::spec::SweepSpec;
 
 const SAMPLES: usize = 2000;
-/// Of tips over the length: the step after the pass in f64 is 1e-6 of a rod's moment, the columns it is made with are good to
-/// 1e-4.
-const TIP: f64 = 1e-9;
+/// Of tips over the length: the last step in f64 is 1e-6 of a rod's moment, the columns it is made with are good to 1e-4.
+const TIP: f64 = 1e-10;
 /// Of columns, over the largest column of their derivative: round-off of f32, and of Newton's last step in it.
 const COLUMNS: f64 = 1e-4;
 
@@ -37,7 +36,9 @@ fn solve(plan: &Plan, precision: Precision, batch: &Batch) -> Solutions {
 fn tips_are_those_of_f64_and_columns_those_of_f32() {
     for file in ["sweeps/bench/benchmark.toml", "sweeps/workspace.toml"] {
         let (_, plan, batch) = sweep(file);
-        let (ours, theirs) = (solve(&plan, Precision::Mixed, &batch), solve(&plan, Precision::F64, &batch));
+        // With the plan's own tolerance f64 ends where the square of a step is left, 2e-9 of a tip.
+        let sharp = plan.with_options(PlanOptions { tolerance: 1e-12, ..plan.options });
+        let (ours, theirs) = (solve(&plan, Precision::Mixed, &batch), solve(&sharp, Precision::F64, &batch));
         let length = plan.scene.total_length();
         let (mut tip, mut column, mut compared) = (0.0f64, 0.0f64, 0);
         for at in 0..SAMPLES {
@@ -49,7 +50,9 @@ fn tips_are_those_of_f64_and_columns_those_of_f32() {
             let apart = |quantity: Quantity| {
                 crate::common::check::difference(&ours.vector(at, quantity), &theirs.vector(at, quantity))
             };
-            tip = tip.max(apart(Quantity::TipPosition) / length).max(apart(Quantity::TipTangent));
+            let apart = (apart(Quantity::TipPosition) / length).max(apart(Quantity::TipTangent));
+            assert!(apart < ours.get(at, Quantity::ErrorEstimate), "{file} {at}: {apart}");
+            tip = tip.max(apart);
             for derivative in 0..plan.derivatives.len() {
                 for row in 0..6 {
                     let difference = ours.derivative(at, derivative, row) - theirs.derivative(at, derivative, row);
@@ -84,6 +87,31 @@ fn neighbours_change_nothing() {
                 let [a, b] = [whole.values.get(*sample, column), part.values.get(at, column)];
                 assert_eq!(a.to_bits(), b.to_bits(), "{}: sample {sample}, column {column}", set.name());
             }
+        }
+    }
+}
+
+/// Rods that are solved by nodes, fields that vary and searches: the very bits of f64.
+#[test]
+fn what_it_is_not_for_is_f64() {
+    for file in ["bench/limp", "arm_magnet", "coil_array", "workspace"] {
+        let (_, plan, batch) = sweep(&format!("sweeps/{file}.toml"));
+        let (plan, batch) = match file {
+            "workspace" => {
+                let starts = (0..SAMPLES).map(|sample| Start { sample, m0: [1e-4, 0.0, 0.0], n0: None, known: &[] });
+                (plan.with_starts(), plan.start_batch(&batch, &starts.collect::<Vec<_>>()))
+            }
+            _ => (plan, batch),
+        };
+        let (ours, theirs) = (solve(&plan, Precision::Mixed, &batch), solve(&plan, Precision::F64, &batch));
+        let solved: Vec<usize> = (0..SAMPLES).filter(|at| theirs.status(*at).is_converged()).collect();
+        assert!(solved.len() > SAMPLES / 2, "{file}: {} solved", solved.len());
+        for at in 0..SAMPLES {
+            assert_eq!(ours.status(at), theirs.status(at), "{file} {at}");
+        }
+        for (at, column) in solved.iter().flat_map(|at| (0..plan.output_count()).map(move |column| (*at, column))) {
+            let [a, b] = [&ours, &theirs].map(|rows| rows.values.get(at, column));
+            assert_eq!(a.to_bits(), b.to_bits(), "{file} {at}, column {column}: {a} {b}");
         }
     }
 }

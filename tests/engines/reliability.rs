@@ -3,7 +3,7 @@
 use crate::common::root;
 use crate::common::strategy::some_scenes;
 use rayon::prelude::*;
-use rodsweep::backend::{Backend, BackendError, Precision};
+use rodsweep::backend::{Backend, Precision};
 use rodsweep::engines::cpu_f64;
 use rodsweep::input::read_scene;
 use rodsweep::lanes::Lanes;
@@ -104,10 +104,6 @@ impl Sampled {
         let estimate = |at: &usize| found.get(*at, Quantity::DerivativeError);
         errors.into_iter().zip(samples.iter().map(estimate)).collect()
     }
-}
-
-fn mixed(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
-    Ok(Box::new(Lanes::new(plan, Precision::Mixed)?))
 }
 
 fn samples() -> Vec<Sampled> {
@@ -232,8 +228,8 @@ fn estimates_of_a_pilot_bound_errors() {
     }
 }
 
-/// The same in mixed precision, where the difference of tips has the round-off of f32: an estimate says no less, but most
-/// rows are certain.
+/// The same in mixed precision, where the difference of tips has the round-off of f32: an estimate says no less, but no more
+/// than one row in fifty is doubtful for that.
 #[test]
 fn estimates_of_a_mixed_pilot_bound_errors() {
     let mut random = Random(9);
@@ -246,21 +242,21 @@ fn estimates_of_a_mixed_pilot_bound_errors() {
             let plan = pilot.plan.with_options(PlanOptions { stepper, ..pilot.plan.options });
             let chosen = choose_steps_for(&plan, &pilot.batch, &cpu_f64).expect("a choice");
             let plan = held_out.plan.with_options(chosen.options(&plan));
-            let found = mixed(&plan).expect("supported").solve(&held_out.batch).expect("solved");
+            let [found, in_f64] = [Precision::Mixed, Precision::F64].map(|precision| {
+                Lanes::new(&plan, precision).expect("supported").solve(&held_out.batch).expect("solved")
+            });
             let mut tally = Tally::default();
             tally.add(&held_out, &found);
-            tally.report(&format!(
-                "mixed {file}, {} of {}, share {:.3}",
-                stepper.name(),
-                chosen.steps,
-                chosen.error_share
-            ));
-            let doubtful = |at: &usize| found.get(*at, Quantity::ErrorEstimate) > plan.options.tolerance;
-            let doubtful =
-                (0..found.sample_count()).filter(|at| found.status(*at).is_success()).filter(doubtful).count();
-            println!("  {doubtful} doubtful");
+            let share = chosen.error_share;
+            tally.report(&format!("mixed {file}, {} of {}, share {share:.3}", stepper.name(), chosen.steps));
+            let doubtful = |rows: &Solutions| {
+                let is_doubtful = |at: &usize| rows.get(*at, Quantity::ErrorEstimate) > plan.options.tolerance;
+                (0..rows.sample_count()).filter(|at| rows.status(*at).is_success()).filter(is_doubtful).count()
+            };
+            let [ours, theirs] = [&found, &in_f64].map(doubtful);
+            println!("  {ours} doubtful, {theirs} in f64");
             assert!(chosen.reached && tally.successes > 1_900 && tally.beyond.is_empty());
-            assert!(doubtful * 20 < tally.successes, "{doubtful}");
+            assert!((ours - theirs.min(ours)) * 50 < tally.successes, "{ours} are doubtful, {theirs} in f64");
         }
     }
 }
