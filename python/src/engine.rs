@@ -1,10 +1,10 @@
 //! Words of Python arguments as the library's choices.
 
 use super::failure::Failure;
-use rodsweep::backend::{BackendKind, Precision};
+use rodsweep::backend::BackendKind;
 use rodsweep::engines::EngineRequest;
 use rodsweep::input::one_of;
-use rodsweep::spec::{BranchChoice, SolutionMethod};
+use rodsweep::spec::{BranchChoice, PrecisionChoice, SolutionMethod};
 use rodsweep::study::check_tolerance;
 #[cfg(feature = "gpu")]
 use std::sync::OnceLock;
@@ -26,11 +26,12 @@ pub fn request(engine: &str, precision: Option<&str>) -> Result<EngineRequest, F
     if engine == "auto" && !has_gpu() {
         backend = Some(BackendKind::Cpu);
     }
-    let precision = match precision {
-        Some(text) => Some(word("precision", text, &[Precision::F32, Precision::F64], Precision::name)?),
-        None => None,
-    };
-    Ok(EngineRequest::any().backend(backend).precision(precision))
+    let request = EngineRequest::any().backend(backend);
+    let Some(text) = precision else { return Ok(request) };
+    Ok(match word("precision", text, &PrecisionChoice::WORDS, PrecisionChoice::name)? {
+        PrecisionChoice::Given(precision) => request.precision(Some(precision)),
+        _ => request.may_mix(true),
+    })
 }
 
 /// Whether there is a GPU that is no software: looked for once, since that takes longer than a small batch.

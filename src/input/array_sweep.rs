@@ -4,7 +4,8 @@ use super::error::{InputError, Problem};
 use super::sweep_axes::{overlap, row_axis};
 use crate::model::{ParameterError, PlanError, PlanOptions, Scene};
 use crate::spec::{
-    BranchChoice, Format, InputTable, MAX_ROWS, Method, OutputQuantity, SweepSpec, WorkspaceOptions, grouped,
+    BranchChoice, Format, InputTable, MAX_ROWS, Method, OutputQuantity, PrecisionChoice, SweepSpec, WorkspaceOptions,
+    grouped,
 };
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -64,6 +65,7 @@ pub fn sweep_of_rows(scene: Scene, table: InputTable) -> Result<SweepSpec, Input
         tolerance: PlanOptions::default().tolerance,
         derivative_tolerance: PlanOptions::default().derivative_tolerance,
         branch: BranchChoice::FromRest,
+        precision: PrecisionChoice::Usual,
         anchors: true,
         steps: None,
         quantities: OutputQuantity::usual(&[]),

@@ -7,7 +7,9 @@ use super::sweep_samples::samples;
 use super::toml::{Reader, Source};
 use super::words::{choice, one_of, parameters};
 use crate::model::{Parameter, ParameterError, Plan, PlanError, PlanOptions, Scene};
-use crate::spec::{AxisSpec, BranchChoice, Format, Method, OutputQuantity, SweepSpec, WorkspaceOptions};
+use crate::spec::{
+    AxisSpec, BranchChoice, Format, Method, OutputQuantity, PrecisionChoice, SweepSpec, WorkspaceOptions,
+};
 use std::path::Path;
 
 impl SweepSpec {
@@ -72,7 +74,7 @@ pub fn sweep_of(source: &Source, file: &Path, built_in: &BuiltIn) -> Result<Swee
     check_overlaps(&root, &scene, &axes, &uncertain, method)?;
     let rows = table.as_ref().map(|table| table.row_count() as u64);
     let (sample_count, skeleton) = samples(&root, &sampling, method, &axes, rows, format, &mut notes)?;
-    let Solver { tolerance, derivative_tolerance, branch, steps, anchors } = solver(&root)?;
+    let Solver { tolerance, derivative_tolerance, branch, precision, steps, anchors } = solver(&root)?;
     let spec = SweepSpec {
         file: file.into(),
         scene,
@@ -86,6 +88,7 @@ pub fn sweep_of(source: &Source, file: &Path, built_in: &BuiltIn) -> Result<Swee
         tolerance,
         derivative_tolerance,
         branch,
+        precision,
         steps,
         anchors,
         quantities,
@@ -133,6 +136,7 @@ struct Solver {
     tolerance: f64,
     derivative_tolerance: f64,
     branch: BranchChoice,
+    precision: PrecisionChoice,
     steps: Option<usize>,
     anchors: bool,
 }
@@ -141,12 +145,15 @@ fn solver(root: &Reader) -> Result<Solver, InputError> {
     let PlanOptions { tolerance, derivative_tolerance, .. } = PlanOptions::default();
     let Some(solver) = root.table("solver")? else {
         let branch = BranchChoice::FromRest;
-        return Ok(Solver { tolerance, derivative_tolerance, branch, steps: None, anchors: true });
+        let precision = PrecisionChoice::Usual;
+        return Ok(Solver { tolerance, derivative_tolerance, branch, precision, steps: None, anchors: true });
     };
-    solver.check_keys(&["tolerance", "derivative_tolerance", "branch", "steps", "anchors"])?;
+    solver.check_keys(&["tolerance", "derivative_tolerance", "branch", "precision", "steps", "anchors"])?;
     let tolerance = share(&solver, "tolerance", "1e-6")?.unwrap_or(tolerance);
     let derivative_tolerance = share(&solver, "derivative_tolerance", "1e-3")?.unwrap_or(derivative_tolerance);
     let branch = choice(&solver, "branch", &BranchChoice::ALL, BranchChoice::name)?.unwrap_or_default();
+    let words = &PrecisionChoice::WORDS;
+    let precision = choice(&solver, "precision", words, PrecisionChoice::name)?.unwrap_or_default();
     let anchors = choice(&solver, "anchors", &[true, false], |on| if on { "auto" } else { "off" })?.unwrap_or(true);
     let steps = solver.count("steps", 1)?;
     match steps {
@@ -156,7 +163,7 @@ fn solver(root: &Reader) -> Result<Solver, InputError> {
         }
         steps => {
             let steps = steps.map(|steps| steps as usize);
-            Ok(Solver { tolerance, derivative_tolerance, branch, steps, anchors })
+            Ok(Solver { tolerance, derivative_tolerance, branch, precision, steps, anchors })
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::scene_text::write_inline_scene;
 use crate::model::{Parameter, PlanOptions};
-use crate::spec::{AxisSpec, Distribution, Method, RESOLVED_TABLE, SweepSpec, WorkspaceOptions};
+use crate::spec::{AxisSpec, Distribution, Method, PrecisionChoice, RESOLVED_TABLE, SweepSpec, WorkspaceOptions};
 
 impl SweepSpec {
     /// The sweep as TOML that reads back to the same sweep: scene inline, SI numbers, names in full.
@@ -36,6 +36,9 @@ impl SweepSpec {
         text += &format!("\n[solver]\ntolerance = {:?}\nbranch = \"{}\"\n", self.tolerance, self.branch.name());
         if self.derivative_tolerance != PlanOptions::default().derivative_tolerance {
             text += &format!("derivative_tolerance = {:?}\n", self.derivative_tolerance);
+        }
+        if self.precision != PrecisionChoice::Usual {
+            text += &format!("precision = \"{}\"\n", self.precision.name());
         }
         if !self.anchors {
             text += "anchors = \"off\"\n";

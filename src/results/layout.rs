@@ -98,7 +98,7 @@ impl Layout {
         };
         let number = || match precision {
             Precision::F32 => Values::Single(Vec::new()),
-            Precision::F64 => Values::Double(Vec::new()),
+            Precision::F64 | Precision::Mixed => Values::Double(Vec::new()),
         };
         add("sample".into(), "", Values::Index(Vec::new()), Source::Sample);
         for (axis, parameters) in spec.axis_parameters().iter().enumerate() {
@@ -116,7 +116,7 @@ impl Layout {
             add(BALANCED_COLUMN.into(), "", Values::Flag(Vec::new()), Source::Balanced);
         }
         for quantity in quantities {
-            let is_exact = precision == Precision::F64 || *quantity == OutputQuantity::TipPosition && is_base_far(spec);
+            let is_exact = precision != Precision::F32 || *quantity == OutputQuantity::TipPosition && is_base_far(spec);
             let number = || if is_exact { Values::Double(Vec::new()) } else { Values::Single(Vec::new()) };
             let mut group = |name: &str, unit, axes: &[&str], source: &dyn Fn(usize) -> Source| {
                 for (axis, suffix) in axes.iter().enumerate() {

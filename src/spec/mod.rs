@@ -7,6 +7,7 @@ mod input_table;
 #[allow(clippy::excessive_precision)]
 mod normal;
 mod observed;
+mod precision;
 mod sampling;
 mod selection;
 mod shard;
@@ -18,6 +19,7 @@ mod words;
 pub use axis::{AxisSpec, Distribution};
 pub use input_table::InputTable;
 pub use observed::{ObservedPoint, ObservedShape, ObservedShapes, ObservedTip};
+pub use precision::PrecisionChoice;
 pub use sampling::permute;
 pub use sampling::{
     DesignKind, Face, MAX_SOBOL_DIMENSIONS, SaltelliDesign, Sampler, Skeleton, SkeletonError, SkeletonSampling,

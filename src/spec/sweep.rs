@@ -2,6 +2,7 @@
 
 use super::InputTable;
 use super::axis::AxisSpec;
+use super::precision::PrecisionChoice;
 use super::sampling::{SaltelliDesign, Skeleton, SkeletonError, SkeletonSampling};
 use crate::model::{Parameter, Plan, PlanError, PlanOptions, Scene};
 use std::path::PathBuf;
@@ -136,6 +137,8 @@ pub struct SweepSpec {
     pub derivative_tolerance: f64,
     /// Which equilibria are wanted.
     pub branch: BranchChoice,
+    /// Arithmetic that the file asks for.
+    pub precision: PrecisionChoice,
     /// Steps over the rod, where the file fixes them.
     pub steps: Option<usize>,
     /// Whether samples may start from anchors, equilibria on a grid over the axes, where these pay.

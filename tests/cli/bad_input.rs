@@ -166,6 +166,8 @@ fn broken_commands() {
         (&["run", "sweep.toml", "--shard", "half"], "write K/N"),
         (&["run", "sweep.toml", "--limit", "0"], "--limit"),
         (&["run", "sweep.toml", "--colour", "tip.colour"], "no such column"),
+        (&["run", "sweep.toml", "--backend", "gpu", "--precision", "mixed"], "the gpu backend has no mixed precision"),
+        (&["solve", "scene.toml", "--backend", "reference", "--precision", "mixed"], "has no mixed precision"),
         (&["status", "none"], "none holds no run of rodsweep"),
     ] {
         let output = sandbox.run(arguments);

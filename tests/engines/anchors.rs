@@ -75,7 +75,7 @@ fn compare(spec: &SweepSpec, count: usize, precision: Precision) -> f64 {
 #[test]
 fn samples_from_anchors_are_those_from_rest() {
     let map = sweep(200_000, &currents(0.3), "");
-    for precision in [Precision::F64, Precision::F32] {
+    for precision in Precision::ALL {
         let share = compare(&map, 20_000, precision);
         assert!(share > 0.93, "{share} of the samples start from anchors");
     }

@@ -111,7 +111,7 @@ fn neighbours_change_no_bit() {
     let plan = Plan::new(&case.scene, &[vec![weight]], &case.parameters, options(Sensitivity::Auto));
     let plan = plan.expect("a valid plan");
     let share = |sample: usize| load * 10f64.powf(sample as f64 / 7.0 - 2.0);
-    for precision in [Precision::F64, Precision::F32] {
+    for precision in Precision::ALL {
         let mut lanes = Lanes::new(&plan, precision).expect("supported");
         let together = lanes.solve(&plan.batch(21, |sample, row| row[0] = share(sample))).expect("solved");
         for sample in 0..21 {

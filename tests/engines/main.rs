@@ -29,6 +29,7 @@ mod limp;
 mod limp_forms;
 mod limp_lanes;
 mod limp_margins;
+mod mixed;
 mod operations;
 mod physics;
 mod reliability;

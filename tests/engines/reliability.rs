@@ -228,6 +228,39 @@ fn estimates_of_a_pilot_bound_errors() {
     }
 }
 
+/// The same in mixed precision, where the difference of tips has the round-off of f32: an estimate says no less, but no more
+/// than one row in fifty is doubtful for that.
+#[test]
+fn estimates_of_a_mixed_pilot_bound_errors() {
+    let mut random = Random(9);
+    let p6 = [("coil.current", -0.3, 0.3), ("insertion", 0.06, 0.137)];
+    let two_coil = [("coil1.current", -0.2, 0.2), ("coil2.current", -0.2, 0.2)];
+    for (file, ranges) in [("p6.toml", &p6[..]), ("two_coil.toml", &two_coil[..])] {
+        let pilot = Sampled::scene(file, ranges, 64, &mut random);
+        let held_out = Sampled::scene(file, ranges, 2000, &mut random);
+        for stepper in Stepper::ALL {
+            let plan = pilot.plan.with_options(PlanOptions { stepper, ..pilot.plan.options });
+            let chosen = choose_steps_for(&plan, &pilot.batch, &cpu_f64).expect("a choice");
+            let plan = held_out.plan.with_options(chosen.options(&plan));
+            let [found, in_f64] = [Precision::Mixed, Precision::F64].map(|precision| {
+                Lanes::new(&plan, precision).expect("supported").solve(&held_out.batch).expect("solved")
+            });
+            let mut tally = Tally::default();
+            tally.add(&held_out, &found);
+            let share = chosen.error_share;
+            tally.report(&format!("mixed {file}, {} of {}, share {share:.3}", stepper.name(), chosen.steps));
+            let doubtful = |rows: &Solutions| {
+                let is_doubtful = |at: &usize| rows.get(*at, Quantity::ErrorEstimate) > plan.options.tolerance;
+                (0..rows.sample_count()).filter(|at| rows.status(*at).is_success()).filter(is_doubtful).count()
+            };
+            let [ours, theirs] = [&found, &in_f64].map(doubtful);
+            println!("  {ours} doubtful, {theirs} in f64");
+            assert!(chosen.reached && tally.successes > 1_900 && tally.beyond.is_empty());
+            assert!((ours - theirs.min(ours)) * 50 < tally.successes, "{ours} are doubtful, {theirs} in f64");
+        }
+    }
+}
+
 /// What a row says of its derivatives, with what a pilot has measured on other samples, bounds their error.
 #[test]
 fn derivative_estimates_of_a_pilot_bound_errors() {
@@ -244,9 +277,9 @@ fn derivative_estimates_of_a_pilot_bound_errors() {
         }
         for stepper in Stepper::ALL {
             let plan = pilot.plan.with_options(PlanOptions { stepper, ..pilot.plan.options });
-            let chosen = choose_steps_for(&plan, &pilot.batch, &cpu_f64).expect("a choice");
-            let plan = held_out.plan.with_options(chosen.options(&plan));
-            for precision in [Precision::F64, Precision::F32] {
+            for precision in [Precision::F64, Precision::F32, Precision::Mixed] {
+                let chosen = choose_steps_for(&plan, &pilot.batch, &cpu_f64).expect("a choice");
+                let plan = held_out.plan.with_options(chosen.options(&plan));
                 let found = Lanes::new(&plan, precision).expect("supported").solve(&held_out.batch).expect("solved");
                 let errors = held_out.derivative_errors(&found);
                 let mut pessimism: Vec<f64> = errors.iter().map(|(error, estimate)| estimate / error).collect();

@@ -119,7 +119,7 @@ fn the_stretch_is_a_fold_at_its_place() {
     let scene = read_scene(&file("mismatch.toml")).expect("the scene reads");
     for (share, at) in [(0.43, 0.9896), (0.5, 0.8510), (1.0, 0.4255)] {
         let plan = plan(&loaded(&scene, share), Precision::F64, 4);
-        for precision in [Precision::F64, Precision::F32] {
+        for precision in Precision::ALL {
             let found = solve(&plan, &mut Lanes::new(&plan, precision).expect("supported"));
             assert_eq!(found.status(0), Status::Fold, "{share} {precision}");
             let fraction = found.get(0, Quantity::LoadFraction);

@@ -18,15 +18,10 @@ pub enum BackendName {
 pub enum PrecisionName {
     F32,
     F64,
-}
-
-impl From<PrecisionName> for Precision {
-    fn from(name: PrecisionName) -> Precision {
-        match name {
-            PrecisionName::F32 => Precision::F32,
-            PrecisionName::F64 => Precision::F64,
-        }
-    }
+    /// On the CPU: derivatives and stability in f32, tips in f64
+    Mixed,
+    /// The default; in a sweep on the CPU, mixed where a pilot finds it as good
+    Auto,
 }
 
 #[derive(Clone, Copy, Debug, Args)]
@@ -34,7 +29,7 @@ pub struct EngineArguments {
     /// What solves
     #[arg(long, value_enum, default_value = "auto")]
     pub backend: BackendName,
-    /// Arithmetic; the default is f32 on a GPU and f64 elsewhere
+    /// Arithmetic; the default is f32 on a GPU and f64 elsewhere, or what a sweep file says
     #[arg(long, value_enum)]
     pub precision: Option<PrecisionName>,
 }
@@ -48,6 +43,13 @@ impl EngineArguments {
             BackendName::Cpu => Some(BackendKind::Cpu),
             BackendName::Reference => Some(BackendKind::Reference),
         };
-        EngineRequest::any().backend(backend).precision(self.precision.map(Into::into))
+        let request = EngineRequest::any().backend(backend);
+        match self.precision {
+            None => request,
+            Some(PrecisionName::F32) => request.precision(Some(Precision::F32)),
+            Some(PrecisionName::F64) => request.precision(Some(Precision::F64)),
+            Some(PrecisionName::Mixed) => request.precision(Some(Precision::Mixed)),
+            Some(PrecisionName::Auto) => request.may_mix(true),
+        }
     }
 }

@@ -45,7 +45,7 @@ pub fn measure(problem: &Problem, session: &mut Session) -> Result<(), BenchErro
                 if engine.is_software() {
                     let suits = match engine.precision {
                         Precision::F32 => stepper == Stepper::Tp6,
-                        Precision::F64 => stepper == Stepper::Dop853,
+                        Precision::F64 | Precision::Mixed => stepper == Stepper::Dop853,
                     };
                     steps.truncate(if suits { software_steps(spec, engine, session.quick) } else { 0 });
                 }

@@ -12,7 +12,7 @@ use std::ops::Range;
 /// First attempts in a precision: what `run` would take for ordinary scenes.
 fn first_attempt(precision: Precision) -> PlanOptions {
     let (stepper, steps, tolerance) = match precision {
-        Precision::F64 => (Stepper::Dop853, 4, 1e-9),
+        Precision::F64 | Precision::Mixed => (Stepper::Dop853, 4, 1e-9),
         Precision::F32 => (Stepper::Tp7, 4, 2e-5),
     };
     PlanOptions { stepper, steps, tolerance, ..PlanOptions::default() }

@@ -195,7 +195,8 @@ impl Lanes {
             }
         }
         let mut left = Vec::new();
-        let job = Job { program: &self.program, inputs, bad, way, order, left: &mut left, values, memory };
+        let single = self.single.as_ref().filter(|_| matches!(way, Way::Anchors | Way::Rest));
+        let job = Job { program: &self.program, single, inputs, bad, way, order, left: &mut left, values, memory };
         S::run(self.arch, job);
         // A place in a block is a byte, which needs no check.
         let places: Vec<u8> = order.iter().map(|place| *place as u8).collect();

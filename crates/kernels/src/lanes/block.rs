@@ -9,8 +9,8 @@ use super::lane::{Lane, Scalar};
 use super::memory::{CoarseScalar, Memory, pack, unpack};
 use super::path::{Path, rest_slope};
 use super::problem::Problem;
-use super::program::{Inputs, Outputs, Program, Resolution};
-use super::varying::{InVarying, follow_block};
+use super::program::{Inputs, Outputs, Program};
+use super::varying::follow_block;
 use crate::model::{Anchors, BLOCK, Quantity, Status};
 use pulp::{Simd, WithSimd};
 use std::any::Any;
@@ -42,6 +42,8 @@ pub enum Way {
 /// One block of samples for the kernel, numbers column by column in the plan's units.
 pub struct Job<'a, S: Scalar> {
     pub program: &'a Program,
+    /// Of columns in f32 beside answers in f64.
+    pub single: Option<&'a Program>,
     pub inputs: &'a [S],
     /// Of each sample.
     pub bad: &'a [bool],
@@ -72,7 +74,7 @@ impl<L: Kernels> WithSimd for AsKernel<'_, L> {
 /// Solves a block.
 #[inline(always)]
 fn solve_job<L: Kernels>(token: L::Token, job: Job<'_, L::Scalar>) {
-    let Job { program, inputs, bad, way, order, left, values, memory } = job;
+    let Job { program, single, inputs, bad, way, order, left, values, memory } = job;
     let kept = memory.take().and_then(|memory| memory.downcast::<Memory<L>>().ok());
     let mut kept = kept.unwrap_or_else(|| Box::new(Memory::new(token, program, inputs.len())));
     order.clear();
@@ -96,7 +98,12 @@ fn solve_job<L: Kernels>(token: L::Token, job: Job<'_, L::Scalar>) {
     if way == Way::Varying {
         ready = follow_block(program, token, inputs, block.memory, order);
     }
-    for offset in (0..ready).step_by(L::COUNT) {
+    let single = single.filter(|_| matches!(path, Path::Anchored | Path::Ramp));
+    if let Some(single) = single {
+        block.solve_mixed(single, &order[..ready], path, values);
+    }
+    let settled = if single.is_some() { ready } else { 0 };
+    for offset in (settled..ready).step_by(L::COUNT) {
         let samples = &order[offset..ready.min(offset + L::COUNT)];
         let out = Outputs { data: &mut *values, stride: BLOCK, offset };
         match way {
@@ -212,7 +219,7 @@ impl<L: Kernels> Block<'_, L> {
 
     /// Solves as many samples as a register holds, or fewer.
     #[inline(always)]
-    fn solve(&mut self, samples: &[usize], path: Path, out: Outputs<'_, L::Scalar>) {
+    pub(super) fn solve(&mut self, samples: &[usize], path: Path, out: Outputs<'_, L::Scalar>) {
         let Memory { answers: tools, rests, ends, .. } = &mut *self.memory;
         pack(self.inputs, samples, L::COUNT, &mut tools.inputs);
         match path {
@@ -221,16 +228,5 @@ impl<L: Kernels> Block<'_, L> {
             Path::Search => {}
         }
         L::answer(Answer { program: self.program, token: self.token, path, tools, out });
-    }
-
-    /// The same in a field that varies in space; with care on this grid.
-    #[inline(always)]
-    fn solve_in_varying(&mut self, samples: &[usize], care: Option<&Resolution>, out: Outputs<'_, L::Scalar>) {
-        let Memory { answers: tools, varying, ends, .. } = &mut *self.memory;
-        pack(self.inputs, samples, L::COUNT, &mut tools.inputs);
-        if care.is_none() {
-            pack(ends, samples, L::COUNT, &mut tools.start);
-        }
-        L::in_varying(InVarying { program: self.program, token: self.token, care, varying, tools, out });
     }
 }

@@ -29,18 +29,27 @@ impl<L: Lane> Check<L> {
     }
 }
 
+/// How steps on the fine grid ended.
+pub struct Approach<L: Lane> {
+    last: Vec3<L>,
+    /// Of that one.
+    square: L,
+    trust: L,
+    pub trusted: L::Mask,
+    /// Not yet as near as it takes.
+    pub moving: L::Mask,
+}
+
 /// Moves the base moment to the fine grid's equilibrium by steps with the path's inverse of W.
 ///
-/// From the second on they are secant steps along the one before (Broyden's update). The last is one on twice the
-/// fine steps; returns what it found. From anchors a sample counts as led there only where its first step is short and
-/// each further one much shorter.
+/// From the second on they are secant steps along the one before (Broyden's update).
 #[inline(always)]
-pub fn chord_steps<L: Lane>(
+pub fn approach<L: Lane>(
     problem: &Problem<'_, L>,
     path: Path,
     end: &mut PathEnd<L>,
     workspace: &mut Workspace<L>,
-) -> Check<L> {
+) -> Approach<L> {
     let Problem { program, rod, .. } = *problem;
     let one = end.lambda.constant(1.0);
     // The nearer to a bifurcation, the less a step brings.
@@ -69,11 +78,26 @@ pub fn chord_steps<L: Lane>(
         (last, square) = (Vec3::select(moving, delta, last), L::select(moving, dot(delta, delta), square));
         moving = moving & trusted & !size.lt(tolerance);
     }
+    Approach { last, square, trust, trusted, moving }
+}
+
+/// The same; one more step is on twice the fine steps. Returns what it found. From anchors a sample counts as led there only
+/// where its first step is short and each further one much shorter.
+#[inline(always)]
+pub fn chord_steps<L: Lane>(
+    problem: &Problem<'_, L>,
+    path: Path,
+    end: &mut PathEnd<L>,
+    workspace: &mut Workspace<L>,
+) -> Check<L> {
+    let rod = problem.rod;
+    let one = end.lambda.constant(1.0);
+    let Approach { last, square, trust, trusted, moving } = approach(problem, path, end, workspace);
     let check = check_pass(problem, end.m0, workspace);
     let delta = chord_step(&end.inverse, check.tip.m - rod.l_tip, last, square);
     end.m0 = Vec3::select(trusted & length(delta).lt(trust), end.m0 + delta, end.m0);
     end.passes = L::select(end.reached, end.passes + one, end.passes);
-    if is_anchored {
+    if path == Path::Anchored {
         // What no chord steps certify goes the way from rest.
         end.reached = trusted & !moving;
     }
@@ -110,6 +134,9 @@ pub struct Answered<L: Lane> {
     pub t: Vec3<L>,
     pub error: L,
     pub derivative_error: L,
+    /// What a relative error does to the pose, and to the columns.
+    pub amplification: L,
+    pub noise: L,
 }
 
 /// The equilibrium on twice the fine steps: `check`, moved to first order by a step of the base moment. On the fine steps it
@@ -154,6 +181,8 @@ pub fn answer<L: Lane>(
         t: Vec3::select(is_rounded, fine_t, t),
         error,
         derivative_error,
+        amplification,
+        noise,
     }
 }
 

@@ -201,7 +201,7 @@ pub fn store_end<L: Lane>(end: &PathEnd<L>, out: &mut Outputs<'_, L::Scalar>) {
 
 /// Reads it again.
 #[inline(always)]
-fn load_end<L: Lane>(token: L::Token, from: &Inputs<'_, L::Scalar>) -> PathEnd<L> {
+pub fn load_end<L: Lane>(token: L::Token, from: &Inputs<'_, L::Scalar>) -> PathEnd<L> {
     let [reached, ramped, passes, lambda] = [0, 1, 2, 3].map(|column| from.column::<L>(token, column));
     let [half, zero] = [0.5, 0.0].map(|value| L::splat(token, value));
     let nobody = half.lt(zero);

@@ -18,6 +18,7 @@ mod group;
 mod kernels;
 mod lane;
 mod memory;
+mod mixed;
 mod nodes;
 mod operators;
 mod path;
@@ -44,6 +45,7 @@ use block::Job;
 pub use count::{Operations, PassOperations};
 use kernels::Kernels;
 use lane::{F32, F64, Scalar};
+use mixed::single_program;
 use program::Program;
 use pulp::Arch;
 use terms::ProgramTerms;
@@ -105,6 +107,8 @@ pub struct Lanes {
     plan: Plan,
     precision: Precision,
     program: Program,
+    /// That of columns in f32 where tips are in f64.
+    single: Option<Program>,
     /// One unit of each entry, SI.
     units: Vec<f64>,
     set: InstructionSet,
@@ -143,10 +147,12 @@ impl Lanes {
         if set == InstructionSet::Scalar {
             program.terms = ProgramTerms::EVERY;
         }
+        let single = (precision == Precision::Mixed).then(|| single_program(plan, &program)).flatten();
         Ok(Self {
             plan: plan.clone(),
             precision,
             program,
+            single,
             units: plan.entry_units(),
             set,
             arch,
@@ -195,7 +201,7 @@ impl Backend for Lanes {
 
     fn certifies_folds(&self) -> bool {
         // Its folds are steep there, others are not converged.
-        self.program.field.is_some() && self.precision == Precision::F64
+        self.program.field.is_some() && self.precision != Precision::F32
     }
 
     fn solve(&mut self, batch: &Batch) -> Result<Solutions, BackendError> {
@@ -208,7 +214,7 @@ impl Backend for Lanes {
         solutions.reuse(&self.plan, batch.sample_count());
         let mut scratch = std::mem::take(&mut self.scratch);
         match self.precision {
-            Precision::F64 => self.fill(batch, solutions, &mut scratch.0),
+            Precision::F64 | Precision::Mixed => self.fill(batch, solutions, &mut scratch.0),
             Precision::F32 => self.fill(batch, solutions, &mut scratch.1),
         }
         self.scratch = scratch;

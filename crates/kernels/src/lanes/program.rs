@@ -6,7 +6,9 @@ use super::terms::ProgramTerms;
 use super::varying::ProgramField;
 use crate::model::path::{PATH_STEPPER, chord_tolerance, first_order_tolerance, newton_tolerance, rounded};
 use crate::model::record::{BASE_POSITION_AT, LOAD_AT};
-use crate::model::{Anchors, Derivative, DerivativeScale, Entry, Plan, PlanAnchors, SegmentPlan, Slot, Tableau};
+use crate::model::{
+    Anchors, Derivative, DerivativeScale, Entry, Plan, PlanAnchors, Quantity, SegmentPlan, Slot, Tableau,
+};
 use std::sync::Arc;
 
 /// Where a number of the record comes from, in the plan's units.
@@ -273,6 +275,12 @@ impl<S: Scalar> Outputs<'_, S> {
     #[inline(always)]
     pub fn store<L: Lane<Scalar = S>>(&mut self, column: usize, value: L) {
         value.store(&mut self.data[column * self.stride + self.offset..]);
+    }
+
+    /// What is there.
+    #[inline(always)]
+    pub fn load<L: Lane<Scalar = S>>(&self, token: L::Token, quantity: Quantity) -> L {
+        L::load(token, &self.data[quantity.column() * self.stride + self.offset..])
     }
 
     #[inline(always)]

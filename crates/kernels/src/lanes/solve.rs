@@ -2,9 +2,9 @@
 //!
 //! A sample's iterations depend on that sample alone: a lane that has finished is frozen while its neighbours go on.
 
-use super::algebra::{Vec3, inverse, length};
+use super::algebra::{Mat3, Vec3, inverse, length};
 use super::base::{force_columns, forward_columns, moment_columns, rotation_columns};
-use super::chord::{Check, answer, check_pass, chord_steps, newton_step};
+use super::chord::{Answered, Check, answer, check_pass, chord_steps, newton_step};
 use super::column::Columns;
 use super::lane::Lane;
 use super::nodes::is_grown;
@@ -29,14 +29,41 @@ pub fn solve_group<L: Lane>(
     workspace: &mut Workspace<L>,
     out: &mut Outputs<'_, L::Scalar>,
 ) {
-    let Problem { program, rod, .. } = *problem;
-    let token = problem.token();
-    let zero = L::splat(token, 0.0);
-    let one = L::splat(token, 1.0);
     let snapped = if L::any(end.fold) { snap(problem, &mut end, workspace) } else { end.fold };
     end.reached = end.reached | snapped;
     let mut check = chord_steps(problem, path, &mut end, workspace);
+    let found = newton(problem, &mut end, workspace);
+    let Found { tip, delta, w, w_inverse, moved, .. } = &found;
+    if L::any(*moved) {
+        check = Check::select(*moved, check_pass(problem, end.m0, workspace), check);
+    }
+    let columns = std::mem::take(&mut workspace.columns);
+    let answered = answer(problem, &check, (tip, *delta), &columns[0], (end.m0, w, w_inverse));
+    write_answer(&answered, length(*w * (answered.m0 - end.m0)), out);
+    write_verdict(problem, path, &end, &found, &columns, workspace, out);
+    write_derivatives(problem, end.m0, tip, &columns, workspace, out);
+    workspace.columns = columns;
+}
 
+/// What Newton's iteration found on the fine grid; its columns are left in the workspace.
+pub struct Found<L: Lane> {
+    pub tip: Tip<L>,
+    /// The step that would follow, and its size.
+    pub delta: Vec3<L>,
+    size: L,
+    pub w: Mat3<L>,
+    pub w_inverse: Mat3<L>,
+    converged: L::Mask,
+    /// Whether any step was taken.
+    moved: L::Mask,
+}
+
+/// Newton's iteration on the fine grid, with the columns of the derivatives. J5
+#[inline(always)]
+pub fn newton<L: Lane>(problem: &Problem<'_, L>, end: &mut PathEnd<L>, workspace: &mut Workspace<L>) -> Found<L> {
+    let Problem { program, rod, .. } = *problem;
+    let zero = end.lambda.constant(0.0);
+    let one = end.lambda.constant(1.0);
     for k in 0..workspace.sources.len() {
         workspace.sources[k].load(problem, 3 * k);
     }
@@ -64,42 +91,56 @@ pub fn solve_group<L: Lane>(
         end.m0 = Vec3::select(moving, end.m0 + delta, end.m0);
         moved = moved | moving;
     }
-    if L::any(moved) {
-        check = Check::select(moved, check_pass(problem, end.m0, workspace), check);
-    }
-    let answered = answer(problem, &check, (&tip, delta), &columns[0], (end.m0, &w, &w_inverse));
-    let residual = length(w * (answered.m0 - end.m0));
+    workspace.columns = columns;
+    Found { tip, delta, size, w, w_inverse, converged, moved }
+}
 
-    let within_reach = length(tip.p).lt(one.constant(REACH));
-    let mut index = stability_index(program.terms, &workspace.station, &tip, &columns);
-    let doubtful = converged & !index.lt(one.constant(0.5));
-    if by_rotation(&columns).is_none() && L::any(doubtful) {
-        index = L::select(doubtful, whole_index(problem, end.m0, workspace), index);
-    }
-    let stable = index.lt(one.constant(0.5));
-    let certain = if path == Path::Search { !one.lt(zero) } else { stable | is_sharp(&w) };
-    let converged = converged & within_reach & certain;
-    let margin = margin(&w_inverse);
-    let margin = L::select(stable, margin, -margin);
-    let finite = size.is_finite() & within_reach;
-    let status = status_codes(&end, path, converged, stable, is_grown(&w), finite, one);
-    let index = L::select(converged, index, one.constant(NO_EQUILIBRIUM));
-
+/// Writes pose, base moment, residual and error estimates.
+#[inline(always)]
+pub fn write_answer<L: Lane>(answered: &Answered<L>, residual: L, out: &mut Outputs<'_, L::Scalar>) {
     out.store_vector(Quantity::TipPosition.column(), answered.p);
     out.store_vector(Quantity::TipD1.column(), answered.d1);
     out.store_vector(Quantity::TipTangent.column(), answered.t);
     out.store_vector(Quantity::BaseMoment.column(), answered.m0);
     out.store(Quantity::Residual.column(), residual);
+    out.store(Quantity::ErrorEstimate.column(), answered.error);
+    out.store(Quantity::DerivativeError.column(), answered.derivative_error);
+}
+
+/// Writes stability, status and what the way there took.
+#[inline(always)]
+pub fn write_verdict<L: Lane>(
+    problem: &Problem<'_, L>,
+    path: Path,
+    end: &PathEnd<L>,
+    found: &Found<L>,
+    columns: &[Columns<L>],
+    workspace: &mut Workspace<L>,
+    out: &mut Outputs<'_, L::Scalar>,
+) {
+    let program = problem.program;
+    let Found { tip, size, w, w_inverse, converged, .. } = found;
+    let one = size.constant(1.0);
+    let within_reach = length(tip.p).lt(one.constant(REACH));
+    let mut index = stability_index(program.terms, &workspace.station, tip, columns);
+    let doubtful = *converged & !index.lt(one.constant(0.5));
+    if by_rotation(columns).is_none() && L::any(doubtful) {
+        index = L::select(doubtful, whole_index(problem, end.m0, workspace), index);
+    }
+    let stable = index.lt(one.constant(0.5));
+    let certain = if path == Path::Search { !one.lt(one) } else { stable | is_sharp(w) };
+    let converged = *converged & within_reach & certain;
+    let margin = margin(w_inverse);
+    let margin = L::select(stable, margin, -margin);
+    let finite = size.is_finite() & within_reach;
+    let status = status_codes(end, path, converged, stable, is_grown(w), finite, one);
+    let index = L::select(converged, index, one.constant(NO_EQUILIBRIUM));
+
     out.store(Quantity::StabilityMargin.column(), margin);
     out.store(Quantity::StabilityIndex.column(), index);
     out.store(Quantity::Iterations.column(), end.passes);
     out.store(Quantity::LoadFraction.column(), end.lambda);
     out.store(Quantity::Status.column(), status);
-    out.store(Quantity::ErrorEstimate.column(), answered.error);
-    out.store(Quantity::DerivativeError.column(), answered.derivative_error);
-
-    write_derivatives(problem, end.m0, &tip, &columns, workspace, out);
-    workspace.columns = columns;
 }
 
 /// Writes the rows of the derivatives, by forward columns or by reciprocity.

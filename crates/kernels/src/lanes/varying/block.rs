@@ -1,10 +1,11 @@
 //! The paths of a block of samples in a field that varies, without care: in f32, those that set out alike at a time.
 
-use super::group::FollowVarying;
+use super::group::{FollowVarying, InVarying};
+use crate::lanes::block::Block;
 use crate::lanes::kernels::Kernels;
 use crate::lanes::lane::{Lane, Scalar};
 use crate::lanes::memory::{Memory, pack, unpack};
-use crate::lanes::program::Program;
+use crate::lanes::program::{Outputs, Program, Resolution};
 use crate::model::BLOCK;
 
 /// Follows the paths of all samples in `order`; puts those that arrive first and returns their number.
@@ -42,4 +43,22 @@ pub fn follow_block<L: Kernels>(
     arrived.extend(others);
     *order = arrived;
     count
+}
+
+impl<L: Kernels> Block<'_, L> {
+    /// Solves as many samples as a register holds, or fewer, in a field that varies in space; with care on this grid.
+    #[inline(always)]
+    pub(in crate::lanes) fn solve_in_varying(
+        &mut self,
+        samples: &[usize],
+        care: Option<&Resolution>,
+        out: Outputs<'_, L::Scalar>,
+    ) {
+        let Memory { answers: tools, varying, ends, .. } = &mut *self.memory;
+        pack(self.inputs, samples, L::COUNT, &mut tools.inputs);
+        if care.is_none() {
+            pack(ends, samples, L::COUNT, &mut tools.start);
+        }
+        L::in_varying(InVarying { program: self.program, token: self.token, care, varying, tools, out });
+    }
 }

@@ -1,0 +1,34 @@
+//! The arithmetic that a sweep file asks for.
+
+use crate::backend::Precision;
+
+/// What a sweep file says of its arithmetic.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum PrecisionChoice {
+    /// Nothing: f32 on a GPU where the tolerance allows, f64 elsewhere.
+    #[default]
+    Usual,
+    /// The same; on the CPU a pilot takes mixed precision where it meets both tolerances and costs less.
+    Auto,
+    /// This one.
+    Given(Precision),
+}
+
+impl PrecisionChoice {
+    /// What a file may say.
+    pub const WORDS: [PrecisionChoice; 4] = [
+        PrecisionChoice::Auto,
+        PrecisionChoice::Given(Precision::F32),
+        PrecisionChoice::Given(Precision::F64),
+        PrecisionChoice::Given(Precision::Mixed),
+    ];
+
+    /// The word in sweep files; empty where nothing is said.
+    pub fn name(self) -> &'static str {
+        match self {
+            PrecisionChoice::Usual => "",
+            PrecisionChoice::Auto => "auto",
+            PrecisionChoice::Given(precision) => precision.name(),
+        }
+    }
+}
