@@ -16,6 +16,13 @@ pub enum Source {
     Input(usize),
 }
 
+impl Source {
+    /// The number that all samples share.
+    pub fn constant(self) -> Option<f64> {
+        if let Source::Constant(value) = self { Some(value) } else { None }
+    }
+}
+
 /// What a segment must collect while the columns pass over it.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Collect {
@@ -145,8 +152,8 @@ impl Program {
             terms,
             tip_moment: plan.terms.tip_moment,
             rigid_force_arm: plan.scene.rigid_force_arm,
+            field: ProgramField::new(plan, &sources),
             sources,
-            field: ProgramField::new(plan),
             steady,
             acts_from: acts_from(plan),
             segments: plan.segments[..integrated].to_vec(),

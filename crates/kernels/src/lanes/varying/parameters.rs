@@ -1,7 +1,9 @@
 //! What parameters change: numbers of the rod by their sources, numbers of the field by their slots. F6
 
+use super::acting::Acting;
+use super::crossing::Crossing;
 use super::space::{Dipole, Local, Space, gradient};
-use crate::lanes::algebra::{Mat3, Vec3};
+use crate::lanes::algebra::{Mat3, Vec3, axpy};
 use crate::lanes::lane::Lane;
 use crate::lanes::problem::Problem;
 use crate::lanes::source::Sources;
@@ -127,7 +129,16 @@ impl<L: Lane> Parameters<L> {
                 dF = dF + turned.G(x - X) * mu;
             }
         }
-        for (slot, rate) in &change.maps {
+        let (of_B, of_F) = self.maps(space, k, x, mu);
+        (dB + of_B, dF + of_F)
+    }
+
+    /// The same from maps.
+    #[inline(always)]
+    fn maps(&self, space: &Space<L>, k: usize, x: Vec3<L>, mu: Vec3<L>) -> (Vec3<L>, Vec3<L>) {
+        let none = Vec3::splat(x.x.constant(0.0));
+        let (mut dB, mut dF) = (none, none);
+        for (slot, rate) in &self.field[k].maps {
             match *slot {
                 Slot::MapScale(j) => {
                     let local = space.maps[j].local(x, 2);
@@ -144,6 +155,42 @@ impl<L: Lane> Parameters<L> {
             }
         }
         (dB, dF)
+    }
+
+    /// What parameter `k` changes of B, of the force and of the force times xi at a rigid segment that stands still. F6
+    #[inline(always)]
+    pub fn acting(&self, k: usize, crossing: &Crossing<'_, L>, acting: &Acting<L>) -> (Vec3<L>, Vec3<L>, Vec3<L>) {
+        let Crossing { space, segment, points, before, .. } = crossing;
+        let (mu, arm, mean) = (crossing.dipole(), before.t * segment.length, crossing.mean());
+        let none = Vec3::splat(mean.constant(0.0));
+        let (mut dB, mut dF, mut first) = (self.sources.dB[k], none, none);
+        let change = &self.field[k];
+        if change.has_gradient {
+            let dG = gradient(change.gradient);
+            dB = dB + dG * (axpy(mean, arm, before.p) - space.origin);
+            (dF, first) = (dG * mu, dG * mu * mean);
+        }
+        if change.has_origin {
+            dB = dB - space.G * change.origin;
+        }
+        for dipole in &change.dipoles {
+            let of_dipole = &acting.dipoles[dipole.number];
+            if dipole.moves {
+                dB = dB - of_dipole.G * dipole.dX;
+                (dF, first) = (dF - of_dipole.T3[0] * dipole.dX, first - of_dipole.T3[1] * dipole.dX);
+            }
+            if dipole.turns {
+                dB = dB + of_dipole.unit * dipole.dM;
+                (dF, first) = (dF + of_dipole.pull[0] * dipole.dM, first + of_dipole.pull[1] * dipole.dM);
+            }
+        }
+        for (xi, share) in if change.maps.is_empty() { &[][..] } else { *points } {
+            let (xi, share) = (mean.constant(*xi), mean.constant(*share));
+            let (of_B, of_F) = self.maps(space, k, axpy(xi, arm, before.p), mu);
+            (dB, dF) = (axpy(share, of_B, dB), axpy(share, of_F, dF));
+            first = axpy(share * xi, of_F, first);
+        }
+        (dB, dF, first)
     }
 }
 

@@ -90,7 +90,7 @@ fn numbered<'a, L>(
 pub fn integrate<L: Lane, T: Terms>(pass: Pass<'_, L>, terms: T) {
     let Pass { problem, resolution, lambda, base, what, points, workspace } = pass;
     let Problem { program, rod, .. } = problem;
-    let VaryingWorkspace { space, room, points: acting, parameters, transfers, columns, first, .. } = workspace;
+    let VaryingWorkspace { space, room, acting, parameters, transfers, columns, first, .. } = workspace;
     let zero = lambda.constant(0.0);
     let mut state = State { p: Vec3::splat(zero), d1: rod.d1, t: rod.t, m: base.1, n: base.0 };
     let (mut pose, mut load) = (Mat6::zero(zero), Mat6::identity(zero));
@@ -171,7 +171,7 @@ pub fn integrate<L: Lane, T: Terms>(pass: Pass<'_, L>, terms: T) {
                     (own, count) = (interval_columns(state.m), 4);
                 }
                 if count + threes > 0 {
-                    acting.load(&crossing);
+                    acting.load(&crossing, threes > 0);
                 }
                 for k in 0..count + threes {
                     if k >= count && index < program.acts_from[k - count] {

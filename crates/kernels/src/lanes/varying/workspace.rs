@@ -1,6 +1,6 @@
 //! What a pass carries along, and what it leaves behind.
 
-use super::crossing::Points;
+use super::acting::Acting;
 use super::first::First;
 use super::index::Transfer;
 use super::matrix::Mat6;
@@ -47,7 +47,7 @@ pub struct VaryingWorkspace<L: Lane> {
     pub space: Space<L>,
     pub room: Room<L>,
     /// Of a rigid segment.
-    pub points: Points<L>,
+    pub acting: Acting<L>,
     pub parameters: Vec<Parameters<L>>,
     /// Of the last pass: the tip, how its pose and its residual follow the load at the base, each interval.
     pub tip: State<L>,
@@ -73,7 +73,7 @@ impl<L: Lane> VaryingWorkspace<L> {
         Self {
             space: Space::new(zero),
             room: Room::new(Stages::new(token, program.fine.tableau), zero),
-            points: Points::new(),
+            acting: Acting::new(zero),
             parameters: (0..threes).map(|_| Parameters::new(token)).collect(),
             tip: State { p: v, d1: v, t: v, m: v, n: v },
             pose: Mat6::zero(zero),
