@@ -22,7 +22,7 @@ pub struct Sources<L> {
     pub insertion: Vec3<L>,
     pub segments: Vec<Source<L>>,
     /// Whether segments are any but zero.
-    changed: bool,
+    pub changed: bool,
 }
 
 /// What three parameters change on one segment.
@@ -54,7 +54,16 @@ pub struct Uses {
 impl<L: Lane> Sources<L> {
     pub fn new(token: L::Token) -> Self {
         let zero = Mat3::zero(L::splat(token, 0.0));
-        Self { w0: zero, dp0: zero, dn0: zero, dl_tip: zero, dB: zero, insertion: zero.x, segments: Vec::new(), changed: false }
+        Self {
+            w0: zero,
+            dp0: zero,
+            dn0: zero,
+            dl_tip: zero,
+            dB: zero,
+            insertion: zero.x,
+            segments: Vec::new(),
+            changed: false,
+        }
     }
 
     /// Fills in up to three derivatives of the program, from number `first` on.

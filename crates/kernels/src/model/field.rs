@@ -123,7 +123,7 @@ const SHARP_LINE: [(f64, f64); 8] = [
 /// The same with three and four points, for segments within [`SHORT`].
 const SHORT_LINE: [(f64, f64); 3] = [
     (0.112_701_665_379_258_31, 0.277_777_777_777_777_8),
-    (0.5, 0.444_444_444_444_444_44),
+    (0.5, 0.444_444_444_444_444_4),
     (0.887_298_334_620_741_7, 0.277_777_777_777_777_8),
 ];
 const SHARP_SHORT_LINE: [(f64, f64); 4] = [
@@ -158,9 +158,12 @@ impl CoilLoad {
     }
 
     /// The same where rigid segments are so long, over the least distance of a magnet; then for the pass on twice the steps, too.
-    pub fn points_within(self, share: f64) -> [&'static [(f64, f64)]; 2] {
+    /// What few points leave, as error estimates see it, is less than the target error.
+    pub fn points_within(self, share: f64, tolerance: f64) -> [&'static [(f64, f64)]; 2] {
         match self {
-            CoilLoad::Distributed if share <= SHORT => [&SHORT_LINE, &SHARP_SHORT_LINE],
+            CoilLoad::Distributed if share <= SHORT && 0.03 * share.powi(6) <= tolerance => {
+                [&SHORT_LINE, &SHARP_SHORT_LINE]
+            }
             _ => [self.points(), self.check_points()],
         }
     }

@@ -65,6 +65,24 @@ impl<L: Lane> Crossing<'_, L> {
         State { p: p + arm, d1, t, m, n }
     }
 
+    /// Columns by parameters of the field beyond it, where nothing has changed before.
+    #[inline(always)]
+    pub fn begin_columns(&self, acting: &Acting<L>, parameters: &Parameters<L>, columns: &mut Columns<L>) {
+        if !self.segment.has_dipole {
+            return;
+        }
+        let (mu, arm) = (self.dipole(), self.before.t * self.segment.length);
+        let zero = Vec3::splat(self.lambda.constant(0.0));
+        for k in 0..parameters.count {
+            let (dB, dforce, dfirst) = parameters.acting(k, self, acting);
+            let mut dm = cross_sub(mu, dB, zero); // F6
+            if self.force_arm {
+                dm = cross_sub(arm, dfirst - dforce, dm); // F6
+            }
+            (columns.dn[k], columns.dm[k]) = (zero - dforce, dm);
+        }
+    }
+
     /// Takes columns over it; `after` is the state beyond it, `by` are parameters, number `index` of the segment.
     #[inline(always)]
     pub fn cross_columns(
@@ -75,6 +93,12 @@ impl<L: Lane> Crossing<'_, L> {
         columns: &mut Columns<L>,
     ) {
         let Crossing { segment, lambda, force_arm, before, .. } = self;
+        if let Some((parameters, index)) = by
+            && parameters.begin_at == Some(index)
+        {
+            self.begin_columns(acting, parameters, columns);
+            return;
+        }
         let State { d1, t, .. } = *before;
         let (arm, load) = (t * segment.length, segment.w * *lambda);
         let half = lambda.constant(0.5);
@@ -82,7 +106,7 @@ impl<L: Lane> Crossing<'_, L> {
         let middle = axpy(half, load, after.n);
         let mu = self.dipole();
         let first = acting.G[1] * mu;
-        for k in 0..3 {
+        for k in 0..by.map_or(3, |(parameters, _)| parameters.count) {
             let (w, dp) = (columns.w[k], columns.dp[k]);
             let (mut dn, mut dm) = (columns.dn[k], columns.dm[k]);
             let mut darm = cross(w, arm);

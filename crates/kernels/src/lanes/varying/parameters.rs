@@ -33,6 +33,10 @@ struct FieldChange<L> {
 /// Three parameters.
 pub struct Parameters<L> {
     pub sources: Sources<L>,
+    /// How many of the three there are.
+    pub count: usize,
+    /// The first segment where they act, if they change the field alone.
+    pub begin_at: Option<usize>,
     /// Numbers of the field that each moves.
     field: [FieldChange<L>; 3],
     /// Change of the force at the tip.
@@ -46,7 +50,7 @@ impl<L: Lane> Parameters<L> {
         let (gradient, dipoles, maps) = ([zero; 5], Vec::new(), Vec::new());
         let still = FieldChange { has_gradient: false, gradient, has_origin: false, origin: none, dipoles, maps };
         let field = [still.clone(), still.clone(), still];
-        Self { sources: Sources::new(token), field, df_tip: Mat3::zero(zero) }
+        Self { sources: Sources::new(token), count: 0, begin_at: None, field, df_tip: Mat3::zero(zero) }
     }
 
     /// Fills in up to three derivatives of the program, from number `first` on.
@@ -57,6 +61,9 @@ impl<L: Lane> Parameters<L> {
         let zero = L::splat(token, 0.0);
         let none = Vec3::splat(zero);
         self.sources.load(problem, first);
+        self.count = program.derivatives.len().saturating_sub(first).min(3);
+        // At the first segment the base may have moved.
+        self.begin_at = Some(program.acts_from[first / 3]).filter(|at| *at > 0 && !self.sources.changed);
         self.df_tip = Mat3::zero(zero);
         for change in &mut self.field {
             (change.has_gradient, change.gradient) = (false, [zero; 5]);
@@ -87,13 +94,13 @@ impl<L: Lane> Parameters<L> {
                     Slot::SourcePosition(_, axis) => {
                         if let Some(dipole) = change.dipoles.last_mut() {
                             dipole.moves = true;
-                            dipole.dX = dipole.dX + unit(axis, rate);
+                            dipole.dX[axis.index()] = dipole.dX[axis.index()] + rate;
                         }
                     }
                     Slot::SourceMoment(_, axis) => {
                         if let Some(dipole) = change.dipoles.last_mut() {
                             dipole.turns = true;
-                            dipole.dM = dipole.dM + unit(axis, rate);
+                            dipole.dM[axis.index()] = dipole.dM[axis.index()] + rate;
                         }
                     }
                     Slot::MapScale(_) | Slot::MapPosition(..) => change.maps.push((*slot, rate)),

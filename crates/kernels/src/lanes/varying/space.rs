@@ -38,7 +38,7 @@ impl ProgramField {
         let nearest = if field.maps.is_empty() { clearances.iter().copied().fold(FAR, f64::min) } else { 0.0 };
         let magnets = plan.segments.iter().filter(|segment| segment.has_dipole);
         let longest = magnets.map(|segment| sources[segment.record].constant().unwrap_or(FAR)).fold(0.0, f64::max);
-        let [points, check_points] = field.coil_load.points_within(longest / nearest);
+        let [points, check_points] = field.coil_load.points_within(longest / nearest, plan.options.tolerance);
         let maps = field.maps.iter().map(|map| Arc::new(ProgramMap::new(&map.grid, &plan.units))).collect();
         Some(Self { entry: field_offset(&rod.segments), clearances, maps, points, check_points })
     }

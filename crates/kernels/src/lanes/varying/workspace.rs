@@ -17,6 +17,8 @@ use crate::lanes::step::Stages;
 pub enum What {
     /// The state alone.
     State,
+    /// The same, and how near it comes to magnets.
+    Place,
     /// Columns by the load at the base.
     Base,
     /// The transfer of every interval, and their product.
@@ -28,6 +30,10 @@ pub enum What {
 }
 
 impl What {
+    pub fn has_columns(self) -> bool {
+        !matches!(self, What::State | What::Place)
+    }
+
     pub fn has_transfers(self) -> bool {
         matches!(self, What::Transfers | What::Parameters)
     }
