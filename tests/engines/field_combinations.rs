@@ -213,3 +213,27 @@ fn without_the_arm_a_gradient_of_nothing_changes_nothing() {
         assert_eq!(old.index, new.index);
     }
 }
+
+/// Where sources stay in the world, more of the rod at the base is more of its first segment; and that is a difference.
+#[test]
+fn insertion_lengthens_the_first_segment() {
+    let slots = [Slot::Insertion, Slot::Length(0)];
+    for case in cases().into_iter().step_by(5).filter(|case| case.scene.rod().segments[0].is_flexible()) {
+        let (name, rod) = (&case.scene.name, case.scene.rod());
+        let found = solve_rod(&rod, &slots).derivatives;
+        let (_, lanes) = by_lanes(&case.scene, &slots);
+        let h = 1e-3 * rod.total_length();
+        let at = |steps: f64| solve_rod(&moved(&rod, Slot::Length(0), steps * h), &[]).p_tip;
+        let (up, down, far_up, far_down) = (at(1.0), at(-1.0), at(2.0), at(-2.0));
+        let by: Vector = std::array::from_fn(|k| (8.0 * (up[k] - down[k]) - far_up[k] + far_down[k]) / (12.0 * h));
+        for column in [found[0].dp, found[1].dp, lanes_tip(&lanes, 0), lanes_tip(&lanes, 1)] {
+            assert!(difference(&by, &column) <= 2e-6 * norm(&by), "{name}: {by:?} {column:?}");
+        }
+        let apart = difference(&lanes_tip(&lanes, 0), &found[0].dp);
+        assert!(apart <= 1e-9 * norm(&found[0].dp), "{name}: {apart:e}");
+    }
+}
+
+fn lanes_tip(found: &Solutions, column: usize) -> Vector {
+    std::array::from_fn(|axis| found.derivative(0, column, axis))
+}

@@ -49,9 +49,12 @@ fn ahead(off: f64) -> SweepSpec {
     sweep(&scene, &axes, 400)
 }
 
+fn options() -> PlanOptions {
+    PlanOptions { tolerance: 1e-6, stepper: Stepper::Dop853, steps: 3, ..PlanOptions::default() }
+}
+
 /// The CPU engine in f64 and the reference.
-fn both(spec: &SweepSpec, samples: &[u64]) -> [Solutions; 2] {
-    let options = PlanOptions { tolerance: 1e-6, stepper: Stepper::Dop853, steps: 3, ..PlanOptions::default() };
+pub fn both(spec: &SweepSpec, samples: &[u64], options: PlanOptions) -> [Solutions; 2] {
     let plan = spec.plan(options).expect("a plan");
     let sampler = spec.sampler();
     let batch = plan.batch(samples.len(), |at, row| {
@@ -66,7 +69,7 @@ fn both(spec: &SweepSpec, samples: &[u64]) -> [Solutions; 2] {
 /// Success against success, tip against tip, load against load at folds; statuses of the engine that are neither are
 /// counted.
 fn compare(spec: &SweepSpec, samples: &[u64]) -> BTreeMap<String, usize> {
-    let [found, truth] = both(spec, samples);
+    let [found, truth] = both(spec, samples, options());
     let mut counts = BTreeMap::new();
     for (at, sample) in samples.iter().enumerate() {
         let (ours, theirs) = (found.status(at), truth.status(at));
@@ -129,7 +132,7 @@ fn folds_on_two_meshes_need_no_other_witness() {
     assert!(folds > 50, "{folds}");
     // One more attempt each, none of them by the reference.
     assert_eq!(summary.attempts, folds + summary.refined);
-    let [_, truth] = both(&spec, &(0..600).collect::<Vec<_>>());
+    let [_, truth] = both(&spec, &(0..600).collect::<Vec<_>>(), options());
     let expected = (0..600).filter(|at| truth.status(*at) == Status::Fold).count();
     assert_eq!(folds, expected as u64);
 }

@@ -19,6 +19,7 @@ mod field_energy;
 mod field_equilibria;
 mod field_folds;
 mod field_maps;
+mod field_points;
 mod field_stretches;
 mod fields;
 mod golden;

@@ -53,6 +53,10 @@ impl<L: Kernels> Memory<L> {
 pub fn pack<From: Scalar, To: Scalar>(columns: &[From], samples: &[usize], lanes: usize, to: &mut [To]) {
     let last = samples[samples.len() - 1];
     for (to, from) in to.chunks_exact_mut(lanes).zip(columns.chunks_exact(BLOCK)) {
+        if samples.len() == lanes {
+            (0..lanes).for_each(|lane| to[lane] = To::from_f64(from[samples[lane]].to_f64()));
+            continue;
+        }
         to.fill(To::from_f64(from[last].to_f64()));
         to.iter_mut().zip(samples).for_each(|(to, sample)| *to = To::from_f64(from[*sample].to_f64()));
     }

@@ -18,6 +18,13 @@ pub enum Source {
     Input(usize),
 }
 
+impl Source {
+    /// The number that all samples share.
+    pub fn constant(self) -> Option<f64> {
+        if let Source::Constant(value) = self { Some(value) } else { None }
+    }
+}
+
 /// What a segment must collect while the columns pass over it.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Collect {
@@ -59,6 +66,8 @@ pub struct Program {
     pub tip_moment: bool,
     pub rigid_force_arm: bool,
     pub sources: Vec<Source>,
+    /// So many columns of inputs tell all of a rod but its derivatives.
+    pub rod_columns: usize,
     /// `None`: the field is uniform.
     pub field: Option<ProgramField>,
     /// Those that are integrated.
@@ -147,8 +156,9 @@ impl Program {
             terms,
             tip_moment: plan.terms.tip_moment,
             rigid_force_arm: plan.scene.rigid_force_arm,
+            field: ProgramField::new(plan, &sources),
+            rod_columns: rod_columns(plan, &sources),
             sources,
-            field: ProgramField::new(plan),
             steady,
             acts_from: acts_from(plan),
             segments: plan.segments[..integrated].to_vec(),
@@ -205,6 +215,18 @@ impl Program {
             z: self.entry(token, inputs, entry + 2),
         }
     }
+}
+
+/// Columns of inputs before those that derivatives alone are made of.
+fn rod_columns(plan: &Plan, sources: &[Source]) -> usize {
+    let mut of_rod = vec![true; sources.len()];
+    let entries = plan.derivatives.iter().flat_map(|derivative| &derivative.terms).map(|(_, entry)| *entry);
+    entries.for_each(|entry| of_rod[entry] = false);
+    let columns = sources.iter().zip(of_rod).filter_map(|(source, of_rod)| match source {
+        Source::Input(column) if of_rod => Some(*column + 1),
+        _ => None,
+    });
+    columns.max().unwrap_or(0)
 }
 
 /// Whether no force acts along a segment, nor that of any derivative.

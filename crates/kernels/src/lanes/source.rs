@@ -21,6 +21,8 @@ pub struct Sources<L> {
     /// How fast each inserts.
     pub insertion: Vec3<L>,
     pub segments: Vec<Source<L>>,
+    /// Whether segments are any but zero.
+    pub changed: bool,
 }
 
 /// What three parameters change on one segment.
@@ -52,7 +54,16 @@ pub struct Uses {
 impl<L: Lane> Sources<L> {
     pub fn new(token: L::Token) -> Self {
         let zero = Mat3::zero(L::splat(token, 0.0));
-        Self { w0: zero, dp0: zero, dn0: zero, dl_tip: zero, dB: zero, insertion: zero.x, segments: Vec::new() }
+        Self {
+            w0: zero,
+            dp0: zero,
+            dn0: zero,
+            dl_tip: zero,
+            dB: zero,
+            insertion: zero.x,
+            segments: Vec::new(),
+            changed: false,
+        }
     }
 
     /// Fills in up to three derivatives of the program, from number `first` on.
@@ -63,8 +74,12 @@ impl<L: Lane> Sources<L> {
         let zero = Mat3::zero(L::splat(token, 0.0));
         (self.w0, self.dp0, self.dn0, self.dl_tip, self.dB) = (zero, zero, zero, zero, zero);
         self.insertion = zero.x;
-        self.segments.clear();
-        self.segments.resize(rod.segments.len(), Source::zero(zero));
+        // What changes no segment leaves them as they are.
+        if self.changed || self.segments.len() != rod.segments.len() {
+            self.segments.clear();
+            self.segments.resize(rod.segments.len(), Source::zero(zero));
+        }
+        self.changed = false;
         for (k, terms) in program.derivatives.iter().skip(first).take(3).enumerate() {
             for (slot, entry) in terms {
                 let rate: L = program.entry(token, &inputs, *entry);
@@ -95,6 +110,7 @@ impl<L: Lane> Sources<L> {
                 // Segments of the unloaded distal part are not integrated; such slots change nothing there.
                 if let Some(source) = slot.segment().and_then(|segment| self.segments.get_mut(segment)) {
                     source.add(k, slot, rate);
+                    self.changed = true;
                 }
             }
         }

@@ -21,7 +21,7 @@ pub enum SceneError {
     },
     /// A flexible segment magnetised along its length in a field sampled on a grid.
     #[error(
-        "`{segment}` is magnetised along its length, but integration does not resolve the faces of a sampled field's cells: make it of rigid segments, or the field of magnets and coils"
+        "`{segment}` is magnetised along its length: the force of a sampled field on it has a kink at every face of a cell, which steps along the rod do not resolve. Make it of rigid segments, or the field of magnets, coils or a gradient"
     )]
     MagnetisedInMap {
         /// Name of the segment.

@@ -58,9 +58,9 @@ pub fn solve_varying<L: Kernels>(
     }
     if L::any(moved) {
         // What the columns are of stays.
-        let columns = (workspace.tip, workspace.leeway, workspace.inside);
+        let tip = workspace.tip;
         let again = check_pass(problem, end.base, workspace);
-        (workspace.tip, workspace.leeway, workspace.inside) = columns;
+        workspace.tip = tip;
         check = Check {
             base: select::<L>(moved, again.base, check.base),
             tip: State::select(moved, &again.tip, &check.tip),

@@ -17,14 +17,15 @@ pub fn follow_block<L: Kernels>(
     memory: &mut Memory<L>,
     order: &mut Vec<usize>,
 ) -> usize {
-    for (to, from) in memory.inputs.iter_mut().zip(inputs) {
+    let read = program.rod_columns * BLOCK;
+    for (to, from) in memory.inputs.iter_mut().zip(&inputs[..read]) {
         *to = Scalar::from_f64(from.to_f64());
     }
     for sets_out in [true, false] {
         let Memory { paths: tools, varying_paths: varying, inputs, rests, ends, .. } = &mut *memory;
         let lanes = L::Coarse::COUNT;
         for samples in order.chunks(lanes) {
-            pack(inputs, samples, lanes, &mut tools.inputs);
+            pack(&inputs[..read], samples, lanes, &mut tools.inputs);
             if !sets_out {
                 pack(rests, samples, lanes, &mut tools.start);
             }

@@ -1,7 +1,8 @@
 //! A rigid segment in a field that varies. F1, F3, F4, F6
 
+use super::acting::Acting;
 use super::parameters::Parameters;
-use super::space::{Local, Space};
+use super::space::Space;
 use super::step::{Columns, State};
 use crate::lanes::algebra::{Vec3, axpy, cross, cross_sub};
 use crate::lanes::lane::Lane;
@@ -20,51 +21,16 @@ pub struct Crossing<'a, L: Lane> {
     pub before: State<L>,
 }
 
-/// A point of a rigid segment where the field acts on a part of its dipole.
-#[derive(Clone, Copy, Debug)]
-struct Point<L> {
-    xi: L,
-    share: L,
-    lever: Vec3<L>,
-    part: Vec3<L>,
-    local: Local<L>,
-}
-
-/// All of them, and what each dipole of the field does at each.
-#[derive(Clone, Debug)]
-pub struct Points<L> {
-    all: Vec<Point<L>>,
-    kept: Vec<Local<L>>,
-}
-
-impl<L: Lane> Points<L> {
-    pub fn new() -> Self {
-        Self { all: Vec::new(), kept: Vec::new() }
-    }
-
-    /// Looks at the field for the columns of a crossing.
-    #[inline(always)]
-    pub fn load(&mut self, crossing: &Crossing<'_, L>) {
-        let Crossing { space, segment, lambda, points, before, .. } = crossing;
-        self.all.clear();
-        self.kept.clear();
-        if !segment.has_dipole {
-            return;
-        }
-        let mu = crossing.dipole();
-        for (xi, share) in *points {
-            let (xi, share) = (lambda.constant(*xi), lambda.constant(*share));
-            let (lever, part) = (before.t * segment.length * xi, mu * share);
-            let local = space.local(before.p + lever, part, &mut self.kept);
-            self.all.push(Point { xi, share, lever, part, local });
-        }
-    }
-}
-
 impl<L: Lane> Crossing<'_, L> {
+    /// Mean of the places of its points.
+    #[inline(always)]
+    pub fn mean(&self) -> L {
+        self.lambda.constant(self.points.iter().map(|(xi, share)| xi * share).sum())
+    }
+
     /// R mu
     #[inline(always)]
-    fn dipole(&self) -> Vec3<L> {
+    pub fn dipole(&self) -> Vec3<L> {
         let State { d1, t, .. } = self.before;
         to_world(d1, cross(t, d1), t, self.segment.mu) * self.lambda
     }
@@ -78,17 +44,19 @@ impl<L: Lane> Crossing<'_, L> {
         let half = lambda.constant(0.5);
         n = n - load;
         if segment.has_dipole {
-            let mu = self.dipole();
+            let (mu, zero) = (self.dipole(), Vec3::splat(lambda.constant(0.0)));
+            let (mut B, mut force, mut first) = (zero, zero, zero);
             for (xi, share) in self.points {
-                let lever = arm * lambda.constant(*xi);
-                let (B, G) = space.field(p + lever);
-                let part = mu * lambda.constant(*share);
-                let force = G * part; // F1
-                n = n - force;
-                m = cross_sub(part, B, m); // F3, F4
-                if *force_arm {
-                    m = cross_sub(lever, force, m); // F3, F4
-                }
+                let (xi, share) = (lambda.constant(*xi), lambda.constant(*share));
+                let (at_point, pull) = space.acts(axpy(xi, arm, p), mu); // F1
+                B = axpy(share, at_point, B);
+                force = axpy(share, pull, force);
+                first = axpy(share * xi, pull, first);
+            }
+            n = n - force;
+            m = cross_sub(mu, B, m); // F3, F4
+            if *force_arm {
+                m = cross_sub(arm, first, m); // F3, F4
             }
         }
         if *force_arm {
@@ -97,26 +65,50 @@ impl<L: Lane> Crossing<'_, L> {
         State { p: p + arm, d1, t, m, n }
     }
 
+    /// Columns by parameters of the field beyond it, where nothing has changed before.
+    #[inline(always)]
+    pub fn begin_columns(&self, acting: &Acting<L>, parameters: &Parameters<L>, columns: &mut Columns<L>) {
+        if !self.segment.has_dipole {
+            return;
+        }
+        let (mu, arm) = (self.dipole(), self.before.t * self.segment.length);
+        let zero = Vec3::splat(self.lambda.constant(0.0));
+        for k in 0..parameters.count {
+            let (dB, dforce, dfirst) = parameters.acting(k, self, acting);
+            let mut dm = cross_sub(mu, dB, zero); // F6
+            if self.force_arm {
+                dm = cross_sub(arm, dfirst - dforce, dm); // F6
+            }
+            (columns.dn[k], columns.dm[k]) = (zero - dforce, dm);
+        }
+    }
+
     /// Takes columns over it; `after` is the state beyond it, `by` are parameters, number `index` of the segment.
     #[inline(always)]
     pub fn cross_columns(
         &self,
         after: &State<L>,
-        points: &Points<L>,
+        acting: &Acting<L>,
         by: Option<(&Parameters<L>, usize)>,
         columns: &mut Columns<L>,
     ) {
-        let Crossing { space, segment, lambda, force_arm, before, .. } = self;
-        let State { p, d1, t, .. } = *before;
+        let Crossing { segment, lambda, force_arm, before, .. } = self;
+        if let Some((parameters, index)) = by
+            && parameters.begin_at == Some(index)
+        {
+            self.begin_columns(acting, parameters, columns);
+            return;
+        }
+        let State { d1, t, .. } = *before;
         let (arm, load) = (t * segment.length, segment.w * *lambda);
         let half = lambda.constant(0.5);
-        let d2 = cross(t, d1);
         let zero = Vec3::splat(lambda.constant(0.0));
         let middle = axpy(half, load, after.n);
-        let mut change = *columns;
-        let mut darms = columns.w;
-        for k in 0..3 {
-            let w = columns.w[k];
+        let mu = self.dipole();
+        let first = acting.G[1] * mu;
+        for k in 0..by.map_or(3, |(parameters, _)| parameters.count) {
+            let (w, dp) = (columns.w[k], columns.dp[k]);
+            let (mut dn, mut dm) = (columns.dn[k], columns.dm[k]);
             let mut darm = cross(w, arm);
             let mut dload = zero;
             if let Some((parameters, index)) = by {
@@ -124,43 +116,29 @@ impl<L: Lane> Crossing<'_, L> {
                 darm = axpy(source.dL[k], t, darm);
                 dload = source.dload[k];
             }
-            change.dn[k] = columns.dn[k] - dload;
-            change.dp[k] = columns.dp[k] + darm;
-            darms[k] = darm;
-        }
-        for (point, Point { xi, share, lever, part, local }) in points.all.iter().enumerate() {
-            let (xi, share, lever, part) = (*xi, *share, *lever, *part);
-            let Local { B, G, T3 } = *local;
-            let kept = &points.kept[point * space.dipoles.len()..];
-            let force = G * part;
-            for k in 0..3 {
-                let dlever = darms[k] * xi;
-                let dx = columns.dp[k] + dlever;
-                let mut dmu = cross(columns.w[k], part);
-                let (mut dB, mut dF) = (G * dx, T3 * dx);
+            dn = dn - dload;
+            if segment.has_dipole {
+                let mut dmu = cross(w, mu);
+                let (mut dB, mut dforce, mut dfirst) = (zero, zero, zero);
                 if let Some((parameters, index)) = by {
                     let dmu_body = parameters.sources.segments[index].dmu[k];
-                    dmu = axpy(share, to_world(d1, d2, t, dmu_body), dmu);
-                    let (of_B, of_F) = parameters.field(space, k, p + lever, part, kept);
-                    (dB, dF) = (dB + of_B, dF + of_F);
+                    dmu = dmu + to_world(d1, cross(t, d1), t, dmu_body);
+                    (dB, dforce, dfirst) = parameters.acting(k, self, acting);
                 }
-                let dforce = dF + G * dmu; // F6
-                change.dn[k] = change.dn[k] - dforce;
-                let mut torque = cross_sub(dmu, B, cross_sub(part, dB, change.dm[k]));
+                let ([G, G1], [T3, T31, T32]) = (acting.G, acting.T3);
+                dB = dB + G * dp + G1 * darm;
+                dforce = dforce + T3 * dp + T31 * darm + G * dmu; // F6
+                dn = dn - dforce;
+                dm = cross_sub(dmu, acting.B, cross_sub(mu, dB, dm)); // F6
                 if *force_arm {
-                    torque = cross_sub(dlever, force, cross_sub(lever, dforce, torque));
+                    dfirst = dfirst + T31 * dp + T32 * darm + G1 * dmu;
+                    dm = cross_sub(darm, first, cross_sub(arm, dfirst, dm)); // F6
                 }
-                change.dm[k] = torque; // F6
             }
+            if *force_arm {
+                dm = cross_sub(darm, middle, cross_sub(arm, axpy(half, dload, dn), dm));
+            }
+            (columns.dp[k], columns.dn[k], columns.dm[k]) = (dp + darm, dn, dm);
         }
-        for k in 0..if *force_arm { 3 } else { 0 } {
-            let dload = match by {
-                Some((parameters, index)) => parameters.sources.segments[index].dload[k],
-                None => zero,
-            };
-            let dmiddle = axpy(half, dload, change.dn[k]);
-            change.dm[k] = cross_sub(darms[k], middle, cross_sub(arm, dmiddle, change.dm[k]));
-        }
-        *columns = change;
     }
 }

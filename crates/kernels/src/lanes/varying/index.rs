@@ -6,7 +6,19 @@
 #![allow(clippy::needless_range_loop)]
 
 use super::matrix::Mat6;
+use crate::lanes::algebra::inverse;
 use crate::lanes::lane::{Lane, Scalar};
+
+/// What is known of a transfer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Interval {
+    /// It does not bend: b is 0.
+    Rigid,
+    /// A displacement takes it along, and force is the same at both ends but for loads.
+    Free,
+    /// A flexible one with a magnet.
+    Magnetised,
+}
 
 /// How the end of an interval follows its start.
 #[derive(Clone, Copy, Debug)]
@@ -15,8 +27,56 @@ pub struct Transfer<L> {
     pub b: Mat6<L>,
     pub c: Mat6<L>,
     pub d: Mat6<L>,
-    /// Whether it bends; a rigid one has no b.
-    pub bends: bool,
+    pub interval: Interval,
+}
+
+impl<L: Lane> Transfer<L> {
+    /// How pose and load at its end follow what they follow at its start.
+    #[inline(always)]
+    pub fn beyond(&self, pose: &Mat6<L>, load: &Mat6<L>) -> (Mat6<L>, Mat6<L>) {
+        let Self { a, b, c, d, interval } = self;
+        let (mut new_pose, mut new_load) = (*pose, *load);
+        match interval {
+            Interval::Rigid => {
+                new_pose.add_product(0, a, 3..6, pose);
+                new_load.add_product(0, c, 0..6, pose);
+                new_load.add_product(3, c, 0..6, pose);
+                new_load.add_product(3, d, 0..3, load);
+            }
+            Interval::Free => {
+                let none = Mat6::zero(a.0[0][0]);
+                for row in 3..6 {
+                    (new_pose.0[row], new_load.0[row]) = (none.0[row], none.0[row]);
+                }
+                new_pose.add_product(0, a, 3..6, pose);
+                new_pose.add_product(0, b, 0..6, load);
+                new_pose.add_product(3, a, 3..6, pose);
+                new_pose.add_product(3, b, 0..6, load);
+                new_load.add_product(3, c, 3..6, pose);
+                new_load.add_product(3, d, 0..6, load);
+            }
+            Interval::Magnetised => {
+                new_pose = a.times(pose).plus(&b.times(load));
+                new_load = c.times(pose).plus(&d.times(load));
+            }
+        }
+        (new_pose, new_load)
+    }
+
+    /// b d^-1, symmetric.
+    #[inline(always)]
+    fn compliance(&self) -> Mat6<L> {
+        let Self { b, d, interval, .. } = self;
+        if *interval != Interval::Free {
+            return d.transposed().solve_soon(&b.transposed());
+        }
+        let (below, last) = (d.block(3, 0), inverse(d.block(3, 3)));
+        let (up, down) = (b.block(0, 3) * last, b.block(3, 3) * last);
+        let mut C = *b;
+        C.put(0, &(b.block(0, 0) - up * below), &(b.block(3, 0) - down * below));
+        C.put(3, &up, &down);
+        C
+    }
 }
 
 /// What all pivots tell of stability.
@@ -33,9 +93,13 @@ pub struct Stability<L> {
 pub fn index<L: Lane>(transfers: &[Transfer<L>], one: L) -> Stability<L> {
     let mut found = Stability { index: one.constant(0.0), determinant: one };
     let mut S = Mat6::zero(one);
-    for transfer in transfers.iter().rev() {
-        if transfer.bends {
+    for (number, transfer) in transfers.iter().enumerate().rev() {
+        if transfer.interval != Interval::Rigid {
             pivots(transfer, &S, &mut found);
+        }
+        // What the base holds does not yield.
+        if number == 0 {
+            break;
         }
         let left = transfer.d.minus(&S.times(&transfer.b));
         let right = S.times(&transfer.a).minus(&transfer.c);
@@ -55,10 +119,24 @@ pub fn index<L: Lane>(transfers: &[Transfer<L>], one: L) -> Stability<L> {
 fn pivots<L: Lane>(transfer: &Transfer<L>, S: &Mat6<L>, found: &mut Stability<L>) {
     let zero = found.index.constant(0.0);
     let one = zero.constant(1.0);
-    let C = transfer.d.transposed().solve_soon(&transfer.b.transposed());
-    let (root, mut index) = root(&C, one);
-    let product = root.transposed().times(&S.times(&root));
-    let mut pivot = Mat6::identity(one).minus(&product).0;
+    let S = swapped(S);
+    let (root, mut index) = root(&swapped(&transfer.compliance()), one);
+    let mut pivot = Mat6::identity(one).0;
+    for k in 0..6 {
+        // B^T S, then I - B^T S B, whose other half is the same.
+        let mut row = [zero; 6];
+        for j in k..6 {
+            for column in 0..6 {
+                row[column] = root[k][j].mul_add(S.0[j][column], row[column]);
+            }
+        }
+        for other in 0..=k {
+            for j in 0..6 {
+                pivot[k][other] = row[j].neg_mul_add(root[other][j], pivot[k][other]);
+            }
+            pivot[other][k] = pivot[k][other];
+        }
+    }
     for k in 0..6 {
         let negative = pivot[k][k].lt(zero);
         // A number that is none is no sign of stability.
@@ -68,7 +146,7 @@ fn pivots<L: Lane>(transfer: &Transfer<L>, S: &Mat6<L>, found: &mut Stability<L>
         let inverse = one / pivot[k][k];
         for row in k + 1..6 {
             let factor = pivot[row][k] * inverse;
-            for column in k + 1..6 {
+            for column in 0..6 {
                 pivot[row][column] = factor.neg_mul_add(pivot[k][column], pivot[row][column]);
             }
         }
@@ -76,34 +154,50 @@ fn pivots<L: Lane>(transfer: &Transfer<L>, S: &Mat6<L>, found: &mut Stability<L>
     found.index = found.index + index;
 }
 
-/// B of C = B B^T, a column of zeros where C does not yield; and one for each rotation in which C yields the wrong way,
-/// which a short interval does in none. To displacements along it it hardly yields, and less than its pass errs.
+/// B^T of C = B B^T, rotations before displacements, a row of zeros where C does not yield; and one for each rotation in which
+/// C yields the wrong way, which a short interval does in none. To displacements along it it hardly yields, and less than its
+/// pass errs.
 #[inline(always)]
-fn root<L: Lane>(C: &Mat6<L>, one: L) -> (Mat6<L>, L) {
+fn root<L: Lane>(C: &Mat6<L>, one: L) -> ([[L; 6]; 6], L) {
     let zero = one.constant(0.0);
-    let noise = one.constant(64.0 * L::Scalar::EPSILON);
-    let (mut c, mut root, mut index) = (C.0, Mat6::zero(one), zero);
+    let (half, noise) = (one.constant(0.5), one.constant(64.0 * L::Scalar::EPSILON));
+    let (mut c, mut root, mut index) = (C.0, [[zero; 6]; 6], zero);
     let mut largest = zero;
     for k in 0..6 {
-        largest = largest.max(c[k][k].abs());
+        largest = largest.max(C.0[k][k].abs());
+        for column in 0..6 {
+            c[k][column] = (C.0[k][column] + C.0[column][k]) * half;
+        }
     }
     let least = largest * noise;
-    for k in [3, 4, 5, 0, 1, 2] {
+    for k in 0..6 {
         let yields = least.lt(c[k][k]);
-        if k >= 3 {
+        if k < 3 {
             index = L::select(c[k][k].lt(-least), index + one, index);
         }
         let inverse = L::select(yields, one / c[k][k].max(least).sqrt(), zero);
-        let mut column = [zero; 6];
-        for row in 0..6 {
-            column[row] = (c[row][k] + c[k][row]) * inverse * one.constant(0.5);
+        let mut line = c[k];
+        for column in 0..6 {
+            line[column] = line[column] * inverse;
         }
-        for row in 0..6 {
-            root.0[row][k] = column[row];
-            for other in 0..6 {
-                c[row][other] = column[row].neg_mul_add(column[other], c[row][other]);
+        for row in k + 1..6 {
+            for column in 0..6 {
+                c[row][column] = line[row].neg_mul_add(line[column], c[row][column]);
             }
         }
+        root[k] = line;
     }
     (root, index)
+}
+
+/// The last of a pair first.
+#[inline(always)]
+fn swapped<L: Lane>(m: &Mat6<L>) -> Mat6<L> {
+    let mut all = *m;
+    for row in 0..6 {
+        for column in 0..6 {
+            all.0[row][column] = m.0[(row + 3) % 6][(column + 3) % 6];
+        }
+    }
+    all
 }

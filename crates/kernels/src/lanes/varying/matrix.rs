@@ -4,6 +4,7 @@
 
 use crate::lanes::algebra::{Mat3, Vec3, cross, dot, inverse};
 use crate::lanes::lane::Lane;
+use std::ops::Range;
 
 /// A block is inverted where its volume is at least this share of the product of its sides.
 const SOUND: f64 = 0.01;
@@ -75,6 +76,20 @@ impl<L: Lane> Mat6<L> {
         all
     }
 
+    /// Adds the product of three rows of `a`, from row `at` on and of columns `from` alone, with `b`.
+    #[inline(always)]
+    pub fn add_product(&mut self, at: usize, a: &Self, from: Range<usize>, b: &Self) {
+        for row in at..at + 3 {
+            for column in 0..6 {
+                let mut sum = self.0[row][column];
+                for k in from.clone() {
+                    sum = a.0[row][k].mul_add(b.0[k][column], sum);
+                }
+                self.0[row][column] = sum;
+            }
+        }
+    }
+
     #[inline(always)]
     pub fn plus(&self, b: &Self) -> Self {
         let mut all = *self;
@@ -120,7 +135,7 @@ impl<L: Lane> Mat6<L> {
 
     /// Three rows and columns, from these on.
     #[inline(always)]
-    fn block(&self, row: usize, column: usize) -> Mat3<L> {
+    pub fn block(&self, row: usize, column: usize) -> Mat3<L> {
         let mut all = Mat3::zero(self.0[0][0]);
         for k in 0..3 {
             for j in 0..3 {

@@ -3,6 +3,7 @@
 //! State and columns carry the internal force. Each step is an interval of its own with a 12 x 12 transfer; their
 //! product is dr/d(n0, m0), and elimination from the tip counts the index. Its shaders know no maps.
 
+mod acting;
 mod answer;
 mod arrival;
 mod block;

@@ -1,7 +1,9 @@
 //! What parameters change: numbers of the rod by their sources, numbers of the field by their slots. F6
 
+use super::acting::Acting;
+use super::crossing::Crossing;
 use super::space::{Dipole, Local, Space, gradient};
-use crate::lanes::algebra::{Mat3, Vec3};
+use crate::lanes::algebra::{Mat3, Vec3, axpy};
 use crate::lanes::lane::Lane;
 use crate::lanes::problem::Problem;
 use crate::lanes::source::Sources;
@@ -31,6 +33,10 @@ struct FieldChange<L> {
 /// Three parameters.
 pub struct Parameters<L> {
     pub sources: Sources<L>,
+    /// How many of the three there are.
+    pub count: usize,
+    /// The first segment where they act, if they change the field alone.
+    pub begin_at: Option<usize>,
     /// Numbers of the field that each moves.
     field: [FieldChange<L>; 3],
     /// Change of the force at the tip.
@@ -44,7 +50,7 @@ impl<L: Lane> Parameters<L> {
         let (gradient, dipoles, maps) = ([zero; 5], Vec::new(), Vec::new());
         let still = FieldChange { has_gradient: false, gradient, has_origin: false, origin: none, dipoles, maps };
         let field = [still.clone(), still.clone(), still];
-        Self { sources: Sources::new(token), field, df_tip: Mat3::zero(zero) }
+        Self { sources: Sources::new(token), count: 0, begin_at: None, field, df_tip: Mat3::zero(zero) }
     }
 
     /// Fills in up to three derivatives of the program, from number `first` on.
@@ -55,6 +61,9 @@ impl<L: Lane> Parameters<L> {
         let zero = L::splat(token, 0.0);
         let none = Vec3::splat(zero);
         self.sources.load(problem, first);
+        self.count = program.derivatives.len().saturating_sub(first).min(3);
+        // At the first segment the base may have moved.
+        self.begin_at = Some(program.acts_from[first / 3]).filter(|at| *at > 0 && !self.sources.changed);
         self.df_tip = Mat3::zero(zero);
         for change in &mut self.field {
             (change.has_gradient, change.gradient) = (false, [zero; 5]);
@@ -85,13 +94,13 @@ impl<L: Lane> Parameters<L> {
                     Slot::SourcePosition(_, axis) => {
                         if let Some(dipole) = change.dipoles.last_mut() {
                             dipole.moves = true;
-                            dipole.dX = dipole.dX + unit(axis, rate);
+                            dipole.dX[axis.index()] = dipole.dX[axis.index()] + rate;
                         }
                     }
                     Slot::SourceMoment(_, axis) => {
                         if let Some(dipole) = change.dipoles.last_mut() {
                             dipole.turns = true;
-                            dipole.dM = dipole.dM + unit(axis, rate);
+                            dipole.dM[axis.index()] = dipole.dM[axis.index()] + rate;
                         }
                     }
                     Slot::MapScale(_) | Slot::MapPosition(..) => change.maps.push((*slot, rate)),
@@ -127,7 +136,16 @@ impl<L: Lane> Parameters<L> {
                 dF = dF + turned.G(x - X) * mu;
             }
         }
-        for (slot, rate) in &change.maps {
+        let (of_B, of_F) = self.maps(space, k, x, mu);
+        (dB + of_B, dF + of_F)
+    }
+
+    /// The same from maps.
+    #[inline(always)]
+    fn maps(&self, space: &Space<L>, k: usize, x: Vec3<L>, mu: Vec3<L>) -> (Vec3<L>, Vec3<L>) {
+        let none = Vec3::splat(x.x.constant(0.0));
+        let (mut dB, mut dF) = (none, none);
+        for (slot, rate) in &self.field[k].maps {
             match *slot {
                 Slot::MapScale(j) => {
                     let local = space.maps[j].local(x, 2);
@@ -144,6 +162,42 @@ impl<L: Lane> Parameters<L> {
             }
         }
         (dB, dF)
+    }
+
+    /// What parameter `k` changes of B, of the force and of the force times xi at a rigid segment that stands still. F6
+    #[inline(always)]
+    pub fn acting(&self, k: usize, crossing: &Crossing<'_, L>, acting: &Acting<L>) -> (Vec3<L>, Vec3<L>, Vec3<L>) {
+        let Crossing { space, segment, points, before, .. } = crossing;
+        let (mu, arm, mean) = (crossing.dipole(), before.t * segment.length, crossing.mean());
+        let none = Vec3::splat(mean.constant(0.0));
+        let (mut dB, mut dF, mut first) = (self.sources.dB[k], none, none);
+        let change = &self.field[k];
+        if change.has_gradient {
+            let dG = gradient(change.gradient);
+            dB = dB + dG * (axpy(mean, arm, before.p) - space.origin);
+            (dF, first) = (dG * mu, dG * mu * mean);
+        }
+        if change.has_origin {
+            dB = dB - space.G * change.origin;
+        }
+        for dipole in &change.dipoles {
+            let of_dipole = &acting.dipoles[dipole.number];
+            if dipole.moves {
+                dB = dB - of_dipole.G * dipole.dX;
+                (dF, first) = (dF - of_dipole.T3[0] * dipole.dX, first - of_dipole.T3[1] * dipole.dX);
+            }
+            if dipole.turns {
+                dB = dB + of_dipole.unit * dipole.dM;
+                (dF, first) = (dF + of_dipole.pull[0] * dipole.dM, first + of_dipole.pull[1] * dipole.dM);
+            }
+        }
+        for (xi, share) in if change.maps.is_empty() { &[][..] } else { *points } {
+            let (xi, share) = (mean.constant(*xi), mean.constant(*share));
+            let (of_B, of_F) = self.maps(space, k, axpy(xi, arm, before.p), mu);
+            (dB, dF) = (axpy(share, of_B, dB), axpy(share, of_F, dF));
+            first = axpy(share * xi, of_F, first);
+        }
+        (dB, dF, first)
     }
 }
 

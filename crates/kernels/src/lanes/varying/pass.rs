@@ -2,7 +2,7 @@
 
 use super::crossing::Crossing;
 use super::ends::{base_columns, lengthen};
-use super::index::Transfer;
+use super::index::{Interval, Transfer};
 use super::matrix::Mat6;
 use super::parameters::Parameters;
 use super::space::FAR;
@@ -90,7 +90,7 @@ fn numbered<'a, L>(
 pub fn integrate<L: Lane, T: Terms>(pass: Pass<'_, L>, terms: T) {
     let Pass { problem, resolution, lambda, base, what, points, workspace } = pass;
     let Problem { program, rod, .. } = problem;
-    let VaryingWorkspace { space, room, points: acting, parameters, transfers, columns, first, .. } = workspace;
+    let VaryingWorkspace { space, room, acting, parameters, transfers, columns, first, .. } = workspace;
     let zero = lambda.constant(0.0);
     let mut state = State { p: Vec3::splat(zero), d1: rod.d1, t: rod.t, m: base.1, n: base.0 };
     let (mut pose, mut load) = (Mat6::zero(zero), Mat6::identity(zero));
@@ -129,8 +129,8 @@ pub fn integrate<L: Lane, T: Terms>(pass: Pass<'_, L>, terms: T) {
                     let step = Step { terms, space, segment: flexible, lambda, start, share };
                     let before = state;
                     match steady {
-                        true => step_rod::<L, T, true>(&step, room, what != What::State, &mut state),
-                        false => step_rod::<L, T, false>(&step, room, what != What::State, &mut state),
+                        true => step_rod::<L, T, true>(&step, room, what.has_columns(), &mut state),
+                        false => step_rod::<L, T, false>(&step, room, what.has_columns(), &mut state),
                     }
                     let mut count = if what.has_base() { 2 } else { 0 };
                     if with_transfers {
@@ -151,7 +151,11 @@ pub fn integrate<L: Lane, T: Terms>(pass: Pass<'_, L>, terms: T) {
                         }
                     }
                     if with_transfers && ((k + 1) % joined == 0 || k + 1 == steps) {
-                        push(transfers, (&mut pose, &mut load), &own, state.m, true);
+                        let interval = if flexible.has_magnet { Interval::Magnetised } else { Interval::Free };
+                        push(transfers, (&mut pose, &mut load), &own, state.m, interval);
+                    }
+                    if what == What::State {
+                        continue;
                     }
                     let middle = midway(&before, &state, flexible.length * zero.constant(share));
                     travelled = travelled + length(state.p - before.p);
@@ -166,14 +170,19 @@ pub fn integrate<L: Lane, T: Terms>(pass: Pass<'_, L>, terms: T) {
                 let force_arm = program.rigid_force_arm;
                 let crossing = Crossing { space, segment: rigid, lambda, points, force_arm, before: state };
                 let after = crossing.cross();
-                let mut count = if what.has_base() { 2 } else { 0 };
+                let (mut begin, mut count) = (0, if what.has_base() { 2 } else { 0 });
                 if with_transfers {
-                    (own, count) = (interval_columns(state.m), 4);
+                    own = interval_columns(state.m);
+                    // Columns by the load need no crossing: it turns nothing.
+                    if force_arm {
+                        own[0].dm = hat(after.p - state.p) * lambda.constant(-1.0);
+                    }
+                    (begin, count) = (2, 4);
                 }
                 if count + threes > 0 {
-                    acting.load(&crossing);
+                    acting.load(&crossing, threes > 0);
                 }
-                for k in 0..count + threes {
+                for k in begin..count + threes {
                     if k >= count && index < program.acts_from[k - count] {
                         continue;
                     }
@@ -181,22 +190,28 @@ pub fn integrate<L: Lane, T: Terms>(pass: Pass<'_, L>, terms: T) {
                     crossing.cross_columns(&after, acting, by, three);
                 }
                 if with_transfers {
-                    push(transfers, (&mut pose, &mut load), &own, after.m, false);
+                    push(transfers, (&mut pose, &mut load), &own, after.m, Interval::Rigid);
+                }
+                let before = std::mem::replace(&mut state, after);
+                if what == What::State {
+                    continue;
                 }
                 if rigid.has_dipole {
-                    inside = space.inside(after.p, space.inside(state.p, inside));
+                    inside = space.inside(state.p, space.inside(before.p, inside));
                 }
-                travelled = travelled + length(after.p - state.p);
-                leeway = leeway.min(space.clearance(state.p, after.p) / travelled);
-                state = after;
+                travelled = travelled + length(state.p - before.p);
+                leeway = leeway.min(space.clearance(before.p, state.p) / travelled);
             }
         }
     }
     workspace.tip = state;
+    if what == What::State {
+        return;
+    }
     // A rod that is nowhere is near to nothing.
     leeway = leeway * travelled;
     (workspace.leeway, workspace.inside) = (L::select(leeway.is_finite(), leeway, far), inside);
-    if what == What::State {
+    if what == What::Place {
         return;
     }
     let mut matrix = residual(&pose, &load, state.m);
@@ -216,7 +231,7 @@ fn push<L: Lane>(
     (pose, load): (&mut Mat6<L>, &mut Mat6<L>),
     [by_n, by_m, by_w, by_p]: &[Columns<L>; 4],
     m: Vec3<L>,
-    bends: bool,
+    interval: Interval,
 ) {
     let none = Mat6::zero(m.x);
     let (mut a, mut b, mut c, mut d) = (none, none, none, none);
@@ -228,8 +243,7 @@ fn push<L: Lane>(
         b.put(at, &by.dp, &by.w);
         d.put(at, &by.dn, &canonical(by, m));
     }
-    let next = a.times(pose).plus(&b.times(load));
-    *load = c.times(pose).plus(&d.times(load));
-    *pose = next;
-    transfers.push(Transfer { a, b, c, d, bends });
+    let transfer = Transfer { a, b, c, d, interval };
+    (*pose, *load) = if transfers.is_empty() { (b, d) } else { transfer.beyond(pose, load) };
+    transfers.push(transfer);
 }

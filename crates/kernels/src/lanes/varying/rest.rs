@@ -3,7 +3,7 @@
 use super::pass::Pass;
 use super::path::Load;
 use super::workspace::{VaryingWorkspace, What};
-use crate::lanes::algebra::Vec3;
+use crate::lanes::algebra::{Vec3, cross_sub};
 use crate::lanes::kernels::Kernels;
 use crate::lanes::lane::Lane;
 use crate::lanes::problem::{Problem, stiff};
@@ -49,12 +49,16 @@ pub fn set_out<L: Kernels>(problem: &Problem<'_, L>, workspace: &mut VaryingWork
     let Problem { program, rod, .. } = *problem;
     let problem = Problem { rod: &stiff(rod), ..*problem };
     let none = Vec3::splat(rod.t.x.constant(0.0));
-    let (resolution, what, points) = (&program.coarse, What::State, CoilLoad::Middle.points());
+    let (resolution, what, points) = (&program.coarse, What::Place, CoilLoad::Middle.points());
     let lambda = rod.t.x.constant(1.0);
     L::varying_pass(Pass { problem, resolution, lambda, base: (none, none), what, points, workspace });
     let n = rod.f_tip - workspace.tip.n;
-    // It acts on the arms of that rod.
-    L::varying_pass(Pass { problem, resolution, lambda, base: (n, none), what, points, workspace });
+    // It acts on the arms of that rod, which stays where it is.
+    if program.rigid_force_arm {
+        workspace.tip.m = cross_sub(workspace.tip.p, n, workspace.tip.m);
+    } else {
+        L::varying_pass(Pass { problem, resolution, lambda, base: (n, none), what, points, workspace });
+    }
     Rest {
         slope: (n, rod.l_tip - workspace.tip.m),
         tip: workspace.tip.p,

@@ -6,6 +6,7 @@ use super::map::{Map, ProgramMap};
 use crate::lanes::algebra::{Mat3, Vec3, axpy, dot, outer};
 use crate::lanes::lane::Lane;
 use crate::lanes::problem::Problem;
+use crate::lanes::program::Source;
 use crate::model::record::{BASE_POSITION_AT, field_offset};
 use crate::model::{FIELD_DIPOLE_RECORD, FIELD_MAP_RECORD, FIELD_RECORD, Plan};
 use std::sync::Arc;
@@ -23,24 +24,23 @@ pub struct ProgramField {
     /// Of each dipole outside of the rod, in the plan's units.
     pub clearances: Vec<f64>,
     pub maps: Vec<Arc<ProgramMap>>,
-    /// Points of a rigid segment where the field acts, and their shares of its dipole.
+    /// Points of a rigid segment where the field acts, and their shares of its dipole; then for the answer.
     pub points: &'static [(f64, f64)],
-    /// The same for the answer.
     pub check_points: &'static [(f64, f64)],
 }
 
 impl ProgramField {
     /// `None` for a uniform field.
-    pub fn new(plan: &Plan) -> Option<Self> {
+    pub fn new(plan: &Plan, sources: &[Source]) -> Option<Self> {
         let rod = plan.scene.rod();
         let field = rod.field.as_ref()?;
-        Some(Self {
-            entry: field_offset(&rod.segments),
-            clearances: field.dipoles.iter().map(|dipole| dipole.clearance / plan.units.length).collect(),
-            maps: field.maps.iter().map(|map| Arc::new(ProgramMap::new(&map.grid, &plan.units))).collect(),
-            points: field.coil_load.points(),
-            check_points: field.coil_load.check_points(),
-        })
+        let clearances: Vec<f64> = field.dipoles.iter().map(|dipole| dipole.clearance / plan.units.length).collect();
+        let nearest = if field.maps.is_empty() { clearances.iter().copied().fold(FAR, f64::min) } else { 0.0 };
+        let magnets = plan.segments.iter().filter(|segment| segment.has_dipole);
+        let longest = magnets.map(|segment| sources[segment.record].constant().unwrap_or(FAR)).fold(0.0, f64::max);
+        let [points, check_points] = field.coil_load.points_within(longest / nearest, plan.options.tolerance);
+        let maps = field.maps.iter().map(|map| Arc::new(ProgramMap::new(&map.grid, &plan.units))).collect();
+        Some(Self { entry: field_offset(&rod.segments), clearances, maps, points, check_points })
     }
 }
 
@@ -85,6 +85,17 @@ impl<L: Lane> Dipole<L> {
         (r * (dot(self.M, r) * inverse2 * r.x.constant(3.0)) - self.M) * inverse3
     }
 
+    /// Its field and the force on a dipole there. F0, F1
+    #[inline(always)]
+    pub fn acts(&self, r: Vec3<L>, mu: Vec3<L>) -> (Vec3<L>, Vec3<L>) {
+        let (inverse2, inverse3) = inverses(r);
+        let (a, b, c) = (dot(mu, r), dot(self.M, r), dot(mu, self.M));
+        let b2 = b * inverse2;
+        let B = (r * (b2 * r.x.constant(3.0)) - self.M) * inverse3;
+        let along = r * (b2 * r.x.constant(-5.0)).mul_add(a, c);
+        (B, axpy(a, self.M, axpy(b, mu, along)) * (inverse2 * inverse3 * r.x.constant(3.0)))
+    }
+
     /// The gradient of its field.
     #[inline(always)]
     pub fn G(&self, r: Vec3<L>) -> Mat3<L> {
@@ -115,7 +126,7 @@ impl<L: Lane> Dipole<L> {
 
 /// r^-2 and r^-3
 #[inline(always)]
-fn inverses<L: Lane>(r: Vec3<L>) -> (L, L) {
+pub fn inverses<L: Lane>(r: Vec3<L>) -> (L, L) {
     let inverse2 = r.x.constant(1.0) / dot(r, r);
     (inverse2, inverse2 * inverse2.sqrt())
 }
@@ -171,6 +182,21 @@ impl<L: Lane> Space<L> {
             (B, G) = (B + local.B * map.scale, G + local.G * map.scale);
         }
         (B, G)
+    }
+
+    /// B at a point and the force on a dipole there.
+    #[inline(always)]
+    pub fn acts(&self, x: Vec3<L>, mu: Vec3<L>) -> (Vec3<L>, Vec3<L>) {
+        let (mut B, mut F) = (self.B0 + self.G * (x - self.origin), self.G * mu);
+        for dipole in &self.dipoles {
+            let (of_B, of_F) = dipole.acts(x - dipole.X, mu);
+            (B, F) = (B + of_B, F + of_F);
+        }
+        for map in &self.maps {
+            let local = map.local(x, 2);
+            (B, F) = (B + local.B * map.scale, F + local.G * mu * map.scale);
+        }
+        (B, F)
     }
 
     /// The same with what columns need for a dipole there; what each dipole of the field does is added to `kept`.

@@ -111,7 +111,7 @@ pub fn step_rod<L: Lane, T: Terms, const STEADY: bool>(
     let count = stages.tableau.a.len();
     ends[0] = state.p;
     for i in 0..count {
-        let State { p, d1, t, m, n } = advanced::<L, STEADY>(state, stages, slopes, i);
+        let State { p, d1, t, m, n } = advanced::<L, T, STEADY>(terms, state, stages, slopes, i);
         let section = segment.section(terms, stages.tableau.c[i].mul_add(step.share, step.start));
         let d2 = cross(t, d1);
         let omega = curvature(terms, &section, d1, d2, t, m);
@@ -135,15 +135,18 @@ pub fn step_rod<L: Lane, T: Terms, const STEADY: bool>(
         }
         let stage = &mut stages.stage[i % STAGES];
         (stage.p, stage.d1, stage.d2, stage.t, stage.m, stage.n) = (p, d1, d2, t, m, n);
-        (stage.v, stage.compliance) = (v, section.compliance);
+        if terms.general() {
+            (stage.v, stage.compliance) = (v, section.compliance);
+        }
     }
-    *state = advanced::<L, STEADY>(state, stages, slopes, count);
+    *state = advanced::<L, T, STEADY>(terms, state, stages, slopes, count);
     ends[1] = state.p;
 }
 
 /// The state at stage `i`, or at the end.
 #[inline(always)]
-fn advanced<L: Lane, const STEADY: bool>(
+fn advanced<L: Lane, T: Terms, const STEADY: bool>(
+    terms: T,
     state: &State<L>,
     stages: &Stages<L>,
     slopes: &[Slope<L>; STAGES],
@@ -152,7 +155,7 @@ fn advanced<L: Lane, const STEADY: bool>(
     let State { mut p, mut d1, mut t, mut m, mut n } = *state;
     for (ha, j) in stages.row(i) {
         let slope = &slopes[j];
-        p = axpy(ha, stages.stage[j].v, p);
+        p = axpy(ha, stages.stage[j].velocity(terms), p);
         d1 = axpy(ha, slope.a, d1);
         t = axpy(ha, slope.b, t);
         if !STEADY {
@@ -178,7 +181,7 @@ pub fn step_columns<L: Lane, T: Terms, const STEADY: bool>(
     let Step { terms, space, segment, .. } = *step;
     let Room { stages, ends, column_slopes, magnetic, kept, .. } = room;
     let count = stages.tableau.a.len();
-    for k in 0..3 {
+    for k in 0..by.map_or(3, |(parameters, _)| parameters.count) {
         let start = (columns.w[k], columns.dp[k], columns.dm[k], columns.dn[k]);
         for i in 0..=count {
             let (mut w, mut dp, mut dm, mut dn) = start;

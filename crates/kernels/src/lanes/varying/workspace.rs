@@ -1,6 +1,6 @@
 //! What a pass carries along, and what it leaves behind.
 
-use super::crossing::Points;
+use super::acting::Acting;
 use super::first::First;
 use super::index::Transfer;
 use super::matrix::Mat6;
@@ -17,6 +17,8 @@ use crate::lanes::step::Stages;
 pub enum What {
     /// The state alone.
     State,
+    /// The same, and how near it comes to magnets.
+    Place,
     /// Columns by the load at the base.
     Base,
     /// The transfer of every interval, and their product.
@@ -28,6 +30,10 @@ pub enum What {
 }
 
 impl What {
+    pub fn has_columns(self) -> bool {
+        !matches!(self, What::State | What::Place)
+    }
+
     pub fn has_transfers(self) -> bool {
         matches!(self, What::Transfers | What::Parameters)
     }
@@ -47,7 +53,7 @@ pub struct VaryingWorkspace<L: Lane> {
     pub space: Space<L>,
     pub room: Room<L>,
     /// Of a rigid segment.
-    pub points: Points<L>,
+    pub acting: Acting<L>,
     pub parameters: Vec<Parameters<L>>,
     /// Of the last pass: the tip, how its pose and its residual follow the load at the base, each interval.
     pub tip: State<L>,
@@ -73,7 +79,7 @@ impl<L: Lane> VaryingWorkspace<L> {
         Self {
             space: Space::new(zero),
             room: Room::new(Stages::new(token, program.fine.tableau), zero),
-            points: Points::new(),
+            acting: Acting::new(zero),
             parameters: (0..threes).map(|_| Parameters::new(token)).collect(),
             tip: State { p: v, d1: v, t: v, m: v, n: v },
             pose: Mat6::zero(zero),
