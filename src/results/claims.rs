@@ -249,7 +249,7 @@ impl Claims {
         const LOST: u32 = 8;
         loop {
             let is_free = |unit: &u64| !self.turns.contains_key(unit) && !self.missing(*unit).is_empty();
-            let mut free: Vec<u64> = self.from_place().filter(is_free).collect();
+            let mut free: Vec<u64> = self.units_in_order().filter(is_free).collect();
             let rate = self.given as f64 / self.plan.unit as f64 / self.begin.elapsed().as_secs_f64().max(1e-3);
             let wanted = ((rate * ROUND.as_secs_f64()) as u64).clamp(1, MOST_UNITS).min(1 + free.len() as u64 / 64);
             let (mut won, mut lost) = (0, 0);
@@ -273,7 +273,7 @@ impl Claims {
     }
 
     /// Every unit, from the one where this worker looks first.
-    fn from_place(&self) -> impl Iterator<Item = u64> + use<> {
+    fn units_in_order(&self) -> impl Iterator<Item = u64> + use<> {
         let (place, units) = (self.place, self.end_unit());
         (0..units).map(move |k| (place + k) % units)
     }
@@ -283,7 +283,7 @@ impl Claims {
     /// Whose a unit is has to be asked for: the living share that out by chance, from look to look.
     fn take_over(&mut self) -> Result<(), ResultsError> {
         self.place = chance() % self.end_unit().max(1);
-        let open: Vec<u64> = self.from_place().filter(|unit| !self.missing(*unit).is_empty()).collect();
+        let open: Vec<u64> = self.units_in_order().filter(|unit| !self.missing(*unit).is_empty()).collect();
         if open.is_empty() {
             return Ok(());
         }

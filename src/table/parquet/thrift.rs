@@ -278,7 +278,7 @@ mod tests {
         let deep = |times| [&[0x1c][..], &[0x1c].repeat(times), &[END].repeat(times + 2)].concat();
         assert_eq!(Walk { rest: &deep(60) }.fields(&[], DEEPEST), Ok(()));
         assert_eq!(Walk { rest: &deep(64) }.fields(&[], DEEPEST), Err("it nests too deeply"));
-        let lists = [vec![0x19].repeat(1 << 20)].concat();
+        let lists = [0x19].repeat(1 << 20);
         assert_eq!(Walk { rest: &lists }.fields(&[], DEEPEST), Err("it nests too deeply"));
         assert_eq!(said(&[0x15; 1]), Err(ENDS));
         assert_eq!(said(&[&[0x15][..], &[0x80; 12]].concat()), Err("a number is too long"));
