@@ -31,7 +31,7 @@ pub const SCENES: [ShippedFile; 7] = [ARM_MAGNET, CANTILEVER, COIL_ARRAY, P35, P
 pub const WORKSPACE: ShippedFile = shipped!("", "workspace.toml");
 
 /// The sweeps that are benchmarked, first the one that targets are stated for. Their scenes are in `../scenes`.
-pub const BENCH: [ShippedFile; 10] = [
+pub const BENCH: [ShippedFile; 12] = [
     shipped!("bench/", "benchmark.toml"),
     shipped!("bench/", "easy.toml"),
     shipped!("bench/", "p6.toml"),
@@ -42,6 +42,8 @@ pub const BENCH: [ShippedFile; 10] = [
     shipped!("bench/", "folds.toml"),
     shipped!("bench/", "limp.toml"),
     shipped!("bench/", "taut.toml"),
+    shipped!("bench/", "magnet.toml"),
+    shipped!("bench/", "uniform.toml"),
 ];
 
 /// The trajectories of the paper's experiment, in its order.
