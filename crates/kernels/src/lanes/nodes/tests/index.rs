@@ -2,31 +2,18 @@
 
 use super::super::interval::Node;
 use super::super::mesh::Interval;
-use super::super::state::{Nodes, What};
+use super::super::state::What;
 use super::chain::{Column, HELICES, LENGTH, helix};
-use super::{L, Random, lane, lanes, matrix, number, numbers};
+use super::{Random, Single, lane, lanes, matrix, number, numbers};
 use crate::lanes::lane::Lane;
-use crate::lanes::problem::{Problem, Workspace};
-use crate::lanes::program::{Inputs, Program};
-use crate::lanes::rod::Rod;
-use crate::lanes::terms::ProgramTerms;
-use crate::model::{Plan, PlanOptions, Stepper};
 use nalgebra::DVector;
 use std::collections::BTreeMap;
 
 /// Index by nodes at the equilibrium next to that of a chain; `None` where Newton's method leads elsewhere.
 fn index_by_nodes(column: &Column, u: &DVector<f64>) -> Option<usize> {
-    let plan = Plan::new(&column.scene(), &[], &[], PlanOptions::default()).expect("a plan");
-    let (token, one) = (pulp::Scalar::new(), lane(1.0));
-    let mut program = Program::new(&plan, f64::EPSILON);
-    program.terms = ProgramTerms::EVERY;
-    let inputs = Inputs { data: &[], stride: 1, offset: 0 };
-    let (mut rod, mut workspace) = (Rod::new(token), Workspace::new(token, &program));
-    rod.load(&program, token, &inputs);
-    let problem = Problem { program: &program, inputs, rod: &rod };
-    let mut nodes = Nodes::<L>::new(token, &program);
-    nodes.mesh.cut(&problem, 0.5);
-    nodes.resolve(Stepper::Dop853.tableau(), 4);
+    let single = Single::new(&column.scene(), &[]);
+    let (problem, units, one) = (single.problem(), single.plan.units, lane(1.0));
+    let (mut nodes, mut workspace) = single.nodes(0.5, 4);
     let frames = Column::frames(u);
     for interval in &nodes.mesh.intervals {
         let s = match interval {
@@ -36,7 +23,7 @@ fn index_by_nodes(column: &Column, u: &DVector<f64>) -> Option<usize> {
         let k = ((s / LENGTH * HELICES as f64) as usize).min(HELICES - 1);
         let h = LENGTH / HELICES as f64;
         let (_, R) = helix(frames[k], Column::curvature(u, k), s - k as f64 * h);
-        let m = R * column.moment(u, s) / plan.units.moment();
+        let m = R * column.moment(u, s) / units.moment();
         nodes.nodes.push(Node::new(lanes(R.column(0).into()), lanes(R.column(2).into()), lanes(m)));
     }
     nodes.hold_base(&problem);
@@ -50,7 +37,7 @@ fn index_by_nodes(column: &Column, u: &DVector<f64>) -> Option<usize> {
         nodes.take_step(lane(0.0).lt(one));
     }
     assert!(size < 1e-10, "{size:e}");
-    let off = numbers(nodes.tip.p) * plan.units.length - Column::tip(u).0;
+    let off = numbers(nodes.tip.p) * units.length - Column::tip(u).0;
     nodes.factor_symmetric();
     for (transfer, pivot) in nodes.transfers.iter().zip(&nodes.elimination.pivots) {
         // The transfers are symplectic: a + b S = P^-T.

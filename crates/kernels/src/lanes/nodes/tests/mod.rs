@@ -6,9 +6,14 @@ mod elimination;
 mod index;
 mod memory;
 
+use super::state::Nodes;
 use crate::lanes::algebra::{Mat3, Vec3};
 use crate::lanes::lane::{F64, Lane};
-use crate::model::Vector;
+use crate::lanes::problem::{Problem, Workspace};
+use crate::lanes::program::{Inputs, Program};
+use crate::lanes::rod::Rod;
+use crate::lanes::terms::ProgramTerms;
+use crate::model::{Parameter, Plan, PlanOptions, Scene, Stepper, Vector};
 use nalgebra::{Matrix3, Vector3};
 
 type L = F64<pulp::Scalar>;
@@ -37,6 +42,42 @@ fn matrix(m: Mat3<L>) -> Matrix3<f64> {
 
 fn vector(v: Vector) -> Vector3<f64> {
     Vector3::new(v[0], v[1], v[2])
+}
+
+/// One rod in a lane of its own.
+struct Single {
+    plan: Plan,
+    program: Program,
+    rod: Rod<L>,
+}
+
+impl Single {
+    /// Of a scene, with derivatives by these parameters.
+    fn new(scene: &Scene, wrt: &[&str]) -> Self {
+        let parameters = |name: &&str| Parameter::parse(scene, name).expect("parameters");
+        let wrt: Vec<Parameter> = wrt.iter().flat_map(parameters).collect();
+        let plan = Plan::new(scene, &[], &wrt, PlanOptions::default()).expect("a plan");
+        let mut program = Program::new(&plan, f64::EPSILON);
+        program.terms = ProgramTerms::EVERY;
+        let token = pulp::Scalar::new();
+        let mut rod = Rod::new(token);
+        rod.load(&program, token, &Inputs { data: &[], stride: 1, offset: 0 });
+        Self { plan, program, rod }
+    }
+
+    fn problem(&self) -> Problem<'_, L> {
+        let inputs = Inputs { data: &[], stride: 1, offset: 0 };
+        Problem { program: &self.program, inputs, rod: &self.rod }
+    }
+
+    /// Its mesh laid, with so many steps of DOP853 in each interval.
+    fn nodes(&self, spacing: f64, steps: usize) -> (Nodes<L>, Workspace<L>) {
+        let token = pulp::Scalar::new();
+        let mut nodes = Nodes::new(token, &self.program);
+        nodes.mesh.cut(&self.problem(), spacing);
+        nodes.resolve(Stepper::Dop853.tableau(), steps);
+        (nodes, Workspace::new(token, &self.program))
+    }
 }
 
 /// Numbers from -1 to 1 (SplitMix64).
