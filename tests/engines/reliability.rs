@@ -10,6 +10,7 @@ use rodsweep::lanes::Lanes;
 use rodsweep::model::rotation_angle;
 use rodsweep::model::{Batch, Parameter, Plan, PlanOptions, Quantity, Scene, Solutions, Stepper};
 use rodsweep::reference::Reference;
+use rodsweep::results::PilotChoice;
 use rodsweep::sweep::choose_steps_for;
 use rodsweep_bench::random::Random;
 
@@ -205,10 +206,9 @@ fn estimates_bound_errors() {
     }
 }
 
-/// Answers with the share that a pilot has measured on other samples.
-#[test]
-fn estimates_of_a_pilot_bound_errors() {
-    let mut random = Random(6);
+/// Samples of two scenes, by every stepper, with the share that a pilot has measured on other samples.
+fn with_pilots(seed: u64, mut judge: impl FnMut(&str, &Sampled, &Plan, &PilotChoice)) {
+    let mut random = Random(seed);
     let p6 = [("coil.current", -0.3, 0.3), ("insertion", 0.06, 0.137)];
     let two_coil = [("coil1.current", -0.2, 0.2), ("coil2.current", -0.2, 0.2)];
     for (file, ranges) in [("p6.toml", &p6[..]), ("two_coil.toml", &two_coil[..])] {
@@ -217,48 +217,45 @@ fn estimates_of_a_pilot_bound_errors() {
         for stepper in Stepper::ALL {
             let plan = pilot.plan.with_options(PlanOptions { stepper, ..pilot.plan.options });
             let chosen = choose_steps_for(&plan, &pilot.batch, &cpu_f64).expect("a choice");
+            assert!(chosen.reached);
             let plan = held_out.plan.with_options(chosen.options(&plan));
-            let found = Lanes::new(&plan, Precision::F64).expect("supported").solve(&held_out.batch).expect("solved");
-            let mut tally = Tally::default();
-            tally.add(&held_out, &found);
-            tally.report(&format!("{file}, {} of {}, share {:.3}", stepper.name(), chosen.steps, chosen.error_share));
-            assert!(chosen.reached && tally.successes > 1_900 && tally.beyond.is_empty());
-            assert!(tally.median_pessimism() <= PILOT_PESSIMISM);
+            judge(&format!("{file}, {} of {}", stepper.name(), chosen.steps), &held_out, &plan, &chosen);
         }
     }
+}
+
+/// Rows of samples in some precision, with what their estimates say.
+fn judged(name: &str, held_out: &Sampled, plan: &Plan, precision: Precision) -> (Solutions, Tally) {
+    let found = Lanes::new(plan, precision).expect("supported").solve(&held_out.batch).expect("solved");
+    let mut tally = Tally::default();
+    tally.add(held_out, &found);
+    tally.report(name);
+    assert!(tally.successes > 1_900 && tally.beyond.is_empty());
+    (found, tally)
+}
+
+#[test]
+fn estimates_of_a_pilot_bound_errors() {
+    with_pilots(6, |name, held_out, plan, chosen| {
+        let name = format!("{name}, share {:.3}", chosen.error_share);
+        let (_, mut tally) = judged(&name, held_out, plan, Precision::F64);
+        assert!(tally.median_pessimism() <= PILOT_PESSIMISM);
+    });
 }
 
 /// The same in mixed precision, where the difference of tips has the round-off of f32: an estimate says no less, but no more
 /// than one row in fifty is doubtful for that.
 #[test]
 fn estimates_of_a_mixed_pilot_bound_errors() {
-    let mut random = Random(9);
-    let p6 = [("coil.current", -0.3, 0.3), ("insertion", 0.06, 0.137)];
-    let two_coil = [("coil1.current", -0.2, 0.2), ("coil2.current", -0.2, 0.2)];
-    for (file, ranges) in [("p6.toml", &p6[..]), ("two_coil.toml", &two_coil[..])] {
-        let pilot = Sampled::scene(file, ranges, 64, &mut random);
-        let held_out = Sampled::scene(file, ranges, 2000, &mut random);
-        for stepper in Stepper::ALL {
-            let plan = pilot.plan.with_options(PlanOptions { stepper, ..pilot.plan.options });
-            let chosen = choose_steps_for(&plan, &pilot.batch, &cpu_f64).expect("a choice");
-            let plan = held_out.plan.with_options(chosen.options(&plan));
-            let [found, in_f64] = [Precision::Mixed, Precision::F64].map(|precision| {
-                Lanes::new(&plan, precision).expect("supported").solve(&held_out.batch).expect("solved")
-            });
-            let mut tally = Tally::default();
-            tally.add(&held_out, &found);
-            let share = chosen.error_share;
-            tally.report(&format!("mixed {file}, {} of {}, share {share:.3}", stepper.name(), chosen.steps));
-            let doubtful = |rows: &Solutions| {
-                let is_doubtful = |at: &usize| rows.get(*at, Quantity::ErrorEstimate) > plan.options.tolerance;
-                (0..rows.sample_count()).filter(|at| rows.status(*at).is_success()).filter(is_doubtful).count()
-            };
-            let [ours, theirs] = [&found, &in_f64].map(doubtful);
-            println!("  {ours} doubtful, {theirs} in f64");
-            assert!(chosen.reached && tally.successes > 1_900 && tally.beyond.is_empty());
-            assert!((ours - theirs.min(ours)) * 50 < tally.successes, "{ours} are doubtful, {theirs} in f64");
-        }
-    }
+    with_pilots(9, |name, held_out, plan, _| {
+        let rows = |precision| judged(&format!("{precision} {name}"), held_out, plan, precision);
+        let [(ours, tally), (theirs, _)] = [Precision::Mixed, Precision::F64].map(rows);
+        let [ours, theirs] = [ours, theirs].map(|rows| {
+            let is_doubtful = |at: &usize| rows.get(*at, Quantity::ErrorEstimate) > plan.options.tolerance;
+            (0..rows.sample_count()).filter(|at| rows.status(*at).is_success()).filter(is_doubtful).count()
+        });
+        assert!((ours - theirs.min(ours)) * 50 < tally.successes, "{ours} are doubtful, {theirs} in f64");
+    });
 }
 
 /// What a row says of its derivatives, with what a pilot has measured on other samples, bounds their error.
