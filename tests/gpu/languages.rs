@@ -1,4 +1,4 @@
-//! Kernels of every kind, written to a folder for `tests/languages/run`.
+//! Kernels of every kind, written to a folder for `tests/languages/run` and `benches/gpu/compile`.
 
 use rodsweep::backend::Precision;
 use rodsweep::gpu::shader::{Generator, KERNELS, Kernel};
@@ -7,7 +7,7 @@ use std::fs;
 use std::path::PathBuf;
 
 #[test]
-#[ignore = "writes files: tests/languages/run"]
+#[ignore = "writes files: tests/languages/run, benches/gpu/compile"]
 fn kernels_are_written_to_a_folder() {
     let folder = PathBuf::from(std::env::var_os("RODSWEEP_SHADERS").expect("RODSWEEP_SHADERS names a folder"));
     let write = |name: String, kernel: &Kernel| {
@@ -25,20 +25,22 @@ fn kernels_are_written_to_a_folder() {
         }
     }
     plans.push(super::shaders::anchored(3, &["coil.current", "insertion", "loads.tip_force"]));
-    for (number, plan) in plans.iter().enumerate() {
+    let names = ["tips", "forward", "reciprocity", "general-forward", "general-reciprocity", "anchors"];
+    assert_eq!(plans.len(), names.len());
+    for (of, plan) in names.iter().zip(&plans) {
         for entry in KERNELS {
             for unrolled in [false, true] {
                 let kernel = Kernel::new(entry, plan, Precision::F32, unrolled).expect("a kernel");
-                let name = format!("{number}-{}-{unrolled}", kernel.entry_point);
+                let name = format!("{of}-{}{}", kernel.entry_point, if unrolled { "-unrolled" } else { "" });
                 kernel.quick.iter().for_each(|quick| write(format!("{name}-quick"), quick));
                 kernel.anchored.iter().for_each(|anchored| write(format!("{name}-anchored"), anchored));
                 write(name, &kernel);
             }
         }
-        write(format!("{number}-nodes"), &Kernel::nodes(plan, false).expect("a kernel"));
+        write(format!("{of}-nodes"), &Kernel::nodes(plan, false).expect("a kernel"));
     }
     for (number, plan) in super::shaders::varying_plans().iter().enumerate() {
-        write(format!("{number}-varying"), &Kernel::varying(plan, false).expect("a kernel"));
+        write(format!("varying-{number}"), &Kernel::varying(plan, false).expect("a kernel"));
     }
     for (number, recipe) in super::shaders::recipes().iter().enumerate() {
         let generator = Generator::new(&plans[0], recipe).expect("a generator");

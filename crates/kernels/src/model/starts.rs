@@ -45,7 +45,7 @@ impl Plan {
     }
 
     /// Whether its samples are searches. Starts of continuations are none: in a field that varies, and where a base moment tells
-    /// nothing ([`Rod::is_too_limp`]), they are left aside, and the path from rest is followed.
+    /// nothing ([`is_too_limp`](super::Rod::is_too_limp)), they are left aside, and the path from rest is followed.
     pub fn searches(&self) -> bool {
         self.start.is_some_and(|start| matches!(self.entries[start + 3], Entry::Varying(_)))
     }
