@@ -1,6 +1,7 @@
 //! What tests share. Each binary compiles it for itself and uses some of it.
 #![allow(dead_code, non_snake_case)]
 
+pub mod boxes;
 pub mod check;
 pub mod fields;
 pub mod golden;

@@ -1,5 +1,6 @@
 //! Samples that start from anchors are those from rest, and depend on nothing but the sweep and their index.
 
+use crate::common::boxes::{self, axis, bent, currents, torn};
 use crate::common::root;
 use rodsweep::backend::{Backend, BackendKind, Precision};
 use rodsweep::engines::EngineRequest;
@@ -10,21 +11,9 @@ use rodsweep::spec::{Shard, SweepSpec};
 use rodsweep::sweep::{Memory, SweepJob};
 use rodsweep::table::Table;
 
-fn sweep(samples: u64, axes: &str, more: &str) -> SweepSpec {
-    let text = format!(
-        "scene = \"scenes/p6.toml\"\n[sampling]\nmethod = \"sobol\"\nsamples = {samples}\nseed = 3\n{axes}[solver]\n{more}"
-    );
-    let spec = SweepSpec::parse(&root().join("sweeps/s.toml"), &text);
-    spec.unwrap_or_else(|error| panic!("{error}\n{text}"))
-}
-
-fn axis(name: &str, from: f64, to: f64) -> String {
-    format!("[[axis]]\nparameter = \"{name}\"\nfrom = {from}\nto = {to}\n")
-}
-
-/// The three currents, within these limits (A).
-fn currents(limit: f64) -> String {
-    ["x", "y", "z"].map(|letter| axis(&format!("coil.current.{letter}"), -limit, limit)).concat()
+/// With these lines in its table `solver`.
+fn sweep(samples: u64, axes: &str, solver: &str) -> SweepSpec {
+    boxes::sweep(samples, axes, &format!("[solver]\n{solver}"))
 }
 
 fn job(spec: SweepSpec) -> SweepJob<'static> {
@@ -88,13 +77,7 @@ fn samples_from_anchors_are_those_from_rest() {
 /// Wide boxes, where equilibria from rest are torn apart between the anchors.
 #[test]
 fn tears_lead_to_no_other_branch() {
-    let tear = axis("coil.current.x", -0.002, 0.002)
-        + &axis("coil.current.y", -0.2, 0.05)
-        + &axis("coil.current.z", -0.06, 0.06);
-    let bent = axis("proximal.rest_curvature.x", -30.0, 30.0)
-        + &axis("coil.current.y", -0.3, 0.3)
-        + &axis("loads.tip_force.z", -5e-3, 5e-3);
-    for (axes, least) in [(currents(1.0), 0.7), (tear, 0.4), (bent, 0.5)] {
+    for (axes, least) in [(currents(1.0), 0.7), (torn(), 0.4), (bent(), 0.5)] {
         let share = compare(&sweep(60_000, &axes, ""), 60_000, Precision::F64);
         assert!((least..1.0).contains(&share), "{share}");
     }

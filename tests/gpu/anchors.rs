@@ -1,6 +1,6 @@
 //! Samples that start from anchors on the device are those from rest, and depend on nothing but the sweep and their index.
 
-use crate::common::root;
+use crate::common::boxes::{self, axis, bent, currents, torn};
 use crate::common::runs::run_into;
 use crate::reduce::{Rows, expect_same, plan_of};
 use rodsweep::backend::{Backend, BackendKind, Precision};
@@ -15,24 +15,8 @@ use rodsweep::sweep::{Memory, RunOptions, SweepJob, with_anchors};
 use rodsweep::table::Table;
 use std::sync::Arc;
 
-fn axis(name: &str, from: f64, to: f64) -> String {
-    format!("[[axis]]\nparameter = \"{name}\"\nfrom = {from}\nto = {to}\n")
-}
-
-/// The three currents, within these limits (A).
-fn currents(limit: f64) -> String {
-    ["x", "y", "z"].map(|letter| axis(&format!("coil.current.{letter}"), -limit, limit)).concat()
-}
-
 fn sweep(samples: u64, axes: &str) -> SweepSpec {
-    sweep_with(samples, axes, "[output]\nformat = \"none\"\n[workspace]\nvoxel = \"2 mm\"\n")
-}
-
-fn sweep_with(samples: u64, axes: &str, more: &str) -> SweepSpec {
-    let text = format!(
-        "scene = \"scenes/p6.toml\"\n[sampling]\nmethod = \"sobol\"\nsamples = {samples}\nseed = 3\n{axes}{more}"
-    );
-    SweepSpec::parse(&root().join("sweeps/anchored.toml"), &text).unwrap()
+    boxes::sweep(samples, axes, "[output]\nformat = \"none\"\n[workspace]\nvoxel = \"2 mm\"\n")
 }
 
 fn anchored(spec: &mut SweepSpec, precision: Precision) -> Plan {
@@ -156,14 +140,8 @@ fn so_they_are_in_f64() {
 /// Wide boxes, where equilibria from rest are torn apart between the anchors.
 #[test]
 fn tears_lead_to_no_other_branch() {
-    let tear = axis("coil.current.x", -0.002, 0.002)
-        + &axis("coil.current.y", -0.2, 0.05)
-        + &axis("coil.current.z", -0.06, 0.06);
-    let bent = axis("proximal.rest_curvature.x", -30.0, 30.0)
-        + &axis("coil.current.y", -0.3, 0.3)
-        + &axis("loads.tip_force.z", -5e-3, 5e-3);
     for (name, axes, count, share) in
-        [("wide", currents(1.0), 10_000, 0.7), ("torn", tear, 5_000, 0.4), ("bent", bent, 5_000, 0.5)]
+        [("wide", currents(1.0), 10_000, 0.7), ("torn", torn(), 5_000, 0.4), ("bent", bent(), 5_000, 0.5)]
     {
         let Some(Compared { certified, .. }) = compare(name, 60_000, &axes, count, (Precision::F32, true)) else {
             return;
@@ -268,7 +246,7 @@ fn sweeps_take_anchors_whatever_part_of_them_is_run() {
         let precision = if kind == BackendKind::Reference { Precision::F64 } else { Precision::F32 };
         let request = EngineRequest::of(kind).precision(Some(precision));
         let columns = "[output]\nquantities = [\"tip_position\", \"iterations\"]\n";
-        let spec = sweep_with(samples, &currents(0.3), &format!("[solver]\ntolerance = 2e-5\n{solver}{columns}"));
+        let spec = boxes::sweep(samples, &currents(0.3), &format!("[solver]\ntolerance = 2e-5\n{solver}{columns}"));
         SweepJob::new(spec).engine(request).spot_check(None)
     };
     let told = |job: SweepJob| {
