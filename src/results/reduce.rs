@@ -6,6 +6,7 @@ use super::outcome::BranchCounts;
 use crate::model::Status;
 use crate::spec::Selection;
 use crate::table::{Column, Table};
+use foldhash::fast::FixedState;
 use std::collections::HashMap;
 
 /// Tips kept for figures.
@@ -23,7 +24,7 @@ pub struct Reduction {
     /// Edge of a voxel (m)
     pub voxel: f64,
     /// Rows with a success status in each voxel, by floor(position / voxel).
-    pub voxels: HashMap<[i32; 3], u32>,
+    pub voxels: HashMap<[i32; 3], u32, FixedState>,
     /// Box around the tips of success rows (m); `None` before the first.
     pub extents: Option<[[f64; 3]; 2]>,
     /// Rows by status code.
@@ -43,7 +44,7 @@ impl Reduction {
     pub(crate) fn new(sample_count: u64, voxel: f64, counts_voxels: bool) -> Reduction {
         Reduction {
             voxel,
-            voxels: HashMap::new(),
+            voxels: HashMap::default(),
             extents: None,
             counts: [0; Status::ALL.len()],
             sample_count: 0,

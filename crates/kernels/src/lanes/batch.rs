@@ -7,13 +7,14 @@ use crate::model::record::BASE_POSITION_AT;
 use crate::model::{BLOCK, Batch, Entry, Quantity, Solutions, Status};
 use rayon::prelude::*;
 use std::any::Any;
+use std::sync::{Mutex, PoisonError};
 
 /// A path that ends on a smaller share of the load has not told why.
 const LEAST_LOAD: f64 = 1.0 / 16.0;
 /// Two ways to the same equilibrium end no farther apart, over the rod's length.
 const SAME_TIP: f64 = 1e-2;
 
-/// Memory of a thread, reused from block to block.
+/// Memory of a block at work.
 #[derive(Default)]
 pub struct Scratch<S> {
     inputs: Vec<S>,
@@ -24,9 +25,34 @@ pub struct Scratch<S> {
     memory: Option<Box<dyn Any + Send + Sync>>,
 }
 
+/// Memory that no block is at work with, kept from batch to batch: threads have as many jobs as they steal.
+#[derive(Default)]
+pub struct Pool<S>(Mutex<Vec<Scratch<S>>>);
+
+/// Memory on loan.
+struct Lent<'a, S: Default> {
+    pool: &'a Pool<S>,
+    scratch: Scratch<S>,
+}
+
+impl<S: Default> Pool<S> {
+    fn lend(&self) -> Lent<'_, S> {
+        // A panic elsewhere has taken its memory along.
+        let scratch = self.0.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        Lent { pool: self, scratch: scratch.unwrap_or_default() }
+    }
+}
+
+impl<S: Default> Drop for Lent<'_, S> {
+    fn drop(&mut self) {
+        let scratch = std::mem::take(&mut self.scratch);
+        self.pool.0.lock().unwrap_or_else(PoisonError::into_inner).push(scratch);
+    }
+}
+
 impl Lanes {
-    /// Writes the rows of a batch; one of no more than a block takes the caller's memory and thread.
-    pub(super) fn fill<S: BlockScalar>(&self, batch: &Batch, solutions: &mut Solutions, own: &mut Scratch<S>) {
+    /// Writes the rows of a batch; one of no more than a block stays on the caller's thread.
+    pub(super) fn fill<S: BlockScalar>(&self, batch: &Batch, solutions: &mut Solutions, pool: &Pool<S>) {
         let count = batch.sample_count();
         let block_len = solutions.values.block_len();
         let scales = self.output_scales();
@@ -42,9 +68,9 @@ impl Lanes {
         } else {
             Way::Rest
         };
-        let first = |scratch: &mut Scratch<S>, (block, out): (usize, &mut [f64])| {
+        let first = |lent: &mut Lent<'_, S>, (block, out): (usize, &mut [f64])| {
             let samples: Vec<usize> = (block * BLOCK..count.min((block + 1) * BLOCK)).collect();
-            let mut left = self.solve_samples(batch, &samples, way, &scales, scratch, out);
+            let mut left = self.solve_samples(batch, &samples, way, &scales, &mut lent.scratch, out);
             if self.leaves_some_starts {
                 let (limp, others): (Vec<_>, _) = samples.into_iter().partition(|at| self.leaves_start(batch, *at));
                 left.retain(|at| others.contains(at));
@@ -54,10 +80,13 @@ impl Lanes {
         };
         let blocks = solutions.values.data_mut();
         let mut left: Vec<usize> = match count <= BLOCK {
-            true => blocks.chunks_mut(block_len).enumerate().flat_map(|block| first(own, block)).collect(),
+            true => {
+                let mut own = pool.lend();
+                blocks.chunks_mut(block_len).enumerate().flat_map(|block| first(&mut own, block)).collect()
+            }
             false => {
                 let blocks = blocks.par_chunks_mut(block_len).enumerate();
-                blocks.map_init(Scratch::default, first).flatten_iter().collect()
+                blocks.map_init(|| pool.lend(), first).flatten_iter().collect()
             }
         };
         let ways = match way {
@@ -78,18 +107,18 @@ impl Lanes {
                 Way::Nodes => left.retain(|sample| self.may_be_grown(batch, solutions, *sample)),
                 _ => {}
             }
-            let again = |scratch: &mut Scratch<S>, samples: &[usize]| {
+            let again = |lent: &mut Lent<'_, S>, samples: &[usize]| {
                 let mut out = vec![0.0; block_len];
-                let left = self.solve_samples(batch, samples, *way, &scales, scratch, &mut out);
+                let left = self.solve_samples(batch, samples, *way, &scales, &mut lent.scratch, &mut out);
                 (out, left)
             };
             let mut size = BLOCK;
             let solved: Vec<(Vec<f64>, Vec<usize>)> = match count <= BLOCK {
-                true => left.chunks(size).map(|samples| again(own, samples)).collect(),
+                true => left.chunks(size).map(|samples| again(&mut pool.lend(), samples)).collect(),
                 false => {
                     let threads = rayon::current_num_threads();
                     size = left.len().div_ceil(threads).next_multiple_of(WIDEST).clamp(WIDEST, BLOCK);
-                    left.par_chunks(size).map_init(Scratch::default, again).collect()
+                    left.par_chunks(size).map_init(|| pool.lend(), again).collect()
                 }
             };
             for (samples, (rows, _)) in left.chunks(size).zip(&solved) {

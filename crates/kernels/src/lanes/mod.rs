@@ -40,7 +40,7 @@ mod varying;
 
 use crate::backend::{Backend, BackendError, BackendInfo, BackendKind, Precision};
 use crate::model::{Batch, Entry, Plan, Solutions};
-use batch::Scratch;
+use batch::Pool;
 use block::Job;
 pub use count::{Operations, PassOperations};
 use kernels::Kernels;
@@ -117,8 +117,8 @@ pub struct Lanes {
     by_nodes: bool,
     /// Whether the start of some samples is left aside.
     leaves_some_starts: bool,
-    /// For batches of one block, in either precision.
-    scratch: (Scratch<f64>, Scratch<f32>),
+    /// Memory of blocks, in either precision.
+    pools: (Pool<f64>, Pool<f32>),
 }
 
 impl Lanes {
@@ -158,7 +158,7 @@ impl Lanes {
             arch,
             by_nodes: plan.leaves_starts() == Some(true),
             leaves_some_starts: plan.leaves_starts().is_none(),
-            scratch: Default::default(),
+            pools: Default::default(),
         })
     }
 
@@ -212,12 +212,10 @@ impl Backend for Lanes {
 
     fn solve_into(&mut self, batch: &Batch, solutions: &mut Solutions) -> Result<(), BackendError> {
         solutions.reuse(&self.plan, batch.sample_count());
-        let mut scratch = std::mem::take(&mut self.scratch);
         match self.precision {
-            Precision::F64 | Precision::Mixed => self.fill(batch, solutions, &mut scratch.0),
-            Precision::F32 => self.fill(batch, solutions, &mut scratch.1),
+            Precision::F64 | Precision::Mixed => self.fill(batch, solutions, &self.pools.0),
+            Precision::F32 => self.fill(batch, solutions, &self.pools.1),
         }
-        self.scratch = scratch;
         Ok(())
     }
 }

@@ -13,6 +13,7 @@ mod field_map;
 mod field_parameter;
 mod growth;
 mod map_fit;
+mod multiples;
 mod parameter;
 pub mod path;
 mod plan;

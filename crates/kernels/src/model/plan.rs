@@ -2,6 +2,7 @@
 
 use super::anchors::PlanAnchors;
 use super::dependence::{changes_chain, touched_entries};
+use super::multiples::Multiples;
 use super::plan_parts::{free_part, is_forward, natural_units, segment_plans, terms_of};
 use super::rest_shape::{REST_POSE, rest_pose};
 use super::rod::Slot;
@@ -270,9 +271,18 @@ impl Plan {
             return Batch { inputs, bad };
         }
         let first = Sample::new(self);
+        // Finding the short way takes some samples' time.
+        let multiples = if sample_count > BLOCK { Multiples::of(self, &first) } else { None };
         let fill = |block: usize, out: &mut [f64], bad: &mut [bool]| {
-            let mut sample = first.clone();
             let mut row = vec![0.0; self.axes.len()];
+            if let Some(multiples) = &multiples {
+                for (lane, bad) in bad.iter_mut().enumerate() {
+                    values(block * BLOCK + lane, &mut row);
+                    *bad = !multiples.put(&row, |column, value| out[column * BLOCK + lane] = value);
+                }
+                return;
+            }
+            let mut sample = first.clone();
             for (lane, bad) in bad.iter_mut().enumerate() {
                 values(block * BLOCK + lane, &mut row);
                 *bad = !sample.set(&row);
