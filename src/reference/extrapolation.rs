@@ -4,8 +4,8 @@
 
 /// Midpoint results combined in one step, with 2, 4, ... substeps.
 const ROWS: usize = 6;
-/// Order of the error estimate.
-const ESTIMATE_ORDER: f64 = (2 * ROWS - 1) as f64;
+/// On the way to an equilibrium so many do where they are good enough.
+const LEAST_ROWS: usize = 4;
 /// Steps shorter than this share of the rod mean that the solution has run away.
 const SMALLEST_STEP: f64 = 1e-9;
 
@@ -25,6 +25,8 @@ pub(super) struct RunAway;
 #[derive(Clone, Debug)]
 pub(super) struct Extrapolation {
     tolerance: f64,
+    /// Midpoint results of a step, at least; more only as long as it is not good enough.
+    least_rows: usize,
     /// Step to try next.
     step: f64,
     /// Estimated errors of the steps so far, summed up.
@@ -42,7 +44,13 @@ impl Extrapolation {
     /// `tolerance` is the error allowed in one step.
     pub(super) fn new(tolerance: f64) -> Self {
         let (slope0, slope, point, older, newer, error) = Default::default();
-        Self { tolerance, step: 0.25, spent: 0.0, slope0, slope, point, older, newer, table: Default::default(), error }
+        let table = Default::default();
+        Self { tolerance, least_rows: ROWS, step: 0.25, spent: 0.0, slope0, slope, point, older, newer, table, error }
+    }
+
+    /// For paths, of which only the end must be sharp: a step takes no more than its tolerance asks for.
+    pub(super) fn on_the_way(tolerance: f64) -> Self {
+        Self { least_rows: LEAST_ROWS, ..Self::new(tolerance) }
     }
 
     /// Estimated errors of all steps since the last call, summed up.
@@ -63,9 +71,9 @@ impl Extrapolation {
             // Equal steps rather than long ones and a tiny one.
             let steps = (rest / self.step).ceil();
             let (h, is_last) = (rest / steps, steps == 1.0);
-            let error = self.try_step(field, s, h, y);
+            let (error, order) = self.try_step(field, s, h, y);
             // No error at all allows the largest growth, an undefined one the smallest.
-            let growth = 0.9 * (self.tolerance / error).powf(1.0 / ESTIMATE_ORDER);
+            let growth = 0.9 * (self.tolerance / error).powf(1.0 / order);
             let proposal = h * if growth.is_nan() { 0.1 } else { growth.clamp(0.1, 3.0) };
             if error <= self.tolerance {
                 y.iter_mut().zip(&self.table[0]).for_each(|(y, increment)| *y += increment);
@@ -83,27 +91,31 @@ impl Extrapolation {
         Ok(())
     }
 
-    /// Leaves the increment over one step in `table[0]` and returns its estimated error.
-    fn try_step(&mut self, field: &impl Field, s: f64, h: f64, y: &[f64]) -> f64 {
+    /// Leaves the increment over one step in `table[0]` and returns its estimated error, and of which order that is.
+    fn try_step(&mut self, field: &impl Field, s: f64, h: f64, y: &[f64]) -> (f64, f64) {
         field.slope(s, y, &mut self.slope0);
+        let mut estimate = (f64::NAN, 1.0);
         for row in 0..ROWS {
-            let substeps = 2 * (row + 1);
-            self.midpoint(field, s, h, substeps, y);
+            self.midpoint(field, s, h, 2 * (row + 1), y);
             std::mem::swap(&mut self.table[row], &mut self.newer);
-        }
-        // Aitken and Neville, in powers of the squared substep; table[row] climbs from column to column.
-        for column in 1..ROWS {
-            for row in 0..ROWS - column {
-                let ratio = ((row + column + 1) as f64 / (row + 1) as f64).powi(2);
-                let (low, high) = self.table.split_at_mut(row + 1);
-                for ((coarse, fine), error) in low[row].iter_mut().zip(&high[0]).zip(&mut self.error) {
+            // Aitken and Neville, in powers of the squared substep; the newest row climbs from column to column.
+            for coarser in (0..row).rev() {
+                let ratio = ((row + 1) as f64 / (coarser + 1) as f64).powi(2);
+                let (low, high) = self.table.split_at_mut(coarser + 1);
+                for ((coarse, fine), error) in low[coarser].iter_mut().zip(&high[0]).zip(&mut self.error) {
                     let better = fine + (fine - *coarse) / (ratio - 1.0);
                     *error = better - fine;
                     *coarse = better;
                 }
             }
+            if row + 1 >= self.least_rows {
+                estimate = (field.measure(y, &self.error), (2 * row + 1) as f64);
+                if estimate.0 <= self.tolerance {
+                    break;
+                }
+            }
         }
-        field.measure(y, &self.error)
+        estimate
     }
 
     /// Gragg's midpoint rule: the increment over h in `newer`.

@@ -53,7 +53,7 @@ struct Step {
 /// units of the growth.
 pub(super) fn from_rest(chain: &Chain, longest: f64) -> NodePath {
     let mut path = NodePath { nodes: Vec::new(), lambda: 0.0, steps: 0, passes: 1, gave_up: false };
-    let mut integrator = Extrapolation::new(TOLERANCE);
+    let mut integrator = Extrapolation::on_the_way(TOLERANCE);
     let Some(mut last) = at_rest(chain, longest, &mut integrator) else { return path };
     let mut step = (FIRST_TURN / columns_size(chain, &last.nodes, &last.tangent)).min(1.0);
     let first_step = step;

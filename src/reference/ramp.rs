@@ -44,7 +44,7 @@ pub(super) struct Path {
 /// Follows the equilibrium from the unloaded rod as far as it stays stable.
 pub(super) fn from_rest(chain: &Chain) -> Path {
     let mut path = Path { m0_body: Vector3::zeros(), lambda: 0.0, steps: 0, passes: 1, gave_up: false };
-    let mut integrator = Extrapolation::new(TOLERANCE);
+    let mut integrator = Extrapolation::on_the_way(TOLERANCE);
     let Ok(rest) = loaded_pass(chain, 0.0, path.m0_body, &mut integrator) else { return path };
     let Some(mut tangent) = tangent(&rest) else { return path };
     let mut margin = symmetric_margin(chain, 0.0, &rest);

@@ -61,7 +61,7 @@ enum Refused {
 /// Follows the equilibrium from the unloaded rod as far as it stays stable.
 pub(super) fn from_rest(rod: &Varying) -> Path {
     let mut path = Path { base: BaseLoad::zero(), lambda: 0.0, steps: 0, passes: 1, end: End::Fold };
-    let mut integrator = Extrapolation::new(TOLERANCE);
+    let mut integrator = Extrapolation::on_the_way(TOLERANCE);
     let rest = correct(rod, 0.0, path.base, Vector6::zeros(), &mut integrator, &mut path.passes);
     let mut last = match rest {
         Ok(rest) => rest,

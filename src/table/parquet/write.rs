@@ -1,16 +1,19 @@
-//! Tables to Parquet, column after column straight from their memory.
+//! Tables to Parquet, columns side by side, straight from their memory.
 
 use super::{FORMAT, seal};
 use crate::model::Status;
 use crate::table::{Column, Table, TableError, Values, arrow_schema};
 use bytemuck::cast_slice;
+use bytes::Bytes;
 use parquet::basic::{Compression, Encoding, LogicalType, Repetition, Type as Physical, ZstdLevel};
+use parquet::column::writer::{ColumnCloseResult, get_column_writer};
 use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DataType, DoubleType, FloatType, Int64Type};
 use parquet::errors::ParquetError;
 use parquet::file::metadata::KeyValue;
 use parquet::file::properties::{EnabledStatistics, WriterProperties};
-use parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter};
-use parquet::schema::types::{ColumnPath, Type, TypePtr};
+use parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter, SerializedPageWriter, TrackedWrite};
+use parquet::schema::types::{ColumnDescPtr, ColumnPath, Type, TypePtr};
+use rayon::prelude::*;
 use std::sync::Arc;
 
 /// Words that are made at a time.
@@ -51,13 +54,18 @@ fn try_encode(
     bytes: &mut Vec<u8>,
     metadata: impl FnOnce(&[u8]) -> Vec<(String, String)>,
 ) -> Result<(), ParquetError> {
-    let mut writer = SerializedFileWriter::new(bytes, schema(table)?, Arc::new(properties(table)?))?;
+    let properties = Arc::new(properties(table)?);
+    let mut writer = SerializedFileWriter::new(bytes, schema(table)?, properties.clone())?;
+    let described = writer.schema_descr().columns().to_vec();
+    let ones = vec![1; table.row_count()];
+    let chunks = table.columns.par_iter().zip(&described).map_init(
+        || Memory::new(&ones),
+        |memory, (column, description)| memory.chunk(column, description, &properties),
+    );
+    let chunks: Vec<(Bytes, ColumnCloseResult)> = chunks.collect::<Result<_, ParquetError>>()?;
     let mut group = writer.next_row_group()?;
-    let mut memory = Memory::new(table.row_count());
-    for column in &table.columns {
-        let Some(mut encoder) = group.next_column()? else { break };
-        memory.write(&column.values, &mut encoder)?;
-        encoder.close()?;
+    for (encoded, description) in chunks {
+        group.append_column(&encoded, description)?;
     }
     group.close()?;
     writer.flush()?;
@@ -108,19 +116,43 @@ fn field(column: &Column) -> Result<TypePtr, ParquetError> {
     Ok(Arc::new(field.with_repetition(repetition).build()?))
 }
 
-/// Memory that all columns of a file use.
-struct Memory {
+/// Memory that the columns of a thread use.
+struct Memory<'a> {
     /// A one for each row: all of them are known.
-    ones: Vec<i16>,
+    ones: &'a [i16],
     /// One for each row that is known, zero for the others.
     levels: Vec<i16>,
     doubles: Vec<f64>,
     singles: Vec<f32>,
 }
 
-impl Memory {
-    fn new(rows: usize) -> Self {
-        Self { ones: vec![1; rows], levels: Vec::new(), doubles: Vec::new(), singles: Vec::new() }
+impl<'a> Memory<'a> {
+    fn new(ones: &'a [i16]) -> Self {
+        Self { ones, levels: Vec::new(), doubles: Vec::new(), singles: Vec::new() }
+    }
+
+    /// A column as it stands in a file, and what the footer says of it.
+    fn chunk(
+        &mut self,
+        column: &Column,
+        description: &ColumnDescPtr,
+        properties: &Arc<WriterProperties>,
+    ) -> Result<(Bytes, ColumnCloseResult), ParquetError> {
+        let mut sink = TrackedWrite::new(Vec::with_capacity(self.ones.len() * size_of::<f64>()));
+        let mut closed = None;
+        let pages = Box::new(SerializedPageWriter::new(&mut sink));
+        let encoder = get_column_writer(description.clone(), properties.clone(), pages);
+        let mut encoder = SerializedColumnWriter::new(
+            encoder,
+            Some(Box::new(|result| {
+                closed = Some(result);
+                Ok(())
+            })),
+        );
+        self.write(&column.values, &mut encoder)?;
+        encoder.close()?;
+        let closed = closed.ok_or_else(|| ParquetError::General("a column was not closed".into()))?;
+        Ok((sink.into_inner()?.into(), closed))
     }
 
     fn write(&mut self, values: &Values, encoder: &mut SerializedColumnWriter) -> Result<(), ParquetError> {
@@ -130,11 +162,11 @@ impl Memory {
                 encoder.typed::<Int64Type>().write_batch(cast_slice(values), None, None)?;
             }
             Values::Double(values) => {
-                let levels = Levels { ones: &self.ones, mixed: &mut self.levels };
+                let levels = Levels { ones: self.ones, mixed: &mut self.levels };
                 levels.write::<DoubleType>(values, &mut self.doubles, |x| x.is_nan(), encoder)?;
             }
             Values::Single(values) => {
-                let levels = Levels { ones: &self.ones, mixed: &mut self.levels };
+                let levels = Levels { ones: self.ones, mixed: &mut self.levels };
                 levels.write::<FloatType>(values, &mut self.singles, |x| x.is_nan(), encoder)?;
             }
             Values::Flag(values) => {
