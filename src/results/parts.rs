@@ -10,6 +10,7 @@ use super::reduce::failures;
 use super::store::{Entry, Store, store_at, store_of};
 use crate::model::Status;
 use crate::spec::{Format, Shard, SolutionMethod};
+use crate::table::parquet::Encoder;
 use crate::table::{self, Table, TableError};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -123,19 +124,19 @@ pub(crate) fn write_part(
     table: &Table,
     format: Format,
     metadata: &FileMetadata,
-    bytes: &mut Vec<u8>,
+    encoder: &mut Encoder,
 ) -> Result<(PartInfo, bool), ResultsError> {
     let mut info = info_of(table, metadata);
     let path = store.path(name);
     match format {
-        Format::Parquet => encode_parquet(table, metadata, &mut info, bytes).map_err(ResultsError::table(&path))?,
-        Format::Csv => *bytes = table::csv::encode(table),
-        Format::Npz | Format::None => *bytes = table::npz::encode(table).map_err(ResultsError::table(&path))?,
+        Format::Parquet => encode_parquet(table, metadata, &mut info, encoder).map_err(ResultsError::table(&path))?,
+        Format::Csv => encoder.bytes = table::csv::encode(table),
+        Format::Npz | Format::None => encoder.bytes = table::npz::encode(table).map_err(ResultsError::table(&path))?,
     }
     if format != Format::Parquet {
-        info.checksum = checksum(bytes);
+        info.checksum = checksum(&encoder.bytes);
     }
-    place_part(store, name, format, info, bytes)
+    place_part(store, name, format, info, &encoder.bytes)
 }
 
 /// Puts a part that is encoded, its sidecar before it, unless there is one.
@@ -157,14 +158,14 @@ pub(crate) fn place_part(
     if store.create(name, bytes)? { Ok((info, true)) } else { Ok((check_part(store, name, format)?, false)) }
 }
 
-/// Makes `bytes` a Parquet part and completes `info` by the checksum.
+/// Makes a Parquet part and completes `info` by the checksum.
 fn encode_parquet(
     table: &Table,
     metadata: &FileMetadata,
     info: &mut PartInfo,
-    bytes: &mut Vec<u8>,
+    encoder: &mut Encoder,
 ) -> Result<(), TableError> {
-    table::parquet::encode_into(table, bytes, |data| {
+    encoder.encode(table, |data| {
         info.checksum = checksum(data);
         let pairs = [
             ("rodsweep.sweep", metadata.sweep.clone()),
@@ -319,9 +320,9 @@ pub(crate) fn write_run_table(
 ) -> Result<(), ResultsError> {
     let of_table = info_of(table, metadata);
     let mut info = PartInfo { samples: Some(kept.samples), counts: kept.counts.into(), shard: kept.shard, ..of_table };
-    let mut bytes = Vec::new();
-    encode_parquet(table, metadata, &mut info, &mut bytes).map_err(ResultsError::table(&store.path(name)))?;
-    store.put(name, &bytes)
+    let mut encoder = Encoder::default();
+    encode_parquet(table, metadata, &mut info, &mut encoder).map_err(ResultsError::table(&store.path(name)))?;
+    store.put(name, &encoder.bytes)
 }
 
 /// Checks a table that a run without rows keeps; `None`: it is not there.

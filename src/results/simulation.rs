@@ -11,6 +11,7 @@ use super::store::{Entry, Store};
 use super::workers::WorkerReport;
 use crate::model::Status;
 use crate::spec::Format;
+use crate::table::parquet::Encoder;
 use crate::table::{Column, Table};
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -172,7 +173,7 @@ fn work(
     let metadata =
         FileMetadata { run_id: "simulated".into(), engine: "none".into(), method: None, sweep: String::new(), seed: 0 };
     let mut claims = Claims::join(store.clone(), record, WorkerReport::new("none".into()), silence).expect("joins");
-    let (mut worked, mut bytes, beat) = (Worked::default(), Vec::new(), claims.beat());
+    let (mut worked, mut encoder, beat) = (Worked::default(), Encoder::default(), claims.beat());
     loop {
         let begin = Instant::now();
         let next = claims.next().expect("an answer");
@@ -192,7 +193,7 @@ fn work(
                 std::thread::sleep(chunk_time);
                 let name = parts::part_name(chunk, Format::Parquet);
                 let (_, is_new) =
-                    parts::write_part(store.as_ref(), &name, &rows(chunk), Format::Parquet, &metadata, &mut bytes)
+                    parts::write_part(store.as_ref(), &name, &rows(chunk), Format::Parquet, &metadata, &mut encoder)
                         .expect("a part");
                 worked.chunks += 1;
                 worked.twice += u64::from(!is_new);

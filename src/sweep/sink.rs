@@ -12,6 +12,7 @@ use crate::results::workers::Beat;
 use crate::results::{Manifest, Reduction, Results, ResultsError, RunRecord, Store, WorkerReport, store_at};
 use crate::spec::{Format, Shard, SolutionMethod, SweepSpec};
 use crate::table::Table;
+use crate::table::parquet::Encoder;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, PoisonError};
@@ -105,7 +106,7 @@ pub struct ResultDirectory {
     /// Rows by the engine that made them.
     engines: BTreeMap<String, u64>,
     /// Memory to encode in.
-    bytes: Vec<u8>,
+    encoder: Encoder,
 }
 
 impl ResultDirectory {
@@ -121,7 +122,7 @@ impl ResultDirectory {
             metadata: None,
             record: None,
             engines: BTreeMap::new(),
-            bytes: Vec::new(),
+            encoder: Encoder::default(),
         }
     }
 
@@ -200,7 +201,7 @@ impl RowSink for ResultDirectory {
     fn write(&mut self, part: u64, rows: &Table) -> Result<(), SweepError> {
         let (Some(metadata), Some(store)) = (&self.metadata, &self.store) else { return Ok(()) };
         let name = parts::part_name(part, self.format);
-        let (info, is_new) = parts::write_part(store.as_ref(), &name, rows, self.format, metadata, &mut self.bytes)?;
+        let (info, is_new) = parts::write_part(store.as_ref(), &name, rows, self.format, metadata, &mut self.encoder)?;
         if let Some((beat, _)) = self.worker.as_ref().filter(|_| is_new) {
             beat.add(info.sample_count(), info.failed());
         }

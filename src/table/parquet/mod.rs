@@ -11,6 +11,6 @@ mod write;
 pub use ranges::ByteSource;
 pub use read::{Footer, footer, footer_length, read, read_from, read_numbers};
 pub use seal::is_sealed;
-pub use write::{encode, encode_into};
+pub use write::{Encoder, encode};
 
 const FORMAT: &str = "Parquet";

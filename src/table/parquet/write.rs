@@ -25,57 +25,72 @@ const WORDS: usize = 4096;
 ///
 /// A table that Parquet cannot hold.
 pub fn encode(table: &Table, metadata: &[(&str, String)]) -> Result<Vec<u8>, TableError> {
-    let mut bytes = Vec::new();
+    let mut encoder = Encoder::default();
     let pairs = metadata.iter().map(|(key, value)| ((*key).to_owned(), value.clone())).collect();
-    encode_into(table, &mut bytes, |_| pairs)?;
-    Ok(bytes)
+    encoder.encode(table, |_| pairs)?;
+    Ok(encoder.bytes)
 }
 
-/// Makes `bytes` the file of a table; what they held is forgotten, their memory is used again.
-///
-/// `metadata` gives the pairs of the footer. It is shown everything before the footer, to take a checksum of. The footer
-/// gets a checksum of its own.
-///
-/// # Errors
-///
-/// As [`encode`].
-pub fn encode_into(
-    table: &Table,
-    bytes: &mut Vec<u8>,
-    metadata: impl FnOnce(&[u8]) -> Vec<(String, String)>,
-) -> Result<(), TableError> {
-    bytes.clear();
-    try_encode(table, bytes, metadata)
-        .map_err(|error| TableError::Unwritable { format: FORMAT, reason: error.to_string() })
+/// Makes one file after another in the same memory.
+#[derive(Debug, Default)]
+pub struct Encoder {
+    /// The last file.
+    pub bytes: Vec<u8>,
+    /// Its columns.
+    columns: Vec<Vec<u8>>,
 }
 
-fn try_encode(
-    table: &Table,
-    bytes: &mut Vec<u8>,
-    metadata: impl FnOnce(&[u8]) -> Vec<(String, String)>,
-) -> Result<(), ParquetError> {
-    let properties = Arc::new(properties(table)?);
-    let mut writer = SerializedFileWriter::new(bytes, schema(table)?, properties.clone())?;
-    let described = writer.schema_descr().columns().to_vec();
-    let ones = vec![1; table.row_count()];
-    let chunks = table.columns.par_iter().zip(&described).map_init(
-        || Memory::new(&ones),
-        |memory, (column, description)| memory.chunk(column, description, &properties),
-    );
-    let chunks: Vec<(Bytes, ColumnCloseResult)> = chunks.collect::<Result<_, ParquetError>>()?;
-    let mut group = writer.next_row_group()?;
-    for (encoded, description) in chunks {
-        group.append_column(&encoded, description)?;
+impl Encoder {
+    /// Makes `bytes` the file of a table.
+    ///
+    /// `metadata` gives the pairs of the footer. It is shown everything before the footer, to take a checksum of. The
+    /// footer gets a checksum of its own.
+    ///
+    /// # Errors
+    ///
+    /// As [`encode`].
+    pub fn encode(
+        &mut self,
+        table: &Table,
+        metadata: impl FnOnce(&[u8]) -> Vec<(String, String)>,
+    ) -> Result<(), TableError> {
+        self.try_encode(table, metadata)
+            .map_err(|error| TableError::Unwritable { format: FORMAT, reason: error.to_string() })
     }
-    group.close()?;
-    writer.flush()?;
-    for (key, value) in metadata(writer.inner()) {
-        writer.append_key_value_metadata(KeyValue::new(key, value));
+
+    fn try_encode(
+        &mut self,
+        table: &Table,
+        metadata: impl FnOnce(&[u8]) -> Vec<(String, String)>,
+    ) -> Result<(), ParquetError> {
+        let Encoder { bytes, columns } = self;
+        bytes.clear();
+        columns.resize_with(table.columns.len(), Vec::new);
+        let properties = Arc::new(properties(table)?);
+        let mut writer = SerializedFileWriter::new(bytes, schema(table)?, properties.clone())?;
+        let described = writer.schema_descr().columns().to_vec();
+        let ones = vec![1; table.row_count()];
+        let chunks = table.columns.par_iter().zip(&described).zip(columns.par_iter_mut()).map_init(
+            || Memory::new(&ones),
+            |memory, ((column, description), to)| memory.chunk(column, description, &properties, to),
+        );
+        let chunks: Vec<ColumnCloseResult> = chunks.collect::<Result<_, ParquetError>>()?;
+        let mut group = writer.next_row_group()?;
+        for (column, description) in columns.iter_mut().zip(chunks) {
+            let encoded = Bytes::from(std::mem::take(column));
+            group.append_column(&encoded, description)?;
+            *column = encoded.into();
+        }
+        group.close()?;
+        writer.flush()?;
+        for (key, value) in metadata(writer.inner()) {
+            writer.append_key_value_metadata(KeyValue::new(key, value));
+        }
+        writer.append_key_value_metadata(KeyValue::new(seal::KEY.into(), seal::UNSEALED.to_owned()));
+        let data = writer.inner().len();
+        seal::seal(&mut writer.into_inner()?[data..]);
+        Ok(())
     }
-    writer.append_key_value_metadata(KeyValue::new(seal::KEY.into(), seal::UNSEALED.to_owned()));
-    let data = writer.inner().len();
-    seal::seal(&mut writer.into_inner()?[data..]);
-    Ok(())
 }
 
 fn properties(table: &Table) -> Result<WriterProperties, ParquetError> {
@@ -131,28 +146,28 @@ impl<'a> Memory<'a> {
         Self { ones, levels: Vec::new(), doubles: Vec::new(), singles: Vec::new() }
     }
 
-    /// A column as it stands in a file, and what the footer says of it.
+    /// Makes `to` a column as it stands in a file; returns what the footer says of it.
     fn chunk(
         &mut self,
         column: &Column,
         description: &ColumnDescPtr,
         properties: &Arc<WriterProperties>,
-    ) -> Result<(Bytes, ColumnCloseResult), ParquetError> {
-        let mut sink = TrackedWrite::new(Vec::with_capacity(self.ones.len() * size_of::<f64>()));
+        to: &mut Vec<u8>,
+    ) -> Result<ColumnCloseResult, ParquetError> {
+        to.clear();
+        let mut sink = TrackedWrite::new(to);
         let mut closed = None;
         let pages = Box::new(SerializedPageWriter::new(&mut sink));
         let encoder = get_column_writer(description.clone(), properties.clone(), pages);
-        let mut encoder = SerializedColumnWriter::new(
-            encoder,
-            Some(Box::new(|result| {
-                closed = Some(result);
-                Ok(())
-            })),
-        );
+        let on_close = Box::new(|result| {
+            closed = Some(result);
+            Ok(())
+        });
+        let mut encoder = SerializedColumnWriter::new(encoder, Some(on_close));
         self.write(&column.values, &mut encoder)?;
         encoder.close()?;
-        let closed = closed.ok_or_else(|| ParquetError::General("a column was not closed".into()))?;
-        Ok((sink.into_inner()?.into(), closed))
+        sink.into_inner()?;
+        closed.ok_or_else(|| ParquetError::General("a column was not closed".into()))
     }
 
     fn write(&mut self, values: &Values, encoder: &mut SerializedColumnWriter) -> Result<(), ParquetError> {
