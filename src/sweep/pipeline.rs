@@ -1,4 +1,4 @@
-//! The overlapping stages of a run: build batches, solve, finish rows, write. Each queue holds one item.
+//! The overlapping stages of a run: build batches, solve, finish rows, write. A queue holds one item at most.
 
 use super::branches::{Branch, BranchSearch, Branches};
 use super::check::SpotSamples;
@@ -63,7 +63,8 @@ pub(crate) fn pipeline(
     std::thread::scope(|scope| {
         let (built, to_solve) = sync_channel::<Job>(1);
         let (solved, to_finish) = sync_channel::<(Job, Solutions)>(1);
-        let (finished, to_write) = sync_channel::<(u64, Table)>(1);
+        // None waits: one table is filled while another is written.
+        let (finished, to_write) = sync_channel::<(u64, Table)>(0);
         let (used_solutions, spare_solutions) = channel::<Solutions>();
         let (used_tables, spare_tables) = channel::<Table>();
         let builder = spawn(scope, move || {
@@ -244,10 +245,13 @@ impl Finisher<'_> {
                 at += piece.len as usize;
                 self.add_rows(&samples, &solved);
                 if piece.is_last {
-                    let next = spare.try_recv();
-                    let table = self.take_table(next.ok());
+                    let table = self.take_table();
                     if self.spec.format != Format::None && finished.send((piece.chunk, table)).is_err() {
                         return Ok(());
+                    }
+                    if let Ok(mut used) = spare.try_recv() {
+                        used.clear();
+                        self.table = used;
                     }
                 }
             }
@@ -270,7 +274,7 @@ impl Finisher<'_> {
         let refined = Instant::now();
         let solved = Solved { batch: &batch, from_rest: &solutions, rows: &solutions, branches: None };
         self.add_rows(&Samples::Listed(&indices), &solved);
-        self.take_table(None);
+        self.take_table();
         self.solved += counted.iter().sum::<u64>();
         self.reduction.add_counted(counted);
         self.timings.refine += (refined - begin).as_secs_f64();
@@ -279,13 +283,11 @@ impl Finisher<'_> {
         Ok(())
     }
 
-    /// Takes in the table that has been filled, and goes on with another, if there is one to be used again.
-    fn take_table(&mut self, next: Option<Table>) -> Table {
+    /// Takes in the table that has been filled, and goes on with an empty one.
+    fn take_table(&mut self) -> Table {
         self.solved += std::mem::take(&mut self.in_table);
         self.reduction.add(&self.table);
-        let mut next = next.unwrap_or_else(|| self.layout.empty().clone());
-        next.clear();
-        std::mem::replace(&mut self.table, next)
+        std::mem::replace(&mut self.table, self.layout.empty().clone())
     }
 
     /// Adds the rows of some samples of a batch.
