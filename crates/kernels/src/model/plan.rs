@@ -11,6 +11,7 @@ use super::{
     BLOCK, Blocks, MOST_ROWS, Parameter, ParameterError, PlanOptions, Quantity, Rod, RodField, Scene, SceneError,
     SegmentKind, Units,
 };
+use crate::clock::Busy;
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 
@@ -270,7 +271,9 @@ impl Plan {
             return Batch { inputs, bad };
         }
         let first = Sample::new(self);
+        let busy = Busy::here();
         let fill = |block: usize, out: &mut [f64], bad: &mut [bool]| {
+            let _busy = busy.enter();
             let mut sample = first.clone();
             let mut row = vec![0.0; self.axes.len()];
             for (lane, bad) in bad.iter_mut().enumerate() {
