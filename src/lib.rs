@@ -5,7 +5,7 @@
 //!
 //! | rooms, from the ground up | hold |
 //! |---|---|
-//! | [`model`], [`backend`], [`lanes`] | rods, plans and statuses; the trait of all engines; the CPU engine (`crates/kernels`) |
+//! | [`clock`], [`model`], [`backend`], [`lanes`] | processor time; rods, plans and statuses; the trait of all engines; the CPU engine (`crates/kernels`) |
 //! | [`reference`](mod@reference), `gpu` | the reference; the GPU engine (feature `gpu`) |
 //! | [`files`] | files that are replaced whole or not at all |
 //! | [`table`], [`spec`], [`input`] | tables and their formats; what is asked for, as plain data; text to data, and back |
@@ -35,7 +35,7 @@ pub mod study;
 pub mod sweep;
 pub mod table;
 
-pub use rodsweep_kernels::{backend, lanes, model};
+pub use rodsweep_kernels::{backend, clock, lanes, model};
 
 /// Version of this library.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");

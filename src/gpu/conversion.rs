@@ -1,6 +1,7 @@
 //! Inputs and outputs between SI in f64 and the plan's units in the kernel's precision.
 
 use crate::backend::Precision;
+use crate::clock::Busy;
 use crate::model::record::BASE_POSITION_AT;
 use crate::model::{BLOCK, Batch, Blocks, Entry, Plan, Quantity, Status};
 use rayon::prelude::*;
@@ -12,7 +13,9 @@ pub(super) fn pack(inputs: &Blocks<f64>, blocks: Range<usize>, units: &[f64], pr
     let values = &inputs.data()[blocks.start * block_len..blocks.end * block_len];
     let size = precision.size();
     let mut packed = vec![0; size * values.len()];
+    let busy = Busy::here();
     packed.par_chunks_mut(size * BLOCK).zip(values.par_chunks(BLOCK)).enumerate().for_each(|(at, (to, from))| {
+        let _busy = busy.enter();
         let unit = units[at % units.len()];
         for (to, from) in to.chunks_exact_mut(size).zip(from) {
             match precision {

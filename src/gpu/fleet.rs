@@ -4,6 +4,7 @@ use super::device::{Device, failed, reason};
 use super::engine::Gpu;
 use super::split_by_weight::split_by_weight;
 use crate::backend::{Backend, BackendError, BackendInfo, Precision, ReduceJob, Reduced, Returned};
+use crate::clock::Busy;
 use crate::model::{BLOCK, Batch, Blocks, Plan, Solutions};
 use std::collections::HashMap;
 use std::ops::Range;
@@ -192,9 +193,15 @@ impl Backend for Fleet {
         let mut left = Vec::from([every_block]);
         while !left.is_empty() {
             let shares = self.shares(&left);
+            let busy = &Busy::here();
             let solved: Vec<_> = thread::scope(|scope| {
                 let threads: Vec<_> = (self.members.iter_mut().zip(&shares))
-                    .map(|(member, share)| scope.spawn(move || member.solve(batch, share)))
+                    .map(|(member, share)| {
+                        scope.spawn(move || {
+                            let _busy = busy.enter();
+                            member.solve(batch, share)
+                        })
+                    })
                     .collect();
                 threads.into_iter().map(join).collect()
             });
@@ -231,13 +238,17 @@ impl Backend for Fleet {
         while !left.is_empty() {
             let (sender, receiver) = sync_channel::<Returned>(self.members.len());
             let shares = self.shares(&left);
+            let busy = &Busy::here();
             let parts: Vec<Part> = thread::scope(|scope| {
                 let threads: Vec<_> = (self.members.iter_mut().zip(shares))
                     .map(|(member, share)| {
                         let (sender, goes_on) = (sender.clone(), &goes_on);
                         let mut pass_on =
                             move |returned| goes_on.load(Ordering::Relaxed) && sender.send(returned).is_ok();
-                        scope.spawn(move || member.reduce(job, share, &mut pass_on))
+                        scope.spawn(move || {
+                            let _busy = busy.enter();
+                            member.reduce(job, share, &mut pass_on)
+                        })
                     })
                     .collect();
                 drop(sender);

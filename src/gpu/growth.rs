@@ -2,6 +2,7 @@
 
 use super::shader::interval_bound;
 use crate::backend::Precision;
+use crate::clock::Busy;
 use crate::model::path::growth_limit;
 use crate::model::{Batch, Plan, Quantity, Rod, RodSegment, Solutions, Status, Vector};
 use rayon::prelude::*;
@@ -57,8 +58,11 @@ pub(super) fn grown_samples(plan: &Plan, batch: &Batch, solutions: &Solutions, p
         let is_grown = growth * load.sqrt() > limit;
         is_grown.then(|| Grown { sample, growth, curl: curl(rod) })
     };
-    let samples = (0..batch.sample_count()).into_par_iter();
-    samples.map_init(|| plan.scene.rod(), of_sample).flatten_iter().collect()
+    let (samples, busy) = ((0..batch.sample_count()).into_par_iter(), Busy::here());
+    samples
+        .map_init(|| (plan.scene.rod(), busy.enter()), |(rod, _), sample| of_sample(rod, sample))
+        .flatten_iter()
+        .collect()
 }
 
 /// No rod grows more than by the largest force and the softest section all along each segment; quickly told.

@@ -4,6 +4,7 @@ use super::device::failed;
 use super::dispatcher::Dispatcher;
 use super::shader::Bounds;
 use crate::backend::{BackendError, ReduceJob, Returned};
+use crate::clock::Busy;
 use crate::model::{BLOCK, Batch, Plan, Quantity, Solutions, Status};
 use bytemuck::Pod;
 use rayon::prelude::*;
@@ -57,7 +58,9 @@ impl ReturnedRows<'_> {
         let batch = batch_of(plan, self.job, &indices);
         let mut solutions = Solutions::new(plan, indices.len());
         let mut sorted = vec![S::zeroed(); solutions.values.data().len()];
+        let busy = Busy::here();
         sorted.par_chunks_mut(width * BLOCK).zip(order.par_chunks(BLOCK)).for_each(|(block, rows)| {
+            let _busy = busy.enter();
             for (column, values) in block.chunks_mut(BLOCK).enumerate() {
                 values.iter_mut().zip(rows).for_each(|(to, from)| *to = value(*from, column));
             }
@@ -65,7 +68,11 @@ impl ReturnedRows<'_> {
         let conversion = dispatcher.conversion(&batch, self.mark);
         let block_len = solutions.values.block_len();
         let blocks = solutions.values.data_mut().par_chunks_mut(block_len).zip(sorted.par_chunks(block_len));
-        let unwritten: usize = blocks.enumerate().map(|(block, (to, from))| conversion.block(block, from, to)).sum();
+        let convert = |(block, (to, from)): (usize, (&mut [f64], &[S]))| {
+            let _busy = busy.enter();
+            conversion.block(block, from, to)
+        };
+        let unwritten: usize = blocks.enumerate().map(convert).sum();
         if unwritten > 0 {
             let samples = self.range.end - self.range.start;
             return Err(failed(format!("{name}: the kernel left {unwritten} of {samples} samples unwritten")));

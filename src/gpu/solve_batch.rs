@@ -8,6 +8,7 @@ use super::node_batch::solve_grown;
 use super::shader::{ALL_PATHS, Paths, QUICK_PATHS};
 use super::varying_batch::solve_varying;
 use crate::backend::{BackendError, Precision};
+use crate::clock::Busy;
 use crate::model::{BLOCK, Batch, Solutions, Status};
 use rayon::prelude::*;
 use std::collections::VecDeque;
@@ -118,7 +119,7 @@ fn finish(
 ) -> Result<(), BackendError> {
     let start = Instant::now();
     let (mut waited, mut converted) = (0.0, 0.0);
-    let unwritten = AtomicUsize::new(0);
+    let (unwritten, busy) = (AtomicUsize::new(0), Busy::here());
     let block_len = solutions.values.block_len();
     let range = flight.first_block * block_len..(flight.first_block + flight.block_count) * block_len;
     let rows = &mut solutions.values.data_mut()[range];
@@ -128,6 +129,7 @@ fn finish(
     let time = buffers.finish(&dispatcher.device, &flight.submission, |outputs| {
         waited = start.elapsed().as_secs_f64();
         rows.par_chunks_mut(block_len).zip(outputs.par_chunks(bytes)).enumerate().for_each(|(at, (to, from))| {
+            let _busy = busy.enter();
             let block = flight.first_block + at;
             let count = match dispatcher.precision {
                 Precision::F32 => conversion.block::<f32>(block, bytemuck::cast_slice(from), to),

@@ -47,6 +47,7 @@ pub use equilibrium::{
 pub use shape::{Pose, PoseDerivative, shape, shape_with_derivatives};
 
 use crate::backend::{Backend, BackendError, BackendInfo, BackendKind, Precision};
+use crate::clock::Busy;
 use crate::model::{Batch, MOST_ROWS, NO_EQUILIBRIUM, Plan, Quantity, Slot, Solutions, Status};
 use rayon::prelude::*;
 
@@ -140,8 +141,9 @@ impl Backend for Reference {
             });
         }
         let sample_count = batch.sample_count();
+        let (samples, busy) = ((0..sample_count).into_par_iter(), Busy::here());
         let rows: Vec<Vec<f64>> =
-            (0..sample_count).into_par_iter().map(|sample| self.solve_sample(batch, sample)).collect();
+            samples.map_init(|| busy.enter(), |_, sample| self.solve_sample(batch, sample)).collect();
         let mut solutions = Solutions::new(&self.plan, sample_count);
         for (sample, row) in rows.iter().enumerate() {
             for (column, value) in row.iter().enumerate() {

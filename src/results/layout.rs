@@ -1,6 +1,7 @@
 //! Rows of a result: the sample, its parameters, its status, quantities, derivatives. Column by column out of solutions.
 
 use crate::backend::Precision;
+use crate::clock::Busy;
 use crate::model::{Batch, Parameter, Plan, Quantity, Solutions, Vector, base_curvature, rotation_vector};
 use crate::spec::Sampler;
 use crate::spec::{BranchChoice, Format, OutputQuantity, SweepSpec};
@@ -191,9 +192,10 @@ impl Layout {
         let known: Vec<bool> = range.clone().map(|row| solutions.is_equilibrium(row)).collect();
         let indices: Vec<u64> = range.clone().map(|row| index(rows.sample(row))).collect();
         let value_count = sampler.value_count();
+        let busy = Busy::here();
         let mut axes = vec![0.0; indices.len() * value_count];
         let rows_of_axes = axes.par_chunks_exact_mut(value_count.max(1)).with_min_len(GROUP);
-        rows_of_axes.zip(&indices).for_each(|(values, index)| sampler.values(*index, values));
+        rows_of_axes.zip(&indices).for_each_init(|| busy.enter(), |_, (values, index)| sampler.values(*index, values));
         let rotations = self.vectors(Source::TipRotation(0), range.len(), || {
             |at| rotation_vector(&solutions.tip_rotation(range.start + at))
         });
@@ -219,6 +221,7 @@ impl Layout {
             }
         };
         table.columns.par_iter_mut().zip(&self.sources).for_each(|(column, source)| {
+            let _busy = busy.enter();
             match (*source, &mut column.values) {
                 (Source::Sample, Values::Index(to)) => to.extend(&indices),
                 (Source::Axis(axis), to) => extend(to, axes.chunks_exact(value_count).map(|values| values[axis])),
@@ -264,8 +267,9 @@ impl Layout {
         if !self.sources.contains(&needed_by) {
             return Vec::new();
         }
-        let mut vectors = vec![[0.0; 3]; count];
+        let (mut vectors, busy) = (vec![[0.0; 3]; count], Busy::here());
         vectors.par_chunks_mut(GROUP).enumerate().for_each(|(group, vectors)| {
+            let _busy = busy.enter();
             let mut vector = work();
             vectors.iter_mut().enumerate().for_each(|(at, to)| *to = vector(group * GROUP + at));
         });

@@ -129,6 +129,9 @@ pub struct RunTimings {
     /// Of the run.
     #[serde(flatten)]
     pub stages: Timings,
+    /// Of processors; the total is that of the whole process. `None`: the system does not tell.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub processor: Option<Timings>,
     /// By engine and stage.
     #[serde(flatten)]
     pub of_engine: BTreeMap<String, BTreeMap<String, f64>>,

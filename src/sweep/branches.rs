@@ -5,6 +5,7 @@
 
 use crate::backend::BackendFactory;
 use crate::backend::{Backend, BackendError, Precision};
+use crate::clock::Busy;
 use crate::model::{
     BaseWrench, Batch, MOST_KNOWN, Plan, PlanOptions, Quantity, Rod, Solutions, Start, Status, Stepper, Vector,
 };
@@ -167,9 +168,11 @@ impl<'a> BranchSearch<'a> {
             known: &[],
         };
         let finer = self.solve_finer(0, batch, &known.iter().map(start).collect::<Vec<_>>())?;
+        let busy = Busy::here();
         let mut found: Vec<Found> = (0..batch.sample_count())
             .into_par_iter()
             .map(|sample| {
+                let _busy = busy.enter();
                 let is_rod = !batch.bad[sample] && from_rest.status(sample) != Status::BadParameter;
                 let radius = if is_rod { self.plan.moment_bound(batch, sample).max(unit) } else { 0.0 };
                 let is_limp = is_rod && self.plan.sample_rod(batch, sample).is_too_limp();
@@ -252,11 +255,15 @@ impl<'a> BranchSearch<'a> {
             ends.push(end..end + of.moments.len());
             end += of.moments.len();
         }
+        let busy = Busy::here();
         let chosen: Vec<Vec<(usize, Branch)>> = ends
             .par_iter()
             .zip(found)
             .enumerate()
-            .map(|(sample, (range, of))| chosen(plan, energy, (batch, sample), range.clone(), of, rows))
+            .map(|(sample, (range, of))| {
+                let _busy = busy.enter();
+                chosen(plan, energy, (batch, sample), range.clone(), of, rows)
+            })
             .collect();
         let mut solutions = Solutions::new(&self.plan, chosen.iter().map(Vec::len).sum());
         let (mut branches, mut samples) = (Vec::new(), Vec::with_capacity(found.len()));

@@ -33,7 +33,7 @@ pub(crate) fn manifest(
         rows: reduction.row_count(),
         branches: reduction.branches,
         rate: summary.rate,
-        timings: RunTimings { stages: summary.timings, of_engine },
+        timings: RunTimings { stages: summary.timings, processor: summary.processor, of_engine },
         samples_made: summary.origin.clone(),
         tolerance: spec.tolerance,
         stepper: plan.options.stepper.name().into(),

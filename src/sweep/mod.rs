@@ -21,6 +21,7 @@ mod refine;
 mod run;
 mod samples;
 mod sink;
+mod stages;
 mod summary;
 
 pub use anchors::with_anchors;

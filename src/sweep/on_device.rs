@@ -22,14 +22,14 @@ fn ranges(record: &RunRecord, chunks: impl Iterator<Item = u64>) -> Vec<Range<u6
     ranges
 }
 
-/// Runs some chunks; says where samples can be made and, if that is the device, the seconds it was busy.
+/// Runs some chunks; says where samples can be made.
 pub(crate) fn run(
     backend: &mut dyn Backend,
     finisher: &mut Finisher,
     record: &RunRecord,
     missing: Missing<'_>,
-) -> Result<(SampleOrigin, f64), SweepError> {
-    let (sampler, options) = (finisher.sampler, finisher.options);
+) -> Result<SampleOrigin, SweepError> {
+    let (sampler, options, solve) = (finisher.sampler, finisher.options, &finisher.times.solve);
     let recipe = sampler.recipe();
     let ranges = ranges(record, missing.chunks());
     let selections =
@@ -55,23 +55,25 @@ pub(crate) fn run(
     let reduced = std::thread::scope(|scope| {
         let finishing =
             spawn(scope, || receiver.into_iter().try_for_each(|returned| finisher.finish_returned(returned)))?;
+        let solving = solve.processor.enter();
         let reduced = backend.reduce(&job, &mut |returned| {
             let begin = Instant::now();
             let goes_on = !options.is_interrupted() && sender.send(returned).is_ok();
             blocked += begin.elapsed();
             goes_on
         });
-        drop(sender);
+        drop((sender, solving));
         join(finishing.join())?;
         Ok::<_, SweepError>(reduced?)
     })?;
     match reduced {
-        None => Ok((SampleOrigin::Host, 0.0)),
-        Some(Reduced::Declined(reason)) => Ok((SampleOrigin::HostBecause(reason), 0.0)),
+        None => Ok(SampleOrigin::Host),
+        Some(Reduced::Declined(reason)) => Ok(SampleOrigin::HostBecause(reason)),
         Some(Reduced::Voxels(voxels)) => {
             finisher.reduction.add_voxels(voxels);
             finisher.reduction.sort_tips();
-            Ok((SampleOrigin::Device, begin.elapsed().saturating_sub(blocked).as_secs_f64()))
+            solve.add_wall(begin.elapsed().saturating_sub(blocked));
+            Ok(SampleOrigin::Device)
         }
     }
 }

@@ -7,10 +7,10 @@ use super::error::SweepError;
 use super::options::{Progress, RunOptions};
 use super::refine::Refiners;
 use super::samples::Samples;
+use super::stages::StageTimes;
 use crate::backend::{Backend, Returned};
 use crate::model::{Batch, Plan, Quantity, Solutions};
 use crate::results::Reduction;
-use crate::results::Timings;
 use crate::results::claims::ClaimState;
 use crate::results::{BranchCells, Layout, Rows};
 use crate::spec::CHUNK;
@@ -49,7 +49,7 @@ fn index_at(pieces: &[Piece], at: usize) -> Option<u64> {
     None
 }
 
-/// Runs the four stages; returns the busy seconds of building, solving and writing.
+/// Runs the four stages.
 ///
 /// Solutions and tables go back to where they come from, since fresh memory takes longer to get than to fill.
 pub(crate) fn pipeline(
@@ -58,8 +58,8 @@ pub(crate) fn pipeline(
     backend: &mut dyn Backend,
     finisher: &mut Finisher,
     mut write: impl FnMut(u64, &Table) -> Result<(), SweepError> + Send,
-) -> Result<(f64, f64, f64), SweepError> {
-    let (plan, sampler, options) = (finisher.plan, finisher.sampler, finisher.options);
+) -> Result<(), SweepError> {
+    let (plan, sampler, options, times) = (finisher.plan, finisher.sampler, finisher.options, finisher.times);
     std::thread::scope(|scope| {
         let (built, to_solve) = sync_channel::<Job>(1);
         let (solved, to_finish) = sync_channel::<(Job, Solutions)>(1);
@@ -68,48 +68,46 @@ pub(crate) fn pipeline(
         let (used_solutions, spare_solutions) = channel::<Solutions>();
         let (used_tables, spare_tables) = channel::<Table>();
         let builder = spawn(scope, move || {
-            let mut busy = Duration::ZERO;
             for pieces in jobs {
                 let pieces = pieces?;
-                let begin = Instant::now();
+                let building = times.build.enter();
                 let count = pieces.iter().map(|piece| piece.len).sum::<u64>() as usize;
                 let batch = plan.batch(count, |at, row| {
                     if let Some(index) = index_at(&pieces, at) {
                         sampler.values(index, row);
                     }
                 });
-                busy += begin.elapsed();
+                drop(building);
                 if options.is_interrupted() || built.send(Job { pieces, batch }).is_err() {
                     break;
                 }
             }
-            Ok::<_, SweepError>(busy.as_secs_f64())
+            Ok::<_, SweepError>(())
         })?;
         let finishing =
             spawn(scope, move || finisher.finish_all(to_finish, &finished, &spare_tables, &used_solutions))?;
-        let writer = spawn(scope, move || -> Result<f64, SweepError> {
+        let writer = spawn(scope, move || -> Result<(), SweepError> {
             let _over = SetOnDrop(is_over);
-            let mut busy = Duration::ZERO;
             for (chunk, table) in to_write {
-                let begin = Instant::now();
+                let writing = times.write.enter();
                 write(chunk, &table)?;
-                busy += begin.elapsed();
+                drop(writing);
                 // The finisher may be done.
                 let _ = used_tables.send(table);
             }
-            Ok(busy.as_secs_f64())
+            Ok(())
         })?;
         let solving = {
             let _over = SetOnDrop(is_over);
-            solve_all(backend, options, to_solve, solved, &spare_solutions)
+            solve_all(backend, (options, times), to_solve, solved, &spare_solutions)
         };
         // A stage that fails drops its queue, which ends the others; the error nearest the disk is the cause.
         let building = join(builder.join());
         let finishing = join(finishing.join());
-        let write = join(writer.join())?;
+        join(writer.join())?;
         finishing?;
-        let solve = solving?;
-        Ok((building?, solve, write))
+        solving?;
+        building
     })
 }
 
@@ -128,25 +126,24 @@ pub(crate) fn join<T>(result: std::thread::Result<T>) -> T {
 
 fn solve_all(
     backend: &mut dyn Backend,
-    options: &RunOptions,
+    (options, times): (&RunOptions, &StageTimes),
     jobs: Receiver<Job>,
     solved: SyncSender<(Job, Solutions)>,
     spare: &Receiver<Solutions>,
-) -> Result<f64, SweepError> {
-    let mut busy = Duration::ZERO;
+) -> Result<(), SweepError> {
     for job in jobs {
         if options.is_interrupted() {
             break;
         }
-        let begin = Instant::now();
+        let solving = times.solve.enter();
         let mut solutions = spare.try_recv().unwrap_or_default();
         backend.solve_into(&job.batch, &mut solutions)?;
-        busy += begin.elapsed();
+        drop(solving);
         if solved.send((job, solutions)).is_err() {
             break;
         }
     }
-    Ok(busy.as_secs_f64())
+    Ok(())
 }
 
 /// A batch and what came back.
@@ -211,7 +208,7 @@ pub(crate) struct Finisher<'a> {
     pub above_tolerance: u64,
     pub worst_residual: f64,
     pub worst_error_estimate: f64,
-    pub timings: Timings,
+    pub times: &'a StageTimes,
 }
 
 impl Finisher<'_> {
@@ -223,17 +220,18 @@ impl Finisher<'_> {
         used: &Sender<Solutions>,
     ) -> Result<(), SweepError> {
         for (job, mut solutions) in jobs {
-            let begin = Instant::now();
+            let refining = self.times.refine.enter();
             let index = |at: usize| index_at(&job.pieces, at).unwrap_or(0);
             self.refiners.refine(self.plan, self.sampler, &job.batch, &mut solutions, &index)?;
-            let refined = Instant::now();
+            drop(refining);
             let mut branches = None;
             if let Some(search) = &mut self.search {
+                let _searching = self.times.search.enter();
                 let found = search.find(&job.batch, &solutions, &|| self.options.is_interrupted())?;
                 let Some(found) = found else { return Ok(()) };
                 branches = Some(rows_of(self.plan, &found, &solutions));
             }
-            let searched = Instant::now();
+            let in_rows = self.times.rows.enter();
             let (rows, cells) = match &branches {
                 Some((rows, cells)) => (rows, Some(&cells[..])),
                 None => (&solutions, None),
@@ -257,9 +255,7 @@ impl Finisher<'_> {
             }
             // The solver may be done.
             let _ = used.send(solutions);
-            self.timings.refine += (refined - begin).as_secs_f64();
-            self.timings.search += (searched - refined).as_secs_f64();
-            self.timings.rows += searched.elapsed().as_secs_f64();
+            drop(in_rows);
             self.report(false);
         }
         Ok(())
@@ -267,18 +263,18 @@ impl Finisher<'_> {
 
     /// Takes in what came back of a range whose other samples were counted by the engine.
     pub fn finish_returned(&mut self, returned: Returned) -> Result<(), SweepError> {
-        let begin = Instant::now();
+        let refining = self.times.refine.enter();
         let Returned { indices, batch, mut solutions, counted } = returned;
         let index = |at: usize| indices.get(at).copied().unwrap_or(0);
         self.refiners.refine(self.plan, self.sampler, &batch, &mut solutions, &index)?;
-        let refined = Instant::now();
+        drop(refining);
+        let in_rows = self.times.rows.enter();
         let solved = Solved { batch: &batch, from_rest: &solutions, rows: &solutions, branches: None };
         self.add_rows(&Samples::Listed(&indices), &solved);
         self.take_table();
         self.solved += counted.iter().sum::<u64>();
         self.reduction.add_counted(counted);
-        self.timings.refine += (refined - begin).as_secs_f64();
-        self.timings.rows += refined.elapsed().as_secs_f64();
+        drop(in_rows);
         self.report(false);
         Ok(())
     }

@@ -15,11 +15,12 @@ use super::options::RunOptions;
 use super::pipeline::{Finisher, join, pipeline, spawn};
 use super::refine::Refiners;
 use super::sink::{RowSink, RunEnd, RunHeader};
+use super::stages::StageTimes;
 use super::summary::Summary;
 use crate::backend::{Backend, BackendKind, Precision};
 use crate::model::{BLOCK, Plan};
 use crate::results::claims::Claims;
-use crate::results::{Layout, Reduction, RunRecord, SampleOrigin, SpotCheck, Timings};
+use crate::results::{Layout, Reduction, RunRecord, SampleOrigin, SpotCheck};
 use crate::spec::{BranchChoice, Format, SolutionMethod, SweepSpec};
 use crate::table::Table;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -44,7 +45,7 @@ pub fn run(
     options: &RunOptions,
     sink: &mut dyn RowSink,
 ) -> Result<Summary, SweepError> {
-    let start = Instant::now();
+    let times = StageTimes::start();
     let plan = backend.plan().clone();
     check_plan(spec, &plan)?;
     let info = backend.info();
@@ -79,7 +80,7 @@ pub fn run(
     let sampler = spec.sampler();
     let missing = Missing::new(&record, options.shard, &found.done);
     let (total, resumed) = (missing.samples_of_shard(), missing.samples_done());
-    let check = |trusted| spot_check(sample_count, options.spot_check, layout.single_columns(), trusted);
+    let check = |trusted| spot_check(sample_count, options.spot_check, layout.single_columns(), trusted, &times.check);
     let (spot_samples, checker) = options.trusted.map(check).unzip();
     let finisher = Finisher {
         spec,
@@ -102,7 +103,7 @@ pub fn run(
         above_tolerance: 0,
         worst_residual: 0.0,
         worst_error_estimate: 0.0,
-        timings: Timings::default(),
+        times: &times,
     };
     let is_given_up = AtomicBool::new(false);
     let ran = std::thread::scope(|scope| {
@@ -121,11 +122,10 @@ pub fn run(
         if let Some(spot_samples) = finisher.spot_samples.take() {
             spot_samples.finish();
         }
-        let (origin, [build, solve, write]) = stages?;
+        let origin = stages?;
         if resumed > 0 {
             finisher.reduction.sort_tips();
         }
-        let mut timings = Timings { build, solve, write, ..finisher.timings };
         let spot_check = std::thread::scope(|scope| {
             let reduction = &finisher.reduction;
             if let (Some(rows_written), false) = (options.rows_written, interrupted) {
@@ -133,14 +133,12 @@ pub fn run(
             }
             let Some(checker) = checker.filter(|_| !interrupted) else { return Ok(None) };
             finisher.report(true);
-            let (spot_check, seconds) = join(checker.join())?.compare(plan, sampler);
-            timings.check = seconds;
-            Ok::<_, SweepError>(Some(spot_check))
+            Ok::<_, SweepError>(Some(join(checker.join())?.compare(plan, sampler)))
         })?;
-        timings.total = start.elapsed().as_secs_f64();
-        Ok::<_, SweepError>(Ran { finisher, origin, seconds, interrupted, spot_check, timings })
+        Ok::<_, SweepError>(Ran { finisher, origin, seconds, interrupted, spot_check })
     })?;
-    let Ran { finisher, origin, seconds, interrupted, spot_check, timings } = ran;
+    let (timings, processor) = (times.wall(), times.processor());
+    let Ran { finisher, origin, seconds, interrupted, spot_check } = ran;
     let summary = Summary {
         backend: info,
         total,
@@ -157,6 +155,7 @@ pub fn run(
         worst_error_estimate: finisher.worst_error_estimate,
         spot_check,
         timings,
+        processor,
         engine_timings: backend.timings(),
         notes: options.notes.iter().cloned().chain(backend.take_notes()).collect(),
         origin,
@@ -175,10 +174,9 @@ struct Ran<'a> {
     seconds: f64,
     interrupted: bool,
     spot_check: Option<SpotCheck>,
-    timings: Timings,
 }
 
-/// Solves what is missing; says where samples were made, and the busy seconds of building, solving and writing.
+/// Solves what is missing; says where samples were made.
 fn solve_parts(
     backend: &mut dyn Backend,
     finisher: &mut Finisher,
@@ -186,16 +184,16 @@ fn solve_parts(
     missing: Missing<'_>,
     claims: Option<Claims>,
     sink: &mut dyn RowSink,
-) -> Result<(SampleOrigin, [f64; 3]), SweepError> {
+) -> Result<SampleOrigin, SweepError> {
     let (spec, options) = (finisher.spec, finisher.options);
     let batch_size = batch_size(spec, backend);
     let has_rows = spec.format != Format::None || spec.branch == BranchChoice::All;
-    let (origin, solve) = match has_rows {
-        true => (SampleOrigin::Host, 0.0),
+    let origin = match has_rows {
+        true => SampleOrigin::Host,
         false => on_device::run(backend, finisher, record, missing)?,
     };
     if origin == SampleOrigin::Device {
-        return Ok((origin, [0.0, solve, 0.0]));
+        return Ok(origin);
     }
     let is_over = AtomicBool::new(false);
     let chunks = match claims {
@@ -204,8 +202,8 @@ fn solve_parts(
     };
     let jobs = Jobs::new(record, chunks, batch_size as u64, options, &is_over);
     let write = |chunk, table: &Table| sink.write(chunk, table);
-    let (build, solve, write) = pipeline(jobs, &is_over, backend, finisher, write)?;
-    Ok((origin, [build, solve, write]))
+    pipeline(jobs, &is_over, backend, finisher, write)?;
+    Ok(origin)
 }
 
 /// Samples of a batch: what keeps the backend busy, in bounded memory.

@@ -40,6 +40,8 @@ pub struct Summary {
     pub spot_check: Option<SpotCheck>,
     /// Where the time of the run went.
     pub timings: Timings,
+    /// Processor seconds of the stages; the total is that of the whole process. `None`: the system does not tell.
+    pub processor: Option<Timings>,
     /// The engine's own account of its time, by name (s); stages overlap.
     pub engine_timings: Vec<(&'static str, f64)>,
     /// What happened to the engine on the way, such as a device that was lost and opened again.

@@ -20,6 +20,7 @@ mod scenes;
 mod shipped;
 mod sinks;
 mod spot_check;
+mod stage_times;
 mod stores;
 mod surfaces;
 mod sweeps;

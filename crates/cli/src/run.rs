@@ -7,7 +7,7 @@ use rodsweep::figures::RunFigures;
 use rodsweep::input::scene_notes;
 use rodsweep::model::{Plan, PlanOptions, Quantity, Status};
 use rodsweep::report::{count, engineering};
-use rodsweep::results::{AnchorAccount, BranchCounts, ErrorDistribution, Reduction, Results, SampleOrigin};
+use rodsweep::results::{AnchorAccount, BranchCounts, ErrorDistribution, Reduction, Results, SampleOrigin, Timings};
 use rodsweep::spec::{AxisSpec, BranchChoice, Distribution, Format, Method, Shard, SweepSpec};
 use rodsweep::study::workspace::with_measured_dimension;
 use rodsweep::sweep::{PreparedSweep, Progress, ResultDirectory, Summary, SweepJob};
@@ -278,6 +278,14 @@ pub fn terms(plan: &Plan) -> String {
     words.iter().filter(|(used, _)| *used).map(|(_, word)| *word).collect::<Vec<_>>().join(", ")
 }
 
+fn named_stages(of: &Timings) -> String {
+    let search = if of.search > 0.0 { format!(", search {:.2}", of.search) } else { String::new() };
+    format!(
+        "build {:.2}, solve {:.2}, solve again {:.2}{search}, rows {:.2}, write {:.2}, check {:.2}",
+        of.build, of.solve, of.refine, of.rows, of.write, of.check
+    )
+}
+
 fn print_summary(spec: &SweepSpec, summary: &Summary, out: &Path) {
     let time = duration(Duration::from_secs_f64(summary.timings.total));
     let resumed = if summary.resumed > 0 { format!(", {} found done", count(summary.resumed)) } else { String::new() };
@@ -288,11 +296,11 @@ fn print_summary(spec: &SweepSpec, summary: &Summary, out: &Path) {
         summary.backend
     ));
     let stages = &summary.timings;
-    let search = if stages.search > 0.0 { format!(", search {:.2}", stages.search) } else { String::new() };
-    say(&format!(
-        "stages (busy seconds, overlapping): build {:.2}, solve {:.2}, solve again {:.2}{search}, rows {:.2}, write {:.2}, check {:.2}",
-        stages.build, stages.solve, stages.refine, stages.rows, stages.write, stages.check
-    ));
+    say(&format!("stages (busy seconds, overlapping): {}", named_stages(stages)));
+    if let Some(processor) = &summary.processor {
+        let stages = named_stages(processor);
+        say(&format!("stages (processor seconds): {stages}, of {:.2} of the process", processor.total));
+    }
     if !summary.engine_timings.is_empty() {
         let each: Vec<_> = summary.engine_timings.iter().map(|(name, s)| format!("{} {s:.2}", spaced(name))).collect();
         say(&format!("of these, the {}: {}", summary.backend.kind, each.join(", ")));

@@ -4,5 +4,6 @@
 //! Use the crate `rodsweep`, which shows these modules under the same names.
 
 pub mod backend;
+pub mod clock;
 pub mod lanes;
 pub mod model;

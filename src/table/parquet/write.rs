@@ -1,6 +1,7 @@
 //! Tables to Parquet, columns side by side, straight from their memory.
 
 use super::{FORMAT, seal};
+use crate::clock::Busy;
 use crate::model::Status;
 use crate::table::{Column, Table, TableError, Values, arrow_schema};
 use bytemuck::cast_slice;
@@ -70,9 +71,13 @@ impl Encoder {
         let mut writer = SerializedFileWriter::new(bytes, schema(table)?, properties.clone())?;
         let described = writer.schema_descr().columns().to_vec();
         let ones = vec![1; table.row_count()];
+        let busy = Busy::here();
         let chunks = table.columns.par_iter().zip(&described).zip(columns.par_iter_mut()).map_init(
             || Memory::new(&ones),
-            |memory, ((column, description), to)| memory.chunk(column, description, &properties, to),
+            |memory, ((column, description), to)| {
+                let _busy = busy.enter();
+                memory.chunk(column, description, &properties, to)
+            },
         );
         let chunks: Vec<ColumnCloseResult> = chunks.collect::<Result<_, ParquetError>>()?;
         let mut group = writer.next_row_group()?;

@@ -1,5 +1,6 @@
 //! Times of a call: processor time of the calling thread where the system tells it, else time on the wall.
 
+use rodsweep::clock::{process_time, thread_time};
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
@@ -40,7 +41,7 @@ impl Clock {
     fn now(self, start: Instant) -> Duration {
         match self {
             Clock::Processor => thread_time().unwrap_or_else(|| start.elapsed()),
-            Clock::Processors => program_time().unwrap_or_else(|| start.elapsed()),
+            Clock::Processors => process_time().unwrap_or_else(|| start.elapsed()),
             Clock::Wall => start.elapsed(),
         }
     }
@@ -69,26 +70,4 @@ impl Clock {
 /// Whether times are those of the thread.
 pub fn has_thread_time() -> bool {
     thread_time().is_some()
-}
-
-#[cfg(target_os = "linux")]
-fn thread_time() -> Option<Duration> {
-    use nix::time::ClockId;
-    ClockId::CLOCK_THREAD_CPUTIME_ID.now().ok().map(Duration::from)
-}
-
-#[cfg(target_os = "linux")]
-fn program_time() -> Option<Duration> {
-    use nix::time::ClockId;
-    ClockId::CLOCK_PROCESS_CPUTIME_ID.now().ok().map(Duration::from)
-}
-
-#[cfg(not(target_os = "linux"))]
-fn thread_time() -> Option<Duration> {
-    None
-}
-
-#[cfg(not(target_os = "linux"))]
-fn program_time() -> Option<Duration> {
-    None
 }

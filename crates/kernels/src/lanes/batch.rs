@@ -2,6 +2,7 @@
 
 use super::block::{Job, WIDEST, Way};
 use super::{BlockScalar, Lanes, Program};
+use crate::clock::Busy;
 use crate::model::path::{growth_limit, limp_growth};
 use crate::model::record::BASE_POSITION_AT;
 use crate::model::{BLOCK, Batch, Entry, Quantity, Solutions, Status};
@@ -68,7 +69,9 @@ impl Lanes {
         } else {
             Way::Rest
         };
+        let busy = Busy::here();
         let first = |lent: &mut Lent<'_, S>, (block, out): (usize, &mut [f64])| {
+            let _busy = busy.enter();
             let samples: Vec<usize> = (block * BLOCK..count.min((block + 1) * BLOCK)).collect();
             let mut left = self.solve_samples(batch, &samples, way, &scales, &mut lent.scratch, out);
             if self.leaves_some_starts {
@@ -108,6 +111,7 @@ impl Lanes {
                 _ => {}
             }
             let again = |lent: &mut Lent<'_, S>, samples: &[usize]| {
+                let _busy = busy.enter();
                 let mut out = vec![0.0; block_len];
                 let left = self.solve_samples(batch, samples, *way, &scales, &mut lent.scratch, &mut out);
                 (out, left)

@@ -12,6 +12,7 @@ use super::{
     BLOCK, Blocks, MOST_ROWS, Parameter, ParameterError, PlanOptions, Quantity, Rod, RodField, Scene, SceneError,
     SegmentKind, Units,
 };
+use crate::clock::Busy;
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 
@@ -273,7 +274,9 @@ impl Plan {
         let first = Sample::new(self);
         // Finding the short way takes some samples' time.
         let multiples = if sample_count > BLOCK { Multiples::of(self, &first) } else { None };
+        let busy = Busy::here();
         let fill = |block: usize, out: &mut [f64], bad: &mut [bool]| {
+            let _busy = busy.enter();
             let mut row = vec![0.0; self.axes.len()];
             if let Some(multiples) = &multiples {
                 for (lane, bad) in bad.iter_mut().enumerate() {

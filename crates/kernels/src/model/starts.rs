@@ -2,6 +2,7 @@
 
 use super::rest_shape::rest_pose;
 use super::{BLOCK, Batch, Blocks, Entry, Plan, PlanOptions, Vector};
+use crate::clock::Busy;
 use rayon::prelude::*;
 
 /// Known equilibria that a search can be kept away from.
@@ -71,8 +72,9 @@ impl Plan {
         let far = [FAR * self.units.moment(); 3];
         let no_force = [FAR * self.units.force; 3];
         let mut inputs = Blocks::new(self.input_count + self.search_entries(), starts.len());
-        let block_len = inputs.block_len();
+        let (block_len, busy) = (inputs.block_len(), Busy::here());
         inputs.data_mut().par_chunks_mut(block_len).zip(starts.par_chunks(BLOCK)).for_each(|(out, starts)| {
+            let _busy = busy.enter();
             for (lane, start) in starts.iter().enumerate() {
                 let mut put = |column: usize, value: f64| out[column * BLOCK + lane] = value;
                 for column in 0..self.input_count {
@@ -96,8 +98,9 @@ impl Plan {
     /// The rods of a batch of another plan of the same scene and axes, as a batch of this one.
     pub fn same_rods(&self, other: &Plan, batch: &Batch) -> Batch {
         let mut inputs = Blocks::new(self.input_count, batch.sample_count());
-        let block_len = inputs.block_len().max(1);
+        let (block_len, busy) = (inputs.block_len().max(1), Busy::here());
         inputs.data_mut().par_chunks_mut(block_len).enumerate().for_each(|(block, out)| {
+            let _busy = busy.enter();
             let mut entries = Vec::with_capacity(self.entries.len());
             let first = block * BLOCK;
             for sample in first..batch.sample_count().min(first + BLOCK) {
