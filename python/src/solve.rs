@@ -69,6 +69,7 @@ impl Request {
         let (count, engine, method, branch, checks) =
             (self.count, self.engine, self.method, self.branch, self.spot_check);
         let spec = self.spec()?;
+        let checks = checks.then(|| SpotCheckOptions::of(&spec.scene));
         let progress = |progress: &Progress| line.tell(Told::Progress(*progress));
         let warn = |text: &str| line.tell(Told::Warning(text.into()));
         let job = SweepJob::new(spec)
@@ -77,7 +78,7 @@ impl Request {
             .interrupt(&line.stop)
             .progress(Some(&progress))
             .warn(&warn)
-            .spot_check(checks.then(SpotCheckOptions::default));
+            .spot_check(checks);
         let mut answer = Answer {
             block: Block::default(),
             branches: None,

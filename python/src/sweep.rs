@@ -71,7 +71,7 @@ impl RunOptions {
             .interrupt(&line.stop)
             .progress(Some(&progress))
             .warn(&warn)
-            .spot_check(self.spot_check.then(SpotCheckOptions::default));
+            .spot_check(self.spot_check.then(|| SpotCheckOptions::of(&spec.scene)));
         let mut sweep = job.prepare(sink)?;
         let mut backend = sweep.open()?;
         let (summary, seconds) = timed(|| sweep.run_on(backend.as_mut(), sink));

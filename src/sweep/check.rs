@@ -8,7 +8,7 @@ use super::samples::Samples;
 use super::stages::StageTime;
 use crate::backend::{Backend, BackendFactory};
 use crate::model::rotation_angle;
-use crate::model::{Batch, Plan, Quantity, Solutions};
+use crate::model::{Batch, Plan, Quantity, Scene, Solutions};
 use crate::results::{ErrorDistribution, SpotCheck};
 use crate::spec::{Sampler, Selection};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -25,9 +25,23 @@ pub struct SpotCheckOptions {
     pub most: u64,
 }
 
+/// Of rods that take the reference 20 ms to 2 s a sample, or 1 to 6 ms in a field that varies. Others take it at most 1 ms.
+const LEAST_OF_SLOW: u64 = 64;
+
 impl Default for SpotCheckOptions {
     fn default() -> Self {
-        Self { share: 1e-3, least: 64, most: 1024 }
+        Self { share: 1e-3, least: 256, most: 1024 }
+    }
+}
+
+impl SpotCheckOptions {
+    /// As many as suit a scene: at least 256, or 64 where its rod is too limp or too taut for single passes, or its field
+    /// varies in space.
+    pub fn of(scene: &Scene) -> SpotCheckOptions {
+        let rod = scene.rod();
+        let usual = SpotCheckOptions::default();
+        let least = if rod.field.is_some() || rod.is_too_limp() { LEAST_OF_SLOW } else { usual.least };
+        SpotCheckOptions { least, ..usual }
     }
 }
 

@@ -56,6 +56,7 @@ impl<'a> SweepJob<'a> {
     /// A whole sweep by whatever engine suits it, with second attempts and a spot check.
     pub fn new(spec: SweepSpec) -> SweepJob<'a> {
         SweepJob {
+            spot_check: Some(SpotCheckOptions::of(&spec.scene)),
             spec,
             request: EngineRequest::any(),
             method: None,
@@ -68,7 +69,6 @@ impl<'a> SweepJob<'a> {
             progress: None,
             rows_written: None,
             warn: None,
-            spot_check: Some(SpotCheckOptions::default()),
         }
     }
 

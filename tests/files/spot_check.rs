@@ -1,12 +1,12 @@
 //! The spot check beside a run, with a small analytic backend.
 
-use crate::arc::{Arc, arc, options, small};
+use crate::arc::{Arc, arc, options, shipped, small};
 use crate::common::runs::{manifest_of, run_into};
 use rodsweep::backend::{Backend, BackendError, BackendKind};
 use rodsweep::model::Plan;
 use rodsweep::results::SpotCheck;
-use rodsweep::spec::Shard;
-use rodsweep::sweep::{RunOptions, SweepError};
+use rodsweep::spec::{Shard, SweepSpec};
+use rodsweep::sweep::{RunOptions, SpotCheckOptions, SweepError};
 use std::sync::atomic::AtomicBool;
 
 /// Samples are checked as their rows come by: what is found is that of the sweep, not of its batches, parts or shards.
@@ -24,7 +24,7 @@ fn the_spot_check_depends_on_the_samples_alone() {
         summary.spot_check
     };
     let whole = found("whole", 700, options()).unwrap();
-    assert!(whole.checked == 64 && whole.compared > 0, "{whole:?}");
+    assert!(whole.checked == 256 && whole.compared > 0, "{whole:?}");
     for (batch_size, chunk) in [(1, 1000), (4999, 1000), (700, 37), (100_000, 5000)] {
         let other = found(&format!("{batch_size}-{chunk}"), batch_size, RunOptions { chunk, ..options() });
         assert_eq!(other.as_ref(), Some(&whole), "{batch_size} {chunk}");
@@ -38,6 +38,23 @@ fn the_spot_check_depends_on_the_samples_alone() {
     assert_eq!(sum(|check| check.compared), whole.compared);
     assert_eq!(sum(|check| check.only_trusted), whole.only_trusted);
     assert!(checks.iter().any(|check| check.worst_sample == whole.worst_sample));
+}
+
+/// A scene says how many samples are checked at least, not the clock.
+#[test]
+fn what_takes_the_reference_long_is_checked_less() {
+    let least = |file: &str| SpotCheckOptions::of(&SweepSpec::read(&shipped().join(file)).expect(file).scene).least;
+    for file in ["two_coil.toml", "insertion.toml", "stiffness.toml", "branches.toml"] {
+        assert_eq!(least(file), 256, "{file}");
+    }
+    for file in ["arm_magnet.toml", "coil_array.toml"] {
+        assert_eq!(least(file), 64, "{file}");
+    }
+    for (bench, expected) in [("weight", 256), ("limp", 64), ("taut", 64), ("magnet", 64)] {
+        let file = shipped().join("bench").join(bench).with_extension("toml");
+        let spec = rodsweep_bench::BenchSpec::read(&file).expect(bench);
+        assert_eq!(SpotCheckOptions::of(&spec.sweep.scene).least, expected, "{bench}");
+    }
 }
 
 #[test]

@@ -338,7 +338,7 @@ fn spot_check_finds_the_size_of_an_error() {
     let trusted = |plan: &Plan| Ok(Box::new(Arc::new(plan)) as Box<dyn Backend>);
     let options = RunOptions { trusted: Some(&trusted), ..options() };
     let same = run_into(&dir.path().join("same"), &spec, &mut arc(&spec), &options).unwrap().spot_check.unwrap();
-    assert_eq!((same.checked, same.position.max, same.rotation.max), (64, 0.0, 0.0));
+    assert_eq!((same.checked, same.position.max, same.rotation.max), (256, 0.0, 0.0));
     let mut off = Arc { offset: 0.943e-3, ..arc(&spec) };
     let check = run_into(&dir.path().join("off"), &spec, &mut off, &options).unwrap().spot_check.unwrap();
     assert!((check.position.max - 0.01).abs() < 1e-12 && (check.position.median - 0.01).abs() < 1e-12, "{check:?}");
