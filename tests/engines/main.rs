@@ -32,6 +32,7 @@ mod limp_lanes;
 mod limp_margins;
 mod mixed;
 mod operations;
+mod passes;
 mod physics;
 mod reliability;
 mod rods;

@@ -127,7 +127,7 @@ impl Undisturbed {
         let (told, summary) = go_with(format, faults.clone(), dir.path(), "undisturbed")?;
         assert!(told.is_empty() && summary.notes.is_empty(), "{told:?} {:?}", summary.notes);
         assert_eq!((summary.solved, summary.failed()), (SAMPLES as u64, 0));
-        assert_eq!(summary.spot_check.map(|check| (check.compared, check.wrong)), Some((64, 0)));
+        assert_eq!(summary.spot_check.map(|check| (check.compared, check.wrong)), Some((256, 0)));
         let out = dir.path().join("undisturbed");
         let rows = read_columns(&out, &[]).expect("reads");
         Some(Undisturbed { dispatches: faults.counts.dispatches(), files: files(&out), rows })

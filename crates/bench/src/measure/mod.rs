@@ -17,6 +17,7 @@ mod features;
 mod files;
 mod hard;
 mod literature;
+mod lone_pass;
 mod manifest;
 mod map;
 mod options;

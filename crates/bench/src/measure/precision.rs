@@ -2,6 +2,7 @@
 
 use super::clock::{Clock, Effort};
 use super::engines::Engine;
+use super::lone_pass;
 use super::problem::{Judged, Problem};
 use super::session::Session;
 use crate::bench_file::{BenchSpec, Sets, Work};
@@ -26,6 +27,7 @@ pub fn measure(problem: &Problem, session: &mut Session) -> Result<(), BenchErro
     for work in spec.work.iter().copied() {
         for engine in session.engines.clone() {
             let wanted = match (spec.sets, engine.is_gpu(), engine.is_software()) {
+                (_, true, _) if work == Work::Pass => false,
                 (_, true, true) => {
                     let is_whole = matches!(work, Work::Cold | Work::Sweep);
                     is_whole && software_steps(spec, engine, session.quick) > 0
@@ -78,7 +80,11 @@ fn curve(
     let (mut best, mut flat) = (f64::INFINITY, 0);
     for steps in steps {
         let options = PlanOptions { stepper, steps: *steps, ..PlanOptions::default() };
-        let error = match point(problem, work, engine, options, session) {
+        let measured = match work {
+            Work::Pass => lone_pass::point(problem, engine, options, session),
+            _ => point(problem, work, engine, options, session),
+        };
+        let error = match measured {
             Ok(error) => error,
             Err(BenchError::Backend(
                 error @ (BackendError::Unsupported { .. }

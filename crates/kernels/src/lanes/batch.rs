@@ -202,7 +202,7 @@ impl Lanes {
 
     /// Solves at most a block of samples in one way; their rows go to `out`, column by column. Returns those that are left
     /// to the next.
-    fn solve_samples<S: BlockScalar>(
+    pub(super) fn solve_samples<S: BlockScalar>(
         &self,
         batch: &Batch,
         samples: &[usize],

@@ -6,6 +6,7 @@ use super::anchors::anchored_end;
 use super::group::{Answer, Follow, Load, Tools, store_end};
 use super::kernels::Kernels;
 use super::lane::{Lane, Scalar};
+use super::lone_pass::leave_empty;
 use super::memory::{CoarseScalar, Memory, pack, unpack};
 use super::path::{Path, rest_slope};
 use super::problem::Problem;
@@ -37,6 +38,8 @@ pub enum Way {
     VaryingCare,
     /// The same on the grid of the answer, where that is no less exact.
     VaryingFine,
+    /// Not led at all: one pass from a given base moment.
+    Pass,
 }
 
 /// One block of samples for the kernel, numbers column by column in the plan's units.
@@ -81,6 +84,13 @@ fn solve_job<L: Kernels>(token: L::Token, job: Job<'_, L::Scalar>) {
     order.extend((0..bad.len()).filter(|sample| !bad[*sample]));
     let solved = order.len();
     let mut block = Block::<L> { program, token, inputs, memory: &mut kept };
+    if way == Way::Pass {
+        block.pass_once(order, values);
+        order.extend((0..bad.len()).filter(|sample| bad[*sample]));
+        leave_empty(solved..order.len(), values);
+        *memory = Some(kept);
+        return;
+    }
     let (mut path, mut ready) = (Path::Search, solved);
     if program.field.is_none() && program.start.is_none() && !matches!(way, Way::Limp | Way::Nodes) {
         (path, ready) = match (way, &program.anchors) {
@@ -136,7 +146,7 @@ fn is_for_next<S: Scalar>(way: Way, status: S) -> bool {
         Way::VaryingCare => return status.to_f64() == f64::from(Status::NotConverged.code()),
         Way::Anchors | Way::Rest | Way::Varying => Status::Pending,
         Way::Care => Status::Fold,
-        Way::Nodes | Way::VaryingFine => return false,
+        Way::Nodes | Way::VaryingFine | Way::Pass => return false,
     };
     // A status that is no number is not settled.
     let is_settled = status.to_f64() < f64::from(settled.code());

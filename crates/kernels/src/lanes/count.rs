@@ -36,6 +36,8 @@ pub struct PassOperations {
     pub answer: Operations,
     /// For the error estimate: twice the fine steps, no columns.
     pub check: Operations,
+    /// A lone pass: fine steps, three columns.
+    pub alone: Operations,
     /// The stability index, part of the answer, where columns by base moment tell it.
     pub stability: Operations,
 }
@@ -92,6 +94,7 @@ pub(super) fn count_passes(program: &Program, inputs: &[f64]) -> PassOperations 
     };
     let (with_index, without) = (by_moment(Record::Stability), by_moment(Record::Nothing));
     PassOperations {
+        alone: without,
         stability: with_index.since(without),
         path: pass(&mut |workspace| {
             let columns = &mut [moment_columns(one)];

@@ -17,6 +17,7 @@ mod counted;
 mod group;
 mod kernels;
 mod lane;
+mod lone_pass;
 mod memory;
 mod mixed;
 mod nodes;

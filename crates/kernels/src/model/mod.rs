@@ -15,6 +15,7 @@ mod growth;
 mod map_fit;
 mod multiples;
 mod parameter;
+mod pass;
 pub mod path;
 mod plan;
 mod plan_options;
@@ -49,6 +50,7 @@ pub use field::{
 pub use field_map::{FieldMap, LEAST_MAP_NODES, MapFit, MapGrid, MapPlace, RodMap};
 pub use field_parameter::MagnetParameter;
 pub use parameter::{Axis, Parameter, ParameterError, StiffnessAxis, closest};
+pub use pass::{PassColumn, PassEnd, PassEnds};
 pub use plan::{Batch, Derivative, Entry, FreePart, Plan, PlanError, SegmentPlan, Terms};
 pub use plan_options::{DerivativeScale, PlanOptions, Sensitivity};
 pub use profile::{Node, Piece, Profile};

@@ -56,3 +56,17 @@ pub fn rotation_matrix(vector: Vector) -> Matrix {
         [cosine * x * z - sine * y, cosine * y * z + sine * x, diagonal + cosine * z * z],
     ]
 }
+
+/// Rotation by rows whose last column points along `t` and whose first lies in the plane of `d1` and `t`.
+pub(super) fn orthonormal(d1: Vector, t: Vector) -> Matrix {
+    let t = normalised(t);
+    let along: f64 = (0..3).map(|k| d1[k] * t[k]).sum();
+    let d1 = normalised(std::array::from_fn(|k| d1[k] - along * t[k]));
+    let d2 = [t[1] * d1[2] - t[2] * d1[1], t[2] * d1[0] - t[0] * d1[2], t[0] * d1[1] - t[1] * d1[0]];
+    std::array::from_fn(|row| [d1[row], d2[row], t[row]])
+}
+
+fn normalised(v: Vector) -> Vector {
+    let norm = v.iter().map(|x| x * x).sum::<f64>().sqrt();
+    v.map(|x| x / norm)
+}

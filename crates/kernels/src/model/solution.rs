@@ -1,5 +1,6 @@
 //! What a backend returns for a batch.
 
+use super::rotation::orthonormal;
 use super::{Blocks, Plan, Status};
 
 /// Columns of a solution before the derivatives; SI units, world frame unless said otherwise.
@@ -169,12 +170,7 @@ impl Solutions {
 
     /// Tip rotation, body to world, by rows; made orthonormal.
     pub fn tip_rotation(&self, sample: usize) -> [[f64; 3]; 3] {
-        let t = normalised(self.vector(sample, Quantity::TipTangent));
-        let d1 = self.vector(sample, Quantity::TipD1);
-        let along: f64 = (0..3).map(|k| d1[k] * t[k]).sum();
-        let d1 = normalised(std::array::from_fn(|k| d1[k] - along * t[k]));
-        let d2 = [t[1] * d1[2] - t[2] * d1[1], t[2] * d1[0] - t[0] * d1[2], t[0] * d1[1] - t[1] * d1[0]];
-        std::array::from_fn(|row| [d1[row], d2[row], t[row]])
+        orthonormal(self.vector(sample, Quantity::TipD1), self.vector(sample, Quantity::TipTangent))
     }
 
     /// Copies one sample's row from another table of the same columns; that of a search may have more, or this one.
@@ -183,9 +179,4 @@ impl Solutions {
             self.values.set(sample, column, from.values.get(from_sample, column));
         }
     }
-}
-
-fn normalised(v: [f64; 3]) -> [f64; 3] {
-    let norm = v.iter().map(|x| x * x).sum::<f64>().sqrt();
-    v.map(|x| x / norm)
 }
