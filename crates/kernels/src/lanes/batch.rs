@@ -24,6 +24,14 @@ pub struct Scratch<S> {
     memory: Option<Box<dyn Any + Send + Sync>>,
 }
 
+#[cfg(test)]
+impl<S> Scratch<S> {
+    /// What the kernel has kept.
+    pub fn kernel_memory(&self) -> &(dyn Any + Send + Sync) {
+        self.memory.as_deref().expect("a block was solved")
+    }
+}
+
 impl Lanes {
     /// Writes the rows of a batch; one of no more than a block takes the caller's memory and thread.
     pub(super) fn fill<S: BlockScalar>(&self, batch: &Batch, solutions: &mut Solutions, own: &mut Scratch<S>) {
