@@ -287,13 +287,13 @@ impl Descent {
     ) {
         let equations = NormalEquations::new(columns, free);
         let free = || (0..task.inputs.len()).filter(|k| free[*k]);
-        let descent = equations.step(self.damping, e);
+        let descent = equations.damped(self.damping).step(e);
         free().for_each(|k| step[k] = descent[k]);
         if task.options.redundancy == Redundancy::LeastCurrent {
             // Towards zero, as far as the tip does not notice.
             let mut relaxed = [0.0; MOST_INPUTS];
             free().filter(|k| task.is_current(*k)).for_each(|k| relaxed[k] = -RELAXATION * self.at.z[k]);
-            let relaxed = equations.unnoticed(relaxed);
+            let relaxed = equations.damped(LEAST_DAMPING).unnoticed(relaxed);
             // What a long step of this kind does to the tip in second order must not undo what the other achieves.
             let largest = |of: &dyn Fn(usize) -> f64| free().map(|k| of(k).abs()).fold(f64::MIN_POSITIVE, f64::max);
             let caution = (FIRST_DAMPING / self.damping).min(1.0);

@@ -3,7 +3,7 @@
 use super::inputs::Inputs;
 use super::task::Task;
 use crate::backend::{Backend, BackendError, Precision};
-use crate::model::{Batch, Plan, PlanOptions, Quantity, Solutions, Stepper, Vector};
+use crate::model::{Batch, OneSample, Plan, PlanOptions, Quantity, Solutions, Stepper, Vector};
 use crate::study::MakeEngine;
 use std::sync::Arc;
 
@@ -13,6 +13,8 @@ const FEWEST_RK4: usize = 16;
 const PROBES: usize = 64;
 /// Near a fold the coarse grid on which a search begins may end too far from the fine one; that of so many steps does not.
 const CAREFUL_STEPS: usize = 16;
+/// Tried before DOP853, on the fewest steps: it has three quarters of the stages, and does for rods that bend little.
+const QUICK: Stepper = Stepper::Tp7;
 /// Error of the integration over the tolerance of the tip.
 pub(super) const SHARE: f64 = 0.5;
 
@@ -20,8 +22,13 @@ pub(super) const SHARE: f64 = 0.5;
 struct Search {
     plan: Plan,
     engine: Box<dyn Backend>,
-    /// For one at a time.
-    single: Option<Box<dyn Backend>>,
+    single: Option<Single>,
+}
+
+/// The same for one at a time.
+struct Single {
+    sample: OneSample,
+    engine: Box<dyn Backend>,
 }
 
 /// The engines of one controller.
@@ -82,7 +89,7 @@ impl Engines {
                 break;
             }
         }
-        self.searches = vec![self.search(self.plan.options.steps, make, None)?];
+        self.searches = vec![self.search(self.plan.options, make, None)?];
         Ok(())
     }
 
@@ -98,19 +105,23 @@ impl Engines {
         many: &mut MakeEngine,
         single: &mut MakeEngine,
     ) -> Result<(), BackendError> {
-        let most = self.plan.options.steps;
+        let own = self.plan.options;
+        let quick = PlanOptions { stepper: QUICK, steps: STEPS[0], ..own };
+        let quick = Some(quick).filter(|_| own.stepper == Stepper::Dop853);
+        let of_steps = self.resolutions().filter(|steps| *steps <= own.steps).chain(self.careful_steps());
+        let all: Vec<_> = quick.into_iter().chain(of_steps.map(|steps| PlanOptions { steps, ..own })).collect();
+        self.resolution = all.iter().position(|options| *options == own).unwrap_or(0);
         self.searches.clear();
-        for steps in self.resolutions().filter(|steps| *steps <= most).chain(self.careful_steps()) {
-            self.searches.push(self.search(steps, many, Some(single))?);
+        for options in all {
+            self.searches.push(self.search(options, many, Some(single))?);
         }
-        self.resolution = self.searches.iter().position(|search| search.plan.options.steps == most).unwrap_or(0);
         Ok(())
     }
 
     /// One of more steps, for targets that are missed by little.
     pub(crate) fn add_for_targets(&mut self, make: &mut MakeEngine) -> Result<(), BackendError> {
         if let Some(steps) = self.careful_steps() {
-            self.searches.push(self.search(steps, make, None)?);
+            self.searches.push(self.search(PlanOptions { steps, ..self.plan.options }, make, None)?);
         }
         Ok(())
     }
@@ -121,12 +132,15 @@ impl Engines {
 
     fn search(
         &self,
-        steps: usize,
+        options: PlanOptions,
         make: &mut MakeEngine,
         single: Option<&mut MakeEngine>,
     ) -> Result<Search, BackendError> {
-        let plan = self.plan.with_options(PlanOptions { steps, ..self.plan.options }).with_lone_starts();
-        let single = single.map(|make| make(&plan)).transpose()?;
+        let plan = self.plan.with_options(options).with_lone_starts();
+        let single = match single {
+            Some(make) => Some(Single { sample: plan.one_sample(), engine: make(&plan)? }),
+            None => None,
+        };
         Ok(Search { engine: make(&plan)?, single, plan })
     }
 
@@ -139,10 +153,8 @@ impl Engines {
     pub(crate) fn solve_from_rest(&mut self, rows: &[Inputs]) -> Result<Solutions, BackendError> {
         let mut all = Solutions::new(&self.plan, rows.len());
         let size = self.rest.batch_size();
-        let task = &self.task;
         for (chunk, rows) in rows.chunks(size).enumerate() {
-            let values = |i: usize, row: &mut [f64]| (0..row.len()).for_each(|k| row[k] = task.value(k, rows[i][k]));
-            let batch = self.plan.batch(rows.len(), values);
+            let batch = self.plan.batch(rows.len(), |i, row| values(&self.task, &rows[i], row));
             copy_rows(&mut all, chunk * size, &self.rest.solve(&batch)?);
         }
         Ok(all)
@@ -151,7 +163,11 @@ impl Engines {
     /// Equilibria near given base moments.
     pub(crate) fn continued(&mut self, rows: &[(Inputs, Vector)], found: &mut Solutions) -> Result<(), BackendError> {
         let Search { plan, engine, single } = &mut self.searches[self.resolution];
-        let engine = single.as_mut().filter(|_| rows.len() == 1).unwrap_or(engine);
+        if let (Some(Single { sample, engine }), [(z, m0)]) = (single, rows) {
+            sample.set(|row| values(&self.task, z, row));
+            sample.start_at(*m0);
+            return engine.solve_into(sample.batch(), found);
+        }
         let size = engine.batch_size();
         if rows.len() <= size {
             return engine.solve_into(&search_batch(&self.task, plan, rows), found);
@@ -164,9 +180,13 @@ impl Engines {
     }
 }
 
+/// Values of scaled inputs.
+fn values(task: &Task, z: &Inputs, row: &mut [f64]) {
+    row.iter_mut().enumerate().for_each(|(k, value)| *value = task.value(k, z[k]));
+}
+
 fn search_batch(task: &Task, plan: &Plan, rows: &[(Inputs, Vector)]) -> Batch {
-    let values = |i: usize, row: &mut [f64]| (0..row.len()).for_each(|k| row[k] = task.value(k, rows[i].0[k]));
-    let mut batch = plan.batch(rows.len(), values);
+    let mut batch = plan.batch(rows.len(), |i, row| values(task, &rows[i].0, row));
     rows.iter().enumerate().for_each(|(i, (_, m0))| plan.set_lone_start(&mut batch, i, *m0));
     batch
 }

@@ -82,8 +82,9 @@ impl Correction {
         let e = state.missing(task, target);
         let columns = state.jacobian(task, target);
         let equations = NormalEquations::new(&columns, &[true; MOST_INPUTS]);
-        let back = equations.unnoticed(std::array::from_fn(|k| before[k] - state.z[k]));
-        let step = equations.step(LEAST_DAMPING, &e);
+        let damped = equations.damped(LEAST_DAMPING);
+        let back = damped.unnoticed(std::array::from_fn(|k| before[k] - state.z[k]));
+        let step = damped.step(&e);
         // Inputs that the tip does not need are told as finely, over half their range, as the tip over the rod's length.
         let settled = task.options.tolerance / task.length;
         let is_settled = norm2(&e).sqrt() <= task.options.tolerance && back.iter().all(|dz| dz.abs() <= settled);
@@ -106,19 +107,24 @@ fn predict(task: &Task, last: &[State], target: &Target, ahead: f64) -> Option<(
     let mut best = (f64::INFINITY, [0.0; HISTORY], [0.0; ROWS]);
     for count in 1..=last.len().min(HISTORY) {
         let weights = continuation(count, ahead);
-        let left: [f64; ROWS] = std::array::from_fn(|row| weights.iter().zip(&missing).map(|(w, e)| w * e[row]).sum());
+        let mut left = [0.0; ROWS];
+        for (weight, missing) in weights.iter().zip(&missing) {
+            (0..ROWS).for_each(|row| left[row] += weight * missing[row]);
+        }
         let size = norm2(&left);
         if size < best.0 {
             best = (size, weights, left);
         }
     }
     let (_, weights, left) = best;
-    let sum = |of: &dyn Fn(&State) -> f64| weights.iter().zip(last).map(|(w, state)| w * of(state)).sum::<f64>();
     let mut state = last[0].clone();
-    state.z = std::array::from_fn(|k| sum(&|state| state.z[k]));
-    state.m0 = std::array::from_fn(|a| sum(&|state| state.m0[a]));
+    (state.z, state.m0) = ([0.0; MOST_INPUTS], [0.0; 3]);
+    for (weight, before) in weights.iter().zip(last) {
+        (0..MOST_INPUTS).for_each(|k| state.z[k] += weight * before.z[k]);
+        (0..3).for_each(|axis| state.m0[axis] += weight * before.m0[axis]);
+    }
     let columns = state.jacobian(task, target);
-    let step = NormalEquations::new(&columns, &[true; MOST_INPUTS]).step(LEAST_DAMPING, &left);
+    let step = NormalEquations::new(&columns, &[true; MOST_INPUTS]).damped(LEAST_DAMPING).step(&left);
     moved(task, &state, &step)
 }
 

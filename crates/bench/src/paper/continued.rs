@@ -6,7 +6,7 @@ use super::settings::TOLERANCE;
 use crate::error::BenchError;
 use rodsweep::backend::{Backend, BackendError, Precision};
 use rodsweep::lanes::{InstructionSet, Lanes};
-use rodsweep::model::{Batch, Plan, PlanOptions, Quantity, Solutions, Vector};
+use rodsweep::model::{OneSample, Plan, PlanOptions, Quantity, Solutions, Vector};
 
 /// Row of a derivative where that of the base moment begins.
 const MOMENT_ROW: usize = 6;
@@ -16,6 +16,7 @@ pub struct Continued<'a> {
     method: String,
     cases: &'a Cases,
     plan: Plan,
+    sample: OneSample,
     engine: Lanes,
     at_once: usize,
     /// Of every configuration, and of those near by.
@@ -51,6 +52,7 @@ impl<'a> Continued<'a> {
             method,
             cases,
             engine: Lanes::with_instruction_set(&plan, Precision::F64, set)?,
+            sample: plan.one_sample(),
             plan,
             at_once,
             here,
@@ -60,10 +62,15 @@ impl<'a> Continued<'a> {
         })
     }
 
-    fn searches(&self, rows: &[Vec<f64>], starts: &[Vector]) -> Batch {
+    fn search(&mut self, rows: &[Vec<f64>], starts: &[Vector]) -> Option<()> {
+        if let ([values], [m0]) = (rows, starts) {
+            self.sample.set(|row| row.copy_from_slice(values));
+            self.sample.start_at(*m0);
+            return self.engine.solve_into(self.sample.batch(), &mut self.found).ok();
+        }
         let mut batch = batch(&self.plan, rows);
         starts.iter().enumerate().for_each(|(row, m0)| self.plan.set_lone_start(&mut batch, row, *m0));
-        batch
+        self.engine.solve_into(&batch, &mut self.found).ok()
     }
 
     /// Equilibria and Jacobians of configurations from `first` on, from the base moments near by.
@@ -71,7 +78,7 @@ impl<'a> Continued<'a> {
         let rows: Vec<Vec<f64>> =
             self.cases.list[first..first + count].iter().map(|case| case.values.clone()).collect();
         let starts: Vec<Vector> = (first..first + count).map(|at| self.near.vector(at, Quantity::BaseMoment)).collect();
-        self.engine.solve_into(&self.searches(&rows, &starts), &mut self.found).ok()
+        self.search(&rows, &starts)
     }
 
     /// One step of control for each: damped least squares, then equilibrium and Jacobian there.
@@ -87,7 +94,7 @@ impl<'a> Continued<'a> {
             rows.push(next);
             starts.push(m0);
         }
-        self.engine.solve_into(&self.searches(&rows, &starts), &mut self.found).ok()
+        self.search(&rows, &starts)
     }
 
     /// Times the call that configuration `index` is the first of.

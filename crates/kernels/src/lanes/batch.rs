@@ -31,13 +31,13 @@ pub struct Scratch<S> {
 pub struct Pool<S>(Mutex<Vec<Scratch<S>>>);
 
 /// Memory on loan.
-struct Lent<'a, S: Default> {
+pub struct Lent<'a, S: Default> {
     pool: &'a Pool<S>,
-    scratch: Scratch<S>,
+    pub scratch: Scratch<S>,
 }
 
 impl<S: Default> Pool<S> {
-    fn lend(&self) -> Lent<'_, S> {
+    pub fn lend(&self) -> Lent<'_, S> {
         // A panic elsewhere has taken its memory along.
         let scratch = self.0.lock().unwrap_or_else(PoisonError::into_inner).pop();
         Lent { pool: self, scratch: scratch.unwrap_or_default() }
@@ -48,6 +48,15 @@ impl<S: Default> Drop for Lent<'_, S> {
     fn drop(&mut self) {
         let scratch = std::mem::take(&mut self.scratch);
         self.pool.0.lock().unwrap_or_else(PoisonError::into_inner).push(scratch);
+    }
+}
+
+#[cfg(test)]
+impl<S> Pool<S> {
+    /// What the kernel has kept.
+    pub fn kernel_memory(&mut self) -> &(dyn Any + Send + Sync) {
+        let scratch = self.0.get_mut().expect("no panic").last();
+        scratch.and_then(|scratch| scratch.memory.as_deref()).expect("a block was solved")
     }
 }
 

@@ -207,7 +207,7 @@ impl<L: Kernels> Block<'_, L> {
         let mut arrived = Vec::with_capacity(order.len());
         let mut others = Vec::new();
         for samples in order.chunks(lanes) {
-            pack(inputs, samples, lanes, &mut tools.inputs);
+            tools.pack(inputs, samples);
             pack(rests, samples, lanes, &mut tools.start);
             let Tools { rod, workspace, inputs, start } = tools;
             let inputs = Inputs { data: inputs, stride: lanes, offset: 0 };
@@ -231,7 +231,7 @@ impl<L: Kernels> Block<'_, L> {
     #[inline(always)]
     pub(super) fn solve(&mut self, samples: &[usize], path: Path, out: Outputs<'_, L::Scalar>) {
         let Memory { answers: tools, rests, ends, .. } = &mut *self.memory;
-        pack(self.inputs, samples, L::COUNT, &mut tools.inputs);
+        tools.pack(self.inputs, samples);
         match path {
             Path::Anchored | Path::Ramp => pack(ends, samples, L::COUNT, &mut tools.start),
             Path::GuardedRamp => pack(rests, samples, L::COUNT, &mut tools.start),

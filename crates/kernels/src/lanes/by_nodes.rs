@@ -3,8 +3,7 @@
 use super::block::Block;
 use super::group::{ByNodes, FollowNodes};
 use super::kernels::Kernels;
-use super::lane::Lane;
-use super::memory::{Memory, pack};
+use super::memory::Memory;
 use super::program::Outputs;
 
 impl<L: Kernels> Block<'_, L> {
@@ -12,7 +11,7 @@ impl<L: Kernels> Block<'_, L> {
     #[inline(always)]
     pub(super) fn follow_nodes(&mut self, samples: &[usize]) {
         let Memory { paths: tools, quick: nodes, quick_end: end, .. } = &mut *self.memory;
-        pack(self.inputs, samples, L::Coarse::COUNT, &mut tools.inputs);
+        tools.pack(self.inputs, samples);
         L::Coarse::follow_nodes(FollowNodes { program: self.program, token: self.token, nodes, end, tools });
     }
 
@@ -21,7 +20,7 @@ impl<L: Kernels> Block<'_, L> {
     pub(super) fn solve_by_nodes(&mut self, samples: &[usize], offset: usize, out: Outputs<'_, L::Scalar>) {
         let Memory { answers: tools, nodes, quick, quick_end, .. } = &mut *self.memory;
         let (program, token) = (self.program, self.token);
-        pack(self.inputs, samples, L::COUNT, &mut tools.inputs);
+        tools.pack(self.inputs, samples);
         L::by_nodes(ByNodes { program, token, nodes, quick, quick_end, offset, tools, out });
     }
 }

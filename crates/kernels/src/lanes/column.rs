@@ -98,7 +98,8 @@ pub fn principal_times<L: Lane>(k: Vec3<L>, d1: Vec3<L>, d2: Vec3<L>, t: Vec3<L>
     axpy(dot(d1, x) * k.x, d1, axpy(dot(d2, x) * k.y, d2, t * (dot(t, x) * k.z)))
 }
 
-/// Takes three columns over one step whose stages are known, one after the other: a column's numbers stay in registers.
+/// Takes three columns over one step whose stages are known, one after the other, or side by side in the place of the
+/// first: a column's numbers stay in registers.
 ///
 /// `source` is that of forward columns.
 #[inline(always)]
@@ -115,7 +116,7 @@ pub fn step_columns<L: Lane, T: Terms>(
     let stage_count = stages.tableau.a.len();
     let weight = segment.w * lambda;
     let mu = segment.mu * lambda;
-    for k in 0..3 {
+    for k in 0..step.turns {
         let start = (columns.w[k], columns.dp[k], columns.dM[k], columns.dn[k]);
         for i in 0..stage_count {
             let (mut w, mut dp, mut dM, mut dn) = start;

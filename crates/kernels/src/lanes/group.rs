@@ -2,7 +2,8 @@
 
 use super::algebra::{Mat3, Vec3};
 use super::kernels::Kernels;
-use super::lane::Lane;
+use super::lane::{Lane, Scalar};
+use super::memory::pack;
 use super::nodes::{Nodes, QuickEnd, follow_quickly, solve_nodes};
 use super::path::{Path, PathEnd, follow_path};
 use super::problem::{Problem, Workspace};
@@ -39,6 +40,13 @@ impl<L: Kernels> Tools<L> {
             inputs: vec![L::Scalar::default(); columns * L::COUNT],
             start: vec![L::Scalar::default(); end_columns(program) * L::COUNT],
         }
+    }
+
+    /// Takes samples of a block in hand: their inputs, column by column.
+    #[inline(always)]
+    pub fn pack<From: Scalar>(&mut self, columns: &[From], samples: &[usize]) {
+        self.workspace.alone = samples.len() == 1;
+        pack(columns, samples, L::COUNT, &mut self.inputs);
     }
 }
 

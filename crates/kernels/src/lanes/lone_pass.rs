@@ -1,12 +1,11 @@
 //! One pass over each rod of a batch from a given base moment: neither a search, nor checks, nor rows.
 
 use super::base::moment_columns;
-use super::batch::Scratch;
+use super::batch::Pool;
 use super::block::{Block, Way};
 use super::group::{Load, Tools};
 use super::kernels::Kernels;
 use super::lane::Scalar;
-use super::memory::pack;
 use super::problem::Problem;
 use super::program::{Inputs, Outputs};
 use super::shoot::{Record, shoot, tip_moment_columns};
@@ -40,13 +39,13 @@ impl Lanes {
         }
         ends.0.reuse(COLUMNS, batch.sample_count());
         match self.precision {
-            Precision::F64 | Precision::Mixed => self.pass_blocks::<f64>(batch, ends),
-            Precision::F32 => self.pass_blocks::<f32>(batch, ends),
+            Precision::F64 | Precision::Mixed => self.pass_blocks(batch, ends, &self.pools.0),
+            Precision::F32 => self.pass_blocks(batch, ends, &self.pools.1),
         }
         Ok(())
     }
 
-    fn pass_blocks<S: BlockScalar>(&self, batch: &Batch, ends: &mut PassEnds) {
+    fn pass_blocks<S: BlockScalar>(&self, batch: &Batch, ends: &mut PassEnds, pool: &Pool<S>) {
         let (length, moment) = (self.plan.units.length, self.plan.units.moment());
         let mut scales = [1.0; COLUMNS];
         scales[..3].fill(length);
@@ -57,11 +56,14 @@ impl Lanes {
         }
         let (count, block_len, busy) = (batch.sample_count(), ends.0.block_len(), Busy::here());
         let blocks = ends.0.data_mut().par_chunks_mut(block_len).enumerate();
-        blocks.for_each_init(Scratch::<S>::default, |scratch, (block, out)| {
-            let _busy = busy.enter();
-            let samples: Vec<usize> = (block * BLOCK..count.min((block + 1) * BLOCK)).collect();
-            self.solve_samples(batch, &samples, Way::Pass, &scales, scratch, out);
-        });
+        blocks.for_each_init(
+            || pool.lend(),
+            |lent, (block, out)| {
+                let _busy = busy.enter();
+                let samples: Vec<usize> = (block * BLOCK..count.min((block + 1) * BLOCK)).collect();
+                self.solve_samples(batch, &samples, Way::Pass, &scales, &mut lent.scratch, out);
+            },
+        );
     }
 }
 
@@ -71,9 +73,10 @@ impl<L: Kernels> Block<'_, L> {
     pub fn pass_once(&mut self, order: &[usize], values: &mut [L::Scalar]) {
         let program = self.program;
         let one = L::splat(self.token, 1.0);
-        let Tools { rod, workspace, inputs, .. } = &mut self.memory.answers;
         for (at, samples) in order.chunks(L::COUNT).enumerate() {
-            pack(self.inputs, samples, L::COUNT, inputs);
+            let tools = &mut self.memory.answers;
+            tools.pack(self.inputs, samples);
+            let Tools { rod, workspace, inputs, .. } = tools;
             let inputs = Inputs { data: inputs, stride: L::COUNT, offset: 0 };
             L::load_rods(Load { program, token: self.token, inputs, rod });
             let problem = Problem { program, inputs, rod };

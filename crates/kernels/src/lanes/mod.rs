@@ -8,6 +8,7 @@ mod algebra;
 mod anchors;
 mod base;
 mod batch;
+mod beside;
 mod block;
 mod by_nodes;
 mod chord;

@@ -62,6 +62,8 @@ pub struct Workspace<L: Lane> {
     pub sources: Vec<Sources<L>>,
     /// All columns of a pass with derivatives.
     pub columns: Vec<Columns<L>>,
+    /// Whether all lanes hold one sample.
+    pub alone: bool,
 }
 
 impl<L: Passes> Workspace<L> {
@@ -76,6 +78,7 @@ impl<L: Passes> Workspace<L> {
             station: Station::new(L::splat(token, 0.0)),
             sources: (0..program.forward_threes()).map(|_| Sources::new(token)).collect(),
             columns: Vec::new(),
+            alone: false,
         }
     }
 }

@@ -1,6 +1,7 @@
 //! One pass over the rod, base to tip, from a base moment: state, columns, and what they leave behind.
 
 use super::algebra::{Mat3, Vec3, axpy, cross, cross_sub, length};
+use super::beside::{Beside, take_columns, take_integrals};
 use super::column::{By, Columns, cross_free_columns, cross_rigid_columns, step_columns};
 use super::lane::Lane;
 use super::problem::{Problem, Workspace};
@@ -100,6 +101,7 @@ fn integrate<L: Lane>(pass: Pass<'_, L>, terms: impl Terms) -> Tip<L> {
     let shortest = rod.flexible_length() * zero.constant(SHORTEST_INTERVAL);
     let (counts, traces) = (record != Record::Nothing, record == Record::Traces);
     let alone = counts && by_rotation(columns).is_none();
+    let beside = Beside::new(workspace.alone, zero);
     if counts {
         workspace.station = Station::new(zero);
     }
@@ -121,7 +123,8 @@ fn integrate<L: Lane>(pass: Pass<'_, L>, terms: impl Terms) -> Tip<L> {
                     add_doubt(terms, &mut workspace.station, rod, flexible, h, length(n).max(length(end)));
                 }
                 let stages = &mut workspace.stages;
-                let mut step = Step { terms, rod, segment: flexible, lambda, h, start: 0.0, share, n };
+                let turns = if beside.is_some() { 1 } else { 3 };
+                let mut step = Step { terms, rod, segment: flexible, lambda, h, start: 0.0, share, n, turns };
                 for k in 0..steps {
                     (step.start, step.n) = (k as f64 * share, n);
                     step_rod(&step, stages, &mut state);
@@ -133,8 +136,19 @@ fn integrate<L: Lane>(pass: Pass<'_, L>, terms: impl Terms) -> Tip<L> {
                             true => workspace.traces[index].get_mut(k),
                             false => None,
                         };
-                        let source = forward_source(terms, &workspace.sources, three.by, k, index);
+                        let put;
+                        let mut source = forward_source(terms, &workspace.sources, three.by, k, index);
+                        if let Some(beside) = beside {
+                            beside.put_columns(three);
+                            if let Some(own) = source {
+                                put = beside.put_source(own);
+                                source = Some(&put);
+                            }
+                        }
                         step_columns(&step, stages, trace, collect, source, three);
+                        if beside.is_some() {
+                            take_columns(three);
+                        }
                     }
                     if terms.load() {
                         n = axpy(-h * lambda, flexible.w, n); // R1
@@ -143,6 +157,11 @@ fn integrate<L: Lane>(pass: Pass<'_, L>, terms: impl Terms) -> Tip<L> {
                         s = s + h;
                         let end = tip_of(terms, &state, n);
                         add_station(terms, &mut workspace.station, shortest, s, &end, columns);
+                    }
+                }
+                if traces && beside.is_some() {
+                    for trace in &mut workspace.traces[index] {
+                        take_integrals(collect, trace);
                     }
                 }
                 if traces && (collect.length || !workspace.sources.is_empty()) {

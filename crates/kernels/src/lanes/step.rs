@@ -132,6 +132,8 @@ pub struct Step<'a, L, T> {
     pub share: f64,
     /// Force at its start.
     pub n: Vec3<L>,
+    /// Of three columns, one after the other; one where they lie side by side.
+    pub turns: usize,
 }
 
 /// Takes the rod over one step.

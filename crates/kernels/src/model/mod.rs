@@ -60,6 +60,7 @@ pub use rest_shape::REST_POSE;
 pub use rod::{FlexibleRod, RigidRod, Rod, RodSegment, Slot};
 pub use rod_field::{FIELD_DIPOLE_RECORD, FIELD_MAP_RECORD, FIELD_RECORD, FieldDipole, RodField};
 pub use rotation::{rotation_angle, rotation_matrix, rotation_vector};
+pub use sample::OneSample;
 pub use scene::{
     Base, Density, Flexible, Loads, Rigid, STANDARD_GRAVITY, Scene, Segment, SegmentKind, ShearElasticity, Stiffness,
 };

@@ -57,7 +57,7 @@ impl<L: Kernels> Block<'_, L> {
         found.resize(values.len() / BLOCK * lanes, Scalar::from_f64(0.0));
         handed.resize(HANDED_COLUMNS * lanes, Scalar::from_f64(0.0));
         settled.resize(HANDED_COLUMNS * L::COUNT, Scalar::from_f64(0.0));
-        pack(self.inputs, samples, lanes, &mut paths.inputs);
+        paths.pack(self.inputs, samples);
         pack(ends, samples, lanes, &mut paths.start);
         let [out, handed_out] =
             [&mut *found, &mut *handed].map(|data| Outputs { data: &mut data[..], stride: lanes, offset: 0 });
@@ -67,7 +67,7 @@ impl<L: Kernels> Block<'_, L> {
         }
         for (part, samples) in samples.chunks(L::COUNT).enumerate() {
             let from = part * L::COUNT;
-            pack(self.inputs, samples, L::COUNT, &mut answers.inputs);
+            answers.pack(self.inputs, samples);
             for (to, numbers) in settled.chunks_exact_mut(L::COUNT).zip(handed.chunks_exact(lanes)) {
                 convert(&numbers[from..from + L::COUNT], to);
             }

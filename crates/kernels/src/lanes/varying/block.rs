@@ -25,7 +25,7 @@ pub fn follow_block<L: Kernels>(
         let Memory { paths: tools, varying_paths: varying, inputs, rests, ends, .. } = &mut *memory;
         let lanes = L::Coarse::COUNT;
         for samples in order.chunks(lanes) {
-            pack(&inputs[..read], samples, lanes, &mut tools.inputs);
+            tools.pack(&inputs[..read], samples);
             if !sets_out {
                 pack(rests, samples, lanes, &mut tools.start);
             }
@@ -56,7 +56,7 @@ impl<L: Kernels> Block<'_, L> {
         out: Outputs<'_, L::Scalar>,
     ) {
         let Memory { answers: tools, varying, ends, .. } = &mut *self.memory;
-        pack(self.inputs, samples, L::COUNT, &mut tools.inputs);
+        tools.pack(self.inputs, samples);
         if care.is_none() {
             pack(ends, samples, L::COUNT, &mut tools.start);
         }
