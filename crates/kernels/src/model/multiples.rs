@@ -46,7 +46,7 @@ fn is_plain(parameter: Parameter) -> bool {
 
 impl<'a> Multiples<'a> {
     /// `None` where inputs follow from the axes in any other way, or not to the last bit.
-    pub fn of(plan: &'a Plan, sample: &Sample<'_>) -> Option<Multiples<'a>> {
+    pub fn of(plan: &'a Plan, sample: &Sample<&Plan>) -> Option<Multiples<'a>> {
         if !plan.axes.iter().flatten().all(|parameter| is_plain(*parameter)) {
             return None;
         }
