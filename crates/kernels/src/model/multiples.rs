@@ -37,11 +37,8 @@ pub(super) struct Multiples<'a> {
 fn is_plain(parameter: Parameter) -> bool {
     use Parameter as P;
     use SegmentParameter as S;
-    match parameter {
-        P::FluxDensity(_) | P::TipForce(_) | P::TipMoment(_) | P::BasePosition(_) => true,
-        P::Segment(_, S::Current(_) | S::RestCurvature(_)) => true,
-        _ => false,
-    }
+    let is_of_world = matches!(parameter, P::FluxDensity(_) | P::TipForce(_) | P::TipMoment(_) | P::BasePosition(_));
+    is_of_world || matches!(parameter, P::Segment(_, S::Current(_) | S::RestCurvature(_)))
 }
 
 impl<'a> Multiples<'a> {
