@@ -33,12 +33,9 @@ pub struct Reduction {
     pub sample_count: u64,
     /// Where every equilibrium was asked for.
     pub branches: Option<BranchCounts>,
-    /// The rows of at most `MAX_TIPS` samples, evenly chosen by index: every column but derivatives. Of a run that writes
-    /// its rows, empty where nothing asks for them.
+    /// The rows of at most `MAX_TIPS` samples, evenly chosen by index: every column but derivatives.
     pub tips: Table,
     selection: Selection,
-    /// Whether rows of tables are kept.
-    keeps_rows: bool,
     /// Whether voxels are wanted.
     counts_voxels: bool,
 }
@@ -54,14 +51,8 @@ impl Reduction {
             branches: None,
             tips: Table::default(),
             selection: Selection::new(sample_count, MAX_TIPS, 0x7195),
-            keeps_rows: true,
             counts_voxels,
         }
-    }
-
-    /// The same, keeping no rows.
-    pub(crate) fn without_tips(self) -> Reduction {
-        Reduction { keeps_rows: false, ..self }
     }
 
     /// Adds the rows of a part.
@@ -86,9 +77,7 @@ impl Reduction {
                 }
             }
         }
-        if self.keeps_rows {
-            self.keep_rows(table);
-        }
+        self.keep_rows(table);
     }
 
     /// Adds a sample without a row, and its tip where it has one.

@@ -62,11 +62,7 @@ pub fn run(
     let asked = SweepSpec { tolerance: options.mixed.unwrap_or(spec.tolerance), ..spec.clone() };
     let settled = if options.mixed.is_some() { None } else { Some(method) };
     let record = RunRecord::new(&asked, &layout.schema(), sample_count, options.chunk.max(1), settled);
-    let writes_rows = spec.format != Format::None;
-    let mut reduction = Reduction::new(sample_count, spec.workspace.voxel, !writes_rows);
-    if writes_rows && options.rows_written.is_none() && !sink.wants_tips() {
-        reduction = reduction.without_tips();
-    }
+    let mut reduction = Reduction::new(sample_count, spec.workspace.voxel, spec.format == Format::None);
     let header = RunHeader {
         spec: &asked,
         record: &record,

@@ -29,11 +29,6 @@ pub trait RowSink: Send {
         Ok(None)
     }
 
-    /// Whether it asks for [`Reduction::tips`] at the end though the run writes rows.
-    fn wants_tips(&self) -> bool {
-        true
-    }
-
     /// Makes ready for a run. Rows that are already there go to `seen`, part by part.
     ///
     /// # Errors
@@ -155,10 +150,6 @@ impl RowSink for ResultDirectory {
             true => Ok(RunRecord::find(store_at(&self.dir)?.as_ref())?.and_then(|record| record.method)),
             false => Ok(None),
         }
-    }
-
-    fn wants_tips(&self) -> bool {
-        false
     }
 
     fn open(&mut self, run: &RunHeader<'_>, seen: &mut dyn FnMut(&Table)) -> Result<Found, SweepError> {
@@ -287,10 +278,6 @@ impl Memory {
 }
 
 impl RowSink for Memory {
-    fn wants_tips(&self) -> bool {
-        false
-    }
-
     fn open(&mut self, run: &RunHeader<'_>, _: &mut dyn FnMut(&Table)) -> Result<Found, SweepError> {
         self.rows = run.columns.clone();
         Ok(Found::default())
@@ -310,10 +297,6 @@ impl RowSink for Memory {
 pub struct Callback<F>(pub F);
 
 impl<F: FnMut(u64, &Table) -> Result<(), SweepError> + Send> RowSink for Callback<F> {
-    fn wants_tips(&self) -> bool {
-        false
-    }
-
     fn open(&mut self, _: &RunHeader<'_>, _: &mut dyn FnMut(&Table)) -> Result<Found, SweepError> {
         Ok(Found::default())
     }

@@ -1,64 +1,18 @@
 //! A batch: its blocks side by side on all threads, then, packed together, those of its samples that another way is for.
 
 use super::block::{Job, WIDEST, Way};
+use super::scratch::{Lent, Pool, Scratch};
 use super::{BlockScalar, Lanes, Program};
 use crate::clock::Busy;
 use crate::model::path::{growth_limit, limp_growth};
 use crate::model::record::BASE_POSITION_AT;
 use crate::model::{BLOCK, Batch, Entry, Quantity, Solutions, Status};
 use rayon::prelude::*;
-use std::any::Any;
-use std::sync::{Mutex, PoisonError};
 
 /// A path that ends on a smaller share of the load has not told why.
 const LEAST_LOAD: f64 = 1.0 / 16.0;
 /// Two ways to the same equilibrium end no farther apart, over the rod's length.
 const SAME_TIP: f64 = 1e-2;
-
-/// Memory of a block at work.
-#[derive(Default)]
-pub struct Scratch<S> {
-    inputs: Vec<S>,
-    bad: Vec<bool>,
-    order: Vec<usize>,
-    values: Vec<S>,
-    /// The kernel's own.
-    memory: Option<Box<dyn Any + Send + Sync>>,
-}
-
-/// Memory that no block is at work with, kept from batch to batch: threads have as many jobs as they steal.
-#[derive(Default)]
-pub struct Pool<S>(Mutex<Vec<Scratch<S>>>);
-
-/// Memory on loan.
-pub struct Lent<'a, S: Default> {
-    pool: &'a Pool<S>,
-    pub scratch: Scratch<S>,
-}
-
-impl<S: Default> Pool<S> {
-    pub fn lend(&self) -> Lent<'_, S> {
-        // A panic elsewhere has taken its memory along.
-        let scratch = self.0.lock().unwrap_or_else(PoisonError::into_inner).pop();
-        Lent { pool: self, scratch: scratch.unwrap_or_default() }
-    }
-}
-
-impl<S: Default> Drop for Lent<'_, S> {
-    fn drop(&mut self) {
-        let scratch = std::mem::take(&mut self.scratch);
-        self.pool.0.lock().unwrap_or_else(PoisonError::into_inner).push(scratch);
-    }
-}
-
-#[cfg(test)]
-impl<S> Pool<S> {
-    /// What the kernel has kept.
-    pub fn kernel_memory(&mut self) -> &(dyn Any + Send + Sync) {
-        let scratch = self.0.get_mut().expect("no panic").last();
-        scratch.and_then(|scratch| scratch.memory.as_deref()).expect("a block was solved")
-    }
-}
 
 impl Lanes {
     /// Writes the rows of a batch; one of no more than a block stays on the caller's thread.

@@ -1,13 +1,13 @@
 //! One pass over each rod of a batch from a given base moment: neither a search, nor checks, nor rows.
 
 use super::base::moment_columns;
-use super::batch::Pool;
 use super::block::{Block, Way};
 use super::group::{Load, Tools};
 use super::kernels::Kernels;
 use super::lane::Scalar;
 use super::problem::Problem;
 use super::program::{Inputs, Outputs};
+use super::scratch::Pool;
 use super::shoot::{Record, shoot, tip_moment_columns};
 use super::{BlockScalar, Lanes};
 use crate::backend::{BackendError, BackendKind, Precision};

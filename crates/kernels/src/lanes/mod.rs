@@ -28,6 +28,7 @@ mod problem;
 mod program;
 mod rod;
 mod rows;
+mod scratch;
 mod search;
 mod section;
 mod shoot;
@@ -42,7 +43,6 @@ mod varying;
 
 use crate::backend::{Backend, BackendError, BackendInfo, BackendKind, Precision};
 use crate::model::{Batch, Entry, Plan, Solutions};
-use batch::Pool;
 use block::Job;
 pub use count::{Operations, PassOperations};
 use kernels::Kernels;
@@ -50,6 +50,7 @@ use lane::{F32, F64, Scalar};
 use mixed::single_program;
 use program::Program;
 use pulp::Arch;
+use scratch::Pool;
 use terms::ProgramTerms;
 
 /// Vector instructions that a kernel is compiled for; all are in one binary.

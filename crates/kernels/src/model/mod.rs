@@ -4,6 +4,7 @@
 //! every backend. `Plan` fixes what all samples of a sweep share. `Batch` goes in, `Solutions` come out.
 
 mod anchors;
+mod batch;
 mod blocks;
 mod coil;
 mod dependence;

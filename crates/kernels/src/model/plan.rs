@@ -2,18 +2,15 @@
 
 use super::anchors::PlanAnchors;
 use super::dependence::{changes_chain, touched_entries};
-use super::multiples::Multiples;
 use super::plan_parts::{free_part, is_forward, natural_units, segment_plans, terms_of};
 use super::rest_shape::{REST_POSE, rest_pose};
 use super::rod::Slot;
-use super::sample::{Sample, set_axes};
+use super::sample::set_axes;
 use super::starts::SEARCH_ENTRIES;
 use super::{
-    BLOCK, Blocks, MOST_ROWS, Parameter, ParameterError, PlanOptions, Quantity, Rod, RodField, Scene, SceneError,
-    SegmentKind, Units,
+    Blocks, MOST_ROWS, Parameter, ParameterError, PlanOptions, Quantity, Rod, RodField, Scene, SceneError, SegmentKind,
+    Units,
 };
-use crate::clock::Busy;
-use rayon::prelude::*;
 use std::collections::BTreeSet;
 
 /// Which terms of the model the samples use. Kernels leave the others out.
@@ -261,44 +258,6 @@ impl Plan {
         let chains = chains.iter().map(Vec::as_slice);
         let forward = is_forward(&self.scene, &self.terms, chains, options.sensitivity);
         Plan { segments, options, forward: forward.unwrap_or(self.forward), ..self.clone() }
-    }
-
-    /// Builds a batch: `values(i, &mut row)` writes the value of each axis for sample `i` of the batch.
-    pub fn batch(&self, sample_count: usize, values: impl Fn(usize, &mut [f64]) + Sync) -> Batch {
-        let mut inputs = Blocks::new(self.input_count, sample_count);
-        let mut bad = vec![false; sample_count];
-        let block_len = inputs.block_len().max(1);
-        if self.input_count == 0 {
-            return Batch { inputs, bad };
-        }
-        let first = Sample::new(self);
-        // Finding the short way takes some samples' time.
-        let multiples = if sample_count > BLOCK { Multiples::of(self, &first) } else { None };
-        let busy = Busy::here();
-        let fill = |block: usize, out: &mut [f64], bad: &mut [bool]| {
-            let _busy = busy.enter();
-            let mut row = vec![0.0; self.axes.len()];
-            if let Some(multiples) = &multiples {
-                for (lane, bad) in bad.iter_mut().enumerate() {
-                    values(block * BLOCK + lane, &mut row);
-                    *bad = !multiples.put(&row, |column, value| out[column * BLOCK + lane] = value);
-                }
-                return;
-            }
-            let mut sample = first.clone();
-            for (lane, bad) in bad.iter_mut().enumerate() {
-                values(block * BLOCK + lane, &mut row);
-                *bad = !sample.set(&row);
-                sample.varying().for_each(|(column, value)| out[column * BLOCK + lane] = value);
-            }
-        };
-        inputs
-            .data_mut()
-            .par_chunks_mut(block_len)
-            .zip(bad.par_chunks_mut(BLOCK))
-            .enumerate()
-            .for_each(|(block, (out, bad))| fill(block, out, bad));
-        Batch { inputs, bad }
     }
 
     /// The scene with a sample's axis values in place. Insertion is applied after the other lengths.

@@ -1,0 +1,47 @@
+//! Many samples of a plan at once, block by block on all threads.
+
+use super::multiples::Multiples;
+use super::sample::Sample;
+use super::{BLOCK, Batch, Blocks, Plan};
+use crate::clock::Busy;
+use rayon::prelude::*;
+
+impl Plan {
+    /// Builds a batch: `values(i, &mut row)` writes the value of each axis for sample `i` of the batch.
+    pub fn batch(&self, sample_count: usize, values: impl Fn(usize, &mut [f64]) + Sync) -> Batch {
+        let mut inputs = Blocks::new(self.input_count, sample_count);
+        let mut bad = vec![false; sample_count];
+        let block_len = inputs.block_len().max(1);
+        if self.input_count == 0 {
+            return Batch { inputs, bad };
+        }
+        let first = Sample::new(self);
+        // Finding the short way takes some samples' time.
+        let multiples = if sample_count > BLOCK { Multiples::of(self, &first) } else { None };
+        let busy = Busy::here();
+        let fill = |block: usize, out: &mut [f64], bad: &mut [bool]| {
+            let _busy = busy.enter();
+            let mut row = vec![0.0; self.axes.len()];
+            if let Some(multiples) = &multiples {
+                for (lane, bad) in bad.iter_mut().enumerate() {
+                    values(block * BLOCK + lane, &mut row);
+                    *bad = !multiples.put(&row, |column, value| out[column * BLOCK + lane] = value);
+                }
+                return;
+            }
+            let mut sample = first.clone();
+            for (lane, bad) in bad.iter_mut().enumerate() {
+                values(block * BLOCK + lane, &mut row);
+                *bad = !sample.set(&row);
+                sample.varying().for_each(|(column, value)| out[column * BLOCK + lane] = value);
+            }
+        };
+        inputs
+            .data_mut()
+            .par_chunks_mut(block_len)
+            .zip(bad.par_chunks_mut(BLOCK))
+            .enumerate()
+            .for_each(|(block, (out, bad))| fill(block, out, bad));
+        Batch { inputs, bad }
+    }
+}
