@@ -1,9 +1,12 @@
 //! Every engine that this machine has, in every arithmetic.
 
+use super::clock::Timing;
+use crate::bench_file::Work;
+use crate::record::Record;
 use rodsweep::backend::{Backend, BackendError, Precision};
 use rodsweep::gpu::{AdapterSummary, Device, Gpu, adapters};
 use rodsweep::lanes::{InstructionSet, Lanes};
-use rodsweep::model::Plan;
+use rodsweep::model::{Plan, PlanOptions};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
@@ -38,6 +41,21 @@ pub fn engines() -> (Vec<Engine>, Option<AdapterSummary>) {
 }
 
 impl Engine {
+    /// What a measurement of so many samples of a scene was made with, and its time.
+    pub fn record(self, scene: &str, work: Work, options: PlanOptions, (timing, count): (Timing, usize)) -> Record {
+        Record {
+            work: work.name().into(),
+            engine: self.name().into(),
+            precision: self.precision.to_string(),
+            method: options.stepper.name().into(),
+            size: options.steps as f64,
+            seconds: timing.median / count as f64,
+            least: timing.least / count as f64,
+            spread: timing.spread(),
+            ..Record::new("precision", scene)
+        }
+    }
+
     /// The CPU with its best instructions.
     pub fn best(precision: Precision) -> Engine {
         Engine { place: Place::Cpu(InstructionSet::available()[0]), precision }

@@ -37,17 +37,9 @@ pub fn point(
         judge(&ends.end(sample), truth, problem.length(sample), &mut judged);
     }
     let mut record = Record {
-        work: Work::Pass.name().into(),
-        engine: engine.name().into(),
-        precision: engine.precision.to_string(),
-        method: options.stepper.name().into(),
-        size: options.steps as f64,
-        seconds: timing.median / count as f64,
-        least: timing.least / count as f64,
-        spread: timing.spread(),
         operations: lanes.count_operations(&batch, 0).alone.total() as f64,
         passes: 1.0,
-        ..Record::new("precision", problem.spec.name.as_str())
+        ..engine.record(problem.spec.name.as_str(), Work::Pass, options, (timing, count))
     };
     judged.write(&mut record);
     session.records.push(record);

@@ -145,17 +145,9 @@ fn point(
     let (solutions, timing, first) = if engine.is_gpu() { run() } else { session.one_thread.install(run) }?;
     let judged = problem.judge(work, &solutions);
     let mut record = Record {
-        work: work.name().into(),
-        engine: engine.name().into(),
-        precision: engine.precision.to_string(),
-        method: options.stepper.name().into(),
-        size: options.steps as f64,
-        seconds: timing.median / count as f64,
-        least: timing.least / count as f64,
-        spread: timing.spread(),
         setup: (first - timing.median).max(0.0),
         operations: operations(&plan, &problem.batch(work, samples)?, engine, &solutions)?,
-        ..Record::new("precision", problem.spec.name.as_str())
+        ..engine.record(problem.spec.name.as_str(), work, options, (timing, count))
     };
     judged.write(&mut record);
     keep_estimates(&judged, &record, session);
