@@ -87,6 +87,7 @@ fn anchored_end() -> PathEnd {
         let prediction = predict_within(at.first, coordinates);
         end.m0 = prediction.m0;
         end.inverse = prediction.inverse;
+        end.close = at.mismatch * at.mismatch < settings.tolerance;
     }
     return end;
 }

@@ -25,7 +25,8 @@ struct Check {
 // fine steps; returns what it found. Where nothing `moves`, that is the only pass, and no step follows from it. All
 // passes are one call: the code of a pass is long, and processors keep little of it at hand.
 //@if ANCHORED
-// A sample counts as led there only where its first step is short and each further one much shorter.
+// A sample counts as led there only where its first step is short and each further one much shorter. Where its cell tells it
+// `close`, the check is the first.
 //@end
 fn chord_steps(rod: Rod, end: ptr<function, PathEnd>, moves: bool) -> Check {
     var check: Check;
@@ -36,6 +37,7 @@ fn chord_steps(rod: Rod, end: ptr<function, PathEnd>, moves: bool) -> Check {
     var moving = moves && (*end).reached;
     var trusted = moving;
     //@if ANCHORED
+    moving = moving && !(*end).close;
     var bound = ANCHOR_TRUST;
     //@end
     for (var i = 0u; i <= CHORD_LIMIT; i++) {
@@ -48,7 +50,8 @@ fn chord_steps(rod: Rod, end: ptr<function, PathEnd>, moves: bool) -> Check {
         trusted = trusted && size < select(bound, ANCHOR_TRUST, checks);
         bound = size * ANCHOR_CONTRACTION;
         // What no chord steps certify goes the way from rest.
-        if moves && select(!trusted, moving, checks) {
+        let far = moving || (*end).close && !(size < tolerance);
+        if moves && select(!trusted, far, checks) {
             (*end).reached = false;
             break;
         }

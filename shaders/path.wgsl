@@ -58,6 +58,10 @@ struct PathEnd {
     reached: bool,
     // In more than one load step.
     ramped: bool,
+    //@if ANCHORED
+    // Anchors tell it so well that no step need come before the check.
+    close: bool,
+    //@end
     exhausted: bool,
     // Not reached, and near a fold or a bifurcation.
     fold: bool,

@@ -115,7 +115,10 @@ fn path_steps(plan: &Plan) -> Vec<usize> {
 
 /// The same with care.
 fn careful_steps(plan: &Plan) -> Vec<usize> {
-    integrated(plan).iter().map(|segment| plan.options.stepper.careful_steps(segment.steps)).collect()
+    integrated(plan)
+        .iter()
+        .map(|segment| plan.options.stepper.careful_steps(segment.steps, path::PATH_STEPPER))
+        .collect()
 }
 
 fn add_segments(s: &mut Specialisation, plan: &Plan) {

@@ -42,7 +42,9 @@ fn most_intervals(plan: &Plan) -> usize {
     let segments = integrated(plan);
     let stepper = plan.options.stepper;
     let steps = |of: &dyn Fn(usize) -> usize| segments.iter().map(|segment| of(segment.steps)).sum::<usize>();
-    let most = steps(&|n| n).max(steps(&|n| stepper.path_steps(n))).max(steps(&|n| stepper.careful_steps(n)));
+    let most = steps(&|n| n)
+        .max(steps(&|n| stepper.path_steps(n)))
+        .max(steps(&|n| stepper.careful_steps(n, path::PATH_STEPPER)));
     most + segments.iter().filter(|segment| !segment.is_flexible).count()
 }
 

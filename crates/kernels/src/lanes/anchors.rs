@@ -4,6 +4,7 @@
 //! way δ from the corner. Whatever is of second order or less along the axes is met exactly. The inverse of W is Σ w W⁻¹.
 
 use super::lane::Scalar;
+use crate::model::path::is_close;
 use crate::model::{ANCHOR_STRIDE, Anchors, BLOCK, MOST_ANCHOR_AXES};
 
 /// What is predicted of a sample.
@@ -70,8 +71,8 @@ pub fn predict(grid: &Anchors, first: usize, coordinates: &[f32; MOST_ANCHOR_AXE
 /// lie. Returns what the edges of its cell miss; infinite, and nothing is predicted, where it may not start from anchors.
 #[inline(always)]
 pub fn anchored_end<From: Scalar, To: Scalar>(
-    grid: &Anchors,
-    column: usize,
+    (grid, column): (&Anchors, usize),
+    newton_tolerance: f64,
     inputs: &[From],
     sample: usize,
     ends: &mut [To],
@@ -90,6 +91,7 @@ pub fn anchored_end<From: Scalar, To: Scalar>(
         for (k, vector) in inverse.into_iter().enumerate() {
             vector.into_iter().enumerate().for_each(|(axis, value)| put(7 + 3 * k + axis, value));
         }
+        put(16, if is_close(mismatch.into(), newton_tolerance) { 1.0 } else { 0.0 });
     }
     mismatch
 }

@@ -189,9 +189,10 @@ impl<L: Kernels> Block<'_, L> {
     #[inline(always)]
     fn predict(&mut self, grid: &Anchors, column: usize, order: &mut Vec<usize>) -> usize {
         let ends = &mut self.memory.ends;
+        let newton_tolerance = self.program.newton_tolerance;
         let mut placed = Vec::with_capacity(order.len());
         for sample in order.iter() {
-            placed.push((anchored_end(grid, column, self.inputs, *sample, ends), *sample));
+            placed.push((anchored_end((grid, column), newton_tolerance, self.inputs, *sample, ends), *sample));
         }
         placed.sort_by(|a, b| a.0.total_cmp(&b.0));
         order.clear();

@@ -34,6 +34,8 @@ pub struct Approach<L: Lane> {
     last: Vec3<L>,
     /// Of that one.
     square: L,
+    /// Below it a step is short.
+    tolerance: L,
     trust: L,
     pub trusted: L::Mask,
     /// Not yet as near as it takes.
@@ -42,12 +44,13 @@ pub struct Approach<L: Lane> {
 
 /// Moves the base moment to the fine grid's equilibrium by steps with the path's inverse of W.
 ///
-/// From the second on they are secant steps along the one before (Broyden's update).
+/// From the second on they are secant steps along the one before (Broyden's update). Lanes that are `there` take none.
 #[inline(always)]
 pub fn approach<L: Lane>(
     problem: &Problem<'_, L>,
     path: Path,
     end: &mut PathEnd<L>,
+    there: L::Mask,
     workspace: &mut Workspace<L>,
 ) -> Approach<L> {
     let Problem { program, rod, .. } = *problem;
@@ -59,7 +62,7 @@ pub fn approach<L: Lane>(
     let mut bound = trust;
     let mut last = Vec3::splat(one.constant(0.0));
     let mut square = one;
-    let mut moving = end.reached;
+    let mut moving = end.reached & !there;
     let mut trusted = end.reached;
     for _ in 0..CHORD_LIMIT {
         if !L::any(moving) {
@@ -78,11 +81,11 @@ pub fn approach<L: Lane>(
         (last, square) = (Vec3::select(moving, delta, last), L::select(moving, dot(delta, delta), square));
         moving = moving & trusted & !size.lt(tolerance);
     }
-    Approach { last, square, trust, trusted, moving }
+    Approach { last, square, tolerance, trust, trusted, moving }
 }
 
 /// The same; one more step is on twice the fine steps. Returns what it found. From anchors a sample counts as led there only
-/// where its first step is short and each further one much shorter.
+/// where its first step is short and each further one much shorter. Where its cell tells it `close`, the check is the first.
 #[inline(always)]
 pub fn chord_steps<L: Lane>(
     problem: &Problem<'_, L>,
@@ -92,14 +95,16 @@ pub fn chord_steps<L: Lane>(
 ) -> Check<L> {
     let rod = problem.rod;
     let one = end.lambda.constant(1.0);
-    let Approach { last, square, trust, trusted, moving } = approach(problem, path, end, workspace);
+    let close = end.close;
+    let Approach { last, square, tolerance, trust, trusted, moving } = approach(problem, path, end, close, workspace);
     let check = check_pass(problem, end.m0, workspace);
     let delta = chord_step(&end.inverse, check.tip.m - rod.l_tip, last, square);
+    let far = moving | (close & !length(delta).lt(tolerance));
     end.m0 = Vec3::select(trusted & length(delta).lt(trust), end.m0 + delta, end.m0);
     end.passes = L::select(end.reached, end.passes + one, end.passes);
     if path == Path::Anchored {
         // What no chord steps certify goes the way from rest.
-        end.reached = trusted & !moving;
+        end.reached = trusted & !far;
     }
     check
 }

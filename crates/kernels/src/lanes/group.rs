@@ -14,8 +14,8 @@ use super::solve::solve_group;
 use super::varying::VARYING_END_COLUMNS;
 use pulp::{Simd, WithSimd};
 
-/// Numbers of the end of a path from rest: reached, in several load steps, passes, lambda, base moment, inverse of W.
-const END_COLUMNS: usize = 16;
+/// Numbers of the end of a path from rest: reached, in several load steps, passes, lambda, base moment, inverse of W, close.
+const END_COLUMNS: usize = 17;
 
 /// Numbers of the end of a path of a program.
 pub fn end_columns(program: &Program) -> usize {
@@ -205,6 +205,7 @@ pub fn store_end<L: Lane>(end: &PathEnd<L>, out: &mut Outputs<'_, L::Scalar>) {
     out.store(3, end.lambda);
     out.store_vector(4, end.m0);
     (0..3).for_each(|k| out.store_vector(7 + 3 * k, end.inverse[k]));
+    out.store(16, L::select(end.close, one, zero));
 }
 
 /// Reads it again.
@@ -221,6 +222,7 @@ pub fn load_end<L: Lane>(token: L::Token, from: &Inputs<'_, L::Scalar>) -> PathE
         passes,
         reached: half.lt(reached),
         ramped: half.lt(ramped),
+        close: half.lt(from.column(token, 16)),
         exhausted: nobody,
         fold: nobody,
     }

@@ -40,6 +40,8 @@ pub struct PathEnd<L: Lane> {
     pub reached: L::Mask,
     /// In more than one load step.
     pub ramped: L::Mask,
+    /// Anchors tell it so well that no step need come before the check.
+    pub close: L::Mask,
     pub exhausted: L::Mask,
     /// Not reached, and near a fold or a bifurcation.
     pub fold: L::Mask,
@@ -130,8 +132,7 @@ pub fn follow_path<L: Lane>(
     let mut history = History { lambda: zero, m0: no_vector, lambda_before: zero, secant: rest_slope, bend: no_vector };
     let unsymmetric = program.tip_moment;
     let first_bend = zero.constant(if unsymmetric { FIRST_UNSYMMETRIC_BEND } else { FIRST_BEND });
-    let unsymmetric_step = zero.constant(SMALLEST_UNSYMMETRIC_STEP);
-    let smallest_step = if guarded && unsymmetric { unsymmetric_step } else { smallest_step };
+    let smallest_step = if guarded && unsymmetric { zero.constant(SMALLEST_UNSYMMETRIC_STEP) } else { smallest_step };
     let mut step = first_bend / length(rest_slope).max(first_bend);
     let mut target = step;
     let mut m0 = history.predict(target);
@@ -233,18 +234,17 @@ pub fn follow_path<L: Lane>(
         exhausted = exhausted | over;
         failed = failed | over;
     }
-    let m0 = Vec3::select(reached, m0, history.m0);
     let at_fold = if guarded { unstable | !is_above(weakest, FOLD_MARGIN) } else { nobody };
-    let fold = at_fold & !(reached | exhausted);
     PathEnd {
-        m0,
+        m0: Vec3::select(reached, m0, history.m0),
         inverse: inverse_w,
         lambda: history.lambda,
         heading: history.secant,
         passes,
         reached,
         ramped,
+        close: nobody,
         exhausted,
-        fold,
+        fold: at_fold & !(reached | exhausted),
     }
 }

@@ -4,7 +4,9 @@ use super::algebra::Vec3;
 use super::lane::{Lane, Scalar};
 use super::terms::ProgramTerms;
 use super::varying::ProgramField;
-use crate::model::path::{PATH_STEPPER, chord_tolerance, first_order_tolerance, newton_tolerance, rounded};
+use crate::model::path::{
+    CAREFUL_STEPPER, PATH_STEPPER, chord_tolerance, first_order_tolerance, newton_tolerance, rounded,
+};
 use crate::model::record::{BASE_POSITION_AT, LOAD_AT};
 use crate::model::{
     Anchors, Derivative, DerivativeScale, Entry, Plan, PlanAnchors, Quantity, SegmentPlan, Slot, Tableau,
@@ -150,6 +152,7 @@ impl Program {
         let stepper = plan.options.stepper;
         let tableau = stepper.tableau();
         let on_path = |steps| Resolution { tableau: PATH_STEPPER.tableau(), steps };
+        let careful = if plan.terms.varying_field { PATH_STEPPER } else { CAREFUL_STEPPER };
         let steady = (0..integrated).map(|index| is_steady(plan, &sources, index)).collect();
         let newton_tolerance = newton_tolerance(plan.options.tolerance, epsilon);
         Self {
@@ -175,7 +178,7 @@ impl Program {
             first_beyond_rigid: plan.first_beyond_rigid(),
             derivatives: plan.derivatives.iter().map(|derivative| derivative.terms.clone()).collect(),
             coarse: on_path(steps(&|n| stepper.path_steps(n))),
-            careful: on_path(steps(&|n| stepper.careful_steps(n))),
+            careful: Resolution { tableau: careful.tableau(), steps: steps(&|n| stepper.careful_steps(n, careful)) },
             fine: Resolution { tableau, steps: steps(&|n| n) },
             check: Resolution { tableau, steps: steps(&|n| 2 * n) },
             newton_tolerance,

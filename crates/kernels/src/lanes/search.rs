@@ -43,6 +43,7 @@ pub fn search<L: Lane>(
         passes: zero,
         reached: none,
         ramped: none,
+        close: none,
         exhausted: none,
         fold: none,
     };

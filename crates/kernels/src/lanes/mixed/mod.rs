@@ -42,7 +42,8 @@ fn solve_columns<L: Lane>(
     workspace: &mut Workspace<L>,
     (out, handed): (&mut Outputs<'_, L::Scalar>, &mut Outputs<'_, L::Scalar>),
 ) {
-    let steps = approach(problem, path, &mut end, workspace);
+    let nobody = end.lambda.lt(end.lambda);
+    let steps = approach(problem, path, &mut end, nobody, workspace);
     if path == Path::Anchored {
         // What no chord steps certify goes the way from rest.
         end.reached = steps.trusted & !steps.moving;
