@@ -8,9 +8,9 @@ use super::stability;
 use nalgebra::{Matrix3, Vector3};
 
 /// Error per step of the integrator on the way; only the end of the path must be sharp.
-pub(super) const TOLERANCE: f64 = 1e-10;
+pub(super) const TOLERANCE: f64 = 1e-8;
 /// Newton's step at which the corrector has arrived.
-pub(super) const ARRIVED: f64 = 1e-7;
+pub(super) const ARRIVED: f64 = 1e-5;
 /// Each of Newton's steps must be shorter than the last by this factor.
 pub(super) const CONTRACTION: f64 = 0.3;
 /// The predictor may turn the tip by this much in the first step (rad).

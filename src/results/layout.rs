@@ -2,7 +2,7 @@
 
 use crate::backend::Precision;
 use crate::clock::Busy;
-use crate::model::{Batch, Parameter, Plan, Quantity, Solutions, Vector, base_curvature, rotation_vector};
+use crate::model::{Batch, Parameter, Plan, Quantity, Solutions, Vector, rotation_vector};
 use crate::spec::Sampler;
 use crate::spec::{BranchChoice, Format, OutputQuantity, SweepSpec};
 use crate::table::{Column, Table, Values};
@@ -203,8 +203,8 @@ impl Layout {
             let mut rod = rows.plan.scene.rod();
             move |at| {
                 let row = range.start + at;
-                rows.plan.read_sample_rod(rows.batch, rows.sample(row), &mut rod);
-                let of_moment = || base_curvature(&rod, solutions.vector(row, Quantity::BaseMoment));
+                let moment = solutions.vector(row, Quantity::BaseMoment);
+                let of_moment = || rows.plan.base_curvature(rows.batch, rows.sample(row), moment, &mut rod);
                 solutions.own_curvature(row).unwrap_or_else(of_moment)
             }
         });

@@ -153,11 +153,14 @@ impl Reduction {
             kept.columns.retain(|column| !column.name.starts_with("d("));
             self.tips = kept;
         }
-        let rows: Vec<usize> =
-            (0..table.row_count()).filter(|row| self.selection.contains(table.samples()[*row])).collect();
+        let chosen = |row: &usize| self.selection.contains(table.samples()[*row]);
+        let rows: Option<Vec<usize>> =
+            (!self.selection.is_everything()).then(|| (0..table.row_count()).filter(chosen).collect());
         for kept in &mut self.tips.columns {
-            if let Some(column) = table.column(&kept.name) {
-                kept.values.append_rows(&column.values, &rows);
+            match (table.column(&kept.name), &rows) {
+                (Some(column), Some(rows)) => kept.values.append_rows(&column.values, rows),
+                (Some(column), None) => kept.values.append(&column.values),
+                (None, _) => {}
             }
         }
     }

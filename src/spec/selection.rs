@@ -43,6 +43,11 @@ impl Selection {
             .collect()
     }
 
+    /// Whether nothing is left out.
+    pub fn is_everything(&self) -> bool {
+        self.chosen == self.total
+    }
+
     pub fn contains(&self, index: u64) -> bool {
         if self.chosen == 0 || index >= self.total {
             return false;

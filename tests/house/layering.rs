@@ -45,7 +45,7 @@ const ROOMS: [(&str, &[&str]); 21] = [
     ("python", &["*"]),
 ];
 /// Crates that belong to one part of the source.
-const OWNERS: [(&str, &[&str]); 30] = [
+const OWNERS: [(&str, &[&str]); 31] = [
     ("wgpu", &["src/gpu/"]),
     ("naga", &["src/gpu/"]),
     ("pollster", &["src/gpu/"]),
@@ -65,6 +65,7 @@ const OWNERS: [(&str, &[&str]); 30] = [
     ("levenberg_marquardt", &["src/study/fit/"]),
     ("parquet", &["src/table/"]),
     ("bytes", &["src/table/"]),
+    ("zstd", &["src/table/"]),
     ("object_store", &["src/results/store/"]),
     ("tokio", &["src/results/store/", "crates/view/src/server/"]),
     ("flatbuffers", &["src/table/"]),

@@ -2,6 +2,7 @@
 //!
 //! Units stand in the metadata of each field, as Arrow writes them.
 
+mod numbers;
 mod ranges;
 mod read;
 mod seal;

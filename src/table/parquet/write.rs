@@ -1,5 +1,6 @@
 //! Tables to Parquet, columns side by side, straight from their memory.
 
+use super::numbers::{LEVEL, Pages};
 use super::{FORMAT, seal};
 use crate::clock::Busy;
 use crate::model::Status;
@@ -7,12 +8,12 @@ use crate::table::{Column, Table, TableError, Values, arrow_schema};
 use bytemuck::cast_slice;
 use bytes::Bytes;
 use parquet::basic::{Compression, Encoding, LogicalType, Repetition, Type as Physical, ZstdLevel};
-use parquet::column::writer::{ColumnCloseResult, get_column_writer};
-use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DataType, DoubleType, FloatType, Int64Type};
+use parquet::column::writer::{ColumnCloseResult, ColumnWriterImpl, get_column_writer, get_typed_column_writer};
+use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DataType, Int64Type};
 use parquet::errors::ParquetError;
 use parquet::file::metadata::KeyValue;
 use parquet::file::properties::{EnabledStatistics, WriterProperties};
-use parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter, SerializedPageWriter, TrackedWrite};
+use parquet::file::writer::{SerializedFileWriter, SerializedPageWriter, TrackedWrite};
 use parquet::schema::types::{ColumnDescPtr, ColumnPath, Type, TypePtr};
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -70,13 +71,13 @@ impl Encoder {
         let properties = Arc::new(properties(table)?);
         let mut writer = SerializedFileWriter::new(bytes, schema(table)?, properties.clone())?;
         let described = writer.schema_descr().columns().to_vec();
-        let ones = vec![1; table.row_count()];
         let busy = Busy::here();
         let chunks = table.columns.par_iter().zip(&described).zip(columns.par_iter_mut()).map_init(
-            || Memory::new(&ones),
-            |memory, ((column, description), to)| {
+            Pages::new,
+            |pages, ((column, description), to)| {
                 let _busy = busy.enter();
-                memory.chunk(column, description, &properties, to)
+                let pages = pages.as_mut().map_err(|error| ParquetError::General(error.to_string()))?;
+                write_column(&column.values, pages, (description, &properties), to)
             },
         );
         let chunks: Vec<ColumnCloseResult> = chunks.collect::<Result<_, ParquetError>>()?;
@@ -101,18 +102,14 @@ impl Encoder {
 fn properties(table: &Table) -> Result<WriterProperties, ParquetError> {
     let schema = KeyValue::new(arrow_schema::KEY.to_owned(), arrow_schema::encode(&table.columns));
     let mut properties = WriterProperties::builder()
-        .set_compression(Compression::ZSTD(ZstdLevel::try_new(1)?))
+        .set_compression(Compression::ZSTD(ZstdLevel::try_new(LEVEL)?))
         .set_dictionary_enabled(false)
         .set_statistics_enabled(EnabledStatistics::Chunk)
         .set_created_by(concat!("rodsweep ", env!("CARGO_PKG_VERSION")).into())
         .set_key_value_metadata(Some(vec![schema]));
-    for column in &table.columns {
-        let encoding = match column.values {
-            Values::Double(_) | Values::Single(_) => Encoding::BYTE_STREAM_SPLIT,
-            Values::Index(_) => Encoding::DELTA_BINARY_PACKED,
-            Values::Status(_) | Values::Flag(_) | Values::Text(_) => continue,
-        };
-        properties = properties.set_column_encoding(ColumnPath::new(vec![column.name.clone()]), encoding);
+    for column in table.columns.iter().filter(|column| matches!(column.values, Values::Index(_))) {
+        let path = ColumnPath::new(vec![column.name.clone()]);
+        properties = properties.set_column_encoding(path, Encoding::DELTA_BINARY_PACKED);
     }
     Ok(properties.build())
 }
@@ -136,114 +133,68 @@ fn field(column: &Column) -> Result<TypePtr, ParquetError> {
     Ok(Arc::new(field.with_repetition(repetition).build()?))
 }
 
-/// Memory that the columns of a thread use.
-struct Memory<'a> {
-    /// A one for each row: all of them are known.
-    ones: &'a [i16],
-    /// One for each row that is known, zero for the others.
-    levels: Vec<i16>,
-    doubles: Vec<f64>,
-    singles: Vec<f32>,
+/// Makes `to` a column as it stands in a file; returns what the footer says of it.
+fn write_column(
+    values: &Values,
+    pages: &mut Pages,
+    (description, properties): (&ColumnDescPtr, &Arc<WriterProperties>),
+    to: &mut Vec<u8>,
+) -> Result<ColumnCloseResult, ParquetError> {
+    to.clear();
+    let mut encoder = ColumnEncoder { description, properties, to };
+    match values {
+        Values::Double(values) => pages.write(values, description, encoder.to),
+        Values::Single(values) => pages.write(values, description, encoder.to),
+        // The same bits; the logical type says that they are unsigned.
+        Values::Index(values) => encoder.write::<Int64Type>(|to| to.write_batch(cast_slice(values), None, None)),
+        Values::Flag(values) => {
+            let known: Vec<bool> = values.iter().flatten().copied().collect();
+            let levels: Vec<i16> = values.iter().map(|flag| i16::from(flag.is_some())).collect();
+            encoder.write::<BoolType>(|to| to.write_batch(&known, Some(&levels), None))
+        }
+        Values::Status(values) => {
+            let words = Status::ALL.map(|status| ByteArray::from(status.name()));
+            encoder.write_words(values, |status| words[usize::from(status.code())].clone())
+        }
+        Values::Text(values) => encoder.write_words(values, |word| ByteArray::from(word.as_str())),
+    }
 }
 
-impl<'a> Memory<'a> {
-    fn new(ones: &'a [i16]) -> Self {
-        Self { ones, levels: Vec::new(), doubles: Vec::new(), singles: Vec::new() }
-    }
+/// Parquet's own encoder for one column.
+struct ColumnEncoder<'a> {
+    description: &'a ColumnDescPtr,
+    properties: &'a Arc<WriterProperties>,
+    to: &'a mut Vec<u8>,
+}
 
-    /// Makes `to` a column as it stands in a file; returns what the footer says of it.
-    fn chunk(
+impl ColumnEncoder<'_> {
+    fn write<T: DataType>(
         &mut self,
-        column: &Column,
-        description: &ColumnDescPtr,
-        properties: &Arc<WriterProperties>,
-        to: &mut Vec<u8>,
+        write: impl FnOnce(&mut ColumnWriterImpl<T>) -> Result<usize, ParquetError>,
     ) -> Result<ColumnCloseResult, ParquetError> {
-        to.clear();
-        let mut sink = TrackedWrite::new(to);
-        let mut closed = None;
+        let mut sink = TrackedWrite::new(&mut *self.to);
         let pages = Box::new(SerializedPageWriter::new(&mut sink));
-        let encoder = get_column_writer(description.clone(), properties.clone(), pages);
-        let on_close = Box::new(|result| {
-            closed = Some(result);
-            Ok(())
-        });
-        let mut encoder = SerializedColumnWriter::new(encoder, Some(on_close));
-        self.write(&column.values, &mut encoder)?;
-        encoder.close()?;
+        let encoder = get_column_writer(self.description.clone(), self.properties.clone(), pages);
+        let mut encoder = get_typed_column_writer::<T>(encoder);
+        write(&mut encoder)?;
+        let closed = encoder.close()?;
         sink.into_inner()?;
-        closed.ok_or_else(|| ParquetError::General("a column was not closed".into()))
+        Ok(closed)
     }
 
-    fn write(&mut self, values: &Values, encoder: &mut SerializedColumnWriter) -> Result<(), ParquetError> {
-        match values {
-            Values::Index(values) => {
-                // The same bits; the logical type says that they are unsigned.
-                encoder.typed::<Int64Type>().write_batch(cast_slice(values), None, None)?;
+    fn write_words<T>(
+        &mut self,
+        values: &[T],
+        word: impl Fn(&T) -> ByteArray,
+    ) -> Result<ColumnCloseResult, ParquetError> {
+        self.write::<ByteArrayType>(|to| {
+            let mut words = Vec::with_capacity(values.len().min(WORDS));
+            for block in values.chunks(WORDS) {
+                words.clear();
+                words.extend(block.iter().map(&word));
+                to.write_batch(&words, None, None)?;
             }
-            Values::Double(values) => {
-                let levels = Levels { ones: self.ones, mixed: &mut self.levels };
-                levels.write::<DoubleType>(values, &mut self.doubles, |x| x.is_nan(), encoder)?;
-            }
-            Values::Single(values) => {
-                let levels = Levels { ones: self.ones, mixed: &mut self.levels };
-                levels.write::<FloatType>(values, &mut self.singles, |x| x.is_nan(), encoder)?;
-            }
-            Values::Flag(values) => {
-                let known: Vec<bool> = values.iter().flatten().copied().collect();
-                self.levels.clear();
-                self.levels.extend(values.iter().map(|flag| i16::from(flag.is_some())));
-                encoder.typed::<BoolType>().write_batch(&known, Some(&self.levels), None)?;
-            }
-            Values::Status(values) => {
-                let words = Status::ALL.map(|status| ByteArray::from(status.name()));
-                write_words(values, |status| words[usize::from(status.code())].clone(), encoder)?;
-            }
-            Values::Text(values) => write_words(values, |word| ByteArray::from(word.as_str()), encoder)?,
-        }
-        Ok(())
+            Ok(values.len())
+        })
     }
-}
-
-struct Levels<'a> {
-    ones: &'a [i16],
-    mixed: &'a mut Vec<i16>,
-}
-
-impl Levels<'_> {
-    /// Writes the numbers that there are, and where they stand. `known` is memory for them.
-    fn write<T: DataType<T: Copy>>(
-        self,
-        values: &[T::T],
-        known: &mut Vec<T::T>,
-        is_none: impl Fn(&T::T) -> bool,
-        encoder: &mut SerializedColumnWriter,
-    ) -> Result<(), ParquetError> {
-        let encoder = encoder.typed::<T>();
-        if !values.iter().any(&is_none) {
-            encoder.write_batch(values, Some(self.ones), None)?;
-            return Ok(());
-        }
-        self.mixed.clear();
-        self.mixed.extend(values.iter().map(|value| i16::from(!is_none(value))));
-        known.clear();
-        known.extend(values.iter().filter(|value| !is_none(value)));
-        encoder.write_batch(known, Some(self.mixed), None)?;
-        Ok(())
-    }
-}
-
-fn write_words<T>(
-    values: &[T],
-    word: impl Fn(&T) -> ByteArray,
-    encoder: &mut SerializedColumnWriter,
-) -> Result<(), ParquetError> {
-    let encoder = encoder.typed::<ByteArrayType>();
-    let mut words = Vec::with_capacity(values.len().min(WORDS));
-    for block in values.chunks(WORDS) {
-        words.clear();
-        words.extend(block.iter().map(&word));
-        encoder.write_batch(&words, None, None)?;
-    }
-    Ok(())
 }

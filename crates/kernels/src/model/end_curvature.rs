@@ -1,6 +1,7 @@
 //! Curvature at either end of the flexible part of a rod; at the start, also how it moves with the rod's numbers.
 
-use super::{FlexibleRod, Matrix, RigidRod, Rod, RodSegment, Slot, Vector};
+use super::record::{BASE_D1_AT, BASE_T_AT, REST_CURVATURE_AT, STIFFNESS_AT};
+use super::{Batch, FlexibleRod, Matrix, Plan, RigidRod, Rod, RodSegment, Slot, Vector};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// A number and its rate.
@@ -54,6 +55,22 @@ type DualVector = [Dual; 3];
 /// the curvature. NaN there, and for a rod without a flexible segment.
 pub fn base_curvature(rod: &Rod, base_moment: Vector) -> Vector {
     propagate(rod, base_moment, None).map(|u| u.value)
+}
+
+impl Plan {
+    /// [`base_curvature`] of one sample of a batch. Reads no more of its record than it takes; `rod` is a rod of this plan,
+    /// memory for where that is all.
+    pub fn base_curvature(&self, batch: &Batch, sample: usize, base_moment: Vector, rod: &mut Rod) -> Vector {
+        let Some(first) = self.segments.first().filter(|segment| segment.is_flexible) else {
+            self.read_sample_rod(batch, sample, rod);
+            return base_curvature(rod, base_moment);
+        };
+        let vector = |at: usize| -> Vector { std::array::from_fn(|k| self.entry(batch, sample, at + k)) };
+        let (d1, t) = (vector(BASE_D1_AT), vector(BASE_T_AT));
+        let directors = [d1, cross(t, d1), t];
+        let [stiffness, u_star] = [STIFFNESS_AT, REST_CURVATURE_AT].map(|at| vector(first.record + at));
+        std::array::from_fn(|k| u_star[k] + dot(directors[k], base_moment) / stiffness[k]) // R1
+    }
 }
 
 /// d(u0) by a slot, given d(base moment) by it.
@@ -182,4 +199,65 @@ fn dot<T: Copy + Add<Output = T> + Mul<Output = T>>(a: [T; 3], b: [T; 3]) -> T {
 
 fn cross<T: Copy + Sub<Output = T> + Mul<Output = T>>(a: [T; 3], b: [T; 3]) -> [T; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{
+        Axis, Base, Flexible, Loads, Parameter, PlanOptions, Profile, Rigid, Scene, Segment, SegmentKind,
+        SegmentParameter, Stiffness,
+    };
+
+    fn scene(first_is_rigid: bool) -> Scene {
+        let flexible = SegmentKind::Flexible(Flexible {
+            stiffness: Stiffness::Direct { bending_x: 1e-5, bending_y: 2e-5, torsion: 0.77e-5 },
+            rest_curvature: Profile::Constant([3.0, -2.0, 0.5]),
+            stiffness_shear: None,
+            stiffness_axial: None,
+            density: None,
+            dipole_per_length: None,
+        });
+        let segment = |name: &str, length: f64, kind: SegmentKind| Segment { name: name.into(), length, kind };
+        let mut segments = vec![segment("wire", 0.05, flexible)];
+        if first_is_rigid {
+            segments.insert(0, segment("hub", 0.02, SegmentKind::Rigid(Rigid::default())));
+        }
+        Scene {
+            name: String::new(),
+            base: Base::default(),
+            flux_density: [0.0; 3],
+            sources: Default::default(),
+            loads: Loads { tip_force: Some([0.01, -0.02, 0.03]), ..Loads::default() },
+            segments,
+            inserted: 0.0,
+            rigid_force_arm: true,
+        }
+    }
+
+    #[test]
+    fn that_of_a_sample_is_that_of_its_rod() {
+        for first_is_rigid in [false, true] {
+            let flexible = usize::from(first_is_rigid);
+            let axes = [
+                Parameter::BaseRotation(Axis::Y),
+                Parameter::BaseRotation(Axis::Z),
+                Parameter::Segment(flexible, SegmentParameter::RestCurvature(Axis::X)),
+                Parameter::Segment(flexible, SegmentParameter::Length),
+            ];
+            let axes = axes.map(|parameter| vec![parameter]);
+            let plan = Plan::new(&scene(first_is_rigid), &axes, &[], PlanOptions::default()).expect("the axes fit");
+            let batch = plan.batch(20, |at, row| {
+                let at = at as f64;
+                row.copy_from_slice(&[0.1 * at - 0.9, 0.2 - 0.03 * at, at - 7.0, 0.03 + 0.001 * at]);
+            });
+            let mut memory = plan.scene.rod();
+            for sample in 0..20 {
+                let moment = [1e-4, -2e-4, 3e-5].map(|m| m * (1.0 + sample as f64));
+                let of_sample = plan.base_curvature(&batch, sample, moment, &mut memory);
+                let of_rod = base_curvature(&plan.sample_rod(&batch, sample), moment);
+                assert_eq!(of_sample.map(f64::to_bits), of_rod.map(f64::to_bits), "{sample}");
+            }
+        }
+    }
 }
