@@ -151,6 +151,7 @@ impl Reduction {
         if self.tips.columns.is_empty() {
             let mut kept = table.empty();
             kept.columns.retain(|column| !column.name.starts_with("d("));
+            kept.reserve(self.selection.len() as usize);
             self.tips = kept;
         }
         let chosen = |row: &usize| self.selection.contains(table.samples()[*row]);
