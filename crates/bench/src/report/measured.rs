@@ -11,7 +11,7 @@ pub struct Report {
 
 /// Kinds of work and the words for them.
 pub(super) const WORK: [(&str, &str); 6] = [
-    ("pass", "one pass over the rod, columns by base moment"),
+    ("pass", "one pass, columns by base moment"),
     ("given", "from a known base moment, few columns"),
     ("tip", "tip + few columns, from rest"),
     ("cold", "equilibrium + Jacobian, from rest"),
