@@ -320,6 +320,7 @@ mod tests {
         let zeros = extremes_of(&[0.0, -0.0, 0.0]).0.map(|(least, most)| [least, most].map(f64::is_sign_negative));
         assert_eq!(zeros, Some([true, false]));
     }
+
     #[test]
     fn footers_tell_extremes_and_gaps() {
         let count = PAGE_ROWS + 1001;
@@ -330,8 +331,7 @@ mod tests {
         let singles = Column::new("singles", "", whole.values.numbers().iter().map(|x| *x as f32).collect::<Vec<_>>());
         let gap_in_front = column("gap", &|row| if row < PAGE_ROWS + 1 { f64::NAN } else { -(row as f64) });
         let table = Table::new(vec![whole, singles, gap_in_front, column("none", &|_| f64::NAN)]);
-        let file =
-            SerializedFileReader::new(Bytes::from(encode(&table, &[]).expect("numbers")).clone()).expect("a file");
+        let file = SerializedFileReader::new(Bytes::from(encode(&table, &[]).expect("numbers"))).expect("a file");
         let group = file.metadata().row_group(0);
         let said = |at: usize| match group.column(at).statistics().expect("statistics") {
             Statistics::Double(of) => (of.min_opt().copied(), of.max_opt().copied(), of.null_count_opt()),
