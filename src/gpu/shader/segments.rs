@@ -1,6 +1,7 @@
-//! Which segments the kernels integrate, and whether their numbers, or those of the field along them, vary from sample to
-//! sample.
+//! Which segments the kernels integrate, in how many steps, and whether their numbers, or those of the field along them, vary
+//! from sample to sample.
 
+use crate::model::path::PATH_STEPPER;
 use crate::model::record::field_offset;
 use crate::model::{Entry, FLEXIBLE_RECORD, Plan, RIGID_RECORD, SegmentPlan};
 use std::ops::Range;
@@ -8,6 +9,16 @@ use std::ops::Range;
 /// The segments that are integrated: all but the unloaded distal part.
 pub(crate) fn integrated(plan: &Plan) -> &[SegmentPlan] {
     &plan.segments[..plan.free.map_or(plan.segments.len(), |free| free.segment)]
+}
+
+/// Steps over each segment while following the path.
+pub(super) fn path_steps(plan: &Plan) -> Vec<usize> {
+    integrated(plan).iter().map(|segment| plan.options.stepper.path_steps(segment.steps)).collect()
+}
+
+/// The same with care: by the method of the path, whatever the CPU takes.
+pub(super) fn careful_steps(plan: &Plan) -> Vec<usize> {
+    integrated(plan).iter().map(|segment| plan.options.stepper.careful_steps(segment.steps, PATH_STEPPER)).collect()
 }
 
 /// Whether any number of an integrated segment varies, or of what of the field varies in space.

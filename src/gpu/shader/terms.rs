@@ -3,7 +3,7 @@
 use super::anchors::add_anchors;
 use super::derivative_terms::{add_columns, add_derivative_terms, has_integrals};
 use super::nodes::add_nodes;
-use super::segments::integrated;
+use super::segments::{careful_steps, integrated, path_steps};
 use super::settings::{ITERATION_BUDGET, WORKGROUP_SIZE};
 use super::slots::{add_slots, slot_count};
 use super::sources::{add_sources, forward_threes};
@@ -107,19 +107,6 @@ const COLUMNS: [(&str, Quantity); 12] = [
     ("STATUS", Quantity::Status),
     ("DERIVATIVE_ERROR", Quantity::DerivativeError),
 ];
-
-/// Steps over each segment while following the path.
-fn path_steps(plan: &Plan) -> Vec<usize> {
-    integrated(plan).iter().map(|segment| plan.options.stepper.path_steps(segment.steps)).collect()
-}
-
-/// The same with care.
-fn careful_steps(plan: &Plan) -> Vec<usize> {
-    integrated(plan)
-        .iter()
-        .map(|segment| plan.options.stepper.careful_steps(segment.steps, path::PATH_STEPPER))
-        .collect()
-}
 
 fn add_segments(s: &mut Specialisation, plan: &Plan) {
     let segments = integrated(plan);

@@ -1,6 +1,6 @@
 //! What a plan fixes in the kernel for fields that vary in space, how long a sample takes and how much memory it needs.
 
-use super::segments::{field_entries, integrated};
+use super::segments::{careful_steps, field_entries, integrated, path_steps};
 use super::settings::ITERATION_BUDGET;
 use super::slots::slots;
 use super::specialise::{Specialisation, Value};
@@ -40,11 +40,8 @@ pub(crate) fn fits(plan: &Plan) -> bool {
 /// Intervals of a pass with transfers: steps, and rigid segments.
 fn most_intervals(plan: &Plan) -> usize {
     let segments = integrated(plan);
-    let stepper = plan.options.stepper;
-    let steps = |of: &dyn Fn(usize) -> usize| segments.iter().map(|segment| of(segment.steps)).sum::<usize>();
-    let most = steps(&|n| n)
-        .max(steps(&|n| stepper.path_steps(n)))
-        .max(steps(&|n| stepper.careful_steps(n, path::PATH_STEPPER)));
+    let answer = segments.iter().map(|segment| segment.steps).sum::<usize>();
+    let most = answer.max(path_steps(plan).iter().sum()).max(careful_steps(plan).iter().sum());
     most + segments.iter().filter(|segment| !segment.is_flexible).count()
 }
 

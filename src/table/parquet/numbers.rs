@@ -28,12 +28,13 @@ const LANES: usize = 8;
 
 /// A floating-point number of a column; NaN is none.
 pub trait Number: Pod + PartialOrd {
-    const BYTES: usize = size_of::<Self>();
     const LEAST: Self;
     const MOST: Self;
     const ZERO: Self;
     const MINUS_ZERO: Self;
     fn statistics(extremes: Option<(Self, Self)>, none: u64) -> Statistics;
+    /// See [`split`].
+    fn split(numbers: &[u8], planes: &mut [u8]);
 }
 
 macro_rules! number {
@@ -48,6 +49,10 @@ macro_rules! number {
                 let (least, most) = extremes.unzip();
                 let of = ValueStatistics::new(least, most, None, Some(none), false);
                 $statistics(of.with_nan_count(extremes.map(|_| 0)).with_backwards_compatible_min_max(true))
+            }
+
+            fn split(numbers: &[u8], planes: &mut [u8]) {
+                split::<{ size_of::<$of>() }>(numbers, planes);
             }
         }
     };
@@ -143,7 +148,7 @@ impl Pages {
         // One run of ones.
         let mut levels = varint(rows.len() << 1);
         levels.push(1);
-        put(&mut self.page, &levels, cast_slice(rows), N::BYTES)
+        put::<N>(&mut self.page, &levels, cast_slice(rows))
     }
 
     /// The same where some are none; counts them.
@@ -154,8 +159,8 @@ impl Pages {
         levels.extend(rows.chunks(8).map(|rows| rows.iter().enumerate().map(bit).sum::<u8>()));
         self.known.clear();
         rows.iter().filter(|row| is_known(*row)).for_each(|row| self.known.extend(bytes_of(row)));
-        *none += (rows.len() - self.known.len() / N::BYTES) as u64;
-        put(&mut self.page, &levels, &self.known, N::BYTES)
+        *none += (rows.len() - self.known.len() / size_of::<N>()) as u64;
+        put::<N>(&mut self.page, &levels, &self.known)
     }
 }
 
@@ -175,7 +180,7 @@ fn varint(mut number: usize) -> Vec<u8> {
 }
 
 /// Puts levels and numbers into a page, whatever stood there; returns its length.
-fn put(page: &mut Vec<u8>, levels: &[u8], numbers: &[u8], bytes: usize) -> usize {
+fn put<N: Number>(page: &mut Vec<u8>, levels: &[u8], numbers: &[u8]) -> usize {
     let head = size_of::<u32>() + levels.len();
     let length = head + numbers.len();
     if page.len() < length {
@@ -183,10 +188,7 @@ fn put(page: &mut Vec<u8>, levels: &[u8], numbers: &[u8], bytes: usize) -> usize
     }
     page[..size_of::<u32>()].copy_from_slice(&(levels.len() as u32).to_le_bytes());
     page[size_of::<u32>()..head].copy_from_slice(levels);
-    match bytes {
-        4 => split::<4>(numbers, &mut page[head..length]),
-        _ => split::<8>(numbers, &mut page[head..length]),
-    }
+    N::split(numbers, &mut page[head..length]);
     length
 }
 
