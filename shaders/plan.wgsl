@@ -20,6 +20,14 @@ const COARSE_STEPS: array<u32, 1> = array<u32, 1>(1u); //@spec
 const CAREFUL_STEPS: array<u32, 1> = array<u32, 1>(1u); //@spec
 const STEPS: array<u32, 1> = array<u32, 1>(1u); //@spec
 
+//@if GRADED
+// On each grid: how many times as long as the one before each step over a segment is.
+const COARSE_RATIO: array<f32, 1> = array<f32, 1>(1.0); //@spec
+const CAREFUL_RATIO: array<f32, 1> = array<f32, 1>(1.0); //@spec
+const RATIO: array<f32, 1> = array<f32, 1>(1.0); //@spec
+const CHECK_RATIO: array<f32, 1> = array<f32, 1>(1.0); //@spec
+//@end
+
 fn first_entry(index: u32) -> u32 {
     var found = 0u;
     for (var j = 0u; j < SEGMENT_COUNT; j++) { //@unroll
@@ -47,4 +55,16 @@ fn step_count(index: u32, resolution: u32) -> u32 {
     } //@end
     let of_answer = select(fine, 2u * fine, resolution == CHECK);
     return select(select(of_answer, careful, resolution == CAREFUL), coarse, resolution == COARSE);
+}
+
+fn step_ratio(index: u32, resolution: u32) -> f32 {
+    var found = 1.0;
+    //@if GRADED
+    for (var j = 0u; j < SEGMENT_COUNT; j++) { //@unroll
+        let of_answer = select(RATIO[j], CHECK_RATIO[j], resolution == CHECK);
+        let of_path = select(COARSE_RATIO[j], CAREFUL_RATIO[j], resolution == CAREFUL);
+        found = select(found, select(of_path, of_answer, resolution == FINE || resolution == CHECK), index == j);
+    } //@end
+    //@end
+    return found;
 }

@@ -72,12 +72,14 @@ fn shoot(resolution: u32, rod: Rod, lambda: f32, m0: vec3<f32>, taken: u32, reco
             //@if NODES
             let segment = piece(load_flexible(index, false), rod.start, rod.share);
             let steps = rod.steps;
+            let ratio = 1.0;
             //@else
             let segment = load_flexible(index, rod.is_stiff);
             let steps = step_count(index, resolution);
+            let ratio = step_ratio(index, resolution);
             //@end
-            let share = 1.0 / f32(max(1u, steps));
-            let h = segment.length * share;
+            let longest = select(0u, max(1u, steps) - 1u, ratio > 1.0);
+            let h = segment.length * step_at(ratio, longest, steps).y;
             let stride = max(1u, steps / STATIONS_EACH);
             var collects = false;
             //@if COLLECTS
@@ -90,7 +92,8 @@ fn shoot(resolution: u32, rod: Rod, lambda: f32, m0: vec3<f32>, taken: u32, reco
             }
             //@end
             for (var i = 0u; i < steps; i++) {
-                let step = Step(h, f32(i) * share, share, n);
+                let place = step_at(ratio, i, steps);
+                let step = Step(segment.length * place.y, place.x, place.y, n);
                 for (var r = 0u; r < TABLEAU_COUNT; r++) { //@unroll
                     if tableau == r {
                         step_rod_r(rod, segment, lambda, step, &state);
@@ -100,9 +103,9 @@ fn shoot(resolution: u32, rod: Rod, lambda: f32, m0: vec3<f32>, taken: u32, reco
                     }
                 } //@end
                 //@if LOAD
-                n = axpy(-h * lambda, segment.w, n); // R1
+                n = axpy(-step.h * lambda, segment.w, n); // R1
                 //@end
-                s = s + h;
+                s = s + step.h;
                 if record && ((i + 1u) % stride == 0u || i + 1u == steps) {
                     add_station(rotates, shortest, s, tip_of(state, n));
                 }

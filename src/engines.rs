@@ -21,6 +21,8 @@ pub const F32_TOLERANCE: f64 = 2e-5;
 
 /// Steps of a second attempt, at least.
 const SECOND_STEPS: usize = 24;
+/// Into how many a finer attempt cuts each of them.
+const FINER: usize = 4;
 /// And what is asked of it at least.
 const SECOND_TOLERANCE: f64 = 1e-9;
 /// What is said of derivatives on that many steps; measured on random scenes.
@@ -343,6 +345,16 @@ pub fn cpu_f64(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
 /// A plan that the engine does not model.
 pub fn second_attempt(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
     cpu_f64(&for_second_attempt(plan))
+}
+
+/// The same on finer steps, for samples whose error estimate misses the tolerance even so.
+///
+/// # Errors
+///
+/// A plan that the engine does not model.
+pub fn finer_attempt(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
+    let plan = for_second_attempt(plan);
+    cpu_f64(&plan.with_options(PlanOptions { refinement: FINER, ..plan.options }))
 }
 
 /// The plan that [`second_attempt`] solves.

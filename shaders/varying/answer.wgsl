@@ -168,7 +168,8 @@ fn write(rod: Rod, inverse: Mat6, index: f32) {
     let square = 1.0 + squared_norm(answers);
     let noise = (length(base.first) + length(m0) + 1.0) * (ROUND_OFF * EPSILON) * sqrt(square);
     let largest = max(max(by_position, by_d1), by_t);
-    store(ERROR_ESTIMATE_COLUMN, largest * DIFFERENCE + noise);
+    // That of the pass on twice the steps, which is not the answer here, comes on top of the difference.
+    store(ERROR_ESTIMATE_COLUMN, largest * DIFFERENCE * (1.0 + settings.error_share) + noise);
     let both = largest + norm(delta) / stability;
     let derivative_error = max(both * settings.derivative_share, settings.derivative_floor);
     store(DERIVATIVE_ERROR_COLUMN, derivative_error + noise / stability * COLUMN_NOISE);

@@ -88,14 +88,15 @@ fn integrate(rod: Rod, resolution: u32, lambda: f32, base: Pair, what: u32, on_p
         //@end
         let is_flexible = has(index, IS_FLEXIBLE);
         let steps = select(1u, step_count(index, resolution), is_flexible);
-        let share = 1.0 / f32(max(1u, steps));
+        let ratio = step_ratio(index, resolution);
         var segment: Flexible;
         if is_flexible { segment = load_flexible(index, false); }
         //@if BEYOND_RIGID
         if index == FIRST_FLEXIBLE && what >= TRANSFERS { load_first(segment, state, what == PARAMETERS); }
         //@end
         for (var i = 0u; i < steps; i++) {
-            let step = Step(segment.length * share, f32(i) * share, share, lambda);
+            let place = step_at(ratio, i, steps);
+            let step = Step(segment.length * place.y, place.x, place.y, lambda);
             let before = state;
             //@if RIGID
             var crossing: Crossing;

@@ -116,7 +116,7 @@ impl Dispatcher {
         sample_count: u32,
         copies: &'a [(&'a wgpu::Buffer, u64)],
     ) -> Dispatch<'a> {
-        let tolerance = newton_tolerance(self.plan.options.tolerance, self.precision.epsilon());
+        let tolerance = newton_tolerance(self.plan.target(), self.precision.epsilon());
         let PlanOptions { error_share, derivative_scale, .. } = self.plan.options;
         Dispatch {
             mark,

@@ -19,7 +19,8 @@ pub(super) fn solve_varying(dispatcher: &mut Dispatcher, batch: &Batch) -> Resul
     let turns = Turns {
         pipeline: &pipeline,
         settings: Settings {
-            tolerance: newton_tolerance(options.tolerance, dispatcher.precision.epsilon()),
+            tolerance: newton_tolerance(dispatcher.plan.target(), dispatcher.precision.epsilon()),
+            error_share: options.error_share,
             derivative_share: options.derivative_scale.share,
             derivative_floor: options.derivative_scale.floor,
             ..Settings::default()

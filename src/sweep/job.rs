@@ -6,11 +6,11 @@ use super::check::SpotCheckOptions;
 use super::error::SweepError;
 use super::fallback::{Fallback, run_with_fallback};
 use super::options::{Progress, RowsWritten, RunOptions};
-use super::pilot::{choose_method, measure_derivatives, mixing_pays};
+use super::pilot::{choose_method, measure_errors, mixing_pays};
 use super::sink::RowSink;
 use super::summary::Summary;
 use crate::backend::{Backend, BackendError, BackendFactory, Precision};
-use crate::engines::{Engine, EngineRequest, cpu_f64, second_attempt, witness};
+use crate::engines::{Engine, EngineRequest, cpu_f64, finer_attempt, second_attempt, witness};
 use crate::model::{Plan, PlanOptions};
 use crate::reference::energy;
 use crate::results::{PilotChoice, ResultsError};
@@ -201,7 +201,7 @@ impl<'a> SweepJob<'a> {
         };
         let options = match &pilot {
             Some(pilot) => pilot.options(&plan),
-            None => PlanOptions { derivative_scale: measure_derivatives(&plan, &sampler, &cpu_f64)?, ..plan.options },
+            None => measure_errors(&plan, &sampler, &cpu_f64)?,
         };
         let plan = plan.with_options(options);
         let is_large = self.spec.sample_count >= MANY_SAMPLES;
@@ -339,6 +339,7 @@ impl<'a> PreparedSweep<'a> {
         options.rows_written = job.rows_written;
         options.settle = engine.settles(job.spec.sample_count).then_some(&settle);
         options.refiners = vec![&second_attempt, &trusted];
+        options.finer = Some(&finer_attempt);
         options.search = Some(branch_tools(&search));
         options.trusted = job.spot_check.is_some().then_some(&trusted as BackendFactory);
         options.spot_check = job.spot_check.unwrap_or_default();

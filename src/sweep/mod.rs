@@ -32,7 +32,7 @@ pub use error::SweepError;
 pub use fallback::{Fallback, run_with_fallback};
 pub use job::{PreparedSweep, SweepJob, branch_tools};
 pub use options::{Progress, RowsWritten, RunOptions};
-pub use pilot::{STEPS, choose_method, choose_steps, choose_steps_for, estimate_from};
+pub use pilot::{STEPS, choose_method, choose_steps, choose_steps_for, estimates_from};
 pub use run::run;
 pub use sink::{Callback, Found, Memory, ResultDirectory, RowSink, RunEnd, RunHeader};
 pub use summary::Summary;

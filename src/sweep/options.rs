@@ -39,6 +39,8 @@ pub struct RunOptions<'a> {
     pub settle: Option<BackendFactory<'a>>,
     /// Second attempts for samples that failed or are doubtful, in order.
     pub refiners: Vec<BackendFactory<'a>>,
+    /// Tried on samples whose error estimate misses the tolerance after the first of these.
+    pub finer: Option<BackendFactory<'a>>,
     /// Looks for the equilibria beside the one from rest, where the sweep asks for them.
     pub search: Option<BranchTools<'a>>,
     /// What the spot check believes.
@@ -90,6 +92,7 @@ impl<'a> RunOptions<'a> {
             rows_written: None,
             settle: None,
             refiners: Vec::new(),
+            finer: None,
             search: None,
             trusted: None,
             spot_check: SpotCheckOptions::default(),

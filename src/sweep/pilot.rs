@@ -15,13 +15,28 @@ use crate::spec::Selection;
 /// Resolutions that are tried.
 pub const STEPS: [usize; 13] = [2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128];
 const SAMPLES: u64 = 64;
-/// The error of an answer is taken to be so many times the share of the grids' difference that the pilot has seen.
+/// The error of an answer is taken to be so many times the largest share of the grids' difference that the pilot has seen.
 const RESERVE: f64 = 4.0;
+/// That of an answer of which one on twice the steps is known, over their difference.
+const TIP_RESERVE: f64 = 1.5;
+/// Steps and refinements of the truth that errors are measured against. It ends where two of them agree.
+const TRUTH_STEPS: usize = 8;
+const TRUTH_REFINEMENTS: [usize; 5] = [1, 2, 4, 8, 16];
+/// They agree where tips differ by less than this share of the tolerance, and columns by less than this share of theirs.
+const AGREEMENT: f64 = 0.02;
+/// Tips are never asked to agree better.
+const ROUND_OFF: f64 = 1e-12;
+/// The truth takes at least so many times the steps of what is measured against it.
+const TRUTH_LEAD: usize = 2;
+/// What is asked of it at least.
+const TRUTH_TOLERANCE: f64 = 1e-9;
 /// At least that share, whatever the pilot has seen.
 const LEAST_SHARE: f64 = 1.0 / 64.0;
 /// The error of derivatives is taken to be so many times the pilot's median, or the largest share of its bare difference
 /// among samples above that.
 const DERIVATIVE_RESERVE: f64 = 6.0;
+/// And at least so many times what 95 % of its samples are below: errors of columns are spread more widely than those of tips.
+const DERIVATIVE_TAIL: f64 = 2.0;
 /// What a sample costs in mixed precision, over one in f64: 0.79 to 0.91 were measured.
 const MIXED_WORK: f64 = 0.9;
 
@@ -38,11 +53,12 @@ pub fn choose_method(
     factory: BackendFactory,
 ) -> Result<PilotChoice, BackendError> {
     let batch = pilot_batch(plan, sampler);
-    let mut best = choose_steps_for(plan, &batch, factory)?;
+    let mut truth = Truth::new(plan, &batch, factory);
+    let mut best = choose_against(plan, &mut truth)?;
     let others: &[Stepper] = if all_by_nodes(plan, &batch) { &[] } else { others };
     for stepper in others {
         let plan = plan.with_options(PlanOptions { stepper: *stepper, ..plan.options });
-        let choice = choose_steps(&plan, sampler, factory)?;
+        let choice = choose_against(&plan, &mut truth)?;
         let is_better = match (choice.reached, best.reached) {
             (true, true) => choice.work < best.work,
             (false, false) => choice.error < best.error,
@@ -55,8 +71,9 @@ pub fn choose_method(
     Ok(best)
 }
 
-/// Picks the number of steps that takes the fewest stages, among those whose answers meet the tolerances: tips that stay
-/// within half of it from those with twice the steps, and derivatives that in 95 % of the samples do so within theirs.
+/// Picks the number of steps that takes the fewest stages, among those whose answers meet the tolerances: tips within half of
+/// it from the truth, and derivatives that in 95 % of the samples are within theirs. The truth is an answer on grids that are
+/// refined until they agree, so that a grid on which differences mean nothing yet is found out.
 /// Samples whose error estimate would be above the tolerance count with the stages of their second attempts.
 ///
 /// Where none does, the differences have stopped falling (rounding) or 128 is too few: then the smallest number
@@ -69,27 +86,23 @@ pub fn choose_steps(plan: &Plan, sampler: &Sampler, factory: BackendFactory) -> 
     choose_steps_for(plan, &pilot_batch(plan, sampler), factory)
 }
 
-/// What error estimates of derivatives are made of where the plan's steps are given.
+/// The plan's options with what error estimates are made of, where its steps are given.
 ///
 /// # Errors
 ///
 /// As [`choose_steps`].
-pub fn measure_derivatives(
-    plan: &Plan,
-    sampler: &Sampler,
-    factory: BackendFactory,
-) -> Result<DerivativeScale, BackendError> {
-    if plan.derivatives.is_empty() {
-        return Ok(DerivativeScale::default());
-    }
+pub fn measure_errors(plan: &Plan, sampler: &Sampler, factory: BackendFactory) -> Result<PlanOptions, BackendError> {
     let batch = pilot_batch(plan, sampler);
     let steps = plan.options.steps;
-    let (coarse, fine) = (solved(plan, steps, &batch, factory)?, solved(plan, 2 * steps, &batch, factory)?);
-    Ok(Trial::new(plan, &batch, steps, &coarse, &fine).derivative_scale)
+    let mut truth = Truth::new(plan, &batch, factory);
+    truth.lead(steps)?;
+    let trial = Trial::new(plan, &batch, steps, &solved(plan, steps, &batch, factory)?, &truth);
+    let error_share = if trial.compared > 0 { trial.error_share } else { plan.options.error_share };
+    Ok(PlanOptions { error_share, derivative_scale: trial.derivative_scale, ..plan.options })
 }
 
-/// Whether in mixed precision the plan's samples meet its tolerances, against f64 on twice the steps, and cost less than in
-/// f64: those that f32 leaves to f64 cost both, as do second attempts.
+/// Whether in mixed precision the plan's samples meet its tolerances, against the truth, and cost less than in f64: those that
+/// f32 leaves to f64 cost both, as do second attempts.
 ///
 /// # Errors
 ///
@@ -102,8 +115,9 @@ pub fn mixing_pays(
 ) -> Result<bool, BackendError> {
     let (batch, steps) = (pilot_batch(plan, sampler), plan.options.steps);
     let (ours, theirs) = (mixed(plan)?.solve(&batch)?, double(plan)?.solve(&batch)?);
-    let fine = solved(plan, 2 * steps, &batch, double)?;
-    let trial = Trial::new(plan, &batch, steps, &ours, &fine);
+    let mut truth = Truth::new(plan, &batch, double);
+    truth.lead(steps)?;
+    let trial = Trial::new(plan, &batch, steps, &ours, &truth);
     // What was left to f64 has its very bits.
     let is_left = |at: &usize| {
         let [a, b] = [&ours, &theirs].map(|rows| rows.vector(*at, Quantity::BaseMoment));
@@ -138,16 +152,82 @@ fn solved(plan: &Plan, steps: usize, batch: &Batch, factory: BackendFactory) -> 
     factory(&plan.with_options(options))?.solve(batch)
 }
 
+/// Answers on grids that are refined until two of them agree.
+struct Truth<'a> {
+    plan: &'a Plan,
+    batch: &'a Batch,
+    factory: BackendFactory<'a>,
+    /// On the last grid.
+    solutions: Solutions,
+    /// Of each sample: how far the last two are apart, by their tips and by their columns.
+    doubt: Vec<(f64, f64)>,
+    /// Grids so far.
+    grids: usize,
+}
+
+impl<'a> Truth<'a> {
+    fn new(plan: &'a Plan, batch: &'a Batch, factory: BackendFactory<'a>) -> Truth<'a> {
+        let count = batch.sample_count();
+        let (solutions, doubt) = (Solutions::new(plan, count), vec![(0.0, 0.0); count]);
+        Truth { plan, batch, factory, solutions, doubt, grids: 0 }
+    }
+
+    /// Refines until the truth is ahead of so many steps and two grids agree, or there is no finer one.
+    fn lead(&mut self, steps: usize) -> Result<(), BackendError> {
+        while let Some(refinement) = TRUTH_REFINEMENTS.get(self.grids) {
+            let is_ahead = self.grids > 1 && TRUTH_STEPS * TRUTH_REFINEMENTS[self.grids - 1] >= TRUTH_LEAD * steps;
+            if is_ahead && self.agrees() {
+                break;
+            }
+            let (plan, usual) = (self.plan, self.plan.options);
+            let tolerance = usual.tolerance.min(TRUTH_TOLERANCE);
+            let (stepper, steps, refinement) = (Stepper::Dop853, TRUTH_STEPS, *refinement);
+            let options = PlanOptions { stepper, steps, refinement, tolerance, ..usual };
+            let finer = (self.factory)(&plan.with_options(options))?.solve(self.batch)?;
+            let coarser = std::mem::replace(&mut self.solutions, finer);
+            if self.grids > 0 {
+                let scales = ColumnScales::of(plan, &self.solutions);
+                let of_sample = |at| apart(plan, self.batch, &scales, (&coarser, &self.solutions), at);
+                self.doubt = (0..self.batch.sample_count()).map(of_sample).collect();
+            }
+            self.grids += 1;
+        }
+        Ok(())
+    }
+
+    fn agrees(&self) -> bool {
+        let PlanOptions { tolerance, derivative_tolerance, .. } = self.plan.options;
+        let is_sure = |(tip, columns): &(f64, f64)| {
+            *tip <= (AGREEMENT * tolerance).max(ROUND_OFF) && *columns <= AGREEMENT * derivative_tolerance
+        };
+        let count = self.doubt.len();
+        (0..count).all(|at| !self.solutions.status(at).is_success() || is_sure(&self.doubt[at]))
+    }
+}
+
+/// How far two answers to a sample are apart: by the tip, over the rod's length or in radians, and by the worst column over its
+/// norm. Nothing where one of them has none.
+fn apart(plan: &Plan, batch: &Batch, scales: &ColumnScales, (a, b): (&Solutions, &Solutions), at: usize) -> (f64, f64) {
+    if !(a.status(at).is_success() && b.status(at).is_success()) {
+        return (0.0, 0.0);
+    }
+    let length = plan.sample_rod(batch, at).total_length();
+    let (p, q) = (a.vector(at, Quantity::TipPosition), b.vector(at, Quantity::TipPosition));
+    let dp = (0..3).map(|k| (p[k] - q[k]).powi(2)).sum::<f64>().sqrt() / length;
+    let tip = dp.max(rotation_angle(&a.tip_rotation(at), &b.tip_rotation(at)));
+    (tip, scales.worst_error((a, b), at, length).0)
+}
+
 /// Stages of a pass over the rod.
 fn stages(plan: &Plan) -> usize {
     plan.options.stepper.stage_count() * plan.step_count()
 }
 
-/// Estimated error of the derivatives of a batch of one, from a solution on twice the steps; `None` where that has failed.
-pub fn estimate_from(plan: &Plan, batch: &Batch, (ours, fine): (&Solutions, &Solutions)) -> Option<f64> {
-    let length = plan.sample_rod(batch, 0).total_length();
-    let error = ColumnScales::of(plan, fine).worst_error((ours, fine), 0, length).0;
-    fine.status(0).is_success().then_some(DERIVATIVE_RESERVE * error)
+/// Estimated errors of the tip and of the derivatives of a batch of one, from a solution on twice the steps; `None` where that
+/// has failed.
+pub fn estimates_from(plan: &Plan, batch: &Batch, (ours, fine): (&Solutions, &Solutions)) -> Option<(f64, f64)> {
+    let (tip, columns) = apart(plan, batch, &ColumnScales::of(plan, fine), (ours, fine), 0);
+    fine.status(0).is_success().then_some((TIP_RESERVE * tip, DERIVATIVE_RESERVE * columns))
 }
 
 /// The same for given samples.
@@ -156,7 +236,12 @@ pub fn estimate_from(plan: &Plan, batch: &Batch, (ours, fine): (&Solutions, &Sol
 ///
 /// As [`choose_steps`].
 pub fn choose_steps_for(plan: &Plan, batch: &Batch, factory: BackendFactory) -> Result<PilotChoice, BackendError> {
-    let mut all: Vec<(usize, Solutions)> = Vec::new();
+    choose_against(plan, &mut Truth::new(plan, batch, factory))
+}
+
+/// The same against a truth that is known, perhaps of another method.
+fn choose_against(plan: &Plan, truth: &mut Truth) -> Result<PilotChoice, BackendError> {
+    let (batch, factory) = (truth.batch, truth.factory);
     let mut trials: Vec<Trial> = Vec::new();
     let mut best: Option<PilotChoice> = None;
     let again = stages(&for_second_attempt(plan)) as f64;
@@ -165,14 +250,8 @@ pub fn choose_steps_for(plan: &Plan, batch: &Batch, factory: BackendFactory) -> 
         if best.as_ref().is_some_and(|best| best.work <= stages(&at) as f64) {
             break;
         }
-        for steps in [steps, 2 * steps] {
-            if !all.iter().any(|(done, _)| *done == steps) {
-                all.push((steps, solved(plan, steps, batch, factory)?));
-            }
-        }
-        let of = |steps: usize| all.iter().find(|(done, _)| *done == steps).map(|(_, solutions)| solutions);
-        let (Some(coarse), Some(fine)) = (of(steps), of(2 * steps)) else { continue };
-        trials.push(Trial::new(plan, batch, steps, coarse, fine));
+        truth.lead(steps)?;
+        trials.push(Trial::new(plan, batch, steps, &solved(plan, steps, batch, factory)?, truth));
         let last = &trials[trials.len() - 1];
         if last.meets(&plan.options) {
             let mut choice = last.choice(plan, &trials, true);
@@ -188,17 +267,18 @@ pub fn choose_steps_for(plan: &Plan, batch: &Batch, factory: BackendFactory) -> 
     }
     let least = trials.iter().map(|trial| trial.error).fold(f64::INFINITY, f64::min);
     let good = trials.iter().find(|trial| trial.compared > 0 && trial.error <= 2.0 * least);
-    let unknown = Trial { steps: STEPS[STEPS.len() - 1], error: f64::NAN, ..Trial::default() };
+    let (steps, error_share) = (STEPS[STEPS.len() - 1], plan.options.error_share);
+    let unknown = Trial { steps, error: f64::NAN, error_share, ..Trial::default() };
     Ok(good.unwrap_or(&unknown).choice(plan, &trials, false))
 }
 
-/// What a number of steps is worth, by comparison with twice as many.
+/// What a number of steps is worth, by comparison with the truth.
 #[derive(Default)]
 struct Trial {
     steps: usize,
     /// Samples that converged in both.
     compared: usize,
-    /// Largest difference of tips.
+    /// Largest error of tips.
     error: f64,
     /// The worst column of a sample: 95 % are below.
     derivative_error: f64,
@@ -216,27 +296,25 @@ fn doubtful_share(rows: &Solutions, tolerance: f64) -> f64 {
 }
 
 impl Trial {
-    fn new(plan: &Plan, batch: &Batch, steps: usize, a: &Solutions, b: &Solutions) -> Trial {
-        let is_compared = |at: &usize| a.status(*at).is_success() && b.status(*at).is_success();
-        let samples: Vec<usize> = (0..a.sample_count()).filter(is_compared).collect();
-        let scales = ColumnScales::of(plan, b);
+    fn new(plan: &Plan, batch: &Batch, steps: usize, ours: &Solutions, truth: &Truth) -> Trial {
+        let is_compared = |at: &usize| ours.status(*at).is_success() && truth.solutions.status(*at).is_success();
+        let samples: Vec<usize> = (0..ours.sample_count()).filter(is_compared).collect();
+        let scales = ColumnScales::of(plan, &truth.solutions);
         let (mut error, mut share) = (0.0f64, LEAST_SHARE);
         let (mut columns, mut bare) = (Vec::new(), Vec::new());
         for &at in &samples {
-            let length = plan.sample_rod(batch, at).total_length();
-            let (p, q) = (a.vector(at, Quantity::TipPosition), b.vector(at, Quantity::TipPosition));
-            let dp = (0..3).map(|k| (p[k] - q[k]).powi(2)).sum::<f64>().sqrt() / length;
-            let difference = dp.max(rotation_angle(&a.tip_rotation(at), &b.tip_rotation(at)));
-            error = error.max(difference);
-            columns.push(scales.worst_error((a, b), at, length).0);
-            bare.push(a.get(at, Quantity::DerivativeError));
-            if difference > 0.0 {
-                share = share.max(RESERVE * difference / a.get(at, Quantity::ErrorEstimate));
+            let (tip, column) = apart(plan, batch, &scales, (ours, &truth.solutions), at);
+            let (tip, column) = (tip + truth.doubt[at].0, column + truth.doubt[at].1);
+            error = error.max(tip);
+            columns.push(column);
+            bare.push(ours.get(at, Quantity::DerivativeError));
+            if tip > 0.0 {
+                share = share.max(RESERVE * tip / ours.get(at, Quantity::ErrorEstimate));
             }
         }
-        let error_share = share.min(1.0);
         let derivative_scale = derivative_scale(&columns, &bare);
         let derivative_error = distribution(columns).p95;
+        let error_share = share;
         Trial { steps, compared: samples.len(), error, derivative_error, error_share, derivative_scale }
     }
 
@@ -269,8 +347,10 @@ impl Trial {
 
 /// From the errors of derivatives and the bare differences of the pilot's samples. Without either it says nothing.
 fn derivative_scale(errors: &[f64], bare: &[f64]) -> DerivativeScale {
-    let floor = DERIVATIVE_RESERVE * distribution(errors.to_vec()).median;
-    let shares = errors.iter().zip(bare).filter(|(error, bare)| **error > floor && **bare > 0.0);
+    let spread = distribution(errors.to_vec());
+    let usual = DERIVATIVE_RESERVE * spread.median;
+    let floor = usual.max(DERIVATIVE_TAIL * spread.p95);
+    let shares = errors.iter().zip(bare).filter(|(error, bare)| **error > usual && **bare > 0.0);
     let share = shares.map(|(error, bare)| DERIVATIVE_RESERVE * error / bare).fold(1.0, f64::max);
     if floor > 0.0 && share.is_finite() { DerivativeScale { share, floor } } else { DerivativeScale::default() }
 }

@@ -1,5 +1,6 @@
 //! Second attempts for samples that failed or are doubtful.
 
+use super::options::RunOptions;
 use crate::backend::BackendFactory;
 use crate::backend::{Backend, BackendError};
 use crate::model::{Batch, Plan, Quantity, Solutions, Status};
@@ -11,6 +12,7 @@ const MAX_BATCH: usize = 1 << 16;
 /// The backends of second attempts, made when first needed.
 pub(crate) struct Refiners<'a> {
     settle: Option<Stage<'a>>,
+    finer: Option<Stage<'a>>,
     stages: Vec<Stage<'a>>,
     pub attempts: u64,
     pub refined: u64,
@@ -79,15 +81,17 @@ impl Samples<'_> {
 }
 
 impl<'a> Refiners<'a> {
-    pub fn new(settle: Option<BackendFactory<'a>>, factories: &[BackendFactory<'a>]) -> Refiners<'a> {
+    pub fn new(options: &RunOptions<'a>) -> Refiners<'a> {
         let stage = |factory: BackendFactory<'a>| Stage { factory, backend: None };
-        let stages = factories.iter().map(|factory| stage(*factory)).collect();
-        Refiners { settle: settle.map(stage), stages, attempts: 0, refined: 0 }
+        let stages = options.refiners.iter().map(|factory| stage(*factory)).collect();
+        let (settle, finer) = (options.settle.map(stage), options.finer.map(stage));
+        Refiners { settle, finer, stages, attempts: 0, refined: 0 }
     }
 
     /// Solves failed and doubtful samples again. A success becomes `Refined`; another verdict replaces the first one, but
-    /// an equilibrium is not replaced by none. A doubtful success that a second attempt does not find is no success. The
-    /// second stage sees what the first left failing, but for folds that the first certified.
+    /// an equilibrium is not replaced by none. A doubtful success that a second attempt does not find is no success; one that
+    /// is doubtful still is solved on finer steps, and the smaller estimate counts. The second stage sees what the first left
+    /// failing, but for folds that the first certified.
     pub fn refine(
         &mut self,
         plan: &Plan,
@@ -97,7 +101,10 @@ impl<'a> Refiners<'a> {
         index: &(dyn Fn(usize) -> u64 + Sync),
     ) -> Result<(), BackendError> {
         let samples = Samples { plan, sampler, batch, index };
-        self.settle(&samples, solutions)?;
+        let keeps = |again: &Solutions, from, _: f64| !samples.is_doubtful(again, from);
+        let (attempts, settled) = relieve(&mut self.settle, &samples, solutions, keeps)?;
+        self.attempts += attempts;
+        self.refined += settled;
         let mut folds = samples.those(solutions, |at| solutions.status(at) == Status::Fold);
         let mut certified = Vec::new();
         for (number, stage) in self.stages.iter_mut().enumerate() {
@@ -115,6 +122,11 @@ impl<'a> Refiners<'a> {
                     solutions.set_status(to, Status::NotConverged);
                 }
             })?;
+            if number == 0 {
+                let keeps = |again: &Solutions, from, before| again.get(from, Quantity::ErrorEstimate) < before;
+                // What is better now was better before, but for what the second attempt has not touched.
+                self.attempts += relieve(&mut self.finer, &samples, solutions, keeps)?.0;
+            }
             if stage.backend.as_ref().is_some_and(|backend| backend.certifies_folds()) {
                 folds.retain(|at| solutions.status(*at) == Status::Fold);
                 certified = std::mem::take(&mut folds);
@@ -122,18 +134,26 @@ impl<'a> Refiners<'a> {
         }
         Ok(())
     }
+}
 
-    /// Takes the doubt of samples that did not fail. What is doubtful still is left to the second attempts.
-    fn settle(&mut self, samples: &Samples, solutions: &mut Solutions) -> Result<(), BackendError> {
-        let Some(stage) = &mut self.settle else { return Ok(()) };
-        let needs = |at| solutions.status(at).is_success() && samples.is_doubtful(solutions, at);
-        let left = samples.those(solutions, needs);
-        self.attempts += left.len() as u64;
-        stage.solve(samples, &left, |again, from, to| {
-            if again.status(from).is_success() && !samples.is_doubtful(again, from) {
-                take_refined(solutions, to, again, from);
-                self.refined += 1;
-            }
-        })
-    }
+/// Solves samples whose only doubt is their error estimate on one stage more, if there is one. Replaces rows that it `keeps`,
+/// told the estimate before. Returns how many were tried, and how many replaced.
+fn relieve(
+    stage: &mut Option<Stage>,
+    samples: &Samples,
+    solutions: &mut Solutions,
+    keeps: impl Fn(&Solutions, usize, f64) -> bool,
+) -> Result<(u64, u64), BackendError> {
+    let Some(stage) = stage else { return Ok((0, 0)) };
+    let needs = |at| solutions.status(at).is_success() && samples.is_doubtful(solutions, at);
+    let left = samples.those(solutions, needs);
+    let mut kept = 0;
+    stage.solve(samples, &left, |again, from, to| {
+        let before = solutions.get(to, Quantity::ErrorEstimate);
+        if again.status(from).is_success() && keeps(again, from, before) {
+            take_refined(solutions, to, again, from);
+            kept += 1;
+        }
+    })?;
+    Ok((left.len() as u64, kept))
 }

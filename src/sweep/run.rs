@@ -84,7 +84,7 @@ pub fn run(
         layout: &layout,
         sampler: &sampler,
         options,
-        refiners: Refiners::new(options.settle, &options.refiners),
+        refiners: Refiners::new(options),
         search,
         spot_samples,
         reduction,

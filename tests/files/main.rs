@@ -7,6 +7,7 @@ mod arc;
 mod bad_input;
 mod branch_sweeps;
 mod claims;
+mod estimates;
 mod faults;
 mod field_maps;
 mod fields;

@@ -152,8 +152,12 @@ pub struct VerifyArguments {
     /// the reference
     #[arg(long, value_name = "N", conflicts_with_all = ["hard", "samples"])]
     pub random: Option<u64>,
+    /// Look for rows that are off by more than their estimates instead: random sweeps of so many rods, with short tapers and
+    /// kinks, on the CPU engine
+    #[arg(long, value_name = "N", conflicts_with_all = ["hard", "samples", "random"])]
+    pub estimates: Option<u64>,
     /// These scenes with gradients, magnets and coils around the rod
-    #[arg(long, requires = "random")]
+    #[arg(long, conflicts_with_all = ["hard", "samples"])]
     pub varying_fields: bool,
     /// Random scenes beside the built-in ones
     #[arg(long, value_name = "N", default_value_t = 200)]

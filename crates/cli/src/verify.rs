@@ -4,11 +4,14 @@ use crate::args::VerifyArguments;
 use crate::{CommandError, Exit, print, say};
 use rodsweep_bench::BenchError;
 use rodsweep_bench::random::RandomScenes;
-use rodsweep_bench::verify::{VerifyOptions, search_disagreements, verify_hard};
+use rodsweep_bench::verify::{VerifyOptions, search_disagreements, search_estimates, verify_hard};
 
 pub fn verify(arguments: &VerifyArguments) -> Result<Exit, CommandError> {
     if let Some(scenes) = arguments.random {
         return random(arguments, scenes);
+    }
+    if let Some(rods) = arguments.estimates {
+        return estimates(arguments, rods);
     }
     let (good, skipped) = if arguments.hard { hard(arguments)? } else { chain(arguments)? };
     let refused = skipped && std::env::var("RODSWEEP_GPU").is_ok_and(|value| value == "require");
@@ -23,6 +26,14 @@ fn random(arguments: &VerifyArguments, scenes: u64) -> Result<Exit, CommandError
     let kind = if arguments.varying_fields { RandomScenes::Varying } else { RandomScenes::Uniform };
     let mut found = search_disagreements(kind, scenes, arguments.seed, &mut say)?;
     found.write_replays(&arguments.out).map_err(unwritten)?;
+    print(&if arguments.json { found.json() } else { found.text() })?;
+    Ok(if found.is_right() { Exit::Done } else { Exit::Failed })
+}
+
+/// Random sweeps with short stretches, every row against the truth.
+fn estimates(arguments: &VerifyArguments, rods: u64) -> Result<Exit, CommandError> {
+    let kind = if arguments.varying_fields { RandomScenes::Varying } else { RandomScenes::Uniform };
+    let found = search_estimates(kind, rods, arguments.seed, &mut say)?;
     print(&if arguments.json { found.json() } else { found.text() })?;
     Ok(if found.is_right() { Exit::Done } else { Exit::Failed })
 }

@@ -134,6 +134,17 @@ fn add_segments(s: &mut Specialisation, plan: &Plan) {
     {
         s.constant(*name, Value::U32(1 << bit));
     }
+    let is_graded = segments.iter().any(|segment| segment.grading != 0);
+    s.term("GRADED", is_graded);
+    if is_graded {
+        let fine: Vec<usize> = segments.iter().map(|segment| segment.steps).collect();
+        let check = fine.iter().map(|steps| 2 * steps).collect();
+        let grids = [("COARSE", path_steps(plan)), ("CAREFUL", careful_steps(plan)), ("", fine), ("CHECK", check)];
+        for (grid, steps) in grids {
+            let ratios = segments.iter().zip(steps).map(|(segment, steps)| segment.step_ratio(steps));
+            s.constant(format!("{grid}_RATIO").trim_start_matches('_'), Value::float_array(ratios));
+        }
+    }
     for (index, segment) in segments.iter().enumerate() {
         s.term(format!("FLEXIBLE[{index}]"), segment.is_flexible);
     }

@@ -22,7 +22,7 @@ use crate::model::{
     Axis, Batch, DerivativeScale, Parameter, Plan, PlanOptions, Quantity, Scene, SegmentKind, SegmentParameter,
     Solutions,
 };
-use crate::sweep::estimate_from;
+use crate::sweep::estimates_from;
 
 /// Target error unless another is asked for.
 const TOLERANCE: f64 = 1e-9;
@@ -115,7 +115,7 @@ impl Solve {
         if engine.kind() == BackendKind::Gpu {
             attempt.repeat_on_gpu(&batch, &engine)?;
         }
-        attempt.estimate_derivatives(&batch, &engine)?;
+        attempt.compare_with_finer(&batch, &engine)?;
         let Attempt { plan, solutions, solved_by } = attempt;
         Ok(Solved::new(plan, batch, solutions, engine, solved_by))
     }
@@ -195,16 +195,23 @@ impl Attempt {
         Ok(())
     }
 
-    /// Compares derivatives with those on twice the steps.
-    fn estimate_derivatives(&mut self, batch: &Batch, engine: &Engine) -> Result<(), SolveError> {
-        if self.plan.derivatives.is_empty() || engine.kind() == BackendKind::Reference || !self.is_success() {
+    /// Compares the tip and its derivatives with those on twice the steps.
+    fn compare_with_finer(&mut self, batch: &Batch, engine: &Engine) -> Result<(), SolveError> {
+        if engine.kind() == BackendKind::Reference || !self.is_success() {
             return Ok(());
         }
-        let fine = PlanOptions { steps: 2 * self.plan.options.steps, ..self.plan.options };
+        let fine = PlanOptions { refinement: 2, ..self.plan.options };
         let fine = cpu_f64(&self.plan.with_options(fine))?.solve(batch)?;
-        let found = estimate_from(&self.plan, batch, (&self.solutions, &fine));
-        let bare = self.solutions.get(0, Quantity::DerivativeError);
-        self.solutions.set(0, Quantity::DerivativeError, found.unwrap_or(1.0).max(bare));
+        let found = estimates_from(&self.plan, batch, (&self.solutions, &fine));
+        let (tip, columns) = found.unwrap_or((0.0, 1.0));
+        let mut raise = |quantity, to: f64| {
+            let bare = self.solutions.get(0, quantity);
+            self.solutions.set(0, quantity, to.max(bare));
+        };
+        raise(Quantity::ErrorEstimate, tip);
+        if !self.plan.derivatives.is_empty() {
+            raise(Quantity::DerivativeError, columns);
+        }
         Ok(())
     }
 

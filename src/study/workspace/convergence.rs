@@ -4,6 +4,7 @@ use super::error::WorkspaceError;
 use super::job::{Origin, WorkspaceJob};
 use super::lattice::CellMap;
 use super::measures::Estimate;
+use super::seeds::net_points;
 use super::tip_map::{Inputs, padded};
 use super::work::Work;
 use super::workspace::Workspace;
@@ -36,9 +37,12 @@ impl WorkspaceJob<'_> {
     ) -> Result<Workspace, WorkspaceError> {
         let reached: Vec<usize> = nominal.grown.reached().collect();
         let every = reached.len().div_ceil(DESIGN_SEEDS).max(1);
-        let starts: Vec<Inputs> =
-            reached.iter().step_by(every).map(|at| padded(nominal.grown.inputs_of(*at))).collect();
         let inputs = nominal.inputs.clone();
+        let starts: Vec<Inputs> = match reached.is_empty() {
+            // Voxels too coarse for any of their centres to be reached.
+            true => net_points(inputs.len(), DESIGN_SEEDS as u64, self.seed),
+            false => reached.iter().step_by(every).map(|at| padded(nominal.grown.inputs_of(*at))).collect(),
+        };
         let job = WorkspaceJob {
             origin: Origin::Sweep(self.spec()),
             scene: Some(scene),

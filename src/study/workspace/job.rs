@@ -3,6 +3,7 @@
 use super::distances::boundary_distances;
 use super::engine_map::{EngineMap, MapOptions};
 use super::error::WorkspaceError;
+use super::growth::Grown;
 use super::inputs::{WorkspaceInput, base_scene, workspace_inputs};
 use super::lattice::{CellMap, shifted_lattice};
 use super::measures::Ends;
@@ -11,7 +12,7 @@ use super::seeds::{Rows, count_tips, coverage, net_points};
 use super::stage::WorkspaceStage;
 use super::voxel_values::{Cause, VoxelValues};
 use super::work::{MeasureOptions, Measured, Work};
-use super::workspace::Workspace;
+use super::workspace::{Check, Workspace};
 use crate::engines::EngineRequest;
 use crate::model::Scene;
 use crate::results::Results;
@@ -23,6 +24,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 const SEEDS: u64 = 32_768;
 /// Cells within reach of the rod, at most.
 const MOST_CELLS: f64 = 5e7;
+/// Voxels that a body takes to be measured to a few per cent.
+const FEW_VOXELS: f64 = 1000.0;
 
 #[derive(Clone, Copy)]
 pub(super) enum Origin<'a> {
@@ -227,6 +230,8 @@ impl<'a> WorkspaceJob<'a> {
     ) -> Result<Workspace, WorkspaceError> {
         let Measured { dimension, grown, surface, volume, area, length, check, seen, seed_count } = found;
         let scene = self.rod_scene();
+        let mut notes = notes;
+        notes.extend(too_coarse(&grown, check.as_ref()));
         self.tell(WorkspaceStage::Voxels(grown.reached_count()));
         let values = match self.with_values {
             true => VoxelValues::of(&grown, map, &seen, &counts)?,
@@ -314,4 +319,17 @@ impl<'a> WorkspaceJob<'a> {
             watch,
         }
     }
+}
+
+/// What to say of a body of which no voxel's centre is reached: how small voxels should be, by the independent value if there is
+/// one.
+fn too_coarse(grown: &Grown, check: Option<&Check>) -> Option<String> {
+    if grown.dimension < 3 || grown.reached_count() > 0 {
+        return None;
+    }
+    let edge = grown.lattice.spacing;
+    let size = check.map_or(0.0, |check| check.by_change_of_variables.value);
+    let finer = if size > 0.0 { (size / FEW_VOXELS).cbrt().min(0.5 * edge) } else { 0.25 * edge };
+    let [edge, finer] = [edge, finer].map(|edge| format!("{:.3} mm", 1e3 * edge));
+    Some(format!("no centre of a voxel of {edge} is reached: voxels are too coarse; take --voxel \"{finer}\""))
 }

@@ -15,6 +15,7 @@ mod cases;
 mod compare;
 mod disagreements;
 mod engines;
+mod estimates;
 mod hard;
 mod hard_text;
 mod links;
@@ -24,6 +25,7 @@ mod time;
 mod verdicts;
 
 pub use disagreements::{Disagreements, search_disagreements};
+pub use estimates::{Estimates, search_estimates};
 pub use hard::{HardCases, verify_hard};
 
 use crate::error::BenchError;

@@ -2,7 +2,7 @@
 
 use super::algebra::Vec3;
 use super::lane::{Lane, Scalar};
-use super::terms::ProgramTerms;
+use super::terms::{ProgramTerms, Terms};
 use super::varying::ProgramField;
 use crate::model::path::{
     CAREFUL_STEPPER, PATH_STEPPER, chord_tolerance, first_order_tolerance, newton_tolerance, rounded,
@@ -58,6 +58,16 @@ pub struct Resolution {
     pub tableau: &'static Tableau,
     /// Steps over each segment; zero for rigid ones.
     pub steps: Vec<usize>,
+    /// How many times as long as the one before each of them is.
+    pub ratios: Vec<f64>,
+}
+
+impl Resolution {
+    /// Of a segment; stiffness that does not change asks for none.
+    #[inline(always)]
+    pub fn ratio(&self, terms: impl Terms, index: usize) -> f64 {
+        if terms.general() { self.ratios[index] } else { 1.0 }
+    }
 }
 
 /// The kernel's view of a plan.
@@ -147,14 +157,17 @@ impl Program {
         let is_general = terms.is_general() || plan.forward && !plan.terms.varying_field;
         let terms = ProgramTerms::new(terms, is_general);
         let collect = if plan.forward { vec![Collect::default(); integrated] } else { collect(plan, integrated) };
-        let steps =
-            |scale: &dyn Fn(usize) -> usize| plan.segments[..integrated].iter().map(|s| scale(s.steps)).collect();
+        let grid = |tableau, scale: &dyn Fn(usize) -> usize| {
+            let segments = &plan.segments[..integrated];
+            let steps: Vec<usize> = segments.iter().map(|segment| scale(segment.steps)).collect();
+            let ratios = segments.iter().zip(&steps).map(|(segment, steps)| segment.step_ratio(*steps)).collect();
+            Resolution { tableau, steps, ratios }
+        };
         let stepper = plan.options.stepper;
         let tableau = stepper.tableau();
-        let on_path = |steps| Resolution { tableau: PATH_STEPPER.tableau(), steps };
         let careful = if plan.terms.varying_field { PATH_STEPPER } else { CAREFUL_STEPPER };
         let steady = (0..integrated).map(|index| is_steady(plan, &sources, index)).collect();
-        let newton_tolerance = newton_tolerance(plan.options.tolerance, epsilon);
+        let newton_tolerance = newton_tolerance(plan.target(), epsilon);
         Self {
             terms,
             tip_moment: plan.terms.tip_moment,
@@ -177,10 +190,10 @@ impl Program {
             rows: plan.rows(),
             first_beyond_rigid: plan.first_beyond_rigid(),
             derivatives: plan.derivatives.iter().map(|derivative| derivative.terms.clone()).collect(),
-            coarse: on_path(steps(&|n| stepper.path_steps(n))),
-            careful: Resolution { tableau: careful.tableau(), steps: steps(&|n| stepper.careful_steps(n, careful)) },
-            fine: Resolution { tableau, steps: steps(&|n| n) },
-            check: Resolution { tableau, steps: steps(&|n| 2 * n) },
+            coarse: grid(PATH_STEPPER.tableau(), &|n| stepper.path_steps(n)),
+            careful: grid(careful.tableau(), &|n| stepper.careful_steps(n, careful)),
+            fine: grid(tableau, &|n| n),
+            check: grid(tableau, &|n| 2 * n),
             newton_tolerance,
             chord_tolerance: chord_tolerance(newton_tolerance),
             first_order_tolerance: first_order_tolerance(newton_tolerance),

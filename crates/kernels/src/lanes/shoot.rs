@@ -7,7 +7,7 @@ use super::lane::Lane;
 use super::problem::{Problem, Workspace};
 use super::program::Resolution;
 use super::rod::{Crossing, Segment, State, cross_free, cross_rigid, moment};
-use super::section::{curvature, to_world, velocity};
+use super::section::{curvature, step_at, to_world, velocity};
 use super::source::{Source, Sources};
 use super::stability::{Station, add_doubt, add_station, by_rotation};
 use super::step::{Step, step_rod};
@@ -113,20 +113,24 @@ fn integrate<L: Lane>(pass: Pass<'_, L>, terms: impl Terms) -> Tip<L> {
         }
         match segment {
             Segment::Flexible(flexible) => {
-                let steps = resolution.steps[index];
-                let share = 1.0 / steps.max(1) as f64;
+                let (steps, ratio) = (resolution.steps[index], resolution.ratio(terms, index));
+                let (start, share) = step_at(ratio, if ratio > 1.0 { steps.max(1) - 1 } else { 0 }, steps);
                 let h = flexible.length * zero.constant(share);
-                let stages = &mut workspace.stages;
-                stages.set_step(resolution.tableau, h);
+                workspace.stages.set_step(resolution.tableau, h);
                 if alone {
                     let end = axpy(-(flexible.length * lambda), flexible.w, n);
                     add_doubt(terms, &mut workspace.station, rod, flexible, h, length(n).max(length(end)));
                 }
-                let stages = &mut workspace.stages;
                 let turns = if beside.is_some() { 1 } else { 3 };
-                let mut step = Step { terms, rod, segment: flexible, lambda, h, start: 0.0, share, n, turns };
+                let mut step = Step { terms, rod, segment: flexible, lambda, h, start, share, n, turns };
                 for k in 0..steps {
-                    (step.start, step.n) = (k as f64 * share, n);
+                    (step.start, step.share) = step_at(ratio, k, steps);
+                    step.n = n;
+                    let stages = &mut workspace.stages;
+                    if ratio != 1.0 {
+                        step.h = flexible.length * zero.constant(step.share);
+                        stages.set_step(resolution.tableau, step.h);
+                    }
                     step_rod(&step, stages, &mut state);
                     if traces && collect.stiffness {
                         set_strains(terms, flexible, stages);
@@ -151,10 +155,10 @@ fn integrate<L: Lane>(pass: Pass<'_, L>, terms: impl Terms) -> Tip<L> {
                         }
                     }
                     if terms.load() {
-                        n = axpy(-h * lambda, flexible.w, n); // R1
+                        n = axpy(-step.h * lambda, flexible.w, n); // R1
                     }
                     if counts {
-                        s = s + h;
+                        s = s + step.h;
                         let end = tip_of(terms, &state, n);
                         add_station(terms, &mut workspace.station, shortest, s, &end, columns);
                     }
@@ -170,8 +174,7 @@ fn integrate<L: Lane>(pass: Pass<'_, L>, terms: impl Terms) -> Tip<L> {
                 }
             }
             Segment::Rigid(rigid) => {
-                let before = state;
-                let n_before = n;
+                let (before, n_before) = (state, n);
                 let force_arm = program.rigid_force_arm;
                 let crossing = Crossing { terms, rod, segment: rigid, lambda, force_arm };
                 cross_rigid(&crossing, &mut n, &mut state);

@@ -13,6 +13,11 @@ use super::{
 };
 use std::collections::BTreeSet;
 
+/// Share of the target error of derivatives.
+const COLUMN_TARGET: f64 = 0.02;
+/// So many steps over the rod ask for one rule along each rigid segment.
+const STEPS_OF_A_RULE: usize = 8;
+
 /// Which terms of the model the samples use. Kernels leave the others out.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Terms {
@@ -77,6 +82,16 @@ pub struct SegmentPlan {
     pub record: usize,
     /// Integration steps over a flexible segment.
     pub steps: usize,
+    /// Eighths of an octave by which stiffness grows along it where that is much: its steps then change stiffness by the same
+    /// factor each. Zero: they are equally long.
+    pub grading: i16,
+}
+
+impl SegmentPlan {
+    /// Of `steps` steps over the segment: how many times as long as the one before each is.
+    pub fn step_ratio(&self, steps: usize) -> f64 {
+        (f64::from(self.grading) / (8 * steps.max(1)) as f64).exp2()
+    }
 }
 
 /// A distal part without loads.
@@ -184,7 +199,7 @@ impl Plan {
             return Err(PlanError::InsertionIntoRigid(scene.segments[0].name.clone()));
         }
         let rod = scene.rod();
-        let segments = segment_plans(scene, &rod, options.steps, &swept);
+        let segments = segment_plans(scene, &rod, &options, &swept);
         let terms = terms_of(scene, &segments, &rod, &swept, !wrt.is_empty());
         let chains: Vec<Vec<(Slot, f64)>> = wrt.iter().map(|parameter| parameter.chain(scene)).collect();
         let forward = is_forward(scene, &terms, chains.iter().map(Vec::as_slice), options.sensitivity)?;
@@ -249,10 +264,23 @@ impl Plan {
         self.segments.iter().map(|segment| segment.steps).sum()
     }
 
+    /// What Newton's method and rules along rigid segments are held to: the target error of poses, and a small part of that of
+    /// derivatives, which are not led to equilibrium to first order as a pose is.
+    pub fn target(&self) -> f64 {
+        let PlanOptions { tolerance, derivative_tolerance, .. } = self.options;
+        if self.derivatives.is_empty() { tolerance } else { tolerance.min(COLUMN_TARGET * derivative_tolerance) }
+    }
+
+    /// Into how many parts rules along rigid segments cut each: one, where steps are as long as usual.
+    pub fn rigid_parts(&self) -> usize {
+        let PlanOptions { steps, refinement, .. } = self.options;
+        (steps / STEPS_OF_A_RULE).max(1) * refinement.max(1)
+    }
+
     /// The same plan at another resolution.
     pub fn with_options(&self, options: PlanOptions) -> Plan {
         let swept: Vec<Parameter> = self.axes.iter().flatten().copied().collect();
-        let segments = segment_plans(&self.scene, &self.scene.rod(), options.steps, &swept);
+        let segments = segment_plans(&self.scene, &self.scene.rod(), &options, &swept);
         let chains: Vec<_> =
             self.derivatives.iter().map(|derivative| derivative.parameter.chain(&self.scene)).collect();
         let chains = chains.iter().map(Vec::as_slice);

@@ -12,8 +12,10 @@ pub struct PlanOptions {
     pub derivative_tolerance: f64,
     /// Integration method of the answer.
     pub stepper: Stepper,
-    /// Steps over the whole rod, shared out by length.
+    /// Steps over the whole rod, shared out by length, by rest curvature, and by how much stiffness changes.
     pub steps: usize,
+    /// Each of these steps is cut into so many: grids of which one lies within the other.
+    pub refinement: usize,
     /// Error of an answer, which comes from twice the steps, over its difference to one on the steps: at most so much.
     pub error_share: f64,
     /// What error estimates of derivatives are made of.
@@ -43,6 +45,7 @@ impl Default for PlanOptions {
             derivative_tolerance: 1e-3,
             stepper: Stepper::Dop853,
             steps: 6,
+            refinement: 1,
             error_share: ERROR_SHARE,
             derivative_scale: DerivativeScale::default(),
             sensitivity: Sensitivity::Auto,

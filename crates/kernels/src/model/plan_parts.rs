@@ -3,12 +3,22 @@
 use super::record::record_offsets;
 use super::rod::Slot;
 use super::{
-    FlexibleRod, Parameter, PlanError, Rigid, Rod, RodSegment, Scene, SegmentKind, SegmentParameter, SegmentPlan,
-    Sensitivity, StiffnessAxis, Terms, Units, Vector,
+    FlexibleRod, Parameter, PlanError, PlanOptions, Rigid, Rod, RodSegment, Scene, SegmentKind, SegmentParameter,
+    SegmentPlan, Sensitivity, StiffnessAxis, Terms, Units, Vector,
 };
 
 /// Up to this many derivatives forward columns may be the cheaper way.
 const FEW: usize = 3;
+/// A piece along which stiffness doubles or halves takes at least this share of the steps for each time it does.
+const OCTAVE_SHARE: f64 = 1.0 / 6.0;
+/// Stiffness that changes by fewer octaves along a piece asks for no steps of its own.
+const FEW_OCTAVES: f64 = 1.0;
+/// More octaves are not followed.
+const MOST_OCTAVES: f64 = 40.0;
+/// A piece takes at least this share of the steps, times its share in the rod's rest curvature.
+const BEND_SHARE: f64 = 0.5;
+/// Rest curvature that bends a piece by less asks for no steps of its own (rad).
+const LITTLE_BEND: f64 = 1.0;
 
 /// Length: the rod's. Moment: what bends the mean rod by one radian. Field: the scene's.
 pub(super) fn natural_units(rod: &Rod) -> Units {
@@ -120,9 +130,12 @@ pub(super) fn is_forward<'a>(
     }
 }
 
-/// Shares the steps out by length; a piece of no length takes none, unless its length is swept.
-pub(super) fn segment_plans(scene: &Scene, rod: &Rod, steps: usize, swept: &[Parameter]) -> Vec<SegmentPlan> {
+/// Shares the steps out by length; a piece of no length takes none, unless its length is swept. A piece takes more where
+/// stiffness changes much along it, or where much of the rod's rest curvature lies in it.
+pub(super) fn segment_plans(scene: &Scene, rod: &Rod, options: &PlanOptions, swept: &[Parameter]) -> Vec<SegmentPlan> {
+    let steps = options.steps as f64;
     let flexible: f64 = rod.segments.iter().filter(|s| s.is_flexible()).map(RodSegment::length).sum();
+    let all_bend: f64 = rod.segments.iter().map(rest_bend).sum();
     let offsets = record_offsets(&rod.segments);
     let mut plans = Vec::new();
     for (index, segment) in scene.segments.iter().enumerate() {
@@ -133,14 +146,20 @@ pub(super) fn segment_plans(scene: &Scene, rod: &Rod, steps: usize, swept: &[Par
             plans.push(match &segment.kind {
                 SegmentKind::Flexible(segment) => {
                     let share = if flexible > 0.0 { rod.segments[at].length() / flexible } else { 1.0 };
-                    let share = (steps as f64 * share - 1e-9).ceil().max(f64::from(u8::from(is_swept)));
+                    let grading = if share > 0.0 { grading(&rod.segments[at]) } else { 0 };
+                    let bend = rest_bend(&rod.segments[at]);
+                    let bend = if bend > LITTLE_BEND { BEND_SHARE * bend / all_bend } else { 0.0 };
+                    let octaves = f64::from(grading.abs()) / 8.0;
+                    let share = share.max(OCTAVE_SHARE * octaves).max(bend);
+                    let steps = (steps * share - 1e-9).ceil().max(f64::from(u8::from(is_swept)));
                     SegmentPlan {
                         is_flexible: true,
                         has_magnet: segment.dipole_per_length.is_some(),
                         shears: segment.stiffness_shear.is_some() || segment.stiffness_axial.is_some(),
                         tapers: segment.stiffness.profile().varies_on(piece),
                         curvature_rises: segment.rest_curvature.varies_on(piece),
-                        steps: share as usize,
+                        steps: steps as usize * options.refinement.max(1),
+                        grading,
                         ..plan
                     }
                 }
@@ -151,4 +170,23 @@ pub(super) fn segment_plans(scene: &Scene, rod: &Rod, steps: usize, swept: &[Par
         }
     }
     plans
+}
+
+/// By how many eighths of an octave stiffness grows along a piece, about the axis where it changes most; zero where that is
+/// little.
+fn grading(segment: &RodSegment) -> i16 {
+    let RodSegment::Flexible(flexible) = segment else { return 0 };
+    let (near, far) = (flexible.stiffness, flexible.distal_stiffness());
+    let octaves = (0..3).map(|axis| (far[axis] / near[axis]).log2()).filter(|octaves| octaves.is_finite());
+    let most = octaves.fold(0.0, |most: f64, octaves| if octaves.abs() > most.abs() { octaves } else { most });
+    let most = most.clamp(-MOST_OCTAVES, MOST_OCTAVES);
+    if most.abs() > FEW_OCTAVES { (8.0 * most).round() as i16 } else { 0 }
+}
+
+/// How far the rest curvature of a piece turns it (rad).
+fn rest_bend(segment: &RodSegment) -> f64 {
+    let RodSegment::Flexible(flexible) = segment else { return 0.0 };
+    let size = |v: Vector| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let bend = flexible.length * size(flexible.rest_curvature).max(size(flexible.distal_rest_curvature()));
+    if bend.is_finite() { bend } else { 0.0 }
 }

@@ -47,10 +47,11 @@ impl<L: Lane> Nodes<L> {
     pub fn new(token: L::Token, program: &Program) -> Self {
         let zero = L::splat(token, 0.0);
         let v = Vec3::splat(zero);
+        let count = program.segments.len();
         Self {
             mesh: Mesh::new(),
             alone: Rod::new(token),
-            resolution: Resolution { tableau: program.fine.tableau, steps: vec![1; program.segments.len()] },
+            resolution: Resolution { steps: vec![1; count], ratios: vec![1.0; count], ..program.fine },
             nodes: Vec::new(),
             accepted: Vec::new(),
             before: Vec::new(),

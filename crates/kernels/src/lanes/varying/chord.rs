@@ -81,7 +81,7 @@ pub fn check_pass<L: Kernels>(
 ) -> Check<L> {
     let (resolution, what) = (&problem.program.check, What::State);
     let lambda = base.0.x.constant(1.0);
-    let points = problem.program.field.as_ref().map_or(&[][..], |field| field.check_points);
+    let points = problem.program.field.as_ref().map_or(&[][..], |field| &field.check_points);
     L::varying_pass(Pass { problem: *problem, resolution, lambda, base, what, points, workspace });
     Check { base, tip: workspace.tip }
 }
@@ -95,6 +95,6 @@ pub fn shoot<L: Kernels>(
     workspace: &mut VaryingWorkspace<L>,
 ) {
     let lambda = base.0.x.constant(1.0);
-    let points = problem.program.field.as_ref().map_or(&[][..], |field| field.points);
+    let points = problem.program.field.as_ref().map_or(&[][..], |field| &field.fine_points);
     L::varying_pass(Pass { problem: *problem, resolution, lambda, base, what, points, workspace });
 }

@@ -13,6 +13,7 @@ use crate::lanes::lane::Lane;
 use crate::lanes::problem::Problem;
 use crate::lanes::program::Resolution;
 use crate::lanes::rod::Segment;
+use crate::lanes::section::step_at;
 use crate::lanes::terms::Terms;
 
 /// Each flexible segment has at most so many intervals, of several steps each where it takes more.
@@ -27,7 +28,7 @@ pub struct Pass<'a, L: Lane> {
     pub base: (Vec3<L>, Vec3<L>),
     pub what: What,
     /// Points of a rigid segment where the field acts, and their shares of its dipole.
-    pub points: &'static [(f64, f64)],
+    pub points: &'a [(f64, f64)],
     pub workspace: &'a mut VaryingWorkspace<L>,
 }
 
@@ -114,7 +115,7 @@ pub fn integrate<L: Lane, T: Terms>(pass: Pass<'_, L>, terms: T) {
         match segment {
             Segment::Flexible(flexible) => {
                 let steps = resolution.steps[index];
-                let (share, steady) = (1.0 / steps.max(1) as f64, program.steady[index]);
+                let (ratio, steady) = (resolution.ratio(terms, index), program.steady[index]);
                 if what.has_parameters() && Some(index) == program.first_beyond_rigid {
                     if what.has_base() {
                         load.put(0, &own[0].dn, &own[0].dm);
@@ -122,10 +123,13 @@ pub fn integrate<L: Lane, T: Terms>(pass: Pass<'_, L>, terms: T) {
                     }
                     first.load(program.terms, (flexible, index), &state, &load, parameters, columns);
                 }
-                room.stages.set_step(resolution.tableau, flexible.length * zero.constant(share));
                 let joined = steps.div_ceil(INTERVALS);
                 for k in 0..steps {
-                    let start = k as f64 * share;
+                    let (start, share) = step_at(ratio, k, steps);
+                    let span = flexible.length * zero.constant(share);
+                    if k == 0 || ratio != 1.0 {
+                        room.stages.set_step(resolution.tableau, span);
+                    }
                     let step = Step { terms, space, segment: flexible, lambda, start, share };
                     let before = state;
                     match steady {
@@ -157,7 +161,7 @@ pub fn integrate<L: Lane, T: Terms>(pass: Pass<'_, L>, terms: T) {
                     if what == What::State {
                         continue;
                     }
-                    let middle = midway(&before, &state, flexible.length * zero.constant(share));
+                    let middle = midway(&before, &state, span);
                     travelled = travelled + length(state.p - before.p);
                     let clearance = space.clearance(before.p, middle).min(space.clearance(middle, state.p));
                     leeway = leeway.min(clearance / travelled);

@@ -1,0 +1,254 @@
+//! Looks for rows whose error is above the estimate they carry: random sweeps of random scenes, with short tapers and kinks,
+//! as `run` solves them, against answers on grids that are refined until they agree.
+
+mod ratios;
+mod sweeps;
+mod truth;
+
+use crate::error::BenchError;
+use crate::random::RandomScenes;
+use ratios::{Beyond, Ratios};
+use rayon::prelude::*;
+use rodsweep::backend::{BackendKind, Precision};
+use rodsweep::engines::{EngineRequest, F32_TOLERANCE};
+use rodsweep::model::{Quantity, Status, rotation_angle, rotation_matrix};
+use rodsweep::report::{TextTable, engineering};
+use rodsweep::spec::SweepSpec;
+use rodsweep::sweep::{Memory, SweepJob};
+use rodsweep::table::Table;
+use serde_json::json;
+use sweeps::random_sweep;
+use truth::Truth;
+
+/// Rows of a sweep that are looked at.
+const ROWS: u64 = 16;
+/// Scenes between two words of progress.
+const SAY_EACH: u64 = 512;
+/// Tips further apart lie on different branches.
+const OTHER_BRANCH: f64 = 1e-2;
+/// One scene in so many is solved by the reference as well.
+const WITNESSED: u64 = 64;
+/// Rows that are named, the worst first.
+const MOST_NAMED: usize = 12;
+
+/// What is asked of the engine, and to which tolerances.
+const SETUPS: [(&str, Precision, &[f64]); 4] = [
+    ("f64, loose", Precision::F64, &[1e-2, 1e-3, 1e-4]),
+    ("f64, usual", Precision::F64, &[1e-6]),
+    ("f64, tight", Precision::F64, &[1e-8, 1e-9, 1e-11]),
+    ("f32", Precision::F32, &[1e-2, 1e-3, 1e-6]),
+];
+
+/// One setup.
+#[derive(Clone, Debug, Default)]
+struct Account {
+    poses: Ratios,
+    columns: Ratios,
+    unsolved: u64,
+    other_branch: u64,
+    refined: u64,
+}
+
+/// What came of a search.
+pub struct Estimates {
+    kind: RandomScenes,
+    seed: u64,
+    scenes: u64,
+    accounts: Vec<Account>,
+    /// Tips of the truth further from the reference's than both their estimates, of so many.
+    witnessed: (u64, u64),
+}
+
+/// Solves random sweeps of `rods` rods each setup, and compares every row with the truth.
+///
+/// # Errors
+///
+/// An engine that fails as a whole.
+pub fn search_estimates(
+    kind: RandomScenes,
+    rods: u64,
+    seed: u64,
+    progress: &mut dyn FnMut(&str),
+) -> Result<Estimates, BenchError> {
+    let scenes = rods.div_ceil(ROWS);
+    let mut found =
+        Estimates { kind, seed, scenes, accounts: vec![Account::default(); SETUPS.len()], witnessed: (0, 0) };
+    for start in (0..scenes).step_by(SAY_EACH as usize) {
+        let end = scenes.min(start + SAY_EACH);
+        let parts: Vec<(Vec<Account>, (u64, u64))> =
+            (start..end).into_par_iter().map(|number| examine(kind, seed, number)).collect::<Result<_, _>>()?;
+        for (accounts, witnessed) in parts {
+            found.accounts.iter_mut().zip(accounts).for_each(|(all, one)| all.add(one));
+            found.witnessed = (found.witnessed.0 + witnessed.0, found.witnessed.1 + witnessed.1);
+        }
+        progress(&format!("{end} sweeps of {scenes}"));
+    }
+    Ok(found)
+}
+
+/// The accounts of one sweep in every setup, and of the reference beside its truth.
+fn examine(kind: RandomScenes, seed: u64, number: u64) -> Result<(Vec<Account>, (u64, u64)), BenchError> {
+    let mut spec = random_sweep(kind, seed, number);
+    let mut accounts = vec![Account::default(); SETUPS.len()];
+    if spec.scene.validate().is_err() {
+        return Ok((accounts, (0, 0)));
+    }
+    let truth = Truth::of(&spec)?;
+    for (account, (_, precision, tolerances)) in accounts.iter_mut().zip(SETUPS) {
+        spec.tolerance = tolerances[number as usize % tolerances.len()];
+        let request = EngineRequest::of(BackendKind::Cpu).precision(Some(precision));
+        let mut rows = Memory::new();
+        SweepJob::new(spec.clone()).engine(request).spot_check(None).limit(Some(ROWS)).run(&mut rows)?;
+        account.compare(&spec, number, precision, &rows.into_table(), &truth);
+    }
+    let witnessed = if number.is_multiple_of(WITNESSED) { truth.witness()? } else { (0, 0) };
+    Ok((accounts, witnessed))
+}
+
+impl Account {
+    fn add(&mut self, other: Account) {
+        self.poses.add(other.poses);
+        self.columns.add(other.columns);
+        self.unsolved += other.unsolved;
+        self.other_branch += other.other_branch;
+        self.refined += other.refined;
+    }
+
+    fn compare(&mut self, spec: &SweepSpec, number: u64, precision: Precision, rows: &Table, truth: &Truth) {
+        let numbers = |name: String| rows.numbers(&name).unwrap_or_default();
+        let vector = |name: &str| ["x", "y", "z"].map(|axis| numbers(format!("{name}.{axis}")));
+        let (position, rotation) = (vector("tip.position"), vector("tip.rotation"));
+        let (estimate, derivative_error) = (numbers("error_estimate".into()), numbers("derivative_error".into()));
+        let names: Vec<String> = spec.wrt.iter().map(|parameter| parameter.name(&spec.scene)).collect();
+        let of = |tip: &str, name: &str| ["x", "y", "z"].map(|axis| numbers(format!("d({tip}.{axis})/d({name})")));
+        let columns: Vec<_> = names.iter().map(|name| (of("tip.position", name), of("tip.rotation", name))).collect();
+        let tolerance = match precision {
+            Precision::F32 => spec.tolerance.max(F32_TOLERANCE),
+            Precision::F64 | Precision::Mixed => spec.tolerance,
+        };
+        for (at, status) in rows.statuses().iter().enumerate().take(ROWS as usize) {
+            if !(status.is_success() && truth.solutions.status(at).is_success()) {
+                self.unsolved += 1;
+                continue;
+            }
+            self.refined += u64::from(*status == Status::Refined);
+            let length = truth.plan.sample_rod(&truth.batch, at).total_length();
+            let p: [f64; 3] = std::array::from_fn(|k| position[k][at]);
+            let w: [f64; 3] = std::array::from_fn(|k| rotation[k][at]);
+            let dp = distance(&p, &truth.solutions.vector(at, Quantity::TipPosition)) / length;
+            let tip = dp.max(rotation_angle(&rotation_matrix(w), &truth.solutions.tip_rotation(at)));
+            if tip > OTHER_BRANCH && tip > 100.0 * spec.tolerance {
+                self.other_branch += 1;
+                continue;
+            }
+            let row = |column: &str, error, estimate| Beyond {
+                scene: number,
+                sample: at as u64,
+                tolerance: spec.tolerance,
+                column: column.into(),
+                error,
+                estimate,
+                status: status.name(),
+            };
+            self.poses.take(row("", tip, estimate[at]), truth.doubt[at].0.max(1e-15), tolerance);
+            for (index, (by_position, by_rotation)) in columns.iter().enumerate() {
+                let value = |row: usize| if row < 3 { by_position[row][at] } else { by_rotation[row - 3][at] };
+                let error = truth.column_error(at, index, length, value);
+                let doubt = truth.doubt[at].1[index].max(1e-14);
+                self.columns.take(row(&names[index], error, derivative_error[at]), doubt, spec.derivative_tolerance);
+            }
+        }
+    }
+}
+
+impl Estimates {
+    /// Whether no pose is off by more than its estimate, at most one column in 10,000 is, and no tolerance is missed unsaid.
+    pub fn is_right(&self) -> bool {
+        self.accounts.iter().all(|account| {
+            let (poses, columns) = (&account.poses, &account.columns);
+            poses.beyond.is_empty() && poses.missed == 0 && 10_000 * columns.beyond.len() as u64 <= columns.rows
+        })
+    }
+
+    /// A table of counts and ratios, then the worst rows.
+    pub fn text(&self) -> String {
+        let heads = [
+            "cpu",
+            "of",
+            "rows",
+            "too exact to tell",
+            "beyond",
+            "worst error / estimate",
+            "median estimate / error",
+            "missed",
+            "announced",
+        ];
+        let mut table = TextTable::new(heads);
+        let mut lines = String::new();
+        for (account, (name, ..)) in self.accounts.iter().zip(SETUPS) {
+            for (what, ratios) in [("poses", &account.poses), ("columns", &account.columns)] {
+                let counts = [ratios.rows, ratios.untold, ratios.beyond.len() as u64].map(|count| count.to_string());
+                let values = [ratios.worst(), ratios.median()].map(engineering);
+                let misses = [ratios.missed, ratios.announced].map(|count| count.to_string());
+                let cells = [name.to_owned(), what.to_owned()].into_iter().chain(counts).chain(values).chain(misses);
+                table.row(cells);
+                let mut worst: Vec<&Beyond> = ratios.beyond.iter().collect();
+                worst.sort_by(|a, b| (b.error / b.estimate).total_cmp(&(a.error / a.estimate)));
+                for row in worst.into_iter().take(MOST_NAMED) {
+                    let Beyond { scene, sample, tolerance, column, error, estimate, status } = row;
+                    lines += &format!(
+                        "{name}, scene {scene}, sample {sample}, tolerance {tolerance:.0e}, `{status}`: {what} {column} off by {}, estimate {}\n",
+                        engineering(*error),
+                        engineering(*estimate)
+                    );
+                }
+            }
+            let Account { unsolved, other_branch, refined, .. } = account;
+            lines += &format!(
+                "{name}: {unsolved} rows without an answer, {other_branch} on another branch, {refined} refined\n"
+            );
+        }
+        let (apart, of) = self.witnessed;
+        format!("{table}\n{lines}truth against the reference: {apart} of {of} tips apart\n")
+    }
+
+    /// For a program: counts, ratios and histograms.
+    pub fn json(&self) -> String {
+        let ratios = |ratios: &Ratios| {
+            json!({
+                "rows": ratios.rows,
+                "untold": ratios.untold,
+                "beyond": ratios.beyond.len(),
+                "worst": ratios.worst(),
+                "median": ratios.median(),
+                "missed": ratios.missed,
+                "announced": ratios.announced,
+                "histogram": ratios.histogram(),
+            })
+        };
+        let setup = |(account, (name, ..)): (&Account, (&str, Precision, &[f64]))| {
+            json!({
+                "engine": format!("cpu {name}"),
+                "unsolved": account.unsolved,
+                "other_branch": account.other_branch,
+                "refined": account.refined,
+                "poses": ratios(&account.poses),
+                "columns": ratios(&account.columns),
+            })
+        };
+        let value = json!({
+            "version": rodsweep::VERSION,
+            "varying_fields": self.kind == RandomScenes::Varying,
+            "seed": self.seed,
+            "sweeps": self.scenes,
+            "setups": self.accounts.iter().zip(SETUPS).map(setup).collect::<Vec<_>>(),
+            "apart_from_reference": self.witnessed.0,
+            "witnessed": self.witnessed.1,
+        });
+        serde_json::to_string_pretty(&value).unwrap_or_default() + "\n"
+    }
+}
+
+fn distance(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
+}

@@ -1,0 +1,101 @@
+//! Error estimates are bounds where grids tell little: short tapers, magnets near by, loose tolerances. The right values come
+//! from a solver that shares nothing with this program (`tests/data/attack/estimates`).
+
+use crate::common::root;
+use rodsweep::backend::{BackendKind, Precision};
+use rodsweep::engines::EngineRequest;
+use rodsweep::model::{rotation_angle, rotation_matrix};
+use rodsweep::spec::SweepSpec;
+use rodsweep::sweep::{Memory, SweepJob};
+use rodsweep::table::Table;
+use serde_json::Value;
+
+/// An estimate may be so many times below the true error.
+const SLACK: f64 = 1.05;
+const TOLERANCES: [f64; 3] = [1e-3, 1e-6, 1e-9];
+
+#[test]
+fn of_tips_along_a_short_taper() {
+    check("short_taper");
+}
+
+#[test]
+fn of_columns_along_a_short_taper() {
+    check("short_taper_columns");
+}
+
+#[test]
+fn beside_a_magnet() {
+    check("one_magnet");
+}
+
+#[test]
+fn between_two_magnets() {
+    check("two_magnets");
+}
+
+#[test]
+fn of_three_soft_tubes() {
+    check("three_tubes");
+}
+
+/// Every row of a case, in both precisions and at every tolerance.
+fn check(name: &str) {
+    let folder = root().join("tests/data/attack/estimates").join(name);
+    let expected = std::fs::read_to_string(folder.join("expected.json")).expect("the case is there");
+    let expected: Value = serde_json::from_str(&expected).expect("JSON");
+    let spec = SweepSpec::read(&folder.join("sweep.toml")).expect("the sweep reads");
+    for precision in [Precision::F64, Precision::F32] {
+        for tolerance in TOLERANCES {
+            let spec = SweepSpec { tolerance, ..spec.clone() };
+            let request = EngineRequest::of(BackendKind::Cpu).precision(Some(precision));
+            let mut rows = Memory::new();
+            SweepJob::new(spec).engine(request).spot_check(None).run(&mut rows).expect("solved");
+            compare(&format!("{name}, {precision}, tolerance {tolerance:e}"), &rows.into_table(), &expected);
+        }
+    }
+}
+
+fn compare(title: &str, rows: &Table, expected: &Value) {
+    let length = expected["length"].as_f64().expect("a length");
+    let truths = expected["rows"].as_array().expect("rows");
+    let floor = |what: &str| expected["accuracy"][what].as_f64().unwrap_or(0.0);
+    let numbers = |name: &str| rows.numbers(name).unwrap_or_else(|| panic!("{title}: no column {name}"));
+    let vector = |name: &str, at: usize| ["x", "y", "z"].map(|axis| numbers(&format!("{name}.{axis}"))[at]);
+    assert_eq!(rows.row_count(), truths.len(), "{title}");
+    for (at, truth) in truths.iter().enumerate() {
+        let status = rows.statuses()[at];
+        assert!(status.is_success(), "{title}, row {at}: {status:?}");
+        let right = |name: &str| three(&truth[name]);
+        let apart = norm(&difference(&vector("tip.position", at), &right("tip_position"))) / length;
+        let [ours, theirs] = [vector("tip.rotation", at), right("tip_rotation")].map(rotation_matrix);
+        let error = apart.max(rotation_angle(&ours, &theirs));
+        let estimate = numbers("error_estimate")[at];
+        assert!(error <= SLACK * estimate + floor("tip"), "{title}, row {at}: tip off by {error:e}, not {estimate:e}");
+        for (name, right) in truth["derivatives"].as_object().into_iter().flatten() {
+            let column = |tip: &str| vector_of_column(rows, tip, name, at);
+            let ours = [column("tip.position").map(|x| x / length), column("tip.rotation")].concat();
+            let theirs = [three(&right[0]).map(|x| x / length), three(&right[1])].concat();
+            let error = norm(&difference(&ours, &theirs)) / norm(&theirs);
+            let estimate = numbers("derivative_error")[at];
+            let allowed = SLACK * estimate + floor("derivatives");
+            assert!(error <= allowed, "{title}, row {at}: column by {name} off by {error:e}, not {estimate:e}");
+        }
+    }
+}
+
+fn vector_of_column(rows: &Table, tip: &str, name: &str, at: usize) -> [f64; 3] {
+    ["x", "y", "z"].map(|axis| rows.numbers(&format!("d({tip}.{axis})/d({name})")).expect("a column")[at])
+}
+
+fn three(value: &Value) -> [f64; 3] {
+    std::array::from_fn(|axis| value[axis].as_f64().expect("a number"))
+}
+
+fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
+    a.iter().zip(b).map(|(a, b)| a - b).collect()
+}
+
+fn norm(v: &[f64]) -> f64 {
+    v.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
