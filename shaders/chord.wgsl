@@ -8,6 +8,7 @@ const ANCHOR_TRUST: f32 = 0.0; //@spec
 const ANCHOR_CONTRACTION: f32 = 0.0; //@spec
 //@end
 const DIFFERENCE: f32 = 0.0; //@spec
+const SECOND_ORDER: f32 = 0.0; //@spec
 const ROUND_OFF: f32 = 0.0; //@spec
 const ROUNDED: f32 = 0.0; //@spec
 const COLUMN_NOISE: f32 = 0.0; //@spec
@@ -110,10 +111,13 @@ fn answer(
     let is_rounded = difference < round_off * ROUNDED;
     if is_rounded { moved = fine; }
     let share = select(settings.error_share, 1.0, is_rounded);
-    let error = difference * DIFFERENCE * share + round_off + amplification * dot(delta, delta);
+    let turn = by_moment.w * delta;
+    let off = answer - m0;
+    let second_order = dot(turn, turn) * SECOND_ORDER + amplification * dot(delta, delta);
+    let error = difference * DIFFERENCE * share + round_off + second_order;
     // Columns are those at the base moment `m0`.
     let margin = margin(w_inverse);
-    let both = difference + length(answer - m0) / margin;
+    let both = difference + max(length(off) / margin, length(by_moment.w * off));
     let growth = dot(w[0], w[0]) + dot(w[1], w[1]) + dot(w[2], w[2]);
     let noise = amplification / margin * COLUMN_NOISE + growth * GROWTH_NOISE;
     let derivative_error = max(both * settings.derivative_share, settings.derivative_floor) + noise * EPSILON;

@@ -2,6 +2,7 @@
 // src/lanes/solve.rs
 
 const NEWTON_LIMIT: u32 = 0u; //@spec
+const TURN_SHARE: f32 = 0.0; //@spec
 const REACH: f32 = 0.0; //@spec
 const NO_EQUILIBRIUM: f32 = 0.0; //@spec
 
@@ -53,7 +54,8 @@ fn solve_group() {
                 size = length(delta);
                 let tolerance = settings.tolerance * (1.0 + length(end.m0));
                 let first_order = margin(w_inverse) * settings.first_order_tolerance;
-                converged = end.reached && size < max(tolerance, first_order);
+                let is_still = length(columns[BY_MOMENT].w * delta) < TURN_SHARE * sqrt(settings.tolerance);
+                converged = end.reached && size < max(tolerance, first_order) && is_still;
                 if moving { end.passes = end.passes + 1.0; }
                 moving = moving && !converged && size < TRUST;
                 if i + 1u == NEWTON_LIMIT || !moving { break; }

@@ -5,6 +5,7 @@ const COLUMN_NOISE: f32 = 0.0; //@spec
 const DERIVATIVE_COLUMN: u32 = 20u; //@spec
 const DERIVATIVE_COUNT: u32 = 1u; //@spec
 const DIFFERENCE: f32 = 0.0; //@spec
+const SECOND_ORDER: f32 = 0.0; //@spec
 const FIELD_CHORD_LIMIT: f32 = 0.0; //@spec
 const FIELD_NEWTON_LIMIT: f32 = 0.0; //@spec
 const NO_EQUILIBRIUM: f32 = 0.0; //@spec
@@ -168,9 +169,11 @@ fn write(rod: Rod, inverse: Mat6, index: f32) {
     let square = 1.0 + squared_norm(answers);
     let noise = (length(base.first) + length(m0) + 1.0) * (ROUND_OFF * EPSILON) * sqrt(square);
     let largest = max(max(by_position, by_d1), by_t);
-    // That of the pass on twice the steps, which is not the answer here, comes on top of the difference.
-    store(ERROR_ESTIMATE_COLUMN, largest * DIFFERENCE * (1.0 + settings.error_share) + noise);
-    let both = largest + norm(delta) / stability;
+    // What both miss that are moved to first order; the rest of the pass on twice the steps, which is not the answer here.
+    let turned = dot(by_rest.first, by_rest.first) + dot(by_rest.last, by_rest.last);
+    let second_order = (turned + dot(shift.first, shift.first) + dot(shift.last, shift.last)) * SECOND_ORDER;
+    store(ERROR_ESTIMATE_COLUMN, largest * DIFFERENCE * (1.0 + settings.error_share) + noise + second_order);
+    let both = largest + max(norm(delta) / stability, max(norm(shift), norm(by_rest)));
     let derivative_error = max(both * settings.derivative_share, settings.derivative_floor);
     store(DERIVATIVE_ERROR_COLUMN, derivative_error + noise / stability * COLUMN_NOISE);
     keeps_inverse = true;

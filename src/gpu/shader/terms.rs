@@ -183,6 +183,8 @@ fn add_path(s: &mut Specialisation, plan: &Plan) {
         ("SEARCH_LIMIT", path::SEARCH_LIMIT),
         ("SEARCH_STEP", path::SEARCH_STEP),
         ("CHORD_TRUST", path::CHORD_TRUST),
+        ("TURN_SHARE", path::TURN_SHARE),
+        ("SECOND_ORDER", path::SECOND_ORDER),
         ("SHORTEST_INTERVAL", path::SHORTEST_INTERVAL),
         ("EPSILON", s.precision.epsilon()),
         ("DIFFERENCE", path::DIFFERENCE),

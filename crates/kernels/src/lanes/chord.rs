@@ -13,6 +13,7 @@ use super::stability::{margin, squared_norm};
 use crate::model::DerivativeScale;
 use crate::model::path::{
     ANCHOR_CONTRACTION, ANCHOR_TRUST, CHORD_LIMIT, CHORD_TRUST, COLUMN_NOISE, DIFFERENCE, GROWTH_NOISE, ROUND_OFF,
+    SECOND_ORDER,
 };
 
 /// What a pass on twice the fine steps found, and from which base moment.
@@ -171,10 +172,12 @@ pub fn answer<L: Lane>(
     let round_off = amplification * one.constant(ROUND_OFF * L::Scalar::EPSILON);
     let is_rounded = difference.lt(round_off * one.constant(program.rounded));
     let share = L::select(is_rounded, one, one.constant(program.error_share));
-    let error = difference * one.constant(DIFFERENCE) * share + round_off + amplification * dot(delta, delta);
+    let (turn, off) = (by_moment.w * delta, answer - m0);
+    let second_order = dot(turn, turn).mul_add(one.constant(SECOND_ORDER), amplification * dot(delta, delta));
+    let error = difference * one.constant(DIFFERENCE) * share + round_off + second_order;
     // Columns are those at the base moment `m0`.
     let margin = margin(w_inverse);
-    let both = difference + length(answer - m0) / margin;
+    let both = difference + (length(off) / margin).max(length(by_moment.w * off));
     let DerivativeScale { share, floor } = program.derivative_scale;
     let noise = amplification / margin * one.constant(COLUMN_NOISE) + squared_norm(w) * one.constant(GROWTH_NOISE);
     let derivative_error =

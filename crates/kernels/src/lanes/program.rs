@@ -5,7 +5,7 @@ use super::lane::{Lane, Scalar};
 use super::terms::{ProgramTerms, Terms};
 use super::varying::ProgramField;
 use crate::model::path::{
-    CAREFUL_STEPPER, PATH_STEPPER, chord_tolerance, first_order_tolerance, newton_tolerance, rounded,
+    CAREFUL_STEPPER, PATH_STEPPER, chord_tolerance, first_order_tolerance, newton_tolerance, rounded, turn_tolerance,
 };
 use crate::model::record::{BASE_POSITION_AT, LOAD_AT};
 use crate::model::{
@@ -124,6 +124,8 @@ pub struct Program {
     pub chord_tolerance: f64,
     /// A step below this times the stability margin does to first order.
     pub first_order_tolerance: f64,
+    /// Newton's last step moves the tip by less than this.
+    pub turn_tolerance: f64,
     /// Error of the answer over its difference to the fine steps.
     pub error_share: f64,
     /// Differences below so many times what round-off can do are round-off alone.
@@ -197,6 +199,7 @@ impl Program {
             newton_tolerance,
             chord_tolerance: chord_tolerance(newton_tolerance),
             first_order_tolerance: first_order_tolerance(newton_tolerance),
+            turn_tolerance: turn_tolerance(newton_tolerance),
             error_share: plan.options.error_share,
             rounded: rounded(epsilon, plan.step_count()),
             derivative_scale: plan.options.derivative_scale,

@@ -82,7 +82,8 @@ pub fn newton<L: Lane>(problem: &Problem<'_, L>, end: &mut PathEnd<L>, workspace
         size = length(delta);
         let tolerance = one.constant(program.newton_tolerance) * (one + length(end.m0));
         let first_order = margin(&w_inverse) * one.constant(program.first_order_tolerance);
-        converged = end.reached & size.lt(tolerance.max(first_order));
+        let is_still = length(columns[0].w * delta).lt(one.constant(program.turn_tolerance));
+        converged = end.reached & size.lt(tolerance.max(first_order)) & is_still;
         end.passes = L::select(moving, end.passes + one, end.passes);
         moving = moving & !converged & size.lt(one.constant(TRUST));
         if pass + 1 == NEWTON_LIMIT || !L::any(moving) {

@@ -117,6 +117,10 @@ pub const ERROR_SHARE: f64 = 0.5;
 pub const UNBUCKLED: f64 = 2.0;
 /// No tip is farther from the base than this many lengths of the rod; steps too long may throw it there.
 pub const REACH: f64 = 100.0;
+/// See [`turn_tolerance`].
+pub const TURN_SHARE: f64 = 0.1;
+/// What a tip misses that is moved to first order, over the square of how far that turns it.
+pub const SECOND_ORDER: f64 = 2.0;
 /// Round-off of a pass, in units of the number format's epsilon.
 pub const ROUND_OFF: f64 = 4.0;
 /// Round-off of columns in the same units, near a fold.
@@ -271,6 +275,12 @@ pub fn is_close(mismatch: f64, newton_tolerance: f64) -> bool {
 /// the tip by the square. It falls faster than the tolerance, as small columns amplify it.
 pub fn first_order_tolerance(newton_tolerance: f64) -> f64 {
     (3e4 * newton_tolerance.powf(1.5)).min(1e-4)
+}
+
+/// Newton's last step must move the tip by less than this (radians, or over the rod's length), too: rods that are soft in
+/// torsion turn far by little moment, and the square of a turn is left.
+pub fn turn_tolerance(newton_tolerance: f64) -> f64 {
+    TURN_SHARE * newton_tolerance.sqrt()
 }
 
 /// Newton's last step must be below this (plan units of moment), for a target error and a number format.

@@ -86,12 +86,14 @@ fn settle<L: Lane>(
     let solved = status.lt(pending);
     let first_order = margin(&w_inverse) * one.constant(SETTLED_SHARE * program.newton_tolerance.sqrt());
     let bound = (one.constant(program.newton_tolerance) * (one + length(m0))).max(first_order);
+    let still = one.constant(program.turn_tolerance);
+    let is_short = |delta: Vec3<L>| length(delta).lt(bound) & length(by_moment.w * delta).lt(still);
 
     let mut check = check_pass(problem, m0 + back, workspace);
     let mut delta = newton_step(rod, &check.tip, &w_inverse);
     let mut count = one;
     for _ in 1..SETTLE_LIMIT {
-        let far = solved & !length(delta).lt(bound);
+        let far = solved & !is_short(delta);
         if !L::any(far) {
             break;
         }
@@ -101,7 +103,7 @@ fn settle<L: Lane>(
         count = L::select(far, count + one, count);
     }
     let size = length(delta);
-    let settled = size.lt(bound);
+    let settled = is_short(delta);
 
     let mut answered = answer(problem, &check, (&tip, back), &by_moment, (m0, &w, &w_inverse));
     // Round-off of the tip on the fine steps may hide how far that is off; columns move the pose with an error of their own.

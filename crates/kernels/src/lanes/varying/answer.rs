@@ -15,7 +15,9 @@ use crate::lanes::problem::Problem;
 use crate::lanes::program::Outputs;
 use crate::lanes::rod::Segment;
 use crate::lanes::section::velocity;
-use crate::model::path::{COLUMN_NOISE, DIFFERENCE, NEWTON_LIMIT, REACH, ROUND_OFF, SAFE_MARGIN, TRUST};
+use crate::model::path::{
+    COLUMN_NOISE, DIFFERENCE, NEWTON_LIMIT, REACH, ROUND_OFF, SAFE_MARGIN, SECOND_ORDER, TRUST,
+};
 use crate::model::{DerivativeScale, NO_EQUILIBRIUM, Quantity, Status};
 
 /// Without care, answers nearer to a fold or a bifurcation than this (stability margin) are followed again with it.
@@ -37,7 +39,7 @@ pub fn solve_varying<L: Kernels>(
         workspace.parameters[k].load(problem, 3 * k);
     }
     let mut check = chord_steps(problem, &mut end, workspace);
-    let (mut moving, mut converged, mut moved) = (end.reached, one.lt(rod.t.x.constant(0.0)), one.lt(one));
+    let (mut moving, mut converged, mut has_moved) = (end.reached, one.lt(rod.t.x.constant(0.0)), one.lt(one));
     let mut left = end.base;
     for pass in 0..NEWTON_LIMIT {
         let what = if care { What::Parameters } else { What::Columns };
@@ -47,23 +49,24 @@ pub fn solve_varying<L: Kernels>(
         let change = norm(left);
         let tolerance = one.constant(program.newton_tolerance) * (norm(end.base) + one);
         let first_order = margin(&end.inverse) * one.constant(program.first_order_tolerance);
-        converged = end.reached & change.lt(tolerance.max(first_order));
+        let is_still = norm(moved(workspace, left)).lt(one.constant(program.turn_tolerance));
+        converged = end.reached & change.lt(tolerance.max(first_order)) & is_still;
         end.passes = L::select(moving, end.passes + one, end.passes);
         moving = moving & !converged & change.lt(one.constant(TRUST));
         if pass + 1 == NEWTON_LIMIT || !L::any(moving) {
             break;
         }
         end.base = select::<L>(moving, (end.base.0 + left.0, end.base.1 + left.1), end.base);
-        moved = moved | moving;
+        has_moved = has_moved | moving;
     }
-    if L::any(moved) {
+    if L::any(has_moved) {
         // What the columns are of stays.
         let tip = workspace.tip;
         let again = check_pass(problem, end.base, workspace);
         workspace.tip = tip;
         check = Check {
-            base: select::<L>(moved, again.base, check.base),
-            tip: State::select(moved, &again.tip, &check.tip),
+            base: select::<L>(has_moved, again.base, check.base),
+            tip: State::select(has_moved, &again.tip, &check.tip),
         };
     }
     write(problem, &end, (converged, care), (&check, left), workspace, out);
@@ -110,7 +113,9 @@ fn write<L: Kernels>(
     let round_off = amplification * one.constant(ROUND_OFF * L::Scalar::EPSILON);
     let is_rounded = difference.lt(round_off * one.constant(program.rounded));
     let share = L::select(is_rounded, one, one.constant(program.error_share));
-    let second_order = amplification * (dot(step.0, step.0) + dot(step.1, step.1));
+    let (shift, turn) = moved(workspace, step);
+    let turned = (dot(shift, shift) + dot(turn, turn)) * one.constant(SECOND_ORDER);
+    let second_order = amplification * (dot(step.0, step.0) + dot(step.1, step.1)) + turned;
     let error = difference * one.constant(DIFFERENCE) * share + round_off + second_order;
     let (p, d1) = (Vec3::select(is_rounded, fine_p, p), Vec3::select(is_rounded, fine_d1, d1));
     let t = Vec3::select(is_rounded, fine_t, t);
@@ -164,7 +169,7 @@ fn write<L: Kernels>(
     out.store(Quantity::ErrorEstimate.column(), error);
     // Columns are those at the load that the last pass began with.
     let off = (answer.0 - end.base.0, answer.1 - end.base.1);
-    let both = difference + norm(off) / margin;
+    let both = difference + (norm(off) / margin).max(norm(moved(workspace, off)));
     let DerivativeScale { share, floor } = program.derivative_scale;
     let noise = amplification / margin * one.constant(COLUMN_NOISE * ROUND_OFF * L::Scalar::EPSILON);
     let derivative_error = (both * one.constant(share)).max(one.constant(floor)) + noise;
