@@ -200,16 +200,18 @@ impl<'a> Truth<'a> {
         let is_sure = |(tip, columns): &(f64, f64)| {
             *tip <= (AGREEMENT * tolerance).max(ROUND_OFF) && *columns <= AGREEMENT * derivative_tolerance
         };
-        let count = self.doubt.len();
-        (0..count).all(|at| !self.solutions.status(at).is_success() || is_sure(&self.doubt[at]))
+        // Grids on which no sample arrives agree on nothing.
+        (0..self.doubt.len()).any(|at| self.solutions.status(at).is_success()) && self.doubt.iter().all(is_sure)
     }
 }
 
 /// How far two answers to a sample are apart: by the tip, over the rod's length or in radians, and by the worst column over its
-/// norm. Nothing where one of them has none.
+/// norm. Nothing where both failed, infinitely where one has.
 fn apart(plan: &Plan, batch: &Batch, scales: &ColumnScales, (a, b): (&Solutions, &Solutions), at: usize) -> (f64, f64) {
-    if !(a.status(at).is_success() && b.status(at).is_success()) {
-        return (0.0, 0.0);
+    match (a.status(at).is_success(), b.status(at).is_success()) {
+        (true, true) => {}
+        (false, false) => return (0.0, 0.0),
+        _ => return (f64::INFINITY, f64::INFINITY),
     }
     let length = plan.sample_rod(batch, at).total_length();
     let (p, q) = (a.vector(at, Quantity::TipPosition), b.vector(at, Quantity::TipPosition));
@@ -297,7 +299,8 @@ fn doubtful_share(rows: &Solutions, tolerance: f64) -> f64 {
 
 impl Trial {
     fn new(plan: &Plan, batch: &Batch, steps: usize, ours: &Solutions, truth: &Truth) -> Trial {
-        let is_compared = |at: &usize| ours.status(*at).is_success() && truth.solutions.status(*at).is_success();
+        let is_known = |at: usize| truth.solutions.status(at).is_success() && truth.doubt[at].0.is_finite();
+        let is_compared = |at: &usize| ours.status(*at).is_success() && is_known(*at);
         let samples: Vec<usize> = (0..ours.sample_count()).filter(is_compared).collect();
         let scales = ColumnScales::of(plan, &truth.solutions);
         let (mut error, mut share) = (0.0f64, LEAST_SHARE);

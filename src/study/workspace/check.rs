@@ -6,6 +6,7 @@
 //! whole box where there are m inputs, else its faces with the other inputs at a limit.
 
 use super::lattice::{Cell, CellMap};
+use super::measures::Estimate;
 use super::search::{Aim, End, Search, Source, run_searches};
 use super::tip_map::{Branch, Inputs, MOST_INPUTS, Tip, TipMap, difference, distance, norm};
 use crate::backend::BackendError;
@@ -28,6 +29,8 @@ const SEARCHES: usize = 8;
 /// Inputs further apart than this over half their range, in some input, are two starts; than that, two sources.
 const APART: f64 = 0.25;
 const DISTINCT: f64 = 0.02;
+/// So many of its errors below the size, an integral misses some of it.
+const MISSING: f64 = 2.0;
 /// What the hashes of nets and points are told apart by.
 const STREAM: u64 = 0xc4ec;
 
@@ -40,6 +43,8 @@ pub struct ChangeOfVariables {
     pub standard_error: f64,
     /// The same with points counted as often as the family reaches them.
     pub with_multiplicity: f64,
+    /// Standard error of that.
+    pub error_with_multiplicity: f64,
     /// How often, on average over the workspace.
     pub multiplicity: f64,
     /// The largest term over the sum: above a hundredth the error is itself uncertain.
@@ -48,6 +53,14 @@ pub struct ChangeOfVariables {
     pub samples: u64,
     /// Faces of the family.
     pub faces: u64,
+}
+
+impl ChangeOfVariables {
+    /// Whether the family reaches less than a workspace whose points are each found: its samples then miss places where the
+    /// tip moves far for little, and no error can be told from them. Points that count twice only add to it.
+    pub(super) fn misses_some_of(&self, size: &Estimate) -> bool {
+        self.with_multiplicity + MISSING * self.error_with_multiplicity < size.low
+    }
 }
 
 /// A family of inputs with their tips.
@@ -182,6 +195,7 @@ impl Family {
             value,
             standard_error: (of_integral * share).hypot(integral * of_share),
             with_multiplicity: integral,
+            error_with_multiplicity: of_integral,
             multiplicity: if value > 0.0 { integral / value } else { f64::NAN },
             largest_share: if integral > 0.0 { largest / integral } else { 0.0 },
             samples: self.inputs.len() as u64,

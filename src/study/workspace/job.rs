@@ -228,9 +228,9 @@ impl<'a> WorkspaceJob<'a> {
         counts: CellMap<u32>,
         map: &mut EngineMap,
     ) -> Result<Workspace, WorkspaceError> {
-        let Measured { dimension, grown, surface, volume, area, length, check, seen, seed_count } = found;
+        let Measured { dimension, grown, surface, volume, area, length, check, seen, seed_count, notes: more } = found;
         let scene = self.rod_scene();
-        let mut notes = notes;
+        let mut notes = [notes, more].concat();
         notes.extend(too_coarse(&grown, check.as_ref()));
         self.tell(WorkspaceStage::Voxels(grown.reached_count()));
         let values = match self.with_values {

@@ -28,8 +28,10 @@ pub struct Measured {
     pub area: Option<Estimate>,
     /// Of a curve (m).
     pub length: Option<Estimate>,
-    /// The independent value.
+    /// The independent value, where it means something.
     pub check: Option<Check>,
+    /// What the user should know.
+    pub notes: Vec<String>,
     pub(super) seen: Seen,
     pub(super) seed_count: usize,
 }
@@ -115,6 +117,7 @@ impl<'a> Work<'a> {
             area: None,
             length: None,
             check: None,
+            notes: Vec::new(),
             seen: self.seen,
             seed_count: self.rows.len(),
         }
@@ -171,16 +174,17 @@ impl<'a> Work<'a> {
             }
         };
         (self.job.watch)(WorkspaceStage::Checking);
-        let check = match family {
-            Some(family) => {
-                let integral = family.measure(self.map, edge, least, self.job.seed)?;
-                let size = if rank == 3 { volume_of } else { area_of.or(length_of) };
-                size.map(|size| Check::new(integral, &size))
+        let (mut check, mut notes) = (None, Vec::new());
+        let size = if rank == 3 { volume_of } else { area_of.or(length_of) };
+        if let (Some(family), Some(size)) = (family, size) {
+            let integral = family.measure(self.map, edge, least, self.job.seed)?;
+            match integral.misses_some_of(&size) {
+                true => notes.push(UNCHECKED.into()),
+                false => check = Some(Check::new(integral, &size)),
             }
-            None => None,
-        };
+        }
         let (volume, area, length) = (volume_of, area_of, length_of);
-        Ok(Measured { dimension, grown, surface, volume, area, length, check, seen: self.seen, seed_count })
+        Ok(Measured { dimension, grown, surface, volume, area, length, check, notes, seen: self.seen, seed_count })
     }
 
     fn cells(&self) -> CellMap<()> {
@@ -229,6 +233,10 @@ impl<'a> Work<'a> {
         Ok(grown)
     }
 }
+
+/// Why there is no independent value.
+const UNCHECKED: &str = "no independent value: its samples miss places where the tip moves far for little, since they count \
+    every point at least once and still find less than what is reached";
 
 /// How often growth goes on from voxels that turn out to be reached from rest after all.
 const MOST_ROUNDS: usize = 3;
