@@ -18,14 +18,10 @@ use rodsweep::sweep::{Memory, SweepJob};
 use rodsweep::table::Table;
 use serde_json::json;
 use sweeps::random_sweep;
-use truth::Truth;
+use truth::{OTHER_BRANCH, ROWS, Truth, distance};
 
-/// Rows of a sweep that are looked at.
-const ROWS: u64 = 16;
 /// Scenes between two words of progress.
 const SAY_EACH: u64 = 512;
-/// Tips further apart lie on different branches.
-const OTHER_BRANCH: f64 = 1e-2;
 /// One scene in so many is solved by the reference as well.
 const WITNESSED: u64 = 64;
 /// Rows that are named, the worst first.
@@ -247,8 +243,4 @@ impl Estimates {
         });
         serde_json::to_string_pretty(&value).unwrap_or_default() + "\n"
     }
-}
-
-fn distance(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
 }

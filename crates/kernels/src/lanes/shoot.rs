@@ -124,8 +124,7 @@ fn integrate<L: Lane>(pass: Pass<'_, L>, terms: impl Terms) -> Tip<L> {
                 let turns = if beside.is_some() { 1 } else { 3 };
                 let mut step = Step { terms, rod, segment: flexible, lambda, h, start, share, n, turns };
                 for k in 0..steps {
-                    (step.start, step.share) = step_at(ratio, k, steps);
-                    step.n = n;
+                    ((step.start, step.share), step.n) = (step_at(ratio, k, steps), n);
                     let stages = &mut workspace.stages;
                     if ratio != 1.0 {
                         step.h = flexible.length * zero.constant(step.share);

@@ -1,6 +1,5 @@
 //! Answers on grids that are refined until they agree.
 
-use super::{OTHER_BRANCH, ROWS, distance};
 use crate::error::BenchError;
 use rodsweep::backend::BackendError;
 use rodsweep::engines::{cpu_f64, witness};
@@ -8,6 +7,10 @@ use rodsweep::model::{Batch, DerivativeScale, Plan, PlanOptions, Quantity, Solut
 use rodsweep::spec::SweepSpec;
 use rodsweep::sweep::natural_size;
 
+/// Rows of a sweep that are looked at.
+pub const ROWS: u64 = 16;
+/// Tips further apart lie on different branches.
+pub const OTHER_BRANCH: f64 = 1e-2;
 /// Refinements of the truth.
 const REFINEMENTS: [usize; 5] = [1, 2, 4, 8, 16];
 /// Grids that are no further apart than this agree: by tips, and by columns.
@@ -102,4 +105,8 @@ impl Truth {
         }
         Ok(counts)
     }
+}
+
+pub fn distance(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
 }

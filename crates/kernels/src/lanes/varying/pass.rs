@@ -95,11 +95,9 @@ pub fn integrate<L: Lane, T: Terms>(pass: Pass<'_, L>, terms: T) {
     let zero = lambda.constant(0.0);
     let mut state = State { p: Vec3::splat(zero), d1: rod.d1, t: rod.t, m: base.1, n: base.0 };
     let (mut pose, mut load) = (Mat6::zero(zero), Mat6::identity(zero));
-    let far = zero.constant(FAR);
+    let (far, with_transfers) = (zero.constant(FAR), what.has_transfers());
     let (mut leeway, mut inside, mut travelled) = (far, far, zero);
-    let with_transfers = what.has_transfers();
-    // By the load at the base, or by the start of each interval.
-    let mut own = interval_columns(state.m);
+    let mut own = interval_columns(state.m); // By the load at the base, or by the start of each interval.
     // What is not carried along stays as an earlier pass has left it.
     if with_transfers {
         transfers.clear();
@@ -173,8 +171,7 @@ pub fn integrate<L: Lane, T: Terms>(pass: Pass<'_, L>, terms: T) {
             Segment::Rigid(rigid) => {
                 let force_arm = program.rigid_force_arm;
                 let crossing = Crossing { space, segment: rigid, lambda, points, force_arm, before: state };
-                let after = crossing.cross();
-                let (mut begin, mut count) = (0, if what.has_base() { 2 } else { 0 });
+                let (after, mut begin, mut count) = (crossing.cross(), 0, if what.has_base() { 2 } else { 0 });
                 if with_transfers {
                     own = interval_columns(state.m);
                     // Columns by the load need no crossing: it turns nothing.
