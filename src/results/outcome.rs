@@ -121,12 +121,12 @@ pub struct PilotChoice {
     /// The same with the share of second attempts that the pilot expects.
     #[serde(default)]
     pub work: f64,
-    /// Largest difference to twice the steps: tip position over length, or tip rotation (rad).
+    /// Largest error, against grids that are refined until they agree: tip position over length, or tip rotation (rad).
     #[serde(deserialize_with = "number_or_null")]
     pub error: f64,
     /// What was asked for, in the same measure.
     pub tolerance: f64,
-    /// Difference of derivatives to twice the steps, the worst column of a sample over its norm: 95 % are below. `None`:
+    /// Error of derivatives, the worst column of a sample over its norm: 95 % are below. `None`:
     /// there are no derivatives.
     #[serde(default)]
     pub derivative_error: Option<f64>,
@@ -161,12 +161,10 @@ impl PilotChoice {
         if *compared == 0 {
             format!("{method}: no pilot sample converged, so the error is unknown")
         } else if self.reached {
-            format!(
-                "{method}: {compared} pilot samples differ by at most {error:.1e} from twice the steps (tolerance {tolerance:.0e})"
-            )
+            format!("{method}: {compared} pilot samples are off by at most {error:.1e} (tolerance {tolerance:.0e})")
         } else {
             format!(
-                "{method}: {compared} pilot samples still differ by {error:.1e} from twice the steps; tolerance {tolerance:.0e} is not reached"
+                "{method}: {compared} pilot samples are still off by {error:.1e}; tolerance {tolerance:.0e} is not reached"
             )
         }
     }

@@ -13,6 +13,9 @@ pub fn verify(arguments: &VerifyArguments) -> Result<Exit, CommandError> {
     if let Some(rods) = arguments.estimates {
         return estimates(arguments, rods);
     }
+    if arguments.varying_fields {
+        return Err(CommandError::Usage("`--varying-fields` goes with `--random N` or `--estimates N`".into()));
+    }
     let (good, skipped) = if arguments.hard { hard(arguments)? } else { chain(arguments)? };
     let refused = skipped && std::env::var("RODSWEEP_GPU").is_ok_and(|value| value == "require");
     if refused {
