@@ -267,8 +267,14 @@ fn choose_against(plan: &Plan, truth: &mut Truth) -> Result<PilotChoice, Backend
     if let Some(best) = best {
         return Ok(best);
     }
-    let least = trials.iter().map(|trial| trial.error).fold(f64::INFINITY, f64::min);
-    let good = trials.iter().find(|trial| trial.compared > 0 && trial.error <= 2.0 * least);
+    let known = || trials.iter().filter(|trial| trial.compared > 0);
+    let least = known().map(|trial| trial.error).fold(f64::INFINITY, f64::min);
+    let least_of_columns = known().map(|trial| trial.derivative_error).fold(f64::INFINITY, f64::min);
+    let is_good = |trial: &&Trial| {
+        trial.error <= (2.0 * least).max(0.5 * plan.options.tolerance)
+            && trial.derivative_error <= (2.0 * least_of_columns).max(plan.options.derivative_tolerance)
+    };
+    let good = known().find(is_good);
     let (steps, error_share) = (STEPS[STEPS.len() - 1], plan.options.error_share);
     let unknown = Trial { steps, error: f64::NAN, error_share, ..Trial::default() };
     Ok(good.unwrap_or(&unknown).choice(plan, &trials, false))
