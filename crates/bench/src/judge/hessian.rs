@@ -22,8 +22,9 @@ pub struct Look {
     pub step: Move,
     /// How the state moves as the load grows.
     pub tangent: Move,
-    /// Whether every pivot is positive.
-    pub is_stable: bool,
+    /// The least pivot, as a share of what the element alone would have: 1 at rest, 0 where stability is lost. Negative where a
+    /// pivot is not positive definite.
+    pub softest: f64,
 }
 
 /// Bending of an element: gradients by the rotations of its ends are -m and m.
@@ -79,7 +80,7 @@ pub fn look(chain: &Chain, state: &State, share: f64) -> Option<Look> {
     let is_unsymmetric = chain.tip_moment.is_some() || chain.field.is_some() && chain.arm == 0.0;
     match is_unsymmetric {
         // Stability is a matter of the symmetric part.
-        true => Some(Look { is_stable: stable.is_stable, ..eliminate(Arms { motion: 1.0, ..arms }, true)? }),
+        true => Some(Look { softest: stable.softest, ..eliminate(Arms { motion: 1.0, ..arms }, true)? }),
         false => Some(stable),
     }
 }
@@ -96,7 +97,7 @@ struct Kept {
 fn eliminate(chain: &Chain, state: &State, share: f64, with_moment: bool) -> Option<Look> {
     let last = chain.elements.len();
     let mut kept = vec![Kept::default(); last + 1];
-    let mut is_stable = true;
+    let mut softest = f64::INFINITY;
     let arms = Arms { work: 1.0, motion: 1.0 };
     let loads = |i: usize| potential(chain, i, (&state.p[i], &state.R[i]), share, arms);
     let mut ahead = loads(last);
@@ -107,7 +108,7 @@ fn eliminate(chain: &Chain, state: &State, share: f64, with_moment: bool) -> Opt
         let bend = bend(&chain.elements[i], &state.q[i], &state.q[i + 1], &state.R[i])?;
         let twist = 0.5 * hat(&bend.m);
         let pivot = ahead.ww + bend.H;
-        is_stable &= is_positive(&pivot);
+        softest = softest.min(softness(&pivot, &bend.H));
         let inverse = pivot.try_inverse()?;
         let (step, slope) = (inverse * (ahead.w + bend.m), inverse * ahead.w_slope);
         let (by_w, to_w) = (inverse * (-bend.H - twist), -bend.H + twist);
@@ -119,7 +120,7 @@ fn eliminate(chain: &Chain, state: &State, share: f64, with_moment: bool) -> Opt
         ahead = before;
     }
     let nothing = Move { w: vec![Vector3::zeros()], y: vec![Vector3::zeros(); last] };
-    let mut found = Look { step: nothing.clone(), tangent: nothing, is_stable };
+    let mut found = Look { step: nothing.clone(), tangent: nothing, softest };
     for i in 0..last {
         let of = &kept[i + 1];
         found.step.w.push(-of.step - of.by_w * found.step.w[i]);
@@ -128,8 +129,9 @@ fn eliminate(chain: &Chain, state: &State, share: f64, with_moment: bool) -> Opt
     Some(found)
 }
 
-/// Whether the symmetric part of a matrix is positive definite.
-pub fn is_positive(m: &Matrix3<f64>) -> bool {
-    let s = 0.5 * (m + m.transpose());
-    s[(0, 0)] > 0.0 && s[(0, 0)] * s[(1, 1)] - s[(0, 1)] * s[(0, 1)] > 0.0 && s.determinant() > 0.0
+/// The determinant of a pivot's symmetric part over that of what it would be at rest; negative where it is not positive definite.
+pub fn softness(pivot: &Matrix3<f64>, at_rest: &Matrix3<f64>) -> f64 {
+    let s = 0.5 * (pivot + pivot.transpose());
+    let is_positive = s[(0, 0)] > 0.0 && s[(0, 0)] * s[(1, 1)] - s[(0, 1)] * s[(0, 1)] > 0.0 && s.determinant() > 0.0;
+    if is_positive { s.determinant() / at_rest.determinant().abs() } else { -1.0 }
 }

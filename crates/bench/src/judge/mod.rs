@@ -16,6 +16,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+#![allow(non_snake_case)]
+
 mod chain;
 mod field;
 mod hessian;

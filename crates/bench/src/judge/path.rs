@@ -16,6 +16,10 @@ const ARRIVED: f64 = 1e-7;
 /// Each correction is at most this share of the one before.
 const CONTRACTION: f64 = 0.5;
 const CORRECTIONS: usize = 7;
+/// A load step does not make the least pivot less than this share of what it was, nor, where it is below [`SOFT`], more than the
+/// inverse: stability may be lost and won again between.
+const SOFTENING: f64 = 0.5;
+const SOFT: f64 = 0.3;
 /// What a first correction is brought to, as a share of the trust.
 const AIM: f64 = 0.25;
 /// Looks on one path at most.
@@ -34,7 +38,7 @@ pub enum Followed {
 /// Follows a chain from rest. `trust` bounds the first correction of a load step at every node (rad).
 pub fn follow(chain: &Chain, trust: f64) -> Followed {
     let mut state = State::new(chain, chain.rest(), vec![Vector3::zeros(); chain.elements.len()]);
-    let Some(mut seen) = look(chain, &state, 0.0).filter(|seen| seen.is_stable) else { return Followed::Lost };
+    let Some(mut seen) = look(chain, &state, 0.0).filter(|seen| seen.softest > 0.0) else { return Followed::Lost };
     let (mut share, mut step, mut looks) = (0.0, FIRST, 0);
     while share < 1.0 {
         let steepest = largest(chain, &seen.tangent);
@@ -50,11 +54,11 @@ pub fn follow(chain: &Chain, trust: f64) -> Followed {
         let goal = if share + step > 1.0 - 1e-9 { 1.0 } else { share + step };
         let predicted = turned(chain, &state, &seen.tangent, goal - share);
         match correct(chain, predicted, goal, trust, &mut looks) {
-            Some((arrived, found, first)) => {
+            Some((arrived, found, first)) if is_near(seen.softest, found.softest) => {
                 (state, seen, share) = (arrived, found, goal);
                 step *= (AIM * trust / first.max(1e-12)).sqrt().clamp(0.5, 2.0);
             }
-            None => step *= 0.4,
+            _ => step *= 0.4,
         }
         if !is_clear(chain, &state) {
             return Followed::Lost;
@@ -84,12 +88,17 @@ fn correct(
             return None;
         }
         if size <= ARRIVED {
-            return seen.is_stable.then_some((state, seen, first));
+            return (seen.softest > 0.0).then_some((state, seen, first));
         }
         state = turned(chain, &state, &seen.step, 1.0);
         last = size;
     }
     None
+}
+
+/// Whether a step changes the least pivot little enough.
+fn is_near(before: f64, after: f64) -> bool {
+    after >= SOFTENING * before.min(1.0) && (before >= SOFT || after * SOFTENING <= before)
 }
 
 fn turned(chain: &Chain, state: &State, by: &Move, share: f64) -> State {
@@ -104,10 +113,12 @@ fn largest(chain: &Chain, by: &Move) -> f64 {
     by.w.iter().map(|w| w.norm()).chain(strains).fold(0.0, |a, b| if b <= a { a } else { b })
 }
 
+/// Whether nodes and rigid segments keep their distance from every magnet.
 fn is_clear(chain: &Chain, state: &State) -> bool {
     let Some(field) = &chain.field else { return true };
     state.p.iter().zip(&state.R).zip(&chain.nodes).all(|((p, R), node)| {
-        field.is_clear(p) && field.is_clear(&(p + node.jump * R.column(2)))
+        let along = |k: u32| p + 0.125 * f64::from(k) * node.jump * R.column(2);
+        field.is_clear(p) && (node.jump == 0.0 || (1..=8).all(|k| field.is_clear(&along(k))))
     })
 }
 

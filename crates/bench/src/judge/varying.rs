@@ -1,7 +1,7 @@
 //! Elimination in a field that varies: places of nodes and strains of elements are moved, too.
 
 use super::chain::Chain;
-use super::hessian::{Look, Move, State, bend, is_positive};
+use super::hessian::{Look, Move, State, bend, softness};
 use super::load::{Arms, Potential, potential};
 use super::turn::{hat, second_order};
 use nalgebra::{Matrix3, SMatrix, Vector3};
@@ -27,7 +27,7 @@ struct Kept {
 pub fn eliminate(chain: &Chain, state: &State, share: f64, arms: Arms, with_moment: bool) -> Option<Look> {
     let last = chain.elements.len();
     let mut kept = Vec::with_capacity(last);
-    let mut is_stable = true;
+    let mut softest = f64::INFINITY;
     let loads = |i: usize| potential(chain, i, (&state.p[i], &state.R[i]), share, arms);
     let mut ahead = loads(last);
     if let Some(moment) = chain.tip_moment.filter(|_| with_moment) {
@@ -36,11 +36,11 @@ pub fn eliminate(chain: &Chain, state: &State, share: f64, arms: Arms, with_mome
     // Gradient by a shift of all beyond; elimination changes `ahead.p`, not this.
     let mut force = ahead.p;
     for i in (0..last).rev() {
-        let (mut block, mut sides) = assemble(chain, state, i, &ahead, &force, arms)?;
+        let (mut block, mut sides, at_rest) = assemble(chain, state, i, &ahead, &force, arms)?;
         let mut one = Kept { by: SMatrix::zeros(), sides: SMatrix::zeros() };
-        for at in [Y, NEXT] {
+        for (at, at_rest) in [(Y, at_rest[0]), (NEXT, at_rest[1])] {
             let pivot = block.fixed_view::<3, 3>(at, at).into_owned();
-            is_stable &= is_positive(&pivot);
+            softest = softest.min(softness(&pivot, &at_rest));
             let inverse = pivot.try_inverse()?;
             let rows = inverse * block.fixed_view::<3, 12>(at, 0);
             let own = inverse * sides.fixed_view::<3, 2>(at, 0);
@@ -68,10 +68,10 @@ pub fn eliminate(chain: &Chain, state: &State, share: f64, arms: Arms, with_mome
         ahead = before;
     }
     kept.reverse();
-    Some(Look { is_stable, ..back(chain, state, &kept) })
+    Some(Look { softest, ..back(chain, state, &kept) })
 }
 
-/// Second variation and gradient of an element and of all behind it.
+/// Second variation and gradient of an element and of all behind it, and pivots of the element alone.
 fn assemble(
     chain: &Chain,
     state: &State,
@@ -79,7 +79,7 @@ fn assemble(
     ahead: &Potential,
     force: &Vector3<f64>,
     arms: Arms,
-) -> Option<(Block, Sides)> {
+) -> Option<(Block, Sides, [Matrix3<f64>; 2])> {
     let element = &chain.elements[i];
     let bend = bend(element, &state.q[i], &state.q[i + 1], &state.R[i])?;
     let (half, C) = (0.5 * element.h, Matrix3::from_diagonal(&element.compliance));
@@ -112,7 +112,8 @@ fn assemble(
     add(W, NEXT, -bend.H + twist);
     add(W, W, bend.H + second_order(&work, force));
     let rigid = element.compliance.map(|c| if c == 0.0 { 1.0 } else { 0.0 });
-    add(Y, Y, element.h * C + Matrix3::from_diagonal(&rigid));
+    let strain = element.h * C + Matrix3::from_diagonal(&rigid);
+    add(Y, Y, strain);
     for (at, R) in [(NEXT, R_next), (W, R)] {
         let pulled = half * C * R.transpose() * hat(force);
         add(Y, at, pulled);
@@ -129,13 +130,13 @@ fn assemble(
     add(NEXT, 1, ahead.w_slope);
     add(W, 0, -bend.m);
     add(Y, 0, element.h * C * state.y[i]);
-    Some((block, sides))
+    Some((block, sides, [strain, bend.H]))
 }
 
 /// From the base to the tip.
 fn back(chain: &Chain, state: &State, kept: &[Kept]) -> Look {
     let nothing = Move { w: vec![Vector3::zeros()], y: Vec::new() };
-    let mut found = Look { step: nothing.clone(), tangent: nothing, is_stable: false };
+    let mut found = Look { step: nothing.clone(), tangent: nothing, softest: 0.0 };
     for (side, of) in [&mut found.step, &mut found.tangent].into_iter().enumerate() {
         let mut dp = Vector3::zeros();
         for (i, element) in chain.elements.iter().enumerate() {
