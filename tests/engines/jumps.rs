@@ -149,12 +149,12 @@ fn twisted_rods_are_twisted_as_two_angles_are() {
 
 #[test]
 fn two_coils_with_equal_currents_in_three_windings_stay_on_their_branch() {
-    assert_right("group", &SweepSpec { sample_count: 2048, ..sweep("two_coil_group.toml") }, 0);
+    assert_right("group", &SweepSpec { sample_count: 1024, ..sweep("two_coil_group.toml") }, 0);
 }
 
 #[test]
 fn two_coils_with_six_currents_stay_on_their_branch() {
-    assert_right("six", &SweepSpec { sample_count: 2048, ..sweep("two_coil_six.toml") }, 20);
+    assert_right("six", &SweepSpec { sample_count: 1024, ..sweep("two_coil_six.toml") }, 20);
 }
 
 /// Coils whose currents nearly cancel: the net moment says nothing of the first load step.

@@ -19,8 +19,9 @@ const MATERIALS: [(f64, f64, f64, f64, f64); 7] = [
     (28e9, 75e9, 0.33, 6450.0, 0.5e-3),
     (190e9, 200e9, 0.29, 7900.0, 0.4e-3),
 ];
-/// How far the currents bend a design, by the sum of all moments on the unbent rod (rad): tips turn by 20 to 200 degrees.
-const BEND: (f64, f64) = (0.35, 7.0);
+/// How far the largest inputs bend a design, by the sum of all moments on the unbent rod (rad). Moments fall as a rod turns into
+/// the field: most tips turn by 20 to 180 degrees.
+const BEND: (f64, f64) = (1.5, 20.0);
 /// Remanence of magnets (T), and mu0 (T·m/A)
 const REMANENCE: f64 = 1.3;
 const MU0: f64 = 4e-7 * PI;
@@ -58,7 +59,7 @@ pub fn design(seed: u64, number: u64) -> Design {
         _ => 1 + (random.unit() * 2.999) as usize,
     };
     let has_weight = random.chance(0.3);
-    let mut segments = segments(&mut random, drive, sets, has_weight);
+    let segments = segments(&mut random, drive, sets, has_weight);
     let field = field(&mut random, drive);
     let turned = random.chance(0.4);
     let base = match turned {
@@ -69,9 +70,6 @@ pub fn design(seed: u64, number: u64) -> Design {
     let base = if drive == Drive::Twist { Base::default() } else { base };
     let bend = random.between(BEND.0, BEND.1);
     let most = most_current(&segments, field, bend);
-    if drive == Drive::Magnet {
-        shrink_magnet(&mut segments, field, bend);
-    }
     let mut scene = Scene {
         name: format!("Design {number}"),
         base,
@@ -85,6 +83,12 @@ pub fn design(seed: u64, number: u64) -> Design {
     if drive == Drive::Magnet && random.chance(0.6) {
         scene.flux_density = [0.0; 3];
         scene.sources = outside(&scene, &mut random);
+    }
+    if drive == Drive::Magnet {
+        let rest = scene.rod();
+        let tip = std::array::from_fn(|k| rest.base_position[k] + scene.total_length() * rest.base_rotation[k][2]);
+        let field = rest.field.as_ref().map_or(field, |sources| sources.flux_density(tip));
+        shrink_magnet(&mut scene.segments, field, bend);
     }
     let axes = inputs(&scene, drive, most);
     let values: Vec<f64> = axes.iter().map(|axis| axis.distribution.value(random.unit())).collect();

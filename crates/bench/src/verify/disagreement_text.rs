@@ -30,6 +30,10 @@ impl Disagreements {
         let mut table = TextTable::new(heads);
         let mut lines = String::new();
         for (at, (verdicts, contender)) in self.verdicts.iter().zip(&self.contenders).enumerate() {
+            // Without anchors either way, a box is one run.
+            if !contender.anchors && verdicts.answers() == 0 {
+                continue;
+            }
             let name = contender.name(self.options.around.is_some());
             let counts = [
                 verdicts.both,

@@ -42,6 +42,11 @@ impl Verdicts {
         self.mismatches.iter().filter(|mismatch| is_counted(mismatch)).count()
     }
 
+    /// Answers that were compared.
+    pub fn answers(&self) -> usize {
+        self.both + self.neither + self.only_here() + self.only_reference()
+    }
+
     pub fn only_here(&self) -> usize {
         self.count(|of| of.difference == Difference::OnlyHere)
     }
