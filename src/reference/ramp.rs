@@ -102,7 +102,7 @@ fn follow(chain: &Chain, pace: f64) -> Path {
             }
             _ => {
                 step = 0.5 * (lambda - path.lambda);
-                if step < SMALLEST_STEP * path.lambda.max(LITTLE_LOAD) {
+                if step < pace * SMALLEST_STEP * path.lambda.max(LITTLE_LOAD) {
                     break;
                 }
             }
