@@ -62,6 +62,7 @@ enum Refused {
 /// Follows the equilibrium from the unloaded rod as far as it stays stable, and whether two paths ended alike.
 pub(super) fn from_rest(rod: &Varying) -> (Path, bool) {
     twice(
+        None,
         |pace| follow(rod, pace),
         |a, b| {
             let same_load = (a.lambda - b.lambda).abs() <= ALIKE * b.lambda && a.end == b.end;
