@@ -66,7 +66,8 @@ fn assert_near(found: Vector, expected: Vector, by: f64) {
 #[test]
 fn a_moment_at_the_tip_bends_an_arc() {
     let turn = 1.2;
-    let (position, rotation) = arrival(&rod(Loads { tip_moment: Some([turn * EI / LENGTH, 0.0, 0.0]), ..Loads::default() }));
+    let (position, rotation) =
+        arrival(&rod(Loads { tip_moment: Some([turn * EI / LENGTH, 0.0, 0.0]), ..Loads::default() }));
     let radius = LENGTH / turn;
     assert_near(position, [0.0, -radius * (1.0 - turn.cos()), radius * turn.sin()], 1e-6);
     assert!(rotation_angle(&rotation, &rotation_matrix([turn, 0.0, 0.0])) < 1e-5);

@@ -84,11 +84,8 @@ fn assert_right(name: &str, spec: &SweepSpec, ended: usize) {
     assert!(100 * unsure <= words.len(), "{name}: the judge is not sure of {unsure}");
     let ends = words.iter().filter(|word| matches!(word, Word::Ends { .. })).count();
     assert!(ends >= ended, "{name}: {ends} paths end");
-    let engines = [
-        ("f64", rows(spec, Precision::F64)),
-        ("f32", rows(spec, Precision::F32)),
-        ("reference", reference(spec)),
-    ];
+    let engines =
+        [("f64", rows(spec, Precision::F64)), ("f32", rows(spec, Precision::F32)), ("reference", reference(spec))];
     for (engine, rows) in engines {
         assert_eq!(rows.len(), words.len(), "{name}, {engine}");
         let found: Vec<String> = rows
@@ -134,15 +131,16 @@ fn twisted_rods_are_twisted_as_two_angles_are() {
         truths.push(values);
     }
     let truths: Vec<f64> = truths.into_par_iter().map(|[a, b]| twist(a, b)).collect();
-    let engines = [
-        ("f64", rows(&spec, Precision::F64)),
-        ("f32", rows(&spec, Precision::F32)),
-        ("reference", reference(&spec)),
-    ];
+    let engines =
+        [("f64", rows(&spec, Precision::F64)), ("f32", rows(&spec, Precision::F32)), ("reference", reference(&spec))];
     for (engine, rows) in engines {
         for (at, (row, truth)) in rows.iter().zip(&truths).enumerate() {
             let off = rotation_angle(&row.rotation, &rotation_matrix([0.0, 0.0, *truth]));
-            assert!(row.status.is_success() && off < 1e-3, "{engine}, sample {at}: {}, off by {off}", row.status.name());
+            assert!(
+                row.status.is_success() && off < 1e-3,
+                "{engine}, sample {at}: {}, off by {off}",
+                row.status.name()
+            );
         }
     }
 }
@@ -186,7 +184,8 @@ fn three_coils_with_nine_currents_stay_on_their_branch() {
     assert_right("nine", &spec, 20);
     let base = sweep("three_coil.toml");
     let text = std::fs::read_to_string(file("three_coil_reference.csv")).expect("a table");
-    let values: Vec<f64> = text.lines().nth(1).expect("a row").split(',').map(|x| x.parse().expect("a number")).collect();
+    let values: Vec<f64> =
+        text.lines().nth(1).expect("a row").split(',').map(|x| x.parse().expect("a number")).collect();
     let table = InputTable::new(base.table.as_ref().expect("a table").parameters().to_vec(), values);
     assert_right("one of nine", &SweepSpec { sample_count: 1, table: Some(table.into()), ..base }, 0);
 }

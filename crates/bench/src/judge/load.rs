@@ -46,13 +46,7 @@ impl Potential {
 }
 
 /// The loads of node i at p, R under a share of the full load.
-pub fn potential(
-    chain: &Chain,
-    i: usize,
-    (p, R): (&Vector3<f64>, &Matrix3<f64>),
-    share: f64,
-    arms: Arms,
-) -> Potential {
+pub fn potential(chain: &Chain, i: usize, (p, R): (&Vector3<f64>, &Matrix3<f64>), share: f64, arms: Arms) -> Potential {
     let node: &Node = &chain.nodes[i];
     let mut sum = Potential::default();
     let t = R.column(2).into_owned();
@@ -93,14 +87,7 @@ pub fn potential(
 }
 
 /// Adds -n · C n / 2 over a length, C turning with the node: what shear and stretch yield under a known force.
-fn strain(
-    sum: &mut Potential,
-    n: &Vector3<f64>,
-    compliance: &Vector3<f64>,
-    R: &Matrix3<f64>,
-    length: f64,
-    share: f64,
-) {
+fn strain(sum: &mut Potential, n: &Vector3<f64>, compliance: &Vector3<f64>, R: &Matrix3<f64>, length: f64, share: f64) {
     let C = R * Matrix3::from_diagonal(compliance) * R.transpose();
     let y = C * n;
     let slope = -length * y.cross(n);

@@ -23,7 +23,9 @@ mod field;
 mod hessian;
 mod load;
 mod path;
+mod state;
 mod turn;
+mod uniform;
 mod varying;
 
 use chain::Chain;

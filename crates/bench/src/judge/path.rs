@@ -1,7 +1,8 @@
 //! The minimum of the energy, followed from rest to the full load.
 
 use super::chain::Chain;
-use super::hessian::{Look, Move, State, look};
+use super::hessian::look;
+use super::state::{Look, Move, State};
 use super::turn::exp;
 use nalgebra::{Quaternion, Vector3};
 
@@ -68,13 +69,7 @@ pub fn follow(chain: &Chain, trust: f64) -> Followed {
 }
 
 /// Newton's method from a prediction; `None` where it was too far off, or what it leads to is no minimum.
-fn correct(
-    chain: &Chain,
-    mut state: State,
-    share: f64,
-    trust: f64,
-    looks: &mut usize,
-) -> Option<(State, Look, f64)> {
+fn correct(chain: &Chain, mut state: State, share: f64, trust: f64, looks: &mut usize) -> Option<(State, Look, f64)> {
     let (mut first, mut last) = (0.0, f64::INFINITY);
     for k in 0..CORRECTIONS {
         let seen = look(chain, &state, share)?;

@@ -1,8 +1,8 @@
 //! Elimination in a field that varies: places of nodes and strains of elements are moved, too.
 
 use super::chain::Chain;
-use super::hessian::{Look, Move, State, bend, softness};
 use super::load::{Arms, Potential, potential};
+use super::state::{Look, Move, State, bend, softness};
 use super::turn::{hat, second_order};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 

@@ -2,8 +2,9 @@
 
 use super::numbers::Random;
 use rodsweep::model::{
-    Axis, Base, Coil, CoilLoad, CoilWinding, Density, FieldSources, Flexible, Loads, Magnet, MagnetBody, Parameter, Profile,
-    Rigid, STANDARD_GRAVITY, Scene, Segment, SegmentKind, SegmentParameter, ShearElasticity, Stiffness, Vector,
+    Axis, Base, Coil, CoilLoad, CoilWinding, Density, FieldSources, Flexible, Loads, Magnet, MagnetBody, Parameter,
+    Profile, Rigid, STANDARD_GRAVITY, Scene, Segment, SegmentKind, SegmentParameter, ShearElasticity, Stiffness,
+    Vector,
 };
 use rodsweep::spec::{AxisSpec, Distribution};
 use std::f64::consts::PI;
@@ -207,7 +208,8 @@ fn most_current(segments: &[Segment], field: Vector, bend: f64) -> f64 {
 
 /// Makes a magnet no larger than bends the rod so far.
 fn shrink_magnet(segments: &mut [Segment], field: Vector, bend: f64) {
-    let found = bend_by(segments, |rigid, length| size(rigid.dipole_per_length.unwrap_or_default()) * length * size(field));
+    let found =
+        bend_by(segments, |rigid, length| size(rigid.dipole_per_length.unwrap_or_default()) * length * size(field));
     for segment in segments {
         if let SegmentKind::Rigid(Rigid { dipole_per_length: Some(magnet), .. }) = &mut segment.kind {
             *magnet = magnet.map(|x| x * (bend / found));
@@ -227,9 +229,8 @@ fn outside(scene: &Scene, random: &mut Random) -> FieldSources {
     };
     let place = [distance * angle.cos(), distance * angle.sin(), random.within(0.3, 1.3) * length];
     let rotation = rodsweep::model::rotation_matrix(scene.base.rotation);
-    let position = std::array::from_fn(|row| {
-        scene.base.position[row] + (0..3).map(|k| rotation[row][k] * place[k]).sum::<f64>()
-    });
+    let position =
+        std::array::from_fn(|row| scene.base.position[row] + (0..3).map(|k| rotation[row][k] * place[k]).sum::<f64>());
     let magnet = Magnet {
         name: "arm".into(),
         position,
@@ -256,7 +257,9 @@ fn inputs(scene: &Scene, drive: Drive, most: f64) -> Vec<AxisSpec> {
         match drive {
             Drive::Grouped => add(Axis::ALL.map(current).to_vec(), -most, most),
             Drive::Twist => add(vec![current(Axis::X)], -most, most),
-            Drive::Free | Drive::Opposed => Axis::ALL.into_iter().for_each(|axis| add(vec![current(axis)], -most, most)),
+            Drive::Free | Drive::Opposed => {
+                Axis::ALL.into_iter().for_each(|axis| add(vec![current(axis)], -most, most))
+            }
             Drive::Magnet if scene.sources.magnets.is_empty() => {
                 let size = size(scene.flux_density);
                 Axis::ALL.into_iter().for_each(|axis| add(vec![Parameter::FluxDensity(axis)], -size, size));

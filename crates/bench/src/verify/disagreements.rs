@@ -116,9 +116,8 @@ impl Disagreements {
 
     /// Where a scene was written.
     pub(super) fn replay_of(&self, engine: usize, mismatch: &Mismatch) -> Option<&Path> {
-        let is_this = |of: &&(usize, u64, Option<u64>, PathBuf)| {
-            (of.0, of.1, of.2) == (engine, mismatch.number, mismatch.sample)
-        };
+        let is_this =
+            |of: &&(usize, u64, Option<u64>, PathBuf)| (of.0, of.1, of.2) == (engine, mismatch.number, mismatch.sample);
         self.replays.iter().find(is_this).map(|(.., path)| path.as_path())
     }
 }

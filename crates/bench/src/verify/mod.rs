@@ -28,8 +28,8 @@ mod time;
 mod verdicts;
 
 pub use disagreements::{Disagreements, search_disagreements};
-pub use search::SearchOptions;
 pub use hard::{HardCases, verify_hard};
+pub use search::SearchOptions;
 
 use crate::error::BenchError;
 use cases::Case;

@@ -75,7 +75,8 @@ impl Verdicts {
             (false, false) => self.neither += 1,
             _ => {}
         }
-        let Some(Verdict { difference, word, blame }) = compare(&found, expected, tolerance, place.scene, always) else {
+        let Some(Verdict { difference, word, blame }) = compare(&found, expected, tolerance, place.scene, always)
+        else {
             return true;
         };
         self.mismatches.push(Mismatch {
@@ -172,4 +173,3 @@ fn solve(plan: &Plan, contender: &Contender) -> Result<Solutions, BackendError> 
         false => second_attempt(&plan)?.solve(&batch),
     }
 }
-
