@@ -27,6 +27,9 @@ fn sweep(name: &str) -> SweepSpec {
     SweepSpec { quantities: OutputQuantity::ALL[..9].to_vec(), ..spec }
 }
 
+/// Rows of `truth.json` that engines may leave without an answer, saying so.
+const MAY_BE_DOUBTFUL: [&str; 1] = ["random-201-2143.toml"];
+
 /// What an engine says of a sample.
 struct Row {
     status: Status,
@@ -227,6 +230,9 @@ fn random_scenes_that_were_wrong_are_right() {
         ];
         for (engine, bound, rows) in engines {
             let row = &rows[0];
+            if row.status == Status::Doubtful && MAY_BE_DOUBTFUL.contains(&name.as_str()) {
+                continue;
+            }
             let off = (0..3).map(|k| (tip[k] - row.position[k]).abs()).fold(0.0, f64::max) / length;
             assert!(row.status.is_success() && off < bound, "{name}, {engine}: {}, off by {off}", row.status.name());
         }

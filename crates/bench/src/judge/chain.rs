@@ -81,7 +81,9 @@ impl Chain {
         let all: Vec<FlexibleRod> = rod.segments.iter().filter_map(flexible).collect();
         let total: f64 = all.iter().map(|of| of.length).sum();
         let field = rod.field.as_ref();
-        if field.is_some_and(|field| !field.maps.is_empty()) || total <= 0.0 {
+        // Stability of a rod under a dead moment, without the arm of forces, in a field that varies is a matter of convention.
+        let is_odd = !rod.rigid_force_arm && rod.tip_moment != [0.0; 3];
+        if field.is_some_and(|field| !field.maps.is_empty() || is_odd) || total <= 0.0 {
             return None;
         }
         let R = Rotation3::from_matrix_unchecked(Matrix3::from_fn(|row, col| rod.base_rotation[row][col]));

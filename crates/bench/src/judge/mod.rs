@@ -65,7 +65,8 @@ pub enum Word {
         /// From 0 to 1
         load: f64,
     },
-    /// Resolutions differ, the rod comes too near to a magnet, or it has what the judge does not model: a field sampled on a grid.
+    /// Resolutions differ, the rod comes too near to a magnet, or it has what the judge does not model: a field sampled on a
+    /// grid, or, in a field that varies, a tip moment without the arm of forces.
     Unsure,
 }
 
