@@ -26,6 +26,8 @@ mod golden;
 mod hard;
 mod invariance;
 mod jacobian;
+mod judge;
+mod jumps;
 mod limp;
 mod limp_forms;
 mod limp_lanes;

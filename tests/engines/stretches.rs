@@ -9,7 +9,7 @@ use rodsweep::lanes::Lanes;
 use rodsweep::model::{Plan, PlanOptions, Quantity, Scene, SegmentKind, Solutions, Status, Stepper, Vector};
 use rodsweep::reference::Reference;
 use rodsweep_bench::random::RandomScenes;
-use rodsweep_bench::verify::search_disagreements;
+use rodsweep_bench::verify::{SearchOptions, search_disagreements};
 use std::path::PathBuf;
 
 /// Scenes, with shares of their load. All but the last have a tip moment and lose stability on the way.
@@ -140,7 +140,7 @@ fn the_gpu_says_what_the_reference_says() {
 /// So many random scenes of a seed: solved by both engine and reference at the same tip, in more than `both` of them, or by
 /// neither, in more than `neither`.
 fn assert_no_disagreement(kind: RandomScenes, scenes: u64, seed: u64, (both, neither): (u64, u64)) {
-    let found = search_disagreements(kind, scenes, seed, &mut |_| {}).expect("solved");
+    let found = search_disagreements(&SearchOptions::new(kind, seed, scenes), &mut |_| {}).expect("solved");
     assert!(found.is_right(), "{}", found.text());
     let value: serde_json::Value = serde_json::from_str(&found.json()).expect("JSON");
     for engine in value["engines"].as_array().expect("engines") {

@@ -57,6 +57,7 @@ const OWNERS: [(&str, &[&str]); 31] = [
             "src/reference/",
             "src/study/",
             "crates/bench/src/baseline/",
+            "crates/bench/src/judge/",
             "crates/bench/src/random/",
             "crates/kernels/src/lanes/nodes/tests/",
         ],

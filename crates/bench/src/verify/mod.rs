@@ -11,19 +11,24 @@
 //! # Ok::<(), rodsweep_bench::BenchError>(())
 //! ```
 
+mod answer;
+mod around;
 mod cases;
 mod compare;
+mod disagreement_text;
 mod disagreements;
 mod engines;
 mod hard;
 mod hard_text;
 mod links;
 mod replay;
+mod search;
 mod text;
 mod time;
 mod verdicts;
 
 pub use disagreements::{Disagreements, search_disagreements};
+pub use search::SearchOptions;
 pub use hard::{HardCases, verify_hard};
 
 use crate::error::BenchError;
