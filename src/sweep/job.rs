@@ -50,6 +50,7 @@ pub struct SweepJob<'a> {
     rows_written: Option<RowsWritten<'a>>,
     warn: Option<&'a dyn Fn(&str)>,
     spot_check: Option<SpotCheckOptions>,
+    max_failures: Option<u64>,
 }
 
 impl<'a> SweepJob<'a> {
@@ -69,6 +70,7 @@ impl<'a> SweepJob<'a> {
             progress: None,
             rows_written: None,
             warn: None,
+            max_failures: None,
         }
     }
 
@@ -133,6 +135,11 @@ impl<'a> SweepJob<'a> {
     /// How many samples are solved again by the reference; `None`: none.
     pub fn spot_check(self, options: Option<SpotCheckOptions>) -> Self {
         SweepJob { spot_check: options, ..self }
+    }
+
+    /// Samples that may fail, whatever share the sweep file allows; `None`: as it says.
+    pub fn max_failures(self, samples: Option<u64>) -> Self {
+        SweepJob { max_failures: samples, ..self }
     }
 
     /// Settles by what the sweep will be solved: as a run that the sink already holds, as asked for, or by a choice of
@@ -342,6 +349,7 @@ impl<'a> PreparedSweep<'a> {
         options.search = Some(branch_tools(&search));
         options.trusted = job.spot_check.is_some().then_some(&trusted as BackendFactory);
         options.spot_check = job.spot_check.unwrap_or_default();
+        options.max_failures = job.max_failures;
         options.pilot = self.pilot.clone();
         let fallback = Fallback {
             engine: &search_on_the_cpu,

@@ -23,6 +23,7 @@ mod samples;
 mod sink;
 mod stages;
 mod summary;
+mod tally;
 
 pub use anchors::with_anchors;
 pub use branches::{Branch, BranchSearch, BranchTools, Branches, Energy, Equilibria};

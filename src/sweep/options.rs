@@ -45,6 +45,8 @@ pub struct RunOptions<'a> {
     pub trusted: Option<BackendFactory<'a>>,
     /// How many samples the spot check takes.
     pub spot_check: SpotCheckOptions,
+    /// Samples that may fail; `None`: as the sweep says.
+    pub max_failures: Option<u64>,
     /// How the number of steps was chosen, for the manifest.
     pub pilot: Option<PilotChoice>,
     /// What happened before, for the manifest.
@@ -93,6 +95,7 @@ impl<'a> RunOptions<'a> {
             search: None,
             trusted: None,
             spot_check: SpotCheckOptions::default(),
+            max_failures: None,
             pilot: None,
             notes: Vec::new(),
         }

@@ -25,3 +25,4 @@ mod stores;
 mod surfaces;
 mod sweeps;
 mod table;
+mod verdict;
