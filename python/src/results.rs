@@ -89,7 +89,7 @@ impl NativeResults {
         let results = self.results.clone();
         run(py, None, None, move |_| {
             rodsweep::results::make_directory(&folder)?;
-            Ok(RunFigures::new().colour(colour.as_deref()).draw(&results, &folder)?.files)
+            Ok(RunFigures::new().colour(colour.as_deref()).draw(&results, &folder)?)
         })
     }
 }

@@ -9,7 +9,7 @@ use super::table::Table;
 use pyo3::prelude::*;
 use rodsweep::engines::EngineRequest;
 use rodsweep::figures::{draw_sensitivity, draw_workspace};
-use rodsweep::model::LARGEST;
+use rodsweep::input::LARGEST;
 use rodsweep::results::{Results, make_directory};
 use rodsweep::spec::{SweepSpec, Target};
 use rodsweep::study::sensitivity::{Estimator, EstimatorChoice, Sensitivity, SensitivityJob};

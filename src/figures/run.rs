@@ -10,7 +10,7 @@ use crate::report::{
 use crate::results::{Reduction, Results, ResultsError};
 use crate::spec::SweepSpec;
 use crate::table::{Column, Table, Values};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Points along the rod that is drawn in the cloud.
 const ROD_POINTS: usize = 101;
@@ -74,25 +74,48 @@ impl RunFigures {
         }
     }
 
-    /// Draws the results of a directory into a folder, for example the directory itself.
+    /// Draws the results of a directory into a folder, for example the directory itself; returns the files.
     ///
     /// # Errors
     ///
     /// Results that cannot be read, or a figure that cannot be written.
-    pub fn draw(&self, results: &Results, folder: &Path) -> Result<Drawn, RunFiguresError> {
+    pub fn draw(&self, results: &Results, folder: &Path) -> Result<Vec<PathBuf>, RunFiguresError> {
+        Ok(self.drawn(results, folder)?.files)
+    }
+
+    /// The same, with what was left out since there was nothing to draw.
+    ///
+    /// # Errors
+    ///
+    /// As [`RunFigures::draw`].
+    pub fn drawn(&self, results: &Results, folder: &Path) -> Result<Drawn, RunFiguresError> {
         self.check(results.spec())?;
         let verdict = results.verdict()?;
         let mark = self.mark.clone().or_else(|| verdict.and_then(|verdict| verdict.headline()));
         let marked = RunFigures { mark, ..self.clone() };
-        marked.draw_reduction(results.spec(), &results.reduce_without_voxels()?, folder)
+        marked.drawn_reduction(results.spec(), &results.reduce_without_voxels()?, folder)
     }
 
-    /// Draws what a run has kept of its rows. Voxels are not drawn.
+    /// Draws what a run has kept of its rows; returns the files. Voxels are not drawn.
     ///
     /// # Errors
     ///
     /// A colour that is no column, or a figure that cannot be written.
     pub fn draw_reduction(
+        &self,
+        spec: &SweepSpec,
+        reduction: &Reduction,
+        folder: &Path,
+    ) -> Result<Vec<PathBuf>, RunFiguresError> {
+        Ok(self.drawn_reduction(spec, reduction, folder)?.files)
+    }
+
+    /// The same, with what was left out since there was nothing to draw.
+    ///
+    /// # Errors
+    ///
+    /// As [`RunFigures::draw_reduction`].
+    pub fn drawn_reduction(
         &self,
         spec: &SweepSpec,
         reduction: &Reduction,

@@ -2,8 +2,8 @@
 
 use super::error::{InputError, Problem};
 use super::scene_file::read_text;
+use super::units::LARGEST;
 use super::units::{Dimension, parse_quantity};
-use crate::model::LARGEST;
 use crate::table::{self, TableError, Values};
 use std::collections::HashSet;
 use std::path::Path;

@@ -1,8 +1,8 @@
 //! Typed access to a TOML file in which every mistake is reported with file, line and key.
 
 use super::error::{InputError, Problem};
-use super::units::{Dimension, parse_quantity};
-use crate::model::{LARGEST, Vector, closest};
+use super::units::{Dimension, LARGEST, parse_quantity};
+use crate::model::{Vector, closest};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use toml_edit::{Array, Document, Item, TableLike, Value};

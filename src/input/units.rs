@@ -3,7 +3,8 @@
 //! A unit carries its dimension and a decimal power, so `"1.3 mm"` is the double nearest to 0.0013. `"10 %"` is the number
 //! 0.1.
 
-use crate::model::LARGEST;
+/// No number that users give is larger, in SI: those of a scene multiplied stay finite, and so do derivatives.
+pub const LARGEST: f64 = 1e60;
 
 /// Exponents of m, kg, s, A, rad.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

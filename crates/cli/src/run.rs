@@ -47,7 +47,7 @@ pub fn run(arguments: &RunArguments) -> Result<Exit, CommandError> {
     let job = job.part_size(arguments.part_size).max_failures(arguments.max_failures);
     let drawn = Mutex::new(None);
     let draw = |spec: &SweepSpec, rows: &Reduction| {
-        let files = figures.draw_reduction(spec, rows, &out);
+        let files = figures.drawn_reduction(spec, rows, &out);
         drawn.lock().unwrap_or_else(PoisonError::into_inner).replace(files);
     };
     // A shard's figures show what the directory holds of all shards, and a worker's what it holds of all workers.
@@ -89,7 +89,7 @@ pub fn run(arguments: &RunArguments) -> Result<Exit, CommandError> {
         let files = match drawn {
             // Drawn before it was known what speaks against the rows, or not.
             Some(files) if summary.verdict.sound => files?,
-            _ => figures.draw(&Results::open(&out)?, &out)?,
+            _ => figures.drawn(&Results::open(&out)?, &out)?,
         };
         files.left_out.iter().for_each(|note| tell(&format!("note: {note}")));
         for path in files {
@@ -152,7 +152,7 @@ pub fn draw(directory: &Path, colour: Option<&str>, accept_distrusted: bool) -> 
     if let Some(exit) = verdict::of_results(&results, accept_distrusted)? {
         return Ok(exit);
     }
-    let drawn = RunFigures::new().colour(colour).draw(&results, directory)?;
+    let drawn = RunFigures::new().colour(colour).drawn(&results, directory)?;
     drawn.left_out.iter().for_each(|note| say(&format!("note: {note}")));
     for path in drawn {
         say(&format!("figure: {}", path.display()));

@@ -25,11 +25,11 @@ pub fn draw_workspace(
         size: found.size(),
         methods: methods(convergence),
         reference: None,
-        mark: found.mark.clone(),
     };
     let lattice = found.grown.lattice;
     let table = found.voxel_table();
-    let mut drawn = WorkspaceFigures { table: &table, lattice, summary: &summary }.draw(folder)?;
+    let drawn = WorkspaceFigures { table: &table, lattice, summary: &summary };
+    let mut drawn = drawn.draw_marked(folder, found.mark.as_deref())?;
     if let Some(robust) = &extras.robust {
         // Voxels that only other designs reach belong to this figure alone.
         let only = WorkspaceSummary { methods: Vec::new(), size: None, ..summary.clone() };

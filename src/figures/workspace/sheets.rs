@@ -81,9 +81,18 @@ impl<'a> WorkspaceFigures<'a> {
     ///
     /// A file that cannot be written.
     pub fn draw(&self, folder: &Path) -> Result<Drawn, ReportError> {
+        self.draw_marked(folder, None)
+    }
+
+    /// The same; every figure says what speaks against it.
+    ///
+    /// # Errors
+    ///
+    /// As [`WorkspaceFigures::draw`].
+    pub fn draw_marked(&self, folder: &Path, mark: Option<&str>) -> Result<Drawn, ReportError> {
         let mut drawn = Drawn::default();
         for (name, figure) in self.figures() {
-            write_both(&mut drawn, (name, figure.as_ref()), folder, self.summary.mark.as_deref())?;
+            write_both(&mut drawn, (name, figure.as_ref()), folder, mark)?;
         }
         Ok(drawn)
     }

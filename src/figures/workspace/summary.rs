@@ -15,8 +15,6 @@ pub struct WorkspaceSummary {
     pub methods: Vec<Method>,
     /// The size to compare the methods with, and its name.
     pub reference: Option<(String, Estimate)>,
-    /// What speaks against it: every figure says so.
-    pub mark: Option<String>,
 }
 
 /// What one method says of the size.

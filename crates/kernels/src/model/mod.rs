@@ -72,7 +72,6 @@ pub use starts::{FAR, MOST_KNOWN, SEARCH_ENTRIES, Start};
 pub use status::Status;
 pub use stepper::{Stepper, Tableau};
 pub use units::Units;
-pub use validate::LARGEST;
 
 /// Three numbers along x, y, z.
 pub type Vector = [f64; 3];

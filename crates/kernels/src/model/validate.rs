@@ -6,9 +6,8 @@ use super::{
 };
 use std::collections::HashSet;
 
-/// No number of a scene is larger, nor any other that users give, in SI: turns, area, current and field multiplied stay
-/// finite, and derivatives do.
-pub const LARGEST: f64 = 1e60;
+/// No number of a scene is larger, in SI: turns, area, current and field multiplied stay finite, and derivatives do.
+const LARGEST: f64 = 1e60;
 
 /// Checks one number; `requirement` words the condition for the message.
 fn check(name: String, value: f64, holds: bool, requirement: &'static str) -> Result<(), SceneError> {
