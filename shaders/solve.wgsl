@@ -10,7 +10,7 @@ fn solve_group() {
     let rod = load();
     //@if !SEARCH
     //@if !ANCHORED
-    let secant = rest_slope(rod);
+    let rest = rest_slope(rod);
     //@end
     //@end
     var end: PathEnd;
@@ -31,7 +31,7 @@ fn solve_group() {
         end = anchored_end();
         if !end.reached { break; }
         //@else
-        end = follow_path(rod, first, secant);
+        end = follow_path(rod, first, rest);
         //@end
         //@end
         var moved = true;

@@ -147,11 +147,9 @@ fn add_path(s: &mut Specialisation, plan: &Plan) {
         ("LOAD_STEP_TOLERANCE", path::LOAD_STEP_TOLERANCE),
         ("FULL_LOAD_TOLERANCE", path::FULL_LOAD_TOLERANCE),
         ("TRUST", path::TRUST),
-        ("RAMP_TRUST", path::RAMP_TRUST),
         ("NEARBY", path::NEARBY),
         ("CORRECTIONS", path::CORRECTIONS),
         ("FIRST_BEND", path::FIRST_BEND),
-        ("FIRST_UNSYMMETRIC_BEND", path::FIRST_UNSYMMETRIC_BEND),
         ("RETREATS", path::RETREATS),
         ("NEAR_MARGIN", path::NEAR_MARGIN),
         ("WIDENING", path::WIDENING),
@@ -209,7 +207,7 @@ pub(crate) fn pass_limit(plan: &Plan) -> f64 {
         (path::CHORD_LIMIT + 1) * pass(steps) + 2 * pass(2 * steps) + path::NEWTON_LIMIT * (pass(steps) + gathered);
     let direct = (2 + path::CORRECTIONS as usize) * pass(path_steps);
     // Each of the three paths may be the first that leads to an unstable equilibrium.
-    let fixed = rows + pass(path_steps) + 3 * attempt + direct;
+    let fixed = rows + 2 * pass(path_steps) + 3 * attempt + direct;
     // Both ramps in the first attempt, both in the second, the guarded one in the third; each pass with its index.
     let left = ITERATION_BUDGET.saturating_sub(fixed) / (2 * pass(path_steps) + 3 * pass(careful_steps));
     path::PASS_LIMIT.min(left as f64)

@@ -1,9 +1,8 @@
 //! A block of samples: paths from rest in f32, a register of samples that bend alike at a time, then answers of those
 //! that arrived; or both with care.
 
-use super::algebra::length;
 use super::anchors::anchored_end;
-use super::group::{Answer, Follow, Load, Tools, store_end};
+use super::group::{Answer, Follow, Load, Tools, load_rest, store_end, store_rest};
 use super::kernels::Kernels;
 use super::lane::{Lane, Scalar};
 use super::lone_pass::leave_empty;
@@ -162,7 +161,7 @@ pub(super) struct Block<'a, L: Kernels> {
 }
 
 impl<L: Kernels> Block<'_, L> {
-    /// Sorts samples, of `count`, by how far they would bend to first order, in plan units of moment.
+    /// Sorts samples, of `count`, by how far they would bend to first order: the largest moment inside, in plan units.
     #[inline(always)]
     fn sort_by_bend(&mut self, count: usize, order: &mut [usize]) {
         let Memory { paths: tools, inputs, rests, .. } = &mut *self.memory;
@@ -175,10 +174,10 @@ impl<L: Kernels> Block<'_, L> {
             let inputs = Inputs { data: inputs, stride: BLOCK, offset };
             let Tools { rod, workspace, .. } = tools;
             L::Coarse::load_rods(Load { program: self.program, token: self.token, inputs, rod });
-            let slope = rest_slope(&Problem { program: self.program, inputs, rod }, workspace);
-            Outputs { data: rests, stride: BLOCK, offset }.store_vector(0, slope);
+            let rest = rest_slope(&Problem { program: self.program, inputs, rod }, workspace);
+            store_rest(&rest, &mut Outputs { data: rests, stride: BLOCK, offset });
             let mut bend = [CoarseScalar::<L>::default(); WIDEST];
-            length(slope).store(&mut bend);
+            rest.largest.store(&mut bend);
             bends[offset..].iter_mut().zip(bend).take(lanes).for_each(|(to, bend)| *to = bend.to_f64());
         }
         order.sort_by(|a, b| bends[*a].total_cmp(&bends[*b]));
@@ -213,9 +212,9 @@ impl<L: Kernels> Block<'_, L> {
             let Tools { rod, workspace, inputs, start } = tools;
             let inputs = Inputs { data: inputs, stride: lanes, offset: 0 };
             L::Coarse::load_rods(Load { program: self.program, token: self.token, inputs, rod });
-            let rest_slope = Inputs { data: start, stride: lanes, offset: 0 }.vector(self.token, 0);
+            let rest = load_rest(self.token, &Inputs { data: start, stride: lanes, offset: 0 });
             let problem = Problem { program: self.program, inputs, rod };
-            let end = L::Coarse::follow(Follow { problem, path: Path::Ramp, rest_slope, workspace });
+            let end = L::Coarse::follow(Follow { problem, path: Path::Ramp, rest, workspace });
             store_end(&end, &mut Outputs { data: start, stride: lanes, offset: 0 });
             unpack(&tools.start, samples, lanes, ends);
             for (sample, reached) in samples.iter().zip(&tools.start) {

@@ -11,18 +11,15 @@ pub const LOAD_STEP_TOLERANCE: f64 = 0.2;
 pub const FULL_LOAD_TOLERANCE: f64 = 0.03;
 /// On the path each correction must be smaller than this share of the one before.
 pub const CONTRACTION: f64 = 0.3;
-/// On a ramp, a first correction above this many plan units of moment or radians of the tip is not trusted.
-pub const RAMP_TRUST: f64 = 0.5;
-/// The same on a path followed with care, and on the fine grid.
-pub const TRUST: f64 = 0.3;
+/// A first correction above this many plan units of moment or radians of the tip is not trusted on any path: another branch may
+/// be as near. With [`FIRST_BEND`] it keeps opposed coils on their branch; either alone does not.
+pub const TRUST: f64 = 0.2;
 /// A correction smaller than this leads to no other branch, wherever it starts.
 pub const NEARBY: f64 = 0.03;
 /// Newton steps on one load step.
 pub const CORRECTIONS: f64 = 8.0;
-/// The first load step bends the rod by so much, to first order (plan units of moment).
-pub const FIRST_BEND: f64 = 1.5;
-/// The same under a tip moment, where Newton's method contracts beyond the loss of stability as well as before.
-pub const FIRST_UNSYMMETRIC_BEND: f64 = 0.4;
+/// The first load step bends no part of the rod by more, to first order (plan units of the largest moment inside).
+pub const FIRST_BEND: f64 = 0.4;
 /// A load step is chosen so that its first correction, which grows like the step's fourth power, will be this share of
 /// what is trusted.
 pub const AIM: f64 = 0.375;
@@ -184,7 +181,7 @@ pub const NODE_CORRECTIONS: usize = 8;
 /// The first load step by nodes.
 pub const NODE_FIRST_STEP: f64 = 0.1;
 /// The largest first correction of a node: radians, or moment relative to 1 plus the largest.
-pub const NODE_TRUST: f64 = 0.5;
+pub const NODE_TRUST: f64 = 0.2;
 /// Each correction of the nodes must be smaller than this share of the one before.
 pub const NODE_CONTRACTION: f64 = 0.3;
 /// A load step by nodes is chosen so that its first correction will be this share of what is trusted; that grows like

@@ -17,8 +17,8 @@ use crate::model::CoilLoad;
 use crate::model::path::{
     AIM, CONTRACTION, CORRECTIONS, FIELD_LITTLE_STEP, FIELD_LOAD_TOLERANCE, FIELD_NEAR_MARGIN, FIELD_SMALLEST_STEP,
     FIELD_SOFT, FIELD_SOFT_RATIO, FIRST_BEND, FOLD_MARGIN, FOLD_STEEPNESS, FULL_LOAD_TOLERANCE, LITTLE_LOAD,
-    NEAR_MARGIN, NODE_LEAST_RATIO, NODE_MOST_RATIO, NODE_PASS_LIMIT, NODE_RETREAT, PATH_TOLERANCE, RAMP_TRUST,
-    SAFE_MARGIN, SMALLEST_GUARDED_STEP, SMALLEST_RAMP_STEP, TRUST, WIDENING,
+    NEAR_MARGIN, NODE_LEAST_RATIO, NODE_MOST_RATIO, NODE_PASS_LIMIT, NODE_RETREAT, PATH_TOLERANCE, SAFE_MARGIN,
+    SMALLEST_GUARDED_STEP, SMALLEST_RAMP_STEP, TRUST, WIDENING,
 };
 
 /// sqrt(3) over the norm of d(m0)/d(l_tip).
@@ -114,8 +114,7 @@ pub fn follow_varying<L: Kernels>(
     let mut step = (one.constant(FIRST_BEND) / slope).min(one);
     let mut target = step;
     let mut base = (secant.0 * target, secant.1 * target);
-    let trust = if care { TRUST } else { RAMP_TRUST };
-    let first_bound = one.constant(trust / CONTRACTION);
+    let first_bound = one.constant(TRUST / CONTRACTION);
     let (mut last_size, mut first_size) = (first_bound, zero);
     let (mut corrections, mut passes) = (zero, zero);
     let (mut reached, mut exhausted, mut unstable) = (nobody, nobody, nobody);
@@ -186,7 +185,7 @@ pub fn follow_varying<L: Kernels>(
         reached = reached | (accept & !partial & !is_narrow);
         first_size = L::select(corrections.lt(one.constant(0.5)), moved, first_size);
         let narrow = narrowed(last_margin, sharp);
-        let ratio = (narrow * one.constant(AIM * trust) / first_size.max(one.constant(1e-6))).sqrt();
+        let ratio = (narrow * one.constant(AIM * TRUST) / first_size.max(one.constant(1e-6))).sqrt();
         let ratio = ratio.max(one.constant(NODE_LEAST_RATIO)).min(one.constant(NODE_MOST_RATIO));
         step = L::select(accept, used * ratio, L::select(reject, used * one.constant(NODE_RETREAT), step));
         let changes = (last_determinant - determinant).abs() * per;
