@@ -51,6 +51,30 @@ pub const NEAR_MARGIN: f64 = 0.3;
 pub const WIDENING: f64 = 4.0;
 /// A path that comes nearer than this and moves away again has passed what no grid resolves, and ends there.
 pub const NARROW_MARGIN: f64 = 1e-3;
+/// Along the curve of equilibria: the first correction is at most this share of the step.
+pub const CURVE_SHARE: f64 = 0.3;
+/// Steps are chosen so that it is this share of what is trusted.
+pub const CURVE_AIM: f64 = 0.3;
+/// And so that the tangent turns by so much (radians).
+pub const CURVE_ANGLE: f64 = 0.45;
+/// Two tangents in a row have at least this cosine.
+pub const CURVE_COSINE: f64 = 0.75;
+/// Corrections there end below this (plan units, relative to 1 + the moment).
+pub const CURVE_TOLERANCE: f64 = 3e-4;
+/// Halfway over a step the load rises at least by this share of the lesser slope at its ends: else it may turn twice between.
+pub const CURVE_SAG: f64 = 0.3;
+/// The smallest step along the curve (plan units of moment, radians of the tip and shares of the load).
+pub const SMALLEST_ARC: f64 = 1.0 / 512.0;
+/// Passes along one curve.
+pub const CURVE_LIMIT: f64 = 150.0;
+/// A turn of the load is found where the last correction is below this (relative to 1 + the moment),
+pub const TURN_TOLERANCE: f64 = 1e-5;
+/// and the slope of the load along the curve below this.
+pub const TURN_STEEPNESS: f64 = 2e-3;
+/// Passes between the points before and behind a turn.
+pub const TURN_LIMIT: f64 = 10.0;
+/// A fold whose load is known better than this has been seen as a turn of the load.
+pub const FOLD_EVIDENCE: f64 = 1e-3;
 /// A path that ends without having come so near has not met a fold: shooting has failed.
 pub const FOLD_MARGIN: f64 = 0.25;
 /// Above this round-off (epsilon times the squared norm of dr/dm0) a stability index other than 0 says nothing.
