@@ -214,7 +214,9 @@ impl Layout {
         };
         // A path that ends at a fold tells its load.
         let loads: Vec<bool> = match self.sources.contains(&Source::Solution(Quantity::LoadFraction.column())) {
-            true => range.clone().zip(&known).map(|(row, known)| *known || solutions.status(row) == Status::Fold).collect(),
+            true => {
+                range.clone().zip(&known).map(|(row, known)| *known || solutions.status(row) == Status::Fold).collect()
+            }
             false => Vec::new(),
         };
         let solution = |to: &mut Values, column: usize| {

@@ -98,7 +98,7 @@ impl<L: Lane> Equations<L> for Uniform<'_, L> {
         let r = tip.m - rod.l_tip * at.lambda;
         let w = tip_moment_columns(program.terms, &tip, &columns[0]);
         let turned = columns[0].w;
-        let further = one.constant(if L::Scalar::EPSILON < 1e-10 { 1.0 / 1_048_576.0 } else { 1.0 / 512.0 });
+        let further = one.constant(if L::Scalar::EPSILON < 1e-10 { 1.0 / 33_554_432.0 } else { 1.0 / 512.0 });
         let lambda = at.lambda + further;
         let tip = shoot(self.problem, resolution, lambda, at.m0, &mut [], Record::Nothing, self.workspace);
         let q = (tip.m - rod.l_tip * lambda - r) * (one / further);
@@ -119,7 +119,7 @@ impl<L: Lane> Equations<L> for Uniform<'_, L> {
             delta,
             size: length(delta.m0).max(length(turned * delta.m0)).max(delta.lambda.abs()),
             tangent,
-            regular: one.constant(0.0).lt(whole),
+            whole,
             metric: turned,
             square: squared_norm(&self.inverse),
         }
@@ -162,8 +162,7 @@ pub fn follow_uniform<L: Lane>(
     let zero = Mat3::zero(one);
     let nobody = one.lt(one);
     let load_by_residual = zero.x;
-    let mut uniform =
-        Uniform { problem, workspace, index: one, inverse: zero, kept: zero, load_by_residual };
+    let mut uniform = Uniform { problem, workspace, index: one, inverse: zero, kept: zero, load_by_residual };
     let start = Loaded { m0: zero.x, lambda: zero.x.x };
     let slope = Loaded { m0: rest.m0, lambda: one };
     let bound = one.constant(FIRST_BEND);

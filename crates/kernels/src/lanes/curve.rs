@@ -2,13 +2,16 @@
 //!
 //! A sample's steps depend on that sample alone: a lane that has finished is frozen while its neighbours go on.
 
-use super::lane::Lane;
+use super::lane::{Lane, Scalar};
 use super::stability::is_above;
 use super::turn::Turn;
 use crate::model::path::{
-    CONTRACTION, CORRECTIONS, CURVE_AIM, CURVE_ANGLE, CURVE_COSINE, CURVE_LIMIT, CURVE_SAG, CURVE_SHARE,
-    CURVE_TOLERANCE, LEAST_RATIO, NARROW_MARGIN, SMALLEST_ARC, TRUST,
+    CONTRACTION, CORRECTIONS, CURVE_AIM, CURVE_ANGLE, CURVE_APPROACH, CURVE_COSINE, CURVE_LIMIT, CURVE_NEAR, CURVE_SAG,
+    CURVE_SHARE, CURVE_STRAIGHT, CURVE_TOLERANCE, LEAST_RATIO, NARROW_MARGIN, SMALLEST_ARC, SMALLEST_SHARP_ARC, TRUST,
 };
+
+/// Farther than any curve goes.
+const FAR: f64 = 1e9;
 
 /// A point of the curve, or a change of it: load at the base and load fraction.
 pub trait Point<L: Lane>: Copy {
@@ -29,8 +32,8 @@ pub struct Seen<L: Lane, P, M> {
     pub size: L,
     /// Along the curve, of length 1. C2
     pub tangent: P,
-    /// Whether that is the direction of the row: no point where curves cross lies between.
-    pub regular: L::Mask,
+    /// Determinant of C1: above 0 but beyond a point where curves cross.
+    pub whole: L,
     /// How lengths are measured here.
     pub metric: M,
     /// Squared norm of (dr/dm0)^-1, where it bounds what a grid resolves.
@@ -46,7 +49,7 @@ pub trait Equations<L: Lane> {
     /// The row that measures along a change of length 1.
     fn row(metric: &Self::Metric, a: Self::Point) -> Self::Point;
     fn select_metric(mask: L::Mask, a: &Self::Metric, b: &Self::Metric) -> Self::Metric;
-    /// A pass, and Newton's step in the plane `row`. The sign of the tangent is that of the row, where `regular` that of C2.
+    /// A pass, and Newton's step in the plane `row`.
     fn look(&mut self, fine: bool, at: Self::Point, row: Self::Point) -> Seen<L, Self::Point, Self::Metric>;
     /// Stability index of the last pass.
     fn index(&mut self) -> L;
@@ -92,6 +95,9 @@ pub fn follow_curve<L: Lane, E: Equations<L>>(
     let mut bound = (step * share).min(one.constant(TRUST));
     let (mut last_size, mut first_share) = (bound * one.constant(1.0 / CONTRACTION), zero);
     let (mut corrections, mut passes, mut weakest) = (zero, one, zero);
+    // The determinant at the last point, and the way from there to a point where curves cross.
+    let (mut last_whole, mut ahead) = (one, one.constant(FAR));
+    let smallest = one.constant(if L::Scalar::EPSILON < 1e-10 { SMALLEST_SHARP_ARC } else { SMALLEST_ARC });
     let (mut landing, mut reached, mut failed) = (one.lt(zero), one.lt(zero), !wanted);
     let mut turn = Turn::new(rest);
     loop {
@@ -108,11 +114,13 @@ pub fn follow_curve<L: Lane, E: Equations<L>>(
         let size = seen.size;
         let new = trial.plus(one, seen.delta);
         let contracting = size.lt(last_size * one.constant(CONTRACTION)) & corrections.lt(one.constant(CORRECTIONS));
-        let tolerance = (one + trial.size()) * one.constant(CURVE_TOLERANCE);
+        let tolerance = ((one + trial.size()) * one.constant(CURVE_TOLERANCE)).min(step * one.constant(CURVE_NEAR));
         let converged = walking & contracting & size.lt(tolerance);
         // Neither a sharp bend, nor a point where curves cross. C3
-        let cosine = E::product(&metric, seen.tangent, tangent);
-        let smooth = seen.regular & one.constant(CURVE_COSINE).lt(cosine);
+        let length = E::product(&metric, seen.tangent, seen.tangent).sqrt();
+        let cosine = E::product(&metric, seen.tangent, tangent) / length;
+        let regular = zero.lt(seen.whole);
+        let smooth = regular & one.constant(CURVE_COSINE).lt(cosine);
         let way = new.plus(-one, at);
         let arc = E::product(&metric, way, way).sqrt();
         let (before, after) = (tangent.lambda(), seen.tangent.lambda());
@@ -126,7 +134,7 @@ pub fn follow_curve<L: Lane, E: Equations<L>>(
             clear = equations.is_clear();
         }
         // Which side of a bifurcation it has passed, no grid tells.
-        let lost = converged & !is_above(weakest, NARROW_MARGIN) & seen.square.lt(weakest * one.constant(0.25));
+        let lost = converged & rises & !is_above(weakest, NARROW_MARGIN) & seen.square.lt(weakest * one.constant(0.25));
         let fits = converged & smooth & clear & !lost;
         let accept = fits & rises & stable & !sags & (landing | new.lambda().lt(one));
         let turned = fits & !rises & !stable & once & !landing;
@@ -148,10 +156,20 @@ pub fn follow_curve<L: Lane, E: Equations<L>>(
         reached = reached | (accept & landing);
         let ratio = (first_share * one.constant(1.0 / CURVE_AIM)).max(one.constant(LEAST_RATIO));
         let by_size = one / ratio.sqrt().sqrt();
-        let longer = by_size.min(one.constant(CURVE_ANGLE) / angle).max(one.constant(0.3));
+        let longer = by_size.min(one.constant(CURVE_ANGLE) / angle).min(one.constant(2.0)).max(one.constant(0.3));
         let shorter = by_size.min(one.constant(0.4)).max(one.constant(0.1));
         step = L::select(accept, arc * longer, L::select(reject, step * shorter, step));
-        failed = failed | lost | (reject & !one.constant(SMALLEST_ARC).lt(step));
+        // Next to a crossing the curve may bend away from it, as sharply as the rod is nearly symmetric.
+        let crossed = converged & !regular;
+        let falls = last_whole - seen.whole;
+        let follows = zero.lt(falls) & one.constant(CURVE_STRAIGHT).lt(cosine) & ahead.lt(one.constant(FAR));
+        let estimate = L::select(follows, arc * seen.whole / falls, one.constant(FAR));
+        ahead = L::select(accept, estimate, ahead);
+        ahead = L::select(crossed, arc * last_whole / (last_whole - seen.whole), ahead);
+        last_whole = L::select(accept, seen.whole, last_whole);
+        let near = (ahead * one.constant(CURVE_APPROACH)).max(smallest + smallest);
+        step = L::select(accept | crossed, L::select(crossed, near, step.min(near)), step);
+        failed = failed | lost | (reject & !smallest.lt(step)) | (crossed & !(smallest + smallest).lt(arc));
 
         // The next point by the parabola through the last two; where it reaches the full load, there. C4
         let restart = accept | reject;

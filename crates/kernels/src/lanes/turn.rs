@@ -2,7 +2,7 @@
 
 use super::curve::{CurveEnd, Equations, Point, Seen};
 use super::lane::{Lane, Scalar};
-use crate::model::path::{TURN_LIMIT, TURN_STEEPNESS, TURN_TOLERANCE};
+use crate::model::path::{CURVE_NEAR, FOLD_EVIDENCE, TURN_CORRECTIONS, TURN_FLATNESS, TURN_LIMIT, TURN_TOLERANCE};
 
 /// The last points before and behind a turn, and where it is looked for between.
 pub struct Turn<L: Lane, P> {
@@ -76,17 +76,17 @@ impl<L: Lane, P: Point<L>> Turn<L, P> {
     pub fn close_in<E: Equations<L, Point = P>>(&mut self, seen: &Seen<L, P, E::Metric>, lanes: L::Mask) -> L::Mask {
         let one = self.arc.constant(1.0);
         let slope = seen.tangent.lambda();
-        let measured = (slope - self.slope) / self.moved;
-        let is_alike = measured.lt(self.change * one.constant(0.3)) & (self.change * one.constant(3.0)).lt(measured);
-        self.change = L::select(lanes & is_alike, measured, self.change);
+        self.change = L::select(lanes, self.measured(self.change, slope - self.slope, self.moved), self.change);
         let half = self.arc * one.constant(0.5);
         let move_on = (-(slope / self.change)).min(half).max(-half);
         let new = self.trial.plus(one, seen.delta).plus(move_on, seen.tangent);
-        let tolerance = one.constant(TURN_TOLERANCE.max(64.0 * L::Scalar::EPSILON));
-        let near = seen.size.lt(tolerance * (one + new.size()));
-        let flat = slope.abs().lt(one.constant(TURN_STEEPNESS));
-        let highest = self.before.lt(new.lambda()) & self.behind.lt(new.lambda()) & new.lambda().lt(one);
-        let found = lanes & near & flat & highest & seen.regular;
+        let tolerance = one.constant(TURN_TOLERANCE.max(64.0 * L::Scalar::EPSILON)) * (one + new.size());
+        let near = seen.size.lt(tolerance.min(self.arc * one.constant(CURVE_NEAR)));
+        let flat = (slope * move_on).abs().lt(one.constant(TURN_FLATNESS) * new.lambda());
+        let top = new.lambda() * one.constant(1.0 + TURN_FLATNESS);
+        let highest = self.before.lt(top) & self.behind.lt(top) & new.lambda().lt(one);
+        let regular = one.constant(0.0).lt(seen.whole);
+        let found = lanes & near & flat & highest & regular;
         self.trial = P::select(lanes, new, self.trial);
         self.along = P::select(lanes, seen.tangent, self.along);
         self.slope = L::select(lanes, slope, self.slope);
@@ -96,30 +96,43 @@ impl<L: Lane, P: Point<L>> Turn<L, P> {
         lanes & !found & !self.passes.lt(one.constant(TURN_LIMIT))
     }
 
+    /// How the slope changes along the curve, from its last two values; what is known of it where these are of no use.
+    #[inline(always)]
+    fn measured(&self, known: L, rise: L, moved: L) -> L {
+        let measured = rise / moved;
+        let (least, most) = (known.constant(0.1), known.constant(30.0));
+        L::select(measured.lt(known * least) & (known * most).lt(measured), measured, known)
+    }
+
     /// Takes turns to the fine grid, then to twice its steps, whose load is the answer; says so in `end`.
     #[inline(always)]
     pub fn finish<E: Equations<L, Point = P>>(&self, equations: &mut E, metric: &E::Metric, end: &mut CurveEnd<L, P>) {
         let one = self.arc.constant(1.0);
         let (mut at, mut tangent) = (self.trial, self.along);
         let (mut rise, mut moved) = (one, one);
-        for _ in 0..2 {
+        let (mut change, mut last, mut along) = (self.change, one, one.constant(0.0));
+        for _ in 0..TURN_CORRECTIONS {
             let seen = equations.look(true, at, E::row(metric, tangent));
             tangent = seen.tangent;
             let slope = tangent.lambda();
-            let along = -(slope / self.change);
+            change = self.measured(change, slope - last, along);
+            (last, along) = (slope, -(slope / change));
             at = at.plus(one, seen.delta).plus(along, tangent);
             // The slope of the load falls to zero on the way.
             rise = slope * along * one.constant(0.5);
-            moved = seen.size * seen.size + along * along;
+            moved = seen.delta.lambda().abs() + rise.abs();
+            end.passes = L::select(self.found, end.passes + one, end.passes);
+            if !L::any(self.found & !moved.lt(one.constant(16.0 * L::Scalar::EPSILON))) {
+                break;
+            }
         }
-        let (change, round_off) = equations.check(at);
-        let lambda = at.lambda() - rise + change;
-        let error = change.abs() + moved + round_off;
-        let found = self.found & lambda.is_finite() & error.is_finite();
+        let (finer, round_off) = equations.check(at);
+        let lambda = at.lambda() - rise + finer;
+        let error = finer.abs() + moved + round_off;
+        let found = self.found & lambda.lt(one) & error.lt(one.constant(FOLD_EVIDENCE));
         end.fold = found;
         end.at = P::select(found, at.with_lambda(lambda), end.at);
         end.tangent = P::select(found, tangent, end.tangent);
         end.load_error = L::select(found, error, end.load_error);
-        end.passes = L::select(found, end.passes + one.constant(3.0), end.passes);
     }
 }

@@ -49,12 +49,7 @@ pub fn follow_block<L: Kernels>(
 impl<L: Kernels> Block<'_, L> {
     /// Solves as many samples as a register holds, or fewer, in a field that varies in space.
     #[inline(always)]
-    pub(in crate::lanes) fn solve_in_varying(
-        &mut self,
-        samples: &[usize],
-        led: Led<'_>,
-        out: Outputs<'_, L::Scalar>,
-    ) {
+    pub(in crate::lanes) fn solve_in_varying(&mut self, samples: &[usize], led: Led<'_>, out: Outputs<'_, L::Scalar>) {
         let Memory { answers: tools, varying, ends, .. } = &mut *self.memory;
         tools.pack(self.inputs, samples);
         if matches!(led, Led::Before) {

@@ -88,11 +88,11 @@ struct Varying<'a, L: Lane> {
     matrix: [[L; 7]; 7],
 }
 
-/// Solves A x = b for both b, the largest pivot of each column chosen lane by lane; returns the sign of det A, too.
+/// Solves A x = b for both b, the largest pivot of each column chosen lane by lane; returns det A, too.
 #[inline(always)]
 fn solve_bordered<L: Lane>(mut a: [[L; 7]; 7], mut b: [[L; 2]; 7]) -> ([[L; 2]; 7], L) {
     let one = a[0][0].constant(1.0);
-    let mut sign = one;
+    let mut determinant = one;
     for k in 0..7 {
         for row in k + 1..7 {
             let larger = a[k][k].abs().lt(a[row][k].abs());
@@ -106,10 +106,10 @@ fn solve_bordered<L: Lane>(mut a: [[L; 7]; 7], mut b: [[L; 2]; 7]) -> ([[L; 2]; 
                 b[k][column] = L::select(larger, down, up);
                 b[row][column] = L::select(larger, up, down);
             }
-            sign = L::select(larger, -sign, sign);
+            determinant = L::select(larger, -determinant, determinant);
         }
         let inverse = one / a[k][k];
-        sign = L::select(inverse.lt(one.constant(0.0)), -sign, sign);
+        determinant = determinant * a[k][k];
         for row in k + 1..7 {
             let factor = a[row][k] * inverse;
             for column in k + 1..7 {
@@ -130,7 +130,7 @@ fn solve_bordered<L: Lane>(mut a: [[L; 7]; 7], mut b: [[L; 2]; 7]) -> ([[L; 2]; 
             b[k][column] = x * inverse;
         }
     }
-    (b, sign)
+    (b, determinant)
 }
 
 impl<L: Kernels> Varying<'_, L> {
@@ -183,7 +183,7 @@ impl<L: Kernels> Equations<L> for Varying<'_, L> {
         self.pass(fine, at.lambda, at.base, if fine { What::Base } else { What::Transfers });
         let r = self.residual(at.lambda);
         self.tip = self.workspace.tip.p;
-        let further = one.constant(if L::Scalar::EPSILON < 1e-10 { 1.0 / 1_048_576.0 } else { 1.0 / 512.0 });
+        let further = one.constant(if L::Scalar::EPSILON < 1e-10 { 1.0 / 33_554_432.0 } else { 1.0 / 512.0 });
         self.pass(fine, at.lambda + further, at.base, What::State);
         let after = self.residual(at.lambda + further);
         let (mut a, mut b) = ([[zero; 7]; 7], [[zero; 2]; 7]);
@@ -195,7 +195,7 @@ impl<L: Kernels> Equations<L> for Varying<'_, L> {
         a[6] = row.numbers();
         b[6][1] = one;
         self.matrix = a;
-        let (found, sign) = solve_bordered(a, b);
+        let (found, whole) = solve_bordered(a, b);
         let (mut delta, mut along) = ([zero; 7], [zero; 7]);
         for k in 0..7 {
             (delta[k], along[k]) = (found[k][0], found[k][1]);
@@ -207,7 +207,7 @@ impl<L: Kernels> Equations<L> for Varying<'_, L> {
         let (dp, w) = metric.pose.on(delta.base.0, delta.base.1);
         let size = length(delta.base.1).max(length(w)).max(length(dp)).max(delta.lambda.abs());
         let size = size.max(length(delta.base.0) * force);
-        Seen { delta, size, tangent, regular: zero.lt(sign), metric, square: one }
+        Seen { delta, size, tangent, whole, metric, square: one }
     }
 
     #[inline(always)]
