@@ -7,7 +7,8 @@ use super::stability::is_above;
 use super::turn::Turn;
 use crate::model::path::{
     CONTRACTION, CORRECTIONS, CURVE_AIM, CURVE_ANGLE, CURVE_APPROACH, CURVE_COSINE, CURVE_LIMIT, CURVE_NEAR, CURVE_SAG,
-    CURVE_SHARE, CURVE_STRAIGHT, CURVE_TOLERANCE, LEAST_RATIO, NARROW_MARGIN, SMALLEST_ARC, SMALLEST_SHARP_ARC, TRUST,
+    CURVE_SHARE, CURVE_STRAIGHT, CURVE_TOLERANCE, LEAST_RATIO, NARROW_MARGIN, SHARP_ARC, SMALLEST_ARC,
+    SMALLEST_SHARP_ARC, TRUST,
 };
 
 /// Farther than any curve goes.
@@ -99,6 +100,8 @@ pub fn follow_curve<L: Lane, E: Equations<L>>(
     let (mut last_whole, mut ahead) = (one, one.constant(FAR));
     let smallest = one.constant(if L::Scalar::EPSILON < 1e-10 { SMALLEST_SHARP_ARC } else { SMALLEST_ARC });
     let (mut landing, mut reached, mut failed) = (one.lt(zero), one.lt(zero), !wanted);
+    // The curve has bent so sharply that another grid may bend it to the other side.
+    let mut sharp = one.lt(zero);
     let mut turn = Turn::new(rest);
     loop {
         let active = !(reached | failed | turn.found);
@@ -153,7 +156,9 @@ pub fn follow_curve<L: Lane, E: Equations<L>>(
         if L::any(accept) {
             equations.keep(accept, accept & landing);
         }
-        reached = reached | (accept & landing);
+        sharp = sharp | (accept & !landing & arc.lt(one.constant(SHARP_ARC)));
+        failed = failed | (accept & landing & sharp);
+        reached = reached | (accept & landing & !sharp);
         let ratio = (first_share * one.constant(1.0 / CURVE_AIM)).max(one.constant(LEAST_RATIO));
         let by_size = one / ratio.sqrt().sqrt();
         let longer = by_size.min(one.constant(CURVE_ANGLE) / angle).min(one.constant(2.0)).max(one.constant(0.3));

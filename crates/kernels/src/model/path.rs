@@ -69,6 +69,9 @@ pub const CURVE_NEAR: f64 = 0.03;
 pub const CURVE_APPROACH: f64 = 0.75;
 /// While two tangents in a row have this cosine it has not.
 pub const CURVE_STRAIGHT: f64 = 0.99;
+/// A curve that asked for a shorter step bends so sharply, next to a bifurcation, that each grid may bend it to another side: the
+/// full load beyond is left to the guarded ramp.
+pub const SHARP_ARC: f64 = 1e-3;
 /// The smallest step along the curve (plan units of moment, radians of the tip and shares of the load) in single precision.
 pub const SMALLEST_ARC: f64 = 1.0 / 2048.0;
 /// The same in double precision.
