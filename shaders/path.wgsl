@@ -218,6 +218,8 @@ fn follow_path(rod: Rod, first: u32, rest: RestSlope) -> PathEnd {
                 retreats = retreats + 1.0;
                 step = used * min(factor, RETREAT);
                 failed = lost || step < smallest_step;
+                // Between here and there lies a fold, which this grid may have put elsewhere, or no branch at all.
+                if !guarded { failed = failed || !(same_branch && is_above(square, SAFE_MARGIN)); }
             }
             goal = min(end.history.lambda + step, 1.0);
             end.m0 = select(predict(end.history, goal), m_new, end.reached);

@@ -5,7 +5,7 @@ use super::chain::{Chain, Variation, rows};
 use super::compliance::node_margin;
 use super::extrapolation::Extrapolation;
 use super::multiple::{Passages, size};
-use super::node_ramp::{NodePath, from_rest};
+use super::node_ramp::{NodePath, are_alike, follow, from_rest};
 use super::places::{Node, first_curvature, growth, last_curvature, mesh};
 use super::stability;
 use super::state::Column;
@@ -80,9 +80,14 @@ pub(super) fn solve(rod: &Rod, units: &Units, full: &Chain, slots: &[Slot]) -> E
 /// where that ends, too, it was a fold.
 fn path(full: &Chain) -> Option<(NodePath, bool)> {
     mesh(full, LONGEST)?;
-    let first = from_rest(full, LONGEST);
-    let ends = first.0.lambda < 1.0 && !first.0.gave_up;
-    let path = if ends { from_rest(full, 0.5 * LONGEST) } else { first };
+    let first = follow(full, LONGEST, 1.0);
+    let path = if first.lambda < 1.0 && !first.gave_up {
+        let finer = follow(full, 0.5 * LONGEST, 0.5);
+        let is_end = finer.lambda < 1.0 && are_alike(&first, &finer);
+        if is_end { (finer, true) } else { from_rest(full, 0.5 * LONGEST, None) }
+    } else {
+        from_rest(full, LONGEST, Some(first))
+    };
     (!path.0.nodes.is_empty()).then_some(path)
 }
 

@@ -50,21 +50,23 @@ struct Step {
 }
 
 /// Follows the equilibrium from the unloaded rod as far as it stays stable, and whether two paths ended alike; intervals are at
-/// most `longest` long, in units of the growth.
-pub(super) fn from_rest(chain: &Chain, longest: f64) -> (NodePath, bool) {
-    let are_alike = |a: &NodePath, b: &NodePath| {
-        let same_load = (a.lambda - b.lambda).abs() <= ALIKE * b.lambda && a.gave_up == b.gave_up;
-        let largest = b.nodes.iter().map(|node| node.m_body.norm()).fold(1.0, f64::max);
-        let is_near =
-            |(a, b): (&Node, &Node)| (a.R - b.R).norm() <= ALIKE && (a.m_body - b.m_body).norm() <= ALIKE * largest;
-        let same_end = a.nodes.len() == b.nodes.len() && a.nodes.iter().zip(&b.nodes).all(is_near);
-        same_load && (b.lambda < 1.0 || same_end)
-    };
-    twice(|pace| follow(chain, longest, pace), are_alike)
+/// most `longest` long, in units of the growth. The first path may be there already.
+pub(super) fn from_rest(chain: &Chain, longest: f64, first: Option<NodePath>) -> (NodePath, bool) {
+    twice(first, |pace| follow(chain, longest, pace), are_alike)
+}
+
+/// Whether two paths end under the same share of the load, and, where that is all of it, in the same place on the same mesh.
+pub(super) fn are_alike(a: &NodePath, b: &NodePath) -> bool {
+    let same_load = (a.lambda - b.lambda).abs() <= ALIKE * b.lambda && a.gave_up == b.gave_up;
+    let largest = b.nodes.iter().map(|node| node.m_body.norm()).fold(1.0, f64::max);
+    let is_near =
+        |(a, b): (&Node, &Node)| (a.R - b.R).norm() <= ALIKE && (a.m_body - b.m_body).norm() <= ALIKE * largest;
+    let same_end = || a.nodes.len() == b.nodes.len() && a.nodes.iter().zip(&b.nodes).all(is_near);
+    same_load && (b.lambda < 1.0 || same_end())
 }
 
 /// Follows it by steps and corrections of a share of the usual size.
-fn follow(chain: &Chain, longest: f64, pace: f64) -> NodePath {
+pub(super) fn follow(chain: &Chain, longest: f64, pace: f64) -> NodePath {
     let mut path = NodePath { nodes: Vec::new(), lambda: 0.0, steps: 0, passes: 1, gave_up: false };
     let mut integrator = Extrapolation::on_the_way(TOLERANCE);
     let Some(mut last) = at_rest(chain, longest, &mut integrator) else { return path };
@@ -89,7 +91,7 @@ fn follow(chain: &Chain, longest: f64, pace: f64) -> NodePath {
             }
             _ => {
                 step = RETREAT * ahead;
-                if step < SMALLEST_STEP * path.lambda.max(first_step.min(LITTLE_LOAD)) {
+                if step < pace * SMALLEST_STEP * path.lambda.max(first_step.min(LITTLE_LOAD)) {
                     break;
                 }
             }

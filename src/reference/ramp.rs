@@ -44,9 +44,10 @@ pub(super) const LITTLE_LOAD: f64 = 0.01;
 /// Passages over the rod before giving up.
 pub(super) const MOST_PASSES: usize = 5000;
 
-/// Follows a path at one pace after another until two in a row end alike. Returns that end, and whether there was one.
-pub(super) fn twice<P>(follow: impl Fn(f64) -> P, are_alike: impl Fn(&P, &P) -> bool) -> (P, bool) {
-    let mut path = follow(PACES[0]);
+/// Follows a path at one pace after another, the first of which may be there already, until two in a row end alike. Returns that end,
+/// and whether there was one.
+pub(super) fn twice<P>(first: Option<P>, follow: impl Fn(f64) -> P, are_alike: impl Fn(&P, &P) -> bool) -> (P, bool) {
+    let mut path = first.unwrap_or_else(|| follow(PACES[0]));
     for pace in &PACES[1..] {
         let finer = follow(*pace);
         if are_alike(&path, &finer) {
@@ -71,6 +72,7 @@ pub(super) struct Path {
 /// Follows the equilibrium from the unloaded rod as far as it stays stable, and whether two paths ended alike.
 pub(super) fn from_rest(chain: &Chain) -> (Path, bool) {
     twice(
+        None,
         |pace| follow(chain, pace),
         |a, b| {
             let same_load = (a.lambda - b.lambda).abs() <= ALIKE * b.lambda && a.gave_up == b.gave_up;
@@ -102,7 +104,7 @@ fn follow(chain: &Chain, pace: f64) -> Path {
             }
             _ => {
                 step = 0.5 * (lambda - path.lambda);
-                if step < SMALLEST_STEP * path.lambda.max(LITTLE_LOAD) {
+                if step < pace * SMALLEST_STEP * path.lambda.max(LITTLE_LOAD) {
                     break;
                 }
             }

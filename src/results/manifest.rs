@@ -1,7 +1,9 @@
 //! `manifest.json`: what is known of a run once it has ended. Everything in it can be made again from the parts.
 
 use super::error::ResultsError;
-use super::outcome::{AnchorAccount, BranchCounts, PilotChoice, SampleOrigin, SpotCheck, Timings, number_or_null};
+use super::outcome::{
+    AnchorAccount, BranchCounts, PathCheck, PilotChoice, SampleOrigin, SpotCheck, Timings, number_or_null,
+};
 use super::store::{Store, store_at};
 use super::workers::WorkerReport;
 use crate::model::Status;
@@ -116,6 +118,9 @@ pub struct RunAccount {
     pub extents: Option<[[f64; 3]; 2]>,
     /// Samples solved again by the reference.
     pub spot_check: Option<SpotCheck>,
+    /// Rows whose path was followed a second time.
+    #[serde(default)]
+    pub path_check: Option<PathCheck>,
     /// Damaged parts that were put aside.
     pub quarantined: Vec<PathBuf>,
     /// What happened on the way.

@@ -20,7 +20,9 @@ pub use error::ResultsError;
 pub(crate) use layout::{BranchCells, Layout, Rows};
 pub use manifest::{Manifest, RunAccount, RunTimings, SecondAttempts};
 pub use merge::merge;
-pub use outcome::{AnchorAccount, BranchCounts, ErrorDistribution, PilotChoice, SampleOrigin, SpotCheck, Timings};
+pub use outcome::{
+    AnchorAccount, BranchCounts, ErrorDistribution, PathCheck, PilotChoice, SampleOrigin, SpotCheck, Timings,
+};
 pub use parts::{make_directory, write_bytes, write_table};
 pub use read::{DirectoryStatus, Results, read_parquet_table};
 pub use reduce::{MAX_TIPS, Reduction};

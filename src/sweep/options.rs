@@ -2,6 +2,7 @@
 
 use super::branches::BranchTools;
 use super::check::SpotCheckOptions;
+use super::second_path::PathCheckOptions;
 use crate::backend::BackendFactory;
 use crate::results::{PilotChoice, Reduction};
 use crate::spec::{CHUNK, Shard, SolutionMethod, SweepSpec};
@@ -45,6 +46,9 @@ pub struct RunOptions<'a> {
     pub trusted: Option<BackendFactory<'a>>,
     /// How many samples the spot check takes.
     pub spot_check: SpotCheckOptions,
+    /// Follows paths from rest by other steps than the run, and which rows' paths; the spot check's backend decides where their ends
+    /// differ.
+    pub second_path: Option<(BackendFactory<'a>, PathCheckOptions)>,
     /// How the number of steps was chosen, for the manifest.
     pub pilot: Option<PilotChoice>,
     /// What happened before, for the manifest.
@@ -93,6 +97,7 @@ impl<'a> RunOptions<'a> {
             search: None,
             trusted: None,
             spot_check: SpotCheckOptions::default(),
+            second_path: None,
             pilot: None,
             notes: Vec::new(),
         }

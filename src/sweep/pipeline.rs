@@ -7,6 +7,7 @@ use super::error::SweepError;
 use super::options::{Progress, RunOptions};
 use super::refine::Refiners;
 use super::samples::Samples;
+use super::second_path::SecondPaths;
 use super::stages::StageTimes;
 use crate::backend::{Backend, Returned};
 use crate::model::{Batch, Plan, Quantity, Solutions};
@@ -47,6 +48,16 @@ fn index_at(pieces: &[Piece], at: usize) -> Option<u64> {
         at -= piece.len;
     }
     None
+}
+
+/// The samples of each piece of a batch.
+fn pieces_of(pieces: &[Piece]) -> impl Iterator<Item = (Samples<'static>, &Piece)> {
+    let mut at = 0;
+    pieces.iter().map(move |piece| {
+        let first = at;
+        at += piece.len as usize;
+        (Samples::Following { places: first..at, first: piece.start }, piece)
+    })
 }
 
 /// Runs the four stages.
@@ -191,6 +202,7 @@ pub(crate) struct Finisher<'a> {
     pub sampler: &'a Sampler,
     pub options: &'a RunOptions<'a>,
     pub refiners: Refiners<'a>,
+    pub second_paths: Option<SecondPaths<'a>>,
     pub search: Option<BranchSearch<'a>>,
     pub spot_samples: Option<SpotSamples>,
     pub reduction: Reduction,
@@ -223,6 +235,11 @@ impl Finisher<'_> {
             let refining = self.times.refine.enter();
             let index = |at: usize| index_at(&job.pieces, at).unwrap_or(0);
             self.refiners.refine(self.plan, self.sampler, &job.batch, &mut solutions, &index)?;
+            if let Some(second_paths) = &mut self.second_paths {
+                for (samples, _) in pieces_of(&job.pieces) {
+                    second_paths.check(self.plan, self.sampler, &samples, &mut solutions)?;
+                }
+            }
             drop(refining);
             let mut branches = None;
             if let Some(search) = &mut self.search {
@@ -237,10 +254,7 @@ impl Finisher<'_> {
                 None => (&solutions, None),
             };
             let solved = Solved { batch: &job.batch, from_rest: &solutions, rows, branches: cells };
-            let mut at = 0;
-            for piece in &job.pieces {
-                let samples = Samples::Following { places: at..at + piece.len as usize, first: piece.start };
-                at += piece.len as usize;
+            for (samples, piece) in pieces_of(&job.pieces) {
                 self.add_rows(&samples, &solved);
                 if piece.is_last {
                     let table = self.take_table();
@@ -267,6 +281,9 @@ impl Finisher<'_> {
         let Returned { indices, batch, mut solutions, counted } = returned;
         let index = |at: usize| indices.get(at).copied().unwrap_or(0);
         self.refiners.refine(self.plan, self.sampler, &batch, &mut solutions, &index)?;
+        if let Some(second_paths) = &mut self.second_paths {
+            second_paths.check(self.plan, self.sampler, &Samples::Listed(&indices), &mut solutions)?;
+        }
         drop(refining);
         let in_rows = self.times.rows.enter();
         let solved = Solved { batch: &batch, from_rest: &solutions, rows: &solutions, branches: None };

@@ -14,6 +14,7 @@ use super::on_device;
 use super::options::RunOptions;
 use super::pipeline::{Finisher, join, pipeline, spawn};
 use super::refine::Refiners;
+use super::second_path::{PathCheckOptions, SecondPaths};
 use super::sink::{RowSink, RunEnd, RunHeader};
 use super::stages::StageTimes;
 use super::summary::Summary;
@@ -78,6 +79,10 @@ pub fn run(
     let (total, resumed) = (missing.samples_of_shard(), missing.samples_done());
     let check = |trusted| spot_check(sample_count, options.spot_check, layout.single_columns(), trusted, &times.check);
     let (spot_samples, checker) = options.trusted.map(check).unzip();
+    let second_paths = options
+        .trusted
+        .zip(options.second_path)
+        .map(|(trusted, (factory, rows))| SecondPaths::new(sample_count, rows, factory, trusted));
     let finisher = Finisher {
         spec,
         plan: &plan,
@@ -85,6 +90,7 @@ pub fn run(
         sampler: &sampler,
         options,
         refiners: Refiners::new(options.settle, &options.refiners),
+        second_paths,
         search,
         spot_samples,
         reduction,
@@ -150,6 +156,7 @@ pub fn run(
         worst_residual: finisher.worst_residual,
         worst_error_estimate: finisher.worst_error_estimate,
         spot_check,
+        path_check: finisher.second_paths.map(|paths| paths.found),
         timings,
         processor,
         engine_timings: backend.timings(),
@@ -183,7 +190,9 @@ fn solve_parts(
 ) -> Result<SampleOrigin, SweepError> {
     let (spec, options) = (finisher.spec, finisher.options);
     let batch_size = batch_size(spec, backend);
-    let has_rows = spec.format != Format::None || spec.branch == BranchChoice::All;
+    // Samples that a device counts itself return no rows whose paths could be followed again.
+    let is_certain = options.second_path.is_some_and(|(_, rows)| rows == PathCheckOptions::All);
+    let has_rows = spec.format != Format::None || spec.branch == BranchChoice::All || is_certain;
     let origin = match has_rows {
         true => SampleOrigin::Host,
         false => on_device::run(backend, finisher, record, missing)?,

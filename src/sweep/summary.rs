@@ -2,7 +2,7 @@
 
 use crate::backend::BackendInfo;
 use crate::model::Status;
-use crate::results::{Reduction, SampleOrigin, SpotCheck, Timings};
+use crate::results::{PathCheck, Reduction, SampleOrigin, SpotCheck, Timings};
 use std::path::PathBuf;
 
 /// What came of a run.
@@ -38,6 +38,8 @@ pub struct Summary {
     pub worst_error_estimate: f64,
     /// What the spot check found; `None` where there was none.
     pub spot_check: Option<SpotCheck>,
+    /// Rows whose path from rest was followed a second time; `None` where none was.
+    pub path_check: Option<PathCheck>,
     /// Where the time of the run went.
     pub timings: Timings,
     /// Processor seconds of the stages; the total is that of the whole process. `None`: the system does not tell.

@@ -17,6 +17,7 @@ mod laws;
 mod method;
 mod same_rows;
 mod scenes;
+mod second_path;
 mod shipped;
 mod sinks;
 mod spot_check;

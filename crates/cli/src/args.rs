@@ -85,6 +85,10 @@ pub struct RunArguments {
     /// Solve by the method (engine, precision, stepper, steps) of another result directory, such as another shard's
     #[arg(long, value_name = "DIR")]
     pub method_of: Option<PathBuf>,
+    /// Follow the path from rest of every row a second time, by other steps; where two paths end apart the reference decides. Takes up to
+    /// twice the time
+    #[arg(long)]
+    pub certain: bool,
     /// Say what would be done, and do nothing
     #[arg(long)]
     pub dry_run: bool,

@@ -7,10 +7,12 @@ use rodsweep::figures::RunFigures;
 use rodsweep::input::scene_notes;
 use rodsweep::model::{Plan, PlanOptions, Quantity, Status};
 use rodsweep::report::{count, engineering};
-use rodsweep::results::{AnchorAccount, BranchCounts, ErrorDistribution, Reduction, Results, SampleOrigin, Timings};
+use rodsweep::results::{
+    AnchorAccount, BranchCounts, ErrorDistribution, PathCheck, Reduction, Results, SampleOrigin, Timings,
+};
 use rodsweep::spec::{AxisSpec, BranchChoice, Distribution, Format, Method, Shard, SweepSpec};
 use rodsweep::study::workspace::with_measured_dimension;
-use rodsweep::sweep::{PreparedSweep, Progress, ResultDirectory, Summary, SweepJob};
+use rodsweep::sweep::{PathCheckOptions, PreparedSweep, Progress, ResultDirectory, Summary, SweepJob};
 
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, OnceLock, PoisonError};
@@ -45,6 +47,7 @@ pub fn run(arguments: &RunArguments) -> Result<Exit, CommandError> {
     let job = job.limit(arguments.limit).interrupt(interrupted).warn(&warn);
     let job = job.drain(signals::listen_for_drain(share.join)).mixed_methods(share.mixed_methods);
     let job = job.part_size(arguments.part_size);
+    let job = if arguments.certain { job.path_check(Some(PathCheckOptions::All)) } else { job };
     let drawn = Mutex::new(None);
     let draw = |spec: &SweepSpec, rows: &Reduction| {
         let files = figures.draw_reduction(spec, rows, &out);
@@ -146,6 +149,19 @@ pub fn draw(directory: &Path, colour: Option<&str>) -> Result<Exit, CommandError
 
 /// Whether the rows can be trusted, and enough of them have succeeded.
 fn verdict(summary: &Summary, max_failures: Option<u64>) -> Exit {
+    if let Some(check) = summary.path_check.as_ref().filter(|check| !check.all && check.wrong() > 0) {
+        let first = check.sample.map_or(String::new(), |sample| {
+            let values: Vec<String> = check.values.iter().map(|(name, value)| format!("{name} = {value}")).collect();
+            format!("; the first is sample {sample}: {}", values.join(", "))
+        });
+        say(&format!(
+            "error: second paths: of {} rows {} are not the equilibrium from rest, so others are not, either; run the sweep again with \
+             `--certain`{first}",
+            count(check.followed),
+            count(check.wrong())
+        ));
+        return Exit::Failed;
+    }
     let wrong = summary.spot_check.as_ref().map_or(0, |check| check.wrong);
     if wrong > 0 {
         say(&format!(
@@ -323,6 +339,15 @@ fn print_summary(spec: &SweepSpec, summary: &Summary, out: &Path) {
     ));
     for path in &summary.quarantined {
         say(&format!("warning: a damaged part was put aside as {} and solved again", path.display()));
+    }
+    if let Some(check) = &summary.path_check {
+        let PathCheck { followed, confirmed, elsewhere, past_fold, doubtful, .. } = check;
+        let which = if check.all { "every row that is called solved" } else { "a fixed choice" };
+        say(&format!(
+            "second paths: {} rows ({which}) followed from rest by other steps: {elsewhere} were another equilibrium, {past_fold} beyond a \
+             fold, {doubtful} doubtful, {confirmed} confirmed by the reference",
+            count(*followed)
+        ));
     }
     if let Some(check) = &summary.spot_check {
         let distribution = |d: &ErrorDistribution| [d.median, d.p95, d.max].map(engineering).join(" / ");

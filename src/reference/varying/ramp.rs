@@ -62,6 +62,7 @@ enum Refused {
 /// Follows the equilibrium from the unloaded rod as far as it stays stable, and whether two paths ended alike.
 pub(super) fn from_rest(rod: &Varying) -> (Path, bool) {
     twice(
+        None,
         |pace| follow(rod, pace),
         |a, b| {
             let same_load = (a.lambda - b.lambda).abs() <= ALIKE * b.lambda && a.end == b.end;
@@ -100,7 +101,7 @@ fn follow(rod: &Varying, pace: f64) -> Path {
                 if next.least < soft {
                     // As far as it takes, as things go, to half of it.
                     let slope = (last.least - next.least).abs() / (lambda - path.lambda);
-                    step = step.min((0.5 * next.least / slope).max(LITTLE_STEP));
+                    step = step.min((0.5 * next.least / slope).max(pace * LITTLE_STEP));
                 }
                 (path.base, path.lambda) = (next.base, lambda);
                 last = next;
@@ -109,7 +110,7 @@ fn follow(rod: &Varying, pace: f64) -> Path {
                 too_near |= matches!(refused, Refused::TooNear);
                 outside |= matches!(refused, Refused::Outside);
                 step = 0.5 * (lambda - path.lambda);
-                if step < SMALLEST_STEP {
+                if step < pace * SMALLEST_STEP {
                     path.end = match (too_near, outside) {
                         (true, _) => End::TooNear,
                         (_, true) => End::Outside,
@@ -135,7 +136,7 @@ fn first_step(at: &Step, pace: f64) -> f64 {
     };
     let turn = pace * FIRST_TURN / moved(|column| column.w);
     let approach = APPROACH * at.leeway / moved(|column| column.dp);
-    turn.min(approach.max(LITTLE_STEP)).min(1.0)
+    turn.min(approach.max(pace * LITTLE_STEP)).min(1.0)
 }
 
 /// Newton's iteration from the predicted load: the stable equilibrium it contracts to.

@@ -151,7 +151,7 @@ pub fn follow_path<L: Lane>(
     });
     let no_vector = Vec3::splat(zero);
     let mut history = History { lambda: zero, m0: no_vector, lambda_before: zero, secant: rest.m0, bend: no_vector };
-    let (trust, first_bend) = (zero.constant(TRUST), zero.constant(FIRST_BEND));
+    let (trust, first_bend) = (zero.constant(TRUST * program.pace), zero.constant(FIRST_BEND * program.pace));
     let mut step = first_bend / rest.largest.max(first_bend);
     let mut target = step;
     let mut m0 = history.predict(target);
@@ -241,6 +241,10 @@ pub fn follow_path<L: Lane>(
         step = L::select(accept, used * factor, step);
         step = L::select(reject, used * factor.min(zero.constant(RETREAT)), step);
         let load = if sharp { history.lambda.max(zero.constant(LITTLE_LOAD)) } else { one };
+        if !guarded {
+            // Between here and there lies a fold, which this grid may have put elsewhere, or no branch at all.
+            failed = failed | (reject & !(same_branch & is_above(square, SAFE_MARGIN)));
+        }
         failed = failed | lost | (reject & step.lt(smallest_step * load));
         let restart = accept | reject;
         target = L::select(restart, (history.lambda + step).min(one), target);

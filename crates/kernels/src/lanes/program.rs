@@ -100,6 +100,8 @@ pub struct Program {
     pub rows: usize,
     /// The segment whose curvature at its start is an output of its own.
     pub first_beyond_rigid: Option<usize>,
+    /// Length of the first step of a path, and of the corrections that it trusts, over the usual ones.
+    pub pace: f64,
     /// For following the path from rest.
     pub coarse: Resolution,
     /// The same with care.
@@ -179,7 +181,8 @@ impl Program {
             rows: plan.rows(),
             first_beyond_rigid: plan.first_beyond_rigid(),
             derivatives: plan.derivatives.iter().map(|derivative| derivative.terms.clone()).collect(),
-            coarse: on_path(steps(&|n| stepper.path_steps(n))),
+            pace: plan.options.pace,
+            coarse: on_path(steps(&|n| if plan.options.pace < 1.0 { 2 } else { 1 } * stepper.path_steps(n))),
             careful: Resolution { tableau: careful.tableau(), steps: steps(&|n| stepper.careful_steps(n, careful)) },
             curve: Resolution {
                 tableau: CAREFUL_STEPPER.tableau(),

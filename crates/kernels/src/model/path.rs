@@ -42,7 +42,7 @@ pub const LITTLE_LOAD: f64 = 1.0 / 64.0;
 /// With care and under a tip moment, where small margins ask for short steps.
 pub const SMALLEST_UNSYMMETRIC_STEP: f64 = 1.0 / 131_072.0;
 /// A path on the coarse grid that comes nearer than this to a fold or a bifurcation (stability margin) is followed again
-/// with care: few steps may unfold the bifurcation the other way. A correction that comes so near shortens its load step.
+/// with care: few steps may unfold the bifurcation the other way. So is one whose load step was tried beyond it.
 pub const SAFE_MARGIN: f64 = 0.1;
 /// With care and in double precision, where branches lie closer than this, corrections are trusted the less. Under a tip moment, a load step that
 /// starts or ends nearer is bounded by [`WIDENING`]: stability may be lost and won again between.

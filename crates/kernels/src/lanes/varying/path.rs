@@ -96,7 +96,7 @@ pub fn follow_varying<L: Kernels>(
     let care = care.is_some();
     let rest = (Vec3::splat(zero), Vec3::splat(zero));
     let (mut accepted, mut end_inverse) = (rest, Mat6::identity(one));
-    let slope = size(from.slope, rest).max(one.constant(1e-6));
+    let slope = from.largest.max(one.constant(1e-6));
     // In single precision round-off hides what lies closer.
     let sharp = care && L::Scalar::EPSILON < 1e-10;
     // Elsewhere the field acts, but for stretches under a tip moment, as if it did at the middles of rigid segments; the answer corrects it.
@@ -111,10 +111,11 @@ pub fn follow_varying<L: Kernels>(
     });
     let mut secant = from.slope;
     let mut lambda = zero;
-    let mut step = (one.constant(FIRST_BEND) / slope).min(one);
+    let mut step = (one.constant(FIRST_BEND * program.pace) / slope).min(one);
     let mut target = step;
     let mut base = (secant.0 * target, secant.1 * target);
-    let first_bound = one.constant(TRUST / CONTRACTION);
+    let trust = TRUST * program.pace;
+    let first_bound = one.constant(trust / CONTRACTION);
     let (mut last_size, mut first_size) = (first_bound, zero);
     let (mut corrections, mut passes) = (zero, zero);
     let (mut reached, mut exhausted, mut unstable) = (nobody, nobody, nobody);
@@ -185,7 +186,7 @@ pub fn follow_varying<L: Kernels>(
         reached = reached | (accept & !partial & !is_narrow);
         first_size = L::select(corrections.lt(one.constant(0.5)), moved, first_size);
         let narrow = narrowed(last_margin, sharp);
-        let ratio = (narrow * one.constant(AIM * TRUST) / first_size.max(one.constant(1e-6))).sqrt();
+        let ratio = (narrow * one.constant(AIM * trust) / first_size.max(one.constant(1e-6))).sqrt();
         let ratio = ratio.max(one.constant(NODE_LEAST_RATIO)).min(one.constant(NODE_MOST_RATIO));
         step = L::select(accept, used * ratio, L::select(reject, used * one.constant(NODE_RETREAT), step));
         let changes = (last_determinant - determinant).abs() * per;
