@@ -165,9 +165,10 @@ pub fn follow_uniform<L: Lane>(
     let mut uniform = Uniform { problem, workspace, index: one, inverse: zero, kept: zero, load_by_residual };
     let start = Loaded { m0: zero.x, lambda: zero.x.x };
     let slope = Loaded { m0: rest.m0, lambda: one };
-    let bound = one.constant(FIRST_BEND);
+    let pace = problem.program.pace;
+    let bound = one.constant(FIRST_BEND * pace);
     let first = bound / rest.largest.max(bound);
-    let end = follow_curve(&mut uniform, (start, slope, Mat3::identity(one)), first, !nobody);
+    let end = follow_curve(&mut uniform, (start, slope, Mat3::identity(one)), (first, pace), !nobody);
     // Across a fold is along its curve.
     let across = Mat3 { x: end.tangent.m0, ..zero };
     PathEnd {

@@ -75,17 +75,17 @@ pub struct CurveEnd<L: Lane, P> {
 }
 
 /// Follows the curve to the full load, or to where its load turns. `slope` is its direction at rest, by the load fraction; its first load step
-/// is `first` at most. Lanes that find neither are neither reached nor at a fold.
+/// is `first` at most, and corrections are trusted at this pace. Lanes that find neither are neither reached nor at a fold.
 #[inline(always)]
 pub fn follow_curve<L: Lane, E: Equations<L>>(
     equations: &mut E,
     (rest, slope, mut metric): (E::Point, E::Point, E::Metric),
-    first: L,
+    (first, pace): (L, f64),
     wanted: L::Mask,
 ) -> CurveEnd<L, E::Point> {
     let zero = first.constant(0.0);
     let one = zero.constant(1.0);
-    let share = one.constant(CURVE_SHARE);
+    let (share, trust) = (one.constant(CURVE_SHARE), one.constant(TRUST * pace));
     // The point accepted last, the tangent there, and half the second derivative behind it.
     let (mut at, mut bend) = (rest, rest);
     let rise = E::product(&metric, slope, slope).sqrt();
@@ -93,7 +93,7 @@ pub fn follow_curve<L: Lane, E: Equations<L>>(
     let mut step = first.min(one.constant(0.25)) * rise;
     let mut row = E::row(&metric, tangent);
     let mut trial = at.plus(step, tangent);
-    let mut bound = (step * share).min(one.constant(TRUST));
+    let mut bound = (step * share).min(trust);
     let (mut last_size, mut first_share) = (bound * one.constant(1.0 / CONTRACTION), zero);
     let (mut corrections, mut passes, mut weakest) = (zero, one, zero);
     // The determinant at the last point, and the way from there to a point where curves cross.
@@ -192,7 +192,7 @@ pub fn follow_curve<L: Lane, E: Equations<L>>(
         trial = E::Point::select(restart, start, E::Point::select(go_on, new, trial));
         trial = E::Point::select(turn.seen & active, turn.trial, trial);
         row = E::Point::select(turn.seen & active, E::row(&metric, turn.along), row);
-        bound = L::select(restart, (step * share).min(one.constant(TRUST)), bound);
+        bound = L::select(restart, (step * share).min(trust), bound);
         last_size = L::select(go_on, size, bound * one.constant(1.0 / CONTRACTION));
         corrections = L::select(go_on, corrections + one, zero);
         passes = L::select(active, passes + one, passes);

@@ -279,11 +279,12 @@ pub fn follow_bordered<L: Kernels>(
     let mut varying = Varying { problem, workspace, tip, kept_tip, kept_leeway, inverse, matrix };
     let start = Loaded { base: none, lambda: zero };
     let slope = Loaded { base: rest.slope, lambda: one };
-    let bound = one.constant(FIRST_BEND);
-    let first = bound / norm(rest.slope).max(bound);
+    let pace = problem.program.pace;
+    let bound = one.constant(FIRST_BEND * pace);
+    let first = bound / rest.largest.max(bound);
     let metric = Metric { pose: Mat6::identity(one), force: one };
     let wanted = zero.lt(rest.leeway) & zero.lt(rest.inside);
-    let end = follow_curve(&mut varying, (start, slope, metric), first, wanted);
+    let end = follow_curve(&mut varying, (start, slope, metric), (first, pace), wanted);
     VaryingPath {
         base: end.at.base,
         inverse: varying.inverse,
