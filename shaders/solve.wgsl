@@ -95,6 +95,7 @@ fn solve_group() {
     store(STABILITY_INDEX_COLUMN, select(NO_EQUILIBRIUM, index, converged));
     store(ITERATIONS_COLUMN, end.passes);
     store(LOAD_FRACTION_COLUMN, end.history.lambda);
+    store(LOAD_FRACTION_ERROR_COLUMN, 1.0);
     store(ERROR_ESTIMATE_COLUMN, answered.error);
     store(DERIVATIVE_ERROR_COLUMN, answered.derivative_error);
     write_derivatives(rod, end.m0, tip);

@@ -157,6 +157,7 @@ fn write(rod: Rod, inverse: Mat6, index: f32) {
     store(STABILITY_INDEX_COLUMN, select(NO_EQUILIBRIUM, index, is_equilibrium));
     store(ITERATIONS_COLUMN, held(PASSES));
     store(LOAD_FRACTION_COLUMN, held(LAMBDA));
+    store(LOAD_FRACTION_ERROR_COLUMN, 1.0);
 
     let check = held_state(CHECKED);
     let delta = on(inverse, Pair(rod.f_tip - check.n, rod.l_tip - check.m)); // F5

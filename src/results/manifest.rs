@@ -5,6 +5,7 @@ use super::outcome::{
     AnchorAccount, BranchCounts, PathCheck, PilotChoice, SampleOrigin, SpotCheck, Timings, number_or_null,
 };
 use super::store::{Store, store_at};
+use super::verdict::Verdict;
 use super::workers::WorkerReport;
 use crate::model::Status;
 use crate::spec::{Shard, SolutionMethod};
@@ -52,6 +53,9 @@ pub struct Manifest {
     pub counts: BTreeMap<String, u64>,
     /// Rows that are no success; where every equilibrium was asked for, samples without any.
     pub failed: u64,
+    /// Whether the rows can be trusted, and what speaks against them; runs before version 0.2 do not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub verdict: Option<Verdict>,
     /// Of a run; `None` where shards were put together.
     #[serde(flatten)]
     pub run: Option<RunAccount>,
@@ -156,6 +160,22 @@ impl Manifest {
     /// Rows with a status.
     pub fn count(&self, status: Status) -> u64 {
         self.counts.get(status.name()).copied().unwrap_or(0)
+    }
+
+    /// Whether the rows can be trusted: as it says, or as the spot check of an older run does.
+    pub fn verdict(&self) -> Verdict {
+        if let Some(verdict) = &self.verdict {
+            return verdict.clone();
+        }
+        if !self.merged_from.is_empty() {
+            let parts: Vec<Verdict> = self.merged_from.iter().map(Manifest::verdict).collect();
+            return Verdict::sum(&parts);
+        }
+        let check = self.run.as_ref().and_then(|run| run.spot_check.as_ref());
+        match check {
+            Some(check) => Verdict::of_spot_check(check, self.sample_count, self.failed),
+            None => Verdict::default(),
+        }
     }
 
     /// Reads the manifest of a result directory.

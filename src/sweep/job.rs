@@ -52,6 +52,7 @@ pub struct SweepJob<'a> {
     warn: Option<&'a dyn Fn(&str)>,
     spot_check: Option<SpotCheckOptions>,
     path_check: Option<PathCheckOptions>,
+    max_failures: Option<u64>,
 }
 
 impl<'a> SweepJob<'a> {
@@ -72,6 +73,7 @@ impl<'a> SweepJob<'a> {
             progress: None,
             rows_written: None,
             warn: None,
+            max_failures: None,
         }
     }
 
@@ -141,6 +143,11 @@ impl<'a> SweepJob<'a> {
     /// Which rows' paths are followed a second time, by other steps; `None`: no row's. Without a spot check there is none.
     pub fn path_check(self, options: Option<PathCheckOptions>) -> Self {
         SweepJob { path_check: options, ..self }
+    }
+
+    /// Samples that may fail, whatever share the sweep file allows; `None`: as it says.
+    pub fn max_failures(self, samples: Option<u64>) -> Self {
+        SweepJob { max_failures: samples, ..self }
     }
 
     /// Settles by what the sweep will be solved: as a run that the sink already holds, as asked for, or by a choice of
@@ -357,6 +364,7 @@ impl<'a> PreparedSweep<'a> {
         options.search = Some(branch_tools(&search));
         options.trusted = job.spot_check.is_some().then_some(&trusted as BackendFactory);
         options.spot_check = job.spot_check.unwrap_or_default();
+        options.max_failures = job.max_failures;
         options.pilot = self.pilot.clone();
         let fallback = Fallback {
             engine: &search_on_the_cpu,

@@ -66,6 +66,7 @@ pub(crate) fn manifest(
         complete: !summary.interrupted,
         counts: named_counts(&reduction.counts),
         failed: summary.failed(),
+        verdict: Some(summary.verdict.clone()),
         run: Some(run),
         merged_from: Vec::new(),
         workers: Vec::new(),

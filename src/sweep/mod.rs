@@ -24,6 +24,7 @@ mod second_path;
 mod sink;
 mod stages;
 mod summary;
+mod tally;
 
 pub use anchors::with_anchors;
 pub use branches::{Branch, BranchSearch, BranchTools, Branches, Energy, Equilibria};

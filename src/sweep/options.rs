@@ -49,6 +49,8 @@ pub struct RunOptions<'a> {
     /// Follows paths from rest by other steps than the run, and which rows' paths; the spot check's backend decides where their ends
     /// differ.
     pub second_path: Option<(BackendFactory<'a>, PathCheckOptions)>,
+    /// Samples that may fail; `None`: as the sweep says.
+    pub max_failures: Option<u64>,
     /// How the number of steps was chosen, for the manifest.
     pub pilot: Option<PilotChoice>,
     /// What happened before, for the manifest.
@@ -98,6 +100,7 @@ impl<'a> RunOptions<'a> {
             trusted: None,
             spot_check: SpotCheckOptions::default(),
             second_path: None,
+            max_failures: None,
             pilot: None,
             notes: Vec::new(),
         }

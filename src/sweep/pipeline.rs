@@ -9,6 +9,7 @@ use super::refine::Refiners;
 use super::samples::Samples;
 use super::second_path::SecondPaths;
 use super::stages::StageTimes;
+use super::tally::Tally;
 use crate::backend::{Backend, Returned};
 use crate::model::{Batch, Plan, Quantity, Solutions};
 use crate::results::Reduction;
@@ -174,6 +175,11 @@ impl Solved<'_> {
         let first = |sample: usize| cells.partition_point(|cells| cells.sample < sample);
         first(samples.start)..first(samples.end)
     }
+
+    /// The sample of a row, as a place of the batch.
+    fn sample(&self, row: usize) -> usize {
+        self.branches.map_or(row, |cells| cells[row].sample)
+    }
 }
 
 /// The rows of every sample of a batch: its equilibria where there is any, else the one from rest.
@@ -220,6 +226,8 @@ pub(crate) struct Finisher<'a> {
     pub above_tolerance: u64,
     pub worst_residual: f64,
     pub worst_error_estimate: f64,
+    /// Rows that miss the tolerance, and those that failed.
+    pub tally: Tally<'a>,
     pub times: &'a StageTimes,
 }
 
@@ -310,7 +318,13 @@ impl Finisher<'_> {
             chosen.offer(samples, solved.from_rest);
         }
         let range = solved.range(places.clone());
-        range.clone().for_each(|row| self.note(solved.rows, row));
+        for row in range.clone() {
+            self.note(solved.rows, row);
+            let (status, estimate) = (solved.rows.status(row), solved.rows.get(row, Quantity::ErrorEstimate));
+            if self.tally.concerns(status, estimate) {
+                self.tally.add(samples.index(solved.sample(row)), status, estimate);
+            }
+        }
         if self.spec.format == Format::None && self.search.is_none() {
             return self.count(samples, solved);
         }

@@ -4,11 +4,11 @@
 //! Both paths leave their branch at the same place only if a jump survives half the first step and half the trust. Of the jumps that
 //! were known none did, and no right row was called into question.
 
-use super::check::named_values;
+use super::check::{Doubts, named_values};
 use super::samples::Samples;
 use crate::backend::{Backend, BackendError, BackendFactory};
 use crate::model::{Batch, Plan, Quantity, Solutions, Status, rotation_angle};
-use crate::results::PathCheck;
+use crate::results::{Doubt, DoubtKind, PathCheck};
 use crate::spec::{Sampler, Selection};
 
 /// Rows that are followed twice.
@@ -44,6 +44,8 @@ pub(crate) struct SecondPaths<'a> {
     follower: Option<Box<dyn Backend>>,
     judge: Option<Box<dyn Backend>>,
     pub found: PathCheck,
+    /// Samples that were wrong, of what kind, how far off (over the rod's length, or rad), and the status of their rows before.
+    wrong: Vec<(DoubtKind, (u64, Status, f64))>,
 }
 
 impl<'a> SecondPaths<'a> {
@@ -55,7 +57,16 @@ impl<'a> SecondPaths<'a> {
     ) -> SecondPaths<'a> {
         let selection = Selection::new(sample_count, options.wanted(sample_count), 0x9a7);
         let found = PathCheck { all: options == PathCheckOptions::All, ..PathCheck::default() };
-        SecondPaths { selection, factory, trusted, follower: None, judge: None, found }
+        SecondPaths { selection, factory, trusted, follower: None, judge: None, found, wrong: Vec::new() }
+    }
+
+    /// What the rows that were followed say of those that were not; nothing where every row was.
+    pub fn doubts(&self, plan: &Plan, sampler: &Sampler) -> Vec<Doubt> {
+        let mut doubts = Doubts::new(plan, sampler, self.found.followed);
+        if !self.found.all {
+            self.wrong.iter().for_each(|(kind, seen)| doubts.add(*kind, *seen));
+        }
+        doubts.found
     }
 
     /// Rows that are chosen.
@@ -99,19 +110,23 @@ impl<'a> SecondPaths<'a> {
         (truth, from): (&Solutions, usize),
     ) {
         let found = &mut self.found;
+        let before = solutions.status(to);
         match truth.status(from) {
             status if status.is_success() => {
                 if is_same_end(plan, (solutions, to), (truth, from)) {
                     found.confirmed += 1;
                     return;
                 }
+                let far = apart(plan, (solutions, to), (truth, from));
                 solutions.copy_row(to, truth, from);
                 solutions.set_status(to, Status::Refined);
                 found.elsewhere += 1;
+                self.wrong.push((DoubtKind::RowsElsewhere, (index, before, far)));
             }
             Status::Fold => {
                 solutions.copy_row(to, truth, from);
                 found.past_fold += 1;
+                self.wrong.push((DoubtKind::RowsPastFold, (index, before, 0.0)));
             }
             _ => {
                 solutions.set_status(to, Status::Doubtful);
@@ -151,9 +166,13 @@ fn batch(plan: &Plan, sampler: &Sampler, samples: &Samples<'_>, places: &[usize]
 
 /// Whether two rows are one equilibrium; a row without success is none.
 pub(crate) fn is_same_end(plan: &Plan, (a, at): (&Solutions, usize), (b, from): (&Solutions, usize)) -> bool {
+    let estimates = a.get(at, Quantity::ErrorEstimate) + b.get(from, Quantity::ErrorEstimate);
+    b.status(from).is_success() && apart(plan, (a, at), (b, from)) <= SAME_END + ESTIMATES * estimates
+}
+
+/// How far two tips are apart, over the rod's length or in radians, whichever is larger.
+fn apart(plan: &Plan, (a, at): (&Solutions, usize), (b, from): (&Solutions, usize)) -> f64 {
     let (p, q) = (a.vector(at, Quantity::TipPosition), b.vector(from, Quantity::TipPosition));
     let dp = (0..3).map(|k| (p[k] - q[k]).powi(2)).sum::<f64>().sqrt() / plan.scene.total_length();
-    let angle = rotation_angle(&a.tip_rotation(at), &b.tip_rotation(from));
-    let estimates = a.get(at, Quantity::ErrorEstimate) + b.get(from, Quantity::ErrorEstimate);
-    b.status(from).is_success() && dp.max(angle) <= SAME_END + ESTIMATES * estimates
+    dp.max(rotation_angle(&a.tip_rotation(at), &b.tip_rotation(from)))
 }

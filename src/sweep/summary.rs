@@ -2,7 +2,7 @@
 
 use crate::backend::BackendInfo;
 use crate::model::Status;
-use crate::results::{PathCheck, Reduction, SampleOrigin, SpotCheck, Timings};
+use crate::results::{PathCheck, Reduction, SampleOrigin, SpotCheck, Timings, Verdict};
 use std::path::PathBuf;
 
 /// What came of a run.
@@ -40,6 +40,8 @@ pub struct Summary {
     pub spot_check: Option<SpotCheck>,
     /// Rows whose path from rest was followed a second time; `None` where none was.
     pub path_check: Option<PathCheck>,
+    /// Whether the rows can be trusted, those of earlier calls included; of a run that was interrupted, so far.
+    pub verdict: Verdict,
     /// Where the time of the run went.
     pub timings: Timings,
     /// Processor seconds of the stages; the total is that of the whole process. `None`: the system does not tell.

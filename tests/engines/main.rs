@@ -43,5 +43,6 @@ mod steppers;
 mod stretches;
 mod terms;
 mod trust;
+mod turns;
 mod twins;
 mod workspace;

@@ -26,3 +26,4 @@ mod stores;
 mod surfaces;
 mod sweeps;
 mod table;
+mod verdict;

@@ -39,6 +39,9 @@ pub enum Command {
         /// Column that colours the tip cloud, for example stability.margin or coil.current.z
         #[arg(long, value_name = "COLUMN")]
         colour: Option<String>,
+        /// Go on with rows that are not to be trusted; every figure says so
+        #[arg(long)]
+        accept_distrusted: bool,
     },
     /// Put the shards of one sweep together
     Merge {
@@ -48,6 +51,9 @@ pub enum Command {
         /// Directory of the whole
         #[arg(long, value_name = "DIR")]
         out: PathBuf,
+        /// Exit with 0 although rows are not to be trusted
+        #[arg(long)]
+        accept_distrusted: bool,
     },
     /// Find the currents that drive the tip along a trajectory or to many targets
     Control(ControlArguments),
@@ -61,6 +67,8 @@ pub enum Command {
     View(super::view::ViewArguments),
     /// Make a scene of a catheter's parameter file, or a table of a play file
     Import(ImportArguments),
+    /// Print licences and notices of the program and of everything that is built into it
+    Licenses,
     /// Print a completion script for a shell
     Completions { shell: clap_complete::Shell },
 }
@@ -101,9 +109,12 @@ pub struct RunArguments {
     /// No progress and no summary
     #[arg(long)]
     pub quiet: bool,
-    /// Exit with 3 if more samples than this fail [default: any number may]
+    /// Exit with 3 if more samples than this fail [default: as the sweep's allow_failures says]
     #[arg(long, value_name = "N")]
     pub max_failures: Option<u64>,
+    /// Exit with 0 although rows are not to be trusted; what comes of them says so
+    #[arg(long)]
+    pub accept_distrusted: bool,
     /// Draw no figures
     #[arg(long)]
     pub no_figures: bool,

@@ -93,7 +93,7 @@ pub fn specialisation(plan: &Plan, precision: Precision, form: Form) -> Speciali
     s
 }
 
-const COLUMNS: [(&str, Quantity); 12] = [
+const COLUMNS: [(&str, Quantity); 13] = [
     ("TIP_POSITION", Quantity::TipPosition),
     ("TIP_D1", Quantity::TipD1),
     ("TIP_TANGENT", Quantity::TipTangent),
@@ -104,6 +104,7 @@ const COLUMNS: [(&str, Quantity); 12] = [
     ("STABILITY_INDEX", Quantity::StabilityIndex),
     ("ITERATIONS", Quantity::Iterations),
     ("LOAD_FRACTION", Quantity::LoadFraction),
+    ("LOAD_FRACTION_ERROR", Quantity::LoadFractionError),
     ("STATUS", Quantity::Status),
     ("DERIVATIVE_ERROR", Quantity::DerivativeError),
 ];

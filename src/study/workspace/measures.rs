@@ -112,7 +112,9 @@ pub(super) fn volume(grown: &Grown, ends: &Ends) -> Estimate {
     let by_parts = STUDENT_95 * 8.0 * cell * variance.sqrt() / 4.0;
     let smooth = NORMAL_95 * (LATTICE_VARIANCE * edge.powi(4) * boundary_area(grown)).sqrt();
     let error = smooth.max(by_parts);
-    Estimate { value, low: (value - error).max(0.0), high: value + error + cell * ends.stuck as f64 }
+    // Where no centre is reached, all that was looked at may be.
+    let unseen = if ends.reached == 0 { cell * grown.voxels.len() as f64 } else { cell * ends.stuck as f64 };
+    Estimate { value, low: (value - error).max(0.0), high: value + error + unseen }
 }
 
 /// Area of a surface (m²) or length of a curve (m), by sections of voxels.

@@ -10,7 +10,7 @@ use super::memory::{CoarseScalar, Memory, pack, unpack};
 use super::path::{Path, rest_slope};
 use super::problem::Problem;
 use super::program::{Inputs, Outputs, Program};
-use super::varying::follow_block;
+use super::varying::{Led, follow_block};
 use crate::model::{Anchors, BLOCK, Quantity, Status};
 use pulp::{Simd, WithSimd};
 use std::any::Any;
@@ -25,7 +25,9 @@ pub enum Way {
     Anchors,
     /// From rest.
     Rest,
-    /// The same with care.
+    /// Along the curve of equilibria.
+    Curve,
+    /// From rest with care.
     Care,
     /// From rest, by nodes all along the rod: where errors grow so much that a single pass would tell nothing.
     Limp,
@@ -33,7 +35,9 @@ pub enum Way {
     Nodes,
     /// From rest, in a field that varies in space.
     Varying,
-    /// The same in steps as short as it takes.
+    /// Along the curve of equilibria there.
+    VaryingCurve,
+    /// From rest there, in steps as short as it takes.
     VaryingCare,
     /// The same on the grid of the answer, where that is no less exact.
     VaryingFine,
@@ -94,9 +98,9 @@ fn solve_job<L: Kernels>(token: L::Token, job: Job<'_, L::Scalar>) {
     if program.field.is_none() && program.start.is_none() && !matches!(way, Way::Limp | Way::Nodes) {
         (path, ready) = match (way, &program.anchors) {
             (Way::Anchors, Some((grid, column))) => (Path::Anchored, block.predict(grid, *column, order)),
-            (Way::Care, _) => {
+            (Way::Care | Way::Curve, _) => {
                 block.sort_by_bend(bad.len(), order);
-                (Path::GuardedRamp, solved)
+                (if way == Way::Care { Path::GuardedRamp } else { Path::Curve }, solved)
             }
             _ => {
                 block.sort_by_bend(bad.len(), order);
@@ -123,9 +127,10 @@ fn solve_job<L: Kernels>(token: L::Token, job: Job<'_, L::Scalar>) {
                 }
                 block.solve_by_nodes(samples, from, out);
             }
-            Way::Varying => block.solve_in_varying(samples, None, out),
-            Way::VaryingCare => block.solve_in_varying(samples, Some(&program.careful), out),
-            Way::VaryingFine => block.solve_in_varying(samples, Some(&program.fine), out),
+            Way::Varying => block.solve_in_varying(samples, Led::Before, out),
+            Way::VaryingCurve => block.solve_in_varying(samples, Led::Curve, out),
+            Way::VaryingCare => block.solve_in_varying(samples, Led::Ramp(&program.careful), out),
+            Way::VaryingFine => block.solve_in_varying(samples, Led::Ramp(&program.fine), out),
             _ => block.solve(samples, path, out),
         }
     }
@@ -142,8 +147,11 @@ fn solve_job<L: Kernels>(token: L::Token, job: Job<'_, L::Scalar>) {
 fn is_for_next<S: Scalar>(way: Way, status: S) -> bool {
     let settled = match way {
         Way::Limp => return status.to_f64() != f64::from(Status::Ramped.code()),
+        Way::VaryingCurve => {
+            return ![Status::Ramped, Status::Fold].iter().any(|is| status.to_f64() == f64::from(is.code()));
+        }
         Way::VaryingCare => return status.to_f64() == f64::from(Status::NotConverged.code()),
-        Way::Anchors | Way::Rest | Way::Varying => Status::Pending,
+        Way::Anchors | Way::Rest | Way::Curve | Way::Varying => Status::Pending,
         Way::Care => Status::Fold,
         Way::Nodes | Way::VaryingFine | Way::Pass => return false,
     };
@@ -234,7 +242,7 @@ impl<L: Kernels> Block<'_, L> {
         tools.pack(self.inputs, samples);
         match path {
             Path::Anchored | Path::Ramp => pack(ends, samples, L::COUNT, &mut tools.start),
-            Path::GuardedRamp => pack(rests, samples, L::COUNT, &mut tools.start),
+            Path::Curve | Path::GuardedRamp => pack(rests, samples, L::COUNT, &mut tools.start),
             Path::Search => {}
         }
         L::answer(Answer { program: self.program, token: self.token, path, tools, out });

@@ -1,6 +1,7 @@
 //! A register of samples: their rods, their paths, their answers, each a kernel.
 
 use super::algebra::{Mat3, Vec3};
+use super::bordered::follow_uniform;
 use super::kernels::Kernels;
 use super::lane::{Lane, Scalar};
 use super::memory::pack;
@@ -94,7 +95,10 @@ impl<L: Lane> WithSimd for Follow<'_, L> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> PathEnd<L> {
         let Follow { problem, path, rest, workspace } = self;
-        follow_path(&problem, path, rest, workspace)
+        match path {
+            Path::Curve => follow_uniform(&problem, rest, workspace),
+            _ => follow_path(&problem, path, rest, workspace),
+        }
     }
 }
 
@@ -126,7 +130,9 @@ impl<L: Kernels> WithSimd for Answer<'_, L> {
         let problem = Problem { program, inputs, rod };
         let end = match path {
             Path::Anchored | Path::Ramp => load_end(token, &start),
-            Path::GuardedRamp => L::follow(Follow { problem, path, rest: load_rest(token, &start), workspace }),
+            Path::Curve | Path::GuardedRamp => {
+                L::follow(Follow { problem, path, rest: load_rest(token, &start), workspace })
+            }
             Path::Search => search_start(&problem, workspace),
         };
         solve_group(&problem, path, end, workspace, &mut out);
@@ -238,5 +244,6 @@ pub fn load_end<L: Lane>(token: L::Token, from: &Inputs<'_, L::Scalar>) -> PathE
         close: half.lt(from.column(token, 16)),
         exhausted: nobody,
         fold: nobody,
+        load_error: half + half,
     }
 }

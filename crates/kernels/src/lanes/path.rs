@@ -23,7 +23,10 @@ pub enum Path {
     /// In as many load steps as it takes to contract, one if that will do; never across a change of sign of
     /// det(dr/dm0).
     Ramp,
-    /// The same on a finer grid, with a stability index of zero on every step.
+    /// Along the curve of equilibria on a finer grid, with a stability index of zero on every step: to the full load, or
+    /// through a turn of the load.
+    Curve,
+    /// A ramp on that grid, with a stability index of zero on every step.
     GuardedRamp,
     /// Not from rest: from a given base moment, away from known equilibria.
     Search,
@@ -45,6 +48,8 @@ pub struct PathEnd<L: Lane> {
     pub exhausted: L::Mask,
     /// Not reached, and near a fold or a bifurcation.
     pub fold: L::Mask,
+    /// Error of lambda at a fold whose turn was seen, else 1.
+    pub load_error: L,
 }
 
 /// How the equilibrium sets out from rest.
@@ -265,5 +270,6 @@ pub fn follow_path<L: Lane>(
         close: nobody,
         exhausted,
         fold: at_fold & !(reached | exhausted),
+        load_error: one,
     }
 }

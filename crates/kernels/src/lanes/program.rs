@@ -106,6 +106,8 @@ pub struct Program {
     pub coarse: Resolution,
     /// The same with care.
     pub careful: Resolution,
+    /// Along the curve of equilibria.
+    pub curve: Resolution,
     /// For the columns.
     pub fine: Resolution,
     /// For the answer: twice the steps of `fine`.
@@ -182,6 +184,10 @@ impl Program {
             pace: plan.options.pace,
             coarse: on_path(steps(&|n| if plan.options.pace < 1.0 { 2 } else { 1 } * stepper.path_steps(n))),
             careful: Resolution { tableau: careful.tableau(), steps: steps(&|n| stepper.careful_steps(n, careful)) },
+            curve: Resolution {
+                tableau: CAREFUL_STEPPER.tableau(),
+                steps: steps(&|n| stepper.careful_steps(n, CAREFUL_STEPPER)),
+            },
             fine: Resolution { tableau, steps: steps(&|n| n) },
             check: Resolution { tableau, steps: steps(&|n| 2 * n) },
             newton_tolerance,

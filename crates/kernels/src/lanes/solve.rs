@@ -141,6 +141,7 @@ pub fn write_verdict<L: Lane>(
     out.store(Quantity::Iterations.column(), end.passes);
     out.store(Quantity::LoadFraction.column(), end.lambda);
     out.store(Quantity::Status.column(), status);
+    out.store(Quantity::LoadFractionError.column(), end.load_error);
 }
 
 /// Writes the rows of the derivatives, by forward columns or by reciprocity.
@@ -204,6 +205,10 @@ fn status_codes<L: Lane>(
         Path::Ramp => {
             let done = L::select(end.ramped, code(one, Status::Ramped), ok);
             L::select(converged & stable & !grown, done, pending)
+        }
+        Path::Curve => {
+            let done = L::select(end.reached & converged & stable & !grown, code(one, Status::Ramped), pending);
+            L::select(end.fold, code(one, Status::Fold), done)
         }
         Path::Search => {
             let done = L::select(stable, ok, code(one, Status::Unstable));

@@ -51,6 +51,43 @@ pub const NEAR_MARGIN: f64 = 0.3;
 pub const WIDENING: f64 = 4.0;
 /// A path that comes nearer than this and moves away again has passed what no grid resolves, and ends there.
 pub const NARROW_MARGIN: f64 = 1e-3;
+/// Along the curve of equilibria: the first correction is at most this share of the step.
+pub const CURVE_SHARE: f64 = 0.3;
+/// Steps are chosen so that it is this share of what is trusted.
+pub const CURVE_AIM: f64 = 0.2;
+/// And so that the tangent turns by so much (radians).
+pub const CURVE_ANGLE: f64 = 0.45;
+/// Two tangents in a row have at least this cosine.
+pub const CURVE_COSINE: f64 = 0.75;
+/// Corrections there end below this (plan units, relative to 1 + the moment).
+pub const CURVE_TOLERANCE: f64 = 1e-3;
+/// Halfway over a step the load rises at least by this share of the lesser slope at its ends: else it may turn twice between.
+pub const CURVE_SAG: f64 = 0.3;
+/// And below this share of the step.
+pub const CURVE_NEAR: f64 = 0.03;
+/// A step towards a point where curves cross goes so much of the way: the curve may bend away before.
+pub const CURVE_APPROACH: f64 = 0.75;
+/// While two tangents in a row have this cosine it has not.
+pub const CURVE_STRAIGHT: f64 = 0.99;
+/// A curve that asked for a shorter step bends so sharply, next to a bifurcation, that each grid may bend it to another side: the
+/// full load beyond is left to the guarded ramp.
+pub const SHARP_ARC: f64 = 1e-3;
+/// The smallest step along the curve (plan units of moment, radians of the tip and shares of the load) in single precision.
+pub const SMALLEST_ARC: f64 = 1.0 / 2048.0;
+/// The same in double precision.
+pub const SMALLEST_SHARP_ARC: f64 = 2e-6;
+/// Passes along one curve.
+pub const CURVE_LIMIT: f64 = 150.0;
+/// A turn of the load is found where the last correction is below this (relative to 1 + the moment),
+pub const TURN_TOLERANCE: f64 = 1e-5;
+/// and the load would rise by less than this share of it.
+pub const TURN_FLATNESS: f64 = 1e-6;
+/// Passes between the points before and behind a turn.
+pub const TURN_LIMIT: f64 = 12.0;
+/// Passes that take it to the fine grid, at most.
+pub const TURN_CORRECTIONS: usize = 5;
+/// A fold whose load is known better than this has been seen as a turn of the load.
+pub const FOLD_EVIDENCE: f64 = 1e-3;
 /// A path that ends without having come so near has not met a fold: shooting has failed.
 pub const FOLD_MARGIN: f64 = 0.25;
 /// Above this round-off (epsilon times the squared norm of dr/dm0) a stability index other than 0 says nothing.

@@ -159,6 +159,7 @@ fn write<L: Kernels>(
     out.store(Quantity::StabilityIndex.column(), L::select(is_equilibrium, index, one.constant(NO_EQUILIBRIUM)));
     out.store(Quantity::Iterations.column(), end.passes);
     out.store(Quantity::LoadFraction.column(), end.lambda);
+    out.store(Quantity::LoadFractionError.column(), end.load_error);
     out.store(Quantity::Status.column(), status);
 
     out.store(Quantity::ErrorEstimate.column(), error);

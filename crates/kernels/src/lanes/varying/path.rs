@@ -223,6 +223,7 @@ pub fn follow_varying<L: Kernels>(
         outside: lost & outside,
         exhausted,
         lambda,
+        load_error: one,
         passes,
     }
 }
