@@ -1,9 +1,9 @@
 //! Figures of control: the tip's path, the inputs, rods along the way, the rod in motion.
 
 use super::centreline::centreline;
-use super::rod_motion::rod_motion;
 use super::field;
 use super::files::Drawn;
+use super::rod_motion::rod_motion;
 use crate::model::{Parameter, SegmentParameter, Vector};
 use crate::report::{AxisLabel, Curves, Figure, Panel, ReportError, Series, Sheet, TipPath};
 use crate::study::{ControlRun, Outcome, TargetResult};

@@ -203,7 +203,8 @@ impl<'a> Reader<'a> {
             return Ok(number);
         }
         let bound = if number.is_finite() { "a number of at most 1e60 in size" } else { "a finite number" };
-        Err(self.error(name, Problem::Range { value: number.to_string(), expected: format!("{bound}, {}", words()) }))
+        Err(self
+            .error(name, Problem::Range { value: format!("{number:e}"), expected: format!("{bound}, {}", words()) }))
     }
 
     /// Three quantities along x, y, z.

@@ -116,13 +116,14 @@ fn describe_workers(workers: &[Worker], left: Option<Duration>) -> String {
 
 pub fn merge(directories: &[PathBuf], out: &Path, accept_distrusted: bool) -> Result<Exit, CommandError> {
     let status = results::merge(directories, out)?;
+    let distrust = verdict::of_results(&Results::open(out)?, accept_distrusted)?;
     say(&format!(
         "merged {} samples of {} directories into {}",
         count(status.samples_done),
         directories.len(),
         out.display()
     ));
-    Ok(verdict::of_results(&Results::open(out)?, accept_distrusted)?.unwrap_or(Exit::Done))
+    Ok(distrust.unwrap_or(Exit::Done))
 }
 
 fn describe(directory: &Path, status: &DirectoryStatus) -> String {
