@@ -88,7 +88,7 @@ impl RunOptions {
 
 /// The run in numbers.
 fn account(sweep: &PreparedSweep<'_>, summary: &Summary, seconds: f64, place: Option<&Path>) -> Value {
-    let solved = Solved { method: Some(sweep.method()), certain: false, place };
+    let solved = Solved { method: Some(sweep.method()), certain: summary.is_certain(), place };
     let distrust = (!summary.verdict.sound).then(|| terminal(&summary.verdict.explain(&solved)).into_owned());
     let counts = Status::ALL.into_iter().map(|status| (status.name().to_owned(), json!(summary.count(status))));
     let counts = counts.filter(|(_, count)| *count != json!(0)).collect::<serde_json::Map<_, _>>();

@@ -95,7 +95,9 @@ impl Results {
     /// As [`Results::verdict`].
     pub fn distrust(&self) -> Result<Option<String>, ResultsError> {
         let Some(verdict) = self.verdict()?.filter(|verdict| !verdict.sound) else { return Ok(None) };
-        let solved = Solved { method: self.method(), certain: false, place: Some(self.directory()) };
+        let run = self.manifest().ok().and_then(|manifest| manifest.run);
+        let certain = run.and_then(|run| run.path_check).is_some_and(|check| check.all);
+        let solved = Solved { method: self.method(), certain, place: Some(self.directory()) };
         Ok(Some(verdict.explain(&solved)))
     }
 }

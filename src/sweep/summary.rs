@@ -64,6 +64,11 @@ impl Summary {
         self.reduction.counts[status.code() as usize]
     }
 
+    /// Whether the path of every row was followed twice.
+    pub fn is_certain(&self) -> bool {
+        self.path_check.as_ref().is_some_and(|check| check.all)
+    }
+
     /// Rows whose status is no success; where every equilibrium was asked for, samples without any.
     pub fn failed(&self) -> u64 {
         self.reduction.failed()

@@ -42,7 +42,7 @@ pub fn of_run(
     if summary.verdict.sound {
         return Exit::Done;
     }
-    let solved = Solved { method: Some(method), certain: false, place: Some(place) };
+    let solved = Solved { method: Some(method), certain: summary.is_certain(), place: Some(place) };
     tell(&summary.verdict.explain(&solved), is_accepted);
     if is_accepted { Exit::Done } else { Exit::Distrusted }
 }

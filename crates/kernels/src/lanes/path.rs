@@ -23,8 +23,8 @@ pub enum Path {
     /// In as many load steps as it takes to contract, one if that will do; never across a change of sign of
     /// det(dr/dm0).
     Ramp,
-    /// Along the curve of equilibria on a finer grid, with a stability index of zero on every step: to the full load, or
-    /// through a turn of the load.
+    /// Along the curve of equilibria on a finer grid, with a stability index of zero on every step, through a turn of the load. It
+    /// tells of folds alone.
     Curve,
     /// A ramp on that grid, with a stability index of zero on every step.
     GuardedRamp,

@@ -206,10 +206,7 @@ fn status_codes<L: Lane>(
             let done = L::select(end.ramped, code(one, Status::Ramped), ok);
             L::select(converged & stable & !grown, done, pending)
         }
-        Path::Curve => {
-            let done = L::select(end.reached & converged & stable & !grown, code(one, Status::Ramped), pending);
-            L::select(end.fold, code(one, Status::Fold), done)
-        }
+        Path::Curve => L::select(end.fold, code(one, Status::Fold), pending),
         Path::Search => {
             let done = L::select(stable, ok, code(one, Status::Unstable));
             L::select(end.reached & converged, done, unsolved)

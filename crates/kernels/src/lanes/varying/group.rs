@@ -99,7 +99,10 @@ impl<L: Kernels> WithSimd for InVarying<'_, L> {
                 Led::Before => VaryingPath::load(token, &Inputs { data: start, stride: L::COUNT, offset: 0 }),
                 Led::Curve => {
                     let rest = set_out(&problem, varying);
-                    follow_bordered(&problem, &rest, varying)
+                    let mut end = follow_bordered(&problem, &rest, varying);
+                    // It tells of folds alone, as in a uniform field.
+                    end.reached = end.lambda.lt(end.lambda);
+                    end
                 }
                 Led::Ramp(grid) => {
                     let rest = set_out(&problem, varying);
