@@ -2,6 +2,7 @@
 // src/lanes/solve.rs
 
 const NEWTON_LIMIT: u32 = 0u; //@spec
+const FINE_TRUST: f32 = 0.0; //@spec
 const REACH: f32 = 0.0; //@spec
 const NO_EQUILIBRIUM: f32 = 0.0; //@spec
 
@@ -55,7 +56,7 @@ fn solve_group() {
                 let first_order = margin(w_inverse) * settings.first_order_tolerance;
                 converged = end.reached && size < max(tolerance, first_order);
                 if moving { end.passes = end.passes + 1.0; }
-                moving = moving && !converged && size < TRUST;
+                moving = moving && !converged && size < FINE_TRUST;
                 if i + 1u == NEWTON_LIMIT || !moving { break; }
                 end.m0 = end.m0 + delta;
                 moved = true;

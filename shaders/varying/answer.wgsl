@@ -1,6 +1,7 @@
 // Newton's method on the fine grid and the row of each sample, in a field that varies. F5, J5
 // src/lanes/varying/answer.rs
 
+const FINE_TRUST: f32 = 0.0; //@spec
 const COLUMN_NOISE: f32 = 0.0; //@spec
 const DERIVATIVE_COLUMN: u32 = 20u; //@spec
 const DERIVATIVE_COUNT: u32 = 1u; //@spec
@@ -73,7 +74,7 @@ fn solve_varying() {
                 case REACHED: {
                     hold(STAGE, f32(IN_NEWTON));
                     hold(NEWTON_STEPS, 0.0);
-                    hold(BOUND, TRUST);
+                    hold(BOUND, FINE_TRUST);
                     hold(IS_CHORD, 1.0);
                     hold(IS_CONVERGED, 0.0);
                 }
@@ -96,7 +97,7 @@ fn balance(rod: Rod, what: u32, inverse: Mat6) {
     let base = held_pair(TRIAL);
     if what == BASE {
         keeps_inverse = true;
-        hold(BOUND, TRUST);
+        hold(BOUND, FINE_TRUST);
     }
     let step = newton_step(rod, 1.0, inverse);
     let change = norm(step);

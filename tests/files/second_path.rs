@@ -3,11 +3,11 @@
 use crate::arc::{Arc, arc, options, small};
 use crate::common::runs::{manifest_of, run_into};
 use rodsweep::backend::{Backend, BackendError, BackendInfo};
-use rodsweep::model::{Batch, Plan, Quantity, Solutions, Status};
+use rodsweep::model::{Batch, Plan, Quantity, RodSegment, Solutions, Status};
 use rodsweep::results::Results;
 use rodsweep::sweep::{PathCheckOptions, RunOptions};
 
-/// Leaves its branch where the first current is between two values; may call it a fold, or not be sure.
+/// Leaves its branch where the coil's dipole along x is between two values (A·m²); may call it a fold, or not be sure.
 struct Elsewhere {
     arc: Arc,
     from: f64,
@@ -31,8 +31,7 @@ impl Backend for Elsewhere {
     fn solve(&mut self, batch: &Batch) -> Result<Solutions, BackendError> {
         let mut solutions = self.arc.solve(batch)?;
         for at in 0..batch.sample_count() {
-            let current = batch.inputs.get(at, 0);
-            if (self.from..self.to).contains(&current) {
+            if (self.from..self.to).contains(&dipole(&self.arc.plan, batch, at)) {
                 let [x, y, z] = solutions.vector(at, Quantity::TipPosition);
                 solutions.set_vector(at, Quantity::TipPosition, [x + 0.02, y, z]);
                 solutions.set_status(at, self.says);
@@ -42,12 +41,30 @@ impl Backend for Elsewhere {
     }
 }
 
+/// The coil's dipole along x.
+fn dipole(plan: &Plan, batch: &Batch, at: usize) -> f64 {
+    let rod = plan.sample_rod(batch, at);
+    let rigid = rod.segments.iter().find_map(|segment| match segment {
+        RodSegment::Rigid(rigid) => Some(rigid.dipole[0]),
+        RodSegment::Flexible(_) => None,
+    });
+    rigid.expect("a coil")
+}
+
+/// The dipole by a current of 1 A.
+fn per_ampere(plan: &Plan) -> f64 {
+    let batch = plan.batch(1, |_, row| row.copy_from_slice(&[1.0, 5.5e6]));
+    dipole(plan, &batch, 0)
+}
+
 fn sure(plan: &Plan) -> Arc {
     Arc { fails: false, ..Arc::new(plan) }
 }
 
+/// Leaves its branch between two currents (A).
 fn elsewhere(plan: &Plan, from: f64, to: f64, says: Status) -> Elsewhere {
-    Elsewhere { arc: sure(plan), from, to, says }
+    let k = per_ampere(plan);
+    Elsewhere { arc: sure(plan), from: k * from, to: k * to, says }
 }
 
 /// Of an engine that is wrong from 0 to 0.05 A, each third of the range meets a reference that knows better, a fold, and no

@@ -148,6 +148,7 @@ fn add_path(s: &mut Specialisation, plan: &Plan) {
         ("LOAD_STEP_TOLERANCE", path::LOAD_STEP_TOLERANCE),
         ("FULL_LOAD_TOLERANCE", path::FULL_LOAD_TOLERANCE),
         ("TRUST", plan.options.pace * path::TRUST),
+        ("FINE_TRUST", path::FINE_TRUST),
         ("NEARBY", path::NEARBY),
         ("CORRECTIONS", path::CORRECTIONS),
         ("FIRST_BEND", plan.options.pace * path::FIRST_BEND),

@@ -15,7 +15,7 @@ use super::rows::{Responses, write_forward_rows, write_rows};
 use super::search::snap;
 use super::shoot::{Record, Tip, shoot, tip_moment_columns};
 use super::stability::{by_rotation, is_sharp, margin, stability_index, whole_index};
-use crate::model::path::{NEWTON_LIMIT, REACH, TRUST};
+use crate::model::path::{FINE_TRUST, NEWTON_LIMIT, REACH};
 use crate::model::{NO_EQUILIBRIUM, Quantity, Status};
 
 /// Solves one group from where its `path` ended and writes its rows, in the plan's units, to `out`.
@@ -84,7 +84,7 @@ pub fn newton<L: Lane>(problem: &Problem<'_, L>, end: &mut PathEnd<L>, workspace
         let first_order = margin(&w_inverse) * one.constant(program.first_order_tolerance);
         converged = end.reached & size.lt(tolerance.max(first_order));
         end.passes = L::select(moving, end.passes + one, end.passes);
-        moving = moving & !converged & size.lt(one.constant(TRUST));
+        moving = moving & !converged & size.lt(one.constant(FINE_TRUST));
         if pass + 1 == NEWTON_LIMIT || !L::any(moving) {
             break;
         }

@@ -14,6 +14,8 @@ pub const CONTRACTION: f64 = 0.3;
 /// A first correction above this many plan units of moment or radians of the tip is not trusted on any path: another branch may
 /// be as near. With [`FIRST_BEND`] it keeps opposed coils on their branch; either alone does not.
 pub const TRUST: f64 = 0.2;
+/// A step of Newton's method on the fine grid above this is not taken.
+pub const FINE_TRUST: f64 = 0.3;
 /// A correction smaller than this leads to no other branch, wherever it starts.
 pub const NEARBY: f64 = 0.03;
 /// Newton steps on one load step.
@@ -36,7 +38,7 @@ pub const SMALLEST_RAMP_STEP: f64 = 1.0 / 64.0;
 /// The smallest load step with care (share of the full load), in single precision, and in a field that varies.
 pub const SMALLEST_GUARDED_STEP: f64 = 1.0 / 4096.0;
 /// The same in double precision, as a share of the load so far, and next to rest of [`LITTLE_LOAD`].
-pub const SMALLEST_SHARP_STEP: f64 = 1.0 / 32_768.0;
+pub const SMALLEST_SHARP_STEP: f64 = 1.0 / 131_072.0;
 /// A share of the full load.
 pub const LITTLE_LOAD: f64 = 1.0 / 64.0;
 /// With care and under a tip moment, where small margins ask for short steps.
@@ -121,7 +123,7 @@ pub const ANCHOR_TRUST: f64 = 1e-2;
 /// Nor is a correction above this share of the one before.
 pub const ANCHOR_CONTRACTION: f64 = 0.2;
 /// Passes over the rod on one path.
-pub const PASS_LIMIT: f64 = 400.0;
+pub const PASS_LIMIT: f64 = 600.0;
 /// Chord steps on the fine grid.
 pub const CHORD_LIMIT: usize = 4;
 /// Full Newton steps on the fine grid, after the chord steps.
@@ -231,7 +233,7 @@ pub const NODE_MOST_RATIO: f64 = 4.0;
 /// After one that failed it is this share as long.
 pub const NODE_RETREAT: f64 = 1.0 / 3.0;
 /// The smallest load step by nodes, as a share of the load so far, and next to rest as a share of the full load.
-pub const NODE_SMALLEST_STEP: f64 = 1.0 / 131_072.0;
+pub const NODE_SMALLEST_STEP: f64 = 1.0 / 1_048_576.0;
 /// See [`NODE_SMALLEST_STEP`].
 pub const NODE_SMALLEST_FIRST_STEP: f64 = 1e-10;
 /// A load step by nodes that starts or ends where the least pivot is smaller than this, relative to the pivot of the
@@ -240,7 +242,7 @@ pub const NODE_NEAR_PIVOT: f64 = 0.1;
 /// A path by nodes that ends without having come to so small a pivot has not met a fold.
 pub const NODE_FOLD_PIVOT: f64 = 0.05;
 /// Passes over all intervals on one path.
-pub const NODE_PASS_LIMIT: f64 = 400.0;
+pub const NODE_PASS_LIMIT: f64 = 600.0;
 /// In a field that varies: a load step that starts or ends nearer to a fold (stability margin) may halve or double the margin.
 pub const FIELD_NEAR_MARGIN: f64 = 0.6;
 /// Under a tip moment there, with care, the determinant of the second variation, over that of a rod without loads, may grow or

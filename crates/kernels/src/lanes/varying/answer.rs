@@ -15,7 +15,7 @@ use crate::lanes::problem::Problem;
 use crate::lanes::program::Outputs;
 use crate::lanes::rod::Segment;
 use crate::lanes::section::velocity;
-use crate::model::path::{COLUMN_NOISE, DIFFERENCE, NEWTON_LIMIT, REACH, ROUND_OFF, SAFE_MARGIN, TRUST};
+use crate::model::path::{COLUMN_NOISE, DIFFERENCE, FINE_TRUST, NEWTON_LIMIT, REACH, ROUND_OFF, SAFE_MARGIN};
 use crate::model::{DerivativeScale, NO_EQUILIBRIUM, Quantity, Status};
 
 /// Without care, answers nearer to a fold or a bifurcation than this (stability margin) are followed again with it.
@@ -49,7 +49,7 @@ pub fn solve_varying<L: Kernels>(
         let first_order = margin(&end.inverse) * one.constant(program.first_order_tolerance);
         converged = end.reached & change.lt(tolerance.max(first_order));
         end.passes = L::select(moving, end.passes + one, end.passes);
-        moving = moving & !converged & change.lt(one.constant(TRUST));
+        moving = moving & !converged & change.lt(one.constant(FINE_TRUST));
         if pass + 1 == NEWTON_LIMIT || !L::any(moving) {
             break;
         }
