@@ -101,7 +101,7 @@ fn varying(reader: &Reader, scene: &Scene, notes: &mut Vec<String>) -> Result<Ax
         Distribution::Uniform { from, to } => [from, to],
         Distribution::Normal { mean, standard_deviation } => [mean, standard_deviation],
     };
-    if let Some(number) = numbers.into_iter().find(|number| !(number.abs() <= LARGEST)) {
+    if let Some(number) = numbers.into_iter().find(|number| number.is_nan() || number.abs() > LARGEST) {
         let (value, expected) = (format!("over values up to {number:e}"), "values of at most 1e60 in size".into());
         return Err(reader.error("", Problem::Range { value, expected }));
     }

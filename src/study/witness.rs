@@ -100,7 +100,7 @@ impl WitnessCheck {
                 check.farthest = check.farthest.max(far);
             }
             let allowed = ELSEWHERE.max(WRONG * claim.error_estimate);
-            check.wrong += usize::from(!is_solved || !(far <= allowed));
+            check.wrong += usize::from(!is_solved || far.is_nan() || far > allowed);
         }
         check.mark = (check.wrong > 0).then(|| {
             format!(

@@ -260,11 +260,11 @@ impl SpotChecker<'_> {
             let allowed = WRONG * plan.options.tolerance.max(estimate);
             let allowed = if is_known { allowed } else { allowed.max(ELSEWHERE) };
             let succeeded = status.is_success() && truth.status(at).is_success();
-            let is_wrong = succeeded && !(far <= allowed);
+            let is_wrong = succeeded && (far.is_nan() || far > allowed);
             check.wrong += u64::from(is_wrong);
             let own = truth.get(at, Quantity::ErrorEstimate).max(0.0);
             let floor = ROUND_OFF[usize::from(self.is_single)] + own;
-            if is_wrong && !(far <= ELSEWHERE) {
+            if is_wrong && (far.is_nan() || far > ELSEWHERE) {
                 doubts.add(DoubtKind::RowsElsewhere, (*index, status, far));
             } else if is_wrong || succeeded && is_known && far > BOUND * estimate + floor {
                 doubts.add(DoubtKind::EstimatesBelowError, (*index, status, far / estimate));

@@ -224,16 +224,17 @@ fn verdict(
     let Finisher { spec, plan, reduction, tally, .. } = finisher;
     let samples = reduction.sample_count;
     let [missed, failures] = tally.doubts(plan, samples);
-    let mut verdict = Verdict::default();
-    verdict.checked = check.map_or(0, |check| check.checked);
-    verdict.samples = samples;
-    verdict.usable = samples.saturating_sub(reduction.failed());
     let asked = options.max_failures.map(|most| (most as f64 / samples.max(1) as f64).min(1.0));
-    verdict.allow_failures = asked.or(spec.allow_failures);
-    verdict.failures = failures;
-    verdict.doubts = doubts.into_iter().chain(missed).collect();
-    let mut paths = Verdict::default();
-    paths.doubts = of_paths;
+    let verdict = Verdict {
+        checked: check.map_or(0, |check| check.checked),
+        samples,
+        usable: samples.saturating_sub(reduction.failed()),
+        allow_failures: asked.or(spec.allow_failures),
+        failures,
+        doubts: doubts.into_iter().chain(missed).collect(),
+        ..Verdict::default()
+    };
+    let paths = Verdict { doubts: of_paths, ..Verdict::default() };
     Verdict::sum([&verdict.settled(), &paths])
 }
 

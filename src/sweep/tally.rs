@@ -91,7 +91,7 @@ impl<'a> Tally<'a> {
 
     /// Whether a row is of interest here.
     pub fn concerns(&self, status: Status, estimate: f64) -> bool {
-        !self.succeeds(status) || !(estimate <= self.tolerance)
+        !self.succeeds(status) || estimate.is_nan() || estimate > self.tolerance
     }
 
     fn succeeds(&self, status: Status) -> bool {
