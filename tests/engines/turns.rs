@@ -170,5 +170,7 @@ fn seen_folds_are_not_solved_again() {
         assert!(is_there, "sample {at} {}: load fraction {load}", status.name());
         assert_eq!(*status == Status::Fold, *load < 1.0, "sample {at} {}: load fraction {load}", status.name());
     }
-    assert!(summary.attempts < folds as u64 / 2, "{} second attempts for {folds} folds", summary.attempts);
+    // Rows whose error estimate is in doubt are solved again, too.
+    let for_folds = summary.attempts - summary.refined;
+    assert!(for_folds < folds as u64 / 2, "{for_folds} second attempts for {folds} folds");
 }
