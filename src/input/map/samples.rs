@@ -37,7 +37,8 @@ pub(super) fn read(path: &Path, bytes: &[u8], factors: &Factors) -> Result<Sampl
         Values::FluxDensity(b) => b.iter().collect(),
         Values::Potential(potential) => vec![potential],
     };
-    if let Some(node) = all.iter().flat_map(|values| values.iter().position(|x| x.is_nan() || x.abs() > LARGEST)).next() {
+    if let Some(node) = all.iter().flat_map(|values| values.iter().position(|x| x.is_nan() || x.abs() > LARGEST)).next()
+    {
         let [nx, ny, _] = samples.lattice.counts;
         let [i, j, k] = [node % nx, node / nx % ny, node / (nx * ny)];
         let words = format!("a value at node ({i}, {j}, {k}) is not finite, or beyond 1e60: fill it, or cut the grid");
