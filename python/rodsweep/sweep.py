@@ -60,7 +60,7 @@ class Sweep:
     5
     >>> run = sweep.run()
     >>> run.table["status"].tolist()
-    ['ok', 'ok', 'ok', 'ok', 'ok']
+    ['ramped', 'ramped', 'ok', 'ramped', 'ramped']
     """
 
     __slots__ = ("_info", "_native")
