@@ -7,7 +7,7 @@ use rodsweep::model::{FlexibleRod, Rod, RodSegment};
 /// Elements of a stretch at least.
 const LEAST_ELEMENTS: usize = 3;
 
-/// What bends between two nodes.
+/// An elastic element between two nodes.
 pub struct Element {
     pub h: f64,
     /// Stiffness in its middle (N·m²)

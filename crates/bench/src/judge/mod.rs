@@ -50,7 +50,7 @@ const LEAST_LOAD: f64 = 0.05;
 /// An end beyond this load may be none under the full load.
 const NEARLY_FULL: f64 = 0.999;
 
-/// What the judge says of a rod.
+/// The verdict of the judge on a rod.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Word {
     /// The path from rest reaches the full load.

@@ -14,7 +14,7 @@ pub struct Move {
     pub y: Vec<Vector3<f64>>,
 }
 
-/// What one look at a state gives.
+/// Newton step, tangent and stability of a state.
 pub struct Look {
     /// Newton's step.
     pub step: Move,

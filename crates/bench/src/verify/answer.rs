@@ -7,7 +7,7 @@ use rodsweep::table::Table;
 /// An error that is so many times the tolerance, and the row's own estimate, is no matter of resolution or round-off.
 const WRONG: f64 = 10.0;
 
-/// What an engine says of a scene.
+/// The answer of an engine to a scene.
 #[derive(Clone, Debug)]
 pub struct Answer {
     pub status: Status,
@@ -32,7 +32,7 @@ pub enum Difference {
     Judged,
 }
 
-/// Who is wrong, by the third judge.
+/// The side that the third judge finds wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Blame {
     Engine,
