@@ -2,7 +2,7 @@
 
 use super::block::{Job, WIDEST, Way};
 use super::scratch::{Lent, Pool, Scratch};
-use super::{BlockScalar, Lanes, Program};
+use super::{BlockScalar, Lanes};
 use crate::backend::Precision;
 use crate::clock::Busy;
 use crate::model::path::{growth_limit, limp_growth};
@@ -61,9 +61,8 @@ impl Lanes {
             // Under a tip moment stability is lost elsewhere than where the load turns.
             Way::Anchors if unsymmetric => &[Way::Rest, Way::Limp, Way::Care, Way::Nodes][..],
             Way::Anchors => &[Way::Rest, Way::Limp, Way::Curve, Way::Care, Way::Nodes],
-            Way::Varying if self.is_finer() => &[Way::VaryingCurve, Way::VaryingCare, Way::VaryingFine],
-            Way::Varying => &[Way::VaryingCurve, Way::VaryingCare],
-            Way::VaryingCare if self.is_finer() => &[Way::VaryingFine],
+            Way::Varying => &[Way::VaryingCurve, Way::VaryingCare, Way::VaryingFine],
+            Way::VaryingCare if !self.program.searches => &[Way::VaryingFine],
             Way::VaryingCare | Way::Nodes => &[],
             _ if unsymmetric => &[Way::Limp, Way::Care, Way::Nodes],
             _ => &[Way::Limp, Way::Curve, Way::Care, Way::Nodes],
@@ -109,12 +108,6 @@ impl Lanes {
             let unsolved = solved.into_iter().flat_map(|(_, left)| left);
             left = unsolved.filter(|at| !self.leaves_start(batch, *at)).chain(others).collect();
         }
-    }
-
-    /// Whether answers take as much work as paths with care, whose steps are of lower order. A search follows no path.
-    fn is_finer(&self) -> bool {
-        let Program { fine, careful, searches, .. } = &self.program;
-        !searches && fine.steps.iter().zip(&careful.steps).all(|(fine, careful)| 3 * fine >= *careful)
     }
 
     /// Whether a sample starts from rest though a base moment is given, and by nodes, which leave it no other way.

@@ -136,7 +136,7 @@ impl<L: Lane> Equations<L> for Uniform<'_, L> {
     }
 
     #[inline(always)]
-    fn keep(&mut self, lanes: L::Mask, _: L::Mask) {
+    fn keep(&mut self, lanes: L::Mask) {
         self.kept = select_matrix::<L>(lanes, self.inverse, self.kept);
     }
 
@@ -177,8 +177,8 @@ pub fn follow_uniform<L: Lane>(
         lambda: end.at.lambda,
         heading: end.tangent.m0,
         passes: end.passes,
-        reached: end.reached,
-        ramped: end.reached,
+        reached: nobody,
+        ramped: nobody,
         close: nobody,
         exhausted: nobody,
         fold: end.fold,

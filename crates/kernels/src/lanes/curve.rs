@@ -1,4 +1,4 @@
-//! The curve of equilibria from rest by its arclength, through a turn of the load. C1 to C5
+//! The curve of equilibria from rest by its arclength, to a turn of the load. C1 to C5
 //!
 //! A sample's steps depend on that sample alone: a lane that has finished is frozen while its neighbours go on.
 
@@ -7,8 +7,7 @@ use super::stability::is_above;
 use super::turn::Turn;
 use crate::model::path::{
     CONTRACTION, CORRECTIONS, CURVE_AIM, CURVE_ANGLE, CURVE_APPROACH, CURVE_COSINE, CURVE_LIMIT, CURVE_NEAR, CURVE_SAG,
-    CURVE_SHARE, CURVE_STRAIGHT, CURVE_TOLERANCE, LEAST_RATIO, NARROW_MARGIN, SHARP_ARC, SMALLEST_ARC,
-    SMALLEST_SHARP_ARC, TRUST,
+    CURVE_SHARE, CURVE_STRAIGHT, CURVE_TOLERANCE, LEAST_RATIO, NARROW_MARGIN, SMALLEST_ARC, SMALLEST_SHARP_ARC, TRUST,
 };
 
 /// Farther than any curve goes.
@@ -56,8 +55,8 @@ pub trait Equations<L: Lane> {
     fn index(&mut self) -> L;
     /// Whether the rod of the last pass touches nothing.
     fn is_clear(&mut self) -> L::Mask;
-    /// Takes lanes of the last pass for points of the curve; `arrived` lanes are under the full load.
-    fn keep(&mut self, lanes: L::Mask, arrived: L::Mask);
+    /// Takes lanes of the last pass for points of the curve.
+    fn keep(&mut self, lanes: L::Mask);
     /// What a pass on twice the fine steps adds to the load fraction, and what round-off may.
     fn check(&mut self, at: Self::Point) -> (L, L);
 }
@@ -66,7 +65,6 @@ pub trait Equations<L: Lane> {
 pub struct CurveEnd<L: Lane, P> {
     pub at: P,
     pub tangent: P,
-    pub reached: L::Mask,
     /// At a turn of the load.
     pub fold: L::Mask,
     /// Error of its load fraction, else 1.
@@ -74,8 +72,9 @@ pub struct CurveEnd<L: Lane, P> {
     pub passes: L,
 }
 
-/// Follows the curve to the full load, or to where its load turns. `slope` is its direction at rest, by the load fraction; its first load step
-/// is `first` at most, and corrections are trusted at this pace. Lanes that find neither are neither reached nor at a fold.
+/// Follows the curve to where its load turns. `slope` is its direction at rest, by the load fraction; its first load step is
+/// `first` at most, and corrections are trusted at this pace. A lane ends without a fold where its load would be full at the
+/// next point.
 #[inline(always)]
 pub fn follow_curve<L: Lane, E: Equations<L>>(
     equations: &mut E,
@@ -99,12 +98,10 @@ pub fn follow_curve<L: Lane, E: Equations<L>>(
     // The determinant at the last point, and the way from there to a point where curves cross.
     let (mut last_whole, mut ahead) = (one, one.constant(FAR));
     let smallest = one.constant(if L::Scalar::EPSILON < 1e-10 { SMALLEST_SHARP_ARC } else { SMALLEST_ARC });
-    let (mut landing, mut reached, mut failed) = (one.lt(zero), one.lt(zero), !wanted);
-    // The curve has bent so sharply that another grid may bend it to the other side.
-    let mut sharp = one.lt(zero);
+    let mut failed = !wanted;
     let mut turn = Turn::new(rest);
     loop {
-        let active = !(reached | failed | turn.found);
+        let active = !(failed | turn.found);
         if !L::any(active) {
             break;
         }
@@ -139,8 +136,8 @@ pub fn follow_curve<L: Lane, E: Equations<L>>(
         // Which side of a bifurcation it has passed, no grid tells.
         let lost = converged & rises & !is_above(weakest, NARROW_MARGIN) & seen.square.lt(weakest * one.constant(0.25));
         let fits = converged & smooth & clear & !lost;
-        let accept = fits & rises & stable & !sags & (landing | new.lambda().lt(one));
-        let turned = fits & !rises & !stable & once & !landing;
+        let accept = fits & rises & stable & !sags & new.lambda().lt(one);
+        let turned = fits & !rises & !stable & once;
         let turned = turn.begin::<E>(turned, (at, tangent), (new, seen.tangent), arc);
         let go_on = walking & !converged & contracting;
         let reject = walking & !accept & !turned & !go_on;
@@ -154,11 +151,8 @@ pub fn follow_curve<L: Lane, E: Equations<L>>(
         metric = E::select_metric(accept, &seen.metric, &metric);
         weakest = L::select(accept, weakest.max(seen.square), weakest);
         if L::any(accept) {
-            equations.keep(accept, accept & landing);
+            equations.keep(accept);
         }
-        sharp = sharp | (accept & !landing & arc.lt(one.constant(SHARP_ARC)));
-        failed = failed | (accept & landing & sharp);
-        reached = reached | (accept & landing & !sharp);
         let ratio = (first_share * one.constant(1.0 / CURVE_AIM)).max(one.constant(LEAST_RATIO));
         let by_size = one / ratio.sqrt().sqrt();
         let longer = by_size.min(one.constant(CURVE_ANGLE) / angle).min(one.constant(2.0)).max(one.constant(0.3));
@@ -176,29 +170,25 @@ pub fn follow_curve<L: Lane, E: Equations<L>>(
         step = L::select(accept | crossed, L::select(crossed, near, step.min(near)), step);
         failed = failed | lost | (reject & !smallest.lt(step)) | (crossed & !(smallest + smallest).lt(arc));
 
-        // The next point by the parabola through the last two; where it reaches the full load, there. C4
+        // The next point by the parabola through the last two. C4
         let restart = accept | reject;
         let left = one - at.lambda();
         let rate = tangent.lambda();
         let root = (rate * rate + bend.lambda() * left * one.constant(4.0)).sqrt();
         let to_full = left * one.constant(2.0) / (rate + root);
-        let lands = restart & to_full.lt(step * one.constant(1.2));
-        landing = (landing & !restart) | lands;
-        step = L::select(lands, to_full, step);
+        failed = failed | (restart & to_full.lt(step));
         let predicted = at.plus(step, tangent).plus(step * step, bend);
-        let start = E::Point::select(lands, predicted.with_lambda(one), predicted);
-        let along = E::Point::select(lands, rest.times(zero).with_lambda(one), E::row(&metric, tangent));
-        row = E::Point::select(restart, along, row);
-        trial = E::Point::select(restart, start, E::Point::select(go_on, new, trial));
+        row = E::Point::select(restart, E::row(&metric, tangent), row);
+        trial = E::Point::select(restart, predicted, E::Point::select(go_on, new, trial));
         trial = E::Point::select(turn.seen & active, turn.trial, trial);
         row = E::Point::select(turn.seen & active, E::row(&metric, turn.along), row);
         bound = L::select(restart, (step * share).min(trust), bound);
         last_size = L::select(go_on, size, bound * one.constant(1.0 / CONTRACTION));
         corrections = L::select(go_on, corrections + one, zero);
         passes = L::select(active, passes + one, passes);
-        failed = failed | (active & !reached & !turn.found & !passes.lt(one.constant(CURVE_LIMIT)));
+        failed = failed | (active & !turn.found & !passes.lt(one.constant(CURVE_LIMIT)));
     }
-    let mut end = CurveEnd { at, tangent, reached, fold: turn.found, load_error: one, passes };
+    let mut end = CurveEnd { at, tangent, fold: turn.found, load_error: one, passes };
     if L::any(turn.found) {
         turn.finish(equations, &metric, &mut end);
     }

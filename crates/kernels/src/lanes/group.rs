@@ -128,17 +128,13 @@ impl<L: Kernels> WithSimd for Answer<'_, L> {
         let start = Inputs { data: start, stride: L::COUNT, offset: 0 };
         L::load_rods(Load { program, token, inputs, rod });
         let problem = Problem { program, inputs, rod };
-        let mut end = match path {
+        let end = match path {
             Path::Anchored | Path::Ramp => load_end(token, &start),
             Path::Curve | Path::GuardedRamp => {
                 L::follow(Follow { problem, path, rest: load_rest(token, &start), workspace })
             }
             Path::Search => search_start(&problem, workspace),
         };
-        if path == Path::Curve {
-            // A turn is evidence of a fold. That the full load was reached on the same branch is left to the guarded ramp.
-            end.reached = end.lambda.lt(end.lambda);
-        }
         solve_group(&problem, path, end, workspace, &mut out);
     }
 }

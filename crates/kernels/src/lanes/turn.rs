@@ -2,7 +2,10 @@
 
 use super::curve::{CurveEnd, Equations, Point, Seen};
 use super::lane::{Lane, Scalar};
-use crate::model::path::{CURVE_NEAR, FOLD_EVIDENCE, TURN_CORRECTIONS, TURN_FLATNESS, TURN_LIMIT, TURN_TOLERANCE};
+use crate::model::path::{
+    CONTRACTION, CURVE_NEAR, FOLD_EVIDENCE, TURN_CORRECTIONS, TURN_EVIDENCE, TURN_FLATNESS, TURN_LIMIT, TURN_SIDE,
+    TURN_TOLERANCE,
+};
 
 /// The last points before and behind a turn, and where it is looked for between.
 pub struct Turn<L: Lane, P> {
@@ -108,12 +111,12 @@ impl<L: Lane, P: Point<L>> Turn<L, P> {
     #[inline(always)]
     pub fn finish<E: Equations<L, Point = P>>(&self, equations: &mut E, metric: &E::Metric, end: &mut CurveEnd<L, P>) {
         let one = self.arc.constant(1.0);
-        let (mut at, mut tangent) = (self.trial, self.along);
+        let (mut at, mut tangent, mut metric) = (self.trial, self.along, *metric);
         let (mut rise, mut moved) = (one, one);
         let (mut change, mut last, mut along) = (self.change, one, one.constant(0.0));
         for _ in 0..TURN_CORRECTIONS {
-            let seen = equations.look(true, at, E::row(metric, tangent));
-            tangent = seen.tangent;
+            let seen = equations.look(true, at, E::row(&metric, tangent));
+            (tangent, metric) = (seen.tangent, seen.metric);
             let slope = tangent.lambda();
             change = self.measured(change, slope - last, along);
             (last, along) = (slope, -(slope / change));
@@ -129,10 +132,48 @@ impl<L: Lane, P: Point<L>> Turn<L, P> {
         let (finer, round_off) = equations.check(at);
         let lambda = at.lambda() - rise + finer;
         let error = finer.abs() + moved + round_off;
-        let found = self.found & lambda.lt(one) & error.lt(one.constant(FOLD_EVIDENCE));
+        // The finer grid has moved it by less than the step in which it was seen.
+        let way = at.plus(-one, self.trial);
+        let is_near = E::product(&metric, way, way).lt(self.arc * self.arc);
+        let falls = self.falls(equations, (at, tangent), &metric, error * one.constant(TURN_EVIDENCE));
+        let found = self.found & is_near & falls & lambda.lt(one) & error.lt(one.constant(FOLD_EVIDENCE));
         end.fold = found;
         end.at = P::select(found, at.with_lambda(lambda), end.at);
         end.tangent = P::select(found, tangent, end.tangent);
         end.load_error = L::select(found, error, end.load_error);
+    }
+
+    /// Whether half a step before a turn and behind it the load is less by this at least, on the fine grid. A curve that only comes
+    /// near a turn has one on a coarse grid, and hardly falls behind it.
+    #[inline(always)]
+    fn falls<E: Equations<L, Point = P>>(
+        &self,
+        equations: &mut E,
+        (top, tangent): (P, P),
+        metric: &E::Metric,
+        least: L,
+    ) -> L::Mask {
+        let zero = self.arc.constant(0.0);
+        let one = zero.constant(1.0);
+        let mut falls = self.found;
+        for side in [-0.5, 0.5] {
+            let along = self.arc * one.constant(side);
+            let row = E::row(metric, tangent);
+            let ahead = top.plus(along, tangent);
+            let mut at = ahead.with_lambda(ahead.lambda() + along * along * self.change * one.constant(0.5));
+            let mut size = one;
+            let mut slope = zero;
+            for _ in 0..TURN_SIDE {
+                let seen = equations.look(true, at, row);
+                at = at.plus(one, seen.delta);
+                let larger = size * one.constant(CONTRACTION);
+                falls = falls & seen.size.lt(larger);
+                size = seen.size;
+                slope = seen.tangent.lambda();
+            }
+            falls = falls & size.lt(self.arc * one.constant(CURVE_NEAR));
+            falls = falls & (slope * one.constant(side)).lt(zero) & at.lambda().lt(top.lambda() - least);
+        }
+        falls
     }
 }

@@ -71,9 +71,6 @@ pub const CURVE_NEAR: f64 = 0.03;
 pub const CURVE_APPROACH: f64 = 0.75;
 /// While two tangents in a row have this cosine it has not.
 pub const CURVE_STRAIGHT: f64 = 0.99;
-/// A curve that asked for a shorter step bends so sharply, next to a bifurcation, that each grid may bend it to another side: the
-/// full load beyond is left to the guarded ramp.
-pub const SHARP_ARC: f64 = 1e-3;
 /// The smallest step along the curve (plan units of moment, radians of the tip and shares of the load) in single precision.
 pub const SMALLEST_ARC: f64 = 1.0 / 2048.0;
 /// The same in double precision.
@@ -88,6 +85,10 @@ pub const TURN_FLATNESS: f64 = 1e-6;
 pub const TURN_LIMIT: f64 = 12.0;
 /// Passes that take it to the fine grid, at most.
 pub const TURN_CORRECTIONS: usize = 5;
+/// Passes on the fine grid to a point of the curve on either side of a turn, where the load is less
+pub const TURN_SIDE: usize = 2;
+/// by this many times the error of the turn's load.
+pub const TURN_EVIDENCE: f64 = 4.0;
 /// A fold whose load is known better than this has been seen as a turn of the load.
 pub const FOLD_EVIDENCE: f64 = 1e-3;
 /// A path that ends without having come so near has not met a fold: shooting has failed.

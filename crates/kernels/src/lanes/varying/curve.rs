@@ -83,7 +83,6 @@ struct Varying<'a, L: Lane> {
     tip: Vec3<L>,
     kept_tip: Vec3<L>,
     kept_leeway: L,
-    inverse: Mat6<L>,
     /// Of the last pass, bordered by its row.
     matrix: [[L; 7]; 7],
 }
@@ -224,13 +223,9 @@ impl<L: Kernels> Equations<L> for Varying<'_, L> {
     }
 
     #[inline(always)]
-    fn keep(&mut self, lanes: L::Mask, arrived: L::Mask) {
+    fn keep(&mut self, lanes: L::Mask) {
         self.kept_tip = Vec3::select(lanes, self.tip, self.kept_tip);
         self.kept_leeway = L::select(lanes, self.workspace.leeway, self.kept_leeway);
-        if L::any(arrived) {
-            let inverse = self.workspace.matrix.solve(&Mat6::identity(self.kept_leeway.constant(1.0)));
-            self.inverse = Mat6::select(arrived, &inverse, &self.inverse);
-        }
     }
 
     #[inline(always)]
@@ -273,10 +268,9 @@ pub fn follow_bordered<L: Kernels>(
     let zero = one.constant(0.0);
     let none = (Vec3::splat(zero), Vec3::splat(zero));
     let nobody = one.lt(zero);
-    let inverse = Mat6::identity(one);
     let matrix = [[zero; 7]; 7];
     let (tip, kept_tip, kept_leeway) = (rest.tip, rest.tip, rest.leeway);
-    let mut varying = Varying { problem, workspace, tip, kept_tip, kept_leeway, inverse, matrix };
+    let mut varying = Varying { problem, workspace, tip, kept_tip, kept_leeway, matrix };
     let start = Loaded { base: none, lambda: zero };
     let slope = Loaded { base: rest.slope, lambda: one };
     let pace = problem.program.pace;
@@ -287,8 +281,8 @@ pub fn follow_bordered<L: Kernels>(
     let end = follow_curve(&mut varying, (start, slope, metric), (first, pace), wanted);
     VaryingPath {
         base: end.at.base,
-        inverse: varying.inverse,
-        reached: end.reached,
+        inverse: Mat6::identity(one),
+        reached: nobody,
         fold: end.fold,
         too_near: nobody,
         outside: nobody,

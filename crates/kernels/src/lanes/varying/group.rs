@@ -99,10 +99,7 @@ impl<L: Kernels> WithSimd for InVarying<'_, L> {
                 Led::Before => VaryingPath::load(token, &Inputs { data: start, stride: L::COUNT, offset: 0 }),
                 Led::Curve => {
                     let rest = set_out(&problem, varying);
-                    let mut end = follow_bordered(&problem, &rest, varying);
-                    // It tells of folds alone, as in a uniform field.
-                    end.reached = end.lambda.lt(end.lambda);
-                    end
+                    follow_bordered(&problem, &rest, varying)
                 }
                 Led::Ramp(grid) => {
                     let rest = set_out(&problem, varying);
