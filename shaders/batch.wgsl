@@ -25,7 +25,7 @@ struct Settings {
 const WORKGROUP: u32 = 64u; //@spec
 const BLOCK: u32 = 256u; //@spec
 const INPUT_COUNT: u32 = 1u; //@spec
-const OUTPUT_COUNT: u32 = 20u; //@spec
+const OUTPUT_COUNT: u32 = 21u; //@spec
 
 const TIP_POSITION_COLUMN: u32 = 0u; //@spec
 const TIP_D1_COLUMN: u32 = 3u; //@spec
@@ -38,6 +38,7 @@ const STABILITY_MARGIN_COLUMN: u32 = 14u; //@spec
 const STABILITY_INDEX_COLUMN: u32 = 15u; //@spec
 const ITERATIONS_COLUMN: u32 = 16u; //@spec
 const LOAD_FRACTION_COLUMN: u32 = 17u; //@spec
+const LOAD_FRACTION_ERROR_COLUMN: u32 = 20u; //@spec
 const STATUS_COLUMN: u32 = 18u; //@spec
 
 const STATUS_OK: u32 = 0u; //@spec

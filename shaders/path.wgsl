@@ -6,11 +6,9 @@ const CONTRACTION: f32 = 0.0; //@spec
 const LOAD_STEP_TOLERANCE: f32 = 0.0; //@spec
 const FULL_LOAD_TOLERANCE: f32 = 0.0; //@spec
 const TRUST: f32 = 0.0; //@spec
-const RAMP_TRUST: f32 = 0.0; //@spec
 const NEARBY: f32 = 0.0; //@spec
 const CORRECTIONS: f32 = 0.0; //@spec
 const FIRST_BEND: f32 = 0.0; //@spec
-const FIRST_UNSYMMETRIC_BEND: f32 = 0.0; //@spec
 const RETREATS: f32 = 0.0; //@spec
 const NEAR_MARGIN: f32 = 0.0; //@spec
 const WIDENING: f32 = 0.0; //@spec
@@ -67,12 +65,27 @@ struct PathEnd {
     fold: bool,
 }
 
-// dm0/dlambda at rest: the moment of all loads on the unbent rod, R4 at u = u*.
-fn rest_slope(rod: Rod) -> vec3<f32> {
+// How the equilibrium sets out from rest.
+struct RestSlope {
+    // dm0/dlambda: the moment of all loads on the unbent rod, R4 at u = u*.
+    m0: vec3<f32>,
+    // The largest moment by all loads inside the unbent rod, at its base and at the ends of its flexible segments. Loads that
+    // cancel at the base bend the rod between them all the same.
+    largest: f32,
+}
+
+// dm0/dlambda at rest, and the largest moment inside the unbent rod, in a second pass.
+fn rest_slope(rod: Rod) -> RestSlope {
     var stiff = rod;
     stiff.is_stiff = true;
-    let tip = shoot(COARSE, stiff, 1.0, vec3<f32>(), NO_COLUMNS, false);
-    return rod.l_tip - tip.m;
+    var rest = RestSlope();
+    for (var pass_number = 0u; pass_number < 2u; pass_number++) {
+        largest_moment = length(rest.m0);
+        let tip = shoot(COARSE, stiff, 1.0, rest.m0, NO_COLUMNS, false);
+        if pass_number == 0u { rest.m0 = rod.l_tip - tip.m; }
+    }
+    rest.largest = largest_moment;
+    return rest;
 }
 
 // Base moment at load fraction `goal` by quadratic extrapolation.
@@ -97,7 +110,7 @@ fn leaps(square: f32, last_square: f32) -> bool {
 //@end
 
 // Follows the equilibrium from rest to the full load on the coarse grid; where a path fails, the next.
-fn follow_path(rod: Rod, first: u32, secant: vec3<f32>) -> PathEnd {
+fn follow_path(rod: Rod, first: u32, rest: RestSlope) -> PathEnd {
     var end: PathEnd;
     var step = 0.0;
     var goal = 0.0;
@@ -117,17 +130,14 @@ fn follow_path(rod: Rod, first: u32, secant: vec3<f32>) -> PathEnd {
         //@else
         let guarded = false;
         //@end
-        let trust = select(RAMP_TRUST, TRUST, guarded);
-        var first_bend = FIRST_BEND;
         var smallest_step = select(SMALLEST_RAMP_STEP, SMALLEST_GUARDED_STEP, guarded);
         //@if TIP_MOMENT
-        first_bend = FIRST_UNSYMMETRIC_BEND;
         if guarded { smallest_step = SMALLEST_UNSYMMETRIC_STEP; }
         //@end
-        let first_bound = trust * (1.0 / CONTRACTION);
+        let first_bound = TRUST * (1.0 / CONTRACTION);
         if !started {
-            end.history = History(0.0, vec3<f32>(), 0.0, secant, vec3<f32>());
-            step = first_bend / max(length(secant), first_bend);
+            end.history = History(0.0, vec3<f32>(), 0.0, rest.m0, vec3<f32>());
+            step = FIRST_BEND / max(rest.largest, FIRST_BEND);
             goal = step;
             end.m0 = predict(end.history, goal);
             last_size = first_bound;
@@ -158,8 +168,10 @@ fn follow_path(rod: Rod, first: u32, secant: vec3<f32>) -> PathEnd {
         let m_new = end.m0 + delta;
         let partial = goal < 1.0;
         let ramp_tolerance = select(FULL_LOAD_TOLERANCE, LOAD_STEP_TOLERANCE, partial);
-        let converged = size < select(ramp_tolerance, PATH_TOLERANCE, guarded) * (1.0 + length(end.m0));
         let contracting = size < last_size * CONTRACTION && corrections < CORRECTIONS;
+        // However small against the load, a correction that is not trusted may have led to another branch.
+        let enough = select(ramp_tolerance, PATH_TOLERANCE, guarded);
+        let converged = size < enough * (1.0 + length(end.m0)) && contracting;
         // A dead tip moment makes w unsymmetric; the index changes where its symmetric part is singular. S5
         var form = w;
         var form_inverse = w_inverse;
@@ -192,7 +204,7 @@ fn follow_path(rod: Rod, first: u32, secant: vec3<f32>) -> PathEnd {
             corrections = corrections + 1.0;
         } else {
             let used = goal - end.history.lambda;
-            let ratio = first_size / (trust * AIM);
+            let ratio = first_size / (TRUST * AIM);
             let factor = 1.0 / sqrt(sqrt(max(select(MOST_RATIO, ratio, ratio < MOST_RATIO), LEAST_RATIO)));
             if accepted {
                 end.history = accept(end.history, goal, m_new);
@@ -206,6 +218,8 @@ fn follow_path(rod: Rod, first: u32, secant: vec3<f32>) -> PathEnd {
                 retreats = retreats + 1.0;
                 step = used * min(factor, RETREAT);
                 failed = lost || step < smallest_step;
+                // Between here and there lies a fold, which this grid may have put elsewhere, or no branch at all.
+                if !guarded { failed = failed || !(same_branch && is_above(square, SAFE_MARGIN)); }
             }
             goal = min(end.history.lambda + step, 1.0);
             end.m0 = select(predict(end.history, goal), m_new, end.reached);

@@ -22,6 +22,9 @@ const SHORTEST_INTERVAL: f32 = 0.0; //@spec
 // The columns of the last pass that had any.
 var<private> columns: array<Columns, THREES>;
 
+// The largest moment at the ends of flexible segments of a rod that is stiff.
+var<private> largest_moment: f32;
+
 // The distal end of the rod after a pass.
 struct Tip {
     p: vec3<f32>,
@@ -75,6 +78,7 @@ fn shoot(resolution: u32, rod: Rod, lambda: f32, m0: vec3<f32>, taken: u32, reco
             let ratio = 1.0;
             //@else
             let segment = load_flexible(index, rod.is_stiff);
+            if rod.is_stiff { largest_moment = max(largest_moment, length(moment(state.p, state.M, n))); }
             let steps = step_count(index, resolution);
             let ratio = step_ratio(index, resolution);
             //@end
@@ -110,6 +114,9 @@ fn shoot(resolution: u32, rod: Rod, lambda: f32, m0: vec3<f32>, taken: u32, reco
                     add_station(rotates, shortest, s, tip_of(state, n));
                 }
             }
+            //@if !NODES
+            if rod.is_stiff { largest_moment = max(largest_moment, length(moment(state.p, state.M, n))); }
+            //@end
             //@if WANT_LENGTH
             if complete { end_flexible(rod, segment, state, n); }
             //@end

@@ -3,6 +3,8 @@
 
 const NEWTON_LIMIT: u32 = 0u; //@spec
 const TURN_SHARE: f32 = 0.0; //@spec
+const TURN_LIMIT: f32 = 0.0; //@spec
+const FINE_TRUST: f32 = 0.0; //@spec
 const REACH: f32 = 0.0; //@spec
 const NO_EQUILIBRIUM: f32 = 0.0; //@spec
 
@@ -11,7 +13,7 @@ fn solve_group() {
     let rod = load();
     //@if !SEARCH
     //@if !ANCHORED
-    let secant = rest_slope(rod);
+    let rest = rest_slope(rod);
     //@end
     //@end
     var end: PathEnd;
@@ -32,7 +34,7 @@ fn solve_group() {
         end = anchored_end();
         if !end.reached { break; }
         //@else
-        end = follow_path(rod, first, secant);
+        end = follow_path(rod, first, rest);
         //@end
         //@end
         var moved = true;
@@ -54,10 +56,11 @@ fn solve_group() {
                 size = length(delta);
                 let tolerance = settings.tolerance * (1.0 + length(end.m0));
                 let first_order = margin(w_inverse) * settings.first_order_tolerance;
-                let is_still = length(columns[BY_MOMENT].w * delta) < TURN_SHARE * sqrt(settings.tolerance);
+                let still = min(TURN_SHARE * sqrt(settings.tolerance), TURN_LIMIT);
+                let is_still = length(columns[BY_MOMENT].w * delta) < still;
                 converged = end.reached && size < max(tolerance, first_order) && is_still;
                 if moving { end.passes = end.passes + 1.0; }
-                moving = moving && !converged && size < TRUST;
+                moving = moving && !converged && size < FINE_TRUST;
                 if i + 1u == NEWTON_LIMIT || !moving { break; }
                 end.m0 = end.m0 + delta;
                 moved = true;
@@ -97,6 +100,7 @@ fn solve_group() {
     store(STABILITY_INDEX_COLUMN, select(NO_EQUILIBRIUM, index, converged));
     store(ITERATIONS_COLUMN, end.passes);
     store(LOAD_FRACTION_COLUMN, end.history.lambda);
+    store(LOAD_FRACTION_ERROR_COLUMN, 1.0);
     store(ERROR_ESTIMATE_COLUMN, answered.error);
     store(DERIVATIVE_ERROR_COLUMN, answered.derivative_error);
     write_derivatives(rod, end.m0, tip);

@@ -357,6 +357,15 @@ pub fn finer_attempt(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
     cpu_f64(&plan.with_options(PlanOptions { refinement: FINER, ..plan.options }))
 }
 
+/// Length of the steps of a second path, and of the corrections that it trusts, over those of the first.
+const SECOND_PACE: f64 = 0.5;
+
+/// The plan that follows the same paths from rest by other steps: to tips alone, without anchors.
+pub(crate) fn for_second_path(plan: &Plan) -> Plan {
+    let plan = Plan { derivatives: Vec::new(), anchors: None, ..plan.clone() };
+    plan.with_options(PlanOptions { pace: SECOND_PACE, ..plan.options })
+}
+
 /// The plan that [`second_attempt`] solves.
 pub(crate) fn for_second_attempt(plan: &Plan) -> Plan {
     let steps = plan.options.steps.max(SECOND_STEPS);

@@ -3,7 +3,7 @@
 use std::collections::hash_map::RandomState;
 use std::fs::{self, File};
 use std::hash::{BuildHasher, Hasher};
-use std::io::{Error, Result, Write};
+use std::io::{Error, Read, Result, Write};
 use std::path::{Path, PathBuf};
 
 /// Writes a file whole or not at all: beside its place, to the disk, then renamed.
@@ -28,16 +28,46 @@ pub fn replace(path: &Path, bytes: &[u8]) -> Result<()> {
     placed
 }
 
-/// Reads a file. A pipe in its place is refused, since it may never end.
+/// Bytes of a file that is read whole, at most.
+const MOST_BYTES: u64 = 4 << 30;
+
+/// Opens a file for reading: every reader of this program opens its files here. A pipe or a device in its place is
+/// refused, since it may never begin, or never end.
 ///
 /// # Errors
 ///
-/// What is no file, or cannot be read.
-pub fn read(path: &Path) -> Result<Vec<u8>> {
-    match irregular(path) {
-        Some(what) => Err(Error::other(format!("it is {what}"))),
-        None => fs::read(path),
+/// What is no file, or cannot be opened.
+pub fn open(path: &Path) -> Result<File> {
+    let refused = |what: &str| Err(Error::other(format!("it is {what}; give a file")));
+    if let Some(what) = irregular(path) {
+        return refused(what);
     }
+    let file = File::open(path)?;
+    // Somebody may have put another thing there meanwhile.
+    if file.metadata()?.is_file() { Ok(file) } else { refused("a pipe or a device") }
+}
+
+/// Reads a file of at most 4 GiB, see [`open`].
+///
+/// # Errors
+///
+/// What is no file, is larger, or cannot be read.
+pub fn read(path: &Path) -> Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    open(path)?.take(MOST_BYTES + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > MOST_BYTES {
+        return Err(Error::other("it is larger than 4 GiB; give a smaller file"));
+    }
+    Ok(bytes)
+}
+
+/// The text of a file, see [`read`].
+///
+/// # Errors
+///
+/// As [`read`], or a file that is not UTF-8 text.
+pub fn read_text(path: &Path) -> Result<String> {
+    String::from_utf8(read(path)?).map_err(|_| Error::other("it is not UTF-8 text"))
 }
 
 /// What has this name, in words, if it is there and no file.
@@ -73,6 +103,7 @@ fn temporary(path: &Path) -> PathBuf {
 mod tests {
     use super::{is_taken, replace};
     use std::fs;
+    use std::path::Path;
 
     #[test]
     fn a_file_is_replaced_and_a_failure_leaves_nothing() {
@@ -86,6 +117,21 @@ mod tests {
         assert!(replace(&directory, b"text").is_err());
         assert!(replace(&folder.path().join("none/figure.svg"), b"text").is_err());
         assert_eq!(fs::read_dir(folder.path()).expect("lists").count(), 2);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn what_is_no_file_is_refused_at_once() {
+        let folder = tempfile::tempdir().expect("a directory");
+        let [pipe, link] = ["pipe", "link"].map(|name| folder.path().join(name));
+        assert!(std::process::Command::new("mkfifo").arg(&pipe).status().expect("mkfifo").success());
+        std::os::unix::fs::symlink("/dev/zero", &link).expect("links");
+        for path in [&pipe, &link, Path::new("/dev/zero"), folder.path()] {
+            assert!(super::open(path).is_err() && super::read(path).is_err(), "{}", path.display());
+        }
+        fs::write(folder.path().join("file"), b"\xff").expect("writes");
+        assert_eq!(super::read(&folder.path().join("file")).expect("reads"), b"\xff");
+        assert!(super::read_text(&folder.path().join("file")).is_err());
     }
 
     #[cfg(unix)]

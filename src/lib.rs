@@ -7,7 +7,7 @@
 //! |---|---|
 //! | [`clock`], [`model`], [`backend`], [`lanes`] | processor time; rods, plans and statuses; the trait of all engines; the CPU engine (`crates/kernels`) |
 //! | [`reference`](mod@reference), `gpu` | the reference; the GPU engine (feature `gpu`) |
-//! | [`files`] | files that are replaced whole or not at all |
+//! | [`files`], [`text`] | files that are replaced whole or not at all; text of users on its way to a terminal, a shell, a page |
 //! | [`table`], [`spec`], [`input`] | tables and their formats; what is asked for, as plain data; text to data, and back |
 //! | [`engines`] | the choice of an engine, and its reason |
 //! | [`results`] | result directories: parts, identity, reading, merging |
@@ -34,8 +34,12 @@ pub mod spec;
 pub mod study;
 pub mod sweep;
 pub mod table;
+pub mod text;
 
 pub use rodsweep_kernels::{backend, clock, lanes, model};
+
+/// Licences and notices of this library and of everything that may be built into a program with it.
+pub const NOTICES: &str = include_str!("../NOTICES.txt");
 
 /// Version of this library.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");

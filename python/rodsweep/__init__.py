@@ -16,8 +16,8 @@
 Numbers are in SI units: metres, newtons, tesla, amperes, radians.
 """
 
-from ._errors import EngineError, InputError, ResultsError, RodsweepError
-from ._rodsweep import Parts, Table, __version__
+from ._errors import DistrustedRun, DistrustedWarning, EngineError, InputError, ResultsError, RodsweepError
+from ._rodsweep import Parts, Table, __version__, licenses
 from .control import Control, control
 from .fit import Fit, fit
 from .results import Results
@@ -29,6 +29,8 @@ from .sweep import Run, Shard, Sweep
 
 __all__ = [
     "Control",
+    "DistrustedRun",
+    "DistrustedWarning",
     "EngineError",
     "Fit",
     "InputError",
@@ -50,5 +52,6 @@ __all__ = [
     "__version__",
     "control",
     "fit",
+    "licenses",
     "solve",
 ]

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import warnings
+from collections.abc import Mapping
+from typing import Any
+
 
 class RodsweepError(Exception):
     """Every error of this package is one."""
@@ -36,3 +40,36 @@ class EngineError(RodsweepError, RuntimeError):
 
 class ResultsError(RodsweepError, RuntimeError):
     """A file or a result directory that cannot be read or written, or that holds something else."""
+
+
+class DistrustedRun(RodsweepError, RuntimeError):
+    """Rows that are not to be trusted. The text says which inputs, what is wrong, what helps and how to see it.
+
+    Attributes
+    ----------
+    run : Run, Results, Solution, Workspace, Sensitivity or Control
+        What was solved or opened all the same.
+    verdict : dict
+        What speaks against it, as in ``manifest.json``.
+    """
+
+    def __init__(self, message: str, run: Any = None, verdict: Mapping[str, Any] | None = None) -> None:
+        super().__init__(message)
+        self.run = run
+        self.verdict = dict(verdict or {})
+
+    def __reduce__(self) -> tuple[type[DistrustedRun], tuple[str, Any, dict[str, Any]]]:
+        return type(self), (str(self), self.run, self.verdict)
+
+
+class DistrustedWarning(UserWarning):
+    """The same, where ``allow_distrusted=True`` goes on."""
+
+
+def judge(run: Any, text: str | None, verdict: Mapping[str, Any] | None, allow_distrusted: bool) -> None:
+    """Raises, or warns, where something speaks against what was solved."""
+    if not text:
+        return
+    if not allow_distrusted:
+        raise DistrustedRun(f"{text.rstrip()}\n`allow_distrusted=True` goes on all the same.", run, verdict)
+    warnings.warn(text.rstrip(), DistrustedWarning, stacklevel=3)

@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 __version__: str
 STATUSES: list[str]
 
+def plain(text: str) -> str: ...
+def licenses() -> str: ...
+
 _Floats = NDArray[np.float64]
 _Path = str | PathLike[str]
 _Listener = Callable[..., object] | None
@@ -39,6 +42,8 @@ class _Solved(TypedDict, total=False):
     engine: str
     notes: list[str]
     spot_check: str | None
+    distrust: str | None
+    checked: str
     seconds: float
     sample: NDArray[np.uint64]
     branch: NDArray[np.uint64]
@@ -59,7 +64,7 @@ def solve(
     branch: str,
     threads: int | None,
     method: str | None,
-    spot_check: bool,
+    spot_check: bool | None,
     lenient: bool,
     progress: _Listener,
 ) -> _Solved: ...
@@ -145,6 +150,8 @@ class NativeResults:
     def parts(self, names: list[str]) -> Parts: ...
     def status(self) -> str: ...
     def manifest(self) -> str: ...
+    def verdict(self) -> str | None: ...
+    def distrust(self) -> str | None: ...
     def draw(self, folder: _Path, colour: str | None) -> list[PathLike[str]]: ...
 
 class NativeWorkspace:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from . import _html
+from ._rodsweep import plain
 
 
 class _Native(Protocol):
@@ -26,7 +27,7 @@ class Told:
     _native: _Native
 
     def __str__(self) -> str:
-        return self._native.text()
+        return plain(self._native.text())
 
     def _repr_html_(self) -> str:
         return f"<pre>{_html.escape(self._native.text())}</pre>"

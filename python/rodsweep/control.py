@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _rodsweep
-from ._errors import InputError
+from ._errors import InputError, judge
 from ._rodsweep import NativeControl, Table
 from ._told import Told
 from ._values import Floats, names_of
@@ -37,6 +37,7 @@ def control(
     precision: str | None = None,
     threads: int | None = None,
     name: str = "targets",
+    allow_distrusted: bool = False,
     progress: Callable[[str], object] | None = None,
 ) -> Control:
     """Finds what to command so that the tip goes where it should, as ``rodsweep control``.
@@ -64,6 +65,9 @@ def control(
         Length by which a tangent's error counts (m).
     redundancy : {"least-change", "least-current"}, optional
         What becomes of inputs that the tip does not need.
+    allow_distrusted : bool
+        Whether to warn, and not to raise :class:`DistrustedRun`, where the reference contradicts a result that was
+        checked.
 
     Examples
     --------
@@ -94,7 +98,9 @@ def control(
         "name": name,
     }
     directions = None if tangents is None else points("tangents", tangents)
-    return Control(_rodsweep.control(scene._native, points("positions", positions), directions, options, progress))
+    found = Control(_rodsweep.control(scene._native, points("positions", positions), directions, options, progress))
+    judge(found, found.account["distrusted"], None, allow_distrusted)
+    return found
 
 
 def _limits(name: str, limits: Any) -> str:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from . import _html
+from ._errors import judge
 from ._rodsweep import NativeResults, Parts, Table
 from ._values import names_of
 from .studies import Sensitivity, Workspace, _sensitivity_options, _workspace_options
@@ -28,9 +29,26 @@ class Results:
         self._native = native
 
     @classmethod
-    def open(cls, directory: str | PathLike[str]) -> Results:
-        """Opens a directory. Raises :class:`ResultsError` where it holds no run."""
+    def open(cls, directory: str | PathLike[str], *, allow_distrusted: bool = False) -> Results:
+        """Opens a directory.
+
+        Raises :class:`ResultsError` where it holds no run, and :class:`DistrustedRun` where something speaks against its
+        rows, unless ``allow_distrusted`` asks for a warning.
+        """
+        results = cls._accepted(directory)
+        judge(results, results._native.distrust(), results.verdict, allow_distrusted)
+        return results
+
+    @classmethod
+    def _accepted(cls, directory: str | PathLike[str]) -> Results:
+        """The same for those who know what speaks against it."""
         return cls(NativeResults.open(fspath(directory)))
+
+    @property
+    def verdict(self) -> dict[str, Any] | None:
+        """Whether the rows can be trusted, and what speaks against them; None where nothing tells."""
+        text = self._native.verdict()
+        return None if text is None else dict(json.loads(text))
 
     @property
     def directory(self) -> Path:
@@ -79,7 +97,7 @@ class Results:
         return [Path(file) for file in self._native.draw(fspath(folder), colour)]
 
     def __reduce__(self) -> tuple[Any, tuple[str]]:
-        return Results.open, (str(self.directory),)
+        return Results._accepted, (str(self.directory),)
 
     def __repr__(self) -> str:
         status = self.status()

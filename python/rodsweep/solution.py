@@ -328,6 +328,11 @@ class Solution:
         return None if text is None else dict(json.loads(text))
 
     @property
+    def checked(self) -> str:
+        """Whether samples were checked against the reference, in a sentence."""
+        return str(self._answer["checked"])
+
+    @property
     def notes(self) -> list[str]:
         """What happened to the engine on the way."""
         return list(self._answer["notes"])

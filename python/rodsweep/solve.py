@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from . import _rodsweep
-from ._errors import InputError
+from ._errors import InputError, judge
 from ._values import Columns, names_of
 from .scene import Scene, check_scene
 from .solution import Solution
@@ -26,7 +26,8 @@ def solve(
     branch: str = "from_rest",
     all_branches: bool = False,
     method: Mapping[str, Any] | None = None,
-    spot_check: bool = False,
+    spot_check: bool | None = None,
+    allow_distrusted: bool = False,
     progress: Callable[[int, int, int, float], object] | None = None,
 ) -> Solution:
     """Solves equilibria of a scene for many values at once, and differentiates their tips.
@@ -59,8 +60,11 @@ def solve(
     method : dict, optional
         :attr:`Solution.method` of another solution: engine, precision, stepper, steps and tolerance as there, with no
         pilot run. Loops that solve alike batches many times gain from it.
-    spot_check : bool
-        Whether a share of the samples is solved again by the reference; see :attr:`Solution.spot_check`.
+    spot_check : bool, optional
+        Whether a share of the samples is solved again by the reference; see :attr:`Solution.spot_check`. By default one
+        of a thousand, from a thousand samples on; :attr:`Solution.checked` says it. True: at least 256.
+    allow_distrusted : bool
+        Whether to warn, and not to raise, where the reference contradicts a sample.
     progress : callable, optional
         Called with samples done, samples in all, samples failed, samples a second.
 
@@ -75,6 +79,8 @@ def solve(
         A name, a value or an argument that makes no sense; ``error.key`` says which.
     EngineError
         An engine that cannot be used.
+    DistrustedRun
+        The reference contradicts a sample that was checked; the solution is in ``error.run``.
 
     Notes
     -----
@@ -102,7 +108,7 @@ def solve(
     if all_branches:
         branch = "all"
     columns = Columns.of(scene, values)
-    return _solve(
+    solution = _solve(
         scene,
         columns,
         names_of("wrt", wrt),
@@ -112,9 +118,11 @@ def solve(
         threads=_count("threads", threads),
         branch=branch,
         method=method,
-        spot_check=bool(spot_check),
+        spot_check=None if spot_check is None else bool(spot_check),
         progress=progress,
     )
+    judge(solution, solution._answer["distrust"], None, allow_distrusted)
+    return solution
 
 
 def _solve(
@@ -128,7 +136,7 @@ def _solve(
     threads: int | None = None,
     branch: str = "from_rest",
     method: Mapping[str, Any] | None = None,
-    spot_check: bool = False,
+    spot_check: bool | None = False,
     lenient: bool = False,
     progress: Callable[[int, int, int, float], object] | None = None,
 ) -> Solution:

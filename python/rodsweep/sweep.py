@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from . import _html
-from ._errors import InputError
+from ._errors import InputError, judge
 from ._rodsweep import NativeSweep, Table
 from ._toml import dump
 from ._values import Columns, Floats, names_of
@@ -60,7 +60,7 @@ class Sweep:
     5
     >>> run = sweep.run()
     >>> run.table["status"].tolist()
-    ['ok', 'ok', 'ok', 'ok', 'ok']
+    ['ramped', 'ramped', 'ok', 'ramped', 'ramped']
     """
 
     __slots__ = ("_info", "_native")
@@ -205,6 +205,7 @@ class Sweep:
         threads: int | None = None,
         method: Mapping[str, Any] | None = None,
         spot_check: bool = True,
+        allow_distrusted: bool = False,
         progress: Listener = None,
     ) -> Run:
         """Solves every sample, as ``rodsweep run``.
@@ -223,16 +224,29 @@ class Sweep:
             Samples in a part of the directory.
         progress : callable or True, optional
             Called with samples done, samples in all, samples failed, samples a second. True shows a bar (tqdm).
-        engine, precision, threads, method, spot_check
+        allow_distrusted : bool
+            Whether to warn, and not to raise, where something speaks against the rows.
+        engine, precision, threads, method
             As in :func:`solve`.
+        spot_check : bool
+            Whether a share of the samples is solved again by the reference.
+
+        Raises
+        ------
+        DistrustedRun
+            Rows that the reference contradicts, that miss the tolerance, or of which more failed than the sweep allows;
+            the run is in ``error.run``.
         """
         options = _run_options(engine, precision, threads, limit, shard, part_size, spot_check, method)
         with _Bar(progress, len(self)) as listener:
             if directory is None:
                 table, account = self._native.run_to_memory(options, listener)
-                return Run(self, table, None, json.loads(account))
-            account = self._native.run_to_directory(fspath(directory), resume, options, listener)
-            return Run(self, None, Path(fspath(directory)), json.loads(account))
+                run = Run(self, table, None, json.loads(account))
+            else:
+                account = self._native.run_to_directory(fspath(directory), resume, options, listener)
+                run = Run(self, None, Path(fspath(directory)), json.loads(account))
+        judge(run, run.account["distrust"], run.verdict, allow_distrusted)
+        return run
 
     def shards(self, count: int, *, part_size: int | None = None) -> list[Shard]:
         """The sweep in so many parts, to be run by workers into one directory: see :meth:`Shard.run`.
@@ -261,11 +275,15 @@ class Sweep:
             A number of the design and its range, such as ``"tube.youngs_modulus=-10%..10%:5"``.
         convergence : bool
             Whether the figure of convergence is prepared.
+        allow_distrusted : bool
+            As in :meth:`run`.
         engine, precision, threads, progress
             As in :func:`solve`; ``progress`` is called with a text.
         """
-        progress = options.pop("progress", None)
-        return Workspace._of_sweep(self._native, _workspace_options(options), progress)
+        progress, allow = options.pop("progress", None), options.pop("allow_distrusted", False)
+        found = Workspace._of_sweep(self._native, _workspace_options(options), progress)
+        judge(found, found.account.get("distrusted"), None, allow)
+        return found
 
     def sensitivity(self, outputs: str | Sequence[str] = (), **options: Any) -> Sensitivity:
         """Which input matters: runs the sweep with the derivatives that are needed, then studies its rows.
@@ -274,14 +292,16 @@ class Sweep:
         -------
         inputs, estimator, confidence, degree, with_unstable, propagate, choose, noise, tangent_noise, minimum_margin
             As ``rodsweep sensitivity``; lengths in m, angles in rad.
-        limit, engine, precision, threads, progress
+        limit, engine, precision, threads, allow_distrusted, progress
             As in :meth:`run`.
         """
-        progress = options.pop("progress", None)
+        progress, allow = options.pop("progress", None), options.pop("allow_distrusted", False)
         limit = _count("limit", options.get("limit"))
         engine, precision = options.pop("engine", "auto"), options.pop("precision", None)
         run_options = _run_options(engine, precision, options.pop("threads", None), limit, None, None, True, None)
-        return Sensitivity._of_sweep(self._native, _sensitivity_options(outputs, options), run_options, progress)
+        found = Sensitivity._of_sweep(self._native, _sensitivity_options(outputs, options), run_options, progress)
+        judge(found, found.account["distrusted"], None, allow)
+        return found
 
     # Keeping and showing.
 
@@ -349,7 +369,12 @@ class Run:
         """The result directory."""
         if self.directory is None:
             raise InputError("the run was kept in memory; give run() a directory", "directory")
-        return Results.open(self.directory)
+        return Results._accepted(self.directory)
+
+    @property
+    def verdict(self) -> dict[str, Any]:
+        """Whether the rows can be trusted, and what speaks against them."""
+        return dict(self.account["verdict"])
 
     @property
     def counts(self) -> dict[str, int]:
@@ -365,7 +390,9 @@ class Run:
         """Which input matters, of these rows; options as :meth:`Sweep.sensitivity` without those of the run."""
         if self._table is None:
             return self.results.sensitivity(outputs, **options)
-        return Sensitivity._of_rows(self.sweep._native, self._table, _sensitivity_options(outputs, options))
+        options = _sensitivity_options(outputs, options)
+        options["mark"] = self.account["mark"]
+        return Sensitivity._of_rows(self.sweep._native, self._table, options)
 
     def __arrow_c_stream__(self, requested_schema: object | None = None) -> object:
         return self.table.__arrow_c_stream__(requested_schema)

@@ -137,7 +137,7 @@ impl NativeControl {
         let found = self.run.clone();
         run(py, None, None, move |_| {
             make_directory(&folder)?;
-            Ok(draw_control(&found, &folder)?)
+            Ok(draw_control(&found, &folder)?.files)
         })
     }
 }

@@ -63,6 +63,8 @@ static OTHER: PyOnceLock<Py<PyType>> = PyOnceLock::new();
 impl From<Failure> for PyErr {
     fn from(failure: Failure) -> PyErr {
         let Failure { kind, text, key, file, line } = failure;
+        // Names of users stand in it, and terminals obey what they hold.
+        let text = rodsweep::text::terminal(&text).into_owned();
         let (lock, name) = match kind {
             Kind::Input => (&INPUT, "InputError"),
             Kind::Engine => (&ENGINE, "EngineError"),

@@ -37,5 +37,19 @@ fn _rodsweep(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(shape::shape, module)?)?;
     module.add_function(wrap_pyfunction!(control::control, module)?)?;
     module.add_function(wrap_pyfunction!(fit::fit, module)?)?;
+    module.add_function(wrap_pyfunction!(plain, module)?)?;
+    module.add_function(wrap_pyfunction!(licenses, module)?)?;
     Ok(())
+}
+
+/// Text without characters that a terminal obeys.
+#[pyfunction]
+fn plain(text: &str) -> String {
+    rodsweep::text::terminal(text).into_owned()
+}
+
+/// Licences and notices of this package and of everything that is built into it.
+#[pyfunction]
+fn licenses() -> &'static str {
+    rodsweep::NOTICES
 }

@@ -60,7 +60,7 @@ impl NativeResults {
         let damaged = status.damaged.iter().map(|(path, why)| json!({ "path": path, "reason": why }));
         let value = json!({
             "complete": status.is_complete(), "parts_total": status.parts_total, "parts_done": status.parts_done,
-            "missing": status.missing, "damaged": damaged.collect::<Vec<_>>(), "samples_done": status.samples_done,
+            "missing": status.missing, "missing_count": status.missing_count, "damaged": damaged.collect::<Vec<_>>(), "samples_done": status.samples_done,
             "counts": counts, "failed": status.failed(), "method": self.results.method(),
         });
         Ok(value.to_string())
@@ -70,6 +70,18 @@ impl NativeResults {
     fn manifest(&self) -> PyResult<String> {
         let manifest = self.results.manifest().map_err(Failure::from)?;
         Ok(serde_json::to_string(&manifest).unwrap_or_default())
+    }
+
+    /// Whether the rows can be trusted, as JSON.
+    fn verdict(&self) -> PyResult<Option<String>> {
+        let verdict = self.results.verdict().map_err(Failure::from)?;
+        Ok(verdict.and_then(|verdict| serde_json::to_string(&verdict).ok()))
+    }
+
+    /// What speaks against the rows, where and what helps.
+    fn distrust(&self) -> PyResult<Option<String>> {
+        let text = self.results.distrust().map_err(Failure::from)?;
+        Ok(text.map(|text| rodsweep::text::terminal(&text).into_owned()))
     }
 
     /// Draws the figures of the run; returns the files.

@@ -11,9 +11,14 @@ use pyo3::types::PyDict;
 use rodsweep::engines::EngineRequest;
 use rodsweep::input::sweep_of_rows;
 use rodsweep::model::{Parameter, Scene};
+use rodsweep::results::Solved;
 use rodsweep::spec::{BranchChoice, InputTable, OutputQuantity, SolutionMethod, SweepSpec};
 use rodsweep::sweep::{Memory, Progress, SpotCheckOptions, Summary, SweepJob};
 use rodsweep::table::{Table, Values};
+use rodsweep::text::terminal;
+
+/// Samples from which on a share is checked without being asked for.
+const MANY: usize = 1000;
 
 /// One call.
 struct Request {
@@ -27,7 +32,8 @@ struct Request {
     tolerance: f64,
     branch: BranchChoice,
     method: Option<SolutionMethod>,
-    spot_check: bool,
+    /// `None`: one of a thousand, from a thousand samples on.
+    spot_check: Option<bool>,
     /// Whether values may be no numbers.
     lenient: bool,
 }
@@ -41,6 +47,9 @@ struct Answer {
     engine: String,
     notes: Vec<String>,
     spot_check: Option<String>,
+    /// What the check has against the rows.
+    distrust: Option<String>,
+    checked: String,
     /// Of the library's call.
     seconds: f64,
 }
@@ -69,7 +78,11 @@ impl Request {
         let (count, engine, method, branch, checks) =
             (self.count, self.engine, self.method, self.branch, self.spot_check);
         let spec = self.spec()?;
-        let checks = checks.then(|| SpotCheckOptions::of(&spec.scene));
+        let few = SpotCheckOptions { least: 0, ..SpotCheckOptions::default() };
+        let checks = match checks {
+            Some(checks) => checks.then(|| SpotCheckOptions::of(&spec.scene)),
+            None => (count >= MANY).then_some(few),
+        };
         let progress = |progress: &Progress| line.tell(Told::Progress(*progress));
         let warn = |text: &str| line.tell(Told::Warning(text.into()));
         let job = SweepJob::new(spec)
@@ -86,6 +99,8 @@ impl Request {
             engine: String::new(),
             notes: Vec::new(),
             spot_check: None,
+            distrust: None,
+            checked: String::new(),
             seconds: 0.0,
         };
         let (result, seconds) = timed(|| -> Result<Summary, Failure> {
@@ -113,6 +128,12 @@ impl Request {
         answer.seconds = seconds;
         answer.engine = summary.backend.to_string();
         answer.notes = summary.notes;
+        // What rows say of themselves, such as a failure, is no news to whoever gets them.
+        let mut verdict = summary.verdict;
+        verdict.doubts.retain(|doubt| !doubt.seen.is_empty());
+        let solved = Solved { method: answer.method, certain: false, place: None };
+        answer.distrust = Some(terminal(&verdict.explain(&solved)).into_owned()).filter(|text| !text.is_empty());
+        answer.checked = verdict.checked_sentence();
         answer.spot_check = summary.spot_check.and_then(|check| serde_json::to_string(&check).ok());
         Ok(answer)
     }
@@ -135,7 +156,7 @@ pub fn solve<'py>(
     branch: &str,
     threads: Option<usize>,
     method: Option<&str>,
-    spot_check: bool,
+    spot_check: Option<bool>,
     lenient: bool,
     progress: Option<Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
@@ -186,7 +207,7 @@ pub(super) fn values_of(
 
 impl Answer {
     fn into_dict(self, py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
-        let Answer { block, branches, method, engine, notes, spot_check, seconds } = self;
+        let Answer { block, branches, method, engine, notes, spot_check, distrust, checked, seconds } = self;
         let dict = PyDict::new(py);
         dict.set_item("rows", block.rows)?;
         dict.set_item("names", block.names)?;
@@ -197,6 +218,8 @@ impl Answer {
         dict.set_item("engine", engine)?;
         dict.set_item("notes", notes)?;
         dict.set_item("spot_check", spot_check)?;
+        dict.set_item("distrust", distrust)?;
+        dict.set_item("checked", checked)?;
         dict.set_item("seconds", seconds)?;
         if let Some(table) = branches {
             for column in table.columns {

@@ -9,6 +9,7 @@ use super::table::Table;
 use pyo3::prelude::*;
 use rodsweep::engines::EngineRequest;
 use rodsweep::figures::{draw_sensitivity, draw_workspace};
+use rodsweep::input::LARGEST;
 use rodsweep::results::{Results, make_directory};
 use rodsweep::spec::{SweepSpec, Target};
 use rodsweep::study::sensitivity::{Estimator, EstimatorChoice, Sensitivity, SensitivityJob};
@@ -202,15 +203,21 @@ impl NativeWorkspace {
         run(py, None, None, move |_| {
             let (found, extras, convergence) = &*found;
             make_directory(&folder)?;
-            Ok(draw_workspace(found, extras, convergence, &folder)?)
+            Ok(draw_workspace(found, extras, convergence, &folder)?.files)
         })
     }
 }
 
 /// Places with unit tangents.
 pub fn targets(positions: &[[f64; 3]], tangents: Option<&[[f64; 3]]>) -> Result<Vec<Target>, Failure> {
-    if positions.iter().flatten().any(|x| !x.is_finite()) {
-        return Err(Failure::at("positions", "hold a number that is not finite"));
+    let numbers = [("positions", Some(positions)), ("tangents", tangents)];
+    for (key, vectors) in numbers.into_iter().filter_map(|(key, vectors)| Some((key, vectors?))) {
+        if vectors.iter().flatten().any(|x| !x.is_finite()) {
+            return Err(Failure::at(key, "hold a number that is not finite"));
+        }
+        if let Some(x) = vectors.iter().flatten().find(|x| x.abs() > LARGEST) {
+            return Err(Failure::at(key, format!("hold {x:e}; give numbers of at most 1e60 in size")));
+        }
     }
     let Some(tangents) = tangents else { return Ok(positions.iter().map(|position| Target::at(*position)).collect()) };
     let unit = |tangent: &[f64; 3]| {
@@ -240,6 +247,8 @@ struct SensitivityOptions {
     tangent_noise: Option<f64>,
     minimum_margin: f64,
     limit: Option<u64>,
+    /// What speaks against rows in memory.
+    mark: Option<String>,
 }
 
 impl SensitivityOptions {
@@ -271,6 +280,7 @@ impl SensitivityOptions {
             .noise(self.noise)
             .tangent_noise(self.tangent_noise)
             .minimum_margin(self.minimum_margin)
+            .mark(self.mark.clone())
             .limit(self.limit))
     }
 }
@@ -296,8 +306,9 @@ impl NativeSensitivity {
         let found = run(py, run_options.threads(), progress.as_ref(), move |line| {
             job.check()?;
             let mut memory = Memory::new();
-            run_options.run(&job.sweep(), line, &mut memory)?;
-            Ok(job.with_rows(memory.into_table()).run()?)
+            let account = run_options.run(&job.sweep(), line, (&mut memory, None))?;
+            let mark = account["mark"].as_str().map(str::to_owned);
+            Ok(job.with_rows(memory.into_table()).mark(mark).run()?)
         })?;
         Ok(NativeSensitivity { found: Arc::new(found) })
     }
@@ -351,7 +362,7 @@ impl NativeSensitivity {
         let found = self.found.clone();
         run(py, None, None, move |_| {
             make_directory(&folder)?;
-            Ok(draw_sensitivity(&found, &folder)?)
+            Ok(draw_sensitivity(&found, &folder)?.files)
         })
     }
 }

@@ -9,10 +9,12 @@ use numpy::{IntoPyArray, PyArray1, PyArrayMethods, PyReadonlyArray1};
 use pyo3::prelude::*;
 use rodsweep::input::sweep_of_table;
 use rodsweep::model::{PlanOptions, Status};
+use rodsweep::results::Solved;
 use rodsweep::spec::{AxisSpec, BranchChoice, Distribution, InputTable, OutputQuantity, Shard, SweepSpec};
 use rodsweep::sweep::{Memory, PreparedSweep, Progress, ResultDirectory, RowSink, SpotCheckOptions, Summary, SweepJob};
+use rodsweep::text::terminal;
 use serde_json::{Value, json};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// A sweep, as the library has it.
@@ -49,8 +51,13 @@ impl RunOptions {
         self.threads
     }
 
-    /// Runs a sweep; rows go to the sink. Answers with an account.
-    pub fn run(&self, spec: &SweepSpec, line: &Line, sink: &mut dyn RowSink) -> Result<Value, Failure> {
+    /// Runs a sweep; rows go to the sink, which lies at a place, if anywhere. Answers with an account.
+    pub fn run(
+        &self,
+        spec: &SweepSpec,
+        line: &Line,
+        (sink, place): (&mut dyn RowSink, Option<&Path>),
+    ) -> Result<Value, Failure> {
         let progress = |progress: &Progress| line.tell(Told::Progress(*progress));
         let warn = |text: &str| line.tell(Told::Warning(text.into()));
         let shard = match &self.shard {
@@ -75,12 +82,14 @@ impl RunOptions {
         let mut sweep = job.prepare(sink)?;
         let mut backend = sweep.open()?;
         let (summary, seconds) = timed(|| sweep.run_on(backend.as_mut(), sink));
-        Ok(account(&sweep, &summary?, seconds))
+        Ok(account(&sweep, &summary?, seconds, place))
     }
 }
 
 /// The run in numbers.
-fn account(sweep: &PreparedSweep<'_>, summary: &Summary, seconds: f64) -> Value {
+fn account(sweep: &PreparedSweep<'_>, summary: &Summary, seconds: f64, place: Option<&Path>) -> Value {
+    let solved = Solved { method: Some(sweep.method()), certain: summary.is_certain(), place };
+    let distrust = (!summary.verdict.sound).then(|| terminal(&summary.verdict.explain(&solved)).into_owned());
     let counts = Status::ALL.into_iter().map(|status| (status.name().to_owned(), json!(summary.count(status))));
     let counts = counts.filter(|(_, count)| *count != json!(0)).collect::<serde_json::Map<_, _>>();
     json!({
@@ -89,6 +98,7 @@ fn account(sweep: &PreparedSweep<'_>, summary: &Summary, seconds: f64) -> Value 
         "refined": summary.refined, "worst_error_estimate": summary.worst_error_estimate,
         "engine": summary.backend.to_string(), "reason": sweep.engine().reason(), "method": sweep.method(),
         "spot_check": summary.spot_check, "notes": summary.notes,
+        "verdict": summary.verdict, "mark": summary.verdict.headline(), "distrust": distrust,
     })
 }
 
@@ -250,7 +260,7 @@ impl NativeSweep {
         let threads = options.threads;
         let (rows, account) = run(py, threads, progress.as_ref(), move |line| {
             let mut memory = Memory::new();
-            let account = options.run(&spec, line, &mut memory)?;
+            let account = options.run(&spec, line, (&mut memory, None))?;
             Ok((memory.into_table(), account))
         })?;
         Ok((Table::new(rows)?, account.to_string()))
@@ -268,8 +278,8 @@ impl NativeSweep {
         let spec = self.spec.clone();
         let threads = options.threads;
         let account = run(py, threads, progress.as_ref(), move |line| {
-            let mut sink = ResultDirectory::new(directory).resume(resume);
-            options.run(&spec, line, &mut sink)
+            let mut sink = ResultDirectory::new(&directory).resume(resume);
+            options.run(&spec, line, (&mut sink, Some(&directory)))
         })?;
         Ok(account.to_string())
     }

@@ -12,6 +12,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyCapsule, PyList, PyString};
 use rodsweep::results::Results;
 use rodsweep::table::{Column, Table as Rows, Values};
+use rodsweep::text::xml;
 use std::sync::Arc;
 
 /// What a text of a table shows.
@@ -90,13 +91,12 @@ impl Table {
         let columns = &rows.columns[..rows.columns.len().min(SHOWN_COLUMNS)];
         let cell = |column: &Column, row: usize| match &column.values {
             Values::Status(values) => values[row].name().to_owned(),
-            Values::Text(values) => escaped(&values[row]),
+            Values::Text(values) => xml(&values[row]),
             Values::Index(values) => values[row].to_string(),
             Values::Flag(values) => values[row].map(|flag| flag.to_string()).unwrap_or_default(),
             values => format!("{:.6}", values.number(row)),
         };
-        let head: String =
-            columns.iter().map(|c| format!("<th>{}</th>", escaped(&with_unit(&c.name, &c.unit)))).collect();
+        let head: String = columns.iter().map(|c| format!("<th>{}</th>", xml(&with_unit(&c.name, &c.unit)))).collect();
         let line = |row| columns.iter().map(|column| format!("<td>{}</td>", cell(column, row))).collect::<String>();
         let count = rows.row_count();
         let lines: String = (0..count.min(SHOWN_ROWS)).map(|row| format!("<tr>{}</tr>", line(row))).collect();
@@ -181,10 +181,6 @@ impl Table {
 
 fn with_unit(name: &str, unit: &str) -> String {
     if unit.is_empty() { name.to_owned() } else { format!("{name} [{unit}]") }
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
 /// A view of numbers that keeps their owner alive.

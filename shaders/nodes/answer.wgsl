@@ -94,6 +94,7 @@ fn lose(code: u32) {
     store(STABILITY_INDEX_COLUMN, NO_EQUILIBRIUM);
     store(ITERATIONS_COLUMN, held(PASSES));
     store(LOAD_FRACTION_COLUMN, held(LAMBDA));
+    store(LOAD_FRACTION_ERROR_COLUMN, 1.0);
     store_status(code);
     hold(STAGE, f32(DONE));
 }
@@ -182,6 +183,7 @@ fn write_row(rod: Rod, error: f32, derivative_error: f32, stability: f32, index:
     store(STABILITY_INDEX_COLUMN, index);
     store(ITERATIONS_COLUMN, held(PASSES));
     store(LOAD_FRACTION_COLUMN, 1.0);
+    store(LOAD_FRACTION_ERROR_COLUMN, 1.0);
     //@if DRIVES
     hold(STAGE, f32(TO_COLLECT));
     //@else

@@ -1,6 +1,7 @@
 // Newton's method on the fine grid and the row of each sample, in a field that varies. F5, J5
 // src/lanes/varying/answer.rs
 
+const FINE_TRUST: f32 = 0.0; //@spec
 const COLUMN_NOISE: f32 = 0.0; //@spec
 const DERIVATIVE_COLUMN: u32 = 20u; //@spec
 const DERIVATIVE_COUNT: u32 = 1u; //@spec
@@ -74,7 +75,7 @@ fn solve_varying() {
                 case REACHED: {
                     hold(STAGE, f32(IN_NEWTON));
                     hold(NEWTON_STEPS, 0.0);
-                    hold(BOUND, TRUST);
+                    hold(BOUND, FINE_TRUST);
                     hold(IS_CHORD, 1.0);
                     hold(IS_CONVERGED, 0.0);
                 }
@@ -97,7 +98,7 @@ fn balance(rod: Rod, what: u32, inverse: Mat6) {
     let base = held_pair(TRIAL);
     if what == BASE {
         keeps_inverse = true;
-        hold(BOUND, TRUST);
+        hold(BOUND, FINE_TRUST);
     }
     let step = newton_step(rod, 1.0, inverse);
     let change = norm(step);
@@ -158,6 +159,7 @@ fn write(rod: Rod, inverse: Mat6, index: f32) {
     store(STABILITY_INDEX_COLUMN, select(NO_EQUILIBRIUM, index, is_equilibrium));
     store(ITERATIONS_COLUMN, held(PASSES));
     store(LOAD_FRACTION_COLUMN, held(LAMBDA));
+    store(LOAD_FRACTION_ERROR_COLUMN, 1.0);
 
     let check = held_state(CHECKED);
     let delta = on(inverse, Pair(rod.f_tip - check.n, rod.l_tip - check.m)); // F5

@@ -3,7 +3,8 @@
 //
 // z = (dp, w) and y = (dn, dm - w x m / 2) of an interval's end follow from those of its start by (a, b; c, d). Held at
 // its start its end yields by C = b d^-1. Where what lies beyond answers with y = S z, its pivot C^-1 - S has as many
-// negative eigenvalues as I - B^T S B, where C = B B^T: an interval that cannot lengthen needs no inverse of C.
+// negative eigenvalues as J - B^T S B, where C = B J B^T and J is a diagonal of signs: an interval that cannot lengthen needs no
+// inverse of C. A piece that is soft in torsion may be unstable by itself (a sign of -1) and stable as a part of the rod.
 
 const EPSILON: f32 = 0.0; //@spec
 
@@ -35,9 +36,14 @@ fn stability_index() -> f32 {
 fn pivots(b: Mat6, d: Mat6, S: Mat6) -> f32 {
     let C = solve(transposed(d), transposed(b));
     var index = 0.0;
-    let root = root(symmetric(C), &index);
+    var signs = vec3<f32>(1.0);
+    let root = root(symmetric(C), &signs);
     let product = times(transposed(root), times(swapped(S), root));
-    var rows = rows_of(minus(identity6(), product));
+    var J = identity6();
+    for (var k = 0u; k < 3u; k++) { //@unroll
+        J.a[k] *= signs[k];
+    } //@end
+    var rows = rows_of(minus(J, product));
     for (var k = 0u; k < 6u; k++) { //@unroll UNROLLED
         let pivot = rows[k][k / 3u][k % 3u];
         // A number that is none is no sign of stability.
@@ -54,10 +60,9 @@ fn pivots(b: Mat6, d: Mat6, S: Mat6) -> f32 {
     return index;
 }
 
-// B of a symmetric C = B B^T, rotations before displacements, a column of zeros where C does not yield; and one more in
-// `index` for each rotation in which C yields the wrong way, which a short interval does in none. To displacements along it
-// it hardly yields, and less than its pass errs.
-fn root(C: Mat6, index: ptr<function, f32>) -> Mat6 {
+// B of a symmetric C = B J B^T, rotations before displacements, a column of zeros and a sign of 1 where C does not yield; `signs`
+// are those of rotations. To displacements along it an interval hardly yields, and less than its pass errs.
+fn root(C: Mat6, signs: ptr<function, vec3<f32>>) -> Mat6 {
     var rows = rows_of(swapped(C));
     var found: Rows;
     var largest = 0.0;
@@ -67,15 +72,18 @@ fn root(C: Mat6, index: ptr<function, f32>) -> Mat6 {
     let least = largest * (64.0 * EPSILON);
     for (var k = 0u; k < 6u; k++) { //@unroll UNROLLED
         let pivot = rows[k][k / 3u][k % 3u];
-        if k < 3u && pivot < -least { *index = *index + 1.0; }
-        let inverse = select(0.0, 1.0 / sqrt(max(pivot, least)), least < pivot);
+        // A displacement that is negative within round-off does not yield, either.
+        let is_negative = k < 3u && pivot < -least;
+        let sign = select(1.0, -1.0, is_negative);
+        if is_negative { (*signs)[k % 3u] = -1.0; }
+        let inverse = select(0.0, 1.0 / sqrt(max(abs(pivot), least)), least < pivot || is_negative);
         let first = rows[k][0] * inverse;
         let last = rows[k][1] * inverse;
         for (var j = 0u; j < 3u; j++) { //@unroll
-            rows[j][0] = axpy(-first[j], first, rows[j][0]);
-            rows[j][1] = axpy(-first[j], last, rows[j][1]);
-            rows[j + 3u][0] = axpy(-last[j], first, rows[j + 3u][0]);
-            rows[j + 3u][1] = axpy(-last[j], last, rows[j + 3u][1]);
+            rows[j][0] = axpy(-sign * first[j], first, rows[j][0]);
+            rows[j][1] = axpy(-sign * first[j], last, rows[j][1]);
+            rows[j + 3u][0] = axpy(-sign * last[j], first, rows[j + 3u][0]);
+            rows[j + 3u][1] = axpy(-sign * last[j], last, rows[j + 3u][1]);
         } //@end
         found[k] = array<vec3<f32>, 2>(first, last);
     } //@end

@@ -19,7 +19,6 @@ const NODE_PASS_LIMIT: f32 = 0.0; //@spec
 const NODE_RETREAT: f32 = 0.0; //@spec
 const PATH_TOLERANCE: f32 = 0.0; //@spec
 const SMALLEST_GUARDED_STEP: f32 = 0.0; //@spec
-const RAMP_TRUST: f32 = 0.0; //@spec
 const SAFE_MARGIN: f32 = 0.0; //@spec
 const SMALLEST_RAMP_STEP: f32 = 0.0; //@spec
 const TRUST: f32 = 0.0; //@spec
@@ -78,10 +77,6 @@ fn newton_step(rod: Rod, lambda: f32, inverse: Mat6) -> Pair {
     return on(inverse, Pair(rod.f_tip * lambda - tip.n, rod.l_tip * lambda - tip.m)); // F5
 }
 
-fn trust() -> f32 {
-    return select(RAMP_TRUST, TRUST, held(CARE) > 0.5);
-}
-
 // Puts the path at rest, after a pass under little load: how the equilibrium sets out tells how far the first step may go.
 fn start_path(rod: Rod, inverse: Mat6) {
     let none = Pair();
@@ -93,7 +88,7 @@ fn start_path(rod: Rod, inverse: Mat6) {
     hold(LAMBDA, 0.0);
     hold(GOAL, step);
     hold(LOAD_STEP, step);
-    hold(LAST_SIZE, trust() / CONTRACTION);
+    hold(LAST_SIZE, TRUST / CONTRACTION);
     hold(FIRST_SIZE, 0.0);
     hold(CORRECTIONS_MADE, 0.0);
     hold(WEAKEST, 1.0);
@@ -163,7 +158,7 @@ fn follow_varying(rod: Rod, inverse: Mat6, index: f32) -> u32 {
     let lambda = held(LAMBDA);
     let reached = accept && !partial && !is_narrow;
     if corrections < 0.5 { hold(FIRST_SIZE, moved); }
-    let ratio = clamp(sqrt(AIM * trust() / max(held(FIRST_SIZE), 1e-6)), NODE_LEAST_RATIO, NODE_MOST_RATIO);
+    let ratio = clamp(sqrt(AIM * TRUST / max(held(FIRST_SIZE), 1e-6)), NODE_LEAST_RATIO, NODE_MOST_RATIO);
     var step = held(LOAD_STEP);
     if accept { step = used * ratio; }
     if accept && softness < FIELD_SOFT {
@@ -178,7 +173,7 @@ fn follow_varying(rod: Rod, inverse: Mat6, index: f32) -> u32 {
         hold(GOAL, next);
         hold_pair(TRIAL, sum(next - lambda, held_pair(SECANT), held_pair(ACCEPTED)));
     }
-    hold(LAST_SIZE, select(trust() / CONTRACTION, moved, go_on));
+    hold(LAST_SIZE, select(TRUST / CONTRACTION, moved, go_on));
     hold(CORRECTIONS_MADE, select(0.0, corrections + 1.0, go_on));
     hold(PASSES, held(PASSES) + 1.0);
     if reached { return REACHED; }

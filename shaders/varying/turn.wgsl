@@ -18,6 +18,7 @@ fn lose(outcome: u32) {
     store(STABILITY_INDEX_COLUMN, NO_EQUILIBRIUM);
     store(ITERATIONS_COLUMN, held(PASSES));
     store(LOAD_FRACTION_COLUMN, held(LAMBDA));
+    store(LOAD_FRACTION_ERROR_COLUMN, 1.0);
     var code = STATUS_NOT_CONVERGED;
     if outcome == EXHAUSTED { code = STATUS_STEP_LIMIT; }
     if outcome == AT_FOLD { code = STATUS_FOLD; }

@@ -1,12 +1,13 @@
 //! Figures of control: the tip's path, the inputs, rods along the way, the rod in motion.
 
 use super::centreline::centreline;
+use super::field;
+use super::files::Drawn;
 use super::rod_motion::rod_motion;
-use super::{field, files};
 use crate::model::{Parameter, SegmentParameter, Vector};
 use crate::report::{AxisLabel, Curves, Figure, Panel, ReportError, Series, Sheet, TipPath};
 use crate::study::{ControlRun, Outcome, TargetResult};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Rods that are drawn.
 const RODS: usize = 12;
@@ -15,22 +16,18 @@ const MOST_DRAWN: usize = 4000;
 const FILES: [&str; 4] = ["trajectory.png", "inputs.png", "rods.png", "motion.svg"];
 
 /// Draws `trajectory.png` into a directory that is there, and of targets in order `inputs.png`, `rods.png` and
-/// `motion.svg`. Gives the files.
+/// `motion.svg`. What has nothing to draw is left out.
 ///
 /// # Errors
 ///
-/// Nothing to draw, or a file that cannot be written.
-pub fn draw_control(run: &ControlRun, dir: &Path) -> Result<Vec<PathBuf>, ReportError> {
+/// A file that cannot be written.
+pub fn draw_control(run: &ControlRun, dir: &Path) -> Result<Drawn, ReportError> {
     let path = tip_path(run);
-    let mut files = Vec::new();
-    let mut write = |figure: &dyn Figure, name: &str| -> Result<(), ReportError> {
-        files::write(figure, &dir.join(name))?;
-        files.push(dir.join(name));
-        Ok(())
-    };
+    let mut drawn = Drawn::default();
+    let mut write = |figure: &dyn Figure, name: &str| drawn.write(figure, [dir.join(name)], run.mark());
     write(&path, FILES[0])?;
     if !run.is_in_order() {
-        return Ok(files);
+        return Ok(drawn);
     }
     let panels = input_panels(run);
     let columns = panels.len().min(2);
@@ -46,7 +43,7 @@ pub fn draw_control(run: &ControlRun, dir: &Path) -> Result<Vec<PathBuf>, Report
     if let Some(motion) = rod_motion(run) {
         write(&motion, FILES[3])?;
     }
-    Ok(files)
+    Ok(drawn)
 }
 
 fn tip_path(run: &ControlRun) -> TipPath {
@@ -64,13 +61,31 @@ fn tip_path(run: &ControlRun) -> TipPath {
     }
 }
 
+/// Points of a line, at most twice [`MOST_DRAWN`]: of each stretch its least and its largest, so that no peak is lost.
+fn thinned(count: usize, of: &dyn Fn(usize) -> f64, at: &dyn Fn(usize) -> f64) -> Vec<[f64; 2]> {
+    if count <= 2 * MOST_DRAWN {
+        return (0..count).map(|k| [at(k), of(k)]).collect();
+    }
+    let mut points = Vec::with_capacity(2 * MOST_DRAWN);
+    for stretch in 0..MOST_DRAWN {
+        let places = stretch * count / MOST_DRAWN..(stretch + 1) * count / MOST_DRAWN;
+        let least = places.clone().min_by(|a, b| of(*a).total_cmp(&of(*b)));
+        let largest = places.max_by(|a, b| of(*a).total_cmp(&of(*b)));
+        if let (Some(least), Some(largest)) = (least, largest) {
+            let ends = [least.min(largest), least.max(largest)];
+            points.extend(ends.into_iter().take(if least == largest { 1 } else { 2 }).map(|k| [at(k), of(k)]));
+        }
+    }
+    points
+}
+
 /// Currents over time; other inputs and the error below.
 fn input_panels(run: &ControlRun) -> Vec<Curves> {
     let step = run.trajectory().duration.map(|duration| duration / run.results().len() as f64);
     let x = if step.is_some() { AxisLabel::linear("time", "s") } else { AxisLabel::linear("point", "") };
     let at = |k: usize| step.unwrap_or(1.0) * k as f64;
     let series = |name: String, of: &dyn Fn(&TargetResult) -> f64| {
-        Series::line(name, run.results().iter().enumerate().map(|(k, point)| [at(k), of(point)]).collect())
+        Series::line(name, thinned(run.results().len(), &|k| of(&run.results()[k]), &at))
     };
     let is_current =
         |k: &usize| matches!(run.inputs()[*k].parameter, Parameter::Segment(_, SegmentParameter::Current(_)));
@@ -102,4 +117,18 @@ fn input_panels(run: &ControlRun) -> Vec<Curves> {
         series: vec![series(String::new(), &|point| run.tip_error(point).max(1e-16))],
     });
     panels
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{MOST_DRAWN, thinned};
+
+    #[test]
+    fn long_lines_are_thinned_and_peaks_stay() {
+        let of = |k: usize| if k == 777_777 { 9.0 } else { (k as f64 * 1e-4).sin() };
+        let points = thinned(1_000_000, &of, &|k| k as f64);
+        assert!(points.len() <= 2 * MOST_DRAWN && points.contains(&[777_777.0, 9.0]));
+        assert!(points.windows(2).all(|pair| pair[0][0] < pair[1][0]));
+        assert_eq!(thinned(5, &of, &|k| k as f64).len(), 5);
+    }
 }

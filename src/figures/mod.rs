@@ -18,6 +18,7 @@ mod workspace;
 
 pub use control::draw_control;
 pub use experiment::ExperimentFigure;
+pub use files::Drawn;
 pub use fit::fit;
 pub use replay::replay;
 pub use run::{RunFigures, RunFiguresError};

@@ -10,6 +10,8 @@ use crate::study::{ControlRun, TargetResult, along_segments};
 const SEGMENT_POINTS: usize = 14;
 /// Places of the rod, at most.
 const FRAMES: usize = 100;
+/// Points of the path, at most; of more every second or third is drawn.
+const MOST_POINTS: usize = 4000;
 /// Time for a point where the trajectory has none (s).
 const SECONDS_A_POINT: f64 = 0.1;
 
@@ -21,11 +23,12 @@ pub(crate) fn rod_motion(run: &ControlRun) -> Option<RodMotion> {
     let at = (0..=frames).map(|k| points[(k * intervals + frames / 2) / frames.max(1)]);
     let at: Vec<(&TargetResult, Scene)> =
         at.map(|point| Some((point, run.commanded_scene(point)?))).collect::<Option<_>>()?;
+    let every = points.len().div_ceil(MOST_POINTS).max(1);
     let seconds = run.trajectory().duration.unwrap_or(SECONDS_A_POINT * run.results().len() as f64);
     Some(RodMotion {
         title: format!("{}: {}, {seconds} s", run.scene().name, run.trajectory().name),
-        desired: points.iter().map(|point| run.desired_tip(point)).collect(),
-        tips: points.iter().map(|point| point.tip).collect(),
+        desired: points.iter().step_by(every).map(|point| run.desired_tip(point)).collect(),
+        tips: points.iter().step_by(every).map(|point| point.tip).collect(),
         rods: at.iter().map(|(point, scene)| stretches(scene, point)).collect::<Option<_>>()?,
         seconds,
         surroundings: field::still(run),

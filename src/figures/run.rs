@@ -1,6 +1,6 @@
 //! Figures of a run: where the tip goes, and where samples fail.
 
-use super::files;
+use super::files::Drawn;
 use crate::model::{Status, closest};
 use crate::reference;
 use crate::report::{
@@ -43,6 +43,7 @@ pub enum RunFiguresError {
 #[derive(Clone, Debug, Default)]
 pub struct RunFigures {
     colour: Option<String>,
+    mark: Option<String>,
 }
 
 impl RunFigures {
@@ -53,7 +54,12 @@ impl RunFigures {
 
     /// Column that colours the cloud of tips.
     pub fn colour(self, column: Option<&str>) -> RunFigures {
-        RunFigures { colour: column.map(str::to_owned) }
+        RunFigures { colour: column.map(str::to_owned), ..self }
+    }
+
+    /// What speaks against the rows: every figure says it.
+    pub fn mark(self, mark: Option<String>) -> RunFigures {
+        RunFigures { mark, ..self }
     }
 
     /// Whether a sweep writes the column of the colour, before anything is solved.
@@ -74,8 +80,20 @@ impl RunFigures {
     ///
     /// Results that cannot be read, or a figure that cannot be written.
     pub fn draw(&self, results: &Results, folder: &Path) -> Result<Vec<PathBuf>, RunFiguresError> {
+        Ok(self.drawn(results, folder)?.files)
+    }
+
+    /// The same, with what was left out since there was nothing to draw.
+    ///
+    /// # Errors
+    ///
+    /// As [`RunFigures::draw`].
+    pub fn drawn(&self, results: &Results, folder: &Path) -> Result<Drawn, RunFiguresError> {
         self.check(results.spec())?;
-        self.draw_reduction(results.spec(), &results.reduce_without_voxels()?, folder)
+        let verdict = results.verdict()?;
+        let mark = self.mark.clone().or_else(|| verdict.and_then(|verdict| verdict.headline()));
+        let marked = RunFigures { mark, ..self.clone() };
+        marked.drawn_reduction(results.spec(), &results.reduce_without_voxels()?, folder)
     }
 
     /// Draws what a run has kept of its rows; returns the files. Voxels are not drawn.
@@ -89,31 +107,52 @@ impl RunFigures {
         reduction: &Reduction,
         folder: &Path,
     ) -> Result<Vec<PathBuf>, RunFiguresError> {
-        let tips = &reduction.tips;
-        let (cloud, rest) =
-            rayon::join(|| self.draw_cloud(spec, tips, folder), || draw_counts(spec, reduction, folder));
-        let mut files = cloud?;
-        files.extend(rest?);
-        Ok(files)
+        Ok(self.drawn_reduction(spec, reduction, folder)?.files)
     }
 
-    fn draw_cloud(&self, spec: &SweepSpec, tips: &Table, folder: &Path) -> Result<Vec<PathBuf>, RunFiguresError> {
-        let Some(cloud) = cloud(spec, tips, self.colour.as_deref())? else { return Ok(Vec::new()) };
-        let paths = ["tips.png", "tips.svg"].map(|name| folder.join(name));
-        files::write_all(&cloud, &paths)?;
-        Ok(paths.to_vec())
+    /// The same, with what was left out since there was nothing to draw.
+    ///
+    /// # Errors
+    ///
+    /// As [`RunFigures::draw_reduction`].
+    pub fn drawn_reduction(
+        &self,
+        spec: &SweepSpec,
+        reduction: &Reduction,
+        folder: &Path,
+    ) -> Result<Drawn, RunFiguresError> {
+        let tips = &reduction.tips;
+        let (cloud, rest) = rayon::join(
+            || self.draw_cloud(spec, tips, folder),
+            || draw_counts(spec, reduction, folder, self.mark.as_deref()),
+        );
+        let mut drawn = cloud?;
+        drawn.extend(rest?);
+        Ok(drawn)
+    }
+
+    fn draw_cloud(&self, spec: &SweepSpec, tips: &Table, folder: &Path) -> Result<Drawn, RunFiguresError> {
+        let mut drawn = Drawn::default();
+        if let Some(cloud) = cloud(spec, tips, self.colour.as_deref())? {
+            drawn.write(&cloud, ["tips.png", "tips.svg"].map(|name| folder.join(name)), self.mark.as_deref())?;
+        }
+        Ok(drawn)
     }
 }
 
 /// Draws equilibria where every one was asked for, and statuses.
-fn draw_counts(spec: &SweepSpec, reduction: &Reduction, folder: &Path) -> Result<Vec<PathBuf>, ReportError> {
+fn draw_counts(
+    spec: &SweepSpec,
+    reduction: &Reduction,
+    folder: &Path,
+    mark: Option<&str>,
+) -> Result<Drawn, ReportError> {
     let tips = &reduction.tips;
-    let mut files = Vec::new();
+    let mut drawn = Drawn::default();
     if let Some(panels) = branch_panels(spec, tips) {
         let path = folder.join("branches.png");
         let panels: Vec<&dyn Panel> = panels.iter().map(|panel| panel as &dyn Panel).collect();
-        files::write(&Sheet { columns: 2, panels }, &path)?;
-        files.push(path);
+        drawn.write(&Sheet { columns: 2, panels }, [path], mark)?;
     }
     let path = folder.join("statuses.png");
     let count = |status: Status| (status, reduction.counts[status.code() as usize]);
@@ -127,10 +166,9 @@ fn draw_counts(spec: &SweepSpec, reduction: &Reduction, folder: &Path) -> Result
         panels.push(map);
     }
     if reduction.sample_count > 0 {
-        files::write(&Sheet { columns: panels.len(), panels }, &path)?;
-        files.push(path);
+        drawn.write(&Sheet { columns: panels.len(), panels }, [path], mark)?;
     }
-    Ok(files)
+    Ok(drawn)
 }
 
 fn no_colour(spec: &SweepSpec, name: &str) -> RunFiguresError {

@@ -1,11 +1,11 @@
 //! Figures of a study of sensitivity: indices, slopes, first order against the rows, how indices settle, failures.
 
-use super::files;
+use super::files::Drawn;
 use crate::report::{
     AxisLabel, Colour, Curves, Figure, Interval, IntervalBars, Marker, NumberMatrix, Panel, ReportError, Series, Sheet,
 };
 use crate::study::sensitivity::{Index, Order, Sensitivity, Spread};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Names of inputs that are longer are cut.
 const LONGEST: usize = 34;
@@ -14,18 +14,14 @@ const MOST_CURVES: usize = 6;
 const LEAST: f64 = 0.01;
 
 /// Draws what there is to be drawn into a directory that is there: `indices.png`, `slopes.png`, `scatter.png`,
-/// `first_order.png`, `convergence.png`, `failures.png`, `identification.png`. Gives the files.
+/// `first_order.png`, `convergence.png`, `failures.png`, `identification.png`. What has nothing to draw is left out.
 ///
 /// # Errors
 ///
 /// A file that cannot be written.
-pub fn draw_sensitivity(found: &Sensitivity, dir: &Path) -> Result<Vec<PathBuf>, ReportError> {
-    let mut files = Vec::new();
-    let mut write = |figure: &dyn Figure, name: &str| -> Result<(), ReportError> {
-        files::write(figure, &dir.join(name))?;
-        files.push(dir.join(name));
-        Ok(())
-    };
+pub fn draw_sensitivity(found: &Sensitivity, dir: &Path) -> Result<Drawn, ReportError> {
+    let mut drawn = Drawn::default();
+    let mut write = |figure: &dyn Figure, name: &str| drawn.write(figure, [dir.join(name)], found.mark.as_deref());
     let bars = index_bars(&found.indices, found);
     sheet(&bars, &mut |page| write(page, "indices.png"))?;
     if let Some(matrix) = slope_matrix(found) {
@@ -37,7 +33,7 @@ pub fn draw_sensitivity(found: &Sensitivity, dir: &Path) -> Result<Vec<PathBuf>,
     sheet(&convergence(found), &mut |page| write(page, "convergence.png"))?;
     sheet(&failures(found), &mut |page| write(page, "failures.png"))?;
     sheet(&deviations(found), &mut |page| write(page, "identification.png"))?;
-    Ok(files)
+    Ok(drawn)
 }
 
 /// Two panels in a row; nothing without panels.
@@ -48,7 +44,11 @@ fn sheet<P: Panel>(
     if panels.is_empty() {
         return Ok(());
     }
-    let panels: Vec<&dyn Panel> = panels.iter().map(|panel| panel as &dyn Panel).collect();
+    // Where one of several panels has nothing to draw, the others stay.
+    let is_empty = |panel: &&P| matches!(panel.draw(), Err(ReportError::Empty { .. }));
+    let full: Vec<&P> = panels.iter().filter(|panel| !is_empty(panel)).collect();
+    let panels: Vec<&P> = if full.is_empty() { panels.iter().collect() } else { full };
+    let panels: Vec<&dyn Panel> = panels.into_iter().map(|panel| panel as &dyn Panel).collect();
     write(&Sheet { columns: panels.len().min(2), panels })
 }
 

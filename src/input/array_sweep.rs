@@ -67,6 +67,7 @@ pub fn sweep_of_rows(scene: Scene, table: InputTable) -> Result<SweepSpec, Input
         branch: BranchChoice::FromRest,
         precision: PrecisionChoice::Usual,
         anchors: true,
+        allow_failures: None,
         steps: None,
         quantities: OutputQuantity::usual(&[]),
         wrt: Vec::new(),

@@ -20,6 +20,20 @@ pub enum LimitsError {
     /// Limits in the wrong order.
     #[error("the lower limit must be below the upper")]
     Order,
+    /// A length below zero.
+    #[error("{low} is no length: give limits from 0 on, such as \"85 mm..100 mm\"")]
+    Negative {
+        /// The lower limit, SI.
+        low: f64,
+    },
+    /// A length that no rod of this scene has.
+    #[error("{high} m is more than {most:.3} m, a hundred times the rod's length: give limits that a rod can have")]
+    TooLong {
+        /// The upper limit (m).
+        high: f64,
+        /// The most that is possible (m).
+        most: f64,
+    },
     /// An input that is there already.
     #[error("{name} is an input already")]
     Twice {
@@ -41,7 +55,28 @@ pub fn parse_limits(scene: &Scene, text: &str) -> Result<Vec<ControlInput>, Limi
             Some((low, high)) => (quantity(low)?, quantity(high)?),
             None => (-quantity(limits)?, quantity(limits)?),
         };
-        if low < high { Ok(ControlInput::new(parameter, low, high)) } else { Err(LimitsError::Order) }
+        if low >= high {
+            return Err(LimitsError::Order);
+        }
+        check_limits(scene, parameter, [low, high])?;
+        Ok(ControlInput::new(parameter, low, high))
     };
     Parameter::parse(scene, name.trim())?.into_iter().map(input).collect()
+}
+
+/// Refuses limits of lengths that no rod of the scene has: every equilibrium of a search would take its time.
+pub(super) fn check_limits(scene: &Scene, parameter: Parameter, [low, high]: [f64; 2]) -> Result<(), LimitsError> {
+    let is_length = match parameter {
+        Parameter::Insertion => true,
+        Parameter::Segment(..) => parameter.unit() == "m",
+        _ => false,
+    };
+    if !is_length {
+        return Ok(());
+    }
+    if low < 0.0 {
+        return Err(LimitsError::Negative { low });
+    }
+    let most = 100.0 * scene.total_length();
+    if high > most { Err(LimitsError::TooLong { high, most }) } else { Ok(()) }
 }

@@ -38,5 +38,5 @@ pub use sweep_file::{BuiltIn, sweep_of};
 pub use table_file::read_input_table;
 pub use tip_file::read_observed_tips;
 pub use trajectory_file::{parse_coordinates, parse_trajectory, read_trajectory};
-pub use units::{Dimension, QuantityError, parse_quantity};
+pub use units::{Dimension, LARGEST, QuantityError, parse_quantity};
 pub use words::{choice, one_of, parameters};

@@ -2,6 +2,7 @@
 
 use super::error::{InputError, Problem};
 use super::scene_file::read_text;
+use super::units::LARGEST;
 use super::units::{Dimension, parse_quantity};
 use crate::table::{self, TableError, Values};
 use std::collections::HashSet;
@@ -57,11 +58,20 @@ pub(crate) fn read_parquet(file: &Path) -> Result<Vec<(String, Vec<f64>)>, Input
         TableError::Io(problem) => error(file, None, "", Problem::Unreadable(problem.to_string())),
         problem => error(file, None, "", Problem::Table(problem.to_string())),
     })?;
-    let numbers = |column: table::Column| match column.values {
-        Values::Double(values) => (column.name, values),
-        values => (column.name, values.numbers()),
+    let numbers = |column: table::Column| {
+        let values = match column.values {
+            Values::Double(values) => values,
+            values => values.numbers(),
+        };
+        match values.iter().position(|x| x.abs() > LARGEST) {
+            Some(row) => {
+                let (value, expected) = (format!("{:e} in row {row}", values[row]), "at most 1e60 in size".into());
+                Err(error(file, None, &column.name, Problem::Range { value, expected }))
+            }
+            None => Ok((column.name, values)),
+        }
     };
-    Ok(table.columns.into_iter().map(numbers).collect())
+    table.columns.into_iter().map(numbers).collect()
 }
 
 /// Lines of a CSV file, neither empty nor comments, with their numbers from 1.

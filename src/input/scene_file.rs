@@ -4,6 +4,7 @@ use super::error::{InputError, Problem};
 use super::field_file;
 use super::segment_file::segment;
 use super::toml::{Reader, Source};
+use crate::files;
 use crate::model::{
     Base, CoilLoad, FieldMap, FieldSources, Flexible, Loads, Parameter, Scene, SceneError, SegmentKind,
     ShearElasticity, Stiffness, closest,
@@ -67,7 +68,7 @@ pub fn read_text(file: &Path) -> Result<String, InputError> {
         key: String::new(),
         problem: Problem::Unreadable(reason).into(),
     };
-    let bytes = std::fs::read(file).map_err(|error| unreadable(error.to_string()))?;
+    let bytes = files::read(file).map_err(|error| unreadable(error.to_string()))?;
     String::from_utf8(bytes).map_err(|_| unreadable("it is not UTF-8 text".into()))
 }
 

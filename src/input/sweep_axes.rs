@@ -4,6 +4,7 @@ use super::error::{InputError, Problem};
 use super::sweep_distribution::{KEYS, law};
 use super::table_file::{parse_input_table, read_input_table};
 use super::toml::Reader;
+use super::units::LARGEST;
 use super::words::parameters;
 use crate::model::{Parameter, Scene, SegmentParameter, StiffnessAxis};
 use crate::spec::{AxisSpec, Distribution, InputTable, Method};
@@ -96,6 +97,14 @@ fn varying(reader: &Reader, scene: &Scene, notes: &mut Vec<String>) -> Result<Ax
         );
     };
     let law = law(reader, scene, first, &driven)?;
+    let numbers = match law.distribution {
+        Distribution::Uniform { from, to } => [from, to],
+        Distribution::Normal { mean, standard_deviation } => [mean, standard_deviation],
+    };
+    if let Some(number) = numbers.into_iter().find(|number| number.is_nan() || number.abs() > LARGEST) {
+        let (value, expected) = (format!("over values up to {number:e}"), "values of at most 1e60 in size".into());
+        return Err(reader.error("", Problem::Range { value, expected }));
+    }
     if let Some(name) = group.filter(|_| !law.scales) {
         notes.push(format!("the axis `{name}` gives all {} components the same value", driven.len()));
     }

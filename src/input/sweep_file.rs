@@ -74,7 +74,7 @@ pub fn sweep_of(source: &Source, file: &Path, built_in: &BuiltIn) -> Result<Swee
     check_overlaps(&root, &scene, &axes, &uncertain, method)?;
     let rows = table.as_ref().map(|table| table.row_count() as u64);
     let (sample_count, skeleton) = samples(&root, &sampling, method, &axes, rows, format, &mut notes)?;
-    let Solver { tolerance, derivative_tolerance, branch, precision, steps, anchors } = solver(&root)?;
+    let Solver { tolerance, derivative_tolerance, branch, precision, steps, anchors, allow_failures } = solver(&root)?;
     let spec = SweepSpec {
         file: file.into(),
         scene,
@@ -91,6 +91,7 @@ pub fn sweep_of(source: &Source, file: &Path, built_in: &BuiltIn) -> Result<Swee
         precision,
         steps,
         anchors,
+        allow_failures,
         quantities,
         single_derivatives,
         wrt,
@@ -139,6 +140,7 @@ struct Solver {
     precision: PrecisionChoice,
     steps: Option<usize>,
     anchors: bool,
+    allow_failures: Option<f64>,
 }
 
 fn solver(root: &Reader) -> Result<Solver, InputError> {
@@ -146,15 +148,38 @@ fn solver(root: &Reader) -> Result<Solver, InputError> {
     let Some(solver) = root.table("solver")? else {
         let branch = BranchChoice::FromRest;
         let precision = PrecisionChoice::Usual;
-        return Ok(Solver { tolerance, derivative_tolerance, branch, precision, steps: None, anchors: true });
+        return Ok(Solver {
+            tolerance,
+            derivative_tolerance,
+            branch,
+            precision,
+            steps: None,
+            anchors: true,
+            allow_failures: None,
+        });
     };
-    solver.check_keys(&["tolerance", "derivative_tolerance", "branch", "precision", "steps", "anchors"])?;
+    solver.check_keys(&[
+        "tolerance",
+        "derivative_tolerance",
+        "branch",
+        "precision",
+        "steps",
+        "anchors",
+        "allow_failures",
+    ])?;
     let tolerance = share(&solver, "tolerance", "1e-6")?.unwrap_or(tolerance);
     let derivative_tolerance = share(&solver, "derivative_tolerance", "1e-3")?.unwrap_or(derivative_tolerance);
     let branch = choice(&solver, "branch", &BranchChoice::ALL, BranchChoice::name)?.unwrap_or_default();
     let words = &PrecisionChoice::WORDS;
     let precision = choice(&solver, "precision", words, PrecisionChoice::name)?.unwrap_or_default();
     let anchors = choice(&solver, "anchors", &[true, false], |on| if on { "auto" } else { "off" })?.unwrap_or(true);
+    let allow_failures = match solver.quantity("allow_failures", "")? {
+        Some(value) if !(0.0..=1.0).contains(&value) => {
+            let expected = "a share of the samples from 0 to 1, such as 0.01".into();
+            return Err(solver.error("allow_failures", Problem::Range { value: value.to_string(), expected }));
+        }
+        share => share,
+    };
     let steps = solver.count("steps", 1)?;
     match steps {
         Some(steps) if steps > 4096 => {
@@ -163,7 +188,7 @@ fn solver(root: &Reader) -> Result<Solver, InputError> {
         }
         steps => {
             let steps = steps.map(|steps| steps as usize);
-            Ok(Solver { tolerance, derivative_tolerance, branch, precision, steps, anchors })
+            Ok(Solver { tolerance, derivative_tolerance, branch, precision, steps, anchors, allow_failures })
         }
     }
 }

@@ -43,6 +43,9 @@ impl SweepSpec {
         if !self.anchors {
             text += "anchors = \"off\"\n";
         }
+        if let Some(share) = self.allow_failures {
+            text += &format!("allow_failures = {share:?}\n");
+        }
         if let Some(steps) = self.steps {
             text += &format!("steps = {steps}\n");
         }

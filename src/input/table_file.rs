@@ -6,6 +6,7 @@ use super::scene_file::read_text;
 use super::units::{Dimension, parse_quantity};
 use crate::model::{Parameter, Scene};
 use crate::spec::InputTable;
+use std::collections::HashSet;
 use std::path::Path;
 
 /// Reads a table of values by parameter; a column `sample` is ignored.
@@ -47,6 +48,7 @@ fn columns(
     scene: &Scene,
 ) -> Result<Vec<Option<Parameter>>, InputError> {
     let mut columns: Vec<Option<Parameter>> = Vec::new();
+    let mut seen = HashSet::new();
     for name in names {
         if *name == "sample" {
             columns.push(None);
@@ -59,7 +61,7 @@ fn columns(
             let value = format!("a group of {}", parameters.len());
             return Err(error(file, line, name, Problem::Range { value, expected }));
         }
-        if columns.contains(&Some(parameters[0])) {
+        if !seen.insert(parameters[0]) {
             let problem = Problem::Conflict { with: (*name).into(), remedy: "drop one of the two columns".into() };
             return Err(error(file, line, name, problem));
         }

@@ -1,11 +1,15 @@
 //! Typed access to a TOML file in which every mistake is reported with file, line and key.
 
 use super::error::{InputError, Problem};
-use super::units::{Dimension, parse_quantity};
+use super::units::{Dimension, LARGEST, parse_quantity};
 use crate::model::{Vector, closest};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use toml_edit::{Array, Document, Item, TableLike, Value};
+
+/// First words of the keys that make a scene, alone or in a sweep.
+const OF_SCENES: [&str; 10] =
+    ["scene", "base", "field", "magnet", "coil_array", "field_map", "loads", "segment", "model", "insertion"];
 
 /// A parsed file and the line of each of its keys.
 pub struct Source {
@@ -160,13 +164,9 @@ impl<'a> Reader<'a> {
     ///
     /// The first unknown key, with the known one that is spelled nearly so.
     pub fn check_keys(&self, known: &[&'static str]) -> Result<(), InputError> {
-        match self.table.iter().find(|(name, _)| !known.contains(name)) {
-            None => Ok(()),
-            Some((name, _)) => {
-                let suggestion = closest(name, known.iter().copied());
-                Err(self.error(name, Problem::UnknownKey { suggestion, known: known.to_vec() }))
-            }
-        }
+        let Some((name, _)) = self.table.iter().find(|(name, _)| !known.contains(name)) else { return Ok(()) };
+        let suggestion = closest(name, known.iter().copied());
+        Err(self.error(name, Problem::UnknownKey { suggestion, known: known.to_vec() }))
     }
 
     fn wrong_type(&self, name: &str, expected: impl Into<String>, item: &Item) -> InputError {
@@ -197,14 +197,14 @@ impl<'a> Reader<'a> {
             }
             None => return Err(self.wrong_type(name, words(), item)),
         };
-        if number.is_finite() {
-            Ok(number)
-        } else {
-            Err(self.error(
-                name,
-                Problem::Range { value: number.to_string(), expected: format!("a finite number, {}", words()) },
-            ))
+        // A scene checks its own numbers, and says it in its own words.
+        let is_of_scene = || self.key(name).split(['.', '[']).next().is_some_and(|key| OF_SCENES.contains(&key));
+        if number.abs() <= LARGEST || number.is_finite() && is_of_scene() {
+            return Ok(number);
         }
+        let bound = if number.is_finite() { "a number of at most 1e60 in size" } else { "a finite number" };
+        Err(self
+            .error(name, Problem::Range { value: format!("{number:e}"), expected: format!("{bound}, {}", words()) }))
     }
 
     /// Three quantities along x, y, z.

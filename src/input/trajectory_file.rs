@@ -1,6 +1,7 @@
 //! Trajectories: TOML that names a curve, or a table of points (CSV or Parquet) with columns x, y, z, tx, ty, tz.
 
 use super::error::{InputError, Problem};
+use super::limits::{LimitsError, check_limits};
 use super::number_table::{error, read_number_table};
 use super::scene_file::read_text;
 use super::toml::{Reader, Source};
@@ -134,6 +135,10 @@ fn input(block: &Reader, scene: &Scene, inputs: &mut Vec<ControlInput>) -> Resul
                 Problem::Range { value: high.to_string(), expected: format!("more than `from`, which is {low}") };
             return Err(block.error("to", problem));
         }
+        check_limits(scene, parameter, [low, high]).map_err(|error| {
+            let key = if matches!(error, LimitsError::Negative { .. }) { "from" } else { "to" };
+            block.error(key, Problem::Table(error.to_string()))
+        })?;
         if inputs.iter().any(|other| other.parameter == parameter) {
             let problem =
                 Problem::Conflict { with: parameter.name(scene), remedy: "it is an input already; drop one".into() };
@@ -147,7 +152,8 @@ fn input(block: &Reader, scene: &Scene, inputs: &mut Vec<ControlInput>) -> Resul
 fn positive(reader: &Reader, name: &str, unit: &str) -> Result<Option<f64>, InputError> {
     match reader.quantity(name, unit)? {
         Some(value) if value <= 0.0 => {
-            let expected = format!("a positive {}", Dimension::of(unit).name());
+            let dimension = Dimension::of(unit);
+            let expected = format!("{} above zero, such as {}", dimension.name(), dimension.example());
             Err(reader.error(name, Problem::Range { value: value.to_string(), expected }))
         }
         value => Ok(value),
@@ -170,6 +176,10 @@ pub fn parse_coordinates(names: &[&str]) -> Result<[bool; 3], Problem> {
     let mut coordinates = [false; 3];
     for name in names.iter().map(|name| name.trim()) {
         match Axis::ALL.iter().find(|axis| axis.name() == name) {
+            Some(axis) if coordinates[axis.index()] => {
+                let remedy = "it is named twice: drop one of them".into();
+                return Err(Problem::Conflict { with: axis.name().into(), remedy });
+            }
             Some(axis) => coordinates[axis.index()] = true,
             None => return Err(Problem::Choice { found: name.into(), suggestion: None, allowed: "x, y, z".into() }),
         }

@@ -3,6 +3,9 @@
 //! A unit carries its dimension and a decimal power, so `"1.3 mm"` is the double nearest to 0.0013. `"10 %"` is the number
 //! 0.1.
 
+/// No number that users give is larger, in SI: those of a scene multiplied stay finite, and so do derivatives.
+pub const LARGEST: f64 = 1e60;
+
 /// Exponents of m, kg, s, A, rad.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Dimension([i8; 5]);
@@ -44,6 +47,16 @@ pub enum QuantityError {
         text: String,
         /// The dimension of the text, in words.
         found: String,
+        /// The dimension that is needed, in words.
+        expected: String,
+        /// What a right one looks like.
+        example: &'static str,
+    },
+    /// The value in SI units is larger than any number may be.
+    #[error("\"{text}\" is too large; give {expected} of at most 1e60 in size, such as {example}")]
+    TooLarge {
+        /// The text that was to be read.
+        text: String,
         /// The dimension that is needed, in words.
         expected: String,
         /// What a right one looks like.
@@ -151,10 +164,12 @@ pub fn parse_quantity(text: &str, expected: Dimension) -> Result<f64, QuantityEr
         }
         shifted(&trimmed[..split], unit.power).unwrap_or(f64::NAN) * unit.factor
     };
-    if value.is_finite() {
-        Ok(value)
-    } else {
-        Err(QuantityError::NotFinite { text: text.into(), expected: expected.name(), example })
+    match value.abs() {
+        size if size <= LARGEST => Ok(value),
+        size if size.is_finite() => {
+            Err(QuantityError::TooLarge { text: text.into(), expected: expected.name(), example })
+        }
+        _ => Err(QuantityError::NotFinite { text: text.into(), expected: expected.name(), example }),
     }
 }
 

@@ -14,7 +14,7 @@ const STEPS: f64 = 10.0;
 
 /// Solves the rod from rest and differentiates the solution by `slots`.
 pub(super) fn solve(rod: &Rod, units: &Units, full: &Chain, slots: &[Slot]) -> Equilibrium {
-    let path = ramp::from_rest(full);
+    let (path, is_sure) = ramp::from_rest(full);
     let chain = full.loaded(path.lambda);
     let mut integrator = Extrapolation::new(TOLERANCE);
     let Ok((m0_body, passage, passes)) = polish(&chain, path.m0_body, &mut integrator) else {
@@ -23,6 +23,7 @@ pub(super) fn solve(rod: &Rod, units: &Units, full: &Chain, slots: &[Slot]) -> E
     let index = stability::index(&chain, &[Node::base(&chain, m0_body)], &mut integrator);
     let most = RESIDUAL_FACTOR * TOLERANCE * passage.growth();
     let status = status((path.lambda, path.gave_up, path.steps), (passage.residual.norm(), most), index);
+    let status = if is_sure { status } else { Status::Doubtful };
     let index = index.unwrap_or_default();
     let derivatives = differentiate(&chain, units, m0_body, slots, &mut integrator);
     Equilibrium {

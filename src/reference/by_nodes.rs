@@ -5,7 +5,7 @@ use super::chain::{Chain, Variation, rows};
 use super::compliance::node_margin;
 use super::extrapolation::Extrapolation;
 use super::multiple::{Passages, size};
-use super::node_ramp::{NodePath, from_rest};
+use super::node_ramp::{NodePath, are_alike, follow, from_rest};
 use super::places::{Node, first_curvature, growth, last_curvature, mesh};
 use super::stability;
 use super::state::Column;
@@ -44,13 +44,14 @@ pub(super) fn is_limp(chain: &Chain) -> bool {
 /// Solves the rod from rest and differentiates the solution by `slots`.
 pub(super) fn solve(rod: &Rod, units: &Units, full: &Chain, slots: &[Slot]) -> Equilibrium {
     let without = |status| Equilibrium::without_solution(status, slots.len());
-    let Some(path) = path(full) else { return without(Status::StepLimit) };
+    let Some((path, is_sure)) = path(full) else { return without(Status::StepLimit) };
     let chain = full.loaded(path.lambda);
     let mut integrator = Extrapolation::new(TOLERANCE);
     let Some(found) = polish(&chain, path.nodes, &mut integrator) else { return without(Status::NonFinite) };
     let nodes = found.nodes;
     let index = stability::index(&chain, &nodes, &mut integrator);
     let status = status((path.lambda, path.gave_up, path.steps), (found.left_over, LEFT_OVER), index);
+    let status = if is_sure { status } else { Status::Doubtful };
     let index = index.unwrap_or_default();
     let derivatives = differentiate(&chain, units, &nodes, slots, &mut integrator);
     let (u_first, _) = first_curvature(&chain, &[], nodes[0].state(Vec::new()));
@@ -75,13 +76,19 @@ pub(super) fn solve(rod: &Rod, units: &Units, full: &Chain, slots: &[Slot]) -> E
     }
 }
 
-/// From rest as far as it goes; a path that ends under part of the load is followed again on twice the mesh, and only
+/// From rest as far as it goes, and whether that is sure; a path that ends under part of the load is followed again on twice the mesh, and only
 /// where that ends, too, it was a fold.
-fn path(full: &Chain) -> Option<NodePath> {
+fn path(full: &Chain) -> Option<(NodePath, bool)> {
     mesh(full, LONGEST)?;
-    let first = from_rest(full, LONGEST);
-    let path = if first.lambda < 1.0 && !first.gave_up { from_rest(full, 0.5 * LONGEST) } else { first };
-    (!path.nodes.is_empty()).then_some(path)
+    let first = follow(full, LONGEST, 1.0);
+    let path = if first.lambda < 1.0 && !first.gave_up {
+        let finer = follow(full, 0.5 * LONGEST, 0.5);
+        let is_end = finer.lambda < 1.0 && are_alike(&first, &finer);
+        if is_end { (finer, true) } else { from_rest(full, 0.5 * LONGEST, None) }
+    } else {
+        from_rest(full, LONGEST, Some(first))
+    };
+    (!path.0.nodes.is_empty()).then_some(path)
 }
 
 /// Full steps of Newton's iteration until they get no smaller.
@@ -166,7 +173,7 @@ pub(super) fn stability_from_rest(chain: &Chain, units: &Units, m0_body: Vector3
 }
 
 fn polished_from_rest(chain: &Chain, m0_body: Vector3<f64>, integrator: &mut Extrapolation) -> Option<Polished> {
-    let path = path(chain).filter(|path| path.lambda >= 1.0)?;
+    let (path, _) = path(chain).filter(|(path, _)| path.lambda >= 1.0)?;
     let found = polish(chain, path.nodes, integrator)?;
     let m0 = found.nodes[0].m_body;
     let is_same = (m0 - m0_body).norm() <= SAME_MOMENT * m0.norm().max(1.0);

@@ -93,6 +93,7 @@ impl Reference {
         put(Quantity::StabilityIndex, &[index]);
         put(Quantity::Iterations, &[equilibrium.iterations as f64]);
         put(Quantity::LoadFraction, &[equilibrium.load_fraction]);
+        put(Quantity::LoadFractionError, &[1.0]);
         put(Quantity::Status, &[f64::from(equilibrium.status.code())]);
         for derivative in &self.plan.derivatives {
             let mut rows = [0.0; MOST_ROWS + 3];

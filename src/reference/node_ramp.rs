@@ -4,7 +4,7 @@ use super::chain::Chain;
 use super::extrapolation::{Extrapolation, RunAway};
 use super::multiple::{Passages, along, carried, columns_size, size};
 use super::places::{Node, Place, march, mesh};
-use super::ramp::{ARRIVED, LITTLE_LOAD, TOLERANCE, leaps};
+use super::ramp::{ALIKE, ARRIVED, CORRECTION_TURN, LITTLE_LOAD, TOLERANCE, leaps, twice};
 use super::state::Column;
 use super::{places, stability};
 use nalgebra::Vector3;
@@ -49,13 +49,28 @@ struct Step {
     share: f64,
 }
 
-/// Follows the equilibrium from the unloaded rod as far as it stays stable; intervals are at most `longest` long, in
-/// units of the growth.
-pub(super) fn from_rest(chain: &Chain, longest: f64) -> NodePath {
+/// Follows the equilibrium from the unloaded rod as far as it stays stable, and whether two paths ended alike; intervals are at
+/// most `longest` long, in units of the growth. The first path may be there already.
+pub(super) fn from_rest(chain: &Chain, longest: f64, first: Option<NodePath>) -> (NodePath, bool) {
+    twice(first, |pace| follow(chain, longest, pace), are_alike)
+}
+
+/// Whether two paths end under the same share of the load, and, where that is all of it, in the same place on the same mesh.
+pub(super) fn are_alike(a: &NodePath, b: &NodePath) -> bool {
+    let same_load = (a.lambda - b.lambda).abs() <= ALIKE * b.lambda && a.gave_up == b.gave_up;
+    let largest = b.nodes.iter().map(|node| node.m_body.norm()).fold(1.0, f64::max);
+    let is_near =
+        |(a, b): (&Node, &Node)| (a.R - b.R).norm() <= ALIKE && (a.m_body - b.m_body).norm() <= ALIKE * largest;
+    let same_end = || a.nodes.len() == b.nodes.len() && a.nodes.iter().zip(&b.nodes).all(is_near);
+    same_load && (b.lambda < 1.0 || same_end())
+}
+
+/// Follows it by steps and corrections of a share of the usual size.
+pub(super) fn follow(chain: &Chain, longest: f64, pace: f64) -> NodePath {
     let mut path = NodePath { nodes: Vec::new(), lambda: 0.0, steps: 0, passes: 1, gave_up: false };
     let mut integrator = Extrapolation::on_the_way(TOLERANCE);
     let Some(mut last) = at_rest(chain, longest, &mut integrator) else { return path };
-    let mut step = (FIRST_TURN / columns_size(chain, &last.nodes, &last.tangent)).min(1.0);
+    let mut step = (pace * FIRST_TURN / columns_size(chain, &last.nodes, &last.tangent)).min(1.0);
     let first_step = step;
     while path.lambda < 1.0 {
         if path.passes >= MOST_PASSES {
@@ -68,7 +83,7 @@ pub(super) fn from_rest(chain: &Chain, longest: f64) -> NodePath {
             break;
         };
         let ahead = lambda - path.lambda;
-        match advance(chain, &last, (path.lambda, ahead), &places, &mut integrator, &mut path.passes) {
+        match advance(chain, &last, (path.lambda, ahead, pace), &places, &mut integrator, &mut path.passes) {
             Some(next) if !leaps(last.margin, next.margin) => {
                 step = ahead * (AIM / next.share).sqrt().clamp(RATIOS.0, RATIOS.1);
                 (path.lambda, last) = (lambda, next);
@@ -76,7 +91,7 @@ pub(super) fn from_rest(chain: &Chain, longest: f64) -> NodePath {
             }
             _ => {
                 step = RETREAT * ahead;
-                if step < SMALLEST_STEP * path.lambda.max(first_step.min(LITTLE_LOAD)) {
+                if step < pace * SMALLEST_STEP * path.lambda.max(first_step.min(LITTLE_LOAD)) {
                     break;
                 }
             }
@@ -112,7 +127,7 @@ fn at_rest(chain: &Chain, longest: f64, integrator: &mut Extrapolation) -> Optio
 fn advance(
     chain: &Chain,
     last: &Step,
-    (lambda, ahead): (f64, f64),
+    (lambda, ahead, pace): (f64, f64, f64),
     places: &[Place],
     integrator: &mut Extrapolation,
     passes: &mut usize,
@@ -124,20 +139,20 @@ fn advance(
     let (nodes, tangent) = carried.ok()?;
     let chain_ahead = chain.loaded(lambda + ahead);
     let predicted = ahead * columns_size(&chain_ahead, &nodes, &tangent);
-    correct(chain, lambda + ahead, along(&nodes, &tangent, ahead), predicted, integrator, passes)
+    let allowed = pace * (CORRECTION * predicted.max(SMALL_CHANGE)).min(CORRECTION_TURN);
+    correct(chain, lambda + ahead, along(&nodes, &tangent, ahead), allowed, integrator, passes)
 }
 
-/// Newton's iteration from the predicted nodes: the stable equilibrium it contracts to.
+/// Newton's iteration from the predicted nodes: the stable equilibrium it contracts to, by corrections of at most `allowed`.
 fn correct(
     chain: &Chain,
     lambda: f64,
     mut nodes: Vec<Node>,
-    predicted: f64,
+    mut allowed: f64,
     integrator: &mut Extrapolation,
     passes: &mut usize,
 ) -> Option<Step> {
     let loaded = chain.loaded(lambda);
-    let mut allowed = CORRECTION * predicted.max(SMALL_CHANGE);
     let mut share = None;
     loop {
         let passages = Passages::new(&loaded, &nodes, &[chain.load_variation(lambda)], integrator)?;

@@ -1,10 +1,14 @@
 //! From rest to the full load: all loads grow together, and every step must stay on the stable branch.
+//!
+//! Predictions and corrections are measured at every station, since coils that turn against each other leave the tip at rest. A path
+//! is followed twice, by steps of two sizes, and counts where both end alike.
 
 use super::chain::Chain;
 use super::extrapolation::{Extrapolation, RunAway};
 use super::places::Node;
-use super::shooting::{Passage, pass};
+use super::shooting::{Passage, pass_by_sections};
 use super::stability;
+use super::state::Column;
 use nalgebra::{Matrix3, Vector3};
 
 /// Error per step of the integrator on the way; only the end of the path must be sharp.
@@ -13,12 +17,22 @@ pub(super) const TOLERANCE: f64 = 1e-8;
 pub(super) const ARRIVED: f64 = 1e-5;
 /// Each of Newton's steps must be shorter than the last by this factor.
 pub(super) const CONTRACTION: f64 = 0.3;
-/// The predictor may turn the tip by this much in the first step (rad).
+/// The predictor may turn no station by more in the first step (rad).
 pub(super) const FIRST_TURN: f64 = 0.5;
 /// Corrections may be this large against the predicted step, ...
 pub(super) const CORRECTION: f64 = 0.3;
 /// ... or against this change of the base moment, where hardly any is predicted.
 const SMALL_MOMENT: f64 = 0.1;
+/// No correction may turn any station by more (rad).
+pub(super) const CORRECTION_TURN: f64 = 0.1;
+/// After a first correction below this share of what is allowed the next load step is longer.
+pub(super) const QUICK: f64 = 0.3;
+/// Stations on each flexible segment.
+pub(super) const SECTIONS: usize = 2;
+/// Paths are followed by steps of these sizes, until two in a row end alike.
+const PACES: [f64; 4] = [1.0, 0.5, 0.25, 0.125];
+/// Ends of two paths are alike within this: base load over 1 plus its size; shares of the load where they end.
+pub(super) const ALIKE: f64 = 1e-3;
 /// Below this margin of the symmetric form a step may change it by ...
 const NEAR: f64 = 0.3;
 /// ... this factor: stability may be lost and won again between.
@@ -29,6 +43,20 @@ pub(super) const SMALLEST_STEP: f64 = 1e-5;
 pub(super) const LITTLE_LOAD: f64 = 0.01;
 /// Passages over the rod before giving up.
 pub(super) const MOST_PASSES: usize = 5000;
+
+/// Follows a path at one pace after another, the first of which may be there already, until two in a row end alike. Returns that end,
+/// and whether there was one.
+pub(super) fn twice<P>(first: Option<P>, follow: impl Fn(f64) -> P, are_alike: impl Fn(&P, &P) -> bool) -> (P, bool) {
+    let mut path = first.unwrap_or_else(|| follow(PACES[0]));
+    for pace in &PACES[1..] {
+        let finer = follow(*pace);
+        if are_alike(&path, &finer) {
+            return (finer, true);
+        }
+        path = finer;
+    }
+    (path, false)
+}
 
 /// Where the path from rest leads.
 pub(super) struct Path {
@@ -41,18 +69,31 @@ pub(super) struct Path {
     pub gave_up: bool,
 }
 
-/// Follows the equilibrium from the unloaded rod as far as it stays stable.
-pub(super) fn from_rest(chain: &Chain) -> Path {
+/// Follows the equilibrium from the unloaded rod as far as it stays stable, and whether two paths ended alike.
+pub(super) fn from_rest(chain: &Chain) -> (Path, bool) {
+    twice(
+        None,
+        |pace| follow(chain, pace),
+        |a, b| {
+            let same_load = (a.lambda - b.lambda).abs() <= ALIKE * b.lambda && a.gave_up == b.gave_up;
+            let is_end = b.lambda < 1.0;
+            same_load && (is_end || (a.m0_body - b.m0_body).norm() <= ALIKE * (1.0 + b.m0_body.norm()))
+        },
+    )
+}
+
+/// Follows it by steps and corrections of a share of the usual size.
+fn follow(chain: &Chain, pace: f64) -> Path {
     let mut path = Path { m0_body: Vector3::zeros(), lambda: 0.0, steps: 0, passes: 1, gave_up: false };
     let mut integrator = Extrapolation::on_the_way(TOLERANCE);
     let Ok(rest) = loaded_pass(chain, 0.0, path.m0_body, &mut integrator) else { return path };
     let Some(mut tangent) = tangent(&rest) else { return path };
     let mut margin = symmetric_margin(chain, 0.0, &rest);
-    let mut step = (FIRST_TURN / turn(&rest, tangent)).min(1.0);
+    let mut step = (pace * FIRST_TURN / turn(&rest, tangent)).min(1.0);
     while path.lambda < 1.0 && path.passes < MOST_PASSES {
         let lambda = if path.lambda + step >= 1.0 { 1.0 } else { path.lambda + step };
         let predicted = tangent * (lambda - path.lambda);
-        let corrected = correct(chain, lambda, path.m0_body, predicted, &mut integrator, &mut path.passes);
+        let corrected = correct(chain, (lambda, pace), path.m0_body, predicted, &mut integrator, &mut path.passes);
         match corrected {
             Some((m0_body, passage, fast)) if !leaps(margin, symmetric_margin(chain, lambda, &passage)) => {
                 let Some(next_tangent) = self::tangent(&passage) else { break };
@@ -63,7 +104,7 @@ pub(super) fn from_rest(chain: &Chain) -> Path {
             }
             _ => {
                 step = 0.5 * (lambda - path.lambda);
-                if step < SMALLEST_STEP * path.lambda.max(LITTLE_LOAD) {
+                if step < pace * SMALLEST_STEP * path.lambda.max(LITTLE_LOAD) {
                     break;
                 }
             }
@@ -82,7 +123,7 @@ fn loaded_pass(
 ) -> Result<Passage, RunAway> {
     let mut variations = chain.base_moment_variations().to_vec();
     variations.push(chain.load_variation(lambda));
-    pass(&chain.loaded(lambda), m0_body, &variations, integrator)
+    pass_by_sections(&chain.loaded(lambda), m0_body, &variations, SECTIONS, integrator)
 }
 
 /// d(base moment)/d(lambda)
@@ -90,11 +131,14 @@ fn tangent(passage: &Passage) -> Option<Vector3<f64>> {
     passage.matrix().lu().solve(&-passage.dresidual[3])
 }
 
-/// Rotation of the tip by a unit of load.
+/// Largest rotation of a station by a unit of load.
 fn turn(passage: &Passage, tangent: Vector3<f64>) -> f64 {
-    let columns = &passage.tip.columns;
-    let w: Vector3<f64> = (0..3).map(|k| columns[k].w * tangent[k]).sum();
-    (w + columns[3].w).norm()
+    passage.largest(|columns| (by_moment(columns, tangent) + columns[3].w).norm())
+}
+
+/// Rotation of a station by a change of the base moment.
+fn by_moment(columns: &[Column], change: Vector3<f64>) -> Vector3<f64> {
+    (0..3).map(|k| columns[k].w * change[k]).sum()
 }
 
 /// sqrt(3) / |W_s^-1|, where W_s is dr/dm0 with its part by tip rotation made symmetric, which a dead tip moment l is
@@ -128,30 +172,32 @@ pub(super) fn differs_widely(a: f64, b: f64, near: f64, most: f64) -> bool {
 /// it was reached fast.
 fn correct(
     chain: &Chain,
-    lambda: f64,
+    (lambda, pace): (f64, f64),
     m0_body: Vector3<f64>,
     predicted: Vector3<f64>,
     integrator: &mut Extrapolation,
     passes: &mut usize,
 ) -> Option<(Vector3<f64>, Passage, bool)> {
     let mut m0_body = m0_body + predicted;
-    let mut allowed = CORRECTION * predicted.norm().max(SMALL_MOMENT);
+    let allowed_turn = pace * CORRECTION_TURN;
+    let allowed_first = pace * CORRECTION * predicted.norm().max(SMALL_MOMENT);
+    let mut allowed = allowed_first;
     let mut first = None;
     loop {
         let passage = loaded_pass(chain, lambda, m0_body, integrator).ok()?;
         *passes += 1;
         let step: Vector3<f64> = passage.matrix().lu().solve(&-passage.residual)?;
         let size = step.norm();
-        let first = *first.get_or_insert(size);
+        let turn = passage.largest(|columns| by_moment(columns, step).norm());
+        let share = *first.get_or_insert((size / allowed_first).max(turn / allowed_turn));
         if size <= ARRIVED * (1.0 + m0_body.norm()) {
             *passes += 1;
             let is_stable = index_at(&chain.loaded(lambda), m0_body, integrator) == Some(0);
             tangent(&passage)?;
-            let fast = first < 0.3 * CORRECTION * predicted.norm().max(SMALL_MOMENT);
-            return is_stable.then_some((m0_body + step, passage, fast));
+            return is_stable.then_some((m0_body + step, passage, share < QUICK));
         }
         // Also false for NaN.
-        let contracts = size <= allowed;
+        let contracts = size <= allowed && turn <= allowed_turn;
         if !contracts {
             return None;
         }

@@ -15,6 +15,8 @@ use nalgebra::{Matrix3, Vector3};
 pub(super) struct Passage {
     /// At the tip.
     pub tip: State,
+    /// Columns at the end of each section of the flexible segments.
+    pub stations: Vec<Vec<Column>>,
     /// u and its columns at the start of the first flexible segment.
     pub u_first: Vector3<f64>,
     pub du_first: Vec<Vector3<f64>>,
@@ -32,7 +34,19 @@ pub(super) fn pass(
     variations: &[Variation],
     integrator: &mut Extrapolation,
 ) -> Result<Passage, RunAway> {
+    pass_by_sections(chain, m0_body, variations, 1, integrator)
+}
+
+/// [`pass`] with so many stations, equally far from each other, on each flexible segment.
+pub(super) fn pass_by_sections(
+    chain: &Chain,
+    m0_body: Vector3<f64>,
+    variations: &[Variation],
+    sections: usize,
+    integrator: &mut Extrapolation,
+) -> Result<Passage, RunAway> {
     let mut state = base_state(chain, m0_body, variations);
+    let mut stations = Vec::new();
     let mut first = None;
     let mut u_last = Vector3::zeros();
     for j in 0..chain.is_flexible.len() {
@@ -40,7 +54,11 @@ pub(super) fn pass(
             let flexible = Flexible::new(chain, j, variations);
             first.get_or_insert_with(|| flexible.curvature(0.0, &state));
             let length = chain.numbers.segments[j].length;
-            flexible.advance(integrator, 0.0, length, &mut state)?;
+            for section in 0..sections {
+                let [start, end] = [section, section + 1].map(|at| length * at as f64 / sections as f64);
+                flexible.advance(integrator, start, end, &mut state)?;
+                stations.push(state.columns.clone());
+            }
             flexible.lengthen(&mut state);
             u_last = flexible.curvature(length, &state).0;
         } else {
@@ -49,7 +67,7 @@ pub(super) fn pass(
     }
     let (residual, dresidual) = tip_residual(chain, variations, &state);
     let (u_first, du_first) = first.unwrap_or_default();
-    Ok(Passage { tip: state, u_first, du_first, u_last, residual, dresidual })
+    Ok(Passage { tip: state, stations, u_first, du_first, u_last, residual, dresidual })
 }
 
 /// m(L) - l_tip in the tip's frame, and its change by each variation.
@@ -66,6 +84,11 @@ impl Passage {
     /// dr/dm0 in tip and base frames; the first three columns must be those of the base moment.
     pub(super) fn matrix(&self) -> Matrix3<f64> {
         Matrix3::from_columns(&self.dresidual[..3])
+    }
+
+    /// The largest of what is measured at each station and at the tip, which a rigid segment may be alone.
+    pub(super) fn largest(&self, measure: impl Fn(&[Column]) -> f64) -> f64 {
+        self.stations.iter().chain([&self.tip.columns]).map(|columns| measure(columns)).fold(0.0, f64::max)
     }
 
     /// Largest entry of the base moment's columns: by how much errors grow along the rod.

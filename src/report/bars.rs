@@ -137,5 +137,6 @@ pub(super) fn status_colour(status: Status) -> Colour {
         Status::Pending => Colour::GREY,
         Status::TooNearMagnet => Colour::hex(0x6b4f3a),
         Status::OutsideMap => Colour::hex(0xa08060),
+        Status::Doubtful => Colour::hex(0xb04a8f),
     }
 }

@@ -4,6 +4,7 @@ use super::canvas::{Align, Canvas, Dot, Point, Rect, Shape, Stroke, Text};
 use super::cloud::Bitmap;
 use super::colour::Colour;
 use super::{font, png};
+use crate::text::xml;
 use rayon::prelude::*;
 use std::fmt::Write;
 
@@ -137,7 +138,7 @@ impl Writer {
         let mut content = String::new();
         let mut rise = 0.0;
         for run in font::runs(&text.content) {
-            let body = escape(&run.text);
+            let body = xml(&run.text);
             let shift = number((rise - run.rise) * text.size);
             match (run.size == 1.0, shift.as_str()) {
                 (true, "0") => content.push_str(&body),
@@ -223,10 +224,6 @@ fn style(fill: Option<Colour>, stroke: Option<Stroke>) -> String {
         out.push_str(" stroke-linejoin=\"round\"");
     }
     out
-}
-
-fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
 fn base64(bytes: &[u8]) -> String {

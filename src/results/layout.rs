@@ -2,7 +2,7 @@
 
 use crate::backend::Precision;
 use crate::clock::Busy;
-use crate::model::{Batch, Parameter, Plan, Quantity, Solutions, Vector, rotation_vector};
+use crate::model::{Batch, Parameter, Plan, Quantity, Solutions, Status, Vector, rotation_vector};
 use crate::spec::Sampler;
 use crate::spec::{BranchChoice, Format, OutputQuantity, SweepSpec};
 use crate::table::{Column, Table, Values};
@@ -212,8 +212,15 @@ impl Layout {
         let vectors = |to: &mut Values, from: &[Vector], axis: usize| {
             extend(to, from.iter().zip(&known).map(|(v, is_known)| number(v[axis], *is_known)));
         };
+        // A path that ends at a fold tells its load.
+        let loads: Vec<bool> = match self.sources.contains(&Source::Solution(Quantity::LoadFraction.column())) {
+            true => {
+                range.clone().zip(&known).map(|(row, known)| *known || solutions.status(row) == Status::Fold).collect()
+            }
+            false => Vec::new(),
+        };
         let solution = |to: &mut Values, column: usize| {
-            let mut known = &known[..];
+            let mut known = if column == Quantity::LoadFraction.column() { &loads[..] } else { &known[..] };
             for run in solutions.values.runs(column, range.clone()) {
                 let (these, rest) = known.split_at(run.len());
                 extend(to, run.iter().zip(these).map(|(x, is_known)| number(*x, *is_known)));

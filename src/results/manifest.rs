@@ -1,8 +1,11 @@
 //! `manifest.json`: what is known of a run once it has ended. Everything in it can be made again from the parts.
 
 use super::error::ResultsError;
-use super::outcome::{AnchorAccount, BranchCounts, PilotChoice, SampleOrigin, SpotCheck, Timings, number_or_null};
+use super::outcome::{
+    AnchorAccount, BranchCounts, PathCheck, PilotChoice, SampleOrigin, SpotCheck, Timings, number_or_null,
+};
 use super::store::{Store, store_at};
+use super::verdict::Verdict;
 use super::workers::WorkerReport;
 use crate::model::Status;
 use crate::spec::{Shard, SolutionMethod};
@@ -50,6 +53,9 @@ pub struct Manifest {
     pub counts: BTreeMap<String, u64>,
     /// Rows that are no success; where every equilibrium was asked for, samples without any.
     pub failed: u64,
+    /// Whether the rows can be trusted, and what speaks against them; runs before version 0.2 do not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub verdict: Option<Verdict>,
     /// Of a run; `None` where shards were put together.
     #[serde(flatten)]
     pub run: Option<RunAccount>,
@@ -116,6 +122,9 @@ pub struct RunAccount {
     pub extents: Option<[[f64; 3]; 2]>,
     /// Samples solved again by the reference.
     pub spot_check: Option<SpotCheck>,
+    /// Rows whose path was followed a second time.
+    #[serde(default)]
+    pub path_check: Option<PathCheck>,
     /// Damaged parts that were put aside.
     pub quarantined: Vec<PathBuf>,
     /// What happened on the way.
@@ -151,6 +160,22 @@ impl Manifest {
     /// Rows with a status.
     pub fn count(&self, status: Status) -> u64 {
         self.counts.get(status.name()).copied().unwrap_or(0)
+    }
+
+    /// Whether the rows can be trusted: as it says, or as the spot check of an older run does.
+    pub fn verdict(&self) -> Verdict {
+        if let Some(verdict) = &self.verdict {
+            return verdict.clone();
+        }
+        if !self.merged_from.is_empty() {
+            let parts: Vec<Verdict> = self.merged_from.iter().map(Manifest::verdict).collect();
+            return Verdict::sum(&parts);
+        }
+        let check = self.run.as_ref().and_then(|run| run.spot_check.as_ref());
+        match check {
+            Some(check) => Verdict::of_spot_check(check, self.sample_count, self.failed),
+            None => Verdict::default(),
+        }
     }
 
     /// Reads the manifest of a result directory.

@@ -3,9 +3,11 @@
 use super::directory::{self, RunRecord, SWEEP_FILE, TIPS_FILE, WORKSPACE_FILE};
 use super::error::ResultsError;
 use super::manifest::{Manifest, named_counts};
-use super::parts::{self, Kept, PartInfo};
+use super::parts::{self, FileMetadata, Kept, PartInfo};
 use super::read::{DirectoryStatus, Results};
 use super::store::{Store, store_at};
+use super::verdict::Verdict;
+use super::verdict_files;
 use crate::model::Status;
 use crate::spec::{Format, RESOLVED_TABLE, Shard, SweepSpec};
 use crate::table::Table;
@@ -39,14 +41,14 @@ pub fn merge(dirs: &[PathBuf], out: &Path) -> Result<DirectoryStatus, ResultsErr
         }
         damaged.extend(there.damaged.into_iter().map(|(name, reason)| (store.path(&name), reason)));
     }
-    let missing: Vec<u64> = (0..record.chunk_count()).filter(|chunk| !sources.contains_key(chunk)).collect();
-    if let Some(first) = missing.first() {
-        let name = parts::part_name(*first, record.format());
+    let total = record.chunk_count();
+    if let Some(first) = (0..total).find(|chunk| !sources.contains_key(chunk)) {
+        let name = parts::part_name(first, record.format());
         let cause = damaged.into_iter().find(|(path, _)| path.file_name().is_some_and(|other| *other == *name));
-        let (count, total) = (missing.len() as u64, record.chunk_count());
+        let count = total.saturating_sub(sources.len() as u64);
         return Err(match cause {
             Some((path, reason)) => ResultsError::Damaged { path, reason },
-            None => ResultsError::MissingParts { count, total, first: *first },
+            None => ResultsError::MissingParts { count, total, first },
         });
     }
     let target = store_at(out)?;
@@ -66,8 +68,17 @@ pub fn merge(dirs: &[PathBuf], out: &Path) -> Result<DirectoryStatus, ResultsErr
     let status = Results::open(out)?.status()?;
     check_whole(&status)?;
     let merged_from = dirs.iter().filter_map(|dir| Manifest::read(dir).ok()).collect();
-    Manifest { merged_from, ..account(record, spec, &status) }.write(target.as_ref())?;
+    let verdict = verdict_of(&stores);
+    verdict_files::put_scenes(target.as_ref(), spec, verdict.as_ref())?;
+    Manifest { merged_from, verdict, ..account(record, spec, &status) }.write(target.as_ref())?;
     Ok(status)
+}
+
+/// What is to be thought of the rows of all shards; one whose manifest is lost or damaged says nothing.
+fn verdict_of(stores: &[Arc<dyn Store>]) -> Option<Verdict> {
+    let known: Vec<Verdict> =
+        stores.iter().filter_map(|store| verdict_files::find(store.as_ref()).ok().flatten()).collect();
+    Some(Verdict::sum(&known))
 }
 
 /// Refuses what is not whole.
@@ -78,7 +89,7 @@ fn check_whole(status: &DirectoryStatus) -> Result<(), ResultsError> {
     match status.missing.first() {
         None => Ok(()),
         Some(first) => {
-            let (count, total) = (status.missing.len() as u64, status.parts_total);
+            let (count, total) = (status.missing_count, status.parts_total);
             Err(ResultsError::MissingParts { count, total, first: *first })
         }
     }
@@ -102,6 +113,7 @@ pub(crate) fn account(record: &RunRecord, spec: &SweepSpec, status: &DirectorySt
         complete: status.is_complete(),
         counts: named_counts(&status.counts),
         failed: status.failed(),
+        verdict: None,
         run: None,
         merged_from: Vec::new(),
         workers: Vec::new(),
@@ -193,7 +205,9 @@ fn merge_workspaces(
     }
     let target = store_at(out)?;
     directory::open(target.as_ref(), record, spec, true)?;
-    let metadata = directory::metadata(spec, record);
+    let verdict = verdict_of(stores);
+    let words = verdict.as_ref().and_then(Verdict::headline).unwrap_or_else(|| "sound".into());
+    let metadata = FileMetadata { verdict: words, ..directory::metadata(spec, record) };
     let mut rows: Vec<(usize, u64)> = voxels.into_values().collect();
     rows.sort_unstable();
     let (rows, totals): (Vec<usize>, Vec<u64>) = rows.into_iter().unzip();
@@ -207,6 +221,7 @@ fn merge_workspaces(
     let status = DirectoryStatus { engines, ..Results::open(out)?.status()? };
     check_whole(&status)?;
     let merged_from = dirs.iter().filter_map(|dir| Manifest::read(dir).ok()).collect();
-    Manifest { merged_from, ..account(record, spec, &status) }.write(target.as_ref())?;
+    verdict_files::put_scenes(target.as_ref(), spec, verdict.as_ref())?;
+    Manifest { merged_from, verdict, ..account(record, spec, &status) }.write(target.as_ref())?;
     Ok(status)
 }

@@ -13,6 +13,9 @@ mod reduce;
 #[cfg(test)]
 mod simulation;
 mod store;
+pub(crate) mod verdict;
+pub(crate) mod verdict_files;
+mod verdict_text;
 pub(crate) mod workers;
 
 pub use directory::{RunRecord, TIPS_FILE, WORKSPACE_FILE, WORST_FILE};
@@ -20,9 +23,13 @@ pub use error::ResultsError;
 pub(crate) use layout::{BranchCells, Layout, Rows};
 pub use manifest::{Manifest, RunAccount, RunTimings, SecondAttempts};
 pub use merge::merge;
-pub use outcome::{AnchorAccount, BranchCounts, ErrorDistribution, PilotChoice, SampleOrigin, SpotCheck, Timings};
+pub use outcome::{
+    AnchorAccount, BranchCounts, ErrorDistribution, PathCheck, PilotChoice, SampleOrigin, SpotCheck, Timings,
+};
 pub use parts::{make_directory, write_bytes, write_table};
 pub use read::{DirectoryStatus, Results, read_parquet_table};
 pub use reduce::{MAX_TIPS, Reduction};
 pub use store::{Entry, Store, is_place, is_url, store_at};
+pub use verdict::{Doubt, DoubtKind, InputRange, Verdict};
+pub use verdict_text::Solved;
 pub use workers::{SILENCE, Worker, WorkerReport};

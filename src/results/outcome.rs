@@ -80,6 +80,37 @@ pub struct SpotCheck {
     pub worst_derivative: Option<String>,
 }
 
+/// Rows whose path from rest was followed a second time, by other steps, and what the reference said where the ends differed.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct PathCheck {
+    /// Whether every row that is called solved was followed; else a fixed choice.
+    pub all: bool,
+    /// Rows that were followed.
+    pub followed: u64,
+    /// Rows that were right: the second path had not arrived, or elsewhere.
+    pub confirmed: u64,
+    /// Rows of another equilibrium than the one from rest. They were replaced.
+    pub elsewhere: u64,
+    /// Rows of an equilibrium beyond the fold where the path from rest ends. They were replaced.
+    pub past_fold: u64,
+    /// Rows on which the reference had no sure answer; their status is `doubtful`.
+    pub doubtful: u64,
+    /// The first sample whose row was not confirmed.
+    #[serde(default)]
+    pub sample: Option<u64>,
+    /// Its swept parameters by name, SI.
+    #[serde(default)]
+    pub values: Vec<(String, f64)>,
+}
+
+impl PathCheck {
+    /// Rows that were wrong, or may have been.
+    pub fn wrong(&self) -> u64 {
+        self.elsewhere + self.past_fold + self.doubtful
+    }
+}
+
 /// Anchors of a run: equilibria on a grid over the axes, from which samples start.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]

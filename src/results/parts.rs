@@ -82,6 +82,8 @@ pub(crate) struct FileMetadata {
     /// The resolved sweep.
     pub sweep: String,
     pub seed: u64,
+    /// Whether the rows can be trusted, as far as it is known when the file is written.
+    pub verdict: String,
 }
 
 /// Name of a chunk's part.
@@ -171,6 +173,7 @@ fn encode_parquet(
             ("rodsweep.sweep", metadata.sweep.clone()),
             ("rodsweep.seed", metadata.seed.to_string()),
             ("rodsweep.version", env!("CARGO_PKG_VERSION").to_owned()),
+            ("rodsweep.verdict", metadata.verdict.clone()),
             (PART_KEY, serde_json::to_string(info).unwrap_or_default()),
         ];
         pairs.map(|(key, value)| (key.to_owned(), value)).into()

@@ -49,8 +49,10 @@ pub struct DirectoryStatus {
     pub parts_total: u64,
     /// Sound parts.
     pub parts_done: u64,
-    /// Chunks without a sound part. Of a run without rows, which keeps all or nothing, only the first.
+    /// The first chunks without a sound part, at most 4,096. Of a run without rows, which keeps all or nothing, the first.
     pub missing: Vec<u64>,
+    /// Chunks without a sound part.
+    pub missing_count: u64,
     /// Damaged parts and what is wrong with them.
     pub damaged: Vec<(PathBuf, String)>,
     /// Samples of the sound parts.
@@ -68,7 +70,7 @@ pub struct DirectoryStatus {
 impl DirectoryStatus {
     /// Whether no part is missing.
     pub fn is_complete(&self) -> bool {
-        self.missing.is_empty()
+        self.missing_count == 0
     }
 
     /// Rows that are no success; where every equilibrium was asked for, samples without any.
@@ -163,7 +165,8 @@ impl Results {
         DirectoryStatus {
             parts_total,
             parts_done: parts.sound.len() as u64,
-            missing: (0..parts_total).filter(|chunk| !parts.sound.contains_key(chunk)).collect(),
+            missing: first_missing(parts_total, &parts.sound),
+            missing_count: parts_total.saturating_sub(parts.sound.len() as u64),
             samples_done: parts.sound.values().map(PartInfo::sample_count).sum(),
             every_branch: parts.sound.values().any(|info| info.samples.is_some()),
             damaged: parts.damaged.into_iter().map(|(name, why)| (self.store.path(&name), why)).collect(),
@@ -193,6 +196,7 @@ impl Results {
             parts_total: 0,
             parts_done: 0,
             missing: Vec::new(),
+            missing_count: 0,
             samples_done: 0,
             every_branch: self.spec.branch == BranchChoice::All,
             damaged: Vec::new(),
@@ -215,6 +219,7 @@ impl Results {
         if !status.damaged.is_empty() {
             status.missing = vec![0];
         }
+        status.missing_count = status.missing.len() as u64;
         Ok(status)
     }
 
@@ -371,6 +376,11 @@ impl Results {
         }
         Ok(())
     }
+}
+
+/// The first chunks that are not there: found by what is there, however many there should be.
+fn first_missing(total: u64, sound: &BTreeMap<u64, PartInfo>) -> Vec<u64> {
+    (0..total).filter(|chunk| !sound.contains_key(chunk)).take(4096).collect()
 }
 
 /// A file of a run that is text; `None`: there is none.

@@ -170,8 +170,14 @@ fn work(
     silence: Duration,
     dies_after: u64,
 ) -> Worked {
-    let metadata =
-        FileMetadata { run_id: "simulated".into(), engine: "none".into(), method: None, sweep: String::new(), seed: 0 };
+    let metadata = FileMetadata {
+        run_id: "simulated".into(),
+        engine: "none".into(),
+        method: None,
+        sweep: String::new(),
+        seed: 0,
+        verdict: String::new(),
+    };
     let mut claims = Claims::join(store.clone(), record, WorkerReport::new("none".into()), silence).expect("joins");
     let (mut worked, mut encoder, beat) = (Worked::default(), Encoder::default(), claims.beat());
     loop {

@@ -143,6 +143,8 @@ pub struct SweepSpec {
     pub steps: Option<usize>,
     /// Whether samples may start from anchors, equilibria on a grid over the axes, where these pay.
     pub anchors: bool,
+    /// Share of the samples that may fail, from 0 to 1; `None`: those that the scene explains, such as folds.
+    pub allow_failures: Option<f64>,
     /// Column groups of the rows, in order.
     pub quantities: Vec<OutputQuantity>,
     /// What the tip is differentiated by.

@@ -15,6 +15,7 @@ mod rod_points;
 pub mod sensitivity;
 mod simulate;
 mod solve;
+mod witness;
 pub mod workspace;
 
 pub use agreement::{Agreement, agreement};
@@ -32,6 +33,8 @@ pub use solve::{
     AllBranches, Explanation, FoundBranch, Jacobian, PlannedPass, PlannedPiece, Rows, Shape, Solve, SolveError, Solved,
     along_segments, check_tolerance, evenly_spaced, smooth_count,
 };
+
+pub use witness::WitnessCheck;
 
 use crate::backend::{Backend, BackendError};
 use crate::model::Plan;

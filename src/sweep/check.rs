@@ -6,11 +6,14 @@ use super::columns::ColumnScales;
 use super::error::SweepError;
 use super::samples::Samples;
 use super::stages::StageTime;
+use super::tally::InputNames;
 use crate::backend::{Backend, BackendFactory};
-use crate::model::rotation_angle;
-use crate::model::{Batch, Plan, Quantity, Scene, Solutions};
-use crate::results::{ErrorDistribution, SpotCheck};
+use crate::model::{Batch, Plan, Quantity, Scene, Solutions, Status};
+use crate::model::{rotation_angle, rotation_matrix};
+use crate::results::verdict::ELSEWHERE;
+use crate::results::{Doubt, DoubtKind, ErrorDistribution, SpotCheck};
 use crate::spec::{Sampler, Selection};
+use crate::table::Table;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 
@@ -48,6 +51,16 @@ impl SpotCheckOptions {
 /// An error that is so many times the tolerance, and the row's own estimate, is no matter of resolution or round-off.
 const WRONG: f64 = 10.0;
 
+/// An estimate is right that is at least the error, to this factor.
+const BOUND: f64 = 1.05;
+/// Errors of this size are those of the reference, or of round-off; of rows in single precision the second.
+const ROUND_OFF: [f64; 2] = [1e-9, 1e-6];
+/// The same of derivatives, over their size.
+const DERIVATIVE_ROUND_OFF: f64 = 1e-6;
+
+/// Status of a sample whose branch the reference could not tell.
+const UNDECIDED: &str = "doubtful";
+
 /// Samples that are solved again at a time: few, since the engine waits for them.
 const GROUP: usize = 32;
 
@@ -70,7 +83,8 @@ pub(crate) fn spot_check<'a>(
     let wanted = wanted.max(options.least).min(options.most.max(options.least)).min(sample_count);
     let selection = Selection::new(sample_count, wanted, 0x5b07);
     let (check, groups) = channel();
-    let checker = SpotChecker { trusted, groups, checked: Vec::new(), time };
+    let is_single = !single.is_empty();
+    let checker = SpotChecker { trusted, groups, checked: Vec::new(), is_single, time };
     (SpotSamples { selection, group: Group::default(), single, check }, checker)
 }
 
@@ -115,6 +129,38 @@ impl SpotSamples {
         let _ = self.check.send(std::mem::take(&mut self.group));
     }
 
+    /// Takes the chosen rows of a part that was there: as far as it tells tips, and without derivatives.
+    pub fn offer_table(&mut self, rows: &Table, width: usize) {
+        let Some(position) = rows.vector_columns("tip.position") else { return };
+        let rotation = rows.vector_columns("tip.rotation");
+        let from_rest = rows.column("from_rest").map(|column| &column.values);
+        let estimate = rows.column("error_estimate").map(|column| &column.values);
+        for (at, (sample, status)) in rows.samples().iter().zip(rows.statuses()).enumerate() {
+            let is_other = from_rest.is_some_and(|flags| flags.number(at) != 1.0);
+            if is_other || !self.selection.contains(*sample) {
+                continue;
+            }
+            let mut row = vec![f64::NAN; width];
+            let mut put = |quantity: Quantity, values: &[f64]| {
+                let first = quantity.column();
+                row[first..first + values.len()].copy_from_slice(values);
+            };
+            put(Quantity::TipPosition, &position.map(|column| column.number(at)));
+            if let Some(vector) = rotation {
+                let matrix = rotation_matrix(vector.map(|column| column.number(at)));
+                put(Quantity::TipD1, &matrix.map(|line| line[0]));
+                put(Quantity::TipTangent, &matrix.map(|line| line[2]));
+            }
+            put(Quantity::ErrorEstimate, &[estimate.map_or(f64::NAN, |values| values.number(at))]);
+            put(Quantity::Status, &[f64::from(status.code())]);
+            self.group.indices.push(*sample);
+            self.group.rows.extend(row);
+            if self.group.indices.len() == GROUP {
+                self.hand_on();
+            }
+        }
+    }
+
     /// All rows have come by.
     pub fn finish(mut self) {
         self.hand_on();
@@ -127,6 +173,8 @@ pub(crate) struct SpotChecker<'a> {
     groups: Receiver<Group>,
     /// Index, the run's row, the row that is believed.
     checked: Vec<(u64, Vec<f64>, Vec<f64>)>,
+    /// Whether rows are written in single precision.
+    is_single: bool,
     time: &'a StageTime,
 }
 
@@ -153,19 +201,19 @@ impl SpotChecker<'_> {
         Ok(self)
     }
 
-    /// Compares.
-    pub fn compare(mut self, plan: &Plan, sampler: &Sampler) -> SpotCheck {
+    /// Compares; what speaks against the rows beside the differences.
+    pub fn compare(mut self, plan: &Plan, sampler: &Sampler) -> (SpotCheck, Vec<Doubt>) {
         let _checking = self.time.enter();
         // Chunks may come in any order.
         self.checked.sort_unstable_by_key(|(index, ..)| *index);
         self.differences(plan, sampler)
     }
 
-    fn differences(&self, plan: &Plan, sampler: &Sampler) -> SpotCheck {
+    fn differences(&self, plan: &Plan, sampler: &Sampler) -> (SpotCheck, Vec<Doubt>) {
         let indices: Vec<u64> = self.checked.iter().map(|(index, ..)| *index).collect();
         let mut check = SpotCheck { checked: indices.len() as u64, ..SpotCheck::default() };
         if indices.is_empty() {
-            return check;
+            return (check, Vec::new());
         }
         let batch = batch_of(plan, sampler, &indices);
         let (mut ours, mut truth) = (Solutions::new(plan, indices.len()), Solutions::new(plan, indices.len()));
@@ -177,16 +225,24 @@ impl SpotChecker<'_> {
         let scales = ColumnScales::of(plan, &truth);
         let (mut position, mut rotation, mut derivative) = (Vec::new(), Vec::new(), Vec::new());
         let (mut worst, mut worst_derivative) = (-1.0, -1.0);
+        let mut doubts = Doubts::new(plan, sampler, check.checked);
         for (at, index) in indices.iter().enumerate() {
-            match (ours.status(at).is_success(), truth.status(at).is_success()) {
-                (true, false) => {
+            let status = ours.status(at);
+            // A reference that cannot decide says nothing against a row.
+            let is_decided = truth.status(at).name() != UNDECIDED;
+            match (status.is_success(), truth.status(at).is_success()) {
+                (true, false) if is_decided => {
                     check.only_run += 1;
                     check.only_run_sample.get_or_insert(*index);
+                    doubts.add(DoubtKind::RowsPastFold, (*index, status, 0.0));
                 }
-                (false, true) => check.only_trusted += 1,
+                (false, true) => {
+                    check.only_trusted += 1;
+                    doubts.add(DoubtKind::FalseFailures, (*index, status, 0.0));
+                }
                 _ => {}
             }
-            if !(ours.status(at).is_converged() && truth.status(at).is_converged()) {
+            if !(status.is_converged() && truth.status(at).is_converged()) {
                 continue;
             }
             check.compared += 1;
@@ -195,12 +251,26 @@ impl SpotChecker<'_> {
             let dp = (0..3).map(|k| (p[k] - q[k]).powi(2)).sum::<f64>().sqrt() / length;
             let angle = rotation_angle(&ours.tip_rotation(at), &truth.tip_rotation(at));
             position.push(dp);
-            rotation.push(angle);
-            let allowed = WRONG * plan.options.tolerance.max(ours.get(at, Quantity::ErrorEstimate));
-            let succeeded = ours.status(at).is_success() && truth.status(at).is_success();
-            check.wrong += u64::from(succeeded && !(dp <= allowed && angle <= allowed));
-            if dp.max(angle) > worst {
-                worst = dp.max(angle);
+            // A part that was there may not tell it.
+            rotation.extend((!angle.is_nan()).then_some(angle));
+            // NaN says nothing of the other.
+            let far = dp.max(angle);
+            let estimate = ours.get(at, Quantity::ErrorEstimate);
+            let is_known = !estimate.is_nan();
+            let allowed = WRONG * plan.options.tolerance.max(estimate);
+            let allowed = if is_known { allowed } else { allowed.max(ELSEWHERE) };
+            let succeeded = status.is_success() && truth.status(at).is_success();
+            let is_wrong = succeeded && (far.is_nan() || far > allowed);
+            check.wrong += u64::from(is_wrong);
+            let own = truth.get(at, Quantity::ErrorEstimate).max(0.0);
+            let floor = ROUND_OFF[usize::from(self.is_single)] + own;
+            if is_wrong && (far.is_nan() || far > ELSEWHERE) {
+                doubts.add(DoubtKind::RowsElsewhere, (*index, status, far));
+            } else if is_wrong || succeeded && is_known && far > BOUND * estimate + floor {
+                doubts.add(DoubtKind::EstimatesBelowError, (*index, status, far / estimate));
+            }
+            if far > worst {
+                worst = far;
                 check.worst_sample = Some(*index);
             }
             let (largest, column) = scales.worst_error((&ours, &truth), at, length);
@@ -208,8 +278,16 @@ impl SpotChecker<'_> {
                 worst_derivative = largest;
                 check.worst_derivative = plan.derivatives.get(column).map(|derivative| derivative.name.clone());
             }
-            check.derivatives_beyond += u64::from(largest > ours.get(at, Quantity::DerivativeError));
-            derivative.push(largest);
+            let estimate = ours.get(at, Quantity::DerivativeError);
+            let own = truth.get(at, Quantity::DerivativeError).max(0.0);
+            let is_beyond = estimate < 1.0 && largest > BOUND * estimate + DERIVATIVE_ROUND_OFF + own;
+            check.derivatives_beyond += u64::from(is_beyond);
+            // On another equilibrium they are those of it.
+            if is_beyond && succeeded && far <= allowed {
+                doubts.add(DoubtKind::DerivativeEstimatesBelowError, (*index, status, largest / estimate));
+            }
+            let is_told = plan.derivatives.is_empty() || !ours.derivative(at, 0, 0).is_nan();
+            derivative.extend(is_told.then_some(largest));
         }
         check.position = distribution(position);
         check.rotation = distribution(rotation);
@@ -217,7 +295,30 @@ impl SpotChecker<'_> {
         check.only_run_values =
             check.only_run_sample.map(|index| named_values(plan, sampler, index)).unwrap_or_default();
         check.worst_values = check.worst_sample.map(|index| named_values(plan, sampler, index)).unwrap_or_default();
-        check
+        (check, doubts.found)
+    }
+}
+
+/// What speaks against the rows that were checked.
+pub(crate) struct Doubts<'a> {
+    names: InputNames,
+    sampler: &'a Sampler,
+    checked: u64,
+    pub found: Vec<Doubt>,
+}
+
+impl<'a> Doubts<'a> {
+    pub fn new(plan: &Plan, sampler: &'a Sampler, checked: u64) -> Doubts<'a> {
+        Doubts { names: InputNames::of(plan), sampler, checked, found: Vec::new() }
+    }
+
+    pub fn add(&mut self, kind: DoubtKind, seen: (u64, Status, f64)) {
+        let at = self.found.iter().position(|doubt| doubt.kind == kind).unwrap_or_else(|| {
+            self.found.push(Doubt { of: self.checked, ..Doubt::new(kind) });
+            self.found.len() - 1
+        });
+        self.names.add(&mut self.found[at], self.sampler, seen);
+        self.found[at].seen.insert(seen.0);
     }
 }
 

@@ -7,10 +7,13 @@ use super::error::SweepError;
 use super::fallback::{Fallback, run_with_fallback};
 use super::options::{Progress, RowsWritten, RunOptions};
 use super::pilot::{choose_method, measure_errors, mixing_pays};
+use super::second_path::PathCheckOptions;
 use super::sink::RowSink;
 use super::summary::Summary;
-use crate::backend::{Backend, BackendError, BackendFactory, Precision};
-use crate::engines::{Engine, EngineRequest, cpu_f64, finer_attempt, second_attempt, witness};
+use crate::backend::{Backend, BackendError, BackendFactory, BackendKind, Precision};
+use crate::engines::{
+    Engine, EngineRequest, cpu_f64, finer_attempt, for_second_path, second_attempt, witness,
+};
 use crate::model::{Plan, PlanOptions};
 use crate::reference::energy;
 use crate::results::{PilotChoice, ResultsError};
@@ -50,6 +53,8 @@ pub struct SweepJob<'a> {
     rows_written: Option<RowsWritten<'a>>,
     warn: Option<&'a dyn Fn(&str)>,
     spot_check: Option<SpotCheckOptions>,
+    path_check: Option<PathCheckOptions>,
+    max_failures: Option<u64>,
 }
 
 impl<'a> SweepJob<'a> {
@@ -57,6 +62,7 @@ impl<'a> SweepJob<'a> {
     pub fn new(spec: SweepSpec) -> SweepJob<'a> {
         SweepJob {
             spot_check: Some(SpotCheckOptions::of(&spec.scene)),
+            path_check: Some(PathCheckOptions::Share),
             spec,
             request: EngineRequest::any(),
             method: None,
@@ -69,6 +75,7 @@ impl<'a> SweepJob<'a> {
             progress: None,
             rows_written: None,
             warn: None,
+            max_failures: None,
         }
     }
 
@@ -133,6 +140,16 @@ impl<'a> SweepJob<'a> {
     /// How many samples are solved again by the reference; `None`: none.
     pub fn spot_check(self, options: Option<SpotCheckOptions>) -> Self {
         SweepJob { spot_check: options, ..self }
+    }
+
+    /// Which rows' paths are followed a second time, by other steps; `None`: no row's. Without a spot check there is none.
+    pub fn path_check(self, options: Option<PathCheckOptions>) -> Self {
+        SweepJob { path_check: options, ..self }
+    }
+
+    /// Samples that may fail, whatever share the sweep file allows; `None`: as it says.
+    pub fn max_failures(self, samples: Option<u64>) -> Self {
+        SweepJob { max_failures: samples, ..self }
     }
 
     /// Settles by what the sweep will be solved: as a run that the sink already holds, as asked for, or by a choice of
@@ -338,11 +355,19 @@ impl<'a> PreparedSweep<'a> {
         options.progress = job.progress;
         options.rows_written = job.rows_written;
         options.settle = engine.settles(job.spec.sample_count).then_some(&settle);
-        options.refiners = vec![&second_attempt, &trusted];
-        options.finer = Some(&finer_attempt);
+        // The reference has followed its paths twice: no other engine overrules it.
+        let is_reference = engine.kind() == BackendKind::Reference;
+        options.refiners = if is_reference { Vec::new() } else { vec![&second_attempt, &trusted] };
+        options.finer = (!is_reference).then_some(&finer_attempt);
+        let all = job.path_check == Some(PathCheckOptions::All);
+        let follower = if all { engine } else { &on_the_cpu };
+        let second_path = |plan: &Plan| follower.make(&for_second_path(plan));
+        options.second_path =
+            job.path_check.filter(|_| !is_reference).map(|rows| (&second_path as BackendFactory, rows));
         options.search = Some(branch_tools(&search));
         options.trusted = job.spot_check.is_some().then_some(&trusted as BackendFactory);
         options.spot_check = job.spot_check.unwrap_or_default();
+        options.max_failures = job.max_failures;
         options.pilot = self.pilot.clone();
         let fallback = Fallback {
             engine: &search_on_the_cpu,

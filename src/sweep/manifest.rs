@@ -46,6 +46,7 @@ pub(crate) fn manifest(
         worst_error_estimate: summary.worst_error_estimate,
         extents: reduction.extents,
         spot_check: summary.spot_check.clone(),
+        path_check: summary.path_check.clone(),
         quarantined: summary.quarantined.clone(),
         notes: spec.notes.iter().chain(&summary.notes).cloned().collect(),
     };
@@ -65,6 +66,7 @@ pub(crate) fn manifest(
         complete: !summary.interrupted,
         counts: named_counts(&reduction.counts),
         failed: summary.failed(),
+        verdict: Some(summary.verdict.clone()),
         run: Some(run),
         merged_from: Vec::new(),
         workers: Vec::new(),

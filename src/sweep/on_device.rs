@@ -32,8 +32,11 @@ pub(crate) fn run(
     let (sampler, options, solve) = (finisher.sampler, finisher.options, &finisher.times.solve);
     let recipe = sampler.recipe();
     let ranges = ranges(record, missing.chunks());
-    let selections =
-        [Some(finisher.reduction.selection()), finisher.spot_samples.as_ref().map(|chosen| chosen.selection())];
+    let selections = [
+        Some(finisher.reduction.selection()),
+        finisher.spot_samples.as_ref().map(|chosen| chosen.selection()),
+        finisher.second_paths.as_ref().map(|paths| paths.selection()),
+    ];
     let wanted = |range: Range<u64>| {
         let chosen = selections.iter().flatten().flat_map(|selection| selection.within(range.clone()));
         let mut chosen: Vec<u64> = chosen.collect();

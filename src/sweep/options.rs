@@ -2,6 +2,7 @@
 
 use super::branches::BranchTools;
 use super::check::SpotCheckOptions;
+use super::second_path::PathCheckOptions;
 use crate::backend::BackendFactory;
 use crate::results::{PilotChoice, Reduction};
 use crate::spec::{CHUNK, Shard, SolutionMethod, SweepSpec};
@@ -47,6 +48,11 @@ pub struct RunOptions<'a> {
     pub trusted: Option<BackendFactory<'a>>,
     /// How many samples the spot check takes.
     pub spot_check: SpotCheckOptions,
+    /// Follows paths from rest by other steps than the run, and which rows' paths; the spot check's backend decides where their ends
+    /// differ.
+    pub second_path: Option<(BackendFactory<'a>, PathCheckOptions)>,
+    /// Samples that may fail; `None`: as the sweep says.
+    pub max_failures: Option<u64>,
     /// How the number of steps was chosen, for the manifest.
     pub pilot: Option<PilotChoice>,
     /// What happened before, for the manifest.
@@ -96,6 +102,8 @@ impl<'a> RunOptions<'a> {
             search: None,
             trusted: None,
             spot_check: SpotCheckOptions::default(),
+            second_path: None,
+            max_failures: None,
             pilot: None,
             notes: Vec::new(),
         }

@@ -7,7 +7,9 @@ use super::error::SweepError;
 use super::options::{Progress, RunOptions};
 use super::refine::Refiners;
 use super::samples::Samples;
+use super::second_path::SecondPaths;
 use super::stages::StageTimes;
+use super::tally::Tally;
 use crate::backend::{Backend, Returned};
 use crate::model::{Batch, Plan, Quantity, Solutions};
 use crate::results::Reduction;
@@ -47,6 +49,16 @@ fn index_at(pieces: &[Piece], at: usize) -> Option<u64> {
         at -= piece.len;
     }
     None
+}
+
+/// The samples of each piece of a batch.
+fn pieces_of(pieces: &[Piece]) -> impl Iterator<Item = (Samples<'static>, &Piece)> {
+    let mut at = 0;
+    pieces.iter().map(move |piece| {
+        let first = at;
+        at += piece.len as usize;
+        (Samples::Following { places: first..at, first: piece.start }, piece)
+    })
 }
 
 /// Runs the four stages.
@@ -163,6 +175,11 @@ impl Solved<'_> {
         let first = |sample: usize| cells.partition_point(|cells| cells.sample < sample);
         first(samples.start)..first(samples.end)
     }
+
+    /// The sample of a row, as a place of the batch.
+    fn sample(&self, row: usize) -> usize {
+        self.branches.map_or(row, |cells| cells[row].sample)
+    }
 }
 
 /// The rows of every sample of a batch: its equilibria where there is any, else the one from rest.
@@ -191,6 +208,7 @@ pub(crate) struct Finisher<'a> {
     pub sampler: &'a Sampler,
     pub options: &'a RunOptions<'a>,
     pub refiners: Refiners<'a>,
+    pub second_paths: Option<SecondPaths<'a>>,
     pub search: Option<BranchSearch<'a>>,
     pub spot_samples: Option<SpotSamples>,
     pub reduction: Reduction,
@@ -208,6 +226,8 @@ pub(crate) struct Finisher<'a> {
     pub above_tolerance: u64,
     pub worst_residual: f64,
     pub worst_error_estimate: f64,
+    /// Rows that miss the tolerance, and those that failed.
+    pub tally: Tally<'a>,
     pub times: &'a StageTimes,
 }
 
@@ -223,6 +243,11 @@ impl Finisher<'_> {
             let refining = self.times.refine.enter();
             let index = |at: usize| index_at(&job.pieces, at).unwrap_or(0);
             self.refiners.refine(self.plan, self.sampler, &job.batch, &mut solutions, &index)?;
+            if let Some(second_paths) = &mut self.second_paths {
+                for (samples, _) in pieces_of(&job.pieces) {
+                    second_paths.check(self.plan, self.sampler, &samples, &mut solutions)?;
+                }
+            }
             drop(refining);
             let mut branches = None;
             if let Some(search) = &mut self.search {
@@ -237,10 +262,7 @@ impl Finisher<'_> {
                 None => (&solutions, None),
             };
             let solved = Solved { batch: &job.batch, from_rest: &solutions, rows, branches: cells };
-            let mut at = 0;
-            for piece in &job.pieces {
-                let samples = Samples::Following { places: at..at + piece.len as usize, first: piece.start };
-                at += piece.len as usize;
+            for (samples, piece) in pieces_of(&job.pieces) {
                 self.add_rows(&samples, &solved);
                 if piece.is_last {
                     let table = self.take_table();
@@ -267,6 +289,9 @@ impl Finisher<'_> {
         let Returned { indices, batch, mut solutions, counted } = returned;
         let index = |at: usize| indices.get(at).copied().unwrap_or(0);
         self.refiners.refine(self.plan, self.sampler, &batch, &mut solutions, &index)?;
+        if let Some(second_paths) = &mut self.second_paths {
+            second_paths.check(self.plan, self.sampler, &Samples::Listed(&indices), &mut solutions)?;
+        }
         drop(refining);
         let in_rows = self.times.rows.enter();
         let solved = Solved { batch: &batch, from_rest: &solutions, rows: &solutions, branches: None };
@@ -293,7 +318,13 @@ impl Finisher<'_> {
             chosen.offer(samples, solved.from_rest);
         }
         let range = solved.range(places.clone());
-        range.clone().for_each(|row| self.note(solved.rows, row));
+        for row in range.clone() {
+            self.note(solved.rows, row);
+            let (status, estimate) = (solved.rows.status(row), solved.rows.get(row, Quantity::ErrorEstimate));
+            if self.tally.concerns(status, estimate) {
+                self.tally.add(samples.index(solved.sample(row)), status, estimate);
+            }
+        }
         if self.spec.format == Format::None && self.search.is_none() {
             return self.count(samples, solved);
         }

@@ -91,7 +91,7 @@ impl<'a> Refiners<'a> {
     /// Solves failed and doubtful samples again. A success becomes `Refined`; another verdict replaces the first one, but
     /// an equilibrium is not replaced by none. A doubtful success that a second attempt does not find is no success; one that
     /// is doubtful still is solved on finer steps, and the smaller estimate counts. The second stage sees what the first left
-    /// failing, but for folds that the first certified.
+    /// failing. No stage sees a fold that was seen as a turn of the load.
     pub fn refine(
         &mut self,
         plan: &Plan,
@@ -108,8 +108,10 @@ impl<'a> Refiners<'a> {
         let mut folds = samples.those(solutions, |at| solutions.status(at) == Status::Fold);
         let mut certified = Vec::new();
         for (number, stage) in self.stages.iter_mut().enumerate() {
-            let has_failed = |at| !solutions.status(at).is_success() && certified.binary_search(&at).is_err();
-            let needs = |at| has_failed(at) || number == 0 && samples.is_doubtful(solutions, at);
+            let is_settled = |at| solutions.is_seen_fold(at) || certified.binary_search(&at).is_ok();
+            let has_failed = |at| !solutions.status(at).is_success() && !is_settled(at);
+            let is_doubtful = |at| number == 0 && !is_settled(at) && samples.is_doubtful(solutions, at);
+            let needs = |at| has_failed(at) || is_doubtful(at);
             let left = samples.those(solutions, needs);
             self.attempts += left.len() as u64;
             stage.solve(&samples, &left, |again, from, to| {
@@ -117,6 +119,13 @@ impl<'a> Refiners<'a> {
                     take_refined(solutions, to, again, from);
                     self.refined += 1;
                 } else if again.is_equilibrium(from) || !solutions.is_equilibrium(to) {
+                    solutions.copy_row(to, again, from);
+                } else if again.is_seen_fold(from) && solutions.status(to) == Status::Fold {
+                    // The equilibrium beyond the fold stays.
+                    for quantity in [Quantity::Status, Quantity::LoadFraction, Quantity::LoadFractionError] {
+                        solutions.set(to, quantity, again.get(from, quantity));
+                    }
+                } else if again.is_seen_fold(from) {
                     solutions.copy_row(to, again, from);
                 } else if solutions.status(to).is_success() {
                     solutions.set_status(to, Status::NotConverged);

@@ -14,13 +14,15 @@ use super::on_device;
 use super::options::RunOptions;
 use super::pipeline::{Finisher, join, pipeline, spawn};
 use super::refine::Refiners;
+use super::second_path::{PathCheckOptions, SecondPaths};
 use super::sink::{RowSink, RunEnd, RunHeader};
 use super::stages::StageTimes;
 use super::summary::Summary;
+use super::tally::Tally;
 use crate::backend::{Backend, BackendKind, Precision};
 use crate::model::{BLOCK, Plan};
 use crate::results::claims::Claims;
-use crate::results::{Layout, Reduction, RunRecord, SampleOrigin, SpotCheck};
+use crate::results::{Doubt, Layout, Reduction, RunRecord, SampleOrigin, SpotCheck, Verdict};
 use crate::spec::{BranchChoice, Format, SolutionMethod, SweepSpec};
 use crate::table::Table;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -71,13 +73,25 @@ pub fn run(
         method,
         shard: options.shard,
     };
-    let found = sink.open(&header, &mut |rows| reduction.add(rows))?;
-    let others = found.claims.as_ref().map(Claims::state);
     let sampler = spec.sampler();
+    let check = |trusted| spot_check(sample_count, options.spot_check, layout.single_columns(), trusted, &times.check);
+    let (mut spot_samples, checker) = options.trusted.map(check).unzip();
+    let mut tally = Tally::new(&sampler, spec.tolerance, spec.branch == BranchChoice::All);
+    let found = sink.open(&header, &mut |rows| {
+        reduction.add(rows);
+        tally.add_table(rows);
+        spot_samples.iter_mut().for_each(|chosen| chosen.offer_table(rows, plan.output_count()));
+    })?;
+    let others = found.claims.as_ref().map(Claims::state);
+    // What an earlier call has finished is checked.
+    let finished = found.finished.filter(|_| found.quarantined.is_empty());
+    let checker = checker.filter(|_| finished.is_none());
     let missing = Missing::new(&record, options.shard, &found.done);
     let (total, resumed) = (missing.samples_of_shard(), missing.samples_done());
-    let check = |trusted| spot_check(sample_count, options.spot_check, layout.single_columns(), trusted, &times.check);
-    let (spot_samples, checker) = options.trusted.map(check).unzip();
+    let second_paths = options
+        .trusted
+        .zip(options.second_path)
+        .map(|(trusted, (factory, rows))| SecondPaths::new(sample_count, rows, factory, trusted));
     let finisher = Finisher {
         spec,
         plan: &plan,
@@ -85,6 +99,7 @@ pub fn run(
         sampler: &sampler,
         options,
         refiners: Refiners::new(options),
+        second_paths,
         search,
         spot_samples,
         reduction,
@@ -99,6 +114,7 @@ pub fn run(
         above_tolerance: 0,
         worst_residual: 0.0,
         worst_error_estimate: 0.0,
+        tally,
         times: &times,
     };
     let is_given_up = AtomicBool::new(false);
@@ -122,19 +138,43 @@ pub fn run(
         if resumed > 0 {
             finisher.reduction.sort_tips();
         }
-        let spot_check = std::thread::scope(|scope| {
+        let checked = std::thread::scope(|scope| {
             let reduction = &finisher.reduction;
             if let (Some(rows_written), false) = (options.rows_written, interrupted) {
                 spawn(scope, move || rows_written(spec, reduction))?;
             }
-            let Some(checker) = checker.filter(|_| !interrupted) else { return Ok(None) };
+            let Some(checker) = checker.filter(|_| !interrupted) else { return Ok((None, Vec::new())) };
             finisher.report(true);
-            Ok::<_, SweepError>(Some(join(checker.join())?.compare(plan, sampler)))
+            let (check, doubts) = join(checker.join())?.compare(plan, sampler);
+            Ok::<_, SweepError>((Some(check), doubts))
         })?;
-        Ok::<_, SweepError>(Ran { finisher, origin, seconds, interrupted, spot_check })
+        Ok::<_, SweepError>(Ran { finisher, origin, seconds, interrupted, checked })
     })?;
     let (timings, processor) = (times.wall(), times.processor());
-    let Ran { finisher, origin, seconds, interrupted, spot_check } = ran;
+    let Ran { finisher, origin, seconds, interrupted, checked } = ran;
+    let (spot_check, doubts) = checked;
+    let earlier = found.verdict.unwrap_or_default();
+    let verdict = if finished.is_some() {
+        earlier
+    } else {
+        let is_there = |sample: u64| found.done.contains(&(sample / record.chunk));
+        let of_paths = finisher.second_paths.iter().flat_map(|paths| paths.doubts(&plan, &sampler)).collect();
+        let mut now = verdict(&finisher, options, (spot_check.as_ref(), doubts), of_paths);
+        let before = Verdict { doubts: earlier.kept(&is_there), ..Verdict::default() };
+        now = Verdict::sum([&now, &before]);
+        now
+    };
+    let path_check = finisher.second_paths.map(|paths| paths.found);
+    let (spot_check, path_check, above_tolerance, worst_residual, worst_error_estimate) =
+        match finished.and_then(|manifest| manifest.run) {
+            Some(run) => {
+                (run.spot_check, run.path_check, run.above_tolerance, run.worst_residual, run.worst_error_estimate)
+            }
+            None => {
+                let Finisher { above_tolerance, worst_residual, worst_error_estimate, .. } = finisher;
+                (spot_check, path_check, above_tolerance, worst_residual, worst_error_estimate)
+            }
+        };
     let summary = Summary {
         backend: info,
         total,
@@ -146,10 +186,12 @@ pub fn run(
         finished_run: others.as_ref().map_or(!interrupted, |others| others.finishes.load(Ordering::Relaxed)),
         attempts: finisher.refiners.attempts,
         refined: finisher.refiners.refined,
-        above_tolerance: finisher.above_tolerance,
-        worst_residual: finisher.worst_residual,
-        worst_error_estimate: finisher.worst_error_estimate,
+        above_tolerance,
+        worst_residual,
+        worst_error_estimate,
         spot_check,
+        path_check,
+        verdict,
         timings,
         processor,
         engine_timings: backend.timings(),
@@ -169,7 +211,31 @@ struct Ran<'a> {
     origin: SampleOrigin,
     seconds: f64,
     interrupted: bool,
-    spot_check: Option<SpotCheck>,
+    checked: (Option<SpotCheck>, Vec<Doubt>),
+}
+
+/// What is to be thought of the rows of this call and of the parts that it found.
+fn verdict(
+    finisher: &Finisher,
+    options: &RunOptions,
+    (check, doubts): (Option<&SpotCheck>, Vec<Doubt>),
+    of_paths: Vec<Doubt>,
+) -> Verdict {
+    let Finisher { spec, plan, reduction, tally, .. } = finisher;
+    let samples = reduction.sample_count;
+    let [missed, failures] = tally.doubts(plan, samples);
+    let asked = options.max_failures.map(|most| (most as f64 / samples.max(1) as f64).min(1.0));
+    let verdict = Verdict {
+        checked: check.map_or(0, |check| check.checked),
+        samples,
+        usable: samples.saturating_sub(reduction.failed()),
+        allow_failures: asked.or(spec.allow_failures),
+        failures,
+        doubts: doubts.into_iter().chain(missed).collect(),
+        ..Verdict::default()
+    };
+    let paths = Verdict { doubts: of_paths, ..Verdict::default() };
+    Verdict::sum([&verdict.settled(), &paths])
 }
 
 /// Solves what is missing; says where samples were made.
@@ -183,7 +249,9 @@ fn solve_parts(
 ) -> Result<SampleOrigin, SweepError> {
     let (spec, options) = (finisher.spec, finisher.options);
     let batch_size = batch_size(spec, backend);
-    let has_rows = spec.format != Format::None || spec.branch == BranchChoice::All;
+    // Samples that a device counts itself return no rows whose paths could be followed again.
+    let is_certain = options.second_path.is_some_and(|(_, rows)| rows == PathCheckOptions::All);
+    let has_rows = spec.format != Format::None || spec.branch == BranchChoice::All || is_certain;
     let origin = match has_rows {
         true => SampleOrigin::Host,
         false => on_device::run(backend, finisher, record, missing)?,

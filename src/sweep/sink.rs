@@ -8,8 +8,9 @@ use crate::results::directory::{self, TIPS_FILE, WORKSPACE_FILE, WORST_FILE};
 use crate::results::layout;
 use crate::results::merge;
 use crate::results::parts::{self, FileMetadata, Kept};
+use crate::results::verdict_files;
 use crate::results::workers::Beat;
-use crate::results::{Manifest, Reduction, Results, ResultsError, RunRecord, Store, WorkerReport, store_at};
+use crate::results::{Manifest, Reduction, Results, ResultsError, RunRecord, Store, Verdict, WorkerReport, store_at};
 use crate::spec::{Format, Shard, SolutionMethod, SweepSpec};
 use crate::table::Table;
 use crate::table::parquet::Encoder;
@@ -77,6 +78,10 @@ pub struct Found {
     pub quarantined: Vec<PathBuf>,
     /// What shares the chunks out among workers; then `done` says nothing.
     pub(crate) claims: Option<Claims>,
+    /// What earlier calls have said of the rows that are there.
+    pub(crate) verdict: Option<Verdict>,
+    /// The account of an earlier call that has finished what is asked for.
+    pub(crate) finished: Option<Box<Manifest>>,
 }
 
 /// A run that has ended.
@@ -107,6 +112,8 @@ pub struct ResultDirectory {
     engines: BTreeMap<String, u64>,
     /// Memory to encode in.
     encoder: Encoder,
+    /// Whether an earlier call has finished what is asked for, and nothing is missing.
+    is_finished: bool,
 }
 
 impl ResultDirectory {
@@ -123,6 +130,7 @@ impl ResultDirectory {
             record: None,
             engines: BTreeMap::new(),
             encoder: Encoder::default(),
+            is_finished: false,
         }
     }
 
@@ -195,6 +203,22 @@ impl RowSink for ResultDirectory {
             }
             found.done.insert(chunk);
         }
+        // A manifest that is damaged tells nothing, and is made again.
+        let manifest = Manifest::find(store.as_ref()).ok().flatten();
+        found.verdict = match run.shard {
+            Shard::WHOLE => verdict_files::find(store.as_ref()).ok().flatten(),
+            shard => verdict_files::get(store.as_ref(), &verdict_files::of_shard(shard)).ok().flatten(),
+        };
+        let is_of_this = |manifest: &Manifest| {
+            manifest.complete
+                && manifest.run_id == record.run_id
+                && manifest.run.as_ref().is_some_and(|account| account.shard == run.shard)
+        };
+        let owned = found.done.iter().filter(|chunk| run.shard.owns(**chunk));
+        let there: u64 = owned.map(|chunk| record.chunk_range(*chunk).1).sum();
+        let is_whole = there == record.samples_of(run.shard);
+        found.finished = manifest.filter(|manifest| is_whole && is_of_this(manifest)).map(Box::new);
+        self.is_finished = found.finished.is_some() && found.quarantined.is_empty();
         Ok(found)
     }
 
@@ -212,6 +236,10 @@ impl RowSink for ResultDirectory {
     fn close(&mut self, end: &RunEnd<'_>) -> Result<(), SweepError> {
         let (Some(metadata), Some(store)) = (&self.metadata, &self.store) else { return Ok(()) };
         let store = store.as_ref();
+        if self.is_finished {
+            // Nothing was solved: what is known of the rows stays as it is.
+            return Ok(());
+        }
         let RunEnd { spec, reduction, .. } = *end;
         if spec.format == Format::None && end.manifest.complete {
             // Another shard may have ended here meanwhile.
@@ -219,6 +247,8 @@ impl RowSink for ResultDirectory {
             if let Some((record, shard)) = self.record.as_ref().zip(shard) {
                 directory::check_shard(store, record, shard)?;
             }
+            let words = end.manifest.verdict().headline().unwrap_or_else(|| "sound".into());
+            let metadata = &FileMetadata { verdict: words, ..metadata.clone() };
             let kept = Kept { shard, samples: reduction.sample_count, counts: reduction.counts };
             parts::write_run_table(store, WORKSPACE_FILE, &reduction.voxel_table(), metadata, &kept)?;
             parts::write_run_table(store, TIPS_FILE, &reduction.tips, metadata, &kept)?;
@@ -226,13 +256,18 @@ impl RowSink for ResultDirectory {
         if let Some((beat, state)) = self.worker.take() {
             let text = serde_json::to_string_pretty(end.manifest).unwrap_or_default() + "\n";
             store.put(&format!("workers/{}.account.json", beat.id()), text.as_bytes())?;
+            verdict_files::put_scenes(store, spec, end.manifest.verdict.as_ref())?;
+            if let Some(verdict) = &end.manifest.verdict {
+                verdict_files::put(store, &verdict_files::of_worker(beat.id()), verdict)?;
+            }
             let found = state.found.lock().unwrap_or_else(PoisonError::into_inner).take();
             if let Some(found) = found {
                 beat.renew()?;
                 let results = Results::open(&self.dir)?;
                 let workers = results.workers()?.into_iter().map(|worker| worker.report).collect();
                 let account = merge::account(results.record(), results.spec(), &results.status_of(found));
-                Manifest { workers, ..account }.write(store)?;
+                let verdict = verdict_files::find(store)?;
+                Manifest { workers, verdict, ..account }.write(store)?;
                 Claims::done(store)?;
             }
             return Ok(());
@@ -242,12 +277,20 @@ impl RowSink for ResultDirectory {
             let scene = write_scene(&spec.sample_scene(index));
             store.put(WORST_FILE, scene.as_bytes())?;
         }
+        verdict_files::put_scenes(store, spec, end.manifest.verdict.as_ref())?;
         let mut manifest = end.manifest.clone();
         if spec.format != Format::None {
             manifest.engines = std::mem::take(&mut self.engines);
         }
-        manifest.write(store)?;
-        Ok(())
+        let shard = manifest.run.as_ref().map_or(Shard::WHOLE, |run| run.shard);
+        if shard == Shard::WHOLE || spec.format == Format::None {
+            manifest.write(store)?;
+            return Ok(verdict_files::clear(store)?);
+        }
+        // Other shards of this directory may end at this moment.
+        verdict_files::put(store, &verdict_files::of_shard(shard), &manifest.verdict())?;
+        manifest.verdict = verdict_files::find(store)?;
+        Ok(manifest.write(store)?)
     }
 }
 

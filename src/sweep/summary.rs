@@ -2,7 +2,7 @@
 
 use crate::backend::BackendInfo;
 use crate::model::Status;
-use crate::results::{Reduction, SampleOrigin, SpotCheck, Timings};
+use crate::results::{PathCheck, Reduction, SampleOrigin, SpotCheck, Timings, Verdict};
 use std::path::PathBuf;
 
 /// What came of a run.
@@ -38,6 +38,10 @@ pub struct Summary {
     pub worst_error_estimate: f64,
     /// What the spot check found; `None` where there was none.
     pub spot_check: Option<SpotCheck>,
+    /// Rows whose path from rest was followed a second time; `None` where none was.
+    pub path_check: Option<PathCheck>,
+    /// Whether the rows can be trusted, those of earlier calls included; of a run that was interrupted, so far.
+    pub verdict: Verdict,
     /// Where the time of the run went.
     pub timings: Timings,
     /// Processor seconds of the stages; the total is that of the whole process. `None`: the system does not tell.
@@ -58,6 +62,11 @@ impl Summary {
     /// Rows of a status.
     pub fn count(&self, status: Status) -> u64 {
         self.reduction.counts[status.code() as usize]
+    }
+
+    /// Whether the path of every row was followed twice.
+    pub fn is_certain(&self) -> bool {
+        self.path_check.as_ref().is_some_and(|check| check.all)
     }
 
     /// Rows whose status is no success; where every equilibrium was asked for, samples without any.

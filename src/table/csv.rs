@@ -64,7 +64,7 @@ fn push_word(text: &mut String, word: &str) {
 ///
 /// A file that cannot be read, or cells that are not of their column's kind.
 pub fn read(path: &Path, names: &[&str], like: &Table) -> Result<Table, TableError> {
-    decode(&std::fs::read_to_string(path)?, names, like)
+    decode(&crate::files::read_text(path)?, names, like)
 }
 
 /// As [`read`], of a text.

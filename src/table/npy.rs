@@ -26,7 +26,7 @@ pub struct NumberArray {
 ///
 /// A file that cannot be read, an array of another kind than numbers, more than `most` numbers.
 pub fn read_arrays(path: &Path, names: &[&str], most: u64) -> Result<Vec<NumberArray>, TableError> {
-    let file = BufReader::new(std::fs::File::open(path)?);
+    let file = BufReader::new(crate::files::open(path)?);
     let mut archive = ZipArchive::new(file).map_err(|error| damaged(FORMAT, error))?;
     let mut arrays = Vec::new();
     for name in names {

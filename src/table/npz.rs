@@ -82,7 +82,7 @@ fn array(values: &Values) -> (String, Vec<u8>) {
 ///
 /// A file that cannot be read, or lacks a column, or has another kind of values.
 pub fn read(path: &Path, names: &[&str], like: &Table) -> Result<Table, TableError> {
-    read_archive(std::io::BufReader::new(std::fs::File::open(path)?), names, like)
+    read_archive(std::io::BufReader::new(crate::files::open(path)?), names, like)
 }
 
 /// As [`read`], of an archive in memory.

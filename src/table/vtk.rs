@@ -6,6 +6,7 @@
 
 use super::triangles::codes;
 use super::{Column, Lattice, Table, TableError, Triangles, Values};
+use crate::text::xml;
 use flate2::Compression;
 use flate2::write::ZlibEncoder;
 use rayon::prelude::*;
@@ -220,7 +221,7 @@ impl File {
         if columns.iter().any(|column| !column.words.is_empty()) {
             file.line("<FieldData>");
             for column in columns.iter().filter(|column| !column.words.is_empty()) {
-                let (name, count) = (escape(column.name), column.words.len());
+                let (name, count) = (xml(column.name), column.words.len());
                 let letters = column.words.iter().flat_map(|word| word.bytes().chain([0]));
                 let letters: Vec<String> = letters.map(|letter| letter.to_string()).collect();
                 file.line(&format!(
@@ -239,7 +240,7 @@ impl File {
     }
 
     fn array(&mut self, name: &str, kind: &str, components: usize, unit: &str, data: &[u8]) {
-        let (name, offset) = (escape(name), self.appended.len());
+        let (name, offset) = (xml(name), self.appended.len());
         let start = format!(
             "<DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{components}\" format=\"appended\" \
              offset=\"{offset}\""
@@ -248,7 +249,7 @@ impl File {
             self.line(&format!("{start}/>"));
         } else {
             let key = "<InformationKey name=\"UNITS_LABEL\" location=\"vtkDataArray\">";
-            self.line(&format!("{start}>\n{key}{}</InformationKey>\n</DataArray>", escape(unit)));
+            self.line(&format!("{start}>\n{key}{}</InformationKey>\n</DataArray>", xml(unit)));
         }
         self.appended.extend_from_slice(data);
     }
@@ -261,8 +262,4 @@ impl File {
         bytes.extend_from_slice(b"\n</AppendedData>\n</VTKFile>\n");
         bytes
     }
-}
-
-fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

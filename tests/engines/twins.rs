@@ -134,7 +134,7 @@ const EXCEPTIONS: Exceptions = Exceptions {
         ("varying/index", &["rows_of", "symmetric"], "arrays in Rust"),
         ("varying/parameters", &["load_segment_source", "slot_change"], "sources are read where segments are crossed"),
         ("varying/pass", &["take_columns", "keep_columns"], "lists in Rust; the shader has one three in hand"),
-        ("varying/path", &["sum", "newton_step", "trust"], "written out in Rust"),
+        ("varying/path", &["sum", "newton_step"], "written out in Rust"),
         ("varying/path", &["start_path"], "local variables in Rust; the shader's outlast a dispatch"),
         ("varying/answer", &["balance"], "a loop in Rust, a turn each here"),
     ],

@@ -5,7 +5,7 @@ use std::fs;
 /// What each room may name, besides itself; from the bottom up, so that nothing names what stands above it.
 ///
 /// The engines `reference`, `lanes` and `gpu` are blind to each other: a shared mistake would cancel itself.
-const ROOMS: [(&str, &[&str]); 21] = [
+const ROOMS: [(&str, &[&str]); 22] = [
     ("clock", &[]),
     ("model", &["clock"]),
     ("backend", &["model"]),
@@ -14,12 +14,13 @@ const ROOMS: [(&str, &[&str]); 21] = [
     ("gpu", &["clock", "model", "backend"]),
     ("shipped", &[]),
     ("files", &[]),
-    ("report", &["model", "files"]),
-    ("table", &["clock", "model"]),
+    ("text", &[]),
+    ("report", &["model", "files", "text"]),
+    ("table", &["clock", "model", "files", "text"]),
     ("spec", &["model", "backend"]),
-    ("input", &["model", "table", "spec"]),
+    ("input", &["model", "files", "table", "spec"]),
     ("engines", &["model", "backend", "reference", "lanes", "gpu"]),
-    ("results", &["clock", "model", "backend", "files", "table", "spec", "input"]),
+    ("results", &["clock", "model", "backend", "files", "text", "table", "spec", "input"]),
     ("sweep", &["clock", "model", "backend", "reference", "table", "spec", "input", "engines", "results"]),
     (
         "study",
@@ -40,12 +41,28 @@ const ROOMS: [(&str, &[&str]); 21] = [
     ),
     ("figures", &["model", "reference", "report", "table", "spec", "results", "study"]),
     ("bench", &["*"]),
-    ("view", &["model", "reference", "report", "table", "spec", "input", "engines", "results", "study", "figures"]),
+    (
+        "view",
+        &[
+            "model",
+            "reference",
+            "files",
+            "text",
+            "report",
+            "table",
+            "spec",
+            "input",
+            "engines",
+            "results",
+            "study",
+            "figures",
+        ],
+    ),
     ("cli", &["*"]),
     ("python", &["*"]),
 ];
 /// Crates that belong to one part of the source.
-const OWNERS: [(&str, &[&str]); 31] = [
+const OWNERS: [(&str, &[&str]); 30] = [
     ("wgpu", &["src/gpu/"]),
     ("naga", &["src/gpu/"]),
     ("pollster", &["src/gpu/"]),
@@ -57,6 +74,7 @@ const OWNERS: [(&str, &[&str]); 31] = [
             "src/reference/",
             "src/study/",
             "crates/bench/src/baseline/",
+            "crates/bench/src/judge/",
             "crates/bench/src/random/",
             "crates/kernels/src/lanes/nodes/tests/",
         ],
@@ -76,7 +94,6 @@ const OWNERS: [(&str, &[&str]); 31] = [
     ("getrandom", &["crates/view/src/server/", "crates/view/src/error.rs"]),
     ("zip", &["src/table/"]),
     ("toml_edit", &["src/input/"]),
-    ("sobol", &["src/spec/"]),
     ("tiny_skia", &["src/report/"]),
     ("ab_glyph", &["src/report/"]),
     ("clap", &["crates/cli/src/"]),
@@ -88,8 +105,8 @@ const OWNERS: [(&str, &[&str]); 31] = [
     ("numpy", &["python/src/"]),
 ];
 /// Lines of a file, and of a kernel: every shader, and the files of `lanes` that have a twin among them.
-const FILE_LINES: usize = 400;
-const KERNEL_LINES: usize = 250;
+const FILE_LINES: usize = 1000;
+const KERNEL_LINES: usize = 1000;
 const LANES: &str = "crates/kernels/src/lanes/";
 const NO_KERNELS: [&str; 3] = ["mod.rs", "lane.rs", "program.rs"];
 
@@ -344,5 +361,5 @@ fn a_file_that_is_too_long_is_found() {
     assert_eq!(violations("src/sweep/run.rs", &long).len(), 1);
     assert_eq!(violations("crates/kernels/src/lanes/step.rs", &long[..KERNEL_LINES + 1]).len(), 1);
     assert_eq!(violations("shaders/step.wgsl", &long[..KERNEL_LINES + 1]).len(), 1);
-    assert!(violations("crates/kernels/src/lanes/mod.rs", &long[..KERNEL_LINES + 1]).is_empty());
+    assert!(violations("crates/kernels/src/lanes/step.rs", &long[..KERNEL_LINES]).is_empty());
 }

@@ -25,5 +25,5 @@ pub fn write_file(path: &Path, text: &str) -> Result<(), BenchError> {
 
 /// Reads a text.
 pub fn read_file(path: &Path) -> Result<String, BenchError> {
-    std::fs::read_to_string(path).map_err(|source| BenchError::Read { path: path.to_owned(), source })
+    rodsweep::files::read_text(path).map_err(|source| BenchError::Read { path: path.to_owned(), source })
 }

@@ -11,6 +11,7 @@
 //! | [`paper`] | the paper's method and those it was compared with, beside the CPU engine |
 //! | [`verify`] | every engine against the reference, on the shipped scenes, on random ones and on hard ones |
 //! | [`hard`] | hard cases, and how an answer is judged |
+//! | [`judge`] | a third judge of the branch from rest: a minimum of the energy, followed in the load |
 //! | [`baseline`] | methods of the literature in plain scalar f64 |
 //! | [`random`] | reproducible random numbers, rods and scenes |
 //!
@@ -31,6 +32,7 @@ mod bench_file;
 mod error;
 mod files;
 pub mod hard;
+pub mod judge;
 mod machine;
 pub mod measure;
 pub mod paper;

@@ -39,6 +39,9 @@ pub enum Command {
         /// Column that colours the tip cloud, for example stability.margin or coil.current.z
         #[arg(long, value_name = "COLUMN")]
         colour: Option<String>,
+        /// Go on with rows that are not to be trusted; every figure says so
+        #[arg(long)]
+        accept_distrusted: bool,
     },
     /// Put the shards of one sweep together
     Merge {
@@ -48,6 +51,9 @@ pub enum Command {
         /// Directory of the whole
         #[arg(long, value_name = "DIR")]
         out: PathBuf,
+        /// Exit with 0 although rows are not to be trusted
+        #[arg(long)]
+        accept_distrusted: bool,
     },
     /// Find the currents that drive the tip along a trajectory or to many targets
     Control(ControlArguments),
@@ -61,6 +67,8 @@ pub enum Command {
     View(super::view::ViewArguments),
     /// Make a scene of a catheter's parameter file, or a table of a play file
     Import(ImportArguments),
+    /// Print licences and notices of the program and of everything that is built into it
+    Licenses,
     /// Print a completion script for a shell
     Completions { shell: clap_complete::Shell },
 }
@@ -85,6 +93,10 @@ pub struct RunArguments {
     /// Solve by the method (engine, precision, stepper, steps) of another result directory, such as another shard's
     #[arg(long, value_name = "DIR")]
     pub method_of: Option<PathBuf>,
+    /// Follow the path from rest of every row a second time, by other steps; where two paths end apart the reference decides. Takes up to
+    /// twice the time
+    #[arg(long)]
+    pub certain: bool,
     /// Say what would be done, and do nothing
     #[arg(long)]
     pub dry_run: bool,
@@ -97,9 +109,12 @@ pub struct RunArguments {
     /// No progress and no summary
     #[arg(long)]
     pub quiet: bool,
-    /// Exit with 3 if more samples than this fail [default: any number may]
+    /// Exit with 3 if more samples than this fail [default: as the sweep's allow_failures says]
     #[arg(long, value_name = "N")]
     pub max_failures: Option<u64>,
+    /// Exit with 0 although rows are not to be trusted; what comes of them says so
+    #[arg(long)]
+    pub accept_distrusted: bool,
     /// Draw no figures
     #[arg(long)]
     pub no_figures: bool,
@@ -149,7 +164,7 @@ pub struct VerifyArguments {
     #[arg(long, conflicts_with_all = ["samples", "seed"])]
     pub hard: bool,
     /// Look for disagreement instead: so many random scenes, with every combination of terms, on the CPU engine and on
-    /// the reference
+    /// the reference; where they differ a third judge decides
     #[arg(long, value_name = "N", conflicts_with_all = ["hard", "samples"])]
     pub random: Option<u64>,
     /// Look for rows that are off by more than their estimates instead: random sweeps of so many rods, with short tapers and
@@ -157,20 +172,45 @@ pub struct VerifyArguments {
     #[arg(long, value_name = "N", conflicts_with_all = ["hard", "samples", "random"])]
     pub estimates: Option<u64>,
     /// These scenes with gradients, magnets and coils around the rod
-    #[arg(long, conflicts_with_all = ["hard", "samples"])]
+    #[arg(long, conflicts_with_all = ["hard", "samples", "designs", "limp"])]
     pub varying_fields: bool,
+    /// Catheters that people build in their place: tubes of real materials, sets of three windings, magnets
+    #[arg(long, requires = "random", conflicts_with = "limp")]
+    pub designs: bool,
+    /// Limp and taut rods in their place
+    #[arg(long, requires = "random")]
+    pub limp: bool,
+    /// Around each random scene a box of N samples, solved as a sweep
+    #[arg(long, value_name = "N", requires = "random", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    pub around: Option<u64>,
+    /// Number of the first random scene: to repeat one of them
+    #[arg(long, value_name = "K", default_value_t = 0, requires = "random")]
+    pub first: u64,
+    /// Ask the judge about every random scene, not only where engine and reference differ
+    #[arg(long, requires = "random")]
+    pub judge: bool,
+    /// Engines that solve random scenes: the CPU, or a GPU beside it
+    #[arg(long, value_enum, default_value = "cpu", requires = "random")]
+    pub backend: VerifyBackend,
     /// Random scenes beside the built-in ones
     #[arg(long, value_name = "N", default_value_t = 200)]
     pub samples: usize,
-    /// Seed of the random scenes
-    #[arg(long, default_value_t = 1)]
-    pub seed: u64,
+    /// Seed of the random scenes [default: 1, with --random a new one, which is printed]
+    #[arg(long)]
+    pub seed: Option<u64>,
     /// Print JSON
     #[arg(long)]
     pub json: bool,
     /// Where the worst sample of a row beyond its limit is written, as a scene
     #[arg(long, value_name = "DIR", default_value = ".")]
     pub out: PathBuf,
+}
+
+/// Engines of `verify --random`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum VerifyBackend {
+    Cpu,
+    Gpu,
 }
 
 #[derive(Debug, Args)]

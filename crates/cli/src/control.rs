@@ -30,7 +30,9 @@ pub fn control(arguments: &ControlArguments) -> Result<Exit, CommandError> {
     say(&run.text());
     say(&format!("results: {}", outputs.table.display()));
     if !arguments.no_figures {
-        for path in draw_control(&run, &outputs.dir)? {
+        let drawn = draw_control(&run, &outputs.dir)?;
+        drawn.left_out.iter().for_each(|note| say(&format!("note: {note}")));
+        for path in drawn {
             say(&format!("figure: {}", path.display()));
         }
     }

@@ -2,7 +2,7 @@
 
 use super::progress::duration;
 use super::share_args::StatusArguments;
-use super::{CommandError, Exit, print, say, signals};
+use super::{CommandError, Exit, print, say, signals, verdict};
 use rodsweep::model::Status;
 use rodsweep::report::count;
 use rodsweep::results::{self, DirectoryStatus, Results, Worker};
@@ -16,9 +16,19 @@ pub fn status(arguments: &StatusArguments) -> Result<Exit, CommandError> {
     if arguments.watch {
         watch(&results, Duration::from_secs(arguments.every))?;
     }
+    // A manifest that is damaged is told after all that is sound.
+    let distrust = verdict::of_results(&results, arguments.accept_distrusted);
     let (status, workers) = (results.status()?, results.workers()?);
     print(&(describe(&arguments.directory, &status) + &describe_workers(&workers, left(&status, &workers))))?;
-    Ok(if status.damaged.is_empty() { Exit::Done } else { Exit::Failed })
+    let distrust = distrust?;
+    let verdict = results.verdict()?.filter(|_| status.samples_done > 0);
+    if let Some(verdict) = verdict.filter(|verdict| verdict.sound) {
+        print(&format!("verdict: nothing speaks against the rows; {}\n", verdict.checked_sentence()))?;
+    }
+    Ok(match distrust {
+        _ if !status.damaged.is_empty() => Exit::Failed,
+        distrust => distrust.unwrap_or(Exit::Done),
+    })
 }
 
 /// A line now and then, until every part is there.
@@ -104,15 +114,16 @@ fn describe_workers(workers: &[Worker], left: Option<Duration>) -> String {
     text
 }
 
-pub fn merge(directories: &[PathBuf], out: &Path) -> Result<Exit, CommandError> {
+pub fn merge(directories: &[PathBuf], out: &Path, accept_distrusted: bool) -> Result<Exit, CommandError> {
     let status = results::merge(directories, out)?;
+    let distrust = verdict::of_results(&Results::open(out)?, accept_distrusted)?;
     say(&format!(
         "merged {} samples of {} directories into {}",
         count(status.samples_done),
         directories.len(),
         out.display()
     ));
-    Ok(Exit::Done)
+    Ok(distrust.unwrap_or(Exit::Done))
 }
 
 fn describe(directory: &Path, status: &DirectoryStatus) -> String {
@@ -143,7 +154,7 @@ fn describe(directory: &Path, status: &DirectoryStatus) -> String {
         text += &format!("damaged: {}: {reason}\n", path.display());
     }
     if !status.is_complete() && has_rows {
-        text += &format!("left: {} parts; `rodsweep run ... --resume` goes on\n", status.missing.len());
+        text += &format!("left: {} parts; `rodsweep run ... --resume` goes on\n", count(status.missing_count));
     }
     text
 }

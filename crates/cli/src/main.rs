@@ -24,6 +24,7 @@ mod signals;
 mod simulate;
 mod solve;
 mod submit;
+mod verdict;
 mod verify;
 mod view;
 mod workspace;
@@ -41,6 +42,7 @@ use rodsweep::study::sensitivity::SensitivityError;
 use rodsweep::study::workspace::WorkspaceError;
 use rodsweep::study::{ControlError, FitError};
 use rodsweep::sweep::SweepError;
+use rodsweep::text::terminal;
 use rodsweep_view::ViewError;
 use std::io::Write;
 use std::process::ExitCode;
@@ -52,6 +54,8 @@ pub(crate) enum Exit {
     Failed = 1,
     Usage = 2,
     TooManyFailures = 3,
+    /// What was found speaks against its rows.
+    Distrusted = 4,
     /// What was begun is finished; started again, it goes on.
     Unfinished = 85,
     Interrupted = 130,
@@ -91,7 +95,9 @@ pub(crate) enum CommandError {
     #[error("cannot start threads: {0}; set RAYON_NUM_THREADS to fewer, or raise the limit of processes (ulimit -u)")]
     Threads(String),
     #[error("cannot write to the standard output: {0}")]
-    Output(#[from] std::io::Error),
+    Output(std::io::Error),
+    #[error("{0}: {1}")]
+    System(&'static str, std::io::Error),
 }
 
 impl CommandError {
@@ -127,8 +133,13 @@ fn main() -> ExitCode {
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,
         Err(error) => {
-            let _ = error.print();
-            return exit_code(if error.use_stderr() { Exit::Usage } else { Exit::Done });
+            if !error.use_stderr() {
+                let _ = error.print();
+                return exit_code(Exit::Done);
+            }
+            // What was typed stands in it.
+            say(error.render().to_string().trim_end());
+            return exit_code(Exit::Usage);
         }
     };
     let result = start_threads().and_then(|()| command(arguments.command));
@@ -156,8 +167,12 @@ fn command(command: Command) -> Result<Exit, CommandError> {
         Command::Doctor => doctor::doctor(),
         Command::Status(arguments) => directory::status(&arguments),
         Command::Submit(command) => submit::submit(&command),
-        Command::Figures { directory, colour } => run::draw(&directory, colour.as_deref()),
-        Command::Merge { directories, out } => directory::merge(&directories, &out),
+        Command::Figures { directory, colour, accept_distrusted } => {
+            run::draw(&directory, colour.as_deref(), accept_distrusted)
+        }
+        Command::Merge { directories, out, accept_distrusted } => {
+            directory::merge(&directories, &out, accept_distrusted)
+        }
         Command::Control(arguments) => control::control(&arguments),
         Command::Workspace(arguments) => workspace::workspace(&arguments),
         Command::Fit(arguments) => fit::fit(&arguments),
@@ -165,6 +180,10 @@ fn command(command: Command) -> Result<Exit, CommandError> {
         Command::View(arguments) => view::view(&arguments),
         Command::Import(arguments) => import::import(&arguments),
         Command::Completions { shell } => completions(shell),
+        Command::Licenses => {
+            print(rodsweep::NOTICES)?;
+            Ok(Exit::Done)
+        }
     }
 }
 
@@ -182,13 +201,12 @@ fn completions(shell: clap_complete::Shell) -> Result<Exit, CommandError> {
 /// Writes to the standard output.
 fn print(text: &str) -> Result<(), CommandError> {
     let mut out = std::io::stdout().lock();
-    out.write_all(text.as_bytes())?;
-    Ok(out.flush()?)
+    out.write_all(terminal(text).as_bytes()).and_then(|()| out.flush()).map_err(CommandError::Output)
 }
 
 /// Writes a line to the standard error; a closed one is no reason to stop.
 fn say(line: &str) {
-    let _ = writeln!(std::io::stderr().lock(), "{line}");
+    let _ = writeln!(std::io::stderr().lock(), "{}", terminal(line));
 }
 
 /// What is odd about a scene.

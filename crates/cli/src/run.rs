@@ -2,15 +2,17 @@
 
 use super::args::{RunArguments, SensitivityArguments};
 use super::progress::{Meter, duration};
-use super::{CommandError, Exit, say, signals};
+use super::{CommandError, Exit, say, signals, verdict};
 use rodsweep::figures::RunFigures;
 use rodsweep::input::scene_notes;
 use rodsweep::model::{Plan, PlanOptions, Quantity, Status};
 use rodsweep::report::{count, engineering};
-use rodsweep::results::{AnchorAccount, BranchCounts, ErrorDistribution, Reduction, Results, SampleOrigin, Timings};
+use rodsweep::results::{
+    AnchorAccount, BranchCounts, ErrorDistribution, PathCheck, Reduction, Results, SampleOrigin, Timings,
+};
 use rodsweep::spec::{AxisSpec, BranchChoice, Distribution, Format, Method, Shard, SweepSpec};
 use rodsweep::study::workspace::with_measured_dimension;
-use rodsweep::sweep::{PreparedSweep, Progress, ResultDirectory, Summary, SweepJob};
+use rodsweep::sweep::{PathCheckOptions, PreparedSweep, Progress, ResultDirectory, Summary, SweepJob};
 
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, OnceLock, PoisonError};
@@ -44,10 +46,11 @@ pub fn run(arguments: &RunArguments) -> Result<Exit, CommandError> {
     let share = &arguments.share;
     let job = job.limit(arguments.limit).interrupt(interrupted).warn(&warn);
     let job = job.drain(signals::listen_for_drain(share.join)).mixed_methods(share.mixed_methods);
-    let job = job.part_size(arguments.part_size);
+    let job = job.part_size(arguments.part_size).max_failures(arguments.max_failures);
+    let job = if arguments.certain { job.path_check(Some(PathCheckOptions::All)) } else { job };
     let drawn = Mutex::new(None);
     let draw = |spec: &SweepSpec, rows: &Reduction| {
-        let files = figures.draw_reduction(spec, rows, &out);
+        let files = figures.drawn_reduction(spec, rows, &out);
         drawn.lock().unwrap_or_else(PoisonError::into_inner).replace(files);
     };
     // A shard's figures show what the directory holds of all shards, and a worker's what it holds of all workers.
@@ -87,14 +90,23 @@ pub fn run(arguments: &RunArguments) -> Result<Exit, CommandError> {
     if !arguments.no_figures && summary.finished_run {
         let drawn = drawn.lock().unwrap_or_else(PoisonError::into_inner).take();
         let files = match drawn {
-            Some(files) => files?,
-            None => figures.draw(&Results::open(&out)?, &out)?,
+            // Drawn before it was known what speaks against the rows, or not.
+            Some(files) if summary.verdict.sound => files?,
+            _ => figures.drawn(&Results::open(&out)?, &out)?,
         };
+        files.left_out.iter().for_each(|note| tell(&format!("note: {note}")));
         for path in files {
             tell(&format!("figure: {}", path.display()));
         }
     }
-    Ok(verdict(&summary, arguments.max_failures))
+    let all = if share.join && summary.finished_run { Results::open(&out)?.verdict()? } else { None };
+    if all.is_some_and(|verdict| !verdict.sound) && summary.verdict.sound {
+        // What other workers have found.
+        let exit = verdict::of_results(&Results::open(&out)?, arguments.accept_distrusted)?;
+        return Ok(exit.unwrap_or(Exit::Done));
+    }
+    let solved = (sweep.method(), out.as_path());
+    Ok(verdict::of_run(&summary, solved, arguments.max_failures, arguments.accept_distrusted))
 }
 
 /// Runs the sweep of a study into a directory, or goes on with it there; the exit where that ends the command.
@@ -132,46 +144,23 @@ pub fn run_for_study(
         say("interrupted; the same command goes on");
         return Ok(Some(Exit::Interrupted));
     }
-    let exit = verdict(&summary, None);
+    let solved = (sweep.method(), out);
+    let exit = verdict::of_run(&summary, solved, None, arguments.accept_distrusted);
     Ok((exit != Exit::Done).then_some(exit))
 }
 
 /// Draws the figures of a result directory again.
-pub fn draw(directory: &Path, colour: Option<&str>) -> Result<Exit, CommandError> {
-    for path in RunFigures::new().colour(colour).draw(&Results::open(directory)?, directory)? {
+pub fn draw(directory: &Path, colour: Option<&str>, accept_distrusted: bool) -> Result<Exit, CommandError> {
+    let results = Results::open(directory)?;
+    if let Some(exit) = verdict::of_results(&results, accept_distrusted)? {
+        return Ok(exit);
+    }
+    let drawn = RunFigures::new().colour(colour).drawn(&results, directory)?;
+    drawn.left_out.iter().for_each(|note| say(&format!("note: {note}")));
+    for path in drawn {
         say(&format!("figure: {}", path.display()));
     }
     Ok(Exit::Done)
-}
-
-/// Whether the rows can be trusted, and enough of them have succeeded.
-fn verdict(summary: &Summary, max_failures: Option<u64>) -> Exit {
-    let wrong = summary.spot_check.as_ref().map_or(0, |check| check.wrong);
-    if wrong > 0 {
-        say(&format!(
-            "error: spot check: {} samples are off by more than ten times the tolerance and their own error estimate; do \
-             not trust these rows, and run the sweep again with `--backend cpu`",
-            count(wrong)
-        ));
-        return Exit::Failed;
-    }
-    let unfounded = summary.spot_check.as_ref().map_or(0, |check| check.only_run);
-    if unfounded > 0 {
-        say(&format!(
-            "error: spot check: {} samples are solved here but not by the reference; do not trust these rows: they may lie \
-             beyond a fold, and others like them, too. `solve` shows such a sample with `--backend reference`{}",
-            count(unfounded),
-            example(summary)
-        ));
-        return Exit::Failed;
-    }
-    match max_failures {
-        Some(most) if summary.failed() > most => {
-            say(&format!("error: {} samples failed; --max-failures allows {most}", count(summary.failed())));
-            Exit::TooManyFailures
-        }
-        _ => Exit::Done,
-    }
 }
 
 /// By what the sweep will be solved, and why.
@@ -193,17 +182,6 @@ fn tell_method(sweep: &PreparedSweep, tell: &dyn Fn(&str)) {
     if let Some(anchors) = AnchorAccount::of(sweep.plan()) {
         tell(&format!("anchors: {}", anchors.explain()));
     }
-}
-
-/// The first sample that only the run solved, with its values.
-fn example(summary: &Summary) -> String {
-    let check = summary.spot_check.as_ref();
-    let Some((sample, values)) = check.and_then(|check| check.only_run_sample.map(|at| (at, &check.only_run_values)))
-    else {
-        return String::new();
-    };
-    let values: Vec<String> = values.iter().map(|(name, value)| format!("{name} = {value}")).collect();
-    format!("; the first is sample {sample}: {}", values.join(", "))
 }
 
 /// `results/` and the name of the sweep file.
@@ -324,6 +302,15 @@ fn print_summary(spec: &SweepSpec, summary: &Summary, out: &Path) {
     for path in &summary.quarantined {
         say(&format!("warning: a damaged part was put aside as {} and solved again", path.display()));
     }
+    if let Some(check) = &summary.path_check {
+        let PathCheck { followed, confirmed, elsewhere, past_fold, doubtful, .. } = check;
+        let which = if check.all { "every row that is called solved" } else { "a fixed choice" };
+        say(&format!(
+            "second paths: {} rows ({which}) followed from rest by other steps: {elsewhere} were another equilibrium, {past_fold} beyond a \
+             fold, {doubtful} doubtful, {confirmed} confirmed by the reference",
+            count(*followed)
+        ));
+    }
     if let Some(check) = &summary.spot_check {
         let distribution = |d: &ErrorDistribution| [d.median, d.p95, d.max].map(engineering).join(" / ");
         say(&format!(
@@ -333,18 +320,6 @@ fn print_summary(spec: &SweepSpec, summary: &Summary, out: &Path) {
             distribution(&check.rotation),
             distribution(&check.derivative)
         ));
-        if check.derivatives_beyond > 0 {
-            say(&format!(
-                "spot check: derivatives of {} samples are off by more than their `derivative_error`",
-                check.derivatives_beyond
-            ));
-        }
-        if check.only_run + check.only_trusted > 0 {
-            say(&format!(
-                "spot check: {} samples solved here but not by the reference, {} the other way round",
-                check.only_run, check.only_trusted
-            ));
-        }
     }
     say(&format!("results: {}", out.display()));
 }

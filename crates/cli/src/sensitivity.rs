@@ -1,7 +1,7 @@
 //! `rodsweep sensitivity`: which input matters, how uncertain the tip is, what to measure.
 
 use super::args::{EstimatorName, SensitivityArguments, WithName, positive_angle, positive_length};
-use super::{CommandError, Exit, print, run, say};
+use super::{CommandError, Exit, print, run, say, verdict};
 use rodsweep::figures::draw_sensitivity;
 use rodsweep::results::{Results, is_place, make_directory};
 use rodsweep::spec::SweepSpec;
@@ -14,7 +14,11 @@ pub fn sensitivity(arguments: &SensitivityArguments) -> Result<Exit, CommandErro
         }
     };
     let (job, out) = if is_place(&arguments.source) {
-        let job = with_options(SensitivityJob::of_results(Results::open(&arguments.source)?), arguments)?;
+        let results = Results::open(&arguments.source)?;
+        if let Some(exit) = verdict::of_results(&results, arguments.accept_distrusted)? {
+            return Ok(exit);
+        }
+        let job = with_options(SensitivityJob::of_results(results), arguments)?;
         (job, arguments.out.clone().unwrap_or_else(|| arguments.source.clone()))
     } else {
         let spec = SweepSpec::read(&arguments.source)?;
@@ -27,10 +31,16 @@ pub fn sensitivity(arguments: &SensitivityArguments) -> Result<Exit, CommandErro
         (job.with_results(Results::open(&out)?), out)
     };
     let found = job.run()?;
-    make_directory(&out)?;
-    let mut files = found.write(&out)?;
-    if !arguments.no_figures {
-        files.extend(draw_sensitivity(&found, &out)?);
+    let mut files = Vec::new();
+    // `--json` of results that are there reads them only, unless a place for files is named.
+    if !arguments.json || arguments.out.is_some() || !is_place(&arguments.source) {
+        make_directory(&out)?;
+        files = found.write(&out)?;
+        if !arguments.no_figures {
+            let drawn = draw_sensitivity(&found, &out)?;
+            drawn.left_out.iter().for_each(|note| tell(&format!("note: {note}")));
+            files.extend(drawn);
+        }
     }
     if arguments.json {
         print(&(serde_json::to_string_pretty(&found.to_json()).unwrap_or_default() + "\n"))?;
@@ -38,7 +48,7 @@ pub fn sensitivity(arguments: &SensitivityArguments) -> Result<Exit, CommandErro
         print(&found.text())?;
     }
     files.iter().for_each(|file| tell(&format!("written: {}", file.display())));
-    Ok(verdict(&found, arguments.max_failures))
+    Ok(judge(&found, arguments.max_failures))
 }
 
 /// What the arguments ask for.
@@ -75,7 +85,7 @@ fn with_options(job: SensitivityJob, arguments: &SensitivityArguments) -> Result
         .limit(arguments.limit))
 }
 
-fn verdict(found: &Sensitivity, max_failures: Option<u64>) -> Exit {
+fn judge(found: &Sensitivity, max_failures: Option<u64>) -> Exit {
     let failed = found.rows - found.usable;
     match max_failures {
         Some(most) if failed > most => {

@@ -52,6 +52,9 @@ pub struct SensitivityArguments {
     /// Run the first N samples of a sweep only
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     pub limit: Option<u64>,
+    /// Go on with rows that are not to be trusted; what comes of them says so
+    #[arg(long)]
+    pub accept_distrusted: bool,
     /// Exit with 3 if more rows than this fail [default: any number may]
     #[arg(long, value_name = "N")]
     pub max_failures: Option<u64>,

@@ -30,6 +30,9 @@ impl ShareArguments {
 pub struct StatusArguments {
     /// A result directory
     pub directory: PathBuf,
+    /// Exit with 0 although rows are not to be trusted
+    #[arg(long)]
+    pub accept_distrusted: bool,
     /// Tell again and again, until every part is there
     #[arg(long)]
     pub watch: bool,

@@ -4,6 +4,7 @@ use super::share_args::{KubernetesArguments, SlurmArguments, SubmitArguments, Su
 use super::{CommandError, Exit, say};
 use rodsweep::results::{is_url, make_directory, write_bytes};
 use rodsweep::spec::{Format, RESOLVED_TABLE, SweepSpec};
+use rodsweep::text::{self, quoted};
 use serde_json::{Map, Value, json};
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -51,7 +52,7 @@ pub fn submit(command: &SubmitCommand) -> Result<Exit, CommandError> {
         say(&format!("file: {}", folder.join(name).display()));
     }
     if !common.submit {
-        say(&format!("hand it in with: {}", hand_in.join(" ")));
+        say(&format!("hand it in with: {}", shell_line(&hand_in)));
         return Ok(Exit::Done);
     }
     let failed = |what: String| CommandError::Usage(format!("`{}`: {what}", hand_in.join(" ")));
@@ -62,20 +63,64 @@ pub fn submit(command: &SubmitCommand) -> Result<Exit, CommandError> {
     }
 }
 
+/// A command as a shell takes it.
+fn shell_line(words: &[String]) -> String {
+    words.iter().map(|word| text::shell_word(word)).collect::<Vec<_>>().join(" ")
+}
+
 /// A path as every node understands it.
 fn absolute(path: &Path) -> Result<String, CommandError> {
-    let path = if is_url(path) { path.to_owned() } else { std::path::absolute(path)? };
+    let gone = |error| CommandError::System("cannot tell the working directory", error);
+    let path = if is_url(path) { path.to_owned() } else { std::path::absolute(path).map_err(gone)? };
     let text = path.to_str().map(str::to_owned);
-    text.ok_or_else(|| CommandError::Usage(format!("{}: give a path that is UTF-8 text", path.display())))
+    let text =
+        text.ok_or_else(|| CommandError::Usage(format!("{}: give a path that is UTF-8 text", path.display())))?;
+    in_a_line("a path", &text)?;
+    Ok(text)
 }
 
-/// A word as a shell takes it.
-fn quoted(word: &str) -> String {
-    format!("'{}'", word.replace('\'', r"'\''"))
+/// Refuses text that would not stay in its line of a script.
+fn in_a_line(what: &str, text: &str) -> Result<(), CommandError> {
+    match text::unfit_for_a_line(text) {
+        None => Ok(()),
+        Some(c) => Err(CommandError::Usage(format!(
+            "{what} holds the control character \\u{:04x}, which no line of a script may hold: {}; give it another name",
+            c as u32,
+            text::line(text)
+        ))),
+    }
 }
 
-fn extra(common: &SubmitArguments) -> String {
-    common.run.as_ref().map_or(String::new(), |text| format!(" {text}"))
+/// An option of `sbatch` in a comment: `%` of a path is no pattern there.
+fn sbatch(name: &str, value: &str) -> Result<String, CommandError> {
+    in_a_line(&format!("`{name}`"), value)?;
+    Ok(format!("#SBATCH {name}={}\n", text::shell_word(value)))
+}
+
+/// Arguments of `run`, each a word of its own whatever it holds.
+fn extra(common: &SubmitArguments) -> Result<String, CommandError> {
+    let Some(given) = &common.run else { return Ok(String::new()) };
+    in_a_line("`--run`", given)?;
+    let words = words(given).ok_or_else(|| CommandError::Usage(format!("`--run {given}`: a quote is not closed")))?;
+    Ok(words.iter().map(|word| format!(" {}", text::shell_word(word))).collect())
+}
+
+/// Words of a command line, in quotes or not; `None`: a quote is not closed.
+fn words(text: &str) -> Option<Vec<String>> {
+    let (mut words, mut word, mut quote) = (Vec::new(), None::<String>, None);
+    for c in text.chars() {
+        match quote {
+            Some(open) if c == open => quote = None,
+            None if c == '\'' || c == '"' => {
+                quote = Some(c);
+                word.get_or_insert_default();
+            }
+            None if c.is_whitespace() => words.extend(word.take()),
+            _ => word.get_or_insert_default().push(c),
+        }
+    }
+    words.extend(word);
+    quote.is_none().then_some(words)
 }
 
 fn slurm_files(
@@ -86,25 +131,30 @@ fn slurm_files(
     let common = &arguments.common;
     let program = match &arguments.program {
         Some(program) => program.clone(),
-        None => std::env::current_exe()?,
+        None => std::env::current_exe()
+            .map_err(|error| CommandError::System("cannot tell where this program lies; give `--program`", error))?,
     };
     let (program, folder) = (quoted(&absolute(&program)?), absolute(folder)?);
     let (sweep, out) = (quoted(&absolute(&common.sweep)?), quoted(&absolute(&common.out)?));
     let options = [
-        common.gpus.map(|gpus| format!("--gpus-per-task={gpus}")),
-        common.gpus.map(|_| "--ntasks=1".to_owned()),
-        common.cpus.map(|cpus| format!("--cpus-per-task={cpus}")),
-        arguments.memory.as_ref().map(|memory| format!("--mem={memory}")),
-        arguments.time.as_ref().map(|time| format!("--time={time}")),
-        arguments.partition.as_ref().map(|partition| format!("--partition={partition}")),
-        arguments.account.as_ref().map(|account| format!("--account={account}")),
+        ("--gpus-per-task", common.gpus.map(|gpus| gpus.to_string())),
+        ("--ntasks", common.gpus.map(|_| "1".to_owned())),
+        ("--cpus-per-task", common.cpus.map(|cpus| cpus.to_string())),
+        ("--mem", arguments.memory.clone()),
+        ("--time", arguments.time.clone()),
+        ("--partition", arguments.partition.clone()),
+        ("--account", arguments.account.clone()),
     ];
-    let options: String = options.into_iter().flatten().map(|option| format!("#SBATCH {option}\n")).collect();
-    let head = |name: &str, log: &str, more: &str| {
-        format!(
-            "#!/bin/bash\n#SBATCH --job-name={name}\n#SBATCH --requeue\n#SBATCH --open-mode=append\n\
-             #SBATCH --signal=B:USR1@{GRACE}\n#SBATCH --output={folder}/{log}.log\n{more}{options}"
-        )
+    let given = options.into_iter().filter_map(|(name, value)| Some((name, value?)));
+    let options: String = given.map(|(name, value)| sbatch(name, &value)).collect::<Result<_, _>>()?;
+    let head = |name: &str, log: &str, more: &str| -> Result<String, CommandError> {
+        let job = sbatch("--job-name", name)?;
+        // `%` begins a pattern there.
+        let output = sbatch("--output", &format!("{}/{log}.log", folder.replace('%', "%%")))?;
+        Ok(format!(
+            "#!/bin/bash\n{job}#SBATCH --requeue\n#SBATCH --open-mode=append\n\
+             #SBATCH --signal=B:USR1@{GRACE}\n{output}{more}{options}"
+        ))
     };
     let work = format!(
         "# Before the time limit the worker finishes its part and ends with {UNFINISHED}; then it is queued again.\n\
@@ -112,15 +162,15 @@ fn slurm_files(
          trap 'kill -USR1 \"$worker\" 2>/dev/null' USR1 TERM\n\
          code=129\nwhile [ \"$code\" -gt 128 ]; do\n    wait \"$worker\"\n    code=$?\n\
          \x20   kill -0 \"$worker\" 2>/dev/null || {{ wait \"$worker\"; code=$?; break; }}\ndone\n",
-        extra(common)
+        extra(common)?
     );
     let again = |job: &str| format!("if [ \"$code\" -eq {UNFINISHED} ]; then\n    scontrol requeue \"{job}\"\nfi\n");
     let array = format!("#SBATCH --array=1-{}\n", common.workers);
-    let worker = head(name, "worker-%A-%a", &array)
+    let worker = head(name, "worker-%A-%a", &array)?
         + &work
         + &again("${SLURM_ARRAY_JOB_ID}_${SLURM_ARRAY_TASK_ID}")
         + "exit \"$code\"\n";
-    let finish = head(&format!("{name}-end"), "end-%j", "")
+    let finish = head(&format!("{name}-end"), "end-%j", "")?
         + "# One more worker: it solves what is left and writes the manifest, if no other has.\n"
         + &work
         + &again("$SLURM_JOB_ID")
@@ -156,7 +206,7 @@ fn kubernetes_file(arguments: &KubernetesArguments, spec: &SweepSpec, stem: &str
         files.insert(RESOLVED_TABLE.into(), table.to_csv(&spec.scene).into());
     }
     let work =
-        format!("rodsweep run /sweep/sweep.toml --out {} --join --quiet --no-figures{}", quoted(&out), extra(common));
+        format!("rodsweep run /sweep/sweep.toml --out {} --join --quiet --no-figures{}", quoted(&out), extra(common)?);
     // The shell gives way to the program, which then gets the signals.
     let worker = format!("exec {work}");
     let end = format!("{work} && exec rodsweep figures {}", quoted(&out));
@@ -194,6 +244,8 @@ fn kubernetes_file(arguments: &KubernetesArguments, spec: &SweepSpec, stem: &str
                     { "action": "Ignore", "onPodConditions": [{ "type": "DisruptionTarget", "status": "True" }] },
                     ends("Ignore", &[UNFINISHED, Exit::Interrupted as u8]),
                     ends("FailJob", &[Exit::Usage as u8]),
+                    // Once more would find the same.
+                    ends("FailIndex", &[Exit::Distrusted as u8]),
                 ] },
                 "template": { "metadata": { "labels": { "app": "rodsweep" } }, "spec": {
                     "restartPolicy": "Never", "terminationGracePeriodSeconds": GRACE,

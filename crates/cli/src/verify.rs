@@ -1,10 +1,11 @@
 //! `rodsweep verify`: every engine of this machine against the reference, or on the hard cases.
 
-use crate::args::VerifyArguments;
+use crate::args::{VerifyArguments, VerifyBackend};
 use crate::{CommandError, Exit, print, say};
 use rodsweep_bench::BenchError;
 use rodsweep_bench::random::RandomScenes;
-use rodsweep_bench::verify::{VerifyOptions, search_disagreements, search_estimates, verify_hard};
+use rodsweep_bench::verify::{SearchOptions, VerifyOptions, search_disagreements, search_estimates, verify_hard};
+use std::time::{SystemTime, UNIX_EPOCH};
 
 pub fn verify(arguments: &VerifyArguments) -> Result<Exit, CommandError> {
     if let Some(scenes) = arguments.random {
@@ -24,10 +25,23 @@ pub fn verify(arguments: &VerifyArguments) -> Result<Exit, CommandError> {
     Ok(if good && !refused { Exit::Done } else { Exit::Failed })
 }
 
-/// Random scenes with every combination of terms, on the CPU engine and on the reference.
+/// Random scenes on the engines and on the reference; where they differ a third judge decides.
 fn random(arguments: &VerifyArguments, scenes: u64) -> Result<Exit, CommandError> {
-    let kind = if arguments.varying_fields { RandomScenes::Varying } else { RandomScenes::Uniform };
-    let mut found = search_disagreements(kind, scenes, arguments.seed, &mut say)?;
+    let kind = match arguments {
+        VerifyArguments { varying_fields: true, .. } => RandomScenes::Varying,
+        VerifyArguments { designs: true, .. } => RandomScenes::Designs,
+        VerifyArguments { limp: true, .. } => RandomScenes::Limp,
+        _ => RandomScenes::Uniform,
+    };
+    let seed = arguments.seed.unwrap_or_else(seed_of_the_clock);
+    // Before anything is solved: a search that is interrupted can be repeated.
+    say(&format!("seed {seed}"));
+    let options = SearchOptions::new(kind, seed, scenes)
+        .first(arguments.first)
+        .around(arguments.around)
+        .gpu(arguments.backend == VerifyBackend::Gpu)
+        .judge_all(arguments.judge);
+    let mut found = search_disagreements(&options, &mut say)?;
     found.write_replays(&arguments.out).map_err(unwritten)?;
     print(&if arguments.json { found.json() } else { found.text() })?;
     Ok(if found.is_right() { Exit::Done } else { Exit::Failed })
@@ -36,14 +50,22 @@ fn random(arguments: &VerifyArguments, scenes: u64) -> Result<Exit, CommandError
 /// Random sweeps with short stretches, every row against the truth.
 fn estimates(arguments: &VerifyArguments, rods: u64) -> Result<Exit, CommandError> {
     let kind = if arguments.varying_fields { RandomScenes::Varying } else { RandomScenes::Uniform };
-    let found = search_estimates(kind, rods, arguments.seed, &mut say)?;
+    let seed = arguments.seed.unwrap_or_else(seed_of_the_clock);
+    say(&format!("seed {seed}"));
+    let found = search_estimates(kind, rods, seed, &mut say)?;
     print(&if arguments.json { found.json() } else { found.text() })?;
     Ok(if found.is_right() { Exit::Done } else { Exit::Failed })
 }
 
+/// Six digits or more that nobody has chosen.
+fn seed_of_the_clock() -> u64 {
+    let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    now.as_secs().wrapping_mul(1_000).wrapping_add(u64::from(now.subsec_millis())) % 1_000_000_000_000
+}
+
 /// Whether all is within its limits, and whether an engine was skipped.
 fn chain(arguments: &VerifyArguments) -> Result<(bool, bool), CommandError> {
-    let options = VerifyOptions::new().samples(arguments.samples).seed(arguments.seed);
+    let options = VerifyOptions::new().samples(arguments.samples).seed(arguments.seed.unwrap_or(1));
     let mut found = rodsweep_bench::verify::verify(&options, &mut say)?;
     found.write_replays(&arguments.out).map_err(unwritten)?;
     print(&if arguments.json { found.json() } else { found.text() })?;

@@ -1,9 +1,10 @@
 //! `rodsweep view`: a rod that follows sliders, or the map of a result directory, in the browser.
 
-use super::{CommandError, Exit, print, say, say_notes};
+use super::{CommandError, Exit, print, say, say_notes, verdict};
 use crate::signals;
 use clap::Args;
 use rodsweep::report::count;
+use rodsweep::results::{Results, is_place};
 use rodsweep_view::{Server, View, open_browser};
 use std::path::PathBuf;
 
@@ -17,12 +18,20 @@ pub struct ViewArguments {
     /// Go on when the last window has gone, until Ctrl-C
     #[arg(long)]
     pub keep: bool,
+    /// Go on with rows that are not to be trusted; the page says so
+    #[arg(long)]
+    pub accept_distrusted: bool,
     /// Write one page that needs no program and no network, instead
     #[arg(long, value_name = "FILE", conflicts_with_all = ["no_open", "keep"])]
     pub export: Option<PathBuf>,
 }
 
 pub fn view(arguments: &ViewArguments) -> Result<Exit, CommandError> {
+    if is_place(&arguments.source)
+        && let Some(exit) = verdict::of_results(&Results::open(&arguments.source)?, arguments.accept_distrusted)?
+    {
+        return Ok(exit);
+    }
     let view = View::open(&arguments.source)?;
     say_notes(view.scene());
     if let Some(path) = &arguments.export {

@@ -1,7 +1,7 @@
 //! `rodsweep workspace`: what can be reached, how surely, with what margin.
 
 use super::workspace_args::{PreferenceName, WorkspaceArguments};
-use super::{CommandError, Exit, print, say, signals};
+use super::{CommandError, Exit, print, say, signals, verdict};
 use rodsweep::figures::draw_workspace;
 use rodsweep::input::{Dimension, parse_quantity, read_trajectory};
 use rodsweep::results::{Results, is_place};
@@ -22,6 +22,11 @@ pub fn workspace(arguments: &WorkspaceArguments) -> Result<Exit, CommandError> {
         true => Some(Results::open(&arguments.source)?),
         false => None,
     };
+    if let Some(results) = &results
+        && let Some(exit) = verdict::of_results(results, arguments.accept_distrusted)?
+    {
+        return Ok(exit);
+    }
     let read;
     let spec = match &results {
         Some(results) => results.spec(),
@@ -71,7 +76,9 @@ pub fn workspace(arguments: &WorkspaceArguments) -> Result<Exit, CommandError> {
     let account = found.account();
     let mut files = found.write(&out, &account, &extras, arguments.vtk)?;
     if !arguments.no_figures {
-        files.extend(draw_workspace(&found, &extras, &convergence, &out)?);
+        let drawn = draw_workspace(&found, &extras, &convergence, &out)?;
+        drawn.left_out.iter().for_each(|note| say(&format!("note: {note}")));
+        files.extend(drawn);
     }
     if arguments.json {
         print(&found.json(&account, &extras))?;
@@ -86,12 +93,16 @@ pub fn workspace(arguments: &WorkspaceArguments) -> Result<Exit, CommandError> {
         }
         files.iter().for_each(|path| say(&format!("file: {}", path.display())));
     }
-    Ok(verdict(&found))
+    Ok(judge(&found))
 }
 
-fn verdict(found: &Workspace) -> Exit {
+fn judge(found: &Workspace) -> Exit {
     if !found.is_doubtful() {
         return Exit::Done;
+    }
+    if found.grown.reached_count() == 0 {
+        say("error: no voxel's centre is reached, so the size is not known: take smaller voxels, as the note says");
+        return Exit::TooManyFailures;
     }
     let undecided = 100.0 * found.ends.undecided_share();
     match found.check {

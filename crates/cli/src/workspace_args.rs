@@ -9,6 +9,9 @@ use std::path::PathBuf;
 pub struct WorkspaceArguments {
     /// A result directory, or a sweep file (TOML) that need not have been run
     pub source: PathBuf,
+    /// Go on with rows that are not to be trusted; what comes of them says so
+    #[arg(long)]
+    pub accept_distrusted: bool,
     /// Where files go [default: the result directory, or results/NAME-OF-THE-SWEEP-workspace]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,

@@ -5,7 +5,8 @@ use crate::ipc::{WireColumn, WireValues, stream};
 use crate::rows::{Rows, kind};
 use crate::surface::Surface;
 use rodsweep::report::{ColourMap, ColourRange};
-use rodsweep::results::{Results, WORKSPACE_FILE, read_parquet_table};
+use rodsweep::results::{Results, Verdict, WORKSPACE_FILE, read_parquet_table};
+use rodsweep::spec::BranchChoice;
 use rodsweep::table::{Column, Table, Values};
 use serde_json::{Value, json};
 
@@ -26,6 +27,7 @@ pub struct ResultMap {
     /// Distance of neighbouring voxels (m).
     voxel_edge: Option<f64>,
     results: Results,
+    verdict: Option<Verdict>,
 }
 
 impl ResultMap {
@@ -33,11 +35,12 @@ impl ResultMap {
     pub fn open(results: Results) -> Result<ResultMap, ViewError> {
         let rows = Rows::open(&results)?;
         let dir = results.directory();
-        let surface = std::fs::read(dir.join("boundary.ply")).ok().and_then(|bytes| Surface::parse(&bytes));
+        let surface = rodsweep::files::read(&dir.join("boundary.ply")).ok().and_then(|bytes| Surface::parse(&bytes));
         let voxels = read_parquet_table(&dir.join(WORKSPACE_FILE)).ok();
         let voxels = voxels.filter(|table| table.vector_columns("voxel").is_some());
         let voxel_edge = voxels.as_ref().and_then(voxel_edge);
-        Ok(ResultMap { rows, surface, voxels: voxels.as_ref().map(reached), voxel_edge, results })
+        let verdict = results.verdict()?;
+        Ok(ResultMap { verdict, rows, surface, voxels: voxels.as_ref().map(reached), voxel_edge, results })
     }
 
     /// The directory and what was swept.
@@ -73,7 +76,21 @@ impl ResultMap {
             "surface": self.surface.is_some(),
             "voxels": self.voxels.as_ref().map(words),
             "voxel": self.voxel_edge,
+            "wrong_rows": self.wrong_rows(),
         }))
+    }
+
+    /// Rows that the check of the run found wrong; none where a sample has several rows.
+    fn wrong_rows(&self) -> Vec<u64> {
+        let is_one_each = self.results.spec().branch == BranchChoice::FromRest && self.results.has_rows();
+        let seen = self.verdict.iter().flat_map(Verdict::seen);
+        if is_one_each { seen.collect() } else { Vec::new() }
+    }
+
+    /// What speaks against the rows, in a sentence and in full; `None`: nothing does.
+    pub fn distrust(&self) -> Option<(String, String)> {
+        let verdict = self.verdict.as_ref()?;
+        Some((verdict.headline()?, self.results.distrust().ok().flatten().unwrap_or_default()))
     }
 
     /// Column that colours the points at first.

@@ -60,6 +60,6 @@ impl Stills {
         }
         let path = self.files.iter().find(|(known, _)| known == name).map(|(_, path)| path);
         let path = path.ok_or_else(|| Refusal::absent(format!("no figure `{name}`")))?;
-        std::fs::read(path).map_err(|error| Refusal::failed(format!("`{name}` cannot be read: {error}")))
+        rodsweep::files::read(path).map_err(|error| Refusal::failed(format!("`{name}` cannot be read: {error}")))
     }
 }

@@ -91,6 +91,7 @@ impl View {
         let length = self.scene.total_length();
         let unit = LengthUnit::for_extent(length);
         let map = self.map.as_ref().map(ResultMap::describe).transpose()?;
+        let (distrusted, distrust) = self.map.as_ref().and_then(ResultMap::distrust).unzip();
         // Where it lies is nobody's business but the user's.
         let name = Path::new(&self.file).file_name().map(|name| name.to_string_lossy().into_owned());
         let file = if engine { self.file.clone() } else { name.unwrap_or_default() };
@@ -109,6 +110,8 @@ impl View {
             "sliders": self.sliders,
             "can_drag": !self.inputs().is_empty(),
             "map": map,
+            "distrusted": distrusted,
+            "distrust": distrust,
             "stills": self.stills.names(),
         }))
     }

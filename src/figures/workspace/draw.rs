@@ -2,11 +2,12 @@
 
 use super::sheets::write_both;
 use super::{DesignStudy, Method, MethodPoint, WorkspaceFigures, WorkspaceSummary};
+use crate::figures::files::Drawn;
 use crate::report::ReportError;
 use crate::study::workspace::{Convergence, Workspace, WorkspaceExtras};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-/// Draws everything that is known into a folder, as PNG and SVG; returns the files.
+/// Draws everything that is known into a folder, as PNG and SVG. What has nothing to draw is left out.
 ///
 /// # Errors
 ///
@@ -16,7 +17,7 @@ pub fn draw_workspace(
     extras: &WorkspaceExtras,
     convergence: &[Convergence],
     folder: &Path,
-) -> Result<Vec<PathBuf>, ReportError> {
+) -> Result<Drawn, ReportError> {
     let title = if found.scene.name.is_empty() { "Workspace".to_owned() } else { found.scene.name.clone() };
     let summary = WorkspaceSummary {
         title: title.clone(),
@@ -27,14 +28,15 @@ pub fn draw_workspace(
     };
     let lattice = found.grown.lattice;
     let table = found.voxel_table();
-    let mut files = WorkspaceFigures { table: &table, lattice, summary: &summary }.draw(folder)?;
+    let drawn = WorkspaceFigures { table: &table, lattice, summary: &summary };
+    let mut drawn = drawn.draw_marked(folder, found.mark.as_deref())?;
     if let Some(robust) = &extras.robust {
         // Voxels that only other designs reach belong to this figure alone.
         let only = WorkspaceSummary { methods: Vec::new(), size: None, ..summary.clone() };
         let table = robust.voxel_columns(found);
         for (name, figure) in (WorkspaceFigures { table: &table, lattice, summary: &only }).figures() {
             if name == "robust" {
-                files.extend(write_both(figure.as_ref(), folder, name)?);
+                write_both(&mut drawn, (name, figure.as_ref()), folder, found.mark.as_deref())?;
             }
         }
     }
@@ -53,9 +55,9 @@ pub fn draw_workspace(
                 .map(|(k, share)| (share, study.designs.iter().map(|design| design.margin[k]).collect()))
                 .collect(),
         };
-        files.extend(write_both(&figure, folder, "designs")?);
+        write_both(&mut drawn, ("designs", &figure), folder, found.mark.as_deref())?;
     }
-    Ok(files)
+    Ok(drawn)
 }
 
 fn methods(convergence: &[Convergence]) -> Vec<Method> {

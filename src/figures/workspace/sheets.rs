@@ -3,12 +3,12 @@
 use super::curves::{Convergence, at_least};
 use super::summary::{WorkspaceSummary, size_unit, words};
 use super::voxels::{CAUSES, Shown, Voxels, millimetres};
-use crate::figures::files;
+use crate::figures::files::Drawn;
 use crate::report::{
     AxisLabel, Colour, ColourScale, Figure, NamedBars, Panel, ReportError, Scale, VoxelRows, VoxelSheet, count,
 };
 use crate::table::{Lattice, Table};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Columns that colour the first figure, in order of preference: name, words, unit, factor from SI.
 const COLOURS: [(&str, &str, &str, f64); 4] = [
@@ -75,25 +75,37 @@ impl<'a> WorkspaceFigures<'a> {
         figures
     }
 
-    /// Writes every figure as PNG and SVG into a folder; returns the files.
+    /// Writes every figure as PNG and SVG into a folder. What has nothing to draw is left out.
     ///
     /// # Errors
     ///
-    /// A figure that cannot be drawn, or a file that cannot be written.
-    pub fn draw(&self, folder: &Path) -> Result<Vec<PathBuf>, ReportError> {
-        let mut files = Vec::new();
+    /// A file that cannot be written.
+    pub fn draw(&self, folder: &Path) -> Result<Drawn, ReportError> {
+        self.draw_marked(folder, None)
+    }
+
+    /// The same; every figure says what speaks against it.
+    ///
+    /// # Errors
+    ///
+    /// As [`WorkspaceFigures::draw`].
+    pub fn draw_marked(&self, folder: &Path, mark: Option<&str>) -> Result<Drawn, ReportError> {
+        let mut drawn = Drawn::default();
         for (name, figure) in self.figures() {
-            files.extend(write_both(figure.as_ref(), folder, name)?);
+            write_both(&mut drawn, (name, figure.as_ref()), folder, mark)?;
         }
-        Ok(files)
+        Ok(drawn)
     }
 }
 
-/// Writes a figure as PNG and SVG; returns the files.
-pub(super) fn write_both(figure: &dyn Figure, folder: &Path, name: &str) -> Result<[PathBuf; 2], ReportError> {
-    let paths = ["png", "svg"].map(|extension| folder.join(format!("{name}.{extension}")));
-    files::write_all(figure, &paths)?;
-    Ok(paths)
+/// Writes a figure as PNG and SVG.
+pub(super) fn write_both(
+    drawn: &mut Drawn,
+    (name, figure): (&str, &dyn Figure),
+    folder: &Path,
+    mark: Option<&str>,
+) -> Result<(), ReportError> {
+    drawn.write(figure, ["png", "svg"].map(|extension| folder.join(format!("{name}.{extension}"))), mark)
 }
 
 struct Sheets<'a> {

@@ -80,7 +80,7 @@ pub(super) fn add_nodes(s: &mut Specialisation, plan: &Plan, is_by_nodes: bool) 
         ("NODE_ROUND_OFF", path::NODE_ROUND_OFF),
         ("NODE_SMALLEST_FIRST_STEP", path::NODE_SMALLEST_FIRST_STEP),
         ("NODE_SMALLEST_STEP", path::NODE_SMALLEST_STEP),
-        ("NODE_TRUST", path::NODE_TRUST),
+        ("NODE_TRUST", plan.options.pace * path::NODE_TRUST),
         ("NODE_USUAL", path::NODE_USUAL),
     ] {
         s.constant(name, Value::Float(value));

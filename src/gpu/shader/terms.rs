@@ -93,7 +93,7 @@ pub fn specialisation(plan: &Plan, precision: Precision, form: Form) -> Speciali
     s
 }
 
-const COLUMNS: [(&str, Quantity); 12] = [
+const COLUMNS: [(&str, Quantity); 13] = [
     ("TIP_POSITION", Quantity::TipPosition),
     ("TIP_D1", Quantity::TipD1),
     ("TIP_TANGENT", Quantity::TipTangent),
@@ -104,6 +104,7 @@ const COLUMNS: [(&str, Quantity); 12] = [
     ("STABILITY_INDEX", Quantity::StabilityIndex),
     ("ITERATIONS", Quantity::Iterations),
     ("LOAD_FRACTION", Quantity::LoadFraction),
+    ("LOAD_FRACTION_ERROR", Quantity::LoadFractionError),
     ("STATUS", Quantity::Status),
     ("DERIVATIVE_ERROR", Quantity::DerivativeError),
 ];
@@ -151,18 +152,22 @@ fn add_segments(s: &mut Specialisation, plan: &Plan) {
 }
 
 /// How to follow the path, as the CPU engine does; passes are fewer where loops may not run as long.
+/// Newton's last step moves the tip by less than this, whatever the tolerance of poses: columns are not led to equilibrium.
+fn turn_limit(plan: &Plan) -> f64 {
+    if plan.derivatives.is_empty() { 1.0 } else { path::TURN_SHARE * plan.options.derivative_tolerance }
+}
+
 fn add_path(s: &mut Specialisation, plan: &Plan) {
     let numbers = [
         ("PATH_TOLERANCE", path::PATH_TOLERANCE),
         ("CONTRACTION", path::CONTRACTION),
         ("LOAD_STEP_TOLERANCE", path::LOAD_STEP_TOLERANCE),
         ("FULL_LOAD_TOLERANCE", path::FULL_LOAD_TOLERANCE),
-        ("TRUST", path::TRUST),
-        ("RAMP_TRUST", path::RAMP_TRUST),
+        ("TRUST", plan.options.pace * path::TRUST),
+        ("FINE_TRUST", path::FINE_TRUST),
         ("NEARBY", path::NEARBY),
         ("CORRECTIONS", path::CORRECTIONS),
-        ("FIRST_BEND", path::FIRST_BEND),
-        ("FIRST_UNSYMMETRIC_BEND", path::FIRST_UNSYMMETRIC_BEND),
+        ("FIRST_BEND", plan.options.pace * path::FIRST_BEND),
         ("RETREATS", path::RETREATS),
         ("NEAR_MARGIN", path::NEAR_MARGIN),
         ("WIDENING", path::WIDENING),
@@ -184,6 +189,7 @@ fn add_path(s: &mut Specialisation, plan: &Plan) {
         ("SEARCH_STEP", path::SEARCH_STEP),
         ("CHORD_TRUST", path::CHORD_TRUST),
         ("TURN_SHARE", path::TURN_SHARE),
+        ("TURN_LIMIT", turn_limit(plan)),
         ("SECOND_ORDER", path::SECOND_ORDER),
         ("SHORTEST_INTERVAL", path::SHORTEST_INTERVAL),
         ("EPSILON", s.precision.epsilon()),
@@ -222,7 +228,7 @@ pub(crate) fn pass_limit(plan: &Plan) -> f64 {
         (path::CHORD_LIMIT + 1) * pass(steps) + 2 * pass(2 * steps) + path::NEWTON_LIMIT * (pass(steps) + gathered);
     let direct = (2 + path::CORRECTIONS as usize) * pass(path_steps);
     // Each of the three paths may be the first that leads to an unstable equilibrium.
-    let fixed = rows + pass(path_steps) + 3 * attempt + direct;
+    let fixed = rows + 2 * pass(path_steps) + 3 * attempt + direct;
     // Both ramps in the first attempt, both in the second, the guarded one in the third; each pass with its index.
     let left = ITERATION_BUDGET.saturating_sub(fixed) / (2 * pass(path_steps) + 3 * pass(careful_steps));
     path::PASS_LIMIT.min(left as f64)

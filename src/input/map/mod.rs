@@ -10,6 +10,7 @@ use super::error::{InputError, Problem};
 use super::segment_file::check_name;
 use super::toml::{Reader, quoted};
 use super::units::{Dimension, parse_quantity};
+use crate::files;
 use crate::model::{FieldMap, MapGrid};
 use data::{Factors, Samples, Values};
 use std::fmt::Write;
@@ -36,7 +37,7 @@ fn field_map(reader: &Reader) -> Result<FieldMap, InputError> {
     let file = reader.string("file")?;
     let file = file.ok_or_else(|| reader.missing("file", "name the CSV, NPZ, VTK or VTI file of the samples"))?;
     let path = reader.source().file.parent().unwrap_or(Path::new("")).join(file);
-    let bytes = std::fs::read(&path).map_err(|error| {
+    let bytes = files::read(&path).map_err(|error| {
         let reason = format!("{}: {error}; the path starts from the folder of this file", path.display());
         reader.error("file", Problem::Unreadable(reason))
     })?;

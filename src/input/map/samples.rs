@@ -5,8 +5,10 @@ use super::grid::{of_axes, of_points};
 use super::{MOST_NODES, vti, vtk, wrong};
 use crate::input::InputError;
 use crate::input::number_table::{cells, csv_lines};
+use crate::input::units::LARGEST;
 use crate::input::units::{Dimension, parse_quantity};
 use crate::table::npy::{NumberArray, read_arrays};
+use std::collections::HashSet;
 use std::path::Path;
 
 const FLUX: [&str; 3] = ["Bx", "By", "Bz"];
@@ -35,10 +37,11 @@ pub(super) fn read(path: &Path, bytes: &[u8], factors: &Factors) -> Result<Sampl
         Values::FluxDensity(b) => b.iter().collect(),
         Values::Potential(potential) => vec![potential],
     };
-    if let Some(node) = all.iter().flat_map(|values| values.iter().position(|x| !x.is_finite())).next() {
+    if let Some(node) = all.iter().flat_map(|values| values.iter().position(|x| x.is_nan() || x.abs() > LARGEST)).next()
+    {
         let [nx, ny, _] = samples.lattice.counts;
         let [i, j, k] = [node % nx, node / nx % ny, node / (nx * ny)];
-        let words = format!("a value at node ({i}, {j}, {k}) is not finite: fill it, or cut the grid");
+        let words = format!("a value at node ({i}, {j}, {k}) is not finite, or beyond 1e60: fill it, or cut the grid");
         return Err(wrong(path, None, "", words));
     }
     Ok(samples)
@@ -58,6 +61,7 @@ fn of_csv(path: &Path, bytes: &[u8], factors: &Factors) -> Result<Samples, Input
     let asked = "the first line must name x, y, z and Bx, By, Bz, or x, y, z and potential";
     let (header_line, header) = lines.next().ok_or_else(|| wrong(path, None, "", asked))?;
     let mut columns: Vec<(&str, f64, Vec<f64>)> = Vec::new();
+    let mut names = HashSet::new();
     for cell in cells(header) {
         let (name, unit) = split_unit(cell);
         let dimension = match name {
@@ -72,7 +76,7 @@ fn of_csv(path: &Path, bytes: &[u8], factors: &Factors) -> Result<Samples, Input
                 ..wrong(path, Some(header_line), name, "")
             })?,
         };
-        if columns.iter().any(|(other, ..)| *other == name) {
+        if !names.insert(name) {
             return Err(wrong(
                 path,
                 Some(header_line),

@@ -37,7 +37,7 @@ const SAME_MOMENT: f64 = 1e-3;
 pub(super) fn solve(rod: &Rod, slots: &[Slot]) -> Option<Equilibrium> {
     let units = chain::units(rod);
     let full = Varying::new(rod, &units)?;
-    let path = ramp::from_rest(&full);
+    let (path, is_sure) = ramp::from_rest(&full);
     let loaded = full.loaded(path.lambda);
     let mut integrator = Extrapolation::new(TOLERANCE);
     let Ok((base, passage, passes)) = polish(&loaded, path.base, &mut integrator) else {
@@ -46,6 +46,7 @@ pub(super) fn solve(rod: &Rod, slots: &[Slot]) -> Option<Equilibrium> {
     let index = hessian::stability(&loaded, &base, &mut integrator).and_then(|found| found.index());
     let most = RESIDUAL_FACTOR * TOLERANCE * passage.growth();
     let status = match path.end {
+        _ if !is_sure => Status::Doubtful,
         End::TooNear => Status::TooNearMagnet,
         End::Outside => Status::OutsideMap,
         end => status((path.lambda, end == End::GaveUp, path.steps), (passage.residual.norm(), most), index),
@@ -179,7 +180,7 @@ fn equilibrium_at(rod: &Varying, units: &Units, base: BaseWrench) -> Option<Base
     }
     let balanced = balanced_force(rod, m_body, &mut Extrapolation::new(TOLERANCE));
     balanced.and_then(|n| polished(BaseLoad { n, m_body })).or_else(|| {
-        let path = ramp::from_rest(rod);
+        let (path, _) = ramp::from_rest(rod);
         if path.end == End::Arrived { polished(path.base) } else { None }
     })
 }

@@ -2,15 +2,16 @@
 //! step must stay on the stable branch and clear of magnets.
 
 use super::hessian::{Stability, stability};
-use super::shooting::{Passage, pass};
-use super::state::{BaseLoad, Varying};
+use super::shooting::{Passage, combined, pass_by_sections};
+use super::state::{BaseLoad, Column, Varying};
 use crate::reference::extrapolation::Extrapolation;
 use crate::reference::ramp::{
-    ARRIVED, CONTRACTION, CORRECTION, FIRST_TURN, MOST_PASSES, SMALLEST_STEP, TOLERANCE, differs_widely,
+    ALIKE, ARRIVED, CONTRACTION, CORRECTION, CORRECTION_TURN, FIRST_TURN, MOST_PASSES, QUICK, SECTIONS, SMALLEST_STEP,
+    TOLERANCE, differs_widely, twice,
 };
 use nalgebra::{Vector3, Vector6};
 
-/// The predictor may take the tip this share of the way to a magnet, in steps no smaller than `LITTLE_STEP`.
+/// The predictor may take a station this share of the way to a magnet, in steps no smaller than `LITTLE_STEP`.
 const APPROACH: f64 = 0.2;
 /// A least eigenvalue below this share of that at rest may grow or shrink so many times in a step.
 const SOFT: f64 = 0.5;
@@ -58,18 +59,31 @@ enum Refused {
     Other,
 }
 
-/// Follows the equilibrium from the unloaded rod as far as it stays stable.
-pub(super) fn from_rest(rod: &Varying) -> Path {
+/// Follows the equilibrium from the unloaded rod as far as it stays stable, and whether two paths ended alike.
+pub(super) fn from_rest(rod: &Varying) -> (Path, bool) {
+    twice(
+        None,
+        |pace| follow(rod, pace),
+        |a, b| {
+            let same_load = (a.lambda - b.lambda).abs() <= ALIKE * b.lambda && a.end == b.end;
+            let apart = (a.base.n - b.base.n).norm().max((a.base.m_body - b.base.m_body).norm());
+            same_load && (b.end != End::Arrived || apart <= ALIKE * (1.0 + b.base.norm()))
+        },
+    )
+}
+
+/// Follows it by steps and corrections of a share of the usual size.
+fn follow(rod: &Varying, pace: f64) -> Path {
     let mut path = Path { base: BaseLoad::zero(), lambda: 0.0, steps: 0, passes: 1, end: End::Fold };
     let mut integrator = Extrapolation::on_the_way(TOLERANCE);
-    let rest = correct(rod, 0.0, path.base, Vector6::zeros(), &mut integrator, &mut path.passes);
+    let rest = correct(rod, (0.0, pace), path.base, Vector6::zeros(), &mut integrator, &mut path.passes);
     let mut last = match rest {
         Ok(rest) => rest,
         Err(Refused::TooNear) => return Path { end: End::TooNear, ..path },
         Err(Refused::Outside) => return Path { end: End::Outside, ..path },
         Err(Refused::Other) => return path,
     };
-    let mut step = first_step(&last);
+    let mut step = first_step(&last, pace);
     let soft = SOFT * last.least;
     let (mut too_near, mut outside) = (false, false);
     while path.lambda < 1.0 {
@@ -78,16 +92,16 @@ pub(super) fn from_rest(rod: &Varying) -> Path {
         }
         let lambda = if path.lambda + step >= 1.0 { 1.0 } else { path.lambda + step };
         let predicted = last.tangent * (lambda - path.lambda);
-        let found = correct(rod, lambda, path.base, predicted, &mut integrator, &mut path.passes);
+        let found = correct(rod, (lambda, pace), path.base, predicted, &mut integrator, &mut path.passes);
         match found.and_then(|next| if leaps(next.least, last.least, soft) { Err(Refused::Other) } else { Ok(next) }) {
             Ok(next) => {
                 (too_near, outside) = (false, false);
                 path.steps += 1;
-                step = (step * if next.fast { 2.0 } else { 1.0 }).min(first_step(&next));
+                step = (step * if next.fast { 2.0 } else { 1.0 }).min(first_step(&next, pace));
                 if next.least < soft {
                     // As far as it takes, as things go, to half of it.
                     let slope = (last.least - next.least).abs() / (lambda - path.lambda);
-                    step = step.min((0.5 * next.least / slope).max(LITTLE_STEP));
+                    step = step.min((0.5 * next.least / slope).max(pace * LITTLE_STEP));
                 }
                 (path.base, path.lambda) = (next.base, lambda);
                 last = next;
@@ -96,7 +110,7 @@ pub(super) fn from_rest(rod: &Varying) -> Path {
                 too_near |= matches!(refused, Refused::TooNear);
                 outside |= matches!(refused, Refused::Outside);
                 step = 0.5 * (lambda - path.lambda);
-                if step < SMALLEST_STEP {
+                if step < pace * SMALLEST_STEP {
                     path.end = match (too_near, outside) {
                         (true, _) => End::TooNear,
                         (_, true) => End::Outside,
@@ -116,19 +130,19 @@ fn leaps(least: f64, last: f64, soft: f64) -> bool {
 }
 
 /// A step of the load after which a tangent still tells.
-fn first_step(at: &Step) -> f64 {
-    let moved = |of: fn(&super::state::Column) -> Vector3<f64>| -> f64 {
-        (of(&at.passage.tip.columns[6]) + at.passage.combined(of, &at.tangent)).norm()
+fn first_step(at: &Step, pace: f64) -> f64 {
+    let moved = |of: fn(&Column) -> Vector3<f64>| -> f64 {
+        at.passage.largest(|columns| (of(&columns[6]) + combined(columns, of, &at.tangent)).norm())
     };
-    let turn = FIRST_TURN / moved(|column| column.w);
+    let turn = pace * FIRST_TURN / moved(|column| column.w);
     let approach = APPROACH * at.leeway / moved(|column| column.dp);
-    turn.min(approach.max(LITTLE_STEP)).min(1.0)
+    turn.min(approach.max(pace * LITTLE_STEP)).min(1.0)
 }
 
 /// Newton's iteration from the predicted load: the stable equilibrium it contracts to.
 fn correct(
     rod: &Varying,
-    lambda: f64,
+    (lambda, pace): (f64, f64),
     base: BaseLoad,
     predicted: Vector6<f64>,
     integrator: &mut Extrapolation,
@@ -138,16 +152,18 @@ fn correct(
     let mut changes = loaded.base_changes();
     changes.push(rod.load_change(lambda));
     let mut base = base.moved(&predicted);
-    let allowed_first = CORRECTION * predicted.norm().max(SMALL_LOAD);
+    let allowed_turn = pace * CORRECTION_TURN;
+    let allowed_first = pace * CORRECTION * predicted.norm().max(SMALL_LOAD);
     let mut allowed = allowed_first;
     let mut first = None;
     loop {
-        let passage = pass(&loaded, &base, &changes, integrator).map_err(|_| Refused::Other)?;
+        let passage = pass_by_sections(&loaded, &base, &changes, SECTIONS, integrator).map_err(|_| Refused::Other)?;
         *passes += 1;
         let matrix = passage.matrix().lu();
         let step: Vector6<f64> = matrix.solve(&-passage.residual).ok_or(Refused::Other)?;
         let size = step.norm();
-        let first = *first.get_or_insert(size);
+        let turn = passage.largest(|columns| combined(columns, |column| column.w, &step).norm());
+        let share = *first.get_or_insert((size / allowed_first).max(turn / allowed_turn));
         if size <= ARRIVED * (1.0 + base.norm()) {
             *passes += 1;
             let found = stability(&loaded, &base, integrator).ok_or(Refused::Other)?;
@@ -160,17 +176,10 @@ fn correct(
             }
             let least = found.least_eigenvalue().ok_or(Refused::Other)?;
             let tangent = matrix.solve(&-passage.dresidual[6]).ok_or(Refused::Other)?;
-            return Ok(Step {
-                base: base.moved(&step),
-                tangent,
-                passage,
-                leeway,
-                least,
-                fast: first < 0.3 * allowed_first,
-            });
+            return Ok(Step { base: base.moved(&step), tangent, passage, leeway, least, fast: share < QUICK });
         }
         // Also false for NaN.
-        let contracts = size <= allowed;
+        let contracts = size <= allowed && turn <= allowed_turn;
         if !contracts {
             return Err(Refused::Other);
         }

@@ -11,6 +11,8 @@ use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 pub(super) struct Passage {
     /// At the tip.
     pub tip: State,
+    /// Columns at the end of each section of the flexible segments.
+    pub stations: Vec<Vec<Column>>,
     /// u and its columns at the start of the first flexible segment.
     pub u_first: Vector3<f64>,
     pub du_first: Vec<Vector3<f64>>,
@@ -28,7 +30,19 @@ pub(super) fn pass(
     changes: &[Change],
     integrator: &mut Extrapolation,
 ) -> Result<Passage, RunAway> {
+    pass_by_sections(rod, base, changes, 1, integrator)
+}
+
+/// [`pass`] with so many stations, equally far from each other, on each flexible segment.
+pub(super) fn pass_by_sections(
+    rod: &Varying,
+    base: &BaseLoad,
+    changes: &[Change],
+    sections: usize,
+    integrator: &mut Extrapolation,
+) -> Result<Passage, RunAway> {
     let mut state = rod.base_state(base, changes);
+    let mut stations = Vec::new();
     let mut first = None;
     let mut u_last = Vector3::zeros();
     for j in 0..rod.chain.is_flexible.len() {
@@ -36,7 +50,11 @@ pub(super) fn pass(
             let flexible = Flexible::new(rod, j, changes);
             first.get_or_insert_with(|| flexible.curvature(0.0, &state));
             let length = rod.chain.numbers.segments[j].length;
-            flexible.advance(integrator, 0.0, length, &mut state)?;
+            for section in 0..sections {
+                let [start, end] = [section, section + 1].map(|at| length * at as f64 / sections as f64);
+                flexible.advance(integrator, start, end, &mut state)?;
+                stations.push(state.columns.clone());
+            }
             flexible.lengthen(&mut state);
             u_last = flexible.curvature(length, &state).0;
         } else {
@@ -45,7 +63,7 @@ pub(super) fn pass(
     }
     let (residual, dresidual) = tip_residual(rod, changes, &state);
     let (u_first, du_first) = first.unwrap_or_default();
-    Ok(Passage { tip: state, u_first, du_first, u_last, residual, dresidual })
+    Ok(Passage { tip: state, stations, u_first, du_first, u_last, residual, dresidual })
 }
 
 fn join(n: Vector3<f64>, m: Vector3<f64>) -> Vector6<f64> {
@@ -81,10 +99,20 @@ impl Passage {
         self.tip.columns[..6].iter().map(of).fold(1.0, f64::max)
     }
 
-    /// A sum over the unknown's columns.
+    /// A sum over the unknown's columns at the tip.
     pub(super) fn combined(&self, of: impl Fn(&Column) -> Vector3<f64>, by: &Vector6<f64>) -> Vector3<f64> {
-        (0..6).map(|k| of(&self.tip.columns[k]) * by[k]).sum()
+        combined(&self.tip.columns, of, by)
     }
+
+    /// The largest of what is measured at each station and at the tip, which a rigid segment may be alone.
+    pub(super) fn largest(&self, measure: impl Fn(&[Column]) -> f64) -> f64 {
+        self.stations.iter().chain([&self.tip.columns]).map(|columns| measure(columns)).fold(0.0, f64::max)
+    }
+}
+
+/// A sum over the unknown's columns at one place.
+pub(super) fn combined(columns: &[Column], of: impl Fn(&Column) -> Vector3<f64>, by: &Vector6<f64>) -> Vector3<f64> {
+    (0..6).map(|k| of(&columns[k]) * by[k]).sum()
 }
 
 /// The force at the base that, with this moment there, makes the force at the tip that of the loads; by Newton's iteration.

@@ -60,7 +60,7 @@ impl Local {
         if let Some(what) = files::irregular(&path) {
             return Err(io(Error::other(format!("it is {what}"))));
         }
-        match File::open(&path) {
+        match files::open(&path) {
             Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),
             result => result.map(Some).map_err(io),
         }

@@ -1,8 +1,6 @@
 //! Sobol' points with the direction numbers of Joe and Kuo, Owen scrambling by hashing.
 
 use super::hash::hash;
-use sobol::Sobol;
-use sobol::params::JoeKuoD6;
 use std::sync::Arc;
 
 /// Dimensions for which direction numbers are at hand.
@@ -66,12 +64,56 @@ impl SobolNet {
     }
 }
 
+/// Direction numbers of the first dimensions.
+///
+/// # Panics
+///
+/// More than [`MAX_SOBOL_DIMENSIONS`] dimensions.
 fn sobol_directions(dimension_count: usize) -> Vec<Vec<u32>> {
-    if dimension_count <= 100 {
-        Sobol::<u32>::init_direction_vals::<u32>(dimension_count, SOBOL_BITS, &JoeKuoD6::minimal())
-    } else {
-        Sobol::<u32>::init_direction_vals::<u32>(dimension_count, SOBOL_BITS, &JoeKuoD6::standard())
+    assert!(dimension_count <= MAX_SOBOL_DIMENSIONS, "{dimension_count} dimensions; {MAX_SOBOL_DIMENSIONS} are known");
+    let first = (0..SOBOL_BITS).map(|bit| 1 << (31 - bit)).collect();
+    let others = JoeKuo { rest: JOE_KUO }.map(|(polynomial, initial)| directions_of(polynomial, &initial));
+    std::iter::once(first).chain(others).take(dimension_count).collect()
+}
+
+/// For each dimension from the second on, as 16-bit numbers: the degree s of its primitive polynomial, the polynomial's inner
+/// coefficients, s initial numbers m. By S. Joe and F. Y. Kuo (2008), `new-joe-kuo-6`; their licence is in
+/// `joe_kuo.LICENSE`.
+const JOE_KUO: &[u8] = include_bytes!("joe_kuo.bin");
+
+/// The dimensions of [`JOE_KUO`]: inner coefficients and initial numbers.
+struct JoeKuo {
+    rest: &'static [u8],
+}
+
+impl JoeKuo {
+    fn word(&mut self) -> Option<u32> {
+        let (word, rest) = self.rest.split_first_chunk::<2>()?;
+        self.rest = rest;
+        Some(u16::from_le_bytes(*word).into())
     }
+}
+
+impl Iterator for JoeKuo {
+    type Item = (u32, Vec<u32>);
+
+    fn next(&mut self) -> Option<(u32, Vec<u32>)> {
+        let (degree, polynomial) = (self.word()?, self.word()?);
+        Some((polynomial, (0..degree).map_while(|_| self.word()).collect()))
+    }
+}
+
+/// Direction numbers of a primitive polynomial x^s + a1 x^(s-1) + ... + 1, of which a1 is the highest bit of `polynomial`:
+/// v(i) = v(i-s) xor v(i-s) >> s xor the sum of ak v(i-k).
+fn directions_of(polynomial: u32, initial: &[u32]) -> Vec<u32> {
+    let degree = initial.len();
+    let mut directions: Vec<u32> = initial.iter().enumerate().map(|(bit, m)| m << (31 - bit)).collect();
+    for bit in degree..SOBOL_BITS {
+        let oldest = directions[bit - degree];
+        let inner = (1..degree).filter(|k| polynomial >> (degree - 1 - k) & 1 == 1).map(|k| directions[bit - k]);
+        directions.push(inner.fold(oldest ^ oldest >> degree, |sum, direction| sum ^ direction));
+    }
+    directions
 }
 
 /// Point `index` of one dimension, by the bits of the index (not in Gray-code order).

@@ -7,6 +7,7 @@ use crate::engines::{EngineRequest, F32_TOLERANCE, cpu_f64};
 use crate::input::{LimitsError, parse_limits};
 use crate::model::{Parameter, Plan, Scene, SegmentParameter, Stepper};
 use crate::spec::{ControlInput, Redundancy, Target, Trajectory};
+use crate::study::witness::{CheckError, Claim, WitnessCheck};
 use std::sync::Arc;
 
 /// Currents may have either sign up to this, unless something is said about them (A).
@@ -199,7 +200,7 @@ impl ControlJob {
             seconds_of_a_lone_step = median_step(&lone);
         }
         let (options, engine) = (*controller.options(), controller.engine());
-        let run = self.run(trajectory, inputs, options, results, engine);
+        let run = self.run(trajectory, inputs, options, results, engine)?;
         Ok(ControlRun { in_order: true, seconds_of_a_lone_step, ..run })
     }
 
@@ -224,7 +225,7 @@ impl ControlJob {
             fine.finish(&mut results)?;
             words += &format!(", finished on {}", fine.engine());
         }
-        Ok(self.run(trajectory, inputs, options, results, words))
+        self.run(trajectory, inputs, options, results, words)
     }
 
     fn reach_all(&self, controller: &mut Controller, targets: &[Target]) -> Result<Vec<TargetResult>, ControlError> {
@@ -244,9 +245,21 @@ impl ControlJob {
         options: ControlOptions,
         results: Vec<TargetResult>,
         engine: String,
-    ) -> ControlRun {
+    ) -> Result<ControlRun, ControlError> {
         let (scene, trajectory) = (self.scene.clone(), trajectory.clone());
-        ControlRun {
+        let driven: Vec<Vec<Parameter>> = inputs.iter().map(|input| vec![input.parameter]).collect();
+        let mut claim = |at: usize| {
+            let result = &results[at];
+            let is_one = result.from_rest && result.margin > 0.0;
+            let claim =
+                || Claim { inputs: result.inputs.clone(), tip: result.tip, error_estimate: result.error_estimate };
+            is_one.then(claim)
+        };
+        let check = WitnessCheck::of(&scene, &driven, results.len(), &mut claim).map_err(|error| match error {
+            CheckError::Plan(error) => ControlError::from(error),
+            CheckError::Backend(error) => error.into(),
+        })?;
+        Ok(ControlRun {
             scene,
             trajectory,
             inputs,
@@ -255,7 +268,8 @@ impl ControlJob {
             engine,
             in_order: false,
             seconds_of_a_lone_step: None,
-        }
+            check,
+        })
     }
 
     pub(in crate::study) fn tell(&self, event: ControlEvent) {

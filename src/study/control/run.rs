@@ -3,6 +3,7 @@
 use super::ControlOptions;
 use crate::model::{Parameter, Scene, Vector};
 use crate::spec::{ControlInput, Target, Trajectory};
+use crate::study::witness::WitnessCheck;
 
 /// How the search for one target ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -78,6 +79,7 @@ pub struct ControlRun {
     pub(super) engine: String,
     pub(super) in_order: bool,
     pub(super) seconds_of_a_lone_step: Option<f64>,
+    pub(super) check: WitnessCheck,
 }
 
 impl ControlRun {
@@ -109,6 +111,16 @@ impl ControlRun {
     /// The engine that solved, for a person.
     pub fn engine(&self) -> &str {
         &self.engine
+    }
+
+    /// What the reference says of a share of the results.
+    pub fn check(&self) -> &WitnessCheck {
+        &self.check
+    }
+
+    /// What speaks against the results; `None`: nothing that is known.
+    pub fn mark(&self) -> Option<&str> {
+        self.check.mark.as_deref()
     }
 
     /// Whether targets were followed in their order, rather than reached all at once.

@@ -93,6 +93,8 @@ impl ControlRun {
             "coordinates": controlled.map(|(name, _)| name).collect::<Vec<_>>(),
             "tolerance": self.options().tolerance,
             "engine": self.engine(),
+            "check": self.check(),
+            "distrusted": self.mark(),
             "seconds_of_a_step_alone": self.seconds_of_a_lone_step(),
             "counts": counts.into_iter().collect::<BTreeMap<_, _>>(),
             "points": self.results().iter().map(point).collect::<Vec<_>>(),

@@ -14,7 +14,8 @@ impl ControlRun {
             .map(|(outcome, number)| format!("{} {}", count(*number as u64), outcome.name()))
             .collect();
         let targets = count(self.results().len() as u64);
-        let mut lines = vec![
+        let mut lines: Vec<String> = self.mark().map(str::to_owned).into_iter().collect();
+        lines.extend([
             format!("{targets} targets on {}: {}", self.engine(), words.join(", ")),
             format!(
                 "tip error where reached: at most {} m; of the integration about {} m; least stability margin {:.3}",
@@ -22,7 +23,8 @@ impl ControlRun {
                 engineering(summary.largest_integration_error),
                 summary.least_margin
             ),
-        ];
+            self.check().sentence(),
+        ]);
         if let Some(worst) = summary.farthest_missed {
             lines.push(format!(
                 "where not reached the nearest permitted points are given; the farthest is off by {worst:.3e} m"

@@ -111,6 +111,7 @@ pub(super) fn analyse(source: &Source, options: &Options) -> Result<Sensitivity,
         margins: margins(&outputs, &pass, &kept, nominal.as_ref()),
         identification,
         notes: notes(&evidence, &asked, nominal.is_some()),
+        mark: source.mark(options)?,
     })
 }
 

@@ -42,6 +42,16 @@ pub enum SensitivityError {
         /// The input.
         input: String,
     },
+    /// An axis so narrow that round-off hides what it does.
+    #[error(
+        "`{input}` varies by less than {least:.0e} of its value, which round-off hides: give its axis a wider range"
+    )]
+    Narrow {
+        /// The input.
+        input: String,
+        /// The least width over the value.
+        least: f64,
+    },
     /// Samples on the faces of a box.
     #[error(
         "the samples lie on the faces of the box of axes and follow no law: run the sweep with [sampling] method = \"sobol\" or \"saltelli\""

@@ -11,6 +11,9 @@ use std::sync::Arc;
 /// Correlations of a table's columns up to this, and what chance makes of so few rows, count as none.
 const NO_CORRELATION: f64 = 0.05;
 
+/// Spread over the mean, below which the double nearest to a value, and the error of its equilibrium, count.
+const NARROW: f64 = 1e-9;
+
 /// What varies.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Input {
@@ -152,8 +155,18 @@ pub(super) fn inputs(spec: &SweepSpec) -> Result<Vec<Input>, SensitivityError> {
     let inputs = spec.axes.iter().enumerate().map(|(k, axis)| Input::new(axis, spec, law(k, axis)));
     let inputs: Vec<Input> = inputs.collect();
     let is_fixed = |axis: &AxisSpec| axis.distribution.standard_deviation() <= 0.0 || axis.points == 1;
-    match spec.axes.iter().position(is_fixed).filter(|_| spec.method != Method::Table) {
-        Some(fixed) => Err(SensitivityError::Fixed { input: inputs[fixed].name.clone() }),
+    if spec.method == Method::Table {
+        return Ok(inputs);
+    }
+    if let Some(fixed) = spec.axes.iter().position(is_fixed) {
+        return Err(SensitivityError::Fixed { input: inputs[fixed].name.clone() });
+    }
+    let is_narrow = |axis: &AxisSpec| {
+        let law = axis.distribution;
+        law.standard_deviation() < NARROW * law.mean().abs()
+    };
+    match spec.axes.iter().position(is_narrow) {
+        Some(narrow) => Err(SensitivityError::Narrow { input: inputs[narrow].name.clone(), least: NARROW }),
         None => Ok(inputs),
     }
 }

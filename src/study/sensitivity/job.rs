@@ -144,6 +144,12 @@ impl SensitivityJob {
         self
     }
 
+    /// What speaks against rows that are given in memory; a directory says it itself.
+    pub fn mark(mut self, mark: Option<String>) -> SensitivityJob {
+        self.options.mark = mark;
+        self
+    }
+
     /// The sweep as it was run.
     pub fn spec(&self) -> &SweepSpec {
         self.source.spec()

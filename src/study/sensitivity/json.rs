@@ -40,6 +40,7 @@ impl Sensitivity {
             "convergence": self.convergence_json(),
             "identification": self.identification.as_ref().map_or(Value::Null, identification),
             "notes": self.notes,
+            "distrusted": self.mark,
         })
     }
 

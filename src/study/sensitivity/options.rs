@@ -46,6 +46,8 @@ pub(super) struct Options {
     pub minimum_margin: f64,
     /// Only the first samples.
     pub limit: Option<u64>,
+    /// What speaks against the rows.
+    pub mark: Option<String>,
 }
 
 impl Default for Options {
@@ -63,6 +65,7 @@ impl Default for Options {
             tangent_noise: None,
             minimum_margin: 0.3,
             limit: None,
+            mark: None,
         }
     }
 }

@@ -286,6 +286,8 @@ pub struct Sensitivity {
     pub identification: Option<Identification>,
     /// What the reader should know.
     pub notes: Vec<String>,
+    /// What speaks against the rows; `None`: nothing that is known.
+    pub mark: Option<String>,
 }
 
 impl Order {

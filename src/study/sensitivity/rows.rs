@@ -1,6 +1,7 @@
 //! Rows as a study reads them: part by part, by column, usable or not.
 
 use super::inputs::Input;
+use super::options::Options;
 use super::outputs::Scalar;
 use super::shapes::Shapes;
 use crate::model::{Status, Vector};
@@ -52,6 +53,14 @@ pub(super) struct Reading<'a> {
 }
 
 impl Source {
+    /// What speaks against the rows: as their directory says, or whoever gave them.
+    pub fn mark(&self, options: &Options) -> Result<Option<String>, ResultsError> {
+        match (&options.mark, self) {
+            (None, Source::Directory(results)) => Ok(results.verdict()?.and_then(|verdict| verdict.headline())),
+            (mark, _) => Ok(mark.clone()),
+        }
+    }
+
     pub fn spec(&self) -> &SweepSpec {
         match self {
             Source::Directory(results) => results.spec(),

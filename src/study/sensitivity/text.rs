@@ -7,7 +7,8 @@ use crate::report::{TextTable, count};
 impl Sensitivity {
     /// Indices, bounds, spreads, failures and what else the reader should know.
     pub fn text(&self) -> String {
-        let mut text = format!(
+        let mut text = self.mark.as_ref().map_or(String::new(), |mark| format!("{mark}\n"));
+        text += &format!(
             "{} of {} rows ({}), intervals of {} %\n",
             count(self.usable),
             count(self.rows),

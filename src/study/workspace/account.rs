@@ -4,6 +4,7 @@ use super::measures::{Ends, Estimate, boundary_area, centroid, components, exten
 use super::pose::PoseRank;
 use super::workspace::Workspace;
 use crate::model::Vector;
+use crate::study::witness::WitnessCheck;
 use serde::Serialize;
 
 /// Margins whose share of the size is told.
@@ -85,6 +86,11 @@ pub struct WorkspaceAccount {
     pub scene: String,
     /// What the user should know.
     pub notes: Vec<String>,
+    /// What the reference says of a share of the voxels.
+    pub check_by_reference: WitnessCheck,
+    /// What speaks against the rows that it began from, or against it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub distrusted: Option<String>,
     /// Of the program.
     pub version: &'static str,
 }
@@ -203,6 +209,8 @@ impl Workspace {
             method: self.method.to_string(),
             scene: self.scene.name.clone(),
             notes: self.notes.clone(),
+            check_by_reference: self.check_by_reference.clone(),
+            distrusted: self.mark.clone(),
             version: env!("CARGO_PKG_VERSION"),
         }
     }
@@ -230,7 +238,8 @@ impl WorkspaceAccount {
 
     /// For a person: a few lines.
     pub fn text(&self) -> String {
-        let mut lines = vec![format!("the tip's workspace is a {}", self.kind)];
+        let mut lines: Vec<String> = self.distrusted.iter().cloned().collect();
+        lines.push(format!("the tip's workspace is a {}", self.kind));
         let sizes =
             [("volume", self.volume, 1e6, "cm³"), ("area", self.area, 1e4, "cm²"), ("length", self.length, 1e3, "mm")];
         for (name, size, factor, unit) in sizes.into_iter().filter_map(|(n, s, f, u)| s.map(|s| (n, s, f, u))) {
@@ -289,6 +298,7 @@ impl WorkspaceAccount {
         if let Some((_, median)) = self.compliance.iter().find(|(share, _)| *share == 0.5) {
             lines.push(format!("largest compliance, median: {median:.2} mm/mN"));
         }
+        lines.push(self.check_by_reference.sentence());
         lines.push(format!("{} equilibria on {}", crate::report::count(self.solves), self.engine));
         lines.join("\n")
     }

@@ -69,13 +69,18 @@ impl WorkspaceJob<'_> {
     ///
     /// As [`WorkspaceJob::run`].
     pub fn convergence(&self, nominal: &Workspace) -> Result<Vec<Convergence>, WorkspaceError> {
-        let Some(size) = nominal.size() else { return Ok(Vec::new()) };
+        // Coarser voxels show no more than these, which show nothing.
+        let size = nominal.size().filter(|_| nominal.grown.reached_count() > 0);
+        let Some(size) = size else { return Ok(Vec::new()) };
         let grown = "centres reached";
         let edge = nominal.grown.lattice.spacing;
         let mut rows = Vec::new();
         for factor in [8.0, 4.0, 2.0] {
             let lattice = Lattice { spacing: factor * edge, ..nominal.grown.lattice };
             let found = self.of_design(nominal, nominal.scene.clone(), lattice)?;
+            if found.grown.reached_count() == 0 {
+                continue;
+            }
             let estimate = found.size().unwrap_or(size);
             rows.push(Convergence { method: grown, edge: Some(lattice.spacing), solves: found.solves, size: estimate });
         }

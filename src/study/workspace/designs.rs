@@ -155,6 +155,9 @@ impl WorkspaceJob<'_> {
             let remedy = "add [[uncertain]] blocks with parameter and relative, such as \"10 %\"";
             return Err(WorkspaceError::Designs(format!("nothing is said to be uncertain: {remedy}")));
         }
+        if designs == 0 {
+            return Err(WorkspaceError::Designs("0 designs tell nothing: give at least one".into()));
+        }
         let net = SobolNet::new(uncertain.len(), self.seed);
         let (mut all, mut counts) = (Vec::new(), CellMap::<u32>::default());
         let mut sizes: CellMap<f64> = CellMap::default();

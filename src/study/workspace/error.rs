@@ -72,7 +72,7 @@ pub enum WorkspaceError {
         fits: f64,
     },
     /// An edge that is no length.
-    #[error("a voxel of {0} m is no length: give one greater than zero")]
+    #[error("a voxel of {0} m is no length: give one from 1e-12 m to 1e60 m")]
     Voxel(f64),
     /// A margin that no equilibrium has.
     #[error("a minimum margin of {0} makes no sense: give a number from 0 to below 1")]

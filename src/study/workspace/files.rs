@@ -146,6 +146,7 @@ impl Workspace {
             ("rodsweep.scene", self.scene.name.clone()),
             ("rodsweep.engine", self.engine.clone()),
             ("rodsweep.voxel", format!("{:e}", self.grown.lattice.spacing)),
+            ("rodsweep.verdict", self.mark.clone().unwrap_or_else(|| "sound".into())),
         ];
         let mut written = Vec::new();
         let mut table = |name: &str, table: &Table| -> Result<(), ResultsError> {

@@ -10,13 +10,15 @@ use super::measures::Ends;
 use super::pose::PoseRank;
 use super::seeds::{Rows, count_tips, coverage, net_points};
 use super::stage::WorkspaceStage;
+use super::tip_map::{TipMap, padded};
 use super::voxel_values::{Cause, VoxelValues};
 use super::work::{MeasureOptions, Measured, Work};
 use super::workspace::{Check, Workspace};
 use crate::engines::EngineRequest;
-use crate::model::Scene;
+use crate::model::{Parameter, Scene};
 use crate::results::Results;
 use crate::spec::SweepSpec;
+use crate::study::witness::{CheckError, Claim, WitnessCheck};
 use crate::table::Lattice;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -24,8 +26,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 const SEEDS: u64 = 32_768;
 /// Cells within reach of the rod, at most.
 const MOST_CELLS: f64 = 5e7;
-/// Voxels that a body takes to be measured to a few per cent.
-const FEW_VOXELS: f64 = 1000.0;
 
 #[derive(Clone, Copy)]
 pub(super) enum Origin<'a> {
@@ -230,8 +230,7 @@ impl<'a> WorkspaceJob<'a> {
     ) -> Result<Workspace, WorkspaceError> {
         let Measured { dimension, grown, surface, volume, area, length, check, seen, seed_count, notes: more } = found;
         let scene = self.rod_scene();
-        let mut notes = [notes, more].concat();
-        notes.extend(too_coarse(&grown, check.as_ref()));
+        let notes = [notes, more].concat();
         self.tell(WorkspaceStage::Voxels(grown.reached_count()));
         let values = match self.with_values {
             true => VoxelValues::of(&grown, map, &seen, &counts)?,
@@ -243,7 +242,14 @@ impl<'a> WorkspaceJob<'a> {
             true => Some(PoseRank::of(map, &grown, &scene, self.length)?),
             false => None,
         };
+        let check_by_reference = match self.with_values && !self.any_stable {
+            true => self.check_by_reference(&grown, &inputs, &scene, map)?,
+            false => WitnessCheck::default(),
+        };
+        let mark = self.mark()?.or_else(|| check_by_reference.mark.clone());
+        let notes = notes.into_iter().chain(too_coarse(&grown, dimension.rank, check.as_ref())).collect();
         Ok(Workspace {
+            check_by_reference,
             pose,
             dimension,
             volume,
@@ -260,6 +266,7 @@ impl<'a> WorkspaceJob<'a> {
             any_stable: self.any_stable,
             is_painted: self.fast,
             seed: self.seed,
+            mark,
             scene,
             inputs,
             counts,
@@ -272,8 +279,53 @@ impl<'a> WorkspaceJob<'a> {
         })
     }
 
+    /// What the reference says of a share of the voxels.
+    fn check_by_reference(
+        &self,
+        grown: &Grown,
+        inputs: &[WorkspaceInput],
+        scene: &Scene,
+        map: &mut EngineMap,
+    ) -> Result<WitnessCheck, WorkspaceError> {
+        let places: Vec<usize> = grown.reached().collect();
+        let driven: Vec<Vec<Parameter>> =
+            inputs.iter().flat_map(|input| input.parameters.iter().map(|one| vec![*one])).collect();
+        let mut failed = None;
+        let mut claim = |at: usize| {
+            let scaled = padded(grown.inputs_of(places[at]));
+            let tip = match map.solve_from_rest(&[scaled]) {
+                Ok(tips) => tips.first().copied().filter(|tip| tip.usable)?,
+                Err(error) => {
+                    failed = Some(error);
+                    return None;
+                }
+            };
+            let values = inputs.iter().zip(scaled).flat_map(|(input, t)| {
+                let value = input.value(t);
+                input.rates.iter().map(move |rate| rate * value)
+            });
+            Some(Claim { inputs: values.collect(), tip: tip.position, error_estimate: 0.0 })
+        };
+        let check = WitnessCheck::of(scene, &driven, places.len(), &mut claim);
+        if let Some(error) = failed {
+            return Err(error.into());
+        }
+        check.map_err(|error| match error {
+            CheckError::Plan(error) => error.into(),
+            CheckError::Backend(error) => error.into(),
+        })
+    }
+
+    /// What speaks against the rows.
+    fn mark(&self) -> Result<Option<String>, WorkspaceError> {
+        match self.origin {
+            Origin::Rows(results) => Ok(results.verdict()?.and_then(|verdict| verdict.headline())),
+            Origin::Sweep(_) => Ok(None),
+        }
+    }
+
     fn check_options(&self) -> Result<(), WorkspaceError> {
-        if !(self.voxel > 0.0 && self.voxel.is_finite()) {
+        if !(1e-12..=1e60).contains(&self.voxel) {
             return Err(WorkspaceError::Voxel(self.voxel));
         }
         if !(0.0..1.0).contains(&self.minimum_margin) {
@@ -321,15 +373,18 @@ impl<'a> WorkspaceJob<'a> {
     }
 }
 
-/// What to say of a body of which no voxel's centre is reached: how small voxels should be, by the independent value if there is
-/// one.
-fn too_coarse(grown: &Grown, check: Option<&Check>) -> Option<String> {
-    if grown.dimension < 3 || grown.reached_count() > 0 {
+/// A sentence where no centre is reached although samples count.
+fn too_coarse(grown: &Grown, rank: usize, check: Option<&Check>) -> Option<String> {
+    if grown.reached_count() > 0 || rank == 0 {
         return None;
     }
     let edge = grown.lattice.spacing;
-    let size = check.map_or(0.0, |check| check.by_change_of_variables.value);
-    let finer = if size > 0.0 { (size / FEW_VOXELS).cbrt().min(0.5 * edge) } else { 0.25 * edge };
-    let [edge, finer] = [edge, finer].map(|edge| format!("{:.3} mm", 1e3 * edge));
-    Some(format!("no centre of a voxel of {edge} is reached: voxels are too coarse; take --voxel \"{finer}\""))
+    let volume = check.map(|check| check.by_change_of_variables.value).filter(|volume| *volume > 0.0);
+    // A thousand voxels of a body tell its size to some per cent.
+    let finer = volume.map_or(0.25 * edge, |volume| 0.1 * volume.powf(1.0 / rank.min(3) as f64)).min(0.25 * edge);
+    Some(format!(
+        "voxels too coarse: none of their centres is reached; take voxels of at most {:.3} mm (`--voxel {:.3}mm`)",
+        1e3 * finer,
+        1e3 * finer
+    ))
 }

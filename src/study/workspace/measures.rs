@@ -16,8 +16,6 @@ const RIM_VARIANCE: f64 = 0.1;
 /// Student's quantile for eight values.
 const STUDENT_95: f64 = 2.364_624;
 const NORMAL_95: f64 = 1.959_963_985;
-/// With a probability of 5 % none of so many expected centres is reached, where each is by chance (Poisson).
-const NONE_95: f64 = 2.995_732_274;
 
 /// A number with its interval of 95 %; bounds that are not known are NaN.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -99,8 +97,6 @@ pub(super) fn boundary_area(grown: &Grown) -> f64 {
 
 /// Volume of a body by counted centres (m³): the error is that of a lattice; what is undecided may be part of it.
 ///
-/// Where none is reached the interval is that of a body of which no centre is hit by chance.
-///
 /// The variance is about 0.145 h⁴ S. That of a body with thin parts may be larger: it shows in how far the eight lattices of twice the spacing that make up this one differ, whose variance is sixteen times as large.
 pub(super) fn volume(grown: &Grown, ends: &Ends) -> Estimate {
     let edge = grown.lattice.spacing;
@@ -115,9 +111,10 @@ pub(super) fn volume(grown: &Grown, ends: &Ends) -> Estimate {
     let variance = counts.iter().map(|count| (count - mean).powi(2)).sum::<f64>() / 7.0;
     let by_parts = STUDENT_95 * 8.0 * cell * variance.sqrt() / 4.0;
     let smooth = NORMAL_95 * (LATTICE_VARIANCE * edge.powi(4) * boundary_area(grown)).sqrt();
-    let unseen = if ends.reached == 0 { NONE_95 * cell } else { 0.0 };
-    let error = smooth.max(by_parts).max(unseen);
-    Estimate { value, low: (value - error).max(0.0), high: value + error + cell * ends.stuck as f64 }
+    let error = smooth.max(by_parts);
+    // Where no centre is reached, all that was looked at may be.
+    let unseen = if ends.reached == 0 { cell * grown.voxels.len() as f64 } else { cell * ends.stuck as f64 };
+    Estimate { value, low: (value - error).max(0.0), high: value + error + unseen }
 }
 
 /// Area of a surface (m²) or length of a curve (m), by sections of voxels.

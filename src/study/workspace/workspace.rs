@@ -10,6 +10,7 @@ use super::pose::PoseRank;
 use super::voxel_values::{Cause, VoxelValues};
 use crate::model::Scene;
 use crate::spec::SolutionMethod;
+use crate::study::witness::WitnessCheck;
 
 /// Values that differ by more than so many of their errors disagree.
 const ERRORS: f64 = 3.0;
@@ -80,6 +81,10 @@ pub struct Workspace {
     pub inputs: Vec<WorkspaceInput>,
     /// Rows in each voxel.
     pub counts: CellMap<u32>,
+    /// What speaks against the rows that it began from; `None`: nothing that is known.
+    pub mark: Option<String>,
+    /// What the reference says of a share of its voxels.
+    pub check_by_reference: WitnessCheck,
     /// Its voxels.
     pub grown: Grown,
     /// Of a thin body: its middle.
@@ -102,7 +107,8 @@ impl Workspace {
 
     /// Whether the independent value disagrees, or too much is undecided.
     pub fn is_doubtful(&self) -> bool {
-        self.check.is_some_and(|check| !check.agrees) || self.ends.undecided_share() > MOST_UNDECIDED
+        let is_unseen = self.dimension.rank > 0 && self.grown.reached_count() == 0;
+        is_unseen || self.check.is_some_and(|check| !check.agrees) || self.ends.undecided_share() > MOST_UNDECIDED
     }
 
     /// How often a point is reached by the family of the check, on average.

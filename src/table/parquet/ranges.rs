@@ -1,6 +1,7 @@
 //! A Parquet file of which only some ranges are in memory.
 
 use super::thrift;
+use crate::files;
 use bytes::Bytes;
 use parquet::errors::ParquetError;
 use parquet::file::reader::{ChunkReader, Length};
@@ -36,7 +37,7 @@ pub(super) struct LocalFile {
 
 impl LocalFile {
     pub fn open(path: &Path) -> std::io::Result<LocalFile> {
-        let file = File::open(path)?;
+        let file = files::open(path)?;
         let size = file.metadata()?.len();
         Ok(LocalFile { file, size })
     }

@@ -23,7 +23,7 @@ pub struct Reader {
 }
 
 /// Every reader.
-pub const READERS: [Reader; 11] = [
+pub const READERS: [Reader; 14] = [
     Reader { name: "scene", read: scene, seeds: || shipped(&["sweeps/scenes"], "toml") },
     Reader { name: "sweep", read: sweep, seeds: || shipped(&["sweeps", "sweeps/bench"], "toml") },
     Reader { name: "trajectory", read: trajectory, seeds: || shipped(&["sweeps/trajectories"], "toml") },
@@ -39,7 +39,13 @@ pub const READERS: [Reader; 11] = [
     Reader { name: "run", read: run, seeds: || vec![whole_run()[0].1.clone()] },
     Reader { name: "manifest", read: manifest, seeds: || vec![whole_run()[2].1.clone()] },
     Reader { name: "part", read: part, seeds: parts },
+    Reader { name: "verdict", read: verdict, seeds: verdicts },
+    Reader { name: "names", read: names, seeds: || vec![HOSTILE.into(), b"sweep\ntouch x\n#.toml".into()] },
+    Reader { name: "map", read: map, seeds: maps },
 ];
+
+/// What terminals, shells and readers of XML obey.
+const HOSTILE: &[u8] = "\u{1b}[31mred\u{7} \u{202e}\u{2028}\u{1}<b>&\"'$(x)`y`;# %j \\".as_bytes();
 
 /// A folder for files that readers open by name.
 pub struct Place(tempfile::TempDir);
@@ -228,4 +234,57 @@ fn manifest(place: &Place, bytes: &[u8]) {
 
 fn part(place: &Place, bytes: &[u8]) {
     read_results(run_with(place, "part-0000000000.parquet", bytes));
+}
+
+fn verdicts() -> Vec<Vec<u8>> {
+    let doubt = r#"{"kind":"rows-elsewhere","samples":2,"of":9,"how_far":0.1,"statuses":{"ok":2},"inputs":[{"name":
+        "coil.current.x","unit":"A","from":-1,"to":null}],"worst":3,"worst_values":[["coil.current.x",0.1]],"seen":[3,5]}"#;
+    let text = format!(
+        r#"{{"sound":false,"checked":9,"samples":20,"usable":20,"failures":null,"doubts":[{doubt},{}]}}"#,
+        doubt.replace("rows-elsewhere", "tolerance-missed")
+    );
+    vec![text.into(), br#"{"sound":true,"checked":0,"samples":0,"usable":0,"failures":null,"doubts":[]}"#.into()]
+}
+
+/// A verdict of a shard, as it lies beside the results.
+fn verdict(place: &Place, bytes: &[u8]) {
+    let folder = run_with(place, "", &[]);
+    fs::create_dir_all(folder.join("verdicts")).expect("a folder");
+    fs::write(folder.join("verdicts/1-of-2.json"), bytes).expect("a file");
+    if let Ok(results) = Results::open(folder) {
+        let told = results.distrust();
+        let sound = results.verdict().map(|verdict| verdict.is_none_or(|verdict| verdict.sound));
+        assert_eq!(matches!(told, Ok(None)), matches!(sound, Ok(true)), "what is not sound says why");
+    }
+}
+
+/// Names on their way to a terminal, a page and a shell.
+fn names(_: &Place, bytes: &[u8]) {
+    use rodsweep::text::{line, quoted, shell_word, terminal, xml};
+    let text = text(bytes);
+    assert!(terminal(text).chars().all(|c| !c.is_control() || c == '\n' || c == '\t'));
+    assert!(!line(text).contains(['\n', '\t', '\r']));
+    assert!(!xml(text).contains(['<', '>', '"', '\'', '\u{1}', '\u{1b}']));
+    for word in [quoted(text), shell_word(text)] {
+        // Outside quotes nothing is left that a shell obeys.
+        let outside: String = word.replace(r"'\''", "").split('\'').step_by(2).collect();
+        assert!(outside.chars().all(|c| c.is_ascii_alphanumeric() || "/._-+=:,@%".contains(c)), "{word}");
+    }
+}
+
+fn maps() -> Vec<Vec<u8>> {
+    let mut text = String::from("x,y,z,Bx,By,Bz\n");
+    for node in 0..64 {
+        let [i, j, k] = [node % 4, node / 4 % 4, node / 16].map(|n| 0.01 * f64::from(n));
+        text += &format!("{i},{j},{k},0,{},1\n", 1.0 - i);
+    }
+    vec![text.replace("Bx,By,Bz", "potential,By,Bz").into(), text.into()]
+}
+
+/// A field map of a scene.
+fn map(place: &Place, bytes: &[u8]) {
+    place.file("map.csv", bytes);
+    let scene = "[[field_map]]\nname = \"map\"\nfile = \"map.csv\"\n[[segment]]\nname = \"tube\"\nkind = \"flexible\"\n\
+                 length = 0.1\nstiffness = { bending = 1e-5, torsion = 1e-5 }\n";
+    let _ = parse_scene(&place.0.path().join("scene.toml"), scene);
 }

@@ -1,29 +1,65 @@
-//! The random scenes again, in fields that vary in space.
+//! Kinds of random scenes; those of every combination of terms again, in fields that vary in space.
 
 use super::any_scene::{FIELD, any_scene};
+use super::boxes::around;
+use super::designs::design;
+use super::limp::limp_scene;
 use super::numbers::Random;
 use rodsweep::model::{CoilArray, CoilLoad, FieldSources, MU0_OVER_4PI, Magnet, MagnetBody, Scene, UnitDipole, Vector};
 use rodsweep::model::{DEFAULT_CLEARANCE, rotation_matrix};
+use rodsweep::spec::AxisSpec;
 
 /// Which random scenes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RandomScenes {
-    /// Their field is uniform.
+    /// Every combination of terms in a uniform field.
     Uniform,
     /// Gradients, magnets and coils around the rod are added to it.
     Varying,
+    /// Catheters that people build: tubes of real materials, sets of three windings, magnets.
+    Designs,
+    /// Rods that are limp under their weight or taut under a pull.
+    Limp,
 }
 
 impl RandomScenes {
+    /// All kinds.
+    pub const ALL: [RandomScenes; 4] =
+        [RandomScenes::Uniform, RandomScenes::Varying, RandomScenes::Designs, RandomScenes::Limp];
+
     /// Scene `number` of the scenes of `seed`: it depends on these alone.
     pub fn scene(self, seed: u64, number: u64) -> Scene {
-        let mut scene = any_scene(seed, number);
-        if self == RandomScenes::Varying {
-            // Numbers next to each other share no random numbers.
-            let mut random = Random(seed ^ number.wrapping_mul(0x9fb2_1c65_1e98_df25));
-            scene.sources = sources(&scene, &mut random);
+        match self {
+            RandomScenes::Uniform => any_scene(seed, number),
+            RandomScenes::Varying => {
+                let mut scene = any_scene(seed, number);
+                // Numbers next to each other share no random numbers.
+                let mut random = Random(seed ^ number.wrapping_mul(0x9fb2_1c65_1e98_df25));
+                scene.sources = sources(&scene, &mut random);
+                scene
+            }
+            RandomScenes::Designs => design(seed, number).scene,
+            RandomScenes::Limp => limp_scene(seed, number),
         }
-        scene
+    }
+
+    /// A box of inputs around scene `number`: the currents or the magnet of a design, some of its numbers otherwise. It depends
+    /// on seed and number alone.
+    pub fn inputs(self, seed: u64, number: u64) -> Vec<AxisSpec> {
+        match self {
+            RandomScenes::Designs => design(seed, number).axes,
+            _ => around(&self.scene(seed, number), &mut Random(seed ^ number.wrapping_mul(0xe703_7ed1_a0b4_28db))),
+        }
+    }
+
+    /// The option of `verify` that asks for it; empty for the usual one.
+    pub fn option(self) -> &'static str {
+        match self {
+            RandomScenes::Uniform => "",
+            RandomScenes::Varying => "--varying-fields",
+            RandomScenes::Designs => "--designs",
+            RandomScenes::Limp => "--limp",
+        }
     }
 }
 

@@ -2,7 +2,10 @@
 
 mod any_field;
 mod any_scene;
+mod boxes;
 mod chains;
+mod designs;
+mod limp;
 mod numbers;
 mod rods;
 

@@ -1,159 +1,129 @@
-//! Looks for random scenes, every combination of terms among them, on which the CPU engine and the reference disagree.
+//! Looks for random scenes on which engines and the reference disagree, and says who was wrong.
 
-use super::verdicts::{Difference, Mismatch, Verdicts, judge};
+use super::answer::{Blame, Difference};
+use super::around::judge_box;
+use super::search::{Contender, SearchOptions};
+use super::verdicts::{Mismatch, Verdicts, judge_scenes};
 use crate::error::BenchError;
-use crate::random::RandomScenes;
-use rodsweep::backend::Precision;
 use rodsweep::input::write_scene;
-use rodsweep::model::{Quantity, Solutions};
-use rodsweep::report::{TextTable, engineering};
-use serde_json::json;
 use std::path::{Path, PathBuf};
 
-const PRECISIONS: [Precision; 2] = [Precision::F64, Precision::F32];
 /// Scenes that are solved before what came of them is looked at.
 const ROUND: u64 = 1024;
 const SAY_EACH: u64 = 16 * ROUND;
-/// Scenes of a precision that are named and written, the worst first.
-const MOST_NAMED: usize = 20;
+const SAY_EACH_BOX: u64 = 64;
+/// Scenes of an engine that are named and written, the worst first.
+pub(super) const MOST_NAMED: usize = 20;
 
 /// What came of a search.
 pub struct Disagreements {
-    kind: RandomScenes,
-    seed: u64,
-    scenes: u64,
-    verdicts: [Verdicts; 2],
-    /// Where the worst scenes were written: precision, number, path.
-    replays: Vec<(Precision, u64, PathBuf)>,
+    pub(super) options: SearchOptions,
+    pub(super) contenders: Vec<Contender>,
+    pub(super) verdicts: Vec<Verdicts>,
+    /// Boxes that had nothing to vary.
+    pub(super) skipped: u64,
+    /// Where the worst scenes were written: engine, scene, sample of its box, path.
+    pub(super) replays: Vec<(usize, u64, Option<u64>, PathBuf)>,
 }
 
-/// Solves `scenes` random scenes of a seed on the CPU engine in f64 and f32, as `run` does, and on the reference.
+/// Solves random scenes of a seed, or boxes around them, on the engines that are asked for, as `run` does, and on the
+/// reference. Where they differ the third judge is asked.
 ///
 /// # Errors
 ///
 /// An engine that fails as a whole.
 pub fn search_disagreements(
-    kind: RandomScenes,
-    scenes: u64,
-    seed: u64,
+    options: &SearchOptions,
     progress: &mut dyn FnMut(&str),
 ) -> Result<Disagreements, BenchError> {
-    let mut verdicts = PRECISIONS.map(|_| Verdicts::default());
-    for start in (0..scenes).step_by(ROUND as usize) {
-        let end = scenes.min(start + ROUND);
-        judge((kind, seed), start..end, &PRECISIONS, &mut verdicts)?;
-        if end.is_multiple_of(SAY_EACH) {
-            progress(&format!("{end} scenes of {scenes}"));
+    let contenders = options.contenders();
+    let mut verdicts: Vec<Verdicts> = contenders.iter().map(|_| Verdicts::default()).collect();
+    let mut skipped = 0;
+    let last = options.first.saturating_add(options.scenes);
+    let (mut at, step) = (options.first, if options.around.is_some() { 1 } else { ROUND });
+    while at < last {
+        let end = last.min(at + step);
+        match options.around {
+            Some(_) => skipped += u64::from(!judge_box(options, at, &contenders, &mut verdicts)?),
+            None => judge_scenes(options, at..end, &contenders, &mut verdicts)?,
+        }
+        at = end;
+        let done = at - options.first;
+        let say_each = if options.around.is_some() { SAY_EACH_BOX } else { SAY_EACH };
+        if done.is_multiple_of(say_each) {
+            let wrong: usize = verdicts.iter().map(failures).sum();
+            progress(&format!("{done} scenes of {}; {wrong} answers that are or may be wrong", options.scenes));
         }
     }
     for verdicts in &mut verdicts {
         verdicts.mismatches.sort_by(|a, b| badness(b).total_cmp(&badness(a)));
     }
-    Ok(Disagreements { kind, seed, scenes, verdicts, replays: Vec::new() })
+    Ok(Disagreements { options: *options, contenders, verdicts, skipped, replays: Vec::new() })
 }
 
-/// What is solved here alone is worst, the surer the worse; then tips apart; then what is not solved here.
+/// Answers of an engine that are wrong, or may be.
+fn failures(verdicts: &Verdicts) -> usize {
+    verdicts.count(|mismatch| mismatch.blame.is_failure())
+}
+
+/// A wrong engine is worst, then what is not decided; of these what is solved here alone, the surer the worse; then tips apart;
+/// then what is not solved here.
 fn badness(mismatch: &Mismatch) -> f64 {
-    match mismatch.difference {
-        Difference::OnlyHere => 2e3 + mismatch.found.get(0, Quantity::StabilityMargin).clamp(0.0, 1e3),
-        Difference::Apart(apart) if apart.is_finite() => 1e3 + apart.min(1e2),
-        Difference::Apart(_) => 1.9e3,
-        Difference::OnlyReference => mismatch.expected.get(0, Quantity::StabilityMargin).clamp(0.0, 1e2),
-    }
+    let by_blame = match mismatch.blame {
+        Blame::Engine | Blame::Both | Blame::Estimate => 1e5,
+        Blame::Undecided => 5e4,
+        Blame::Reference => 2e4,
+        Blame::Unsolved => 0.0,
+    };
+    by_blame
+        + match mismatch.difference {
+            Difference::OnlyHere | Difference::Judged => 2e3 + mismatch.found.margin.clamp(0.0, 1e3),
+            Difference::Apart(apart) if apart.is_finite() => 1e3 + apart.min(1e2),
+            Difference::Apart(_) => 1.9e3,
+            Difference::OnlyReference => mismatch.expected.margin.clamp(0.0, 1e2),
+        }
 }
 
 impl Disagreements {
-    /// Whether nothing is solved by the engine alone, no tips are apart, and no fold is none.
+    /// Whether no answer of an engine is wrong, or may be: nothing is solved past a fold or on another branch, and no fold is none.
+    /// A wrong reference and an answer that is missing are no fault of the kind.
     pub fn is_right(&self) -> bool {
-        self.verdicts.iter().all(|verdicts| verdicts.only_here() + verdicts.apart() + verdicts.false_folds() == 0)
+        self.verdicts.iter().all(|verdicts| failures(verdicts) == 0)
     }
 
-    /// Writes the worst scenes into a folder, for `solve`.
+    /// Writes the worst scenes into a folder, for `solve`, and the sweeps of boxes beside them, for `run`.
     ///
     /// # Errors
     ///
     /// A folder or file that cannot be written.
     pub fn write_replays(&mut self, folder: &Path) -> Result<(), BenchError> {
-        for (verdicts, precision) in self.verdicts.iter().zip(PRECISIONS) {
+        for (engine, verdicts) in self.verdicts.iter().enumerate() {
             for mismatch in verdicts.mismatches.iter().take(MOST_NAMED) {
-                let path = folder.join(format!("random-{}-{}.toml", self.seed, mismatch.number));
-                let text = write_scene(&self.kind.scene(self.seed, mismatch.number));
-                let written = std::fs::create_dir_all(folder).and_then(|()| std::fs::write(&path, text));
-                written.map_err(|source| BenchError::Write { path: path.clone(), source })?;
-                self.replays.push((precision, mismatch.number, path));
+                let kind = self.options.kind.option().trim_start_matches('-');
+                let kind = if kind.is_empty() { "random" } else { kind };
+                let box_of = format!("{kind}-{}-{}", self.options.seed, mismatch.number);
+                let name = mismatch.sample.map_or(box_of.clone(), |sample| format!("{box_of}-{sample}"));
+                let path = folder.join(format!("{name}.toml"));
+                write(&path, &write_scene(&mismatch.scene))?;
+                if let Some(sweep) = &mismatch.sweep {
+                    write(&folder.join(format!("{box_of}.sweep.toml")), sweep)?;
+                }
+                self.replays.push((engine, mismatch.number, mismatch.sample, path));
             }
         }
         Ok(())
     }
 
-    /// A table of counts, and a line for each of the worst scenes.
-    pub fn text(&self) -> String {
-        let heads = ["engine", "both solve", "neither", "only here", "only reference", "false folds", "tips apart"];
-        let mut table = TextTable::new(heads);
-        let mut lines = String::new();
-        for (verdicts, precision) in self.verdicts.iter().zip(PRECISIONS) {
-            let Verdicts { both, neither, .. } = verdicts;
-            let [only_here, only_reference] = [verdicts.only_here(), verdicts.only_reference()];
-            let counts = [*both, *neither, only_here, only_reference, verdicts.false_folds(), verdicts.apart()];
-            table.row(std::iter::once(format!("cpu {precision}")).chain(counts.map(|count| count.to_string())));
-            for mismatch in verdicts.mismatches.iter().take(MOST_NAMED) {
-                let is_this =
-                    |replay: &&(Precision, u64, PathBuf)| (replay.0, replay.1) == (precision, mismatch.number);
-                let replay = self.replays.iter().find(is_this);
-                let replay = replay.map_or(String::new(), |(.., path)| format!("; replay: {}", path.display()));
-                lines += &format!("cpu {precision}, {}{replay}\n", describe(mismatch));
-            }
-        }
-        format!("{table}\n{lines}")
-    }
-
-    /// The same for a program.
-    pub fn json(&self) -> String {
-        let mismatch = |mismatch: &Mismatch| {
-            json!({
-                "scene": mismatch.number,
-                "status": mismatch.found.status(0).name(),
-                "reference": mismatch.expected.status(0).name(),
-                "apart": match mismatch.difference {
-                    Difference::Apart(apart) => Some(apart),
-                    _ => None,
-                },
-            })
-        };
-        let engine = |(verdicts, precision): (&Verdicts, Precision)| {
-            json!({
-                "engine": "cpu",
-                "precision": precision.to_string(),
-                "both": verdicts.both,
-                "neither": verdicts.neither,
-                "only_here": verdicts.only_here(),
-                "only_reference": verdicts.only_reference(),
-                "false_folds": verdicts.false_folds(),
-                "apart": verdicts.apart(),
-                "mismatches": verdicts.mismatches.iter().map(mismatch).collect::<Vec<_>>(),
-            })
-        };
-        let value = json!({
-            "version": rodsweep::VERSION,
-            "seed": self.seed,
-            "scenes": self.scenes,
-            "engines": self.verdicts.iter().zip(PRECISIONS).map(engine).collect::<Vec<_>>(),
-        });
-        serde_json::to_string_pretty(&value).unwrap_or_default() + "\n"
+    /// Where a scene was written.
+    pub(super) fn replay_of(&self, engine: usize, mismatch: &Mismatch) -> Option<&Path> {
+        let is_this =
+            |of: &&(usize, u64, Option<u64>, PathBuf)| (of.0, of.1, of.2) == (engine, mismatch.number, mismatch.sample);
+        self.replays.iter().find(is_this).map(|(.., path)| path.as_path())
     }
 }
 
-fn describe(mismatch: &Mismatch) -> String {
-    let of = |solutions: &Solutions| {
-        let get = |quantity| solutions.get(0, quantity);
-        let share = 100.0 * get(Quantity::LoadFraction);
-        let margin = get(Quantity::StabilityMargin);
-        format!("`{}` at {share:.2} % of the load, margin {margin:.3}", solutions.status(0).name())
-    };
-    let how = match mismatch.difference {
-        Difference::OnlyHere => "solved here, not by the reference".into(),
-        Difference::OnlyReference => "not solved here, but by the reference".into(),
-        Difference::Apart(apart) => format!("tips {} apart", engineering(apart)),
-    };
-    format!("scene {}: {how}: {}; reference {}", mismatch.number, of(&mismatch.found), of(&mismatch.expected))
+fn write(path: &Path, text: &str) -> Result<(), BenchError> {
+    let folder = path.parent().map_or(Ok(()), std::fs::create_dir_all);
+    let written = folder.and_then(|()| std::fs::write(path, text));
+    written.map_err(|source| BenchError::Write { path: path.to_owned(), source })
 }

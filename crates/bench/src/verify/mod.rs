@@ -11,8 +11,11 @@
 //! # Ok::<(), rodsweep_bench::BenchError>(())
 //! ```
 
+mod answer;
+mod around;
 mod cases;
 mod compare;
+mod disagreement_text;
 mod disagreements;
 mod engines;
 mod estimates;
@@ -20,6 +23,7 @@ mod hard;
 mod hard_text;
 mod links;
 mod replay;
+mod search;
 mod text;
 mod time;
 mod verdicts;
@@ -27,6 +31,7 @@ mod verdicts;
 pub use disagreements::{Disagreements, search_disagreements};
 pub use estimates::{Estimates, search_estimates};
 pub use hard::{HardCases, verify_hard};
+pub use search::SearchOptions;
 
 use crate::error::BenchError;
 use cases::Case;

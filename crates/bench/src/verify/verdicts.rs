@@ -1,144 +1,175 @@
-//! Random scenes on the CPU engine, as `run` takes it, against the verdict of the reference.
+//! Random scenes on every engine that is asked for, as `run` takes it, against the verdict of the reference.
 
-use crate::random::RandomScenes;
+use super::answer::{Answer, Blame, Difference, Verdict, compare};
+use super::search::{Contender, SearchOptions};
+use crate::judge::Word;
 use rayon::prelude::*;
-use rodsweep::backend::{Backend, BackendError, Precision};
-use rodsweep::lanes::Lanes;
-use rodsweep::model::rotation_angle;
-use rodsweep::model::{Plan, PlanOptions, Quantity, Scene, Solutions, Status, Stepper};
-use rodsweep::reference::Reference;
+use rodsweep::backend::{BackendError, BackendKind};
+use rodsweep::engines::{Engine, second_attempt, witness};
+use rodsweep::model::{Plan, PlanOptions, Scene, Solutions, Status, Stepper};
 use std::ops::Range;
 
-/// First attempts in a precision: what `run` would take for ordinary scenes.
-fn first_attempt(precision: Precision) -> PlanOptions {
-    let (stepper, steps, tolerance) = match precision {
-        Precision::F64 | Precision::Mixed => (Stepper::Dop853, 4, 1e-9),
-        Precision::F32 => (Stepper::Tp7, 4, 2e-5),
-    };
-    PlanOptions { stepper, steps, tolerance, ..PlanOptions::default() }
-}
-
-/// Steps of a second attempt, in f64 by DOP853.
-const SECOND_STEPS: usize = 24;
-/// An error that is so many times the tolerance, and the row's own estimate, is no matter of resolution or round-off.
-const WRONG: f64 = 10.0;
-
-/// How the engine differs from the reference.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Difference {
-    /// Solved by the engine, not by the reference.
-    OnlyHere,
-    /// Solved by the reference, not by the engine.
-    OnlyReference,
-    /// Both solved; the larger of |dp| over length and the angle between the tips (rad) is more than allowed.
-    Apart(f64),
-}
-
-/// A scene on which the engine and the reference disagree.
+/// A scene on which an engine, the reference and the judge do not agree.
 pub struct Mismatch {
     pub number: u64,
+    /// Of a box around the scene.
+    pub sample: Option<u64>,
     pub difference: Difference,
-    pub found: Solutions,
-    pub expected: Solutions,
+    pub found: Answer,
+    pub expected: Answer,
+    pub word: Word,
+    pub blame: Blame,
+    /// The scene itself.
+    pub scene: Scene,
+    /// The sweep file of its box.
+    pub sweep: Option<String>,
 }
 
-/// One precision of the engine.
+/// What came of one engine.
 #[derive(Default)]
 pub struct Verdicts {
     /// Scenes that both solved, and that neither did.
     pub both: usize,
     pub neither: usize,
+    /// Boxes that started from anchors.
+    pub anchored: usize,
     /// By scene.
     pub mismatches: Vec<Mismatch>,
 }
 
 impl Verdicts {
-    pub fn count(&self, is_counted: impl Fn(Difference) -> bool) -> usize {
-        self.mismatches.iter().filter(|mismatch| is_counted(mismatch.difference)).count()
+    pub fn count(&self, is_counted: impl Fn(&Mismatch) -> bool) -> usize {
+        self.mismatches.iter().filter(|mismatch| is_counted(mismatch)).count()
+    }
+
+    /// Answers that were compared.
+    pub fn answers(&self) -> usize {
+        self.both + self.neither + self.only_here() + self.only_reference()
     }
 
     pub fn only_here(&self) -> usize {
-        self.count(|difference| difference == Difference::OnlyHere)
+        self.count(|of| of.difference == Difference::OnlyHere)
     }
 
     pub fn only_reference(&self) -> usize {
-        self.count(|difference| difference == Difference::OnlyReference)
+        self.count(|of| of.difference == Difference::OnlyReference)
     }
 
     /// What is called a fold here, and is none by the reference.
     pub fn false_folds(&self) -> usize {
-        let is_fold = |mismatch: &&Mismatch| mismatch.found.status(0) == Status::Fold;
-        self.mismatches.iter().filter(is_fold).filter(|of| of.difference == Difference::OnlyReference).count()
+        self.count(|of| of.difference == Difference::OnlyReference && of.found.status == Status::Fold)
     }
 
     pub fn apart(&self) -> usize {
-        self.count(|difference| matches!(difference, Difference::Apart(_)))
+        self.count(|of| matches!(of.difference, Difference::Apart(_)))
+    }
+
+    pub fn blamed(&self, blame: Blame) -> usize {
+        self.count(|of| of.blame == blame)
+    }
+
+    /// Adds one scene, or one sample of a box; whether they agree.
+    pub fn add(&mut self, found: Answer, expected: &Answer, tolerance: f64, always: bool, place: Place) -> bool {
+        match (found.status.is_success(), expected.status.is_success()) {
+            (true, true) => self.both += 1,
+            (false, false) => self.neither += 1,
+            _ => {}
+        }
+        let Some(Verdict { difference, word, blame }) = compare(&found, expected, tolerance, place.scene, always)
+        else {
+            return true;
+        };
+        self.mismatches.push(Mismatch {
+            number: place.number,
+            sample: place.sample,
+            difference,
+            found,
+            expected: expected.clone(),
+            word,
+            blame,
+            scene: place.scene.clone(),
+            sweep: None,
+        });
+        false
     }
 }
 
-/// Adds scenes of a seed to the verdicts of each precision. Each is planned and solved on its own.
-pub fn judge(
-    (scenes, seed): (RandomScenes, u64),
+/// Which scene an answer is to.
+#[derive(Clone, Copy)]
+pub struct Place<'a> {
+    pub number: u64,
+    pub sample: Option<u64>,
+    pub scene: &'a Scene,
+}
+
+/// Adds scenes of a seed to the verdicts of each engine. Each is planned and solved on its own.
+pub fn judge_scenes(
+    options: &SearchOptions,
     numbers: Range<u64>,
-    precisions: &[Precision],
+    contenders: &[Contender],
     verdicts: &mut [Verdicts],
 ) -> Result<(), BackendError> {
-    let solved: Vec<Vec<Solutions>> = numbers
+    let on_cpu: Vec<Contender> = contenders.iter().copied().filter(|of| of.backend == BackendKind::Cpu).collect();
+    let judged: Vec<Vec<Verdicts>> = numbers
         .clone()
         .into_par_iter()
-        .map(|number| solve(&scenes.scene(seed, number), precisions))
-        .collect::<Result<_, _>>()?;
-    for (number, mut answers) in numbers.zip(solved) {
-        let Some(expected) = answers.pop() else { continue };
-        let length = scenes.scene(seed, number).total_length();
-        for ((found, precision), verdicts) in answers.into_iter().zip(precisions).zip(verdicts.iter_mut()) {
-            let tolerance = first_attempt(*precision).tolerance;
-            let difference = match (found.status(0).is_success(), expected.status(0).is_success()) {
-                (true, true) => {
-                    let apart = distance(&found, &expected, length);
-                    let allowed = WRONG * tolerance.max(found.get(0, Quantity::ErrorEstimate));
-                    verdicts.both += 1;
-                    (apart.is_nan() || apart > allowed).then_some(Difference::Apart(apart))
-                }
-                (true, false) => Some(Difference::OnlyHere),
-                (false, true) => Some(Difference::OnlyReference),
-                (false, false) => {
-                    verdicts.neither += 1;
-                    None
-                }
-            };
-            let mismatch = |difference| Mismatch { number, difference, found, expected: expected.clone() };
-            verdicts.mismatches.extend(difference.map(mismatch));
+        .map(|number| {
+            let scene = options.kind.scene(options.seed, number);
+            let plan = plan(&scene)?;
+            let expected = Answer::of_solution(&witness(&plan).solve(&plan.batch(1, |_, _| {}))?, 0);
+            let place = Place { number, sample: None, scene: &scene };
+            // One word on a scene that all agree on is enough.
+            let mut always = options.judge_all;
+            let mut each = Vec::new();
+            for contender in &on_cpu {
+                let mut verdicts = Verdicts::default();
+                let found = Answer::of_solution(&solve(&plan, contender)?, 0);
+                verdicts.add(found, &expected, contender.tolerance(), always, place);
+                always = false;
+                each.push(verdicts);
+            }
+            Ok(each)
+        })
+        .collect::<Result<_, BackendError>>()?;
+    for each in judged {
+        for (sum, one) in verdicts.iter_mut().zip(each) {
+            sum.both += one.both;
+            sum.neither += one.neither;
+            sum.mismatches.extend(one.mismatches);
+        }
+    }
+    // A GPU takes one scene at a time.
+    for (contender, verdicts) in contenders.iter().zip(verdicts).skip(on_cpu.len()) {
+        for number in numbers.clone() {
+            let scene = options.kind.scene(options.seed, number);
+            let plan = plan(&scene)?;
+            let expected = Answer::of_solution(&witness(&plan).solve(&plan.batch(1, |_, _| {}))?, 0);
+            let found = Answer::of_solution(&solve(&plan, contender)?, 0);
+            verdicts.add(found, &expected, contender.tolerance(), false, Place { number, sample: None, scene: &scene });
         }
     }
     Ok(())
 }
 
-/// The engine's answer in each precision, then the reference's.
-fn solve(scene: &Scene, precisions: &[Precision]) -> Result<Vec<Solutions>, BackendError> {
-    let plan = Plan::new(scene, &[], &[], PlanOptions::default())
-        .map_err(|error| BackendError::DeviceFailed { reason: format!("{}: {error}", scene.name) })?;
-    let batch = plan.batch(1, |_, _| {});
-    let mut answers = Vec::with_capacity(precisions.len() + 1);
-    for precision in precisions {
-        let options = first_attempt(*precision);
-        let first = Lanes::new(&plan.with_options(options), *precision)?.solve(&batch)?;
-        let is_good = first.status(0).is_success() && first.get(0, Quantity::ErrorEstimate) <= options.tolerance;
-        answers.push(match is_good {
-            true => first,
-            false => {
-                let second = PlanOptions { stepper: Stepper::Dop853, steps: SECOND_STEPS, ..options };
-                Lanes::new(&plan.with_options(second), Precision::F64)?.solve(&batch)?
-            }
-        });
-    }
-    answers.push(Reference::new(&plan).solve(&batch)?);
-    Ok(answers)
+fn plan(scene: &Scene) -> Result<Plan, BackendError> {
+    Plan::new(scene, &[], &[], PlanOptions::default())
+        .map_err(|error| BackendError::DeviceFailed { reason: format!("{}: {error}", scene.name) })
 }
 
-/// The larger of |dp| over length and the angle between the tips (rad).
-fn distance(found: &Solutions, expected: &Solutions, length: f64) -> f64 {
-    let (p, q) = (found.vector(0, Quantity::TipPosition), expected.vector(0, Quantity::TipPosition));
-    let dp = (0..3).map(|k| (p[k] - q[k]).powi(2)).sum::<f64>().sqrt() / length;
-    dp.max(rotation_angle(&found.tip_rotation(0), &expected.tip_rotation(0)))
+/// A first attempt in a precision, as `run` would take it for ordinary scenes; where it is not good a second on the CPU.
+fn solve(plan: &Plan, contender: &Contender) -> Result<Solutions, BackendError> {
+    let engine = Engine::new(contender.backend, contender.precision, "");
+    let (stepper, tolerance) = (engine.steppers()[0], contender.tolerance());
+    let steps = match stepper {
+        Stepper::Rk4 => 24,
+        Stepper::Tp6 | Stepper::Tp7 | Stepper::Dop853 => 4,
+    };
+    let plan = plan.with_options(PlanOptions { stepper, steps, tolerance, ..PlanOptions::default() });
+    let batch = plan.batch(1, |_, _| {});
+    let first = engine.make(&plan)?.solve(&batch)?;
+    let answer = Answer::of_solution(&first, 0);
+    match answer.status.is_success() && answer.estimate <= tolerance {
+        true => Ok(first),
+        false => second_attempt(&plan)?.solve(&batch),
+    }
 }

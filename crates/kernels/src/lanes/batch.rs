@@ -2,7 +2,8 @@
 
 use super::block::{Job, WIDEST, Way};
 use super::scratch::{Lent, Pool, Scratch};
-use super::{BlockScalar, Lanes, Program};
+use super::{BlockScalar, Lanes};
+use crate::backend::Precision;
 use crate::clock::Busy;
 use crate::model::path::{growth_limit, limp_growth};
 use crate::model::record::BASE_POSITION_AT;
@@ -55,13 +56,16 @@ impl Lanes {
                 blocks.map_init(|| pool.lend(), first).flatten_iter().collect()
             }
         };
+        let unsymmetric = self.program.tip_moment;
         let ways = match way {
-            Way::Anchors => &[Way::Rest, Way::Limp, Way::Care, Way::Nodes][..],
-            Way::Varying if self.is_finer() => &[Way::VaryingCare, Way::VaryingFine],
-            Way::Varying => &[Way::VaryingCare],
-            Way::VaryingCare if self.is_finer() => &[Way::VaryingFine],
+            // Under a tip moment stability is lost elsewhere than where the load turns.
+            Way::Anchors if unsymmetric => &[Way::Rest, Way::Limp, Way::Care, Way::Nodes][..],
+            Way::Anchors => &[Way::Rest, Way::Limp, Way::Curve, Way::Care, Way::Nodes],
+            Way::Varying => &[Way::VaryingCurve, Way::VaryingCare, Way::VaryingFine],
+            Way::VaryingCare if !self.program.searches => &[Way::VaryingFine],
             Way::VaryingCare | Way::Nodes => &[],
-            _ => &[Way::Limp, Way::Care, Way::Nodes],
+            _ if unsymmetric => &[Way::Limp, Way::Care, Way::Nodes],
+            _ => &[Way::Limp, Way::Curve, Way::Care, Way::Nodes],
         };
         for way in ways {
             let mut others = Vec::new();
@@ -70,6 +74,10 @@ impl Lanes {
                     let is_limp = |at: &usize| self.is_limp(batch, *at) || self.leaves_start(batch, *at);
                     (left, others) = left.into_iter().partition(is_limp);
                 }
+                // A single pass that may lose its digits sees no turn.
+                Way::Curve => (left, others) = left.into_iter().partition(|at| !self.is_grown(batch, *at)),
+                // In single precision it does not tell there where the load turns.
+                Way::VaryingCurve if self.precision == Precision::F32 => std::mem::swap(&mut left, &mut others),
                 Way::Nodes => left.retain(|sample| self.may_be_grown(batch, solutions, *sample)),
                 _ => {}
             }
@@ -102,12 +110,6 @@ impl Lanes {
         }
     }
 
-    /// Whether answers take as much work as paths with care, whose steps are of lower order. A search follows no path.
-    fn is_finer(&self) -> bool {
-        let Program { fine, careful, searches, .. } = &self.program;
-        !searches && fine.steps.iter().zip(&careful.steps).all(|(fine, careful)| 3 * fine >= *careful)
-    }
-
     /// Whether a sample starts from rest though a base moment is given, and by nodes, which leave it no other way.
     fn leaves_start(&self, batch: &Batch, sample: usize) -> bool {
         self.leaves_some_starts && self.plan.sample_rod(batch, sample).is_too_limp()
@@ -116,6 +118,11 @@ impl Lanes {
     /// Whether errors of a single pass grow beyond all digits.
     fn is_limp(&self, batch: &Batch, sample: usize) -> bool {
         self.plan.sample_rod(batch, sample).growth() > limp_growth(self.precision.epsilon())
+    }
+
+    /// Whether errors of a single pass grow so much that what it says of a path that ends may mean little.
+    fn is_grown(&self, batch: &Batch, sample: usize) -> bool {
+        self.plan.sample_rod(batch, sample).growth() > growth_limit(self.precision.epsilon())
     }
 
     /// Whether a sample that a single pass does not solve, or whose columns it does not tell, may be one of much growth.

@@ -1,9 +1,8 @@
 //! A block of samples: paths from rest in f32, a register of samples that bend alike at a time, then answers of those
 //! that arrived; or both with care.
 
-use super::algebra::length;
 use super::anchors::anchored_end;
-use super::group::{Answer, Follow, Load, Tools, store_end};
+use super::group::{Answer, Follow, Load, Tools, load_rest, store_end, store_rest};
 use super::kernels::Kernels;
 use super::lane::{Lane, Scalar};
 use super::lone_pass::leave_empty;
@@ -11,7 +10,7 @@ use super::memory::{CoarseScalar, Memory, pack, unpack};
 use super::path::{Path, rest_slope};
 use super::problem::Problem;
 use super::program::{Inputs, Outputs, Program};
-use super::varying::follow_block;
+use super::varying::{Led, follow_block};
 use crate::model::{Anchors, BLOCK, Quantity, Status};
 use pulp::{Simd, WithSimd};
 use std::any::Any;
@@ -26,7 +25,9 @@ pub enum Way {
     Anchors,
     /// From rest.
     Rest,
-    /// The same with care.
+    /// Along the curve of equilibria.
+    Curve,
+    /// From rest with care.
     Care,
     /// From rest, by nodes all along the rod: where errors grow so much that a single pass would tell nothing.
     Limp,
@@ -34,7 +35,9 @@ pub enum Way {
     Nodes,
     /// From rest, in a field that varies in space.
     Varying,
-    /// The same in steps as short as it takes.
+    /// Along the curve of equilibria there.
+    VaryingCurve,
+    /// From rest there, in steps as short as it takes.
     VaryingCare,
     /// The same on the grid of the answer, where that is no less exact.
     VaryingFine,
@@ -95,9 +98,9 @@ fn solve_job<L: Kernels>(token: L::Token, job: Job<'_, L::Scalar>) {
     if program.field.is_none() && program.start.is_none() && !matches!(way, Way::Limp | Way::Nodes) {
         (path, ready) = match (way, &program.anchors) {
             (Way::Anchors, Some((grid, column))) => (Path::Anchored, block.predict(grid, *column, order)),
-            (Way::Care, _) => {
+            (Way::Care | Way::Curve, _) => {
                 block.sort_by_bend(bad.len(), order);
-                (Path::GuardedRamp, solved)
+                (if way == Way::Care { Path::GuardedRamp } else { Path::Curve }, solved)
             }
             _ => {
                 block.sort_by_bend(bad.len(), order);
@@ -124,9 +127,10 @@ fn solve_job<L: Kernels>(token: L::Token, job: Job<'_, L::Scalar>) {
                 }
                 block.solve_by_nodes(samples, from, out);
             }
-            Way::Varying => block.solve_in_varying(samples, None, out),
-            Way::VaryingCare => block.solve_in_varying(samples, Some(&program.careful), out),
-            Way::VaryingFine => block.solve_in_varying(samples, Some(&program.fine), out),
+            Way::Varying => block.solve_in_varying(samples, Led::Before, out),
+            Way::VaryingCurve => block.solve_in_varying(samples, Led::Curve, out),
+            Way::VaryingCare => block.solve_in_varying(samples, Led::Ramp(&program.careful), out),
+            Way::VaryingFine => block.solve_in_varying(samples, Led::Ramp(&program.fine), out),
             _ => block.solve(samples, path, out),
         }
     }
@@ -143,8 +147,11 @@ fn solve_job<L: Kernels>(token: L::Token, job: Job<'_, L::Scalar>) {
 fn is_for_next<S: Scalar>(way: Way, status: S) -> bool {
     let settled = match way {
         Way::Limp => return status.to_f64() != f64::from(Status::Ramped.code()),
+        Way::VaryingCurve => {
+            return ![Status::Ramped, Status::Fold].iter().any(|is| status.to_f64() == f64::from(is.code()));
+        }
         Way::VaryingCare => return status.to_f64() == f64::from(Status::NotConverged.code()),
-        Way::Anchors | Way::Rest | Way::Varying => Status::Pending,
+        Way::Anchors | Way::Rest | Way::Curve | Way::Varying => Status::Pending,
         Way::Care => Status::Fold,
         Way::Nodes | Way::VaryingFine | Way::Pass => return false,
     };
@@ -162,7 +169,7 @@ pub(super) struct Block<'a, L: Kernels> {
 }
 
 impl<L: Kernels> Block<'_, L> {
-    /// Sorts samples, of `count`, by how far they would bend to first order, in plan units of moment.
+    /// Sorts samples, of `count`, by how far they would bend to first order: the largest moment inside, in plan units.
     #[inline(always)]
     fn sort_by_bend(&mut self, count: usize, order: &mut [usize]) {
         let Memory { paths: tools, inputs, rests, .. } = &mut *self.memory;
@@ -175,10 +182,10 @@ impl<L: Kernels> Block<'_, L> {
             let inputs = Inputs { data: inputs, stride: BLOCK, offset };
             let Tools { rod, workspace, .. } = tools;
             L::Coarse::load_rods(Load { program: self.program, token: self.token, inputs, rod });
-            let slope = rest_slope(&Problem { program: self.program, inputs, rod }, workspace);
-            Outputs { data: rests, stride: BLOCK, offset }.store_vector(0, slope);
+            let rest = rest_slope(&Problem { program: self.program, inputs, rod }, workspace);
+            store_rest(&rest, &mut Outputs { data: rests, stride: BLOCK, offset });
             let mut bend = [CoarseScalar::<L>::default(); WIDEST];
-            length(slope).store(&mut bend);
+            rest.largest.store(&mut bend);
             bends[offset..].iter_mut().zip(bend).take(lanes).for_each(|(to, bend)| *to = bend.to_f64());
         }
         order.sort_by(|a, b| bends[*a].total_cmp(&bends[*b]));
@@ -213,9 +220,9 @@ impl<L: Kernels> Block<'_, L> {
             let Tools { rod, workspace, inputs, start } = tools;
             let inputs = Inputs { data: inputs, stride: lanes, offset: 0 };
             L::Coarse::load_rods(Load { program: self.program, token: self.token, inputs, rod });
-            let rest_slope = Inputs { data: start, stride: lanes, offset: 0 }.vector(self.token, 0);
+            let rest = load_rest(self.token, &Inputs { data: start, stride: lanes, offset: 0 });
             let problem = Problem { program: self.program, inputs, rod };
-            let end = L::Coarse::follow(Follow { problem, path: Path::Ramp, rest_slope, workspace });
+            let end = L::Coarse::follow(Follow { problem, path: Path::Ramp, rest, workspace });
             store_end(&end, &mut Outputs { data: start, stride: lanes, offset: 0 });
             unpack(&tools.start, samples, lanes, ends);
             for (sample, reached) in samples.iter().zip(&tools.start) {
@@ -235,7 +242,7 @@ impl<L: Kernels> Block<'_, L> {
         tools.pack(self.inputs, samples);
         match path {
             Path::Anchored | Path::Ramp => pack(ends, samples, L::COUNT, &mut tools.start),
-            Path::GuardedRamp => pack(rests, samples, L::COUNT, &mut tools.start),
+            Path::Curve | Path::GuardedRamp => pack(rests, samples, L::COUNT, &mut tools.start),
             Path::Search => {}
         }
         L::answer(Answer { program: self.program, token: self.token, path, tools, out });

@@ -77,7 +77,7 @@ pub(super) fn count_passes(program: &Program, inputs: &[f64]) -> PassOperations 
         workspace.sources[k].load(&problem, 3 * k);
     }
     let one = Counted::splat((), 1.0);
-    let m0 = rest_slope(&problem, &mut workspace);
+    let m0 = rest_slope(&problem, &mut workspace).m0;
     let mut pass = |what: &mut dyn FnMut(&mut Workspace<Counted>)| {
         let before = counted();
         what(&mut workspace);

@@ -1,11 +1,12 @@
 //! A register of samples: their rods, their paths, their answers, each a kernel.
 
 use super::algebra::{Mat3, Vec3};
+use super::bordered::follow_uniform;
 use super::kernels::Kernels;
 use super::lane::{Lane, Scalar};
 use super::memory::pack;
 use super::nodes::{Nodes, QuickEnd, follow_quickly, solve_nodes};
-use super::path::{Path, PathEnd, follow_path};
+use super::path::{Path, PathEnd, RestSlope, follow_path};
 use super::problem::{Problem, Workspace};
 use super::program::{Inputs, Outputs, Program};
 use super::rod::Rod;
@@ -78,7 +79,7 @@ impl<L: Lane> WithSimd for Load<'_, L> {
 pub struct Follow<'a, L: Lane> {
     pub problem: Problem<'a, L>,
     pub path: Path,
-    pub rest_slope: Vec3<L>,
+    pub rest: RestSlope<L>,
     pub workspace: &'a mut Workspace<L>,
 }
 
@@ -93,8 +94,11 @@ impl<L: Lane> WithSimd for Follow<'_, L> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> PathEnd<L> {
-        let Follow { problem, path, rest_slope, workspace } = self;
-        follow_path(&problem, path, rest_slope, workspace)
+        let Follow { problem, path, rest, workspace } = self;
+        match path {
+            Path::Curve => follow_uniform(&problem, rest, workspace),
+            _ => follow_path(&problem, path, rest, workspace),
+        }
     }
 }
 
@@ -126,7 +130,9 @@ impl<L: Kernels> WithSimd for Answer<'_, L> {
         let problem = Problem { program, inputs, rod };
         let end = match path {
             Path::Anchored | Path::Ramp => load_end(token, &start),
-            Path::GuardedRamp => L::follow(Follow { problem, path, rest_slope: start.vector(token, 0), workspace }),
+            Path::Curve | Path::GuardedRamp => {
+                L::follow(Follow { problem, path, rest: load_rest(token, &start), workspace })
+            }
             Path::Search => search_start(&problem, workspace),
         };
         solve_group(&problem, path, end, workspace, &mut out);
@@ -195,6 +201,19 @@ impl<L: Kernels> WithSimd for FollowNodes<'_, L> {
     }
 }
 
+/// Writes how samples set out from rest.
+#[inline(always)]
+pub fn store_rest<L: Lane>(rest: &RestSlope<L>, out: &mut Outputs<'_, L::Scalar>) {
+    out.store_vector(0, rest.m0);
+    out.store(3, rest.largest);
+}
+
+/// Reads it again.
+#[inline(always)]
+pub fn load_rest<L: Lane>(token: L::Token, from: &Inputs<'_, L::Scalar>) -> RestSlope<L> {
+    RestSlope { m0: from.vector(token, 0), largest: from.column(token, 3) }
+}
+
 /// Writes what an answer needs of the end of a path from rest.
 #[inline(always)]
 pub fn store_end<L: Lane>(end: &PathEnd<L>, out: &mut Outputs<'_, L::Scalar>) {
@@ -225,5 +244,6 @@ pub fn load_end<L: Lane>(token: L::Token, from: &Inputs<'_, L::Scalar>) -> PathE
         close: half.lt(from.column(token, 16)),
         exhausted: nobody,
         fold: nobody,
+        load_error: half + half,
     }
 }

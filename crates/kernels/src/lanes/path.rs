@@ -9,10 +9,10 @@ use super::problem::{Problem, Workspace, stiff};
 use super::shoot::{Record, shoot, tip_moment_columns};
 use super::stability::{is_above, is_sharp, squared_norm, stability_index};
 use crate::model::path::{
-    AIM, CONTRACTION, CORRECTIONS, FIRST_BEND, FIRST_UNSYMMETRIC_BEND, FOLD_MARGIN, FULL_LOAD_TOLERANCE, LEAST_RATIO,
-    LITTLE_LOAD, LOAD_STEP_TOLERANCE, MOST_RATIO, NARROW_MARGIN, NEAR_MARGIN, NEARBY, PASS_LIMIT, PATH_TOLERANCE,
-    RAMP_TRUST, RETREAT, RETREATS, SAFE_MARGIN, SMALLEST_GUARDED_STEP, SMALLEST_RAMP_STEP, SMALLEST_SHARP_STEP,
-    SMALLEST_UNSYMMETRIC_STEP, TRUST, WIDENING,
+    AIM, CONTRACTION, CORRECTIONS, FIRST_BEND, FOLD_MARGIN, FULL_LOAD_TOLERANCE, LEAST_RATIO, LITTLE_LOAD,
+    LOAD_STEP_TOLERANCE, MOST_RATIO, NARROW_MARGIN, NEAR_MARGIN, NEARBY, PASS_LIMIT, PATH_TOLERANCE, RETREAT, RETREATS,
+    SAFE_MARGIN, SMALLEST_GUARDED_STEP, SMALLEST_RAMP_STEP, SMALLEST_SHARP_STEP, SMALLEST_UNSYMMETRIC_STEP, TRUST,
+    WIDENING,
 };
 
 /// How to reach the full load; each is tried where the one before did not lead to a stable equilibrium.
@@ -23,7 +23,10 @@ pub enum Path {
     /// In as many load steps as it takes to contract, one if that will do; never across a change of sign of
     /// det(dr/dm0).
     Ramp,
-    /// The same on a finer grid, with a stability index of zero on every step.
+    /// Along the curve of equilibria on a finer grid, with a stability index of zero on every step, through a turn of the load. It
+    /// tells of folds alone.
+    Curve,
+    /// A ramp on that grid, with a stability index of zero on every step.
     GuardedRamp,
     /// Not from rest: from a given base moment, away from known equilibria.
     Search,
@@ -45,17 +48,32 @@ pub struct PathEnd<L: Lane> {
     pub exhausted: L::Mask,
     /// Not reached, and near a fold or a bifurcation.
     pub fold: L::Mask,
+    /// Error of lambda at a fold whose turn was seen, else 1.
+    pub load_error: L,
 }
 
-/// dm0/dlambda at rest: the moment of all loads on the unbent rod, R4 at u = u*.
+/// How the equilibrium sets out from rest.
+#[derive(Clone, Copy)]
+pub struct RestSlope<L> {
+    /// dm0/dlambda: the moment of all loads on the unbent rod, R4 at u = u*.
+    pub m0: Vec3<L>,
+    /// The largest moment by all loads inside the unbent rod, at its base and at the ends of its flexible segments. Loads that
+    /// cancel at the base bend the rod between them all the same.
+    pub largest: L,
+}
+
+/// dm0/dlambda at rest, and the largest moment inside the unbent rod.
 #[inline(always)]
-pub fn rest_slope<L: Lane>(problem: &Problem<'_, L>, workspace: &mut Workspace<L>) -> Vec3<L> {
+pub fn rest_slope<L: Lane>(problem: &Problem<'_, L>, workspace: &mut Workspace<L>) -> RestSlope<L> {
     let Problem { program, rod, .. } = *problem;
     let zero = rod.t.x.constant(0.0);
     let one = zero.constant(1.0);
     let stiff = Problem { rod: &stiff(rod), ..*problem };
-    let tip = shoot(&stiff, &program.coarse, one, Vec3::splat(zero), &mut [], Record::Nothing, workspace);
-    rod.l_tip - tip.m
+    let tip = shoot(&stiff, &program.coarse, one, Vec3::splat(zero), &mut [], Record::Moments, workspace);
+    let m0 = rod.l_tip - tip.m;
+    // The base moment of a rod that stays where it is adds to each moment inside.
+    let largest = workspace.moments.iter().fold(length(m0), |largest, m| largest.max(length(*m + m0)));
+    RestSlope { m0, largest }
 }
 
 /// The last accepted states, for the prediction of the next.
@@ -108,12 +126,12 @@ fn leaps<L: Lane>(square: L, last_square: L) -> L::Mask {
     near & ((square * most).lt(last_square) | (last_square * most).lt(square))
 }
 
-/// Follows the equilibrium from rest, where dm0/dlambda is `rest_slope`, to the full load on the coarse grid.
+/// Follows the equilibrium from rest to the full load on the coarse grid.
 #[inline(always)]
 pub fn follow_path<L: Lane>(
     problem: &Problem<'_, L>,
     path: Path,
-    rest_slope: Vec3<L>,
+    rest: RestSlope<L>,
     workspace: &mut Workspace<L>,
 ) -> PathEnd<L> {
     let Problem { program, rod, .. } = *problem;
@@ -124,16 +142,17 @@ pub fn follow_path<L: Lane>(
     // In single precision round-off hides what lies closer.
     let sharp = guarded && L::Scalar::EPSILON < 1e-10;
     let resolution = if guarded { &program.careful } else { &program.coarse };
-    let (trust, smallest_step) = match guarded {
-        true => (zero.constant(TRUST), zero.constant(if sharp { SMALLEST_SHARP_STEP } else { SMALLEST_GUARDED_STEP })),
-        false => (zero.constant(RAMP_TRUST), zero.constant(SMALLEST_RAMP_STEP)),
-    };
-    let no_vector = Vec3::splat(zero);
-    let mut history = History { lambda: zero, m0: no_vector, lambda_before: zero, secant: rest_slope, bend: no_vector };
     let unsymmetric = program.tip_moment;
-    let first_bend = zero.constant(if unsymmetric { FIRST_UNSYMMETRIC_BEND } else { FIRST_BEND });
-    let smallest_step = if guarded && unsymmetric { zero.constant(SMALLEST_UNSYMMETRIC_STEP) } else { smallest_step };
-    let mut step = first_bend / length(rest_slope).max(first_bend);
+    let smallest_step = zero.constant(match (guarded, sharp) {
+        (false, _) => SMALLEST_RAMP_STEP,
+        (true, _) if unsymmetric => SMALLEST_UNSYMMETRIC_STEP,
+        (true, true) => SMALLEST_SHARP_STEP,
+        (true, false) => SMALLEST_GUARDED_STEP,
+    });
+    let no_vector = Vec3::splat(zero);
+    let mut history = History { lambda: zero, m0: no_vector, lambda_before: zero, secant: rest.m0, bend: no_vector };
+    let (trust, first_bend) = (zero.constant(TRUST * program.pace), zero.constant(FIRST_BEND * program.pace));
+    let mut step = first_bend / rest.largest.max(first_bend);
     let mut target = step;
     let mut m0 = history.predict(target);
     let first_bound = trust * zero.constant(1.0 / CONTRACTION);
@@ -183,7 +202,8 @@ pub fn follow_path<L: Lane>(
             true => narrowed(square, sharp) * zero.constant(PATH_TOLERANCE),
             false => L::select(partial, zero.constant(LOAD_STEP_TOLERANCE), zero.constant(FULL_LOAD_TOLERANCE)),
         };
-        let converged = size.lt(tolerance * (one + length(m0)));
+        // However small against the load, a correction that is not trusted may have led to another branch.
+        let converged = size.lt(tolerance * (one + length(m0))) & contracting;
         // Too near a bifurcation to know afterwards on which side it was passed; no long correction may start beyond one.
         let (lost, regular) = if guarded {
             (
@@ -221,6 +241,10 @@ pub fn follow_path<L: Lane>(
         step = L::select(accept, used * factor, step);
         step = L::select(reject, used * factor.min(zero.constant(RETREAT)), step);
         let load = if sharp { history.lambda.max(zero.constant(LITTLE_LOAD)) } else { one };
+        if !guarded {
+            // Between here and there lies a fold, which this grid may have put elsewhere, or no branch at all.
+            failed = failed | (reject & !(same_branch & is_above(square, SAFE_MARGIN)));
+        }
         failed = failed | lost | (reject & step.lt(smallest_step * load));
         let restart = accept | reject;
         target = L::select(restart, (history.lambda + step).min(one), target);
@@ -246,5 +270,6 @@ pub fn follow_path<L: Lane>(
         close: nobody,
         exhausted,
         fold: at_fold & !(reached | exhausted),
+        load_error: one,
     }
 }

@@ -58,6 +58,8 @@ pub struct Workspace<L: Lane> {
     pub tip: Tip<L>,
     /// The last interval of the stability index.
     pub station: Station<L>,
+    /// Moments inside the rod, where a pass records them.
+    pub moments: Vec<Vec3<L>>,
     /// Of the forward columns, three parameters each.
     pub sources: Vec<Sources<L>>,
     /// All columns of a pass with derivatives.
@@ -76,6 +78,7 @@ impl<L: Passes> Workspace<L> {
             traces: vec![[zero; 3]; program.all_segments],
             tip: Tip { p: v, d1: v, t: v, m: v, n: v },
             station: Station::new(L::splat(token, 0.0)),
+            moments: Vec::new(),
             sources: (0..program.forward_threes()).map(|_| Sources::new(token)).collect(),
             columns: Vec::new(),
             alone: false,

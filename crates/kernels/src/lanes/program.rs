@@ -111,10 +111,14 @@ pub struct Program {
     pub rows: usize,
     /// The segment whose curvature at its start is an output of its own.
     pub first_beyond_rigid: Option<usize>,
+    /// Length of the first step of a path, and of the corrections that it trusts, over the usual ones.
+    pub pace: f64,
     /// For following the path from rest.
     pub coarse: Resolution,
     /// The same with care.
     pub careful: Resolution,
+    /// Along the curve of equilibria.
+    pub curve: Resolution,
     /// For the columns.
     pub fine: Resolution,
     /// For the answer: twice the steps of `fine`.
@@ -169,6 +173,7 @@ impl Program {
         let stepper = plan.options.stepper;
         let tableau = stepper.tableau();
         let careful = if plan.terms.varying_field { PATH_STEPPER } else { CAREFUL_STEPPER };
+        let on_path = if plan.options.pace < 1.0 { 2 } else { 1 };
         let steady = (0..integrated).map(|index| is_steady(plan, &sources, index)).collect();
         let newton_tolerance = newton_tolerance(plan.target(), epsilon);
         Self {
@@ -193,8 +198,10 @@ impl Program {
             rows: plan.rows(),
             first_beyond_rigid: plan.first_beyond_rigid(),
             derivatives: plan.derivatives.iter().map(|derivative| derivative.terms.clone()).collect(),
-            coarse: grid(PATH_STEPPER.tableau(), &|n| stepper.path_steps(n)),
+            pace: plan.options.pace,
+            coarse: grid(PATH_STEPPER.tableau(), &|n| on_path * stepper.path_steps(n)),
             careful: grid(careful.tableau(), &|n| stepper.careful_steps(n, careful)),
+            curve: grid(CAREFUL_STEPPER.tableau(), &|n| stepper.careful_steps(n, CAREFUL_STEPPER)),
             fine: grid(tableau, &|n| n),
             check: grid(tableau, &|n| 2 * n),
             newton_tolerance,

@@ -20,6 +20,8 @@ use pulp::{Simd, WithSimd};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Record {
     Nothing,
+    /// Moments at both ends of every flexible segment.
+    Moments,
     /// The stations of the stability index.
     Stability,
     /// The same, and the traces of the columns.
@@ -99,7 +101,9 @@ fn integrate<L: Lane>(pass: Pass<'_, L>, terms: impl Terms) -> Tip<L> {
     let mut n = rod.base_force(terms) * lambda;
     let mut s = zero;
     let shortest = rod.flexible_length() * zero.constant(SHORTEST_INTERVAL);
-    let (counts, traces) = (record != Record::Nothing, record == Record::Traces);
+    let (counts, traces) = (matches!(record, Record::Stability | Record::Traces), record == Record::Traces);
+    let moments = record == Record::Moments;
+    workspace.moments.clear();
     let alone = counts && by_rotation(columns).is_none();
     let beside = Beside::new(workspace.alone, zero);
     if counts {
@@ -113,6 +117,9 @@ fn integrate<L: Lane>(pass: Pass<'_, L>, terms: impl Terms) -> Tip<L> {
         }
         match segment {
             Segment::Flexible(flexible) => {
+                if moments {
+                    workspace.moments.push(moment(terms, state.p, state.M, n));
+                }
                 let (steps, ratio) = (resolution.steps[index], resolution.ratio(terms, index));
                 let (start, share) = step_at(ratio, if ratio > 1.0 { steps.max(1) - 1 } else { 0 }, steps);
                 let h = flexible.length * zero.constant(share);
@@ -161,6 +168,9 @@ fn integrate<L: Lane>(pass: Pass<'_, L>, terms: impl Terms) -> Tip<L> {
                         let end = tip_of(terms, &state, n);
                         add_station(terms, &mut workspace.station, shortest, s, &end, columns);
                     }
+                }
+                if moments {
+                    workspace.moments.push(moment(terms, state.p, state.M, n));
                 }
                 if traces && beside.is_some() {
                     for trace in &mut workspace.traces[index] {

@@ -15,7 +15,7 @@ use super::rows::{Responses, write_forward_rows, write_rows};
 use super::search::snap;
 use super::shoot::{Record, Tip, shoot, tip_moment_columns};
 use super::stability::{by_rotation, is_sharp, margin, stability_index, whole_index};
-use crate::model::path::{NEWTON_LIMIT, REACH, TRUST};
+use crate::model::path::{FINE_TRUST, NEWTON_LIMIT, REACH};
 use crate::model::{NO_EQUILIBRIUM, Quantity, Status};
 
 /// Solves one group from where its `path` ended and writes its rows, in the plan's units, to `out`.
@@ -85,7 +85,7 @@ pub fn newton<L: Lane>(problem: &Problem<'_, L>, end: &mut PathEnd<L>, workspace
         let is_still = length(columns[0].w * delta).lt(one.constant(program.turn_tolerance));
         converged = end.reached & size.lt(tolerance.max(first_order)) & is_still;
         end.passes = L::select(moving, end.passes + one, end.passes);
-        moving = moving & !converged & size.lt(one.constant(TRUST));
+        moving = moving & !converged & size.lt(one.constant(FINE_TRUST));
         if pass + 1 == NEWTON_LIMIT || !L::any(moving) {
             break;
         }
@@ -142,6 +142,7 @@ pub fn write_verdict<L: Lane>(
     out.store(Quantity::Iterations.column(), end.passes);
     out.store(Quantity::LoadFraction.column(), end.lambda);
     out.store(Quantity::Status.column(), status);
+    out.store(Quantity::LoadFractionError.column(), end.load_error);
 }
 
 /// Writes the rows of the derivatives, by forward columns or by reciprocity.
@@ -206,6 +207,7 @@ fn status_codes<L: Lane>(
             let done = L::select(end.ramped, code(one, Status::Ramped), ok);
             L::select(converged & stable & !grown, done, pending)
         }
+        Path::Curve => L::select(end.fold, code(one, Status::Fold), pending),
         Path::Search => {
             let done = L::select(stable, ok, code(one, Status::Unstable));
             L::select(end.reached & converged, done, unsolved)

@@ -11,18 +11,17 @@ pub const LOAD_STEP_TOLERANCE: f64 = 0.2;
 pub const FULL_LOAD_TOLERANCE: f64 = 0.03;
 /// On the path each correction must be smaller than this share of the one before.
 pub const CONTRACTION: f64 = 0.3;
-/// On a ramp, a first correction above this many plan units of moment or radians of the tip is not trusted.
-pub const RAMP_TRUST: f64 = 0.5;
-/// The same on a path followed with care, and on the fine grid.
-pub const TRUST: f64 = 0.3;
+/// A first correction above this many plan units of moment or radians of the tip is not trusted on any path: another branch may
+/// be as near. With [`FIRST_BEND`] it keeps opposed coils on their branch; either alone does not.
+pub const TRUST: f64 = 0.2;
+/// A step of Newton's method on the fine grid above this is not taken.
+pub const FINE_TRUST: f64 = 0.3;
 /// A correction smaller than this leads to no other branch, wherever it starts.
 pub const NEARBY: f64 = 0.03;
 /// Newton steps on one load step.
 pub const CORRECTIONS: f64 = 8.0;
-/// The first load step bends the rod by so much, to first order (plan units of moment).
-pub const FIRST_BEND: f64 = 1.5;
-/// The same under a tip moment, where Newton's method contracts beyond the loss of stability as well as before.
-pub const FIRST_UNSYMMETRIC_BEND: f64 = 0.4;
+/// The first load step bends no part of the rod by more, to first order (plan units of the largest moment inside).
+pub const FIRST_BEND: f64 = 0.4;
 /// A load step is chosen so that its first correction, which grows like the step's fourth power, will be this share of
 /// what is trusted.
 pub const AIM: f64 = 0.375;
@@ -39,13 +38,13 @@ pub const SMALLEST_RAMP_STEP: f64 = 1.0 / 64.0;
 /// The smallest load step with care (share of the full load), in single precision, and in a field that varies.
 pub const SMALLEST_GUARDED_STEP: f64 = 1.0 / 4096.0;
 /// The same in double precision, as a share of the load so far, and next to rest of [`LITTLE_LOAD`].
-pub const SMALLEST_SHARP_STEP: f64 = 1.0 / 32_768.0;
+pub const SMALLEST_SHARP_STEP: f64 = 1.0 / 131_072.0;
 /// A share of the full load.
 pub const LITTLE_LOAD: f64 = 1.0 / 64.0;
 /// With care and under a tip moment, where small margins ask for short steps.
 pub const SMALLEST_UNSYMMETRIC_STEP: f64 = 1.0 / 131_072.0;
 /// A path on the coarse grid that comes nearer than this to a fold or a bifurcation (stability margin) is followed again
-/// with care: few steps may unfold the bifurcation the other way. A correction that comes so near shortens its load step.
+/// with care: few steps may unfold the bifurcation the other way. So is one whose load step was tried beyond it.
 pub const SAFE_MARGIN: f64 = 0.1;
 /// With care and in double precision, where branches lie closer than this, corrections are trusted the less. Under a tip moment, a load step that
 /// starts or ends nearer is bounded by [`WIDENING`]: stability may be lost and won again between.
@@ -54,6 +53,44 @@ pub const NEAR_MARGIN: f64 = 0.3;
 pub const WIDENING: f64 = 4.0;
 /// A path that comes nearer than this and moves away again has passed what no grid resolves, and ends there.
 pub const NARROW_MARGIN: f64 = 1e-3;
+/// Along the curve of equilibria: the first correction is at most this share of the step.
+pub const CURVE_SHARE: f64 = 0.3;
+/// Steps are chosen so that it is this share of what is trusted.
+pub const CURVE_AIM: f64 = 0.2;
+/// And so that the tangent turns by so much (radians).
+pub const CURVE_ANGLE: f64 = 0.45;
+/// Two tangents in a row have at least this cosine.
+pub const CURVE_COSINE: f64 = 0.75;
+/// Corrections there end below this (plan units, relative to 1 + the moment).
+pub const CURVE_TOLERANCE: f64 = 1e-3;
+/// Halfway over a step the load rises at least by this share of the lesser slope at its ends: else it may turn twice between.
+pub const CURVE_SAG: f64 = 0.3;
+/// And below this share of the step.
+pub const CURVE_NEAR: f64 = 0.03;
+/// A step towards a point where curves cross goes so much of the way: the curve may bend away before.
+pub const CURVE_APPROACH: f64 = 0.75;
+/// While two tangents in a row have this cosine it has not.
+pub const CURVE_STRAIGHT: f64 = 0.99;
+/// The smallest step along the curve (plan units of moment, radians of the tip and shares of the load) in single precision.
+pub const SMALLEST_ARC: f64 = 1.0 / 2048.0;
+/// The same in double precision.
+pub const SMALLEST_SHARP_ARC: f64 = 2e-6;
+/// Passes along one curve.
+pub const CURVE_LIMIT: f64 = 150.0;
+/// A turn of the load is found where the last correction is below this (relative to 1 + the moment),
+pub const TURN_TOLERANCE: f64 = 1e-5;
+/// and the load would rise by less than this share of it.
+pub const TURN_FLATNESS: f64 = 1e-6;
+/// Passes between the points before and behind a turn.
+pub const TURN_LIMIT: f64 = 12.0;
+/// Passes that take it to the fine grid, at most.
+pub const TURN_CORRECTIONS: usize = 5;
+/// Passes on the fine grid to a point of the curve on either side of a turn, where the load is less
+pub const TURN_SIDE: usize = 2;
+/// by this many times the error of the turn's load.
+pub const TURN_EVIDENCE: f64 = 4.0;
+/// A fold whose load is known better than this has been seen as a turn of the load.
+pub const FOLD_EVIDENCE: f64 = 1e-3;
 /// A path that ends without having come so near has not met a fold: shooting has failed.
 pub const FOLD_MARGIN: f64 = 0.25;
 /// Above this round-off (epsilon times the squared norm of dr/dm0) a stability index other than 0 says nothing.
@@ -87,7 +124,7 @@ pub const ANCHOR_TRUST: f64 = 1e-2;
 /// Nor is a correction above this share of the one before.
 pub const ANCHOR_CONTRACTION: f64 = 0.2;
 /// Passes over the rod on one path.
-pub const PASS_LIMIT: f64 = 400.0;
+pub const PASS_LIMIT: f64 = 600.0;
 /// Chord steps on the fine grid.
 pub const CHORD_LIMIT: usize = 4;
 /// Full Newton steps on the fine grid, after the chord steps.
@@ -188,7 +225,7 @@ pub const NODE_CORRECTIONS: usize = 8;
 /// The first load step by nodes.
 pub const NODE_FIRST_STEP: f64 = 0.1;
 /// The largest first correction of a node: radians, or moment relative to 1 plus the largest.
-pub const NODE_TRUST: f64 = 0.5;
+pub const NODE_TRUST: f64 = 0.2;
 /// Each correction of the nodes must be smaller than this share of the one before.
 pub const NODE_CONTRACTION: f64 = 0.3;
 /// A load step by nodes is chosen so that its first correction will be this share of what is trusted; that grows like
@@ -201,7 +238,7 @@ pub const NODE_MOST_RATIO: f64 = 4.0;
 /// After one that failed it is this share as long.
 pub const NODE_RETREAT: f64 = 1.0 / 3.0;
 /// The smallest load step by nodes, as a share of the load so far, and next to rest as a share of the full load.
-pub const NODE_SMALLEST_STEP: f64 = 1.0 / 131_072.0;
+pub const NODE_SMALLEST_STEP: f64 = 1.0 / 1_048_576.0;
 /// See [`NODE_SMALLEST_STEP`].
 pub const NODE_SMALLEST_FIRST_STEP: f64 = 1e-10;
 /// A load step by nodes that starts or ends where the least pivot is smaller than this, relative to the pivot of the
@@ -210,7 +247,7 @@ pub const NODE_NEAR_PIVOT: f64 = 0.1;
 /// A path by nodes that ends without having come to so small a pivot has not met a fold.
 pub const NODE_FOLD_PIVOT: f64 = 0.05;
 /// Passes over all intervals on one path.
-pub const NODE_PASS_LIMIT: f64 = 400.0;
+pub const NODE_PASS_LIMIT: f64 = 600.0;
 /// In a field that varies: a load step that starts or ends nearer to a fold (stability margin) may halve or double the margin.
 pub const FIELD_NEAR_MARGIN: f64 = 0.6;
 /// Under a tip moment there, with care, the determinant of the second variation, over that of a rod without loads, may grow or

@@ -22,6 +22,9 @@ pub struct PlanOptions {
     pub derivative_scale: DerivativeScale,
     /// How derivatives are computed.
     pub sensitivity: Sensitivity,
+    /// Length of the first step of the path from rest, and of the corrections that it trusts, over the usual ones. A second path at
+    /// another pace that ends elsewhere tells that one of them has left its branch.
+    pub pace: f64,
     /// Whether derivatives include those of the base moment, which take three columns more.
     pub base_moment_rows: bool,
 }
@@ -49,6 +52,7 @@ impl Default for PlanOptions {
             error_share: ERROR_SHARE,
             derivative_scale: DerivativeScale::default(),
             sensitivity: Sensitivity::Auto,
+            pace: 1.0,
             base_moment_rows: true,
         }
     }

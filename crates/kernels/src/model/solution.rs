@@ -1,5 +1,6 @@
 //! What a backend returns for a batch.
 
+use super::path::FOLD_EVIDENCE;
 use super::rotation::orthonormal;
 use super::{Blocks, Plan, Status};
 
@@ -31,11 +32,13 @@ pub enum Quantity {
     Status = 18,
     /// Estimated error of the derivatives: of the worst, (dp/L, w) over its norm. 1 and more say nothing.
     DerivativeError = 19,
+    /// Estimated error of the load fraction of a fold that was seen as a turn of the load; 1: none was seen.
+    LoadFractionError = 20,
 }
 
 impl Quantity {
     /// Columns before the first derivative.
-    pub const COUNT: usize = 20;
+    pub const COUNT: usize = 21;
 
     /// Its first column.
     pub fn column(self) -> usize {
@@ -139,6 +142,11 @@ impl Solutions {
     pub fn is_equilibrium(&self, sample: usize) -> bool {
         let status = self.status(sample);
         (status.is_converged() || status == Status::Fold) && self.get(sample, Quantity::StabilityIndex) >= 0.0
+    }
+
+    /// Whether the load was seen to turn at the end of a sample's path: a fold that no other solution need confirm.
+    pub fn is_seen_fold(&self, sample: usize) -> bool {
+        self.status(sample) == Status::Fold && self.get(sample, Quantity::LoadFractionError) < FOLD_EVIDENCE
     }
 
     /// Replaces what became of a sample.

@@ -30,11 +30,13 @@ pub enum Status {
     TooNearMagnet = 10,
     /// A magnetic part of the rod leaves a field that is known on a grid only.
     OutsideMap = 11,
+    /// Two paths from rest end at different equilibria, and a finer one has not decided which is right.
+    Doubtful = 12,
 }
 
 impl Status {
     /// In the order of their codes.
-    pub const ALL: [Status; 12] = [
+    pub const ALL: [Status; 13] = [
         Status::Ok,
         Status::Refined,
         Status::Ramped,
@@ -47,6 +49,7 @@ impl Status {
         Status::Pending,
         Status::TooNearMagnet,
         Status::OutsideMap,
+        Status::Doubtful,
     ];
 
     /// The status of a code; `None` for a number that is no code.
@@ -74,6 +77,7 @@ impl Status {
             Status::Pending => "pending",
             Status::TooNearMagnet => "too-near-magnet",
             Status::OutsideMap => "outside-map",
+            Status::Doubtful => "doubtful",
         }
     }
 

@@ -42,6 +42,7 @@ async function start(): Promise<void> {
   document.title = `${description.title} \u2013 rodsweep`;
   byId("title").textContent = description.title;
   byId("title").title = description.file;
+  warnOfRows(source);
   const host = byId("stage");
   const stage = hasWebGl() ? new Stage(host, description) : null;
   const rod = new RodView(source, stage);
@@ -83,6 +84,7 @@ async function start(): Promise<void> {
     else document.body.classList.add("has-no-left");
     right.append(readout.element);
   }
+  if (description.engine) right.append(el("p", { class: "note" }, "Rods that are solved here are not checked against the reference."));
   if (source.rod) rod.take(source.rod);
   else rod.want(true);
   if (stage && box && map && panel) {
@@ -123,6 +125,16 @@ function frame(stage: Stage, box: AxesBox, rod: RodView, shown: Box3): void {
   stage.setBox(shown);
   box.setBox(shown);
   rod.placeField(new Vector3(0.86, 0.4, 0.04).multiply(shown.getSize(new Vector3())).add(shown.min));
+}
+
+/** Says first what speaks against the rows. */
+function warnOfRows(source: Source): void {
+  const { distrusted, distrust } = source.description;
+  if (distrusted === null) return;
+  const details = el("details", {}, el("summary", {}, "Where, and what helps"), el("pre", {}, distrust ?? ""));
+  byId("distrust").replaceChildren(el("b", {}, distrusted), details);
+  byId("distrust").hidden = false;
+  document.title = `DISTRUSTED: ${document.title}`;
 }
 
 function showWarnings(rod: RodView, host: HTMLElement): void {

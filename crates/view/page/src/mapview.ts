@@ -1,6 +1,6 @@
 // The map: tips of a result directory, their colours, filters and cuts, and the point that was chosen.
 
-import { Box3, Mesh, MeshBasicMaterial, RingGeometry, Vector3 } from "three";
+import { Box3, Group, Mesh, MeshBasicMaterial, RingGeometry, Vector3 } from "three";
 import { Filters, type Histogram } from "./filters";
 import { Layers } from "./layers";
 import { Cloud } from "./points";
@@ -30,6 +30,9 @@ export class MapView {
   private readonly listeners: (() => void)[] = [];
   private readonly chosen: ((row: Row, inputs: Values) => void)[] = [];
   private isStale = false;
+  private readonly wrong: Set<number>;
+  /** Rings around the points that the check of the run found wrong. */
+  private readonly marks = new Group();
 
   constructor(
     readonly source: Source,
@@ -37,6 +40,8 @@ export class MapView {
     private readonly rod: RodView,
   ) {
     this.info = source.description.map!;
+    this.wrong = new Set(this.info.wrong_rows);
+    stage.add(this.marks);
     this.cloud = new Cloud(stage, source.description.style, this.info.points);
     this.codes = new Uint8Array(this.info.points);
     this.filters = new Filters(this.info.statuses);
@@ -47,7 +52,10 @@ export class MapView {
     this.ring.visible = false;
     this.ring.renderOrder = 5;
     stage.add(this.ring);
-    stage.onFrame(() => this.ring.quaternion.copy(stage.camera.quaternion));
+    stage.onFrame(() => {
+      this.ring.quaternion.copy(stage.camera.quaternion);
+      this.marks.children.forEach((mark) => mark.quaternion.copy(stage.camera.quaternion));
+    });
     onTheme(() => material.color.set(colourOf("--ink")));
     let pressed: [number, number] | null = null;
     const canvas = stage.renderer.domElement;
@@ -73,8 +81,30 @@ export class MapView {
     await this.source.points(["row", "status", ...POSITION], (columns, from) => {
       const axes = POSITION.map((name) => columns.get(name)!) as [Float32Array, Float32Array, Float32Array];
       this.codes.set(columns.get("status") as Uint8Array, from);
-      this.cloud.take(from, axes, columns.get("row") as Uint32Array);
+      const rows = columns.get("row") as Uint32Array;
+      this.cloud.take(from, axes, rows);
+      this.mark(rows, axes);
       this.change();
+    });
+  }
+
+  /** Whether the check of the run found a row wrong. */
+  isWrong(row: number): boolean {
+    return this.wrong.has(row);
+  }
+
+  /** Rings around wrong rows. */
+  private mark(rows: Uint32Array, [x, y, z]: [Float32Array, Float32Array, Float32Array]): void {
+    if (this.wrong.size === 0) return;
+    const size = 0.012 * this.source.description.length * this.stage.perMetre;
+    const shape = new RingGeometry(0.6 * size, size, 24);
+    const material = new MeshBasicMaterial({ depthTest: false, color: 0xd00000 });
+    rows.forEach((row, k) => {
+      if (!this.wrong.has(row) || Number.isNaN(x[k]!)) return;
+      const ring = new Mesh(shape, material);
+      ring.position.set(x[k]!, y[k]!, z[k]!).multiplyScalar(this.stage.perMetre);
+      ring.renderOrder = 4;
+      this.marks.add(ring);
     });
   }
 

@@ -27,6 +27,7 @@ export class RowCard {
   private async find(row: number): Promise<void> {
     if (await this.map.chooseRow(row)) return;
     const { rows, points } = this.map.info;
+    this.words.classList.remove("is-wrong");
     this.words.textContent =
       Number.isInteger(row) && row >= 0 && row < rows && points < rows
         ? "This row is not among the points that are drawn."
@@ -44,7 +45,9 @@ export class RowCard {
     });
     const isRounded = description.engine ? null : el("p", { class: "note" }, "Numbers of this page are rounded to 16 bits over their range.");
     this.title.textContent = `Row ${row.row}`;
-    this.words.textContent = "";
+    const isWrong = this.map.isWrong(row.row);
+    this.words.textContent = isWrong ? "The check of the run found this row wrong." : "";
+    this.words.classList.toggle("is-wrong", isWrong);
     this.number.value = String(row.row);
     this.content.replaceChildren(
       el("code", { class: "arguments" }, text || "no inputs"),

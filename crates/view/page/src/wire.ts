@@ -47,6 +47,8 @@ export interface MapInfo {
   surface: boolean;
   voxels: ColumnInfo[] | null;
   voxel: number | null;
+  /** Rows that the check of the run found wrong. */
+  wrong_rows: number[];
 }
 
 export interface Description {
@@ -65,6 +67,9 @@ export interface Description {
   sliders: Slider[];
   can_drag: boolean;
   map: MapInfo | null;
+  /** What speaks against the rows, in a sentence and in full; null where nothing does. */
+  distrusted: string | null;
+  distrust: string | null;
   stills: string[] | Record<string, string>;
 }
 

@@ -47,7 +47,8 @@ impl View {
         loop {
             let (page, rounding) = self.page(points)?;
             if page.len() <= MOST_BYTES || points < 1000 {
-                std::fs::write(path, &page).map_err(|source| ViewError::Write { path: path.into(), source })?;
+                rodsweep::files::replace(path, &page)
+                    .map_err(|source| ViewError::Write { path: path.into(), source })?;
                 return Ok(Exported { bytes: page.len(), points, of_points, rounding });
             }
             // Not all of it is points: a little less than in proportion.

@@ -57,6 +57,7 @@ pub fn solve_nodes<L: Lane>(
     merge(out, Quantity::StabilityIndex.column(), !done, one.constant(NO_EQUILIBRIUM));
     merge(out, Quantity::Iterations.column(), !done, passes);
     merge(out, Quantity::LoadFraction.column(), !done, lambda);
+    out.store(Quantity::LoadFractionError.column(), one);
 }
 
 /// Writes a column of some lanes.
@@ -241,6 +242,7 @@ fn write_row<L: Lane>(
     row.store(Quantity::StabilityIndex.column(), nodes.elimination.index);
     row.store(Quantity::Iterations.column(), passes);
     row.store(Quantity::LoadFraction.column(), one);
+    row.store(Quantity::LoadFractionError.column(), one);
     row.store(Quantity::Status.column(), one.constant(f64::from(Status::Ramped.code())));
     write_node_rows(problem, nodes, workspace, row);
 }

@@ -43,7 +43,8 @@ pub fn follow_nodes<L: Lane>(
     let (mut lambda, mut lambda_before, mut lambda_earlier) = (zero, zero, zero);
     let mut step = one.constant(NODE_FIRST_STEP);
     let mut target = step;
-    let first_bound = one.constant(NODE_TRUST / NODE_CONTRACTION);
+    let trust = NODE_TRUST * problem.program.pace;
+    let first_bound = one.constant(trust / NODE_CONTRACTION);
     // The least pivot on the last accepted step, and on all of them.
     let (mut last_least, mut weakest) = (one, one);
     let (mut last_size, mut first_size) = (first_bound, zero);
@@ -80,12 +81,11 @@ pub fn follow_nodes<L: Lane>(
         lambda = L::select(accept, target, lambda);
         reached = reached | (accept & !partial);
         first_size = L::select(corrections.lt(one.constant(0.5)), size, first_size);
-        let ratio =
-            (narrowed(last_least) * one.constant(NODE_AIM * NODE_TRUST) / first_size.max(one.constant(1e-6))).sqrt();
+        let ratio = (narrowed(last_least) * one.constant(NODE_AIM * trust) / first_size.max(one.constant(1e-6))).sqrt();
         let ratio = ratio.max(one.constant(NODE_LEAST_RATIO)).min(one.constant(NODE_MOST_RATIO));
         // From rest the first correction is as the load.
         let is_first = corrections.lt(one.constant(0.5)) & lambda.lt(one.constant(NODE_SMALLEST_FIRST_STEP));
-        let back = one.constant(NODE_AIM * NODE_TRUST) / size;
+        let back = one.constant(NODE_AIM * trust) / size;
         let back = L::select(is_first & back.lt(one.constant(NODE_RETREAT)), back, one.constant(NODE_RETREAT));
         step = L::select(accept, used * ratio, L::select(reject, used * back, step));
         let smallest = (lambda * one.constant(NODE_SMALLEST_STEP)).max(one.constant(NODE_SMALLEST_FIRST_STEP));

@@ -16,7 +16,7 @@ use crate::lanes::program::Outputs;
 use crate::lanes::rod::Segment;
 use crate::lanes::section::velocity;
 use crate::model::path::{
-    COLUMN_NOISE, DIFFERENCE, NEWTON_LIMIT, REACH, ROUND_OFF, SAFE_MARGIN, SECOND_ORDER, TRUST,
+    COLUMN_NOISE, DIFFERENCE, FINE_TRUST, NEWTON_LIMIT, REACH, ROUND_OFF, SAFE_MARGIN, SECOND_ORDER,
 };
 use crate::model::{DerivativeScale, NO_EQUILIBRIUM, Quantity, Status};
 
@@ -52,7 +52,7 @@ pub fn solve_varying<L: Kernels>(
         let is_still = norm(moved(workspace, left)).lt(one.constant(program.turn_tolerance));
         converged = end.reached & change.lt(tolerance.max(first_order)) & is_still;
         end.passes = L::select(moving, end.passes + one, end.passes);
-        moving = moving & !converged & change.lt(one.constant(TRUST));
+        moving = moving & !converged & change.lt(one.constant(FINE_TRUST));
         if pass + 1 == NEWTON_LIMIT || !L::any(moving) {
             break;
         }
@@ -164,6 +164,7 @@ fn write<L: Kernels>(
     out.store(Quantity::StabilityIndex.column(), L::select(is_equilibrium, index, one.constant(NO_EQUILIBRIUM)));
     out.store(Quantity::Iterations.column(), end.passes);
     out.store(Quantity::LoadFraction.column(), end.lambda);
+    out.store(Quantity::LoadFractionError.column(), end.load_error);
     out.store(Quantity::Status.column(), status);
 
     out.store(Quantity::ErrorEstimate.column(), error);

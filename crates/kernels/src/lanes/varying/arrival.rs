@@ -18,6 +18,8 @@ pub struct VaryingPath<L: Lane> {
     pub outside: L::Mask,
     pub exhausted: L::Mask,
     pub lambda: L,
+    /// Its error at a fold whose turn was seen, else 1.
+    pub load_error: L,
     pub passes: L,
 }
 
@@ -52,6 +54,6 @@ impl<L: Lane> VaryingPath<L> {
         let base = (from.vector(token, 3), from.vector(token, 6));
         let reached = half.lt(reached);
         let [fold, too_near, outside, exhausted] = [nobody; 4];
-        Self { base, inverse, reached, fold, too_near, outside, exhausted, lambda, passes }
+        Self { base, inverse, reached, fold, too_near, outside, exhausted, lambda, load_error: half + half, passes }
     }
 }

@@ -1,11 +1,11 @@
 //! The paths of a block of samples in a field that varies, without care: in f32, those that set out alike at a time.
 
-use super::group::{FollowVarying, InVarying};
+use super::group::{FollowVarying, InVarying, Led};
 use crate::lanes::block::Block;
 use crate::lanes::kernels::Kernels;
 use crate::lanes::lane::{Lane, Scalar};
 use crate::lanes::memory::{Memory, pack, unpack};
-use crate::lanes::program::{Outputs, Program, Resolution};
+use crate::lanes::program::{Outputs, Program};
 use crate::model::BLOCK;
 
 /// Follows the paths of all samples in `order`; puts those that arrive first and returns their number.
@@ -47,19 +47,14 @@ pub fn follow_block<L: Kernels>(
 }
 
 impl<L: Kernels> Block<'_, L> {
-    /// Solves as many samples as a register holds, or fewer, in a field that varies in space; with care on this grid.
+    /// Solves as many samples as a register holds, or fewer, in a field that varies in space.
     #[inline(always)]
-    pub(in crate::lanes) fn solve_in_varying(
-        &mut self,
-        samples: &[usize],
-        care: Option<&Resolution>,
-        out: Outputs<'_, L::Scalar>,
-    ) {
+    pub(in crate::lanes) fn solve_in_varying(&mut self, samples: &[usize], led: Led<'_>, out: Outputs<'_, L::Scalar>) {
         let Memory { answers: tools, varying, ends, .. } = &mut *self.memory;
         tools.pack(self.inputs, samples);
-        if care.is_none() {
+        if matches!(led, Led::Before) {
             pack(ends, samples, L::COUNT, &mut tools.start);
         }
-        L::in_varying(InVarying { program: self.program, token: self.token, care, varying, tools, out });
+        L::in_varying(InVarying { program: self.program, token: self.token, led, varying, tools, out });
     }
 }

@@ -2,6 +2,7 @@
 
 use super::answer::solve_varying;
 use super::arrival::VaryingPath;
+use super::curve::follow_bordered;
 use super::pass::{Pass, integrate};
 use super::path::follow_varying;
 use super::rest::{Rest, set_out};
@@ -53,12 +54,22 @@ impl<L: Kernels> WithSimd for FollowVarying<'_, L> {
     }
 }
 
-/// The arguments of [`solve_varying`]; with care from rest or, in a search, from a start, else from where paths have ended.
+/// How samples are led to their answers.
+#[derive(Clone, Copy)]
+pub enum Led<'a> {
+    /// Their paths have ended before.
+    Before,
+    /// From rest along the curve of equilibria.
+    Curve,
+    /// With care on this grid, from rest or, in a search, from a start.
+    Ramp(&'a Resolution),
+}
+
+/// The arguments of [`solve_varying`].
 pub struct InVarying<'a, L: Lane> {
     pub program: &'a Program,
     pub token: L::Token,
-    /// The grid of the path.
-    pub care: Option<&'a Resolution>,
+    pub led: Led<'a>,
     pub varying: &'a mut VaryingWorkspace<L>,
     pub tools: &'a mut Tools<L>,
     pub out: Outputs<'a, L::Scalar>,
@@ -75,7 +86,7 @@ impl<L: Kernels> WithSimd for InVarying<'_, L> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let InVarying { program, token, care, varying, tools, mut out } = self;
+        let InVarying { program, token, led, varying, tools, mut out } = self;
         let Tools { rod, inputs, start, .. } = tools;
         let inputs = Inputs { data: inputs, stride: L::COUNT, offset: 0 };
         L::load_rods(Load { program, token, inputs, rod });
@@ -83,13 +94,20 @@ impl<L: Kernels> WithSimd for InVarying<'_, L> {
         varying.space.load(&problem);
         let end = if program.searches {
             search_varying(&problem, varying)
-        } else if let Some(grid) = care {
-            let rest = set_out(&problem, varying);
-            follow_varying(&problem, Some(grid), &rest, varying)
         } else {
-            VaryingPath::load(token, &Inputs { data: start, stride: L::COUNT, offset: 0 })
+            match led {
+                Led::Before => VaryingPath::load(token, &Inputs { data: start, stride: L::COUNT, offset: 0 }),
+                Led::Curve => {
+                    let rest = set_out(&problem, varying);
+                    follow_bordered(&problem, &rest, varying)
+                }
+                Led::Ramp(grid) => {
+                    let rest = set_out(&problem, varying);
+                    follow_varying(&problem, Some(grid), &rest, varying)
+                }
+            }
         };
-        solve_varying(&problem, care.is_some(), end, varying, &mut out);
+        solve_varying(&problem, !matches!(led, Led::Before), end, varying, &mut out);
     }
 }
 

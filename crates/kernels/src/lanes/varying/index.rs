@@ -2,7 +2,8 @@
 //!
 //! z = (dp, w) and y = (dn, dm - w x m / 2) of an interval's end follow from those of its start by (a, b; c, d). Held at
 //! its start its end yields by C = b d^-1. Where what lies beyond answers with y = S z, its pivot C^-1 - S has as many
-//! negative eigenvalues as I - B^T S B, where C = B B^T: an interval that cannot lengthen needs no inverse of C.
+//! negative eigenvalues as J - B^T S B, where C = B J B^T and J is a diagonal of signs: an interval that cannot lengthen needs no
+//! inverse of C. A piece that is soft in torsion may be unstable by itself (a sign of -1) and stable as a part of the rod.
 #![allow(clippy::needless_range_loop)]
 
 use super::matrix::Mat6;
@@ -120,10 +121,12 @@ fn pivots<L: Lane>(transfer: &Transfer<L>, S: &Mat6<L>, found: &mut Stability<L>
     let zero = found.index.constant(0.0);
     let one = zero.constant(1.0);
     let S = swapped(S);
-    let (root, mut index) = root(&swapped(&transfer.compliance()), one);
-    let mut pivot = Mat6::identity(one).0;
+    let (root, signs) = root(&swapped(&transfer.compliance()), one);
+    let mut index = zero;
+    let mut pivot = Mat6::zero(one).0;
+    (0..6).for_each(|k| pivot[k][k] = signs[k]);
     for k in 0..6 {
-        // B^T S, then I - B^T S B, whose other half is the same.
+        // B^T S, then J - B^T S B, whose other half is the same.
         let mut row = [zero; 6];
         for j in k..6 {
             for column in 0..6 {
@@ -154,14 +157,13 @@ fn pivots<L: Lane>(transfer: &Transfer<L>, S: &Mat6<L>, found: &mut Stability<L>
     found.index = found.index + index;
 }
 
-/// B^T of C = B B^T, rotations before displacements, a row of zeros where C does not yield; and one for each rotation in which
-/// C yields the wrong way, which a short interval does in none. To displacements along it it hardly yields, and less than its
-/// pass errs.
+/// B^T and J of C = B J B^T, rotations before displacements; a row of zeros and a sign of 1 where C does not yield. To
+/// displacements along it an interval hardly yields, and less than its pass errs.
 #[inline(always)]
-fn root<L: Lane>(C: &Mat6<L>, one: L) -> ([[L; 6]; 6], L) {
+fn root<L: Lane>(C: &Mat6<L>, one: L) -> ([[L; 6]; 6], [L; 6]) {
     let zero = one.constant(0.0);
     let (half, noise) = (one.constant(0.5), one.constant(64.0 * L::Scalar::EPSILON));
-    let (mut c, mut root, mut index) = (C.0, [[zero; 6]; 6], zero);
+    let (mut c, mut root, mut signs) = (C.0, [[zero; 6]; 6], [one; 6]);
     let mut largest = zero;
     for k in 0..6 {
         largest = largest.max(C.0[k][k].abs());
@@ -171,23 +173,23 @@ fn root<L: Lane>(C: &Mat6<L>, one: L) -> ([[L; 6]; 6], L) {
     }
     let least = largest * noise;
     for k in 0..6 {
-        let yields = least.lt(c[k][k]);
-        if k < 3 {
-            index = L::select(c[k][k].lt(-least), index + one, index);
-        }
-        let inverse = L::select(yields, one / c[k][k].max(least).sqrt(), zero);
+        // A displacement that is negative within round-off does not yield, either.
+        let is_negative = if k < 3 { c[k][k].lt(-least) } else { one.lt(zero) };
+        let yields = least.lt(c[k][k]) | is_negative;
+        signs[k] = L::select(is_negative, -one, one);
+        let inverse = L::select(yields, one / c[k][k].abs().max(least).sqrt(), zero);
         let mut line = c[k];
         for column in 0..6 {
             line[column] = line[column] * inverse;
         }
         for row in k + 1..6 {
             for column in 0..6 {
-                c[row][column] = line[row].neg_mul_add(line[column], c[row][column]);
+                c[row][column] = (line[row] * signs[k]).neg_mul_add(line[column], c[row][column]);
             }
         }
         root[k] = line;
     }
-    (root, index)
+    (root, signs)
 }
 
 /// The last of a pair first.

@@ -9,6 +9,7 @@ mod arrival;
 mod block;
 mod chord;
 mod crossing;
+mod curve;
 mod ends;
 mod first;
 mod group;
@@ -26,7 +27,7 @@ mod workspace;
 
 pub use arrival::VARYING_END_COLUMNS;
 pub use block::follow_block;
-pub use group::{FollowVarying, InVarying, PassVarying};
+pub use group::{FollowVarying, InVarying, Led, PassVarying};
 pub use pass::Pass;
 pub use rest::REST_COLUMNS;
 pub use space::ProgramField;

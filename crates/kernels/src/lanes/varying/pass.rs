@@ -91,7 +91,7 @@ fn numbered<'a, L>(
 pub fn integrate<L: Lane, T: Terms>(pass: Pass<'_, L>, terms: T) {
     let Pass { problem, resolution, lambda, base, what, points, workspace } = pass;
     let Problem { program, rod, .. } = problem;
-    let VaryingWorkspace { space, room, acting, parameters, transfers, columns, first, .. } = workspace;
+    let VaryingWorkspace { space, room, acting, parameters, transfers, columns, first, moments, .. } = workspace;
     let zero = lambda.constant(0.0);
     let mut state = State { p: Vec3::splat(zero), d1: rod.d1, t: rod.t, m: base.1, n: base.0 };
     let (mut pose, mut load) = (Mat6::zero(zero), Mat6::identity(zero));
@@ -102,6 +102,7 @@ pub fn integrate<L: Lane, T: Terms>(pass: Pass<'_, L>, terms: T) {
     if with_transfers {
         transfers.clear();
     }
+    moments.clear();
     if what.has_parameters() {
         columns.clear();
         for parameters in parameters.iter() {
@@ -112,6 +113,9 @@ pub fn integrate<L: Lane, T: Terms>(pass: Pass<'_, L>, terms: T) {
     for (index, segment) in rod.segments.iter().enumerate() {
         match segment {
             Segment::Flexible(flexible) => {
+                if what == What::Place {
+                    moments.push((state.p, state.m));
+                }
                 let steps = resolution.steps[index];
                 let (ratio, steady) = (resolution.ratio(terms, index), program.steady[index]);
                 if what.has_parameters() && Some(index) == program.first_beyond_rigid {
@@ -163,6 +167,9 @@ pub fn integrate<L: Lane, T: Terms>(pass: Pass<'_, L>, terms: T) {
                     travelled = travelled + length(state.p - before.p);
                     let clearance = space.clearance(before.p, middle).min(space.clearance(middle, state.p));
                     leeway = leeway.min(clearance / travelled);
+                }
+                if what == What::Place {
+                    moments.push((state.p, state.m));
                 }
                 for (parameters, three) in parameters.iter().zip(columns.iter_mut()).take(threes) {
                     lengthen(space, &problem, flexible, &state, &parameters.sources.segments[index].dL, three);

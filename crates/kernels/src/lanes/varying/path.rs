@@ -17,8 +17,8 @@ use crate::model::CoilLoad;
 use crate::model::path::{
     AIM, CONTRACTION, CORRECTIONS, FIELD_LITTLE_STEP, FIELD_LOAD_TOLERANCE, FIELD_NEAR_MARGIN, FIELD_SMALLEST_STEP,
     FIELD_SOFT, FIELD_SOFT_RATIO, FIRST_BEND, FOLD_MARGIN, FOLD_STEEPNESS, FULL_LOAD_TOLERANCE, LITTLE_LOAD,
-    NEAR_MARGIN, NODE_LEAST_RATIO, NODE_MOST_RATIO, NODE_PASS_LIMIT, NODE_RETREAT, PATH_TOLERANCE, RAMP_TRUST,
-    SAFE_MARGIN, SMALLEST_GUARDED_STEP, SMALLEST_RAMP_STEP, TRUST, WIDENING,
+    NEAR_MARGIN, NODE_LEAST_RATIO, NODE_MOST_RATIO, NODE_PASS_LIMIT, NODE_RETREAT, PATH_TOLERANCE, SAFE_MARGIN,
+    SMALLEST_GUARDED_STEP, SMALLEST_RAMP_STEP, TRUST, WIDENING,
 };
 
 /// sqrt(3) over the norm of d(m0)/d(l_tip).
@@ -96,7 +96,7 @@ pub fn follow_varying<L: Kernels>(
     let care = care.is_some();
     let rest = (Vec3::splat(zero), Vec3::splat(zero));
     let (mut accepted, mut end_inverse) = (rest, Mat6::identity(one));
-    let slope = size(from.slope, rest).max(one.constant(1e-6));
+    let slope = from.largest.max(one.constant(1e-6));
     // In single precision round-off hides what lies closer.
     let sharp = care && L::Scalar::EPSILON < 1e-10;
     // Elsewhere the field acts, but for stretches under a tip moment, as if it did at the middles of rigid segments; the answer corrects it.
@@ -111,10 +111,10 @@ pub fn follow_varying<L: Kernels>(
     });
     let mut secant = from.slope;
     let mut lambda = zero;
-    let mut step = (one.constant(FIRST_BEND) / slope).min(one);
+    let mut step = (one.constant(FIRST_BEND * program.pace) / slope).min(one);
     let mut target = step;
     let mut base = (secant.0 * target, secant.1 * target);
-    let trust = if care { TRUST } else { RAMP_TRUST };
+    let trust = TRUST * program.pace;
     let first_bound = one.constant(trust / CONTRACTION);
     let (mut last_size, mut first_size) = (first_bound, zero);
     let (mut corrections, mut passes) = (zero, zero);
@@ -223,6 +223,7 @@ pub fn follow_varying<L: Kernels>(
         outside: lost & outside,
         exhausted,
         lambda,
+        load_error: one,
         passes,
     }
 }

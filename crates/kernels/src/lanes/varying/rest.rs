@@ -2,21 +2,24 @@
 
 use super::pass::Pass;
 use super::path::Load;
+use super::path::norm;
 use super::workspace::{VaryingWorkspace, What};
-use crate::lanes::algebra::{Vec3, cross_sub};
+use crate::lanes::algebra::{Vec3, cross_sub, length};
 use crate::lanes::kernels::Kernels;
 use crate::lanes::lane::Lane;
 use crate::lanes::problem::{Problem, stiff};
 use crate::lanes::program::{Inputs, Outputs};
 use crate::model::CoilLoad;
 
-/// Numbers of how a sample sets out: d(n0, m0)/dlambda, the tip, its leeway, how far the dipoles are inside of maps.
-pub const REST_COLUMNS: usize = 11;
+/// Numbers of how a sample sets out: d(n0, m0)/dlambda, the tip, its leeway, how far the dipoles are inside of maps, the largest moment.
+pub const REST_COLUMNS: usize = 12;
 
 /// How samples set out from rest.
 pub struct Rest<L: Lane> {
     /// d(n0, m0)/dlambda
     pub slope: Load<L>,
+    /// The largest of its size and of the moments by all loads inside the unbent rod.
+    pub largest: L,
     pub tip: Vec3<L>,
     /// How far it may move before the rod is too near to a magnet.
     pub leeway: L,
@@ -32,14 +35,15 @@ impl<L: Lane> Rest<L> {
         out.store_vector(6, self.tip);
         out.store(9, self.leeway);
         out.store(10, self.inside);
+        out.store(11, self.largest);
     }
 
     /// Reads it again.
     #[inline(always)]
     pub fn load(token: L::Token, from: &Inputs<'_, L::Scalar>) -> Self {
         let [slope, moment, tip] = [0, 3, 6].map(|column| from.vector(token, column));
-        let [leeway, inside] = [9, 10].map(|column| from.column(token, column));
-        Self { slope: (slope, moment), tip, leeway, inside }
+        let [leeway, inside, largest] = [9, 10, 11].map(|column| from.column(token, column));
+        Self { slope: (slope, moment), largest, tip, leeway, inside }
     }
 }
 
@@ -54,15 +58,17 @@ pub fn set_out<L: Kernels>(problem: &Problem<'_, L>, workspace: &mut VaryingWork
     L::varying_pass(Pass { problem, resolution, lambda, base: (none, none), what, points, workspace });
     let n = rod.f_tip - workspace.tip.n;
     // It acts on the arms of that rod, which stays where it is.
+    let arm = if program.rigid_force_arm { n } else { none };
     if program.rigid_force_arm {
         workspace.tip.m = cross_sub(workspace.tip.p, n, workspace.tip.m);
     } else {
         L::varying_pass(Pass { problem, resolution, lambda, base: (n, none), what, points, workspace });
     }
-    Rest {
-        slope: (n, rod.l_tip - workspace.tip.m),
-        tip: workspace.tip.p,
-        leeway: workspace.leeway,
-        inside: workspace.inside,
-    }
+    let slope = (n, rod.l_tip - workspace.tip.m);
+    let moments = std::mem::take(&mut workspace.moments);
+    // Force and moment at the base of a rod that stays where it is add to the moments inside.
+    let inside = |(p, m): &(Vec3<L>, Vec3<L>)| length(cross_sub(*p, arm, *m + slope.1));
+    let largest = moments.iter().fold(norm(slope), |largest, at| largest.max(inside(at)));
+    workspace.moments = moments;
+    Rest { slope, largest, tip: workspace.tip.p, leeway: workspace.leeway, inside: workspace.inside }
 }

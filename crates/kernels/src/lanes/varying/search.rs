@@ -34,6 +34,7 @@ pub fn search_varying<L: Kernels>(problem: &Problem<'_, L>, workspace: &mut Vary
         outside: none,
         exhausted: none,
         lambda: one,
+        load_error: one,
         passes: zero,
     };
     let mut failed = none;

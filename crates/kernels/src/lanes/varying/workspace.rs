@@ -69,6 +69,8 @@ pub struct VaryingWorkspace<L: Lane> {
     pub leeway: L,
     /// How far the magnetic parts of the rod are inside of every map.
     pub inside: L,
+    /// Place and moment at both ends of every flexible segment, where a pass asks for [`What::Place`].
+    pub moments: Vec<(Vec3<L>, Vec3<L>)>,
 }
 
 impl<L: Lane> VaryingWorkspace<L> {
@@ -89,6 +91,7 @@ impl<L: Lane> VaryingWorkspace<L> {
             first: First::new(zero),
             leeway: zero,
             inside: zero,
+            moments: Vec::new(),
         }
     }
 }

@@ -1,0 +1,294 @@
+//! Equilibria of a rod in a field that varies along their curve: load at the base and load fraction, their matrix of 7 rows. C1, C2
+#![allow(clippy::needless_range_loop)]
+
+use super::arrival::VaryingPath;
+use super::index::index;
+use super::matrix::Mat6;
+use super::pass::Pass;
+use super::path::{Load, norm};
+use super::rest::Rest;
+use super::workspace::{VaryingWorkspace, What};
+use crate::lanes::algebra::{Vec3, axpy, dot, length};
+use crate::lanes::curve::{Equations, Point, Seen, follow_curve};
+use crate::lanes::kernels::Kernels;
+use crate::lanes::lane::{Lane, Scalar};
+use crate::lanes::problem::Problem;
+use crate::model::path::{FIRST_BEND, ROUND_OFF};
+
+/// Load at the base and load fraction, or their change.
+#[derive(Clone, Copy)]
+pub struct Loaded<L> {
+    base: Load<L>,
+    lambda: L,
+}
+
+impl<L: Lane> Loaded<L> {
+    #[inline(always)]
+    fn numbers(&self) -> [L; 7] {
+        let (n, m) = self.base;
+        [n.x, n.y, n.z, m.x, m.y, m.z, self.lambda]
+    }
+
+    #[inline(always)]
+    fn of([a, b, c, d, e, f, lambda]: [L; 7]) -> Self {
+        Self { base: (Vec3 { x: a, y: b, z: c }, Vec3 { x: d, y: e, z: f }), lambda }
+    }
+}
+
+impl<L: Lane> Point<L> for Loaded<L> {
+    #[inline(always)]
+    fn select(mask: L::Mask, a: Self, b: Self) -> Self {
+        Self { base: super::path::select::<L>(mask, a.base, b.base), lambda: L::select(mask, a.lambda, b.lambda) }
+    }
+
+    #[inline(always)]
+    fn plus(self, s: L, a: Self) -> Self {
+        let base = (axpy(s, a.base.0, self.base.0), axpy(s, a.base.1, self.base.1));
+        Self { base, lambda: s.mul_add(a.lambda, self.lambda) }
+    }
+
+    #[inline(always)]
+    fn times(self, s: L) -> Self {
+        Self { base: (self.base.0 * s, self.base.1 * s), lambda: self.lambda * s }
+    }
+
+    #[inline(always)]
+    fn lambda(&self) -> L {
+        self.lambda
+    }
+
+    #[inline(always)]
+    fn with_lambda(self, lambda: L) -> Self {
+        Self { lambda, ..self }
+    }
+
+    #[inline(always)]
+    fn size(&self) -> L {
+        norm(self.base)
+    }
+}
+
+/// How the pose of the tip follows the load at the base, and the square of how much a force counts.
+#[derive(Clone, Copy)]
+pub struct Metric<L> {
+    pose: Mat6<L>,
+    force: L,
+}
+
+/// A group of rods, and what the last pass told.
+struct Varying<'a, L: Lane> {
+    problem: &'a Problem<'a, L>,
+    workspace: &'a mut VaryingWorkspace<L>,
+    /// Tip and leeway of the last pass, and at the point kept last.
+    tip: Vec3<L>,
+    kept_tip: Vec3<L>,
+    kept_leeway: L,
+    /// Of the last pass, bordered by its row.
+    matrix: [[L; 7]; 7],
+}
+
+/// Solves A x = b for both b, the largest pivot of each column chosen lane by lane; returns det A, too.
+#[inline(always)]
+fn solve_bordered<L: Lane>(mut a: [[L; 7]; 7], mut b: [[L; 2]; 7]) -> ([[L; 2]; 7], L) {
+    let one = a[0][0].constant(1.0);
+    let mut determinant = one;
+    for k in 0..7 {
+        for row in k + 1..7 {
+            let larger = a[k][k].abs().lt(a[row][k].abs());
+            for column in k..7 {
+                let (up, down) = (a[k][column], a[row][column]);
+                a[k][column] = L::select(larger, down, up);
+                a[row][column] = L::select(larger, up, down);
+            }
+            for column in 0..2 {
+                let (up, down) = (b[k][column], b[row][column]);
+                b[k][column] = L::select(larger, down, up);
+                b[row][column] = L::select(larger, up, down);
+            }
+            determinant = L::select(larger, -determinant, determinant);
+        }
+        let inverse = one / a[k][k];
+        determinant = determinant * a[k][k];
+        for row in k + 1..7 {
+            let factor = a[row][k] * inverse;
+            for column in k + 1..7 {
+                a[row][column] = factor.neg_mul_add(a[k][column], a[row][column]);
+            }
+            for column in 0..2 {
+                b[row][column] = factor.neg_mul_add(b[k][column], b[row][column]);
+            }
+        }
+    }
+    for k in (0..7).rev() {
+        let inverse = one / a[k][k];
+        for column in 0..2 {
+            let mut x = b[k][column];
+            for j in k + 1..7 {
+                x = a[k][j].neg_mul_add(b[j][column], x);
+            }
+            b[k][column] = x * inverse;
+        }
+    }
+    (b, determinant)
+}
+
+impl<L: Kernels> Varying<'_, L> {
+    #[inline(always)]
+    fn pass(&mut self, fine: bool, lambda: L, base: Load<L>, what: What) {
+        let program = &self.problem.program;
+        let resolution = if fine { &program.fine } else { &program.curve };
+        let points = program.field.as_ref().map_or(&[][..], |field| field.points);
+        let problem = *self.problem;
+        L::varying_pass(Pass { problem, resolution, lambda, base, what, points, workspace: self.workspace });
+    }
+
+    /// dr after a pass under part of the load.
+    #[inline(always)]
+    fn residual(&self, lambda: L) -> [L; 6] {
+        let (rod, tip) = (self.problem.rod, &self.workspace.tip);
+        let (n, m) = (tip.n - rod.f_tip * lambda, tip.m - rod.l_tip * lambda);
+        [n.x, n.y, n.z, m.x, m.y, m.z]
+    }
+}
+
+impl<L: Kernels> Equations<L> for Varying<'_, L> {
+    type Point = Loaded<L>;
+    type Metric = Metric<L>;
+
+    #[inline(always)]
+    fn product(metric: &Metric<L>, a: Loaded<L>, b: Loaded<L>) -> L {
+        let (pa, pb) = (metric.pose.on(a.base.0, a.base.1), metric.pose.on(b.base.0, b.base.1));
+        let tip = dot(pa.0, pb.0) + dot(pa.1, pb.1) + dot(a.base.1, b.base.1);
+        metric.force.mul_add(dot(a.base.0, b.base.0), a.lambda.mul_add(b.lambda, tip))
+    }
+
+    #[inline(always)]
+    fn row(metric: &Metric<L>, a: Loaded<L>) -> Loaded<L> {
+        let (dp, w) = metric.pose.on(a.base.0, a.base.1);
+        let (n, m) = metric.pose.transposed().on(dp, w);
+        Loaded { base: (axpy(metric.force, a.base.0, n), m + a.base.1), lambda: a.lambda }
+    }
+
+    #[inline(always)]
+    fn select_metric(mask: L::Mask, a: &Metric<L>, b: &Metric<L>) -> Metric<L> {
+        Metric { pose: Mat6::select(mask, &a.pose, &b.pose), force: L::select(mask, a.force, b.force) }
+    }
+
+    /// The change by load fraction is a difference: Newton's method corrects itself.
+    #[inline(always)]
+    fn look(&mut self, fine: bool, at: Loaded<L>, row: Loaded<L>) -> Seen<L, Loaded<L>, Metric<L>> {
+        let one = at.lambda.constant(1.0);
+        let zero = one.constant(0.0);
+        self.pass(fine, at.lambda, at.base, if fine { What::Base } else { What::Transfers });
+        let r = self.residual(at.lambda);
+        self.tip = self.workspace.tip.p;
+        let further = one.constant(if L::Scalar::EPSILON < 1e-10 { 1.0 / 33_554_432.0 } else { 1.0 / 512.0 });
+        self.pass(fine, at.lambda + further, at.base, What::State);
+        let after = self.residual(at.lambda + further);
+        let (mut a, mut b) = ([[zero; 7]; 7], [[zero; 2]; 7]);
+        for k in 0..6 {
+            a[k][..6].copy_from_slice(&self.workspace.matrix.0[k]);
+            a[k][6] = (after[k] - r[k]) * (one / further);
+            b[k][0] = -r[k];
+        }
+        a[6] = row.numbers();
+        b[6][1] = one;
+        self.matrix = a;
+        let (found, whole) = solve_bordered(a, b);
+        let (mut delta, mut along) = ([zero; 7], [zero; 7]);
+        for k in 0..7 {
+            (delta[k], along[k]) = (found[k][0], found[k][1]);
+        }
+        let (delta, along) = (Loaded::of(delta), Loaded::of(along)); // C1, C2
+        let force = one / (one + length(at.base.0));
+        let metric = Metric { pose: self.workspace.pose, force: force * force };
+        let tangent = along.times(one / Self::product(&metric, along, along).sqrt());
+        let (dp, w) = metric.pose.on(delta.base.0, delta.base.1);
+        let size = length(delta.base.1).max(length(w)).max(length(dp)).max(delta.lambda.abs());
+        let size = size.max(length(delta.base.0) * force);
+        Seen { delta, size, tangent, whole, metric, square: one }
+    }
+
+    #[inline(always)]
+    fn index(&mut self) -> L {
+        index(&self.workspace.transfers, self.kept_leeway.constant(1.0)).index
+    }
+
+    #[inline(always)]
+    fn is_clear(&mut self) -> L::Mask {
+        let zero = self.kept_leeway.constant(0.0);
+        let leeway = self.workspace.leeway;
+        let passes_by = !length(self.tip - self.kept_tip).lt(self.kept_leeway + leeway);
+        zero.lt(leeway) & zero.lt(self.workspace.inside) & !passes_by
+    }
+
+    #[inline(always)]
+    fn keep(&mut self, lanes: L::Mask) {
+        self.kept_tip = Vec3::select(lanes, self.tip, self.kept_tip);
+        self.kept_leeway = L::select(lanes, self.workspace.leeway, self.kept_leeway);
+    }
+
+    #[inline(always)]
+    fn check(&mut self, at: Loaded<L>) -> (L, L) {
+        let one = at.lambda.constant(1.0);
+        let zero = one.constant(0.0);
+        let field = self.problem.program.field.as_ref();
+        let (resolution, points) = (&self.problem.program.check, field.map_or(&[][..], |field| &field.check_points[..]));
+        let (problem, what, base) = (*self.problem, What::State, at.base);
+        let workspace = &mut *self.workspace;
+        L::varying_pass(Pass { problem, resolution, lambda: at.lambda, base, what, points, workspace });
+        let r = self.residual(at.lambda);
+        // The last row of the inverse tells how the load follows a residual.
+        let (mut a, mut b) = (self.matrix, [[zero; 2]; 7]);
+        for row in 0..7 {
+            for column in 0..7 {
+                a[row][column] = self.matrix[column][row];
+            }
+        }
+        b[6] = [one, one];
+        let (by_residual, _) = solve_bordered(a, b);
+        let (mut change, mut square) = (zero, zero);
+        for k in 0..6 {
+            change = by_residual[k][0].neg_mul_add(r[k], change);
+            square = by_residual[k][0].mul_add(by_residual[k][0], square);
+        }
+        let noise = (one + norm(at.base)) * one.constant(ROUND_OFF * L::Scalar::EPSILON);
+        (change, square.sqrt() * noise)
+    }
+}
+
+/// Follows the curve of a group from rest.
+#[inline(always)]
+pub fn follow_bordered<L: Kernels>(
+    problem: &Problem<'_, L>,
+    rest: &Rest<L>,
+    workspace: &mut VaryingWorkspace<L>,
+) -> VaryingPath<L> {
+    let one = rest.leeway.constant(1.0);
+    let zero = one.constant(0.0);
+    let none = (Vec3::splat(zero), Vec3::splat(zero));
+    let nobody = one.lt(zero);
+    let matrix = [[zero; 7]; 7];
+    let (tip, kept_tip, kept_leeway) = (rest.tip, rest.tip, rest.leeway);
+    let mut varying = Varying { problem, workspace, tip, kept_tip, kept_leeway, matrix };
+    let start = Loaded { base: none, lambda: zero };
+    let slope = Loaded { base: rest.slope, lambda: one };
+    let pace = problem.program.pace;
+    let bound = one.constant(FIRST_BEND * pace);
+    let first = bound / rest.largest.max(bound);
+    let metric = Metric { pose: Mat6::identity(one), force: one };
+    let wanted = zero.lt(rest.leeway) & zero.lt(rest.inside);
+    let end = follow_curve(&mut varying, (start, slope, metric), (first, pace), wanted);
+    VaryingPath {
+        base: end.at.base,
+        inverse: Mat6::identity(one),
+        reached: nobody,
+        fold: end.fold,
+        too_near: nobody,
+        outside: nobody,
+        exhausted: nobody,
+        lambda: end.at.lambda,
+        load_error: end.load_error,
+        passes: end.passes,
+    }
+}

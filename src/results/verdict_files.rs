@@ -1,0 +1,103 @@
+//! Where verdicts lie: in the manifest of a run, and in a file each where shards or workers share a directory.
+//!
+//! Shards that end at the same moment each write their own file, so that none writes over what another has seen.
+
+use super::error::ResultsError;
+use super::manifest::Manifest;
+use super::read::Results;
+use super::store::{Store, store_at};
+use super::verdict::Verdict;
+use super::verdict_text::Solved;
+use crate::input::write_scene;
+use crate::spec::{Shard, SweepSpec};
+
+const FOLDER: &str = "verdicts";
+
+/// Name of the file of a shard.
+pub(crate) fn of_shard(shard: Shard) -> String {
+    format!("{FOLDER}/{}-of-{}.json", shard.index, shard.count)
+}
+
+/// Name of the file of a worker.
+pub(crate) fn of_worker(id: &str) -> String {
+    format!("{FOLDER}/{id}.json")
+}
+
+/// Puts a verdict of a part of the run.
+pub(crate) fn put(store: &dyn Store, name: &str, verdict: &Verdict) -> Result<(), ResultsError> {
+    let text = serde_json::to_string_pretty(verdict).unwrap_or_default() + "\n";
+    store.put(name, text.as_bytes())
+}
+
+/// The verdict in a file; `None`: there is none.
+pub(crate) fn get(store: &dyn Store, name: &str) -> Result<Option<Verdict>, ResultsError> {
+    let Some(bytes) = store.get(name)? else { return Ok(None) };
+    let damaged =
+        |error: serde_json::Error| ResultsError::Damaged { path: store.path(name), reason: error.to_string() };
+    serde_json::from_slice(&bytes).map(Some).map_err(damaged)
+}
+
+/// The verdicts of parts.
+fn parts(store: &dyn Store) -> Result<Vec<(String, Verdict)>, ResultsError> {
+    let mut parts = Vec::new();
+    for entry in store.list(FOLDER)? {
+        let name = format!("{FOLDER}/{}", entry.name);
+        if entry.is_file && entry.name.ends_with(".json") {
+            parts.extend(get(store, &name)?.map(|verdict| (name, verdict)));
+        }
+    }
+    Ok(parts)
+}
+
+/// The verdict on everything that lies in a place; `None`: nothing there tells.
+pub(crate) fn find(store: &dyn Store) -> Result<Option<Verdict>, ResultsError> {
+    let manifest = Manifest::find(store)?;
+    let parts = parts(store)?;
+    if parts.is_empty() {
+        return Ok(manifest.map(|manifest| manifest.verdict()));
+    }
+    let of_whole = manifest.filter(|manifest| manifest.run.as_ref().is_some_and(|run| run.shard == Shard::WHOLE));
+    let mut all: Vec<Verdict> = parts.into_iter().map(|(_, verdict)| verdict).collect();
+    all.extend(of_whole.map(|manifest| manifest.verdict()));
+    Ok(Some(Verdict::sum(&all)))
+}
+
+/// Takes away the verdicts of parts, once the manifest of a whole run holds what they say.
+pub(crate) fn clear(store: &dyn Store) -> Result<(), ResultsError> {
+    parts(store)?.iter().try_for_each(|(name, _)| store.remove(name))
+}
+
+/// Writes the worst sample of everything that speaks against the rows as a scene that `solve` reads.
+pub(crate) fn put_scenes(store: &dyn Store, spec: &SweepSpec, verdict: Option<&Verdict>) -> Result<(), ResultsError> {
+    for doubt in verdict.iter().flat_map(|verdict| &verdict.doubts) {
+        // A manifest that somebody has changed may name any sample.
+        if let Some(sample) = doubt.worst.filter(|sample| *sample < spec.sample_count) {
+            store.put(&doubt.scene_file(), write_scene(&spec.sample_scene(sample)).as_bytes())?;
+        }
+    }
+    Ok(())
+}
+
+impl Results {
+    /// Whether the rows can be trusted: what the runs that wrote them have found; `None`: nothing there tells.
+    ///
+    /// # Errors
+    ///
+    /// A manifest that is damaged.
+    pub fn verdict(&self) -> Result<Option<Verdict>, ResultsError> {
+        find(store_at(self.directory())?.as_ref())
+    }
+
+    /// What speaks against the rows, where and what helps, in words; `None`: nothing does.
+    ///
+    /// # Errors
+    ///
+    /// As [`Results::verdict`].
+    pub fn distrust(&self) -> Result<Option<String>, ResultsError> {
+        let Some(verdict) = self.verdict()?.filter(|verdict| !verdict.sound) else { return Ok(None) };
+        let run = self.manifest().ok().and_then(|manifest| manifest.run);
+        let certain = run.and_then(|run| run.path_check).is_some_and(|check| check.all);
+        let solved = Solved { method: self.method(), certain, place: Some(self.directory()) };
+        Ok(Some(verdict.explain(&solved)))
+    }
+}

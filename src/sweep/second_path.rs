@@ -1,0 +1,178 @@
+//! Second paths: rows that are called solved are followed from rest once more, by other steps. Where the two ends differ the
+//! reference, which follows finer, decides.
+//!
+//! Both paths leave their branch at the same place only if a jump survives half the first step and half the trust. Of the jumps that
+//! were known none did, and no right row was called into question.
+
+use super::check::{Doubts, named_values};
+use super::samples::Samples;
+use crate::backend::{Backend, BackendError, BackendFactory};
+use crate::model::{Batch, Plan, Quantity, Solutions, Status, rotation_angle};
+use crate::results::{Doubt, DoubtKind, PathCheck};
+use crate::spec::{Sampler, Selection};
+
+/// Rows that are followed twice.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PathCheckOptions {
+    /// One of 64, at least 1,024, at most 16,384.
+    Share,
+    /// Every row.
+    All,
+}
+
+impl PathCheckOptions {
+    fn wanted(self, sample_count: u64) -> u64 {
+        match self {
+            PathCheckOptions::Share => (sample_count / 64).clamp(1024, 16_384),
+            PathCheckOptions::All => sample_count,
+        }
+    }
+}
+
+/// Ends of two paths, over the length of the rod or in radians, that differ by less are one equilibrium.
+const SAME_END: f64 = 1e-3;
+/// Beside it, so many times the error estimates of both.
+const ESTIMATES: f64 = 10.0;
+/// Rows of a call.
+const MAX_BATCH: usize = 1 << 14;
+
+/// Follows rows a second time.
+pub(crate) struct SecondPaths<'a> {
+    selection: Selection,
+    factory: BackendFactory<'a>,
+    trusted: BackendFactory<'a>,
+    follower: Option<Box<dyn Backend>>,
+    judge: Option<Box<dyn Backend>>,
+    pub found: PathCheck,
+    /// Samples that were wrong, of what kind, how far off (over the rod's length, or rad), and the status of their rows before.
+    wrong: Vec<(DoubtKind, (u64, Status, f64))>,
+}
+
+impl<'a> SecondPaths<'a> {
+    pub fn new(
+        sample_count: u64,
+        options: PathCheckOptions,
+        factory: BackendFactory<'a>,
+        trusted: BackendFactory<'a>,
+    ) -> SecondPaths<'a> {
+        let selection = Selection::new(sample_count, options.wanted(sample_count), 0x9a7);
+        let found = PathCheck { all: options == PathCheckOptions::All, ..PathCheck::default() };
+        SecondPaths { selection, factory, trusted, follower: None, judge: None, found, wrong: Vec::new() }
+    }
+
+    /// What the rows that were followed say of those that were not; nothing where every row was.
+    pub fn doubts(&self, plan: &Plan, sampler: &Sampler) -> Vec<Doubt> {
+        let mut doubts = Doubts::new(plan, sampler, self.found.followed);
+        if !self.found.all {
+            self.wrong.iter().for_each(|(kind, seen)| doubts.add(*kind, *seen));
+        }
+        doubts.found
+    }
+
+    /// Rows that are chosen.
+    pub fn selection(&self) -> Selection {
+        self.selection
+    }
+
+    /// Follows the chosen ones of some samples; a row that was wrong is replaced by what the reference says.
+    pub fn check(
+        &mut self,
+        plan: &Plan,
+        sampler: &Sampler,
+        samples: &Samples<'_>,
+        solutions: &mut Solutions,
+    ) -> Result<(), BackendError> {
+        let mut places = samples.chosen(self.selection);
+        places.retain(|at| solutions.status(*at).is_success());
+        for group in places.chunks(MAX_BATCH) {
+            let again = solve(&mut self.follower, self.factory, plan, |plan| batch(plan, sampler, samples, group))?;
+            self.found.followed += group.len() as u64;
+            let ends = group.iter().enumerate();
+            let differ = ends.filter(|(from, to)| !is_same_end(plan, (solutions, **to), (&again, *from)));
+            let differ: Vec<usize> = differ.map(|(_, to)| *to).collect();
+            if !differ.is_empty() {
+                let truth = solve(&mut self.judge, self.trusted, plan, |plan| batch(plan, sampler, samples, &differ))?;
+                for (from, to) in differ.iter().enumerate() {
+                    self.decide(plan, sampler, samples.index(*to), (solutions, *to), (&truth, from));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The reference decides on a row.
+    fn decide(
+        &mut self,
+        plan: &Plan,
+        sampler: &Sampler,
+        index: u64,
+        (solutions, to): (&mut Solutions, usize),
+        (truth, from): (&Solutions, usize),
+    ) {
+        let found = &mut self.found;
+        let before = solutions.status(to);
+        match truth.status(from) {
+            status if status.is_success() => {
+                if is_same_end(plan, (solutions, to), (truth, from)) {
+                    found.confirmed += 1;
+                    return;
+                }
+                let far = apart(plan, (solutions, to), (truth, from));
+                solutions.copy_row(to, truth, from);
+                solutions.set_status(to, Status::Refined);
+                found.elsewhere += 1;
+                self.wrong.push((DoubtKind::RowsElsewhere, (index, before, far)));
+            }
+            Status::Fold => {
+                solutions.copy_row(to, truth, from);
+                found.past_fold += 1;
+                self.wrong.push((DoubtKind::RowsPastFold, (index, before, 0.0)));
+            }
+            _ => {
+                solutions.set_status(to, Status::Doubtful);
+                found.doubtful += 1;
+            }
+        }
+        if found.sample.is_none_or(|sample| index < sample) {
+            found.sample = Some(index);
+            found.values = named_values(plan, sampler, index);
+        }
+    }
+}
+
+/// Solves a batch of samples by a backend that is made when first needed; its plan may be another one.
+fn solve<'a>(
+    backend: &mut Option<Box<dyn Backend>>,
+    factory: BackendFactory<'a>,
+    plan: &Plan,
+    batch: impl FnOnce(&Plan) -> Batch,
+) -> Result<Solutions, BackendError> {
+    let made = match backend.take() {
+        Some(made) => made,
+        None => factory(plan)?,
+    };
+    let made = backend.insert(made);
+    let batch = batch(made.plan());
+    made.solve(&batch)
+}
+
+fn batch(plan: &Plan, sampler: &Sampler, samples: &Samples<'_>, places: &[usize]) -> Batch {
+    plan.batch(places.len(), |at, row| {
+        if let Some(place) = places.get(at) {
+            sampler.values(samples.index(*place), row);
+        }
+    })
+}
+
+/// Whether two rows are one equilibrium; a row without success is none.
+pub(crate) fn is_same_end(plan: &Plan, (a, at): (&Solutions, usize), (b, from): (&Solutions, usize)) -> bool {
+    let estimates = a.get(at, Quantity::ErrorEstimate) + b.get(from, Quantity::ErrorEstimate);
+    b.status(from).is_success() && apart(plan, (a, at), (b, from)) <= SAME_END + ESTIMATES * estimates
+}
+
+/// How far two tips are apart, over the rod's length or in radians, whichever is larger.
+fn apart(plan: &Plan, (a, at): (&Solutions, usize), (b, from): (&Solutions, usize)) -> f64 {
+    let (p, q) = (a.vector(at, Quantity::TipPosition), b.vector(from, Quantity::TipPosition));
+    let dp = (0..3).map(|k| (p[k] - q[k]).powi(2)).sum::<f64>().sqrt() / plan.scene.total_length();
+    dp.max(rotation_angle(&a.tip_rotation(at), &b.tip_rotation(from)))
+}

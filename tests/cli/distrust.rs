@@ -1,0 +1,129 @@
+//! Rows that are not to be trusted: every command says so first. The rows are those of an engine that has been mended, two
+//! coils whose currents go together: 135 of 8,192 samples lay on another branch.
+
+use super::sandbox::{Output, Sandbox, json};
+use crate::common::root;
+use serde_json::Value;
+use std::fs;
+
+/// A directory with those rows, as they were written.
+fn sandbox() -> Sandbox {
+    let sandbox = Sandbox::new();
+    let from = root().join("tests/data/two_coil_elsewhere");
+    fs::create_dir(sandbox.path("coils")).unwrap();
+    for entry in fs::read_dir(from).unwrap() {
+        let entry = entry.unwrap();
+        fs::copy(entry.path(), sandbox.path("coils").join(entry.file_name())).unwrap();
+    }
+    sandbox
+}
+
+/// It ends with 4, and says which inputs and what helps.
+fn is_told(output: &Output, what: &str) {
+    assert_eq!(output.code, 4, "{what}: {}", output.stderr);
+    let first = output.stderr.lines().next().unwrap_or_default();
+    assert!(first.starts_with("error: do not trust these rows: "), "{what}: {first}");
+    for words in ["coilA.current.x = ", "sample ", "rodsweep solve coils/", "--certain", "--accept-distrusted"] {
+        let words = if what.contains("all") { words.replace("coils/", "all/") } else { words.to_owned() };
+        assert!(output.stderr.contains(&words), "{what}: {words}: {}", output.stderr);
+    }
+    assert!(!output.stderr.contains("--backend cpu"), "{what}: {}", output.stderr);
+}
+
+#[test]
+fn every_command_says_first_that_rows_are_elsewhere() {
+    let sandbox = sandbox();
+    let commands: [&[&str]; 6] = [
+        &["status", "coils"],
+        &["figures", "coils"],
+        &["workspace", "coils", "--out", "w", "--voxel", "4mm", "--fast"],
+        &["sensitivity", "coils", "--out", "s"],
+        &["view", "coils", "--export", "page.html"],
+        &["view", "coils", "--no-open"],
+    ];
+    for command in commands {
+        is_told(&sandbox.run(command), &command.join(" "));
+    }
+    for file in ["w", "s", "page.html", "coils/tips.svg"] {
+        assert!(!sandbox.path(file).exists(), "{file}");
+    }
+    is_told(&sandbox.run(&["merge", "coils", "--out", "all"]), "merge all");
+    is_told(&sandbox.run(&["status", "all"]), "status all");
+    let manifest = json(&fs::read_to_string(sandbox.path("all/manifest.json")).unwrap());
+    assert_eq!(manifest["verdict"]["sound"], false);
+    assert_eq!(manifest["verdict"]["doubts"][0]["kind"], "rows-elsewhere");
+    assert!(sandbox.path("all/distrusted-rows-elsewhere.toml").exists());
+}
+
+#[test]
+fn what_is_accepted_carries_the_mark() {
+    let sandbox = sandbox();
+    let accepted = |command: &[&str]| {
+        let output = sandbox.ok(&[command, &["--accept-distrusted"]].concat());
+        assert!(output.stderr.starts_with("warning: do not trust these rows: "), "{command:?}: {}", output.stderr);
+        output
+    };
+    let has_mark = |file: &str| {
+        let text = fs::read(sandbox.path(file)).unwrap_or_else(|error| panic!("{file}: {error}"));
+        assert!(String::from_utf8_lossy(&text).contains("DISTRUSTED: "), "{file}");
+    };
+    accepted(&["status", "coils"]);
+    accepted(&["figures", "coils"]);
+    has_mark("coils/tips.svg");
+    let output = accepted(&["workspace", "coils", "--out", "w", "--voxel", "4mm", "--fast", "--json"]);
+    assert!(json(&output.stdout)["distrusted"].as_str().unwrap().starts_with("DISTRUSTED: "));
+    has_mark("w/workspace.svg");
+    has_mark("w/workspace.json");
+    has_mark("w/workspace.parquet");
+    accepted(&["view", "coils", "--export", "page.html"]);
+    has_mark("page.html");
+    let page = fs::read_to_string(sandbox.path("page.html")).unwrap();
+    let data = page.split_once("id=\"data\">").unwrap().1.split_once("</script>").unwrap().0;
+    let data = json(data);
+    assert!(data["distrust"].as_str().unwrap().contains("coilA.current.x"));
+    assert!(!data["map"]["wrong_rows"].as_array().unwrap().is_empty());
+    assert!(page.contains("id=\"distrust\" role=\"alert\""));
+}
+
+#[test]
+fn a_sound_run_is_called_sound() {
+    let sandbox = Sandbox::new();
+    sandbox.ok(&["run", "sweep.toml", "--out", "out", "--backend", "cpu"]);
+    let status = sandbox.ok(&["status", "out"]);
+    assert!(
+        status.stdout.contains("nothing speaks against the rows; 5 of 5 samples were checked"),
+        "{}",
+        status.stdout
+    );
+    let manifest = fs::read_to_string(sandbox.path("out/manifest.json")).unwrap();
+    assert_eq!(json(&manifest)["verdict"]["sound"], true);
+    sandbox.ok(&["run", "sweep.toml", "--out", "out", "--backend", "cpu", "--resume"]);
+    assert_eq!(fs::read_to_string(sandbox.path("out/manifest.json")).unwrap(), manifest);
+    assert!(!fs::read_to_string(sandbox.path("out/tips.svg")).unwrap().contains("DISTRUSTED"));
+}
+
+#[test]
+fn a_run_without_a_usable_row_ends_with_its_own_code() {
+    let sandbox = Sandbox::new();
+    // The rigid coil alone is 13 mm long: shorter insertions make no rod.
+    sandbox.write("sweep.toml", &crate::common::texts::sweep("insertion", "\"5 mm\"", "\"12 mm\"", 8));
+    let output = sandbox.run(&["run", "sweep.toml", "--out", "out", "--backend", "cpu"]);
+    assert_eq!(output.code, 4, "{}", output.stderr);
+    assert!(output.stderr.contains("none of 8 samples can be used"), "{}", output.stderr);
+    assert!(output.stderr.contains("insertion from 0.005 to 0.012 m"), "{}", output.stderr);
+    let verdict: Value = json(&fs::read_to_string(sandbox.path("out/manifest.json")).unwrap())["verdict"].clone();
+    assert_eq!(verdict["doubts"][0]["kind"], "nothing-usable");
+    assert_eq!(sandbox.run(&["status", "out"]).code, 4);
+}
+
+#[test]
+fn a_missed_tolerance_ends_with_its_own_code() {
+    let sandbox = Sandbox::new();
+    let text = crate::common::texts::SWEEP.replace("tolerance = 1e-6", "tolerance = 1e-12\nsteps = 2");
+    sandbox.write("sweep.toml", &text.replace("[\"tip_position\"]", "[\"tip_position\", \"error_estimate\"]"));
+    let output = sandbox.run(&["run", "sweep.toml", "--out", "out", "--backend", "reference", "--no-figures"]);
+    let verdict = json(&fs::read_to_string(sandbox.path("out/manifest.json")).unwrap())["verdict"].clone();
+    let misses = verdict["doubts"].as_array().unwrap().iter().any(|doubt| doubt["kind"] == "tolerance-missed");
+    assert_eq!(output.code, if misses { 4 } else { 0 }, "{}", output.stderr);
+    assert!(!misses || output.stderr.contains("miss the tolerance"), "{}", output.stderr);
+}
