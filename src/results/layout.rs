@@ -7,6 +7,7 @@ use crate::spec::Sampler;
 use crate::spec::{BranchChoice, Format, OutputQuantity, SweepSpec};
 use crate::table::{Column, Table, Values};
 use rayon::prelude::*;
+use std::f64::consts::PI;
 use std::ops::Range;
 
 /// Which columns a sweep writes and how they follow from solutions.
@@ -246,6 +247,10 @@ impl Layout {
                 (Source::Balanced, Values::Flag(to)) => {
                     to.extend(range.clone().map(|row| cells(row).map(|cells| cells.balanced)));
                 }
+                (Source::Solution(from), to @ Values::Single(_)) if is_estimate(from) => {
+                    let known = known.iter().zip(range.clone());
+                    extend(to, known.map(|(is_known, row)| number(rounded_estimate(rows, row, from), *is_known)));
+                }
                 (Source::Solution(from), to) => solution(to, from),
                 (Source::Derivative(derivative, row), to) => {
                     solution(to, solutions.derivative_column(derivative, row));
@@ -289,6 +294,24 @@ fn is_base_far(spec: &SweepSpec) -> bool {
     let far = FAR * spec.scene.total_length();
     let moves = |parameter: &Parameter| matches!(parameter, Parameter::BasePosition(_));
     spec.scene.base.position.iter().any(|x| x.abs() > far) || spec.axis_parameters().iter().flatten().any(moves)
+}
+
+fn is_estimate(column: usize) -> bool {
+    [Quantity::ErrorEstimate, Quantity::DerivativeError].iter().any(|quantity| quantity.column() == column)
+}
+
+/// An estimated error of a row that is written in single precision. One that was solved again, in double, has none of the
+/// round-off in it that single adds to the rotation vector, to the position beside the rod's length, and to a column.
+fn rounded_estimate(rows: &Rows, row: usize, column: usize) -> f64 {
+    let Rows { solutions, plan, .. } = *rows;
+    let estimate = solutions.values.get(row, column);
+    if solutions.status(row) != Status::Refined {
+        return estimate;
+    }
+    let distance = solutions.vector(row, Quantity::TipPosition).iter().map(|x| x * x).sum::<f64>().sqrt();
+    let is_of_tip = column == Quantity::ErrorEstimate.column();
+    let size = if is_of_tip { (distance / plan.units.length).max(PI) } else { 1.0 };
+    estimate + size * f64::from(f32::EPSILON)
 }
 
 fn number(x: f64, is_known: bool) -> f64 {

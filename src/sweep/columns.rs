@@ -6,13 +6,21 @@ use crate::model::{Derivative, Parameter, Plan, Scene, Solutions, Units};
 pub(crate) struct ColumnScales {
     typical: Vec<f64>,
     natural: Vec<f64>,
+    /// A column smaller than this share of its natural size is measured against that.
+    small: f64,
 }
 
 impl ColumnScales {
     /// Those of solutions that are believed.
     pub fn of(plan: &Plan, truth: &Solutions) -> ColumnScales {
         let natural = |d: &Derivative| natural_size(&plan.scene, d.parameter, &plan.units);
-        ColumnScales { typical: typical_norms(plan, truth), natural: plan.derivatives.iter().map(natural).collect() }
+        let natural = plan.derivatives.iter().map(natural).collect();
+        ColumnScales { typical: typical_norms(plan, truth), natural, small: SMALL_COLUMN }
+    }
+
+    /// Each column against its own size even where that is little, which f64 resolves.
+    pub fn of_each(plan: &Plan, truth: &Solutions) -> ColumnScales {
+        ColumnScales { small: LEAST_COLUMN, ..ColumnScales::of(plan, truth) }
     }
 
     /// Largest error of a column of a sample over its norm, at least 1 % of the column's typical norm; and which it is.
@@ -21,7 +29,7 @@ impl ColumnScales {
             let found = column_of(ours, at, column, length);
             let expected = column_of(truth, at, column, length);
             let difference = norm(&std::array::from_fn(|k| found[k] - expected[k]));
-            let scale = norm(&expected).max(0.01 * self.typical[column]).max(SMALL_COLUMN * self.natural[column]);
+            let scale = norm(&expected).max(0.01 * self.typical[column]).max(self.small * self.natural[column]);
             if scale > 0.0 { difference / scale } else { difference }
         };
         let errors = (0..self.typical.len()).map(|column| (error(column), column));
@@ -29,8 +37,10 @@ impl ColumnScales {
     }
 }
 
-/// A column smaller than this share of its natural size does next to nothing, and is measured against that.
+/// A column smaller than this share of its natural size does next to nothing, and a check measures it against that.
 const SMALL_COLUMN: f64 = 1e-3;
+/// One smaller than this is round-off.
+const LEAST_COLUMN: f64 = 1e-6;
 
 /// Size that a column (dp/L, w) has when a unit change of a rod-sized number turns the tip by one radian.
 pub fn natural_size(scene: &Scene, parameter: Parameter, units: &Units) -> f64 {

@@ -11,9 +11,7 @@ use super::second_path::PathCheckOptions;
 use super::sink::RowSink;
 use super::summary::Summary;
 use crate::backend::{Backend, BackendError, BackendFactory, BackendKind, Precision};
-use crate::engines::{
-    Engine, EngineRequest, cpu_f64, finer_attempt, for_second_path, second_attempt, witness,
-};
+use crate::engines::{Engine, EngineRequest, cpu_f64, finer_attempt, for_second_path, second_attempt, witness};
 use crate::model::{Plan, PlanOptions};
 use crate::reference::energy;
 use crate::results::{PilotChoice, ResultsError};

@@ -186,7 +186,7 @@ impl<'a> Truth<'a> {
             let finer = (self.factory)(&plan.with_options(options))?.solve(self.batch)?;
             let coarser = std::mem::replace(&mut self.solutions, finer);
             if self.grids > 0 {
-                let scales = ColumnScales::of(plan, &self.solutions);
+                let scales = ColumnScales::of_each(plan, &self.solutions);
                 let of_sample = |at| apart(plan, self.batch, &scales, (&coarser, &self.solutions), at);
                 self.doubt = (0..self.batch.sample_count()).map(of_sample).collect();
             }
@@ -228,7 +228,7 @@ fn stages(plan: &Plan) -> usize {
 /// Estimated errors of the tip and of the derivatives of a batch of one, from a solution on twice the steps; `None` where that
 /// has failed.
 pub fn estimates_from(plan: &Plan, batch: &Batch, (ours, fine): (&Solutions, &Solutions)) -> Option<(f64, f64)> {
-    let (tip, columns) = apart(plan, batch, &ColumnScales::of(plan, fine), (ours, fine), 0);
+    let (tip, columns) = apart(plan, batch, &ColumnScales::of_each(plan, fine), (ours, fine), 0);
     fine.status(0).is_success().then_some((TIP_RESERVE * tip, DERIVATIVE_RESERVE * columns))
 }
 
@@ -308,7 +308,7 @@ impl Trial {
         let is_known = |at: usize| truth.solutions.status(at).is_success() && truth.doubt[at].0.is_finite();
         let is_compared = |at: &usize| ours.status(*at).is_success() && is_known(*at);
         let samples: Vec<usize> = (0..ours.sample_count()).filter(is_compared).collect();
-        let scales = ColumnScales::of(plan, &truth.solutions);
+        let scales = ColumnScales::of_each(plan, &truth.solutions);
         let (mut error, mut share) = (0.0f64, LEAST_SHARE);
         let (mut columns, mut bare) = (Vec::new(), Vec::new());
         for &at in &samples {

@@ -167,12 +167,8 @@ pub struct VerifyArguments {
     /// the reference; where they differ a third judge decides
     #[arg(long, value_name = "N", conflicts_with_all = ["hard", "samples"])]
     pub random: Option<u64>,
-    /// Look for rows that are off by more than their estimates instead: random sweeps of so many rods, with short tapers and
-    /// kinks, on the CPU engine
-    #[arg(long, value_name = "N", conflicts_with_all = ["hard", "samples", "random"])]
-    pub estimates: Option<u64>,
     /// These scenes with gradients, magnets and coils around the rod
-    #[arg(long, conflicts_with_all = ["hard", "samples", "designs", "limp"])]
+    #[arg(long, requires = "random", conflicts_with_all = ["designs", "limp"])]
     pub varying_fields: bool,
     /// Catheters that people build in their place: tubes of real materials, sets of three windings, magnets
     #[arg(long, requires = "random", conflicts_with = "limp")]
@@ -186,6 +182,10 @@ pub struct VerifyArguments {
     /// Number of the first random scene: to repeat one of them
     #[arg(long, value_name = "K", default_value_t = 0, requires = "random")]
     pub first: u64,
+    /// Look for rows that are off by more than their estimates instead: random sweeps of N rods, with short tapers and kinks,
+    /// on the CPU engine at loose and at tight tolerances, against grids that are refined until they agree
+    #[arg(long, requires = "random", conflicts_with_all = ["around", "judge", "first"])]
+    pub estimates: bool,
     /// Ask the judge about every random scene, not only where engine and reference differ
     #[arg(long, requires = "random")]
     pub judge: bool,

@@ -11,12 +11,6 @@ pub fn verify(arguments: &VerifyArguments) -> Result<Exit, CommandError> {
     if let Some(scenes) = arguments.random {
         return random(arguments, scenes);
     }
-    if let Some(rods) = arguments.estimates {
-        return estimates(arguments, rods);
-    }
-    if arguments.varying_fields {
-        return Err(CommandError::Usage("`--varying-fields` goes with `--random N` or `--estimates N`".into()));
-    }
     let (good, skipped) = if arguments.hard { hard(arguments)? } else { chain(arguments)? };
     let refused = skipped && std::env::var("RODSWEEP_GPU").is_ok_and(|value| value == "require");
     if refused {
@@ -36,6 +30,11 @@ fn random(arguments: &VerifyArguments, scenes: u64) -> Result<Exit, CommandError
     let seed = arguments.seed.unwrap_or_else(seed_of_the_clock);
     // Before anything is solved: a search that is interrupted can be repeated.
     say(&format!("seed {seed}"));
+    if arguments.estimates {
+        let found = search_estimates(kind, scenes, seed, &mut say)?;
+        print(&if arguments.json { found.json() } else { found.text() })?;
+        return Ok(if found.is_right() { Exit::Done } else { Exit::Failed });
+    }
     let options = SearchOptions::new(kind, seed, scenes)
         .first(arguments.first)
         .around(arguments.around)
@@ -43,16 +42,6 @@ fn random(arguments: &VerifyArguments, scenes: u64) -> Result<Exit, CommandError
         .judge_all(arguments.judge);
     let mut found = search_disagreements(&options, &mut say)?;
     found.write_replays(&arguments.out).map_err(unwritten)?;
-    print(&if arguments.json { found.json() } else { found.text() })?;
-    Ok(if found.is_right() { Exit::Done } else { Exit::Failed })
-}
-
-/// Random sweeps with short stretches, every row against the truth.
-fn estimates(arguments: &VerifyArguments, rods: u64) -> Result<Exit, CommandError> {
-    let kind = if arguments.varying_fields { RandomScenes::Varying } else { RandomScenes::Uniform };
-    let seed = arguments.seed.unwrap_or_else(seed_of_the_clock);
-    say(&format!("seed {seed}"));
-    let found = search_estimates(kind, rods, seed, &mut say)?;
     print(&if arguments.json { found.json() } else { found.text() })?;
     Ok(if found.is_right() { Exit::Done } else { Exit::Failed })
 }

@@ -18,7 +18,7 @@ use rodsweep::sweep::{Memory, SweepJob};
 use rodsweep::table::Table;
 use serde_json::json;
 use sweeps::random_sweep;
-use truth::{OTHER_BRANCH, ROWS, Truth, distance};
+use truth::{OTHER_BRANCH, ROWS, SMALL_COLUMN, SMALL_IN_SINGLE, Truth, distance};
 
 /// Scenes between two words of progress.
 const SAY_EACH: u64 = 512;
@@ -94,7 +94,12 @@ fn examine(kind: RandomScenes, seed: u64, number: u64) -> Result<(Vec<Account>, 
         spec.tolerance = tolerances[number as usize % tolerances.len()];
         let request = EngineRequest::of(BackendKind::Cpu).precision(Some(precision));
         let mut rows = Memory::new();
-        SweepJob::new(spec.clone()).engine(request).spot_check(None).limit(Some(ROWS)).run(&mut rows)?;
+        SweepJob::new(spec.clone())
+            .engine(request)
+            .spot_check(None)
+            .path_check(None)
+            .limit(Some(ROWS))
+            .run(&mut rows)?;
         account.compare(&spec, number, precision, &rows.into_table(), &truth);
     }
     let witnessed = if number.is_multiple_of(WITNESSED) { truth.witness()? } else { (0, 0) };
@@ -118,9 +123,9 @@ impl Account {
         let names: Vec<String> = spec.wrt.iter().map(|parameter| parameter.name(&spec.scene)).collect();
         let of = |tip: &str, name: &str| ["x", "y", "z"].map(|axis| numbers(format!("d({tip}.{axis})/d({name})")));
         let columns: Vec<_> = names.iter().map(|name| (of("tip.position", name), of("tip.rotation", name))).collect();
-        let tolerance = match precision {
-            Precision::F32 => spec.tolerance.max(F32_TOLERANCE),
-            Precision::F64 | Precision::Mixed => spec.tolerance,
+        let (tolerance, small) = match precision {
+            Precision::F32 => (spec.tolerance.max(F32_TOLERANCE), SMALL_IN_SINGLE),
+            Precision::F64 | Precision::Mixed => (spec.tolerance, SMALL_COLUMN),
         };
         for (at, status) in rows.statuses().iter().enumerate().take(ROWS as usize) {
             if !(status.is_success() && truth.solutions.status(at).is_success()) {
@@ -149,7 +154,7 @@ impl Account {
             self.poses.take(row("", tip, estimate[at]), truth.doubt[at].0.max(1e-15), tolerance);
             for (index, (by_position, by_rotation)) in columns.iter().enumerate() {
                 let value = |row: usize| if row < 3 { by_position[row][at] } else { by_rotation[row - 3][at] };
-                let error = truth.column_error(at, index, length, value);
+                let error = truth.column_error((at, index), (length, small), value);
                 let doubt = truth.doubt[at].1[index].max(1e-14);
                 self.columns.take(row(&names[index], error, derivative_error[at]), doubt, spec.derivative_tolerance);
             }
@@ -234,7 +239,7 @@ impl Estimates {
         };
         let value = json!({
             "version": rodsweep::VERSION,
-            "varying_fields": self.kind == RandomScenes::Varying,
+            "scenes": self.kind.option().trim_start_matches("--"),
             "seed": self.seed,
             "sweeps": self.scenes,
             "setups": self.accounts.iter().zip(SETUPS).map(setup).collect::<Vec<_>>(),

@@ -55,6 +55,7 @@ pub fn random_sweep(kind: RandomScenes, seed: u64, number: u64) -> SweepSpec {
         precision: PrecisionChoice::Usual,
         steps: None,
         anchors: false,
+        allow_failures: None,
         quantities: OutputQuantity::usual(&wrt),
         wrt,
         single_derivatives: false,

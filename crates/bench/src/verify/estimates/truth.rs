@@ -18,8 +18,9 @@ const SHARP: f64 = 1e-11;
 const SHARP_COLUMN: f64 = 1e-7;
 /// Steps of its coarsest grid.
 const STEPS: usize = 16;
-/// Columns smaller than this share of their natural size are measured against that.
-const SMALL_COLUMN: f64 = 1e-3;
+/// Columns smaller than this share of their natural size are measured against that: in f64, and in f32, which resolves less.
+pub const SMALL_COLUMN: f64 = 1e-5;
+pub const SMALL_IN_SINGLE: f64 = 1e-3;
 
 /// What is believed of the rows of a sweep.
 pub struct Truth {
@@ -76,17 +77,23 @@ impl Truth {
         let (p, q) = (other.vector(at, Quantity::TipPosition), self.solutions.vector(at, Quantity::TipPosition));
         let tip = distance(&p, &q) / length;
         let tip = tip.max(rotation_angle(&other.tip_rotation(at), &self.solutions.tip_rotation(at)));
-        let column = |index| self.column_error(at, index, length, |row| other.derivative(at, index, row));
+        let column =
+            |index| self.column_error((at, index), (length, SMALL_COLUMN), |row| other.derivative(at, index, row));
         (tip, (0..self.plan.derivatives.len()).map(column).collect())
     }
 
-    /// The error of a column (dp/L, w) over its norm.
-    pub fn column_error(&self, at: usize, index: usize, length: f64, value: impl Fn(usize) -> f64) -> f64 {
+    /// The error of a column (dp/L, w) over its norm, at least a `small` share of its natural size.
+    pub fn column_error(
+        &self,
+        (at, index): (usize, usize),
+        (length, small): (f64, f64),
+        value: impl Fn(usize) -> f64,
+    ) -> f64 {
         let unit = |row: usize| if row < 3 { length } else { 1.0 };
         let found: [f64; 6] = std::array::from_fn(|row| value(row) / unit(row));
         let right: [f64; 6] = std::array::from_fn(|row| self.solutions.derivative(at, index, row) / unit(row));
         let parameter = self.plan.derivatives[index].parameter;
-        let natural = SMALL_COLUMN * natural_size(&self.plan.scene, parameter, &self.plan.units);
+        let natural = small * natural_size(&self.plan.scene, parameter, &self.plan.units);
         let size = right.iter().map(|x| x * x).sum::<f64>().sqrt().max(natural);
         let error = distance(&found, &right);
         if error == 0.0 { 0.0 } else { error / size }

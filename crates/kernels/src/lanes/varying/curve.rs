@@ -233,7 +233,8 @@ impl<L: Kernels> Equations<L> for Varying<'_, L> {
         let one = at.lambda.constant(1.0);
         let zero = one.constant(0.0);
         let field = self.problem.program.field.as_ref();
-        let (resolution, points) = (&self.problem.program.check, field.map_or(&[][..], |field| &field.check_points[..]));
+        let (resolution, points) =
+            (&self.problem.program.check, field.map_or(&[][..], |field| &field.check_points[..]));
         let (problem, what, base) = (*self.problem, What::State, at.base);
         let workspace = &mut *self.workspace;
         L::varying_pass(Pass { problem, resolution, lambda: at.lambda, base, what, points, workspace });
