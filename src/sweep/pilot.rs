@@ -35,8 +35,10 @@ const LEAST_SHARE: f64 = 1.0 / 64.0;
 /// The error of derivatives is taken to be so many times the pilot's median, or the largest share of its bare difference
 /// among samples above that.
 const DERIVATIVE_RESERVE: f64 = 6.0;
-/// And at least so many times what 95 % of its samples are below: errors of columns are spread more widely than those of tips.
+/// And at least so many times what 95 % of its samples are below, up to so many medians: errors of columns are spread more widely
+/// than those of tips, but most rows should not carry those of a few.
 const DERIVATIVE_TAIL: f64 = 2.0;
+const MOST_MEDIANS: f64 = 20.0;
 /// What a sample costs in mixed precision, over one in f64: 0.79 to 0.91 were measured.
 const MIXED_WORK: f64 = 0.9;
 
@@ -358,7 +360,7 @@ impl Trial {
 fn derivative_scale(errors: &[f64], bare: &[f64]) -> DerivativeScale {
     let spread = distribution(errors.to_vec());
     let usual = DERIVATIVE_RESERVE * spread.median;
-    let floor = usual.max(DERIVATIVE_TAIL * spread.p95);
+    let floor = usual.max((DERIVATIVE_TAIL * spread.p95).min(MOST_MEDIANS * spread.median));
     let shares = errors.iter().zip(bare).filter(|(error, bare)| **error > usual && **bare > 0.0);
     let share = shares.map(|(error, bare)| DERIVATIVE_RESERVE * error / bare).fold(1.0, f64::max);
     if floor > 0.0 && share.is_finite() { DerivativeScale { share, floor } } else { DerivativeScale::default() }

@@ -1,5 +1,5 @@
 //! Error estimates are bounds where grids tell little: short tapers, magnets near by, loose tolerances. The right values come
-//! from a solver that shares nothing with this program (`tests/data/attack/estimates`).
+//! from a solver that shares nothing with this program, or from its reference (`tests/data/attack/estimates`).
 
 use crate::common::root;
 use rodsweep::backend::{BackendKind, Precision};
@@ -37,6 +37,21 @@ fn between_two_magnets() {
 #[test]
 fn of_three_soft_tubes() {
     check("three_tubes");
+}
+
+#[test]
+fn of_a_taper_about_one_axis_before_a_short_tube() {
+    check("one_axis_taper");
+}
+
+#[test]
+fn of_a_magnet_at_the_tip_as_long_as_another_is_far() {
+    check("long_magnet");
+}
+
+#[test]
+fn of_a_rod_soft_in_torsion_beside_a_magnet() {
+    check("soft_torsion");
 }
 
 /// Every row of a case, in both precisions and at every tolerance.
