@@ -93,6 +93,7 @@ const EXCEPTIONS: Exceptions = Exceptions {
         ("nodes/answer", &["merge"], "masks of lanes"),
         ("nodes/answer", &["correct"], "the shader compares whole passes"),
         ("varying/space", &["new", "inside"], "maps are for the CPU"),
+        ("varying/space", &["parts"], "the shader takes one rule along a rigid segment, however long its steps"),
         ("varying/space", &["acts"], "passes without columns need no gradient"),
         ("varying/step", &["new", "select", "advanced"], "the workspace; masks; the shader's tableau is compiled in"),
         ("varying/crossing", &["mean"], "points are summed up once for all columns"),
