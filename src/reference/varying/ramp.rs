@@ -16,6 +16,8 @@ const APPROACH: f64 = 0.2;
 /// A least eigenvalue below this share of that at rest may grow or shrink so many times in a step.
 const SOFT: f64 = 0.5;
 const RATIO: f64 = 2.5;
+/// A path that ends while it is above this share has met no fold.
+const AT_FOLD: f64 = 0.25;
 /// No load step need be smaller for its sake.
 const LITTLE_STEP: f64 = 1e-4;
 /// Corrections are measured against this change of the base load at least, where hardly any is predicted.
@@ -84,7 +86,7 @@ fn follow(rod: &Varying, pace: f64) -> Path {
         Err(Refused::Other) => return path,
     };
     let mut step = first_step(&last, pace);
-    let soft = SOFT * last.least;
+    let (soft, at_fold) = (SOFT * last.least, AT_FOLD * last.least);
     let (mut too_near, mut outside) = (false, false);
     while path.lambda < 1.0 {
         if path.passes >= MOST_PASSES {
@@ -114,6 +116,7 @@ fn follow(rod: &Varying, pace: f64) -> Path {
                     path.end = match (too_near, outside) {
                         (true, _) => End::TooNear,
                         (_, true) => End::Outside,
+                        _ if last.least > at_fold => End::GaveUp,
                         _ => End::Fold,
                     };
                     return path;

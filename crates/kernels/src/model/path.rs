@@ -49,6 +49,11 @@ pub const SAFE_MARGIN: f64 = 0.1;
 /// With care and in double precision, where branches lie closer than this, corrections are trusted the less. Under a tip moment, a load step that
 /// starts or ends nearer is bounded by [`WIDENING`]: stability may be lost and won again between.
 pub const NEAR_MARGIN: f64 = 0.3;
+/// A load step uses up this share of a margin below [`NEAR_MARGIN`], as far as its fall tells: beyond a pitchfork other branches
+/// are stable.
+pub const SPENT: f64 = 0.9;
+/// In double precision, corrections there end below this (plan units of moment and radians): the margin changes within little.
+pub const NEAR_TOLERANCE: f64 = 2e-3;
 /// Such a step may change the inverse square of the margin by this factor at most: the margin twofold.
 pub const WIDENING: f64 = 4.0;
 /// A path that comes nearer than this and moves away again has passed what no grid resolves, and ends there.
