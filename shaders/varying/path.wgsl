@@ -9,6 +9,7 @@ const FIELD_LITTLE_STEP: f32 = 0.0; //@spec
 const FIELD_LOAD_TOLERANCE: f32 = 0.0; //@spec
 const FIELD_SOFT: f32 = 0.0; //@spec
 const FIELD_SOFT_RATIO: f32 = 0.0; //@spec
+const FIELD_TOLERANCE: f32 = 0.0; //@spec
 const FIRST_BEND: f32 = 0.0; //@spec
 const FOLD_MARGIN: f32 = 0.0; //@spec
 const FULL_LOAD_TOLERANCE: f32 = 0.0; //@spec
@@ -121,7 +122,8 @@ fn follow_varying(rod: Rod, inverse: Mat6, index: f32) -> u32 {
     //@if TIP_MOMENT
     enough = PATH_TOLERANCE;
     //@end
-    let converged = contracting && is_finite(correction) && correction < enough;
+    let is_close = !is_careful || moved < FIELD_TOLERANCE;
+    let converged = contracting && is_finite(correction) && correction < enough && is_close;
     let looks = held(LOOKS) > 0.5;
     hold(LOOKS, select(0.0, 1.0, converged && !looks));
     // Stability follows from transfers alone: another pass.

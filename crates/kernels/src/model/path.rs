@@ -54,6 +54,8 @@ pub const NEAR_MARGIN: f64 = 0.3;
 pub const SPENT: f64 = 0.9;
 /// In double precision, corrections there end below this (plan units of moment and radians): the margin changes within little.
 pub const NEAR_TOLERANCE: f64 = 2e-3;
+/// In a field that varies and with care, corrections end below this everywhere: a large force hides how far the tip still turns.
+pub const FIELD_TOLERANCE: f64 = 0.02;
 /// Such a step may change the inverse square of the margin by this factor at most: the margin twofold.
 pub const WIDENING: f64 = 4.0;
 /// A path that comes nearer than this and moves away again has passed what no grid resolves, and ends there.

@@ -16,9 +16,9 @@ use crate::lanes::program::Resolution;
 use crate::model::CoilLoad;
 use crate::model::path::{
     AIM, CONTRACTION, CORRECTIONS, FIELD_LITTLE_STEP, FIELD_LOAD_TOLERANCE, FIELD_NEAR_MARGIN, FIELD_SMALLEST_STEP,
-    FIELD_SOFT, FIELD_SOFT_RATIO, FIRST_BEND, FOLD_MARGIN, FOLD_STEEPNESS, FULL_LOAD_TOLERANCE, LITTLE_LOAD,
-    NEAR_MARGIN, NEAR_TOLERANCE, NODE_LEAST_RATIO, NODE_MOST_RATIO, NODE_PASS_LIMIT, NODE_RETREAT, PATH_TOLERANCE,
-    SAFE_MARGIN, SMALLEST_GUARDED_STEP, SMALLEST_RAMP_STEP, SPENT, TRUST, WIDENING,
+    FIELD_SOFT, FIELD_SOFT_RATIO, FIELD_TOLERANCE, FIRST_BEND, FOLD_MARGIN, FOLD_STEEPNESS, FULL_LOAD_TOLERANCE,
+    LITTLE_LOAD, NEAR_MARGIN, NEAR_TOLERANCE, NODE_LEAST_RATIO, NODE_MOST_RATIO, NODE_PASS_LIMIT, NODE_RETREAT,
+    PATH_TOLERANCE, SAFE_MARGIN, SMALLEST_GUARDED_STEP, SMALLEST_RAMP_STEP, SPENT, TRUST, WIDENING,
 };
 
 /// sqrt(3) over the norm of d(m0)/d(l_tip).
@@ -145,9 +145,10 @@ pub fn follow_varying<L: Kernels>(
             false => L::select(partial, one.constant(FIELD_LOAD_TOLERANCE), one.constant(FULL_LOAD_TOLERANCE)),
         };
         let mut converged = active & correction.lt(enough);
-        if sharp {
-            let is_close = moved.lt(one.constant(NEAR_TOLERANCE));
-            converged = converged & (is_close | !margin.lt(one.constant(NEAR_MARGIN)));
+        if care {
+            let near = margin.lt(one.constant(if sharp { NEAR_MARGIN } else { 0.0 }));
+            let left = L::select(near, one.constant(NEAR_TOLERANCE), one.constant(FIELD_TOLERANCE));
+            converged = converged & moved.lt(left);
         }
         let (is_far, is_inside) = (zero.lt(workspace.leeway), zero.lt(workspace.inside));
         let leeway = workspace.leeway;
