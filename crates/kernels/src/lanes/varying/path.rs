@@ -15,10 +15,10 @@ use crate::lanes::problem::Problem;
 use crate::lanes::program::Resolution;
 use crate::model::CoilLoad;
 use crate::model::path::{
-    AIM, CONTRACTION, CORRECTIONS, FIELD_LITTLE_STEP, FIELD_LOAD_TOLERANCE, FIELD_NEAR_MARGIN, FIELD_SMALLEST_STEP,
-    FIELD_SOFT, FIELD_SOFT_RATIO, FIELD_TOLERANCE, FIRST_BEND, FOLD_MARGIN, FOLD_STEEPNESS, FULL_LOAD_TOLERANCE,
-    LITTLE_LOAD, NEAR_MARGIN, NEAR_TOLERANCE, NODE_LEAST_RATIO, NODE_MOST_RATIO, NODE_PASS_LIMIT, NODE_RETREAT,
-    PATH_TOLERANCE, SAFE_MARGIN, SMALLEST_GUARDED_STEP, SMALLEST_RAMP_STEP, SPENT, TRUST, WIDENING,
+    AIM, CONTRACTION, CORRECTIONS, FIELD_LITTLE_STEP, FIELD_LOAD_TOLERANCE, FIELD_NEAR_MARGIN, FIELD_PASS_LIMIT,
+    FIELD_SMALLEST_STEP, FIELD_SOFT, FIELD_SOFT_RATIO, FIELD_TOLERANCE, FIRST_BEND, FOLD_MARGIN, FOLD_STEEPNESS,
+    FULL_LOAD_TOLERANCE, LITTLE_LOAD, NEAR_MARGIN, NEAR_TOLERANCE, NODE_LEAST_RATIO, NODE_MOST_RATIO, NODE_PASS_LIMIT,
+    NODE_RETREAT, PATH_TOLERANCE, SAFE_MARGIN, SMALLEST_GUARDED_STEP, SMALLEST_RAMP_STEP, SPENT, TRUST, WIDENING,
 };
 
 /// sqrt(3) over the norm of d(m0)/d(l_tip).
@@ -109,6 +109,7 @@ pub fn follow_varying<L: Kernels>(
         (true, false) => SMALLEST_GUARDED_STEP,
         (true, true) => FIELD_SMALLEST_STEP,
     });
+    let most_passes = if care { FIELD_PASS_LIMIT } else { NODE_PASS_LIMIT };
     let mut secant = from.slope;
     let mut lambda = zero;
     let mut step = (one.constant(FIRST_BEND * program.pace) / slope).min(one);
@@ -213,7 +214,7 @@ pub fn follow_varying<L: Kernels>(
         last_size = L::select(go_on, moved, narrow * first_bound);
         corrections = L::select(go_on, corrections + one, zero);
         passes = L::select(active, passes + one, passes);
-        let over = active & !reached & !passes.lt(one.constant(NODE_PASS_LIMIT));
+        let over = active & !reached & !passes.lt(one.constant(most_passes));
         exhausted = exhausted | over;
         failed = failed | over;
     }
