@@ -10,7 +10,7 @@ use nalgebra::{Cholesky, DMatrix, DMatrixView, DVector, Dyn, Matrix3, Matrix3xX,
 /// Elements of a rod of one flexible segment, and Gauss points of each.
 const ELEMENTS: f64 = 3.0;
 /// Elements are split so often before a rod counts as unstable: where loads are large it bends within little.
-const FINER: [usize; 3] = [1, 3, 9];
+const FINER: [usize; 2] = [1, 3];
 const POINTS: usize = 6;
 /// Steps to the least eigenvalue; two digits will do.
 const ITERATIONS: usize = 12;

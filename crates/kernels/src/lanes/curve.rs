@@ -1,4 +1,4 @@
-//! The curve of equilibria from rest by its arclength, to a turn of the load. C1 to C5
+//! The curve of equilibria from rest by its arclength, to a turn of the load, or to where it crosses another. C1 to C6
 //!
 //! A sample's steps depend on that sample alone: a lane that has finished is frozen while its neighbours go on.
 
@@ -65,7 +65,7 @@ pub trait Equations<L: Lane> {
 pub struct CurveEnd<L: Lane, P> {
     pub at: P,
     pub tangent: P,
-    /// At a turn of the load.
+    /// At a turn of the load, or where curves cross.
     pub fold: L::Mask,
     /// Error of its load fraction, else 1.
     pub load_error: L,
@@ -97,11 +97,13 @@ pub fn follow_curve<L: Lane, E: Equations<L>>(
     let (mut corrections, mut passes, mut weakest) = (zero, one, zero);
     // The determinant at the last point, and the way from there to a point where curves cross.
     let (mut last_whole, mut ahead) = (one, one.constant(FAR));
-    let smallest = one.constant(if L::Scalar::EPSILON < 1e-10 { SMALLEST_SHARP_ARC } else { SMALLEST_ARC });
+    // In single precision round-off hides what lies closer.
+    let sharp = L::Scalar::EPSILON < 1e-10;
+    let smallest = one.constant(if sharp { SMALLEST_SHARP_ARC } else { SMALLEST_ARC });
     let mut failed = !wanted;
     let mut turn = Turn::new(rest);
     loop {
-        let active = !(failed | turn.found);
+        let active = !(failed | turn.found | turn.crossing);
         if !L::any(active) {
             break;
         }
@@ -168,7 +170,11 @@ pub fn follow_curve<L: Lane, E: Equations<L>>(
         last_whole = L::select(accept, seen.whole, last_whole);
         let near = (ahead * one.constant(CURVE_APPROACH)).max(smallest + smallest);
         step = L::select(accept | crossed, L::select(crossed, near, step.min(near)), step);
-        failed = failed | lost | (reject & !smallest.lt(step)) | (crossed & !(smallest + smallest).lt(arc));
+        // Nothing bends the curve aside within the smallest step: it crosses another, and loses its stability. C6
+        let pinned = crossed & !(smallest * one.constant(3.0)).lt(arc);
+        let straight = rises & one.constant(CURVE_STRAIGHT).lt(cosine) & size.lt(arc * one.constant(CURVE_NEAR));
+        turn.crossing = turn.crossing | if sharp { pinned & straight } else { one.lt(zero) };
+        failed = failed | lost | (reject & !smallest.lt(step)) | pinned;
 
         // The next point by the parabola through the last two. C4
         let restart = accept | reject;
@@ -186,11 +192,14 @@ pub fn follow_curve<L: Lane, E: Equations<L>>(
         last_size = L::select(go_on, size, bound * one.constant(1.0 / CONTRACTION));
         corrections = L::select(go_on, corrections + one, zero);
         passes = L::select(active, passes + one, passes);
-        failed = failed | (active & !turn.found & !passes.lt(one.constant(CURVE_LIMIT)));
+        failed = failed | (active & !(turn.found | turn.crossing) & !passes.lt(one.constant(CURVE_LIMIT)));
     }
-    let mut end = CurveEnd { at, tangent, fold: turn.found, load_error: one, passes };
+    let mut end = CurveEnd { at, tangent, fold: turn.found & !turn.crossing, load_error: one, passes };
     if L::any(turn.found) {
         turn.finish(equations, &metric, &mut end);
+    }
+    if L::any(turn.crossing) {
+        turn.locate_crossing(equations, &metric, &mut end);
     }
     end
 }

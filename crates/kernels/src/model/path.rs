@@ -98,7 +98,9 @@ pub const TURN_CORRECTIONS: usize = 5;
 pub const TURN_SIDE: usize = 2;
 /// by this many times the error of the turn's load.
 pub const TURN_EVIDENCE: f64 = 4.0;
-/// A fold whose load is known better than this has been seen as a turn of the load.
+/// On the fine grid, a secant from this far before it tells where curves cross.
+pub const CROSSING_SPAN: f64 = 1e-3;
+/// A fold whose load is known better than this has been seen: as a turn of the load, or where curves cross.
 pub const FOLD_EVIDENCE: f64 = 1e-3;
 /// A path that ends without having come so near has not met a fold: shooting has failed.
 pub const FOLD_MARGIN: f64 = 0.25;
