@@ -98,12 +98,9 @@ impl<'a> Refiners<'a> {
     ) -> Result<(), BackendError> {
         let samples = Samples { plan, sampler, batch, index };
         self.settle(&samples, solutions)?;
-        let mut folds = samples.those(solutions, |at| solutions.status(at) == Status::Fold);
-        let mut certified = Vec::new();
         for (number, stage) in self.stages.iter_mut().enumerate() {
-            let is_settled = |at| solutions.is_seen_fold(at) || certified.binary_search(&at).is_ok();
-            let has_failed = |at| !solutions.status(at).is_success() && !is_settled(at);
-            let is_doubtful = |at| number == 0 && !is_settled(at) && samples.is_doubtful(solutions, at);
+            let has_failed = |at| !solutions.status(at).is_success() && !solutions.is_seen_fold(at);
+            let is_doubtful = |at| number == 0 && !solutions.is_seen_fold(at) && samples.is_doubtful(solutions, at);
             let needs = |at| has_failed(at) || is_doubtful(at);
             let left = samples.those(solutions, needs);
             self.attempts += left.len() as u64;
@@ -124,10 +121,6 @@ impl<'a> Refiners<'a> {
                     solutions.set_status(to, Status::NotConverged);
                 }
             })?;
-            if stage.backend.as_ref().is_some_and(|backend| backend.certifies_folds()) {
-                folds.retain(|at| solutions.status(*at) == Status::Fold);
-                certified = std::mem::take(&mut folds);
-            }
         }
         Ok(())
     }

@@ -57,7 +57,10 @@ impl Verdicts {
 
     /// What is called a fold here, and is none by the reference.
     pub fn false_folds(&self) -> usize {
-        self.count(|of| of.difference == Difference::OnlyReference && of.found.status == Status::Fold)
+        self.count(|of| {
+            let is_fold = of.found.status == Status::Fold && !of.found.is_doubt;
+            of.difference == Difference::OnlyReference && is_fold
+        })
     }
 
     pub fn apart(&self) -> usize {

@@ -49,6 +49,15 @@ pub const SAFE_MARGIN: f64 = 0.1;
 /// With care and in double precision, where branches lie closer than this, corrections are trusted the less. Under a tip moment, a load step that
 /// starts or ends nearer is bounded by [`WIDENING`]: stability may be lost and won again between.
 pub const NEAR_MARGIN: f64 = 0.3;
+/// A load step uses up this share of a margin below [`NEAR_MARGIN`], as far as its fall tells: beyond a pitchfork other branches
+/// are stable.
+pub const SPENT: f64 = 0.9;
+/// In double precision, corrections there end below this (plan units of moment and radians): the margin changes within little.
+pub const NEAR_TOLERANCE: f64 = 2e-3;
+/// In a field that varies and with care, corrections end below this everywhere: a large force hides how far the tip still turns.
+pub const FIELD_TOLERANCE: f64 = 0.05;
+/// Passes along a path with care in a field that varies: a rod under large loads takes many short steps, and the reference far more.
+pub const FIELD_PASS_LIMIT: f64 = 2000.0;
 /// Such a step may change the inverse square of the margin by this factor at most: the margin twofold.
 pub const WIDENING: f64 = 4.0;
 /// A path that comes nearer than this and moves away again has passed what no grid resolves, and ends there.
@@ -152,6 +161,8 @@ pub const ERROR_SHARE: f64 = 0.5;
 /// Columns by base moment alone show stability (S4) where force times the square of a step, over stiffness, is below
 /// this: a cantilever buckles at (pi / 2)^2.
 pub const UNBUCKLED: f64 = 2.0;
+/// The same with columns by base rotation, too (S1): an interval whose ends do not turn buckles at pi^2.
+pub const UNBUCKLED_BETWEEN: f64 = 8.0;
 /// No tip is farther from the base than this many lengths of the rod; steps too long may throw it there.
 pub const REACH: f64 = 100.0;
 /// Round-off of a pass, in units of the number format's epsilon.
