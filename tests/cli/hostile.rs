@@ -308,17 +308,20 @@ fn voxels_that_are_too_coarse_are_blamed_and_not_the_scene() {
     assert_eq!(output.code, 3, "{}", output.stderr);
     assert!(output.stderr.contains("voxels too coarse: ") && !output.stderr.contains("check the scene"));
     let found = json(&output.stdout);
-    let [low, high] = [0, 1].map(|end| found["volume"]["interval"][end].as_f64().unwrap());
+    let [low, high] = ["low", "high"].map(|end| found["volume"][end].as_f64().unwrap());
     assert!(low < high, "{}", found["volume"]);
     assert!(sandbox.path("w/workspace.json").exists() && sandbox.path("w/workspace.parquet").exists());
-    let designs = sandbox.run(&["workspace", "coarse.toml", "--robust", "--designs", "0"]);
-    assert!(designs.code == 2 && designs.stderr.contains("--designs"), "{}", designs.stderr);
+    let uncertain = "[[uncertain]]\nparameter = \"proximal.youngs_modulus\"\nrelative = \"5 %\"\n";
+    let text = fs::read_to_string(sandbox.path("coarse.toml")).unwrap();
+    sandbox.write("coarse.toml", &(text + uncertain));
+    let designs = sandbox.run(&[&arguments[..], &["--robust", "--designs", "0"]].concat());
+    assert!(designs.code == 2 && designs.stderr.contains("give at least one"), "{}", designs.stderr);
 }
 
 #[test]
 fn a_study_as_json_writes_nothing_beside_the_rows() {
     let sandbox = Sandbox::new();
-    let sweep = crate::common::texts::sweep("coil.current.x", "-0.1", "0.1", 5)
+    let sweep = crate::common::texts::sweep("coil.current.z", "-0.1", "0.1", 5)
         .replace("method = \"grid\"", "method = \"sobol\"\nsamples = 64")
         .replace("points = 5\n", "");
     sandbox.write("sweep.toml", &sweep);
@@ -329,7 +332,7 @@ fn a_study_as_json_writes_nothing_beside_the_rows() {
         names
     };
     let before = files();
-    let told = json(&sandbox.ok(&["sensitivity", "out", "--json"]).stdout);
+    let told = json(&sandbox.ok(&["sensitivity", "out", "--json", "--outputs", "tip.position.y"]).stdout);
     assert_eq!(files(), before);
     assert_eq!(told["checked"], "64 of 64 samples were checked against the reference");
 }
