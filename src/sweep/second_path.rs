@@ -212,3 +212,47 @@ fn apart(plan: &Plan, (a, at): (&Solutions, usize), (b, from): (&Solutions, usiz
     let dp = (0..3).map(|k| (p[k] - q[k]).powi(2)).sum::<f64>().sqrt() / plan.scene.total_length();
     dp.max(rotation_angle(&a.tip_rotation(at), &b.tip_rotation(from)))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Decision, decide};
+    use crate::model::{Plan, PlanOptions, Quantity, Solutions, Status};
+
+    const SCENE: &str = r#"name = "rod"
+[[segment]]
+name = "rod"
+kind = "flexible"
+length = "100 mm"
+stiffness = { bending = "1e-5 N·m²", torsion = "1e-5 N·m²" }
+"#;
+
+    fn row(plan: &Plan, status: Status, x: f64) -> Solutions {
+        let mut row = Solutions::new(plan, 1);
+        row.set_vector(0, Quantity::TipPosition, [x, 0.0, 0.1]);
+        row.set_vector(0, Quantity::TipD1, [1.0, 0.0, 0.0]);
+        row.set_vector(0, Quantity::TipTangent, [0.0, 0.0, 1.0]);
+        row.set(0, Quantity::ErrorEstimate, 1e-9);
+        row.set_status(0, status);
+        row
+    }
+
+    #[test]
+    fn the_reference_decides_alike_for_sweeps_and_single_solutions() {
+        let scene = crate::input::parse_scene("scene.toml".as_ref(), SCENE).expect("a scene");
+        let plan = Plan::single(&scene, &[], PlanOptions::default()).expect("a plan");
+        let decided = |own: Status, truth: Status, apart: f64| {
+            let mut own = row(&plan, own, 0.0);
+            let decision = decide(&plan, (&mut own, 0), (&row(&plan, truth, apart), 0));
+            (decision, own.status(0), own.vector(0, Quantity::TipPosition)[0])
+        };
+        assert_eq!(decided(Status::Ok, Status::Ok, 1e-6), (Decision::Kept, Status::Ok, 0.0));
+        assert_eq!(decided(Status::Ok, Status::Fold, 0.01), (Decision::PastFold, Status::Fold, 0.01));
+        assert_eq!(decided(Status::Ok, Status::StepLimit, 0.01), (Decision::Undecided, Status::Doubtful, 0.0));
+        assert_eq!(decided(Status::Fold, Status::Fold, 0.01), (Decision::Kept, Status::Fold, 0.0));
+        for own in [Status::Ramped, Status::Fold] {
+            let (decision, status, x) = decided(own, Status::Ok, 0.01);
+            let Decision::Elsewhere(far) = decision else { panic!("{decision:?}") };
+            assert!((far - 0.1).abs() < 1e-9 && status == Status::Refined && x == 0.01, "{far} {status:?} {x}");
+        }
+    }
+}
