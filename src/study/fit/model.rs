@@ -44,7 +44,7 @@ pub(super) struct State {
     pub jacobian: DMatrix<f64>,
     pub positions: Vec<Vec<Vector>>,
     pub base_moments: Vec<Vector>,
-    /// What the engine says of each shape, for the check against the reference.
+    /// The engine's equilibrium of each shape, for the check against the reference.
     pub claims: Vec<Claim>,
 }
 

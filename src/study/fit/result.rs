@@ -90,7 +90,7 @@ impl Strength {
 }
 
 impl Fit {
-    /// What speaks against the fitted rods, in a sentence; `None` where nothing does.
+    /// Doubt about the fitted rods, in a sentence; `None` where there is none.
     pub fn mark(&self) -> Option<&str> {
         self.check.mark.as_deref()
     }
