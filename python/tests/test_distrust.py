@@ -103,11 +103,11 @@ def test_fits_are_checked(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_every_path_is_followed_twice_where_asked_for() -> None:
-    sweep = rodsweep.Sweep(_rod(), "grid", {"loads.tip_force.x": ("-1 mN", "1 mN", 5)})
+    sweep = rodsweep.Sweep(_rod(), "grid", {"loads.tip_force.x": ("-1 mN", "1 mN", 9)})
     assert not sweep.run().account["path_check"]["all"]
     run = sweep.run(certain=True)
-    assert run.account["path_check"]["all"] and run.account["path_check"]["followed"] == 5
-    assert run.sensitivity(["tip.position"]).account["checked"] == "5 of 5 samples were checked against the reference"
+    assert run.account["path_check"]["all"] and run.account["path_check"]["followed"] == 9
+    assert run.sensitivity(["tip.position"]).account["checked"] == "9 of 9 samples were checked against the reference"
     assert rodsweep.solve(_rod(), {"loads.tip_force.x": 1e-3}, certain=True).ok
 
 

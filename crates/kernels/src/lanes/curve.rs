@@ -100,7 +100,8 @@ pub fn follow_curve<L: Lane, E: Equations<L>>(
     // In single precision round-off hides what lies closer.
     let sharp = L::Scalar::EPSILON < 1e-10;
     let smallest = one.constant(if sharp { SMALLEST_SHARP_ARC } else { SMALLEST_ARC });
-    let mut failed = !wanted;
+    // The next point is about where the load is full: beyond it there is nothing to look for.
+    let (mut failed, mut landing) = (!wanted, one.lt(zero));
     let mut turn = Turn::new(rest);
     loop {
         let active = !(failed | turn.found | turn.crossing);
@@ -136,9 +137,10 @@ pub fn follow_curve<L: Lane, E: Equations<L>>(
             clear = equations.is_clear();
         }
         // Which side of a bifurcation it has passed, no grid tells.
-        let lost = converged & rises & !is_above(weakest, NARROW_MARGIN) & seen.square.lt(weakest * one.constant(0.25));
+        let narrow = !is_above(weakest, NARROW_MARGIN) & seen.square.lt(weakest * one.constant(0.25));
+        let lost = converged & rises & regular & narrow;
         let fits = converged & smooth & clear & !lost;
-        let accept = fits & rises & stable & !sags & new.lambda().lt(one);
+        let accept = fits & rises & stable & !sags & (landing | new.lambda().lt(one));
         let turned = fits & !rises & !stable & once;
         let turned = turn.begin::<E>(turned, (at, tangent), (new, seen.tangent), arc);
         let go_on = walking & !converged & contracting;
@@ -172,7 +174,9 @@ pub fn follow_curve<L: Lane, E: Equations<L>>(
         step = L::select(accept | crossed, L::select(crossed, near, step.min(near)), step);
         // Nothing bends the curve aside within the smallest step: it crosses another, and loses its stability. C6
         let pinned = crossed & !(smallest * one.constant(3.0)).lt(arc);
-        let straight = rises & one.constant(CURVE_STRAIGHT).lt(cosine) & size.lt(arc * one.constant(CURVE_NEAR));
+        // Beyond it a tangent may be told backwards.
+        let straight = one.constant(CURVE_STRAIGHT).lt(cosine.abs()) & zero.lt(after * cosine);
+        let straight = straight & size.lt(arc * one.constant(CURVE_NEAR));
         turn.crossing = turn.crossing | if sharp { pinned & straight } else { one.lt(zero) };
         failed = failed | lost | (reject & !smallest.lt(step)) | pinned;
 
@@ -182,7 +186,10 @@ pub fn follow_curve<L: Lane, E: Equations<L>>(
         let rate = tangent.lambda();
         let root = (rate * rate + bend.lambda() * left * one.constant(4.0)).sqrt();
         let to_full = left * one.constant(2.0) / (rate + root);
-        failed = failed | (restart & to_full.lt(step));
+        failed = failed | (accept & landing);
+        let lands = restart & to_full.lt(step);
+        landing = (landing & !restart) | lands;
+        step = L::select(lands, to_full, step);
         let predicted = at.plus(step, tangent).plus(step * step, bend);
         row = E::Point::select(restart, E::row(&metric, tangent), row);
         trial = E::Point::select(restart, predicted, E::Point::select(go_on, new, trial));

@@ -180,7 +180,7 @@ impl<L: Lane, P: Point<L>> Turn<L, P> {
         }
         let falls = before - whole;
         let ahead = span * whole / falls;
-        let load = slope.mul_add(ahead, lambda);
+        let load = slope.abs().mul_add(ahead, lambda);
         let error = (load - at.lambda()).abs() + one.constant(SMALLEST_SHARP_ARC);
         let found = settles & zero.lt(before) & zero.lt(falls) & load.lt(one) & error.lt(one.constant(FOLD_EVIDENCE));
         end.fold = end.fold | found;
