@@ -19,7 +19,6 @@ const FORWARD_COLUMNS: u32 = 2u;
 const STATIONS_EACH: u32 = 1u; //@spec
 const SHORTEST_INTERVAL: f32 = 0.0; //@spec
 const UNBUCKLED: f32 = 0.0; //@spec
-const UNBUCKLED_BETWEEN: f32 = 0.0; //@spec
 
 // The columns of the last pass that had any.
 var<private> columns: array<Columns, THREES>;
@@ -89,14 +88,12 @@ fn shoot(resolution: u32, rod: Rod, lambda: f32, m0: vec3<f32>, taken: u32, reco
             //@if COLLECTS
             collects = complete && has(index, HAS_INTEGRALS);
             //@end
-            if record {
-                var most = UNBUCKLED_BETWEEN;
-                //@if !ROTATES
-                if !rotates { most = UNBUCKLED; }
-                //@end
+            //@if !ROTATES
+            if record && !rotates {
                 let end = n - segment.length * lambda * segment.w;
-                add_doubt(rod, segment, h * f32(stride), max(length(n), length(end)), most);
+                add_doubt(rod, segment, h * f32(stride), max(length(n), length(end)), UNBUCKLED);
             }
+            //@end
             for (var i = 0u; i < steps; i++) {
                 let step = Step(h, f32(i) * share, share, n);
                 for (var r = 0u; r < TABLEAU_COUNT; r++) { //@unroll

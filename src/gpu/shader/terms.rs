@@ -169,7 +169,6 @@ fn add_path(s: &mut Specialisation, plan: &Plan) {
         ("FOLD_MARGIN", path::FOLD_MARGIN),
         ("INDEX_NOISE", path::INDEX_NOISE),
         ("UNBUCKLED", path::UNBUCKLED),
-        ("UNBUCKLED_BETWEEN", path::UNBUCKLED_BETWEEN),
         ("NO_EQUILIBRIUM", NO_EQUILIBRIUM),
         ("SEARCH_LIMIT", path::SEARCH_LIMIT),
         ("SEARCH_STEP", path::SEARCH_STEP),
