@@ -61,7 +61,7 @@ pub(super) struct Ended {
     pub tangent: Vector,
     pub margin: f64,
     pub error_estimate: f64,
-    /// What is left of the target (m).
+    /// Distance to the target (m), a missing tangent included as a length.
     pub residual: f64,
     pub iterations: usize,
     pub outcome: Outcome,

@@ -119,6 +119,11 @@ impl Answer {
         }
     }
 
+    /// Whether it says that the path ends in a fold, with evidence.
+    pub fn claims_fold(&self) -> bool {
+        self.status == Status::Fold && !self.is_doubt
+    }
+
     fn is_branch_of(&self, other: &Answer, length: f64) -> bool {
         let dp = (0..3).map(|k| (self.position[k] - other.position[k]).powi(2)).sum::<f64>().sqrt();
         dp <= OTHER_PLACE * length && rotation_angle(&self.rotation, &other.rotation) <= OTHER_TURN
@@ -166,8 +171,7 @@ pub fn compare(found: &Answer, expected: &Answer, tolerance: f64, scene: &Scene,
         }
         Some(difference) => {
             let is_same = matches!(difference, Difference::Apart(_)) && found.is_branch_of(expected, length);
-            let claims_fold = found.status == Status::Fold && !found.is_doubt;
-            let is_silent = difference == Difference::OnlyReference && !claims_fold;
+            let is_silent = difference == Difference::OnlyReference && !found.claims_fold();
             let blame = match right {
                 _ if is_same => Blame::Estimate,
                 [_, Some(false)] if is_silent => Blame::Reference,

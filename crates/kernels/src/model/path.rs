@@ -163,7 +163,8 @@ pub const ERROR_SHARE: f64 = 0.5;
 /// Columns by base moment alone show stability (S4) where force times the square of a step, over stiffness, is below
 /// this: a cantilever buckles at (pi / 2)^2.
 pub const UNBUCKLED: f64 = 2.0;
-/// The same with columns by base rotation, too (S1): an interval whose ends do not turn buckles at pi^2.
+/// Columns by base moment and by base rotation show stability (S1) where that number is below this: an interval whose ends
+/// do not turn buckles at pi^2.
 pub const UNBUCKLED_BETWEEN: f64 = 8.0;
 /// No tip is farther from the base than this many lengths of the rod; steps too long may throw it there.
 pub const REACH: f64 = 100.0;
