@@ -321,12 +321,12 @@ pub fn is_close(mismatch: f64, newton_tolerance: f64) -> bool {
 /// A step below this times the stability margin does to first order: columns are then off by a small part of themselves,
 /// the tip by the square. It falls faster than the tolerance, as small columns amplify it.
 pub fn first_order_tolerance(newton_tolerance: f64) -> f64 {
-    (3e4 * newton_tolerance.powf(1.5)).min(1e-4)
+    (3e4 * newton_tolerance.powf(1.5)).min(1e-5)
 }
 
 /// Newton's last step must be below this (plan units of moment), for a target error and a number format.
 pub fn newton_tolerance(tolerance: f64, epsilon: f64) -> f64 {
-    tolerance.clamp(64.0 * epsilon, 1e-4)
+    tolerance.clamp(16.0 * epsilon, 1e-4)
 }
 
 /// Tips on both grids that differ by less than so many times what round-off can do differ by it alone. In single precision
