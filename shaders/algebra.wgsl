@@ -71,3 +71,10 @@ fn row_times(v: vec3<f32>, a: mat3x3<f32>) -> vec3<f32> {
 fn differs_widely(a: f32, b: f32, near: f32, most: f32) -> bool {
     return min(a, b) < near && (a * most < b || b * most < a);
 }
+
+// The longest load step from a margin below `near`, which a load step of `used` has taken there from `last`: as it falls, the next
+// uses up `share` of it. Beyond a pitchfork other branches are stable. A margin that does not fall bounds no step.
+fn affordable(margin: f32, last: f32, used: f32, near: f32, share: f32) -> f32 {
+    if margin < last && margin < near { return margin * used * share / (last - margin); }
+    return 2.0;
+}

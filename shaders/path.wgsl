@@ -11,6 +11,7 @@ const CORRECTIONS: f32 = 0.0; //@spec
 const FIRST_BEND: f32 = 0.0; //@spec
 const RETREATS: f32 = 0.0; //@spec
 const NEAR_MARGIN: f32 = 0.0; //@spec
+const SPENT: f32 = 0.0; //@spec
 const WIDENING: f32 = 0.0; //@spec
 const AIM: f32 = 0.0; //@spec
 const LEAST_RATIO: f32 = 0.0; //@spec
@@ -209,11 +210,15 @@ fn follow_path(rod: Rod, first: u32, rest: RestSlope) -> PathEnd {
             if accepted {
                 end.history = accept(end.history, goal, m_new);
                 weakest = max(weakest, square);
-                last_square = square;
                 end.reached = !partial;
                 end.ramped = end.ramped || partial;
                 retreats = 0.0;
                 step = used * factor;
+                if guarded {
+                    let fall = vec2<f32>(sqrt(3.0 / square), sqrt(3.0 / last_square));
+                    step = min(step, affordable(fall.x, fall.y, used, NEAR_MARGIN, SPENT));
+                }
+                last_square = square;
             } else {
                 retreats = retreats + 1.0;
                 step = used * min(factor, RETREAT);

@@ -18,6 +18,7 @@ const FORWARD_COLUMNS: u32 = 2u;
 // Intervals of the stability index over a segment of many steps, at least, and the shortest as a share of the rod.
 const STATIONS_EACH: u32 = 1u; //@spec
 const SHORTEST_INTERVAL: f32 = 0.0; //@spec
+const UNBUCKLED: f32 = 0.0; //@spec
 
 // The columns of the last pass that had any.
 var<private> columns: array<Columns, THREES>;
@@ -92,7 +93,7 @@ fn shoot(resolution: u32, rod: Rod, lambda: f32, m0: vec3<f32>, taken: u32, reco
             //@if !ROTATES
             if record && !rotates {
                 let end = n - segment.length * lambda * segment.w;
-                add_doubt(rod, segment, h * f32(stride), max(length(n), length(end)));
+                add_doubt(rod, segment, h * f32(stride), max(length(n), length(end)), UNBUCKLED);
             }
             //@end
             for (var i = 0u; i < steps; i++) {

@@ -2,7 +2,6 @@
 // src/lanes/stability.rs
 
 const INDEX_NOISE: f32 = 0.0; //@spec
-const UNBUCKLED: f32 = 0.0; //@spec
 const EPSILON: f32 = 0.0; //@spec
 const SMALLEST: f32 = 1.17549435e-38;
 
@@ -38,17 +37,16 @@ fn add_station(rotates: bool, shortest: f32, s: f32, end: Tip) {
     //@end
 }
 
-//@if !ROTATES
-// Counts one more where an interval of length `h` under a force up to `n` may buckle with one end free: what S4 rests on.
-fn add_doubt(rod: Rod, segment: Flexible, h: f32, n: f32) {
+// Counts one more where an interval of length `h` under a force up to `n` may buckle by itself: force times the square of the
+// length over stiffness is `most` or more. S1 and S4 count only what intervals do together.
+fn add_doubt(rod: Rod, segment: Flexible, h: f32, n: f32, most: f32) {
     var softening = n;
     //@if MAGNET
     if segment.has_magnet { softening = softening + length(segment.mu) * length(rod.B); }
     //@end
     let least = min(min(segment.stiffness.x, segment.stiffness.y), segment.stiffness.z);
-    station.index = station.index + count(least * UNBUCKLED < softening * h * h);
+    station.index = station.index + count(least * most < softening * h * h);
 }
-//@end
 
 // Number of negative eigenvalues of the second variation, from the columns and the station of the last pass.
 fn stability_index(tip: Tip) -> f32 {

@@ -47,7 +47,7 @@ class DistrustedRun(RodsweepError, RuntimeError):
 
     Attributes
     ----------
-    run : Run, Results, Solution, Workspace, Sensitivity or Control
+    run : Run, Results, Solution, Workspace, Sensitivity, Control or Fit
         What was solved or opened all the same.
     verdict : dict
         What speaks against it, as in ``manifest.json``.
@@ -63,7 +63,7 @@ class DistrustedRun(RodsweepError, RuntimeError):
 
 
 class DistrustedWarning(UserWarning):
-    """The same, where ``allow_distrusted=True`` goes on."""
+    """Rows that are not to be trusted, where ``allow_distrusted=True`` goes on."""
 
 
 def judge(run: Any, text: str | None, verdict: Mapping[str, Any] | None, allow_distrusted: bool) -> None:

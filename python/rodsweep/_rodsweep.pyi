@@ -65,6 +65,7 @@ def solve(
     threads: int | None,
     method: str | None,
     spot_check: bool | None,
+    certain: bool,
     lenient: bool,
     progress: _Listener,
 ) -> _Solved: ...

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from . import _rodsweep
-from ._errors import InputError
+from ._errors import InputError, judge
 from ._rodsweep import NativeFit
 from ._told import Told
 from ._values import Columns, Floats, floats, names_of
@@ -26,6 +26,7 @@ def fit(
     free: str | Sequence[str] | None = None,
     noise: float | None = None,
     threads: int | None = None,
+    allow_distrusted: bool = False,
 ) -> Fit:
     """Fits numbers of a scene to observed points, as ``rodsweep fit``.
 
@@ -43,6 +44,13 @@ def fit(
         What is fitted; names joined by ``+`` keep their ratio. By default rest curvature about x and y.
     noise : float, optional
         Standard deviation of a coordinate (m); else it is estimated.
+    allow_distrusted : bool
+        Whether to warn, and not to raise, where the reference contradicts a fitted rod.
+
+    Raises
+    ------
+    DistrustedRun
+        The reference contradicts a fitted rod; the fit is in ``error.run``.
 
     Examples
     --------
@@ -94,7 +102,9 @@ def fit(
         None if noise is None else _number("noise", noise),
         _count("threads", threads),
     )
-    return Fit(native)
+    found = Fit(native)
+    judge(found, found.account["distrusted"], None, allow_distrusted)
+    return found
 
 
 def _is_nan(number: float) -> bool:

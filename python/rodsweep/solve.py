@@ -27,6 +27,7 @@ def solve(
     all_branches: bool = False,
     method: Mapping[str, Any] | None = None,
     spot_check: bool | None = None,
+    certain: bool = False,
     allow_distrusted: bool = False,
     progress: Callable[[int, int, int, float], object] | None = None,
 ) -> Solution:
@@ -63,6 +64,8 @@ def solve(
     spot_check : bool, optional
         Whether a share of the samples is solved again by the reference; see :attr:`Solution.spot_check`. By default one
         of a thousand, from a thousand samples on; :attr:`Solution.checked` says it. True: at least 256.
+    certain : bool
+        Whether every path from rest is followed twice, as ``rodsweep run --certain``.
     allow_distrusted : bool
         Whether to warn, and not to raise, where the reference contradicts a sample.
     progress : callable, optional
@@ -119,6 +122,7 @@ def solve(
         branch=branch,
         method=method,
         spot_check=None if spot_check is None else bool(spot_check),
+        certain=bool(certain),
         progress=progress,
     )
     judge(solution, solution._answer["distrust"], None, allow_distrusted)
@@ -137,6 +141,7 @@ def _solve(
     branch: str = "from_rest",
     method: Mapping[str, Any] | None = None,
     spot_check: bool | None = False,
+    certain: bool = False,
     lenient: bool = False,
     progress: Callable[[int, int, int, float], object] | None = None,
 ) -> Solution:
@@ -162,6 +167,7 @@ def _solve(
         threads=threads,
         method=text,
         spot_check=spot_check,
+        certain=certain,
         lenient=lenient,
         progress=progress,
     )

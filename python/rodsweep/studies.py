@@ -56,7 +56,7 @@ def _sensitivity_options(outputs: str | Sequence[str], given: Mapping[str, Any])
     options = _options(_SENSITIVITY, given)
     options["outputs"] = names_of("outputs", outputs)
     options["inputs"] = names_of("inputs", options["inputs"])
-    options["mark"] = None
+    options["mark"] = options["checked"] = None
     return options
 
 

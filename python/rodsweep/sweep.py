@@ -205,6 +205,7 @@ class Sweep:
         threads: int | None = None,
         method: Mapping[str, Any] | None = None,
         spot_check: bool = True,
+        certain: bool = False,
         allow_distrusted: bool = False,
         progress: Listener = None,
     ) -> Run:
@@ -230,6 +231,8 @@ class Sweep:
             As in :func:`solve`.
         spot_check : bool
             Whether a share of the samples is solved again by the reference.
+        certain : bool
+            Whether every path from rest is followed twice, as ``rodsweep run --certain``.
 
         Raises
         ------
@@ -237,7 +240,7 @@ class Sweep:
             Rows that the reference contradicts, that miss the tolerance, or of which more failed than the sweep allows;
             the run is in ``error.run``.
         """
-        options = _run_options(engine, precision, threads, limit, shard, part_size, spot_check, method)
+        options = _run_options(engine, precision, threads, limit, shard, part_size, spot_check, method, certain)
         with _Bar(progress, len(self)) as listener:
             if directory is None:
                 table, account = self._native.run_to_memory(options, listener)
@@ -391,7 +394,7 @@ class Run:
         if self._table is None:
             return self.results.sensitivity(outputs, **options)
         options = _sensitivity_options(outputs, options)
-        options["mark"] = self.account["mark"]
+        options["mark"], options["checked"] = self.account["mark"], self.account["checked"]
         return Sensitivity._of_rows(self.sweep._native, self._table, options)
 
     def __arrow_c_stream__(self, requested_schema: object | None = None) -> object:
@@ -465,6 +468,7 @@ def _run_options(
     part_size: int | None,
     spot_check: bool,
     method: Mapping[str, Any] | None,
+    certain: bool = False,
 ) -> dict[str, Any]:
     return {
         "engine": engine,
@@ -474,6 +478,7 @@ def _run_options(
         "shard": shard,
         "part_size": _count("part_size", part_size),
         "spot_check": bool(spot_check),
+        "certain": bool(certain),
         "method": None if method is None else json.dumps(dict(method)),
     }
 

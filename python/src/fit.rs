@@ -5,7 +5,7 @@ use super::job::run;
 use super::scene::NativeScene;
 use pyo3::prelude::*;
 use rodsweep::model::Parameter;
-use rodsweep::report::{ImageFormat, encode};
+use rodsweep::report::{ImageFormat, Marked, encode};
 use rodsweep::spec::{ObservedPoint, ObservedShape, ObservedShapes};
 use rodsweep::study::{Fit, FitJob};
 use std::sync::Arc;
@@ -102,6 +102,11 @@ impl NativeFit {
     fn figure(&self, format: &str) -> PyResult<Vec<u8>> {
         let format = ImageFormat::of(format!("x.{format}").as_ref()).map_err(Failure::from)?;
         let (fit, job) = &*self.found;
-        Ok(encode(&rodsweep::figures::fit(fit, job), format).map_err(Failure::from)?)
+        let figure = rodsweep::figures::fit(fit, job);
+        let bytes = match fit.mark() {
+            Some(mark) => encode(&Marked { figure: &figure, mark }, format),
+            None => encode(&figure, format),
+        };
+        Ok(bytes.map_err(Failure::from)?)
     }
 }

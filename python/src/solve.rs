@@ -13,7 +13,7 @@ use rodsweep::input::sweep_of_rows;
 use rodsweep::model::{Parameter, Scene};
 use rodsweep::results::Solved;
 use rodsweep::spec::{BranchChoice, InputTable, OutputQuantity, SolutionMethod, SweepSpec};
-use rodsweep::sweep::{Memory, Progress, SpotCheckOptions, Summary, SweepJob};
+use rodsweep::sweep::{Memory, PathCheckOptions, Progress, SpotCheckOptions, Summary, SweepJob};
 use rodsweep::table::{Table, Values};
 use rodsweep::text::terminal;
 
@@ -34,6 +34,8 @@ struct Request {
     method: Option<SolutionMethod>,
     /// `None`: one of a thousand, from a thousand samples on.
     spot_check: Option<bool>,
+    /// Whether every path is followed twice.
+    certain: bool,
     /// Whether values may be no numbers.
     lenient: bool,
 }
@@ -75,8 +77,8 @@ impl Request {
     }
 
     fn solve(self, line: &Line) -> Result<Answer, Failure> {
-        let (count, engine, method, branch, checks) =
-            (self.count, self.engine, self.method, self.branch, self.spot_check);
+        let (count, engine, method, branch, checks, certain) =
+            (self.count, self.engine, self.method, self.branch, self.spot_check, self.certain);
         let spec = self.spec()?;
         let few = SpotCheckOptions { least: 0, ..SpotCheckOptions::default() };
         let checks = match checks {
@@ -92,6 +94,7 @@ impl Request {
             .progress(Some(&progress))
             .warn(&warn)
             .spot_check(checks);
+        let job = if certain { job.path_check(Some(PathCheckOptions::All)) } else { job };
         let mut answer = Answer {
             block: Block::default(),
             branches: None,
@@ -126,12 +129,13 @@ impl Request {
         });
         let summary = result?;
         answer.seconds = seconds;
+        let certain = summary.is_certain();
         answer.engine = summary.backend.to_string();
         answer.notes = summary.notes;
         // What rows say of themselves, such as a failure, is no news to whoever gets them.
         let mut verdict = summary.verdict;
         verdict.doubts.retain(|doubt| !doubt.seen.is_empty());
-        let solved = Solved { method: answer.method, certain: false, place: None };
+        let solved = Solved { method: answer.method, certain, place: None };
         answer.distrust = Some(terminal(&verdict.explain(&solved)).into_owned()).filter(|text| !text.is_empty());
         answer.checked = verdict.checked_sentence();
         answer.spot_check = summary.spot_check.and_then(|check| serde_json::to_string(&check).ok());
@@ -141,7 +145,7 @@ impl Request {
 
 /// Solves samples. `columns[k]` holds the values of parameter `names[k]`: one for all samples, or one each.
 #[pyfunction]
-#[pyo3(signature = (scene, names, columns, count, wrt, *, engine, precision, tolerance, branch, threads, method, spot_check, lenient, progress))]
+#[pyo3(signature = (scene, names, columns, count, wrt, *, engine, precision, tolerance, branch, threads, method, spot_check, certain, lenient, progress))]
 #[allow(clippy::too_many_arguments)]
 pub fn solve<'py>(
     py: Python<'py>,
@@ -157,6 +161,7 @@ pub fn solve<'py>(
     threads: Option<usize>,
     method: Option<&str>,
     spot_check: Option<bool>,
+    certain: bool,
     lenient: bool,
     progress: Option<Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
@@ -183,6 +188,7 @@ pub fn solve<'py>(
         branch: engine::branch(branch)?,
         method: engine::method(method)?,
         spot_check,
+        certain,
         lenient,
     };
     let answer = run(py, threads, progress.as_ref(), move |line| request.solve(line))?;

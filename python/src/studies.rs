@@ -249,6 +249,8 @@ struct SensitivityOptions {
     limit: Option<u64>,
     /// What speaks against rows in memory.
     mark: Option<String>,
+    /// How many rows in memory were checked, in a sentence.
+    checked: Option<String>,
 }
 
 impl SensitivityOptions {
@@ -281,6 +283,7 @@ impl SensitivityOptions {
             .tangent_noise(self.tangent_noise)
             .minimum_margin(self.minimum_margin)
             .mark(self.mark.clone())
+            .checked(self.checked.clone())
             .limit(self.limit))
     }
 }
@@ -307,8 +310,8 @@ impl NativeSensitivity {
             job.check()?;
             let mut memory = Memory::new();
             let account = run_options.run(&job.sweep(), line, (&mut memory, None))?;
-            let mark = account["mark"].as_str().map(str::to_owned);
-            Ok(job.with_rows(memory.into_table()).mark(mark).run()?)
+            let [mark, checked] = ["mark", "checked"].map(|key| account[key].as_str().map(str::to_owned));
+            Ok(job.with_rows(memory.into_table()).mark(mark).checked(checked).run()?)
         })?;
         Ok(NativeSensitivity { found: Arc::new(found) })
     }

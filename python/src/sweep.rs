@@ -11,7 +11,9 @@ use rodsweep::input::sweep_of_table;
 use rodsweep::model::{PlanOptions, Status};
 use rodsweep::results::Solved;
 use rodsweep::spec::{AxisSpec, BranchChoice, Distribution, InputTable, OutputQuantity, Shard, SweepSpec};
-use rodsweep::sweep::{Memory, PreparedSweep, Progress, ResultDirectory, RowSink, SpotCheckOptions, Summary, SweepJob};
+use rodsweep::sweep::{
+    Memory, PathCheckOptions, PreparedSweep, Progress, ResultDirectory, RowSink, SpotCheckOptions, Summary, SweepJob,
+};
 use rodsweep::text::terminal;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -42,6 +44,7 @@ pub struct RunOptions {
     shard: Option<String>,
     part_size: Option<u64>,
     spot_check: bool,
+    certain: bool,
     method: Option<String>,
 }
 
@@ -79,6 +82,7 @@ impl RunOptions {
             .progress(Some(&progress))
             .warn(&warn)
             .spot_check(self.spot_check.then(|| SpotCheckOptions::of(&spec.scene)));
+        let job = if self.certain { job.path_check(Some(PathCheckOptions::All)) } else { job };
         let mut sweep = job.prepare(sink)?;
         let mut backend = sweep.open()?;
         let (summary, seconds) = timed(|| sweep.run_on(backend.as_mut(), sink));
@@ -99,6 +103,7 @@ fn account(sweep: &PreparedSweep<'_>, summary: &Summary, seconds: f64, place: Op
         "engine": summary.backend.to_string(), "reason": sweep.engine().reason(), "method": sweep.method(),
         "spot_check": summary.spot_check, "notes": summary.notes,
         "verdict": summary.verdict, "mark": summary.verdict.headline(), "distrust": distrust,
+        "checked": summary.verdict.checked_sentence(), "path_check": summary.path_check,
     })
 }
 

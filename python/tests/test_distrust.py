@@ -6,6 +6,7 @@ import json
 import pickle
 import shutil
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -72,6 +73,42 @@ def test_sound_runs_say_what_was_checked(tmp_path: Path) -> None:
     found = rodsweep.control(_rod(), [[0, 0.01, 0.099]], inputs={"loads.tip_force": "2 mN"}, coordinates="y")
     assert found.account["check"]["checked"] == 1 and found.account["distrusted"] is None
     assert "checked against the reference" in str(found)
+
+
+def test_fits_are_checked(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fit(**options: bool) -> rodsweep.Fit:
+        return rodsweep.fit(_rod(), [[0, -0.0049, 0.0998]], free="rod.rest_curvature.x", **options)
+
+    found = fit()
+    assert found.account["check"]["checked"] == 1 and found.account["distrusted"] is None
+    assert "1 of 1 equilibria were checked against the reference" in str(found)
+
+    class Doubted:
+        def __init__(self, native: Any) -> None:
+            self.native = native
+
+        def json(self) -> str:
+            return json.dumps({**json.loads(self.native.json()), "distrusted": "DISTRUSTED: 1 of 1 equilibria"})
+
+        def __getattr__(self, name: str) -> Any:
+            return getattr(self.native, name)
+
+    native = rodsweep._rodsweep.fit
+    monkeypatch.setattr(rodsweep._rodsweep, "fit", lambda *arguments: Doubted(native(*arguments)))
+    with pytest.raises(rodsweep.DistrustedRun, match="DISTRUSTED: 1 of 1") as caught:
+        fit()
+    assert caught.value.run.names == ["rod.rest_curvature.x"]
+    with pytest.warns(rodsweep.DistrustedWarning):
+        assert fit(allow_distrusted=True).converged
+
+
+def test_every_path_is_followed_twice_where_asked_for() -> None:
+    sweep = rodsweep.Sweep(_rod(), "grid", {"loads.tip_force.x": ("-1 mN", "1 mN", 9)})
+    assert not sweep.run().account["path_check"]["all"]
+    run = sweep.run(certain=True)
+    assert run.account["path_check"]["all"] and run.account["path_check"]["followed"] == 9
+    assert run.sensitivity(["tip.position"]).account["checked"] == "9 of 9 samples were checked against the reference"
+    assert rodsweep.solve(_rod(), {"loads.tip_force.x": 1e-3}, certain=True).ok
 
 
 def test_names_and_numbers_are_data() -> None:

@@ -2,6 +2,7 @@
 // src/lanes/nodes/path.rs
 
 const CORRECTIONS: f32 = 0.0; //@spec
+const SPENT: f32 = 0.0; //@spec
 const WIDENING: f32 = 0.0; //@spec
 const NODE_AIM: f32 = 0.0; //@spec
 const NODE_CONTRACTION: f32 = 0.0; //@spec
@@ -61,13 +62,14 @@ fn follow_nodes(rod: Rod, size: f32) -> u32 {
     let accept = converged && stable;
     let go_on = !converged && contracting && convex;
     let rejected = !accept && !go_on;
+    let used = goal - held(LAMBDA);
+    let most = affordable(least, held(LAST_LEAST), used, NODE_NEAR_PIVOT, SPENT);
     if accept {
         hold(LAST_LEAST, least);
         hold(WEAKEST, min(held(WEAKEST), least));
         keep();
     }
     let unstable = rejected && converged;
-    let used = goal - held(LAMBDA);
     if accept {
         hold(LAMBDA_EARLIER, held(LAMBDA_BEFORE));
         hold(LAMBDA_BEFORE, held(LAMBDA));
@@ -77,7 +79,7 @@ fn follow_nodes(rod: Rod, size: f32) -> u32 {
     if corrections < 0.5 { hold(FIRST_SIZE, size); }
     let ratio = clamp(sqrt(narrowed(held(LAST_LEAST)) * NODE_AIM * NODE_TRUST / max(held(FIRST_SIZE), 1e-6)), NODE_LEAST_RATIO, NODE_MOST_RATIO);
     var step = held(LOAD_STEP);
-    if accept { step = used * ratio; }
+    if accept { step = min(used * ratio, most); }
     // From rest the first correction is as the load.
     let is_first = corrections < 0.5 && lambda < NODE_SMALLEST_FIRST_STEP;
     let back = select(NODE_RETREAT, min(NODE_RETREAT, NODE_AIM * NODE_TRUST / size), is_first);

@@ -9,6 +9,7 @@ const FIELD_LITTLE_STEP: f32 = 0.0; //@spec
 const FIELD_LOAD_TOLERANCE: f32 = 0.0; //@spec
 const FIELD_SOFT: f32 = 0.0; //@spec
 const FIELD_SOFT_RATIO: f32 = 0.0; //@spec
+const FIELD_TOLERANCE: f32 = 0.0; //@spec
 const FIRST_BEND: f32 = 0.0; //@spec
 const FOLD_MARGIN: f32 = 0.0; //@spec
 const FULL_LOAD_TOLERANCE: f32 = 0.0; //@spec
@@ -17,10 +18,12 @@ const NODE_LEAST_RATIO: f32 = 0.0; //@spec
 const NODE_MOST_RATIO: f32 = 0.0; //@spec
 const NODE_PASS_LIMIT: f32 = 0.0; //@spec
 const NODE_RETREAT: f32 = 0.0; //@spec
+const NEAR_MARGIN: f32 = 0.0; //@spec
 const PATH_TOLERANCE: f32 = 0.0; //@spec
 const SMALLEST_GUARDED_STEP: f32 = 0.0; //@spec
 const SAFE_MARGIN: f32 = 0.0; //@spec
 const SMALLEST_RAMP_STEP: f32 = 0.0; //@spec
+const SPENT: f32 = 0.0; //@spec
 const TRUST: f32 = 0.0; //@spec
 const WIDENING: f32 = 0.0; //@spec
 
@@ -119,7 +122,8 @@ fn follow_varying(rod: Rod, inverse: Mat6, index: f32) -> u32 {
     //@if TIP_MOMENT
     enough = PATH_TOLERANCE;
     //@end
-    let converged = contracting && is_finite(correction) && correction < enough;
+    let is_close = !is_careful || moved < FIELD_TOLERANCE;
+    let converged = contracting && is_finite(correction) && correction < enough && is_close;
     let looks = held(LOOKS) > 0.5;
     hold(LOOKS, select(0.0, 1.0, converged && !looks));
     // Stability follows from transfers alone: another pass.
@@ -142,6 +146,7 @@ fn follow_varying(rod: Rod, inverse: Mat6, index: f32) -> u32 {
     let improved = sum(1.0, change, base);
     let lambda_before = held(LAMBDA);
     let used = goal - lambda_before;
+    let most = affordable(margin_here, held(LAST_MARGIN), used, NEAR_MARGIN, SPENT);
     if accept {
         hold(WEAKEST, min(held(WEAKEST), margin_here));
         hold(LAST_MARGIN, margin_here);
@@ -161,6 +166,7 @@ fn follow_varying(rod: Rod, inverse: Mat6, index: f32) -> u32 {
     let ratio = clamp(sqrt(AIM * TRUST / max(held(FIRST_SIZE), 1e-6)), NODE_LEAST_RATIO, NODE_MOST_RATIO);
     var step = held(LOAD_STEP);
     if accept { step = used * ratio; }
+    if accept && is_careful { step = min(step, most); }
     if accept && softness < FIELD_SOFT {
         let halfway = 0.5 * softness * used / abs(last_softness - softness);
         step = min(step, max(halfway, FIELD_LITTLE_STEP));

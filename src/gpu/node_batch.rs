@@ -106,8 +106,9 @@ fn has_pipeline(dispatcher: &mut Dispatcher) -> Result<bool, BackendError> {
 fn take(length: f64, solutions: &mut Solutions, to: usize, found: &Solutions, from: usize) {
     let (before, after) = (solutions.vector(to, Quantity::TipPosition), found.vector(from, Quantity::TipPosition));
     let apart = (0..3).map(|k| (before[k] - after[k]).powi(2)).sum::<f64>().sqrt();
-    // A single pass has lost digits, not the branch.
-    if solutions.status(to).is_success() && apart > SAME_TIP * length {
+    // A single pass has lost digits, not the branch; how many, it says itself.
+    let most = solutions.get(to, Quantity::ErrorEstimate).max(SAME_TIP) * length;
+    if solutions.status(to).is_success() && apart > most {
         solutions.set_status(to, Status::NotConverged);
     } else {
         solutions.copy_row(to, found, from);

@@ -15,6 +15,8 @@ use nalgebra::{Matrix3, Vector3};
 pub(super) const TOLERANCE: f64 = 1e-8;
 /// Newton's step at which the corrector has arrived.
 pub(super) const ARRIVED: f64 = 1e-5;
+/// It turns no station by more (rad): a large load at the base hides a turn.
+pub(super) const ARRIVED_TURN: f64 = 1e-3;
 /// Each of Newton's steps must be shorter than the last by this factor.
 pub(super) const CONTRACTION: f64 = 0.3;
 /// The predictor may turn no station by more in the first step (rad).
@@ -190,7 +192,7 @@ fn correct(
         let size = step.norm();
         let turn = passage.largest(|columns| by_moment(columns, step).norm());
         let share = *first.get_or_insert((size / allowed_first).max(turn / allowed_turn));
-        if size <= ARRIVED * (1.0 + m0_body.norm()) {
+        if size <= ARRIVED * (1.0 + m0_body.norm()) && turn <= ARRIVED_TURN {
             *passes += 1;
             let is_stable = index_at(&chain.loaded(lambda), m0_body, integrator) == Some(0);
             tangent(&passage)?;

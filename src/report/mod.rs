@@ -206,7 +206,19 @@ pub fn write(figure: &(impl Figure + ?Sized), path: &Path) -> Result<(), ReportE
     write_all(figure, &[path])
 }
 
-/// The same to several files: the figure is drawn once, and the files are written side by side.
+/// Writes a figure with a bar that warns, where `mark` holds the words of a warning; else as [`write()`].
+///
+/// # Errors
+///
+/// As [`write()`].
+pub fn write_marked(figure: &dyn Figure, path: &Path, mark: Option<&str>) -> Result<(), ReportError> {
+    match mark {
+        Some(mark) => write(&Marked { figure, mark }, path),
+        None => write(figure, path),
+    }
+}
+
+/// Writes a figure to several files: the figure is drawn once, and the files are written side by side.
 ///
 /// # Errors
 ///

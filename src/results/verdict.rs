@@ -8,7 +8,7 @@ use crate::model::Status;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What can speak against the rows of a run.
+/// Kinds of doubt about the rows of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
@@ -58,7 +58,7 @@ impl DoubtKind {
         }
     }
 
-    /// Whether it follows from the counts of statuses alone.
+    /// `true` for kinds that follow from the counts of statuses alone.
     fn is_of_counts(self) -> bool {
         matches!(self, DoubtKind::TooManyFailures | DoubtKind::NothingUsable)
     }
@@ -67,9 +67,9 @@ impl DoubtKind {
 /// The values of an input among some samples.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct InputRange {
-    /// Its parameter.
+    /// Name of the parameter.
     pub name: String,
-    /// SI.
+    /// SI unit.
     pub unit: String,
     /// Smallest value.
     #[serde(deserialize_with = "number_or_null")]
@@ -83,31 +83,31 @@ pub struct InputRange {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Doubt {
-    /// What it is.
+    /// The kind of doubt.
     pub kind: DoubtKind,
     /// Samples that show it.
     pub samples: u64,
     /// Samples among which it was looked for.
     pub of: u64,
-    /// The worst of them: tip error over rod length or in rad where rows lie elsewhere, error over estimate where
+    /// Size of the worst case: tip error over rod length or in rad where rows lie elsewhere, error over estimate where
     /// estimates are too small, estimate over tolerance where that is missed; else 0.
     #[serde(deserialize_with = "number_or_null")]
     pub how_far: f64,
     /// Samples by their status.
     pub statuses: BTreeMap<String, u64>,
-    /// Values of the swept parameters among these samples.
+    /// Ranges of the swept parameters among these samples.
     pub inputs: Vec<InputRange>,
     /// The worst sample.
     pub worst: Option<u64>,
-    /// Its swept parameters by name, SI.
+    /// Swept parameters of the worst sample by name, SI.
     pub worst_values: Vec<(String, f64)>,
-    /// Numbers of the samples, where they were found by the check.
+    /// Indices of these samples, where the check found them.
     #[serde(default)]
     pub seen: BTreeSet<u64>,
 }
 
 impl Doubt {
-    /// Nothing seen yet.
+    /// A doubt without samples.
     pub(crate) fn new(kind: DoubtKind) -> Doubt {
         Doubt {
             kind,
@@ -173,24 +173,24 @@ impl Doubt {
     }
 }
 
-/// What is to be thought of the rows of a run, or of a part of it.
+/// The judgement on the rows of a run, or of a part of a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Verdict {
-    /// Whether nothing speaks against them.
+    /// `true` where nothing speaks against the rows.
     pub sound: bool,
     /// Samples that were solved again by the reference.
     pub checked: u64,
-    /// Samples of all rows that this verdict is on.
+    /// Samples that the verdict covers.
     pub samples: u64,
-    /// Of these, those with an equilibrium that can be used.
+    /// Samples with an equilibrium that can be used.
     pub usable: u64,
-    /// Share of the samples that may fail; `None`: those that the scene explains, such as folds.
+    /// Share of the samples that may fail; `None`: only failures that the scene explains, such as folds, may occur.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub allow_failures: Option<f64>,
     /// Samples that failed, whether the sweep allows it or not.
     pub failures: Option<Doubt>,
-    /// What speaks against the rows, the worst first.
+    /// Doubts about the rows, the worst first.
     pub doubts: Vec<Doubt>,
 }
 
@@ -208,7 +208,7 @@ impl Default for Verdict {
     }
 }
 
-/// Whether a failure says something of the scene, and not of the solver.
+/// `true` for failures of the scene, such as a fold; `false` for failures of the solver.
 pub(crate) fn is_explained(status: &str) -> bool {
     let explained = [Status::Fold, Status::Unstable, Status::BadParameter, Status::TooNearMagnet, Status::OutsideMap];
     explained.iter().any(|other| other.name() == status)
@@ -256,18 +256,18 @@ impl Verdict {
         sum.settled()
     }
 
-    /// What the check of an earlier call has found of samples that were not solved again since.
+    /// Doubts that the check of an earlier call found, restricted to samples that were not solved again since.
     pub(crate) fn kept(&self, is_kept: &dyn Fn(u64) -> bool) -> Vec<Doubt> {
         let of_check = self.doubts.iter().filter(|doubt| !doubt.seen.is_empty());
         let kept = of_check.map(|doubt| {
             let seen: BTreeSet<u64> = doubt.seen.iter().copied().filter(|sample| is_kept(*sample)).collect();
-            // What this call looks at is counted by it.
+            // This call adds the samples that it checks.
             Doubt { samples: seen.len() as u64, seen, of: 0, ..doubt.clone() }
         });
         kept.filter(|doubt| doubt.samples > 0).collect()
     }
 
-    /// What the spot check of a run says that was solved before there were verdicts.
+    /// The verdict that follows from a spot check, for runs of versions that wrote no verdict.
     pub(crate) fn of_spot_check(check: &SpotCheck, samples: u64, failed: u64) -> Verdict {
         let doubt = |kind, samples: u64, sample: Option<u64>, values: &[(String, f64)], how_far: f64| {
             let range = |(name, value): &(String, f64)| InputRange {
@@ -299,12 +299,12 @@ impl Verdict {
         Verdict { checked: check.checked, samples, usable, doubts, ..Verdict::default() }.settled()
     }
 
-    /// The doubt of a kind.
+    /// The doubt of this kind, if there is one.
     pub fn doubt(&self, kind: DoubtKind) -> Option<&Doubt> {
         self.doubts.iter().find(|doubt| doubt.kind == kind)
     }
 
-    /// Samples that the check found wrong: those that a page or a plot marks.
+    /// Samples that the check found wrong. Pages and plots mark them.
     pub fn seen(&self) -> BTreeSet<u64> {
         self.doubts.iter().flat_map(|doubt| doubt.seen.iter().copied()).collect()
     }

@@ -29,7 +29,7 @@ pub(crate) fn put(store: &dyn Store, name: &str, verdict: &Verdict) -> Result<()
     store.put(name, text.as_bytes())
 }
 
-/// The verdict in a file; `None`: there is none.
+/// The verdict in a file; `None` where there is no such file.
 pub(crate) fn get(store: &dyn Store, name: &str) -> Result<Option<Verdict>, ResultsError> {
     let Some(bytes) = store.get(name)? else { return Ok(None) };
     let damaged =
@@ -37,7 +37,7 @@ pub(crate) fn get(store: &dyn Store, name: &str) -> Result<Option<Verdict>, Resu
     serde_json::from_slice(&bytes).map(Some).map_err(damaged)
 }
 
-/// The verdicts of parts.
+/// The verdicts of shards and workers, with the names of their files.
 fn parts(store: &dyn Store) -> Result<Vec<(String, Verdict)>, ResultsError> {
     let mut parts = Vec::new();
     for entry in store.list(FOLDER)? {
@@ -49,7 +49,7 @@ fn parts(store: &dyn Store) -> Result<Vec<(String, Verdict)>, ResultsError> {
     Ok(parts)
 }
 
-/// The verdict on everything that lies in a place; `None`: nothing there tells.
+/// The verdict on all rows in a store; `None` where the store holds no verdict.
 pub(crate) fn find(store: &dyn Store) -> Result<Option<Verdict>, ResultsError> {
     let manifest = Manifest::find(store)?;
     let parts = parts(store)?;
@@ -62,15 +62,15 @@ pub(crate) fn find(store: &dyn Store) -> Result<Option<Verdict>, ResultsError> {
     Ok(Some(Verdict::sum(&all)))
 }
 
-/// Takes away the verdicts of parts, once the manifest of a whole run holds what they say.
+/// Removes the verdicts of shards and workers, once the manifest of the whole run holds their sum.
 pub(crate) fn clear(store: &dyn Store) -> Result<(), ResultsError> {
     parts(store)?.iter().try_for_each(|(name, _)| store.remove(name))
 }
 
-/// Writes the worst sample of everything that speaks against the rows as a scene that `solve` reads.
+/// Writes the worst sample of each doubt as a scene that `solve` reads.
 pub(crate) fn put_scenes(store: &dyn Store, spec: &SweepSpec, verdict: Option<&Verdict>) -> Result<(), ResultsError> {
     for doubt in verdict.iter().flat_map(|verdict| &verdict.doubts) {
-        // A manifest that somebody has changed may name any sample.
+        // An edited manifest may name a sample that does not exist.
         if let Some(sample) = doubt.worst.filter(|sample| *sample < spec.sample_count) {
             store.put(&doubt.scene_file(), write_scene(&spec.sample_scene(sample)).as_bytes())?;
         }
@@ -79,7 +79,7 @@ pub(crate) fn put_scenes(store: &dyn Store, spec: &SweepSpec, verdict: Option<&V
 }
 
 impl Results {
-    /// Whether the rows can be trusted: what the runs that wrote them have found; `None`: nothing there tells.
+    /// The verdict on the rows, added up over the runs that wrote them; `None` where the directory holds none.
     ///
     /// # Errors
     ///
@@ -88,7 +88,7 @@ impl Results {
         find(store_at(self.directory())?.as_ref())
     }
 
-    /// What speaks against the rows, where and what helps, in words; `None`: nothing does.
+    /// Doubts about the rows in words: where they lie and what helps; `None` where the rows are sound.
     ///
     /// # Errors
     ///

@@ -1,4 +1,4 @@
-//! A verdict in words: what speaks against the rows, where, and what helps.
+//! A verdict in words: doubts about the rows, their inputs, remedies.
 
 use super::directory::WORST_FILE;
 use super::store::is_url;
@@ -7,19 +7,19 @@ use crate::backend::{BackendKind, Precision};
 use crate::spec::SolutionMethod;
 use std::path::{Path, PathBuf};
 
-/// How a run was solved, so that nobody is told to do what was just done.
+/// How a run was solved, so that no message proposes what was just done.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Solved<'a> {
-    /// Engine, precision, steps; `None`: not known.
+    /// Engine, precision, steps; `None` where they are not known.
     pub method: Option<SolutionMethod>,
-    /// Whether every path was followed twice (`--certain`).
+    /// `true` where every path was followed twice (`--certain`).
     pub certain: bool,
-    /// Where its scenes of wrong samples lie.
+    /// The directory with scenes of wrong samples.
     pub place: Option<&'a Path>,
 }
 
 impl Doubt {
-    /// One line: what was seen, in how many samples.
+    /// One line: the doubt and the number of samples.
     pub fn headline(&self) -> String {
         let (some, of, far) = (self.samples, self.of, number(self.how_far));
         let checked = format!("{some} of {of} samples that were checked against the reference");
@@ -51,7 +51,7 @@ impl Doubt {
         }
     }
 
-    /// Where these samples lie, in ranges of the inputs.
+    /// Ranges of the inputs of these samples.
     pub fn ranges(&self) -> String {
         let range = |InputRange { name, unit, from, to }: &InputRange| {
             let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
@@ -64,7 +64,7 @@ impl Doubt {
         self.inputs.iter().map(range).collect::<Vec<_>>().join(", ")
     }
 
-    /// What helps, the surest first.
+    /// Remedies, the surest first.
     fn remedies(&self, solved: &Solved<'_>) -> Vec<String> {
         let mut remedies = Vec::new();
         let steps = solved.method.map_or(0, |method| method.steps);
@@ -106,13 +106,13 @@ impl Doubt {
         remedies
     }
 
-    /// The scene of its worst sample, or, where an older version ran, that of the worst of all; `None`: there is none.
+    /// The scene of the worst sample of this doubt. Older versions wrote one for the whole run; `None` where there is none.
     fn scene(&self, place: &Path) -> Option<PathBuf> {
         let mut known = [self.scene_file().as_str(), WORST_FILE].map(|name| place.join(name)).into_iter();
         if is_url(place) { known.next() } else { known.find(|path| path.exists()) }
     }
 
-    /// Name of the scene of its worst sample, beside the results.
+    /// File name of the scene of the worst sample, beside the results.
     pub(crate) fn scene_file(&self) -> String {
         format!("distrusted-{}.toml", self.kind.name())
     }
@@ -129,7 +129,7 @@ impl Verdict {
         Some(format!("DISTRUSTED: {}{more}", first.headline()))
     }
 
-    /// All that speaks against the rows, where, what helps, and how to see it; empty where the run is sound.
+    /// All doubts: inputs, remedies, and a command that shows one wrong row; empty where the run is sound.
     pub fn explain(&self, solved: &Solved<'_>) -> String {
         let mut text = String::new();
         for doubt in &self.doubts {
@@ -154,7 +154,7 @@ impl Verdict {
         text
     }
 
-    /// Whether rows were checked, in a sentence, for those who need to know.
+    /// The number of rows that were checked against the reference, in a sentence.
     pub fn checked_sentence(&self) -> String {
         match self.checked {
             0 => "these rows were not checked against the reference".into(),

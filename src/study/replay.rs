@@ -1,9 +1,10 @@
 //! Recorded commands through the model, beside the tips that were observed.
 
 use super::columns::Columns;
+use super::witness::{CheckError, Claim, WitnessCheck};
 use super::{Agreement, ControlError, agreement, play};
 use crate::engines::cpu_f64;
-use crate::model::{Scene, Vector};
+use crate::model::{Parameter, Scene, Vector};
 use crate::results::{ResultsError, write_table};
 use crate::spec::{InputTable, ObservedTip};
 use crate::table::Table;
@@ -31,6 +32,7 @@ pub struct Replay {
     scene: Scene,
     commands: InputTable,
     tips: Vec<Option<Vector>>,
+    check: WitnessCheck,
 }
 
 impl Replay {
@@ -45,7 +47,18 @@ impl Replay {
         if tips.iter().all(Option::is_none) {
             return Err(ControlError::NothingPlayed);
         }
-        Ok(Replay { scene, commands, tips })
+        let axes: Vec<Vec<Parameter>> = commands.parameters().iter().map(|parameter| vec![*parameter]).collect();
+        let mut claim = |row: usize| Some(Claim { inputs: rows[row].clone(), tip: tips[row]?, error_estimate: 0.0 });
+        let check = WitnessCheck::of(&scene, &axes, tips.len(), &mut claim).map_err(|error| match error {
+            CheckError::Plan(error) => ControlError::from(error),
+            CheckError::Backend(error) => error.into(),
+        })?;
+        Ok(Replay { scene, commands, tips, check })
+    }
+
+    /// A share of the states, solved again by the reference.
+    pub fn check(&self) -> &WitnessCheck {
+        &self.check
     }
 
     /// The scene, with its own values.
@@ -87,7 +100,13 @@ impl Replay {
 
     /// The tips as JSON (m).
     pub fn to_json(&self) -> Value {
-        json!({ "states": self.tips.len(), "lost": self.lost(), "tips": self.tips })
+        json!({
+            "states": self.tips.len(),
+            "lost": self.lost(),
+            "tips": self.tips,
+            "check": self.check,
+            "distrusted": self.check.mark,
+        })
     }
 
     /// How well observed tips agree with the model's.

@@ -31,7 +31,8 @@ pub struct WitnessCheck {
     pub mark: Option<String>,
 }
 
-/// An equilibrium from rest that a study came to.
+/// An equilibrium from rest that a study found.
+#[derive(Clone)]
 pub(in crate::study) struct Claim {
     /// Values of the inputs.
     pub inputs: Vec<f64>,

@@ -37,6 +37,6 @@ pub use options::{Progress, RowsWritten, RunOptions};
 pub use pilot::{STEPS, choose_method, choose_steps, choose_steps_for, estimates_from};
 pub use run::run;
 pub use second_path::PathCheckOptions;
-pub(crate) use second_path::is_same_end;
+pub(crate) use second_path::{Decision, decide, is_same_end};
 pub use sink::{Callback, Found, Memory, ResultDirectory, RowSink, RunEnd, RunHeader};
 pub use summary::Summary;

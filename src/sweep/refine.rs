@@ -105,12 +105,9 @@ impl<'a> Refiners<'a> {
         let (attempts, settled) = relieve(&mut self.settle, &samples, solutions, keeps)?;
         self.attempts += attempts;
         self.refined += settled;
-        let mut folds = samples.those(solutions, |at| solutions.status(at) == Status::Fold);
-        let mut certified = Vec::new();
         for (number, stage) in self.stages.iter_mut().enumerate() {
-            let is_settled = |at| solutions.is_seen_fold(at) || certified.binary_search(&at).is_ok();
-            let has_failed = |at| !solutions.status(at).is_success() && !is_settled(at);
-            let is_doubtful = |at| number == 0 && !is_settled(at) && samples.is_doubtful(solutions, at);
+            let has_failed = |at| !solutions.status(at).is_success() && !solutions.is_seen_fold(at);
+            let is_doubtful = |at| number == 0 && !solutions.is_seen_fold(at) && samples.is_doubtful(solutions, at);
             let needs = |at| has_failed(at) || is_doubtful(at);
             let left = samples.those(solutions, needs);
             self.attempts += left.len() as u64;
@@ -135,10 +132,6 @@ impl<'a> Refiners<'a> {
                 let keeps = |again: &Solutions, from, before| again.get(from, Quantity::ErrorEstimate) < before;
                 // What is better now was better before, but for what the second attempt has not touched.
                 self.attempts += relieve(&mut self.finer, &samples, solutions, keeps)?.0;
-            }
-            if stage.backend.as_ref().is_some_and(|backend| backend.certifies_folds()) {
-                folds.retain(|at| solutions.status(*at) == Status::Fold);
-                certified = std::mem::take(&mut folds);
             }
         }
         Ok(())

@@ -1,8 +1,8 @@
-//! Second paths: rows that are called solved are followed from rest once more, by other steps. Where the two ends differ the
-//! reference, which follows finer, decides.
+//! Second paths: rows with a success status are followed from rest once more, by other steps. Where the two ends differ, the
+//! reference decides, because it follows in finer steps.
 //!
-//! Both paths leave their branch at the same place only if a jump survives half the first step and half the trust. Of the jumps that
-//! were known none did, and no right row was called into question.
+//! A jump stays unseen only if it survives half the first step and half the trust. None of the known jumps did, and no right row
+//! was called into question.
 
 use super::check::{Doubts, named_values};
 use super::samples::Samples;
@@ -11,7 +11,7 @@ use crate::model::{Batch, Plan, Quantity, Solutions, Status, rotation_angle};
 use crate::results::{Doubt, DoubtKind, PathCheck};
 use crate::spec::{Sampler, Selection};
 
-/// Rows that are followed twice.
+/// Which rows are followed twice.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PathCheckOptions {
     /// One of 64, at least 1,024, at most 16,384.
@@ -29,11 +29,11 @@ impl PathCheckOptions {
     }
 }
 
-/// Ends of two paths, over the length of the rod or in radians, that differ by less are one equilibrium.
+/// Two ends that differ by less (over the rod's length, or rad) are one equilibrium.
 const SAME_END: f64 = 1e-3;
-/// Beside it, so many times the error estimates of both.
+/// Factor of both error estimates, which are added to [`SAME_END`].
 const ESTIMATES: f64 = 10.0;
-/// Rows of a call.
+/// Most rows in one call of an engine.
 const MAX_BATCH: usize = 1 << 14;
 
 /// Follows rows a second time.
@@ -44,7 +44,7 @@ pub(crate) struct SecondPaths<'a> {
     follower: Option<Box<dyn Backend>>,
     judge: Option<Box<dyn Backend>>,
     pub found: PathCheck,
-    /// Samples that were wrong, of what kind, how far off (over the rod's length, or rad), and the status of their rows before.
+    /// Wrong rows: kind of doubt, then sample, status before, distance (over the rod's length, or rad).
     wrong: Vec<(DoubtKind, (u64, Status, f64))>,
 }
 
@@ -60,7 +60,7 @@ impl<'a> SecondPaths<'a> {
         SecondPaths { selection, factory, trusted, follower: None, judge: None, found, wrong: Vec::new() }
     }
 
-    /// What the rows that were followed say of those that were not; nothing where every row was.
+    /// Doubts about the rows that were not followed, drawn from those that were; empty where every row was followed.
     pub fn doubts(&self, plan: &Plan, sampler: &Sampler) -> Vec<Doubt> {
         let mut doubts = Doubts::new(plan, sampler, self.found.followed);
         if !self.found.all {
@@ -69,12 +69,12 @@ impl<'a> SecondPaths<'a> {
         doubts.found
     }
 
-    /// Rows that are chosen.
+    /// The rows to follow.
     pub fn selection(&self) -> Selection {
         self.selection
     }
 
-    /// Follows the chosen ones of some samples; a row that was wrong is replaced by what the reference says.
+    /// Follows the chosen rows among some samples. A wrong row is replaced by the reference's.
     pub fn check(
         &mut self,
         plan: &Plan,
@@ -111,27 +111,20 @@ impl<'a> SecondPaths<'a> {
     ) {
         let found = &mut self.found;
         let before = solutions.status(to);
-        match truth.status(from) {
-            status if status.is_success() => {
-                if is_same_end(plan, (solutions, to), (truth, from)) {
-                    found.confirmed += 1;
-                    return;
-                }
-                let far = apart(plan, (solutions, to), (truth, from));
-                solutions.copy_row(to, truth, from);
-                solutions.set_status(to, Status::Refined);
+        match decide(plan, (solutions, to), (truth, from)) {
+            Decision::Kept => {
+                found.confirmed += 1;
+                return;
+            }
+            Decision::Elsewhere(far) => {
                 found.elsewhere += 1;
                 self.wrong.push((DoubtKind::RowsElsewhere, (index, before, far)));
             }
-            Status::Fold => {
-                solutions.copy_row(to, truth, from);
+            Decision::PastFold => {
                 found.past_fold += 1;
                 self.wrong.push((DoubtKind::RowsPastFold, (index, before, 0.0)));
             }
-            _ => {
-                solutions.set_status(to, Status::Doubtful);
-                found.doubtful += 1;
-            }
+            Decision::Undecided => found.doubtful += 1,
         }
         if found.sample.is_none_or(|sample| index < sample) {
             found.sample = Some(index);
@@ -140,7 +133,50 @@ impl<'a> SecondPaths<'a> {
     }
 }
 
-/// Solves a batch of samples by a backend that is made when first needed; its plan may be another one.
+/// Decision of the reference on a row whose two paths do not end alike.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Decision {
+    /// The row stays: the reference finds the same equilibrium, or has none to put in the place of a row that failed.
+    Kept,
+    /// The reference finds another equilibrium, so far away (over the rod's length, or rad): its row is taken, as `refined`.
+    Elsewhere(f64),
+    /// The reference finds a fold before the full load: its row is taken.
+    PastFold,
+    /// The reference finds nothing certain: the row becomes `doubtful`.
+    Undecided,
+}
+
+/// Decides on a row by the reference's solution of the same sample, and replaces the row where the reference contradicts it.
+/// Sweeps and single solutions both call this.
+pub(crate) fn decide(
+    plan: &Plan,
+    (solutions, to): (&mut Solutions, usize),
+    (truth, from): (&Solutions, usize),
+) -> Decision {
+    let is_solved = solutions.status(to).is_success();
+    match truth.status(from) {
+        status if status.is_success() => {
+            if is_solved && is_same_end(plan, (solutions, to), (truth, from)) {
+                return Decision::Kept;
+            }
+            let far = apart(plan, (solutions, to), (truth, from));
+            solutions.copy_row(to, truth, from);
+            solutions.set_status(to, Status::Refined);
+            Decision::Elsewhere(far)
+        }
+        _ if !is_solved => Decision::Kept,
+        Status::Fold => {
+            solutions.copy_row(to, truth, from);
+            Decision::PastFold
+        }
+        _ => {
+            solutions.set_status(to, Status::Doubtful);
+            Decision::Undecided
+        }
+    }
+}
+
+/// Solves a batch by a backend that is made at the first call; the backend may have a plan of its own.
 fn solve<'a>(
     backend: &mut Option<Box<dyn Backend>>,
     factory: BackendFactory<'a>,
@@ -164,15 +200,59 @@ fn batch(plan: &Plan, sampler: &Sampler, samples: &Samples<'_>, places: &[usize]
     })
 }
 
-/// Whether two rows are one equilibrium; a row without success is none.
+/// Whether two rows are the same equilibrium; `false` where the second row failed.
 pub(crate) fn is_same_end(plan: &Plan, (a, at): (&Solutions, usize), (b, from): (&Solutions, usize)) -> bool {
     let estimates = a.get(at, Quantity::ErrorEstimate) + b.get(from, Quantity::ErrorEstimate);
     b.status(from).is_success() && apart(plan, (a, at), (b, from)) <= SAME_END + ESTIMATES * estimates
 }
 
-/// How far two tips are apart, over the rod's length or in radians, whichever is larger.
+/// Distance of two tips: position over the rod's length, or rotation in radians, whichever is larger.
 fn apart(plan: &Plan, (a, at): (&Solutions, usize), (b, from): (&Solutions, usize)) -> f64 {
     let (p, q) = (a.vector(at, Quantity::TipPosition), b.vector(from, Quantity::TipPosition));
     let dp = (0..3).map(|k| (p[k] - q[k]).powi(2)).sum::<f64>().sqrt() / plan.scene.total_length();
     dp.max(rotation_angle(&a.tip_rotation(at), &b.tip_rotation(from)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Decision, decide};
+    use crate::model::{Plan, PlanOptions, Quantity, Solutions, Status};
+
+    const SCENE: &str = r#"name = "rod"
+[[segment]]
+name = "rod"
+kind = "flexible"
+length = "100 mm"
+stiffness = { bending = "1e-5 N·m²", torsion = "1e-5 N·m²" }
+"#;
+
+    fn row(plan: &Plan, status: Status, x: f64) -> Solutions {
+        let mut row = Solutions::new(plan, 1);
+        row.set_vector(0, Quantity::TipPosition, [x, 0.0, 0.1]);
+        row.set_vector(0, Quantity::TipD1, [1.0, 0.0, 0.0]);
+        row.set_vector(0, Quantity::TipTangent, [0.0, 0.0, 1.0]);
+        row.set(0, Quantity::ErrorEstimate, 1e-9);
+        row.set_status(0, status);
+        row
+    }
+
+    #[test]
+    fn the_reference_decides_alike_for_sweeps_and_single_solutions() {
+        let scene = crate::input::parse_scene("scene.toml".as_ref(), SCENE).expect("a scene");
+        let plan = Plan::single(&scene, &[], PlanOptions::default()).expect("a plan");
+        let decided = |own: Status, truth: Status, apart: f64| {
+            let mut own = row(&plan, own, 0.0);
+            let decision = decide(&plan, (&mut own, 0), (&row(&plan, truth, apart), 0));
+            (decision, own.status(0), own.vector(0, Quantity::TipPosition)[0])
+        };
+        assert_eq!(decided(Status::Ok, Status::Ok, 1e-6), (Decision::Kept, Status::Ok, 0.0));
+        assert_eq!(decided(Status::Ok, Status::Fold, 0.01), (Decision::PastFold, Status::Fold, 0.01));
+        assert_eq!(decided(Status::Ok, Status::StepLimit, 0.01), (Decision::Undecided, Status::Doubtful, 0.0));
+        assert_eq!(decided(Status::Fold, Status::Fold, 0.01), (Decision::Kept, Status::Fold, 0.0));
+        for own in [Status::Ramped, Status::Fold] {
+            let (decision, status, x) = decided(own, Status::Ok, 0.01);
+            let Decision::Elsewhere(far) = decision else { panic!("{decision:?}") };
+            assert!((far - 0.1).abs() < 1e-9 && status == Status::Refined && x == 0.01, "{far} {status:?} {x}");
+        }
+    }
 }

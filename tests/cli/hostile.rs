@@ -288,3 +288,51 @@ fn notices_travel_with_the_program() {
     sandbox.ok(&["view", "scene.toml", "--export", "page.html"]);
     assert!(fs::read_to_string(sandbox.path("page.html")).unwrap().contains("three.js authors"));
 }
+
+#[test]
+fn voxels_that_are_too_coarse_are_blamed_and_not_the_scene() {
+    let sandbox = Sandbox::new();
+    let scene = crate::common::root().join("sweeps/scenes/p6.toml");
+    let axis = |name: &str, from: &str, to: &str| {
+        format!("[[axis]]\nparameter = \"{name}\"\nfrom = \"{from}\"\nto = \"{to}\"\n")
+    };
+    let axes = [
+        axis("coil.current.x", "-0.3 A", "0.3 A"),
+        axis("coil.current.y", "-0.3 A", "0.3 A"),
+        axis("insertion", "85 mm", "100 mm"),
+    ];
+    let sampling = "[sampling]\nmethod = \"sobol\"\nsamples = 1024\n";
+    sandbox.write("coarse.toml", &format!("scene = {:?}\n{sampling}{}", scene, axes.concat()));
+    let arguments = ["workspace", "coarse.toml", "--voxel", "20mm", "--out", "w", "--json", "--backend", "cpu"];
+    let output = sandbox.run(&arguments);
+    assert_eq!(output.code, 3, "{}", output.stderr);
+    assert!(output.stderr.contains("voxels too coarse: ") && !output.stderr.contains("check the scene"));
+    let found = json(&output.stdout);
+    let [low, high] = ["low", "high"].map(|end| found["volume"][end].as_f64().unwrap());
+    assert!(low < high, "{}", found["volume"]);
+    assert!(sandbox.path("w/workspace.json").exists() && sandbox.path("w/workspace.parquet").exists());
+    let uncertain = "[[uncertain]]\nparameter = \"proximal.youngs_modulus\"\nrelative = \"5 %\"\n";
+    let text = fs::read_to_string(sandbox.path("coarse.toml")).unwrap();
+    sandbox.write("coarse.toml", &(text + uncertain));
+    let designs = sandbox.run(&[&arguments[..], &["--robust", "--designs", "0"]].concat());
+    assert!(designs.code == 2 && designs.stderr.contains("give at least one"), "{}", designs.stderr);
+}
+
+#[test]
+fn a_study_as_json_writes_nothing_beside_the_rows() {
+    let sandbox = Sandbox::new();
+    let sweep = crate::common::texts::sweep("coil.current.z", "-0.1", "0.1", 5)
+        .replace("method = \"grid\"", "method = \"sobol\"\nsamples = 64")
+        .replace("points = 5\n", "");
+    sandbox.write("sweep.toml", &sweep);
+    sandbox.ok(&["run", "sweep.toml", "--out", "out", "--backend", "cpu", "--no-figures"]);
+    let files = || {
+        let mut names: Vec<_> = fs::read_dir(sandbox.path("out")).unwrap().map(|entry| entry.unwrap().path()).collect();
+        names.sort();
+        names
+    };
+    let before = files();
+    let told = json(&sandbox.ok(&["sensitivity", "out", "--json", "--outputs", "tip.position.y"]).stdout);
+    assert_eq!(files(), before);
+    assert_eq!(told["checked"], "64 of 64 samples were checked against the reference");
+}

@@ -130,8 +130,8 @@ fn folds_that_were_seen_need_no_other_witness() {
     let summary = job.run(&mut rows).expect("a run");
     let folds = summary.reduction.counts[Status::Fold.code() as usize];
     assert!(folds > 50, "{folds}");
-    // Their turns were seen: nobody is asked again.
-    assert_eq!(summary.attempts, summary.refined);
+    // Nearly all were seen, as turns or crossings. Two engines are asked of each other one.
+    assert!(10 * (summary.attempts - summary.refined) <= 2 * folds, "{} attempts for {folds} folds", summary.attempts);
     let [_, truth] = both(&spec, &(0..600).collect::<Vec<_>>(), options());
     let expected = (0..600).filter(|at| truth.status(*at) == Status::Fold).count();
     assert_eq!(folds, expected as u64);

@@ -2,12 +2,13 @@
 
 use crate::common::root;
 use rayon::prelude::*;
-use rodsweep::backend::{BackendKind, Precision};
+use rodsweep::backend::{Backend, BackendKind, Precision};
 use rodsweep::engines::{EngineRequest, witness};
 use rodsweep::input::{read_scene, sweep_of_rows};
+use rodsweep::lanes::Lanes;
 use rodsweep::model::{
-    Axis, Matrix, Parameter, PlanOptions, Quantity, Scene, SegmentParameter, Status, Vector, rotation_angle,
-    rotation_matrix,
+    Axis, Matrix, Parameter, Plan, PlanOptions, Quantity, Scene, SegmentParameter, Status, Stepper, Vector,
+    rotation_angle, rotation_matrix,
 };
 use rodsweep::spec::{AxisSpec, Distribution, InputTable, Method, OutputQuantity, SweepSpec};
 use rodsweep::sweep::{Memory, SweepJob};
@@ -235,6 +236,23 @@ fn random_scenes_that_were_wrong_are_right() {
             }
             let off = (0..3).map(|k| (tip[k] - row.position[k]).abs()).fold(0.0, f64::max) / length;
             assert!(row.status.is_success() && off < bound, "{name}, {engine}: {}, off by {off}", row.status.name());
+        }
+    }
+}
+
+/// An upright column that its weight has bent over, far beyond its buckling load, and that nothing bends to one side: where steps
+/// are long, each of them may buckle by itself.
+#[test]
+fn few_steps_do_not_hide_that_a_column_has_buckled() {
+    let scene = read_scene(&file("designs-7001-3708.toml")).expect("the scene reads");
+    assert!(matches!(judge(&scene.rod()), Word::Ends { load } if load < 0.02));
+    for (stepper, steps) in [(Stepper::Tp7, 4), (Stepper::Tp7, 8), (Stepper::Dop853, 4), (Stepper::Dop853, 12)] {
+        let options = PlanOptions { stepper, steps, tolerance: 1e-6, ..PlanOptions::default() };
+        let plan = Plan::new(&scene, &[], &[], options).expect("a plan");
+        for precision in [Precision::F64, Precision::F32] {
+            let mut lanes = Lanes::new(&plan, precision).expect("available");
+            let status = lanes.solve(&plan.batch(1, |_, _| {})).expect("solved").status(0);
+            assert!(!status.is_success(), "{}, {steps} steps, {precision}: {}", stepper.name(), status.name());
         }
     }
 }

@@ -22,7 +22,7 @@ const SCENES: [(&str, &[f64]); 4] = [
     // A ramp on finer steps accepted a state off its branch and went on to another one.
     ("branch.toml", &[0.3, 0.5, 0.8, 1.0]),
 ];
-/// What is known to be wrong: nothing.
+/// Samples that an engine is known to solve wrongly: scene, load, precision, steps.
 const KNOWN: [(&str, f64, Precision, usize); 0] = [];
 /// Tips of success against the reference, over length, by precision.
 const APART: [(Precision, f64); 2] = [(Precision::F64, 1e-7), (Precision::F32, 1e-3)];

@@ -115,8 +115,9 @@ fn in_single_precision_turns_are_seen_too() {
     }
 }
 
-/// Euler's load of a rod by a magnet at its tip that points against the field: its curve crosses another there and goes on, so no
-/// turn is seen.
+/// Euler's load of a rod by a magnet at its tip that points against the field: its curve crosses another there and goes on
+/// unstable. The crossing is seen where Euler's formula has it. That of a round rod, which may buckle to any side, is crossed by
+/// two at once, and remains a doubt.
 #[test]
 fn a_straight_rod_buckles_and_does_not_turn() {
     const SCENE: &str = r#"
@@ -126,7 +127,7 @@ flux_density = [0, 0, "-0.5 T"]
 name = "rod"
 kind = "flexible"
 length = "0.1 m"
-stiffness = { bending = 1e-4, torsion = 1e-4 }
+stiffness = { bending_x = 1e-4, bending_y = BENDING_Y, torsion = 1e-4 }
 [[segment]]
 name = "magnet"
 kind = "rigid"
@@ -135,21 +136,26 @@ dipole_per_length = [0, 0, 1.0]
 "#;
     // A constant curvature u at the end turns the magnet by u L: EI u = mu B u L.
     let critical = |dipole: f64| 1e-4 / (0.1 * 0.5 * dipole);
-    let spec = sweep(SCENE, &[("magnet.dipole_per_length.z", 0.3, 0.9)], 16, "");
-    let plan = spec.plan(PlanOptions { tolerance: 1e-9, ..PlanOptions::default() }).expect("a plan");
-    for at in 0..16 {
-        let per_length = 0.3 + 0.04 * f64::from(at);
-        let batch = plan.batch(1, |_, row| row[0] = per_length);
-        let found = Lanes::new(&plan, Precision::F64).expect("available").solve(&batch).expect("solved");
-        let load = critical(5e-3 * per_length);
-        if load > 1.0 {
-            assert!(found.status(0).is_success(), "sample {at}: load {load}");
-            continue;
+    for (bending, is_round) in [("1e-4", true), ("2e-4", false)] {
+        let scene = SCENE.replace("BENDING_Y", bending);
+        let spec = sweep(&scene, &[("magnet.dipole_per_length.z", 0.3, 0.9)], 16, "");
+        let plan = spec.plan(PlanOptions { tolerance: 1e-9, ..PlanOptions::default() }).expect("a plan");
+        for at in 0..16 {
+            let per_length = 0.3 + 0.04 * f64::from(at);
+            let batch = plan.batch(1, |_, row| row[0] = per_length);
+            let found = Lanes::new(&plan, Precision::F64).expect("available").solve(&batch).expect("solved");
+            let load = critical(5e-3 * per_length);
+            if load > 1.0 {
+                assert!(found.status(0).is_success(), "sample {at}: load {load}");
+                continue;
+            }
+            assert_eq!(found.status(0), Status::Fold, "sample {at}: load {load}");
+            assert_eq!(found.is_seen_fold(0), !is_round, "sample {at}: load {load}");
+            let (got, error) = (found.get(0, Quantity::LoadFraction), found.get(0, Quantity::LoadFractionError));
+            let most = if found.is_seen_fold(0) { LOAD } else { 1e-4 };
+            assert!((got - load).abs() <= most * load, "sample {at}: {got} against {load}");
+            assert!((got - load).abs() <= error, "sample {at}: {got} against {load}, said to err by {error}");
         }
-        assert_eq!(found.status(0), Status::Fold, "sample {at}: load {load}");
-        assert!(!found.is_seen_fold(0), "sample {at}");
-        let got = found.get(0, Quantity::LoadFraction);
-        assert!((got - load).abs() <= 1e-4 * load, "sample {at}: {got} against {load}");
     }
 }
 

@@ -18,8 +18,8 @@ fn echo(@builtin(global_invocation_id) id: vec3<u32>) {
     store_vector(12u, dipole_1());
     store_vector(15u, rest_curvature_2());
     for (var row = 0u; row < 9u; row++) {
-        store(20u + row, rate_0_0());
-        store(29u + row, rate_1_0());
+        store(LOAD_FRACTION_ERROR_COLUMN + 1u + row, rate_0_0());
+        store(LOAD_FRACTION_ERROR_COLUMN + 10u + row, rate_1_0());
     }
     store_status(STATUS_RAMPED);
 }

@@ -2,10 +2,10 @@
 
 use crate::common::root;
 use rayon::prelude::*;
-use rodsweep::backend::{Backend, BackendError, Precision};
+use rodsweep::backend::{Backend, BackendError, BackendInfo, Precision};
 use rodsweep::input::read_scene;
 use rodsweep::lanes::Lanes;
-use rodsweep::model::{Node, Parameter, Plan, Profile, Scene, SegmentKind};
+use rodsweep::model::{Batch, Node, Parameter, Plan, Profile, Quantity, Scene, SegmentKind, Solutions};
 use rodsweep::reference::{shape, solve_rod};
 use rodsweep::spec::{ObservedPoint, ObservedShape, ObservedShapes};
 use rodsweep::study::{Fit, FitError, FitJob, Strength};
@@ -219,4 +219,44 @@ fn a_fit_without_sense_is_refused() {
     assert!(matches!(known.run(), Err(FitError::FreeAndKnown(_))));
     let again = FitJob::new(p6(), observe(&curved(), &[None])).free(&["coil.turns", "coil.turns.x"]);
     assert!(matches!(again, Err(FitError::NamedTwice(_))));
+}
+
+/// An engine whose tips lie 5 mm from where its base moments lead.
+struct Astray(Lanes);
+
+impl Backend for Astray {
+    fn info(&self) -> BackendInfo {
+        self.0.info()
+    }
+
+    fn plan(&self) -> &Plan {
+        self.0.plan()
+    }
+
+    fn batch_size(&self) -> usize {
+        self.0.batch_size()
+    }
+
+    fn solve(&mut self, batch: &Batch) -> Result<Solutions, BackendError> {
+        let mut solutions = self.0.solve(batch)?;
+        for at in 0..batch.sample_count() {
+            let [x, y, z] = solutions.vector(at, Quantity::TipPosition);
+            solutions.set_vector(at, Quantity::TipPosition, [x + 5e-3, y, z]);
+        }
+        Ok(solutions)
+    }
+}
+
+#[test]
+fn fitted_rods_are_checked_against_the_reference() {
+    let job = job(&p6(), &curved(), &CURVATURES, &markers());
+    let sound = solve(&job);
+    assert_eq!((sound.check.checked, sound.check.wrong, sound.mark()), (CURRENTS.len(), 0, None));
+    assert!(sound.text(&job).contains("4 of 4 equilibria were checked against the reference"), "{}", sound.text(&job));
+    let wrong = job.run_on(&mut |plan| Ok(Box::new(Astray(Lanes::new(plan, Precision::F64)?)))).expect("a fit");
+    assert_eq!(wrong.check.wrong, CURRENTS.len());
+    let mark = wrong.mark().expect("a mark");
+    assert!(mark.starts_with("DISTRUSTED: 4 of 4 equilibria") && wrong.text(&job).starts_with(mark));
+    let answer = wrong.to_json();
+    assert_eq!((answer["distrusted"].as_str(), answer["check"]["wrong"].as_u64()), (Some(mark), Some(4)));
 }

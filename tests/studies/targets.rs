@@ -2,10 +2,12 @@
 
 use crate::common::root;
 use crate::controllers::cpu;
+use rodsweep::backend::BackendKind;
+use rodsweep::engines::EngineRequest;
 use rodsweep::input::read_scene;
 use rodsweep::model::{Parameter, Scene, Stepper, Vector};
-use rodsweep::spec::{ControlInput, Target};
-use rodsweep::study::{ControlOptions, Controller, Outcome, TargetOptions, TargetResult, play};
+use rodsweep::spec::{ControlInput, Target, Trajectory};
+use rodsweep::study::{ControlJob, ControlOptions, Controller, Outcome, TargetOptions, TargetResult, play};
 use rodsweep_bench::random::Random;
 
 const LIMIT: f64 = 0.3;
@@ -78,4 +80,41 @@ fn nearly_all_targets_near_the_axis_are_reached() {
     let (few, many) = (missed(TargetOptions::default().further), missed(0));
     eprintln!("{} targets near the axis: {few} missed, {many} without further starts", targets.len());
     assert!(few * 1000 <= targets.len() && many > 3 * few, "{few}, {many}");
+}
+
+/// Peak of this process's memory (kB), as Linux counts it.
+fn peak() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    line.split_whitespace().next()?.parse().ok()
+}
+
+/// A process of its own, since other tests take memory, too.
+#[test]
+fn memory_grows_by_what_a_result_holds() {
+    const ALONE: &str = "RODSWEEP_TARGETS_ALONE";
+    if std::env::var_os(ALONE).is_none() {
+        let mut command = std::process::Command::new(std::env::current_exe().expect("this program"));
+        command.args(["--exact", "targets::memory_grows_by_what_a_result_holds", "--nocapture"]);
+        let output = command.env(ALONE, "1").output().expect("it starts");
+        return assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    }
+    let scene = scene("p6.toml");
+    let reach = |count: usize| {
+        let angle = |k: usize| std::f64::consts::TAU * k as f64 / count as f64;
+        let target = |k: usize| Target::at([0.01 * angle(k).cos(), 0.01 * angle(k).sin(), 0.0]);
+        let trajectory = Trajectory::new("ring", (0..count).map(target).collect());
+        let options = TargetOptions::default().with_attempts(1).with_further(0);
+        let job = ControlJob::new(scene.clone()).coordinates([true, true, false]).most_iterations(1);
+        let job = job.engine(EngineRequest::of(BackendKind::Cpu)).target_options(options);
+        let run = job.reach(&trajectory).expect("results");
+        run.write_json(None, &mut std::io::sink()).expect("written");
+        assert_eq!(run.table().row_count(), count);
+        peak()
+    };
+    let (few, many) = (8192, 40_960);
+    if let (Some(before), Some(after)) = (reach(few), reach(many)) {
+        let each = (after - before) as f64 * 1024.0 / (many - few) as f64;
+        assert!(each < 2048.0, "{each} bytes a target: {before} kB for {few}, {after} kB for {many}");
+    }
 }

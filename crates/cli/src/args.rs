@@ -364,6 +364,9 @@ pub struct ControlArguments {
     /// Exit with 3 if more targets than this are not reached [default: any number may]
     #[arg(long, value_name = "N")]
     pub max_failures: Option<u64>,
+    /// Exit with 0 although the reference contradicts results; what comes of them says so
+    #[arg(long)]
+    pub accept_distrusted: bool,
     /// Draw no figures
     #[arg(long)]
     pub no_figures: bool,
@@ -408,6 +411,9 @@ pub struct FitArguments {
     /// Draw observed points and fitted shapes (.png or .svg)
     #[arg(long, value_name = "FILE")]
     pub plot: Option<PathBuf>,
+    /// Exit with 0 although the reference contradicts fitted rods; what is drawn says so
+    #[arg(long)]
+    pub accept_distrusted: bool,
     /// Print JSON
     #[arg(long)]
     pub json: bool,

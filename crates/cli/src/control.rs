@@ -3,7 +3,7 @@
 use super::args::ControlArguments;
 use super::control_job::job;
 use super::control_output::Outputs;
-use super::{CommandError, Exit, experiment, print, replay, say, say_notes, simulate};
+use super::{CommandError, Exit, experiment, print_lines, replay, say, say_notes, simulate, verdict};
 use rodsweep::figures::draw_control;
 use rodsweep::input::{read_scene, read_trajectory};
 
@@ -36,19 +36,20 @@ pub fn control(arguments: &ControlArguments) -> Result<Exit, CommandError> {
             say(&format!("figure: {}", path.display()));
         }
     }
-    let mut answer = run.to_json();
-    if arguments.simulate {
-        answer["simulation"] = simulate::simulate(&run, arguments, &outputs.dir)?;
-    }
+    let simulation = match arguments.simulate {
+        true => Some(simulate::simulate(&run, arguments, &outputs.dir)?),
+        false => None,
+    };
     if arguments.json {
-        print(&(serde_json::to_string_pretty(&answer).unwrap_or_default() + "\n"))?;
+        print_lines(|to| run.write_json(simulation.as_ref(), to))?;
     }
+    let trusted = verdict::of_study(run.mark(), arguments.accept_distrusted);
     let missed = run.missed_count() as u64;
     Ok(match arguments.max_failures {
         Some(most) if missed > most => {
             say(&format!("error: {missed} targets are not reached; --max-failures allows {most}"));
             Exit::TooManyFailures
         }
-        _ => Exit::Done,
+        _ => trusted,
     })
 }

@@ -1,4 +1,4 @@
-//! What the arguments of `rodsweep control` ask for.
+//! From the arguments of `rodsweep control` to a job.
 
 use super::args::{ControlArguments, RedundancyName, positive_length};
 use super::{CommandError, say};
@@ -7,7 +7,7 @@ use rodsweep::model::Scene;
 use rodsweep::spec::Redundancy;
 use rodsweep::study::{ControlEvent, ControlJob};
 
-/// What the arguments ask for.
+/// The job that the arguments describe.
 pub fn job(scene: Scene, arguments: &ControlArguments) -> Result<ControlJob, CommandError> {
     let mut job = ControlJob::new(scene).engine(arguments.engine.request()).on_event(say_event);
     for text in &arguments.input {

@@ -35,7 +35,7 @@ pub struct EngineArguments {
 }
 
 impl EngineArguments {
-    /// What the library is asked for.
+    /// The request to the library.
     pub fn request(&self) -> EngineRequest {
         let backend = match self.backend {
             BackendName::Auto => None,

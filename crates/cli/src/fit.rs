@@ -1,7 +1,7 @@
 //! `rodsweep fit`: numbers of a scene from observed shapes, with intervals, and what cannot be told apart.
 
 use super::args::{FitArguments, positive_length};
-use super::{CommandError, Exit, flags, print, say, say_notes};
+use super::{CommandError, Exit, flags, print, say, say_notes, verdict};
 use rodsweep::input::{read_scene, read_shapes, write_scene};
 use rodsweep::report::{self, ImageFormat};
 use rodsweep::results::ResultsError;
@@ -41,8 +41,9 @@ pub fn fit(arguments: &FitArguments) -> Result<Exit, CommandError> {
         say(&format!("scene: {}", path.display()));
     }
     if let Some(path) = &arguments.plot {
-        report::write(&figures::fit(&fit, &job), path)?;
+        report::write_marked(&figures::fit(&fit, &job), path, fit.mark())?;
         say(&format!("figure: {}", path.display()));
     }
-    Ok(if fit.converged { Exit::Done } else { Exit::Failed })
+    let trusted = verdict::of_study(fit.mark(), arguments.accept_distrusted);
+    Ok(if fit.converged { trusted } else { Exit::Failed })
 }

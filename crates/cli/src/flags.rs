@@ -9,7 +9,7 @@ use rodsweep::study::{ControlError, FitError, SolveError};
 use rodsweep::sweep::SweepError;
 use std::path::Path;
 
-/// What went wrong with one scene.
+/// Message for an error of one scene.
 pub fn of_solve(error: SolveError) -> CommandError {
     match error {
         SolveError::Tolerance { tolerance } => {
@@ -22,7 +22,7 @@ pub fn of_solve(error: SolveError) -> CommandError {
     }
 }
 
-/// What went wrong with control, with the flag that helps.
+/// Message for an error of control, with the flag that helps.
 impl From<ControlError> for CommandError {
     fn from(error: ControlError) -> CommandError {
         match error {
@@ -33,7 +33,7 @@ impl From<ControlError> for CommandError {
     }
 }
 
-/// What went wrong with a fit, with the flag that helps.
+/// Message for an error of a fit, with the flag that helps.
 impl From<FitError> for CommandError {
     fn from(error: FitError) -> CommandError {
         match error {
@@ -46,7 +46,7 @@ impl From<FitError> for CommandError {
     }
 }
 
-/// What went wrong with a study of sensitivity, with the flag that helps.
+/// Message for an error of a study of sensitivity, with the flag that helps.
 impl From<SensitivityError> for CommandError {
     fn from(error: SensitivityError) -> CommandError {
         use SensitivityError as E;
@@ -75,7 +75,7 @@ impl From<SensitivityError> for CommandError {
     }
 }
 
-/// What an engine says, with the flag that helps.
+/// Message for an error of an engine, with the flag that helps.
 pub fn of_backend(error: &BackendError) -> String {
     let on_the_cpu = "use `--backend cpu`";
     match error {
@@ -94,7 +94,7 @@ pub fn of_backend(error: &BackendError) -> String {
     }
 }
 
-/// What is wrong with a figure of a run, with the flag that helps.
+/// Message for an error of a run's figures, with the flag that helps.
 pub fn of_run_figures(error: &RunFiguresError) -> String {
     match error {
         RunFiguresError::Colour { name, known, .. } => {
@@ -105,7 +105,7 @@ pub fn of_run_figures(error: &RunFiguresError) -> String {
     }
 }
 
-/// What is wrong with a result directory, with the flag that helps.
+/// Message for an error of a result directory, with the flag that helps.
 pub fn of_results(error: &ResultsError) -> String {
     match error {
         ResultsError::Exists { dir } => format!(
@@ -131,7 +131,7 @@ pub fn of_results(error: &ResultsError) -> String {
     }
 }
 
-/// What stopped a run, with the flag that helps.
+/// Message for an error that stopped a run, with the flag that helps.
 pub fn of_sweep(error: &SweepError) -> String {
     match error {
         SweepError::Results(error) => of_results(error),

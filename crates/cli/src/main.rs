@@ -54,9 +54,9 @@ pub(crate) enum Exit {
     Failed = 1,
     Usage = 2,
     TooManyFailures = 3,
-    /// What was found speaks against its rows.
+    /// The rows are not to be trusted.
     Distrusted = 4,
-    /// What was begun is finished; started again, it goes on.
+    /// Stopped early with every begun part finished; a second start goes on.
     Unfinished = 85,
     Interrupted = 130,
 }
@@ -137,7 +137,7 @@ fn main() -> ExitCode {
                 let _ = error.print();
                 return exit_code(Exit::Done);
             }
-            // What was typed stands in it.
+            // The message quotes the command line, which may hold control characters.
             say(error.render().to_string().trim_end());
             return exit_code(Exit::Usage);
         }
@@ -153,7 +153,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Starts the threads that engines share out their work to: a system that gives none is heard of here.
+/// Starts the threads of the engines; a system that refuses threads is reported here.
 fn start_threads() -> Result<(), CommandError> {
     rayon::ThreadPoolBuilder::new().build_global().map_err(|error| CommandError::Threads(error.to_string()))
 }
@@ -204,12 +204,42 @@ fn print(text: &str) -> Result<(), CommandError> {
     out.write_all(terminal(text).as_bytes()).and_then(|()| out.flush()).map_err(CommandError::Output)
 }
 
+/// Writes to the standard output line by line what is too long for memory.
+fn print_lines(write: impl FnOnce(&mut dyn Write) -> std::io::Result<()>) -> Result<(), CommandError> {
+    let mut lines = Lines { out: std::io::BufWriter::new(std::io::stdout().lock()), line: Vec::new() };
+    let written = write(&mut lines).and_then(|()| writeln!(lines)).and_then(|()| lines.flush());
+    written.map_err(CommandError::Output)
+}
+
+/// Passes whole lines on, with the characters that a terminal obeys escaped.
+struct Lines<W> {
+    out: W,
+    line: Vec<u8>,
+}
+
+impl<W: Write> Write for Lines<W> {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        for part in bytes.split_inclusive(|byte| *byte == b'\n') {
+            self.line.extend_from_slice(part);
+            if part.ends_with(b"\n") {
+                self.out.write_all(terminal(&String::from_utf8_lossy(&self.line)).as_bytes())?;
+                self.line.clear();
+            }
+        }
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.out.flush()
+    }
+}
+
 /// Writes a line to the standard error; a closed one is no reason to stop.
 fn say(line: &str) {
     let _ = writeln!(std::io::stderr().lock(), "{}", terminal(line));
 }
 
-/// What is odd about a scene.
+/// Prints notes on unusual scenes.
 fn say_notes(scene: &Scene) {
     scene_notes(scene).iter().for_each(|note| say(&format!("note: {note}")));
 }

@@ -2,7 +2,7 @@
 
 use super::args::ControlArguments;
 use super::control_output::Outputs;
-use super::{CommandError, Exit, print, say, say_notes};
+use super::{CommandError, Exit, print, say, say_notes, verdict};
 use rodsweep::input::{read_input_table, read_observed_tips};
 use rodsweep::model::Scene;
 use rodsweep::study::{Agreement, ControlError, Replay, ReplayComparison};
@@ -23,6 +23,7 @@ pub fn replay(scene: Scene, currents: &Path, arguments: &ControlArguments) -> Re
     outputs.make_directory()?;
     replay.write(&outputs.table)?;
     say(&format!("{} states played, {} without a stable equilibrium from rest", replay.tips().len(), replay.lost()));
+    say(&replay.check().sentence());
     say(&format!("results: {}", outputs.table.display()));
     let mut answer = replay.to_json();
     if let Some(observed) = &observed {
@@ -34,14 +35,14 @@ pub fn replay(scene: Scene, currents: &Path, arguments: &ControlArguments) -> Re
         answer["observed"] = found.to_json();
         if !arguments.no_figures {
             let path = outputs.dir.join("replay.png");
-            report::write(&figures::replay(&replay, &found, &name), &path)?;
+            report::write_marked(&figures::replay(&replay, &found, &name), &path, replay.check().mark.as_deref())?;
             say(&format!("figure: {}", path.display()));
         }
     }
     if arguments.json {
         print(&(serde_json::to_string_pretty(&answer).unwrap_or_default() + "\n"))?;
     }
-    Ok(Exit::Done)
+    Ok(verdict::of_study(replay.check().mark.as_deref(), arguments.accept_distrusted))
 }
 
 /// How well some of the observed tips agree with the model.

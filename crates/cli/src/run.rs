@@ -101,7 +101,7 @@ pub fn run(arguments: &RunArguments) -> Result<Exit, CommandError> {
     }
     let all = if share.join && summary.finished_run { Results::open(&out)?.verdict()? } else { None };
     if all.is_some_and(|verdict| !verdict.sound) && summary.verdict.sound {
-        // What other workers have found.
+        // Doubts that other workers found.
         let exit = verdict::of_results(&Results::open(&out)?, arguments.accept_distrusted)?;
         return Ok(exit.unwrap_or(Exit::Done));
     }

@@ -51,7 +51,7 @@ pub fn sensitivity(arguments: &SensitivityArguments) -> Result<Exit, CommandErro
     Ok(judge(&found, arguments.max_failures))
 }
 
-/// What the arguments ask for.
+/// The job with the options of the arguments.
 fn with_options(job: SensitivityJob, arguments: &SensitivityArguments) -> Result<SensitivityJob, CommandError> {
     let estimator = match arguments.estimator {
         EstimatorName::Auto => EstimatorChoice::Auto,

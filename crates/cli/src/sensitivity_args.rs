@@ -23,7 +23,7 @@ pub struct SensitivityArguments {
     /// Estimator that is read first
     #[arg(long, value_enum, default_value = "auto")]
     pub estimator: EstimatorName,
-    /// Of the intervals
+    /// Confidence level of the intervals
     #[arg(long, value_name = "SHARE", default_value_t = 0.95)]
     pub confidence: f64,
     /// Largest total degree of polynomials, 1 to 4
@@ -71,7 +71,7 @@ pub struct SensitivityArguments {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum EstimatorName {
-    /// What suits the design
+    /// Chosen to suit the design
     Auto,
     /// Azzini, Mara, Rosati; of a saltelli design
     Azzini,

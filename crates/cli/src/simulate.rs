@@ -21,12 +21,13 @@ pub fn simulate(run: &ControlRun, arguments: &ControlArguments, dir: &Path) -> R
     let (paper, paper_aligned) = (MEASURED[0].rmse[0], MEASURED[0].aligned_rmse.unwrap_or(f64::NAN));
     say(&format!(
         "simulated: RMSE {rmse:.2} mm, {aligned:.2} mm after rigid alignment, repeatability {repeatability:.2} mm, {} tips lost; \
-         the paper measured {paper:.2} and {paper_aligned:.2} mm on its own prototype",
+         the paper measured {paper:.2} and {paper_aligned:.2} mm on its own prototype; simulated tips were not checked against \
+         the reference",
         found.lost,
     ));
     if !arguments.no_figures {
         let path = dir.join("simulation.png");
-        report::write(&figures::simulation(&found, run), &path)?;
+        report::write_marked(&figures::simulation(&found, run), &path, run.mark())?;
         say(&format!("figure: {}", path.display()));
     }
     Ok(found.to_json())

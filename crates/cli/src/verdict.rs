@@ -1,4 +1,4 @@
-//! The verdict on a run, said before anything else; and what becomes of a command then.
+//! The verdict on a run is printed before anything else and decides the exit code.
 
 use super::{CommandError, Exit, say};
 use rodsweep::report::count;
@@ -7,7 +7,7 @@ use rodsweep::spec::SolutionMethod;
 use rodsweep::sweep::Summary;
 use std::path::Path;
 
-/// Says what speaks against rows: as an error, or as a warning where the user goes on.
+/// Prints doubts about rows: as an error, or as a warning where the user accepts them.
 fn tell(text: &str, is_accepted: bool) {
     let (what, more) = if is_accepted {
         ("warning", "")
@@ -17,14 +17,25 @@ fn tell(text: &str, is_accepted: bool) {
     say(&format!("{what}: {}{more}", text.trim_end()));
 }
 
-/// Says what speaks against the rows of a directory; the exit, where the command does not go on.
+/// Prints doubts about the rows of a directory; returns the exit code where the command must stop.
 pub fn of_results(results: &Results, is_accepted: bool) -> Result<Option<Exit>, CommandError> {
     let Some(text) = results.distrust()? else { return Ok(None) };
     tell(&text, is_accepted);
     Ok((!is_accepted).then_some(Exit::Distrusted))
 }
 
-/// Whether the rows of a run can be trusted, and enough of them have succeeded.
+/// Prints the doubt about the results of a study, which are written and marked; returns the exit code.
+pub fn of_study(mark: Option<&str>, is_accepted: bool) -> Exit {
+    let Some(mark) = mark else { return Exit::Done };
+    let text = format!(
+        "{mark}\n  what helps: narrower limits or smaller steps of the inputs; see one: `rodsweep solve` of the scene with these \
+         inputs by `--set`, and again with `--backend reference`"
+    );
+    tell(&text, is_accepted);
+    if is_accepted { Exit::Done } else { Exit::Distrusted }
+}
+
+/// The exit code of a run: sound, distrusted, or with more failures than allowed.
 pub fn of_run(
     summary: &Summary,
     (method, place): (SolutionMethod, &Path),

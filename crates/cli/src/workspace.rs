@@ -48,7 +48,7 @@ pub fn workspace(arguments: &WorkspaceArguments) -> Result<Exit, CommandError> {
         .fast(arguments.fast)
         .interrupt(interrupted)
         .progress(Some(&tell));
-    // What was asked for is read before anything is solved.
+    // Files and values of the arguments are read before anything is solved.
     let targets = arguments.reach.as_deref().map(|text| targets(text, spec)).transpose()?;
     let variation = arguments.vary.as_deref().map(|text| Variation::parse(&spec.scene, text)).transpose()?;
     let found = job.run()?;
@@ -93,7 +93,8 @@ pub fn workspace(arguments: &WorkspaceArguments) -> Result<Exit, CommandError> {
         }
         files.iter().for_each(|path| say(&format!("file: {}", path.display())));
     }
-    Ok(judge(&found))
+    let trusted = verdict::of_study(found.check_by_reference.mark.as_deref(), arguments.accept_distrusted);
+    Ok(if trusted == Exit::Done { judge(&found) } else { trusted })
 }
 
 fn judge(found: &Workspace) -> Exit {
@@ -179,7 +180,7 @@ impl Teller {
     }
 }
 
-/// What went wrong with a workspace, with the flag that helps.
+/// Message for an error of a workspace, with the flag that helps.
 impl From<WorkspaceError> for CommandError {
     fn from(error: WorkspaceError) -> CommandError {
         match error {

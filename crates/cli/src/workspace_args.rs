@@ -27,7 +27,7 @@ pub struct WorkspaceArguments {
     /// Only paint the voxels near rows: quick, and no voxel is proven
     #[arg(long)]
     pub fast: bool,
-    /// Of the lattice and of all nets
+    /// Seed of the lattice and of all nets
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
     /// Can the tip be there? A table with columns x, y, z and perhaps tx, ty, tz, or "10 mm,-40 mm,80 mm"
@@ -48,7 +48,7 @@ pub struct WorkspaceArguments {
     /// Another directory with a workspace of the same voxel and seed
     #[arg(long, value_name = "DIR")]
     pub compare: Option<PathBuf>,
-    /// What rotations are multiplied by beside positions [default: the last flexible segment]
+    /// Length by which rotations are multiplied beside positions [default: the last flexible segment]
     #[arg(long, value_name = "LENGTH", value_parser = length)]
     pub length: Option<f64>,
     #[command(flatten)]

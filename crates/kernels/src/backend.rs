@@ -124,11 +124,6 @@ pub trait Backend: Send {
     /// Samples of one call that keep the device busy without exceeding its limits.
     fn batch_size(&self) -> usize;
 
-    /// Whether a fold that it finds on two meshes needs no other witness.
-    fn certifies_folds(&self) -> bool {
-        false
-    }
-
     /// Solves every sample of a batch; row i of the solutions belongs to sample i.
     ///
     /// The row of a sample depends on that sample's inputs alone.

@@ -74,6 +74,7 @@ pub(super) fn add_nodes(s: &mut Specialisation, plan: &Plan, is_by_nodes: bool) 
         ("NODE_LEAST_RATIO", path::NODE_LEAST_RATIO),
         ("NODE_MOST_RATIO", path::NODE_MOST_RATIO),
         ("NODE_NEAR_PIVOT", path::NODE_NEAR_PIVOT),
+        ("SPENT", path::SPENT),
         ("NODE_NEARBY", path::NODE_NEARBY),
         ("NODE_PASS_LIMIT", path::NODE_PASS_LIMIT),
         ("NODE_RETREAT", path::NODE_RETREAT),

@@ -170,6 +170,7 @@ fn add_path(s: &mut Specialisation, plan: &Plan) {
         ("FIRST_BEND", plan.options.pace * path::FIRST_BEND),
         ("RETREATS", path::RETREATS),
         ("NEAR_MARGIN", path::NEAR_MARGIN),
+        ("SPENT", path::SPENT),
         ("WIDENING", path::WIDENING),
         ("AIM", path::AIM),
         ("LEAST_RATIO", path::LEAST_RATIO),

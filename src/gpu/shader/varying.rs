@@ -91,7 +91,10 @@ pub(super) fn add_varying(s: &mut Specialisation, plan: &Plan) {
         ("PATH_TOLERANCE", path::PATH_TOLERANCE),
         ("FIELD_SOFT", path::FIELD_SOFT),
         ("FIELD_SOFT_RATIO", path::FIELD_SOFT_RATIO),
+        ("FIELD_TOLERANCE", path::FIELD_TOLERANCE),
         ("FIELD_NEAR_MARGIN", path::FIELD_NEAR_MARGIN),
+        ("NEAR_MARGIN", path::NEAR_MARGIN),
+        ("SPENT", path::SPENT),
         ("FIELD_NEWTON_LIMIT", path::FIELD_NEWTON_LIMIT),
     ] {
         s.constant(name, Value::Float(value));

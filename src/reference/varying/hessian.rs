@@ -9,6 +9,8 @@ use nalgebra::{Cholesky, DMatrix, DMatrixView, DVector, Dyn, Matrix3, Matrix3xX,
 
 /// Elements of a rod of one flexible segment, and Gauss points of each.
 const ELEMENTS: f64 = 3.0;
+/// Elements are split so often before a rod counts as unstable: where loads are large it bends within little.
+const FINER: [usize; 2] = [1, 3];
 const POINTS: usize = 6;
 /// Steps to the least eigenvalue; two digits will do.
 const ITERATIONS: usize = 12;
@@ -24,6 +26,7 @@ const GAUSS: [f64; POINTS] = [
 
 /// What was found on the way along the rod.
 pub(super) struct Stability {
+    /// By unknowns whose square is the elastic energy: the identity at rest, on any elements.
     second_variation: DMatrix<f64>,
     /// How far the tip may move before any part of the rod is within a magnet's clearance, if each moves in proportion to its share of
     /// the rod. Negative where one is.
@@ -136,6 +139,8 @@ fn turned(a: Vector3<f64>, b: Vector3<f64>) -> Matrix3<f64> {
 /// A sum of `left^T form right`, of which the symmetric part counts.
 struct Sum {
     q: DMatrix<f64>,
+    /// Elastic energy of each unknown, twice.
+    elastic: DVector<f64>,
     /// What is still to be added: rows of `left` and of `form right`, one after the other.
     left: Vec<f64>,
     right: Vec<f64>,
@@ -143,7 +148,7 @@ struct Sum {
 
 impl Sum {
     fn zero(count: usize) -> Self {
-        Self { q: DMatrix::zeros(count, count), left: Vec::new(), right: Vec::new() }
+        Self { q: DMatrix::zeros(count, count), elastic: DVector::zeros(count), left: Vec::new(), right: Vec::new() }
     }
 
     fn add(&mut self, left: &Matrix3xX<f64>, form: Matrix3<f64>, right: &Matrix3xX<f64>) {
@@ -174,10 +179,22 @@ fn add_dipole(q: &mut Sum, rod: &Varying, x: Vector3<f64>, mu: Vector3<f64>, for
     q.add(&forms.at_work, -field.T3(x, mu), &forms.dp);
 }
 
-/// Stability of an equilibrium; `None` where the rod cannot be integrated.
+/// Stability of an equilibrium; `None` where the rod cannot be integrated. A rod that seems unstable is looked at on finer elements.
 pub(super) fn stability(rod: &Varying, base: &BaseLoad, integrator: &mut Extrapolation) -> Option<Stability> {
+    let mut found = None;
+    for split in FINER {
+        found = Some(on_elements(rod, base, split, integrator)?);
+        if found.as_ref().is_some_and(|found| found.factors().is_some()) {
+            break;
+        }
+    }
+    found
+}
+
+/// Stability by elements that are split into so many.
+fn on_elements(rod: &Varying, base: &BaseLoad, split: usize, integrator: &mut Extrapolation) -> Option<Stability> {
     let chain = &rod.chain;
-    let elements = elements(rod);
+    let elements: Vec<usize> = elements(rod).into_iter().map(|count| split * count).collect();
     let shears = chain.numbers.segments.iter().any(|segment| segment.C_se != Vector3::zeros());
     let per_point = if shears { 6 } else { 3 };
     let count = elements.iter().sum::<usize>() * POINTS * per_point;
@@ -244,7 +261,8 @@ pub(super) fn stability(rod: &Varying, base: &BaseLoad, integrator: &mut Extrapo
             inside = inside.min(rod.field.inside(state.p));
         }
     }
-    let second_variation = 0.5 * (&q.q + q.q.transpose());
+    let root = DMatrix::from_diagonal(&q.elastic.map(|energy| 1.0 / energy.sqrt()));
+    let second_variation = DMatrix::identity(count, count) + 0.5 * (&root * (&q.q + q.q.transpose()) * &root);
     Some(Stability { second_variation, leeway: leeway * travelled, inside })
 }
 
@@ -314,9 +332,9 @@ fn add_element(
         let at = first + i * per_point;
         let K = flexible.K(*s);
         for k in 0..3 {
-            q.q[(at + k, at + k)] += weight * K[k];
+            q.elastic[at + k] = weight * K[k];
             if per_point == 6 {
-                q.q[(at + 3 + k, at + 3 + k)] += weight;
+                q.elastic[at + 3 + k] = weight;
             }
         }
         let m = state.R * state.m_body;

@@ -6,9 +6,10 @@ use super::shooting::{Passage, combined, pass_by_sections};
 use super::state::{BaseLoad, Column, Varying};
 use crate::reference::extrapolation::Extrapolation;
 use crate::reference::ramp::{
-    ALIKE, ARRIVED, CONTRACTION, CORRECTION, CORRECTION_TURN, FIRST_TURN, MOST_PASSES, QUICK, SECTIONS, SMALLEST_STEP,
-    TOLERANCE, differs_widely, twice,
+    ALIKE, ARRIVED, ARRIVED_TURN, CONTRACTION, CORRECTION, CORRECTION_TURN, FIRST_TURN, LITTLE_LOAD, MOST_PASSES,
+    QUICK, SECTIONS, SMALLEST_STEP, TOLERANCE, differs_widely, twice,
 };
+use crate::reference::stability::margin;
 use nalgebra::{Vector3, Vector6};
 
 /// The predictor may take a station this share of the way to a magnet, in steps no smaller than `LITTLE_STEP`.
@@ -16,6 +17,9 @@ const APPROACH: f64 = 0.2;
 /// A least eigenvalue below this share of that at rest may grow or shrink so many times in a step.
 const SOFT: f64 = 0.5;
 const RATIO: f64 = 2.5;
+/// A path that ends while it is above this share has met no fold; nor has one that ends with a larger margin than `FOLD_MARGIN`.
+const AT_FOLD: f64 = 0.25;
+const FOLD_MARGIN: f64 = 0.25;
 /// No load step need be smaller for its sake.
 const LITTLE_STEP: f64 = 1e-4;
 /// Corrections are measured against this change of the base load at least, where hardly any is predicted.
@@ -84,7 +88,7 @@ fn follow(rod: &Varying, pace: f64) -> Path {
         Err(Refused::Other) => return path,
     };
     let mut step = first_step(&last, pace);
-    let soft = SOFT * last.least;
+    let (soft, at_fold) = (SOFT * last.least, AT_FOLD * last.least);
     let (mut too_near, mut outside) = (false, false);
     while path.lambda < 1.0 {
         if path.passes >= MOST_PASSES {
@@ -110,10 +114,11 @@ fn follow(rod: &Varying, pace: f64) -> Path {
                 too_near |= matches!(refused, Refused::TooNear);
                 outside |= matches!(refused, Refused::Outside);
                 step = 0.5 * (lambda - path.lambda);
-                if step < pace * SMALLEST_STEP {
+                if step < pace * SMALLEST_STEP * path.lambda.max(LITTLE_LOAD) {
                     path.end = match (too_near, outside) {
                         (true, _) => End::TooNear,
                         (_, true) => End::Outside,
+                        _ if last.least > at_fold || is_firm(rod, &last) => End::GaveUp,
                         _ => End::Fold,
                     };
                     return path;
@@ -122,6 +127,11 @@ fn follow(rod: &Varying, pace: f64) -> Path {
         }
     }
     Path { end: End::Arrived, ..path }
+}
+
+/// Whether dr/dm0 is far from singular: then no load turns there. Under a tip moment stability is lost elsewhere.
+fn is_firm(rod: &Varying, at: &Step) -> bool {
+    rod.chain.numbers.l_tip == Vector3::zeros() && margin(at.passage.moment_inverse(), 0) > FOLD_MARGIN
 }
 
 /// Whether a step changes the least eigenvalue so much, where it is small, that stability may be lost and won again between.
@@ -164,7 +174,7 @@ fn correct(
         let size = step.norm();
         let turn = passage.largest(|columns| combined(columns, |column| column.w, &step).norm());
         let share = *first.get_or_insert((size / allowed_first).max(turn / allowed_turn));
-        if size <= ARRIVED * (1.0 + base.norm()) {
+        if size <= ARRIVED * (1.0 + base.norm()) && turn <= ARRIVED_TURN {
             *passes += 1;
             let found = stability(&loaded, &base, integrator).ok_or(Refused::Other)?;
             let Stability { leeway, inside, .. } = found;

@@ -1,11 +1,11 @@
 //! A rod with its inputs and the engines that solve it.
 
-use super::descent::{Descent, State};
+use super::descent::{Ended, State};
 use super::engines::{Engines, SHARE, STEPS};
 use super::inputs::{Inputs, MOST_INPUTS};
 use super::least_squares::norm2;
 use super::task::Task;
-use super::{ControlError, ControlOptions, Outcome, TargetResult};
+use super::{ControlError, ControlOptions, TargetResult};
 use crate::backend::Precision;
 use crate::model::{Parameter, Plan, PlanOptions, Quantity, Scene, Stepper};
 use crate::spec::ControlInput;
@@ -15,6 +15,8 @@ use std::sync::Arc;
 /// Tips nearer than this, over the rod's length, are one equilibrium.
 const SAME: f64 = 1e-6;
 const SAME_F32: f64 = 1e-4;
+/// Targets that are worked on at a time, so that memory does not grow with their number but by what each result holds.
+pub(super) const GROUP: usize = 8192;
 /// Noise of a tip in f32 over the rod's length.
 const NOISE_F32: f64 = 4e-6;
 
@@ -126,30 +128,32 @@ impl Controller {
         share * self.task.length
     }
 
-    /// What came of ended searches; asks where the equilibria from rest with the same inputs are.
-    pub(super) fn results(&mut self, ended: &[Descent]) -> Result<Vec<TargetResult>, ControlError> {
-        let rows: Vec<Inputs> = ended.iter().map(|descent| descent.at.z).collect();
-        let solutions = self.engines.solve_from_rest(&rows)?;
-        let result = |(row, descent): (usize, &Descent)| {
-            let at = &descent.at;
-            let tip = solutions.vector(row, Quantity::TipPosition);
-            let apart: [f64; 3] = std::array::from_fn(|a| tip[a] - at.tip[a]);
-            TargetResult {
-                target: descent.target,
-                inputs: (0..self.task.inputs.len()).map(|k| self.task.value(k, at.z[k])).collect(),
-                tip: at.tip,
-                tangent: at.tangent,
-                residual: norm2(&at.missing(&self.task, &descent.target)).sqrt(),
-                outcome: descent.outcome.unwrap_or(Outcome::IterationLimit),
-                iterations: descent.iterations,
-                margin: at.margin,
-                error_estimate: at.error_estimate,
-                base_moment: at.m0,
-                from_rest: solutions.status(row).is_success() && norm2(&apart).sqrt() < self.same(),
-                seconds: 0.0,
-            }
-        };
-        Ok(ended.iter().enumerate().map(result).collect())
+    /// Results of ended searches; asks where the equilibria from rest with the same inputs are.
+    pub(super) fn results(&mut self, ended: &[Ended]) -> Result<Vec<TargetResult>, ControlError> {
+        let mut results = Vec::with_capacity(ended.len());
+        for group in ended.chunks(GROUP) {
+            let rows: Vec<Inputs> = group.iter().map(|ended| ended.z).collect();
+            let solutions = self.engines.solve_from_rest(&rows)?;
+            results.extend(group.iter().enumerate().map(|(row, ended)| {
+                let tip = solutions.vector(row, Quantity::TipPosition);
+                let apart: [f64; 3] = std::array::from_fn(|a| tip[a] - ended.tip[a]);
+                TargetResult {
+                    target: ended.target,
+                    inputs: (0..self.task.inputs.len()).map(|k| self.task.value(k, ended.z[k])).collect(),
+                    tip: ended.tip,
+                    tangent: ended.tangent,
+                    residual: ended.residual,
+                    outcome: ended.outcome,
+                    iterations: ended.iterations,
+                    margin: ended.margin,
+                    error_estimate: ended.error_estimate,
+                    base_moment: ended.m0,
+                    from_rest: solutions.status(row).is_success() && norm2(&apart).sqrt() < self.same(),
+                    seconds: 0.0,
+                }
+            }));
+        }
+        Ok(results)
     }
 
     /// A state from rest at some inputs.

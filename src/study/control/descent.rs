@@ -51,6 +51,22 @@ pub(super) struct State {
     rates: [[f64; 9]; MOST_INPUTS],
 }
 
+/// An ended search without what only its steps need: a million of them fit into memory.
+#[derive(Clone, Debug)]
+pub(super) struct Ended {
+    pub target: Target,
+    pub z: Inputs,
+    pub m0: Vector,
+    pub tip: Vector,
+    pub tangent: Vector,
+    pub margin: f64,
+    pub error_estimate: f64,
+    /// Distance to the target (m), a missing tangent included as a length.
+    pub residual: f64,
+    pub iterations: usize,
+    pub outcome: Outcome,
+}
+
 /// Whether a base moment is about where it was predicted, from one that was there before.
 pub(super) fn is_near(task: &Task, m0: Vector, predicted: Vector, before: Vector) -> bool {
     let distance = |a: Vector, b: Vector| norm2(&[a[0] - b[0], a[1] - b[1], a[2] - b[2]]).sqrt();
@@ -149,6 +165,23 @@ impl Descent {
         };
         descent.settle(task);
         descent
+    }
+
+    /// The end of the search.
+    pub(crate) fn ended(&self, task: &Task) -> Ended {
+        let State { z, m0, tip, tangent, margin, error_estimate, .. } = self.at;
+        Ended {
+            target: self.target,
+            z,
+            m0,
+            tip,
+            tangent,
+            margin,
+            error_estimate,
+            residual: norm2(&self.at.missing(task, &self.target)).sqrt(),
+            iterations: self.iterations,
+            outcome: self.outcome.unwrap_or(Outcome::IterationLimit),
+        }
     }
 
     fn settle(&mut self, task: &Task) {

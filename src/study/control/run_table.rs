@@ -6,8 +6,10 @@ use crate::results::{ResultsError, write_table};
 use crate::spec::ControlInput;
 use crate::study::columns::Columns;
 use crate::table::Table;
+use serde::ser::{Serialize, SerializeMap, Serializer};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
+use std::io::Write;
 use std::path::Path;
 
 const XYZ: [&str; 3] = ["x", "y", "z"];
@@ -67,37 +69,73 @@ impl ControlRun {
         write_table(path, &self.table(), &metadata)
     }
 
-    /// The same as JSON, SI.
+    /// The run as JSON, SI, all of it in memory; [`ControlRun::write_json`] is for long runs.
     pub fn to_json(&self) -> Value {
-        let point = |result: &TargetResult| {
-            json!({
-                "target": { "position": result.target.position, "tangent": result.target.tangent },
-                "inputs": result.inputs,
-                "status": result.outcome.name(),
-                "tip": { "position": result.tip, "tangent": result.tangent },
-                "tip_error": self.tip_error(result),
-                "tangent_error": result.tangent_error(),
-                "residual": result.residual,
-                "iterations": result.iterations,
-                "stability_margin": result.margin,
-                "error_estimate": result.error_estimate,
-                "from_rest": result.from_rest,
-                "seconds": result.seconds,
-            })
-        };
-        let input = |input: &ControlInput| json!({ "parameter": input.name(self.scene()), "low": input.low, "high": input.high });
-        let controlled = XYZ.iter().zip(self.options().coordinates).filter(|(_, on)| *on);
-        let counts = Outcome::ALL.map(|outcome| (outcome.name(), self.count(outcome)));
+        serde_json::to_value(AsJson { run: self, simulation: None }).unwrap_or_default()
+    }
+
+    /// Writes the run as JSON, SI, one point after another; `simulation` is added under that name.
+    ///
+    /// # Errors
+    ///
+    /// A writer that takes no more.
+    pub fn write_json(&self, simulation: Option<&Value>, to: &mut dyn Write) -> std::io::Result<()> {
+        Ok(serde_json::to_writer_pretty(to, &AsJson { run: self, simulation })?)
+    }
+
+    fn point_json(&self, result: &TargetResult) -> Value {
         json!({
-            "inputs": self.inputs().iter().map(input).collect::<Vec<_>>(),
-            "coordinates": controlled.map(|(name, _)| name).collect::<Vec<_>>(),
-            "tolerance": self.options().tolerance,
-            "engine": self.engine(),
-            "check": self.check(),
-            "distrusted": self.mark(),
-            "seconds_of_a_step_alone": self.seconds_of_a_lone_step(),
-            "counts": counts.into_iter().collect::<BTreeMap<_, _>>(),
-            "points": self.results().iter().map(point).collect::<Vec<_>>(),
+            "target": { "position": result.target.position, "tangent": result.target.tangent },
+            "inputs": result.inputs,
+            "status": result.outcome.name(),
+            "tip": { "position": result.tip, "tangent": result.tangent },
+            "tip_error": self.tip_error(result),
+            "tangent_error": result.tangent_error(),
+            "residual": result.residual,
+            "iterations": result.iterations,
+            "stability_margin": result.margin,
+            "error_estimate": result.error_estimate,
+            "from_rest": result.from_rest,
+            "seconds": result.seconds,
         })
+    }
+}
+
+/// A run that is written point by point.
+struct AsJson<'a> {
+    run: &'a ControlRun,
+    simulation: Option<&'a Value>,
+}
+
+/// The points of a run, each made when it is written.
+struct Points<'a>(&'a ControlRun);
+
+impl Serialize for Points<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(self.0.results().iter().map(|result| self.0.point_json(result)))
+    }
+}
+
+impl Serialize for AsJson<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let run = self.run;
+        let input = |input: &ControlInput| json!({ "parameter": input.name(run.scene()), "low": input.low, "high": input.high });
+        let controlled = XYZ.iter().zip(run.options().coordinates).filter(|(_, on)| *on);
+        let counts: BTreeMap<_, _> = Outcome::ALL.map(|outcome| (outcome.name(), run.count(outcome))).into();
+        // In the order of a sorted map.
+        let mut map = serializer.serialize_map(None)?;
+        map.serialize_entry("check", run.check())?;
+        map.serialize_entry("coordinates", &controlled.map(|(name, _)| *name).collect::<Vec<_>>())?;
+        map.serialize_entry("counts", &counts)?;
+        map.serialize_entry("distrusted", &run.mark())?;
+        map.serialize_entry("engine", run.engine())?;
+        map.serialize_entry("inputs", &run.inputs().iter().map(input).collect::<Vec<_>>())?;
+        map.serialize_entry("points", &Points(run))?;
+        map.serialize_entry("seconds_of_a_step_alone", &run.seconds_of_a_lone_step())?;
+        if let Some(simulation) = self.simulation {
+            map.serialize_entry("simulation", simulation)?;
+        }
+        map.serialize_entry("tolerance", &run.options().tolerance)?;
+        map.end()
     }
 }

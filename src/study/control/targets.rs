@@ -1,7 +1,8 @@
 //! Many targets at once: each starts from near tips of a coarse table, all are solved together, those that have ended
 //! stay as they are.
 
-use super::descent::{Descent, State};
+use super::controller::GROUP;
+use super::descent::{Descent, Ended, State};
 use super::inputs::MOST_INPUTS;
 use super::least_squares::norm2;
 use super::task::Task;
@@ -31,6 +32,22 @@ impl Controller {
         progress: &mut dyn FnMut(usize),
     ) -> Result<Vec<TargetResult>, ControlError> {
         let begun = Instant::now();
+        let mut results = Vec::with_capacity(targets.len());
+        for group in targets.chunks(GROUP) {
+            let before = results.len();
+            results.extend(self.reach_group(group, options, &mut |ended| progress(before + ended))?);
+        }
+        let seconds = begun.elapsed().as_secs_f64() / targets.len().max(1) as f64;
+        results.iter_mut().for_each(|result| result.seconds = seconds);
+        Ok(results)
+    }
+
+    fn reach_group(
+        &mut self,
+        targets: &[Target],
+        options: &TargetOptions,
+        progress: &mut dyn FnMut(usize),
+    ) -> Result<Vec<TargetResult>, ControlError> {
         let table = self.table(options.table)?;
         let table = table.as_slice();
         let task = Arc::clone(&self.task);
@@ -47,7 +64,7 @@ impl Controller {
         };
         let mut best: Vec<Descent> = targets.par_iter().filter_map(|target| start(target, 0)).collect();
         self.descend_all(&mut best, progress)?;
-        let mut results = self.results(&best)?;
+        let mut results = self.results(&ended(task, &best))?;
         for attempt in 1..options.attempts + options.further {
             let wanting = |i: &usize| {
                 let TargetResult { outcome, from_rest, residual, .. } = results[*i];
@@ -63,7 +80,7 @@ impl Controller {
                 break;
             }
             self.descend_all(&mut others, &mut |_| {})?;
-            for (i, other) in left.into_iter().zip(self.results(&others)?) {
+            for (i, other) in left.into_iter().zip(self.results(&ended(task, &others))?) {
                 let iterations = results[i].iterations + other.iterations;
                 let is_better = better(&other, &results[i]);
                 if is_better {
@@ -73,8 +90,6 @@ impl Controller {
             }
         }
         self.look_closely(&mut results, little)?;
-        let seconds = begun.elapsed().as_secs_f64() / targets.len().max(1) as f64;
-        results.iter_mut().for_each(|result| result.seconds = seconds);
         Ok(results)
     }
 
@@ -103,6 +118,10 @@ impl Controller {
     ///
     /// An engine that fails.
     pub fn finish(&mut self, results: &mut [TargetResult]) -> Result<(), ControlError> {
+        results.chunks_mut(GROUP).try_for_each(|group| self.finish_group(group))
+    }
+
+    fn finish_group(&mut self, results: &mut [TargetResult]) -> Result<(), ControlError> {
         let begun = Instant::now();
         let task = Arc::clone(&self.task);
         let task = &*task;
@@ -122,7 +141,7 @@ impl Controller {
             |row: &usize| Descent::new(task, State::new(task, rows[*row].0, &solutions, *row), results[*row].target);
         let mut descents: Vec<Descent> = found.par_iter().map(start).collect();
         self.descend_all(&mut descents, &mut |_| {})?;
-        let finished = self.results(&descents)?;
+        let finished = self.results(&ended(task, &descents))?;
         for (row, result) in results.iter_mut().enumerate() {
             if found.binary_search(&row).is_err() {
                 result.outcome = Outcome::Stuck;
@@ -180,6 +199,11 @@ impl Controller {
             });
         }
     }
+}
+
+/// The ends of searches.
+fn ended(task: &Task, descents: &[Descent]) -> Vec<Ended> {
+    descents.iter().map(|descent| descent.ended(task)).collect()
 }
 
 /// Whether one result is to be preferred to another. The equilibrium from rest is the one that a catheter takes when it

@@ -1,6 +1,6 @@
 //! One target after another, each from where the last one ended; where that is plain, several together.
 
-use super::descent::{Descent, State};
+use super::descent::{Descent, Ended, State};
 use super::window::{HISTORY, WINDOW};
 use super::{ControlError, Controller, Outcome, TargetResult};
 use crate::model::Solutions;
@@ -51,7 +51,7 @@ impl Controller {
     }
 
     /// At the lowest resolution that suffices for every point.
-    fn descend(&mut self, targets: &[Target], most: usize, effort: &mut Effort) -> Result<Vec<Descent>, ControlError> {
+    fn descend(&mut self, targets: &[Target], most: usize, effort: &mut Effort) -> Result<Vec<Ended>, ControlError> {
         let (tolerance, finest) = (self.engines.fine_enough(), self.engines.finest());
         for resolution in 0..finest {
             self.engines.resolution = resolution;
@@ -70,13 +70,13 @@ impl Controller {
         most: usize,
         tolerance: f64,
         effort: &mut Effort,
-    ) -> Result<Option<Vec<Descent>>, ControlError> {
+    ) -> Result<Option<Vec<Ended>>, ControlError> {
         let task = Arc::clone(&self.task);
         // Currents that relax depend on the way there.
         let can_advance = task.options.redundancy == Redundancy::LeastChange;
         // The last states, the latest first; more than one where they were reached.
         let mut last = vec![self.start(self.home)?];
-        let mut ended: Vec<Descent> = Vec::with_capacity(targets.len());
+        let mut ended: Vec<Ended> = Vec::with_capacity(targets.len());
         let mut together = 1;
         let mut solutions = Solutions::default();
         while ended.len() < targets.len() {
@@ -84,7 +84,7 @@ impl Controller {
             let at = ended.len();
             let mut count = 1;
             let mut states = Vec::new();
-            if can_advance && ended.last().is_some_and(|point| point.outcome == Some(Outcome::Reached)) {
+            if can_advance && ended.last().is_some_and(|point| point.outcome == Outcome::Reached) {
                 count = together.min(targets.len() - at);
                 let (targets, spent) = (&targets[at..at + count], &mut effort.equilibria[at..at + count]);
                 states = self.advance(&last, targets, spent, &mut solutions)?;
@@ -97,16 +97,15 @@ impl Controller {
                     last.clear();
                 }
                 last.insert(0, descent.at.clone());
-                ended.push(descent);
+                ended.push(descent.ended(&task));
             }
             for state in states {
                 last.insert(0, state.clone());
-                ended.push(Descent::new(&task, state, targets[ended.len()]));
+                ended.push(Descent::new(&task, state, targets[ended.len()]).ended(&task));
             }
             let share = begun.elapsed().as_secs_f64() / count as f64;
             effort.seconds[at..at + count].iter_mut().for_each(|seconds| *seconds += share);
-            let is_good =
-                |point: &Descent| point.outcome == Some(Outcome::Reached) && point.at.error_estimate <= tolerance;
+            let is_good = |point: &Ended| point.outcome == Outcome::Reached && point.error_estimate <= tolerance;
             if tolerance.is_finite() && !ended[at..].iter().all(is_good) {
                 return Ok(None);
             }

@@ -6,6 +6,7 @@ use crate::model::{Parameter, Plan, PlanOptions, Quantity, Scene, SegmentParamet
 use crate::reference::shape_with_derivatives;
 use crate::spec::ObservedShapes;
 use crate::study::MakeEngine;
+use crate::study::witness::Claim;
 use levenberg_marquardt::LeastSquaresProblem;
 use nalgebra::storage::Owned;
 use nalgebra::{DMatrix, DVector, Dyn};
@@ -43,6 +44,8 @@ pub(super) struct State {
     pub jacobian: DMatrix<f64>,
     pub positions: Vec<Vec<Vector>>,
     pub base_moments: Vec<Vector>,
+    /// The engine's equilibrium of each shape, for the check against the reference.
+    pub claims: Vec<Claim>,
 }
 
 impl<'a> Model<'a> {
@@ -67,6 +70,11 @@ impl<'a> Model<'a> {
         };
         let names = problem.free.iter().map(name).collect();
         Ok(Model { problem, plan, engine, names, logarithmic, length: problem.scene.total_length() })
+    }
+
+    /// The parameters that a row of inputs sets: known ones, then fitted ones.
+    pub(crate) fn axes(&self) -> &[Vec<Parameter>] {
+        &self.plan.axes
     }
 
     /// Change of a value by its scaled parameter.
@@ -114,6 +122,7 @@ impl<'a> Model<'a> {
             jacobian: DMatrix::zeros(count, self.problem.free.len()),
             positions: Vec::new(),
             base_moments: Vec::new(),
+            claims: Vec::new(),
         };
         let mut first = 0;
         for (index, shape) in shapes.iter().enumerate() {
@@ -150,6 +159,11 @@ impl<'a> Model<'a> {
             }
             state.positions.push(poses.iter().map(|pose| pose.position).collect());
             state.base_moments.push(m0);
+            state.claims.push(Claim {
+                inputs: rows[index].clone(),
+                tip: solutions.vector(index, Quantity::TipPosition),
+                error_estimate: solutions.get(index, Quantity::ErrorEstimate),
+            });
         }
         Ok(state)
     }

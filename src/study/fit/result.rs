@@ -1,6 +1,7 @@
 //! What a fit gives.
 
 use crate::model::{Scene, Vector};
+use crate::study::witness::WitnessCheck;
 use serde_json::{Value, json};
 
 /// One fitted number, SI.
@@ -73,6 +74,8 @@ pub struct Fit {
     pub positions: Vec<Vec<Vector>>,
     /// Internal moments at the base by shape (N·m).
     pub base_moments: Vec<Vector>,
+    /// The fitted rods, solved again by the reference.
+    pub check: WitnessCheck,
 }
 
 impl Strength {
@@ -87,6 +90,11 @@ impl Strength {
 }
 
 impl Fit {
+    /// Doubt about the fitted rods, in a sentence; `None` where there is none.
+    pub fn mark(&self) -> Option<&str> {
+        self.check.mark.as_deref()
+    }
+
     /// Everything but the scene and the points, as JSON, SI. What is not finite is `null`.
     pub fn to_json(&self) -> Value {
         let number = |x: f64| if x.is_finite() { json!(x) } else { Value::Null };
@@ -112,6 +120,8 @@ impl Fit {
             "noise": self.noise,
             "observations": self.observations,
             "evaluations": self.evaluations,
+            "check": self.check,
+            "distrusted": self.mark(),
         })
     }
 }

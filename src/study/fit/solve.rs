@@ -4,6 +4,7 @@ use super::analysis::{NORMAL_95, analyse, findings, ridges, student_95};
 use super::model::{Model, Problem, Search, State};
 use super::{Fit, FitError, FittedParameter};
 use crate::study::MakeEngine;
+use crate::study::witness::{CheckError, WitnessCheck};
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra::DVector;
 
@@ -34,6 +35,12 @@ pub(super) fn fit(problem: &Problem, make: &mut MakeEngine) -> Result<Fit, FitEr
     let quantile = if problem.noise.is_some() { NORMAL_95 } else { student_95(freedom) };
     let (state, x) = leave_ridges(&mut search.model, state, x)?;
     let scene = search.model.scene(&x, None);
+    let mut claim = |shape: usize| state.claims.get(shape).cloned();
+    let check = WitnessCheck::of(&problem.scene, search.model.axes(), state.claims.len(), &mut claim);
+    let check = check.map_err(|error| match error {
+        CheckError::Plan(error) => FitError::from(error),
+        CheckError::Backend(error) => error.into(),
+    })?;
     let (covariance, open, directions) = analyse(&state.jacobian, noise);
     let fitted = |k: usize| {
         let parameter = problem.free[k][0];
@@ -65,6 +72,7 @@ pub(super) fn fit(problem: &Problem, make: &mut MakeEngine) -> Result<Fit, FitEr
         converged,
         positions: state.positions,
         base_moments: state.base_moments,
+        check,
     })
 }
 

@@ -13,8 +13,9 @@ impl Fit {
             let (start, value) = (format!("{:.6e}", fitted.start), format!("{:.6e}", fitted.value));
             table.row([fitted.name.clone(), start, value, half, fitted.unit.to_owned()]);
         }
+        let mark = self.mark().map(|mark| format!("{mark}\n")).unwrap_or_default();
         let mut text = format!(
-            "{}: {} shapes, {} coordinates, {} evaluations\n{table}",
+            "{mark}{}: {} shapes, {} coordinates, {} evaluations\n{table}",
             if self.converged { "fitted" } else { "not converged" },
             job.observed().shapes.len(),
             self.observations,
@@ -30,6 +31,9 @@ impl Fit {
         text += &format!("singular values of the scaled sensitivities over the noise: {}\n", values.join(", "));
         for finding in &self.findings {
             text += &format!("identifiability: {finding}\n");
+        }
+        if self.mark().is_none() {
+            text += &format!("{}\n", self.check.sentence());
         }
         text
     }

@@ -112,6 +112,7 @@ pub(super) fn analyse(source: &Source, options: &Options) -> Result<Sensitivity,
         identification,
         notes: notes(&evidence, &asked, nominal.is_some()),
         mark: source.mark(options)?,
+        checked: source.checked(options)?,
     })
 }
 

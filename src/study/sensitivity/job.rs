@@ -150,6 +150,12 @@ impl SensitivityJob {
         self
     }
 
+    /// How many rows that are given in memory were checked, in a sentence; a directory says it itself.
+    pub fn checked(mut self, sentence: Option<String>) -> SensitivityJob {
+        self.options.checked = sentence;
+        self
+    }
+
     /// The sweep as it was run.
     pub fn spec(&self) -> &SweepSpec {
         self.source.spec()

@@ -41,6 +41,7 @@ impl Sensitivity {
             "identification": self.identification.as_ref().map_or(Value::Null, identification),
             "notes": self.notes,
             "distrusted": self.mark,
+            "checked": self.checked,
         })
     }
 

@@ -48,6 +48,8 @@ pub(super) struct Options {
     pub limit: Option<u64>,
     /// What speaks against the rows.
     pub mark: Option<String>,
+    /// How many rows were checked, in a sentence.
+    pub checked: Option<String>,
 }
 
 impl Default for Options {
@@ -66,6 +68,7 @@ impl Default for Options {
             minimum_margin: 0.3,
             limit: None,
             mark: None,
+            checked: None,
         }
     }
 }

@@ -288,6 +288,8 @@ pub struct Sensitivity {
     pub notes: Vec<String>,
     /// What speaks against the rows; `None`: nothing that is known.
     pub mark: Option<String>,
+    /// Whether and how many rows were checked against the reference, in a sentence.
+    pub checked: String,
 }
 
 impl Order {

@@ -5,7 +5,7 @@ use super::options::Options;
 use super::outputs::Scalar;
 use super::shapes::Shapes;
 use crate::model::{Status, Vector};
-use crate::results::{Results, ResultsError};
+use crate::results::{Results, ResultsError, Verdict};
 use crate::spec::SweepSpec;
 use crate::table::{Column, Table};
 
@@ -59,6 +59,15 @@ impl Source {
             (None, Source::Directory(results)) => Ok(results.verdict()?.and_then(|verdict| verdict.headline())),
             (mark, _) => Ok(mark.clone()),
         }
+    }
+
+    /// How many rows were checked against the reference, in a sentence.
+    pub fn checked(&self, options: &Options) -> Result<String, ResultsError> {
+        let verdict = match self {
+            Source::Directory(results) if options.checked.is_none() => results.verdict()?.unwrap_or_default(),
+            _ => Verdict::default(),
+        };
+        Ok(options.checked.clone().unwrap_or_else(|| verdict.checked_sentence()))
     }
 
     pub fn spec(&self) -> &SweepSpec {

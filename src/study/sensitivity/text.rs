@@ -24,7 +24,7 @@ impl Sensitivity {
             text += &identification_text(identification);
         }
         self.notes.iter().for_each(|note| text += &format!("note: {note}\n"));
-        text
+        text + &self.checked + "\n"
     }
 
     /// First order, total and bound of each input.

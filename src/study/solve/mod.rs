@@ -22,7 +22,7 @@ use crate::model::{
     Axis, Batch, DerivativeScale, Parameter, Plan, PlanOptions, Quantity, Scene, SegmentKind, SegmentParameter,
     Solutions, Status,
 };
-use crate::sweep::{estimates_from, is_same_end};
+use crate::sweep::{Decision, decide, estimates_from, is_same_end};
 
 /// Target error unless another is asked for.
 const TOLERANCE: f64 = 1e-9;
@@ -212,11 +212,14 @@ impl Attempt {
             return Ok(());
         }
         let truth = witness(&self.plan).solve(batch)?;
-        let is_confirmed = self.is_success() && is_same_end(&self.plan, (&self.solutions, 0), (&truth, 0));
-        let is_better = truth.status(0).is_success() || self.is_success();
-        if is_better && !is_confirmed {
-            self.solutions = truth;
-            self.solved_by = "reference f64, as the engine's paths did not end alike".into();
+        let decision = decide(&self.plan, (&mut self.solutions, 0), (&truth, 0));
+        if decision != Decision::Kept {
+            self.solved_by = match decision {
+                Decision::Undecided => {
+                    "two paths that do not end alike, between which the reference cannot decide".into()
+                }
+                _ => "reference f64, as the engine's paths did not end alike".into(),
+            };
         }
         Ok(())
     }

@@ -8,8 +8,9 @@ use nalgebra::{Quaternion, Vector3};
 
 /// The first load step.
 const FIRST: f64 = 1.0 / 200.0;
-/// A path whose load step is below this has ended.
+/// A path whose load step is below this share of the load so far, or next to rest of [`LITTLE_LOAD`], has ended.
 const SMALLEST: f64 = 1e-6;
+const LITTLE_LOAD: f64 = 1e-3;
 /// No node turns further in one load step (rad)
 const MOST_TURN: f64 = 0.3;
 /// A correction below this has arrived (rad)
@@ -40,13 +41,13 @@ pub enum Followed {
 pub fn follow(chain: &Chain, trust: f64) -> Followed {
     let mut state = State::new(chain, chain.rest(), vec![Vector3::zeros(); chain.elements.len()]);
     let Some(mut seen) = look(chain, &state, 0.0).filter(|seen| seen.softest > 0.0) else { return Followed::Lost };
-    let (mut share, mut step, mut looks) = (0.0, FIRST, 0);
+    let (mut share, mut step, mut looks) = (0.0_f64, FIRST, 0);
     while share < 1.0 {
         let steepest = largest(chain, &seen.tangent);
         if steepest * step > MOST_TURN {
             step = MOST_TURN / steepest;
         }
-        if step < SMALLEST {
+        if step < SMALLEST * share.max(LITTLE_LOAD) {
             return Followed::Ends(share);
         }
         if looks > MOST_LOOKS {

@@ -17,6 +17,8 @@ pub struct Answer {
     /// Share of the load that was reached.
     pub load: f64,
     pub estimate: f64,
+    /// A path that has ended without a turn of its load having been seen: a sweep asks the reference.
+    pub is_doubt: bool,
 }
 
 /// How an engine differs from the reference.
@@ -78,6 +80,7 @@ impl Answer {
             margin: solutions.get(sample, Quantity::StabilityMargin),
             load: solutions.get(sample, Quantity::LoadFraction),
             estimate: solutions.get(sample, Quantity::ErrorEstimate),
+            is_doubt: solutions.status(sample) == Status::Fold && !solutions.is_seen_fold(sample),
         }
     }
 
@@ -92,6 +95,7 @@ impl Answer {
             margin: number("stability.margin"),
             load: number("load_fraction"),
             estimate: number("error_estimate"),
+            is_doubt: false,
         }
     }
 
@@ -113,6 +117,11 @@ impl Answer {
             (false, true) => Some(Difference::OnlyReference),
             (false, false) => None,
         }
+    }
+
+    /// Whether it says that the path ends in a fold, with evidence.
+    pub fn claims_fold(&self) -> bool {
+        self.status == Status::Fold && !self.is_doubt
     }
 
     fn is_branch_of(&self, other: &Answer, length: f64) -> bool {
@@ -147,16 +156,22 @@ pub fn compare(found: &Answer, expected: &Answer, tolerance: f64, scene: &Scene,
         return None;
     }
     let word = judge(&scene.rod());
-    let right = [found, expected].map(|of| of.is_right(&word, length));
+    let mut right = [found, expected].map(|of| of.is_right(&word, length));
+    if found.is_doubt && right[0] == Some(false) {
+        right[0] = None;
+    }
     match difference {
-        None => (right == [Some(false), Some(false)]).then_some(Verdict {
-            difference: Difference::Judged,
-            word,
-            blame: Blame::Both,
-        }),
+        None => {
+            let blame = match right {
+                [Some(false), Some(false)] => Blame::Both,
+                [None, Some(false)] => Blame::Reference,
+                _ => return None,
+            };
+            Some(Verdict { difference: Difference::Judged, word, blame })
+        }
         Some(difference) => {
             let is_same = matches!(difference, Difference::Apart(_)) && found.is_branch_of(expected, length);
-            let is_silent = difference == Difference::OnlyReference && found.status != Status::Fold;
+            let is_silent = difference == Difference::OnlyReference && !found.claims_fold();
             let blame = match right {
                 _ if is_same => Blame::Estimate,
                 [_, Some(false)] if is_silent => Blame::Reference,

@@ -6,7 +6,7 @@ use crate::judge::Word;
 use rayon::prelude::*;
 use rodsweep::backend::{BackendError, BackendKind};
 use rodsweep::engines::{Engine, second_attempt, witness};
-use rodsweep::model::{Plan, PlanOptions, Scene, Solutions, Status, Stepper};
+use rodsweep::model::{Plan, PlanOptions, Scene, Solutions, Stepper};
 use std::ops::Range;
 
 /// A scene on which an engine, the reference and the judge do not agree.
@@ -57,7 +57,7 @@ impl Verdicts {
 
     /// What is called a fold here, and is none by the reference.
     pub fn false_folds(&self) -> usize {
-        self.count(|of| of.difference == Difference::OnlyReference && of.found.status == Status::Fold)
+        self.count(|of| of.difference == Difference::OnlyReference && of.found.claims_fold())
     }
 
     pub fn apart(&self) -> usize {

@@ -157,6 +157,14 @@ pub fn differs_widely<L: Lane>(a: L, b: L, near: f64, most: f64) -> L::Mask {
     is_near & ((a * most).lt(b) | (b * most).lt(a))
 }
 
+/// The longest load step from a margin below `near`, which a load step of `used` has taken there from `last`: as it falls, the next
+/// uses up `share` of it. Beyond a pitchfork other branches are stable. A margin that does not fall bounds no step.
+#[inline(always)]
+pub fn affordable<L: Lane>(margin: L, last: L, used: L, near: f64, share: f64) -> L {
+    let falls = margin.lt(last) & margin.lt(used.constant(near));
+    L::select(falls, margin * used * used.constant(share) / (last - margin), used.constant(2.0))
+}
+
 #[inline(always)]
 pub fn select_matrix<L: Lane>(mask: L::Mask, if_true: Mat3<L>, if_false: Mat3<L>) -> Mat3<L> {
     Mat3 {

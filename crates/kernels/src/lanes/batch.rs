@@ -142,10 +142,11 @@ impl Lanes {
         let is = |status: Status| found(Quantity::Status.column()) == f64::from(status.code());
         let before = solutions.status(sample);
         if is(Status::Ramped) {
-            // A single pass has lost digits, not the branch.
+            // A single pass has lost digits, not the branch; how many, it says itself.
+            let most = solutions.get(sample, Quantity::ErrorEstimate).max(SAME_TIP) * self.plan.scene.total_length();
             let apart = |k: usize| (found(k) - solutions.values.get(sample, k)).powi(2);
             let apart = (0..3).map(apart).sum::<f64>().sqrt();
-            if before == Status::Pending && apart > SAME_TIP * self.plan.scene.total_length() {
+            if before == Status::Pending && apart > most {
                 solutions.set_status(sample, Status::NotConverged);
                 return false;
             }

@@ -54,9 +54,6 @@ struct Uniform<'a, L: Lane> {
     problem: &'a Problem<'a, L>,
     workspace: &'a mut Workspace<L>,
     index: L,
-    /// (dr/dm0)^-1 there, and at the point kept last.
-    inverse: Mat3<L>,
-    kept: Mat3<L>,
     /// How the load fraction follows a residual.
     load_by_residual: Vec3<L>,
 }
@@ -112,7 +109,7 @@ impl<L: Lane> Equations<L> for Uniform<'_, L> {
         let across = cross(row.m0, row_times(cross(q, r), w));
         let delta = Loaded { m0: axpy(row.lambda, by_r, across) * -per, lambda: dot(row.m0, by_r) * per }; // C1
         self.load_by_residual = row_times(row.m0, adjugate) * per;
-        self.inverse = adjugate * (one / determinant);
+        let inverse = adjugate * (one / determinant);
         let along = Loaded { m0: -by_q, lambda: determinant }; // C2
         let tangent = along.times(one / Self::product(&turned, along, along).sqrt());
         Seen {
@@ -121,7 +118,7 @@ impl<L: Lane> Equations<L> for Uniform<'_, L> {
             tangent,
             whole,
             metric: turned,
-            square: squared_norm(&self.inverse),
+            square: squared_norm(&inverse),
         }
     }
 
@@ -136,9 +133,7 @@ impl<L: Lane> Equations<L> for Uniform<'_, L> {
     }
 
     #[inline(always)]
-    fn keep(&mut self, lanes: L::Mask) {
-        self.kept = select_matrix::<L>(lanes, self.inverse, self.kept);
-    }
+    fn keep(&mut self, _: L::Mask) {}
 
     #[inline(always)]
     fn check(&mut self, at: Loaded<L>) -> (L, L) {
@@ -162,7 +157,7 @@ pub fn follow_uniform<L: Lane>(
     let zero = Mat3::zero(one);
     let nobody = one.lt(one);
     let load_by_residual = zero.x;
-    let mut uniform = Uniform { problem, workspace, index: one, inverse: zero, kept: zero, load_by_residual };
+    let mut uniform = Uniform { problem, workspace, index: one, load_by_residual };
     let start = Loaded { m0: zero.x, lambda: zero.x.x };
     let slope = Loaded { m0: rest.m0, lambda: one };
     let pace = problem.program.pace;
@@ -173,7 +168,7 @@ pub fn follow_uniform<L: Lane>(
     let across = Mat3 { x: end.tangent.m0, ..zero };
     PathEnd {
         m0: end.at.m0,
-        inverse: select_matrix::<L>(end.fold, across, uniform.kept),
+        inverse: across,
         lambda: end.at.lambda,
         heading: end.tangent.m0,
         passes: end.passes,

@@ -1,4 +1,4 @@
-//! The curve of equilibria from rest by its arclength, to a turn of the load. C1 to C5
+//! The curve of equilibria from rest by its arclength, to a turn of the load, or to where it crosses another. C1 to C6
 //!
 //! A sample's steps depend on that sample alone: a lane that has finished is frozen while its neighbours go on.
 
@@ -65,7 +65,7 @@ pub trait Equations<L: Lane> {
 pub struct CurveEnd<L: Lane, P> {
     pub at: P,
     pub tangent: P,
-    /// At a turn of the load.
+    /// At a turn of the load, or where curves cross.
     pub fold: L::Mask,
     /// Error of its load fraction, else 1.
     pub load_error: L,
@@ -97,11 +97,14 @@ pub fn follow_curve<L: Lane, E: Equations<L>>(
     let (mut corrections, mut passes, mut weakest) = (zero, one, zero);
     // The determinant at the last point, and the way from there to a point where curves cross.
     let (mut last_whole, mut ahead) = (one, one.constant(FAR));
-    let smallest = one.constant(if L::Scalar::EPSILON < 1e-10 { SMALLEST_SHARP_ARC } else { SMALLEST_ARC });
-    let mut failed = !wanted;
+    // In single precision round-off hides what lies closer.
+    let sharp = L::Scalar::EPSILON < 1e-10;
+    let smallest = one.constant(if sharp { SMALLEST_SHARP_ARC } else { SMALLEST_ARC });
+    // The next point is about where the load is full: beyond it there is nothing to look for.
+    let (mut failed, mut landing) = (!wanted, one.lt(zero));
     let mut turn = Turn::new(rest);
     loop {
-        let active = !(failed | turn.found);
+        let active = !(failed | turn.found | turn.crossing);
         if !L::any(active) {
             break;
         }
@@ -134,9 +137,10 @@ pub fn follow_curve<L: Lane, E: Equations<L>>(
             clear = equations.is_clear();
         }
         // Which side of a bifurcation it has passed, no grid tells.
-        let lost = converged & rises & !is_above(weakest, NARROW_MARGIN) & seen.square.lt(weakest * one.constant(0.25));
+        let narrow = !is_above(weakest, NARROW_MARGIN) & seen.square.lt(weakest * one.constant(0.25));
+        let lost = converged & rises & regular & narrow;
         let fits = converged & smooth & clear & !lost;
-        let accept = fits & rises & stable & !sags & new.lambda().lt(one);
+        let accept = fits & rises & stable & !sags & (landing | new.lambda().lt(one));
         let turned = fits & !rises & !stable & once;
         let turned = turn.begin::<E>(turned, (at, tangent), (new, seen.tangent), arc);
         let go_on = walking & !converged & contracting;
@@ -168,7 +172,13 @@ pub fn follow_curve<L: Lane, E: Equations<L>>(
         last_whole = L::select(accept, seen.whole, last_whole);
         let near = (ahead * one.constant(CURVE_APPROACH)).max(smallest + smallest);
         step = L::select(accept | crossed, L::select(crossed, near, step.min(near)), step);
-        failed = failed | lost | (reject & !smallest.lt(step)) | (crossed & !(smallest + smallest).lt(arc));
+        // Nothing bends the curve aside within the smallest step: it crosses another, and loses its stability. C6
+        let pinned = crossed & !(smallest * one.constant(3.0)).lt(arc);
+        // Beyond it a tangent may be told backwards.
+        let straight = one.constant(CURVE_STRAIGHT).lt(cosine.abs()) & zero.lt(after * cosine);
+        let straight = straight & size.lt(arc * one.constant(CURVE_NEAR));
+        turn.crossing = turn.crossing | if sharp { pinned & straight } else { one.lt(zero) };
+        failed = failed | lost | (reject & !smallest.lt(step)) | pinned;
 
         // The next point by the parabola through the last two. C4
         let restart = accept | reject;
@@ -176,7 +186,10 @@ pub fn follow_curve<L: Lane, E: Equations<L>>(
         let rate = tangent.lambda();
         let root = (rate * rate + bend.lambda() * left * one.constant(4.0)).sqrt();
         let to_full = left * one.constant(2.0) / (rate + root);
-        failed = failed | (restart & to_full.lt(step));
+        failed = failed | (accept & landing);
+        let lands = restart & to_full.lt(step);
+        landing = (landing & !restart) | lands;
+        step = L::select(lands, to_full, step);
         let predicted = at.plus(step, tangent).plus(step * step, bend);
         row = E::Point::select(restart, E::row(&metric, tangent), row);
         trial = E::Point::select(restart, predicted, E::Point::select(go_on, new, trial));
@@ -186,11 +199,14 @@ pub fn follow_curve<L: Lane, E: Equations<L>>(
         last_size = L::select(go_on, size, bound * one.constant(1.0 / CONTRACTION));
         corrections = L::select(go_on, corrections + one, zero);
         passes = L::select(active, passes + one, passes);
-        failed = failed | (active & !turn.found & !passes.lt(one.constant(CURVE_LIMIT)));
+        failed = failed | (active & !(turn.found | turn.crossing) & !passes.lt(one.constant(CURVE_LIMIT)));
     }
-    let mut end = CurveEnd { at, tangent, fold: turn.found, load_error: one, passes };
+    let mut end = CurveEnd { at, tangent, fold: turn.found & !turn.crossing, load_error: one, passes };
     if L::any(turn.found) {
         turn.finish(equations, &metric, &mut end);
+    }
+    if L::any(turn.crossing) {
+        turn.locate_crossing(equations, &metric, &mut end);
     }
     end
 }

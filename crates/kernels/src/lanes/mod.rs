@@ -205,11 +205,6 @@ impl Backend for Lanes {
         65_536
     }
 
-    fn certifies_folds(&self) -> bool {
-        // Its folds are steep there, others are not converged.
-        self.program.field.is_some() && self.precision != Precision::F32
-    }
-
     fn solve(&mut self, batch: &Batch) -> Result<Solutions, BackendError> {
         let mut solutions = Solutions::default();
         self.solve_into(batch, &mut solutions)?;

@@ -2,7 +2,7 @@
 //!
 //! A sample's iterations depend on that sample alone: a lane that has finished is frozen while its neighbours go on.
 
-use super::algebra::{Mat3, Vec3, axpy, columns_cross_sub, cross, dot, inverse, length, select_matrix};
+use super::algebra::{Mat3, Vec3, affordable, axpy, columns_cross_sub, cross, dot, inverse, length, select_matrix};
 use super::base::{moment_columns, rotation_columns};
 use super::lane::{Lane, Scalar};
 use super::problem::{Problem, Workspace, stiff};
@@ -10,9 +10,9 @@ use super::shoot::{Record, shoot, tip_moment_columns};
 use super::stability::{is_above, is_sharp, squared_norm, stability_index};
 use crate::model::path::{
     AIM, CONTRACTION, CORRECTIONS, FIRST_BEND, FOLD_MARGIN, FULL_LOAD_TOLERANCE, LEAST_RATIO, LITTLE_LOAD,
-    LOAD_STEP_TOLERANCE, MOST_RATIO, NARROW_MARGIN, NEAR_MARGIN, NEARBY, PASS_LIMIT, PATH_TOLERANCE, RETREAT, RETREATS,
-    SAFE_MARGIN, SMALLEST_GUARDED_STEP, SMALLEST_RAMP_STEP, SMALLEST_SHARP_STEP, SMALLEST_UNSYMMETRIC_STEP, TRUST,
-    WIDENING,
+    LOAD_STEP_TOLERANCE, MOST_RATIO, NARROW_MARGIN, NEAR_MARGIN, NEAR_TOLERANCE, NEARBY, PASS_LIMIT, PATH_TOLERANCE,
+    RETREAT, RETREATS, SAFE_MARGIN, SMALLEST_GUARDED_STEP, SMALLEST_RAMP_STEP, SMALLEST_SHARP_STEP,
+    SMALLEST_UNSYMMETRIC_STEP, SPENT, TRUST, WIDENING,
 };
 
 /// How to reach the full load; each is tried where the one before did not lead to a stable equilibrium.
@@ -203,7 +203,11 @@ pub fn follow_path<L: Lane>(
             false => L::select(partial, zero.constant(LOAD_STEP_TOLERANCE), zero.constant(FULL_LOAD_TOLERANCE)),
         };
         // However small against the load, a correction that is not trusted may have led to another branch.
-        let converged = size.lt(tolerance * (one + length(m0))) & contracting;
+        let mut enough = tolerance * (one + length(m0));
+        if sharp {
+            enough = L::select(is_above(square, NEAR_MARGIN), enough, enough.min(zero.constant(NEAR_TOLERANCE)));
+        }
+        let converged = size.lt(enough) & contracting;
         // Too near a bifurcation to know afterwards on which side it was passed; no long correction may start beyond one.
         let (lost, regular) = if guarded {
             (
@@ -225,9 +229,14 @@ pub fn follow_path<L: Lane>(
         let destabilised = converged & !same_branch & is_sharp(&w);
         unstable = (unstable & !active) | (reject & destabilised);
         weakest = L::select(accept, weakest.max(square), weakest);
+        let used = target - history.lambda;
+        let mut most = one + one;
+        if guarded {
+            let root = zero.constant(3.0_f64.sqrt());
+            most = affordable(root / square.sqrt(), root / last_square.sqrt(), used, NEAR_MARGIN, SPENT);
+        }
         last_square = L::select(accept, square, last_square);
 
-        let used = target - history.lambda;
         inverse_w = select_matrix::<L>(accept | go_on, w_inverse, inverse_w);
         history.accept(accept, target, m_new);
         reached = reached | (accept & !partial);
@@ -238,7 +247,7 @@ pub fn follow_path<L: Lane>(
         let ratio = first_size / (narrowed(last_square, sharp) * aim);
         let ratio = L::select(ratio.lt(most_ratio), ratio, most_ratio).max(zero.constant(LEAST_RATIO));
         let factor = one / ratio.sqrt().sqrt();
-        step = L::select(accept, used * factor, step);
+        step = L::select(accept, (used * factor).min(most), step);
         step = L::select(reject, used * factor.min(zero.constant(RETREAT)), step);
         let load = if sharp { history.lambda.max(zero.constant(LITTLE_LOAD)) } else { one };
         if !guarded {

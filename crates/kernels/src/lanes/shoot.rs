@@ -13,7 +13,7 @@ use super::stability::{Station, add_doubt, add_station, by_rotation};
 use super::step::{Step, step_rod};
 use super::terms::Terms;
 use super::trace::{collect_rigid, length_row, set_strains};
-use crate::model::path::SHORTEST_INTERVAL;
+use crate::model::path::{SHORTEST_INTERVAL, UNBUCKLED, UNBUCKLED_BETWEEN};
 use pulp::{Simd, WithSimd};
 
 /// What a pass leaves in the workspace.
@@ -124,9 +124,11 @@ fn integrate<L: Lane>(pass: Pass<'_, L>, terms: impl Terms) -> Tip<L> {
                 let (start, share) = step_at(ratio, if ratio > 1.0 { steps.max(1) - 1 } else { 0 }, steps);
                 let h = flexible.length * zero.constant(share);
                 workspace.stages.set_step(resolution.tableau, h);
-                if alone {
+                if counts {
+                    let most = if alone { UNBUCKLED } else { UNBUCKLED_BETWEEN };
                     let end = axpy(-(flexible.length * lambda), flexible.w, n);
-                    add_doubt(terms, &mut workspace.station, rod, flexible, h, length(n).max(length(end)));
+                    let n = length(n).max(length(end));
+                    add_doubt(terms, &mut workspace.station, rod, flexible, h, n, most);
                 }
                 let turns = if beside.is_some() { 1 } else { 3 };
                 let mut step = Step { terms, rod, segment: flexible, lambda, h, start, share, n, turns };

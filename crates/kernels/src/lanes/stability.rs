@@ -15,7 +15,7 @@ use super::rod::Rod;
 use super::section::Flexible;
 use super::shoot::{Record, Tip, shoot, tip_moment_columns};
 use super::terms::Terms;
-use crate::model::path::{INDEX_NOISE, UNBUCKLED};
+use crate::model::path::INDEX_NOISE;
 
 /// The distal end of the intervals that have been counted.
 #[derive(Clone, Copy, Debug)]
@@ -60,7 +60,8 @@ pub fn add_station<L: Lane>(
     station.s = L::select(counts, s, station.s);
 }
 
-/// Counts one more where an interval of length `h` under a force up to `n` may buckle with one end free: what S4 rests on.
+/// Counts one more where an interval of length `h` under a force up to `n` may buckle by itself: force times the square of the
+/// length over stiffness is `most` or more. S1 and S4 count only what intervals do together.
 #[inline(always)]
 pub fn add_doubt<L: Lane>(
     terms: impl Terms,
@@ -69,6 +70,7 @@ pub fn add_doubt<L: Lane>(
     segment: &Flexible<L>,
     h: L,
     n: L,
+    most: f64,
 ) {
     let mut softening = n;
     if terms.general() && segment.has_magnet {
@@ -77,7 +79,7 @@ pub fn add_doubt<L: Lane>(
     let Vec3 { x, y, z } = segment.stiffness;
     let mut least = L::select(x.lt(y), x, y);
     least = L::select(z.lt(least), z, least);
-    let doubtful = (least * h.constant(UNBUCKLED)).lt(softening * h * h);
+    let doubtful = (least * h.constant(most)).lt(softening * h * h);
     station.index = station.index + count(doubtful, h.constant(1.0));
 }
 

@@ -1,16 +1,19 @@
-//! A turn of the load along the curve of equilibria: where it lies, and its load on the fine grid. C5
+//! A turn of the load along the curve of equilibria, and a point where it crosses another: where they lie, and their loads on
+//! the fine grid. C5, C6
 
 use super::curve::{CurveEnd, Equations, Point, Seen};
 use super::lane::{Lane, Scalar};
 use crate::model::path::{
-    CONTRACTION, CURVE_NEAR, FOLD_EVIDENCE, TURN_CORRECTIONS, TURN_EVIDENCE, TURN_FLATNESS, TURN_LIMIT, TURN_SIDE,
-    TURN_TOLERANCE,
+    CONTRACTION, CROSSING_SPAN, CURVE_NEAR, FOLD_EVIDENCE, SMALLEST_SHARP_ARC, TURN_CORRECTIONS, TURN_EVIDENCE,
+    TURN_FLATNESS, TURN_LIMIT, TURN_SIDE, TURN_TOLERANCE,
 };
 
 /// The last points before and behind a turn, and where it is looked for between.
 pub struct Turn<L: Lane, P> {
     pub seen: L::Mask,
     pub found: L::Mask,
+    /// Next to where curves cross.
+    pub crossing: L::Mask,
     /// Where the next pass goes, and the direction of the curve there.
     pub trial: P,
     pub along: P,
@@ -34,6 +37,7 @@ impl<L: Lane, P: Point<L>> Turn<L, P> {
         Self {
             seen: nobody,
             found: nobody,
+            crossing: nobody,
             trial: at,
             along: at,
             before: zero,
@@ -137,9 +141,50 @@ impl<L: Lane, P: Point<L>> Turn<L, P> {
         let is_near = E::product(&metric, way, way).lt(self.arc * self.arc);
         let falls = self.falls(equations, (at, tangent), &metric, error * one.constant(TURN_EVIDENCE));
         let found = self.found & is_near & falls & lambda.lt(one) & error.lt(one.constant(FOLD_EVIDENCE));
-        end.fold = found;
+        end.fold = end.fold & found;
         end.at = P::select(found, at.with_lambda(lambda), end.at);
         end.tangent = P::select(found, tangent, end.tangent);
+        end.load_error = L::select(found, error, end.load_error);
+    }
+
+    /// Finds the load where curves cross on the fine grid, by a secant of the determinant of C1 from a little before; says so in
+    /// `end`. The error is its whole difference from the coarse grid. C6
+    #[inline(always)]
+    pub fn locate_crossing<E: Equations<L, Point = P>>(
+        &self,
+        equations: &mut E,
+        metric: &E::Metric,
+        end: &mut CurveEnd<L, P>,
+    ) {
+        let (at, tangent) = (end.at, end.tangent);
+        let zero = self.arc.constant(0.0);
+        let one = zero.constant(1.0);
+        let span = one.constant(CROSSING_SPAN);
+        let row = E::row(metric, tangent);
+        let (mut lambda, mut slope, mut whole, mut before) = (zero, zero, zero, zero);
+        let mut settles = self.crossing;
+        for back in [CROSSING_SPAN, 0.0] {
+            let mut here = at.plus(-one.constant(back), tangent);
+            before = whole;
+            let mut size = one;
+            for _ in 0..TURN_CORRECTIONS {
+                let seen = equations.look(true, here, row);
+                here = here.plus(one, seen.delta);
+                (lambda, slope, whole, size) = (here.lambda(), seen.tangent.lambda(), seen.whole, seen.size);
+                end.passes = L::select(self.crossing, end.passes + one, end.passes);
+                if !L::any(self.crossing & !size.lt(one.constant(TURN_TOLERANCE))) {
+                    break;
+                }
+            }
+            settles = settles & size.lt(one.constant(TURN_TOLERANCE));
+        }
+        let falls = before - whole;
+        let ahead = span * whole / falls;
+        let load = slope.abs().mul_add(ahead, lambda);
+        let error = (load - at.lambda()).abs() + one.constant(SMALLEST_SHARP_ARC);
+        let found = settles & zero.lt(before) & zero.lt(falls) & load.lt(one) & error.lt(one.constant(FOLD_EVIDENCE));
+        end.fold = end.fold | found;
+        end.at = P::select(found, at.with_lambda(load), end.at);
         end.load_error = L::select(found, error, end.load_error);
     }
 

@@ -49,6 +49,15 @@ pub const SAFE_MARGIN: f64 = 0.1;
 /// With care and in double precision, where branches lie closer than this, corrections are trusted the less. Under a tip moment, a load step that
 /// starts or ends nearer is bounded by [`WIDENING`]: stability may be lost and won again between.
 pub const NEAR_MARGIN: f64 = 0.3;
+/// A load step uses up this share of a margin below [`NEAR_MARGIN`], as far as its fall tells: beyond a pitchfork other branches
+/// are stable.
+pub const SPENT: f64 = 0.9;
+/// In double precision, corrections there end below this (plan units of moment and radians): the margin changes within little.
+pub const NEAR_TOLERANCE: f64 = 2e-3;
+/// In a field that varies and with care, corrections end below this everywhere: a large force hides how far the tip still turns.
+pub const FIELD_TOLERANCE: f64 = 0.05;
+/// Passes along a path with care in a field that varies: a rod under large loads takes many short steps, and the reference far more.
+pub const FIELD_PASS_LIMIT: f64 = 2000.0;
 /// Such a step may change the inverse square of the margin by this factor at most: the margin twofold.
 pub const WIDENING: f64 = 4.0;
 /// A path that comes nearer than this and moves away again has passed what no grid resolves, and ends there.
@@ -89,7 +98,9 @@ pub const TURN_CORRECTIONS: usize = 5;
 pub const TURN_SIDE: usize = 2;
 /// by this many times the error of the turn's load.
 pub const TURN_EVIDENCE: f64 = 4.0;
-/// A fold whose load is known better than this has been seen as a turn of the load.
+/// On the fine grid, a secant from this far before it tells where curves cross.
+pub const CROSSING_SPAN: f64 = 1e-3;
+/// A fold whose load is known better than this has been seen: as a turn of the load, or where curves cross.
 pub const FOLD_EVIDENCE: f64 = 1e-3;
 /// A path that ends without having come so near has not met a fold: shooting has failed.
 pub const FOLD_MARGIN: f64 = 0.25;
@@ -152,6 +163,9 @@ pub const ERROR_SHARE: f64 = 0.5;
 /// Columns by base moment alone show stability (S4) where force times the square of a step, over stiffness, is below
 /// this: a cantilever buckles at (pi / 2)^2.
 pub const UNBUCKLED: f64 = 2.0;
+/// Columns by base moment and by base rotation show stability (S1) where that number is below this: an interval whose ends
+/// do not turn buckles at pi^2.
+pub const UNBUCKLED_BETWEEN: f64 = 8.0;
 /// No tip is farther from the base than this many lengths of the rod; steps too long may throw it there.
 pub const REACH: f64 = 100.0;
 /// See [`turn_tolerance`].
@@ -311,7 +325,7 @@ pub fn is_close(mismatch: f64, newton_tolerance: f64) -> bool {
 /// A step below this times the stability margin does to first order: columns are then off by a small part of themselves,
 /// the tip by the square. It falls faster than the tolerance, as small columns amplify it.
 pub fn first_order_tolerance(newton_tolerance: f64) -> f64 {
-    (3e4 * newton_tolerance.powf(1.5)).min(1e-4)
+    (3e4 * newton_tolerance.powf(1.5)).min(1e-5)
 }
 
 /// Newton's last step must move the tip by less than this (radians, or over the rod's length), too: rods that are soft in
@@ -322,7 +336,7 @@ pub fn turn_tolerance(newton_tolerance: f64) -> f64 {
 
 /// Newton's last step must be below this (plan units of moment), for a target error and a number format.
 pub fn newton_tolerance(tolerance: f64, epsilon: f64) -> f64 {
-    tolerance.clamp(64.0 * epsilon, 1e-4)
+    tolerance.clamp(16.0 * epsilon, 1e-4)
 }
 
 /// Tips on both grids that differ by less than so many times what round-off can do differ by it alone. In single precision

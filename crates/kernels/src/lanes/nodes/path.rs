@@ -5,13 +5,13 @@
 use super::elimination::rotate;
 use super::interval::{Node, turn};
 use super::state::{Nodes, What};
-use crate::lanes::algebra::{axpy, differs_widely};
+use crate::lanes::algebra::{affordable, axpy, differs_widely};
 use crate::lanes::lane::Lane;
 use crate::lanes::problem::{Problem, Workspace};
 use crate::model::path::{
     CORRECTIONS, NODE_AIM, NODE_CONTRACTION, NODE_FIRST_STEP, NODE_FOLD_PIVOT, NODE_LEAST_RATIO, NODE_MOST_RATIO,
     NODE_NEAR_PIVOT, NODE_PASS_LIMIT, NODE_RETREAT, NODE_SMALLEST_FIRST_STEP, NODE_SMALLEST_STEP, NODE_TRUST, NodePace,
-    WIDENING,
+    SPENT, WIDENING,
 };
 
 /// Where the paths of a register ended.
@@ -70,12 +70,13 @@ pub fn follow_nodes<L: Lane>(
         let go_on = active & !converged & contracting & convex;
         let reject = active & !accept & !go_on;
         unstable = (unstable & !active) | (reject & converged);
+        let used = target - lambda;
+        let most = affordable(least, last_least, used, NODE_NEAR_PIVOT, SPENT);
         last_least = L::select(accept, least, last_least);
         weakest = L::select(accept, weakest.min(least), weakest);
 
         nodes.take_step(accept | go_on);
         nodes.keep(accept);
-        let used = target - lambda;
         lambda_earlier = L::select(accept, lambda_before, lambda_earlier);
         lambda_before = L::select(accept, lambda, lambda_before);
         lambda = L::select(accept, target, lambda);
@@ -87,7 +88,7 @@ pub fn follow_nodes<L: Lane>(
         let is_first = corrections.lt(one.constant(0.5)) & lambda.lt(one.constant(NODE_SMALLEST_FIRST_STEP));
         let back = one.constant(NODE_AIM * trust) / size;
         let back = L::select(is_first & back.lt(one.constant(NODE_RETREAT)), back, one.constant(NODE_RETREAT));
-        step = L::select(accept, used * ratio, L::select(reject, used * back, step));
+        step = L::select(accept, (used * ratio).min(most), L::select(reject, used * back, step));
         let smallest = (lambda * one.constant(NODE_SMALLEST_STEP)).max(one.constant(NODE_SMALLEST_FIRST_STEP));
         failed = failed | (reject & step.lt(smallest));
         let restart = (accept | reject) & !reached;

@@ -8,17 +8,17 @@ use super::matrix::Mat6;
 use super::pass::Pass;
 use super::rest::Rest;
 use super::workspace::{VaryingWorkspace, What};
-use crate::lanes::algebra::{Vec3, differs_widely, dot, length};
+use crate::lanes::algebra::{Vec3, affordable, differs_widely, dot, length};
 use crate::lanes::kernels::Kernels;
 use crate::lanes::lane::{Lane, Scalar};
 use crate::lanes::problem::Problem;
 use crate::lanes::program::Resolution;
 use crate::model::CoilLoad;
 use crate::model::path::{
-    AIM, CONTRACTION, CORRECTIONS, FIELD_LITTLE_STEP, FIELD_LOAD_TOLERANCE, FIELD_NEAR_MARGIN, FIELD_SMALLEST_STEP,
-    FIELD_SOFT, FIELD_SOFT_RATIO, FIRST_BEND, FOLD_MARGIN, FOLD_STEEPNESS, FULL_LOAD_TOLERANCE, LITTLE_LOAD,
-    NEAR_MARGIN, NODE_LEAST_RATIO, NODE_MOST_RATIO, NODE_PASS_LIMIT, NODE_RETREAT, PATH_TOLERANCE, SAFE_MARGIN,
-    SMALLEST_GUARDED_STEP, SMALLEST_RAMP_STEP, TRUST, WIDENING,
+    AIM, CONTRACTION, CORRECTIONS, FIELD_LITTLE_STEP, FIELD_LOAD_TOLERANCE, FIELD_NEAR_MARGIN, FIELD_PASS_LIMIT,
+    FIELD_SMALLEST_STEP, FIELD_SOFT, FIELD_SOFT_RATIO, FIELD_TOLERANCE, FIRST_BEND, FOLD_MARGIN, FOLD_STEEPNESS,
+    FULL_LOAD_TOLERANCE, LITTLE_LOAD, NEAR_MARGIN, NEAR_TOLERANCE, NODE_LEAST_RATIO, NODE_MOST_RATIO, NODE_PASS_LIMIT,
+    NODE_RETREAT, PATH_TOLERANCE, SAFE_MARGIN, SMALLEST_GUARDED_STEP, SMALLEST_RAMP_STEP, SPENT, TRUST, WIDENING,
 };
 
 /// sqrt(3) over the norm of d(m0)/d(l_tip).
@@ -109,6 +109,7 @@ pub fn follow_varying<L: Kernels>(
         (true, false) => SMALLEST_GUARDED_STEP,
         (true, true) => FIELD_SMALLEST_STEP,
     });
+    let most_passes = if care { FIELD_PASS_LIMIT } else { NODE_PASS_LIMIT };
     let mut secant = from.slope;
     let mut lambda = zero;
     let mut step = (one.constant(FIRST_BEND * program.pace) / slope).min(one);
@@ -144,7 +145,12 @@ pub fn follow_varying<L: Kernels>(
             true => narrowed(margin, sharp) * one.constant(PATH_TOLERANCE),
             false => L::select(partial, one.constant(FIELD_LOAD_TOLERANCE), one.constant(FULL_LOAD_TOLERANCE)),
         };
-        let converged = active & correction.lt(enough);
+        let mut converged = active & correction.lt(enough);
+        if care {
+            let near = margin.lt(one.constant(if sharp { NEAR_MARGIN } else { 0.0 }));
+            let left = L::select(near, one.constant(NEAR_TOLERANCE), one.constant(FIELD_TOLERANCE));
+            converged = converged & moved.lt(left);
+        }
         let (is_far, is_inside) = (zero.lt(workspace.leeway), zero.lt(workspace.inside));
         let leeway = workspace.leeway;
         let passes_by = passes_by(length(tip.p - last_tip), last_leeway, leeway);
@@ -172,12 +178,16 @@ pub fn follow_varying<L: Kernels>(
         too_near = (too_near & !active) | (reject & (!is_far | (converged & passes_by)));
         outside = (outside & !active) | (reject & is_far & !is_inside);
         weakest = L::select(accept, weakest.min(margin), weakest);
+        let used = target - lambda;
+        let mut most = one + one;
+        if care {
+            most = affordable(margin, last_margin, used, NEAR_MARGIN, SPENT);
+        }
         last_margin = L::select(accept, margin, last_margin);
         last_tip = Vec3::select(accept, tip.p, last_tip);
         last_leeway = L::select(accept, leeway, last_leeway);
 
         base = select::<L>(accept | go_on, (base.0 + dn, base.1 + dm), base);
-        let used = target - lambda;
         let per = one / used;
         secant = select::<L>(accept, ((base.0 - accepted.0) * per, (base.1 - accepted.1) * per), secant);
         accepted = select::<L>(accept, base, accepted);
@@ -188,7 +198,7 @@ pub fn follow_varying<L: Kernels>(
         let narrow = narrowed(last_margin, sharp);
         let ratio = (narrow * one.constant(AIM * trust) / first_size.max(one.constant(1e-6))).sqrt();
         let ratio = ratio.max(one.constant(NODE_LEAST_RATIO)).min(one.constant(NODE_MOST_RATIO));
-        step = L::select(accept, used * ratio, L::select(reject, used * one.constant(NODE_RETREAT), step));
+        step = L::select(accept, (used * ratio).min(most), L::select(reject, used * one.constant(NODE_RETREAT), step));
         let changes = (last_determinant - determinant).abs() * per;
         let halfway = (determinant * one.constant(0.5) / changes).max(one.constant(FIELD_LITTLE_STEP));
         let is_soft = accept & determinant.lt(one.constant(FIELD_SOFT));
@@ -204,14 +214,16 @@ pub fn follow_varying<L: Kernels>(
         last_size = L::select(go_on, moved, narrow * first_bound);
         corrections = L::select(go_on, corrections + one, zero);
         passes = L::select(active, passes + one, passes);
-        let over = active & !reached & !passes.lt(one.constant(NODE_PASS_LIMIT));
+        let over = active & !reached & !passes.lt(one.constant(most_passes));
         exhausted = exhausted | over;
         failed = failed | over;
     }
     let lost = !(reached | exhausted);
     // At a fold the margin goes to zero as the path grows steep. Where it is not steep, the path may bend sharply and go on.
     let is_steep = one.constant(if sharp { FOLD_STEEPNESS } else { 0.0 }).lt(norm(secant) * last_margin);
-    let at_fold = is_steep & (unstable | weakest.lt(one.constant(FOLD_MARGIN)));
+    let is_weak = weakest.lt(one.constant(FOLD_MARGIN));
+    // Under a tip moment the margin does not tell where stability is lost.
+    let at_fold = is_steep & if program.tip_moment { unstable | is_weak } else { is_weak };
     let fold = lost & !too_near & !outside & at_fold;
     let is_finite = length(accepted.1).is_finite();
     VaryingPath {
