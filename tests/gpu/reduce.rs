@@ -14,7 +14,7 @@ use rodsweep::sweep::{RunOptions, Summary};
 use std::fs;
 use std::path::PathBuf;
 
-/// Currents of both signs, one pair coupled, the insertion, and a force under which some rods fold.
+/// Currents of both signs, one pair coupled, the insertion, and a force.
 const AXES: [(&str, &str, &str, u64); 4] = [
     ("\"coil.current.x\"", "-0.3 A", "0.3 A", 19),
     ("\"insertion\"", "90 mm", "130 mm", 4),
@@ -231,11 +231,12 @@ fn samples_that_cannot_be_made_on_the_device_are_uploaded_and_that_is_said() {
     assert!(manifest.contains(&format!("\"samples_made\": \"host: {reason}\"")), "{manifest}");
 }
 
-/// A rod beside folds: many samples need the guarded ramp, some fail.
+/// Two coils, whose loads have folds: many samples need the guarded ramp, some fail.
 #[test]
 fn stragglers_have_the_rows_they_would_have_among_others() {
     for precision in [Precision::F32, Precision::F64] {
-        let mut spec = spec("uniform", 3000, 5);
+        let file = root().join("tests/data/jumps/two_coil_six.toml");
+        let mut spec = SweepSpec::parse(&file, &fs::read_to_string(&file).unwrap()).unwrap();
         let plan = plan_of(&mut spec, precision);
         let sampler = spec.sampler();
         let Some(device) = device_or_skip("stragglers_have_the_rows") else { return };
