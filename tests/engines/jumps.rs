@@ -257,10 +257,11 @@ fn few_steps_do_not_hide_that_a_column_has_buckled() {
     }
 }
 
-/// Scenes of a seed that nobody has chosen. A failure prints the scene and the command that solves it again.
+/// Scenes of the day's seed, which nobody has chosen. A failure prints the scene and the command that solves it again.
+/// The third judge cannot decide everything: it may leave two scenes in a thousand, where a rod is at the brink.
 #[test]
 fn scenes_of_the_day_are_right() {
-    let seed = SystemTime::now().duration_since(UNIX_EPOCH).expect("a clock").as_millis() as u64 % 1_000_000_000;
+    let seed = SystemTime::now().duration_since(UNIX_EPOCH).expect("a clock").as_secs() / 86_400;
     let searches = [
         (RandomScenes::Uniform, 2000, None),
         (RandomScenes::Varying, 150, None),
@@ -275,7 +276,8 @@ fn scenes_of_the_day_are_right() {
         let options = SearchOptions::new(kind, seed, scenes).around(around);
         for options in [options.first(judged), SearchOptions::new(kind, seed, judged).judge_all(true)] {
             let found = search_disagreements(&options, &mut |_| {}).expect("solved");
-            assert!(found.is_right(), "{}", found.text());
+            let most = 1 + scenes as usize / 500;
+            assert!(found.undecided().is_some_and(|undecided| undecided <= most), "{}", found.text());
         }
     }
 }

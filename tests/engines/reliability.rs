@@ -29,7 +29,9 @@ const PESSIMISM: [(Precision, f64); 2] = [(Precision::F64, 400.0), (Precision::F
 /// The same where a pilot has measured the share.
 const PILOT_PESSIMISM: f64 = 60.0;
 /// Of the errors of derivatives: they are the worst of many columns.
-const DERIVATIVE_PESSIMISM: f64 = 300.0;
+const DERIVATIVE_PESSIMISM: f64 = 200.0;
+/// The same in mixed precision, where the difference of tips, of which the estimate is a multiple, has the round-off of f32.
+const MIXED_DERIVATIVE_PESSIMISM: f64 = 400.0;
 /// Round-off of the reference, whose own errors on the golden scenes are a third of it.
 const REFERENCE: f64 = 5e-14;
 /// Offenders printed.
@@ -285,7 +287,9 @@ fn derivative_estimates_of_a_pilot_bound_errors() {
                 let (name, scale) = (stepper.name(), chosen.derivative_scale);
                 let outside = pessimism.iter().filter(|ratio| **ratio < 1.0).count();
                 println!("{file} {precision} {name} of {}: {outside} beyond, {median:.1}, {scale:?}", chosen.steps);
-                assert!(median < DERIVATIVE_PESSIMISM && errors.len() > 900);
+                let is_mixed = precision == Precision::Mixed;
+                let most = if is_mixed { MIXED_DERIVATIVE_PESSIMISM } else { DERIVATIVE_PESSIMISM };
+                assert!(median < most && errors.len() > 900);
                 compared += errors.len();
                 beyond += outside;
             }

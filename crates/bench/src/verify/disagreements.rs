@@ -91,6 +91,13 @@ impl Disagreements {
         self.verdicts.iter().all(|verdicts| failures(verdicts) == 0)
     }
 
+    /// Scenes of an engine, the worst, on which nobody can say who is wrong; `None` where an engine is known to be.
+    pub fn undecided(&self) -> Option<usize> {
+        let undecided = |verdicts: &Verdicts| verdicts.count(|mismatch| mismatch.blame == Blame::Undecided);
+        let is_wrong = |verdicts: &Verdicts| failures(verdicts) > undecided(verdicts);
+        if self.verdicts.iter().any(is_wrong) { None } else { self.verdicts.iter().map(undecided).max() }
+    }
+
     /// Writes the worst scenes into a folder, for `solve`, and the sweeps of boxes beside them, for `run`.
     ///
     /// # Errors
