@@ -8,7 +8,6 @@ mod truth;
 use crate::error::BenchError;
 use crate::random::RandomScenes;
 use ratios::{Beyond, Ratios};
-use rayon::prelude::*;
 use rodsweep::backend::{BackendKind, Precision};
 use rodsweep::engines::{EngineRequest, F32_TOLERANCE};
 use rodsweep::model::{Quantity, Status, rotation_angle, rotation_matrix};
@@ -17,6 +16,10 @@ use rodsweep::spec::SweepSpec;
 use rodsweep::sweep::{Memory, SweepJob};
 use rodsweep::table::Table;
 use serde_json::json;
+use std::num::NonZero;
+use std::ops::Range;
+use std::panic::resume_unwind;
+use std::thread;
 use sweeps::random_sweep;
 use truth::{OTHER_BRANCH, ROWS, SMALL_COLUMN, SMALL_IN_SINGLE, Truth, distance};
 
@@ -71,9 +74,8 @@ pub fn search_estimates(
         Estimates { kind, seed, scenes, accounts: vec![Account::default(); SETUPS.len()], witnessed: (0, 0) };
     for start in (0..scenes).step_by(SAY_EACH as usize) {
         let end = scenes.min(start + SAY_EACH);
-        let parts: Vec<(Vec<Account>, (u64, u64))> =
-            (start..end).into_par_iter().map(|number| examine(kind, seed, number)).collect::<Result<_, _>>()?;
-        for (accounts, witnessed) in parts {
+        for part in examine_each(kind, seed, start..end) {
+            let (accounts, witnessed) = part?;
             found.accounts.iter_mut().zip(accounts).for_each(|(all, one)| all.add(one));
             found.witnessed = (found.witnessed.0 + witnessed.0, found.witnessed.1 + witnessed.1);
         }
@@ -82,8 +84,24 @@ pub fn search_estimates(
     Ok(found)
 }
 
+/// What came of one sweep.
+type Examined = Result<(Vec<Account>, (u64, u64)), BenchError>;
+
+/// Sweeps side by side. A run waits for threads of the pool, so that it may not wait on one of them.
+fn examine_each(kind: RandomScenes, seed: u64, numbers: Range<u64>) -> Vec<Examined> {
+    let workers = thread::available_parallelism().map_or(1, NonZero::get);
+    let of_worker = |worker: usize| -> Vec<Examined> {
+        numbers.clone().skip(worker).step_by(workers).map(|number| examine(kind, seed, number)).collect()
+    };
+    thread::scope(|scope| {
+        let of_worker = &of_worker;
+        let spawned: Vec<_> = (0..workers).map(|worker| scope.spawn(move || of_worker(worker))).collect();
+        spawned.into_iter().flat_map(|worker| worker.join().unwrap_or_else(|panic| resume_unwind(panic))).collect()
+    })
+}
+
 /// The accounts of one sweep in every setup, and of the reference beside its truth.
-fn examine(kind: RandomScenes, seed: u64, number: u64) -> Result<(Vec<Account>, (u64, u64)), BenchError> {
+fn examine(kind: RandomScenes, seed: u64, number: u64) -> Examined {
     let mut spec = random_sweep(kind, seed, number);
     let mut accounts = vec![Account::default(); SETUPS.len()];
     if spec.scene.validate().is_err() {
