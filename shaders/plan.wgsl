@@ -21,11 +21,15 @@ const CAREFUL_STEPS: array<u32, 1> = array<u32, 1>(1u); //@spec
 const STEPS: array<u32, 1> = array<u32, 1>(1u); //@spec
 
 //@if GRADED
-// On each grid: how many times as long as the one before each step over a segment is.
+// On each grid: how many times as long as the one before each step over a segment is, and the first as a share of it.
 const COARSE_RATIO: array<f32, 1> = array<f32, 1>(1.0); //@spec
+const COARSE_FIRST: array<f32, 1> = array<f32, 1>(1.0); //@spec
 const CAREFUL_RATIO: array<f32, 1> = array<f32, 1>(1.0); //@spec
+const CAREFUL_FIRST: array<f32, 1> = array<f32, 1>(1.0); //@spec
 const RATIO: array<f32, 1> = array<f32, 1>(1.0); //@spec
+const FIRST: array<f32, 1> = array<f32, 1>(1.0); //@spec
 const CHECK_RATIO: array<f32, 1> = array<f32, 1>(1.0); //@spec
+const CHECK_FIRST: array<f32, 1> = array<f32, 1>(1.0); //@spec
 //@end
 
 fn first_entry(index: u32) -> u32 {
@@ -57,14 +61,18 @@ fn step_count(index: u32, resolution: u32) -> u32 {
     return select(select(of_answer, careful, resolution == CAREFUL), coarse, resolution == COARSE);
 }
 
-fn step_ratio(index: u32, resolution: u32) -> f32 {
-    var found = 1.0;
-    //@if GRADED
+//@if GRADED
+// The ratio of the steps over a segment, and the first as a share of it.
+fn step_grading(index: u32, resolution: u32) -> vec2<f32> {
+    var found = vec2<f32>(1.0, 1.0);
     for (var j = 0u; j < SEGMENT_COUNT; j++) { //@unroll
-        let of_answer = select(RATIO[j], CHECK_RATIO[j], resolution == CHECK);
-        let of_path = select(COARSE_RATIO[j], CAREFUL_RATIO[j], resolution == CAREFUL);
-        found = select(found, select(of_path, of_answer, resolution == FINE || resolution == CHECK), index == j);
+        if index == j {
+            found = vec2<f32>(RATIO[j], FIRST[j]);
+            if resolution == CHECK { found = vec2<f32>(CHECK_RATIO[j], CHECK_FIRST[j]); }
+            if resolution == CAREFUL { found = vec2<f32>(CAREFUL_RATIO[j], CAREFUL_FIRST[j]); }
+            if resolution == COARSE { found = vec2<f32>(COARSE_RATIO[j], COARSE_FIRST[j]); }
+        }
     } //@end
-    //@end
     return found;
 }
+//@end

@@ -57,27 +57,6 @@ fn load_flexible(index: u32, is_stiff: bool) -> Flexible {
     return segment;
 }
 
-// Where step `k` of `steps` starts and how long it is, as shares of the segment; each is `ratio` times as long as the one
-// before.
-fn step_at(ratio: f32, k: u32, steps: u32) -> vec2<f32> {
-    let share = 1.0 / f32(max(1u, steps));
-    //@if GRADED
-    if ratio != 1.0 {
-        var power = 1.0;
-        var start = 1.0;
-        var end = 1.0;
-        for (var i = 0u; i < steps; i++) {
-            if i == k { start = power; }
-            power *= ratio;
-            if i == k { end = power; }
-        }
-        start = (start - 1.0) / (power - 1.0);
-        return vec2<f32>(start, (end - 1.0) / (power - 1.0) - start);
-    }
-    //@end
-    return vec2<f32>(f32(k) * share, share);
-}
-
 // The cross-section at a share `x` of the length.
 fn section(segment: Flexible, x: f32) -> Section {
     var found = Section(segment.compliance, segment.u_star);

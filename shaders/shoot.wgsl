@@ -76,15 +76,24 @@ fn shoot(resolution: u32, rod: Rod, lambda: f32, m0: vec3<f32>, taken: u32, reco
             //@if NODES
             let segment = piece(load_flexible(index, false), rod.start, rod.share);
             let steps = rod.steps;
-            let ratio = 1.0;
             //@else
             let segment = load_flexible(index, rod.is_stiff);
             if rod.is_stiff { largest_moment = max(largest_moment, length(moment(state.p, state.M, n))); }
             let steps = step_count(index, resolution);
-            let ratio = step_ratio(index, resolution);
             //@end
-            let longest = select(0u, max(1u, steps) - 1u, ratio > 1.0);
-            let h = segment.length * step_at(ratio, longest, steps).y;
+            let share = 1.0 / f32(max(1u, steps));
+            // Where a step starts and how long it is, as shares of the segment.
+            var place = vec2<f32>(0.0, share);
+            var longest = share;
+            //@if GRADED
+            //@if !NODES
+            let grading = step_grading(index, resolution);
+            place.y = grading.y;
+            longest = place.y;
+            for (var i = 1u; i < steps; i++) { longest = longest * max(1.0, grading.x); }
+            //@end
+            //@end
+            let h = segment.length * longest;
             let stride = max(1u, steps / STATIONS_EACH);
             var collects = false;
             //@if COLLECTS
@@ -97,7 +106,6 @@ fn shoot(resolution: u32, rod: Rod, lambda: f32, m0: vec3<f32>, taken: u32, reco
             }
             //@end
             for (var i = 0u; i < steps; i++) {
-                let place = step_at(ratio, i, steps);
                 let step = Step(segment.length * place.y, place.x, place.y, n);
                 for (var r = 0u; r < TABLEAU_COUNT; r++) { //@unroll
                     if tableau == r {
@@ -111,6 +119,15 @@ fn shoot(resolution: u32, rod: Rod, lambda: f32, m0: vec3<f32>, taken: u32, reco
                 n = axpy(-step.h * lambda, segment.w, n); // R1
                 //@end
                 s = s + step.h;
+                //@if GRADED
+                //@if NODES
+                place.x = f32(i + 1u) * share;
+                //@else
+                place = vec2<f32>(place.x + place.y, place.y * grading.x);
+                //@end
+                //@else
+                place.x = f32(i + 1u) * share;
+                //@end
                 if record && ((i + 1u) % stride == 0u || i + 1u == steps) {
                     add_station(rotates, shortest, s, tip_of(state, n));
                 }

@@ -88,14 +88,18 @@ fn integrate(rod: Rod, resolution: u32, lambda: f32, base: Pair, what: u32, on_p
         //@end
         let is_flexible = has(index, IS_FLEXIBLE);
         let steps = select(1u, step_count(index, resolution), is_flexible);
-        let ratio = step_ratio(index, resolution);
+        let share = 1.0 / f32(max(1u, steps));
+        var place = vec2<f32>(0.0, share);
+        //@if GRADED
+        let grading = step_grading(index, resolution);
+        if is_flexible { place.y = grading.y; }
+        //@end
         var segment: Flexible;
         if is_flexible { segment = load_flexible(index, false); }
         //@if BEYOND_RIGID
         if index == FIRST_FLEXIBLE && what >= TRANSFERS { load_first(segment, state, what == PARAMETERS); }
         //@end
         for (var i = 0u; i < steps; i++) {
-            let place = step_at(ratio, i, steps);
             let step = Step(segment.length * place.y, place.x, place.y, lambda);
             let before = state;
             //@if RIGID
@@ -126,6 +130,11 @@ fn integrate(rod: Rod, resolution: u32, lambda: f32, base: Pair, what: u32, on_p
             let middle = midway(before, state, step.h);
             travelled += distance(before.p, state.p);
             leeway = min(leeway, min(clearance(before.p, middle), clearance(middle, state.p)) / max(travelled, SHORT));
+            //@if GRADED
+            place = vec2<f32>(place.x + place.y, place.y * grading.x);
+            //@else
+            place.x = f32(i + 1u) * share;
+            //@end
         }
         //@if WANT_LENGTH
         if is_flexible && what == PARAMETERS { lengthen(segment, state); }

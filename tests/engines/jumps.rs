@@ -263,16 +263,16 @@ fn few_steps_do_not_hide_that_a_column_has_buckled() {
 fn scenes_of_the_day_are_right() {
     let seed = SystemTime::now().duration_since(UNIX_EPOCH).expect("a clock").as_secs() / 86_400;
     let searches = [
-        (RandomScenes::Uniform, 2000, None),
+        (RandomScenes::Uniform, 1200, None),
         (RandomScenes::Varying, 150, None),
-        (RandomScenes::Designs, 1500, None),
+        (RandomScenes::Designs, 800, None),
         (RandomScenes::Limp, 60, None),
         (RandomScenes::Designs, 12, Some(64)),
         (RandomScenes::Uniform, 12, Some(64)),
     ];
     for (kind, scenes, around) in searches {
-        // The first thousand rods are judged, whether engines differ or not.
-        let judged = if kind == RandomScenes::Uniform && around.is_none() { 1000 } else { 0 };
+        // The first six hundred rods are judged, whether engines differ or not.
+        let judged = if kind == RandomScenes::Uniform && around.is_none() { 600 } else { 0 };
         let options = SearchOptions::new(kind, seed, scenes).around(around);
         for options in [options.first(judged), SearchOptions::new(kind, seed, judged).judge_all(true)] {
             let found = search_disagreements(&options, &mut |_| {}).expect("solved");

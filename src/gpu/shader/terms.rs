@@ -142,8 +142,10 @@ fn add_segments(s: &mut Specialisation, plan: &Plan) {
         let check = fine.iter().map(|steps| 2 * steps).collect();
         let grids = [("COARSE", path_steps(plan)), ("CAREFUL", careful_steps(plan)), ("", fine), ("CHECK", check)];
         for (grid, steps) in grids {
-            let ratios = segments.iter().zip(steps).map(|(segment, steps)| segment.step_ratio(steps));
+            let ratios: Vec<f64> = segments.iter().zip(&steps).map(|(segment, n)| segment.step_ratio(*n)).collect();
+            let firsts: Vec<f64> = ratios.iter().zip(&steps).map(|(ratio, n)| first_share(*ratio, *n)).collect();
             s.constant(format!("{grid}_RATIO").trim_start_matches('_'), Value::float_array(ratios));
+            s.constant(format!("{grid}_FIRST").trim_start_matches('_'), Value::float_array(firsts));
         }
     }
     for (index, segment) in segments.iter().enumerate() {
@@ -151,12 +153,18 @@ fn add_segments(s: &mut Specialisation, plan: &Plan) {
     }
 }
 
-/// How to follow the path, as the CPU engine does; passes are fewer where loops may not run as long.
+/// The first of so many steps over a segment, as a share of it, each `ratio` times as long as the one before.
+fn first_share(ratio: f64, steps: usize) -> f64 {
+    let steps = steps.max(1);
+    if ratio == 1.0 { 1.0 / steps as f64 } else { (ratio - 1.0) / (ratio.powi(steps as i32) - 1.0) }
+}
+
 /// Newton's last step moves the tip by less than this, whatever the tolerance of poses: columns are not led to equilibrium.
 fn turn_limit(plan: &Plan) -> f64 {
     if plan.derivatives.is_empty() { 1.0 } else { path::TURN_SHARE * plan.options.derivative_tolerance }
 }
 
+/// How to follow the path, as the CPU engine does; passes are fewer where loops may not run as long.
 fn add_path(s: &mut Specialisation, plan: &Plan) {
     let numbers = [
         ("PATH_TOLERANCE", path::PATH_TOLERANCE),
