@@ -102,11 +102,9 @@ fn examine_each(kind: RandomScenes, seed: u64, numbers: Range<u64>) -> Vec<Exami
 
 /// The accounts of one sweep in every setup, and of the reference beside its truth.
 fn examine(kind: RandomScenes, seed: u64, number: u64) -> Examined {
-    let mut spec = random_sweep(kind, seed, number);
     let mut accounts = vec![Account::default(); SETUPS.len()];
-    if spec.scene.validate().is_err() {
-        return Ok((accounts, (0, 0)));
-    }
+    let spec = random_sweep(kind, seed, number).filter(|spec| spec.scene.validate().is_ok());
+    let Some(mut spec) = spec else { return Ok((accounts, (0, 0))) };
     let truth = Truth::of(&spec)?;
     for (account, (_, precision, tolerances)) in accounts.iter_mut().zip(SETUPS) {
         spec.tolerance = tolerances[number as usize % tolerances.len()];

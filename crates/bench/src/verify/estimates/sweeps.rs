@@ -9,12 +9,15 @@ use rodsweep::spec::{
 /// Samples of a sweep: the pilot takes others than those that are looked at.
 const SAMPLES: u64 = 1 << 20;
 
-/// The sweep of a scene: two axes, up to four derivatives.
-pub fn random_sweep(kind: RandomScenes, seed: u64, number: u64) -> SweepSpec {
+/// The sweep of a scene: two axes, up to four derivatives. `None` where short stretches make no scene of it.
+pub fn random_sweep(kind: RandomScenes, seed: u64, number: u64) -> Option<SweepSpec> {
     let mut random = Random(seed.wrapping_mul(0x2545_f491_4f6c_dd1d) ^ number.wrapping_mul(0xd134_2543_de82_ef95));
     let mut scene = kind.scene(seed, number);
     roughen(&mut scene, &mut random);
     let all: Vec<Parameter> = Parameter::all(&scene).into_iter().filter(|p| parameter_is_plain(p, &scene)).collect();
+    if all.is_empty() {
+        return None;
+    }
     let pick = |random: &mut Random| all[(random.unit() * all.len() as f64) as usize % all.len()];
     let mut wrt: Vec<Parameter> = Vec::new();
     for _ in 0..4 {
@@ -39,7 +42,7 @@ pub fn random_sweep(kind: RandomScenes, seed: u64, number: u64) -> SweepSpec {
         let parameters = vec![Parameter::BaseRotation(Axis::X)];
         axes.push(AxisSpec { parameters, distribution, scales: false, points: 0 });
     }
-    SweepSpec {
+    Some(SweepSpec {
         file: Default::default(),
         scene,
         method: Method::Uniform,
@@ -62,7 +65,7 @@ pub fn random_sweep(kind: RandomScenes, seed: u64, number: u64) -> SweepSpec {
         format: Format::Parquet,
         workspace: WorkspaceOptions::default(),
         notes: Vec::new(),
-    }
+    })
 }
 
 /// Those that a scene has and that move the rod.
