@@ -171,7 +171,7 @@ fn write(rod: Rod, inverse: Mat6, index: f32) {
     let square = 1.0 + squared_norm(answers);
     let noise = (length(base.first) + length(m0) + 1.0) * (ROUND_OFF * EPSILON) * sqrt(square);
     let largest = max(max(by_position, by_d1), by_t);
-    // What both miss that are moved to first order; the rest of the pass on twice the steps, which is not the answer here.
+    // The second order of both moves of the tip to first order: to the answer, and of the pass on twice the steps to its rest.
     let turned = dot(by_rest.first, by_rest.first) + dot(by_rest.last, by_rest.last);
     let second_order = (turned + dot(shift.first, shift.first) + dot(shift.last, shift.last)) * SECOND_ORDER;
     store(ERROR_ESTIMATE_COLUMN, largest * DIFFERENCE * (1.0 + settings.error_share) + noise + second_order);

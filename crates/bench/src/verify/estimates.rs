@@ -30,7 +30,7 @@ const WITNESSED: u64 = 64;
 /// Rows that are named, the worst first.
 const MOST_NAMED: usize = 12;
 
-/// What is asked of the engine, and to which tolerances.
+/// Each setup of the engine: its name, its precision, the tolerances that sweeps take in turn.
 const SETUPS: [(&str, Precision, &[f64]); 4] = [
     ("f64, loose", Precision::F64, &[1e-2, 1e-3, 1e-4]),
     ("f64, usual", Precision::F64, &[1e-6]),
@@ -48,7 +48,7 @@ struct Account {
     refined: u64,
 }
 
-/// What came of a search.
+/// The result of a search: counts and ratios by setup.
 pub struct Estimates {
     kind: RandomScenes,
     seed: u64,
@@ -84,7 +84,7 @@ pub fn search_estimates(
     Ok(found)
 }
 
-/// What came of one sweep.
+/// The result of one sweep: an account by setup, and the tips that the reference contradicts, of so many.
 type Examined = Result<(Vec<Account>, (u64, u64)), BenchError>;
 
 /// Sweeps side by side. A run waits for threads of the pool, so that it may not wait on one of them.

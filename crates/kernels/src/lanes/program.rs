@@ -64,7 +64,7 @@ pub struct Resolution {
 }
 
 impl Resolution {
-    /// Of a segment; stiffness that does not change asks for none.
+    /// The ratio of the steps over a segment. It is 1 where the terms of the program are not `general`.
     #[inline(always)]
     pub fn ratio(&self, terms: impl Terms, index: usize) -> f64 {
         if terms.general() { self.ratios[index] } else { 1.0 }

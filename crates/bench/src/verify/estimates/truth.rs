@@ -27,7 +27,7 @@ pub struct Truth {
     pub plan: Plan,
     pub batch: Batch,
     pub solutions: Solutions,
-    /// Of each row: how far the last two grids are apart by the tip, and by each column.
+    /// The distance of the last two grids, for each row: by the tip, and by each column.
     pub doubt: Vec<(f64, Vec<f64>)>,
 }
 
