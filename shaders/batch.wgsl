@@ -6,6 +6,7 @@ struct Settings {
     tolerance: f32,
     chord_tolerance: f32,
     first_order_tolerance: f32,
+    turn_tolerance: f32,
     error_share: f32,
     derivative_share: f32,
     derivative_floor: f32,

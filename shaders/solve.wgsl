@@ -2,8 +2,6 @@
 // src/lanes/solve.rs
 
 const NEWTON_LIMIT: u32 = 0u; //@spec
-const TURN_SHARE: f32 = 0.0; //@spec
-const TURN_LIMIT: f32 = 0.0; //@spec
 const FINE_TRUST: f32 = 0.0; //@spec
 const REACH: f32 = 0.0; //@spec
 const NO_EQUILIBRIUM: f32 = 0.0; //@spec
@@ -56,8 +54,7 @@ fn solve_group() {
                 size = length(delta);
                 let tolerance = settings.tolerance * (1.0 + length(end.m0));
                 let first_order = margin(w_inverse) * settings.first_order_tolerance;
-                let still = min(TURN_SHARE * sqrt(settings.tolerance), TURN_LIMIT);
-                let is_still = length(columns[BY_MOMENT].w * delta) < still;
+                let is_still = length(columns[BY_MOMENT].w * delta) < settings.turn_tolerance;
                 converged = end.reached && size < max(tolerance, first_order) && is_still;
                 if moving { end.passes = end.passes + 1.0; }
                 moving = moving && !converged && size < FINE_TRUST;

@@ -347,7 +347,7 @@ pub fn second_attempt(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
     cpu_f64(&for_second_attempt(plan))
 }
 
-/// The same on finer steps, for samples whose error estimate misses the tolerance even so.
+/// The second attempt on finer steps, for samples whose error estimate misses the tolerance even so.
 ///
 /// # Errors
 ///

@@ -3,10 +3,9 @@
 use super::bindings::bind_group;
 use super::device::{Device, failed};
 use super::pipelines::SolvePipeline;
-use super::shader::{Paths, Settings, WORKGROUP_SIZE};
+use super::shader::{Settings, WORKGROUP_SIZE};
 use crate::backend::{BackendError, Precision};
-use crate::model::path::{chord_tolerance, first_order_tolerance};
-use crate::model::{BLOCK, DerivativeScale};
+use crate::model::BLOCK;
 use std::ops::Range;
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
@@ -83,15 +82,7 @@ pub(super) struct KernelPass<'a> {
 
 /// What one dispatch has to do.
 pub(super) struct Dispatch<'a> {
-    /// Added to every status.
-    pub mark: f64,
-    /// Newton's, in the plan's unit of moment.
-    pub tolerance: f64,
-    /// [`PlanOptions::error_share`](crate::model::PlanOptions::error_share).
-    pub error_share: f64,
-    pub derivative_scale: DerivativeScale,
-    pub paths: Paths,
-    pub sample_count: u32,
+    pub settings: Settings<f64>,
     /// As the kernel reads them; empty where the device has them already.
     pub inputs: &'a [u8],
     /// Runs before the samples are solved.
@@ -126,22 +117,7 @@ impl DispatchBuffers {
 
     /// Submits one dispatch.
     pub fn submit(&self, device: &Device, solver: &SolvePipeline, dispatch: &Dispatch) -> Submission {
-        let Dispatch { mark, tolerance, error_share, derivative_scale, sample_count, .. } = *dispatch;
-        let (first_path, last_path) = dispatch.paths;
-        let settings = Settings {
-            mark,
-            tolerance,
-            chord_tolerance: chord_tolerance(tolerance),
-            first_order_tolerance: first_order_tolerance(tolerance),
-            error_share,
-            derivative_share: derivative_scale.share,
-            derivative_floor: derivative_scale.floor,
-            sample_count,
-            zero: 0,
-            first_path,
-            last_path,
-        };
-        device.queue.write_buffer(&self.settings, 0, &settings.bytes(solver.precision));
+        device.queue.write_buffer(&self.settings, 0, &dispatch.settings.bytes(solver.precision));
         if !dispatch.inputs.is_empty() {
             device.queue.write_buffer(&self.inputs, 0, dispatch.inputs);
         }
@@ -156,7 +132,8 @@ impl DispatchBuffers {
         }
         let mut pass =
             encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("solve"), timestamp_writes });
-        let solve = KernelPass { pipeline: solver.pipeline(dispatch.paths), bind_group: &self.bind_group };
+        let Settings { first_path, last_path, sample_count, .. } = dispatch.settings;
+        let solve = KernelPass { pipeline: solver.pipeline((first_path, last_path)), bind_group: &self.bind_group };
         let anchored = solver.anchored.as_ref().map(|(pipeline, _)| KernelPass { pipeline, ..solve });
         for kernel in dispatch.before.iter().chain(&anchored).chain([&solve]).chain(&dispatch.after) {
             pass.set_pipeline(kernel.pipeline);

@@ -8,11 +8,10 @@ use super::dispatch_buffers::{Capacity, Dispatch, DispatchBuffers};
 use super::dispatch_size::DispatchSize;
 use super::pipelines::{SolvePipeline, TurnPipeline};
 use super::self_test::expect_right;
-use super::shader::{ALL_PATHS, Kernel, Paths, WORKGROUP_SIZE, input_units};
+use super::shader::{ALL_PATHS, Kernel, Paths, Settings, WORKGROUP_SIZE, input_units};
 use super::timings::Timings;
 use crate::backend::{BackendError, Precision};
-use crate::model::path::newton_tolerance;
-use crate::model::{BLOCK, Batch, Plan, PlanOptions};
+use crate::model::{BLOCK, Batch, Plan};
 use std::time::Instant;
 
 /// Dispatches in flight: the device computes one while the host converts the other.
@@ -116,20 +115,9 @@ impl Dispatcher {
         sample_count: u32,
         copies: &'a [(&'a wgpu::Buffer, u64)],
     ) -> Dispatch<'a> {
-        let tolerance = newton_tolerance(self.plan.target(), self.precision.epsilon());
-        let PlanOptions { error_share, derivative_scale, .. } = self.plan.options;
-        Dispatch {
-            mark,
-            tolerance,
-            error_share,
-            derivative_scale,
-            paths,
-            sample_count,
-            inputs: &[],
-            before: None,
-            after: None,
-            copies,
-        }
+        let of_plan = Settings::of(&self.plan, self.precision);
+        let settings = Settings { mark, sample_count, first_path: paths.0, last_path: paths.1, ..of_plan };
+        Dispatch { settings, inputs: &[], before: None, after: None, copies }
     }
 
     /// What the next dispatch adds to each status. A status without it was not written by that dispatch.

@@ -10,12 +10,10 @@ use super::pipelines::TurnPipeline;
 use super::shader::{KERNELS, Kernel, Settings, most_intervals, most_turns, node_bytes};
 use super::turns::{ALIGNMENT, Turns, most_samples, run};
 use crate::backend::{BackendError, Precision};
-use crate::model::path::{NODE_PACES, NodePace};
+use crate::model::path::{NODE_PACES, NodePace, are_two_equilibria};
 use crate::model::{Batch, Quantity, Solutions, Status};
 use std::time::Instant;
 
-/// Two ways to the same equilibrium end no farther apart, over the rod's length.
-const SAME_TIP: f64 = 1e-2;
 /// Intervals of a rod at most: more leave no digits in f32.
 const MOST_INTERVALS: usize = 1 << 14;
 
@@ -105,10 +103,9 @@ fn has_pipeline(dispatcher: &mut Dispatcher) -> Result<bool, BackendError> {
 /// Replaces a row by what nodes have found, unless that is another equilibrium.
 fn take(length: f64, solutions: &mut Solutions, to: usize, found: &Solutions, from: usize) {
     let (before, after) = (solutions.vector(to, Quantity::TipPosition), found.vector(from, Quantity::TipPosition));
-    let apart = (0..3).map(|k| (before[k] - after[k]).powi(2)).sum::<f64>().sqrt();
-    // A single pass has lost digits, not the branch; how many, it says itself.
-    let most = solutions.get(to, Quantity::ErrorEstimate).max(SAME_TIP) * length;
-    if solutions.status(to).is_success() && apart > most {
+    let apart = (0..3).map(|k| (before[k] - after[k]).powi(2)).sum::<f64>().sqrt() / length;
+    let estimate = solutions.get(to, Quantity::ErrorEstimate);
+    if solutions.status(to).is_success() && are_two_equilibria(apart, estimate) {
         solutions.set_status(to, Status::NotConverged);
     } else {
         solutions.copy_row(to, found, from);

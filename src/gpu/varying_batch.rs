@@ -6,7 +6,6 @@ use super::pipelines::TurnPipeline;
 use super::shader::{Settings, most_varying_turns, varying_bytes};
 use super::turns::{ALIGNMENT, Turns, most_samples, run};
 use crate::backend::BackendError;
-use crate::model::path::newton_tolerance;
 use crate::model::{Batch, Solutions};
 use std::time::Instant;
 
@@ -15,16 +14,9 @@ pub(super) fn solve_varying(dispatcher: &mut Dispatcher, batch: &Batch) -> Resul
     let start = Instant::now();
     let solver = &dispatcher.solver;
     let pipeline = TurnPipeline { layout: solver.layout.clone(), pipeline: solver.pipeline.clone() };
-    let options = &dispatcher.plan.options;
     let turns = Turns {
         pipeline: &pipeline,
-        settings: Settings {
-            tolerance: newton_tolerance(dispatcher.plan.target(), dispatcher.precision.epsilon()),
-            error_share: options.error_share,
-            derivative_share: options.derivative_scale.share,
-            derivative_floor: options.derivative_scale.floor,
-            ..Settings::default()
-        },
+        settings: Settings::of(&dispatcher.plan, dispatcher.precision),
         memory_settings: [0; 5],
         sample_bytes: varying_bytes(&dispatcher.plan),
         most: most_varying_turns(&dispatcher.plan),

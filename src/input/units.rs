@@ -6,6 +6,9 @@
 /// No number that users give is larger, in SI: those of a scene multiplied stay finite, and so do derivatives.
 pub const LARGEST: f64 = 1e60;
 
+/// Magnetic constant (T·m/A), by which a field strength H in air is a flux density.
+const MU_0: f64 = 4e-7 * std::f64::consts::PI;
+
 /// Exponents of m, kg, s, A, rad.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Dimension([i8; 5]);
@@ -37,6 +40,26 @@ pub enum QuantityError {
         text: String,
         /// What follows the number.
         unit: String,
+        /// What a right one looks like.
+        example: &'static str,
+    },
+    /// A number with a decimal comma.
+    #[error("\"{text}\" has a decimal comma; write a point, for example {example}")]
+    DecimalComma {
+        /// The text that was to be read.
+        text: String,
+        /// What a right one looks like.
+        example: &'static str,
+    },
+    /// A temperature.
+    #[error(
+        "\"{text}\" is a temperature, which is not modelled; give {expected} at that temperature, for example {example}"
+    )]
+    Temperature {
+        /// The text that was to be read.
+        text: String,
+        /// The dimension that is needed, in words.
+        expected: String,
         /// What a right one looks like.
         example: &'static str,
     },
@@ -77,6 +100,10 @@ pub enum QuantityError {
 impl Dimension {
     /// That of a pure number.
     pub const NUMBER: Dimension = Dimension([0; 5]);
+    const FLUX_DENSITY: Dimension = Dimension([0, 1, -2, -1, 0]);
+    const FIELD_STRENGTH: Dimension = Dimension([-1, 0, 0, 1, 0]);
+    const FLUX_GRADIENT: Dimension = Dimension([-1, 1, -2, -1, 0]);
+    const STRENGTH_GRADIENT: Dimension = Dimension([-2, 0, 0, 1, 0]);
 
     /// Dimension of an SI unit as `Parameter::unit` writes it.
     pub fn of(unit: &str) -> Dimension {
@@ -86,6 +113,14 @@ impl Dimension {
     /// Radians count as numbers beside other units (rad/m and 1/m are both curvatures), but not on their own.
     fn accepts(self, other: Dimension) -> bool {
         self == other || self.0[..4] == other.0[..4] && self.0[..4] != [0; 4]
+    }
+
+    /// By what a value in SI units of `other` becomes one of this dimension. In air a field strength is a flux density.
+    fn factor_from(self, other: Dimension) -> Option<f64> {
+        match (self, other) {
+            (Self::FLUX_DENSITY, Self::FIELD_STRENGTH) | (Self::FLUX_GRADIENT, Self::STRENGTH_GRADIENT) => Some(MU_0),
+            _ => self.accepts(other).then_some(1.0),
+        }
     }
 
     fn words(self) -> Option<&'static (&'static str, &'static str, &'static str)> {
@@ -116,7 +151,7 @@ impl Dimension {
 }
 
 /// SI unit, what it measures, an example.
-const KNOWN: [(&str, &str, &str); 20] = [
+const KNOWN: [(&str, &str, &str); 21] = [
     ("", "a pure number", "100"),
     ("m", "a length", "\"13 mm\""),
     ("kg", "a mass", "\"58 mg\""),
@@ -125,6 +160,7 @@ const KNOWN: [(&str, &str, &str); 20] = [
     ("rad", "an angle", "\"20 deg\""),
     ("m²", "an area", "\"46.7 mm^2\""),
     ("T", "a flux density", "\"3 T\""),
+    ("A/m", "a field strength", "\"16 kA/m\""),
     ("T/m", "a gradient of a field", "\"0.3 T/m\""),
     ("N", "a force", "\"2 mN\""),
     ("N·m", "a moment", "\"5 uN·m\""),
@@ -146,7 +182,9 @@ const KNOWN: [(&str, &str, &str); 20] = [
 /// A text without number, an unknown unit, another dimension, a value that is not finite.
 pub fn parse_quantity(text: &str, expected: Dimension) -> Result<f64, QuantityError> {
     let example = expected.example();
-    let trimmed = text.trim();
+    // A minus of typesetting.
+    let plain = text.replace('−', "-");
+    let trimmed = plain.trim();
     let split = number_end(trimmed);
     let Ok(number) = trimmed[..split].parse::<f64>() else {
         return Err(QuantityError::NoNumber { text: text.into(), example });
@@ -156,13 +194,13 @@ pub fn parse_quantity(text: &str, expected: Dimension) -> Result<f64, QuantityEr
         number
     } else {
         let Some(unit) = parse_unit(unit_text) else {
-            return Err(QuantityError::UnknownUnit { text: text.into(), unit: unit_text.into(), example });
+            return Err(no_unit(text, unit_text, expected));
         };
-        if !expected.accepts(unit.dimension) {
+        let Some(factor) = expected.factor_from(unit.dimension) else {
             let (found, expected) = (unit.dimension.name(), expected.name());
             return Err(QuantityError::Dimension { text: text.into(), found, expected, example });
-        }
-        shifted(&trimmed[..split], unit.power).unwrap_or(f64::NAN) * unit.factor
+        };
+        shifted(&trimmed[..split], unit.power).unwrap_or(f64::NAN) * (unit.factor * factor)
     };
     match value.abs() {
         size if size <= LARGEST => Ok(value),
@@ -170,6 +208,20 @@ pub fn parse_quantity(text: &str, expected: Dimension) -> Result<f64, QuantityEr
             Err(QuantityError::TooLarge { text: text.into(), expected: expected.name(), example })
         }
         _ => Err(QuantityError::NotFinite { text: text.into(), expected: expected.name(), example }),
+    }
+}
+
+/// Why what follows a number is no unit.
+fn no_unit(text: &str, unit: &str, expected: Dimension) -> QuantityError {
+    let (text, example) = (text.to_owned(), expected.example());
+    if unit.strip_prefix(',').is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit())) {
+        return QuantityError::DecimalComma { text, example };
+    }
+    match unit {
+        "degC" | "°C" | "℃" | "degF" | "°F" | "K" | "celsius" | "Celsius" | "kelvin" | "Kelvin" => {
+            QuantityError::Temperature { text, expected: expected.name(), example }
+        }
+        _ => QuantityError::UnknownUnit { text, unit: unit.into(), example },
     }
 }
 
@@ -214,7 +266,7 @@ fn parse_unit(text: &str) -> Option<Unit> {
             rest = rest.trim_start();
             continue;
         }
-        if matches!(c, '·' | '*' | '⋅' | '/') {
+        if matches!(c, '·' | '*' | '⋅' | '.' | '/') {
             if expects_factor {
                 return None;
             }
@@ -270,11 +322,18 @@ fn parse_symbol(symbol: &str) -> Option<Unit> {
     let giga = ("G", 9);
     let (prefix, power) = PREFIXES.iter().chain([&giga]).find(|(prefix, _)| symbol.starts_with(prefix))?;
     let unit = base_symbol(&symbol[prefix.len()..])?;
-    let takes_prefix = !matches!(&symbol[prefix.len()..], "deg" | "°" | "bar" | "kg" | "%");
-    takes_prefix.then_some(Unit { power: unit.power + power, ..unit })
+    takes_prefix(&symbol[prefix.len()..]).then_some(Unit { power: unit.power + power, ..unit })
+}
+
+/// Whether prefixes go with a unit. With one, others mean something else: `min` is no length.
+fn takes_prefix(symbol: &str) -> bool {
+    matches!(symbol, "m" | "g" | "s" | "A" | "rad" | "N" | "J" | "Pa" | "T" | "Wb" | "G" | "Gs" | "Oe" | "emu" | "gf")
 }
 
 fn base_symbol(symbol: &str) -> Option<Unit> {
+    const INCH: f64 = 2.54;
+    const POUND_FORCE: f64 = 4.448_221_615_260_5;
+    const PSI: f64 = POUND_FORCE / (INCH * INCH);
     let (exponents, factor, power) = match symbol {
         "%" => ([0; 5], 1.0, -2),
         "m" => ([1, 0, 0, 0, 0], 1.0, 0),
@@ -283,13 +342,23 @@ fn base_symbol(symbol: &str) -> Option<Unit> {
         "s" => ([0, 0, 1, 0, 0], 1.0, 0),
         "A" => ([0, 0, 0, 1, 0], 1.0, 0),
         "rad" => ([0, 0, 0, 0, 1], 1.0, 0),
-        "deg" | "°" => ([0, 0, 0, 0, 1], std::f64::consts::PI / 180.0, 0),
+        "deg" | "°" | "degree" | "degrees" => ([0, 0, 0, 0, 1], std::f64::consts::PI / 180.0, 0),
         "N" => ([1, 1, -2, 0, 0], 1.0, 0),
         "J" => ([2, 1, -2, 0, 0], 1.0, 0),
         "Pa" => ([-1, 1, -2, 0, 0], 1.0, 0),
         "bar" => ([-1, 1, -2, 0, 0], 1.0, 5),
         "T" => ([0, 1, -2, -1, 0], 1.0, 0),
-        "G" => ([0, 1, -2, -1, 0], 1.0, -4),
+        "G" | "Gs" | "gauss" | "Gauss" => ([0, 1, -2, -1, 0], 1.0, -4),
+        "Wb" => ([2, 1, -2, -1, 0], 1.0, 0),
+        "Oe" | "oersted" | "Oersted" => ([-1, 0, 0, 1, 0], 0.25 / std::f64::consts::PI, 3),
+        "emu" => ([2, 0, 0, 1, 0], 1.0, -3),
+        "in" | "inch" | "inches" => ([1, 0, 0, 0, 0], INCH, -2),
+        "mil" | "thou" => ([1, 0, 0, 0, 0], INCH, -5),
+        "Fr" | "French" => ([1, 0, 0, 0, 0], 1.0 / 3.0, -3),
+        "psi" => ([-1, 1, -2, 0, 0], PSI, 4),
+        "ksi" => ([-1, 1, -2, 0, 0], PSI, 7),
+        "lbf" => ([1, 1, -2, 0, 0], POUND_FORCE, 0),
+        "gf" => ([1, 1, -2, 0, 0], 9.806_65, -3),
         _ => return None,
     };
     Some(Unit { dimension: Dimension(exponents), factor, power })
@@ -333,6 +402,33 @@ mod tests {
             ("10 %", "", 0.1),
             ("2.5%", "", 0.025),
             ("0.0013", "m", 0.0013),
+            ("2 in", "m", 0.0508),
+            ("2 inch", "m", 0.0508),
+            ("14 mil", "m", 355.6e-6),
+            ("6 Fr", "m", 2e-3),
+            ("6 French", "m", 2e-3),
+            ("1 psi", "Pa", 6894.757_293_168_361),
+            ("2.5 ksi", "Pa", 17_236_893.232_920_9),
+            ("2 lbf", "N", 8.896_443_230_521),
+            ("5 lbf/in^2", "Pa", 5.0 * 6894.757_293_168_361),
+            ("100 gf", "N", 0.980_665),
+            ("1 kgf", "N", 9.806_65),
+            ("200 Gs", "T", 0.02),
+            ("2 kGs", "T", 0.2),
+            ("200 gauss", "T", 0.02),
+            ("200 Oe", "T", 0.02),
+            ("16 kA/m", "T", 16e3 * 4e-7 * std::f64::consts::PI),
+            ("16 kA m^-1", "T", 16e3 * 4e-7 * std::f64::consts::PI),
+            ("3 mA/m", "T", 3e-3 * 4e-7 * std::f64::consts::PI),
+            ("5 Oe/cm", "T/m", 0.05),
+            ("0.02 Wb/m^2", "T", 0.02),
+            ("35 emu", "A·m²", 0.035),
+            ("35 emu/cm", "A·m", 3.5),
+            ("0.02 A.m", "A·m", 0.02),
+            ("20 degrees", "rad", 20.0 * std::f64::consts::PI / 180.0),
+            ("−13 mm", "m", -0.013),
+            ("0.74 m^−1", "1/m", 0.74),
+            ("1e−3 m", "m", 1e-3),
         ];
         for (text, unit, value) in cases {
             let parsed = parse_quantity(text, Dimension::of(unit));
@@ -357,5 +453,13 @@ mod tests {
         assert!(message("3 m/", "m").contains("no unit"));
         assert!(message("1e400 m", "m").contains("not finite"));
         assert!(message("3 m^99", "m").contains("no unit"));
+        assert!(message("3 min", "m").contains("no unit"));
+        assert_eq!(message("0,3 mm", "m"), "\"0,3 mm\" has a decimal comma; write a point, for example \"13 mm\"");
+        for temperature in ["37 degC", "37 °C", "310 K"] {
+            let expected =
+                format!("\"{temperature}\" is a temperature, which is not modelled; give a pressure or modulus");
+            assert!(message(temperature, "Pa").starts_with(&expected), "{}", message(temperature, "Pa"));
+        }
+        assert!(message("200 Oe", "A").contains("is a field strength; give a current"));
     }
 }

@@ -155,7 +155,7 @@ pub struct SweepSpec {
     pub format: Format,
     /// What it says about its workspace.
     pub workspace: WorkspaceOptions,
-    /// What the user should know about how the file was read.
+    /// Remarks on how the file was read.
     pub notes: Vec<String>,
 }
 

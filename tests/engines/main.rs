@@ -6,6 +6,7 @@ mod common;
 mod anchors;
 mod base_moment;
 mod baselines;
+mod beside;
 mod branches;
 mod buckling;
 mod closed_forms;

@@ -68,7 +68,6 @@ const EXCEPTIONS: Exceptions = Exceptions {
         ("shoot", &["forward_source"], "the shader has one source in hand"),
         ("stability", &["by_rotation"], "the shader knows the columns by their number"),
         ("shoot", &["select"], "operators of WGSL"),
-        ("section", &["step_at"], "the shader goes on from step to step"),
         ("anchors", &["add"], "an operator of WGSL"),
         ("anchors", &["anchor", "grid", "what_is_of_second_order_is_met"], "tests"),
         ("anchors", &["cells_without_good_corners_and_places_outside_are_no_start"], "tests"),

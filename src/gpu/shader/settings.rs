@@ -1,6 +1,8 @@
 //! What host and kernels agree on: the workgroup size, the uniform that every kernel reads, how numbers are stored.
 
 use crate::backend::Precision;
+use crate::model::path::{chord_tolerance, first_order_tolerance, newton_tolerance, turn_tolerance};
+use crate::model::{Plan, PlanOptions};
 use std::mem::offset_of;
 
 /// Invocations of a workgroup; a block of samples is a multiple.
@@ -21,6 +23,8 @@ pub(crate) struct Settings<S> {
     pub chord_tolerance: S,
     /// Up to where a step does to first order, in the same unit and over the stability margin.
     pub first_order_tolerance: S,
+    /// How far Newton's last step may move the tip (radians, or over the rod's length).
+    pub turn_tolerance: S,
     /// [`PlanOptions::error_share`](crate::model::PlanOptions::error_share).
     pub error_share: S,
     /// [`PlanOptions::derivative_scale`](crate::model::PlanOptions::derivative_scale).
@@ -41,11 +45,31 @@ pub(crate) const ALL_PATHS: Paths = (0, 1);
 pub(crate) const QUICK_PATHS: Paths = (0, 0);
 
 impl Settings<f64> {
+    /// What a plan asks of every sample: all ways to the full load, no sample yet.
+    pub fn of(plan: &Plan, precision: Precision) -> Self {
+        let tolerance = newton_tolerance(plan.target(), precision.epsilon());
+        let PlanOptions { error_share, derivative_scale, .. } = plan.options;
+        Self {
+            mark: 0.0,
+            tolerance,
+            chord_tolerance: chord_tolerance(tolerance),
+            first_order_tolerance: first_order_tolerance(tolerance),
+            turn_tolerance: turn_tolerance(tolerance, plan.column_tolerance()),
+            error_share,
+            derivative_share: derivative_scale.share,
+            derivative_floor: derivative_scale.floor,
+            sample_count: 0,
+            zero: 0,
+            first_path: ALL_PATHS.0,
+            last_path: ALL_PATHS.1,
+        }
+    }
+
     /// As the kernels of a precision read them.
     pub fn bytes(&self, precision: Precision) -> Vec<u8> {
-        let Settings { mark, tolerance, chord_tolerance, first_order_tolerance, .. } = *self;
+        let tolerances = [self.tolerance, self.chord_tolerance, self.first_order_tolerance, self.turn_tolerance];
         let shares = [self.error_share, self.derivative_share, self.derivative_floor];
-        let floats = [&[mark, tolerance, chord_tolerance, first_order_tolerance][..], &shares].concat();
+        let floats = [&[self.mark][..], &tolerances, &shares].concat();
         let mut bytes = float_bytes(&floats, precision);
         bytes.extend_from_slice(bytemuck::bytes_of(&[self.sample_count, self.zero, self.first_path, self.last_path]));
         bytes
@@ -67,6 +91,7 @@ macro_rules! offsets {
             ("tolerance", offset_of!(Settings<$float>, tolerance)),
             ("chord_tolerance", offset_of!(Settings<$float>, chord_tolerance)),
             ("first_order_tolerance", offset_of!(Settings<$float>, first_order_tolerance)),
+            ("turn_tolerance", offset_of!(Settings<$float>, turn_tolerance)),
             ("error_share", offset_of!(Settings<$float>, error_share)),
             ("derivative_share", offset_of!(Settings<$float>, derivative_share)),
             ("derivative_floor", offset_of!(Settings<$float>, derivative_floor)),
@@ -79,7 +104,7 @@ macro_rules! offsets {
 }
 
 /// Members of `Settings` and their offsets, to compare with the shaders.
-pub fn settings_members(precision: Precision) -> [(&'static str, usize); 11] {
+pub fn settings_members(precision: Precision) -> [(&'static str, usize); 12] {
     match precision {
         Precision::F32 => offsets!(f32),
         Precision::F64 | Precision::Mixed => offsets!(f64),

@@ -12,7 +12,7 @@ use super::tableaux::{add_tableaux, tableaux};
 use super::varying::add_varying;
 use crate::backend::Precision;
 use crate::model::path;
-use crate::model::{BLOCK, MOST_KNOWN, NO_EQUILIBRIUM, Plan, Quantity, SegmentPlan, Status};
+use crate::model::{BLOCK, MOST_KNOWN, NO_EQUILIBRIUM, Plan, Quantity, SegmentPlan, Status, step_at};
 
 /// What a kernel is made for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -143,7 +143,7 @@ fn add_segments(s: &mut Specialisation, plan: &Plan) {
         let grids = [("COARSE", path_steps(plan)), ("CAREFUL", careful_steps(plan)), ("", fine), ("CHECK", check)];
         for (grid, steps) in grids {
             let ratios: Vec<f64> = segments.iter().zip(&steps).map(|(segment, n)| segment.step_ratio(*n)).collect();
-            let firsts: Vec<f64> = ratios.iter().zip(&steps).map(|(ratio, n)| first_share(*ratio, *n)).collect();
+            let firsts: Vec<f64> = ratios.iter().zip(&steps).map(|(ratio, n)| step_at(*ratio, 0, *n).1).collect();
             s.constant(format!("{grid}_RATIO").trim_start_matches('_'), Value::float_array(ratios));
             s.constant(format!("{grid}_FIRST").trim_start_matches('_'), Value::float_array(firsts));
         }
@@ -151,17 +151,6 @@ fn add_segments(s: &mut Specialisation, plan: &Plan) {
     for (index, segment) in segments.iter().enumerate() {
         s.term(format!("FLEXIBLE[{index}]"), segment.is_flexible);
     }
-}
-
-/// The first of so many steps over a segment, as a share of it, each `ratio` times as long as the one before.
-fn first_share(ratio: f64, steps: usize) -> f64 {
-    let steps = steps.max(1);
-    if ratio == 1.0 { 1.0 / steps as f64 } else { (ratio - 1.0) / (ratio.powi(steps as i32) - 1.0) }
-}
-
-/// Newton's last step moves the tip by less than this, whatever the tolerance of poses: columns are not led to equilibrium.
-fn turn_limit(plan: &Plan) -> f64 {
-    if plan.derivatives.is_empty() { 1.0 } else { path::TURN_SHARE * plan.options.derivative_tolerance }
 }
 
 /// How to follow the path, as the CPU engine does; passes are fewer where loops may not run as long.
@@ -197,8 +186,6 @@ fn add_path(s: &mut Specialisation, plan: &Plan) {
         ("SEARCH_LIMIT", path::SEARCH_LIMIT),
         ("SEARCH_STEP", path::SEARCH_STEP),
         ("CHORD_TRUST", path::CHORD_TRUST),
-        ("TURN_SHARE", path::TURN_SHARE),
-        ("TURN_LIMIT", turn_limit(plan)),
         ("SECOND_ORDER", path::SECOND_ORDER),
         ("SHORTEST_INTERVAL", path::SHORTEST_INTERVAL),
         ("EPSILON", s.precision.epsilon()),

@@ -190,7 +190,7 @@ impl SkeletonSampling {
         if fits { Ok(count as u64) } else { Err(SkeletonError::TooManySamples { samples, face_count, limit }) }
     }
 
-    /// What the user should know about the faces.
+    /// Remarks on the faces.
     pub(crate) fn note(&self, axis_count: usize, sample_count: u64) -> Option<String> {
         let faces = self.skeleton(axis_count).ok()?;
         let each = grouped(sample_count / faces.face_count());

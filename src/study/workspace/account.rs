@@ -84,7 +84,7 @@ pub struct WorkspaceAccount {
     pub method: String,
     /// Of the rod.
     pub scene: String,
-    /// What the user should know.
+    /// Remarks for the user.
     pub notes: Vec<String>,
     /// What the reference says of a share of the voxels.
     pub check_by_reference: WitnessCheck,

@@ -30,7 +30,7 @@ pub struct Measured {
     pub length: Option<Estimate>,
     /// The independent value, where it means something.
     pub check: Option<Check>,
-    /// What the user should know.
+    /// Remarks for the user.
     pub notes: Vec<String>,
     pub(super) seen: Seen,
     pub(super) seed_count: usize,

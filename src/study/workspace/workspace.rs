@@ -95,7 +95,7 @@ pub struct Workspace {
     pub distances: Vec<f64>,
     /// Of all voxels.
     pub causes: Vec<Cause>,
-    /// What the user should know.
+    /// Remarks for the user.
     pub notes: Vec<String>,
 }
 

@@ -5,15 +5,13 @@ use super::scratch::{Lent, Pool, Scratch};
 use super::{BlockScalar, Lanes};
 use crate::backend::Precision;
 use crate::clock::Busy;
-use crate::model::path::{growth_limit, limp_growth};
+use crate::model::path::{are_two_equilibria, growth_limit, limp_growth};
 use crate::model::record::BASE_POSITION_AT;
 use crate::model::{BLOCK, Batch, Entry, Quantity, Solutions, Status};
 use rayon::prelude::*;
 
 /// A path that ends on a smaller share of the load has not told why.
 const LEAST_LOAD: f64 = 1.0 / 16.0;
-/// Two ways to the same equilibrium end no farther apart, over the rod's length.
-const SAME_TIP: f64 = 1e-2;
 
 impl Lanes {
     /// Writes the rows of a batch; one of no more than a block stays on the caller's thread.
@@ -142,11 +140,10 @@ impl Lanes {
         let is = |status: Status| found(Quantity::Status.column()) == f64::from(status.code());
         let before = solutions.status(sample);
         if is(Status::Ramped) {
-            // A single pass has lost digits, not the branch; how many, it says itself.
-            let most = solutions.get(sample, Quantity::ErrorEstimate).max(SAME_TIP) * self.plan.scene.total_length();
             let apart = |k: usize| (found(k) - solutions.values.get(sample, k)).powi(2);
-            let apart = (0..3).map(apart).sum::<f64>().sqrt();
-            if before == Status::Pending && apart > most {
+            let apart = (0..3).map(apart).sum::<f64>().sqrt() / self.plan.scene.total_length();
+            let estimate = solutions.get(sample, Quantity::ErrorEstimate);
+            if before == Status::Pending && are_two_equilibria(apart, estimate) {
                 solutions.set_status(sample, Status::NotConverged);
                 return false;
             }

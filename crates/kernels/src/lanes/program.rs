@@ -5,8 +5,7 @@ use super::lane::{Lane, Scalar};
 use super::terms::{ProgramTerms, Terms};
 use super::varying::ProgramField;
 use crate::model::path::{
-    CAREFUL_STEPPER, PATH_STEPPER, TURN_SHARE, chord_tolerance, first_order_tolerance, newton_tolerance, rounded,
-    turn_tolerance,
+    CAREFUL_STEPPER, PATH_STEPPER, chord_tolerance, first_order_tolerance, newton_tolerance, rounded, turn_tolerance,
 };
 use crate::model::record::{BASE_POSITION_AT, LOAD_AT};
 use crate::model::{
@@ -207,11 +206,7 @@ impl Program {
             newton_tolerance,
             chord_tolerance: chord_tolerance(newton_tolerance),
             first_order_tolerance: first_order_tolerance(newton_tolerance),
-            turn_tolerance: turn_tolerance(newton_tolerance).min(if plan.derivatives.is_empty() {
-                f64::INFINITY
-            } else {
-                TURN_SHARE * plan.options.derivative_tolerance
-            }),
+            turn_tolerance: turn_tolerance(newton_tolerance, plan.column_tolerance()),
             error_share: plan.options.error_share,
             rounded: rounded(epsilon, plan.step_count()),
             derivative_scale: plan.options.derivative_scale,

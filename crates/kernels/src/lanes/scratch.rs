@@ -38,12 +38,3 @@ impl<S: Default> Drop for Lent<'_, S> {
         self.pool.0.lock().unwrap_or_else(PoisonError::into_inner).push(scratch);
     }
 }
-
-#[cfg(test)]
-impl<S> Pool<S> {
-    /// What the kernel has kept.
-    pub fn kernel_memory(&mut self) -> &(dyn Any + Send + Sync) {
-        let scratch = self.0.get_mut().expect("no panic").last();
-        scratch.and_then(|scratch| scratch.memory.as_deref()).expect("a block was solved")
-    }
-}

@@ -79,19 +79,6 @@ pub fn load_flexible<L: Lane>(
     segment
 }
 
-/// Where step `k` of `steps` starts and how long it is, as shares of the segment; each is `ratio` times as long as the one
-/// before.
-#[inline(always)]
-pub fn step_at(ratio: f64, k: usize, steps: usize) -> (f64, f64) {
-    let share = 1.0 / steps.max(1) as f64;
-    if ratio == 1.0 {
-        return (k as f64 * share, share);
-    }
-    let all = ratio.powi(steps as i32) - 1.0;
-    let start = (ratio.powi(k as i32) - 1.0) / all;
-    (start, (ratio.powi(k as i32 + 1) - 1.0) / all - start)
-}
-
 impl<L: Lane> Flexible<L> {
     /// The cross-section at a share `x` of the length.
     #[inline(always)]

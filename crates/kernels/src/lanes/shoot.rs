@@ -7,13 +7,14 @@ use super::lane::Lane;
 use super::problem::{Problem, Workspace};
 use super::program::Resolution;
 use super::rod::{Crossing, Segment, State, cross_free, cross_rigid, moment};
-use super::section::{curvature, step_at, to_world, velocity};
+use super::section::{curvature, to_world, velocity};
 use super::source::{Source, Sources};
 use super::stability::{Station, add_doubt, add_station, by_rotation};
 use super::step::{Step, step_rod};
 use super::terms::Terms;
 use super::trace::{collect_rigid, length_row, set_strains};
 use crate::model::path::{SHORTEST_INTERVAL, UNBUCKLED, UNBUCKLED_BETWEEN};
+use crate::model::step_at;
 use pulp::{Simd, WithSimd};
 
 /// What a pass leaves in the workspace.

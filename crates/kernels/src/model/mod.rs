@@ -52,7 +52,7 @@ pub use field_map::{FieldMap, LEAST_MAP_NODES, MapFit, MapGrid, MapPlace, RodMap
 pub use field_parameter::MagnetParameter;
 pub use parameter::{Axis, Parameter, ParameterError, StiffnessAxis, closest};
 pub use pass::{PassColumn, PassEnd, PassEnds};
-pub use plan::{Batch, Derivative, Entry, FreePart, Plan, PlanError, SegmentPlan, Terms};
+pub use plan::{Batch, Derivative, Entry, FreePart, Plan, PlanError, SegmentPlan, Terms, step_at};
 pub use plan_options::{DerivativeScale, PlanOptions, Sensitivity};
 pub use profile::{Node, Piece, Profile};
 pub use recipe::{RecipeMethod, SampleRecipe};

@@ -169,8 +169,8 @@ pub const UNBUCKLED_BETWEEN: f64 = 8.0;
 /// No tip is farther from the base than this many lengths of the rod; steps too long may throw it there.
 pub const REACH: f64 = 100.0;
 /// See [`turn_tolerance`].
-pub const TURN_SHARE: f64 = 0.1;
-/// What a tip misses that is moved to first order, over the square of how far that turns it.
+const TURN_SHARE: f64 = 0.1;
+/// Error of a tip that is moved to first order, over the square of how far that turns it.
 pub const SECOND_ORDER: f64 = 2.0;
 /// Round-off of a pass, in units of the number format's epsilon.
 pub const ROUND_OFF: f64 = 4.0;
@@ -330,8 +330,18 @@ pub fn first_order_tolerance(newton_tolerance: f64) -> f64 {
 
 /// Newton's last step must move the tip by less than this (radians, or over the rod's length), too: rods that are soft in
 /// torsion turn far by little moment, and the square of a turn is left.
-pub fn turn_tolerance(newton_tolerance: f64) -> f64 {
-    TURN_SHARE * newton_tolerance.sqrt()
+///
+/// Where columns are asked for, less than a tenth of their tolerance, too: they are not led to equilibrium to first order as
+/// poses are.
+pub fn turn_tolerance(newton_tolerance: f64, column_tolerance: Option<f64>) -> f64 {
+    TURN_SHARE * newton_tolerance.sqrt().min(column_tolerance.unwrap_or(f64::INFINITY))
+}
+
+/// Whether nodes and a single pass have found two equilibria, from how far apart their tips are and from the pass's own error
+/// estimate, both over the rod's length. A pass that loses digits does not lose the branch; how many, its estimate says.
+pub fn are_two_equilibria(apart: f64, estimate: f64) -> bool {
+    const SAME_TIP: f64 = 1e-2;
+    apart > estimate.max(SAME_TIP)
 }
 
 /// Newton's last step must be below this (plan units of moment), for a target error and a number format.

@@ -88,10 +88,23 @@ pub struct SegmentPlan {
 }
 
 impl SegmentPlan {
-    /// Of `steps` steps over the segment: how many times as long as the one before each is.
+    /// How many times as long as the one before each of `steps` steps over the segment is.
     pub fn step_ratio(&self, steps: usize) -> f64 {
         (f64::from(self.grading) / (8 * steps.max(1)) as f64).exp2()
     }
+}
+
+/// Where step `k` of `steps` starts and how long it is, as shares of the segment; each is `ratio` times as long as the one
+/// before.
+#[inline(always)]
+pub fn step_at(ratio: f64, k: usize, steps: usize) -> (f64, f64) {
+    let share = 1.0 / steps.max(1) as f64;
+    if ratio == 1.0 {
+        return (k as f64 * share, share);
+    }
+    let all = ratio.powi(steps as i32) - 1.0;
+    let start = (ratio.powi(k as i32) - 1.0) / all;
+    (start, (ratio.powi(k as i32 + 1) - 1.0) / all - start)
 }
 
 /// A distal part without loads.
@@ -264,11 +277,16 @@ impl Plan {
         self.segments.iter().map(|segment| segment.steps).sum()
     }
 
-    /// What Newton's method and rules along rigid segments are held to: the target error of poses, and a small part of that of
-    /// derivatives, which are not led to equilibrium to first order as a pose is.
+    /// Error target of Newton's method and of rules along rigid segments: that of poses, and a small part of that of derivatives,
+    /// which are not led to equilibrium to first order as a pose is.
     pub fn target(&self) -> f64 {
         let PlanOptions { tolerance, derivative_tolerance, .. } = self.options;
         if self.derivatives.is_empty() { tolerance } else { tolerance.min(COLUMN_TARGET * derivative_tolerance) }
+    }
+
+    /// The target error of derivatives, where there are any.
+    pub fn column_tolerance(&self) -> Option<f64> {
+        (!self.derivatives.is_empty()).then_some(self.options.derivative_tolerance)
     }
 
     /// Into how many parts rules along rigid segments cut each: one, where steps are as long as usual.

@@ -22,7 +22,7 @@ const STEPS: usize = 16;
 pub const SMALL_COLUMN: f64 = 1e-5;
 pub const SMALL_IN_SINGLE: f64 = 1e-3;
 
-/// What is believed of the rows of a sweep.
+/// Rows of a sweep that are taken for right, and how sure that is.
 pub struct Truth {
     pub plan: Plan,
     pub batch: Batch,

@@ -1,159 +1,100 @@
-use crate::backend::{Backend, Precision};
-use crate::lanes::terms::ProgramTerms;
-use crate::lanes::{InstructionSet, Lanes};
+use crate::lanes::lane::{F64, Lane};
+use crate::lanes::problem::{Problem, Workspace};
+use crate::lanes::program::{Inputs, Program};
+use crate::lanes::rod::Rod;
+use crate::lanes::shoot::{Record, shoot};
+use crate::lanes::solve::start_columns;
+use crate::lanes::{algebra::Vec3, terms::ProgramTerms};
 use crate::model::{
-    Coil, CoilWinding, Flexible, Loads, Node, Parameter, Plan, PlanOptions, Profile, Quantity, Rigid, Scene, Segment,
-    SegmentKind, Sensitivity, Solutions, Stiffness, Vector,
+    Flexible, Loads, Node, Parameter, Plan, PlanOptions, Profile, Scene, Segment, SegmentKind, Stiffness,
 };
 
-/// More than a register of any width holds.
-const SAMPLES: usize = 19;
-
-/// In A
-fn currents(sample: usize) -> Vector {
-    [0.11, -0.07, 0.05].map(|current| current * (1.0 + sample as f64 % 7.0) / 7.0 - 0.01 * sample as f64 / 7.0)
-}
-
-/// A catheter with a coil before its tip.
-fn scene(loads: Loads, flexible: impl Fn(&mut Flexible)) -> Scene {
-    let mut tube = Flexible {
-        stiffness: Stiffness::Direct { bending_x: 6e-5, bending_y: 6e-5, torsion: 5e-5 },
+/// A bent tube; if `general`, its stiffness varies along it and it is magnetic.
+fn plan(loads: Loads, bending: [f64; 2], general: bool) -> Plan {
+    let [bending_x, bending_y] = bending;
+    let node = |at: f64, share: f64| Node { at, value: [bending_x * share, bending_y * share, 5e-5 * share] };
+    let stiffness = match general {
+        true => Stiffness::Nodes(vec![node(0.0, 1.2), node(0.07, 0.9)]),
+        false => Stiffness::Direct { bending_x, bending_y, torsion: 5e-5 },
+    };
+    let tube = Flexible {
+        stiffness,
         rest_curvature: Profile::Constant([3.0, -1.0, 0.5]),
         stiffness_shear: None,
         stiffness_axial: None,
         density: None,
-        dipole_per_length: None,
+        dipole_per_length: general.then_some([0.0, 0.001, 0.01]),
     };
-    flexible(&mut tube);
-    let winding = CoilWinding::Axes { turns: [100.0; 3], area: [1e-5; 3] };
-    let coil = Some(Coil { winding, current: [0.0; 3], alignment: [0.0; 3] });
-    let segment = |name: &str, length: f64, kind: SegmentKind| Segment { name: name.into(), length, kind };
-    Scene {
+    let scene = Scene {
         name: String::new(),
         base: Default::default(),
         flux_density: [0.0, 1.0, 3.0],
         sources: Default::default(),
         loads,
-        segments: vec![
-            segment("tube", 0.07, SegmentKind::Flexible(tube.clone())),
-            segment("coil", 0.01, SegmentKind::Rigid(Rigid { coil, ..Rigid::default() })),
-            segment("tip", 0.02, SegmentKind::Flexible(tube)),
-        ],
+        segments: vec![Segment { name: "tube".into(), length: 0.07, kind: SegmentKind::Flexible(tube) }],
         inserted: 0.0,
         rigid_force_arm: true,
-    }
+    };
+    let options = PlanOptions { steps: 3, ..PlanOptions::default() };
+    Plan::new(&scene, &[], &Parameter::all(&scene), options).expect("a plan")
 }
 
-/// Plans with derivatives by every number of the scene, one for each set of terms that has a kernel of its own.
+/// One plan for each set of terms that has a kernel of its own.
 fn plans() -> Vec<(ProgramTerms, Plan)> {
     let none = Loads::default();
     let force = Loads { tip_force: Some([1e-3, -2e-3, 1e-3]), ..none };
     let load = Loads { distributed_force: Some([0.0, 0.02, -0.03]), ..none };
-    let anisotropic =
-        |tube: &mut Flexible| tube.stiffness = Stiffness::Direct { bending_x: 6e-5, bending_y: 8e-5, torsion: 5e-5 };
-    let general = |tube: &mut Flexible| {
-        let node = |at: f64, share: f64| Node { at, value: [6e-5 * share, 8e-5 * share, 5e-5 * share] };
-        tube.stiffness = Stiffness::Nodes(vec![node(0.0, 1.2), node(0.02, 0.9)]);
-        tube.rest_curvature =
-            Profile::Nodes(vec![Node { at: 0.0, value: [3.0, -1.0, 0.5] }, Node { at: 0.02, value: [1.0, 2.0, 0.0] }]);
-        (tube.stiffness_shear, tube.stiffness_axial) = (Some([20.0, 30.0]), Some(100.0));
-        tube.dipole_per_length = Some([0.0, 0.001, 0.01]);
-    };
-    let plain = |_: &mut Flexible| {};
     let by = |[force, load, anisotropic, general]: [bool; 4]| ProgramTerms { force, load, anisotropic, general };
-    let (o, i) = (false, true);
-    let plan = |scene: Scene, sensitivity: Sensitivity| {
-        let axes: Vec<_> =
-            Parameter::parse(&scene, "coil.current").expect("currents").iter().map(|p| vec![*p]).collect();
-        let options = PlanOptions { sensitivity, steps: 3, ..PlanOptions::default() };
-        Plan::new(&scene, &axes, &Parameter::all(&scene), options).expect("a plan")
-    };
-    let (reciprocity, forward) = (Sensitivity::Reciprocity, Sensitivity::Forward);
+    let (round, flat, o, i) = ([6e-5, 6e-5], [6e-5, 8e-5], false, true);
     vec![
-        (by([o, o, o, o]), plan(scene(none, plain), reciprocity)),
-        (by([i, o, o, o]), plan(scene(force, plain), reciprocity)),
-        (by([i, i, o, o]), plan(scene(load, plain), reciprocity)),
-        (by([o, o, i, o]), plan(scene(none, anisotropic), reciprocity)),
-        (by([i, o, i, o]), plan(scene(force, anisotropic), reciprocity)),
-        (by([i, i, i, o]), plan(scene(load, anisotropic), reciprocity)),
-        (by([i, i, i, i]), plan(scene(load, general), reciprocity)),
-        (by([i, i, i, i]), plan(scene(load, general), forward)),
+        (by([o, o, o, o]), plan(none, round, false)),
+        (by([i, o, o, o]), plan(force, round, false)),
+        (by([i, i, o, o]), plan(load, round, false)),
+        (by([o, o, i, o]), plan(none, flat, false)),
+        (by([i, o, i, o]), plan(force, flat, false)),
+        (by([i, i, i, o]), plan(load, flat, false)),
+        (by([i, i, i, i]), plan(load, flat, true)),
     ]
 }
 
-fn solve(lanes: &mut Lanes, plan: &Plan, first: usize, count: usize) -> Solutions {
-    lanes.solve(&plan.batch(count, |sample, row| row.copy_from_slice(&currents(first + sample)))).expect("solved")
-}
-
-#[test]
-fn a_sample_alone_is_that_among_others() {
-    for set in InstructionSet::available() {
-        for precision in [Precision::F64, Precision::F32, Precision::Mixed] {
-            for (terms, plan) in plans() {
-                let mut lanes = Lanes::with_instruction_set(&plan, precision, set).expect("available");
-                if set != InstructionSet::Scalar {
-                    assert_eq!(lanes.program.terms, terms);
-                }
-                let all = solve(&mut lanes, &plan, 0, SAMPLES);
-                let success = (0..SAMPLES).filter(|sample| all.status(*sample).is_success()).count();
-                assert!(success > SAMPLES / 2, "{} {terms:?}: {success} solved", set.name());
-                for sample in 0..SAMPLES {
-                    let alone = solve(&mut lanes, &plan, sample, 1);
-                    for column in 0..plan.output_count() {
-                        let (alone, among) = (alone.values.get(0, column), all.values.get(sample, column));
-                        let same = alone == among || alone.is_nan() && among.is_nan();
-                        assert!(same, "{} {precision} {terms:?}: column {column}: {alone} {among}", set.name());
-                    }
-                }
-            }
-        }
-    }
-}
-
-#[test]
-fn a_batch_made_again_and_again_is_a_new_one() {
-    for (_, plan) in plans() {
-        let plan = plan.with_lone_starts();
-        let mut one = plan.one_sample();
-        assert_eq!(one.batch().bad, [true]);
-        for sample in 0..3 {
-            let m0 = [1e-4, -2e-4, 1e-5 * sample as f64];
-            let mut batch = plan.batch(1, |_, row| row.copy_from_slice(&currents(sample)));
-            plan.set_lone_start(&mut batch, 0, m0);
-            one.set(|row| row.copy_from_slice(&currents(sample)));
-            one.start_at(m0);
-            assert_eq!(one.batch(), &batch);
-        }
-    }
-}
-
-/// The same rod twice, and alone.
+/// A pass alone against the same in every lane; passes are named, no kernel is, since each takes a while to compile.
 #[cfg(target_arch = "x86_64")]
 #[test]
 fn columns_of_a_sample_alone_lie_side_by_side() {
-    use crate::lanes::lane::{F64, Lane};
-    use crate::lanes::memory::Memory;
-
     type L = F64<pulp::x86::V3>;
-    if pulp::x86::V3::try_new().is_none() {
-        return;
-    }
-    // The last of forward columns may be those of parameters that change nothing.
-    for (terms, plan) in plans().into_iter().filter(|(_, plan)| !plan.forward) {
-        let mut lanes = Lanes::with_instruction_set(&plan, Precision::F64, InstructionSet::Avx2).expect("available");
-        // The same rod in every lane, twice and once.
-        for (count, differ) in [(2, false), (1, true)] {
-            let batch = plan.batch(count, |_, row| row.copy_from_slice(&currents(1)));
-            let found = lanes.solve(&batch).expect("solved");
-            assert!(found.status(0).is_success() && found.get(0, Quantity::Residual) < 1e-6);
-            let memory = lanes.pools.0.kernel_memory().downcast_ref::<Memory<L>>().expect("of AVX2");
-            let slope = memory.answers.workspace.stages.column_slope[0].ddp;
-            let differs = [slope.x, slope.y, slope.z].map(|slope| {
-                let mut columns = [0.0; L::COUNT];
-                slope.store(&mut columns);
-                columns[..3].iter().any(|column| *column != columns[0])
-            });
-            assert_eq!(differs.contains(&true), differ, "{count} of {terms:?}");
+    let Some(token) = pulp::x86::V3::try_new() else { return };
+    let number = |x: f64| L::splat(token, x);
+    let in_lanes = |x: L| {
+        let mut lanes = [0.0; L::COUNT];
+        x.store(&mut lanes);
+        lanes
+    };
+    let in_vector = |v: Vec3<L>| [v.x, v.y, v.z].map(in_lanes);
+    for (terms, plan) in plans() {
+        let program = Program::new(&plan, f64::EPSILON);
+        assert_eq!(program.terms, terms);
+        let inputs = Inputs { data: &[], stride: 1, offset: 0 };
+        let mut rod = Rod::new(token);
+        rod.load(&program, token, &inputs);
+        let problem = Problem { program: &program, inputs, rod: &rod };
+        let m0 = Vec3 { x: number(0.2), y: number(-0.1), z: number(0.05) };
+        let [alone, among] = [true, false].map(|alone| {
+            let mut workspace = Workspace::<L>::new(token, &program);
+            workspace.alone = alone;
+            for k in 0..workspace.sources.len() {
+                workspace.sources[k].load(&problem, 3 * k);
+            }
+            let mut columns = Vec::new();
+            start_columns(&problem, m0, &workspace, &mut columns);
+            shoot(&problem, &program.fine, number(1.0), m0, &mut columns, Record::Traces, &mut workspace);
+            let dp =
+                columns.iter().map(|three| [three.dp.x, three.dp.y, three.dp.z].map(in_vector)).collect::<Vec<_>>();
+            (in_vector(workspace.stages.column_slope[0].ddp), dp)
+        });
+        let differ = |slope: &[[f64; L::COUNT]; 3]| slope.iter().any(|lanes| lanes[..3].iter().any(|x| *x != lanes[0]));
+        assert!(differ(&alone.0) && !differ(&among.0), "{terms:?}");
+        for (alone, among) in alone.1.iter().flatten().flatten().zip(among.1.iter().flatten().flatten()) {
+            assert_eq!(alone[0], among[0], "{terms:?}");
         }
     }
 }

@@ -13,8 +13,8 @@ use crate::lanes::lane::Lane;
 use crate::lanes::problem::Problem;
 use crate::lanes::program::Resolution;
 use crate::lanes::rod::Segment;
-use crate::lanes::section::step_at;
 use crate::lanes::terms::Terms;
+use crate::model::step_at;
 
 /// Each flexible segment has at most so many intervals, of several steps each where it takes more.
 const INTERVALS: usize = 6;
