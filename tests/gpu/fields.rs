@@ -48,7 +48,7 @@ fn expect_golden(device: &Device, cases: impl Iterator<Item = FieldCase>) {
 #[test]
 fn golden_scenes() {
     let Some(device) = device_or_skip("fields: golden_scenes") else { return };
-    expect_golden(&device, cases().into_iter().step_by(9));
+    expect_golden(&device, cases().into_iter().step_by(13));
 }
 
 #[test]
