@@ -30,7 +30,7 @@ pub enum QuantityError {
     NoNumber {
         /// The text that was to be read.
         text: String,
-        /// What a right one looks like.
+        /// A quantity of the dimension that is needed, as it is written.
         example: &'static str,
     },
     /// What follows the number is no unit.
@@ -40,7 +40,7 @@ pub enum QuantityError {
         text: String,
         /// What follows the number.
         unit: String,
-        /// What a right one looks like.
+        /// A quantity of the dimension that is needed, as it is written.
         example: &'static str,
     },
     /// A number with a decimal comma.
@@ -48,7 +48,7 @@ pub enum QuantityError {
     DecimalComma {
         /// The text that was to be read.
         text: String,
-        /// What a right one looks like.
+        /// A quantity of the dimension that is needed, as it is written.
         example: &'static str,
     },
     /// A temperature.
@@ -60,7 +60,7 @@ pub enum QuantityError {
         text: String,
         /// The dimension that is needed, in words.
         expected: String,
-        /// What a right one looks like.
+        /// A quantity of the dimension that is needed, as it is written.
         example: &'static str,
     },
     /// The unit measures something else.
@@ -72,7 +72,7 @@ pub enum QuantityError {
         found: String,
         /// The dimension that is needed, in words.
         expected: String,
-        /// What a right one looks like.
+        /// A quantity of the dimension that is needed, as it is written.
         example: &'static str,
     },
     /// The value in SI units is larger than any number may be.
@@ -82,7 +82,7 @@ pub enum QuantityError {
         text: String,
         /// The dimension that is needed, in words.
         expected: String,
-        /// What a right one looks like.
+        /// A quantity of the dimension that is needed, as it is written.
         example: &'static str,
     },
     /// The value in SI units is too large for a double.
@@ -92,7 +92,7 @@ pub enum QuantityError {
         text: String,
         /// The dimension that is needed, in words.
         expected: String,
-        /// What a right one looks like.
+        /// A quantity of the dimension that is needed, as it is written.
         example: &'static str,
     },
 }

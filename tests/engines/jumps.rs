@@ -232,16 +232,14 @@ fn is_right(name: &str, engines: &Value) {
         assert!(off < 2e-3 * length, "{name}: the judge arrives at {position:?}");
     }
     let spec = alone(scene);
-    let may_be_doubtful = MAY_BE_DOUBTFUL.contains(&name);
-    let mut engines = vec![("f64", 1e-7, rows(&spec, Precision::F64))];
-    // A doubtful row has taken the reference half a minute already.
-    if !may_be_doubtful {
-        engines.push(("f32", 1e-4, rows(&spec, Precision::F32)));
-        engines.push(("reference", 1e-9, reference(&spec)));
-    }
+    let engines = [
+        ("f64", 1e-7, rows(&spec, Precision::F64)),
+        ("f32", 1e-4, rows(&spec, Precision::F32)),
+        ("reference", 1e-9, reference(&spec)),
+    ];
     for (engine, bound, rows) in engines {
         let row = &rows[0];
-        if row.status == Status::Doubtful && may_be_doubtful {
+        if row.status == Status::Doubtful && MAY_BE_DOUBTFUL.contains(&name) {
             continue;
         }
         let off = (0..3).map(|k| (tip[k] - row.position[k]).abs()).fold(0.0, f64::max) / length;

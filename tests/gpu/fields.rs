@@ -44,7 +44,7 @@ fn expect_golden(device: &Device, cases: impl Iterator<Item = FieldCase>) {
     assert!(pose <= SINGLE && moment <= SINGLE && columns.0 <= SINGLE, "{pose:e} {moment:e} {columns:?}");
 }
 
-/// Of each kind of field some; software takes seconds to compile a scene.
+/// Every thirteenth golden scene: a software adapter takes seconds to compile the kernel of one.
 #[test]
 fn golden_scenes() {
     let Some(device) = device_or_skip("fields: golden_scenes") else { return };

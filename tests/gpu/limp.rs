@@ -33,7 +33,7 @@ fn named(name: &str) -> LimpCase {
     cases().into_iter().find(|case| case.scene.name == name).expect("a golden scene")
 }
 
-/// Of each kind of scene some; software takes many seconds to compile one.
+/// Every third golden scene: a software adapter takes many seconds to compile the kernel of one.
 #[test]
 fn golden_scenes() {
     let Some(device) = device_or_skip("limp: golden_scenes") else { return };

@@ -45,7 +45,7 @@ pub(crate) const ALL_PATHS: Paths = (0, 1);
 pub(crate) const QUICK_PATHS: Paths = (0, 0);
 
 impl Settings<f64> {
-    /// What a plan asks of every sample: all ways to the full load, no sample yet.
+    /// Tolerances and error shares of a plan; the kernels try all ways to the full load. Mark and number of samples are zero.
     pub fn of(plan: &Plan, precision: Precision) -> Self {
         let tolerance = newton_tolerance(plan.target(), precision.epsilon());
         let PlanOptions { error_share, derivative_scale, .. } = plan.options;
