@@ -8,12 +8,14 @@ use super::voxel_kernels::VoxelKernels;
 use crate::backend::{BackendError, Precision};
 use crate::model::{BLOCK, Blocks};
 
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 pub use super::faults::{FaultCounts, Faults, Flip};
 
-/// The GPU that tests of one process share, so that a kernel is compiled once.
-static SHARED: Mutex<Option<Device>> = Mutex::new(None);
+/// Devices that tests of one process share, so that most kernels are compiled once. Software drivers compile the kernels
+/// of a device one after the other, so there are two.
+static SHARED: Mutex<Vec<Device>> = Mutex::new(Vec::new());
+const SHARED_DEVICES: usize = 2;
 
 /// Opens a GPU for a test, or takes the one that another test of this process has opened.
 ///
@@ -32,12 +34,19 @@ pub fn device_or_skip(test: &str) -> Option<Device> {
     }
 }
 
-/// A device that has shown any trouble is left to the tests that hold it.
+/// The one that fewest tests hold. A device that has shown any trouble is left to the tests that hold it.
 fn shared() -> Result<Device, BackendError> {
     let mut shared = SHARED.lock().unwrap_or_else(PoisonError::into_inner);
-    match shared.as_ref() {
-        Some(device) if !device.is_lost() && device.check().is_ok() => Ok(device.clone()),
-        _ => Ok(shared.insert(Device::open()?).clone()),
+    shared.retain(|device| !device.is_lost() && device.check().is_ok());
+    let holders = |device: &Device| Arc::strong_count(&device.compiled);
+    let idle = 1;
+    match shared.iter().min_by_key(|device| holders(device)) {
+        Some(device) if holders(device) == idle || shared.len() == SHARED_DEVICES => Ok(device.clone()),
+        _ => {
+            let device = Device::open()?;
+            shared.push(device.clone());
+            Ok(device)
+        }
     }
 }
 
