@@ -14,6 +14,7 @@ use rodsweep::model::{
     Rigid, Scene, Segment, SegmentKind, Sensitivity, Solutions, Status, Stepper, Stiffness, Vector,
 };
 use rodsweep_bench::random::Random;
+use std::thread;
 
 /// GPU in f32 against the CPU in f64; the worst of well-conditioned rods lose two digits of seven.
 const AGAINST_F64: Tolerance = Tolerance { pose: 4e-5, moment: 4e-5, jacobian: 4e-3, small_column: SMALL_COLUMN };
@@ -242,42 +243,71 @@ fn parameters(scene: &Scene, kind: Kind) -> Vec<Parameter> {
     names.iter().flat_map(|name| Parameter::parse(scene, name).unwrap()).collect()
 }
 
+/// What varies along a segment takes a software driver minutes to compile. So one of its two kinds has the kernels of
+/// hardware here, and the other those of the device.
 #[test]
 fn random_rods() {
-    for (number, kind) in KINDS.into_iter().enumerate() {
-        let Some(device) = device_or_skip("random_rods") else { return };
-        let mut random = Random(number as u64 + 1);
-        let scene = random_scene(kind, &mut random);
-        let swept = parameters(&scene, kind);
-        let axes: Vec<Vec<Parameter>> = swept.iter().map(|parameter| vec![*parameter]).collect();
-        let Kind { stepper, steps, sensitivity, .. } = kind;
-        // With and without the columns by base rotation.
-        let base_moment_rows = number % 2 == 0;
-        let options = PlanOptions { stepper, steps, sensitivity, base_moment_rows, ..PlanOptions::default() };
-        let mut wrt = swept.clone();
-        if kind.segments.starts_with(['f', 'v']) {
-            wrt.push(Parameter::Insertion);
-        }
-        wrt.extend(Axis::ALL.map(Parameter::BasePosition));
-        wrt.extend(Axis::ALL.map(Parameter::TipForce));
-        let plan = Plan::new(&scene, &axes, &wrt, options).unwrap();
-        let samples: Vec<Vec<f64>> = (0..100)
-            .map(|_| {
-                let other = random_scene(kind, &mut random);
-                swept.iter().map(|parameter| parameter.get(&other)).collect()
-            })
-            .collect();
-        let batch = plan.batch(samples.len(), |i, row| {
-            if let Some(sample) = samples.get(i) {
-                row.copy_from_slice(sample);
+    check_random_rods(|kind, as_hardware| {
+        let is_graded = kind.segments.contains('v');
+        let for_hardware = is_graded && kind.sensitivity == Sensitivity::Auto;
+        as_hardware == for_hardware
+    });
+}
+
+#[test]
+#[ignore = "minutes of compiling on a software driver"]
+fn random_rods_with_either_kernels() {
+    check_random_rods(|kind, as_hardware| !as_hardware || kind.segments.contains('v'));
+}
+
+/// Two kinds at a time: a software driver compiles the kernels of a device one after the other.
+fn check_random_rods(takes: impl Fn(Kind, bool) -> bool + Sync) {
+    let check_some = |remainder| {
+        for (number, kind) in KINDS.into_iter().enumerate().filter(|(number, _)| number % 2 == remainder) {
+            let Some(device) = device_or_skip("random_rods") else { return };
+            let (plan, batch) = random_batch(number, kind);
+            if takes(kind, false) {
+                check_plan(&format!("{kind:?}"), gpu(device.clone(), &plan), &plan, &batch);
             }
-        });
-        check_plan(&format!("{kind:?}"), gpu(device.clone(), &plan), &plan, &batch);
-        // One by reciprocity and one forward, each with all that varies along a segment.
-        if kind.segments.contains('v') {
-            check_plan(&format!("{kind:?} as on hardware"), gpu_as_hardware(device, &plan), &plan, &batch);
+            if takes(kind, true) {
+                check_plan(&format!("{kind:?} as on hardware"), gpu_as_hardware(device, &plan), &plan, &batch);
+            }
         }
+    };
+    thread::scope(|scope| {
+        scope.spawn(|| check_some(0));
+        check_some(1);
+    });
+}
+
+/// A hundred rods of a kind, with and without the columns by base rotation.
+fn random_batch(number: usize, kind: Kind) -> (Plan, Batch) {
+    let mut random = Random(number as u64 + 1);
+    let scene = random_scene(kind, &mut random);
+    let swept = parameters(&scene, kind);
+    let axes: Vec<Vec<Parameter>> = swept.iter().map(|parameter| vec![*parameter]).collect();
+    let Kind { stepper, steps, sensitivity, .. } = kind;
+    let base_moment_rows = number % 2 == 0;
+    let options = PlanOptions { stepper, steps, sensitivity, base_moment_rows, ..PlanOptions::default() };
+    let mut wrt = swept.clone();
+    if kind.segments.starts_with(['f', 'v']) {
+        wrt.push(Parameter::Insertion);
     }
+    wrt.extend(Axis::ALL.map(Parameter::BasePosition));
+    wrt.extend(Axis::ALL.map(Parameter::TipForce));
+    let plan = Plan::new(&scene, &axes, &wrt, options).unwrap();
+    let samples: Vec<Vec<f64>> = (0..100)
+        .map(|_| {
+            let other = random_scene(kind, &mut random);
+            swept.iter().map(|parameter| parameter.get(&other)).collect()
+        })
+        .collect();
+    let batch = plan.batch(samples.len(), |i, row| {
+        if let Some(sample) = samples.get(i) {
+            row.copy_from_slice(sample);
+        }
+    });
+    (plan, batch)
 }
 
 /// The catheter P6 over currents of +-0.3 A, with the published map's insertion.
