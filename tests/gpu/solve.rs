@@ -287,7 +287,7 @@ fn random_batch(number: usize, kind: Kind) -> (Plan, Batch) {
     let swept = parameters(&scene, kind);
     let axes: Vec<Vec<Parameter>> = swept.iter().map(|parameter| vec![*parameter]).collect();
     let Kind { stepper, steps, sensitivity, .. } = kind;
-    let base_moment_rows = number % 2 == 0;
+    let base_moment_rows = number.is_multiple_of(2);
     let options = PlanOptions { stepper, steps, sensitivity, base_moment_rows, ..PlanOptions::default() };
     let mut wrt = swept.clone();
     if kind.segments.starts_with(['f', 'v']) {
