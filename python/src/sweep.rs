@@ -219,11 +219,11 @@ impl NativeSweep {
                 "parameters": axis.parameters.iter().map(|p| p.name(scene)).collect::<Vec<_>>(),
                 "unit": axis.unit(), "scales": axis.scales, "points": axis.points,
             });
-            match axis.distribution {
-                Distribution::Uniform { from, to } => (value["from"], value["to"]) = (json!(from), json!(to)),
-                Distribution::Normal { mean, standard_deviation } => {
-                    (value["mean"], value["standard_deviation"]) = (json!(mean), json!(standard_deviation));
-                }
+            let law = &axis.distribution;
+            value["distribution"] = json!(law.name());
+            law.numbers().into_iter().for_each(|(key, number)| value[key] = json!(number));
+            if let Distribution::Values(values) = law {
+                value["values"] = json!(values[..]);
             }
             value
         };

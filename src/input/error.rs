@@ -3,7 +3,7 @@
 use super::units::QuantityError;
 use crate::model::{ParameterError, PlanError, SceneError};
 use std::fmt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// A mistake in an input file: where it is, what it is, what to do.
 #[derive(Clone, Debug, PartialEq)]
@@ -89,6 +89,9 @@ pub enum Problem {
     /// A parameter's name that the scene does not have, or that cannot be set.
     #[error("{0}")]
     Parameter(#[from] ParameterError),
+    /// A column of a sweep's table that is no parameter.
+    #[error("{0}; to pass over such columns, write extra_columns = \"ignore\" under [sampling]")]
+    Column(ParameterError),
     /// The sweep makes no plan.
     #[error("{0}")]
     Plan(PlanError),
@@ -141,3 +144,8 @@ impl fmt::Display for InputError {
 }
 
 impl std::error::Error for InputError {}
+
+/// A mistake in a table: its line, and the column as the key.
+pub(crate) fn table_error(file: &Path, line: Option<usize>, key: &str, problem: Problem) -> InputError {
+    InputError { file: file.into(), line, key: key.into(), problem: problem.into() }
+}

@@ -20,6 +20,7 @@ mod sweep_file;
 mod sweep_samples;
 mod sweep_text;
 mod table_file;
+mod text_table;
 mod tip_file;
 pub mod toml;
 mod trajectory_file;

@@ -1,9 +1,8 @@
-//! Tables of numbers: CSV whose cells may carry units, or Parquet. The first line names the columns.
+//! Tables of numbers by column: text whose cells or heads may carry units, or Parquet.
 
-use super::error::{InputError, Problem};
-use super::scene_file::read_text;
-use super::units::LARGEST;
-use super::units::{Dimension, parse_quantity};
+use super::error::{InputError, Problem, table_error};
+use super::text_table::{Head, TextTable, read_table_text};
+use super::units::{Dimension, LARGEST};
 use crate::table::{self, TableError, Values};
 use std::collections::HashSet;
 use std::path::Path;
@@ -20,27 +19,26 @@ pub(crate) fn read_number_table(
     if is_parquet(file) {
         return read_parquet(file);
     }
-    let text = read_text(file)?;
-    let mut lines = csv_lines(&text);
-    let Some((header_line, header)) = lines.next() else { return Ok(Vec::new()) };
+    let text = read_table_text(file)?;
+    let Some(table) = TextTable::new(file, &text, "x")? else { return Ok(Vec::new()) };
     let mut columns: Vec<(String, Vec<f64>)> = Vec::new();
     let mut names = HashSet::new();
-    for name in cells(header) {
-        if !names.insert(name) {
-            let problem = Problem::Conflict { with: name.into(), remedy: "drop one of the two columns".into() };
-            return Err(error(file, Some(header_line), name, problem));
+    for Head { name, .. } in &table.heads {
+        if !names.insert(*name) {
+            let problem = Problem::Conflict { with: (*name).into(), remedy: "drop one of the two columns".into() };
+            return Err(table_error(file, Some(table.line), name, problem));
         }
-        columns.push((name.to_owned(), Vec::new()));
+        columns.push(((*name).to_owned(), Vec::new()));
     }
-    for (line, row) in lines {
-        expect_width(file, line, row, columns.len())?;
-        for (cell, (name, values)) in cells(row).zip(&mut columns) {
+    for row in table.rows(file) {
+        let (line, cells) = row?;
+        for ((cell, head), (name, values)) in cells.into_iter().zip(&table.heads).zip(&mut columns) {
             if cell.is_empty() && name == optional {
                 values.push(f64::NAN);
                 continue;
             }
-            let value = parse_quantity(cell, unit(name));
-            values.push(value.map_err(|problem| error(file, Some(line), name, Problem::Quantity(problem)))?);
+            let value = table.quantity(head, cell, unit(name));
+            values.push(value.map_err(|problem| table_error(file, Some(line), name, Problem::Quantity(problem)))?);
         }
     }
     Ok(columns)
@@ -52,11 +50,12 @@ pub(crate) fn is_parquet(file: &Path) -> bool {
 
 /// Columns by name, NaN for what is missing. Every column must hold numbers.
 pub(crate) fn read_parquet(file: &Path) -> Result<Vec<(String, Vec<f64>)>, InputError> {
-    let wrong_kind = |name: &str, found| error(file, None, name, Problem::Type { expected: "numbers".into(), found });
+    let wrong_kind =
+        |name: &str, found| table_error(file, None, name, Problem::Type { expected: "numbers".into(), found });
     let table = table::parquet::read_numbers(file, MOST_NUMBERS).map_err(|problem| match problem {
         TableError::Kind { column, found, .. } => wrong_kind(&column, found),
-        TableError::Io(problem) => error(file, None, "", Problem::Unreadable(problem.to_string())),
-        problem => error(file, None, "", Problem::Table(problem.to_string())),
+        TableError::Io(problem) => table_error(file, None, "", Problem::Unreadable(problem.to_string())),
+        problem => table_error(file, None, "", Problem::Table(problem.to_string())),
     })?;
     let numbers = |column: table::Column| {
         let values = match column.values {
@@ -66,7 +65,7 @@ pub(crate) fn read_parquet(file: &Path) -> Result<Vec<(String, Vec<f64>)>, Input
         match values.iter().position(|x| x.abs() > LARGEST) {
             Some(row) => {
                 let (value, expected) = (format!("{:e} in row {row}", values[row]), "at most 1e60 in size".into());
-                Err(error(file, None, &column.name, Problem::Range { value, expected }))
+                Err(table_error(file, None, &column.name, Problem::Range { value, expected }))
             }
             None => Ok((column.name, values)),
         }
@@ -81,16 +80,6 @@ pub(crate) fn csv_lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
     lines.filter(|(_, line)| !line.is_empty() && !line.starts_with('#'))
 }
 
-/// Refuses a line that has not as many cells as there are columns.
-pub(crate) fn expect_width(file: &Path, line: usize, row: &str, expected: usize) -> Result<(), InputError> {
-    let found = cells(row).count();
-    if found == expected { Ok(()) } else { Err(error(file, Some(line), "", Problem::Columns { found, expected })) }
-}
-
 pub(crate) fn cells(line: &str) -> impl Iterator<Item = &str> {
     line.split(',').map(|cell| cell.trim().trim_matches('"'))
-}
-
-pub(crate) fn error(file: &Path, line: Option<usize>, key: &str, problem: Problem) -> InputError {
-    InputError { file: file.into(), line, key: key.into(), problem: problem.into() }
 }

@@ -1,7 +1,7 @@
 //! Observed shapes: a table with columns x, y, z, perhaps s (arc length; empty for the tip), and known parameters.
 
-use super::error::{InputError, Problem};
-use super::number_table::{error, read_number_table};
+use super::error::{InputError, Problem, table_error};
+use super::number_table::read_number_table;
 use super::units::Dimension;
 use crate::model::{Parameter, Scene};
 use crate::spec::{ObservedPoint, ObservedShape, ObservedShapes};
@@ -21,21 +21,21 @@ pub fn read_shapes(file: &Path, scene: &Scene) -> Result<ObservedShapes, InputEr
     let columns = read_number_table(file, &unit, "s")?;
     let mut known: Vec<(Parameter, &Vec<f64>)> = Vec::new();
     for (name, values) in columns.iter().filter(|(name, _)| !["s", "x", "y", "z"].contains(&name.as_str())) {
-        let parsed = Parameter::parse(scene, name).map_err(|problem| error(file, None, name, problem.into()))?;
+        let parsed = Parameter::parse(scene, name).map_err(|problem| table_error(file, None, name, problem.into()))?;
         let [parameter] = parsed[..] else {
             let (value, expected) =
                 (format!("a group of {}", parsed.len()), format!("one component, such as {name}.x"));
-            return Err(error(file, None, name, Problem::Range { value, expected }));
+            return Err(table_error(file, None, name, Problem::Range { value, expected }));
         };
         known.push((parameter, values));
     }
     let column = |name: &str| columns.iter().find(|(other, _)| other == name).map(|(_, values)| values);
     let ([Some(x), Some(y), Some(z)], at) = (["x", "y", "z"].map(column), column("s")) else {
         let remedy = "the first line names columns x, y, z, perhaps s, and known parameters such as coil.current.x";
-        return Err(error(file, None, "x", Problem::Missing { remedy: remedy.into() }));
+        return Err(table_error(file, None, "x", Problem::Missing { remedy: remedy.into() }));
     };
     if x.is_empty() {
-        return Err(error(
+        return Err(table_error(
             file,
             None,
             "",
@@ -49,16 +49,16 @@ pub fn read_shapes(file: &Path, scene: &Scene) -> Result<ObservedShapes, InputEr
         if values.iter().chain(&position).any(|x| !x.is_finite()) {
             let problem =
                 Problem::Range { value: format!("not finite in row {row}"), expected: "finite numbers".into() };
-            return Err(error(file, None, "x", problem));
+            return Err(table_error(file, None, "x", problem));
         }
         let mut own = scene.clone();
         let pairs = known.iter().map(|(parameter, _)| *parameter).zip(values.iter().copied());
-        Parameter::set_all(&mut own, pairs).map_err(|problem| error(file, None, "", problem.into()))?;
+        Parameter::set_all(&mut own, pairs).map_err(|problem| table_error(file, None, "", problem.into()))?;
         let length = own.total_length();
         let arc_length = at.map(|at| at[row]).filter(|s| s.is_finite());
         if let Some(s) = arc_length.filter(|s| !(0.0..=length * (1.0 + 1e-9)).contains(s)) {
             let expected = format!("0 to {length} m, the length of the rod");
-            return Err(error(file, None, "s", Problem::Range { value: format!("{s} in row {row}"), expected }));
+            return Err(table_error(file, None, "s", Problem::Range { value: format!("{s} in row {row}"), expected }));
         }
         let point = ObservedPoint { arc_length, position };
         match shapes.iter_mut().find(|shape| shape.known == values) {

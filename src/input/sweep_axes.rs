@@ -2,10 +2,10 @@
 
 use super::error::{InputError, Problem};
 use super::sweep_distribution::{KEYS, law};
-use super::table_file::{parse_input_table, read_input_table};
+use super::table_file::{Habits, parse_with, read_with};
 use super::toml::Reader;
 use super::units::LARGEST;
-use super::words::parameters;
+use super::words::{choice, parameters};
 use crate::model::{Parameter, Scene, SegmentParameter, StiffnessAxis};
 use crate::spec::{AxisSpec, Distribution, InputTable, Method};
 use std::path::Path;
@@ -29,13 +29,22 @@ pub(super) fn axes(
     let axis = |reader: &Reader| {
         let axis = varying(reader, scene, notes)?;
         check_method(reader, &axis, method)?;
-        let points = match (method, reader.count("points", 1)?) {
-            (Method::Grid, Some(points)) => points,
-            (Method::Grid, None) => {
+        let listed = match &axis.distribution {
+            Distribution::Values(values) => Some(values.len() as u64),
+            _ => None,
+        };
+        let points = match (method, reader.count("points", 1)?, listed) {
+            (Method::Grid, Some(points), Some(values)) if points != values => {
+                let (value, expected) =
+                    (points.to_string(), format!("the {values} values that are listed, or nothing"));
+                return Err(reader.error("points", Problem::Range { value, expected }));
+            }
+            (Method::Grid, Some(points), _) | (Method::Grid, None, Some(points)) => points,
+            (Method::Grid, None, None) => {
                 return Err(reader.missing("points", "a grid needs the number of points of each axis"));
             }
-            (_, None) => 0,
-            (_, Some(_)) => {
+            (_, None, _) => 0,
+            (_, Some(_), _) => {
                 let remedy = "points belong to a grid: give [sampling] samples instead".into();
                 return Err(reader.error("points", Problem::Conflict { with: "sampling.method".into(), remedy }));
             }
@@ -59,14 +68,18 @@ pub(super) fn uncertain(root: &Reader, scene: &Scene, notes: &mut Vec<String>) -
 
 /// Refuses laws without ends where samples lie at the ends or between them.
 fn check_method(reader: &Reader, axis: &AxisSpec, method: Method) -> Result<(), InputError> {
-    let remedy = match (method, axis.distribution) {
-        (_, Distribution::Uniform { .. }) => return Ok(()),
-        (Method::Grid, _) => "a grid needs ends: give from and to, or draw samples by method = \"sobol\"",
-        (Method::Skeleton, _) => "faces need ends: give from and to",
+    use Distribution::{LogNormal, LogUniform, Normal, Uniform, Values};
+    let remedy = match (method, &axis.distribution) {
+        (Method::Grid, Uniform { .. } | LogUniform { .. } | Values(_)) => return Ok(()),
+        (Method::Grid, _) => {
+            "a grid needs ends: give from and to, or draw samples by method = \"sobol\"; or list `values`"
+        }
+        (Method::Skeleton, Values(_) | Normal { .. } | LogNormal { .. }) => "faces need ends: give from and to",
         _ => return Ok(()),
     };
+    let key = if reader.has("values") { "values" } else { "distribution" };
     let with = format!("sampling.method = {}", method.name());
-    Err(reader.error("distribution", Problem::Conflict { with, remedy: remedy.into() }))
+    Err(reader.error(key, Problem::Conflict { with, remedy: remedy.into() }))
 }
 
 /// What a block drives, and its law.
@@ -97,10 +110,10 @@ fn varying(reader: &Reader, scene: &Scene, notes: &mut Vec<String>) -> Result<Ax
         );
     };
     let law = law(reader, scene, first, &driven)?;
-    let numbers = match law.distribution {
-        Distribution::Uniform { from, to } => [from, to],
-        Distribution::Normal { mean, standard_deviation } => [mean, standard_deviation],
-    };
+    let mut numbers: Vec<f64> = law.distribution.numbers().into_iter().map(|(_, number)| number).collect();
+    if let Distribution::Values(values) = &law.distribution {
+        numbers.extend(values.iter());
+    }
     if let Some(number) = numbers.into_iter().find(|number| number.is_nan() || number.abs() > LARGEST) {
         let (value, expected) = (format!("over values up to {number:e}"), "values of at most 1e60 in size".into());
         return Err(reader.error("", Problem::Range { value, expected }));
@@ -120,24 +133,28 @@ pub(super) fn table_axes(
     scene: &Scene,
     file: &Path,
     built_in: &[(&str, &str)],
+    notes: &mut Vec<String>,
 ) -> Result<TableAxes, InputError> {
     if root.has("axis") {
         let remedy = "the columns of the table are the axes: remove [[axis]]".into();
         return Err(root.error("axis", Problem::Conflict { with: "sampling.file".into(), remedy }));
     }
+    let others =
+        choice(sampling, "extra_columns", &[false, true], |ignored| if ignored { "ignore" } else { "refuse" })?;
+    let habits = Habits { of_sweep: true, ignores_others: others == Some(true) };
     let name = sampling.string("file")?;
     let name =
         name.ok_or_else(|| sampling.missing("file", "name a CSV or Parquet file whose columns are parameters"))?;
     let path = file.parent().unwrap_or(Path::new("")).join(name);
     if let Some((_, text)) = built_in.iter().find(|(built_in, _)| *built_in == name) {
-        let table = parse_input_table(&path, text, scene)?;
+        let table = parse_with(&path, text, scene, habits, notes)?;
         return Ok((table.parameters().iter().map(row_axis).collect(), Some(Arc::new(table))));
     }
     if !path.is_file() {
         let reason = format!("{} is no file; the path starts from the folder of this file", path.display());
         return Err(sampling.error("file", Problem::Unreadable(reason)));
     }
-    let table = read_input_table(&path, scene)?;
+    let table = read_with(&path, scene, habits, notes)?;
     Ok((table.parameters().iter().map(row_axis).collect(), Some(Arc::new(table))))
 }
 

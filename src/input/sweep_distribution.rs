@@ -7,7 +7,7 @@ use crate::model::{Parameter, Scene};
 use crate::spec::Distribution;
 
 /// Keys of the blocks `[[axis]]` and `[[uncertain]]`.
-pub(super) const KEYS: [&str; 10] = [
+pub(super) const KEYS: [&str; 13] = [
     "parameter",
     "parameters",
     "from",
@@ -15,10 +15,19 @@ pub(super) const KEYS: [&str; 10] = [
     "points",
     "relative",
     "scale",
+    "spacing",
     "distribution",
     "mean",
     "standard_deviation",
+    "mode",
+    "values",
 ];
+
+/// Numbers of laws.
+const NUMBERS: [&str; 5] = ["from", "to", "mean", "standard_deviation", "mode"];
+
+/// Least share of a normal law that a truncated one keeps: below it quantiles lose their digits.
+const LEAST_KEPT: f64 = 1e-9;
 
 /// A law, and whether its values are factors.
 pub(super) struct Law {
@@ -29,16 +38,35 @@ pub(super) struct Law {
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Shape {
     Uniform,
+    LogUniform,
+    Triangular,
     Normal,
+    TruncatedNormal,
+    LogNormal,
 }
 
 impl Shape {
-    const ALL: [Shape; 2] = [Shape::Uniform, Shape::Normal];
+    const ALL: [Shape; 6] =
+        [Shape::Uniform, Shape::LogUniform, Shape::Triangular, Shape::Normal, Shape::TruncatedNormal, Shape::LogNormal];
 
     fn name(self) -> &'static str {
         match self {
             Shape::Uniform => "uniform",
+            Shape::LogUniform => "log-uniform",
+            Shape::Triangular => "triangular",
             Shape::Normal => "normal",
+            Shape::TruncatedNormal => "truncated-normal",
+            Shape::LogNormal => "lognormal",
+        }
+    }
+
+    /// The numbers that say it.
+    fn numbers(self) -> &'static [&'static str] {
+        match self {
+            Shape::Uniform | Shape::LogUniform => &["from", "to"],
+            Shape::Triangular => &["from", "mode", "to"],
+            Shape::Normal | Shape::LogNormal => &["mean", "standard_deviation"],
+            Shape::TruncatedNormal => &["mean", "standard_deviation", "from", "to"],
         }
     }
 }
@@ -47,17 +75,21 @@ impl Shape {
 ///
 /// One parameter has a law of its own values, however the file says it. Several may have a law of their common factor.
 pub(super) fn law(reader: &Reader, scene: &Scene, first: &Parameter, driven: &[Parameter]) -> Result<Law, InputError> {
-    let shape = choice(reader, "distribution", &Shape::ALL, Shape::name)?.unwrap_or(Shape::Uniform);
+    let shape = shape(reader)?;
     let relative = relative(reader, shape)?;
     let scales = scales(reader, relative.is_some(), driven.len())?;
     if !scales {
         check_units(reader, scene, first, driven)?;
     }
+    let given = |unit: &str, usual: &dyn Fn() -> Result<f64, InputError>| match listed(reader, unit)? {
+        Some(values) => Ok(values),
+        None => absolute(reader, shape, unit, usual),
+    };
     if let (true, [_, _, ..]) = (scales, driven) {
         driven.iter().try_for_each(|parameter| nominal(reader, scene, parameter).map(|_| ()))?;
         let distribution = match relative {
             Some(share) => around(shape, 1.0, share),
-            None => absolute(reader, shape, "", || Ok(1.0))?,
+            None => given("", &|| Ok(1.0))?,
         };
         return Ok(Law { distribution, scales: true });
     }
@@ -65,30 +97,64 @@ pub(super) fn law(reader: &Reader, scene: &Scene, first: &Parameter, driven: &[P
         Some(share) => around(shape, nominal(reader, scene, first)?, share),
         None if scales => {
             let nominal = nominal(reader, scene, first)?;
-            scaled(absolute(reader, shape, "", || Ok(1.0))?, nominal)
+            given("", &|| Ok(1.0))?.times(nominal)
         }
-        None => absolute(reader, shape, first.unit(), || finite(reader, scene, first))?,
+        None => given(first.unit(), &|| finite(reader, scene, first))?,
     };
     Ok(Law { distribution, scales: false })
+}
+
+/// The word of `distribution`, or what `spacing` means.
+fn shape(reader: &Reader) -> Result<Shape, InputError> {
+    let shape = choice(reader, "distribution", &Shape::ALL, Shape::name)?;
+    let is_log = choice(reader, "spacing", &[false, true], |is_log| if is_log { "log" } else { "linear" })?;
+    match (shape, is_log) {
+        (None | Some(Shape::Uniform | Shape::LogUniform), Some(true)) => Ok(Shape::LogUniform),
+        (None | Some(Shape::Uniform), Some(false)) => Ok(Shape::Uniform),
+        (Some(shape), Some(_)) => {
+            let remedy = "`spacing` says how values between two ends are spread: keep one of the two".into();
+            let with = format!("distribution = {}", shape.name());
+            Err(reader.error("spacing", Problem::Conflict { with, remedy }))
+        }
+        (shape, None) => Ok(shape.unwrap_or(Shape::Uniform)),
+    }
+}
+
+/// The list of `values`, where the block has one.
+fn listed(reader: &Reader, unit: &str) -> Result<Option<Distribution>, InputError> {
+    let Some(values) = reader.quantities("values", unit)? else { return Ok(None) };
+    let others = NUMBERS.into_iter().chain(["relative", "spacing", "distribution"]);
+    if let Some(other) = others.into_iter().find(|other| reader.has(other)) {
+        let remedy = "the list says every value: keep one of the two".into();
+        return Err(reader.error("values", Problem::Conflict { with: other.into(), remedy }));
+    }
+    if values.is_empty() {
+        let expected = "at least one value".into();
+        return Err(reader.error("values", Problem::Range { value: "an empty list".into(), expected }));
+    }
+    Ok(Some(Distribution::Values(values.into())))
 }
 
 /// The share by which values lie around the scene's, where the block has one.
 fn relative(reader: &Reader, shape: Shape) -> Result<Option<f64>, InputError> {
     let Some(share) = reader.quantity("relative", "")? else { return Ok(None) };
-    for other in ["from", "to", "mean", "standard_deviation"] {
+    for other in NUMBERS.into_iter().chain(["values"]) {
         if reader.has(other) {
             let remedy = "`relative` says it around the scene's value: keep one of the two".into();
             return Err(reader.error(other, Problem::Conflict { with: "relative".into(), remedy }));
         }
     }
+    if shape == Shape::TruncatedNormal {
+        let remedy = "a truncated law needs its ends: give mean, standard_deviation, from and to".into();
+        let with = format!("distribution = {}", shape.name());
+        return Err(reader.error("relative", Problem::Conflict { with, remedy }));
+    }
     if share > 0.0 && share <= 1.0 {
         return Ok(Some(share));
     }
-    let expected = match shape {
-        Shape::Uniform => "a share above 0 and up to 1, such as \"10 %\"; else write from and to",
-        Shape::Normal => "a share above 0 and up to 1, such as \"10 %\"; else write mean and standard_deviation",
-    };
-    Err(reader.error("relative", Problem::Range { value: share.to_string(), expected: expected.into() }))
+    let expected =
+        format!("a share above 0 and up to 1, such as \"10 %\"; else write {}", shape.numbers().join(" and "));
+    Err(reader.error("relative", Problem::Range { value: share.to_string(), expected }))
 }
 
 /// Whether the numbers of the block are factors of the scene's values.
@@ -115,43 +181,75 @@ fn absolute(
     reader: &Reader,
     shape: Shape,
     unit: &str,
-    usual_mean: impl Fn() -> Result<f64, InputError>,
+    usual: &dyn Fn() -> Result<f64, InputError>,
 ) -> Result<Distribution, InputError> {
-    let refused: [&str; 2] = match shape {
-        Shape::Uniform => ["mean", "standard_deviation"],
-        Shape::Normal => ["from", "to"],
-    };
-    if let Some(key) = refused.into_iter().find(|key| reader.has(key)) {
+    if let Some(key) = NUMBERS.into_iter().find(|key| reader.has(key) && !shape.numbers().contains(key)) {
         let remedy = match shape {
-            Shape::Uniform => "a uniform axis runs from `from` to `to`: write distribution = \"normal\", or remove it",
-            Shape::Normal => "a normal distribution has no ends: give mean and standard_deviation instead",
+            Shape::Uniform => {
+                "a uniform axis runs from `from` to `to`: write distribution = \"normal\", or remove it".into()
+            }
+            Shape::Normal => "a normal distribution has no ends: give mean and standard_deviation instead".into(),
+            _ => format!("this law has {}: remove the other", shape.numbers().join(", ")),
         };
         let with = format!("distribution = {}", shape.name());
-        return Err(reader.error(key, Problem::Conflict { with, remedy: remedy.into() }));
+        return Err(reader.error(key, Problem::Conflict { with, remedy }));
     }
+    let given = |name: &str| reader.quantity(name, unit);
+    let end = |name: &str| -> Result<f64, InputError> {
+        let remedy = "an axis runs from `from` to `to`, or is `relative`, or has `values`";
+        given(name)?.ok_or_else(|| reader.missing(name, remedy))
+    };
+    let centre = |name: &str| given(name)?.map_or_else(usual, Ok);
+    let deviation = || -> Result<f64, InputError> {
+        let remedy = format!("a {} distribution needs it, or `relative` as a share of the scene's value", shape.name());
+        let deviation = given("standard_deviation")?.ok_or_else(|| reader.missing("standard_deviation", remedy))?;
+        within(reader, "standard_deviation", deviation, deviation > 0.0, "a value greater than zero")?;
+        Ok(deviation)
+    };
     match shape {
-        Shape::Uniform => {
-            let end = |name: &str| -> Result<f64, InputError> {
-                let value = reader.quantity(name, unit)?;
-                value.ok_or_else(|| reader.missing(name, "an axis runs from `from` to `to`, or is `relative`"))
-            };
-            Ok(Distribution::Uniform { from: end("from")?, to: end("to")? })
+        Shape::Uniform => Ok(Distribution::Uniform { from: end("from")?, to: end("to")? }),
+        Shape::LogUniform => {
+            let (from, to) = (end("from")?, end("to")?);
+            within(reader, "from", from, from != 0.0, "a value other than zero, which has no logarithm")?;
+            let is_beside = to != 0.0 && (to > 0.0) == (from > 0.0);
+            within(reader, "to", to, is_beside, "a value of the sign of `from`: no logarithm passes through zero")?;
+            Ok(Distribution::LogUniform { from, to })
         }
-        Shape::Normal => {
-            let mean = match reader.quantity("mean", unit)? {
-                Some(mean) => mean,
-                None => usual_mean()?,
-            };
-            let remedy = "a normal distribution needs it, or `relative` as a share of the scene's value";
-            let standard_deviation = reader.quantity("standard_deviation", unit)?;
-            let standard_deviation = standard_deviation.ok_or_else(|| reader.missing("standard_deviation", remedy))?;
-            if standard_deviation > 0.0 {
-                return Ok(Distribution::Normal { mean, standard_deviation });
-            }
-            let (value, expected) = (standard_deviation.to_string(), "a value greater than zero".into());
-            Err(reader.error("standard_deviation", Problem::Range { value, expected }))
+        Shape::Triangular => {
+            let (from, to) = (end("from")?, end("to")?);
+            within(reader, "to", to, to > from, "a value above `from`")?;
+            let mode = centre("mode")?;
+            let key = if reader.has("mode") { "mode" } else { "from" };
+            let expected = "a mode between the ends; if `mode` is left out, it is the scene's value";
+            within(reader, key, mode, (from..=to).contains(&mode), expected)?;
+            Ok(Distribution::Triangular { from, mode, to })
+        }
+        Shape::Normal => Ok(Distribution::Normal { mean: centre("mean")?, standard_deviation: deviation()? }),
+        Shape::TruncatedNormal => {
+            let (from, to) = (end("from")?, end("to")?);
+            within(reader, "to", to, to > from, "a value above `from`")?;
+            let (mean, standard_deviation) = (centre("mean")?, deviation()?);
+            let law = Distribution::TruncatedNormal { mean, standard_deviation, from, to };
+            let expected = "ends that leave at least 1e-9 of the normal law between them";
+            within(reader, "from", from, law.kept_share() >= LEAST_KEPT, expected)?;
+            Ok(law)
+        }
+        Shape::LogNormal => {
+            let (mean, standard_deviation) = (centre("mean")?, deviation()?);
+            let key = if reader.has("mean") { "mean" } else { "distribution" };
+            let expected = "a mean other than zero; if `mean` is left out, it is the scene's value";
+            within(reader, key, mean, mean != 0.0, expected)?;
+            Ok(Distribution::LogNormal { mean, standard_deviation })
         }
     }
+}
+
+/// Refuses a number that is not as a law needs it.
+fn within(reader: &Reader, key: &str, value: f64, is_good: bool, expected: &str) -> Result<(), InputError> {
+    if is_good {
+        return Ok(());
+    }
+    Err(reader.error(key, Problem::Range { value: value.to_string(), expected: expected.into() }))
 }
 
 /// A law around a value, by a share of it.
@@ -159,17 +257,11 @@ fn around(shape: Shape, value: f64, share: f64) -> Distribution {
     let width = share * value.abs();
     match shape {
         Shape::Uniform => Distribution::Uniform { from: value - width, to: value + width },
+        Shape::LogUniform => Distribution::LogUniform { from: value / (1.0 + share), to: value * (1.0 + share) },
+        Shape::Triangular => Distribution::Triangular { from: value - width, mode: value, to: value + width },
         Shape::Normal => Distribution::Normal { mean: value, standard_deviation: width },
-    }
-}
-
-/// The law of a value times a factor that has a law.
-fn scaled(law: Distribution, value: f64) -> Distribution {
-    match law {
-        Distribution::Uniform { from, to } => Distribution::Uniform { from: from * value, to: to * value },
-        Distribution::Normal { mean, standard_deviation } => {
-            Distribution::Normal { mean: mean * value, standard_deviation: standard_deviation * value.abs() }
-        }
+        Shape::LogNormal => Distribution::LogNormal { mean: value, standard_deviation: width },
+        Shape::TruncatedNormal => unreachable!("a truncated law takes no share"),
     }
 }
 

@@ -62,12 +62,12 @@ pub fn sweep_of(source: &Source, file: &Path, built_in: &BuiltIn) -> Result<Swee
     let mut notes = super::scene_file::scene_notes(&scene);
     let sampling = root.table("sampling")?;
     let sampling = sampling.ok_or_else(|| root.missing("sampling", "add [sampling] with a method such as \"grid\""))?;
-    sampling.check_keys(&["method", "samples", "dimension", "seed", "file"])?;
+    sampling.check_keys(&["method", "samples", "dimension", "seed", "file", "extra_columns"])?;
     let method = choice(&sampling, "method", &Method::ALL, Method::name)?
         .ok_or_else(|| sampling.missing("method", "write method = \"grid\", \"sobol\" or another"))?;
     let Output { format, quantities, wrt, single_derivatives } = output(&root, &scene)?;
     let (axes, table) = match method {
-        Method::Table => table_axes(&root, &sampling, &scene, file, built_in)?,
+        Method::Table => table_axes(&root, &sampling, &scene, file, built_in, &mut notes)?,
         _ => (axes(&root, &scene, method, &mut notes)?, None),
     };
     let uncertain = uncertain(&root, &scene, &mut notes)?;

@@ -25,6 +25,7 @@ pub(super) fn samples(
     }
     for (key, owner, remedy) in [
         ("file", Method::Table, "only method = \"table\" reads a file: remove it"),
+        ("extra_columns", Method::Table, "only method = \"table\" reads a file: remove it"),
         ("dimension", Method::Skeleton, "only method = \"skeleton\" has it: remove it"),
     ] {
         if sampling.has(key) && method != owner {

@@ -63,13 +63,14 @@ impl SweepSpec {
 /// How an axis varies; what is usual is not said.
 fn law(axis: &AxisSpec) -> String {
     let scale = if axis.scales { "scale = true\n" } else { "" };
-    let law = match axis.distribution {
-        Distribution::Uniform { from, to } => format!("from = {from:?}\nto = {to:?}\n"),
-        Distribution::Normal { mean, standard_deviation } => {
-            format!("distribution = \"normal\"\nmean = {mean:?}\nstandard_deviation = {standard_deviation:?}\n")
-        }
+    let law = match &axis.distribution {
+        Distribution::Uniform { .. } => String::new(),
+        Distribution::Values(values) => format!("values = {values:?}\n"),
+        other => format!("distribution = \"{}\"\n", other.name()),
     };
-    scale.to_owned() + &law
+    let number = |(key, number): (&str, f64)| format!("{key} = {number:?}\n");
+    let numbers: String = axis.distribution.numbers().into_iter().map(number).collect();
+    format!("{scale}{law}{numbers}")
 }
 
 /// The block of the workspace; beside the voxel only what is not usual.

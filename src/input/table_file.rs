@@ -1,36 +1,61 @@
-//! Samples given as a table: CSV or Parquet whose columns are parameter names.
+//! Samples given as a table: text or Parquet whose columns are parameter names.
 
-use super::error::{InputError, Problem};
-use super::number_table::{cells, csv_lines, error, expect_width, is_parquet, read_parquet};
-use super::scene_file::read_text;
-use super::units::{Dimension, parse_quantity};
+use super::error::{InputError, Problem, table_error};
+use super::number_table::{is_parquet, read_parquet};
+use super::text_table::{Head, TextTable, read_table_text};
+use super::units::Dimension;
 use crate::model::{Parameter, Scene};
-use crate::spec::InputTable;
+use crate::spec::{InputTable, grouped};
 use std::collections::HashSet;
 use std::path::Path;
 
-/// Reads a table of values by parameter; a column `sample` is ignored.
+/// What a reader makes of a table that is not quite one.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Habits {
+    /// A sweep's: a missing value is NaN, so that its row has no rod, and a note counts such rows.
+    pub of_sweep: bool,
+    /// Columns that are no parameters are passed over, and a note names them.
+    pub ignores_others: bool,
+}
+
+/// Reads a table of values by parameter; a column `sample`, or one without a name, is ignored.
 ///
 /// # Errors
 ///
 /// A file that cannot be read, a column that is no parameter, a value that is no finite number, no rows.
 pub fn read_input_table(file: &Path, scene: &Scene) -> Result<InputTable, InputError> {
-    let table = if is_parquet(file) { parse_parquet(file, scene)? } else { parse_csv(file, &read_text(file)?, scene)? };
+    read_with(file, scene, Habits::default(), &mut Vec::new())
+}
+
+/// The same with these habits.
+pub(super) fn read_with(
+    file: &Path,
+    scene: &Scene,
+    habits: Habits,
+    notes: &mut Vec<String>,
+) -> Result<InputTable, InputError> {
+    let reading = Reading { file, scene, habits };
+    let table = match is_parquet(file) {
+        true => reading.parquet(notes)?,
+        false => reading.text(&read_table_text(file)?, notes)?,
+    };
     with_rows(file, table)
 }
 
-/// The same of the text of a CSV file.
-///
-/// # Errors
-///
-/// As [`read_input_table`].
-pub fn parse_input_table(file: &Path, text: &str, scene: &Scene) -> Result<InputTable, InputError> {
-    with_rows(file, parse_csv(file, text, scene)?)
+/// The same of the text of a file.
+pub(super) fn parse_with(
+    file: &Path,
+    text: &str,
+    scene: &Scene,
+    habits: Habits,
+    notes: &mut Vec<String>,
+) -> Result<InputTable, InputError> {
+    with_rows(file, Reading { file, scene, habits }.text(text, notes)?)
 }
 
 fn with_rows(file: &Path, table: InputTable) -> Result<InputTable, InputError> {
     if table.row_count() == 0 {
-        return Err(error(
+        return Err(table_error(
             file,
             None,
             "",
@@ -40,78 +65,120 @@ fn with_rows(file: &Path, table: InputTable) -> Result<InputTable, InputError> {
     Ok(table)
 }
 
-/// The parameter of each column, `None` for `sample`.
-fn columns(
-    file: &Path,
-    line: Option<usize>,
-    names: &[&str],
-    scene: &Scene,
-) -> Result<Vec<Option<Parameter>>, InputError> {
-    let mut columns: Vec<Option<Parameter>> = Vec::new();
-    let mut seen = HashSet::new();
-    for name in names {
-        if *name == "sample" {
-            columns.push(None);
-            continue;
-        }
-        let parameters =
-            Parameter::parse(scene, name).map_err(|problem| error(file, line, name, Problem::Parameter(problem)))?;
-        if parameters.len() > 1 {
-            let expected = format!("one component, such as {}.x", name);
-            let value = format!("a group of {}", parameters.len());
-            return Err(error(file, line, name, Problem::Range { value, expected }));
-        }
-        if !seen.insert(parameters[0]) {
-            let problem = Problem::Conflict { with: (*name).into(), remedy: "drop one of the two columns".into() };
-            return Err(error(file, line, name, problem));
-        }
-        columns.push(Some(parameters[0]));
-    }
-    if columns.iter().all(Option::is_none) {
-        let remedy = "the first line must name parameters, such as coil.current.x".into();
-        return Err(error(file, line, "", Problem::Missing { remedy }));
-    }
-    Ok(columns)
+/// A table that is being read.
+struct Reading<'a> {
+    file: &'a Path,
+    scene: &'a Scene,
+    habits: Habits,
 }
 
-fn parse_csv(file: &Path, text: &str, scene: &Scene) -> Result<InputTable, InputError> {
-    let mut lines = csv_lines(text);
-    let Some((header_line, header)) = lines.next() else {
-        let remedy = "the first line must name parameters, such as coil.current.x".into();
-        return Err(error(file, None, "", Problem::Missing { remedy }));
-    };
-    let names: Vec<&str> = cells(header).collect();
-    let columns = columns(file, Some(header_line), &names, scene)?;
-    let mut values = Vec::new();
-    for (line, row) in lines {
-        expect_width(file, line, row, names.len())?;
-        for ((cell, name), parameter) in cells(row).zip(&names).zip(&columns) {
-            let Some(parameter) = parameter else { continue };
-            let value = parse_quantity(cell, Dimension::of(parameter.unit()));
-            values.push(value.map_err(|problem| error(file, Some(line), name, Problem::Quantity(problem)))?);
-        }
-    }
-    Ok(InputTable::new(columns.into_iter().flatten().collect(), values))
-}
-
-fn parse_parquet(file: &Path, scene: &Scene) -> Result<InputTable, InputError> {
-    let named = read_parquet(file)?;
-    let names: Vec<&str> = named.iter().map(|(name, _)| name.as_str()).collect();
-    let columns = columns(file, None, &names, scene)?;
-    let used: Vec<&(String, Vec<f64>)> =
-        named.iter().zip(&columns).filter(|(_, column)| column.is_some()).map(|(named, _)| named).collect();
-    let mut values = Vec::with_capacity(used[0].1.len() * used.len());
-    for row in 0..used[0].1.len() {
-        for (name, column) in &used {
-            if !column[row].is_finite() {
-                let problem = Problem::Range {
-                    value: format!("{} in row {row}", column[row]),
-                    expected: "a finite number".into(),
-                };
-                return Err(error(file, None, name, problem));
+impl Reading<'_> {
+    /// The parameter of each column; `None` for those that are ignored.
+    fn columns(
+        &self,
+        line: Option<usize>,
+        names: &[&str],
+        notes: &mut Vec<String>,
+    ) -> Result<Vec<Option<Parameter>>, InputError> {
+        let file = self.file;
+        let mut columns: Vec<Option<Parameter>> = Vec::new();
+        let (mut seen, mut ignored) = (HashSet::new(), Vec::new());
+        for name in names {
+            if Head::is_index(name) {
+                columns.push(None);
+                continue;
             }
-            values.push(column[row]);
+            let parameters = match Parameter::parse(self.scene, name) {
+                Ok(parameters) => parameters,
+                Err(_) if self.habits.ignores_others => {
+                    ignored.push(format!("`{name}`"));
+                    columns.push(None);
+                    continue;
+                }
+                Err(problem) if self.habits.of_sweep => {
+                    return Err(table_error(file, line, name, Problem::Column(problem)));
+                }
+                Err(problem) => return Err(table_error(file, line, name, Problem::Parameter(problem))),
+            };
+            if parameters.len() > 1 {
+                let expected = format!("one component, such as {name}.x");
+                let value = format!("a group of {}", parameters.len());
+                return Err(table_error(file, line, name, Problem::Range { value, expected }));
+            }
+            if !seen.insert(parameters[0]) {
+                let problem = Problem::Conflict { with: (*name).into(), remedy: "drop one of the two columns".into() };
+                return Err(table_error(file, line, name, problem));
+            }
+            columns.push(Some(parameters[0]));
         }
+        if columns.iter().all(Option::is_none) {
+            let remedy = "the first line must name parameters, such as coil.current.x".into();
+            return Err(table_error(file, line, "", Problem::Missing { remedy }));
+        }
+        if !ignored.is_empty() {
+            notes.push(format!("columns of {} that are ignored: {}", file.display(), ignored.join(", ")));
+        }
+        Ok(columns)
     }
-    Ok(InputTable::new(columns.into_iter().flatten().collect(), values))
+
+    fn text(&self, text: &str, notes: &mut Vec<String>) -> Result<InputTable, InputError> {
+        let Some(table) = TextTable::new(self.file, text, "coil.current.x")? else {
+            let remedy = "the first line must name parameters, such as coil.current.x".into();
+            return Err(table_error(self.file, None, "", Problem::Missing { remedy }));
+        };
+        let names: Vec<&str> = table.heads.iter().map(|head| head.name).collect();
+        let columns = self.columns(Some(table.line), &names, notes)?;
+        let mut values = Vec::new();
+        for row in table.rows(self.file) {
+            let (line, cells) = row?;
+            for ((cell, head), parameter) in cells.into_iter().zip(&table.heads).zip(&columns) {
+                let Some(parameter) = parameter else { continue };
+                if self.habits.of_sweep && is_gap(cell) {
+                    values.push(f64::NAN);
+                    continue;
+                }
+                let value = table.quantity(head, cell, Dimension::of(parameter.unit()));
+                let wrong = |problem| table_error(self.file, Some(line), head.name, Problem::Quantity(problem));
+                values.push(value.map_err(wrong)?);
+            }
+        }
+        Ok(self.table(columns, values, notes))
+    }
+
+    fn parquet(&self, notes: &mut Vec<String>) -> Result<InputTable, InputError> {
+        let named = read_parquet(self.file)?;
+        let names: Vec<&str> = named.iter().map(|(name, _)| name.as_str()).collect();
+        let columns = self.columns(None, &names, notes)?;
+        let used: Vec<&(String, Vec<f64>)> =
+            named.iter().zip(&columns).filter(|(_, column)| column.is_some()).map(|(named, _)| named).collect();
+        let mut values = Vec::with_capacity(used[0].1.len() * used.len());
+        for row in 0..used[0].1.len() {
+            for (name, column) in &used {
+                if !(column[row].is_finite() || self.habits.of_sweep && column[row].is_nan()) {
+                    let problem = Problem::Range {
+                        value: format!("{} in row {row}", column[row]),
+                        expected: "a finite number".into(),
+                    };
+                    return Err(table_error(self.file, None, name, problem));
+                }
+                values.push(column[row]);
+            }
+        }
+        Ok(self.table(columns, values, notes))
+    }
+
+    fn table(&self, columns: Vec<Option<Parameter>>, values: Vec<f64>, notes: &mut Vec<String>) -> InputTable {
+        let table = InputTable::new(columns.into_iter().flatten().collect(), values);
+        let gaps = (0..table.row_count()).filter(|row| table.row(*row).iter().any(|value| value.is_nan())).count();
+        if gaps > 0 {
+            let (gaps, all) = (grouped(gaps as u64), grouped(table.row_count() as u64));
+            notes.push(format!("{gaps} of {all} rows of {} lack a value: they have no rod", self.file.display()));
+        }
+        table
+    }
+}
+
+/// How programs write that there is no value.
+fn is_gap(cell: &str) -> bool {
+    cell.is_empty() || ["nan", "na", "n/a", "null"].iter().any(|word| cell.eq_ignore_ascii_case(word))
 }

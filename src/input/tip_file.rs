@@ -1,7 +1,7 @@
 //! Observed tips: a table with columns x, y, z, perhaps `point`, the row of the commands that each belongs to.
 
-use super::error::{InputError, Problem};
-use super::number_table::{error, read_number_table};
+use super::error::{InputError, Problem, table_error};
+use super::number_table::read_number_table;
 use super::units::Dimension;
 use crate::model::closest;
 use crate::spec::ObservedTip;
@@ -20,22 +20,22 @@ pub fn read_observed_tips(file: &Path, command_count: usize) -> Result<Vec<Obser
     if let Some((name, _)) = columns.iter().find(|(name, _)| !COLUMNS.contains(&name.as_str())) {
         let suggestion = closest(name, COLUMNS.into_iter());
         let problem = Problem::Choice { found: name.clone(), suggestion, allowed: COLUMNS.join(", ") };
-        return Err(error(file, None, name, problem));
+        return Err(table_error(file, None, name, problem));
     }
     let column = |name: &str| columns.iter().find(|(other, _)| other == name).map(|(_, values)| values);
     let [Some(x), Some(y), Some(z)] = ["x", "y", "z"].map(column) else {
         let remedy = "the first line names columns x, y, z and perhaps point, the row of the commands from 0".into();
-        return Err(error(file, None, "x", Problem::Missing { remedy }));
+        return Err(table_error(file, None, "x", Problem::Missing { remedy }));
     };
     if x.is_empty() {
         let remedy = "the table has no rows: give at least one".into();
-        return Err(error(file, None, "", Problem::Missing { remedy }));
+        return Err(table_error(file, None, "", Problem::Missing { remedy }));
     }
     let tip = |row: usize| {
         let point = column("point").map_or(row as f64, |point| point[row]);
         if point.fract() != 0.0 || !(0.0..command_count as f64).contains(&point) {
             let expected = format!("a row of the commands, 0 to {}", command_count.saturating_sub(1));
-            return Err(error(
+            return Err(table_error(
                 file,
                 None,
                 "point",
@@ -46,7 +46,7 @@ pub fn read_observed_tips(file: &Path, command_count: usize) -> Result<Vec<Obser
         if position.iter().any(|x| !x.is_finite()) {
             let problem =
                 Problem::Range { value: format!("not finite in row {row}"), expected: "finite numbers".into() };
-            return Err(error(file, None, "x", problem));
+            return Err(table_error(file, None, "x", problem));
         }
         Ok(ObservedTip { command: point as usize, position })
     };

@@ -1,8 +1,8 @@
 //! Trajectories: TOML that names a curve, or a table of points (CSV or Parquet) with columns x, y, z, tx, ty, tz.
 
-use super::error::{InputError, Problem};
+use super::error::{InputError, Problem, table_error};
 use super::limits::{LimitsError, check_limits};
-use super::number_table::{error, read_number_table};
+use super::number_table::read_number_table;
 use super::scene_file::read_text;
 use super::toml::{Reader, Source};
 use super::units::Dimension;
@@ -272,7 +272,7 @@ fn read_targets(file: &Path) -> Result<(Vec<Target>, [bool; 3]), InputError> {
         if !COLUMNS.contains(&name.as_str()) {
             let suggestion = closest(name, COLUMNS.into_iter());
             let problem = Problem::Choice { found: name.clone(), suggestion, allowed: COLUMNS.join(", ") };
-            return Err(error(file, None, name, problem));
+            return Err(table_error(file, None, name, problem));
         }
     }
     let column = |name: &str| columns.iter().find(|(other, _)| other == name).map(|(_, values)| values);
@@ -282,11 +282,11 @@ fn read_targets(file: &Path) -> Result<(Vec<Target>, [bool; 3]), InputError> {
     let row_count = columns.first().map_or(0, |(_, values)| values.len());
     if row_count == 0 || !coordinates.contains(&true) {
         let remedy = "the first line names columns among x, y, z, tx, ty, tz; rows follow".into();
-        return Err(error(file, None, "", Problem::Missing { remedy }));
+        return Err(table_error(file, None, "", Problem::Missing { remedy }));
     }
     if tangent.iter().any(Option::is_some) && tangent.iter().any(Option::is_none) {
         let remedy = "a tangent takes all of tx, ty, tz".into();
-        return Err(error(file, None, "tx", Problem::Missing { remedy }));
+        return Err(table_error(file, None, "tx", Problem::Missing { remedy }));
     }
     let mut targets = Vec::with_capacity(row_count);
     for row in 0..row_count {
@@ -295,10 +295,10 @@ fn read_targets(file: &Path) -> Result<(Vec<Target>, [bool; 3]), InputError> {
         if position.iter().chain(&direction).any(|x| !x.is_finite()) {
             let problem =
                 Problem::Range { value: format!("not finite in row {row}"), expected: "finite numbers".into() };
-            return Err(error(file, None, "x", problem));
+            return Err(table_error(file, None, "x", problem));
         }
         let tangent = match tangent[0] {
-            Some(_) => Some(unit(direction).ok_or_else(|| error(file, None, "tx", no_direction()))?),
+            Some(_) => Some(unit(direction).ok_or_else(|| table_error(file, None, "tx", no_direction()))?),
             None => None,
         };
         targets.push(Target { position, tangent });

@@ -3,11 +3,13 @@
 //! A unit carries its dimension and a decimal power, so `"1.3 mm"` is the double nearest to 0.0013. `"10 %"` is the number
 //! 0.1.
 
+use crate::model::MU0_OVER_4PI;
+
 /// No number that users give is larger, in SI: those of a scene multiplied stay finite, and so do derivatives.
 pub const LARGEST: f64 = 1e60;
 
 /// Magnetic constant (T·m/A), by which a field strength H in air is a flux density.
-const MU_0: f64 = 4e-7 * std::f64::consts::PI;
+const MU_0: f64 = 4.0 * std::f64::consts::PI * MU0_OVER_4PI;
 
 /// Exponents of m, kg, s, A, rad.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -1,26 +1,7 @@
 //! What varies and by which law: an axis of a sweep, or an uncertain number of its scene.
 
-use super::normal;
+use super::distribution::Distribution;
 use crate::model::{Parameter, Scene};
-
-/// By which law a number varies.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Distribution {
-    /// Equally likely between two ends; `from` may be the larger one.
-    Uniform {
-        /// Where it begins.
-        from: f64,
-        /// Where it ends.
-        to: f64,
-    },
-    /// Normally distributed, without limits.
-    Normal {
-        /// Mean and median.
-        mean: f64,
-        /// Greater than zero.
-        standard_deviation: f64,
-    },
-}
 
 /// One swept direction; it may drive several parameters.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,83 +14,6 @@ pub struct AxisSpec {
     pub scales: bool,
     /// Grid points; 0 for other methods.
     pub points: u64,
-}
-
-impl Distribution {
-    /// The value that a share `unit` of all values lies below (from the side of `from`): maps [0, 1] to the law.
-    ///
-    /// A normal law takes the ends 0 and 1 as the nearest numbers inside.
-    pub fn value(&self, unit: f64) -> f64 {
-        match *self {
-            Distribution::Uniform { from, to } => from + (to - from) * unit,
-            Distribution::Normal { mean, standard_deviation } => mean + standard_deviation * normal::quantile(unit),
-        }
-    }
-
-    /// The inverse of [`Distribution::value`].
-    pub fn unit(&self, value: f64) -> f64 {
-        match *self {
-            Distribution::Uniform { from, to } => (value - from) / (to - from),
-            Distribution::Normal { mean, standard_deviation } => {
-                normal::share_below((value - mean) / standard_deviation)
-            }
-        }
-    }
-
-    /// Derivative of [`Distribution::value`] by the share; negative where `from` is the larger end.
-    pub fn rate(&self, unit: f64) -> f64 {
-        match *self {
-            Distribution::Uniform { from, to } => to - from,
-            Distribution::Normal { standard_deviation, .. } => {
-                standard_deviation / normal::density(normal::quantile(unit))
-            }
-        }
-    }
-
-    /// Probability per unit of the value.
-    pub fn density(&self, value: f64) -> f64 {
-        match *self {
-            Distribution::Uniform { from, to } if (from.min(to)..=from.max(to)).contains(&value) => {
-                1.0 / (to - from).abs()
-            }
-            Distribution::Uniform { .. } => 0.0,
-            Distribution::Normal { mean, standard_deviation } => {
-                normal::density((value - mean) / standard_deviation) / standard_deviation
-            }
-        }
-    }
-
-    /// Mean of all values.
-    pub fn mean(&self) -> f64 {
-        match *self {
-            Distribution::Uniform { from, to } => 0.5 * (from + to),
-            Distribution::Normal { mean, .. } => mean,
-        }
-    }
-
-    /// Standard deviation of all values.
-    pub fn standard_deviation(&self) -> f64 {
-        match *self {
-            Distribution::Uniform { .. } => self.half_range() / 3f64.sqrt(),
-            Distribution::Normal { standard_deviation, .. } => standard_deviation,
-        }
-    }
-
-    /// Half the distance of the ends; for a normal law that of the uniform law with the same standard deviation.
-    pub fn half_range(&self) -> f64 {
-        match *self {
-            Distribution::Uniform { from, to } => 0.5 * (to - from).abs(),
-            Distribution::Normal { standard_deviation, .. } => 3f64.sqrt() * standard_deviation,
-        }
-    }
-
-    /// From and to, where the law has ends.
-    pub fn limits(&self) -> Option<(f64, f64)> {
-        match *self {
-            Distribution::Uniform { from, to } => Some((from, to)),
-            Distribution::Normal { .. } => None,
-        }
-    }
 }
 
 impl AxisSpec {

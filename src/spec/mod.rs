@@ -2,6 +2,7 @@
 //! trajectories, observed shapes.
 
 mod axis;
+mod distribution;
 mod input_table;
 // Coefficients stand as they were printed.
 #[allow(clippy::excessive_precision)]
@@ -16,7 +17,8 @@ mod sweep;
 mod target;
 mod words;
 
-pub use axis::{AxisSpec, Distribution};
+pub use axis::AxisSpec;
+pub use distribution::Distribution;
 pub use input_table::InputTable;
 pub use observed::{ObservedPoint, ObservedShape, ObservedShapes, ObservedTip};
 pub use precision::PrecisionChoice;

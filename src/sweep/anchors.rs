@@ -65,10 +65,9 @@ fn anchor_axes(spec: &SweepSpec, plan: &Plan) -> Option<Vec<AnchorAxis>> {
     }
     let axis = |axis: &AxisSpec| {
         let (from, to) = match axis.distribution {
-            Distribution::Uniform { from, to } => (from, to),
-            Distribution::Normal { mean, standard_deviation } => {
-                (mean - COVERED * standard_deviation, mean + COVERED * standard_deviation)
-            }
+            // Equal steps do not suit them.
+            Distribution::LogUniform { .. } | Distribution::LogNormal { .. } | Distribution::Values(_) => return None,
+            _ => axis.distribution.range(COVERED),
         };
         let rate = axis.rates(&spec.scene)[0];
         let (from, to) = ((rate * from).min(rate * to), (rate * from).max(rate * to));

@@ -37,9 +37,11 @@ fn split() -> (Vec<GoldenCase>, Vec<GoldenCase>) {
     golden::dev().into_iter().partition(|case| !case.scene.name.contains("_hard_"))
 }
 
-fn check_f32(engine: &str, options: PlanOptions, make: impl Fn(&Plan) -> Box<dyn Backend> + Sync) {
+/// Of the ordinary scenes every `each`.
+fn check_f32(engine: &str, each: usize, options: PlanOptions, make: impl Fn(&Plan) -> Box<dyn Backend> + Sync) {
     let (ordinary, hard) = split();
     assert_eq!((ordinary.len(), hard.len()), (52, 8));
+    let ordinary: Vec<GoldenCase> = ordinary.into_iter().step_by(each).collect();
     print(engine, &check_golden(&ordinary, options, &make, F32));
     print(&format!("{engine}, hard"), &check_golden(&hard, options, &make, F32_HARD));
 }
@@ -57,7 +59,7 @@ fn lanes_f64() {
 fn lanes_f32() {
     let options = PlanOptions { tolerance: 1e-6, stepper: Stepper::Dop853, steps: 16, ..PlanOptions::default() };
     let make = |plan: &Plan| Box::new(Lanes::new(plan, Precision::F32).expect("supported")) as Box<dyn Backend>;
-    check_f32("cpu f32", options, make);
+    check_f32("cpu f32", 1, options, make);
 }
 
 /// Poses and moments of f64, columns of f32.
@@ -82,19 +84,30 @@ fn every_instruction_set() {
         let options = PlanOptions { tolerance: 1e-12, stepper: Stepper::Dop853, steps: 64, ..PlanOptions::default() };
         print(set.name(), &check_golden(&golden::dev(), options, make(Precision::F64), F64));
         let options = PlanOptions { tolerance: 1e-6, stepper: Stepper::Dop853, steps: 16, ..PlanOptions::default() };
-        check_f32(set.name(), options, make(Precision::F32));
+        check_f32(set.name(), 1, options, make(Precision::F32));
     }
 }
 
+/// Each scene has a kernel, which drivers compile for seconds.
 #[test]
 fn gpu_f32() {
+    check_gpu_f32(3);
+}
+
+#[test]
+#[ignore = "minutes of compiling on a software driver"]
+fn gpu_f32_every_scene() {
+    check_gpu_f32(1);
+}
+
+fn check_gpu_f32(each: usize) {
     let Some(_) = device_or_skip("golden scenes on the GPU") else { return };
     let options = PlanOptions { tolerance: 1e-6, stepper: Stepper::Rk4, steps: 96, ..PlanOptions::default() };
     let make = |plan: &Plan| {
         let device = device_or_skip("golden scenes on the GPU").expect("it was there before");
         Box::new(Gpu::new(device, plan, Precision::F32).expect("supported")) as Box<dyn Backend>
     };
-    check_f32("gpu f32", options, make);
+    check_f32("gpu f32", each, options, make);
 }
 
 /// Every sixth scene; each has a kernel, which drivers compile for seconds.

@@ -487,7 +487,57 @@ fn broken_laws() {
             "axis[0].standard_deviation",
             "write distribution = \"normal\"",
         ),
-        ("distribution = \"gauss\"\n", 8, "axis[0].distribution", "use one of: uniform, normal"),
+        (
+            "distribution = \"gauss\"\n",
+            8,
+            "axis[0].distribution",
+            "use one of: uniform, log-uniform, triangular, normal, truncated-normal, lognormal",
+        ),
+        (
+            "distribution = \"log-uniform\"\nfrom = 0\nto = 1\n",
+            9,
+            "axis[0].from",
+            "a value other than zero, which has no logarithm",
+        ),
+        ("spacing = \"log\"\nfrom = -1\nto = 1\n", 10, "axis[0].to", "no logarithm passes through zero"),
+        ("spacing = \"logarithmic\"\n", 8, "axis[0].spacing", "use one of: linear, log"),
+        (
+            "distribution = \"normal\"\nspacing = \"log\"\nstandard_deviation = 1\n",
+            9,
+            "axis[0].spacing",
+            "keep one of the two",
+        ),
+        ("distribution = \"triangular\"\nfrom = 1\nto = 0\n", 10, "axis[0].to", "a value above `from`"),
+        ("distribution = \"triangular\"\nfrom = 1\nmode = 3\nto = 2\n", 10, "axis[0].mode", "a mode between the ends"),
+        ("distribution = \"triangular\"\nfrom = 1\nto = 2\n", 9, "axis[0].from", "it is the scene's value"),
+        (
+            "distribution = \"triangular\"\nfrom = -1\nto = 2\nmean = 1\n",
+            11,
+            "axis[0].mean",
+            "this law has from, mode, to: remove the other",
+        ),
+        (
+            "distribution = \"truncated-normal\"\nstandard_deviation = 1\nfrom = 8\nto = 9\n",
+            10,
+            "axis[0].from",
+            "at least 1e-9 of the normal law",
+        ),
+        (
+            "distribution = \"truncated-normal\"\nrelative = \"10 %\"\n",
+            9,
+            "axis[0].relative",
+            "a truncated law needs its ends",
+        ),
+        (
+            "distribution = \"lognormal\"\nmean = 0\nstandard_deviation = 1\n",
+            9,
+            "axis[0].mean",
+            "a mean other than zero",
+        ),
+        ("values = [1, 2]\nfrom = 0\n", 8, "axis[0].values", "cannot stand beside `from`; the list says every value"),
+        ("values = []\n", 8, "axis[0].values", "at least one value"),
+        ("values = 3\n", 8, "axis[0].values", "a list, each"),
+        ("values = [\"1 mm\"]\n", 8, "axis[0].values[0]", "is a length"),
         ("scale = \"yes\"\nfrom = 0\nto = 1\n", 8, "axis[0].scale", "give true or false"),
         ("scale = true\nfrom = \"1 MPa\"\nto = 2\n", 9, "axis[0].from", "give a pure number"),
         ("relativ = 0.1\n", 8, "axis[0].relativ", "did you mean `relative`?"),
@@ -525,6 +575,10 @@ fn broken_laws() {
     fails(&normal, 7, "axis[0].distribution", "a grid needs ends: give from and to, or draw samples");
     let faces = normal.replace("points = 5\n", "").replace("\"grid\"", "\"skeleton\"\nsamples = 8");
     fails(&faces, 8, "axis[0].distribution", "faces need ends: give from and to");
+    let listed = replaced(SWEEP, FROM_TO, "values = [0.1, 0.2]\n");
+    fails(&listed, 8, "axis[0].points", "the 2 values that are listed");
+    let faces = listed.replace("points = 5\n", "").replace("\"grid\"", "\"skeleton\"\nsamples = 8");
+    fails(&faces, 8, "axis[0].values", "faces need ends: give from and to");
 }
 
 #[test]
@@ -663,7 +717,8 @@ fn broken_tables() {
     expect("coil.current\n1\n", Some(1), "coil.current", "one component");
     expect("coil.current.x\n1\n2 T\n", Some(3), "coil.current.x", "is a flux density; give a current");
     expect("coil.current.x,coil.current.y\n1,2\n\n3\n", Some(4), "", "has 1 columns where the first line has 2");
-    expect("coil.current.x\n1\nnan\n", Some(3), "coil.current.x", "does not start with a number");
+    expect("coil.current.x\n1\nword\n", Some(3), "coil.current.x", "does not start with a number");
+    expect("coil.current.x\n1\ninf\n", Some(3), "coil.current.x", "does not start with a number");
     expect("coil.current.x,coil.current.x\n1,1\n", Some(1), "coil.current.x", "drop one of the two columns");
     expect("coil.current.x\n", None, "", "has no rows");
     expect("", None, "", "the first line must name parameters");

@@ -13,6 +13,7 @@ mod field_maps;
 mod fields;
 mod foreign_tables;
 mod fuzz;
+mod input_tables;
 mod integrity;
 mod laws;
 mod method;

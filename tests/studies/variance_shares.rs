@@ -1,6 +1,6 @@
 //! Indices of functions whose shares of variance are known: accuracy, coverage of intervals, missing rows, SALib.
 
-use rodsweep::spec::SobolNet;
+use rodsweep::spec::{Distribution, SobolNet};
 use rodsweep::study::sensitivity::{
     BLOCKS, BaseRow, Chaos, ChaosRows, Cosines, Estimator, Family, Harmonics, PickFreeze, Source, poincare_normal,
 };
@@ -52,6 +52,29 @@ fn g_function() -> Function<'static> {
     }
 }
 
+/// The product of a log-uniform, a lognormal, a triangular and a listed number. Of a product of independent numbers the
+/// shares follow from means and variances: Vᵢ/V = cᵢ/(Π(1 + cⱼ) - 1) with c the variance over the squared mean.
+fn product_of_laws() -> Function<'static> {
+    let laws = [
+        Distribution::LogUniform { from: 1.0, to: 5.0 },
+        Distribution::LogNormal { mean: 3.0, standard_deviation: 0.8 },
+        Distribution::Triangular { from: 0.0, mode: 1.0, to: 4.0 },
+        Distribution::Values([1.0, 2.0, 4.0, 5.0].into()),
+    ];
+    let means = [4.0 / 5f64.ln(), 3.0, 5.0 / 3.0, 3.0];
+    let variances = [24.0 / (2.0 * 5f64.ln()) - means[0] * means[0], 0.64, 13.0 / 18.0, 2.5];
+    let c: Vec<f64> = means.iter().zip(variances).map(|(mean, variance)| variance / (mean * mean)).collect();
+    let whole = c.iter().map(|c| 1.0 + c).product::<f64>() - 1.0;
+    let total = |k: usize| c[k] * (0..4).filter(|j| *j != k).map(|j| 1.0 + c[j]).product::<f64>() / whole;
+    Function {
+        name: "product of laws",
+        inputs: 4,
+        first: c.iter().map(|c| c / whole).collect(),
+        total: (0..4).map(total).collect(),
+        value: Box::new(move |u| laws.iter().zip(u).map(|(law, u)| law.value(*u)).product()),
+    }
+}
+
 /// All rows of a design: A, AB_1, .., B, BA_1, .. of each base row.
 fn rows(of: &Function, bases: u64, seed: u64) -> Vec<Vec<f64>> {
     let net = SobolNet::new(2 * of.inputs, seed);
@@ -94,7 +117,7 @@ fn error(of: &Function, design: &PickFreeze, estimator: Estimator) -> f64 {
 
 #[test]
 fn estimators_meet_the_closed_forms() {
-    for function in [ishigami(), g_function()] {
+    for function in [ishigami(), g_function(), product_of_laws()] {
         for estimator in Estimator::ALL {
             let errors: Vec<f64> = (1..=8)
                 .map(|seed| error(&function, &design(function.inputs, &rows(&function, 1024, seed)), estimator))
@@ -292,7 +315,7 @@ fn salib_gives_the_same_indices() {
         return;
     }
     let folder = tempfile::tempdir().expect("a folder");
-    for function in [ishigami(), g_function()] {
+    for function in [ishigami(), g_function(), product_of_laws()] {
         let rows = rows(&function, 1024, 11);
         let mut text = String::new();
         for row in &rows {

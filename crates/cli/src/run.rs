@@ -192,11 +192,9 @@ pub fn default_directory(spec: &SweepSpec) -> PathBuf {
 /// By which law an axis varies.
 fn law(axis: &AxisSpec) -> String {
     let unit = if axis.scales { "times the scene's values" } else { axis.unit() };
-    match axis.distribution {
+    match &axis.distribution {
         Distribution::Uniform { from, to } => format!("{from} to {to} {unit}"),
-        Distribution::Normal { mean, standard_deviation } => {
-            format!("normal, mean {mean}, standard deviation {standard_deviation} {unit}")
-        }
+        law => format!("{} {unit}", law.words()),
     }
 }
 

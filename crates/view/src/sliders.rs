@@ -91,9 +91,8 @@ fn slider(scene: &Scene, axes: &[AxisSpec], scale: &Scale, parameter: Parameter)
 
 fn swept_limits(scene: &Scene, axis: &AxisSpec, parameter: Parameter) -> (f64, f64) {
     let rate = if axis.scales { parameter.get(scene) } else { 1.0 };
-    let law = axis.distribution;
-    let deviation = DEVIATIONS * law.standard_deviation();
-    let (low, high) = law.limits().unwrap_or((law.mean() - deviation, law.mean() + deviation));
+    let law = &axis.distribution;
+    let (low, high) = law.limits().unwrap_or_else(|| law.range(DEVIATIONS));
     (rate * low, rate * high)
 }
 

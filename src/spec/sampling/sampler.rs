@@ -7,7 +7,8 @@ use super::saltelli::SaltelliDesign;
 use super::skeleton::Skeleton;
 use crate::model::{RecipeMethod, SampleRecipe};
 use crate::spec::InputTable;
-use crate::spec::axis::{AxisSpec, Distribution};
+use crate::spec::axis::AxisSpec;
+use crate::spec::distribution::Distribution;
 use crate::spec::sweep::{Method, SweepSpec};
 use std::sync::Arc;
 
@@ -82,7 +83,7 @@ impl Sampler {
             (Method::Uniform | Method::Table, _) => Kind::Uniform,
         };
         let sampled = |axis: &AxisSpec| SampledAxis {
-            distribution: axis.distribution,
+            distribution: axis.distribution.clone(),
             scaled: if axis.scales { axis.rates(&spec.scene) } else { Vec::new() },
         };
         let axes: Vec<SampledAxis> = spec.axes.iter().map(sampled).collect();
@@ -108,17 +109,20 @@ impl Sampler {
     /// The same for engines that make samples themselves; `None` for what they cannot make: a table, a grid of very long
     /// axes, Saltelli's design, faces of the box, axes that are not uniform or that scale their parameters.
     pub fn recipe(&self) -> Option<SampleRecipe> {
-        let plain = |axis: &SampledAxis| axis.distribution.limits().filter(|_| axis.scaled.is_empty());
+        let plain = |axis: &SampledAxis| match axis.distribution {
+            Distribution::Uniform { from, to } if axis.scaled.is_empty() => Some((from, to)),
+            _ => None,
+        };
         let ranges = self.axes.iter().map(plain).collect::<Option<Vec<(f64, f64)>>>()?;
         let axes = 0..self.axis_count() as u64;
         let method = match &self.kind {
             Kind::Table(_) | Kind::Saltelli(..) | Kind::Skeleton { .. } => return None,
             Kind::Grid(points) if points.iter().sum::<u64>() > MAX_GRID_VALUES => return None,
             Kind::Grid(points) => {
-                let values = |(points, range): (&u64, &(f64, f64))| {
-                    (0..*points).map(|at| grid_value(*range, at, *points)).collect()
+                let values = |(points, axis): (&u64, &SampledAxis)| {
+                    (0..*points).map(|at| axis.distribution.grid_value(at, *points)).collect()
                 };
-                RecipeMethod::Grid(points.iter().zip(&ranges).map(values).collect())
+                RecipeMethod::Grid(points.iter().zip(&self.axes).map(values).collect())
             }
             Kind::Sobol(net) => RecipeMethod::Sobol {
                 directions: net.directions().to_vec(),
@@ -175,11 +179,7 @@ impl Sampler {
             Kind::Grid(points) => {
                 let mut rest = index;
                 for ((value, points), axis) in row.iter_mut().zip(points).zip(&self.axes) {
-                    *value = match axis.distribution {
-                        Distribution::Uniform { from, to } => grid_value((from, to), rest % points, *points),
-                        // The reader refuses it.
-                        Distribution::Normal { mean, .. } => mean,
-                    };
+                    *value = axis.distribution.grid_value(rest % points, *points);
                     rest /= points;
                 }
             }
@@ -237,15 +237,6 @@ impl SampledAxis {
             false => to.iter_mut().zip(&self.scaled).for_each(|(to, scene)| *to = value * scene),
         }
     }
-}
-
-/// Symmetric about the middle of the range, exact at both ends.
-fn grid_value((from, to): (f64, f64), at: u64, points: u64) -> f64 {
-    if points == 1 {
-        return from;
-    }
-    let last = (points - 1) as f64;
-    (from * (last - at as f64) + to * at as f64) / last
 }
 
 #[cfg(test)]

@@ -18,13 +18,27 @@ pub fn poincare_normal(standard_deviation: f64) -> f64 {
     standard_deviation.powi(2)
 }
 
+/// Of a law that is uniform in the logarithm, between ends of one sign.
+pub fn poincare_log_uniform(from: f64, to: f64) -> f64 {
+    // In t = ln |x| the law is uniform and a slope by x is 1/x that by t.
+    let (a, b) = (from.abs().min(to.abs()).ln(), from.abs().max(to.abs()).ln());
+    // Sizes by the larger end, or powers of large numbers overflow.
+    b.exp().powi(2) * inverse_eigenvalue(a - b, 0.0, |_| 1.0, |t| (-2.0 * t).exp())
+}
+
 /// Of a law with a positive density over a range, known up to a factor.
+pub fn poincare_constant(from: f64, to: f64, density: impl Fn(f64) -> f64) -> f64 {
+    inverse_eigenvalue(from, to, &density, &density)
+}
+
+/// 1/λ of the least λ above zero with -(su')' = λρu and free ends.
 ///
 /// Linear elements; the eigenvalue comes by inverse iteration on what is orthogonal to the constants.
-pub fn poincare_constant(from: f64, to: f64, density: impl Fn(f64) -> f64) -> f64 {
+fn inverse_eigenvalue(from: f64, to: f64, density: impl Fn(f64) -> f64, stiffness: impl Fn(f64) -> f64) -> f64 {
     let h = (to - from) / CELLS as f64;
-    let rho: Vec<f64> = (0..CELLS).map(|k| density(from + (k as f64 + 0.5) * h)).collect();
-    // The flux ρu' of a solution is the running integral of ρf: no system has to be solved.
+    let middle = |k: usize| from + (k as f64 + 0.5) * h;
+    let rho: Vec<f64> = (0..CELLS).map(|k| density(middle(k))).collect();
+    // The flux su' of a solution is the running integral of ρf: no system has to be solved.
     let weight = |k: usize| 0.5 * h * (if k > 0 { rho[k - 1] } else { 0.0 } + rho.get(k).copied().unwrap_or(0.0));
     let total: f64 = (0..=CELLS).map(weight).sum();
     let mut u: Vec<f64> = (0..=CELLS).map(|k| k as f64 / CELLS as f64 - 0.5).collect();
@@ -37,7 +51,7 @@ pub fn poincare_constant(from: f64, to: f64, density: impl Fn(f64) -> f64) -> f6
         let (mut flux, mut next) = (0.0, vec![0.0; CELLS + 1]);
         for k in 0..CELLS {
             flux -= weight(k) * u[k];
-            next[k + 1] = next[k] + h * flux / rho[k];
+            next[k + 1] = next[k] + h * flux / stiffness(middle(k));
         }
         let mean = (0..=CELLS).map(|k| weight(k) * next[k]).sum::<f64>() / total;
         let found: f64 = (0..=CELLS).map(|k| weight(k) * (next[k] - mean) * u[k]).sum();
@@ -63,5 +77,14 @@ mod tests {
         // Cut at one standard deviation: λ = 1/constant by a shooting solution of u'' - x u' + λ u = 0.
         let cut = poincare_constant(-1.0, 1.0, |x| (-0.5 * x * x).exp());
         assert!(cut < poincare_uniform(-1.0, 1.0) && cut > 0.3, "{cut}");
+        // Nearly uniform over a narrow range; by the general equation over a wide one; the same for both signs.
+        let narrow = poincare_log_uniform(1.0, 1.001);
+        assert!((narrow / poincare_uniform(1.0, 1.001) - 1.0).abs() < 1e-3, "{narrow}");
+        let (wide, general) = (poincare_log_uniform(2.0, 6.0), poincare_constant(2.0, 6.0, |x| 1.0 / x));
+        assert!((wide / general - 1.0).abs() < 1e-6, "{wide} {general}");
+        assert_eq!(poincare_log_uniform(-6.0, -2.0), wide);
+        let triangle = poincare_constant(0.0, 1.0, |x| x);
+        // (xu')' = -λxu: Bessel's functions, λ = j₁,₁².
+        assert!((triangle * 3.831_705_970_207_512f64.powi(2) - 1.0).abs() < 1e-5, "{triangle}");
     }
 }

@@ -9,7 +9,7 @@ use super::result::{Chosen, Identification, Information};
 use super::rows::Source;
 use crate::engines::cpu_f64;
 use crate::model::{Parameter, Plan, PlanOptions};
-use crate::spec::{Distribution, SweepSpec};
+use crate::spec::SweepSpec;
 use crate::study::fit::{analyse, findings};
 use crate::table::{Column, Table};
 use nalgebra::{DMatrix, DVector};
@@ -203,11 +203,8 @@ fn ends(open: &[&Unknown]) -> Vec<Vec<i8>> {
 /// Values of an unknown's parameters at one of its ends.
 fn moved(unknown: &Unknown, side: i8) -> Vec<f64> {
     let Some(axis) = unknown.prior.as_ref().filter(|_| side != 0) else { return unknown.values.clone() };
-    let value = match axis.distribution {
-        Distribution::Uniform { from, to } if side > 0 => from.max(to),
-        Distribution::Uniform { from, to } => from.min(to),
-        Distribution::Normal { mean, standard_deviation } => mean + f64::from(side) * NORMAL_END * standard_deviation,
-    };
+    let (low, high) = axis.distribution.range(NORMAL_END);
+    let value = if side > 0 { high } else { low };
     unknown.values.iter().map(|nominal| if axis.scales { value * nominal } else { value }).collect()
 }
 

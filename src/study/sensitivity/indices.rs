@@ -5,7 +5,7 @@ use super::chaos::{Chaos, GOOD};
 use super::cosine::{Cosines, ORDERS, Source};
 use super::design::{Design, Layout};
 use super::estimator::Estimator;
-use super::inputs::{Input, Law};
+use super::inputs::Input;
 use super::options::EstimatorChoice;
 use super::outputs::{Output, Outputs};
 use super::pass::ScalarSums;
@@ -148,7 +148,7 @@ impl Evidence<'_> {
 impl<'a> OfOutput<'a> {
     fn has_slopes(&self) -> bool {
         let evidence = self.evidence;
-        let known = evidence.inputs.iter().all(|input| matches!(input.law, Law::Known(_)));
+        let known = evidence.inputs.iter().all(|input| input.law.is_steady());
         let scalars = &evidence.outputs.scalars;
         let is_sampled = !matches!(evidence.layout.design, Design::Grid(_));
         known && is_sampled && self.output.components.iter().all(|scalar| scalars[*scalar].has_slopes)

@@ -1,7 +1,7 @@
 //! The inputs of a study: axes of the sweep with their laws.
 
 use super::SensitivityError;
-use super::bounds::{poincare_normal, poincare_uniform};
+use super::bounds::{poincare_constant, poincare_log_uniform, poincare_normal, poincare_uniform};
 use super::polynomials::Family;
 use crate::model::closest;
 use crate::spec::{AxisSpec, Distribution, Method, SweepSpec};
@@ -45,7 +45,7 @@ impl Law {
         }
     }
 
-    /// Change of the value by the share; NaN where the law is not known.
+    /// Change of the value by the share; NaN where the law is not known or has no slope.
     pub fn rate(&self, share: f64) -> f64 {
         match self {
             Law::Known(law) => law.rate(share),
@@ -53,9 +53,14 @@ impl Law {
         }
     }
 
+    /// Whether its value changes steadily with the share, so that slopes say something.
+    pub fn is_steady(&self) -> bool {
+        !matches!(self, Law::Ranks(_) | Law::Known(Distribution::Values(_)))
+    }
+
     pub fn family(&self) -> Family {
         match self {
-            Law::Known(Distribution::Normal { .. }) => Family::Hermite,
+            Law::Known(Distribution::Normal { .. } | Distribution::LogNormal { .. }) => Family::Hermite,
             _ => Family::Legendre,
         }
     }
@@ -64,25 +69,36 @@ impl Law {
     pub fn standard(&self, value: f64, sample: u64) -> f64 {
         match self {
             Law::Known(law @ Distribution::Normal { .. }) => (value - law.mean()) / law.standard_deviation(),
+            Law::Known(law @ Distribution::LogNormal { .. }) => {
+                law.of_logarithm().map_or(f64::NAN, |(mean, deviation)| (value.abs().ln() - mean) / deviation)
+            }
             _ => 2.0 * self.share(value, sample) - 1.0,
         }
     }
 
-    /// Change of the value by that variable; NaN where the law is not known.
-    pub fn standard_rate(&self) -> f64 {
+    /// Change of the value by that variable, where it is `standard`; NaN where the law is not steady.
+    pub fn standard_rate(&self, standard: f64) -> f64 {
         match self {
             Law::Known(Distribution::Normal { standard_deviation, .. }) => *standard_deviation,
             Law::Known(Distribution::Uniform { from, to }) => 0.5 * (to - from),
+            Law::Known(law) => match law.of_logarithm() {
+                Some((mean, deviation)) => law.mean().signum() * deviation * (mean + deviation * standard).exp(),
+                None => 0.5 * law.rate(0.5 * (1.0 + standard)),
+            },
             Law::Ranks(_) => f64::NAN,
         }
     }
 
-    /// Poincaré's constant; NaN where the law is not known.
+    /// Poincaré's constant; NaN where the law is not steady, or has none: the tail of a lognormal law is too heavy.
     pub fn poincare(&self) -> f64 {
         match self {
             Law::Known(Distribution::Uniform { from, to }) => poincare_uniform(*from, *to),
+            Law::Known(Distribution::LogUniform { from, to }) => poincare_log_uniform(*from, *to),
             Law::Known(Distribution::Normal { standard_deviation, .. }) => poincare_normal(*standard_deviation),
-            Law::Ranks(_) => f64::NAN,
+            Law::Known(
+                law @ (Distribution::Triangular { from, to, .. } | Distribution::TruncatedNormal { from, to, .. }),
+            ) => poincare_constant(*from, *to, |value| law.density(value)),
+            Law::Known(Distribution::LogNormal { .. } | Distribution::Values(_)) | Law::Ranks(_) => f64::NAN,
         }
     }
 
@@ -103,10 +119,7 @@ impl Law {
     /// In words: `uniform from .. to ..`.
     pub fn words(&self) -> String {
         match self {
-            Law::Known(Distribution::Uniform { from, to }) => format!("uniform from {from} to {to}"),
-            Law::Known(Distribution::Normal { mean, standard_deviation }) => {
-                format!("normal, mean {mean}, standard deviation {standard_deviation}")
-            }
+            Law::Known(law) => law.words(),
             Law::Ranks(_) => "as the table has it".into(),
         }
     }
@@ -150,7 +163,7 @@ pub(super) fn inputs(spec: &SweepSpec) -> Result<Vec<Input>, SensitivityError> {
     let ranks = if spec.method == Method::Table { table_ranks(spec)? } else { Vec::new() };
     let law = |k: usize, axis: &AxisSpec| match ranks.get(k) {
         Some(shares) => Law::Ranks(shares.clone()),
-        None => Law::Known(axis.distribution),
+        None => Law::Known(axis.distribution.clone()),
     };
     let inputs = spec.axes.iter().enumerate().map(|(k, axis)| Input::new(axis, spec, law(k, axis)));
     let inputs: Vec<Input> = inputs.collect();
@@ -162,7 +175,7 @@ pub(super) fn inputs(spec: &SweepSpec) -> Result<Vec<Input>, SensitivityError> {
         return Err(SensitivityError::Fixed { input: inputs[fixed].name.clone() });
     }
     let is_narrow = |axis: &AxisSpec| {
-        let law = axis.distribution;
+        let law = &axis.distribution;
         law.standard_deviation() < NARROW * law.mean().abs()
     };
     match spec.axes.iter().position(is_narrow) {
@@ -173,7 +186,7 @@ pub(super) fn inputs(spec: &SweepSpec) -> Result<Vec<Input>, SensitivityError> {
 
 /// The uncertain numbers of a sweep, which its rows hold at the scene's values.
 pub(super) fn uncertain(spec: &SweepSpec) -> Vec<Input> {
-    spec.uncertain.iter().map(|axis| Input::new(axis, spec, Law::Known(axis.distribution))).collect()
+    spec.uncertain.iter().map(|axis| Input::new(axis, spec, Law::Known(axis.distribution.clone()))).collect()
 }
 
 /// The inputs that are asked for, by places; all, where none is named.

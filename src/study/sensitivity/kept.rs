@@ -89,14 +89,14 @@ impl Kept {
 
     /// Rows to fit a chaos of some scalars to; slopes are taken where all have them.
     pub fn chaos_rows(&self, inputs: &[Input], scalars: &[usize]) -> ChaosRows {
-        let rates: Vec<f64> = inputs.iter().map(|input| input.law.standard_rate()).collect();
-        let has_slopes =
-            scalars.iter().all(|scalar| !self.slopes[*scalar].is_empty()) && !rates.iter().any(|r| r.is_nan());
+        let has_slopes = scalars.iter().all(|scalar| !self.slopes[*scalar].is_empty())
+            && inputs.iter().all(|input| input.law.is_steady());
         let mut rows = ChaosRows::default();
         for (row, point) in self.points.chunks(inputs.len().max(1)).enumerate() {
             let values: Vec<f64> = scalars.iter().map(|scalar| self.chaos_values[*scalar][row]).collect();
             let mut slopes = Vec::new();
-            for (input, rate) in rates.iter().enumerate().filter(|_| has_slopes) {
+            for (input, standard) in point.iter().enumerate().filter(|_| has_slopes) {
+                let rate = inputs[input].law.standard_rate(*standard);
                 slopes.extend(scalars.iter().map(|scalar| rate * self.slopes[*scalar][input][row]));
             }
             if values.iter().chain(&slopes).chain(point).all(|x| x.is_finite()) {

@@ -45,7 +45,7 @@ mod worst_case;
 
 pub use anova::GridSums;
 pub use blocks::{BLOCKS, Estimate};
-pub use bounds::{poincare_constant, poincare_normal, poincare_uniform};
+pub use bounds::{poincare_constant, poincare_log_uniform, poincare_normal, poincare_uniform};
 pub use chaos::{Chaos, ChaosRows, GOOD, MAX_DEGREE, MAX_INPUTS};
 pub use cosine::{Cosines, Harmonics, JUMP_LIMIT, ORDERS, Source};
 pub use error::SensitivityError;

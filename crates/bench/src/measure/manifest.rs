@@ -7,7 +7,6 @@ use crate::bench_file::BenchSpec;
 use crate::machine;
 use rodsweep::lanes::InstructionSet;
 use rodsweep::model::Stepper;
-use rodsweep::spec::Distribution;
 use serde_json::{Value, json};
 use std::path::PathBuf;
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -58,13 +57,10 @@ pub fn manifest(session: &Session, specs: &[BenchSpec]) -> String {
             "title": spec.title,
             "length": spec.sweep.scene.total_length(),
             "segments": spec.sweep.scene.segments.len(),
-            "axes": spec.sweep.axes.iter().map(|axis| match axis.distribution {
-                Distribution::Uniform { from, to } => json!({
-                    "parameters": names(&axis.parameters), "from": from, "to": to,
-                }),
-                Distribution::Normal { mean, standard_deviation } => json!({
-                    "parameters": names(&axis.parameters), "mean": mean, "standard_deviation": standard_deviation,
-                }),
+            "axes": spec.sweep.axes.iter().map(|axis| {
+                let mut said = json!({ "parameters": names(&axis.parameters) });
+                axis.distribution.numbers().into_iter().for_each(|(key, number)| said[key] = json!(number));
+                said
             }).collect::<Vec<_>>(),
             "tip": names(&spec.tip),
             "derivatives": names(&spec.sweep.wrt),

@@ -88,7 +88,7 @@ impl<'a> Problem<'a> {
             sampler.values(index as u64, row);
             sampler.axis_values(index as u64, &mut values);
             for (axis, value) in spec.sweep.axes.iter().zip(&mut values) {
-                let law = axis.distribution;
+                let law = &axis.distribution;
                 let by = 2.0 * NEAR * law.half_range() * if random.unit() < 0.5 { -1.0 } else { 1.0 };
                 let is_inside = |x: &f64| law.limits().is_none_or(|(a, b)| (a.min(b)..=a.max(b)).contains(x));
                 *value = if is_inside(&(*value + by)) { *value + by } else { *value - by };
