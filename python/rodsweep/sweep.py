@@ -323,9 +323,7 @@ class Sweep:
     def _repr_html_(self) -> str:
         rows = []
         for axis in self.axes:
-            low, high = (axis.get("from"), axis.get("to")) if "from" in axis else (axis["mean"], None)
-            law = f"{low:g} to {high:g}" if high is not None else f"{low:g} ± {axis['standard_deviation']:g}"
-            law = "from the table" if self._info["method"] == "table" else law
+            law = "from the table" if self._info["method"] == "table" else _law(axis)
             rows.append(["+".join(axis["parameters"]), law, axis["unit"]])
         head = f"<b>Sweep</b>: {len(self):,} samples, {_html.escape(self._info['method'])}"
         return head + _html.table(["parameter", "values", "unit"], rows)
@@ -447,6 +445,20 @@ class _Bar:
     def __exit__(self, *_: object) -> None:
         if self._bar is not None:
             self._bar.close()
+
+
+def _law(axis: Mapping[str, Any]) -> str:
+    """By which law an axis varies, in words."""
+    law = axis["distribution"]
+    if law == "uniform":
+        return f"{axis['from']:g} to {axis['to']:g}"
+    if law == "normal":
+        return f"{axis['mean']:g} ± {axis['standard_deviation']:g}"
+    if law == "values":
+        listed = axis["values"]
+        return ", ".join(f"{value:g}" for value in listed[:8]) + (" …" if len(listed) > 8 else "")
+    numbers = ("from", "mode", "to", "mean", "standard_deviation")
+    return ", ".join([law] + [f"{key.replace('_', ' ')} {axis[key]:g}" for key in numbers if key in axis])
 
 
 def _axis(name: str, law: Any) -> dict[str, Any]:
