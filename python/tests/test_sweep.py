@@ -157,3 +157,21 @@ print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
 """
     done = subprocess.run([sys.executable, "-W", "ignore", "-c", code], capture_output=True, text=True, timeout=60)
     assert done.stdout.strip() == "7", done.stderr
+
+
+def test_laws_of_axes(p6: rodsweep.Scene) -> None:
+    axes = {
+        "coil.current.x": {"values": [0.1, 0.3, -0.2]},
+        "proximal.youngs_modulus": {"spacing": "log", "from": 1e6, "to": 1e8},
+        "distal.youngs_modulus": {"distribution": "triangular", "relative": 0.1},
+        "insertion": {"distribution": "lognormal", "relative": 0.01},
+    }
+    sweep = rodsweep.Sweep(p6, "latin_hypercube", axes, samples=30, seed=7)
+    assert [axis["distribution"] for axis in sweep.axes] == ["values", "log-uniform", "triangular", "lognormal"]
+    shown = sweep._repr_html_()
+    assert "0.1, 0.3, -0.2" in shown and "log-uniform, from 1e+06, to 1e+08" in shown and "lognormal, mean" in shown
+    rows = sweep.run(engine="cpu").table
+    found = np.asarray(rows["coil.current.x"])
+    assert sorted(set(found)) == [-0.2, 0.1, 0.3] and all((found == value).sum() == 10 for value in set(found))
+    moduli = np.log10(np.asarray(rows["proximal.youngs_modulus"]))
+    assert ((moduli < 7).sum(), moduli.min() > 6, moduli.max() < 8) == (15, True, True)
