@@ -34,7 +34,7 @@ pub fn device_or_skip(test: &str) -> Option<Device> {
     }
 }
 
-/// The one that fewest tests hold. A device that has shown any trouble is left to the tests that hold it.
+/// The shared device that fewest tests hold. A device that has shown any trouble is left to the tests that hold it.
 fn shared() -> Result<Device, BackendError> {
     let mut shared = SHARED.lock().unwrap_or_else(PoisonError::into_inner);
     shared.retain(|device| !device.is_lost() && device.check().is_ok());

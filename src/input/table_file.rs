@@ -9,10 +9,10 @@ use crate::spec::{InputTable, grouped};
 use std::collections::HashSet;
 use std::path::Path;
 
-/// What a reader makes of a table that is not quite one.
+/// How a reader treats missing values and columns that are no parameters.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Habits {
-    /// A sweep's: a missing value is NaN, so that its row has no rod, and a note counts such rows.
+    /// The table belongs to a sweep: a missing value is NaN, so that its row has no rod, and a note counts such rows.
     pub of_sweep: bool,
     /// Columns that are no parameters are passed over, and a note names them.
     pub ignores_others: bool,
@@ -27,7 +27,7 @@ pub fn read_input_table(file: &Path, scene: &Scene) -> Result<InputTable, InputE
     read_with(file, scene, Habits::default(), &mut Vec::new())
 }
 
-/// The same with these habits.
+/// Reads a table of values by parameter from a file, with its `habits`.
 pub(super) fn read_with(
     file: &Path,
     scene: &Scene,
@@ -42,7 +42,7 @@ pub(super) fn read_with(
     with_rows(file, table)
 }
 
-/// The same of the text of a file.
+/// Parses a table of values by parameter from the text of a file, with its `habits`.
 pub(super) fn parse_with(
     file: &Path,
     text: &str,
@@ -178,7 +178,7 @@ impl Reading<'_> {
     }
 }
 
-/// How programs write that there is no value.
+/// Whether a cell says that there is no value: it is empty, or a word such as `nan`.
 fn is_gap(cell: &str) -> bool {
     cell.is_empty() || ["nan", "na", "n/a", "null"].iter().any(|word| cell.eq_ignore_ascii_case(word))
 }

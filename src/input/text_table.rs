@@ -73,20 +73,20 @@ impl<'a> TextTable<'a> {
         }
         let Some((line, content)) = first else { return Ok(None) };
         // No name of a column is a number.
-        let has_number = |content: &str| Separator::of(content).cells(content).iter().any(|cell| is_number(cell));
+        let has_number = |cells: &[&str]| cells.iter().any(|cell| is_number(cell));
         let separator = Separator::of(content);
-        if !has_number(content) {
-            return Ok(Some(TextTable::below(text, line, separator.cells(content), separator)));
+        let cells = separator.cells(content);
+        if !has_number(&cells) {
+            return Ok(Some(TextTable::below(text, line, cells, separator)));
         }
-        let width = separator.cells(content).len();
-        let fits = |words: &&str| {
-            !has_number(words) && [separator, Separator::of(words)].iter().any(|by| by.cells(words).len() == width)
-        };
-        match comment.filter(|(_, words)| fits(words)) {
-            Some((line, words)) => {
-                let by = if separator.cells(words).len() == width { separator } else { Separator::of(words) };
-                Ok(Some(TextTable::below(text, line, by.cells(words), separator)))
-            }
+        let width = cells.len();
+        let names = comment.and_then(|(line, words)| {
+            let ways = [separator, Separator::of(words)].map(|by| by.cells(words));
+            let names = ways.into_iter().find(|names| names.len() == width && !has_number(names));
+            names.map(|names| (line, names))
+        });
+        match names {
+            Some((line, names)) => Ok(Some(TextTable::below(text, line, names, separator))),
             None => {
                 let remedy = format!("no line names the columns: write their names above, such as {example}");
                 Err(table_error(file, Some(line), "", Problem::Missing { remedy }))
@@ -186,7 +186,7 @@ impl<'a> Head<'a> {
 }
 
 impl Separator {
-    /// What parts the cells of a line.
+    /// The separator of a line: a semicolon, else a tab, else a comma, else blanks.
     fn of(line: &str) -> Separator {
         let character = [';', '\t', ','].into_iter().find(|separator| line.contains(*separator));
         match character {
@@ -216,12 +216,12 @@ fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
     lines.filter(|(_, line)| !line.is_empty())
 }
 
-/// What a comment says; `None`: the line is none.
+/// The words of a comment line; `None` where the line is no comment.
 fn comment_text(line: &str) -> Option<&str> {
     line.starts_with(['#', '%']).then(|| line.trim_start_matches(['#', '%']).trim())
 }
 
-/// What stands in brackets; `None` for a number, which is an index.
+/// The unit that a text in brackets holds; `None` where it holds a number, which is an index.
 fn unit_alone(text: &str) -> Option<&str> {
     let inner = [('[', ']'), ('(', ')')]
         .into_iter()

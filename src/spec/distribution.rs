@@ -42,9 +42,9 @@ pub enum Distribution {
     },
     /// Normally distributed, but never beyond two ends.
     TruncatedNormal {
-        /// Of the normal law before it is cut.
+        /// Mean of the normal law before it is cut.
         mean: f64,
-        /// Of the normal law before it is cut; greater than zero.
+        /// Standard deviation of the normal law before it is cut; greater than zero.
         standard_deviation: f64,
         /// Lower end.
         from: f64,
@@ -53,9 +53,9 @@ pub enum Distribution {
     },
     /// The logarithm is normally distributed; all values have the sign of the mean.
     LogNormal {
-        /// Of the values, not of their logarithms; not zero.
+        /// Mean of the values, not of their logarithms; not zero.
         mean: f64,
-        /// Of the values, not of their logarithms; greater than zero.
+        /// Standard deviation of the values, not of their logarithms; greater than zero.
         standard_deviation: f64,
     },
     /// One of these values, each as likely as any other; at least one.
@@ -374,7 +374,7 @@ impl Cut {
         Cut { mean, scale, ends, shares: ends.map(normal::share_below) }
     }
 
-    /// Of the normal law.
+    /// Share of the normal law that lies between the ends.
     fn share(&self) -> f64 {
         self.shares[1] - self.shares[0]
     }

@@ -37,7 +37,7 @@ fn split() -> (Vec<GoldenCase>, Vec<GoldenCase>) {
     golden::dev().into_iter().partition(|case| !case.scene.name.contains("_hard_"))
 }
 
-/// Of the ordinary scenes every `each`.
+/// Checks the hard golden scenes, and every `each`th of the ordinary ones.
 fn check_f32(engine: &str, each: usize, options: PlanOptions, make: impl Fn(&Plan) -> Box<dyn Backend> + Sync) {
     let (ordinary, hard) = split();
     assert_eq!((ordinary.len(), hard.len()), (52, 8));

@@ -175,7 +175,7 @@ fn laws_map_the_unit_interval() {
     assert_eq!(laws[0].density(3.5), 0.0);
 }
 
-/// Moments of laws by closed forms of tables, or by SciPy where there is none.
+/// Means and standard deviations of laws by closed forms.
 #[test]
 fn laws_have_the_moments_of_tables() {
     let check = |law: Distribution, mean: f64, deviation: f64| {

@@ -18,7 +18,7 @@ pub fn poincare_normal(standard_deviation: f64) -> f64 {
     standard_deviation.powi(2)
 }
 
-/// Of a law that is uniform in the logarithm, between ends of one sign.
+/// Poincaré's constant of a law that is uniform in the logarithm, between ends of one sign.
 pub fn poincare_log_uniform(from: f64, to: f64) -> f64 {
     // In t = ln |x| the law is uniform and a slope by x is 1/x that by t.
     let (a, b) = (from.abs().min(to.abs()).ln(), from.abs().max(to.abs()).ln());
