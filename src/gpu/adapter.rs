@@ -1,6 +1,7 @@
 //! Which GPUs this machine has, and which of them to take.
 
 use std::fmt;
+use std::path::PathBuf;
 use std::sync::OnceLock;
 
 /// What an adapter is, best first.
@@ -33,6 +34,10 @@ pub struct AdapterSummary {
     pub driver: String,
     /// Its place on the PCI bus, where known.
     pub bus: String,
+    /// Vendor and model on the PCI bus; zeros where unknown.
+    pub model: (u32, u32),
+    /// What compiles its kernels where there is a choice: `DXC` or `FXC` of Direct3D 12. Empty: the driver itself.
+    pub compiler: String,
     /// Largest buffer (bytes)
     pub max_buffer_size: u64,
     /// Largest part of a buffer that a kernel can see (bytes)
@@ -67,8 +72,10 @@ impl AdapterSummary {
             kind: kind_of(&info),
             api: info.backend.to_string(),
             driver: [info.driver.trim(), info.driver_info.trim()].join(" ").trim().to_owned(),
+            compiler: if info.backend == wgpu::Backend::Dx12 { direct_compiler().into() } else { String::new() },
             name: info.name,
             bus: info.device_pci_bus_id,
+            model: (info.vendor, info.device),
             max_buffer_size: limits.max_buffer_size,
             max_storage_binding_size: limits.max_storage_buffer_binding_size,
             max_workgroups: limits.max_compute_workgroups_per_dimension,
@@ -94,8 +101,14 @@ impl AdapterSummary {
 
     /// Whether rows of one are those of the other, bit for bit, as far as can be known.
     pub fn is_like(&self, other: &AdapterSummary) -> bool {
-        let what = |a: &AdapterSummary| (a.name.clone(), a.kind, a.api.clone(), a.driver.clone());
+        let what = |a: &AdapterSummary| (a.name.clone(), a.kind, a.api.clone(), a.driver.clone(), a.compiler.clone());
         what(self) == what(other)
+    }
+
+    /// Whether another interface drives a card of this model as well.
+    fn is_twin_of(&self, other: &AdapterSummary) -> bool {
+        let is_same_model = if self.model.1 == 0 { self.name == other.name } else { self.model == other.model };
+        is_same_model && self.kind == other.kind && self.api != other.api
     }
 
     /// Whether it is the same adapter, as far as can be known.
@@ -107,15 +120,18 @@ impl AdapterSummary {
 /// Which of the adapters found to take, by their places; they are sorted, best first.
 ///
 /// Without a wish: the first, and those like it unless they are software. An error is a name that matches none.
+/// A card that two interfaces drive is taken once, by the first; by its name and the interface's the other is had.
 pub(super) fn choose(found: &[AdapterSummary], wanted: Option<&str>) -> Result<Vec<usize>, String> {
     let all = || 0..found.len();
+    let is_once = |place: usize| !found[..place].iter().any(|earlier| found[place].is_twin_of(earlier));
     match wanted {
         None => {
             let shares = |place: &usize| *place == 0 || !found[0].is_software() && found[*place].is_like(&found[0]);
             Ok(all().filter(shares).collect())
         }
         Some(wish) if wish.trim().eq_ignore_ascii_case("all") => {
-            Ok(all().filter(|place| *place == 0 || !found[*place].is_software()).collect())
+            let is_taken = |place: &usize| *place == 0 || !found[*place].is_software() && is_once(*place);
+            Ok(all().filter(is_taken).collect())
         }
         Some(names) => {
             let mut taken = Vec::new();
@@ -144,7 +160,24 @@ pub fn adapters() -> Vec<AdapterSummary> {
     enumerate().iter().map(AdapterSummary::new).collect()
 }
 
-/// Adapters, best kind first; the system's own order within a kind.
+/// The compiler that the Direct3D backend takes: DXC where its library can be loaded, which takes a hundredth of the time of FXC,
+/// the one that comes with Windows.
+fn direct_compiler() -> &'static str {
+    let beside = std::env::current_exe().ok().and_then(|program| Some(program.parent()?.to_owned()));
+    let paths = std::env::var_os("PATH").unwrap_or_default();
+    compiler_among(beside.into_iter().chain(std::env::split_paths(&paths)))
+}
+
+fn compiler_among(mut folders: impl Iterator<Item = PathBuf>) -> &'static str {
+    if folders.any(|folder| folder.join("dxcompiler.dll").is_file()) { "DXC" } else { "FXC" }
+}
+
+/// Direct3D comes last: its kernels pass through one more compiler, and its rows are no better.
+fn place_of(info: &wgpu::AdapterInfo) -> (AdapterKind, bool) {
+    (kind_of(info), info.backend == wgpu::Backend::Dx12)
+}
+
+/// Adapters, best kind first, then those of Vulkan and Metal before Direct3D; else the system's own order.
 pub(super) fn enumerate() -> Vec<wgpu::Adapter> {
     // One for the process: a driver that is loaded anew for each fails after some thirty times (NVIDIA 580).
     static INSTANCE: OnceLock<wgpu::Instance> = OnceLock::new();
@@ -155,7 +188,7 @@ pub(super) fn enumerate() -> Vec<wgpu::Adapter> {
         })
     });
     let mut found = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY));
-    found.sort_by_key(|adapter| kind_of(&adapter.get_info()));
+    found.sort_by_key(|adapter| place_of(&adapter.get_info()));
     found
 }
 
@@ -179,7 +212,7 @@ impl fmt::Display for AdapterSummary {
 
 #[cfg(test)]
 mod tests {
-    use super::{AdapterKind, AdapterSummary, choose};
+    use super::{AdapterKind, AdapterSummary, choose, compiler_among};
 
     fn adapter(name: &str, kind: AdapterKind, driver: &str) -> AdapterSummary {
         AdapterSummary {
@@ -188,6 +221,8 @@ mod tests {
             api: "vulkan".into(),
             driver: driver.into(),
             bus: String::new(),
+            model: (0, 0),
+            compiler: String::new(),
             max_buffer_size: 1 << 30,
             max_storage_binding_size: 1 << 30,
             max_workgroups: 65_535,
@@ -218,5 +253,37 @@ mod tests {
         assert_eq!(choose(&found, Some("big,huge")), Err("huge".into()));
         assert_eq!(choose(&[found[4].clone(), found[4].clone()], None), Ok(vec![0]));
         assert_eq!(choose(&found[4..], Some("all")), Ok(vec![0]));
+    }
+
+    #[test]
+    fn a_card_of_two_interfaces_is_taken_once() {
+        let card = |name: &str, api: &str, model: (u32, u32)| AdapterSummary {
+            api: api.into(),
+            model,
+            ..adapter(name, AdapterKind::Discrete, "550")
+        };
+        let (big, small) = ((0x10de, 0x2684), (0x10de, 0x2204));
+        let found = [
+            card("Big", "vulkan", big),
+            card("Small", "vulkan", small),
+            card("Big (Direct3D)", "dx12", big),
+            card("Small", "dx12", small),
+            card("Other", "dx12", (0x1002, 0x744c)),
+        ];
+        assert_eq!(choose(&found, Some("all")), Ok(vec![0, 1, 4]));
+        assert_eq!(choose(&found, None), Ok(vec![0]));
+        assert_eq!(choose(&found, Some("dx12")), Ok(vec![2]));
+        assert_eq!(choose(&found[2..], Some("all")), Ok(vec![0, 1, 2]));
+        // Two cards of one model are two.
+        assert_eq!(choose(&[found[0].clone(), found[0].clone(), found[2].clone()], Some("all")), Ok(vec![0, 1]));
+    }
+
+    #[test]
+    fn the_faster_compiler_is_found_by_its_library() {
+        let folder = tempfile::tempdir().unwrap();
+        let folders = || [std::path::PathBuf::from("/nowhere"), folder.path().to_owned()].into_iter();
+        assert_eq!(compiler_among(folders()), "FXC");
+        std::fs::write(folder.path().join("dxcompiler.dll"), "").unwrap();
+        assert_eq!(compiler_among(folders()), "DXC");
     }
 }

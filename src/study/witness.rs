@@ -112,3 +112,51 @@ impl WitnessCheck {
         Ok(check)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Claim, WitnessCheck};
+    use crate::engines::cpu_f64;
+    use crate::input::parse_scene;
+    use crate::model::{Parameter, Plan, PlanOptions, Quantity};
+    use crate::shipped::TIP_COIL;
+    use std::path::Path;
+
+    /// 200 tips along a line of currents, of which some are moved by a share of the rod's length; what the check says of them.
+    fn check(moved: &[usize], by: f64, error_estimate: f64) -> WitnessCheck {
+        let scene = parse_scene(Path::new(TIP_COIL.0), TIP_COIL.1).unwrap();
+        let inputs = [Parameter::parse(&scene, "coil.current.y").unwrap()];
+        let plan = Plan::new(&scene, &inputs, &[], PlanOptions::default()).unwrap();
+        let current = |at: usize| 1e-3 * at as f64;
+        let batch = plan.batch(200, |at, row| row[0] = current(at));
+        let rows = cpu_f64(&plan).unwrap().solve(&batch).unwrap();
+        let length = scene.rod().total_length();
+        let mut claim = |at: usize| {
+            let mut tip = rows.vector(at, Quantity::TipPosition);
+            if moved.contains(&at) {
+                tip[1] += by * length;
+            }
+            Some(Claim { inputs: vec![current(at)], tip, error_estimate })
+        };
+        WitnessCheck::of(&scene, &inputs, 200, &mut claim).unwrap()
+    }
+
+    #[test]
+    fn tips_elsewhere_are_marked() {
+        let sound = check(&[], 0.0, 1e-8);
+        assert_eq!((sound.checked, sound.of, sound.wrong), (64, 200, 0), "{sound:?}");
+        assert!(sound.mark.is_none() && sound.farthest < 1e-6, "{sound:?}");
+        assert!(sound.sentence().starts_with("64 of 200 equilibria were checked"), "{}", sound.sentence());
+        // Samples 0, 3, 6, 9, ... are checked.
+        let wrong = check(&[0, 9, 10], 2e-3, 1e-8);
+        assert_eq!(wrong.wrong, 2, "{wrong:?}");
+        assert!((wrong.farthest - 2e-3).abs() < 1e-5, "{wrong:?}");
+        let mark = wrong.mark.as_deref().unwrap_or_default();
+        assert!(mark.starts_with("DISTRUSTED: 2 of 64 equilibria"), "{mark}");
+        assert_eq!(wrong.sentence(), mark);
+        // What an estimate allows is not elsewhere.
+        assert_eq!(check(&[0, 9], 2e-3, 1e-3).wrong, 0);
+        let not_a_number = check(&[0], f64::NAN, 1e-8);
+        assert_eq!(not_a_number.wrong, 1, "{not_a_number:?}");
+    }
+}

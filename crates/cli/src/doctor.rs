@@ -62,6 +62,14 @@ fn describe_adapter(adapter: &AdapterSummary, lines: &mut Vec<String>) {
     let yes = |has: bool| if has { "yes" } else { "no" };
     lines.push(format!("  {} ({})", adapter.name, adapter.kind));
     lines.push(format!("    interface {}, driver {}", adapter.api, adapter.driver));
+    match adapter.compiler.as_str() {
+        "" => {}
+        "FXC" => lines.push(
+            "    kernels are compiled by FXC, which takes minutes: put `dxcompiler.dll` (DXC) beside the program or on the PATH"
+                .into(),
+        ),
+        compiler => lines.push(format!("    kernels are compiled by {compiler}")),
+    }
     lines.push(format!(
         "    largest buffer {}, storage binding {}",
         bytes(adapter.max_buffer_size),
