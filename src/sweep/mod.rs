@@ -16,6 +16,7 @@ mod missing;
 mod on_device;
 mod options;
 mod pilot;
+mod pilot_truth;
 mod pipeline;
 mod refine;
 mod run;
