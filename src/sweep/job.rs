@@ -304,7 +304,8 @@ impl<'a> PreparedSweep<'a> {
         }
     }
 
-    /// Runs the sweep; its rows go to the sink.
+    /// Runs the sweep; its rows go to the sink. It takes every thread of rayon's global pool. So call it from a thread outside that
+    /// pool, not from a parallel iterator: threads of the pool that wait for sweeps cannot work on them.
     ///
     /// # Errors
     ///
