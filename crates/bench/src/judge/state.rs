@@ -67,6 +67,12 @@ impl State {
     }
 }
 
+/// The determinant of a pivot over what it would be at rest: 0 where the equilibria cease to be isolated. A dead moment has no
+/// energy whose least this could be.
+pub fn firmness(pivot: &Matrix3<f64>, at_rest: &Matrix3<f64>) -> f64 {
+    pivot.determinant() / at_rest.determinant().abs()
+}
+
 /// The determinant of a pivot's symmetric part over that of what it would be at rest; negative where it is not positive definite.
 pub fn softness(pivot: &Matrix3<f64>, at_rest: &Matrix3<f64>) -> f64 {
     let s = 0.5 * (pivot + pivot.transpose());

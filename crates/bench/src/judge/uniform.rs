@@ -2,7 +2,7 @@
 
 use super::chain::Chain;
 use super::load::{Arms, potential};
-use super::state::{Look, Move, State, bend, softness};
+use super::state::{Look, Move, State, bend, firmness, softness};
 use super::turn::hat;
 use nalgebra::{Matrix3, Vector3};
 
@@ -29,7 +29,7 @@ pub fn eliminate(chain: &Chain, state: &State, share: f64, with_moment: bool) ->
         let bend = bend(&chain.elements[i], &state.q[i], &state.q[i + 1], &state.R[i])?;
         let twist = 0.5 * hat(&bend.m);
         let pivot = ahead.ww + bend.H;
-        softest = softest.min(softness(&pivot, &bend.H));
+        softest = softest.min(if with_moment { firmness(&pivot, &bend.H) } else { softness(&pivot, &bend.H) });
         let inverse = pivot.try_inverse()?;
         let (step, slope) = (inverse * (ahead.w + bend.m), inverse * ahead.w_slope);
         let (by_w, to_w) = (inverse * (-bend.H - twist), -bend.H + twist);

@@ -2,7 +2,7 @@
 
 use super::chain::Chain;
 use super::load::{Arms, Potential, potential};
-use super::state::{Look, Move, State, bend, softness};
+use super::state::{Look, Move, State, bend, firmness, softness};
 use super::turn::{hat, second_order};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
@@ -40,7 +40,8 @@ pub fn eliminate(chain: &Chain, state: &State, share: f64, arms: Arms, with_mome
         let mut one = Kept { by: SMatrix::zeros(), sides: SMatrix::zeros() };
         for (at, at_rest) in [(Y, at_rest[0]), (NEXT, at_rest[1])] {
             let pivot = block.fixed_view::<3, 3>(at, at).into_owned();
-            softest = softest.min(softness(&pivot, &at_rest));
+            let is_dead = with_moment && chain.tip_moment.is_some();
+            softest = softest.min(if is_dead { firmness(&pivot, &at_rest) } else { softness(&pivot, &at_rest) });
             let inverse = pivot.try_inverse()?;
             let rows = inverse * block.fixed_view::<3, 12>(at, 0);
             let own = inverse * sides.fixed_view::<3, 2>(at, 0);
