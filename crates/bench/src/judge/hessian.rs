@@ -13,7 +13,7 @@ pub fn look(chain: &Chain, state: &State, share: f64) -> Option<Look> {
         None => uniform::eliminate(chain, state, share, with_moment),
     };
     if chain.tip_moment.is_some() {
-        // A dead moment has no energy: the path goes on as long as pivots are regular.
+        // A dead moment has no energy: the path goes on as long as the product of all pivots is above zero.
         return eliminate(Arms { motion: 1.0, ..arms }, true);
     }
     let stable = eliminate(arms, false)?;
