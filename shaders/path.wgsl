@@ -8,6 +8,8 @@ const FULL_LOAD_TOLERANCE: f32 = 0.0; //@spec
 const TRUST: f32 = 0.0; //@spec
 const NEARBY: f32 = 0.0; //@spec
 const CORRECTIONS: f32 = 0.0; //@spec
+const DEPARTURE: f32 = 0.0; //@spec
+const DEPARTURE_AIM: f32 = 0.0; //@spec
 const FIRST_BEND: f32 = 0.0; //@spec
 const RETREATS: f32 = 0.0; //@spec
 const NEAR_MARGIN: f32 = 0.0; //@spec
@@ -121,6 +123,11 @@ fn follow_path(rod: Rod, first: u32, rest: RestSlope) -> PathEnd {
     // Largest squared norm of the inverse on accepted steps, and that on the last.
     var weakest = 0.0;
     var last_square = 3.0;
+    //@if TIP_MOMENT
+    // (dr/dm0)^-1 there.
+    var last_inverse = identity();
+    let dead = has_dead_moment(rod);
+    //@end
     // Steps in a row that were rejected.
     var retreats = 0.0;
     var started = false;
@@ -145,6 +152,9 @@ fn follow_path(rod: Rod, first: u32, rest: RestSlope) -> PathEnd {
             corrections = 0.0;
             weakest = 0.0;
             last_square = 3.0;
+            //@if TIP_MOMENT
+            last_inverse = identity();
+            //@end
             retreats = 0.0;
             end.passes = 1.0;
             end.ramped = false;
@@ -173,15 +183,24 @@ fn follow_path(rod: Rod, first: u32, rest: RestSlope) -> PathEnd {
         // However small against the load, a correction that is not trusted may have led to another branch.
         let enough = select(ramp_tolerance, PATH_TOLERANCE, guarded);
         let converged = size < enough * (1.0 + length(end.m0)) && contracting;
-        // A dead tip moment makes w unsymmetric; the index changes where its symmetric part is singular. S5
+        // A dead tip moment makes w unsymmetric; the index changes where its symmetric part is singular. Few steps ask for
+        // that bound, those with care for w itself. S5, S6
         var form = w;
         var form_inverse = w_inverse;
         //@if TIP_MOMENT
-        form = columns_cross_sub(columns[BY_MOMENT].w, rod.l_tip * (goal * 0.5), w);
-        form_inverse = inverse(form);
+        if !guarded {
+            form = columns_cross_sub(columns[BY_MOMENT].w, rod.l_tip * (goal * 0.5), w);
+            form_inverse = inverse(form);
+        }
         //@end
         var same_branch = 0.0 < dot(form[0], cross(form[1], form[2]));
-        if guarded { same_branch = same_branch && stability_index(tip) < 0.5; }
+        if guarded {
+            var holds = stability_index(tip) < 0.5;
+            //@if TIP_MOMENT
+            holds = holds || dead;
+            //@end
+            same_branch = same_branch && holds;
+        }
         let square = squared_norm(form_inverse);
         // Too near a bifurcation to know afterwards on which side it was passed; no long correction may start beyond one.
         // Whoever retreats so often did not stand on the branch.
@@ -191,7 +210,12 @@ fn follow_path(rod: Rod, first: u32, rest: RestSlope) -> PathEnd {
         let lost = converged && same_branch && select(!safe, recovers, guarded);
         var accepted = converged && same_branch && !lost;
         //@if TIP_MOMENT
-        if guarded { accepted = accepted && !leaps(square, last_square); }
+        var departed = 0.0;
+        if guarded {
+            departed = departure(last_inverse, w);
+            let near = !dead || departed < DEPARTURE;
+            accepted = accepted && near && !leaps(square, last_square);
+        }
         //@end
         let go_on = !converged && contracting && regular;
         var failed = false;
@@ -217,6 +241,10 @@ fn follow_path(rod: Rod, first: u32, rest: RestSlope) -> PathEnd {
                 if guarded {
                     let fall = vec2<f32>(sqrt(3.0 / square), sqrt(3.0 / last_square));
                     step = min(step, affordable(fall.x, fall.y, used, NEAR_MARGIN, SPENT));
+                    //@if TIP_MOMENT
+                    if dead { step = min(step, used * (DEPARTURE_AIM * DEPARTURE) / max(departed, SMALLEST)); }
+                    last_inverse = w_inverse;
+                    //@end
                 }
                 last_square = square;
             } else {

@@ -22,6 +22,7 @@ fn solve_group() {
     var w = mat3x3<f32>();
     var w_inverse = mat3x3<f32>();
     var index = 0.0;
+    var stable = false;
     var converged = false;
     var code = STATUS_PENDING;
     for (var first = settings.first_path; first <= settings.last_path; first = end.path + 1u) {
@@ -75,7 +76,12 @@ fn solve_group() {
         let within_reach = is_finite(length(tip.p)) && length(tip.p) < REACH;
         let certain = end.path == SEARCH || index < 0.5 || is_sharp(w);
         converged = converged && within_reach && certain;
-        code = status_codes(end, converged, index < 0.5, is_finite(size) && within_reach);
+        stable = index < 0.5;
+        //@if TIP_MOMENT
+        // Under a dead tip moment det W tells whether the rod has diverged; few steps to get there do not tell. S6
+        if end.path != RAMP && has_dead_moment(rod) { stable = stable || 0.0 < dot(w[0], cross(w[1], w[2])); }
+        //@end
+        code = status_codes(end, converged, stable, is_finite(size) && within_reach);
         if code != STATUS_PENDING { break; }
     }
     //@if ANCHORED
@@ -93,7 +99,7 @@ fn solve_group() {
     store_vector(TIP_TANGENT_COLUMN, answered.t);
     store_vector(BASE_MOMENT_COLUMN, answered.m0);
     store(RESIDUAL_COLUMN, residual);
-    store(STABILITY_MARGIN_COLUMN, margin(w_inverse) * select(-1.0, 1.0, index < 0.5));
+    store(STABILITY_MARGIN_COLUMN, margin(w_inverse) * select(-1.0, 1.0, stable));
     store(STABILITY_INDEX_COLUMN, select(NO_EQUILIBRIUM, index, converged));
     store(ITERATIONS_COLUMN, end.passes);
     store(LOAD_FRACTION_COLUMN, end.history.lambda);

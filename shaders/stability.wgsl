@@ -80,6 +80,19 @@ fn is_above(square: f32, bound: f32) -> bool {
     return square * (bound * bound) < 3.0;
 }
 
+//@if TIP_MOMENT
+// Where a dead moment acts at the tip: its work depends on the way, and no energy tells stability. S6
+fn has_dead_moment(rod: Rod) -> bool {
+    return any(rod.l_tip != vec3<f32>());
+}
+
+// By how much dr/dm0 differs from an earlier one with the inverse `before`, relative to it: below 1 its determinant has the
+// same sign. S6
+fn departure(before: mat3x3<f32>, w: mat3x3<f32>) -> f32 {
+    return sqrt(squared_norm(before * w - identity()));
+}
+//@end
+
 // Whether an index other than 0 means anything, where dr/dm0 is `w`: its round-off is small.
 fn is_sharp(w: mat3x3<f32>) -> bool {
     return EPSILON * squared_norm(w) < INDEX_NOISE;

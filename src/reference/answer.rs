@@ -45,7 +45,7 @@ pub struct Equilibrium {
     pub residual: f64,
     /// Estimated error of tip position over rod length, or of tip rotation (rad).
     pub error_estimate: f64,
-    /// Negative eigenvalues of the second variation; 0 is stable.
+    /// Negative eigenvalues of the second variation, under a dead tip moment of its symmetric part; 0 is stable.
     pub index: usize,
     /// sqrt(3) / |(dr/dm0)^-1|, negative when unstable: 1 at rest, 0 at a fold.
     pub margin: f64,
@@ -97,21 +97,21 @@ impl Equilibrium {
 }
 
 /// What became of a rod whose path from rest came to a share of the load, gave up or not, in so many steps. Of Newton's
-/// method there is something left over and a most that may be; `index` is that of the end.
+/// method there is something left over and a most that may be; the end is known to be unstable, or not, or nothing is known.
 pub(super) fn status(
     (lambda, gave_up, steps): (f64, bool, usize),
     (left_over, most): (f64, f64),
-    index: Option<usize>,
+    is_unstable: Option<bool>,
 ) -> Status {
-    match index {
+    match is_unstable {
         _ if lambda < 1.0 && gave_up => Status::StepLimit,
         _ if lambda < 1.0 => Status::Fold,
         _ if left_over.is_nan() => Status::NonFinite,
         _ if left_over > most => Status::NotConverged,
         None => Status::NotConverged,
-        Some(0) if steps > 1 => Status::Ramped,
-        Some(0) => Status::Ok,
-        Some(_) => Status::Unstable,
+        Some(false) if steps > 1 => Status::Ramped,
+        Some(false) => Status::Ok,
+        Some(true) => Status::Unstable,
     }
 }
 

@@ -22,7 +22,9 @@ pub(super) fn solve(rod: &Rod, units: &Units, full: &Chain, slots: &[Slot]) -> E
     };
     let index = stability::index(&chain, &[Node::base(&chain, m0_body)], &mut integrator);
     let most = RESIDUAL_FACTOR * TOLERANCE * passage.growth();
-    let status = status((path.lambda, path.gave_up, path.steps), (passage.residual.norm(), most), index);
+    let determinant = passage.matrix().determinant();
+    let is_unstable = index.map(|index| stability::is_unstable(&chain, determinant, index));
+    let status = status((path.lambda, path.gave_up, path.steps), (passage.residual.norm(), most), is_unstable);
     let status = if is_sure { status } else { Status::Doubtful };
     let index = index.unwrap_or_default();
     let derivatives = differentiate(&chain, units, m0_body, slots, &mut integrator);
@@ -36,7 +38,7 @@ pub(super) fn solve(rod: &Rod, units: &Units, full: &Chain, slots: &[Slot]) -> E
         residual: passage.residual.norm() * units.moment(),
         error_estimate: error_estimate(&passage),
         index,
-        margin: stability::margin(passage.matrix().try_inverse(), index),
+        margin: stability::margin(passage.matrix().try_inverse(), is_unstable.unwrap_or_default()),
         status,
         load_fraction: path.lambda,
         iterations: path.passes + passes,

@@ -50,7 +50,8 @@ pub(super) fn solve(rod: &Rod, units: &Units, full: &Chain, slots: &[Slot]) -> E
     let Some(found) = polish(&chain, path.nodes, &mut integrator) else { return without(Status::NonFinite) };
     let nodes = found.nodes;
     let index = stability::index(&chain, &nodes, &mut integrator);
-    let status = status((path.lambda, path.gave_up, path.steps), (found.left_over, LEFT_OVER), index);
+    let is_unstable = index.map(|index| is_unstable(&chain, &found.passages, index));
+    let status = status((path.lambda, path.gave_up, path.steps), (found.left_over, LEFT_OVER), is_unstable);
     let status = if is_sure { status } else { Status::Doubtful };
     let index = index.unwrap_or_default();
     let derivatives = differentiate(&chain, units, &nodes, slots, &mut integrator);
@@ -67,7 +68,13 @@ pub(super) fn solve(rod: &Rod, units: &Units, full: &Chain, slots: &[Slot]) -> E
         residual: passages.residual.norm() * units.moment(),
         error_estimate: passages.tip_error(ROUND_OFF) + found.tip_shift,
         index,
-        margin: node_margin(&chain, &nodes, &mut integrator, passages.inverse(), index),
+        margin: node_margin(
+            &chain,
+            &nodes,
+            &mut integrator,
+            passages.inverse(),
+            (index, is_unstable.unwrap_or_default()),
+        ),
         status,
         load_fraction: path.lambda,
         iterations: path.passes + found.steps,
@@ -110,6 +117,11 @@ fn polish(chain: &Chain, mut nodes: Vec<Node>, integrator: &mut Extrapolation) -
         last = left_over;
         nodes = passages.moved(&nodes, &changes);
     }
+}
+
+/// By det W, which has the sign of that of its inverse; passages give the inverse negated.
+fn is_unstable(chain: &Chain, passages: &Passages, index: usize) -> bool {
+    stability::is_unstable(chain, -passages.inverse().determinant(), index)
 }
 
 fn slot_variations(chain: &Chain, slots: &[Slot], nodes: &[Node]) -> Vec<Variation> {
@@ -168,7 +180,8 @@ pub(super) fn stability_from_rest(chain: &Chain, units: &Units, m0_body: Vector3
     let mut integrator = Extrapolation::new(TOLERANCE);
     let found = polished_from_rest(chain, m0_body, &mut integrator)?;
     let index = stability::index(chain, &found.nodes, &mut integrator)?;
-    let margin = node_margin(chain, &found.nodes, &mut integrator, found.passages.inverse(), index);
+    let is_unstable = is_unstable(chain, &found.passages, index);
+    let margin = node_margin(chain, &found.nodes, &mut integrator, found.passages.inverse(), (index, is_unstable));
     Some(Stability { index, margin, residual: found.passages.residual.norm() * units.moment() })
 }
 

@@ -160,6 +160,11 @@ impl Chain {
         chain
     }
 
+    /// Whether a dead moment acts at the tip: its work depends on the way, and no energy tells stability. S6
+    pub(super) fn has_dead_moment(&self) -> bool {
+        self.numbers.l_tip != Vector3::zeros()
+    }
+
     /// n at the proximal end of segment j.
     pub(super) fn n_start(&self, segment: usize) -> Vector3<f64> {
         self.n_end[segment] + self.weight(segment)

@@ -18,9 +18,9 @@ pub(super) fn node_margin(
     nodes: &[Node],
     integrator: &mut Extrapolation,
     inverse: Matrix3<f64>,
-    index: usize,
+    (index, is_unstable): (usize, bool),
 ) -> f64 {
-    let by_tip = margin(Some(inverse), index);
+    let by_tip = margin(Some(inverse), is_unstable);
     let beyond = largest(chain, nodes, integrator).map_or(0.0, |largest| largest - USUAL);
     if index > 0 { by_tip } else { 1.0 / beyond.max(1.0 / by_tip) }
 }

@@ -73,7 +73,8 @@ pub fn stability_at(rod: &Rod, base: impl Into<BaseWrench>) -> Option<Stability>
     let passage = pass(&chain, m0_body, &chain.base_moment_variations(), &mut integrator).ok()?;
     let index = stability::index(&chain, &[Node::base(&chain, m0_body)], &mut integrator)?;
     let residual = passage.residual.norm() * units.moment();
-    let margin = stability::margin(passage.matrix().try_inverse(), index);
+    let is_unstable = stability::is_unstable(&chain, passage.matrix().determinant(), index);
+    let margin = stability::margin(passage.matrix().try_inverse(), is_unstable);
     Some(Stability { index, margin, residual })
 }
 

@@ -4,7 +4,7 @@ use super::chain::Chain;
 use super::extrapolation::{Extrapolation, RunAway};
 use super::multiple::{Passages, along, carried, columns_size, size};
 use super::places::{Node, Place, march, mesh};
-use super::ramp::{ALIKE, ARRIVED, CORRECTION_TURN, LITTLE_LOAD, TOLERANCE, leaps, twice};
+use super::ramp::{ALIKE, ARRIVED, CORRECTION_TURN, LITTLE_LOAD, Regular, TOLERANCE, twice};
 use super::state::Column;
 use super::{places, stability};
 use nalgebra::Vector3;
@@ -44,7 +44,7 @@ struct Step {
     nodes: Vec<Node>,
     /// d(nodes)/d(lambda)
     tangent: Vec<Column>,
-    margin: Option<f64>,
+    regular: Regular,
     /// The first correction over what was allowed.
     share: f64,
 }
@@ -84,7 +84,7 @@ pub(super) fn follow(chain: &Chain, longest: f64, pace: f64) -> NodePath {
         };
         let ahead = lambda - path.lambda;
         match advance(chain, &last, (path.lambda, ahead, pace), &places, &mut integrator, &mut path.passes) {
-            Some(next) if !leaps(last.margin, next.margin) => {
+            Some(next) if last.regular.continues(&next.regular) => {
                 step = ahead * (AIM / next.share).sqrt().clamp(RATIOS.0, RATIOS.1);
                 (path.lambda, last) = (lambda, next);
                 path.steps += 1;
@@ -117,7 +117,7 @@ fn at_rest(chain: &Chain, longest: f64, integrator: &mut Extrapolation) -> Optio
     let passages = Passages::new(&rest, &nodes, &[chain.load_variation(0.0)], integrator)?;
     Some(Step {
         tangent: passages.tangent_columns(&passages.response(0)),
-        margin: margin(chain, &passages),
+        regular: regular(chain, &passages, true),
         nodes,
         share: 0.0,
     })
@@ -143,7 +143,7 @@ fn advance(
     correct(chain, lambda + ahead, along(&nodes, &tangent, ahead), allowed, integrator, passes)
 }
 
-/// Newton's iteration from the predicted nodes: the stable equilibrium it contracts to, by corrections of at most `allowed`.
+/// Newton's iteration from the predicted nodes: the equilibrium it contracts to, by corrections of at most `allowed`.
 fn correct(
     chain: &Chain,
     lambda: f64,
@@ -162,12 +162,14 @@ fn correct(
         let share = *share.get_or_insert(correction / allowed);
         if correction <= ARRIVED {
             *passes += 1;
-            if stability::index(&loaded, &nodes, integrator) != Some(0) {
+            let is_definite = stability::index(&loaded, &nodes, integrator) == Some(0);
+            let regular = regular(chain, &passages, is_definite);
+            if !(is_definite || regular.is_dead) {
                 return None;
             }
             let tangent = passages.tangent_columns(&passages.response(0));
             let nodes = passages.moved(&nodes, &changes);
-            return Some(Step { nodes, tangent, margin: margin(chain, &passages), share });
+            return Some(Step { nodes, tangent, regular, share });
         }
         // Also false for NaN.
         let contracts = correction <= allowed;
@@ -177,6 +179,12 @@ fn correct(
         allowed = CONTRACTION * correction;
         nodes = passages.moved(&nodes, &changes);
     }
+}
+
+/// What these passages tell of the branch.
+fn regular(chain: &Chain, passages: &Passages, is_definite: bool) -> Regular {
+    let w = passages.inverse() * passages.tip().R.transpose();
+    Regular { is_dead: chain.has_dead_moment(), is_definite, margin: margin(chain, passages), w, is_inverse: true }
 }
 
 /// sqrt(3) / |W_s^-1|. `None` without a tip moment, where a loss of stability is a singular W.

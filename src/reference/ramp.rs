@@ -39,6 +39,8 @@ pub(super) const ALIKE: f64 = 1e-3;
 const NEAR: f64 = 0.3;
 /// ... this factor: stability may be lost and won again between.
 const WIDENING: f64 = 2.0;
+/// Under a dead tip moment a step may change dr/dm0 by this share of itself: below 1 its determinant keeps its sign.
+pub(super) const DEPARTURE: f64 = 0.5;
 /// Load steps below this share of the load so far, or next to rest of [`LITTLE_LOAD`], mean that the path ends.
 pub(super) const SMALLEST_STEP: f64 = 1e-5;
 /// A share of the full load.
@@ -71,7 +73,7 @@ pub(super) struct Path {
     pub gave_up: bool,
 }
 
-/// Follows the equilibrium from the unloaded rod as far as it stays stable, and whether two paths ended alike.
+/// Follows the equilibrium from the unloaded rod as far as it stays stable, under a dead tip moment as far as dr/dm0 stays regular, and whether two paths ended alike.
 pub(super) fn from_rest(chain: &Chain) -> (Path, bool) {
     twice(
         None,
@@ -90,16 +92,16 @@ fn follow(chain: &Chain, pace: f64) -> Path {
     let mut integrator = Extrapolation::on_the_way(TOLERANCE);
     let Ok(rest) = loaded_pass(chain, 0.0, path.m0_body, &mut integrator) else { return path };
     let Some(mut tangent) = tangent(&rest) else { return path };
-    let mut margin = symmetric_margin(chain, 0.0, &rest);
+    let mut last = Regular::new(chain, 0.0, &rest, true);
     let mut step = (pace * FIRST_TURN / turn(&rest, tangent)).min(1.0);
     while path.lambda < 1.0 && path.passes < MOST_PASSES {
         let lambda = if path.lambda + step >= 1.0 { 1.0 } else { path.lambda + step };
         let predicted = tangent * (lambda - path.lambda);
         let corrected = correct(chain, (lambda, pace), path.m0_body, predicted, &mut integrator, &mut path.passes);
         match corrected {
-            Some((m0_body, passage, fast)) if !leaps(margin, symmetric_margin(chain, lambda, &passage)) => {
+            Some((m0_body, passage, (fast, next))) if last.continues(&next) => {
                 let Some(next_tangent) = self::tangent(&passage) else { break };
-                margin = symmetric_margin(chain, lambda, &passage);
+                last = next;
                 (path.m0_body, path.lambda, tangent) = (m0_body, lambda, next_tangent);
                 path.steps += 1;
                 step *= if fast { 2.0 } else { 1.0 };
@@ -159,6 +161,47 @@ fn index_at(chain: &Chain, m0_body: Vector3<f64>, integrator: &mut Extrapolation
     stability::index(chain, &[Node::base(chain, m0_body)], integrator)
 }
 
+/// What tells that no load step led over a point where the path ends. S6
+pub(super) struct Regular {
+    /// A dead moment acts at the tip.
+    pub is_dead: bool,
+    /// The second variation, or its symmetric part, is positive.
+    pub is_definite: bool,
+    /// Of the symmetric form.
+    pub margin: Option<f64>,
+    /// dr/dm0 in the world frame, or its inverse.
+    pub w: Matrix3<f64>,
+    pub is_inverse: bool,
+}
+
+impl Regular {
+    fn new(chain: &Chain, lambda: f64, passage: &Passage, is_definite: bool) -> Regular {
+        Regular {
+            is_dead: chain.has_dead_moment(),
+            is_definite,
+            margin: symmetric_margin(chain, lambda, passage),
+            w: passage.tip.R * passage.matrix(),
+            is_inverse: false,
+        }
+    }
+
+    /// Whether a load step from here to `next` stays on the branch: the form stays positive, or, under a dead tip moment, dr/dm0
+    /// changes so little that its determinant keeps its sign on the way.
+    pub fn continues(&self, next: &Regular) -> bool {
+        if !self.is_dead {
+            return next.is_definite;
+        }
+        let stays_definite = self.is_definite && next.is_definite && !leaps(self.margin, next.margin);
+        let (from, to) = if self.is_inverse { (next.w, self.w) } else { (self.w, next.w) };
+        stays_definite || departure(from, to) < DEPARTURE
+    }
+}
+
+/// |W0^-1 W - 1|; NaN where there is no inverse.
+fn departure(from: Matrix3<f64>, to: Matrix3<f64>) -> f64 {
+    from.try_inverse().map_or(f64::NAN, |inverse| (inverse * to - Matrix3::identity()).norm())
+}
+
 /// Whether a step takes a small margin so far that it may have been zero between.
 pub(super) fn leaps(before: Option<f64>, after: Option<f64>) -> bool {
     let (Some(before), Some(after)) = (before, after) else { return false };
@@ -170,8 +213,8 @@ pub(super) fn differs_widely(a: f64, b: f64, near: f64, most: f64) -> bool {
     a.min(b) < near && (a > most * b || b > most * a)
 }
 
-/// Newton's iteration from the predicted moment: the stable equilibrium it contracts to, the passage there, and whether
-/// it was reached fast.
+/// Newton's iteration from the predicted moment: the equilibrium it contracts to, the passage there, whether it was
+/// reached fast, and what it tells of the branch.
 fn correct(
     chain: &Chain,
     (lambda, pace): (f64, f64),
@@ -179,7 +222,7 @@ fn correct(
     predicted: Vector3<f64>,
     integrator: &mut Extrapolation,
     passes: &mut usize,
-) -> Option<(Vector3<f64>, Passage, bool)> {
+) -> Option<(Vector3<f64>, Passage, (bool, Regular))> {
     let mut m0_body = m0_body + predicted;
     let allowed_turn = pace * CORRECTION_TURN;
     let allowed_first = pace * CORRECTION * predicted.norm().max(SMALL_MOMENT);
@@ -196,7 +239,9 @@ fn correct(
             *passes += 1;
             let is_stable = index_at(&chain.loaded(lambda), m0_body, integrator) == Some(0);
             tangent(&passage)?;
-            return is_stable.then_some((m0_body + step, passage, share < QUICK));
+            let regular = Regular::new(chain, lambda, &passage, is_stable);
+            let holds = is_stable || regular.is_dead;
+            return holds.then_some((m0_body + step, passage, (share < QUICK, regular)));
         }
         // Also false for NaN.
         let contracts = size <= allowed && turn <= allowed_turn;

@@ -30,9 +30,16 @@ pub(super) struct Interval {
 }
 
 /// sqrt(3) / |W^-1| of W = dr/dm0, negative when unstable.
-pub(super) fn margin(inverse: Option<Matrix3<f64>>, index: usize) -> f64 {
+pub(super) fn margin(inverse: Option<Matrix3<f64>>, is_unstable: bool) -> f64 {
     let size = inverse.map_or(0.0, |inverse| 3.0_f64.sqrt() / inverse.norm());
-    if index > 0 { -size } else { size }
+    if is_unstable { -size } else { size }
+}
+
+/// Whether an equilibrium with this det W and stability index is unstable. Under a dead tip moment the index bounds stability from
+/// one side only, and det W tells divergence. S6
+pub(super) fn is_unstable(chain: &Chain, determinant: f64, index: usize) -> bool {
+    let is_undiverged = chain.has_dead_moment() && determinant > 0.0;
+    index > 0 && !is_undiverged
 }
 
 /// Negative eigenvalues of the second variation at the equilibrium with these nodes.

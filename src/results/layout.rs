@@ -1,5 +1,6 @@
 //! Rows of a result: the sample, its parameters, its status, quantities, derivatives. Column by column out of solutions.
 
+use super::evidence::{StabilityEvidence, may_have_dead_moment};
 use crate::backend::Precision;
 use crate::clock::Busy;
 use crate::model::{Batch, Parameter, Plan, Quantity, Solutions, Status, Vector, rotation_vector};
@@ -32,6 +33,8 @@ enum Source {
     Solution(usize),
     /// Whether the stability index is zero.
     Stable,
+    /// The word for what that rests on.
+    Evidence,
     /// Components of vectors that are no column of the solutions.
     TipRotation(usize),
     BaseCurvature(usize),
@@ -134,6 +137,9 @@ impl Layout {
                 OutputQuantity::Stability => {
                     group("stability.margin", "", &SCALAR, &of(Quantity::StabilityMargin));
                     add("stable".into(), "", Values::Flag(Vec::new()), Source::Stable);
+                    if may_have_dead_moment(spec) {
+                        add("stability.evidence".into(), "", Values::Text(Vec::new()), Source::Evidence);
+                    }
                 }
                 OutputQuantity::ErrorEstimate => group("error_estimate", "", &SCALAR, &of(Quantity::ErrorEstimate)),
                 OutputQuantity::Residual => group("residual", "", &SCALAR, &of(Quantity::Residual)),
@@ -260,6 +266,13 @@ impl Layout {
                     let stable =
                         |(index, is_known): (f64, &bool)| (*is_known && index.is_finite()).then_some(index == 0.0);
                     to.extend(index.zip(&known).map(stable));
+                }
+                (Source::Evidence, Values::Text(to)) => {
+                    let of = |row: usize| {
+                        let from_rest = cells(row).is_none_or(|cells| cells.from_rest);
+                        StabilityEvidence::of(rows.plan, (rows.batch, rows.sample(row)), (solutions, row), from_rest)
+                    };
+                    to.extend(range.clone().map(|row| of(row).map_or("", StabilityEvidence::name).to_owned()));
                 }
                 (Source::TipRotation(axis), to) => vectors(to, &rotations, axis),
                 (Source::BaseCurvature(axis), to) => vectors(to, &curvatures, axis),

@@ -3,6 +3,7 @@
 pub(crate) mod claims;
 pub(crate) mod directory;
 mod error;
+pub(crate) mod evidence;
 pub(crate) mod layout;
 pub(crate) mod manifest;
 pub(crate) mod merge;
@@ -20,6 +21,7 @@ pub(crate) mod workers;
 
 pub use directory::{RunRecord, TIPS_FILE, WORKSPACE_FILE, WORST_FILE};
 pub use error::ResultsError;
+pub use evidence::StabilityEvidence;
 pub(crate) use layout::{BranchCells, Layout, Rows};
 pub use manifest::{Manifest, RunAccount, RunTimings, SecondAttempts};
 pub use merge::merge;

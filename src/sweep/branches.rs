@@ -9,6 +9,7 @@ use crate::clock::Busy;
 use crate::model::{
     BaseWrench, Batch, MOST_KNOWN, Plan, PlanOptions, Quantity, Rod, Solutions, Start, Status, Stepper, Vector,
 };
+use crate::results::evidence::has_dead_moment;
 use rayon::prelude::*;
 use std::cmp::Ordering;
 use std::ops::Range;
@@ -176,7 +177,8 @@ impl<'a> BranchSearch<'a> {
                 let is_rod = !batch.bad[sample] && from_rest.status(sample) != Status::BadParameter;
                 let radius = if is_rod { self.plan.moment_bound(batch, sample).max(unit) } else { 0.0 };
                 let is_limp = is_rod && self.plan.sample_rod(batch, sample).is_too_limp();
-                Found { unit, radius, is_over: !is_rod || is_limp, is_limp, ..Found::default() }
+                let is_dead = has_dead_moment(&self.plan, batch, sample);
+                Found { unit, radius, is_over: !is_rod || is_limp, is_limp, is_dead, ..Found::default() }
             })
             .collect();
         for (row, sample) in known.iter().enumerate() {
@@ -272,7 +274,7 @@ impl<'a> BranchSearch<'a> {
             for (row, branch) in chosen {
                 let (from, row) = if branch.from_rest { (from_rest, starts[*row].sample) } else { (rows, *row) };
                 solutions.copy_row(branches.len(), from, row);
-                signs += sign(from, row);
+                signs += sign(from, row, of.is_dead);
                 branches.push(*branch);
             }
             let balanced = signs == 1 && !of.is_limp;
@@ -337,6 +339,8 @@ struct Found {
     is_over: bool,
     /// It is not searched at all.
     is_limp: bool,
+    /// A dead moment acts at its tip: margins have the sign of det(dr/dm0), which an index does not tell.
+    is_dead: bool,
 }
 
 impl Found {
@@ -366,7 +370,7 @@ impl Found {
         if is_sound && self.moments.iter().all(|other| !near(m0, *other, self.unit, same)) {
             self.moments.push(m0);
             self.forces.push(solutions.base_force(row));
-            self.signs += sign(solutions, row);
+            self.signs += sign(solutions, row, self.is_dead);
         }
     }
 }
@@ -377,7 +381,10 @@ fn is_good(solutions: &Solutions, row: usize, bound: f64) -> bool {
 }
 
 /// Of det(dr/dm0).
-fn sign(solutions: &Solutions, row: usize) -> i64 {
+fn sign(solutions: &Solutions, row: usize, is_dead: bool) -> i64 {
+    if is_dead {
+        return if solutions.get(row, Quantity::StabilityMargin) < 0.0 { -1 } else { 1 };
+    }
     if solutions.get(row, Quantity::StabilityIndex).round() as i64 % 2 == 0 { 1 } else { -1 }
 }
 

@@ -21,5 +21,6 @@ mod readme;
 mod sandbox;
 mod sensitivity;
 mod stretches;
+mod tip_moment;
 mod view;
 mod workspace;

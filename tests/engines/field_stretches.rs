@@ -23,30 +23,32 @@ fn both(scene: &Scene) -> ([Solutions; 2], f64) {
     ([found, truth], apart)
 }
 
-/// Under the tip moment stability is lost at 0.4410 of the load and won again at 0.4436, while the margin stays above 0.07.
+/// Under the tip moment the symmetric part of the stiffness is not positive from 0.4410 of the load to 0.4436, while the margin stays
+/// above 0.07: the rod does not diverge.
 #[test]
-fn no_path_leads_across_a_short_unstable_stretch() {
+fn paths_lead_across_a_short_stretch_without_divergence() {
     let scene = scene("field_stretch.toml");
-    for share in [0.44, 0.441] {
+    for share in [0.44, 0.441, 0.442, 0.444, 0.446, 0.45, 0.5, 0.8, 1.0] {
         let ([found, truth], apart) = both(&loaded(&scene, share));
         assert_eq!([found.status(0), truth.status(0)], [Status::Ramped; 2], "{share}");
-        assert!(apart < 1e-9, "{share}: {apart:.1e}");
-    }
-    for share in [0.442, 0.444, 0.446, 0.45, 0.5, 0.8, 1.0] {
-        let (all, _) = both(&loaded(&scene, share));
-        for (found, name) in all.iter().zip(["cpu", "reference"]) {
-            assert_eq!(found.status(0), Status::Fold, "{name} at {share}");
-            let at = found.get(0, Quantity::LoadFraction) * share;
-            assert!((at - 0.44102).abs() < 1e-4, "{name} at {share}: {at}");
+        assert!(apart < 1e-8, "{share}: {apart:.1e}");
+        for (found, name) in [(found, "cpu"), (truth, "reference")] {
+            let is_definite = found.get(0, Quantity::StabilityIndex) == 0.0;
+            assert_eq!(is_definite, share != 0.442, "{name} at {share}");
+            assert!(found.get(0, Quantity::StabilityMargin) > 0.07, "{name} at {share}");
         }
     }
 }
 
+/// A shader leaves the stretch to the CPU.
 #[test]
-fn single_precision_does_not_cross_it_either() {
-    let plan = plan(&scene("field_stretch.toml"), Precision::F32, 4);
+fn single_precision_crosses_it_on_the_cpu() {
+    let scene = scene("field_stretch.toml");
+    let plan = plan(&scene, Precision::F32, 24);
     let found = solve(&plan, &mut Lanes::new(&plan, Precision::F32).expect("supported"));
-    assert_eq!(found.status(0), Status::Fold);
+    let truth = solve(&plan, &mut Reference::new(&plan));
+    assert_eq!([found.status(0), truth.status(0)], [Status::Ramped; 2]);
+    assert!(distance(&found, &truth, scene.total_length()) < 1e-3);
     let Some(device) = device_or_skip("an unstable stretch in a varying field on the GPU") else { return };
     let found = solve(&plan, &mut Gpu::new(device, &plan, Precision::F32).expect("supported"));
     assert_eq!(found.status(0), Status::Fold);

@@ -10,6 +10,7 @@ mod beside;
 mod branches;
 mod buckling;
 mod closed_forms;
+mod dead_moment;
 mod dual;
 mod energy;
 mod every_engine;

@@ -164,6 +164,8 @@ fn add_path(s: &mut Specialisation, plan: &Plan) {
         ("FINE_TRUST", path::FINE_TRUST),
         ("NEARBY", path::NEARBY),
         ("CORRECTIONS", path::CORRECTIONS),
+        ("DEPARTURE", path::DEPARTURE),
+        ("DEPARTURE_AIM", path::DEPARTURE_AIM),
         ("FIRST_BEND", plan.options.pace * path::FIRST_BEND),
         ("RETREATS", path::RETREATS),
         ("NEAR_MARGIN", path::NEAR_MARGIN),

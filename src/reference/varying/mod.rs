@@ -20,7 +20,7 @@ pub(super) use shape::{poses, poses_with_derivatives};
 use super::answer::{Equilibrium, RESIDUAL_FACTOR, SI, SlotDerivative, Stability, TOLERANCE, status};
 use super::chain::{self, rows};
 use super::extrapolation::Extrapolation;
-use super::stability::margin;
+use super::stability::{is_unstable, margin};
 use crate::model::{BaseWrench, Rod, Slot, Status, Units, Vector};
 use flexible::Flexible;
 use nalgebra::{Matrix3, Vector3, Vector6};
@@ -45,11 +45,13 @@ pub(super) fn solve(rod: &Rod, slots: &[Slot]) -> Option<Equilibrium> {
     };
     let index = hessian::stability(&loaded, &base, &mut integrator).and_then(|found| found.index());
     let most = RESIDUAL_FACTOR * TOLERANCE * passage.growth();
+    let determinant = passage.matrix().determinant();
+    let is_unstable = index.map(|index| is_unstable(&loaded.chain, determinant, index));
     let status = match path.end {
         _ if !is_sure => Status::Doubtful,
         End::TooNear => Status::TooNearMagnet,
         End::Outside => Status::OutsideMap,
-        end => status((path.lambda, end == End::GaveUp, path.steps), (passage.residual.norm(), most), index),
+        end => status((path.lambda, end == End::GaveUp, path.steps), (passage.residual.norm(), most), is_unstable),
     };
     let index = index.unwrap_or_default();
     let derivatives = differentiate(&loaded, &units, &base, slots, &mut integrator);
@@ -63,7 +65,7 @@ pub(super) fn solve(rod: &Rod, slots: &[Slot]) -> Option<Equilibrium> {
         residual: passage.residual.norm() * units.moment(),
         error_estimate: error_estimate(&passage),
         index,
-        margin: margin(passage.moment_inverse(), index),
+        margin: margin(passage.moment_inverse(), is_unstable.unwrap_or_default()),
         status,
         load_fraction: path.lambda,
         iterations: path.passes + passes,
@@ -150,7 +152,8 @@ pub(super) fn stability_at(rod: &Rod, base: BaseWrench) -> Option<Option<Stabili
         let passage = pass(&full, &base, &full.base_changes(), &mut integrator).ok()?;
         let index = hessian::stability(&full, &base, &mut integrator)?.index()?;
         let residual = passage.residual.norm() * units.moment();
-        Some(Stability { index, margin: margin(passage.moment_inverse(), index), residual })
+        let is_unstable = is_unstable(&full.chain, passage.matrix().determinant(), index);
+        Some(Stability { index, margin: margin(passage.moment_inverse(), is_unstable), residual })
     }))
 }
 

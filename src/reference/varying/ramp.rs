@@ -6,11 +6,11 @@ use super::shooting::{Passage, combined, pass_by_sections};
 use super::state::{BaseLoad, Column, Varying};
 use crate::reference::extrapolation::Extrapolation;
 use crate::reference::ramp::{
-    ALIKE, ARRIVED, ARRIVED_TURN, CONTRACTION, CORRECTION, CORRECTION_TURN, FIRST_TURN, LITTLE_LOAD, MOST_PASSES,
-    QUICK, SECTIONS, SMALLEST_STEP, TOLERANCE, differs_widely, twice,
+    ALIKE, ARRIVED, ARRIVED_TURN, CONTRACTION, CORRECTION, CORRECTION_TURN, DEPARTURE, FIRST_TURN, LITTLE_LOAD,
+    MOST_PASSES, QUICK, SECTIONS, SMALLEST_STEP, TOLERANCE, differs_widely, twice,
 };
 use crate::reference::stability::margin;
-use nalgebra::{Vector3, Vector6};
+use nalgebra::{Matrix6, Vector3, Vector6};
 
 /// The predictor may take a station this share of the way to a magnet, in steps no smaller than `LITTLE_STEP`.
 const APPROACH: f64 = 0.2;
@@ -52,8 +52,10 @@ struct Step {
     tangent: Vector6<f64>,
     passage: Passage,
     leeway: f64,
-    /// Eigenvalue of the second variation.
-    least: f64,
+    /// Eigenvalue of the second variation; under a dead tip moment there may be no positive one.
+    least: Option<f64>,
+    /// Derivative of the residual by the base load, world frame.
+    w: Matrix6<f64>,
     fast: bool,
 }
 
@@ -88,7 +90,8 @@ fn follow(rod: &Varying, pace: f64) -> Path {
         Err(Refused::Other) => return path,
     };
     let mut step = first_step(&last, pace);
-    let (soft, at_fold) = (SOFT * last.least, AT_FOLD * last.least);
+    let at_rest = last.least.unwrap_or(1.0);
+    let (soft, at_fold) = (SOFT * at_rest, AT_FOLD * at_rest);
     let (mut too_near, mut outside) = (false, false);
     while path.lambda < 1.0 {
         if path.passes >= MOST_PASSES {
@@ -97,15 +100,17 @@ fn follow(rod: &Varying, pace: f64) -> Path {
         let lambda = if path.lambda + step >= 1.0 { 1.0 } else { path.lambda + step };
         let predicted = last.tangent * (lambda - path.lambda);
         let found = correct(rod, (lambda, pace), path.base, predicted, &mut integrator, &mut path.passes);
-        match found.and_then(|next| if leaps(next.least, last.least, soft) { Err(Refused::Other) } else { Ok(next) }) {
+        match found.and_then(|next| if continues(rod, &last, &next, soft) { Ok(next) } else { Err(Refused::Other) }) {
             Ok(next) => {
                 (too_near, outside) = (false, false);
                 path.steps += 1;
                 step = (step * if next.fast { 2.0 } else { 1.0 }).min(first_step(&next, pace));
-                if next.least < soft {
+                if let (Some(before), Some(least)) = (last.least, next.least)
+                    && least < soft
+                {
                     // As far as it takes, as things go, to half of it.
-                    let slope = (last.least - next.least).abs() / (lambda - path.lambda);
-                    step = step.min((0.5 * next.least / slope).max(pace * LITTLE_STEP));
+                    let slope = (before - least).abs() / (lambda - path.lambda);
+                    step = step.min((0.5 * least / slope).max(pace * LITTLE_STEP));
                 }
                 (path.base, path.lambda) = (next.base, lambda);
                 last = next;
@@ -118,7 +123,10 @@ fn follow(rod: &Varying, pace: f64) -> Path {
                     path.end = match (too_near, outside) {
                         (true, _) => End::TooNear,
                         (_, true) => End::Outside,
-                        _ if last.least > at_fold || is_firm(rod, &last) => End::GaveUp,
+                        _ if is_firm(&last) => End::GaveUp,
+                        _ if !rod.chain.has_dead_moment() && last.least.is_none_or(|least| least > at_fold) => {
+                            End::GaveUp
+                        }
                         _ => End::Fold,
                     };
                     return path;
@@ -129,9 +137,17 @@ fn follow(rod: &Varying, pace: f64) -> Path {
     Path { end: End::Arrived, ..path }
 }
 
-/// Whether dr/dm0 is far from singular: then no load turns there. Under a tip moment stability is lost elsewhere.
-fn is_firm(rod: &Varying, at: &Step) -> bool {
-    rod.chain.numbers.l_tip == Vector3::zeros() && margin(at.passage.moment_inverse(), 0) > FOLD_MARGIN
+/// Whether dr/dm0 is far from singular: then no load turns there.
+fn is_firm(at: &Step) -> bool {
+    margin(at.passage.moment_inverse(), false) > FOLD_MARGIN
+}
+
+/// Whether a load step stays on the branch: the least eigenvalue stays positive and changes little where it is small, or, under a
+/// dead tip moment, the derivative of the residual changes so little that its determinant keeps its sign. S6
+fn continues(rod: &Varying, last: &Step, next: &Step, soft: f64) -> bool {
+    let stays_definite = last.least.zip(next.least).is_some_and(|(before, least)| !leaps(least, before, soft));
+    let change = || last.w.try_inverse().map_or(f64::NAN, |inverse| (inverse * next.w - Matrix6::identity()).norm());
+    stays_definite || rod.chain.has_dead_moment() && change() < DEPARTURE
 }
 
 /// Whether a step changes the least eigenvalue so much, where it is small, that stability may be lost and won again between.
@@ -149,7 +165,7 @@ fn first_step(at: &Step, pace: f64) -> f64 {
     turn.min(approach.max(pace * LITTLE_STEP)).min(1.0)
 }
 
-/// Newton's iteration from the predicted load: the stable equilibrium it contracts to.
+/// Newton's iteration from the predicted load: the equilibrium it contracts to.
 fn correct(
     rod: &Varying,
     (lambda, pace): (f64, f64),
@@ -184,9 +200,15 @@ fn correct(
             if inside <= 0.0 {
                 return Err(Refused::Outside);
             }
-            let least = found.least_eigenvalue().ok_or(Refused::Other)?;
+            let least = found.least_eigenvalue();
+            if least.is_none() && !rod.chain.has_dead_moment() {
+                return Err(Refused::Other);
+            }
+            let mut w = passage.matrix();
+            let of_moment = passage.tip.R * w.fixed_rows::<3>(3);
+            w.fixed_rows_mut::<3>(3).copy_from(&of_moment);
             let tangent = matrix.solve(&-passage.dresidual[6]).ok_or(Refused::Other)?;
-            return Ok(Step { base: base.moved(&step), tangent, passage, leeway, least, fast: share < QUICK });
+            return Ok(Step { base: base.moved(&step), tangent, passage, leeway, least, w, fast: share < QUICK });
         }
         // Also false for NaN.
         let contracts = size <= allowed && turn <= allowed_turn;

@@ -4,6 +4,7 @@ use super::{SolveError, Solved};
 use crate::backend::BackendError;
 use crate::model::{Plan, Solutions};
 use crate::report::{TextTable, engineering};
+use crate::results::StabilityEvidence;
 use crate::sweep::branch_tools;
 use crate::sweep::{Branch, BranchSearch};
 use serde_json::{Value, json};
@@ -46,6 +47,10 @@ impl FoundBranch {
         let mut value = self.solved.to_json();
         value["energy"] = json!(self.energy);
         value["from_rest"] = json!(self.is_from_rest);
+        if self.solved.has_dead_moment() {
+            let evidence = self.solved.evidence(self.is_from_rest);
+            value["stability_evidence"] = json!(evidence.map(StabilityEvidence::name));
+        }
         value["stability_index"] = json!(self.solved.stability_index().unwrap_or_default());
         value
     }
@@ -115,7 +120,9 @@ impl fmt::Display for AllBranches {
     /// A table with a line for each equilibrium; positions in mm.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let heads = ["branch", "energy [J]", "index", "margin", "x [mm]", "y", "z", "status", "from rest"];
-        let mut table = TextTable::new(heads);
+        let has_dead_moment = self.branches.iter().any(|branch| branch.solved.has_dead_moment());
+        let evidence = has_dead_moment.then_some("evidence");
+        let mut table = TextTable::new(heads.into_iter().chain(evidence));
         for (k, branch) in self.branches.iter().enumerate() {
             let solved = &branch.solved;
             let mut cells = vec![
@@ -127,6 +134,10 @@ impl fmt::Display for AllBranches {
             cells.extend(solved.tip_position().iter().map(|x| format!("{:.6}", x * 1e3)));
             cells.push(solved.status().name().into());
             cells.push(if branch.is_from_rest { "yes" } else { "" }.into());
+            if has_dead_moment {
+                let evidence = branch.solved.evidence(branch.is_from_rest);
+                cells.push(evidence.map_or("", StabilityEvidence::name).into());
+            }
             table.row(cells);
         }
         write!(f, "equilibria\n{table}")

@@ -2,6 +2,7 @@
 
 use super::{Rows, Solved};
 use crate::model::Quantity;
+use crate::results::StabilityEvidence;
 use serde_json::{Value, json};
 
 impl Solved {
@@ -33,7 +34,7 @@ fn failed(solved: &Solved) -> Value {
 /// At a fold: an equilibrium beyond it.
 fn equilibrium(solved: &Solved) -> Value {
     let jacobian = solved.jacobian();
-    json!({
+    let mut value = json!({
         "status": solved.status().name(),
         "converged": solved.is_converged(),
         "stable": solved.is_stable(),
@@ -58,7 +59,11 @@ fn equilibrium(solved: &Solved) -> Value {
             "base_curvature": rows(jacobian.base_curvature()),
             "residual": jacobian.residual().map(rows),
         },
-    })
+    });
+    if solved.has_dead_moment() {
+        value["stability_evidence"] = json!(solved.stability_evidence().map(StabilityEvidence::name));
+    }
+    value
 }
 
 fn rows(rows: Rows) -> Vec<Vec<Value>> {

@@ -4,6 +4,8 @@ use crate::engines::Engine;
 use crate::model::{
     BaseWrench, Batch, Matrix, Plan, Quantity, Rod, Scene, Solutions, Status, Vector, base_curvature, tip_curvature,
 };
+use crate::results::StabilityEvidence;
+use crate::results::evidence::has_dead_moment;
 
 /// A solved scene. SI units; vectors stand in the world frame unless said otherwise.
 ///
@@ -135,14 +137,29 @@ impl Solved {
         self.number(Quantity::StabilityMargin)
     }
 
-    /// Negative eigenvalues of the second variation: 0 is stable. `None` without equilibrium.
+    /// Negative eigenvalues of the second variation, under a dead tip moment of its symmetric part: 0 is stable. `None` without equilibrium.
     pub fn stability_index(&self) -> Option<usize> {
         self.is_equilibrium().then(|| self.number(Quantity::StabilityIndex) as usize)
     }
 
-    /// Whether the equilibrium is elastically stable.
+    /// Whether the equilibrium is known to be elastically stable; [`Solved::stability_evidence`] says by what.
     pub fn is_stable(&self) -> bool {
         self.stability_index() == Some(0)
+    }
+
+    /// What is known of stability rests on this. `None` without equilibrium.
+    pub fn stability_evidence(&self) -> Option<StabilityEvidence> {
+        self.evidence(true)
+    }
+
+    /// The same of an equilibrium that is, or is not, that from rest.
+    pub(super) fn evidence(&self, is_from_rest: bool) -> Option<StabilityEvidence> {
+        StabilityEvidence::of(&self.plan, (&self.batch, 0), (&self.solutions, 0), is_from_rest)
+    }
+
+    /// Whether a dead moment acts at the tip.
+    pub(super) fn has_dead_moment(&self) -> bool {
+        has_dead_moment(&self.plan, &self.batch, 0)
     }
 
     /// Estimated error of tip position over rod length or of tip rotation (rad), whichever is larger.

@@ -27,7 +27,13 @@ impl fmt::Display for Solved {
 fn write_numbers(solved: &Solved, f: &mut fmt::Formatter<'_>) -> fmt::Result {
     let numbers = |v: Vector, factor: f64| v.map(|x| format!("{:.6}", x * factor)).join(", ");
     let (solutions, options) = (solved.solutions(), &solved.plan().options);
-    let stable = if solved.is_stable() { "stable" } else { "unstable" };
+    let stable = match solved.is_stable() {
+        true => "stable",
+        false if solved.stability_margin() > 0.0 => {
+            "not diverged since rest; under a dead tip moment nothing more is proven of stability"
+        }
+        false => "unstable",
+    };
     writeln!(f, "tip position       [mm]     {}", numbers(solved.tip_position(), 1e3))?;
     writeln!(f, "tip tangent                 {}", numbers(solved.tip_tangent(), 1.0))?;
     writeln!(f, "base curvature     [1/m]    {}", numbers(solved.base_curvature(), 1.0))?;

@@ -12,9 +12,12 @@ pub fn look(chain: &Chain, state: &State, share: f64) -> Option<Look> {
         Some(_) => varying::eliminate(chain, state, share, arms, with_moment),
         None => uniform::eliminate(chain, state, share, with_moment),
     };
+    if chain.tip_moment.is_some() {
+        // A dead moment has no energy: the path goes on as long as the product of all pivots is above zero.
+        return eliminate(Arms { motion: 1.0, ..arms }, true);
+    }
     let stable = eliminate(arms, false)?;
-    let is_unsymmetric = chain.tip_moment.is_some() || chain.field.is_some() && chain.arm == 0.0;
-    match is_unsymmetric {
+    match chain.field.is_some() && chain.arm == 0.0 {
         // Stability is a matter of the symmetric part.
         true => Some(Look { softest: stable.softest, ..eliminate(Arms { motion: 1.0, ..arms }, true)? }),
         false => Some(stable),

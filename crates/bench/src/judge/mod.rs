@@ -2,7 +2,8 @@
 //! elements is minimised, and the minimum is followed while the loads grow.
 //!
 //! Unknown are rotations at the ends of elements. Positions are sums of tangents. A load step follows the tangent and counts only
-//! where Newton's first correction is small at every node and all pivots of the Hessian are positive. So the path cannot leave its
+//! where Newton's first correction is small at every node and all pivots of the Hessian are positive; under a dead tip moment,
+//! which has no energy, where the product of their determinants is. So the path cannot leave its
 //! branch but at a fold, where the load step shrinks to nothing. The judge is sure only where two resolutions agree: halved
 //! load steps on twice the elements. It decides between branches; it is no measure of accuracy.
 //!

@@ -69,7 +69,8 @@ pub fn follow(chain: &Chain, trust: f64) -> Followed {
     tip(chain, &state)
 }
 
-/// Newton's method from a prediction; `None` where it was too far off, or what it leads to is no minimum.
+/// Newton's method from a prediction; `None` where it was too far off, or what it leads to is no minimum, under a dead
+/// tip moment is beyond a point where equilibria are not isolated.
 fn correct(chain: &Chain, mut state: State, share: f64, trust: f64, looks: &mut usize) -> Option<(State, Look, f64)> {
     let (mut first, mut last) = (0.0, f64::INFINITY);
     for k in 0..CORRECTIONS {

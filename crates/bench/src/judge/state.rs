@@ -21,7 +21,7 @@ pub struct Look {
     /// How the state moves as the load grows.
     pub tangent: Move,
     /// The least pivot, as a share of what the element alone would have: 1 at rest, 0 where stability is lost. Negative where a
-    /// pivot is not positive definite.
+    /// pivot is not positive definite. Under a dead tip moment the product of all determinants in its place.
     pub softest: f64,
 }
 
@@ -65,6 +65,12 @@ impl State {
         }
         State { q, R, p, y }
     }
+}
+
+/// The determinant of a pivot over what it would be at rest. The product of all is 0 where equilibria cease to be isolated: under a
+/// dead moment, which has no energy, that alone ends a path.
+pub fn firmness(pivot: &Matrix3<f64>, at_rest: &Matrix3<f64>) -> f64 {
+    pivot.determinant() / at_rest.determinant().abs()
 }
 
 /// The determinant of a pivot's symmetric part over that of what it would be at rest; negative where it is not positive definite.

@@ -2,7 +2,7 @@
 
 use super::chain::Chain;
 use super::load::{Arms, potential};
-use super::state::{Look, Move, State, bend, softness};
+use super::state::{Look, Move, State, bend, firmness, softness};
 use super::turn::hat;
 use nalgebra::{Matrix3, Vector3};
 
@@ -18,7 +18,7 @@ struct Kept {
 pub fn eliminate(chain: &Chain, state: &State, share: f64, with_moment: bool) -> Option<Look> {
     let last = chain.elements.len();
     let mut kept = vec![Kept::default(); last + 1];
-    let mut softest = f64::INFINITY;
+    let (mut softest, mut whole) = (f64::INFINITY, 1.0);
     let arms = Arms { work: 1.0, motion: 1.0 };
     let loads = |i: usize| potential(chain, i, (&state.p[i], &state.R[i]), share, arms);
     let mut ahead = loads(last);
@@ -29,6 +29,7 @@ pub fn eliminate(chain: &Chain, state: &State, share: f64, with_moment: bool) ->
         let bend = bend(&chain.elements[i], &state.q[i], &state.q[i + 1], &state.R[i])?;
         let twist = 0.5 * hat(&bend.m);
         let pivot = ahead.ww + bend.H;
+        whole *= firmness(&pivot, &bend.H);
         softest = softest.min(softness(&pivot, &bend.H));
         let inverse = pivot.try_inverse()?;
         let (step, slope) = (inverse * (ahead.w + bend.m), inverse * ahead.w_slope);
@@ -41,6 +42,7 @@ pub fn eliminate(chain: &Chain, state: &State, share: f64, with_moment: bool) ->
         ahead = before;
     }
     let nothing = Move { w: vec![Vector3::zeros()], y: vec![Vector3::zeros(); last] };
+    let softest = if with_moment { whole } else { softest };
     let mut found = Look { step: nothing.clone(), tangent: nothing, softest };
     for i in 0..last {
         let of = &kept[i + 1];

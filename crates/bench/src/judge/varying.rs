@@ -2,7 +2,7 @@
 
 use super::chain::Chain;
 use super::load::{Arms, Potential, potential};
-use super::state::{Look, Move, State, bend, softness};
+use super::state::{Look, Move, State, bend, firmness, softness};
 use super::turn::{hat, second_order};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
@@ -27,7 +27,7 @@ struct Kept {
 pub fn eliminate(chain: &Chain, state: &State, share: f64, arms: Arms, with_moment: bool) -> Option<Look> {
     let last = chain.elements.len();
     let mut kept = Vec::with_capacity(last);
-    let mut softest = f64::INFINITY;
+    let (mut softest, mut whole) = (f64::INFINITY, 1.0);
     let loads = |i: usize| potential(chain, i, (&state.p[i], &state.R[i]), share, arms);
     let mut ahead = loads(last);
     if let Some(moment) = chain.tip_moment.filter(|_| with_moment) {
@@ -40,6 +40,7 @@ pub fn eliminate(chain: &Chain, state: &State, share: f64, arms: Arms, with_mome
         let mut one = Kept { by: SMatrix::zeros(), sides: SMatrix::zeros() };
         for (at, at_rest) in [(Y, at_rest[0]), (NEXT, at_rest[1])] {
             let pivot = block.fixed_view::<3, 3>(at, at).into_owned();
+            whole *= firmness(&pivot, &at_rest);
             softest = softest.min(softness(&pivot, &at_rest));
             let inverse = pivot.try_inverse()?;
             let rows = inverse * block.fixed_view::<3, 12>(at, 0);
@@ -68,6 +69,7 @@ pub fn eliminate(chain: &Chain, state: &State, share: f64, arms: Arms, with_mome
         ahead = before;
     }
     kept.reverse();
+    let softest = if with_moment && chain.tip_moment.is_some() { whole } else { softest };
     Some(Look { softest, ..back(chain, state, &kept) })
 }
 

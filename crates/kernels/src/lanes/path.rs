@@ -7,11 +7,11 @@ use super::base::{moment_columns, rotation_columns};
 use super::lane::{Lane, Scalar};
 use super::problem::{Problem, Workspace, stiff};
 use super::shoot::{Record, shoot, tip_moment_columns};
-use super::stability::{is_above, is_sharp, squared_norm, stability_index};
+use super::stability::{departure, has_dead_moment, is_above, is_sharp, squared_norm, stability_index};
 use crate::model::path::{
-    AIM, CONTRACTION, CORRECTIONS, FIRST_BEND, FOLD_MARGIN, FULL_LOAD_TOLERANCE, LEAST_RATIO, LITTLE_LOAD,
-    LOAD_STEP_TOLERANCE, MOST_RATIO, NARROW_MARGIN, NEAR_MARGIN, NEAR_TOLERANCE, NEARBY, PASS_LIMIT, PATH_TOLERANCE,
-    RETREAT, RETREATS, SAFE_MARGIN, SMALLEST_GUARDED_STEP, SMALLEST_RAMP_STEP, SMALLEST_SHARP_STEP,
+    AIM, CONTRACTION, CORRECTIONS, DEPARTURE, DEPARTURE_AIM, FIRST_BEND, FOLD_MARGIN, FULL_LOAD_TOLERANCE, LEAST_RATIO,
+    LITTLE_LOAD, LOAD_STEP_TOLERANCE, MOST_RATIO, NARROW_MARGIN, NEAR_MARGIN, NEAR_TOLERANCE, NEARBY, PASS_LIMIT,
+    PATH_TOLERANCE, RETREAT, RETREATS, SAFE_MARGIN, SMALLEST_GUARDED_STEP, SMALLEST_RAMP_STEP, SMALLEST_SHARP_STEP,
     SMALLEST_UNSYMMETRIC_STEP, SPENT, TRUST, WIDENING,
 };
 
@@ -143,6 +143,7 @@ pub fn follow_path<L: Lane>(
     let sharp = guarded && L::Scalar::EPSILON < 1e-10;
     let resolution = if guarded { &program.careful } else { &program.coarse };
     let unsymmetric = program.tip_moment;
+    let dead = if unsymmetric { has_dead_moment(rod) } else { nobody };
     let smallest_step = zero.constant(match (guarded, sharp) {
         (false, _) => SMALLEST_RAMP_STEP,
         (true, _) if unsymmetric => SMALLEST_UNSYMMETRIC_STEP,
@@ -163,6 +164,8 @@ pub fn follow_path<L: Lane>(
     let mut inverse_w = Mat3 { x: no_vector, y: no_vector, z: no_vector };
     // Largest squared norm of the inverse on accepted steps, and that on the last.
     let (mut weakest, mut last_square) = (zero, zero.constant(3.0));
+    // (dr/dm0)^-1 there, under a tip moment.
+    let mut last_inverse = Mat3::identity(one);
     // Steps in a row that were rejected.
     let mut retreats = zero;
     let (mut reached, mut ramped, mut failed, mut exhausted) = (nobody, nobody, nobody, nobody);
@@ -185,16 +188,21 @@ pub fn follow_path<L: Lane>(
         let size = length(delta).max(length(columns[0].w * delta));
         let m_new = m0 + delta;
         let contracting = size.lt(last_size * zero.constant(CONTRACTION)) & corrections.lt(zero.constant(CORRECTIONS));
-        // A dead tip moment makes w unsymmetric; the index changes where its symmetric part is singular. S5
+        // A dead tip moment makes w unsymmetric; the index changes where its symmetric part is singular. Few steps ask for
+        // that bound, those with care for w itself. S5, S6
         let (mut form, mut form_inverse) = (w, w_inverse);
-        if unsymmetric {
+        if unsymmetric && !guarded {
             form = columns_cross_sub(columns[0].w, rod.l_tip * (target * zero.constant(0.5)), w);
             form_inverse = inverse(form);
         }
         let mut same_branch = zero.lt(dot(form.x, cross(form.y, form.z)));
         if guarded {
             let index = stability_index(program.terms, &workspace.station, &tip, columns);
-            same_branch = same_branch & index.lt(zero.constant(0.5));
+            let mut holds = index.lt(zero.constant(0.5));
+            if unsymmetric {
+                holds = holds | dead;
+            }
+            same_branch = same_branch & holds;
         }
         let square = squared_norm(&form_inverse);
         let partial = target.lt(one);
@@ -221,8 +229,11 @@ pub fn follow_path<L: Lane>(
         };
         let lost = active & converged & same_branch & lost;
         let mut accept = active & converged & same_branch & !lost;
+        let mut departed = zero;
         if guarded && unsymmetric {
-            accept = accept & !leaps(square, last_square);
+            departed = departure(&last_inverse, &w);
+            let near = !dead | departed.lt(zero.constant(DEPARTURE));
+            accept = accept & near & !leaps(square, last_square);
         }
         let go_on = active & !converged & contracting & regular;
         let reject = active & !accept & !go_on;
@@ -234,6 +245,11 @@ pub fn follow_path<L: Lane>(
         if guarded {
             let root = zero.constant(3.0_f64.sqrt());
             most = affordable(root / square.sqrt(), root / last_square.sqrt(), used, NEAR_MARGIN, SPENT);
+            if unsymmetric {
+                let far = used * zero.constant(DEPARTURE_AIM * DEPARTURE) / departed;
+                most = L::select(dead & far.lt(most), far, most);
+                last_inverse = select_matrix::<L>(accept, w_inverse, last_inverse);
+            }
         }
         last_square = L::select(accept, square, last_square);
 

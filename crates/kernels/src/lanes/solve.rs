@@ -2,7 +2,7 @@
 //!
 //! A sample's iterations depend on that sample alone: a lane that has finished is frozen while its neighbours go on.
 
-use super::algebra::{Mat3, Vec3, inverse, length};
+use super::algebra::{Mat3, Vec3, cross, dot, inverse, length};
 use super::base::{force_columns, forward_columns, moment_columns, rotation_columns};
 use super::chord::{Answered, Check, answer, check_pass, chord_steps, newton_step};
 use super::column::Columns;
@@ -14,7 +14,7 @@ use super::program::Outputs;
 use super::rows::{Responses, write_forward_rows, write_rows};
 use super::search::snap;
 use super::shoot::{Record, Tip, shoot, tip_moment_columns};
-use super::stability::{by_rotation, is_sharp, margin, stability_index, whole_index};
+use super::stability::{by_rotation, has_dead_moment, is_sharp, margin, stability_index, whole_index};
 use crate::model::path::{FINE_TRUST, NEWTON_LIMIT, REACH};
 use crate::model::{NO_EQUILIBRIUM, Quantity, Status};
 
@@ -132,6 +132,12 @@ pub fn write_verdict<L: Lane>(
     let certain = if path == Path::Search { !one.lt(one) } else { stable | is_sharp(w) };
     let converged = *converged & within_reach & certain;
     let margin = margin(w_inverse);
+    // Under a dead tip moment det W tells whether the rod has diverged; few steps to get there do not tell. S6
+    let mut stable = stable;
+    if program.tip_moment && matches!(path, Path::GuardedRamp | Path::Search) {
+        let undiverged = one.constant(0.0).lt(dot(w.x, cross(w.y, w.z)));
+        stable = stable | (has_dead_moment(problem.rod) & undiverged);
+    }
     let margin = L::select(stable, margin, -margin);
     let finite = size.is_finite() & within_reach;
     let status = status_codes(end, path, converged, stable, is_grown(w), finite, one);

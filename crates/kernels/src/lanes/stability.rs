@@ -123,6 +123,21 @@ pub fn is_above<L: Lane>(square: L, bound: f64) -> L::Mask {
     (square * square.constant(bound * bound)).lt(square.constant(3.0))
 }
 
+/// Where a dead moment acts at the tip: its work depends on the way, and no energy tells stability. S6
+#[inline(always)]
+pub fn has_dead_moment<L: Lane>(rod: &Rod<L>) -> L::Mask {
+    let Vec3 { x, y, z } = rod.l_tip;
+    x.constant(0.0).lt(x.abs().max(y.abs()).max(z.abs()))
+}
+
+/// By how much dr/dm0 differs from an earlier one with the inverse `before`, relative to it: below 1 its determinant has the
+/// same sign. S6
+#[inline(always)]
+pub fn departure<L: Lane>(before: &Mat3<L>, w: &Mat3<L>) -> L {
+    let one = w.x.x.constant(1.0);
+    squared_norm(&(*before * *w - Mat3::identity(one))).sqrt()
+}
+
 /// Whether an index other than 0 means anything, where dr/dm0 is `w`: its round-off is small.
 #[inline(always)]
 pub fn is_sharp<L: Lane>(w: &Mat3<L>) -> L::Mask {

@@ -60,6 +60,11 @@ pub const FIELD_TOLERANCE: f64 = 0.05;
 pub const FIELD_PASS_LIMIT: f64 = 2000.0;
 /// Such a step may change the inverse square of the margin by this factor at most: the margin twofold.
 pub const WIDENING: f64 = 4.0;
+/// Under a dead tip moment, with care, a load step may change dr/dm0 by this share of itself at most (Frobenius norm of
+/// W0^-1 W - 1): below 1 its determinant keeps its sign on the way.
+pub const DEPARTURE: f64 = 0.7;
+/// The next step there goes as far as would change it by this share of that.
+pub const DEPARTURE_AIM: f64 = 0.7;
 /// A path that comes nearer than this and moves away again has passed what no grid resolves, and ends there.
 pub const NARROW_MARGIN: f64 = 1e-3;
 /// Along the curve of equilibria: the first correction is at most this share of the step.

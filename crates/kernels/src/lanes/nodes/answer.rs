@@ -10,7 +10,7 @@ use crate::lanes::lane::{Lane, Scalar};
 use crate::lanes::problem::{Problem, Workspace};
 use crate::lanes::program::Outputs;
 use crate::lanes::shoot::Tip;
-use crate::lanes::stability::{margin, squared_norm};
+use crate::lanes::stability::{has_dead_moment, margin, squared_norm};
 use crate::model::path::{
     COLUMN_NOISE, NODE_COLUMNS_ERROR, NODE_CONTRACTION, NODE_CORRECTIONS, NODE_ENOUGH, NODE_ERROR_SHARE, NODE_GOOD,
     NODE_LEFT_OVER, NODE_LEVELS, NODE_NEARBY, NODE_PACES, NODE_ROUND_OFF, PATH_STEPPER, REACH, node_columns_good,
@@ -121,7 +121,11 @@ fn answer<L: Lane>(
             let ready = if is_last { left } else { left & (is_good | !converged) };
             if L::any(ready) {
                 let mut row = Outputs { data: &mut rows, stride: L::COUNT, offset: 0 };
-                let stable = nodes.elimination.index.lt(one.constant(0.5));
+                let mut stable = nodes.elimination.index.lt(one.constant(0.5));
+                if program.tip_moment {
+                    let undiverged = one.constant(0.0).lt(nodes.elimination.least_whole(&nodes.transfers));
+                    stable = stable | (has_dead_moment(problem.rod) & undiverged);
+                }
                 let fits = ready & converged & stable & length(nodes.tip.p).lt(one.constant(REACH));
                 let noise = round_off(nodes);
                 write_row(
@@ -227,7 +231,8 @@ fn write_row<L: Lane>(
         nodes.factor_symmetric();
         let margin = node_margin(problem, nodes, tip_margin);
         nodes.elimination = kept;
-        margin
+        // Where the symmetric part is not definite, its compliance bounds nothing.
+        L::select(nodes.elimination.index.lt(one.constant(0.5)), margin, tip_margin)
     } else {
         node_margin(problem, nodes, tip_margin)
     };

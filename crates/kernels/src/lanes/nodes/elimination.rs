@@ -64,6 +64,19 @@ impl<L: Lane> Elimination<L> {
         (self.w_inverse, self.index, self.least) = (w_inverse, index, least);
     }
 
+    /// The least pivot as it is, its symmetric part aside, relative to that of the interval alone. The product of all such has
+    /// the sign of det(dr/dm0).
+    #[inline(always)]
+    pub fn least_whole(&self, transfers: &[Transfer<L>]) -> L {
+        let one = self.least.constant(1.0);
+        let mut least = one;
+        for (Transfer { d, .. }, pivot) in transfers.iter().zip(&self.pivots) {
+            let of_pivot = one / (determinant(&pivot.inverse) * determinant(d));
+            least = L::select(of_pivot.lt(least), of_pivot, least);
+        }
+        least
+    }
+
     /// Changes (w, mu) at all nodes, the tip among them, from the defects of the intervals, what the tip asks for, and the
     /// rotation of the base. Nothing drives them where there is no defect.
     #[inline(always)]
@@ -100,6 +113,11 @@ impl<L: Lane> Elimination<L> {
         }
         changes[count] = (w, self.s_tip * w + g_tip);
     }
+}
+
+#[inline(always)]
+fn determinant<L: Lane>(a: &Mat3<L>) -> L {
+    dot(a.x, cross(a.y, a.z))
 }
 
 /// Determinant of the symmetric part, times 8.

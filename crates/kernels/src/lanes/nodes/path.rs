@@ -8,6 +8,7 @@ use super::state::{Nodes, What};
 use crate::lanes::algebra::{affordable, axpy, differs_widely};
 use crate::lanes::lane::Lane;
 use crate::lanes::problem::{Problem, Workspace};
+use crate::lanes::stability::has_dead_moment;
 use crate::model::path::{
     CORRECTIONS, NODE_AIM, NODE_CONTRACTION, NODE_FIRST_STEP, NODE_FOLD_PIVOT, NODE_LEAST_RATIO, NODE_MOST_RATIO,
     NODE_NEAR_PIVOT, NODE_PASS_LIMIT, NODE_RETREAT, NODE_SMALLEST_FIRST_STEP, NODE_SMALLEST_STEP, NODE_TRUST, NodePace,
@@ -57,9 +58,15 @@ pub fn follow_nodes<L: Lane>(
         }
         nodes.pass(problem, target, What::Transfers, workspace);
         let size = nodes.newton_step(problem, target);
-        let least = nodes.elimination.least;
+        let mut least = nodes.elimination.least;
         // Newton's method leads to other branches from where the energy is not convex.
-        let convex = nodes.elimination.index.lt(one.constant(0.5));
+        let mut convex = nodes.elimination.index.lt(one.constant(0.5));
+        if problem.program.tip_moment {
+            // A dead moment has no energy: pivots count as they are.
+            let (dead, whole) = (has_dead_moment(problem.rod), nodes.elimination.least_whole(&nodes.transfers));
+            least = L::select(dead, whole, least);
+            convex = (convex & !dead) | (dead & zero.lt(whole));
+        }
         let near = least.lt(one.constant(pace.least_pivot));
         let stable = convex & !near & !leaps(least, last_least);
         let partial = target.lt(one);

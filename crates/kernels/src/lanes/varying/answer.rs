@@ -8,13 +8,14 @@ use super::matrix::Mat6;
 use super::path::{Load, margin, norm, select};
 use super::step::State;
 use super::workspace::{VaryingWorkspace, What};
-use crate::lanes::algebra::{Vec3, cross, dot, length};
+use crate::lanes::algebra::{Vec3, cross, dot, inverse, length};
 use crate::lanes::kernels::Kernels;
 use crate::lanes::lane::{Lane, Scalar};
 use crate::lanes::problem::Problem;
 use crate::lanes::program::Outputs;
 use crate::lanes::rod::Segment;
 use crate::lanes::section::velocity;
+use crate::lanes::stability::has_dead_moment;
 use crate::model::path::{
     COLUMN_NOISE, DIFFERENCE, FINE_TRUST, NEWTON_LIMIT, REACH, ROUND_OFF, SAFE_MARGIN, SECOND_ORDER,
 };
@@ -130,7 +131,10 @@ fn write<L: Kernels>(
     // Without care the path has counted the index; that says nothing next to a fold.
     let index = if care { index(&workspace.transfers, one).index } else { one.constant(0.0) };
     let least = one.constant(if care { 0.0 } else { ANSWER_MARGIN });
-    let stable = index.lt(one.constant(0.5)) & least.lt(margin);
+    let mut stable = index.lt(one.constant(0.5)) & least.lt(margin);
+    if program.tip_moment {
+        stable = stable | (has_dead_moment(rod) & one.constant(0.0).lt(determinant(&inverse)));
+    }
     let within_reach = length(tip.p).lt(one.constant(REACH));
     let zero = one.constant(0.0);
     let (is_far, is_inside) = (zero.lt(workspace.leeway), zero.lt(workspace.inside));
@@ -176,6 +180,13 @@ fn write<L: Kernels>(
     let derivative_error = (both * one.constant(share)).max(one.constant(floor)) + noise;
     out.store(Quantity::DerivativeError.column(), derivative_error);
     write_rows(problem, end, workspace, out);
+}
+
+#[inline(always)]
+fn determinant<L: Lane>(m: &Mat6<L>) -> L {
+    let first = m.block(0, 0);
+    let rest = m.block(3, 3) - m.block(3, 0) * (inverse(first) * m.block(0, 3));
+    dot(first.x, cross(first.y, first.z)) * dot(rest.x, cross(rest.y, rest.z))
 }
 
 /// The rows of every derivative: dX = dX|base + (dX/d(base)) d(base). J5

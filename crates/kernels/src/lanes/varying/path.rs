@@ -13,12 +13,14 @@ use crate::lanes::kernels::Kernels;
 use crate::lanes::lane::{Lane, Scalar};
 use crate::lanes::problem::Problem;
 use crate::lanes::program::Resolution;
+use crate::lanes::stability::has_dead_moment;
 use crate::model::CoilLoad;
 use crate::model::path::{
-    AIM, CONTRACTION, CORRECTIONS, FIELD_LITTLE_STEP, FIELD_LOAD_TOLERANCE, FIELD_NEAR_MARGIN, FIELD_PASS_LIMIT,
-    FIELD_SMALLEST_STEP, FIELD_SOFT, FIELD_SOFT_RATIO, FIELD_TOLERANCE, FIRST_BEND, FOLD_MARGIN, FOLD_STEEPNESS,
-    FULL_LOAD_TOLERANCE, LITTLE_LOAD, NEAR_MARGIN, NEAR_TOLERANCE, NODE_LEAST_RATIO, NODE_MOST_RATIO, NODE_PASS_LIMIT,
-    NODE_RETREAT, PATH_TOLERANCE, SAFE_MARGIN, SMALLEST_GUARDED_STEP, SMALLEST_RAMP_STEP, SPENT, TRUST, WIDENING,
+    AIM, CONTRACTION, CORRECTIONS, DEPARTURE, DEPARTURE_AIM, FIELD_LITTLE_STEP, FIELD_LOAD_TOLERANCE,
+    FIELD_NEAR_MARGIN, FIELD_PASS_LIMIT, FIELD_SMALLEST_STEP, FIELD_SOFT, FIELD_SOFT_RATIO, FIELD_TOLERANCE,
+    FIRST_BEND, FOLD_MARGIN, FOLD_STEEPNESS, FULL_LOAD_TOLERANCE, LITTLE_LOAD, NEAR_MARGIN, NEAR_TOLERANCE,
+    NODE_LEAST_RATIO, NODE_MOST_RATIO, NODE_PASS_LIMIT, NODE_RETREAT, PATH_TOLERANCE, SAFE_MARGIN,
+    SMALLEST_GUARDED_STEP, SMALLEST_RAMP_STEP, SPENT, TRUST, WIDENING,
 };
 
 /// sqrt(3) over the norm of d(m0)/d(l_tip).
@@ -63,6 +65,15 @@ fn narrowed<L: Lane>(margin: L, sharp: bool) -> L {
 #[inline(always)]
 fn leaps<L: Lane>(margin: L, last: L) -> L::Mask {
     differs_widely(margin, last, FIELD_NEAR_MARGIN, WIDENING.sqrt())
+}
+
+/// By how much the derivative of the residual differs from an earlier one with the inverse `before`, relative to it: below 1 its
+/// determinant has the same sign.
+#[inline(always)]
+fn departure<L: Lane>(before: &Mat6<L>, matrix: &Mat6<L>) -> L {
+    let one = before.0[0][0].constant(1.0);
+    let change = before.times(matrix).minus(&Mat6::identity(one));
+    change.0.as_flattened().iter().fold(one.constant(0.0), |sum, x| x.mul_add(*x, sum)).sqrt()
 }
 
 /// The same of the determinant of the second variation.
@@ -125,6 +136,7 @@ pub fn follow_varying<L: Kernels>(
     let mut failed = too_near | outside;
     let (mut last_tip, mut last_leeway) = (from.tip, from.leeway);
     let (mut weakest, mut last_margin, mut last_determinant) = (one, one, one);
+    let dead = if program.tip_moment { has_dead_moment(rod) } else { nobody };
     loop {
         let active = !(reached | failed);
         if !L::any(active) {
@@ -164,13 +176,21 @@ pub fn follow_varying<L: Kernels>(
             let found = index(&workspace.transfers, one);
             stable = found.index.lt(one.constant(0.5));
             if program.tip_moment {
-                determinant = found.determinant;
+                // A dead moment has no second variation: the matrix itself must stay regular.
+                determinant = L::select(dead, one, found.determinant);
+                stable = stable | (dead & converged);
             }
         }
         let contracting = moved.lt(last_size * one.constant(CONTRACTION));
         let converged = converged & contracting;
         let go_on = active & !converged & contracting & corrections.lt(one.constant(CORRECTIONS));
-        let leaps = leaps(margin, last_margin) | softens(determinant, last_determinant);
+        let mut leaps = leaps(margin, last_margin) | softens(determinant, last_determinant);
+        let mut departed = zero;
+        if program.tip_moment {
+            // The first step sets out from the unloaded rod, where the matrix is regular.
+            departed = L::select(zero.lt(lambda), departure(&end_inverse, &workspace.matrix), zero);
+            leaps = leaps | (dead & !departed.lt(one.constant(DEPARTURE)));
+        }
         let accept = converged & stable & clear & !leaps;
         let reject = active & !accept & !go_on;
         let is_narrow = if care { nobody } else { converged & (!stable | margin.lt(one.constant(SAFE_MARGIN))) };
@@ -182,6 +202,10 @@ pub fn follow_varying<L: Kernels>(
         let mut most = one + one;
         if care {
             most = affordable(margin, last_margin, used, NEAR_MARGIN, SPENT);
+            if program.tip_moment {
+                let far = used * one.constant(DEPARTURE_AIM * DEPARTURE) / departed;
+                most = L::select(dead & far.lt(most), far, most);
+            }
         }
         last_margin = L::select(accept, margin, last_margin);
         last_tip = Vec3::select(accept, tip.p, last_tip);
