@@ -34,7 +34,7 @@ pub use import::{Import, ImportKind, ImportOptions, import};
 pub use limits::{LimitsError, parse_limits};
 pub use scene_file::{parse_scene, read_scene, read_text, scene_notes};
 pub use scene_text::write_scene;
-pub use shape_file::read_shapes;
+pub use shape_file::{read_shapes, read_shapes_with_notes};
 pub use sweep_file::{BuiltIn, sweep_of};
 pub use table_file::read_input_table;
 pub use tip_file::read_observed_tips;

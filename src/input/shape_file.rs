@@ -3,7 +3,7 @@
 use super::error::{InputError, Problem, table_error};
 use super::number_table::read_number_table;
 use super::units::Dimension;
-use crate::model::{Parameter, Scene};
+use crate::model::{Parameter, Scene, Vector};
 use crate::spec::{ObservedPoint, ObservedShape, ObservedShapes};
 use std::path::Path;
 
@@ -13,6 +13,17 @@ use std::path::Path;
 ///
 /// A file that cannot be read, or a mistake in it.
 pub fn read_shapes(file: &Path, scene: &Scene) -> Result<ObservedShapes, InputError> {
+    read_shapes_with_notes(file, scene).map(|(observed, _)| observed)
+}
+
+/// Reads shapes as [`read_shapes`]; also what was supposed about them, in sentences.
+///
+/// A table without `s` whose points run along the rod, from base to tip or back, gets its arc lengths from the points.
+///
+/// # Errors
+///
+/// As [`read_shapes`].
+pub fn read_shapes_with_notes(file: &Path, scene: &Scene) -> Result<(ObservedShapes, Vec<String>), InputError> {
     let parameter = |name: &str| Parameter::parse(scene, name).ok().filter(|parsed| parsed.len() == 1).map(|p| p[0]);
     let unit = |name: &str| match name {
         "s" | "x" | "y" | "z" => Dimension::of("m"),
@@ -66,5 +77,79 @@ pub fn read_shapes(file: &Path, scene: &Scene) -> Result<ObservedShapes, InputEr
             None => shapes.push(ObservedShape { known: values, points: vec![point] }),
         }
     }
-    Ok(ObservedShapes { known: known.into_iter().map(|(parameter, _)| parameter).collect(), shapes })
+    let known: Vec<Parameter> = known.into_iter().map(|(parameter, _)| parameter).collect();
+    let mut notes = Vec::new();
+    if at.is_none() {
+        let mut found = 0;
+        for shape in &mut shapes {
+            let mut own = scene.clone();
+            // The same values were set above.
+            let _ = Parameter::set_all(&mut own, known.iter().copied().zip(shape.known.iter().copied()));
+            found += usize::from(along_the_rod(shape, own.rod().base_position, own.total_length()));
+        }
+        if found > 0 {
+            let of = if shapes.len() > 1 { format!(" of {found} shapes") } else { String::new() };
+            notes.push(format!(
+                "{} has no column `s`: the points{of} are taken as a centre line, with arc lengths from base and points",
+                file.display()
+            ));
+        }
+    }
+    Ok((ObservedShapes { known, shapes }, notes))
+}
+
+/// Points of a centre line lie apart by this share of the rod's length, ...
+const APART: f64 = 0.05;
+/// ... none further from the one before than this, ...
+const GAP: f64 = 0.5;
+/// ... and they are together no longer than this: noise lengthens a line.
+const LONGEST: f64 = 1.05;
+
+/// Gives points that run along the rod their arc lengths: from base to tip or back, each step the arc through its neighbours.
+/// `false`: they are tips.
+fn along_the_rod(shape: &mut ObservedShape, base: Vector, length: f64) -> bool {
+    let far = |a: &Vector, b: &Vector| (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt();
+    let count = shape.points.len();
+    if count < 3 {
+        return false;
+    }
+    let mut order: Vec<usize> = (0..count).collect();
+    let from_base = |k: usize| far(&base, &shape.points[k].position);
+    if from_base(count - 1) < 0.5 * from_base(0) {
+        order.reverse();
+    }
+    let mut line = vec![base];
+    line.extend(order.iter().map(|k| shape.points[*k].position));
+    // Curvature of the circle through three points.
+    let curvature = |k: usize| {
+        let [Some(a), Some(b), Some(c)] = [k.checked_sub(1).and_then(|k| line.get(k)), line.get(k), line.get(k + 1)]
+        else {
+            return None;
+        };
+        let (ab, bc, ca) = (far(a, b), far(b, c), far(c, a));
+        let half = 0.5 * (ab + bc + ca);
+        let area = (half * (half - ab) * (half - bc) * (half - ca)).max(0.0).sqrt();
+        (ab * bc * ca > 0.0).then(|| 4.0 * area / (ab * bc * ca))
+    };
+    let step = |k: usize| {
+        let chord = far(&line[k], &line[k + 1]);
+        let both: Vec<f64> = [curvature(k), curvature(k + 1)].into_iter().flatten().collect();
+        let mean = both.iter().sum::<f64>() / both.len().max(1) as f64;
+        let half = (0.5 * mean * chord).min(1.0);
+        if half > 1e-6 { chord * half.asin() / half } else { chord }
+    };
+    let steps: Vec<f64> = (0..count).map(step).collect();
+    let total: f64 = steps.iter().sum();
+    let extent = line[1..].iter().flat_map(|a| line[1..].iter().map(|b| far(a, b))).fold(0.0, f64::max);
+    let widest = steps.iter().fold(0.0f64, |widest, step| widest.max(*step));
+    if extent < APART * length || widest > GAP * length || total > LONGEST * length {
+        return false;
+    }
+    let scale = (length / total).min(1.0);
+    let mut at = 0.0;
+    for (k, step) in order.into_iter().zip(steps) {
+        at += step;
+        shape.points[k].arc_length = Some((at * scale).min(length));
+    }
+    true
 }

@@ -2,7 +2,7 @@
 
 use super::args::{FitArguments, positive_length};
 use super::{CommandError, Exit, flags, print, say, say_notes, verdict};
-use rodsweep::input::{read_scene, read_shapes, write_scene};
+use rodsweep::input::{read_scene, read_shapes_with_notes, write_scene};
 use rodsweep::report::{self, ImageFormat};
 use rodsweep::results::ResultsError;
 use rodsweep::study::FitJob;
@@ -18,13 +18,14 @@ pub fn fit(arguments: &FitArguments) -> Result<Exit, CommandError> {
         }
     }
     let scene = read_scene(&arguments.scene)?;
-    let observed = read_shapes(&arguments.shapes, &scene)?;
+    let (observed, notes) = read_shapes_with_notes(&arguments.shapes, &scene)?;
     let mut job = FitJob::new(scene, observed);
     if let Some(names) = &arguments.free {
         job = job.free(names)?;
     }
     job.check()?;
     say_notes(job.scene());
+    notes.iter().for_each(|note| say(&format!("note: {note}")));
     if let Some(text) = &arguments.noise {
         job = job.noise(positive_length("--noise", text, "0.2 mm").map_err(CommandError::Usage)?);
     }
@@ -44,6 +45,9 @@ pub fn fit(arguments: &FitArguments) -> Result<Exit, CommandError> {
         report::write_marked(&figures::fit(&fit, &job), path, fit.mark())?;
         say(&format!("figure: {}", path.display()));
     }
-    let trusted = verdict::of_study(fit.mark(), arguments.accept_distrusted);
+    let trusted = match &fit.check.mark {
+        Some(mark) => verdict::of_study(Some(mark), arguments.accept_distrusted),
+        None => verdict::of_misfit(fit.misfit.as_deref(), arguments.accept_distrusted),
+    };
     Ok(if fit.converged { trusted } else { Exit::Failed })
 }

@@ -35,6 +35,17 @@ pub fn of_study(mark: Option<&str>, is_accepted: bool) -> Exit {
     if is_accepted { Exit::Done } else { Exit::Distrusted }
 }
 
+/// Prints that a fit lies too far off its points; returns the exit code.
+pub fn of_misfit(misfit: Option<&str>, is_accepted: bool) -> Exit {
+    let Some(misfit) = misfit else { return Exit::Done };
+    let text = format!(
+        "{misfit}\n  what helps: free what else may differ; start from a scene nearer to the shape; more points along the rod; \
+         `--noise` with the true deviation of a point, errors of registration included"
+    );
+    tell(&text, is_accepted);
+    if is_accepted { Exit::Done } else { Exit::Distrusted }
+}
+
 /// The exit code of a run: sound, distrusted, or with more failures than allowed.
 pub fn of_run(
     summary: &Summary,

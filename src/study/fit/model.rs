@@ -4,7 +4,7 @@ use super::FitError;
 use crate::backend::Backend;
 use crate::model::{Parameter, Plan, PlanOptions, Quantity, Scene, SegmentParameter as S, Slot, Vector};
 use crate::reference::shape_with_derivatives;
-use crate::spec::ObservedShapes;
+use crate::spec::{ObservedPoint, ObservedShape, ObservedShapes};
 use crate::study::MakeEngine;
 use crate::study::witness::Claim;
 use levenberg_marquardt::LeastSquaresProblem;
@@ -104,6 +104,22 @@ impl<'a> Model<'a> {
             None => self.problem.observed.known.iter().map(|parameter| parameter.get(&self.problem.scene)).collect(),
         };
         known.into_iter().chain(self.values(x)).collect()
+    }
+
+    /// What is fitted to what.
+    pub(crate) fn problem(&self) -> &'a Problem {
+        self.problem
+    }
+
+    /// Where each observed coordinate lies along the rod, 0 to 1.
+    pub(crate) fn places(&self) -> Vec<f64> {
+        let origin = DVector::zeros(self.problem.free.len());
+        let of = |(index, shape): (usize, &ObservedShape)| {
+            let length = self.scene(&origin, Some(index)).total_length();
+            let place = move |point: &ObservedPoint| point.arc_length.map_or(1.0, |at| (at / length).min(1.0));
+            shape.points.iter().flat_map(move |point| [place(point); 3]).collect::<Vec<f64>>()
+        };
+        self.problem.observed.shapes.iter().enumerate().flat_map(of).collect()
     }
 
     /// The scene of a shape, or with the fitted values alone.
@@ -206,6 +222,38 @@ pub(super) struct Search<'a> {
     /// Largest norm of the residuals so far.
     pub worst: f64,
     pub evaluations: usize,
+    /// The part of the points that counts; `None`: all.
+    pub part: Option<Part>,
+}
+
+/// Some of the observed coordinates, with a pull towards where a descent began.
+pub(super) struct Part {
+    /// Which coordinates count.
+    pub kept: Vec<bool>,
+    /// Scaled parameters that hold where the points do not tell.
+    pub anchor: DVector<f64>,
+    /// How far parameters go from there for as much as a coordinate that is off by its noise.
+    pub reach: f64,
+}
+
+impl Part {
+    fn residuals(&self, all: &DVector<f64>, x: &DVector<f64>) -> DVector<f64> {
+        let of = |row: usize| match row.checked_sub(self.kept.len()) {
+            Some(k) => (x[k] - self.anchor[k]) / self.reach,
+            None if self.kept[row] => all[row],
+            None => 0.0,
+        };
+        DVector::from_fn(all.len() + x.len(), |row, _| of(row))
+    }
+
+    fn jacobian(&self, all: &DMatrix<f64>) -> DMatrix<f64> {
+        let of = |row: usize, column: usize| match row.checked_sub(self.kept.len()) {
+            Some(k) if k == column => 1.0 / self.reach,
+            None if self.kept[row] => all[(row, column)],
+            _ => 0.0,
+        };
+        DMatrix::from_fn(all.nrows() + all.ncols(), all.ncols(), of)
+    }
 }
 
 impl LeastSquaresProblem<f64, Dyn, Dyn> for Search<'_> {
@@ -233,10 +281,18 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Search<'_> {
         // A step to where there is no equilibrium is taken back when it looks bad enough.
         let count = self.model.problem.observed.coordinate_count();
         let bad = || DVector::from_element(count, 1e3 * (self.worst + self.model.length) / self.sigma);
-        Some(self.state.as_ref().map_or_else(bad, |state| &state.residuals / self.sigma))
+        let all = self.state.as_ref().map_or_else(bad, |state| &state.residuals / self.sigma);
+        Some(match &self.part {
+            Some(part) => part.residuals(&all, &self.x),
+            None => all,
+        })
     }
 
     fn jacobian(&self) -> Option<DMatrix<f64>> {
-        self.state.as_ref().map(|state| &state.jacobian / self.sigma)
+        let all = self.state.as_ref().map(|state| &state.jacobian / self.sigma)?;
+        Some(match &self.part {
+            Some(part) => part.jacobian(&all),
+            None => all,
+        })
     }
 }

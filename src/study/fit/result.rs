@@ -64,6 +64,10 @@ pub struct Fit {
     pub rms: f64,
     /// Standard deviation of a coordinate: as given, or estimated (m).
     pub noise: f64,
+    /// Standard deviation of a coordinate as the points' own smoothness along the rod tells it (m); `None`: too few points.
+    pub noise_of_points: Option<f64>,
+    /// Why the points lie too far off the fitted rod, in a sentence; `None`: they do not.
+    pub misfit: Option<String>,
     /// Observed coordinates.
     pub observations: usize,
     /// Solutions of all shapes that it took.
@@ -76,6 +80,7 @@ pub struct Fit {
     pub base_moments: Vec<Vector>,
     /// The fitted rods, solved again by the reference.
     pub check: WitnessCheck,
+    pub(super) mark: Option<String>,
 }
 
 impl Strength {
@@ -90,9 +95,9 @@ impl Strength {
 }
 
 impl Fit {
-    /// Doubt about the fitted rods, in a sentence; `None` where there is none.
+    /// Doubt about the fit, in a sentence: the reference contradicts it, or the points lie too far off. `None`: there is none.
     pub fn mark(&self) -> Option<&str> {
-        self.check.mark.as_deref()
+        self.mark.as_deref()
     }
 
     /// Everything but the scene and the points, as JSON, SI. What is not finite is `null`.
@@ -118,6 +123,8 @@ impl Fit {
             "findings": self.findings,
             "rms": self.rms,
             "noise": self.noise,
+            "noise_of_points": self.noise_of_points,
+            "misfit": self.misfit,
             "observations": self.observations,
             "evaluations": self.evaluations,
             "check": self.check,

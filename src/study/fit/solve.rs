@@ -2,11 +2,23 @@
 
 use super::analysis::{NORMAL_95, analyse, findings, ridges, student_95};
 use super::model::{Model, Problem, Search, State};
+use super::noise::{bend, misfit, noise_of_points};
+use super::starts::{End, Start, descend};
 use super::{Fit, FitError, FittedParameter};
 use crate::study::MakeEngine;
 use crate::study::witness::{CheckError, WitnessCheck};
-use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra::DVector;
+
+/// Residuals below this share of the length leave nothing to look for.
+const EXACT: f64 = 1e-7;
+/// A rod that bends less (rad) has no second minimum near its points ...
+const BENT: f64 = 2.0;
+/// ... that is, within this share of the length.
+const SLIGHT: f64 = 5e-3;
+/// Residuals within so many times the noise are as good as any.
+const NEAR: f64 = 2.0;
+/// Another end is better where its residuals are below this share.
+const BETTER: f64 = 0.999;
 
 /// The engine finds equilibria, the reference shapes and derivatives.
 pub(super) fn fit(problem: &Problem, make: &mut MakeEngine) -> Result<Fit, FitError> {
@@ -17,18 +29,10 @@ pub(super) fn fit(problem: &Problem, make: &mut MakeEngine) -> Result<Fit, FitEr
     }
     let model = Model::new(problem, make)?;
     let sigma = problem.noise.unwrap_or(model.length * 1e-3);
-    let start = DVector::zeros(parameters);
-    let mut search = Search { model, x: start, sigma, state: None, failure: None, worst: 0.0, evaluations: 0 };
-    search.set_params(&DVector::zeros(parameters));
-    if let Some(error) = search.failure.take() {
-        return Err(error);
-    }
-    let method = LevenbergMarquardt::new().with_patience(40).with_ftol(1e-15).with_xtol(1e-14).with_gtol(0.0);
-    let (mut search, report) = method.minimize(search);
-    let converged = report.termination.was_successful();
-    let x = search.x.clone();
-    search.set_params(&x);
-    let Some(state) = search.state else { return Err(FitError::Failed(format!("{:?}", report.termination))) };
+    let x = DVector::zeros(parameters);
+    let search = Search { model, x, sigma, state: None, failure: None, worst: 0.0, evaluations: 0, part: None };
+    let noise_of_points = noise_of_points(&problem.observed, search.model.length);
+    let (mut search, End { x, state, converged }) = best(search, problem.noise.or(noise_of_points))?;
     let squares = state.residuals.norm_squared();
     let freedom = observations - parameters;
     let noise = problem.noise.unwrap_or(if freedom > 0 { (squares / freedom as f64).sqrt() } else { 0.0 });
@@ -41,6 +45,8 @@ pub(super) fn fit(problem: &Problem, make: &mut MakeEngine) -> Result<Fit, FitEr
         CheckError::Plan(error) => FitError::from(error),
         CheckError::Backend(error) => error.into(),
     })?;
+    let rms = (squares / observations as f64).sqrt();
+    let misfit = misfit(rms, problem.noise, noise_of_points, search.model.length);
     let (covariance, open, directions) = analyse(&state.jacobian, noise);
     let fitted = |k: usize| {
         let parameter = problem.free[k][0];
@@ -72,8 +78,42 @@ pub(super) fn fit(problem: &Problem, make: &mut MakeEngine) -> Result<Fit, FitEr
         converged,
         positions: state.positions,
         base_moments: state.base_moments,
+        noise_of_points,
+        mark: check.mark.clone().or_else(|| misfit.clone()),
+        misfit,
         check,
     })
+}
+
+/// The best end of all descents. Others than the scene's own are tried where the rod is so bent that there may be other minima.
+fn best<'a>(search: Search<'a>, noise: Option<f64>) -> Result<(Search<'a>, End), FitError> {
+    let problem = search.model.problem();
+    let length = search.model.length;
+    let (mut search, first) = descend(search, &DVector::zeros(problem.free.len()));
+    let mut best = first?;
+    let rod = problem.scene.rod();
+    let bend = bend(&problem.observed, rod.base_position, rod.base_rotation.map(|row| row[2]));
+    let rms = |end: &End| (end.state.residuals.norm_squared() / end.state.residuals.len() as f64).sqrt();
+    if rms(&best) < EXACT * length || (bend < BENT && rms(&best) < SLIGHT * length) {
+        return Ok((search, best));
+    }
+    for start in Start::all() {
+        let near = noise.map_or(EXACT * length, |noise| (NEAR * noise).min(SLIGHT * length));
+        if rms(&best) < near || (matches!(start, Start::Circle { .. }) && rms(&best) < SLIGHT * length) {
+            break;
+        }
+        let (after, place) = start.place(search);
+        search = after;
+        let Some(place) = place else { continue };
+        let (after, end) = descend(search, &place);
+        search = after;
+        if let Ok(end) = end
+            && end.state.residuals.norm() < BETTER * best.state.residuals.norm()
+        {
+            best = end;
+        }
+    }
+    Ok((search, best))
 }
 
 /// Takes back what the parameters have moved along ridges, where that changes nothing.

@@ -32,7 +32,7 @@ impl Fit {
         for finding in &self.findings {
             text += &format!("identifiability: {finding}\n");
         }
-        if self.mark().is_none() {
+        if self.check.mark.is_none() {
             text += &format!("{}\n", self.check.sentence());
         }
         text
