@@ -48,9 +48,13 @@ pub(super) fn solve(rod: &Rod, units: &Units, full: &Chain, slots: &[Slot]) -> E
 }
 
 /// What the integrator's and the residual's errors do to the tip, by the solution's own sensitivities.
-fn error_estimate(passage: &Passage) -> f64 {
+pub(super) fn error_estimate(passage: &Passage) -> f64 {
+    passage.matrix().try_inverse().map_or(1.0, |inverse| error_across(passage, inverse))
+}
+
+/// The same with an inverse of dr/dm0 that may leave out what nothing holds.
+pub(super) fn error_across(passage: &Passage, inverse: Matrix3<f64>) -> f64 {
     let integration = STEPS * TOLERANCE * passage.growth();
-    let Some(inverse) = passage.matrix().try_inverse() else { return 1.0 };
     let columns = &passage.tip.columns[..3];
     let dp = Matrix3::from_columns(&[0, 1, 2].map(|k| columns[k].dp)) * inverse;
     let w = Matrix3::from_columns(&[0, 1, 2].map(|k| columns[k].w)) * inverse;
@@ -58,7 +62,7 @@ fn error_estimate(passage: &Passage) -> f64 {
 }
 
 /// Total derivatives by the implicit function theorem (33).
-fn differentiate(
+pub(super) fn differentiate(
     chain: &Chain,
     units: &Units,
     m0_body: Vector3<f64>,

@@ -34,6 +34,7 @@ mod node_ramp;
 mod places;
 mod ramp;
 mod rigid;
+mod search;
 mod shape;
 mod shooting;
 mod stability;
@@ -46,6 +47,7 @@ pub use energy::{energy, energy_of};
 pub use equilibrium::{
     base_curvature, growth_exponent, residual_by_base_moment, solve_rod, solve_rod_by_nodes, stability_at,
 };
+pub use search::{Reached, column_growth, equilibrium_near};
 pub use shape::{Pose, PoseDerivative, shape, shape_with_derivatives};
 
 use crate::backend::{Backend, BackendError, BackendInfo, BackendKind, Precision};
@@ -76,6 +78,24 @@ impl Reference {
         if batch.bad[sample] {
             equilibrium.status = Status::BadParameter;
         }
+        self.row(batch, sample, &equilibrium)
+    }
+
+    /// Slots that some derivative of the plan uses, each once.
+    pub fn slots(&self) -> &[Slot] {
+        &self.slots
+    }
+
+    /// The row of an equilibrium of the first sample; derivatives that it does not have are not numbers.
+    pub fn solution_of(&self, batch: &Batch, equilibrium: &Equilibrium) -> Solutions {
+        let mut solutions = Solutions::new(&self.plan, 1);
+        for (column, value) in self.row(batch, 0, equilibrium).into_iter().enumerate() {
+            solutions.values.set(0, column, value);
+        }
+        solutions
+    }
+
+    fn row(&self, batch: &Batch, sample: usize, equilibrium: &Equilibrium) -> Vec<f64> {
         let mut row = vec![0.0; Quantity::COUNT];
         let mut put = |quantity: Quantity, values: &[f64]| {
             row[quantity.column()..quantity.column() + values.len()].copy_from_slice(values);
@@ -96,7 +116,8 @@ impl Reference {
         put(Quantity::LoadFractionError, &[1.0]);
         put(Quantity::Status, &[f64::from(equilibrium.status.code())]);
         for derivative in &self.plan.derivatives {
-            let mut rows = [0.0; MOST_ROWS + 3];
+            let mut rows =
+                [if equilibrium.derivatives.len() == self.slots.len() { 0.0 } else { f64::NAN }; MOST_ROWS + 3];
             for (slot, entry) in &derivative.terms {
                 let rate = self.plan.entry(batch, sample, *entry);
                 let of_slot = self.slots.iter().zip(&equilibrium.derivatives).find(|(other, _)| *other == slot);

@@ -7,6 +7,7 @@ use super::extrapolation::Extrapolation;
 use super::flexible::Flexible;
 use super::places::{Node, Place};
 use super::rigid;
+use super::search;
 use super::shooting::tip_residual;
 use super::state::{Column, State, base_state};
 use super::varying;
@@ -99,8 +100,12 @@ pub fn shape_with_derivatives(
     let starts = vec![(Place::BASE, base_state(&chain, m0_body, &variations))];
     let (stations, tip) = stations(&chain, &units, starts, &variations, arc_lengths);
     let (residual, dresidual) = tip_residual(&chain, &variations, &tip?);
-    let matrix = Matrix3::from_columns(&dresidual[..3]).lu();
-    let correction = matrix.solve(&-residual)?;
+    let by_moment = Matrix3::from_columns(&dresidual[..3]);
+    let matrix = by_moment.lu();
+    let correction = match search::is_neutral(&by_moment) {
+        true => -search::pseudo_inverse(&by_moment)? * residual,
+        false => matrix.solve(&-residual)?,
+    };
     let dm0: Vec<Vector3<f64>> = dresidual[3..].iter().map(|dr| matrix.solve(&-dr)).collect::<Option<_>>()?; // (33)
     let complete = |station: &Station| {
         let by_base = |of: &dyn Fn(usize) -> Vector3<f64>, dm0: &Vector3<f64>| -> Vector3<f64> {

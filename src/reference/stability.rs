@@ -46,24 +46,30 @@ pub(super) fn is_unstable(chain: &Chain, determinant: f64, index: usize) -> bool
 ///
 /// `None` where the rod cannot be integrated.
 pub(super) fn index(chain: &Chain, nodes: &[Node], integrator: &mut Extrapolation) -> Option<usize> {
+    index_beyond(chain, nodes, integrator, 0.0)
+}
+
+/// Eigenvalues of the pivots below zero by more than this share of the largest.
+pub(super) fn index_beyond(chain: &Chain, nodes: &[Node], integrator: &mut Extrapolation, share: f64) -> Option<usize> {
     let mut index = 0;
     let mut beyond = Matrix3::zeros();
     for interval in intervals(chain, nodes, integrator, 0)?.iter().rev() {
         let pivot = interval.h11 + interval.h_rigid + beyond;
-        index += negative_eigenvalues(pivot)?;
+        index += negative_eigenvalues(pivot, share)?;
         beyond = interval.h00 - interval.h01 * pivot.try_inverse()? * interval.h01.transpose();
     }
     Some(index)
 }
 
 /// `None` for a matrix that is not finite, on which the decomposition would not end.
-fn negative_eigenvalues(matrix: Matrix3<f64>) -> Option<usize> {
+fn negative_eigenvalues(matrix: Matrix3<f64>, share: f64) -> Option<usize> {
     const MOST_ITERATIONS: usize = 200;
     if !matrix.iter().all(|x| x.is_finite()) {
         return None;
     }
     let eigen = SymmetricEigen::try_new(matrix, f64::EPSILON, MOST_ITERATIONS)?;
-    Some(eigen.eigenvalues.iter().filter(|value| **value < 0.0).count())
+    let least = -share * eigen.eigenvalues.amax();
+    Some(eigen.eigenvalues.iter().filter(|value| **value < least).count())
 }
 
 /// The intervals of a rod; what they would give without loads, by so many panels, or not at all.

@@ -127,3 +127,23 @@ fn a_missed_tolerance_ends_with_its_own_code() {
     assert_eq!(output.code, if misses { 4 } else { 0 }, "{}", output.stderr);
     assert!(!misses || output.stderr.contains("miss the tolerance"), "{}", output.stderr);
 }
+
+#[test]
+fn a_fit_far_off_its_points_ends_with_4() {
+    let sandbox = Sandbox::new();
+    let from = root().join("tests/data/reports/16-fit-markers");
+    for file in ["curved.toml", "centreline.csv"] {
+        fs::copy(from.join(file), sandbox.path(file)).unwrap();
+    }
+    let command = ["fit", "curved.toml", "centreline.csv", "--free", "tube.rest_curvature.node_1"];
+    let output = sandbox.run(&command);
+    assert_eq!(output.code, 4, "{}", output.stderr);
+    assert!(
+        output.stderr.contains("error: DISTRUSTED: the points lie ") && output.stderr.contains("--noise"),
+        "{}",
+        output.stderr
+    );
+    let accepted = sandbox.run(&[&command[..], &["--accept-distrusted"]].concat());
+    assert_eq!(accepted.code, 0, "{}", accepted.stderr);
+    assert!(accepted.stdout.starts_with("DISTRUSTED: "), "{}", accepted.stdout);
+}

@@ -3,6 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod cables;
 mod calibration;
 mod control;
 mod control_windows;

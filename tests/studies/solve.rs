@@ -1,8 +1,9 @@
 //! One scene through the library: numbers against the reference, what has no answer, and what goes wrong.
 
+use crate::common::root;
 use rodsweep::backend::{Backend, BackendError, BackendKind};
 use rodsweep::engines::EngineRequest;
-use rodsweep::input::{assign, parse_scene};
+use rodsweep::input::{assign, parse_scene, read_scene};
 use rodsweep::model::{Parameter, Plan, PlanOptions, Quantity, Scene, Status};
 use rodsweep::reference::Reference;
 use rodsweep::study::{Solve, SolveError, Solved};
@@ -185,4 +186,54 @@ fn wrong_questions() {
     let mut broken = scene(&[]);
     broken.segments.clear();
     assert!(matches!(Solve::new(broken).run(), Err(SolveError::Plan(_))));
+}
+
+/// A beam exactly opposed to its field: above 2.68 mT a ring of stable rods, the straight one unstable. At 42 mT their tips are the limit
+/// of a small field across.
+#[test]
+fn rods_opposed_to_their_field_form_rings() {
+    let beam = read_scene(&root().join("tests/data/reports/03-hard-magnetic-beam/beam.toml")).expect("the scene");
+    for (field, tip) in
+        [(2.6e-3, None), (2.7e-3, Some([0.0; 2])), (4e-3, Some([0.0; 2])), (42e-3, Some([1.9287e-3, -4.0709e-3]))]
+    {
+        let mut scene = beam.clone();
+        Parameter::parse(&scene, "field.flux_density.z").expect("a name")[0].set(&mut scene, -field).expect("a value");
+        let solved = Solve::new(scene).run().expect("an answer");
+        let all = solved.all_branches().expect("equilibria");
+        let stable: Vec<_> = all.branches().iter().filter(|branch| branch.solved().is_stable()).collect();
+        assert_eq!(stable.len(), 1, "{field}: {all}");
+        assert!(all.is_balanced(), "{field}: {all}");
+        assert_eq!(stable[0].is_of_a_ring(), tip.is_some(), "{field}: {all}");
+        assert_eq!(all.to_string().contains("one of a ring"), tip.is_some(), "{field}: {all}");
+        let [x, y, z] = stable[0].solved().tip_position();
+        let radius = x.hypot(y);
+        match tip {
+            None => assert!(radius < 1e-9, "{radius}"),
+            Some([0.0, _]) => assert!(radius > 1e-4 && radius < 6e-3, "{radius}"),
+            Some(tip) => assert!((radius - tip[0]).abs() < 1e-7 && (z - tip[1]).abs() < 1e-7, "{radius} {z}"),
+        }
+        let straight =
+            all.branches().iter().find(|branch| !branch.is_of_a_ring() && branch.solved().tip_position()[2] > 5.99e-3);
+        assert_eq!(straight.expect("the straight rod").solved().is_stable(), tip.is_none(), "{field}: {all}");
+    }
+}
+
+/// A strip in its stiff plane has a growth exponent of 79 by its soft axis, while its columns do not grow at all.
+#[test]
+fn a_strip_past_its_lateral_buckling_is_searched() {
+    let scene = read_scene(&root().join("tests/data/reports/15-strip-buckling/strip.toml")).expect("the scene");
+    let mut scene = scene.clone();
+    Parameter::parse(&scene, "loads.tip_force.y").expect("a name")[0].set(&mut scene, 1.0).expect("a value");
+    let solved = Solve::new(scene).run().expect("an answer");
+    assert!(solved.rod().growth() > 12.0);
+    let all = solved.all_branches().expect("equilibria");
+    // Two of them mirror each other in the stiff plane, near the tip with a thousandth of the force across.
+    for side in [1.0, -1.0] {
+        let is_there = |tip: [f64; 3]| (tip[0] - 0.1977 * side).abs() < 2e-3 && (tip[1] - 0.0801).abs() < 2e-3;
+        let stable = all.branches().iter().map(|branch| branch.solved()).filter(|solved| solved.is_stable());
+        assert_eq!(stable.filter(|solved| is_there(solved.tip_position())).count(), 1, "{all}");
+    }
+    let flat =
+        all.branches().iter().find(|branch| branch.solved().tip_position()[0].abs() < 1e-9).expect("the flat one");
+    assert_eq!(flat.solved().stability_index(), Some(1), "{all}");
 }

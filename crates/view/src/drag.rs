@@ -77,7 +77,7 @@ impl Drag {
         }
         let found = self.controller.follow(&[target]).map_err(of_control)?.pop();
         let mut found = found.ok_or_else(|| Refusal::failed("the search gave no result"))?;
-        if !matches!(found.outcome, Outcome::Reached | Outcome::IterationLimit) {
+        if !matches!(found.outcome, Outcome::Reached | Outcome::IterationLimit | Outcome::Inaccurate) {
             let starts = TargetOptions::default().with_table(STARTS).with_attempts(ATTEMPTS).with_further(ATTEMPTS);
             let elsewhere = self.controller.reach(&[target], &starts, &mut |_| {}).map_err(of_control)?;
             let worth = self.worth;
@@ -96,6 +96,8 @@ impl Drag {
         let pairs = || self.inputs.iter().zip(&found.inputs);
         let values: serde_json::Map<String, Value> =
             pairs().map(|(input, value)| (name(input), json!(value))).collect();
+        // The page draws no finer than this.
+        let outcome = if found.outcome == Outcome::Inaccurate { Outcome::Reached } else { found.outcome };
         let is_held = found.outcome == Outcome::AtLimit;
         let held: Vec<String> = pairs()
             .filter(|(input, value)| is_held && (**value <= input.low || **value >= input.high))
@@ -103,7 +105,7 @@ impl Drag {
             .collect();
         json!({
             "values": values,
-            "outcome": found.outcome.name(),
+            "outcome": outcome.name(),
             "held": held,
             "tip": found.tip,
             "residual": found.residual,

@@ -5,7 +5,7 @@ use super::engines::{Engines, SHARE, STEPS};
 use super::inputs::{Inputs, MOST_INPUTS};
 use super::least_squares::norm2;
 use super::task::Task;
-use super::{ControlError, ControlOptions, TargetResult};
+use super::{ControlError, ControlOptions, Outcome, TargetResult};
 use crate::backend::Precision;
 use crate::model::{Parameter, Plan, PlanOptions, Quantity, Scene, Stepper};
 use crate::spec::ControlInput;
@@ -136,6 +136,14 @@ impl Controller {
             let solutions = self.engines.solve_from_rest(&rows)?;
             results.extend(group.iter().enumerate().map(|(row, ended)| {
                 let tip = solutions.vector(row, Quantity::TipPosition);
+                // The tip may be off by more than the tolerance.
+                let is_rough = ended.error_estimate.is_nan()
+                    || ended.error_estimate * self.task.length > self.task.options.tolerance;
+                let is_single = self.engines.precision == Precision::F32;
+                let outcome = match ended.outcome {
+                    Outcome::Reached if is_rough && !is_single => Outcome::Inaccurate,
+                    outcome => outcome,
+                };
                 let apart: [f64; 3] = std::array::from_fn(|a| tip[a] - ended.tip[a]);
                 TargetResult {
                     target: ended.target,
@@ -143,7 +151,7 @@ impl Controller {
                     tip: ended.tip,
                     tangent: ended.tangent,
                     residual: ended.residual,
-                    outcome: ended.outcome,
+                    outcome,
                     iterations: ended.iterations,
                     margin: ended.margin,
                     error_estimate: ended.error_estimate,
@@ -159,9 +167,14 @@ impl Controller {
     /// A state from rest at some inputs.
     pub(super) fn start(&mut self, z: Inputs) -> Result<State, ControlError> {
         let solutions = self.engines.solve_from_rest(&[z])?;
-        match solutions.status(0) {
-            status if status.is_success() => Ok(State::new(&self.task, z, &solutions, 0)),
-            status => Err(ControlError::NoStart { status: status.name() }),
+        let status = solutions.status(0);
+        if status.is_success() {
+            return Ok(State::new(&self.task, z, &solutions, 0));
         }
+        let truth = self.engines.by_the_reference(&z)?;
+        if truth.status(0).is_success() {
+            return Ok(State::new(&self.task, z, &truth, 0));
+        }
+        Err(ControlError::NoStart { status: status.name() })
     }
 }

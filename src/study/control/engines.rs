@@ -3,6 +3,7 @@
 use super::inputs::Inputs;
 use super::task::Task;
 use crate::backend::{Backend, BackendError, Precision};
+use crate::engines::{cpu_f64, witness};
 use crate::model::{Batch, OneSample, Plan, PlanOptions, Quantity, Solutions, Stepper, Vector};
 use crate::study::MakeEngine;
 use std::sync::Arc;
@@ -17,6 +18,13 @@ const CAREFUL_STEPS: usize = 16;
 const QUICK: Stepper = Stepper::Tp7;
 /// Error of the integration over the tolerance of the tip.
 pub(super) const SHARE: f64 = 0.5;
+
+/// Where errors grow by more powers of e at some of the probes, what the searches leave in doubt is solved from rest again, on
+/// so many steps at least: single shooting on few steps loses such rods.
+const GROWN: f64 = 4.0;
+const GROWN_STEPS: usize = 64;
+/// A tip whose error is estimated above this share of the rod's length is none.
+pub(super) const LOST: f64 = 1e-3;
 
 /// Looks for equilibria near given base moments.
 struct Search {
@@ -37,6 +45,8 @@ pub(super) struct Engines {
     /// From rest; its axes are the inputs, its derivatives by them.
     pub plan: Plan,
     rest: Box<dyn Backend>,
+    /// From rest on more steps, for rods on which errors grow.
+    careful: Option<(Plan, Box<dyn Backend>)>,
     pub precision: Precision,
     /// At growing resolutions, the last that of the plan or one of more steps.
     searches: Vec<Search>,
@@ -53,7 +63,7 @@ impl Engines {
         make: &mut MakeEngine,
     ) -> Result<Engines, BackendError> {
         let precision = rest.info().precision;
-        let mut engines = Engines { task, plan, rest, precision, searches: Vec::new(), resolution: 0 };
+        let mut engines = Engines { task, plan, rest, careful: None, precision, searches: Vec::new(), resolution: 0 };
         engines.refine(make)?;
         Ok(engines)
     }
@@ -90,7 +100,43 @@ impl Engines {
             }
         }
         self.searches = vec![self.search(self.plan.options, make, None)?];
+        let batch = self.plan.batch(PROBES, |i, row| values(&self.task, &probes[i], row));
+        if (0..PROBES).any(|i| self.plan.sample_rod(&batch, i).growth() > GROWN) {
+            let steps = self.plan.options.steps.max(GROWN_STEPS);
+            let plan = self.plan.with_options(PlanOptions { steps, ..self.plan.options });
+            let engine = cpu_f64(&plan)?;
+            self.careful = Some((plan, engine));
+        }
         Ok(())
+    }
+
+    /// Solves rows in doubt again, from rest on more steps; those that are then solved are taken.
+    fn solve_doubtful(&mut self, rows: &[Inputs], all: &mut Solutions, most: f64) -> Result<(), BackendError> {
+        let Some((plan, engine)) = &mut self.careful else { return Ok(()) };
+        let is_good = |solutions: &Solutions, row: usize| {
+            solutions.status(row).is_success() && solutions.get(row, Quantity::ErrorEstimate) <= most
+        };
+        let doubtful: Vec<usize> = (0..rows.len()).filter(|row| !is_good(all, *row)).collect();
+        for doubtful in doubtful.chunks(engine.batch_size()) {
+            let batch = plan.batch(doubtful.len(), |i, row| values(&self.task, &rows[doubtful[i]], row));
+            let found = engine.solve(&batch)?;
+            for (i, row) in doubtful.iter().enumerate() {
+                let estimate = |solutions: &Solutions, row: usize| match solutions.status(row).is_success() {
+                    true => solutions.get(row, Quantity::ErrorEstimate),
+                    false => f64::INFINITY,
+                };
+                if estimate(&found, i) < estimate(all, *row) {
+                    all.copy_row(*row, &found, i);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The equilibrium from rest as the reference finds it.
+    pub(crate) fn by_the_reference(&self, row: &Inputs) -> Result<Solutions, BackendError> {
+        let task = &*self.task;
+        witness(&self.plan).solve(&self.plan.batch(1, |_, to| values(task, row, to)))
     }
 
     /// Steps that are tried.
@@ -157,11 +203,22 @@ impl Engines {
             let batch = self.plan.batch(rows.len(), |i, row| values(&self.task, &rows[i], row));
             copy_rows(&mut all, chunk * size, &self.rest.solve(&batch)?);
         }
+        let most = self.fine_enough();
+        self.solve_doubtful(rows, &mut all, most)?;
         Ok(all)
     }
 
-    /// Equilibria near given base moments.
+    /// Equilibria near given base moments; of rods on which errors grow, those from rest where the search is lost.
     pub(crate) fn continued(&mut self, rows: &[(Inputs, Vector)], found: &mut Solutions) -> Result<(), BackendError> {
+        self.search_near(rows, found)?;
+        if self.careful.is_some() {
+            let inputs: Vec<Inputs> = rows.iter().map(|(z, _)| *z).collect();
+            self.solve_doubtful(&inputs, found, self.fine_enough())?;
+        }
+        Ok(())
+    }
+
+    fn search_near(&mut self, rows: &[(Inputs, Vector)], found: &mut Solutions) -> Result<(), BackendError> {
         let Search { plan, engine, single } = &mut self.searches[self.resolution];
         if let (Some(Single { sample, engine }), [(z, m0)]) = (single, rows) {
             sample.set(|row| values(&self.task, z, row));

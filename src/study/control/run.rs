@@ -19,12 +19,20 @@ pub enum Outcome {
     Stuck,
     /// The search was still on its way when it had used its equilibria up.
     IterationLimit,
+    /// The tip is where it should be, but its error is estimated above the tolerance.
+    Inaccurate,
 }
 
 impl Outcome {
     /// Every outcome.
-    pub const ALL: [Outcome; 5] =
-        [Outcome::Reached, Outcome::AtLimit, Outcome::Unreachable, Outcome::Stuck, Outcome::IterationLimit];
+    pub const ALL: [Outcome; 6] = [
+        Outcome::Reached,
+        Outcome::AtLimit,
+        Outcome::Unreachable,
+        Outcome::Stuck,
+        Outcome::IterationLimit,
+        Outcome::Inaccurate,
+    ];
 
     /// The word written to files.
     pub fn name(self) -> &'static str {
@@ -34,6 +42,7 @@ impl Outcome {
             Outcome::Unreachable => "unreachable",
             Outcome::Stuck => "stuck",
             Outcome::IterationLimit => "iteration-limit",
+            Outcome::Inaccurate => "inaccurate",
         }
     }
 }

@@ -233,13 +233,13 @@ pub(super) struct Part {
     /// Scaled parameters that hold where the points do not tell.
     pub anchor: DVector<f64>,
     /// How far parameters go from there for as much as a coordinate that is off by its noise.
-    pub reach: f64,
+    pub reach: DVector<f64>,
 }
 
 impl Part {
     fn residuals(&self, all: &DVector<f64>, x: &DVector<f64>) -> DVector<f64> {
         let of = |row: usize| match row.checked_sub(self.kept.len()) {
-            Some(k) => (x[k] - self.anchor[k]) / self.reach,
+            Some(k) => (x[k] - self.anchor[k]) / self.reach[k],
             None if self.kept[row] => all[row],
             None => 0.0,
         };
@@ -248,7 +248,7 @@ impl Part {
 
     fn jacobian(&self, all: &DMatrix<f64>) -> DMatrix<f64> {
         let of = |row: usize, column: usize| match row.checked_sub(self.kept.len()) {
-            Some(k) if k == column => 1.0 / self.reach,
+            Some(k) if k == column => 1.0 / self.reach[k],
             None if self.kept[row] => all[(row, column)],
             _ => 0.0,
         };

@@ -76,7 +76,9 @@ pub(super) fn misfit(rms: f64, given: Option<f64>, of_points: Option<f64>, lengt
     let millimetres = |x: f64| format!("{:.3} mm", 1e3 * x);
     let against = match noise {
         Some(noise) if rms > BEYOND * noise && distance > least => {
-            format!("{:.0} times {whose} ({})", rms / noise, millimetres(noise))
+            let times = rms / noise;
+            let times = if times < 1e4 { format!("{times:.0}") } else { "over 10,000".into() };
+            format!("{times} times {whose} ({noise:.1e} m)")
         }
         _ if distance > GROSS_MISFIT * length => format!("{:.0} % of the rod's length", 100.0 * distance / length),
         _ => return None,

@@ -3,7 +3,7 @@
 use super::analysis::{NORMAL_95, analyse, findings, ridges, student_95};
 use super::model::{Model, Problem, Search, State};
 use super::noise::{bend, misfit, noise_of_points};
-use super::starts::{End, Start, descend};
+use super::starts::{End, LESS_PATIENCE, PATIENCE, Start, descend};
 use super::{Fit, FitError, FittedParameter};
 use crate::study::MakeEngine;
 use crate::study::witness::{CheckError, WitnessCheck};
@@ -15,7 +15,7 @@ const EXACT: f64 = 1e-7;
 const BENT: f64 = 2.0;
 /// ... that is, within this share of the length.
 const SLIGHT: f64 = 5e-3;
-/// Residuals within so many times the noise are as good as any.
+/// Residuals within so many times the noise given are as good as any.
 const NEAR: f64 = 2.0;
 /// Another end is better where its residuals are below this share.
 const BETTER: f64 = 0.999;
@@ -32,7 +32,7 @@ pub(super) fn fit(problem: &Problem, make: &mut MakeEngine) -> Result<Fit, FitEr
     let x = DVector::zeros(parameters);
     let search = Search { model, x, sigma, state: None, failure: None, worst: 0.0, evaluations: 0, part: None };
     let noise_of_points = noise_of_points(&problem.observed, search.model.length);
-    let (mut search, End { x, state, converged }) = best(search, problem.noise.or(noise_of_points))?;
+    let (mut search, End { x, state, converged }) = best(search)?;
     let squares = state.residuals.norm_squared();
     let freedom = observations - parameters;
     let noise = problem.noise.unwrap_or(if freedom > 0 { (squares / freedom as f64).sqrt() } else { 0.0 });
@@ -86,10 +86,10 @@ pub(super) fn fit(problem: &Problem, make: &mut MakeEngine) -> Result<Fit, FitEr
 }
 
 /// The best end of all descents. Others than the scene's own are tried where the rod is so bent that there may be other minima.
-fn best<'a>(search: Search<'a>, noise: Option<f64>) -> Result<(Search<'a>, End), FitError> {
+fn best(search: Search<'_>) -> Result<(Search<'_>, End), FitError> {
     let problem = search.model.problem();
     let length = search.model.length;
-    let (mut search, first) = descend(search, &DVector::zeros(problem.free.len()));
+    let (mut search, first) = descend(search, &DVector::zeros(problem.free.len()), PATIENCE);
     let mut best = first?;
     let rod = problem.scene.rod();
     let bend = bend(&problem.observed, rod.base_position, rod.base_rotation.map(|row| row[2]));
@@ -98,14 +98,14 @@ fn best<'a>(search: Search<'a>, noise: Option<f64>) -> Result<(Search<'a>, End),
         return Ok((search, best));
     }
     for start in Start::all() {
-        let near = noise.map_or(EXACT * length, |noise| (NEAR * noise).min(SLIGHT * length));
+        let near = problem.noise.map_or(EXACT * length, |noise| (NEAR * noise).min(SLIGHT * length));
         if rms(&best) < near || (matches!(start, Start::Circle { .. }) && rms(&best) < SLIGHT * length) {
             break;
         }
         let (after, place) = start.place(search);
         search = after;
         let Some(place) = place else { continue };
-        let (after, end) = descend(search, &place);
+        let (after, end) = descend(search, &place, LESS_PATIENCE);
         search = after;
         if let Ok(end) = end
             && end.state.residuals.norm() < BETTER * best.state.residuals.norm()

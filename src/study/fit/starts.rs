@@ -14,8 +14,13 @@ use std::f64::consts::TAU;
 const MOST_STAGES: usize = 24;
 /// Noise of a coordinate while the rod grows, over its length.
 const STAGE_NOISE: f64 = 1e-3;
-/// How far scaled parameters go in a step of growth where the points do not tell them.
-const REACHES: [(f64, bool); 3] = [(6.0, true), (6.0, false), (30.0, true)];
+/// How far scaled parameters go in a step of growth where the points do not tell them, those of rest twist apart: a rod that bends alike
+/// about both axes hardly shows how it is twisted.
+const REACH: f64 = 6.0;
+const TWIST_REACHES: [(f64, bool); 3] = [(0.3, true), (6.0, true), (6.0, false)];
+/// Evaluations of a descent, over the number of parameters and one: from the scene, and from elsewhere.
+pub(super) const PATIENCE: usize = 40;
+pub(super) const LESS_PATIENCE: usize = 15;
 /// Turns of the rods of constant curvature that are tried last.
 const TURNS: [f64; 3] = [1.0, 2.0, 3.0];
 
@@ -31,7 +36,7 @@ pub(super) struct End {
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Start {
     /// Points are taken in from the base to the tip; nodes beyond them follow the last one or stay.
-    Grown { reach: f64, extended: bool },
+    Grown { twist_reach: f64, extended: bool },
     /// The rod is a circle about an axis of its body.
     Circle { turns: f64, axis: Axis },
 }
@@ -39,7 +44,7 @@ pub(super) enum Start {
 impl Start {
     /// What is tried, in this order.
     pub(super) fn all() -> impl Iterator<Item = Start> {
-        let grown = REACHES.into_iter().map(|(reach, extended)| Start::Grown { reach, extended });
+        let grown = TWIST_REACHES.into_iter().map(|(twist_reach, extended)| Start::Grown { twist_reach, extended });
         let signed = TURNS.into_iter().flat_map(|turns| [turns, -turns]);
         let circles = signed.flat_map(|turns| [Axis::X, Axis::Y].map(|axis| Start::Circle { turns, axis }));
         grown.chain(circles)
@@ -48,7 +53,7 @@ impl Start {
     /// Scaled parameters to begin from; `None` where this start changes nothing.
     pub(super) fn place(self, search: Search) -> (Search, Option<DVector<f64>>) {
         match self {
-            Start::Grown { reach, extended } => grow(search, reach, extended),
+            Start::Grown { twist_reach, extended } => grow(search, twist_reach, extended),
             Start::Circle { turns, axis } => {
                 let x = circle(&search, turns, axis);
                 (search, x)
@@ -58,14 +63,18 @@ impl Start {
 }
 
 /// Levenberg and Marquardt's method from scaled parameters to a minimum.
-pub(super) fn descend<'a>(mut search: Search<'a>, from: &DVector<f64>) -> (Search<'a>, Result<End, FitError>) {
+pub(super) fn descend<'a>(
+    mut search: Search<'a>,
+    from: &DVector<f64>,
+    patience: usize,
+) -> (Search<'a>, Result<End, FitError>) {
     search.worst = 0.0;
     search.set_params(from);
     if search.state.is_none() {
         let error = search.failure.take().unwrap_or_else(|| FitError::Failed("no start".into()));
         return (search, Err(error));
     }
-    let method = LevenbergMarquardt::new().with_patience(40).with_ftol(1e-15).with_xtol(1e-14).with_gtol(0.0);
+    let method = LevenbergMarquardt::new().with_patience(patience).with_ftol(1e-15).with_xtol(1e-14).with_gtol(0.0);
     let (mut search, report) = method.minimize(search);
     let x = search.x.clone();
     search.set_params(&x);
@@ -77,7 +86,7 @@ pub(super) fn descend<'a>(mut search: Search<'a>, from: &DVector<f64>) -> (Searc
 }
 
 /// Takes in the points from the base to the tip.
-fn grow(mut search: Search, reach: f64, extended: bool) -> (Search, Option<DVector<f64>>) {
+fn grow(mut search: Search, twist_reach: f64, extended: bool) -> (Search, Option<DVector<f64>>) {
     let places = search.model.places();
     let mut cuts = places.clone();
     cuts.sort_by(f64::total_cmp);
@@ -88,13 +97,19 @@ fn grow(mut search: Search, reach: f64, extended: bool) -> (Search, Option<DVect
     let every = cuts.len().div_ceil(MOST_STAGES);
     let cuts: Vec<f64> = cuts.into_iter().skip(every - 1).step_by(every).collect();
     let sigma = std::mem::replace(&mut search.sigma, STAGE_NOISE * search.model.length);
-    let mut x = DVector::zeros(search.model.names.len());
+    use SegmentParameter::{RestCurvature, RestCurvatureNode};
+    let free = &search.model.problem().free;
+    let reach = DVector::from_fn(free.len(), |k, _| match free[k][..] {
+        [Parameter::Segment(_, RestCurvature(Axis::Z) | RestCurvatureNode(_, Axis::Z))] => twist_reach,
+        _ => REACH,
+    });
+    let mut x = DVector::zeros(free.len());
     for cut in cuts {
         if extended {
             extend(&search, cut, &mut x);
         }
         let kept = places.iter().map(|place| *place <= cut + 1e-9).collect();
-        search.part = Some(Part { kept, anchor: x.clone(), reach });
+        search.part = Some(Part { kept, anchor: x.clone(), reach: reach.clone() });
         search.worst = 0.0;
         search.set_params(&x);
         if search.state.is_none() {

@@ -53,7 +53,8 @@ impl Evidence<'_> {
         let most = shares.reduce(|most, next| if next.1 > most.1 { next } else { most });
         of.jumps = most.map(|(input, share)| {
             format!(
-                "slopes do not see {:.1} % of the variance, where the output jumps in {}: only pick-freeze and values may be trusted",
+                "slopes do not see {:.1} % of the variance, where the output jumps or is steeper in {} than the rows resolve: only \
+                 pick-freeze and values may be trusted",
                 100.0 * share,
                 self.inputs[input].name
             )

@@ -1,6 +1,7 @@
 //! One scene, one call: the equilibrium on the branch from rest, its Jacobian, its shape, its other equilibria.
 
 mod branches;
+mod breaking;
 mod error;
 mod explain;
 mod jacobian;
