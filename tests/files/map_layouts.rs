@@ -118,6 +118,38 @@ fn nodes_without_a_value_close_the_cells_beside_them() {
 }
 
 #[test]
+fn a_bore_keeps_its_field() {
+    // A dipole 90 mm away, on a grid of 5 mm; without values outside of a bore.
+    let moment = [0.0, 0.0, 30.0];
+    let field = |at: [f64; 3]| -> [f64; 3] {
+        let r = [at[0] - 0.09, at[1], at[2] - 0.02];
+        let size = r.iter().map(|r| r * r).sum::<f64>().sqrt();
+        let along: f64 = (0..3).map(|k| r[k] * moment[k]).sum();
+        std::array::from_fn(|k| 1e-7 * (3.0 * r[k] * along / size.powi(5) - moment[k] / size.powi(3)))
+    };
+    let folder = TempDir::new().expect("a folder");
+    let read = |name: &str, radius: f64| {
+        let mut text = String::from("x,y,z,Bx,By,Bz\n");
+        for node in 0..13 * 13 * 19 {
+            let step = |k: i32, from: f64| from + 0.005 * f64::from(k);
+            let at = [step(node % 13, -0.03), step(node / 13 % 13, -0.03), step(node / 169, -0.01)];
+            let [x, y, z] = field(at).map(|b| if at[0].hypot(at[1]) > radius { f64::NAN } else { b });
+            text += &format!("{},{},{},{x},{y},{z}\n", at[0], at[1], at[2]);
+        }
+        std::fs::write(folder.path().join(name), text).expect("a file");
+        read_in(folder.path(), name, "").unwrap_or_else(|error| panic!("{error}"))
+    };
+    let tip = |scene: &Scene| Solve::new(scene.clone()).run().expect("a run").tip_position();
+    let whole = tip(&read("whole.csv", 1.0));
+    // The share of the deflection, which is 7.5 mm.
+    for (radius, share) in [(0.0255, 1e-3), (0.0205, 3e-3)] {
+        let bored = tip(&read("bore.csv", radius));
+        let off = (0..3).map(|k| (bored[k] - whole[k]).abs()).fold(0.0, f64::max);
+        assert!(off < share * 7.5e-3, "{radius}: {off:e}");
+    }
+}
+
+#[test]
 fn what_is_refused_is_named() {
     let refused = |file: &str, more: &str| {
         let folder = root().join("tests/data/reports/field_maps");
@@ -130,7 +162,7 @@ fn what_is_refused_is_named() {
     let other = refused("comsol.txt", "length_unit = \"cm\"");
     assert!(other.contains("Length unit: mm") && other.contains("length_unit = \"cm\""), "{other}");
     let folder = TempDir::new().expect("a folder");
-    let mut wrong = |text: &str| {
+    let wrong = |text: &str| {
         std::fs::write(folder.path().join("a.csv"), text).expect("a file");
         read_in(folder.path(), "a.csv", "").expect_err(text).to_string()
     };

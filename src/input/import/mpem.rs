@@ -149,8 +149,9 @@ fn write(
     writeln!(text, "# Imported from {}: {}.", name_of(file), printable(system))?;
     writeln!(text, "# It holds for x from {x}, y from {y}, z from {z}, in tesla per ampere.")?;
     writeln!(text, "name = \"Rod in calibrated coils\"\n")?;
-    writeln!(text, "[base] # not stated by the file: the bottom of its workspace, rod along world +z")?;
-    writeln!(text, "position = [{:?}, {:?}, {:?}]\n", middle[0], middle[1], workspace[2][0])?;
+    let length = (workspace[2][1] - workspace[2][0]).min(USUAL);
+    writeln!(text, "[base] # not stated by the file: below the middle of its workspace, rod along world +z")?;
+    writeln!(text, "position = [{:?}, {:?}, {:?}]\n", middle[0], middle[1], middle[2] - 0.5 * length)?;
     writeln!(text, "[[coil_array]]\nname = \"coils\"\ncurrent = {:?}", vec![0.0; coils.len()])?;
     writeln!(text, "clearance = 0 # the sources are fictitious")?;
     for (name, sources) in coils {
@@ -161,10 +162,9 @@ fn write(
         }
         writeln!(text, "]")?;
     }
-    let length = workspace[2][1] - workspace[2][0];
     writeln!(text, "\n# Not stated by the file: a rod to begin with. Put yours here.")?;
-    writeln!(text, "[[segment]]\nname = \"wire\"\nkind = \"flexible\"\nlength = {:?}", 0.6 * length)?;
-    writeln!(text, "stiffness = {{ bending = \"2e-8 N·m²\", torsion = \"1.5e-8 N·m²\" }}\n")?;
-    writeln!(text, "[[segment]]\nname = \"tip\"\nkind = \"rigid\"\nlength = {:?}", 0.15 * length)?;
-    writeln!(text, "dipole_per_length = [0, 0, \"0.5 A·m\"]")
+    writeln!(text, "[[segment]]\nname = \"wire\"\nkind = \"flexible\"\nlength = {:?}", 0.8 * length)?;
+    writeln!(text, "stiffness = {{ bending = \"2e-7 N·m²\", torsion = \"1.5e-7 N·m²\" }}\n")?;
+    writeln!(text, "[[segment]]\nname = \"tip\"\nkind = \"rigid\"\nlength = {:?}", 0.2 * length)?;
+    writeln!(text, "diameter = \"1 mm\"\nremanence = \"1.4 T\"")
 }

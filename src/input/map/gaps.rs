@@ -2,14 +2,25 @@
 
 use super::data::Values;
 use super::grid::Lattice;
-use crate::model::MapGrid;
+use crate::model::{MapGrid, Vector};
 
 /// Passes that extrapolate by parabolas, and those that do by lines: farther from the samples noise would grow.
 const CURVED: usize = 2;
 const STRAIGHT: usize = 8;
 
+/// Passes in which the gaps follow the fit, at most, and nodes of all passes together.
+const MOST_PASSES: usize = 30;
+const MOST_FITTED: usize = 3_000_000;
+/// A change of B in the gaps, of the largest, that is none.
+pub(super) const SETTLED: f64 = 1e-6;
+
+/// How many times the gaps of a grid follow the fit.
+pub(super) fn passes(nodes: usize) -> usize {
+    (MOST_FITTED / nodes.max(1)).clamp(2, MOST_PASSES)
+}
+
 /// Gives nodes without a value one that continues the field of their neighbours, layer by layer. No rod sees it: cells
-/// beside such nodes are closed. It keeps the splines of the other cells smooth.
+/// beside such nodes are closed. The splines and the potential of the other cells depend on it.
 pub(super) fn fill(values: &mut Values, gaps: &[bool], counts: [usize; 3]) {
     match values {
         Values::FluxDensity(b) => b.iter_mut().for_each(|values| fill_one(values, gaps, counts)),
@@ -77,13 +88,53 @@ fn estimates(low: &[f64], high: &[f64], order: usize) -> Vec<(usize, f64)> {
     }
 }
 
+/// Place of a node (m)
+fn place_of(node: usize, lattice: &Lattice) -> Vector {
+    let [nx, ny, _] = lattice.counts;
+    let index = [node % nx, node / nx % ny, node / (nx * ny)];
+    std::array::from_fn(|k| lattice.origin[k] + index[k] as f64 * lattice.steps[k])
+}
+
+/// Gives B in the gaps the value of a fit, so that the next is not drawn to what no potential has. Returns the largest
+/// change, over the largest B.
+pub(super) fn follow(b: &mut [Vec<f64>; 3], gaps: &[bool], lattice: &Lattice, grid: &MapGrid) -> f64 {
+    let largest = b.iter().flatten().fold(0.0_f64, |largest, x| largest.max(x.abs()));
+    let mut change = 0.0_f64;
+    for node in (0..gaps.len()).filter(|node| gaps[*node]) {
+        let found = grid.local(place_of(node, lattice)).flux_density;
+        for (values, found) in b.iter_mut().zip(found) {
+            change = change.max((values[node] - found).abs());
+            values[node] = found;
+        }
+    }
+    if largest > 0.0 { change / largest } else { 0.0 }
+}
+
+/// The largest difference of the fit from samples beside cells that are open, over the largest B.
+pub(super) fn misfit(b: &[Vec<f64>; 3], gaps: &[bool], lattice: &Lattice, grid: &MapGrid) -> f64 {
+    let (mut most, mut largest) = (0.0_f64, 0.0_f64);
+    for node in (0..gaps.len()).filter(|node| !gaps[*node]) {
+        let at = place_of(node, lattice);
+        let beside = |corner: usize| -> Vector {
+            let side = |k: usize| if corner >> k & 1 == 0 { -0.5 } else { 0.5 };
+            std::array::from_fn(|k| at[k] + side(k) * lattice.steps[k])
+        };
+        if (0..8).all(|corner| grid.is_gap(beside(corner))) {
+            continue;
+        }
+        let found = grid.local(at).flux_density;
+        for (values, found) in b.iter().zip(found) {
+            most = most.max((values[node] - found).abs());
+            largest = largest.max(values[node].abs());
+        }
+    }
+    if largest > 0.0 { most / largest } else { 0.0 }
+}
+
 /// Moves B from where each sample was taken to its node, along the field of a first fit.
 pub(super) fn onto_nodes(b: &mut [Vec<f64>; 3], strays: &[Vec<f64>; 3], lattice: &Lattice, grid: &MapGrid) {
-    let [nx, ny, _] = lattice.counts;
     for node in 0..b[0].len() {
-        let index = [node % nx, node / nx % ny, node / (nx * ny)];
-        let place = std::array::from_fn(|k| lattice.origin[k] + index[k] as f64 * lattice.steps[k]);
-        let gradient = grid.local(place).gradient;
+        let gradient = grid.local(place_of(node, lattice)).gradient;
         for (row, values) in gradient.iter().zip(b.iter_mut()) {
             values[node] -= (0..3).map(|k| row[k] * strays[k][node]).sum::<f64>();
         }

@@ -22,6 +22,8 @@ use std::sync::Arc;
 use xxhash_rust::xxh3::xxh3_64;
 
 const KEYS: [&str; 7] = ["name", "file", "scale", "position", "length_unit", "field_unit", "digest"];
+/// Nodes that need a value.
+const LEAST_VALUES: usize = LEAST_MAP_NODES.pow(3) / 2;
 /// Nodes of a grid at most: their splines take 32 MB.
 const MOST_NODES: usize = 4_000_000;
 
@@ -81,9 +83,8 @@ fn fitted(path: &Path, samples: Samples) -> Result<(MapGrid, Vec<String>), Input
     let Samples { lattice, mut values, strays, mut notes } = samples;
     let gaps = values.gaps();
     let missing = gaps.iter().filter(|is_gap| **is_gap).count();
-    if gaps.len() - missing < LEAST_MAP_NODES.pow(3) {
-        let words =
-            format!("{missing} of {} nodes have no value: give at least {}", gaps.len(), LEAST_MAP_NODES.pow(3));
+    if gaps.len() - missing < LEAST_VALUES {
+        let words = format!("{missing} of {} nodes have no value: give at least {LEAST_VALUES}", gaps.len());
         return Err(wrong(path, None, "", words));
     }
     let fit = |values: &Values| -> Result<MapGrid, InputError> {
@@ -96,10 +97,20 @@ fn fitted(path: &Path, samples: Samples) -> Result<(MapGrid, Vec<String>), Input
     };
     if missing > 0 {
         gaps::fill(&mut values, &gaps, lattice.counts);
-        let of = gaps.len();
-        notes.push(format!("{missing} of {of} nodes have no value: rods in a cell beside one are `outside-map`"));
     }
     let mut grid = fit(&values)?;
+    if let (true, Values::FluxDensity(b)) = (missing > 0, &mut values) {
+        // What the gaps hold must ask nothing of the potential elsewhere.
+        for _ in 0..gaps::passes(gaps.len()) {
+            let change = gaps::follow(b, &gaps, &lattice, &grid);
+            let [x, y, z] = &*b;
+            let again = MapGrid::from_flux_density(lattice.origin, lattice.steps, lattice.counts, [x, y, z]);
+            grid = again.unwrap_or(grid);
+            if change < gaps::SETTLED {
+                break;
+            }
+        }
+    }
     if let Some(strays) = strays {
         let share = |axis: usize| strays[axis].iter().fold(0.0_f64, |most, x| most.max(x.abs())) / lattice.steps[axis];
         let most = [0, 1, 2].map(share).into_iter().fold(0.0, f64::max);
@@ -113,7 +124,20 @@ fn fitted(path: &Path, samples: Samples) -> Result<(MapGrid, Vec<String>), Input
         };
         notes.push(format!("points miss an even grid by up to {:.2} % of a step; {words}", 100.0 * most));
     }
-    Ok((if missing > 0 { grid.with_gaps(&gaps) } else { grid }, notes))
+    if missing == 0 {
+        return Ok((grid, notes));
+    }
+    let grid = grid.with_gaps(&gaps);
+    let misfit = match &values {
+        Values::FluxDensity(b) => {
+            let share = 100.0 * gaps::misfit(b, &gaps, &lattice, &grid);
+            format!("; beside the open ones B misses its samples by up to {share:.2} % of the largest")
+        }
+        Values::Potential(_) => String::new(),
+    };
+    let of = gaps.len();
+    notes.push(format!("{missing} of {of} nodes have no value: rods in a cell beside one are `outside-map`{misfit}"));
+    Ok((grid, notes))
 }
 
 /// A mistake in the file of samples.
