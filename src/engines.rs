@@ -16,6 +16,9 @@ use crate::reference::Reference;
 /// Of what mixed precision does not pay for.
 const VARYING: &str = "rods in fields that vary";
 
+/// Why a field with nodes without a value is for the reference.
+const GAPS: &str = "the sampled field has nodes without a value, which the reference alone models";
+
 /// The finest tolerance that f32 meets on ordinary rods; finer ones need f64.
 pub const F32_TOLERANCE: f64 = 2e-5;
 
@@ -128,6 +131,9 @@ impl EngineRequest {
     pub fn choose_for(&self, scene: &Scene, tolerance: f64) -> Result<Engine, BackendError> {
         if !scene.sources.varies() {
             return self.choose(tolerance);
+        }
+        if has_gaps(scene) {
+            return Ok(Engine::new(BackendKind::Reference, Precision::F64, GAPS));
         }
         if self.precision == Some(Precision::Mixed) {
             return Ok(self.choose(tolerance)?.unmixed(VARYING));
@@ -275,6 +281,7 @@ impl Engine {
         match self.kind {
             BackendKind::Gpu if searches => self.on_the_cpu().make(plan),
             BackendKind::Reference => Ok(witness(plan)),
+            _ if has_gaps(&plan.scene) => Ok(witness(plan)),
             BackendKind::Cpu => Ok(Box::new(Lanes::new(plan, self.precision)?)),
             #[cfg(feature = "gpu")]
             BackendKind::Gpu => gpu::open(plan, self.precision),
@@ -316,7 +323,7 @@ impl Engine {
     /// As [`Engine::make`].
     pub fn make_for_one(&self, plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
         match self.kind {
-            BackendKind::Cpu => {
+            BackendKind::Cpu if !has_gaps(&plan.scene) => {
                 Ok(Box::new(Lanes::with_instruction_set(plan, self.precision, InstructionSet::for_one())?))
             }
             _ => self.make(plan),
@@ -324,17 +331,25 @@ impl Engine {
     }
 }
 
+/// Whether a sampled field has nodes without a value.
+fn has_gaps(scene: &Scene) -> bool {
+    scene.sources.maps.iter().any(|map| map.grid.has_gaps())
+}
+
 /// What is believed where engines differ: the scalar reference.
 pub fn witness(plan: &Plan) -> Box<dyn Backend> {
     Box::new(Reference::new(plan))
 }
 
-/// The CPU engine in f64.
+/// The CPU engine in f64, or the reference where that alone models the field.
 ///
 /// # Errors
 ///
 /// A plan that the engine does not model.
 pub fn cpu_f64(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
+    if has_gaps(&plan.scene) {
+        return Ok(witness(plan));
+    }
     Ok(Box::new(Lanes::new(plan, Precision::F64)?))
 }
 

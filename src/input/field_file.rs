@@ -148,7 +148,7 @@ fn body(reader: &Reader) -> Result<Option<MagnetBody>, InputError> {
 }
 
 fn coil_array(reader: &Reader) -> Result<CoilArray, InputError> {
-    reader.check_keys(&["name", "current", "coil"])?;
+    reader.check_keys(&["name", "current", "clearance", "coil"])?;
     let name = reader.string("name")?;
     let name =
         name.ok_or_else(|| reader.missing("name", "parameters of an array start with its name, such as \"array\""))?;
@@ -158,7 +158,8 @@ fn coil_array(reader: &Reader) -> Result<CoilArray, InputError> {
         return Err(reader.missing("coil", "add a [[coil_array.coil]] block with its dipoles"));
     }
     let current = reader.quantities("current", "A")?.unwrap_or_else(|| vec![0.0; coils.len()]);
-    Ok(CoilArray { name: name.into(), current, coils })
+    let clearance = reader.quantity("clearance", "m")?.unwrap_or(DEFAULT_CLEARANCE);
+    Ok(CoilArray { name: name.into(), current, coils, clearance })
 }
 
 fn coil(reader: &Reader) -> Result<Vec<UnitDipole>, InputError> {

@@ -1,7 +1,7 @@
 //! Tables of numbers by column: text whose cells or heads may carry units, or Parquet.
 
 use super::error::{InputError, Problem, table_error};
-use super::text_table::{Head, TextTable, read_table_text};
+use super::text_table::{Head, TextTable, is_gap, read_table_text};
 use super::units::{Dimension, LARGEST};
 use crate::table::{self, TableError, Values};
 use std::collections::HashSet;
@@ -10,20 +10,29 @@ use std::path::Path;
 /// Numbers that a Parquet file may give: with the samples made of them they take less than 1 GB.
 const MOST_NUMBERS: u64 = 50_000_000;
 
-/// Columns by name, SI. An empty cell is NaN in the column `optional`, and a mistake elsewhere.
-pub(crate) fn read_number_table(
-    file: &Path,
-    unit: &dyn Fn(&str) -> Dimension,
-    optional: &str,
-) -> Result<Vec<(String, Vec<f64>)>, InputError> {
+/// How a reader takes the columns of a table.
+pub(crate) struct Columns<'a> {
+    /// Dimension of a column's numbers.
+    pub dimension: &'a dyn Fn(&str) -> Dimension,
+    /// Columns whose cells may have no value, which is NaN; elsewhere that is a mistake.
+    pub optional: &'a [&'a str],
+    /// Whether a column is passed over.
+    pub ignored: &'a dyn Fn(&str) -> bool,
+}
+
+/// Columns by name, SI.
+pub(crate) fn read_number_table(file: &Path, habits: &Columns) -> Result<Vec<(String, Vec<f64>)>, InputError> {
     if is_parquet(file) {
-        return read_parquet(file);
+        let columns = read_parquet(file)?;
+        return Ok(columns.into_iter().filter(|(name, _)| !(habits.ignored)(name)).collect());
     }
     let text = read_table_text(file)?;
     let Some(table) = TextTable::new(file, &text, "x")? else { return Ok(Vec::new()) };
+    let is_used: Vec<bool> = table.heads.iter().map(|head| !(habits.ignored)(head.name)).collect();
+    let used = || table.heads.iter().zip(&is_used).filter(|(_, is_used)| **is_used).map(|(head, _)| head);
     let mut columns: Vec<(String, Vec<f64>)> = Vec::new();
     let mut names = HashSet::new();
-    for Head { name, .. } in &table.heads {
+    for Head { name, .. } in used() {
         if !names.insert(*name) {
             let problem = Problem::Conflict { with: (*name).into(), remedy: "drop one of the two columns".into() };
             return Err(table_error(file, Some(table.line), name, problem));
@@ -32,12 +41,13 @@ pub(crate) fn read_number_table(
     }
     for row in table.rows(file) {
         let (line, cells) = row?;
-        for ((cell, head), (name, values)) in cells.into_iter().zip(&table.heads).zip(&mut columns) {
-            if cell.is_empty() && name == optional {
+        let cells = cells.into_iter().zip(&is_used).filter(|(_, is_used)| **is_used).map(|(cell, _)| cell);
+        for ((cell, head), (name, values)) in cells.zip(used()).zip(&mut columns) {
+            if is_gap(cell) && habits.optional.contains(&name.as_str()) {
                 values.push(f64::NAN);
                 continue;
             }
-            let value = table.quantity(head, cell, unit(name));
+            let value = table.quantity(head, cell, (habits.dimension)(name));
             values.push(value.map_err(|problem| table_error(file, Some(line), name, Problem::Quantity(problem)))?);
         }
     }
@@ -71,15 +81,4 @@ pub(crate) fn read_parquet(file: &Path) -> Result<Vec<(String, Vec<f64>)>, Input
         }
     };
     table.columns.into_iter().map(numbers).collect()
-}
-
-/// Lines of a CSV file, neither empty nor comments, with their numbers from 1.
-pub(crate) fn csv_lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
-    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let lines = text.lines().enumerate().map(|(index, line)| (index + 1, line.trim()));
-    lines.filter(|(_, line)| !line.is_empty() && !line.starts_with('#'))
-}
-
-pub(crate) fn cells(line: &str) -> impl Iterator<Item = &str> {
-    line.split(',').map(|cell| cell.trim().trim_matches('"'))
 }

@@ -74,6 +74,13 @@ pub fn read_text(file: &Path) -> Result<String, InputError> {
 
 /// Reads a scene from a table: a whole file, or `[scene]` of a sweep.
 pub(crate) fn scene(reader: &Reader) -> Result<Scene, InputError> {
+    let scene = unjudged_scene(reader)?;
+    scene.validate().map_err(|error| located(reader, &scene, error))?;
+    Ok(scene)
+}
+
+/// The scene of a table, whose numbers may describe no rod.
+pub(super) fn unjudged_scene(reader: &Reader) -> Result<Scene, InputError> {
     reader.check_keys(&SCENE_KEYS)?;
     let mut segments = Vec::new();
     let mut names = HashSet::new();
@@ -101,7 +108,6 @@ pub(crate) fn scene(reader: &Reader) -> Result<Scene, InputError> {
     if let Some(insertion) = reader.quantity("insertion", "m")? {
         insert(reader, &mut scene, insertion)?;
     }
-    scene.validate().map_err(|error| located(reader, &scene, error))?;
     Ok(scene)
 }
 
@@ -161,14 +167,18 @@ fn insert(reader: &Reader, scene: &mut Scene, insertion: f64) -> Result<(), Inpu
 }
 
 /// Finds the key of the file that a model error is about.
-fn located(reader: &Reader, scene: &Scene, error: SceneError) -> InputError {
+pub(super) fn located(reader: &Reader, scene: &Scene, error: SceneError) -> InputError {
     let key = match &error {
         SceneError::OutOfRange { name, .. } => file_key(reader, scene, name),
         SceneError::DensityWithoutTube { segment } => file_key(reader, scene, &format!("{segment}.density")),
         SceneError::DuplicateName(name) => file_key(reader, scene, &format!("{name}.name")),
         SceneError::GravityWithoutMass => "loads.gravity".into(),
         SceneError::NoSegment | SceneError::NoFlexible => "segment".into(),
-        SceneError::MagnetisedInMap { segment } => file_key(reader, scene, &format!("{segment}.dipole_per_length")),
+        SceneError::MagnetisedInMap { segment } => {
+            let keys = ["dipole_per_length", "remanence", "magnetization"];
+            let of = |key: &&str| file_key(reader, scene, &format!("{segment}.{key}"));
+            keys.iter().map(of).find(|key| keys.iter().any(|end| key.ends_with(end))).unwrap_or("segment".into())
+        }
         SceneError::DuplicateSource(name) => source_key(scene, name, "name"),
         SceneError::CurrentsOfCoils { name, .. } => source_key(scene, name, "current"),
     };

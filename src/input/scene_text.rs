@@ -3,8 +3,8 @@
 use super::map::write_map;
 use super::toml::quoted;
 use crate::model::{
-    CoilWinding, Density, FieldSources, Flexible, MagnetBody, Profile, Rigid, Scene, Segment, SegmentKind,
-    ShearElasticity, Stiffness, UnitDipole, Vector,
+    Body, CoilWinding, Density, FieldSources, Flexible, MagnetBody, MagnetMaterial, Profile, Rigid, Scene, Segment,
+    SegmentKind, ShearElasticity, Stiffness, UnitDipole, Vector,
 };
 use std::fmt::Write;
 
@@ -77,6 +77,7 @@ fn write_sources(text: &mut String, sources: &FieldSources, prefix: &str) -> std
     }
     for array in &sources.arrays {
         writeln!(text, "\n[[{prefix}coil_array]]\nname = {}\ncurrent = {:?}", quoted(&array.name), array.current)?;
+        writeln!(text, "clearance = {:?}", array.clearance)?;
         for coil in &array.coils {
             writeln!(text, "[[{prefix}coil_array.coil]]\ndipoles = [")?;
             for UnitDipole { position, moment_per_ampere } in coil {
@@ -132,7 +133,7 @@ fn write_flexible(text: &mut String, flexible: &Flexible) -> std::fmt::Result {
         Some(Density::Volume(density)) => writeln!(text, "density = {density:?}")?,
         Some(Density::Linear(density)) => writeln!(text, "linear_density = {density:?}")?,
     }
-    write_magnet(text, flexible.dipole_per_length)?;
+    write_magnet(text, flexible.dipole_per_length, &flexible.magnet)?;
     match &flexible.rest_curvature {
         Profile::Constant(value) => writeln!(text, "rest_curvature = {value:?}"),
         Profile::Nodes(nodes) => {
@@ -149,7 +150,18 @@ fn principal([x, y, z]: &Vector, before: &str) -> String {
     format!("{{ {before}bending_x = {x:?}, bending_y = {y:?}, torsion = {z:?} }}")
 }
 
-fn write_magnet(text: &mut String, dipole_per_length: Option<Vector>) -> std::fmt::Result {
+fn write_magnet(
+    text: &mut String,
+    dipole_per_length: Option<Vector>,
+    magnet: &Option<MagnetMaterial>,
+) -> std::fmt::Result {
+    if let Some(MagnetMaterial { quantity, value, is_along, volume_fraction }) = magnet {
+        match is_along {
+            true => writeln!(text, "{} = {:?}", quantity.name(), value[2])?,
+            false => writeln!(text, "{} = {value:?}", quantity.name())?,
+        }
+        volume_fraction.iter().try_for_each(|share| writeln!(text, "volume_fraction = {share:?}"))?;
+    }
     match dipole_per_length {
         Some(dipole) => writeln!(text, "dipole_per_length = {dipole:?}"),
         None => Ok(()),
@@ -160,7 +172,11 @@ fn write_rigid(text: &mut String, rigid: &Rigid) -> std::fmt::Result {
     if let Some(mass) = rigid.mass {
         writeln!(text, "mass = {mass:?}")?;
     }
-    write_magnet(text, rigid.dipole_per_length)?;
+    if let Some(Body { inner_radius, outer_radius, density }) = &rigid.body {
+        writeln!(text, "tube = {{ inner_radius = {inner_radius:?}, outer_radius = {outer_radius:?} }}")?;
+        density.iter().try_for_each(|density| writeln!(text, "density = {density:?}"))?;
+    }
+    write_magnet(text, rigid.dipole_per_length, &rigid.magnet)?;
     let Some(coil) = rigid.coil else { return Ok(()) };
     let winding = match coil.winding {
         CoilWinding::Axes { turns, area } => format!("turns = {turns:?}, area = {area:?}"),

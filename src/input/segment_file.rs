@@ -3,15 +3,16 @@
 use super::error::{InputError, Problem};
 use super::toml::Reader;
 use crate::model::{
-    Coil, CoilWinding, Density, Flexible, Node, Profile, Rigid, Segment, SegmentKind, ShearElasticity, Stiffness,
-    Vector, closest,
+    Body, Coil, CoilWinding, Density, Flexible, MagnetMaterial, MagnetQuantity, Node, Profile, Rigid, Segment,
+    SegmentKind, ShearElasticity, Stiffness, Vector, closest,
 };
 
-const FLEXIBLE_KEYS: [&str; 14] = [
+const FLEXIBLE_KEYS: [&str; 18] = [
     "name",
     "kind",
     "length",
     "tube",
+    "diameter",
     "youngs_modulus",
     "shear_modulus",
     "poisson_ratio",
@@ -22,8 +23,24 @@ const FLEXIBLE_KEYS: [&str; 14] = [
     "linear_density",
     "rest_curvature",
     "dipole_per_length",
+    "remanence",
+    "magnetization",
+    "volume_fraction",
 ];
-const RIGID_KEYS: [&str; 6] = ["name", "kind", "length", "mass", "coil", "dipole_per_length"];
+const RIGID_KEYS: [&str; 12] = [
+    "name",
+    "kind",
+    "length",
+    "mass",
+    "coil",
+    "dipole_per_length",
+    "tube",
+    "diameter",
+    "density",
+    "remanence",
+    "magnetization",
+    "volume_fraction",
+];
 const COIL_KEYS: [&str; 5] = ["turns", "area", "turns_area", "current", "alignment"];
 /// First words of parameter names that are not segments.
 const RESERVED: [&str; 8] = ["base", "field", "loads", "insertion", "model", "scene", "magnets", "maps"];
@@ -96,7 +113,7 @@ pub(super) fn exclusive(reader: &Reader, one: &str, other: &str) -> Result<(), I
 }
 
 fn flexible(reader: &Reader) -> Result<Flexible, InputError> {
-    for modulus in ["tube", "youngs_modulus", "shear_modulus", "poisson_ratio"] {
+    for modulus in ["tube", "diameter", "youngs_modulus", "shear_modulus", "poisson_ratio"] {
         exclusive(reader, "stiffness", modulus)?;
     }
     exclusive(reader, "shear_modulus", "poisson_ratio")?;
@@ -105,6 +122,7 @@ fn flexible(reader: &Reader) -> Result<Flexible, InputError> {
         (Some(density), _) => Some(Density::Volume(density)),
         (None, density) => density.map(Density::Linear),
     };
+    let magnet = magnet(reader, !reader.has("stiffness"))?;
     Ok(Flexible {
         stiffness: stiffness(reader)?,
         rest_curvature: rest_curvature(reader)?,
@@ -112,7 +130,49 @@ fn flexible(reader: &Reader) -> Result<Flexible, InputError> {
         stiffness_axial: reader.quantity("stiffness_axial", "N")?,
         density,
         dipole_per_length: reader.vector("dipole_per_length", "A·m")?,
+        magnet,
     })
+}
+
+/// The magnetic material of a data sheet; `has_volume`: whether a cross-section is given.
+fn magnet(reader: &Reader, has_volume: bool) -> Result<Option<MagnetMaterial>, InputError> {
+    exclusive(reader, "remanence", "magnetization")?;
+    let quantities = [MagnetQuantity::Remanence, MagnetQuantity::Magnetization];
+    let Some(quantity) = quantities.into_iter().find(|quantity| reader.has(quantity.name())) else {
+        if reader.has("volume_fraction") {
+            return Err(reader.missing("remanence", "`volume_fraction` is its share: give remanence or magnetization"));
+        }
+        return Ok(None);
+    };
+    let name = quantity.name();
+    if reader.has("dipole_per_length") {
+        let remedy = format!("keep one of the two: `{name}` times the cross-section is the dipole per length");
+        return Err(reader.error(name, Problem::Conflict { with: "dipole_per_length".into(), remedy }));
+    }
+    if !has_volume {
+        let remedy = format!("`{name}` times a volume is the dipole: give tube, or diameter of a solid cylinder");
+        return Err(reader.missing("tube", remedy));
+    }
+    let is_along = !reader.is_list(name);
+    let value = match is_along {
+        true => [0.0, 0.0, reader.quantity(name, quantity.unit())?.unwrap_or_default()],
+        false => reader.vector(name, quantity.unit())?.unwrap_or_default(),
+    };
+    Ok(Some(MagnetMaterial { quantity, value, is_along, volume_fraction: reader.quantity("volume_fraction", "")? }))
+}
+
+/// Inner and outer radius of a tube, or of a solid cylinder by its diameter (m)
+fn radii(reader: &Reader) -> Result<Option<[f64; 2]>, InputError> {
+    exclusive(reader, "diameter", "tube")?;
+    if let Some(diameter) = reader.quantity("diameter", "m")? {
+        return Ok(Some([0.0, 0.5 * diameter]));
+    }
+    let Some(tube) = reader.table("tube")? else { return Ok(None) };
+    tube.check_keys(&["inner_radius", "outer_radius"])?;
+    let radius = |name: &str| -> Result<f64, InputError> {
+        tube.quantity(name, "m")?.ok_or_else(|| tube.missing(name, "give a radius such as \"1.3 mm\""))
+    };
+    Ok(Some([radius("inner_radius")?, radius("outer_radius")?]))
 }
 
 fn rest_curvature(reader: &Reader) -> Result<Profile, InputError> {
@@ -170,17 +230,12 @@ fn stiffness(reader: &Reader) -> Result<Stiffness, InputError> {
         let [bending_x, bending_y, torsion] = principal(&stiffness)?;
         return Ok(Stiffness::Direct { bending_x, bending_y, torsion });
     }
-    let Some(tube) = reader.table("tube")? else {
+    let Some([inner_radius, outer_radius]) = radii(reader)? else {
         return Err(reader.missing(
             "tube",
             "give tube = { inner_radius, outer_radius } with moduli, or stiffness = { bending_x, bending_y, torsion }",
         ));
     };
-    tube.check_keys(&["inner_radius", "outer_radius"])?;
-    let radius = |name: &str| -> Result<f64, InputError> {
-        tube.quantity(name, "m")?.ok_or_else(|| tube.missing(name, "give a radius such as \"1.3 mm\""))
-    };
-    let (inner_radius, outer_radius) = (radius("inner_radius")?, radius("outer_radius")?);
     let youngs_modulus = reader.quantity("youngs_modulus", "Pa")?;
     let youngs_modulus =
         youngs_modulus.ok_or_else(|| reader.missing("youngs_modulus", "give a modulus such as \"31.03 MPa\""))?;
@@ -195,7 +250,21 @@ fn stiffness(reader: &Reader) -> Result<Stiffness, InputError> {
 fn rigid(reader: &Reader) -> Result<Rigid, InputError> {
     let mass = reader.quantity("mass", "kg")?;
     let dipole_per_length = reader.vector("dipole_per_length", "A·m")?;
-    let Some(coil) = reader.table("coil")? else { return Ok(Rigid { mass, coil: None, dipole_per_length }) };
+    if reader.has("mass") && reader.has("density") {
+        let remedy = "keep one of the two: `density` times the volume is the mass".into();
+        return Err(reader.error("density", Problem::Conflict { with: "mass".into(), remedy }));
+    }
+    let radii = radii(reader)?;
+    let magnet = magnet(reader, radii.is_some())?;
+    let density = reader.quantity("density", "kg/m³")?;
+    if density.is_some() && radii.is_none() {
+        return Err(
+            reader.missing("tube", "`density` times a volume is the mass: give tube, or diameter of a solid cylinder")
+        );
+    }
+    let body = radii.map(|[inner_radius, outer_radius]| Body { inner_radius, outer_radius, density });
+    let rigid = Rigid { mass, coil: None, dipole_per_length, body, magnet };
+    let Some(coil) = reader.table("coil")? else { return Ok(rigid) };
     coil.check_keys(&COIL_KEYS)?;
     exclusive(&coil, "turns_area", "turns")?;
     exclusive(&coil, "turns_area", "area")?;
@@ -211,5 +280,5 @@ fn rigid(reader: &Reader) -> Result<Rigid, InputError> {
     };
     let current = coil.vector("current", "A")?.unwrap_or_default();
     let alignment = coil.vector("alignment", "rad")?.unwrap_or_default();
-    Ok(Rigid { mass, coil: Some(Coil { winding, current, alignment }), dipole_per_length })
+    Ok(Rigid { coil: Some(Coil { winding, current, alignment }), ..rigid })
 }

@@ -2,7 +2,7 @@
 
 use super::error::{InputError, Problem, table_error};
 use super::number_table::{is_parquet, read_parquet};
-use super::text_table::{Head, TextTable, read_table_text};
+use super::text_table::{Head, TextTable, is_gap, read_table_text};
 use super::units::Dimension;
 use crate::model::{Parameter, Scene};
 use crate::spec::{InputTable, grouped};
@@ -176,9 +176,4 @@ impl Reading<'_> {
         }
         table
     }
-}
-
-/// Whether a cell says that there is no value: it is empty, or a word such as `nan`.
-fn is_gap(cell: &str) -> bool {
-    cell.is_empty() || ["nan", "na", "n/a", "null"].iter().any(|word| cell.eq_ignore_ascii_case(word))
 }

@@ -38,7 +38,8 @@ pub(crate) fn read_table_text(file: &Path) -> Result<String, InputError> {
     decode(bytes).map_err(|reason| unreadable(reason.into()))
 }
 
-fn decode(bytes: Vec<u8>) -> Result<String, &'static str> {
+/// Text of bytes: UTF-8, or UTF-16 with a byte order mark.
+pub(crate) fn decode(bytes: Vec<u8>) -> Result<String, &'static str> {
     let wide = |of: fn([u8; 2]) -> u16| {
         let (pairs, rest) = bytes[2..].as_chunks::<2>();
         let units: Vec<u16> = pairs.iter().map(|pair| of(*pair)).collect();
@@ -60,11 +61,11 @@ impl<'a> TextTable<'a> {
     ///
     /// No line names the columns.
     pub fn new(file: &Path, text: &'a str, example: &str) -> Result<Option<TextTable<'a>>, InputError> {
-        let mut comment = None;
+        let mut comments = Vec::new();
         let mut first = None;
         for (line, content) in lines(text) {
             match comment_text(content) {
-                Some(words) => comment = Some((line, words)),
+                Some(words) => comments.push((line, words)),
                 None => {
                     first = Some((line, content));
                     break;
@@ -77,16 +78,18 @@ impl<'a> TextTable<'a> {
         let separator = Separator::of(content);
         let cells = separator.cells(content);
         if !has_number(&cells) {
-            return Ok(Some(TextTable::below(text, line, cells, separator)));
+            return Ok(Some(TextTable::below(text, line, cells, separator, separator)));
         }
         let width = cells.len();
-        let names = comment.and_then(|(line, words)| {
-            let ways = [separator, Separator::of(words)].map(|by| by.cells(words));
-            let names = ways.into_iter().find(|names| names.len() == width && !has_number(names));
-            names.map(|names| (line, names))
+        let names = comments.into_iter().rev().find_map(|(line, words)| {
+            let ways = [separator, Separator::of(words)].map(|by| (by.cells(words), by));
+            let fits = |(names, by): &(Vec<&str>, Separator)| {
+                (names.len() == width || heads_of(names, *by).len() == width) && !has_number(names)
+            };
+            ways.into_iter().find(fits).map(|(names, by)| (line, names, by))
         });
         match names {
-            Some((line, names)) => Ok(Some(TextTable::below(text, line, names, separator))),
+            Some((line, names, by)) => Ok(Some(TextTable::below(text, line, names, by, separator))),
             None => {
                 let remedy = format!("no line names the columns: write their names above, such as {example}");
                 Err(table_error(file, Some(line), "", Problem::Missing { remedy }))
@@ -94,22 +97,28 @@ impl<'a> TextTable<'a> {
         }
     }
 
+    /// The table in a text whose columns have no names but these; `None` where its first line is no row of so many numbers.
+    pub fn unnamed(text: &'a str, names: &[&'static str]) -> Option<TextTable<'a>> {
+        let (line, content) = lines(text).find(|(_, content)| comment_text(content).is_none())?;
+        let separator = Separator::of(content);
+        let cells = separator.cells(content);
+        let is_row = cells.len() == names.len() && cells.iter().all(|cell| is_number(cell) || is_gap(cell));
+        is_row.then(|| TextTable::below(text, line - 1, names.to_vec(), Separator::Character(','), separator))
+    }
+
     /// Rows below the line whose cells name the columns.
-    fn below(text: &'a str, line: usize, mut cells: Vec<&'a str>, separator: Separator) -> TextTable<'a> {
+    fn below(
+        text: &'a str,
+        line: usize,
+        mut cells: Vec<&'a str>,
+        by: Separator,
+        separator: Separator,
+    ) -> TextTable<'a> {
         let is_trailing = cells.len() > 1 && cells.last().is_some_and(|last| last.is_empty());
         if is_trailing {
             cells.pop();
         }
-        let mut heads: Vec<Head> = Vec::new();
-        for cell in cells {
-            match heads.last_mut() {
-                // Between blanks the unit is a cell of its own.
-                Some(head) if separator == Separator::Blanks && head.unit.is_none() && unit_alone(cell).is_some() => {
-                    head.unit = unit_alone(cell);
-                }
-                _ => heads.push(Head::new(cell)),
-            }
-        }
+        let heads = heads_of(&cells, by);
         // One column has no separator: a blank stands before a unit.
         let separator = if heads.len() == 1 { Separator::Character(',') } else { separator };
         let rows = lines(text).filter(|(at, _)| *at > line).map(|(_, content)| content);
@@ -144,6 +153,11 @@ impl<'a> TextTable<'a> {
             Some(unit) if is_number(&cell) => parse_quantity(&format!("{cell} {unit}"), dimension),
             _ => parse_quantity(&cell, dimension),
         }
+    }
+
+    /// A cell that is a number without a unit.
+    pub fn number(&self, cell: &str) -> Option<f64> {
+        cell.parse().ok().or_else(|| self.plain(cell).parse().ok())
     }
 
     /// A cell with a decimal point, and an exponent after `e`.
@@ -205,6 +219,21 @@ impl Separator {
     }
 }
 
+/// Names of columns with their units.
+fn heads_of<'a>(cells: &[&'a str], by: Separator) -> Vec<Head<'a>> {
+    let mut heads: Vec<Head> = Vec::new();
+    for cell in cells {
+        match heads.last_mut() {
+            // Between blanks the unit is a cell of its own.
+            Some(head) if by == Separator::Blanks && head.unit.is_none() && unit_alone(cell).is_some() => {
+                head.unit = unit_alone(cell);
+            }
+            _ => heads.push(Head::new(cell)),
+        }
+    }
+    heads
+}
+
 fn bare(cell: &str) -> &str {
     cell.trim().trim_matches('"')
 }
@@ -214,6 +243,17 @@ fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let lines = text.lines().enumerate().map(|(index, line)| (index + 1, line.trim()));
     lines.filter(|(_, line)| !line.is_empty())
+}
+
+/// The words of the comment lines with their numbers from 1.
+pub(crate) fn comments(text: &str) -> impl Iterator<Item = (usize, &str)> {
+    lines(text).filter_map(|(line, content)| Some((line, comment_text(content)?)))
+}
+
+/// Whether a cell says that there is no value: it is empty, or a word such as `nan`.
+pub(crate) fn is_gap(cell: &str) -> bool {
+    cell.is_empty()
+        || ["nan", "na", "n/a", "null", "-nan", "-nan(ind)"].iter().any(|word| cell.eq_ignore_ascii_case(word))
 }
 
 /// The words of a comment line; `None` where the line is no comment.

@@ -1,7 +1,7 @@
 //! Observed tips: a table with columns x, y, z, perhaps `point`, the row of the commands that each belongs to.
 
 use super::error::{InputError, Problem, table_error};
-use super::number_table::read_number_table;
+use super::number_table::{Columns, read_number_table};
 use super::units::Dimension;
 use crate::model::closest;
 use crate::spec::ObservedTip;
@@ -16,7 +16,7 @@ const COLUMNS: [&str; 4] = ["point", "x", "y", "z"];
 /// A file that cannot be read, or a mistake in it.
 pub fn read_observed_tips(file: &Path, command_count: usize) -> Result<Vec<ObservedTip>, InputError> {
     let dimension = |name: &str| if name == "point" { Dimension::NUMBER } else { Dimension::of("m") };
-    let columns = read_number_table(file, &dimension, "")?;
+    let columns = read_number_table(file, &Columns { dimension: &dimension, optional: &[], ignored: &|_| false })?;
     if let Some((name, _)) = columns.iter().find(|(name, _)| !COLUMNS.contains(&name.as_str())) {
         let suggestion = closest(name, COLUMNS.into_iter());
         let problem = Problem::Choice { found: name.clone(), suggestion, allowed: COLUMNS.join(", ") };

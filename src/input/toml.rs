@@ -14,7 +14,7 @@ const OF_SCENES: [&str; 10] =
 /// A parsed file and the line of each of its keys.
 pub struct Source {
     pub(super) file: PathBuf,
-    document: Document<String>,
+    pub(super) document: Document<String>,
     lines: BTreeMap<String, usize>,
 }
 

@@ -2,7 +2,7 @@
 
 use super::error::{InputError, Problem, table_error};
 use super::limits::{LimitsError, check_limits};
-use super::number_table::read_number_table;
+use super::number_table::{Columns, read_number_table};
 use super::scene_file::read_text;
 use super::toml::{Reader, Source};
 use super::units::Dimension;
@@ -267,7 +267,7 @@ fn on_curve(shape: &str, share: f64, aspect: f64) -> [f64; 2] {
 /// Targets of a table, and which coordinates it has.
 fn read_targets(file: &Path) -> Result<(Vec<Target>, [bool; 3]), InputError> {
     let dimension = |name: &str| Dimension::of(if matches!(name, "x" | "y" | "z") { "m" } else { "" });
-    let columns = read_number_table(file, &dimension, "")?;
+    let columns = read_number_table(file, &Columns { dimension: &dimension, optional: &[], ignored: &|_| false })?;
     for (name, _) in columns.iter().filter(|(name, _)| name != "point" && name != "sample") {
         if !COLUMNS.contains(&name.as_str()) {
             let suggestion = closest(name, COLUMNS.into_iter());

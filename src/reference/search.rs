@@ -73,12 +73,13 @@ pub fn equilibrium_near(rod: &Rod, m0: Vector, slots: &[Slot]) -> Option<Reached
     let share = if is_neutral { NEUTRAL_PIVOT } else { 0.0 };
     let nodes = vec![Node::base(&chain, m0_body)];
     let index = stability::index_beyond(&chain, &nodes, &mut integrator, share)?;
+    let is_unstable = stability::is_unstable(&chain, passage.matrix().determinant(), index);
     let (derivatives, error_estimate, margin) = match is_neutral {
         true => (Vec::new(), by_base::error_across(&passage, pseudo_inverse(&passage.matrix())?), 0.0),
         false => (
             by_base::differentiate(&chain, &units, m0_body, slots, &mut integrator)?,
             by_base::error_estimate(&passage),
-            stability::margin(passage.matrix().try_inverse(), index),
+            stability::margin(passage.matrix().try_inverse(), is_unstable),
         ),
     };
     let equilibrium = Equilibrium {
@@ -92,7 +93,7 @@ pub fn equilibrium_near(rod: &Rod, m0: Vector, slots: &[Slot]) -> Option<Reached
         error_estimate,
         index,
         margin,
-        status: if index == 0 { Status::Ok } else { Status::Unstable },
+        status: if is_unstable { Status::Unstable } else { Status::Ok },
         load_fraction: 1.0,
         iterations: on_the_way + passes,
         derivatives,

@@ -38,7 +38,7 @@ impl StretchKind {
     pub fn of(segment: &Segment) -> StretchKind {
         match &segment.kind {
             SegmentKind::Flexible(_) => StretchKind::Flexible,
-            SegmentKind::Rigid(rigid) if rigid.coil.is_some() || rigid.dipole_per_length.is_some() => StretchKind::Coil,
+            SegmentKind::Rigid(rigid) if rigid.coil.is_some() || rigid.is_magnet() => StretchKind::Coil,
             SegmentKind::Rigid(_) => StretchKind::Rigid,
         }
     }

@@ -20,6 +20,22 @@ pub struct NumberArray {
     pub values: Vec<f64>,
 }
 
+/// Names of the arrays of a file, in its order.
+///
+/// # Errors
+///
+/// A file that cannot be read.
+pub fn array_names(path: &Path) -> Result<Vec<String>, TableError> {
+    let file = BufReader::new(crate::files::open(path)?);
+    let archive = ZipArchive::new(file).map_err(|error| damaged(FORMAT, error))?;
+    let mut names = Vec::new();
+    for name in archive.file_names() {
+        let name = name.map_err(|error| damaged(FORMAT, error))?;
+        names.extend(name.strip_suffix(".npy").map(String::from));
+    }
+    Ok(names)
+}
+
 /// The arrays of these names that the file has.
 ///
 /// # Errors

@@ -102,6 +102,7 @@ fn sources(field: &Value) -> FieldSources {
         name: "array".into(),
         current: coils.iter().map(|coil| number(&coil["current"])).collect(),
         coils: coils.iter().map(coil).collect(),
+        clearance: rodsweep::model::DEFAULT_CLEARANCE,
     };
     FieldSources {
         gradient: (!field["gradient"].is_null()).then(|| GradientEntry::ALL.map(entry)),

@@ -46,6 +46,7 @@ pub fn flexible(stiffness: Stiffness, rest_curvature: Vector) -> Flexible {
         stiffness_axial: None,
         density: None,
         dipole_per_length: None,
+        magnet: None,
     }
 }
 

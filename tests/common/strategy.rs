@@ -102,6 +102,7 @@ fn bending(length: impl Strategy<Value = f64>) -> impl Strategy<Value = Segment>
             stiffness_axial,
             density,
             dipole_per_length: magnet,
+            magnet: None,
         };
         Segment { name: String::new(), length, kind: SegmentKind::Flexible(flexible) }
     })
@@ -157,7 +158,7 @@ fn rigid(length: impl Strategy<Value = f64>) -> impl Strategy<Value = Segment> {
     });
     (length, weighted(0.6, 0.0..5e-4), weighted(0.6, coil), weighted(0.3, vector(5e-3))).prop_map(
         |(length, mass, coil, dipole_per_length)| {
-            let kind = SegmentKind::Rigid(Rigid { mass, coil, dipole_per_length });
+            let kind = SegmentKind::Rigid(Rigid { mass, coil, dipole_per_length, ..Rigid::default() });
             Segment { name: String::new(), length, kind }
         },
     )

@@ -24,6 +24,7 @@ fn scene(loads: Loads, flexible: impl Fn(&mut Flexible)) -> Scene {
         stiffness_axial: None,
         density: None,
         dipole_per_length: None,
+        magnet: None,
     };
     flexible(&mut tube);
     let winding = CoilWinding::Axes { turns: [100.0; 3], area: [1e-5; 3] };

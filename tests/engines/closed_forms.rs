@@ -295,6 +295,7 @@ fn with_nodes() -> Scene {
         stiffness_axial: Some(1.0),
         density: Some(Density::Linear(2e-4)),
         dipole_per_length: Some([1e-3, 0.0, 2e-3]),
+        magnet: None,
     };
     let plain = Stiffness::Direct { bending_x: EI, bending_y: EI, torsion: GJ };
     let loads = Loads { tip_force: Some([1e-3, 5e-4, -1e-3]), gravity: Some([0.0, 0.0, -9.81]), ..Loads::default() };

@@ -59,6 +59,7 @@ fn map_of(grid: MapGrid) -> FieldMap {
         position: [0.0; 3],
         units: [None, None],
         grid: Arc::new(grid),
+        remarks: Vec::new(),
     }
 }
 

@@ -20,6 +20,7 @@ fn rod(loads: Loads) -> Scene {
         stiffness_axial: None,
         density: None,
         dipole_per_length: None,
+        magnet: None,
     };
     Scene {
         name: "Rod".into(),

@@ -24,7 +24,7 @@ fn scene(excess: f64) -> Scene {
     let pull = (TAUTNESS / LENGTH).powi(2) * BENDING;
     let held = TAUTNESS / TAUTNESS.tanh() * BENDING / LENGTH + pull * COIL;
     let dipole = (held - excess * BENDING / LENGTH) / FIELD;
-    let magnet = Rigid { mass: None, coil: None, dipole_per_length: Some([0.0, 0.0, -dipole / COIL]) };
+    let magnet = Rigid { dipole_per_length: Some([0.0, 0.0, -dipole / COIL]), ..Rigid::default() };
     let magnet = Segment { name: "magnet".into(), length: COIL, kind: SegmentKind::Rigid(magnet) };
     Scene {
         name: "a magnet against the field".into(),

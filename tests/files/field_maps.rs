@@ -177,7 +177,7 @@ fn mistakes_in_maps_are_named() {
         (good.replace(&last, ""), "", "119 points do not fill its 5 x 4 x 6 nodes"),
         (good.replace(&last, good.lines().nth(2).expect("a line")), "", "is given twice"),
         (good.replacen(",0.002", ",2 mT", 1), "", "write the unit once"),
-        (good.replace(&last, &format!("{},nan", last.rsplit_once(',').expect("cells").0)), "", "is not finite"),
+        (good.replace(&last, &format!("{},inf", last.rsplit_once(',').expect("cells").0)), "", "is not finite"),
         (good.lines().take(2 + 40).collect::<Vec<_>>().join("\n"), "z", "2 places along z: give at least 4"),
         (String::new(), "", "must name x, y, z"),
     ];

@@ -184,6 +184,7 @@ fn random_scene(kind: Kind, random: &mut Random) -> Scene {
                     stiffness_axial: Some(random.within(0.1, 1.0)),
                     density: None,
                     dipole_per_length: Some(random.vector(4e-4)),
+                    magnet: None,
                 };
                 (random.within(0.02, 0.05), SegmentKind::Flexible(varying))
             }

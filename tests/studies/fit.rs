@@ -3,7 +3,7 @@
 use crate::common::root;
 use rayon::prelude::*;
 use rodsweep::backend::{Backend, BackendError, BackendInfo, Precision};
-use rodsweep::input::{read_scene, read_shapes, read_shapes_with_notes};
+use rodsweep::input::{read_scene, read_shapes, read_shapes_with};
 use rodsweep::lanes::Lanes;
 use rodsweep::model::{Batch, Node, Parameter, Plan, Profile, Quantity, Scene, SegmentKind, Solutions};
 use rodsweep::reference::{shape, solve_rod};
@@ -274,7 +274,8 @@ fn a_coiled_rest_shape_comes_back() {
     let names: Vec<&str> = NODES.split(',').collect();
     let start = read_scene(&coiled().join("curved.toml")).expect("the scene");
     for (file, notes, within) in [("centreline.csv", 0, 1e-3), ("centreline_no_s.csv", 1, 0.02)] {
-        let (observed, told) = read_shapes_with_notes(&coiled().join(file), &start).expect("points");
+        let mut told = Vec::new();
+        let observed = read_shapes_with(&coiled().join(file), &start, &mut told).expect("points");
         assert_eq!(told.len(), notes, "{told:?}");
         let fit = solve(&FitJob::new(start.clone(), observed).free(&names).expect("parameters"));
         assert_eq!((fit.mark(), &fit.misfit), (None, &None), "{file}");

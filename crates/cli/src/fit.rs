@@ -2,7 +2,7 @@
 
 use super::args::{FitArguments, positive_length};
 use super::{CommandError, Exit, flags, print, say, say_notes, verdict};
-use rodsweep::input::{read_scene, read_shapes_with_notes, write_scene};
+use rodsweep::input::{read_scene, read_shapes_with, write_scene};
 use rodsweep::report::{self, ImageFormat};
 use rodsweep::results::ResultsError;
 use rodsweep::study::FitJob;
@@ -18,7 +18,8 @@ pub fn fit(arguments: &FitArguments) -> Result<Exit, CommandError> {
         }
     }
     let scene = read_scene(&arguments.scene)?;
-    let (observed, notes) = read_shapes_with_notes(&arguments.shapes, &scene)?;
+    let mut notes = Vec::new();
+    let observed = read_shapes_with(&arguments.shapes, &scene, &mut notes)?;
     let mut job = FitJob::new(scene, observed);
     if let Some(names) = &arguments.free {
         job = job.free(names)?;

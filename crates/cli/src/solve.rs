@@ -2,7 +2,7 @@
 
 use super::args::SolveArguments;
 use super::{CommandError, Exit, flags, print, say, say_notes};
-use rodsweep::input::{Dimension, assign, parse_quantity, read_scene};
+use rodsweep::input::{Dimension, parse_quantity, read_scene_with};
 use rodsweep::report::ImageFormat;
 use rodsweep::study::{Solve, SolveError, Solved, check_tolerance, evenly_spaced};
 use rodsweep::{figures, report};
@@ -16,8 +16,7 @@ pub fn solve(arguments: &SolveArguments) -> Result<Exit, CommandError> {
         ImageFormat::of(path)?;
         flags::refuse_to_overwrite(path, arguments.force, "name with `--plot`")?;
     }
-    let mut scene = read_scene(&arguments.scene)?;
-    assign(&mut scene, &arguments.set)?;
+    let scene = read_scene_with(&arguments.scene, &arguments.set)?;
     let points = match &arguments.shape {
         Some(text) => Some(arc_lengths(text, scene.total_length())?),
         None => None,

@@ -1,12 +1,15 @@
-//! Plain-text files of the catheters' laboratory: parameter files to scenes, play files to tables of currents.
+//! Plain-text files of laboratories: parameter files of catheters and calibrations of coils to scenes, play files to
+//! tables of currents.
 //!
 //! A file's kind is recognised by what it holds. Texts keep the source's digits and say where the source is silent.
 
 mod catheter;
 mod currents;
 mod keywords;
+mod mpem;
 mod scene;
 mod spatial;
+mod yaml;
 
 use super::error::{InputError, Problem};
 use super::scene_file::read_text;
@@ -26,7 +29,7 @@ pub struct ImportOptions {
 /// What an imported file becomes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ImportKind {
-    /// A scene file, of a parameter file.
+    /// A scene file, of a parameter file or a calibration.
     Scene,
     /// A table of currents, of a play file.
     Currents,
@@ -46,7 +49,7 @@ pub struct Import {
     pub notes: Vec<String>,
 }
 
-/// Imports a parameter file or a play file.
+/// Imports a parameter file, a calibration of coils or a play file.
 ///
 /// # Errors
 ///
@@ -59,12 +62,21 @@ pub fn import(file: &Path, options: &ImportOptions) -> Result<Import, InputError
         let catheter = catheter::parse(file, text)?;
         return Ok(scene::import(file, &catheter, spatial.as_ref()));
     }
+    if mpem::looks_so(text) {
+        if options.spatial.is_some() {
+            let problem =
+                Problem::Unreadable("it is a calibration of coils: `--spatial` is for parameter files".into());
+            return Err(InputError { file: file.into(), line: None, key: String::new(), problem: problem.into() });
+        }
+        return mpem::import(file, text);
+    }
     let problem = if has_keyword(text, &spatial::KNOWN) {
         "it holds field, gravity and base pose only; import the parameter file and give this one as `--spatial FILE`"
     } else if currents::looks_so(text) {
         return currents::import(file, text, options);
     } else {
-        "it is neither a parameter file (lines such as `CatheterConfig F A F`) nor a play file (lines `channel,mA,ms`)"
+        "it is neither a parameter file (lines such as `CatheterConfig F A F`) nor a play file (lines `channel,mA,ms`) nor a \
+         calibration of coils (YAML with `Coil_List:`)"
     };
     let problem = Problem::Unreadable(problem.into()).into();
     Err(InputError { file: file.into(), line: None, key: String::new(), problem })

@@ -14,13 +14,34 @@ pub(super) struct Factors {
 /// Numbers at the nodes of a grid, x the fastest.
 pub(super) struct Samples {
     pub lattice: Lattice,
+    /// NaN at nodes without a value.
     pub values: Values,
+    /// How far each sample was taken from its node (m), where the file's grid is not quite even.
+    pub strays: Option<[Vec<f64>; 3]>,
+    /// What was supposed.
+    pub notes: Vec<String>,
 }
 
 /// In T, or T·m.
 pub(super) enum Values {
     FluxDensity([Vec<f64>; 3]),
     Potential(Vec<f64>),
+}
+
+impl Values {
+    /// Each component.
+    pub(super) fn all(&self) -> Vec<&Vec<f64>> {
+        match self {
+            Values::FluxDensity(b) => b.iter().collect(),
+            Values::Potential(potential) => vec![potential],
+        }
+    }
+
+    /// Whether each node lacks a value.
+    pub(super) fn gaps(&self) -> Vec<bool> {
+        let all = self.all();
+        (0..all[0].len()).map(|node| all.iter().any(|values| values[node].is_nan())).collect()
+    }
 }
 
 impl Factors {

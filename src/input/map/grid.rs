@@ -9,6 +9,10 @@ use std::path::Path;
 const ROUNDING: f64 = 1e-3;
 /// Coordinates that differ by less than this share of the grid are one.
 const SAME: f64 = 1e-6;
+/// Measured or rounded coordinates may miss their nodes by this share of a step. B is corrected for it.
+const JITTER: f64 = 0.05;
+/// Coordinates nearer than this share of the widest distance between two are of one node.
+const NEAR: f64 = 0.25;
 const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// Nodes in equal steps.
@@ -19,17 +23,33 @@ pub(super) struct Lattice {
     pub counts: [usize; 3],
 }
 
+/// Points on the nodes of a grid.
+pub(super) struct Placed {
+    pub lattice: Lattice,
+    /// The node of each point, x the fastest.
+    pub nodes: Vec<usize>,
+    /// How far each point is from its node (m), where some miss theirs by more than rounding.
+    pub strays: Option<[Vec<f64>; 3]>,
+}
+
 /// First coordinate, step and number of coordinates in rising order.
-fn even(path: &Path, axis: usize, places: &[f64]) -> Result<(f64, f64, usize), InputError> {
+fn even(path: &Path, axis: usize, places: &[f64], tolerance: f64) -> Result<(f64, f64, usize), InputError> {
     let name = AXES[axis];
     let count = places.len();
+    if count == 1 {
+        let words = format!(
+            "the samples lie in one plane, {name} = {} m, which does not tell how the field changes along {name}: give at least {LEAST_MAP_NODES} planes",
+            places[0]
+        );
+        return Err(wrong(path, None, name, words));
+    }
     if count < LEAST_MAP_NODES {
         let words = format!("the grid has {count} places along {name}: give at least {LEAST_MAP_NODES}");
         return Err(wrong(path, None, name, words));
     }
     let (first, last) = (places[0], places[count - 1]);
     let step = (last - first) / (count - 1) as f64;
-    let strays = |(k, x): (usize, &f64)| (x - first - k as f64 * step).abs() > ROUNDING * step;
+    let strays = |(k, x): (usize, &f64)| (x - first - k as f64 * step).abs() > tolerance * step;
     let rises = step > 0.0;
     if !rises || places.iter().enumerate().any(strays) {
         let steps = places.windows(2).map(|pair| pair[1] - pair[0]);
@@ -44,7 +64,11 @@ fn even(path: &Path, axis: usize, places: &[f64]) -> Result<(f64, f64, usize), I
 
 /// Of the coordinates along each axis.
 pub(super) fn of_axes(path: &Path, axes: [&[f64]; 3]) -> Result<Lattice, InputError> {
-    let [x, y, z] = [0, 1, 2].map(|axis| even(path, axis, axes[axis]));
+    lattice(path, axes, ROUNDING)
+}
+
+fn lattice(path: &Path, axes: [&[f64]; 3], tolerance: f64) -> Result<Lattice, InputError> {
+    let [x, y, z] = [0, 1, 2].map(|axis| even(path, axis, axes[axis], tolerance));
     let (x, y, z) = (x?, y?, z?);
     let counts = [x.2, y.2, z.2];
     let nodes = counts.iter().try_fold(1_usize, |product, n| product.checked_mul(*n));
@@ -56,8 +80,14 @@ pub(super) fn of_axes(path: &Path, axes: [&[f64]; 3]) -> Result<Lattice, InputEr
     Ok(Lattice { origin: [x.0, y.0, z.0], steps: [x.1, y.1, z.1], counts })
 }
 
-/// The grid of points in any order, and the node of each, x the fastest.
-pub(super) fn of_points(path: &Path, points: [&[f64]; 3]) -> Result<(Lattice, Vec<usize>), InputError> {
+/// Means of coordinates in rising order that are near to each other.
+fn clusters(places: &[f64]) -> Vec<f64> {
+    let widest = places.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
+    places.chunk_by(|a, b| b - a <= NEAR * widest).map(|of| of.iter().sum::<f64>() / of.len() as f64).collect()
+}
+
+/// The grid of points in any order.
+pub(super) fn of_points(path: &Path, points: [&[f64]; 3]) -> Result<Placed, InputError> {
     let places = points.map(|coordinates| {
         let mut sorted = coordinates.to_vec();
         sorted.sort_by(f64::total_cmp);
@@ -65,25 +95,52 @@ pub(super) fn of_points(path: &Path, points: [&[f64]; 3]) -> Result<(Lattice, Ve
         sorted.dedup_by(|b, a| *b - *a <= SAME * width);
         sorted
     });
-    let lattice = of_axes(path, [&places[0], &places[1], &places[2]])?;
+    let exact = of_axes(path, [&places[0], &places[1], &places[2]]);
+    let (lattice, is_exact) = match exact {
+        Ok(lattice) => (lattice, true),
+        Err(refused) => {
+            let means = places.map(|places| clusters(&places));
+            (lattice(path, [&means[0], &means[1], &means[2]], JITTER).map_err(|_| refused)?, false)
+        }
+    };
     let [nx, ny, nz] = lattice.counts;
     let rows = points[0].len();
     if rows != nx * ny * nz {
-        let words =
-            format!("the grid is irregular: {rows} points do not fill its {nx} x {ny} x {nz} nodes; give each once");
+        let words = format!(
+            "the grid is irregular: {rows} points do not fill its {nx} x {ny} x {nz} nodes; give each once, with NaN where there is no value"
+        );
         return Err(wrong(path, None, "", words));
     }
     let mut is_taken = vec![false; rows];
     let mut nodes = Vec::with_capacity(rows);
-    let [x, y, z] = points;
-    for (row, ((x, y), z)) in x.iter().zip(y).zip(z).enumerate() {
-        let place = |x: f64, axis: usize| ((x - lattice.origin[axis]) / lattice.steps[axis]).round() as usize;
-        let node = (place(*z, 2) * ny + place(*y, 1)) * nx + place(*x, 0);
+    let mut strays = [0, 1, 2].map(|_| Vec::new());
+    for row in 0..rows {
+        let at = [0, 1, 2].map(|axis| points[axis][row]);
+        let steps: [f64; 3] = std::array::from_fn(|axis| (at[axis] - lattice.origin[axis]) / lattice.steps[axis]);
+        if !is_exact {
+            for axis in 0..3 {
+                let stray = steps[axis] - steps[axis].round();
+                if stray.abs() > JITTER {
+                    let words = format!(
+                        "the grid is irregular: row {} is off an even grid along {} by {:.3} of its step, {} m; sample the field in equal steps",
+                        row + 1,
+                        AXES[axis],
+                        stray.abs(),
+                        lattice.steps[axis]
+                    );
+                    return Err(wrong(path, None, AXES[axis], words));
+                }
+                strays[axis].push(stray * lattice.steps[axis]);
+            }
+        }
+        let [i, j, k] = steps.map(|step| step.round() as usize);
+        let node = (k * ny + j) * nx + i;
         if std::mem::replace(&mut is_taken[node], true) {
+            let [x, y, z] = at;
             let words = format!("the point ({x}, {y}, {z}) m is given twice, in row {} again: give each once", row + 1);
             return Err(wrong(path, None, "", words));
         }
         nodes.push(node);
     }
-    Ok((lattice, nodes))
+    Ok(Placed { lattice, nodes, strays: (!is_exact).then_some(strays) })
 }

@@ -1,6 +1,9 @@
-//! `[[field_map]]` of a scene file: fields sampled on a grid, from CSV, NPZ, VTK or VTI.
+//! `[[field_map]]` of a scene file: fields sampled on a grid, from text, NPZ, VTK or VTI.
 
+mod arrays;
+mod columns;
 mod data;
+mod gaps;
 mod grid;
 mod samples;
 mod vti;
@@ -11,7 +14,7 @@ use super::segment_file::check_name;
 use super::toml::{Reader, quoted};
 use super::units::{Dimension, parse_quantity};
 use crate::files;
-use crate::model::{FieldMap, MapGrid};
+use crate::model::{FieldMap, LEAST_MAP_NODES, MapGrid};
 use data::{Factors, Samples, Values};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -19,6 +22,8 @@ use std::sync::Arc;
 use xxhash_rust::xxh3::xxh3_64;
 
 const KEYS: [&str; 7] = ["name", "file", "scale", "position", "length_unit", "field_unit", "digest"];
+/// Nodes that need a value.
+const LEAST_VALUES: usize = LEAST_MAP_NODES.pow(3) / 2;
 /// Nodes of a grid at most: their splines take 32 MB.
 const MOST_NODES: usize = 4_000_000;
 
@@ -35,7 +40,8 @@ fn field_map(reader: &Reader) -> Result<FieldMap, InputError> {
     })?;
     check_name(reader, name)?;
     let file = reader.string("file")?;
-    let file = file.ok_or_else(|| reader.missing("file", "name the CSV, NPZ, VTK or VTI file of the samples"))?;
+    let file =
+        file.ok_or_else(|| reader.missing("file", "name the file of the samples: text (CSV), NPZ, VTK or VTI"))?;
     let path = reader.source().file.parent().unwrap_or(Path::new("")).join(file);
     let bytes = files::read(&path).map_err(|error| {
         let reason = format!("{}: {error}; the path starts from the folder of this file", path.display());
@@ -49,7 +55,8 @@ fn field_map(reader: &Reader) -> Result<FieldMap, InputError> {
         return Err(reader.error("digest", Problem::Range { value, expected }));
     }
     let factors = Factors { length: factor(reader, "length_unit", "m")?, field: factor(reader, "field_unit", "T")? };
-    let samples = samples::read(&path, &bytes, &factors)?;
+    let samples = samples::read(&path, bytes, &factors)?;
+    let (grid, remarks) = fitted(&path, samples)?;
     let absolute = std::path::absolute(&path).unwrap_or(path.clone());
     Ok(FieldMap {
         name: name.into(),
@@ -58,7 +65,8 @@ fn field_map(reader: &Reader) -> Result<FieldMap, InputError> {
         scale: reader.quantity("scale", "")?.unwrap_or(1.0),
         position: reader.vector("position", "m")?.unwrap_or_default(),
         units: factors.words(),
-        grid: Arc::new(fitted(&path, samples)?),
+        grid: Arc::new(grid),
+        remarks,
     })
 }
 
@@ -70,14 +78,66 @@ fn factor(reader: &Reader, key: &str, unit: &str) -> Result<Option<(String, f64)
     Ok(Some((word.into(), value)))
 }
 
-fn fitted(path: &Path, samples: Samples) -> Result<MapGrid, InputError> {
-    let Samples { lattice, values } = samples;
-    let grid::Lattice { origin, steps, counts } = lattice;
-    let grid = match &values {
-        Values::Potential(values) => MapGrid::from_potential(origin, steps, counts, values),
-        Values::FluxDensity([x, y, z]) => MapGrid::from_flux_density(origin, steps, counts, [x, y, z]),
+/// The splines through samples, and what was supposed of them.
+fn fitted(path: &Path, samples: Samples) -> Result<(MapGrid, Vec<String>), InputError> {
+    let Samples { lattice, mut values, strays, mut notes } = samples;
+    let gaps = values.gaps();
+    let missing = gaps.iter().filter(|is_gap| **is_gap).count();
+    if gaps.len() - missing < LEAST_VALUES {
+        let words = format!("{missing} of {} nodes have no value: give at least {LEAST_VALUES}", gaps.len());
+        return Err(wrong(path, None, "", words));
+    }
+    let fit = |values: &Values| -> Result<MapGrid, InputError> {
+        let grid::Lattice { origin, steps, counts } = lattice;
+        let grid = match values {
+            Values::Potential(values) => MapGrid::from_potential(origin, steps, counts, values),
+            Values::FluxDensity([x, y, z]) => MapGrid::from_flux_density(origin, steps, counts, [x, y, z]),
+        };
+        grid.ok_or_else(|| wrong(path, None, "", "the grid has too few nodes: give at least 4 in each direction"))
     };
-    grid.ok_or_else(|| wrong(path, None, "", "the grid has too few nodes: give at least 4 in each direction"))
+    if missing > 0 {
+        gaps::fill(&mut values, &gaps, lattice.counts);
+    }
+    let mut grid = fit(&values)?;
+    if let (true, Values::FluxDensity(b)) = (missing > 0, &mut values) {
+        // What the gaps hold must ask nothing of the potential elsewhere.
+        for _ in 0..gaps::passes(gaps.len()) {
+            let change = gaps::follow(b, &gaps, &lattice, &grid);
+            let [x, y, z] = &*b;
+            let again = MapGrid::from_flux_density(lattice.origin, lattice.steps, lattice.counts, [x, y, z]);
+            grid = again.unwrap_or(grid);
+            if change < gaps::SETTLED {
+                break;
+            }
+        }
+    }
+    if let Some(strays) = strays {
+        let share = |axis: usize| strays[axis].iter().fold(0.0_f64, |most, x| most.max(x.abs())) / lattice.steps[axis];
+        let most = [0, 1, 2].map(share).into_iter().fold(0.0, f64::max);
+        let words = match &mut values {
+            Values::FluxDensity(b) => {
+                gaps::onto_nodes(b, &strays, &lattice, &grid);
+                grid = fit(&values)?;
+                "B is corrected for that"
+            }
+            Values::Potential(_) => "they are taken as on it",
+        };
+        notes.push(format!("points miss an even grid by up to {:.2} % of a step; {words}", 100.0 * most));
+    }
+    if missing == 0 {
+        return Ok((grid, notes));
+    }
+    let grid = grid.with_gaps(&gaps);
+    let misfit = match &values {
+        Values::FluxDensity(b) => {
+            let share = 100.0 * gaps::misfit(b, &gaps, &lattice, &grid);
+            format!("; beside the open ones B misses its samples by up to {share:.2} % of the largest")
+        }
+        Values::Potential(_) => String::new(),
+    };
+    let of = gaps.len();
+    notes.push(format!("{missing} of {of} nodes have no value: rods in a cell beside one are `outside-map`{misfit}"));
+    Ok((grid, notes))
 }
 
 /// A mistake in the file of samples.

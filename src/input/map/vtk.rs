@@ -153,5 +153,5 @@ pub(super) fn samples(
             return Err(wrong(path, None, "", "has neither vectors nor scalars at its points: give B, or a potential"));
         }
     };
-    Ok(Samples { lattice, values })
+    Ok(Samples { lattice, values, strays: None, notes: Vec::new() })
 }

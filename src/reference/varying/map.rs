@@ -87,6 +87,9 @@ impl Map {
     pub(super) fn inside(&self, x: Vector3<f64>) -> f64 {
         let end = |k: usize| self.origin[k] + (self.grid.counts[k] - 1) as f64 * self.steps[k];
         let of_axis = |k: usize| (x[k] - self.origin[k]).min(end(k) - x[k]) + 1e-6 * self.steps[k];
-        (0..3).map(of_axis).fold(f64::INFINITY, f64::min)
+        let inside = (0..3).map(of_axis).fold(f64::INFINITY, f64::min);
+        let u = (x - self.origin).component_div(&self.steps);
+        let of_file = std::array::from_fn(|k| self.grid.origin[k] + u[k] * self.grid.steps[k]);
+        if self.grid.is_gap(of_file) { inside.min(-self.steps.x) } else { inside }
     }
 }

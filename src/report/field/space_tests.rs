@@ -90,9 +90,10 @@ fn lines_end_at_the_edges_of_a_grid() {
     };
     let coefficients = (0..padded.iter().product()).map(|index| -dot(b, node(index))).collect();
     let fit = MapFit { divergence: 0.0, rotation: None };
-    let grid = Arc::new(MapGrid { origin, steps: [step; 3], counts, coefficients, fit });
+    let grid = Arc::new(MapGrid { origin, steps: [step; 3], counts, coefficients, fit, gaps: Vec::new() });
     let [name, file, digest] = ["map", "map.csv", ""].map(String::from);
-    let map = FieldMap { name, file, digest, scale: 1.0, position: [0.0; 3], units: [None, None], grid };
+    let map =
+        FieldMap { name, file, digest, scale: 1.0, position: [0.0; 3], units: [None, None], grid, remarks: Vec::new() };
     let around = with_sources(FieldSources { maps: vec![map], ..FieldSources::default() });
     let limits = around.grids[0].limits;
     assert!((norm(around.flux_density([0.0; 3])) - norm(b)).abs() < 1e-12);

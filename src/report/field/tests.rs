@@ -184,7 +184,12 @@ fn views_grow_for_near_sources() {
     assert_eq!(widened(far.sources.iter(), rod), rod);
     let coil = |x: f64| vec![UnitDipole { position: [x, 0.0, 0.0], moment_per_ampere: [1.0, 0.0, 0.0] }];
     let array = |reach: f64| {
-        let array = CoilArray { name: "a".into(), current: vec![1.0, -2.0], coils: vec![coil(reach), coil(-reach)] };
+        let array = CoilArray {
+            name: "a".into(),
+            current: vec![1.0, -2.0],
+            coils: vec![coil(reach), coil(-reach)],
+            clearance: 0.01,
+        };
         let sources = FieldSources { arrays: vec![array], ..FieldSources::default() };
         Surroundings::of(&scene([0.0; 3], sources)).expect("coils")
     };

@@ -204,6 +204,8 @@ pub(in crate::study) fn is_scale(parameter: &Parameter) -> bool {
             S::RestCurvature(_)
                 | S::RestCurvatureNode(..)
                 | S::DipolePerLength(_)
+                | S::Remanence(_)
+                | S::Magnetization(_)
                 | S::Current(_)
                 | S::Alignment(_)
                 | S::PoissonRatio

@@ -290,6 +290,7 @@ fn uniform(name: &str, length: f64, stiffness: Vector, rest_curvature: Vector) -
         stiffness_axial: None,
         density: None,
         dipole_per_length: None,
+        magnet: None,
     };
     Segment { name: name.into(), length, kind: SegmentKind::Flexible(flexible) }
 }

@@ -74,6 +74,7 @@ impl GoldenSegment {
                 stiffness_axial: None,
                 density: None,
                 dipole_per_length: None,
+                magnet: None,
             }),
             (None, turns_area) => {
                 let winding = |area| CoilWinding::Axes { turns: [1.0; 3], area };

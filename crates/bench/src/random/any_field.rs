@@ -149,6 +149,7 @@ impl Around<'_> {
             name: "array".into(),
             current: (0..coils).map(|_| self.random.within(-1.0, 1.0)).collect(),
             coils: (0..coils).map(|_| coil(self)).collect(),
+            clearance: DEFAULT_CLEARANCE,
         }
     }
 }

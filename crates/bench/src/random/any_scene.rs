@@ -154,7 +154,7 @@ impl Draw<'_> {
                 alignment: self.random.vector(0.3),
             }
         });
-        SegmentKind::Rigid(Rigid { mass, coil, dipole_per_length })
+        SegmentKind::Rigid(Rigid { mass, coil, dipole_per_length, ..Rigid::default() })
     }
 
     fn flexible(&mut self, length: f64) -> SegmentKind {
@@ -183,6 +183,7 @@ impl Draw<'_> {
             stiffness_axial: self.has("stretch").then(|| strained * self.random.between(10.0, 1e3)),
             density: self.has("gravity").then(|| Density::Linear(self.linear_density())),
             dipole_per_length: if self.has("flexible_magnet") { Some(self.dipole_per_length()) } else { None },
+            magnet: None,
         })
     }
 

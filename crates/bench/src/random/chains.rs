@@ -106,7 +106,7 @@ fn random_scene(chain: usize, random: &mut Random) -> (Scene, Sizes) {
             let alignment = if k % 4 == 1 { random.vector(0.3) } else { [0.0; 3] };
             let mass = weighs.then_some(linear_density * length);
             let coil = Some(Coil { winding, current: [0.0; 3], alignment });
-            SegmentKind::Rigid(Rigid { mass, coil, dipole_per_length: None })
+            SegmentKind::Rigid(Rigid { mass, coil, ..Rigid::default() })
         };
         Segment { name: format!("{}{}", if *flexible { "tube" } else { "coil" }, k + 1), length: *length, kind }
     };
@@ -143,6 +143,7 @@ fn flexible_kind(sizes: Sizes, length: f64, general: bool, linear_density: Optio
         stiffness_axial: None,
         density: linear_density.map(Density::Linear),
         dipole_per_length: None,
+        magnet: None,
     };
     if !general {
         return plain;

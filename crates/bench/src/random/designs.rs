@@ -131,6 +131,7 @@ fn segments(random: &mut Random, drive: Drive, sets: usize, has_weight: bool) ->
                 stiffness_axial: None,
                 density: has_weight.then_some(Density::Volume(density)),
                 dipole_per_length: None,
+                magnet: None,
             }),
         });
         segments.push(rigid(random, drive, set, outer));
@@ -167,7 +168,7 @@ fn rigid(random: &mut Random, drive: Drive, set: usize, outer: f64) -> Segment {
     let alignment = if drive != Drive::Twist && random.chance(0.2) { random.vector(0.2) } else { [0.0; 3] };
     let coil = Coil { winding, current: [0.0; 3], alignment };
     let mass = random.chance(0.3).then(|| random.between(1e-5, 5e-4));
-    let kind = SegmentKind::Rigid(Rigid { mass, coil: Some(coil), dipole_per_length: None });
+    let kind = SegmentKind::Rigid(Rigid { mass, coil: Some(coil), ..Rigid::default() });
     Segment { name: ["coilA", "coilB", "coilC"][set].into(), length, kind }
 }
 

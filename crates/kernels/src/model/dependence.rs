@@ -144,11 +144,17 @@ fn segment_entries(parameter: SegmentParameter, index: usize, record: &Record, s
         S::StiffnessShear(axis) => record.on(index, &places(SHEAR_COMPLIANCE_AT, ShearAxis::axes(axis))),
         S::StiffnessAxial => record.on(index, &[SHEAR_COMPLIANCE_AT + 2]),
         S::YoungsModulus | S::ShearModulus | S::PoissonRatio => record.on(index, &places(STIFFNESS_AT, &Axis::ALL)),
-        S::InnerRadius | S::OuterRadius => {
-            let mut entries = record.on(index, &places(STIFFNESS_AT, &Axis::ALL));
+        S::InnerRadius | S::OuterRadius | S::Diameter => {
+            let is_magnet = is_of_sheet(record.scene, index);
+            let mut entries = match record.scene.segments[index].kind {
+                SegmentKind::Flexible(_) => record.on(index, &places(STIFFNESS_AT, &Axis::ALL)),
+                SegmentKind::Rigid(_) => Vec::new(),
+            };
             entries.extend(record.loads(index, 0..3));
+            entries.extend(if is_magnet { magnet_entries(index, record) } else { Vec::new() });
             entries
         }
+        S::Remanence(_) | S::Magnetization(_) | S::VolumeFraction => magnet_entries(index, record),
         S::Density | S::LinearDensity | S::Mass => record.loads(index, 0..3),
         S::DipolePerLength(axis) => match record.scene.segments[index].kind {
             SegmentKind::Flexible(_) => record.on(index, &[DIPOLE_PER_LENGTH_AT + axis.index()]),
@@ -160,6 +166,22 @@ fn segment_entries(parameter: SegmentParameter, index: usize, record: &Record, s
         S::Current(_) | S::Turns(_) | S::Area(_) | S::TurnsArea(..) | S::Alignment(_) => {
             record.on(index, &places(DIPOLE_AT, &Axis::ALL))
         }
+    }
+}
+
+/// Entries of a segment's dipole.
+fn magnet_entries(index: usize, record: &Record) -> Vec<usize> {
+    match record.scene.segments[index].kind {
+        SegmentKind::Flexible(_) => record.on(index, &places(DIPOLE_PER_LENGTH_AT, &Axis::ALL)),
+        SegmentKind::Rigid(_) => record.on(index, &places(DIPOLE_AT, &Axis::ALL)),
+    }
+}
+
+/// Whether the dipole of a segment follows from its cross-section.
+fn is_of_sheet(scene: &Scene, index: usize) -> bool {
+    match &scene.segments[index].kind {
+        SegmentKind::Flexible(flexible) => flexible.magnet.is_some(),
+        SegmentKind::Rigid(rigid) => rigid.magnet.is_some(),
     }
 }
 
@@ -175,18 +197,22 @@ fn is_aligned(scene: &Scene, index: usize, swept: &[Parameter]) -> bool {
 }
 
 /// Whether sweeping `other` may change the chain-rule coefficients of `parameter`.
-pub(super) fn changes_chain(parameter: Parameter, other: Parameter) -> bool {
+pub(super) fn changes_chain(scene: &Scene, parameter: Parameter, other: Parameter) -> bool {
     use Parameter as P;
     use SegmentParameter as S;
     match (parameter, other) {
         (P::BaseRotation(_), P::BaseRotation(_)) => true,
         (P::Magnet(a, of), P::Magnet(b, _)) => a == b && !matches!(of, MagnetParameter::Position(_)),
         // Densities weigh gravity's derivative; gravity weighs the derivative by densities.
+        (P::Gravity(_) | P::FluidDensity, P::Segment(at, S::Length)) => match &scene.segments[at].kind {
+            SegmentKind::Flexible(_) => false,
+            SegmentKind::Rigid(rigid) => rigid.body.is_some_and(|body| body.density.is_some()),
+        },
         (P::Gravity(_), P::Segment(_, parameter)) => {
-            matches!(parameter, S::Density | S::LinearDensity | S::Mass | S::InnerRadius | S::OuterRadius)
+            matches!(parameter, S::Density | S::LinearDensity | S::Mass | S::InnerRadius | S::OuterRadius | S::Diameter)
         }
         (P::Gravity(_), P::FluidDensity) | (P::FluidDensity, P::Gravity(_)) => true,
-        (P::FluidDensity, P::Segment(_, S::InnerRadius | S::OuterRadius)) => true,
+        (P::FluidDensity, P::Segment(_, S::InnerRadius | S::OuterRadius | S::Diameter)) => true,
         // The force on a rigid segment is its length times the force per length.
         (P::DistributedForce(_), P::Segment(_, S::Length)) => true,
         (P::Segment(_, S::Length), P::DistributedForce(_)) => true,

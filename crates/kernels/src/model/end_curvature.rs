@@ -217,6 +217,7 @@ mod tests {
             stiffness_axial: None,
             density: None,
             dipole_per_length: None,
+            magnet: None,
         });
         let segment = |name: &str, length: f64, kind: SegmentKind| Segment { name: name.into(), length, kind };
         let mut segments = vec![segment("wire", 0.05, flexible)];

@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 
 /// Magnetic constant over 4 pi (T·m/A)
 pub const MU0_OVER_4PI: f64 = 1e-7;
-/// Clearance of a magnet whose size is not stated (m)
+/// Clearance of a magnet or an array of coils whose size is not stated (m)
 pub const DEFAULT_CLEARANCE: f64 = 0.01;
 
 /// An entry of the gradient G_ij = dB_i/dx_j, which is symmetric and traceless: zz = -(xx + yy).
@@ -90,6 +90,8 @@ pub struct CoilArray {
     pub current: Vec<f64>,
     /// The dipoles of each coil.
     pub coils: Vec<Vec<UnitDipole>>,
+    /// No part of the rod may come nearer to one of its dipoles; 0 for fictitious sources (m)
+    pub clearance: f64,
 }
 
 /// A dipole of a coil.
@@ -286,11 +288,11 @@ impl MagnetBody {
 impl CoilArray {
     /// The dipoles of all coils under their currents.
     fn dipoles(&self) -> impl Iterator<Item = FieldDipole> + '_ {
-        self.coils.iter().zip(&self.current).flat_map(|(coil, current)| {
+        self.coils.iter().zip(&self.current).flat_map(move |(coil, current)| {
             coil.iter().map(move |dipole| FieldDipole {
                 position: dipole.position,
                 moment: dipole.moment_per_ampere.map(|x| x * current),
-                clearance: DEFAULT_CLEARANCE,
+                clearance: self.clearance,
             })
         })
     }

@@ -28,6 +28,8 @@ pub struct FieldMap {
     pub units: [Option<String>; 2],
     /// What was read.
     pub grid: Arc<MapGrid>,
+    /// What was supposed when it was read, for notes.
+    pub remarks: Vec<String>,
 }
 
 /// The potential on a grid of equal steps.
@@ -43,6 +45,8 @@ pub struct MapGrid {
     pub coefficients: Vec<f64>,
     /// How well they obey Maxwell's equations.
     pub fit: MapFit,
+    /// Whether a node of each cell has no value, x the fastest; empty where every node has one.
+    pub gaps: Vec<bool>,
 }
 
 /// How well the data of a grid are a magnetic field where no current flows. Shares of the root of the mean square.
@@ -85,8 +89,9 @@ impl FieldMap {
         };
         let bad = fit.divergence.max(fit.rotation.unwrap_or(0.0)) > SUSPICIOUS;
         let doubt = if bad { ": see to units, signs, columns, noise and steps" } else { "" };
+        let remarks: String = self.remarks.iter().map(|remark| format!("; {remark}")).collect();
         format!(
-            "`maps.{}`: {x} x {y} x {z} nodes, {hx:.3} x {hy:.3} x {hz:.3} mm apart; div B is {:.2} % of the gradient{rotation}{doubt}",
+            "`maps.{}`: {x} x {y} x {z} nodes, {hx:.3} x {hy:.3} x {hz:.3} mm apart; div B is {:.2} % of the gradient{rotation}{doubt}{remarks}",
             self.name,
             100.0 * fit.divergence
         )
@@ -116,7 +121,9 @@ impl RodMap {
             let margin = EDGE * steps[k];
             (along + margin).min((counts[k] - 1) as f64 * steps[k] + margin - along)
         };
-        (0..3).map(of_axis).fold(f64::INFINITY, f64::min)
+        let inside = (0..3).map(of_axis).fold(f64::INFINITY, f64::min);
+        let of_file = std::array::from_fn(|k| at[k] - self.position[k]);
+        if self.grid.is_gap(of_file) { inside.min(-steps[0]) } else { inside }
     }
 }
 
@@ -155,11 +162,42 @@ impl MapGrid {
         MapPlace { flux_density, gradient: std::array::from_fn(|a| std::array::from_fn(|b| both(a, b))) }
     }
 
-    /// Of div B, against the gradient of B, at the cells' middles.
+    /// The grid with cells closed beside nodes that have no value, of all nodes with x the fastest.
+    pub fn with_gaps(mut self, is_gap: &[bool]) -> Self {
+        let [nx, ny, nz] = self.counts;
+        let cell = |at: usize| [at % (nx - 1), at / (nx - 1) % (ny - 1), at / ((nx - 1) * (ny - 1))];
+        let is_closed = |at: usize| {
+            let [i, j, k] = cell(at);
+            (0..8).any(|corner| is_gap[((k + corner / 4) * ny + j + corner / 2 % 2) * nx + i + corner % 2])
+        };
+        self.gaps = (0..(nx - 1) * (ny - 1) * (nz - 1)).map(is_closed).collect();
+        self.fit.divergence = self.divergence();
+        self
+    }
+
+    /// Whether some cells are closed.
+    pub fn has_gaps(&self) -> bool {
+        !self.gaps.is_empty()
+    }
+
+    /// Whether a point of the file's frame (m) lies in a cell that is closed.
+    pub fn is_gap(&self, at: Vector) -> bool {
+        if self.gaps.is_empty() {
+            return false;
+        }
+        let of_axis = |k: usize| {
+            let u = (at[k] - self.origin[k]) / self.steps[k];
+            (u.max(0.0) as usize).min(self.counts[k] - 2)
+        };
+        let [i, j, k] = [0, 1, 2].map(of_axis);
+        self.gaps[(k * (self.counts[1] - 1) + j) * (self.counts[0] - 1) + i]
+    }
+
+    /// Of div B, against the gradient of B, at the middles of the cells that are not closed.
     pub(super) fn divergence(&self) -> f64 {
         let [nx, ny, nz] = self.counts.map(|count| count - 1);
         let (mut square, mut all) = (0.0, 0.0);
-        for cell in 0..nx * ny * nz {
+        for cell in (0..nx * ny * nz).filter(|cell| self.gaps.get(*cell) != Some(&true)) {
             let index = [cell % nx, cell / nx % ny, cell / (nx * ny)];
             let at = std::array::from_fn(|k| self.origin[k] + (index[k] as f64 + 0.5) * self.steps[k]);
             let g = self.local(at).gradient;

@@ -160,7 +160,7 @@ impl MapGrid {
             (shape, values) = Nodes { counts: shape, values: &values }.each_line(axis, count + 2, coefficients);
         }
         let fit = MapFit { divergence: 0.0, rotation };
-        let mut grid = Self { origin, steps, counts, coefficients: values, fit };
+        let mut grid = Self { origin, steps, counts, coefficients: values, fit, gaps: Vec::new() };
         grid.fit.divergence = grid.divergence();
         Some(grid)
     }

@@ -13,6 +13,7 @@ mod field;
 mod field_map;
 mod field_parameter;
 mod growth;
+mod magnet_sheet;
 mod map_fit;
 mod multiples;
 mod parameter;
@@ -50,6 +51,7 @@ pub use field::{
 };
 pub use field_map::{FieldMap, LEAST_MAP_NODES, MapFit, MapGrid, MapPlace, RodMap};
 pub use field_parameter::MagnetParameter;
+pub use magnet_sheet::{Body, MagnetMaterial, MagnetQuantity};
 pub use parameter::{Axis, Parameter, ParameterError, StiffnessAxis, closest};
 pub use pass::{PassColumn, PassEnd, PassEnds};
 pub use plan::{Batch, Derivative, Entry, FreePart, Plan, PlanError, SegmentPlan, Terms, step_at};

@@ -117,6 +117,7 @@ mod tests {
             stiffness_axial: None,
             density: None,
             dipole_per_length: None,
+            magnet: None,
         });
         let winding = CoilWinding::Axes { turns: [100.0, 99.0, -53.0], area: [1e-5, 2.3e-5, 3.7e-6] };
         let coil = Coil { winding, current: [0.01; 3], alignment: [0.0; 3] };

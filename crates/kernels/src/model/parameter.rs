@@ -317,20 +317,22 @@ impl Parameter {
             P::TipMoment(axis) => vec![(Slot::TipMoment(axis), 1.0)],
             P::Gravity(axis) => on_all(scene, axis, |segment| match &scene.segments[segment].kind {
                 SegmentKind::Flexible(flexible) => scene.linear_density(flexible),
-                SegmentKind::Rigid(rigid) => rigid.mass.unwrap_or(0.0),
+                SegmentKind::Rigid(rigid) => scene.mass(rigid, scene.segment_length(segment)),
             }),
             P::DistributedForce(axis) => on_all(scene, axis, |segment| match &scene.segments[segment].kind {
                 SegmentKind::Flexible(_) => 1.0,
                 SegmentKind::Rigid(_) => scene.segment_length(segment),
             }),
             P::FluidDensity => {
-                let displaces = |segment: &usize| {
-                    let kind = &scene.segments[*segment].kind;
-                    matches!(kind, SegmentKind::Flexible(Flexible { density: Some(Density::Volume(_)), .. }))
+                let displaces = |segment: &usize| match &scene.segments[*segment].kind {
+                    SegmentKind::Flexible(flexible) => matches!(flexible.density, Some(Density::Volume(_))),
+                    SegmentKind::Rigid(rigid) => rigid.body.is_some_and(|body| body.density.is_some()),
                 };
                 let area = |segment: usize| match &scene.segments[segment].kind {
                     SegmentKind::Flexible(flexible) => flexible.stiffness.cross_section().unwrap_or(0.0),
-                    SegmentKind::Rigid(_) => 0.0,
+                    SegmentKind::Rigid(rigid) => {
+                        rigid.body.map_or(0.0, |body| body.cross_section()) * scene.segment_length(segment)
+                    }
                 };
                 let segments = (0..scene.segments.len()).filter(displaces);
                 segments.flat_map(|segment| weight_chain(scene, segment, -area(segment))).collect()

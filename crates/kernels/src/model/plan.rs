@@ -234,7 +234,7 @@ impl Plan {
         let mut input_count = varying.len();
         let mut derivatives = Vec::new();
         for (parameter, chain) in wrt.iter().zip(chains) {
-            let varies = swept.iter().any(|other| changes_chain(*parameter, *other));
+            let varies = swept.iter().any(|other| changes_chain(scene, *parameter, *other));
             let mut terms = Vec::new();
             for (slot, rate) in chain {
                 if rate == 0.0 && !varies {

@@ -3,8 +3,8 @@
 use super::record::record_offsets;
 use super::rod::Slot;
 use super::{
-    FlexibleRod, Parameter, PlanError, PlanOptions, Rigid, Rod, RodSegment, Scene, SegmentKind, SegmentParameter,
-    SegmentPlan, Sensitivity, StiffnessAxis, Terms, Units, Vector,
+    FlexibleRod, Parameter, PlanError, PlanOptions, Rod, RodSegment, Scene, SegmentKind, SegmentParameter, SegmentPlan,
+    Sensitivity, StiffnessAxis, Terms, Units, Vector,
 };
 
 /// Up to this many derivatives forward columns may be the cheaper way.
@@ -154,7 +154,7 @@ pub(super) fn segment_plans(scene: &Scene, rod: &Rod, options: &PlanOptions, swe
                     let steps = (steps * share - 1e-9).ceil().max(f64::from(u8::from(is_swept)));
                     SegmentPlan {
                         is_flexible: true,
-                        has_magnet: segment.dipole_per_length.is_some(),
+                        has_magnet: segment.is_magnet(),
                         shears: segment.stiffness_shear.is_some() || segment.stiffness_axial.is_some(),
                         tapers: segment.stiffness.profile().varies_on(piece),
                         curvature_rises: segment.rest_curvature.varies_on(piece),
@@ -163,8 +163,8 @@ pub(super) fn segment_plans(scene: &Scene, rod: &Rod, options: &PlanOptions, swe
                         ..plan
                     }
                 }
-                SegmentKind::Rigid(Rigid { coil, dipole_per_length, .. }) => {
-                    SegmentPlan { has_dipole: coil.is_some() || dipole_per_length.is_some(), ..plan }
+                SegmentKind::Rigid(rigid) => {
+                    SegmentPlan { has_dipole: rigid.coil.is_some() || rigid.is_magnet(), ..plan }
                 }
             });
         }

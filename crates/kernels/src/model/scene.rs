@@ -2,7 +2,9 @@
 
 use super::profile::{Piece, pieces};
 use super::rotation::rotation_matrix;
-use super::{Coil, FieldSources, FlexibleRod, Node, Profile, RigidRod, Rod, RodSegment, SceneError, Vector};
+use super::{
+    Body, Coil, FieldSources, FlexibleRod, MagnetMaterial, Node, Profile, RigidRod, Rod, RodSegment, SceneError, Vector,
+};
 use std::f64::consts::PI;
 
 /// Standard acceleration of gravity on Earth (m/s²)
@@ -88,6 +90,8 @@ pub struct Flexible {
     pub density: Option<Density>,
     /// Of a permanent magnet, body frame (A·m)
     pub dipole_per_length: Option<Vector>,
+    /// The tube's material, where that tells the dipole.
+    pub magnet: Option<MagnetMaterial>,
 }
 
 /// Stiffness against bending and torsion: given, or computed from a tube.
@@ -144,6 +148,41 @@ pub struct Rigid {
     pub coil: Option<Coil>,
     /// Of a permanent magnet, body frame (A·m)
     pub dipole_per_length: Option<Vector>,
+    /// Cross-section, and the density where that tells the mass.
+    pub body: Option<Body>,
+    /// The body's material, where that tells the dipole.
+    pub magnet: Option<MagnetMaterial>,
+}
+
+impl Flexible {
+    /// Whether it is a permanent magnet.
+    pub fn is_magnet(&self) -> bool {
+        self.dipole_per_length.is_some() || self.magnet.is_some()
+    }
+
+    /// Dipole per length of its magnet, body frame (A·m)
+    pub fn magnet_dipole_per_length(&self) -> Vector {
+        dipole_per_length(self.dipole_per_length, self.magnet, || self.stiffness.cross_section())
+    }
+}
+
+impl Rigid {
+    /// Whether it is a permanent magnet.
+    pub fn is_magnet(&self) -> bool {
+        self.dipole_per_length.is_some() || self.magnet.is_some()
+    }
+
+    /// Dipole per length of its magnet, body frame (A·m)
+    pub fn magnet_dipole_per_length(&self) -> Vector {
+        dipole_per_length(self.dipole_per_length, self.magnet, || self.body.map(|body| body.cross_section()))
+    }
+}
+
+fn dipole_per_length(given: Option<Vector>, magnet: Option<MagnetMaterial>, area: impl Fn() -> Option<f64>) -> Vector {
+    match magnet {
+        None => given.unwrap_or_default(),
+        Some(magnet) => magnet.magnetization().map(|x| x * area().unwrap_or(0.0)),
+    }
 }
 
 impl Scene {
@@ -265,7 +304,7 @@ impl Scene {
                         rest_curvature,
                         rest_curvature_rise,
                         load,
-                        dipole: flexible.dipole_per_length.unwrap_or_default(),
+                        dipole: flexible.magnet_dipole_per_length(),
                         shear_compliance: [1.0 / x, 1.0 / y, 1.0 / axial],
                     })
                 };
@@ -273,7 +312,7 @@ impl Scene {
             }
             SegmentKind::Rigid(rigid) => {
                 let length = self.segment_length(index);
-                let magnet = rigid.dipole_per_length.unwrap_or_default();
+                let magnet = rigid.magnet_dipole_per_length();
                 let coil = rigid.coil.map_or([0.0; 3], |coil| coil.dipole());
                 let dipole = std::array::from_fn(|axis| coil[axis] + magnet[axis] * length);
                 put(RodSegment::Rigid(RigidRod { length, dipole, weight: self.weight(rigid, length) }));
@@ -293,8 +332,19 @@ impl Scene {
     fn weight(&self, rigid: &Rigid, length: f64) -> Vector {
         let load = self.loads.distributed_force.unwrap_or_default();
         let gravity = self.loads.gravity.unwrap_or_default();
-        let mass = rigid.mass.unwrap_or(0.0);
+        let mass = self.mass(rigid, length);
         std::array::from_fn(|axis| load[axis] * length + mass * gravity[axis])
+    }
+
+    /// Mass of a rigid segment, net of displaced fluid where it follows from a density (kg)
+    pub fn mass(&self, rigid: &Rigid, length: f64) -> f64 {
+        rigid.mass.unwrap_or_else(|| self.body_density(rigid) * length)
+    }
+
+    /// Mass per length that follows from the density of a rigid segment, net of displaced fluid (kg/m)
+    pub(super) fn body_density(&self, rigid: &Rigid) -> f64 {
+        let of = |body: &Body| Some((body.density? - self.loads.fluid_density.unwrap_or(0.0)) * body.cross_section());
+        rigid.body.as_ref().and_then(of).unwrap_or(0.0)
     }
 
     /// Mass per length, net of displaced fluid where the density is of the material (kg/m).

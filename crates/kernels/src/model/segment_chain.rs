@@ -3,8 +3,8 @@
 use super::rotation::{multiply, rotation_matrix};
 use super::segment_parameter::{SegmentParameter, ShearAxis};
 use super::{
-    Axis, Coil, CoilWinding, Density, Flexible, Matrix, Profile, Rigid, Scene, SegmentKind, ShearElasticity, Slot,
-    Stiffness, StiffnessAxis, Vector,
+    Axis, Body, Coil, CoilWinding, Density, Flexible, MagnetMaterial, Matrix, Profile, Rigid, Scene, SegmentKind,
+    ShearElasticity, Slot, Stiffness, StiffnessAxis, Vector,
 };
 use SegmentParameter as S;
 use std::f64::consts::PI;
@@ -58,10 +58,23 @@ fn flexible_chain(parameter: SegmentParameter, scene: &Scene, index: usize, flex
             along(Slot::ShearCompliance, Axis::Z, -axial.powi(-2))
         }
         S::DipolePerLength(axis) => along(Slot::DipolePerLength, axis, 1.0),
+        S::Remanence(_) | S::Magnetization(_) | S::VolumeFraction => {
+            let area = flexible.stiffness.cross_section().unwrap_or(0.0);
+            let rates = flexible.magnet.map_or([0.0; 3], |magnet| material_rates(parameter, &magnet));
+            Axis::ALL
+                .into_iter()
+                .flat_map(|axis| along(Slot::DipolePerLength, axis, area * rates[axis.index()]))
+                .collect()
+        }
         S::LinearDensity => weight_chain(scene, index, 1.0),
         S::Density => weight_chain(scene, index, flexible.stiffness.cross_section().unwrap_or(0.0)),
         _ => {
             let mut chain = stiffness(tube_stiffness_rates(&flexible.stiffness, parameter));
+            // A larger radius also changes the dipole of a magnetic material.
+            if let (Some(magnet), Some(rate)) = (flexible.magnet, area_rate(flexible, parameter)) {
+                let of = |axis: Axis| along(Slot::DipolePerLength, axis, magnet.magnetization()[axis.index()] * rate);
+                chain.extend(Axis::ALL.into_iter().flat_map(of));
+            }
             // A larger radius also changes weight, where the density is of the material.
             if let (Some(Density::Volume(density)), Some(rate)) = (flexible.density, area_rate(flexible, parameter)) {
                 let net = density - scene.loads.fluid_density.unwrap_or(0.0);
@@ -117,21 +130,65 @@ fn area_rate(flexible: &Flexible, parameter: SegmentParameter) -> Option<f64> {
 
 fn rigid_chain(parameter: SegmentParameter, scene: &Scene, index: usize, rigid: &Rigid) -> Chain {
     let piece = scene.piece_indices(index).start;
+    let length = scene.segment_length(index);
     let dipole = |rates: Vector| Axis::ALL.map(|axis| (Slot::Dipole(piece, axis), rates[axis.index()])).to_vec();
     match (parameter, &rigid.coil) {
         (S::Length, _) => {
             let mut chain = vec![(Slot::Length(piece), 1.0)];
             let load = scene.loads.distributed_force.unwrap_or_default();
-            chain.extend(Axis::ALL.map(|axis| (Slot::Weight(piece, axis), load[axis.index()])));
-            if let Some(magnet) = rigid.dipole_per_length {
-                chain.extend(dipole(magnet));
+            let weight = match rigid.body {
+                Some(Body { density: Some(_), .. }) if rigid.mass.is_none() => {
+                    let gravity = scene.loads.gravity.unwrap_or_default();
+                    std::array::from_fn(|axis| load[axis] + scene.body_density(rigid) * gravity[axis])
+                }
+                _ => load,
+            };
+            chain.extend(Axis::ALL.map(|axis| (Slot::Weight(piece, axis), weight[axis.index()])));
+            if rigid.is_magnet() {
+                chain.extend(dipole(rigid.magnet_dipole_per_length()));
             }
             chain
+        }
+        (S::Density, _) => weight_chain(scene, index, rigid.body.map_or(0.0, |body| body.cross_section()) * length),
+        (S::InnerRadius | S::OuterRadius | S::Diameter, _) => {
+            let rate = rigid.body.map_or(0.0, |body| match parameter {
+                S::InnerRadius => -2.0 * PI * body.inner_radius,
+                S::OuterRadius => 2.0 * PI * body.outer_radius,
+                _ => PI * body.outer_radius,
+            });
+            let mut chain = Chain::new();
+            if let Some(density) = rigid.body.and_then(|body| body.density) {
+                let net = density - scene.loads.fluid_density.unwrap_or(0.0);
+                chain.extend(weight_chain(scene, index, net * rate * length));
+            }
+            if let Some(magnet) = rigid.magnet {
+                chain.extend(dipole(magnet.magnetization().map(|x| x * rate * length)));
+            }
+            chain
+        }
+        (S::Remanence(_) | S::Magnetization(_) | S::VolumeFraction, _) => {
+            let volume = rigid.body.map_or(0.0, |body| body.cross_section()) * length;
+            let rates = rigid.magnet.map_or([0.0; 3], |magnet| material_rates(parameter, &magnet));
+            dipole(rates.map(|rate| rate * volume))
         }
         (S::Mass, _) => weight_chain(scene, index, 1.0),
         (S::DipolePerLength(axis), _) => vec![(Slot::Dipole(piece, axis), scene.segment_length(index))],
         (_, Some(coil)) => dipole(dipole_rates(parameter, coil)),
         _ => Chain::new(),
+    }
+}
+
+/// d(dipole per volume) of a magnetic material by one of its numbers.
+fn material_rates(parameter: SegmentParameter, magnet: &MagnetMaterial) -> Vector {
+    let one = magnet.quantity.magnetization();
+    match parameter {
+        S::VolumeFraction => magnet.value.map(|x| x * one),
+        S::Remanence(axis) | S::Magnetization(axis) => {
+            let mut rates = [0.0; 3];
+            rates[axis.unwrap_or(Axis::Z).index()] = one * magnet.volume_fraction.unwrap_or(1.0);
+            rates
+        }
+        _ => [0.0; 3],
     }
 }
 

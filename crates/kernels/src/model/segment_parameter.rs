@@ -1,8 +1,8 @@
 //! Numbers of one segment: their names, reading, setting. How each moves the rod is in `segment_chain.rs`.
 
 use super::{
-    Axis, CoilWinding, Density, Flexible, Node, Profile, Rigid, Segment, SegmentKind, ShearElasticity, Stiffness,
-    StiffnessAxis, Vector,
+    Axis, Body, CoilWinding, Density, Flexible, MagnetMaterial, MagnetQuantity, Node, Profile, Rigid, Segment,
+    SegmentKind, ShearElasticity, Stiffness, StiffnessAxis, Vector,
 };
 use SegmentParameter as S;
 
@@ -39,6 +39,14 @@ pub enum SegmentParameter {
     LinearDensity,
     /// Of a permanent magnet, body frame (A·m).
     DipolePerLength(Axis),
+    /// Remanence of the material; `None`: along the tangent (T).
+    Remanence(Option<Axis>),
+    /// Magnetisation of the material; `None`: along the tangent (A/m).
+    Magnetization(Option<Axis>),
+    /// Share of a composite's volume that is magnetic.
+    VolumeFraction,
+    /// Outer diameter of a rigid segment (m).
+    Diameter,
     /// Of a rigid segment (kg).
     Mass,
     /// Of a coil of a rigid segment (A).
@@ -132,12 +140,18 @@ impl SegmentParameter {
                     None => {}
                 }
                 all.extend::<Vec<_>>(magnet(&flexible.dipole_per_length));
+                all.extend(flexible.magnet.iter().flat_map(of_material));
             }
             SegmentKind::Rigid(rigid) => {
                 if rigid.mass.is_some() {
                     all.push(S::Mass);
                 }
                 all.extend::<Vec<_>>(magnet(&rigid.dipole_per_length));
+                if let Some(Body { density, .. }) = rigid.body {
+                    all.extend([S::InnerRadius, S::OuterRadius, S::Diameter]);
+                    all.extend(density.map(|_| S::Density));
+                }
+                all.extend(rigid.magnet.iter().flat_map(of_material));
                 if let Some(coil) = &rigid.coil {
                     all.extend(Axis::ALL.map(S::Current));
                     match coil.winding {
@@ -176,6 +190,10 @@ impl SegmentParameter {
             S::Density => "density".into(),
             S::LinearDensity => "linear_density".into(),
             S::DipolePerLength(axis) => format!("dipole_per_length.{}", axis.name()),
+            S::Remanence(axis) => of_axis("remanence", axis),
+            S::Magnetization(axis) => of_axis("magnetization", axis),
+            S::VolumeFraction => "volume_fraction".into(),
+            S::Diameter => "diameter".into(),
             S::Mass => "mass".into(),
             S::Current(axis) => format!("current.{}", axis.name()),
             S::Turns(axis) => format!("turns.{}", axis.name()),
@@ -193,12 +211,14 @@ impl SegmentParameter {
 
     pub(super) fn unit(&self) -> &'static str {
         match self {
-            S::Length | S::InnerRadius | S::OuterRadius => "m",
+            S::Length | S::InnerRadius | S::OuterRadius | S::Diameter => "m",
             S::RestCurvature(_) | S::RestCurvatureNode(..) => "1/m",
             S::Stiffness(_) | S::StiffnessNode(..) => "N·m²",
             S::StiffnessShear(_) | S::StiffnessAxial => "N",
             S::YoungsModulus | S::ShearModulus => "Pa",
-            S::PoissonRatio | S::Turns(_) => "",
+            S::PoissonRatio | S::Turns(_) | S::VolumeFraction => "",
+            S::Remanence(_) => "T",
+            S::Magnetization(_) => "A/m",
             S::Density => "kg/m³",
             S::LinearDensity => "kg/m",
             S::DipolePerLength(_) => "A·m",
@@ -217,6 +237,7 @@ impl SegmentParameter {
                 let stiffness = flexible.stiffness.principal();
                 axis.axes().iter().map(|axis| stiffness[axis.index()]).sum::<f64>() / axis.axes().len() as f64
             }
+            (SegmentKind::Rigid(Rigid { body: Some(body), .. }), S::Diameter) => 2.0 * body.outer_radius,
             _ => {
                 let numbers = self.numbers(&mut segment);
                 if numbers.is_empty() { self.absent() } else { mean(&numbers) }
@@ -238,6 +259,7 @@ impl SegmentParameter {
             (SegmentKind::Flexible(flexible), S::Density) => flexible.density = Some(Density::Volume(value)),
             (SegmentKind::Flexible(flexible), S::LinearDensity) => flexible.density = Some(Density::Linear(value)),
             (SegmentKind::Rigid(rigid), S::Mass) => rigid.mass = Some(value),
+            (SegmentKind::Rigid(Rigid { body: Some(body), .. }), S::Diameter) => body.outer_radius = 0.5 * value,
             _ => self.numbers(segment).into_iter().for_each(|number| *number = value),
         }
     }
@@ -253,6 +275,15 @@ impl SegmentParameter {
             (SegmentKind::Rigid(Rigid { dipole_per_length, .. }), S::DipolePerLength(axis)) => {
                 dipole_per_length.as_mut().map(|dipole| &mut dipole[axis.index()])
             }
+            (SegmentKind::Rigid(Rigid { body: Some(body), .. }), S::InnerRadius) => Some(&mut body.inner_radius),
+            (SegmentKind::Rigid(Rigid { body: Some(body), .. }), S::OuterRadius) => Some(&mut body.outer_radius),
+            (SegmentKind::Rigid(Rigid { body: Some(body), .. }), S::Density) => body.density.as_mut(),
+            (SegmentKind::Rigid(Rigid { magnet: Some(magnet), .. }), S::Remanence(axis) | S::Magnetization(axis)) => {
+                Some(magnet.number(axis))
+            }
+            (SegmentKind::Rigid(Rigid { magnet: Some(magnet), .. }), S::VolumeFraction) => {
+                magnet.volume_fraction.as_mut()
+            }
             (SegmentKind::Rigid(Rigid { coil: Some(coil), .. }), parameter) => match (parameter, &mut coil.winding) {
                 (S::Current(axis), _) => Some(&mut coil.current[axis.index()]),
                 (S::Alignment(axis), _) => Some(&mut coil.alignment[axis.index()]),
@@ -265,6 +296,25 @@ impl SegmentParameter {
         };
         number.into_iter().collect()
     }
+}
+
+/// Numbers of a magnetic material.
+fn of_material(material: &MagnetMaterial) -> Vec<SegmentParameter> {
+    let number = match material.quantity {
+        MagnetQuantity::Remanence => S::Remanence,
+        MagnetQuantity::Magnetization => S::Magnetization,
+    };
+    let mut all: Vec<SegmentParameter> = match material.is_along {
+        true => vec![number(None)],
+        false => Axis::ALL.map(|axis| number(Some(axis))).to_vec(),
+    };
+    all.extend(material.volume_fraction.map(|_| S::VolumeFraction));
+    all
+}
+
+/// Path of a vector's component, or of one number.
+fn of_axis(name: &str, axis: Option<Axis>) -> String {
+    axis.map_or(name.to_owned(), |axis| format!("{name}.{}", axis.name()))
 }
 
 fn of_profile<A: Copy>(
@@ -307,6 +357,12 @@ fn flexible_numbers(flexible: &mut Flexible, parameter: SegmentParameter) -> Vec
         (S::StiffnessAxial, _) => flexible.stiffness_axial.as_mut().into_iter().collect(),
         (S::DipolePerLength(axis), _) => {
             flexible.dipole_per_length.as_mut().map_or(Vec::new(), |dipole| of_axes(dipole, &[axis]))
+        }
+        (S::Remanence(axis) | S::Magnetization(axis), _) => {
+            flexible.magnet.as_mut().map(|magnet| magnet.number(axis)).into_iter().collect()
+        }
+        (S::VolumeFraction, _) => {
+            flexible.magnet.as_mut().and_then(|magnet| magnet.volume_fraction.as_mut()).into_iter().collect()
         }
         (S::Density | S::LinearDensity, _) => match &mut flexible.density {
             Some(Density::Volume(density) | Density::Linear(density)) => vec![density],

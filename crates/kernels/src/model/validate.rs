@@ -1,8 +1,8 @@
 //! Whether a scene's numbers describe a rod.
 
 use super::{
-    CoilWinding, Density, GradientEntry, Node, Profile, Scene, SceneError, Segment, SegmentKind, ShearElasticity,
-    Stiffness, Vector,
+    CoilWinding, Density, GradientEntry, MagnetMaterial, Node, Profile, Scene, SceneError, Segment, SegmentKind,
+    ShearElasticity, Stiffness, Vector,
 };
 use std::collections::HashSet;
 
@@ -73,6 +73,7 @@ pub(super) fn validate(scene: &Scene) -> Result<(), SceneError> {
                 }
                 check_finite(&format!("{name}.dipole_per_length"), flexible.dipole_per_length.unwrap_or_default())?;
                 let is_tube = matches!(flexible.stiffness, Stiffness::Tube { .. });
+                check_material(name, flexible.magnet, is_tube)?;
                 match flexible.density {
                     None => {}
                     Some(Density::Volume(density)) => {
@@ -95,10 +96,22 @@ pub(super) fn validate(scene: &Scene) -> Result<(), SceneError> {
             }
             SegmentKind::Rigid(rigid) => {
                 if let Some(mass) = rigid.mass {
-                    check(format!("{name}.mass"), mass, mass.is_finite(), "finite")?;
+                    check(format!("{name}.mass"), mass, mass.is_finite() && mass >= 0.0, "finite and not negative")?;
                     massive = true;
                 }
                 check_finite(&format!("{name}.dipole_per_length"), rigid.dipole_per_length.unwrap_or_default())?;
+                if let Some(body) = &rigid.body {
+                    check_positive(format!("{name}.tube.outer_radius"), body.outer_radius)?;
+                    let is_inside = body.inner_radius >= 0.0 && body.inner_radius < body.outer_radius;
+                    let words = "not negative and below `tube.outer_radius`";
+                    check(format!("{name}.tube.inner_radius"), body.inner_radius, is_inside, words)?;
+                    if let Some(density) = body.density {
+                        let is_possible = density.is_finite() && density >= 0.0;
+                        check(format!("{name}.density"), density, is_possible, "finite and not negative")?;
+                        massive = true;
+                    }
+                }
+                check_material(name, rigid.magnet, rigid.body.is_some())?;
                 if let Some(coil) = rigid.coil {
                     check_finite(&format!("{name}.coil.current"), coil.current)?;
                     check_finite(&format!("{name}.coil.alignment"), coil.alignment)?;
@@ -124,6 +137,20 @@ pub(super) fn validate(scene: &Scene) -> Result<(), SceneError> {
     }
     check_positive("the rod's total length".into(), scene.total_length())?;
     if scene.loads.gravity.is_some() && !massive { Err(SceneError::GravityWithoutMass) } else { Ok(()) }
+}
+
+/// A magnetic material, whose dipole needs a cross-section.
+fn check_material(name: &str, magnet: Option<MagnetMaterial>, has_area: bool) -> Result<(), SceneError> {
+    let Some(magnet) = magnet else { return Ok(()) };
+    let path = format!("{name}.{}", magnet.quantity.name());
+    let size = magnet.value.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
+    check(path.clone(), size, has_area, "beside a `tube` or a `diameter`, which tell the volume")?;
+    match magnet.is_along {
+        true => check(path, magnet.value[2], magnet.value[2].is_finite(), "finite")?,
+        false => check_finite(&path, magnet.value)?,
+    }
+    let Some(share) = magnet.volume_fraction else { return Ok(()) };
+    check(format!("{name}.volume_fraction"), share, (0.0..=1.0).contains(&share), "from 0 to 1")
 }
 
 /// The sources of a field that varies in space.
@@ -163,6 +190,8 @@ fn check_sources(scene: &Scene) -> Result<(), SceneError> {
         if coils != currents || coils == 0 {
             return Err(SceneError::CurrentsOfCoils { name: name.clone(), coils, currents });
         }
+        let is_possible = array.clearance.is_finite() && array.clearance >= 0.0;
+        check(format!("{name}.clearance"), array.clearance, is_possible, "finite and not negative")?;
         for (k, current) in array.current.iter().enumerate() {
             check(format!("{name}.current.{}", k + 1), *current, current.is_finite(), "finite")?;
         }
@@ -180,7 +209,7 @@ fn check_sources(scene: &Scene) -> Result<(), SceneError> {
         }
     }
     let is_magnetised = |segment: &&Segment| match &segment.kind {
-        SegmentKind::Flexible(flexible) => flexible.dipole_per_length.is_some(),
+        SegmentKind::Flexible(flexible) => flexible.is_magnet(),
         SegmentKind::Rigid(_) => false,
     };
     if let Some(segment) = scene.segments.iter().find(is_magnetised).filter(|_| !sources.maps.is_empty()) {

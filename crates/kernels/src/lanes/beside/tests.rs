@@ -24,6 +24,7 @@ fn plan(loads: Loads, bending: [f64; 2], general: bool) -> Plan {
         stiffness_axial: None,
         density: None,
         dipole_per_length: general.then_some([0.0, 0.001, 0.01]),
+        magnet: None,
     };
     let scene = Scene {
         name: String::new(),

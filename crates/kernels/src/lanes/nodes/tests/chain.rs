@@ -117,6 +117,7 @@ impl Column {
             stiffness_axial: None,
             density: None,
             dipole_per_length: None,
+            magnet: None,
         };
         let magnet = Rigid { dipole_per_length: Some(self.dipole.map(|x| x / TIP_LENGTH)), ..Rigid::default() };
         let segment = |name: &str, length: f64, kind: SegmentKind| Segment { name: name.into(), length, kind };
