@@ -73,7 +73,8 @@ pub(super) struct Path {
     pub gave_up: bool,
 }
 
-/// Follows the equilibrium from the unloaded rod as far as it stays stable, under a dead tip moment as far as dr/dm0 stays regular, and whether two paths ended alike.
+/// Follows the equilibrium from the unloaded rod as far as it stays stable, under a dead tip moment as far as dr/dm0 stays regular, and
+/// whether two paths ended alike.
 pub(super) fn from_rest(chain: &Chain) -> (Path, bool) {
     twice(
         None,
