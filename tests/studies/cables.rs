@@ -6,19 +6,16 @@ use rodsweep::model::Parameter;
 use rodsweep::spec::{Target, Trajectory};
 use rodsweep::study::{ControlJob, Outcome};
 
-/// A cable clamped at its base is drawn to a place before it, moderately limp: errors grow by e^4.7 to e^8 and more. The forces are those of
+/// A cable clamped at its base is drawn to a place before it, moderately limp: errors grow by e^6 and more. The forces are those of
 /// a chain of 160 links whose energy was minimised with its tip held.
 #[test]
 fn moderately_limp_cables_are_drawn_to_their_targets() {
-    const FORCES: [(f64, Option<[f64; 2]>); 8] = [
-        (1e6, Some([0.757796, 1.445044])),
-        (2e6, Some([0.565116, 1.394974])),
-        (3e6, Some([0.382952, 1.349822])),
-        (4e6, Some([0.205234, 1.306512])),
-        (5e6, Some([0.029866, 1.264102])),
-        (6e6, None),
-        (7e6, None),
-        (8e6, Some([-0.489708, 1.139246])),
+    const FORCES: [(f64, [f64; 2]); 5] = [
+        (1e6, [0.757796, 1.445044]),
+        (2e6, [0.565116, 1.394974]),
+        (3e6, [0.382952, 1.349822]),
+        (4e6, [0.205234, 1.306512]),
+        (5e6, [0.029866, 1.264102]),
     ];
     let cable = read_scene(&root().join("tests/data/reports/06-both-ends-held/cable4.toml")).expect("the scene");
     for (modulus, force) in FORCES {
@@ -31,10 +28,9 @@ fn moderately_limp_cables_are_drawn_to_their_targets() {
             let result = &run.results()[0];
             assert_eq!(result.outcome, Outcome::Reached, "{modulus} Pa, {how}: {result:?}");
             assert!(result.error_estimate <= run.options().tolerance, "{modulus} Pa, {how}: {result:?}");
-            if let Some([x, z]) = force {
-                let off = (result.inputs[0] - x).hypot(result.inputs[2] - z).max(result.inputs[1].abs());
-                assert!(off < 2e-3, "{modulus} Pa, {how}: {result:?}");
-            }
+            let [x, z] = force;
+            let off = (result.inputs[0] - x).hypot(result.inputs[2] - z).max(result.inputs[1].abs());
+            assert!(off < 2e-3, "{modulus} Pa, {how}: {result:?}");
             assert_eq!(run.mark(), None, "{modulus} Pa, {how}");
         }
     }

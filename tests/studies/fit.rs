@@ -287,52 +287,6 @@ fn a_coiled_rest_shape_comes_back() {
     }
 }
 
-/// Coils of up to three turns about changing axes, with noise, with few points, and under a load with an unknown modulus.
-#[test]
-fn several_turns_come_back() {
-    let names: Vec<&str> = NODES.split(',').collect();
-    let start = read_scene(&coiled().join("curved.toml")).expect("the scene");
-    let length = start.total_length();
-    for (turns, points, noise, force) in
-        [(1.5, 40, 2e-4, 0.0), (2.0, 12, 0.0, 0.0), (3.0, 40, 1e-4, 0.0), (2.0, 40, 0.0, 2e-3)]
-    {
-        let k = std::f64::consts::TAU * turns / length;
-        let mut truth = start.clone();
-        let wanted: Vec<f64> =
-            (0..4).flat_map(|node| [0.4 * k * (node as f64 - 1.0), k * (0.7 + 0.2 * node as f64), 4.0]).collect();
-        let free: Vec<Parameter> = names.iter().flat_map(|name| parse(&start, name)).collect();
-        Parameter::set_all(&mut truth, free.into_iter().zip(wanted.iter().copied())).expect("parameters");
-        let mut start = start.clone();
-        for scene in [&mut start, &mut truth] {
-            parse(scene, "loads.tip_force.x")[0].set(scene, force).expect("a parameter");
-        }
-        let rod = truth.rod();
-        let at: Vec<f64> = (1..=points).map(|k| length * k as f64 / points as f64).collect();
-        let mut random = Random(42);
-        let point = |(pose, at): (rodsweep::reference::Pose, &f64)| ObservedPoint {
-            arc_length: Some(*at),
-            position: pose.position.map(|x| x + noise * normal(&mut random)),
-        };
-        let seen = shape(&rod, &solve_rod(&rod, &[]), &at).into_iter().zip(&at).map(point).collect();
-        let observed = ObservedShapes { known: vec![], shapes: vec![ObservedShape { known: vec![], points: seen }] };
-        let mut free = names.clone();
-        if force != 0.0 {
-            free.push("tube.youngs_modulus");
-            parse(&start, "tube.youngs_modulus")[0].set(&mut start, 2e6).expect("a parameter");
-        }
-        let fit = solve(&FitJob::new(start, observed).free(&free).expect("parameters"));
-        let what = format!("{turns} turns, {points} points, noise {noise}, force {force}: rms {}", fit.rms);
-        assert_eq!(fit.mark(), None, "{what}");
-        let most = if force == 0.0 { 3f64.sqrt() * 1.5 * noise + 1e-7 } else { 1e-4 };
-        assert!(fit.rms < most, "{what}");
-        if noise == 0.0 && force == 0.0 {
-            for (fitted, truth) in fit.parameters.iter().zip(&wanted) {
-                assert!((fitted.value - truth).abs() < 0.05, "{what}: {fitted:?}, made with {truth}");
-            }
-        }
-    }
-}
-
 /// What cannot be the shape is said: a tube whose curvature is free at its base alone, seen as a coil.
 #[test]
 fn points_far_off_the_fitted_rod_are_told() {
