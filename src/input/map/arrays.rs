@@ -2,7 +2,7 @@
 
 use super::data::{Factors, POTENTIAL, Samples, Values};
 use super::grid::of_axes;
-use super::samples::{FLUX, Named, PLACES, meaning, of_columns};
+use super::nodes::{FLUX, Named, PLACES, meaning, of_columns};
 use super::{MOST_NODES, wrong};
 use crate::input::InputError;
 use crate::table::npy::{NumberArray, array_names, read_arrays};

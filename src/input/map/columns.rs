@@ -1,7 +1,7 @@
 //! Text with a row for each node, as other programs write it.
 
 use super::data::{Factors, POTENTIAL, Samples};
-use super::samples::{FLUX, Named, PLACES, meaning, of_columns};
+use super::nodes::{FLUX, Named, PLACES, meaning, of_columns};
 use super::wrong;
 use crate::input::InputError;
 use crate::input::error::Problem;

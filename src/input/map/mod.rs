@@ -5,6 +5,7 @@ mod columns;
 mod data;
 mod gaps;
 mod grid;
+mod nodes;
 mod samples;
 mod vti;
 mod vtk;
