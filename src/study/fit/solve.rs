@@ -15,8 +15,10 @@ const EXACT: f64 = 1e-7;
 const BENT: f64 = 2.0;
 /// ... that is, within this share of the length.
 const SLIGHT: f64 = 5e-3;
-/// Residuals within so many times the noise given are as good as any.
+/// Residuals within so many times the noise, given or of the points themselves, are as good as any.
 const NEAR: f64 = 2.0;
+/// No further start is tried after so many evaluations: what is left is told as a misfit.
+const MOST_EVALUATIONS: usize = 2000;
 /// Another end is better where its residuals are below this share.
 const BETTER: f64 = 0.999;
 
@@ -32,7 +34,7 @@ pub(super) fn fit(problem: &Problem, make: &mut MakeEngine) -> Result<Fit, FitEr
     let x = DVector::zeros(parameters);
     let search = Search { model, x, sigma, state: None, failure: None, worst: 0.0, evaluations: 0, part: None };
     let noise_of_points = noise_of_points(&problem.observed, search.model.length);
-    let (mut search, End { x, state, converged }) = best(search)?;
+    let (mut search, End { x, state, converged }) = best(search, problem.noise.or(noise_of_points))?;
     let squares = state.residuals.norm_squared();
     let freedom = observations - parameters;
     let noise = problem.noise.unwrap_or(if freedom > 0 { (squares / freedom as f64).sqrt() } else { 0.0 });
@@ -85,8 +87,9 @@ pub(super) fn fit(problem: &Problem, make: &mut MakeEngine) -> Result<Fit, FitEr
     })
 }
 
-/// The best end of all descents. Others than the scene's own are tried where the rod is so bent that there may be other minima.
-fn best(search: Search<'_>) -> Result<(Search<'_>, End), FitError> {
+/// The best end of all descents. Others than the scene's own are tried where the rod is so bent that there may be other minima,
+/// until one leaves no more than the noise of a coordinate (m).
+fn best(search: Search<'_>, noise: Option<f64>) -> Result<(Search<'_>, End), FitError> {
     let problem = search.model.problem();
     let length = search.model.length;
     let (mut search, first) = descend(search, &DVector::zeros(problem.free.len()), PATIENCE);
@@ -98,8 +101,9 @@ fn best(search: Search<'_>) -> Result<(Search<'_>, End), FitError> {
         return Ok((search, best));
     }
     for start in Start::all() {
-        let near = problem.noise.map_or(EXACT * length, |noise| (NEAR * noise).min(SLIGHT * length));
-        if rms(&best) < near || (matches!(start, Start::Circle { .. }) && rms(&best) < SLIGHT * length) {
+        let near = noise.map_or(EXACT * length, |noise| (NEAR * noise).clamp(EXACT * length, SLIGHT * length));
+        let is_spent = search.evaluations > MOST_EVALUATIONS;
+        if rms(&best) < near || is_spent || (matches!(start, Start::Circle { .. }) && rms(&best) < SLIGHT * length) {
             break;
         }
         let (after, place) = start.place(search);
