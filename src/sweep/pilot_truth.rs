@@ -94,13 +94,7 @@ fn gathered(batch: &Batch, some: &[usize]) -> Batch {
 
 /// How far two answers to a sample are apart: by the tip, over the rod's length or in radians, and by the worst column over its
 /// norm. Nothing where both failed, infinitely where one has.
-pub fn apart(
-    plan: &Plan,
-    batch: &Batch,
-    scales: &ColumnScales,
-    (a, b): (&Solutions, &Solutions),
-    at: usize,
-) -> (f64, f64) {
+pub fn apart(plan: &Plan, batch: &Batch, scales: &ColumnScales, (a, b): (&Solutions, &Solutions), at: usize) -> (f64, f64) {
     match (a.status(at).is_success(), b.status(at).is_success()) {
         (true, true) => {}
         (false, false) => return (0.0, 0.0),
