@@ -16,7 +16,6 @@ mod missing;
 mod on_device;
 mod options;
 mod pilot;
-mod pilot_truth;
 mod pipeline;
 mod refine;
 mod run;

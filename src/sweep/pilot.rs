@@ -2,11 +2,11 @@
 
 use super::check::distribution;
 use super::columns::ColumnScales;
-use super::pilot_truth::{ROUND_OFF, Truth, apart};
 use crate::backend::BackendError;
 use crate::backend::BackendFactory;
 use crate::engines::for_second_attempt;
 use crate::model::path::limp_growth;
+use crate::model::rotation_angle;
 use crate::model::{Batch, DerivativeScale, Plan, PlanOptions, Quantity, Solutions, Stepper};
 use crate::results::PilotChoice;
 use crate::spec::Sampler;
@@ -19,6 +19,17 @@ const SAMPLES: u64 = 64;
 const RESERVE: f64 = 4.0;
 /// That of an answer of which one on twice the steps is known, over their difference.
 const TIP_RESERVE: f64 = 1.5;
+/// Steps and refinements of the truth that errors are measured against. It ends where two of them agree.
+const TRUTH_STEPS: usize = 8;
+const TRUTH_REFINEMENTS: [usize; 5] = [1, 2, 4, 8, 16];
+/// They agree where tips differ by less than this share of the tolerance, and columns by less than this share of theirs.
+const AGREEMENT: f64 = 0.02;
+/// Tips are never asked to agree better, nor is a smaller error measured.
+const ROUND_OFF: f64 = 1e-12;
+/// The truth takes at least so many times the steps of what is measured against it.
+const TRUTH_LEAD: usize = 2;
+/// What is asked of it at least.
+const TRUTH_TOLERANCE: f64 = 1e-12;
 /// At least that share, whatever the pilot has seen.
 const LEAST_SHARE: f64 = 1.0 / 64.0;
 /// The error of derivatives is taken to be so many times the pilot's median.
@@ -143,6 +154,74 @@ fn solved(plan: &Plan, steps: usize, batch: &Batch, factory: BackendFactory) -> 
     let bare = DerivativeScale::BARE;
     let options = PlanOptions { steps, error_share: 1.0, derivative_scale: bare, ..plan.options };
     factory(&plan.with_options(options))?.solve(batch)
+}
+
+/// Answers on grids that are refined until two of them agree.
+struct Truth<'a> {
+    plan: &'a Plan,
+    batch: &'a Batch,
+    factory: BackendFactory<'a>,
+    /// On the last grid.
+    solutions: Solutions,
+    /// Of each sample: how far the last two are apart, by their tips and by their columns.
+    doubt: Vec<(f64, f64)>,
+    /// Grids so far.
+    grids: usize,
+}
+
+impl<'a> Truth<'a> {
+    fn new(plan: &'a Plan, batch: &'a Batch, factory: BackendFactory<'a>) -> Truth<'a> {
+        let count = batch.sample_count();
+        let (solutions, doubt) = (Solutions::new(plan, count), vec![(0.0, 0.0); count]);
+        Truth { plan, batch, factory, solutions, doubt, grids: 0 }
+    }
+
+    /// Refines until the truth is ahead of so many steps and two grids agree, or there is no finer one.
+    fn lead(&mut self, steps: usize) -> Result<(), BackendError> {
+        while let Some(refinement) = TRUTH_REFINEMENTS.get(self.grids) {
+            let is_ahead = self.grids > 1 && TRUTH_STEPS * TRUTH_REFINEMENTS[self.grids - 1] >= TRUTH_LEAD * steps;
+            if is_ahead && self.agrees() {
+                break;
+            }
+            let (plan, usual) = (self.plan, self.plan.options);
+            let tolerance = usual.tolerance.min(TRUTH_TOLERANCE);
+            let (stepper, steps, refinement) = (Stepper::Dop853, TRUTH_STEPS, *refinement);
+            let options = PlanOptions { stepper, steps, refinement, tolerance, ..usual };
+            let finer = (self.factory)(&plan.with_options(options))?.solve(self.batch)?;
+            let coarser = std::mem::replace(&mut self.solutions, finer);
+            if self.grids > 0 {
+                let scales = ColumnScales::of_each(plan, &self.solutions);
+                let of_sample = |at| apart(plan, self.batch, &scales, (&coarser, &self.solutions), at);
+                self.doubt = (0..self.batch.sample_count()).map(of_sample).collect();
+            }
+            self.grids += 1;
+        }
+        Ok(())
+    }
+
+    fn agrees(&self) -> bool {
+        let PlanOptions { tolerance, derivative_tolerance, .. } = self.plan.options;
+        let is_sure = |(tip, columns): &(f64, f64)| {
+            *tip <= (AGREEMENT * tolerance).max(ROUND_OFF) && *columns <= AGREEMENT * derivative_tolerance
+        };
+        // Grids on which no sample arrives agree on nothing.
+        (0..self.doubt.len()).any(|at| self.solutions.status(at).is_success()) && self.doubt.iter().all(is_sure)
+    }
+}
+
+/// How far two answers to a sample are apart: by the tip, over the rod's length or in radians, and by the worst column over its
+/// norm. Nothing where both failed, infinitely where one has.
+fn apart(plan: &Plan, batch: &Batch, scales: &ColumnScales, (a, b): (&Solutions, &Solutions), at: usize) -> (f64, f64) {
+    match (a.status(at).is_success(), b.status(at).is_success()) {
+        (true, true) => {}
+        (false, false) => return (0.0, 0.0),
+        _ => return (f64::INFINITY, f64::INFINITY),
+    }
+    let length = plan.sample_rod(batch, at).total_length();
+    let (p, q) = (a.vector(at, Quantity::TipPosition), b.vector(at, Quantity::TipPosition));
+    let dp = (0..3).map(|k| (p[k] - q[k]).powi(2)).sum::<f64>().sqrt() / length;
+    let tip = dp.max(rotation_angle(&a.tip_rotation(at), &b.tip_rotation(at)));
+    (tip, scales.worst_error((a, b), at, length).0)
 }
 
 /// Stages of a pass over the rod.
