@@ -381,15 +381,6 @@ pub(crate) fn for_second_path(plan: &Plan) -> Plan {
     plan.with_options(PlanOptions { pace: SECOND_PACE, ..plan.options })
 }
 
-/// Follows the path of a row that only a second attempt has solved, at that resolution, by other steps.
-///
-/// # Errors
-///
-/// A plan that the engine does not model.
-pub(crate) fn second_path_of_refined(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
-    cpu_f64(&for_second_path(&for_second_attempt(plan)))
-}
-
 /// The plan that [`second_attempt`] solves.
 pub(crate) fn for_second_attempt(plan: &Plan) -> Plan {
     let steps = plan.options.steps.max(SECOND_STEPS);

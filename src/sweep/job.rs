@@ -11,9 +11,7 @@ use super::second_path::PathCheckOptions;
 use super::sink::RowSink;
 use super::summary::Summary;
 use crate::backend::{Backend, BackendError, BackendFactory, BackendKind, Precision};
-use crate::engines::{
-    Engine, EngineRequest, cpu_f64, finer_attempt, for_second_path, second_attempt, second_path_of_refined, witness,
-};
+use crate::engines::{Engine, EngineRequest, cpu_f64, finer_attempt, for_second_path, second_attempt, witness};
 use crate::model::{Plan, PlanOptions};
 use crate::reference::energy;
 use crate::results::{PilotChoice, ResultsError};
@@ -365,7 +363,6 @@ impl<'a> PreparedSweep<'a> {
         let second_path = |plan: &Plan| follower.make(&for_second_path(plan));
         options.second_path =
             job.path_check.filter(|_| !is_reference).map(|rows| (&second_path as BackendFactory, rows));
-        options.second_path_of_refined = Some(&second_path_of_refined);
         options.search = Some(branch_tools(&search));
         options.trusted = job.spot_check.is_some().then_some(&trusted as BackendFactory);
         options.spot_check = job.spot_check.unwrap_or_default();

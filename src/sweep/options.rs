@@ -51,8 +51,6 @@ pub struct RunOptions<'a> {
     /// Follows paths from rest by other steps than the run, and which rows' paths; the spot check's backend decides where their ends
     /// differ.
     pub second_path: Option<(BackendFactory<'a>, PathCheckOptions)>,
-    /// Follows those of refined rows in its place: what failed at the run's resolution would fail there by shorter steps as well.
-    pub second_path_of_refined: Option<BackendFactory<'a>>,
     /// Samples that may fail; `None`: as the sweep says.
     pub max_failures: Option<u64>,
     /// How the number of steps was chosen, for the manifest.
@@ -105,7 +103,6 @@ impl<'a> RunOptions<'a> {
             trusted: None,
             spot_check: SpotCheckOptions::default(),
             second_path: None,
-            second_path_of_refined: None,
             max_failures: None,
             pilot: None,
             notes: Vec::new(),

@@ -88,10 +88,10 @@ pub fn run(
     let checker = checker.filter(|_| finished.is_none());
     let missing = Missing::new(&record, options.shard, &found.done);
     let (total, resumed) = (missing.samples_of_shard(), missing.samples_done());
-    let second_paths = options.trusted.zip(options.second_path).map(|(trusted, (factory, rows))| {
-        let of_refined = options.second_path_of_refined.unwrap_or(factory);
-        SecondPaths::new(sample_count, rows, [factory, of_refined], trusted)
-    });
+    let second_paths = options
+        .trusted
+        .zip(options.second_path)
+        .map(|(trusted, (factory, rows))| SecondPaths::new(sample_count, rows, factory, trusted));
     let finisher = Finisher {
         spec,
         plan: &plan,

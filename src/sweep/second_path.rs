@@ -1,5 +1,5 @@
-//! Second paths: rows with a success status are followed from rest once more, by other steps; refined rows at the resolution of
-//! their second attempt. Where the two ends differ, the reference decides, because it follows in finer steps.
+//! Second paths: rows with a success status are followed from rest once more, by other steps. Where the two ends differ, the
+//! reference decides, because it follows in finer steps.
 //!
 //! A jump stays unseen only if it survives half the first step and half the trust. None of the known jumps did, and no right row
 //! was called into question.
@@ -36,18 +36,13 @@ const ESTIMATES: f64 = 10.0;
 /// Most rows in one call of an engine.
 const MAX_BATCH: usize = 1 << 14;
 
-/// A backend that is made at the first call.
-struct Follower<'a> {
-    factory: BackendFactory<'a>,
-    backend: Option<Box<dyn Backend>>,
-}
-
 /// Follows rows a second time.
 pub(crate) struct SecondPaths<'a> {
     selection: Selection,
-    /// For rows that the run has solved, and for refined ones.
-    followers: [Follower<'a>; 2],
-    judge: Follower<'a>,
+    factory: BackendFactory<'a>,
+    trusted: BackendFactory<'a>,
+    follower: Option<Box<dyn Backend>>,
+    judge: Option<Box<dyn Backend>>,
     pub found: PathCheck,
     /// Wrong rows: kind of doubt, then sample, status before, distance (over the rod's length, or rad).
     wrong: Vec<(DoubtKind, (u64, Status, f64))>,
@@ -57,13 +52,12 @@ impl<'a> SecondPaths<'a> {
     pub fn new(
         sample_count: u64,
         options: PathCheckOptions,
-        factories: [BackendFactory<'a>; 2],
+        factory: BackendFactory<'a>,
         trusted: BackendFactory<'a>,
     ) -> SecondPaths<'a> {
-        let (followers, judge) = (factories.map(Follower::new), Follower::new(trusted));
         let selection = Selection::new(sample_count, options.wanted(sample_count), 0x9a7);
         let found = PathCheck { all: options == PathCheckOptions::All, ..PathCheck::default() };
-        SecondPaths { selection, followers, judge, found, wrong: Vec::new() }
+        SecondPaths { selection, factory, trusted, follower: None, judge: None, found, wrong: Vec::new() }
     }
 
     /// Doubts about the rows that were not followed, drawn from those that were; empty where every row was followed.
@@ -90,19 +84,14 @@ impl<'a> SecondPaths<'a> {
     ) -> Result<(), BackendError> {
         let mut places = samples.chosen(self.selection);
         places.retain(|at| solutions.status(*at).is_success());
-        let (refined, usual): (Vec<usize>, Vec<usize>) =
-            places.into_iter().partition(|at| solutions.status(*at) == Status::Refined);
-        for (which, places) in [usual, refined].into_iter().enumerate() {
-            for group in places.chunks(MAX_BATCH) {
-                let again = self.followers[which].solve(plan, |plan| batch(plan, sampler, samples, group))?;
-                self.found.followed += group.len() as u64;
-                let ends = group.iter().enumerate();
-                let differ = ends.filter(|(from, to)| !is_same_end(plan, (solutions, **to), (&again, *from)));
-                let differ: Vec<usize> = differ.map(|(_, to)| *to).collect();
-                if differ.is_empty() {
-                    continue;
-                }
-                let truth = self.judge.solve(plan, |plan| batch(plan, sampler, samples, &differ))?;
+        for group in places.chunks(MAX_BATCH) {
+            let again = solve(&mut self.follower, self.factory, plan, |plan| batch(plan, sampler, samples, group))?;
+            self.found.followed += group.len() as u64;
+            let ends = group.iter().enumerate();
+            let differ = ends.filter(|(from, to)| !is_same_end(plan, (solutions, **to), (&again, *from)));
+            let differ: Vec<usize> = differ.map(|(_, to)| *to).collect();
+            if !differ.is_empty() {
+                let truth = solve(&mut self.judge, self.trusted, plan, |plan| batch(plan, sampler, samples, &differ))?;
                 for (from, to) in differ.iter().enumerate() {
                     self.decide(plan, sampler, samples.index(*to), (solutions, *to), (&truth, from));
                 }
@@ -187,21 +176,20 @@ pub(crate) fn decide(
     }
 }
 
-impl<'a> Follower<'a> {
-    fn new(factory: BackendFactory<'a>) -> Follower<'a> {
-        Follower { factory, backend: None }
-    }
-
-    /// Solves a batch; the backend may have a plan of its own.
-    fn solve(&mut self, plan: &Plan, batch: impl FnOnce(&Plan) -> Batch) -> Result<Solutions, BackendError> {
-        let made = match self.backend.take() {
-            Some(made) => made,
-            None => (self.factory)(plan)?,
-        };
-        let made = self.backend.insert(made);
-        let batch = batch(made.plan());
-        made.solve(&batch)
-    }
+/// Solves a batch by a backend that is made at the first call; the backend may have a plan of its own.
+fn solve<'a>(
+    backend: &mut Option<Box<dyn Backend>>,
+    factory: BackendFactory<'a>,
+    plan: &Plan,
+    batch: impl FnOnce(&Plan) -> Batch,
+) -> Result<Solutions, BackendError> {
+    let made = match backend.take() {
+        Some(made) => made,
+        None => factory(plan)?,
+    };
+    let made = backend.insert(made);
+    let batch = batch(made.plan());
+    made.solve(&batch)
 }
 
 fn batch(plan: &Plan, sampler: &Sampler, samples: &Samples<'_>, places: &[usize]) -> Batch {
