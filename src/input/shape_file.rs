@@ -71,9 +71,13 @@ pub fn read_shapes_with(file: &Path, scene: &Scene, notes: &mut Vec<String>) -> 
     for row in 0..x.len() {
         let values: Vec<f64> = known.iter().map(|(_, values)| values[row]).collect();
         let position = [x[row], y[row], z[row]];
-        if position.iter().any(|x| x.is_nan()) {
+        if position.iter().all(|x| x.is_nan()) {
             unseen += 1;
             continue;
+        }
+        if let Some(k) = position.iter().position(|x| x.is_nan()) {
+            let remedy = format!("row {row} has no {}: give it, or leave out all of x, y and z", PLACES[k]);
+            return Err(table_error(file, None, PLACES[k], Problem::Missing { remedy }));
         }
         if values.iter().chain(&position).any(|x| !x.is_finite()) {
             let problem =

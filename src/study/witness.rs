@@ -119,15 +119,28 @@ mod tests {
     use crate::engines::cpu_f64;
     use crate::input::parse_scene;
     use crate::model::{Parameter, Plan, PlanOptions, Quantity};
-    use crate::shipped::TIP_COIL;
-    use std::path::Path;
+
+    const SCENE: &str = r#"name = "rod"
+[field]
+flux_density = [0, 0, 3]
+[[segment]]
+name = "tube"
+kind = "flexible"
+length = "50 mm"
+stiffness = { bending = "4e-6 N·m²", torsion = "3e-6 N·m²" }
+[[segment]]
+name = "coil"
+kind = "rigid"
+length = "10 mm"
+coil = { turns_area = [[1e-3, 0, 0], [0, 1e-3, 0], [0, 0, 1e-3]], current = [0, 0, 0] }
+"#;
 
     /// 200 tips along a line of currents, of which some are moved by a share of the rod's length; what the check says of them.
     fn check(moved: &[usize], by: f64, error_estimate: f64) -> WitnessCheck {
-        let scene = parse_scene(Path::new(TIP_COIL.0), TIP_COIL.1).unwrap();
+        let scene = parse_scene("scene.toml".as_ref(), SCENE).unwrap();
         let inputs = [Parameter::parse(&scene, "coil.current.y").unwrap()];
         let plan = Plan::new(&scene, &inputs, &[], PlanOptions::default()).unwrap();
-        let current = |at: usize| 1e-3 * at as f64;
+        let current = |at: usize| 1e-4 * at as f64;
         let batch = plan.batch(200, |at, row| row[0] = current(at));
         let rows = cpu_f64(&plan).unwrap().solve(&batch).unwrap();
         let length = scene.rod().total_length();

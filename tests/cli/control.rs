@@ -266,7 +266,8 @@ fn mistakes_in_a_fit_are_named() {
         ("x,y,z,coil.curent.x\n0,0,0,0\n", "did you mean `coil.current.x`?"),
         ("x,y,z,coil.current\n0,0,0,0\n", "a group of 3"),
         ("s,x,y,z\n1 m,0,0,0\n", "the length of the rod"),
-        ("s,x,y,z\n1 mm,0,,0\n", "bad.csv:2: `y`"),
+        ("s,x,y,z\n1 mm,0,,0\n", "`y`: is missing: row 0 has no y"),
+        ("s,x,y,z\n1 mm,,,\n", "no row has a place"),
         ("x,y,z\n0,0,0.09\n", ""),
     ];
     for (text, words) in tables {

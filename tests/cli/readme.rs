@@ -117,6 +117,7 @@ impl Desk {
             ("set_1.txt", "CatheterParameterSet_1.txt"),
             ("spatial.txt", "CatheterSpatialConfiguration_1.txt"),
             ("circle.play", "circle_01_new.play"),
+            ("calibration.yaml", "OctoMag_Calibration.yaml"),
         ] {
             fs::copy(root().join("tests/data/import").join(from), desk.path(to)).expect("a copy");
         }

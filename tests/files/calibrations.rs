@@ -5,63 +5,7 @@ use rodsweep::model::Scene;
 use tempfile::TempDir;
 
 /// Two coils, in the order of `Coil_List` alone.
-const CALIBRATION: &str = "# a comment
----
-Coil_List:
-  - Coil_0
-  - Coil_1
-Coil_1:
-  Src_1:
-    A_Coeff: ~
-    B_Coeff:
-      - -2.5e-06
-    Source_Direction:
-      - 0.6
-      - 0.0
-      - -0.8
-    Source_Position: [-0.05, 0.02, -0.04]
-  Source_List:
-    - Src_0
-    - Src_1
-  Src_0:
-    Source_Position:
-      - 0.07
-      - -0.03
-      - 0.01
-    A_Coeff: ~
-    B_Coeff:
-      - 1.5e-06
-    Source_Direction:
-      - 0.48
-      - 0.64
-      - 0.6
-Coil_0:
-  Source_List:
-  - Src_0
-  Src_0:
-    A_Coeff: ~ # none
-    B_Coeff:
-      - 0.003
-    Source_Direction:
-      - 0
-      - 0
-      - 1
-    Source_Position:
-      - 0.017
-      - 0.0
-      - 0.012
-Workspace_Dimensions:
-  -
-    - -0.02
-    - 0.02
-  -
-    - -0.02
-    - 0.02
-  -
-    - -0.01
-    - 0.01
-System_Name: \"Two coils\"
-";
+const CALIBRATION: &str = include_str!("../data/import/calibration.yaml");
 
 fn imported(text: &str) -> Result<(Scene, String), String> {
     let folder = TempDir::new().expect("a folder");

@@ -173,7 +173,7 @@ fn mistakes_are_named() {
         ("remanence = \"1.4 T\"", "remanense = \"1.4 T\"", "magnet[1].remanense", "did you mean `remanence`"),
         ("current = [\"5 A\", -3]", "current = [5]", "coil_array[0].current", "one current for each coil"),
         ("coil_load = \"middle\"", "coil_load = \"midle\"", "model.coil_load", "did you mean `middle`"),
-        ("kind = \"flexible\"\nlength", "kind = \"rigid\"\nlength", "segment[0].tube", "flexible"),
+        ("kind = \"flexible\"\nlength", "kind = \"rigid\"\nlength", "segment[0].youngs_modulus", "flexible"),
     ];
     for (from, to, key, words) in cases {
         let text = text();

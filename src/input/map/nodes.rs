@@ -32,18 +32,24 @@ pub(super) fn of_columns(path: &Path, columns: &Named, there: &str) -> Result<Sa
         })
     };
     let [x, y, z] = PLACES.map(needed);
-    let Placed { lattice, nodes, strays } = of_points(path, [x?, y?, z?])?;
+    let places = [x?, y?, z?];
+    let potential = column(POTENTIAL);
+    let flux = match potential {
+        Some(_) => None,
+        None => {
+            let [x, y, z] = FLUX.map(needed);
+            Some([x?, y?, z?])
+        }
+    };
+    let Placed { lattice, nodes, strays } = of_points(path, places)?;
     let sorted = |values: &[f64]| {
         let mut all = vec![0.0; values.len()];
         nodes.iter().zip(values).for_each(|(node, value)| all[*node] = *value);
         all
     };
-    let values = match column(POTENTIAL) {
-        Some(potential) => Values::Potential(sorted(potential)),
-        None => {
-            let [x, y, z] = FLUX.map(needed);
-            Values::FluxDensity([sorted(x?), sorted(y?), sorted(z?)])
-        }
+    let values = match flux {
+        Some(flux) => Values::FluxDensity(flux.map(sorted)),
+        None => Values::Potential(sorted(potential.unwrap_or_default())),
     };
     let strays = strays.map(|strays| strays.map(|values| sorted(&values)));
     Ok(Samples { lattice, values, strays, notes: Vec::new() })
