@@ -47,11 +47,15 @@ fn points_that_were_not_seen_are_left_out() {
     }
     let folder = TempDir::new().expect("a folder");
     let file = folder.path().join("a.csv");
-    std::fs::write(&file, "s [mm];x [mm];y [mm];z [mm]\n22,5;21,4;-0,1;-6,2\n45,0;38,0;;-20,3\n67,5;NaN;0,1;-38,8\n")
+    std::fs::write(&file, "s [mm];x [mm];y [mm];z [mm]\n22,5;21,4;-0,1;-6,2\n45,0;;;\n67,5;NaN;NaN;NaN\n")
         .expect("a file");
     let (found, notes) = points(&file);
     assert_eq!(found.len(), 1);
     assert!(notes[0].starts_with("2 of 3 points"), "{notes:?}");
+    // One coordinate alone is missing by mistake.
+    std::fs::write(&file, "s [mm];x [mm];y [mm];z [mm]\n22,5;21,4;-0,1;-6,2\n45,0;38,0;;-20,3\n").expect("a file");
+    let error = read(&file).expect_err("no y").to_string();
+    assert!(error.contains("`y`: is missing: row 1 has no y"), "{error}");
     std::fs::write(&file, "s,x,y,z\n0.01,,,\n0.02,nan,nan,nan\n").expect("a file");
     let error = read(&file).expect_err("no point").to_string();
     assert!(error.contains("no row has a place"), "{error}");
