@@ -35,7 +35,7 @@ impl Node {
 
     pub(super) fn text(&self) -> Option<&str> {
         if let Node::Scalar(_, text) = self {
-            Some(text).map(String::as_str).filter(|text| !text.is_empty())
+            Some(text.as_str()).filter(|text| !text.is_empty())
         } else {
             None
         }

@@ -114,8 +114,9 @@ pub(super) fn of_points(path: &Path, points: [&[f64]; 3]) -> Result<Placed, Inpu
     let mut is_taken = vec![false; rows];
     let mut nodes = Vec::with_capacity(rows);
     let mut strays = [0, 1, 2].map(|_| Vec::new());
-    for row in 0..rows {
-        let at = [0, 1, 2].map(|axis| points[axis][row]);
+    let [x, y, z] = points;
+    for (row, ((x, y), z)) in x.iter().zip(y).zip(z).enumerate() {
+        let at = [*x, *y, *z];
         let steps: [f64; 3] = std::array::from_fn(|axis| (at[axis] - lattice.origin[axis]) / lattice.steps[axis]);
         if !is_exact {
             for axis in 0..3 {
@@ -136,7 +137,6 @@ pub(super) fn of_points(path: &Path, points: [&[f64]; 3]) -> Result<Placed, Inpu
         let [i, j, k] = steps.map(|step| step.round() as usize);
         let node = (k * ny + j) * nx + i;
         if std::mem::replace(&mut is_taken[node], true) {
-            let [x, y, z] = at;
             let words = format!("the point ({x}, {y}, {z}) m is given twice, in row {} again: give each once", row + 1);
             return Err(wrong(path, None, "", words));
         }
