@@ -34,11 +34,7 @@ impl Node {
     }
 
     pub(super) fn text(&self) -> Option<&str> {
-        if let Node::Scalar(_, text) = self {
-            Some(text.as_str()).filter(|text| !text.is_empty())
-        } else {
-            None
-        }
+        if let Node::Scalar(_, text) = self { Some(text.as_str()).filter(|text| !text.is_empty()) } else { None }
     }
 
     /// Finite numbers of a list; none where nothing stands.
