@@ -36,7 +36,7 @@ pub struct AdapterSummary {
     pub bus: String,
     /// Vendor and model on the PCI bus; zeros where unknown.
     pub model: (u32, u32),
-    /// What compiles its kernels where there is a choice: `DXC` or `FXC` of Direct3D 12. Empty: the driver itself.
+    /// The compiler of its kernels where there is a choice: `DXC` or `FXC` of Direct3D 12. Empty: the driver itself.
     pub compiler: String,
     /// Largest buffer (bytes)
     pub max_buffer_size: u64,

@@ -121,7 +121,7 @@ pub fn read_shapes_with(file: &Path, scene: &Scene, notes: &mut Vec<String>) -> 
         let mut found = 0;
         for shape in &mut shapes {
             let mut own = scene.clone();
-            // The same values were set above.
+            // These values were set above without an error.
             let _ = Parameter::set_all(&mut own, known.iter().copied().zip(shape.known.iter().copied()));
             found += usize::from(along_the_rod(shape, own.rod().base_position, own.total_length()));
         }

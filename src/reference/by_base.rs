@@ -52,7 +52,7 @@ pub(super) fn error_estimate(passage: &Passage) -> f64 {
     passage.matrix().try_inverse().map_or(1.0, |inverse| error_across(passage, inverse))
 }
 
-/// The same with an inverse of dr/dm0 that may leave out what nothing holds.
+/// Estimates as [`error_estimate`] with an inverse of dr/dm0 that may leave out directions which nothing holds.
 pub(super) fn error_across(passage: &Passage, inverse: Matrix3<f64>) -> f64 {
     let integration = STEPS * TOLERANCE * passage.growth();
     let columns = &passage.tip.columns[..3];

@@ -181,7 +181,7 @@ fn correct(
     }
 }
 
-/// What these passages tell of the branch.
+/// Evidence of the branch from these passages.
 fn regular(chain: &Chain, passages: &Passages, is_definite: bool) -> Regular {
     let w = passages.inverse() * passages.tip().R.transpose();
     Regular { is_dead: chain.has_dead_moment(), is_definite, margin: margin(chain, passages), w, is_inverse: true }

@@ -162,13 +162,13 @@ fn index_at(chain: &Chain, m0_body: Vector3<f64>, integrator: &mut Extrapolation
     stability::index(chain, &[Node::base(chain, m0_body)], integrator)
 }
 
-/// What tells that no load step led over a point where the path ends. S6
+/// Evidence that no load step led over a point where the path ends. S6
 pub(super) struct Regular {
     /// A dead moment acts at the tip.
     pub is_dead: bool,
     /// The second variation, or its symmetric part, is positive.
     pub is_definite: bool,
-    /// Of the symmetric form.
+    /// The margin of the symmetric form.
     pub margin: Option<f64>,
     /// dr/dm0 in the world frame, or its inverse.
     pub w: Matrix3<f64>,

@@ -1,10 +1,10 @@
-//! What a row's word on stability rests on.
+//! The evidence for what a row says of stability.
 
 use crate::model::record::TIP_MOMENT_AT;
 use crate::model::{Batch, Parameter, Plan, Quantity, Solutions};
 use crate::spec::SweepSpec;
 
-/// What is known of an equilibrium's stability rests on this. Under a dead tip moment no energy tells it: its work depends on the
+/// The evidence for an equilibrium's stability. Under a dead tip moment no energy tells it: its work depends on the
 /// way of a rotation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum StabilityEvidence {
@@ -31,7 +31,7 @@ impl StabilityEvidence {
         }
     }
 
-    /// That of a row of some solutions, a sample of a batch of the plan; nothing where the row holds no equilibrium.
+    /// The evidence of a row of some solutions, a sample of a batch of the plan; nothing where the row holds no equilibrium.
     pub(crate) fn of(
         plan: &Plan,
         (batch, sample): (&Batch, usize),

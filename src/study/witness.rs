@@ -167,7 +167,7 @@ coil = { turns_area = [[1e-3, 0, 0], [0, 1e-3, 0], [0, 0, 1e-3]], current = [0, 
         let mark = wrong.mark.as_deref().unwrap_or_default();
         assert!(mark.starts_with("DISTRUSTED: 2 of 64 equilibria"), "{mark}");
         assert_eq!(wrong.sentence(), mark);
-        // What an estimate allows is not elsewhere.
+        // A distance that the estimate allows counts as the same place.
         assert_eq!(check(&[0, 9], 2e-3, 1e-3).wrong, 0);
         let not_a_number = check(&[0], f64::NAN, 1e-8);
         assert_eq!(not_a_number.wrong, 1, "{not_a_number:?}");

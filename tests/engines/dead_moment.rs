@@ -35,7 +35,7 @@ fn plan(scene: &Scene, precision: Precision) -> Plan {
     Plan::new(scene, &[], &[], options).expect("the scene plans")
 }
 
-/// What each engine says: its name, what it found, the largest error of a pose.
+/// The answer of each engine: its name, its solution, the largest error of a pose.
 fn engines(scene: &Scene) -> Vec<(String, Solutions, f64)> {
     let mut all = Vec::new();
     for (precision, pose) in POSE {

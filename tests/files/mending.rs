@@ -36,7 +36,7 @@ fn values_mend_what_is_out_of_range() {
         ("length = \"80 mm\"", "length = \"-80 mm\"", "tube.length", "70 mm", 0.07),
         ("mass = \"58 mg\"", "mass = \"-58 mg\"", "coil.mass", "5e-5", 5e-5),
         ("outer_radius = \"1 mm\"", "outer_radius = \"0.4 mm\"", "tube.tube.outer_radius", "1 mm", 1e-3),
-        // What does not even read.
+        // Text that cannot be read at all.
         ("length = \"80 mm\"", "length = \"as long as it takes\"", "tube.length", "70 mm", 0.07),
         ("turns = [30, 30, 100]", "turns = [30, \"many\", 100]", "coil.turns.y", "20", 20.0),
         ("flux_density = [0, \"3 T\", 0]", "flux_density = [0, \"3 apples\", 0]", "field.flux_density.y", "2 T", 2.0),

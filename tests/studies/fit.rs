@@ -287,7 +287,7 @@ fn a_coiled_rest_shape_comes_back() {
     }
 }
 
-/// What cannot be the shape is said: a tube whose curvature is free at its base alone, seen as a coil.
+/// A misfit is said: a tube whose curvature is free at its base alone, seen as a coil.
 #[test]
 fn points_far_off_the_fitted_rod_are_told() {
     let start = read_scene(&coiled().join("curved.toml")).expect("the scene");

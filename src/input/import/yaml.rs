@@ -149,7 +149,7 @@ fn block(lines: &mut [Line], at: &mut usize, indent: usize, depth: usize) -> Res
     Ok(Node::Map(number, entries))
 }
 
-/// What stands below a name: lines that are indented further, or items of a list at the same place.
+/// The block below a name: lines that are indented further, or items of a list at the same place.
 fn below(lines: &mut [Line], at: &mut usize, indent: usize, number: usize, depth: usize) -> Result<Node, Mistake> {
     match lines.get(*at) {
         Some(line) if line.indent > indent => {

@@ -16,7 +16,7 @@ const NAMES_OF_POINTS: [&str; 10] =
     [POINTS, "grid", "positions", "position", "pos", "xyz", "coords", "coordinates", "nodes", "observers"];
 const NAMES_OF_VECTORS: [&str; 4] = [VECTOR, "b", "B_field", "flux_density"];
 
-/// What an array's name means, and whether it is our own name.
+/// The meaning of an array's name, and whether it is our own name.
 fn of_array(name: &str) -> Option<(&'static str, bool)> {
     match name {
         _ if NAMES_OF_VECTORS.contains(&name) => Some((VECTOR, name == VECTOR)),

@@ -141,7 +141,7 @@ fn dimension_of(name: &str) -> Dimension {
     })
 }
 
-/// What a head means, whether in our own name, and its unit: `Bx [mT]`, `mf.Bx (T)`, `Bx(mT)`, `Bx / mT`, `x_mm`.
+/// The meaning of a head, whether in our own name, and its unit: `Bx [mT]`, `mf.Bx (T)`, `Bx(mT)`, `Bx / mT`, `x_mm`.
 fn understood<'a>(head: &Head<'a>) -> Option<(&'static str, bool, Option<&'a str>)> {
     if let Some((name, is_own)) = meaning(head.name) {
         return Some((name, is_own, head.unit));

@@ -18,7 +18,7 @@ pub(super) struct Samples {
     pub values: Values,
     /// How far each sample was taken from its node (m), where the file's grid is not quite even.
     pub strays: Option<[Vec<f64>; 3]>,
-    /// What was supposed.
+    /// Assumptions, for notes.
     pub notes: Vec<String>,
 }
 

@@ -101,7 +101,7 @@ fn fitted(path: &Path, samples: Samples) -> Result<(MapGrid, Vec<String>), Input
     }
     let mut grid = fit(&values)?;
     if let (true, Values::FluxDensity(b)) = (missing > 0, &mut values) {
-        // What the gaps hold must ask nothing of the potential elsewhere.
+        // Values in the gaps must not change the potential elsewhere.
         for _ in 0..gaps::passes(gaps.len()) {
             let change = gaps::follow(b, &gaps, &lattice, &grid);
             let [x, y, z] = &*b;

@@ -12,7 +12,7 @@ pub(super) const PLACES: [&str; 3] = ["x", "y", "z"];
 /// Numbers by what they are: `x`, `Bx`, `potential`.
 pub(super) type Named = Vec<(&'static str, Vec<f64>)>;
 
-/// What a name of another program means: `mf.Bx`, `X`, `B_y`; with it, whether it is our own name.
+/// The meaning of a name of another program: `mf.Bx`, `X`, `B_y`; with it, whether it is our own name.
 pub(super) fn meaning(name: &str) -> Option<(&'static str, bool)> {
     let known = || PLACES.into_iter().chain(FLUX).chain([POTENTIAL]);
     if let Some(own) = known().find(|known| *known == name) {

@@ -14,7 +14,7 @@ use nalgebra::{DMatrix, DVector, Dyn};
 /// Steps over the rod: the answer is corrected to first order by the reference.
 const STEPS: usize = 24;
 
-/// What is fitted to what.
+/// The numbers and the points of a fit.
 #[derive(Clone, Debug)]
 pub(super) struct Problem {
     /// Where the fit starts.
@@ -106,7 +106,7 @@ impl<'a> Model<'a> {
         known.into_iter().chain(self.values(x)).collect()
     }
 
-    /// What is fitted to what.
+    /// The numbers and the points of a fit.
     pub(crate) fn problem(&self) -> &'a Problem {
         self.problem
     }

@@ -65,7 +65,7 @@ pub(super) fn bend(observed: &ObservedShapes, base: [f64; 3], tangent: [f64; 3])
     observed.shapes.iter().map(of).fold(0.0, f64::max)
 }
 
-/// What is wrong with residuals of this size, in a sentence; `rms` and `noise` of a coordinate (m).
+/// A sentence that says whether residuals of this size are too large; `rms` and `noise` of a coordinate (m).
 pub(super) fn misfit(rms: f64, given: Option<f64>, of_points: Option<f64>, length: f64) -> Option<String> {
     let (noise, whose) = match (given, of_points) {
         (Some(noise), _) => (Some(noise), "the noise given"),

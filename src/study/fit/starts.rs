@@ -42,7 +42,7 @@ pub(super) enum Start {
 }
 
 impl Start {
-    /// What is tried, in this order.
+    /// All starts, in the order in which they are tried.
     pub(super) fn all() -> impl Iterator<Item = Start> {
         let grown = TWIST_REACHES.into_iter().map(|(twist_reach, extended)| Start::Grown { twist_reach, extended });
         let signed = TURNS.into_iter().flat_map(|turns| [turns, -turns]);

@@ -147,12 +147,12 @@ impl Solved {
         self.stability_index() == Some(0)
     }
 
-    /// What is known of stability rests on this. `None` without equilibrium.
+    /// The evidence for its stability. `None` without equilibrium.
     pub fn stability_evidence(&self) -> Option<StabilityEvidence> {
         self.evidence(true)
     }
 
-    /// The same of an equilibrium that is, or is not, that from rest.
+    /// The evidence where this is, or is not, the equilibrium from rest.
     pub(super) fn evidence(&self, is_from_rest: bool) -> Option<StabilityEvidence> {
         StabilityEvidence::of(&self.plan, (&self.batch, 0), (&self.solutions, 0), is_from_rest)
     }

@@ -28,7 +28,7 @@ pub struct FieldMap {
     pub units: [Option<String>; 2],
     /// What was read.
     pub grid: Arc<MapGrid>,
-    /// What was supposed when it was read, for notes.
+    /// Assumptions made when it was read, for notes.
     pub remarks: Vec<String>,
 }
 
@@ -193,7 +193,7 @@ impl MapGrid {
         self.gaps[(k * (self.counts[1] - 1) + j) * (self.counts[0] - 1) + i]
     }
 
-    /// Of div B, against the gradient of B, at the middles of the cells that are not closed.
+    /// The size of div B against the gradient of B, at the middles of the cells that are not closed.
     pub(super) fn divergence(&self) -> f64 {
         let [nx, ny, nz] = self.counts.map(|count| count - 1);
         let (mut square, mut all) = (0.0, 0.0);

@@ -15,7 +15,7 @@ pub enum MagnetQuantity {
 /// A permanently magnetic material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MagnetMaterial {
-    /// What the numbers are.
+    /// Remanence or magnetization.
     pub quantity: MagnetQuantity,
     /// Body frame, in the unit of the quantity.
     pub value: Vector,
