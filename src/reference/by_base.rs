@@ -29,13 +29,6 @@ pub(super) fn solve(rod: &Rod, units: &Units, full: &Chain, slots: &[Slot]) -> E
     let index = index.unwrap_or_default();
     let derivatives = differentiate(&chain, units, m0_body, slots, &mut integrator);
     Equilibrium {
-        n0: SI(chain.n_start(0), units.force),
-        m0: SI(chain.R0 * m0_body, units.moment()),
-        u0: SI(passage.u_first, units.curvature()),
-        p_tip: SI(passage.tip.p + Vector3::from(rod.base_position) / units.length, units.length),
-        R_tip: rows(&passage.tip.R),
-        u_tip: SI(passage.u_last, units.curvature()),
-        residual: passage.residual.norm() * units.moment(),
         error_estimate: error_estimate(&passage),
         index,
         margin: stability::margin(passage.matrix().try_inverse(), is_unstable.unwrap_or_default()),
@@ -43,7 +36,26 @@ pub(super) fn solve(rod: &Rod, units: &Units, full: &Chain, slots: &[Slot]) -> E
         load_fraction: path.lambda,
         iterations: path.passes + passes,
         derivatives: derivatives.unwrap_or_else(|| vec![SlotDerivative::default(); slots.len()]),
-        nodes: Vec::new(),
+        ..posed(rod, units, (&chain, m0_body), &passage)
+    }
+}
+
+/// The pose, the loads at the base and the residual of a passage from this base moment; nothing else is known yet.
+pub(super) fn posed(
+    rod: &Rod,
+    units: &Units,
+    (chain, m0_body): (&Chain, Vector3<f64>),
+    passage: &Passage,
+) -> Equilibrium {
+    Equilibrium {
+        n0: SI(chain.n_start(0), units.force),
+        m0: SI(chain.R0 * m0_body, units.moment()),
+        u0: SI(passage.u_first, units.curvature()),
+        p_tip: SI(passage.tip.p + Vector3::from(rod.base_position) / units.length, units.length),
+        R_tip: rows(&passage.tip.R),
+        u_tip: SI(passage.u_last, units.curvature()),
+        residual: passage.residual.norm() * units.moment(),
+        ..Equilibrium::without_solution(Status::NotConverged, 0)
     }
 }
 

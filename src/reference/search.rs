@@ -1,9 +1,9 @@
 //! Equilibria from given base moments by single shooting, whatever the growth exponent supposes: what counts is by how much the
 //! columns of a pass grow. Newton's steps are of least norm, so that they also arrive where equilibria form a ring.
 
-use super::answer::{Equilibrium, RESIDUAL_FACTOR, SI, TOLERANCE};
+use super::answer::{Equilibrium, RESIDUAL_FACTOR, TOLERANCE};
 use super::by_base;
-use super::chain::{self, Chain, rows};
+use super::chain::{self, Chain};
 use super::extrapolation::Extrapolation;
 use super::places::Node;
 use super::shooting::{Passage, pass};
@@ -83,13 +83,6 @@ pub fn equilibrium_near(rod: &Rod, m0: Vector, slots: &[Slot]) -> Option<Reached
         ),
     };
     let equilibrium = Equilibrium {
-        n0: SI(chain.n_start(0), units.force),
-        m0: SI(chain.R0 * m0_body, units.moment()),
-        u0: SI(passage.u_first, units.curvature()),
-        p_tip: SI(passage.tip.p + Vector3::from(rod.base_position) / units.length, units.length),
-        R_tip: rows(&passage.tip.R),
-        u_tip: SI(passage.u_last, units.curvature()),
-        residual: passage.residual.norm() * units.moment(),
         error_estimate,
         index,
         margin,
@@ -98,6 +91,7 @@ pub fn equilibrium_near(rod: &Rod, m0: Vector, slots: &[Slot]) -> Option<Reached
         iterations: on_the_way + passes,
         derivatives,
         nodes,
+        ..by_base::posed(rod, &units, (&chain, m0_body), &passage)
     };
     Some(Reached { equilibrium, neutral: neutral.map(Into::into) })
 }

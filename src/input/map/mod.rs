@@ -100,13 +100,12 @@ fn fitted(path: &Path, samples: Samples) -> Result<(MapGrid, Vec<String>), Input
         gaps::fill(&mut values, &gaps, lattice.counts);
     }
     let mut grid = fit(&values)?;
-    if let (true, Values::FluxDensity(b)) = (missing > 0, &mut values) {
+    if missing > 0 {
         // Values in the gaps must not change the potential elsewhere.
         for _ in 0..gaps::passes(gaps.len()) {
+            let Values::FluxDensity(b) = &mut values else { break };
             let change = gaps::follow(b, &gaps, &lattice, &grid);
-            let [x, y, z] = &*b;
-            let again = MapGrid::from_flux_density(lattice.origin, lattice.steps, lattice.counts, [x, y, z]);
-            grid = again.unwrap_or(grid);
+            grid = fit(&values)?;
             if change < gaps::SETTLED {
                 break;
             }

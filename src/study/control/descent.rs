@@ -4,7 +4,7 @@
 //! next, `judge` takes what came back. Inputs are scaled by half their range; the damping follows the gain.
 
 use super::Outcome;
-use super::engines::LOST;
+use super::engines::{LOST, estimate};
 use super::inputs::{Inputs, MOST_INPUTS};
 use super::least_squares::{Columns, LEAST_DAMPING, NormalEquations, ROWS, dot, norm2};
 use super::task::Task;
@@ -230,8 +230,7 @@ impl Descent {
         self.iterations += 1;
         let before = norm2(&self.at.missing(task, &self.target));
         // Also false for NaN.
-        let is_told = solutions.get(row, Quantity::ErrorEstimate) <= LOST;
-        if solutions.status(row).is_success() && is_told {
+        if estimate(solutions, row) <= LOST {
             let m0 = solutions.vector(row, Quantity::BaseMoment);
             let near = is_near(task, m0, self.trial_m0, self.at.m0);
             let state = State::new(task, self.trial, solutions, row);

@@ -54,6 +54,11 @@ pub(super) struct Engines {
     pub resolution: usize,
 }
 
+/// The error estimate of a row (over the rod's length, or rad); infinite where it is no success.
+pub(super) fn estimate(solutions: &Solutions, row: usize) -> f64 {
+    if solutions.status(row).is_success() { solutions.get(row, Quantity::ErrorEstimate) } else { f64::INFINITY }
+}
+
 impl Engines {
     /// For a plan and its engine, with as many steps as the tolerance takes.
     pub(crate) fn refined(
@@ -113,18 +118,13 @@ impl Engines {
     /// Solves rows in doubt again, from rest on more steps; those that are then solved are taken.
     fn solve_doubtful(&mut self, rows: &[Inputs], all: &mut Solutions, most: f64) -> Result<(), BackendError> {
         let Some((plan, engine)) = &mut self.careful else { return Ok(()) };
-        let is_good = |solutions: &Solutions, row: usize| {
-            solutions.status(row).is_success() && solutions.get(row, Quantity::ErrorEstimate) <= most
-        };
-        let doubtful: Vec<usize> = (0..rows.len()).filter(|row| !is_good(all, *row)).collect();
+        // Also doubtful where the estimate is NaN.
+        let is_good = |row: &usize| estimate(all, *row) <= most;
+        let doubtful: Vec<usize> = (0..rows.len()).filter(|row| !is_good(row)).collect();
         for doubtful in doubtful.chunks(engine.batch_size()) {
             let batch = plan.batch(doubtful.len(), |i, row| values(&self.task, &rows[doubtful[i]], row));
             let found = engine.solve(&batch)?;
             for (i, row) in doubtful.iter().enumerate() {
-                let estimate = |solutions: &Solutions, row: usize| match solutions.status(row).is_success() {
-                    true => solutions.get(row, Quantity::ErrorEstimate),
-                    false => f64::INFINITY,
-                };
                 if estimate(&found, i) < estimate(all, *row) {
                     all.copy_row(*row, &found, i);
                 }

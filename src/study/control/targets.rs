@@ -3,12 +3,12 @@
 
 use super::controller::GROUP;
 use super::descent::{Descent, Ended, State};
-use super::engines::LOST;
+use super::engines::{LOST, estimate};
 use super::inputs::MOST_INPUTS;
 use super::least_squares::norm2;
 use super::task::Task;
 use super::{ControlError, Controller, Outcome, TargetOptions, TargetResult};
-use crate::model::{Quantity, Solutions};
+use crate::model::Solutions;
 use crate::spec::Target;
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -166,9 +166,7 @@ impl Controller {
         rows.extend((0..count).map(|k| self.task.lattice(k)));
         let solutions = self.engines.solve_from_rest(&rows)?;
         let state = |(row, z)| State::new(&self.task, z, &solutions, row);
-        let stable = |(row, _): &(usize, _)| {
-            solutions.status(*row).is_success() && solutions.get(*row, Quantity::ErrorEstimate) <= LOST
-        };
+        let stable = |(row, _): &(usize, _)| estimate(&solutions, *row) <= LOST;
         let table: Vec<State> = rows.into_iter().enumerate().filter(stable).map(state).collect();
         if table.is_empty() {
             return Err(ControlError::NoTable(count + 1));
