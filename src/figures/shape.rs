@@ -1,8 +1,8 @@
 //! A solved rod's shape in space, with its coils, the field and the loads.
 
-use crate::model::{RigidRod, Rod, RodSegment, Segment, Status, Vector};
-use crate::reference::{Pose, shape, solve_rod};
-use crate::report::{RodShape, Stretch, StretchKind, Surroundings};
+use crate::model::{ForcePlace, InnerForce, RigidRod, Rod, RodSegment, Scene, Segment, Status, Vector};
+use crate::reference::{Equilibrium, Pose, shape, solve_rod};
+use crate::report::{ForceAt, RodShape, Stretch, StretchKind, Surroundings};
 use crate::study::{Solved, along_segments, smooth_count};
 
 /// Points along the rod at rest.
@@ -53,8 +53,20 @@ pub fn rod_shape(solved: &Solved) -> Result<RodShape, NothingToDraw> {
         flux_density: if_any(rod.flux_density),
         surroundings: Surroundings::of(scene),
         tip_force: if_any(rod.tip_force),
+        inner_forces: inner_forces(scene, &rod, &equilibrium),
         rest: centreline_at_rest(&rod),
     })
+}
+
+/// Forces at points of the rod: at stations and at the middles of rigid segments.
+fn inner_forces(scene: &Scene, rod: &Rod, equilibrium: &Equilibrium) -> Vec<ForceAt> {
+    let at_point = |force: &&InnerForce| force.place != ForcePlace::Along;
+    let mut forces: Vec<&InnerForce> = scene.inner_forces.iter().filter(at_point).collect();
+    forces.sort_by(|a, b| scene.arc_length_of(a).total_cmp(&scene.arc_length_of(b)));
+    let at: Vec<f64> = forces.iter().map(|force| scene.arc_length_of(force)).collect();
+    let points = shape(rod, equilibrium, &at).into_iter().map(|pose| pose.position);
+    let of = |(force, point): (&InnerForce, Vector)| ForceAt { name: force.name.clone(), point, force: force.force };
+    forces.into_iter().zip(points).map(of).collect()
 }
 
 fn stretch(segment: &Segment, rod: &RodSegment, poses: &[Pose]) -> Stretch {

@@ -6,6 +6,7 @@ mod array_sweep;
 mod assign;
 mod error;
 mod field_file;
+mod force_file;
 mod import;
 mod limits;
 mod map;

@@ -1,20 +1,19 @@
 //! Scene files: TOML with units to a `Scene`. Every mistake names file, line, key and remedy.
 
 use super::error::{InputError, Problem};
-use super::field_file;
 use super::segment_file::segment;
 use super::toml::{Reader, Source};
+use super::{field_file, force_file};
 use crate::files;
 use crate::model::{
-    Base, CoilLoad, FieldMap, FieldSources, Flexible, Loads, Parameter, Scene, SceneError, SegmentKind,
+    Base, CoilLoad, FieldMap, FieldSources, Flexible, LOAD_KEYS, Loads, Parameter, Scene, SceneError, SegmentKind,
     ShearElasticity, Stiffness, closest,
 };
 use std::collections::HashSet;
 use std::path::Path;
 
-const SCENE_KEYS: [&str; 10] =
-    ["name", "base", "field", "magnet", "coil_array", "field_map", "loads", "segment", "model", "insertion"];
-const LOAD_KEYS: [&str; 5] = ["tip_force", "tip_moment", "gravity", "distributed_force", "fluid_density"];
+const SCENE_KEYS: [&str; 11] =
+    ["name", "base", "field", "magnet", "coil_array", "field_map", "loads", "load", "segment", "model", "insertion"];
 
 /// Reads a scene file.
 ///
@@ -101,6 +100,7 @@ pub(super) fn unjudged_scene(reader: &Reader) -> Result<Scene, InputError> {
         flux_density: field_file::flux_density(reader)?,
         sources: FieldSources { coil_load: coil_load(reader)?, ..field_file::sources(reader)? },
         loads: loads(reader)?,
+        inner_forces: force_file::inner_forces(reader, &segments)?,
         segments,
         inserted: 0.0,
         rigid_force_arm: rigid_force_arm(reader)?,
@@ -181,6 +181,9 @@ pub(super) fn located(reader: &Reader, scene: &Scene, error: SceneError) -> Inpu
         }
         SceneError::DuplicateSource(name) => source_key(scene, name, "name"),
         SceneError::CurrentsOfCoils { name, .. } => source_key(scene, name, "current"),
+        SceneError::DuplicateForce(_) | SceneError::MisplacedForce { .. } => {
+            force_file::key(scene, &error).unwrap_or_else(|| "load".into())
+        }
     };
     reader.error(&key, Problem::Scene(error))
 }
@@ -201,6 +204,10 @@ fn file_key(reader: &Reader, scene: &Scene, name: &str) -> String {
             Some((magnet, rest)) => source_key(scene, magnet, rest),
             None => name.to_owned(),
         },
+        Some(("loads", rest)) => {
+            let of_force = rest.split_once('.').and_then(|(force, rest)| force_file::key_of(scene, force, rest));
+            of_force.unwrap_or_else(|| name.to_owned())
+        }
         Some((first, rest)) if scene.sources.arrays.iter().any(|array| array.name == first) => {
             source_key(scene, first, rest)
         }

@@ -3,8 +3,8 @@
 use super::map::write_map;
 use super::toml::quoted;
 use crate::model::{
-    Body, CoilWinding, Density, FieldSources, Flexible, MagnetBody, MagnetMaterial, Profile, Rigid, Scene, Segment,
-    SegmentKind, ShearElasticity, Stiffness, UnitDipole, Vector,
+    Body, CoilWinding, Density, FieldSources, Flexible, ForcePlace, InnerForce, MagnetBody, MagnetMaterial, Profile,
+    Rigid, Scene, Segment, SegmentKind, ShearElasticity, Stiffness, UnitDipole, Vector,
 };
 use std::fmt::Write;
 
@@ -50,6 +50,15 @@ fn try_write_tables(text: &mut String, scene: &Scene, prefix: &str) -> std::fmt:
     }
     if let Some(density) = loads.fluid_density {
         writeln!(text, "fluid_density = {density:?}")?;
+    }
+    for InnerForce { name, segment, place, force } in &scene.inner_forces {
+        let segment = quoted(&scene.segments[*segment].name);
+        writeln!(text, "\n[[{prefix}load]]\nname = {}\nsegment = {segment}", quoted(name))?;
+        match place {
+            ForcePlace::At(at) => writeln!(text, "at = {at:?}\nforce = {force:?}")?,
+            ForcePlace::Middle => writeln!(text, "force = {force:?}")?,
+            ForcePlace::Along => writeln!(text, "force_per_length = {force:?}")?,
+        }
     }
     for segment in &scene.segments {
         writeln!(text, "\n[[{prefix}segment]]")?;

@@ -63,7 +63,7 @@ pub use marked::Marked;
 pub use named_bars::NamedBars;
 pub use number_matrix::NumberMatrix;
 pub use rod_motion::RodMotion;
-pub use rod_shape::{RodShape, Stretch, StretchKind};
+pub use rod_shape::{ForceAt, RodShape, Stretch, StretchKind};
 pub use sheet::{Panel, Sheet};
 pub use text_table::{TextTable, count, engineering};
 pub use ticks::LengthUnit;

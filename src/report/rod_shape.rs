@@ -66,6 +66,17 @@ pub struct Stretch {
     pub dipole: Option<Vector>,
 }
 
+/// A force inside of the rod.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ForceAt {
+    /// For the legend.
+    pub name: String,
+    /// Where it acts (m).
+    pub point: Vector,
+    /// World frame (N).
+    pub force: Vector,
+}
+
 /// A rod and what acts on it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RodShape {
@@ -81,6 +92,8 @@ pub struct RodShape {
     pub surroundings: Option<Surroundings>,
     /// World frame (N).
     pub tip_force: Option<Vector>,
+    /// At points between base and tip.
+    pub inner_forces: Vec<ForceAt>,
     /// Centreline at rest (m).
     pub rest: Option<Vec<Vector>>,
 }
@@ -200,9 +213,12 @@ impl RodShape {
                 arrows.push(Mark { from, vector, colour: RodShape::DIPOLE_COLOUR, width: 1.5, label: "µ" });
             }
         }
-        if let Some(force) = self.tip_force.filter(|f| nonzero(*f)) {
-            let vector = scaled(force, FORCE * widest);
-            arrows.push(Mark { from: tip, vector, colour: RodShape::FORCE_COLOUR, width: 1.5, label: "F" });
+        let inner = self.inner_forces.iter().map(|inner| (inner.point, inner.force));
+        let forces: Vec<(Vector, Vector)> = self.tip_force.map(|force| (tip, force)).into_iter().chain(inner).collect();
+        let largest = forces.iter().map(|(_, force)| norm(*force)).fold(0.0, f64::max);
+        for (from, force) in forces.into_iter().filter(|(_, force)| nonzero(*force)) {
+            let vector = scaled(force, FORCE * widest * norm(force) / largest);
+            arrows.push(Mark { from, vector, colour: RodShape::FORCE_COLOUR, width: 1.5, label: "F" });
         }
         arrows
     }
@@ -272,12 +288,15 @@ impl RodShape {
             entries.push(arrow_entry(words, RodShape::FIELD_COLOUR));
         }
         if let Some(force) = self.tip_force.filter(|f| nonzero(*f)) {
-            let newtons = norm(force);
-            let (factor, unit) = if newtons < 0.1 { (1e3, "mN") } else { (1.0, "N") };
-            entries.push(arrow_entry(
-                format!("tip force F, {} {unit}", compact(newtons * factor)),
-                RodShape::FORCE_COLOUR,
-            ));
+            entries.push(force_entry("tip force F", norm(force)));
+        }
+        match &self.inner_forces[..] {
+            [] => {}
+            [inner] => entries.push(force_entry(&format!("force {}", inner.name), norm(inner.force))),
+            forces => {
+                let largest = forces.iter().map(|inner| norm(inner.force)).fold(0.0, f64::max);
+                entries.push(force_entry("forces inside of the rod, largest", largest));
+            }
         }
         if self.tip_rotation.is_some() {
             for (colour, words) in RodShape::FRAME_COLOURS.into_iter().zip(["tip d₁", "tip d₂", "tip d₃ (tangent)"])
@@ -287,6 +306,11 @@ impl RodShape {
         }
         entries
     }
+}
+
+fn force_entry(words: &str, newtons: f64) -> Entry {
+    let (factor, unit) = if newtons < 0.1 { (1e3, "mN") } else { (1.0, "N") };
+    arrow_entry(format!("{words}, {} {unit}", compact(newtons * factor)), RodShape::FORCE_COLOUR)
 }
 
 /// Colour and width (pt).

@@ -120,6 +120,7 @@ pub fn p6_scene() -> Scene {
             Segment { name: "coil".into(), length: 0.0183, kind: SegmentKind::Rigid(coil) },
             flexible("distal", 0.0185, [0.0148626102272827, 0.094448815853795, 0.0]),
         ],
+        inner_forces: Vec::new(),
         inserted: 0.0,
         rigid_force_arm: false,
     }
@@ -233,6 +234,7 @@ pub fn scene(name: &Value, input: &Value) -> Scene {
         sources: Default::default(),
         loads,
         segments: list(&input["segments"]).iter().enumerate().map(segment).collect(),
+        inner_forces: Vec::new(),
         inserted: 0.0,
         rigid_force_arm: true,
     }

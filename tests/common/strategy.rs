@@ -11,8 +11,8 @@ use proptest::test_runner::{Config, RngAlgorithm, TestCaseError, TestError, Test
 use rayon::prelude::*;
 use rodsweep::input::write_scene;
 use rodsweep::model::{
-    Base, Coil, CoilWinding, Density, Flexible, Loads, Node, Profile, Rigid, Scene, Segment, SegmentKind,
-    ShearElasticity, Stiffness, Vector,
+    Base, Coil, CoilWinding, Density, Flexible, ForcePlace, InnerForce, Loads, Node, Profile, Rigid, Scene, Segment,
+    SegmentKind, ShearElasticity, Stiffness, Vector,
 };
 use std::path::Path;
 
@@ -28,19 +28,22 @@ pub fn scenes() -> impl Strategy<Value = Scene> {
     });
     let base = (vector(0.05), vector(1.7)).prop_map(|(position, rotation)| Base { position, rotation });
     let segments = (bending(length()), vec(segment(), 0..4), 0..4_usize);
-    let choices = (weighted(0.3, -0.7..0.5), weighted(0.2, Just(())));
+    let force = (0..4_usize, 0.0..1.0, vector(0.02));
+    let choices = (weighted(0.3, -0.7..0.5), weighted(0.2, Just(())), weighted(0.3, force));
     (base, vector(1.5), loads, segments, choices).prop_map(
-        |(base, flux_density, loads, (main, mut segments, at), (insertion, no_arm))| {
+        |(base, flux_density, loads, (main, mut segments, at), (insertion, no_arm, force))| {
             segments.insert(at.min(segments.len()), main);
             name(&mut segments);
             let is_flexible = matches!(segments[0].kind, SegmentKind::Flexible(_));
             let inserted = insertion.filter(|_| is_flexible).map_or(0.0, |share| share * segments[0].length);
+            let inner_forces = force.map(|force| inner_force(&segments, force)).into_iter().collect();
             let mut scene = Scene {
                 name: "random".into(),
                 base,
                 flux_density,
                 sources: Default::default(),
                 loads,
+                inner_forces,
                 segments,
                 inserted,
                 rigid_force_arm: no_arm.is_none(),
@@ -53,6 +56,16 @@ pub fn scenes() -> impl Strategy<Value = Scene> {
             scene
         },
     )
+}
+
+/// At a share of a segment's length, at the middle of a rigid one.
+fn inner_force(segments: &[Segment], (at, share, force): (usize, f64, [f64; 3])) -> InnerForce {
+    let segment = at % segments.len();
+    let place = match segments[segment].kind {
+        SegmentKind::Flexible(_) => ForcePlace::At(share * segments[segment].length),
+        SegmentKind::Rigid(_) => ForcePlace::Middle,
+    };
+    InnerForce { name: "push".into(), segment, place, force }
 }
 
 fn name(segments: &mut [Segment]) {

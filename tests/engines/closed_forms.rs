@@ -53,6 +53,7 @@ fn scene(segments: Vec<Segment>, loads: Loads) -> Scene {
         sources: Default::default(),
         loads,
         segments,
+        inner_forces: Vec::new(),
         inserted: 0.0,
         rigid_force_arm: true,
     }

@@ -26,6 +26,7 @@ mod field_stretches;
 mod fields;
 mod golden;
 mod hard;
+mod inner_forces;
 mod invariance;
 mod jacobian;
 mod judge;

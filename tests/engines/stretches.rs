@@ -42,6 +42,7 @@ pub fn loaded(scene: &Scene, share: f64) -> Scene {
     [&mut loads.tip_force, &mut loads.tip_moment, &mut loads.gravity, &mut loads.distributed_force]
         .into_iter()
         .for_each(scale);
+    scene.inner_forces.iter_mut().flat_map(|force| &mut force.force).for_each(|x| *x *= share);
     for segment in &mut scene.segments {
         match &mut segment.kind {
             SegmentKind::Flexible(flexible) => scale(&mut flexible.dipole_per_length),

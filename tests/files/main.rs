@@ -14,6 +14,7 @@ mod field_maps;
 mod fields;
 mod foreign_tables;
 mod fuzz;
+mod inner_forces;
 mod input_tables;
 mod integrity;
 mod laws;

@@ -206,6 +206,7 @@ fn random_scene(kind: Kind, random: &mut Random) -> Scene {
             ..Loads::default()
         },
         segments,
+        inner_forces: Vec::new(),
         inserted: 0.0,
         rigid_force_arm: true,
     }

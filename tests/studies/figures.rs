@@ -4,8 +4,9 @@
 
 use rodsweep::model::Status;
 use rodsweep::report::{
-    AxisLabel, Cloud, Counts, Curves, FailureMap, Figure, FourViews, Histogram, Marker, PlaneCurves, ReportError,
-    RodMotion, RodShape, Series, Sheet, Stretch, StretchKind, SweptAxis, TextTable, count, engineering, write,
+    AxisLabel, Cloud, Counts, Curves, FailureMap, Figure, ForceAt, FourViews, Histogram, Marker, PlaneCurves,
+    ReportError, RodMotion, RodShape, Series, Sheet, Stretch, StretchKind, SweptAxis, TextTable, count, engineering,
+    write,
 };
 use std::f64::consts::PI;
 use std::path::PathBuf;
@@ -125,6 +126,7 @@ fn rod(length: f64) -> RodShape {
         flux_density: Some([0.0, 3.0, 0.0]),
         surroundings: None,
         tip_force: Some([2e-3, 0.0, -4e-3]),
+        inner_forces: vec![ForceAt { name: "push".into(), point: at(0.7), force: [0.0, -2e-3, 0.0] }],
         rest: Some((0..30).map(|k| [0.0, 0.0, length * f64::from(k) / 29.0]).collect()),
     }
 }

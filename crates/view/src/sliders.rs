@@ -154,10 +154,10 @@ impl Scale {
             Parameter::MapScale(_) => either(2.0 * value.abs().max(1.0)),
             Parameter::MapPosition(..) => (value - self.length, value + self.length),
             Parameter::ArrayCurrent(..) => either(CURRENT_LIMIT.max(2.0 * value.abs())),
-            Parameter::TipForce(_) => either(self.force),
+            Parameter::TipForce(_) | Parameter::InnerForce(..) => either(self.force),
             Parameter::TipMoment(_) => either(self.moment),
             Parameter::Gravity(_) => either(10.0),
-            Parameter::DistributedForce(_) => either(3.0 * self.force / self.length),
+            Parameter::DistributedForce(_) | Parameter::ForceAlong(..) => either(3.0 * self.force / self.length),
             Parameter::BasePosition(_) => either(0.5 * self.length),
             Parameter::BaseRotation(_) | Parameter::Segment(_, S::Alignment(_)) => {
                 (-std::f64::consts::PI, std::f64::consts::PI)

@@ -19,6 +19,7 @@ pub(super) fn scene(flux_density: Vector, sources: FieldSources) -> Scene {
         sources,
         loads,
         segments: Vec::new(),
+        inner_forces: Vec::new(),
         inserted: 0.0,
         rigid_force_arm: true,
     }

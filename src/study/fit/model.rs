@@ -1,6 +1,7 @@
 //! Shapes and their derivatives as functions of the fitted numbers, and the problem as the method sees it.
 
 use super::FitError;
+use super::solve::MOST_EVALUATIONS;
 use crate::backend::Backend;
 use crate::model::{Parameter, Plan, PlanOptions, Quantity, Scene, SegmentParameter as S, Slot, Vector};
 use crate::reference::shape_with_derivatives;
@@ -224,6 +225,8 @@ pub(super) struct Search<'a> {
     /// Largest norm of the residuals so far.
     pub worst: f64,
     pub evaluations: usize,
+    /// After so many evaluations no other start is tried.
+    pub most: usize,
     /// The part of the points that counts; `None`: all.
     pub part: Option<Part>,
 }
@@ -236,6 +239,29 @@ pub(super) struct Part {
     pub anchor: DVector<f64>,
     /// How far parameters go from there for as much as a coordinate that is off by its noise.
     pub reach: DVector<f64>,
+}
+
+impl<'a> Search<'a> {
+    /// From the scene, all points counted.
+    pub(super) fn new(model: Model<'a>, sigma: f64) -> Search<'a> {
+        let x = DVector::zeros(model.problem.free.len());
+        Search {
+            model,
+            x,
+            sigma,
+            state: None,
+            failure: None,
+            worst: 0.0,
+            evaluations: 0,
+            most: MOST_EVALUATIONS,
+            part: None,
+        }
+    }
+
+    /// Whether other starts have taken enough.
+    pub(super) fn is_spent(&self) -> bool {
+        self.evaluations > self.most
+    }
 }
 
 impl Part {

@@ -5,7 +5,7 @@
 
 use super::FitError;
 use super::model::{Part, Search, State};
-use crate::model::{Axis, Parameter, Profile, SegmentKind, SegmentParameter};
+use crate::model::{Axis, Parameter, Profile, Scene, SegmentKind, SegmentParameter, ShearElasticity, Stiffness};
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra::DVector;
 use std::f64::consts::TAU;
@@ -105,6 +105,9 @@ fn grow(mut search: Search, twist_reach: f64, extended: bool) -> (Search, Option
     });
     let mut x = DVector::zeros(free.len());
     for cut in cuts {
+        if search.is_spent() {
+            break;
+        }
         if extended {
             extend(&search, cut, &mut x);
         }
@@ -123,6 +126,29 @@ fn grow(mut search: Search, twist_reach: f64, extended: bool) -> (Search, Option
     }
     (search.part, search.sigma) = (None, sigma);
     (search, Some(x))
+}
+
+/// The scene with so many times the stiffness in everything.
+pub(super) fn stiffened(scene: &Scene, by: f64) -> Scene {
+    let mut scene = scene.clone();
+    for segment in &mut scene.segments {
+        let SegmentKind::Flexible(flexible) = &mut segment.kind else { continue };
+        match &mut flexible.stiffness {
+            Stiffness::Direct { bending_x, bending_y, torsion } => {
+                [bending_x, bending_y, torsion].into_iter().for_each(|stiffness| *stiffness *= by);
+            }
+            Stiffness::Nodes(nodes) => nodes.iter_mut().flat_map(|node| &mut node.value).for_each(|value| *value *= by),
+            Stiffness::Tube { youngs_modulus, shear, .. } => {
+                *youngs_modulus *= by;
+                if let ShearElasticity::Modulus(modulus) = shear {
+                    *modulus *= by;
+                }
+            }
+        }
+        flexible.stiffness_shear.iter_mut().flatten().for_each(|stiffness| *stiffness *= by);
+        flexible.stiffness_axial.iter_mut().for_each(|stiffness| *stiffness *= by);
+    }
+    scene
 }
 
 /// Sets curvature nodes beyond the cut to the node before them.

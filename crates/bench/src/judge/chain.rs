@@ -100,6 +100,8 @@ impl Chain {
         let arm = chain.arm;
         for segment in &rod.segments {
             match segment {
+                // Nodes and forces at an end leave a piece of no length.
+                RodSegment::Flexible(of) if of.length <= 0.0 => {}
                 RodSegment::Flexible(of) => {
                     let count = (elements as f64 * of.length / total).ceil() as usize;
                     chain.add_flexible(of, count.max(LEAST_ELEMENTS * elements.div_ceil(32)));

@@ -2,8 +2,8 @@
 
 use super::numbers::Random;
 use rodsweep::model::{
-    Base, Coil, CoilWinding, Density, Flexible, Loads, Node, Profile, Rigid, STANDARD_GRAVITY, Scene, Segment,
-    SegmentKind, Stiffness, Vector,
+    Base, Coil, CoilWinding, Density, Flexible, ForcePlace, InnerForce, Loads, Node, Profile, Rigid, STANDARD_GRAVITY,
+    Scene, Segment, SegmentKind, Stiffness, Vector,
 };
 
 /// One bit of a scene's number each: 8192 scenes in a row have every combination once.
@@ -99,16 +99,35 @@ impl Draw<'_> {
             true => Base { position: self.random.vector(0.5), rotation: self.random.vector(2.0) },
             false => Base::default(),
         };
+        let flux_density = self.vector(FIELD);
+        let inner_forces = self.inner_forces(&segments);
         Scene {
             name: format!("Random {}", self.number),
             base,
-            flux_density: self.vector(FIELD),
+            flux_density,
             sources: Default::default(),
             loads,
             segments,
+            inner_forces,
             inserted: 0.0,
             rigid_force_arm: !self.has("armless"),
         }
+    }
+
+    /// Half of the scenes with a force per length have a force on one segment, too.
+    fn inner_forces(&mut self, segments: &[Segment]) -> Vec<InnerForce> {
+        if !self.has("distributed_force") || self.random.chance(0.5) {
+            return Vec::new();
+        }
+        let index = (self.random.unit() * segments.len() as f64) as usize;
+        let segment = &segments[index.min(segments.len() - 1)];
+        let force = self.moment() / self.length;
+        let (place, size) = match segment.kind {
+            _ if self.random.chance(0.3) => (ForcePlace::Along, force / segment.length),
+            SegmentKind::Flexible(_) => (ForcePlace::At(self.random.unit() * segment.length), force),
+            SegmentKind::Rigid(_) => (ForcePlace::Middle, force),
+        };
+        vec![InnerForce { name: "push".into(), segment: index, place, force: self.vector(size) }]
     }
 
     /// Whether each segment is flexible; some are, and some are rigid where the terms ask for it.

@@ -52,6 +52,8 @@ fn size(scene: &Scene, parameter: Parameter) -> f64 {
         Parameter::TipMoment(_) => largest(&Parameter::TipMoment),
         Parameter::Gravity(_) => largest(&Parameter::Gravity),
         Parameter::DistributedForce(_) => largest(&Parameter::DistributedForce),
+        Parameter::InnerForce(force, _) => largest(&|axis| Parameter::InnerForce(force, axis)),
+        Parameter::ForceAlong(force, _) => largest(&|axis| Parameter::ForceAlong(force, axis)),
         Parameter::Segment(at, S::Current(_)) => largest(&|axis| Parameter::Segment(at, S::Current(axis))),
         Parameter::Segment(at, S::DipolePerLength(_)) => {
             largest(&|axis| Parameter::Segment(at, S::DipolePerLength(axis)))

@@ -126,6 +126,7 @@ fn random_scene(chain: usize, random: &mut Random) -> (Scene, Sizes) {
         sources: Default::default(),
         loads,
         segments,
+        inner_forces: Vec::new(),
         inserted: 0.0,
         rigid_force_arm: true,
     };
@@ -172,7 +173,9 @@ fn swept(scene: &Scene, chain: usize) -> Vec<Parameter> {
         | Parameter::Magnet(..)
         | Parameter::ArrayCurrent(..)
         | Parameter::MapScale(_)
-        | Parameter::MapPosition(..) => true,
+        | Parameter::MapPosition(..)
+        | Parameter::InnerForce(..)
+        | Parameter::ForceAlong(..) => true,
         Parameter::TipForce(_) => scene.loads.tip_force.is_some(),
         Parameter::TipMoment(_) => scene.loads.tip_moment.is_some(),
         Parameter::Gravity(_) => scene.loads.gravity.is_some(),
@@ -212,7 +215,9 @@ fn value(scene: &Scene, sizes: Sizes, parameter: Parameter, random: &mut Random)
         | Parameter::Magnet(..)
         | Parameter::ArrayCurrent(..)
         | Parameter::MapScale(_)
-        | Parameter::MapPosition(..) => return around(random),
+        | Parameter::MapPosition(..)
+        | Parameter::InnerForce(..)
+        | Parameter::ForceAlong(..) => return around(random),
     };
     random.within(-size, size)
 }

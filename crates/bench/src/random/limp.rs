@@ -24,7 +24,7 @@ pub fn limp_scene(seed: u64, number: u64) -> Scene {
     // The exponent goes with the root of the forces, unless shear and stretch make it steeper.
     for _ in 0..20 {
         let by = (wanted / pulled(scene.rod()).growth().max(1e-9)).powi(2);
-        scale(&mut scene.loads, by.clamp(0.1, 10.0));
+        scale(&mut scene, by.clamp(0.1, 10.0));
     }
     scene
 }
@@ -39,9 +39,9 @@ fn pulled(mut rod: Rod) -> Rod {
     rod
 }
 
-fn scale(loads: &mut Loads, by: f64) {
-    let Loads { tip_force, gravity, distributed_force, .. } = loads;
-    for x in [tip_force, gravity, distributed_force].into_iter().flatten().flatten() {
-        *x *= by;
-    }
+fn scale(scene: &mut Scene, by: f64) {
+    let Loads { tip_force, gravity, distributed_force, .. } = &mut scene.loads;
+    let inner = scene.inner_forces.iter_mut().flat_map(|force| &mut force.force);
+    let whole = [tip_force, gravity, distributed_force].into_iter().flatten().flatten();
+    whole.chain(inner).for_each(|x| *x *= by);
 }

@@ -135,7 +135,9 @@ fn derivatives(scene: &Scene) -> Vec<Parameter> {
         | Parameter::MapScale(_)
         | Parameter::MapPosition(..)
         | Parameter::TipForce(_)
-        | Parameter::TipMoment(_) => true,
+        | Parameter::TipMoment(_)
+        | Parameter::InnerForce(..)
+        | Parameter::ForceAlong(..) => true,
         Parameter::Segment(_, S::Stiffness(axis)) => *axis != StiffnessAxis::Bending,
         Parameter::Segment(_, of) => matches!(of, S::Length | S::RestCurvature(_) | S::Current(_)),
     };

@@ -19,9 +19,9 @@ struct Record<'a> {
 }
 
 impl Record<'_> {
-    /// First entries of the pieces of a segment.
+    /// First entries of the own pieces of a segment.
     fn pieces(&self, segment: usize) -> impl Iterator<Item = usize> + '_ {
-        self.scene.piece_indices(segment).map(|piece| self.offsets[piece])
+        self.scene.own_pieces(segment).into_iter().map(|(piece, _)| self.offsets[piece])
     }
 
     /// Entries at some places in the record of each piece of a segment.
@@ -80,6 +80,10 @@ pub(super) fn touched_entries(parameter: Parameter, scene: &Scene, rod: &Rod, sw
         Parameter::Insertion => with_length(&record, 0),
         Parameter::Gravity(axis) | Parameter::DistributedForce(axis) => record.all_loads(component(axis)),
         Parameter::FluidDensity => record.all_loads(0..3),
+        Parameter::InnerForce(force, axis) | Parameter::ForceAlong(force, axis) => match scene.station_index(force) {
+            Some(station) => vec![record.offsets[station] + WEIGHT_AT + axis.index()],
+            None => record.loads(scene.inner_forces[force].segment, component(axis)),
+        },
         Parameter::Segment(index, parameter) => segment_entries(parameter, index, &record, swept),
     }
 }
@@ -103,6 +107,10 @@ pub(super) fn touched_segments(parameter: Parameter, scene: &Scene) -> Range<usi
     match parameter {
         Parameter::Insertion => 0..1,
         Parameter::Segment(index, _) => index..index + 1,
+        Parameter::InnerForce(force, _) | Parameter::ForceAlong(force, _) => {
+            let segment = scene.inner_forces[force].segment;
+            segment..segment + 1
+        }
         Parameter::Gravity(_) | Parameter::DistributedForce(_) | Parameter::FluidDensity => 0..scene.segments.len(),
         Parameter::BasePosition(_)
         | Parameter::BaseRotation(_)
@@ -216,6 +224,8 @@ pub(super) fn changes_chain(scene: &Scene, parameter: Parameter, other: Paramete
         // The force on a rigid segment is its length times the force per length.
         (P::DistributedForce(_), P::Segment(_, S::Length)) => true,
         (P::Segment(_, S::Length), P::DistributedForce(_)) => true,
+        (P::ForceAlong(force, _), P::Segment(at, S::Length)) => scene.inner_forces[force].segment == at,
+        (P::Segment(at, S::Length), P::ForceAlong(force, _)) => scene.inner_forces[force].segment == at,
         (P::Segment(..), P::Gravity(_) | P::FluidDensity) => true,
         // Nodes are attached to the material.
         (P::Segment(0, of), P::Insertion) => is_of_node(of),

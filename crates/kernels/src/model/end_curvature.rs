@@ -231,6 +231,7 @@ mod tests {
             sources: Default::default(),
             loads: Loads { tip_force: Some([0.01, -0.02, 0.03]), ..Loads::default() },
             segments,
+            inner_forces: Vec::new(),
             inserted: 0.0,
             rigid_force_arm: true,
         }

@@ -13,6 +13,7 @@ mod field;
 mod field_map;
 mod field_parameter;
 mod growth;
+mod inner_force;
 mod magnet_sheet;
 mod map_fit;
 mod multiples;
@@ -51,6 +52,7 @@ pub use field::{
 };
 pub use field_map::{FieldMap, LEAST_MAP_NODES, MapFit, MapGrid, MapPlace, RodMap};
 pub use field_parameter::MagnetParameter;
+pub use inner_force::{ForcePlace, InnerForce, LOAD_KEYS};
 pub use magnet_sheet::{Body, MagnetMaterial, MagnetQuantity};
 pub use parameter::{Axis, Parameter, ParameterError, StiffnessAxis, closest};
 pub use pass::{PassColumn, PassEnd, PassEnds};

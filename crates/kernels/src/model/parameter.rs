@@ -7,7 +7,7 @@ use super::segment_chain::{load_chain, rotation_jacobian, weight_chain};
 use super::segment_parameter::SegmentParameter;
 use super::{
     Density, Flexible, GradientEntry, MagnetParameter, Scene, SegmentKind, Slot, Stiffness, Vector, field_parameter,
-    segment_chain,
+    inner_force, segment_chain,
 };
 
 /// One of three axes, of the world or of the body.
@@ -82,6 +82,10 @@ pub enum Parameter {
     DistributedForce(Axis),
     /// Density of the fluid around the rod (kg/m³).
     FluidDensity,
+    /// Component of a dead force inside of the rod, by its index (N).
+    InnerForce(usize, Axis),
+    /// Component of a dead force along a segment, by its index among the same (N/m).
+    ForceAlong(usize, Axis),
     /// A number of one segment, by its index from the base.
     Segment(usize, SegmentParameter),
 }
@@ -134,6 +138,7 @@ impl Parameter {
         ];
         all.extend(vectors.iter().flat_map(|vector| Axis::ALL.map(vector)));
         all.push(P::FluidDensity);
+        all.extend(inner_force::all(scene));
         all.extend(field_parameter::all(&scene.sources));
         for (index, segment) in scene.segments.iter().enumerate() {
             all.extend(SegmentParameter::all(segment).into_iter().map(|parameter| P::Segment(index, parameter)));
@@ -184,6 +189,10 @@ impl Parameter {
             P::Gravity(axis) => format!("loads.gravity.{}", axis.name()),
             P::DistributedForce(axis) => format!("loads.distributed_force.{}", axis.name()),
             P::FluidDensity => "loads.fluid_density".into(),
+            P::InnerForce(force, axis) => format!("loads.{}.force.{}", scene.inner_forces[force].name, axis.name()),
+            P::ForceAlong(force, axis) => {
+                format!("loads.{}.force_per_length.{}", scene.inner_forces[force].name, axis.name())
+            }
             P::Segment(index, parameter) => format!("{}.{}", scene.segments[index].name, parameter.path()),
         }
     }
@@ -193,8 +202,10 @@ impl Parameter {
     pub fn groups(&self, scene: &Scene) -> Vec<String> {
         let is_joint = matches!(self, P::Segment(_, parameter) if parameter.is_joint());
         let name = self.name(scene);
-        // A magnet's or a map's name is the second word of its parameters.
-        let words = if matches!(self, P::Magnet(..) | P::MapScale(_) | P::MapPosition(..)) { 2 } else { 1 };
+        // The name of a magnet, a map or a force is the second word of its parameters.
+        let is_named = matches!(self, P::Magnet(..) | P::MapScale(_) | P::MapPosition(..))
+            || matches!(self, P::InnerForce(..) | P::ForceAlong(..));
+        let words = if is_named { 2 } else { 1 };
         let cuts = name.match_indices('.').skip(words).filter(|_| !is_joint);
         cuts.map(|(at, _)| name[..at].to_owned()).collect()
     }
@@ -210,10 +221,10 @@ impl Parameter {
             P::MapScale(_) => "",
             P::Magnet(_, parameter) => parameter.unit(),
             P::ArrayCurrent(..) => "A",
-            P::TipForce(_) => "N",
+            P::TipForce(_) | P::InnerForce(..) => "N",
             P::TipMoment(_) => "N·m",
             P::Gravity(_) => "m/s²",
-            P::DistributedForce(_) => "N/m",
+            P::DistributedForce(_) | P::ForceAlong(..) => "N/m",
             P::FluidDensity => "kg/m³",
             P::Segment(_, parameter) => parameter.unit(),
         }
@@ -232,6 +243,7 @@ impl Parameter {
             P::Gravity(axis) => component(scene.loads.gravity, axis),
             P::DistributedForce(axis) => component(scene.loads.distributed_force, axis),
             P::FluidDensity => scene.loads.fluid_density.unwrap_or(0.0),
+            P::InnerForce(force, axis) | P::ForceAlong(force, axis) => scene.inner_forces[force].force[axis.index()],
             P::FieldGradient(_)
             | P::FieldOrigin(_)
             | P::Magnet(..)
@@ -265,6 +277,9 @@ impl Parameter {
             P::Gravity(axis) => set(&mut scene.loads.gravity, axis),
             P::DistributedForce(axis) => set(&mut scene.loads.distributed_force, axis),
             P::FluidDensity => scene.loads.fluid_density = Some(value),
+            P::InnerForce(force, axis) | P::ForceAlong(force, axis) => {
+                scene.inner_forces[force].force[axis.index()] = value;
+            }
             P::FieldGradient(_)
             | P::FieldOrigin(_)
             | P::Magnet(..)
@@ -337,6 +352,7 @@ impl Parameter {
                 let segments = (0..scene.segments.len()).filter(displaces);
                 segments.flat_map(|segment| weight_chain(scene, segment, -area(segment))).collect()
             }
+            P::InnerForce(force, axis) | P::ForceAlong(force, axis) => inner_force::chain(scene, force, axis),
             P::FieldGradient(_)
             | P::FieldOrigin(_)
             | P::Magnet(..)

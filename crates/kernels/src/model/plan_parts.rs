@@ -50,7 +50,7 @@ pub(super) fn terms_of(
 ) -> Terms {
     let sweeps = |test: fn(&Parameter) -> bool| swept.iter().any(test);
     let load =
-        scene.has_distributed_load() || sweeps(|p| matches!(p, Parameter::Gravity(_) | Parameter::DistributedForce(_)));
+        scene.has_inner_load() || sweeps(|p| matches!(p, Parameter::Gravity(_) | Parameter::DistributedForce(_)));
     // Under no force a rod does not shear, but the responses that reciprocity needs do. A field that varies is a force.
     let shears = segments.iter().any(|segment| segment.shears);
     let force = load
@@ -144,6 +144,7 @@ pub(super) fn segment_plans(scene: &Scene, rod: &Rod, options: &PlanOptions, swe
         for (piece, at) in scene.pieces(index).iter().zip(scene.piece_indices(index)) {
             let plan = SegmentPlan { record: offsets[at], ..SegmentPlan::default() };
             plans.push(match &segment.kind {
+                SegmentKind::Flexible(_) if piece.force.is_some() => plan,
                 SegmentKind::Flexible(segment) => {
                     let share = if flexible > 0.0 { rod.segments[at].length() / flexible } else { 1.0 };
                     let grading = if share > 0.0 { grading(&rod.segments[at]) } else { 0 };

@@ -32,6 +32,8 @@ pub struct Piece {
     middle: f64,
     /// Material coordinate less arc length (m)
     offset: f64,
+    /// A force that acts here, by its index: the piece then is rigid and has no length.
+    pub force: Option<usize>,
 }
 
 impl Profile {
@@ -109,16 +111,18 @@ impl Profile {
     }
 }
 
-/// Cuts a segment of given length at the nodes of its profiles: always one piece more than there are positions.
+/// Cuts a segment of given length at the nodes of its profiles, always one piece more than there are positions, and at
+/// forces, each of which is a piece of its own.
 ///
-/// `inserted` is the length of material, above the segment's own, that has been pushed in at its proximal end.
-pub fn pieces(profiles: &[&Profile], length: f64, inserted: f64) -> Vec<Piece> {
+/// `forces` are indices and positions; `inserted` is the length of material, above the segment's own, that has been pushed in at its proximal end.
+pub fn pieces(profiles: &[&Profile], forces: &[(usize, f64)], length: f64, inserted: f64) -> Vec<Piece> {
     let mut cuts: Vec<f64> = profiles.iter().flat_map(|profile| profile.nodes()).map(|node| node.at).collect();
+    cuts.extend(forces.iter().map(|(_, at)| at));
     cuts.sort_by(f64::total_cmp);
     cuts.dedup();
     let arc_length = |at: f64| (at + inserted).clamp(0.0, length.max(0.0));
     (0..=cuts.len())
-        .map(|k| {
+        .flat_map(|k| {
             let before = k.checked_sub(1).map(|before| cuts[before]);
             let after = cuts.get(k).copied();
             let middle = match (before, after) {
@@ -127,12 +131,11 @@ pub fn pieces(profiles: &[&Profile], length: f64, inserted: f64) -> Vec<Piece> {
                 (Some(before), None) => before + 1.0,
                 (None, None) => 0.0,
             };
-            Piece {
-                start: before.map_or(0.0, arc_length),
-                end: after.map_or(length, arc_length),
-                middle,
-                offset: -inserted,
-            }
+            let start = before.map_or(0.0, arc_length);
+            let piece = Piece { start, end: after.map_or(length, arc_length), middle, offset: -inserted, force: None };
+            let here = forces.iter().filter(move |(_, at)| Some(*at) == after);
+            let forces = here.map(move |(index, _)| Piece { start: piece.end, force: Some(*index), ..piece });
+            std::iter::once(piece).chain(forces)
         })
         .collect()
 }
@@ -147,7 +150,7 @@ mod tests {
     }
 
     fn value(profile: &Profile, length: f64, inserted: f64, s: f64) -> f64 {
-        let pieces = pieces(&[profile], length, inserted);
+        let pieces = pieces(&[profile], &[], length, inserted);
         let piece = pieces.iter().find(|piece| piece.start <= s && s <= piece.end).expect("a piece");
         let (start, rise) = profile.on(piece);
         start[0] + rise[0] * (s - piece.start) / (piece.end - piece.start)
@@ -194,7 +197,7 @@ mod tests {
     fn pieces_cover_the_segment() {
         let profile = linear();
         for (length, inserted) in [(0.1, 0.0), (0.07, 0.0), (0.05, -0.05), (0.01, 0.0), (0.15, 0.05)] {
-            let pieces = pieces(&[&profile, &Profile::Constant([0.0; 3])], length, inserted);
+            let pieces = pieces(&[&profile, &Profile::Constant([0.0; 3])], &[], length, inserted);
             assert_eq!(pieces.len(), 4);
             assert_eq!((pieces[0].start, pieces[3].end), (0.0, length));
             assert!(pieces.windows(2).all(|pair| pair[0].end == pair[1].start));

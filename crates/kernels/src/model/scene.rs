@@ -3,7 +3,8 @@
 use super::profile::{Piece, pieces};
 use super::rotation::rotation_matrix;
 use super::{
-    Body, Coil, FieldSources, FlexibleRod, MagnetMaterial, Node, Profile, RigidRod, Rod, RodSegment, SceneError, Vector,
+    Body, Coil, FieldSources, FlexibleRod, ForcePlace, InnerForce, MagnetMaterial, Node, Profile, RigidRod, Rod,
+    RodSegment, SceneError, Vector,
 };
 use std::f64::consts::PI;
 
@@ -23,6 +24,8 @@ pub struct Scene {
     pub sources: FieldSources,
     /// What acts on the rod besides the field.
     pub loads: Loads,
+    /// Dead forces inside of the rod.
+    pub inner_forces: Vec<InnerForce>,
     /// Base to tip.
     pub segments: Vec<Segment>,
     /// Length pushed in at the base of the first segment, above its own; its material moves on (m)
@@ -201,6 +204,11 @@ impl Scene {
         let inserted = std::mem::take(&mut self.inserted);
         let Some(first) = self.segments.first_mut() else { return };
         first.length += inserted;
+        for force in self.inner_forces.iter_mut().filter(|force| force.segment == 0) {
+            if let ForcePlace::At(at) = &mut force.place {
+                *at += inserted;
+            }
+        }
         if let SegmentKind::Flexible(Flexible { stiffness, rest_curvature, .. }) = &mut first.kind {
             if let Stiffness::Nodes(nodes) = stiffness {
                 nodes.iter_mut().for_each(|node| node.at += inserted);
@@ -211,8 +219,13 @@ impl Scene {
         }
     }
 
-    /// Makes nodes that a shorter length has left beyond a segment's end give way to one there.
+    /// Makes nodes that a shorter length has left beyond a segment's end give way to one there; forces move there.
     pub fn cut_nodes(&mut self) {
+        for force in &mut self.inner_forces {
+            if let ForcePlace::At(at) = &mut force.place {
+                *at = at.min(self.segments[force.segment].length);
+            }
+        }
         for segment in &mut self.segments {
             let SegmentKind::Flexible(Flexible { stiffness, rest_curvature, .. }) = &mut segment.kind else { continue };
             *rest_curvature = rest_curvature.up_to(segment.length);
@@ -228,9 +241,10 @@ impl Scene {
         let length = self.segment_length(index);
         match &self.segments[index].kind {
             SegmentKind::Flexible(flexible) => {
-                pieces(&[&flexible.rest_curvature, &flexible.stiffness.profile()], length, inserted)
+                let profiles = [&flexible.rest_curvature, &flexible.stiffness.profile()];
+                pieces(&profiles, &self.stations(index), length, inserted)
             }
-            SegmentKind::Rigid(_) => pieces(&[], length, inserted),
+            SegmentKind::Rigid(_) => pieces(&[], &[], length, inserted),
         }
     }
 
@@ -240,9 +254,15 @@ impl Scene {
         first..first + self.pieces(index).len()
     }
 
-    /// Whether weight or another force per length acts.
-    pub fn has_distributed_load(&self) -> bool {
-        self.loads.gravity.is_some() || self.loads.distributed_force.is_some()
+    /// The pieces of a segment that are of its own kind, forces at stations left out, with their indices in the rod.
+    pub fn own_pieces(&self, index: usize) -> Vec<(usize, Piece)> {
+        let pieces = self.piece_indices(index).zip(self.pieces(index));
+        pieces.filter(|(_, piece)| piece.force.is_none()).collect()
+    }
+
+    /// Whether weight or another force acts between base and tip.
+    pub fn has_inner_load(&self) -> bool {
+        self.loads.gravity.is_some() || self.loads.distributed_force.is_some() || !self.inner_forces.is_empty()
     }
 
     /// Checks that the numbers describe a rod.
@@ -291,10 +311,14 @@ impl Scene {
         match &self.segments[index].kind {
             SegmentKind::Flexible(flexible) => {
                 let profile = flexible.stiffness.profile();
-                let load = self.load(flexible);
+                let load = self.load(flexible, index);
                 let [x, y] = flexible.stiffness_shear.unwrap_or([f64::INFINITY; 2]);
                 let axial = flexible.stiffness_axial.unwrap_or(f64::INFINITY);
                 let segment = |piece: &Piece| {
+                    if let Some(force) = piece.force {
+                        let weight = self.inner_forces[force].force;
+                        return RodSegment::Rigid(RigidRod { weight, ..RigidRod::default() });
+                    }
                     let (stiffness, stiffness_rise) = profile.on(piece);
                     let (rest_curvature, rest_curvature_rise) = flexible.rest_curvature.on(piece);
                     RodSegment::Flexible(FlexibleRod {
@@ -315,25 +339,26 @@ impl Scene {
                 let magnet = rigid.magnet_dipole_per_length();
                 let coil = rigid.coil.map_or([0.0; 3], |coil| coil.dipole());
                 let dipole = std::array::from_fn(|axis| coil[axis] + magnet[axis] * length);
-                put(RodSegment::Rigid(RigidRod { length, dipole, weight: self.weight(rigid, length) }));
+                put(RodSegment::Rigid(RigidRod { length, dipole, weight: self.weight(rigid, index) }));
             }
         }
     }
 
     /// Force per length on a flexible segment, world frame (N/m).
-    fn load(&self, flexible: &Flexible) -> Vector {
-        let load = self.loads.distributed_force.unwrap_or_default();
+    fn load(&self, flexible: &Flexible, index: usize) -> Vector {
+        let load = self.force_per_length(index);
         let gravity = self.loads.gravity.unwrap_or_default();
         let density = self.linear_density(flexible);
         std::array::from_fn(|axis| load[axis] + density * gravity[axis])
     }
 
     /// Force on a rigid segment, world frame (N).
-    fn weight(&self, rigid: &Rigid, length: f64) -> Vector {
-        let load = self.loads.distributed_force.unwrap_or_default();
+    fn weight(&self, rigid: &Rigid, index: usize) -> Vector {
+        let (load, force) = (self.force_per_length(index), self.force_at_middle(index));
         let gravity = self.loads.gravity.unwrap_or_default();
+        let length = self.segment_length(index);
         let mass = self.mass(rigid, length);
-        std::array::from_fn(|axis| load[axis] * length + mass * gravity[axis])
+        std::array::from_fn(|axis| load[axis] * length + mass * gravity[axis] + force[axis])
     }
 
     /// Mass of a rigid segment, net of displaced fluid where it follows from a density (kg)

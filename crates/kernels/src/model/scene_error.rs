@@ -43,6 +43,17 @@ pub enum SceneError {
     /// Two segments share this name.
     #[error("two segments are named `{0}`: give each its own name")]
     DuplicateName(String),
+    /// Two forces inside of the rod share this name, or it is that of another load.
+    #[error("`{0}` is the name of two loads: give each its own name")]
+    DuplicateForce(String),
+    /// A force inside of the rod whose place does not suit its segment.
+    #[error(
+        "the force `{name}` has no such place: a flexible segment takes it at a distance `at` from its proximal end, a rigid one at its middle"
+    )]
+    MisplacedForce {
+        /// Name of the force.
+        name: String,
+    },
     /// A density of the material where no cross-section is known.
     #[error("`{segment}.density` needs a `tube` to know the cross-section: give `linear_density` instead")]
     DensityWithoutTube {

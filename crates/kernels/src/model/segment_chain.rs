@@ -21,23 +21,23 @@ pub(super) fn chain(parameter: SegmentParameter, scene: &Scene, index: usize) ->
 }
 
 fn flexible_chain(parameter: SegmentParameter, scene: &Scene, index: usize, flexible: &Flexible) -> Chain {
-    let pieces = scene.piece_indices(index);
+    let pieces = scene.own_pieces(index);
     let along = |slot: fn(usize, Axis) -> Slot, axis: Axis, rate: f64| -> Chain {
-        pieces.clone().map(|piece| (slot(piece, axis), rate)).collect()
+        pieces.iter().map(|(piece, _)| (slot(*piece, axis), rate)).collect()
     };
     let stiffness = |rates: Vector| -> Chain {
         Axis::ALL.into_iter().flat_map(|axis| along(Slot::Stiffness, axis, rates[axis.index()])).collect()
     };
     let node = |profile: &Profile, k: usize, value: fn(usize, Axis) -> Slot, rise: fn(usize, Axis) -> Slot, axis| {
         let mut chain = Chain::new();
-        for (piece, index) in scene.pieces(index).iter().zip(pieces.clone()) {
+        for (index, piece) in &pieces {
             let (share, share_rise) = profile.share(k, piece);
-            chain.extend([(value(index, axis), share), (rise(index, axis), share_rise)]);
+            chain.extend([(value(*index, axis), share), (rise(*index, axis), share_rise)]);
         }
         chain
     };
     match parameter {
-        S::Length => vec![(Slot::Length(pieces.end - 1), 1.0)],
+        S::Length => vec![(Slot::Length(scene.piece_indices(index).end - 1), 1.0)],
         S::RestCurvature(axis) => along(Slot::RestCurvature, axis, 1.0),
         S::RestCurvatureNode(k, axis) => {
             node(&flexible.rest_curvature, k, Slot::RestCurvature, Slot::RestCurvatureRise, axis)
@@ -135,7 +135,7 @@ fn rigid_chain(parameter: SegmentParameter, scene: &Scene, index: usize, rigid: 
     match (parameter, &rigid.coil) {
         (S::Length, _) => {
             let mut chain = vec![(Slot::Length(piece), 1.0)];
-            let load = scene.loads.distributed_force.unwrap_or_default();
+            let load = scene.force_per_length(index);
             let weight = match rigid.body {
                 Some(Body { density: Some(_), .. }) if rigid.mass.is_none() => {
                     let gravity = scene.loads.gravity.unwrap_or_default();
@@ -225,7 +225,7 @@ pub(super) fn load_chain(scene: &Scene, index: usize, axis: Axis, rate: f64) -> 
         SegmentKind::Flexible(_) => Slot::Load,
         SegmentKind::Rigid(_) => Slot::Weight,
     };
-    scene.piece_indices(index).map(|piece| (slot(piece, axis), rate)).collect()
+    scene.own_pieces(index).into_iter().map(|(piece, _)| (slot(piece, axis), rate)).collect()
 }
 
 fn column(matrix: &Matrix, axis: Axis) -> Vector {

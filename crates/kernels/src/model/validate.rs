@@ -1,8 +1,8 @@
 //! Whether a scene's numbers describe a rod.
 
 use super::{
-    CoilWinding, Density, GradientEntry, MagnetMaterial, Node, Profile, Scene, SceneError, Segment, SegmentKind,
-    ShearElasticity, Stiffness, Vector,
+    CoilWinding, Density, ForcePlace, GradientEntry, LOAD_KEYS, MagnetMaterial, Node, Profile, Scene, SceneError,
+    Segment, SegmentKind, ShearElasticity, Stiffness, Vector,
 };
 use std::collections::HashSet;
 
@@ -47,6 +47,7 @@ pub(super) fn validate(scene: &Scene) -> Result<(), SceneError> {
     if scene.segments.is_empty() {
         return Err(SceneError::NoSegment);
     }
+    check_inner_forces(scene)?;
     let mut names = HashSet::new();
     let mut massive = false;
     let mut flexible_count = 0;
@@ -216,6 +217,32 @@ fn check_sources(scene: &Scene) -> Result<(), SceneError> {
         return Err(SceneError::MagnetisedInMap { segment: segment.name.clone() });
     }
     check_base_clearance(scene)
+}
+
+/// Each force has a name of its own and a place on a segment of its kind.
+fn check_inner_forces(scene: &Scene) -> Result<(), SceneError> {
+    let mut names: HashSet<&str> = LOAD_KEYS.into();
+    for force in &scene.inner_forces {
+        if !names.insert(&force.name) {
+            return Err(SceneError::DuplicateForce(force.name.clone()));
+        }
+        let key = if force.place == ForcePlace::Along { "force_per_length" } else { "force" };
+        check_finite(&format!("loads.{}.{key}", force.name), force.force)?;
+        let misplaced = || SceneError::MisplacedForce { name: force.name.clone() };
+        let segment = scene.segments.get(force.segment).ok_or_else(misplaced)?;
+        match (force.place, &segment.kind) {
+            (ForcePlace::At(at), SegmentKind::Flexible(_)) => {
+                // Material that is withdrawn lies before the base; an end in millimetres may miss the length by rounding.
+                let inside = at.is_finite() && at <= segment.length * (1.0 + 1e-12);
+                check(format!("loads.{}.at", force.name), at, inside, "at most the segment's length")?;
+            }
+            (ForcePlace::Middle, SegmentKind::Rigid(_)) | (ForcePlace::Along, _) => {}
+            (ForcePlace::At(_), SegmentKind::Rigid(_)) | (ForcePlace::Middle, SegmentKind::Flexible(_)) => {
+                return Err(misplaced());
+            }
+        }
+    }
+    Ok(())
 }
 
 /// The clamped end at least is where no magnet may be.

@@ -131,6 +131,7 @@ impl Column {
                 segment("rod", LENGTH, SegmentKind::Flexible(flexible)),
                 segment("magnet", TIP_LENGTH, SegmentKind::Rigid(magnet)),
             ],
+            inner_forces: Vec::new(),
             inserted: 0.0,
             rigid_force_arm: true,
         }

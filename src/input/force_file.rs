@@ -1,0 +1,134 @@
+//! Forces inside of the rod in scene files.
+
+use super::error::{InputError, Problem};
+use super::toml::Reader;
+use crate::model::{ForcePlace, InnerForce, Scene, SceneError, Segment, SegmentKind, closest};
+
+const KEYS: [&str; 7] = ["name", "segment", "at", "force", "force_per_length", "moment", "frame"];
+
+/// The forces of the `[[load]]` blocks of a scene with these segments.
+pub(super) fn inner_forces(reader: &Reader, segments: &[Segment]) -> Result<Vec<InnerForce>, InputError> {
+    reader.tables("load")?.iter().map(|reader| inner_force(reader, segments)).collect()
+}
+
+fn inner_force(reader: &Reader, segments: &[Segment]) -> Result<InnerForce, InputError> {
+    reader.check_keys(&KEYS)?;
+    refuse_what_is_not_modelled(reader)?;
+    let name = reader.string("name")?;
+    let name = name.ok_or_else(|| {
+        reader.missing("name", "parameters of a force start with `loads.` and its name, such as name = \"push\"")
+    })?;
+    let (force, per_length) = (reader.vector("force", "N")?, reader.vector("force_per_length", "N/m")?);
+    let (force, is_along) = match (force, per_length) {
+        (Some(force), None) => (force, false),
+        (None, Some(force)) => (force, true),
+        (None, None) => {
+            return Err(reader.missing("force", "give three components in N, or force_per_length in N/m"));
+        }
+        (Some(_), Some(_)) => {
+            let remedy = "give each its own [[load]]".into();
+            return Err(reader.error("force_per_length", Problem::Conflict { with: "force".into(), remedy }));
+        }
+    };
+    let named = segment(reader, segments)?;
+    let at = reader.quantity("at", "m")?;
+    let (segment, place) = match (is_along, named, at) {
+        (true, Some(segment), None) => (segment, ForcePlace::Along),
+        (true, _, Some(_)) => {
+            let remedy = "it acts all along its segment: leave out `at`, or give `force`".into();
+            return Err(reader.error("at", Problem::Conflict { with: "force_per_length".into(), remedy }));
+        }
+        (true, None, None) => {
+            let remedy = "say along which; along the whole rod it is distributed_force under [loads]";
+            return Err(reader.missing("segment", remedy));
+        }
+        (false, Some(segment), None) => match segments[segment].kind {
+            SegmentKind::Rigid(_) => (segment, ForcePlace::Middle),
+            SegmentKind::Flexible(_) => {
+                let remedy = "say how far from the segment's proximal end the force acts, such as at = \"20 mm\"";
+                return Err(reader.missing("at", remedy));
+            }
+        },
+        (false, Some(segment), Some(at)) => (segment, ForcePlace::At(at)),
+        (false, None, Some(at)) => station(reader, segments, at)?,
+        (false, None, None) => {
+            let remedy = "say how far from the base the force acts, such as at = \"20 mm\", or give a `segment`";
+            return Err(reader.missing("at", remedy));
+        }
+    };
+    Ok(InnerForce { name: name.into(), segment, place, force })
+}
+
+fn refuse_what_is_not_modelled(reader: &Reader) -> Result<(), InputError> {
+    let refused = |key: &str, value: &str, expected: &str| {
+        Err(reader.error(key, Problem::Range { value: value.into(), expected: expected.into() }))
+    };
+    if reader.has("moment") {
+        let expected = "`force`, or `tip_moment` under [loads]: moments inside of the rod are not modelled";
+        return refused("moment", "a moment inside of the rod", expected);
+    }
+    match reader.string("frame")? {
+        None | Some("world") => Ok(()),
+        Some("body") => {
+            let expected = "\"world\": a force that turns with the rod has no energy, and is not modelled";
+            refused("frame", "\"body\"", expected)
+        }
+        Some(found) => {
+            let suggestion = closest(found, ["world"].into_iter());
+            Err(reader.error("frame", Problem::Choice { found: found.into(), suggestion, allowed: "world".into() }))
+        }
+    }
+}
+
+/// Index of the segment that is named.
+fn segment(reader: &Reader, segments: &[Segment]) -> Result<Option<usize>, InputError> {
+    let Some(found) = reader.string("segment")? else { return Ok(None) };
+    let names = || segments.iter().map(|segment| segment.name.as_str());
+    match names().position(|name| name == found) {
+        Some(index) => Ok(Some(index)),
+        None => {
+            let (suggestion, allowed) = (closest(found, names()), names().collect::<Vec<_>>().join(", "));
+            Err(reader.error("segment", Problem::Choice { found: found.into(), suggestion, allowed }))
+        }
+    }
+}
+
+/// The flexible segment at a distance from the base, and the place on it.
+fn station(reader: &Reader, segments: &[Segment], at: f64) -> Result<(usize, ForcePlace), InputError> {
+    let refused = |expected: String| Err(reader.error("at", Problem::Range { value: format!("{at} m"), expected }));
+    let mut start = 0.0;
+    // An end that is a sum of lengths may miss the place by rounding.
+    let slack = 1e-12 * segments.iter().map(|segment| segment.length).sum::<f64>();
+    for (index, segment) in segments.iter().enumerate() {
+        let end = start + segment.length;
+        let on = (at - start).min(segment.length);
+        let holds = at >= start - slack && at <= end + slack;
+        match segment.kind {
+            SegmentKind::Flexible(_) if holds => return Ok((index, ForcePlace::At(on.max(0.0)))),
+            SegmentKind::Rigid(_) if holds && at < end - slack => {
+                return refused(format!(
+                    "a place on a flexible segment: here is `{0}`, which is rigid; with segment = \"{0}\" in place of `at` the force acts at its middle",
+                    segment.name
+                ));
+            }
+            _ => start = end,
+        }
+    }
+    refused(format!("a distance from the base, 0 to {start} m"))
+}
+
+/// The key of the file that an error about a force is at.
+pub(super) fn key(scene: &Scene, error: &SceneError) -> Option<String> {
+    let (name, key) = match error {
+        SceneError::DuplicateForce(name) => (name, "name"),
+        SceneError::MisplacedForce { name } => (name, "segment"),
+        _ => return None,
+    };
+    key_of(scene, name, key)
+}
+
+/// A key of the last force of a name.
+pub(super) fn key_of(scene: &Scene, name: &str, rest: &str) -> Option<String> {
+    let at = scene.inner_forces.iter().rposition(|force| force.name == name)?;
+    Some(format!("load[{at}].{rest}"))
+}
