@@ -160,7 +160,8 @@ pub fn follow_varying<L: Kernels>(
         let mut converged = active & correction.lt(enough);
         if care {
             let near = margin.lt(one.constant(if sharp { NEAR_MARGIN } else { 0.0 }));
-            let left = L::select(near, one.constant(NEAR_TOLERANCE), one.constant(FIELD_TOLERANCE));
+            // What is left is far below the trust in the next correction, which sees it.
+            let left = L::select(near, one.constant(NEAR_TOLERANCE), one.constant(FIELD_TOLERANCE * program.pace));
             converged = converged & moved.lt(left);
         }
         let (is_far, is_inside) = (zero.lt(workspace.leeway), zero.lt(workspace.inside));
