@@ -56,6 +56,8 @@ pub const SPENT: f64 = 0.9;
 pub const NEAR_TOLERANCE: f64 = 2e-3;
 /// In a field that varies and with care, corrections end below this everywhere: a large force hides how far the tip still turns.
 pub const FIELD_TOLERANCE: f64 = 0.05;
+/// There a load step is a secant for the next prediction if it is so many times as long as its last correction.
+pub const FIELD_TELLING: f64 = 4.0;
 /// Passes along a path with care in a field that varies: a rod under large loads takes many short steps, and the reference far more.
 pub const FIELD_PASS_LIMIT: f64 = 2000.0;
 /// Such a step may change the inverse square of the margin by this factor at most: the margin twofold.

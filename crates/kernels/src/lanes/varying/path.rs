@@ -17,9 +17,9 @@ use crate::lanes::stability::has_dead_moment;
 use crate::model::CoilLoad;
 use crate::model::path::{
     AIM, CONTRACTION, CORRECTIONS, DEPARTURE, DEPARTURE_AIM, FIELD_LITTLE_STEP, FIELD_LOAD_TOLERANCE,
-    FIELD_NEAR_MARGIN, FIELD_PASS_LIMIT, FIELD_SMALLEST_STEP, FIELD_SOFT, FIELD_SOFT_RATIO, FIELD_TOLERANCE,
-    FIRST_BEND, FOLD_MARGIN, FOLD_STEEPNESS, FULL_LOAD_TOLERANCE, LITTLE_LOAD, NEAR_MARGIN, NEAR_TOLERANCE,
-    NODE_LEAST_RATIO, NODE_MOST_RATIO, NODE_PASS_LIMIT, NODE_RETREAT, PATH_TOLERANCE, SAFE_MARGIN,
+    FIELD_NEAR_MARGIN, FIELD_PASS_LIMIT, FIELD_SMALLEST_STEP, FIELD_SOFT, FIELD_SOFT_RATIO, FIELD_TELLING,
+    FIELD_TOLERANCE, FIRST_BEND, FOLD_MARGIN, FOLD_STEEPNESS, FULL_LOAD_TOLERANCE, LITTLE_LOAD, NEAR_MARGIN,
+    NEAR_TOLERANCE, NODE_LEAST_RATIO, NODE_MOST_RATIO, NODE_PASS_LIMIT, NODE_RETREAT, PATH_TOLERANCE, SAFE_MARGIN,
     SMALLEST_GUARDED_STEP, SMALLEST_RAMP_STEP, SPENT, TRUST, WIDENING,
 };
 
@@ -214,7 +214,10 @@ pub fn follow_varying<L: Kernels>(
 
         base = select::<L>(accept | go_on, (base.0 + dn, base.1 + dm), base);
         let per = one / used;
-        secant = select::<L>(accept, ((base.0 - accepted.0) * per, (base.1 - accepted.1) * per), secant);
+        let change = (base.0 - accepted.0, base.1 - accepted.1);
+        // A step no longer than what its last correction may have left tells no direction.
+        let tells = accept & (moved * one.constant(FIELD_TELLING)).lt(norm(change));
+        secant = select::<L>(tells, (change.0 * per, change.1 * per), secant);
         accepted = select::<L>(accept, base, accepted);
         lambda = L::select(accept, target, lambda);
         end_inverse = Mat6::select(accept, &inverse, &end_inverse);
