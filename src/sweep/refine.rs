@@ -91,7 +91,7 @@ impl<'a> Refiners<'a> {
     /// Solves failed and doubtful samples again. A success becomes `Refined`; another verdict replaces the first one, but
     /// an equilibrium is not replaced by none. A doubtful success that a second attempt does not find is no success; one that
     /// is doubtful still is solved on finer steps, and the smaller estimate counts. The second stage sees what the first left
-    /// failing. No stage sees a fold that was seen as a turn of the load.
+    /// failing; what it solves and is doubtful is solved on finer steps, too. No stage sees a fold that was seen as a turn of the load.
     pub fn refine(
         &mut self,
         plan: &Plan,
@@ -102,7 +102,7 @@ impl<'a> Refiners<'a> {
     ) -> Result<(), BackendError> {
         let samples = Samples { plan, sampler, batch, index };
         let keeps = |again: &Solutions, from, _: f64| !samples.is_doubtful(again, from);
-        let (attempts, settled) = relieve(&mut self.settle, &samples, solutions, keeps)?;
+        let (attempts, settled) = relieve(&mut self.settle, &samples, solutions, |_| true, keeps)?;
         self.attempts += attempts;
         self.refined += settled;
         for (number, stage) in self.stages.iter_mut().enumerate() {
@@ -128,26 +128,26 @@ impl<'a> Refiners<'a> {
                     solutions.set_status(to, Status::NotConverged);
                 }
             })?;
-            if number == 0 {
-                let keeps = |again: &Solutions, from, before| again.get(from, Quantity::ErrorEstimate) < before;
-                // What is better now was better before, but for what the second attempt has not touched.
-                self.attempts += relieve(&mut self.finer, &samples, solutions, keeps)?.0;
-            }
+            let keeps = |again: &Solutions, from, before| again.get(from, Quantity::ErrorEstimate) < before;
+            // What is better now was better before, but for what this stage has not touched.
+            let touched = |at| number == 0 || left.binary_search(&at).is_ok();
+            self.attempts += relieve(&mut self.finer, &samples, solutions, touched, keeps)?.0;
         }
         Ok(())
     }
 }
 
-/// Solves samples whose only doubt is their error estimate on one stage more, if there is one. Replaces rows that it `keeps`,
+/// Solves samples, of those that it `may`, whose only doubt is their error estimate on one stage more, if there is one. Replaces rows that it `keeps`,
 /// told the estimate before. Returns how many were tried, and how many replaced.
 fn relieve(
     stage: &mut Option<Stage>,
     samples: &Samples,
     solutions: &mut Solutions,
+    may: impl Fn(usize) -> bool,
     keeps: impl Fn(&Solutions, usize, f64) -> bool,
 ) -> Result<(u64, u64), BackendError> {
     let Some(stage) = stage else { return Ok((0, 0)) };
-    let needs = |at| solutions.status(at).is_success() && samples.is_doubtful(solutions, at);
+    let needs = |at| may(at) && solutions.status(at).is_success() && samples.is_doubtful(solutions, at);
     let left = samples.those(solutions, needs);
     let mut kept = 0;
     stage.solve(samples, &left, |again, from, to| {
