@@ -10,6 +10,7 @@ const FIELD_LOAD_TOLERANCE: f32 = 0.0; //@spec
 const FIELD_SOFT: f32 = 0.0; //@spec
 const FIELD_SOFT_RATIO: f32 = 0.0; //@spec
 const FIELD_TOLERANCE: f32 = 0.0; //@spec
+const FIELD_TELLING: f32 = 0.0; //@spec
 const FIRST_BEND: f32 = 0.0; //@spec
 const FOLD_MARGIN: f32 = 0.0; //@spec
 const FULL_LOAD_TOLERANCE: f32 = 0.0; //@spec
@@ -154,7 +155,8 @@ fn follow_varying(rod: Rod, inverse: Mat6, index: f32) -> u32 {
         hold(LAST_LEEWAY, leeway);
         hold_vector(LAST_TIP, tip.p);
         let risen = sum(-1.0, held_pair(ACCEPTED), improved);
-        hold_pair(SECANT, sum(1.0 / used, risen, Pair()));
+        // A step no longer than what its last correction may have left tells no direction.
+        if moved * FIELD_TELLING < norm(risen) { hold_pair(SECANT, sum(1.0 / used, risen, Pair())); }
         hold_pair(ACCEPTED, improved);
         hold(LAMBDA, goal);
         keeps_inverse = true;

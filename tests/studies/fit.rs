@@ -325,9 +325,7 @@ fn a_coil_under_load_comes_back() {
     };
     let points = poses.iter().zip(&at).map(point).collect();
     let observed = ObservedShapes { shapes: vec![ObservedShape { known: Vec::new(), points }], known: Vec::new() };
-    let began = std::time::Instant::now();
     let fit = FitJob::new(start, observed).free(&names).expect("parameters").run_on(&mut cpu).expect("a fit");
-    eprintln!("{:?} {} evaluations rms {:e}", began.elapsed(), fit.evaluations, fit.rms);
     for (fitted, truth) in fit.parameters.iter().zip(&values) {
         assert!((fitted.value - truth).abs() < 1e-2, "{fitted:?}, made with {truth}");
     }

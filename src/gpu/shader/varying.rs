@@ -92,6 +92,7 @@ pub(super) fn add_varying(s: &mut Specialisation, plan: &Plan) {
         ("FIELD_SOFT", path::FIELD_SOFT),
         ("FIELD_SOFT_RATIO", path::FIELD_SOFT_RATIO),
         ("FIELD_TOLERANCE", path::FIELD_TOLERANCE),
+        ("FIELD_TELLING", path::FIELD_TELLING),
         ("FIELD_NEAR_MARGIN", path::FIELD_NEAR_MARGIN),
         ("NEAR_MARGIN", path::NEAR_MARGIN),
         ("SPENT", path::SPENT),

@@ -7,6 +7,7 @@ use super::starts::{End, LESS_PATIENCE, PATIENCE, Start, descend, stiffened};
 use super::{Fit, FitError, FittedParameter};
 use crate::study::MakeEngine;
 use crate::study::witness::{CheckError, WitnessCheck};
+use levenberg_marquardt::LeastSquaresProblem;
 use nalgebra::DVector;
 
 /// Residuals below this share of the length leave nothing to look for.
@@ -92,19 +93,21 @@ pub(super) fn fit(problem: &Problem, make: &mut MakeEngine) -> Result<Fit, FitEr
 /// The best end of all descents. Others than the scene's own are tried where the rod is so bent that there may be other minima,
 /// until one leaves no more than the noise of a coordinate (m).
 fn best<'a>(search: Search<'a>, noise: Option<f64>, make: &mut MakeEngine) -> Result<(Search<'a>, End), FitError> {
+    let (search, under_load) = match under_load(search, noise, make)? {
+        (search, Some(end)) if rms(&end) < near(&search, noise) => return Ok((search, end)),
+        others => others,
+    };
     let (mut search, first) = from_scene(search);
-    let mut best = first?;
-    if is_plain(&search, &best) {
-        return Ok((search, best));
+    let first = first?;
+    if is_plain(&search, &first) {
+        return Ok((search, first));
     }
-    if best.state.base_moments.iter().flatten().any(|moment| *moment != 0.0) {
-        search.most = MOST_LOADED;
-        if let Some(place) = lighter(&mut search, noise, make)? {
-            let (after, end) = descend(search, &place, PATIENCE);
-            (search, best) = (after, better(best, end));
-        }
+    search.most = if under_load.is_some() { MOST_LOADED } else { MOST_EVALUATIONS };
+    let best = better(under_load, Ok(first));
+    match by_starts(search, best, noise) {
+        (search, Some(best)) => Ok((search, best)),
+        (_, None) => Err(FitError::Failed("no start".into())),
     }
-    Ok(by_starts(search, best, noise))
 }
 
 /// The descent from the scene's own values.
@@ -115,10 +118,46 @@ fn from_scene(search: Search<'_>) -> (Search<'_>, Result<End, FitError>) {
 
 /// Whether the points are met, or the rod is so little bent that it has no other minimum.
 fn is_plain(search: &Search, end: &End) -> bool {
-    let (problem, length) = (search.model.problem(), search.model.length);
+    let length = search.model.length;
+    rms(end) < EXACT * length || (!is_bent(search) && rms(end) < SLIGHT * length)
+}
+
+/// Whether the observed rod is so bent that there may be other minima.
+fn is_bent(search: &Search) -> bool {
+    let problem = search.model.problem();
     let rod = problem.scene.rod();
-    let bend = bend(&problem.observed, rod.base_position, rod.base_rotation.map(|row| row[2]));
-    rms(end) < EXACT * length || (bend < BENT && rms(end) < SLIGHT * length)
+    bend(&problem.observed, rod.base_position, rod.base_rotation.map(|row| row[2])) >= BENT
+}
+
+/// The end of a descent from where a rod ends that is hardly loaded, of one that is bent and loaded.
+fn under_load<'a>(
+    mut search: Search<'a>,
+    noise: Option<f64>,
+    make: &mut MakeEngine,
+) -> Result<(Search<'a>, Option<End>), FitError> {
+    if !is_bent(&search) || !is_loaded(&mut search) {
+        return Ok((search, None));
+    }
+    match lighter(&mut search, noise, make)? {
+        Some(place) => {
+            let (search, end) = descend(search, &place, LESS_PATIENCE);
+            Ok((search, end.ok()))
+        }
+        None => Ok((search, None)),
+    }
+}
+
+/// Whether anything acts on the rod as the scene has it.
+fn is_loaded(search: &mut Search) -> bool {
+    let start = DVector::zeros(search.model.problem().free.len());
+    search.set_params(&start);
+    search.state.as_ref().is_some_and(|state| state.base_moments.iter().flatten().any(|moment| *moment != 0.0))
+}
+
+/// Residuals that are as good as any (m)
+fn near(search: &Search, noise: Option<f64>) -> f64 {
+    let length = search.model.length;
+    noise.map_or(EXACT * length, |noise| (NEAR * noise).clamp(EXACT * length, SLIGHT * length))
 }
 
 /// Root of the mean square of the residuals (m)
@@ -127,11 +166,11 @@ fn rms(end: &End) -> f64 {
 }
 
 /// The best of an end and of descents from other starts.
-fn by_starts(mut search: Search<'_>, mut best: End, noise: Option<f64>) -> (Search<'_>, End) {
+fn by_starts(mut search: Search<'_>, mut best: Option<End>, noise: Option<f64>) -> (Search<'_>, Option<End>) {
     let length = search.model.length;
-    let near = noise.map_or(EXACT * length, |noise| (NEAR * noise).clamp(EXACT * length, SLIGHT * length));
     for start in Start::all() {
-        let is_near = rms(&best) < near || (matches!(start, Start::Circle { .. }) && rms(&best) < SLIGHT * length);
+        let left = best.as_ref().map_or(f64::INFINITY, rms);
+        let is_near = left < near(&search, noise) || (matches!(start, Start::Circle { .. }) && left < SLIGHT * length);
         if is_near || search.is_spent() {
             break;
         }
@@ -145,10 +184,11 @@ fn by_starts(mut search: Search<'_>, mut best: End, noise: Option<f64>) -> (Sear
 }
 
 /// The end of another descent where its residuals are clearly smaller.
-fn better(best: End, other: Result<End, FitError>) -> End {
-    match other {
-        Ok(end) if end.state.residuals.norm() < BETTER * best.state.residuals.norm() => end,
-        _ => best,
+fn better(best: Option<End>, other: Result<End, FitError>) -> Option<End> {
+    match (best, other) {
+        (Some(best), Ok(end)) if end.state.residuals.norm() < BETTER * best.state.residuals.norm() => Some(end),
+        (None, Ok(end)) => Some(end),
+        (best, _) => best,
     }
 }
 
@@ -162,19 +202,16 @@ fn lighter(search: &mut Search, noise: Option<f64>, make: &mut MakeEngine) -> Re
         let stiffer = Problem { scene: stiffened(&problem.scene, 1.0 / share), ..problem.clone() };
         let lightly_loaded = Search::new(Model::new(&stiffer, make)?, search.sigma);
         let (after, end) = match &place {
-            Some(from) => descend(lightly_loaded, from, LESS_PATIENCE),
-            None => match from_scene(lightly_loaded) {
-                (after, Ok(end)) if !is_plain(&after, &end) => {
-                    let (after, end) = by_starts(after, end, noise);
-                    (after, Ok(end))
-                }
-                plain => plain,
-            },
+            Some(from) => {
+                let (after, end) = descend(lightly_loaded, from, LESS_PATIENCE);
+                (after, end.ok())
+            }
+            None => by_starts(lightly_loaded, None, noise),
         };
         search.evaluations += after.evaluations;
         match end {
-            Ok(end) => place = Some(end.x),
-            Err(_) => break,
+            Some(end) => place = Some(end.x),
+            None => break,
         }
     }
     Ok(place)
