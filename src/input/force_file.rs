@@ -8,6 +8,11 @@ const KEYS: [&str; 7] = ["name", "segment", "at", "force", "force_per_length", "
 
 /// The forces of the `[[load]]` blocks of a scene with these segments.
 pub(super) fn inner_forces(reader: &Reader, segments: &[Segment]) -> Result<Vec<InnerForce>, InputError> {
+    // Not an array, it is what `[loads]` is meant to be.
+    if reader.is_table("load") {
+        let problem = Problem::UnknownKey { suggestion: Some("loads".into()), known: vec!["loads", "[[load]]"] };
+        return Err(reader.error("load", problem));
+    }
     reader.tables("load")?.iter().map(|reader| inner_force(reader, segments)).collect()
 }
 

@@ -353,6 +353,11 @@ impl<'a> Reader<'a> {
         Ok(tables.ok_or_else(wrong)?.into_iter().enumerate().map(reader).collect())
     }
 
+    /// Whether a value is one table.
+    pub(crate) fn is_table(&self, name: &str) -> bool {
+        self.table.get(name).is_some_and(|item| item.as_table_like().is_some())
+    }
+
     /// Whether a value is a list.
     pub(crate) fn is_list(&self, name: &str) -> bool {
         self.table.get(name).is_some_and(Item::is_array)

@@ -28,7 +28,7 @@ pub fn scenes() -> impl Strategy<Value = Scene> {
     });
     let base = (vector(0.05), vector(1.7)).prop_map(|(position, rotation)| Base { position, rotation });
     let segments = (bending(length()), vec(segment(), 0..4), 0..4_usize);
-    let force = (0..4_usize, 0.0..1.0, vector(0.02));
+    let force = (0..4_usize, 0.0..1.0, vector(1e-3));
     let choices = (weighted(0.3, -0.7..0.5), weighted(0.2, Just(())), weighted(0.3, force));
     (base, vector(1.5), loads, segments, choices).prop_map(
         |(base, flux_density, loads, (main, mut segments, at), (insertion, no_arm, force))| {

@@ -1,7 +1,6 @@
 //! Shapes and their derivatives as functions of the fitted numbers, and the problem as the method sees it.
 
 use super::FitError;
-use super::solve::MOST_EVALUATIONS;
 use crate::backend::Backend;
 use crate::model::{Parameter, Plan, PlanOptions, Quantity, Scene, SegmentParameter as S, Slot, Vector};
 use crate::reference::shape_with_derivatives;
@@ -12,6 +11,8 @@ use levenberg_marquardt::LeastSquaresProblem;
 use nalgebra::storage::Owned;
 use nalgebra::{DMatrix, DVector, Dyn};
 
+/// No further start is tried after so many evaluations: what is left is told as a misfit.
+pub(super) const MOST_EVALUATIONS: usize = 2000;
 /// Steps over the rod: the answer is corrected to first order by the reference.
 const STEPS: usize = 24;
 

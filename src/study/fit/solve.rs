@@ -1,7 +1,7 @@
 //! Levenberg and Marquardt's method, then what its end says.
 
 use super::analysis::{NORMAL_95, analyse, findings, ridges, student_95};
-use super::model::{Model, Problem, Search, State};
+use super::model::{MOST_EVALUATIONS, Model, Problem, Search, State};
 use super::noise::{bend, misfit, noise_of_points};
 use super::starts::{End, LESS_PATIENCE, PATIENCE, Start, descend, stiffened};
 use super::{Fit, FitError, FittedParameter};
@@ -18,8 +18,7 @@ const BENT: f64 = 2.0;
 const SLIGHT: f64 = 5e-3;
 /// Residuals within so many times the noise, given or of the points themselves, are as good as any.
 const NEAR: f64 = 2.0;
-/// No further start is tried after so many evaluations: what is left is told as a misfit. Under load each takes longer.
-pub(super) const MOST_EVALUATIONS: usize = 2000;
+/// Evaluations under load take longer: no further start is tried after so many.
 const MOST_LOADED: usize = 600;
 /// Shares of the loads under which a fit under load begins.
 const SHARES: [f64; 3] = [1.0 / 64.0, 0.125, 0.5];
@@ -98,12 +97,13 @@ fn best<'a>(search: Search<'a>, noise: Option<f64>, make: &mut MakeEngine) -> Re
         others => others,
     };
     let (mut search, first) = from_scene(search);
-    let first = first?;
-    if is_plain(&search, &first) {
-        return Ok((search, first));
+    match first {
+        Ok(first) if is_plain(&search, &first) => return Ok((search, first)),
+        Err(error) if under_load.is_none() => return Err(error),
+        _ => {}
     }
     search.most = if under_load.is_some() { MOST_LOADED } else { MOST_EVALUATIONS };
-    let best = better(under_load, Ok(first));
+    let best = better(under_load, first);
     match by_starts(search, best, noise) {
         (search, Some(best)) => Ok((search, best)),
         (_, None) => Err(FitError::Failed("no start".into())),

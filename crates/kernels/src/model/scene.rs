@@ -316,7 +316,8 @@ impl Scene {
                 let axial = flexible.stiffness_axial.unwrap_or(f64::INFINITY);
                 let segment = |piece: &Piece| {
                     if let Some(force) = piece.force {
-                        let weight = self.inner_forces[force].force;
+                        // What is withdrawn behind the base acts on what holds the rod there.
+                        let weight = if piece.start > 0.0 { self.inner_forces[force].force } else { [0.0; 3] };
                         return RodSegment::Rigid(RigidRod { weight, ..RigidRod::default() });
                     }
                     let (stiffness, stiffness_rise) = profile.on(piece);
