@@ -46,6 +46,7 @@ fn places_are_found() {
         let key = if place == ForcePlace::Along { "force_per_length" } else { "force" };
         let named = Parameter::parse(&scene, &format!("loads.push.{key}")).expect("a group");
         assert_eq!(named.len(), 3, "{text}");
+        assert_eq!(Parameter::parse(&scene, "loads.push").expect("a group"), named, "{text}");
         let mut moved = scene.clone();
         let unit = if place == ForcePlace::Along { "mN/mm" } else { "N" };
         assign(&mut moved, &[format!("loads.push.{key}.z=3 {unit}")]).unwrap_or_else(|error| panic!("{error}"));

@@ -202,10 +202,8 @@ impl Parameter {
     pub fn groups(&self, scene: &Scene) -> Vec<String> {
         let is_joint = matches!(self, P::Segment(_, parameter) if parameter.is_joint());
         let name = self.name(scene);
-        // The name of a magnet, a map or a force is the second word of its parameters.
-        let is_named = matches!(self, P::Magnet(..) | P::MapScale(_) | P::MapPosition(..))
-            || matches!(self, P::InnerForce(..) | P::ForceAlong(..));
-        let words = if is_named { 2 } else { 1 };
+        // A magnet's or a map's name is the second word of its parameters.
+        let words = if matches!(self, P::Magnet(..) | P::MapScale(_) | P::MapPosition(..)) { 2 } else { 1 };
         let cuts = name.match_indices('.').skip(words).filter(|_| !is_joint);
         cuts.map(|(at, _)| name[..at].to_owned()).collect()
     }
