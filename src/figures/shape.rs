@@ -62,6 +62,9 @@ pub fn rod_shape(solved: &Solved) -> Result<RodShape, NothingToDraw> {
 fn inner_forces(scene: &Scene, rod: &Rod, equilibrium: &Equilibrium) -> Vec<ForceAt> {
     let at_point = |force: &&InnerForce| force.place != ForcePlace::Along;
     let mut forces: Vec<&InnerForce> = scene.inner_forces.iter().filter(at_point).collect();
+    if forces.is_empty() {
+        return Vec::new();
+    }
     forces.sort_by(|a, b| scene.arc_length_of(a).total_cmp(&scene.arc_length_of(b)));
     let at: Vec<f64> = forces.iter().map(|force| scene.arc_length_of(force)).collect();
     let points = shape(rod, equilibrium, &at).into_iter().map(|pose| pose.position);

@@ -1,6 +1,7 @@
 //! Forces inside of the rod in scene files.
 
 use super::error::{InputError, Problem};
+use super::segment_file::check_name;
 use super::toml::Reader;
 use crate::model::{ForcePlace, InnerForce, Scene, SceneError, Segment, SegmentKind, closest};
 
@@ -23,6 +24,7 @@ fn inner_force(reader: &Reader, segments: &[Segment]) -> Result<InnerForce, Inpu
     let name = name.ok_or_else(|| {
         reader.missing("name", "parameters of a force start with `loads.` and its name, such as name = \"push\"")
     })?;
+    check_name(reader, name)?;
     let (force, per_length) = (reader.vector("force", "N")?, reader.vector("force_per_length", "N/m")?);
     let (force, is_along) = match (force, per_length) {
         (Some(force), None) => (force, false),

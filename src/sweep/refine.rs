@@ -129,8 +129,8 @@ impl<'a> Refiners<'a> {
                 }
             })?;
             let keeps = |again: &Solutions, from, before| again.get(from, Quantity::ErrorEstimate) < before;
-            // What is better now was better before, but for what this stage has not touched.
-            let touched = |at| number == 0 || left.binary_search(&at).is_ok();
+            // The finer attempt would give rows that this stage has not solved what they have.
+            let touched = |at| left.binary_search(&at).is_ok();
             self.attempts += relieve(&mut self.finer, &samples, solutions, touched, keeps)?.0;
         }
         Ok(())

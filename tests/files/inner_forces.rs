@@ -77,6 +77,7 @@ fn mistakes_name_key_and_remedy() {
     let named = |text: &str| format!("[[load]]\nname = \"push\"\n{text}");
     let cases = [
         ("[[load]]\nat = 0.02\nforce = [0, 1, 0]".into(), "load[0].name", "such as name"),
+        (named("at = 0.02\nforce = [0, 1, 0]").replace("push", "a.b"), "load[0].name", "letters, digits"),
         (named("at = 0.02"), "load[0].force", "in N"),
         (named("force = [0, 1, 0]"), "load[0].at", "how far from the base"),
         (named("segment = \"tube\"\nforce = [0, 1, 0]"), "load[0].at", "proximal end"),

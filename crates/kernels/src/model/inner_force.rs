@@ -73,7 +73,7 @@ impl Scene {
     pub(super) fn station_index(&self, force: usize) -> Option<usize> {
         let segment = self.inner_forces[force].segment;
         let place = self.pieces(segment).iter().position(|piece| piece.force == Some(force))?;
-        Some(self.piece_indices(segment).start + place)
+        Some(self.first_piece(segment) + place)
     }
 }
 

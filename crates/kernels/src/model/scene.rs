@@ -250,13 +250,18 @@ impl Scene {
 
     /// Indices in the rod of the pieces of a segment.
     pub fn piece_indices(&self, index: usize) -> std::ops::Range<usize> {
-        let first = (0..index).map(|before| self.pieces(before).len()).sum();
+        let first = self.first_piece(index);
         first..first + self.pieces(index).len()
+    }
+
+    /// Index in the rod of the first piece of a segment.
+    pub(super) fn first_piece(&self, index: usize) -> usize {
+        (0..index).map(|before| self.pieces(before).len()).sum()
     }
 
     /// The pieces of a segment that are of its own kind, forces at stations left out, with their indices in the rod.
     pub fn own_pieces(&self, index: usize) -> Vec<(usize, Piece)> {
-        let pieces = self.piece_indices(index).zip(self.pieces(index));
+        let pieces = (self.first_piece(index)..).zip(self.pieces(index));
         pieces.filter(|(_, piece)| piece.force.is_none()).collect()
     }
 
@@ -316,7 +321,7 @@ impl Scene {
                 let axial = flexible.stiffness_axial.unwrap_or(f64::INFINITY);
                 let segment = |piece: &Piece| {
                     if let Some(force) = piece.force {
-                        // What is withdrawn behind the base acts on what holds the rod there.
+                        // A force at the base or withdrawn behind it acts on the clamp, not on the rod.
                         let weight = if piece.start > 0.0 { self.inner_forces[force].force } else { [0.0; 3] };
                         return RodSegment::Rigid(RigidRod { weight, ..RigidRod::default() });
                     }

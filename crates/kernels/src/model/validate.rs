@@ -232,9 +232,7 @@ fn check_inner_forces(scene: &Scene) -> Result<(), SceneError> {
         let segment = scene.segments.get(force.segment).ok_or_else(misplaced)?;
         match (force.place, &segment.kind) {
             (ForcePlace::At(at), SegmentKind::Flexible(_)) => {
-                // Material that is withdrawn lies before the base; an end in millimetres may miss the length by rounding.
-                let inside = at.is_finite() && at <= segment.length * (1.0 + 1e-12);
-                check(format!("loads.{}.at", force.name), at, inside, "at most the segment's length")?;
+                check_place(format!("loads.{}.at", force.name), at, segment.length)?;
             }
             (ForcePlace::Middle, SegmentKind::Rigid(_)) | (ForcePlace::Along, _) => {}
             (ForcePlace::At(_), SegmentKind::Rigid(_)) | (ForcePlace::Middle, SegmentKind::Flexible(_)) => {
@@ -262,14 +260,19 @@ fn check_base_clearance(scene: &Scene) -> Result<(), SceneError> {
     Ok(())
 }
 
+/// A place on a segment, or before it where its material is withdrawn. An end computed from millimetres may miss the length
+/// by rounding.
+fn check_place(name: String, at: f64, length: f64) -> Result<(), SceneError> {
+    let is_on = at.is_finite() && at <= length * (1.0 + 1e-12);
+    check(name, at, is_on, "at most the segment's length")
+}
+
 /// Nodes in order, none beyond the segment; some may lie before it, withdrawn.
 fn check_nodes(name: &str, nodes: &[Node], length: f64) -> Result<(), SceneError> {
     let mut before = f64::NEG_INFINITY;
     for (k, node) in nodes.iter().enumerate() {
         let place = format!("{name}[{k}].at");
-        // An end computed from millimetres may miss the length by rounding.
-        let inside = node.at.is_finite() && node.at <= length * (1.0 + 1e-12);
-        check(place.clone(), node.at, inside, "at most the segment's length")?;
+        check_place(place.clone(), node.at, length)?;
         check(place, node.at, node.at > before, "greater than the `at` of the node before")?;
         check_finite(&format!("{name}[{k}].value"), node.value)?;
         before = node.at;

@@ -160,7 +160,7 @@ pub fn follow_varying<L: Kernels>(
         let mut converged = active & correction.lt(enough);
         if care {
             let near = margin.lt(one.constant(if sharp { NEAR_MARGIN } else { 0.0 }));
-            // What is left is far below the trust in the next correction, which sees it.
+            // The error left after a correction shifts the next one, so the tolerance shrinks with the trust.
             let left = L::select(near, one.constant(NEAR_TOLERANCE), one.constant(FIELD_TOLERANCE * program.pace));
             converged = converged & moved.lt(left);
         }
