@@ -73,7 +73,9 @@ impl Request {
         let spec = sweep_of_rows(scene, InputTable::new(parameters, values))?;
         // A table without columns has no rows, but the scene is a sample.
         let sample_count = count as u64;
-        Ok(SweepSpec { sample_count, wrt, tolerance, branch, quantities: OutputQuantity::ALL.to_vec(), ..spec })
+        let quantities =
+            OutputQuantity::ALL.into_iter().filter(|quantity| *quantity != OutputQuantity::FoldLoad).collect();
+        Ok(SweepSpec { sample_count, wrt, tolerance, branch, quantities, ..spec })
     }
 
     fn solve(self, line: &Line) -> Result<Answer, Failure> {

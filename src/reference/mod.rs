@@ -134,6 +134,8 @@ impl Reference {
         if self.plan.first_beyond_rigid().is_some() {
             row.extend(equilibrium.u0);
         }
+        // How the load of a fold follows a parameter, the reference does not tell.
+        row.resize(self.plan.output_count(), f64::NAN);
         row
     }
 }

@@ -40,6 +40,11 @@ enum Source {
     BaseCurvature(usize),
     /// Of a derivative: its number and row.
     Derivative(usize, usize),
+    /// The load of a fold, its error, how it follows the parameter of this number, and the error of that.
+    FoldLoad,
+    FoldLoadError,
+    FoldSlope(usize),
+    FoldSlopeError(usize),
 }
 
 /// Rows to be written: consecutive ones of some solutions.
@@ -145,6 +150,17 @@ impl Layout {
                 OutputQuantity::Residual => group("residual", "", &SCALAR, &of(Quantity::Residual)),
                 OutputQuantity::Iterations => group("iterations", "", &SCALAR, &of(Quantity::Iterations)),
                 OutputQuantity::LoadFraction => group("load_fraction", "", &SCALAR, &of(Quantity::LoadFraction)),
+                OutputQuantity::FoldLoad => {
+                    add("fold.load".into(), "", Values::Double(Vec::new()), Source::FoldLoad);
+                    add("fold.load_error".into(), "", Values::Double(Vec::new()), Source::FoldLoadError);
+                    for (derivative, parameter) in wrt.iter().enumerate() {
+                        let name = format!("d(fold.load)/d({})", parameter.name(&spec.scene));
+                        let unit = quotient("1", parameter.unit());
+                        let error = format!("error({name})");
+                        add(name, &unit, Values::Double(Vec::new()), Source::FoldSlope(derivative));
+                        add(error, &unit, Values::Double(Vec::new()), Source::FoldSlopeError(derivative));
+                    }
+                }
                 // The last column.
                 OutputQuantity::DerivativeError => {}
             }
@@ -234,6 +250,10 @@ impl Layout {
                 known = rest;
             }
         };
+        let of_folds = |to: &mut Values, column: Option<usize>| {
+            let value = |row| column.map_or(f64::NAN, |column| solutions.values.get(row, column));
+            extend(to, range.clone().map(|row| number(value(row), solutions.status(row) == Status::Fold)));
+        };
         table.columns.par_iter_mut().zip(&self.sources).for_each(|(column, source)| {
             let _busy = busy.enter();
             match (*source, &mut column.values) {
@@ -258,6 +278,15 @@ impl Layout {
                     extend(to, known.map(|(is_known, row)| number(rounded_estimate(rows, row, from), *is_known)));
                 }
                 (Source::Solution(from), to) => solution(to, from),
+                (Source::FoldLoad, to) => of_folds(to, Some(Quantity::LoadFraction.column())),
+                (Source::FoldLoadError, to) => {
+                    let error = |row: usize| solutions.get(row, Quantity::LoadFractionError);
+                    extend(to, range.clone().map(|row| number(error(row), solutions.is_seen_fold(row))));
+                }
+                (Source::FoldSlope(derivative), to) => of_folds(to, solutions.fold_derivative_column(derivative)),
+                (Source::FoldSlopeError(derivative), to) => {
+                    of_folds(to, solutions.fold_derivative_column(derivative).map(|column| column + 1));
+                }
                 (Source::Derivative(derivative, row), to) => {
                     solution(to, solutions.derivative_column(derivative, row));
                 }
@@ -352,5 +381,5 @@ fn quotient(of: &str, by: &str) -> String {
 /// Names of the columns that are not derivatives.
 pub(crate) fn plain_columns(columns: &Table) -> Vec<&str> {
     let names = columns.columns.iter().map(|column: &Column| column.name.as_str());
-    names.filter(|name| !name.starts_with("d(")).collect()
+    names.filter(|name| !name.starts_with("d(") && !name.starts_with("error(")).collect()
 }

@@ -7,6 +7,7 @@ use super::outcome::{
 use super::store::{Store, store_at};
 use super::verdict::Verdict;
 use super::workers::WorkerReport;
+use crate::backend::RungCount;
 use crate::model::Status;
 use crate::spec::{Shard, SolutionMethod};
 use serde::{Deserialize, Serialize};
@@ -108,6 +109,9 @@ pub struct RunAccount {
     /// Equilibria that samples started from, where they did.
     #[serde(default)]
     pub anchors: Option<AnchorAccount>,
+    /// Which methods took how many samples, in their order.
+    #[serde(default)]
+    pub rungs: Vec<RungAccount>,
     /// Samples that were solved again.
     pub second_attempts: SecondAttempts,
     /// Rows whose error estimate stays above the tolerance.
@@ -144,6 +148,27 @@ pub struct RunTimings {
     /// By engine and stage.
     #[serde(flatten)]
     pub of_engine: BTreeMap<String, BTreeMap<String, f64>>,
+}
+
+/// What one method did for the samples that those before had left.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct RungAccount {
+    /// Its name, such as `load steps` or `second attempt`.
+    pub rung: String,
+    /// Samples that it was given.
+    pub samples: u64,
+    /// Those that it left to the next; of an attempt after the engine's own, those without success.
+    pub left: u64,
+    /// Seconds; those of the CPU engine are summed over threads.
+    pub seconds: f64,
+}
+
+impl From<&RungCount> for RungAccount {
+    fn from(count: &RungCount) -> RungAccount {
+        let RungCount { rung, samples, left, seconds } = count.clone();
+        RungAccount { rung, samples, left, seconds }
+    }
 }
 
 /// Samples that failed or were doubtful.

@@ -23,7 +23,7 @@ pub use directory::{RunRecord, TIPS_FILE, WORKSPACE_FILE, WORST_FILE};
 pub use error::ResultsError;
 pub use evidence::StabilityEvidence;
 pub(crate) use layout::{BranchCells, Layout, Rows};
-pub use manifest::{Manifest, RunAccount, RunTimings, SecondAttempts};
+pub use manifest::{Manifest, RunAccount, RunTimings, RungAccount, SecondAttempts};
 pub use merge::merge;
 pub use outcome::{
     AnchorAccount, BranchCounts, ErrorDistribution, PathCheck, PilotChoice, SampleOrigin, SpotCheck, Timings,

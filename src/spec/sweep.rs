@@ -75,6 +75,9 @@ pub enum OutputQuantity {
     LoadFraction,
     /// Estimated error of the derivatives: of the worst, (dp/L, w) over its norm.
     DerivativeError,
+    /// Share of the full load at which the path from rest ends in a fold, its estimated error, and how it follows the
+    /// parameters that the sweep differentiates by.
+    FoldLoad,
 }
 
 /// What a sweep writes its rows as.
@@ -161,7 +164,7 @@ pub struct SweepSpec {
 
 impl OutputQuantity {
     /// Every quantity, in the order of the columns.
-    pub const ALL: [OutputQuantity; 10] = [
+    pub const ALL: [OutputQuantity; 11] = [
         OutputQuantity::TipPosition,
         OutputQuantity::TipRotation,
         OutputQuantity::BaseCurvature,
@@ -172,6 +175,7 @@ impl OutputQuantity {
         OutputQuantity::Iterations,
         OutputQuantity::LoadFraction,
         OutputQuantity::DerivativeError,
+        OutputQuantity::FoldLoad,
     ];
 
     /// Those of a sweep that names none.
@@ -193,6 +197,7 @@ impl OutputQuantity {
             OutputQuantity::Iterations => "iterations",
             OutputQuantity::LoadFraction => "load_fraction",
             OutputQuantity::DerivativeError => "derivative_error",
+            OutputQuantity::FoldLoad => "fold.load",
         }
     }
 }
@@ -257,6 +262,11 @@ impl Format {
 }
 
 impl SweepSpec {
+    /// Whether rows tell how the load of a fold follows parameters.
+    pub fn tells_fold_slopes(&self) -> bool {
+        self.format != Format::None && !self.wrt.is_empty() && self.quantities.contains(&OutputQuantity::FoldLoad)
+    }
+
     /// Parameters that each value of a sample drives: all those of an axis, or one each where an axis scales them.
     pub fn axis_parameters(&self) -> Vec<Vec<Parameter>> {
         self.axes.iter().flat_map(AxisSpec::groups).collect()
@@ -298,7 +308,8 @@ impl SweepSpec {
     pub fn plan(&self, options: PlanOptions) -> Result<Plan, PlanError> {
         let steps = self.steps.unwrap_or(options.steps);
         let SweepSpec { tolerance, derivative_tolerance, .. } = *self;
-        let options = PlanOptions { tolerance, derivative_tolerance, steps, base_moment_rows: false, ..options };
+        let (base_moment_rows, fold_rows) = (false, self.tells_fold_slopes());
+        let options = PlanOptions { tolerance, derivative_tolerance, steps, base_moment_rows, fold_rows, ..options };
         let wrt = if self.format == Format::None { &[] } else { &self.wrt[..] };
         Plan::new(&self.scene, &self.axis_parameters(), wrt, options)
     }

@@ -201,7 +201,10 @@ impl<'a> SweepJob<'a> {
 
     fn prepare_anew(mut self, asked_tolerance: f64) -> Result<PreparedSweep<'a>, SweepError> {
         self.request = with_precision(self.request, self.spec.precision);
-        let mut engine = self.request.choose_for(&self.spec.scene, asked_tolerance)?;
+        let mut engine = match self.spec.tells_fold_slopes() {
+            true => fold_engine(&self.request, self.spec.branch)?,
+            false => self.request.choose_for(&self.spec.scene, asked_tolerance)?,
+        };
         if self.spec.branch == BranchChoice::All {
             engine = engine.unmixed("searches for every equilibrium");
         }
@@ -385,7 +388,7 @@ impl<'a> PreparedSweep<'a> {
 
 /// Whether a sweep is solved in f64 where mixed precision is asked for.
 fn solves_in_f64(spec: &SweepSpec) -> bool {
-    spec.branch == BranchChoice::All || spec.scene.sources.varies()
+    spec.branch == BranchChoice::All || spec.scene.sources.varies() || spec.tells_fold_slopes()
 }
 
 /// A request with what the sweep file says, where the request says nothing.
@@ -395,6 +398,26 @@ fn with_precision(request: EngineRequest, choice: PrecisionChoice) -> EngineRequ
         PrecisionChoice::Usual => request,
         PrecisionChoice::Auto => request.may_mix(true),
         PrecisionChoice::Given(precision) => request.precision(Some(precision)),
+    }
+}
+
+/// The engine of a sweep that tells how the load of a fold follows parameters: the CPU in f64 alone follows a rod through its fold
+/// so exactly.
+fn fold_engine(request: &EngineRequest, branch: BranchChoice) -> Result<Engine, BackendError> {
+    let what = "derivatives of `fold.load`".to_owned();
+    let refuse = |backend, remedy: &str| Err(BackendError::Unsupported { backend, what, remedy: remedy.into() });
+    let leave_out = "; or leave out `fold.load` or the derivatives";
+    match (request.asked_backend(), request.asked_precision()) {
+        _ if branch == BranchChoice::All => {
+            refuse(BackendKind::Cpu, &format!("of every equilibrium; take `branch = \"from_rest\"`{leave_out}"))
+        }
+        (Some(backend @ (BackendKind::Gpu | BackendKind::Reference)), _) => {
+            refuse(backend, &format!("take `--backend cpu`{leave_out}"))
+        }
+        (_, Some(precision @ Precision::F32)) => {
+            refuse(BackendKind::Cpu, &format!("in {precision}; take `--precision f64`{leave_out}"))
+        }
+        _ => Ok(Engine::new(BackendKind::Cpu, Precision::F64, "derivatives of fold loads are for the CPU in f64")),
     }
 }
 

@@ -4,7 +4,7 @@ use super::options::RunOptions;
 use super::summary::Summary;
 use crate::model::Plan;
 use crate::results::manifest::named_counts;
-use crate::results::{AnchorAccount, Manifest, RunAccount, RunRecord, RunTimings, SecondAttempts};
+use crate::results::{AnchorAccount, Manifest, RunAccount, RunRecord, RunTimings, RungAccount, SecondAttempts};
 use crate::spec::SweepSpec;
 use std::collections::BTreeMap;
 
@@ -40,6 +40,7 @@ pub(crate) fn manifest(
         steps: plan.options.steps,
         pilot: options.pilot.clone(),
         anchors: AnchorAccount::of(plan),
+        rungs: summary.rungs.iter().map(RungAccount::from).collect(),
         second_attempts: SecondAttempts { made: summary.attempts, won: summary.refined },
         above_tolerance: summary.above_tolerance,
         worst_residual: summary.worst_residual,

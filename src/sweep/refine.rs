@@ -2,12 +2,19 @@
 
 use super::options::RunOptions;
 use crate::backend::BackendFactory;
-use crate::backend::{Backend, BackendError};
+use crate::backend::{Backend, BackendError, RungCount};
 use crate::model::{Batch, Plan, Quantity, Solutions, Status};
 use crate::spec::Sampler;
+use std::time::Instant;
 
 /// Samples of one second attempt; bounds its memory.
 const MAX_BATCH: usize = 1 << 16;
+
+/// Names of the attempts after the engine's own.
+const SETTLED: &str = "doubt settled in f64";
+const SECOND_ATTEMPTS: [&str; 2] = ["second attempt", "reference"];
+const OTHER_ATTEMPTS: &str = "another attempt";
+const FINER: &str = "finer steps";
 
 /// The backends of second attempts, made when first needed.
 pub(crate) struct Refiners<'a> {
@@ -22,6 +29,8 @@ pub(crate) struct Refiners<'a> {
 struct Stage<'a> {
     factory: BackendFactory<'a>,
     backend: Option<Box<dyn Backend>>,
+    /// What it has done so far.
+    account: RungCount,
 }
 
 impl Stage<'_> {
@@ -32,14 +41,18 @@ impl Stage<'_> {
         some: &[usize],
         mut tell: impl FnMut(&Solutions, usize, usize),
     ) -> Result<(), BackendError> {
+        let begin = Instant::now();
+        self.account.samples += some.len() as u64;
         for group in some.chunks(MAX_BATCH) {
             let made = match self.backend.take() {
                 Some(made) => made,
                 None => (self.factory)(samples.plan)?,
             };
             let again = self.backend.insert(made).solve(&samples.gathered(group))?;
+            self.account.left += (0..group.len()).filter(|row| !again.status(*row).is_success()).count() as u64;
             group.iter().enumerate().for_each(|(from, to)| tell(&again, from, *to));
         }
+        self.account.seconds += begin.elapsed().as_secs_f64();
         Ok(())
     }
 }
@@ -82,10 +95,21 @@ impl Samples<'_> {
 
 impl<'a> Refiners<'a> {
     pub fn new(options: &RunOptions<'a>) -> Refiners<'a> {
-        let stage = |factory: BackendFactory<'a>| Stage { factory, backend: None };
-        let stages = options.refiners.iter().map(|factory| stage(*factory)).collect();
-        let (settle, finer) = (options.settle.map(stage), options.finer.map(stage));
+        let stage = |factory: BackendFactory<'a>, rung: &str| {
+            let account = RungCount { rung: rung.into(), ..RungCount::default() };
+            Stage { factory, backend: None, account }
+        };
+        let names = SECOND_ATTEMPTS.iter().chain(std::iter::repeat(&OTHER_ATTEMPTS));
+        let stages = options.refiners.iter().zip(names).map(|(factory, name)| stage(*factory, name)).collect();
+        let settle = options.settle.map(|factory| stage(factory, SETTLED));
+        let finer = options.finer.map(|factory| stage(factory, FINER));
         Refiners { settle, finer, stages, attempts: 0, refined: 0 }
+    }
+
+    /// What each attempt after the engine's own has done, in order.
+    pub fn rungs(&self) -> Vec<RungCount> {
+        let stages = self.settle.iter().chain(&self.stages).chain(&self.finer);
+        stages.map(|stage| stage.account.clone()).filter(|account| account.samples > 0).collect()
     }
 
     /// Solves failed and doubtful samples again. A success becomes `Refined`; another verdict replaces the first one, but

@@ -195,6 +195,7 @@ pub fn run(
         timings,
         processor,
         engine_timings: backend.timings(),
+        rungs: backend.rungs().into_iter().chain(finisher.refiners.rungs()).collect(),
         notes: options.notes.iter().cloned().chain(backend.take_notes()).collect(),
         origin,
         quarantined: found.quarantined,

@@ -1,6 +1,6 @@
 //! What came of a run.
 
-use crate::backend::BackendInfo;
+use crate::backend::{BackendInfo, RungCount};
 use crate::model::Status;
 use crate::results::{PathCheck, Reduction, SampleOrigin, SpotCheck, Timings, Verdict};
 use std::path::PathBuf;
@@ -48,6 +48,8 @@ pub struct Summary {
     pub processor: Option<Timings>,
     /// The engine's own account of its time, by name (s); stages overlap.
     pub engine_timings: Vec<(&'static str, f64)>,
+    /// Which methods took how many of the samples of this call, in their order: those of the engine, then attempts after it.
+    pub rungs: Vec<RungCount>,
     /// What happened to the engine on the way, such as a device that was lost and opened again.
     pub notes: Vec<String>,
     /// Whether the host or the device made the samples.

@@ -24,6 +24,7 @@ mod field_maps;
 mod field_points;
 mod field_stretches;
 mod fields;
+mod fold_loads;
 mod golden;
 mod hard;
 mod inner_forces;

@@ -33,6 +33,8 @@ fn random(arguments: &VerifyArguments, scenes: u64) -> Result<Exit, CommandError
     if arguments.estimates {
         let found = search_estimates(kind, scenes, seed, &mut say)?;
         print(&if arguments.json { found.json() } else { found.text() })?;
+        let files = found.write_figure(&arguments.out).map_err(unwritten)?;
+        say(&format!("figure: {}", files[0].display()));
         return Ok(if found.is_right() { Exit::Done } else { Exit::Failed });
     }
     let options = SearchOptions::new(kind, seed, scenes)

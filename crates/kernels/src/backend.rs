@@ -110,6 +110,19 @@ impl BackendError {
     }
 }
 
+/// What a rung of the ladder did: one method for all samples that the rungs before have left.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RungCount {
+    /// Its name, such as `load steps`.
+    pub rung: String,
+    /// Samples that it was given.
+    pub samples: u64,
+    /// Those that it left to the next.
+    pub left: u64,
+    /// Seconds, summed over threads.
+    pub seconds: f64,
+}
+
 /// Makes a backend for a plan; fails where the engine cannot solve it.
 pub type BackendFactory<'a> = &'a (dyn Fn(&Plan) -> Result<Box<dyn Backend>, BackendError> + Sync);
 
@@ -166,6 +179,11 @@ pub trait Backend: Send {
 
     /// Where its own time went so far, by name (s); nothing where it keeps no account.
     fn timings(&self) -> Vec<(&'static str, f64)> {
+        Vec::new()
+    }
+
+    /// Which rungs of its ladder took how many samples so far, in their order; nothing where it keeps no account.
+    fn rungs(&self) -> Vec<RungCount> {
         Vec::new()
     }
 }

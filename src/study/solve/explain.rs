@@ -1,7 +1,7 @@
 //! The plan that a scene is compiled to, and what it costs.
 
 use super::{SolveError, Solved};
-use crate::backend::Precision;
+use crate::backend::{Backend, Precision};
 use crate::lanes::{Lanes, Operations};
 use crate::model::path::PATH_STEPPER;
 use crate::model::{FieldMap, Plan, SegmentPlan, Terms, Units};
@@ -31,6 +31,8 @@ pub struct Explanation {
     pub maps: Vec<String>,
     /// The pieces of the segments, from the base.
     pub pieces: Vec<PlannedPiece>,
+    /// The rungs of the CPU's ladder that the sample has taken, in their order; the last one has ended it.
+    pub rungs: Vec<String>,
     /// Kinds of passes over the rod, and what each costs; none are counted in a field that varies in space.
     pub passes: Vec<PlannedPass>,
 }
@@ -94,6 +96,7 @@ impl Explanation {
             at_rest: segments_at_rest(solved),
             maps: solved.scene().sources.maps.iter().map(FieldMap::summary).collect(),
             pieces: pieces(solved),
+            rungs: rungs(solved)?,
             passes: passes(solved)?,
         })
     }
@@ -121,6 +124,7 @@ impl Explanation {
             "derivatives": self.derivative_count,
             "sensitivity": if self.is_forward { "forward" } else { "reciprocity" },
             "at_rest": self.at_rest,
+            "rungs": self.rungs,
             "steps": self.pieces.iter().map(|piece| piece.steps).collect::<Vec<_>>(),
             "passes": self.passes.iter().map(pass).collect::<Vec<_>>(),
         })
@@ -203,6 +207,13 @@ fn traits(segment: &SegmentPlan) -> Vec<&'static str> {
     traits.into_iter().filter(|(_, holds)| *holds).map(|(name, _)| name).collect()
 }
 
+/// Of the CPU engine in f64, which follows the sample again.
+fn rungs(solved: &Solved) -> Result<Vec<String>, SolveError> {
+    let mut engine = Lanes::new(solved.plan(), Precision::F64)?;
+    engine.solve(solved.batch())?;
+    Ok(engine.rungs().into_iter().map(|rung| rung.rung).collect())
+}
+
 fn passes(solved: &Solved) -> Result<Vec<PlannedPass>, SolveError> {
     let plan = solved.plan();
     if plan.terms.varying_field {
@@ -236,6 +247,7 @@ impl fmt::Display for Explanation {
         line("left out", self.terms_that(false))?;
         line("derivatives", self.derivatives())?;
         line("units", format!("length {length} m, force {force} N, moment {moment} N·m, field {field} T"))?;
+        line("rungs", self.rungs.join(", then "))?;
         if !self.at_rest.is_empty() {
             line("at rest", format!("{}: nothing loads it; its shape is closed form", self.at_rest.join(", ")))?;
         }

@@ -8,7 +8,17 @@ use serde_json::{Value, json};
 impl Solved {
     /// The solution as JSON: metres, radians, 1/m, N·m; quaternion x, y, z, w; null where a number is undefined.
     pub fn to_json(&self) -> Value {
-        if self.is_equilibrium() { equilibrium(self) } else { failed(self) }
+        let mut value = if self.is_equilibrium() { equilibrium(self) } else { failed(self) };
+        if let Some(fold) = self.fold() {
+            value["fold"] = json!({
+                "load": number(fold.load),
+                "error": fold.error,
+                "parameters": self.jacobian().names(),
+                "derivatives": fold.derivatives.iter().map(|(slope, _)| slope).collect::<Vec<_>>(),
+                "derivative_errors": fold.derivatives.iter().map(|(_, error)| error).collect::<Vec<_>>(),
+            });
+        }
+        value
     }
 }
 

@@ -4,6 +4,7 @@ mod branches;
 mod breaking;
 mod error;
 mod explain;
+mod fold;
 mod jacobian;
 mod json;
 mod shape;
@@ -13,11 +14,12 @@ mod text;
 pub use branches::{AllBranches, FoundBranch};
 pub use error::SolveError;
 pub use explain::{Explanation, PlannedPass, PlannedPiece};
+pub use fold::FoldLoad;
 pub use jacobian::{Jacobian, Rows};
 pub use shape::{Shape, along_segments, evenly_spaced, smooth_count};
 pub use solved::Solved;
 
-use crate::backend::BackendKind;
+use crate::backend::{BackendKind, Precision};
 use crate::engines::{Engine, EngineRequest, cpu_f64, for_second_path, second_attempt, witness};
 use crate::model::{
     Axis, Batch, DerivativeScale, Parameter, Plan, PlanOptions, Quantity, Scene, SegmentKind, SegmentParameter,
@@ -108,6 +110,7 @@ impl Solve {
             stepper: engine.steppers()[0],
             steps: STEPS[0],
             derivative_scale: DerivativeScale::BARE,
+            fold_rows: (engine.kind(), engine.precision()) == (BackendKind::Cpu, Precision::F64),
             ..PlanOptions::default()
         };
         let plan = Plan::single(&self.scene, &wrt, options)?;

@@ -12,7 +12,8 @@ impl fmt::Display for Solved {
         writeln!(f, "{name}: {} ({})", self.status().name(), self.engine())?;
         if !self.is_equilibrium() {
             let percent = 100.0 * self.load_fraction();
-            return writeln!(f, "no equilibrium at the full load; followed from rest to {percent:.1} % of it");
+            writeln!(f, "no equilibrium at the full load; followed from rest to {percent:.1} % of it")?;
+            return write_fold(self, f);
         }
         if !self.is_converged() {
             let percent = 100.0 * self.load_fraction();
@@ -20,7 +21,10 @@ impl fmt::Display for Solved {
         }
         write_numbers(self, f)?;
         write_stiffness(self, f)?;
-        if self.jacobian().is_empty() { Ok(()) } else { write!(f, "{}", jacobian(self)) }
+        if !self.jacobian().is_empty() {
+            write!(f, "{}", jacobian(self))?;
+        }
+        write_fold(self, f)
     }
 }
 
@@ -63,6 +67,17 @@ fn write_stiffness(solved: &Solved, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         }
     }
     Ok(())
+}
+
+/// How the load of a fold follows the parameters, where that is known.
+fn write_fold(solved: &Solved, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    let Some(fold) = solved.fold().filter(|fold| !fold.derivatives.is_empty()) else { return Ok(()) };
+    let mut table = TextTable::new(["d/d", "load of the fold [1/unit]", "error", "unit"]);
+    let jacobian = solved.jacobian();
+    for ((name, unit), (slope, error)) in jacobian.names().into_iter().zip(jacobian.units()).zip(&fold.derivatives) {
+        table.row([name, format!("{slope:.6e}"), engineering(*error), unit.into()]);
+    }
+    write!(f, "the rod snaps at {:.6} of the load, which follows\n{table}", fold.load)
 }
 
 fn jacobian(solved: &Solved) -> TextTable {

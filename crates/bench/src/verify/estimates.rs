@@ -1,6 +1,7 @@
 //! Looks for rows whose error is above the estimate they carry: random sweeps of random scenes, with short tapers and kinks,
 //! as `run` solves them, against answers on grids that are refined until they agree.
 
+mod figure;
 mod ratios;
 mod sweeps;
 mod truth;

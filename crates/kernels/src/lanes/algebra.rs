@@ -94,12 +94,18 @@ pub fn transpose<L: Lane>(a: Mat3<L>) -> Mat3<L> {
     }
 }
 
+/// The adjugate, and the determinant.
+#[inline(always)]
+pub fn adjugate<L: Lane>(a: Mat3<L>) -> (Mat3<L>, L) {
+    let (yz, zx, xy) = (cross(a.y, a.z), cross(a.z, a.x), cross(a.x, a.y));
+    (transpose(Mat3 { x: yz, y: zx, z: xy }), dot(a.x, yz))
+}
+
 /// Inverse by cofactors; its accuracy suffices because Newton's iteration corrects itself.
 #[inline(always)]
 pub fn inverse<L: Lane>(a: Mat3<L>) -> Mat3<L> {
-    let (yz, zx, xy) = (cross(a.y, a.z), cross(a.z, a.x), cross(a.x, a.y));
-    let determinant = dot(a.x, yz);
-    transpose(Mat3 { x: yz, y: zx, z: xy }) * (determinant.constant(1.0) / determinant)
+    let (adjugate, determinant) = adjugate(a);
+    adjugate * (determinant.constant(1.0) / determinant)
 }
 
 /// Each column of `a` crossed with `v` and added to `c`: `a_k x v + c_k`

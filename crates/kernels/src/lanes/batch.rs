@@ -9,6 +9,7 @@ use crate::model::path::{are_two_equilibria, growth_limit, limp_growth};
 use crate::model::record::BASE_POSITION_AT;
 use crate::model::{BLOCK, Batch, Entry, Quantity, Solutions, Status};
 use rayon::prelude::*;
+use std::time::Instant;
 
 /// A path that ends on a smaller share of the load has not told why.
 const LEAST_LOAD: f64 = 1.0 / 16.0;
@@ -163,8 +164,10 @@ impl Lanes {
         scales[Quantity::BaseMoment.column()..][..3].fill(units.moment());
         let of_row = |row: usize| [units.length, 1.0, units.moment(), units.curvature()][row % self.plan.rows() / 3];
         scales.extend((0..self.plan.rows() * self.plan.derivatives.len()).map(of_row));
-        scales.resize(self.plan.base_force_column().unwrap_or(self.plan.output_count()), units.curvature());
-        scales.resize(self.plan.output_count(), units.force);
+        let count = self.plan.fold_column().unwrap_or(self.plan.output_count());
+        scales.resize(self.plan.base_force_column().unwrap_or(count), units.curvature());
+        scales.resize(count, units.force);
+        scales.resize(self.plan.output_count(), 1.0);
         scales
     }
 
@@ -179,6 +182,7 @@ impl Lanes {
         scratch: &mut Scratch<S>,
         out: &mut [f64],
     ) -> Vec<usize> {
+        let begin = Instant::now();
         let Scratch { inputs, bad, order, values, memory } = scratch;
         inputs.resize(BLOCK * self.plan.input_count, S::default());
         values.resize(out.len(), S::default());
@@ -213,6 +217,7 @@ impl Lanes {
             }
         }
         left.iter_mut().for_each(|place| *place = samples[*place]);
+        self.rungs[way as usize].add(samples.len(), left.len(), begin.elapsed());
         left
     }
 }

@@ -45,6 +45,37 @@ pub enum Way {
     Pass,
 }
 
+impl Way {
+    /// Every way, as numbered.
+    pub const ALL: [Way; 11] = [
+        Way::Anchors,
+        Way::Rest,
+        Way::Varying,
+        Way::Limp,
+        Way::Curve,
+        Way::VaryingCurve,
+        Way::Care,
+        Way::VaryingCare,
+        Way::VaryingFine,
+        Way::Nodes,
+        Way::Pass,
+    ];
+
+    /// The name of the rung.
+    pub fn name(self) -> &'static str {
+        match self {
+            Way::Anchors => "anchors",
+            Way::Rest | Way::Varying => "load steps",
+            Way::Limp => "multiple shooting of limp and taut rods",
+            Way::Curve | Way::VaryingCurve => "curve of equilibria",
+            Way::Care | Way::VaryingCare => "guarded load steps",
+            Way::VaryingFine => "guarded load steps on the answer's grid",
+            Way::Nodes => "multiple shooting",
+            Way::Pass => "one pass",
+        }
+    }
+}
+
 /// One block of samples for the kernel, numbers column by column in the plan's units.
 pub struct Job<'a, S: Scalar> {
     pub program: &'a Program,

@@ -1,8 +1,8 @@
 //! Equilibria of a rod in a uniform field along their curve: base moment and load fraction, dr/dm0 bordered. C1, C2
 
-use super::algebra::{Mat3, Vec3, axpy, cross, dot, length, row_times, select_matrix, transpose};
+use super::algebra::{Mat3, Vec3, adjugate, axpy, cross, dot, length, row_times, select_matrix};
 use super::base::{moment_columns, rotation_columns};
-use super::curve::{Equations, Point, Seen, follow_curve};
+use super::curve::{Equations, Point, Seen, follow_curve, further};
 use super::lane::{Lane, Scalar};
 use super::path::{PathEnd, RestSlope};
 use super::problem::{Problem, Workspace};
@@ -95,14 +95,12 @@ impl<L: Lane> Equations<L> for Uniform<'_, L> {
         let r = tip.m - rod.l_tip * at.lambda;
         let w = tip_moment_columns(program.terms, &tip, &columns[0]);
         let turned = columns[0].w;
-        let further = one.constant(if L::Scalar::EPSILON < 1e-10 { 1.0 / 33_554_432.0 } else { 1.0 / 512.0 });
+        let further = one.constant(further::<L>());
         let lambda = at.lambda + further;
         let tip = shoot(self.problem, resolution, lambda, at.m0, &mut [], Record::Nothing, self.workspace);
         let q = (tip.m - rod.l_tip * lambda - r) * (one / further);
 
-        let (yz, zx, xy) = (cross(w.y, w.z), cross(w.z, w.x), cross(w.x, w.y));
-        let determinant = dot(w.x, yz);
-        let adjugate = transpose(Mat3 { x: yz, y: zx, z: xy });
+        let (adjugate, determinant) = adjugate(w);
         let (by_r, by_q) = (adjugate * r, adjugate * q);
         let whole = row.lambda * determinant - dot(row.m0, by_q);
         let per = one / whole;
@@ -177,6 +175,7 @@ pub fn follow_uniform<L: Lane>(
         close: nobody,
         exhausted: nobody,
         fold: end.fold,
+        turned: end.turned,
         load_error: end.load_error,
     }
 }

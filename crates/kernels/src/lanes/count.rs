@@ -74,7 +74,7 @@ pub(super) fn count_passes(program: &Program, inputs: &[f64]) -> PassOperations 
     rod.load(program, (), &inputs);
     let problem = Problem { program, inputs, rod: &rod };
     for k in 0..workspace.sources.len() {
-        workspace.sources[k].load(&problem, 3 * k);
+        workspace.sources[k].load(&problem, 3 * k, None);
     }
     let one = Counted::splat((), 1.0);
     let m0 = rest_slope(&problem, &mut workspace).m0;

@@ -13,6 +13,11 @@ use crate::model::path::{
 /// Farther than any curve goes.
 const FAR: f64 = 1e9;
 
+/// Share of the load over which a residual is differenced: its truncation and its round-off are about the same.
+pub fn further<L: Lane>() -> f64 {
+    if L::Scalar::EPSILON < 1e-10 { 1.0 / 33_554_432.0 } else { 1.0 / 512.0 }
+}
+
 /// A point of the curve, or a change of it: load at the base and load fraction.
 pub trait Point<L: Lane>: Copy {
     fn select(mask: L::Mask, a: Self, b: Self) -> Self;
@@ -67,6 +72,8 @@ pub struct CurveEnd<L: Lane, P> {
     pub tangent: P,
     /// At a turn of the load, or where curves cross.
     pub fold: L::Mask,
+    /// At a turn.
+    pub turned: L::Mask,
     /// Error of its load fraction, else 1.
     pub load_error: L,
     pub passes: L,
@@ -201,9 +208,11 @@ pub fn follow_curve<L: Lane, E: Equations<L>>(
         passes = L::select(active, passes + one, passes);
         failed = failed | (active & !(turn.found | turn.crossing) & !passes.lt(one.constant(CURVE_LIMIT)));
     }
-    let mut end = CurveEnd { at, tangent, fold: turn.found & !turn.crossing, load_error: one, passes };
+    let nobody = one.lt(zero);
+    let mut end = CurveEnd { at, tangent, fold: turn.found & !turn.crossing, turned: nobody, load_error: one, passes };
     if L::any(turn.found) {
         turn.finish(equations, &metric, &mut end);
+        end.turned = end.fold;
     }
     if L::any(turn.crossing) {
         turn.locate_crossing(equations, &metric, &mut end);

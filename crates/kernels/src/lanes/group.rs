@@ -244,6 +244,7 @@ pub fn load_end<L: Lane>(token: L::Token, from: &Inputs<'_, L::Scalar>) -> PathE
         close: half.lt(from.column(token, 16)),
         exhausted: nobody,
         fold: nobody,
+        turned: nobody,
         load_error: half + half,
     }
 }

@@ -17,6 +17,7 @@ mod column;
 mod count;
 mod counted;
 mod curve;
+mod fold;
 mod group;
 mod kernels;
 mod lane;
@@ -30,6 +31,7 @@ mod problem;
 mod program;
 mod rod;
 mod rows;
+mod rung;
 mod scratch;
 mod search;
 mod section;
@@ -44,15 +46,16 @@ mod trace;
 mod turn;
 mod varying;
 
-use crate::backend::{Backend, BackendError, BackendInfo, BackendKind, Precision};
+use crate::backend::{Backend, BackendError, BackendInfo, BackendKind, Precision, RungCount};
 use crate::model::{Batch, Entry, Plan, Solutions};
-use block::Job;
+use block::{Job, Way};
 pub use count::{Operations, PassOperations};
 use kernels::Kernels;
 use lane::{F32, F64, Scalar};
 use mixed::single_program;
 use program::Program;
 use pulp::Arch;
+use rung::Rung;
 use scratch::Pool;
 use terms::ProgramTerms;
 
@@ -123,6 +126,8 @@ pub struct Lanes {
     by_nodes: bool,
     /// Whether the start of some samples is left aside.
     leaves_some_starts: bool,
+    /// What each way has done so far, by its number.
+    rungs: [Rung; Way::ALL.len()],
     /// Memory of blocks, in either precision.
     pools: (Pool<f64>, Pool<f32>),
 }
@@ -164,6 +169,7 @@ impl Lanes {
             arch,
             by_nodes: plan.leaves_starts() == Some(true),
             leaves_some_starts: plan.leaves_starts().is_none(),
+            rungs: Default::default(),
             pools: Default::default(),
         })
     }
@@ -203,6 +209,10 @@ impl Backend for Lanes {
 
     fn batch_size(&self) -> usize {
         65_536
+    }
+
+    fn rungs(&self) -> Vec<RungCount> {
+        rung::account(&self.rungs)
     }
 
     fn solve(&mut self, batch: &Batch) -> Result<Solutions, BackendError> {

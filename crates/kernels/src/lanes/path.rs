@@ -48,6 +48,8 @@ pub struct PathEnd<L: Lane> {
     pub exhausted: L::Mask,
     /// Not reached, and near a fold or a bifurcation.
     pub fold: L::Mask,
+    /// Its load was seen to turn there.
+    pub turned: L::Mask,
     /// Error of lambda at a fold whose turn was seen, else 1.
     pub load_error: L,
 }
@@ -295,6 +297,7 @@ pub fn follow_path<L: Lane>(
         close: nobody,
         exhausted,
         fold: at_fold & !(reached | exhausted),
+        turned: nobody,
         load_error: one,
     }
 }

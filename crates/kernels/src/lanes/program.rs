@@ -94,6 +94,8 @@ pub struct Program {
     pub searches: bool,
     /// First column of the force at the base, where a search tells it.
     pub base_force: Option<usize>,
+    /// First column of how the load of a fold follows each parameter, where that is asked for.
+    pub fold: Option<usize>,
     /// Where samples may start instead of from rest, and the column of their first coordinate there.
     pub anchors: Option<(Arc<Anchors>, usize)>,
     /// Of each segment, in a field that varies: whether force is the same all along it, for derivatives, too.
@@ -190,6 +192,7 @@ impl Program {
             start: plan.start,
             searches: plan.searches(),
             base_force: plan.base_force_column(),
+            fold: plan.fold_column(),
             anchors: plan.anchors.as_ref().filter(|_| plan.start.is_none()).and_then(anchor_columns(plan)),
             forward: plan.forward,
             collect,

@@ -99,6 +99,22 @@ impl<L: Lane> Rod<L> {
         n
     }
 
+    /// The same rod whose full loads are this share of these; dipoles stay what they are.
+    #[inline(always)]
+    pub fn under(&self, share: L) -> Self {
+        let part = |segment: &Segment<L>| match segment {
+            Segment::Flexible(flexible) => Segment::Flexible(Flexible { w: flexible.w * share, ..*flexible }),
+            Segment::Rigid(rigid) => Segment::Rigid(Rigid { w: rigid.w * share, ..*rigid }),
+        };
+        Self {
+            B: self.B * share,
+            f_tip: self.f_tip * share,
+            l_tip: self.l_tip * share,
+            segments: self.segments.iter().map(part).collect(),
+            ..*self
+        }
+    }
+
     /// Length of the flexible segments.
     #[inline(always)]
     pub fn flexible_length(&self) -> L {

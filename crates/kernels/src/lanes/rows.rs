@@ -112,7 +112,7 @@ pub fn write_rows<L: Lane>(
 
 /// `rate` along a world axis.
 #[inline(always)]
-fn along<L: Lane>(axis: Axis, rate: L) -> Vec3<L> {
+pub fn along<L: Lane>(axis: Axis, rate: L) -> Vec3<L> {
     let zero = rate.constant(0.0);
     match axis {
         Axis::X => Vec3 { x: rate, y: zero, z: zero },
@@ -185,7 +185,13 @@ pub fn write_forward_rows<L: Lane>(
 
 /// The functional of a slot on three columns, number `k` in the traces.
 #[inline(always)]
-fn functional<L: Lane>(slot: Slot, rod: &Rod<L>, columns: &Columns<L>, workspace: &Workspace<L>, k: usize) -> Vec3<L> {
+pub fn functional<L: Lane>(
+    slot: Slot,
+    rod: &Rod<L>,
+    columns: &Columns<L>,
+    workspace: &Workspace<L>,
+    k: usize,
+) -> Vec3<L> {
     let zero = rod.t.x.constant(0.0);
     match slot {
         Slot::TipForce(axis) => component(transpose(columns.dp), axis),

@@ -46,6 +46,7 @@ pub fn search<L: Lane>(
         close: none,
         exhausted: none,
         fold: none,
+        turned: none,
         load_error: one,
     };
     let mut failed = !wanted;

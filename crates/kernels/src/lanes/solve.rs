@@ -6,6 +6,7 @@ use super::algebra::{Mat3, Vec3, cross, dot, inverse, length};
 use super::base::{force_columns, forward_columns, moment_columns, rotation_columns};
 use super::chord::{Answered, Check, answer, check_pass, chord_steps, newton_step};
 use super::column::Columns;
+use super::fold::{TurnedAt, write_fold_rows};
 use super::lane::Lane;
 use super::nodes::is_grown;
 use super::path::{Path, PathEnd};
@@ -29,6 +30,7 @@ pub fn solve_group<L: Lane>(
     workspace: &mut Workspace<L>,
     out: &mut Outputs<'_, L::Scalar>,
 ) {
+    let turned = TurnedAt::new(&end);
     let snapped = if L::any(end.fold) { snap(problem, &mut end, workspace) } else { end.fold };
     end.reached = end.reached | snapped;
     let mut check = chord_steps(problem, path, &mut end, workspace);
@@ -43,6 +45,7 @@ pub fn solve_group<L: Lane>(
     write_verdict(problem, path, &end, &found, &columns, workspace, out);
     write_derivatives(problem, end.m0, tip, &columns, workspace, out);
     workspace.columns = columns;
+    write_fold_rows(problem, &turned, workspace, out);
 }
 
 /// What Newton's iteration found on the fine grid; its columns are left in the workspace.
@@ -65,7 +68,7 @@ pub fn newton<L: Lane>(problem: &Problem<'_, L>, end: &mut PathEnd<L>, workspace
     let zero = end.lambda.constant(0.0);
     let one = end.lambda.constant(1.0);
     for k in 0..workspace.sources.len() {
-        workspace.sources[k].load(problem, 3 * k);
+        workspace.sources[k].load(problem, 3 * k, None);
     }
     let mut columns = std::mem::take(&mut workspace.columns);
     let mut moving = end.reached;

@@ -66,9 +66,9 @@ impl<L: Lane> Sources<L> {
         }
     }
 
-    /// Fills in up to three derivatives of the program, from number `first` on.
+    /// Fills in up to three derivatives of the program, from number `first` on, of a rod under this share of its loads.
     #[inline(always)]
-    pub fn load(&mut self, problem: &Problem<'_, L>, first: usize) {
+    pub fn load(&mut self, problem: &Problem<'_, L>, first: usize, share: Option<L>) {
         let Problem { program, inputs, rod } = *problem;
         let token = problem.token();
         let zero = Mat3::zero(L::splat(token, 0.0));
@@ -82,7 +82,7 @@ impl<L: Lane> Sources<L> {
         self.changed = false;
         for (k, terms) in program.derivatives.iter().skip(first).take(3).enumerate() {
             for (slot, entry) in terms {
-                let rate: L = program.entry(token, &inputs, *entry);
+                let rate = rate_under(share, *slot, program.entry(token, &inputs, *entry));
                 self.add(k, *slot, rate);
             }
         }
@@ -232,6 +232,15 @@ impl<L: Lane> Source<L> {
         let middle = if force_arm { axpy(half, state.t, state.p) } else { state.p };
         columns.dM = columns.dM + columns_cross(self.dload, middle);
         columns.dn = columns.dn - self.dload;
+    }
+}
+
+/// How a number of a rod under a share of its loads follows a parameter, where that under full loads does so at `rate`.
+#[inline(always)]
+pub fn rate_under<L: Lane>(share: Option<L>, slot: Slot, rate: L) -> L {
+    match share {
+        Some(share) if slot.is_load() => rate * share,
+        _ => rate,
     }
 }
 

@@ -109,6 +109,10 @@ pub const TURN_EVIDENCE: f64 = 4.0;
 pub const CROSSING_SPAN: f64 = 1e-3;
 /// A fold whose load is known better than this has been seen: as a turn of the load, or where curves cross.
 pub const FOLD_EVIDENCE: f64 = 1e-3;
+/// Error of the slope of a fold's load, over it, by what the place of the fold may be off: so many times the error of its load.
+pub const FOLD_SLOPE_PLACE: f64 = 100.0;
+/// The same by round-off.
+pub const FOLD_SLOPE_NOISE: f64 = 1e-7;
 /// A path that ends without having come so near has not met a fold: shooting has failed.
 pub const FOLD_MARGIN: f64 = 0.25;
 /// Above this round-off (epsilon times the squared norm of dr/dm0) a stability index other than 0 says nothing.

@@ -379,8 +379,18 @@ impl Plan {
         (self.terms.varying_field && self.searches()).then(|| self.own_curvature_column() + own_curvature)
     }
 
+    /// First of the columns that tell how the load of a fold follows each parameter, and how far that may be off; `None` where
+    /// that is not asked for.
+    pub fn fold_column(&self) -> Option<usize> {
+        (self.options.fold_rows && !self.derivatives.is_empty()).then(|| self.column_count_without_folds())
+    }
+
     /// Columns of the solutions.
     pub fn output_count(&self) -> usize {
+        self.fold_column().map_or(self.column_count_without_folds(), |first| first + 2 * self.derivatives.len())
+    }
+
+    fn column_count_without_folds(&self) -> usize {
         let own_curvature = if self.first_beyond_rigid().is_some() { 3 } else { 0 };
         self.base_force_column().map_or(self.own_curvature_column() + own_curvature, |first| first + 3)
     }

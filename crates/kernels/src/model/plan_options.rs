@@ -27,6 +27,8 @@ pub struct PlanOptions {
     pub pace: f64,
     /// Whether derivatives include those of the base moment, which take three columns more.
     pub base_moment_rows: bool,
+    /// Whether derivatives include those of the load of a fold.
+    pub fold_rows: bool,
 }
 
 /// How derivatives are computed.
@@ -54,6 +56,7 @@ impl Default for PlanOptions {
             sensitivity: Sensitivity::Auto,
             pace: 1.0,
             base_moment_rows: true,
+            fold_rows: false,
         }
     }
 }

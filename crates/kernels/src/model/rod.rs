@@ -167,6 +167,22 @@ impl Slot {
         )
     }
 
+    /// Whether it is one of the numbers that a share of the load multiplies: forces, couples, and what the field is made of.
+    pub fn is_load(&self) -> bool {
+        use Slot::{FieldGradient, FluxDensity, Load, MapScale, SourceMoment, TipForce, TipMoment, Weight};
+        matches!(
+            self,
+            FluxDensity(_)
+                | FieldGradient(_)
+                | SourceMoment(..)
+                | MapScale(_)
+                | TipForce(_)
+                | TipMoment(_)
+                | Load(..)
+                | Weight(..)
+        )
+    }
+
     /// Whether reciprocity needs an integral along the rod for it.
     pub(super) fn is_integral(&self) -> bool {
         use Slot::{DipolePerLength, Load, RestCurvature, RestCurvatureRise};

@@ -69,7 +69,8 @@ pub const NO_EQUILIBRIUM: f64 = -1.0;
 pub const MOST_ROWS: usize = 9;
 
 /// Solutions of a batch: one row a sample; `Quantity` columns, then [`Plan::rows`] columns for each derivative, then, if
-/// the plan says so, the curvature at the start of the first flexible segment.
+/// the plan says so, the curvature at the start of the first flexible segment, the force at the base, and how the load of a
+/// fold follows each parameter.
 ///
 /// A derivative's rows are d(tip position) (m/unit), the world-frame virtual rotation w with dR = hat(w) R
 /// (rad/unit) and d(base moment) (N·m/unit). Failed samples hold the last iterate or NaN.
@@ -83,6 +84,8 @@ pub struct Solutions {
     own_curvature: Option<usize>,
     /// First column of the force at the base.
     base_force: Option<usize>,
+    /// First column of how the load of a fold follows each parameter.
+    fold: Option<usize>,
 }
 
 impl Solutions {
@@ -103,6 +106,7 @@ impl Solutions {
         self.rows = plan.rows();
         self.own_curvature = plan.first_beyond_rigid().map(|_| plan.own_curvature_column());
         self.base_force = plan.base_force_column();
+        self.fold = plan.fold_column();
     }
 
     /// Rows of the table.
@@ -169,6 +173,12 @@ impl Solutions {
     pub fn base_force(&self, sample: usize) -> Option<[f64; 3]> {
         let first = self.base_force?;
         Some(std::array::from_fn(|axis| self.values.get(sample, first + axis)))
+    }
+
+    /// Column of how the load fraction of a fold follows a parameter (1/unit); the one behind it has the error of that. NaN where
+    /// no turn of the load was seen.
+    pub fn fold_derivative_column(&self, derivative: usize) -> Option<usize> {
+        Some(self.fold? + 2 * derivative)
     }
 
     /// One row of a derivative: 0 to 2 tip position, 3 to 5 tip rotation, 6 to 8 base moment, 9 to 11 its own curvature.

@@ -84,7 +84,7 @@ fn columns_of_a_sample_alone_lie_side_by_side() {
             let mut workspace = Workspace::<L>::new(token, &program);
             workspace.alone = alone;
             for k in 0..workspace.sources.len() {
-                workspace.sources[k].load(&problem, 3 * k);
+                workspace.sources[k].load(&problem, 3 * k, None);
             }
             let mut columns = Vec::new();
             start_columns(&problem, m0, &workspace, &mut columns);

@@ -6,6 +6,7 @@ use super::path::follow_nodes;
 use super::responses::{tip_response, write_node_rows};
 use super::state::{Nodes, What};
 use crate::lanes::algebra::{Mat3, length};
+use crate::lanes::fold::leave_folds_empty;
 use crate::lanes::lane::{Lane, Scalar};
 use crate::lanes::problem::{Problem, Workspace};
 use crate::lanes::program::Outputs;
@@ -34,8 +35,9 @@ pub fn solve_nodes<L: Lane>(
     let zero = one.constant(0.0);
     let nobody = one.lt(zero);
     for k in 0..workspace.sources.len() {
-        workspace.sources[k].load(problem, 3 * k);
+        workspace.sources[k].load(problem, 3 * k, None);
     }
+    leave_folds_empty(problem.program, one, out);
     let mut done = answer(problem, nodes, arrived, passes, workspace, out);
     let (mut fold, mut exhausted, mut lambda) = (!nobody, nobody, zero);
     for pace in &NODE_PACES[1..] {

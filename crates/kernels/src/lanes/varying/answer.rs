@@ -3,6 +3,7 @@
 use super::arrival::VaryingPath;
 use super::chord::{Check, check_pass, chord_steps, newton_step, shoot};
 use super::ends::slopes;
+use super::fold::write_fold_rows;
 use super::index::index;
 use super::matrix::Mat6;
 use super::path::{Load, margin, norm, select};
@@ -37,7 +38,7 @@ pub fn solve_varying<L: Kernels>(
     let Problem { program, rod, .. } = *problem;
     let one = rod.t.x.constant(1.0);
     for k in 0..workspace.parameters.len() {
-        workspace.parameters[k].load(problem, 3 * k);
+        workspace.parameters[k].load(problem, 3 * k, None);
     }
     let mut check = chord_steps(problem, &mut end, workspace);
     let (mut moving, mut converged, mut has_moved) = (end.reached, one.lt(rod.t.x.constant(0.0)), one.lt(one));
@@ -71,6 +72,7 @@ pub fn solve_varying<L: Kernels>(
         };
     }
     write(problem, &end, (converged, care), (&check, left), workspace, out);
+    write_fold_rows(problem, &end, workspace, out);
 }
 
 /// What a change of the base's load does to the tip: displacement and rotation.

@@ -13,6 +13,9 @@ pub struct VaryingPath<L: Lane> {
     pub inverse: Mat6<L>,
     pub reached: L::Mask,
     pub fold: L::Mask,
+    /// Its load was seen to turn there, along this change of the load at the base.
+    pub turned: L::Mask,
+    pub along: (Vec3<L>, Vec3<L>),
     pub too_near: L::Mask,
     /// A magnetic part leaves a map.
     pub outside: L::Mask,
@@ -54,6 +57,7 @@ impl<L: Lane> VaryingPath<L> {
         let base = (from.vector(token, 3), from.vector(token, 6));
         let reached = half.lt(reached);
         let [fold, too_near, outside, exhausted] = [nobody; 4];
-        Self { base, inverse, reached, fold, too_near, outside, exhausted, lambda, load_error: half + half, passes }
+        let (turned, along, load_error) = (nobody, base, half + half);
+        Self { base, inverse, reached, fold, turned, along, too_near, outside, exhausted, lambda, load_error, passes }
     }
 }

@@ -9,7 +9,7 @@ use super::path::{Load, norm};
 use super::rest::Rest;
 use super::workspace::{VaryingWorkspace, What};
 use crate::lanes::algebra::{Vec3, axpy, dot, length};
-use crate::lanes::curve::{Equations, Point, Seen, follow_curve};
+use crate::lanes::curve::{Equations, Point, Seen, follow_curve, further};
 use crate::lanes::kernels::Kernels;
 use crate::lanes::lane::{Lane, Scalar};
 use crate::lanes::problem::Problem;
@@ -132,6 +132,20 @@ fn solve_bordered<L: Lane>(mut a: [[L; 7]; 7], mut b: [[L; 2]; 7]) -> ([[L; 2]; 
     (b, determinant)
 }
 
+/// How the load fraction follows a residual, by a matrix bordered by q and a row: the last row of its inverse. C5
+#[inline(always)]
+pub fn load_by_residual<L: Lane>(matrix: &[[L; 7]; 7]) -> [L; 7] {
+    let one = matrix[0][0].constant(1.0);
+    let (mut a, mut b) = (*matrix, [[one.constant(0.0); 2]; 7]);
+    for row in 0..7 {
+        for column in 0..7 {
+            a[row][column] = matrix[column][row];
+        }
+    }
+    b[6] = [one; 2];
+    solve_bordered(a, b).0.map(|[x, _]| -x)
+}
+
 impl<L: Kernels> Varying<'_, L> {
     #[inline(always)]
     fn pass(&mut self, fine: bool, lambda: L, base: Load<L>, what: What) {
@@ -182,7 +196,7 @@ impl<L: Kernels> Equations<L> for Varying<'_, L> {
         self.pass(fine, at.lambda, at.base, if fine { What::Base } else { What::Transfers });
         let r = self.residual(at.lambda);
         self.tip = self.workspace.tip.p;
-        let further = one.constant(if L::Scalar::EPSILON < 1e-10 { 1.0 / 33_554_432.0 } else { 1.0 / 512.0 });
+        let further = one.constant(further::<L>());
         self.pass(fine, at.lambda + further, at.base, What::State);
         let after = self.residual(at.lambda + further);
         let (mut a, mut b) = ([[zero; 7]; 7], [[zero; 2]; 7]);
@@ -239,19 +253,11 @@ impl<L: Kernels> Equations<L> for Varying<'_, L> {
         let workspace = &mut *self.workspace;
         L::varying_pass(Pass { problem, resolution, lambda: at.lambda, base, what, points, workspace });
         let r = self.residual(at.lambda);
-        // The last row of the inverse tells how the load follows a residual.
-        let (mut a, mut b) = (self.matrix, [[zero; 2]; 7]);
-        for row in 0..7 {
-            for column in 0..7 {
-                a[row][column] = self.matrix[column][row];
-            }
-        }
-        b[6] = [one, one];
-        let (by_residual, _) = solve_bordered(a, b);
+        let by_residual = load_by_residual(&self.matrix);
         let (mut change, mut square) = (zero, zero);
         for k in 0..6 {
-            change = by_residual[k][0].neg_mul_add(r[k], change);
-            square = by_residual[k][0].mul_add(by_residual[k][0], square);
+            change = by_residual[k].mul_add(r[k], change);
+            square = by_residual[k].mul_add(by_residual[k], square);
         }
         let noise = (one + norm(at.base)) * one.constant(ROUND_OFF * L::Scalar::EPSILON);
         (change, square.sqrt() * noise)
@@ -285,6 +291,8 @@ pub fn follow_bordered<L: Kernels>(
         inverse: Mat6::identity(one),
         reached: nobody,
         fold: end.fold,
+        turned: end.turned,
+        along: end.tangent.base,
         too_near: nobody,
         outside: nobody,
         exhausted: nobody,

@@ -12,6 +12,7 @@ mod crossing;
 mod curve;
 mod ends;
 mod first;
+mod fold;
 mod group;
 mod index;
 mod map;

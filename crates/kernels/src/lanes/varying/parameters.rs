@@ -6,7 +6,7 @@ use super::space::{Dipole, Local, Space, gradient};
 use crate::lanes::algebra::{Mat3, Vec3, axpy};
 use crate::lanes::lane::Lane;
 use crate::lanes::problem::Problem;
-use crate::lanes::source::Sources;
+use crate::lanes::source::{Sources, rate_under};
 use crate::model::{Axis, Slot};
 
 /// How a dipole outside of the rod changes.
@@ -53,14 +53,14 @@ impl<L: Lane> Parameters<L> {
         Self { sources: Sources::new(token), count: 0, begin_at: None, field, df_tip: Mat3::zero(zero) }
     }
 
-    /// Fills in up to three derivatives of the program, from number `first` on.
+    /// Fills in up to three derivatives of the program, from number `first` on, of a rod under this share of its loads.
     #[inline(always)]
-    pub fn load(&mut self, problem: &Problem<'_, L>, first: usize) {
+    pub fn load(&mut self, problem: &Problem<'_, L>, first: usize, share: Option<L>) {
         let Problem { program, inputs, .. } = *problem;
         let token = problem.token();
         let zero = L::splat(token, 0.0);
         let none = Vec3::splat(zero);
-        self.sources.load(problem, first);
+        self.sources.load(problem, first, share);
         self.count = program.derivatives.len().saturating_sub(first).min(3);
         // At the first segment the base may have moved.
         self.begin_at = Some(program.acts_from[first / 3]).filter(|at| *at > 0 && !self.sources.changed);
@@ -74,7 +74,7 @@ impl<L: Lane> Parameters<L> {
         for (k, terms) in program.derivatives.iter().skip(first).take(3).enumerate() {
             let change = &mut self.field[k];
             for (slot, entry) in terms {
-                let rate: L = program.entry(token, &inputs, *entry);
+                let rate = rate_under(share, *slot, program.entry(token, &inputs, *entry));
                 if let Slot::SourcePosition(number, _) | Slot::SourceMoment(number, _) = *slot {
                     // Slots of a dipole follow one another.
                     if change.dipoles.last().is_none_or(|last| last.number != number) {

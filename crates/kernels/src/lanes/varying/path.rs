@@ -259,6 +259,8 @@ pub fn follow_varying<L: Kernels>(
         inverse: end_inverse,
         reached: reached & is_finite,
         fold,
+        turned: one.lt(zero),
+        along: secant,
         too_near: lost & too_near,
         outside: lost & outside,
         exhausted,

@@ -30,6 +30,8 @@ pub fn search_varying<L: Kernels>(problem: &Problem<'_, L>, workspace: &mut Vary
         inverse: Mat6::identity(one),
         reached: none,
         fold: none,
+        turned: none,
+        along: (Vec3::splat(zero), Vec3::splat(zero)),
         too_near: none,
         outside: none,
         exhausted: none,

@@ -83,6 +83,16 @@ pub struct Local<L> {
     pub T3: Mat3<L>,
 }
 
+impl<L: Lane> Space<L> {
+    /// Weakens the whole field to this share of it.
+    #[inline(always)]
+    pub fn weaken(&mut self, share: L) {
+        (self.B0, self.G) = (self.B0 * share, self.G * share);
+        self.dipoles.iter_mut().for_each(|dipole| dipole.M = dipole.M * share);
+        self.maps.iter_mut().for_each(|map| map.scale = map.scale * share);
+    }
+}
+
 /// The matrix of the five entries of a gradient. F0
 #[inline(always)]
 pub fn gradient<L: Lane>([xx, xy, xz, yy, yz]: [L; 5]) -> Mat3<L> {
