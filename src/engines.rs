@@ -13,9 +13,6 @@ use crate::lanes::{InstructionSet, Lanes};
 use crate::model::{DerivativeScale, Plan, PlanOptions, Scene, Stepper};
 use crate::reference::Reference;
 
-/// Of what mixed precision does not pay for.
-const VARYING: &str = "rods in fields that vary";
-
 /// Why a field with nodes without a value is for the reference.
 const GAPS: &str = "the sampled field has nodes without a value, which the reference alone models";
 
@@ -39,7 +36,6 @@ const MANY_SAMPLES: u64 = 10_000_000;
 pub struct EngineRequest {
     backend: Option<BackendKind>,
     precision: Option<Precision>,
-    may_mix: bool,
 }
 
 impl EngineRequest {
@@ -61,16 +57,6 @@ impl EngineRequest {
     /// Its arithmetic; `None` leaves it to the program.
     pub fn precision(self, precision: Option<Precision>) -> EngineRequest {
         EngineRequest { precision, ..self }
-    }
-
-    /// Lets a pilot take mixed precision where it is as good as f64 on the CPU and costs less.
-    pub fn may_mix(self, may_mix: bool) -> EngineRequest {
-        EngineRequest { may_mix, ..self }
-    }
-
-    /// Whether it may.
-    pub fn lets_mix(&self) -> bool {
-        self.may_mix
     }
 
     /// The engine that is asked for.
@@ -100,15 +86,9 @@ impl EngineRequest {
             Err(BackendError::Unsupported { backend, what, remedy })
         };
         match self.backend {
-            None if self.precision == Some(Precision::Mixed) => {
-                Ok(engine(BackendKind::Cpu, Precision::Mixed, "mixed precision is for the CPU"))
-            }
             None => any_engine(self.precision, tolerance),
-            Some(kind @ BackendKind::Gpu) if self.precision == Some(Precision::Mixed) => {
-                unsupported(kind, Precision::Mixed)
-            }
             Some(kind @ BackendKind::Reference) => match self.precision {
-                Some(precision @ (Precision::F32 | Precision::Mixed)) => unsupported(kind, precision),
+                Some(precision @ Precision::F32) => unsupported(kind, precision),
                 _ => Ok(engine(BackendKind::Reference, Precision::F64, "asked for")),
             },
             Some(BackendKind::Cpu) => {
@@ -134,9 +114,6 @@ impl EngineRequest {
         }
         if has_gaps(scene) {
             return Ok(Engine::new(BackendKind::Reference, Precision::F64, GAPS));
-        }
-        if self.precision == Some(Precision::Mixed) {
-            return Ok(self.choose(tolerance)?.unmixed(VARYING));
         }
         let on_cpu = |reason: &str| {
             let precision = self.precision.unwrap_or(Precision::F64);
@@ -234,22 +211,6 @@ impl Engine {
         Engine { kind: BackendKind::Cpu, ..self.clone() }
     }
 
-    /// The same in mixed precision, where it is the CPU in f64.
-    pub fn mixed(&self) -> Option<Engine> {
-        let is_double = (self.kind, self.precision) == (BackendKind::Cpu, Precision::F64);
-        is_double.then(|| Engine { precision: Precision::Mixed, reason: "as exact here, and cheaper".into(), ..*self })
-    }
-
-    /// The same in f64 where it is in mixed precision, which does not pay for `what`.
-    pub fn unmixed(self, what: &str) -> Engine {
-        match self.precision {
-            Precision::Mixed => {
-                Engine { precision: Precision::F64, reason: format!("{what} are solved in f64, not mixed"), ..self }
-            }
-            _ => self,
-        }
-    }
-
     /// Methods of integration that suit it, the first by default.
     pub fn steppers(&self) -> &'static [Stepper] {
         match (self.kind, self.precision) {
@@ -257,7 +218,7 @@ impl Engine {
             (_, Precision::F32) => &[Stepper::Tp7, Stepper::Tp6, Stepper::Dop853],
             // The twelve stages of DOP853 are too many for the registers of a GPU.
             (BackendKind::Gpu, Precision::F64) => &[Stepper::Tp7, Stepper::Tp6],
-            (_, Precision::F64 | Precision::Mixed) => &[Stepper::Dop853, Stepper::Tp7, Stepper::Tp6],
+            (_, Precision::F64) => &[Stepper::Dop853, Stepper::Tp7, Stepper::Tp6],
         }
     }
 
@@ -265,7 +226,7 @@ impl Engine {
     pub fn tolerance(&self, asked: f64) -> f64 {
         match self.precision {
             Precision::F32 => asked.max(F32_TOLERANCE),
-            Precision::F64 | Precision::Mixed => asked,
+            Precision::F64 => asked,
         }
     }
 

@@ -49,9 +49,8 @@ def solve(
         Target error of tip position over rod length and of tip rotation (rad), between 0 and 1.
     engine : {"auto", "gpu", "cpu", "reference"}
         What solves. ``auto`` takes a GPU that meets the tolerance where there is one, else the CPU.
-    precision : {"f32", "f64", "mixed", "auto"}, optional
-        Arithmetic: by default f32 on a GPU and f64 elsewhere. ``mixed``, on the CPU: derivatives in f32, tips in f64;
-        ``auto``: that, where a pilot finds it as good and cheaper.
+    precision : {"f32", "f64", "auto"}, optional
+        Arithmetic: by default, and by ``auto``, f32 on a GPU and f64 elsewhere.
     threads : int, optional
         Threads of the CPU engine; by default one for each core.
     branch : {"from_rest", "all"}

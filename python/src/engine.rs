@@ -30,7 +30,7 @@ pub fn request(engine: &str, precision: Option<&str>) -> Result<EngineRequest, F
     let Some(text) = precision else { return Ok(request) };
     Ok(match word("precision", text, &PrecisionChoice::WORDS, PrecisionChoice::name)? {
         PrecisionChoice::Given(precision) => request.precision(Some(precision)),
-        _ => request.may_mix(true),
+        _ => request,
     })
 }
 

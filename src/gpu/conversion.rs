@@ -20,7 +20,7 @@ pub(super) fn pack(inputs: &Blocks<f64>, blocks: Range<usize>, units: &[f64], pr
         for (to, from) in to.chunks_exact_mut(size).zip(from) {
             match precision {
                 Precision::F32 => to.copy_from_slice(&((from / unit) as f32).to_ne_bytes()),
-                Precision::F64 | Precision::Mixed => to.copy_from_slice(&(from / unit).to_ne_bytes()),
+                Precision::F64 => to.copy_from_slice(&(from / unit).to_ne_bytes()),
             }
         }
     });

@@ -133,7 +133,7 @@ fn finish(
             let block = flight.first_block + at;
             let count = match dispatcher.precision {
                 Precision::F32 => conversion.block::<f32>(block, bytemuck::cast_slice(from), to),
-                Precision::F64 | Precision::Mixed => conversion.block::<f64>(block, bytemuck::cast_slice(from), to),
+                Precision::F64 => conversion.block::<f64>(block, bytemuck::cast_slice(from), to),
             };
             unwritten.fetch_add(count, Ordering::Relaxed);
         });

@@ -75,7 +75,7 @@ pub fn generate_inputs(
             let values: &[f32] = bytemuck::cast_slice(bytes);
             made.data_mut().iter_mut().zip(values).for_each(|(to, from)| *to = f64::from(*from));
         }
-        Precision::F64 | Precision::Mixed => made.data_mut().copy_from_slice(bytemuck::cast_slice(bytes)),
+        Precision::F64 => made.data_mut().copy_from_slice(bytemuck::cast_slice(bytes)),
     })?;
     Ok(made)
 }

@@ -303,9 +303,7 @@ impl VoxelSweep<'_> {
         let returned = ReturnedRows { job: self.job, range: flight.range.clone(), mark: flight.mark, list: &list };
         let (mut returned, left) = match dispatcher.precision {
             Precision::F32 => returned.read::<f32>(dispatcher, &pod_collect_to_vec(&rows), &mut self.bounds)?,
-            Precision::F64 | Precision::Mixed => {
-                returned.read::<f64>(dispatcher, &pod_collect_to_vec(&rows), &mut self.bounds)?
-            }
+            Precision::F64 => returned.read::<f64>(dispatcher, &pod_collect_to_vec(&rows), &mut self.bounds)?,
         };
         // Before anything is kept: whoever fails here is solved anew.
         solve_grown(self.dispatcher, &returned.batch, &mut returned.solutions)?;

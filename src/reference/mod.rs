@@ -20,7 +20,6 @@
 
 mod answer;
 mod band;
-mod base_pass;
 mod by_base;
 mod by_nodes;
 mod chain;
@@ -42,7 +41,6 @@ mod state;
 mod varying;
 
 pub use answer::{Equilibrium, SlotDerivative, Stability};
-pub use base_pass::pass_end;
 pub use energy::{energy, energy_of};
 pub use equilibrium::{
     base_curvature, growth_exponent, residual_by_base_moment, solve_rod, solve_rod_by_nodes, stability_at,

@@ -108,7 +108,7 @@ impl Layout {
         };
         let number = || match precision {
             Precision::F32 => Values::Single(Vec::new()),
-            Precision::F64 | Precision::Mixed => Values::Double(Vec::new()),
+            Precision::F64 => Values::Double(Vec::new()),
         };
         add("sample".into(), "", Values::Index(Vec::new()), Source::Sample);
         for (axis, parameters) in spec.axis_parameters().iter().enumerate() {

@@ -8,7 +8,7 @@ pub enum PrecisionChoice {
     /// Nothing: f32 on a GPU where the tolerance allows, f64 elsewhere.
     #[default]
     Usual,
-    /// The same; on the CPU a pilot takes mixed precision where it meets both tolerances and costs less.
+    /// The same, said.
     Auto,
     /// This one.
     Given(Precision),
@@ -16,12 +16,8 @@ pub enum PrecisionChoice {
 
 impl PrecisionChoice {
     /// What a file may say.
-    pub const WORDS: [PrecisionChoice; 4] = [
-        PrecisionChoice::Auto,
-        PrecisionChoice::Given(Precision::F32),
-        PrecisionChoice::Given(Precision::F64),
-        PrecisionChoice::Given(Precision::Mixed),
-    ];
+    pub const WORDS: [PrecisionChoice; 3] =
+        [PrecisionChoice::Auto, PrecisionChoice::Given(Precision::F32), PrecisionChoice::Given(Precision::F64)];
 
     /// The word in sweep files; empty where nothing is said.
     pub fn name(self) -> &'static str {

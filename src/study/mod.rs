@@ -30,8 +30,8 @@ pub use replay::{Replay, ReplayComparison};
 pub use rod_points::RodPoints;
 pub use simulate::{CommandedPath, Imperfection, Simulation, TRIALS, play, simulate};
 pub use solve::{
-    AllBranches, Explanation, FoundBranch, Jacobian, PlannedPass, PlannedPiece, Rows, Shape, Solve, SolveError, Solved,
-    along_segments, check_tolerance, evenly_spaced, smooth_count,
+    AllBranches, Explanation, FoldLoad, FoundBranch, Jacobian, PlannedPass, PlannedPiece, Rows, Shape, Solve,
+    SolveError, Solved, along_segments, check_tolerance, evenly_spaced, smooth_count,
 };
 
 pub use witness::WitnessCheck;

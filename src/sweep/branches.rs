@@ -115,7 +115,7 @@ impl<'a> BranchSearch<'a> {
         let bare = plan.without_derivatives(plan.options);
         let mut engine = (tools.engine)(&bare.with_starts())?;
         let same = match engine.info().precision {
-            Precision::F64 | Precision::Mixed => SAME,
+            Precision::F64 => SAME,
             Precision::F32 => SAME_SINGLE,
         };
         engine.solve(&bare.start_batch(&bare.batch(0, |_, _| {}), &[]))?;

@@ -6,7 +6,7 @@ use super::check::SpotCheckOptions;
 use super::error::SweepError;
 use super::fallback::{Fallback, run_with_fallback};
 use super::options::{Progress, RowsWritten, RunOptions};
-use super::pilot::{choose_method, measure_errors, mixing_pays};
+use super::pilot::{choose_method, measure_errors};
 use super::second_path::PathCheckOptions;
 use super::sink::RowSink;
 use super::summary::Summary;
@@ -17,9 +17,6 @@ use crate::reference::energy;
 use crate::results::{PilotChoice, ResultsError};
 use crate::spec::{BranchChoice, PrecisionChoice, Shard, SolutionMethod, SweepSpec};
 use std::sync::atomic::AtomicBool;
-
-/// Samples from which on a pilot looks whether mixed precision pays, which takes as long as a few hundred.
-const MANY_SAMPLES: u64 = 4096;
 
 /// A sweep to be run.
 ///
@@ -179,11 +176,7 @@ impl<'a> SweepJob<'a> {
         if let Some(asked) = self.request.asked_backend().filter(|asked| *asked != engine) {
             return other("engine", engine.to_string(), asked.to_string());
         }
-        let is_kept = |asked: &Precision| match asked {
-            Precision::Mixed if solves_in_f64(&self.spec) => precision == Precision::F64,
-            asked => *asked == precision,
-        };
-        if let Some(asked) = self.request.asked_precision().filter(|asked| !is_kept(asked)) {
+        if let Some(asked) = self.request.asked_precision().filter(|asked| *asked != precision) {
             return other("precision", precision.to_string(), asked.to_string());
         }
         if let Some(asked) = self.spec.steps.filter(|asked| *asked != method.steps) {
@@ -201,13 +194,10 @@ impl<'a> SweepJob<'a> {
 
     fn prepare_anew(mut self, asked_tolerance: f64) -> Result<PreparedSweep<'a>, SweepError> {
         self.request = with_precision(self.request, self.spec.precision);
-        let mut engine = match self.spec.tells_fold_slopes() {
+        let engine = match self.spec.tells_fold_slopes() {
             true => fold_engine(&self.request, self.spec.branch)?,
             false => self.request.choose_for(&self.spec.scene, asked_tolerance)?,
         };
-        if self.spec.branch == BranchChoice::All {
-            engine = engine.unmixed("searches for every equilibrium");
-        }
         self.spec.tolerance = engine.tolerance(asked_tolerance);
         let steppers = engine.steppers();
         let plan = self.spec.plan(PlanOptions { stepper: steppers[0], ..PlanOptions::default() })?;
@@ -222,13 +212,6 @@ impl<'a> SweepJob<'a> {
             None => measure_errors(&plan, &sampler, &cpu_f64)?,
         };
         let plan = plan.with_options(options);
-        let is_large = self.spec.sample_count >= MANY_SAMPLES;
-        let may_mix = self.request.lets_mix() && is_large && !solves_in_f64(&self.spec);
-        if let Some(mixed) = engine.mixed().filter(|_| may_mix)
-            && mixing_pays(&plan, &sampler, &|plan| mixed.make(plan), &cpu_f64)?
-        {
-            engine = mixed;
-        }
         let plan = if suit(&self.spec, engine.kind()) { with_anchors(&self.spec, plan)? } else { plan };
         let method = SolutionMethod::by(engine.kind(), engine.precision(), &plan);
         Ok(PreparedSweep { job: self, engine, plan, pilot, method, asked_tolerance, is_settled: false })
@@ -386,17 +369,11 @@ impl<'a> PreparedSweep<'a> {
     }
 }
 
-/// Whether a sweep is solved in f64 where mixed precision is asked for.
-fn solves_in_f64(spec: &SweepSpec) -> bool {
-    spec.branch == BranchChoice::All || spec.scene.sources.varies() || spec.tells_fold_slopes()
-}
-
 /// A request with what the sweep file says, where the request says nothing.
 fn with_precision(request: EngineRequest, choice: PrecisionChoice) -> EngineRequest {
     match choice {
-        _ if request.asked_precision().is_some() || request.lets_mix() => request,
-        PrecisionChoice::Usual => request,
-        PrecisionChoice::Auto => request.may_mix(true),
+        _ if request.asked_precision().is_some() => request,
+        PrecisionChoice::Usual | PrecisionChoice::Auto => request,
         PrecisionChoice::Given(precision) => request.precision(Some(precision)),
     }
 }

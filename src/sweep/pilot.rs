@@ -41,8 +41,6 @@ const SHARE_RESERVE: f64 = 12.0;
 /// than those of tips, but most rows should not carry those of a few.
 const DERIVATIVE_TAIL: f64 = 2.0;
 const MOST_MEDIANS: f64 = 20.0;
-/// What a sample costs in mixed precision, over one in f64: 0.79 to 0.91 were measured.
-const MIXED_WORK: f64 = 0.9;
 
 /// Picks, of the plan's method and others, the one that meets the tolerance with the fewest stages, second attempts
 /// included; if none does, the most accurate. Nodes take steps of their own: where all are solved so, no other is tried.
@@ -103,34 +101,6 @@ pub fn measure_errors(plan: &Plan, sampler: &Sampler, factory: BackendFactory) -
     let trial = Trial::new(plan, &batch, steps, &solved(plan, steps, &batch, factory)?, &truth);
     let error_share = if trial.compared > 0 { trial.error_share } else { plan.options.error_share };
     Ok(PlanOptions { error_share, derivative_scale: trial.derivative_scale, ..plan.options })
-}
-
-/// Whether in mixed precision the plan's samples meet its tolerances, against the truth, and cost less than in f64: those that
-/// f32 leaves to f64 cost both, as do second attempts.
-///
-/// # Errors
-///
-/// As [`choose_steps`].
-pub fn mixing_pays(
-    plan: &Plan,
-    sampler: &Sampler,
-    mixed: BackendFactory,
-    double: BackendFactory,
-) -> Result<bool, BackendError> {
-    let (batch, steps) = (pilot_batch(plan, sampler), plan.options.steps);
-    let (ours, theirs) = (mixed(plan)?.solve(&batch)?, double(plan)?.solve(&batch)?);
-    let mut truth = Truth::new(plan, &batch, double);
-    truth.lead(steps)?;
-    let trial = Trial::new(plan, &batch, steps, &ours, &truth);
-    // What was left to f64 has its very bits.
-    let is_left = |at: &usize| {
-        let [a, b] = [&ours, &theirs].map(|rows| rows.vector(*at, Quantity::BaseMoment));
-        ours.status(*at).is_success() && a == b
-    };
-    let left = (0..batch.sample_count()).filter(is_left).count() as f64 / trial.compared.max(1) as f64;
-    let second = stages(&for_second_attempt(plan)) as f64 / stages(plan) as f64;
-    let [doubt, doubt_in_f64] = [&ours, &theirs].map(|rows| second * doubtful_share(rows, plan.options.tolerance));
-    Ok(trial.meets(&plan.options) && MIXED_WORK + left + doubt < 1.0 + doubt_in_f64)
 }
 
 /// Some samples of a sweep, always the same.

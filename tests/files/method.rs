@@ -4,7 +4,7 @@ use rodsweep::backend::{BackendKind, Precision};
 use rodsweep::engines::EngineRequest;
 use rodsweep::model::{DerivativeScale, Stepper};
 use rodsweep::results::{Results, ResultsError, merge};
-use rodsweep::spec::{Format, Shard, SolutionMethod, SweepSpec};
+use rodsweep::spec::{Shard, SolutionMethod, SweepSpec};
 use rodsweep::sweep::{Memory, ResultDirectory, SweepError, SweepJob};
 use rodsweep::table::Table;
 use std::path::{Path, PathBuf};
@@ -92,7 +92,7 @@ fn who_resumes_does_as_the_run_was_begun() {
     assert_eq!(rows(&out), whole);
 }
 
-/// A sweep file may ask for mixed precision; the command line goes first. What it says belongs to the run.
+/// A sweep file may ask for its precision; the command line goes first. What it says belongs to the run.
 #[test]
 fn a_sweep_asks_for_its_precision() {
     let with = |word: &str| {
@@ -103,84 +103,42 @@ fn a_sweep_asks_for_its_precision() {
         SweepJob::new(spec).engine(EngineRequest::of(BackendKind::Cpu)).part_size(Some(20)).spot_check(None)
     };
     let precision = |job: SweepJob| job.prepare(&Memory::new()).expect("prepared").method().precision;
-    let mixed = with("mixed").expect("a sweep");
-    assert_eq!(precision(on_cpu(mixed.clone())), Precision::Mixed);
-    assert_eq!(precision(SweepJob::new(mixed.clone())), Precision::Mixed);
+    let single = with("f32").expect("a sweep");
+    assert_eq!(precision(on_cpu(single.clone())), Precision::F32);
     let double = EngineRequest::of(BackendKind::Cpu).precision(Some(Precision::F64));
-    assert_eq!(precision(on_cpu(mixed.clone()).engine(double)), Precision::F64);
-    // As usual: for so few samples no pilot tries it.
+    assert_eq!(precision(on_cpu(single.clone()).engine(double)), Precision::F64);
     assert_eq!(precision(on_cpu(with("auto").expect("a sweep"))), Precision::F64);
-    assert_eq!(precision(on_cpu(with("f32").expect("a sweep"))), Precision::F32);
     assert_eq!(precision(job()), Precision::F64);
-    assert!(with("half").is_err_and(|error| error.to_string().contains("auto, f32, f64, mixed")));
+    assert!(with("mixed").is_err_and(|error| error.to_string().contains("auto, f32, f64")));
 
     let dir = tempfile::tempdir().expect("a folder");
     let out = dir.path().join("run");
-    on_cpu(mixed.clone()).run(&mut ResultDirectory::new(&out)).expect("a run");
+    on_cpu(single.clone()).run(&mut ResultDirectory::new(&out)).expect("a run");
     let whole = rows(&out);
-    assert_eq!(method_of(&out).precision, Precision::Mixed);
-    let tips = |table: &Table| table.numbers("tip.position.x").expect("numbers");
-    assert!(tips(&whole).iter().all(|x| f64::from(*x as f32) != *x), "tips are written in full");
-    assert_eq!(SweepSpec::read(&out.join("sweep.toml")).expect("a sweep").precision, mixed.precision);
+    assert_eq!(method_of(&out).precision, Precision::F32);
+    assert_eq!(SweepSpec::read(&out.join("sweep.toml")).expect("a sweep").precision, single.precision);
     let text = std::fs::read_to_string(out.join("run.json")).expect("run.json");
-    assert_eq!(serde_json::from_str::<serde_json::Value>(&text).expect("JSON")["method"]["precision"], "mixed");
+    assert_eq!(serde_json::from_str::<serde_json::Value>(&text).expect("JSON")["method"]["precision"], "f32");
     let manifest = Results::open(&out).expect("results").manifest().expect("a manifest");
-    assert!(manifest.engines.keys().all(|engine| engine.starts_with("cpu mixed")), "{:?}", manifest.engines);
-    let error = on_cpu(mixed.clone()).engine(double).run(&mut ResultDirectory::new(&out).resume(true));
+    assert!(manifest.engines.keys().all(|engine| engine.starts_with("cpu f32")), "{:?}", manifest.engines);
+    let error = on_cpu(single.clone()).engine(double).run(&mut ResultDirectory::new(&out).resume(true));
     assert!(matches!(error, Err(SweepError::OtherMethod { what: "precision", .. })), "{error:?}");
     std::fs::remove_file(out.join("part-0000000001.parquet")).expect("a part");
-    on_cpu(mixed).run(&mut ResultDirectory::new(&out).resume(true)).expect("a run");
+    on_cpu(single).run(&mut ResultDirectory::new(&out).resume(true)).expect("a run");
     assert_eq!(rows(&out), whole);
 }
 
-/// Sweeps that mixed precision is not for are settled in f64 and say so; who resumes them may ask for mixed precision again.
+/// A run that an earlier version has solved in mixed precision is refused with the remedy, not misread.
 #[test]
-fn every_shipped_sweep_runs_in_mixed_precision() {
-    let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("sweeps");
-    let mut in_f64 = Vec::new();
-    for entry in std::fs::read_dir(shipped).expect("a folder") {
-        let path = entry.expect("an entry").path();
-        if path.extension().is_none_or(|extension| extension != "toml") {
-            continue;
-        }
-        let name = path.file_stem().and_then(|name| name.to_str()).expect("a name").to_owned();
-        let dir = tempfile::tempdir().expect("a folder");
-        let out = dir.path().join("run");
-        let request = EngineRequest::of(BackendKind::Cpu).precision(Some(Precision::Mixed));
-        let spec = SweepSpec::read(&path).expect("a sweep");
-        let job = || SweepJob::new(spec.clone()).engine(request).limit(Some(300));
-        let prepared = job().prepare(&Memory::new()).expect("prepared");
-        if prepared.method().precision == Precision::F64 {
-            assert!(prepared.engine().reason().ends_with("are solved in f64, not mixed"), "{name}");
-            in_f64.push(name.clone());
-        }
-        let settled = prepared.method();
-        let summary = job().run(&mut ResultDirectory::new(&out)).expect("a run");
-        let check = summary.spot_check.expect("a spot check");
-        assert!(check.compared > 0 && check.wrong == 0 && check.position.max < spec.tolerance, "{name}: {check:?}");
-        if spec.format != Format::None {
-            assert_eq!(method_of(&out), settled, "{name}");
-            job().run(&mut ResultDirectory::new(&out).resume(true)).unwrap_or_else(|error| panic!("{name}: {error}"));
-        }
-    }
-    in_f64.sort();
-    assert_eq!(in_f64, ["arm_magnet", "branches", "coil_array"]);
-}
-
-/// The pilot takes mixed precision where it is as good and cheaper: not where round-off of f32 would leave doubt.
-#[test]
-fn a_pilot_takes_mixed_precision_where_it_pays() {
-    let with = |solver: &str| {
-        let text = format!("{}[solver]\n{solver}\n", TEXT.replace("samples = 90", "samples = 5000"));
-        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("sweeps/method.toml");
-        let request = EngineRequest::of(BackendKind::Cpu).may_mix(true);
-        let job = SweepJob::new(SweepSpec::parse(&file, &text).expect("a sweep")).engine(request);
-        job.prepare(&Memory::new()).expect("prepared").method().precision
-    };
-    assert_eq!(with("tolerance = 1e-6"), Precision::Mixed);
-    assert_eq!(with("tolerance = 1e-6\nsteps = 4"), Precision::Mixed);
-    assert_eq!(with("tolerance = 1e-9"), Precision::F64);
-    assert_eq!(with("branch = \"all\""), Precision::F64);
+fn a_run_in_mixed_precision_is_named() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let out = dir.path().join("run");
+    job().run(&mut ResultDirectory::new(&out)).expect("a run");
+    let file = out.join("run.json");
+    let text = std::fs::read_to_string(&file).expect("run.json");
+    std::fs::write(&file, text.replace("\"f64\"", "\"mixed\"")).expect("written");
+    let error = job().run(&mut ResultDirectory::new(&out).resume(true)).expect_err("refused").to_string();
+    assert!(error.contains("run.json") && error.contains("mixed"), "{error}");
 }
 
 #[test]
@@ -192,7 +150,6 @@ fn another_method_is_refused_and_named() {
     let asked = [
         (EngineRequest::of(BackendKind::Reference), "engine", "cpu", "reference"),
         (EngineRequest::of(BackendKind::Cpu).precision(Some(Precision::F32)), "precision", "f64", "f32"),
-        (EngineRequest::of(BackendKind::Cpu).precision(Some(Precision::Mixed)), "precision", "f64", "mixed"),
     ];
     for (request, what, settled, asked) in asked {
         let error = job().engine(request).run(&mut ResultDirectory::new(&out).resume(true)).expect_err("refused");

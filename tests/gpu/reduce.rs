@@ -42,7 +42,7 @@ fn spec(method: &str, samples: u64, seed: u64) -> SweepSpec {
 pub fn plan_of(spec: &mut SweepSpec, precision: Precision) -> Plan {
     let (stepper, steps, tolerance) = match precision {
         Precision::F32 => (Stepper::Rk4, 16, 1e-4),
-        Precision::F64 | Precision::Mixed => (Stepper::Dop853, 6, 1e-6),
+        Precision::F64 => (Stepper::Dop853, 6, 1e-6),
     };
     spec.tolerance = tolerance;
     spec.plan(PlanOptions { stepper, steps, ..PlanOptions::default() }).unwrap()

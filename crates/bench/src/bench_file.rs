@@ -9,8 +9,6 @@ use std::path::Path;
 /// What is done to each sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Work {
-    /// One pass over the rod at the equilibrium's own base moment, with the columns by it: no search, no checks, no rows.
-    Pass,
     /// At the equilibrium's own base moment, with the few derivatives that `tip` names: what remains is to integrate.
     Given,
     /// From rest, with the few derivatives that `tip` names.
@@ -61,12 +59,11 @@ pub struct BenchSpec {
 
 impl Work {
     /// Every kind of work.
-    pub const ALL: [Work; 6] = [Work::Pass, Work::Given, Work::Tip, Work::Cold, Work::Sweep, Work::Warm];
+    pub const ALL: [Work; 5] = [Work::Given, Work::Tip, Work::Cold, Work::Sweep, Work::Warm];
 
     /// The word in bench files and tables.
     pub fn name(self) -> &'static str {
         match self {
-            Work::Pass => "pass",
             Work::Given => "given",
             Work::Tip => "tip",
             Work::Cold => "cold",

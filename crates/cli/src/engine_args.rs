@@ -18,9 +18,7 @@ pub enum BackendName {
 pub enum PrecisionName {
     F32,
     F64,
-    /// On the CPU: derivatives and stability in f32, tips in f64
-    Mixed,
-    /// The default; in a sweep on the CPU, mixed where a pilot finds it as good
+    /// The default
     Auto,
 }
 
@@ -45,11 +43,9 @@ impl EngineArguments {
         };
         let request = EngineRequest::any().backend(backend);
         match self.precision {
-            None => request,
+            None | Some(PrecisionName::Auto) => request,
             Some(PrecisionName::F32) => request.precision(Some(Precision::F32)),
             Some(PrecisionName::F64) => request.precision(Some(Precision::F64)),
-            Some(PrecisionName::Mixed) => request.precision(Some(Precision::Mixed)),
-            Some(PrecisionName::Auto) => request.may_mix(true),
         }
     }
 }

@@ -79,9 +79,6 @@ impl From<SensitivityError> for CommandError {
 pub fn of_backend(error: &BackendError) -> String {
     let on_the_cpu = "use `--backend cpu`";
     match error {
-        BackendError::Unsupported { backend, what, .. } if what == "mixed" => {
-            format!("the {backend} backend has no mixed precision: {on_the_cpu}, or leave `--precision` out")
-        }
         BackendError::Unsupported { backend: backend @ BackendKind::Reference, what, .. } if what == "f32" => {
             format!("the {backend} backend does not model {what}: leave `--precision` out")
         }

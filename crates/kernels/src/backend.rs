@@ -12,36 +12,33 @@ pub enum Precision {
     F32,
     /// Double precision: about 16 digits.
     F64,
-    /// Derivatives and stability in single precision, pose and base moment in double.
-    Mixed,
 }
 
 impl Precision {
     /// Every one.
-    pub const ALL: [Precision; 3] = [Precision::F32, Precision::F64, Precision::Mixed];
+    pub const ALL: [Precision; 2] = [Precision::F32, Precision::F64];
 
     /// The word in files and on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Precision::F32 => "f32",
             Precision::F64 => "f64",
-            Precision::Mixed => "mixed",
         }
     }
 
-    /// Distance from 1 to the next number; of the pose.
+    /// Distance from 1 to the next number.
     pub fn epsilon(self) -> f64 {
         match self {
             Precision::F32 => f32::EPSILON.into(),
-            Precision::F64 | Precision::Mixed => f64::EPSILON,
+            Precision::F64 => f64::EPSILON,
         }
     }
 
-    /// Bytes of a number; of the pose.
+    /// Bytes of a number.
     pub fn size(self) -> usize {
         match self {
             Precision::F32 => size_of::<f32>(),
-            Precision::F64 | Precision::Mixed => size_of::<f64>(),
+            Precision::F64 => size_of::<f64>(),
         }
     }
 }

@@ -166,7 +166,7 @@ impl Emitter<'_> {
     fn push(&mut self, text: String, line: usize) {
         let text = match self.specialisation.precision {
             Precision::F32 => text,
-            Precision::F64 | Precision::Mixed => in_f64(&text),
+            Precision::F64 => in_f64(&text),
         };
         self.source.text.push_str(&text);
         self.source.text.push('\n');

@@ -80,7 +80,7 @@ impl Settings<f64> {
 pub(crate) fn float_bytes(values: &[f64], precision: Precision) -> Vec<u8> {
     match precision {
         Precision::F32 => bytemuck::cast_slice(&values.iter().map(|x| *x as f32).collect::<Vec<_>>()).to_vec(),
-        Precision::F64 | Precision::Mixed => bytemuck::cast_slice(values).to_vec(),
+        Precision::F64 => bytemuck::cast_slice(values).to_vec(),
     }
 }
 
@@ -107,6 +107,6 @@ macro_rules! offsets {
 pub fn settings_members(precision: Precision) -> [(&'static str, usize); 12] {
     match precision {
         Precision::F32 => offsets!(f32),
-        Precision::F64 | Precision::Mixed => offsets!(f64),
+        Precision::F64 => offsets!(f64),
     }
 }

@@ -51,7 +51,7 @@ impl Value {
             Value::U32(value) => format!("{value}u"),
             Value::Float(value) => match precision {
                 Precision::F32 => format!("{:?}f", *value as f32),
-                Precision::F64 | Precision::Mixed => format!("{value:?}lf"),
+                Precision::F64 => format!("{value:?}lf"),
             },
             Value::Array(values) => {
                 let values: Vec<_> = values.iter().map(|value| value.wgsl(precision)).collect();

@@ -63,7 +63,7 @@ impl Controller {
         let length = scene.total_length();
         let tolerance = match rest.info().precision {
             Precision::F32 => options.tolerance.max(NOISE_F32 * length),
-            Precision::F64 | Precision::Mixed => options.tolerance,
+            Precision::F64 => options.tolerance,
         };
         let options = options.with_tolerance(tolerance);
         let task = Arc::new(Task { inputs: inputs.to_vec(), options, unit: plan.units.moment(), length });

@@ -71,7 +71,7 @@ impl Answer {
     pub(super) fn limit(&self, precision: Precision) -> f64 {
         self.amplification
             * match precision {
-                Precision::F64 | Precision::Mixed => LIMIT_F64,
+                Precision::F64 => LIMIT_F64,
                 Precision::F32 => LIMIT_F32,
             }
     }

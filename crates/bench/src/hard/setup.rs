@@ -94,7 +94,7 @@ impl Setup {
 
     fn options(&self, steps: usize) -> PlanOptions {
         let tolerance = match self.precision {
-            Precision::F64 | Precision::Mixed => 1e-12,
+            Precision::F64 => 1e-12,
             Precision::F32 => 1e-6,
         };
         PlanOptions { tolerance, stepper: self.stepper, steps, ..PlanOptions::default() }

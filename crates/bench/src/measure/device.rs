@@ -30,7 +30,7 @@ pub fn measure(problem: &Problem, session: &mut Session) -> Result<(), BenchErro
 fn on_engine(problem: &Problem, engine: Engine, session: &mut Session) -> Result<(), BenchError> {
     let methods = match engine.precision {
         Precision::F32 => [(Stepper::Tp6, 2), (Stepper::Tp6, 3), (Stepper::Rk4, 12)],
-        Precision::F64 | Precision::Mixed => [(Stepper::Tp7, 2), (Stepper::Tp7, 3), (Stepper::Tp6, 4)],
+        Precision::F64 => [(Stepper::Tp7, 2), (Stepper::Tp7, 3), (Stepper::Tp6, 4)],
     };
     let few = engine.is_software() || session.quick;
     let samples = if few { FEW } else { SAMPLES };

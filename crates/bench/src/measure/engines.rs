@@ -92,7 +92,7 @@ impl Engine {
     /// The finest tolerance that its arithmetic allows to ask for.
     pub fn finest(&self) -> f64 {
         match self.precision {
-            Precision::F64 | Precision::Mixed => 1e-12,
+            Precision::F64 => 1e-12,
             Precision::F32 => 1e-6,
         }
     }

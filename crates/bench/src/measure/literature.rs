@@ -75,7 +75,7 @@ struct Rods {
 /// Measures one scene, if the methods model it.
 pub fn measure(problem: &Problem, session: &mut Session) -> Result<(), BenchError> {
     // They have no anchors, and a base moment that is given is used for derivatives.
-    let works = problem.spec.work.iter().copied().filter(|work| !matches!(work, Work::Sweep | Work::Pass));
+    let works = problem.spec.work.iter().copied().filter(|work| *work != Work::Sweep);
     for work in works {
         let rods = match rods(problem, work) {
             Ok(rods) => rods,
@@ -139,13 +139,13 @@ fn point(
     let known = match work {
         Work::Given => solved(&rods.here),
         Work::Warm => solved(&rods.near),
-        Work::Pass | Work::Tip | Work::Cold | Work::Sweep => vec![None; rods.here.len()],
+        Work::Tip | Work::Cold | Work::Sweep => vec![None; rods.here.len()],
     };
     let one = |(rod, known): (&Rod, &Option<Vec<f64>>)| -> Option<Jacobian> {
         let unknowns = match work {
             Work::Given => known.clone()?,
             Work::Warm => solve(method, rod, known.as_ref()?)?,
-            Work::Pass | Work::Tip | Work::Cold | Work::Sweep => from_rest(method, rod).ok()?,
+            Work::Tip | Work::Cold | Work::Sweep => from_rest(method, rod).ok()?,
         };
         method.jacobian(rod, &unknowns, &rods.inputs)
     };

@@ -17,7 +17,6 @@ mod features;
 mod files;
 mod hard;
 mod literature;
-mod lone_pass;
 mod manifest;
 mod map;
 mod options;

@@ -43,7 +43,7 @@ pub fn peak(set: InstructionSet, precision: Precision) -> Option<f64> {
     let effort = Effort { least: 15, most: 15, seconds: 0.0 };
     let timing = Clock::Processor.time(effort, || {
         let (found, total) = match precision {
-            Precision::F64 | Precision::Mixed => arch.dispatch(InF64(std::hint::black_box(0.999))),
+            Precision::F64 => arch.dispatch(InF64(std::hint::black_box(0.999))),
             Precision::F32 => arch.dispatch(InF32(std::hint::black_box(0.999))),
         };
         lanes = found;

@@ -2,7 +2,6 @@
 
 use super::clock::{Clock, Effort};
 use super::engines::Engine;
-use super::lone_pass;
 use super::problem::{Judged, Problem};
 use super::session::Session;
 use crate::bench_file::{BenchSpec, Sets, Work};
@@ -27,7 +26,6 @@ pub fn measure(problem: &Problem, session: &mut Session) -> Result<(), BenchErro
     for work in spec.work.iter().copied() {
         for engine in session.engines.clone() {
             let wanted = match (spec.sets, engine.is_gpu(), engine.is_software()) {
-                (_, true, _) if work == Work::Pass => false,
                 (_, true, true) => {
                     let is_whole = matches!(work, Work::Cold | Work::Sweep);
                     is_whole && software_steps(spec, engine, session.quick) > 0
@@ -47,7 +45,7 @@ pub fn measure(problem: &Problem, session: &mut Session) -> Result<(), BenchErro
                 if engine.is_software() {
                     let suits = match engine.precision {
                         Precision::F32 => stepper == Stepper::Tp6,
-                        Precision::F64 | Precision::Mixed => stepper == Stepper::Dop853,
+                        Precision::F64 => stepper == Stepper::Dop853,
                     };
                     steps.truncate(if suits { software_steps(spec, engine, session.quick) } else { 0 });
                 }
@@ -80,11 +78,7 @@ fn curve(
     let (mut best, mut flat) = (f64::INFINITY, 0);
     for steps in steps {
         let options = PlanOptions { stepper, steps: *steps, ..PlanOptions::default() };
-        let measured = match work {
-            Work::Pass => lone_pass::point(problem, engine, options, session),
-            _ => point(problem, work, engine, options, session),
-        };
-        let error = match measured {
+        let error = match point(problem, work, engine, options, session) {
             Ok(error) => error,
             Err(BenchError::Backend(
                 error @ (BackendError::Unsupported { .. }

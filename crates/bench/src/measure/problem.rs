@@ -4,15 +4,14 @@ use crate::bench_file::{BenchSpec, Work};
 use crate::error::BenchError;
 use crate::random::Random;
 use crate::record::{Errors, NONE, Record};
-use rodsweep::backend::{Backend, BackendError, BackendKind, Precision};
+use rodsweep::backend::{Backend, Precision};
 use rodsweep::lanes::Lanes;
 use rodsweep::model::{
-    Batch, Parameter, PassEnd, Plan, PlanOptions, Quantity, Solutions, Start, Stepper, Vector, rotation_angle,
+    Batch, Parameter, Plan, PlanOptions, Quantity, Solutions, Start, Stepper, Vector, rotation_angle,
 };
-use rodsweep::reference::{Reference, pass_end};
+use rodsweep::reference::Reference;
 use rodsweep::spec::SweepSpec;
 use rodsweep::sweep::with_anchors;
-use std::sync::OnceLock;
 
 /// A warm start lies so far off along every axis, as a share of its range: the next point of a grid of 61.
 pub const NEAR: f64 = 1.0 / 60.0;
@@ -40,8 +39,6 @@ pub struct Problem<'a> {
     lengths: Vec<f64>,
     /// Of each derivative: its largest norm over the samples, and the parameter's natural change.
     sizes: Vec<[f64; 2]>,
-    /// Passes of the reference, once they were asked for; `None`: it has none.
-    passes: OnceLock<Option<Vec<PassEnd>>>,
     /// Samples without an answer from rest, or near which there is none.
     pub left_out: usize,
 }
@@ -117,8 +114,8 @@ impl<'a> Problem<'a> {
         let moments = |at: &usize| [&here, &there].map(|solutions| solutions.vector(*at, Quantity::BaseMoment));
         let starts = timed.iter().map(moments).collect();
         let left_out = count - known.len();
-        let (sizes, passes) = (Vec::new(), OnceLock::new());
-        let mut problem = Problem { spec, rows, near, starts, truth: kept, wrt, lengths, sizes, passes, left_out };
+        let sizes = Vec::new();
+        let mut problem = Problem { spec, rows, near, starts, truth: kept, wrt, lengths, sizes, left_out };
         problem.sizes = (0..problem.wrt.len()).map(|column| problem.size(&plan, column)).collect();
         Ok(problem)
     }
@@ -146,7 +143,6 @@ impl<'a> Problem<'a> {
 
     pub fn wrt(&self, work: Work) -> &[Parameter] {
         match work {
-            Work::Pass => &[],
             Work::Given | Work::Tip => &self.spec.tip,
             Work::Cold | Work::Sweep | Work::Warm => &self.spec.sweep.wrt,
         }
@@ -156,8 +152,6 @@ impl<'a> Problem<'a> {
     pub fn plan(&self, work: Work, options: PlanOptions) -> Result<Plan, BenchError> {
         let plan = plan(self.spec, self.wrt(work), options)?;
         Ok(match work {
-            // Columns tell of every segment.
-            Work::Pass => Plan { free: None, ..plan }.with_lone_starts(),
             Work::Given | Work::Warm => plan.with_starts(),
             Work::Tip | Work::Cold => plan,
             Work::Sweep => {
@@ -169,13 +163,6 @@ impl<'a> Problem<'a> {
 
     /// So many samples, those that are timed over and over.
     pub fn batch(&self, work: Work, count: usize) -> Result<Batch, BenchError> {
-        if work == Work::Pass {
-            let plan = self.plan(work, PlanOptions::default())?;
-            let mut batch = batch_of(&plan, count, &self.rows);
-            let m0 = |sample: usize| self.starts[sample % self.rows.len()][0];
-            (0..count).for_each(|sample| plan.set_lone_start(&mut batch, sample, m0(sample)));
-            return Ok(batch);
-        }
         let starts_itself = matches!(work, Work::Tip | Work::Cold | Work::Sweep);
         let plan = match starts_itself {
             true => self.plan(work, PlanOptions::default())?,
@@ -183,7 +170,7 @@ impl<'a> Problem<'a> {
         };
         let batch = batch_of(&plan, count, &self.rows);
         let m0 = |sample: usize| match work {
-            Work::Pass | Work::Given => self.starts[sample][0],
+            Work::Given => self.starts[sample][0],
             Work::Tip | Work::Cold | Work::Sweep | Work::Warm => self.starts[sample][1],
         };
         if starts_itself {
@@ -191,18 +178,6 @@ impl<'a> Problem<'a> {
         }
         let start = |sample| Start { sample, m0: m0(sample % self.rows.len()), n0: None, known: &[] };
         Ok(plan.start_batch(&batch, &(0..count).map(start).collect::<Vec<_>>()))
-    }
-
-    /// The reference's passes from the base moments of the equilibria, one for each sample with an answer.
-    pub fn passes(&self) -> Result<&[PassEnd], BenchError> {
-        let scene = &self.spec.sweep.scene;
-        let plan = plan(self.spec, &[], PlanOptions::default())?;
-        let pass = |sample: usize| pass_end(&plan.sample_scene(&self.rows[sample]).rod(), self.starts[sample][0]);
-        let made = || (0..self.len()).map(pass).collect::<Option<Vec<PassEnd>>>();
-        self.passes.get_or_init(made).as_deref().ok_or_else(|| {
-            let (what, remedy) = (format!("a lone pass in {}", scene.name), "solve its rods".into());
-            BackendError::Unsupported { backend: BackendKind::Reference, what, remedy }.into()
-        })
     }
 
     /// Judges the first answers of a batch, one for each sample.

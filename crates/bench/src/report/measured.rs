@@ -10,8 +10,7 @@ pub struct Report {
 }
 
 /// Kinds of work and the words for them.
-pub(super) const WORK: [(&str, &str); 6] = [
-    ("pass", "one pass, columns by base moment"),
+pub(super) const WORK: [(&str, &str); 5] = [
     ("given", "from a known base moment, few columns"),
     ("tip", "tip + few columns, from rest"),
     ("cold", "equilibrium + Jacobian, from rest"),
@@ -30,11 +29,6 @@ impl Report {
     /// Measurements of a scene.
     pub(super) fn points<'a>(&'a self, case: &'a str, work: &'a str) -> impl Iterator<Item = &'a Record> + Clone {
         self.part("precision").filter(move |record| record.case == case && record.work == work)
-    }
-
-    /// Whether lone passes were measured.
-    pub(super) fn has_passes(&self) -> bool {
-        self.part("precision").any(|record| record.work == "pass")
     }
 
     /// This program's, with the best instructions.

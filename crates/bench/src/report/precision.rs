@@ -116,7 +116,7 @@ impl Report {
             .flat_map(|set| ["f64", "f32"].map(|precision| (set.clone(), precision.to_owned())))
             .collect();
         let mut rows = Vec::new();
-        for (work, name, precision, asked) in asked(self.has_passes()) {
+        for (work, name, precision, asked) in asked() {
             let mut row = vec![name.to_owned(), format!("{precision}, {asked:.0e}")];
             let of = |set: &str| {
                 let ours = self.points(&scene, work);

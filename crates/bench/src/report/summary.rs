@@ -9,12 +9,12 @@ const FINE: f64 = 1e-10;
 /// What is asked of this program and others where they are compared.
 pub(super) const COMPARED: f64 = 1e-6;
 
-/// What the tables ask for: work, its name, precision, tip error. Lone passes only where there are any.
-pub(super) fn asked(has_passes: bool) -> Vec<(&'static str, &'static str, &'static str, f64)> {
+/// What the tables ask for: work, its name, precision, tip error.
+pub(super) fn asked() -> Vec<(&'static str, &'static str, &'static str, f64)> {
     let mut all = Vec::new();
-    for (work, name) in WORK.into_iter().filter(|(work, _)| has_passes || *work != "pass") {
+    for (work, name) in WORK {
         // With a whole Jacobian, f32 is asked for less.
-        let f32_error = if matches!(work, "pass" | "given" | "tip") { 2e-6 } else { 4e-6 };
+        let f32_error = if matches!(work, "given" | "tip") { 2e-6 } else { 4e-6 };
         all.push((work, name, "f64", COMPARED));
         all.push((work, name, "f32", f32_error));
         if work == "cold" {
@@ -39,7 +39,7 @@ impl Report {
     fn summary_text(&self) -> String {
         let scene = self.first_scene();
         let mut rows = Vec::new();
-        for (work, name, precision, asked) in asked(self.has_passes()) {
+        for (work, name, precision, asked) in asked() {
             let Some(record) = fastest(self.ours(&scene, work, precision), asked) else { continue };
             rows.push(vec![
                 name.to_owned(),
@@ -76,9 +76,7 @@ impl Report {
     /// Everyone's time at the same error.
     fn against(&self) -> String {
         let scene = self.first_scene();
-        // Nobody else was measured by a lone pass.
-        let compared = WORK.into_iter().filter(|(work, _)| *work != "pass");
-        let works: Vec<_> = compared.filter(|(work, _)| self.points(&scene, work).next().is_some()).collect();
+        let works: Vec<_> = WORK.into_iter().filter(|(work, _)| self.points(&scene, work).next().is_some()).collect();
         let best = |work: &'static str| fastest(self.ours(&scene, work, "f64"), COMPARED);
         let own = |work: &'static str| best(work).map_or("-".into(), |record| time(record.seconds));
         let mut rows =
@@ -113,7 +111,7 @@ impl Report {
     /// Where it fails, in a line each.
     fn failures(&self) -> String {
         let sum = |of: fn(&Record) -> f64| -> f64 {
-            let ours = self.part("precision").filter(|record| !record.is_literature() && record.work != "pass");
+            let ours = self.part("precision").filter(|record| !record.is_literature());
             ours.map(of).filter(|x| x.is_finite()).sum()
         };
         format!(

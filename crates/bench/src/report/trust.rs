@@ -116,7 +116,7 @@ impl Report {
              - CPU: {clock}, on one thread, batches of all samples of a scene; GPU and throughput: time on the wall (a GPU in \
              software takes all cores). Inputs and results in memory. A time is the median over repeats after a first call, \
              which is left out and reported above.\n\
-             - Each point asks of Newton's iteration what its steps can give, not more.\n{}{}\
+             - Each point asks of Newton's iteration what its steps can give, not more.\n{}\
              - Warm starts are base moments of equilibria whose parameters differ by {} of each axis' range. One that \
              lies across a fold leads elsewhere, and is counted as that.\n\
              - A Jacobian's error is that of its norm (dp/L and w, parameters in natural units: what bends the mean rod by a \
@@ -125,7 +125,6 @@ impl Report {
              worst. The literature's methods are measured on some 24 of the \
              samples.\n\
              - Samples without an answer from rest are left out before; failures on the others are counted.\n",
-            self.lone_pass(),
             self.given(),
             percent(self.manifest["near"].as_f64().unwrap_or(f64::NAN)),
             error(self.manifest["small_column"].as_f64().unwrap_or(f64::NAN)),
@@ -134,18 +133,6 @@ impl Report {
             text += &format!("- {}\n", note.as_str().unwrap_or_default());
         }
         text
-    }
-
-    /// What a lone pass is.
-    fn lone_pass(&self) -> &'static str {
-        match self.has_passes() {
-            true => {
-                "- One pass over the rod: integrated once from the equilibrium's base moment, with three columns by that moment. \
-                 No iteration, no check, no rows of derivatives. Its errors are against the reference's pass from the same \
-                 moment.\n"
-            }
-            false => "",
-        }
     }
 
     /// What is left to do where the base moment is given.

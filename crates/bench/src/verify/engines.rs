@@ -34,7 +34,7 @@ impl Setup {
 
     pub fn options(&self) -> PlanOptions {
         let tolerance = match self.precision {
-            Precision::F64 | Precision::Mixed => 1e-12,
+            Precision::F64 => 1e-12,
             Precision::F32 => 1e-6,
         };
         PlanOptions { tolerance, stepper: self.stepper, steps: self.steps, ..PlanOptions::default() }

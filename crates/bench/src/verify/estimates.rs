@@ -142,7 +142,7 @@ impl Account {
         let columns: Vec<_> = names.iter().map(|name| (of("tip.position", name), of("tip.rotation", name))).collect();
         let (tolerance, small) = match precision {
             Precision::F32 => (spec.tolerance.max(F32_TOLERANCE), SMALL_IN_SINGLE),
-            Precision::F64 | Precision::Mixed => (spec.tolerance, SMALL_COLUMN),
+            Precision::F64 => (spec.tolerance, SMALL_COLUMN),
         };
         for (at, status) in rows.statuses().iter().enumerate().take(ROWS as usize) {
             if !(status.is_success() && truth.solutions.status(at).is_success()) {

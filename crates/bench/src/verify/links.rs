@@ -40,7 +40,7 @@ impl Row {
     pub fn new(link: Link, runs: &[Run], cases: &[Case]) -> Row {
         let run = &runs[link.run];
         let limits = match run.setup.precision {
-            Precision::F64 | Precision::Mixed => F64,
+            Precision::F64 => F64,
             Precision::F32 => F32,
         };
         let mut row = Row {

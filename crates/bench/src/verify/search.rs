@@ -84,7 +84,7 @@ impl Contender {
     /// Target error of tips.
     pub fn tolerance(&self) -> f64 {
         match self.precision {
-            Precision::F64 | Precision::Mixed => 1e-9,
+            Precision::F64 => 1e-9,
             Precision::F32 => F32_TOLERANCE,
         }
     }

@@ -1,6 +1,7 @@
 //! A batch: its blocks side by side on all threads, then, packed together, those of its samples that another way is for.
 
-use super::block::{Job, WIDEST, Way};
+use super::block::{Job, Way};
+use super::lane::WIDEST;
 use super::scratch::{Lent, Pool, Scratch};
 use super::{BlockScalar, Lanes};
 use crate::backend::Precision;
@@ -200,8 +201,7 @@ impl Lanes {
             }
         }
         let mut left = Vec::new();
-        let single = self.single.as_ref().filter(|_| matches!(way, Way::Anchors | Way::Rest));
-        let job = Job { program: &self.program, single, inputs, bad, way, order, left: &mut left, values, memory };
+        let job = Job { program: &self.program, inputs, bad, way, order, left: &mut left, values, memory };
         S::run(self.arch, job);
         // A place in a block is a byte, which needs no check.
         let places: Vec<u8> = order.iter().map(|place| *place as u8).collect();

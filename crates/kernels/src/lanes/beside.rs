@@ -2,9 +2,8 @@
 //! the other. Every number comes about by the same operations.
 
 use super::algebra::{Mat3, Vec3};
-use super::block::WIDEST;
 use super::column::Columns;
-use super::lane::{Lane, Scalar};
+use super::lane::{Lane, Scalar, WIDEST};
 use super::program::Collect;
 use super::source::Source;
 use super::trace::Trace;

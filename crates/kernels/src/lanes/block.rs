@@ -4,8 +4,7 @@
 use super::anchors::anchored_end;
 use super::group::{Answer, Follow, Load, Tools, load_rest, store_end, store_rest};
 use super::kernels::Kernels;
-use super::lane::{Lane, Scalar};
-use super::lone_pass::leave_empty;
+use super::lane::{Lane, Scalar, WIDEST};
 use super::memory::{CoarseScalar, Memory, pack, unpack};
 use super::path::{Path, rest_slope};
 use super::problem::Problem;
@@ -14,9 +13,6 @@ use super::varying::{Led, follow_block};
 use crate::model::{Anchors, BLOCK, Quantity, Status};
 use pulp::{Simd, WithSimd};
 use std::any::Any;
-
-/// Lanes of the widest register.
-pub const WIDEST: usize = 16;
 
 /// How samples are led to their loads; each is for those that the one before has left.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,13 +37,11 @@ pub enum Way {
     VaryingCare,
     /// The same on the grid of the answer, where that is no less exact.
     VaryingFine,
-    /// Not led at all: one pass from a given base moment.
-    Pass,
 }
 
 impl Way {
     /// Every way, as numbered.
-    pub const ALL: [Way; 11] = [
+    pub const ALL: [Way; 10] = [
         Way::Anchors,
         Way::Rest,
         Way::Varying,
@@ -58,7 +52,6 @@ impl Way {
         Way::VaryingCare,
         Way::VaryingFine,
         Way::Nodes,
-        Way::Pass,
     ];
 
     /// The name of the rung.
@@ -71,7 +64,6 @@ impl Way {
             Way::Care | Way::VaryingCare => "guarded load steps",
             Way::VaryingFine => "guarded load steps on the answer's grid",
             Way::Nodes => "multiple shooting",
-            Way::Pass => "one pass",
         }
     }
 }
@@ -79,8 +71,6 @@ impl Way {
 /// One block of samples for the kernel, numbers column by column in the plan's units.
 pub struct Job<'a, S: Scalar> {
     pub program: &'a Program,
-    /// Of columns in f32 beside answers in f64.
-    pub single: Option<&'a Program>,
     pub inputs: &'a [S],
     /// Of each sample.
     pub bad: &'a [bool],
@@ -111,20 +101,13 @@ impl<L: Kernels> WithSimd for AsKernel<'_, L> {
 /// Solves a block.
 #[inline(always)]
 fn solve_job<L: Kernels>(token: L::Token, job: Job<'_, L::Scalar>) {
-    let Job { program, single, inputs, bad, way, order, left, values, memory } = job;
+    let Job { program, inputs, bad, way, order, left, values, memory } = job;
     let kept = memory.take().and_then(|memory| memory.downcast::<Memory<L>>().ok());
     let mut kept = kept.unwrap_or_else(|| Box::new(Memory::new(token, program, inputs.len())));
     order.clear();
     order.extend((0..bad.len()).filter(|sample| !bad[*sample]));
     let solved = order.len();
     let mut block = Block::<L> { program, token, inputs, memory: &mut kept };
-    if way == Way::Pass {
-        block.pass_once(order, values);
-        order.extend((0..bad.len()).filter(|sample| bad[*sample]));
-        leave_empty(solved..order.len(), values);
-        *memory = Some(kept);
-        return;
-    }
     let (mut path, mut ready) = (Path::Search, solved);
     if program.field.is_none() && program.start.is_none() && !matches!(way, Way::Limp | Way::Nodes) {
         (path, ready) = match (way, &program.anchors) {
@@ -142,12 +125,7 @@ fn solve_job<L: Kernels>(token: L::Token, job: Job<'_, L::Scalar>) {
     if way == Way::Varying {
         ready = follow_block(program, token, inputs, block.memory, order);
     }
-    let single = single.filter(|_| matches!(path, Path::Anchored | Path::Ramp));
-    if let Some(single) = single {
-        block.solve_mixed(single, &order[..ready], path, values);
-    }
-    let settled = if single.is_some() { ready } else { 0 };
-    for offset in (settled..ready).step_by(L::COUNT) {
+    for offset in (0..ready).step_by(L::COUNT) {
         let samples = &order[offset..ready.min(offset + L::COUNT)];
         let out = Outputs { data: &mut *values, stride: BLOCK, offset };
         match way {
@@ -184,7 +162,7 @@ fn is_for_next<S: Scalar>(way: Way, status: S) -> bool {
         Way::VaryingCare => return status.to_f64() == f64::from(Status::NotConverged.code()),
         Way::Anchors | Way::Rest | Way::Curve | Way::Varying => Status::Pending,
         Way::Care => Status::Fold,
-        Way::Nodes | Way::VaryingFine | Way::Pass => return false,
+        Way::Nodes | Way::VaryingFine => return false,
     };
     // A status that is no number is not settled.
     let is_settled = status.to_f64() < f64::from(settled.code());

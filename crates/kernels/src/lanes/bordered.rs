@@ -5,8 +5,8 @@ use super::base::{moment_columns, rotation_columns};
 use super::curve::{Equations, Point, Seen, follow_curve, further};
 use super::lane::{Lane, Scalar};
 use super::path::{PathEnd, RestSlope};
-use super::problem::{Problem, Workspace};
-use super::shoot::{Record, shoot, tip_moment_columns};
+use super::problem::{Problem, Record, Workspace};
+use super::shoot::{shoot, tip_moment_columns};
 use super::stability::{squared_norm, stability_index};
 use crate::model::path::{FIRST_BEND, ROUND_OFF};
 

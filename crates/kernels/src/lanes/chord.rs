@@ -6,9 +6,9 @@ use super::algebra::{Mat3, Vec3, cross, dot, length, transpose};
 use super::column::Columns;
 use super::lane::{Lane, Scalar};
 use super::path::{Path, PathEnd};
-use super::problem::{Problem, Workspace};
+use super::problem::{Problem, Record, Tip, Workspace};
 use super::rod::Rod;
-use super::shoot::{Record, Tip, shoot};
+use super::shoot::shoot;
 use super::stability::{margin, squared_norm};
 use crate::model::DerivativeScale;
 use crate::model::path::{
@@ -30,30 +30,18 @@ impl<L: Lane> Check<L> {
     }
 }
 
-/// How steps on the fine grid ended.
-pub struct Approach<L: Lane> {
-    last: Vec3<L>,
-    /// Of that one.
-    square: L,
-    /// Below it a step is short.
-    tolerance: L,
-    trust: L,
-    pub trusted: L::Mask,
-    /// Not yet as near as it takes.
-    pub moving: L::Mask,
-}
-
 /// Moves the base moment to the fine grid's equilibrium by steps with the path's inverse of W.
 ///
-/// From the second on they are secant steps along the one before (Broyden's update). Lanes that are `there` take none.
+/// From the second on they are secant steps along the one before (Broyden's update). The last step is on twice the fine steps, whose
+/// pass is returned. From anchors a sample counts as led there only where its first step is short and each further one much
+/// shorter. Where its cell tells it `close`, the check is the first step.
 #[inline(always)]
-pub fn approach<L: Lane>(
+pub fn chord_steps<L: Lane>(
     problem: &Problem<'_, L>,
     path: Path,
     end: &mut PathEnd<L>,
-    there: L::Mask,
     workspace: &mut Workspace<L>,
-) -> Approach<L> {
+) -> Check<L> {
     let Problem { program, rod, .. } = *problem;
     let one = end.lambda.constant(1.0);
     // The nearer to a bifurcation, the less a step brings.
@@ -63,7 +51,8 @@ pub fn approach<L: Lane>(
     let mut bound = trust;
     let mut last = Vec3::splat(one.constant(0.0));
     let mut square = one;
-    let mut moving = end.reached & !there;
+    let close = end.close;
+    let mut moving = end.reached & !close;
     let mut trusted = end.reached;
     for _ in 0..CHORD_LIMIT {
         if !L::any(moving) {
@@ -82,22 +71,6 @@ pub fn approach<L: Lane>(
         (last, square) = (Vec3::select(moving, delta, last), L::select(moving, dot(delta, delta), square));
         moving = moving & trusted & !size.lt(tolerance);
     }
-    Approach { last, square, tolerance, trust, trusted, moving }
-}
-
-/// The same; one more step is on twice the fine steps. Returns what it found. From anchors a sample counts as led there only
-/// where its first step is short and each further one much shorter. Where its cell tells it `close`, the check is the first.
-#[inline(always)]
-pub fn chord_steps<L: Lane>(
-    problem: &Problem<'_, L>,
-    path: Path,
-    end: &mut PathEnd<L>,
-    workspace: &mut Workspace<L>,
-) -> Check<L> {
-    let rod = problem.rod;
-    let one = end.lambda.constant(1.0);
-    let close = end.close;
-    let Approach { last, square, tolerance, trust, trusted, moving } = approach(problem, path, end, close, workspace);
     let check = check_pass(problem, end.m0, workspace);
     let delta = chord_step(&end.inverse, check.tip.m - rod.l_tip, last, square);
     let far = moving | (close & !length(delta).lt(tolerance));
@@ -140,9 +113,6 @@ pub struct Answered<L: Lane> {
     pub t: Vec3<L>,
     pub error: L,
     pub derivative_error: L,
-    /// What a relative error does to the pose, and to the columns.
-    pub amplification: L,
-    pub noise: L,
 }
 
 /// The equilibrium on twice the fine steps: `check`, moved to first order by a step of the base moment. On the fine steps it
@@ -189,8 +159,6 @@ pub fn answer<L: Lane>(
         t: Vec3::select(is_rounded, fine_t, t),
         error,
         derivative_error,
-        amplification,
-        noise,
     }
 }
 

@@ -1,29 +1,16 @@
 //! Operations that a plan takes: the kernels themselves, run on numbers that count.
 
 use super::base::moment_columns;
-use super::counted::{Counted, counted};
+use super::counted::{Counted, Operations, counted};
 use super::lane::Lane;
 use super::path::rest_slope;
-use super::problem::{Problem, Workspace};
+use super::problem::{Problem, Record, Workspace};
 use super::program::{Inputs, Outputs, Program};
 use super::rod::Rod;
-use super::shoot::{Record, shoot};
+use super::shoot::shoot;
 use super::solve::{start_columns, write_derivatives};
 use super::stability::stability_index;
 use crate::model::{MOST_ROWS, Quantity};
-
-/// Arithmetic operations on one sample. Comparisons, choices and changes of sign are not counted.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Operations {
-    /// And subtractions.
-    pub additions: u64,
-    /// Not those of fused operations.
-    pub multiplications: u64,
-    /// `a b + c`
-    pub fused: u64,
-    /// And square roots.
-    pub divisions: u64,
-}
 
 /// Operations of each kind of pass over the rod, for one sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -36,8 +23,6 @@ pub struct PassOperations {
     pub answer: Operations,
     /// For the error estimate: twice the fine steps, no columns.
     pub check: Operations,
-    /// A lone pass: fine steps, three columns.
-    pub alone: Operations,
     /// The stability index, part of the answer, where columns by base moment tell it.
     pub stability: Operations,
 }
@@ -50,22 +35,6 @@ impl PassOperations {
     }
 }
 
-impl Operations {
-    /// Operations on numbers, a fused one being two.
-    pub fn total(&self) -> u64 {
-        self.additions + self.multiplications + 2 * self.fused + self.divisions
-    }
-
-    fn since(self, before: Operations) -> Operations {
-        Operations {
-            additions: self.additions - before.additions,
-            multiplications: self.multiplications - before.multiplications,
-            fused: self.fused - before.fused,
-            divisions: self.divisions - before.divisions,
-        }
-    }
-}
-
 /// Counts the passes over a rod whose varying entries, in the plan's units, are given.
 pub(super) fn count_passes(program: &Program, inputs: &[f64]) -> PassOperations {
     let inputs = Inputs { data: inputs, stride: 1, offset: 0 };
@@ -74,7 +43,7 @@ pub(super) fn count_passes(program: &Program, inputs: &[f64]) -> PassOperations 
     rod.load(program, (), &inputs);
     let problem = Problem { program, inputs, rod: &rod };
     for k in 0..workspace.sources.len() {
-        workspace.sources[k].load(&problem, 3 * k, None);
+        workspace.sources[k].load((problem.program, &problem.inputs), problem.rod, 3 * k, None);
     }
     let one = Counted::splat((), 1.0);
     let m0 = rest_slope(&problem, &mut workspace).m0;
@@ -94,7 +63,6 @@ pub(super) fn count_passes(program: &Program, inputs: &[f64]) -> PassOperations 
     };
     let (with_index, without) = (by_moment(Record::Stability), by_moment(Record::Nothing));
     PassOperations {
-        alone: without,
         stability: with_index.since(without),
         path: pass(&mut |workspace| {
             let columns = &mut [moment_columns(one)];

@@ -1,10 +1,39 @@
 //! A number that counts what is done with it.
 
-use super::count::Operations;
 use super::lane::Lane;
 use pulp::WithSimd;
 use std::cell::Cell;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
+
+/// Arithmetic operations on one sample. Comparisons, choices and changes of sign are not counted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Operations {
+    /// And subtractions.
+    pub additions: u64,
+    /// Not those of fused operations.
+    pub multiplications: u64,
+    /// `a b + c`
+    pub fused: u64,
+    /// And square roots.
+    pub divisions: u64,
+}
+
+impl Operations {
+    /// Operations on numbers, a fused one being two.
+    pub fn total(&self) -> u64 {
+        self.additions + self.multiplications + 2 * self.fused + self.divisions
+    }
+
+    /// What came after `before`.
+    pub fn since(self, before: Operations) -> Operations {
+        Operations {
+            additions: self.additions - before.additions,
+            multiplications: self.multiplications - before.multiplications,
+            fused: self.fused - before.fused,
+            divisions: self.divisions - before.divisions,
+        }
+    }
+}
 
 thread_local! {
     static COUNTED: Cell<Operations> = const { Cell::new(Operations { additions: 0, multiplications: 0, fused: 0, divisions: 0 }) };

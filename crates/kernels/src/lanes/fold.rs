@@ -6,10 +6,10 @@ use super::column::Columns;
 use super::curve::further;
 use super::lane::Lane;
 use super::path::PathEnd;
-use super::problem::{Problem, Workspace};
+use super::problem::{Problem, Record, Workspace};
 use super::program::{Outputs, Program, Resolution};
 use super::rows::{along, functional};
-use super::shoot::{Record, shoot, tip_moment_columns};
+use super::shoot::{shoot, tip_moment_columns};
 use super::source::rate_under;
 use crate::model::Slot;
 use crate::model::path::{FOLD_SLOPE_NOISE, FOLD_SLOPE_PLACE};
@@ -96,7 +96,7 @@ fn slopes<L: Lane>(
     let one = lambda.constant(1.0);
     let mut columns = vec![moment_columns(one)];
     for k in 0..workspace.sources.len() {
-        workspace.sources[k].load(problem, 3 * k, Some(lambda));
+        workspace.sources[k].load((problem.program, &problem.inputs), problem.rod, 3 * k, Some(lambda));
         columns.push(forward_columns(program.terms, rod, &workspace.sources[k], m0));
     }
     let tip = shoot(problem, resolution, one, m0, &mut columns, Record::Traces, workspace);

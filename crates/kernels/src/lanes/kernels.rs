@@ -5,31 +5,20 @@
 use super::block::Job;
 use super::counted::Counted;
 use super::group::{Answer, ByNodes, Follow, FollowNodes, Load};
-use super::lane::{F32, F64, Lane};
-use super::mixed::{ColumnsOnly, Settle, Single};
+use super::lane::{F32, F64};
 use super::path::PathEnd;
-use super::shoot::Pass;
+use super::problem::{PassKernel, Passes};
 use super::terms::ProgramTerms;
 use super::varying::{self, FollowVarying, InVarying};
-
-/// A pass over the rod. It returns nothing, so that naming it costs no frame of its own on the stack: another 16 bytes
-/// there, and what an AVX-512 kernel spills lies across cache lines.
-pub type PassKernel<L> = fn(Pass<'_, L>);
-
-/// A register type with passes for every program.
-pub trait Passes: Lane {
-    fn pass(terms: ProgramTerms) -> PassKernel<Self>;
-}
 
 /// A register type with all kernels.
 pub trait Kernels: Passes {
     /// The same with numbers that do for a path on the coarse grid: f32, twice as many.
-    type Coarse: Single<Token = Self::Token>;
+    type Coarse: Kernels<Token = Self::Token>;
     fn job(token: Self::Token, job: Job<'_, Self::Scalar>);
     fn load_rods(load: Load<'_, Self>);
     fn follow(follow: Follow<'_, Self>) -> PathEnd<Self>;
     fn answer(answer: Answer<'_, Self>);
-    fn settle(settle: Settle<'_, Self>);
     fn follow_nodes(follow: FollowNodes<'_, Self>);
     fn by_nodes(by_nodes: ByNodes<'_, Self>);
     fn follow_varying(follow: FollowVarying<'_, Self>);
@@ -42,7 +31,8 @@ macro_rules! pass {
     ($module:ident, $terms:ty) => {
         mod $module {
             use super::L;
-            use crate::lanes::shoot::{Pass, WithTerms};
+            use crate::lanes::problem::Pass;
+            use crate::lanes::shoot::WithTerms;
             use crate::lanes::{lane::Lane, terms::*};
 
             pub fn run(pass: Pass<'_, L>) {
@@ -129,7 +119,6 @@ macro_rules! kernels {
             kernel!(load_rods, Load, ());
             kernel!(follow, Follow, PathEnd<L>);
             kernel!(answer, Answer, ());
-            kernel!(settle, Settle, ());
             kernel!(follow_nodes, FollowNodes, ());
             kernel!(by_nodes, ByNodes, ());
             kernel!(follow_varying, FollowVarying, ());
@@ -169,9 +158,6 @@ macro_rules! kernels {
             fn answer(answer: Answer<'_, Self>) {
                 $module::answer::run(answer)
             }
-            fn settle(settle: Settle<'_, Self>) {
-                $module::settle::run(settle)
-            }
             fn follow_nodes(follow: FollowNodes<'_, Self>) {
                 $module::follow_nodes::run(follow)
             }
@@ -194,27 +180,9 @@ macro_rules! kernels {
     };
 }
 
-/// Those of single precision.
-macro_rules! single {
-    ($module:ident, $lane:ty) => {
-        mod $module {
-            use super::*;
-            type L = $lane;
-            kernel!(columns, ColumnsOnly, ());
-        }
-
-        impl Single for $lane {
-            fn columns(columns: ColumnsOnly<'_, Self>) {
-                $module::columns::run(columns)
-            }
-        }
-    };
-}
-
 // Machines without vector units are served, not tuned for.
 kernels!(scalar_f64, F64<pulp::Scalar>, together);
 kernels!(scalar_f32, F32<pulp::Scalar>, together);
-single!(scalar_single, F32<pulp::Scalar>);
 
 #[cfg(target_arch = "x86_64")]
 mod x86 {
@@ -223,8 +191,6 @@ mod x86 {
     kernels!(avx2_f32, F32<pulp::x86::V3>, by_terms);
     kernels!(avx512_f64, F64<pulp::x86::V4>, by_terms);
     kernels!(avx512_f32, F32<pulp::x86::V4>, by_terms);
-    single!(avx2_single, F32<pulp::x86::V3>);
-    single!(avx512_single, F32<pulp::x86::V4>);
 }
 
 #[cfg(target_arch = "aarch64")]
@@ -232,7 +198,6 @@ mod arm {
     use super::*;
     kernels!(neon_f64, F64<pulp::aarch64::Neon>, by_terms);
     kernels!(neon_f32, F32<pulp::aarch64::Neon>, by_terms);
-    single!(neon_single, F32<pulp::aarch64::Neon>);
 }
 
 /// For counting operations.

@@ -4,6 +4,9 @@ use pulp::{Simd, WithSimd};
 use std::fmt::Debug;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
+/// Lanes of the widest register.
+pub const WIDEST: usize = 16;
+
 /// The arithmetic of a kernel: as many samples side by side as the register holds.
 pub trait Lane:
     Copy

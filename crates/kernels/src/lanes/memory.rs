@@ -3,7 +3,6 @@
 use super::group::{Tools, end_columns};
 use super::kernels::Kernels;
 use super::lane::{Lane, Scalar};
-use super::mixed::Handed;
 use super::nodes::{Nodes, QuickEnd};
 use super::program::Program;
 use super::varying::{REST_COLUMNS, VaryingWorkspace};
@@ -18,7 +17,6 @@ pub struct Memory<L: Kernels> {
     pub nodes: Nodes<L>,
     pub quick: Nodes<L::Coarse>,
     pub quick_end: QuickEnd,
-    pub mixed: Handed<CoarseScalar<L>, L::Scalar>,
     pub varying: VaryingWorkspace<L>,
     pub varying_paths: VaryingWorkspace<L::Coarse>,
     /// Inputs of the block, how its samples set out from rest (dm0/dlambda, where the field varies d(n0, m0)/dlambda) and the ends
@@ -37,7 +35,6 @@ impl<L: Kernels> Memory<L> {
             nodes: Nodes::new(token, program),
             quick: Nodes::new(token, program),
             quick_end: QuickEnd::new(),
-            mixed: Handed::default(),
             varying: VaryingWorkspace::new(token, program),
             varying_paths: VaryingWorkspace::new(token, program),
             inputs: vec![zero; inputs],

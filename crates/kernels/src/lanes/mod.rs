@@ -21,9 +21,7 @@ mod fold;
 mod group;
 mod kernels;
 mod lane;
-mod lone_pass;
 mod memory;
-mod mixed;
 mod nodes;
 mod operators;
 mod path;
@@ -49,10 +47,10 @@ mod varying;
 use crate::backend::{Backend, BackendError, BackendInfo, BackendKind, Precision, RungCount};
 use crate::model::{Batch, Entry, Plan, Solutions};
 use block::{Job, Way};
-pub use count::{Operations, PassOperations};
+pub use count::PassOperations;
+pub use counted::Operations;
 use kernels::Kernels;
 use lane::{F32, F64, Scalar};
-use mixed::single_program;
 use program::Program;
 use pulp::Arch;
 use rung::Rung;
@@ -116,8 +114,6 @@ pub struct Lanes {
     plan: Plan,
     precision: Precision,
     program: Program,
-    /// That of columns in f32 where tips are in f64.
-    single: Option<Program>,
     /// One unit of each entry, SI.
     units: Vec<f64>,
     set: InstructionSet,
@@ -158,12 +154,10 @@ impl Lanes {
         if set == InstructionSet::Scalar {
             program.terms = ProgramTerms::EVERY;
         }
-        let single = (precision == Precision::Mixed).then(|| single_program(plan, &program)).flatten();
         Ok(Self {
             plan: plan.clone(),
             precision,
             program,
-            single,
             units: plan.entry_units(),
             set,
             arch,
@@ -224,7 +218,7 @@ impl Backend for Lanes {
     fn solve_into(&mut self, batch: &Batch, solutions: &mut Solutions) -> Result<(), BackendError> {
         solutions.reuse(&self.plan, batch.sample_count());
         match self.precision {
-            Precision::F64 | Precision::Mixed => self.fill(batch, solutions, &self.pools.0),
+            Precision::F64 => self.fill(batch, solutions, &self.pools.0),
             Precision::F32 => self.fill(batch, solutions, &self.pools.1),
         }
         Ok(())

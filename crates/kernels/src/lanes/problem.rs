@@ -2,14 +2,13 @@
 
 use super::algebra::Vec3;
 use super::column::Columns;
-use super::kernels::{PassKernel, Passes};
 use super::lane::Lane;
-use super::program::{Inputs, Program};
+use super::program::{Inputs, Program, Resolution};
 use super::rod::{Rod, Segment};
-use super::shoot::Tip;
 use super::source::Sources;
 use super::stability::Station;
 use super::step::Stages;
+use super::terms::ProgramTerms;
 use super::trace::Trace;
 
 /// A group of rods of a program, one a lane.
@@ -84,4 +83,59 @@ impl<L: Passes> Workspace<L> {
             alone: false,
         }
     }
+}
+
+/// What a pass leaves in the workspace.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Record {
+    Nothing,
+    /// Moments at both ends of every flexible segment.
+    Moments,
+    /// The stations of the stability index.
+    Stability,
+    /// The same, and the traces of the columns.
+    Traces,
+}
+
+/// The distal end of the rod after a pass.
+#[derive(Clone, Copy, Debug)]
+pub struct Tip<L> {
+    pub p: Vec3<L>,
+    pub d1: Vec3<L>,
+    pub t: Vec3<L>,
+    pub m: Vec3<L>,
+    pub n: Vec3<L>,
+}
+
+impl<L: Lane> Tip<L> {
+    #[inline(always)]
+    pub fn select(mask: L::Mask, if_true: Self, if_false: Self) -> Self {
+        Self {
+            p: Vec3::select(mask, if_true.p, if_false.p),
+            d1: Vec3::select(mask, if_true.d1, if_false.d1),
+            t: Vec3::select(mask, if_true.t, if_false.t),
+            m: Vec3::select(mask, if_true.m, if_false.m),
+            n: Vec3::select(mask, if_true.n, if_false.n),
+        }
+    }
+}
+
+/// A pass over the rod from base moment `m0` at load fraction `lambda`, `columns` with it; the tip is left in the workspace.
+pub struct Pass<'a, L: Lane> {
+    pub problem: Problem<'a, L>,
+    pub resolution: &'a Resolution,
+    pub lambda: L,
+    pub m0: Vec3<L>,
+    pub columns: &'a mut [Columns<L>],
+    pub record: Record,
+    pub workspace: &'a mut Workspace<L>,
+}
+
+/// A pass over the rod. It returns nothing, so that naming it costs no frame of its own on the stack: another 16 bytes
+/// there, and what an AVX-512 kernel spills lies across cache lines.
+pub type PassKernel<L> = fn(Pass<'_, L>);
+
+/// A register type with passes for every program.
+pub trait Passes: Lane {
+    fn pass(terms: ProgramTerms) -> PassKernel<Self>;
 }

@@ -8,9 +8,7 @@ use crate::model::path::{
     CAREFUL_STEPPER, PATH_STEPPER, chord_tolerance, first_order_tolerance, newton_tolerance, rounded, turn_tolerance,
 };
 use crate::model::record::{BASE_POSITION_AT, LOAD_AT};
-use crate::model::{
-    Anchors, Derivative, DerivativeScale, Entry, Plan, PlanAnchors, Quantity, SegmentPlan, Slot, Tableau,
-};
+use crate::model::{Anchors, Derivative, DerivativeScale, Entry, Plan, PlanAnchors, SegmentPlan, Slot, Tableau};
 use std::sync::Arc;
 
 /// Where a number of the record comes from, in the plan's units.
@@ -181,7 +179,7 @@ impl Program {
             terms,
             tip_moment: plan.terms.tip_moment,
             rigid_force_arm: plan.scene.rigid_force_arm,
-            field: ProgramField::new(plan, &sources),
+            field: ProgramField::new(plan, |record| sources[record].constant()),
             rod_columns: rod_columns(plan, &sources),
             sources,
             steady,
@@ -326,12 +324,6 @@ impl<S: Scalar> Outputs<'_, S> {
     #[inline(always)]
     pub fn store<L: Lane<Scalar = S>>(&mut self, column: usize, value: L) {
         value.store(&mut self.data[column * self.stride + self.offset..]);
-    }
-
-    /// What is there.
-    #[inline(always)]
-    pub fn load<L: Lane<Scalar = S>>(&self, token: L::Token, quantity: Quantity) -> L {
-        L::load(token, &self.data[quantity.column() * self.stride + self.offset..])
     }
 
     #[inline(always)]

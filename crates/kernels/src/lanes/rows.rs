@@ -5,10 +5,10 @@ use super::algebra::{Mat3, Vec3, axpy, columns_cross_sub, cross, inverse, outer,
 use super::base::base_slope;
 use super::column::Columns;
 use super::lane::Lane;
-use super::problem::{Problem, Workspace};
+use super::problem::{Problem, Tip, Workspace};
 use super::program::{Outputs, Program};
 use super::rod::Rod;
-use super::shoot::{Tip, tip_moment_columns};
+use super::shoot::tip_moment_columns;
 use super::stability::by_rotation;
 use super::terms::Terms;
 use crate::model::{Axis, Quantity, Slot};

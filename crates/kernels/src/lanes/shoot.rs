@@ -4,7 +4,7 @@ use super::algebra::{Mat3, Vec3, axpy, cross, cross_sub, length};
 use super::beside::{Beside, take_columns, take_integrals};
 use super::column::{By, Columns, cross_free_columns, cross_rigid_columns, step_columns};
 use super::lane::Lane;
-use super::problem::{Problem, Workspace};
+use super::problem::{Pass, Problem, Record, Tip, Workspace};
 use super::program::Resolution;
 use super::rod::{Crossing, Segment, State, cross_free, cross_rigid, moment};
 use super::section::{curvature, to_world, velocity};
@@ -16,41 +16,6 @@ use super::trace::{collect_rigid, length_row, set_strains};
 use crate::model::path::{SHORTEST_INTERVAL, UNBUCKLED, UNBUCKLED_BETWEEN};
 use crate::model::step_at;
 use pulp::{Simd, WithSimd};
-
-/// What a pass leaves in the workspace.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Record {
-    Nothing,
-    /// Moments at both ends of every flexible segment.
-    Moments,
-    /// The stations of the stability index.
-    Stability,
-    /// The same, and the traces of the columns.
-    Traces,
-}
-
-/// The distal end of the rod after a pass.
-#[derive(Clone, Copy, Debug)]
-pub struct Tip<L> {
-    pub p: Vec3<L>,
-    pub d1: Vec3<L>,
-    pub t: Vec3<L>,
-    pub m: Vec3<L>,
-    pub n: Vec3<L>,
-}
-
-impl<L: Lane> Tip<L> {
-    #[inline(always)]
-    pub fn select(mask: L::Mask, if_true: Self, if_false: Self) -> Self {
-        Self {
-            p: Vec3::select(mask, if_true.p, if_false.p),
-            d1: Vec3::select(mask, if_true.d1, if_false.d1),
-            t: Vec3::select(mask, if_true.t, if_false.t),
-            m: Vec3::select(mask, if_true.m, if_false.m),
-            n: Vec3::select(mask, if_true.n, if_false.n),
-        }
-    }
-}
 
 /// Integrates the rod from base moment `m0` at load fraction `lambda`, `columns` with it.
 #[inline(always)]
@@ -66,17 +31,6 @@ pub fn shoot<L: Lane>(
     let pass = workspace.pass;
     pass(Pass { problem: *problem, resolution, lambda, m0, columns, record, workspace });
     workspace.tip
-}
-
-/// The arguments of [`shoot`]; the tip is left in the workspace.
-pub struct Pass<'a, L: Lane> {
-    pub problem: Problem<'a, L>,
-    pub resolution: &'a Resolution,
-    pub lambda: L,
-    pub m0: Vec3<L>,
-    pub columns: &'a mut [Columns<L>],
-    pub record: Record,
-    pub workspace: &'a mut Workspace<L>,
 }
 
 /// A pass and the terms that it is compiled for.

@@ -10,11 +10,11 @@ use super::fold::{TurnedAt, write_fold_rows};
 use super::lane::Lane;
 use super::nodes::is_grown;
 use super::path::{Path, PathEnd};
-use super::problem::{Problem, Workspace};
+use super::problem::{Problem, Record, Tip, Workspace};
 use super::program::Outputs;
 use super::rows::{Responses, write_forward_rows, write_rows};
 use super::search::snap;
-use super::shoot::{Record, Tip, shoot, tip_moment_columns};
+use super::shoot::{shoot, tip_moment_columns};
 use super::stability::{by_rotation, has_dead_moment, is_sharp, margin, stability_index, whole_index};
 use crate::model::path::{FINE_TRUST, NEWTON_LIMIT, REACH};
 use crate::model::{NO_EQUILIBRIUM, Quantity, Status};
@@ -68,7 +68,7 @@ pub fn newton<L: Lane>(problem: &Problem<'_, L>, end: &mut PathEnd<L>, workspace
     let zero = end.lambda.constant(0.0);
     let one = end.lambda.constant(1.0);
     for k in 0..workspace.sources.len() {
-        workspace.sources[k].load(problem, 3 * k, None);
+        workspace.sources[k].load((problem.program, &problem.inputs), problem.rod, 3 * k, None);
     }
     let mut columns = std::mem::take(&mut workspace.columns);
     let mut moving = end.reached;

@@ -3,7 +3,7 @@
 use super::algebra::{Mat3, Vec3, axpy, columns_cross, columns_cross_sub, cross, cross_sub, dot, outer};
 use super::column::Columns;
 use super::lane::Lane;
-use super::problem::Problem;
+use super::program::{Inputs, Program};
 use super::rod::{Rigid, Rod, Segment, State, world_dipole};
 use super::section::{Flexible, to_world};
 use super::step::Stage;
@@ -68,9 +68,14 @@ impl<L: Lane> Sources<L> {
 
     /// Fills in up to three derivatives of the program, from number `first` on, of a rod under this share of its loads.
     #[inline(always)]
-    pub fn load(&mut self, problem: &Problem<'_, L>, first: usize, share: Option<L>) {
-        let Problem { program, inputs, rod } = *problem;
-        let token = problem.token();
+    pub fn load(
+        &mut self,
+        (program, inputs): (&Program, &Inputs<'_, L::Scalar>),
+        rod: &Rod<L>,
+        first: usize,
+        share: Option<L>,
+    ) {
+        let token = rod.t.x.token();
         let zero = Mat3::zero(L::splat(token, 0.0));
         (self.w0, self.dp0, self.dn0, self.dl_tip, self.dB) = (zero, zero, zero, zero, zero);
         self.insertion = zero.x;
@@ -82,7 +87,7 @@ impl<L: Lane> Sources<L> {
         self.changed = false;
         for (k, terms) in program.derivatives.iter().skip(first).take(3).enumerate() {
             for (slot, entry) in terms {
-                let rate = rate_under(share, *slot, program.entry(token, &inputs, *entry));
+                let rate = rate_under(share, *slot, program.entry(token, inputs, *entry));
                 self.add(k, *slot, rate);
             }
         }

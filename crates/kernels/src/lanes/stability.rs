@@ -10,10 +10,10 @@ use super::algebra::{Mat3, Vec3, columns_cross_sub, cross, dot, inverse, length,
 use super::base::{moment_columns, rotation_columns};
 use super::column::{By, Columns};
 use super::lane::{Lane, Scalar};
-use super::problem::{Problem, Workspace};
+use super::problem::{Problem, Record, Tip, Workspace};
 use super::rod::Rod;
 use super::section::Flexible;
-use super::shoot::{Record, Tip, shoot, tip_moment_columns};
+use super::shoot::{shoot, tip_moment_columns};
 use super::terms::Terms;
 use crate::model::path::INDEX_NOISE;
 

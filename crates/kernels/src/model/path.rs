@@ -151,16 +151,6 @@ pub const PASS_LIMIT: f64 = 600.0;
 pub const CHORD_LIMIT: usize = 4;
 /// Full Newton steps on the fine grid, after the chord steps.
 pub const NEWTON_LIMIT: usize = 5;
-/// In mixed precision chord steps end below this times the stability margin, and so does Newton's last step: small columns
-/// amplify what is left a hundredfold, and a pilot does not see it, as its grids start alike.
-pub const SINGLE_STEP: f64 = 3e-5;
-/// Passes in double precision that follow an answer in single, at most.
-pub const SETTLE_LIMIT: usize = 3;
-/// The last of them leads by at most this share of the square root of what is asked for, times the stability margin: its square
-/// is left.
-pub const SETTLED_SHARE: f64 = 0.1;
-/// Of an error on the fine grid that round-off in single precision hides, what is left on twice the steps: sixth order.
-pub const HIDDEN_SHARE: f64 = 1.0 / 64.0;
 /// Longest chord step that is taken (plan units of moment).
 pub const CHORD_TRUST: f64 = 0.1;
 /// Intervals of the stability index shorter than this share of the rod join the next.

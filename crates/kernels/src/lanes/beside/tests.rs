@@ -1,8 +1,8 @@
 use crate::lanes::lane::{F64, Lane};
-use crate::lanes::problem::{Problem, Workspace};
+use crate::lanes::problem::{Problem, Record, Workspace};
 use crate::lanes::program::{Inputs, Program};
 use crate::lanes::rod::Rod;
-use crate::lanes::shoot::{Record, shoot};
+use crate::lanes::shoot::shoot;
 use crate::lanes::solve::start_columns;
 use crate::lanes::{algebra::Vec3, terms::ProgramTerms};
 use crate::model::{
@@ -84,7 +84,7 @@ fn columns_of_a_sample_alone_lie_side_by_side() {
             let mut workspace = Workspace::<L>::new(token, &program);
             workspace.alone = alone;
             for k in 0..workspace.sources.len() {
-                workspace.sources[k].load(&problem, 3 * k, None);
+                workspace.sources[k].load((problem.program, &problem.inputs), problem.rod, 3 * k, None);
             }
             let mut columns = Vec::new();
             start_columns(&problem, m0, &workspace, &mut columns);

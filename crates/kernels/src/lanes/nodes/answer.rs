@@ -8,9 +8,8 @@ use super::state::{Nodes, What};
 use crate::lanes::algebra::{Mat3, length};
 use crate::lanes::fold::leave_folds_empty;
 use crate::lanes::lane::{Lane, Scalar};
-use crate::lanes::problem::{Problem, Workspace};
+use crate::lanes::problem::{Problem, Tip, Workspace};
 use crate::lanes::program::Outputs;
-use crate::lanes::shoot::Tip;
 use crate::lanes::stability::{has_dead_moment, margin, squared_norm};
 use crate::model::path::{
     COLUMN_NOISE, NODE_COLUMNS_ERROR, NODE_CONTRACTION, NODE_CORRECTIONS, NODE_ENOUGH, NODE_ERROR_SHARE, NODE_GOOD,
@@ -35,7 +34,7 @@ pub fn solve_nodes<L: Lane>(
     let zero = one.constant(0.0);
     let nobody = one.lt(zero);
     for k in 0..workspace.sources.len() {
-        workspace.sources[k].load(problem, 3 * k, None);
+        workspace.sources[k].load((problem.program, &problem.inputs), problem.rod, 3 * k, None);
     }
     leave_folds_empty(problem.program, one, out);
     let mut done = answer(problem, nodes, arrived, passes, workspace, out);

@@ -3,9 +3,9 @@
 use super::mesh::{Interval, Mesh};
 use crate::lanes::algebra::{Mat3, Vec3, axpy, columns_axpy, cross, cross_add, dot, length};
 use crate::lanes::lane::Lane;
+use crate::lanes::problem::Tip;
 use crate::lanes::rod::{Rod, Segment};
 use crate::lanes::section::Flexible;
-use crate::lanes::shoot::Tip;
 use crate::lanes::source::Source;
 
 /// Orientation and moment at a node.

@@ -4,8 +4,7 @@
 //! of no length at the segment's start.
 
 use crate::lanes::algebra::{Vec3, axpy, length};
-use crate::lanes::block::WIDEST;
-use crate::lanes::lane::{Lane, Scalar};
+use crate::lanes::lane::{Lane, Scalar, WIDEST};
 use crate::lanes::problem::Problem;
 use crate::lanes::rod::Segment;
 use crate::lanes::section::Flexible;

@@ -5,8 +5,7 @@ use super::interval::Node;
 use super::state::Nodes;
 use crate::lanes::algebra::{Mat3, Vec3, cross_add, dot, hat, length};
 use crate::lanes::lane::Lane;
-use crate::lanes::problem::Problem;
-use crate::lanes::shoot::Tip;
+use crate::lanes::problem::{Problem, Tip};
 
 impl<L: Lane> Nodes<L> {
     /// Newton's step at all nodes, after a pass with transfers, under a share of the load; its size, against the largest

@@ -5,8 +5,7 @@ use super::mesh::Mesh;
 use super::path::follow_nodes;
 use super::state::{Nodes, What};
 use crate::lanes::algebra::Vec3;
-use crate::lanes::block::WIDEST;
-use crate::lanes::lane::{Lane, Scalar};
+use crate::lanes::lane::{Lane, Scalar, WIDEST};
 use crate::lanes::problem::{Problem, Workspace};
 use crate::model::path::{NODE_LEVELS, NODE_NEARBY, NODE_PACES, PATH_STEPPER};
 

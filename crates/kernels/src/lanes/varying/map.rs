@@ -2,12 +2,10 @@
 #![allow(clippy::needless_range_loop)]
 
 use crate::lanes::algebra::{Mat3, Vec3};
-use crate::lanes::lane::{Lane, Scalar};
+use crate::lanes::lane::{Lane, Scalar, WIDEST};
 use crate::model::{MapGrid, Units};
 use std::sync::Arc;
 
-/// Lanes at most.
-const WIDEST: usize = 16;
 /// A point counts as inside up to this share of a step beyond the last node.
 const EDGE: f64 = 1e-6;
 

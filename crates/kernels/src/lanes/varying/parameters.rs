@@ -60,7 +60,7 @@ impl<L: Lane> Parameters<L> {
         let token = problem.token();
         let zero = L::splat(token, 0.0);
         let none = Vec3::splat(zero);
-        self.sources.load(problem, first, share);
+        self.sources.load((problem.program, &problem.inputs), problem.rod, first, share);
         self.count = program.derivatives.len().saturating_sub(first).min(3);
         // At the first segment the base may have moved.
         self.begin_at = Some(program.acts_from[first / 3]).filter(|at| *at > 0 && !self.sources.changed);

@@ -5,7 +5,7 @@ use super::ends::{base_columns, lengthen};
 use super::index::{Interval, Transfer};
 use super::matrix::Mat6;
 use super::parameters::Parameters;
-use super::space::FAR;
+use super::program_field::FAR;
 use super::step::{Columns, State, Step, step_columns, step_rod};
 use super::workspace::{VaryingWorkspace, What};
 use crate::lanes::algebra::{Mat3, Vec3, columns_cross_sub, cross, hat, length};
