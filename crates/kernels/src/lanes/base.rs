@@ -1,7 +1,7 @@
 //! Where a pass starts: the columns at the base, and how the rod goes on from there.
 
 use super::algebra::{Mat3, Vec3, columns_cross, cross, hat, outer};
-use super::column::{By, Columns};
+use super::columns::{By, Columns};
 use super::lane::Lane;
 use super::rod::{Rod, Segment};
 use super::section::{curvature, to_world, velocity};

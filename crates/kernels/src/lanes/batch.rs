@@ -1,6 +1,7 @@
 //! A batch: its blocks side by side on all threads, then, packed together, those of its samples that another way is for.
 
-use super::block::{Job, Way};
+use super::kernels::Job;
+use super::ladder::Way;
 use super::lane::WIDEST;
 use super::scratch::{Lent, Pool, Scratch};
 use super::{BlockScalar, Lanes};

@@ -2,7 +2,7 @@
 //! the other. Every number comes about by the same operations.
 
 use super::algebra::{Mat3, Vec3};
-use super::column::Columns;
+use super::columns::Columns;
 use super::lane::{Lane, Scalar, WIDEST};
 use super::program::Collect;
 use super::source::Source;

@@ -2,89 +2,19 @@
 //! that arrived; or both with care.
 
 use super::anchors::anchored_end;
-use super::group::{Answer, Follow, Load, Tools, load_rest, store_end, store_rest};
-use super::kernels::Kernels;
+use super::group::{load_rest, store_end, store_rest};
+use super::kernels::{Answer, Follow, Job, Kernels, Led, Load};
+use super::ladder::{Way, is_for_next};
 use super::lane::{Lane, Scalar, WIDEST};
-use super::memory::{CoarseScalar, Memory, pack, unpack};
+use super::memory::{Block, CoarseScalar, Memory};
 use super::path::{Path, rest_slope};
 use super::problem::Problem;
-use super::program::{Inputs, Outputs, Program};
-use super::varying::{Led, follow_block};
+use super::program::{Inputs, Outputs};
+use super::tools::Tools;
+use super::tools::{pack, unpack};
+use super::varying::follow_block;
 use crate::model::{Anchors, BLOCK, Quantity, Status};
 use pulp::{Simd, WithSimd};
-use std::any::Any;
-
-/// How samples are led to their loads; each is for those that the one before has left.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Way {
-    /// From anchors, where the plan has any.
-    Anchors,
-    /// From rest.
-    Rest,
-    /// Along the curve of equilibria.
-    Curve,
-    /// From rest with care.
-    Care,
-    /// From rest, by nodes all along the rod: where errors grow so much that a single pass would tell nothing.
-    Limp,
-    /// The same: where no single pass has told enough.
-    Nodes,
-    /// From rest, in a field that varies in space.
-    Varying,
-    /// Along the curve of equilibria there.
-    VaryingCurve,
-    /// From rest there, in steps as short as it takes.
-    VaryingCare,
-    /// The same on the grid of the answer, where that is no less exact.
-    VaryingFine,
-}
-
-impl Way {
-    /// Every way, as numbered.
-    pub const ALL: [Way; 10] = [
-        Way::Anchors,
-        Way::Rest,
-        Way::Varying,
-        Way::Limp,
-        Way::Curve,
-        Way::VaryingCurve,
-        Way::Care,
-        Way::VaryingCare,
-        Way::VaryingFine,
-        Way::Nodes,
-    ];
-
-    /// The name of the rung.
-    pub fn name(self) -> &'static str {
-        match self {
-            Way::Anchors => "anchors",
-            Way::Rest | Way::Varying => "load steps",
-            Way::Limp => "multiple shooting of limp and taut rods",
-            Way::Curve | Way::VaryingCurve => "curve of equilibria",
-            Way::Care | Way::VaryingCare => "guarded load steps",
-            Way::VaryingFine => "guarded load steps on the answer's grid",
-            Way::Nodes => "multiple shooting",
-        }
-    }
-}
-
-/// One block of samples for the kernel, numbers column by column in the plan's units.
-pub struct Job<'a, S: Scalar> {
-    pub program: &'a Program,
-    pub inputs: &'a [S],
-    /// Of each sample.
-    pub bad: &'a [bool],
-    /// How samples are led to their loads.
-    pub way: Way,
-    /// The samples in the order in which they are solved.
-    pub order: &'a mut Vec<usize>,
-    /// Those that need care, without an answer.
-    pub left: &'a mut Vec<usize>,
-    /// What was found, in that order.
-    pub values: &'a mut [S],
-    /// The kernel's, kept from block to block of one program.
-    pub memory: &'a mut Option<Box<dyn Any + Send + Sync>>,
-}
 
 /// The arguments of [`solve_job`].
 pub struct AsKernel<'a, L: Lane>(pub L::Token, pub Job<'a, L::Scalar>);
@@ -150,31 +80,6 @@ fn solve_job<L: Kernels>(token: L::Token, job: Job<'_, L::Scalar>) {
     let code = L::Scalar::from_f64(f64::from(Status::BadParameter.code()));
     values[status + solved..status + order.len()].fill(code);
     *memory = Some(kept);
-}
-
-/// Whether a sample of this status is left to the next way: one that is pending, and after care one without success.
-fn is_for_next<S: Scalar>(way: Way, status: S) -> bool {
-    let settled = match way {
-        Way::Limp => return status.to_f64() != f64::from(Status::Ramped.code()),
-        Way::VaryingCurve => {
-            return ![Status::Ramped, Status::Fold].iter().any(|is| status.to_f64() == f64::from(is.code()));
-        }
-        Way::VaryingCare => return status.to_f64() == f64::from(Status::NotConverged.code()),
-        Way::Anchors | Way::Rest | Way::Curve | Way::Varying => Status::Pending,
-        Way::Care => Status::Fold,
-        Way::Nodes | Way::VaryingFine => return false,
-    };
-    // A status that is no number is not settled.
-    let is_settled = status.to_f64() < f64::from(settled.code());
-    !is_settled
-}
-
-/// A block at work.
-pub(super) struct Block<'a, L: Kernels> {
-    pub program: &'a Program,
-    pub token: L::Token,
-    pub inputs: &'a [L::Scalar],
-    pub memory: &'a mut Memory<L>,
 }
 
 impl<L: Kernels> Block<'_, L> {

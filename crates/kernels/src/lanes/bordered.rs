@@ -2,11 +2,13 @@
 
 use super::algebra::{Mat3, Vec3, adjugate, axpy, cross, dot, length, row_times, select_matrix};
 use super::base::{moment_columns, rotation_columns};
-use super::curve::{Equations, Point, Seen, follow_curve, further};
+use super::curve::follow_curve;
+use super::equations::{Equations, Point, Seen, further};
 use super::lane::{Lane, Scalar};
 use super::path::{PathEnd, RestSlope};
+use super::problem::shoot;
 use super::problem::{Problem, Record, Workspace};
-use super::shoot::{shoot, tip_moment_columns};
+use super::shoot::tip_moment_columns;
 use super::stability::{squared_norm, stability_index};
 use crate::model::path::{FIRST_BEND, ROUND_OFF};
 

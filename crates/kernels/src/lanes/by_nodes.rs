@@ -1,8 +1,7 @@
 //! Samples of a block by nodes.
 
-use super::block::Block;
-use super::group::{ByNodes, FollowNodes};
-use super::kernels::Kernels;
+use super::kernels::{ByNodes, FollowNodes, Kernels};
+use super::memory::Block;
 use super::memory::Memory;
 use super::program::Outputs;
 

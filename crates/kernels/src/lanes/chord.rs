@@ -3,12 +3,12 @@
 //! A sample's steps depend on that sample alone: a lane that has finished is frozen while its neighbours go on.
 
 use super::algebra::{Mat3, Vec3, cross, dot, length, transpose};
-use super::column::Columns;
+use super::columns::Columns;
 use super::lane::{Lane, Scalar};
 use super::path::{Path, PathEnd};
+use super::problem::shoot;
 use super::problem::{Problem, Record, Tip, Workspace};
 use super::rod::Rod;
-use super::shoot::shoot;
 use super::stability::{margin, squared_norm};
 use crate::model::DerivativeScale;
 use crate::model::path::{

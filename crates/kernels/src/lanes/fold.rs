@@ -2,14 +2,15 @@
 
 use super::algebra::{Vec3, adjugate, dot, row_times};
 use super::base::{base_slope, forward_columns, moment_columns};
-use super::column::Columns;
-use super::curve::further;
+use super::columns::Columns;
+use super::equations::further;
 use super::lane::Lane;
 use super::path::PathEnd;
+use super::problem::shoot;
 use super::problem::{Problem, Record, Workspace};
 use super::program::{Outputs, Program, Resolution};
 use super::rows::{along, functional};
-use super::shoot::{shoot, tip_moment_columns};
+use super::shoot::tip_moment_columns;
 use super::source::rate_under;
 use crate::model::Slot;
 use crate::model::path::{FOLD_SLOPE_NOISE, FOLD_SLOPE_PLACE};

@@ -2,68 +2,16 @@
 
 use super::algebra::{Mat3, Vec3};
 use super::bordered::follow_uniform;
-use super::kernels::Kernels;
-use super::lane::{Lane, Scalar};
-use super::memory::pack;
-use super::nodes::{Nodes, QuickEnd, follow_quickly, solve_nodes};
+use super::kernels::{Answer, ByNodes, Follow, FollowNodes, Kernels, Load};
+use super::lane::Lane;
+use super::nodes::{follow_quickly, solve_nodes};
 use super::path::{Path, PathEnd, RestSlope, follow_path};
-use super::problem::{Problem, Workspace};
-use super::program::{Inputs, Outputs, Program};
-use super::rod::Rod;
+use super::problem::Problem;
+use super::program::{Inputs, Outputs};
 use super::search::search_start;
 use super::solve::solve_group;
-use super::varying::VARYING_END_COLUMNS;
+use super::tools::Tools;
 use pulp::{Simd, WithSimd};
-
-/// Numbers of the end of a path from rest: reached, in several load steps, passes, lambda, base moment, inverse of W, close.
-const END_COLUMNS: usize = 17;
-
-/// Numbers of the end of a path of a program.
-pub fn end_columns(program: &Program) -> usize {
-    if program.field.is_some() { VARYING_END_COLUMNS } else { END_COLUMNS }
-}
-
-/// What registers of one kind need.
-pub struct Tools<L: Lane> {
-    pub rod: Rod<L>,
-    pub workspace: Workspace<L>,
-    /// Inputs of the samples in hand.
-    pub inputs: Vec<L::Scalar>,
-    /// Their slopes at rest, or the ends of their paths.
-    pub start: Vec<L::Scalar>,
-}
-
-impl<L: Kernels> Tools<L> {
-    pub fn new(token: L::Token, program: &Program, columns: usize) -> Self {
-        Self {
-            rod: Rod::new(token),
-            workspace: Workspace::new(token, program),
-            inputs: vec![L::Scalar::default(); columns * L::COUNT],
-            start: vec![L::Scalar::default(); end_columns(program) * L::COUNT],
-        }
-    }
-
-    /// Takes samples of a block in hand: their inputs, column by column.
-    #[inline(always)]
-    pub fn pack<From: Scalar>(&mut self, columns: &[From], samples: &[usize]) {
-        self.workspace.alone = samples.len() == 1;
-        pack(columns, samples, L::COUNT, &mut self.inputs);
-    }
-}
-
-/// The arguments of [`Rod::load`].
-pub struct Load<'a, L: Lane> {
-    pub program: &'a Program,
-    pub token: L::Token,
-    pub inputs: Inputs<'a, L::Scalar>,
-    pub rod: &'a mut Rod<L>,
-}
-
-impl<L: Lane> Load<'_, L> {
-    pub fn token(&self) -> L::Token {
-        self.token
-    }
-}
 
 impl<L: Lane> WithSimd for Load<'_, L> {
     type Output = ();
@@ -72,20 +20,6 @@ impl<L: Lane> WithSimd for Load<'_, L> {
     fn with_simd<S: Simd>(self, _: S) {
         let Load { program, token, inputs, rod } = self;
         rod.load(program, token, &inputs);
-    }
-}
-
-/// The arguments of [`follow_path`].
-pub struct Follow<'a, L: Lane> {
-    pub problem: Problem<'a, L>,
-    pub path: Path,
-    pub rest: RestSlope<L>,
-    pub workspace: &'a mut Workspace<L>,
-}
-
-impl<L: Lane> Follow<'_, L> {
-    pub fn token(&self) -> L::Token {
-        self.problem.token()
     }
 }
 
@@ -99,21 +33,6 @@ impl<L: Lane> WithSimd for Follow<'_, L> {
             Path::Curve => follow_uniform(&problem, rest, workspace),
             _ => follow_path(&problem, path, rest, workspace),
         }
-    }
-}
-
-/// The arguments of [`solve_group`], on any path.
-pub struct Answer<'a, L: Lane> {
-    pub program: &'a Program,
-    pub token: L::Token,
-    pub path: Path,
-    pub tools: &'a mut Tools<L>,
-    pub out: Outputs<'a, L::Scalar>,
-}
-
-impl<L: Lane> Answer<'_, L> {
-    pub fn token(&self) -> L::Token {
-        self.token
     }
 }
 
@@ -139,25 +58,6 @@ impl<L: Kernels> WithSimd for Answer<'_, L> {
     }
 }
 
-/// The arguments of [`solve_nodes`].
-pub struct ByNodes<'a, L: Kernels> {
-    pub program: &'a Program,
-    pub token: L::Token,
-    pub nodes: &'a mut Nodes<L>,
-    /// The ends of their quick paths, in the lanes from `offset` on.
-    pub quick: &'a Nodes<L::Coarse>,
-    pub quick_end: &'a QuickEnd,
-    pub offset: usize,
-    pub tools: &'a mut Tools<L>,
-    pub out: Outputs<'a, L::Scalar>,
-}
-
-impl<L: Kernels> ByNodes<'_, L> {
-    pub fn token(&self) -> L::Token {
-        self.token
-    }
-}
-
 impl<L: Kernels> WithSimd for ByNodes<'_, L> {
     type Output = ();
 
@@ -170,21 +70,6 @@ impl<L: Kernels> WithSimd for ByNodes<'_, L> {
         let problem = Problem { program, inputs, rod };
         let arrived = nodes.take_over(&problem, quick, quick_end, offset);
         solve_nodes(&problem, nodes, arrived, workspace, &mut out);
-    }
-}
-
-/// The arguments of [`follow_quickly`].
-pub struct FollowNodes<'a, L: Lane> {
-    pub program: &'a Program,
-    pub token: L::Token,
-    pub nodes: &'a mut Nodes<L>,
-    pub end: &'a mut QuickEnd,
-    pub tools: &'a mut Tools<L>,
-}
-
-impl<L: Lane> FollowNodes<'_, L> {
-    pub fn token(&self) -> L::Token {
-        self.token
     }
 }
 

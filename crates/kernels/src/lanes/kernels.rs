@@ -1,18 +1,18 @@
-//! The kernels by name: functions of their own, compiled for one register type, a pass also for one set of terms.
-//!
-//! Each lies in a module, since modules are what rustc shares out among code generation units.
+//! Kernels by name, and their arguments: what a register type can be asked for. `table.rs` has them for every register type.
 
-use super::block::Job;
-use super::counted::Counted;
-use super::group::{Answer, ByNodes, Follow, FollowNodes, Load};
-use super::lane::{F32, F64};
-use super::path::PathEnd;
-use super::problem::{PassKernel, Passes};
-use super::terms::ProgramTerms;
-use super::varying::{self, FollowVarying, InVarying};
+use super::ladder::Way;
+use super::lane::{Lane, Scalar};
+use super::nodes::{Nodes, QuickEnd};
+use super::path::{Path, PathEnd, RestSlope};
+use super::problem::{Passes, Problem, Workspace};
+use super::program::{Inputs, Outputs, Program, Resolution};
+use super::rod::Rod;
+use super::tools::Tools;
+use super::varying::{VaryingPasses, VaryingWorkspace};
+use std::any::Any;
 
 /// A register type with all kernels.
-pub trait Kernels: Passes {
+pub trait Kernels: Passes + VaryingPasses {
     /// The same with numbers that do for a path on the coarse grid: f32, twice as many.
     type Coarse: Kernels<Token = Self::Token>;
     fn job(token: Self::Token, job: Job<'_, Self::Scalar>);
@@ -23,192 +23,142 @@ pub trait Kernels: Passes {
     fn by_nodes(by_nodes: ByNodes<'_, Self>);
     fn follow_varying(follow: FollowVarying<'_, Self>);
     fn in_varying(in_varying: InVarying<'_, Self>);
-    fn varying_pass(pass: varying::Pass<'_, Self>);
 }
 
-/// A pass of some terms.
-macro_rules! pass {
-    ($module:ident, $terms:ty) => {
-        mod $module {
-            use super::L;
-            use crate::lanes::problem::Pass;
-            use crate::lanes::shoot::WithTerms;
-            use crate::lanes::{lane::Lane, terms::*};
-
-            pub fn run(pass: Pass<'_, L>) {
-                let terms = <$terms>::of(pass.problem.program.terms);
-                L::vectorize(pass.lambda.token(), WithTerms(pass, terms))
-            }
-        }
-    };
+/// One block of samples for the kernel, numbers column by column in the plan's units.
+pub struct Job<'a, S: Scalar> {
+    pub program: &'a Program,
+    pub inputs: &'a [S],
+    /// Of each sample.
+    pub bad: &'a [bool],
+    /// How samples are led to their loads.
+    pub way: Way,
+    /// The samples in the order in which they are solved.
+    pub order: &'a mut Vec<usize>,
+    /// Those that need care, without an answer.
+    pub left: &'a mut Vec<usize>,
+    /// What was found, in that order.
+    pub values: &'a mut [S],
+    /// The kernel's, kept from block to block of one program.
+    pub memory: &'a mut Option<Box<dyn Any + Send + Sync>>,
 }
 
-/// The passes of a register type: for every set of common terms, or one for all.
-macro_rules! passes {
-    (by_terms) => {
-        pass!(plain, Isotropic<false, false>);
-        pass!(force, Isotropic<true, false>);
-        pass!(load, Isotropic<true, true>);
-        pass!(anisotropic, Anisotropic<false, false>);
-        pass!(anisotropic_load, Anisotropic<true, false>);
-        pass!(general, Anisotropic<false, true>);
-        pass!(general_load, Anisotropic<true, true>);
-
-        pub fn pass(terms: ProgramTerms) -> PassKernel<L> {
-            let ProgramTerms { force, load, anisotropic, general } = terms;
-            match (general, anisotropic, load, force) {
-                (true, _, false, _) => general::run,
-                (true, _, true, _) => general_load::run,
-                (_, true, false, _) => anisotropic::run,
-                (_, true, true, _) => anisotropic_load::run,
-                (_, _, true, _) => load::run,
-                (_, _, _, true) => force::run,
-                _ => plain::run,
-            }
-        }
-    };
-    (together) => {
-        pass!(every, ProgramTerms);
-
-        pub fn pass(_: ProgramTerms) -> PassKernel<L> {
-            every::run
-        }
-    };
+/// The arguments of `Rod::load`.
+pub struct Load<'a, L: Lane> {
+    pub program: &'a Program,
+    pub token: L::Token,
+    pub inputs: Inputs<'a, L::Scalar>,
+    pub rod: &'a mut Rod<L>,
 }
 
-/// A kernel outside of passes.
-macro_rules! kernel {
-    ($module:ident, $argument:ident, $result:ty) => {
-        pub mod $module {
-            use super::L;
-            use crate::lanes::kernels::$argument;
-            #[allow(unused_imports)]
-            use crate::lanes::{lane::Lane, path::PathEnd};
-
-            pub fn run(argument: $argument<'_, L>) -> $result {
-                L::vectorize(argument.token(), argument)
-            }
-        }
-    };
+impl<L: Lane> Load<'_, L> {
+    pub fn token(&self) -> L::Token {
+        self.token
+    }
 }
 
-/// A pass in a field that varies, of some terms.
-macro_rules! varying_pass {
-    ($module:ident, $terms:ty) => {
-        pub mod $module {
-            use super::L;
-            use crate::lanes::varying::{Pass, PassVarying};
-            use crate::lanes::{lane::Lane, terms::*};
-
-            pub fn run(pass: Pass<'_, L>) {
-                let terms = <$terms>::of(pass.problem.program.terms);
-                L::vectorize(pass.lambda.token(), PassVarying(pass, terms))
-            }
-        }
-    };
+/// The arguments of `follow_path`.
+pub struct Follow<'a, L: Lane> {
+    pub problem: Problem<'a, L>,
+    pub path: Path,
+    pub rest: RestSlope<L>,
+    pub workspace: &'a mut Workspace<L>,
 }
 
-/// All kernels of a register type.
-macro_rules! kernels {
-    ($module:ident, $lane:ty, $passes:ident) => {
-        mod $module {
-            use super::*;
-            type L = $lane;
-
-            passes!($passes);
-            kernel!(load_rods, Load, ());
-            kernel!(follow, Follow, PathEnd<L>);
-            kernel!(answer, Answer, ());
-            kernel!(follow_nodes, FollowNodes, ());
-            kernel!(by_nodes, ByNodes, ());
-            kernel!(follow_varying, FollowVarying, ());
-            kernel!(in_varying, InVarying, ());
-            varying_pass!(varying_plain, Isotropic<true, true>);
-            varying_pass!(varying_every, ProgramTerms);
-
-            pub mod job {
-                use super::L;
-                use crate::lanes::block::{AsKernel, Job};
-                use crate::lanes::lane::Lane;
-
-                pub fn run(token: <L as Lane>::Token, job: Job<'_, <L as Lane>::Scalar>) {
-                    L::vectorize(token, AsKernel::<L>(token, job))
-                }
-            }
-        }
-
-        impl Passes for $lane {
-            fn pass(terms: ProgramTerms) -> PassKernel<Self> {
-                $module::pass(terms)
-            }
-        }
-
-        impl Kernels for $lane {
-            type Coarse = F32<Self::Token>;
-
-            fn job(token: Self::Token, job: Job<'_, Self::Scalar>) {
-                $module::job::run(token, job)
-            }
-            fn load_rods(load: Load<'_, Self>) {
-                $module::load_rods::run(load)
-            }
-            fn follow(follow: Follow<'_, Self>) -> PathEnd<Self> {
-                $module::follow::run(follow)
-            }
-            fn answer(answer: Answer<'_, Self>) {
-                $module::answer::run(answer)
-            }
-            fn follow_nodes(follow: FollowNodes<'_, Self>) {
-                $module::follow_nodes::run(follow)
-            }
-            fn by_nodes(by_nodes: ByNodes<'_, Self>) {
-                $module::by_nodes::run(by_nodes)
-            }
-            fn follow_varying(follow: FollowVarying<'_, Self>) {
-                $module::follow_varying::run(follow)
-            }
-            fn in_varying(in_varying: InVarying<'_, Self>) {
-                $module::in_varying::run(in_varying)
-            }
-            fn varying_pass(pass: varying::Pass<'_, Self>) {
-                match pass.problem.program.terms.anisotropic {
-                    true => $module::varying_every::run(pass),
-                    false => $module::varying_plain::run(pass),
-                }
-            }
-        }
-    };
+impl<L: Lane> Follow<'_, L> {
+    pub fn token(&self) -> L::Token {
+        self.problem.token()
+    }
 }
 
-// Machines without vector units are served, not tuned for.
-kernels!(scalar_f64, F64<pulp::Scalar>, together);
-kernels!(scalar_f32, F32<pulp::Scalar>, together);
-
-#[cfg(target_arch = "x86_64")]
-mod x86 {
-    use super::*;
-    kernels!(avx2_f64, F64<pulp::x86::V3>, by_terms);
-    kernels!(avx2_f32, F32<pulp::x86::V3>, by_terms);
-    kernels!(avx512_f64, F64<pulp::x86::V4>, by_terms);
-    kernels!(avx512_f32, F32<pulp::x86::V4>, by_terms);
+/// The arguments of `solve_group`, on any path.
+pub struct Answer<'a, L: Lane> {
+    pub program: &'a Program,
+    pub token: L::Token,
+    pub path: Path,
+    pub tools: &'a mut Tools<L>,
+    pub out: Outputs<'a, L::Scalar>,
 }
 
-#[cfg(target_arch = "aarch64")]
-mod arm {
-    use super::*;
-    kernels!(neon_f64, F64<pulp::aarch64::Neon>, by_terms);
-    kernels!(neon_f32, F32<pulp::aarch64::Neon>, by_terms);
+impl<L: Lane> Answer<'_, L> {
+    pub fn token(&self) -> L::Token {
+        self.token
+    }
 }
 
-/// For counting operations.
-mod counted {
-    use super::*;
-    type L = Counted;
-    passes!(together);
+/// The arguments of `solve_nodes`.
+pub struct ByNodes<'a, L: Kernels> {
+    pub program: &'a Program,
+    pub token: L::Token,
+    pub nodes: &'a mut Nodes<L>,
+    /// The ends of their quick paths, in the lanes from `offset` on.
+    pub quick: &'a Nodes<L::Coarse>,
+    pub quick_end: &'a QuickEnd,
+    pub offset: usize,
+    pub tools: &'a mut Tools<L>,
+    pub out: Outputs<'a, L::Scalar>,
+}
 
-    impl Passes for Counted {
-        fn pass(terms: ProgramTerms) -> PassKernel<Self> {
-            pass(terms)
-        }
+impl<L: Kernels> ByNodes<'_, L> {
+    pub fn token(&self) -> L::Token {
+        self.token
+    }
+}
+
+/// The arguments of `follow_quickly`.
+pub struct FollowNodes<'a, L: Lane> {
+    pub program: &'a Program,
+    pub token: L::Token,
+    pub nodes: &'a mut Nodes<L>,
+    pub end: &'a mut QuickEnd,
+    pub tools: &'a mut Tools<L>,
+}
+
+impl<L: Lane> FollowNodes<'_, L> {
+    pub fn token(&self) -> L::Token {
+        self.token
+    }
+}
+
+/// The arguments of `follow_varying` without care: from how samples set out to where they end, or before that how they
+/// set out.
+pub struct FollowVarying<'a, L: Lane> {
+    pub program: &'a Program,
+    pub token: L::Token,
+    pub sets_out: bool,
+    pub varying: &'a mut VaryingWorkspace<L>,
+    pub tools: &'a mut Tools<L>,
+}
+
+impl<L: Lane> FollowVarying<'_, L> {
+    pub fn token(&self) -> L::Token {
+        self.token
+    }
+}
+
+/// How samples are led to their answers.
+#[derive(Clone, Copy)]
+pub enum Led<'a> {
+    /// Their paths have ended before.
+    Before,
+    /// From rest along the curve of equilibria.
+    Curve,
+    /// With care on this grid, from rest or, in a search, from a start.
+    Ramp(&'a Resolution),
+}
+
+/// The arguments of `solve_varying`.
+pub struct InVarying<'a, L: Lane> {
+    pub program: &'a Program,
+    pub token: L::Token,
+    pub led: Led<'a>,
+    pub varying: &'a mut VaryingWorkspace<L>,
+    pub tools: &'a mut Tools<L>,
+    pub out: Outputs<'a, L::Scalar>,
+}
+
+impl<L: Lane> InVarying<'_, L> {
+    pub fn token(&self) -> L::Token {
+        self.token
     }
 }

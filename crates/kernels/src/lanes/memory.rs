@@ -1,10 +1,10 @@
 //! What a thread keeps from block to block, and how samples of a block are put side by side.
 
-use super::group::{Tools, end_columns};
 use super::kernels::Kernels;
-use super::lane::{Lane, Scalar};
+use super::lane::Lane;
 use super::nodes::{Nodes, QuickEnd};
 use super::program::Program;
+use super::tools::{Tools, end_columns};
 use super::varying::{REST_COLUMNS, VaryingWorkspace};
 use crate::model::BLOCK;
 
@@ -44,25 +44,10 @@ impl<L: Kernels> Memory<L> {
     }
 }
 
-/// Puts columns of some samples of a block side by side; lanes without a sample do as the last one does, and take no
-/// time of their own.
-#[inline(always)]
-pub fn pack<From: Scalar, To: Scalar>(columns: &[From], samples: &[usize], lanes: usize, to: &mut [To]) {
-    let last = samples[samples.len() - 1];
-    for (to, from) in to.chunks_exact_mut(lanes).zip(columns.chunks_exact(BLOCK)) {
-        if samples.len() == lanes {
-            (0..lanes).for_each(|lane| to[lane] = To::from_f64(from[samples[lane]].to_f64()));
-            continue;
-        }
-        to.fill(To::from_f64(from[last].to_f64()));
-        to.iter_mut().zip(samples).for_each(|(to, sample)| *to = To::from_f64(from[*sample].to_f64()));
-    }
-}
-
-/// Puts them back.
-#[inline(always)]
-pub fn unpack<S: Scalar>(from: &[S], samples: &[usize], lanes: usize, columns: &mut [S]) {
-    for (to, from) in columns.chunks_exact_mut(BLOCK).zip(from.chunks_exact(lanes)) {
-        samples.iter().zip(from).for_each(|(sample, from)| to[*sample] = *from);
-    }
+/// A block at work.
+pub(super) struct Block<'a, L: Kernels> {
+    pub program: &'a Program,
+    pub token: L::Token,
+    pub inputs: &'a [L::Scalar],
+    pub memory: &'a mut Memory<L>,
 }

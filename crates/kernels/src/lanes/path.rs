@@ -5,8 +5,9 @@
 use super::algebra::{Mat3, Vec3, affordable, axpy, columns_cross_sub, cross, dot, inverse, length, select_matrix};
 use super::base::{moment_columns, rotation_columns};
 use super::lane::{Lane, Scalar};
+use super::problem::shoot;
 use super::problem::{Problem, Record, Workspace, stiff};
-use super::shoot::{shoot, tip_moment_columns};
+use super::shoot::tip_moment_columns;
 use super::stability::{departure, has_dead_moment, is_above, is_sharp, squared_norm, stability_index};
 use crate::model::path::{
     AIM, CONTRACTION, CORRECTIONS, DEPARTURE, DEPARTURE_AIM, FIRST_BEND, FOLD_MARGIN, FULL_LOAD_TOLERANCE, LEAST_RATIO,

@@ -1,12 +1,12 @@
 //! What a group of samples is solved with: what a shader has in its module's scope.
 
 use super::algebra::Vec3;
-use super::column::Columns;
+use super::columns::Columns;
 use super::lane::Lane;
 use super::program::{Inputs, Program, Resolution};
 use super::rod::{Rod, Segment};
 use super::source::Sources;
-use super::stability::Station;
+use super::station::Station;
 use super::step::Stages;
 use super::terms::ProgramTerms;
 use super::trace::Trace;
@@ -118,6 +118,22 @@ impl<L: Lane> Tip<L> {
             n: Vec3::select(mask, if_true.n, if_false.n),
         }
     }
+}
+
+/// Integrates the rod from base moment `m0` at load fraction `lambda`, `columns` with it.
+#[inline(always)]
+pub fn shoot<L: Lane>(
+    problem: &Problem<'_, L>,
+    resolution: &Resolution,
+    lambda: L,
+    m0: Vec3<L>,
+    columns: &mut [Columns<L>],
+    record: Record,
+    workspace: &mut Workspace<L>,
+) -> Tip<L> {
+    let pass = workspace.pass;
+    pass(Pass { problem: *problem, resolution, lambda, m0, columns, record, workspace });
+    workspace.tip
 }
 
 /// A pass over the rod from base moment `m0` at load fraction `lambda`, `columns` with it; the tip is left in the workspace.

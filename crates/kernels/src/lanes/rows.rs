@@ -3,7 +3,7 @@
 
 use super::algebra::{Mat3, Vec3, axpy, columns_cross_sub, cross, inverse, outer, row_times, transpose};
 use super::base::base_slope;
-use super::column::Columns;
+use super::columns::Columns;
 use super::lane::Lane;
 use super::problem::{Problem, Tip, Workspace};
 use super::program::{Outputs, Program};

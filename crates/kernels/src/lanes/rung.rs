@@ -1,6 +1,6 @@
 //! How many samples each way of the ladder took, and how long.
 
-use super::block::Way;
+use super::ladder::Way;
 use crate::backend::RungCount;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use std::time::Duration;

@@ -2,36 +2,21 @@
 
 use super::algebra::{Mat3, Vec3, axpy, cross, cross_sub, length};
 use super::beside::{Beside, take_columns, take_integrals};
-use super::column::{By, Columns, cross_free_columns, cross_rigid_columns, step_columns};
+use super::column::{cross_free_columns, cross_rigid_columns, step_columns};
+use super::columns::{By, Columns};
 use super::lane::Lane;
 use super::problem::{Pass, Problem, Record, Tip, Workspace};
-use super::program::Resolution;
 use super::rod::{Crossing, Segment, State, cross_free, cross_rigid, moment};
 use super::section::{curvature, to_world, velocity};
 use super::source::{Source, Sources};
-use super::stability::{Station, add_doubt, add_station, by_rotation};
+use super::stability::{add_doubt, add_station, by_rotation};
+use super::station::Station;
 use super::step::{Step, step_rod};
 use super::terms::Terms;
 use super::trace::{collect_rigid, length_row, set_strains};
 use crate::model::path::{SHORTEST_INTERVAL, UNBUCKLED, UNBUCKLED_BETWEEN};
 use crate::model::step_at;
 use pulp::{Simd, WithSimd};
-
-/// Integrates the rod from base moment `m0` at load fraction `lambda`, `columns` with it.
-#[inline(always)]
-pub fn shoot<L: Lane>(
-    problem: &Problem<'_, L>,
-    resolution: &Resolution,
-    lambda: L,
-    m0: Vec3<L>,
-    columns: &mut [Columns<L>],
-    record: Record,
-    workspace: &mut Workspace<L>,
-) -> Tip<L> {
-    let pass = workspace.pass;
-    pass(Pass { problem: *problem, resolution, lambda, m0, columns, record, workspace });
-    workspace.tip
-}
 
 /// A pass and the terms that it is compiled for.
 pub struct WithTerms<'a, L: Lane, T>(pub Pass<'a, L>, pub T);

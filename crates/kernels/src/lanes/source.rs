@@ -1,7 +1,7 @@
 //! Forward columns: what three parameters change, segment by segment.
 
 use super::algebra::{Mat3, Vec3, axpy, columns_cross, columns_cross_sub, cross, cross_sub, dot, outer};
-use super::column::Columns;
+use super::columns::Columns;
 use super::lane::Lane;
 use super::program::{Inputs, Program};
 use super::rod::{Rigid, Rod, Segment, State, world_dipole};

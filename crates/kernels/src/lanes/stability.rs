@@ -8,33 +8,15 @@
 
 use super::algebra::{Mat3, Vec3, columns_cross_sub, cross, dot, inverse, length, select_matrix, transpose};
 use super::base::{moment_columns, rotation_columns};
-use super::column::{By, Columns};
+use super::columns::{By, Columns};
 use super::lane::{Lane, Scalar};
+use super::problem::shoot;
 use super::problem::{Problem, Record, Tip, Workspace};
 use super::rod::Rod;
 use super::section::Flexible;
-use super::shoot::{shoot, tip_moment_columns};
+use super::station::Station;
 use super::terms::Terms;
 use crate::model::path::INDEX_NOISE;
-
-/// The distal end of the intervals that have been counted.
-#[derive(Clone, Copy, Debug)]
-pub struct Station<L> {
-    /// w of the first two threes.
-    by_moment: Mat3<L>,
-    by_rotation: Mat3<L>,
-    /// How much of the rod lies before it, rigid segments not counted.
-    s: L,
-    /// Negative eigenvalues so far.
-    index: L,
-}
-
-impl<L: Lane> Station<L> {
-    /// The base.
-    pub fn new(zero: L) -> Self {
-        Self { by_moment: Mat3::zero(zero), by_rotation: Mat3::identity(zero), s: zero, index: zero }
-    }
-}
 
 /// Counts the interval from the last station to the end of a step, unless it is too short: its b is round-off.
 #[inline(always)]
@@ -149,7 +131,7 @@ pub fn is_sharp<L: Lane>(w: &Mat3<L>) -> L::Mask {
 #[inline(always)]
 pub fn canonical<L: Lane>(terms: impl Terms, tip: &Tip<L>, columns: &Columns<L>) -> Mat3<L> {
     let half_m = tip.m * tip.m.x.constant(0.5);
-    columns_cross_sub(columns.w, half_m, tip_moment_columns(terms, tip, columns))
+    columns_cross_sub(columns.w, half_m, columns.moment(terms, tip.p, tip.n))
 }
 
 /// 1 where the mask holds, else 0.

@@ -3,7 +3,7 @@
 use super::algebra::{
     Mat3, Vec3, axpy, columns_axpy, columns_cross, columns_cross_sub, cross, dot, row_times, transpose,
 };
-use super::column::{By, Columns, column_force};
+use super::columns::{By, Columns, column_force};
 use super::lane::Lane;
 use super::program::Collect;
 use super::rod::{Crossing, Rod, State, world_dipole};

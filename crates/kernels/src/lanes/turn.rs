@@ -1,7 +1,7 @@
 //! A turn of the load along the curve of equilibria, and a point where it crosses another: where they lie, and their loads on
 //! the fine grid. C5, C6
 
-use super::curve::{CurveEnd, Equations, Point, Seen};
+use super::equations::{CurveEnd, Equations, Point, Seen};
 use super::lane::{Lane, Scalar};
 use crate::model::path::{
     CONTRACTION, CROSSING_SPAN, CURVE_NEAR, FOLD_EVIDENCE, SMALLEST_SHARP_ARC, TURN_CORRECTIONS, TURN_EVIDENCE,

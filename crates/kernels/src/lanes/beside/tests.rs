@@ -1,8 +1,8 @@
 use crate::lanes::lane::{F64, Lane};
+use crate::lanes::problem::shoot;
 use crate::lanes::problem::{Problem, Record, Workspace};
 use crate::lanes::program::{Inputs, Program};
 use crate::lanes::rod::Rod;
-use crate::lanes::shoot::shoot;
 use crate::lanes::solve::start_columns;
 use crate::lanes::{algebra::Vec3, terms::ProgramTerms};
 use crate::model::{

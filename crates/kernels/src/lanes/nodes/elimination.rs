@@ -6,6 +6,9 @@ use crate::lanes::lane::Lane;
 use crate::lanes::stability::negative_count;
 use std::ops::{Add, Mul, Sub};
 
+/// Changes of (w, mu) at every node by three loads.
+pub type Changes<L> = Vec<(Mat3<L>, Mat3<L>)>;
+
 /// What elimination leaves at the start of an interval: mu = s w + g.
 #[derive(Clone, Copy, Debug)]
 pub struct Pivot<L> {

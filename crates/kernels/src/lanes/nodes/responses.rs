@@ -1,19 +1,17 @@
 //! Derivatives by nodes: what loads and parameters do to all nodes, and rows of the Jacobian from it. N2, J5
 
+use super::elimination::Changes;
 use super::mesh::Interval;
 use super::state::Nodes;
 use super::traces::Response;
 use crate::lanes::algebra::{Mat3, columns_cross_add, hat, outer};
 use crate::lanes::base::base_slope;
-use crate::lanes::column::{By, Columns};
+use crate::lanes::columns::{By, Columns};
 use crate::lanes::lane::Lane;
 use crate::lanes::problem::{Problem, Workspace};
 use crate::lanes::program::Outputs;
 use crate::lanes::rows::{Responses, store_rows, write_rows};
 use crate::lanes::trace::Trace;
-
-/// Changes of (w, mu) at every node by three loads.
-pub type Changes<L> = Vec<(Mat3<L>, Mat3<L>)>;
 
 /// Writes the rows of the derivatives after a pass with drives and its elimination.
 #[inline(always)]

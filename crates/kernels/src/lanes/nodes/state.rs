@@ -1,18 +1,17 @@
 //! The nodes of a register of rods, and a pass over all their intervals.
 
 use super::drives::{Drive, driving_forces};
-use super::elimination::Elimination;
+use super::elimination::{Changes, Elimination};
 use super::interval::{Node, Transfer, defect, load_interval};
 use super::mesh::{Interval, Mesh};
-use super::responses::Changes;
 use crate::lanes::algebra::{Mat3, Vec3};
 use crate::lanes::base::{moment_columns, rotation_columns};
-use crate::lanes::column::{By, Columns};
+use crate::lanes::columns::{By, Columns};
 use crate::lanes::lane::Lane;
+use crate::lanes::problem::shoot;
 use crate::lanes::problem::{Problem, Record, Tip, Workspace};
 use crate::lanes::program::{Program, Resolution};
 use crate::lanes::rod::Rod;
-use crate::lanes::shoot::shoot;
 use crate::lanes::source::Source;
 use crate::lanes::stability::canonical;
 use crate::model::Tableau;

@@ -1,16 +1,16 @@
 //! Newton's method on the fine grid and the row of each sample, in a field that varies. F5, J5
 
 use super::arrival::VaryingPath;
+use super::base_load::{Load, margin, norm, select};
 use super::chord::{Check, check_pass, chord_steps, newton_step, shoot};
 use super::ends::slopes;
 use super::fold::write_fold_rows;
 use super::index::index;
 use super::matrix::Mat6;
-use super::path::{Load, margin, norm, select};
-use super::step::State;
+use super::pass::VaryingPasses;
+use super::state::State;
 use super::workspace::{VaryingWorkspace, What};
 use crate::lanes::algebra::{Vec3, cross, dot, inverse, length};
-use crate::lanes::kernels::Kernels;
 use crate::lanes::lane::{Lane, Scalar};
 use crate::lanes::problem::Problem;
 use crate::lanes::program::Outputs;
@@ -28,7 +28,7 @@ const ANSWER_MARGIN: f64 = 0.5 * SAFE_MARGIN;
 /// Solves one group from where its paths ended and writes its rows, in the plan's units, to `out`. Without care, lanes whose
 /// path has not led to a stable equilibrium are `Pending`.
 #[inline(always)]
-pub fn solve_varying<L: Kernels>(
+pub fn solve_varying<L: VaryingPasses>(
     problem: &Problem<'_, L>,
     care: bool,
     mut end: VaryingPath<L>,
@@ -91,7 +91,7 @@ fn moved_tip<L: Lane>(tip: &State<L>, workspace: &VaryingWorkspace<L>, change: L
 /// Writes the row of the equilibrium on twice the fine steps, `check` moved to first order. On the fine steps it is the last
 /// pass moved by what is `left`; where both differ by no more than round-off, fewer steps have less of it.
 #[inline(always)]
-fn write<L: Kernels>(
+fn write<L: VaryingPasses>(
     problem: &Problem<'_, L>,
     end: &VaryingPath<L>,
     (converged, care): (L::Mask, bool),

@@ -1,11 +1,11 @@
 //! The paths of a block of samples in a field that varies, without care: in f32, those that set out alike at a time.
 
-use super::group::{FollowVarying, InVarying, Led};
-use crate::lanes::block::Block;
-use crate::lanes::kernels::Kernels;
+use crate::lanes::kernels::{FollowVarying, InVarying, Kernels, Led};
 use crate::lanes::lane::{Lane, Scalar};
-use crate::lanes::memory::{Memory, pack, unpack};
+use crate::lanes::memory::Block;
+use crate::lanes::memory::Memory;
 use crate::lanes::program::{Outputs, Program};
+use crate::lanes::tools::{pack, unpack};
 use crate::model::BLOCK;
 
 /// Follows the paths of all samples in `order`; puts those that arrive first and returns their number.

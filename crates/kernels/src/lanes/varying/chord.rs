@@ -1,13 +1,12 @@
 //! From the path onto the fine grid without columns, and the pass on twice the steps, from which the answer comes. F5
 
 use super::arrival::VaryingPath;
+use super::base_load::{Load, margin, norm, select};
 use super::matrix::Mat6;
-use super::pass::Pass;
-use super::path::{Load, margin, norm, select};
-use super::step::State;
+use super::pass::{Pass, VaryingPasses};
+use super::state::State;
 use super::workspace::{VaryingWorkspace, What};
 use crate::lanes::algebra::{Vec3, dot};
-use crate::lanes::kernels::Kernels;
 use crate::lanes::lane::Lane;
 use crate::lanes::problem::Problem;
 use crate::lanes::program::Resolution;
@@ -23,7 +22,7 @@ pub struct Check<L: Lane> {
 /// Moves the load at the base to the fine grid's equilibrium by steps with the path's inverse, from the second on secant steps
 /// along the one before (Broyden's update). The last is one on twice the fine steps; returns what it found.
 #[inline(always)]
-pub fn chord_steps<L: Kernels>(
+pub fn chord_steps<L: VaryingPasses>(
     problem: &Problem<'_, L>,
     end: &mut VaryingPath<L>,
     workspace: &mut VaryingWorkspace<L>,
@@ -74,7 +73,7 @@ pub fn newton_step<L: Lane>(rod: &Rod<L>, tip: &State<L>, inverse: &Mat6<L>) -> 
 
 /// A pass on twice the fine steps, with more points on rigid segments.
 #[inline(always)]
-pub fn check_pass<L: Kernels>(
+pub fn check_pass<L: VaryingPasses>(
     problem: &Problem<'_, L>,
     base: Load<L>,
     workspace: &mut VaryingWorkspace<L>,
@@ -87,7 +86,7 @@ pub fn check_pass<L: Kernels>(
 }
 
 #[inline(always)]
-pub fn shoot<L: Kernels>(
+pub fn shoot<L: VaryingPasses>(
     problem: &Problem<'_, L>,
     resolution: &Resolution,
     base: (Vec3<L>, Vec3<L>),

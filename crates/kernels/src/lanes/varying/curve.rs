@@ -2,15 +2,15 @@
 #![allow(clippy::needless_range_loop)]
 
 use super::arrival::VaryingPath;
+use super::base_load::{Load, norm};
 use super::index::index;
 use super::matrix::Mat6;
-use super::pass::Pass;
-use super::path::{Load, norm};
+use super::pass::{Pass, VaryingPasses};
 use super::rest::Rest;
 use super::workspace::{VaryingWorkspace, What};
 use crate::lanes::algebra::{Vec3, axpy, dot, length};
-use crate::lanes::curve::{Equations, Point, Seen, follow_curve, further};
-use crate::lanes::kernels::Kernels;
+use crate::lanes::curve::follow_curve;
+use crate::lanes::equations::{Equations, Point, Seen, further};
 use crate::lanes::lane::{Lane, Scalar};
 use crate::lanes::problem::Problem;
 use crate::model::path::{FIRST_BEND, ROUND_OFF};
@@ -38,7 +38,7 @@ impl<L: Lane> Loaded<L> {
 impl<L: Lane> Point<L> for Loaded<L> {
     #[inline(always)]
     fn select(mask: L::Mask, a: Self, b: Self) -> Self {
-        Self { base: super::path::select::<L>(mask, a.base, b.base), lambda: L::select(mask, a.lambda, b.lambda) }
+        Self { base: super::base_load::select::<L>(mask, a.base, b.base), lambda: L::select(mask, a.lambda, b.lambda) }
     }
 
     #[inline(always)]
@@ -146,7 +146,7 @@ pub fn load_by_residual<L: Lane>(matrix: &[[L; 7]; 7]) -> [L; 7] {
     solve_bordered(a, b).0.map(|[x, _]| -x)
 }
 
-impl<L: Kernels> Varying<'_, L> {
+impl<L: VaryingPasses> Varying<'_, L> {
     #[inline(always)]
     fn pass(&mut self, fine: bool, lambda: L, base: Load<L>, what: What) {
         let program = &self.problem.program;
@@ -165,7 +165,7 @@ impl<L: Kernels> Varying<'_, L> {
     }
 }
 
-impl<L: Kernels> Equations<L> for Varying<'_, L> {
+impl<L: VaryingPasses> Equations<L> for Varying<'_, L> {
     type Point = Loaded<L>;
     type Metric = Metric<L>;
 
@@ -266,7 +266,7 @@ impl<L: Kernels> Equations<L> for Varying<'_, L> {
 
 /// Follows the curve of a group from rest.
 #[inline(always)]
-pub fn follow_bordered<L: Kernels>(
+pub fn follow_bordered<L: VaryingPasses>(
     problem: &Problem<'_, L>,
     rest: &Rest<L>,
     workspace: &mut VaryingWorkspace<L>,

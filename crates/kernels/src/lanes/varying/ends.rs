@@ -2,7 +2,7 @@
 
 use super::parameters::Parameters;
 use super::space::Space;
-use super::step::{Columns, State};
+use super::state::{Columns, State};
 use crate::lanes::algebra::{Mat3, Vec3, cross, cross_sub, outer};
 use crate::lanes::lane::Lane;
 use crate::lanes::problem::Problem;

@@ -4,7 +4,7 @@
 
 use super::matrix::Mat6;
 use super::parameters::Parameters;
-use super::step::{Columns, State};
+use super::state::{Columns, State};
 use crate::lanes::algebra::{Vec3, cross, cross_sub, dot};
 use crate::lanes::column::compliance_times;
 use crate::lanes::lane::Lane;

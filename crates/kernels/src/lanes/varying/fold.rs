@@ -3,18 +3,17 @@
 
 use super::arrival::VaryingPath;
 use super::curve::load_by_residual;
-use super::pass::Pass;
+use super::pass::{Pass, VaryingPasses};
 use super::workspace::{VaryingWorkspace, What};
-use crate::lanes::curve::further;
+use crate::lanes::equations::further;
 use crate::lanes::fold::{leave_folds_empty, store_fold_slopes};
-use crate::lanes::kernels::Kernels;
 use crate::lanes::problem::Problem;
 use crate::lanes::program::{Outputs, Resolution};
 
 /// Writes how the load of each fold follows every parameter, if the program asks for it: that on twice the fine steps. Samples
 /// without a turn have none. The field of the workspace is weakened to that of the folds.
 #[inline(always)]
-pub fn write_fold_rows<L: Kernels>(
+pub fn write_fold_rows<L: VaryingPasses>(
     problem: &Problem<'_, L>,
     end: &VaryingPath<L>,
     workspace: &mut VaryingWorkspace<L>,
@@ -39,7 +38,7 @@ pub fn write_fold_rows<L: Kernels>(
 
 /// d(lambda)/d(parameter) for each, by forward columns on a rod under the load of its fold. C7
 #[inline(always)]
-fn slopes<L: Kernels>(
+fn slopes<L: VaryingPasses>(
     problem: &Problem<'_, L>,
     (resolution, points): (&Resolution, &[(f64, f64)]),
     end: &VaryingPath<L>,

@@ -7,30 +7,13 @@ use super::pass::{Pass, integrate};
 use super::path::follow_varying;
 use super::rest::{Rest, set_out};
 use super::search::search_varying;
-use super::workspace::VaryingWorkspace;
-use crate::lanes::group::{Load, Tools};
-use crate::lanes::kernels::Kernels;
+use crate::lanes::kernels::{FollowVarying, InVarying, Kernels, Led, Load};
 use crate::lanes::lane::Lane;
 use crate::lanes::problem::Problem;
-use crate::lanes::program::{Inputs, Outputs, Program, Resolution};
+use crate::lanes::program::{Inputs, Outputs};
 use crate::lanes::terms::Terms;
+use crate::lanes::tools::Tools;
 use pulp::{Simd, WithSimd};
-
-/// The arguments of [`follow_varying`] without care: from how samples set out to where they end, or before that how they
-/// set out.
-pub struct FollowVarying<'a, L: Lane> {
-    pub program: &'a Program,
-    pub token: L::Token,
-    pub sets_out: bool,
-    pub varying: &'a mut VaryingWorkspace<L>,
-    pub tools: &'a mut Tools<L>,
-}
-
-impl<L: Lane> FollowVarying<'_, L> {
-    pub fn token(&self) -> L::Token {
-        self.token
-    }
-}
 
 impl<L: Kernels> WithSimd for FollowVarying<'_, L> {
     type Output = ();
@@ -51,33 +34,6 @@ impl<L: Kernels> WithSimd for FollowVarying<'_, L> {
             let end = follow_varying(&problem, None, &rest, varying);
             end.store(&mut Outputs { data: start, stride: L::COUNT, offset: 0 });
         }
-    }
-}
-
-/// How samples are led to their answers.
-#[derive(Clone, Copy)]
-pub enum Led<'a> {
-    /// Their paths have ended before.
-    Before,
-    /// From rest along the curve of equilibria.
-    Curve,
-    /// With care on this grid, from rest or, in a search, from a start.
-    Ramp(&'a Resolution),
-}
-
-/// The arguments of [`solve_varying`].
-pub struct InVarying<'a, L: Lane> {
-    pub program: &'a Program,
-    pub token: L::Token,
-    pub led: Led<'a>,
-    pub varying: &'a mut VaryingWorkspace<L>,
-    pub tools: &'a mut Tools<L>,
-    pub out: Outputs<'a, L::Scalar>,
-}
-
-impl<L: Lane> InVarying<'_, L> {
-    pub fn token(&self) -> L::Token {
-        self.token
     }
 }
 

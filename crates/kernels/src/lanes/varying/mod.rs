@@ -6,9 +6,11 @@
 mod acting;
 mod answer;
 mod arrival;
+mod base_load;
 mod block;
 mod chord;
 mod crossing;
+mod crossing_columns;
 mod curve;
 mod ends;
 mod first;
@@ -24,13 +26,14 @@ mod program_field;
 mod rest;
 mod search;
 mod space;
+mod state;
 mod step;
 mod workspace;
 
 pub use arrival::VARYING_END_COLUMNS;
 pub use block::follow_block;
-pub use group::{FollowVarying, InVarying, Led, PassVarying};
-pub use pass::Pass;
+pub use group::PassVarying;
+pub use pass::{Pass, VaryingPasses};
 pub use program_field::ProgramField;
 pub use rest::REST_COLUMNS;
 pub use workspace::VaryingWorkspace;

@@ -6,7 +6,8 @@ use super::index::{Interval, Transfer};
 use super::matrix::Mat6;
 use super::parameters::Parameters;
 use super::program_field::FAR;
-use super::step::{Columns, State, Step, step_columns, step_rod};
+use super::state::{Columns, State};
+use super::step::{Step, step_columns, step_rod};
 use super::workspace::{VaryingWorkspace, What};
 use crate::lanes::algebra::{Mat3, Vec3, columns_cross_sub, cross, hat, length};
 use crate::lanes::lane::Lane;
@@ -30,6 +31,11 @@ pub struct Pass<'a, L: Lane> {
     /// Points of a rigid segment where the field acts, and their shares of its dipole.
     pub points: &'a [(f64, f64)],
     pub workspace: &'a mut VaryingWorkspace<L>,
+}
+
+/// A register type with passes in a field that varies.
+pub trait VaryingPasses: Lane {
+    fn varying_pass(pass: Pass<'_, Self>);
 }
 
 /// dr/d(n0, m0) from the canonical load at the tip, with moment `m` there.

@@ -3,13 +3,13 @@
 //! A rod's steps depend on that rod alone: a lane that has finished is frozen while its neighbours go on.
 
 use super::arrival::VaryingPath;
+use super::base_load::{margin, norm, select, size};
 use super::index::index;
 use super::matrix::Mat6;
-use super::pass::Pass;
+use super::pass::{Pass, VaryingPasses};
 use super::rest::Rest;
 use super::workspace::{VaryingWorkspace, What};
-use crate::lanes::algebra::{Vec3, affordable, differs_widely, dot, length};
-use crate::lanes::kernels::Kernels;
+use crate::lanes::algebra::{Vec3, affordable, differs_widely, length};
 use crate::lanes::lane::{Lane, Scalar};
 use crate::lanes::problem::Problem;
 use crate::lanes::program::Resolution;
@@ -22,36 +22,6 @@ use crate::model::path::{
     NEAR_TOLERANCE, NODE_LEAST_RATIO, NODE_MOST_RATIO, NODE_PASS_LIMIT, NODE_RETREAT, PATH_TOLERANCE, SAFE_MARGIN,
     SMALLEST_GUARDED_STEP, SMALLEST_RAMP_STEP, SPENT, TRUST, WIDENING,
 };
-
-/// sqrt(3) over the norm of d(m0)/d(l_tip).
-#[inline(always)]
-pub fn margin<L: Lane>(inverse: &Mat6<L>) -> L {
-    let mut square = inverse.0[3][3].constant(0.0);
-    for row in &inverse.0[3..] {
-        for x in &row[3..] {
-            square = x.mul_add(*x, square);
-        }
-    }
-    square.constant(3.0_f64.sqrt()) / square.sqrt()
-}
-
-/// Size of a change of the load at the base, against 1 and the load.
-#[inline(always)]
-pub fn size<L: Lane>(change: (Vec3<L>, Vec3<L>), base: (Vec3<L>, Vec3<L>)) -> L {
-    norm(change) / (norm(base) + change.0.x.constant(1.0))
-}
-
-#[inline(always)]
-pub fn norm<L: Lane>((n, m): (Vec3<L>, Vec3<L>)) -> L {
-    (dot(n, n) + dot(m, m)).sqrt()
-}
-
-pub type Load<L> = (Vec3<L>, Vec3<L>);
-
-#[inline(always)]
-pub fn select<L: Lane>(mask: L::Mask, a: Load<L>, b: Load<L>) -> Load<L> {
-    (Vec3::select(mask, a.0, b.0), Vec3::select(mask, a.1, b.1))
-}
 
 /// The share of a correction's bounds that holds at a margin, where the path is `sharp`: next to a bifurcation other branches
 /// are as near as its root.
@@ -92,7 +62,7 @@ fn passes_by<L: Lane>(way: L, before: L, after: L) -> L::Mask {
 /// Leads all lanes from rest to their full load. With care, on a grid for it, the index is 0 at every step. Without, those arrive that ask for
 /// no short steps, come near no fold and end with an index of 0.
 #[inline(always)]
-pub fn follow_varying<L: Kernels>(
+pub fn follow_varying<L: VaryingPasses>(
     problem: &Problem<'_, L>,
     care: Option<&Resolution>,
     from: &Rest<L>,

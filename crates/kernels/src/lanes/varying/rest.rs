@@ -1,11 +1,9 @@
 //! How the equilibrium sets out from rest in a field that varies.
 
-use super::pass::Pass;
-use super::path::Load;
-use super::path::norm;
+use super::base_load::{Load, norm};
+use super::pass::{Pass, VaryingPasses};
 use super::workspace::{VaryingWorkspace, What};
 use crate::lanes::algebra::{Vec3, cross_sub, length};
-use crate::lanes::kernels::Kernels;
 use crate::lanes::lane::Lane;
 use crate::lanes::problem::{Problem, stiff};
 use crate::lanes::program::{Inputs, Outputs};
@@ -49,7 +47,7 @@ impl<L: Lane> Rest<L> {
 
 /// How all lanes set out from rest: the loads on the unbent rod.
 #[inline(always)]
-pub fn set_out<L: Kernels>(problem: &Problem<'_, L>, workspace: &mut VaryingWorkspace<L>) -> Rest<L> {
+pub fn set_out<L: VaryingPasses>(problem: &Problem<'_, L>, workspace: &mut VaryingWorkspace<L>) -> Rest<L> {
     let Problem { program, rod, .. } = *problem;
     let problem = Problem { rod: &stiff(rod), ..*problem };
     let none = Vec3::splat(rod.t.x.constant(0.0));

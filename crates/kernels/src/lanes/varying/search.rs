@@ -3,12 +3,12 @@
 //! Where the force at the base is not given, that is found first that goes with the moment; then both are corrected.
 
 use super::arrival::VaryingPath;
+use super::base_load::{norm, select};
 use super::chord::{newton_step, shoot};
 use super::matrix::Mat6;
-use super::path::{norm, select};
+use super::pass::VaryingPasses;
 use super::workspace::{VaryingWorkspace, What};
 use crate::lanes::algebra::{Mat3, Vec3, inverse, length};
-use crate::lanes::kernels::Kernels;
 use crate::lanes::problem::Problem;
 use crate::lanes::search::deflation;
 use crate::lanes::start::Start;
@@ -17,7 +17,10 @@ use crate::model::path::{PATH_TOLERANCE, SEARCH_FORCE_LIMIT, SEARCH_LIMIT, SEARC
 
 /// The equilibrium under the full load that a search from the base moment in the inputs comes to.
 #[inline(always)]
-pub fn search_varying<L: Kernels>(problem: &Problem<'_, L>, workspace: &mut VaryingWorkspace<L>) -> VaryingPath<L> {
+pub fn search_varying<L: VaryingPasses>(
+    problem: &Problem<'_, L>,
+    workspace: &mut VaryingWorkspace<L>,
+) -> VaryingPath<L> {
     let Problem { program, rod, .. } = *problem;
     let Start { m0, known } = Start::load(problem);
     let n0 = Start::force(problem);
@@ -86,7 +89,7 @@ pub fn search_varying<L: Kernels>(problem: &Problem<'_, L>, workspace: &mut Vary
 
 /// d(n(L))/d(n0), columns.
 #[inline(always)]
-fn force_block<L: Kernels>(matrix: &Mat6<L>) -> Mat3<L> {
+fn force_block<L: VaryingPasses>(matrix: &Mat6<L>) -> Mat3<L> {
     let of = |k: usize| Vec3 { x: matrix.0[0][k], y: matrix.0[1][k], z: matrix.0[2][k] };
     Mat3 { x: of(0), y: of(1), z: of(2) }
 }
