@@ -35,6 +35,7 @@ pub use fallback::{Fallback, run_with_fallback};
 pub use job::{PreparedSweep, SweepJob, branch_tools};
 pub use options::{Progress, RowsWritten, RunOptions};
 pub use pilot::{STEPS, choose_method, choose_steps, choose_steps_for, estimates_from};
+pub use refine::ATTEMPTS;
 pub use run::run;
 pub use second_path::PathCheckOptions;
 pub(crate) use second_path::{Decision, decide, is_same_end};

@@ -2,7 +2,7 @@
 
 use super::options::RunOptions;
 use crate::backend::BackendFactory;
-use crate::backend::{Backend, BackendError, RungCount};
+use crate::backend::{Backend, BackendError, LadderLine, RungCount};
 use crate::model::{Batch, Plan, Quantity, Solutions, Status};
 use crate::spec::Sampler;
 use std::time::Instant;
@@ -10,11 +10,29 @@ use std::time::Instant;
 /// Samples of one second attempt; bounds its memory.
 const MAX_BATCH: usize = 1 << 16;
 
-/// Names of the attempts after the engine's own.
-const SETTLED: &str = "doubt settled in f64";
-const SECOND_ATTEMPTS: [&str; 2] = ["second attempt", "reference"];
-const OTHER_ATTEMPTS: &str = "another attempt";
-const FINER: &str = "finer steps";
+/// The rungs after the engine's own.
+pub const ATTEMPTS: [LadderLine; 4] = [
+    LadderLine {
+        rung: "doubt settled in f64",
+        samples: "rows of a GPU in f32 whose error estimate is above the tolerance",
+        decides: "`refined`",
+    },
+    LadderLine {
+        rung: "second attempt",
+        samples: "rows that failed or are doubtful, but for folds whose turn was seen: all rungs again, on more steps, in f64",
+        decides: "`refined`, `fold`",
+    },
+    LadderLine {
+        rung: "reference",
+        samples: "rows that have failed there, too, but for folds whose turn was seen",
+        decides: "`refined`, any failure",
+    },
+    LadderLine {
+        rung: "finer steps",
+        samples: "rows whose error estimate is still above the tolerance",
+        decides: "`refined`",
+    },
+];
 
 /// The backends of second attempts, made when first needed.
 pub(crate) struct Refiners<'a> {
@@ -99,10 +117,11 @@ impl<'a> Refiners<'a> {
             let account = RungCount { rung: rung.into(), ..RungCount::default() };
             Stage { factory, backend: None, account }
         };
-        let names = SECOND_ATTEMPTS.iter().chain(std::iter::repeat(&OTHER_ATTEMPTS));
+        let [settled, second, reference, finer] = ATTEMPTS.map(|line| line.rung);
+        let names = [second, reference].into_iter().chain(std::iter::repeat(reference));
         let stages = options.refiners.iter().zip(names).map(|(factory, name)| stage(*factory, name)).collect();
-        let settle = options.settle.map(|factory| stage(factory, SETTLED));
-        let finer = options.finer.map(|factory| stage(factory, FINER));
+        let settle = options.settle.map(|factory| stage(factory, settled));
+        let finer = options.finer.map(|factory| stage(factory, finer));
         Refiners { settle, finer, stages, attempts: 0, refined: 0 }
     }
 

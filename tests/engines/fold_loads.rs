@@ -10,12 +10,12 @@ use rodsweep::spec::SweepSpec;
 /// Two coils on a soft catheter that something pulls at.
 const TWO_COILS: &str = r#"
 [field]
-flux_density = [0, "1.5 T", "0.1 T"]
+flux_density = [0, "1.5 T", "0.01 T"]
 [base]
 rotation = [0, 0, 0]
 [loads]
-tip_force = [0, "1 mN", 0]
-gravity = [0, 0, -9.81]
+tip_force = [0, "0.05 mN", 0]
+gravity = [0, 0, -0.5]
 [[segment]]
 name = "body"
 kind = "flexible"
@@ -24,7 +24,7 @@ tube = { inner_radius = "0.5 mm", outer_radius = "0.8 mm" }
 youngs_modulus = "8 MPa"
 poisson_ratio = 0.48
 density = "1200 kg/m^3"
-rest_curvature = [1, 0, 0]
+rest_curvature = [0.2, 0, 0]
 [[segment]]
 name = "coilA"
 kind = "rigid"
@@ -47,21 +47,21 @@ coil = { turns = [50, 50, 100], area = ["20 mm^2", "20 mm^2", "3 mm^2"], current
 
 /// Currents whose path ends in a fold, and what else is differentiated by, with its value in the scene.
 const TWO_COIL_INPUTS: [(&str, f64); 16] = [
-    ("coilA.current.x", -0.0529),
-    ("coilA.current.y", -0.036),
-    ("coilA.current.z", 0.06),
-    ("coilB.current.x", 0.0698),
-    ("coilB.current.y", -0.0354),
-    ("coilB.current.z", 0.0536),
+    ("coilA.current.x", -0.07468),
+    ("coilA.current.y", -0.00539),
+    ("coilA.current.z", -0.03327),
+    ("coilB.current.x", 0.06183),
+    ("coilB.current.y", -0.07899),
+    ("coilB.current.z", -0.03549),
     ("field.flux_density.y", 1.5),
-    ("field.flux_density.z", 0.1),
+    ("field.flux_density.z", 0.01),
     ("body.youngs_modulus", 8e6),
     ("neck.length", 0.025),
-    ("body.rest_curvature.x", 1.0),
+    ("body.rest_curvature.x", 0.2),
     ("insertion", 0.105),
     ("base.rotation.x", 0.0),
-    ("loads.tip_force.y", 1e-3),
-    ("loads.gravity.z", -9.81),
+    ("loads.tip_force.y", 5e-5),
+    ("loads.gravity.z", -0.5),
     ("coilA.mass", 3e-4),
 ];
 
@@ -96,9 +96,9 @@ length = "50 mm"
 "#;
 
 const GUIDEWIRE_INPUTS: [(&str, f64); 9] = [
-    ("magnets.arm.position.x", -0.04),
-    ("magnets.arm.position.z", 0.11),
-    ("magnets.arm.remanence", 1.4),
+    ("magnets.arm.position.x", -0.0877),
+    ("magnets.arm.position.z", 0.0241),
+    ("magnets.arm.strength", 1.0),
     ("field.flux_density.z", 1e-3),
     ("field.gradient.xx", 0.01),
     ("shaft.youngs_modulus", 2e6),
@@ -208,7 +208,7 @@ fn all_loads_together_move_a_fold_as_their_own_share() {
         (
             GUIDEWIRE,
             &GUIDEWIRE_INPUTS[..],
-            &["magnets.arm.remanence", "field.flux_density.z", "field.gradient.xx", "loads.gravity.z"][..],
+            &["magnets.arm.strength", "field.flux_density.z", "field.gradient.xx", "loads.gravity.z"][..],
         ),
     ] {
         let scene = scene.replace("[\"0.01 mN\", 0, 0]", "[0, 0, 0]");

@@ -32,6 +32,7 @@ mod invariance;
 mod jacobian;
 mod judge;
 mod jumps;
+mod ladder;
 mod limp;
 mod limp_forms;
 mod limp_lanes;

@@ -9,9 +9,8 @@ use std::fs;
 /// Folders of one crate each, and the name by which the crate's own files may call it.
 const CRATES: [&str; 5] = ["src", "crates/kernels/src", "crates/bench/src", "crates/cli/src", "python/src"];
 
-/// Folders whose private files may refer to each other: the scene and its parameters say the same thing from two sides,
-/// and compiled kernels call each other through their table (`kernels.rs`).
-const ONE_DETAIL: [&str; 2] = ["crates/kernels/src/model/", "crates/kernels/src/lanes/"];
+/// A folder whose private files may refer to each other: the scene and its parameters say the same thing from two sides.
+const ONE_DETAIL: [&str; 1] = ["crates/kernels/src/model/"];
 
 type Module = Vec<String>;
 

@@ -107,6 +107,17 @@ impl BackendError {
     }
 }
 
+/// A rung of the ladder of methods in words: for the guide, and for whoever asks how a sample was solved.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LadderLine {
+    /// The method.
+    pub rung: &'static str,
+    /// For which samples it is.
+    pub samples: &'static str,
+    /// Statuses that it gives; any other sample goes to the next rung.
+    pub decides: &'static str,
+}
+
 /// What a rung of the ladder did: one method for all samples that the rungs before have left.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RungCount {

@@ -2,7 +2,6 @@
 //!
 //! Units stand in the metadata of each field, as Arrow writes them.
 
-mod numbers;
 mod ranges;
 mod read;
 mod seal;

@@ -1,6 +1,5 @@
 //! Tables to Parquet, columns side by side, straight from their memory.
 
-use super::numbers::{LEVEL, Pages};
 use super::{FORMAT, seal};
 use crate::clock::Busy;
 use crate::model::Status;
@@ -9,7 +8,7 @@ use bytemuck::cast_slice;
 use bytes::Bytes;
 use parquet::basic::{Compression, Encoding, LogicalType, Repetition, Type as Physical, ZstdLevel};
 use parquet::column::writer::{ColumnCloseResult, ColumnWriterImpl, get_column_writer, get_typed_column_writer};
-use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DataType, Int64Type};
+use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DataType, DoubleType, FloatType, Int64Type};
 use parquet::errors::ParquetError;
 use parquet::file::metadata::KeyValue;
 use parquet::file::properties::{EnabledStatistics, WriterProperties};
@@ -20,6 +19,11 @@ use std::sync::Arc;
 
 /// Words that are made at a time.
 const WORDS: usize = 4096;
+/// Of zstd: the fastest that takes what there is to take.
+const LEVEL: i32 = 1;
+/// Rows of a page. zstd takes 128 KiB at a time: so many rows fill two planes of it, and the low bytes of a mantissa, which do not
+/// shrink, stand apart from signs and exponents, which do.
+const PAGE_ROWS: usize = 1 << 16;
 
 /// The file of a table, with pairs of keys and values in its footer.
 ///
@@ -72,14 +76,11 @@ impl Encoder {
         let mut writer = SerializedFileWriter::new(bytes, schema(table)?, properties.clone())?;
         let described = writer.schema_descr().columns().to_vec();
         let busy = Busy::here();
-        let chunks = table.columns.par_iter().zip(&described).zip(columns.par_iter_mut()).map_init(
-            Pages::new,
-            |pages, ((column, description), to)| {
+        let chunks =
+            table.columns.par_iter().zip(&described).zip(columns.par_iter_mut()).map(|((column, description), to)| {
                 let _busy = busy.enter();
-                let pages = pages.as_mut().map_err(|error| ParquetError::General(error.to_string()))?;
-                write_column(&column.values, pages, (description, &properties), to)
-            },
-        );
+                write_column(&column.values, (description, &properties), to)
+            });
         let chunks: Vec<ColumnCloseResult> = chunks.collect::<Result<_, ParquetError>>()?;
         let mut group = writer.next_row_group()?;
         for (column, description) in columns.iter_mut().zip(chunks) {
@@ -105,11 +106,17 @@ fn properties(table: &Table) -> Result<WriterProperties, ParquetError> {
         .set_compression(Compression::ZSTD(ZstdLevel::try_new(LEVEL)?))
         .set_dictionary_enabled(false)
         .set_statistics_enabled(EnabledStatistics::Chunk)
+        .set_data_page_row_count_limit(PAGE_ROWS)
+        .set_write_batch_size(PAGE_ROWS)
         .set_created_by(concat!("rodsweep ", env!("CARGO_PKG_VERSION")).into())
         .set_key_value_metadata(Some(vec![schema]));
-    for column in table.columns.iter().filter(|column| matches!(column.values, Values::Index(_))) {
-        let path = ColumnPath::new(vec![column.name.clone()]);
-        properties = properties.set_column_encoding(path, Encoding::DELTA_BINARY_PACKED);
+    for column in &table.columns {
+        let encoding = match column.values {
+            Values::Index(_) => Encoding::DELTA_BINARY_PACKED,
+            Values::Double(_) | Values::Single(_) => Encoding::BYTE_STREAM_SPLIT,
+            Values::Flag(_) | Values::Status(_) | Values::Text(_) => continue,
+        };
+        properties = properties.set_column_encoding(ColumnPath::new(vec![column.name.clone()]), encoding);
     }
     Ok(properties.build())
 }
@@ -136,15 +143,14 @@ fn field(column: &Column) -> Result<TypePtr, ParquetError> {
 /// Makes `to` a column as it stands in a file; returns what the footer says of it.
 fn write_column(
     values: &Values,
-    pages: &mut Pages,
     (description, properties): (&ColumnDescPtr, &Arc<WriterProperties>),
     to: &mut Vec<u8>,
 ) -> Result<ColumnCloseResult, ParquetError> {
     to.clear();
     let mut encoder = ColumnEncoder { description, properties, to };
     match values {
-        Values::Double(values) => pages.write(values, description, encoder.to),
-        Values::Single(values) => pages.write(values, description, encoder.to),
+        Values::Double(values) => encoder.write_numbers::<DoubleType>(values, |number| !number.is_nan()),
+        Values::Single(values) => encoder.write_numbers::<FloatType>(values, |number| !number.is_nan()),
         // The same bits; the logical type says that they are unsigned.
         Values::Index(values) => encoder.write::<Int64Type>(|to| to.write_batch(cast_slice(values), None, None)),
         Values::Flag(values) => {
@@ -182,6 +188,30 @@ impl ColumnEncoder<'_> {
         Ok(closed)
     }
 
+    /// Numbers, of which those that are not known are nulls.
+    fn write_numbers<T: DataType>(
+        &mut self,
+        values: &[T::T],
+        is_known: impl Fn(&T::T) -> bool,
+    ) -> Result<ColumnCloseResult, ParquetError> {
+        self.write::<T>(|to| {
+            let mut known = Vec::new();
+            let mut levels = Vec::with_capacity(values.len().min(PAGE_ROWS));
+            for page in values.chunks(PAGE_ROWS) {
+                levels.clear();
+                levels.extend(page.iter().map(|number| i16::from(is_known(number))));
+                if levels.iter().all(|level| *level == 1) {
+                    to.write_batch(page, Some(&levels), None)?;
+                    continue;
+                }
+                known.clear();
+                known.extend(page.iter().filter(|number| is_known(number)).cloned());
+                to.write_batch(&known, Some(&levels), None)?;
+            }
+            Ok(values.len())
+        })
+    }
+
     fn write_words<T>(
         &mut self,
         values: &[T],
@@ -196,5 +226,38 @@ impl ColumnEncoder<'_> {
             }
             Ok(values.len())
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use parquet::file::reader::{FileReader, SerializedFileReader};
+    use parquet::file::statistics::Statistics;
+
+    #[test]
+    fn footers_tell_extremes_and_gaps() {
+        let count = PAGE_ROWS + 1001;
+        let column = |name: &str, number: &dyn Fn(usize) -> f64| {
+            Column::new(name, "", (0..count).map(number).collect::<Vec<f64>>())
+        };
+        let whole = column("whole", &|row| row as f64 - 70.0);
+        let singles = Column::new("singles", "", whole.values.numbers().iter().map(|x| *x as f32).collect::<Vec<_>>());
+        let gap_in_front = column("gap", &|row| if row < PAGE_ROWS + 1 { f64::NAN } else { -(row as f64) });
+        let table = Table::new(vec![whole, singles, gap_in_front, column("none", &|_| f64::NAN)]);
+        let file = SerializedFileReader::new(Bytes::from(encode(&table, &[]).expect("numbers"))).expect("a file");
+        let group = file.metadata().row_group(0);
+        let said = |at: usize| match group.column(at).statistics().expect("statistics") {
+            Statistics::Double(of) => (of.min_opt().copied(), of.max_opt().copied(), of.null_count_opt()),
+            Statistics::Float(of) => {
+                (of.min_opt().copied().map(f64::from), of.max_opt().copied().map(f64::from), of.null_count_opt())
+            }
+            other => panic!("{other:?}"),
+        };
+        let most = (count - 1) as f64;
+        assert_eq!(said(0), (Some(-70.0), Some(most - 70.0), Some(0)));
+        assert_eq!(said(1), said(0));
+        assert_eq!(said(2), (Some(-most), Some(-(PAGE_ROWS as f64) - 1.0), Some(PAGE_ROWS as u64 + 1)));
+        assert_eq!(said(3), (None, None, Some(count as u64)));
     }
 }

@@ -1,8 +1,9 @@
 //! A batch: its blocks side by side on all threads, then, packed together, those of its samples that another way is for.
 
 use super::kernels::Job;
-use super::ladder::Way;
+use super::ladder::{Course, Rung};
 use super::lane::WIDEST;
+use super::program::Program;
 use super::scratch::{Lent, Pool, Scratch};
 use super::{BlockScalar, Lanes};
 use crate::backend::Precision;
@@ -22,23 +23,15 @@ impl Lanes {
         let count = batch.sample_count();
         let block_len = solutions.values.block_len();
         let scales = self.output_scales();
-        let from_anchors = self.program.anchors.is_some();
-        let way = if self.program.field.is_some() {
-            // Under a tip moment margins do not tell where the index changes: it is counted at every step.
-            let counts = self.program.searches || self.program.tip_moment;
-            if counts { Way::VaryingCare } else { Way::Varying }
-        } else if self.by_nodes {
-            Way::Nodes
-        } else if from_anchors {
-            Way::Anchors
-        } else {
-            Way::Rest
-        };
+        let Program { field, searches, tip_moment, anchors, .. } = &self.program;
+        let (varying, anchors) = (field.is_some(), anchors.is_some());
+        let course = Course { varying, searches: *searches, tip_moment: *tip_moment, by_nodes: self.by_nodes, anchors };
+        let rungs = course.rungs();
         let busy = Busy::here();
         let first = |lent: &mut Lent<'_, S>, (block, out): (usize, &mut [f64])| {
             let _busy = busy.enter();
             let samples: Vec<usize> = (block * BLOCK..count.min((block + 1) * BLOCK)).collect();
-            let mut left = self.solve_samples(batch, &samples, way, &scales, &mut lent.scratch, out);
+            let mut left = self.solve_samples(batch, &samples, rungs[0], &scales, &mut lent.scratch, out);
             if self.leaves_some_starts {
                 let (limp, others): (Vec<_>, _) = samples.into_iter().partition(|at| self.leaves_start(batch, *at));
                 left.retain(|at| others.contains(at));
@@ -57,35 +50,24 @@ impl Lanes {
                 blocks.map_init(|| pool.lend(), first).flatten_iter().collect()
             }
         };
-        let unsymmetric = self.program.tip_moment;
-        let ways = match way {
-            // Under a tip moment stability is lost elsewhere than where the load turns.
-            Way::Anchors if unsymmetric => &[Way::Rest, Way::Limp, Way::Care, Way::Nodes][..],
-            Way::Anchors => &[Way::Rest, Way::Limp, Way::Curve, Way::Care, Way::Nodes],
-            Way::Varying => &[Way::VaryingCurve, Way::VaryingCare, Way::VaryingFine],
-            Way::VaryingCare if !self.program.searches => &[Way::VaryingFine],
-            Way::VaryingCare | Way::Nodes => &[],
-            _ if unsymmetric => &[Way::Limp, Way::Care, Way::Nodes],
-            _ => &[Way::Limp, Way::Curve, Way::Care, Way::Nodes],
-        };
-        for way in ways {
+        for rung in &rungs[1..] {
             let mut others = Vec::new();
-            match way {
-                Way::Limp => {
+            match rung {
+                Rung::LimpShooting => {
                     let is_limp = |at: &usize| self.is_limp(batch, *at) || self.leaves_start(batch, *at);
                     (left, others) = left.into_iter().partition(is_limp);
                 }
                 // A single pass that may lose its digits sees no turn.
-                Way::Curve => (left, others) = left.into_iter().partition(|at| !self.is_grown(batch, *at)),
+                Rung::Curve => (left, others) = left.into_iter().partition(|at| !self.is_grown(batch, *at)),
                 // In single precision it does not tell there where the load turns.
-                Way::VaryingCurve if self.precision == Precision::F32 => std::mem::swap(&mut left, &mut others),
-                Way::Nodes => left.retain(|sample| self.may_be_grown(batch, solutions, *sample)),
+                Rung::FieldCurve if self.precision == Precision::F32 => std::mem::swap(&mut left, &mut others),
+                Rung::MultipleShooting => left.retain(|sample| self.may_be_grown(batch, solutions, *sample)),
                 _ => {}
             }
             let again = |lent: &mut Lent<'_, S>, samples: &[usize]| {
                 let _busy = busy.enter();
                 let mut out = vec![0.0; block_len];
-                let left = self.solve_samples(batch, samples, *way, &scales, &mut lent.scratch, &mut out);
+                let left = self.solve_samples(batch, samples, *rung, &scales, &mut lent.scratch, &mut out);
                 (out, left)
             };
             let mut size = BLOCK;
@@ -99,7 +81,8 @@ impl Lanes {
             };
             for (samples, (rows, _)) in left.chunks(size).zip(&solved) {
                 let mut is_taken = |(at, sample): &(usize, &usize)| {
-                    *way != Way::Nodes || self.takes(solutions, **sample, |column| rows[column * BLOCK + at])
+                    *rung != Rung::MultipleShooting
+                        || self.takes(solutions, **sample, |column| rows[column * BLOCK + at])
                 };
                 let taken: Vec<(usize, &usize)> = samples.iter().enumerate().filter(|row| is_taken(row)).collect();
                 for (column, values) in rows.chunks(BLOCK).enumerate() {
@@ -179,7 +162,7 @@ impl Lanes {
         &self,
         batch: &Batch,
         samples: &[usize],
-        way: Way,
+        rung: Rung,
         scales: &[f64],
         scratch: &mut Scratch<S>,
         out: &mut [f64],
@@ -202,7 +185,7 @@ impl Lanes {
             }
         }
         let mut left = Vec::new();
-        let job = Job { program: &self.program, inputs, bad, way, order, left: &mut left, values, memory };
+        let job = Job { program: &self.program, inputs, bad, rung, order, left: &mut left, values, memory };
         S::run(self.arch, job);
         // A place in a block is a byte, which needs no check.
         let places: Vec<u8> = order.iter().map(|place| *place as u8).collect();
@@ -218,7 +201,7 @@ impl Lanes {
             }
         }
         left.iter_mut().for_each(|place| *place = samples[*place]);
-        self.rungs[way as usize].add(samples.len(), left.len(), begin.elapsed());
+        self.rungs[rung as usize].add(samples.len(), left.len(), begin.elapsed());
         left
     }
 }

@@ -4,7 +4,7 @@
 use super::anchors::anchored_end;
 use super::group::{load_rest, store_end, store_rest};
 use super::kernels::{Answer, Follow, Job, Kernels, Led, Load};
-use super::ladder::{Way, is_for_next};
+use super::ladder::{Rung, is_left};
 use super::lane::{Lane, Scalar, WIDEST};
 use super::memory::{Block, CoarseScalar, Memory};
 use super::path::{Path, rest_slope};
@@ -31,7 +31,7 @@ impl<L: Kernels> WithSimd for AsKernel<'_, L> {
 /// Solves a block.
 #[inline(always)]
 fn solve_job<L: Kernels>(token: L::Token, job: Job<'_, L::Scalar>) {
-    let Job { program, inputs, bad, way, order, left, values, memory } = job;
+    let Job { program, inputs, bad, rung, order, left, values, memory } = job;
     let kept = memory.take().and_then(|memory| memory.downcast::<Memory<L>>().ok());
     let mut kept = kept.unwrap_or_else(|| Box::new(Memory::new(token, program, inputs.len())));
     order.clear();
@@ -39,12 +39,15 @@ fn solve_job<L: Kernels>(token: L::Token, job: Job<'_, L::Scalar>) {
     let solved = order.len();
     let mut block = Block::<L> { program, token, inputs, memory: &mut kept };
     let (mut path, mut ready) = (Path::Search, solved);
-    if program.field.is_none() && program.start.is_none() && !matches!(way, Way::Limp | Way::Nodes) {
-        (path, ready) = match (way, &program.anchors) {
-            (Way::Anchors, Some((grid, column))) => (Path::Anchored, block.predict(grid, *column, order)),
-            (Way::Care | Way::Curve, _) => {
+    if program.field.is_none()
+        && program.start.is_none()
+        && !matches!(rung, Rung::LimpShooting | Rung::MultipleShooting)
+    {
+        (path, ready) = match (rung, &program.anchors) {
+            (Rung::Anchors, Some((grid, column))) => (Path::Anchored, block.predict(grid, *column, order)),
+            (Rung::GuardedSteps | Rung::Curve, _) => {
                 block.sort_by_bend(bad.len(), order);
-                (if way == Way::Care { Path::GuardedRamp } else { Path::Curve }, solved)
+                (if rung == Rung::GuardedSteps { Path::GuardedRamp } else { Path::Curve }, solved)
             }
             _ => {
                 block.sort_by_bend(bad.len(), order);
@@ -52,29 +55,29 @@ fn solve_job<L: Kernels>(token: L::Token, job: Job<'_, L::Scalar>) {
             }
         };
     }
-    if way == Way::Varying {
+    if rung == Rung::FieldSteps {
         ready = follow_block(program, token, inputs, block.memory, order);
     }
     for offset in (0..ready).step_by(L::COUNT) {
         let samples = &order[offset..ready.min(offset + L::COUNT)];
         let out = Outputs { data: &mut *values, stride: BLOCK, offset };
-        match way {
-            Way::Limp | Way::Nodes => {
+        match rung {
+            Rung::LimpShooting | Rung::MultipleShooting => {
                 let from = offset % L::Coarse::COUNT;
                 if from == 0 {
                     block.follow_nodes(&order[offset..ready.min(offset + L::Coarse::COUNT)]);
                 }
                 block.solve_by_nodes(samples, from, out);
             }
-            Way::Varying => block.solve_in_varying(samples, Led::Before, out),
-            Way::VaryingCurve => block.solve_in_varying(samples, Led::Curve, out),
-            Way::VaryingCare => block.solve_in_varying(samples, Led::Ramp(&program.careful), out),
-            Way::VaryingFine => block.solve_in_varying(samples, Led::Ramp(&program.fine), out),
+            Rung::FieldSteps => block.solve_in_varying(samples, Led::Before, out),
+            Rung::FieldCurve => block.solve_in_varying(samples, Led::Curve, out),
+            Rung::FieldGuardedSteps => block.solve_in_varying(samples, Led::Ramp(&program.careful), out),
+            Rung::FieldFineSteps => block.solve_in_varying(samples, Led::Ramp(&program.fine), out),
             _ => block.solve(samples, path, out),
         }
     }
     let status = Quantity::Status.column() * BLOCK;
-    let is_left = |place: &usize| *place >= ready || is_for_next(way, values[status + *place]);
+    let is_left = |place: &usize| *place >= ready || is_left(rung, values[status + *place]);
     left.extend((0..solved).filter(is_left).map(|place| order[place]));
     order.extend((0..bad.len()).filter(|sample| bad[*sample]));
     let code = L::Scalar::from_f64(f64::from(Status::BadParameter.code()));

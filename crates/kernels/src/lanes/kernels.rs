@@ -1,6 +1,6 @@
 //! Kernels by name, and their arguments: what a register type can be asked for. `table.rs` has them for every register type.
 
-use super::ladder::Way;
+use super::ladder::Rung;
 use super::lane::{Lane, Scalar};
 use super::nodes::{Nodes, QuickEnd};
 use super::path::{Path, PathEnd, RestSlope};
@@ -32,7 +32,7 @@ pub struct Job<'a, S: Scalar> {
     /// Of each sample.
     pub bad: &'a [bool],
     /// How samples are led to their loads.
-    pub way: Way,
+    pub rung: Rung,
     /// The samples in the order in which they are solved.
     pub order: &'a mut Vec<usize>,
     /// Those that need care, without an answer.

@@ -1,73 +1,113 @@
-//! The ladder: the ways to an equilibrium, and which comes after which for samples that one has left.
+//! The ladder: the methods that lead samples to their equilibria, for which samples each is, what it decides, and which comes next.
 
 use super::lane::Scalar;
+use crate::backend::LadderLine;
 use crate::model::Status;
 
-/// How samples are led to their loads; each is for those that the one before has left.
+/// A method. It is for the samples that those before it have left.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Way {
-    /// From anchors, where the plan has any.
+pub enum Rung {
     Anchors,
-    /// From rest.
-    Rest,
-    /// Along the curve of equilibria.
+    LoadSteps,
+    FieldSteps,
+    LimpShooting,
     Curve,
-    /// From rest with care.
-    Care,
-    /// From rest, by nodes all along the rod: where errors grow so much that a single pass would tell nothing.
-    Limp,
-    /// The same: where no single pass has told enough.
-    Nodes,
-    /// From rest, in a field that varies in space.
-    Varying,
-    /// Along the curve of equilibria there.
-    VaryingCurve,
-    /// From rest there, in steps as short as it takes.
-    VaryingCare,
-    /// The same on the grid of the answer, where that is no less exact.
-    VaryingFine,
+    FieldCurve,
+    GuardedSteps,
+    FieldGuardedSteps,
+    FieldFineSteps,
+    MultipleShooting,
 }
 
-impl Way {
-    /// Every way, as numbered.
-    pub const ALL: [Way; 10] = [
-        Way::Anchors,
-        Way::Rest,
-        Way::Varying,
-        Way::Limp,
-        Way::Curve,
-        Way::VaryingCurve,
-        Way::Care,
-        Way::VaryingCare,
-        Way::VaryingFine,
-        Way::Nodes,
+/// What of a plan and an engine decides which rungs there are.
+#[derive(Clone, Copy, Debug)]
+pub struct Course {
+    /// The field varies in space.
+    pub varying: bool,
+    /// Samples start from a given base moment.
+    pub searches: bool,
+    /// There may be a dead tip moment: stability is lost elsewhere than where the load turns.
+    pub tip_moment: bool,
+    /// Every sample is solved by multiple shooting.
+    pub by_nodes: bool,
+    pub anchors: bool,
+}
+
+impl Rung {
+    /// Every rung, in the order in which samples meet them.
+    pub const ALL: [Rung; 10] = [
+        Rung::Anchors,
+        Rung::LoadSteps,
+        Rung::FieldSteps,
+        Rung::LimpShooting,
+        Rung::Curve,
+        Rung::FieldCurve,
+        Rung::GuardedSteps,
+        Rung::FieldGuardedSteps,
+        Rung::FieldFineSteps,
+        Rung::MultipleShooting,
     ];
 
-    /// The name of the rung.
-    pub fn name(self) -> &'static str {
-        match self {
-            Way::Anchors => "anchors",
-            Way::Rest | Way::Varying => "load steps",
-            Way::Limp => "multiple shooting of limp and taut rods",
-            Way::Curve | Way::VaryingCurve => "curve of equilibria",
-            Way::Care | Way::VaryingCare => "guarded load steps",
-            Way::VaryingFine => "guarded load steps on the answer's grid",
-            Way::Nodes => "multiple shooting",
+    /// What it is, for whom, and what it decides.
+    pub fn line(self) -> LadderLine {
+        let (rung, samples, decides) = match self {
+            Rung::Anchors => ("anchors", "all, where the sweep has anchors", "`ok`"),
+            Rung::LoadSteps => ("load steps", "all others, in a uniform field", "`ok`, `ramped`"),
+            Rung::FieldSteps => ("load steps in a field", "all, in a field that varies in space", "`ramped`"),
+            Rung::LimpShooting => {
+                ("multiple shooting of limp rods", "rods whose growth exponent is above the limit", "`ramped`")
+            }
+            Rung::Curve => ("curve of equilibria", "all that are left, but for rods of much growth", "`fold`"),
+            Rung::FieldCurve => ("curve in a field", "all that are left, in f64", "`fold`, `ramped`"),
+            Rung::GuardedSteps => ("guarded load steps", "all that are left", "`ramped`"),
+            Rung::FieldGuardedSteps => {
+                ("guarded load steps in a field", "all that are left", "any but `not-converged`")
+            }
+            Rung::FieldFineSteps => ("guarded load steps on the fine grid", "all that are left", "any"),
+            Rung::MultipleShooting => ("multiple shooting", "rods of much growth that are left", "any"),
+        };
+        LadderLine { rung, samples, decides }
+    }
+}
+
+/// The ladder of the CPU engine.
+pub fn ladder() -> [LadderLine; Rung::ALL.len()] {
+    Rung::ALL.map(Rung::line)
+}
+
+impl Course {
+    /// The rungs of a batch, from the first.
+    pub fn rungs(&self) -> &'static [Rung] {
+        use Rung::{
+            Anchors, Curve, FieldCurve, FieldFineSteps, FieldGuardedSteps, FieldSteps, GuardedSteps, LimpShooting,
+            LoadSteps, MultipleShooting,
+        };
+        match *self {
+            Course { varying: true, searches: true, .. } => &[FieldGuardedSteps],
+            // Margins do not tell there where the index changes: it is counted at every step.
+            Course { varying: true, tip_moment: true, .. } => &[FieldGuardedSteps, FieldFineSteps],
+            Course { varying: true, .. } => &[FieldSteps, FieldCurve, FieldGuardedSteps, FieldFineSteps],
+            Course { by_nodes: true, .. } => &[MultipleShooting],
+            Course { anchors: true, tip_moment: true, .. } => {
+                &[Anchors, LoadSteps, LimpShooting, GuardedSteps, MultipleShooting]
+            }
+            Course { anchors: true, .. } => &[Anchors, LoadSteps, LimpShooting, Curve, GuardedSteps, MultipleShooting],
+            Course { tip_moment: true, .. } => &[LoadSteps, LimpShooting, GuardedSteps, MultipleShooting],
+            _ => &[LoadSteps, LimpShooting, Curve, GuardedSteps, MultipleShooting],
         }
     }
 }
 
-/// Whether a sample of this status is left to the next way: one that is pending, and after care one without success.
-pub fn is_for_next<S: Scalar>(way: Way, status: S) -> bool {
-    let settled = match way {
-        Way::Limp => return status.to_f64() != f64::from(Status::Ramped.code()),
-        Way::VaryingCurve => {
-            return ![Status::Ramped, Status::Fold].iter().any(|is| status.to_f64() == f64::from(is.code()));
-        }
-        Way::VaryingCare => return status.to_f64() == f64::from(Status::NotConverged.code()),
-        Way::Anchors | Way::Rest | Way::Curve | Way::Varying => Status::Pending,
-        Way::Care => Status::Fold,
-        Way::Nodes | Way::VaryingFine => return false,
+/// Whether a rung leaves a sample of this status to the next.
+pub fn is_left<S: Scalar>(rung: Rung, status: S) -> bool {
+    let is = |other: Status| status.to_f64() == f64::from(other.code());
+    let settled = match rung {
+        Rung::LimpShooting => return !is(Status::Ramped),
+        Rung::FieldCurve => return !(is(Status::Ramped) || is(Status::Fold)),
+        Rung::FieldGuardedSteps => return is(Status::NotConverged),
+        Rung::Anchors | Rung::LoadSteps | Rung::Curve | Rung::FieldSteps => Status::Pending,
+        Rung::GuardedSteps => Status::Fold,
+        Rung::MultipleShooting | Rung::FieldFineSteps => return false,
     };
     // A status that is no number is not settled.
     let is_settled = status.to_f64() < f64::from(settled.code());

@@ -32,7 +32,6 @@ mod problem;
 mod program;
 mod rod;
 mod rows;
-mod rung;
 mod scratch;
 mod search;
 mod section;
@@ -44,6 +43,7 @@ mod start;
 mod station;
 mod step;
 mod table;
+mod tally;
 mod terms;
 mod tools;
 mod trace;
@@ -55,12 +55,13 @@ use crate::model::{Batch, Entry, Plan, Solutions};
 pub use count::PassOperations;
 pub use counted::Operations;
 use kernels::{Job, Kernels};
-use ladder::Way;
+use ladder::Rung;
+pub use ladder::ladder;
 use lane::{F32, F64, Scalar};
 use program::Program;
 use pulp::Arch;
-use rung::Rung;
 use scratch::Pool;
+use tally::Tally;
 use terms::ProgramTerms;
 
 /// Vector instructions that a kernel is compiled for; all are in one binary.
@@ -128,8 +129,8 @@ pub struct Lanes {
     by_nodes: bool,
     /// Whether the start of some samples is left aside.
     leaves_some_starts: bool,
-    /// What each way has done so far, by its number.
-    rungs: [Rung; Way::ALL.len()],
+    /// What each rung has done so far, by its number.
+    rungs: [Tally; Rung::ALL.len()],
     /// Memory of blocks, in either precision.
     pools: (Pool<f64>, Pool<f32>),
 }
@@ -212,7 +213,7 @@ impl Backend for Lanes {
     }
 
     fn rungs(&self) -> Vec<RungCount> {
-        rung::account(&self.rungs)
+        tally::account(&self.rungs)
     }
 
     fn solve(&mut self, batch: &Batch) -> Result<Solutions, BackendError> {

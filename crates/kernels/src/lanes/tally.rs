@@ -1,19 +1,19 @@
-//! How many samples each way of the ladder took, and how long.
+//! How many samples each rung of the ladder took, and how long.
 
-use super::ladder::Way;
+use super::ladder::Rung;
 use crate::backend::RungCount;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use std::time::Duration;
 
-/// Counts of one way.
+/// Counts of one rung.
 #[derive(Debug, Default)]
-pub struct Rung {
+pub struct Tally {
     samples: AtomicU64,
     left: AtomicU64,
     nanoseconds: AtomicU64,
 }
 
-impl Rung {
+impl Tally {
     pub fn add(&self, samples: usize, left: usize, time: Duration) {
         self.samples.fetch_add(samples as u64, Relaxed);
         self.left.fetch_add(left as u64, Relaxed);
@@ -22,11 +22,11 @@ impl Rung {
 }
 
 /// The account of those that any sample has taken, in the order of the ladder.
-pub fn account(rungs: &[Rung]) -> Vec<RungCount> {
-    let of = |way: Way| {
-        let Rung { samples, left, nanoseconds } = &rungs[way as usize];
+pub fn account(tallies: &[Tally]) -> Vec<RungCount> {
+    let of = |rung: Rung| {
+        let Tally { samples, left, nanoseconds } = &tallies[rung as usize];
         let seconds = Duration::from_nanos(nanoseconds.load(Relaxed)).as_secs_f64();
-        RungCount { rung: way.name().into(), samples: samples.load(Relaxed), left: left.load(Relaxed), seconds }
+        RungCount { rung: rung.line().rung.into(), samples: samples.load(Relaxed), left: left.load(Relaxed), seconds }
     };
-    Way::ALL.into_iter().map(of).filter(|rung| rung.samples > 0).collect()
+    Rung::ALL.into_iter().map(of).filter(|rung| rung.samples > 0).collect()
 }
