@@ -66,7 +66,7 @@ def si(name: str, value: Any, unit: str | None) -> Any:
     if isinstance(value, (list, tuple)) or (type(value) is np.ndarray and value.ndim):
         if is_bare(value):
             return value
-        return [_text(name, item, unit) if isinstance(item, str) else si(name, item, unit) for item in value]
+        return [_listed(name, item, unit) if isinstance(item, str) else si(name, item, unit) for item in value]
     kind = kind_of(value)
     if kind is None:
         return value
@@ -123,6 +123,15 @@ def _text(name: str, text: str, unit: str | None) -> float:
     if unit is None:
         raise InputError(f"`{name}`: its components have different units; give each by its own name", name)
     return quantity(name, text, unit)
+
+
+def _listed(name: str, text: str, unit: str | None) -> float:
+    """A text in a list: one that looks like a number has been read from somewhere, in an unknown unit."""
+    try:
+        float(text)
+    except ValueError:
+        return _text(name, text, unit)
+    raise InputError(f"`{name}`: holds the text {text!r}; give a number, or a text with a unit", name)
 
 
 def _foreign(name: str, value: Any) -> InputError:
@@ -246,6 +255,9 @@ def doubt_length(scene: Scene, key: str, value: Any, share: float = _OUT_OF_PROP
         array = np.abs(np.asarray(value, dtype=np.float64))
     except (TypeError, ValueError):
         return
+    if not array.ndim and not float(value) > 0:
+        # Refused, or asks for nothing.
+        return
     array = array[np.isfinite(array)]
     if array.size and scene.length > 0 and array.max() >= share * scene.length:
         most = float(array.max())
@@ -286,7 +298,7 @@ def _asked(unit: str) -> str:
 
 def _rounded(factor: float) -> str:
     """Two digits of a number."""
-    return f"{float(f'{factor:.2g}'):,.0f}"
+    return f"{float(f'{factor:.2g}'):,.0f}" if factor < 1e9 else f"{factor:.1e}"
 
 
 def _warn(text: str) -> None:

@@ -54,6 +54,8 @@ def test_quantities_are_what_their_numbers_in_si_are(p6: rodsweep.Scene, quantit
         },
     )
     assert np.allclose(found.tip_position, plain.tip_position, rtol=0, atol=1e-12)
+    with pytest.raises(rodsweep.InputError, match="'2'"):
+        rodsweep.solve(p6, {"insertion": [0.09, "2"]})
     # A list of them, also of two units.
     listed = rodsweep.solve(p6, {"insertion": [quantity(88.0, "mm"), quantity(0.095, "m"), "90 mm", 0.09]})
     assert np.allclose(listed.values["insertion"], [0.088, 0.095, 0.09, 0.09], rtol=1e-15)
