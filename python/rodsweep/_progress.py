@@ -92,8 +92,12 @@ class _Lines:
         self._begin = time.monotonic()
         self._told = -_PAUSE
         self._waiting = ""
+        self._counted = (-1, -1, -1)
 
     def count(self, done: int, total: int, failed: int) -> None:
+        if (done, total, failed) == self._counted:
+            return
+        self._counted = (done, total, failed)
         seconds = time.monotonic() - self._begin
         rate = done / seconds if seconds > 0 else 0.0
         words = [f"{done:,} of {total:,} {self._unit}", f"{rate:,.3g} a second"]
