@@ -13,16 +13,28 @@
 >>> solution.tip_position.shape, solution.jacobian.shape
 ((3, 3), (3, 6, 3))
 
-Numbers are in SI units: metres, newtons, tesla, amperes, radians.
+Numbers are in SI units: metres, newtons, tesla, amperes, radians. Texts with units ("90 mm") and quantities of pint and
+astropy are converted wherever a number may stand.
 """
 
-from ._errors import DistrustedRun, DistrustedWarning, EngineError, InputError, ResultsError, RodsweepError
+from ._errors import (
+    DistrustedRun,
+    DistrustedWarning,
+    EngineError,
+    InputError,
+    MissingFileError,
+    ResultsError,
+    RodsweepError,
+    UnitWarning,
+)
+from ._page import Page
 from ._rodsweep import Parts, Table, __version__, licenses
+from ._status import Status
 from .control import Control, control
 from .fit import Fit, fit
 from .results import Results
 from .scene import Parameter, Scene
-from .solution import Shape, Solution, Status
+from .solution import Shape, Solution
 from .solve import solve
 from .studies import Sensitivity, Workspace
 from .sweep import Run, Shard, Sweep
@@ -34,6 +46,8 @@ __all__ = [
     "EngineError",
     "Fit",
     "InputError",
+    "MissingFileError",
+    "Page",
     "Parameter",
     "Parts",
     "Results",
@@ -48,6 +62,7 @@ __all__ = [
     "Status",
     "Sweep",
     "Table",
+    "UnitWarning",
     "Workspace",
     "__version__",
     "control",

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ._errors import InputError
+from ._units import kind_of, si
 from ._values import Columns, Floats, names_of
 from .scene import Scene, check_scene
 from .solution import Solution
@@ -66,6 +67,8 @@ class Model:
             raise InputError(f"`{name}`: {what}; it takes: {', '.join(dict(self.groups))}", name)
         for name, components in self.groups:
             value = values[name]
+            if kind_of(value) is not None:
+                value = si(name, value, self.scene._unit(name))
             if len(components) == 1:
                 columns.append(value)
             elif not np.shape(value) or np.shape(value)[-1] != len(components):

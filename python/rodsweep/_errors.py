@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import warnings
 from collections.abc import Mapping
 from typing import Any
@@ -40,6 +41,22 @@ class EngineError(RodsweepError, RuntimeError):
 
 class ResultsError(RodsweepError, RuntimeError):
     """A file or a result directory that cannot be read or written, or that holds something else."""
+
+
+class MissingFileError(InputError, ResultsError, FileNotFoundError):
+    """A file or a result directory that is not there: an `InputError`, a `ResultsError` and a `FileNotFoundError`."""
+
+    def __init__(self, message: str, key: str | None = None, file: str | None = None, line: int | None = None) -> None:
+        super().__init__(message, key, file, line)
+        self.errno = errno.ENOENT
+        self.filename = file
+
+    def __str__(self) -> str:
+        return str(self.args[0])
+
+
+class UnitWarning(UserWarning):
+    """A bare number that is out of proportion to the scene, as one in another unit would be."""
 
 
 class DistrustedRun(RodsweepError, RuntimeError):

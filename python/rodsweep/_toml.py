@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ._errors import InputError
+from ._units import as_text, kind_of
 
 
 def dump(tables: Mapping[str, Any]) -> str:
@@ -52,6 +53,8 @@ def _text(text: str) -> str:
 
 
 def _value(value: Any, key: str) -> str:
+    if kind_of(value) is not None:
+        value = as_text(key, value)
     if isinstance(value, np.ndarray):
         value = value.tolist()
     if isinstance(value, np.generic):

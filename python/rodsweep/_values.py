@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._errors import InputError
+from ._units import doubt, is_bare, si
 from .scene import Scene
 
 Floats = NDArray[np.float64]
@@ -42,6 +43,8 @@ class Columns:
                 raise InputError(f'`values`: {name!r} is no name; give a text such as "coil.current.x"', "values")
             components = scene.components(name)
             array = numbers(scene, name, value)
+            if is_bare(value):
+                doubt(scene, name, array)
             names += components
             if len(components) == 1 or array.ndim == 0:
                 arrays += [array] * len(components)
@@ -65,13 +68,14 @@ def numbers(scene: Scene, name: str, value: Any) -> Floats:
         component = scene.components(name)[0]
         parameters = {parameter.name: parameter.value for parameter in scene.with_values({name: value}).parameters()}
         return np.asarray(parameters[component])
-    return floats(name, value)
+    return floats(name, value, scene._unit(name))
 
 
-def floats(name: str, value: Any) -> Floats:
-    """An array of floats; what is none is refused under a name."""
+def floats(name: str, value: Any, unit: str | None) -> Floats:
+    """An array of floats in an SI unit; what is none is refused under a name."""
     if type(value) is float:
         return np.asarray(value)
+    value = si(name, value, unit)
     try:
         array = np.asarray(value)
     except (ValueError, TypeError, OverflowError, RuntimeError) as error:

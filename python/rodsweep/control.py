@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
@@ -13,8 +13,10 @@ from numpy.typing import NDArray
 
 from . import _rodsweep
 from ._errors import InputError, judge
+from ._progress import Listener, Shown
 from ._rodsweep import NativeControl, Table
 from ._told import Told
+from ._units import doubt, doubt_length, is_bare, number
 from ._values import Floats, names_of
 from .scene import Scene, _quantity, check_scene
 from .solve import _count
@@ -30,15 +32,15 @@ def control(
     in_order: bool = True,
     closed: bool = False,
     coordinates: str | Sequence[str] | None = None,
-    tolerance: float | None = None,
-    tangent_weight: float | None = None,
+    tolerance: float | str | None = None,
+    tangent_weight: float | str | None = None,
     redundancy: str | None = None,
     engine: str = "auto",
     precision: str | None = None,
     threads: int | None = None,
     name: str = "targets",
     allow_distrusted: bool = False,
-    progress: Callable[[str], object] | None = None,
+    progress: Listener = None,
 ) -> Control:
     """Finds what to command so that the tip goes where it should, as ``rodsweep control``.
 
@@ -52,7 +54,7 @@ def control(
         Directions of the tip; of any length.
     inputs : dict, optional
         What is commanded: names to a limit of either sign, or to ``(low, high)``; SI numbers or texts with units. By
-        default every current, within ±0.3 A.
+        default every current, within ±0.3 A. Quantities of pint and astropy stand here and below, too.
     in_order : bool
         Whether each target is reached from where the last one ended. Else all are reached at once, each from rest.
     closed : bool
@@ -63,6 +65,8 @@ def control(
         A target is reached where so much is left (m).
     tangent_weight : float, optional
         Length by which a tangent's error counts (m).
+    progress : callable or True, optional
+        Called with a text for each target that has ended. True shows a bar (tqdm), or plain lines without that package.
     redundancy : {"least-change", "least-current"}, optional
         What becomes of inputs that the tip does not need.
     allow_distrusted : bool
@@ -90,15 +94,22 @@ def control(
         "threads": _count("threads", threads),
         "inputs": [f"{input}={_limits(input, limits)}" for input, limits in (inputs or {}).items()],
         "coordinates": None if coordinates is None else names_of("coordinates", coordinates),
-        "tolerance": tolerance,
-        "tangent_weight": tangent_weight,
+        "tolerance": None if tolerance is None else number("tolerance", tolerance, "m"),
+        "tangent_weight": None if tangent_weight is None else number("tangent_weight", tangent_weight, "m"),
         "redundancy": redundancy,
         "in_order": bool(in_order),
         "closed": bool(closed),
         "name": name,
     }
-    directions = None if tangents is None else points("tangents", tangents)
-    found = Control(_rodsweep.control(scene._native, points("positions", positions), directions, options, progress))
+    for key, length, share in (("positions", positions, 100.0), ("tolerance", tolerance, 1.0)):
+        doubt_length(scene, key, length, share)
+    for input, limits in (inputs or {}).items():
+        if isinstance(input, str) and is_bare(limits):
+            doubt(scene, input, limits)
+    directions = None if tangents is None else points("tangents", tangents, "")
+    targets = points("positions", positions)
+    with Shown(progress, len(targets), "targets") as listener:
+        found = Control(_rodsweep.control(scene._native, targets, directions, options, listener))
     judge(found, found.account["distrusted"], None, allow_distrusted)
     return found
 
@@ -162,6 +173,10 @@ class Control(Told):
     def draw(self, folder: str | PathLike[str]) -> list[Path]:
         """Draws the figures of ``rodsweep control``; returns the files."""
         return [Path(file) for file in self._native.draw(fspath(folder))]
+
+    def to_pandas(self) -> Any:
+        """The table as a data frame of pandas; see :meth:`Table.to_pandas`."""
+        return self._table.to_pandas()
 
     def __len__(self) -> int:
         return len(self._table)

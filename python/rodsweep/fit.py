@@ -12,9 +12,10 @@ from . import _rodsweep
 from ._errors import InputError, judge
 from ._rodsweep import NativeFit
 from ._told import Told
+from ._units import doubt_length, number
 from ._values import Columns, Floats, floats, names_of
 from .scene import Scene, check_scene
-from .solve import _count, _number
+from .solve import _count
 
 
 def fit(
@@ -24,7 +25,7 @@ def fit(
     values: Mapping[str, Any] | None = None,
     *,
     free: str | Sequence[str] | None = None,
-    noise: float | None = None,
+    noise: float | str | None = None,
     threads: int | None = None,
     allow_distrusted: bool = False,
 ) -> Fit:
@@ -35,7 +36,8 @@ def fit(
     scene : Scene
         Where the fit starts.
     positions : array_like, shape (m, p, 3) or (m, 3)
-        Points of m shapes in the world (m); of shape (m, 3) one point each. A point that is NaN was not seen.
+        Points of m shapes in the world (m), or a quantity of pint or astropy, as everywhere below; of shape (m, 3) one
+        point each. A point that is NaN was not seen.
     arc_length : array_like, shape (p,) or (m, p), optional
         Of the points, from the base (m); NaN means the tip. Without it every point is the tip.
     values : dict, optional
@@ -65,7 +67,7 @@ def fit(
     (array([0.98]), ['rod.rest_curvature.x'])
     """
     check_scene(scene)
-    points = floats("positions", positions)
+    points = floats("positions", positions, "m")
     if points.ndim == 2:
         points = points[:, np.newaxis]
     if points.ndim != 3 or points.shape[2] != 3:
@@ -74,12 +76,18 @@ def fit(
     if arc_length is None:
         at = np.full(points.shape[:2], np.nan)
     else:
-        given = floats("arc_length", arc_length)
+        given = floats("arc_length", arc_length, "m")
         try:
             at = np.broadcast_to(given, points.shape[:2])
         except ValueError:
             what = f"has shape {given.shape} for points of shape {points.shape[:2]}"
             raise InputError(f"`arc_length`: {what}", "arc_length") from None
+    for key, length, share in (
+        ("positions", positions, 100.0),
+        ("arc_length", arc_length, 100.0),
+        ("noise", noise, 1.0),
+    ):
+        doubt_length(scene, key, length, share)
     columns = Columns.of(scene, values)
     if columns.shape not in ((), (count,)):
         raise InputError(f"`values`: have shape {columns.shape} for {count} shapes; give ({count},)", "values")
@@ -99,7 +107,7 @@ def fit(
         known,
         shapes,
         None if free is None else names_of("free", free),
-        None if noise is None else _number("noise", noise),
+        None if noise is None else number("noise", noise, "m"),
         _count("threads", threads),
     )
     found = Fit(native)

@@ -8,10 +8,13 @@ from os import PathLike, fspath
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from . import _html
+from . import _frames, _html
 from ._errors import judge
+from ._page import Page, page_of
 from ._rodsweep import NativeResults, Parts, Table
 from ._values import names_of
+from ._why import why
+from .scene import Scene
 from .studies import Sensitivity, Workspace, _sensitivity_options, _workspace_options
 
 if TYPE_CHECKING:
@@ -32,8 +35,8 @@ class Results:
     def open(cls, directory: str | PathLike[str], *, allow_distrusted: bool = False) -> Results:
         """Opens a directory.
 
-        Raises :class:`ResultsError` where it holds no run, and :class:`DistrustedRun` where something speaks against its
-        rows, unless ``allow_distrusted`` asks for a warning.
+        Raises :class:`ResultsError` where it holds no run, :class:`MissingFileError` where nothing is there, and
+        :class:`DistrustedRun` where something speaks against its rows, unless ``allow_distrusted`` asks for a warning.
         """
         results = cls._accepted(directory)
         judge(results, results._native.distrust(), results.verdict, allow_distrusted)
@@ -85,11 +88,39 @@ class Results:
     def workspace(self, **options: Any) -> Workspace:
         """Measures what the tip can reach, beginning from these rows; options as :meth:`Sweep.workspace`."""
         progress = options.pop("progress", None)
-        return Workspace._of_results(self._native, _workspace_options(options), progress)
+        return Workspace._of_results(self._native, _workspace_options(self._scene(), options), progress)
 
     def sensitivity(self, outputs: str | Sequence[str] = (), **options: Any) -> Sensitivity:
         """Which input matters, of these rows; options as :meth:`Sweep.sensitivity` without those of the run."""
-        return Sensitivity._of_results(self._native, _sensitivity_options(outputs, options))
+        return Sensitivity._of_results(self._native, _sensitivity_options(self._scene(), outputs, options))
+
+    def _scene(self) -> Scene:
+        return Scene(self._native.sweep().scene())
+
+    def to_pandas(self, columns: str | Sequence[str] | None = None) -> Any:
+        """The rows as a data frame of pandas; every column, if none are named.
+
+        ``frame.attrs["units"]`` holds the units.
+        """
+        return self.table(columns).to_pandas()
+
+    def to_xarray(self) -> Any:
+        """The rows as a data set of xarray.
+
+        A whole grid has its axes as dimensions, with their values as coordinates. Other rows have the dimension
+        ``sample``, or ``row`` where a sample has a row for each equilibrium. ``tip.position`` and other vectors have
+        the dimension ``axis`` (x, y, z), derivatives also ``parameter``. Each variable has its unit in
+        ``attrs["units"]``.
+        """
+        return _frames.sweep_to_xarray(self.table(), self.sweep.info)
+
+    def why(self, sample: int) -> str:
+        """What became of a sample, in a sentence: what is wrong with its values where there is no rod."""
+        return why(self.sweep, self.table(), sample)
+
+    def view(self, height: int = 640) -> Page:
+        """The page of ``rodsweep view``: the map of the run. A notebook shows it, so many pixels high."""
+        return page_of(self.directory, height)
 
     def draw(self, folder: str | PathLike[str] | None = None, *, colour: str | None = None) -> list[Path]:
         """Draws the figures of the run, as ``rodsweep figures``; returns the files."""

@@ -11,8 +11,10 @@ import numpy as np
 
 from . import _html
 from ._errors import InputError
+from ._page import Page, page_of_text
 from ._rodsweep import NativeScene
 from ._toml import dump
+from ._units import as_text, doubt, doubt_tables, is_bare, kind_of
 
 
 class Parameter(NamedTuple):
@@ -42,13 +44,14 @@ class Scene:
     Parameter(name='insertion', unit='m', value=0.1)
     """
 
-    __slots__ = ("_components", "_native")
+    __slots__ = ("_components", "_native", "_numbers")
 
     def __init__(self, native: NativeScene) -> None:
         if not isinstance(native, NativeScene):
             raise TypeError("make a scene with Scene.from_file, Scene.from_dict or Scene.from_toml")
         self._native = native
         self._components: dict[str, list[str]] = {}
+        self._numbers: dict[str, tuple[str, float]] | None = None
 
     @classmethod
     def from_file(cls, path: str | PathLike[str]) -> Scene:
@@ -67,7 +70,8 @@ class Scene:
     def from_dict(cls, tables: Mapping[str, Any]) -> Scene:
         """The scene of a dictionary with the structure of the file.
 
-        Quantities are numbers in SI units or texts with units. A value of None is left out.
+        Quantities are numbers in SI units, texts with units, or quantities of pint or astropy. A value of None is left
+        out.
 
         >>> Scene.from_dict({"segment": [{"name": "rod", "kind": "flexible", "length": "1 kg"}]})
         Traceback (most recent call last):
@@ -76,10 +80,14 @@ class Scene:
         """
         if not isinstance(tables, Mapping):
             raise InputError(f"the scene is of type {type(tables).__name__}; give a dictionary")
-        return cls(NativeScene.parse_text(dump(tables)))
+        scene = cls(NativeScene.parse_text(dump(tables)))
+        doubt_tables(tables)
+        return scene
 
-    def with_values(self, values: Mapping[str, float | str]) -> Scene:
-        """The same scene with other values: SI numbers or texts with units. A group sets all of its components.
+    def with_values(self, values: Mapping[str, Any]) -> Scene:
+        """The same scene with other values: SI numbers, texts with units, or quantities of pint or astropy.
+
+        A group sets all of its components.
 
         >>> scene = Scene.from_dict({
         ...     "segment": [{
@@ -92,7 +100,11 @@ class Scene:
         """
         if not isinstance(values, Mapping):
             raise InputError(f"`values`: is of type {type(values).__name__}; give a dictionary", "values")
-        return Scene(self._native.assigned([f"{name}={_quantity(name, value)}" for name, value in values.items()]))
+        scene = Scene(self._native.assigned([f"{name}={_quantity(name, value)}" for name, value in values.items()]))
+        for name, value in values.items():
+            if is_bare(value):
+                doubt(self, name, value)
+        return scene
 
     def parameters(self) -> list[Parameter]:
         """Every number of the scene that can be set, swept and differentiated by."""
@@ -103,6 +115,18 @@ class Scene:
         if name not in self._components:
             self._components[name] = self._native.components(name)
         return list(self._components[name])
+
+    def _known(self) -> dict[str, tuple[str, float]]:
+        """Unit and value of every parameter."""
+        if self._numbers is None:
+            self._numbers = {name: (unit, value) for name, unit, value in self._native.parameters()}
+        return self._numbers
+
+    def _unit(self, name: str) -> str | None:
+        """The SI unit of a parameter or a group; None where the components have several."""
+        known = self._known()
+        units = {known[component][0] for component in self.components(name) if component in known}
+        return units.pop() if len(units) == 1 else None
 
     def to_toml(self) -> str:
         """The scene as a TOML text that reads back identically."""
@@ -121,6 +145,10 @@ class Scene:
     def figure(self, format: str = "png") -> bytes:
         """The solved rod with its loads as the bytes of a ``png`` or ``svg``, as ``rodsweep solve --plot`` draws it."""
         return self._native.figure(format)
+
+    def view(self, height: int = 640) -> Page:
+        """The page of ``rodsweep view``: the rod in space, solved. A notebook shows it, so many pixels high."""
+        return page_of_text(self.to_toml(), height)
 
     def __eq__(self, other: object) -> bool:
         return self.to_toml() == other.to_toml() if isinstance(other, Scene) else NotImplemented
@@ -147,6 +175,11 @@ def _quantity(name: object, value: object) -> str:
     """A value as the library reads it."""
     if isinstance(value, str):
         return value
+    if kind_of(value) is not None:
+        text = as_text(str(name), value)
+        if not isinstance(text, str):
+            raise InputError(f"`{name}`: holds several quantities; give one", str(name))
+        return text
     try:
         number = float(value)  # type: ignore[arg-type]
     except (TypeError, ValueError, OverflowError):

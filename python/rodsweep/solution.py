@@ -2,52 +2,20 @@
 
 from __future__ import annotations
 
-import enum
 import json
+from os import PathLike
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from . import _html, _rodsweep
+from . import _frames, _html, _rodsweep
 from ._errors import InputError
+from ._rodsweep import Table
+from ._status import Status
 from ._values import Columns, Floats, names_of
+from ._why import why_values
 from .scene import Scene
-
-
-class Status(enum.IntEnum):
-    """What became of a sample. Arrays of statuses hold these numbers: ``solution.status == Status.FOLD``."""
-
-    OK = 0
-    """Solved straight from rest."""
-    REFINED = 1
-    """Solved by a second attempt."""
-    RAMPED = 2
-    """Solved in several load steps."""
-    FOLD = 3
-    """The path from rest ends in a snap before the full load."""
-    UNSTABLE = 4
-    """In balance, but not stable."""
-    STEP_LIMIT = 5
-    """The load could not be raised to the end in as many steps as are allowed."""
-    NOT_CONVERGED = 6
-    """No equilibrium was found."""
-    BAD_PARAMETER = 7
-    """The values make no rod: a length below zero, or a value that is not finite."""
-    NON_FINITE = 8
-    """Numbers overflowed."""
-    PENDING = 9
-    """Not solved; no result has it."""
-    TOO_NEAR_MAGNET = 10
-    """A part of the rod comes nearer to a magnet than its clearance."""
-    OUTSIDE_MAP = 11
-    """A magnetic part of the rod leaves a field that is known on a grid only."""
-
-    @property
-    def word(self) -> str:
-        """The word in files, such as ``step-limit``."""
-        return _rodsweep.STATUSES[self]
-
 
 _WORDS = np.array(_rodsweep.STATUSES)
 _OK = np.array([status <= Status.RAMPED for status in Status])
@@ -67,6 +35,19 @@ _COLUMNS: dict[str, int | slice] = {
     "derivative_error": -1,
 }
 _FIRST_DERIVATIVE = 17
+# What is kept of each sample beside its values and slopes.
+_ARRAYS = (
+    "status_name",
+    "tip_position",
+    "tip_rotation",
+    "tip_tangent",
+    "base_curvature",
+    "base_moment",
+    "stability_margin",
+    "stable",
+    "error_estimate",
+)
+_UNITS = {"tip_position": "m", "tip_rotation": "rad", "base_curvature": "1/m", "base_moment": "N·m"}
 
 
 class Solution:
@@ -108,7 +89,7 @@ class Solution:
 
     @property
     def status(self) -> NDArray[np.uint8]:
-        """Codes of :class:`Status`, shape (n,)."""
+        """Codes of :class:`Status`, shape (n,); :attr:`status_name` has the words."""
         return self._status
 
     @property
@@ -131,6 +112,19 @@ class Solution:
         """Rows by status."""
         counts = np.bincount(self._status.reshape(-1), minlength=len(Status))
         return {status: int(counts[status]) for status in Status if counts[status]}
+
+    def why(self, row: int | tuple[int, ...] = ()) -> str:
+        """What became of a row, in a sentence: what is wrong with its values where the status is ``bad-parameter``.
+
+        ``row`` is an index into :attr:`status`; without it, of the only one.
+        """
+        try:
+            status = Status(int(self._status[row]))
+            values = {name: float(array[row]) for name, array in self.values.items()}
+        except (IndexError, TypeError):
+            shape = self._status.shape
+            raise InputError(f"`row`: {row!r} is no row of a solution of shape {shape}", "row") from None
+        return why_values(self.scene, values, status)
 
     def __len__(self) -> int:
         return self._status.size
@@ -206,7 +200,10 @@ class Solution:
 
     @property
     def derivative_error(self) -> Floats:
-        """Estimated error of the derivatives: of the worst one, (dp/L, w) over its norm, shape (n,). 1 and more say nothing."""
+        """Estimated error of the derivatives: of the worst one, (dp/L, w) over its norm, shape (n,).
+
+        1 and more say nothing.
+        """
         return self._column("derivative_error")
 
     @property
@@ -375,6 +372,96 @@ class Solution:
         block = answer["numbers"].reshape((*self._shape, count, answer["width"]))
         return Shape._of(block, names)
 
+    # For other packages.
+
+    @property
+    def table(self) -> Table:
+        """One row a sample, with the columns of result files: values, status, tip, derivatives."""
+        known = {parameter.name: parameter.unit for parameter in self.scene.parameters()}
+
+        def flat(array: NDArray[Any]) -> NDArray[Any]:
+            return np.ascontiguousarray(array).reshape(-1)
+
+        columns: list[tuple[str, str, Any]] = [("sample", "", flat(self.sample).astype(np.uint64))]
+        columns += [(name, known.get(name, ""), flat(array)) for name, array in self.values.items()]
+        columns.append(("status", "", flat(self.status_name).tolist()))
+        columns += [
+            (name, _frames.unit_of_slope(name, known), flat(self._block[at]))
+            for at, name in enumerate(self._answer["names"])
+            if self._wrt or name != "derivative_error"
+        ]
+        columns.append(("stable", "", flat(self.stable)))
+        if self._branch == "all":
+            columns.append(("branch", "", flat(self.branch).astype(np.uint64)))
+            columns.append(("energy", "J", flat(self.energy)))
+            columns += [("from_rest", "", flat(self.from_rest)), ("balanced", "", flat(self.balanced))]
+        return Table._of(columns)
+
+    def to_dict(self) -> dict[str, NDArray[Any]]:
+        """Arrays by names that every program takes (letters, digits, ``_``), SI.
+
+        ``scipy.io.savemat("tips.mat", solution.to_dict())`` writes them for MATLAB.
+        """
+        found: dict[str, NDArray[Any]] = {_frames.plain_name(name): array for name, array in self.values.items()}
+        for name in _ARRAYS:
+            found[name] = getattr(self, name)
+        if self._wrt:
+            found |= {"wrt": np.array(self.wrt), "jacobian": self.jacobian, "derivative_error": self.derivative_error}
+        if self._branch == "all":
+            found |= {name: getattr(self, name) for name in ("sample", "branch", "energy", "from_rest", "balanced")}
+        return found
+
+    def to_pandas(self) -> Any:
+        """:attr:`table` as a data frame of pandas; ``frame.attrs["units"]`` holds the units."""
+        return self.table.to_pandas()
+
+    def to_xarray(self) -> Any:
+        """A data set of xarray, with units in ``attrs["units"]``.
+
+        One axis of values is the dimension ``sample``. Of several, one along which a single parameter varies has its
+        name and its values as coordinates. Vectors have the dimension ``axis`` (x, y, z); ``jacobian`` has ``pose`` and
+        ``parameter``.
+        """
+        xarray = _frames.needed("xarray", "to_xarray")
+        known = {parameter.name: parameter.unit for parameter in self.scene.parameters()}
+        if self._branch == "all":
+            dims: tuple[str, ...] = ("row",)
+            coords: dict[str, Any] = {name: ("row", array) for name, array in self.values.items()}
+            coords |= {"sample": ("row", self.sample), "branch": ("row", self.branch)}
+        else:
+            dims, coords = _frames.grid_of(self.values, self._shape)
+        coords = {
+            name: (dim, array, {"units": known[name]} if known.get(name) else {})
+            for name, (dim, array) in coords.items()
+        }
+        found: dict[str, Any] = {"status": (dims, self.status_name)}
+        for name in _ARRAYS[1:]:
+            array = getattr(self, name)
+            unit = {"units": _UNITS[name]} if name in _UNITS else {}
+            found[name] = ((*dims, "axis") if array.ndim > len(dims) else dims, array, unit)
+        coords["axis"] = ("axis", ["x", "y", "z"])
+        if self._wrt:
+            by = [known.get(name, "") for name in self.wrt]
+            found["jacobian"] = ((*dims, "pose", "parameter"), self.jacobian, {"units": "m and rad per unit"})
+            found["derivative_error"] = (dims, self.derivative_error)
+            coords["pose"] = ("pose", ["x", "y", "z", "rotation.x", "rotation.y", "rotation.z"])
+            coords["parameter"] = ("parameter", self.wrt)
+            coords["parameter_unit"] = ("parameter", by)
+        if self._branch == "all":
+            found |= {"energy": (dims, self.energy, {"units": "J"}), "from_rest": (dims, self.from_rest)}
+        return xarray.Dataset(found, coords)
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Writes the solution, replacing what is there.
+
+        ``.npz`` holds the arrays of :meth:`to_dict` in their shapes; ``.csv`` and ``.parquet`` hold :attr:`table`, the
+        latter with units.
+        """
+        if _frames.suffix_of(path) == ".npz":
+            _frames.save_npz(path, self.to_dict())
+        else:
+            self.table.save(path)
+
     # Keeping and showing.
 
     def __getstate__(self) -> dict[str, Any]:
@@ -390,7 +477,11 @@ class Solution:
     def __repr__(self) -> str:
         counts = ", ".join(f"{count} {status.word}" for status, count in self.counts.items())
         by = f", by {', '.join(names_of('wrt', [name for name, _ in self._wrt]))}" if self._wrt else ""
-        return f"<Solution: {len(self)} rows ({counts or 'none'}){by}; {self.engine}>"
+        bad = np.argwhere(self._status == Status.BAD_PARAMETER)
+        # The first one stands for all.
+        first = tuple(int(at) for at in bad[0]) if len(bad) else ()
+        told = f"; row {', '.join(map(str, first)) or 0} {self.why(first)}" if len(bad) else ""
+        return f"<Solution: {len(self)} rows ({counts or 'none'}){by}; {self.engine}{told}>"
 
     def _repr_html_(self) -> str:
         rows = [[status.word, str(count)] for status, count in self.counts.items()]

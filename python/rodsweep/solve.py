@@ -9,6 +9,8 @@ from typing import Any
 
 from . import _rodsweep
 from ._errors import InputError, judge
+from ._progress import Listener, Shown
+from ._units import number
 from ._values import Columns, names_of
 from .scene import Scene, check_scene
 from .solution import Solution
@@ -29,7 +31,7 @@ def solve(
     spot_check: bool | None = None,
     certain: bool = False,
     allow_distrusted: bool = False,
-    progress: Callable[[int, int, int, float], object] | None = None,
+    progress: Listener = None,
 ) -> Solution:
     """Solves equilibria of a scene for many values at once, and differentiates their tips.
 
@@ -42,7 +44,9 @@ def solve(
         The rod.
     values : dict, optional
         Names of parameters, or of groups such as ``coil.current``, to numbers or arrays in SI units. Arrays broadcast
-        against each other; those of a group hold its components along their last axis. A text may carry a unit.
+        against each other; those of a group hold its components along their last axis. Texts with a unit ("90 mm"),
+        lists of them, and quantities of pint and astropy are converted. A bare number far out of proportion to the
+        scene's own warns (:class:`UnitWarning`).
     wrt : str or sequence of str, optional
         What to differentiate by: k parameters; a group stands for its components.
     tolerance : float
@@ -67,8 +71,9 @@ def solve(
         Whether every path from rest is followed twice, as ``rodsweep run --certain``.
     allow_distrusted : bool
         Whether to warn, and not to raise, where the reference contradicts a sample.
-    progress : callable, optional
-        Called with samples done, samples in all, samples failed, samples a second.
+    progress : callable or True, optional
+        Called with samples done, samples in all, samples failed, samples a second. True shows a bar (tqdm), or plain
+        lines on the standard error without that package.
 
     Returns
     -------
@@ -110,20 +115,21 @@ def solve(
     if all_branches:
         branch = "all"
     columns = Columns.of(scene, values)
-    solution = _solve(
-        scene,
-        columns,
-        names_of("wrt", wrt),
-        tolerance=_number("tolerance", tolerance),
-        engine=engine,
-        precision=precision,
-        threads=_count("threads", threads),
-        branch=branch,
-        method=method,
-        spot_check=None if spot_check is None else bool(spot_check),
-        certain=bool(certain),
-        progress=progress,
-    )
+    with Shown(progress, columns.count) as listener:
+        solution = _solve(
+            scene,
+            columns,
+            names_of("wrt", wrt),
+            tolerance=number("tolerance", tolerance, ""),
+            engine=engine,
+            precision=precision,
+            threads=_count("threads", threads),
+            branch=branch,
+            method=method,
+            spot_check=None if spot_check is None else bool(spot_check),
+            certain=bool(certain),
+            progress=listener,
+        )
     judge(solution, solution._answer["distrust"], None, allow_distrusted)
     return solution
 
@@ -142,7 +148,7 @@ def _solve(
     spot_check: bool | None = False,
     certain: bool = False,
     lenient: bool = False,
-    progress: Callable[[int, int, int, float], object] | None = None,
+    progress: Callable[..., object] | None = None,
 ) -> Solution:
     """The same for columns. Lenient: rows with a value that is not finite get the status ``bad-parameter``."""
     for key, word in (("engine", engine), ("branch", branch), ("precision", precision)):
@@ -171,13 +177,6 @@ def _solve(
         progress=progress,
     )
     return Solution._of(scene, columns, wrt, branch, dict(answer))
-
-
-def _number(key: str, value: Any) -> float:
-    try:
-        return float(value)
-    except (TypeError, ValueError, OverflowError):
-        raise InputError(f"`{key}`: is {value!r}; give a number", key) from None
 
 
 def _count(key: str, value: Any, least: int = 1, most: int = 2**63 - 1) -> int | None:

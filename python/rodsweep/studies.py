@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from ._errors import InputError
+from ._progress import Listener, Shown
 from ._rodsweep import NativeResults, NativeSensitivity, NativeSweep, NativeWorkspace, Table
 from ._told import Study
+from ._units import doubt_length, number
 from ._values import floats, names_of
+from .scene import Scene
 
 _WORKSPACE: dict[str, Any] = {
     "engine": "auto",
@@ -48,21 +51,35 @@ def _options(usual: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, An
     return {**usual, **given}
 
 
-def _workspace_options(given: Mapping[str, Any]) -> dict[str, Any]:
-    return _options(_WORKSPACE, given)
+def _workspace_options(scene: Scene, given: Mapping[str, Any]) -> dict[str, Any]:
+    options = _options(_WORKSPACE, given)
+    # A voxel as long as the rod measures nothing.
+    _lengths(scene, options, {"voxel": 1.0, "length": 100.0})
+    return options
 
 
-def _sensitivity_options(outputs: str | Sequence[str], given: Mapping[str, Any]) -> dict[str, Any]:
+def _lengths(scene: Scene, options: dict[str, Any], shares: Mapping[str, float]) -> None:
+    """Lengths of options in metres; a bare one beyond its share of the rod's length is worth a word."""
+    for key, share in shares.items():
+        if options[key] is not None:
+            doubt_length(scene, key, options[key], share)
+            options[key] = number(key, options[key], "m")
+
+
+def _sensitivity_options(scene: Scene, outputs: str | Sequence[str], given: Mapping[str, Any]) -> dict[str, Any]:
     options = _options(_SENSITIVITY, given)
+    _lengths(scene, options, {"noise": 1.0})
+    if options["tangent_noise"] is not None:
+        options["tangent_noise"] = number("tangent_noise", options["tangent_noise"], "rad")
     options["outputs"] = names_of("outputs", outputs)
     options["inputs"] = names_of("inputs", options["inputs"])
     options["mark"] = options["checked"] = None
     return options
 
 
-def points(key: str, values: Any) -> list[list[float]]:
+def points(key: str, values: Any, unit: str = "m") -> list[list[float]]:
     """Vectors, one a row; one vector alone is a row."""
-    array = np.atleast_2d(floats(key, values))
+    array = np.atleast_2d(floats(key, values, unit))
     if array.ndim != 2 or array.shape[1] != 3:
         raise InputError(f"`{key}`: has shape {array.shape}; give an array of shape (n, 3)", key)
     rows: list[list[float]] = array.tolist()
@@ -73,21 +90,24 @@ class Workspace(Study):
     """What the tip can reach: size with its interval, voxels, answers to queries."""
 
     _native: NativeWorkspace
+    _scene: Scene
 
     def __init__(self, native: NativeWorkspace) -> None:
         self._native = native
 
     @classmethod
-    def _of_sweep(
-        cls, sweep: NativeSweep, options: dict[str, Any], progress: Callable[..., object] | None
-    ) -> Workspace:
-        return cls(NativeWorkspace.of_sweep(sweep, options, progress))
+    def _of_sweep(cls, sweep: NativeSweep, options: dict[str, Any], progress: Listener) -> Workspace:
+        with Shown(progress) as listener:
+            found = cls(NativeWorkspace.of_sweep(sweep, options, listener))
+        found._scene = Scene(sweep.scene())
+        return found
 
     @classmethod
-    def _of_results(
-        cls, results: NativeResults, options: dict[str, Any], progress: Callable[..., object] | None
-    ) -> Workspace:
-        return cls(NativeWorkspace.of_results(results, options, progress))
+    def _of_results(cls, results: NativeResults, options: dict[str, Any], progress: Listener) -> Workspace:
+        with Shown(progress) as listener:
+            found = cls(NativeWorkspace.of_results(results, options, listener))
+        found._scene = Scene(results.sweep().scene())
+        return found
 
     @property
     def voxels(self) -> Table:
@@ -110,12 +130,13 @@ class Workspace(Study):
         return self._native.is_doubtful()
 
     def reach(self, positions: Any, tangents: Any = None, *, prefer: str = "margin") -> Table:
-        """Can the tip be there? One row a position (n, 3) in metres, with the inputs that bring it there.
+        """Can the tip be there? One row a position (n, 3), with the inputs that bring it there.
 
-        ``tangents`` (n, 3) asks for a direction, too. ``prefer`` chooses among several solutions: ``margin``,
-        ``reserve`` or ``least-current``.
+        ``positions`` are in metres, or a quantity of pint or astropy. ``tangents`` (n, 3) asks for a direction, too.
+        ``prefer`` chooses among several solutions: ``margin``, ``reserve`` or ``least-current``.
         """
-        directions = None if tangents is None else points("tangents", tangents)
+        directions = None if tangents is None else points("tangents", tangents, "")
+        doubt_length(self._scene, "positions", positions)
         return self._native.reach(points("positions", positions), directions, prefer)
 
     def __repr__(self) -> str:
@@ -136,9 +157,10 @@ class Sensitivity(Study):
         sweep: NativeSweep,
         options: dict[str, Any],
         run_options: dict[str, Any],
-        progress: Callable[..., object] | None,
+        progress: Listener,
     ) -> Sensitivity:
-        return cls(NativeSensitivity.of_sweep(sweep, options, run_options, progress))
+        with Shown(progress) as listener:
+            return cls(NativeSensitivity.of_sweep(sweep, options, run_options, listener))
 
     @classmethod
     def _of_rows(cls, sweep: NativeSweep, rows: Table, options: dict[str, Any]) -> Sensitivity:

@@ -4,24 +4,26 @@ from __future__ import annotations
 
 import json
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from . import _html
+from . import _frames, _html
 from ._errors import InputError, judge
+from ._page import Page, page_of
+from ._progress import Listener, Shown
 from ._rodsweep import NativeSweep, Table
 from ._toml import dump
+from ._units import doubt_axes
 from ._values import Columns, Floats, names_of
+from ._why import why
 from .results import Results
 from .scene import Scene, check_scene
 from .solve import _count
 from .studies import Sensitivity, Workspace, _sensitivity_options, _workspace_options
-
-Listener = Callable[..., object] | bool | None
 
 
 class Sweep:
@@ -35,7 +37,7 @@ class Sweep:
         ``grid``, ``sobol``, ``latin_hypercube``, ``uniform``, ``saltelli`` or ``skeleton``.
     axes : dict or list of dict
         What varies. A dictionary maps names to ``(low, high)`` or, for a grid, ``(low, high, points)``; numbers in SI
-        units or texts with units. A list holds the [[axis]] blocks of a sweep file.
+        units, texts with units, or quantities of pint or astropy. A list holds the [[axis]] blocks of a sweep file.
     samples : int, optional
         How many samples to draw; a grid's axes say it themselves.
     derivatives : str or sequence of str
@@ -99,6 +101,7 @@ class Sweep:
             "workspace": workspace,
         }
         self._set(NativeSweep.parse(dump(tables), scene._native))
+        doubt_axes(scene, blocks)
 
     def _set(self, native: NativeSweep) -> None:
         self._native = native
@@ -224,7 +227,8 @@ class Sweep:
         part_size : int, optional
             Samples in a part of the directory.
         progress : callable or True, optional
-            Called with samples done, samples in all, samples failed, samples a second. True shows a bar (tqdm).
+            Called with samples done, samples in all, samples failed, samples a second. True shows a bar (tqdm), or
+            plain lines on the standard error without that package.
         allow_distrusted : bool
             Whether to warn, and not to raise, where something speaks against the rows.
         engine, precision, threads, method
@@ -241,7 +245,7 @@ class Sweep:
             the run is in ``error.run``.
         """
         options = _run_options(engine, precision, threads, limit, shard, part_size, spot_check, method, certain)
-        with _Bar(progress, len(self)) as listener:
+        with Shown(progress, len(self)) as listener:
             if directory is None:
                 table, account = self._native.run_to_memory(options, listener)
                 run = Run(self, table, None, json.loads(account))
@@ -268,9 +272,11 @@ class Sweep:
 
         Options
         -------
-        voxel : float
-            Edge of a voxel (m).
-        minimum_margin, any_stable, fast, seed, length
+        voxel : float, str or quantity
+            Edge of a voxel (m), or a text such as ``"8 mm"``.
+        length : float, str or quantity
+            As ``rodsweep workspace`` (m).
+        minimum_margin, any_stable, fast, seed
             As ``rodsweep workspace``.
         designs : int
             What remains reachable for so many designs of the uncertain rod.
@@ -281,10 +287,10 @@ class Sweep:
         allow_distrusted : bool
             As in :meth:`run`.
         engine, precision, threads, progress
-            As in :func:`solve`; ``progress`` is called with a text.
+            As in :func:`solve`; ``progress`` is called with a text for each stage.
         """
         progress, allow = options.pop("progress", None), options.pop("allow_distrusted", False)
-        found = Workspace._of_sweep(self._native, _workspace_options(options), progress)
+        found = Workspace._of_sweep(self._native, _workspace_options(self.scene, options), progress)
         judge(found, found.account.get("distrusted"), None, allow)
         return found
 
@@ -294,7 +300,7 @@ class Sweep:
         Options
         -------
         inputs, estimator, confidence, degree, with_unstable, propagate, choose, noise, tangent_noise, minimum_margin
-            As ``rodsweep sensitivity``; lengths in m, angles in rad.
+            As ``rodsweep sensitivity``; lengths in m, angles in rad, or texts with units, or quantities.
         limit, engine, precision, threads, allow_distrusted, progress
             As in :meth:`run`.
         """
@@ -302,11 +308,17 @@ class Sweep:
         limit = _count("limit", options.get("limit"))
         engine, precision = options.pop("engine", "auto"), options.pop("precision", None)
         run_options = _run_options(engine, precision, options.pop("threads", None), limit, None, None, True, None)
-        found = Sensitivity._of_sweep(self._native, _sensitivity_options(outputs, options), run_options, progress)
+        options = _sensitivity_options(self.scene, outputs, options)
+        found = Sensitivity._of_sweep(self._native, options, run_options, progress)
         judge(found, found.account["distrusted"], None, allow)
         return found
 
     # Keeping and showing.
+
+    def view(self, height: int = 640) -> Page:
+        """The page of ``rodsweep view``: the scene with sliders as wide as the axes. A notebook shows it."""
+        with tempfile.TemporaryDirectory() as folder:
+            return page_of(_written(folder, self.to_toml(), self._native.table_csv()), height)
 
     def __reduce__(self) -> tuple[Any, tuple[str, str | None]]:
         return _restore, (self.to_toml(), self._native.table_csv())
@@ -391,9 +403,30 @@ class Run:
         """Which input matters, of these rows; options as :meth:`Sweep.sensitivity` without those of the run."""
         if self._table is None:
             return self.results.sensitivity(outputs, **options)
-        options = _sensitivity_options(outputs, options)
+        options = _sensitivity_options(self.sweep.scene, outputs, options)
         options["mark"], options["checked"] = self.account["mark"], self.account["checked"]
         return Sensitivity._of_rows(self.sweep._native, self._table, options)
+
+    def to_pandas(self) -> Any:
+        """The rows as a data frame of pandas, one a sample; ``frame.attrs["units"]`` holds the units."""
+        return self.table.to_pandas()
+
+    def to_xarray(self) -> Any:
+        """The rows as a data set of xarray; see :meth:`Results.to_xarray`."""
+        return _frames.sweep_to_xarray(self.table, self.sweep.info)
+
+    def why(self, sample: int) -> str:
+        """What became of a sample, in a sentence: what is wrong with its values where there is no rod."""
+        return why(self.sweep, self.table, sample)
+
+    def view(self, height: int = 640) -> Page:
+        """The page of ``rodsweep view``: the map of the run. A notebook shows it, so many pixels high.
+
+        The rows must lie in a directory: rows in memory have none.
+        """
+        if self.directory is None:
+            raise InputError("the run was kept in memory; give run() a directory, then view() can show it", "directory")
+        return page_of(self.directory, height)
 
     def __arrow_c_stream__(self, requested_schema: object | None = None) -> object:
         return self.table.__arrow_c_stream__(requested_schema)
@@ -412,39 +445,6 @@ class Run:
     def _repr_html_(self) -> str:
         rows = [[word, f"{count:,}"] for word, count in self.counts.items()]
         return f"<b>Run</b>, {_html.escape(self.account['engine'])}" + _html.table(["status", "samples"], rows)
-
-
-class _Bar:
-    """What hears of progress: a function, a bar of tqdm, or nobody."""
-
-    def __init__(self, progress: Listener, total: int) -> None:
-        self._bar: Any = None
-        if progress is True:
-            try:
-                from tqdm.auto import tqdm
-            except ImportError:
-                raise InputError("`progress`: True needs the package tqdm; install it, or give a function") from None
-            self._bar = tqdm(total=total, unit="samples")
-            self._listener: Callable[..., object] | None = self._show
-        elif progress is None or progress is False:
-            self._listener = None
-        elif callable(progress):
-            self._listener = progress
-        else:
-            raise InputError(f"`progress`: is {progress!r}; give a function, True or None", "progress")
-
-    def _show(self, done: int, total: int, failed: int, rate: float) -> None:
-        self._bar.total = total
-        self._bar.update(done - self._bar.n)
-        if failed:
-            self._bar.set_postfix(failed=failed)
-
-    def __enter__(self) -> Callable[..., object] | None:
-        return self._listener
-
-    def __exit__(self, *_: object) -> None:
-        if self._bar is not None:
-            self._bar.close()
 
 
 def _law(axis: Mapping[str, Any]) -> str:
@@ -498,8 +498,13 @@ def _run_options(
 def _restore(text: str, table: str | None) -> Sweep:
     """The sweep of its own text; the readers of the library take files."""
     with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder, "sweep.toml")
-        file.write_text(text, encoding="utf-8")
-        if table is not None:
-            Path(folder, "inputs.csv").write_text(table, encoding="utf-8")
-        return Sweep.from_file(file)
+        return Sweep.from_file(_written(folder, text, table))
+
+
+def _written(folder: str, text: str, table: str | None) -> Path:
+    """The file of a sweep in a folder, beside that of its table."""
+    file = Path(folder, "sweep.toml")
+    file.write_text(text, encoding="utf-8")
+    if table is not None:
+        Path(folder, "inputs.csv").write_text(table, encoding="utf-8")
+    return file

@@ -14,7 +14,6 @@ use rodsweep::spec::{Redundancy, Trajectory};
 use rodsweep::study::{ControlEvent, ControlJob, ControlRun};
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::mpsc::channel;
 
 /// Inputs for targets.
 #[pyclass(frozen, module = "rodsweep._rodsweep")]
@@ -83,18 +82,13 @@ pub fn control(
     trajectory.closed = options.closed;
     let in_order = options.in_order;
     let found = run(py, options.threads, progress.as_ref(), move |line| {
-        let (events, heard) = channel();
+        let teller = line.clone();
         let job = job.on_event(move |event| {
             if let ControlEvent::Ended { ended, targets } = event {
-                // Told after the call, should it end meanwhile.
-                let _ = events.send((*ended, *targets));
+                teller.tell(Told::Stage(format!("{ended} of {targets} targets ended")));
             }
         });
         let run = if in_order { job.follow(&trajectory)? } else { job.reach(&trajectory)? };
-        drop(job);
-        for (ended, targets) in heard {
-            line.tell(Told::Stage(format!("{ended} of {targets} targets ended")));
-        }
         Ok(run)
     })?;
     Ok(NativeControl { run: Arc::new(found) })

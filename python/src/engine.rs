@@ -1,6 +1,7 @@
 //! Words of Python arguments as the library's choices.
 
 use super::failure::Failure;
+use pyo3::prelude::*;
 use rodsweep::backend::BackendKind;
 use rodsweep::engines::EngineRequest;
 use rodsweep::input::one_of;
@@ -14,8 +15,18 @@ pub fn word<T: Copy>(key: &str, text: &str, all: &[T], name: fn(T) -> &'static s
     one_of(text, all, name).map_err(|problem| Failure::at(key, problem))
 }
 
+/// What must stand before the GPU is looked for: Mesa writes on the standard error where it is missing.
+pub fn prepare(py: Python<'_>) -> PyResult<()> {
+    py.import("rodsweep._runtime")?.call_method0("prepare")?;
+    Ok(())
+}
+
 /// What is asked of the engine.
 pub fn request(engine: &str, precision: Option<&str>) -> Result<EngineRequest, Failure> {
+    if matches!(engine, "auto" | "gpu") {
+        // Without it everything goes on, with lines of Mesa.
+        let _ = Python::attach(prepare);
+    }
     const ENGINES: [(&str, Option<BackendKind>); 4] = [
         ("auto", None),
         ("gpu", Some(BackendKind::Gpu)),

@@ -8,12 +8,14 @@ use rodsweep::figures::RunFiguresError;
 use rodsweep::input::{AssignError, InputError, LimitsError, Problem};
 use rodsweep::model::{ParameterError, PlanError};
 use rodsweep::report::ReportError;
-use rodsweep::results::ResultsError;
+use rodsweep::results::{ResultsError, is_url};
 use rodsweep::study::sensitivity::SensitivityError;
 use rodsweep::study::workspace::WorkspaceError;
 use rodsweep::study::{ControlError, FitError, SolveError};
 use rodsweep::sweep::SweepError;
+use rodsweep_view::ViewError;
 use std::fmt::Display;
+use std::path::Path;
 
 /// Which exception it becomes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,6 +26,8 @@ pub enum Kind {
     Engine,
     /// `ResultsError`.
     Results,
+    /// `MissingFileError`: both of these, and a `FileNotFoundError`.
+    Missing,
     /// `RodsweepError`.
     Other,
 }
@@ -49,6 +53,15 @@ impl Failure {
         Failure { key: Some(key.into()), ..Failure::input(format!("`{key}`: {text}")) }
     }
 
+    /// Of a directory that was to be read: missing, where nothing lies at its place.
+    pub fn reading(self, path: &Path) -> Failure {
+        let is_missing = self.kind == Kind::Results && !is_url(path) && !path.exists();
+        match is_missing {
+            true => Failure { kind: Kind::Missing, file: Some(path.display().to_string()), ..self },
+            false => self,
+        }
+    }
+
     /// Of a kind.
     pub fn new(kind: Kind, text: impl Display) -> Failure {
         Failure { kind, text: text.to_string(), key: None, file: None, line: None }
@@ -57,6 +70,7 @@ impl Failure {
 
 static INPUT: PyOnceLock<Py<PyType>> = PyOnceLock::new();
 static ENGINE: PyOnceLock<Py<PyType>> = PyOnceLock::new();
+static MISSING: PyOnceLock<Py<PyType>> = PyOnceLock::new();
 static RESULTS: PyOnceLock<Py<PyType>> = PyOnceLock::new();
 static OTHER: PyOnceLock<Py<PyType>> = PyOnceLock::new();
 
@@ -69,10 +83,13 @@ impl From<Failure> for PyErr {
             Kind::Input => (&INPUT, "InputError"),
             Kind::Engine => (&ENGINE, "EngineError"),
             Kind::Results => (&RESULTS, "ResultsError"),
+            Kind::Missing => (&MISSING, "MissingFileError"),
             Kind::Other => (&OTHER, "RodsweepError"),
         };
         Python::attach(|py| match lock.import(py, "rodsweep._errors", name) {
-            Ok(class) if kind == Kind::Input => PyErr::from_type(class.clone(), (text, key, file, line)),
+            Ok(class) if matches!(kind, Kind::Input | Kind::Missing) => {
+                PyErr::from_type(class.clone(), (text, key, file, line))
+            }
             Ok(class) => PyErr::from_type(class.clone(), (text,)),
             Err(error) => error,
         })
@@ -94,6 +111,13 @@ impl From<InputError> for Failure {
         }
         let key = (!error.key.is_empty()).then(|| error.key.clone());
         let kind = if file.is_none() { Kind::Input } else { kind };
+        // As the reader of a file says it, of that file or of one that is named in it.
+        let absent = ["(os error 2)", " is no file; "];
+        let is_missing = |reason: &String| absent.iter().any(|words| reason.contains(words));
+        let kind = match &*error.problem {
+            Problem::Unreadable(reason) if is_missing(reason) => Kind::Missing,
+            _ => kind,
+        };
         Failure { kind, text: shown.to_string(), key, file, line }
     }
 }
@@ -226,6 +250,17 @@ impl From<FitError> for Failure {
             FitError::Backend(error) => error.into(),
             FitError::Parameter(error) => error.into(),
             error => Failure::input(error),
+        }
+    }
+}
+
+impl From<ViewError> for Failure {
+    fn from(error: ViewError) -> Failure {
+        match error {
+            ViewError::Input(error) => error.into(),
+            ViewError::Results(error) => error.into(),
+            error if error.is_usage() => Failure::input(error),
+            error => Failure::new(Kind::Other, error),
         }
     }
 }

@@ -9,6 +9,7 @@ mod engine;
 mod failure;
 mod fit;
 mod job;
+mod program;
 mod results;
 mod scene;
 mod shape;
@@ -37,6 +38,9 @@ fn _rodsweep(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(shape::shape, module)?)?;
     module.add_function(wrap_pyfunction!(control::control, module)?)?;
     module.add_function(wrap_pyfunction!(fit::fit, module)?)?;
+    module.add_function(wrap_pyfunction!(program::program, module)?)?;
+    module.add_function(wrap_pyfunction!(program::write_page, module)?)?;
+    module.add_function(wrap_pyfunction!(program::quantity, module)?)?;
     module.add_function(wrap_pyfunction!(plain, module)?)?;
     module.add_function(wrap_pyfunction!(licenses, module)?)?;
     Ok(())

@@ -23,7 +23,9 @@ pub struct NativeResults {
 impl NativeResults {
     #[staticmethod]
     fn open(directory: PathBuf) -> PyResult<NativeResults> {
-        Ok(NativeResults { results: Arc::new(Results::open(directory).map_err(Failure::from)?) })
+        Ok(NativeResults {
+            results: Arc::new(Results::open(&directory).map_err(|error| Failure::from(error).reading(&directory))?),
+        })
     }
 
     fn directory(&self) -> PathBuf {

@@ -10,9 +10,10 @@ use numpy::ndarray::ArrayView1;
 use numpy::{Element, IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::{PyCapsule, PyList, PyString};
-use rodsweep::results::Results;
+use rodsweep::results::{Results, write_table};
 use rodsweep::table::{Column, Table as Rows, Values};
 use rodsweep::text::xml;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 /// What a text of a table shows.
@@ -75,6 +76,44 @@ impl Table {
 
     fn __contains__(&self, name: &str) -> bool {
         self.place(name).is_ok()
+    }
+
+    /// The names of the columns, so that `dict(table)` holds them.
+    fn keys(&self) -> Vec<String> {
+        self.columns()
+    }
+
+    /// Rows, each a tuple with the names of the columns in `_fields`, as pandas and others take them.
+    fn __iter__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("rodsweep._frames")?.call_method1("rows", (slf,))?.try_iter().map(|rows| rows.into_any())
+    }
+
+    /// The columns as arrays by name; `plain` names them for MATLAB and others that take letters, digits and `_` only.
+    #[pyo3(signature = (*, plain=false))]
+    fn to_dict<'py>(slf: &Bound<'py, Self>, plain: bool) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("rodsweep._frames")?.call_method1("to_dict", (slf, plain))
+    }
+
+    /// A data frame of pandas; `frame.attrs["units"]` holds the units.
+    fn to_pandas<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("rodsweep._frames")?.call_method1("to_pandas", (slf,))
+    }
+
+    /// A data set of xarray over the dimension `row`; each variable has its unit in `attrs["units"]`.
+    fn to_xarray<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("rodsweep._frames")?.call_method1("to_xarray", (slf,))
+    }
+
+    /// Writes it, replacing what is there: `.csv`, `.parquet` (with units) or `.npz` by the name's ending.
+    fn save<'py>(slf: &Bound<'py, Self>, path: Bound<'py, PyAny>) -> PyResult<()> {
+        slf.py().import("rodsweep._frames")?.call_method1("save", (slf, path))?;
+        Ok(())
+    }
+
+    /// Writes it as Parquet or, by any other name, as CSV.
+    fn _write(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        let rows = self.rows()?;
+        Ok(py.detach(|| write_table(&path, &rows, &[]).map_err(Failure::from))?)
     }
 
     fn __repr__(&self) -> String {

@@ -1,5 +1,5 @@
-//! The part of [`rodsweep`](https://docs.rs/rodsweep) that takes long to compile, so that an edit elsewhere need not
-//! wait for it: the [`model`], the one trait of all engines ([`backend`]), and the CPU engine ([`lanes`]).
+//! The part of the crate `rodsweep` that takes long to compile, so that an edit elsewhere need not wait for it: the
+//! [`model`], the one trait of all engines ([`backend`]), and the CPU engine ([`lanes`]).
 //!
 //! Use the crate `rodsweep`, which shows these modules under the same names.
 

@@ -44,8 +44,8 @@ use rodsweep::study::{ControlError, FitError};
 use rodsweep::sweep::SweepError;
 use rodsweep::text::terminal;
 use rodsweep_view::ViewError;
+use std::ffi::OsString;
 use std::io::Write;
-use std::process::ExitCode;
 
 /// How a command ended, as the shell sees it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -121,34 +121,31 @@ impl CommandError {
     }
 }
 
-fn main() -> ExitCode {
-    #[cfg(unix)]
-    if std::env::var_os("XDG_RUNTIME_DIR").is_none() {
-        // Without it Mesa complains on the standard error whenever adapters are listed.
-        // SAFETY: no other thread has been started yet.
-        unsafe { std::env::set_var("XDG_RUNTIME_DIR", std::env::temp_dir()) };
-    }
+/// Runs the program with these arguments, the first of them its name, and gives its exit code.
+///
+/// It belongs into a process of its own: it starts the threads of the engines, and listens for Ctrl-C.
+pub fn main_with(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     signals::outlive_file_limits();
     option_env!("RODSWEEP_COMMIT").into_iter().for_each(rodsweep::set_commit);
-    let arguments = match Arguments::try_parse() {
+    let arguments = match Arguments::try_parse_from(arguments) {
         Ok(arguments) => arguments,
         Err(error) => {
             if !error.use_stderr() {
                 let _ = error.print();
-                return exit_code(Exit::Done);
+                return Exit::Done as u8;
             }
             // The message quotes the command line, which may hold control characters.
             say(error.render().to_string().trim_end());
-            return exit_code(Exit::Usage);
+            return Exit::Usage as u8;
         }
     };
     let result = start_threads().and_then(|()| command(arguments.command));
     match result {
-        Ok(exit) => exit_code(exit),
-        Err(CommandError::Output(error)) if error.kind() == std::io::ErrorKind::BrokenPipe => exit_code(Exit::Done),
+        Ok(exit) => exit as u8,
+        Err(CommandError::Output(error)) if error.kind() == std::io::ErrorKind::BrokenPipe => Exit::Done as u8,
         Err(error) => {
             say(&format!("error: {error}"));
-            exit_code(error.exit())
+            error.exit() as u8
         }
     }
 }
@@ -185,10 +182,6 @@ fn command(command: Command) -> Result<Exit, CommandError> {
             Ok(Exit::Done)
         }
     }
-}
-
-fn exit_code(exit: Exit) -> ExitCode {
-    ExitCode::from(exit as u8)
 }
 
 fn completions(shell: clap_complete::Shell) -> Result<Exit, CommandError> {
