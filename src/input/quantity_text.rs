@@ -21,6 +21,7 @@ const SHOWN: [(&str, &[(&str, f64)]); 11] = [
 /// use rodsweep::input::quantity_text;
 ///
 /// assert_eq!(quantity_text(0.104, "m"), "104 mm");
+/// assert_eq!(quantity_text(0.001, "m"), "1 mm");
 /// assert_eq!(quantity_text(31.03e6, "Pa"), "31.03 MPa");
 /// assert_eq!(quantity_text(0.0, "T"), "0 T");
 /// assert_eq!(quantity_text(100.0, ""), "100");
@@ -28,8 +29,8 @@ const SHOWN: [(&str, &[(&str, f64)]); 11] = [
 pub fn quantity_text(value: f64, unit: &str) -> String {
     let shown = SHOWN.iter().find(|(si, _)| *si == unit).map_or(&[][..], |(_, shown)| shown);
     // Lengths are told in m from 2 m on, all else from 0.1 of its unit on.
-    let least = if unit == "m" { 2.0 } else { 0.1 };
-    let fits = |(_, factor): &&(&str, f64)| value.abs() >= least * factor * (1.0 - 1e-9);
+    let least = |factor: f64| if unit == "m" && factor == 1.0 { 2.0 } else { 0.1 * factor };
+    let fits = |(_, factor): &&(&str, f64)| value.abs() >= least(*factor) * (1.0 - 1e-9);
     let usual = if unit == "m" { shown.get(1) } else { shown.first() };
     let found = if value == 0.0 { usual } else { shown.iter().find(fits).or(shown.last()) };
     let (name, factor) = found.copied().unwrap_or((unit, 1.0));

@@ -90,7 +90,9 @@ mod tests {
         let dir = folder.path();
         let write = |name: &str| fs::write(dir.join(name), "x").expect("a file");
         remove_run(dir, &[]).expect("an empty directory");
-        ["run.json", "part-0000000000.parquet", "part-0000000001.csv.bad-0", "tips.png"].map(write);
+        ["run.json", "part-0000000000.parquet", "part-0000000001.csv.bad-0", "tips.png"]
+            .iter()
+            .for_each(|name| write(name));
         fs::create_dir(dir.join("claims")).expect("a folder");
         write("claims/0-0");
         write("notes.txt");

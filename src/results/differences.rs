@@ -136,11 +136,13 @@ fn shown(key: &str, value: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shipped::{P6, WORKSPACE};
     use std::path::Path;
 
+    const P6: &str = include_str!("../../sweeps/scenes/p6.toml");
+    const WORKSPACE: &str = include_str!("../../sweeps/workspace.toml");
+
     fn spec(change: &dyn Fn(&str, &str) -> (String, String)) -> SweepSpec {
-        let (sweep, scene) = change(WORKSPACE.1, P6.1);
+        let (sweep, scene) = change(WORKSPACE, P6);
         SweepSpec::parse_with(Path::new("workspace.toml"), &sweep, &[("scenes/p6.toml", &scene)]).expect("a sweep")
     }
 

@@ -1,8 +1,10 @@
 //! What a sweep costs on this machine, by solving a few of its samples.
 
+use super::check::SpotCheckOptions;
 use super::error::SweepError;
 use super::job::PreparedSweep;
 use crate::backend::Backend;
+use crate::engines::witness;
 use crate::spec::Selection;
 use std::time::Instant;
 
@@ -12,6 +14,8 @@ const FEW: u64 = 64;
 const MANY: u64 = 4096;
 /// Time that may go into those (s).
 const PATIENCE: f64 = 0.5;
+/// Samples that the reference solves, to be timed.
+const CHECKED: u64 = 3;
 /// Seed of the choice.
 const SEED: u64 = 0xc057;
 
@@ -25,22 +29,31 @@ pub struct Cost {
     pub solved: u64,
     /// Time of one (s), on all threads together.
     pub seconds_each: f64,
+    /// How many samples a run solves again by the reference.
+    pub checked: u64,
+    /// Time of one of these (s), on one thread.
+    pub check_seconds_each: f64,
 }
 
 impl PreparedSweep<'_> {
-    /// Solves some samples and takes the time. Second attempts, checks against the reference and files come on top of it.
+    /// Solves some samples and takes the time. Second attempts, second paths and files come on top of it.
     ///
     /// # Errors
     ///
     /// An engine that cannot be used, or fails.
     pub fn measure_cost(&mut self) -> Result<Cost, SweepError> {
         let mut backend = self.open()?;
+        let checked = SpotCheckOptions::of(&self.spec().scene).samples_of(self.spec().sample_count);
+        let check_seconds_each = self.timed(witness(self.plan()).as_mut(), CHECKED)?.seconds_each;
+        let of_check = |cost: Cost| Cost { checked, check_seconds_each, ..cost };
         self.timed(backend.as_mut(), FEW)?;
         let few = self.timed(backend.as_mut(), FEW)?;
         let affordable = (PATIENCE / few.seconds_each.max(1e-9)) as u64;
         match affordable.min(MANY) {
-            more if more > 2 * FEW && self.spec().sample_count > FEW => self.timed(backend.as_mut(), more),
-            _ => Ok(few),
+            more if more > 2 * FEW && self.spec().sample_count > FEW => {
+                self.timed(backend.as_mut(), more).map(of_check)
+            }
+            _ => Ok(of_check(few)),
         }
     }
 
@@ -57,6 +70,6 @@ impl PreparedSweep<'_> {
         let solutions = backend.solve(&batch)?;
         let seconds = start.elapsed().as_secs_f64();
         let solved = (0..tried as usize).filter(|sample| solutions.status(*sample).is_success()).count() as u64;
-        Ok(Cost { tried, solved, seconds_each: seconds / tried.max(1) as f64 })
+        Ok(Cost { tried, solved, seconds_each: seconds / tried.max(1) as f64, checked: 0, check_seconds_each: 0.0 })
     }
 }

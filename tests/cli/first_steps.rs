@@ -117,7 +117,7 @@ fn check_tells_every_mistake_at_once() {
     let output = sandbox.run(&["check", "sweep.toml"]);
     assert_eq!((output.code, output.stdout.as_str()), (2, ""), "{}", output.stderr);
     for words in [
-        "scene.toml:10: `segment[0].length`",
+        "scene.toml:11: `segment[0].length`",
         "sweep.toml:3: `sampling.method`: \"gird\" is not known: did you mean `grid`?",
         "did you mean `tolerance`?",
         "did you mean `coil.current`?",
@@ -152,9 +152,15 @@ fn check_tells_what_a_sound_file_is_and_costs() {
 fn every_example_is_listed_and_sound_where_it_is_written() {
     let sandbox = Sandbox::new();
     let listed = sandbox.ok(&["examples"]).stdout;
-    let names: Vec<&str> = listed.lines().take_while(|line| !line.is_empty()).filter_map(|line| line.split(' ').next()).collect();
+    let names: Vec<&str> =
+        listed.lines().take_while(|line| !line.is_empty()).filter_map(|line| line.split(' ').next()).collect();
     assert!(names.contains(&"workspace") && names.contains(&"scenes/p6") && names.len() > 20, "{listed}");
-    assert!(listed.lines().take(names.len()).all(|line| line.split_once(' ').is_some_and(|(_, what)| what.trim().len() > 3)));
+    assert!(
+        listed
+            .lines()
+            .take(names.len())
+            .all(|line| line.split_once(' ').is_some_and(|(_, what)| what.trim().len() > 3))
+    );
     for name in &names {
         sandbox.ok(&["examples", name, "--out", name]);
         let file = format!("{name}/{name}.toml");
@@ -176,12 +182,14 @@ const RUN: [&str; 6] = ["run", "sweep.toml", "--backend", "cpu", "--out", "out"]
 fn force_replaces_a_run_and_spares_what_is_not_ours() {
     let sandbox = Sandbox::new();
     let sweep = fs::read_to_string(sandbox.path("sweep.toml")).expect("a sweep");
+    let sweep = sweep.replace("coil.current.x", "coil.current.z").replace("points = 5", "points = 9");
+    sandbox.write("sweep.toml", &sweep);
     sandbox.ok(&RUN);
     sandbox.ok(&["sensitivity", "sweep.toml", "--backend", "cpu", "--out", "study"]);
     sandbox.ok(&["workspace", "out", "--voxel", "20mm", "--backend", "cpu", "--fast"]);
     sandbox.write("sweep.toml", &sweep.replace("to = \"0.1 A\"", "to = \"0.05 A\""));
     let refused = sandbox.run(&RUN);
-    let words = "`[[axis]] coil.current.x.to`: 50 mA, was 100 mA; `--force` replaces it, `--out DIR` keeps both";
+    let words = "`[[axis]] coil.current.z.to`: 50 mA, was 0.1 A; `--force` replaces it, `--out DIR` keeps both";
     assert!(refused.code == 2 && refused.stderr.contains(words), "{}", refused.stderr);
     sandbox.write("out/notes.txt", "mine");
     let spared = sandbox.run(&[&RUN[..], &["--force"]].concat());
@@ -207,7 +215,7 @@ fn a_study_takes_the_rows_of_the_run() {
     let sandbox = Sandbox::new();
     let sweep = |derivatives: &str| {
         let text = "scene = \"scene.toml\"\n[sampling]\nmethod = \"sobol\"\nsamples = 64\nseed = 1\n[[axis]]\n\
-                    parameter = \"coil.current.x\"\nfrom = \"20 mA\"\nto = \"60 mA\"\n[[axis]]\n\
+                    parameter = \"coil.current.z\"\nfrom = \"20 mA\"\nto = \"60 mA\"\n[[axis]]\n\
                     parameter = \"tube.youngs_modulus\"\nrelative = \"10 %\"\n[output]\n";
         format!("{text}derivatives = [{derivatives}]\n")
     };
@@ -225,8 +233,11 @@ fn a_study_takes_the_rows_of_the_run() {
     assert!(sandbox.path("results/few-sensitivity/indices.csv").is_file());
     // The answer comes first, and alone where quiet is asked for.
     let first = enough.stdout.lines().next().unwrap_or_default().to_owned();
-    assert!(first.starts_with("the tip is off by ") && first.contains("(median)") && first.contains("(95 %)"), "{first}");
-    assert!(first.contains("coil.current.x (") && first.contains("tube.youngs_modulus ("), "{first}");
+    assert!(
+        first.starts_with("the tip is off by ") && first.contains("(median)") && first.contains("(95 %)"),
+        "{first}"
+    );
+    assert!(first.contains("by share of its variance: coil.current.z ("), "{first}");
     assert!(enough.stdout.contains("S1 ±") && enough.stdout.contains("ST bound"), "{}", enough.stdout);
     let quiet = sandbox.ok(&[&["sensitivity", "enough.toml", "--quiet"][..], &more].concat());
     assert_eq!(quiet.stdout, first + "\n");

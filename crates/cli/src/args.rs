@@ -65,7 +65,7 @@ pub enum Command {
     },
     /// Find the currents that drive the tip along a trajectory or to many targets
     Control(ControlArguments),
-    /// Measure what can be reached: its size with an error, its boundary, dexterity, queries, designs
+    /// Measure what can be reached: size with an error, boundary, dexterity
     Workspace(super::workspace_args::WorkspaceArguments),
     /// Fit rest curvature, stiffness and the like to observed shapes
     Fit(FitArguments),

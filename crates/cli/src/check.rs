@@ -139,10 +139,7 @@ fn of_sweep(spec: &SweepSpec, arguments: &CheckArguments, told: &mut Told) -> Re
     let all = cost.seconds_each * samples as f64;
     let more = match spec.branch {
         BranchChoice::All => "; the search for every equilibrium takes many times longer",
-        BranchChoice::FromRest if spec.scene.sources.varies() => {
-            "; second attempts and the check against the reference may take more than that"
-        }
-        BranchChoice::FromRest => "; second attempts, checks and files come on top",
+        BranchChoice::FromRest => "; second attempts, second paths and files come on top",
     };
     told.values.insert("seconds_per_sample".into(), cost.seconds_each.into());
     told.values.insert("samples_tried".into(), cost.tried.into());
@@ -155,12 +152,23 @@ fn of_sweep(spec: &SweepSpec, arguments: &CheckArguments, told: &mut Told) -> Re
             count(cost.tried)
         ),
     );
+    let check = cost.check_seconds_each * cost.checked as f64;
+    told.values.insert("samples_checked".into(), cost.checked.into());
+    told.add(
+        "check_seconds",
+        check,
+        format!(
+            "check: {} samples again by the reference, about {} on one thread",
+            count(cost.checked),
+            duration(Duration::from_secs_f64(check.min(1e9)))
+        ),
+    );
     let share = 100.0 * cost.solved as f64 / cost.tried.max(1) as f64;
     told.add("usable_share", 0.01 * share, format!("usable: {share:.0} % of these have an equilibrium from rest"));
     let columns: usize = 24 + axes.len() + sweep.plan().rows() * sweep.plan().derivatives.len();
     if spec.format != Format::None {
         let bytes = 8.0 * columns as f64 * samples as f64;
-        told.add("bytes", bytes, format!("files: at most about {:.1} MB", bytes / 1e6));
+        told.add("bytes", bytes, format!("files: at most about {:.1} kB", bytes / 1e3));
     }
     Ok(())
 }

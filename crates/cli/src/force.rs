@@ -5,75 +5,59 @@ use rodsweep::files::is_taken;
 use rodsweep::results::{is_url, remove_run};
 use std::path::Path;
 
-/// Files that studies and figures write beside the parts of a run.
-const FILES: [&str; 61] = [
+/// Files that studies write beside the parts of a run.
+const FILES: [&str; 21] = [
     "boundary.ply",
     "boundary.vtp",
-    "branches.png",
-    "branches.svg",
     "chaos.csv",
     "comparison.parquet",
-    "compliance.png",
-    "compliance.svg",
-    "convergence.png",
-    "convergence.svg",
-    "density.png",
-    "density.svg",
     "design.csv",
     "designs.csv",
-    "designs.png",
-    "designs.svg",
-    "dexterity.png",
-    "dexterity.svg",
     "dgsm.csv",
     "failures.csv",
-    "failures.png",
-    "failures.svg",
-    "first_order.png",
-    "first_order.svg",
     "fisher.csv",
-    "identification.png",
-    "identification.svg",
     "indices.csv",
-    "indices.png",
-    "indices.svg",
     "local.csv",
-    "margin.png",
-    "margin.svg",
     "moments.csv",
-    "multiplicity.png",
-    "multiplicity.svg",
     "reach.csv",
     "robust.parquet",
-    "robust.png",
-    "robust.svg",
     "robust_designs.csv",
-    "scatter.png",
-    "scatter.svg",
     "sensitivity.json",
-    "slopes.png",
-    "slopes.svg",
-    "statuses.png",
-    "statuses.svg",
     "surface.parquet",
-    "tips.png",
-    "tips.svg",
     "touched.parquet",
-    "workspace.csv",
     "workspace.json",
     "workspace.parquet",
-    "workspace.png",
-    "workspace.svg",
     "workspace.vti",
-    "projection.png",
-    "projection.svg",
-    "jumps.csv",
+];
+/// Names of figures of runs and studies, each as PNG or SVG.
+const FIGURES: [&str; 18] = [
+    "branches",
+    "compliance",
+    "convergence",
+    "density",
+    "designs",
+    "dexterity",
+    "failures",
+    "first_order",
+    "identification",
+    "indices",
+    "margin",
+    "multiplicity",
+    "robust",
+    "scatter",
+    "slopes",
+    "statuses",
+    "tips",
+    "workspace",
 ];
 
 /// Empties a directory of a run and its studies.
 pub fn clear(directory: &Path) -> Result<(), CommandError> {
     if is_url(directory) || is_taken(directory) {
-        remove_run(directory, &FILES)?;
+        let figures: Vec<String> =
+            FIGURES.iter().flat_map(|name| ["png", "svg"].map(|extension| format!("{name}.{extension}"))).collect();
+        let names: Vec<&str> = FILES.into_iter().chain(figures.iter().map(String::as_str)).collect();
+        remove_run(directory, &names)?;
         say(&format!("note: what {} held of an earlier run gives way", directory.display()));
     }
     Ok(())

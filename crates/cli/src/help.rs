@@ -82,7 +82,7 @@ const EXAMPLES: [(&str, [&str; 2]); 21] = [
     ("licenses", ["rodsweep licenses", "rodsweep licenses --help"]),
 ];
 
-const TEMPLATE: &str = "{about-with-newline}\n{usage-heading} {usage}\n\n{after-help}\n\nOptions:\n{options}\n";
+const TEMPLATE: &str = "{about-with-newline}\n{usage-heading} {usage}{after-help}\n\nOptions:\n{options}\n";
 
 /// The program's commands with groups and examples.
 pub fn command() -> clap::Command {

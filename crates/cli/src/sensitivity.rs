@@ -27,10 +27,13 @@ pub fn sensitivity(arguments: &SensitivityArguments) -> Result<Exit, CommandErro
         let usual = run::default_directory(&spec);
         let job = with_options(SensitivityJob::of_sweep(spec), arguments)?;
         job.check()?;
-        let out = match (&arguments.out, rows_of_a_run(&job.sweep(), arguments, &usual)) {
-            (Some(out), _) => out.clone(),
-            (None, Rows::Missing) => usual,
-            (None, Rows::Enough) => {
+        let rows = match arguments.out {
+            Some(_) => Rows::Missing,
+            None => rows_of_a_run(&job.sweep(), arguments, &usual),
+        };
+        let out = match rows {
+            Rows::Missing => arguments.out.clone().unwrap_or(usual),
+            Rows::Enough => {
                 tell(&format!("rows: those of {}", usual.display()));
                 let results = Results::open(&usual)?;
                 if let Some(exit) = verdict::of_results(&results, arguments.accept_distrusted)? {
@@ -38,7 +41,7 @@ pub fn sensitivity(arguments: &SensitivityArguments) -> Result<Exit, CommandErro
                 }
                 return finish(&with_options(SensitivityJob::of_results(results), arguments)?, &usual, arguments);
             }
-            (None, Rows::Lack(what)) => {
+            Rows::Lack(what) => {
                 let beside = beside(&usual);
                 tell(&format!("note: {} lacks {what}; solving into {}", usual.display(), beside.display()));
                 beside

@@ -2,10 +2,14 @@
 
 use super::blocks::Estimate;
 use super::indices::WITHHELD;
+use super::notes::NO_NOMINAL;
 use super::outputs::DISTANCE;
 use super::result::{Identification, Index, Order, Sensitivity};
 use crate::input::quantity_text;
 use crate::report::{TextTable, count};
+
+/// Share of a variance from which on an input is named in the headline.
+const LEAST_SHARE: f64 = 0.005;
 
 impl Sensitivity {
     /// Indices, bounds, spreads, failures and what else the reader should know.
@@ -37,16 +41,18 @@ impl Sensitivity {
         let spread = self.spreads.iter().find(|spread| spread.output == output);
         let first = match spread {
             Some(spread) if output == DISTANCE => {
-                let [_, _, _, median, _, most, _] = spread.quantiles.map(|x| quantity_text(x, "m"));
+                let [_, _, _, median, _, most, _] = spread.quantiles.map(|x| short(x, "m"));
                 format!("the tip is off by {median} (median), {most} (95 %) from that of the nominal rod")
             }
             Some(spread) => {
-                let [_, low, _, median, _, high, _] = spread.quantiles.map(|x| quantity_text(x, &spread.unit));
+                let [_, low, _, median, _, high, _] = spread.quantiles.map(|x| short(x, &spread.unit));
                 format!("{output} is {median} (median), 90 % of the rows lie between {low} and {high}")
             }
             None => format!("{output} changes with the inputs"),
         };
-        format!("{first}; {}", self.what_matters(output))
+        let lacks_nominal = self.notes.iter().any(|note| note == NO_NOMINAL);
+        let before = if lacks_nominal { "the nominal rod has no equilibrium (see below); " } else { "" };
+        format!("{before}{first}; {}", self.what_matters(output))
     }
 
     /// Distance of the tip where it is told, else the first output.
@@ -74,8 +80,12 @@ impl Sensitivity {
             return "which inputs account for it is not known, see below".into();
         };
         let share = |index: &&Index| format!("{} ({:.0} %)", index.input, 100.0 * index.estimate.value);
-        let words: Vec<String> = found.iter().take(3).map(share).collect();
-        format!("what matters most, by share of its variance: {}", words.join(", "))
+        let some = found.iter().filter(|index| index.estimate.value >= LEAST_SHARE).take(3);
+        let words: Vec<String> = some.map(share).collect();
+        match words.is_empty() {
+            true => "no input accounts for it alone".into(),
+            false => format!("what matters most, by share of its variance: {}", words.join(", ")),
+        }
     }
 
     /// First order, total and bound of each input.
@@ -170,6 +180,11 @@ impl Sensitivity {
         }
         text
     }
+}
+
+/// A value with a unit that reads well, to three digits.
+fn short(value: f64, unit: &str) -> String {
+    quantity_text(format!("{value:.2e}").parse().unwrap_or(value), unit)
 }
 
 /// Outputs, in their order.
