@@ -6,7 +6,7 @@ use super::error::{InputError, Problem};
 use super::scene_file::{parse_scene, read_text};
 use super::sweep_file::parse_sweep;
 use super::toml::{Source, quoted};
-use super::toml_spans::spans;
+use super::toml_spans::{Spans, spans};
 use super::trajectory_file::parse_trajectory;
 use crate::model::{ParameterError, Scene};
 use crate::spec::{SweepSpec, Trajectory};
@@ -194,7 +194,7 @@ fn mend<T>(
     read: &dyn Fn(&str) -> Result<T, InputError>,
 ) -> Option<Next<T>> {
     let source = Source::parse(file, text).ok()?;
-    let (key, value) = spans(&source, &error.key)?;
+    let Spans { key, value } = spans(&source, &error.key)?;
     let replaced = |range: std::ops::Range<usize>, with: &str| {
         let mut text = text.to_owned();
         text.replace_range(range, with);

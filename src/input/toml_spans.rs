@@ -38,8 +38,16 @@ impl<'a> Place<'a> {
     }
 }
 
-/// Bytes of a key and of its value, by the key's full path. An item of a list has no key, a table has no value.
-pub(super) fn spans(source: &Source, path: &str) -> Option<(Option<Range<usize>>, Option<Range<usize>>)> {
+/// Bytes of a key and of its value.
+pub(super) struct Spans {
+    /// `None` for an item of a list.
+    pub key: Option<Range<usize>>,
+    /// `None` for a table.
+    pub value: Option<Range<usize>>,
+}
+
+/// Where the text holds a key and its value, by the key's full path.
+pub(super) fn spans(source: &Source, path: &str) -> Option<Spans> {
     let (mut place, mut key) = (Place::Table(source.document.as_table()), None);
     for step in steps(path)? {
         (place, key) = match step {
@@ -55,7 +63,7 @@ pub(super) fn spans(source: &Source, path: &str) -> Option<(Option<Range<usize>>
         Place::Item(item) => item.as_value().and_then(Value::span),
         Place::Value(value) => value.span(),
     };
-    Some((key, value))
+    Some(Spans { key, value })
 }
 
 fn steps(path: &str) -> Option<Vec<Step<'_>>> {
