@@ -53,3 +53,23 @@ pub const TRAJECTORIES: [ShippedFile; 4] = [
     shipped!("trajectories/", "rectangle.toml"),
     shipped!("trajectories/", "butterfly.toml"),
 ];
+
+/// The sweeps of the guide. Their scenes are in `scenes/`, the table of `lap.toml` is [`LAP_TABLE`].
+pub const SWEEPS: [ShippedFile; 13] = [
+    WORKSPACE,
+    shipped!("", "volume.toml"),
+    shipped!("", "insertion.toml"),
+    shipped!("", "stiffness.toml"),
+    shipped!("", "p6_errors.toml"),
+    shipped!("", "p6_calibration.toml"),
+    shipped!("", "two_coil.toml"),
+    shipped!("", "arm_magnet.toml"),
+    shipped!("", "coil_array.toml"),
+    shipped!("", "branches.toml"),
+    shipped!("", "lap.toml"),
+    shipped!("", "ten_million.toml"),
+    shipped!("", "billion.toml"),
+];
+
+/// The currents of the sweep `lap.toml`.
+pub const LAP_TABLE: ShippedFile = shipped!("", "lap.csv");

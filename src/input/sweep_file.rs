@@ -42,11 +42,11 @@ impl SweepSpec {
     }
 }
 
-/// Files that need not be read: path as a sweep names it, and text.
+/// Files that need not be read: path as a sweep names it, or from the folder of the sweep on, and text.
 pub type BuiltIn<'a> = [(&'a str, &'a str)];
 
 /// Parses the text of a sweep file.
-fn parse_sweep(file: &Path, text: &str, built_in: &BuiltIn) -> Result<SweepSpec, InputError> {
+pub(super) fn parse_sweep(file: &Path, text: &str, built_in: &BuiltIn) -> Result<SweepSpec, InputError> {
     sweep_of(&Source::parse(file, text)?, file, built_in)
 }
 
@@ -116,6 +116,9 @@ fn sweep_scene(root: &Reader, file: &Path, built_in: &BuiltIn) -> Result<Scene, 
                 return parse_scene(Path::new(path), text);
             }
             let path = file.parent().unwrap_or(Path::new("")).join(path);
+            if let Some((_, text)) = built_in.iter().find(|(built_in, _)| Path::new(built_in) == path) {
+                return parse_scene(&path, text);
+            }
             if !path.is_file() {
                 let reason = format!("{} is no file; the path starts from the folder of this file", path.display());
                 return Err(root.error("scene", Problem::Unreadable(reason)));

@@ -1,5 +1,6 @@
 //! A result directory: its identity, what lies in it, who may write to it.
 
+use super::differences::differences;
 use super::error::ResultsError;
 use super::manifest::Manifest;
 use super::parts::{self, FileMetadata, PartInfo};
@@ -185,7 +186,14 @@ impl RunRecord {
 pub(crate) fn open(store: &dyn Store, record: &RunRecord, spec: &SweepSpec, resume: bool) -> Result<(), ResultsError> {
     store.prepare()?;
     if let Some(theirs) = RunRecord::find(store)? {
-        record.check_same(store, &theirs)?;
+        check_input(store, record, &theirs, spec)?;
+        if let Err(error) = record.check_same(store, &theirs) {
+            // The pilot of a new run measures anew; only what users choose tells runs apart.
+            let is_measured = matches!(&error, ResultsError::Mismatch { what, .. } if MEASURED.contains(what));
+            if resume || !is_measured {
+                return Err(error);
+            }
+        }
         if !resume {
             return Err(ResultsError::Exists { dir: store.place() });
         }
@@ -204,6 +212,28 @@ pub(crate) fn open(store: &dyn Store, record: &RunRecord, spec: &SweepSpec, resu
         store.put(RESOLVED_TABLE, table.to_csv(&spec.scene).as_bytes())?;
     }
     store.put(SWEEP_FILE, spec.to_toml().as_bytes())
+}
+
+/// What a method holds that no user asks for.
+const MEASURED: [&str; 2] = ["error share", "derivative scale"];
+
+/// Refuses a directory with the run of another scene or sweep, in the words of their files.
+fn check_input(store: &dyn Store, ours: &RunRecord, theirs: &RunRecord, spec: &SweepSpec) -> Result<(), ResultsError> {
+    if ours.input == theirs.input || ours.version != theirs.version {
+        return Ok(());
+    }
+    // What is damaged is told by whoever reads it.
+    let text = |bytes: Option<Vec<u8>>| bytes.and_then(|bytes| String::from_utf8(bytes).ok());
+    let (sweep, table) = (text(store.get(SWEEP_FILE)?), text(store.get(RESOLVED_TABLE)?));
+    let Some(sweep) = sweep else { return Ok(()) };
+    let tables: Vec<(&str, &str)> = table.iter().map(|text| (RESOLVED_TABLE, text.as_str())).collect();
+    let Ok(before) = SweepSpec::parse_with(&store.path(SWEEP_FILE), &sweep, &tables) else { return Ok(()) };
+    // An engine may hold a run to a coarser tolerance; the method tells that.
+    let as_coarse = SweepSpec { tolerance: spec.tolerance, ..before.clone() };
+    if ours.method != theirs.method && as_coarse.to_toml() == spec.to_toml() && before.table == spec.table {
+        return Ok(());
+    }
+    Err(ResultsError::Changed { dir: store.place(), changes: differences(spec, &before) })
 }
 
 /// Where a run without rows keeps its voxels: the measured workspace may have taken their name.

@@ -51,6 +51,22 @@ pub enum ResultsError {
         /// The directory.
         dir: PathBuf,
     },
+    /// The directory holds the run of another scene or sweep.
+    #[error("{} holds another run: {}; choose another directory", dir.display(), changes.join("; "))]
+    Changed {
+        /// The directory.
+        dir: PathBuf,
+        /// What is otherwise now, a line each, in the words of the files.
+        changes: Vec<String>,
+    },
+    /// What lies in the directory must not be removed.
+    #[error("{} is left as it is: {}; choose another directory", dir.display(), not_ours(foreign))]
+    NotOnlyOurs {
+        /// The directory.
+        dir: PathBuf,
+        /// Names that no run and no study writes; none where there is no run.
+        foreign: Vec<String>,
+    },
     /// The directory holds a run that differs from the one that was to be resumed.
     #[error("{} holds another run: its {what} is {theirs}, here it is {ours}; choose another directory", dir.display())]
     Mismatch {
@@ -169,5 +185,13 @@ impl ResultsError {
     pub(crate) fn io(path: &Path, action: &'static str) -> impl FnOnce(std::io::Error) -> ResultsError {
         let path = path.to_owned();
         move |error| ResultsError::Io { path, action, reason: error.to_string() }
+    }
+}
+
+fn not_ours(foreign: &[String]) -> String {
+    match foreign {
+        [] => "it holds no run of rodsweep".into(),
+        [name] => format!("`{name}` is not of rodsweep"),
+        [name, rest @ ..] => format!("`{name}` and {} more are not of rodsweep", rest.len()),
     }
 }

@@ -1,6 +1,8 @@
 //! Results: the columns of a run's rows, parts on disk, the directory and its identity, and all of it opened again.
 
 pub(crate) mod claims;
+mod clear;
+mod differences;
 pub(crate) mod directory;
 mod error;
 pub(crate) mod evidence;
@@ -19,6 +21,7 @@ pub(crate) mod verdict_files;
 mod verdict_text;
 pub(crate) mod workers;
 
+pub use clear::remove_run;
 pub use directory::{RunRecord, TIPS_FILE, WORKSPACE_FILE, WORST_FILE};
 pub use error::ResultsError;
 pub use evidence::StabilityEvidence;

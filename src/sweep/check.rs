@@ -46,6 +46,12 @@ impl SpotCheckOptions {
         let least = if rod.field.is_some() || rod.is_too_limp() { LEAST_OF_SLOW } else { usual.least };
         SpotCheckOptions { least, ..usual }
     }
+
+    /// How many of a sweep's samples are checked.
+    pub fn samples_of(self, sample_count: u64) -> u64 {
+        let wanted = (sample_count as f64 * self.share).ceil() as u64;
+        wanted.max(self.least).min(self.most.max(self.least)).min(sample_count)
+    }
 }
 
 /// An error that is so many times the tolerance, and the row's own estimate, is no matter of resolution or round-off.
@@ -79,9 +85,7 @@ pub(crate) fn spot_check<'a>(
     trusted: BackendFactory<'a>,
     time: &'a StageTime,
 ) -> (SpotSamples, SpotChecker<'a>) {
-    let wanted = (sample_count as f64 * options.share).ceil() as u64;
-    let wanted = wanted.max(options.least).min(options.most.max(options.least)).min(sample_count);
-    let selection = Selection::new(sample_count, wanted, 0x5b07);
+    let selection = Selection::new(sample_count, options.samples_of(sample_count), 0x5b07);
     let (check, groups) = channel();
     let is_single = !single.is_empty();
     let checker = SpotChecker { trusted, groups, checked: Vec::new(), is_single, time };

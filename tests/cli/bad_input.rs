@@ -192,7 +192,9 @@ fn a_directory_of_another_sweep() {
         let output = sandbox.run(&[&RUN[..], more].concat());
         assert_eq!((output.code, output.errors().len()), (2, 1), "{}", output.stderr);
         assert!(output.stderr.contains("out holds another run"), "{}", output.stderr);
-        assert!(output.stderr.contains("choose another directory"), "{}", output.stderr);
+        assert!(output.stderr.contains("`[[axis]] coil.current.x.to`: 0.2 A, was 0.1 A"), "{}", output.stderr);
+        assert!(output.stderr.contains("`--force` replaces it, `--out DIR` keeps both"), "{}", output.stderr);
+        assert!(!output.stderr.contains("error share"), "{}", output.stderr);
     }
     assert!(before == list());
 }

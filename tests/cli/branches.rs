@@ -14,7 +14,7 @@ fn the_program_says_what_it_found() {
     let refused = sandbox.run(&["run", "sweep.toml", "--backend", "reference", "--out", "out"]);
     assert_eq!(refused.code, 2, "{}", refused.stderr);
     assert!(refused.errors()[0].contains("use `--backend cpu`") && !sandbox.path("out").exists());
-    let output = sandbox.ok(&["run", "sweep.toml", "--backend", "cpu", "--out", "out"]);
+    let output = sandbox.ok(&["run", "sweep.toml", "--backend", "cpu", "--out", "out", "--verbose"]);
     for word in ["status of ", "have an equilibrium", "equilibria: at most ", ", search ", "branches.png"] {
         assert!(output.stderr.contains(word), "{word}: {}", output.stderr);
     }

@@ -11,6 +11,7 @@ mod control;
 mod distrust;
 mod experiment;
 mod faults;
+mod first_steps;
 mod gpu_cache;
 mod hostile;
 mod import;

@@ -276,12 +276,13 @@ fn other_runs_and_foreign_directories_are_refused() {
         let error = resume_in(&out, spec, backend, options).expect_err("another run");
         assert!(error.is_usage());
         match error {
-            SweepError::Results(ResultsError::Mismatch { what, .. }) => what,
+            SweepError::Results(ResultsError::Mismatch { what, .. }) => what.to_owned(),
+            SweepError::Results(ResultsError::Changed { changes, .. }) => changes.join("; "),
             other => panic!("{other:?}"),
         }
     };
     let other = SweepSpec { seed: 4, ..spec.clone() };
-    assert_eq!(mismatch(&other, &mut arc(&other), &resume), "scene or sweep");
+    assert_eq!(mismatch(&other, &mut arc(&other), &resume), "`[sampling] seed`: 4, was 3");
     let limited = RunOptions { limit: Some(10), ..resume.clone() };
     assert_eq!(mismatch(&spec, &mut arc(&spec), &limited), "number of samples");
     assert_eq!(mismatch(&spec, &mut arc(&spec), &RunOptions { chunk: 7, ..resume.clone() }), "chunk size");

@@ -17,6 +17,14 @@ pub struct Arguments {
 
 #[derive(Debug, Subcommand)]
 pub enum Command {
+    /// Write a commented file to begin with: scene and sweep in one
+    New(super::new::NewArguments),
+    /// List the scenes and sweeps that the program brings along, or write one
+    Examples(super::examples::ExamplesArguments),
+    /// Tell everything that is wrong with a file, or what it is and what it costs
+    Check(super::check::CheckArguments),
+    /// List every number of a scene: name, value, unit, meaning
+    Parameters(super::parameters::ParametersArguments),
     /// Solve a sweep and write its result directory
     Run(RunArguments),
     /// Solve one scene with its Jacobian
@@ -57,7 +65,7 @@ pub enum Command {
     },
     /// Find the currents that drive the tip along a trajectory or to many targets
     Control(ControlArguments),
-    /// Measure what can be reached: its size with an error, its boundary, dexterity, queries, designs
+    /// Measure what can be reached: size with an error, boundary, dexterity
     Workspace(super::workspace_args::WorkspaceArguments),
     /// Fit rest curvature, stiffness and the like to observed shapes
     Fit(FitArguments),
@@ -88,6 +96,9 @@ pub struct RunArguments {
     /// Go on with what the result directory holds
     #[arg(long)]
     pub resume: bool,
+    /// Replace what an earlier run has left in the result directory; a file of somebody else stops it
+    #[arg(long, conflicts_with_all = ["resume", "join", "dry_run"])]
+    pub force: bool,
     #[command(flatten)]
     pub share: ShareArguments,
     /// Solve by the method (engine, precision, stepper, steps) of another result directory, such as another shard's
@@ -109,6 +120,9 @@ pub struct RunArguments {
     /// No progress and no summary
     #[arg(long)]
     pub quiet: bool,
+    /// Tell more: times of stages, processor seconds, anchors
+    #[arg(long, conflicts_with = "quiet")]
+    pub verbose: bool,
     /// Exit with 3 if more samples than this fail [default: as the sweep's allow_failures says]
     #[arg(long, value_name = "N")]
     pub max_failures: Option<u64>,
@@ -189,9 +203,12 @@ pub struct VerifyArguments {
     /// Ask the judge about every random scene, not only where engine and reference differ
     #[arg(long, requires = "random")]
     pub judge: bool,
-    /// Engines that solve random scenes: the CPU, or a GPU beside it
-    #[arg(long, value_enum, default_value = "cpu", requires = "random")]
-    pub backend: VerifyBackend,
+    /// Engines that solve random scenes: the CPU, or a GPU beside it. Without --random, `gpu` checks a GPU that is software, too
+    #[arg(long, value_enum)]
+    pub backend: Option<VerifyBackend>,
+    /// Check a GPU that is software, too, which takes minutes
+    #[arg(long, conflicts_with = "random")]
+    pub software: bool,
     /// Random scenes beside the built-in ones
     #[arg(long, value_name = "N", default_value_t = 200)]
     pub samples: usize,
@@ -206,7 +223,7 @@ pub struct VerifyArguments {
     pub out: PathBuf,
 }
 
-/// Engines of `verify --random`.
+/// Engines of `verify`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum VerifyBackend {
     Cpu,

@@ -8,7 +8,7 @@ use rodsweep_bench::BenchError;
 use rodsweep_bench::measure::{Benchmark, Engines, MeasureOptions, built_in, read_directory};
 use rodsweep_bench::paper::{PaperOptions, built_in_scene, compare};
 use rodsweep_bench::report::Report;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 pub fn bench(arguments: &BenchArguments) -> Result<Exit, CommandError> {
     if arguments.paper {
@@ -29,7 +29,10 @@ pub fn bench(arguments: &BenchArguments) -> Result<Exit, CommandError> {
     };
     let options = MeasureOptions::new().quick(arguments.quick).only(&arguments.only).engines(engines);
     let benchmark = Benchmark::new(specs, &options)?;
-    let out = arguments.out.clone().unwrap_or_else(|| benchmark.default_directory());
+    let out = arguments.out.clone().unwrap_or_else(|| match arguments.quick && !arguments.force {
+        true => free_directory(benchmark.default_directory()),
+        false => benchmark.default_directory(),
+    });
     if Report::is_in(&out) && !arguments.force {
         let remedy = format!("{} holds a report already; give another `--out`, or `--force`", out.display());
         return Err(CommandError::Usage(remedy));
@@ -39,6 +42,15 @@ pub fn bench(arguments: &BenchArguments) -> Result<Exit, CommandError> {
     render(&out)?;
     say(&format!("measured in {:.0} s", measured.seconds));
     Ok(Exit::Done)
+}
+
+/// The directory, or its name with the first number that makes it one without a report.
+fn free_directory(directory: PathBuf) -> PathBuf {
+    let numbered = |number: u32| PathBuf::from(format!("{}-{number}", directory.display()));
+    match Report::is_in(&directory) {
+        true => (2..).map(numbered).find(|path| !Report::is_in(path)).unwrap_or(directory),
+        false => directory,
+    }
 }
 
 /// Writes report and figures from what a directory holds.

@@ -106,8 +106,13 @@ pub fn of_run_figures(error: &RunFiguresError) -> String {
 pub fn of_results(error: &ResultsError) -> String {
     match error {
         ResultsError::Exists { dir } => format!(
-            "{} already holds a run; add `--resume` to go on with it, or choose another directory",
+            "{} already holds a run; add `--resume` to go on with it, `--force` to replace it, or choose another directory",
             dir.display()
+        ),
+        ResultsError::Changed { dir, changes } => format!(
+            "{} holds another run: {}; `--force` replaces it, `--out DIR` keeps both",
+            dir.display(),
+            changes.join("; ")
         ),
         ResultsError::NotBegun { dir } => {
             format!(
@@ -123,6 +128,11 @@ pub fn of_results(error: &ResultsError) -> String {
         ),
         ResultsError::Mismatch { what, .. } if ["engine", "precision", "stepper", "number of steps"].contains(what) => {
             format!("{error}; for a shard, solve it by the method of the others with `--method-of DIR`")
+        }
+        ResultsError::Mismatch { .. } => {
+            let text = error.to_string();
+            let text = text.strip_suffix("; choose another directory").unwrap_or(&text);
+            format!("{text}; `--force` replaces it, `--out DIR` keeps both")
         }
         other => other.to_string(),
     }

@@ -4,16 +4,22 @@
 
 mod args;
 mod bench;
+mod check;
 mod control;
 mod control_job;
 mod control_output;
 mod directory;
 mod doctor;
 mod engine_args;
+mod examples;
 mod experiment;
 mod fit;
 mod flags;
+mod force;
+mod help;
 mod import;
+mod new;
+mod parameters;
 mod progress;
 mod replay;
 mod run;
@@ -30,8 +36,7 @@ mod view;
 mod workspace;
 mod workspace_args;
 
-use args::{Arguments, Command};
-use clap::{CommandFactory, Parser};
+use args::Command;
 use rodsweep::backend::BackendError;
 use rodsweep::figures::RunFiguresError;
 use rodsweep::input::{AssignError, InputError, scene_notes};
@@ -127,7 +132,7 @@ impl CommandError {
 pub fn main_with(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     signals::outlive_file_limits();
     option_env!("RODSWEEP_COMMIT").into_iter().for_each(rodsweep::set_commit);
-    let arguments = match Arguments::try_parse_from(arguments) {
+    let arguments = match help::parse(arguments) {
         Ok(arguments) => arguments,
         Err(error) => {
             if !error.use_stderr() {
@@ -157,6 +162,10 @@ fn start_threads() -> Result<(), CommandError> {
 
 fn command(command: Command) -> Result<Exit, CommandError> {
     match command {
+        Command::New(arguments) => new::new(&arguments),
+        Command::Examples(arguments) => examples::examples(&arguments),
+        Command::Check(arguments) => check::check(&arguments),
+        Command::Parameters(arguments) => parameters::parameters(&arguments),
         Command::Run(arguments) => run::run(&arguments),
         Command::Solve(arguments) => solve::solve(&arguments),
         Command::Verify(arguments) => verify::verify(&arguments),
@@ -186,7 +195,7 @@ fn command(command: Command) -> Result<Exit, CommandError> {
 
 fn completions(shell: clap_complete::Shell) -> Result<Exit, CommandError> {
     let mut text = Vec::new();
-    clap_complete::generate(shell, &mut Arguments::command(), "rodsweep", &mut text);
+    clap_complete::generate(shell, &mut help::command(), "rodsweep", &mut text);
     print(&String::from_utf8_lossy(&text))?;
     Ok(Exit::Done)
 }

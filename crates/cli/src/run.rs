@@ -2,7 +2,7 @@
 
 use super::args::{RunArguments, SensitivityArguments};
 use super::progress::{Meter, duration};
-use super::{CommandError, Exit, say, signals, verdict};
+use super::{CommandError, Exit, force, say, signals, verdict};
 use rodsweep::figures::RunFigures;
 use rodsweep::input::scene_notes;
 use rodsweep::model::{Plan, PlanOptions, Quantity, Status};
@@ -59,10 +59,16 @@ pub fn run(arguments: &RunArguments) -> Result<Exit, CommandError> {
     let directory = ResultDirectory::new(&out).resume(arguments.resume);
     let mut directory = if share.join { directory.join(share.silence()) } else { directory };
     let mut sweep = job.prepare(&directory)?;
-    tell_method(&sweep, &tell);
+    tell_method(&sweep, &tell, arguments.verbose);
     if arguments.dry_run {
         describe(&sweep, arguments, &out);
         return Ok(Exit::Done);
+    }
+    if arguments.force {
+        if shard != Shard::WHOLE {
+            return Err(CommandError::Usage("`--force` replaces whole runs: leave it or `--shard` out".into()));
+        }
+        force::clear(&out)?;
     }
     let show = |progress: &Progress| meter.get().into_iter().for_each(|meter| meter.show(progress));
     let summary = loop {
@@ -75,11 +81,11 @@ pub fn run(arguments: &RunArguments) -> Result<Exit, CommandError> {
             Ok(summary) => break summary,
             Err(error) => sweep = sweep.settled_meanwhile(error, &directory)?,
         }
-        tell_method(&sweep, &tell);
+        tell_method(&sweep, &tell, arguments.verbose);
     };
     let spec = sweep.spec();
     if !arguments.quiet {
-        print_summary(spec, &summary, &out);
+        print_summary(spec, &summary, &out, arguments.verbose);
     }
     if summary.interrupted {
         let how = if share.join { "--join" } else { "--resume" };
@@ -124,12 +130,16 @@ pub fn run_for_study(
     for note in spec.notes.iter().chain(&scene_notes(&spec.scene)) {
         tell(&format!("note: {note}"));
     }
+    let is_resumed = !arguments.force || holds(&spec, out);
     let warn = |text: &str| say(&format!("warning: {text}"));
     let job = SweepJob::new(spec).engine(arguments.engine.request()).limit(arguments.limit);
     let job = job.interrupt(signals::listen()).warn(&warn);
-    let mut directory = ResultDirectory::new(out).resume(true);
+    let mut directory = ResultDirectory::new(out).resume(is_resumed);
     let mut sweep = job.prepare(&directory)?;
-    tell_method(&sweep, &tell);
+    tell_method(&sweep, &tell, arguments.verbose);
+    if arguments.force && !is_resumed {
+        force::clear(out)?;
+    }
     let mut backend = sweep.open()?;
     let meter = Meter::new(&backend.info());
     let show = |progress: &Progress| meter.show(progress);
@@ -138,7 +148,7 @@ pub fn run_for_study(
     meter.finish();
     let summary = result?;
     if !quiet {
-        print_summary(sweep.spec(), &summary, out);
+        print_summary(sweep.spec(), &summary, out, arguments.verbose);
     }
     if summary.interrupted {
         say("interrupted; the same command goes on");
@@ -147,6 +157,13 @@ pub fn run_for_study(
     let solved = (sweep.method(), out);
     let exit = verdict::of_run(&summary, solved, None, arguments.accept_distrusted);
     Ok((exit != Exit::Done).then_some(exit))
+}
+
+/// Whether a directory holds the run of a sweep; its tolerance is then the one that its engine was held to.
+fn holds(spec: &SweepSpec, out: &Path) -> bool {
+    let Ok(results) = Results::open(out) else { return false };
+    let there = SweepSpec { tolerance: spec.tolerance, ..results.spec().clone() };
+    there.to_toml() == spec.to_toml() && there.table == spec.table
 }
 
 /// Draws the figures of a result directory again.
@@ -164,7 +181,7 @@ pub fn draw(directory: &Path, colour: Option<&str>, accept_distrusted: bool) -> 
 }
 
 /// By what the sweep will be solved, and why.
-fn tell_method(sweep: &PreparedSweep, tell: &dyn Fn(&str)) {
+fn tell_method(sweep: &PreparedSweep, tell: &dyn Fn(&str), is_verbose: bool) {
     let (engine, method) = (sweep.engine(), sweep.method());
     tell(&format!("engine: {} {} ({})", engine.kind(), engine.precision(), engine.reason()));
     let asked = sweep.asked_tolerance();
@@ -179,7 +196,7 @@ fn tell_method(sweep: &PreparedSweep, tell: &dyn Fn(&str)) {
             format!("integration: {}, {steps} steps, {who}", stepper.name())
         }
     });
-    if let Some(anchors) = AnchorAccount::of(sweep.plan()) {
+    if let Some(anchors) = AnchorAccount::of(sweep.plan()).filter(|_| is_verbose) {
         tell(&format!("anchors: {}", anchors.explain()));
     }
 }
@@ -262,7 +279,7 @@ fn named_stages(of: &Timings) -> String {
     )
 }
 
-fn print_summary(spec: &SweepSpec, summary: &Summary, out: &Path) {
+fn print_summary(spec: &SweepSpec, summary: &Summary, out: &Path, is_verbose: bool) {
     let time = duration(Duration::from_secs_f64(summary.timings.total));
     let resumed = if summary.resumed > 0 { format!(", {} found done", count(summary.resumed)) } else { String::new() };
     say(&format!(
@@ -271,15 +288,8 @@ fn print_summary(spec: &SweepSpec, summary: &Summary, out: &Path) {
         count(summary.rate.round() as u64),
         summary.backend
     ));
-    let stages = &summary.timings;
-    say(&format!("stages (busy seconds, overlapping): {}", named_stages(stages)));
-    if let Some(processor) = &summary.processor {
-        let stages = named_stages(processor);
-        say(&format!("stages (processor seconds): {stages}, of {:.2} of the process", processor.total));
-    }
-    if !summary.engine_timings.is_empty() {
-        let each: Vec<_> = summary.engine_timings.iter().map(|(name, s)| format!("{} {s:.2}", spaced(name))).collect();
-        say(&format!("of these, the {}: {}", summary.backend.kind, each.join(", ")));
+    if is_verbose {
+        say_stages(summary);
     }
     summary.notes.iter().for_each(|note| say(&format!("warning: {note}")));
     if let SampleOrigin::HostBecause(reason) = &summary.origin {
@@ -320,6 +330,19 @@ fn print_summary(spec: &SweepSpec, summary: &Summary, out: &Path) {
         ));
     }
     say(&format!("results: {}", out.display()));
+}
+
+/// Times by stage; the manifest has them, too.
+fn say_stages(summary: &Summary) {
+    say(&format!("stages (busy seconds, overlapping): {}", named_stages(&summary.timings)));
+    if let Some(processor) = &summary.processor {
+        let stages = named_stages(processor);
+        say(&format!("stages (processor seconds): {stages}, of {:.2} of the process", processor.total));
+    }
+    if !summary.engine_timings.is_empty() {
+        let each: Vec<_> = summary.engine_timings.iter().map(|(name, s)| format!("{} {s:.2}", spaced(name))).collect();
+        say(&format!("of these, the {}: {}", summary.backend.kind, each.join(", ")));
+    }
 }
 
 /// `first dispatch` for `first_dispatch`

@@ -3,9 +3,11 @@
 use super::args::{EstimatorName, SensitivityArguments, WithName, positive_angle, positive_length};
 use super::{CommandError, Exit, print, run, say, verdict};
 use rodsweep::figures::draw_sensitivity;
+use rodsweep::model::Parameter;
 use rodsweep::results::{Results, is_place, make_directory};
 use rodsweep::spec::SweepSpec;
 use rodsweep::study::sensitivity::{Estimator, EstimatorChoice, Sensitivity, SensitivityJob};
+use std::path::{Path, PathBuf};
 
 pub fn sensitivity(arguments: &SensitivityArguments) -> Result<Exit, CommandError> {
     let tell = |line: &str| {
@@ -22,29 +24,103 @@ pub fn sensitivity(arguments: &SensitivityArguments) -> Result<Exit, CommandErro
         (job, arguments.out.clone().unwrap_or_else(|| arguments.source.clone()))
     } else {
         let spec = SweepSpec::read(&arguments.source)?;
-        let out = arguments.out.clone().unwrap_or_else(|| run::default_directory(&spec));
+        let usual = run::default_directory(&spec);
         let job = with_options(SensitivityJob::of_sweep(spec), arguments)?;
         job.check()?;
+        let rows = match arguments.out {
+            Some(_) => Rows::Missing,
+            None => rows_of_a_run(&job.sweep(), arguments, &usual),
+        };
+        let out = match rows {
+            Rows::Missing => arguments.out.clone().unwrap_or(usual),
+            Rows::Enough => {
+                tell(&format!("rows: those of {}", usual.display()));
+                let results = Results::open(&usual)?;
+                if let Some(exit) = verdict::of_results(&results, arguments.accept_distrusted)? {
+                    return Ok(exit);
+                }
+                return finish(&with_options(SensitivityJob::of_results(results), arguments)?, &usual, arguments);
+            }
+            Rows::Lack(what) => {
+                let beside = beside(&usual);
+                tell(&format!("note: {} lacks {what}; solving into {}", usual.display(), beside.display()));
+                beside
+            }
+        };
         if let Some(exit) = run::run_for_study(job.sweep(), arguments, &out)? {
             return Ok(exit);
         }
         (job.with_results(Results::open(&out)?), out)
     };
+    finish(&job, &out, arguments)
+}
+
+/// What the run of a sweep has for a study of it.
+enum Rows {
+    /// There is no run of this sweep.
+    Missing,
+    /// Every row and every column.
+    Enough,
+    /// The same samples without some columns, or not all of the samples.
+    Lack(String),
+}
+
+/// Looks whether a directory holds the rows of a sweep that a study needs.
+fn rows_of_a_run(needed: &SweepSpec, arguments: &SensitivityArguments, directory: &Path) -> Rows {
+    let Ok(results) = Results::open(directory) else { return Rows::Missing };
+    let there = results.spec();
+    // The engine may hold a run to a coarser tolerance; which columns are written changes no row.
+    let SweepSpec { wrt, quantities, single_derivatives, format, .. } = there.clone();
+    let same = SweepSpec { wrt, quantities, single_derivatives, format, tolerance: there.tolerance, ..needed.clone() };
+    if same.to_toml() != there.to_toml() || needed.table != there.table {
+        return Rows::Missing;
+    }
+    let name = |parameter: &Parameter| parameter.name(&there.scene);
+    let columns: Vec<String> = needed.wrt.iter().filter(|wanted| !there.wrt.contains(wanted)).map(name).collect();
+    let quantities: Vec<&str> =
+        needed.quantities.iter().filter(|wanted| !there.quantities.contains(wanted)).map(|q| q.name()).collect();
+    let samples = arguments.limit.unwrap_or(u64::MAX).min(needed.sample_count);
+    let is_whole =
+        results.record().sample_count == samples && results.status().is_ok_and(|status| status.is_complete());
+    match () {
+        () if !results.has_rows() => Rows::Lack("rows".into()),
+        () if !columns.is_empty() => Rows::Lack(format!("derivatives by {}", columns.join(", "))),
+        () if !quantities.is_empty() => Rows::Lack(quantities.join(", ")),
+        () if !is_whole => Rows::Lack("some of the samples".into()),
+        () => Rows::Enough,
+    }
+}
+
+/// `results/NAME-sensitivity` beside `results/NAME`.
+fn beside(directory: &Path) -> PathBuf {
+    let name = directory.file_name().unwrap_or_default().to_string_lossy();
+    directory.with_file_name(format!("{name}-sensitivity"))
+}
+
+/// Finds everything, writes and prints it.
+fn finish(job: &SensitivityJob, out: &Path, arguments: &SensitivityArguments) -> Result<Exit, CommandError> {
+    let tell = |line: &str| {
+        if !arguments.quiet {
+            say(line);
+        }
+    };
     let found = job.run()?;
     let mut files = Vec::new();
     // `--json` of results that are there reads them only, unless a place for files is named.
     if !arguments.json || arguments.out.is_some() || !is_place(&arguments.source) {
-        make_directory(&out)?;
-        files = found.write(&out)?;
+        make_directory(out)?;
+        files = found.write(out)?;
         if !arguments.no_figures {
-            let drawn = draw_sensitivity(&found, &out)?;
+            let drawn = draw_sensitivity(&found, out)?;
             drawn.left_out.iter().for_each(|note| tell(&format!("note: {note}")));
             files.extend(drawn);
         }
     }
     if arguments.json {
         print(&(serde_json::to_string_pretty(&found.to_json()).unwrap_or_default() + "\n"))?;
-    } else if !arguments.quiet {
+    } else if arguments.quiet {
+        print(&(found.headline() + "\n"))?;
+    } else {
         print(&found.text())?;
     }
     files.iter().for_each(|file| tell(&format!("written: {}", file.display())));

@@ -64,7 +64,13 @@ pub struct SensitivityArguments {
     /// Print JSON
     #[arg(long)]
     pub json: bool,
-    /// No progress, no summary, no tables
+    /// Replace what an earlier run of another sweep has left in the directory of a sweep; a file of somebody else stops it
+    #[arg(long)]
+    pub force: bool,
+    /// Tell more of the run: times of stages, processor seconds, anchors
+    #[arg(long, conflicts_with = "quiet")]
+    pub verbose: bool,
+    /// Only the headline: no progress, no summary, no tables
     #[arg(long)]
     pub quiet: bool,
 }

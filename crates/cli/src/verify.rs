@@ -40,7 +40,7 @@ fn random(arguments: &VerifyArguments, scenes: u64) -> Result<Exit, CommandError
     let options = SearchOptions::new(kind, seed, scenes)
         .first(arguments.first)
         .around(arguments.around)
-        .gpu(arguments.backend == VerifyBackend::Gpu)
+        .gpu(arguments.backend == Some(VerifyBackend::Gpu))
         .judge_all(arguments.judge);
     let mut found = search_disagreements(&options, &mut say)?;
     found.write_replays(&arguments.out).map_err(unwritten)?;
@@ -54,9 +54,16 @@ fn seed_of_the_clock() -> u64 {
     now.as_secs().wrapping_mul(1_000).wrapping_add(u64::from(now.subsec_millis())) % 1_000_000_000_000
 }
 
+/// Whether a GPU that is software is checked: where the user asks for it, or for every engine.
+fn takes_software(arguments: &VerifyArguments) -> bool {
+    let is_required = std::env::var("RODSWEEP_GPU").is_ok_and(|value| value == "require");
+    arguments.software || arguments.backend == Some(VerifyBackend::Gpu) || is_required
+}
+
 /// Whether all is within its limits, and whether an engine was skipped.
 fn chain(arguments: &VerifyArguments) -> Result<(bool, bool), CommandError> {
     let options = VerifyOptions::new().samples(arguments.samples).seed(arguments.seed.unwrap_or(1));
+    let options = options.software(takes_software(arguments));
     let mut found = rodsweep_bench::verify::verify(&options, &mut say)?;
     found.write_replays(&arguments.out).map_err(unwritten)?;
     print(&if arguments.json { found.json() } else { found.text() })?;
@@ -65,7 +72,7 @@ fn chain(arguments: &VerifyArguments) -> Result<(bool, bool), CommandError> {
 
 /// Whether nothing is wrong, and whether an engine was skipped.
 fn hard(arguments: &VerifyArguments) -> Result<(bool, bool), CommandError> {
-    let found = verify_hard(&mut say);
+    let found = verify_hard(takes_software(arguments), &mut say);
     print(&if arguments.json { found.json() } else { found.text() })?;
     found.write_wrong(&arguments.out, &mut say).map_err(unwritten)?;
     Ok((found.is_right(), found.is_any_skipped()))

@@ -1,7 +1,7 @@
 //! `rodsweep workspace`: what can be reached, how surely, with what margin.
 
 use super::workspace_args::{PreferenceName, WorkspaceArguments};
-use super::{CommandError, Exit, print, say, signals, verdict};
+use super::{CommandError, Exit, force, print, say, signals, verdict};
 use rodsweep::figures::draw_workspace;
 use rodsweep::input::{Dimension, parse_quantity, read_trajectory};
 use rodsweep::results::{Results, is_place};
@@ -70,6 +70,9 @@ pub fn workspace(arguments: &WorkspaceArguments) -> Result<Exit, CommandError> {
         false => job.convergence(&found)?,
     };
     let out = arguments.out.clone().unwrap_or_else(|| default_out(&arguments.source, results.is_some()));
+    if arguments.force && out != arguments.source {
+        force::clear(&out)?;
+    }
     if let Some(results) = results.as_ref().filter(|results| results.directory() == out) {
         results.keep_touched_voxels()?;
     }
@@ -83,8 +86,19 @@ pub fn workspace(arguments: &WorkspaceArguments) -> Result<Exit, CommandError> {
     if arguments.json {
         print(&found.json(&account, &extras))?;
     }
+    let headline = account.headline();
+    if arguments.quiet && !arguments.json {
+        print(&(headline.clone() + "\n"))?;
+    }
     if !arguments.quiet {
-        let text = [account.text(), extras.text(&found)].join("\n");
+        // The answer first; of rows that are not to be trusted the doubt.
+        let text = account.text();
+        let rest = text.lines().filter(|line| *line != headline);
+        let lines: Vec<&str> = match account.distrusted {
+            Some(_) => text.lines().collect(),
+            None => std::iter::once(headline.as_str()).chain(rest).collect(),
+        };
+        let text = [lines.join("\n"), extras.text(&found)].join("\n");
         found.notes.iter().for_each(|note| say(&format!("note: {note}")));
         if arguments.json {
             say(text.trim_end())

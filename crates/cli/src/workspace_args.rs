@@ -15,6 +15,9 @@ pub struct WorkspaceArguments {
     /// Where files go [default: the result directory, or results/NAME-OF-THE-SWEEP-workspace]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+    /// First remove what an earlier workspace or run has left where files go; a file of somebody else stops it
+    #[arg(long)]
+    pub force: bool,
     /// Edge of a voxel, such as 1mm
     #[arg(long, value_name = "LENGTH", value_parser = length)]
     pub voxel: Option<f64>,
@@ -62,7 +65,7 @@ pub struct WorkspaceArguments {
     /// Print workspace.json and nothing else on the standard output
     #[arg(long)]
     pub json: bool,
-    /// Tell nothing on the way
+    /// Only the size: nothing on the way, no account
     #[arg(long)]
     pub quiet: bool,
 }

@@ -68,7 +68,7 @@ pub(super) fn analyse(source: &Source, options: &Options) -> Result<Sensitivity,
     })?;
     pass.finish();
     let (rows, usable) = check_rows(options, &pass, inputs.len())?;
-    check_constant(options, &outputs, &pass)?;
+    check_constant(options, &outputs, &pass, nominal.is_some())?;
     let chaos = polynomials(options.degree, &layout, &inputs, &outputs, &kept);
     let evidence = Evidence {
         layout: &layout,

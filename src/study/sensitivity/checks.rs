@@ -5,7 +5,7 @@ use super::chaos::MAX_DEGREE;
 use super::design::{Design, Layout};
 use super::inputs::Input;
 use super::options::{EstimatorChoice, Options};
-use super::outputs::{Output, Outputs};
+use super::outputs::{Kind, Output, Outputs};
 use super::pass::Pass;
 use super::rows::Source;
 use crate::model::Status;
@@ -81,12 +81,21 @@ pub(super) fn check_rows(options: &Options, pass: &Pass, inputs: usize) -> Resul
 }
 
 /// Refuses an output that was asked for by name and never changes, or where none changes.
-pub(super) fn check_constant(options: &Options, outputs: &Outputs, pass: &Pass) -> Result<(), SensitivityError> {
+pub(super) fn check_constant(
+    options: &Options,
+    outputs: &Outputs,
+    pass: &Pass,
+    has_nominal: bool,
+) -> Result<(), SensitivityError> {
     let told: Vec<&Output> = outputs.outputs.iter().filter(|output| !output.is_indicator).collect();
     let constant = told.iter().find(|output| !varies(output, pass));
     match constant {
         Some(output) if options.outputs.contains(&output.name) || told.iter().all(|o| !varies(o, pass)) => {
-            let value = pass.sums[output.components[0]].moments.mean();
+            let at = output.components[0];
+            if outputs.scalars[at].kind == Kind::Distance && !has_nominal {
+                return Err(SensitivityError::NoNominalFor { output: output.name.clone() });
+            }
+            let value = pass.sums[at].moments.mean();
             Err(SensitivityError::Constant { output: output.name.clone(), value })
         }
         _ => Ok(()),

@@ -92,6 +92,15 @@ pub enum SensitivityError {
         /// Rows by status, without successes.
         statuses: Vec<(&'static str, u64)>,
     },
+    /// An output that is measured from the nominal rod, which has no equilibrium.
+    #[error(
+        "`{output}` is measured from the nominal rod, with every input at its mean, which has no equilibrium from rest: leave it \
+         out of the outputs, narrow the axes, or centre them elsewhere"
+    )]
+    NoNominalFor {
+        /// The output.
+        output: String,
+    },
     /// An output that no input changes.
     #[error("`{output}` is {value} in every row: no input changes it; leave it out of the outputs, or widen the axes")]
     Constant {

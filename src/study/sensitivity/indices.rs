@@ -15,7 +15,7 @@ use super::sums::Share;
 
 /// Above this share of missing rows a polynomial only extrapolates, and nothing shows it.
 const MISSING_LIMIT: f64 = 0.05;
-const WITHHELD: &str = "withheld: ";
+pub(super) const WITHHELD: &str = "withheld: ";
 
 /// What the indices are made of.
 pub(super) struct Evidence<'a> {

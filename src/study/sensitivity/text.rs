@@ -1,13 +1,21 @@
 //! A study in words, for the terminal.
 
 use super::blocks::Estimate;
+use super::indices::WITHHELD;
+use super::notes::NO_NOMINAL;
+use super::outputs::DISTANCE;
 use super::result::{Identification, Index, Order, Sensitivity};
+use crate::input::quantity_text;
 use crate::report::{TextTable, count};
+
+/// Share of a variance from which on an input is named in the headline.
+const LEAST_SHARE: f64 = 0.005;
 
 impl Sensitivity {
     /// Indices, bounds, spreads, failures and what else the reader should know.
     pub fn text(&self) -> String {
         let mut text = self.mark.as_ref().map_or(String::new(), |mark| format!("{mark}\n"));
+        text += &format!("{}\n\n", self.headline());
         text += &format!(
             "{} of {} rows ({}), intervals of {} %\n",
             count(self.usable),
@@ -27,10 +35,63 @@ impl Sensitivity {
         text + &self.checked + "\n"
     }
 
+    /// The answer in two sentences: how far the tip is off, and which inputs account for it.
+    pub fn headline(&self) -> String {
+        let Some(output) = self.first_output() else { return "no output changes with the inputs".into() };
+        let spread = self.spreads.iter().find(|spread| spread.output == output);
+        let first = match spread {
+            Some(spread) if output == DISTANCE => {
+                let [_, _, _, median, _, most, _] = spread.quantiles.map(|x| short(x, "m"));
+                format!("the tip is off by {median} (median), {most} (95 %) from that of the nominal rod")
+            }
+            Some(spread) => {
+                let [_, low, _, median, _, high, _] = spread.quantiles.map(|x| short(x, &spread.unit));
+                format!("{output} is {median} (median), 90 % of the rows lie between {low} and {high}")
+            }
+            None => format!("{output} changes with the inputs"),
+        };
+        let lacks_nominal = self.notes.iter().any(|note| note == NO_NOMINAL);
+        let before = if lacks_nominal { "the nominal rod has no equilibrium (see below); " } else { "" };
+        format!("{before}{first}; {}", self.what_matters(output))
+    }
+
+    /// Distance of the tip where it is told, else the first output.
+    fn first_output(&self) -> Option<&str> {
+        let outputs = || self.spreads.iter().map(|spread| spread.output.as_str()).chain(names(&self.indices));
+        let is_told = |output: &&str| self.indices.iter().any(|index| index.output == *output);
+        outputs().find(|output| *output == DISTANCE && is_told(output)).or_else(|| outputs().find(is_told))
+    }
+
+    /// The three inputs with the largest share of an output's variance.
+    fn what_matters(&self, output: &str) -> String {
+        let ranked = |order: Order, is_main: bool| {
+            let of = self.indices.iter().filter(move |index| index.output == output && index.order == order);
+            let mut found: Vec<&Index> =
+                of.filter(|index| index.estimate.value.is_finite() && (index.is_main || !is_main)).collect();
+            // Of several estimators the first counts.
+            let estimator = found.first().map(|index| index.estimator);
+            found.retain(|index| Some(index.estimator) == estimator);
+            found.sort_by(|a, b| b.estimate.value.total_cmp(&a.estimate.value));
+            found
+        };
+        let choices = [(Order::Total, true), (Order::First, true), (Order::First, false)];
+        let Some(found) = choices.into_iter().map(|(order, main)| ranked(order, main)).find(|found| !found.is_empty())
+        else {
+            return "which inputs account for it is not known, see below".into();
+        };
+        let share = |index: &&Index| format!("{} ({:.0} %)", index.input, 100.0 * index.estimate.value);
+        let some = found.iter().filter(|index| index.estimate.value >= LEAST_SHARE).take(3);
+        let words: Vec<String> = some.map(share).collect();
+        match words.is_empty() {
+            true => "no input accounts for it alone".into(),
+            false => format!("what matters most, by share of its variance: {}", words.join(", ")),
+        }
+    }
+
     /// First order, total and bound of each input.
     fn output_text(&self, output: &str) -> String {
         let main: Vec<&Index> = self.indices.iter().filter(|index| index.output == output && index.is_main).collect();
-        let mut table = TextTable::new(["input", "S1", "", "ST", "", "ST at most"]);
+        let mut table = TextTable::new(["input", "S1", "S1 ±", "ST", "ST ±", "ST bound"]);
         let inputs: Vec<&str> = {
             let firsts = main.iter().filter(|index| index.order == Order::First);
             firsts.map(|index| index.input.as_str()).collect()
@@ -41,7 +102,12 @@ impl Sensitivity {
             let [st, st_error] = of(Order::Total).map_or_else(Default::default, |index| words(&index.estimate));
             let bound = self.slopes.iter().find(|slopes| slopes.output == output && slopes.input == input);
             let bound = bound.filter(|slopes| slopes.upper.is_finite());
-            let bound = bound.map(|slopes| format!("{:.4}", slopes.upper)).unwrap_or_default();
+            // A share is never above 1: a larger bound says nothing.
+            let bound = bound.map(|slopes| match slopes.upper {
+                upper if upper > 1.0 => "no bound".to_owned(),
+                upper => format!("{upper:.4}"),
+            });
+            let bound = bound.unwrap_or_default();
             table.row([input.to_owned(), s1, s1_error, st, st_error, bound]);
         }
         let estimator = main.first().map_or("", |index| index.estimator);
@@ -58,6 +124,10 @@ impl Sensitivity {
             if !flags.contains(&index.flag.as_str()) {
                 flags.push(&index.flag);
                 text += &format!("{} {}\n", index.estimator, index.flag);
+                if index.flag.starts_with(WITHHELD) {
+                    text += "  what helps: more samples; narrower axes, so that fewer rows fail and no tip jumps; \
+                             `--estimator slopes`; or [sampling] method = \"saltelli\", which needs no smooth output\n";
+                }
             }
         }
         text
@@ -110,6 +180,11 @@ impl Sensitivity {
         }
         text
     }
+}
+
+/// A value with a unit that reads well, to three digits.
+fn short(value: f64, unit: &str) -> String {
+    quantity_text(format!("{value:.2e}").parse().unwrap_or(value), unit)
 }
 
 /// Outputs, in their order.

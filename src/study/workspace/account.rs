@@ -236,6 +236,15 @@ impl WorkspaceAccount {
         serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
     }
 
+    /// The answer: the size with its interval, a line of [`WorkspaceAccount::text`].
+    pub fn headline(&self) -> String {
+        let is_size = |line: &&str| ["volume = ", "area = ", "length = "].iter().any(|word| line.starts_with(word));
+        self.text()
+            .lines()
+            .find(is_size)
+            .map_or_else(|| format!("the tip's workspace is a {}", self.kind), str::to_owned)
+    }
+
     /// For a person: a few lines.
     pub fn text(&self) -> String {
         let mut lines: Vec<String> = self.distrusted.iter().cloned().collect();

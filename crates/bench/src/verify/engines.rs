@@ -68,6 +68,14 @@ pub struct Run {
     pub seconds: f64,
 }
 
+impl Run {
+    /// An engine that is passed over.
+    pub fn skipped(setup: Setup, cases: usize, reason: String) -> Run {
+        let solutions = (0..cases).map(|_| None).collect();
+        Run { setup, info: None, solutions, skipped: Some(reason), failed: None, seconds: 0.0 }
+    }
+}
+
 /// Solves every case; an engine that cannot be had is noted, not an error.
 pub fn run(setup: Setup, cases: &[Case], progress: &mut dyn FnMut(&str)) -> Run {
     let mut run = Run { setup, info: None, solutions: Vec::new(), skipped: None, failed: None, seconds: 0.0 };

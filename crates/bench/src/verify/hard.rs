@@ -27,15 +27,21 @@ pub struct HardCases {
     pub(super) columns: Vec<Column>,
 }
 
-/// Solves the hard cases on every engine; `progress` is told what takes long.
-pub fn verify_hard(progress: &mut dyn FnMut(&str)) -> HardCases {
+/// Solves the hard cases on every engine, on a GPU that is software only where it is wanted; `progress` is told what
+/// takes long.
+pub fn verify_hard(software: bool, progress: &mut dyn FnMut(&str)) -> HardCases {
     let cases = cases();
     let answers: Vec<Answer> = cases.iter().map(Case::answer).collect();
     let mut setups = vec![Setup::REFERENCE, Setup::CPU_F64, Setup::CPU_F32, Setup::GPU_F32];
     if adapters().first().is_some_and(|adapter| adapter.has_f64) {
         setups.push(Setup::GPU_F64);
     }
-    let columns = setups.into_iter().map(|setup| column(setup, &cases, &answers, progress)).collect();
+    let skipped = super::software_gpu(software);
+    let columns = setups.into_iter().map(|setup| match skipped.as_ref().filter(|_| setup.kind == BackendKind::Gpu) {
+        Some(reason) => Column { setup, cells: cases.iter().map(|_| Cell::Skipped(reason.clone())).collect() },
+        None => column(setup, &cases, &answers, progress),
+    });
+    let columns = columns.collect();
     HardCases { cases, columns }
 }
 

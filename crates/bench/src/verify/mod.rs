@@ -38,6 +38,7 @@ use cases::Case;
 use engines::{Run, Setup};
 use links::{Link, Row};
 use rodsweep::backend::{BackendKind, Precision};
+use rodsweep::gpu::adapters;
 use std::path::Path;
 
 /// What is checked.
@@ -45,12 +46,13 @@ use std::path::Path;
 pub struct VerifyOptions {
     samples: usize,
     seed: u64,
+    software: bool,
 }
 
 impl VerifyOptions {
     /// 200 random scenes beside the shipped ones.
     pub fn new() -> VerifyOptions {
-        VerifyOptions { samples: 200, seed: 1 }
+        VerifyOptions { samples: 200, seed: 1, software: true }
     }
 
     /// Random scenes beside the shipped ones.
@@ -61,6 +63,11 @@ impl VerifyOptions {
     /// Seed of the random scenes.
     pub fn seed(self, seed: u64) -> VerifyOptions {
         VerifyOptions { seed, ..self }
+    }
+
+    /// Whether a GPU is checked that is software: minutes for a device that no run takes by itself.
+    pub fn software(self, software: bool) -> VerifyOptions {
+        VerifyOptions { software, ..self }
     }
 }
 
@@ -94,7 +101,13 @@ pub fn verify(options: &VerifyOptions, progress: &mut dyn FnMut(&str)) -> Result
         Setup { kind: BackendKind::Cpu, ..gpu },
         gpu,
     ];
-    let runs: Vec<Run> = setups.into_iter().map(|setup| engines::run(setup, &cases, progress)).collect();
+    let runs: Vec<Run> = setups
+        .into_iter()
+        .map(|setup| match software_gpu(options.software).filter(|_| setup.kind == BackendKind::Gpu) {
+            Some(reason) => Run::skipped(setup, cases.len(), reason),
+            None => engines::run(setup, &cases, progress),
+        })
+        .collect();
     let link = |run, against, cause| Link { run, against, cause };
     let links = [
         link(0, None, "the truth"),
@@ -106,6 +119,13 @@ pub fn verify(options: &VerifyOptions, progress: &mut dyn FnMut(&str)) -> Result
     ];
     let rows: Vec<Row> = links.into_iter().map(|link| Row::new(link, &runs, &cases)).collect();
     Ok(Verification { options: *options, cases, runs, rows })
+}
+
+/// Why the GPU is passed over: it is software, and nobody asked for it.
+fn software_gpu(is_wanted: bool) -> Option<String> {
+    let adapter = if is_wanted { None } else { adapters().into_iter().next() };
+    let adapter = adapter.filter(|adapter| adapter.is_software())?;
+    Some(format!("the only GPU is software ({}), which takes minutes; `--software` checks it", adapter.name))
 }
 
 impl Verification {

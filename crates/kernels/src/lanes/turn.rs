@@ -20,7 +20,9 @@ pub struct Turn<L: Lane, P> {
     /// Load fractions before and behind.
     before: L,
     behind: L,
-    /// The slope of the load along the curve: how it changes with the arc, and its last value.
+    /// How the slope of the load changes between both.
+    bend: L,
+    /// The slope of the load along the curve: how it changes with the arc where the load turns, and its last value.
     change: L,
     slope: L,
     /// The last move along the curve, and the arc.
@@ -42,6 +44,7 @@ impl<L: Lane, P: Point<L>> Turn<L, P> {
             along: at,
             before: zero,
             behind: zero,
+            bend: zero,
             change: zero,
             slope: zero,
             moved: zero,
@@ -72,7 +75,8 @@ impl<L: Lane, P: Point<L>> Turn<L, P> {
         self.along = P::select(lanes, out.plus(one, into).times(one.constant(0.5)), self.along);
         self.before = L::select(lanes, from.lambda(), self.before);
         self.behind = L::select(lanes, to.lambda(), self.behind);
-        self.change = L::select(lanes, (into.lambda() - out.lambda()) / arc, self.change);
+        self.bend = L::select(lanes, (into.lambda() - out.lambda()) / arc, self.bend);
+        self.change = L::select(lanes, self.bend, self.change);
         self.arc = L::select(lanes, arc, self.arc);
         self.moved = L::select(lanes, one.constant(0.0), self.moved);
         lanes
@@ -205,7 +209,7 @@ impl<L: Lane, P: Point<L>> Turn<L, P> {
             let along = self.arc * one.constant(side);
             let row = E::row(metric, tangent);
             let ahead = top.plus(along, tangent);
-            let mut at = ahead.with_lambda(ahead.lambda() + along * along * self.change * one.constant(0.5));
+            let mut at = ahead.with_lambda(ahead.lambda() + along * along * self.bend * one.constant(0.5));
             let mut size = one;
             let mut slope = zero;
             for _ in 0..TURN_SIDE {
