@@ -105,7 +105,7 @@ const EXCEPTIONS: Exceptions = Exceptions {
         ("nodes/answer", &["correct"], "the shader compares whole passes"),
         ("varying/space", &["new", "inside"], "maps are for the CPU"),
         ("varying/space", &["acts"], "passes without columns need no gradient"),
-        ("varying/step", &["new", "select", "advanced"], "the workspace; masks; the shader's tableau is compiled in"),
+        ("varying/step", &["new", "advanced"], "the workspace; the shader's tableau is compiled in"),
         ("varying/crossing", &["mean"], "points are summed up once for all columns"),
         ("varying/first", &["new"], "the workspace"),
         ("varying/crossing", &["begin_columns"], "zeros, which the shader carries along"),
