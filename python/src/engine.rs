@@ -1,12 +1,14 @@
 //! Words of Python arguments as the library's choices.
 
 use super::failure::Failure;
+use pyo3::exceptions::PyDeprecationWarning;
 use pyo3::prelude::*;
-use rodsweep::backend::BackendKind;
+use rodsweep::backend::{BackendKind, Precision};
 use rodsweep::engines::EngineRequest;
 use rodsweep::input::one_of;
-use rodsweep::spec::{BranchChoice, PrecisionChoice, SolutionMethod};
+use rodsweep::spec::{BranchChoice, MIXED, MIXED_NOTE, PrecisionChoice, SolutionMethod};
 use rodsweep::study::check_tolerance;
+use std::ffi::CString;
 #[cfg(feature = "gpu")]
 use std::sync::OnceLock;
 
@@ -39,6 +41,14 @@ pub fn request(engine: &str, precision: Option<&str>) -> Result<EngineRequest, F
     }
     let request = EngineRequest::any().backend(backend);
     let Some(text) = precision else { return Ok(request) };
+    if text == MIXED {
+        let warn = |py: Python<'_>| -> PyResult<()> {
+            let text = CString::new(format!("precision=\"mixed\": {MIXED_NOTE}"))?;
+            PyErr::warn(py, &py.get_type::<PyDeprecationWarning>(), &text, 2)
+        };
+        Python::attach(warn).map_err(|error| Failure::input(error.to_string()))?;
+        return Ok(request.precision(Some(Precision::F64)));
+    }
     Ok(match word("precision", text, &PrecisionChoice::WORDS, PrecisionChoice::name)? {
         PrecisionChoice::Given(precision) => request.precision(Some(precision)),
         _ => request,

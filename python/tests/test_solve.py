@@ -188,3 +188,10 @@ def test_reference_and_seconds(p6: rodsweep.Scene) -> None:
     slow = rodsweep.solve(p6, {"coil.current.x": [0.0, 0.1]}, engine="reference", tolerance=1e-9)
     assert np.allclose(fast.tip_position, slow.tip_position, atol=1e-10)
     assert fast.seconds > 0
+
+
+def test_the_word_mixed_means_f64(p6):
+    with pytest.warns(DeprecationWarning, match="mixed precision was taken out"):
+        mixed = rodsweep.solve(p6, engine="cpu", precision="mixed")
+    double = rodsweep.solve(p6, engine="cpu", precision="f64")
+    assert np.array_equal(mixed.tip_position, double.tip_position)

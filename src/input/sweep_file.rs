@@ -6,9 +6,11 @@ use super::sweep_axes::{AXIS, UNCERTAIN, axes, axis_key, check_overlaps, table_a
 use super::sweep_samples::samples;
 use super::toml::{Reader, Source};
 use super::words::{choice, one_of, parameters};
+use crate::backend::Precision;
 use crate::model::{Parameter, ParameterError, Plan, PlanError, PlanOptions, Scene};
 use crate::spec::{
-    AxisSpec, BranchChoice, Format, Method, OutputQuantity, PrecisionChoice, SweepSpec, WorkspaceOptions,
+    AxisSpec, BranchChoice, Format, MIXED, MIXED_NOTE, Method, OutputQuantity, PrecisionChoice, SweepSpec,
+    WorkspaceOptions,
 };
 use std::path::Path;
 
@@ -74,7 +76,8 @@ pub fn sweep_of(source: &Source, file: &Path, built_in: &BuiltIn) -> Result<Swee
     check_overlaps(&root, &scene, &axes, &uncertain, method)?;
     let rows = table.as_ref().map(|table| table.row_count() as u64);
     let (sample_count, skeleton) = samples(&root, &sampling, method, &axes, rows, format, &mut notes)?;
-    let Solver { tolerance, derivative_tolerance, branch, precision, steps, anchors, allow_failures } = solver(&root)?;
+    let Solver { tolerance, derivative_tolerance, branch, precision, steps, anchors, allow_failures } =
+        solver(&root, &mut notes)?;
     let spec = SweepSpec {
         file: file.into(),
         scene,
@@ -146,7 +149,7 @@ struct Solver {
     allow_failures: Option<f64>,
 }
 
-fn solver(root: &Reader) -> Result<Solver, InputError> {
+fn solver(root: &Reader, notes: &mut Vec<String>) -> Result<Solver, InputError> {
     let PlanOptions { tolerance, derivative_tolerance, .. } = PlanOptions::default();
     let Some(solver) = root.table("solver")? else {
         let branch = BranchChoice::FromRest;
@@ -173,8 +176,12 @@ fn solver(root: &Reader) -> Result<Solver, InputError> {
     let tolerance = share(&solver, "tolerance", "1e-6")?.unwrap_or(tolerance);
     let derivative_tolerance = share(&solver, "derivative_tolerance", "1e-3")?.unwrap_or(derivative_tolerance);
     let branch = choice(&solver, "branch", &BranchChoice::ALL, BranchChoice::name)?.unwrap_or_default();
-    let words = &PrecisionChoice::WORDS;
-    let precision = choice(&solver, "precision", words, PrecisionChoice::name)?.unwrap_or_default();
+    let precision = if solver.string("precision")? == Some(MIXED) {
+        notes.push(format!("`solver.precision`: {MIXED_NOTE}"));
+        PrecisionChoice::Given(Precision::F64)
+    } else {
+        choice(&solver, "precision", &PrecisionChoice::WORDS, PrecisionChoice::name)?.unwrap_or_default()
+    };
     let anchors = choice(&solver, "anchors", &[true, false], |on| if on { "auto" } else { "off" })?.unwrap_or(true);
     let allow_failures = match solver.quantity("allow_failures", "")? {
         Some(value) if !(0.0..=1.0).contains(&value) => {

@@ -21,7 +21,7 @@ pub use axis::AxisSpec;
 pub use distribution::Distribution;
 pub use input_table::InputTable;
 pub use observed::{ObservedPoint, ObservedShape, ObservedShapes, ObservedTip};
-pub use precision::PrecisionChoice;
+pub use precision::{MIXED, MIXED_NOTE, PrecisionChoice};
 pub use sampling::permute;
 pub use sampling::{
     DesignKind, Face, MAX_SOBOL_DIMENSIONS, SaltelliDesign, Sampler, Skeleton, SkeletonError, SkeletonSampling,

@@ -2,6 +2,11 @@
 
 use crate::backend::Precision;
 
+/// A word of files and scripts that were written for versions with mixed precision: f64 takes its place.
+pub const MIXED: &str = "mixed";
+/// What is said to whoever uses it.
+pub const MIXED_NOTE: &str = "mixed precision was taken out: f64 takes its place, and is as exact or more so";
+
 /// What a sweep file says of its arithmetic.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum PrecisionChoice {

@@ -166,7 +166,7 @@ fn broken_commands() {
         (&["run", "sweep.toml", "--shard", "half"], "write K/N"),
         (&["run", "sweep.toml", "--limit", "0"], "--limit"),
         (&["run", "sweep.toml", "--colour", "tip.colour"], "no such column"),
-        (&["run", "sweep.toml", "--precision", "mixed"], "possible values: f32, f64, auto"),
+        (&["run", "sweep.toml", "--precision", "half"], "possible values: f32, f64, auto"),
         (&["status", "none"], "none holds no run of rodsweep"),
     ] {
         let output = sandbox.run(arguments);

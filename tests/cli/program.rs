@@ -135,6 +135,16 @@ fn solve_in_words() {
     }
 }
 
+/// A word of earlier versions, which scripts may still say.
+#[test]
+fn the_word_mixed_means_f64() {
+    let sandbox = Sandbox::new();
+    let solve = ["solve", "scene.toml", "--backend", "cpu", "--json", "--precision"];
+    let [mixed, double] = ["mixed", "f64"].map(|word| sandbox.ok(&[&solve[..], &[word]].concat()));
+    assert!(mixed.stderr.contains("mixed precision was taken out: f64 takes its place"), "{}", mixed.stderr);
+    assert_eq!(mixed.stdout, double.stdout);
+}
+
 #[test]
 fn solve_draws() {
     let sandbox = Sandbox::new();

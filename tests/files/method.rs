@@ -109,7 +109,11 @@ fn a_sweep_asks_for_its_precision() {
     assert_eq!(precision(on_cpu(single.clone()).engine(double)), Precision::F64);
     assert_eq!(precision(on_cpu(with("auto").expect("a sweep"))), Precision::F64);
     assert_eq!(precision(job()), Precision::F64);
-    assert!(with("mixed").is_err_and(|error| error.to_string().contains("auto, f32, f64")));
+    assert!(with("half").is_err_and(|error| error.to_string().contains("auto, f32, f64")));
+    // A word of earlier versions.
+    let mixed = with("mixed").expect("a sweep");
+    assert!(mixed.notes.iter().any(|note| note.contains("mixed precision was taken out")), "{:?}", mixed.notes);
+    assert_eq!(precision(on_cpu(mixed)), Precision::F64);
 
     let dir = tempfile::tempdir().expect("a folder");
     let out = dir.path().join("run");

@@ -1,7 +1,8 @@
 //! `rodsweep bench`: arguments to a measurement, a comparison or a report.
 
-use crate::args::{BenchArguments, BenchBackend};
+use super::flags::some;
 use crate::{CommandError, Exit, print, say};
+use clap::{Args, ValueEnum};
 use rodsweep::input::read_scene;
 use rodsweep::report::ReportError;
 use rodsweep_bench::BenchError;
@@ -9,6 +10,56 @@ use rodsweep_bench::measure::{Benchmark, Engines, MeasureOptions, built_in, read
 use rodsweep_bench::paper::{PaperOptions, built_in_scene, compare};
 use rodsweep_bench::report::Report;
 use std::path::{Path, PathBuf};
+
+#[derive(Debug, Args)]
+pub struct BenchArguments {
+    /// Less of everything, in less than a minute
+    #[arg(long)]
+    pub quick: bool,
+    /// Parts or scenes, separated by commas [default: all]; a wrong name prints the list
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
+    pub only: Vec<String>,
+    /// Engines that are measured
+    #[arg(long, value_enum, default_value = "all", conflicts_with_all = ["paper", "render"])]
+    pub backend: BenchBackend,
+    /// Directory of bench files (TOML) [default: those of sweeps/bench, built in]
+    #[arg(long, value_name = "DIR")]
+    pub files: Option<PathBuf>,
+    /// Where the report is written [default: sweeps/reports/DATE-DEVICE]; with --paper, where paper.csv and paper.md are
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Overwrite a report that is there
+    #[arg(long)]
+    pub force: bool,
+    /// Measure nothing: write the report and the figures of a directory again, from its raw.csv and manifest.json
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["quick", "only", "files", "out", "force", "paper"])]
+    pub render: Option<PathBuf>,
+    /// The paper's comparison: its analytic Jacobian, finite differences and a chain of links, beside the CPU engine
+    #[arg(long, conflicts_with_all = ["quick", "only", "files", "force"])]
+    pub paper: bool,
+    /// Scene file (TOML), with --paper [default: sweeps/scenes/p6.toml, built in]
+    #[arg(long, value_name = "FILE", requires = "paper")]
+    pub scene: Option<PathBuf>,
+    /// Random configurations, with --paper
+    #[arg(long, value_name = "N", default_value_t = 100, value_parser = some, requires = "paper")]
+    pub samples: usize,
+    /// How often each is timed, with --paper
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = some, requires = "paper")]
+    pub repeats: usize,
+    /// Seed of the configurations, with --paper
+    #[arg(long, default_value_t = 1, requires = "paper")]
+    pub seed: u64,
+    /// Print JSON, with --paper
+    #[arg(long, requires = "paper")]
+    pub json: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum BenchBackend {
+    All,
+    Cpu,
+    Gpu,
+}
 
 pub fn bench(arguments: &BenchArguments) -> Result<Exit, CommandError> {
     if arguments.paper {

@@ -1,8 +1,6 @@
 //! `rodsweep control`: the currents that drive the tip along a trajectory, or to many targets at once.
 
-use super::args::ControlArguments;
-use super::control_job::job;
-use super::control_output::Outputs;
+use super::control_job::{ControlArguments, Outputs, job};
 use super::{CommandError, Exit, experiment, print_lines, replay, say, say_notes, simulate, verdict};
 use rodsweep::figures::draw_control;
 use rodsweep::input::{read_scene, read_trajectory};

@@ -1,8 +1,10 @@
 //! The arguments that choose an engine.
 
+use super::say;
 use clap::{Args, ValueEnum};
 use rodsweep::backend::{BackendKind, Precision};
 use rodsweep::engines::EngineRequest;
+use rodsweep::spec::MIXED_NOTE;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum BackendName {
@@ -20,6 +22,9 @@ pub enum PrecisionName {
     F64,
     /// The default
     Auto,
+    /// Of versions that had mixed precision: f64
+    #[value(hide = true)]
+    Mixed,
 }
 
 #[derive(Clone, Copy, Debug, Args)]
@@ -46,6 +51,10 @@ impl EngineArguments {
             None | Some(PrecisionName::Auto) => request,
             Some(PrecisionName::F32) => request.precision(Some(Precision::F32)),
             Some(PrecisionName::F64) => request.precision(Some(Precision::F64)),
+            Some(PrecisionName::Mixed) => {
+                say(&format!("note: `--precision mixed`: {MIXED_NOTE}"));
+                request.precision(Some(Precision::F64))
+            }
         }
     }
 }

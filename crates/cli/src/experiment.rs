@@ -1,8 +1,6 @@
 //! `rodsweep control --experiment`: the paper's experiment, simulated, beside what it measured.
 
-use super::args::ControlArguments;
-use super::control_job::job;
-use super::control_output::Outputs;
+use super::control_job::{ControlArguments, Outputs, job};
 use super::{CommandError, Exit, print, say, say_notes};
 use rodsweep::figures::ExperimentFigure;
 use rodsweep::model::Scene;

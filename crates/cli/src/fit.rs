@@ -1,12 +1,44 @@
 //! `rodsweep fit`: numbers of a scene from observed shapes, with intervals, and what cannot be told apart.
 
-use super::args::{FitArguments, positive_length};
+use super::flags::positive_length;
 use super::{CommandError, Exit, flags, print, say, say_notes, verdict};
+use clap::Args;
 use rodsweep::input::{read_scene, read_shapes_with, write_scene};
 use rodsweep::report::{self, ImageFormat};
 use rodsweep::results::ResultsError;
 use rodsweep::study::FitJob;
 use rodsweep::{figures, files};
+use std::path::PathBuf;
+
+#[derive(Debug, Args)]
+pub struct FitArguments {
+    /// Scene to start from (TOML)
+    pub scene: PathBuf,
+    /// Observed points (CSV or Parquet): x, y, z; s, the arc length, empty for the tip; known parameters such as
+    /// coil.current.x. Rows with the same known values are one shape
+    pub shapes: PathBuf,
+    /// What is fitted, separated by commas; names joined by + keep their ratio [default: rest curvature about x and y]
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
+    pub free: Option<Vec<String>>,
+    /// Standard deviation of an observed coordinate, such as "0.2 mm" [default: estimated from the residuals]
+    #[arg(long, value_name = "LENGTH")]
+    pub noise: Option<String>,
+    /// Where the scene with the fitted values is written
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+    /// Overwrite what is there
+    #[arg(long)]
+    pub force: bool,
+    /// Draw observed points and fitted shapes (.png or .svg)
+    #[arg(long, value_name = "FILE")]
+    pub plot: Option<PathBuf>,
+    /// Exit with 0 although the reference contradicts fitted rods; what is drawn says so
+    #[arg(long)]
+    pub accept_distrusted: bool,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+}
 
 pub fn fit(arguments: &FitArguments) -> Result<Exit, CommandError> {
     if let Some(path) = &arguments.plot {

@@ -3,6 +3,7 @@
 use super::CommandError;
 use rodsweep::backend::{BackendError, BackendKind};
 use rodsweep::figures::RunFiguresError;
+use rodsweep::input::{Dimension, parse_quantity};
 use rodsweep::results::ResultsError;
 use rodsweep::study::sensitivity::SensitivityError;
 use rodsweep::study::{ControlError, FitError, SolveError};
@@ -162,4 +163,31 @@ pub fn refuse_to_overwrite(path: &Path, force: bool, other: &str) -> Result<(), 
     }
     let path = path.display();
     Err(CommandError::Usage(format!("{path} is already there: overwrite it with `--force`, or choose another {other}")))
+}
+
+/// A length (m) that an argument must give; `example` is one.
+pub fn positive_length(flag: &str, text: &str, example: &str) -> Result<f64, String> {
+    positive(flag, text, ("m", "length"), example)
+}
+
+/// An angle (rad) that an argument must give; `example` is one.
+pub fn positive_angle(flag: &str, text: &str, example: &str) -> Result<f64, String> {
+    positive(flag, text, ("rad", "angle"), example)
+}
+
+fn positive(flag: &str, text: &str, (unit, what): (&'static str, &str), example: &str) -> Result<f64, String> {
+    let wrong = |why: String| format!("`{flag} {text}`: {why}");
+    let value = parse_quantity(text, Dimension::of(unit)).map_err(|error| wrong(error.to_string()))?;
+    if value > 0.0 { Ok(value) } else { Err(wrong(format!("give a positive {what}, such as \"{example}\""))) }
+}
+
+/// More would take days.
+const MOST: usize = 100_000;
+
+/// A number of repeats or samples that an argument gives.
+pub fn some(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(number @ 1..=MOST) => Ok(number),
+        _ => Err(format!("give a number from 1 to {MOST}")),
+    }
 }

@@ -1,11 +1,32 @@
 //! `rodsweep import`: a laboratory's text file as a scene or as a table of currents.
 
-use super::args::ImportArguments;
 use super::{CommandError, Exit, flags, say};
+use clap::Args;
 use rodsweep::files;
 use rodsweep::input::{self, ImportKind, ImportOptions};
 use rodsweep::results::ResultsError;
 use std::path::{Path, PathBuf};
+
+#[derive(Debug, Args)]
+pub struct ImportArguments {
+    /// Parameter file (lines such as `CatheterConfig F A F`) or play file (lines `channel,mA,ms`)
+    pub file: PathBuf,
+    /// Where the scene or table is written [default: NAME-OF-THE-FILE.toml or .csv, here]
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+    /// Overwrite what is there
+    #[arg(long)]
+    pub force: bool,
+    /// Spatial configuration with field, gravity and base pose, for a parameter file
+    #[arg(long, value_name = "FILE")]
+    pub spatial: Option<PathBuf>,
+    /// Segment that channels 1 to 3 of a play file drive, and 4 to 6 [default: coil; coil_1,coil_2]
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
+    pub coil: Vec<String>,
+    /// Change the sign of a play file's axial currents
+    #[arg(long)]
+    pub negate_axial: bool,
+}
 
 pub fn import(arguments: &ImportArguments) -> Result<Exit, CommandError> {
     let options = ImportOptions {

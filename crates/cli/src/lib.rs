@@ -1,40 +1,39 @@
 //! The program `rodsweep`: a command parses its arguments, calls the library, prints, and picks an exit code.
 //!
-//! One file a command. What a program reads goes to stdout, everything else to stderr.
+//! One file a command, with its arguments. What a program reads goes to stdout, everything else to stderr.
 
 mod args;
 mod bench;
 mod check;
 mod control;
 mod control_job;
-mod control_output;
-mod directory;
 mod doctor;
 mod engine_args;
 mod examples;
 mod experiment;
+mod figures;
 mod fit;
 mod flags;
 mod force;
 mod help;
 mod import;
+mod merge;
 mod new;
 mod parameters;
 mod progress;
 mod replay;
 mod run;
+mod run_summary;
 mod sensitivity;
-mod sensitivity_args;
-mod share_args;
 mod signals;
 mod simulate;
 mod solve;
+mod status;
 mod submit;
 mod verdict;
 mod verify;
 mod view;
 mod workspace;
-mod workspace_args;
 
 use args::Command;
 use rodsweep::backend::BackendError;
@@ -171,14 +170,10 @@ fn command(command: Command) -> Result<Exit, CommandError> {
         Command::Verify(arguments) => verify::verify(&arguments),
         Command::Bench(arguments) => bench::bench(&arguments),
         Command::Doctor => doctor::doctor(),
-        Command::Status(arguments) => directory::status(&arguments),
+        Command::Status(arguments) => status::status(&arguments),
         Command::Submit(command) => submit::submit(&command),
-        Command::Figures { directory, colour, accept_distrusted } => {
-            run::draw(&directory, colour.as_deref(), accept_distrusted)
-        }
-        Command::Merge { directories, out, accept_distrusted } => {
-            directory::merge(&directories, &out, accept_distrusted)
-        }
+        Command::Figures(arguments) => figures::figures(&arguments),
+        Command::Merge(arguments) => merge::merge(&arguments),
         Command::Control(arguments) => control::control(&arguments),
         Command::Workspace(arguments) => workspace::workspace(&arguments),
         Command::Fit(arguments) => fit::fit(&arguments),

@@ -1,7 +1,6 @@
 //! `rodsweep control --replay`: recorded currents through the model, beside the tips that were observed.
 
-use super::args::ControlArguments;
-use super::control_output::Outputs;
+use super::control_job::{ControlArguments, Outputs};
 use super::{CommandError, Exit, print, say, say_notes, verdict};
 use rodsweep::input::{read_input_table, read_observed_tips};
 use rodsweep::model::Scene;

@@ -1,22 +1,99 @@
 //! `rodsweep run`: a sweep file to a result directory, a summary and figures.
 
-use super::args::{RunArguments, SensitivityArguments};
-use super::progress::{Meter, duration};
+use super::engine_args::EngineArguments;
+use super::progress::Meter;
+use super::run_summary::print_summary;
 use super::{CommandError, Exit, force, say, signals, verdict};
+use clap::Args;
 use rodsweep::figures::RunFigures;
 use rodsweep::input::scene_notes;
-use rodsweep::model::{Plan, PlanOptions, Quantity, Status};
-use rodsweep::report::{count, engineering};
-use rodsweep::results::{
-    AnchorAccount, BranchCounts, ErrorDistribution, PathCheck, Reduction, Results, SampleOrigin, Timings,
-};
+use rodsweep::model::{Plan, PlanOptions, Quantity};
+use rodsweep::report::count;
+use rodsweep::results::{AnchorAccount, Reduction, Results, SILENCE};
 use rodsweep::spec::{AxisSpec, BranchChoice, Distribution, Format, Method, Shard, SweepSpec};
 use rodsweep::study::workspace::with_measured_dimension;
-use rodsweep::sweep::{PathCheckOptions, PreparedSweep, Progress, ResultDirectory, Summary, SweepJob};
+use rodsweep::sweep::{PathCheckOptions, PreparedSweep, Progress, ResultDirectory, SweepJob};
 
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, OnceLock, PoisonError};
 use std::time::Duration;
+
+#[derive(Debug, Args)]
+pub struct RunArguments {
+    /// Sweep file (TOML)
+    pub sweep: PathBuf,
+    /// Result directory [default: results/NAME-OF-THE-SWEEP]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    #[command(flatten)]
+    pub engine: EngineArguments,
+    /// Solve part K of N only; `merge` puts the parts together
+    #[arg(long, value_name = "K/N", default_value = "1/1")]
+    pub shard: String,
+    /// Go on with what the result directory holds
+    #[arg(long)]
+    pub resume: bool,
+    /// Replace what an earlier run has left in the result directory; a file of somebody else stops it
+    #[arg(long, conflicts_with_all = ["resume", "join", "dry_run"])]
+    pub force: bool,
+    #[command(flatten)]
+    pub share: ShareArguments,
+    /// Solve by the method (engine, precision, stepper, steps) of another result directory, such as another shard's
+    #[arg(long, value_name = "DIR")]
+    pub method_of: Option<PathBuf>,
+    /// Follow the path from rest of every row a second time, by other steps; where two paths end apart the reference decides. Takes up to
+    /// twice the time
+    #[arg(long)]
+    pub certain: bool,
+    /// Say what would be done, and do nothing
+    #[arg(long)]
+    pub dry_run: bool,
+    /// Solve the first N samples only
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    pub limit: Option<u64>,
+    /// Samples in a part [default: 65536, or 2048 where every equilibrium is wanted]; all shards and workers take the same
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    pub part_size: Option<u64>,
+    /// No progress and no summary
+    #[arg(long)]
+    pub quiet: bool,
+    /// Tell more: times of stages, processor seconds, anchors
+    #[arg(long, conflicts_with = "quiet")]
+    pub verbose: bool,
+    /// Exit with 3 if more samples than this fail [default: as the sweep's allow_failures says]
+    #[arg(long, value_name = "N")]
+    pub max_failures: Option<u64>,
+    /// Exit with 0 although rows are not to be trusted; what comes of them says so
+    #[arg(long)]
+    pub accept_distrusted: bool,
+    /// Draw no figures
+    #[arg(long)]
+    pub no_figures: bool,
+    /// Column that colours the tip cloud, for example stability.margin or coil.current.z
+    #[arg(long, value_name = "COLUMN")]
+    pub colour: Option<String>,
+}
+
+#[derive(Debug, Args)]
+pub struct ShareArguments {
+    /// Share the run with every other worker that joins it, on whatever machine: each claims chunks, those of dead
+    /// workers are taken over, and all end together
+    #[arg(long, conflicts_with = "shard")]
+    pub join: bool,
+    /// Seconds without a sign after which a worker is taken for dead; the first worker settles it [default: 60]
+    #[arg(long, value_name = "SECONDS", requires = "join", value_parser = clap::value_parser!(u64).range(1..=86400))]
+    pub silence: Option<u64>,
+    /// Workers may solve the run by different methods (engine, precision, steps); each part says by which
+    #[arg(long)]
+    pub mixed_methods: bool,
+}
+
+impl ShareArguments {
+    /// When a worker is taken for dead.
+    pub fn silence(&self) -> Duration {
+        self.silence.map_or(SILENCE, Duration::from_secs)
+    }
+}
 
 pub fn run(arguments: &RunArguments) -> Result<Exit, CommandError> {
     let tell = |line: &str| {
@@ -115,12 +192,19 @@ pub fn run(arguments: &RunArguments) -> Result<Exit, CommandError> {
     Ok(verdict::of_run(&summary, solved, arguments.max_failures, arguments.accept_distrusted))
 }
 
+/// What a study says of the run that it needs.
+#[derive(Clone, Copy, Debug)]
+pub struct StudyRun<'a> {
+    pub engine: &'a EngineArguments,
+    pub limit: Option<u64>,
+    pub force: bool,
+    pub quiet: bool,
+    pub verbose: bool,
+    pub accept_distrusted: bool,
+}
+
 /// Runs the sweep of a study into a directory, or goes on with it there; the exit where that ends the command.
-pub fn run_for_study(
-    spec: SweepSpec,
-    arguments: &SensitivityArguments,
-    out: &Path,
-) -> Result<Option<Exit>, CommandError> {
+pub fn run_for_study(spec: SweepSpec, arguments: StudyRun, out: &Path) -> Result<Option<Exit>, CommandError> {
     let quiet = arguments.quiet;
     let tell = |line: &str| {
         if !quiet {
@@ -164,20 +248,6 @@ fn holds(spec: &SweepSpec, out: &Path) -> bool {
     let Ok(results) = Results::open(out) else { return false };
     let there = SweepSpec { tolerance: spec.tolerance, ..results.spec().clone() };
     there.to_toml() == spec.to_toml() && there.table == spec.table
-}
-
-/// Draws the figures of a result directory again.
-pub fn draw(directory: &Path, colour: Option<&str>, accept_distrusted: bool) -> Result<Exit, CommandError> {
-    let results = Results::open(directory)?;
-    if let Some(exit) = verdict::of_results(&results, accept_distrusted)? {
-        return Ok(exit);
-    }
-    let drawn = RunFigures::new().colour(colour).drawn(&results, directory)?;
-    drawn.left_out.iter().for_each(|note| say(&format!("note: {note}")));
-    for path in drawn {
-        say(&format!("figure: {}", path.display()));
-    }
-    Ok(Exit::Done)
 }
 
 /// By what the sweep will be solved, and why.
@@ -269,104 +339,4 @@ pub fn terms(plan: &Plan) -> String {
         (!plan.scene.rigid_force_arm, "no force arm over rigid segments"),
     ];
     words.iter().filter(|(used, _)| *used).map(|(_, word)| *word).collect::<Vec<_>>().join(", ")
-}
-
-fn named_stages(of: &Timings) -> String {
-    let search = if of.search > 0.0 { format!(", search {:.2}", of.search) } else { String::new() };
-    format!(
-        "build {:.2}, solve {:.2}, solve again {:.2}{search}, rows {:.2}, write {:.2}, check {:.2}",
-        of.build, of.solve, of.refine, of.rows, of.write, of.check
-    )
-}
-
-fn print_summary(spec: &SweepSpec, summary: &Summary, out: &Path, is_verbose: bool) {
-    let time = duration(Duration::from_secs_f64(summary.timings.total));
-    let resumed = if summary.resumed > 0 { format!(", {} found done", count(summary.resumed)) } else { String::new() };
-    say(&format!(
-        "solved {} samples in {time} ({}/s) on {}{resumed}",
-        count(summary.solved),
-        count(summary.rate.round() as u64),
-        summary.backend
-    ));
-    if is_verbose {
-        say_stages(summary);
-    }
-    summary.notes.iter().for_each(|note| say(&format!("warning: {note}")));
-    if let SampleOrigin::HostBecause(reason) = &summary.origin {
-        say(&format!("note: samples were made on the host and uploaded: {reason}"));
-    }
-    say_statuses(summary);
-    if let Some([low, high]) = summary.reduction.extents {
-        let span = |axis: usize| format!("{:.2} to {:.2}", low[axis] * 1e3, high[axis] * 1e3);
-        say(&format!("tip extents [mm]: x {}, y {}, z {}", span(0), span(1), span(2)));
-    }
-    say(&format!(
-        "worst residual {} (plan units of moment), worst error estimate {}, {} rows above the tolerance {:.0e}",
-        engineering(summary.worst_residual),
-        engineering(summary.worst_error_estimate),
-        count(summary.above_tolerance),
-        spec.tolerance
-    ));
-    for path in &summary.quarantined {
-        say(&format!("warning: a damaged part was put aside as {} and solved again", path.display()));
-    }
-    if let Some(check) = &summary.path_check {
-        let PathCheck { followed, confirmed, elsewhere, past_fold, doubtful, .. } = check;
-        let which = if check.all { "every row that is called solved" } else { "a fixed choice" };
-        say(&format!(
-            "second paths: {} rows ({which}) followed from rest by other steps: {elsewhere} were another equilibrium, {past_fold} beyond a \
-             fold, {doubtful} doubtful, {confirmed} confirmed by the reference",
-            count(*followed)
-        ));
-    }
-    if let Some(check) = &summary.spot_check {
-        let distribution = |d: &ErrorDistribution| [d.median, d.p95, d.max].map(engineering).join(" / ");
-        say(&format!(
-            "spot check: {} samples against the reference; median / 95 % / max error: position over length {}, rotation {} rad, derivative column {}",
-            count(check.compared),
-            distribution(&check.position),
-            distribution(&check.rotation),
-            distribution(&check.derivative)
-        ));
-    }
-    say(&format!("results: {}", out.display()));
-}
-
-/// Times by stage; the manifest has them, too.
-fn say_stages(summary: &Summary) {
-    say(&format!("stages (busy seconds, overlapping): {}", named_stages(&summary.timings)));
-    if let Some(processor) = &summary.processor {
-        let stages = named_stages(processor);
-        say(&format!("stages (processor seconds): {stages}, of {:.2} of the process", processor.total));
-    }
-    if !summary.engine_timings.is_empty() {
-        let each: Vec<_> = summary.engine_timings.iter().map(|(name, s)| format!("{} {s:.2}", spaced(name))).collect();
-        say(&format!("of these, the {}: {}", summary.backend.kind, each.join(", ")));
-    }
-}
-
-/// `first dispatch` for `first_dispatch`
-fn spaced(name: &str) -> String {
-    name.replace('_', " ")
-}
-
-fn say_statuses(summary: &Summary) {
-    let reduction = &summary.reduction;
-    let words: Vec<String> = Status::ALL
-        .into_iter()
-        .filter(|status| summary.count(*status) > 0)
-        .map(|status| format!("{} {}", count(summary.count(status)), status.name()))
-        .collect();
-    let words = words.join(", ");
-    let share = 100.0 * (1.0 - summary.failed() as f64 / reduction.sample_count.max(1) as f64);
-    let Some(BranchCounts { most, unbalanced, .. }) = reduction.branches else {
-        return say(&format!("status: {words}; {share:.3} % usable"));
-    };
-    let rows = count(reduction.row_count());
-    say(&format!("status of {rows} rows: {words}; {share:.3} % of the samples have an equilibrium"));
-    let complete = match unbalanced {
-        0 => "their signs add up in every sample".into(),
-        some => format!("in {} samples their signs do not add up: some are missing", count(some)),
-    };
-    say(&format!("equilibria: at most {most} a sample; {complete}"));
 }

@@ -1,6 +1,6 @@
 //! `rodsweep control --simulate`: the computed currents on catheters that are not quite those of the model.
 
-use super::args::ControlArguments;
+use super::control_job::ControlArguments;
 use super::{CommandError, say};
 use rodsweep::study::{ControlRun, Imperfection, MEASURED, TRIALS};
 use rodsweep::{figures, report};

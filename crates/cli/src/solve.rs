@@ -1,11 +1,48 @@
 //! `rodsweep solve`: one equilibrium with its Jacobian.
 
-use super::args::SolveArguments;
+use super::engine_args::EngineArguments;
 use super::{CommandError, Exit, flags, print, say, say_notes};
+use clap::Args;
 use rodsweep::input::{Dimension, parse_quantity, read_scene_with};
 use rodsweep::report::ImageFormat;
 use rodsweep::study::{Solve, SolveError, Solved, check_tolerance, evenly_spaced};
 use rodsweep::{figures, report};
+use std::path::PathBuf;
+
+#[derive(Debug, Args)]
+pub struct SolveArguments {
+    /// Scene file (TOML)
+    pub scene: PathBuf,
+    /// Set a parameter, for example coil.current.x=0.2 or insertion="90 mm"
+    #[arg(long = "set", value_name = "NAME=VALUE")]
+    pub set: Vec<String>,
+    /// Parameters to differentiate by, separated by commas; groups such as coil.current are welcome
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
+    pub wrt: Option<Vec<String>>,
+    #[command(flatten)]
+    pub engine: EngineArguments,
+    /// Target error of tip position over rod length and of tip rotation (rad)
+    #[arg(long, default_value_t = 1e-9)]
+    pub tolerance: f64,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+    /// Print every equilibrium that can be found, lowest energy first
+    #[arg(long)]
+    pub all_branches: bool,
+    /// Print the shape: a number of points, or arc lengths such as "10 mm, 20 mm"; derivatives with --json
+    #[arg(long, value_name = "POINTS")]
+    pub shape: Option<String>,
+    /// Print the plan that the scene compiles to, with its operation count
+    #[arg(long)]
+    pub explain: bool,
+    /// Draw the rod's shape (.png or .svg)
+    #[arg(long, value_name = "FILE")]
+    pub plot: Option<PathBuf>,
+    /// Overwrite what is there
+    #[arg(long, requires = "plot")]
+    pub force: bool,
+}
 
 /// Points of a shape that is printed.
 const MOST_POINTS: usize = 1_000_000;

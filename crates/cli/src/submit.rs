@@ -1,13 +1,90 @@
 //! `rodsweep submit`: a run that many workers share, as the files of a scheduler.
 
-use super::share_args::{KubernetesArguments, SlurmArguments, SubmitArguments, SubmitCommand};
 use super::{CommandError, Exit, say};
+use clap::{Args, Subcommand};
 use rodsweep::results::{is_url, make_directory, write_bytes};
 use rodsweep::spec::{Format, RESOLVED_TABLE, SweepSpec};
 use rodsweep::text::{self, quoted};
 use serde_json::{Map, Value, json};
 use std::path::{Path, PathBuf};
 use std::process::Command;
+
+#[derive(Debug, Subcommand)]
+pub enum SubmitCommand {
+    /// Write a job array and the job that ends the run, for Slurm
+    Slurm(SlurmArguments),
+    /// Write an Indexed Job and the job that ends the run, for Kubernetes
+    Kubernetes(KubernetesArguments),
+}
+
+#[derive(Debug, Args)]
+pub struct SubmitArguments {
+    /// Sweep file (TOML)
+    pub sweep: PathBuf,
+    /// Result directory that every node sees, or its address, such as s3://bucket/results
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Workers at most
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    pub workers: u64,
+    /// GPUs of each worker
+    #[arg(long, value_name = "G")]
+    pub gpus: Option<u64>,
+    /// Processor cores of each worker
+    #[arg(long, value_name = "C")]
+    pub cpus: Option<u64>,
+    /// Arguments of `run` for every worker, such as "--backend cpu"
+    #[arg(long, value_name = "ARGUMENTS", allow_hyphen_values = true)]
+    pub run: Option<String>,
+    /// Folder that the files are written to [default: NAME-OF-THE-SWEEP-slurm or -kubernetes, here]
+    #[arg(long, value_name = "DIR")]
+    pub write: Option<PathBuf>,
+    /// Overwrite what is there
+    #[arg(long)]
+    pub force: bool,
+    /// Hand it in
+    #[arg(long)]
+    pub submit: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct SlurmArguments {
+    #[command(flatten)]
+    pub common: SubmitArguments,
+    /// Time limit of a task, as Slurm reads it; a task that reaches it is queued again
+    #[arg(long, value_name = "TIME")]
+    pub time: Option<String>,
+    /// Partition
+    #[arg(long, value_name = "NAME")]
+    pub partition: Option<String>,
+    /// Account
+    #[arg(long, value_name = "NAME")]
+    pub account: Option<String>,
+    /// Memory of a task, such as 4G
+    #[arg(long, value_name = "SIZE")]
+    pub memory: Option<String>,
+    /// The program on the nodes [default: this one]
+    #[arg(long, value_name = "FILE")]
+    pub program: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub struct KubernetesArguments {
+    #[command(flatten)]
+    pub common: SubmitArguments,
+    /// Container image that has `rodsweep`
+    #[arg(long, value_name = "IMAGE")]
+    pub image: String,
+    /// Secret whose entries become environment variables, such as AWS_ACCESS_KEY_ID
+    #[arg(long, value_name = "NAME")]
+    pub secret: Option<String>,
+    /// Claim of a volume that holds the result directory, mounted at DIR
+    #[arg(long, value_name = "NAME")]
+    pub volume: Option<String>,
+    /// Memory of a worker, such as 4Gi
+    #[arg(long, value_name = "SIZE")]
+    pub memory: Option<String>,
+}
 
 /// How a program ends that was asked to finish its part, and is to be started again.
 const UNFINISHED: u8 = super::Exit::Unfinished as u8;

@@ -1,11 +1,70 @@
 //! `rodsweep verify`: every engine of this machine against the reference, or on the hard cases.
 
-use crate::args::{VerifyArguments, VerifyBackend};
 use crate::{CommandError, Exit, print, say};
+use clap::{Args, ValueEnum};
 use rodsweep_bench::BenchError;
 use rodsweep_bench::random::RandomScenes;
 use rodsweep_bench::verify::{SearchOptions, VerifyOptions, search_disagreements, search_estimates, verify_hard};
+use std::path::PathBuf;
 use std::time::{SystemTime, UNIX_EPOCH};
+
+#[derive(Debug, Args)]
+pub struct VerifyArguments {
+    /// The hard cases instead: folds, flips, many equilibria, extreme units
+    #[arg(long, conflicts_with_all = ["samples", "seed"])]
+    pub hard: bool,
+    /// Look for disagreement instead: so many random scenes, with every combination of terms, on the CPU engine and on
+    /// the reference; where they differ a third judge decides
+    #[arg(long, value_name = "N", conflicts_with_all = ["hard", "samples"])]
+    pub random: Option<u64>,
+    /// These scenes with gradients, magnets and coils around the rod
+    #[arg(long, requires = "random", conflicts_with_all = ["designs", "limp"])]
+    pub varying_fields: bool,
+    /// Catheters that people build in their place: tubes of real materials, sets of three windings, magnets
+    #[arg(long, requires = "random", conflicts_with = "limp")]
+    pub designs: bool,
+    /// Limp and taut rods in their place
+    #[arg(long, requires = "random")]
+    pub limp: bool,
+    /// Around each random scene a box of N samples, solved as a sweep
+    #[arg(long, value_name = "N", requires = "random", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    pub around: Option<u64>,
+    /// Number of the first random scene: to repeat one of them
+    #[arg(long, value_name = "K", default_value_t = 0, requires = "random")]
+    pub first: u64,
+    /// Look for rows that are off by more than their estimates instead: random sweeps of N rods, with short tapers and kinks,
+    /// on the CPU engine at loose and at tight tolerances, against grids that are refined until they agree
+    #[arg(long, requires = "random", conflicts_with_all = ["around", "judge", "first"])]
+    pub estimates: bool,
+    /// Ask the judge about every random scene, not only where engine and reference differ
+    #[arg(long, requires = "random")]
+    pub judge: bool,
+    /// Engines that solve random scenes: the CPU, or a GPU beside it. Without --random, `gpu` checks a GPU that is software, too
+    #[arg(long, value_enum)]
+    pub backend: Option<VerifyBackend>,
+    /// Check a GPU that is software, too, which takes minutes
+    #[arg(long, conflicts_with = "random")]
+    pub software: bool,
+    /// Random scenes beside the built-in ones
+    #[arg(long, value_name = "N", default_value_t = 200)]
+    pub samples: usize,
+    /// Seed of the random scenes [default: 1, with --random a new one, which is printed]
+    #[arg(long)]
+    pub seed: Option<u64>,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+    /// Where the worst sample of a row beyond its limit is written, as a scene
+    #[arg(long, value_name = "DIR", default_value = ".")]
+    pub out: PathBuf,
+}
+
+/// Engines of `verify`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum VerifyBackend {
+    Cpu,
+    Gpu,
+}
 
 pub fn verify(arguments: &VerifyArguments) -> Result<Exit, CommandError> {
     if let Some(scenes) = arguments.random {

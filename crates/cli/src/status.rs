@@ -1,15 +1,30 @@
-//! `rodsweep status` and `rodsweep merge`.
+//! `rodsweep status`: what of a run is done, failed and left, and who works on it.
 
 use super::progress::duration;
-use super::share_args::StatusArguments;
-use super::{CommandError, Exit, print, say, signals, verdict};
+use super::{CommandError, Exit, print, signals, verdict};
+use clap::Args;
 use rodsweep::model::Status;
 use rodsweep::report::count;
-use rodsweep::results::{self, DirectoryStatus, Results, Worker};
+use rodsweep::results::{DirectoryStatus, Results, Worker};
 use rodsweep::spec::Format;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
+
+#[derive(Debug, Args)]
+pub struct StatusArguments {
+    /// A result directory
+    pub directory: PathBuf,
+    /// Exit with 0 although rows are not to be trusted
+    #[arg(long)]
+    pub accept_distrusted: bool,
+    /// Tell again and again, until every part is there
+    #[arg(long)]
+    pub watch: bool,
+    /// Seconds between two lines
+    #[arg(long, value_name = "SECONDS", default_value_t = 5, requires = "watch", value_parser = clap::value_parser!(u64).range(1..))]
+    pub every: u64,
+}
 
 pub fn status(arguments: &StatusArguments) -> Result<Exit, CommandError> {
     let results = Results::open(&arguments.directory)?;
@@ -112,18 +127,6 @@ fn describe_workers(workers: &[Worker], left: Option<Duration>) -> String {
         text += &format!("  and {} more\n", workers.len() - MOST);
     }
     text
-}
-
-pub fn merge(directories: &[PathBuf], out: &Path, accept_distrusted: bool) -> Result<Exit, CommandError> {
-    let status = results::merge(directories, out)?;
-    let distrust = verdict::of_results(&Results::open(out)?, accept_distrusted)?;
-    say(&format!(
-        "merged {} samples of {} directories into {}",
-        count(status.samples_done),
-        directories.len(),
-        out.display()
-    ));
-    Ok(distrust.unwrap_or(Exit::Done))
 }
 
 fn describe(directory: &Path, status: &DirectoryStatus) -> String {
