@@ -6,7 +6,6 @@ use super::sweep_axes::{AXIS, UNCERTAIN, axes, axis_key, check_overlaps, table_a
 use super::sweep_samples::samples;
 use super::toml::{Reader, Source};
 use super::words::{choice, one_of, parameters};
-use crate::backend::Precision;
 use crate::model::{Parameter, ParameterError, Plan, PlanError, PlanOptions, Scene};
 use crate::spec::{
     AxisSpec, BranchChoice, Format, MIXED, MIXED_NOTE, Method, OutputQuantity, PrecisionChoice, SweepSpec,
@@ -178,7 +177,7 @@ fn solver(root: &Reader, notes: &mut Vec<String>) -> Result<Solver, InputError> 
     let branch = choice(&solver, "branch", &BranchChoice::ALL, BranchChoice::name)?.unwrap_or_default();
     let precision = if solver.string("precision")? == Some(MIXED) {
         notes.push(format!("`solver.precision`: {MIXED_NOTE}"));
-        PrecisionChoice::Given(Precision::F64)
+        PrecisionChoice::IN_PLACE_OF_MIXED
     } else {
         choice(&solver, "precision", &PrecisionChoice::WORDS, PrecisionChoice::name)?.unwrap_or_default()
     };

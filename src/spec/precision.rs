@@ -20,6 +20,9 @@ pub enum PrecisionChoice {
 }
 
 impl PrecisionChoice {
+    /// What takes the place of [`MIXED`].
+    pub const IN_PLACE_OF_MIXED: PrecisionChoice = PrecisionChoice::Given(Precision::F64);
+
     /// What a file may say.
     pub const WORDS: [PrecisionChoice; 3] =
         [PrecisionChoice::Auto, PrecisionChoice::Given(Precision::F32), PrecisionChoice::Given(Precision::F64)];
