@@ -10,6 +10,7 @@ mod file_check;
 mod force_file;
 mod import;
 mod limits;
+mod magnet_note;
 mod map;
 mod number_table;
 mod parameter_table;

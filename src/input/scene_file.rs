@@ -1,6 +1,7 @@
 //! Scene files: TOML with units to a `Scene`. Every mistake names file, line, key and remedy.
 
 use super::error::{InputError, Problem};
+use super::magnet_note::cylinder_note;
 use super::segment_file::segment;
 use super::toml::{Reader, Source};
 use super::{field_file, force_file};
@@ -37,6 +38,7 @@ pub fn parse_scene(file: &Path, text: &str) -> Result<Scene, InputError> {
 /// What is unusual about a scene without being wrong, and how well sampled fields obey Maxwell's equations.
 pub fn scene_notes(scene: &Scene) -> Vec<String> {
     let mut notes: Vec<String> = scene.sources.maps.iter().map(FieldMap::summary).collect();
+    notes.extend(scene.sources.magnets.iter().filter_map(cylinder_note));
     for segment in &scene.segments {
         if let SegmentKind::Flexible(Flexible {
             stiffness: Stiffness::Tube { youngs_modulus, shear: ShearElasticity::Modulus(shear_modulus), .. },
