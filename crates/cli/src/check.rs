@@ -28,7 +28,7 @@ pub struct CheckArguments {
     pub json: bool,
 }
 
-/// What is told of a sound file: lines for a person, and the same by key.
+/// The content of a sound file: lines for a person to read, and the same facts by key for a program.
 #[derive(Default)]
 struct Told {
     lines: Vec<String>,

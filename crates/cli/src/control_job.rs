@@ -1,4 +1,4 @@
-//! What `control` is asked for: its arguments, the job they make, and where its output goes.
+//! The arguments of `control`, the job that they make, and the directory of its output.
 
 use super::engine_args::EngineArguments;
 use super::flags::{self, positive_length, some};

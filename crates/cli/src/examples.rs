@@ -1,6 +1,6 @@
 //! `rodsweep examples`: the scenes, sweeps and trajectories that the program brings along.
 
-use super::{CommandError, Exit, flags, print, say};
+use super::{CommandError, Exit, flags, print};
 use clap::Args;
 use rodsweep::files;
 use rodsweep::input::parse_scene;
@@ -59,7 +59,7 @@ pub fn examples(arguments: &ExamplesArguments) -> Result<Exit, CommandError> {
     let files = with_needs(&all, example);
     for (path, text) in &files {
         let path = folder.join(path);
-        // What is there already and the same is as good as written.
+        // A file that is there already with the same text need not be written.
         if files::read_text(&path).is_ok_and(|there| there == *text) {
             continue;
         }
@@ -67,13 +67,10 @@ pub fn examples(arguments: &ExamplesArguments) -> Result<Exit, CommandError> {
     }
     for (path, text) in &files {
         let path = folder.join(path);
-        let unwritten =
-            |error| CommandError::Usage(format!("cannot write {}: {error}; choose another `--out`", path.display()));
         if let Some(parent) = path.parent().filter(|parent| !parent.as_os_str().is_empty()) {
-            std::fs::create_dir_all(parent).map_err(unwritten)?;
+            std::fs::create_dir_all(parent).map_err(|error| flags::unwritten(&path, &error))?;
         }
-        files::replace(&path, text.as_bytes()).map_err(unwritten)?;
-        say(&format!("written: {}", path.display()));
+        flags::write_text(&path, text)?;
     }
     Ok(Exit::Done)
 }

@@ -1,6 +1,6 @@
 //! `rodsweep figures`: the figures of a result directory, drawn again.
 
-use super::{CommandError, Exit, say, verdict};
+use super::{CommandError, Exit, run, say, verdict};
 use clap::Args;
 use rodsweep::figures::RunFigures;
 use rodsweep::results::Results;
@@ -25,9 +25,6 @@ pub fn figures(arguments: &FiguresArguments) -> Result<Exit, CommandError> {
         return Ok(exit);
     }
     let drawn = RunFigures::new().colour(colour.as_deref()).drawn(&results, directory)?;
-    drawn.left_out.iter().for_each(|note| say(&format!("note: {note}")));
-    for path in drawn {
-        say(&format!("figure: {}", path.display()));
-    }
+    run::tell_figures(drawn, &say);
     Ok(Exit::Done)
 }

@@ -1,8 +1,9 @@
 //! The library's errors in the words of the command line: they name the flag to change.
 
-use super::CommandError;
+use super::{CommandError, say};
 use rodsweep::backend::{BackendError, BackendKind};
 use rodsweep::figures::RunFiguresError;
+use rodsweep::files;
 use rodsweep::input::{Dimension, parse_quantity};
 use rodsweep::results::ResultsError;
 use rodsweep::study::sensitivity::SensitivityError;
@@ -154,6 +155,18 @@ pub fn of_sweep(error: &SweepError) -> String {
         }
         other => other.to_string(),
     }
+}
+
+/// Writes a text that `--out` names, and says so.
+pub fn write_text(path: &Path, text: &str) -> Result<(), CommandError> {
+    files::replace(path, text.as_bytes()).map_err(|error| unwritten(path, &error))?;
+    say(&format!("written: {}", path.display()));
+    Ok(())
+}
+
+/// Message for a file of `--out` that cannot be written.
+pub fn unwritten(path: &Path, error: &std::io::Error) -> CommandError {
+    CommandError::Usage(format!("cannot write {}: {error}; choose another `--out`", path.display()))
 }
 
 /// Refuses a file whose name is taken; `other` says what else to choose.

@@ -2,7 +2,6 @@
 
 use super::{CommandError, Exit, flags, print, say};
 use clap::Args;
-use rodsweep::files;
 use rodsweep::input::toml::quoted;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -22,12 +21,12 @@ const KINDS: [Kind; 6] = [
         include_str!("new/field_map.toml"),
     ),
 ];
-/// What stands in a text for the name of the map.
+/// The word in a text that the name of the map replaces.
 const MAP_FILE: &str = "MAP_FILE";
 
 #[derive(Debug, Args)]
 pub struct NewArguments {
-    /// What to begin with; without it, the kinds are listed
+    /// Kind of the file to begin with; without it, the kinds are listed
     pub kind: Option<String>,
     /// Where the file is written [default: KIND.toml, here]
     #[arg(long, value_name = "FILE")]
@@ -58,9 +57,9 @@ pub fn new(arguments: &NewArguments) -> Result<Exit, CommandError> {
     if let Some(map) = &map {
         let map_name = map.file_name().unwrap_or_default().to_string_lossy();
         text = text.replace(&format!("\"{MAP_FILE}\""), &quoted(&map_name));
-        write(map, &field_map())?;
+        flags::write_text(map, &field_map())?;
     }
-    write(&path, &text)?;
+    flags::write_text(&path, &text)?;
     say(&format!("next: rodsweep check {name}\n      rodsweep run {name}"));
     Ok(Exit::Done)
 }
@@ -71,14 +70,6 @@ fn list() -> String {
 
 fn map_beside(path: &Path) -> PathBuf {
     path.with_extension("csv")
-}
-
-fn write(path: &Path, text: &str) -> Result<(), CommandError> {
-    let unwritten =
-        |error| CommandError::Usage(format!("cannot write {}: {error}; choose another `--out`", path.display()));
-    files::replace(path, text.as_bytes()).map_err(unwritten)?;
-    say(&format!("written: {}", path.display()));
-    Ok(())
 }
 
 /// 4 mT along x and a gradient of 0.1 T/m along z, on a grid of 10 mm. Neither has a source or a curl.

@@ -5,8 +5,7 @@ use super::progress::Meter;
 use super::run_summary::print_summary;
 use super::{CommandError, Exit, force, say, signals, verdict};
 use clap::Args;
-use rodsweep::figures::RunFigures;
-use rodsweep::input::scene_notes;
+use rodsweep::figures::{Drawn, RunFigures};
 use rodsweep::model::{Plan, PlanOptions, Quantity};
 use rodsweep::report::count;
 use rodsweep::results::{AnchorAccount, Reduction, Results, SILENCE};
@@ -110,7 +109,7 @@ pub fn run(arguments: &RunArguments) -> Result<Exit, CommandError> {
         Some(dir) => Results::open(dir)?.method(),
         None => None,
     };
-    for note in spec.notes.iter().chain(&scene_notes(&spec.scene)) {
+    for note in &spec.notes {
         tell(&format!("note: {note}"));
     }
     let meter = OnceLock::new();
@@ -177,10 +176,7 @@ pub fn run(arguments: &RunArguments) -> Result<Exit, CommandError> {
             Some(files) if summary.verdict.sound => files?,
             _ => figures.drawn(&Results::open(&out)?, &out)?,
         };
-        files.left_out.iter().for_each(|note| tell(&format!("note: {note}")));
-        for path in files {
-            tell(&format!("figure: {}", path.display()));
-        }
+        tell_figures(files, &tell);
     }
     let all = if share.join && summary.finished_run { Results::open(&out)?.verdict()? } else { None };
     if all.is_some_and(|verdict| !verdict.sound) && summary.verdict.sound {
@@ -192,7 +188,7 @@ pub fn run(arguments: &RunArguments) -> Result<Exit, CommandError> {
     Ok(verdict::of_run(&summary, solved, arguments.max_failures, arguments.accept_distrusted))
 }
 
-/// What a study says of the run that it needs.
+/// How a study wants the run that it needs to be done.
 #[derive(Clone, Copy, Debug)]
 pub struct StudyRun<'a> {
     pub engine: &'a EngineArguments,
@@ -211,7 +207,7 @@ pub fn run_for_study(spec: SweepSpec, arguments: StudyRun, out: &Path) -> Result
             say(line);
         }
     };
-    for note in spec.notes.iter().chain(&scene_notes(&spec.scene)) {
+    for note in &spec.notes {
         tell(&format!("note: {note}"));
     }
     let is_resumed = !arguments.force || holds(&spec, out);
@@ -241,6 +237,14 @@ pub fn run_for_study(spec: SweepSpec, arguments: StudyRun, out: &Path) -> Result
     let solved = (sweep.method(), out);
     let exit = verdict::of_run(&summary, solved, None, arguments.accept_distrusted);
     Ok((exit != Exit::Done).then_some(exit))
+}
+
+/// Names the figures of a run that were drawn, and says why others were not.
+pub fn tell_figures(drawn: Drawn, tell: &dyn Fn(&str)) {
+    drawn.left_out.iter().for_each(|note| tell(&format!("note: {note}")));
+    for path in drawn {
+        tell(&format!("figure: {}", path.display()));
+    }
 }
 
 /// Whether a directory holds the run of a sweep; its tolerance is then the one that its engine was held to.
