@@ -64,6 +64,8 @@ impl<L: Lane> Equations<L> for Uniform<'_, L> {
     type Point = Loaded<L>;
     /// Rotation of the tip by base moment.
     type Metric = Mat3<L>;
+    /// Guarded load steps arrive at less.
+    const ARRIVES: bool = false;
 
     #[inline(always)]
     fn product(w: &Mat3<L>, a: Loaded<L>, b: Loaded<L>) -> L {

@@ -15,8 +15,8 @@ use crate::model::path::{
 const FAR: f64 = 1e9;
 
 /// Follows the curve to where its load turns. `slope` is its direction at rest, by the load fraction; its first load step is
-/// `first` at most, and corrections are trusted at this pace. A lane ends without a fold where its load would be full at the
-/// next point.
+/// `first` at most, and corrections are trusted at this pace. Where the load would be full at the next point, that point is looked
+/// for under the full load, if `E` arrives; else the lane ends there without a fold.
 #[inline(always)]
 pub fn follow_curve<L: Lane, E: Equations<L>>(
     equations: &mut E,
@@ -43,10 +43,10 @@ pub fn follow_curve<L: Lane, E: Equations<L>>(
     let sharp = L::Scalar::EPSILON < 1e-10;
     let smallest = one.constant(if sharp { SMALLEST_SHARP_ARC } else { SMALLEST_ARC });
     // The next point is about where the load is full: beyond it there is nothing to look for.
-    let (mut failed, mut landing) = (!wanted, one.lt(zero));
+    let (mut failed, mut landing, mut reached) = (!wanted, one.lt(zero), one.lt(zero));
     let mut turn = Turn::new(rest);
     loop {
-        let active = !(failed | turn.found | turn.crossing);
+        let active = !(failed | reached | turn.found | turn.crossing);
         if !L::any(active) {
             break;
         }
@@ -128,12 +128,19 @@ pub fn follow_curve<L: Lane, E: Equations<L>>(
         let rate = tangent.lambda();
         let root = (rate * rate + bend.lambda() * left * one.constant(4.0)).sqrt();
         let to_full = left * one.constant(2.0) / (rate + root);
-        failed = failed | (accept & landing);
+        match E::ARRIVES {
+            true => reached = reached | (accept & landing),
+            false => failed = failed | (accept & landing),
+        }
         let lands = restart & to_full.lt(step);
         landing = (landing & !restart) | lands;
         step = L::select(lands, to_full, step);
-        let predicted = at.plus(step, tangent).plus(step * step, bend);
+        let mut predicted = at.plus(step, tangent).plus(step * step, bend);
         row = E::Point::select(restart, E::row(&metric, tangent), row);
+        if E::ARRIVES {
+            predicted = E::Point::select(lands, predicted.with_lambda(one), predicted);
+            row = E::Point::select(lands, row.times(zero).with_lambda(one), row);
+        }
         trial = E::Point::select(restart, predicted, E::Point::select(go_on, new, trial));
         trial = E::Point::select(turn.seen & active, turn.trial, trial);
         row = E::Point::select(turn.seen & active, E::row(&metric, turn.along), row);
@@ -141,10 +148,11 @@ pub fn follow_curve<L: Lane, E: Equations<L>>(
         last_size = L::select(go_on, size, bound * one.constant(1.0 / CONTRACTION));
         corrections = L::select(go_on, corrections + one, zero);
         passes = L::select(active, passes + one, passes);
-        failed = failed | (active & !(turn.found | turn.crossing) & !passes.lt(one.constant(CURVE_LIMIT)));
+        failed = failed | (active & !(reached | turn.found | turn.crossing) & !passes.lt(one.constant(CURVE_LIMIT)));
     }
     let nobody = one.lt(zero);
-    let mut end = CurveEnd { at, tangent, fold: turn.found & !turn.crossing, turned: nobody, load_error: one, passes };
+    let mut end =
+        CurveEnd { at, tangent, reached, fold: turn.found & !turn.crossing, turned: nobody, load_error: one, passes };
     if L::any(turn.found) {
         turn.finish(equations, &metric, &mut end);
         end.turned = end.fold;

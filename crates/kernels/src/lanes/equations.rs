@@ -38,6 +38,8 @@ pub struct Seen<L: Lane, P, M> {
 pub trait Equations<L: Lane> {
     type Point: Point<L>;
     type Metric: Copy;
+    /// Whether a curve that comes to the full load is led onto it.
+    const ARRIVES: bool;
 
     fn product(metric: &Self::Metric, a: Self::Point, b: Self::Point) -> L;
     /// The row that measures along a change of length 1.
@@ -59,6 +61,8 @@ pub trait Equations<L: Lane> {
 pub struct CurveEnd<L: Lane, P> {
     pub at: P,
     pub tangent: P,
+    /// At the full load, within the tolerance of a step.
+    pub reached: L::Mask,
     /// At a turn of the load, or where curves cross.
     pub fold: L::Mask,
     /// At a turn.

@@ -85,6 +85,8 @@ struct Varying<'a, L: Lane> {
     kept_leeway: L,
     /// Of the last pass, bordered by its row.
     matrix: [[L; 7]; 7],
+    /// dr/d(n0, m0) at the point kept last.
+    kept: Mat6<L>,
 }
 
 /// Solves A x = b for both b, the largest pivot of each column chosen lane by lane; returns det A, too.
@@ -168,6 +170,7 @@ impl<L: VaryingPasses> Varying<'_, L> {
 impl<L: VaryingPasses> Equations<L> for Varying<'_, L> {
     type Point = Loaded<L>;
     type Metric = Metric<L>;
+    const ARRIVES: bool = true;
 
     #[inline(always)]
     fn product(metric: &Metric<L>, a: Loaded<L>, b: Loaded<L>) -> L {
@@ -240,6 +243,7 @@ impl<L: VaryingPasses> Equations<L> for Varying<'_, L> {
     fn keep(&mut self, lanes: L::Mask) {
         self.kept_tip = Vec3::select(lanes, self.tip, self.kept_tip);
         self.kept_leeway = L::select(lanes, self.workspace.leeway, self.kept_leeway);
+        self.kept = Mat6::select(lanes, &self.workspace.matrix, &self.kept);
     }
 
     #[inline(always)]
@@ -277,7 +281,7 @@ pub fn follow_bordered<L: VaryingPasses>(
     let nobody = one.lt(zero);
     let matrix = [[zero; 7]; 7];
     let (tip, kept_tip, kept_leeway) = (rest.tip, rest.tip, rest.leeway);
-    let mut varying = Varying { problem, workspace, tip, kept_tip, kept_leeway, matrix };
+    let mut varying = Varying { problem, workspace, tip, kept_tip, kept_leeway, matrix, kept: Mat6::identity(one) };
     let start = Loaded { base: none, lambda: zero };
     let slope = Loaded { base: rest.slope, lambda: one };
     let pace = problem.program.pace;
@@ -286,10 +290,11 @@ pub fn follow_bordered<L: VaryingPasses>(
     let metric = Metric { pose: Mat6::identity(one), force: one };
     let wanted = zero.lt(rest.leeway) & zero.lt(rest.inside);
     let end = follow_curve(&mut varying, (start, slope, metric), (first, pace), wanted);
+    let inverse = varying.kept.solve(&Mat6::identity(one));
     VaryingPath {
         base: end.at.base,
-        inverse: Mat6::identity(one),
-        reached: nobody,
+        inverse,
+        reached: end.reached,
         fold: end.fold,
         turned: end.turned,
         along: end.tangent.base,
