@@ -102,14 +102,14 @@ impl EngineRequest {
         }
     }
 
-    /// The same for a scene: fields that vary in space are for the CPU, unless a GPU is asked for. That solves them in f32
+    /// The same for a scene: walls are for the CPU, and so are fields that vary in space, unless a GPU is asked for. That solves them in f32
     /// and leaves those that are sampled on a grid to the CPU.
     ///
     /// # Errors
     ///
     /// As [`EngineRequest::choose`].
     pub fn choose_for(&self, scene: &Scene, tolerance: f64) -> Result<Engine, BackendError> {
-        if !scene.sources.varies() {
+        if !scene.has_unknown_force() {
             return self.choose(tolerance);
         }
         if has_gaps(scene) {
@@ -120,6 +120,7 @@ impl EngineRequest {
             Ok(Engine::new(BackendKind::Cpu, precision, reason))
         };
         match self.backend {
+            None | Some(BackendKind::Gpu) if scene.wall.is_some() => on_cpu("walls are for the CPU"),
             None => on_cpu("the field varies in space; a GPU solves that where it is asked for"),
             Some(BackendKind::Gpu) if !scene.sources.maps.is_empty() => {
                 on_cpu("the field is sampled on a grid, which no GPU kernel models")

@@ -82,7 +82,8 @@ fn plan_error(problem: PlanError) -> InputError {
     let key = match &problem {
         PlanError::InsertionIntoRigid(_) => "insertion".to_owned(),
         PlanError::Parameter(ParameterError::Derived { name } | ParameterError::Unknown { name, .. }) => name.clone(),
-        PlanError::Scene(_) | PlanError::NoReciprocity => String::new(),
+        PlanError::FrictionChangesNothing => "wall.friction".to_owned(),
+        PlanError::Scene(_) | PlanError::NoReciprocity | PlanError::WallWithTipMoment => String::new(),
     };
     match problem {
         PlanError::Parameter(problem) => error(&key, Problem::Parameter(problem)),

@@ -2,7 +2,7 @@
 
 use super::quantity_text::quantity_text;
 use crate::model::{
-    Axis, GradientEntry, MagnetParameter, Parameter, Scene, SegmentParameter, ShearAxis, StiffnessAxis,
+    Axis, GradientEntry, MagnetParameter, Parameter, Scene, SegmentParameter, ShearAxis, StiffnessAxis, WallParameter,
 };
 use MagnetParameter as M;
 use Parameter as P;
@@ -103,7 +103,21 @@ fn meaning(scene: &Scene, parameter: Parameter) -> String {
         P::FluidDensity => "density of the fluid around the rod".into(),
         P::InnerForce(force, axis) => along(&format!("force `{}`", scene.inner_forces[force].name), axis),
         P::ForceAlong(force, axis) => along(&format!("force per length `{}`", scene.inner_forces[force].name), axis),
+        P::Wall(number) => of_wall(number),
         P::Segment(_, number) => of_segment(number),
+    }
+}
+
+fn of_wall(number: WallParameter) -> String {
+    let along = |what: &str, axis: Axis| format!("{what}, along {} of the world", axis.name());
+    match number {
+        WallParameter::Position(axis) => along("position of the wall", axis),
+        WallParameter::Rotation(axis) => along("rotation vector of the wall", axis),
+        WallParameter::Radius => "radius of the wall".into(),
+        WallParameter::TipRadius => "radius of the ball at the tip".into(),
+        WallParameter::Stiffness => "stiffness of the wall's tissue; without one it is rigid".into(),
+        WallParameter::Friction => "coefficient of friction, which judges whether a held tip holds".into(),
+        WallParameter::Anchor(axis) => along("where on the wall the tip is held", axis),
     }
 }
 

@@ -103,6 +103,7 @@ pub(super) fn unjudged_scene(reader: &Reader) -> Result<Scene, InputError> {
         sources: FieldSources { coil_load: coil_load(reader)?, ..field_file::sources(reader)? },
         loads: loads(reader)?,
         inner_forces: force_file::inner_forces(reader, &segments)?,
+        wall: None,
         segments,
         inserted: 0.0,
         rigid_force_arm: rigid_force_arm(reader)?,
@@ -183,6 +184,8 @@ pub(super) fn located(reader: &Reader, scene: &Scene, error: SceneError) -> Inpu
         }
         SceneError::DuplicateSource(name) => source_key(scene, name, "name"),
         SceneError::CurrentsOfCoils { name, .. } => source_key(scene, name, "current"),
+        SceneError::WallWithTipMoment => "loads.tip_moment".into(),
+        SceneError::WallWithoutForceArm => "model.rigid_force_arm".into(),
         SceneError::DuplicateForce(_) | SceneError::MisplacedForce { .. } => {
             force_file::key(scene, &error).unwrap_or_else(|| "load".into())
         }

@@ -287,7 +287,8 @@ fn plan_problem(root: &Reader, spec: &SweepSpec, error: PlanError) -> InputError
         PlanError::Parameter(ParameterError::Derived { name } | ParameterError::Unknown { name, .. }) => {
             parameter.name(&spec.scene) == *name
         }
-        PlanError::Scene(_) | PlanError::NoReciprocity => false,
+        PlanError::WallWithTipMoment => matches!(parameter, Parameter::TipMoment(_)),
+        PlanError::Scene(_) | PlanError::NoReciprocity | PlanError::FrictionChangesNothing => false,
     };
     let place = |axes: &[AxisSpec]| axes.iter().position(|axis| axis.parameters.iter().any(is_meant));
     let key = match (place(&spec.axes), place(&spec.uncertain)) {

@@ -226,13 +226,19 @@ impl Chain {
             Slot::BasePosition(axis) => variation.dp0 = unit(axis),
             Slot::BaseRotation(axis) => variation.w0 = unit(axis),
             Slot::FluxDensity(axis) => numbers.B = unit(axis),
-            // What of the field varies in space is no number of the chain: `varying` adds its part.
+            // What of the field varies in space, and the wall, is no number of the chain: `varying` adds its part.
             Slot::FieldGradient(_)
             | Slot::FieldOrigin(_)
             | Slot::SourcePosition(..)
             | Slot::SourceMoment(..)
             | Slot::MapScale(_)
-            | Slot::MapPosition(..) => {}
+            | Slot::MapPosition(..)
+            | Slot::WallPosition(_)
+            | Slot::WallRotation(_)
+            | Slot::WallRadius
+            | Slot::WallTipRadius
+            | Slot::WallCompliance
+            | Slot::WallAnchor(_) => {}
             Slot::TipForce(axis) => numbers.f_tip = unit(axis),
             Slot::TipMoment(axis) => numbers.l_tip = unit(axis),
             Slot::Insertion => {

@@ -138,5 +138,7 @@ pub(super) fn status_colour(status: Status) -> Colour {
         Status::TooNearMagnet => Colour::hex(0x6b4f3a),
         Status::OutsideMap => Colour::hex(0xa08060),
         Status::Doubtful => Colour::hex(0xb04a8f),
+        Status::ThroughWall => Colour::hex(0x8a7f70),
+        Status::OutOfReach => Colour::hex(0xc9c2b8),
     }
 }

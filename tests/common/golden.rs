@@ -121,6 +121,7 @@ pub fn p6_scene() -> Scene {
             flexible("distal", 0.0185, [0.0148626102272827, 0.094448815853795, 0.0]),
         ],
         inner_forces: Vec::new(),
+        wall: None,
         inserted: 0.0,
         rigid_force_arm: false,
     }
@@ -235,6 +236,7 @@ pub fn scene(name: &Value, input: &Value) -> Scene {
         loads,
         segments: list(&input["segments"]).iter().enumerate().map(segment).collect(),
         inner_forces: Vec::new(),
+        wall: None,
         inserted: 0.0,
         rigid_force_arm: true,
     }

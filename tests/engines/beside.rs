@@ -42,6 +42,7 @@ fn scene(loads: Loads, flexible: impl Fn(&mut Flexible)) -> Scene {
             segment("tip", 0.02, SegmentKind::Flexible(tube)),
         ],
         inner_forces: Vec::new(),
+        wall: None,
         inserted: 0.0,
         rigid_force_arm: true,
     }

@@ -54,6 +54,7 @@ fn scene(segments: Vec<Segment>, loads: Loads) -> Scene {
         loads,
         segments,
         inner_forces: Vec::new(),
+        wall: None,
         inserted: 0.0,
         rigid_force_arm: true,
     }

@@ -30,6 +30,7 @@ fn rod(loads: Loads) -> Scene {
         loads,
         segments: vec![Segment { name: "rod".into(), length: LENGTH, kind: SegmentKind::Flexible(flexible) }],
         inner_forces: Vec::new(),
+        wall: None,
         inserted: 0.0,
         rigid_force_arm: true,
     }

@@ -207,6 +207,7 @@ fn random_scene(kind: Kind, random: &mut Random) -> Scene {
         },
         segments,
         inner_forces: Vec::new(),
+        wall: None,
         inserted: 0.0,
         rigid_force_arm: true,
     }

@@ -1,6 +1,6 @@
 //! Which numbers of a scene can be moved, within which limits, and the units in which they read well.
 
-use rodsweep::model::{Axis, MagnetParameter, Parameter, Scene, SegmentKind, SegmentParameter};
+use rodsweep::model::{Axis, MagnetParameter, Parameter, Scene, SegmentKind, SegmentParameter, WallParameter};
 use rodsweep::spec::AxisSpec;
 use rodsweep::study::CURRENT_LIMIT;
 use serde::Serialize;
@@ -162,6 +162,14 @@ impl Scale {
             Parameter::BaseRotation(_) | Parameter::Segment(_, S::Alignment(_)) => {
                 (-std::f64::consts::PI, std::f64::consts::PI)
             }
+            Parameter::Wall(WallParameter::Position(_) | WallParameter::Anchor(_)) => {
+                (value - 0.5 * self.length, value + 0.5 * self.length)
+            }
+            Parameter::Wall(WallParameter::Rotation(_)) => (-std::f64::consts::PI, std::f64::consts::PI),
+            Parameter::Wall(WallParameter::TipRadius) => (0.0, round_up((0.05 * self.length).max(1.5 * value))),
+            Parameter::Wall(WallParameter::Friction) => (0.0, 1.0),
+            Parameter::Wall(WallParameter::Stiffness) if value.is_infinite() => (1.0, 1e4),
+            Parameter::Wall(WallParameter::Radius | WallParameter::Stiffness) => around(0.5, 2.0),
             Parameter::FluidDensity => (0.0, round_up(2000f64.max(1.5 * value))),
             Parameter::Segment(_, S::RestCurvature(axis) | S::RestCurvatureNode(_, axis)) => {
                 either(if axis == Axis::Z { 1.0 } else { 2.0 } / self.length)

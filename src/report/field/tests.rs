@@ -20,6 +20,7 @@ pub(super) fn scene(flux_density: Vector, sources: FieldSources) -> Scene {
         loads,
         segments: Vec::new(),
         inner_forces: Vec::new(),
+        wall: None,
         inserted: 0.0,
         rigid_force_arm: true,
     }

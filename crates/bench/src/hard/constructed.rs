@@ -265,6 +265,7 @@ fn scene(name: &str, loads: Loads, segments: Vec<Segment>) -> Scene {
         loads,
         segments,
         inner_forces: Vec::new(),
+        wall: None,
         inserted: 0.0,
         rigid_force_arm: true,
     }

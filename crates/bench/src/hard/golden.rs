@@ -58,6 +58,7 @@ impl GoldenCase {
             loads,
             segments: self.segments.iter().enumerate().map(|(index, segment)| segment.segment(index)).collect(),
             inner_forces: Vec::new(),
+            wall: None,
             inserted: 0.0,
             rigid_force_arm: true,
         };

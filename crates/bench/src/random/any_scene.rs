@@ -109,6 +109,7 @@ impl Draw<'_> {
             loads,
             segments,
             inner_forces,
+            wall: None,
             inserted: 0.0,
             rigid_force_arm: !self.has("armless"),
         }

@@ -127,6 +127,7 @@ fn random_scene(chain: usize, random: &mut Random) -> (Scene, Sizes) {
         loads,
         segments,
         inner_forces: Vec::new(),
+        wall: None,
         inserted: 0.0,
         rigid_force_arm: true,
     };
@@ -167,7 +168,7 @@ fn swept(scene: &Scene, chain: usize) -> Vec<Parameter> {
     use StiffnessAxis as A;
     let anisotropic = chain % 2 == 1;
     let is_swept = |parameter: &Parameter| match parameter {
-        Parameter::Insertion | Parameter::FluidDensity => false,
+        Parameter::Insertion | Parameter::FluidDensity | Parameter::Wall(_) => false,
         Parameter::FieldGradient(_)
         | Parameter::FieldOrigin(_)
         | Parameter::Magnet(..)
@@ -216,6 +217,7 @@ fn value(scene: &Scene, sizes: Sizes, parameter: Parameter, random: &mut Random)
         | Parameter::ArrayCurrent(..)
         | Parameter::MapScale(_)
         | Parameter::MapPosition(..)
+        | Parameter::Wall(_)
         | Parameter::InnerForce(..)
         | Parameter::ForceAlong(..) => return around(random),
     };

@@ -79,6 +79,7 @@ pub fn design(seed: u64, number: u64) -> Design {
         loads: Loads { gravity: has_weight.then_some([0.0, 0.0, -STANDARD_GRAVITY]), ..Loads::default() },
         segments,
         inner_forces: Vec::new(),
+        wall: None,
         inserted: 0.0,
         rigid_force_arm: true,
     };

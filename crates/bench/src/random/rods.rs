@@ -29,6 +29,7 @@ impl Random {
             base_rotation: self.rotation(),
             flux_density: self.vector(2.0),
             field: None,
+            wall: None,
             tip_force: self.vector(4e-3),
             tip_moment: self.vector(1e-4),
             rigid_force_arm: true,

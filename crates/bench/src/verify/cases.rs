@@ -3,7 +3,9 @@
 use crate::error::BenchError;
 use crate::random::{Chain, Random};
 use rodsweep::input::parse_scene;
-use rodsweep::model::{Batch, Parameter, Plan, PlanOptions, Scene, SegmentKind, SegmentParameter, StiffnessAxis};
+use rodsweep::model::{
+    Batch, Parameter, Plan, PlanOptions, Scene, SegmentKind, SegmentParameter, StiffnessAxis, WallParameter,
+};
 use rodsweep::shipped::{CANTILEVER, P6, P35, ShippedFile, TIP_COIL, TWO_COIL};
 use std::path::Path;
 
@@ -124,7 +126,7 @@ fn derivatives(scene: &Scene) -> Vec<Parameter> {
         Parameter::Insertion => inserts,
         Parameter::Gravity(_) => scene.loads.gravity.is_some(),
         Parameter::DistributedForce(_) => scene.loads.distributed_force.is_some(),
-        Parameter::FluidDensity => false,
+        Parameter::FluidDensity | Parameter::Wall(WallParameter::Friction) => false,
         Parameter::BasePosition(_)
         | Parameter::BaseRotation(_)
         | Parameter::FluxDensity(_)
@@ -134,6 +136,7 @@ fn derivatives(scene: &Scene) -> Vec<Parameter> {
         | Parameter::ArrayCurrent(..)
         | Parameter::MapScale(_)
         | Parameter::MapPosition(..)
+        | Parameter::Wall(_)
         | Parameter::TipForce(_)
         | Parameter::TipMoment(_)
         | Parameter::InnerForce(..)

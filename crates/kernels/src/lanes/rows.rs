@@ -214,13 +214,19 @@ pub fn functional<L: Lane>(
             workspace.traces[segment][k].dipole[axis.index()]
         }
         Slot::BasePosition(_) | Slot::BaseRotation(_) | Slot::Insertion => Vec3::splat(zero),
-        // In a field that varies in space columns go forward.
+        // In a field that varies in space, and with a wall, columns go forward.
         Slot::FieldGradient(_)
         | Slot::FieldOrigin(_)
         | Slot::SourcePosition(..)
         | Slot::SourceMoment(..)
         | Slot::MapScale(_)
-        | Slot::MapPosition(..) => Vec3::splat(zero),
+        | Slot::MapPosition(..)
+        | Slot::WallPosition(_)
+        | Slot::WallRotation(_)
+        | Slot::WallRadius
+        | Slot::WallTipRadius
+        | Slot::WallCompliance
+        | Slot::WallAnchor(_) => Vec3::splat(zero),
     }
 }
 

@@ -3,11 +3,11 @@
 use super::record::{
     BASE_D1_AT, BASE_POSITION_AT, BASE_T_AT, DIPOLE_AT, DIPOLE_PER_LENGTH_AT, FLUX_DENSITY_AT, LOAD_AT,
     REST_CURVATURE_AT, SHEAR_COMPLIANCE_AT, STIFFNESS_AT, TIP_FORCE_AT, TIP_MOMENT_AT, WEIGHT_AT, field_offset,
-    record_offsets,
+    record_offsets, wall_offset,
 };
 use super::{
     Axis, CoilWinding, FIELD_DIPOLE_RECORD, FIELD_MAP_RECORD, FIELD_RECORD, MagnetParameter, Parameter, Rigid, Rod,
-    RodField, RodSegment, Scene, SegmentKind, SegmentParameter, ShearAxis, StiffnessAxis,
+    RodField, RodSegment, Scene, SegmentKind, SegmentParameter, ShearAxis, StiffnessAxis, WallParameter,
 };
 use std::ops::Range;
 
@@ -84,6 +84,7 @@ pub(super) fn touched_entries(parameter: Parameter, scene: &Scene, rod: &Rod, sw
             Some(station) => vec![record.offsets[station] + WEIGHT_AT + axis.index()],
             None => record.loads(scene.inner_forces[force].segment, component(axis)),
         },
+        Parameter::Wall(parameter) => parameter.entries().iter().map(|at| wall_offset(rod) + at).collect(),
         Parameter::Segment(index, parameter) => segment_entries(parameter, index, &record, swept),
     }
 }
@@ -121,6 +122,7 @@ pub(super) fn touched_segments(parameter: Parameter, scene: &Scene) -> Range<usi
         | Parameter::ArrayCurrent(..)
         | Parameter::MapScale(_)
         | Parameter::MapPosition(..)
+        | Parameter::Wall(_)
         | Parameter::TipForce(_)
         | Parameter::TipMoment(_) => 0..0,
     }
@@ -210,6 +212,8 @@ pub(super) fn changes_chain(scene: &Scene, parameter: Parameter, other: Paramete
     use SegmentParameter as S;
     match (parameter, other) {
         (P::BaseRotation(_), P::BaseRotation(_)) => true,
+        (P::Wall(WallParameter::Rotation(_)), P::Wall(WallParameter::Rotation(_)))
+        | (P::Wall(WallParameter::Stiffness), P::Wall(WallParameter::Stiffness)) => true,
         (P::Magnet(a, of), P::Magnet(b, _)) => a == b && !matches!(of, MagnetParameter::Position(_)),
         // Densities weigh gravity's derivative; gravity weighs the derivative by densities.
         (P::Gravity(_) | P::FluidDensity, P::Segment(at, S::Length)) => match &scene.segments[at].kind {

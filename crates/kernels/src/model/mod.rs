@@ -40,6 +40,7 @@ mod status;
 mod stepper;
 mod units;
 mod validate;
+mod wall;
 
 pub use anchors::{ANCHOR_STRIDE, Anchor, AnchorAxis, Anchors, MOST_ANCHOR_AXES, PlanAnchors};
 pub use blocks::{BLOCK, Blocks};
@@ -69,11 +70,12 @@ pub use scene::{
 };
 pub use scene_error::SceneError;
 pub use segment_parameter::{SegmentParameter, ShearAxis};
-pub use solution::{BaseWrench, MOST_ROWS, NO_EQUILIBRIUM, Quantity, Solutions};
+pub use solution::{BaseWrench, ContactColumn, MOST_ROWS, NO_EQUILIBRIUM, Quantity, Solutions};
 pub use starts::{FAR, MOST_KNOWN, SEARCH_ENTRIES, Start};
 pub use status::Status;
 pub use stepper::{Stepper, Tableau};
 pub use units::Units;
+pub use wall::{Gap, RodWall, Side, Surface, TipOnWall, WALL_RECORD, Wall, WallKind, WallParameter, WallShape};
 
 /// Three numbers along x, y, z.
 pub type Vector = [f64; 3];

@@ -135,6 +135,7 @@ mod tests {
                 segment("b", 0.03, flexible),
             ],
             inner_forces: Vec::new(),
+            wall: None,
             inserted: 0.0,
             rigid_force_arm: true,
         }

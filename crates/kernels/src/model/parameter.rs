@@ -6,8 +6,8 @@
 use super::segment_chain::{load_chain, rotation_jacobian, weight_chain};
 use super::segment_parameter::SegmentParameter;
 use super::{
-    Density, Flexible, GradientEntry, MagnetParameter, Scene, SegmentKind, Slot, Stiffness, Vector, field_parameter,
-    inner_force, segment_chain,
+    Density, Flexible, GradientEntry, MagnetParameter, Scene, SegmentKind, Slot, Stiffness, Vector, WallParameter,
+    field_parameter, inner_force, segment_chain,
 };
 
 /// One of three axes, of the world or of the body.
@@ -86,6 +86,8 @@ pub enum Parameter {
     InnerForce(usize, Axis),
     /// Component of a dead force along a segment, by its index among the same (N/m).
     ForceAlong(usize, Axis),
+    /// A number of the wall.
+    Wall(WallParameter),
     /// A number of one segment, by its index from the base.
     Segment(usize, SegmentParameter),
 }
@@ -140,6 +142,7 @@ impl Parameter {
         all.push(P::FluidDensity);
         all.extend(inner_force::all(scene));
         all.extend(field_parameter::all(&scene.sources));
+        all.extend(scene.wall.iter().flat_map(WallParameter::all).map(P::Wall));
         for (index, segment) in scene.segments.iter().enumerate() {
             all.extend(SegmentParameter::all(segment).into_iter().map(|parameter| P::Segment(index, parameter)));
         }
@@ -193,6 +196,7 @@ impl Parameter {
             P::ForceAlong(force, axis) => {
                 format!("loads.{}.force_per_length.{}", scene.inner_forces[force].name, axis.name())
             }
+            P::Wall(parameter) => format!("wall.{}", parameter.path()),
             P::Segment(index, parameter) => format!("{}.{}", scene.segments[index].name, parameter.path()),
         }
     }
@@ -224,6 +228,7 @@ impl Parameter {
             P::Gravity(_) => "m/s²",
             P::DistributedForce(_) | P::ForceAlong(..) => "N/m",
             P::FluidDensity => "kg/m³",
+            P::Wall(parameter) => parameter.unit(),
             P::Segment(_, parameter) => parameter.unit(),
         }
     }
@@ -251,6 +256,7 @@ impl Parameter {
                 let mut sources = scene.sources.clone();
                 field_parameter::number(*self, &mut sources).map_or(f64::NAN, |number| *number)
             }
+            P::Wall(parameter) => scene.wall.as_ref().map_or(f64::NAN, |wall| parameter.get(wall)),
             P::Segment(index, parameter) => parameter.get(&scene.segments[index]),
         }
     }
@@ -286,6 +292,7 @@ impl Parameter {
             | P::MapPosition(..) => {
                 field_parameter::number(*self, &mut scene.sources).into_iter().for_each(|number| *number = value);
             }
+            P::Wall(parameter) => scene.wall.iter_mut().for_each(|wall| parameter.set(wall, value)),
             P::Segment(index, parameter) => {
                 let name = || self.name(scene);
                 if let (S::Stiffness(_), SegmentKind::Flexible(Flexible { stiffness: Stiffness::Tube { .. }, .. })) =
@@ -357,6 +364,7 @@ impl Parameter {
             | P::ArrayCurrent(..)
             | P::MapScale(_)
             | P::MapPosition(..) => field_parameter::chain(*self, scene),
+            P::Wall(parameter) => scene.wall.as_ref().map_or(Vec::new(), |wall| parameter.chain(wall)),
             P::Segment(index, parameter) => segment_chain::chain(parameter, scene, index),
         }
     }

@@ -8,8 +8,8 @@ use super::rod::Slot;
 use super::sample::set_axes;
 use super::starts::SEARCH_ENTRIES;
 use super::{
-    Blocks, MOST_ROWS, Parameter, ParameterError, PlanOptions, Quantity, Rod, RodField, Scene, SceneError, SegmentKind,
-    Units,
+    Blocks, ContactColumn, MOST_ROWS, Parameter, ParameterError, PlanOptions, Quantity, Rod, RodField, RodWall, Scene,
+    SceneError, SegmentKind, Units, WallParameter,
 };
 use std::collections::BTreeSet;
 
@@ -39,8 +39,10 @@ pub struct Terms {
     pub tip_moment: bool,
     /// A rigid segment with a dipole.
     pub dipole: bool,
-    /// The field varies in space.
+    /// The field varies in space, or there is a wall: the force at the base is unknown.
     pub varying_field: bool,
+    /// A wall that the tip may touch.
+    pub wall: bool,
 }
 
 /// A number of the record or a chain-rule coefficient.
@@ -164,6 +166,14 @@ pub enum PlanError {
         "reciprocity does not hold without the force arm of rigid segments: leave the choice to the program, or `model.rigid_force_arm` out"
     )]
     NoReciprocity,
+    /// A derivative by the coefficient of friction.
+    #[error("no number has a derivative by `wall.friction`: friction judges a held tip and changes no equilibrium")]
+    FrictionChangesNothing,
+    /// A couple at the tip is swept beside a wall.
+    #[error(
+        "a tip moment has no energy, so stability with a wall is not known: do not sweep `loads.tip_moment`, or leave out `[wall]`"
+    )]
+    WallWithTipMoment,
 }
 
 /// Inputs of a batch: the varying entries of each sample, SI.
@@ -210,6 +220,13 @@ impl Plan {
         let inserts = swept.iter().chain(wrt).any(|parameter| *parameter == Parameter::Insertion);
         if inserts && matches!(scene.segments[0].kind, SegmentKind::Rigid(_)) {
             return Err(PlanError::InsertionIntoRigid(scene.segments[0].name.clone()));
+        }
+        if wrt.contains(&Parameter::Wall(WallParameter::Friction)) {
+            return Err(PlanError::FrictionChangesNothing);
+        }
+        let is_moment = |parameter: &Parameter| matches!(parameter, Parameter::TipMoment(_));
+        if scene.wall.is_some() && swept.iter().chain(wrt).any(is_moment) {
+            return Err(PlanError::WallWithTipMoment);
         }
         let rod = scene.rod();
         let segments = segment_plans(scene, &rod, &options, &swept);
@@ -385,8 +402,19 @@ impl Plan {
         (self.options.fold_rows && !self.derivatives.is_empty()).then(|| self.column_count_without_folds())
     }
 
+    /// First of the columns of the contact with a wall ([`ContactColumn`]), then four for each derivative: of the normal force, and of
+    /// the force.
+    pub fn contact_column(&self) -> Option<usize> {
+        self.terms.wall.then(|| self.column_count_without_contact())
+    }
+
     /// Columns of the solutions.
     pub fn output_count(&self) -> usize {
+        let all = |first| first + ContactColumn::COUNT + 4 * self.derivatives.len();
+        self.contact_column().map_or(self.column_count_without_contact(), all)
+    }
+
+    fn column_count_without_contact(&self) -> usize {
         self.fold_column().map_or(self.column_count_without_folds(), |first| first + 2 * self.derivatives.len())
     }
 
@@ -399,8 +427,11 @@ impl Plan {
     pub fn entry_units(&self) -> Vec<f64> {
         let units = &self.units;
         let mut scale = Rod::record_units(self.segments.iter().map(|segment| segment.is_flexible), units);
-        if let Some(field) = self.scene.sources.rod_field() {
+        if let Some(field) = self.scene.rod_field() {
             scale.extend(RodField::record_units(field.dipoles.len(), field.maps.len(), units));
+        }
+        if self.scene.wall.is_some() {
+            scale.extend(RodWall::record_units(units));
         }
         if self.free.is_some() {
             scale.extend([units.length; 3]);

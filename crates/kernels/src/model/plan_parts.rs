@@ -56,7 +56,7 @@ pub(super) fn terms_of(
     let force = load
         || scene.loads.tip_force.is_some()
         || sweeps(|p| matches!(p, Parameter::TipForce(_)))
-        || shears && (differentiates || scene.sources.varies());
+        || shears && (differentiates || scene.has_unknown_force());
     let differs = |segment: &RodSegment| match segment {
         RodSegment::Flexible(FlexibleRod { stiffness, stiffness_rise, .. }) => {
             stiffness[0] != stiffness[1] || stiffness_rise[0] != stiffness_rise[1]
@@ -81,7 +81,8 @@ pub(super) fn terms_of(
         anisotropic: rod.segments.iter().any(differs) || swept.iter().any(one_sided),
         tip_moment: scene.loads.tip_moment.is_some() || sweeps(|p| matches!(p, Parameter::TipMoment(_))),
         dipole: segments.iter().any(|segment| segment.has_dipole),
-        varying_field: scene.sources.varies(),
+        varying_field: scene.has_unknown_force(),
+        wall: scene.wall.is_some(),
     }
 }
 

@@ -4,7 +4,7 @@
 //! Base entries, then each segment's: its length, then vectors; last what of the field varies in space. A load at the tip is one more line in `base`.
 
 use super::rod::{FlexibleRod, RigidRod, Rod, RodSegment};
-use super::{Units, Vector};
+use super::{RodField, Units, Vector};
 
 /// A vector of the record.
 #[derive(Clone, Copy, Debug)]
@@ -124,6 +124,9 @@ impl Rod {
         if let Some(field) = &self.field {
             field.write(record);
         }
+        if let Some(wall) = &self.wall {
+            wall.write(record);
+        }
     }
 
     /// Reads back what [`Rod::write_record`] wrote, entry by entry; `self` gives the kinds of the segments.
@@ -150,6 +153,10 @@ impl Rod {
         }
         if let Some(field) = &mut self.field {
             field.read(|at| record(start + at));
+        }
+        start += self.field.as_ref().map_or(0, RodField::record_len);
+        if let Some(wall) = &mut self.wall {
+            wall.read(|at| record(start + at));
         }
     }
 
@@ -181,4 +188,9 @@ pub fn record_offsets(segments: &[RodSegment]) -> Vec<usize> {
 /// First record entry of what of the field varies in space.
 pub fn field_offset(segments: &[RodSegment]) -> usize {
     BASE_RECORD + segments.iter().map(RodSegment::record_len).sum::<usize>()
+}
+
+/// First record entry of the wall of a rod that has one.
+pub fn wall_offset(rod: &Rod) -> usize {
+    field_offset(&rod.segments) + rod.field.as_ref().map_or(0, RodField::record_len)
 }

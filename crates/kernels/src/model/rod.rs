@@ -1,6 +1,6 @@
 //! The mechanics of one sample: what a backend needs to know, and nothing about materials or windings.
 
-use super::{Axis, GradientEntry, Matrix, RodField, Units, Vector};
+use super::{Axis, GradientEntry, Matrix, RodField, RodWall, Units, Vector};
 
 /// A clamped rod under dead loads in a field; SI units, world frame unless said otherwise.
 #[derive(Clone, Debug, PartialEq)]
@@ -13,6 +13,8 @@ pub struct Rod {
     pub flux_density: Vector,
     /// What of the field varies in space; `None`: it is uniform.
     pub field: Option<RodField>,
+    /// What the tip may touch.
+    pub wall: Option<RodWall>,
     /// In N
     pub tip_force: Vector,
     /// In N·m
@@ -87,6 +89,18 @@ pub enum Slot {
     MapScale(usize),
     /// Position of such a field (m).
     MapPosition(usize, Axis),
+    /// Position of the wall (m).
+    WallPosition(Axis),
+    /// Virtual rotation of the wall about its position (rad).
+    WallRotation(Axis),
+    /// Radius of the wall (m).
+    WallRadius,
+    /// Radius of the ball at the tip (m).
+    WallTipRadius,
+    /// 1 / stiffness of the wall (m/N).
+    WallCompliance,
+    /// Where on the wall the tip is held, before it is moved there (m).
+    WallAnchor(Axis),
     /// Force at the tip (N).
     TipForce(Axis),
     /// Couple at the tip (N·m).
@@ -120,7 +134,9 @@ impl Slot {
     /// One unit of the slot, SI.
     pub fn unit(&self, units: &Units) -> f64 {
         match self {
-            Slot::BaseRotation(_) | Slot::MapScale(_) => 1.0,
+            Slot::BaseRotation(_) | Slot::MapScale(_) | Slot::WallRotation(_) => 1.0,
+            Slot::WallPosition(_) | Slot::WallRadius | Slot::WallTipRadius | Slot::WallAnchor(_) => units.length,
+            Slot::WallCompliance => units.length / units.force,
             Slot::BasePosition(_) | Slot::Insertion | Slot::Length(_) => units.length,
             Slot::FieldOrigin(_) | Slot::SourcePosition(..) | Slot::MapPosition(..) => units.length,
             Slot::FluxDensity(_) => units.field,
@@ -152,6 +168,12 @@ impl Slot {
             | Slot::Weight(segment, _) => Some(segment),
             _ => None,
         }
+    }
+
+    /// Whether it is of the wall.
+    pub fn is_of_wall(&self) -> bool {
+        use Slot::{WallAnchor, WallCompliance, WallPosition, WallRadius, WallRotation, WallTipRadius};
+        matches!(self, WallPosition(_) | WallRotation(_) | WallRadius | WallTipRadius | WallCompliance | WallAnchor(_))
     }
 
     /// Whether it is of the part of the field that varies in space.
@@ -241,6 +263,7 @@ impl Rod {
     pub fn is_valid(&self) -> bool {
         self.is_finite()
             && self.field.as_ref().is_none_or(RodField::is_finite)
+            && self.wall.as_ref().is_none_or(RodWall::is_valid)
             && self.base_rotation.as_flattened().iter().all(|x| x.is_finite())
             && self.total_length() > 0.0
             && self.segments.iter().all(|segment| {

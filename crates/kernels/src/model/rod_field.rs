@@ -37,6 +37,12 @@ pub const FIELD_DIPOLE_RECORD: usize = 6;
 pub const FIELD_MAP_RECORD: usize = 4;
 
 impl RodField {
+    /// That of a uniform field.
+    pub fn none() -> Self {
+        let coil_load = CoilLoad::Middle;
+        Self { gradient: [0.0; 5], origin: [0.0; 3], dipoles: Vec::new(), maps: Vec::new(), coil_load }
+    }
+
     /// Entries of its record.
     pub fn record_len(&self) -> usize {
         self.map_record() + FIELD_MAP_RECORD * self.maps.len()

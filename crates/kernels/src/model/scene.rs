@@ -4,7 +4,7 @@ use super::profile::{Piece, pieces};
 use super::rotation::rotation_matrix;
 use super::{
     Body, Coil, FieldSources, FlexibleRod, ForcePlace, InnerForce, MagnetMaterial, Node, Profile, RigidRod, Rod,
-    RodSegment, SceneError, Vector,
+    RodField, RodSegment, SceneError, Vector, Wall,
 };
 use std::f64::consts::PI;
 
@@ -26,6 +26,8 @@ pub struct Scene {
     pub loads: Loads,
     /// Dead forces inside of the rod.
     pub inner_forces: Vec<InnerForce>,
+    /// What the tip may touch.
+    pub wall: Option<Wall>,
     /// Base to tip.
     pub segments: Vec<Segment>,
     /// Length pushed in at the base of the first segment, above its own; its material moves on (m)
@@ -279,6 +281,16 @@ impl Scene {
         super::validate::validate(self)
     }
 
+    /// Whether its rods are solved with the force at the base unknown: the field varies in space, or there is a wall.
+    pub fn has_unknown_force(&self) -> bool {
+        self.sources.varies() || self.wall.is_some()
+    }
+
+    /// What of the field varies in space as the mechanics sees it; `None` where the loads tell the force at the base.
+    pub fn rod_field(&self) -> Option<RodField> {
+        self.sources.rod_field().or_else(|| self.wall.map(|_| RodField::none()))
+    }
+
     /// The mechanics of this scene: stiffness, dipole and load of every segment.
     pub fn rod(&self) -> Rod {
         let mut segments = Vec::new();
@@ -304,7 +316,8 @@ impl Scene {
             base_position: self.base.position,
             base_rotation: rotation_matrix(self.base.rotation),
             flux_density: self.flux_density,
-            field: self.sources.rod_field(),
+            field: self.rod_field(),
+            wall: self.wall.as_ref().map(Wall::rod_wall),
             tip_force: self.loads.tip_force.unwrap_or_default(),
             tip_moment: self.loads.tip_moment.unwrap_or_default(),
             rigid_force_arm: self.rigid_force_arm,

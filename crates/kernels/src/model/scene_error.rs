@@ -54,6 +54,16 @@ pub enum SceneError {
         /// Name of the force.
         name: String,
     },
+    /// A couple at the tip beside a wall.
+    #[error(
+        "a tip moment has no energy, so stability with a wall is not known: leave out `loads.tip_moment` or `[wall]`"
+    )]
+    WallWithTipMoment,
+    /// The published balance beside a wall.
+    #[error(
+        "the published balance (`rigid_force_arm = false`) has no energy, so stability with a wall is not known: use the complete balance, or leave out `[wall]`"
+    )]
+    WallWithoutForceArm,
     /// A density of the material where no cross-section is known.
     #[error("`{segment}.density` needs a `tube` to know the cross-section: give `linear_density` instead")]
     DensityWithoutTube {

@@ -46,6 +46,33 @@ impl Quantity {
     }
 }
 
+/// Columns of the contact with a wall, from [`Plan::contact_column`] on; SI units, world frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(usize)]
+pub enum ContactColumn {
+    /// 1 where the wall presses; always of a held tip.
+    Touching = 0,
+    /// Between the tip's ball and the wall; negative where tissue yields (m).
+    Gap = 1,
+    /// Of the wall on the rod, along the normal (N).
+    NormalForce = 2,
+    /// Of the wall on the rod (N), three columns.
+    Force = 3,
+    /// From the wall to where the rod is, at the tip, three columns.
+    Normal = 6,
+    /// Least gap of the rod beyond where it first is before the wall, plus what tissue yields; 0 where the tip is nearest (m).
+    BodyGap = 9,
+    /// Estimated error of the force (N).
+    ForceError = 10,
+    /// Coefficient of friction; negative: none is given.
+    Friction = 11,
+}
+
+impl ContactColumn {
+    /// Columns before the first derivative.
+    pub const COUNT: usize = 12;
+}
+
 /// Moment and force at the base: what tells an equilibrium of a rod. World frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BaseWrench {
@@ -86,6 +113,8 @@ pub struct Solutions {
     base_force: Option<usize>,
     /// First column of how the load of a fold follows each parameter.
     fold: Option<usize>,
+    /// First column of the contact with a wall.
+    contact: Option<usize>,
 }
 
 impl Solutions {
@@ -107,6 +136,7 @@ impl Solutions {
         self.own_curvature = plan.first_beyond_rigid().map(|_| plan.own_curvature_column());
         self.base_force = plan.base_force_column();
         self.fold = plan.fold_column();
+        self.contact = plan.contact_column();
     }
 
     /// Rows of the table.
@@ -134,6 +164,17 @@ impl Solutions {
         for (axis, x) in value.into_iter().enumerate() {
             self.values.set(sample, quantity.column() + axis, x);
         }
+    }
+
+    /// A number of a sample's contact with the wall; of a vector, its x. Not a number where there is no wall.
+    pub fn contact(&self, sample: usize, column: ContactColumn) -> f64 {
+        self.contact.map_or(f64::NAN, |first| self.values.get(sample, first + column as usize))
+    }
+
+    /// How normal force and force follow a derivative's parameter, by its index (N/unit). Not a number where there is no wall.
+    pub fn force_derivative(&self, sample: usize, derivative: usize) -> [f64; 4] {
+        let first = self.contact.map(|first| first + ContactColumn::COUNT + 4 * derivative);
+        std::array::from_fn(|k| first.map_or(f64::NAN, |first| self.values.get(sample, first + k)))
     }
 
     /// What became of a sample; `NonFinite` where the column holds no code.

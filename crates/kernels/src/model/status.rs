@@ -1,7 +1,7 @@
 //! What became of a sample. The codes are shared with WGSL and written beside every row.
 
 /// Outcome of one sample. The first three carry a converged solution, `Unstable` a converged but elastically
-/// unstable one; the others carry no trustworthy numbers.
+/// unstable one, `ThroughWall` one whose rod is partly in a wall; the others carry no trustworthy numbers.
 #[repr(u8)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Default)]
 pub enum Status {
@@ -32,11 +32,15 @@ pub enum Status {
     OutsideMap = 11,
     /// Two paths from rest end at different equilibria, and a finer one has not decided which is right.
     Doubtful = 12,
+    /// Converged, but another part of the rod than its tip is in the wall.
+    ThroughWall = 13,
+    /// The tip is to be held farther from the base than the rod is long.
+    OutOfReach = 14,
 }
 
 impl Status {
     /// In the order of their codes.
-    pub const ALL: [Status; 13] = [
+    pub const ALL: [Status; 15] = [
         Status::Ok,
         Status::Refined,
         Status::Ramped,
@@ -50,6 +54,8 @@ impl Status {
         Status::TooNearMagnet,
         Status::OutsideMap,
         Status::Doubtful,
+        Status::ThroughWall,
+        Status::OutOfReach,
     ];
 
     /// The status of a code; `None` for a number that is no code.
@@ -78,12 +84,14 @@ impl Status {
             Status::TooNearMagnet => "too-near-magnet",
             Status::OutsideMap => "outside-map",
             Status::Doubtful => "doubtful",
+            Status::ThroughWall => "through-wall",
+            Status::OutOfReach => "out-of-reach",
         }
     }
 
     /// Whether the row's numbers satisfy the equilibrium equations.
     pub fn is_converged(self) -> bool {
-        matches!(self, Status::Ok | Status::Refined | Status::Ramped | Status::Unstable)
+        matches!(self, Status::Ok | Status::Refined | Status::Ramped | Status::Unstable | Status::ThroughWall)
     }
 
     /// Whether the row can be used as it stands: converged and not known to be unstable.

@@ -48,6 +48,7 @@ pub(super) fn validate(scene: &Scene) -> Result<(), SceneError> {
         return Err(SceneError::NoSegment);
     }
     check_inner_forces(scene)?;
+    scene.wall.map_or(Ok(()), |wall| wall.validate(scene))?;
     let mut names = HashSet::new();
     let mut massive = false;
     let mut flexible_count = 0;

@@ -34,6 +34,7 @@ fn plan(loads: Loads, bending: [f64; 2], general: bool) -> Plan {
         loads,
         segments: vec![Segment { name: "tube".into(), length: 0.07, kind: SegmentKind::Flexible(tube) }],
         inner_forces: Vec::new(),
+        wall: None,
         inserted: 0.0,
         rigid_force_arm: true,
     };

@@ -132,6 +132,7 @@ impl Column {
                 segment("magnet", TIP_LENGTH, SegmentKind::Rigid(magnet)),
             ],
             inner_forces: Vec::new(),
+            wall: None,
             inserted: 0.0,
             rigid_force_arm: true,
         }
