@@ -44,6 +44,7 @@ pub fn scenes() -> impl Strategy<Value = Scene> {
                 sources: Default::default(),
                 loads,
                 inner_forces,
+                wall: None,
                 segments,
                 inserted,
                 rigid_force_arm: no_arm.is_none(),
