@@ -33,6 +33,7 @@ fn rod(segments: Vec<RodSegment>) -> Rod {
         base_rotation: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
         flux_density: [0.0; 3],
         field: None,
+        wall: None,
         tip_force: [0.0; 3],
         tip_moment: [0.0; 3],
         rigid_force_arm: true,

@@ -247,6 +247,12 @@ fn move_slot<D: Number>(dual: &mut DualRod<D>, slot: Slot, by: D) {
         | Slot::SourceMoment(..)
         | Slot::MapScale(_)
         | Slot::MapPosition(..) => unreachable!("the field is uniform"),
+        Slot::WallPosition(_)
+        | Slot::WallRotation(_)
+        | Slot::WallRadius
+        | Slot::WallTipRadius
+        | Slot::WallCompliance
+        | Slot::WallAnchor(_) => unreachable!("there is no wall"),
         Slot::BasePosition(axis) => &mut dual.p0[axis.index()],
         Slot::FluxDensity(axis) => &mut dual.B[axis.index()],
         Slot::TipForce(axis) => &mut dual.f_tip[axis.index()],

@@ -21,6 +21,7 @@ fn unit_rod(load: [f64; 3], tip_force: [f64; 3]) -> Rod {
         base_rotation: [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
         flux_density: [0.0; 3],
         field: None,
+        wall: None,
         tip_force,
         tip_moment: [0.0; 3],
         rigid_force_arm: true,

@@ -45,6 +45,12 @@ pub fn moved(rod: &Rod, slot: Slot, by: f64) -> Rod {
         Slot::SourceMoment(dipole, axis) => field(&mut rod).dipoles[dipole].moment[axis.index()] += by,
         Slot::MapScale(map) => field(&mut rod).maps[map].scale += by,
         Slot::MapPosition(map, axis) => field(&mut rod).maps[map].position[axis.index()] += by,
+        Slot::WallPosition(_)
+        | Slot::WallRotation(_)
+        | Slot::WallRadius
+        | Slot::WallTipRadius
+        | Slot::WallCompliance
+        | Slot::WallAnchor(_) => unreachable!("there is no wall"),
         Slot::TipForce(axis) => rod.tip_force[axis.index()] += by,
         Slot::TipMoment(axis) => rod.tip_moment[axis.index()] += by,
         Slot::Insertion => insert(&mut rod.segments[0], by),
