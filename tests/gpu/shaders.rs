@@ -134,6 +134,7 @@ fn every_kernel_validates_for_every_combination_of_terms() {
             taper: bit(7),
             curvature_rise: bit(8),
             varying_field: false,
+            wall: false,
         };
         let stepper = Stepper::ALL[number % 2];
         for sensitivity in [Sensitivity::Auto, Sensitivity::Reciprocity, Sensitivity::Forward] {
