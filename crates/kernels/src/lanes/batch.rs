@@ -10,7 +10,7 @@ use crate::backend::Precision;
 use crate::clock::Busy;
 use crate::model::path::{are_two_equilibria, growth_limit, limp_growth};
 use crate::model::record::BASE_POSITION_AT;
-use crate::model::{BLOCK, Batch, Entry, Quantity, Solutions, Status};
+use crate::model::{BLOCK, Batch, ContactColumn, Entry, Quantity, Solutions, Status};
 use rayon::prelude::*;
 use std::time::Instant;
 
@@ -149,10 +149,22 @@ impl Lanes {
         scales[Quantity::BaseMoment.column()..][..3].fill(units.moment());
         let of_row = |row: usize| [units.length, 1.0, units.moment(), units.curvature()][row % self.plan.rows() / 3];
         scales.extend((0..self.plan.rows() * self.plan.derivatives.len()).map(of_row));
-        let count = self.plan.fold_column().unwrap_or(self.plan.output_count());
+        let last = self.plan.contact_column().unwrap_or(self.plan.output_count());
+        let count = self.plan.fold_column().unwrap_or(last);
         scales.resize(self.plan.base_force_column().unwrap_or(count), units.curvature());
         scales.resize(count, units.force);
-        scales.resize(self.plan.output_count(), 1.0);
+        scales.resize(self.plan.contact_column().unwrap_or(self.plan.output_count()), 1.0);
+        if let Some(first) = self.plan.contact_column() {
+            scales.resize(self.plan.output_count(), units.force);
+            let mut set = |column: ContactColumn, count: usize, unit: f64| {
+                scales[first + column as usize..][..count].fill(unit);
+            };
+            set(ContactColumn::Touching, 1, 1.0);
+            set(ContactColumn::Gap, 1, units.length);
+            set(ContactColumn::Normal, 3, 1.0);
+            set(ContactColumn::BodyGap, 1, units.length);
+            set(ContactColumn::Friction, 1, 1.0);
+        }
         scales
     }
 

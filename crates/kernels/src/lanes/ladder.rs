@@ -101,6 +101,9 @@ impl Course {
 /// Whether a rung leaves a sample of this status to the next.
 pub fn is_left<S: Scalar>(rung: Rung, status: S) -> bool {
     let is = |other: Status| status.to_f64() == f64::from(other.code());
+    if is(Status::ThroughWall) || is(Status::OutOfReach) {
+        return false;
+    }
     let settled = match rung {
         Rung::LimpShooting => return !is(Status::Ramped),
         Rung::FieldCurve => return !(is(Status::Ramped) || is(Status::Fold)),

@@ -21,7 +21,7 @@ pub trait Lane:
     + 'static
 {
     type Scalar: Scalar;
-    type Mask: Copy + BitAnd<Output = Self::Mask> + BitOr<Output = Self::Mask> + Not<Output = Self::Mask>;
+    type Mask: Copy + Send + Sync + BitAnd<Output = Self::Mask> + BitOr<Output = Self::Mask> + Not<Output = Self::Mask>;
     type Token: Copy + Send + Sync;
     /// Samples in one register.
     const COUNT: usize;

@@ -3,7 +3,7 @@
 use super::algebra::Vec3;
 use super::lane::{Lane, Scalar};
 use super::terms::{ProgramTerms, Terms};
-use super::varying::ProgramField;
+use super::varying::{ProgramField, ProgramWall};
 use crate::model::path::{
     CAREFUL_STEPPER, PATH_STEPPER, chord_tolerance, first_order_tolerance, newton_tolerance, rounded, turn_tolerance,
 };
@@ -80,6 +80,8 @@ pub struct Program {
     pub rod_columns: usize,
     /// `None`: the field is uniform.
     pub field: Option<ProgramField>,
+    /// What the tip may touch.
+    pub wall: Option<ProgramWall>,
     /// Those that are integrated.
     pub segments: Vec<SegmentPlan>,
     /// First entry of the rest pose of what lies beyond them.
@@ -94,6 +96,8 @@ pub struct Program {
     pub base_force: Option<usize>,
     /// First column of how the load of a fold follows each parameter, where that is asked for.
     pub fold: Option<usize>,
+    /// First column of the contact with a wall.
+    pub contact: Option<usize>,
     /// Where samples may start instead of from rest, and the column of their first coordinate there.
     pub anchors: Option<(Arc<Anchors>, usize)>,
     /// Of each segment, in a field that varies: whether force is the same all along it, for derivatives, too.
@@ -180,6 +184,8 @@ impl Program {
             tip_moment: plan.terms.tip_moment,
             rigid_force_arm: plan.scene.rigid_force_arm,
             field: ProgramField::new(plan, |record| sources[record].constant()),
+            wall: plan.contact_column().map(|_| ProgramWall::new(plan)),
+            contact: plan.contact_column(),
             rod_columns: rod_columns(plan, &sources),
             sources,
             steady,
@@ -274,6 +280,7 @@ fn acts_from(plan: &Plan) -> Vec<usize> {
     let never = plan.segments.len();
     let of = |slot: &Slot| match slot {
         Slot::TipForce(_) | Slot::TipMoment(_) => never,
+        slot if slot.is_of_wall() => never,
         slot if slot.is_of_sources() || matches!(slot, Slot::FluxDensity(_)) => magnetic.unwrap_or(never),
         slot => slot.segment().unwrap_or(0),
     };

@@ -60,6 +60,14 @@ pub const FIELD_TOLERANCE: f64 = 0.05;
 pub const FIELD_TELLING: f64 = 4.0;
 /// Passes along a path with care in a field that varies: a rod under large loads takes many short steps, and the reference far more.
 pub const FIELD_PASS_LIMIT: f64 = 2000.0;
+/// Shortest step of a wall that comes, as a share of its way.
+pub const WALL_SMALLEST_SHARP_STEP: f64 = 4e-6;
+/// See [`WALL_SMALLEST_SHARP_STEP`]; in single precision.
+pub const WALL_SMALLEST_STEP: f64 = 1e-3;
+/// A rod that is in the wall by more than this share of its length is through it.
+pub const THROUGH_WALL: f64 = 1e-6;
+/// A wall that pulls a sliding tip by less than this (plan units of force) has only come to it.
+pub const WALL_LEAST_PULL: f64 = 1e-3;
 /// Such a step may change the inverse square of the margin by this factor at most: the margin twofold.
 pub const WIDENING: f64 = 4.0;
 /// Under a dead tip moment, with care, a load step may change dr/dm0 by this share of itself at most (Frobenius norm of

@@ -8,7 +8,9 @@ use super::fold::write_fold_rows;
 use super::index::index;
 use super::matrix::Mat6;
 use super::pass::VaryingPasses;
+use super::press::press;
 use super::state::State;
+use super::wall_rows::{lack_by, write_contact, write_force_rows};
 use super::workspace::{VaryingWorkspace, What};
 use crate::lanes::algebra::{Vec3, cross, dot, inverse, length};
 use crate::lanes::lane::{Lane, Scalar};
@@ -18,7 +20,7 @@ use crate::lanes::rod::Segment;
 use crate::lanes::section::velocity;
 use crate::lanes::stability::has_dead_moment;
 use crate::model::path::{
-    COLUMN_NOISE, DIFFERENCE, FINE_TRUST, NEWTON_LIMIT, REACH, ROUND_OFF, SAFE_MARGIN, SECOND_ORDER,
+    COLUMN_NOISE, DIFFERENCE, FINE_TRUST, NEWTON_LIMIT, REACH, ROUND_OFF, SAFE_MARGIN, SECOND_ORDER, THROUGH_WALL,
 };
 use crate::model::{DerivativeScale, NO_EQUILIBRIUM, Quantity, Status};
 
@@ -35,19 +37,65 @@ pub fn solve_varying<L: VaryingPasses>(
     workspace: &mut VaryingWorkspace<L>,
     out: &mut Outputs<'_, L::Scalar>,
 ) {
-    let Problem { program, rod, .. } = *problem;
+    let Problem { rod, .. } = *problem;
     let one = rod.t.x.constant(1.0);
     for k in 0..workspace.parameters.len() {
         workspace.parameters[k].load(problem, 3 * k, None);
     }
     let mut check = chord_steps(problem, &mut end, workspace);
+    if workspace.wall.is_some() {
+        let free = settle(problem, What::Base, &mut end, workspace);
+        press(problem, &mut end, free.converged, workspace);
+        settle(problem, What::Base, &mut end, workspace);
+    }
+    // With a wall the index is that of both together, which no path has counted.
+    let counts = care || workspace.wall.is_some();
+    let what = if counts { What::Parameters } else { What::Columns };
+    let Settled { converged, mut has_moved, left } = settle(problem, what, &mut end, workspace);
+    if workspace.wall.is_some() {
+        has_moved = one.lt(one.constant(2.0));
+    }
+    if L::any(has_moved) {
+        // What the columns are of stays.
+        let tip = workspace.tip;
+        let again = check_pass(problem, end.base, workspace);
+        workspace.tip = tip;
+        check = Check {
+            base: select::<L>(has_moved, again.base, check.base),
+            tip: State::select(has_moved, &again.tip, &check.tip),
+        };
+    }
+    write(problem, &end, (converged, care, counts), (&check, left), workspace, out);
+    write_fold_rows(problem, &end, workspace, out);
+}
+
+/// Where Newton's method has come to on the fine grid: lanes that converged, lanes that have moved, and the step that is left.
+struct Settled<L: Lane> {
+    converged: L::Mask,
+    has_moved: L::Mask,
+    left: Load<L>,
+}
+
+/// Newton's method on the fine grid, by passes that carry `what`.
+#[inline(always)]
+fn settle<L: VaryingPasses>(
+    problem: &Problem<'_, L>,
+    what: What,
+    end: &mut VaryingPath<L>,
+    workspace: &mut VaryingWorkspace<L>,
+) -> Settled<L> {
+    let Problem { program, rod, .. } = *problem;
+    let one = rod.t.x.constant(1.0);
     let (mut moving, mut converged, mut has_moved) = (end.reached, one.lt(rod.t.x.constant(0.0)), one.lt(one));
     let mut left = end.base;
     for pass in 0..NEWTON_LIMIT {
-        let what = if care { What::Parameters } else { What::Columns };
         shoot(problem, &program.fine, end.base, what, workspace);
-        end.inverse = workspace.matrix.solve(&Mat6::identity(one));
-        left = newton_step(rod, &workspace.tip, &end.inverse);
+        let mut matrix = workspace.matrix;
+        if let Some(wall) = &workspace.wall {
+            matrix = wall.rows(rod, &workspace.tip, &workspace.pose, &matrix);
+        }
+        end.inverse = matrix.solve(&Mat6::identity(one));
+        left = newton_step(problem, &workspace.tip, &end.inverse, workspace.wall.as_ref());
         let change = norm(left);
         let tolerance = one.constant(program.newton_tolerance) * (norm(end.base) + one);
         let first_order = margin(&end.inverse) * one.constant(program.first_order_tolerance);
@@ -61,18 +109,7 @@ pub fn solve_varying<L: VaryingPasses>(
         end.base = select::<L>(moving, (end.base.0 + left.0, end.base.1 + left.1), end.base);
         has_moved = has_moved | moving;
     }
-    if L::any(has_moved) {
-        // What the columns are of stays.
-        let tip = workspace.tip;
-        let again = check_pass(problem, end.base, workspace);
-        workspace.tip = tip;
-        check = Check {
-            base: select::<L>(has_moved, again.base, check.base),
-            tip: State::select(has_moved, &again.tip, &check.tip),
-        };
-    }
-    write(problem, &end, (converged, care), (&check, left), workspace, out);
-    write_fold_rows(problem, &end, workspace, out);
+    Settled { converged, has_moved, left }
 }
 
 /// What a change of the base's load does to the tip: displacement and rotation.
@@ -94,7 +131,7 @@ fn moved_tip<L: Lane>(tip: &State<L>, workspace: &VaryingWorkspace<L>, change: L
 fn write<L: VaryingPasses>(
     problem: &Problem<'_, L>,
     end: &VaryingPath<L>,
-    (converged, care): (L::Mask, bool),
+    (converged, care, counts): (L::Mask, bool, bool),
     (check, left): (&Check<L>, Load<L>),
     workspace: &VaryingWorkspace<L>,
     out: &mut Outputs<'_, L::Scalar>,
@@ -102,7 +139,8 @@ fn write<L: VaryingPasses>(
     let Problem { program, rod, .. } = *problem;
     let one = rod.t.x.constant(1.0);
     let (tip, inverse) = (workspace.tip, end.inverse);
-    let step = newton_step(rod, &check.tip, &inverse);
+    let wall = workspace.wall.as_ref();
+    let step = newton_step(problem, &check.tip, &inverse, wall);
     let answer = (check.base.0 + step.0, check.base.1 + step.1);
     let (p, d1, t) = moved_tip(&check.tip, workspace, step);
     let (fine_p, fine_d1, fine_t) = moved_tip(&tip, workspace, left);
@@ -131,7 +169,10 @@ fn write<L: VaryingPasses>(
     }
     let margin = margin(&inverse);
     // Without care the path has counted the index; that says nothing next to a fold.
-    let index = if care { index(&workspace.transfers, one).index } else { one.constant(0.0) };
+    let mut index = if counts { index(&workspace.transfers, one).index } else { one.constant(0.0) };
+    if let Some(wall) = wall {
+        index = wall.index(rod, &tip, index, &workspace.pose, &workspace.matrix);
+    }
     let least = one.constant(if care { 0.0 } else { ANSWER_MARGIN });
     let mut stable = index.lt(one.constant(0.5)) & least.lt(margin);
     if program.tip_moment {
@@ -153,10 +194,20 @@ fn write<L: VaryingPasses>(
     lost = L::select(end.fold, code(one, Status::Fold), lost);
     lost = L::select(end.outside, code(one, Status::OutsideMap), lost);
     lost = L::select(end.too_near, code(one, Status::TooNearMagnet), lost);
+    let mut body_gap = one.constant(0.0);
+    if let Some(wall) = wall {
+        body_gap = wall.body_gap(rod, &check.tip);
+        let through = body_gap.lt(one.constant(-THROUGH_WALL)) & stable & converged & clear;
+        status = L::select(through, code(one, Status::ThroughWall), status);
+    }
     let mut status = L::select(end.reached, status, lost);
     if !care {
         // Only a stable equilibrium has no need of care.
         status = L::select(end.reached & converged & stable & clear, status, code(one, Status::Pending));
+    }
+    if let Some(wall) = wall {
+        status = L::select(wall.out_of_reach, code(one, Status::OutOfReach), status);
+        status = L::select(wall.undefined, code(one, Status::BadParameter), status);
     }
     let is_equilibrium = end.reached & converged & clear;
 
@@ -164,7 +215,11 @@ fn write<L: VaryingPasses>(
     out.store_vector(Quantity::TipD1.column(), d1);
     out.store_vector(Quantity::TipTangent.column(), t);
     out.store_vector(Quantity::BaseMoment.column(), answer.1);
-    let residual = length(tip.n - rod.f_tip).max(length(tip.m - rod.l_tip));
+    let mut residual = length(tip.n - rod.f_tip).max(length(tip.m - rod.l_tip));
+    if let Some(wall) = wall {
+        let (rows, moment) = wall.lack(rod, &tip);
+        residual = length(rows).max(length(moment));
+    }
     out.store(Quantity::Residual.column(), residual);
     out.store(Quantity::StabilityMargin.column(), L::select(stable, margin, -margin));
     out.store(Quantity::StabilityIndex.column(), L::select(is_equilibrium, index, one.constant(NO_EQUILIBRIUM)));
@@ -177,11 +232,14 @@ fn write<L: VaryingPasses>(
     // Columns are those at the load that the last pass began with.
     let off = (answer.0 - end.base.0, answer.1 - end.base.1);
     let both = difference + (norm(off) / margin).max(norm(moved(workspace, off)));
-    let DerivativeScale { share, floor } = program.derivative_scale;
+    let DerivativeScale { share: of_columns, floor } = program.derivative_scale;
     let noise = amplification / margin * one.constant(COLUMN_NOISE * ROUND_OFF * L::Scalar::EPSILON);
-    let derivative_error = (both * one.constant(share)).max(one.constant(floor)) + noise;
+    let derivative_error = (both * one.constant(of_columns)).max(one.constant(floor)) + noise;
     out.store(Quantity::DerivativeError.column(), derivative_error);
     write_rows(problem, end, workspace, out);
+    let (check, fine) = (check.tip, tip);
+    let answered = Answered { p, check, fine, step, left, share, amplification, body_gap };
+    write_contact(problem, &answered, workspace, out);
 }
 
 #[inline(always)]
@@ -209,9 +267,9 @@ fn write_rows<L: Lane>(
     }
     for (three, (parameters, columns)) in workspace.parameters.iter().zip(&workspace.columns).enumerate() {
         for k in 0..3.min(program.derivatives.len() - 3 * three) {
-            let dn = parameters.df_tip[k] - columns.dn[k];
-            let dm = parameters.sources.dl_tip[k] - columns.dm[k];
-            let change = end.inverse.on(dn, dm);
+            let column = (columns.dp[k], columns.dn[k], columns.dm[k]);
+            let (rows_of_force, of_moment) = lack_by(problem, (parameters, k), column, workspace);
+            let change = end.inverse.on(rows_of_force, of_moment);
             let (dp, w) = moved(workspace, change);
             // What is inserted lies proximal to the former base.
             let dm0 = change.1 - slope * parameters.sources.insertion[k];
@@ -220,11 +278,27 @@ fn write_rows<L: Lane>(
                 du0 = workspace.first.by_parameters[three][k] + workspace.first.moved(change);
             }
             let all = [columns.dp[k] + dp, columns.w[k] + w, dm0, du0];
+            let df = columns.dn[k] - parameters.df_tip[k] + workspace.matrix.on(change.0, change.1).0;
+            write_force_rows(problem, 3 * three + k, (parameters, k), (columns.dp[k] + dp, df), workspace, out);
             for (row, value) in all.into_iter().enumerate().take(rows) {
                 out.store_vector(Quantity::COUNT + 3 * (rows * (3 * three + k) + row), value);
             }
         }
     }
+}
+
+/// What an answer is made of: the pass on twice the fine steps and the last one on those, what each lacks yet, the share of
+/// their difference that is its error, how round-off grows.
+#[derive(Clone, Copy)]
+pub struct Answered<L> {
+    pub p: Vec3<L>,
+    pub check: State<L>,
+    pub fine: State<L>,
+    pub step: Load<L>,
+    pub left: Load<L>,
+    pub share: L,
+    pub amplification: L,
+    pub body_gap: L,
 }
 
 #[inline(always)]

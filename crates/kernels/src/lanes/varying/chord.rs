@@ -5,12 +5,12 @@ use super::base_load::{Load, margin, norm, select};
 use super::matrix::Mat6;
 use super::pass::{Pass, VaryingPasses};
 use super::state::State;
+use super::wall::Wall;
 use super::workspace::{VaryingWorkspace, What};
 use crate::lanes::algebra::{Vec3, dot};
 use crate::lanes::lane::Lane;
 use crate::lanes::problem::Problem;
 use crate::lanes::program::Resolution;
-use crate::lanes::rod::Rod;
 use crate::model::path::{CHORD_LIMIT, CHORD_TRUST};
 
 /// What a pass on twice the fine steps found, and from which load at the base.
@@ -40,7 +40,7 @@ pub fn chord_steps<L: VaryingPasses>(
             break;
         }
         shoot(problem, &program.fine, end.base, What::State, workspace);
-        let step = chord_step(newton_step(rod, &workspace.tip, &end.inverse), last, square);
+        let step = chord_step(newton_step(problem, &workspace.tip, &end.inverse, None), last, square);
         let change = norm(step);
         // A chord step that is not small says that the coarse grid was too coarse: Newton's method takes over.
         trusted = trusted & (!moving | change.lt(trust));
@@ -50,7 +50,7 @@ pub fn chord_steps<L: VaryingPasses>(
         moving = moving & trusted & !change.lt(tolerance);
     }
     let check = check_pass(problem, end.base, workspace);
-    let step = chord_step(newton_step(rod, &check.tip, &end.inverse), last, square);
+    let step = chord_step(newton_step(problem, &check.tip, &end.inverse, None), last, square);
     let is_taken = trusted & norm(step).lt(trust);
     end.base = select::<L>(is_taken, (end.base.0 + step.0, end.base.1 + step.1), end.base);
     end.passes = L::select(end.reached, end.passes + one, end.passes);
@@ -65,10 +65,17 @@ fn chord_step<L: Lane>(step: Load<L>, last: Load<L>, square: L) -> Load<L> {
     (step.0 * factor, step.1 * factor)
 }
 
-/// The step of the load at the base to equilibrium. F5
+/// The step of the load at the base to equilibrium. F5, W3
 #[inline(always)]
-pub fn newton_step<L: Lane>(rod: &Rod<L>, tip: &State<L>, inverse: &Mat6<L>) -> Load<L> {
-    inverse.on(rod.f_tip - tip.n, rod.l_tip - tip.m)
+pub fn newton_step<L: Lane>(
+    problem: &Problem<'_, L>,
+    tip: &State<L>,
+    inverse: &Mat6<L>,
+    wall: Option<&Wall<L>>,
+) -> Load<L> {
+    let rod = problem.rod;
+    let lack = wall.map_or((rod.f_tip - tip.n, rod.l_tip - tip.m), |wall| wall.lack(rod, tip));
+    inverse.on(lack.0, lack.1)
 }
 
 /// A pass on twice the fine steps, with more points on rigid segments.
@@ -78,7 +85,8 @@ pub fn check_pass<L: VaryingPasses>(
     base: Load<L>,
     workspace: &mut VaryingWorkspace<L>,
 ) -> Check<L> {
-    let (resolution, what) = (&problem.program.check, What::State);
+    let what = if workspace.wall.is_some() { What::Watched } else { What::State };
+    let resolution = &problem.program.check;
     let lambda = base.0.x.constant(1.0);
     let points = problem.program.field.as_ref().map_or(&[][..], |field| &field.check_points);
     L::varying_pass(Pass { problem: *problem, resolution, lambda, base, what, points, workspace });

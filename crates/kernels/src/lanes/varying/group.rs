@@ -7,6 +7,7 @@ use super::pass::{Pass, integrate};
 use super::path::follow_varying;
 use super::rest::{Rest, set_out};
 use super::search::search_varying;
+use super::wall::Wall;
 use crate::lanes::kernels::{FollowVarying, InVarying, Kernels, Led, Load};
 use crate::lanes::lane::Lane;
 use crate::lanes::problem::Problem;
@@ -48,6 +49,7 @@ impl<L: Kernels> WithSimd for InVarying<'_, L> {
         L::load_rods(Load { program, token, inputs, rod });
         let problem = Problem { program, inputs, rod };
         varying.space.load(&problem);
+        varying.wall = program.wall.as_ref().map(|wall| Wall::load(wall, &problem));
         let end = if program.searches {
             search_varying(&problem, varying)
         } else {

@@ -168,7 +168,14 @@ impl<L: Lane> Mat6<L> {
     /// A^-1 B by elimination, the largest pivot of each column chosen lane by lane.
     #[inline(always)]
     pub fn solve(&self, b: &Self) -> Self {
+        self.solve_whole(b).0
+    }
+
+    /// The same, and det A.
+    #[inline(always)]
+    pub fn solve_whole(&self, b: &Self) -> (Self, L) {
         let (mut a, mut b) = (self.0, b.0);
+        let mut determinant = a[0][0].constant(1.0);
         for k in 0..6 {
             for row in k + 1..6 {
                 let larger = a[k][k].abs().lt(a[row][k].abs());
@@ -180,7 +187,9 @@ impl<L: Lane> Mat6<L> {
                     b[k][column] = L::select(larger, down, up);
                     b[row][column] = L::select(larger, up, down);
                 }
+                determinant = L::select(larger, -determinant, determinant);
             }
+            determinant = determinant * a[k][k];
             let inverse = a[k][k].constant(1.0) / a[k][k];
             for row in k + 1..6 {
                 let factor = a[row][k] * inverse;
@@ -202,6 +211,6 @@ impl<L: Lane> Mat6<L> {
                 b[k][column] = x * inverse;
             }
         }
-        Self(b)
+        (Self(b), determinant)
     }
 }

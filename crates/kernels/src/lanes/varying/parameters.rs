@@ -3,6 +3,7 @@
 use super::acting::Acting;
 use super::crossing::Crossing;
 use super::space::{Dipole, Local, Space, gradient};
+use super::wall::WallChange;
 use crate::lanes::algebra::{Mat3, Vec3, axpy};
 use crate::lanes::lane::Lane;
 use crate::lanes::problem::Problem;
@@ -41,6 +42,8 @@ pub struct Parameters<L> {
     field: [FieldChange<L>; 3],
     /// Change of the force at the tip.
     pub df_tip: Mat3<L>,
+    /// How each moves the wall.
+    pub wall: [WallChange<L>; 3],
 }
 
 impl<L: Lane> Parameters<L> {
@@ -50,7 +53,14 @@ impl<L: Lane> Parameters<L> {
         let (gradient, dipoles, maps) = ([zero; 5], Vec::new(), Vec::new());
         let still = FieldChange { has_gradient: false, gradient, has_origin: false, origin: none, dipoles, maps };
         let field = [still.clone(), still.clone(), still];
-        Self { sources: Sources::new(token), count: 0, begin_at: None, field, df_tip: Mat3::zero(zero) }
+        Self {
+            sources: Sources::new(token),
+            count: 0,
+            begin_at: None,
+            field,
+            df_tip: Mat3::zero(zero),
+            wall: [WallChange::none(zero); 3],
+        }
     }
 
     /// Fills in up to three derivatives of the program, from number `first` on, of a rod under this share of its loads.
@@ -65,6 +75,7 @@ impl<L: Lane> Parameters<L> {
         // At the first segment the base may have moved.
         self.begin_at = Some(program.acts_from[first / 3]).filter(|at| *at > 0 && !self.sources.changed);
         self.df_tip = Mat3::zero(zero);
+        self.wall = [WallChange::none(zero); 3];
         for change in &mut self.field {
             (change.has_gradient, change.gradient) = (false, [zero; 5]);
             (change.has_origin, change.origin) = (false, none);
@@ -72,7 +83,7 @@ impl<L: Lane> Parameters<L> {
             change.maps.clear();
         }
         for (k, terms) in program.derivatives.iter().skip(first).take(3).enumerate() {
-            let change = &mut self.field[k];
+            let (change, wall) = (&mut self.field[k], &mut self.wall[k]);
             for (slot, entry) in terms {
                 let rate = rate_under(share, *slot, program.entry(token, &inputs, *entry));
                 if let Slot::SourcePosition(number, _) | Slot::SourceMoment(number, _) = *slot {
@@ -103,6 +114,12 @@ impl<L: Lane> Parameters<L> {
                             dipole.dM[axis.index()] = dipole.dM[axis.index()] + rate;
                         }
                     }
+                    Slot::WallPosition(axis) => wall.position = wall.position + unit(axis, rate),
+                    Slot::WallRotation(axis) => wall.turn = wall.turn + unit(axis, rate),
+                    Slot::WallAnchor(axis) => wall.anchor = wall.anchor + unit(axis, rate),
+                    Slot::WallRadius => wall.radius = wall.radius + rate,
+                    Slot::WallTipRadius => wall.tip_radius = wall.tip_radius + rate,
+                    Slot::WallCompliance => wall.compliance = wall.compliance + rate,
                     Slot::MapScale(_) | Slot::MapPosition(..) => change.maps.push((*slot, rate)),
                     _ => {}
                 }

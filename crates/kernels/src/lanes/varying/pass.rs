@@ -97,7 +97,7 @@ fn numbered<'a, L>(
 pub fn integrate<L: Lane, T: Terms>(pass: Pass<'_, L>, terms: T) {
     let Pass { problem, resolution, lambda, base, what, points, workspace } = pass;
     let Problem { program, rod, .. } = problem;
-    let VaryingWorkspace { space, room, acting, parameters, transfers, columns, first, moments, .. } = workspace;
+    let VaryingWorkspace { space, room, acting, parameters, transfers, columns, first, moments, wall, .. } = workspace;
     let zero = lambda.constant(0.0);
     let mut state = State { p: Vec3::splat(zero), d1: rod.d1, t: rod.t, m: base.1, n: base.0 };
     let (mut pose, mut load) = (Mat6::zero(zero), Mat6::identity(zero));
@@ -109,6 +109,11 @@ pub fn integrate<L: Lane, T: Terms>(pass: Pass<'_, L>, terms: T) {
         transfers.clear();
     }
     moments.clear();
+    if what == What::Watched
+        && let Some(wall) = wall
+    {
+        wall.watch();
+    }
     if what.has_parameters() {
         columns.clear();
         for parameters in parameters.iter() {
@@ -166,7 +171,12 @@ pub fn integrate<L: Lane, T: Terms>(pass: Pass<'_, L>, terms: T) {
                         let interval = if flexible.has_magnet { Interval::Magnetised } else { Interval::Free };
                         push(transfers, (&mut pose, &mut load), &own, state.m, interval);
                     }
-                    if what == What::State {
+                    if what == What::Watched
+                        && let Some(wall) = wall
+                    {
+                        wall.watch_step(&before, &state, span);
+                    }
+                    if matches!(what, What::State | What::Watched) {
                         continue;
                     }
                     let middle = midway(&before, &state, span);
@@ -207,7 +217,12 @@ pub fn integrate<L: Lane, T: Terms>(pass: Pass<'_, L>, terms: T) {
                     push(transfers, (&mut pose, &mut load), &own, after.m, Interval::Rigid);
                 }
                 let before = std::mem::replace(&mut state, after);
-                if what == What::State {
+                if what == What::Watched
+                    && let Some(wall) = wall
+                {
+                    wall.watch_step(&before, &state, rigid.length);
+                }
+                if matches!(what, What::State | What::Watched) {
                     continue;
                 }
                 if rigid.has_dipole {
@@ -219,7 +234,7 @@ pub fn integrate<L: Lane, T: Terms>(pass: Pass<'_, L>, terms: T) {
         }
     }
     workspace.tip = state;
-    if what == What::State {
+    if matches!(what, What::State | What::Watched) {
         return;
     }
     // A rod that is nowhere is near to nothing.

@@ -69,7 +69,7 @@ pub fn search_varying<L: VaryingPasses>(
         }
         shoot(problem, &program.coarse, end.base, What::Base, workspace);
         let all = workspace.matrix.solve(&Mat6::identity(one));
-        let newton = newton_step(rod, &workspace.tip, &all);
+        let newton = newton_step(problem, &workspace.tip, &all, None);
         let deflated = deflation(end.base.1, newton.1, &known);
         let step = (newton.0 * deflated, newton.1 * deflated);
         let arrived = norm(step).lt(one.constant(PATH_TOLERANCE) * (one + norm(end.base)));

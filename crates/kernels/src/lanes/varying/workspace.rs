@@ -8,6 +8,7 @@ use super::parameters::Parameters;
 use super::space::Space;
 use super::state::{Columns, State};
 use super::step::Room;
+use super::wall::Wall;
 use crate::lanes::algebra::Vec3;
 use crate::lanes::lane::Lane;
 use crate::lanes::program::Program;
@@ -18,6 +19,8 @@ use crate::lanes::step::Stages;
 pub enum What {
     /// The state alone.
     State,
+    /// The same, and how near the rod comes to the wall.
+    Watched,
     /// The same, and how near it comes to magnets.
     Place,
     /// Columns by the load at the base.
@@ -32,7 +35,7 @@ pub enum What {
 
 impl What {
     pub fn has_columns(self) -> bool {
-        !matches!(self, What::State | What::Place)
+        !matches!(self, What::State | What::Watched | What::Place)
     }
 
     pub fn has_transfers(self) -> bool {
@@ -70,6 +73,8 @@ pub struct VaryingWorkspace<L: Lane> {
     pub leeway: L,
     /// How far the magnetic parts of the rod are inside of every map.
     pub inside: L,
+    /// Where the scene has one.
+    pub wall: Option<Wall<L>>,
     /// Place and moment at both ends of every flexible segment, where a pass asks for [`What::Place`].
     pub moments: Vec<(Vec3<L>, Vec3<L>)>,
 }
@@ -92,6 +97,7 @@ impl<L: Lane> VaryingWorkspace<L> {
             first: First::new(zero),
             leeway: zero,
             inside: zero,
+            wall: None,
             moments: Vec::new(),
         }
     }

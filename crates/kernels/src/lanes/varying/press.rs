@@ -1,0 +1,133 @@
+//! The wall comes: from the free rod under its full load, the wall moves in to its place, or draws the tip to where it is held,
+//! each step on the stable branch. W4
+
+use super::arrival::VaryingPath;
+use super::base_load::{Load, norm, select};
+use super::index::index;
+use super::matrix::Mat6;
+use super::pass::{Pass, VaryingPasses};
+use super::workspace::{VaryingWorkspace, What};
+use crate::lanes::algebra::{Vec3, length};
+use crate::lanes::lane::Scalar;
+use crate::lanes::problem::Problem;
+use crate::model::path::{
+    AIM, CONTRACTION, CORRECTIONS, CURVE_TOLERANCE, FIELD_PASS_LIMIT, FIRST_BEND, NODE_LEAST_RATIO, NODE_MOST_RATIO,
+    NODE_RETREAT, TRUST, WALL_LEAST_PULL, WALL_SMALLEST_SHARP_STEP, WALL_SMALLEST_STEP,
+};
+
+/// Decides which tips the wall touches, and leads those to it. Lanes whose way ends are at a fold, at 1 and the share of the way.
+#[inline(always)]
+pub fn press<L: VaryingPasses>(
+    problem: &Problem<'_, L>,
+    end: &mut VaryingPath<L>,
+    converged: L::Mask,
+    workspace: &mut VaryingWorkspace<L>,
+) {
+    let Problem { program, rod, .. } = *problem;
+    let Some(mut wall) = workspace.wall.take() else { return };
+    let one = rod.t.x.constant(1.0);
+    let zero = one.constant(0.0);
+    let nobody = one.lt(zero);
+    let points = program.field.as_ref().map_or(&[][..], |field| field.points);
+    let resolution = &program.curve;
+    let pass = |base: Load<L>, workspace: &mut VaryingWorkspace<L>| {
+        let (problem, lambda, what) = (*problem, one, What::Transfers);
+        L::varying_pass(Pass { problem, resolution, lambda, base, what, points, workspace });
+    };
+    pass(end.base, workspace);
+    let free = workspace.tip.p;
+    let gap = wall.near(free).gap;
+    wall.undefined = wall.undefined | (end.reached & !gap.is_finite());
+    let stable = index(&workspace.transfers, one).index.lt(one.constant(0.5));
+    let behind = if wall.kind.sticks { !nobody } else { gap.lt(zero) };
+    let comes = end.reached & converged & stable & behind & !wall.out_of_reach & !wall.undefined;
+    end.reached = end.reached & !wall.out_of_reach & !wall.undefined;
+    wall.touching = comes;
+    if !L::any(comes) {
+        workspace.wall = Some(wall);
+        return;
+    }
+    let way = match wall.kind.sticks {
+        true => wall.held_at - free,
+        false => Vec3 { x: zero, y: zero, z: gap.abs() },
+    };
+    let pace = program.pace;
+    let trust = one.constant(TRUST * pace);
+    let bend = one.constant(FIRST_BEND * pace);
+    let first_bound = trust * one.constant(1.0 / CONTRACTION);
+    let sharp = L::Scalar::EPSILON < 1e-10;
+    let smallest = one.constant(if sharp { WALL_SMALLEST_SHARP_STEP } else { WALL_SMALLEST_STEP });
+    let none = Vec3::splat(zero);
+    let (mut base, mut accepted, mut inverse) = (end.base, end.base, end.inverse);
+    // The first point is the free rod itself: its step is none.
+    let (mut tau, mut target, mut step) = (zero, zero, one);
+    let (mut last_size, mut first_size, mut corrections) = (first_bound, zero, zero);
+    let (mut arrived, mut failed, mut exhausted) = (nobody, nobody, nobody);
+    let mut slope = (none, none);
+    let mut begun = nobody;
+    loop {
+        let active = comes & !(arrived | failed);
+        if !L::any(active) {
+            break;
+        }
+        pass(base, workspace);
+        wall.shift = way * (one - target);
+        let tip = workspace.tip;
+        let rows = wall.rows(rod, &tip, &workspace.pose, &workspace.matrix);
+        let (found, whole) = rows.solve_whole(&Mat6::identity(one));
+        let lack = wall.lack(rod, &tip);
+        let (dn, dm) = found.on(lack.0, lack.1);
+        let (dp, w) = workspace.pose.on(dn, dm);
+        let moved = length(dm).max(length(w)).max(length(dp)).max(length(dn) / (one + length(base.0)));
+        let contracting = moved.lt(last_size * one.constant(CONTRACTION));
+        let converged = active & contracting & moved.lt(one.constant(CURVE_TOLERANCE) * (one + norm(base)));
+        let dead = index(&workspace.transfers, one).index;
+        let joint = wall.index(rod, &tip, dead, &workspace.pose, &workspace.matrix);
+        let stable = joint.abs().lt(one.constant(0.5)) & zero.lt(whole);
+        let pull = wall.pull(rod, &tip);
+        let presses = pull.lt(one.constant(WALL_LEAST_PULL));
+        let clear = zero.lt(workspace.leeway) & zero.lt(workspace.inside);
+        let accept = converged & stable & presses & clear;
+        let go_on = active & !converged & contracting & corrections.lt(one.constant(CORRECTIONS));
+        let reject = active & !accept & !go_on;
+
+        base = select::<L>(accept | go_on, (base.0 + dn, base.1 + dm), base);
+        accepted = select::<L>(accept, base, accepted);
+        inverse = Mat6::select(accept, &found, &inverse);
+        let used = target - tau;
+        tau = L::select(accept, target, tau);
+        arrived = arrived | (accept & !target.lt(one));
+        first_size = L::select(corrections.lt(one.constant(0.5)), moved, first_size);
+        let ratio = (one.constant(AIM) * trust / first_size.max(one.constant(1e-6))).sqrt();
+        let ratio = ratio.max(one.constant(NODE_LEAST_RATIO)).min(one.constant(NODE_MOST_RATIO));
+        let longer = L::select(begun, used * ratio, one);
+        let steep = found.on(way, none);
+        slope = select::<L>(accept, steep, slope);
+        let (dp, w) = workspace.pose.on(steep.0, steep.1);
+        let speed = length(steep.1).max(length(w)).max(length(dp)).max(length(steep.0) / (one + length(base.0)));
+        let most = bend / speed.max(bend * one.constant(0.5));
+        step = L::select(accept, longer.min(most), L::select(reject, used * one.constant(NODE_RETREAT), step));
+        failed = failed | (reject & (step.lt(smallest) | !begun));
+        begun = begun | accept;
+        let restart = (accept | reject) & !arrived;
+        target = L::select(restart, (tau + step).min(one), target);
+        let ahead = target - tau;
+        let predicted = (accepted.0 + slope.0 * ahead, accepted.1 + slope.1 * ahead);
+        base = select::<L>(restart, predicted, base);
+        last_size = L::select(go_on, moved, first_bound);
+        corrections = L::select(go_on, corrections + one, zero);
+        end.passes = L::select(active, end.passes + one, end.passes);
+        let over = active & !arrived & !end.passes.lt(one.constant(FIELD_PASS_LIMIT));
+        (exhausted, failed) = (exhausted | over, failed | over);
+    }
+    wall.shift = none;
+    let lost = comes & !arrived;
+    end.base = select::<L>(comes, accepted, end.base);
+    end.inverse = Mat6::select(comes, &inverse, &end.inverse);
+    end.lambda = L::select(lost, one + tau, end.lambda);
+    end.fold = end.fold | (lost & !exhausted);
+    end.exhausted = end.exhausted | (lost & exhausted);
+    end.reached = end.reached & !lost;
+    wall.touching = arrived;
+    workspace.wall = Some(wall);
+}
