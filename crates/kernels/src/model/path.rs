@@ -63,7 +63,7 @@ pub const FIELD_PASS_LIMIT: f64 = 2000.0;
 /// Shortest step of a wall that comes, as a share of its way.
 pub const WALL_SMALLEST_SHARP_STEP: f64 = 4e-6;
 /// See [`WALL_SMALLEST_SHARP_STEP`]; in single precision.
-pub const WALL_SMALLEST_STEP: f64 = 1e-3;
+pub const WALL_SMALLEST_STEP: f64 = 6e-5;
 /// A rod that is in the wall by more than this share of its length is through it.
 pub const THROUGH_WALL: f64 = 1e-6;
 /// A wall that pulls a sliding tip by less than this (plan units of force) has only come to it.

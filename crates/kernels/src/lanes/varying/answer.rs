@@ -238,7 +238,13 @@ fn write<L: VaryingPasses>(
     out.store(Quantity::DerivativeError.column(), derivative_error);
     write_rows(problem, end, workspace, out);
     let (check, fine) = (check.tip, tip);
-    let answered = Answered { p, check, fine, step, left, share, amplification, body_gap };
+    // Of the force, by what the rows of the contact leave.
+    let mut square = one.constant(0.0);
+    for x in workspace.matrix.times(&inverse).0[..3].as_flattened() {
+        square = x.mul_add(*x, square);
+    }
+    let noise = (one + norm(answer)) * (one + square).sqrt() * one.constant(ROUND_OFF * L::Scalar::EPSILON);
+    let answered = Answered { p, check, fine, step, left, share, noise, body_gap };
     write_contact(problem, &answered, workspace, out);
 }
 
@@ -288,7 +294,7 @@ fn write_rows<L: Lane>(
 }
 
 /// What an answer is made of: the pass on twice the fine steps and the last one on those, what each lacks yet, the share of
-/// their difference that is its error, how round-off grows.
+/// their difference that is its error, round-off of the force.
 #[derive(Clone, Copy)]
 pub struct Answered<L> {
     pub p: Vec3<L>,
@@ -297,7 +303,7 @@ pub struct Answered<L> {
     pub step: Load<L>,
     pub left: Load<L>,
     pub share: L,
-    pub amplification: L,
+    pub noise: L,
     pub body_gap: L,
 }
 

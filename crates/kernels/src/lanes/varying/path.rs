@@ -40,7 +40,7 @@ fn leaps<L: Lane>(margin: L, last: L) -> L::Mask {
 /// By how much the derivative of the residual differs from an earlier one with the inverse `before`, relative to it: below 1 its
 /// determinant has the same sign.
 #[inline(always)]
-fn departure<L: Lane>(before: &Mat6<L>, matrix: &Mat6<L>) -> L {
+pub fn departure<L: Lane>(before: &Mat6<L>, matrix: &Mat6<L>) -> L {
     let one = before.0[0][0].constant(1.0);
     let change = before.times(matrix).minus(&Mat6::identity(one));
     change.0.as_flattened().iter().fold(one.constant(0.0), |sum, x| x.mul_add(*x, sum)).sqrt()

@@ -350,10 +350,13 @@ impl<L: Lane> Wall<L> {
         }
     }
 
-    /// Least gap of the rod after a pass that has watched it, what tissue yields aside.
+    /// Least gap of the rod after a pass that has watched it, what tissue yields under a sliding tip aside.
     #[inline(always)]
     pub fn body_gap(&self, rod: &Rod<L>, tip: &State<L>) -> L {
         let zero = self.radius.constant(0.0);
+        if self.kind.sticks {
+            return self.body_gap;
+        }
         let force = dot(self.near(tip.p).normal, self.force(rod, tip));
         L::select(self.touching, self.compliance * force, zero) + self.body_gap
     }

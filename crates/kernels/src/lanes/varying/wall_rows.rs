@@ -6,11 +6,11 @@ use super::state::State;
 use super::wall::Near;
 use super::workspace::VaryingWorkspace;
 use crate::lanes::algebra::{Vec3, dot, length};
-use crate::lanes::lane::{Lane, Scalar};
+use crate::lanes::lane::Lane;
 use crate::lanes::problem::Problem;
 use crate::lanes::program::Outputs;
 use crate::model::ContactColumn;
-use crate::model::path::{DIFFERENCE, ROUND_OFF};
+use crate::model::path::DIFFERENCE;
 
 /// What a parameter leaves of the boundary conditions, the load at the base held: force and moment at the tip, or the contact
 /// rows in the force's place. `dp`, `dn` and `dm` are its columns there. W6
@@ -37,7 +37,7 @@ pub fn write_contact<L: Lane>(
     out: &mut Outputs<'_, L::Scalar>,
 ) {
     let (Some(first), Some(wall)) = (problem.program.contact, &workspace.wall) else { return };
-    let Answered { p, check, fine, step, left, share, amplification, body_gap } = *answered;
+    let Answered { p, check, fine, step, left, share, noise, body_gap } = *answered;
     let rod = problem.rod;
     let one = p.x.constant(1.0);
     let none = Vec3::splat(one.constant(0.0));
@@ -49,7 +49,6 @@ pub fn write_contact<L: Lane>(
     let along = dot(normal, f);
     // A sliding tip is pressed along the normal alone.
     let f = if wall.kind.sticks { f } else { normal * along };
-    let noise = amplification * one.constant(ROUND_OFF * L::Scalar::EPSILON);
     let error = length(f - rough) * one.constant(DIFFERENCE) * share + noise;
     out.store(first + ContactColumn::Touching as usize, L::select(wall.touching, one, none.x));
     out.store(first + ContactColumn::Gap as usize, gap);
