@@ -85,9 +85,9 @@ impl Jacobian<'_> {
     }
 
     /// d(moment that is left at the tip), the base moment held (N·m/unit); `None` where the rod cannot be integrated or
-    /// has no equilibrium.
+    /// has no equilibrium, and beside a wall, where that moment alone tells nothing.
     pub fn residual(&self) -> Option<Rows> {
-        if !self.solved.is_equilibrium() {
+        if !self.solved.is_equilibrium() || self.solved.scene().wall.is_some() {
             return None;
         }
         let matrix = residual_by_base_moment(&self.solved.rod(), self.solved.base_moment())?;

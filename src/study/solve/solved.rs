@@ -49,6 +49,20 @@ impl Solved {
         self.plan.sample_rod(&self.batch, 0)
     }
 
+    /// The rod as its shape follows from the base moment: the force of a wall acts as a dead force at its tip.
+    pub fn pressed_rod(&self) -> Rod {
+        let mut rod = self.rod();
+        let Some(contact) = self.contact() else { return rod };
+        rod.wall = None;
+        for (axis, force) in contact.force.into_iter().enumerate() {
+            rod.tip_force[axis] += force;
+        }
+        if !self.scene().sources.varies() {
+            rod.field = None;
+        }
+        rod
+    }
+
     /// The row as the engine returned it, sample 0.
     pub fn solutions(&self) -> &Solutions {
         &self.solutions
