@@ -102,8 +102,8 @@ impl EngineRequest {
         }
     }
 
-    /// The same for a scene: walls are for the CPU, and so are fields that vary in space, unless a GPU is asked for. That solves them in f32
-    /// and leaves those that are sampled on a grid to the CPU.
+    /// The same for a scene: walls are for the CPU, and so are fields that vary in space, unless a GPU is asked for. That solves fields in
+    /// f32 and leaves those that are sampled on a grid to the CPU; a scene with a wall it refuses.
     ///
     /// # Errors
     ///
@@ -111,6 +111,9 @@ impl EngineRequest {
     pub fn choose_for(&self, scene: &Scene, tolerance: f64) -> Result<Engine, BackendError> {
         if !scene.has_unknown_force() {
             return self.choose(tolerance);
+        }
+        if scene.wall.is_some() {
+            refuse_beside_wall(scene, self.backend)?;
         }
         if has_gaps(scene) {
             return Ok(Engine::new(BackendKind::Reference, Precision::F64, GAPS));
@@ -120,7 +123,7 @@ impl EngineRequest {
             Ok(Engine::new(BackendKind::Cpu, precision, reason))
         };
         match self.backend {
-            None | Some(BackendKind::Gpu) if scene.wall.is_some() => on_cpu("walls are for the CPU"),
+            None if scene.wall.is_some() => on_cpu("walls are for the CPU"),
             None => on_cpu("the field varies in space; a GPU solves that where it is asked for"),
             Some(BackendKind::Gpu) if !scene.sources.maps.is_empty() => {
                 on_cpu("the field is sampled on a grid, which no GPU kernel models")
@@ -290,6 +293,24 @@ impl Engine {
             }
             _ => self.make(plan),
         }
+    }
+}
+
+/// Refuses what no engine does with a wall, and a GPU.
+fn refuse_beside_wall(scene: &Scene, asked: Option<BackendKind>) -> Result<(), BackendError> {
+    let refuse = |backend, what: &str, remedy: &str| {
+        Err(BackendError::Unsupported { backend, what: what.into(), remedy: remedy.into() })
+    };
+    match asked {
+        Some(backend @ BackendKind::Gpu) => {
+            refuse(backend, "a wall", "walls are for the CPU; take `--backend cpu`, or leave the backend out")
+        }
+        _ if scene.rod().is_too_limp() => refuse(
+            BackendKind::Cpu,
+            "a wall at the tip of so limp or so taut a rod",
+            "rods solved by nodes cannot touch a wall yet; leave out `[wall]`, or make the rod stiffer or its loads smaller",
+        ),
+        _ => Ok(()),
     }
 }
 

@@ -34,12 +34,13 @@ from .control import Control, control
 from .fit import Fit, fit
 from .results import Results
 from .scene import Parameter, Scene
-from .solution import Shape, Solution
+from .solution import Contact, Shape, Solution
 from .solve import solve
 from .studies import Sensitivity, Workspace
 from .sweep import Run, Shard, Sweep
 
 __all__ = [
+    "Contact",
     "Control",
     "DistrustedRun",
     "DistrustedWarning",

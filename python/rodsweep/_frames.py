@@ -193,12 +193,18 @@ UNITS = {
     "base_curvature": "1/m",
     "base_moment": "N·m",
     "energy": "J",
+    "contact.gap": "m",
+    "contact.normal_force": "N",
+    "contact.force": "N",
+    "contact.angle": "rad",
+    "contact.body_gap": "m",
+    "contact.force_error": "N",
 }
 
 
 def unit_of_slope(name: str, units: Mapping[str, str]) -> str:
     """The unit of a derivative, as result files write it."""
-    slope = re.fullmatch(r"d\((.+)\.[xyz]\)/d\((.+)\)", name)
+    slope = re.fullmatch(r"d\((.+?)(?:\.[xyz])?\)/d\((.+)\)", name)
     if not slope:
         return UNITS.get(name, UNITS.get(name.rpartition(".")[0], ""))
     by, of = units.get(slope[2], ""), UNITS[slope[1]]

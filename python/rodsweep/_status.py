@@ -17,7 +17,7 @@ class Status(enum.IntEnum):
     RAMPED = 2
     """Solved in several load steps."""
     FOLD = 3
-    """The path from rest ends in a snap before the full load."""
+    """The path from rest ends in a snap before the full load, or before the wall is in its place."""
     UNSTABLE = 4
     """In balance, but not stable."""
     STEP_LIMIT = 5
@@ -34,6 +34,12 @@ class Status(enum.IntEnum):
     """A part of the rod comes nearer to a magnet than its clearance."""
     OUTSIDE_MAP = 11
     """A magnetic part of the rod leaves a field that is known on a grid only."""
+    DOUBTFUL = 12
+    """Two paths from rest end at different equilibria, and the reference has not decided which is right."""
+    THROUGH_WALL = 13
+    """In balance, but another part of the rod than its tip is in the wall."""
+    OUT_OF_REACH = 14
+    """The tip is to be held farther from the base than the rod is long; not tried."""
 
     @property
     def word(self) -> str:
@@ -57,7 +63,7 @@ _MEANINGS = (
     "Solved straight from rest.",
     "Solved by a second attempt.",
     "Solved in several load steps.",
-    "The path from rest ends in a snap before the full load.",
+    "The path from rest ends in a snap before the full load, or before the wall is in its place.",
     "In balance, but not stable.",
     "The load could not be raised to the end in as many steps as are allowed.",
     "No equilibrium was found.",
@@ -66,4 +72,7 @@ _MEANINGS = (
     "Not solved.",
     "A part of the rod comes nearer to a magnet than its clearance.",
     "A magnetic part of the rod leaves a field that is known on a grid only.",
+    "Two paths from rest end at different equilibria, and the reference has not decided which is right.",
+    "In balance, but another part of the rod than its tip is in the wall.",
+    "The tip is to be held farther from the base than the rod is long; not tried.",
 )

@@ -19,7 +19,8 @@ from .scene import Scene
 
 _WORDS = np.array(_rodsweep.STATUSES)
 _OK = np.array([status <= Status.RAMPED for status in Status])
-_CONVERGED = np.array([status <= Status.RAMPED or status == Status.UNSTABLE for status in Status])
+_OTHER_EQUILIBRIA = (Status.UNSTABLE, Status.THROUGH_WALL)
+_CONVERGED = np.array([status <= Status.RAMPED or status in _OTHER_EQUILIBRIA for status in Status])
 # Columns of the library's block of numbers.
 _COLUMNS: dict[str, int | slice] = {
     "tip_position": slice(0, 3),
@@ -34,7 +35,19 @@ _COLUMNS: dict[str, int | slice] = {
     # The last one, behind the derivatives.
     "derivative_error": -1,
 }
-_FIRST_DERIVATIVE = 17
+# Rows of a derivative: of the tip's pose, and with a wall of its force.
+_OF_TIP = 6
+_OF_FORCE = 4
+# Columns of the contact with a wall: attribute, column of the block, components.
+_CONTACT = (
+    ("gap", "contact.gap", 1),
+    ("normal_force", "contact.normal_force", 1),
+    ("force", "contact.force.x", 3),
+    ("friction_ratio", "contact.friction_ratio", 1),
+    ("angle", "contact.angle", 1),
+    ("body_gap", "contact.body_gap", 1),
+    ("force_error", "contact.force_error", 1),
+)
 # What is kept of each sample beside its values and slopes.
 _ARRAYS = (
     "status_name",
@@ -48,6 +61,63 @@ _ARRAYS = (
     "error_estimate",
 )
 _UNITS = {"tip_position": "m", "tip_rotation": "rad", "base_curvature": "1/m", "base_moment": "N·m"}
+
+
+class Contact:
+    """The contact of the tips with the wall of the scene. SI units, world frame; NaN where there is no equilibrium.
+
+    Attributes
+    ----------
+    touching : ndarray of bool, shape (n,)
+        Whether the wall presses; always of a held tip. False where that is not known.
+    gap : ndarray, shape (n,)
+        Between the tip's ball and the wall; negative where tissue yields (m).
+    normal_force : ndarray, shape (n,)
+        Of the wall on the rod along the wall's normal; a wall that holds the tip may pull (N).
+    force : ndarray, shape (n, 3)
+        Of the wall on the rod (N).
+    friction_ratio : ndarray, shape (n,)
+        The least coefficient of friction that holds the tip: force along the wall over the normal force. NaN where the
+        wall does not press.
+    holds : ndarray of bool, shape (n,)
+        Whether the wall's friction holds a held tip. False where that is not known.
+    angle : ndarray, shape (n,)
+        Between the direction into the wall and the tip's tangent (rad).
+    body_gap : ndarray, shape (n,)
+        Least gap of the rest of the rod; 0 where the tip is nearest (m).
+    force_error : ndarray, shape (n,)
+        Estimated error of the force (N).
+    jacobian : ndarray, shape (n, 4, k)
+        Derivatives by the parameters of :attr:`Solution.wrt`: row 0 of the normal force, rows 1 to 3 of the force (N
+        per unit of the parameter).
+    """
+
+    def __init__(self) -> None:
+        raise TypeError("contacts come from Solution.contact")
+
+    touching: NDArray[np.bool_]
+    gap: Floats
+    normal_force: Floats
+    force: Floats
+    friction_ratio: Floats
+    holds: NDArray[np.bool_]
+    angle: Floats
+    body_gap: Floats
+    force_error: Floats
+    jacobian: Floats
+
+    @classmethod
+    def _of(cls, block: Floats, names: list[str], flags: dict[str, NDArray[np.bool_]], jacobian: Floats) -> Contact:
+        self = cls.__new__(cls)
+        for attribute, column, components in _CONTACT:
+            at = names.index(column)
+            setattr(self, attribute, block[at] if components == 1 else np.moveaxis(block[at : at + components], 0, -1))
+        self.touching, self.holds = flags["contact.touching"], flags["contact.holds"]
+        self.jacobian = jacobian
+        return self
+
+    def __repr__(self) -> str:
+        return f"<Contact: {int(self.touching.sum())} of {self.touching.size} tips touch the wall>"
 
 
 class Solution:
@@ -191,7 +261,7 @@ class Solution:
     @property
     def stable(self) -> NDArray[np.bool_]:
         """Whether the equilibrium is elastically stable; False where that is not known, shape (n,)."""
-        return np.asarray((self._answer["stable"] == 1).reshape(self._shape))
+        return self._flag("stable")
 
     @property
     def error_estimate(self) -> Floats:
@@ -218,8 +288,30 @@ class Solution:
 
     @property
     def load_fraction(self) -> Floats:
-        """Share of the full load that was reached from rest, shape (n,)."""
+        """Share of the full load that was reached from rest, shape (n,).
+
+        Above 1 where the path ends beside a wall: 1 plus the share of its way that the wall came.
+        """
         return self._column("load_fraction")
+
+    @property
+    def contact(self) -> Contact:
+        """Contact of the tip with the wall of the scene.
+
+        Raises :class:`InputError` where the scene has no wall.
+        """
+        if not self._has_wall:
+            raise InputError("`contact`: the scene has no wall; add [wall] to it", "contact")
+        flags = {name: self._flag(name) for name in ("contact.touching", "contact.holds")}
+        jacobian = np.moveaxis(self._slopes[:, _OF_TIP:], (0, 1), (-1, -2))
+        return Contact._of(self._block, self._answer["names"], flags, jacobian)
+
+    @property
+    def _has_wall(self) -> bool:
+        return "contact.touching" in self._answer
+
+    def _flag(self, name: str) -> NDArray[np.bool_]:
+        return np.asarray((self._answer[name] == 1).reshape(self._shape))
 
     # Derivatives.
 
@@ -238,23 +330,34 @@ class Solution:
         Rows 0 to 2 are d(position) (m per unit of the parameter); rows 3 to 5 the virtual rotation w in the world (rad
         per unit): dR = hat(w) R for the rotation matrix R.
         """
-        slopes = self._block[_FIRST_DERIVATIVE:-1].reshape((len(self.wrt), 6, *self._shape))
-        return np.moveaxis(slopes, (0, 1), (-1, -2))
+        return np.moveaxis(self._slopes[:, :_OF_TIP], (0, 1), (-1, -2))
+
+    @property
+    def _slopes(self) -> Floats:
+        """Derivatives by parameter, then by row."""
+        rows = _OF_TIP + (_OF_FORCE if self._has_wall else 0)
+        count = rows * len(self.wrt)
+        # They end before the last column.
+        last = len(self._answer["names"]) - 1
+        return self._block[last - count : last].reshape((len(self.wrt), rows, *self._shape))
 
     def d(self, what: str, by: str) -> Floats:
         """Derivative of ``tip_position`` or ``tip_rotation`` by a parameter or a group.
 
-        Shape (n, 3) for a parameter, (n, 3, m) for a group of m. That of the rotation is the virtual rotation, see
+        With a wall also of ``contact.normal_force`` and ``contact.force``. Shape (n, 3) for a parameter, (n, 3, m) for
+        a group of m; without the 3 for the normal force. That of the rotation is the virtual rotation, see
         :attr:`jacobian`.
         """
-        rows = {"tip_position": slice(0, 3), "tip_rotation": slice(3, 6)}
+        rows: dict[str, int | slice] = {"tip_position": slice(0, 3), "tip_rotation": slice(3, 6)}
+        if self._has_wall:
+            rows |= {"contact.normal_force": 6, "contact.force": slice(7, 10)}
         if what not in rows:
-            raise InputError(f"`{what}`: has no derivative here; use one of: tip_position, tip_rotation", what)
+            raise InputError(f"`{what}`: has no derivative here; use one of: {', '.join(rows)}", what)
         components, known = self.scene.components(by), self.wrt
         missing = [name for name in components if name not in known]
         if missing:
             raise InputError(f"`{by}`: was not differentiated by; solve with wrt=[..., {by!r}]", by)
-        columns = self.jacobian[..., rows[what], :]
+        columns = np.moveaxis(self._slopes, (0, 1), (-1, -2))[..., rows[what], :]
         if components == [by]:
             return columns[..., known.index(by)]
         return columns[..., [known.index(name) for name in components]]
@@ -391,6 +494,8 @@ class Solution:
             if self._wrt or name != "derivative_error"
         ]
         columns.append(("stable", "", flat(self.stable)))
+        if self._has_wall:
+            columns += [(name, "", flat(self._flag(name))) for name in ("contact.touching", "contact.holds")]
         if self._branch == "all":
             columns.append(("branch", "", flat(self.branch).astype(np.uint64)))
             columns.append(("energy", "J", flat(self.energy)))
@@ -407,6 +512,11 @@ class Solution:
             found[name] = getattr(self, name)
         if self._wrt:
             found |= {"wrt": np.array(self.wrt), "jacobian": self.jacobian, "derivative_error": self.derivative_error}
+        if self._has_wall:
+            contact = self.contact
+            names = [*(attribute for attribute, _, _ in _CONTACT), "touching", "holds"]
+            found |= {f"contact_{name}": getattr(contact, name) for name in names}
+            found |= {"contact_jacobian": contact.jacobian} if self._wrt else {}
         if self._branch == "all":
             found |= {name: getattr(self, name) for name in ("sample", "branch", "energy", "from_rest", "balanced")}
         return found
@@ -439,11 +549,21 @@ class Solution:
             array = getattr(self, name)
             unit = {"units": _UNITS[name]} if name in _UNITS else {}
             found[name] = ((*dims, "axis") if array.ndim > len(dims) else dims, array, unit)
+        if self._has_wall:
+            contact = self.contact
+            for name, column, components in _CONTACT:
+                unit = _frames.unit_of_slope(column, known)
+                along = ("axis",) if components == 3 else ()
+                found[f"contact_{name}"] = ((*dims, *along), getattr(contact, name), {"units": unit} if unit else {})
+            found |= {"contact_touching": (dims, contact.touching), "contact_holds": (dims, contact.holds)}
         coords["axis"] = ("axis", ["x", "y", "z"])
         if self._wrt:
             by = [known.get(name, "") for name in self.wrt]
             found["jacobian"] = ((*dims, "pose", "parameter"), self.jacobian, {"units": "m and rad per unit"})
             found["derivative_error"] = (dims, self.derivative_error)
+            if self._has_wall:
+                found["contact_jacobian"] = ((*dims, "pull", "parameter"), contact.jacobian, {"units": "N per unit"})
+                coords["pull"] = ("pull", ["normal", "x", "y", "z"])
             coords["pose"] = ("pose", ["x", "y", "z", "rotation.x", "rotation.y", "rotation.z"])
             coords["parameter"] = ("parameter", self.wrt)
             coords["parameter_unit"] = ("parameter", by)

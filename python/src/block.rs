@@ -6,7 +6,7 @@ use rodsweep::spec::SolutionMethod;
 use rodsweep::sweep::{Found, RowSink, RunEnd, RunHeader, SweepError};
 use rodsweep::table::{Column, Table, Values};
 
-/// Numbers of the rows, their statuses, whether they are stable.
+/// Numbers of the rows, their statuses, and what holds of them, such as whether they are stable.
 #[derive(Default)]
 pub struct Block {
     /// Of each column of numbers in the order of the table.
@@ -15,8 +15,8 @@ pub struct Block {
     pub numbers: Vec<f64>,
     /// Codes of statuses.
     pub statuses: Vec<u8>,
-    /// 1, 0, or -1 where it is not known.
-    pub stable: Vec<i8>,
+    /// Flags by the names of their columns, such as `stable`: 1, 0, or -1 where it is not known.
+    pub flags: Vec<(String, Vec<i8>)>,
     /// Of the whole block.
     pub rows: usize,
     /// Rows that are there.
@@ -24,6 +24,9 @@ pub struct Block {
     /// Places of the columns of numbers.
     columns: Vec<usize>,
 }
+
+/// Columns of flags that are results of every row.
+const FLAGS: [&str; 3] = ["stable", "contact.touching", "contact.holds"];
 
 /// Columns that are results: behind the status, without what only branches have.
 fn is_result(column: &Column) -> bool {
@@ -36,6 +39,9 @@ impl Block {
         let behind = columns.columns.iter().position(|column| matches!(column.values, Values::Status(_)));
         let behind = behind.unwrap_or(0);
         let all = columns.columns.iter().enumerate().skip(behind);
+        let is_there = |name: &&str| columns.columns.iter().any(|column| column.name == *name);
+        let flags = FLAGS.iter().filter(|name| **name == "stable" || is_there(name));
+        let flags = flags.map(|name| ((*name).to_owned(), Vec::with_capacity(rows))).collect();
         let columns: Vec<(usize, &Column)> = all.filter(|(_, column)| is_result(column)).collect();
         let too_many = || Failure::input(format!("{rows} rows do not fit into memory: solve fewer at once"));
         let size = columns.len().checked_mul(rows).ok_or_else(too_many)?;
@@ -45,7 +51,7 @@ impl Block {
             names: columns.iter().map(|(_, column)| column.name.clone()).collect(),
             numbers: vec![0.0; size],
             statuses: Vec::with_capacity(rows),
-            stable: Vec::with_capacity(rows),
+            flags,
             rows,
             filled: 0,
             columns: columns.into_iter().map(|(at, _)| at).collect(),
@@ -64,9 +70,11 @@ impl Block {
             }
         }
         self.statuses.extend(table.statuses().iter().map(|status| status.code()));
-        let stable = table.columns.iter().find(|column| column.name == "stable");
-        if let Some(Values::Flag(flags)) = stable.map(|column| &column.values) {
-            self.stable.extend(flags.iter().map(|flag| flag.map_or(-1, i8::from)));
+        for (name, all) in &mut self.flags {
+            let column = table.columns.iter().find(|column| column.name == *name);
+            if let Some(Values::Flag(flags)) = column.map(|column| &column.values) {
+                all.extend(flags.iter().map(|flag| flag.map_or(-1, i8::from)));
+            }
         }
         self.filled += count;
     }

@@ -70,11 +70,11 @@ impl Request {
             let (name, row, value) = (parameters[at % columns.len()].name(&scene), at / columns.len(), values[at]);
             return Err(Failure::at(&name, format!("is {value} in sample {row}; give a finite number")));
         }
+        let is_told = |quantity: &OutputQuantity| *quantity != OutputQuantity::FoldLoad && quantity.is_told_by(&scene);
+        let quantities = OutputQuantity::ALL.into_iter().filter(is_told).collect();
         let spec = sweep_of_rows(scene, InputTable::new(parameters, values))?;
         // A table without columns has no rows, but the scene is a sample.
         let sample_count = count as u64;
-        let quantities =
-            OutputQuantity::ALL.into_iter().filter(|quantity| *quantity != OutputQuantity::FoldLoad).collect();
         Ok(SweepSpec { sample_count, wrt, tolerance, branch, quantities, ..spec })
     }
 
@@ -221,7 +221,9 @@ impl Answer {
         dict.set_item("names", block.names)?;
         dict.set_item("numbers", block.numbers.into_pyarray(py))?;
         dict.set_item("status", block.statuses.into_pyarray(py))?;
-        dict.set_item("stable", block.stable.into_pyarray(py))?;
+        for (name, flags) in block.flags {
+            dict.set_item(name, flags.into_pyarray(py))?;
+        }
         dict.set_item("method", method.and_then(|method| serde_json::to_string(&method).ok()))?;
         dict.set_item("engine", engine)?;
         dict.set_item("notes", notes)?;

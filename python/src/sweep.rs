@@ -183,15 +183,19 @@ impl NativeSweep {
             spec.branch = engine::branch(branch)?;
         }
         if let Some(names) = derivatives {
-            let is_usual = spec.quantities == OutputQuantity::usual(&spec.wrt);
+            let is_usual = spec.quantities == OutputQuantity::usual(&spec.scene, &spec.wrt);
             spec.wrt = NativeScene::new(spec.scene.clone()).parse_all(&names)?;
             if is_usual {
-                spec.quantities = OutputQuantity::usual(&spec.wrt);
+                spec.quantities = OutputQuantity::usual(&spec.scene, &spec.wrt);
             }
         }
         if let Some(names) = quantities {
             let quantity = |name: &String| engine::word("quantities", name, &OutputQuantity::ALL, OutputQuantity::name);
             spec.quantities = names.iter().map(quantity).collect::<Result<_, _>>()?;
+            if let Some(quantity) = spec.quantities.iter().find(|quantity| !quantity.is_told_by(&spec.scene)) {
+                let text = format!("`{}` needs a wall: add `[wall]` to the scene, or leave it out", quantity.name());
+                return Err(Failure::at("quantities", text).into());
+            }
         }
         spec.seed = seed.unwrap_or(spec.seed);
         spec.plan(PlanOptions::default()).map_err(Failure::from)?;

@@ -52,6 +52,7 @@ pub fn sweep_of_rows(scene: Scene, table: InputTable) -> Result<SweepSpec, Input
         return Err(error("", Problem::TooMany { what: "asks for", count, limit, remedy: "solve fewer at once" }));
     }
     let axes: Vec<_> = parameters.iter().map(row_axis).collect();
+    let quantities = OutputQuantity::usual(&scene, &[]);
     Ok(SweepSpec {
         file: PathBuf::new(),
         scene,
@@ -69,7 +70,7 @@ pub fn sweep_of_rows(scene: Scene, table: InputTable) -> Result<SweepSpec, Input
         anchors: true,
         allow_failures: None,
         steps: None,
-        quantities: OutputQuantity::usual(&[]),
+        quantities,
         wrt: Vec::new(),
         single_derivatives: false,
         format: Format::Parquet,

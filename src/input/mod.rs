@@ -32,6 +32,7 @@ pub mod toml;
 mod toml_spans;
 mod trajectory_file;
 mod units;
+mod wall_file;
 mod words;
 
 pub use array_sweep::{sweep_of_rows, sweep_of_table};

@@ -4,7 +4,7 @@ use super::error::{InputError, Problem};
 use super::magnet_note::cylinder_note;
 use super::segment_file::segment;
 use super::toml::{Reader, Source};
-use super::{field_file, force_file};
+use super::{field_file, force_file, wall_file};
 use crate::files;
 use crate::model::{
     Base, CoilLoad, FieldMap, FieldSources, Flexible, LOAD_KEYS, Loads, Parameter, Scene, SceneError, SegmentKind,
@@ -13,8 +13,20 @@ use crate::model::{
 use std::collections::HashSet;
 use std::path::Path;
 
-const SCENE_KEYS: [&str; 11] =
-    ["name", "base", "field", "magnet", "coil_array", "field_map", "loads", "load", "segment", "model", "insertion"];
+const SCENE_KEYS: [&str; 12] = [
+    "name",
+    "base",
+    "field",
+    "magnet",
+    "coil_array",
+    "field_map",
+    "loads",
+    "load",
+    "wall",
+    "segment",
+    "model",
+    "insertion",
+];
 
 /// Reads a scene file.
 ///
@@ -103,11 +115,12 @@ pub(super) fn unjudged_scene(reader: &Reader) -> Result<Scene, InputError> {
         sources: FieldSources { coil_load: coil_load(reader)?, ..field_file::sources(reader)? },
         loads: loads(reader)?,
         inner_forces: force_file::inner_forces(reader, &segments)?,
-        wall: None,
+        wall: wall_file::wall(reader, &segments)?,
         segments,
         inserted: 0.0,
         rigid_force_arm: rigid_force_arm(reader)?,
     };
+    wall_file::check_names(reader, &scene)?;
     if let Some(insertion) = reader.quantity("insertion", "m")? {
         insert(reader, &mut scene, insertion)?;
     }

@@ -2,9 +2,10 @@
 
 use super::map::write_map;
 use super::toml::quoted;
+use super::wall_file::{side_word, surface_word, tip_word};
 use crate::model::{
     Body, CoilWinding, Density, FieldSources, Flexible, ForcePlace, InnerForce, MagnetBody, MagnetMaterial, Profile,
-    Rigid, Scene, Segment, SegmentKind, ShearElasticity, Stiffness, UnitDipole, Vector,
+    Rigid, Scene, Segment, SegmentKind, ShearElasticity, Stiffness, TipOnWall, UnitDipole, Vector, Wall, WallShape,
 };
 use std::fmt::Write;
 
@@ -60,6 +61,10 @@ fn try_write_tables(text: &mut String, scene: &Scene, prefix: &str) -> std::fmt:
             ForcePlace::Along => writeln!(text, "force_per_length = {force:?}")?,
         }
     }
+    if let Some(wall) = &scene.wall {
+        writeln!(text, "\n[{prefix}wall]")?;
+        write_wall(text, wall)?;
+    }
     for segment in &scene.segments {
         writeln!(text, "\n[[{prefix}segment]]")?;
         write_segment(text, segment)?;
@@ -96,6 +101,25 @@ fn write_sources(text: &mut String, sources: &FieldSources, prefix: &str) -> std
         }
     }
     sources.maps.iter().try_for_each(|map| write_map(text, map, prefix))
+}
+
+fn write_wall(text: &mut String, wall: &Wall) -> std::fmt::Result {
+    let Wall { shape, position, rotation, tip_radius, stiffness, friction, tip } = wall;
+    writeln!(text, "kind = \"{}\"\nposition = {position:?}", surface_word(wall.rod_wall().kind.surface))?;
+    match shape {
+        WallShape::Plane { normal } => writeln!(text, "normal = {normal:?}")?,
+        WallShape::Sphere { radius, side } => writeln!(text, "radius = {radius:?}\nside = \"{}\"", side_word(*side))?,
+        WallShape::Cylinder { axis, radius, side } => {
+            writeln!(text, "axis = {axis:?}\nradius = {radius:?}\nside = \"{}\"", side_word(*side))?;
+        }
+    }
+    writeln!(text, "rotation = {rotation:?}\ntip_radius = {tip_radius:?}")?;
+    stiffness.iter().try_for_each(|stiffness| writeln!(text, "stiffness = {stiffness:?}"))?;
+    friction.iter().try_for_each(|friction| writeln!(text, "friction = {friction:?}"))?;
+    match tip {
+        TipOnWall::Slides => writeln!(text, "tip = \"{}\"", tip_word(false)),
+        TipOnWall::Sticks(anchor) => writeln!(text, "tip = \"{}\"\nanchor = {anchor:?}", tip_word(true)),
+    }
 }
 
 fn write_segment(text: &mut String, segment: &Segment) -> std::fmt::Result {

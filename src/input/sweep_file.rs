@@ -77,6 +77,11 @@ pub fn sweep_of(source: &Source, file: &Path, built_in: &BuiltIn) -> Result<Swee
     let (sample_count, skeleton) = samples(&root, &sampling, method, &axes, rows, format, &mut notes)?;
     let Solver { tolerance, derivative_tolerance, branch, precision, steps, anchors, allow_failures } =
         solver(&root, &mut notes)?;
+    if branch == BranchChoice::All && scene.wall.is_some() {
+        let remedy =
+            "every equilibrium is not searched with a wall yet: take \"from_rest\", or leave out `[wall]`".into();
+        return Err(root.error("solver.branch", Problem::Conflict { with: "[wall]".into(), remedy }));
+    }
     let spec = SweepSpec {
         file: file.into(),
         scene,
@@ -224,7 +229,7 @@ struct Output {
 
 fn output(root: &Reader, scene: &Scene) -> Result<Output, InputError> {
     let Some(output) = root.table("output")? else {
-        let quantities = OutputQuantity::usual(&[]);
+        let quantities = OutputQuantity::usual(scene, &[]);
         return Ok(Output { format: Format::Parquet, quantities, wrt: Vec::new(), single_derivatives: false });
     };
     output.check_keys(&["quantities", "derivatives", "derivative_precision", "format"])?;
@@ -238,12 +243,16 @@ fn output(root: &Reader, scene: &Scene) -> Result<Output, InputError> {
         }
     }
     let quantities = match output.strings("quantities")? {
-        None => OutputQuantity::usual(&wrt),
+        None => OutputQuantity::usual(scene, &wrt),
         Some(names) => {
             let mut quantities = Vec::new();
             for (index, name) in names.iter().enumerate() {
                 let quantity = one_of(name, &OutputQuantity::ALL, OutputQuantity::name)
                     .map_err(|problem| output.error(&format!("quantities[{index}]"), problem))?;
+                if !quantity.is_told_by(scene) {
+                    let (value, expected) = (format!("\"{name}\""), NO_WALL.into());
+                    return Err(output.error(&format!("quantities[{index}]"), Problem::Range { value, expected }));
+                }
                 if !quantities.contains(&quantity) {
                     quantities.push(quantity);
                 }
@@ -255,6 +264,9 @@ fn output(root: &Reader, scene: &Scene) -> Result<Output, InputError> {
     let single_derivatives = choice(&output, "derivative_precision", &[true, false], name)?.unwrap_or(false);
     Ok(Output { format, quantities, wrt, single_derivatives })
 }
+
+/// What to do about a contact that no scene without a wall tells.
+const NO_WALL: &str = "other quantities, or add `[wall]` to the scene: without a wall there is no contact";
 
 fn workspace(root: &Reader) -> Result<WorkspaceOptions, InputError> {
     let usual = WorkspaceOptions::default();

@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 use toml_edit::{Array, Document, Item, TableLike, Value};
 
 /// First words of the keys that make a scene, alone or in a sweep.
-const OF_SCENES: [&str; 10] =
-    ["scene", "base", "field", "magnet", "coil_array", "field_map", "loads", "segment", "model", "insertion"];
+const OF_SCENES: [&str; 11] =
+    ["scene", "base", "field", "magnet", "coil_array", "field_map", "loads", "wall", "segment", "model", "insertion"];
 
 /// A parsed file and the line of each of its keys.
 pub struct Source {

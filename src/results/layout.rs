@@ -1,5 +1,6 @@
 //! Rows of a result: the sample, its parameters, its status, quantities, derivatives. Column by column out of solutions.
 
+use super::contact::{Contact, ContactFlag, ContactNumber};
 use super::evidence::{StabilityEvidence, may_have_dead_moment};
 use crate::backend::Precision;
 use crate::clock::Busy;
@@ -45,6 +46,11 @@ enum Source {
     FoldLoadError,
     FoldSlope(usize),
     FoldSlopeError(usize),
+    /// Of the contact with the wall.
+    Contact(ContactNumber),
+    ContactFlag(ContactFlag),
+    /// How the wall's force follows the parameter of this number: 0 is its normal component, 1 to 3 those along x, y, z.
+    ForceSlope(usize, usize),
 }
 
 /// Rows to be written: consecutive ones of some solutions.
@@ -75,6 +81,8 @@ pub(crate) const BALANCED_COLUMN: &str = "balanced";
 
 const VECTOR: [&str; 3] = [".x", ".y", ".z"];
 const SCALAR: [&str; 1] = [""];
+/// Rows of a derivative of the wall's force.
+const FORCES: [&str; 4] = ["normal_force", "force.x", "force.y", "force.z"];
 /// Rod lengths from which on a position is written in double precision: single then rounds by 1e-6 of the length.
 const FAR: f64 = 8.0;
 /// Rows that one thread works out at a time, where they take more than copying.
@@ -161,6 +169,30 @@ impl Layout {
                         add(error, &unit, Values::Double(Vec::new()), Source::FoldSlopeError(derivative));
                     }
                 }
+                OutputQuantity::Contact if spec.scene.wall.is_none() => {}
+                OutputQuantity::Contact => {
+                    let flag = |flag| (Values::Flag(Vec::new()), Source::ContactFlag(flag));
+                    let of = |of| move |_| Source::Contact(of);
+                    let (values, source) = flag(ContactFlag::Touching);
+                    add("contact.touching".into(), "", values, source);
+                    let mut group = |name: &str, unit, axes: &[&str], source: &dyn Fn(usize) -> Source| {
+                        for (axis, suffix) in axes.iter().enumerate() {
+                            add(format!("contact.{name}{suffix}"), unit, number(), source(axis));
+                        }
+                    };
+                    group("gap", "m", &SCALAR, &of(ContactNumber::Gap));
+                    group("normal_force", "N", &SCALAR, &of(ContactNumber::NormalForce));
+                    group("force", "N", &VECTOR, &|axis| Source::Contact(ContactNumber::Force(axis)));
+                    group("friction_ratio", "", &SCALAR, &of(ContactNumber::FrictionRatio));
+                    let (values, source) = flag(ContactFlag::Holds);
+                    add("contact.holds".into(), "", values, source);
+                    let mut group = |name: &str, unit, number_of| {
+                        add(format!("contact.{name}"), unit, number(), Source::Contact(number_of));
+                    };
+                    group("angle", "rad", ContactNumber::Angle);
+                    group("body_gap", "m", ContactNumber::BodyGap);
+                    group("force_error", "N", ContactNumber::ForceError);
+                }
                 // The last column.
                 OutputQuantity::DerivativeError => {}
             }
@@ -173,6 +205,12 @@ impl Layout {
                     let values = if spec.single_derivatives { Values::Single(Vec::new()) } else { number() };
                     add(format!("d({what}{suffix})/d({name})"), &quotient(of, unit), values, source);
                 }
+            }
+            let tells_force = quantities.contains(&OutputQuantity::Contact) && spec.scene.wall.is_some();
+            for (row, what) in FORCES.iter().enumerate().filter(|_| tells_force) {
+                let values = if spec.single_derivatives { Values::Single(Vec::new()) } else { number() };
+                let source = Source::ForceSlope(derivative, row);
+                add(format!("d(contact.{what})/d({name})"), &quotient("N", unit), values, source);
             }
         }
         if quantities.contains(&OutputQuantity::DerivativeError) {
@@ -250,6 +288,12 @@ impl Layout {
                 known = rest;
             }
         };
+        let has_contact =
+            self.sources.iter().any(|source| matches!(source, Source::Contact(_) | Source::ContactFlag(_)));
+        let contacts: Vec<Option<Contact>> = match has_contact {
+            true => range.clone().map(|row| Contact::of(rows.plan, solutions, row)).collect(),
+            false => Vec::new(),
+        };
         let of_folds = |to: &mut Values, column: Option<usize>| {
             let value = |row| column.map_or(f64::NAN, |column| solutions.values.get(row, column));
             extend(to, range.clone().map(|row| number(value(row), solutions.status(row) == Status::Fold)));
@@ -290,6 +334,17 @@ impl Layout {
                 (Source::Derivative(derivative, row), to) => {
                     solution(to, solutions.derivative_column(derivative, row));
                 }
+                (Source::Contact(of), to) => {
+                    let numbers = contacts.iter().map(|contact| contact.map_or(f64::NAN, |contact| contact.number(of)));
+                    extend(to, numbers.map(|x| number(x, true)));
+                }
+                (Source::ContactFlag(of), Values::Flag(to)) => {
+                    to.extend(contacts.iter().map(|contact| contact.and_then(|contact| contact.flag(of))));
+                }
+                (Source::ForceSlope(derivative, row), to) => match solutions.force_derivative_column(derivative) {
+                    Some(first) => solution(to, first + row),
+                    None => extend(to, known.iter().map(|_| f64::NAN)),
+                },
                 (Source::Stable, Values::Flag(to)) => {
                     let index = range.clone().map(|row| solutions.get(row, Quantity::StabilityIndex));
                     let stable =
@@ -382,4 +437,106 @@ fn quotient(of: &str, by: &str) -> String {
 pub(crate) fn plain_columns(columns: &Table) -> Vec<&str> {
     let names = columns.columns.iter().map(|column: &Column| column.name.as_str());
     names.filter(|name| !name.starts_with("d(") && !name.starts_with("error(")).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Layout, Rows};
+    use crate::backend::Precision;
+    use crate::model::{ContactColumn, PlanOptions, Quantity, Solutions, Status};
+    use crate::spec::SweepSpec;
+    use crate::table::{Table, Values};
+
+    const SWEEP: &str = r#"[sampling]
+method = "grid"
+[[axis]]
+parameter = "wall.position.z"
+from = 0.05
+to = 0.06
+points = 4
+[output]
+derivatives = ["wall.position.z"]
+[scene.wall]
+kind = "plane"
+position = [0, 0, 0.05]
+normal = [0, 0, -1]
+friction = 0.5
+tip = "sticks"
+anchor = [0, 0, 0.05]
+[[scene.segment]]
+name = "tube"
+kind = "flexible"
+length = 0.06
+stiffness = { bending = 2e-5, torsion = 1.5e-5 }
+"#;
+
+    fn flags(table: &Table, name: &str) -> Vec<Option<bool>> {
+        match &table.column(name).expect(name).values {
+            Values::Flag(flags) => flags.clone(),
+            other => panic!("{name} is {}", other.kind()),
+        }
+    }
+
+    #[test]
+    fn contacts_have_their_columns() {
+        let spec = SweepSpec::parse("sweep.toml".as_ref(), SWEEP).expect("a sweep");
+        let plan = spec.plan(PlanOptions::default()).expect("a plan");
+        let sampler = spec.sampler();
+        let batch = plan.batch(4, |at, row| sampler.values(at as u64, row));
+        let mut solutions = Solutions::new(&plan, 4);
+        let first = plan.contact_column().expect("a wall");
+        // Pressed with enough friction and with too little, pulled, and without equilibrium.
+        let rows = [
+            (Status::Ok, [1e-3, 0.0, -4e-3]),
+            (Status::ThroughWall, [3e-3, 0.0, -4e-3]),
+            (Status::Ok, [0.0, 0.0, 4e-3]),
+            (Status::OutOfReach, [0.0; 3]),
+        ];
+        for (row, (status, force)) in rows.into_iter().enumerate() {
+            solutions.set_status(row, status);
+            let index = if status == Status::OutOfReach { -1.0 } else { 0.0 };
+            solutions.set(row, Quantity::StabilityIndex, index);
+            solutions.set_vector(row, Quantity::TipTangent, [0.6, 0.0, 0.8]);
+            let mut put = |column: ContactColumn, values: &[f64]| {
+                let at = first + column as usize;
+                values.iter().enumerate().for_each(|(k, x)| solutions.values.set(row, at + k, *x));
+            };
+            put(ContactColumn::Touching, &[1.0]);
+            put(ContactColumn::Gap, &[-2e-4]);
+            put(ContactColumn::NormalForce, &[-force[2]]);
+            put(ContactColumn::Force, &force);
+            put(ContactColumn::Normal, &[0.0, 0.0, -1.0]);
+            put(ContactColumn::BodyGap, &[0.0]);
+            put(ContactColumn::ForceError, &[1e-9]);
+            put(ContactColumn::Friction, &[0.5]);
+            let slopes = solutions.force_derivative_column(0).expect("a derivative");
+            (0..4).for_each(|k| solutions.values.set(row, slopes + k, 10.0 + k as f64));
+        }
+        let layout = Layout::new(&spec, Precision::F64);
+        let mut table = layout.empty().clone();
+        let rows = Rows { plan: &plan, batch: &batch, solutions: &solutions, range: 0..4, branches: None };
+        layout.append(&mut table, &rows, &sampler, &|at| at as u64);
+        let column = |name: &str| &table.column(name).expect(name).values;
+        assert_eq!(flags(&table, "contact.touching"), [Some(true), Some(true), Some(true), None]);
+        assert_eq!(flags(&table, "contact.holds"), [Some(true), Some(false), Some(false), None]);
+        let ratio = column("contact.friction_ratio");
+        assert_eq!([ratio.number(0), ratio.number(1)], [0.25, 0.75]);
+        assert!(ratio.number(2).is_nan() && ratio.number(3).is_nan());
+        assert_eq!(column("contact.normal_force").number(1), 4e-3);
+        assert_eq!(column("contact.force.x").number(1), 3e-3);
+        assert_eq!(column("contact.gap").number(0), -2e-4);
+        assert!((column("contact.angle").number(0) - 0.6f64.atan2(0.8)).abs() < 1e-15);
+        assert!(column("contact.force.z").number(3).is_nan());
+        let by = "/d(wall.position.z)";
+        for (row, what) in ["normal_force", "force.x", "force.y", "force.z"].into_iter().enumerate() {
+            let slope = table.column(&format!("d(contact.{what}){by}")).expect(what);
+            assert_eq!((slope.unit.as_str(), slope.values.number(0)), ("N/m", 10.0 + row as f64));
+            assert!(slope.values.number(3).is_nan());
+        }
+        let names: Vec<&str> = table.columns.iter().map(|column| column.name.as_str()).collect();
+        let place = |name: &str| names.iter().position(|other| *other == name).expect("a column");
+        let last_of_tip = place("d(tip.rotation.z)/d(wall.position.z)");
+        assert_eq!(place("d(contact.normal_force)/d(wall.position.z)"), last_of_tip + 1);
+        assert_eq!(names.last(), Some(&"derivative_error"));
+    }
 }

@@ -2,6 +2,7 @@
 
 pub(crate) mod claims;
 mod clear;
+pub(crate) mod contact;
 mod differences;
 pub(crate) mod directory;
 mod error;
@@ -22,6 +23,7 @@ mod verdict_text;
 pub(crate) mod workers;
 
 pub use clear::remove_run;
+pub use contact::Contact;
 pub use directory::{RunRecord, TIPS_FILE, WORKSPACE_FILE, WORST_FILE};
 pub use error::ResultsError;
 pub use evidence::StabilityEvidence;

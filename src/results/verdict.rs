@@ -210,7 +210,15 @@ impl Default for Verdict {
 
 /// `true` for failures of the scene, such as a fold; `false` for failures of the solver.
 pub(crate) fn is_explained(status: &str) -> bool {
-    let explained = [Status::Fold, Status::Unstable, Status::BadParameter, Status::TooNearMagnet, Status::OutsideMap];
+    let explained = [
+        Status::Fold,
+        Status::Unstable,
+        Status::BadParameter,
+        Status::TooNearMagnet,
+        Status::OutsideMap,
+        Status::ThroughWall,
+        Status::OutOfReach,
+    ];
     explained.iter().any(|other| other.name() == status)
 }
 

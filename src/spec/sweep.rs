@@ -78,6 +78,9 @@ pub enum OutputQuantity {
     /// Share of the full load at which the path from rest ends in a fold, its estimated error, and how it follows the
     /// parameters that the sweep differentiates by.
     FoldLoad,
+    /// Gap and force at the wall, whether friction holds the tip, and how the force follows the parameters that the sweep
+    /// differentiates by.
+    Contact,
 }
 
 /// What a sweep writes its rows as.
@@ -164,7 +167,7 @@ pub struct SweepSpec {
 
 impl OutputQuantity {
     /// Every quantity, in the order of the columns.
-    pub const ALL: [OutputQuantity; 11] = [
+    pub const ALL: [OutputQuantity; 12] = [
         OutputQuantity::TipPosition,
         OutputQuantity::TipRotation,
         OutputQuantity::BaseCurvature,
@@ -176,12 +179,19 @@ impl OutputQuantity {
         OutputQuantity::LoadFraction,
         OutputQuantity::DerivativeError,
         OutputQuantity::FoldLoad,
+        OutputQuantity::Contact,
     ];
 
-    /// Those of a sweep that names none.
-    pub fn usual(derivatives: &[Parameter]) -> Vec<OutputQuantity> {
+    /// Those of a sweep of a scene that names none.
+    pub fn usual(scene: &Scene, derivatives: &[Parameter]) -> Vec<OutputQuantity> {
         let of_derivatives = if derivatives.is_empty() { &[][..] } else { &[OutputQuantity::DerivativeError] };
-        [&OutputQuantity::ALL[..5], of_derivatives].concat()
+        let of_wall = if scene.wall.is_none() { &[][..] } else { &[OutputQuantity::Contact] };
+        [&OutputQuantity::ALL[..5], of_wall, of_derivatives].concat()
+    }
+
+    /// Whether a scene tells it: a contact needs a wall.
+    pub fn is_told_by(self, scene: &Scene) -> bool {
+        self != OutputQuantity::Contact || scene.wall.is_some()
     }
 
     /// The word in sweep files.
@@ -198,6 +208,7 @@ impl OutputQuantity {
             OutputQuantity::LoadFraction => "load_fraction",
             OutputQuantity::DerivativeError => "derivative_error",
             OutputQuantity::FoldLoad => "fold.load",
+            OutputQuantity::Contact => "contact",
         }
     }
 }

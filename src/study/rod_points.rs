@@ -49,12 +49,16 @@ impl RodPoints {
     }
 
     /// The points of a row with its base moment (N·m, world frame); each has one derivative for each parameter. They are
-    /// those of the point at this share of the length, whatever the material there. `None` where there is no such rod.
+    /// those of the point at this share of the length, whatever the material there. `None` where there is no such rod, and beside a
+    /// wall, whose force the moment does not tell.
     pub fn of(&self, batch: &Batch, row: usize, m0: Vector) -> Option<Vec<Pose>> {
         if batch.bad[row] || !m0.iter().all(|x| x.is_finite()) {
             return None;
         }
         let rod = self.plan.sample_rod(batch, row);
+        if rod.wall.is_some() {
+            return None;
+        }
         let length = rod.total_length();
         let at: Vec<f64> = self.shares.iter().map(|share| share * length).collect();
         let mut points = shape_with_derivatives(&rod, m0, &at, &self.slots)?;
@@ -81,6 +85,15 @@ fn slide(rod: &Rod, slot: Slot, share: f64, arc_length: f64, tangent: Vector, de
     derivative.dp.iter_mut().zip(tangent).for_each(|(dp, tangent)| *dp += (share - carried) * tangent);
 }
 
+/// Adds a multiple of one derivative to another.
+pub(super) fn add(to: &mut PoseDerivative, rate: f64, of: &PoseDerivative) {
+    for axis in 0..3 {
+        to.dp[axis] += rate * of.dp[axis];
+        to.w[axis] += rate * of.w[axis];
+        to.du[axis] += rate * of.du[axis];
+    }
+}
+
 /// The chain rule: from derivatives by slots to those by the plan's parameters.
 pub(super) fn by_parameter(
     plan: &Plan,
@@ -94,11 +107,7 @@ pub(super) fn by_parameter(
         for (slot, entry) in terms {
             let rate = plan.entry(batch, row, *entry);
             let of_slot = slots.iter().position(|other| other == slot).map(|at| of_slots[at]).unwrap_or_default();
-            for axis in 0..3 {
-                sum.dp[axis] += rate * of_slot.dp[axis];
-                sum.w[axis] += rate * of_slot.w[axis];
-                sum.du[axis] += rate * of_slot.du[axis];
-            }
+            add(&mut sum, rate, &of_slot);
         }
         sum
     };

@@ -4,7 +4,7 @@
 //! end follow from what was found of that sample, so its equilibria do not depend on its neighbours.
 
 use crate::backend::BackendFactory;
-use crate::backend::{Backend, BackendError, Precision};
+use crate::backend::{Backend, BackendError, BackendKind, Precision};
 use crate::clock::Busy;
 use crate::model::{
     BaseWrench, Batch, MOST_KNOWN, Plan, PlanOptions, Quantity, Rod, Solutions, Start, Status, Stepper, Vector,
@@ -109,6 +109,12 @@ impl<'a> BranchSearch<'a> {
     ///
     /// An engine that cannot search, or cannot be used.
     pub fn new(plan: &Plan, tools: BranchTools<'a>) -> Result<BranchSearch<'a>, BackendError> {
+        if plan.terms.wall {
+            let remedy =
+                "every equilibrium is not searched with a wall yet; take the one from rest, or leave out `[wall]`";
+            let what = "a wall in the search for every equilibrium".into();
+            return Err(BackendError::Unsupported { backend: BackendKind::Cpu, what, remedy: remedy.into() });
+        }
         let least = if plan.options.stepper == Stepper::Rk4 { LEAST_RK4_STEPS } else { LEAST_STEPS };
         let steps = plan.options.steps.max(least);
         let plan = plan.with_options(PlanOptions { steps, ..plan.options });

@@ -195,7 +195,13 @@ impl<'a> SweepJob<'a> {
     fn prepare_anew(mut self, asked_tolerance: f64) -> Result<PreparedSweep<'a>, SweepError> {
         self.request = with_precision(self.request, self.spec.precision);
         let engine = match self.spec.tells_fold_slopes() {
-            true => fold_engine(&self.request, self.spec.branch)?,
+            true => {
+                let engine = fold_engine(&self.request, self.spec.branch)?;
+                if self.spec.scene.wall.is_some() {
+                    self.request.choose_for(&self.spec.scene, asked_tolerance)?;
+                }
+                engine
+            }
             false => self.request.choose_for(&self.spec.scene, asked_tolerance)?,
         };
         self.spec.tolerance = engine.tolerance(asked_tolerance);

@@ -96,10 +96,11 @@ impl Samples<'_> {
         estimate > self.plan.options.tolerance || estimate.is_nan()
     }
 
-    /// Samples to which this applies, values that make no rod left out.
+    /// Samples to which this applies, without values that make no rod and anchors beyond its reach.
     fn those(&self, solutions: &Solutions, applies: impl Fn(usize) -> bool) -> Vec<usize> {
-        let is_rod = |at: usize| !self.batch.bad[at] && solutions.status(at) != Status::BadParameter;
-        (0..self.batch.sample_count()).filter(|at| is_rod(*at) && applies(*at)).collect()
+        let is_hopeless = |at: usize| matches!(solutions.status(at), Status::BadParameter | Status::OutOfReach);
+        let is_tried = |at: usize| !self.batch.bad[at] && !is_hopeless(at);
+        (0..self.batch.sample_count()).filter(|at| is_tried(*at) && applies(*at)).collect()
     }
 
     fn gathered(&self, group: &[usize]) -> Batch {

@@ -169,6 +169,10 @@ pub(crate) fn decide(
             solutions.copy_row(to, truth, from);
             Decision::PastFold
         }
+        Status::ThroughWall if apart(plan, (solutions, to), (truth, from)) <= SAME_END => {
+            solutions.set_status(to, Status::ThroughWall);
+            Decision::Kept
+        }
         _ => {
             solutions.set_status(to, Status::Doubtful);
             Decision::Undecided

@@ -24,4 +24,5 @@ mod sensitivity;
 mod stretches;
 mod tip_moment;
 mod view;
+mod walls;
 mod workspace;

@@ -35,3 +35,4 @@ mod surfaces;
 mod sweeps;
 mod table;
 mod verdict;
+mod walls;

@@ -336,11 +336,12 @@ pub fn terms(plan: &Plan) -> String {
         (terms.shear, "shear and stretch"),
         (terms.dipole, "dipoles in the field"),
         (terms.magnet, "flexible magnets"),
-        (terms.varying_field, "a field that varies in space"),
+        (plan.scene.sources.varies(), "a field that varies in space"),
         (terms.force || terms.varying_field, "internal force"),
         (terms.load, "distributed load"),
         (terms.tip_moment, "tip moment"),
         (!plan.scene.rigid_force_arm, "no force arm over rigid segments"),
+        (terms.wall, "a wall that the tip may touch"),
     ];
     words.iter().filter(|(used, _)| *used).map(|(_, word)| *word).collect::<Vec<_>>().join(", ")
 }

@@ -99,11 +99,11 @@ impl Solved {
     ///
     /// # Errors
     ///
-    /// An engine that cannot search: the reference, or a GPU that fails. A rod that is too limp or too taut for a search.
+    /// An engine that cannot search: the reference, or a GPU that fails. A rod that is too limp or too taut for a search, or with a wall.
     pub fn all_branches(&self) -> Result<AllBranches, SolveError> {
         let engine = self.chosen_engine();
         let rod = self.rod();
-        if rod.is_too_limp() || breaking::is_symmetric(&rod) {
+        if rod.wall.is_none() && (rod.is_too_limp() || breaking::is_symmetric(&rod)) {
             return self.all_by_the_reference(&rod);
         }
         let make = |plan: &Plan| engine.make(plan);

@@ -4,7 +4,7 @@ use super::{SolveError, Solved};
 use crate::backend::{Backend, Precision};
 use crate::lanes::{Lanes, Operations};
 use crate::model::path::PATH_STEPPER;
-use crate::model::{FieldMap, Plan, SegmentPlan, Terms, Units};
+use crate::model::{FieldMap, Plan, SegmentPlan, Units};
 use crate::report::{TextTable, engineering};
 use serde_json::{Value, json};
 use std::fmt;
@@ -88,7 +88,7 @@ impl Explanation {
         let derivative_count = plan.derivatives.len();
         Ok(Explanation {
             engine: solved.engine().into(),
-            terms: terms(&plan.terms).into(),
+            terms: terms(plan).into(),
             derivative_count,
             is_forward: plan.forward,
             column_count: derivative_columns(plan),
@@ -145,11 +145,12 @@ impl Explanation {
 }
 
 /// What a plan may model beyond bending and twisting: name, and whether it does.
-fn terms(terms: &Terms) -> [(&'static str, bool); 10] {
+fn terms(plan: &Plan) -> [(&'static str, bool); 11] {
+    let terms = &plan.terms;
     [
         ("coils", terms.dipole),
         ("permanent magnets", terms.magnet),
-        ("a field that varies in space", terms.varying_field),
+        ("a field that varies in space", plan.scene.sources.varies()),
         ("internal force", terms.force || terms.varying_field),
         ("weight or force per length", terms.load),
         ("tip moment", terms.tip_moment),
@@ -157,6 +158,7 @@ fn terms(terms: &Terms) -> [(&'static str, bool); 10] {
         ("stiffness along a segment", terms.taper),
         ("rest curvature along a segment", terms.curvature_rise),
         ("shear and stretch", terms.shear),
+        ("a wall that the tip may touch", terms.wall),
     ]
 }
 

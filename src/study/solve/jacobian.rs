@@ -64,10 +64,30 @@ impl Jacobian<'_> {
         self.gather(|k| self.base_curvature_column(k))
     }
 
+    /// d(force of the wall along its normal) (N/unit), one number for each parameter; `None` without a wall.
+    pub fn normal_force(&self) -> Option<Vec<f64>> {
+        let [normal, ..] = self.wall_force()?;
+        Some(normal)
+    }
+
+    /// d(force of the wall), world frame (N/unit); `None` without a wall.
+    pub fn force(&self) -> Option<Rows> {
+        let [_, x, y, z] = self.wall_force()?;
+        Some([x, y, z])
+    }
+
+    fn wall_force(&self) -> Option<[Vec<f64>; 4]> {
+        self.solved.scene().wall?;
+        let is_known = self.solved.is_equilibrium();
+        let of = |k| if is_known { self.solved.solutions().force_derivative(0, k) } else { [f64::NAN; 4] };
+        let columns: Vec<[f64; 4]> = (0..self.len()).map(of).collect();
+        Some([0, 1, 2, 3].map(|row| columns.iter().map(|column| column[row]).collect()))
+    }
+
     /// d(moment that is left at the tip), the base moment held (N·m/unit); `None` where the rod cannot be integrated or
-    /// has no equilibrium.
+    /// has no equilibrium, and beside a wall, where that moment alone tells nothing.
     pub fn residual(&self) -> Option<Rows> {
-        if !self.solved.is_equilibrium() {
+        if !self.solved.is_equilibrium() || self.solved.scene().wall.is_some() {
             return None;
         }
         let matrix = residual_by_base_moment(&self.solved.rod(), self.solved.base_moment())?;

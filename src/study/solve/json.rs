@@ -2,13 +2,16 @@
 
 use super::{Rows, Solved};
 use crate::model::Quantity;
-use crate::results::StabilityEvidence;
+use crate::results::{Contact, StabilityEvidence};
 use serde_json::{Value, json};
 
 impl Solved {
     /// The solution as JSON: metres, radians, 1/m, N·m; quaternion x, y, z, w; null where a number is undefined.
     pub fn to_json(&self) -> Value {
         let mut value = if self.is_equilibrium() { equilibrium(self) } else { failed(self) };
+        if self.scene().wall.is_some() {
+            value["contact"] = self.contact().map_or(Value::Null, contact);
+        }
         if let Some(fold) = self.fold() {
             value["fold"] = json!({
                 "load": number(fold.load),
@@ -73,7 +76,26 @@ fn equilibrium(solved: &Solved) -> Value {
     if solved.has_dead_moment() {
         value["stability_evidence"] = json!(solved.stability_evidence().map(StabilityEvidence::name));
     }
+    if let (Some(normal_force), Some(force)) = (jacobian.normal_force(), jacobian.force()) {
+        value["jacobian"]["normal_force"] = normal_force.into_iter().map(number).collect();
+        value["jacobian"]["force"] = json!(rows(force));
+    }
     value
+}
+
+fn contact(contact: Contact) -> Value {
+    json!({
+        "touching": contact.touching,
+        "gap": number(contact.gap),
+        "normal_force": number(contact.normal_force),
+        "force": contact.force.map(number),
+        "normal": contact.normal.map(number),
+        "friction_ratio": contact.friction_ratio,
+        "holds": contact.holds,
+        "angle": number(contact.angle),
+        "body_gap": number(contact.body_gap),
+        "force_error": number(contact.force_error),
+    })
 }
 
 fn rows(rows: Rows) -> Vec<Vec<Value>> {

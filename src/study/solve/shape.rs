@@ -1,10 +1,10 @@
 //! Points along one solved rod, and how they move with the parameters.
 
 use super::{Rows, SolveError, Solved};
-use crate::model::{Matrix, Rod, Scene, Vector};
+use crate::model::{Axis, Matrix, Rod, Scene, Slot, Vector};
 use crate::reference::{Pose, PoseDerivative, shape_with_derivatives};
 use crate::report::TextTable;
-use crate::study::rod_points::by_parameter;
+use crate::study::rod_points::{add, by_parameter};
 use serde_json::{Value, json};
 use std::fmt;
 
@@ -83,11 +83,24 @@ impl Shape {
         if !solved.is_equilibrium() {
             return Err(SolveError::NoEquilibrium { status: solved.status() });
         }
-        let slots = solved.plan().slots();
-        let poses = shape_with_derivatives(&solved.rod(), solved.base_wrench(), arc_lengths, &slots);
+        let mut slots = solved.plan().slots();
+        // Beside a wall slots tell what happens under a dead force at the tip, which then follows the parameters, too.
+        let slopes = solved.jacobian().force();
+        let of_force = slots.len();
+        slots.extend(slopes.iter().flat_map(|_| Axis::ALL.map(Slot::TipForce)));
+        let poses = shape_with_derivatives(&solved.pressed_rod(), solved.base_wrench(), arc_lengths, &slots);
         let mut points = poses.ok_or(SolveError::NotIntegrable)?;
         for point in &mut points {
-            point.derivatives = by_parameter(solved.plan(), solved.batch(), 0, &slots, &point.derivatives);
+            let (of_slots, by_force) = point.derivatives.split_at(of_force);
+            let mut derivatives = by_parameter(solved.plan(), solved.batch(), 0, &slots[..of_force], of_slots);
+            if let Some(slopes) = &slopes {
+                for (k, derivative) in derivatives.iter_mut().enumerate() {
+                    for (axis, by_force) in by_force.iter().enumerate() {
+                        add(derivative, slopes[axis][k], by_force);
+                    }
+                }
+            }
+            point.derivatives = derivatives;
         }
         Ok(Shape { names: solved.jacobian().names(), points })
     }

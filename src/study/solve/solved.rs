@@ -4,8 +4,8 @@ use crate::engines::Engine;
 use crate::model::{
     BaseWrench, Batch, Matrix, Plan, Quantity, Rod, Scene, Solutions, Status, Vector, base_curvature, tip_curvature,
 };
-use crate::results::StabilityEvidence;
 use crate::results::evidence::has_dead_moment;
+use crate::results::{Contact, StabilityEvidence};
 
 /// A solved scene. SI units; vectors stand in the world frame unless said otherwise.
 ///
@@ -47,6 +47,20 @@ impl Solved {
     /// The mechanics of the scene: stiffness, loads, dipoles.
     pub fn rod(&self) -> Rod {
         self.plan.sample_rod(&self.batch, 0)
+    }
+
+    /// The rod as its shape follows from the base moment: the force of a wall acts as a dead force at its tip.
+    pub fn pressed_rod(&self) -> Rod {
+        let mut rod = self.rod();
+        let Some(contact) = self.contact() else { return rod };
+        rod.wall = None;
+        for (axis, force) in contact.force.into_iter().enumerate() {
+            rod.tip_force[axis] += force;
+        }
+        if !self.scene().sources.varies() {
+            rod.field = None;
+        }
+        rod
     }
 
     /// The row as the engine returned it, sample 0.
@@ -182,7 +196,13 @@ impl Solved {
         self.solutions.get(0, Quantity::Iterations) as usize
     }
 
-    /// Share of the full load that was reached from rest; 1 where the rod has converged.
+    /// Contact of the tip with the wall; `None` without a wall or without equilibrium.
+    pub fn contact(&self) -> Option<Contact> {
+        Contact::of(&self.plan, &self.solutions, 0)
+    }
+
+    /// Share of the full load that was reached from rest; 1 where the rod has converged. Above 1 at a fold beside a wall: 1 plus the
+    /// share of its way that the wall came, under the full load.
     pub fn load_fraction(&self) -> f64 {
         self.solutions.get(0, Quantity::LoadFraction)
     }

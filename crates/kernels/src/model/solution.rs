@@ -171,9 +171,20 @@ impl Solutions {
         self.contact.map_or(f64::NAN, |first| self.values.get(sample, first + column as usize))
     }
 
+    /// Three columns of a sample's contact, for example of `Force`. Not numbers where there is no wall.
+    pub fn contact_vector(&self, sample: usize, column: ContactColumn) -> [f64; 3] {
+        let first = self.contact.map(|first| first + column as usize);
+        std::array::from_fn(|axis| first.map_or(f64::NAN, |first| self.values.get(sample, first + axis)))
+    }
+
+    /// Column of how the normal force follows a derivative's parameter; those of the force along x, y, z are behind it.
+    pub fn force_derivative_column(&self, derivative: usize) -> Option<usize> {
+        Some(self.contact? + ContactColumn::COUNT + 4 * derivative)
+    }
+
     /// How normal force and force follow a derivative's parameter, by its index (N/unit). Not a number where there is no wall.
     pub fn force_derivative(&self, sample: usize, derivative: usize) -> [f64; 4] {
-        let first = self.contact.map(|first| first + ContactColumn::COUNT + 4 * derivative);
+        let first = self.force_derivative_column(derivative);
         std::array::from_fn(|k| first.map_or(f64::NAN, |first| self.values.get(sample, first + k)))
     }
 

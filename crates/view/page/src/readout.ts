@@ -192,11 +192,24 @@ export function judge(solution: Solution | null, error: string | null): { kind: 
   if (error) return { kind: "bad", title: "No rod", words: error, brief: "the last one stays in grey" };
   if (!solution) return { kind: "wait", title: "Solving", words: "", brief: "" };
   const status = solution.status;
-  const path = `followed from rest to ${fixed(100 * solution.load_fraction, 1)}\u202f% of the load`;
+  const share = solution.load_fraction;
+  // Beyond the full load the wall comes.
+  const path =
+    share > 1
+      ? `followed until the wall has come ${fixed(100 * (share - 1), 1)}\u202f% of its way`
+      : `followed from rest to ${fixed(100 * share, 1)}\u202f% of the load`;
+  if (status === "out-of-reach") {
+    const words = "The anchor is farther from the base than the rod is long.";
+    return { kind: "bad", title: "Out of reach", words, brief: "the last one stays in grey" };
+  }
   if (!solution.tip) return { kind: "bad", title: "No equilibrium", words: `${status}: ${path}.`, brief: "the last one stays in grey" };
   if (solution.stable === false) {
     const words = status === "unstable" ? "No rod stays here." : `${status}: no rod stays here.`;
     return { kind: "warn", title: "Unstable", words, brief: "no rod stays here" };
+  }
+  if (status === "through-wall") {
+    const words = "Another part of the rod than its tip is in the wall; the force there is not modelled.";
+    return { kind: "warn", title: "Through the wall", words, brief: "the rod is in the wall" };
   }
   if (!solution.converged) return { kind: "warn", title: "Fold", words: `${path}: there the rod would snap.`, brief: "drawn: an equilibrium beyond" };
   return { kind: "good", title: "Stable", words: status === "ok" ? "reached from rest" : `${status}, reached from rest`, brief: "" };

@@ -42,6 +42,7 @@ pub fn random_sweep(kind: RandomScenes, seed: u64, number: u64) -> Option<SweepS
         let parameters = vec![Parameter::BaseRotation(Axis::X)];
         axes.push(AxisSpec { parameters, distribution, scales: false, points: 0 });
     }
+    let quantities = OutputQuantity::usual(&scene, &wrt);
     Some(SweepSpec {
         file: Default::default(),
         scene,
@@ -59,7 +60,7 @@ pub fn random_sweep(kind: RandomScenes, seed: u64, number: u64) -> Option<SweepS
         steps: None,
         anchors: false,
         allow_failures: None,
-        quantities: OutputQuantity::usual(&wrt),
+        quantities,
         wrt,
         single_derivatives: false,
         format: Format::Parquet,
