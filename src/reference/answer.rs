@@ -23,6 +23,31 @@ pub struct SlotDerivative {
     pub dn0: Vector,
     /// d(u0), body frame (1/m)
     pub du0: Vector,
+    /// d(force of the wall on the tip), world frame (N)
+    pub df: Vector,
+    /// d(force of the wall along its normal) (N)
+    pub dnormal_force: f64,
+}
+
+/// What tip and wall do to each other; SI units, world frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct TipContact {
+    /// The wall presses; true of a held tip.
+    pub touching: bool,
+    /// Between the tip's ball and the wall; negative where tissue yields (m)
+    pub gap: f64,
+    /// From the wall to where the rod is, at the tip.
+    pub normal: Vector,
+    /// Of the wall on the rod, along the normal (N)
+    pub normal_force: f64,
+    /// Of the wall on the rod (N)
+    pub force: Vector,
+    /// Least gap of the rod beyond where it first is before the wall, plus what tissue yields to a tip that slides; 0 where such a
+    /// tip is nearest (m)
+    pub body_gap: f64,
+    /// Estimated error of the force (N)
+    pub force_error: f64,
 }
 
 /// An equilibrium of a rod; SI units.
@@ -51,12 +76,14 @@ pub struct Equilibrium {
     pub margin: f64,
     /// How the path from rest ended.
     pub status: Status,
-    /// Share of the full load reached from rest.
+    /// Share of the full load reached from rest; what is above 1 is the share of the wall's way to the tip where that ends.
     pub load_fraction: f64,
     /// Passages over the rod.
     pub iterations: usize,
     /// One for each slot asked for.
     pub derivatives: Vec<SlotDerivative>,
+    /// `None`: there is no wall, or no equilibrium to tell of.
+    pub contact: Option<TipContact>,
     /// States along the rod, where the base moment alone does not tell them.
     pub(super) nodes: Vec<Node>,
 }
@@ -91,6 +118,7 @@ impl Equilibrium {
             load_fraction: 0.0,
             iterations: 0,
             derivatives: vec![SlotDerivative::default(); slot_count],
+            contact: None,
             nodes: Vec::new(),
         }
     }
@@ -158,8 +186,8 @@ impl TotalChange {
             dp: SI(self.dp, units.length * per),
             w: SI(self.w, per),
             dm0: SI(dm0, units.moment() * per),
-            dn0: [0.0; 3],
             du0: SI(du0, units.curvature() * per),
+            ..SlotDerivative::default()
         }
     }
 }

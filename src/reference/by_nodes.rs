@@ -79,6 +79,7 @@ pub(super) fn solve(rod: &Rod, units: &Units, full: &Chain, slots: &[Slot]) -> E
         load_fraction: path.lambda,
         iterations: path.passes + found.steps,
         derivatives: derivatives.unwrap_or_else(|| vec![SlotDerivative::default(); slots.len()]),
+        contact: None,
         nodes,
     }
 }

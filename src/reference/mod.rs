@@ -1,7 +1,7 @@
 //! The reference: scalar f64 in the literature's own form (p, R, u integrated; virtual angular velocities). It is
 //! adaptive and shoots to machine precision, on the branch that leads from rest to the full load.
 //!
-//! Fields that vary in space have six unknowns (`varying`). Limp and taut rods, on which that loses its digits, it solves by multiple shooting (`by_nodes`).
+//! Rods in fields that vary in space, or beside a wall, have six unknowns (`varying`). Limp and taut rods, on which that loses its digits, it solves by multiple shooting (`by_nodes`).
 //!
 //! Clear before fast. It shares neither formulation nor stepper with the engines, so that an error in either shows.
 //! Equations (1)-(4), (9)-(33), with the corrections listed in `EQUATIONS.md`.
@@ -40,7 +40,7 @@ mod stability;
 mod state;
 mod varying;
 
-pub use answer::{Equilibrium, SlotDerivative, Stability};
+pub use answer::{Equilibrium, SlotDerivative, Stability, TipContact};
 pub use energy::{energy, energy_of};
 pub use equilibrium::{
     base_curvature, growth_exponent, residual_by_base_moment, solve_rod, solve_rod_by_nodes, stability_at,
@@ -50,7 +50,7 @@ pub use shape::{Pose, PoseDerivative, shape, shape_with_derivatives};
 
 use crate::backend::{Backend, BackendError, BackendInfo, BackendKind, Precision};
 use crate::clock::Busy;
-use crate::model::{Batch, MOST_ROWS, NO_EQUILIBRIUM, Plan, Quantity, Slot, Solutions, Status};
+use crate::model::{Batch, ContactColumn, MOST_ROWS, NO_EQUILIBRIUM, Plan, Quantity, Slot, Solutions, Status};
 use rayon::prelude::*;
 
 /// Samples in one call: enough to keep the threads busy.
@@ -133,7 +133,42 @@ impl Reference {
             row.extend(equilibrium.u0);
         }
         // How the load of a fold follows a parameter, the reference does not tell.
-        row.resize(self.plan.output_count(), f64::NAN);
+        row.resize(self.plan.contact_column().unwrap_or(self.plan.output_count()), f64::NAN);
+        if self.plan.terms.wall {
+            row.extend(self.contact_row(batch, sample, equilibrium));
+        }
+        row
+    }
+
+    /// Columns of the contact with the wall; what an equilibrium does not have is not a number.
+    fn contact_row(&self, batch: &Batch, sample: usize, equilibrium: &Equilibrium) -> Vec<f64> {
+        let mut row = vec![f64::NAN; ContactColumn::COUNT];
+        let mut put = |column: ContactColumn, values: &[f64]| {
+            row[column as usize..column as usize + values.len()].copy_from_slice(values);
+        };
+        if let Some(contact) = &equilibrium.contact {
+            put(ContactColumn::Touching, &[f64::from(u8::from(contact.touching))]);
+            put(ContactColumn::Gap, &[contact.gap]);
+            put(ContactColumn::NormalForce, &[contact.normal_force]);
+            put(ContactColumn::Force, &contact.force);
+            put(ContactColumn::Normal, &contact.normal);
+            put(ContactColumn::BodyGap, &[contact.body_gap]);
+            put(ContactColumn::ForceError, &[contact.force_error]);
+        }
+        let wall = self.plan.sample_rod(batch, sample).wall;
+        put(ContactColumn::Friction, &[wall.map_or(f64::NAN, |wall| wall.friction)]);
+        for derivative in &self.plan.derivatives {
+            let mut rows = [if equilibrium.derivatives.len() == self.slots.len() { 0.0 } else { f64::NAN }; 4];
+            for (slot, entry) in &derivative.terms {
+                let rate = self.plan.entry(batch, sample, *entry);
+                let of_slot = self.slots.iter().zip(&equilibrium.derivatives).find(|(other, _)| *other == slot);
+                if let Some((_, of_slot)) = of_slot {
+                    rows[0] += rate * of_slot.dnormal_force;
+                    (0..3).for_each(|k| rows[1 + k] += rate * of_slot.df[k]);
+                }
+            }
+            row.extend(rows);
+        }
         row
     }
 }

@@ -48,4 +48,5 @@ mod terms;
 mod trust;
 mod turns;
 mod twins;
+mod wall;
 mod workspace;

@@ -1,5 +1,6 @@
 //! Potential energy in a field that varies.
 
+use super::contact::Contact;
 use super::flexible::Flexible;
 use super::state::{BaseLoad, Varying};
 use super::{base_load, equilibrium_at, rigid};
@@ -21,14 +22,16 @@ pub(in crate::reference) fn energy(rod: &Rod, of: &Of<'_>) -> Option<Option<f64>
     let units = chain::units(rod);
     let full = Varying::new(rod, &units)?;
     let (loaded, base) = match of {
-        Of::Equilibrium(found) => (full.loaded(found.load_fraction), Some(base_load(&full, &units, found))),
-        Of::Base(base) => (full.clone(), equilibrium_at(&full, &units, *base)),
+        Of::Equilibrium(found) => (full.loaded(found.load_fraction.min(1.0)), Some(base_load(&full, &units, found))),
+        Of::Base(base) => (full.clone(), equilibrium_at(rod, &full, &units, *base).map(|found| found.base)),
     };
-    let energy = base.and_then(|base| of_rod(&loaded, &base).ok());
+    let tissue = Contact::of(rod, &units).map_or(0.0, |contact| contact.compliance());
+    let energy = base.and_then(|base| of_rod(&loaded, &base, tissue).ok());
     Some(energy.map(|energy| energy * units.moment()))
 }
 
-fn of_rod(rod: &Varying, base: &BaseLoad) -> Result<f64, RunAway> {
+/// With that of a tissue at the tip, by its compliance.
+fn of_rod(rod: &Varying, base: &BaseLoad, tissue: f64) -> Result<f64, RunAway> {
     let chain = &rod.chain;
     let mut integrator = Extrapolation::new(TOLERANCE);
     let mut state = rod.base_state(base, &[]);
@@ -60,5 +63,6 @@ fn of_rod(rod: &Varying, base: &BaseLoad) -> Result<f64, RunAway> {
         }
         flexible.advance(&mut integrator, s, segment.length, &mut state)?;
     }
-    Ok(energy - chain.numbers.f_tip.dot(&state.p))
+    let f = state.n - chain.numbers.f_tip;
+    Ok(energy - chain.numbers.f_tip.dot(&state.p) + 0.5 * tissue * f.norm_squared()) // W4
 }

@@ -1,6 +1,7 @@
 //! Elastic stability in a field that varies: the second variation of the energy, by collocation of the curvature's
 //! variation at Gauss points. No constraint is left, so that its index is a count of negative eigenvalues. F8
 
+use super::contact::Hold;
 use super::flexible::Flexible;
 use super::rigid;
 use super::state::{BaseLoad, State, Varying};
@@ -179,11 +180,17 @@ fn add_dipole(q: &mut Sum, rod: &Varying, x: Vector3<f64>, mu: Vector3<f64>, for
     q.add(&forms.at_work, -field.T3(x, mu), &forms.dp);
 }
 
-/// Stability of an equilibrium; `None` where the rod cannot be integrated. A rod that seems unstable is looked at on finer elements.
-pub(super) fn stability(rod: &Varying, base: &BaseLoad, integrator: &mut Extrapolation) -> Option<Stability> {
+/// Stability of an equilibrium, its tip free or held; `None` where the rod cannot be integrated. A rod that seems unstable is looked at
+/// on finer elements.
+pub(super) fn stability(
+    rod: &Varying,
+    base: &BaseLoad,
+    hold: Option<&Hold>,
+    integrator: &mut Extrapolation,
+) -> Option<Stability> {
     let mut found = None;
     for split in FINER {
-        found = Some(on_elements(rod, base, split, integrator)?);
+        found = Some(on_elements(rod, base, hold, split, integrator)?);
         if found.as_ref().is_some_and(|found| found.factors().is_some()) {
             break;
         }
@@ -192,7 +199,13 @@ pub(super) fn stability(rod: &Varying, base: &BaseLoad, integrator: &mut Extrapo
 }
 
 /// Stability by elements that are split into so many.
-fn on_elements(rod: &Varying, base: &BaseLoad, split: usize, integrator: &mut Extrapolation) -> Option<Stability> {
+fn on_elements(
+    rod: &Varying,
+    base: &BaseLoad,
+    hold: Option<&Hold>,
+    split: usize,
+    integrator: &mut Extrapolation,
+) -> Option<Stability> {
     let chain = &rod.chain;
     let elements: Vec<usize> = elements(rod).into_iter().map(|count| split * count).collect();
     let shears = chain.numbers.segments.iter().any(|segment| segment.C_se != Vector3::zeros());
@@ -262,8 +275,45 @@ fn on_elements(rod: &Varying, base: &BaseLoad, split: usize, integrator: &mut Ex
         }
     }
     let root = DMatrix::from_diagonal(&q.elastic.map(|energy| 1.0 / energy.sqrt()));
-    let second_variation = DMatrix::identity(count, count) + 0.5 * (&root * (&q.q + q.q.transpose()) * &root);
+    let mut second_variation = DMatrix::identity(count, count) + 0.5 * (&root * (&q.q + q.q.transpose()) * &root);
+    if let Some(hold) = hold {
+        second_variation = held(second_variation, &(&forms.dp * &root), hold);
+    }
     Some(Stability { second_variation, leeway: leeway * travelled, inside })
+}
+
+/// A second variation with the wall at the tip, whose displacement by the unknowns is `dp`. A direction in which the wall gives way by
+/// c adds q q^T e / c with |q| = 1 and e = |dp|^2. With that of q shrunk by sqrt(c / (c + e)), which changes no sign, the sum stays
+/// finite, is the identity at rest, and for c = 0 is the form on all that does not move the tip.
+fn held(mut form: DMatrix<f64>, dp: &Matrix3xX<f64>, hold: &Hold) -> DMatrix<f64> {
+    form += dp.transpose() * hold.curvature * dp;
+    let Some(eigen) = directions(dp, hold) else { return form };
+    for (way, size) in eigen {
+        let share = hold.compliance / (hold.compliance + size);
+        // S A S + (1 - s^2) q q^T, S = 1 - (1 - s) q q^T
+        let (less, along) = (1.0 - share.sqrt(), &form * &way);
+        let own = way.dot(&along);
+        form -= less * (&along * way.transpose() + &way * along.transpose());
+        form += (less * less * own + 1.0 - share) * (&way * way.transpose());
+    }
+    form
+}
+
+/// Unit vectors of the unknowns by which the tip moves in the directions of the wall, across each other, and the squares of how far.
+fn directions(dp: &Matrix3xX<f64>, hold: &Hold) -> Option<Vec<(DVector<f64>, f64)>> {
+    /// The tip does not move that way: a square against the largest.
+    const STILL: f64 = 1e-24;
+    let rows: Vec<_> = hold.directions.iter().map(|n| n.transpose() * dp).collect();
+    let rows = DMatrix::from_rows(&rows);
+    let squares = &rows * rows.transpose();
+    if !squares.iter().all(|x| x.is_finite()) {
+        return None;
+    }
+    let eigen = SymmetricEigen::new(squares);
+    let least = STILL * dp.norm_squared();
+    let each = eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter());
+    let moving = each.filter(|(size, _)| **size > least);
+    Some(moving.map(|(size, way)| (rows.tr_mul(&way) / size.sqrt(), *size)).collect())
 }
 
 /// The work of the field and of all forces beyond on a rigid segment.

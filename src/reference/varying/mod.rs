@@ -1,8 +1,12 @@
 //! The reference in fields that vary in space: forces act along with torques, and the force at the base is unknown, too.
 //! F0 to F8
 //!
-//! The literature's form (p, R, u integrated) with the internal force as a part of the state.
+//! The literature's form (p, R, u integrated) with the internal force as a part of the state. A wall that the tip touches adds its
+//! force, W1 to W10.
 
+mod body_gap;
+mod coming;
+mod contact;
 mod energy;
 mod field;
 mod flexible;
@@ -17,15 +21,16 @@ mod state;
 pub(super) use energy::{Of, energy};
 pub(super) use shape::{poses, poses_with_derivatives};
 
-use super::answer::{Equilibrium, RESIDUAL_FACTOR, SI, SlotDerivative, Stability, TOLERANCE, status};
+use super::answer::{Equilibrium, RESIDUAL_FACTOR, SI, SlotDerivative, Stability, TOLERANCE, TipContact, status};
 use super::chain::{self, rows};
 use super::extrapolation::Extrapolation;
 use super::stability::{is_unstable, margin};
 use crate::model::{BaseWrench, Rod, Slot, Status, Units, Vector};
+use contact::{Balance, Contact, Gap, Touch, WallChange, of_base};
 use flexible::Flexible;
-use nalgebra::{Matrix3, Vector3, Vector6};
+use nalgebra::{DVector, Matrix3, Vector3};
 use ramp::End;
-use shooting::{Passage, balanced_force, pass, polish};
+use shooting::{Polished, balanced_force, pass, polish};
 use state::{BaseLoad, Change, Varying};
 
 /// Steps that a passage may take at this tolerance: bounds the sum of their errors.
@@ -33,72 +38,184 @@ const STEPS: f64 = 20.0;
 /// Base moments that differ by no more than this, against the larger of theirs and EI / L, are those of one equilibrium.
 const SAME_MOMENT: f64 = 1e-3;
 
-/// Solves the rod from rest and differentiates the solution by `slots`; `None` where its field is uniform.
+/// What the path from rest led to.
+struct Ending {
+    found: Polished,
+    passes: usize,
+    steps: usize,
+    /// Share of the load, and of the wall's way beyond 1.
+    reached: f64,
+    end: End,
+    is_sure: bool,
+}
+
+/// Solves the rod from rest and differentiates the solution by `slots`; `None` where its field is uniform and there is no wall.
 pub(super) fn solve(rod: &Rod, slots: &[Slot]) -> Option<Equilibrium> {
     let units = chain::units(rod);
     let full = Varying::new(rod, &units)?;
+    let contact = Contact::of(rod, &units);
+    let without = |status| Some(Equilibrium::without_solution(status, slots.len()));
+    if let Some(status) = contact.as_ref().and_then(Contact::refusal) {
+        return without(status);
+    }
+    let mut integrator = Extrapolation::new(TOLERANCE);
     let (path, is_sure) = ramp::from_rest(&full);
     let loaded = full.loaded(path.lambda);
-    let mut integrator = Extrapolation::new(TOLERANCE);
-    let Ok((base, passage, passes)) = polish(&loaded, path.base, &mut integrator) else {
-        return Some(Equilibrium::without_solution(Status::NonFinite, slots.len()));
+    let Ok((found, passes)) = polish(&loaded, path.base, None, &mut integrator) else {
+        return without(Status::NonFinite);
     };
-    let index = hessian::stability(&loaded, &base, &mut integrator).and_then(|found| found.index());
+    let (passes, steps) = (path.passes + passes, path.steps);
+    let mut ending = Ending { found, passes, steps, reached: path.lambda, end: path.end, is_sure };
+    if let Some(contact) = &contact
+        && ending.end == End::Arrived
+        && is_sure
+    {
+        let p_free = ending.found.passage.tip.p;
+        if !contact.has_normal(p_free) {
+            return without(Status::BadParameter);
+        }
+        if contact.sticks() || contact.gap(p_free).g < 0.0 {
+            let (way, is_sure) = coming::from_free(&full, contact, ending.found.base, p_free);
+            let Ok((found, passes)) = polish(&full, way.base, Some(&way.touch), &mut integrator) else {
+                return without(Status::NonFinite);
+            };
+            let passes = ending.passes + way.passes + passes;
+            let steps = steps.max(way.steps);
+            ending = Ending { found, passes, steps, reached: 1.0 + way.tau, end: way.end, is_sure };
+        }
+    }
+    Some(answer((rod, &units), &loaded, contact.as_ref(), ending, slots, &mut integrator))
+}
+
+/// All that is asked of an ending.
+fn answer(
+    (rod, units): (&Rod, &Units),
+    loaded: &Varying,
+    contact: Option<&Contact>,
+    ending: Ending,
+    slots: &[Slot],
+    integrator: &mut Extrapolation,
+) -> Equilibrium {
+    let Polished { base, touch, passage, balance } = &ending.found;
+    let hold = touch.as_ref().map(|touch| touch.hold(passage.tip.p));
+    let index = hessian::stability(loaded, base, hold.as_ref(), integrator).and_then(|found| found.index());
     let most = RESIDUAL_FACTOR * TOLERANCE * passage.growth();
-    let determinant = passage.matrix().determinant();
-    let is_unstable = index.map(|index| is_unstable(&loaded.chain, determinant, index));
-    let status = match path.end {
-        _ if !is_sure => Status::Doubtful,
+    let residual = balance.residual.norm();
+    let is_unstable = index.map(|index| is_unstable(&loaded.chain, balance.determinant(), index));
+    let touched = contact.map(|contact| touched(loaded, units, contact, &ending.found, integrator));
+    let is_through = |of: &TipContact| Contact::is_through(of.body_gap / units.length);
+    let arrived = ending.end == End::Arrived;
+    let status = match ending.end {
+        _ if !ending.is_sure => Status::Doubtful,
         End::TooNear => Status::TooNearMagnet,
         End::Outside => Status::OutsideMap,
-        end => status((path.lambda, end == End::GaveUp, path.steps), (passage.residual.norm(), most), is_unstable),
+        End::Fold if ending.reached >= 1.0 => Status::Fold,
+        End::GaveUp if ending.reached >= 1.0 => Status::StepLimit,
+        end => status((ending.reached, end == End::GaveUp, ending.steps), (residual, most), is_unstable),
+    };
+    let status = match &touched {
+        Some(of) if status.is_success() && is_through(of) => Status::ThroughWall,
+        _ => status,
     };
     let index = index.unwrap_or_default();
-    let derivatives = differentiate(&loaded, &units, &base, slots, &mut integrator);
-    Some(Equilibrium {
+    let derivatives = differentiate(loaded, units, &ending.found, contact, slots, integrator);
+    Equilibrium {
         n0: SI(base.n, units.force),
         m0: SI(loaded.chain.R0 * base.m_body, units.moment()),
         u0: SI(passage.u_first, units.curvature()),
         p_tip: SI(passage.tip.p + Vector3::from(rod.base_position) / units.length, units.length),
         R_tip: rows(&passage.tip.R),
         u_tip: SI(passage.u_last, units.curvature()),
-        residual: passage.residual.norm() * units.moment(),
-        error_estimate: error_estimate(&passage),
+        residual: residual * units.moment(),
+        error_estimate: error_estimate(&ending.found),
         index,
-        margin: margin(passage.moment_inverse(), is_unstable.unwrap_or_default()),
+        margin: margin(balance.moment_inverse(), is_unstable.unwrap_or_default()),
         status,
-        load_fraction: path.lambda,
-        iterations: path.passes + passes,
+        load_fraction: if arrived { 1.0 } else { ending.reached },
+        iterations: ending.passes,
         derivatives: derivatives.unwrap_or_else(|| vec![SlotDerivative::default(); slots.len()]),
+        contact: touched,
         nodes: Vec::new(),
-    })
+    }
+}
+
+/// What tip and wall do to each other, SI.
+fn touched(
+    loaded: &Varying,
+    units: &Units,
+    contact: &Contact,
+    found: &Polished,
+    integrator: &mut Extrapolation,
+) -> TipContact {
+    let p = found.passage.tip.p;
+    let Gap { g, n, .. } = contact.gap(p);
+    let f = found.touch.as_ref().map_or(Vector3::zeros(), |touch| touch.force(p));
+    let yielded = found.touch.as_ref().map_or(0.0, |touch| contact.yielded(&touch.strength));
+    let least = body_gap::least_gap(loaded, contact, &found.base, integrator).unwrap_or(f64::NAN);
+    // A tip that slides is on the wall, to the last digit or not.
+    let of_tip = if found.touch.is_some() && !contact.sticks() { 0.0 } else { g };
+    TipContact {
+        touching: found.touch.is_some(),
+        gap: g * units.length,
+        normal: n.into(),
+        normal_force: f.dot(&n) * units.force,
+        force: SI(f, units.force),
+        body_gap: of_tip.min(least + yielded) * units.length,
+        force_error: force_error(found, f) * units.force,
+    }
+}
+
+/// Integration errors and what Newton's method left over, as changes of the unknown: one for each row of the system.
+fn errors(found: &Polished) -> Option<impl Iterator<Item = DVector<f64>>> {
+    let left_over = found.balance.residual.norm();
+    let size = (STEPS * TOLERANCE * found.passage.growth()).min(1.0) + left_over;
+    let inverse = found.balance.inverse()?;
+    Some((0..inverse.ncols()).map(move |k| size * inverse.column(k)))
 }
 
 /// What the integrator's and the residual's errors do to the tip, by the solution's own sensitivities.
-fn error_estimate(passage: &Passage) -> f64 {
-    let integration = STEPS * TOLERANCE * passage.growth();
-    let Some(inverse) = passage.matrix().try_inverse() else { return 1.0 };
-    let of = |take: fn(&state::Column) -> Vector3<f64>| {
-        (0..6).map(|k| passage.combined(take, &inverse.column(k).into()).norm_squared()).sum::<f64>().sqrt()
+fn error_estimate(found: &Polished) -> f64 {
+    let Some(errors) = errors(found) else { return 1.0 };
+    let (mut moved, mut turned) = (0.0, 0.0);
+    for error in errors {
+        let by = of_base(&error);
+        moved += found.passage.combined(|column| column.dp, &by).norm_squared();
+        turned += found.passage.combined(|column| column.w, &by).norm_squared();
+    }
+    STEPS * TOLERANCE + f64::max(moved, turned).sqrt()
+}
+
+/// The same for the force of the wall.
+fn force_error(found: &Polished, f: Vector3<f64>) -> f64 {
+    let Some(touch) = &found.touch else { return 0.0 };
+    let Some(errors) = errors(found) else { return f64::INFINITY };
+    let p = found.passage.tip.p;
+    let of = |error: DVector<f64>| {
+        let dp = found.passage.combined(|column| column.dp, &of_base(&error));
+        touch.force_change(p, dp, &error, &WallChange::default()).1.norm_squared()
     };
-    let answers = of(|column| column.dp).max(of(|column| column.w));
-    STEPS * TOLERANCE + answers * (integration.min(1.0) + passage.residual.norm())
+    STEPS * TOLERANCE * f.norm() + errors.map(of).sum::<f64>().sqrt()
 }
 
 /// Total derivatives by the implicit function theorem (33).
 fn differentiate(
     rod: &Varying,
     units: &Units,
-    base: &BaseLoad,
+    found: &Polished,
+    contact: Option<&Contact>,
     slots: &[Slot],
     integrator: &mut Extrapolation,
 ) -> Option<Vec<SlotDerivative>> {
+    let (base, touch) = (&found.base, found.touch.as_ref());
     let changes = all_changes(rod, base, slots);
     let passage = pass(rod, base, &changes, integrator).ok()?;
-    let matrix = passage.matrix().lu();
+    let balance = Balance::new(&passage, touch);
+    let p = passage.tip.p;
     let derivative = |(k, slot): (usize, &Slot)| {
         let of_slot = 6 + k;
-        let by: Vector6<f64> = matrix.solve(&-passage.dresidual[of_slot])?; // (33)
+        let of_wall = contact.map_or(WallChange::default(), |contact| contact.change(*slot, p));
+        let answer = balance.answer(&Balance::change(&passage, touch, of_slot, &of_wall))?; // (33)
+        let by = of_base(&answer);
         let total =
             |of: fn(&state::Column) -> Vector3<f64>| of(&passage.tip.columns[of_slot]) + passage.combined(of, &by);
         let mut du0 = passage.du_first[of_slot] + (0..6).map(|c| passage.du_first[c] * by[c]).sum::<Vector3<f64>>();
@@ -109,13 +226,18 @@ fn differentiate(
             dm0 -= slope;
             du0 -= u_slope;
         }
+        let dp = total(|column| column.dp);
+        let of_force = touch.map(|touch| touch.force_change(p, dp, &answer, &of_wall));
+        let (dlambda, df) = of_force.unwrap_or_default();
         let per = 1.0 / slot.unit(units);
         Some(SlotDerivative {
-            dp: SI(total(|column| column.dp), units.length * per),
+            dp: SI(dp, units.length * per),
             w: SI(total(|column| column.w), per),
             dm0: SI(dm0, units.moment() * per),
             dn0: SI(dn0, units.force * per),
             du0: SI(du0, units.curvature() * per),
+            df: SI(df, units.force * per),
+            dnormal_force: dlambda * units.force * per,
         })
     };
     slots.iter().enumerate().map(derivative).collect()
@@ -146,14 +268,14 @@ fn at_base(rod: &Varying, base: &BaseLoad) -> (Vector3<f64>, Vector3<f64>) {
 pub(super) fn stability_at(rod: &Rod, base: BaseWrench) -> Option<Option<Stability>> {
     let units = chain::units(rod);
     let full = Varying::new(rod, &units)?;
-    let found = equilibrium_at(&full, &units, base);
-    Some(found.and_then(|base| {
+    let found = equilibrium_at(rod, &full, &units, base);
+    Some(found.and_then(|Polished { base, touch, passage, balance }| {
+        let hold = touch.as_ref().map(|touch| touch.hold(passage.tip.p));
         let mut integrator = Extrapolation::new(TOLERANCE);
-        let passage = pass(&full, &base, &full.base_changes(), &mut integrator).ok()?;
-        let index = hessian::stability(&full, &base, &mut integrator)?.index()?;
-        let residual = passage.residual.norm() * units.moment();
-        let is_unstable = is_unstable(&full.chain, passage.matrix().determinant(), index);
-        Some(Stability { index, margin: margin(passage.moment_inverse(), is_unstable), residual })
+        let index = hessian::stability(&full, &base, hold.as_ref(), &mut integrator)?.index()?;
+        let residual = balance.residual.norm() * units.moment();
+        let is_unstable = is_unstable(&full.chain, balance.determinant(), index);
+        Some(Stability { index, margin: margin(balance.moment_inverse(), is_unstable), residual })
     }))
 }
 
@@ -162,30 +284,48 @@ pub(super) fn stability_at(rod: &Rod, base: BaseWrench) -> Option<Option<Stabili
 pub(super) fn base_curvature(rod: &Rod, base: BaseWrench) -> Option<Option<Vector>> {
     let units = chain::units(rod);
     let full = Varying::new(rod, &units)?;
-    let found = equilibrium_at(&full, &units, base);
-    let passed = found.and_then(|base| pass(&full, &base, &[], &mut Extrapolation::new(TOLERANCE)).ok());
-    Some(passed.map(|passage| SI(passage.u_first, units.curvature())))
+    let found = equilibrium_at(rod, &full, &units, base);
+    Some(found.map(|found| SI(found.passage.u_first, units.curvature())))
 }
 
 /// The equilibrium with this load at the base. Where the force is not known, that is taken which goes with the moment, or where
-/// that leads elsewhere, as it may in a strong field, that of the equilibrium from rest.
-fn equilibrium_at(rod: &Varying, units: &Units, base: BaseWrench) -> Option<BaseLoad> {
-    let m_body = rod.chain.R0.tr_mul(&Vector3::from(base.moment)) / units.moment();
+/// that leads elsewhere, as it may in a strong field, that of the equilibrium from rest. Beside a wall it is the latter.
+fn equilibrium_at(rod: &Rod, full: &Varying, units: &Units, base: BaseWrench) -> Option<Polished> {
+    let m_body = full.chain.R0.tr_mul(&Vector3::from(base.moment)) / units.moment();
+    let contact = Contact::of(rod, units);
     let mut integrator = Extrapolation::new(TOLERANCE);
-    let mut polished = |base: BaseLoad| {
-        let (base, passage, _) = polish(rod, base, &mut integrator).ok()?;
-        let most = RESIDUAL_FACTOR * TOLERANCE * passage.growth();
-        let is_same = (base.m_body - m_body).norm() <= SAME_MOMENT * base.m_body.norm().max(1.0);
-        (is_same && passage.residual.norm() <= most).then_some(base)
+    let mut polished = |base: BaseLoad, touch: Option<&Touch>| {
+        let (found, _) = polish(full, base, touch, &mut integrator).ok()?;
+        let most = RESIDUAL_FACTOR * TOLERANCE * found.passage.growth();
+        let is_same = (found.base.m_body - m_body).norm() <= SAME_MOMENT * found.base.m_body.norm().max(1.0);
+        (is_same && found.balance.residual.norm() <= most).then_some(found)
     };
     if let Some(n) = base.force {
-        return polished(BaseLoad { n: Vector3::from(n) / units.force, m_body });
+        let base = BaseLoad { n: Vector3::from(n) / units.force, m_body };
+        let touch = contact.and_then(|contact| touch_at(full, contact, &base));
+        return polished(base, touch.as_ref());
     }
-    let balanced = balanced_force(rod, m_body, &mut Extrapolation::new(TOLERANCE));
-    balanced.and_then(|n| polished(BaseLoad { n, m_body })).or_else(|| {
-        let (path, _) = ramp::from_rest(rod);
-        if path.end == End::Arrived { polished(path.base) } else { None }
-    })
+    let Some(contact) = contact else {
+        let balanced = balanced_force(full, m_body, &mut Extrapolation::new(TOLERANCE));
+        return balanced.and_then(|n| polished(BaseLoad { n, m_body }, None)).or_else(|| {
+            let (path, _) = ramp::from_rest(full);
+            if path.end == End::Arrived { polished(path.base, None) } else { None }
+        });
+    };
+    let found = solve(rod, &[])?;
+    let base = found.status.is_converged().then(|| base_load(full, units, &found))?;
+    let touch = touch_at(full, contact, &base);
+    polished(base, touch.as_ref())
+}
+
+/// The wall that presses on a rod with this load at the base; `None` where the end bears no more than the loads.
+fn touch_at(full: &Varying, contact: Contact, base: &BaseLoad) -> Option<Touch> {
+    /// A force below this, EI / L^2, is none.
+    const NO_FORCE: f64 = 1e-7;
+    let passage = pass(full, base, &[], &mut Extrapolation::new(TOLERANCE)).ok()?;
+    let f: Vector3<f64> = passage.residual.fixed_rows::<3>(0).into();
+    let touches = contact.sticks() || f.norm() > NO_FORCE;
+    touches.then(|| Touch::of_force(contact, passage.tip.p, f))
 }
 
 /// The load at the base of an equilibrium, in the units of the chain.

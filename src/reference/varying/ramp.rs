@@ -13,17 +13,17 @@ use crate::reference::stability::margin;
 use nalgebra::{Matrix6, Vector3, Vector6};
 
 /// The predictor may take a station this share of the way to a magnet, in steps no smaller than `LITTLE_STEP`.
-const APPROACH: f64 = 0.2;
+pub(super) const APPROACH: f64 = 0.2;
 /// A least eigenvalue below this share of that at rest may grow or shrink so many times in a step.
-const SOFT: f64 = 0.5;
-const RATIO: f64 = 2.5;
+pub(super) const SOFT: f64 = 0.5;
+pub(super) const RATIO: f64 = 2.5;
 /// A path that ends while it is above this share has met no fold; nor has one that ends with a larger margin than `FOLD_MARGIN`.
 const AT_FOLD: f64 = 0.25;
 const FOLD_MARGIN: f64 = 0.25;
 /// No load step need be smaller for its sake.
-const LITTLE_STEP: f64 = 1e-4;
+pub(super) const LITTLE_STEP: f64 = 1e-4;
 /// Corrections are measured against this change of the base load at least, where hardly any is predicted.
-const SMALL_LOAD: f64 = 0.1;
+pub(super) const SMALL_LOAD: f64 = 0.1;
 
 /// How a path ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -192,7 +192,7 @@ fn correct(
         let share = *first.get_or_insert((size / allowed_first).max(turn / allowed_turn));
         if size <= ARRIVED * (1.0 + base.norm()) && turn <= ARRIVED_TURN {
             *passes += 1;
-            let found = stability(&loaded, &base, integrator).ok_or(Refused::Other)?;
+            let found = stability(&loaded, &base, None, integrator).ok_or(Refused::Other)?;
             let Stability { leeway, inside, .. } = found;
             if leeway <= 0.0 {
                 return Err(Refused::TooNear);

@@ -1,7 +1,8 @@
 //! The shape of a rod in a field that varies, and how its points move with its numbers.
 
+use super::contact::{Balance, Contact, WallChange, of_base};
 use super::flexible::Flexible;
-use super::shooting::tip_residual;
+use super::shooting::{Polished, tip_passage};
 use super::state::{BaseLoad, Change, Column, State, Varying};
 use super::{all_changes, base_load, equilibrium_at, rigid, turned};
 use crate::model::{BaseWrench, Rod, Slot, Units};
@@ -9,7 +10,7 @@ use crate::reference::answer::{Equilibrium, SI, TOLERANCE};
 use crate::reference::chain::{self, rows};
 use crate::reference::extrapolation::Extrapolation;
 use crate::reference::shape::{Pose, PoseDerivative};
-use nalgebra::{Matrix6, Vector3, Vector6};
+use nalgebra::{Vector3, Vector6};
 
 /// A point before the derivatives by the base load are known.
 struct Station {
@@ -23,7 +24,7 @@ struct Station {
 /// Poses of an equilibrium at arc lengths (m); `None` where the field is uniform.
 pub(in crate::reference) fn poses(rod: &Rod, equilibrium: &Equilibrium, arc_lengths: &[f64]) -> Option<Vec<Pose>> {
     let units = chain::units(rod);
-    let loaded = Varying::new(rod, &units)?.loaded(equilibrium.load_fraction);
+    let loaded = Varying::new(rod, &units)?.loaded(equilibrium.load_fraction.min(1.0));
     let base = base_load(&loaded, &units, equilibrium);
     let (stations, _) = stations(&loaded, &units, &base, &[], arc_lengths);
     Some(stations.iter().map(|station| pose(station, &units, rod, Vec::new())).collect())
@@ -39,24 +40,29 @@ pub(in crate::reference) fn poses_with_derivatives(
 ) -> Option<Option<Vec<Pose>>> {
     let units = chain::units(rod);
     let full = Varying::new(rod, &units)?;
-    let found = equilibrium_at(&full, &units, base);
-    Some(found.and_then(|base| moving(rod, &full, &units, &base, arc_lengths, slots)))
+    let found = equilibrium_at(rod, &full, &units, base);
+    Some(found.and_then(|found| moving(rod, &full, &units, &found, arc_lengths, slots)))
 }
 
 fn moving(
     rod: &Rod,
     full: &Varying,
     units: &Units,
-    base: &BaseLoad,
+    Polished { base, touch, .. }: &Polished,
     arc_lengths: &[f64],
     slots: &[Slot],
 ) -> Option<Vec<Pose>> {
+    let (contact, touch) = (Contact::of(rod, units), touch.as_ref());
     let changes = all_changes(full, base, slots);
     let (mut stations, tip) = stations(full, units, base, &changes, arc_lengths);
-    let (residual, dresidual) = tip_residual(full, &changes, &tip?);
-    let matrix = Matrix6::from_columns(&dresidual[..6]).lu();
-    let correction = matrix.solve(&-residual)?;
-    let by: Vec<Vector6<f64>> = dresidual[6..].iter().map(|dr| matrix.solve(&-dr)).collect::<Option<_>>()?; // (33)
+    let passage = tip_passage(full, &changes, tip?);
+    let balance = Balance::new(&passage, touch);
+    let correction = of_base(&balance.step()?);
+    let answer = |(k, slot): (usize, &Slot)| {
+        let of_wall = contact.map_or(WallChange::default(), |contact| contact.change(*slot, passage.tip.p));
+        Some(of_base(&balance.answer(&Balance::change(&passage, touch, 6 + k, &of_wall))?)) // (33)
+    };
+    let by: Vec<Vector6<f64>> = slots.iter().enumerate().map(answer).collect::<Option<_>>()?;
     let complete = |station: &mut Station| {
         let columns = std::mem::take(&mut station.state.columns);
         let combined = |of: &dyn Fn(usize) -> Vector3<f64>, by: &Vector6<f64>| -> Vector3<f64> {

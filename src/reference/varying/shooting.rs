@@ -1,5 +1,6 @@
 //! One passage from base to tip with six unknowns, and Newton's iteration on them. F5
 
+use super::contact::{Balance, Touch, of_base};
 use super::flexible::Flexible;
 use super::rigid;
 use super::state::{BaseLoad, Change, Column, State, Varying};
@@ -21,6 +22,15 @@ pub(super) struct Passage {
     /// n(L) - f_tip in the world frame, m(L) - l_tip in the tip's.
     pub residual: Vector6<f64>,
     pub dresidual: Vec<Vector6<f64>>,
+}
+
+/// An equilibrium to the last digits.
+pub(super) struct Polished {
+    pub base: BaseLoad,
+    /// `None`: the tip is free.
+    pub touch: Option<Touch>,
+    pub passage: Passage,
+    pub balance: Balance,
 }
 
 /// Integrates the rod from the base with the given load.
@@ -61,9 +71,15 @@ pub(super) fn pass_by_sections(
             rigid::cross(rod, j, changes, &mut state);
         }
     }
-    let (residual, dresidual) = tip_residual(rod, changes, &state);
     let (u_first, du_first) = first.unwrap_or_default();
-    Ok(Passage { tip: state, stations, u_first, du_first, u_last, residual, dresidual })
+    Ok(Passage { stations, u_first, du_first, u_last, ..tip_passage(rod, changes, state) })
+}
+
+/// What a state at the tip alone tells of a passage.
+pub(super) fn tip_passage(rod: &Varying, changes: &[Change], tip: State) -> Passage {
+    let (residual, dresidual) = tip_residual(rod, changes, &tip);
+    let none = Vector3::zeros();
+    Passage { tip, stations: Vec::new(), u_first: none, du_first: Vec::new(), u_last: none, residual, dresidual }
 }
 
 fn join(n: Vector3<f64>, m: Vector3<f64>) -> Vector6<f64> {
@@ -71,7 +87,7 @@ fn join(n: Vector3<f64>, m: Vector3<f64>) -> Vector6<f64> {
 }
 
 /// The tip conditions and their changes. F5
-pub(super) fn tip_residual(rod: &Varying, changes: &[Change], tip: &State) -> (Vector6<f64>, Vec<Vector6<f64>>) {
+fn tip_residual(rod: &Varying, changes: &[Change], tip: &State) -> (Vector6<f64>, Vec<Vector6<f64>>) {
     let numbers = &rod.chain.numbers;
     let residual = join(tip.n - numbers.f_tip, tip.m_body - tip.R.tr_mul(&numbers.l_tip));
     let change = |(column, change): (&Column, &Change)| {
@@ -140,30 +156,35 @@ pub(super) fn balanced_force(
 
 /// Full steps of Newton's iteration until neither residual nor step gets smaller.
 ///
-/// Returns the load with the least residual, that passage, and the passages spent.
+/// Returns what has the least residual, and the passages spent.
 pub(super) fn polish(
     rod: &Varying,
     base: BaseLoad,
+    touch: Option<&Touch>,
     integrator: &mut Extrapolation,
-) -> Result<(BaseLoad, Passage, usize), RunAway> {
+) -> Result<(Polished, usize), RunAway> {
     const MOST_PASSES: usize = 12;
     let changes = rod.base_changes();
-    let mut best = (base, pass(rod, &base, &changes, integrator)?);
+    let mut at = |base: BaseLoad, touch: Option<Touch>| {
+        let passage = pass(rod, &base, &changes, integrator)?;
+        let balance = Balance::new(&passage, touch.as_ref());
+        Ok(Polished { base, touch, passage, balance })
+    };
+    let mut best = at(base, touch.cloned())?;
     let mut last_step = f64::INFINITY;
     for passes in 2..=MOST_PASSES {
-        let Some(step) = best.1.matrix().lu().solve(&-best.1.residual) else {
-            return Ok((best.0, best.1, passes - 1));
-        };
-        if step.norm() >= 0.5 * last_step || step.norm() <= f64::EPSILON * best.0.norm() {
-            return Ok((best.0, best.1, passes - 1));
+        let Some(step) = best.balance.step() else { return Ok((best, passes - 1)) };
+        if step.norm() >= 0.5 * last_step || step.norm() <= f64::EPSILON * best.base.norm() {
+            return Ok((best, passes - 1));
         }
         last_step = step.norm();
-        let next = best.0.moved(&step);
-        let passage = pass(rod, &next, &changes, integrator)?;
-        if passage.residual.norm() >= best.1.residual.norm() {
-            return Ok((best.0, best.1, passes));
+        let next = at(best.base.moved(&of_base(&step)), best.touch.as_ref().map(|touch| touch.moved(&step)))?;
+        // Also false for NaN.
+        let is_better = next.balance.residual.norm() < best.balance.residual.norm();
+        if !is_better {
+            return Ok((best, passes));
         }
-        best = (next, passage);
+        best = next;
     }
-    Ok((best.0, best.1, MOST_PASSES))
+    Ok((best, MOST_PASSES))
 }

@@ -1,7 +1,7 @@
 //! The rod in a field that varies, its state with the internal force, and what may change.
 
 use super::field::{Field, FieldChange};
-use crate::model::{Rod, Slot, Units};
+use crate::model::{Rod, RodField, Slot, Units};
 use crate::reference::chain::{Chain, Variation, nu};
 use nalgebra::{Matrix3, Vector3, Vector6};
 
@@ -61,10 +61,11 @@ impl BaseLoad {
 }
 
 impl Varying {
-    /// `None` for a rod in a uniform field.
+    /// `None` for a rod in a uniform field without a wall.
     pub(super) fn new(rod: &Rod, units: &Units) -> Option<Self> {
         let chain = Chain::new(rod, units);
-        let field = Field::new(rod.field.as_ref()?, chain.numbers.B, rod.base_position.into(), units);
+        let of_rod = rod.field.clone().or_else(|| rod.wall.map(|_| RodField::none()))?;
+        let field = Field::new(&of_rod, chain.numbers.B, rod.base_position.into(), units);
         Some(Self { chain, field })
     }
 
