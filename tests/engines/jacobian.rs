@@ -87,6 +87,8 @@ fn automatic(rod: &Rod, m0: [f64; 3], slots: &[Slot]) -> Vec<SlotDerivative> {
             dm0: dm0.into(),
             dn0: [0.0; 3],
             du0: total(|s| rate(s.u0)),
+            df: [0.0; 3],
+            dnormal_force: 0.0,
         }
     };
     slots.iter().map(derivative).collect()
