@@ -75,7 +75,9 @@ pub fn shape(solved: &Solved) -> Value {
     let (scene, rod) = (solved.scene(), solved.rod());
     let count = smooth_count(&rod);
     let at = along_segments(scene, count);
-    let Some(poses) = shape_with_derivatives(&solved.pressed_rod(), solved.base_wrench(), &at, &[]) else { return Value::Null };
+    let Some(poses) = shape_with_derivatives(&solved.pressed_rod(), solved.base_wrench(), &at, &[]) else {
+        return Value::Null;
+    };
     let each = poses.chunks(count).enumerate();
     let stretches: Vec<Value> = each.map(|(index, poses)| stretch(scene, &rod, index, poses)).collect();
     let around = Surroundings::of(scene);
