@@ -557,9 +557,9 @@ class Solution:
         if self._has_wall:
             contact = self.contact
             for name, column, components in _CONTACT:
-                unit = _frames.unit_of_slope(column, known)
+                of = _frames.unit_of_slope(column, known)
                 along = ("axis",) if components == 3 else ()
-                found[f"contact_{name}"] = ((*dims, *along), getattr(contact, name), {"units": unit} if unit else {})
+                found[f"contact_{name}"] = ((*dims, *along), getattr(contact, name), {"units": of} if of else {})
             found |= {"contact_touching": (dims, contact.touching), "contact_holds": (dims, contact.holds)}
         coords["axis"] = ("axis", ["x", "y", "z"])
         if self._wrt:
