@@ -455,7 +455,12 @@ class Solution:
             Whether the points are differentiated by the parameters of :attr:`wrt`, too.
         threads : int, optional
             By default one for each core.
+
+        Raises :class:`InputError` for rods beside a wall.
         """
+        if self._has_wall:
+            text = "`shape`: is not known here beside a wall; use rodsweep solve --shape, or Scene.view"
+            raise InputError(text, "shape")
         try:
             count = int(n_points)
         except (TypeError, ValueError):
@@ -552,9 +557,9 @@ class Solution:
         if self._has_wall:
             contact = self.contact
             for name, column, components in _CONTACT:
-                unit = _frames.unit_of_slope(column, known)
+                of = _frames.unit_of_slope(column, known)
                 along = ("axis",) if components == 3 else ()
-                found[f"contact_{name}"] = ((*dims, *along), getattr(contact, name), {"units": unit} if unit else {})
+                found[f"contact_{name}"] = ((*dims, *along), getattr(contact, name), {"units": of} if of else {})
             found |= {"contact_touching": (dims, contact.touching), "contact_holds": (dims, contact.holds)}
         coords["axis"] = ("axis", ["x", "y", "z"])
         if self._wrt:
@@ -606,7 +611,7 @@ class Solution:
     def _repr_html_(self) -> str:
         rows = [[status.word, str(count)] for status, count in self.counts.items()]
         table = _html.table(["status", "rows"], rows)
-        shown = np.flatnonzero(self.converged.reshape(-1))
+        shown = np.flatnonzero(self.converged.reshape(-1) & (not self._has_wall))
         shown = shown[np.linspace(0, len(shown) - 1, min(len(shown), 5)).astype(int)] if len(shown) else shown
         picture = _html.rods(list(self._some_rods(shown))) if len(shown) else ""
         return f"<b>Solution</b>, {_html.escape(self.engine)}{_html.beside(table, picture)}"

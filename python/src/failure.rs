@@ -136,6 +136,8 @@ impl From<PlanError> for Failure {
         match error {
             PlanError::Parameter(error) => error.into(),
             error @ PlanError::InsertionIntoRigid(_) => Failure::at("insertion", error),
+            error @ PlanError::RigidWall => Failure::at("wall.stiffness", error),
+            error @ PlanError::FrictionChangesNothing => Failure::at("wall.friction", error),
             error => Failure::input(error),
         }
     }

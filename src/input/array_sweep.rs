@@ -84,6 +84,7 @@ fn plan_error(problem: PlanError) -> InputError {
         PlanError::InsertionIntoRigid(_) => "insertion".to_owned(),
         PlanError::Parameter(ParameterError::Derived { name } | ParameterError::Unknown { name, .. }) => name.clone(),
         PlanError::FrictionChangesNothing => "wall.friction".to_owned(),
+        PlanError::RigidWall => "wall.stiffness".to_owned(),
         PlanError::Scene(_) | PlanError::NoReciprocity | PlanError::WallWithTipMoment => String::new(),
     };
     match problem {

@@ -6,7 +6,7 @@ use super::sweep_axes::{AXIS, UNCERTAIN, axes, axis_key, check_overlaps, table_a
 use super::sweep_samples::samples;
 use super::toml::{Reader, Source};
 use super::words::{choice, one_of, parameters};
-use crate::model::{Parameter, ParameterError, Plan, PlanError, PlanOptions, Scene};
+use crate::model::{Parameter, ParameterError, Plan, PlanError, PlanOptions, Scene, WallParameter};
 use crate::spec::{
     AxisSpec, BranchChoice, Format, MIXED, MIXED_NOTE, Method, OutputQuantity, PrecisionChoice, SweepSpec,
     WorkspaceOptions,
@@ -300,6 +300,7 @@ fn plan_problem(root: &Reader, spec: &SweepSpec, error: PlanError) -> InputError
             parameter.name(&spec.scene) == *name
         }
         PlanError::WallWithTipMoment => matches!(parameter, Parameter::TipMoment(_)),
+        PlanError::RigidWall => *parameter == Parameter::Wall(WallParameter::Stiffness),
         PlanError::Scene(_) | PlanError::NoReciprocity | PlanError::FrictionChangesNothing => false,
     };
     let place = |axes: &[AxisSpec]| axes.iter().position(|axis| axis.parameters.iter().any(is_meant));

@@ -185,6 +185,10 @@ fn sweeps_of_a_wall_refuse_what_is_not_known() {
         ("[output]\nderivatives = [\"wall.friction\"]\n", "output.derivatives", "changes no equilibrium"),
         ("[output]\nderivatives = [\"loads.tip_moment.x\"]\n", "output.derivatives", "tip moment has no energy"),
     ];
+    let stiffness = "[[axis]]\nparameter = \"wall.stiffness\"\nfrom = 10\nto = 100\npoints = 2\n";
+    let error = sweep(&scene, stiffness).expect_err("a rigid wall");
+    assert!(error.key.starts_with("axis[1]") && error.to_string().contains("give the scene a stiffness"), "{error}");
+    sweep(&scene.replace("friction = 0.3", "stiffness = 50"), stiffness).unwrap_or_else(|error| panic!("{error}"));
     for (rest, key, remedy) in cases {
         let error = sweep(&scene, rest).expect_err(rest);
         assert!(error.key.starts_with(key) && error.to_string().contains(remedy), "{error}");

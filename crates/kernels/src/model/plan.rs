@@ -169,6 +169,11 @@ pub enum PlanError {
     /// A derivative by the coefficient of friction.
     #[error("no number has a derivative by `wall.friction`: friction judges a held tip and changes no equilibrium")]
     FrictionChangesNothing,
+    /// The stiffness of a wall that the scene has rigid is swept.
+    #[error(
+        "the wall is rigid, and kernels leave out what a rigid wall has not: give the scene a stiffness, such as stiffness = \"100 N/m\" under [wall], to sweep it"
+    )]
+    RigidWall,
     /// A couple at the tip is swept beside a wall.
     #[error(
         "a tip moment has no energy, so stability with a wall is not known: do not sweep `loads.tip_moment`, or leave out `[wall]`"
@@ -223,6 +228,10 @@ impl Plan {
         }
         if wrt.contains(&Parameter::Wall(WallParameter::Friction)) {
             return Err(PlanError::FrictionChangesNothing);
+        }
+        let is_rigid = scene.wall.is_some_and(|wall| wall.stiffness.is_none());
+        if is_rigid && swept.contains(&Parameter::Wall(WallParameter::Stiffness)) {
+            return Err(PlanError::RigidWall);
         }
         let is_moment = |parameter: &Parameter| matches!(parameter, Parameter::TipMoment(_));
         if scene.wall.is_some() && swept.iter().chain(wrt).any(is_moment) {
