@@ -1,7 +1,7 @@
 //! Random rods, and moving a rod along one of its numbers.
 #![allow(non_snake_case)]
 
-use rodsweep::model::{Axis, FlexibleRod, Rod, RodField, RodSegment, Slot, Units};
+use rodsweep::model::{Axis, FlexibleRod, Rod, RodField, RodSegment, RodWall, Slot, Surface, Units};
 
 /// Every slot of a rod.
 pub fn all_slots(rod: &Rod) -> Vec<Slot> {
@@ -28,6 +28,20 @@ pub fn all_slots(rod: &Rod) -> Vec<Slot> {
     slots
 }
 
+/// Every slot of its wall.
+pub fn wall_slots(wall: &RodWall) -> Vec<Slot> {
+    let mut slots: Vec<Slot> =
+        [Slot::WallPosition, Slot::WallRotation].iter().flat_map(|vector| Axis::ALL.map(vector)).collect();
+    slots.extend([Slot::WallTipRadius, Slot::WallCompliance]);
+    if wall.kind.surface != Surface::Plane {
+        slots.push(Slot::WallRadius);
+    }
+    if wall.kind.sticks {
+        slots.extend(Axis::ALL.map(Slot::WallAnchor));
+    }
+    slots
+}
+
 /// The rod moved along a slot.
 pub fn moved(rod: &Rod, slot: Slot, by: f64) -> Rod {
     let mut rod = rod.clone();
@@ -45,12 +59,16 @@ pub fn moved(rod: &Rod, slot: Slot, by: f64) -> Rod {
         Slot::SourceMoment(dipole, axis) => field(&mut rod).dipoles[dipole].moment[axis.index()] += by,
         Slot::MapScale(map) => field(&mut rod).maps[map].scale += by,
         Slot::MapPosition(map, axis) => field(&mut rod).maps[map].position[axis.index()] += by,
-        Slot::WallPosition(_)
-        | Slot::WallRotation(_)
-        | Slot::WallRadius
-        | Slot::WallTipRadius
-        | Slot::WallCompliance
-        | Slot::WallAnchor(_) => unreachable!("there is no wall"),
+        Slot::WallPosition(axis) => wall(&mut rod).position[axis.index()] += by,
+        Slot::WallRotation(axis) => {
+            let turn = nalgebra::Rotation3::new(nalgebra::Vector3::ith(axis.index(), by));
+            let wall = wall(&mut rod);
+            wall.axis = (turn * nalgebra::Vector3::from(wall.axis)).into();
+        }
+        Slot::WallRadius => wall(&mut rod).radius += by,
+        Slot::WallTipRadius => wall(&mut rod).tip_radius += by,
+        Slot::WallCompliance => wall(&mut rod).compliance += by,
+        Slot::WallAnchor(axis) => wall(&mut rod).anchor[axis.index()] += by,
         Slot::TipForce(axis) => rod.tip_force[axis.index()] += by,
         Slot::TipMoment(axis) => rod.tip_moment[axis.index()] += by,
         Slot::Insertion => insert(&mut rod.segments[0], by),
@@ -70,6 +88,10 @@ pub fn moved(rod: &Rod, slot: Slot, by: f64) -> Rod {
 
 fn field(rod: &mut Rod) -> &mut RodField {
     rod.field.as_mut().expect("a field that varies in space")
+}
+
+fn wall(rod: &mut Rod) -> &mut RodWall {
+    rod.wall.as_mut().expect("a wall")
 }
 
 /// Lengthens a flexible segment at its proximal end: what varies goes on as it does.

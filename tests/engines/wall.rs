@@ -3,13 +3,18 @@
 
 use super::common::check::{SMALL_COLUMN, column_error, difference, natural_size, norm, pose_error};
 use super::common::root;
+use super::rods::{all_slots, moved, rod_units, wall_slots};
+use nalgebra::{Matrix3, Matrix3x2, Rotation3, Vector3};
+use rayon::prelude::*;
 use rodsweep::backend::Backend;
 use rodsweep::input::parse_scene;
 use rodsweep::model::{
-    ContactColumn, Matrix, Parameter, Plan, PlanOptions, Quantity, Scene, Side, Status, TipOnWall, Vector, Wall,
-    WallShape,
+    Axis, BaseWrench, ContactColumn, Matrix, Parameter, Plan, PlanOptions, Quantity, Rod, RodField, RodSegment, Scene,
+    Side, Slot, Status, TipOnWall, Vector, Wall, WallShape,
 };
-use rodsweep::reference::Reference;
+use rodsweep::reference::{
+    Equilibrium, Reference, TipContact, energy_of, shape, shape_with_derivatives, solve_rod, stability_at,
+};
 use serde_json::Value;
 use std::path::Path;
 
@@ -256,7 +261,450 @@ fn check_golden(engine: &str, options: PlanOptions, tolerance: Tolerance, make: 
     }
 }
 
+/// A scene's rod in equilibrium.
+fn solved(scene: &Scene, slots: &[Slot]) -> (Rod, Equilibrium, TipContact) {
+    let rod = scene.rod();
+    let found = solve_rod(&rod, slots);
+    assert!(found.status.is_converged(), "{}: {:?} at {}", scene.name, found.status, found.load_fraction);
+    let contact = found.contact.expect("a contact");
+    (rod, found, contact)
+}
+
+/// A scene with another wall.
+fn walled(scene: &Scene, change: impl FnOnce(&mut Wall)) -> Scene {
+    let mut scene = scene.clone();
+    change(scene.wall.as_mut().expect("a wall"));
+    scene
+}
+
+fn wrench(found: &Equilibrium) -> BaseWrench {
+    BaseWrench { moment: found.m0, force: Some(found.n0) }
+}
+
+/// The rod without its wall, under the wall's force as a dead one.
+fn under_dead_force(rod: &Rod, force: Vector) -> Rod {
+    let tip_force = std::array::from_fn(|k| rod.tip_force[k] + force[k]);
+    Rod { wall: None, tip_force, field: rod.field.clone().or(Some(RodField::none())), ..rod.clone() }
+}
+
+fn negative(form: Matrix3<f64>) -> usize {
+    form.symmetric_eigenvalues().iter().filter(|value| **value < 0.0).count()
+}
+
+fn bending_stiffness(rod: &Rod) -> f64 {
+    match &rod.segments[0] {
+        RodSegment::Flexible(segment) => segment.stiffness[0],
+        RodSegment::Rigid(_) => panic!("a rigid segment"),
+    }
+}
+
 #[test]
 fn reference_matches_golden_walls() {
     check_golden("reference", PlanOptions::default(), REFERENCE, |plan| Box::new(Reference::new(plan)));
+}
+
+/// What a dead force of the same size tells of index and columns: W8, and W12, in which the rod alone has its derivatives.
+#[test]
+fn a_dead_force_tells_index_and_columns() {
+    let (mut worst, mut symmetry, mut count) = (Worst::default(), Worst::default(), 0);
+    for case in cases() {
+        let Some(expected) = case.solution.as_ref().filter(|solution| solution.touching) else { continue };
+        let name = &case.scene.name;
+        let mut slots = all_slots(&case.scene.rod());
+        // A point that is as far from the base as the tip is not the tip of a rod that becomes longer.
+        let last = Slot::Length(case.scene.rod().segments.len() - 1);
+        slots.retain(|slot| !matches!(slot, Slot::TipMoment(_)) && *slot != last);
+        let (rod, found, contact) = solved(&case.scene, &slots);
+        let dead = under_dead_force(&rod, contact.force);
+        let length = rod.total_length();
+        let by_force = Axis::ALL.map(Slot::TipForce);
+        let derivatives = |slots: &[Slot]| {
+            let poses = shape_with_derivatives(&dead, wrench(&found), &[length], slots).expect("a pose");
+            assert!(difference(&poses[0].position, &found.p_tip) <= 1e-12 * length, "{name}");
+            poses[0].derivatives.iter().map(|d| (Vector3::from(d.dp), Vector3::from(d.w))).collect::<Vec<_>>()
+        };
+        let columns = derivatives(&by_force);
+        let C = Matrix3::from_columns(&[0, 1, 2].map(|k| columns[k].0));
+        symmetry.take((C - C.transpose()).norm() / C.norm(), || name.clone());
+        let K = C.try_inverse().expect("a regular compliance");
+        let wall = rod.wall.expect("a wall");
+        let (n, lambda) = (Vector3::from(contact.normal), contact.normal_force);
+        let curvature = wall.gap(found.p_tip).curvature;
+        let G = Matrix3::from_fn(|row, col| curvature[row][col]);
+        let index_dead = stability_at(&dead, wrench(&found)).expect("integrable").index;
+        assert_eq!(index_dead, expected.index_dead, "{name}");
+        let index_pinned = index_dead - negative(C);
+        assert_eq!(index_pinned, expected.index_pinned, "{name}");
+        let across = n.cross(&Vector3::ith(n.iamin(), 1.0)).normalize();
+        let T = Matrix3x2::from_columns(&[across, n.cross(&across)]);
+        let index = match (wall.kind.sticks, wall.compliance) {
+            (false, 0.0) => {
+                let form = T.transpose() * (K - lambda * G) * T;
+                index_pinned + form.symmetric_eigenvalues().iter().filter(|value| **value < 0.0).count()
+            }
+            (false, c) => index_pinned + negative(K - lambda * G + n * n.transpose() / c),
+            (true, 0.0) => index_pinned,
+            (true, c) => index_pinned + negative(K + Matrix3::identity() / c),
+        };
+        assert_eq!(index, found.index, "{name}");
+        let turned = Matrix3::from_columns(&[0, 1, 2].map(|k| columns[k].1));
+        for ((p_t, w_t), (slot, d)) in derivatives(&slots).into_iter().zip(slots.iter().zip(&found.derivatives)) {
+            let (dp, df, dlambda);
+            if wall.kind.sticks {
+                df = -(C + wall.compliance * Matrix3::identity()).try_inverse().expect("regular") * p_t;
+                dp = p_t + C * df;
+                dlambda = n.dot(&df) + (G * dp).dot(&Vector3::from(contact.force));
+            } else {
+                let A = (Matrix3::identity() - lambda * C * G).try_inverse().expect("regular");
+                let q = A * p_t;
+                dlambda = -n.dot(&q) / (n.dot(&(A * C * n)) + wall.compliance);
+                dp = q + A * C * n * dlambda;
+                df = n * dlambda + lambda * G * dp;
+            }
+            let dw = w_t + turned * df;
+            let place = || format!("{name} {slot:?}");
+            let found: [f64; 6] = std::array::from_fn(|k| if k < 3 { d.dp[k] } else { d.w[k - 3] });
+            let by_dead: [f64; 6] = std::array::from_fn(|k| if k < 3 { dp[k] } else { dw[k - 3] });
+            let small = SMALL_COLUMN / slot.unit(&rod_units(&rod));
+            worst.take(column_error(&found, &by_dead, small, length), place);
+            let size = df.norm().max(small * rod_units(&rod).force);
+            worst.take((Vector3::from(d.df) - df).norm() / size, place);
+            worst.take((d.dnormal_force - dlambda).abs() / size, place);
+        }
+        count += 1;
+    }
+    println!("columns {:.1e} ({}), asymmetry {:.1e} ({})", worst.0, worst.1, symmetry.0, symmetry.1);
+    assert_eq!(count, 24);
+    assert!(worst.0 <= 1e-9, "{:e} {}", worst.0, worst.1);
+    assert!(symmetry.0 <= 1e-10, "{:e} {}", symmetry.0, symmetry.1);
+}
+
+#[test]
+fn energy_and_shape_are_those_of_the_row() {
+    for case in cases() {
+        let Some(expected) = &case.solution else { continue };
+        let name = &case.scene.name;
+        let slots = [Slot::Insertion, Slot::WallPosition(Axis::X), Slot::WallTipRadius];
+        let (rod, found, _) = solved(&case.scene, &slots);
+        let length = rod.total_length();
+        let weight: Vector = std::array::from_fn(|k| {
+            let of = |segment: &RodSegment| match segment {
+                RodSegment::Flexible(flexible) => flexible.length * flexible.load[k],
+                RodSegment::Rigid(rigid) => rigid.weight[k],
+            };
+            rod.tip_force[k] + rod.segments.iter().map(of).sum::<f64>()
+        });
+        // Of the golden energies, dead loads count from the world's origin.
+        let lifted: f64 = (0..3).map(|k| rod.base_position[k] * weight[k]).sum();
+        let energy = energy_of(&rod, &found).expect("an energy") - lifted;
+        assert!(
+            (energy - expected.energy).abs() <= ENERGY * expected.energy.abs(),
+            "{name}: {energy} {}",
+            expected.energy
+        );
+        let poses = shape(&rod, &found, &[0.5 * length, length]);
+        assert!(difference(&poses[1].position, &found.p_tip) <= 1e-12 * length, "{name}");
+        for base in [wrench(&found), found.m0.into()] {
+            let moving = shape_with_derivatives(&rod, base, &[0.5 * length, length], &slots).expect("a shape");
+            assert!(difference(&moving[0].position, &poses[0].position) <= 1e-11 * length, "{name}");
+            for (of_tip, d) in moving[1].derivatives.iter().zip(&found.derivatives) {
+                assert!(difference(&of_tip.dp, &d.dp) <= 1e-8 * (1.0 + norm(&d.dp)), "{name}: {of_tip:?} {d:?}");
+            }
+        }
+        let stability = stability_at(&rod, wrench(&found)).expect("integrable");
+        assert_eq!(stability.index as f64, expected.index, "{name}");
+        assert!((stability.margin / found.margin - 1.0).abs() <= 1e-8, "{name}: {stability:?}");
+    }
+}
+
+/// 3 EI d / L^3 for a straight wire that is pushed aside by d, up to (d / L)^2.
+#[test]
+fn a_wire_pushed_aside_is_a_cantilever() {
+    let case = named("wire-side");
+    let errors = [0.002, 0.001].map(|d| {
+        let (rod, _, contact) = solved(&walled(&case.scene, |wall| wall.position[0] = -d), &[]);
+        let length = rod.total_length();
+        let small = 3.0 * bending_stiffness(&rod) * d / length.powi(3);
+        (contact.normal_force / small - 1.0) / (d / length).powi(2)
+    });
+    println!("{errors:?}");
+    assert!(errors.iter().all(|error| (0.1..2.0).contains(&error.abs())), "{errors:?}");
+    assert!((errors[0] / errors[1] - 1.0).abs() <= 1e-2, "{errors:?}");
+}
+
+/// A straight wire pressed end on buckles at k L = pi / 2 where its tip slides, and at tan(k L) = k L where it is held.
+#[test]
+fn euler_loads_of_sliding_and_held_tips() {
+    let case = named("wire-side");
+    let held = 20.190_728_556_426_63;
+    let sliding = std::f64::consts::FRAC_PI_2.powi(2);
+    for (critical, tip) in [(sliding, TipOnWall::Slides), (held, TipOnWall::Sticks([0.0, 0.0, 0.1]))] {
+        let scene = walled(&case.scene, |wall| {
+            wall.shape = WallShape::Plane { normal: [0.0, 0.0, -1.0] };
+            (wall.position, wall.tip) = ([0.0, 0.0, 0.1], tip);
+        });
+        let rod = scene.rod();
+        let unit = bending_stiffness(&rod) / rod.total_length().powi(2);
+        for (share, index) in [(0.5, 0), (0.999, 0), (1.001, 2), (1.2, 2)] {
+            let force = [0.0, 0.0, -share * critical * unit];
+            let found = stability_at(&rod, BaseWrench { moment: [0.0; 3], force: Some(force) }).expect("integrable");
+            assert_eq!(found.index, index, "{tip:?} at {share} of the load");
+        }
+    }
+}
+
+#[test]
+fn stiff_tissue_is_rigid_and_soft_tissue_is_nothing() {
+    let case = named("p6-tissue");
+    let with = |stiffness| solved(&walled(&case.scene, |wall| wall.stiffness = stiffness), &[]);
+    let (rod, rigid, force) = with(None);
+    let off = [1e5, 1e6].map(|stiffness| {
+        let (_, found, contact) = with(Some(stiffness));
+        (difference(&found.p_tip, &rigid.p_tip), (contact.normal_force - force.normal_force).abs())
+    });
+    assert!((off[0].0 / off[1].0 - 10.0).abs() <= 0.01 && (off[0].1 / off[1].1 - 10.0).abs() <= 0.01, "{off:?}");
+    let free = solve_rod(&Rod { wall: None, ..rod.clone() }, &[]);
+    let gap = rod.wall.expect("a wall").gap(free.p_tip).gap;
+    let stiffness = 1e-5;
+    let (_, found, contact) = with(Some(stiffness));
+    assert!((contact.normal_force / (-gap * stiffness) - 1.0).abs() <= 1e-4, "{contact:?}");
+    assert!(difference(&found.p_tip, &free.p_tip) <= 1e-4 * -gap);
+}
+
+/// Spheres and cylinders about a far centre, whichever side the rod is on.
+#[test]
+fn a_large_sphere_is_a_plane() {
+    for name in ["p6-end-on", "p6-held"] {
+        let scene = named(name).scene;
+        let (rod, flat, force) = solved(&scene, &[]);
+        let wall = scene.wall.expect("a wall");
+        let n = Vector3::from(force.normal);
+        let along = n.cross(&Vector3::x()).normalize().into();
+        for (side, sign) in [(Side::Outside, -1.0), (Side::Inside, 1.0)] {
+            for is_cylinder in [false, true] {
+                let off = [100.0, 1000.0].map(|radius| {
+                    let position = (Vector3::from(wall.position) + sign * radius * n).into();
+                    let shape = match is_cylinder {
+                        true => WallShape::Cylinder { axis: along, radius, side },
+                        false => WallShape::Sphere { radius, side },
+                    };
+                    let round = Scene { wall: Some(Wall { shape, position, ..wall }), ..scene.clone() };
+                    let (_, found, contact) = solved(&round, &[]);
+                    let of_force = difference(&contact.force, &force.force) / norm(&force.force);
+                    (difference(&found.p_tip, &flat.p_tip) / rod.total_length()).max(of_force)
+                });
+                assert!(off[1] <= 1e-3 && (off[0] / off[1] - 10.0).abs() <= 0.1, "{name} {side:?}: {off:?}");
+            }
+        }
+    }
+}
+
+/// The force begins at nothing, as the rod's compliance along the normal says.
+#[test]
+fn a_wall_that_just_touches_changes_nothing() {
+    let case = named("p6-end-on");
+    let normal = Vector3::from(case.solution.expect("a solution").normal);
+    let rod = case.scene.rod();
+    let free = solve_rod(&Rod { wall: None, ..rod.clone() }, &Axis::ALL.map(Slot::TipForce));
+    let C = Matrix3::from_columns(&[0, 1, 2].map(|k| Vector3::from(free.derivatives[k].dp)));
+    for gap in [1e-9, 0.0, -1e-9] {
+        let position = (Vector3::from(free.p_tip) - gap * normal).into();
+        let (_, found, contact) = solved(&walled(&case.scene, |wall| wall.position = position), &[]);
+        let expected = -f64::min(gap, 0.0) / normal.dot(&(C * normal));
+        assert!((contact.normal_force - expected).abs() <= 1e-3 * expected + 1e-12, "{gap}: {contact:?}");
+        assert!((contact.gap - gap.max(0.0)).abs() <= 1e-15, "{gap}: {contact:?}");
+        assert!(gap == 0.0 || contact.touching == (gap < 0.0), "{gap}: {contact:?}");
+        assert!(difference(&found.p_tip, &free.p_tip) <= 1e-14 + 100.0 * -gap.min(0.0), "{gap}");
+    }
+}
+
+/// Reciprocity: what a force at the tip does to the wall's is what a larger ball does to the tip's place.
+#[test]
+fn responses_are_reciprocal() {
+    let mut worst = Worst::default();
+    for case in cases() {
+        if case.solution.is_none() {
+            continue;
+        }
+        let mut slots = Axis::ALL.map(Slot::TipForce).to_vec();
+        slots.push(Slot::WallTipRadius);
+        let (_, found, contact) = solved(&case.scene, &slots);
+        let n = Vector3::from(contact.normal);
+        let by = |k: usize| &found.derivatives[k];
+        let C = Matrix3::from_columns(&[0, 1, 2].map(|k| Vector3::from(by(k).dp)));
+        let place = || case.scene.name.clone();
+        // A rigid hold leaves none.
+        if C.norm() > 0.0 && !(case.scene.rod().wall.expect("a wall").kind.sticks) {
+            worst.take((C - C.transpose()).norm() / C.norm(), place);
+        }
+        // The foot of a held tip goes along its own normal.
+        let is_flat = matches!(case.scene.wall.expect("a wall").shape, WallShape::Plane { .. });
+        if contact.touching && (is_flat || !case.scene.rod().wall.expect("a wall").kind.sticks) {
+            for k in 0..3 {
+                let (force, place_by) = (n.dot(&Vector3::from(by(k).df)), by(3).dp[k]);
+                worst.take((force + place_by).abs() / norm(&by(3).dp), place);
+            }
+        }
+    }
+    println!("{:.1e} ({})", worst.0, worst.1);
+    assert!(worst.0 <= 1e-10, "{:e} {}", worst.0, worst.1);
+}
+
+/// A turn and a shift of base, loads, field and wall.
+#[test]
+fn everything_moved_together_moves_the_answer() {
+    let turn = Rotation3::new(Vector3::new(0.4, -0.7, 1.1));
+    let shift = Vector3::new(0.03, 0.2, -0.1);
+    let turned = |v: Vector| -> Vector { (turn * Vector3::from(v)).into() };
+    let placed = |v: Vector| -> Vector { (turn * Vector3::from(v) + shift).into() };
+    for name in ["p35-moved", "p6-vessel", "p6-chamber", "p6-held", "p35-held-tissue", "p6-pulled", "p6-free"] {
+        let (rod, before, contact) = solved(&named(name).scene, &[]);
+        let mut other = rod.clone();
+        other.base_position = placed(rod.base_position);
+        let R = turn.matrix() * Matrix3::from_fn(|row, col| rod.base_rotation[row][col]);
+        other.base_rotation = std::array::from_fn(|row| std::array::from_fn(|col| R[(row, col)]));
+        (other.flux_density, other.tip_force) = (turned(rod.flux_density), turned(rod.tip_force));
+        for segment in &mut other.segments {
+            match segment {
+                RodSegment::Flexible(segment) => segment.load = turned(segment.load),
+                RodSegment::Rigid(segment) => segment.weight = turned(segment.weight),
+            }
+        }
+        let wall = other.wall.as_mut().expect("a wall");
+        (wall.position, wall.axis) = (placed(wall.position), turned(wall.axis));
+        wall.anchor = placed(wall.anchor);
+        let after = solve_rod(&other, &[]);
+        let moved = after.contact.expect("a contact");
+        assert_eq!((after.status, after.index), (before.status, before.index), "{name}");
+        let size = norm(&contact.force).max(rod_units(&rod).force);
+        assert!(difference(&after.p_tip, &placed(before.p_tip)) <= 1e-11 * rod.total_length(), "{name}");
+        assert!(difference(&moved.force, &turned(contact.force)) <= 1e-10 * size, "{name}");
+        assert!((moved.body_gap - contact.body_gap).abs() <= 1e-10 * rod.total_length(), "{name}");
+        assert!((after.margin / before.margin - 1.0).abs() <= 1e-9, "{name}");
+    }
+}
+
+/// A flat wall's force may as well be a dead one, which the rod bears from rest by other equations.
+#[test]
+fn a_flat_wall_is_a_dead_force() {
+    let mut count = 0;
+    for case in cases() {
+        let Some(expected) = &case.solution else { continue };
+        let rod = case.scene.rod();
+        let is_uniform = case.scene.rod_field().is_none_or(|field| field == RodField::none());
+        if expected.index_dead > 0 || !is_uniform {
+            continue;
+        }
+        let (_, found, contact) = solved(&case.scene, &[]);
+        let dead = solve_rod(&Rod { field: None, ..under_dead_force(&rod, contact.force) }, &[]);
+        let name = &case.scene.name;
+        assert!(dead.status.is_success(), "{name}: {:?}", dead.status);
+        let error = difference(&dead.p_tip, &found.p_tip) / rod.total_length();
+        assert!(error <= 1e-10, "{name}: {error:e}");
+        count += 1;
+    }
+    assert_eq!(count, 17);
+}
+
+/// Central differences by every number of wall and rod.
+#[test]
+fn columns_are_differences() {
+    let names = ["p6-tilted", "p6-trabecula", "p6-obstacle", "p6-gradient", "p6-held", "p35-held-tissue", "arm-magnet"];
+    let mut worst = Worst::default();
+    for (at, name) in names.into_iter().enumerate() {
+        let mut rod = named(name).scene.rod();
+        // So large that it may become smaller.
+        let wall = rod.wall.as_mut().expect("a wall");
+        wall.tip_radius = wall.tip_radius.max(5e-4);
+        let wall = *wall;
+        let mut slots: Vec<Slot> = all_slots(&rod).into_iter().skip(at % 4).step_by(4).collect();
+        slots.retain(|slot| !matches!(slot, Slot::TipMoment(_) | Slot::ShearCompliance(..)));
+        slots.extend(wall_slots(&wall));
+        // A rigid wall's compliance may not become negative.
+        slots.retain(|slot| *slot != Slot::WallCompliance || wall.compliance > 0.0);
+        let found = solve_rod(&rod, &slots);
+        let units = rod_units(&rod);
+        let off: Vec<(f64, Slot)> = slots
+            .par_iter()
+            .zip(&found.derivatives)
+            .map(|(slot, d)| {
+                let unit = slot.unit(&units);
+                let moves = (norm(&d.dp) / units.length).max(norm(&d.w)).max(norm(&d.df) / units.force);
+                let most = match slot {
+                    Slot::WallTipRadius => 0.2 * wall.tip_radius,
+                    Slot::WallCompliance => 0.2 * wall.compliance,
+                    _ => f64::INFINITY,
+                };
+                let h = (1e-3 / moves.max(0.1 / unit)).min(most);
+                let at = |steps: f64| solve_rod(&moved(&rod, *slot, steps * h), &[]);
+                let [down2, down, up, up2] = [-2.0, -1.0, 1.0, 2.0].map(at);
+                let by = |of: &dyn Fn(&Equilibrium) -> f64| {
+                    (8.0 * (of(&up) - of(&down)) - of(&up2) + of(&down2)) / (12.0 * h)
+                };
+                let force = |e: &Equilibrium, k: usize| e.contact.expect("a contact").force[k];
+                let dp: Vector = std::array::from_fn(|k| by(&|e| e.p_tip[k]));
+                let df: Vector = std::array::from_fn(|k| by(&|e| force(e, k)));
+                let dlambda = by(&|e| e.contact.expect("a contact").normal_force);
+                let R = |e: &Equilibrium| Matrix3::from_fn(|row, col| e.R_tip[row][col]);
+                let dR = Matrix3::from_fn(|row, col| by(&|e| R(e)[(row, col)])) * R(&found).transpose();
+                let w = [dR[(2, 1)], dR[(0, 2)], dR[(1, 0)]];
+                let error = (difference(&dp, &d.dp) / units.length)
+                    .max(difference(&w, &d.w))
+                    .max(difference(&df, &d.df) / units.force)
+                    .max((dlambda - d.dnormal_force).abs() / units.force);
+                (error / moves.max(1e-3 / unit), *slot)
+            })
+            .collect();
+        for (error, slot) in off {
+            worst.take(error, || format!("{name} {slot:?}"));
+        }
+    }
+    println!("{:.1e} ({})", worst.0, worst.1);
+    assert!(worst.0 <= 1e-6, "{:e} {}", worst.0, worst.1);
+}
+
+/// Held next to where it slides to, on the wall, a rod has more energy; held there, it pushes along the normal.
+#[test]
+fn a_tip_slides_to_the_least_energy() {
+    for name in ["p6-end-on", "p6-tilted", "p6-chamber", "p6-obstacle", "p6-vessel", "wire-buckled"] {
+        let scene = named(name).scene;
+        let (rod, found, contact) = solved(&scene, &[]);
+        let least = energy_of(&rod, &found).expect("an energy");
+        let n = Vector3::from(contact.normal);
+        // The wall at the end itself, not at its ball.
+        let tip_radius = scene.wall.expect("a wall").tip_radius;
+        let place = Vector3::from(found.p_tip) - tip_radius * n;
+        let held = |at: Vector3<f64>| {
+            let (rod, found, contact) = solved(&walled(&scene, |wall| wall.tip = TipOnWall::Sticks(at.into())), &[]);
+            (energy_of(&rod, &found).expect("an energy"), contact.force)
+        };
+        let (energy, force) = held(place);
+        assert!((energy - least).abs() <= 1e-9 * least.abs(), "{name}: {energy} {least}");
+        assert!(difference(&force, &contact.force) <= 1e-7 * rod_units(&rod).force, "{name}");
+        let across = n.cross(&Vector3::ith(n.iamin(), 1.0)).normalize();
+        let step = 1e-3 * rod.total_length();
+        for way in [across, -across, n.cross(&across), -n.cross(&across)] {
+            let (energy, _) = held(place + step * way);
+            assert!(energy > least, "{name}: {energy} {least}");
+        }
+    }
+}
+
+#[test]
+fn walls_without_a_normal_are_bad_parameters() {
+    let wire = named("wire-side").scene;
+    let vessel = WallShape::Cylinder { axis: [0.0, 0.0, 2.0], radius: 0.01, side: Side::Inside };
+    let on_axis = walled(&wire, |wall| (wall.shape, wall.position) = (vessel, [0.0, 0.0, 0.05]));
+    assert_eq!(solve_rod(&on_axis.rod(), &[]).status, Status::BadParameter);
+    let beside = walled(&on_axis, |wall| wall.position[0] = 0.001);
+    assert!(solve_rod(&beside.rod(), &[]).status.is_success());
+    let chamber = WallShape::Sphere { radius: 0.04, side: Side::Inside };
+    let centre = [0.01, 0.0, 0.08];
+    let held_at = |anchor| {
+        let tip = TipOnWall::Sticks(anchor);
+        let scene = walled(&wire, |wall| (wall.shape, wall.position, wall.tip) = (chamber, centre, tip));
+        solve_rod(&scene.rod(), &[]).status
+    };
+    assert_eq!(held_at(centre), Status::BadParameter);
+    assert_eq!(held_at([0.01, 0.0, 0.2]), Status::OutOfReach);
 }
