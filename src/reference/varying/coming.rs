@@ -1,5 +1,5 @@
 //! The wall comes: under the full load it moves from where it just touches the tip to its place, or a tip that is held is drawn
-//! straight to its point. Every step must stay stable. W7
+//! straight to its point. Every step must stay stable. W4
 //!
 //! Steps are judged as those of the load are: by the turn of every station, and by the second variation.
 
@@ -48,7 +48,7 @@ enum Refused {
 struct Coming<'a> {
     rod: &'a Varying,
     contact: Contact,
-    /// The shift of the conditions at its start. W7
+    /// The shift of the conditions at its start. W4
     distance: DVector<f64>,
     pace: f64,
 }

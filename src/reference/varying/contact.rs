@@ -1,4 +1,4 @@
-//! The tip on a wall: the conditions that tell the wall's force, and how they change. W1 to W7
+//! The tip on a wall: the conditions that tell the wall's force, and how they change. W1 to W4
 //!
 //! The force is an unknown of its own beside the load at the base: its size where the tip slides, its components where it is
 //! held. In the units of the chain, positions from the base.
@@ -35,7 +35,7 @@ pub(super) struct Touch {
     pub contact: Contact,
     /// Along the normal, or the components of the force.
     pub strength: DVector<f64>,
-    /// What its conditions are shifted by while the wall comes. W7
+    /// What its conditions are shifted by while the wall comes. W4
     pub shift: DVector<f64>,
 }
 
@@ -118,7 +118,7 @@ impl Contact {
         }
     }
 
-    /// How far a tip there is from where the wall wants it, and how that falls as the wall comes. W7
+    /// How far a tip there is from where the wall wants it, and how that falls as the wall comes. W4
     pub(super) fn distance(&self, p_free: Vector3<f64>) -> DVector<f64> {
         match self.sticks() {
             true => DVector::from_column_slice((p_free - self.foot).as_slice()),
@@ -202,7 +202,7 @@ impl Touch {
         Self { strength: &self.strength + step.rows(6, self.count()), ..self.clone() }
     }
 
-    /// Force on a tip at `p`. W2, W3
+    /// Force on a tip at `p`. W2
     pub(super) fn force(&self, p: Vector3<f64>) -> Vector3<f64> {
         match self.contact.sticks() {
             true => Vector3::new(self.strength[0], self.strength[1], self.strength[2]),
@@ -210,7 +210,7 @@ impl Touch {
         }
     }
 
-    /// The rows of the tip with the wall's force, then those of the wall. W5
+    /// The rows of the tip with the wall's force, then those of the wall. W3
     fn residual(&self, passage: &Passage) -> DVector<f64> {
         let (p, c) = (passage.tip.p, self.contact.compliance());
         let mut r = passage.residual;
@@ -319,7 +319,7 @@ impl Balance {
         self.matrix.clone().try_inverse()
     }
 
-    /// d(m0)/d(l_tip), with the wall in its place. W10
+    /// d(m0)/d(l_tip), with the wall in its place. W5
     pub(super) fn moment_inverse(&self) -> Option<Matrix3<f64>> {
         Some(self.inverse()?.fixed_view::<3, 3>(3, 3).into())
     }

@@ -64,5 +64,5 @@ fn of_rod(rod: &Varying, base: &BaseLoad, tissue: f64) -> Result<f64, RunAway> {
         flexible.advance(&mut integrator, s, segment.length, &mut state)?;
     }
     let f = state.n - chain.numbers.f_tip;
-    Ok(energy - chain.numbers.f_tip.dot(&state.p) + 0.5 * tissue * f.norm_squared()) // W4
+    Ok(energy - chain.numbers.f_tip.dot(&state.p) + 0.5 * tissue * f.norm_squared()) // W2
 }

@@ -2,7 +2,7 @@
 //! F0 to F8
 //!
 //! The literature's form (p, R, u integrated) with the internal force as a part of the state. A wall that the tip touches adds its
-//! force, W1 to W10.
+//! force, W1 to W6.
 
 mod body_gap;
 mod coming;
