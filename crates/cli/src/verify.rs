@@ -26,6 +26,9 @@ pub struct VerifyArguments {
     /// Limp and taut rods in their place
     #[arg(long, requires = "random")]
     pub limp: bool,
+    /// Rods beside a wall in the way of their tip in their place
+    #[arg(long, requires = "random", conflicts_with_all = ["designs", "limp", "varying_fields"])]
+    pub walls: bool,
     /// Around each random scene a box of N samples, solved as a sweep
     #[arg(long, value_name = "N", requires = "random", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     pub around: Option<u64>,
@@ -84,6 +87,7 @@ fn random(arguments: &VerifyArguments, scenes: u64) -> Result<Exit, CommandError
         VerifyArguments { varying_fields: true, .. } => RandomScenes::Varying,
         VerifyArguments { designs: true, .. } => RandomScenes::Designs,
         VerifyArguments { limp: true, .. } => RandomScenes::Limp,
+        VerifyArguments { walls: true, .. } => RandomScenes::Walls,
         _ => RandomScenes::Uniform,
     };
     let seed = arguments.seed.unwrap_or_else(seed_of_the_clock);

@@ -5,6 +5,7 @@ use super::boxes::around;
 use super::designs::design;
 use super::limp::limp_scene;
 use super::numbers::Random;
+use super::walls::walled_scene;
 use rodsweep::model::{CoilArray, CoilLoad, FieldSources, MU0_OVER_4PI, Magnet, MagnetBody, Scene, UnitDipole, Vector};
 use rodsweep::model::{DEFAULT_CLEARANCE, rotation_matrix};
 use rodsweep::spec::AxisSpec;
@@ -20,12 +21,14 @@ pub enum RandomScenes {
     Designs,
     /// Rods that are limp under their weight or taut under a pull.
     Limp,
+    /// Rods of the first three kinds beside a wall in the way of their tip.
+    Walls,
 }
 
 impl RandomScenes {
     /// All kinds.
-    pub const ALL: [RandomScenes; 4] =
-        [RandomScenes::Uniform, RandomScenes::Varying, RandomScenes::Designs, RandomScenes::Limp];
+    pub const ALL: [RandomScenes; 5] =
+        [RandomScenes::Uniform, RandomScenes::Varying, RandomScenes::Designs, RandomScenes::Limp, RandomScenes::Walls];
 
     /// Scene `number` of the scenes of `seed`: it depends on these alone.
     pub fn scene(self, seed: u64, number: u64) -> Scene {
@@ -40,6 +43,9 @@ impl RandomScenes {
             }
             RandomScenes::Designs => design(seed, number).scene,
             RandomScenes::Limp => limp_scene(seed, number),
+            RandomScenes::Walls => {
+                walled_scene(seed, number, |scene, random| Scene { sources: sources(scene, random), ..scene.clone() })
+            }
         }
     }
 
@@ -59,6 +65,7 @@ impl RandomScenes {
             RandomScenes::Varying => "--varying-fields",
             RandomScenes::Designs => "--designs",
             RandomScenes::Limp => "--limp",
+            RandomScenes::Walls => "--walls",
         }
     }
 }

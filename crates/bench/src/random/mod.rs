@@ -8,6 +8,7 @@ mod designs;
 mod limp;
 mod numbers;
 mod rods;
+mod walls;
 
 pub use any_field::RandomScenes;
 pub use any_scene::any_scene;

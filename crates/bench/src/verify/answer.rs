@@ -17,6 +17,10 @@ pub struct Answer {
     /// Share of the load that was reached.
     pub load: f64,
     pub estimate: f64,
+    /// Of a wall on the tip (N); not numbers where there is none.
+    pub force: Vector,
+    /// A force that is a small share of what bends the rod (N).
+    pub least_force: f64,
     /// A path that has ended without a turn of its load having been seen: a sweep asks the reference.
     pub is_doubt: bool,
 }
@@ -80,6 +84,8 @@ impl Answer {
             margin: solutions.get(sample, Quantity::StabilityMargin),
             load: solutions.get(sample, Quantity::LoadFraction),
             estimate: solutions.get(sample, Quantity::ErrorEstimate),
+            force: solutions.contact_force(sample),
+            least_force: 0.0,
             is_doubt: solutions.status(sample) == Status::Fold && !solutions.is_seen_fold(sample),
         }
     }
@@ -95,6 +101,8 @@ impl Answer {
             margin: number("stability.margin"),
             load: number("load_fraction"),
             estimate: number("error_estimate"),
+            force: vector("contact.force"),
+            least_force: 0.0,
             is_doubt: false,
         }
     }
@@ -105,11 +113,19 @@ impl Answer {
         dp.max(rotation_angle(&self.rotation, &other.rotation))
     }
 
+    /// How far the forces of a wall are apart, over the larger, where that is not tiny against what bends the rod; else 0.
+    fn force_apart(&self, other: &Answer) -> f64 {
+        let size = |v: Vector| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let apart = size(std::array::from_fn(|k| self.force[k] - other.force[k]));
+        let scale = size(self.force).max(size(other.force)).max(self.least_force);
+        if scale > 0.0 { apart / scale } else { 0.0 }
+    }
+
     /// How this differs from the reference's answer, at the engine's tolerance.
     pub fn difference(&self, expected: &Answer, tolerance: f64, length: f64) -> Option<Difference> {
         match (self.status.is_success(), expected.status.is_success()) {
             (true, true) => {
-                let apart = self.apart(expected, length);
+                let apart = self.apart(expected, length).max(self.force_apart(expected));
                 let allowed = WRONG * tolerance.max(self.estimate);
                 (apart.is_nan() || apart > allowed).then_some(Difference::Apart(apart))
             }
@@ -155,7 +171,8 @@ pub fn compare(found: &Answer, expected: &Answer, tolerance: f64, scene: &Scene,
     if difference.is_none() && !always {
         return None;
     }
-    let word = judge(&scene.rod());
+    // The judge knows no walls.
+    let word = if scene.wall.is_some() { Word::Unsure } else { judge(&scene.rod()) };
     let mut right = [found, expected].map(|of| of.is_right(&word, length));
     if found.is_doubt && right[0] == Some(false) {
         right[0] = None;

@@ -37,15 +37,17 @@ pub fn solve_varying<L: VaryingPasses>(
     workspace: &mut VaryingWorkspace<L>,
     out: &mut Outputs<'_, L::Scalar>,
 ) {
-    let Problem { rod, .. } = *problem;
+    let Problem { program, rod, .. } = *problem;
     let one = rod.t.x.constant(1.0);
     for k in 0..workspace.parameters.len() {
         workspace.parameters[k].load(problem, 3 * k, None);
     }
     let mut check = chord_steps(problem, &mut end, workspace);
-    if workspace.wall.is_some() {
+    // Without care the path has brought the wall along.
+    if care && workspace.wall.is_some() {
         let free = settle(problem, What::Base, &mut end, workspace);
-        press(problem, &mut end, free.converged, workspace);
+        end.reached = end.reached & free.converged;
+        press(problem, Some(&program.curve), &mut end, workspace);
         settle(problem, What::Base, &mut end, workspace);
     }
     // With a wall the index is that of both together, which no path has counted.
@@ -201,6 +203,12 @@ fn write<L: VaryingPasses>(
         status = L::select(through, code(one, Status::ThroughWall), status);
     }
     let mut status = L::select(end.reached, status, lost);
+    if let Some(wall) = wall
+        && !care
+    {
+        // Which tips the wall touches a path in single precision may not tell.
+        stable = stable & wall.agrees(rod, &check.tip);
+    }
     if !care {
         // Only a stable equilibrium has no need of care.
         status = L::select(end.reached & converged & stable & clear, status, code(one, Status::Pending));

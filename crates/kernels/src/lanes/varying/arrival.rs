@@ -26,8 +26,10 @@ pub struct VaryingPath<L: Lane> {
     pub passes: L,
 }
 
-/// Numbers of the end of a path: reached, passes, lambda, force and moment at the base, the inverse.
-pub const VARYING_END_COLUMNS: usize = 9 + 36;
+/// Numbers of the end of a path: reached, passes, lambda, force and moment at the base, the inverse, whether the wall presses.
+pub const VARYING_END_COLUMNS: usize = 9 + 36 + 1;
+/// The last of them.
+pub const TOUCHING_AT: usize = 9 + 36;
 
 impl<L: Lane> VaryingPath<L> {
     /// Writes what an answer needs of the end of a path without care.

@@ -40,7 +40,8 @@ pub fn chord_steps<L: VaryingPasses>(
             break;
         }
         shoot(problem, &program.fine, end.base, What::State, workspace);
-        let step = chord_step(newton_step(problem, &workspace.tip, &end.inverse, None), last, square);
+        let step =
+            chord_step(newton_step(problem, &workspace.tip, &end.inverse, workspace.wall.as_ref()), last, square);
         let change = norm(step);
         // A chord step that is not small says that the coarse grid was too coarse: Newton's method takes over.
         trusted = trusted & (!moving | change.lt(trust));
@@ -50,7 +51,8 @@ pub fn chord_steps<L: VaryingPasses>(
         moving = moving & trusted & !change.lt(tolerance);
     }
     let check = check_pass(problem, end.base, workspace);
-    let step = chord_step(newton_step(problem, &check.tip, &end.inverse, None), last, square);
+    let step = newton_step(problem, &check.tip, &end.inverse, workspace.wall.as_ref());
+    let step = chord_step(step, last, square);
     let is_taken = trusted & norm(step).lt(trust);
     end.base = select::<L>(is_taken, (end.base.0 + step.0, end.base.1 + step.1), end.base);
     end.passes = L::select(end.reached, end.passes + one, end.passes);

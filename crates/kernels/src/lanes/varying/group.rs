@@ -1,10 +1,11 @@
 //! A register of samples in a field that varies: their paths, their answers, a pass, each a kernel.
 
 use super::answer::solve_varying;
-use super::arrival::VaryingPath;
+use super::arrival::{TOUCHING_AT, VaryingPath};
 use super::curve::follow_bordered;
 use super::pass::{Pass, integrate};
 use super::path::follow_varying;
+use super::press::press;
 use super::rest::{Rest, set_out};
 use super::search::search_varying;
 use super::wall::Wall;
@@ -32,8 +33,15 @@ impl<L: Kernels> WithSimd for FollowVarying<'_, L> {
             rest.store(&mut Outputs { data: start, stride: L::COUNT, offset: 0 });
         } else {
             let rest = Rest::load(token, &Inputs { data: start, stride: L::COUNT, offset: 0 });
-            let end = follow_varying(&problem, None, &rest, varying);
-            end.store(&mut Outputs { data: start, stride: L::COUNT, offset: 0 });
+            let mut end = follow_varying(&problem, None, &rest, varying);
+            varying.wall = program.wall.as_ref().map(|wall| Wall::load(wall, &problem));
+            press(&problem, None, &mut end, varying);
+            let mut out = Outputs { data: start, stride: L::COUNT, offset: 0 };
+            end.store(&mut out);
+            if let Some(wall) = &varying.wall {
+                let zero = end.lambda.constant(0.0);
+                out.store(TOUCHING_AT, L::select(wall.touching, zero.constant(1.0), zero));
+            }
         }
     }
 }
@@ -54,7 +62,13 @@ impl<L: Kernels> WithSimd for InVarying<'_, L> {
             search_varying(&problem, varying)
         } else {
             match led {
-                Led::Before => VaryingPath::load(token, &Inputs { data: start, stride: L::COUNT, offset: 0 }),
+                Led::Before => {
+                    let from = Inputs { data: start, stride: L::COUNT, offset: 0 };
+                    if let Some(wall) = &mut varying.wall {
+                        wall.touching = L::splat(token, 0.5).lt(from.column(token, TOUCHING_AT));
+                    }
+                    VaryingPath::load(token, &from)
+                }
                 Led::Curve => {
                     let rest = set_out(&problem, varying);
                     follow_bordered(&problem, &rest, varying)

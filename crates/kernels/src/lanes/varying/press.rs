@@ -11,17 +11,20 @@ use super::workspace::{VaryingWorkspace, What};
 use crate::lanes::algebra::{Vec3, length};
 use crate::lanes::lane::Scalar;
 use crate::lanes::problem::Problem;
+use crate::lanes::program::Resolution;
+use crate::model::CoilLoad;
 use crate::model::path::{
     AIM, CONTRACTION, CORRECTIONS, CURVE_TOLERANCE, DEPARTURE, FIELD_PASS_LIMIT, FIRST_BEND, NODE_LEAST_RATIO,
     NODE_MOST_RATIO, NODE_RETREAT, TRUST, WALL_LEAST_PULL, WALL_SMALLEST_SHARP_STEP, WALL_SMALLEST_STEP,
 };
 
-/// Decides which tips the wall touches, and leads those to it. Lanes whose way ends are at a fold, at 1 and the share of the way.
+/// Decides which tips the wall touches, and leads those to it. With care, on a grid for it, the index is counted at every step; without,
+/// in its place alone. Lanes whose way ends are at a fold, at 1 and the share of the way.
 #[inline(always)]
 pub fn press<L: VaryingPasses>(
     problem: &Problem<'_, L>,
+    care: Option<&Resolution>,
     end: &mut VaryingPath<L>,
-    converged: L::Mask,
     workspace: &mut VaryingWorkspace<L>,
 ) {
     let Problem { program, rod, .. } = *problem;
@@ -29,19 +32,24 @@ pub fn press<L: VaryingPasses>(
     let one = rod.t.x.constant(1.0);
     let zero = one.constant(0.0);
     let nobody = one.lt(zero);
-    let points = program.field.as_ref().map_or(&[][..], |field| field.points);
-    let resolution = &program.curve;
-    let pass = |base: Load<L>, workspace: &mut VaryingWorkspace<L>| {
-        let (problem, lambda, what) = (*problem, one, What::Transfers);
+    let resolution = care.unwrap_or(&program.coarse);
+    let care = care.is_some();
+    let points = match &program.field {
+        Some(field) if care => field.points,
+        _ => CoilLoad::Middle.points(),
+    };
+    let pass = |base: Load<L>, what: What, workspace: &mut VaryingWorkspace<L>| {
+        let (problem, lambda) = (*problem, one);
         L::varying_pass(Pass { problem, resolution, lambda, base, what, points, workspace });
     };
-    pass(end.base, workspace);
+    pass(end.base, if care { What::Transfers } else { What::State }, workspace);
     let free = workspace.tip.p;
     let gap = wall.near(free).gap;
     wall.undefined = wall.undefined | (end.reached & !gap.is_finite());
-    let stable = index(&workspace.transfers, one).index.lt(one.constant(0.5));
+    // A path without care has counted the index of the free rod.
+    let stable = if care { index(&workspace.transfers, one).index.lt(one.constant(0.5)) } else { !nobody };
     let behind = if wall.kind.sticks { !nobody } else { gap.lt(zero) };
-    let comes = end.reached & converged & stable & behind & !wall.out_of_reach & !wall.undefined;
+    let comes = end.reached & stable & behind & !wall.out_of_reach & !wall.undefined;
     end.reached = end.reached & !wall.out_of_reach & !wall.undefined;
     wall.touching = comes;
     if !L::any(comes) {
@@ -71,7 +79,7 @@ pub fn press<L: VaryingPasses>(
         if !L::any(active) {
             break;
         }
-        pass(base, workspace);
+        pass(base, What::Base, workspace);
         wall.shift = way * (one - target);
         let tip = workspace.tip;
         let rows = wall.rows(rod, &tip, &workspace.pose, &workspace.matrix);
@@ -82,10 +90,16 @@ pub fn press<L: VaryingPasses>(
         let moved = length(dm).max(length(w)).max(length(dp)).max(length(dn) / (one + length(base.0)));
         let contracting = moved.lt(last_size * one.constant(CONTRACTION));
         let converged = active & contracting & moved.lt(one.constant(CURVE_TOLERANCE) * (one + norm(base)));
-        let dead = index(&workspace.transfers, one).index;
-        let joint = wall.index(rod, &tip, dead, &workspace.pose, &workspace.matrix);
+        let counts = if care { converged } else { converged & !target.lt(one) };
+        let mut joint = zero;
+        if L::any(counts) {
+            pass(base, What::Transfers, workspace);
+            let dead = index(&workspace.transfers, one).index;
+            joint = L::select(counts, wall.index(rod, &tip, dead, &workspace.pose, &workspace.matrix), zero);
+        }
         // Next to where the rod alone would buckle under its force the count may err; there the rows stay regular.
         let stays = departure(&inverse, &rows).lt(one.constant(DEPARTURE));
+        let stays = stays & if care { !nobody } else { target.lt(one) };
         let counted = joint.abs().lt(one.constant(0.5)) | stays;
         // A stable free rod is stable when it is held.
         let stable = (counted & zero.lt(whole)) | !begun;

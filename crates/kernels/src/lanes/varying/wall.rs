@@ -211,6 +211,18 @@ impl<L: Lane> Wall<L> {
         (-Vec3::select(self.touching, rows, f), rod.l_tip - tip.m)
     }
 
+    /// Whether a sliding tip is on the side of the wall, or pressed by it, as it is taken to be.
+    #[inline(always)]
+    pub fn agrees(&self, rod: &Rod<L>, tip: &State<L>) -> L::Mask {
+        let zero = self.radius.constant(0.0);
+        if self.kind.sticks {
+            return self.touching;
+        }
+        let is_pressed = !zero.lt(self.pull(rod, tip));
+        let is_before = !self.near(tip.p).gap.lt(zero);
+        (self.touching & is_pressed) | (!self.touching & is_before)
+    }
+
     /// By how much a sliding tip is pulled: none of a held one. W2
     #[inline(always)]
     pub fn pull(&self, rod: &Rod<L>, tip: &State<L>) -> L {
