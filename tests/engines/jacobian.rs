@@ -85,8 +85,8 @@ fn automatic(rod: &Rod, m0: [f64; 3], slots: &[Slot]) -> Vec<SlotDerivative> {
             dp: total(|s| rate(s.p)),
             w: total(spin),
             dm0: dm0.into(),
-            dn0: [0.0; 3],
             du0: total(|s| rate(s.u0)),
+            ..SlotDerivative::default()
         }
     };
     slots.iter().map(derivative).collect()
