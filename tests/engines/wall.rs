@@ -4,17 +4,18 @@
 use super::common::check::{SMALL_COLUMN, column_error, difference, natural_size, norm, pose_error};
 use super::common::root;
 use super::rods::{all_slots, moved, rod_units, wall_slots};
-use nalgebra::{Matrix3, Matrix3x2, Rotation3, Vector3};
+use nalgebra::{DMatrix, Matrix3, Matrix3x2, Rotation3, SMatrix, SymmetricEigen, Vector3};
 use rayon::prelude::*;
 use rodsweep::backend::Backend;
 use rodsweep::input::parse_scene;
 use rodsweep::model::{
-    Axis, BaseWrench, ContactColumn, Matrix, Parameter, Plan, PlanOptions, Quantity, Rod, RodField, RodSegment, Scene,
-    Side, Slot, Status, TipOnWall, Vector, Wall, WallShape,
+    Axis, BaseWrench, ContactColumn, Matrix, Parameter, Plan, PlanOptions, Quantity, Rigid, Rod, RodField, RodSegment,
+    RodWall, Scene, SegmentKind, Side, Slot, Status, TipOnWall, Vector, Wall, WallShape,
 };
 use rodsweep::reference::{
     Equilibrium, Reference, TipContact, energy_of, shape, shape_with_derivatives, solve_rod, stability_at,
 };
+use rodsweep_bench::random::Random;
 use serde_json::Value;
 use std::path::Path;
 
@@ -287,8 +288,77 @@ fn under_dead_force(rod: &Rod, force: Vector) -> Rod {
     Rod { wall: None, tip_force, field: rod.field.clone().or(Some(RodField::none())), ..rod.clone() }
 }
 
-fn negative(form: Matrix3<f64>) -> usize {
-    form.symmetric_eigenvalues().iter().filter(|value| **value < 0.0).count()
+fn negative<const N: usize>(form: SMatrix<f64, N, N>) -> usize {
+    let eigen = SymmetricEigen::new(DMatrix::from_column_slice(N, N, form.as_slice()));
+    eigen.eigenvalues.iter().filter(|value| **value < 0.0).count()
+}
+
+/// How the wall's normal follows a point.
+fn curvature(wall: &RodWall, at: Vector) -> Matrix3<f64> {
+    let curvature = wall.gap(at).curvature;
+    Matrix3::from_fn(|row, col| curvature[row][col])
+}
+
+/// Indices under the wall's force as a dead one, of the pinned rod, and of rod and wall, by the tip's compliance C under that force. W8
+fn indices_by_dead_force(
+    rod: &Rod,
+    found: &Equilibrium,
+    contact: &TipContact,
+    C: Matrix3<f64>,
+) -> (usize, usize, usize) {
+    let wall = rod.wall.expect("a wall");
+    let dead = under_dead_force(rod, contact.force);
+    let index_dead = stability_at(&dead, wrench(found)).expect("integrable").index;
+    let pinned = index_dead - negative(C);
+    let K = C.try_inverse().expect("a regular compliance");
+    let n = Vector3::from(contact.normal);
+    let pressed = K - contact.normal_force * curvature(&wall, found.p_tip);
+    let across = n.cross(&Vector3::ith(n.iamin(), 1.0)).normalize();
+    let T = Matrix3x2::from_columns(&[across, n.cross(&across)]);
+    let of_wall = match (wall.kind.sticks, wall.compliance) {
+        (false, 0.0) => negative(T.transpose() * pressed * T),
+        (false, c) => negative(pressed + n * n.transpose() / c),
+        (true, 0.0) => 0,
+        (true, c) => negative(K + Matrix3::identity() / c),
+    };
+    (index_dead, pinned, pinned + of_wall)
+}
+
+/// A golden scene with other currents, beside a wall of any kind that its tip would go into by up to a seventh of its length, or that holds
+/// it up to a fifth away.
+fn random_scene(random: &mut Random) -> Scene {
+    const NAMES: [&str; 7] =
+        ["p6-tilted", "p6-gradient", "p6-held", "p35-side", "two-coil-plane", "tip-coil-plane", "wire-buckled"];
+    let mut scene = named(NAMES[(random.bits() % NAMES.len() as u64) as usize]).scene;
+    for segment in &mut scene.segments {
+        if let SegmentKind::Rigid(Rigid { coil: Some(coil), .. }) = &mut segment.kind {
+            coil.current = random.vector(0.3);
+        }
+    }
+    let free = under_dead_force(&scene.rod(), [0.0; 3]);
+    let (p, length) = (Vector3::from(solve_rod(&free, &[]).p_tip), free.total_length());
+    let n = Vector3::from(random.vector(1.0)).normalize();
+    let (depth, radius) = (random.within(-0.02, 0.15) * length, random.within(0.1, 0.6) * length);
+    let tip_radius = if random.chance(0.5) { 0.0 } else { 0.015 * length };
+    let side = if random.chance(0.5) { Side::Inside } else { Side::Outside };
+    let sign = if side == Side::Outside { 1.0 } else { -1.0 };
+    // Where the gap of the free tip is -depth along n.
+    let centre = p - (sign * radius + tip_radius - depth) * n;
+    let axis = n.cross(&Vector3::new(0.3, 0.5, -0.8)).normalize().into();
+    let (shape, position) = match random.bits() % 3 {
+        0 => (WallShape::Plane { normal: n.into() }, p + (depth - tip_radius) * n),
+        1 => (WallShape::Sphere { radius, side }, centre),
+        _ => (WallShape::Cylinder { axis, radius, side }, centre),
+    };
+    let unit = rod_units(&free).force / length;
+    let stiffness = random.chance(0.5).then(|| random.between(0.1, 1e4) * unit);
+    let tip = match random.chance(0.5) {
+        true => TipOnWall::Slides,
+        false => TipOnWall::Sticks((p + 0.2 * length * Vector3::from(random.vector(1.0))).into()),
+    };
+    let (position, rotation) = (position.into(), [0.0; 3]);
+    scene.wall = Some(Wall { shape, position, rotation, tip_radius, stiffness, friction: None, tip });
+    scene
 }
 
 fn bending_stiffness(rod: &Rod) -> f64 {
@@ -326,26 +396,11 @@ fn a_dead_force_tells_index_and_columns() {
         let columns = derivatives(&by_force);
         let C = Matrix3::from_columns(&[0, 1, 2].map(|k| columns[k].0));
         symmetry.take((C - C.transpose()).norm() / C.norm(), || name.clone());
-        let K = C.try_inverse().expect("a regular compliance");
         let wall = rod.wall.expect("a wall");
         let (n, lambda) = (Vector3::from(contact.normal), contact.normal_force);
-        let curvature = wall.gap(found.p_tip).curvature;
-        let G = Matrix3::from_fn(|row, col| curvature[row][col]);
-        let index_dead = stability_at(&dead, wrench(&found)).expect("integrable").index;
-        assert_eq!(index_dead, expected.index_dead, "{name}");
-        let index_pinned = index_dead - negative(C);
-        assert_eq!(index_pinned, expected.index_pinned, "{name}");
-        let across = n.cross(&Vector3::ith(n.iamin(), 1.0)).normalize();
-        let T = Matrix3x2::from_columns(&[across, n.cross(&across)]);
-        let index = match (wall.kind.sticks, wall.compliance) {
-            (false, 0.0) => {
-                let form = T.transpose() * (K - lambda * G) * T;
-                index_pinned + form.symmetric_eigenvalues().iter().filter(|value| **value < 0.0).count()
-            }
-            (false, c) => index_pinned + negative(K - lambda * G + n * n.transpose() / c),
-            (true, 0.0) => index_pinned,
-            (true, c) => index_pinned + negative(K + Matrix3::identity() / c),
-        };
+        let G = curvature(&wall, found.p_tip);
+        let (index_dead, index_pinned, index) = indices_by_dead_force(&rod, &found, &contact, C);
+        assert_eq!((index_dead, index_pinned), (expected.index_dead, expected.index_pinned), "{name}");
         assert_eq!(index, found.index, "{name}");
         let turned = Matrix3::from_columns(&[0, 1, 2].map(|k| columns[k].1));
         for ((p_t, w_t), (slot, d)) in derivatives(&slots).into_iter().zip(slots.iter().zip(&found.derivatives)) {
@@ -377,6 +432,33 @@ fn a_dead_force_tells_index_and_columns() {
     assert_eq!(count, 24);
     assert!(worst.0 <= 1e-9, "{:e} {}", worst.0, worst.1);
     assert!(symmetry.0 <= 1e-10, "{:e} {}", symmetry.0, symmetry.1);
+}
+
+/// The second variation on what the wall allows has as many negative directions as the compliances tell.
+#[test]
+fn the_index_is_that_of_the_compliances() {
+    let mut random = Random(5);
+    let scenes: Vec<Scene> = (0..80).map(|_| random_scene(&mut random)).collect();
+    let buckled = |scene: &Scene| {
+        let rod = scene.rod();
+        let found = solve_rod(&rod, &[]);
+        let contact = found.contact.filter(|contact| contact.touching && found.status.is_converged())?;
+        let length = rod.total_length();
+        let dead = under_dead_force(&rod, contact.force);
+        let slots = Axis::ALL.map(Slot::TipForce);
+        let poses = shape_with_derivatives(&dead, wrench(&found), &[length], &slots).expect("a pose");
+        let C = Matrix3::from_columns(&[0, 1, 2].map(|k| Vector3::from(poses[0].derivatives[k].dp)));
+        let (index_dead, _, index) = indices_by_dead_force(&rod, &found, &contact, C);
+        assert_eq!(index, found.index, "{scene:?}");
+        assert!(found.index == 0 && found.margin > 0.0, "{scene:?}");
+        let may_pull = rod.wall.expect("a wall").kind.sticks;
+        assert!(may_pull || contact.normal_force >= 0.0, "{scene:?}");
+        Some(index_dead > 0)
+    };
+    let found: Vec<bool> = scenes.par_iter().filter_map(buckled).collect();
+    let beyond = found.iter().filter(|is_buckled| **is_buckled).count();
+    println!("{} touch, {beyond} beyond what a dead force would buckle", found.len());
+    assert!(found.len() >= 50 && beyond >= 5, "{} {beyond}", found.len());
 }
 
 #[test]

@@ -26,7 +26,7 @@ pub struct VaryingPath<L: Lane> {
     pub passes: L,
 }
 
-/// Numbers of the end of a path: reached, passes, lambda, force and moment at the base, the inverse, whether the wall presses.
+/// Numbers of the end of a path: reached, passes, lambda, force and moment at the base, the inverse, whether the wall presses, with the sign of its frame.
 pub const VARYING_END_COLUMNS: usize = 9 + 36 + 1;
 /// The last of them.
 pub const TOUCHING_AT: usize = 9 + 36;

@@ -40,7 +40,7 @@ impl<L: Kernels> WithSimd for FollowVarying<'_, L> {
             end.store(&mut out);
             if let Some(wall) = &varying.wall {
                 let zero = end.lambda.constant(0.0);
-                out.store(TOUCHING_AT, L::select(wall.touching, zero.constant(1.0), zero));
+                out.store(TOUCHING_AT, L::select(wall.touching, wall.sign, zero));
             }
         }
     }
@@ -65,7 +65,9 @@ impl<L: Kernels> WithSimd for InVarying<'_, L> {
                 Led::Before => {
                     let from = Inputs { data: start, stride: L::COUNT, offset: 0 };
                     if let Some(wall) = &mut varying.wall {
-                        wall.touching = L::splat(token, 0.5).lt(from.column(token, TOUCHING_AT));
+                        let sign: L = from.column(token, TOUCHING_AT);
+                        wall.touching = L::splat(token, 0.5).lt(sign.abs());
+                        wall.sign = L::select(wall.touching, sign, wall.sign);
                     }
                     VaryingPath::load(token, &from)
                 }

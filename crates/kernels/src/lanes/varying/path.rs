@@ -26,14 +26,14 @@ use crate::model::path::{
 /// The share of a correction's bounds that holds at a margin, where the path is `sharp`: next to a bifurcation other branches
 /// are as near as its root.
 #[inline(always)]
-fn narrowed<L: Lane>(margin: L, sharp: bool) -> L {
+pub fn narrowed<L: Lane>(margin: L, sharp: bool) -> L {
     let one = margin.constant(1.0);
     if sharp { (margin * one.constant(1.0 / NEAR_MARGIN)).min(one).sqrt() } else { one }
 }
 
 /// Whether a load step changes the margin so much, where it is small, that stability may be lost and won again between.
 #[inline(always)]
-fn leaps<L: Lane>(margin: L, last: L) -> L::Mask {
+pub fn leaps<L: Lane>(margin: L, last: L) -> L::Mask {
     differs_widely(margin, last, FIELD_NEAR_MARGIN, WIDENING.sqrt())
 }
 

@@ -2,20 +2,22 @@
 //! each step on the stable branch. W4
 
 use super::arrival::VaryingPath;
-use super::base_load::{Load, norm, select};
+use super::base_load::{Load, margin, norm, select};
 use super::index::index;
 use super::matrix::Mat6;
 use super::pass::{Pass, VaryingPasses};
-use super::path::departure;
+use super::path::{departure, leaps, narrowed};
+use super::wall::Near;
 use super::workspace::{VaryingWorkspace, What};
-use crate::lanes::algebra::{Vec3, length};
+use crate::lanes::algebra::{Vec3, affordable, length};
 use crate::lanes::lane::Scalar;
 use crate::lanes::problem::Problem;
 use crate::lanes::program::Resolution;
 use crate::model::CoilLoad;
 use crate::model::path::{
-    AIM, CONTRACTION, CORRECTIONS, CURVE_TOLERANCE, DEPARTURE, FIELD_PASS_LIMIT, FIRST_BEND, NODE_LEAST_RATIO,
-    NODE_MOST_RATIO, NODE_RETREAT, TRUST, WALL_LEAST_PULL, WALL_SMALLEST_SHARP_STEP, WALL_SMALLEST_STEP,
+    AIM, CONTRACTION, CORRECTIONS, CURVE_TOLERANCE, DEPARTURE, DEPARTURE_AIM, FIELD_PASS_LIMIT, FIRST_BEND,
+    NEAR_MARGIN, NODE_LEAST_RATIO, NODE_MOST_RATIO, NODE_RETREAT, SAFE_MARGIN, SPENT, TRUST, WALL_LEAST_PULL,
+    WALL_SMALLEST_SHARP_STEP, WALL_SMALLEST_STEP,
 };
 
 /// Decides which tips the wall touches, and leads those to it. With care, on a grid for it, the index is counted at every step; without,
@@ -44,7 +46,8 @@ pub fn press<L: VaryingPasses>(
     };
     pass(end.base, if care { What::Transfers } else { What::State }, workspace);
     let free = workspace.tip.p;
-    let gap = wall.near(free).gap;
+    let Near { gap, normal, .. } = wall.near(free);
+    wall.sign = L::select(normal.z.lt(zero), -one, one);
     wall.undefined = wall.undefined | (end.reached & !gap.is_finite());
     // A path without care has counted the index of the free rod.
     let stable = if care { index(&workspace.transfers, one).index.lt(one.constant(0.5)) } else { !nobody };
@@ -73,6 +76,7 @@ pub fn press<L: VaryingPasses>(
     let (mut last_size, mut first_size, mut corrections) = (first_bound, zero, zero);
     let (mut arrived, mut failed, mut exhausted) = (nobody, nobody, nobody);
     let mut slope = (none, none);
+    let mut last_margin = one;
     let mut begun = nobody;
     loop {
         let active = comes & !(arrived | failed);
@@ -97,18 +101,21 @@ pub fn press<L: VaryingPasses>(
             let dead = index(&workspace.transfers, one).index;
             joint = L::select(counts, wall.index(rod, &tip, dead, &workspace.pose, &workspace.matrix), zero);
         }
-        // Next to where the rod alone would buckle under its force the count may err; there the rows stay regular.
-        let stays = departure(&inverse, &rows).lt(one.constant(DEPARTURE));
-        let stays = stays & if care { !nobody } else { target.lt(one) };
-        let counted = joint.abs().lt(one.constant(0.5)) | stays;
-        // A stable free rod is stable when it is held.
-        let stable = (counted & zero.lt(whole)) | !begun;
+        // The rows stay as regular as they were: between here and the last step they are singular nowhere. A stable free rod is
+        // stable when it is held.
+        let departed = departure(&inverse, &rows);
+        let stays = departed.lt(one.constant(DEPARTURE));
+        let stable = (joint.abs().lt(one.constant(0.5)) & stays & zero.lt(whole)) | !begun;
+        // Next to a bifurcation, where a wall presses end on, other branches are near, and as stable.
+        let margin = margin(&found);
+        let stable = stable & (!leaps(margin, last_margin) | !begun);
         let pull = wall.pull(rod, &tip);
         let presses = pull.lt(one.constant(WALL_LEAST_PULL));
         let clear = zero.lt(workspace.leeway) & zero.lt(workspace.inside);
         let accept = converged & stable & presses & clear;
         let go_on = active & !converged & contracting & corrections.lt(one.constant(CORRECTIONS));
         let reject = active & !accept & !go_on;
+        let is_narrow = if care { nobody } else { converged & margin.lt(one.constant(SAFE_MARGIN)) };
 
         base = select::<L>(accept | go_on, (base.0 + dn, base.1 + dm), base);
         accepted = select::<L>(accept, base, accepted);
@@ -117,7 +124,8 @@ pub fn press<L: VaryingPasses>(
         tau = L::select(accept, target, tau);
         arrived = arrived | (accept & !target.lt(one));
         first_size = L::select(corrections.lt(one.constant(0.5)), moved, first_size);
-        let ratio = (one.constant(AIM) * trust / first_size.max(one.constant(1e-6))).sqrt();
+        let narrow = narrowed(last_margin, true);
+        let ratio = (narrow * one.constant(AIM) * trust / first_size.max(one.constant(1e-6))).sqrt();
         let ratio = ratio.max(one.constant(NODE_LEAST_RATIO)).min(one.constant(NODE_MOST_RATIO));
         let longer = L::select(begun, used * ratio, one);
         let steep = found.on(way, none);
@@ -125,15 +133,19 @@ pub fn press<L: VaryingPasses>(
         let (dp, w) = workspace.pose.on(steep.0, steep.1);
         let speed = length(steep.1).max(length(w)).max(length(dp)).max(length(steep.0) / (one + length(base.0)));
         let most = bend / speed.max(bend * one.constant(0.5));
+        let most = most.min(L::select(begun, affordable(margin, last_margin, used, NEAR_MARGIN, SPENT), one));
+        let far = used * one.constant(DEPARTURE_AIM * DEPARTURE) / departed;
+        let most = L::select(begun & far.lt(most), far, most);
+        last_margin = L::select(accept, margin, last_margin);
         step = L::select(accept, longer.min(most), L::select(reject, used * one.constant(NODE_RETREAT), step));
-        failed = failed | (reject & (step.lt(smallest) | !begun));
+        failed = failed | (reject & (step.lt(smallest) | !begun)) | is_narrow;
         begun = begun | accept;
         let restart = (accept | reject) & !arrived;
         target = L::select(restart, (tau + step).min(one), target);
         let ahead = target - tau;
         let predicted = (accepted.0 + slope.0 * ahead, accepted.1 + slope.1 * ahead);
         base = select::<L>(restart, predicted, base);
-        last_size = L::select(go_on, moved, first_bound);
+        last_size = L::select(go_on, moved, narrowed(last_margin, true) * first_bound);
         corrections = L::select(go_on, corrections + one, zero);
         end.passes = L::select(active, end.passes + one, end.passes);
         let over = active & !arrived & !end.passes.lt(one.constant(FIELD_PASS_LIMIT));

@@ -46,6 +46,8 @@ pub struct Wall<L: Lane> {
     pub held_at: Vec3<L>,
     /// Lanes whose tip the wall presses or holds.
     pub touching: L::Mask,
+    /// Of the frame across the normal: 1 or -1.
+    pub sign: L,
     /// What the contact rows lack yet: the wall comes from there.
     pub shift: Vec3<L>,
     /// Least gap of the rod beyond where it first is before the wall, and whether it has been.
@@ -84,11 +86,10 @@ impl<L: Lane> WallChange<L> {
     }
 }
 
-/// Two directions across one, all of length 1 and right-handed with it last.
+/// Two directions across one, all of length 1 and right-handed with it last. They follow it smoothly but where its z is minus `sign`.
 #[inline(always)]
-fn across<L: Lane>(n: Vec3<L>) -> [Vec3<L>; 2] {
+fn across<L: Lane>(n: Vec3<L>, sign: L) -> [Vec3<L>; 2] {
     let one = n.x.constant(1.0);
-    let sign = L::select(n.z.lt(one.constant(0.0)), -one, one);
     let a = -one / (sign + n.z);
     let b = n.x * n.y * a;
     let first = Vec3 { x: (sign * n.x * n.x).mul_add(a, one), y: sign * b, z: -(sign * n.x) };
@@ -146,6 +147,7 @@ impl<L: Lane> Wall<L> {
             friction: entry(12),
             held_at: Vec3::splat(zero),
             touching: nobody,
+            sign: L::splat(token, 1.0),
             shift: Vec3::splat(zero),
             body_gap: zero,
             seen: nobody,
@@ -204,7 +206,7 @@ impl<L: Lane> Wall<L> {
             axpy(self.compliance, f, tip.p - self.held_at) + self.shift
         } else {
             let Near { gap, normal, .. } = self.near(tip.p);
-            let [first, second] = across(normal);
+            let [first, second] = across(normal, self.sign);
             let pressed = self.compliance.mul_add(dot(normal, f), gap) + self.shift.z;
             Vec3 { x: dot(first, f), y: dot(second, f), z: pressed }
         };
@@ -254,7 +256,7 @@ impl<L: Lane> Wall<L> {
             return axpy(self.compliance, df, dp);
         }
         let lambda = dot(near.normal, f);
-        let [first, second] = across(near.normal);
+        let [first, second] = across(near.normal, self.sign);
         let slid = axpy(-lambda, near.curvature * dp, df);
         let along = self.compliance.mul_add(dot(near.normal, df), dot(near.normal, dp));
         Vec3 { x: dot(first, slid), y: dot(second, slid), z: along }
@@ -291,7 +293,7 @@ impl<L: Lane> Wall<L> {
         }
         let lambda = dot(near.normal, f);
         let (gap, normal) = self.moved(&near, tip.p, change);
-        let [first, second] = across(near.normal);
+        let [first, second] = across(near.normal, self.sign);
         let pressed = change.compliance.mul_add(lambda, gap);
         rows + Vec3 { x: -(lambda * dot(first, normal)), y: -(lambda * dot(second, normal)), z: pressed }
     }
@@ -328,7 +330,7 @@ impl<L: Lane> Wall<L> {
             if self.kind.yields {
                 negative(outer(near.normal * soft, near.normal, bent))
             } else {
-                let [first, second] = across(near.normal);
+                let [first, second] = across(near.normal, self.sign);
                 let (by_first, by_second) = (row_times(first, bent), row_times(second, bent));
                 let (a, b, c) = (dot(by_first, first), dot(by_first, second), dot(by_second, second));
                 changes([a + c, a * c - b * b])
@@ -348,28 +350,42 @@ impl<L: Lane> Wall<L> {
     #[inline(always)]
     pub fn watch_step(&mut self, before: &State<L>, after: &State<L>, span: L) {
         let one = span.constant(1.0);
+        let zero = one.constant(0.0);
+        let (mut last_gap, mut last_slope) = (zero, zero);
         for k in 0..=PLACES {
+            // The cubic through both ends and their tangents, and its derivative.
             let u = k as f64 / PLACES as f64;
             let (square, left) = (u * u, (1.0 - u) * (1.0 - u));
-            let [start, end] = [left * (1.0 + 2.0 * u), square * (3.0 - 2.0 * u)].map(|x| one.constant(x));
-            let (out, into) = (one.constant(u * left) * span, one.constant(square * (u - 1.0)) * span);
-            // The cubic through both ends and their tangents.
-            let chord = before.p * start + after.p * end;
-            let place = axpy(into, after.t, axpy(out, before.t, chord));
-            let gap = self.near(place).gap;
-            self.seen = self.seen | !gap.lt(one.constant(0.0));
+            let place = |[start, end, out, into]: [f64; 4]| {
+                let chord = before.p * one.constant(start) + after.p * one.constant(end);
+                axpy(one.constant(into) * span, after.t, axpy(one.constant(out) * span, before.t, chord))
+            };
+            let at = place([left * (1.0 + 2.0 * u), square * (3.0 - 2.0 * u), u * left, square * (u - 1.0)]);
+            let turn = 6.0 * u * (1.0 - u);
+            let way = place([-turn, turn, (1.0 - u) * (1.0 - 3.0 * u), u * (3.0 * u - 2.0)]);
+            let Near { gap, normal, .. } = self.near(at);
+            let slope = dot(normal, way);
+            // Between two places the gap is a parabola.
+            let turns = if k > 0 { last_slope.lt(zero) & zero.lt(slope) } else { one.lt(zero) };
+            let share = last_slope / (last_slope - slope) * one.constant(0.5 / PLACES as f64);
+            let lowest = share.mul_add(last_slope, last_gap);
+            self.body_gap = L::select(self.seen & turns, self.body_gap.min(lowest), self.body_gap);
+            self.seen = self.seen | !gap.lt(zero);
             self.body_gap = L::select(self.seen, self.body_gap.min(gap), self.body_gap);
+            (last_gap, last_slope) = (gap, slope);
         }
     }
 
-    /// Least gap of the rod after a pass that has watched it, what tissue yields under a sliding tip aside.
+    /// Least gap of the rod after a pass that has watched it, what tissue yields under a sliding tip aside; that of the tip, where
+    /// no part of the rod is before the wall.
     #[inline(always)]
     pub fn body_gap(&self, rod: &Rod<L>, tip: &State<L>) -> L {
-        let zero = self.radius.constant(0.0);
+        let Near { gap, normal, .. } = self.near(tip.p);
+        let least = L::select(self.seen, self.body_gap, gap);
         if self.kind.sticks {
-            return self.body_gap;
+            return least;
         }
-        let force = dot(self.near(tip.p).normal, self.force(rod, tip));
-        L::select(self.touching, self.compliance * force, zero) + self.body_gap
+        let force = dot(normal, self.force(rod, tip));
+        L::select(self.touching, self.compliance * force, gap.constant(0.0)) + least
     }
 }
