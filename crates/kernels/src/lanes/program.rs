@@ -176,7 +176,9 @@ impl Program {
         let stepper = plan.options.stepper;
         let tableau = stepper.tableau();
         let careful = if plan.terms.varying_field { PATH_STEPPER } else { CAREFUL_STEPPER };
-        let on_path = if plan.options.pace < 1.0 { 2 } else { 1 };
+        // A rod that a wall bends asks for finer steps than a free one: next to where it buckles a coarse one bends the other way.
+        let beside = if plan.terms.wall { 2 } else { 1 };
+        let on_path = if plan.options.pace < 1.0 { 2 } else { 1 } * beside;
         let steady = (0..integrated).map(|index| is_steady(plan, &sources, index)).collect();
         let newton_tolerance = newton_tolerance(plan.target(), epsilon);
         Self {
@@ -206,8 +208,8 @@ impl Program {
             derivatives: plan.derivatives.iter().map(|derivative| derivative.terms.clone()).collect(),
             pace: plan.options.pace,
             coarse: grid(PATH_STEPPER.tableau(), &|n| on_path * stepper.path_steps(n)),
-            careful: grid(careful.tableau(), &|n| stepper.careful_steps(n, careful)),
-            curve: grid(CAREFUL_STEPPER.tableau(), &|n| stepper.careful_steps(n, CAREFUL_STEPPER)),
+            careful: grid(careful.tableau(), &|n| beside * stepper.careful_steps(n, careful)),
+            curve: grid(CAREFUL_STEPPER.tableau(), &|n| beside * stepper.careful_steps(n, CAREFUL_STEPPER)),
             fine: grid(tableau, &|n| n),
             check: grid(tableau, &|n| 2 * n),
             newton_tolerance,

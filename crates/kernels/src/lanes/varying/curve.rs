@@ -2,10 +2,11 @@
 #![allow(clippy::needless_range_loop)]
 
 use super::arrival::VaryingPath;
-use super::base_load::{Load, norm};
+use super::base_load::{Load, margin, norm};
 use super::index::index;
 use super::matrix::Mat6;
 use super::pass::{Pass, VaryingPasses};
+use super::path::leaps;
 use super::rest::Rest;
 use super::workspace::{VaryingWorkspace, What};
 use crate::lanes::algebra::{Vec3, axpy, dot, length};
@@ -13,7 +14,7 @@ use crate::lanes::curve::follow_curve;
 use crate::lanes::equations::{Equations, Point, Seen, further};
 use crate::lanes::lane::{Lane, Scalar};
 use crate::lanes::problem::Problem;
-use crate::model::path::{FIRST_BEND, ROUND_OFF};
+use crate::model::path::{FIRST_BEND, NEAR_MARGIN, ROUND_OFF};
 
 /// Load at the base and load fraction, or their change.
 #[derive(Clone, Copy)]
@@ -85,8 +86,11 @@ struct Varying<'a, L: Lane> {
     kept_leeway: L,
     /// Of the last pass, bordered by its row.
     matrix: [[L; 7]; 7],
-    /// dr/d(n0, m0) at the point kept last.
+    /// The inverse of dr/d(n0, m0), and the margin, at the point kept last.
     kept: Mat6<L>,
+    kept_margin: L,
+    /// Lanes whose margin has been small or has leapt: stability may have been lost and won again between.
+    doubtful: L::Mask,
 }
 
 /// Solves A x = b for both b, the largest pivot of each column chosen lane by lane; returns det A, too.
@@ -243,7 +247,12 @@ impl<L: VaryingPasses> Equations<L> for Varying<'_, L> {
     fn keep(&mut self, lanes: L::Mask) {
         self.kept_tip = Vec3::select(lanes, self.tip, self.kept_tip);
         self.kept_leeway = L::select(lanes, self.workspace.leeway, self.kept_leeway);
-        self.kept = Mat6::select(lanes, &self.workspace.matrix, &self.kept);
+        let inverse = self.workspace.matrix.solve_soon(&Mat6::identity(self.kept_leeway.constant(1.0)));
+        let margin = margin(&inverse);
+        let is_small = !margin.constant(NEAR_MARGIN).lt(margin);
+        self.doubtful = self.doubtful | (lanes & (is_small | leaps(margin, self.kept_margin)));
+        self.kept_margin = L::select(lanes, margin, self.kept_margin);
+        self.kept = Mat6::select(lanes, &inverse, &self.kept);
     }
 
     #[inline(always)]
@@ -281,7 +290,8 @@ pub fn follow_bordered<L: VaryingPasses>(
     let nobody = one.lt(zero);
     let matrix = [[zero; 7]; 7];
     let (tip, kept_tip, kept_leeway) = (rest.tip, rest.tip, rest.leeway);
-    let mut varying = Varying { problem, workspace, tip, kept_tip, kept_leeway, matrix, kept: Mat6::identity(one) };
+    let (kept, kept_margin, doubtful) = (Mat6::identity(one), one, nobody);
+    let mut varying = Varying { problem, workspace, tip, kept_tip, kept_leeway, matrix, kept, kept_margin, doubtful };
     let start = Loaded { base: none, lambda: zero };
     let slope = Loaded { base: rest.slope, lambda: one };
     let pace = problem.program.pace;
@@ -290,11 +300,10 @@ pub fn follow_bordered<L: VaryingPasses>(
     let metric = Metric { pose: Mat6::identity(one), force: one };
     let wanted = zero.lt(rest.leeway) & zero.lt(rest.inside);
     let end = follow_curve(&mut varying, (start, slope, metric), (first, pace), wanted);
-    let inverse = varying.kept.solve(&Mat6::identity(one));
     VaryingPath {
         base: end.at.base,
-        inverse,
-        reached: end.reached,
+        inverse: varying.kept,
+        reached: end.reached & !varying.doubtful,
         fold: end.fold,
         turned: end.turned,
         along: end.tangent.base,

@@ -15,9 +15,9 @@ use crate::lanes::problem::Problem;
 use crate::lanes::program::Resolution;
 use crate::model::CoilLoad;
 use crate::model::path::{
-    AIM, CONTRACTION, CORRECTIONS, CURVE_TOLERANCE, DEPARTURE, DEPARTURE_AIM, FIELD_PASS_LIMIT, FIRST_BEND,
-    NEAR_MARGIN, NODE_LEAST_RATIO, NODE_MOST_RATIO, NODE_RETREAT, SAFE_MARGIN, SPENT, TRUST, WALL_LEAST_PULL,
-    WALL_SMALLEST_SHARP_STEP, WALL_SMALLEST_STEP,
+    AIM, CONTRACTION, CORRECTIONS, CURVE_TOLERANCE, DEPARTURE, FIELD_PASS_LIMIT, FIRST_BEND, NEAR_MARGIN,
+    NODE_LEAST_RATIO, NODE_MOST_RATIO, NODE_RETREAT, SPENT, TRUST, WALL_LEAST_PULL, WALL_SMALLEST_SHARP_STEP,
+    WALL_SMALLEST_STEP,
 };
 
 /// Decides which tips the wall touches, and leads those to it. With care, on a grid for it, the index is counted at every step; without,
@@ -101,11 +101,11 @@ pub fn press<L: VaryingPasses>(
             let dead = index(&workspace.transfers, one).index;
             joint = L::select(counts, wall.index(rod, &tip, dead, &workspace.pose, &workspace.matrix), zero);
         }
-        // The rows stay as regular as they were: between here and the last step they are singular nowhere. A stable free rod is
-        // stable when it is held.
-        let departed = departure(&inverse, &rows);
-        let stays = departed.lt(one.constant(DEPARTURE));
-        let stable = (joint.abs().lt(one.constant(0.5)) & stays & zero.lt(whole)) | !begun;
+        // Next to where the rod alone would buckle under its force the count may err; there the rows stay regular. A stable free
+        // rod is stable when it is held.
+        let stays = departure(&inverse, &rows).lt(one.constant(DEPARTURE));
+        let counted = joint.abs().lt(one.constant(0.5)) | (stays & if care { !nobody } else { target.lt(one) });
+        let stable = (counted & zero.lt(whole)) | !begun;
         // Next to a bifurcation, where a wall presses end on, other branches are near, and as stable.
         let margin = margin(&found);
         let stable = stable & (!leaps(margin, last_margin) | !begun);
@@ -115,7 +115,7 @@ pub fn press<L: VaryingPasses>(
         let accept = converged & stable & presses & clear;
         let go_on = active & !converged & contracting & corrections.lt(one.constant(CORRECTIONS));
         let reject = active & !accept & !go_on;
-        let is_narrow = if care { nobody } else { converged & margin.lt(one.constant(SAFE_MARGIN)) };
+        let is_narrow = if care { nobody } else { converged & margin.lt(one.constant(NEAR_MARGIN)) };
 
         base = select::<L>(accept | go_on, (base.0 + dn, base.1 + dm), base);
         accepted = select::<L>(accept, base, accepted);
@@ -134,8 +134,6 @@ pub fn press<L: VaryingPasses>(
         let speed = length(steep.1).max(length(w)).max(length(dp)).max(length(steep.0) / (one + length(base.0)));
         let most = bend / speed.max(bend * one.constant(0.5));
         let most = most.min(L::select(begun, affordable(margin, last_margin, used, NEAR_MARGIN, SPENT), one));
-        let far = used * one.constant(DEPARTURE_AIM * DEPARTURE) / departed;
-        let most = L::select(begun & far.lt(most), far, most);
         last_margin = L::select(accept, margin, last_margin);
         step = L::select(accept, longer.min(most), L::select(reject, used * one.constant(NODE_RETREAT), step));
         failed = failed | (reject & (step.lt(smallest) | !begun)) | is_narrow;
