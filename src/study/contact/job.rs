@@ -17,7 +17,7 @@ use std::time::Instant;
 const MOST_POINTS: f64 = 1e6;
 /// Normal forces below this share of EI/L² count as none.
 const FLOOR: f64 = 1e-4;
-/// Inputs at which a point without neighbours is tried: the middle, and a net.
+/// A point without neighbours is tried at the middle of all limits and at a net.
 const NET: u64 = 16;
 const NET_SEED: u64 = 0xc027;
 /// Neighbours whose inputs are tried at a point.
@@ -253,7 +253,7 @@ impl Work<'_, '_> {
             self.search(self.rules, starts)?;
             done.extend(group);
         }
-        self.help_each_other()?;
+        self.help_each_other(self.rules)?;
         if self.job.force.is_none() {
             self.least()?;
         }
@@ -265,7 +265,10 @@ impl Work<'_, '_> {
         let mut starts: Vec<Inputs> = near.iter().filter_map(best).take(STARTS).collect();
         if starts.is_empty() {
             starts.push([0.0; MOST_INPUTS]);
-            starts.extend(net(self.rules.count, NET, NET_SEED));
+            // Where neighbours found nothing with it, it is not tried again.
+            if near.is_empty() {
+                starts.extend(net(self.rules.count, NET, NET_SEED));
+            }
             let ends = near.iter().filter_map(|at| self.places[*at].most.as_ref()).map(|search| search.at);
             starts.extend(ends.take(STARTS));
         }
@@ -283,9 +286,13 @@ impl Work<'_, '_> {
         for (at, inputs) in &starts {
             let own = &rows[first..first + inputs.len()];
             let radius = (inputs.len() <= STARTS).then_some(NEAR);
-            match rules.first(own) {
-                Some(k) => begun.push((*at, asked[first + k].1, own[k], radius)),
-                None => self.places[*at].failures = own.iter().map(|row| row.status).collect(),
+            let answer = self.places[*at].best(rules.aim).map(|(_, row)| row);
+            match (rules.first(own), answer) {
+                // What is there already is as good.
+                (Some(k), Some(answer)) if !rules.is_clearly_better(&own[k], &answer, BETTER) => {}
+                (Some(k), _) => begun.push((*at, asked[first + k].1, own[k], radius)),
+                (None, Some(_)) => {}
+                (None, None) => self.places[*at].failures = own.iter().map(|row| row.status).collect(),
             }
             first += inputs.len();
         }
@@ -321,37 +328,41 @@ impl Work<'_, '_> {
         Ok(())
     }
 
-    /// Points begin again from neighbours that are reached where they are not, or clearly better.
-    fn help_each_other(&mut self) -> Result<(), ContactError> {
+    /// Points begin again from neighbours: where they are not reached themselves, or where a neighbour is clearly better.
+    fn help_each_other(&mut self, rules: Rules) -> Result<(), ContactError> {
         let near = self.lattice.neighbours();
         let mut changed: Vec<bool> = vec![true; self.places.len()];
         for _ in 0..ROUNDS {
-            let rules = self.rules;
             let start = |at: usize| {
                 let own = self.places[at].best(rules.aim);
+                if rules.aim == Aim::Least && own.is_none() {
+                    return None;
+                }
                 let helps = |other: &usize| {
                     let (inputs, row) = self.places[*other].best(rules.aim).filter(|_| changed[*other])?;
                     let is_better = own.as_ref().is_none_or(|(_, own)| rules.is_clearly_better(&row, own, BETTER));
-                    is_better.then_some(inputs)
+                    is_better.then_some((inputs, row))
                 };
-                let inputs: Vec<Inputs> = near.of(at).iter().filter_map(helps).take(STARTS).collect();
+                let mut helping: Vec<(Inputs, Row)> = near.of(at).iter().filter_map(helps).collect();
+                if own.is_some() {
+                    helping.sort_by(|(_, a), (_, b)| rules.goal(a).total_cmp(&rules.goal(b)));
+                    helping.truncate(1);
+                }
+                let inputs: Vec<Inputs> = helping.into_iter().map(|(inputs, _)| inputs).take(STARTS).collect();
                 (!inputs.is_empty()).then_some((at, inputs))
             };
             let starts: Vec<(usize, Vec<Inputs>)> = (0..self.places.len()).into_par_iter().filter_map(start).collect();
             if starts.is_empty() {
                 break;
             }
-            let before: Vec<Option<f64>> = starts.iter().map(|(at, _)| self.value(*at)).collect();
+            let value = |work: &Self, at: usize| work.places[at].best(rules.aim).map(|(_, row)| row.normal_force);
+            let before: Vec<Option<f64>> = starts.iter().map(|(at, _)| value(self, *at)).collect();
             let tried: Vec<usize> = starts.iter().map(|(at, _)| *at).collect();
             self.search(rules, starts)?;
             changed.fill(false);
-            tried.into_iter().zip(before).for_each(|(at, before)| changed[at] = self.value(at) != before);
+            tried.into_iter().zip(before).for_each(|(at, before)| changed[at] = value(self, at) != before);
         }
         Ok(())
-    }
-
-    fn value(&self, at: usize) -> Option<f64> {
-        self.places[at].best(self.rules.aim).map(|(_, row)| row.normal_force)
     }
 
     /// The least force of points that are reached, in groups as the most.
@@ -373,7 +384,7 @@ impl Work<'_, '_> {
             self.search(rules, starts)?;
             done.extend(reached);
         }
-        Ok(())
+        self.help_each_other(rules)
     }
 
     fn goes_on(&self) -> Result<(), ContactError> {

@@ -2,7 +2,7 @@
 
 use super::error::ContactError;
 use crate::backend::Backend;
-use crate::engines::{Engine, cpu_f64, second_attempt};
+use crate::engines::{Engine, cpu_f64};
 use crate::model::{
     Axis, Batch, ContactColumn, Parameter, Plan, PlanOptions, Quantity, Scene, Solutions, Status, TipOnWall, Vector,
     WallParameter,
@@ -44,7 +44,6 @@ impl Row {
 pub(super) struct HeldRod {
     table: HeldTable,
     rest: Box<dyn Backend>,
-    second: Option<Box<dyn Backend>>,
     solves: u64,
 }
 
@@ -89,7 +88,7 @@ impl HeldRod {
         };
         let derivatives = inputs.iter().map(of_input).collect();
         let table = HeldTable { inputs: inputs.to_vec(), derivatives, plan };
-        Ok(HeldRod { table, rest, second: None, solves: 0 })
+        Ok(HeldRod { table, rest, solves: 0 })
     }
 
     /// EI/L² of the rod (N).
@@ -107,44 +106,22 @@ impl HeldRod {
         SolutionMethod::of(&self.rest.info(), &self.table.plan)
     }
 
-    /// Equilibria computed so far, those of second attempts included.
+    /// Equilibria computed so far.
     pub(super) fn solves(&self) -> u64 {
         self.solves
     }
 
-    /// One row for each place and inputs.
+    /// One row for each place and inputs. A search goes on without those that find no equilibrium: there are no second attempts.
     pub(super) fn solve(&mut self, asked: &[(Vector, Inputs)]) -> Result<Vec<Row>, ContactError> {
         let mut rows = Vec::with_capacity(asked.len());
         for asked in asked.chunks(self.rest.batch_size().max(1)) {
-            let mut solutions = self.rest.solve(&self.table.batch(asked))?;
+            let solutions = self.rest.solve(&self.table.batch(asked))?;
             self.solves += asked.len() as u64;
-            self.try_again(asked, &mut solutions)?;
             let table = &self.table;
             let read = |row: usize| table.row(&solutions, row);
             rows.par_extend((0..asked.len()).into_par_iter().with_min_len(64).map(read));
         }
         Ok(rows)
-    }
-
-    /// Second attempts at what found no equilibrium, as a run makes them.
-    fn try_again(&mut self, asked: &[(Vector, Inputs)], solutions: &mut Solutions) -> Result<(), ContactError> {
-        let failed = |row: &usize| {
-            matches!(solutions.status(*row), Status::StepLimit | Status::NotConverged | Status::NonFinite)
-        };
-        let failed: Vec<usize> = (0..asked.len()).filter(failed).collect();
-        if failed.is_empty() {
-            return Ok(());
-        }
-        let mut second = match self.second.take() {
-            Some(second) => second,
-            None => second_attempt(&self.table.plan)?,
-        };
-        let again: Vec<(Vector, Inputs)> = failed.iter().map(|row| asked[*row]).collect();
-        let found = second.solve(&self.table.batch(&again))?;
-        self.solves += again.len() as u64;
-        failed.into_iter().enumerate().for_each(|(from, to)| solutions.copy_row(to, &found, from));
-        self.second = Some(second);
-        Ok(())
     }
 }
 

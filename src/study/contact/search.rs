@@ -16,17 +16,17 @@ const INSIDE: f64 = 1e-5;
 /// How near a demanded normal force must be, as a share of it.
 const EXACT: f64 = 1e-4;
 /// A step that promises less, as a share of the normal force, is the last; forces below the least, over the unit, count as that.
-const PROMISE: f64 = 3e-5;
+const PROMISE: f64 = 1e-4;
 const LEAST_FORCE: f64 = 0.05;
 /// Steps over half the range of an input: at first, and where a search ends.
 const FIRST: f64 = 0.5;
-const SMALLEST: f64 = 2e-4;
+const SMALLEST: f64 = 1e-3;
 /// Weight of the largest violation, at first, at last, and by how much it grows.
 const WEIGHT: f64 = 10.0;
 const MOST_WEIGHT: f64 = 1e4;
 const HEAVIER: f64 = 10.0;
 /// Rows of one search, at most.
-const MOST_ROWS: usize = 40;
+const MOST_ROWS: usize = 30;
 
 /// What is looked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,7 +55,7 @@ pub(super) struct Rules {
 
 impl Rules {
     /// What is to be small.
-    fn goal(&self, row: &Row) -> f64 {
+    pub(super) fn goal(&self, row: &Row) -> f64 {
         match self.aim {
             Aim::Most => -row.normal_force / self.unit,
             Aim::Least => row.normal_force / self.unit,
@@ -94,10 +94,10 @@ impl Rules {
         self.goal(row) < self.goal(than)
     }
 
-    /// Whether the goal of a row is nearer than that of another by more than a share and a share of the unit.
+    /// Whether a row, which may violate bounds, promises a clearly better answer than another: by a share, and by more than next to nothing.
     pub(super) fn is_clearly_better(&self, row: &Row, than: &Row, share: f64) -> bool {
-        let (one, other) = (self.goal(row), self.goal(than));
-        other - one > share * other.abs().max(one.abs()) + 1e-3 * share
+        let (one, other) = (self.merit(row, WEIGHT), self.merit(than, WEIGHT));
+        row.status.is_success() && other - one > share * self.goal(than).abs() + 1e-3 * share
     }
 
     /// Of some rows the one to begin from; `None` where none is a success.
