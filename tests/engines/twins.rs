@@ -113,6 +113,8 @@ const EXCEPTIONS: Exceptions = Exceptions {
         ("varying/matrix", &["add_product"], "the same"),
         ("varying/matrix", &["zero", "select", "put"], "blocks, which columns fill as they are"),
         ("varying/matrix", &["solve_soon", "block", "by_blocks"], "in lanes a choice of pivots costs most of it"),
+        ("varying/matrix", &["solve_whole"], "shaders know no wall, whose rows need the determinant"),
+        ("varying/answer", &["settle"], "shaders know no wall, beside which Newton's method runs twice"),
         ("varying/parameters", &["new"], "the workspace"),
         ("varying/parameters", &["maps", "acting"], "maps are for the CPU; points are summed up once for all columns"),
         ("varying/pass", &["numbered"], "the workspace"),

@@ -6,8 +6,9 @@ use super::common::root;
 use super::rods::{all_slots, moved, rod_units, wall_slots};
 use nalgebra::{DMatrix, Matrix3, Matrix3x2, Rotation3, SMatrix, SymmetricEigen, Vector3};
 use rayon::prelude::*;
-use rodsweep::backend::Backend;
+use rodsweep::backend::{Backend, Precision};
 use rodsweep::input::parse_scene;
+use rodsweep::lanes::Lanes;
 use rodsweep::model::{
     Axis, BaseWrench, ContactColumn, Matrix, Parameter, Plan, PlanOptions, Quantity, Rigid, Rod, RodField, RodSegment,
     RodWall, Scene, SegmentKind, Side, Slot, Status, TipOnWall, Vector, Wall, WallShape,
@@ -15,9 +16,11 @@ use rodsweep::model::{
 use rodsweep::reference::{
     Equilibrium, Reference, TipContact, energy_of, shape, shape_with_derivatives, solve_rod, stability_at,
 };
-use rodsweep_bench::random::Random;
+use rodsweep_bench::random::{Random, RandomScenes};
+use rodsweep_bench::verify::{SearchOptions, search_disagreements};
 use serde_json::Value;
 use std::path::Path;
+use std::time::{SystemTime, UNIX_EPOCH};
 
 /// A scene with what two independent computations agree to.
 struct WallCase {
@@ -371,6 +374,25 @@ fn bending_stiffness(rod: &Rod) -> f64 {
 #[test]
 fn reference_matches_golden_walls() {
     check_golden("reference", PlanOptions::default(), REFERENCE, |plan| Box::new(Reference::new(plan)));
+}
+
+/// As fine as a sweep at a tight tolerance, in which no second attempt helps.
+const CPU: Tolerance = Tolerance { pose: 1e-9, force: 1e-9, columns: 1e-7, small_column: SMALL_COLUMN, fold: 1e-4 };
+
+#[test]
+fn cpu_matches_golden_walls() {
+    let options = PlanOptions { steps: 32, tolerance: 1e-11, derivative_tolerance: 1e-8, ..PlanOptions::default() };
+    let engine = |plan: &Plan| Lanes::new(plan, Precision::F64).expect("instructions of this machine");
+    check_golden("cpu f64", options, CPU, |plan| Box::new(engine(plan)));
+}
+
+/// The judge knows no walls: of what engine and reference differ in nobody decides. Where a rod buckles under a wall, they may.
+#[test]
+fn engine_and_reference_agree_on_random_walls() {
+    let seed = SystemTime::now().duration_since(UNIX_EPOCH).expect("a clock").as_secs() / 86_400;
+    let found = search_disagreements(&SearchOptions::new(RandomScenes::Walls, seed, 120), &mut |_| {});
+    let found = found.expect("engines that solve walls");
+    assert!(found.undecided().is_some_and(|undecided| undecided <= 3), "{}", found.text());
 }
 
 /// What a dead force of the same size tells of index and columns: W8, and W12, in which the rod alone has its derivatives.

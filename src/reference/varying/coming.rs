@@ -5,8 +5,9 @@
 
 use super::contact::{Balance, Contact, Touch, of_base};
 use super::hessian::{Stability, stability};
+use super::passage::{Passage, combined};
 use super::ramp::{APPROACH, End, LITTLE_STEP, RATIO, SMALL_LOAD, SOFT};
-use super::shooting::{Passage, combined, pass_by_sections};
+use super::shooting::pass_by_sections;
 use super::state::{BaseLoad, Column, Varying};
 use crate::reference::extrapolation::Extrapolation;
 use crate::reference::ramp::{

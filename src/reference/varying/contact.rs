@@ -3,7 +3,7 @@
 //! The force is an unknown of its own beside the load at the base: its size where the tip slides, its components where it is
 //! held. In the units of the chain, positions from the base.
 
-use super::shooting::Passage;
+use super::passage::Passage;
 use super::state::Column;
 use crate::model::{Axis, Rod, RodWall, Slot, Status, Surface, Units, Vector};
 use nalgebra::{DMatrix, DVector, Dyn, LU, Matrix3, Vector3, Vector6};

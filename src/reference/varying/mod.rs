@@ -12,6 +12,7 @@ mod field;
 mod flexible;
 mod hessian;
 mod map;
+mod passage;
 mod ramp;
 mod rigid;
 mod shape;

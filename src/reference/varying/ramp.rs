@@ -2,7 +2,8 @@
 //! step must stay on the stable branch and clear of magnets.
 
 use super::hessian::{Stability, stability};
-use super::shooting::{Passage, combined, pass_by_sections};
+use super::passage::{Passage, combined};
+use super::shooting::pass_by_sections;
 use super::state::{BaseLoad, Column, Varying};
 use crate::reference::extrapolation::Extrapolation;
 use crate::reference::ramp::{
