@@ -3,33 +3,17 @@
 
 use super::base_load::Load;
 use super::matrix::Mat6;
+use super::program_wall::ProgramWall;
 use super::state::State;
 use crate::lanes::algebra::{Mat3, Vec3, axpy, cross, dot, inverse, length, outer, row_times};
 use crate::lanes::lane::Lane;
 use crate::lanes::problem::Problem;
 use crate::lanes::rod::Rod;
-use crate::model::record::{BASE_POSITION_AT, wall_offset};
-use crate::model::{Plan, Surface, WallKind};
+use crate::model::record::BASE_POSITION_AT;
+use crate::model::{Surface, WallKind};
 
 /// Places on a step of the rod where its gap is looked at.
 const PLACES: usize = 8;
-
-/// The wall of a program.
-#[derive(Clone, Copy, Debug)]
-pub struct ProgramWall {
-    /// First entry of its record.
-    pub entry: usize,
-    pub kind: WallKind,
-}
-
-impl ProgramWall {
-    /// That of a plan with a wall.
-    pub fn new(plan: &Plan) -> Self {
-        let rod = plan.scene.rod();
-        let usual = WallKind { surface: Surface::Plane, outside: false, sticks: false, yields: false };
-        Self { entry: wall_offset(&rod), kind: rod.wall.map_or(usual, |wall| wall.kind) }
-    }
-}
 
 /// A wall of a group of samples, and how its tips touch it. Positions count from the base.
 pub struct Wall<L: Lane> {
