@@ -3,7 +3,6 @@
 //! Drawings of a study take what it gives and are a [`Figure`](crate::report::Figure).
 
 mod centreline;
-mod contact;
 mod control;
 mod experiment;
 mod field;
@@ -17,7 +16,6 @@ mod shape;
 mod simulation;
 mod workspace;
 
-pub use contact::draw_contact;
 pub use control::draw_control;
 pub use experiment::ExperimentFigure;
 pub use files::Drawn;

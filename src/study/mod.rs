@@ -4,7 +4,6 @@
 
 mod agreement;
 mod columns;
-pub mod contact;
 mod control;
 mod experiment;
 mod experiment_text;

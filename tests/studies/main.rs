@@ -5,7 +5,6 @@ mod common;
 
 mod cables;
 mod calibration;
-mod contact;
 mod control;
 mod control_windows;
 mod controllers;

@@ -6,13 +6,11 @@ use rodsweep::results::{is_url, remove_run};
 use std::path::Path;
 
 /// Files that studies write beside the parts of a run.
-const FILES: [&str; 23] = [
+const FILES: [&str; 21] = [
     "boundary.ply",
     "boundary.vtp",
     "chaos.csv",
     "comparison.parquet",
-    "contact.json",
-    "contact.parquet",
     "design.csv",
     "designs.csv",
     "dgsm.csv",
@@ -32,8 +30,7 @@ const FILES: [&str; 23] = [
     "workspace.vti",
 ];
 /// Names of figures of runs and studies, each as PNG or SVG.
-const FIGURES: [&str; 21] = [
-    "angle",
+const FIGURES: [&str; 18] = [
     "branches",
     "compliance",
     "convergence",
@@ -42,8 +39,6 @@ const FIGURES: [&str; 21] = [
     "dexterity",
     "failures",
     "first_order",
-    "force",
-    "friction",
     "identification",
     "indices",
     "margin",

@@ -2,10 +2,10 @@
 
 mod curves;
 mod draw;
-pub(in crate::figures) mod outline;
-pub(in crate::figures) mod sheets;
+mod outline;
+mod sheets;
 mod summary;
-pub(in crate::figures) mod voxels;
+mod voxels;
 
 pub use draw::draw_workspace;
 pub use sheets::WorkspaceFigures;
