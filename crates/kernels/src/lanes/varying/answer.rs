@@ -10,7 +10,7 @@ use super::matrix::Mat6;
 use super::pass::VaryingPasses;
 use super::press::press;
 use super::state::State;
-use super::wall_rows::{lack_by, write_contact, write_force_rows};
+use super::wall_rows::{Answered, lack_by, write_contact, write_force_rows};
 use super::workspace::{VaryingWorkspace, What};
 use crate::lanes::algebra::{Vec3, cross, dot, inverse, length};
 use crate::lanes::lane::{Lane, Scalar};
@@ -299,20 +299,6 @@ fn write_rows<L: Lane>(
             }
         }
     }
-}
-
-/// What an answer is made of: the pass on twice the fine steps and the last one on those, what each lacks yet, the share of
-/// their difference that is its error, round-off of the force.
-#[derive(Clone, Copy)]
-pub struct Answered<L> {
-    pub p: Vec3<L>,
-    pub check: State<L>,
-    pub fine: State<L>,
-    pub step: Load<L>,
-    pub left: Load<L>,
-    pub share: L,
-    pub noise: L,
-    pub body_gap: L,
 }
 
 #[inline(always)]

@@ -1,6 +1,6 @@
 //! What is written of a contact with a wall: force, gap, normal, and how force and pose follow each parameter. W6
 
-use super::answer::Answered;
+use super::base_load::Load;
 use super::parameters::Parameters;
 use super::state::State;
 use super::wall::Near;
@@ -11,6 +11,20 @@ use crate::lanes::problem::Problem;
 use crate::lanes::program::Outputs;
 use crate::model::ContactColumn;
 use crate::model::path::DIFFERENCE;
+
+/// What an answer is made of: the pass on twice the fine steps and the last one on those, what each lacks yet, the share of
+/// their difference that is its error, round-off of the force.
+#[derive(Clone, Copy)]
+pub struct Answered<L> {
+    pub p: Vec3<L>,
+    pub check: State<L>,
+    pub fine: State<L>,
+    pub step: Load<L>,
+    pub left: Load<L>,
+    pub share: L,
+    pub noise: L,
+    pub body_gap: L,
+}
 
 /// What a parameter leaves of the boundary conditions, the load at the base held: force and moment at the tip, or the contact
 /// rows in the force's place. `dp`, `dn` and `dm` are its columns there. W6
