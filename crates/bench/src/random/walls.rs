@@ -5,7 +5,7 @@ use super::designs::design;
 use super::numbers::Random;
 use rodsweep::model::{Scene, Side, TipOnWall, Vector, Wall, WallShape};
 
-/// Coefficients of friction and tissues that people measure, and stiffer and softer ones (N/m).
+/// Least and largest stiffness of a wall's tissue (N/m).
 const TISSUE: (f64, f64) = (1.0, 1e4);
 
 /// A random rod of any kind, or a catheter that people build, beside a wall in its way.

@@ -1,7 +1,9 @@
 //! One answer of an engine, whether from a batch or from the rows of a sweep, and how two of them differ.
 
 use crate::judge::{OTHER_PLACE, OTHER_TURN, Word, judge};
-use rodsweep::model::{Matrix, Quantity, Scene, Solutions, Status, Vector, rotation_angle, rotation_matrix};
+use rodsweep::model::{
+    ContactColumn, Matrix, Quantity, Scene, Solutions, Status, Vector, rotation_angle, rotation_matrix,
+};
 use rodsweep::table::Table;
 
 /// An error that is so many times the tolerance, and the row's own estimate, is no matter of resolution or round-off.
@@ -17,9 +19,9 @@ pub struct Answer {
     /// Share of the load that was reached.
     pub load: f64,
     pub estimate: f64,
-    /// Of a wall on the tip (N); not numbers where there is none.
+    /// Contact force of the wall on the tip, world frame (N); NaN where the scene has no wall.
     pub force: Vector,
-    /// A force that is a small share of what bends the rod (N).
+    /// Contact forces below this are compared by their difference (N).
     pub least_force: f64,
     /// A path that has ended without a turn of its load having been seen: a sweep asks the reference.
     pub is_doubt: bool,
@@ -84,7 +86,7 @@ impl Answer {
             margin: solutions.get(sample, Quantity::StabilityMargin),
             load: solutions.get(sample, Quantity::LoadFraction),
             estimate: solutions.get(sample, Quantity::ErrorEstimate),
-            force: solutions.contact_force(sample),
+            force: solutions.contact_vector(sample, ContactColumn::Force),
             least_force: 0.0,
             is_doubt: solutions.status(sample) == Status::Fold && !solutions.is_seen_fold(sample),
         }

@@ -80,7 +80,7 @@ pub struct Program {
     pub rod_columns: usize,
     /// `None`: the field is uniform.
     pub field: Option<ProgramField>,
-    /// What the tip may touch.
+    /// Wall that the tip may touch; `None`: the tip is free.
     pub wall: Option<ProgramWall>,
     /// Those that are integrated.
     pub segments: Vec<SegmentPlan>,

@@ -13,7 +13,7 @@ pub struct Rod {
     pub flux_density: Vector,
     /// What of the field varies in space; `None`: it is uniform.
     pub field: Option<RodField>,
-    /// What the tip may touch.
+    /// Wall that the tip may touch; `None`: the tip is free.
     pub wall: Option<RodWall>,
     /// In N
     pub tip_force: Vector,

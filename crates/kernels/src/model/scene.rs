@@ -26,7 +26,7 @@ pub struct Scene {
     pub loads: Loads,
     /// Dead forces inside of the rod.
     pub inner_forces: Vec<InnerForce>,
-    /// What the tip may touch.
+    /// Wall that the tip may touch; `None`: the tip is free.
     pub wall: Option<Wall>,
     /// Base to tip.
     pub segments: Vec<Segment>,

@@ -182,12 +182,6 @@ impl Solutions {
         Some(self.contact? + ContactColumn::COUNT + 4 * derivative)
     }
 
-    /// Force of the wall on the tip (N). Not numbers where there is no wall.
-    pub fn contact_force(&self, sample: usize) -> [f64; 3] {
-        let first = self.contact.map(|first| first + ContactColumn::Force as usize);
-        std::array::from_fn(|axis| first.map_or(f64::NAN, |first| self.values.get(sample, first + axis)))
-    }
-
     /// How normal force and force follow a derivative's parameter, by its index (N/unit). Not a number where there is no wall.
     pub fn force_derivative(&self, sample: usize, derivative: usize) -> [f64; 4] {
         let first = self.force_derivative_column(derivative);

@@ -58,7 +58,7 @@ pub fn solve_varying<L: VaryingPasses>(
         has_moved = one.lt(one.constant(2.0));
     }
     if L::any(has_moved) {
-        // What the columns are of stays.
+        // The columns belong to the last pass on the fine grid, so its tip state is put back.
         let tip = workspace.tip;
         let again = check_pass(problem, end.base, workspace);
         workspace.tip = tip;
@@ -246,7 +246,7 @@ fn write<L: VaryingPasses>(
     out.store(Quantity::DerivativeError.column(), derivative_error);
     write_rows(problem, end, workspace, out);
     let (check, fine) = (check.tip, tip);
-    // Of the force, by what the rows of the contact leave.
+    // Round-off of the contact force: the norm of d(force)/d(residual) times that of the residual.
     let mut square = one.constant(0.0);
     for x in workspace.matrix.times(&inverse).0[..3].as_flattened() {
         square = x.mul_add(*x, square);

@@ -171,7 +171,7 @@ impl<L: Lane> Mat6<L> {
         self.solve_whole(b).0
     }
 
-    /// The same, and det A.
+    /// A^-1 B by elimination with pivots, as [`Mat6::solve`], and det A.
     #[inline(always)]
     pub fn solve_whole(&self, b: &Self) -> (Self, L) {
         let (mut a, mut b) = (self.0, b.0);

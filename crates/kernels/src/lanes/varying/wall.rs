@@ -30,9 +30,9 @@ pub struct Wall<L: Lane> {
     pub held_at: Vec3<L>,
     /// Lanes whose tip the wall presses or holds.
     pub touching: L::Mask,
-    /// Of the frame across the normal: 1 or -1.
+    /// Sign (1 or -1) that picks the chart of the tangent frame across the normal.
     pub sign: L,
-    /// What the contact rows lack yet: the wall comes from there.
+    /// Shift of the contact rows while the wall comes; zero once it is in its place. W4
     pub shift: Vec3<L>,
     /// Least gap of the rod beyond where it first is before the wall, and whether it has been.
     body_gap: L,
@@ -182,7 +182,7 @@ impl<L: Lane> Wall<L> {
         tip.n - rod.f_tip
     }
 
-    /// What the boundary conditions lack: three rows of the tip's force or place, and the moment. W3
+    /// Residual of the boundary conditions with its sign reversed: three contact rows, and the moment. W3
     #[inline(always)]
     pub fn lack(&self, rod: &Rod<L>, tip: &State<L>) -> Load<L> {
         let f = self.force(rod, tip);
@@ -255,7 +255,7 @@ impl<L: Lane> Wall<L> {
         (gap, cross(change.turn, near.normal) - near.curvature * way)
     }
 
-    /// What a parameter does to the contact rows, the load at the base held: `dp` and `df` are its columns there. W6
+    /// Derivative of the contact rows by a parameter at a fixed load at the base, from its columns `dp` and `df` at the tip. W6
     #[inline(always)]
     pub fn rows_by(
         &self,

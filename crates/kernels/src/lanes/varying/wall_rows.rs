@@ -1,4 +1,4 @@
-//! What is written of a contact with a wall: force, gap, normal, and how force and pose follow each parameter. W6
+//! Output columns of the contact with a wall: gap, force, normal, and the derivatives of the force by each parameter. W6
 
 use super::base_load::Load;
 use super::parameters::Parameters;
@@ -12,8 +12,8 @@ use crate::lanes::program::Outputs;
 use crate::model::ContactColumn;
 use crate::model::path::DIFFERENCE;
 
-/// What an answer is made of: the pass on twice the fine steps and the last one on those, what each lacks yet, the share of
-/// their difference that is its error, round-off of the force.
+/// Two passes from which a contact is written: `check` on twice the fine steps, `fine` on those; the steps of the load at the base that
+/// lead each to equilibrium, the share of their difference that estimates the error, and the round-off of the force.
 #[derive(Clone, Copy)]
 pub struct Answered<L> {
     pub p: Vec3<L>,
@@ -26,8 +26,8 @@ pub struct Answered<L> {
     pub body_gap: L,
 }
 
-/// What a parameter leaves of the boundary conditions, the load at the base held: force and moment at the tip, or the contact
-/// rows in the force's place. `dp`, `dn` and `dm` are its columns there. W6
+/// Derivative of the boundary conditions by a parameter at a fixed load at the base, with its sign reversed: force rows (contact rows
+/// where the wall presses) and moment rows. `dp`, `dn` and `dm` are the parameter's columns at the tip. W6
 #[inline(always)]
 pub fn lack_by<L: Lane>(
     problem: &Problem<'_, L>,
