@@ -6,7 +6,8 @@ use super::error::SweepError;
 use crate::backend::BackendKind;
 use crate::engines::cpu_f64;
 use crate::model::{
-    Anchor, AnchorAxis, Anchors, Axis, MOST_ANCHOR_AXES, Parameter, Plan, PlanOptions, Quantity, Solutions, Vector,
+    Anchor, AnchorAxis, Anchors, Axis, MOST_ANCHOR_AXES, Parameter, Plan, PlanOptions, Quantity, Scene, Solutions,
+    Vector,
 };
 use crate::spec::{AxisSpec, BranchChoice, Distribution, Method, SweepSpec};
 use std::sync::Arc;
@@ -55,7 +56,11 @@ fn anchor_axes(spec: &SweepSpec, plan: &Plan) -> Option<Vec<AnchorAxis>> {
     // An axis that gives several parameters values of their own is several axes of the plan.
     let is_plain = count == spec.axes.len() && (1..=MOST_ANCHOR_AXES).contains(&count);
     let follows = spec.method != Method::Table && spec.branch == BranchChoice::FromRest;
-    if !is_plain || !follows || plan.terms.tip_moment || plan.terms.varying_field || plan.start.is_some() {
+    // Rods beside a wall are solved without it first, if that is not swept itself.
+    let is_of_wall = |parameter: &Parameter| matches!(parameter, Parameter::Wall(_));
+    let is_free = !plan.terms.varying_field || plan.without_wall().is_some();
+    let is_held = !is_free || plan.axes.iter().flatten().any(is_of_wall);
+    if !is_plain || !follows || plan.terms.tip_moment || is_held || plan.start.is_some() {
         return None;
     }
     let points = (spec.sample_count as f64 / SAMPLES_EACH).powf(1.0 / count as f64).floor() as usize;
@@ -81,7 +86,8 @@ fn solve_anchors(plan: &Plan, axes: Vec<AnchorAxis>) -> Result<Option<Arc<Anchor
     let mut wrt: Vec<Parameter> = plan.axes.concat();
     wrt.extend(Axis::ALL.map(Parameter::TipMoment));
     let options = PlanOptions { base_moment_rows: true, ..plan.options };
-    let solver = Plan::new(&plan.scene, &plan.axes, &wrt, options)?;
+    let scene = Scene { wall: None, ..plan.scene.clone() };
+    let solver = Plan::new(&scene, &plan.axes, &wrt, options)?;
     let count: usize = axes.iter().map(|axis| axis.points).product();
     let batch = solver.batch(count, |anchor, values| {
         let mut rest = anchor;

@@ -818,3 +818,73 @@ fn walls_without_a_normal_are_bad_parameters() {
     assert_eq!(held_at(centre), Status::BadParameter);
     assert_eq!(held_at([0.01, 0.0, 0.2]), Status::OutOfReach);
 }
+
+/// Beside a wall in a uniform field, rods are solved without it; those that it does not reach keep their rows to the last bit.
+#[test]
+fn rods_that_a_wall_does_not_touch_keep_their_rows() {
+    let scene = named("p6-flat").scene;
+    let free = Scene { wall: None, ..scene.clone() };
+    let axes: Vec<Vec<Parameter>> = ["coil.current.x", "coil.current.y", "coil.current.z"]
+        .map(|name| Parameter::parse(&scene, name).expect("a parameter"))
+        .to_vec();
+    let wrt = axes.concat();
+    let mut random = Random(11);
+    let rows: Vec<Vector> = (0..600).map(|_| random.vector(0.3)).collect();
+    let solve = |scene: &Scene| {
+        let plan = Plan::new(scene, &axes, &wrt, PlanOptions::default()).expect("a plan");
+        let batch = plan.batch(rows.len(), |row, values| values.copy_from_slice(&rows[row]));
+        Lanes::new(&plan, Precision::F64).expect("instructions of this machine").solve(&batch).expect("solutions")
+    };
+    let (beside, alone) = (solve(&scene), solve(&free));
+    let mut untouched = 0;
+    for row in 0..rows.len() {
+        if beside.contact(row, ContactColumn::Touching) == 1.0 {
+            continue;
+        }
+        untouched += 1;
+        for column in 0..Quantity::COUNT + 18 {
+            let (a, b) = (beside.values.get(row, column), alone.values.get(row, column));
+            assert_eq!(a.to_bits(), b.to_bits(), "row {row}, column {column}: {a} and {b}");
+        }
+        assert!(beside.contact(row, ContactColumn::Gap) >= 0.0, "row {row}");
+        assert_eq!(beside.force_derivative(row, 0), [0.0; 4], "row {row}");
+    }
+    assert!((20..580).contains(&untouched), "{untouched} of {} rows", rows.len());
+}
+
+/// Where a coming wall makes the rod snap, the engine sees its way turn; the reference halves its steps up to there.
+#[test]
+fn turns_of_a_coming_wall_are_seen() {
+    let mut random = Random(23);
+    let (mut seen, mut unseen) = (0, 0);
+    let held = |name: &str, far: f64, random: &mut Random| {
+        let mut scene = named(name).scene;
+        let TipOnWall::Sticks(anchor) = scene.wall.expect("a wall").tip else { panic!("a tip that slides") };
+        let moved = std::array::from_fn(|k| anchor[k] + far * random.vector(1.0)[k]);
+        scene.wall.as_mut().expect("a wall").tip = TipOnWall::Sticks(moved);
+        scene
+    };
+    let scenes: Vec<Scene> =
+        (0..24).map(|k| held(["p6-held-fold", "two-coil-held-fold", "p6-held"][k % 3], 0.004, &mut random)).collect();
+    for scene in scenes {
+        let options = PlanOptions { steps: 16, ..PlanOptions::default() };
+        let plan = Plan::single(&scene, &[], options).expect("a plan");
+        let batch = plan.batch(1, |_, _| {});
+        let row = Lanes::new(&plan, Precision::F64).expect("instructions of this machine").solve(&batch);
+        let row = row.expect("a solution");
+        if row.status(0) != Status::Fold {
+            continue;
+        }
+        let (at, error) = (row.get(0, Quantity::LoadFraction), row.get(0, Quantity::LoadFractionError));
+        if !row.is_seen_fold(0) {
+            unseen += 1;
+            continue;
+        }
+        seen += 1;
+        let found = solve_rod(&scene.rod(), &[]);
+        assert_eq!(found.status, Status::Fold, "{}: engine at {at}", scene.name);
+        let apart = (found.load_fraction - at).abs();
+        assert!(error < 1e-6 && apart < 5e-5, "{}: {at} +- {error:e}, reference {}", scene.name, found.load_fraction);
+    }
+    assert!(seen >= 8 && unseen * 4 <= seen, "{seen} seen, {unseen} not");
+}

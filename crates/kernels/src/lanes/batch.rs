@@ -4,7 +4,7 @@ use super::kernels::Job;
 use super::ladder::{Course, Rung};
 use super::lane::WIDEST;
 use super::program::Program;
-use super::scratch::{Lent, Pool, Scratch};
+use super::scratch::{Lent, Scratch};
 use super::{BlockScalar, Lanes};
 use crate::backend::Precision;
 use crate::clock::Busy;
@@ -19,19 +19,49 @@ const LEAST_LOAD: f64 = 1.0 / 16.0;
 
 impl Lanes {
     /// Writes the rows of a batch; one of no more than a block stays on the caller's thread.
-    pub(super) fn fill<S: BlockScalar>(&self, batch: &Batch, solutions: &mut Solutions, pool: &Pool<S>) {
+    pub(super) fn fill<S: BlockScalar>(&self, batch: &Batch, solutions: &mut Solutions) {
+        let rungs = self.course().rungs();
+        let scales = self.output_scales();
+        match &self.free {
+            Some(free) => {
+                free.fill::<S>(batch, solutions);
+                self.climb::<S>(rungs, self.beside_wall(batch, solutions), batch, solutions, &scales);
+            }
+            None => {
+                let left = self.first_rung::<S>(rungs[0], batch, solutions, &scales);
+                self.climb::<S>(&rungs[1..], left, batch, solutions, &scales);
+            }
+        }
+    }
+
+    fn course(&self) -> Course {
+        let Program { field, searches, tip_moment, anchors, wall, .. } = &self.program;
+        Course {
+            varying: field.is_some(),
+            searches: *searches,
+            tip_moment: *tip_moment,
+            by_nodes: self.by_nodes,
+            anchors: anchors.is_some(),
+            wall: wall.as_ref().filter(|_| self.free.is_some()).map(|wall| wall.kind),
+        }
+    }
+
+    /// Solves all samples of a batch by the first rung, and returns those that are left.
+    fn first_rung<S: BlockScalar>(
+        &self,
+        rung: Rung,
+        batch: &Batch,
+        solutions: &mut Solutions,
+        scales: &[f64],
+    ) -> Vec<usize> {
+        let pool = S::pool(&self.pools);
         let count = batch.sample_count();
         let block_len = solutions.values.block_len();
-        let scales = self.output_scales();
-        let Program { field, searches, tip_moment, anchors, .. } = &self.program;
-        let (varying, anchors) = (field.is_some(), anchors.is_some());
-        let course = Course { varying, searches: *searches, tip_moment: *tip_moment, by_nodes: self.by_nodes, anchors };
-        let rungs = course.rungs();
         let busy = Busy::here();
         let first = |lent: &mut Lent<'_, S>, (block, out): (usize, &mut [f64])| {
             let _busy = busy.enter();
             let samples: Vec<usize> = (block * BLOCK..count.min((block + 1) * BLOCK)).collect();
-            let mut left = self.solve_samples(batch, &samples, rungs[0], &scales, &mut lent.scratch, out);
+            let mut left = self.solve_samples((batch, None), &samples, rung, scales, &mut lent.scratch, out);
             if self.leaves_some_starts {
                 let (limp, others): (Vec<_>, _) = samples.into_iter().partition(|at| self.leaves_start(batch, *at));
                 left.retain(|at| others.contains(at));
@@ -40,7 +70,7 @@ impl Lanes {
             left
         };
         let blocks = solutions.values.data_mut();
-        let mut left: Vec<usize> = match count <= BLOCK {
+        match count <= BLOCK {
             true => {
                 let mut own = pool.lend();
                 blocks.chunks_mut(block_len).enumerate().flat_map(|block| first(&mut own, block)).collect()
@@ -49,8 +79,21 @@ impl Lanes {
                 let blocks = blocks.par_chunks_mut(block_len).enumerate();
                 blocks.map_init(|| pool.lend(), first).flatten_iter().collect()
             }
-        };
-        for rung in &rungs[1..] {
+        }
+    }
+
+    /// Leads the samples that are left up the rungs, and writes their rows.
+    fn climb<S: BlockScalar>(
+        &self,
+        rungs: &[Rung],
+        mut left: Vec<usize>,
+        batch: &Batch,
+        solutions: &mut Solutions,
+        scales: &[f64],
+    ) {
+        let (pool, busy) = (S::pool(&self.pools), Busy::here());
+        let (count, block_len) = (batch.sample_count(), solutions.values.block_len());
+        for rung in rungs {
             let mut others = Vec::new();
             match rung {
                 Rung::LimpShooting => {
@@ -61,13 +104,20 @@ impl Lanes {
                 Rung::Curve => (left, others) = left.into_iter().partition(|at| !self.is_grown(batch, *at)),
                 // In single precision it does not tell there where the load turns.
                 Rung::FieldCurve if self.precision == Precision::F32 => std::mem::swap(&mut left, &mut others),
+                Rung::FreeTip | Rung::ComingWall | Rung::FieldCurve if self.free.is_some() => {
+                    (left, others) = left.into_iter().partition(|at| solutions.status(*at).is_success());
+                }
                 Rung::MultipleShooting => left.retain(|sample| self.may_be_grown(batch, solutions, *sample)),
                 _ => {}
             }
+            if *rung == Rung::ComingWall {
+                self.sort_by_way(solutions, &mut left);
+            }
+            let rows = (batch, Some(&*solutions));
             let again = |lent: &mut Lent<'_, S>, samples: &[usize]| {
                 let _busy = busy.enter();
                 let mut out = vec![0.0; block_len];
-                let left = self.solve_samples(batch, samples, *rung, &scales, &mut lent.scratch, &mut out);
+                let left = self.solve_samples(rows, samples, *rung, scales, &mut lent.scratch, &mut out);
                 (out, left)
             };
             let mut size = BLOCK;
@@ -79,13 +129,20 @@ impl Lanes {
                     left.par_chunks(size).map_init(|| pool.lend(), again).collect()
                 }
             };
-            for (samples, (rows, _)) in left.chunks(size).zip(&solved) {
-                let mut is_taken = |(at, sample): &(usize, &usize)| {
-                    *rung != Rung::MultipleShooting
-                        || self.takes(solutions, **sample, |column| rows[column * BLOCK + at])
+            for (samples, (rows, unsolved)) in left.chunks(size).zip(&solved) {
+                let mut is_taken = |(at, sample): &(usize, &usize)| match rung {
+                    Rung::MultipleShooting => self.takes(solutions, **sample, |column| rows[column * BLOCK + at]),
+                    // The free rod is where the next rung begins.
+                    Rung::ComingWall => !unsolved.contains(*sample),
+                    _ => true,
                 };
                 let taken: Vec<(usize, &usize)> = samples.iter().enumerate().filter(|row| is_taken(row)).collect();
-                for (column, values) in rows.chunks(BLOCK).enumerate() {
+                let mut first = 0;
+                if *rung == Rung::FreeTip {
+                    first = self.program.contact.unwrap_or(0);
+                    self.mark_through_wall(solutions, samples, rows);
+                }
+                for (column, values) in rows.chunks(BLOCK).enumerate().skip(first) {
                     taken.iter().for_each(|(at, sample)| solutions.values.set(**sample, column, values[*at]));
                 }
             }
@@ -172,7 +229,7 @@ impl Lanes {
     /// to the next.
     pub(super) fn solve_samples<S: BlockScalar>(
         &self,
-        batch: &Batch,
+        (batch, rows): (&Batch, Option<&Solutions>),
         samples: &[usize],
         rung: Rung,
         scales: &[f64],
@@ -180,7 +237,7 @@ impl Lanes {
         out: &mut [f64],
     ) -> Vec<usize> {
         let begin = Instant::now();
-        let Scratch { inputs, bad, order, values, memory } = scratch;
+        let Scratch { inputs, bad, free, order, values, memory } = scratch;
         inputs.resize(BLOCK * self.plan.input_count, S::default());
         values.resize(out.len(), S::default());
         bad.clear();
@@ -196,8 +253,12 @@ impl Lanes {
                 to[samples.len()..].iter_mut().take(WIDEST).for_each(|to| *to = last);
             }
         }
+        free.clear();
+        if let (Some(_), Rung::FreeTip | Rung::ComingWall | Rung::FieldCurve, Some(rows)) = (&self.free, rung, rows) {
+            self.take_free_rods((batch, rows), samples, free);
+        }
         let mut left = Vec::new();
-        let job = Job { program: &self.program, inputs, bad, rung, order, left: &mut left, values, memory };
+        let job = Job { program: &self.program, inputs, bad, rung, free, order, left: &mut left, values, memory };
         S::run(self.arch, job);
         // A place in a block is a byte, which needs no check.
         let places: Vec<u8> = order.iter().map(|place| *place as u8).collect();

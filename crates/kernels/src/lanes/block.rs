@@ -12,7 +12,7 @@ use super::problem::Problem;
 use super::program::{Inputs, Outputs};
 use super::tools::Tools;
 use super::tools::{pack, unpack};
-use super::varying::follow_block;
+use super::varying::{follow_block, press_block};
 use crate::model::{Anchors, BLOCK, Quantity, Status};
 use pulp::{Simd, WithSimd};
 
@@ -31,13 +31,13 @@ impl<L: Kernels> WithSimd for AsKernel<'_, L> {
 /// Solves a block.
 #[inline(always)]
 fn solve_job<L: Kernels>(token: L::Token, job: Job<'_, L::Scalar>) {
-    let Job { program, inputs, bad, rung, order, left, values, memory } = job;
+    let Job { program, inputs, bad, rung, free, order, left, values, memory } = job;
     let kept = memory.take().and_then(|memory| memory.downcast::<Memory<L>>().ok());
     let mut kept = kept.unwrap_or_else(|| Box::new(Memory::new(token, program, inputs.len())));
     order.clear();
     order.extend((0..bad.len()).filter(|sample| !bad[*sample]));
     let solved = order.len();
-    let mut block = Block::<L> { program, token, inputs, memory: &mut kept };
+    let mut block = Block::<L> { program, token, inputs, free, memory: &mut kept };
     let (mut path, mut ready) = (Path::Search, solved);
     if program.field.is_none()
         && program.start.is_none()
@@ -55,8 +55,10 @@ fn solve_job<L: Kernels>(token: L::Token, job: Job<'_, L::Scalar>) {
             }
         };
     }
-    if rung == Rung::FieldSteps {
-        ready = follow_block(program, token, inputs, block.memory, order);
+    match rung {
+        Rung::FieldSteps => ready = follow_block(program, token, inputs, block.memory, order),
+        Rung::ComingWall => ready = press_block(program, token, inputs, free, block.memory, order),
+        _ => {}
     }
     for offset in (0..ready).step_by(L::COUNT) {
         let samples = &order[offset..ready.min(offset + L::COUNT)];
@@ -69,8 +71,10 @@ fn solve_job<L: Kernels>(token: L::Token, job: Job<'_, L::Scalar>) {
                 }
                 block.solve_by_nodes(samples, from, out);
             }
-            Rung::FieldSteps => block.solve_in_varying(samples, Led::Before, out),
-            Rung::FieldCurve => block.solve_in_varying(samples, Led::Curve, out),
+            Rung::FieldSteps | Rung::ComingWall => block.solve_in_varying(samples, Led::Before, out),
+            Rung::FreeTip => block.solve_in_varying(samples, Led::Free, out),
+            Rung::FieldCurve if free.is_empty() => block.solve_in_varying(samples, Led::Curve, out),
+            Rung::FieldCurve => block.solve_in_varying(samples, Led::FreeCurve, out),
             Rung::FieldGuardedSteps => block.solve_in_varying(samples, Led::Ramp(&program.careful), out),
             Rung::FieldFineSteps => block.solve_in_varying(samples, Led::Ramp(&program.fine), out),
             _ => block.solve(samples, path, out),

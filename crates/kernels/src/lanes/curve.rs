@@ -34,13 +34,13 @@ pub fn follow_curve<L: Lane, E: Equations<L>>(
     let mut step = first.min(one.constant(0.25)) * rise;
     let mut row = E::row(&metric, tangent);
     let mut trial = at.plus(step, tangent);
-    let mut bound = (step * share).min(trust);
+    let mut bound = (step * share).min(trust * equations.caution(one));
     let (mut last_size, mut first_share) = (bound * one.constant(1.0 / CONTRACTION), zero);
     let (mut corrections, mut passes, mut weakest) = (zero, one, zero);
     // The determinant at the last point, and the way from there to a point where curves cross.
     let (mut last_whole, mut ahead) = (one, one.constant(FAR));
     // In single precision round-off hides what lies closer.
-    let sharp = L::Scalar::EPSILON < 1e-10;
+    let sharp = L::Scalar::SHARP;
     let smallest = one.constant(if sharp { SMALLEST_SHARP_ARC } else { SMALLEST_ARC });
     // The next point is about where the load is full: beyond it there is nothing to look for.
     let (mut failed, mut landing, mut reached) = (!wanted, one.lt(zero), one.lt(zero));
@@ -144,7 +144,7 @@ pub fn follow_curve<L: Lane, E: Equations<L>>(
         trial = E::Point::select(restart, predicted, E::Point::select(go_on, new, trial));
         trial = E::Point::select(turn.seen & active, turn.trial, trial);
         row = E::Point::select(turn.seen & active, E::row(&metric, turn.along), row);
-        bound = L::select(restart, (step * share).min(trust), bound);
+        bound = L::select(restart, (step * share).min(trust * equations.caution(one)), bound);
         last_size = L::select(go_on, size, bound * one.constant(1.0 / CONTRACTION));
         corrections = L::select(go_on, corrections + one, zero);
         passes = L::select(active, passes + one, passes);

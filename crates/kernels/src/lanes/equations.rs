@@ -4,7 +4,7 @@ use super::lane::{Lane, Scalar};
 
 /// Share of the load over which a residual is differenced: its truncation and its round-off are about the same.
 pub fn further<L: Lane>() -> f64 {
-    if L::Scalar::EPSILON < 1e-10 { 1.0 / 33_554_432.0 } else { 1.0 / 512.0 }
+    if L::Scalar::SHARP { 1.0 / 33_554_432.0 } else { 1.0 / 512.0 }
 }
 
 /// A point of the curve, or a change of it: load at the base and load fraction.
@@ -53,6 +53,10 @@ pub trait Equations<L: Lane> {
     fn is_clear(&mut self) -> L::Mask;
     /// Takes lanes of the last pass for points of the curve.
     fn keep(&mut self, lanes: L::Mask);
+    /// The share of a correction's bound that holds at the point kept last.
+    fn caution(&self, one: L) -> L {
+        one
+    }
     /// What a pass on twice the fine steps adds to the load fraction, and what round-off may.
     fn check(&mut self, at: Self::Point) -> (L, L);
 }

@@ -33,6 +33,8 @@ pub struct Job<'a, S: Scalar> {
     pub bad: &'a [bool],
     /// How samples are led to their loads.
     pub rung: Rung,
+    /// Their free rods, where a wall comes to those: numbers of [`FREE_COLUMNS`](super::varying::FREE_COLUMNS), by sample.
+    pub free: &'a [S],
     /// The samples in the order in which they are solved.
     pub order: &'a mut Vec<usize>,
     /// Those that need care, without an answer.
@@ -120,12 +122,22 @@ impl<L: Lane> FollowNodes<'_, L> {
     }
 }
 
-/// The arguments of `follow_varying` without care: from how samples set out to where they end, or before that how they
-/// set out.
+/// The parts of a path in a field that varies, or to a wall.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Leg {
+    /// How samples set out from rest.
+    SetOut,
+    /// From there to their ends.
+    Follow,
+    /// From free rods under their full loads, behind a wall or to be held by it: the wall comes.
+    Wall,
+}
+
+/// The arguments of one leg of a path without care.
 pub struct FollowVarying<'a, L: Lane> {
     pub program: &'a Program,
     pub token: L::Token,
-    pub sets_out: bool,
+    pub leg: Leg,
     pub varying: &'a mut VaryingWorkspace<L>,
     pub tools: &'a mut Tools<L>,
 }
@@ -141,8 +153,12 @@ impl<L: Lane> FollowVarying<'_, L> {
 pub enum Led<'a> {
     /// Their paths have ended before.
     Before,
+    /// They are free rods, solved before: only how they stand to the wall is asked.
+    Free,
     /// From rest along the curve of equilibria.
     Curve,
+    /// They are free rods, solved before; a wall comes along the curve of equilibria.
+    FreeCurve,
     /// With care on this grid, from rest or, in a search, from a start.
     Ramp(&'a Resolution),
 }

@@ -2,7 +2,7 @@
 
 use super::lane::Scalar;
 use crate::backend::LadderLine;
-use crate::model::Status;
+use crate::model::{Status, WallKind};
 
 /// A method. It is for the samples that those before it have left.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -10,6 +10,8 @@ pub enum Rung {
     Anchors,
     LoadSteps,
     FieldSteps,
+    FreeTip,
+    ComingWall,
     LimpShooting,
     Curve,
     FieldCurve,
@@ -31,14 +33,18 @@ pub struct Course {
     /// Every sample is solved by multiple shooting.
     pub by_nodes: bool,
     pub anchors: bool,
+    /// The wall of a uniform field, without which the rods have been solved before.
+    pub wall: Option<WallKind>,
 }
 
 impl Rung {
     /// Every rung, in the order in which samples meet them.
-    pub const ALL: [Rung; 10] = [
+    pub const ALL: [Rung; 12] = [
         Rung::Anchors,
         Rung::LoadSteps,
         Rung::FieldSteps,
+        Rung::FreeTip,
+        Rung::ComingWall,
         Rung::LimpShooting,
         Rung::Curve,
         Rung::FieldCurve,
@@ -54,6 +60,16 @@ impl Rung {
             Rung::Anchors => ("anchors", "all, where the sweep has anchors", "`ok`"),
             Rung::LoadSteps => ("load steps", "all others, in a uniform field", "`ok`, `ramped`"),
             Rung::FieldSteps => ("load steps in a field", "all, in a field that varies in space", "`ramped`"),
+            Rung::FreeTip => (
+                "free tip beside a wall",
+                "solved rods, where the tip slides, in a uniform field",
+                "what it was, `through-wall`",
+            ),
+            Rung::ComingWall => (
+                "a wall comes",
+                "solved rods that it presses or holds, in a uniform field",
+                "`ramped`, `through-wall`, `out-of-reach`",
+            ),
             Rung::LimpShooting => {
                 ("multiple shooting of limp rods", "rods whose growth exponent is above the limit", "`ramped`")
             }
@@ -79,10 +95,14 @@ impl Course {
     /// The rungs of a batch, from the first.
     pub fn rungs(&self) -> &'static [Rung] {
         use Rung::{
-            Anchors, Curve, FieldCurve, FieldFineSteps, FieldGuardedSteps, FieldSteps, GuardedSteps, LimpShooting,
-            LoadSteps, MultipleShooting,
+            Anchors, ComingWall, Curve, FieldCurve, FieldFineSteps, FieldGuardedSteps, FieldSteps, FreeTip,
+            GuardedSteps, LimpShooting, LoadSteps, MultipleShooting,
         };
         match *self {
+            Course { wall: Some(WallKind { sticks: true, .. }), .. } => {
+                &[ComingWall, FieldCurve, FieldGuardedSteps, FieldFineSteps]
+            }
+            Course { wall: Some(_), .. } => &[FreeTip, ComingWall, FieldCurve, FieldGuardedSteps, FieldFineSteps],
             Course { varying: true, searches: true, .. } => &[FieldGuardedSteps],
             // Margins do not tell there where the index changes: it is counted at every step.
             Course { varying: true, tip_moment: true, .. } => &[FieldGuardedSteps, FieldFineSteps],
@@ -108,7 +128,9 @@ pub fn is_left<S: Scalar>(rung: Rung, status: S) -> bool {
         Rung::LimpShooting => return !is(Status::Ramped),
         Rung::FieldCurve => return !(is(Status::Ramped) || is(Status::Fold)),
         Rung::FieldGuardedSteps => return is(Status::NotConverged),
-        Rung::Anchors | Rung::LoadSteps | Rung::Curve | Rung::FieldSteps => Status::Pending,
+        Rung::Anchors | Rung::LoadSteps | Rung::Curve | Rung::FieldSteps | Rung::FreeTip | Rung::ComingWall => {
+            Status::Pending
+        }
         Rung::GuardedSteps => Status::Fold,
         Rung::MultipleShooting | Rung::FieldFineSteps => return false,
     };

@@ -61,6 +61,8 @@ pub trait Lane:
 pub trait Scalar: Copy + Default + Debug + PartialOrd + Send + Sync + 'static {
     /// Distance from 1 to the next number.
     const EPSILON: f64;
+    /// Whether round-off hides nothing that lies next to a fold.
+    const SHARP: bool = Self::EPSILON < 1e-10;
     /// Larger than any number a rod can produce.
     const HUGE: f64;
     fn from_f64(value: f64) -> Self;
@@ -119,7 +121,7 @@ registers!(pulp::aarch64::Neon, NeonRegister, 16;);
 
 macro_rules! lane {
     ($lane:ident, $mask:ident, $scalar:ty, $register:ident, $bits:ident, $count:ident,
-     $add:ident, $sub:ident, $mul:ident, $div:ident, $neg:ident, $mul_add:ident, $neg_mul_add:ident, $sqrt:ident,
+     $add:ident, $sub:ident, $mul:ident, $div:ident, $flip:ident, $mul_add:ident, $neg_mul_add:ident, $sqrt:ident,
      $abs:ident, $max:ident, $min:ident, $lt:ident, $select:ident, $splat:ident, $as_simd:ident, $as_mut_simd:ident,
      $and:ident, $or:ident, $xor:ident, $first_true:ident) => {
         #[derive(Clone, Copy, Debug)]
@@ -160,7 +162,8 @@ macro_rules! lane {
             type Output = Self;
             #[inline(always)]
             fn neg(self) -> Self {
-                Self(self.0, self.0.$neg(self.1), [])
+                // The negation of pulp is not always inlined.
+                Self(self.0, self.0.$flip(self.1, self.0.$splat(-0.0)), [])
             }
         }
         impl<S: Simd> BitAnd for $mask<S> {
@@ -264,7 +267,7 @@ lane!(
     sub_f64s,
     mul_f64s,
     div_f64s,
-    neg_f64s,
+    xor_f64s,
     mul_add_e_f64s,
     negate_mul_add_e_f64s,
     sqrt_f64s,
@@ -292,7 +295,7 @@ lane!(
     sub_f32s,
     mul_f32s,
     div_f32s,
-    neg_f32s,
+    xor_f32s,
     mul_add_e_f32s,
     negate_mul_add_e_f32s,
     sqrt_f32s,

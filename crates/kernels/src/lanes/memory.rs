@@ -49,5 +49,7 @@ pub(super) struct Block<'a, L: Kernels> {
     pub program: &'a Program,
     pub token: L::Token,
     pub inputs: &'a [L::Scalar],
+    /// Free rods beside a wall, as a [`Job`](super::kernels::Job) has them.
+    pub free: &'a [L::Scalar],
     pub memory: &'a mut Memory<L>,
 }

@@ -9,6 +9,7 @@ mod anchors;
 mod base;
 mod batch;
 mod beside;
+mod beside_wall;
 mod block;
 mod bordered;
 mod by_nodes;
@@ -131,6 +132,8 @@ pub struct Lanes {
     leaves_some_starts: bool,
     /// What each rung has done so far, by its number.
     rungs: [Tally; Rung::ALL.len()],
+    /// Beside a wall in a uniform field: the same rods without it.
+    free: Option<Box<Lanes>>,
     /// Memory of blocks, in either precision.
     pools: (Pool<f64>, Pool<f32>),
 }
@@ -157,6 +160,10 @@ impl Lanes {
             remedy: "this machine lacks it".into(),
         };
         let arch = set.arch().ok_or_else(unsupported)?;
+        let free = match plan.without_wall() {
+            Some(free) => Some(Box::new(Self::with_instruction_set(&free, precision, set)?)),
+            None => None,
+        };
         let mut program = Program::new(plan, precision.epsilon());
         if set == InstructionSet::Scalar {
             program.terms = ProgramTerms::EVERY;
@@ -171,6 +178,7 @@ impl Lanes {
             by_nodes: plan.leaves_starts() == Some(true),
             leaves_some_starts: plan.leaves_starts().is_none(),
             rungs: Default::default(),
+            free,
             pools: Default::default(),
         })
     }
@@ -213,7 +221,9 @@ impl Backend for Lanes {
     }
 
     fn rungs(&self) -> Vec<RungCount> {
-        tally::account(&self.rungs)
+        let mut all = self.free.as_ref().map_or(Vec::new(), |free| free.rungs());
+        all.extend(tally::account(&self.rungs));
+        all
     }
 
     fn solve(&mut self, batch: &Batch) -> Result<Solutions, BackendError> {
@@ -225,8 +235,8 @@ impl Backend for Lanes {
     fn solve_into(&mut self, batch: &Batch, solutions: &mut Solutions) -> Result<(), BackendError> {
         solutions.reuse(&self.plan, batch.sample_count());
         match self.precision {
-            Precision::F64 => self.fill(batch, solutions, &self.pools.0),
-            Precision::F32 => self.fill(batch, solutions, &self.pools.1),
+            Precision::F64 => self.fill::<f64>(batch, solutions),
+            Precision::F32 => self.fill::<f32>(batch, solutions),
         }
         Ok(())
     }
@@ -235,11 +245,17 @@ impl Backend for Lanes {
 /// Chooses the register type of a precision.
 trait BlockScalar: Scalar {
     fn run(arch: Arch, job: Job<'_, Self>);
+    /// The memory of an engine's blocks.
+    fn pool(pools: &(Pool<f64>, Pool<f32>)) -> &Pool<Self>;
 }
 
 macro_rules! block_scalar {
-    ($scalar:ty, $lane:ident) => {
+    ($scalar:ty, $lane:ident, $pool:tt) => {
         impl BlockScalar for $scalar {
+            fn pool(pools: &(Pool<f64>, Pool<f32>)) -> &Pool<$scalar> {
+                &pools.$pool
+            }
+
             fn run(arch: Arch, job: Job<'_, $scalar>) {
                 match arch {
                     Arch::Scalar => $lane::<pulp::Scalar>::job(pulp::Scalar::new(), job),
@@ -256,5 +272,5 @@ macro_rules! block_scalar {
         }
     };
 }
-block_scalar!(f64, F64);
-block_scalar!(f32, F32);
+block_scalar!(f64, F64, 0);
+block_scalar!(f32, F32, 1);

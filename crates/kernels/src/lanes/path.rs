@@ -143,7 +143,7 @@ pub fn follow_path<L: Lane>(
     let nobody = one.lt(zero);
     let guarded = path == Path::GuardedRamp;
     // In single precision round-off hides what lies closer.
-    let sharp = guarded && L::Scalar::EPSILON < 1e-10;
+    let sharp = guarded && L::Scalar::SHARP;
     let resolution = if guarded { &program.careful } else { &program.coarse };
     let unsymmetric = program.tip_moment;
     let dead = if unsymmetric { has_dead_moment(rod) } else { nobody };

@@ -8,6 +8,8 @@ use std::sync::{Mutex, PoisonError};
 pub struct Scratch<S> {
     pub inputs: Vec<S>,
     pub bad: Vec<bool>,
+    /// Free rods beside a wall.
+    pub free: Vec<S>,
     pub order: Vec<usize>,
     pub values: Vec<S>,
     /// The kernel's own.

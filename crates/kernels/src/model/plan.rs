@@ -332,6 +332,23 @@ impl Plan {
         Plan { segments, options, forward: forward.unwrap_or(self.forward), ..self.clone() }
     }
 
+    /// The same rods for kernels that leave the wall out, where without it no force at the base is unknown. Batches and columns are those of
+    /// this plan, so the scene keeps its wall.
+    pub fn without_wall(&self) -> Option<Plan> {
+        let scene = Scene { wall: None, ..self.scene.clone() };
+        if !self.terms.wall || scene.has_unknown_force() || self.start.is_some() || self.first_beyond_rigid().is_some()
+        {
+            return None;
+        }
+        let swept: Vec<Parameter> = self.axes.iter().flatten().copied().collect();
+        let terms = terms_of(&scene, &self.segments, &scene.rod(), &swept, !self.derivatives.is_empty());
+        let chains: Vec<_> =
+            self.derivatives.iter().map(|derivative| derivative.parameter.chain(&self.scene)).collect();
+        let chains = chains.iter().map(Vec::as_slice);
+        let forward = is_forward(&scene, &terms, chains, self.options.sensitivity).ok()?;
+        Some(Plan { terms, forward, ..self.clone() })
+    }
+
     /// The scene with a sample's axis values in place. Insertion is applied after the other lengths.
     pub fn sample_scene(&self, row: &[f64]) -> Scene {
         let mut scene = self.scene.clone();

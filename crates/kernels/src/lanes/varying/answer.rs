@@ -9,10 +9,12 @@ use super::index::index;
 use super::matrix::Mat6;
 use super::pass::VaryingPasses;
 use super::press::press;
+use super::press_curve::follow_press;
 use super::state::State;
 use super::wall_rows::{Answered, lack_by, write_contact, write_force_rows};
 use super::workspace::{VaryingWorkspace, What};
 use crate::lanes::algebra::{Vec3, cross, dot, inverse, length};
+use crate::lanes::kernels::Led;
 use crate::lanes::lane::{Lane, Scalar};
 use crate::lanes::problem::Problem;
 use crate::lanes::program::Outputs;
@@ -27,18 +29,19 @@ use crate::model::{DerivativeScale, NO_EQUILIBRIUM, Quantity, Status};
 /// Without care, answers nearer to a fold or a bifurcation than this (stability margin) are followed again with it.
 const ANSWER_MARGIN: f64 = 0.5 * SAFE_MARGIN;
 
-/// Solves one group from where its paths ended and writes its rows, in the plan's units, to `out`. Without care, lanes whose
-/// path has not led to a stable equilibrium are `Pending`.
+/// Solves one group from where its paths ended and writes its rows, in the plan's units, to `out`. Of paths that have ended before, without
+/// care, lanes that are not led to a stable equilibrium are `Pending`.
 #[inline(always)]
 pub fn solve_varying<L: VaryingPasses>(
     problem: &Problem<'_, L>,
-    care: bool,
+    led: Led<'_>,
     mut end: VaryingPath<L>,
     workspace: &mut VaryingWorkspace<L>,
     out: &mut Outputs<'_, L::Scalar>,
 ) {
     let Problem { program, rod, .. } = *problem;
     let one = rod.t.x.constant(1.0);
+    let care = !matches!(led, Led::Before);
     for k in 0..workspace.parameters.len() {
         workspace.parameters[k].load(problem, 3 * k, None);
     }
@@ -47,7 +50,10 @@ pub fn solve_varying<L: VaryingPasses>(
     if care && workspace.wall.is_some() {
         let free = settle(problem, What::Base, &mut end, workspace);
         end.reached = end.reached & free.converged;
-        press(problem, Some(&program.curve), &mut end, workspace);
+        match led {
+            Led::Curve | Led::FreeCurve if L::Scalar::SHARP => follow_press(problem, &mut end, workspace),
+            _ => press(problem, Some(&program.curve), false, &mut end, workspace),
+        }
         settle(problem, What::Base, &mut end, workspace);
     }
     // With a wall the index is that of both together, which no path has counted.

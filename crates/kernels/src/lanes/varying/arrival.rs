@@ -32,6 +32,27 @@ pub const VARYING_END_COLUMNS: usize = 9 + 36 + 1;
 pub const TOUCHING_AT: usize = 9 + 36;
 
 impl<L: Lane> VaryingPath<L> {
+    /// The full load, reached after so many passes; of its matrix nothing is known.
+    #[inline(always)]
+    pub fn under_full_load(base: (Vec3<L>, Vec3<L>), passes: L) -> Self {
+        let one = passes.constant(1.0);
+        let nobody = one.lt(one);
+        Self {
+            base,
+            inverse: Mat6::identity(one),
+            reached: !nobody,
+            fold: nobody,
+            turned: nobody,
+            along: base,
+            too_near: nobody,
+            outside: nobody,
+            exhausted: nobody,
+            lambda: one,
+            load_error: one,
+            passes,
+        }
+    }
+
     /// Writes what an answer needs of the end of a path without care.
     #[inline(always)]
     pub fn store(&self, out: &mut Outputs<'_, L::Scalar>) {

@@ -19,19 +19,19 @@ use crate::model::path::{FIRST_BEND, NEAR_MARGIN, ROUND_OFF};
 /// Load at the base and load fraction, or their change.
 #[derive(Clone, Copy)]
 pub struct Loaded<L> {
-    base: Load<L>,
-    lambda: L,
+    pub base: Load<L>,
+    pub lambda: L,
 }
 
 impl<L: Lane> Loaded<L> {
     #[inline(always)]
-    fn numbers(&self) -> [L; 7] {
+    pub fn numbers(&self) -> [L; 7] {
         let (n, m) = self.base;
         [n.x, n.y, n.z, m.x, m.y, m.z, self.lambda]
     }
 
     #[inline(always)]
-    fn of([a, b, c, d, e, f, lambda]: [L; 7]) -> Self {
+    pub fn of([a, b, c, d, e, f, lambda]: [L; 7]) -> Self {
         Self { base: (Vec3 { x: a, y: b, z: c }, Vec3 { x: d, y: e, z: f }), lambda }
     }
 }
@@ -72,8 +72,84 @@ impl<L: Lane> Point<L> for Loaded<L> {
 /// How the pose of the tip follows the load at the base, and the square of how much a force counts.
 #[derive(Clone, Copy)]
 pub struct Metric<L> {
-    pose: Mat6<L>,
-    force: L,
+    pub pose: Mat6<L>,
+    pub force: L,
+}
+
+impl<L: Lane> Metric<L> {
+    /// Where a force counts as a moment does.
+    #[inline(always)]
+    pub fn plain(one: L) -> Self {
+        Self { pose: Mat6::identity(one), force: one }
+    }
+
+    #[inline(always)]
+    pub fn product(&self, a: Loaded<L>, b: Loaded<L>) -> L {
+        let (pa, pb) = (self.pose.on(a.base.0, a.base.1), self.pose.on(b.base.0, b.base.1));
+        let tip = dot(pa.0, pb.0) + dot(pa.1, pb.1) + dot(a.base.1, b.base.1);
+        self.force.mul_add(dot(a.base.0, b.base.0), a.lambda.mul_add(b.lambda, tip))
+    }
+
+    /// The row that measures along a change of length 1.
+    #[inline(always)]
+    pub fn row(&self, a: Loaded<L>) -> Loaded<L> {
+        let (dp, w) = self.pose.on(a.base.0, a.base.1);
+        let (n, m) = self.pose.transposed().on(dp, w);
+        Loaded { base: (axpy(self.force, a.base.0, n), m + a.base.1), lambda: a.lambda }
+    }
+
+    #[inline(always)]
+    pub fn select(mask: L::Mask, a: &Self, b: &Self) -> Self {
+        Self { pose: Mat6::select(mask, &a.pose, &b.pose), force: L::select(mask, a.force, b.force) }
+    }
+}
+
+/// Newton's step and the tangent at a point, from the residual there, its derivatives by the load at the base and by the load fraction, and
+/// the row that a step leaves as it is. Returns the bordered matrix, too. C1, C2
+#[inline(always)]
+pub fn newton_and_tangent<L: Lane>(
+    at: Loaded<L>,
+    (residual, matrix, by_lambda): ([L; 6], &Mat6<L>, [L; 6]),
+    row: Loaded<L>,
+    pose: &Mat6<L>,
+) -> (Seen<L, Loaded<L>, Metric<L>>, [[L; 7]; 7]) {
+    let one = at.lambda.constant(1.0);
+    let zero = one.constant(0.0);
+    let (mut a, mut b) = ([[zero; 7]; 7], [[zero; 2]; 7]);
+    for k in 0..6 {
+        a[k][..6].copy_from_slice(&matrix.0[k]);
+        a[k][6] = by_lambda[k];
+        b[k][0] = -residual[k];
+    }
+    a[6] = row.numbers();
+    b[6][1] = one;
+    let (found, whole) = solve_bordered(a, b);
+    let (mut delta, mut along) = ([zero; 7], [zero; 7]);
+    for k in 0..7 {
+        (delta[k], along[k]) = (found[k][0], found[k][1]);
+    }
+    let (delta, along) = (Loaded::of(delta), Loaded::of(along)); // C1, C2
+    let force = one / (one + length(at.base.0));
+    let metric = Metric { pose: *pose, force: force * force };
+    let tangent = along.times(one / metric.product(along, along).sqrt());
+    let (dp, w) = pose.on(delta.base.0, delta.base.1);
+    let size = length(delta.base.1).max(length(w)).max(length(dp)).max(delta.lambda.abs());
+    let size = size.max(length(delta.base.0) * force);
+    (Seen { delta, size, tangent, whole, metric, square: one }, a)
+}
+
+/// How a residual moves the load fraction, by the bordered matrix, and what round-off of the pass that tells it may. C5
+#[inline(always)]
+pub fn load_by<L: Lane>(residual: [L; 6], matrix: &[[L; 7]; 7], base: Load<L>) -> (L, L) {
+    let one = residual[0].constant(1.0);
+    let by_residual = load_by_residual(matrix);
+    let (mut change, mut square) = (one.constant(0.0), one.constant(0.0));
+    for k in 0..6 {
+        change = by_residual[k].mul_add(residual[k], change);
+        square = by_residual[k].mul_add(by_residual[k], square);
+    }
+    let noise = (one + norm(base)) * one.constant(ROUND_OFF * L::Scalar::EPSILON);
+    (change, square.sqrt() * noise)
 }
 
 /// A group of rods, and what the last pass told.
@@ -178,56 +254,35 @@ impl<L: VaryingPasses> Equations<L> for Varying<'_, L> {
 
     #[inline(always)]
     fn product(metric: &Metric<L>, a: Loaded<L>, b: Loaded<L>) -> L {
-        let (pa, pb) = (metric.pose.on(a.base.0, a.base.1), metric.pose.on(b.base.0, b.base.1));
-        let tip = dot(pa.0, pb.0) + dot(pa.1, pb.1) + dot(a.base.1, b.base.1);
-        metric.force.mul_add(dot(a.base.0, b.base.0), a.lambda.mul_add(b.lambda, tip))
+        metric.product(a, b)
     }
 
     #[inline(always)]
     fn row(metric: &Metric<L>, a: Loaded<L>) -> Loaded<L> {
-        let (dp, w) = metric.pose.on(a.base.0, a.base.1);
-        let (n, m) = metric.pose.transposed().on(dp, w);
-        Loaded { base: (axpy(metric.force, a.base.0, n), m + a.base.1), lambda: a.lambda }
+        metric.row(a)
     }
 
     #[inline(always)]
     fn select_metric(mask: L::Mask, a: &Metric<L>, b: &Metric<L>) -> Metric<L> {
-        Metric { pose: Mat6::select(mask, &a.pose, &b.pose), force: L::select(mask, a.force, b.force) }
+        Metric::select(mask, a, b)
     }
 
     /// The change by load fraction is a difference: Newton's method corrects itself.
     #[inline(always)]
     fn look(&mut self, fine: bool, at: Loaded<L>, row: Loaded<L>) -> Seen<L, Loaded<L>, Metric<L>> {
-        let one = at.lambda.constant(1.0);
-        let zero = one.constant(0.0);
+        let further = at.lambda.constant(further::<L>());
         self.pass(fine, at.lambda, at.base, if fine { What::Base } else { What::Transfers });
         let r = self.residual(at.lambda);
         self.tip = self.workspace.tip.p;
-        let further = one.constant(further::<L>());
         self.pass(fine, at.lambda + further, at.base, What::State);
-        let after = self.residual(at.lambda + further);
-        let (mut a, mut b) = ([[zero; 7]; 7], [[zero; 2]; 7]);
+        let mut by_lambda = self.residual(at.lambda + further);
         for k in 0..6 {
-            a[k][..6].copy_from_slice(&self.workspace.matrix.0[k]);
-            a[k][6] = (after[k] - r[k]) * (one / further);
-            b[k][0] = -r[k];
+            by_lambda[k] = (by_lambda[k] - r[k]) / further;
         }
-        a[6] = row.numbers();
-        b[6][1] = one;
-        self.matrix = a;
-        let (found, whole) = solve_bordered(a, b);
-        let (mut delta, mut along) = ([zero; 7], [zero; 7]);
-        for k in 0..7 {
-            (delta[k], along[k]) = (found[k][0], found[k][1]);
-        }
-        let (delta, along) = (Loaded::of(delta), Loaded::of(along)); // C1, C2
-        let force = one / (one + length(at.base.0));
-        let metric = Metric { pose: self.workspace.pose, force: force * force };
-        let tangent = along.times(one / Self::product(&metric, along, along).sqrt());
-        let (dp, w) = metric.pose.on(delta.base.0, delta.base.1);
-        let size = length(delta.base.1).max(length(w)).max(length(dp)).max(delta.lambda.abs());
-        let size = size.max(length(delta.base.0) * force);
-        Seen { delta, size, tangent, whole, metric, square: one }
+        let VaryingWorkspace { matrix, pose, .. } = &*self.workspace;
+        let (seen, matrix) = newton_and_tangent(at, (r, matrix, by_lambda), row, pose);
+        self.matrix = matrix;
+        seen
     }
 
     #[inline(always)]
@@ -257,23 +312,13 @@ impl<L: VaryingPasses> Equations<L> for Varying<'_, L> {
 
     #[inline(always)]
     fn check(&mut self, at: Loaded<L>) -> (L, L) {
-        let one = at.lambda.constant(1.0);
-        let zero = one.constant(0.0);
         let field = self.problem.program.field.as_ref();
         let (resolution, points) =
             (&self.problem.program.check, field.map_or(&[][..], |field| &field.check_points[..]));
         let (problem, what, base) = (*self.problem, What::State, at.base);
         let workspace = &mut *self.workspace;
         L::varying_pass(Pass { problem, resolution, lambda: at.lambda, base, what, points, workspace });
-        let r = self.residual(at.lambda);
-        let by_residual = load_by_residual(&self.matrix);
-        let (mut change, mut square) = (zero, zero);
-        for k in 0..6 {
-            change = by_residual[k].mul_add(r[k], change);
-            square = by_residual[k].mul_add(by_residual[k], square);
-        }
-        let noise = (one + norm(at.base)) * one.constant(ROUND_OFF * L::Scalar::EPSILON);
-        (change, square.sqrt() * noise)
+        load_by(self.residual(at.lambda), &self.matrix, base)
     }
 }
 
@@ -297,7 +342,7 @@ pub fn follow_bordered<L: VaryingPasses>(
     let pace = problem.program.pace;
     let bound = one.constant(FIRST_BEND * pace);
     let first = bound / rest.largest.max(bound);
-    let metric = Metric { pose: Mat6::identity(one), force: one };
+    let metric = Metric::plain(one);
     let wanted = zero.lt(rest.leeway) & zero.lt(rest.inside);
     let end = follow_curve(&mut varying, (start, slope, metric), (first, pace), wanted);
     VaryingPath {

@@ -2,15 +2,19 @@
 
 use super::answer::solve_varying;
 use super::arrival::{TOUCHING_AT, VaryingPath};
+use super::chord::shoot;
 use super::curve::follow_bordered;
+use super::free_tip::{FREE_PASSES_AT, write_free_tip};
+use super::matrix::Mat6;
 use super::pass::{Pass, integrate};
 use super::path::follow_varying;
 use super::press::press;
 use super::rest::{Rest, set_out};
 use super::search::search_varying;
 use super::wall::Wall;
-use crate::lanes::kernels::{FollowVarying, InVarying, Kernels, Led, Load};
-use crate::lanes::lane::Lane;
+use super::workspace::What;
+use crate::lanes::kernels::{FollowVarying, InVarying, Kernels, Led, Leg, Load};
+use crate::lanes::lane::{Lane, Scalar};
 use crate::lanes::problem::Problem;
 use crate::lanes::program::{Inputs, Outputs};
 use crate::lanes::terms::Terms;
@@ -22,26 +26,32 @@ impl<L: Kernels> WithSimd for FollowVarying<'_, L> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let FollowVarying { program, token, sets_out, varying, tools } = self;
+        let FollowVarying { program, token, leg, varying, tools } = self;
         let Tools { rod, inputs, start, .. } = tools;
         let inputs = Inputs { data: inputs, stride: L::COUNT, offset: 0 };
         L::load_rods(Load { program, token, inputs, rod });
         let problem = Problem { program, inputs, rod };
         varying.space.load(&problem);
-        if sets_out {
-            let rest = set_out(&problem, varying);
-            rest.store(&mut Outputs { data: start, stride: L::COUNT, offset: 0 });
-        } else {
-            let rest = Rest::load(token, &Inputs { data: start, stride: L::COUNT, offset: 0 });
-            let mut end = follow_varying(&problem, None, &rest, varying);
-            varying.wall = program.wall.as_ref().map(|wall| Wall::load(wall, &problem));
-            press(&problem, None, &mut end, varying);
-            let mut out = Outputs { data: start, stride: L::COUNT, offset: 0 };
-            end.store(&mut out);
-            if let Some(wall) = &varying.wall {
-                let zero = end.lambda.constant(0.0);
-                out.store(TOUCHING_AT, L::select(wall.touching, wall.sign, zero));
+        let from = Inputs { data: start, stride: L::COUNT, offset: 0 };
+        let mut end = match leg {
+            Leg::SetOut => {
+                let rest = set_out(&problem, varying);
+                rest.store(&mut Outputs { data: start, stride: L::COUNT, offset: 0 });
+                return;
             }
+            Leg::Follow => follow_varying(&problem, None, &Rest::load(token, &from), varying),
+            Leg::Wall => {
+                let base = (rod.base_force(program.terms), from.vector(token, 0));
+                VaryingPath::under_full_load(base, from.column(token, FREE_PASSES_AT))
+            }
+        };
+        varying.wall = program.wall.as_ref().map(|wall| Wall::load(wall, &problem));
+        press(&problem, None, leg == Leg::Wall, &mut end, varying);
+        let mut out = Outputs { data: start, stride: L::COUNT, offset: 0 };
+        end.store(&mut out);
+        if let Some(wall) = &varying.wall {
+            let zero = end.lambda.constant(0.0);
+            out.store(TOUCHING_AT, L::select(wall.touching, wall.sign, zero));
         }
     }
 }
@@ -71,17 +81,30 @@ impl<L: Kernels> WithSimd for InVarying<'_, L> {
                     }
                     VaryingPath::load(token, &from)
                 }
-                Led::Curve => {
+                Led::Free => {
+                    let from = Inputs { data: start, stride: L::COUNT, offset: 0 };
+                    return write_free_tip(&problem, &from, varying, &mut out);
+                }
+                Led::FreeCurve if L::Scalar::SHARP => {
+                    let from = Inputs { data: start, stride: L::COUNT, offset: 0 };
+                    let base = (rod.base_force(program.terms), from.vector(token, 0));
+                    shoot(&problem, &program.fine, base, What::Base, varying);
+                    let inverse = varying.matrix.solve(&Mat6::identity(base.0.x.constant(1.0)));
+                    VaryingPath { inverse, ..VaryingPath::under_full_load(base, from.column(token, FREE_PASSES_AT)) }
+                }
+                Led::Curve if L::Scalar::SHARP => {
                     let rest = set_out(&problem, varying);
                     follow_bordered(&problem, &rest, varying)
                 }
-                Led::Ramp(grid) => {
+                // In single precision no curve is followed.
+                Led::FreeCurve | Led::Curve | Led::Ramp(_) => {
+                    let grid = if let Led::Ramp(grid) = led { grid } else { &program.careful };
                     let rest = set_out(&problem, varying);
                     follow_varying(&problem, Some(grid), &rest, varying)
                 }
             }
         };
-        solve_varying(&problem, !matches!(led, Led::Before), end, varying, &mut out);
+        solve_varying(&problem, led, end, varying, &mut out);
     }
 }
 

@@ -79,7 +79,7 @@ pub fn follow_varying<L: VaryingPasses>(
     let (mut accepted, mut end_inverse) = (rest, Mat6::identity(one));
     let slope = from.largest.max(one.constant(1e-6));
     // In single precision round-off hides what lies closer.
-    let sharp = care && L::Scalar::EPSILON < 1e-10;
+    let sharp = care && L::Scalar::SHARP;
     // Elsewhere the field acts, but for stretches under a tip moment, as if it did at the middles of rigid segments; the answer corrects it.
     let points = match &program.field {
         Some(field) if sharp || program.tip_moment => field.points,

@@ -7,10 +7,11 @@ use super::index::index;
 use super::matrix::Mat6;
 use super::pass::{Pass, VaryingPasses};
 use super::path::{departure, leaps, narrowed};
-use super::wall::Near;
+use super::state::State;
+use super::wall::{Near, Wall};
 use super::workspace::{VaryingWorkspace, What};
-use crate::lanes::algebra::{Vec3, affordable, length};
-use crate::lanes::lane::Scalar;
+use crate::lanes::algebra::{Vec3, affordable, axpy, length};
+use crate::lanes::lane::{Lane, Scalar};
 use crate::lanes::problem::Problem;
 use crate::lanes::program::Resolution;
 use crate::model::CoilLoad;
@@ -20,12 +21,30 @@ use crate::model::path::{
     WALL_SMALLEST_STEP,
 };
 
-/// Decides which tips the wall touches, and leads those to it. With care, on a grid for it, the index is counted at every step; without,
-/// in its place alone. Lanes whose way ends are at a fold, at 1 and the share of the way.
+impl<L: Lane> Wall<L> {
+    /// Decides which free tips the wall will touch, all that it can if it does `all_behind`, and returns the shift with which it begins.
+    /// Lanes that it cannot touch have not reached its place.
+    #[inline(always)]
+    pub fn meet(&mut self, tip: &State<L>, all_behind: bool, end: &mut VaryingPath<L>) -> Vec3<L> {
+        let zero = tip.p.x.constant(0.0);
+        let one = zero.constant(1.0);
+        let Near { gap, normal, .. } = self.near(tip.p);
+        self.sign = L::select(normal.z.lt(zero), -one, one);
+        self.undefined = self.undefined | (end.reached & !gap.is_finite());
+        end.reached = end.reached & !self.out_of_reach & !self.undefined;
+        let behind = if all_behind || self.kind.sticks { end.reached } else { gap.lt(zero) };
+        self.touching = end.reached & behind;
+        if self.kind.sticks { self.held_at - tip.p } else { Vec3 { x: zero, y: zero, z: -gap } }
+    }
+}
+
+/// Decides which tips the wall touches, unless `all_behind` tells that it does all, and leads those to it. With care, on a grid for it, the
+/// index is counted at every step; without, in its place alone. Lanes whose way ends are at a fold, at 1 and the share of the way.
 #[inline(always)]
 pub fn press<L: VaryingPasses>(
     problem: &Problem<'_, L>,
     care: Option<&Resolution>,
+    all_behind: bool,
     end: &mut VaryingPath<L>,
     workspace: &mut VaryingWorkspace<L>,
 ) {
@@ -45,29 +64,21 @@ pub fn press<L: VaryingPasses>(
         L::varying_pass(Pass { problem, resolution, lambda, base, what, points, workspace });
     };
     pass(end.base, if care { What::Transfers } else { What::State }, workspace);
-    let free = workspace.tip.p;
-    let Near { gap, normal, .. } = wall.near(free);
-    wall.sign = L::select(normal.z.lt(zero), -one, one);
-    wall.undefined = wall.undefined | (end.reached & !gap.is_finite());
-    // A path without care has counted the index of the free rod.
-    let stable = if care { index(&workspace.transfers, one).index.lt(one.constant(0.5)) } else { !nobody };
-    let behind = if wall.kind.sticks { !nobody } else { gap.lt(zero) };
-    let comes = end.reached & stable & behind & !wall.out_of_reach & !wall.undefined;
-    end.reached = end.reached & !wall.out_of_reach & !wall.undefined;
-    wall.touching = comes;
+    let way = wall.meet(&workspace.tip, all_behind, end);
+    if care {
+        // A path without care has counted the index of the free rod.
+        wall.touching = wall.touching & index(&workspace.transfers, one).index.lt(one.constant(0.5));
+    }
+    let comes = wall.touching;
     if !L::any(comes) {
         workspace.wall = Some(wall);
         return;
     }
-    let way = match wall.kind.sticks {
-        true => wall.held_at - free,
-        false => Vec3 { x: zero, y: zero, z: gap.abs() },
-    };
     let pace = program.pace;
     let trust = one.constant(TRUST * pace);
     let bend = one.constant(FIRST_BEND * pace);
     let first_bound = trust * one.constant(1.0 / CONTRACTION);
-    let sharp = L::Scalar::EPSILON < 1e-10;
+    let sharp = L::Scalar::SHARP;
     let smallest = one.constant(if sharp { WALL_SMALLEST_SHARP_STEP } else { WALL_SMALLEST_STEP });
     let none = Vec3::splat(zero);
     let (mut base, mut accepted, mut inverse) = (end.base, end.base, end.inverse);
@@ -75,7 +86,8 @@ pub fn press<L: VaryingPasses>(
     let (mut tau, mut target, mut step) = (zero, zero, one);
     let (mut last_size, mut first_size, mut corrections) = (first_bound, zero, zero);
     let (mut arrived, mut failed, mut exhausted) = (nobody, nobody, nobody);
-    let mut slope = (none, none);
+    // First and half the second derivative of the load at the base by the share of the way.
+    let (mut slope, mut curvature) = ((none, none), (none, none));
     let mut last_margin = one;
     let mut begun = nobody;
     loop {
@@ -129,6 +141,10 @@ pub fn press<L: VaryingPasses>(
         let ratio = ratio.max(one.constant(NODE_LEAST_RATIO)).min(one.constant(NODE_MOST_RATIO));
         let longer = L::select(begun, used * ratio, one);
         let steep = found.on(way, none);
+        // The first point has no step behind it.
+        let half = L::select(zero.lt(used), one / (used + used), zero);
+        let bends = ((steep.0 - slope.0) * half, (steep.1 - slope.1) * half);
+        curvature = select::<L>(accept, bends, curvature);
         slope = select::<L>(accept, steep, slope);
         let (dp, w) = workspace.pose.on(steep.0, steep.1);
         let speed = length(steep.1).max(length(w)).max(length(dp)).max(length(steep.0) / (one + length(base.0)));
@@ -141,7 +157,9 @@ pub fn press<L: VaryingPasses>(
         let restart = (accept | reject) & !arrived;
         target = L::select(restart, (tau + step).min(one), target);
         let ahead = target - tau;
-        let predicted = (accepted.0 + slope.0 * ahead, accepted.1 + slope.1 * ahead);
+        let along =
+            |k: fn(&Load<L>) -> Vec3<L>| axpy(ahead * ahead, k(&curvature), axpy(ahead, k(&slope), k(&accepted)));
+        let predicted = (along(|load| load.0), along(|load| load.1));
         base = select::<L>(restart, predicted, base);
         last_size = L::select(go_on, moved, narrowed(last_margin, true) * first_bound);
         corrections = L::select(go_on, corrections + one, zero);

@@ -24,10 +24,10 @@ pub struct ProgramField {
 }
 
 impl ProgramField {
-    /// `None` for a uniform field; `constant` tells an entry of the plan, in its units, that is the same for all samples.
+    /// `None` where kernels of uniform fields do; `constant` tells an entry of the plan, in its units, that is the same for all samples.
     pub fn new(plan: &Plan, constant: impl Fn(usize) -> Option<f64>) -> Option<Self> {
         let rod = plan.scene.rod();
-        let field = rod.field.as_ref()?;
+        let field = rod.field.as_ref().filter(|_| plan.terms.varying_field)?;
         let clearances: Vec<f64> = field.dipoles.iter().map(|dipole| dipole.clearance / plan.units.length).collect();
         let nearest = if field.maps.is_empty() { clearances.iter().copied().fold(FAR, f64::min) } else { 0.0 };
         let magnets = plan.segments.iter().filter(|segment| segment.has_dipole);

@@ -340,13 +340,14 @@ impl<L: Lane> Wall<L> {
             // The cubic through both ends and their tangents, and its derivative.
             let u = k as f64 / PLACES as f64;
             let (square, left) = (u * u, (1.0 - u) * (1.0 - u));
-            let place = |[start, end, out, into]: [f64; 4]| {
-                let chord = before.p * one.constant(start) + after.p * one.constant(end);
-                axpy(one.constant(into) * span, after.t, axpy(one.constant(out) * span, before.t, chord))
-            };
-            let at = place([left * (1.0 + 2.0 * u), square * (3.0 - 2.0 * u), u * left, square * (u - 1.0)]);
+            let at = cubic(
+                [left * (1.0 + 2.0 * u), square * (3.0 - 2.0 * u), u * left, square * (u - 1.0)],
+                before,
+                after,
+                span,
+            );
             let turn = 6.0 * u * (1.0 - u);
-            let way = place([-turn, turn, (1.0 - u) * (1.0 - 3.0 * u), u * (3.0 * u - 2.0)]);
+            let way = cubic([-turn, turn, (1.0 - u) * (1.0 - 3.0 * u), u * (3.0 * u - 2.0)], before, after, span);
             let Near { gap, normal, .. } = self.near(at);
             let slope = dot(normal, way);
             // Between two places the gap is a parabola.
@@ -368,4 +369,11 @@ impl<L: Lane> Wall<L> {
         let zero = gap.constant(0.0);
         L::select(self.seen, self.body_gap, gap) - L::select(gap.lt(zero), gap, zero)
     }
+}
+
+/// A cubic along a step of the rod, from its weights of both ends and of both tangents.
+#[inline(always)]
+fn cubic<L: Lane>([start, end, out, into]: [f64; 4], before: &State<L>, after: &State<L>, span: L) -> Vec3<L> {
+    let chord = before.p * span.constant(start) + after.p * span.constant(end);
+    axpy(span.constant(into) * span, after.t, axpy(span.constant(out) * span, before.t, chord))
 }
