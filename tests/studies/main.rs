@@ -23,6 +23,7 @@ mod study_rows;
 mod targets;
 mod variance_shares;
 mod voxel_panels;
+mod wall_figures;
 mod workspace_figures;
 mod workspace_golden;
 mod workspace_shapes;
