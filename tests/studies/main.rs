@@ -26,6 +26,8 @@ mod voxel_panels;
 mod wall_control;
 mod wall_figures;
 mod wall_fit;
+mod wall_sensitivity;
+mod wall_workspace;
 mod workspace_figures;
 mod workspace_golden;
 mod workspace_shapes;
