@@ -81,12 +81,11 @@ fn thinned(count: usize, of: &dyn Fn(usize) -> f64, at: &dyn Fn(usize) -> f64) -
     points
 }
 
+/// A line over the points, with its name.
+type Line<'a> = dyn Fn(String, &dyn Fn(&TargetResult) -> f64) -> Series + 'a;
+
 /// Normal force of the wall, where there is one: that of the model over the desired one.
-fn force_panel(
-    run: &ControlRun,
-    x: &AxisLabel,
-    series: &dyn Fn(String, &dyn Fn(&TargetResult) -> f64) -> Series,
-) -> Option<Curves> {
+fn force_panel(run: &ControlRun, x: &AxisLabel, series: &Line) -> Option<Curves> {
     run.scene().wall?;
     let of_contact = |point: &TargetResult| point.contact.map_or(f64::NAN, |contact| 1e3 * contact.normal_force);
     let mut lines = vec![series("of the model".into(), &of_contact).colour(Colour::BLUE)];

@@ -29,7 +29,7 @@ fn tips_that_touch_lie_on_the_wall_and_press() {
     let reached: Vec<bool> = column("reached").iter().map(|flag| *flag == 1.0).collect();
     let (z, force) = (column("voxel.z"), column("contact.normal_force"));
     let touching = (0..z.len()).filter(|k| reached[*k] && force[*k] > 0.0).count();
-    assert!(touching > 10, "{touching} voxels on the wall");
+    assert!(touching > 5, "{touching} voxels on the wall");
     for k in (0..z.len()).filter(|k| reached[*k]) {
         assert!(force[k] >= 0.0, "voxel {k}: {} N", force[k]);
         // A tip that touches lies in the plane, so its voxel is cut by it.
@@ -47,7 +47,7 @@ fn tips_that_touch_lie_on_the_wall_and_press() {
 fn a_surface_on_the_wall_and_a_body_before_it_are_no_one_map() {
     let spec = spec(&[("coil.current.x", -0.15, 0.15), ("coil.current.y", -0.15, 0.15), ("insertion", 0.08, 0.1)]);
     let job = WorkspaceJob::of_sweep(&spec).engine(EngineRequest::of(BackendKind::Cpu)).voxel(3e-3);
-    let error = job.run().err().expect("some tips touch, some do not");
+    let Err(error) = job.run() else { panic!("some tips touch, some do not") };
     let WorkspaceError::OnAndBeforeWall { touching, before } = error else { panic!("{error}") };
     assert!(touching > before && before > 0, "{touching} touch, {before} do not");
     let told = error.to_string();
