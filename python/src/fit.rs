@@ -63,7 +63,7 @@ pub fn fit(
             Ok(ObservedPoint { arc_length, position: [*x, *y, *z] })
         });
         let points = points.collect::<Result<Vec<_>, Failure>>()?;
-        observed.shapes.push(ObservedShape { known: row, points });
+        observed.shapes.push(ObservedShape { known: row, points, normal_forces: Vec::new() });
     }
     let mut job = FitJob::new(scene.scene.clone(), observed);
     if let Some(names) = &free {

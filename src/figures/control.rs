@@ -4,8 +4,9 @@ use super::centreline::centreline;
 use super::field;
 use super::files::Drawn;
 use super::rod_motion::rod_motion;
+use super::wall::wall_of_run;
 use crate::model::{Parameter, SegmentParameter, Vector};
-use crate::report::{AxisLabel, Curves, Figure, Panel, ReportError, Series, Sheet, TipPath};
+use crate::report::{AxisLabel, Colour, Curves, Figure, Panel, ReportError, Series, Sheet, TipPath};
 use crate::study::{ControlRun, Outcome, TargetResult};
 use std::path::Path;
 
@@ -35,7 +36,7 @@ pub fn draw_control(run: &ControlRun, dir: &Path) -> Result<Drawn, ReportError> 
     let frames = run.results().iter().step_by(run.results().len().div_ceil(RODS).max(1));
     let at = |point: &TargetResult| {
         let scene = run.commanded_scene(point)?;
-        Some((centreline(&scene, point.base_moment)?, field::moved(run, &scene)))
+        Some((centreline(&scene, point.base_moment, point.contact.as_ref())?, field::moved(run, &scene)))
     };
     let (rods, magnets) = frames.filter_map(at).unzip();
     let surroundings = field::still(run);
@@ -57,6 +58,7 @@ fn tip_path(run: &ControlRun) -> TipPath {
         flagged: missed.map(|point| run.desired_tip(point)).collect(),
         names: ["desired", "achieved by the model"],
         order: run.is_in_order(),
+        wall: wall_of_run(run),
         ..TipPath::default()
     }
 }
@@ -79,7 +81,23 @@ fn thinned(count: usize, of: &dyn Fn(usize) -> f64, at: &dyn Fn(usize) -> f64) -
     points
 }
 
-/// Currents over time; other inputs and the error below.
+/// A line over the points, with its name.
+type Line<'a> = dyn Fn(String, &dyn Fn(&TargetResult) -> f64) -> Series + 'a;
+
+/// Normal force of the wall, where there is one: that of the model over the desired one.
+fn force_panel(run: &ControlRun, x: &AxisLabel, series: &Line) -> Option<Curves> {
+    run.scene().wall?;
+    let of_contact = |point: &TargetResult| point.contact.map_or(f64::NAN, |contact| 1e3 * contact.normal_force);
+    let mut lines = vec![series("of the model".into(), &of_contact).colour(Colour::BLUE)];
+    if run.results().iter().any(|point| point.target.normal_force.is_some()) {
+        let desired = |point: &TargetResult| 1e3 * point.target.normal_force.unwrap_or(f64::NAN);
+        lines.insert(0, series("desired".into(), &desired).colour(Colour::ORANGE).width(2.6));
+    }
+    let y = AxisLabel::linear("normal force", "mN");
+    Some(Curves { title: "Force of the wall".into(), x: x.clone(), y, series: lines })
+}
+
+/// Currents over time; other inputs, forces of a wall and the error below.
 fn input_panels(run: &ControlRun) -> Vec<Curves> {
     let step = run.trajectory().duration.map(|duration| duration / run.results().len() as f64);
     let x = if step.is_some() { AxisLabel::linear("time", "s") } else { AxisLabel::linear("point", "") };
@@ -110,6 +128,7 @@ fn input_panels(run: &ControlRun) -> Vec<Curves> {
             series: vec![series(String::new(), &|point| factor * point.inputs[k])],
         });
     }
+    panels.extend(force_panel(run, &x, &series));
     panels.push(Curves {
         title: "Tip error of the model".into(),
         x,

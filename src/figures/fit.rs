@@ -1,6 +1,7 @@
 //! The figure of a fit: observed points, fitted points, fitted rods.
 
 use super::centreline::centreline;
+use super::wall::still_wall;
 use crate::model::{Parameter, Vector};
 use crate::report::{Surroundings, TipPath};
 use crate::study::{Fit, FitJob};
@@ -13,12 +14,13 @@ pub fn fit(fit: &Fit, job: &FitJob) -> TipPath {
     let observed = job.observed();
     let mut rods = Vec::new();
     let every = observed.shapes.len().div_ceil(MOST_RODS).max(1);
-    for (shape, m0) in observed.shapes.iter().zip(&fit.base_moments).step_by(every) {
+    let shapes = observed.shapes.iter().zip(&fit.base_moments).zip(&fit.contacts);
+    for ((shape, m0), contact) in shapes.step_by(every) {
         let mut scene = fit.scene.clone();
         let values = observed.known.iter().copied().zip(shape.known.iter().copied());
         // The same values were set when the shapes were fitted.
         let _ = Parameter::set_all(&mut scene, values);
-        rods.extend(centreline(&scene, *m0));
+        rods.extend(centreline(&scene, *m0, contact.as_ref()));
     }
     let points = observed.shapes.iter().flat_map(|shape| &shape.points);
     let surroundings = Surroundings::of(&fit.scene);
@@ -28,6 +30,7 @@ pub fn fit(fit: &Fit, job: &FitJob) -> TipPath {
         achieved: fit.positions.concat(),
         rods,
         names: ["observed", "fitted"],
+        wall: still_wall(&fit.scene, observed.known.iter().copied()),
         surroundings: surroundings
             .map(|around| observed.known.iter().fold(around, |around, known| around.swept(*known))),
         ..TipPath::default()

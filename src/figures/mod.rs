@@ -14,6 +14,7 @@ mod run;
 mod sensitivity;
 mod shape;
 mod simulation;
+mod wall;
 mod workspace;
 
 pub use control::draw_control;

@@ -2,6 +2,7 @@
 
 use super::centreline::positions;
 use super::field;
+use super::wall::wall_of_run;
 use crate::model::{Scene, Segment, Vector};
 use crate::report::{RodMotion, Stretch, StretchKind};
 use crate::study::{ControlRun, TargetResult, along_segments};
@@ -32,12 +33,14 @@ pub(crate) fn rod_motion(run: &ControlRun) -> Option<RodMotion> {
         rods: at.iter().map(|(point, scene)| stretches(scene, point)).collect::<Option<_>>()?,
         seconds,
         surroundings: field::still(run),
+        wall: wall_of_run(run),
         magnets: at.iter().map(|(_, scene)| field::moved(run, scene)).collect(),
     })
 }
 
 fn stretches(scene: &Scene, point: &TargetResult) -> Option<Vec<Stretch>> {
-    let positions = positions(scene, point.base_moment, &along_segments(scene, SEGMENT_POINTS))?;
+    let positions =
+        positions(scene, point.base_moment, point.contact.as_ref(), &along_segments(scene, SEGMENT_POINTS))?;
     let stretch = |(segment, points): (&Segment, &[Vector])| Stretch {
         name: segment.name.clone(),
         kind: StretchKind::of(segment),

@@ -1,6 +1,7 @@
 //! Figures of a run: where the tip goes, and where samples fail.
 
 use super::files::Drawn;
+use super::wall::still_wall;
 use crate::model::{Status, closest};
 use crate::reference;
 use crate::report::{
@@ -236,6 +237,7 @@ fn cloud(spec: &SweepSpec, tips: &Table, colour: Option<&str>) -> Result<Option<
         map: None,
         rod: rod_of_scene(spec),
         surroundings: surroundings(spec),
+        wall: still_wall(&spec.scene, spec.axis_parameters().concat()),
     }))
 }
 

@@ -1,5 +1,6 @@
 //! A solved rod's shape in space, with its coils, the field and the loads.
 
+use super::wall::wall;
 use crate::model::{ForcePlace, InnerForce, RigidRod, Rod, RodSegment, Scene, Segment, Status, Vector};
 use crate::reference::{Equilibrium, Pose, shape, solve_rod};
 use crate::report::{ForceAt, RodShape, Stretch, StretchKind, Surroundings};
@@ -52,6 +53,7 @@ pub fn rod_shape(solved: &Solved) -> Result<RodShape, NothingToDraw> {
         tip_rotation: Some(equilibrium.R_tip),
         flux_density: if_any(rod.flux_density),
         surroundings: Surroundings::of(scene),
+        wall: wall(solved),
         tip_force: if_any(rod.tip_force),
         inner_forces: inner_forces(scene, &rod, &equilibrium),
         rest: centreline_at_rest(&rod),
@@ -86,7 +88,7 @@ fn stretch(segment: &Segment, rod: &RodSegment, poses: &[Pose]) -> Stretch {
 
 /// Without loads.
 fn centreline_at_rest(rod: &Rod) -> Option<Vec<Vector>> {
-    let mut unloaded = Rod { field: None, ..rod.clone() };
+    let mut unloaded = Rod { field: None, wall: None, ..rod.clone() };
     (unloaded.tip_force, unloaded.tip_moment) = ([0.0; 3], [0.0; 3]);
     for segment in &mut unloaded.segments {
         match segment {

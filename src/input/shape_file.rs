@@ -1,5 +1,5 @@
-//! Observed shapes: a table with columns x, y, z, perhaps s (arc length; empty for the tip), and known parameters. A row
-//! without a place is a point that was not seen.
+//! Observed shapes: a table with columns x, y, z, perhaps s (arc length; empty for the tip), normal_force, and known parameters. A
+//! row without a place is a point that was not seen.
 
 use super::error::{InputError, Problem, table_error};
 use super::number_table::{Columns, read_number_table};
@@ -10,6 +10,10 @@ use crate::spec::{ObservedPoint, ObservedShape, ObservedShapes};
 use std::path::Path;
 
 const PLACES: [&str; 3] = ["x", "y", "z"];
+/// The measured force of the wall on the tip.
+const FORCE: &str = "normal_force";
+/// Columns that are no known parameters.
+const OBSERVED: [&str; 5] = ["s", "x", "y", "z", FORCE];
 /// Columns of other programs that say nothing about the rod.
 const OTHERS: [&str; 7] = ["marker", "marker_id", "id", "label", "frame", "time", "index"];
 /// Lengths of the rod beyond which a point is taken for one in another unit.
@@ -35,16 +39,17 @@ pub fn read_shapes_with(file: &Path, scene: &Scene, notes: &mut Vec<String>) -> 
     let parameter = |name: &str| Parameter::parse(scene, name).ok().filter(|parsed| parsed.len() == 1).map(|p| p[0]);
     let unit = |name: &str| match name {
         "s" | "x" | "y" | "z" => Dimension::of("m"),
+        FORCE => Dimension::of("N"),
         name => parameter(name).map_or(Dimension::NUMBER, |parameter| Dimension::of(parameter.unit())),
     };
     let is_other = |name: &str| {
         let word = name.to_lowercase();
         parameter(name).is_none() && (Head::is_index(name) || OTHERS.contains(&word.as_str()))
     };
-    let habits = Columns { dimension: &unit, optional: &["s", "x", "y", "z"], ignored: &is_other };
+    let habits = Columns { dimension: &unit, optional: &OBSERVED, ignored: &is_other };
     let columns = read_number_table(file, &habits)?;
     let mut known: Vec<(Parameter, &Vec<f64>)> = Vec::new();
-    for (name, values) in columns.iter().filter(|(name, _)| !["s", "x", "y", "z"].contains(&name.as_str())) {
+    for (name, values) in columns.iter().filter(|(name, _)| !OBSERVED.contains(&name.as_str())) {
         let parsed = Parameter::parse(scene, name).map_err(|problem| table_error(file, None, name, problem.into()))?;
         let [parameter] = parsed[..] else {
             let (value, expected) =
@@ -54,11 +59,19 @@ pub fn read_shapes_with(file: &Path, scene: &Scene, notes: &mut Vec<String>) -> 
         known.push((parameter, values));
     }
     let column = |name: &str| columns.iter().find(|(other, _)| other == name).map(|(_, values)| values);
-    let ([Some(x), Some(y), Some(z)], at) = (PLACES.map(column), column("s")) else {
-        let remedy = "the first line names columns x, y, z, perhaps s, and known parameters such as coil.current.x";
+    let (places, at, forces) = (PLACES.map(column), column("s"), column(FORCE));
+    let has_places = places.iter().all(Option::is_some);
+    if !(has_places || forces.is_some() && places.iter().all(Option::is_none)) {
+        let remedy = "the first line names columns x, y, z, perhaps s, and known parameters such as coil.current.x; beside a wall \
+                      normal_force, with or without places";
         return Err(table_error(file, None, "x", Problem::Missing { remedy: remedy.into() }));
-    };
-    if x.is_empty() {
+    }
+    if forces.is_some() && scene.wall.is_none() {
+        let remedy = "the scene has no wall that the tip could press on: add [wall] to it, or drop this column";
+        return Err(table_error(file, None, FORCE, Problem::Missing { remedy: remedy.into() }));
+    }
+    let row_count = columns.first().map_or(0, |(_, values)| values.len());
+    if row_count == 0 {
         return Err(table_error(
             file,
             None,
@@ -68,18 +81,29 @@ pub fn read_shapes_with(file: &Path, scene: &Scene, notes: &mut Vec<String>) -> 
     }
     let mut shapes: Vec<ObservedShape> = Vec::new();
     let mut unseen = 0;
-    for row in 0..x.len() {
+    for row in 0..row_count {
         let values: Vec<f64> = known.iter().map(|(_, values)| values[row]).collect();
-        let position = [x[row], y[row], z[row]];
-        if position.iter().all(|x| x.is_nan()) {
+        let position = places.map(|values| values.map_or(f64::NAN, |values| values[row]));
+        let force = forces.map(|forces| forces[row]).filter(|force| !force.is_nan());
+        let is_seen = !position.iter().all(|x| x.is_nan());
+        if !is_seen && force.is_none() {
             unseen += 1;
+            continue;
+        }
+        if !is_seen {
+            if values.iter().chain(&force).any(|x| !x.is_finite()) {
+                let problem =
+                    Problem::Range { value: format!("not finite in row {row}"), expected: "finite numbers".into() };
+                return Err(table_error(file, None, FORCE, problem));
+            }
+            of_known(&mut shapes, values).normal_forces.extend(force);
             continue;
         }
         if let Some(k) = position.iter().position(|x| x.is_nan()) {
             let remedy = format!("row {row} has no {}: give it, or leave out all of x, y and z", PLACES[k]);
             return Err(table_error(file, None, PLACES[k], Problem::Missing { remedy }));
         }
-        if values.iter().chain(&position).any(|x| !x.is_finite()) {
+        if values.iter().chain(&position).chain(&force).any(|x| !x.is_finite()) {
             let problem =
                 Problem::Range { value: format!("not finite in row {row}"), expected: "finite numbers".into() };
             return Err(table_error(file, None, "x", problem));
@@ -104,20 +128,19 @@ pub fn read_shapes_with(file: &Path, scene: &Scene, notes: &mut Vec<String>) -> 
             }
         }
         let point = ObservedPoint { arc_length, position };
-        match shapes.iter_mut().find(|shape| shape.known == values) {
-            Some(shape) => shape.points.push(point),
-            None => shapes.push(ObservedShape { known: values, points: vec![point] }),
-        }
+        let shape = of_known(&mut shapes, values);
+        shape.points.push(point);
+        shape.normal_forces.extend(force);
     }
     if unseen > 0 {
-        notes.push(format!("{unseen} of {} points of {} have no place: they are left out", x.len(), file.display()));
+        notes.push(format!("{unseen} of {row_count} points of {} have no place: they are left out", file.display()));
     }
     if shapes.is_empty() {
         let remedy = "no row has a place: give at least one point with x, y and z".into();
         return Err(table_error(file, None, "x", Problem::Missing { remedy }));
     }
     let known: Vec<Parameter> = known.into_iter().map(|(parameter, _)| parameter).collect();
-    if at.is_none() {
+    if at.is_none() && has_places {
         let mut found = 0;
         for shape in &mut shapes {
             let mut own = scene.clone();
@@ -134,6 +157,15 @@ pub fn read_shapes_with(file: &Path, scene: &Scene, notes: &mut Vec<String>) -> 
         }
     }
     Ok(ObservedShapes { known, shapes })
+}
+
+/// The shape of these known values, a new one where there is none.
+fn of_known(shapes: &mut Vec<ObservedShape>, values: Vec<f64>) -> &mut ObservedShape {
+    let at = shapes.iter().position(|shape| shape.known == values).unwrap_or_else(|| {
+        shapes.push(ObservedShape { known: values, ..ObservedShape::default() });
+        shapes.len() - 1
+    });
+    &mut shapes[at]
 }
 
 /// Points of a centre line lie apart by this share of the rod's length, ...

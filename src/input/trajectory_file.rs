@@ -1,4 +1,4 @@
-//! Trajectories: TOML that names a curve, or a table of points (CSV or Parquet) with columns x, y, z, tx, ty, tz.
+//! Trajectories: TOML that names a curve, or a table of points (CSV or Parquet) with columns x, y, z, tx, ty, tz, normal_force.
 
 use super::error::{InputError, Problem, table_error};
 use super::limits::{LimitsError, check_limits};
@@ -6,12 +6,12 @@ use super::number_table::{Columns, read_number_table};
 use super::scene_file::read_text;
 use super::toml::{Reader, Source};
 use super::units::Dimension;
-use crate::model::{Axis, Parameter, Scene, Vector, closest};
-use crate::spec::{ControlInput, Redundancy, Target, Trajectory, grouped};
+use crate::model::{Axis, Parameter, Scene, TipOnWall, Vector, closest};
+use crate::spec::{ControlInput, Coordinates, Redundancy, Target, Trajectory, grouped};
 use std::f64::consts::TAU;
 use std::path::Path;
 
-const KEYS: [&str; 13] = [
+const KEYS: [&str; 14] = [
     "name",
     "shape",
     "size",
@@ -21,6 +21,7 @@ const KEYS: [&str; 13] = [
     "duration",
     "file",
     "tangent",
+    "normal_force",
     "coordinates",
     "input",
     "control",
@@ -28,12 +29,17 @@ const KEYS: [&str; 13] = [
 ];
 /// Points of a curve that is made: some kilobytes each by the time that they are solved.
 const MOST_POINTS: u64 = 1_000_000;
+/// Every coordinate.
+const ALLOWED: &str = "x, y, z, normal_force";
+const NO_WALL: &str = "the scene has no wall that the tip could press on: add [wall] to it, or leave out normal_force";
 const CONTROL_KEYS: [&str; 4] = ["tolerance", "iterations", "tangent_weight", "redundancy"];
 const INPUT_KEYS: [&str; 3] = ["parameter", "from", "to"];
 const SHAPES: [&str; 5] = ["circle", "lemniscate", "rectangle", "butterfly", "table"];
 const PLANES: [(&str, [usize; 2]); 6] =
     [("xy", [0, 1]), ("yz", [1, 2]), ("xz", [0, 2]), ("yx", [1, 0]), ("zy", [2, 1]), ("zx", [2, 0])];
-const COLUMNS: [&str; 6] = ["x", "y", "z", "tx", "ty", "tz"];
+const COLUMNS: [&str; 7] = ["x", "y", "z", "tx", "ty", "tz", FORCE];
+/// The force of the wall on the tip, as a key, a column and a coordinate.
+const FORCE: &str = "normal_force";
 
 /// Reads a trajectory (TOML) or a table of targets (CSV, Parquet).
 ///
@@ -44,7 +50,7 @@ pub fn read_trajectory(file: &Path, scene: &Scene) -> Result<Trajectory, InputEr
     let extension = file.extension().map(|extension| extension.to_string_lossy().to_lowercase());
     match extension.as_deref() {
         Some("csv" | "parquet") => {
-            let (targets, coordinates) = read_targets(file)?;
+            let (targets, coordinates) = read_targets(file, scene)?;
             Ok(Trajectory { coordinates, ..Trajectory::new(stem(file), targets) })
         }
         _ => parse_trajectory(file, &read_text(file)?, scene),
@@ -79,7 +85,7 @@ fn trajectory(file: &Path, reader: &Reader, scene: &Scene) -> Result<Trajectory,
         let table = reader
             .string("file")?
             .ok_or_else(|| reader.missing("file", "name a CSV or Parquet file with columns x, y, z"))?;
-        read_targets(&file.parent().unwrap_or(Path::new("")).join(table))?
+        read_targets(&file.parent().unwrap_or(Path::new("")).join(table), scene)?
     } else {
         if reader.has("file") {
             let remedy = "write shape = \"table\", or drop the file".into();
@@ -91,8 +97,14 @@ fn trajectory(file: &Path, reader: &Reader, scene: &Scene) -> Result<Trajectory,
         let tangent = unit(tangent).ok_or_else(|| reader.error("tangent", no_direction()))?;
         targets.iter_mut().for_each(|target| target.tangent = Some(tangent));
     }
+    if let Some(force) = reader.quantity(FORCE, "N")? {
+        check_force(scene, force).map_err(|problem| reader.error(FORCE, problem))?;
+        targets.iter_mut().for_each(|target| target.normal_force = Some(force));
+    }
     if let Some(names) = reader.strings("coordinates")? {
-        coordinates = parse_coordinates(&names).map_err(|problem| reader.error("coordinates", problem))?;
+        let chosen = parse_coordinates(&names).map_err(|problem| reader.error("coordinates", problem))?;
+        choose_force(reader, scene, chosen, &mut targets)?;
+        coordinates = chosen.position;
     }
     let mut trajectory = Trajectory {
         closed: shape != "table",
@@ -114,6 +126,49 @@ fn trajectory(file: &Path, reader: &Reader, scene: &Scene) -> Result<Trajectory,
         }
     }
     Ok(trajectory)
+}
+
+/// Leaves the force free unless the coordinates name it.
+fn choose_force(
+    reader: &Reader,
+    scene: &Scene,
+    coordinates: Coordinates,
+    targets: &mut [Target],
+) -> Result<(), InputError> {
+    if coordinates.normal_force {
+        check_wall(scene).map_err(|problem| reader.error("coordinates", problem))?;
+        if targets.iter().any(|target| target.normal_force.is_none()) {
+            let remedy = "say how hard the tip should press, such as normal_force = \"2 mN\", or give the table a column \
+                          normal_force";
+            return Err(reader.missing(FORCE, remedy));
+        }
+    } else if reader.has(FORCE) {
+        let remedy = "add \"normal_force\" to the coordinates, or drop this key".into();
+        return Err(reader.error(FORCE, Problem::Conflict { with: "coordinates".into(), remedy }));
+    }
+    if !coordinates.normal_force {
+        targets.iter_mut().for_each(|target| target.normal_force = None);
+    }
+    Ok(())
+}
+
+/// Refuses a force where nothing can give it.
+fn check_wall(scene: &Scene) -> Result<(), Problem> {
+    match scene.wall {
+        Some(_) => Ok(()),
+        None => Err(Problem::Missing { remedy: NO_WALL.into() }),
+    }
+}
+
+/// Refuses a force that the wall of a scene cannot have.
+fn check_force(scene: &Scene, force: f64) -> Result<(), Problem> {
+    check_wall(scene)?;
+    let slides = scene.wall.is_some_and(|wall| wall.tip == TipOnWall::Slides);
+    if force < 0.0 && slides {
+        let expected = "a force from 0 on: a wall on which the tip slides does not pull".into();
+        return Err(Problem::Range { value: format!("{force} N"), expected });
+    }
+    Ok(())
 }
 
 fn input(block: &Reader, scene: &Scene, inputs: &mut Vec<ControlInput>) -> Result<(), InputError> {
@@ -167,26 +222,31 @@ fn choice(reader: &Reader, key: &str, word: &str, words: &[&'static str]) -> Res
     })
 }
 
-/// Which of x, y and z some names mean.
+/// Which of x, y, z and `normal_force` some names mean.
 ///
 /// # Errors
 ///
 /// A name that is none of them, or no name at all.
-pub fn parse_coordinates(names: &[&str]) -> Result<[bool; 3], Problem> {
-    let mut coordinates = [false; 3];
+pub fn parse_coordinates(names: &[&str]) -> Result<Coordinates, Problem> {
+    let mut coordinates = Coordinates::default();
     for name in names.iter().map(|name| name.trim()) {
-        match Axis::ALL.iter().find(|axis| axis.name() == name) {
-            Some(axis) if coordinates[axis.index()] => {
-                let remedy = "it is named twice: drop one of them".into();
-                return Err(Problem::Conflict { with: axis.name().into(), remedy });
+        let axis = Axis::ALL.iter().find(|axis| axis.name() == name);
+        let is_named = match axis {
+            Some(axis) => &mut coordinates.position[axis.index()],
+            None if name == FORCE => &mut coordinates.normal_force,
+            None => {
+                let (suggestion, allowed) = (closest(name, [FORCE].into_iter()), ALLOWED.into());
+                return Err(Problem::Choice { found: name.into(), suggestion, allowed });
             }
-            Some(axis) => coordinates[axis.index()] = true,
-            None => return Err(Problem::Choice { found: name.into(), suggestion: None, allowed: "x, y, z".into() }),
+        };
+        if std::mem::replace(is_named, true) {
+            let remedy = "it is named twice: drop one of them".into();
+            return Err(Problem::Conflict { with: name.into(), remedy });
         }
     }
-    match coordinates.contains(&true) {
-        true => Ok(coordinates),
-        false => Err(Problem::Missing { remedy: "name at least one of x, y, z".into() }),
+    match coordinates == Coordinates::default() {
+        true => Err(Problem::Missing { remedy: format!("name at least one of {ALLOWED}") }),
+        false => Ok(coordinates),
     }
 }
 
@@ -264,9 +324,15 @@ fn on_curve(shape: &str, share: f64, aspect: f64) -> [f64; 2] {
     }
 }
 
-/// Targets of a table, and which coordinates it has.
-fn read_targets(file: &Path) -> Result<(Vec<Target>, [bool; 3]), InputError> {
-    let dimension = |name: &str| Dimension::of(if matches!(name, "x" | "y" | "z") { "m" } else { "" });
+/// Targets of a table, and which coordinates of the tip it has.
+fn read_targets(file: &Path, scene: &Scene) -> Result<(Vec<Target>, [bool; 3]), InputError> {
+    let dimension = |name: &str| {
+        Dimension::of(match name {
+            "x" | "y" | "z" => "m",
+            FORCE => "N",
+            _ => "",
+        })
+    };
     let columns = read_number_table(file, &Columns { dimension: &dimension, optional: &[], ignored: &|_| false })?;
     for (name, _) in columns.iter().filter(|(name, _)| name != "point" && name != "sample") {
         if !COLUMNS.contains(&name.as_str()) {
@@ -278,10 +344,11 @@ fn read_targets(file: &Path) -> Result<(Vec<Target>, [bool; 3]), InputError> {
     let column = |name: &str| columns.iter().find(|(other, _)| other == name).map(|(_, values)| values);
     let position = ["x", "y", "z"].map(column);
     let tangent = ["tx", "ty", "tz"].map(column);
+    let force = column(FORCE);
     let coordinates = position.map(|column| column.is_some());
     let row_count = columns.first().map_or(0, |(_, values)| values.len());
-    if row_count == 0 || !coordinates.contains(&true) {
-        let remedy = "the first line names columns among x, y, z, tx, ty, tz; rows follow".into();
+    if row_count == 0 || !(coordinates.contains(&true) || force.is_some()) {
+        let remedy = "the first line names columns among x, y, z, tx, ty, tz, normal_force; rows follow".into();
         return Err(table_error(file, None, "", Problem::Missing { remedy }));
     }
     if tangent.iter().any(Option::is_some) && tangent.iter().any(Option::is_none) {
@@ -301,7 +368,15 @@ fn read_targets(file: &Path) -> Result<(Vec<Target>, [bool; 3]), InputError> {
             Some(_) => Some(unit(direction).ok_or_else(|| table_error(file, None, "tx", no_direction()))?),
             None => None,
         };
-        targets.push(Target { position, tangent });
+        let normal_force = force.map(|values| values[row]);
+        if let Some(force) = normal_force {
+            let is_finite = force.is_finite();
+            let problem =
+                Problem::Range { value: format!("not finite in row {row}"), expected: "finite numbers".into() };
+            let checked = if is_finite { check_force(scene, force) } else { Err(problem) };
+            checked.map_err(|problem| table_error(file, None, FORCE, problem))?;
+        }
+        targets.push(Target { position, tangent, normal_force });
     }
     Ok((targets, coordinates))
 }

@@ -49,6 +49,7 @@ mod vectors;
 mod views;
 mod voxel_sheet;
 mod voxels;
+mod wall;
 
 pub use axes::{AxisLabel, Scale};
 pub use bars::{Counts, Histogram};
@@ -72,6 +73,7 @@ pub use tip_path::TipPath;
 pub use views::{AZIMUTH, ELEVATION, FourViews, View};
 pub use voxel_sheet::{VoxelRows, VoxelSheet};
 pub use voxels::{VoxelEdge, VoxelPanel};
+pub use wall::{DrawnWall, WallPress};
 
 use crate::files;
 use canvas::Shape;

@@ -7,8 +7,9 @@ use super::field::{FieldSource, Scenery, Surroundings, widened};
 use super::legend::Entry;
 use super::rod_shape::{Stretch, StretchKind, style};
 use super::samples::line_entry;
-use super::vectors::bounds;
+use super::vectors::{bounds, widest};
 use super::views::{FourViews, View};
+use super::wall::{DrawnWall, WallScenery};
 use super::{Figure, ReportError, TWO_COLUMNS};
 use crate::model::Vector;
 
@@ -34,6 +35,8 @@ pub struct RodMotion {
     pub seconds: f64,
     /// What makes the field vary.
     pub surroundings: Option<Surroundings>,
+    /// What the tip touches, or may touch.
+    pub wall: Option<DrawnWall>,
     /// Magnets that move, for each place of the rod.
     pub magnets: Vec<Vec<FieldSource>>,
 }
@@ -52,15 +55,23 @@ impl Figure for RodMotion {
             return Err(ReportError::Length { figure: FIGURE, what: "a rod's points", expected, found });
         }
         let sources = self.surroundings.iter().flat_map(|surroundings| &surroundings.sources);
-        let limits = widened(sources.chain(self.magnets.iter().flatten()), bounds(all().copied()));
+        let tips = if self.tips.is_empty() { &on_rods } else { &self.tips };
+        let mut around = bounds(all().copied());
+        if let Some(wall) = &self.wall {
+            around = bounds(all().copied().chain(wall.marks(tips[0], widest(around))));
+        }
+        let limits = widened(sources.chain(self.magnets.iter().flatten()), around);
         let views = FourViews::new(limits, TWO_COLUMNS, TOP, MARGIN);
         let scenery =
             self.surroundings.as_ref().map(|around| Scenery::of_points(around, on_rods.clone(), views.limits));
+        let wall = self.wall.as_ref().map(|wall| WallScenery::at_tips(wall, tips, views.limits));
         let mut entries = self.entries(first);
+        entries.extend(wall.iter().flat_map(WallScenery::entries));
         entries.extend(scenery.iter().flat_map(Scenery::entries));
         let mut canvas = views.page(&self.title, &entries);
         for view in &views.views {
             scenery.iter().for_each(|scenery| self.draw_magnets(&mut canvas, view, scenery));
+            wall.iter().for_each(|wall| wall.draw_behind(&mut canvas, view));
             let place = |points: &[Vector]| points.iter().map(|point| view.place(*point)).collect::<Vec<Point>>();
             canvas.line(place(&self.desired), DESIRED);
             self.draw_trail(&mut canvas, place(&self.tips));

@@ -4,11 +4,12 @@ use super::canvas::{Align, Canvas, NORMAL, Point, Rect, Stroke, Text};
 use super::colour::Colour;
 use super::field::{Scenery, Surroundings, widened};
 use super::legend::Entry;
-use super::samples::{arrow_entry, line_entry};
+use super::samples::{arrow_entry, force_words, line_entry};
 use super::symbols::{arrow, clamp};
 use super::ticks::compact;
 use super::vectors::{bounds, minus, nonzero, norm, plus, scaled, widest};
 use super::views::{FourViews, View};
+use super::wall::{DrawnWall, WallScenery};
 use super::{Figure, ReportError, TWO_COLUMNS};
 use crate::model::{Segment, SegmentKind, Vector};
 
@@ -90,6 +91,8 @@ pub struct RodShape {
     pub flux_density: Option<Vector>,
     /// What makes the field vary.
     pub surroundings: Option<Surroundings>,
+    /// What the tip touches, or may touch.
+    pub wall: Option<DrawnWall>,
     /// World frame (N).
     pub tip_force: Option<Vector>,
     /// At points between base and tip.
@@ -130,16 +133,21 @@ impl Figure for RodShape {
         let widest = widest(bounds(marks.iter().copied()));
         let arrows = self.arrows(tip, widest);
         marks.extend(arrows.iter().flat_map(|arrow| [arrow.from, plus(arrow.from, arrow.vector)]));
+        marks.extend(self.wall.iter().flat_map(|wall| wall.marks(tip, widest)));
         let sources = self.surroundings.iter().flat_map(|surroundings| &surroundings.sources);
         let views = FourViews::new(widened(sources, bounds(marks)), TWO_COLUMNS, TOP, MARGIN);
         let scenery =
             self.surroundings.as_ref().map(|around| Scenery::of_rod(around, centreline.clone(), views.limits));
 
+        let wall = self.wall.as_ref().map(|wall| WallScenery::at_tip(wall, tip, views.limits));
+
         let mut entries = self.entries(!rest.is_empty());
+        entries.extend(wall.iter().flat_map(WallScenery::entries));
         entries.extend(scenery.iter().flat_map(Scenery::entries));
         let mut canvas = views.page(&self.title, &entries);
         for view in &views.views {
             scenery.iter().for_each(|scenery| scenery.draw_behind(&mut canvas, view));
+            wall.iter().for_each(|wall| wall.draw_behind(&mut canvas, view));
             if view.axes.is_none() {
                 let floor = views.limits[2][0];
                 let shadow: Vec<Point> = centreline.iter().map(|p| view.place([p[0], p[1], floor])).collect();
@@ -151,17 +159,25 @@ impl Figure for RodShape {
             }
             clamp(&mut canvas, view, base, direction, PLATE * widest);
             self.draw_stretches(&mut canvas, view);
+            wall.iter().for_each(|wall| wall.draw_tip(&mut canvas, view, tip, FORCE * widest));
             let mut labels: Vec<Text> = Vec::new();
             for mark in &arrows {
                 let head = arrow(&mut canvas, view, mark.from, mark.vector, mark.colour, mark.width);
                 if view.axes.is_none() {
-                    labels.push(beside(mark.label, view, mark.vector, head, mark.colour, &labels));
+                    labels.push(match mark.ends_at_tip {
+                        true => {
+                            let back = mark.vector.map(|x| -x);
+                            beside(mark.label, view, back, view.place(mark.from), mark.colour, &labels)
+                        }
+                        false => beside(mark.label, view, mark.vector, head, mark.colour, &labels),
+                    });
                 }
             }
             let mut letters: Vec<Point> = labels.iter().map(|label| label.at).collect();
             labels.into_iter().for_each(|label| canvas.text(label));
             let mut points = occupied(view, &centreline, &rest, &arrows);
             points.extend(scenery.iter().flat_map(|scenery| scenery.points(view)));
+            points.extend(wall.iter().flat_map(|wall| wall.points(view)));
             // The plate of the base.
             let [x, y] = view.place(base);
             let half = 0.5 * PLATE * widest * view.scale;
@@ -191,6 +207,8 @@ struct Mark {
     colour: Colour,
     width: f64,
     label: &'static str,
+    /// Its letter stands where it begins.
+    ends_at_tip: bool,
 }
 
 impl RodShape {
@@ -200,7 +218,14 @@ impl RodShape {
         if let Some(rows) = directors {
             for (k, label) in ["d₁", "d₂", "d₃"].into_iter().enumerate() {
                 let vector = rows.map(|row| FRAME * widest * row[k]);
-                arrows.push(Mark { from: tip, vector, colour: RodShape::FRAME_COLOURS[k], width: 0.9, label });
+                arrows.push(Mark {
+                    from: tip,
+                    vector,
+                    colour: RodShape::FRAME_COLOURS[k],
+                    width: 0.9,
+                    label,
+                    ends_at_tip: false,
+                });
             }
         }
         let largest = self.largest_dipole();
@@ -210,15 +235,30 @@ impl RodShape {
                 let (a, b) = (points[0], points[points.len() - 1]);
                 let from = std::array::from_fn(|k| 0.5 * (a[k] + b[k]));
                 let vector = dipole.map(|x| DIPOLE * widest * x / largest);
-                arrows.push(Mark { from, vector, colour: RodShape::DIPOLE_COLOUR, width: 1.5, label: "µ" });
+                arrows.push(Mark {
+                    from,
+                    vector,
+                    colour: RodShape::DIPOLE_COLOUR,
+                    width: 1.5,
+                    label: "µ",
+                    ends_at_tip: false,
+                });
             }
         }
         let inner = self.inner_forces.iter().map(|inner| (inner.point, inner.force));
         let forces: Vec<(Vector, Vector)> = self.tip_force.map(|force| (tip, force)).into_iter().chain(inner).collect();
-        let largest = forces.iter().map(|(_, force)| norm(*force)).fold(0.0, f64::max);
+        let press = self.wall.as_ref().and_then(|wall| wall.press).filter(|press| nonzero(press.force));
+        let sizes = forces.iter().map(|(_, force)| norm(*force)).chain(press.map(|press| norm(press.force)));
+        let largest = sizes.fold(0.0, f64::max);
         for (from, force) in forces.into_iter().filter(|(_, force)| nonzero(*force)) {
             let vector = scaled(force, FORCE * widest * norm(force) / largest);
-            arrows.push(Mark { from, vector, colour: RodShape::FORCE_COLOUR, width: 1.5, label: "F" });
+            let (colour, label) = (RodShape::FORCE_COLOUR, "F");
+            arrows.push(Mark { from, vector, colour, width: 1.5, label, ends_at_tip: false });
+        }
+        if let Some(press) = press {
+            let (from, vector) = press.arrow(tip, FORCE * widest * norm(press.force) / largest);
+            let colour = DrawnWall::FORCE_COLOUR;
+            arrows.push(Mark { from, vector, colour, width: 1.5, label: "f", ends_at_tip: !press.pulls() });
         }
         arrows
     }
@@ -309,8 +349,7 @@ impl RodShape {
 }
 
 fn force_entry(words: &str, newtons: f64) -> Entry {
-    let (factor, unit) = if newtons < 0.1 { (1e3, "mN") } else { (1.0, "N") };
-    arrow_entry(format!("{words}, {} {unit}", compact(newtons * factor)), RodShape::FORCE_COLOUR)
+    arrow_entry(force_words(words, newtons), RodShape::FORCE_COLOUR)
 }
 
 /// Colour and width (pt).

@@ -8,6 +8,7 @@ use super::legend::Entry;
 use super::text_table::count;
 use super::vectors::bounds;
 use super::views::{FourViews, View};
+use super::wall::{DrawnWall, WallScenery};
 use super::{Figure, ReportError, TWO_COLUMNS};
 use crate::model::Vector;
 use rayon::prelude::*;
@@ -38,6 +39,8 @@ pub struct Cloud {
     pub rod: Option<Vec<Vector>>,
     /// What makes the field vary.
     pub surroundings: Option<Surroundings>,
+    /// What the tip touches, or may touch.
+    pub wall: Option<DrawnWall>,
 }
 
 impl Figure for Cloud {
@@ -62,7 +65,14 @@ impl Figure for Cloud {
         let sources = self.surroundings.iter().flat_map(|surroundings| &surroundings.sources);
         let views = FourViews::new(widened(sources, bounds), TWO_COLUMNS, TOP, MARGIN);
         let scenery = self.surroundings.as_ref().map(|around| Scenery::of_rod(around, rod.clone(), views.limits));
-        let entries: Vec<Entry> = scenery.iter().flat_map(Scenery::entries).collect();
+        let wall = self.wall.as_ref().map(|wall| match rod.last() {
+            Some(tip) => WallScenery::at_tip(wall, *tip, views.limits),
+            None => {
+                WallScenery::at_tips(wall, &cloud.iter().map(|(point, _)| *point).collect::<Vec<_>>(), views.limits)
+            }
+        });
+        let of_field = scenery.iter().flat_map(Scenery::entries);
+        let entries: Vec<Entry> = of_field.chain(wall.iter().flat_map(WallScenery::entries)).collect();
         let range = ColourRange::new(cloud.iter().map(|(_, value)| *value), self.map);
 
         let mut canvas = views.page(&self.title, &entries);
@@ -76,6 +86,7 @@ impl Figure for Cloud {
         let dots: Vec<Vec<Dot>> = views.views.par_iter().map(dots).collect();
         for (view, dots) in views.views.iter().zip(dots) {
             scenery.iter().for_each(|scenery| scenery.draw_behind(&mut canvas, view));
+            wall.iter().for_each(|wall| wall.draw_behind(&mut canvas, view));
             let mut points: Vec<Point> = sparse(&dots).map(|dot| dot.at).collect();
             let radius = dot_radius(view.rect, cloud.len());
             // A rim keeps pale dots apart from the paper; many would darken the cloud.

@@ -4,8 +4,9 @@ use super::canvas::{Canvas, Dot, Point, Shape, Stroke};
 use super::colour::{Colour, ColourMap};
 use super::field::{FieldSource, Scenery, Surroundings, widened};
 use super::legend::Entry;
-use super::vectors::bounds;
+use super::vectors::{bounds, widest};
 use super::views::FourViews;
+use super::wall::{DrawnWall, WallScenery};
 use super::{Figure, ReportError, TWO_COLUMNS};
 use crate::model::Vector;
 
@@ -35,6 +36,8 @@ pub struct TipPath {
     pub order: bool,
     /// What makes the field vary.
     pub surroundings: Option<Surroundings>,
+    /// What the tip touches, or may touch.
+    pub wall: Option<DrawnWall>,
     /// Magnets that move, for each rod.
     pub magnets: Vec<Vec<FieldSource>>,
 }
@@ -47,13 +50,28 @@ impl Figure for TipPath {
             return Err(ReportError::Empty { figure: FIGURE, reason: "no point is finite".into() });
         }
         let sources = self.surroundings.iter().flat_map(|surroundings| &surroundings.sources);
-        let limits = widened(sources.chain(self.magnets.iter().flatten()), bounds(finite.iter().copied()));
+        let tips: Vec<Vector> = self
+            .desired
+            .iter()
+            .chain(&self.achieved)
+            .copied()
+            .filter(|point| point.iter().all(|x| x.is_finite()))
+            .collect();
+        let tips = if tips.is_empty() { &finite } else { &tips };
+        let mut around = bounds(finite.iter().copied());
+        if let Some(wall) = &self.wall {
+            around = bounds(finite.iter().copied().chain(wall.marks(tips[0], widest(around))));
+        }
+        let limits = widened(sources.chain(self.magnets.iter().flatten()), around);
         let views = FourViews::new(limits, TWO_COLUMNS, TOP, MARGIN);
         let scenery = self.surroundings.as_ref().map(|around| Scenery::of_points(around, finite.clone(), views.limits));
+        let wall = self.wall.as_ref().map(|wall| WallScenery::at_tips(wall, tips, views.limits));
         let mut entries = self.entries();
+        entries.extend(wall.iter().flat_map(WallScenery::entries));
         entries.extend(scenery.iter().flat_map(Scenery::entries));
         let mut canvas = views.page(&self.title, &entries);
         for view in &views.views {
+            wall.iter().for_each(|wall| wall.draw_behind(&mut canvas, view));
             if let Some(scenery) = &scenery {
                 scenery.draw_behind(&mut canvas, view);
                 for (k, magnets) in self.magnets.iter().enumerate() {

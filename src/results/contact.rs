@@ -1,6 +1,6 @@
 //! The contact of a row's tip with the wall, and what follows from it.
 
-use crate::model::{ContactColumn, Plan, Quantity, Solutions, TipOnWall, Vector};
+use crate::model::{ContactColumn, Plan, Quantity, Rod, Scene, Solutions, TipOnWall, Vector, Wall};
 
 /// The contact of a tip with the wall of its scene; SI units, world frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -73,7 +73,12 @@ impl Contact {
 
     /// That of a row of some solutions of a plan; `None` where the scene has no wall, or the row is no equilibrium.
     pub(crate) fn of(plan: &Plan, solutions: &Solutions, row: usize) -> Option<Contact> {
-        let wall = plan.scene.wall.as_ref()?;
+        Contact::beside(plan.scene.wall.as_ref(), solutions, row)
+    }
+
+    /// That of a row beside a wall; `None` without one, or where the row is no equilibrium.
+    pub(crate) fn beside(wall: Option<&Wall>, solutions: &Solutions, row: usize) -> Option<Contact> {
+        let wall = wall?;
         if !solutions.is_equilibrium(row) {
             return None;
         }
@@ -82,7 +87,11 @@ impl Contact {
         let vector = |column| solutions.contact_vector(row, column);
         let (normal_force, force) = (number(ContactColumn::NormalForce), vector(ContactColumn::Force));
         let (normal, friction) = (vector(ContactColumn::Normal), number(ContactColumn::Friction));
-        let friction_ratio = friction_ratio(&force, normal_force, &normal);
+        // A tip that slides has no force along the wall but for round-off.
+        let friction_ratio = match is_held {
+            true => friction_ratio(&force, normal_force, &normal),
+            false => (normal_force > 0.0).then_some(0.0),
+        };
         let holds = (is_held && friction >= 0.0).then(|| friction_ratio.is_some_and(|ratio| ratio <= friction));
         Some(Contact {
             touching: number(ContactColumn::Touching) == 1.0,
@@ -97,6 +106,19 @@ impl Contact {
             force_error: number(ContactColumn::ForceError),
         })
     }
+}
+
+/// The rod of a scene as its shape follows from the base moment: the force of the wall acts as a dead force at its tip.
+pub(crate) fn pressed(mut rod: Rod, scene: &Scene, contact: Option<&Contact>) -> Rod {
+    let Some(contact) = contact else { return rod };
+    rod.wall = None;
+    for (axis, force) in contact.force.into_iter().enumerate() {
+        rod.tip_force[axis] += force;
+    }
+    if !scene.sources.varies() {
+        rod.field = None;
+    }
+    rod
 }
 
 /// Force along the wall over the normal force, where that presses.

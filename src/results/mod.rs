@@ -24,6 +24,7 @@ pub(crate) mod workers;
 
 pub use clear::remove_run;
 pub use contact::Contact;
+pub(crate) use contact::pressed;
 pub use directory::{RunRecord, TIPS_FILE, WORKSPACE_FILE, WORST_FILE};
 pub use error::ResultsError;
 pub use evidence::StabilityEvidence;

@@ -36,5 +36,5 @@ pub use sweep::{
     BRANCH_CHUNK, BranchChoice, CHUNK, Format, MAX_ROWS, MAX_SAMPLES, Method, OutputQuantity, RESOLVED_TABLE,
     SweepSpec, WorkspaceOptions,
 };
-pub use target::{ControlInput, Redundancy, Target, Trajectory};
+pub use target::{ControlInput, Coordinates, Redundancy, Target, Trajectory};
 pub(crate) use words::grouped;

@@ -1,4 +1,4 @@
-//! What was seen of a rod: points along it, and tips.
+//! What was seen of a rod: points along it, tips, and forces on a wall.
 
 use crate::model::{Parameter, Vector};
 
@@ -18,6 +18,8 @@ pub struct ObservedShape {
     pub known: Vec<f64>,
     /// In any order.
     pub points: Vec<ObservedPoint>,
+    /// Measured forces of the scene's wall on the tip, along the wall's normal (N).
+    pub normal_forces: Vec<f64>,
 }
 
 /// Shapes, and what is known to differ from one to the next.
@@ -33,6 +35,11 @@ impl ObservedShapes {
     /// Observed coordinates: three for each point of each shape.
     pub fn coordinate_count(&self) -> usize {
         3 * self.shapes.iter().map(|shape| shape.points.len()).sum::<usize>()
+    }
+
+    /// Measured forces of all shapes.
+    pub fn force_count(&self) -> usize {
+        self.shapes.iter().map(|shape| shape.normal_forces.len()).sum()
     }
 }
 

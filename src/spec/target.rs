@@ -9,17 +9,40 @@ pub struct Target {
     pub position: Vector,
     /// The unit vector along which the tip's tangent should point, world frame; `None` leaves it free.
     pub tangent: Option<Vector>,
+    /// The force of the scene's wall on the tip, along the wall's normal (N); `None` leaves it free.
+    pub normal_force: Option<f64>,
 }
 
 impl Target {
     /// A place (m) without a direction.
     pub fn at(position: Vector) -> Target {
-        Target { position, tangent: None }
+        Target { position, ..Target::default() }
     }
 
     /// The same place with a direction, a unit vector.
     pub fn along(self, tangent: Vector) -> Target {
         Target { tangent: Some(tangent), ..self }
+    }
+
+    /// The same place with a force on the wall (N).
+    pub fn pressing(self, normal_force: f64) -> Target {
+        Target { normal_force: Some(normal_force), ..self }
+    }
+}
+
+/// Which numbers of a target are controlled; the others are free.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Coordinates {
+    /// Those of the tip: x, y and z.
+    pub position: [bool; 3],
+    /// The normal force of the scene's wall on the tip.
+    pub normal_force: bool,
+}
+
+/// Coordinates of the tip alone.
+impl From<[bool; 3]> for Coordinates {
+    fn from(position: [bool; 3]) -> Coordinates {
+        Coordinates { position, normal_force: false }
     }
 }
 

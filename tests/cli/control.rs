@@ -285,7 +285,7 @@ fn mistakes_in_a_fit_are_named() {
     for (arguments, words) in [
         (&["--free", "tube.rest_curvatur.x"][..], "did you mean `tube.rest_curvature.x`?"),
         (&["--free", "tube.youngs_modulus,tube.youngs_modulus"], "named twice"),
-        (&["--free", "tube.rest_curvature,tube.youngs_modulus"], "3 coordinates cannot determine 4 parameters"),
+        (&["--free", "tube.rest_curvature,tube.youngs_modulus"], "3 observed numbers cannot determine 4 parameters"),
         (&["--free", "tube.rest_curvature.x+tube.rest_curvature.y"], "is zero and cannot be scaled"),
         (&["--noise", "2 A"], "--noise"),
         (&["--noise", "0 mm"], "positive length"),

@@ -222,6 +222,13 @@ fn every_command_runs() {
     assert!(count >= 30, "only {count} commands found");
 }
 
+/// P6 under a plane.
+fn scene_with_wall() -> String {
+    let golden: serde_json::Value =
+        serde_json::from_str(&read("tests/data/wall/p6-end-on.json")).expect("a golden file");
+    golden["scene"].as_str().expect("a scene").to_owned()
+}
+
 #[test]
 fn every_example_file_is_read() {
     let desk = Desk::new();
@@ -236,6 +243,10 @@ fn every_example_file_is_read() {
             desk.write(&file, &text);
             let call = match &text {
                 text if text.contains("[sampling]") => strings(&["run", &file, "--dry-run"]),
+                text if text.contains("normal_force =") => {
+                    desk.write("wall.toml", &scene_with_wall());
+                    strings(&["control", "wall.toml", &file, "--max-failures", "0"])
+                }
                 text if text.starts_with("shape =") => strings(&["control", "sweeps/scenes/p6.toml", &file]),
                 text if text.contains("[[segment]]") => strings(&["solve", &file]),
                 _ => panic!("{page}: what is this?\n{text}"),

@@ -10,6 +10,7 @@ pub mod runs;
 pub mod scenes;
 pub mod strategy;
 pub mod texts;
+pub mod walls;
 
 use std::path::Path;
 

@@ -207,6 +207,7 @@ fn reachable(scene: &Scene, inputs: &[ControlInput], share: f64, count: usize, w
     let target = |row: usize| Target {
         position: solutions.vector(row, Quantity::TipPosition),
         tangent: with_tangent.then(|| solutions.vector(row, Quantity::TipTangent)),
+        ..Target::default()
     };
     (0..count).filter(|row| solutions.get(*row, Quantity::StabilityMargin) > 0.5).map(target).collect()
 }

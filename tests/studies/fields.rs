@@ -32,7 +32,7 @@ fn a_magnet_on_an_arm_leads_the_tip() {
     ];
     let at = |k: usize| {
         let (sine, cosine) = (k as f64 * 0.5).sin_cos();
-        Target { position: [0.0, 0.003 * cosine, 0.055 + 0.003 * sine], tangent: None }
+        Target { position: [0.0, 0.003 * cosine, 0.055 + 0.003 * sine], ..Target::default() }
     };
     let targets: Vec<Target> = (0..12).map(at).collect();
     let mut trajectory = Trajectory::new("ring", targets.clone());
@@ -65,7 +65,11 @@ fn the_strength_of_a_magnet_comes_back() {
             arc_length: Some(at),
             position: pose.position,
         };
-        ObservedShape { known: places.to_vec(), points: poses.iter().zip(at).map(point).collect() }
+        ObservedShape {
+            known: places.to_vec(),
+            points: poses.iter().zip(at).map(point).collect(),
+            ..ObservedShape::default()
+        }
     };
     let shapes = [[0.0, 0.06], [0.04, 0.06], [-0.04, 0.07]].into_iter().map(of).collect();
     let mut start = truth.clone();

@@ -125,6 +125,7 @@ fn rod(length: f64) -> RodShape {
         tip_rotation: Some([[0.36, -0.48, 0.8], [0.8, 0.6, 0.0], [-0.48, 0.64, 0.6]]),
         flux_density: Some([0.0, 3.0, 0.0]),
         surroundings: None,
+        wall: None,
         tip_force: Some([2e-3, 0.0, -4e-3]),
         inner_forces: vec![ForceAt { name: "push".into(), point: at(0.7), force: [0.0, -2e-3, 0.0] }],
         rest: Some((0..30).map(|k| [0.0, 0.0, length * f64::from(k) / 29.0]).collect()),

@@ -49,7 +49,11 @@ fn observe(truth: &Scene, markers: &[Option<f64>]) -> ObservedShapes {
             arc_length: *at,
             position: pose.position,
         };
-        ObservedShape { known: currents.to_vec(), points: poses.iter().zip(markers).map(point).collect() }
+        ObservedShape {
+            known: currents.to_vec(),
+            points: poses.iter().zip(markers).map(point).collect(),
+            ..ObservedShape::default()
+        }
     };
     ObservedShapes { shapes: CURRENTS.iter().map(of).collect(), known }
 }
@@ -324,7 +328,8 @@ fn a_coil_under_load_comes_back() {
         position: pose.position,
     };
     let points = poses.iter().zip(&at).map(point).collect();
-    let observed = ObservedShapes { shapes: vec![ObservedShape { known: Vec::new(), points }], known: Vec::new() };
+    let observed =
+        ObservedShapes { shapes: vec![ObservedShape { points, ..ObservedShape::default() }], known: Vec::new() };
     let fit = FitJob::new(start, observed).free(&names).expect("parameters").run_on(&mut cpu).expect("a fit");
     for (fitted, truth) in fit.parameters.iter().zip(&values) {
         assert!((fitted.value - truth).abs() < 1e-2, "{fitted:?}, made with {truth}");

@@ -89,7 +89,7 @@ fn stiffness_of_a_limp_wire_comes_back() {
         let points = poses.iter().zip(markers);
         let points =
             points.map(|(pose, arc_length)| ObservedPoint { arc_length: Some(arc_length), position: pose.position });
-        ObservedShape { known: currents.to_vec(), points: points.collect() }
+        ObservedShape { known: currents.to_vec(), points: points.collect(), ..ObservedShape::default() }
     };
     let shapes = [[0.1, 0.0, 0.0], [0.0, 0.0, 0.1], [-0.05, 0.0, 0.08]].map(of).into();
     let job =

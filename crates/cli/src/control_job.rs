@@ -16,7 +16,7 @@ use std::path::PathBuf;
 pub struct ControlArguments {
     /// Scene file (TOML)
     pub scene: PathBuf,
-    /// Trajectory (TOML), or its points (CSV or Parquet with columns x, y, z, tx, ty, tz)
+    /// Trajectory (TOML), or its points (CSV or Parquet with columns x, y, z, tx, ty, tz, normal_force)
     pub trajectory: Option<PathBuf>,
     /// Targets in no particular order, all solved together (CSV or Parquet, the same columns)
     #[arg(long, value_name = "FILE")]
@@ -42,7 +42,7 @@ pub struct ControlArguments {
     /// What is commanded and its limits: coil.current=0.3 (both signs), or "insertion=85 mm..100 mm"
     #[arg(long = "input", value_name = "NAME=LIMITS")]
     pub input: Vec<String>,
-    /// Coordinates of the tip that are controlled; the others are free [default: those given]
+    /// What is controlled of x, y, z of the tip and its normal_force on the scene's wall; the rest is free [default: those given]
     #[arg(long, value_name = "x,y,z", value_delimiter = ',')]
     pub coordinates: Option<Vec<String>>,
     /// What may be left of a target, for example "0.1 um" [default: 10 nm]

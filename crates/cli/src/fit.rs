@@ -1,6 +1,6 @@
 //! `rodsweep fit`: numbers of a scene from observed shapes, with intervals, and what cannot be told apart.
 
-use super::flags::positive_length;
+use super::flags::{positive_force, positive_length};
 use super::{CommandError, Exit, flags, print, say, say_notes, verdict};
 use clap::Args;
 use rodsweep::input::{read_scene, read_shapes_with, write_scene};
@@ -14,8 +14,8 @@ use std::path::PathBuf;
 pub struct FitArguments {
     /// Scene to start from (TOML)
     pub scene: PathBuf,
-    /// Observed points (CSV or Parquet): x, y, z; s, the arc length, empty for the tip; known parameters such as
-    /// coil.current.x. Rows with the same known values are one shape
+    /// Observed points (CSV or Parquet): x, y, z; s, the arc length, empty for the tip; normal_force, measured at the scene's
+    /// wall; known parameters such as coil.current.x. Rows with the same known values are one shape
     pub shapes: PathBuf,
     /// What is fitted, separated by commas; names joined by + keep their ratio [default: rest curvature about x and y]
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
@@ -23,6 +23,9 @@ pub struct FitArguments {
     /// Standard deviation of an observed coordinate, such as "0.2 mm" [default: estimated from the residuals]
     #[arg(long, value_name = "LENGTH")]
     pub noise: Option<String>,
+    /// Standard deviation of a measured force, such as "1 mN" [default: what pushes the rod aside by the noise of a coordinate]
+    #[arg(long, value_name = "FORCE")]
+    pub force_noise: Option<String>,
     /// Where the scene with the fitted values is written
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
@@ -61,6 +64,9 @@ pub fn fit(arguments: &FitArguments) -> Result<Exit, CommandError> {
     notes.iter().for_each(|note| say(&format!("note: {note}")));
     if let Some(text) = &arguments.noise {
         job = job.noise(positive_length("--noise", text, "0.2 mm").map_err(CommandError::Usage)?);
+    }
+    if let Some(text) = &arguments.force_noise {
+        job = job.force_noise(positive_force("--force-noise", text, "1 mN").map_err(CommandError::Usage)?);
     }
     let fit = job.run()?;
     let json = || serde_json::to_string_pretty(&fit.to_json()).unwrap_or_default() + "\n";

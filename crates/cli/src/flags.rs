@@ -183,6 +183,11 @@ pub fn positive_length(flag: &str, text: &str, example: &str) -> Result<f64, Str
     positive(flag, text, ("m", "length"), example)
 }
 
+/// A force (N) that an argument must give; `example` is one.
+pub fn positive_force(flag: &str, text: &str, example: &str) -> Result<f64, String> {
+    positive(flag, text, ("N", "force"), example)
+}
+
 /// An angle (rad) that an argument must give; `example` is one.
 pub fn positive_angle(flag: &str, text: &str, example: &str) -> Result<f64, String> {
     positive(flag, text, ("rad", "angle"), example)

@@ -33,6 +33,7 @@ mod stills;
 mod style;
 mod surface;
 mod view;
+mod wall;
 
 pub use browser::open_browser;
 pub use error::{Refusal, ViewError};

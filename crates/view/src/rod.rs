@@ -3,6 +3,7 @@
 use crate::error::Refusal;
 use crate::lines::Lines;
 use crate::sources::sources;
+use crate::wall::wall;
 use rodsweep::figures::rod_shape;
 use rodsweep::input::assign;
 use rodsweep::model::{Rod, RodSegment, Scene, SegmentKind, Stiffness, Vector};
@@ -87,6 +88,9 @@ pub fn shape(solved: &Solved) -> Value {
         "tip_force": rod.tip_force,
         "sources": sources(around.as_ref()),
     });
+    if scene.wall.is_some() {
+        shape["wall"] = wall(scene);
+    }
     if let Some(around) = around {
         shape["flux_density_at_tip"] = json!(around.magnitude(solved.tip_position()));
     }

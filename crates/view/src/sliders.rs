@@ -106,13 +106,14 @@ fn group(scene: &Scene, parameter: Parameter) -> String {
         Parameter::ArrayCurrent(array, _) => format!("{} currents", scene.sources.arrays[array].name),
         Parameter::Segment(index, SegmentParameter::Current(_)) => format!("{} currents", scene.segments[index].name),
         Parameter::Segment(index, _) => scene.segments[index].name.clone(),
+        Parameter::Wall(_) => "wall".into(),
         _ => "loads".into(),
     }
 }
 
 fn rank(group: &str) -> usize {
-    let known = ["insertion", "flux density", "loads", "base"].iter().position(|name| *name == group);
-    known.map_or(if group.ends_with(" currents") { 0 } else { 5 }, |at| at + 1)
+    let known = ["insertion", "flux density", "loads", "wall", "base"].iter().position(|name| *name == group);
+    known.map_or(if group.ends_with(" currents") { 0 } else { 6 }, |at| at + 1)
 }
 
 /// What a load must be to bend the rod by about a radian.

@@ -1,6 +1,6 @@
 //! Camera, colours and colour maps of the figures, so that the page looks as they do.
 
-use rodsweep::report::{AZIMUTH, Colour, ColourMap, ELEVATION, RodShape, Surroundings};
+use rodsweep::report::{AZIMUTH, Colour, ColourMap, DrawnWall, ELEVATION, RodShape, Surroundings};
 use serde_json::{Value, json};
 
 /// Steps of a colour map on the page.
@@ -25,6 +25,8 @@ pub fn style() -> Value {
             "line": Surroundings::LINE_COLOUR.mix(RodShape::FIELD_COLOUR, 0.35).code(),
             "field": RodShape::FIELD_COLOUR.code(),
             "force": RodShape::FORCE_COLOUR.code(),
+            "wall": DrawnWall::COLOUR.code(),
+            "wall_force": DrawnWall::FORCE_COLOUR.code(),
             "frame": RodShape::FRAME_COLOURS.map(Colour::code),
             "wrong": Colour::VERMILION.code(),
             "right": Colour::GREEN.code(),

@@ -10,6 +10,7 @@ use crate::sliders::{Slider, sliders};
 use crate::sources::sources;
 use crate::stills::Stills;
 use crate::style::style;
+use crate::wall::wall;
 use rodsweep::input::{read_scene, read_text};
 use rodsweep::model::{Parameter, Scene, SegmentParameter, Vector};
 use rodsweep::report::{LengthUnit, Surroundings};
@@ -107,6 +108,7 @@ impl View {
             "region": self.lines.region(),
             "field_varies": self.scene.sources.varies(),
             "sources": sources(Surroundings::of(&self.scene).as_ref()),
+            "wall": wall(&self.scene),
             "sliders": self.sliders,
             "can_drag": !self.inputs().is_empty(),
             "map": map,

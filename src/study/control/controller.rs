@@ -66,7 +66,15 @@ impl Controller {
             Precision::F64 => options.tolerance,
         };
         let options = options.with_tolerance(tolerance);
-        let task = Arc::new(Task { inputs: inputs.to_vec(), options, unit: plan.units.moment(), length });
+        let task = Arc::new(Task {
+            inputs: inputs.to_vec(),
+            options,
+            unit: plan.units.moment(),
+            length,
+            wall: scene.wall,
+            // L³ / 3 EI of a straight rod that is pushed aside.
+            yielding: plan.units.length / (3.0 * plan.units.force),
+        });
         let own: Vec<f64> = inputs.iter().map(|input| input.parameter.get(scene)).collect();
         let home = task.scaled(&own);
         let engines = Engines::refined(Arc::clone(&task), plan, rest, make)?;
@@ -137,8 +145,8 @@ impl Controller {
             results.extend(group.iter().enumerate().map(|(row, ended)| {
                 let tip = solutions.vector(row, Quantity::TipPosition);
                 // The tip may be off by more than the tolerance.
-                let is_rough = ended.error_estimate.is_nan()
-                    || ended.error_estimate * self.task.length > self.task.options.tolerance;
+                let error = ended.error(&self.task);
+                let is_rough = error.is_nan() || error * self.task.length > self.task.options.tolerance;
                 let is_single = self.engines.precision == Precision::F32;
                 let outcome = match ended.outcome {
                     Outcome::Reached if is_rough && !is_single => Outcome::Inaccurate,
@@ -156,6 +164,7 @@ impl Controller {
                     margin: ended.margin,
                     error_estimate: ended.error_estimate,
                     base_moment: ended.m0,
+                    contact: ended.contact,
                     from_rest: solutions.status(row).is_success() && norm2(&apart).sqrt() < self.same(),
                     seconds: 0.0,
                 }

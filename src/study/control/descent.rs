@@ -8,7 +8,8 @@ use super::engines::{LOST, estimate};
 use super::inputs::{Inputs, MOST_INPUTS};
 use super::least_squares::{Columns, LEAST_DAMPING, NormalEquations, ROWS, dot, norm2};
 use super::task::Task;
-use crate::model::{Quantity, Solutions, Vector};
+use crate::model::{Parameter, Quantity, Solutions, Vector, WallParameter};
+use crate::results::Contact;
 use crate::spec::{Redundancy, Target};
 
 /// Damping over the mean eigenvalue of J Jᵀ: first, and where a search ends in vain. As long as much is missing
@@ -48,8 +49,11 @@ pub(super) struct State {
     pub tangent: Vector,
     pub margin: f64,
     pub error_estimate: f64,
+    pub contact: Option<Contact>,
     /// By the scaled inputs: tip position, tangent, base moment.
     rates: [[f64; 9]; MOST_INPUTS],
+    /// Likewise: by how much the tip presses.
+    pressing: Inputs,
 }
 
 /// An ended search without what only its steps need: a million of them fit into memory.
@@ -62,7 +66,8 @@ pub(super) struct Ended {
     pub tangent: Vector,
     pub margin: f64,
     pub error_estimate: f64,
-    /// Distance to the target (m), a missing tangent included as a length.
+    pub contact: Option<Contact>,
+    /// Distance to the target (m), a missing tangent and a missing force included as lengths.
     pub residual: f64,
     pub iterations: usize,
     pub outcome: Outcome,
@@ -86,6 +91,16 @@ impl State {
                 std::array::from_fn(|a| w[(a + 1) % 3] * tangent[(a + 2) % 3] - w[(a + 2) % 3] * tangent[(a + 1) % 3]);
             *rates = [row(0), row(1), row(2), turn[0], turn[1], turn[2], row(6), row(7), row(8)];
         }
+        let contact = Contact::beside(task.wall.as_ref(), solutions, at);
+        let mut pressing = [0.0; MOST_INPUTS];
+        if let Some(contact) = &contact {
+            for (k, pressing) in pressing.iter_mut().enumerate().take(task.inputs.len()) {
+                *pressing = match contact.touching {
+                    true => task.yielding * solutions.force_derivative(at, k)[0] * task.scale(k),
+                    false => -gap_rate(task, contact, k, &rates[k]),
+                };
+            }
+        }
         State {
             z,
             m0: solutions.vector(at, Quantity::BaseMoment),
@@ -93,8 +108,19 @@ impl State {
             tangent,
             margin: solutions.get(at, Quantity::StabilityMargin),
             error_estimate: solutions.get(at, Quantity::ErrorEstimate),
+            contact,
             rates,
+            pressing,
         }
+    }
+
+    /// How hard the tip presses, as the length that such a force bends the rod; away from the wall less than nothing (m).
+    fn press(&self, task: &Task) -> f64 {
+        let press = |contact: &Contact| match contact.touching {
+            true => task.yielding * contact.normal_force,
+            false => -contact.gap,
+        };
+        self.contact.as_ref().map_or(f64::NAN, press)
     }
 
     /// The base moment after a small change of the inputs, to first order (N·m).
@@ -106,7 +132,7 @@ impl State {
         m0
     }
 
-    /// What is missing to a target: controlled coordinates (m), tangent times its weight (m).
+    /// What is missing to a target: controlled coordinates (m), tangent times its weight (m), force as a length (m).
     pub(crate) fn missing(&self, task: &Task, target: &Target) -> [f64; ROWS] {
         let mut e = [0.0; ROWS];
         let way = std::array::from_fn(|a| target.position[a] - self.tip[a]);
@@ -114,18 +140,44 @@ impl State {
         if let Some(tangent) = target.tangent {
             (0..3).for_each(|a| e[3 + a] = task.options.tangent_weight * (tangent[a] - self.tangent[a]));
         }
+        if let Some(force) = target.normal_force {
+            e[6] = task.yielding * force - self.press(task);
+        }
         e
     }
 
     /// Derivatives of the controlled numbers by the scaled inputs.
     pub(crate) fn jacobian(&self, task: &Task, target: &Target) -> Columns {
         let mut columns = [[0.0; ROWS]; MOST_INPUTS];
-        for (column, rates) in columns.iter_mut().zip(&self.rates) {
+        for ((column, rates), pressing) in columns.iter_mut().zip(&self.rates).zip(self.pressing) {
             column[..3].copy_from_slice(&task.options.controlled([rates[0], rates[1], rates[2]]));
             let weight = if target.tangent.is_some() { task.options.tangent_weight } else { 0.0 };
             (0..3).for_each(|a| column[3 + a] = weight * rates[3 + a]);
+            column[6] = if target.normal_force.is_some() { pressing } else { 0.0 };
         }
         columns
+    }
+}
+
+/// How the gap of a tip that does not touch follows a scaled input (m).
+fn gap_rate(task: &Task, contact: &Contact, k: usize, rates: &[f64; 9]) -> f64 {
+    let by_tip: f64 = (0..3).map(|axis| contact.normal[axis] * rates[axis]).sum();
+    match task.inputs[k].parameter {
+        Parameter::Wall(WallParameter::Position(axis)) => by_tip - contact.normal[axis.index()] * task.scale(k),
+        _ => by_tip,
+    }
+}
+
+impl Ended {
+    /// Estimated error of what is controlled, over the rod's length.
+    pub(crate) fn error(&self, task: &Task) -> f64 {
+        let of_force = |contact: &Contact| match (self.target.normal_force, contact.touching) {
+            (Some(_), true) => task.yielding * contact.force_error / task.length,
+            _ => 0.0,
+        };
+        // Also NaN where either is.
+        let force = self.contact.as_ref().map_or(0.0, of_force);
+        if force > self.error_estimate || force.is_nan() { force } else { self.error_estimate }
     }
 }
 
@@ -170,7 +222,7 @@ impl Descent {
 
     /// The end of the search.
     pub(crate) fn ended(&self, task: &Task) -> Ended {
-        let State { z, m0, tip, tangent, margin, error_estimate, .. } = self.at;
+        let State { z, m0, tip, tangent, margin, error_estimate, contact, .. } = self.at;
         Ended {
             target: self.target,
             z,
@@ -179,6 +231,7 @@ impl Descent {
             tangent,
             margin,
             error_estimate,
+            contact,
             residual: norm2(&self.at.missing(task, &self.target)).sqrt(),
             iterations: self.iterations,
             outcome: self.outcome.unwrap_or(Outcome::IterationLimit),

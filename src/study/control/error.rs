@@ -30,6 +30,15 @@ pub enum ControlError {
         /// Upper limit, SI.
         high: f64,
     },
+    /// The force is controlled, and a target has none.
+    #[error("target {target} has no normal force: give it one, or leave `normal_force` out of the coordinates")]
+    NoForce {
+        /// From 0.
+        target: usize,
+    },
+    /// A target has a force, and the scene has no wall.
+    #[error("the scene has no wall that the tip could press on: add [wall] to it, or leave out normal_force")]
+    NoWall,
     /// A tolerance that is not positive (m).
     #[error("a target is never reached to {0} m: give a positive tolerance")]
     Tolerance(f64),

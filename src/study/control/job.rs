@@ -6,7 +6,7 @@ use crate::backend::{BackendKind, Precision};
 use crate::engines::{EngineRequest, F32_TOLERANCE, cpu_f64};
 use crate::input::{LimitsError, parse_limits};
 use crate::model::{Parameter, Plan, Scene, SegmentParameter, Stepper};
-use crate::spec::{ControlInput, Redundancy, Target, Trajectory};
+use crate::spec::{ControlInput, Coordinates, Redundancy, Target, Trajectory};
 use crate::study::witness::{CheckError, Claim, WitnessCheck};
 use std::sync::Arc;
 
@@ -79,7 +79,7 @@ type Listener = Arc<dyn Fn(&ControlEvent) + Send + Sync>;
 pub struct ControlJob {
     scene: Scene,
     inputs: Vec<ControlInput>,
-    coordinates: Option<[bool; 3]>,
+    coordinates: Option<Coordinates>,
     tolerance: Option<f64>,
     most_iterations: Option<usize>,
     tangent_weight: Option<f64>,
@@ -128,9 +128,9 @@ impl ControlJob {
         ControlJob { inputs, ..self }
     }
 
-    /// Which of x, y and z of the tip are controlled.
-    pub fn coordinates(self, coordinates: [bool; 3]) -> ControlJob {
-        ControlJob { coordinates: Some(coordinates), ..self }
+    /// Which coordinates are controlled: `[true, true, false]` for x and y of the tip, or [`Coordinates`] with the normal force.
+    pub fn coordinates(self, coordinates: impl Into<Coordinates>) -> ControlJob {
+        ControlJob { coordinates: Some(coordinates.into()), ..self }
     }
 
     /// A target is reached where so much is left of it (m).
@@ -185,6 +185,7 @@ impl ControlJob {
     /// A scene without anything to command, limits that make no sense, no equilibrium to begin from, or an engine that
     /// cannot be used.
     pub fn follow(&self, trajectory: &Trajectory) -> Result<ControlRun, ControlError> {
+        let trajectory = &self.chosen(trajectory)?;
         let (inputs, options) = (self.inputs_for(trajectory)?, self.options_for(trajectory));
         let targets = &trajectory.targets;
         let engine = self.engine.choose_for_one(&self.scene, options.tolerance)?;
@@ -210,6 +211,7 @@ impl ControlJob {
     ///
     /// As [`ControlJob::follow`].
     pub fn reach(&self, trajectory: &Trajectory) -> Result<ControlRun, ControlError> {
+        let trajectory = &self.chosen(trajectory)?;
         let (inputs, options) = (self.inputs_for(trajectory)?, self.options_for(trajectory));
         // f32 on a GPU, finished in f64.
         let engine = self.engine.choose_for(&self.scene, F32_TOLERANCE)?;
@@ -278,6 +280,24 @@ impl ControlJob {
         }
     }
 
+    /// The trajectory with forces where they are controlled.
+    fn chosen(&self, trajectory: &Trajectory) -> Result<Trajectory, ControlError> {
+        let mut trajectory = trajectory.clone();
+        match self.coordinates {
+            Some(coordinates) if coordinates.normal_force => {
+                if let Some(at) = trajectory.targets.iter().position(|target| target.normal_force.is_none()) {
+                    return Err(ControlError::NoForce { target: at });
+                }
+            }
+            Some(_) => trajectory.targets.iter_mut().for_each(|target| target.normal_force = None),
+            None => {}
+        }
+        match self.scene.wall.is_none() && trajectory.targets.iter().any(|target| target.normal_force.is_some()) {
+            true => Err(ControlError::NoWall),
+            false => Ok(trajectory),
+        }
+    }
+
     /// Inputs and limits: those given here, else those of the trajectory, else every current.
     fn inputs_for(&self, trajectory: &Trajectory) -> Result<Vec<ControlInput>, ControlError> {
         if let Some(inputs) = [&self.inputs, &trajectory.inputs].into_iter().find(|inputs| !inputs.is_empty()) {
@@ -295,7 +315,7 @@ impl ControlJob {
     fn options_for(&self, trajectory: &Trajectory) -> ControlOptions {
         let of_trajectory = ControlOptions::of(trajectory);
         ControlOptions {
-            coordinates: self.coordinates.unwrap_or(of_trajectory.coordinates),
+            coordinates: self.coordinates.map_or(of_trajectory.coordinates, |coordinates| coordinates.position),
             free_direction: of_trajectory.free_direction,
             tangent_weight: self.tangent_weight.unwrap_or(of_trajectory.tangent_weight),
             tolerance: self.tolerance.unwrap_or(of_trajectory.tolerance),

@@ -1,9 +1,11 @@
-//! Damped least squares for a few scaled inputs and at most six residuals.
+//! Damped least squares for a few scaled inputs and at most seven residuals.
 
 use super::inputs::{Inputs, MOST_INPUTS};
 
-/// Rows of a residual: position, tangent.
-pub(super) const ROWS: usize = 6;
+/// Rows of a residual: position, tangent, force of the wall.
+pub(super) const ROWS: usize = 7;
+/// Of a pose alone.
+const POSE: usize = 6;
 /// Damping over the mean eigenvalue of J Jᵀ that keeps the direction in which a rod of constant length cannot move from
 /// being taken for one in which it can.
 pub(super) const LEAST_DAMPING: f64 = 1e-6;
@@ -24,14 +26,20 @@ pub(super) struct NormalEquations<'a> {
 impl<'a> NormalEquations<'a> {
     pub(crate) fn new(columns: &'a Columns, free: &[bool; MOST_INPUTS]) -> Self {
         let mut square = [[0.0; ROWS]; ROWS];
-        let turns = columns.iter().any(|column| column[3..] != [0.0; ROWS - 3]);
-        let rows = if turns { ROWS } else { 3 };
+        let has = |from: usize| columns.iter().any(|column| column[from..].iter().any(|x| *x != 0.0));
+        let rows = if has(POSE) {
+            ROWS
+        } else if has(3) {
+            POSE
+        } else {
+            3
+        };
         for (column, _) in columns.iter().zip(free).filter(|(column, free)| **free && **column != [0.0; ROWS]) {
             for (row, to) in square.iter_mut().enumerate().take(rows) {
                 (0..rows).for_each(|other| to[other] += column[row] * column[other]);
             }
         }
-        let mean = (0..ROWS).map(|row| square[row][row]).sum::<f64>() / ROWS as f64;
+        let mean = (0..ROWS).map(|row| square[row][row]).sum::<f64>() / POSE as f64;
         Self { columns, free: *free, rows, square, mean }
     }
 

@@ -2,6 +2,7 @@
 
 use super::ControlOptions;
 use crate::model::{Parameter, Scene, Vector};
+use crate::results::Contact;
 use crate::spec::{ControlInput, Target, Trajectory};
 use crate::study::witness::WitnessCheck;
 
@@ -71,6 +72,8 @@ pub struct TargetResult {
     pub error_estimate: f64,
     /// Internal moment at the base (N·m).
     pub base_moment: Vector,
+    /// Contact of the tip with the wall; `None` without a wall.
+    pub contact: Option<Contact>,
     /// Whether the loads, raised together from zero, lead to this equilibrium.
     pub from_rest: bool,
     /// Wall time of the search; of its share in a batch (s).
@@ -155,6 +158,12 @@ impl ControlRun {
     /// Distance of the tip from its target in the controlled coordinates (m).
     pub fn tip_error(&self, result: &TargetResult) -> f64 {
         norm(self.options.controlled(std::array::from_fn(|a| result.tip[a] - result.target.position[a])))
+    }
+
+    /// By how much the normal force differs from its target's (N); `None` where it is free.
+    pub fn force_error(&self, result: &TargetResult) -> Option<f64> {
+        let contact = result.contact.as_ref()?;
+        Some((contact.normal_force - result.target.normal_force?).abs())
     }
 
     /// Where the tip should be; where a coordinate is free, the target goes along with the tip (m).

@@ -2,9 +2,10 @@
 
 use super::{ControlRun, Outcome, TargetResult};
 use crate::model::Vector;
-use crate::results::{ResultsError, write_table};
+use crate::results::{Contact, ResultsError, write_table};
 use crate::spec::ControlInput;
 use crate::study::columns::Columns;
+use crate::study::solve::contact_json;
 use crate::table::Table;
 use serde::ser::{Serialize, SerializeMap, Serializer};
 use serde_json::{Value, json};
@@ -33,6 +34,11 @@ impl ControlRun {
             let tangents = results.iter().map(|result| result.target.tangent.unwrap_or([f64::NAN; 3]));
             columns.vectors("target.tangent", "", &tangents.collect::<Vec<Vector>>());
         }
+        let has_force = results.iter().any(|result| result.target.normal_force.is_some());
+        if has_force {
+            let forces = results.iter().map(|result| result.target.normal_force.unwrap_or(f64::NAN));
+            columns.numbers("target.normal_force", "N", forces);
+        }
         for (k, input) in self.inputs().iter().enumerate() {
             let values = results.iter().map(|result| result.inputs[k]);
             columns.numbers(input.name(self.scene()), input.parameter.unit(), values);
@@ -45,6 +51,13 @@ impl ControlRun {
             let errors = results.iter().map(|result| result.tangent_error().unwrap_or(f64::NAN));
             columns.numbers("tangent_error", "rad", errors);
         }
+        if self.scene().wall.is_some() {
+            self.contact_columns(&mut columns);
+        }
+        if has_force {
+            let errors = results.iter().map(|result| self.force_error(result).unwrap_or(f64::NAN));
+            columns.numbers("normal_force_error", "N", errors);
+        }
         columns.numbers("residual", "m", results.iter().map(|result| result.residual));
         columns.counts("iterations", results.iter().map(|result| result.iterations as u64));
         columns.numbers("stability.margin", "", results.iter().map(|result| result.margin));
@@ -52,6 +65,19 @@ impl ControlRun {
         columns.flags("from_rest", results.iter().map(|result| result.from_rest));
         columns.numbers("seconds", "s", results.iter().map(|result| result.seconds));
         columns.finish()
+    }
+
+    /// Force and friction at the wall, by the names that they have in a run.
+    fn contact_columns(&self, columns: &mut Columns) {
+        let of = |number: fn(&Contact) -> f64| {
+            self.results().iter().map(move |result| result.contact.as_ref().map_or(f64::NAN, number))
+        };
+        columns.flags("contact.touching", self.results().iter().map(|r| r.contact.is_some_and(|c| c.touching)));
+        columns.numbers("contact.normal_force", "N", of(|contact| contact.normal_force));
+        let force = |result: &TargetResult| result.contact.map_or([f64::NAN; 3], |contact| contact.force);
+        columns.vectors("contact.force", "N", &self.results().iter().map(force).collect::<Vec<Vector>>());
+        columns.numbers("contact.friction_ratio", "", of(|contact| contact.friction_ratio.unwrap_or(f64::NAN)));
+        columns.numbers("contact.force_error", "N", of(|contact| contact.force_error));
     }
 
     /// Writes the table; CSV unless the name ends in `.parquet`. What is there is replaced.
@@ -84,7 +110,7 @@ impl ControlRun {
     }
 
     fn point_json(&self, result: &TargetResult) -> Value {
-        json!({
+        let mut point = json!({
             "target": { "position": result.target.position, "tangent": result.target.tangent },
             "inputs": result.inputs,
             "status": result.outcome.name(),
@@ -97,7 +123,15 @@ impl ControlRun {
             "error_estimate": result.error_estimate,
             "from_rest": result.from_rest,
             "seconds": result.seconds,
-        })
+        });
+        if let Some(force) = result.target.normal_force {
+            point["target"]["normal_force"] = json!(force);
+            point["normal_force_error"] = json!(self.force_error(result));
+        }
+        if let Some(contact) = result.contact {
+            point["contact"] = contact_json(contact);
+        }
+        point
     }
 }
 
@@ -120,12 +154,14 @@ impl Serialize for AsJson<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let run = self.run;
         let input = |input: &ControlInput| json!({ "parameter": input.name(run.scene()), "low": input.low, "high": input.high });
-        let controlled = XYZ.iter().zip(run.options().coordinates).filter(|(_, on)| *on);
+        let has_force = run.results().iter().any(|result| result.target.normal_force.is_some());
+        let position = XYZ.into_iter().zip(run.options().coordinates);
+        let controlled = position.chain([("normal_force", has_force)]).filter(|(_, on)| *on).map(|(name, _)| name);
         let counts: BTreeMap<_, _> = Outcome::ALL.map(|outcome| (outcome.name(), run.count(outcome))).into();
         // In the order of a sorted map.
         let mut map = serializer.serialize_map(None)?;
         map.serialize_entry("check", run.check())?;
-        map.serialize_entry("coordinates", &controlled.map(|(name, _)| *name).collect::<Vec<_>>())?;
+        map.serialize_entry("coordinates", &controlled.collect::<Vec<_>>())?;
         map.serialize_entry("counts", &counts)?;
         map.serialize_entry("distrusted", &run.mark())?;
         map.serialize_entry("engine", run.engine())?;

@@ -10,6 +10,8 @@ pub struct ControlSummary {
     pub counts: Vec<(Outcome, usize)>,
     /// Largest distance from a target that is reached, in the controlled coordinates (m).
     pub largest_error: f64,
+    /// Largest difference of a normal force from that of a target that is reached (N); `None` where no force is controlled.
+    pub largest_force_error: Option<f64>,
     /// Largest error of the integration at a target that is reached (m).
     pub largest_integration_error: f64,
     /// Least stability margin of all results; infinite without results.
@@ -47,6 +49,11 @@ impl ControlSummary {
         ControlSummary {
             counts: Outcome::ALL.map(|outcome| (outcome, run.count(outcome))).into_iter().filter(|c| c.1 > 0).collect(),
             largest_error: largest(&|result| run.tip_error(result), &is_reached),
+            largest_force_error: results
+                .iter()
+                .filter(is_reached)
+                .filter_map(|result| run.force_error(result))
+                .reduce(f64::max),
             largest_integration_error: largest(&|result| result.error_estimate * length, &is_reached),
             least_margin: results.iter().map(|result| result.margin).fold(f64::INFINITY, f64::min),
             farthest_missed: (run.missed_count() > 0).then(|| largest(&|result| run.tip_error(result), &is_missed)),

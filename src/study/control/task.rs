@@ -2,7 +2,7 @@
 
 use super::ControlOptions;
 use super::inputs::{Inputs, MOST_INPUTS};
-use crate::model::{Parameter, SegmentParameter};
+use crate::model::{Parameter, SegmentParameter, Wall};
 use crate::spec::ControlInput;
 
 /// What is commanded, and what for.
@@ -14,6 +14,10 @@ pub(super) struct Task {
     pub unit: f64,
     /// Of the rod (m)
     pub length: f64,
+    /// What the tip may touch.
+    pub wall: Option<Wall>,
+    /// How far a force of the wall bends the rod, about: by so much force counts beside lengths (m/N).
+    pub yielding: f64,
 }
 
 impl Task {

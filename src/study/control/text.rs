@@ -25,6 +25,9 @@ impl ControlRun {
             ),
             self.check().sentence(),
         ]);
+        if let Some(worst) = summary.largest_force_error {
+            lines.push(format!("normal force where reached: at most {} N off", engineering(worst)));
+        }
         if let Some(worst) = summary.farthest_missed {
             lines.push(format!(
                 "where not reached the nearest permitted points are given; the farthest is off by {worst:.3e} m"

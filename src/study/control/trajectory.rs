@@ -105,7 +105,7 @@ impl Controller {
             }
             let share = begun.elapsed().as_secs_f64() / count as f64;
             effort.seconds[at..at + count].iter_mut().for_each(|seconds| *seconds += share);
-            let is_good = |point: &Ended| point.outcome == Outcome::Reached && point.error_estimate <= tolerance;
+            let is_good = |point: &Ended| point.outcome == Outcome::Reached && point.error(&task) <= tolerance;
             if tolerance.is_finite() && !ended[at..].iter().all(is_good) {
                 return Ok(None);
             }

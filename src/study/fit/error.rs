@@ -23,9 +23,9 @@ pub enum FitError {
     #[error("{0} is a column of known values; drop one of the two")]
     FreeAndKnown(String),
     /// Fewer numbers observed than fitted.
-    #[error("{observations} coordinates cannot determine {parameters} parameters: observe more, or free fewer")]
+    #[error("{observations} observed numbers cannot determine {parameters} parameters: observe more, or free fewer")]
     TooFew {
-        /// Observed coordinates.
+        /// Observed coordinates and forces.
         observations: usize,
         /// Fitted numbers.
         parameters: usize,

@@ -36,7 +36,7 @@ impl FitJob {
             matches!(parameter, Parameter::Segment(_, RestCurvature(axis) | RestCurvatureNode(_, axis)) if *axis != Axis::Z)
         };
         let free = Parameter::all(&scene).into_iter().filter(about_x_or_y).map(|parameter| vec![parameter]).collect();
-        FitJob { problem: Problem { scene, free, observed, noise: None } }
+        FitJob { problem: Problem { scene, free, observed, noise: None, force_noise: None } }
     }
 
     /// What is fitted, by name. A group such as `tube.rest_curvature` gives each of its components; names joined by `+`
@@ -71,6 +71,11 @@ impl FitJob {
     /// The standard deviation of a coordinate (m); estimated from the residuals if not given.
     pub fn noise(self, noise: f64) -> FitJob {
         FitJob { problem: Problem { noise: Some(noise), ..self.problem } }
+    }
+
+    /// The standard deviation of a measured force (N). Without it a force counts by how far it pushes the rod aside.
+    pub fn force_noise(self, force_noise: f64) -> FitJob {
+        FitJob { problem: Problem { force_noise: Some(force_noise), ..self.problem } }
     }
 
     /// The scene where the fit starts.

@@ -105,7 +105,7 @@ mod tests {
             let exact = [radius * (1.0 - angle.cos()), 0.0, radius * angle.sin()];
             ObservedPoint { arc_length: Some(s), position: std::array::from_fn(|a| exact[a] + wobble(k, a)) }
         };
-        let shape = ObservedShape { known: vec![], points: (0..points).map(point).collect() };
+        let shape = ObservedShape { points: (0..points).map(point).collect(), ..ObservedShape::default() };
         ObservedShapes { known: vec![], shapes: vec![shape] }
     }
 

@@ -1,6 +1,7 @@
 //! What a fit gives.
 
 use crate::model::{Scene, Vector};
+use crate::results::Contact;
 use crate::study::witness::WitnessCheck;
 use serde_json::{Value, json};
 
@@ -62,13 +63,15 @@ pub struct Fit {
     pub findings: Vec<String>,
     /// Root mean square of the distances between points and model (m).
     pub rms: f64,
+    /// Root mean square of the differences between measured forces and model (N); `None` where none were measured.
+    pub force_rms: Option<f64>,
     /// Standard deviation of a coordinate: as given, or estimated (m).
     pub noise: f64,
     /// Standard deviation of a coordinate as the points' own smoothness along the rod tells it (m); `None`: too few points.
     pub noise_of_points: Option<f64>,
     /// Why the points lie too far off the fitted rod, in a sentence; `None`: they do not.
     pub misfit: Option<String>,
-    /// Observed coordinates.
+    /// Observed coordinates and forces.
     pub observations: usize,
     /// Solutions of all shapes that it took.
     pub evaluations: usize,
@@ -78,6 +81,8 @@ pub struct Fit {
     pub positions: Vec<Vec<Vector>>,
     /// Internal moments at the base by shape (N·m).
     pub base_moments: Vec<Vector>,
+    /// Contact with the wall by shape; `None` without a wall.
+    pub contacts: Vec<Option<Contact>>,
     /// The fitted rods, solved again by the reference.
     pub check: WitnessCheck,
     pub(super) mark: Option<String>,
@@ -122,6 +127,7 @@ impl Fit {
             "directions": self.directions.iter().map(direction).collect::<Vec<_>>(),
             "findings": self.findings,
             "rms": self.rms,
+            "force_rms": self.force_rms,
             "noise": self.noise,
             "noise_of_points": self.noise_of_points,
             "misfit": self.misfit,

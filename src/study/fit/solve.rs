@@ -1,7 +1,7 @@
 //! Levenberg and Marquardt's method, then what its end says.
 
 use super::analysis::{NORMAL_95, analyse, findings, ridges, student_95};
-use super::model::{MOST_EVALUATIONS, Model, Problem, Search, State};
+use super::model::{MOST_EVALUATIONS, Model, NOISE, Problem, Search, State};
 use super::noise::{bend, misfit, noise_of_points};
 use super::starts::{End, LESS_PATIENCE, PATIENCE, Start, descend, stiffened};
 use super::{Fit, FitError, FittedParameter};
@@ -27,20 +27,21 @@ const BETTER: f64 = 0.999;
 
 /// The engine finds equilibria, the reference shapes and derivatives.
 pub(super) fn fit(problem: &Problem, make: &mut MakeEngine) -> Result<Fit, FitError> {
-    let observations = problem.observed.coordinate_count();
+    let observations = problem.observation_count();
     let parameters = problem.free.len();
     if parameters == 0 || observations < parameters {
         return Err(FitError::TooFew { observations, parameters });
     }
     let model = Model::new(problem, make)?;
-    let sigma = problem.noise.unwrap_or(model.length * 1e-3);
+    let sigma = problem.noise.unwrap_or(model.length * NOISE);
     let noise_of_points = noise_of_points(&problem.observed, model.length);
     let search = Search::new(model, sigma);
     let (mut search, End { x, state, converged }) = best(search, problem.noise.or(noise_of_points), make)?;
     let squares = state.residuals.norm_squared();
     let freedom = observations - parameters;
-    let noise = problem.noise.unwrap_or(if freedom > 0 { (squares / freedom as f64).sqrt() } else { 0.0 });
-    let quantile = if problem.noise.is_some() { NORMAL_95 } else { student_95(freedom) };
+    let given = problem.given_noise(search.model.length);
+    let noise = given.unwrap_or(if freedom > 0 { (squares / freedom as f64).sqrt() } else { 0.0 });
+    let quantile = if given.is_some() { NORMAL_95 } else { student_95(freedom) };
     let (state, x) = leave_ridges(&mut search.model, state, x)?;
     let scene = search.model.scene(&x, None);
     let mut claim = |shape: usize| state.claims.get(shape).cloned();
@@ -49,7 +50,7 @@ pub(super) fn fit(problem: &Problem, make: &mut MakeEngine) -> Result<Fit, FitEr
         CheckError::Plan(error) => FitError::from(error),
         CheckError::Backend(error) => error.into(),
     })?;
-    let rms = (squares / observations as f64).sqrt();
+    let rms = search.model.point_rms(&state);
     let misfit = misfit(rms, problem.noise, noise_of_points, search.model.length);
     let (covariance, open, directions) = analyse(&state.jacobian, noise);
     let fitted = |k: usize| {
@@ -75,13 +76,15 @@ pub(super) fn fit(problem: &Problem, make: &mut MakeEngine) -> Result<Fit, FitEr
         directions,
         parameters: fitted,
         scene,
-        rms: (3.0 * squares / observations as f64).sqrt(),
+        rms: 3f64.sqrt() * rms,
+        force_rms: search.model.force_rms(&state),
         noise,
         observations,
         evaluations: search.evaluations,
         converged,
         positions: state.positions,
         base_moments: state.base_moments,
+        contacts: state.contacts,
         noise_of_points,
         mark: check.mark.clone().or_else(|| misfit.clone()),
         misfit,

@@ -15,18 +15,23 @@ impl Fit {
         }
         let mark = self.mark().map(|mark| format!("{mark}\n")).unwrap_or_default();
         let mut text = format!(
-            "{mark}{}: {} shapes, {} coordinates, {} evaluations\n{table}",
+            "{mark}{}: {} shapes, {}, {} evaluations\n{table}",
             if self.converged { "fitted" } else { "not converged" },
             job.observed().shapes.len(),
-            self.observations,
+            observations(job),
             self.evaluations
         );
         let how = if job.given_noise().is_some() { "as given" } else { "estimated" };
-        text += &format!(
-            "points off the model by {} m (rms); noise of a coordinate {} m ({how})\n",
-            engineering(self.rms),
-            engineering(self.noise)
-        );
+        if job.observed().coordinate_count() > 0 {
+            text += &format!(
+                "points off the model by {} m (rms); noise of a coordinate {} m ({how})\n",
+                engineering(self.rms),
+                engineering(self.noise)
+            );
+        }
+        if let Some(rms) = self.force_rms {
+            text += &format!("normal forces off the model by {} N (rms)\n", engineering(rms));
+        }
         let values: Vec<String> = self.directions.iter().map(|d| engineering(d.singular_value)).collect();
         text += &format!("singular values of the scaled sensitivities over the noise: {}\n", values.join(", "));
         for finding in &self.findings {
@@ -36,5 +41,14 @@ impl Fit {
             text += &format!("{}\n", self.check.sentence());
         }
         text
+    }
+}
+
+/// How many coordinates, and forces where there are any.
+fn observations(job: &FitJob) -> String {
+    let coordinates = format!("{} coordinates", job.observed().coordinate_count());
+    match job.observed().force_count() {
+        0 => coordinates,
+        forces => format!("{coordinates}, {forces} forces"),
     }
 }

@@ -129,10 +129,10 @@ impl Chaos {
         self.share(|_| true).part
     }
 
-    /// What is predicted of the variance.
+    /// What is predicted of the variance; nothing of an output that is the same in every row, whose share is 0 / 0.
     pub(super) fn predicted_share(&self) -> Share {
         let whole = self.variance();
-        Share { part: self.predicted * whole, whole }
+        Share { part: if self.predicted.is_finite() { self.predicted * whole } else { 0.0 }, whole }
     }
 
     /// Index of first order.

@@ -144,6 +144,11 @@ pub enum SensitivityError {
         "the shape needs base moments that the rows have not: add \"base_moment\" to `quantities` of [output] and run the sweep again, or give the sweep file"
     )]
     NoBaseMoments,
+    /// The shape of a rod that a wall presses.
+    #[error(
+        "the shape is not told beside a wall yet, since the moment at the base does not tell the wall's force: leave `shape` out, and take outputs such as tip.position and contact.force"
+    )]
+    ShapeBesideWall,
     /// Tangents of rows that do not tell the tips' rotations.
     #[error(
         "tangents need rotations that the rows have not: add \"tip_rotation\" to `quantities` of [output] and run the sweep again, or give the sweep file"

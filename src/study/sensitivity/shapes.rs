@@ -63,6 +63,9 @@ impl Shapes {
     /// What the outputs ask for; `None` where no shape is asked for.
     pub fn new(spec: &SweepSpec, outputs: &[String], columns: &[Column]) -> Result<Option<Shapes>, SensitivityError> {
         let Some(count) = points_asked(outputs)? else { return Ok(None) };
+        if spec.scene.wall.is_some() {
+            return Err(SensitivityError::ShapeBesideWall);
+        }
         if !columns.iter().any(|column| column.name == format!("{BASE_MOMENT}.x")) {
             return Err(SensitivityError::NoBaseMoments);
         }

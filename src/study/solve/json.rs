@@ -83,7 +83,8 @@ fn equilibrium(solved: &Solved) -> Value {
     value
 }
 
-fn contact(contact: Contact) -> Value {
+/// A contact, SI.
+pub(in crate::study) fn contact(contact: Contact) -> Value {
     json!({
         "touching": contact.touching,
         "gap": number(contact.gap),

@@ -19,6 +19,8 @@ pub use jacobian::{Jacobian, Rows};
 pub use shape::{Shape, along_segments, evenly_spaced, smooth_count};
 pub use solved::Solved;
 
+pub(in crate::study) use json::contact as contact_json;
+
 use crate::backend::{BackendKind, Precision};
 use crate::engines::{Engine, EngineRequest, cpu_f64, for_second_path, second_attempt, witness};
 use crate::model::{

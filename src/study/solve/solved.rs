@@ -5,7 +5,7 @@ use crate::model::{
     BaseWrench, Batch, Matrix, Plan, Quantity, Rod, Scene, Solutions, Status, Vector, base_curvature, tip_curvature,
 };
 use crate::results::evidence::has_dead_moment;
-use crate::results::{Contact, StabilityEvidence};
+use crate::results::{Contact, StabilityEvidence, pressed};
 
 /// A solved scene. SI units; vectors stand in the world frame unless said otherwise.
 ///
@@ -51,16 +51,7 @@ impl Solved {
 
     /// The rod as its shape follows from the base moment: the force of a wall acts as a dead force at its tip.
     pub fn pressed_rod(&self) -> Rod {
-        let mut rod = self.rod();
-        let Some(contact) = self.contact() else { return rod };
-        rod.wall = None;
-        for (axis, force) in contact.force.into_iter().enumerate() {
-            rod.tip_force[axis] += force;
-        }
-        if !self.scene().sources.varies() {
-            rod.field = None;
-        }
-        rod
+        pressed(self.rod(), self.scene(), self.contact().as_ref())
     }
 
     /// The row as the engine returned it, sample 0.

@@ -22,6 +22,8 @@ pub struct Dimension {
     pub thickness: f64,
     /// Whether a body is thin beside the voxel.
     pub is_thin: bool,
+    /// Singular values that are no larger do not count (m per half range).
+    pub least: f64,
 }
 
 impl Dimension {
@@ -41,7 +43,7 @@ impl Dimension {
         let least = (ROUND_OFF * quantiles[0]).max(VOXEL_SHARE * edge);
         let rank = quantiles.iter().filter(|value| **value > least).count();
         let thickness = 2.0 * quantile(&values[2], 0.5);
-        Dimension { rank, quantiles, thickness, is_thin: rank == 3 && thickness < THIN * edge }
+        Dimension { rank, quantiles, thickness, is_thin: rank == 3 && thickness < THIN * edge, least }
     }
 
     /// The word for it.

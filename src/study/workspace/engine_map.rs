@@ -6,7 +6,9 @@ use super::seeds::net_points;
 use super::tip_map::{Inputs, MOST_INPUTS, Tip, TipMap};
 use crate::backend::{Backend, BackendError};
 use crate::engines::{Engine, cpu_f64, second_attempt};
-use crate::model::{Axis, Batch, Parameter, Plan, PlanOptions, Quantity, Scene, Solutions, Status, Vector};
+use crate::model::{
+    Axis, Batch, ContactColumn, Parameter, Plan, PlanOptions, Quantity, Scene, Solutions, Status, Vector,
+};
 use crate::spec::SolutionMethod;
 use crate::sweep::choose_steps_for;
 use rayon::prelude::*;
@@ -203,6 +205,7 @@ impl TipReader {
             tangent: solutions.vector(row, Quantity::TipTangent),
             margin: solutions.get(row, Quantity::StabilityMargin),
             base_moment: solutions.vector(row, Quantity::BaseMoment),
+            normal_force: solutions.contact(row, ContactColumn::NormalForce),
             ..Tip::NONE
         };
         for (k, (input, derivatives)) in self.inputs.iter().zip(&self.derivatives).enumerate() {

@@ -59,6 +59,16 @@ pub enum WorkspaceError {
         /// Least margin that was asked for.
         minimum_margin: f64,
     },
+    /// Tips on a wall make a surface, others before it a body.
+    #[error(
+        "{touching} samples touch the wall and move on it, {before} do not and fill a body before it: a map is one or the other; move the wall (`wall.position`) or narrow the inputs so that every tip touches it, or leave `[wall]` out and see the body"
+    )]
+    OnAndBeforeWall {
+        /// Samples whose tip is on the wall.
+        touching: usize,
+        /// Samples whose tip moves in all directions.
+        before: usize,
+    },
     /// The lattice would take too much memory.
     #[error("voxels of {:.3} mm make {cells:.1e} cells within reach, more than {most:.0e}; take voxels of at least {:.3} mm", 1e3 * voxel, 1e3 * fits)]
     TooManyVoxels {

@@ -1,5 +1,6 @@
 //! One call for a workspace: from a sweep or a run to its size, its boundary, and what is known of every voxel.
 
+use super::beside_wall::on_and_before;
 use super::distances::boundary_distances;
 use super::engine_map::{EngineMap, MapOptions};
 use super::error::WorkspaceError;
@@ -195,7 +196,7 @@ impl<'a> WorkspaceJob<'a> {
     /// fails, or the caller's interruption.
     pub fn run(&self) -> Result<Workspace, WorkspaceError> {
         self.check_options()?;
-        let (inputs, notes) = self.inputs()?;
+        let (inputs, mut notes) = self.inputs()?;
         self.check_size(&self.rod_scene(), &inputs)?;
         let lattice = self.lattice.unwrap_or_else(|| shifted_lattice(self.voxel, self.seed));
         self.tell(WorkspaceStage::Seeds);
@@ -215,6 +216,7 @@ impl<'a> WorkspaceJob<'a> {
         let watch = |stage| self.goes_on(stage);
         let mut work = Work::new(self.options(&watch), &mut map, lattice);
         let dimension = work.seed(&starts)?;
+        notes.extend(on_and_before(&self.rod_scene(), &work.tips, &dimension, inputs.len())?);
         let counts = rows.as_ref().map_or_else(|| count_tips(&lattice, &work.tips), Rows::counts);
         let found = if self.fast && dimension.rank == 3 { work.painted(dimension) } else { work.measured(dimension)? };
         self.assemble(found, inputs, notes, counts, &mut map)

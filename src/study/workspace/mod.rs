@@ -1,6 +1,7 @@
 //! The workspace: what can be reached, how surely, with what margin.
 
 mod account;
+mod beside_wall;
 mod check;
 mod compare;
 mod convergence;

@@ -54,6 +54,9 @@ impl Workspace {
             for (axis, name) in ["x", "y", "z"].iter().enumerate() {
                 put(&format!("compliance.direction.{name}"), "", &|k| values.compliance[k].2[axis]);
             }
+            if self.scene.wall.is_some() {
+                put("contact.normal_force", "N", &|k| values.normal_force[k]);
+            }
             put("input_reserve", "", &|k| values.reserve[k]);
         }
         if !self.distances.is_empty() {

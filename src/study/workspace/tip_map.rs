@@ -22,6 +22,8 @@ pub struct Tip {
     pub margin: f64,
     /// Internal moment at the base (N·m), from which a neighbour is followed.
     pub base_moment: Vector,
+    /// Of the wall on the tip, along its normal; 0 away from the wall, NaN without one (N).
+    pub normal_force: f64,
     /// By each input over half its range: of the position (m).
     pub jacobian: [Vector; MOST_INPUTS],
     /// By each input over half its range: of the base moment (N·m). Zero where nobody asked.
@@ -36,6 +38,7 @@ impl Tip {
         tangent: [f64::NAN; 3],
         margin: f64::NAN,
         base_moment: [f64::NAN; 3],
+        normal_force: f64::NAN,
         jacobian: [[0.0; 3]; MOST_INPUTS],
         moment_rates: [[0.0; 3]; MOST_INPUTS],
     };

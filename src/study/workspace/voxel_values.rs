@@ -130,6 +130,8 @@ pub struct VoxelValues {
     pub sigma: Vec<[f64; 3]>,
     /// Least and largest displacement by a force (m/N), and the direction of the largest.
     pub compliance: Vec<(f64, f64, Vector)>,
+    /// Of the wall on the tip, along its normal (N); NaN without a wall.
+    pub normal_force: Vec<f64>,
     /// Least distance of an input to a limit over half its range.
     pub reserve: Vec<f64>,
     /// Least margin seen in the voxel.
@@ -167,6 +169,7 @@ impl VoxelValues {
                 let voxel = &grown.voxels[*at];
                 let sigma = Singular::new(&tip.jacobian[..count]).values;
                 values.sigma.push(sigma);
+                values.normal_force.push(tip.normal_force);
                 values.reserve.push(reserve(inputs, count));
                 let seen = seen.get(voxel.cell);
                 let own = 1 << (direction_of(tip.tangent) % 64);

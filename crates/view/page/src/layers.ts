@@ -5,7 +5,6 @@ import {
   BufferAttribute,
   BufferGeometry,
   Color,
-  DoubleSide,
   InstancedMesh,
   Matrix4,
   Mesh,
@@ -13,6 +12,7 @@ import {
   Plane,
   Vector3,
 } from "three";
+import { film } from "./film";
 import type { Range } from "./filters";
 import type { Source } from "./source";
 import type { Stage } from "./stage";
@@ -82,17 +82,6 @@ export class Layers {
     this.voxels?.cut(cuts);
     this.stage.invalidate();
   }
-}
-
-/** A film that is clear from the front and dense at its outline, so that its form is seen and what is in it keeps its colour. */
-function film(clippingPlanes: Plane[]): MeshLambertMaterial {
-  const material = new MeshLambertMaterial({ transparent: true, side: DoubleSide, depthWrite: false, clippingPlanes });
-  material.onBeforeCompile = (shader) => {
-    const end = "#include <dithering_fragment>";
-    const rim = "gl_FragColor.a = 0.07 + 0.5 * pow(1.0 - abs(normal.z), 2.5);";
-    shader.fragmentShader = shader.fragmentShader.replace(end, `${rim}\n${end}`);
-  };
-  return material;
 }
 
 class Voxels {

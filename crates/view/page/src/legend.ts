@@ -37,6 +37,11 @@ export class Legend {
       }
       const force = norm(shape.tip_force);
       if (force > 0) entries.push(["arrow", colours.force!, `tip force F, ${compact(1e3 * force, 2)} mN`]);
+      const { wall } = shape;
+      const contact = answer?.solution.contact ?? null;
+      if (wall) entries.push(["line", colours.wall!, "wall"]);
+      const push = contact?.touching ? norm(contact.force) : 0;
+      if (push > 0) entries.push(["arrow", colours.wall_force!, `force of the wall f, ${compact(1e3 * push, 3)} mN`]);
       entries.push(["frame", "", "tip frame d\u2081 d\u2082 d\u2083"]);
     }
     entries.push(["dash", colours.grey!, "at rest"]);

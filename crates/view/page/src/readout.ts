@@ -6,7 +6,38 @@ import { INPUT_SHARE } from "./ellipsoid";
 import { compact, fixed, parse } from "./format";
 import { outcomeInWords } from "./outcome";
 import type { RodView, Shown } from "./rodview";
-import type { Branches, DragAnswer, RodAnswer, Solution, Vector } from "./wire";
+import type { Branches, Contact, DragAnswer, RodAnswer, Solution, Vector } from "./wire";
+
+/** Numbers of a contact with the wall. */
+const WALL: { name: string; label: string; title: string; tell: (contact: Contact, metres: number) => string }[] = [
+  {
+    name: "wall.force",
+    label: "normal force (mN)",
+    title: "Of the wall on the rod; negative where it pulls",
+    tell: (contact) => (contact.touching ? compact(1e3 * contact.normal_force, 4) : "not touched"),
+  },
+  {
+    name: "wall.friction",
+    label: "friction needed",
+    title: "Coefficient that holding the tip takes",
+    tell: ({ friction_ratio, holds }) => {
+      const words = holds === null ? "" : holds ? ", holds" : ", slips";
+      return friction_ratio === null ? `\u2013${words}` : compact(friction_ratio, 3) + words;
+    },
+  },
+  {
+    name: "wall.gap",
+    label: "gap",
+    title: "Between the tip's ball and the wall; negative where tissue yields",
+    tell: ({ gap }, metres) => fixed(gap / metres, 3),
+  },
+  {
+    name: "wall.angle",
+    label: "angle from head on (\u00b0)",
+    title: "Between the direction into the wall and the tip's tangent",
+    tell: ({ angle }) => fixed((angle * 180) / Math.PI, 1),
+  },
+];
 
 export class Readout {
   readonly element: HTMLElement;
@@ -74,6 +105,7 @@ export class Readout {
         number("load", "load reached from rest"),
         isLive ? number("time", "solved in") : null,
       ),
+      description.wall ? el("section", {}, el("h2", {}, "At the wall"), ...WALL.map(({ name, label, title }) => number(name, name === "wall.gap" ? `${label} (${unit})` : label, title))) : null,
       canDrag ? el("section", {}, el("h2", {}, `Move the tip (${unit})`), form, this.search) : null,
       isLive ? el("section", {}, el("h2", {}, "Other equilibria"), all, this.others) : null,
       description.field_varies ? el("section", {}, el("h2", {}, "Field"), number("field", "|B| at the tip (mT)"), this.lineSwitch()) : null,
@@ -137,6 +169,7 @@ export class Readout {
     write("time", answer && this.rod.source.description.engine ? `${fixed(1e3 * answer.seconds, 1)}\u202fms` : "\u2013");
     const atTip = answer?.shape?.flux_density_at_tip ?? null;
     write("field", atTip === null ? "\u2013" : compact(1e3 * atTip, 4));
+    for (const { name, tell } of WALL) write(name, solution?.contact ? tell(solution.contact, metres) : "\u2013");
     this.arguments.textContent = this.rod.setArguments() || "none: the values of the file";
     this.others.replaceChildren();
     this.found = null;

@@ -8,6 +8,7 @@ import type { Source } from "./source";
 import { SourceMeshes } from "./sources";
 import type { Stage } from "./stage";
 import { onTheme } from "./theme";
+import { WallMesh } from "./walls";
 import type { Branches, RodAnswer, Shape, Solution, Values, Vector } from "./wire";
 
 /** Longest half axis of the ellipsoid of compliance over the rod's length. */
@@ -36,6 +37,8 @@ export class RodView {
   private readonly listeners: ((answer: RodAnswer | null, error: string | null) => void)[] = [];
   /** Magnets and coils around it. */
   readonly sources: SourceMeshes | null;
+  /** What the tip may touch. */
+  readonly wall: WallMesh | null;
   /** Lines of the field, where it varies. */
   readonly lines: FieldLineMeshes | null;
   private fieldFrom = new Vector3();
@@ -52,6 +55,8 @@ export class RodView {
       compliance: new Ellipsoid(style, "compliance"),
     };
     this.sources = stage ? new SourceMeshes(stage, style, length) : null;
+    this.wall = stage && source.description.wall ? new WallMesh(stage, style, length) : null;
+    this.wall?.show(source.description.wall!, null, null);
     this.lines = stage && source.description.field_varies ? new FieldLineMeshes(stage, style) : null;
     this.mesh.tip.add(this.ellipsoids.manipulability.group, this.ellipsoids.compliance.group);
     stage?.add(this.mesh.group);
@@ -126,6 +131,7 @@ export class RodView {
       this.mesh.show(shape, solution, look);
       this.mesh.showField(shape.flux_density, this.fieldFrom);
       this.sources?.show(shape.sources);
+      if (shape.wall) this.wall?.show(shape.wall, solution.contact ?? null, solution.tip!.position);
       if (answer.lines) this.lines?.show(answer.lines);
       this.drawEllipsoids(solution);
     }

@@ -64,6 +64,7 @@ export interface Description {
   region: [number, number][];
   field_varies: boolean;
   sources: FieldSource[];
+  wall: Wall | null;
   sliders: Slider[];
   can_drag: boolean;
   map: MapInfo | null;
@@ -84,6 +85,7 @@ export interface Solution {
   load_fraction: number;
   tip: { position: Vector; quaternion: number[]; rotation: number[][] } | null;
   jacobian: { parameters: string[]; position: number[][] } | null;
+  contact?: Contact | null;
   energy?: number | null;
   from_rest?: boolean;
   stability_index?: number;
@@ -105,6 +107,35 @@ export interface Shape {
   /** |B| where the field varies; null where it is not known. */
   flux_density_at_tip?: number | null;
   sources: FieldSource[];
+  wall?: Wall;
+}
+
+/** What the tip may touch. */
+export interface Wall {
+  kind: "plane" | "sphere" | "cylinder";
+  /** A point of the plane, the centre, a point of the axis. */
+  position: Vector;
+  /** Normal of a plane, axis of a cylinder; of length 1. */
+  axis: Vector;
+  radius: number;
+  outside: boolean;
+  tip_radius: number;
+  /** Of a wall that holds the tip, where it is given. */
+  friction: number | null;
+}
+
+/** The tip at the wall. */
+export interface Contact {
+  touching: boolean;
+  gap: number;
+  normal_force: number;
+  force: Vector;
+  normal: Vector;
+  friction_ratio: number | null;
+  holds: boolean | null;
+  angle: number;
+  body_gap: number;
+  force_error: number | null;
 }
 
 /** A magnet or a coil around the rod. */

@@ -23,6 +23,11 @@ fn part<'a>(page: &'a str, id: &str) -> &'a str {
     &page[start..start + page[start..].find("</script>").expect("its end")]
 }
 
+/// What an exported page knows.
+pub fn data(of: &Path) -> Value {
+    serde_json::from_str(part(&exported(of).0, "data")).expect("JSON")
+}
+
 #[test]
 fn a_page_asks_for_nothing() {
     let (page, done) = exported(&shipped("sweeps/scenes/p6.toml"));
@@ -39,11 +44,10 @@ fn a_page_asks_for_nothing() {
 
 #[test]
 fn a_page_has_the_lines_of_its_field() {
-    let data = |of: &str| -> Value { serde_json::from_str(part(&exported(&shipped(of)).0, "data")).expect("JSON") };
-    let arm = data("sweeps/scenes/arm_magnet.toml");
+    let arm = data(&shipped("sweeps/scenes/arm_magnet.toml"));
     assert!(arm["rod"]["lines"]["lines"].as_array().is_some_and(|lines| lines.len() > 20));
     assert!(arm["rod"]["shape"]["flux_density_at_tip"].is_number());
-    assert!(data("sweeps/scenes/p6.toml")["rod"].get("lines").is_none());
+    assert!(data(&shipped("sweeps/scenes/p6.toml"))["rod"].get("lines").is_none());
 }
 
 #[test]

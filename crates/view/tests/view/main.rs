@@ -6,3 +6,4 @@ mod guard;
 mod lines;
 mod numbers;
 mod results;
+mod walls;
