@@ -10,7 +10,7 @@ use super::path::{departure, leaps, narrowed};
 use super::state::State;
 use super::wall::{Near, Wall};
 use super::workspace::{VaryingWorkspace, What};
-use crate::lanes::algebra::{Vec3, affordable, axpy, length};
+use crate::lanes::algebra::{Vec3, affordable, length};
 use crate::lanes::lane::{Lane, Scalar};
 use crate::lanes::problem::Problem;
 use crate::lanes::program::Resolution;
@@ -86,8 +86,7 @@ pub fn press<L: VaryingPasses>(
     let (mut tau, mut target, mut step) = (zero, zero, one);
     let (mut last_size, mut first_size, mut corrections) = (first_bound, zero, zero);
     let (mut arrived, mut failed, mut exhausted) = (nobody, nobody, nobody);
-    // First and half the second derivative of the load at the base by the share of the way.
-    let (mut slope, mut curvature) = ((none, none), (none, none));
+    let mut slope = (none, none);
     let mut last_margin = one;
     let mut begun = nobody;
     loop {
@@ -141,10 +140,6 @@ pub fn press<L: VaryingPasses>(
         let ratio = ratio.max(one.constant(NODE_LEAST_RATIO)).min(one.constant(NODE_MOST_RATIO));
         let longer = L::select(begun, used * ratio, one);
         let steep = found.on(way, none);
-        // The first point has no step behind it.
-        let half = L::select(zero.lt(used), one / (used + used), zero);
-        let bends = ((steep.0 - slope.0) * half, (steep.1 - slope.1) * half);
-        curvature = select::<L>(accept, bends, curvature);
         slope = select::<L>(accept, steep, slope);
         let (dp, w) = workspace.pose.on(steep.0, steep.1);
         let speed = length(steep.1).max(length(w)).max(length(dp)).max(length(steep.0) / (one + length(base.0)));
@@ -157,9 +152,7 @@ pub fn press<L: VaryingPasses>(
         let restart = (accept | reject) & !arrived;
         target = L::select(restart, (tau + step).min(one), target);
         let ahead = target - tau;
-        let along =
-            |k: fn(&Load<L>) -> Vec3<L>| axpy(ahead * ahead, k(&curvature), axpy(ahead, k(&slope), k(&accepted)));
-        let predicted = (along(|load| load.0), along(|load| load.1));
+        let predicted = (accepted.0 + slope.0 * ahead, accepted.1 + slope.1 * ahead);
         base = select::<L>(restart, predicted, base);
         last_size = L::select(go_on, moved, narrowed(last_margin, true) * first_bound);
         corrections = L::select(go_on, corrections + one, zero);
