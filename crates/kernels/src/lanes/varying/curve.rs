@@ -104,6 +104,9 @@ impl<L: Lane> Metric<L> {
     }
 }
 
+/// A pass at a point near the curve.
+pub type SeenLoaded<L> = Seen<L, Loaded<L>, Metric<L>>;
+
 /// Newton's step and the tangent at a point, from the residual there, its derivatives by the load at the base and by the load fraction, and
 /// the row that a step leaves as it is. Returns the bordered matrix, too. C1, C2
 #[inline(always)]
@@ -112,7 +115,7 @@ pub fn newton_and_tangent<L: Lane>(
     (residual, matrix, by_lambda): ([L; 6], &Mat6<L>, [L; 6]),
     row: Loaded<L>,
     pose: &Mat6<L>,
-) -> (Seen<L, Loaded<L>, Metric<L>>, [[L; 7]; 7]) {
+) -> (SeenLoaded<L>, [[L; 7]; 7]) {
     let one = at.lambda.constant(1.0);
     let zero = one.constant(0.0);
     let (mut a, mut b) = ([[zero; 7]; 7], [[zero; 2]; 7]);
