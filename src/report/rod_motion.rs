@@ -35,7 +35,7 @@ pub struct RodMotion {
     pub seconds: f64,
     /// What makes the field vary.
     pub surroundings: Option<Surroundings>,
-    /// What the tip touches, or may touch.
+    /// The wall of the scene; `None`: it has none.
     pub wall: Option<DrawnWall>,
     /// Magnets that move, for each place of the rod.
     pub magnets: Vec<Vec<FieldSource>>,

@@ -91,7 +91,7 @@ pub struct RodShape {
     pub flux_density: Option<Vector>,
     /// What makes the field vary.
     pub surroundings: Option<Surroundings>,
-    /// What the tip touches, or may touch.
+    /// The wall of the scene; `None`: it has none.
     pub wall: Option<DrawnWall>,
     /// World frame (N).
     pub tip_force: Option<Vector>,

@@ -39,7 +39,7 @@ pub struct Cloud {
     pub rod: Option<Vec<Vector>>,
     /// What makes the field vary.
     pub surroundings: Option<Surroundings>,
-    /// What the tip touches, or may touch.
+    /// The wall of the scene; `None`: it has none.
     pub wall: Option<DrawnWall>,
 }
 

@@ -36,7 +36,7 @@ pub struct TipPath {
     pub order: bool,
     /// What makes the field vary.
     pub surroundings: Option<Surroundings>,
-    /// What the tip touches, or may touch.
+    /// The wall of the scene; `None`: it has none.
     pub wall: Option<DrawnWall>,
     /// Magnets that move, for each rod.
     pub magnets: Vec<Vec<FieldSource>>,

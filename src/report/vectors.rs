@@ -1,6 +1,7 @@
 //! Vectors in space.
 
 use crate::model::Vector;
+use std::f64::consts::TAU;
 
 pub(super) fn dot(a: Vector, b: Vector) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
@@ -48,6 +49,16 @@ pub(super) fn across(axis: Vector) -> [Vector; 2] {
     let side = cross(axis, helper);
     let side = scaled(side, 1.0);
     [side, cross(side, axis)]
+}
+
+/// So many points of a circle about a point, across an axis (m).
+pub(super) fn circle(count: usize, centre: Vector, axis: Vector, radius: f64) -> Vec<Vector> {
+    let [one, other] = across(axis);
+    let at = |k: usize| {
+        let (sin, cos) = (TAU * k as f64 / count as f64).sin_cos();
+        along(along(centre, radius * cos, one), radius * sin, other)
+    };
+    (0..count).map(at).collect()
 }
 
 /// Smallest and largest finite coordinates.

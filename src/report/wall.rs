@@ -6,7 +6,7 @@ use super::legend::Entry;
 use super::samples::{arrow_entry, force_words};
 use super::symbols::hull;
 use super::ticks::compact;
-use super::vectors::{across, along, bounds, cross, distance, dot, middle, minus, nonzero, norm, plus, scaled, widest};
+use super::vectors::{along, bounds, circle, cross, distance, dot, middle, minus, nonzero, norm, plus, scaled, widest};
 use super::views::View;
 use crate::model::{RodWall, Surface, Vector};
 use std::f64::consts::TAU;
@@ -30,7 +30,7 @@ const HATCHING: Stroke = Stroke { colour: DrawnWall::COLOUR, width: 0.5, dash: N
 pub struct DrawnWall {
     /// Where it is.
     pub wall: RodWall,
-    /// What it does to the tip; `None` where it does not press, and where several rods are drawn.
+    /// The force of the wall on the tip; `None` where it does not press, and where several rods are drawn.
     pub press: Option<WallPress>,
 }
 
@@ -48,9 +48,9 @@ pub struct WallPress {
 }
 
 impl DrawnWall {
-    /// Of walls.
+    /// Colour of a wall and of its hatching.
     pub const COLOUR: Colour = Colour::hex(0x8a5a44);
-    /// Of what a wall does to the tip.
+    /// Colour of the arrow and the cone of a contact force.
     pub const FORCE_COLOUR: Colour = Colour::hex(0x7b3294);
 
     /// Points that the limits of a figure should hold besides a rod with this tip and extent (m): the nearest point of the wall, and
@@ -127,13 +127,13 @@ impl<'a> WallScenery<'a> {
         let half = friction.atan();
         let axis = normal.map(|x| -x);
         let base = along(tip, length * half.cos(), axis);
-        let rim = circle(base, axis, length * half.sin()).into_iter().step_by(CORNERS / 60);
+        let rim = circle(CORNERS, base, axis, length * half.sin()).into_iter().step_by(CORNERS / 60);
         let outline = hull(rim.chain([tip]).map(|point| view.place(point)).collect());
         let (fill, rim) = (DrawnWall::FORCE_COLOUR.with_alpha(0.14), Stroke::new(DrawnWall::FORCE_COLOUR, 0.5));
         canvas.polygon(outline, Some(fill), Some(rim));
     }
 
-    /// Of the legend.
+    /// Entries of the legend for the wall, its force and its friction.
     pub(super) fn entries(&self) -> Vec<Entry> {
         let stiffness = match self.drawn.wall.kind.yields {
             true => format!(" of {} N/m", compact(1.0 / self.drawn.wall.compliance)),
@@ -200,14 +200,14 @@ impl<'a> WallScenery<'a> {
                 let at = along(q, dot(axis, minus(position, q)) / share, within);
                 vec![line(at, scaled(cross(axis, t), 1.0))]
             }
-            Surface::Sphere if half > 0.0 => vec![closed(circle(to_panel(position), t, half))],
+            Surface::Sphere if half > 0.0 => vec![closed(circle(CORNERS, to_panel(position), t, half))],
             Surface::Cylinder if slope.abs() < PARALLEL && half > 0.0 => {
                 let middle = to_panel(along(position, dot(axis, minus(q, position)), axis));
                 let side = scaled(cross(axis, t), half);
                 [plus(middle, side), minus(middle, side)].map(|at| line(at, axis)).into()
             }
             Surface::Cylinder if slope.abs() >= PARALLEL => {
-                let ring = circle(position, axis, radius);
+                let ring = circle(CORNERS, position, axis, radius);
                 vec![closed(ring.into_iter().map(|p| along(p, dot(t, minus(q, p)) / slope, axis)).collect())]
             }
             Surface::Sphere | Surface::Cylinder => Vec::new(),
@@ -242,26 +242,26 @@ impl<'a> WallScenery<'a> {
             Surface::Sphere => {
                 for k in 0..NET / 2 {
                     let angle = TAU * k as f64 / NET as f64;
-                    let meridian = circle(position, [angle.cos(), angle.sin(), 0.0], radius);
+                    let meridian = circle(CORNERS, position, [angle.cos(), angle.sin(), 0.0], radius);
                     self.draw_within(canvas, view, closed(meridian), net);
                 }
                 for k in 1..NET / 2 {
                     let (sin, cos) = (TAU * k as f64 / NET as f64).sin_cos();
                     let up = along(position, radius * cos, [0.0, 0.0, 1.0]);
-                    self.draw_within(canvas, view, closed(circle(up, [0.0, 0.0, 1.0], radius * sin)), net);
+                    self.draw_within(canvas, view, closed(circle(CORNERS, up, [0.0, 0.0, 1.0], radius * sin)), net);
                 }
             }
             Surface::Cylinder => {
                 let extent = widest(self.limits);
                 let middle = along(position, dot(axis, minus(self.through, position)), axis);
-                for point in circle(middle, axis, radius).into_iter().step_by(CORNERS / NET) {
+                for point in circle(CORNERS, middle, axis, radius).into_iter().step_by(CORNERS / NET) {
                     let line = [-2.0, 2.0].map(|by| along(point, by * extent, axis));
                     self.draw_within(canvas, view, evenly(&line, extent / 200.0), net);
                 }
                 let step = (0.5 * radius).max(0.1 * extent);
                 let count = (2.0 * extent / step) as i32;
                 for k in -count..=count {
-                    let ring = circle(along(middle, f64::from(k) * step, axis), axis, radius);
+                    let ring = circle(CORNERS, along(middle, f64::from(k) * step, axis), axis, radius);
                     self.draw_within(canvas, view, closed(ring), net);
                 }
             }
@@ -294,16 +294,6 @@ impl<'a> WallScenery<'a> {
             canvas.line(run.iter().map(|point| view.place(*point)).collect::<Vec<Point>>(), stroke);
         }
     }
-}
-
-/// Points of a circle about a point, across an axis (m).
-fn circle(centre: Vector, axis: Vector, radius: f64) -> Vec<Vector> {
-    let [one, other] = across(axis);
-    let at = |k: usize| {
-        let (sin, cos) = (TAU * k as f64 / CORNERS as f64).sin_cos();
-        along(along(centre, radius * cos, one), radius * sin, other)
-    };
-    (0..CORNERS).map(at).collect()
 }
 
 fn closed(mut points: Vec<Vector>) -> Vec<Vector> {

@@ -42,7 +42,7 @@ pub struct ControlArguments {
     /// What is commanded and its limits: coil.current=0.3 (both signs), or "insertion=85 mm..100 mm"
     #[arg(long = "input", value_name = "NAME=LIMITS")]
     pub input: Vec<String>,
-    /// What is controlled of x, y, z of the tip and its normal_force on the scene's wall; the rest is free [default: those given]
+    /// Controlled coordinates: x, y, z of the tip, normal_force on the scene's wall; the others are free [default: those given]
     #[arg(long, value_name = "x,y,z", value_delimiter = ',')]
     pub coordinates: Option<Vec<String>>,
     /// What may be left of a target, for example "0.1 um" [default: 10 nm]

@@ -3,7 +3,7 @@
 use super::super::canvas::{Canvas, Point, Stroke};
 use super::super::colour::Colour;
 use super::super::symbols::{arrow, hull};
-use super::super::vectors::{across, along, dot, nonzero, scaled};
+use super::super::vectors::{along, circle, dot, nonzero, scaled};
 use super::super::views::View;
 use super::sources::{Cylinder, FieldSource, GridBox, SourceBody, Surroundings};
 use crate::model::Vector;
@@ -23,16 +23,6 @@ pub(super) const RIM: Stroke = Stroke { colour: Colour::MUTED, width: 0.6, dash:
 pub(super) const CLEARANCE: Stroke = Stroke { colour: Colour::GREY, width: 0.5, dash: Some([2.0, 2.0]) };
 pub(super) const GRID: Stroke = Stroke { colour: Colour::GREEN, width: 0.6, dash: Some([5.0, 1.5]) };
 
-/// Points of a circle about a point, across an axis (m).
-fn circle(centre: Vector, axis: Vector, radius: f64) -> Vec<Vector> {
-    let [one, other] = across(axis);
-    let at = |k: usize| {
-        let (sin, cos) = (TAU * k as f64 / CORNERS as f64).sin_cos();
-        along(along(centre, radius * cos, one), radius * sin, other)
-    };
-    (0..CORNERS).map(at).collect()
-}
-
 /// The end of a cylinder that the reader sees, and the other.
 fn ends(cylinder: &Cylinder, position: Vector, view: &View) -> [Vector; 2] {
     let sign = if dot(cylinder.axis, view.toward) < 0.0 { -0.5 } else { 0.5 };
@@ -51,7 +41,7 @@ pub(super) fn outline(source: &FieldSource, view: &View) -> Vec<Point> {
         }
         SourceBody::Cylinder(cylinder) | SourceBody::Coil(cylinder) => {
             let ends = ends(cylinder, source.position, view);
-            let rims = ends.into_iter().flat_map(|end| circle(end, cylinder.axis, 0.5 * cylinder.diameter));
+            let rims = ends.into_iter().flat_map(|end| circle(CORNERS, end, cylinder.axis, 0.5 * cylinder.diameter));
             hull(rims.map(|point| view.place(point)).collect())
         }
     }
@@ -79,7 +69,7 @@ pub(super) fn even_outline(source: &FieldSource, view: &View) -> Vec<Point> {
 pub(super) fn front(source: &FieldSource, view: &View, share: f64) -> Option<Vec<Point>> {
     let (SourceBody::Cylinder(cylinder) | SourceBody::Coil(cylinder)) = &source.body else { return None };
     let [front, _] = ends(cylinder, source.position, view);
-    let rim = circle(front, cylinder.axis, 0.5 * share * cylinder.diameter);
+    let rim = circle(CORNERS, front, cylinder.axis, 0.5 * share * cylinder.diameter);
     let is_open = dot(cylinder.axis, view.toward).abs() > 0.02;
     is_open.then(|| rim.into_iter().map(|point| view.place(point)).collect())
 }

@@ -332,8 +332,8 @@ impl Plan {
         Plan { segments, options, forward: forward.unwrap_or(self.forward), ..self.clone() }
     }
 
-    /// The same rods for kernels that leave the wall out, where without it no force at the base is unknown. Batches and columns are those of
-    /// this plan, so the scene keeps its wall.
+    /// A plan of the same rods without the wall; `None` where the force at the base stays unknown without it. It takes the batches of this
+    /// plan and fills the same columns, so its scene keeps the wall.
     pub fn without_wall(&self) -> Option<Plan> {
         let scene = Scene { wall: None, ..self.scene.clone() };
         if !self.terms.wall || scene.has_unknown_force() || self.start.is_some() || self.first_beyond_rigid().is_some()

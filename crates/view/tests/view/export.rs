@@ -23,7 +23,7 @@ fn part<'a>(page: &'a str, id: &str) -> &'a str {
     &page[start..start + page[start..].find("</script>").expect("its end")]
 }
 
-/// What an exported page knows.
+/// The data that an exported page carries.
 pub fn data(of: &Path) -> Value {
     serde_json::from_str(part(&exported(of).0, "data")).expect("JSON")
 }

@@ -24,7 +24,7 @@ struct Pressed<'a, L: Lane> {
     wall: Wall<L>,
     /// The shift of the wall where it begins.
     way: Vec3<L>,
-    /// Of the last pass: the contact rows, and those bordered by its row.
+    /// Derivative of the boundary conditions by the load at the base at the last pass, and the same bordered by the row of the curve.
     rows: Mat6<L>,
     matrix: [[L; 7]; 7],
     /// Lanes in which the wall comes nearer along the curve there.
