@@ -21,7 +21,7 @@ const FLOOR: f64 = 1e-4;
 const NET: u64 = 16;
 const NET_SEED: u64 = 0xc027;
 /// Neighbours whose inputs are tried at a point.
-const STARTS: usize = 3;
+const STARTS: usize = 2;
 /// First step of a search that begins from the inputs of a neighbour, over half the range.
 const NEAR: f64 = 0.25;
 /// How often neighbours start each other again, and by what share their force must be better.

@@ -16,6 +16,8 @@ use std::ops::Range;
 /// Samples that choose the number of steps.
 const PILOT_SAMPLES: u64 = 64;
 const PILOT_SEED: u64 = 0x9170;
+/// Held rods bend more than the free ones of the pilot.
+const LEAST_STEPS: usize = 6;
 
 /// A tip held at a point of the wall.
 #[derive(Clone, Copy, Debug)]
@@ -71,7 +73,8 @@ impl HeldRod {
             let batch = plan.batch(net.len(), |row, values| {
                 net.get(row).into_iter().for_each(|at| write(inputs, at, values));
             });
-            options = choose_steps_for(&plan, &batch, &cpu_f64)?.options(&plan);
+            let chosen = choose_steps_for(&plan, &batch, &cpu_f64)?.options(&plan);
+            options = PlanOptions { steps: chosen.steps.max(LEAST_STEPS), ..chosen };
         }
         let mut held = scene.clone();
         if let Some(wall) = &mut held.wall {

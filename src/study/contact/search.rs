@@ -8,11 +8,13 @@ use std::f64::consts::TAU;
 
 /// Sides of the polygon around the cone of friction, and cuts that one step may add where it leaves the cone.
 const SIDES: usize = 12;
-const MOST_CUTS: usize = 3;
-/// What of a cone's side, over the unit of force, a step may leave before it is cut.
-const CUT: f64 = 1e-5;
+const MOST_CUTS: usize = 8;
+/// How far a step may leave the cone before that is cut, over the cone's radius: less than searches aim inside of it.
+const CUT: f64 = 2e-5;
+/// A cone's radius, over the unit of force, below which round-off decides.
+const ROUND_OFF: f64 = 1e-5;
 /// Searches aim within their bounds by this share, so that rows end inside of them.
-const INSIDE: f64 = 1e-5;
+const INSIDE: f64 = 5e-5;
 /// How near a demanded normal force must be, as a share of it.
 const EXACT: f64 = 1e-4;
 /// A step that promises less, as a share of the normal force, is the last; forces below the least, over the unit, count as that.
@@ -25,8 +27,10 @@ const SMALLEST: f64 = 1e-3;
 const WEIGHT: f64 = 10.0;
 const MOST_WEIGHT: f64 = 1e4;
 const HEAVIER: f64 = 10.0;
+/// The same while no row holds yet.
+const FIRST_WEIGHT: f64 = 1e3;
 /// Rows of one search, at most.
-const MOST_ROWS: usize = 30;
+const MOST_ROWS: usize = 60;
 
 /// What is looked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -148,7 +152,7 @@ impl Search {
             blocked: None,
             next: None,
             radius: radius.unwrap_or(FIRST),
-            weight: WEIGHT,
+            weight: if rules.holds(&row) { WEIGHT } else { FIRST_WEIGHT },
             margin_rates: [0.0; MOST_INPUTS],
             promised: 0.0,
             rows: 0,
@@ -165,11 +169,14 @@ impl Search {
         let size = step.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
         if row.status.is_success() {
             self.learn(&step, row.margin - self.row.margin);
+            let gained = rules.merit(&self.row, self.weight) - rules.merit(&row, self.weight);
             let is_best = self.best.as_ref().is_none_or(|(_, best)| rules.is_better(&row, best));
             if rules.holds(&row) && is_best {
+                if self.best.is_none() {
+                    self.weight = WEIGHT;
+                }
                 self.best = Some((next, row));
             }
-            let gained = rules.merit(&self.row, self.weight) - rules.merit(&row, self.weight);
             let kept = gained / self.promised;
             if kept > 0.1 {
                 (self.at, self.row, self.blocked) = (next, row, None);
@@ -193,7 +200,6 @@ impl Search {
     /// The next step, if one is worth its row.
     fn propose(&mut self, rules: &Rules) {
         loop {
-            let violation = rules.violation_of(&self.row);
             if self.radius >= SMALLEST
                 && let Some((step, promised)) = self.step(rules)
             {
@@ -204,11 +210,11 @@ impl Search {
                     return;
                 }
             }
-            // Out of a bound still: it has to weigh more.
-            if violation <= 0.5 * INSIDE || self.weight >= MOST_WEIGHT || self.best.is_some() && self.blocked.is_some()
-            {
+            let is_over = self.weight >= MOST_WEIGHT || self.best.is_some() && self.blocked.is_some();
+            if rules.holds(&self.row) || is_over {
                 return;
             }
+            // Out of a bound still: it has to weigh more.
             self.weight *= HEAVIER;
             self.radius = self.radius.max(0.05);
         }
@@ -281,7 +287,8 @@ impl Search {
                 true => friction - x[bound],
                 false => rules.out_of_cone(force * unit, friction * unit) - x[elastic],
             };
-            if out > CUT && cuts < MOST_CUTS {
+            let radius = if is_ratio { x[bound] } else { rules.friction * force };
+            if out > CUT * radius.abs().max(ROUND_OFF) && cuts < MOST_CUTS {
                 programme.rows.push(side(along[1].atan2(along[0])));
                 continue;
             }
