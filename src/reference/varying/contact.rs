@@ -126,11 +126,6 @@ impl Contact {
         }
     }
 
-    /// A gap that counts as none: as far as the tissue yields. Of a held tip the anchor tells it.
-    pub(super) fn yielded(&self, strength: &DVector<f64>) -> f64 {
-        if self.sticks() { 0.0 } else { self.compliance() * strength[0] }
-    }
-
     /// Whether another part of the rod than its tip is in the wall.
     pub(super) fn is_through(body_gap: f64) -> bool {
         body_gap < -IN_THE_WALL

@@ -151,17 +151,15 @@ fn touched(
     let p = found.passage.tip.p;
     let Gap { g, n, .. } = contact.gap(p);
     let f = found.touch.as_ref().map_or(Vector3::zeros(), |touch| touch.force(p));
-    let yielded = found.touch.as_ref().map_or(0.0, |touch| contact.yielded(&touch.strength));
     let least = body_gap::least_gap(loaded, contact, &found.base, integrator).unwrap_or(f64::NAN);
-    // A tip that slides is on the wall, to the last digit or not.
-    let of_tip = if found.touch.is_some() && !contact.sticks() { 0.0 } else { g };
     TipContact {
         touching: found.touch.is_some(),
         gap: g * units.length,
         normal: n.into(),
         normal_force: f.dot(&n) * units.force,
         force: SI(f, units.force),
-        body_gap: of_tip.min(least + yielded) * units.length,
+        // The wall stands where the tissue has yielded to the tip.
+        body_gap: (if least > g { g } else { least } + (-g).max(0.0)) * units.length,
         force_error: force_error(found, f) * units.force,
     }
 }

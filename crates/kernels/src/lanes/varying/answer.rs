@@ -198,7 +198,7 @@ fn write<L: VaryingPasses>(
     lost = L::select(end.too_near, code(one, Status::TooNearMagnet), lost);
     let mut body_gap = one.constant(0.0);
     if let Some(wall) = wall {
-        body_gap = wall.body_gap(rod, &check.tip);
+        body_gap = wall.body_gap(&check.tip);
         let through = body_gap.lt(one.constant(-THROUGH_WALL)) & stable & converged & clear;
         status = L::select(through, code(one, Status::ThroughWall), status);
     }

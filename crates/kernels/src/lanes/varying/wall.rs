@@ -360,16 +360,12 @@ impl<L: Lane> Wall<L> {
         }
     }
 
-    /// Least gap of the rod after a pass that has watched it, what tissue yields under a sliding tip aside; that of the tip, where
-    /// no part of the rod is before the wall.
+    /// Least gap of the rod after a pass that has watched it, behind a wall that tissue yields to its tip; that of the tip, where no
+    /// part of the rod is before the wall.
     #[inline(always)]
-    pub fn body_gap(&self, rod: &Rod<L>, tip: &State<L>) -> L {
-        let Near { gap, normal, .. } = self.near(tip.p);
-        let least = L::select(self.seen, self.body_gap, gap);
-        if self.kind.sticks {
-            return least;
-        }
-        let force = dot(normal, self.force(rod, tip));
-        L::select(self.touching, self.compliance * force, gap.constant(0.0)) + least
+    pub fn body_gap(&self, tip: &State<L>) -> L {
+        let gap = self.near(tip.p).gap;
+        let zero = gap.constant(0.0);
+        L::select(self.seen, self.body_gap, gap) - L::select(gap.lt(zero), gap, zero)
     }
 }
