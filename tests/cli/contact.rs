@@ -64,6 +64,14 @@ fn a_map_is_written_and_told() {
     for name in ["force.png", "force.svg", "angle.png"] {
         assert!(fs::metadata(sandbox.path("out").join(name)).unwrap().len() > 500, "{name}");
     }
+    let uncertain = "[[uncertain]]\nparameter = \"wire.stiffness.bending\"\nrelative = \"10 %\"\n";
+    sandbox.write("uncertain.toml", &format!("{uncertain}{SWEEP}"));
+    let arguments =
+        ["contact", "uncertain.toml", "--extent", "3mm", "--robust", "--designs", "4", "--out", "robust", "--json"];
+    let account = json(&sandbox.ok(&arguments).stdout);
+    assert_eq!(account["robust"]["designs"], 4);
+    let table = read_parquet_table(&sandbox.path("robust/contact.parquet")).unwrap();
+    assert!(table.column("hold.probability").is_some() && sandbox.path("robust/robust_designs.csv").exists());
     let arguments = ["contact", "wall.toml", "--extent", "1mm", "--force", "0.1mN", "--out", "mu", "--json"];
     let account = json(&sandbox.ok(&arguments).stdout);
     assert_eq!(account["force"], 1e-4);
@@ -74,11 +82,12 @@ fn a_map_is_written_and_told() {
 fn mistakes_name_their_remedy() {
     let sandbox = sandbox();
     sandbox.write("slick.toml", &SWEEP.replace("friction = 0.1\n", ""));
-    let cases: [(&[&str], &str); 6] = [
+    let cases: [(&[&str], &str); 7] = [
         (&["contact", "sweep.toml"], "[wall]"),
         (&["contact", "slick.toml"], "`--force"),
         (&["contact", "wall.toml", "--voxel", "1um"], "--voxel"),
         (&["contact", "wall.toml", "--force", "1mm"], "--force"),
+        (&["contact", "wall.toml", "--extent", "1mm", "--robust"], "[[uncertain]]"),
         (&["contact", "wall.toml", "--minimum-margin", "1.5"], "--minimum-margin"),
         (&["contact", "wall.toml", "--backend", "gpu"], "walls are for the CPU"),
     ];

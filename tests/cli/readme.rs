@@ -95,6 +95,7 @@ fn small(call: &[String]) -> Vec<&'static str> {
         "run" => vec!["--limit", SAMPLES],
         "workspace" if has("--robust") => vec!["--voxel", "12mm", "--no-figures"],
         "workspace" => vec!["--voxel", "8mm", "--no-figures"],
+        "contact" if has("--robust") => vec!["--voxel", "8mm", "--designs", "4", "--no-figures"],
         "contact" => vec!["--voxel", "8mm", "--no-figures"],
         // Else it would wait for windows.
         "view" if !has("--export") => vec!["--help"],
@@ -208,9 +209,6 @@ fn every_command_runs() {
         if commands.iter().any(|command| command.contains("--replay")) {
             desk.write("circle_01_new.csv", "coil.current.x,coil.current.y,coil.current.z\n0,0,0\n0.1,0,0\n0,0,0.1\n");
             desk.write("observed.csv", "point,x,y,z\n0,-1 mm,-3 mm,94 mm\n1,1 mm,-2 mm,94 mm\n2,-5 mm,20 mm,90 mm\n");
-        }
-        if commands.iter().any(|command| command.contains("contact wall.toml")) {
-            desk.write("wall.toml", &blocks(&read(&page), "toml")[0]);
         }
         for command in commands {
             match arguments(&command) {

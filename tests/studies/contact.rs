@@ -3,10 +3,11 @@
 use rodsweep::backend::{Backend, Precision};
 use rodsweep::lanes::Lanes;
 use rodsweep::model::{
-    Axis, ContactColumn, Parameter, Plan, PlanOptions, Quantity, Solutions, TipOnWall, Vector, WallParameter,
+    Axis, ContactColumn, Parameter, Plan, PlanOptions, Quantity, Solutions, TipOnWall, Vector, WallParameter, WallShape,
 };
 use rodsweep::spec::SweepSpec;
 use rodsweep::study::contact::{Answer, Cause, ContactError, ContactJob, ContactMap};
+use rodsweep::study::workspace::draw_designs;
 
 const SAMPLING: &str = "[sampling]\nmethod = \"sobol\"\nsamples = 16\n";
 
@@ -46,6 +47,16 @@ fn p6(friction: &str) -> SweepSpec {
          [[scene.segment]]\nname = \"distal\"\nkind = \"flexible\"\nlength = \"18.5 mm\"\n{tube}"
     );
     spec(&format!("{SAMPLING}{currents}[scene]\nname = \"P6\"\n{scene}"))
+}
+
+/// P6 beside a wall across its plane of bending, with three currents.
+fn p6_beside(tissue: &str) -> SweepSpec {
+    let text = p6(&format!("friction = 0.3\n{tissue}")).to_toml();
+    let mut spec = spec(&text);
+    let wall = spec.scene.wall.as_mut().expect("a wall");
+    wall.position = [0.0, -0.03, 0.0];
+    wall.shape = WallShape::Plane { normal: [0.0, 1.0, 0.0] };
+    spec
 }
 
 /// The rod held at points by inputs, as a plan of its own.
@@ -137,10 +148,15 @@ fn a_wire_that_is_pushed_aside_presses_as_a_cantilever() {
     assert!(check_answers(&map) >= 2);
 }
 
-/// The best of a grid over three inputs that is refined about its best row; `value` is larger where better.
-fn brute_force(map: &ContactMap, at: usize, value: &dyn Fn(f64, f64) -> Option<f64>) -> f64 {
+/// The best of a grid over three inputs, so many on a side, that is refined about its best row; `value` is larger where better.
+fn brute_force(
+    map: &ContactMap,
+    at: usize,
+    (first, fine): (usize, usize),
+    value: &dyn Fn(f64, f64) -> Option<f64>,
+) -> f64 {
     let mut held = Held::new(map);
-    let (mut middle, mut half, mut side) = ([0.0; 3], 1.0, 31);
+    let (mut middle, mut half, mut side) = ([0.0; 3], 1.0, first);
     let mut best = f64::NEG_INFINITY;
     for _ in 0..9 {
         let step = |k: usize, of: usize| -half + 2.0 * half * k as f64 / (of - 1) as f64;
@@ -158,7 +174,7 @@ fn brute_force(map: &ContactMap, at: usize, value: &dyn Fn(f64, f64) -> Option<f
             middle = scaled(row);
         }
         half *= 0.4;
-        side = 15;
+        side = fine;
     }
     best
 }
@@ -171,13 +187,55 @@ fn no_grid_of_inputs_finds_more() {
     for at in along {
         let point = map.points[at];
         let holds = |force: f64, along: f64| force > 0.0 && along <= 0.3 * force;
-        let most = brute_force(&map, at, &|force, along| holds(force, along).then_some(force));
+        let most = brute_force(&map, at, (31, 15), &|force, along| holds(force, along).then_some(force));
         let found = point.most.expect("a force").force;
         assert!((found / most - 1.0).abs() < 1e-3, "point {at}: {found} N, a grid finds {most} N");
-        let least = -brute_force(&map, at, &|force, along| holds(force, along).then_some(-force));
+        let least = -brute_force(&map, at, (31, 15), &|force, along| holds(force, along).then_some(-force));
         let found = point.least.expect("a force").force;
         assert!((found / least - 1.0).abs() < 1e-3, "point {at}: {found} N, a grid finds {least} N");
     }
+}
+
+#[test]
+fn no_grid_of_currents_finds_more_beside_a_wall() {
+    for tissue in ["", "stiffness = \"120 N/m\""] {
+        let map = ContactJob::of_sweep(&p6_beside(tissue)).extent(Some(15e-3)).spacing(3e-3).run().expect("a map");
+        let reached: Vec<usize> = map.reached().map(|(at, _)| at).collect();
+        assert!(reached.len() > 8, "{}", reached.len());
+        assert!(check_answers(&map) > 16);
+        for at in [reached[reached.len() / 4], reached[3 * reached.len() / 4]] {
+            let holds = |force: f64, along: f64| force > 0.0 && along <= 0.3 * force;
+            let most = brute_force(&map, at, (15, 7), &|force, along| holds(force, along).then_some(force));
+            let found = map.points[at].most.expect("a force").force;
+            assert!(found > most * (1.0 - 1e-3), "point {at}: {found} N, a grid finds {most} N");
+            let least = -brute_force(&map, at, (15, 7), &|force, along| holds(force, along).then_some(-force));
+            let found = map.points[at].least.expect("a force").force;
+            assert!(found < least * (1.0 + 1e-3), "point {at}: {found} N, a grid finds {least} N");
+        }
+    }
+}
+
+#[test]
+fn designs_hold_where_their_own_maps_say() {
+    let uncertain = "[[uncertain]]\nparameter = \"wall.friction\"\nfrom = 0.1\nto = 0.4\n";
+    let sweep = spec(&format!("{uncertain}{}", p6_beside("stiffness = \"120 N/m\"").to_toml()));
+    let of = |sweep| ContactJob::of_sweep(sweep).extent(Some(12e-3)).spacing(4e-3);
+    let map = of(&sweep).run().expect("a map");
+    let count = 4;
+    let robust = of(&sweep).robust(&map, count).expect("designs");
+    let drawn = draw_designs(&sweep, &map.scene, count, sweep.workspace.seed).expect("designs");
+    let mut expected = vec![0u32; map.points.len()];
+    for ((values, scene), design) in drawn.into_iter().zip(&robust.designs) {
+        assert_eq!(values, design.values);
+        let sweep = SweepSpec { scene, ..sweep.clone() };
+        let own = of(&sweep).run().expect("a map");
+        own.reached().for_each(|(at, _)| expected[at] += 1);
+    }
+    let differ: u32 = expected.iter().zip(&robust.counts).map(|(a, b)| a.abs_diff(*b)).sum();
+    assert!(differ * 20 <= (count * map.points.len()) as u32, "{differ}: {expected:?}, {:?}", robust.counts);
+    assert!(robust.counts.contains(&(count as u32)) && robust.counts.contains(&0));
+    let table = map.table(Some(&robust));
+    assert!(table.column("hold.probability").is_some() && table.row_count() == map.points.len());
 }
 
 #[test]
@@ -213,9 +271,9 @@ fn causes_are_told_and_mistakes_refused() {
     let map = ContactJob::of_sweep(&spec).spacing(16e-3).run().expect("a map");
     assert!(map.points.iter().any(|point| point.cause == Cause::Reached));
     assert!(map.points.iter().any(|point| point.cause != Cause::Reached));
-    let account = map.account();
+    let account = map.account(None);
     assert_eq!(account.causes.iter().map(|(_, count)| count).sum::<usize>(), map.points.len());
-    assert_eq!(map.table().row_count(), map.points.len());
+    assert_eq!(map.table(None).row_count(), map.points.len());
     let strict = ContactJob::of_sweep(&spec).spacing(16e-3).minimum_margin(0.9).run().expect("a map");
     assert!(strict.area() <= map.area());
     assert!(strict.reached().all(|(_, answer)| answer.margin >= 0.9));

@@ -79,9 +79,26 @@ pub enum ContactError {
         /// Length of the rod and travel of its base (m).
         reach: f64,
     },
+    /// Designs are asked for beside a force.
+    #[error("a share of designs is told of the range of forces: ask for designs without a force")]
+    RobustForce,
     /// The caller wanted it ended.
     #[error("interrupted; nothing was written")]
     Interrupted,
+}
+
+impl ContactError {
+    /// The option that is to be changed, where it is one.
+    pub fn option(&self) -> Option<&'static str> {
+        match self {
+            ContactError::Spacing(_) | ContactError::TooManyPoints { .. } => Some("voxel"),
+            ContactError::Extent(_) => Some("extent"),
+            ContactError::Force(_) => Some("force"),
+            ContactError::Margin(_) => Some("minimum_margin"),
+            ContactError::RobustForce => Some("designs"),
+            _ => None,
+        }
+    }
 }
 
 impl From<WorkspaceError> for ContactError {

@@ -1,6 +1,7 @@
 //! What a tip can press where: answers point by point, and their account.
 
 use super::lattice::WallLattice;
+use super::robust::{RobustAccount, RobustContact};
 use crate::model::Scene;
 use crate::report::count;
 use crate::spec::SolutionMethod;
@@ -146,6 +147,8 @@ pub struct ContactAccount {
     pub friction: Option<f64>,
     /// Share of the area on which the wall's own coefficient suffices for the given force.
     pub held_share: Option<f64>,
+    /// What uncertain designs have in common.
+    pub robust: Option<RobustAccount>,
     /// Least margin that counts.
     pub minimum_margin: f64,
     /// Distance of neighbouring points (m).
@@ -186,8 +189,8 @@ impl ContactMap {
         self.inputs.iter().zip(answer.inputs).map(|(input, t)| input.value(t)).collect()
     }
 
-    /// One row a point: place, normal, `reached`, `cause`, forces, inputs of each, friction, angle, margin.
-    pub fn table(&self) -> Table {
+    /// One row a point: place, normal, `reached`, `cause`, forces, inputs of each, friction, angle, margin, and what designs say.
+    pub fn table(&self, robust: Option<&RobustContact>) -> Table {
         let mut columns = Columns::default();
         columns.vectors("point", "m", &self.lattice.points);
         columns.vectors("normal", "", &self.lattice.normals);
@@ -218,11 +221,13 @@ impl ContactMap {
                 put(name, unit, false, &value);
             }
         }
-        columns.finish()
+        let mut table = columns.finish();
+        table.columns.extend(robust.into_iter().flat_map(RobustContact::columns));
+        table
     }
 
     /// Its account.
-    pub fn account(&self) -> ContactAccount {
+    pub fn account(&self, robust: Option<&RobustContact>) -> ContactAccount {
         let all: f64 = self.lattice.areas.iter().sum();
         let key = |answer: &Answer| if self.force.is_some() { -answer.ratio } else { answer.force };
         let best = self.reached().max_by(|(_, a), (_, b)| key(a).total_cmp(&key(b)));
@@ -246,6 +251,7 @@ impl ContactMap {
             best,
             force: self.force,
             friction: self.friction,
+            robust: robust.map(|robust| robust.account(self)),
             held_share: self.friction.filter(|_| self.force.is_some()).map(held),
             minimum_margin: self.minimum_margin,
             voxel: self.lattice.spacing,
@@ -317,6 +323,7 @@ impl ContactAccount {
             let inputs = inputs.join(", ");
             lines.push(format!("{which}: margin {:.3}, friction {:.3}; {inputs}", best.margin, best.ratio));
         }
+        lines.extend(self.robust.as_ref().map(RobustAccount::text));
         lines.push(format!("{} equilibria in {:.1} s on {}", count(self.solves), self.seconds, self.engine));
         lines.join("\n")
     }

@@ -25,6 +25,8 @@ pub(super) struct Row {
     pub status: Status,
     /// Of rod and wall together.
     pub margin: f64,
+    /// Of the wall where the tip is.
+    pub normal: Vector,
     /// Along the normal (N).
     pub normal_force: f64,
     /// Along the wall, in two directions across the normal (N).
@@ -33,6 +35,8 @@ pub(super) struct Row {
     pub angle: f64,
     /// Of the normal force and of both others by each input over half its range (N).
     pub rates: [[f64; 3]; MOST_INPUTS],
+    /// The same by the place where the tip is held (N/m).
+    pub drift: [[f64; 3]; 3],
 }
 
 impl Row {
@@ -81,7 +85,8 @@ impl HeldRod {
             wall.tip = TipOnWall::Sticks(wall.position);
         }
         axes.extend(Axis::ALL.map(|axis| vec![Parameter::Wall(WallParameter::Anchor(axis))]));
-        let plan = Plan::new(&held, &axes, &driven, options)?;
+        let by: Vec<Parameter> = axes.iter().flatten().copied().collect();
+        let plan = Plan::new(&held, &axes, &by, options)?;
         let rest = engine.make(&plan)?;
         let mut first = 0;
         let of_input = |input: &WorkspaceInput| {
@@ -151,22 +156,28 @@ impl HeldTable {
         let normal = solutions.contact_vector(row, ContactColumn::Normal);
         let across = across(normal);
         let project = |v: Vector| across.map(|t| dot(t, v));
+        let rate = |derivative: usize| {
+            let [along_normal, x, y, z] = solutions.force_derivative(row, derivative);
+            let [a, b] = project([x, y, z]);
+            [along_normal, a, b]
+        };
         let mut rates = [[0.0; 3]; MOST_INPUTS];
         for ((to, input), derivatives) in rates.iter_mut().zip(&self.inputs).zip(&self.derivatives) {
-            for (derivative, rate) in derivatives.clone().zip(&input.rates) {
-                let [along_normal, x, y, z] = solutions.force_derivative(row, derivative);
-                let [a, b] = project([x, y, z]);
-                let factor = rate * input.half_range();
-                [along_normal, a, b].iter().zip(to.iter_mut()).for_each(|(from, to)| *to += factor * from);
+            for (derivative, by) in derivatives.clone().zip(&input.rates) {
+                let factor = by * input.half_range();
+                rate(derivative).iter().zip(to.iter_mut()).for_each(|(from, to)| *to += factor * from);
             }
         }
+        let driven = self.derivatives.last().map_or(0, |own| own.end);
         Row {
             status: solutions.status(row),
             margin: solutions.get(row, Quantity::StabilityMargin),
+            normal,
             normal_force: solutions.contact(row, ContactColumn::NormalForce),
             along: project(solutions.contact_vector(row, ContactColumn::Force)),
             angle: angle(normal, solutions.vector(row, Quantity::TipTangent)),
             rates,
+            drift: std::array::from_fn(|axis| rate(driven + axis)),
         }
     }
 }
