@@ -15,8 +15,8 @@ use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-/// Points of one map, at most.
-const MOST_POINTS: f64 = 1e6;
+/// Points of one map, at most: searches keep some 30 kB for each.
+const MOST_POINTS: f64 = 1e5;
 /// Normal forces below this share of EI/L² count as none.
 const FLOOR: f64 = 1e-4;
 /// Coarse lattices up to so many points, and points without neighbours, are tried at the middle of all limits and at a net.

@@ -1,4 +1,4 @@
-//! A search for the inputs of one point: each step is the answer of a linear programme on the last row.
+//! A search for the inputs of one point: each step is the best of a model of the last row, with second derivatives learned on the way.
 
 use super::programme::Programme;
 use super::rows::{Row, across, dot};
@@ -23,21 +23,23 @@ const EXACT: f64 = 1e-4;
 const PROMISE: f64 = 3e-4;
 const LEAST_FORCE: f64 = 0.05;
 /// Step over half the range of an input at which a search ends.
-const SMALLEST: f64 = 1e-3;
+const SMALLEST: f64 = 2e-4;
 /// Weight of the largest violation, at first, at last, and by how much it grows.
 const WEIGHT: f64 = 3.0;
 const MOST_WEIGHT: f64 = 1e4;
 const HEAVIER: f64 = 10.0;
 /// The same while no row holds yet.
 const FIRST_WEIGHT: f64 = 1e3;
-/// Rows of one search, at most.
-const MOST_ROWS: usize = 24;
+/// Rows of one search, at most: with an answer, and without one.
+const MOST_ROWS: usize = 50;
+const MOST_WITHOUT: usize = 24;
 /// Steps that lead to no equilibrium, at most, one after the other.
 const MOST_LOST: usize = 8;
 /// How near a step may come to the end of equilibria, over how near it was.
 const NEAREST: f64 = 0.4;
-/// Steps that take less than this share of the violation away, at most, one after the other.
+/// A forecast that violates its bounds by less, as a share of the force, may lead within them.
 const NEARLY: f64 = 0.03;
+/// Steps that take less than this share of the violation away, at most, one after the other.
 const TOO_SLOW: f64 = 0.04;
 const MOST_SLOW: usize = 4;
 
@@ -416,7 +418,7 @@ impl Search {
                 self.radius = if kept < -1.0 { 0.3 } else { 0.5 } * size;
             }
         }
-        if self.rows < MOST_ROWS
+        if self.rows < if self.best.is_some() { MOST_ROWS } else { MOST_WITHOUT }
             && self.lost < MOST_LOST
             && self.slow < MOST_SLOW
             && !(rules.is_any_enough && self.best.is_some())
