@@ -17,6 +17,9 @@ const ROUND_OFF: f64 = 1e-5;
 /// How far within their bounds searches aim, as a share, so that rows end inside of them: for the best answer, and for any.
 pub(super) const INSIDE: f64 = 5e-5;
 pub(super) const WELL_INSIDE: f64 = 0.02;
+/// The same next to the apex of the cone, over the least normal force that counts: above it, and the apex of the cone within.
+const ABOVE: f64 = 1.1;
+const APEX: f64 = 0.05;
 /// How near a demanded normal force must be, as a share of it.
 const EXACT: f64 = 1e-4;
 /// A step that promises less, as a share of the normal force, is the last; forces below the least, over the unit, count as that.
@@ -86,13 +89,13 @@ impl Rules {
     fn violation(&self, normal_force: f64, friction: f64, margin: f64) -> f64 {
         let force = match self.aim {
             Aim::Ratio(force) => (normal_force - force).abs() / self.unit,
-            _ => self.out_of_cone(normal_force, friction).max((self.floor - normal_force) / self.unit),
+            _ => self.out_of_cone(normal_force, friction).max((ABOVE * self.floor - normal_force) / self.unit),
         };
         force.max(self.minimum_margin + INSIDE - margin).max(0.0)
     }
 
     fn out_of_cone(&self, normal_force: f64, friction: f64) -> f64 {
-        (friction - (1.0 - self.inside) * self.friction * normal_force) / self.unit
+        (friction - self.friction * ((1.0 - self.inside) * normal_force - APEX * self.floor)) / self.unit
     }
 
     fn violation_of(&self, row: &Row) -> f64 {
@@ -538,7 +541,7 @@ fn step(rules: &Rules, model: &Model, at: &Inputs, box_of: &[(f64, f64); MOST_IN
         let friction = (1.0 - rules.inside) * rules.friction;
         (0..count).for_each(|k| side[k] = own(k) - friction * rate(k, 0));
         side[elastic] = -1.0;
-        (side, friction * force - along)
+        (side, friction * force - along - rules.friction * APEX * rules.floor / unit)
     };
     let now_at = along[1].atan2(along[0]);
     rows.extend((0..SIDES).map(|k| side(now_at + k as f64 * TAU / SIDES as f64)));
@@ -552,7 +555,7 @@ fn step(rules: &Rules, model: &Model, at: &Inputs, box_of: &[(f64, f64); MOST_IN
             keep(&|k| rate(k, 0), wanted / unit - force);
             keep(&|k| -rate(k, 0), force - wanted / unit);
         }
-        _ => keep(&|k| -rate(k, 0), force - (1.0 + INSIDE) * rules.floor / unit),
+        _ => keep(&|k| -rate(k, 0), force - ABOVE * rules.floor / unit),
     }
     keep(&|k| -model.learned.margin_rates[k], model.square - (rules.minimum_margin + INSIDE).powi(2));
     let mut apart: Vec<f64> = (0..count).map(|k| -model.edge.rates[k]).collect();
