@@ -154,7 +154,7 @@ impl Learned {
     /// From two rows a step apart.
     fn learn(&mut self, rules: &Rules, step: &Inputs, (from, to): (&Row, &Row)) {
         let square: f64 = step.iter().map(|x| x * x).sum();
-        if !(square > 0.0) {
+        if square == 0.0 {
             return;
         }
         self.learn_margin(step, squared(to.margin) - squared(from.margin));
@@ -165,9 +165,9 @@ impl Learned {
                 seen - (0..count).map(|j| curve[k][j] * step[j]).sum::<f64>()
             });
             let along = left.iter().zip(step).map(|(a, b)| a * b).sum::<f64>() / square;
-            for k in 0..count {
-                for j in 0..count {
-                    curve[k][j] += (left[k] * step[j] + step[k] * left[j] - along * step[k] * step[j]) / square;
+            for (k, rates) in curve.iter_mut().enumerate().take(count) {
+                for (j, rate) in rates.iter_mut().enumerate().take(count) {
+                    *rate += (left[k] * step[j] + step[k] * left[j] - along * step[k] * step[j]) / square;
                 }
             }
         }
@@ -238,9 +238,8 @@ impl Model {
     /// The same about inputs a step away.
     fn after(&self, count: usize, step: &Inputs) -> Model {
         let mut to = *self;
-        for of in 0..3 {
-            let bend: Inputs =
-                std::array::from_fn(|k| (0..count).map(|j| self.learned.curves[of][k][j] * step[j]).sum());
+        for (of, curve) in self.learned.curves.iter().enumerate() {
+            let bend: Inputs = std::array::from_fn(|k| (0..count).map(|j| curve[k][j] * step[j]).sum());
             let gained: f64 = (0..count).map(|k| (self.rates[k][of] + 0.5 * bend[k]) * step[k]).sum();
             match of {
                 0 => to.force += gained,
@@ -421,7 +420,8 @@ impl Search {
                 self.radius = if kept < -1.0 { 0.3 } else { 0.5 } * size;
             }
         }
-        if self.rows < if self.best.is_some() { MOST_ROWS } else { MOST_WITHOUT }
+        let most = if self.best.is_some() { MOST_ROWS } else { MOST_WITHOUT };
+        if self.rows < most
             && self.lost < MOST_LOST
             && self.slow < MOST_SLOW
             && !(rules.is_any_enough && self.best.is_some())
