@@ -219,7 +219,9 @@ fn no_grid_of_currents_finds_more_beside_a_wall() {
 fn designs_hold_where_their_own_maps_say() {
     let uncertain = "[[uncertain]]\nparameter = \"wall.friction\"\nfrom = 0.1\nto = 0.4\n";
     let sweep = spec(&format!("{uncertain}{}", p6_beside("stiffness = \"120 N/m\"").to_toml()));
-    let of = |sweep| ContactJob::of_sweep(sweep).extent(Some(12e-3)).spacing(4e-3);
+    fn of(sweep: &SweepSpec) -> ContactJob<'_> {
+        ContactJob::of_sweep(sweep).extent(Some(12e-3)).spacing(4e-3)
+    }
     let map = of(&sweep).run().expect("a map");
     let count = 4;
     let robust = of(&sweep).robust(&map, count).expect("designs");
