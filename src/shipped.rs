@@ -55,7 +55,7 @@ pub const TRAJECTORIES: [ShippedFile; 4] = [
 ];
 
 /// The sweeps of the guide. Their scenes are in `scenes/`, the table of `lap.toml` is [`LAP_TABLE`].
-pub const SWEEPS: [ShippedFile; 13] = [
+pub const SWEEPS: [ShippedFile; 14] = [
     WORKSPACE,
     shipped!("", "volume.toml"),
     shipped!("", "insertion.toml"),
@@ -67,6 +67,7 @@ pub const SWEEPS: [ShippedFile; 13] = [
     shipped!("", "coil_array.toml"),
     shipped!("", "branches.toml"),
     shipped!("", "lap.toml"),
+    shipped!("", "atrial_wall.toml"),
     shipped!("", "ten_million.toml"),
     shipped!("", "billion.toml"),
 ];

@@ -36,11 +36,12 @@ from .results import Results
 from .scene import Parameter, Scene
 from .solution import Contact, Shape, Solution
 from .solve import solve
-from .studies import Sensitivity, Workspace
+from .studies import ContactMap, Sensitivity, Workspace
 from .sweep import Run, Shard, Sweep
 
 __all__ = [
     "Contact",
+    "ContactMap",
     "Control",
     "DistrustedRun",
     "DistrustedWarning",

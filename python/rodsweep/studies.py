@@ -1,4 +1,4 @@
-"""The workspace and the sensitivity of a sweep."""
+"""The workspace, the contact map and the sensitivity of a sweep."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from ._errors import InputError
 from ._progress import Listener, Shown
-from ._rodsweep import NativeResults, NativeSensitivity, NativeSweep, NativeWorkspace, Table
+from ._rodsweep import NativeContactMap, NativeResults, NativeSensitivity, NativeSweep, NativeWorkspace, Table
 from ._told import Study
 from ._units import doubt_length, number
 from ._values import floats, names_of
@@ -28,6 +28,16 @@ _WORKSPACE: dict[str, Any] = {
     "designs": None,
     "vary": None,
     "convergence": False,
+}
+_CONTACT: dict[str, Any] = {
+    "engine": "auto",
+    "precision": None,
+    "threads": None,
+    "voxel": None,
+    "extent": None,
+    "force": None,
+    "minimum_margin": None,
+    "designs": None,
 }
 _SENSITIVITY: dict[str, Any] = {
     "inputs": (),
@@ -55,6 +65,14 @@ def _workspace_options(scene: Scene, given: Mapping[str, Any]) -> dict[str, Any]
     options = _options(_WORKSPACE, given)
     # A voxel as long as the rod measures nothing.
     _lengths(scene, options, {"voxel": 1.0, "length": 100.0})
+    return options
+
+
+def _contact_options(scene: Scene, given: Mapping[str, Any]) -> dict[str, Any]:
+    options = _options(_CONTACT, given)
+    _lengths(scene, options, {"voxel": 1.0, "extent": 10.0})
+    if options["force"] is not None:
+        options["force"] = number("force", options["force"], "N")
     return options
 
 
@@ -141,6 +159,33 @@ class Workspace(Study):
 
     def __repr__(self) -> str:
         return f"<Workspace: {self._native.text().splitlines()[1].strip()}>"
+
+
+class ContactMap(Study):
+    """Which force the tip can press where on the wall, held by friction, within the limits of the inputs."""
+
+    _native: NativeContactMap
+
+    def __init__(self, native: NativeContactMap) -> None:
+        self._native = native
+
+    @classmethod
+    def _of_sweep(cls, sweep: NativeSweep, options: dict[str, Any], progress: Listener) -> ContactMap:
+        with Shown(progress) as listener:
+            return cls(NativeContactMap.of_sweep(sweep, options, listener))
+
+    @property
+    def points(self) -> Table:
+        """One row a point of the wall: place, normal, whether the tip holds and why not, forces, inputs of each."""
+        return self._native.points()
+
+    @property
+    def designs(self) -> Table | None:
+        """One row a design, where ``designs`` was asked for."""
+        return self._native.designs()
+
+    def __repr__(self) -> str:
+        return f"<ContactMap: {self._native.text().splitlines()[0]}>"
 
 
 class Sensitivity(Study):

@@ -23,7 +23,14 @@ from ._why import why
 from .results import Results
 from .scene import Scene, check_scene
 from .solve import _count
-from .studies import Sensitivity, Workspace, _sensitivity_options, _workspace_options
+from .studies import (
+    ContactMap,
+    Sensitivity,
+    Workspace,
+    _contact_options,
+    _sensitivity_options,
+    _workspace_options,
+)
 
 
 class Sweep:
@@ -293,6 +300,25 @@ class Sweep:
         found = Workspace._of_sweep(self._native, _workspace_options(self.scene, options), progress)
         judge(found, found.account.get("distrusted"), None, allow)
         return found
+
+    def contact(self, **options: Any) -> ContactMap:
+        """Finds which force the tip can press where on the wall; nothing of the sweep needs to have been run.
+
+        Options
+        -------
+        voxel, extent : float, str or quantity
+            As ``rodsweep contact`` (m).
+        force : float, str or quantity
+            The least coefficient of friction at this normal force (N), in place of the range of forces.
+        minimum_margin : float
+            Least stability margin that counts.
+        designs : int
+            At which points so many designs of the uncertain rod hold.
+        engine, precision, threads, progress
+            As in :func:`solve`; ``progress`` is called with a text for each stage.
+        """
+        progress = options.pop("progress", None)
+        return ContactMap._of_sweep(self._native, _contact_options(self.scene, options), progress)
 
     def sensitivity(self, outputs: str | Sequence[str] = (), **options: Any) -> Sensitivity:
         """Which input matters: runs the sweep with the derivatives that are needed, then studies its rows.

@@ -9,6 +9,7 @@ use rodsweep::input::{AssignError, InputError, LimitsError, Problem};
 use rodsweep::model::{ParameterError, PlanError};
 use rodsweep::report::ReportError;
 use rodsweep::results::{ResultsError, is_url};
+use rodsweep::study::contact::ContactError;
 use rodsweep::study::sensitivity::SensitivityError;
 use rodsweep::study::workspace::WorkspaceError;
 use rodsweep::study::{ControlError, FitError, SolveError};
@@ -217,6 +218,21 @@ impl From<WorkspaceError> for Failure {
             WorkspaceError::Backend(error) => error.into(),
             WorkspaceError::Results(error) => error.into(),
             error => Failure::input(error),
+        }
+    }
+}
+
+impl From<ContactError> for Failure {
+    fn from(error: ContactError) -> Failure {
+        match error {
+            ContactError::Inputs(error) => error.into(),
+            ContactError::Plan(error) => error.into(),
+            ContactError::Backend(error) => error.into(),
+            ContactError::Results(error) => error.into(),
+            error => match error.option() {
+                Some(key) => Failure::at(key, error),
+                None => Failure::input(error),
+            },
         }
     }
 }

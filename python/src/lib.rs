@@ -4,6 +4,7 @@
 //! own while Python listens for Ctrl-C.
 
 mod block;
+mod contact;
 mod control;
 mod engine;
 mod failure;
@@ -32,6 +33,7 @@ fn _rodsweep(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<results::NativeResults>()?;
     module.add_class::<studies::NativeWorkspace>()?;
     module.add_class::<studies::NativeSensitivity>()?;
+    module.add_class::<contact::NativeContactMap>()?;
     module.add_class::<control::NativeControl>()?;
     module.add_class::<fit::NativeFit>()?;
     module.add_function(wrap_pyfunction!(solve::solve, module)?)?;

@@ -132,6 +132,19 @@ def test_workspace_is_that_of_the_program(root: Path, program: Any, tmp_path: Pa
     assert len(reach) == 1
 
 
+def test_contact_is_that_of_the_program(root: Path, program: Any, tmp_path: Path) -> None:
+    file = root / "sweeps/atrial_wall.toml"
+    words = ("--voxel", "10mm", "--extent", "30mm", "--robust", "--designs", 2)
+    theirs = json.loads(program("contact", file, *words, "--out", tmp_path, *CPU, "--json").stdout)
+    found = rodsweep.Sweep.from_file(file).contact(voxel=10e-3, extent="30 mm", designs=2, engine="cpu")
+    assert {**found.account, "seconds": 0.0} == {**theirs, "seconds": 0.0}
+    assert len(found.points) == theirs["points"] and found.designs is not None and len(found.designs) == 2
+    assert all(path.stat().st_size > 1000 for path in found.draw(tmp_path / "figures"))
+    with pytest.raises(rodsweep.InputError, match="force") as error:
+        rodsweep.Sweep.from_file(file).contact(voxel=10e-3, force=-1.0)
+    assert error.value.key == "force"
+
+
 def test_sensitivity_is_that_of_the_program(root: Path, program: Any, tmp_path: Path) -> None:
     file = root / "sweeps/p6_errors.toml"
     out = program("sensitivity", file, "--limit", 512, "--out", tmp_path / "out", *CPU, "--json").stdout

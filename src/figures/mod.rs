@@ -3,6 +3,7 @@
 //! Drawings of a study take what it gives and are a [`Figure`](crate::report::Figure).
 
 mod centreline;
+mod contact;
 mod control;
 mod experiment;
 mod field;
@@ -17,6 +18,7 @@ mod simulation;
 mod wall;
 mod workspace;
 
+pub use contact::draw_contact;
 pub use control::draw_control;
 pub use experiment::ExperimentFigure;
 pub use files::Drawn;

@@ -4,6 +4,7 @@
 
 mod agreement;
 mod columns;
+pub mod contact;
 mod control;
 mod experiment;
 mod experiment_text;

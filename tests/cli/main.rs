@@ -7,6 +7,7 @@ mod bad_input;
 mod bench_report;
 mod branches;
 mod clusters;
+mod contact;
 mod control;
 mod distrust;
 mod experiment;

@@ -95,6 +95,8 @@ fn small(call: &[String]) -> Vec<&'static str> {
         "run" => vec!["--limit", SAMPLES],
         "workspace" if has("--robust") => vec!["--voxel", "12mm", "--no-figures"],
         "workspace" => vec!["--voxel", "8mm", "--no-figures"],
+        "contact" if has("--robust") => vec!["--voxel", "8mm", "--designs", "4", "--no-figures"],
+        "contact" => vec!["--voxel", "8mm", "--no-figures"],
         // Else it would wait for windows.
         "view" if !has("--export") => vec!["--help"],
         "sensitivity" => vec!["--limit", "256", "--no-figures"],

@@ -26,6 +26,7 @@ fn shipped_sweeps_have_their_counts_and_run_limited() {
         ("volume", 65_536),
         ("arm_magnet", 27_225),
         ("coil_array", 16_384),
+        ("atrial_wall", 1024),
     ];
     let mut files: Vec<String> = fs::read_dir(shipped())
         .unwrap()

@@ -5,6 +5,7 @@ mod common;
 
 mod cables;
 mod calibration;
+mod contact;
 mod control;
 mod control_windows;
 mod controllers;

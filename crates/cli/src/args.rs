@@ -2,6 +2,7 @@
 
 use super::bench::BenchArguments;
 use super::check::CheckArguments;
+use super::contact::ContactArguments;
 use super::control_job::ControlArguments;
 use super::examples::ExamplesArguments;
 use super::figures::FiguresArguments;
@@ -61,6 +62,8 @@ pub enum Command {
     Control(ControlArguments),
     /// Measure what can be reached: size with an error, boundary, dexterity
     Workspace(WorkspaceArguments),
+    /// Find which force the tip can press where on a wall, held by friction
+    Contact(ContactArguments),
     /// Fit rest curvature, stiffness and the like to observed shapes
     Fit(FitArguments),
     /// Find which input matters, how uncertain the tip is, and what to measure

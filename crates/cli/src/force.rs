@@ -6,11 +6,13 @@ use rodsweep::results::{is_url, remove_run};
 use std::path::Path;
 
 /// Files that studies write beside the parts of a run.
-const FILES: [&str; 21] = [
+const FILES: [&str; 23] = [
     "boundary.ply",
     "boundary.vtp",
     "chaos.csv",
     "comparison.parquet",
+    "contact.json",
+    "contact.parquet",
     "design.csv",
     "designs.csv",
     "dgsm.csv",
@@ -30,7 +32,8 @@ const FILES: [&str; 21] = [
     "workspace.vti",
 ];
 /// Names of figures of runs and studies, each as PNG or SVG.
-const FIGURES: [&str; 18] = [
+const FIGURES: [&str; 21] = [
+    "angle",
     "branches",
     "compliance",
     "convergence",
@@ -39,6 +42,8 @@ const FIGURES: [&str; 18] = [
     "dexterity",
     "failures",
     "first_order",
+    "force",
+    "friction",
     "identification",
     "indices",
     "margin",

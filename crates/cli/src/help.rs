@@ -8,7 +8,7 @@ use std::ffi::OsString;
 const GROUPS: [(&str, &[&str]); 7] = [
     ("Begin", &["new", "examples", "check", "parameters", "import"]),
     ("Solve", &["solve", "run", "view"]),
-    ("Study", &["workspace", "sensitivity", "control", "fit"]),
+    ("Study", &["workspace", "contact", "sensitivity", "control", "fit"]),
     ("Results", &["status", "figures", "merge"]),
     ("Many machines", &["submit"]),
     ("Trust and speed", &["doctor", "verify", "bench"]),
@@ -16,7 +16,7 @@ const GROUPS: [(&str, &[&str]); 7] = [
 ];
 
 /// A command and two examples of it.
-const EXAMPLES: [(&str, [&str; 2]); 21] = [
+const EXAMPLES: [(&str, [&str; 2]); 22] = [
     ("new", ["rodsweep new catheter", "rodsweep new field-map --out mine.toml"]),
     ("examples", ["rodsweep examples", "rodsweep examples workspace --out trial"]),
     ("check", ["rodsweep check sweep.toml", "rodsweep check circle.toml --scene scene.toml --json"]),
@@ -36,6 +36,13 @@ const EXAMPLES: [(&str, [&str; 2]); 21] = [
         [
             "rodsweep workspace sweep.toml --voxel 2mm",
             "rodsweep workspace sweep.toml --reach \"10 mm,-40 mm,80 mm\" --out results/reach",
+        ],
+    ),
+    (
+        "contact",
+        [
+            "rodsweep contact sweep.toml --voxel 2mm --extent 30mm",
+            "rodsweep contact sweep.toml --force 5mN --out results/friction",
         ],
     ),
     (

@@ -5,6 +5,7 @@
 mod args;
 mod bench;
 mod check;
+mod contact;
 mod control;
 mod control_job;
 mod doctor;
@@ -42,6 +43,7 @@ use rodsweep::input::{AssignError, InputError, scene_notes};
 use rodsweep::model::{PlanError, Scene};
 use rodsweep::report::ReportError;
 use rodsweep::results::ResultsError;
+use rodsweep::study::contact::ContactError;
 use rodsweep::study::sensitivity::SensitivityError;
 use rodsweep::study::workspace::WorkspaceError;
 use rodsweep::study::{ControlError, FitError};
@@ -91,6 +93,8 @@ pub(crate) enum CommandError {
     #[error(transparent)]
     Workspace(WorkspaceError),
     #[error(transparent)]
+    Contact(ContactError),
+    #[error(transparent)]
     Sensitivity(SensitivityError),
     #[error(transparent)]
     View(#[from] ViewError),
@@ -112,6 +116,8 @@ impl CommandError {
             }
             CommandError::Fit(FitError::Failed(_)) => Exit::Failed,
             CommandError::Workspace(WorkspaceError::Interrupted) => Exit::Interrupted,
+            CommandError::Contact(ContactError::Interrupted) => Exit::Interrupted,
+            CommandError::Contact(_) => Exit::Usage,
             CommandError::Fit(_) | CommandError::Control(_) | CommandError::Workspace(_) => Exit::Usage,
             CommandError::Sensitivity(error) if error.is_usage() => Exit::Usage,
             CommandError::Sweep(error) if error.is_usage() => Exit::Usage,
@@ -176,6 +182,7 @@ fn command(command: Command) -> Result<Exit, CommandError> {
         Command::Merge(arguments) => merge::merge(&arguments),
         Command::Control(arguments) => control::control(&arguments),
         Command::Workspace(arguments) => workspace::workspace(&arguments),
+        Command::Contact(arguments) => contact::contact(&arguments),
         Command::Fit(arguments) => fit::fit(&arguments),
         Command::Sensitivity(arguments) => sensitivity::sensitivity(&arguments),
         Command::View(arguments) => view::view(&arguments),

@@ -2,10 +2,10 @@
 
 mod curves;
 mod draw;
-mod outline;
-mod sheets;
+pub(in crate::figures) mod outline;
+pub(in crate::figures) mod sheets;
 mod summary;
-mod voxels;
+pub(in crate::figures) mod voxels;
 
 pub use draw::draw_workspace;
 pub use sheets::WorkspaceFigures;

@@ -3,7 +3,7 @@
 use crate::report::VoxelEdge;
 
 /// Squares of a plane with those just around it: whether each is there, and a kind; kind 0 has no line.
-pub(super) struct Outline {
+pub(in crate::figures) struct Outline {
     columns: usize,
     rows: usize,
     is_there: Vec<bool>,
@@ -13,13 +13,13 @@ pub(super) struct Outline {
 
 impl Outline {
     /// Nothing is there.
-    pub(super) fn new(columns: usize, rows: usize) -> Self {
+    pub(in crate::figures) fn new(columns: usize, rows: usize) -> Self {
         let count = (columns + 2) * (rows + 2);
         Self { columns, rows, is_there: vec![false; count], kinds: [vec![0; count], vec![0; count]] }
     }
 
     /// Of several kinds of one square the greatest counts.
-    pub(super) fn set(&mut self, column: i64, row: i64, is_there: bool, kind: usize) {
+    pub(in crate::figures) fn set(&mut self, column: i64, row: i64, is_there: bool, kind: usize) {
         let (columns, rows) = (self.columns as i64, self.rows as i64);
         if (-1..=columns).contains(&column) && (-1..=rows).contains(&row) {
             let at = self.place((column + 1) as usize, (row + 1) as usize);
@@ -44,7 +44,7 @@ impl Outline {
     }
 
     /// Lines between squares that are there and squares that are not.
-    pub(super) fn edges(&self) -> Vec<VoxelEdge> {
+    pub(in crate::figures) fn edges(&self) -> Vec<VoxelEdge> {
         let mut edges = Vec::new();
         for row in 0..=self.rows {
             let kind = |column: usize| self.between(self.place(column + 1, row), self.place(column + 1, row + 1));

@@ -99,7 +99,7 @@ impl<'a> WorkspaceFigures<'a> {
 }
 
 /// Writes a figure as PNG and SVG.
-pub(super) fn write_both(
+pub(in crate::figures) fn write_both(
     drawn: &mut Drawn,
     (name, figure): (&str, &dyn Figure),
     folder: &Path,

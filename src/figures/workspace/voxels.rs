@@ -200,7 +200,7 @@ fn causes(values: &Values) -> Vec<usize> {
 }
 
 /// A length (m) in words.
-pub(super) fn millimetres(length: f64) -> String {
+pub(in crate::figures) fn millimetres(length: f64) -> String {
     let text = format!("{:.1}", 1e3 * length);
     let text = text.strip_suffix(".0").unwrap_or(&text);
     format!("{} mm", if text == "-0" { "0".into() } else { text.replace('-', "−") })

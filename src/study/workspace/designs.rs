@@ -9,7 +9,7 @@ use super::stage::WorkspaceStage;
 use super::workspace::Workspace;
 use crate::input::{Dimension, parse_quantity};
 use crate::model::{Parameter, Scene, Vector};
-use crate::spec::{AxisSpec, SobolNet};
+use crate::spec::{AxisSpec, SobolNet, SweepSpec};
 use crate::study::columns::Columns;
 use crate::table::{Column, Table};
 use serde::Serialize;
@@ -150,23 +150,11 @@ impl WorkspaceJob<'_> {
     ///
     /// A sweep that calls nothing uncertain, designs that make no rod, or as [`WorkspaceJob::run`].
     pub fn robust(&self, nominal: &Workspace, designs: usize) -> Result<RobustWorkspace, WorkspaceError> {
-        let uncertain = &self.spec().uncertain;
-        if uncertain.is_empty() {
-            let remedy = "add [[uncertain]] blocks with parameter and relative, such as \"10 %\"";
-            return Err(WorkspaceError::Designs(format!("nothing is said to be uncertain: {remedy}")));
-        }
-        if designs == 0 {
-            return Err(WorkspaceError::Designs("0 designs tell nothing: give at least one".into()));
-        }
-        let net = SobolNet::new(uncertain.len(), self.seed);
+        let drawn = draw_designs(self.spec(), &nominal.scene, designs, self.seed)?;
         let (mut all, mut counts) = (Vec::new(), CellMap::<u32>::default());
         let mut sizes: CellMap<f64> = CellMap::default();
-        for number in 0..designs {
+        for (number, (values, scene)) in drawn.into_iter().enumerate() {
             self.tell(WorkspaceStage::Designs(number, designs));
-            let mut point = vec![0.0; uncertain.len()];
-            net.point(number as u64, &mut point);
-            let values: Vec<f64> = uncertain.iter().zip(&point).map(|(axis, u)| axis.distribution.value(*u)).collect();
-            let scene = changed(&nominal.scene, settings(uncertain, &values, &nominal.scene))?;
             let found = self.of_design(nominal, scene, nominal.grown.lattice)?;
             for at in found.grown.reached() {
                 let voxel = &found.grown.voxels[at];
@@ -190,7 +178,7 @@ impl WorkspaceJob<'_> {
         };
         let common = SHARES.into_iter().map(|share| (share, reached_by(share))).collect();
         let nominal_size = nominal.size().ok_or_else(|| WorkspaceError::Designs("a point has no size".into()))?;
-        let names = uncertain.iter().map(|axis| axis.name(&nominal.scene)).collect();
+        let names = self.spec().uncertain.iter().map(|axis| axis.name(&nominal.scene)).collect();
         Ok(RobustWorkspace { names, designs: all, counts, common, nominal: nominal_size })
     }
 
@@ -211,6 +199,36 @@ impl WorkspaceJob<'_> {
         let (slope, slope_error) = line(&points);
         Ok(DesignStudy { name: variation.name.clone(), unit: variation.unit(), designs, slope, slope_error })
     }
+}
+
+/// Designs drawn by a net from what a sweep calls uncertain: their values, and a scene with them.
+///
+/// # Errors
+///
+/// A sweep that calls nothing uncertain, no designs, or designs that make no rod.
+pub fn draw_designs(
+    spec: &SweepSpec,
+    scene: &Scene,
+    designs: usize,
+    seed: u64,
+) -> Result<Vec<(Vec<f64>, Scene)>, WorkspaceError> {
+    let uncertain = &spec.uncertain;
+    if uncertain.is_empty() {
+        let remedy = "add [[uncertain]] blocks with parameter and relative, such as \"10 %\"";
+        return Err(WorkspaceError::Designs(format!("nothing is said to be uncertain: {remedy}")));
+    }
+    if designs == 0 {
+        return Err(WorkspaceError::Designs("0 designs tell nothing: give at least one".into()));
+    }
+    let net = SobolNet::new(uncertain.len(), seed);
+    let draw = |number: usize| {
+        let mut point = vec![0.0; uncertain.len()];
+        net.point(number as u64, &mut point);
+        let values: Vec<f64> = uncertain.iter().zip(&point).map(|(axis, u)| axis.distribution.value(*u)).collect();
+        let changed = changed(scene, settings(uncertain, &values, scene))?;
+        Ok((values, changed))
+    };
+    (0..designs).map(draw).collect()
 }
 
 fn settings<'a>(

@@ -38,7 +38,7 @@ pub use account::{CheckAccount, InputAccount, WorkspaceAccount};
 pub use check::ChangeOfVariables;
 pub use compare::Comparison;
 pub use convergence::Convergence;
-pub use designs::{Design, DesignStudy, RobustWorkspace, Variation, WILKS_DESIGNS, clopper_pearson};
+pub use designs::{Design, DesignStudy, RobustWorkspace, Variation, WILKS_DESIGNS, clopper_pearson, draw_designs};
 pub use dimension::Dimension;
 pub use engine_map::{EngineMap, MapOptions};
 pub use error::WorkspaceError;
