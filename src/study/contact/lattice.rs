@@ -215,9 +215,9 @@ impl WallLattice {
             let taken = (0..self.len()).filter(|at| is_taken[*at]).map(|at| cell(self.points[at], edge));
             cells.extend(taken);
             let mut group = Vec::new();
-            for at in 0..self.len() {
-                if !is_taken[at] && (cells.insert(cell(self.points[at], edge)) || is_last) {
-                    is_taken[at] = true;
+            for (at, is_taken) in is_taken.iter_mut().enumerate() {
+                if !*is_taken && (cells.insert(cell(self.points[at], edge)) || is_last) {
+                    *is_taken = true;
                     group.push(at);
                 }
             }

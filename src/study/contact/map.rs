@@ -251,7 +251,7 @@ impl ContactMap {
             best,
             force: self.force,
             friction: self.friction,
-            robust: robust.map(|robust| robust.account(self)),
+            robust: robust.map(|robust| robust.account(&self.lattice)),
             held_share: self.friction.filter(|_| self.force.is_some()).map(held),
             minimum_margin: self.minimum_margin,
             voxel: self.lattice.spacing,

@@ -1,6 +1,6 @@
 //! What uncertain designs have in common: at how many of them the tip can be held at each point.
 
-use super::map::ContactMap;
+use super::lattice::WallLattice;
 use crate::study::columns::Columns;
 use crate::study::workspace::clopper_pearson;
 use crate::table::{Column, Table};
@@ -51,11 +51,11 @@ impl RobustContact {
         self.counts.iter().map(move |count| f64::from(*count) / designs)
     }
 
-    /// Its account.
-    pub fn account(&self, map: &ContactMap) -> RobustAccount {
+    /// Its account; `lattice` is the map's.
+    pub fn account(&self, lattice: &WallLattice) -> RobustAccount {
         let area = |share: f64| {
             let least = ((share * self.designs.len() as f64).ceil() as u32).max(1);
-            let counts = self.counts.iter().zip(&map.lattice.areas);
+            let counts = self.counts.iter().zip(&lattice.areas);
             counts.filter(|(count, _)| **count >= least).map(|(_, area)| area).sum()
         };
         RobustAccount {

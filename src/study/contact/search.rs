@@ -388,13 +388,11 @@ impl Search {
         let size = step.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
         let gained = rules.merit(&self.row, self.weight) - rules.merit(&row, self.weight);
         let kept = gained / self.promised;
-        if row.status.is_success() && rules.holds(&row) {
-            if self.best.as_ref().is_none_or(|(_, best)| rules.is_better(&row, best)) {
-                if self.best.is_none() {
-                    self.weight = WEIGHT;
-                }
-                self.best = Some((next, row));
+        if rules.holds(&row) && self.best.as_ref().is_none_or(|(_, best)| rules.is_better(&row, best)) {
+            if self.best.is_none() {
+                self.weight = WEIGHT;
             }
+            self.best = Some((next, row));
         }
         // Far from what was promised, and no nearer after a shorter step, is another equilibrium.
         let miss = (gained - self.promised).abs();
