@@ -18,7 +18,7 @@ use std::time::Instant;
 const LEAST_LOAD: f64 = 1.0 / 16.0;
 
 impl Lanes {
-    /// Writes the rows of a batch; one of no more than a block stays on the caller's thread.
+    /// Writes the rows of a batch; one of no more than a block stays on the caller's thread, but for rods beside a wall.
     pub(super) fn fill<S: BlockScalar>(&self, batch: &Batch, solutions: &mut Solutions) {
         let rungs = self.course().rungs();
         let scales = self.output_scales();
@@ -121,7 +121,8 @@ impl Lanes {
                 (out, left)
             };
             let mut size = BLOCK;
-            let solved: Vec<(Vec<f64>, Vec<usize>)> = match count <= BLOCK {
+            // Beside a wall a register takes milliseconds: a block is shared among threads.
+            let solved: Vec<(Vec<f64>, Vec<usize>)> = match count <= BLOCK && self.free.is_none() {
                 true => left.chunks(size).map(|samples| again(&mut pool.lend(), samples)).collect(),
                 false => {
                     let threads = rayon::current_num_threads();
