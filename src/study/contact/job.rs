@@ -41,6 +41,13 @@ const NEAR: f64 = 0.25;
 /// How often neighbours start each other again, and by what share their force must be better.
 const ROUNDS: usize = 6;
 const BETTER: f64 = 1e-3;
+/// Neighbours whose own inputs are tried beside the best forecast, and how far apart these are.
+const OWN_INPUTS: usize = 2;
+const SIMILAR: f64 = 0.03;
+/// How much worse than the middle of its neighbours an answer is odd, over the larger of that and the unit of force, and how often such
+/// begin again.
+const ODD: f64 = 0.02;
+const MENDS: usize = 2;
 /// Inputs so near a limit are at it.
 const AT_LIMIT: f64 = 1.0 - 1e-6;
 
@@ -107,6 +114,11 @@ impl Place {
 
     fn best(&self, aim: Aim) -> Option<(Inputs, Row)> {
         self.of(aim).next().and_then(|search| search.best)
+    }
+
+    /// The same; the most force holds, too, where no lesser one was found.
+    fn answer(&self, aim: Aim) -> Option<(Inputs, Row)> {
+        self.best(aim).or_else(|| self.most.first().filter(|_| aim == Aim::Least)?.best)
     }
 
     /// Keeps a search if it is better than those that ended at about the same inputs.
@@ -387,10 +399,12 @@ impl Work<'_, '_> {
     fn run(&mut self) -> Result<(), ContactError> {
         self.spread(self.rules)?;
         self.help_each_other(self.rules)?;
+        self.mend(self.rules)?;
         if self.job.force.is_none() {
             let rules = Rules { aim: Aim::Least, ..self.rules };
             self.spread(rules)?;
             self.help_each_other(rules)?;
+            self.mend(rules)?;
         }
         Ok(())
     }
@@ -520,9 +534,22 @@ impl Work<'_, '_> {
                     None => forecast.may_hold(),
                 };
                 let first = forecasts.iter().find(|forecast| promises(forecast))?;
-                Some(Trial::new(at, vec![(first.inputs, first.learned)]))
+                // A forecast may lead to another equilibrium than its neighbour's; the neighbours' own inputs rarely do.
+                let mut starts: Vec<Start> = vec![(first.inputs, first.learned)];
+                let mut best: Vec<&Search> =
+                    others.iter().filter_map(|other| places[*other].of(rules.aim).next()).collect();
+                best.retain(|search| search.best.is_some());
+                best.sort_by(|a, b| rules.compare(a, b));
+                for search in best {
+                    if starts.len() <= OWN_INPUTS
+                        && starts.iter().all(|(inputs, _)| far(inputs, &search.end()) > SIMILAR)
+                    {
+                        starts.push((search.end(), search.learned()));
+                    }
+                }
+                Some(starts.into_iter().map(move |start| Trial::new(at, vec![start])).collect::<Vec<_>>())
             };
-            let trials: Vec<Trial> = (0..self.places.len()).into_par_iter().filter_map(start).collect();
+            let trials: Vec<Trial> = (0..self.places.len()).into_par_iter().filter_map(start).flatten_iter().collect();
             if trials.is_empty() {
                 break;
             }
@@ -532,6 +559,32 @@ impl Work<'_, '_> {
             self.pursue(rules, trials)?;
             changed.fill(false);
             tried.iter().zip(before).for_each(|(at, before)| changed[*at] = value(self, *at) != before);
+        }
+        Ok(())
+    }
+
+    /// Points whose answer is worse than those around it, as if it stayed on another equilibrium, begin from the inputs of all neighbours.
+    fn mend(&mut self, rules: Rules) -> Result<(), ContactError> {
+        let near = self.lattice.neighbours();
+        for _ in 0..MENDS {
+            let goal = |at: usize| self.places[at].answer(rules.aim).map(|(_, row)| rules.goal(&row));
+            let is_odd = |own: f64, others: &[usize]| {
+                let mut goals: Vec<f64> = others.iter().filter_map(|other| goal(*other)).collect();
+                goals.sort_by(f64::total_cmp);
+                goals.get(goals.len() / 2).is_some_and(|middle| own - middle > ODD * middle.abs().max(1.0))
+            };
+            let start = |at: usize| {
+                let own = goal(at)?;
+                let others: Vec<usize> = near.of(at);
+                is_odd(own, &others).then(|| {
+                    let searches = others.into_iter().filter_map(|other| self.places[other].of(rules.aim).next());
+                    let starts =
+                        searches.filter(|search| search.best.is_some()).map(|search| (search.end(), search.learned()));
+                    starts.map(|start| Trial::new(at, vec![start])).collect::<Vec<_>>()
+                })
+            };
+            let trials = (0..self.places.len()).filter_map(start).flatten().collect();
+            self.pursue(rules, trials)?;
         }
         Ok(())
     }
@@ -576,10 +629,9 @@ fn result(place: &Place, rules: &Rules) -> PointResult {
         })
     };
     let most = answer(place.best(rules.aim));
-    // The most holds, too, where no lesser force was found.
     let least = match rules.aim {
         Aim::Ratio(_) => None,
-        _ => answer(place.best(Aim::Least)).or(most),
+        _ => answer(place.answer(Aim::Least)),
     };
     let cause = if most.is_some() { Cause::Reached } else { cause(place, rules) };
     PointResult { most, least, cause }

@@ -367,6 +367,11 @@ impl Search {
         best_within(rules, &model, &at, (radius, FIRST_WEIGHT), FEW)
     }
 
+    /// What it has learned.
+    pub(super) fn learned(&self) -> Learned {
+        self.learned
+    }
+
     /// Where it stands: at its best answer, or where it ended without one.
     pub(super) fn end(&self) -> Inputs {
         self.best.map_or(self.at, |(at, _)| at)
