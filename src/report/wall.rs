@@ -166,7 +166,7 @@ impl<'a> WallScenery<'a> {
         entries
     }
 
-    /// Of what is drawn in a flat view, for words and arrows to keep away from.
+    /// Points of the wall as it is drawn in a flat view; labels and arrows are placed away from them.
     pub(super) fn points(&self, view: &View) -> Vec<Point> {
         if view.axes.is_none() {
             return Vec::new();
@@ -316,7 +316,7 @@ fn evenly(line: &[Vector], step: f64) -> Vec<Vector> {
     points
 }
 
-/// Of length 1, where it has a direction.
+/// Scales a vector to length 1; a vector of length 0 stays as it is.
 fn unit([x, y]: Point) -> Point {
     let size = x.hypot(y);
     if size > 0.0 { [x / size, y / size] } else { [0.0; 2] }

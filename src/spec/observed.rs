@@ -1,4 +1,4 @@
-//! What was seen of a rod: points along it, tips, and forces on a wall.
+//! Observations of a rod: points along it, tips, and normal forces on a wall.
 
 use crate::model::{Parameter, Vector};
 

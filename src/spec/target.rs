@@ -24,7 +24,7 @@ impl Target {
         Target { tangent: Some(tangent), ..self }
     }
 
-    /// The same place with a force on the wall (N).
+    /// A target at the same place, at which the tip presses on the wall with a normal force (N).
     pub fn pressing(self, normal_force: f64) -> Target {
         Target { normal_force: Some(normal_force), ..self }
     }

@@ -116,7 +116,7 @@ impl Place {
         self.of(aim).next().and_then(|search| search.best)
     }
 
-    /// The same; the most force holds, too, where no lesser one was found.
+    /// The best answer to an aim; where no search for the least force has one, the answer with the most force holds for the least, too.
     fn answer(&self, aim: Aim) -> Option<(Inputs, Row)> {
         self.best(aim).or_else(|| self.most.first().filter(|_| aim == Aim::Least)?.best)
     }
@@ -538,13 +538,10 @@ impl Work<'_, '_> {
                 let mut starts: Vec<Start> = vec![(first.inputs, first.learned)];
                 let mut best: Vec<&Search> =
                     others.iter().filter_map(|other| places[*other].of(rules.aim).next()).collect();
-                best.retain(|search| search.best.is_some());
                 best.sort_by(|a, b| rules.compare(a, b));
-                for search in best {
-                    if starts.len() <= OWN_INPUTS
-                        && starts.iter().all(|(inputs, _)| far(inputs, &search.end()) > SIMILAR)
-                    {
-                        starts.push((search.end(), search.learned()));
+                for start in best.into_iter().filter_map(Search::start) {
+                    if starts.len() <= OWN_INPUTS && starts.iter().all(|(inputs, _)| far(inputs, &start.0) > SIMILAR) {
+                        starts.push(start);
                     }
                 }
                 Some(starts.into_iter().map(move |start| Trial::new(at, vec![start])).collect::<Vec<_>>())
@@ -577,9 +574,8 @@ impl Work<'_, '_> {
                 let own = goal(at)?;
                 let others: Vec<usize> = near.of(at);
                 is_odd(own, &others).then(|| {
-                    let searches = others.into_iter().filter_map(|other| self.places[other].of(rules.aim).next());
-                    let starts =
-                        searches.filter(|search| search.best.is_some()).map(|search| (search.end(), search.learned()));
+                    let first = |other: usize| self.places[other].of(rules.aim).next().and_then(Search::start);
+                    let starts = others.into_iter().filter_map(first);
                     starts.map(|start| Trial::new(at, vec![start])).collect::<Vec<_>>()
                 })
             };

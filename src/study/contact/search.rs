@@ -367,9 +367,9 @@ impl Search {
         best_within(rules, &model, &at, (radius, FIRST_WEIGHT), FEW)
     }
 
-    /// What it has learned.
-    pub(super) fn learned(&self) -> Learned {
-        self.learned
+    /// Its answer as the start of another search: inputs, and what the rows have told of the response there.
+    pub(super) fn start(&self) -> Option<(Inputs, Learned)> {
+        self.best.map(|(inputs, _)| (inputs, self.learned))
     }
 
     /// Where it stands: at its best answer, or where it ended without one.

@@ -132,7 +132,7 @@ impl State {
         m0
     }
 
-    /// What is missing to a target: controlled coordinates (m), tangent times its weight (m), force as a length (m).
+    /// Residual of a target: differences of the controlled coordinates (m), of the tangent times its weight (m), and of the force as a length (m).
     pub(crate) fn missing(&self, task: &Task, target: &Target) -> [f64; ROWS] {
         let mut e = [0.0; ROWS];
         let way = std::array::from_fn(|a| target.position[a] - self.tip[a]);

@@ -4,7 +4,7 @@ use super::inputs::{Inputs, MOST_INPUTS};
 
 /// Rows of a residual: position, tangent, force of the wall.
 pub(super) const ROWS: usize = 7;
-/// Of a pose alone.
+/// Number of residuals of a pose without a force.
 const POSE: usize = 6;
 /// Damping over the mean eigenvalue of J Jᵀ that keeps the direction in which a rod of constant length cannot move from
 /// being taken for one in which it can.

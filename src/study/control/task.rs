@@ -14,7 +14,7 @@ pub(super) struct Task {
     pub unit: f64,
     /// Of the rod (m)
     pub length: f64,
-    /// What the tip may touch.
+    /// The wall of the scene, if it has one.
     pub wall: Option<Wall>,
     /// How far a force of the wall bends the rod, about: by so much force counts beside lengths (m/N).
     pub yielding: f64,

@@ -129,7 +129,7 @@ impl Chaos {
         self.share(|_| true).part
     }
 
-    /// What is predicted of the variance; nothing of an output that is the same in every row, whose share is 0 / 0.
+    /// The predicted part of the output's variance, beside the whole; 0 where the output is the same in every row, whose share is 0 / 0.
     pub(super) fn predicted_share(&self) -> Share {
         let whole = self.variance();
         Share { part: if self.predicted.is_finite() { self.predicted * whole } else { 0.0 }, whole }

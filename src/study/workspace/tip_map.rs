@@ -22,7 +22,7 @@ pub struct Tip {
     pub margin: f64,
     /// Internal moment at the base (N·m), from which a neighbour is followed.
     pub base_moment: Vector,
-    /// Of the wall on the tip, along its normal; 0 away from the wall, NaN without one (N).
+    /// Normal force of the wall on the tip (N); 0 away from the wall, NaN without one.
     pub normal_force: f64,
     /// By each input over half its range: of the position (m).
     pub jacobian: [Vector; MOST_INPUTS],

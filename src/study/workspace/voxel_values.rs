@@ -130,7 +130,7 @@ pub struct VoxelValues {
     pub sigma: Vec<[f64; 3]>,
     /// Least and largest displacement by a force (m/N), and the direction of the largest.
     pub compliance: Vec<(f64, f64, Vector)>,
-    /// Of the wall on the tip, along its normal (N); NaN without a wall.
+    /// Normal force of the wall on the tip (N); NaN without a wall.
     pub normal_force: Vec<f64>,
     /// Least distance of an input to a limit over half its range.
     pub reserve: Vec<f64>,
